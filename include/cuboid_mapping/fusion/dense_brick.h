@@ -1,0 +1,32 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include "cuboid_mapping/geometry/brick.h"
+#include "cuboid_mapping/occupancy/cuboid.h"
+#include "cuboid_mapping/occupancy/sensor_model.h"
+#include "cuboid_mapping/scan/scan_update.h"
+
+#include <array>
+
+namespace cuboid_mapping {
+
+/// A brick with its cuboids decoded into voxels.
+struct DenseBrick {
+  Cell brick;
+  BrickMask known{};
+  std::array<float, kBrickVoxels> log_odds;  ///< By voxelIndex; only meaningful where known.
+
+  /// Forgets all voxels.
+  void reset(const Cell& new_brick) {
+    brick = new_brick;
+    known = {};
+  }
+
+  /// Gives all voxels of the brick that are in the cuboid its log-odds.
+  void fill(const Cuboid& cuboid);
+
+  /// Updates every observed voxel once; a voxel that was unknown starts from 0. Hits win.
+  void apply(const BrickUpdate& update, const SensorModel& sensor_model);
+};
+
+}  // namespace cuboid_mapping

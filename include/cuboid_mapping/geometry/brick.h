@@ -1,0 +1,45 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include "cuboid_mapping/geometry/cell_box.h"
+
+#include <array>
+#include <cstdint>
+
+namespace cuboid_mapping {
+
+/// A brick is an aligned cube of 8 x 8 x 8 voxels, named by its least cell; a mask of its voxels is
+/// one 64-bit word per z slice, bit 8 * y + x.
+constexpr std::int32_t kBrickEdge = 8;
+constexpr int kBrickVoxels = kBrickEdge * kBrickEdge * kBrickEdge;
+
+/// A set of voxels of one brick.
+using BrickMask = std::array<std::uint64_t, kBrickEdge>;
+
+/// Least cell of the brick that holds a cell.
+[[nodiscard]] constexpr Cell brickOf(const Cell& cell) {
+  return {cell.x & ~(kBrickEdge - 1), cell.y & ~(kBrickEdge - 1), cell.z & ~(kBrickEdge - 1)};
+}
+
+/// The voxels of a brick as a cell box.
+[[nodiscard]] constexpr CellBox brickBox(const Cell& brick) {
+  return {brick, {brick.x + kBrickEdge, brick.y + kBrickEdge, brick.z + kBrickEdge}};
+}
+
+/// Number of a voxel in its brick: 64 * z + 8 * y + x, 0 to 511.
+[[nodiscard]] constexpr int voxelIndex(const Cell& cell) {
+  return ((cell.z & 7) << 6) | ((cell.y & 7) << 3) | (cell.x & 7);
+}
+
+/// The voxels of `box` in one z slice of the brick, for each slice that `box` covers.
+/// @pre `box` is not empty, and lies in the brick.
+[[nodiscard]] constexpr std::uint64_t sliceMask(const CellBox& box) {
+  const int width = box.max.x - box.min.x;
+  const int height = box.max.y - box.min.y;
+  const std::uint64_t row = ((1ULL << width) - 1) << (box.min.x & 7);
+  constexpr std::uint64_t kFirstOfEachRow = 0x0101010101010101ULL;
+  const std::uint64_t rows = kFirstOfEachRow >> (8 * (8 - height));
+  return (row * rows) << (8 * (box.min.y & 7));
+}
+
+}  // namespace cuboid_mapping

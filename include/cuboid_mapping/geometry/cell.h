@@ -1,0 +1,39 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <cstdint>
+#include <ostream>
+
+namespace cuboid_mapping {
+
+/// Integer name of a voxel: floor(coordinate / resolution) on each axis.
+struct Cell {
+  std::int32_t x = 0;
+  std::int32_t y = 0;
+  std::int32_t z = 0;
+
+  /// Coordinate on axis 0, 1 or 2.
+  [[nodiscard]] constexpr std::int32_t operator[](int axis) const {
+    return axis == 0 ? x : (axis == 1 ? y : z);
+  }
+  constexpr std::int32_t& operator[](int axis) { return axis == 0 ? x : (axis == 1 ? y : z); }
+};
+
+constexpr bool operator==(const Cell& a, const Cell& b) {
+  return a.x == b.x && a.y == b.y && a.z == b.z;
+}
+constexpr bool operator!=(const Cell& a, const Cell& b) { return !(a == b); }
+
+/// Lexicographic by z, then y, then x: the order in which a brick numbers its voxels.
+constexpr bool operator<(const Cell& a, const Cell& b) {
+  return a.z != b.z ? a.z < b.z : (a.y != b.y ? a.y < b.y : a.x < b.x);
+}
+
+constexpr Cell operator+(const Cell& a, const Cell& b) { return {a.x + b.x, a.y + b.y, a.z + b.z}; }
+constexpr Cell operator-(const Cell& a, const Cell& b) { return {a.x - b.x, a.y - b.y, a.z - b.z}; }
+
+inline std::ostream& operator<<(std::ostream& out, const Cell& cell) {
+  return out << '(' << cell.x << ' ' << cell.y << ' ' << cell.z << ')';
+}
+
+}  // namespace cuboid_mapping

@@ -1,0 +1,39 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <Eigen/Geometry>
+
+#include <memory>
+#include <string>
+#include <vector>
+
+namespace cuboid_mapping {
+
+/// A sequence of range scans with their poses, read one at a time.
+class ScanDataset {
+ public:
+  /// One scan as it was taken.
+  struct Item {
+    Eigen::Isometry3d T_map_sensor = Eigen::Isometry3d::Identity();
+    std::vector<Eigen::Vector3f> points_sensor;  ///< Metres.
+  };
+
+  virtual ~ScanDataset() = default;
+  [[nodiscard]] virtual std::size_t size() const = 0;
+
+  /// @throws std::runtime_error naming the file and what is wrong with it.
+  [[nodiscard]] virtual Item read(std::size_t index) const = 0;
+};
+
+/// Opens a data set.
+///
+/// Cases:
+///   - a folder: `poses.txt` with a line `index tx ty tz qx qy qz qw` per scan (map <- sensor;
+///   lines
+///     beginning with # are comments), and `scans/NNNN.pcd`, the index in four digits;
+///   - a file that ends in `.graph`: an octomap::ScanGraph.
+///
+/// @throws std::runtime_error saying what is missing or wrong, and where.
+[[nodiscard]] std::unique_ptr<ScanDataset> openScanDataset(const std::string& path);
+
+}  // namespace cuboid_mapping

@@ -1,0 +1,78 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+namespace cuboid_mapping {
+
+/// log(p / (1 - p)); minus or plus infinity at 0 and 1. octomap::logodds.
+[[nodiscard]] float toLogOdds(double probability);
+
+/// Inverse of toLogOdds. octomap::probability.
+[[nodiscard]] double toProbability(float log_odds);
+
+/// What is known of a voxel. Unknown means: no cuboid holds it. It is never "probability 0.5".
+enum class Occupancy : unsigned char { kUnknown, kFree, kOccupied };
+
+/// "unknown", "free" or "occupied".
+[[nodiscard]] const char* toString(Occupancy occupancy);
+
+/// Log-odds >= 0 is occupied, as in octomap::AbstractOccupancyOcTree::isNodeOccupied.
+[[nodiscard]] constexpr Occupancy classify(float log_odds) {
+  return log_odds >= 0.0F ? Occupancy::kOccupied : Occupancy::kFree;
+}
+
+/// Parameters of the inverse sensor model (paper, Section V), as probabilities.
+struct SensorModelConfig {
+  double hit = 0.7;         ///< P_occ, of a voxel in which a beam ends: in (0.5, 1).
+  double miss = 0.4;        ///< P_free, of a voxel that a beam passes: in (0, 0.5).
+  double alpha_min = 0.12;  ///< Clamping threshold below: in (0, 0.5).
+  double alpha_max = 0.97;  ///< Clamping threshold above: in (0.5, 1).
+};
+
+/// Whether stable cells go on being updated.
+enum class Environment : unsigned char {
+  kDynamic,  ///< Every observation counts: voxel by voxel what OctoMap computes.
+  kStatic,   ///< A cell at or beyond a clamping threshold is never updated again (the paper).
+};
+
+/// Binary Bayes filter of one voxel in log-odds form, clamped (paper, Section IV-A).
+///
+/// Hit, miss and thresholds are rounded to multiples of 2^-20 (an error below 5e-7), so that sums
+/// of them are exact in float: voxels with the same counts get the same value whatever the order,
+/// and can fuse. Valid while |log-odds| < 8. Value type, thread-safe.
+class SensorModel {
+ public:
+  explicit SensorModel(const SensorModelConfig& config = {},
+                       Environment environment = Environment::kDynamic);
+
+  [[nodiscard]] float hit() const { return hit_; }
+  [[nodiscard]] float miss() const { return miss_; }
+  [[nodiscard]] float min() const { return min_; }
+  [[nodiscard]] float max() const { return max_; }
+  [[nodiscard]] Environment environment() const { return environment_; }
+
+  /// At or beyond a clamping threshold, free or occupied (paper, Section IV-B: stable).
+  [[nodiscard]] bool isStable(float log_odds) const { return log_odds <= min_ || log_odds >= max_; }
+
+  /// Log-odds after one observation.
+  ///
+  /// Cases:
+  ///   - static environment and stable: unchanged;
+  ///   - else: clamp(log_odds + observation, min, max). A voxel seen for the first time starts at
+  ///   0.
+  ///
+  /// @param observation hit() or miss().
+  [[nodiscard]] float update(float log_odds, float observation) const {
+    if (environment_ == Environment::kStatic && isStable(log_odds)) return log_odds;
+    const float sum = log_odds + observation;
+    return sum < min_ ? min_ : (sum > max_ ? max_ : sum);
+  }
+
+ private:
+  float hit_;
+  float miss_;
+  float min_;
+  float max_;
+  Environment environment_;
+};
+
+}  // namespace cuboid_mapping

@@ -1,0 +1,57 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include "cuboid_mapping/map/cuboid_map.h"
+#include "cuboid_mapping/rtree/traversal.h"
+
+#include <optional>
+#include <vector>
+
+namespace cuboid_mapping {
+
+/// Which cuboids a box query returns.
+enum class CuboidOutput : unsigned char {
+  kNone,     ///< Only volumes and classes.
+  kWhole,    ///< Every cuboid that shares a voxel with the box, as it is in the map.
+  kClipped,  ///< The parts inside the box.
+};
+
+/// What is in a box.
+struct BoxQueryResult {
+  CellBox box;  ///< The voxels that the asked box overlaps: all figures are for these.
+  double free_volume_m3 = 0.0;
+  double occupied_volume_m3 = 0.0;
+  double unknown_volume_m3 = 0.0;
+  /// Of all known voxels of the box; nothing when it is all unknown.
+  std::optional<float> max_log_odds;
+  std::vector<Cuboid> cuboids;
+
+  /// Occupied if any voxel is; else unknown if any is; else free.
+  [[nodiscard]] Occupancy occupancy() const;
+};
+
+/// Volumes by class, greatest log-odds, and cuboids of a box in metres, map frame.
+///
+/// Cases:
+///   - every voxel that the box overlaps counts as a whole, so that the answer is on the safe side
+///   and
+///     the volumes add up to that of `BoxQueryResult::box`;
+///   - space outside the map is unknown;
+///   - inverted, flat (max <= min), NaN, or out of the grid's range: nothing.
+///
+/// @complexity O(log n + k) for k cuboids in the box.
+[[nodiscard]] std::optional<BoxQueryResult> queryBox(const CuboidMap& map, const MetricBox& box_map,
+                                                     CuboidOutput output = CuboidOutput::kNone,
+                                                     CuboidFilter filter = CuboidFilter::kAll);
+
+/// As above for a box of voxels. @pre it is not empty.
+/// @param filter  Of the cuboids returned; the volumes always count all.
+[[nodiscard]] BoxQueryResult queryBox(const CuboidMap& map, const CellBox& box,
+                                      CuboidOutput output = CuboidOutput::kNone,
+                                      CuboidFilter filter = CuboidFilter::kAll);
+
+/// Whether any voxel of the box is occupied; stops at the first. @complexity O(log n) and little
+/// more.
+[[nodiscard]] bool isAnyOccupied(const CuboidMap& map, const CellBox& box);
+
+}  // namespace cuboid_mapping

@@ -1,0 +1,32 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include "cuboid_mapping/map/cuboid_map.h"
+#include "cuboid_mapping/rtree/traversal.h"
+
+#include <limits>
+#include <vector>
+
+namespace cuboid_mapping {
+
+/// A cuboid near a point.
+struct NearestCuboid {
+  Cuboid cuboid;
+  double distance_m = 0.0;            ///< 0 when the point lies in the cuboid or on its face.
+  Eigen::Vector3d closest_point_map;  ///< Point of the cuboid closest to the asked one.
+};
+
+/// The k cuboids of a class that are nearest to a point (metres, map frame), nearest first.
+///
+/// Cases:
+///   - fewer within max_distance_m: as many as there are, none in unknown space far from
+///   everything;
+///   - the point need not be in the map; equal distances come in no particular order;
+///   - point not finite, k == 0, max_distance_m negative or NaN: none.
+///
+/// @complexity O((k + log n) log n).
+[[nodiscard]] std::vector<NearestCuboid> findNearest(
+    const CuboidMap& map, const Eigen::Vector3d& point_map, std::size_t k, CuboidFilter filter,
+    double max_distance_m = std::numeric_limits<double>::infinity());
+
+}  // namespace cuboid_mapping

@@ -1,0 +1,26 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include "cuboid_mapping/map/cuboid_map.h"
+
+#include <optional>
+
+namespace cuboid_mapping {
+
+/// The cuboid that holds a point (metres, map frame).
+///
+/// Cases:
+///   - unknown space, outside the map, out of the grid's range, NaN: nothing;
+///   - on a face between two voxels: the one with the greater coordinates, as boxes are half-open.
+///
+/// @complexity O(log n). octomap::OcTreeBaseImpl::search.
+[[nodiscard]] std::optional<Cuboid> findCuboid(const CuboidMap& map,
+                                               const Eigen::Vector3d& point_map);
+
+/// The cuboid that holds a voxel; nothing when it is unknown.
+[[nodiscard]] std::optional<Cuboid> findCuboid(const CuboidMap& map, const Cell& cell);
+
+/// Class of the voxel that holds a point; cases as findCuboid, where nothing is unknown.
+[[nodiscard]] Occupancy classifyPoint(const CuboidMap& map, const Eigen::Vector3d& point_map);
+
+}  // namespace cuboid_mapping

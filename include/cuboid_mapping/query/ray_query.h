@@ -1,0 +1,50 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include "cuboid_mapping/map/cuboid_map.h"
+
+#include <optional>
+
+namespace cuboid_mapping {
+
+/// What a ray does in unknown space.
+enum class UnknownPolicy : unsigned char {
+  kPass,  ///< Goes on, as octomap's castRay with ignoreUnknownCells.
+  kStop,  ///< Ends there.
+};
+
+/// How a ray ended.
+enum class RayEnd : unsigned char {
+  kOccupied,  ///< In an occupied cuboid.
+  kUnknown,   ///< At the border of unknown space (UnknownPolicy::kStop).
+  kMaxRange,  ///< Nothing in the way.
+};
+
+/// Answer of castRay.
+struct RayQueryResult {
+  RayEnd end = RayEnd::kMaxRange;
+  double distance_m = 0.0;        ///< From the origin to `point_map`.
+  Eigen::Vector3d point_map;      ///< Where it ended, metres.
+  double unknown_length_m = 0.0;  ///< Length of unknown space that was passed.
+  std::optional<Cuboid> cuboid;   ///< The occupied cuboid that was hit.
+};
+
+/// Casts a ray from a point (metres, map frame) until something is in the way.
+///
+/// Cases:
+///   - origin in an occupied cuboid: kOccupied at distance 0;
+///   - origin in unknown space, outside the map included: kUnknown at 0, or passed, by policy;
+///   - the ray leaves the map: what is outside is unknown;
+///   - it only touches an edge or a corner of a cuboid (less than 1e-9 voxels): not hit;
+///   - direction zero, or an argument not finite, or max_range_m <= 0: nothing.
+///
+/// @param direction  Need not be normalized.
+/// @param max_range_m  Length of the ray.
+/// @complexity O(log n) per cuboid passed. octomap::OccupancyOcTreeBase::castRay, which answers
+/// with the centre of the voxel, where this answers with the point on the face.
+[[nodiscard]] std::optional<RayQueryResult> castRay(const CuboidMap& map,
+                                                    const Eigen::Vector3d& origin_map,
+                                                    const Eigen::Vector3d& direction,
+                                                    double max_range_m, UnknownPolicy policy);
+
+}  // namespace cuboid_mapping

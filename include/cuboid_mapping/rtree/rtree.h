@@ -1,0 +1,121 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include "cuboid_mapping/rtree/node.h"
+
+#include <optional>
+#include <vector>
+
+namespace cuboid_mapping {
+
+/// Order (d, M) of an R-tree: bounds of the number of branches of a node (paper, Section III).
+struct RTreeConfig {
+  static constexpr int kMaxBranchesLimit = 64;
+
+  int max_branches = 32;  ///< M: 2 to kMaxBranchesLimit.
+  int min_branches = 12;  ///< d: 1 to M / 2. The root may have fewer.
+};
+
+/// Place of a cuboid in the tree; valid until the tree changes.
+struct LeafSlot {
+  NodeIndex leaf;
+  int slot;
+};
+
+/// Cuboids found by a window query, with their places.
+struct Selection {
+  std::vector<Cuboid> cuboids;
+  std::vector<LeafSlot> slots;
+
+  void clear() {
+    cuboids.clear();
+    slots.clear();
+  }
+};
+
+/// R-tree of cuboids (A. Guttman, "R-trees", 1984; paper, Section III): height balanced, insertion
+/// by least expansion, quadratic split, removal with condensing and re-insertion.
+///
+/// Any cuboids can be held, overlapping ones, too; none may be empty. Reading functions may run
+/// side by side; a change needs exclusive access. Searches are in traversal.h, invariants in
+/// invariants.h.
+class RTree {
+ public:
+  /// @pre 2 <= max_branches <= 64 and 1 <= min_branches <= max_branches / 2.
+  explicit RTree(const RTreeConfig& config = {});
+
+  /// Inserts one cuboid through the root. @complexity O(M log n), a split O(M^2).
+  void insert(const Cuboid& cuboid);
+
+  /// Removes one cuboid with exactly this box. @return false when there is none.
+  bool remove(const CellBox& box);
+
+  /// Finds the cuboids that share a cell with the window, appended to `selection`.
+  void select(const CellBox& window, Selection& selection) const;
+
+  /// Removes cuboids and adds others in one go; meant for a spatially compact group.
+  ///
+  /// Added cuboids take the places of removed ones of the same brick, then free places in the
+  /// leaves of that brick; those of bricks that lost nothing form whole new leaves; what is left
+  /// goes through the root. The tree is condensed once at the end.
+  ///
+  /// @param removed  From `select`, each once, with no change of the tree since.
+  void replace(std::vector<LeafSlot> removed, const std::vector<Cuboid>& added);
+
+  void clear();
+
+  /// Number of cuboids.
+  [[nodiscard]] std::size_t size() const { return size_; }
+  [[nodiscard]] bool isEmpty() const { return size_ == 0; }
+  /// Levels, at least 1; the root is at level height() - 1, leaves at level 0.
+  [[nodiscard]] int height() const { return height_; }
+  /// Minimum bounding box of all cuboids; nothing when there are none.
+  [[nodiscard]] std::optional<CellBox> bounds() const;
+  [[nodiscard]] const RTreeConfig& config() const { return config_; }
+
+  [[nodiscard]] NodeIndex root() const { return root_; }
+  /// @param level 0 for leaves.
+  [[nodiscard]] const Node& node(int level, NodeIndex index) const {
+    return level == 0 ? leaves_[index] : inner_nodes_[index];
+  }
+
+  [[nodiscard]] std::size_t numLeafNodes() const { return leaves_.numNodes(); }
+  [[nodiscard]] std::size_t numInnerNodes() const { return inner_nodes_.numNodes(); }
+  /// Bytes held from the allocator for the nodes.
+  [[nodiscard]] std::size_t numBytes() const {
+    return leaves_.numBytes() + inner_nodes_.numBytes();
+  }
+
+ private:
+  struct Orphans;
+  struct ReplacePlan;
+
+  Node& mutableNode(int level, NodeIndex index) {
+    return level == 0 ? leaves_[index] : inner_nodes_[index];
+  }
+  [[nodiscard]] NodeIndex chooseNode(const CellBox& box, int target_level) const;
+  void insertBranch(const Branch& branch, int level);
+  void addBranch(NodeIndex index, int level, const Branch& branch);
+  void splitNode(NodeIndex index, int level, const Branch& extra);
+  void growRoot(const Branch& first, const Branch& second);
+  void growAncestors(NodeIndex index, int level, const Branch& grown);
+  void fillNode(NodeIndex index, int level, const std::vector<Branch>& branches);
+  [[nodiscard]] std::vector<NodeIndex> applyPlan(ReplacePlan& plan,
+                                                 const std::vector<Cuboid>& added);
+  void buildLeaves(const std::vector<std::uint32_t>& fresh, const std::vector<Cuboid>& added);
+  void condense(std::vector<NodeIndex> touched);
+  void updateOrDetach(NodeIndex index, int level, std::vector<NodeIndex>& parents,
+                      Orphans& orphans);
+  void shrinkRoot();
+  void reinsert(const Orphans& orphans);
+  void dissolve(NodeIndex index, int level);
+
+  RTreeConfig config_;
+  NodePool leaves_;
+  NodePool inner_nodes_;
+  NodeIndex root_;
+  int height_ = 1;
+  std::size_t size_ = 0;
+};
+
+}  // namespace cuboid_mapping

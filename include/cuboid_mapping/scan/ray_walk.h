@@ -1,0 +1,60 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include "cuboid_mapping/geometry/grid.h"
+
+#include <Eigen/Core>
+
+#include <optional>
+
+namespace cuboid_mapping {
+
+/// A beam, set up for the walk through the voxels that it passes.
+///
+/// The arithmetic (float32 direction, double borders) is that of octomap::OcTreeBaseImpl::
+/// computeRayKeys 1.9.7, so that both pass the same voxels to the last bit; the algorithm is that
+/// of Amanatides and Woo, "A Fast Voxel Traversal Algorithm for Ray Tracing", 1987.
+struct Ray {
+  Cell start;         ///< Voxel of the origin.
+  Cell end;           ///< Voxel of the end point.
+  int step[3];        ///< -1, 0 or 1 per axis.
+  double t_max[3];    ///< Length at which the beam leaves the current voxel, per axis, in metres.
+  double t_delta[3];  ///< Length from one voxel border to the next, per axis, in metres.
+  double length_m;    ///< Length of the beam.
+};
+
+/// @param anchor_map  Added to `origin` and `end`, see Scan.
+/// @return Nothing when origin or end is outside the grid or not finite.
+[[nodiscard]] std::optional<Ray> computeRay(const Grid& grid, const Eigen::Vector3d& anchor_map,
+                                            const Eigen::Vector3f& origin,
+                                            const Eigen::Vector3f& end);
+
+/// Walks from the origin's voxel (included) to the end point's (excluded).
+///
+/// Cases:
+///   - both points in one voxel: nothing is marked;
+///   - a beam through an edge or a corner of voxels: one axis after the other, ties in the order z,
+///   y, x;
+///   - rounding errors let it miss the end voxel: it stops where the length of the beam is used up.
+///
+/// @param cursor  mark() takes the current voxel; advance(axis) goes on by ray.step[axis];
+/// isAtEnd()
+///                says that the current voxel is the end point's. It starts in the origin's voxel.
+/// @complexity O(number of voxels passed).
+template <typename CursorT>
+void walkRay(const Ray& ray, CursorT& cursor) {
+  if (ray.start == ray.end) return;
+  double t_max[3] = {ray.t_max[0], ray.t_max[1], ray.t_max[2]};
+  const auto nextAxis = [&t_max] {
+    return t_max[0] < t_max[1] ? (t_max[0] < t_max[2] ? 0 : 2) : (t_max[1] < t_max[2] ? 1 : 2);
+  };
+  int axis = nextAxis();
+  do {
+    cursor.mark();
+    cursor.advance(axis);
+    t_max[axis] += ray.t_delta[axis];
+    axis = nextAxis();
+  } while (!cursor.isAtEnd() && t_max[axis] <= ray.length_m);
+}
+
+}  // namespace cuboid_mapping

@@ -1,0 +1,38 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <Eigen/Core>
+#include <Eigen/Geometry>
+
+#include <vector>
+
+namespace cuboid_mapping {
+
+/// One observation of a range sensor (z_t of the paper), in the map frame, in metres.
+///
+/// Positions are float32 relative to `anchor_map`, so that they stay exact far from the origin of
+/// the map: the position of a point p is anchor_map + p. With a zero anchor the numbers are those
+/// that OctoMap computes with.
+struct Scan {
+  Eigen::Vector3d anchor_map = Eigen::Vector3d::Zero();
+  Eigen::Vector3f origin = Eigen::Vector3f::Zero();  ///< Where all beams start.
+  std::vector<Eigen::Vector3f> points;               ///< End points of beams that were reflected.
+  /// End points of beams that were not reflected, as far as they are known to be free: every voxel
+  /// up to and including that of the end point is a miss.
+  std::vector<Eigen::Vector3f> no_returns;
+};
+
+/// A scan of points given in the frame of a cloud.
+///
+/// The anchor is the multiple of 1024 m nearest to the sensor on each axis: zero within 512 m of
+/// the origin of the map. The points are transformed in float32, as pcl::transformPointCloud does.
+///
+/// @param T_map_cloud  Takes points from the cloud's frame to the map.
+/// @param origin_map   Where the beams start: T_map_cloud.translation() unless the cloud comes in a
+///                     frame that is not the sensor's.
+/// @param points_cloud, no_returns_cloud  Metres; see Scan.
+[[nodiscard]] Scan makeScan(const Eigen::Isometry3d& T_map_cloud, const Eigen::Vector3d& origin_map,
+                            const std::vector<Eigen::Vector3f>& points_cloud,
+                            const std::vector<Eigen::Vector3f>& no_returns_cloud = {});
+
+}  // namespace cuboid_mapping

@@ -1,0 +1,82 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include "cuboid_mapping/geometry/brick.h"
+#include "cuboid_mapping/geometry/grid.h"
+#include "cuboid_mapping/scan/scan.h"
+
+#include <cstdint>
+#include <limits>
+#include <vector>
+
+namespace cuboid_mapping {
+
+/// The voxels of one brick that a cloud observes.
+struct BrickUpdate {
+  Cell brick;          ///< Least cell of the brick.
+  BrickMask hits{};    ///< Voxels in which a beam ends.
+  BrickMask misses{};  ///< Voxels that a beam passes; those that are hits, too, count as hits.
+  std::uint64_t morton =
+      0;  ///< Place along the Morton curve; >> 6 names a group of 4 x 4 x 4 bricks.
+};
+
+/// What one cloud says about the map: each voxel at most once.
+struct ScanUpdate {
+  std::vector<BrickUpdate> bricks;   ///< One for each touched brick, in Morton order.
+  std::size_t num_points = 0;        ///< Points and no-returns that took part.
+  std::size_t num_out_of_range = 0;  ///< Left out: not finite, or outside the grid.
+};
+
+/// Which voxels a cloud observes. Pure: does not see the map.
+///
+/// A beam that ends ...          | misses                                | hit
+/// ------------------------------|---------------------------------------|----------------
+/// within max range              | origin's voxel up to the end, excluded | end point's voxel
+/// in the origin's voxel         | none                                  | that voxel
+/// beyond max range              | up to the voxel where it is cut, included | none
+/// as a no-return                | up to its end, or the cut, included   | none
+/// outside the grid, or not finite | none                                | none; it is counted
+///
+/// A voxel that is both is a hit. As octomap_server's insertScan; octomap::OccupancyOcTreeBase::
+/// computeUpdate differs in one point: it leaves out the voxel where a beam is cut.
+///
+/// Not thread-safe; keeps its buffers from one cloud to the next.
+class ScanUpdater {
+ public:
+  /// @param max_range_m  > 0; infinity for no limit.
+  explicit ScanUpdater(const Grid& grid,
+                       double max_range_m = std::numeric_limits<double>::infinity());
+
+  /// @return valid until the next call.
+  /// @complexity O(voxels passed), and O(b log b) for b touched bricks.
+  const ScanUpdate& compute(const Scan& scan);
+
+ private:
+  class BrickCursor;
+  class BrickTable {
+   public:
+    /// Index of a brick's update, which is appended when the brick is new.
+    std::uint32_t findOrAdd(std::uint64_t key);
+    void clear();
+    [[nodiscard]] const std::vector<std::uint64_t>& keys() const { return keys_; }
+
+   private:
+    void grow();
+    [[nodiscard]] std::size_t slotOf(std::uint64_t key) const;
+
+    std::vector<std::uint64_t> slot_keys_;
+    std::vector<std::uint32_t> slot_indices_;
+    std::vector<std::uint64_t> keys_;
+  };
+
+  void addBeam(const Scan& scan, const Eigen::Vector3f& end, bool is_return);
+  void sortBricks();
+
+  Grid grid_;
+  double max_range_m_;
+  Cell base_;  ///< Cell from which the bricks of the current cloud are numbered.
+  BrickTable table_;
+  ScanUpdate update_;
+};
+
+}  // namespace cuboid_mapping

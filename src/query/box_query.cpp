@@ -1,0 +1,53 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "cuboid_mapping/query/box_query.h"
+
+#include <algorithm>
+
+namespace cuboid_mapping {
+
+Occupancy BoxQueryResult::occupancy() const {
+  if (occupied_volume_m3 > 0.0) return Occupancy::kOccupied;
+  return unknown_volume_m3 > 0.0 ? Occupancy::kUnknown : Occupancy::kFree;
+}
+
+BoxQueryResult queryBox(const CuboidMap& map, const CellBox& box, CuboidOutput output,
+                        CuboidFilter filter) {
+  BoxQueryResult result;
+  result.box = box;
+  double free_voxels = 0.0;
+  double occupied_voxels = 0.0;
+  visitBox(map.tree(), box, CuboidFilter::kAll, [&](const Cuboid& cuboid) {
+    const CellBox part = intersect(cuboid.box, box);
+    const bool is_occupied = cuboid.occupancy() == Occupancy::kOccupied;
+    (is_occupied ? occupied_voxels : free_voxels) += part.numVoxels();
+    result.max_log_odds = std::max(result.max_log_odds.value_or(cuboid.log_odds), cuboid.log_odds);
+    if (output != CuboidOutput::kNone && matches(filter, cuboid.log_odds)) {
+      result.cuboids.push_back(
+          {output == CuboidOutput::kClipped ? part : cuboid.box, cuboid.log_odds});
+    }
+    return Visit::kContinue;
+  });
+  const double voxel_m3 = map.grid().voxelVolume();
+  result.free_volume_m3 = free_voxels * voxel_m3;
+  result.occupied_volume_m3 = occupied_voxels * voxel_m3;
+  result.unknown_volume_m3 = (box.numVoxels() - free_voxels - occupied_voxels) * voxel_m3;
+  return result;
+}
+
+std::optional<BoxQueryResult> queryBox(const CuboidMap& map, const MetricBox& box_map,
+                                       CuboidOutput output, CuboidFilter filter) {
+  const auto box = map.grid().toCellBox(box_map);
+  if (!box) return std::nullopt;
+  return queryBox(map, *box, output, filter);
+}
+
+bool isAnyOccupied(const CuboidMap& map, const CellBox& box) {
+  bool found = false;
+  visitBox(map.tree(), box, CuboidFilter::kOccupied, [&found](const Cuboid&) {
+    found = true;
+    return Visit::kStop;
+  });
+  return found;
+}
+
+}  // namespace cuboid_mapping

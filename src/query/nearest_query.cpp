@@ -1,0 +1,21 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "cuboid_mapping/query/nearest_query.h"
+
+namespace cuboid_mapping {
+
+std::vector<NearestCuboid> findNearest(const CuboidMap& map, const Eigen::Vector3d& point_map,
+                                       std::size_t k, CuboidFilter filter, double max_distance_m) {
+  std::vector<NearestCuboid> nearest;
+  if (k == 0 || !point_map.allFinite() || !(max_distance_m >= 0.0)) return nearest;
+  const Grid& grid = map.grid();
+  visitNearest(map.tree(), grid.toCellUnits(point_map), max_distance_m / grid.resolution(), filter,
+               [&](const Cuboid& cuboid, double distance) {
+                 const MetricBox box = grid.toMetricBox(cuboid.box);
+                 nearest.push_back({cuboid, distance * grid.resolution(),
+                                    point_map.cwiseMax(box.min_m).cwiseMin(box.max_m)});
+                 return nearest.size() < k ? Visit::kContinue : Visit::kStop;
+               });
+  return nearest;
+}
+
+}  // namespace cuboid_mapping

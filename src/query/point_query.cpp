@@ -1,0 +1,27 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "cuboid_mapping/query/point_query.h"
+
+#include "cuboid_mapping/rtree/traversal.h"
+
+namespace cuboid_mapping {
+
+std::optional<Cuboid> findCuboid(const CuboidMap& map, const Cell& cell) {
+  std::optional<Cuboid> found;
+  visitCell(map.tree(), cell, [&found](const Cuboid& cuboid) {
+    found = cuboid;
+    return Visit::kStop;
+  });
+  return found;
+}
+
+std::optional<Cuboid> findCuboid(const CuboidMap& map, const Eigen::Vector3d& point_map) {
+  const auto cell = map.grid().toCell(point_map);
+  return cell ? findCuboid(map, *cell) : std::nullopt;
+}
+
+Occupancy classifyPoint(const CuboidMap& map, const Eigen::Vector3d& point_map) {
+  const auto cuboid = findCuboid(map, point_map);
+  return cuboid ? cuboid->occupancy() : Occupancy::kUnknown;
+}
+
+}  // namespace cuboid_mapping
