@@ -28,6 +28,13 @@ void visitBricks(const CellBox& box, VisitorT visit) {
   }
 }
 
+/// Adds a cuboid to the content of a map (sign 1), or takes it away (-1).
+void count(const Cuboid& cuboid, int sign, MapContent& content) {
+  const bool is_occupied = cuboid.occupancy() == Occupancy::kOccupied;
+  (is_occupied ? content.occupied_cuboids : content.free_cuboids) += sign;
+  (is_occupied ? content.occupied_voxels : content.free_voxels) += sign * cuboid.box.numVoxels();
+}
+
 bool isInOneBrick(const CellBox& box) { return brickBox(brickOf(box.min)).contains(box); }
 
 }  // namespace
@@ -43,6 +50,7 @@ CuboidMap::CuboidMap(const MapConfig& config)
 
 ChangeSet CuboidMap::clear() {
   tree_.clear();
+  content_ = {};
   ChangeSet changes;
   changes.revision = ++revision_;
   changes.is_everything = true;
@@ -89,11 +97,18 @@ void CuboidMap::applyGroup(BrickIterator first, BrickIterator last, ChangeSet& c
     cutOutside(changed);
   }
 
+  replaceInTree();
+}
+
+void CuboidMap::replaceInTree() {
   std::vector<LeafSlot> removed;
   for (std::size_t i = 0; i < is_removed_.size(); ++i) {
-    if (is_removed_[i] != 0) removed.push_back(selection_.slots[i]);
+    if (is_removed_[i] == 0) continue;
+    removed.push_back(selection_.slots[i]);
+    count(selection_.cuboids[i], -1, content_);
   }
-  tree_.replace(std::move(removed), added_);
+  for (const Cuboid& cuboid : added_) count(cuboid, 1, content_);
+  tree_.replace(removed, added_);
 }
 
 void CuboidMap::sortIntoBricks(const CellBox& window) {

@@ -1,16 +1,19 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// RTree::replace, in its steps: plan, apply to the leaves, condense, build new leaves, insert.
+// RTree::replace, in its steps: plan, apply to the leaves, build new leaves, condense, insert.
 #include "cuboid_mapping/geometry/brick.h"
 #include "cuboid_mapping/rtree/rtree.h"
 
 #include <algorithm>
 #include <cassert>
+#include <cmath>
 
 namespace cuboid_mapping {
 namespace {
 
 /// How many branches a newly built leaf gets, as a share of M: room for the bricks to change.
 constexpr double kNewLeafFill = 0.75;
+
+Branch toBranch(const Cuboid& cuboid) { return {cuboid.box, cuboid.log_odds, kNoNode}; }
 
 /// A cuboid to remove or to add, with the brick of its least cell.
 template <typename ItemT>
@@ -21,9 +24,16 @@ struct Keyed {
 
 template <typename ItemT>
 void sortByBrick(std::vector<Keyed<ItemT>>& items) {
-  std::stable_sort(items.begin(), items.end(),
-                   [](const auto& a, const auto& b) { return a.brick < b.brick; });
+  std::stable_sort(items.begin(), items.end(), [](const auto& a, const auto& b) {
+    return isBeforeOnMortonCurve(a.brick, b.brick);
+  });
 }
+
+/// A cuboid that wants a free place in a leaf.
+struct Refill {
+  NodeIndex leaf;
+  std::uint32_t added;
+};
 
 }  // namespace
 
@@ -33,18 +43,38 @@ struct RTree::ReplacePlan {
     LeafSlot slot;
     std::uint32_t added;
   };
-  struct Refill {
-    NodeIndex leaf;  ///< Leaf in which the brick had cuboids before.
-    std::uint32_t added;
-  };
   std::vector<Overwrite> overwrites;
   std::vector<LeafSlot> vacated;
-  std::vector<Refill> refills;
-  std::vector<std::uint32_t> fresh;     ///< Of bricks that lost nothing.
-  std::vector<std::uint32_t> leftover;  ///< To insert through the root.
+  std::vector<Refill> refills;  ///< In a leaf in which the brick had cuboids before.
+  std::vector<Branch> fresh;    ///< Of bricks that lost nothing, along the Morton curve.
 };
 
-void RTree::replace(std::vector<LeafSlot> removed, const std::vector<Cuboid>& added) {
+void RTree::replace(const std::vector<LeafSlot>& removed, const std::vector<Cuboid>& added) {
+  ReplacePlan plan = planReplace(removed, added);
+  std::vector<NodeIndex> touched;
+  Orphans orphans;
+  for (const auto& [slot, i] : plan.overwrites) {
+    leaves_[slot.leaf].set(slot.slot, toBranch(added[i]));
+    touched.push_back(slot.leaf);
+  }
+  // From the last slot of a leaf to the first, because a removal moves the last branch.
+  std::sort(plan.vacated.begin(), plan.vacated.end(), [](const LeafSlot& a, const LeafSlot& b) {
+    return a.leaf != b.leaf ? a.leaf < b.leaf : a.slot > b.slot;
+  });
+  for (const LeafSlot& slot : plan.vacated) {
+    leaves_[slot.leaf].remove(slot.slot);
+    touched.push_back(slot.leaf);
+  }
+  refill(plan, added, touched, orphans);
+  packLeaves(plan.fresh, kNoNode, orphans);
+  condense(std::move(touched), orphans);
+  reinsert(orphans);
+  size_ += added.size();
+  size_ -= removed.size();
+}
+
+RTree::ReplacePlan RTree::planReplace(const std::vector<LeafSlot>& removed,
+                                      const std::vector<Cuboid>& added) const {
   std::vector<Keyed<LeafSlot>> outgoing;
   outgoing.reserve(removed.size());
   for (const LeafSlot& slot : removed) {
@@ -62,10 +92,10 @@ void RTree::replace(std::vector<LeafSlot> removed, const std::vector<Cuboid>& ad
   auto out = outgoing.begin();
   auto in = incoming.begin();
   while (out != outgoing.end() || in != incoming.end()) {
-    const Cell brick = in == incoming.end() || (out != outgoing.end() && out->brick < in->brick)
-                           ? out->brick
-                           : in->brick;
-    const bool is_fresh = out == outgoing.end() || out->brick != brick;
+    const bool is_out_next =
+        in == incoming.end() ||
+        (out != outgoing.end() && !isBeforeOnMortonCurve(in->brick, out->brick));
+    const Cell brick = is_out_next ? out->brick : in->brick;
     NodeIndex last_leaf = kNoNode;
     for (; out != outgoing.end() && out->brick == brick; ++out) {
       last_leaf = out->item.leaf;
@@ -76,76 +106,62 @@ void RTree::replace(std::vector<LeafSlot> removed, const std::vector<Cuboid>& ad
       }
     }
     for (; in != incoming.end() && in->brick == brick; ++in) {
-      if (is_fresh) {
-        plan.fresh.push_back(in->item);
+      if (last_leaf == kNoNode) {
+        plan.fresh.push_back(toBranch(added[in->item]));
       } else {
         plan.refills.push_back({last_leaf, in->item});
       }
     }
   }
-
-  // Bricks are sorted lexicographically here; new leaves are more compact in the caller's order.
-  std::sort(plan.fresh.begin(), plan.fresh.end());
-  size_ += added.size();
-  size_ -= removed.size();
-  condense(applyPlan(plan, added));
-  buildLeaves(plan.fresh, added);
-  for (const std::uint32_t i : plan.leftover) {
-    insertBranch({added[i].box, added[i].log_odds, kNoNode}, 0);
-  }
+  return plan;
 }
 
-std::vector<NodeIndex> RTree::applyPlan(ReplacePlan& plan, const std::vector<Cuboid>& added) {
-  std::vector<NodeIndex> touched;
-  const auto branchOf = [&added](std::uint32_t i) {
-    return Branch{added[i].box, added[i].log_odds, kNoNode};
-  };
-  for (const auto& [slot, i] : plan.overwrites) {
-    leaves_[slot.leaf].set(slot.slot, branchOf(i));
-    touched.push_back(slot.leaf);
-  }
-  // From the last slot of a leaf to the first, because a removal moves the last branch.
-  std::sort(plan.vacated.begin(), plan.vacated.end(), [](const LeafSlot& a, const LeafSlot& b) {
-    return a.leaf != b.leaf ? a.leaf < b.leaf : a.slot > b.slot;
-  });
-  for (const LeafSlot& slot : plan.vacated) {
-    leaves_[slot.leaf].remove(slot.slot);
-    touched.push_back(slot.leaf);
-  }
-  for (const auto& [leaf, i] : plan.refills) {
-    if (leaves_[leaf].isFull()) {
-      plan.leftover.push_back(i);
-    } else {
-      leaves_[leaf].append(branchOf(i));
-      touched.push_back(leaf);
-    }
-  }
-  return touched;
-}
-
-void RTree::buildLeaves(const std::vector<std::uint32_t>& fresh, const std::vector<Cuboid>& added) {
-  const auto fewest = static_cast<std::size_t>(config_.min_branches);
-  const auto most = static_cast<std::size_t>(config_.max_branches);
-  const auto target =
-      std::max(fewest, static_cast<std::size_t>(kNewLeafFill * config_.max_branches));
-  std::size_t first = 0;
-  while (first < fresh.size()) {
-    const std::size_t rest = fresh.size() - first;
-    // Leaves are the children of inner nodes: the first ones of a map go through the root.
-    if (rest < fewest || height_ == 1) {
-      insertBranch({added[fresh[first]].box, added[fresh[first]].log_odds, kNoNode}, 0);
-      ++first;
+void RTree::refill(ReplacePlan& plan, const std::vector<Cuboid>& added,
+                   std::vector<NodeIndex>& touched, Orphans& orphans) {
+  std::stable_sort(plan.refills.begin(), plan.refills.end(),
+                   [](const Refill& a, const Refill& b) { return a.leaf < b.leaf; });
+  for (auto first = plan.refills.begin(); first != plan.refills.end();) {
+    const auto last = std::find_if(first, plan.refills.end(), [first](const Refill& refill) {
+      return refill.leaf != first->leaf;
+    });
+    Node& leaf = leaves_[first->leaf];
+    touched.push_back(first->leaf);
+    if (leaf.count() + (last - first) <= config_.max_branches) {
+      for (; first != last; ++first) leaf.append(toBranch(added[first->added]));
       continue;
     }
-    const std::size_t count = rest <= most ? rest : std::min(target, rest / 2);
-    const NodeIndex leaf = leaves_.allocate();
-    for (std::size_t i = first; i < first + count; ++i) {
-      leaves_[leaf].append({added[fresh[i]].box, added[fresh[i]].log_odds, kNoNode});
+    std::vector<Branch> branches;
+    branches.reserve(static_cast<std::size_t>(leaf.count() + (last - first)));
+    for (int slot = 0; slot < leaf.count(); ++slot) branches.push_back(leaf.branch(slot));
+    const NodeIndex overfull = first->leaf;
+    for (; first != last; ++first) branches.push_back(toBranch(added[first->added]));
+    std::sort(branches.begin(), branches.end(), [](const Branch& a, const Branch& b) {
+      return isBeforeOnMortonCurve(a.box.min, b.box.min);
+    });
+    packLeaves(branches, overfull, orphans);
+  }
+}
+
+void RTree::packLeaves(const std::vector<Branch>& branches, NodeIndex reused, Orphans& orphans) {
+  const auto fewest = static_cast<std::size_t>(config_.min_branches);
+  if (branches.size() < fewest) {
+    orphans.cuboids.insert(orphans.cuboids.end(), branches.begin(), branches.end());
+    return;
+  }
+  const auto most = static_cast<std::size_t>(config_.max_branches);
+  const auto wanted = static_cast<std::size_t>(
+      std::ceil(static_cast<double>(branches.size()) / (kNewLeafFill * config_.max_branches)));
+  const std::size_t num_leaves =
+      branches.size() <= most ? 1 : std::min(wanted, branches.size() / fewest);
+  for (std::size_t i = 0; i < num_leaves; ++i) {
+    const bool is_new = i > 0 || reused == kNoNode;
+    const NodeIndex leaf = is_new ? leaves_.allocate() : reused;
+    leaves_[leaf].clear();
+    const std::size_t end = (i + 1) * branches.size() / num_leaves;
+    for (std::size_t j = i * branches.size() / num_leaves; j < end; ++j) {
+      leaves_[leaf].append(branches[j]);
     }
-    Branch branch = leaves_[leaf].summary();
-    branch.child = leaf;
-    insertBranch(branch, 1);
-    first += count;
+    if (is_new) orphans.subtrees.push_back({leaf, 0});
   }
 }
 

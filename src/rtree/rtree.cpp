@@ -168,18 +168,7 @@ void RTree::growAncestors(NodeIndex index, int level, const Branch& grown) {
   }
 }
 
-/// Nodes and cuboids that have lost their parent and wait for re-insertion.
-struct RTree::Orphans {
-  struct Subtree {
-    NodeIndex index;
-    int level;
-  };
-  std::vector<Subtree> subtrees;
-  std::vector<Branch> cuboids;
-};
-
-void RTree::condense(std::vector<NodeIndex> touched) {
-  Orphans orphans;
+void RTree::condense(std::vector<NodeIndex> touched, Orphans& orphans) {
   for (int level = 0; level < height_ && !touched.empty(); ++level) {
     std::sort(touched.begin(), touched.end());
     touched.erase(std::unique(touched.begin(), touched.end()), touched.end());
@@ -190,7 +179,6 @@ void RTree::condense(std::vector<NodeIndex> touched) {
     touched = std::move(parents);
   }
   shrinkRoot();
-  reinsert(orphans);
 }
 
 void RTree::updateOrDetach(NodeIndex index, int level, std::vector<NodeIndex>& parents,

@@ -100,12 +100,11 @@ std::uint32_t ScanUpdater::BrickTable::findOrAdd(std::uint64_t key) {
   return slot_indices_[slot];
 }
 
-/// Walks through the bricks of an update and marks the misses.
+/// Walks through the bricks of an update and marks the misses. Copied by value into the walk.
 class ScanUpdater::BrickCursor {
  public:
-  BrickCursor(ScanUpdater& updater, const Cell& base, const Ray& ray)
-      : table_(updater.table_), bricks_(updater.update_.bricks) {
-    const Cell local_end = ray.end - base;
+  BrickCursor(ScanUpdater& updater, const Ray& ray) : updater_(&updater) {
+    const Cell local_end = ray.end - updater.base_;
     end_key_ = packBrick(local_end);
     end_voxel_ = voxelIndex(local_end);
     for (int axis = 0; axis < 3; ++axis) {
@@ -116,10 +115,10 @@ class ScanUpdater::BrickCursor {
       key_step_[axis] = static_cast<std::uint64_t>(static_cast<std::int64_t>(step))
                         << (kAxisBits * axis);
     }
-    const Cell local_start = ray.start - base;
+    const Cell local_start = ray.start - updater.base_;
     key_ = packBrick(local_start);
     voxel_ = voxelIndex(local_start);
-    enterBrick();
+    brick_ = &updater.brickAt(key_);
   }
 
   void mark() { brick_->misses[static_cast<std::size_t>(voxel_ >> 6)] |= 1ULL << (voxel_ & 63); }
@@ -132,7 +131,7 @@ class ScanUpdater::BrickCursor {
     } else {
       voxel_ ^= axis_mask_[axis];
       key_ += key_step_[axis];
-      enterBrick();
+      brick_ = &updater_->brickAt(key_);
     }
   }
 
@@ -142,19 +141,12 @@ class ScanUpdater::BrickCursor {
     voxel_ = end_voxel_;
     if (key_ == end_key_) return;
     key_ = end_key_;
-    enterBrick();
+    brick_ = &updater_->brickAt(key_);
   }
 
  private:
-  void enterBrick() {
-    const std::uint32_t index = table_.findOrAdd(key_);
-    if (index == bricks_.size()) bricks_.emplace_back();
-    brick_ = &bricks_[index];
-  }
-
-  BrickTable& table_;
-  std::vector<BrickUpdate>& bricks_;
-  BrickUpdate* brick_ = nullptr;
+  ScanUpdater* updater_;
+  BrickUpdate* brick_;
   std::uint64_t key_;
   std::uint64_t end_key_;
   int voxel_;
@@ -164,6 +156,12 @@ class ScanUpdater::BrickCursor {
   int last_voxel_[3];
   std::uint64_t key_step_[3];
 };
+
+BrickUpdate& ScanUpdater::brickAt(std::uint64_t key) {
+  const std::uint32_t index = table_.findOrAdd(key);
+  if (index == update_.bricks.size()) update_.bricks.emplace_back();
+  return update_.bricks[index];
+}
 
 ScanUpdater::ScanUpdater(const Grid& grid, double max_range_m)
     : grid_(grid), max_range_m_(max_range_m) {
@@ -186,8 +184,7 @@ void ScanUpdater::addBeam(const Scan& scan, const Eigen::Vector3f& end, bool is_
     return;
   }
   ++update_.num_points;
-  BrickCursor cursor(*this, base_, *ray);
-  walkRay(*ray, cursor);
+  BrickCursor cursor = walkRay(*ray, BrickCursor(*this, *ray));
   cursor.jumpToEnd();
   if (is_cut || !is_return) {
     cursor.mark();

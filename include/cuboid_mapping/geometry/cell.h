@@ -29,6 +29,23 @@ constexpr bool operator<(const Cell& a, const Cell& b) {
   return a.z != b.z ? a.z < b.z : (a.y != b.y ? a.y < b.y : a.x < b.x);
 }
 
+/// Whether `a` comes before `b` on the Morton curve (z-order), which keeps neighbours together.
+/// Compares the axis on which the highest bit differs; works for all int32 coordinates.
+constexpr bool isBeforeOnMortonCurve(const Cell& a, const Cell& b) {
+  int deciding_axis = 0;
+  std::uint32_t deciding_bits = 0;
+  for (int axis = 0; axis < 3; ++axis) {
+    const std::uint32_t bits =
+        static_cast<std::uint32_t>(a[axis]) ^ static_cast<std::uint32_t>(b[axis]);
+    const bool has_higher_bit = deciding_bits < bits && deciding_bits < (deciding_bits ^ bits);
+    if (has_higher_bit) {
+      deciding_axis = axis;
+      deciding_bits = bits;
+    }
+  }
+  return a[deciding_axis] < b[deciding_axis];
+}
+
 constexpr Cell operator+(const Cell& a, const Cell& b) { return {a.x + b.x, a.y + b.y, a.z + b.z}; }
 constexpr Cell operator-(const Cell& a, const Cell& b) { return {a.x - b.x, a.y - b.y, a.z - b.z}; }
 

@@ -94,8 +94,7 @@ class BoxPieces {
 /// Cases:
 ///   - no common cell: `box` itself, in one piece (none if `box` is empty);
 ///   - `hole` covers `box`: no piece;
-///   - else: one slab for each face of `box` that `hole` does not reach, cut along z, then y, then
-///   x.
+///   - else: one slab for each face of `box` that `hole` does not reach, cut along z, y, x.
 [[nodiscard]] inline BoxPieces subtract(const CellBox& box, const CellBox& hole) {
   BoxPieces pieces;
   if (box.isEmpty()) return pieces;

@@ -28,8 +28,7 @@ class ScanDataset {
 /// Opens a data set.
 ///
 /// Cases:
-///   - a folder: `poses.txt` with a line `index tx ty tz qx qy qz qw` per scan (map <- sensor;
-///   lines
+///   - a folder: `poses.txt` with a line `index tx ty tz qx qy qz qw` per scan (map <- sensor; lines
 ///     beginning with # are comments), and `scans/NNNN.pcd`, the index in four digits;
 ///   - a file that ends in `.graph`: an octomap::ScanGraph.
 ///

@@ -24,6 +24,14 @@ struct MapConfig {
   RTreeConfig rtree;
 };
 
+/// How much a map holds.
+struct MapContent {
+  std::size_t free_cuboids = 0;
+  std::size_t occupied_cuboids = 0;
+  double free_voxels = 0.0;
+  double occupied_voxels = 0.0;
+};
+
 /// The map: disjoint cuboids in an R-tree, which is its only store (paper, Section IV). A voxel in
 /// no cuboid is unknown. This class is the one door through which a map changes.
 ///
@@ -47,6 +55,7 @@ class CuboidMap {
   [[nodiscard]] const RTree& tree() const { return tree_; }
   /// Rises with every change of content.
   [[nodiscard]] std::uint64_t revision() const { return revision_; }
+  [[nodiscard]] const MapContent& content() const { return content_; }
 
  private:
   using BrickIterator = std::vector<BrickUpdate>::const_iterator;
@@ -58,6 +67,7 @@ class CuboidMap {
                                   const std::vector<std::uint32_t>& members) const;
   void rebuildBrick(const BrickUpdate& update, const std::vector<std::uint32_t>& members);
   void cutOutside(const std::vector<CellBox>& changed);
+  void replaceInTree();
 
   MapConfig config_;
   Grid grid_;
@@ -65,6 +75,7 @@ class CuboidMap {
   std::unique_ptr<FusionStrategy> fusion_;
   RTree tree_;
   std::uint64_t revision_ = 0;
+  MapContent content_;
 
   // Scratch of applyGroup, kept to reuse its memory.
   Selection selection_;

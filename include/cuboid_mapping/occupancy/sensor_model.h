@@ -57,8 +57,8 @@ class SensorModel {
   ///
   /// Cases:
   ///   - static environment and stable: unchanged;
-  ///   - else: clamp(log_odds + observation, min, max). A voxel seen for the first time starts at
-  ///   0.
+  ///   - else: clamp(log_odds + observation, min, max).
+  /// A voxel that is seen for the first time starts at 0.
   ///
   /// @param observation hit() or miss().
   [[nodiscard]] float update(float log_odds, float observation) const {

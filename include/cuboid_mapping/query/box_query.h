@@ -33,9 +33,8 @@ struct BoxQueryResult {
 /// Volumes by class, greatest log-odds, and cuboids of a box in metres, map frame.
 ///
 /// Cases:
-///   - every voxel that the box overlaps counts as a whole, so that the answer is on the safe side
-///   and
-///     the volumes add up to that of `BoxQueryResult::box`;
+///   - every voxel that the box overlaps counts as a whole: the answer is on the safe side, and the
+///     volumes add up to that of `BoxQueryResult::box`;
 ///   - space outside the map is unknown;
 ///   - inverted, flat (max <= min), NaN, or out of the grid's range: nothing.
 ///
@@ -50,8 +49,8 @@ struct BoxQueryResult {
                                       CuboidOutput output = CuboidOutput::kNone,
                                       CuboidFilter filter = CuboidFilter::kAll);
 
-/// Whether any voxel of the box is occupied; stops at the first. @complexity O(log n) and little
-/// more.
+/// Whether any voxel of the box is occupied; stops at the first.
+/// @complexity O(log n), and little more.
 [[nodiscard]] bool isAnyOccupied(const CuboidMap& map, const CellBox& box);
 
 }  // namespace cuboid_mapping

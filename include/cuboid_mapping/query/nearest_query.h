@@ -19,8 +19,7 @@ struct NearestCuboid {
 /// The k cuboids of a class that are nearest to a point (metres, map frame), nearest first.
 ///
 /// Cases:
-///   - fewer within max_distance_m: as many as there are, none in unknown space far from
-///   everything;
+///   - fewer within max_distance_m: as many as there are, none far from everything;
 ///   - the point need not be in the map; equal distances come in no particular order;
 ///   - point not finite, k == 0, max_distance_m negative or NaN: none.
 ///

@@ -36,9 +36,9 @@ struct Selection {
 /// R-tree of cuboids (A. Guttman, "R-trees", 1984; paper, Section III): height balanced, insertion
 /// by least expansion, quadratic split, removal with condensing and re-insertion.
 ///
-/// Any cuboids can be held, overlapping ones, too; none may be empty. Reading functions may run
-/// side by side; a change needs exclusive access. Searches are in traversal.h, invariants in
-/// invariants.h.
+/// Any cuboids can be held, overlapping ones, too; none may be empty. Searches are in traversal.h,
+/// invariants in invariants.h. Const functions may run side by side; a change needs exclusive
+/// access.
 class RTree {
  public:
   /// @pre 2 <= max_branches <= 64 and 1 <= min_branches <= max_branches / 2.
@@ -55,12 +55,12 @@ class RTree {
 
   /// Removes cuboids and adds others in one go; meant for a spatially compact group.
   ///
-  /// Added cuboids take the places of removed ones of the same brick, then free places in the
-  /// leaves of that brick; those of bricks that lost nothing form whole new leaves; what is left
-  /// goes through the root. The tree is condensed once at the end.
+  /// Added cuboids take the places of removed ones of the same brick, then free places in the leaf
+  /// of that brick, which is divided when it gets too full; those of bricks that lost nothing form
+  /// whole new leaves. The tree is condensed once; then new leaves and what is left are inserted.
   ///
   /// @param removed  From `select`, each once, with no change of the tree since.
-  void replace(std::vector<LeafSlot> removed, const std::vector<Cuboid>& added);
+  void replace(const std::vector<LeafSlot>& removed, const std::vector<Cuboid>& added);
 
   void clear();
 
@@ -87,7 +87,15 @@ class RTree {
   }
 
  private:
-  struct Orphans;
+  /// Nodes and cuboids that wait to be inserted.
+  struct Orphans {
+    struct Subtree {
+      NodeIndex index;
+      int level;
+    };
+    std::vector<Subtree> subtrees;
+    std::vector<Branch> cuboids;
+  };
   struct ReplacePlan;
 
   Node& mutableNode(int level, NodeIndex index) {
@@ -100,10 +108,12 @@ class RTree {
   void growRoot(const Branch& first, const Branch& second);
   void growAncestors(NodeIndex index, int level, const Branch& grown);
   void fillNode(NodeIndex index, int level, const std::vector<Branch>& branches);
-  [[nodiscard]] std::vector<NodeIndex> applyPlan(ReplacePlan& plan,
-                                                 const std::vector<Cuboid>& added);
-  void buildLeaves(const std::vector<std::uint32_t>& fresh, const std::vector<Cuboid>& added);
-  void condense(std::vector<NodeIndex> touched);
+  [[nodiscard]] ReplacePlan planReplace(const std::vector<LeafSlot>& removed,
+                                        const std::vector<Cuboid>& added) const;
+  void refill(ReplacePlan& plan, const std::vector<Cuboid>& added, std::vector<NodeIndex>& touched,
+              Orphans& orphans);
+  void packLeaves(const std::vector<Branch>& branches, NodeIndex reused, Orphans& orphans);
+  void condense(std::vector<NodeIndex> touched, Orphans& orphans);
   void updateOrDetach(NodeIndex index, int level, std::vector<NodeIndex>& parents,
                       Orphans& orphans);
   void shrinkRoot();

@@ -33,28 +33,38 @@ struct Ray {
 ///
 /// Cases:
 ///   - both points in one voxel: nothing is marked;
-///   - a beam through an edge or a corner of voxels: one axis after the other, ties in the order z,
-///   y, x;
+///   - a beam through an edge or a corner of voxels: one axis after the other; ties in the order
+///     z, y, x;
 ///   - rounding errors let it miss the end voxel: it stops where the length of the beam is used up.
 ///
 /// @param cursor  mark() takes the current voxel; advance(axis) goes on by ray.step[axis];
-/// isAtEnd()
-///                says that the current voxel is the end point's. It starts in the origin's voxel.
+///                isAtEnd() says that the current voxel is the end point's. It starts in the
+///                origin's voxel. By value, so that its state can stay in registers.
+/// @return The cursor where it stopped.
 /// @complexity O(number of voxels passed).
 template <typename CursorT>
-void walkRay(const Ray& ray, CursorT& cursor) {
-  if (ray.start == ray.end) return;
-  double t_max[3] = {ray.t_max[0], ray.t_max[1], ray.t_max[2]};
-  const auto nextAxis = [&t_max] {
-    return t_max[0] < t_max[1] ? (t_max[0] < t_max[2] ? 0 : 2) : (t_max[1] < t_max[2] ? 1 : 2);
-  };
-  int axis = nextAxis();
+[[nodiscard]] CursorT walkRay(const Ray& ray, CursorT cursor) {
+  if (ray.start == ray.end) return cursor;
+  double t_x = ray.t_max[0];
+  double t_y = ray.t_max[1];
+  double t_z = ray.t_max[2];
+  bool is_x_before_y = t_x < t_y;
+  double t_xy = is_x_before_y ? t_x : t_y;
+  bool is_z = !(t_xy < t_z);
   do {
     cursor.mark();
-    cursor.advance(axis);
-    t_max[axis] += ray.t_delta[axis];
-    axis = nextAxis();
-  } while (!cursor.isAtEnd() && t_max[axis] <= ray.length_m);
+    cursor.advance(is_z ? 2 : (is_x_before_y ? 0 : 1));
+    // Selections instead of branches: which axis comes next is hard to predict.
+    const double delta_x = is_x_before_y ? ray.t_delta[0] : 0.0;
+    const double delta_y = is_x_before_y ? 0.0 : ray.t_delta[1];
+    t_x += is_z ? 0.0 : delta_x;
+    t_y += is_z ? 0.0 : delta_y;
+    t_z += is_z ? ray.t_delta[2] : 0.0;
+    is_x_before_y = t_x < t_y;
+    t_xy = is_x_before_y ? t_x : t_y;
+    is_z = !(t_xy < t_z);
+  } while (!cursor.isAtEnd() && (is_z ? t_z : t_xy) <= ray.length_m);
+  return cursor;
 }
 
 }  // namespace cuboid_mapping

@@ -16,8 +16,8 @@ struct BrickUpdate {
   Cell brick;          ///< Least cell of the brick.
   BrickMask hits{};    ///< Voxels in which a beam ends.
   BrickMask misses{};  ///< Voxels that a beam passes; those that are hits, too, count as hits.
-  std::uint64_t morton =
-      0;  ///< Place along the Morton curve; >> 6 names a group of 4 x 4 x 4 bricks.
+  /// Place along the Morton curve; >> 6 names a group of 4 x 4 x 4 bricks.
+  std::uint64_t morton = 0;
 };
 
 /// What one cloud says about the map: each voxel at most once.
@@ -29,13 +29,13 @@ struct ScanUpdate {
 
 /// Which voxels a cloud observes. Pure: does not see the map.
 ///
-/// A beam that ends ...          | misses                                | hit
-/// ------------------------------|---------------------------------------|----------------
-/// within max range              | origin's voxel up to the end, excluded | end point's voxel
-/// in the origin's voxel         | none                                  | that voxel
-/// beyond max range              | up to the voxel where it is cut, included | none
-/// as a no-return                | up to its end, or the cut, included   | none
-/// outside the grid, or not finite | none                                | none; it is counted
+/// A beam that ends ...            | misses, from the origin's voxel on        | hit
+/// --------------------------------|-------------------------------------------|------------------
+/// within max range                | up to the end point's voxel, excluded     | end point's voxel
+/// in the origin's voxel           | none                                      | that voxel
+/// beyond max range                | up to the voxel where it is cut, included | none
+/// as a no-return                  | up to its end, or the cut, included       | none
+/// outside the grid, or not finite | none                                      | none; is counted
 ///
 /// A voxel that is both is a hit. As octomap_server's insertScan; octomap::OccupancyOcTreeBase::
 /// computeUpdate differs in one point: it leaves out the voxel where a beam is cut.
@@ -70,6 +70,7 @@ class ScanUpdater {
   };
 
   void addBeam(const Scan& scan, const Eigen::Vector3f& end, bool is_return);
+  [[nodiscard]] BrickUpdate& brickAt(std::uint64_t key);
   void sortBricks();
 
   Grid grid_;

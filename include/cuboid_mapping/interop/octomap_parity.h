@@ -1,0 +1,41 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// OctoMap as the oracle of the map, and as the peer it is measured against.
+#pragma once
+
+#include "cuboid_mapping/map/cuboid_map.h"
+#include "cuboid_mapping/scan/scan.h"
+
+#include <octomap/OcTree.h>
+
+namespace cuboid_mapping {
+
+/// An empty OctoMap with the resolution and the sensor model of a map.
+[[nodiscard]] octomap::OcTree makeOctomap(const MapConfig& config);
+
+/// Inserts a scan as octomap_server does.
+///
+/// Without a max range: octomap::OcTree::insertPointCloud, not discretized, not lazy. With one:
+/// the same update sets, plus the voxel where a beam is cut as a miss, which octomap_server's
+/// insertScan has and insertPointCloud leaves out.
+///
+/// @pre scan.anchor_map is zero and scan.no_returns is empty: OctoMap has neither.
+/// @param max_range_m  Infinity for no limit.
+void insertIntoOctomap(const Scan& scan, double max_range_m, octomap::OcTree& tree);
+
+/// How far two maps agree, voxel by voxel.
+struct Agreement {
+  double voxels = 0.0;                   ///< Known to OctoMap.
+  double known_mismatch = 0.0;           ///< Known to one map only.
+  double class_mismatch = 0.0;           ///< Known to both, free in one and occupied in the other.
+  double max_log_odds_difference = 0.0;  ///< Over all voxels known to both.
+
+  /// Known and class agree exactly, log-odds within 1e-3.
+  [[nodiscard]] bool isExact() const {
+    return known_mismatch == 0.0 && class_mismatch == 0.0 && max_log_odds_difference <= 1e-3;
+  }
+};
+
+/// Compares every voxel that is known to either map. @complexity O(n log n).
+[[nodiscard]] Agreement compareWithOctomap(const CuboidMap& map, const octomap::OcTree& tree);
+
+}  // namespace cuboid_mapping

@@ -1,0 +1,84 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include "cuboid_mapping/scan/scan.h"
+
+#include <sensor_msgs/PointCloud2.h>
+
+#include <Eigen/Core>
+#include <Eigen/Geometry>
+
+#include <cstddef>
+#include <string>
+#include <variant>
+#include <vector>
+
+namespace cuboid_mapping_ros {
+
+/// Why a cloud cannot be used, in the order in which it is checked.
+enum class CloudDefect : unsigned char {
+  kEmptyFrame,     ///< header.frame_id is empty.
+  kNoPoints,       ///< width or height is 0.
+  kNoXyzFields,    ///< There is no field x, y or z.
+  kWrongDatatype,  ///< x, y or z is neither FLOAT32 nor FLOAT64.
+  kBadLayout,      ///< point_step is 0, a field reaches beyond it, or row_step is less than a row.
+  kShortData,      ///< There is less data than width, height and steps say.
+};
+
+/// Number of enumerators of CloudDefect, for counters.
+constexpr std::size_t kNumCloudDefects = 6;
+
+/// A short name for diagnostics, as "no x/y/z fields".
+[[nodiscard]] const char* toString(CloudDefect defect);
+
+/// Why a cloud is refused.
+struct CloudError {
+  CloudDefect defect;
+  std::string text;  ///< For the log: the numbers, and what to do.
+};
+
+/// What a cloud holds, in metres in the cloud's frame.
+struct CloudPoints {
+  /// A point p lies at anchor_cloud + p. Zero unless the coordinates are FLOAT64 and beyond 8 km,
+  /// where float32 would not do; see toScan().
+  Eigen::Vector3d anchor_cloud = Eigen::Vector3d::Zero();
+  std::vector<Eigen::Vector3f> points;      ///< Where a beam was reflected.
+  std::vector<Eigen::Vector3f> no_returns;  ///< Ends of beams without return, see Scan::no_returns.
+  std::size_t num_invalid = 0;  ///< Points that are no return: NaN, beyond 1e30, or (0, 0, 0).
+  std::size_t num_skipped = 0;  ///< Of these: left out, their beams not being known or not wanted.
+};
+
+/// How to convert a cloud.
+struct CloudOptions {
+  /// Length of a beam without return in metres; 0: such beams are skipped.
+  double no_return_range_m = 0.0;
+  /// Pose of the sensor in the cloud's frame, for the directions of beams without return. Only to
+  /// be set where the cloud has been transformed out of its sensor's frame.
+  Eigen::Isometry3d T_cloud_sensor = Eigen::Isometry3d::Identity();
+};
+
+/// Takes the points out of a message, whatever its numbers say: nothing is read outside its data.
+///
+/// x, y and z are found by name, each with its own offset and datatype (FLOAT32 or FLOAT64); a
+/// count other than 1 stands for the first element. Both byte orders; organized or not. row_step
+/// counts where height > 1 only. is_dense is not looked at: every point is checked. A point at
+/// exactly (0, 0, 0) is no return: so drivers write that do without NaN.
+///
+/// Points that are no return, in an organized cloud (height > 1) with `no_return_range_m` > 0,
+/// become no-returns as far as cuboid_mapping::estimateNoReturnBeams() finds their directions. In
+/// any other case they are skipped.
+///
+/// @return The points, possibly none when all are invalid; or why the message is refused.
+/// @complexity O(width * height).
+[[nodiscard]] std::variant<CloudPoints, CloudError> convertCloud(
+    const sensor_msgs::PointCloud2& message, const CloudOptions& options = {});
+
+/// cuboid_mapping::makeScan() of a converted cloud, with its anchor.
+///
+/// @param T_map_cloud  Takes points from the cloud's frame to the map.
+/// @param origin_map   Where the beams start.
+[[nodiscard]] cuboid_mapping::Scan toScan(const CloudPoints& cloud,
+                                          const Eigen::Isometry3d& T_map_cloud,
+                                          const Eigen::Vector3d& origin_map);
+
+}  // namespace cuboid_mapping_ros

@@ -1,0 +1,100 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include "cuboid_mapping/map/cuboid_map.h"
+#include "cuboid_mapping/ros/cloud_queue.h"
+#include "cuboid_mapping/ros/diagnostics.h"
+#include "cuboid_mapping/ros/marker_publisher.h"
+#include "cuboid_mapping/ros/node_statistics.h"
+#include "cuboid_mapping/ros/parameters.h"
+#include "cuboid_mapping/ros/time_jump.h"
+#include "cuboid_mapping/scan/scan_filter.h"
+#include "cuboid_mapping/scan/scan_update.h"
+
+#include <diagnostic_updater/diagnostic_updater.h>
+#include <message_filters/subscriber.h>
+#include <ros/node_handle.h>
+#include <ros/service_server.h>
+#include <ros/wall_timer.h>
+#include <sensor_msgs/PointCloud2.h>
+#include <std_srvs/Empty.h>
+#include <tf2_ros/buffer.h>
+#include <tf2_ros/message_filter.h>
+#include <tf2_ros/transform_listener.h>
+
+#include <array>
+#include <chrono>
+#include <optional>
+#include <string>
+
+namespace cuboid_mapping_ros {
+
+/// The node: clouds and tf go in, markers, answers to box queries and diagnostics come out.
+///
+/// Names of topics and services are in names.h, parameters in parameters.h.
+///
+/// Thread rule: all callbacks come one after the other from the queue of the node handles, which
+/// must have one thread (a nodelet's getNodeHandle(), or a node's ros::spin()). Only tf is received
+/// in a thread of its own, into a buffer that is thread-safe. So the map needs no lock.
+class MappingNode {
+ public:
+  /// @param parameters  Valid, see readParameters().
+  MappingNode(ros::NodeHandle nh, ros::NodeHandle private_nh, const NodeParameters& parameters);
+  MappingNode(const MappingNode&) = delete;
+  MappingNode& operator=(const MappingNode&) = delete;
+
+ private:
+  using CloudPtr = sensor_msgs::PointCloud2::ConstPtr;
+  using Clock = std::chrono::steady_clock;
+
+  struct CloudPoses {
+    Eigen::Isometry3d T_map_cloud;
+    Eigen::Isometry3d T_map_sensor;  ///< Its translation is where the beams start.
+  };
+
+  void subscribe(ros::NodeHandle& nh);
+  void onCloudReceived(const CloudPtr& cloud);
+  void onCloudInTurn(const CloudPtr& cloud);
+  void onCloudWithoutTf(const CloudPtr& cloud, tf2_ros::FilterFailureReason reason);
+  /// For a cloud whose transforms were there, but were forgotten before its turn.
+  void waitForTfAgain(const CloudPtr& cloud, const std::string& tf_error);
+  void integrate(const sensor_msgs::PointCloud2& cloud, const CloudPoses& poses);
+  [[nodiscard]] std::optional<CloudPoses> lookupPoses(const std_msgs::Header& header,
+                                                      std::string& error) const;
+  void clearOutdatedTf(const std_msgs::Header& header);
+  void noteChanges(const cuboid_mapping::ChangeSet& changes, const ros::Time& stamp);
+  void publish();
+  bool onReset(std_srvs::Empty::Request& request, std_srvs::Empty::Response& response);
+  void drop(DropReason reason, const std::string& text);
+  void reportDiagnostics(diagnostic_updater::DiagnosticStatusWrapper& status);
+
+  NodeParameters parameters_;
+  cuboid_mapping::ScanLimits scan_limits_;
+  cuboid_mapping::ScanUpdater scan_updater_;
+  cuboid_mapping::CuboidMap map_;
+  ros::Time map_stamp_;  ///< Of the last cloud in the map; 0 when there is none.
+
+  NodeStatistics statistics_;
+  NodeStatistics reported_statistics_;  ///< As of the last report.
+  MapSummary map_summary_;              ///< As of its revision.
+  std::array<std::optional<Clock::time_point>, kNumDropReasons> last_logged_;
+  Clock::time_point last_received_ = Clock::now();
+
+  MarkerPublisher occupied_publisher_;
+  MarkerPublisher free_publisher_;
+  diagnostic_updater::Updater diagnostics_;
+  ros::ServiceServer query_box_server_;
+  ros::ServiceServer reset_server_;
+  ros::WallTimer publish_timer_;
+  ros::WallTimer diagnostics_timer_;
+
+  tf2_ros::Buffer tf_buffer_;
+  TimeJumpDetector time_jump_detector_;
+  std::string cloud_topic_;
+  CloudQueue cloud_queue_;
+  message_filters::Subscriber<sensor_msgs::PointCloud2> cloud_subscriber_;
+  tf2_ros::MessageFilter<sensor_msgs::PointCloud2> tf_filter_;
+  tf2_ros::TransformListener tf_listener_;  ///< Last: its thread ends before the filter goes.
+};
+
+}  // namespace cuboid_mapping_ros

@@ -1,0 +1,108 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include "cuboid_mapping/geometry/grid.h"
+#include "cuboid_mapping/map/change_set.h"
+#include "cuboid_mapping/ros/parameters.h"
+#include "cuboid_mapping/rtree/traversal.h"
+
+#include <std_msgs/Header.h>
+#include <visualization_msgs/MarkerArray.h>
+
+#include <array>
+#include <bitset>
+#include <map>
+#include <set>
+#include <string>
+#include <vector>
+
+namespace cuboid_mapping_ros {
+
+/// Which cuboids become markers, and what they look like.
+struct MarkerStyle {
+  cuboid_mapping::CuboidFilter filter = cuboid_mapping::CuboidFilter::kOccupied;
+  std::string marker_namespace = "occupied";
+  /// Of occupied cuboids; free ones all have freeColor().
+  ColorBy color_by = ColorBy::kHeight;
+  double color_period_m = 10.0;  ///< > 0; only used by kHeight.
+};
+
+/// The style of each of the two marker topics.
+[[nodiscard]] MarkerStyle makeOccupiedStyle(const NodeParameters& parameters);
+[[nodiscard]] MarkerStyle makeFreeStyle();
+
+/// The cuboids of one class as markers: one CUBE_LIST for each size of cuboid, brought up to date
+/// by what has changed.
+///
+/// A listener that applies every array that update() returns, in order, by (ns, id), has the same
+/// markers as makePicture(): ADD stands for the whole list of a size, DELETE for a size of which
+/// there is none any more. The id of a size is (x - 1) + 8 * (y - 1) + 64 * (z - 1), in voxels. A
+/// cuboid longer than 8 voxels on an axis is cut at the multiples of 8 on that axis, so that there
+/// are never more than 512 markers: viewers become slow with many markers, not with many cubes.
+///
+/// The space is divided into chunks of 64 x 64 x 64 voxels; a cuboid belongs to the chunk of its
+/// least corner. Only chunks in which something has changed are read again. Not thread-safe.
+class MarkerCache {
+ public:
+  static constexpr std::int32_t kChunkEdge = 64;
+  static constexpr int kNumSizes = 512;
+
+  /// @param grid  That of the map.
+  MarkerCache(const cuboid_mapping::Grid& grid, const MarkerStyle& style);
+
+  /// Remembers which chunks to read again. @complexity O(boxes), log in the number of chunks; O(1)
+  /// after release().
+  void noteChanges(const cuboid_mapping::ChangeSet& changes);
+
+  /// Whether update() has something to look at.
+  [[nodiscard]] bool hasChanges() const { return is_everything_dirty_ || !dirty_.empty(); }
+
+  /// Reads the chunks that have changed.
+  /// @return The markers that are different from the last time; no marker when none is.
+  /// @complexity O(cuboids of the changed chunks + cubes of the markers returned).
+  visualization_msgs::MarkerArray update(const cuboid_mapping::RTree& tree,
+                                         const std_msgs::Header& header);
+
+  /// All markers as of the last update(), for a listener that has none of them yet: DELETEALL
+  /// first, for what it may have kept from an earlier run of the node, then one ADD per size.
+  [[nodiscard]] visualization_msgs::MarkerArray makePicture(const std_msgs::Header& header) const;
+
+  /// Gives the memory back; the next update() reads the whole map. For when nobody listens.
+  void release();
+
+ private:
+  /// A cube of a known size.
+  struct Cube {
+    cuboid_mapping::Cell min;
+    float log_odds;
+  };
+  struct SizedCube {
+    int size_id;
+    Cube cube;
+  };
+  friend bool operator==(const Cube& a, const Cube& b) {
+    return a.min == b.min && a.log_odds == b.log_odds;
+  }
+  using CubesByChunk = std::map<cuboid_mapping::Cell, std::vector<Cube>>;
+  using SizeSet = std::bitset<kNumSizes>;
+
+  static void appendCubes(const cuboid_mapping::Cuboid& cuboid, std::vector<SizedCube>& cubes);
+  void readChunk(const cuboid_mapping::RTree& tree, const cuboid_mapping::Cell& chunk,
+                 SizeSet& changed);
+  void readEverything(const cuboid_mapping::RTree& tree, SizeSet& changed);
+  void replaceChunk(const cuboid_mapping::Cell& chunk, std::vector<SizedCube> cubes,
+                    SizeSet& changed);
+  void replaceList(int size_id, const cuboid_mapping::Cell& chunk, std::vector<Cube> cubes,
+                   SizeSet& changed);
+  [[nodiscard]] visualization_msgs::Marker makeMarker(int size_id,
+                                                      const std_msgs::Header& header) const;
+
+  cuboid_mapping::Grid grid_;
+  MarkerStyle style_;
+  std::array<CubesByChunk, kNumSizes> cubes_;                        ///< By size; no list is empty.
+  std::map<cuboid_mapping::Cell, std::vector<int>> sizes_in_chunk_;  ///< Sorted.
+  std::set<cuboid_mapping::Cell> dirty_;                             ///< Least cells of chunks.
+  bool is_everything_dirty_ = true;
+};
+
+}  // namespace cuboid_mapping_ros

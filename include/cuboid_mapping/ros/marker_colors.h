@@ -1,0 +1,26 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <std_msgs/ColorRGBA.h>
+
+namespace cuboid_mapping_ros {
+
+/// Colour of a height: a rainbow that repeats every `period_m`.
+///
+/// Blue at 0, then cyan, green, yellow, red, magenta, in equal steps of hue, and blue again at
+/// `period_m`; the same downwards. Saturation, value and alpha are 1. As heightMapColor of
+/// octomap_server, which however stretches one rainbow over the height of the map: a colour that
+/// depends on the rest of the map would have to be published anew for every cuboid when it grows.
+///
+/// @param height_m  Any finite height, map frame.
+/// @param period_m  > 0.
+[[nodiscard]] std_msgs::ColorRGBA toHeightColor(double height_m, double period_m);
+
+/// Colour of the probability of an occupied cuboid: grey-blue at 0.5, red at 1, linear between.
+/// Values outside [0.5, 1] are taken for the nearest one inside. Alpha is 1.
+[[nodiscard]] std_msgs::ColorRGBA toProbabilityColor(double probability);
+
+/// The colour of all free cuboids: green, translucent.
+[[nodiscard]] std_msgs::ColorRGBA freeColor();
+
+}  // namespace cuboid_mapping_ros

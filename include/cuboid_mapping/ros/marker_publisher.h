@@ -1,0 +1,70 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include "cuboid_mapping/map/cuboid_map.h"
+#include "cuboid_mapping/ros/marker_cache.h"
+
+#include <ros/node_handle.h>
+#include <ros/publisher.h>
+#include <ros/single_subscriber_publisher.h>
+#include <ros/time.h>
+#include <std_msgs/Header.h>
+
+#include <string>
+
+namespace cuboid_mapping_ros {
+
+/// What a listener that comes late gets.
+enum class LateListener : unsigned char {
+  kGetsPictureAtOnce,  ///< The markers as they are: a latched topic.
+  kGetsPictureLater    ///< The whole picture, with the next message on the topic.
+};
+
+/// A topic of markers.
+struct MarkerTopic {
+  std::string name;
+  std::string frame_id;  ///< Of the map.
+  LateListener late_listener = LateListener::kGetsPictureAtOnce;
+  MarkerStyle style;
+};
+
+/// A topic of markers (visualization_msgs/MarkerArray) that carries differences, see MarkerCache.
+///
+/// The topic is not latched by ROS: it would hand the last difference to a listener that comes
+/// late, which is wrong without all those before it. Instead every new listener is sent the whole
+/// picture, alone, when it connects; the others notice nothing. While nobody listens nothing is
+/// built and nothing is kept.
+///
+/// A listener that is more than kQueueSize messages behind loses some, and has to subscribe anew.
+/// Thread rule: all calls, and the callbacks of the node handle's queue, one after the other.
+class MarkerPublisher {
+ public:
+  static constexpr std::uint32_t kQueueSize = 50;
+
+  /// @param map  Must outlive this object.
+  MarkerPublisher(ros::NodeHandle nh, const MarkerTopic& topic,
+                  const cuboid_mapping::CuboidMap& map);
+  MarkerPublisher(const MarkerPublisher&) = delete;
+  MarkerPublisher& operator=(const MarkerPublisher&) = delete;
+
+  /// To be called after every change of the map.
+  /// @param stamp  Of the map after it.
+  void noteChanges(const cuboid_mapping::ChangeSet& changes, const ros::Time& stamp);
+
+  /// Publishes what has changed since the last call, if anything has and anybody listens.
+  void publish();
+
+ private:
+  void onConnect(const ros::SingleSubscriberPublisher& listener);
+  void onDisconnect();
+
+  const cuboid_mapping::CuboidMap& map_;
+  LateListener late_listener_;
+  MarkerCache cache_;
+  std_msgs::Header header_;
+  int num_listeners_ = 0;  ///< That onConnect has seen.
+  bool is_picture_due_ = false;
+  ros::Publisher publisher_;  ///< Last: its callbacks end before the rest goes.
+};
+
+}  // namespace cuboid_mapping_ros

@@ -1,0 +1,80 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include "cuboid_mapping/map/cuboid_map.h"
+
+#include <ros/node_handle.h>
+#include <xmlrpcpp/XmlRpcValue.h>
+
+#include <limits>
+#include <string>
+#include <vector>
+
+namespace cuboid_mapping_ros {
+
+/// What the colour of an occupied cuboid stands for.
+enum class ColorBy : unsigned char { kHeight, kProbability };
+
+/// Parameters of the node, valid together when they come from readParameters() without an error.
+///
+/// Keys, units, ranges and help are declared once, in src/ros/parameter_table.cpp; the defaults are
+/// those of this struct. Names that octomap_server has are kept.
+struct NodeParameters {
+  std::string frame_id = "map";  ///< Frame of the map.
+  std::string sensor_frame;      ///< Its origin is where beams start; "": the cloud's frame.
+  cuboid_mapping::MapConfig map;
+  double max_range_m = std::numeric_limits<double>::infinity();  ///< Beams are cut there.
+  double min_range_m = 0.0;        ///< Nearer points are left out wholly; 0: none.
+  double no_return_range_m = 0.0;  ///< Beams without return free space up to it; 0: are skipped.
+  /// Points outside are left out wholly.
+  cuboid_mapping::MetricBox crop_map = {Eigen::Vector3d::Constant(-1e9),
+                                        Eigen::Vector3d::Constant(1e9)};
+  int queue_size = 10;           ///< Clouds that wait, on cloud_in and for a transform.
+  double publish_rate_hz = 1.0;  ///< Greatest rate of the map topics.
+  bool latch = true;             ///< Whether the map topics are latched.
+  ColorBy color_by = ColorBy::kHeight;
+  double color_period_m = 10.0;  ///< Height over which the colours repeat.
+};
+
+/// One thing that is wrong with the parameters.
+struct ParameterError {
+  std::string key;      ///< Relative to the private namespace, as "sensor_model/hit".
+  std::string message;  ///< The value, what is allowed, and what to do.
+};
+
+/// Parameters and everything that is wrong with them; only to be used when `errors` is empty.
+struct LoadedParameters {
+  NodeParameters parameters;
+  std::vector<ParameterError> errors;
+};
+
+/// Reads and checks all parameters; those that are missing keep their defaults.
+///
+/// Cases:
+///   - a whole number is taken for a number (YAML `1`), never a number for a whole number, nor
+///     anything else for a boolean;
+///   - NaN and infinity are out of range everywhere;
+///   - a value of the wrong type or out of range keeps its default; sets of parameters are checked
+///     against each other only when each of them is good;
+///   - a key that is not known is an error that names the nearest known one, except for keys that
+///     libraries read from the same namespace (diagnostic_period, num_worker_threads).
+///
+/// @param private_namespace  A struct, nested for keys with a slash. Not set, or an empty string
+///                           (which `nodelet load` leaves when there is no parameter): all
+///                           defaults.
+/// @return Errors in the order of the table, then of sets, then of unknown keys.
+[[nodiscard]] LoadedParameters readParameters(const XmlRpc::XmlRpcValue& private_namespace);
+
+/// readParameters() of everything in the namespace of a node handle.
+[[nodiscard]] LoadedParameters loadParameters(const ros::NodeHandle& private_handle);
+
+/// One line for each parameter: "key: value unit", and "(default)" where it is so. For the log.
+[[nodiscard]] std::vector<std::string> toLogLines(const NodeParameters& parameters);
+
+/// The table of the README: key, default, unit, allowed values, help.
+[[nodiscard]] std::string toMarkdownTable();
+
+/// config/default.yaml: every parameter with its default, help as comments.
+[[nodiscard]] std::string toYaml();
+
+}  // namespace cuboid_mapping_ros

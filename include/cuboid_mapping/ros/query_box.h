@@ -1,0 +1,77 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include "cuboid_mapping/geometry/grid.h"
+#include "cuboid_mapping/occupancy/sensor_model.h"
+
+#include <ros/time.h>
+#include <tf2/buffer_core.h>
+
+#include <Eigen/Geometry>
+
+#include <cstdint>
+#include <limits>
+#include <string>
+#include <vector>
+
+namespace cuboid_mapping {
+class CuboidMap;
+}
+
+namespace cuboid_mapping_ros {
+
+/// Which cuboids an answer holds, with the values of cuboid_mapping/QueryBox.
+enum class WantedCuboids : std::uint8_t { kNone = 0, kFree = 1, kOccupied = 2, kAll = 3 };
+
+/// What is asked of ~query_box; its contract is in srv/QueryBox.srv.
+struct BoxRequest {
+  std::string frame_id;  ///< Empty: that of the map.
+  ros::Time stamp;       ///< 0: the latest transform.
+  cuboid_mapping::MetricBox box;
+  std::uint8_t wanted_cuboids = 0;  ///< A WantedCuboids, not yet checked.
+  bool is_clipped = false;          ///< Whether the cuboids are cut at the faces of the box.
+};
+
+/// A cuboid of an answer, in metres, map frame.
+struct AnswerCuboid {
+  cuboid_mapping::MetricBox box_map;
+  cuboid_mapping::Occupancy occupancy;
+  double probability;
+};
+
+/// What ~query_box answers.
+struct BoxAnswer {
+  std::string error;  ///< Why there is no answer, and what to do; empty: there is one.
+  std::uint64_t revision = 0;
+  cuboid_mapping::MetricBox box_map;  ///< The voxels that the figures are for.
+  double free_volume_m3 = 0.0;
+  double occupied_volume_m3 = 0.0;
+  double unknown_volume_m3 = 0.0;
+  cuboid_mapping::Occupancy occupancy = cuboid_mapping::Occupancy::kUnknown;
+  /// Of all known voxels; NaN when there are none.
+  double max_probability = std::numeric_limits<double>::quiet_NaN();
+  std::vector<AnswerCuboid> cuboids;
+};
+
+/// A map and how its frame gets its name.
+struct MapInFrame {
+  const cuboid_mapping::CuboidMap& map;
+  std::string frame_id;
+  const tf2::BufferCore& tf;
+};
+
+/// Smallest axis-aligned box of the target frame that covers a box of the source frame.
+[[nodiscard]] cuboid_mapping::MetricBox computeEnclosingBox(
+    const Eigen::Isometry3d& T_target_source, const cuboid_mapping::MetricBox& box_source);
+
+/// Looks up the box in the map. Never waits, never throws.
+///
+/// Cases without an answer:
+///   - wanted_cuboids is none of WantedCuboids;
+///   - a coordinate is NaN or infinite, or min >= max on some axis;
+///   - tf has no transform from the request's frame to the map's at the request's stamp;
+///   - the box reaches beyond the cells that a map can have.
+/// @complexity O(log n + k) for k cuboids in the box.
+[[nodiscard]] BoxAnswer answerBoxRequest(const MapInFrame& map, const BoxRequest& request);
+
+}  // namespace cuboid_mapping_ros

@@ -1,0 +1,31 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <ros/time.h>
+#include <tf2/buffer_core.h>
+
+#include <Eigen/Geometry>
+
+#include <optional>
+#include <string>
+
+namespace cuboid_mapping_ros {
+
+/// A transform, or why there is none.
+struct TfLookup {
+  std::optional<Eigen::Isometry3d> T_target_source;
+  std::string error;  ///< In the words of tf; empty when there is a transform.
+};
+
+/// A frame without the leading slash that old drivers put there and tf2 does not take.
+[[nodiscard]] std::string withoutSlash(const std::string& frame_id);
+
+/// What takes points from the source frame to the target frame.
+///
+/// Never waits, never throws. Names with and without a leading slash mean the same. A frame is where
+/// it is in itself, also when tf does not know it.
+/// @param stamp  0: the latest that there is.
+[[nodiscard]] TfLookup lookupTransform(const tf2::BufferCore& buffer, const std::string& target,
+                                       const std::string& source, const ros::Time& stamp);
+
+}  // namespace cuboid_mapping_ros

@@ -1,0 +1,32 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include "cuboid_mapping/geometry/grid.h"
+#include "cuboid_mapping/scan/scan.h"
+
+#include <cstddef>
+#include <limits>
+
+namespace cuboid_mapping {
+
+/// Which points of a scan take part.
+struct ScanLimits {
+  double min_range_m = 0.0;  ///< Nearer points are left out.
+  /// Points outside are left out; its faces are inside. Default: no limit.
+  MetricBox crop_map = {Eigen::Vector3d::Constant(-std::numeric_limits<double>::infinity()),
+                        Eigen::Vector3d::Constant(std::numeric_limits<double>::infinity())};
+};
+
+/// How many points filterScan() has left out, by reason; each point counts once.
+struct FilterCounts {
+  std::size_t num_too_near = 0;
+  std::size_t num_outside_crop = 0;  ///< Points with a NaN coordinate count here.
+};
+
+/// Leaves out points wholly, as octomap_server does: neither a hit, nor misses on the way to it.
+///
+/// The order of the points that stay is kept. No-returns all stay: they are ends of free space, not
+/// points that were measured, so that no object of the robot or of the ceiling is at stake.
+FilterCounts filterScan(Scan& scan, const ScanLimits& limits);
+
+}  // namespace cuboid_mapping

@@ -1,0 +1,64 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include "cuboid_mapping/simulation/world.h"
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+namespace cuboid_mapping {
+
+struct LidarConfig {
+  int rings = 32;     ///< Beams above each other, 1 to 1024.
+  int columns = 900;  ///< Beams in one revolution, 1 to 100000: steps of 0.4 degrees.
+  double min_elevation_rad = -0.5236;  ///< Of the lowest ring, from -pi/2 on.
+  double max_elevation_rad = 0.5236;   ///< Of the highest ring, up to pi/2.
+  double max_range_m = 30.0;           ///< What is farther away gives no return; 0.1 to 1000.
+  double range_noise_m = 0.01;  ///< Standard deviation of ranges, 0 to 1; cut off at 3 times it.
+  std::uint64_t seed = 1;       ///< Of the noise.
+};
+
+/// What is wrong with a configuration, a line each: key, value, allowed range. Empty if nothing is.
+[[nodiscard]] std::vector<std::string> checkLidarConfig(const LidarConfig& config);
+
+/// A return, or NaN in x, y and z (intensity 0) where there is none. Metres, lidar frame.
+struct LidarPoint {
+  float x, y, z;
+  float intensity;  ///< Reflectivity of what was hit, 0 to 1.
+};
+
+/// One revolution, organized.
+struct LidarCloud {
+  int rings = 0;
+  int columns = 0;
+  std::vector<LidarPoint> points;  ///< points[ring * columns + column]
+};
+
+/// A spinning lidar. Lidar frame: z up, x forward.
+///
+/// Ring 0 is the highest one. Column 0 looks along x, the following ones anticlockwise, seen from
+/// above. A revolution is taken at one instant: nothing moves while the lidar turns, so a cloud has
+/// one pose and needs no motion correction. Thread-safe: const.
+class Lidar {
+ public:
+  /// @pre checkLidarConfig(config) has no complaint.
+  explicit Lidar(const LidarConfig& config);
+
+  /// What the lidar sees.
+  ///
+  /// @param solids  All that can be hit.
+  /// @param T_map_lidar  Where it stands.
+  /// @param number  Of the revolution. The noise depends on this and the seed only, so that a cloud
+  ///                is the same whether or not those before it were computed.
+  /// @complexity O(rings * columns * solids) at worst; few solids are tried where things are near.
+  [[nodiscard]] LidarCloud computeCloud(const std::vector<Solid>& solids,
+                                        const Eigen::Isometry3d& T_map_lidar,
+                                        std::uint64_t number) const;
+
+ private:
+  LidarConfig config_;
+  std::vector<Eigen::Vector3d> directions_lidar_;  ///< Of all beams, length 1.
+};
+
+}  // namespace cuboid_mapping

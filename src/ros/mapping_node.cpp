@@ -1,0 +1,244 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "cuboid_mapping/ros/mapping_node.h"
+
+#include "cuboid_mapping/ros/names.h"
+#include "cuboid_mapping/ros/query_box_service.h"
+#include "cuboid_mapping/ros/tf_lookup.h"
+
+#include <ros/console.h>
+
+#include <algorithm>
+#include <exception>
+#include <sstream>
+#include <variant>
+#include <vector>
+
+namespace cuboid_mapping_ros {
+namespace {
+
+/// The log repeats a reason for dropping clouds after this time at the earliest.
+constexpr std::chrono::seconds kLogPeriod{10};
+
+/// Clouds that roscpp keeps, and beyond which it drops them without telling: what may arrive while
+/// one cloud is worked on. The bound that counts is that of CloudQueue.
+constexpr std::uint32_t kReceiveQueueSize = 100;
+
+MarkerTopic makeTopic(const char* name, const MarkerStyle& style,
+                      const NodeParameters& parameters) {
+  return {name, withoutSlash(parameters.frame_id),
+          parameters.latch ? LateListener::kGetsPictureAtOnce : LateListener::kGetsPictureLater,
+          style};
+}
+
+}  // namespace
+
+MappingNode::MappingNode(ros::NodeHandle nh, ros::NodeHandle private_nh,
+                         const NodeParameters& parameters)
+    : parameters_(parameters),
+      scan_limits_{parameters.min_range_m, parameters.crop_map},
+      scan_updater_(cuboid_mapping::Grid(parameters.map.resolution_m), parameters.max_range_m),
+      map_(parameters.map),
+      occupied_publisher_(
+          nh, makeTopic(kOccupiedCuboidsTopic, makeOccupiedStyle(parameters), parameters), map_),
+      free_publisher_(nh, makeTopic(kFreeCuboidsTopic, makeFreeStyle(), parameters), map_),
+      diagnostics_(nh, private_nh, private_nh.getNamespace()),
+      time_jump_detector_(tf_buffer_.getCacheLength()),
+      cloud_topic_(nh.resolveName(kCloudTopic)),
+      cloud_queue_(
+          nh.getCallbackQueue(), static_cast<std::size_t>(parameters.queue_size),
+          [this](const CloudPtr& cloud) { onCloudInTurn(cloud); },
+          [this](const CloudPtr&) {
+            drop(DropReason::kQueueFull, toAdvice(DropReason::kQueueFull));
+          }),
+      tf_filter_(tf_buffer_, parameters.frame_id, static_cast<std::uint32_t>(parameters.queue_size),
+                 nh),
+      tf_listener_(tf_buffer_, nh) {
+  query_box_server_ = advertiseQueryBox(
+      private_nh,
+      [this](const BoxRequest& request) {
+        return answerBoxRequest({map_, parameters_.frame_id, tf_buffer_}, request);
+      },
+      [this] {
+        return MapHeader{withoutSlash(parameters_.frame_id), map_stamp_};
+      });
+  reset_server_ = private_nh.advertiseService(kResetService, &MappingNode::onReset, this);
+
+  // Wall time: simulated time may stand still, or jump back.
+  publish_timer_ = nh.createWallTimer(ros::WallDuration(1.0 / parameters.publish_rate_hz),
+                                      [this](const ros::WallTimerEvent&) { publish(); });
+  diagnostics_.setHardwareID("none");
+  diagnostics_.add("mapping", this, &MappingNode::reportDiagnostics);
+  diagnostics_timer_ =
+      nh.createWallTimer(ros::WallDuration(std::max(0.1, diagnostics_.getPeriod())),
+                         [this](const ros::WallTimerEvent&) { diagnostics_.force_update(); });
+  subscribe(nh);
+}
+
+void MappingNode::subscribe(ros::NodeHandle& nh) {
+  if (!parameters_.sensor_frame.empty()) {
+    tf_filter_.setTargetFrames({parameters_.frame_id, parameters_.sensor_frame});
+  }
+  tf_filter_.registerCallback([this](const CloudPtr& cloud) { cloud_queue_.push(cloud); });
+  tf_filter_.registerFailureCallback(
+      [this](const CloudPtr& cloud, tf2_ros::FilterFailureReason reason) {
+        onCloudWithoutTf(cloud, reason);
+      });
+  // Before the filter gets the cloud.
+  cloud_subscriber_.registerCallback([this](const CloudPtr& cloud) { onCloudReceived(cloud); });
+  tf_filter_.connectInput(cloud_subscriber_);
+  cloud_subscriber_.subscribe(nh, kCloudTopic, kReceiveQueueSize);
+}
+
+void MappingNode::onCloudReceived(const CloudPtr& cloud) {
+  ++statistics_.num_received;
+  last_received_ = Clock::now();
+  if (time_jump_detector_.isJump(cloud->header.stamp, ros::Time::now())) {
+    clearOutdatedTf(cloud->header);
+  }
+}
+
+void MappingNode::onCloudInTurn(const CloudPtr& cloud) {
+  std::string tf_error;
+  const auto poses = lookupPoses(cloud->header, tf_error);
+  if (!poses) return waitForTfAgain(cloud, tf_error);
+  try {
+    integrate(*cloud, *poses);
+  } catch (const std::exception& exception) {
+    drop(DropReason::kInternalError, std::string(exception.what()) + "; " +
+                                         toAdvice(DropReason::kInternalError) +
+                                         ". Call ~reset if the map looks wrong from now on");
+  }
+}
+
+void MappingNode::onCloudWithoutTf(const CloudPtr& cloud, tf2_ros::FilterFailureReason reason) {
+  if (reason == tf2_ros::filter_failure_reasons::EmptyFrameID) {
+    return drop(DropReason::kEmptyFrame, "header.frame_id is empty; set it in the driver");
+  }
+  std::ostringstream text;
+  text << "frame '" << cloud->header.frame_id << "', stamp " << cloud->header.stamp << ": ";
+  if (reason == tf2_ros::filter_failure_reasons::OutTheBack) {
+    text << "older by more than " << tf_buffer_.getCacheLength().toSec()
+         << " s than the newest transform; " << toAdvice(DropReason::kTooOldForTf);
+    return drop(DropReason::kTooOldForTf, text.str());
+  }
+  std::string tf_error;
+  const bool is_late = lookupPoses(cloud->header, tf_error).has_value();
+  text << (is_late ? "the transform came when the queue was full already" : tf_error) << "; "
+       << toAdvice(DropReason::kNoTransform);
+  drop(DropReason::kNoTransform, text.str());
+}
+
+void MappingNode::waitForTfAgain(const CloudPtr& cloud, const std::string& tf_error) {
+  const std::vector<std::string> frame_ids{cloud->header.frame_id, parameters_.sensor_frame};
+  const bool has_tf = std::all_of(frame_ids.begin(), frame_ids.end(), [&](const auto& frame_id) {
+    return frame_id.empty() || tf_buffer_.canTransform(withoutSlash(parameters_.frame_id),
+                                                       withoutSlash(frame_id), cloud->header.stamp);
+  });
+  // Not back to the filter, which would let it pass at once, again and again.
+  if (has_tf) return drop(DropReason::kNoTransform, tf_error);
+  tf_filter_.add(cloud);
+}
+
+void MappingNode::integrate(const sensor_msgs::PointCloud2& cloud, const CloudPoses& poses) {
+  Stopwatch stopwatch;
+  CloudOptions options;
+  options.no_return_range_m = parameters_.no_return_range_m;
+  options.T_cloud_sensor = poses.T_map_cloud.inverse() * poses.T_map_sensor;
+  const auto converted = convertCloud(cloud, options);
+  if (const auto* error = std::get_if<CloudError>(&converted)) {
+    return drop(toDropReason(error->defect), error->text);
+  }
+  const auto& points = std::get<CloudPoints>(converted);
+  cuboid_mapping::Scan scan = toScan(points, poses.T_map_cloud, poses.T_map_sensor.translation());
+  const cuboid_mapping::FilterCounts filtered = filterScan(scan, scan_limits_);
+  statistics_.convert_time.add(stopwatch.lap());
+
+  const cuboid_mapping::ScanUpdate& update = scan_updater_.compute(scan);
+  statistics_.ray_walk_time.add(stopwatch.lap());
+
+  noteChanges(map_.apply(update), cloud.header.stamp);
+  statistics_.apply_time.add(stopwatch.lap());
+
+  ++statistics_.num_inserted;
+  statistics_.num_points += update.num_points;
+  statistics_.num_invalid += points.num_invalid;
+  statistics_.num_filtered += filtered.num_too_near + filtered.num_outside_crop;
+  statistics_.num_out_of_range += update.num_out_of_range;
+}
+
+std::optional<MappingNode::CloudPoses> MappingNode::lookupPoses(const std_msgs::Header& header,
+                                                                std::string& error) const {
+  const auto lookup = [&](const std::string& frame_id) {
+    return lookupTransform(tf_buffer_, parameters_.frame_id, frame_id, header.stamp);
+  };
+  const TfLookup cloud = lookup(header.frame_id);
+  const TfLookup sensor =
+      parameters_.sensor_frame.empty() ? cloud : lookup(parameters_.sensor_frame);
+  if (cloud.T_target_source && sensor.T_target_source) {
+    return CloudPoses{*cloud.T_target_source, *sensor.T_target_source};
+  }
+  error = cloud.T_target_source ? sensor.error : cloud.error;
+  return std::nullopt;
+}
+
+void MappingNode::clearOutdatedTf(const std_msgs::Header& header) {
+  ros::Time newest;
+  try {
+    newest = tf_buffer_
+                 .lookupTransform(withoutSlash(parameters_.frame_id), withoutSlash(header.frame_id),
+                                  ros::Time())
+                 .header.stamp;
+  } catch (const tf2::TransformException&) {
+    return;  // nothing there that could be outdated
+  }
+  if (newest < header.stamp || newest - header.stamp < tf_buffer_.getCacheLength()) return;
+  ROS_WARN_STREAM_NAMED(kNodeName, "time has jumped back by "
+                                       << (newest - header.stamp).toSec()
+                                       << " s: transforms from before are forgotten");
+  tf_buffer_.clear();
+}
+
+void MappingNode::noteChanges(const cuboid_mapping::ChangeSet& changes, const ros::Time& stamp) {
+  map_stamp_ = stamp;
+  occupied_publisher_.noteChanges(changes, stamp);
+  free_publisher_.noteChanges(changes, stamp);
+}
+
+void MappingNode::publish() {
+  occupied_publisher_.publish();
+  free_publisher_.publish();
+}
+
+bool MappingNode::onReset(std_srvs::Empty::Request& /*request*/,
+                          std_srvs::Empty::Response& /*response*/) {
+  noteChanges(map_.clear(), ros::Time());
+  publish();
+  ROS_INFO_NAMED(kNodeName, "map cleared");
+  return true;
+}
+
+void MappingNode::drop(DropReason reason, const std::string& text) {
+  ++statistics_.numDropped(reason);
+  auto& last_logged = last_logged_[static_cast<std::size_t>(reason)];
+  const Clock::time_point now = Clock::now();
+  if (last_logged && now - *last_logged < kLogPeriod) return;
+  last_logged = now;
+  ROS_WARN_STREAM_NAMED(kNodeName, "cloud dropped, " << toString(reason) << ": " << text << " ("
+                                                     << statistics_.numDropped(reason)
+                                                     << " for this reason so far)");
+}
+
+void MappingNode::reportDiagnostics(diagnostic_updater::DiagnosticStatusWrapper& status) {
+  if (map_summary_.revision != map_.revision()) map_summary_ = summarize(map_);
+
+  NodeReport report;
+  report.statistics = statistics_;
+  report.map = map_summary_;
+  report.cloud_topic = cloud_topic_;
+  report.num_publishers = cloud_subscriber_.getSubscriber().getNumPublishers();
+  report.silence_s = std::chrono::duration<double>(Clock::now() - last_received_).count();
+  fillStatus(report, reported_statistics_, status);
+  reported_statistics_ = statistics_;
+}
+
+}  // namespace cuboid_mapping_ros

@@ -1,0 +1,33 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "cuboid_mapping/ros/mapping_nodelet.h"
+
+#include "cuboid_mapping/ros/parameters.h"
+
+#include <pluginlib/class_list_macros.hpp>
+
+#include <exception>
+#include <string>
+
+namespace cuboid_mapping_ros {
+
+void MappingNodelet::onInit() {
+  try {
+    const LoadedParameters loaded = loadParameters(getPrivateNodeHandle());
+    for (const ParameterError& error : loaded.errors) {
+      NODELET_ERROR_STREAM("parameter ~" << error.key << ": " << error.message);
+    }
+    if (!loaded.errors.empty()) {
+      NODELET_FATAL_STREAM("not started: " << loaded.errors.size() << " bad parameters");
+      return;
+    }
+    for (const std::string& line : toLogLines(loaded.parameters)) NODELET_INFO_STREAM(line);
+    node_ =
+        std::make_unique<MappingNode>(getNodeHandle(), getPrivateNodeHandle(), loaded.parameters);
+  } catch (const std::exception& exception) {
+    NODELET_FATAL_STREAM("not started: " << exception.what());
+  }
+}
+
+}  // namespace cuboid_mapping_ros
+
+PLUGINLIB_EXPORT_CLASS(cuboid_mapping_ros::MappingNodelet, nodelet::Nodelet)

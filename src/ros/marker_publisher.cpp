@@ -1,0 +1,48 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "cuboid_mapping/ros/marker_publisher.h"
+
+#include <visualization_msgs/MarkerArray.h>
+
+namespace cuboid_mapping_ros {
+
+MarkerPublisher::MarkerPublisher(ros::NodeHandle nh, const MarkerTopic& topic,
+                                 const cuboid_mapping::CuboidMap& map)
+    : map_(map), late_listener_(topic.late_listener), cache_(map.grid(), topic.style) {
+  header_.frame_id = topic.frame_id;
+  publisher_ = nh.advertise<visualization_msgs::MarkerArray>(
+      topic.name, kQueueSize,
+      [this](const ros::SingleSubscriberPublisher& listener) { onConnect(listener); },
+      [this](const ros::SingleSubscriberPublisher& /*listener*/) { onDisconnect(); });
+}
+
+void MarkerPublisher::noteChanges(const cuboid_mapping::ChangeSet& changes,
+                                  const ros::Time& stamp) {
+  header_.stamp = stamp;
+  cache_.noteChanges(changes);
+}
+
+void MarkerPublisher::publish() {
+  if (num_listeners_ == 0 || !cache_.hasChanges()) return;
+  const visualization_msgs::MarkerArray difference = cache_.update(map_.tree(), header_);
+  if (difference.markers.empty()) return;
+  publisher_.publish(is_picture_due_ ? cache_.makePicture(header_) : difference);
+  is_picture_due_ = false;
+}
+
+void MarkerPublisher::onConnect(const ros::SingleSubscriberPublisher& listener) {
+  ++num_listeners_;
+  if (late_listener_ == LateListener::kGetsPictureLater) {
+    is_picture_due_ = true;
+    return;
+  }
+  // The picture is what the others have, too: they get what has changed since with the next
+  // publish(), and so does this one.
+  if (num_listeners_ == 1) cache_.update(map_.tree(), header_);
+  listener.publish(cache_.makePicture(header_));
+}
+
+void MarkerPublisher::onDisconnect() {
+  if (--num_listeners_ == 0) cache_.release();
+}
+
+}  // namespace cuboid_mapping_ros

@@ -1,0 +1,223 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "parameter_table.h"
+
+#include "cuboid_mapping/fusion/fusion_strategy.h"
+
+#include <algorithm>
+#include <cmath>
+#include <locale>
+#include <sstream>
+
+namespace cuboid_mapping_ros {
+namespace {
+
+using P = NodeParameters;
+constexpr double kInfinity = std::numeric_limits<double>::infinity();
+
+ChoiceKind environmentKind() {
+  using cuboid_mapping::Environment;
+  return {{"dynamic", "static"},
+          [](P& p, const std::string& name) {
+            p.map.environment = name == "static" ? Environment::kStatic : Environment::kDynamic;
+          },
+          [](const P& p) -> std::string {
+            return p.map.environment == Environment::kStatic ? "static" : "dynamic";
+          }};
+}
+
+ChoiceKind fusionKind() {
+  return {cuboid_mapping::fusionNames(), [](P& p, const std::string& name) { p.map.fusion = name; },
+          [](const P& p) { return p.map.fusion; }};
+}
+
+ChoiceKind colorByKind() {
+  return {{"height", "probability"},
+          [](P& p, const std::string& name) {
+            p.color_by = name == "probability" ? ColorBy::kProbability : ColorBy::kHeight;
+          },
+          [](const P& p) -> std::string {
+            return p.color_by == ColorBy::kProbability ? "probability" : "height";
+          }};
+}
+
+std::vector<ParameterDeclaration> declareMap() {
+  return {
+      {"frame_id", "", FrameKind{[](P& p) -> std::string& { return p.frame_id; }, false},
+       "Frame of the map."},
+      {"sensor_frame", "", FrameKind{[](P& p) -> std::string& { return p.sensor_frame; }, true},
+       "Frame in whose origin the beams start. Empty: the frame of the cloud. To be set where "
+       "clouds come in another frame than their sensor's."},
+      {"resolution", "m", NumberKind{[](P& p) -> double& { return p.map.resolution_m; }, 1e-3, 1e2},
+       "Edge of a voxel, the smallest cell of the map."},
+      {"environment", "", environmentKind(),
+       "dynamic: every observation counts. static: a cell that has reached sensor_model/min or "
+       "sensor_model/max is never updated again."},
+      {"fusion", "", fusionKind(),
+       "How cells become bigger cuboids after every cloud. brick: largest boxes of equal "
+       "probability. none: every voxel stays a cuboid of its own."},
+      {"rtree/max_branches", "",
+       IntegerKind{[](P& p) -> int& { return p.map.rtree.max_branches; }, 2,
+                   cuboid_mapping::RTreeConfig::kMaxBranchesLimit},
+       "Most branches of a node of the R-tree (M)."},
+      {"rtree/min_branches", "",
+       IntegerKind{[](P& p) -> int& { return p.map.rtree.min_branches; }, 1,
+                   cuboid_mapping::RTreeConfig::kMaxBranchesLimit / 2},
+       "Fewest branches of a node of the R-tree (d), at most half of rtree/max_branches."},
+  };
+}
+
+// The probabilities keep away from 0, 0.5 and 1, where log-odds are infinite or zero.
+std::vector<ParameterDeclaration> declareSensorModel() {
+  return {
+      {"sensor_model/hit", "probability",
+       NumberKind{[](P& p) -> double& { return p.map.sensor_model.hit; }, 0.501, 0.999},
+       "Occupancy that a beam's end says of its voxel."},
+      {"sensor_model/miss", "probability",
+       NumberKind{[](P& p) -> double& { return p.map.sensor_model.miss; }, 0.001, 0.499},
+       "Occupancy that a beam says of the voxels that it passes."},
+      {"sensor_model/min", "probability",
+       NumberKind{[](P& p) -> double& { return p.map.sensor_model.alpha_min; }, 0.001, 0.499},
+       "Least occupancy of a cell: clamping threshold, beyond which a free cell is stable."},
+      {"sensor_model/max", "probability",
+       NumberKind{[](P& p) -> double& { return p.map.sensor_model.alpha_max; }, 0.501, 0.999},
+       "Greatest occupancy of a cell: clamping threshold, beyond which an occupied cell is "
+       "stable."},
+      {"sensor_model/max_range", "m",
+       NumberKind{[](P& p) -> double& { return p.max_range_m; }, 0.01, kInfinity, kInfinity},
+       "Longer beams are cut there and free the space up to it. -1: no limit."},
+      {"sensor_model/min_range", "m",
+       NumberKind{[](P& p) -> double& { return p.min_range_m; }, 0.0, kInfinity, 0.0},
+       "Points nearer to the sensor are left out wholly. 0 or -1: none."},
+      {"sensor_model/no_return_range", "m",
+       NumberKind{[](P& p) -> double& { return p.no_return_range_m; }, 0.0, 1000.0},
+       "Beams without return (NaN, infinite or zero points of an organized cloud) free the space "
+       "up to this range. 0: they are skipped."},
+  };
+}
+
+std::vector<ParameterDeclaration> declareCrop() {
+  const std::string help = "limit of the points in the map's frame; those outside are left out.";
+  return {
+      {"pointcloud_min_x", "m", NumberKind{[](P& p) -> double& { return p.crop_map.min_m.x(); }},
+       "Lower x " + help},
+      {"pointcloud_max_x", "m", NumberKind{[](P& p) -> double& { return p.crop_map.max_m.x(); }},
+       "Upper x " + help},
+      {"pointcloud_min_y", "m", NumberKind{[](P& p) -> double& { return p.crop_map.min_m.y(); }},
+       "Lower y " + help},
+      {"pointcloud_max_y", "m", NumberKind{[](P& p) -> double& { return p.crop_map.max_m.y(); }},
+       "Upper y " + help},
+      {"pointcloud_min_z", "m", NumberKind{[](P& p) -> double& { return p.crop_map.min_m.z(); }},
+       "Lower z " + help},
+      {"pointcloud_max_z", "m", NumberKind{[](P& p) -> double& { return p.crop_map.max_m.z(); }},
+       "Upper z " + help},
+  };
+}
+
+std::vector<ParameterDeclaration> declareTopics() {
+  return {
+      {"queue_size", "clouds", IntegerKind{[](P& p) -> int& { return p.queue_size; }, 1, 1000},
+       "Clouds that may wait on cloud_in, and for their transform."},
+      {"publish_rate", "Hz",
+       NumberKind{[](P& p) -> double& { return p.publish_rate_hz; }, 0.01, 100.0},
+       "Greatest rate of the map topics. They are published after a change only."},
+      {"latch", "", BooleanKind{[](P& p) -> bool& { return p.latch; }},
+       "Whether late subscribers get the last message of the map topics."},
+      {"color_by", "", colorByKind(), "What the colour of occupied cuboids stands for."},
+      {"color_period", "m",
+       NumberKind{[](P& p) -> double& { return p.color_period_m; }, 0.01, kInfinity},
+       "Height over which the colours repeat, with color_by: height."},
+  };
+}
+
+std::string formatFloating(double value, int precision) {
+  std::ostringstream out;
+  out.imbue(std::locale::classic());
+  out.precision(precision);
+  out << value;
+  return out.str();
+}
+
+std::string join(const std::vector<std::string>& words, const std::string& separator) {
+  std::string joined;
+  for (const std::string& word : words) joined += (joined.empty() ? "" : separator) + word;
+  return joined;
+}
+
+struct ValueFormatter {
+  NodeParameters parameters;
+
+  std::string operator()(const NumberKind& kind) {
+    const double value = kind.field(parameters);
+    return formatNumber(kind.minus_one && std::isinf(value) ? -1.0 : value);
+  }
+  std::string operator()(const IntegerKind& kind) { return std::to_string(kind.field(parameters)); }
+  std::string operator()(const BooleanKind& kind) {
+    return kind.field(parameters) ? "true" : "false";
+  }
+  std::string operator()(const FrameKind& kind) { return '"' + kind.field(parameters) + '"'; }
+  std::string operator()(const ChoiceKind& kind) { return kind.get(parameters); }
+};
+
+struct AllowedFormatter {
+  std::string operator()(const NumberKind& kind) const {
+    std::string text = kind.minus_one ? "-1, or a number" : "a number";
+    if (std::isfinite(kind.max)) {
+      text += " from " + formatNumber(kind.min) + " to " + formatNumber(kind.max);
+    } else if (std::isfinite(kind.min)) {
+      text += " of at least " + formatNumber(kind.min);
+    }
+    return text;
+  }
+  std::string operator()(const IntegerKind& kind) const {
+    return "a whole number from " + std::to_string(kind.min) + " to " + std::to_string(kind.max);
+  }
+  std::string operator()(const BooleanKind& /*kind*/) const { return "true or false"; }
+  std::string operator()(const FrameKind& kind) const {
+    return kind.may_be_empty ? "a tf2 frame, or empty" : "a tf2 frame";
+  }
+  std::string operator()(const ChoiceKind& kind) const { return join(kind.names, " or "); }
+};
+
+}  // namespace
+
+const std::vector<ParameterDeclaration>& parameterTable() {
+  static const std::vector<ParameterDeclaration> kTable = [] {
+    std::vector<ParameterDeclaration> table = declareMap();
+    for (const auto& part : {declareSensorModel(), declareCrop(), declareTopics()}) {
+      table.insert(table.end(), part.begin(), part.end());
+    }
+    return table;
+  }();
+  return kTable;
+}
+
+const std::vector<LibraryParameter>& libraryParameters() {
+  static const std::vector<LibraryParameter> kParameters = {
+      {"diagnostic_period", "1.0", "s", "Read by diagnostic_updater: time between diagnostics."},
+      {"num_worker_threads", "0", "threads",
+       "Read by nodelet, of a node that is its own manager; 0: one for each core."}};
+  return kParameters;
+}
+
+std::string formatNumber(double value) {
+  std::string text;
+  for (int precision = 6; precision <= 17; ++precision) {
+    text = formatFloating(value, precision);
+    std::istringstream in(text);
+    in.imbue(std::locale::classic());
+    double read_back = 0.0;
+    if (in >> read_back && read_back == value) break;
+  }
+  if (!std::isfinite(value) || text.find('.') != std::string::npos) return text;
+  return text.insert(std::min(text.find('e'), text.size()), ".0");
+}
+
+std::string formatValue(const ParameterDeclaration& declaration, const NodeParameters& parameters) {
+  return std::visit(ValueFormatter{parameters}, declaration.kind);
+}
+
+std::string formatAllowed(const ParameterDeclaration& declaration) {
+  return std::visit(AllowedFormatter{}, declaration.kind);
+}
+
+}  // namespace cuboid_mapping_ros

@@ -1,0 +1,81 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+// Inside of parameters.h: the one table that drives reading, checking and documentation.
+
+#include "cuboid_mapping/ros/parameters.h"
+
+#include <limits>
+#include <optional>
+#include <string>
+#include <variant>
+#include <vector>
+
+namespace cuboid_mapping_ros {
+
+/// A number in a closed interval, never NaN or infinite.
+struct NumberKind {
+  double& (*field)(NodeParameters&);
+  double min = -std::numeric_limits<double>::infinity();
+  double max = std::numeric_limits<double>::infinity();
+  /// What -1 stands for, where it is allowed besides the interval.
+  std::optional<double> minus_one = std::nullopt;
+};
+
+/// A whole number in a closed interval.
+struct IntegerKind {
+  int& (*field)(NodeParameters&);
+  int min;
+  int max;
+};
+
+struct BooleanKind {
+  bool& (*field)(NodeParameters&);
+};
+
+/// A tf2 frame.
+struct FrameKind {
+  std::string& (*field)(NodeParameters&);
+  bool may_be_empty;
+};
+
+/// One name of a list.
+struct ChoiceKind {
+  std::vector<std::string> names;
+  void (*set)(NodeParameters&, const std::string& name);
+  std::string (*get)(const NodeParameters&);
+};
+
+/// One parameter of the node. Its default is that of NodeParameters.
+struct ParameterDeclaration {
+  std::string key;
+  std::string unit;  ///< Empty for numbers without one, and for what is no number.
+  std::variant<NumberKind, IntegerKind, BooleanKind, FrameKind, ChoiceKind> kind;
+  std::string help;
+};
+
+/// A parameter that a library reads from the node's private namespace.
+struct LibraryParameter {
+  std::string key;
+  std::string default_text;
+  std::string unit;
+  std::string help;
+};
+
+/// All parameters; keys with the same part before the slash are neighbours.
+[[nodiscard]] const std::vector<ParameterDeclaration>& parameterTable();
+
+[[nodiscard]] const std::vector<LibraryParameter>& libraryParameters();
+
+/// A short decimal number that reads back as `value` and that YAML takes for a floating point
+/// number: "0.05", "1.0", "1.0e+09".
+[[nodiscard]] std::string formatNumber(double value);
+
+/// The value of a parameter as YAML; text in quotes.
+[[nodiscard]] std::string formatValue(const ParameterDeclaration& declaration,
+                                      const NodeParameters& parameters);
+
+/// The allowed values in words, as "a number from 0.501 to 0.999".
+[[nodiscard]] std::string formatAllowed(const ParameterDeclaration& declaration);
+
+}  // namespace cuboid_mapping_ros

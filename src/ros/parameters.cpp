@@ -1,0 +1,246 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "cuboid_mapping/ros/parameters.h"
+
+#include "parameter_table.h"
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <numeric>
+#include <utility>
+
+namespace cuboid_mapping_ros {
+namespace {
+
+using XmlRpc::XmlRpcValue;
+
+/// Why a value is not taken, and what to do; nothing when it is taken.
+using Refusal = std::optional<std::string>;
+
+/// Values that are no struct, by their keys with slashes.
+using Leaves = std::map<std::string, XmlRpcValue>;
+
+void collectLeaves(const XmlRpcValue& value, const std::string& key, Leaves& leaves) {
+  if (value.getType() != XmlRpcValue::TypeStruct) {
+    leaves[key] = value;
+    return;
+  }
+  for (const auto& [name, member] : value) {
+    collectLeaves(member, key.empty() ? name : key + '/' + name, leaves);
+  }
+}
+
+/// A value as YAML, as far as it fits in a line.
+std::string describe(const XmlRpcValue& value) {
+  switch (value.getType()) {
+    case XmlRpcValue::TypeBoolean: return static_cast<const bool&>(value) ? "true" : "false";
+    case XmlRpcValue::TypeInt: return std::to_string(static_cast<const int&>(value));
+    case XmlRpcValue::TypeDouble: return formatNumber(static_cast<const double&>(value));
+    case XmlRpcValue::TypeString: return '"' + static_cast<const std::string&>(value) + '"';
+    case XmlRpcValue::TypeArray: return "a list";
+    case XmlRpcValue::TypeStruct: return "a group of keys";
+    default: return "no plain value";
+  }
+}
+
+/// Checks a value and puts it into its field.
+struct ValueReader {
+  const XmlRpcValue& value;
+  NodeParameters& parameters;
+
+  Refusal operator()(const NumberKind& kind) const {
+    double number = 0.0;
+    if (value.getType() == XmlRpcValue::TypeInt) {
+      number = static_cast<const int&>(value);
+    } else if (value.getType() == XmlRpcValue::TypeDouble) {
+      number = static_cast<const double&>(value);
+    } else {
+      return "write it without quotes, an exponent as in 1.0e+9";
+    }
+    if (kind.minus_one && number == -1.0) {
+      kind.field(parameters) = *kind.minus_one;
+      return std::nullopt;
+    }
+    if (!std::isfinite(number) || number < kind.min || number > kind.max) return "correct it";
+    kind.field(parameters) = number;
+    return std::nullopt;
+  }
+
+  Refusal operator()(const IntegerKind& kind) const {
+    if (value.getType() != XmlRpcValue::TypeInt) return "write it without quotes and dot";
+    const int number = static_cast<const int&>(value);
+    if (number < kind.min || number > kind.max) return "correct it";
+    kind.field(parameters) = number;
+    return std::nullopt;
+  }
+
+  Refusal operator()(const BooleanKind& kind) const {
+    if (value.getType() != XmlRpcValue::TypeBoolean) return "write true or false, without quotes";
+    kind.field(parameters) = static_cast<const bool&>(value);
+    return std::nullopt;
+  }
+
+  Refusal operator()(const FrameKind& kind) const {
+    if (value.getType() != XmlRpcValue::TypeString) return "write it in quotes";
+    const auto& frame = static_cast<const std::string&>(value);
+    if (frame.empty() && !kind.may_be_empty) return "name a frame";
+    if (!frame.empty() && frame.front() == '/') return "leave out the slash at its start";
+    kind.field(parameters) = frame;
+    return std::nullopt;
+  }
+
+  Refusal operator()(const ChoiceKind& kind) const {
+    if (value.getType() != XmlRpcValue::TypeString) return "choose one of the names";
+    const auto& name = static_cast<const std::string&>(value);
+    if (std::find(kind.names.begin(), kind.names.end(), name) == kind.names.end()) {
+      return "choose one of the names";
+    }
+    kind.set(parameters, name);
+    return std::nullopt;
+  }
+};
+
+/// The value of a key with slashes, taken out of nested structs; nothing when there is none.
+std::optional<XmlRpcValue> findValue(const XmlRpcValue& group, const std::string& key) {
+  const std::size_t slash = key.find('/');
+  const std::string name = key.substr(0, slash);
+  if (group.getType() != XmlRpcValue::TypeStruct || !group.hasMember(name)) return std::nullopt;
+  if (slash == std::string::npos) return group[name];
+  return findValue(group[name], key.substr(slash + 1));
+}
+
+void readValues(const XmlRpcValue& group, LoadedParameters& loaded) {
+  for (const ParameterDeclaration& declaration : parameterTable()) {
+    const auto value = findValue(group, declaration.key);
+    if (!value) continue;
+    const Refusal refusal = std::visit(ValueReader{*value, loaded.parameters}, declaration.kind);
+    if (!refusal) continue;
+    loaded.errors.push_back({declaration.key, "is " + describe(*value) + ", but must be " +
+                                                  formatAllowed(declaration) + ": " + *refusal +
+                                                  ", or remove it to get the default " +
+                                                  formatValue(declaration, {})});
+  }
+}
+
+/// Two parameters of which one must be less than the other.
+struct OrderedPair {
+  std::string lower_key;
+  double lower;
+  std::string upper_key;
+  double upper;
+};
+
+std::vector<OrderedPair> orderedPairs(const NodeParameters& parameters) {
+  std::vector<OrderedPair> pairs;
+  for (int axis = 0; axis < 3; ++axis) {
+    const std::string name(1, "xyz"[axis]);
+    pairs.push_back({"pointcloud_min_" + name, parameters.crop_map.min_m[axis],
+                     "pointcloud_max_" + name, parameters.crop_map.max_m[axis]});
+  }
+  pairs.push_back({"sensor_model/min_range", parameters.min_range_m, "sensor_model/max_range",
+                   parameters.max_range_m});
+  return pairs;
+}
+
+void checkSets(LoadedParameters& loaded) {
+  std::vector<ParameterError> errors;
+  const auto isGood = [&loaded](const std::string& key) {
+    return std::none_of(loaded.errors.begin(), loaded.errors.end(),
+                        [&](const ParameterError& error) { return error.key == key; });
+  };
+  const auto& [min_branches, max_branches] =
+      std::pair(loaded.parameters.map.rtree.min_branches, loaded.parameters.map.rtree.max_branches);
+  if (isGood("rtree/min_branches") && isGood("rtree/max_branches") &&
+      min_branches > max_branches / 2) {
+    errors.push_back({"rtree/min_branches",
+                      "is " + std::to_string(min_branches) + ", but must be at most half of " +
+                          "rtree/max_branches (" + std::to_string(max_branches) +
+                          "): set it to at most " + std::to_string(max_branches / 2) +
+                          ", or rtree/max_branches to at least " +
+                          std::to_string(2 * min_branches)});
+  }
+  for (const OrderedPair& pair : orderedPairs(loaded.parameters)) {
+    if (pair.lower < pair.upper || !isGood(pair.lower_key) || !isGood(pair.upper_key)) continue;
+    errors.push_back({pair.lower_key, "is " + formatNumber(pair.lower) +
+                                          ", but must be less than " + pair.upper_key + " (" +
+                                          formatNumber(pair.upper) + "): change one of them"});
+  }
+  loaded.errors.insert(loaded.errors.end(), errors.begin(), errors.end());
+}
+
+/// Number of characters to insert, remove or replace (Levenshtein).
+std::size_t editDistance(const std::string& a, const std::string& b) {
+  std::vector<std::size_t> row(b.size() + 1);
+  std::iota(row.begin(), row.end(), std::size_t{0});
+  for (std::size_t i = 0; i < a.size(); ++i) {
+    std::size_t diagonal = row[0];
+    row[0] = i + 1;
+    for (std::size_t j = 0; j < b.size(); ++j) {
+      const std::size_t replaced = diagonal + (a[i] == b[j] ? 0 : 1);
+      diagonal = row[j + 1];
+      row[j + 1] = std::min({replaced, row[j] + 1, diagonal + 1});
+    }
+  }
+  return row[b.size()];
+}
+
+std::string lastPart(const std::string& key) { return key.substr(key.rfind('/') + 1); }
+
+/// The known key that is most like another one, as a whole or in what follows the last slash.
+std::string findNearestKey(const std::string& key) {
+  const auto distanceTo = [&key](const std::string& known) {
+    return std::min(editDistance(key, known), editDistance(lastPart(key), lastPart(known)));
+  };
+  const auto& table = parameterTable();
+  return std::min_element(
+             table.begin(), table.end(),
+             [&](const auto& a, const auto& b) { return distanceTo(a.key) < distanceTo(b.key); })
+      ->key;
+}
+
+/// Whether a key is in a table, or below one that is.
+template <typename TableT>
+bool isIn(const TableT& table, const std::string& key) {
+  return std::any_of(table.begin(), table.end(), [&](const auto& entry) {
+    return key == entry.key || key.rfind(entry.key + '/', 0) == 0;
+  });
+}
+
+void refuseUnknownKeys(const XmlRpcValue& group, LoadedParameters& loaded) {
+  Leaves leaves;
+  collectLeaves(group, "", leaves);
+  for (const auto& [key, value] : leaves) {
+    if (isIn(parameterTable(), key) || isIn(libraryParameters(), key)) continue;
+    loaded.errors.push_back({key, "is " + describe(value) +
+                                      ", but there is no such parameter: did you mean " +
+                                      findNearestKey(key) + "? Correct the key, or remove it"});
+  }
+}
+
+}  // namespace
+
+LoadedParameters readParameters(const XmlRpcValue& private_namespace) {
+  LoadedParameters loaded;
+  const auto type = private_namespace.getType();
+  const bool is_empty = type == XmlRpcValue::TypeInvalid ||
+                        (type == XmlRpcValue::TypeString && private_namespace.size() == 0);
+  if (is_empty) return loaded;
+  if (type != XmlRpcValue::TypeStruct) {
+    loaded.errors.push_back({"~", "is " + describe(private_namespace) +
+                                      ", but must be a group of keys: remove the parameter that "
+                                      "has the name of this node"});
+    return loaded;
+  }
+  readValues(private_namespace, loaded);
+  checkSets(loaded);
+  refuseUnknownKeys(private_namespace, loaded);
+  return loaded;
+}
+
+LoadedParameters loadParameters(const ros::NodeHandle& private_handle) {
+  XmlRpcValue value;
+  private_handle.getParam(private_handle.getNamespace(), value);
+  return readParameters(value);
+}
+
+}  // namespace cuboid_mapping_ros

@@ -1,0 +1,32 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "cuboid_mapping/ros/tf_lookup.h"
+
+#include <tf2/exceptions.h>
+#include <tf2_eigen/tf2_eigen.h>
+
+namespace cuboid_mapping_ros {
+
+std::string withoutSlash(const std::string& frame_id) {
+  return !frame_id.empty() && frame_id.front() == '/' ? frame_id.substr(1) : frame_id;
+}
+
+TfLookup lookupTransform(const tf2::BufferCore& buffer, const std::string& target,
+                         const std::string& source, const ros::Time& stamp) {
+  const std::string target_frame = withoutSlash(target);
+  const std::string source_frame = withoutSlash(source);
+  TfLookup result;
+  if (target_frame == source_frame) {
+    result.T_target_source = Eigen::Isometry3d::Identity();  // also of a frame that tf never saw
+    return result;
+  }
+  try {
+    result.T_target_source =
+        tf2::transformToEigen(buffer.lookupTransform(target_frame, source_frame, stamp));
+  } catch (const tf2::TransformException& exception) {
+    result.error = exception.what();
+    result.error.erase(result.error.find_last_not_of(" .") + 1);  // ". ." at the end of many
+  }
+  return result;
+}
+
+}  // namespace cuboid_mapping_ros

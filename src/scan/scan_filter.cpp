@@ -1,0 +1,35 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "cuboid_mapping/scan/scan_filter.h"
+
+#include <algorithm>
+
+namespace cuboid_mapping {
+namespace {
+
+/// False for NaN.
+bool isInside(const MetricBox& box_map, const Eigen::Vector3d& point_map) {
+  return (point_map.array() >= box_map.min_m.array()).all() &&
+         (point_map.array() <= box_map.max_m.array()).all();
+}
+
+}  // namespace
+
+FilterCounts filterScan(Scan& scan, const ScanLimits& limits) {
+  FilterCounts counts;
+  const auto isLeftOut = [&](const Eigen::Vector3f& point) {
+    if ((point - scan.origin).cast<double>().norm() < limits.min_range_m) {
+      ++counts.num_too_near;
+      return true;
+    }
+    if (!isInside(limits.crop_map, scan.anchor_map + point.cast<double>())) {
+      ++counts.num_outside_crop;
+      return true;
+    }
+    return false;
+  };
+  scan.points.erase(std::remove_if(scan.points.begin(), scan.points.end(), isLeftOut),
+                    scan.points.end());
+  return counts;
+}
+
+}  // namespace cuboid_mapping

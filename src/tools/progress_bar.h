@@ -1,0 +1,56 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <chrono>
+#include <cstdint>
+#include <string>
+
+namespace cuboid_mapping {
+
+/// How far a program has come.
+struct Progress {
+  std::uint64_t done = 0;
+  std::uint64_t total = 0;  ///< > 0
+  double elapsed_s = 0.0;
+};
+
+/// One line of text: bar, percentage, counts, and a time as minutes:seconds or
+/// hours:minutes:seconds.
+///
+/// Cases:
+///   - nothing done: no time;
+///   - all done: the time it took;
+///   - else: the time left, if the rest goes on as it went so far.
+///
+/// @param unit  What is counted: "clouds".
+[[nodiscard]] std::string formatProgress(const Progress& progress, const std::string& unit);
+
+/// A progress bar on stderr, if that is a terminal; else nothing is written.
+///
+/// The line is drawn anew at most ten times a second, and ends with the object, so that what is
+/// written next begins a line of its own.
+class ProgressBar {
+ public:
+  /// @param unit  What is counted: "clouds". @param total  How many there will be, > 0.
+  ProgressBar(std::string unit, std::uint64_t total);
+  ~ProgressBar();
+  ProgressBar(const ProgressBar&) = delete;
+  ProgressBar& operator=(const ProgressBar&) = delete;
+
+  /// @param done  How many of the total are finished.
+  void update(std::uint64_t done);
+
+ private:
+  using Clock = std::chrono::steady_clock;
+
+  void draw();
+
+  std::string unit_;
+  std::uint64_t total_;
+  std::uint64_t done_ = 0;
+  bool is_on_terminal_;
+  Clock::time_point start_ = Clock::now();
+  Clock::time_point last_drawn_ = start_;
+};
+
+}  // namespace cuboid_mapping

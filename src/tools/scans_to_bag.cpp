@@ -1,0 +1,145 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Makes a rosbag of a data set of scans: a PointCloud2 and its tf for each of them.
+#include "bag_output.h"
+#include "command_line.h"
+#include "cuboid_mapping/io/scan_dataset.h"
+#include "progress_bar.h"
+#include "stamps.h"
+
+#include <ros/names.h>
+#include <sensor_msgs/point_cloud2_iterator.h>
+#include <tf2_eigen/tf2_eigen.h>
+
+#include <algorithm>
+#include <cstdint>
+#include <iostream>
+#include <limits>
+#include <sstream>
+#include <stdexcept>
+
+namespace cuboid_mapping_ros {
+namespace {
+
+using cuboid_mapping::ScanDataset;
+
+struct Options {
+  std::string dataset;
+  std::string bag;
+  double rate_hz = 10.0;
+  std::string topic = "/cloud";
+  std::string map_frame = "map";
+  std::string sensor_frame = "sensor";
+  std::int64_t max_clouds = std::numeric_limits<std::int64_t>::max();
+};
+
+void checkFrame(const char* option, const std::string& frame) {
+  if (frame.empty() || frame[0] == '/') {
+    throw std::runtime_error(std::string(option) + " '" + frame +
+                             "': a frame has a name that does not begin with /");
+  }
+}
+
+void checkOptions(const Options& options) {
+  if (!(options.rate_hz >= 0.001 && options.rate_hz <= 1000.0)) {
+    std::ostringstream message;
+    message << "--rate " << options.rate_hz << ": must be from 0.001 to 1000 Hz";
+    throw std::runtime_error(message.str());
+  }
+  if (options.max_clouds < 1) {
+    throw std::runtime_error("--clouds " + std::to_string(options.max_clouds) +
+                             ": must be 1 or more");
+  }
+  std::string reason;
+  if (options.topic.empty() || !ros::names::validate(options.topic, reason)) {
+    throw std::runtime_error("--topic '" + options.topic + "': is no name of a topic");
+  }
+  checkFrame("--map-frame", options.map_frame);
+  checkFrame("--sensor-frame", options.sensor_frame);
+  if (options.map_frame == options.sensor_frame) {
+    throw std::runtime_error("--map-frame and --sensor-frame must differ");
+  }
+}
+
+tf2_msgs::TFMessage toTfMessage(const Eigen::Isometry3d& T_map_sensor, const ros::Time& stamp,
+                                const Options& options) {
+  tf2_msgs::TFMessage message;
+  message.transforms.push_back(tf2::eigenToTransform(T_map_sensor));
+  geometry_msgs::TransformStamped& transform = message.transforms.front();
+  transform.header.stamp = stamp;
+  transform.header.frame_id = options.map_frame;
+  transform.child_frame_id = options.sensor_frame;
+  return message;
+}
+
+sensor_msgs::PointCloud2 toCloudMessage(const std::vector<Eigen::Vector3f>& points,
+                                        const ros::Time& stamp, const std::string& frame) {
+  sensor_msgs::PointCloud2 message;
+  message.header.stamp = stamp;
+  message.header.frame_id = frame;
+  message.is_dense =
+      std::all_of(points.begin(), points.end(), [](const auto& p) { return p.allFinite(); });
+  sensor_msgs::PointCloud2Modifier modifier(message);
+  using Field = sensor_msgs::PointField;
+  modifier.setPointCloud2Fields(3, "x", 1, Field::FLOAT32, "y", 1, Field::FLOAT32, "z", 1,
+                                Field::FLOAT32);
+  modifier.resize(points.size());
+  sensor_msgs::PointCloud2Iterator<float> xyz(message, "x");
+  for (const Eigen::Vector3f& point : points) {
+    std::copy_n(point.data(), 3, &xyz[0]);
+    ++xyz;
+  }
+  return message;
+}
+
+int convert(const Options& options) {
+  checkOptions(options);
+  const std::unique_ptr<ScanDataset> dataset = cuboid_mapping::openScanDataset(options.dataset);
+  const std::uint64_t count =
+      std::min<std::uint64_t>(static_cast<std::uint64_t>(options.max_clouds), dataset->size());
+  std::uint64_t num_points = 0;
+  BagOutput bag(options.bag);
+  {
+    cuboid_mapping::ProgressBar progress("clouds", count);
+    for (std::uint64_t i = 0; i < count; ++i) {
+      cuboid_mapping::throwIfInterrupted();
+      const ScanDataset::Item scan = dataset->read(i);
+      const ros::Time stamp = computeStamp(kFirstStamp, i, options.rate_hz);
+      bag.writeCloud(options.topic, toCloudMessage(scan.points_sensor, stamp, options.sensor_frame),
+                     toTfMessage(scan.T_map_sensor, stamp, options));
+      num_points += scan.points_sensor.size();
+      progress.update(i + 1);
+    }
+  }
+  bag.commit();
+  std::cout << options.bag << ": " << count << " clouds, " << num_points << " points, "
+            << static_cast<double>(count) / options.rate_hz << " s" << std::endl;
+  return 0;
+}
+
+int run(int argc, char** argv) {
+  Options options;
+  CLI::App app("Makes a rosbag of a data set of scans: sensor_msgs/PointCloud2 and tf.",
+               "scans_to_bag");
+  app.add_option("dataset", options.dataset,
+                 "a folder with poses.txt and scans/NNNN.pcd, or an OctoMap .graph file")
+      ->required();
+  app.add_option("bag", options.bag, "the rosbag to write; one of that name is replaced")
+      ->required();
+  app.add_option("--rate", options.rate_hz, "clouds per second of bag time")->capture_default_str();
+  app.add_option("--topic", options.topic, "topic of the clouds")->capture_default_str();
+  app.add_option("--map-frame", options.map_frame, "parent frame of tf")->capture_default_str();
+  app.add_option("--sensor-frame", options.sensor_frame, "frame of the clouds, child frame of tf")
+      ->capture_default_str();
+  app.add_option("--clouds", options.max_clouds, "only so many clouds from the start");
+  if (const auto status = cuboid_mapping::parseCommandLine(app, argc, argv)) return *status;
+  return convert(options);
+}
+
+}  // namespace
+}  // namespace cuboid_mapping_ros
+
+int main(int argc, char** argv) {
+  cuboid_mapping::catchInterrupts();
+  return cuboid_mapping::runProgram("scans_to_bag",
+                                    [&] { return cuboid_mapping_ros::run(argc, argv); });
+}

@@ -1,0 +1,95 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "simulated_drive.h"
+
+#include "cuboid_mapping/simulation/range_check.h"
+
+#include <sensor_msgs/point_cloud2_iterator.h>
+#include <tf2_eigen/tf2_eigen.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+
+namespace cuboid_mapping_ros {
+namespace {
+
+using cuboid_mapping::LidarCloud;
+using cuboid_mapping::LidarConfig;
+using cuboid_mapping::LidarPoint;
+using cuboid_mapping::RangeCheck;
+
+/// T_base_lidar: on a mast.
+const Eigen::Isometry3d kMount(Eigen::Translation3d(0.1, 0.0, 1.0));
+
+LidarConfig withSeed(LidarConfig lidar, std::uint64_t seed) {
+  lidar.seed = seed;
+  return lidar;
+}
+
+geometry_msgs::TransformStamped toMessage(const Eigen::Isometry3d& T_parent_child,
+                                          const ros::Time& stamp, const std::string& parent,
+                                          const std::string& child) {
+  geometry_msgs::TransformStamped message = tf2::eigenToTransform(T_parent_child);
+  message.header.stamp = stamp;
+  message.header.frame_id = parent;
+  message.child_frame_id = child;
+  return message;
+}
+
+}  // namespace
+
+std::vector<std::string> checkDriveConfig(const DriveConfig& config) {
+  RangeCheck check;
+  check("cloud_rate", config.cloud_rate_hz, 0.01, 100.0);
+  check("duration", config.duration_s, 0.0, 1e6);
+  std::vector<std::string> errors = cuboid_mapping::checkLidarConfig(config.lidar);
+  errors.insert(errors.end(), check.errors().begin(), check.errors().end());
+  return errors;
+}
+
+std::uint64_t computeNumClouds(const DriveConfig& config) {
+  if (config.duration_s == 0.0) return 0;
+  // A hair less, so that the rounding of 0.3 s * 10 Hz gives no fourth cloud.
+  const double count = std::ceil(config.duration_s * config.cloud_rate_hz - 1e-6);
+  return static_cast<std::uint64_t>(std::max(1.0, count));
+}
+
+SimulatedDrive::SimulatedDrive(const DriveConfig& config)
+    : config_(config), world_(config.seed), lidar_(withSeed(config.lidar, config.seed)) {}
+
+geometry_msgs::TransformStamped SimulatedDrive::toMountMessage(const ros::Time& stamp) const {
+  return toMessage(kMount, stamp, "base_link", "lidar");
+}
+
+geometry_msgs::TransformStamped SimulatedDrive::toPoseMessage(std::uint64_t index,
+                                                              const ros::Time& stamp) const {
+  return toMessage(world_.computeRobotPose(timeOf(index)), stamp, "map", "base_link");
+}
+
+sensor_msgs::PointCloud2 SimulatedDrive::toCloudMessage(std::uint64_t index,
+                                                        const ros::Time& stamp) const {
+  const double time_s = timeOf(index);
+  const LidarCloud cloud = lidar_.computeCloud(world_.computeSolids(time_s),
+                                               world_.computeRobotPose(time_s) * kMount, index);
+  sensor_msgs::PointCloud2 message;
+  message.header.stamp = stamp;
+  message.header.frame_id = "lidar";
+  message.is_dense = false;
+  sensor_msgs::PointCloud2Modifier modifier(message);
+  using Field = sensor_msgs::PointField;
+  modifier.setPointCloud2Fields(4, "x", 1, Field::FLOAT32, "y", 1, Field::FLOAT32, "z", 1,
+                                Field::FLOAT32, "intensity", 1, Field::FLOAT32);
+  modifier.resize(cloud.points.size());
+  message.height = static_cast<std::uint32_t>(cloud.rings);
+  message.width = static_cast<std::uint32_t>(cloud.columns);
+  message.row_step = message.width * message.point_step;
+  static_assert(sizeof(LidarPoint) == 4 * sizeof(float), "laid out as the fields of the message");
+  std::memcpy(message.data.data(), cloud.points.data(), message.data.size());
+  return message;
+}
+
+double SimulatedDrive::timeOf(std::uint64_t index) const {
+  return static_cast<double>(index) / config_.cloud_rate_hz;
+}
+
+}  // namespace cuboid_mapping_ros

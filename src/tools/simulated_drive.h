@@ -1,0 +1,60 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include "cuboid_mapping/simulation/lidar.h"
+
+#include <geometry_msgs/TransformStamped.h>
+#include <ros/time.h>
+#include <sensor_msgs/PointCloud2.h>
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+namespace cuboid_mapping_ros {
+
+/// What is driven through the simulated building, and for how long.
+struct DriveConfig {
+  DriveConfig() { lidar.columns = 450; }  // half of the lidar's own default: kind to small machines
+
+  std::uint64_t seed = 1;  ///< Of the world and of the noise.
+  cuboid_mapping::LidarConfig lidar;
+  double cloud_rate_hz = 10.0;  ///< Clouds per second of simulated time, 0.01 to 100.
+  double duration_s = 0.0;      ///< Of simulated time, 0 to 1e6; 0: for ever.
+};
+
+/// What is wrong with a configuration, a line each: key, value, allowed range. Empty if nothing is.
+[[nodiscard]] std::vector<std::string> checkDriveConfig(const DriveConfig& config);
+
+/// Number of clouds in the configured duration, at least one; 0 where it goes on for ever.
+[[nodiscard]] std::uint64_t computeNumClouds(const DriveConfig& config);
+
+/// The messages of a lidar on a robot that drives through the simulated building, lap after lap.
+///
+/// The frames are map -> base_link -> lidar. The same configuration, index and stamp give the same
+/// bytes. Thread-safe: const.
+class SimulatedDrive {
+ public:
+  /// @pre checkDriveConfig(config) has no complaint.
+  explicit SimulatedDrive(const DriveConfig& config);
+
+  /// base_link -> lidar: static.
+  [[nodiscard]] geometry_msgs::TransformStamped toMountMessage(const ros::Time& stamp) const;
+
+  /// map -> base_link at cloud `index`.
+  [[nodiscard]] geometry_msgs::TransformStamped toPoseMessage(std::uint64_t index,
+                                                              const ros::Time& stamp) const;
+
+  /// Cloud `index`: organized, float32 fields x, y, z and intensity, NaN without return.
+  [[nodiscard]] sensor_msgs::PointCloud2 toCloudMessage(std::uint64_t index,
+                                                        const ros::Time& stamp) const;
+
+ private:
+  [[nodiscard]] double timeOf(std::uint64_t index) const;
+
+  DriveConfig config_;
+  cuboid_mapping::World world_;
+  cuboid_mapping::Lidar lidar_;
+};
+
+}  // namespace cuboid_mapping_ros

@@ -1,0 +1,222 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "simulated_lidar_node.h"
+
+#include "cuboid_mapping/simulation/range_check.h"
+#include "stamps.h"
+
+#include <ros/ros.h>
+#include <rosgraph_msgs/Clock.h>
+#include <tf2_ros/static_transform_broadcaster.h>
+#include <tf2_ros/transform_broadcaster.h>
+
+#include <algorithm>
+#include <cmath>
+#include <optional>
+#include <sstream>
+
+namespace cuboid_mapping_ros {
+namespace {
+
+/// Reads private parameters and keeps what is wrong with them.
+class ParameterReader {
+ public:
+  ParameterReader(const ros::NodeHandle& node, std::vector<std::string>& errors)
+      : node_(node), errors_(errors) {}
+
+  void read(const std::string& key, double& value) {
+    if (const auto given = find(key)) {
+      if (given->getType() == XmlRpc::XmlRpcValue::TypeInt) {
+        value = static_cast<int>(*given);
+      } else if (hasType(key, *given, XmlRpc::XmlRpcValue::TypeDouble, "a number")) {
+        value = static_cast<double>(*given);
+      }
+    }
+  }
+
+  void read(const std::string& key, int& value) {
+    if (const auto given = find(key)) {
+      if (hasType(key, *given, XmlRpc::XmlRpcValue::TypeInt, "a whole number")) {
+        value = static_cast<int>(*given);
+      }
+    }
+  }
+
+  void read(const std::string& key, bool& value) {
+    if (const auto given = find(key)) {
+      if (hasType(key, *given, XmlRpc::XmlRpcValue::TypeBoolean, "true or false")) {
+        value = static_cast<bool>(*given);
+      }
+    }
+  }
+
+  /// Complains about private parameters that nobody asked for.
+  void refuseOthers() {
+    std::vector<std::string> names;
+    node_.getParamNames(names);
+    const std::string prefix = node_.getNamespace() + "/";
+    for (const std::string& name : names) {
+      if (name.compare(0, prefix.size(), prefix) != 0) continue;
+      const std::string key = name.substr(prefix.size());
+      if (std::find(known_.begin(), known_.end(), key) == known_.end()) {
+        errors_.push_back(key + ": there is no such parameter");
+      }
+    }
+  }
+
+ private:
+  std::optional<XmlRpc::XmlRpcValue> find(const std::string& key) {
+    known_.push_back(key);
+    XmlRpc::XmlRpcValue value;
+    if (!node_.getParam(key, value)) return std::nullopt;
+    return value;
+  }
+
+  bool hasType(const std::string& key, const XmlRpc::XmlRpcValue& value,
+               XmlRpc::XmlRpcValue::Type type, const char* description) {
+    if (value.getType() == type) return true;
+    std::ostringstream line;
+    line << key << " = " << value << ": must be " << description;
+    errors_.push_back(line.str());
+    return false;
+  }
+
+  const ros::NodeHandle& node_;
+  std::vector<std::string>& errors_;
+  std::vector<std::string> known_;
+};
+
+/// Publishes /clock, and makes time pass.
+class ClockSource {
+ public:
+  ClockSource(ros::NodeHandle& node, double rate)
+      : publisher_(node.advertise<rosgraph_msgs::Clock>("/clock", 10)), rate_(rate) {}
+
+  [[nodiscard]] ros::Time now() const { return now_; }
+
+  /// Returns when `time` has come and was published, or ROS shuts down.
+  void advanceTo(const ros::Time& time) {
+    constexpr double kTick_s = 0.01;
+    do {
+      const double missing_s = (time - now_).toSec() / rate_;
+      ros::WallDuration(std::min(kTick_s, missing_s)).sleep();
+      const ros::WallTime wall = ros::WallTime::now();
+      const double passed_s = std::max(0.0, (wall - last_wall_).toSec());
+      last_wall_ = wall;
+      now_ = std::min(time, now_ + ros::Duration(passed_s * rate_));
+      publish();
+    } while (ros::ok() && now_ < time);
+  }
+
+ private:
+  void publish() {
+    rosgraph_msgs::Clock message;
+    message.clock = now_;
+    publisher_.publish(message);
+  }
+
+  ros::Publisher publisher_;
+  double rate_;
+  ros::Time now_ = kFirstStamp;
+  ros::WallTime last_wall_ = ros::WallTime::now();
+};
+
+/// What is published, each thing to its topic.
+class DrivePublisher {
+ public:
+  DrivePublisher(ros::NodeHandle& node, const SimulatedDrive& drive, const ros::Time& start)
+      : drive_(drive), clouds_(node.advertise<sensor_msgs::PointCloud2>("cloud", 10)) {
+    static_transforms_.sendTransform(drive.toMountMessage(start));
+  }
+
+  void publish(std::uint64_t index, const sensor_msgs::PointCloud2& cloud) {
+    transforms_.sendTransform(drive_.toPoseMessage(index, cloud.header.stamp));
+    clouds_.publish(cloud);
+  }
+
+ private:
+  const SimulatedDrive& drive_;
+  ros::Publisher clouds_;
+  tf2_ros::TransformBroadcaster transforms_;
+  tf2_ros::StaticTransformBroadcaster static_transforms_;
+};
+
+/// For so long the node stays after the last cloud, which else might be lost with it.
+constexpr double kLinger_s = 0.5;
+
+void runWithOwnClock(ros::NodeHandle& node, const SimulatedLidarParameters& parameters) {
+  const DriveConfig& config = parameters.drive;
+  const SimulatedDrive drive(config);
+  ClockSource clock(node, parameters.rate);
+  DrivePublisher publisher(node, drive, kFirstStamp);
+  const std::uint64_t count = computeNumClouds(config);
+  for (std::uint64_t i = 0; ros::ok() && (count == 0 || i < count); ++i) {
+    const ros::Time stamp = computeStamp(kFirstStamp, i, config.cloud_rate_hz);
+    const sensor_msgs::PointCloud2 cloud = drive.toCloudMessage(i, stamp);
+    clock.advanceTo(stamp);
+    publisher.publish(i, cloud);
+  }
+  clock.advanceTo(clock.now() + ros::Duration(kLinger_s * parameters.rate));
+}
+
+void runWithRosTime(ros::NodeHandle& node, const SimulatedLidarParameters& parameters) {
+  const DriveConfig& config = parameters.drive;
+  const SimulatedDrive drive(config);
+  if (!ros::Time::waitForValid()) return;
+  const ros::Time start = ros::Time::now();
+  DrivePublisher publisher(node, drive, start);
+  const std::uint64_t count = computeNumClouds(config);
+  std::uint64_t i = 0;
+  while (ros::ok() && (count == 0 || i < count)) {
+    const ros::Time stamp = computeStamp(start, i, config.cloud_rate_hz);
+    const sensor_msgs::PointCloud2 cloud = drive.toCloudMessage(i, stamp);
+    ros::Time::sleepUntil(stamp);
+    publisher.publish(i, cloud);
+    const double periods_late = (ros::Time::now() - stamp).toSec() * config.cloud_rate_hz;
+    const auto missed = static_cast<std::uint64_t>(std::max(0.0, std::floor(periods_late)));
+    if (missed > 0) ROS_WARN_THROTTLE(10.0, "too slow for this rate: clouds are left out");
+    i += 1 + missed;
+  }
+  ros::WallDuration(kLinger_s).sleep();
+}
+
+}  // namespace
+
+SimulatedLidarParameters loadParameters(const ros::NodeHandle& private_node,
+                                        std::vector<std::string>& errors) {
+  SimulatedLidarParameters parameters;
+  DriveConfig& drive = parameters.drive;
+  ParameterReader reader(private_node, errors);
+  int seed = static_cast<int>(drive.seed);
+  reader.read("seed", seed);
+  reader.read("rings", drive.lidar.rings);
+  reader.read("columns", drive.lidar.columns);
+  reader.read("noise", drive.lidar.range_noise_m);
+  reader.read("max_range", drive.lidar.max_range_m);
+  reader.read("cloud_rate", drive.cloud_rate_hz);
+  reader.read("duration", drive.duration_s);
+  reader.read("publish_clock", parameters.publish_clock);
+  reader.read("rate", parameters.rate);
+  reader.refuseOthers();
+
+  if (seed < 0) errors.push_back("seed = " + std::to_string(seed) + ": must be 0 or more");
+  drive.seed = static_cast<std::uint64_t>(seed);
+  cuboid_mapping::RangeCheck check;
+  check("rate", parameters.rate, 0.01, 1000.0);
+  for (const auto& complaints : {checkDriveConfig(drive), check.errors()}) {
+    errors.insert(errors.end(), complaints.begin(), complaints.end());
+  }
+  if (parameters.rate != 1.0 && !parameters.publish_clock) {
+    errors.push_back("rate: needs publish_clock, without which ROS time is not this node's");
+  }
+  return parameters;
+}
+
+void runSimulatedLidar(ros::NodeHandle& node, const SimulatedLidarParameters& parameters) {
+  if (!parameters.publish_clock) return runWithRosTime(node, parameters);
+  bool use_sim_time = false;
+  node.param("/use_sim_time", use_sim_time, false);
+  if (!use_sim_time) ROS_WARN("publish_clock: set /use_sim_time, or other nodes ignore this clock");
+  runWithOwnClock(node, parameters);
+}
+
+}  // namespace cuboid_mapping_ros

@@ -1,0 +1,35 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include "simulated_drive.h"
+
+#include <ros/node_handle.h>
+
+#include <string>
+#include <vector>
+
+namespace cuboid_mapping_ros {
+
+/// Parameters of the node simulated_lidar.
+struct SimulatedLidarParameters {
+  DriveConfig drive;           ///< ~seed ~rings ~columns ~noise ~max_range ~cloud_rate ~duration
+  bool publish_clock = false;  ///< ~publish_clock: the node is the source of ROS time.
+  double rate = 1.0;           ///< ~rate: seconds of ROS time per second; needs ~publish_clock.
+};
+
+/// Reads the private parameters.
+///
+/// @param[out] errors  A line for each one that is unknown, of the wrong type or out of range.
+[[nodiscard]] SimulatedLidarParameters loadParameters(const ros::NodeHandle& private_node,
+                                                      std::vector<std::string>& errors);
+
+/// Publishes `cloud`, tf, and if asked to the clock, until the duration is over or ROS shuts down.
+///
+/// Cases:
+///   - with publish_clock, stamps begin at kFirstStamp. No cloud is left out: where the machine is too
+///     slow, time goes slower. On another lap it goes on, not back;
+///   - else the clouds have stamps of ROS time from now on, and those that the machine is too slow
+///     for are left out.
+void runSimulatedLidar(ros::NodeHandle& node, const SimulatedLidarParameters& parameters);
+
+}  // namespace cuboid_mapping_ros
