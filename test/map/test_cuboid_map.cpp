@@ -1,0 +1,336 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "cuboid_mapping/map/cuboid_map.h"
+
+#include "support/modelled_map.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <optional>
+#include <set>
+#include <string>
+#include <tuple>
+#include <vector>
+
+namespace cuboid_mapping {
+namespace {
+
+using test::ModelledMap;
+using test::Random;
+
+MapConfig configOf(Environment environment, const std::string& fusion,
+                   const RTreeConfig& rtree = {}) {
+  MapConfig config;
+  config.resolution_m = 0.1;
+  config.environment = environment;
+  config.fusion = fusion;
+  config.rtree = rtree;
+  return config;
+}
+
+/// An update of one brick at the origin.
+ScanUpdate updateOf(const std::vector<CellBox>& hits, const std::vector<CellBox>& misses) {
+  BrickUpdate brick;
+  brick.morton = test::mortonOf(brick.brick);
+  for (const CellBox& box : hits) test::markBox(brick.hits, box);
+  for (const CellBox& box : misses) test::markBox(brick.misses, box);
+  ScanUpdate update;
+  update.bricks.push_back(brick);
+  return update;
+}
+
+const CellBox kBrick = brickBox({0, 0, 0});
+
+TEST(CuboidMap, isEmptyAtFirst) {
+  const CuboidMap map;
+  EXPECT_TRUE(map.tree().isEmpty());
+  EXPECT_EQ(map.revision(), 0U);
+  EXPECT_EQ(map.config().fusion, "brick");
+  EXPECT_EQ(map.sensorModel().environment(), Environment::kDynamic);
+}
+
+TEST(CuboidMap, hasTheConfigItIsGiven) {
+  MapConfig config = configOf(Environment::kStatic, "none", {8, 3});
+  config.sensor_model.hit = 0.9;
+  const CuboidMap map(config);
+  EXPECT_EQ(map.grid().resolution(), 0.1);
+  EXPECT_EQ(map.sensorModel().environment(), Environment::kStatic);
+  EXPECT_NEAR(toProbability(map.sensorModel().hit()), 0.9, 1e-6);
+  EXPECT_EQ(map.tree().config().max_branches, 8);
+  EXPECT_EQ(map.tree().config().min_branches, 3);
+}
+
+TEST(CuboidMap, fusesABrickSeenAtOnceIntoOneCuboid) {
+  CuboidMap map(configOf(Environment::kDynamic, "brick"));
+  map.apply(updateOf({}, {kBrick}));
+  EXPECT_EQ(test::allCuboids(map.tree()),
+            (std::vector<Cuboid>{{kBrick, map.sensorModel().miss()}}));
+}
+
+TEST(CuboidMap, letsAHitWinOverAMissOfTheSameUpdate) {
+  CuboidMap map(configOf(Environment::kDynamic, "brick"));
+  map.apply(updateOf({kBrick}, {kBrick}));
+  EXPECT_EQ(test::allCuboids(map.tree()), (std::vector<Cuboid>{{kBrick, map.sensorModel().hit()}}));
+}
+
+TEST(CuboidMap, splitsAStableCuboidThatIsContradictedWhenDynamic) {
+  CuboidMap map(configOf(Environment::kDynamic, "brick"));
+  for (int i = 0; i < 10; ++i) map.apply(updateOf({}, {kBrick}));
+  const float stable = map.sensorModel().min();
+  ASSERT_EQ(test::allCuboids(map.tree()), (std::vector<Cuboid>{{kBrick, stable}}));
+
+  const CellBox voxel = CellBox::ofCell({3, 4, 5});
+  map.apply(updateOf({voxel}, {}));
+  const std::vector<Cuboid> cuboids = test::allCuboids(map.tree());
+  EXPECT_EQ(std::count(cuboids.begin(), cuboids.end(),
+                       Cuboid{voxel, map.sensorModel().update(stable, map.sensorModel().hit())}),
+            1);
+  EXPECT_LE(cuboids.size(), 8U) << "the voxel and few pieces around it";
+  EXPECT_TRUE(checkDisjoint(map.tree()).empty());
+
+  for (int i = 0; i < 10; ++i) map.apply(updateOf({}, {voxel}));
+  EXPECT_EQ(test::allCuboids(map.tree()), (std::vector<Cuboid>{{kBrick, stable}})) << "fused again";
+}
+
+TEST(CuboidMap, leavesAStableCuboidAloneWhenStatic) {
+  CuboidMap map(configOf(Environment::kStatic, "brick"));
+  for (int i = 0; i < 10; ++i) map.apply(updateOf({}, {kBrick}));
+  const std::uint64_t revision = map.revision();
+  const ChangeSet changes = map.apply(updateOf({CellBox::ofCell({3, 4, 5})}, {}));
+  EXPECT_TRUE(changes.boxes.empty());
+  EXPECT_EQ(map.revision(), revision);
+  EXPECT_EQ(test::allCuboids(map.tree()), (std::vector<Cuboid>{{kBrick, map.sensorModel().min()}}));
+}
+
+TEST(CuboidMap, doesNotChangeWhenEverythingIsClampedAlready) {
+  CuboidMap map(configOf(Environment::kDynamic, "brick"));
+  for (int i = 0; i < 10; ++i) map.apply(updateOf({CellBox::ofCell({1, 1, 1})}, {kBrick}));
+  const std::uint64_t revision = map.revision();
+  for (int i = 0; i < 3; ++i) {
+    const ChangeSet changes = map.apply(updateOf({CellBox::ofCell({1, 1, 1})}, {kBrick}));
+    EXPECT_TRUE(changes.boxes.empty());
+    EXPECT_FALSE(changes.is_everything);
+    EXPECT_EQ(changes.revision, revision);
+    EXPECT_EQ(map.revision(), revision);
+  }
+}
+
+TEST(CuboidMap, doesNotChangeByAnEmptyUpdate) {
+  CuboidMap map;
+  const ChangeSet changes = map.apply(ScanUpdate{});
+  EXPECT_TRUE(changes.boxes.empty());
+  EXPECT_FALSE(changes.is_everything);
+  EXPECT_EQ(map.revision(), 0U);
+}
+
+TEST(CuboidMap, forgetsEverythingWhenCleared) {
+  CuboidMap map(configOf(Environment::kDynamic, "brick"));
+  map.apply(updateOf({}, {kBrick}));
+  const std::uint64_t revision = map.revision();
+  const ChangeSet changes = map.clear();
+  EXPECT_TRUE(map.tree().isEmpty());
+  EXPECT_EQ(map.content().free_cuboids, 0U);
+  EXPECT_EQ(map.content().free_voxels, 0.0);
+  EXPECT_TRUE(changes.is_everything);
+  EXPECT_GT(map.revision(), revision);
+  EXPECT_EQ(changes.revision, map.revision());
+  map.apply(updateOf({}, {kBrick}));
+  EXPECT_EQ(test::allCuboids(map.tree()),
+            (std::vector<Cuboid>{{kBrick, map.sensorModel().miss()}}));
+}
+
+/// A copy of a map that knows nothing but the rule of change_set.h.
+class FollowingCopy {
+ public:
+  void follow(const CuboidMap& map, const ChangeSet& changes) {
+    if (changes.is_everything) {
+      cuboids_ = test::allCuboids(map.tree());
+      return;
+    }
+    const auto liesInABox = [&changes](const Cuboid& cuboid) {
+      return std::any_of(changes.boxes.begin(), changes.boxes.end(),
+                         [&](const CellBox& box) { return box.contains(cuboid.box); });
+    };
+    cuboids_.erase(std::remove_if(cuboids_.begin(), cuboids_.end(), liesInABox), cuboids_.end());
+    for (const Cuboid& cuboid : test::allCuboids(map.tree())) {
+      if (liesInABox(cuboid)) cuboids_.push_back(cuboid);
+    }
+    cuboids_ = test::sorted(std::move(cuboids_));
+  }
+
+  [[nodiscard]] const std::vector<Cuboid>& cuboids() const { return cuboids_; }
+
+ private:
+  std::vector<Cuboid> cuboids_;
+};
+
+/// Whether a voxel of the box is not as it was before.
+bool hasChanged(const CellBox& box, const test::VoxelMap& before, const test::VoxelMap& after) {
+  bool has_changed = false;
+  test::visitCells(box, [&](const Cell& cell) {
+    has_changed = has_changed || before.find(cell) != after.find(cell);
+  });
+  return has_changed;
+}
+
+/// Whether the map counts its cuboids and voxels rightly.
+testing::AssertionResult hasRightContent(const CuboidMap& map) {
+  MapContent expected;
+  for (const Cuboid& cuboid : test::allCuboids(map.tree())) {
+    const bool is_occupied = cuboid.log_odds >= 0.0F;
+    ++(is_occupied ? expected.occupied_cuboids : expected.free_cuboids);
+    (is_occupied ? expected.occupied_voxels : expected.free_voxels) += cuboid.box.numVoxels();
+  }
+  const MapContent& content = map.content();
+  if (content.free_cuboids == expected.free_cuboids &&
+      content.free_voxels == expected.free_voxels &&
+      content.occupied_cuboids == expected.occupied_cuboids &&
+      content.occupied_voxels == expected.occupied_voxels) {
+    return testing::AssertionSuccess();
+  }
+  return testing::AssertionFailure()
+         << content.free_cuboids << " free cuboids instead of " << expected.free_cuboids << ", "
+         << content.occupied_cuboids << " occupied ones instead of " << expected.occupied_cuboids;
+}
+
+using MapParam = std::tuple<Environment, std::string, RTreeConfig>;
+class CuboidMapModel : public testing::TestWithParam<MapParam> {
+ protected:
+  [[nodiscard]] MapConfig config() const {
+    return configOf(std::get<0>(GetParam()), std::get<1>(GetParam()), std::get<2>(GetParam()));
+  }
+};
+
+/// Updates from random clouds and from arbitrary masks, of an area of 4 x 4 x 4 bricks.
+class UpdateSource {
+ public:
+  explicit UpdateSource(Random& random) : random_(random), updater_(Grid(0.1)) {}
+
+  ScanUpdate next() {
+    test::ScanShape shape;
+    shape.half_edge_m = 1.4;
+    shape.num_points = random_.integer(1, 20);
+    if (random_.chance(0.4)) return updater_.compute(test::randomScan(random_, shape));
+    if (random_.chance(0.05)) return ScanUpdate{};
+    return test::randomUpdate(random_, {{-2, -2, -2}, {2, 2, 2}}, random_.chance(0.3) ? 12 : 3);
+  }
+
+ private:
+  Random& random_;
+  ScanUpdater updater_;
+};
+
+TEST_P(CuboidMapModel, isVoxelByVoxelTheReferenceAndToldByItsChangeSets) {
+  Random random(7);
+  UpdateSource source(random);
+  ModelledMap model(config());
+  FollowingCopy copy;
+  ScanUpdate update;
+  constexpr std::size_t kUpdates = 100;
+  std::size_t num_without_change = 0;
+  for (std::size_t i = 0; i < kUpdates; ++i) {
+    const std::uint64_t revision = model.map.revision();
+    if (i % 50 == 40) {
+      const ChangeSet changes = model.map.clear();
+      model.voxels.clear();
+      copy.follow(model.map, changes);
+      ASSERT_EQ(changes.revision, model.map.revision());
+      ASSERT_GT(model.map.revision(), revision);
+      continue;
+    }
+    if (!random.chance(0.3)) update = source.next();  // Else the same once more.
+    const test::VoxelMap before = model.voxels;
+    const std::size_t num_changed = model.voxels.apply(update);
+    const ChangeSet changes = model.map.apply(update);
+    copy.follow(model.map, changes);
+
+    ASSERT_TRUE(hasVoxels(model.map, model.voxels)) << test::seedNote(i);
+    ASSERT_EQ(checkDisjoint(model.map.tree()), std::vector<std::string>{}) << test::seedNote(i);
+    ASSERT_EQ(checkTree(model.map.tree()), std::vector<std::string>{}) << test::seedNote(i);
+    ASSERT_EQ(copy.cuboids(), test::allCuboids(model.map.tree())) << test::seedNote(i);
+    ASSERT_TRUE(hasRightContent(model.map)) << test::seedNote(i);
+    ASSERT_EQ(changes.revision, model.map.revision());
+    ASSERT_EQ(model.map.revision() > revision, num_changed > 0) << test::seedNote(i);
+    for (const CellBox& box : changes.boxes) {
+      ASSERT_TRUE(hasChanged(box, before, model.voxels)) << box << test::seedNote(i);
+    }
+    num_without_change += num_changed == 0 ? 1 : 0;
+  }
+  EXPECT_GT(model.map.tree().size(), 100U);
+  EXPECT_GT(num_without_change, 0U);
+}
+
+std::string nameOf(const testing::TestParamInfo<MapParam>& info) {
+  const auto& [environment, fusion, order] = info.param;
+  return fusion + (environment == Environment::kStatic ? "Static" : "Dynamic") +
+         std::to_string(order.min_branches) + "of" + std::to_string(order.max_branches);
+}
+
+INSTANTIATE_TEST_SUITE_P(
+    AllConfigs, CuboidMapModel,
+    testing::Combine(testing::Values(Environment::kDynamic, Environment::kStatic),
+                     testing::Values("brick", "none"),
+                     testing::Values(RTreeConfig{2, 1}, RTreeConfig{4, 2}, RTreeConfig{32, 12})),
+    nameOf);
+
+/// The cuboids of a map after these updates.
+std::vector<Cuboid> cuboidsAfter(const MapConfig& config, const std::vector<ScanUpdate>& updates) {
+  CuboidMap map(config);
+  for (const ScanUpdate& update : updates) map.apply(update);
+  return test::allCuboids(map.tree());
+}
+
+TEST(CuboidMapCanonical, isTheSameWhateverTheOrderOfTheClouds) {
+  Random random(8);
+  constexpr std::size_t kCases = 60;
+  std::size_t num_cuboids = 0;
+  for (std::size_t i = 0; i < kCases; ++i) {
+    MapConfig config = configOf(Environment::kDynamic, "brick", {4, 2});
+    config.sensor_model.alpha_min = 0.001;  // Six clouds do not reach the thresholds.
+    config.sensor_model.alpha_max = 0.999;
+    UpdateSource source(random);
+    std::vector<ScanUpdate> updates;
+    for (int u = 0; u < 6; ++u) updates.push_back(source.next());
+    const std::vector<Cuboid> expected = cuboidsAfter(config, updates);
+    random.shuffle(updates);
+    ASSERT_EQ(cuboidsAfter(config, updates), expected) << test::seedNote(i);
+    num_cuboids += expected.size();
+  }
+  EXPECT_GT(num_cuboids, 20 * kCases);
+}
+
+TEST(CuboidMapCanonical, isTheSameWhenACloudIsDividedByBricks) {
+  Random random(9);
+  UpdateSource source(random);
+  for (std::size_t i = 0; i < 100; ++i) {
+    const MapConfig config = configOf(Environment::kDynamic, "brick", {8, 3});
+    const ScanUpdate first = source.next();
+    const ScanUpdate second = source.next();
+    std::vector<ScanUpdate> divided{first};
+    for (const BrickUpdate& brick : second.bricks) {
+      divided.emplace_back();
+      divided.back().bricks.push_back(brick);
+    }
+    ASSERT_EQ(cuboidsAfter(config, divided), cuboidsAfter(config, {first, second}))
+        << test::seedNote(i);
+  }
+}
+
+TEST(CuboidMapCanonical, isTheSameForEveryOrderOfTheTree) {
+  Random random(10);
+  UpdateSource source(random);
+  std::vector<ScanUpdate> updates;
+  for (int i = 0; i < 60; ++i) updates.push_back(source.next());
+  for (const std::string& fusion : fusionNames()) {
+    const auto expected = cuboidsAfter(configOf(Environment::kDynamic, fusion, {32, 12}), updates);
+    ASSERT_GT(expected.size(), 100U);
+    for (const RTreeConfig& order : {RTreeConfig{2, 1}, RTreeConfig{4, 2}, RTreeConfig{8, 3},
+                                     RTreeConfig{16, 6}, RTreeConfig{64, 8}, RTreeConfig{64, 32}}) {
+      EXPECT_EQ(cuboidsAfter(configOf(Environment::kDynamic, fusion, order), updates), expected)
+          << fusion << ", M = " << order.max_branches;
+    }
+  }
+}
+
+}  // namespace
+}  // namespace cuboid_mapping

@@ -1,0 +1,189 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "cuboid_mapping/query/box_query.h"
+
+#include "support/modelled_map.h"
+#include "support/tree_queries.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <limits>
+#include <vector>
+
+namespace cuboid_mapping {
+namespace {
+
+using test::ModelledMap;
+using test::Random;
+
+/// A map at 1 m: voxels x = 0, 1 free, x = 2 occupied, of y = z = 0.
+CuboidMap threeVoxels() {
+  MapConfig config;
+  config.resolution_m = 1.0;
+  CuboidMap map(config);
+  ScanUpdate update;
+  update.bricks.emplace_back();
+  test::markBox(update.bricks[0].misses, {{0, 0, 0}, {2, 1, 1}});
+  test::markBox(update.bricks[0].hits, CellBox::ofCell({2, 0, 0}));
+  map.apply(update);
+  return map;
+}
+
+/// A box along the x axis, in the row of the three voxels.
+MetricBox row(double min_x_m, double max_x_m) { return {{min_x_m, 0.0, 0.0}, {max_x_m, 1.0, 1.0}}; }
+
+TEST(BoxQuery, dividesTheVolumeByClass) {
+  const CuboidMap map = threeVoxels();
+  const auto result = queryBox(map, row(-1.0, 5.0));
+  ASSERT_TRUE(result.has_value());
+  EXPECT_EQ(result->box, (CellBox{{-1, 0, 0}, {5, 1, 1}}));
+  EXPECT_DOUBLE_EQ(result->free_volume_m3, 2.0);
+  EXPECT_DOUBLE_EQ(result->occupied_volume_m3, 1.0);
+  EXPECT_DOUBLE_EQ(result->unknown_volume_m3, 3.0);
+  EXPECT_EQ(result->max_log_odds, map.sensorModel().hit());
+  EXPECT_TRUE(result->cuboids.empty()) << "none were asked for";
+}
+
+TEST(BoxQuery, countsEveryVoxelThatTheBoxOverlapsAsAWhole) {
+  const auto result = queryBox(threeVoxels(), MetricBox{{0.9, 0.4, 0.4}, {2.1, 0.6, 0.6}});
+  ASSERT_TRUE(result.has_value());
+  EXPECT_EQ(result->box, (CellBox{{0, 0, 0}, {3, 1, 1}}));
+  EXPECT_DOUBLE_EQ(result->free_volume_m3, 2.0);
+  EXPECT_DOUBLE_EQ(result->occupied_volume_m3, 1.0);
+  EXPECT_DOUBLE_EQ(result->unknown_volume_m3, 0.0);
+}
+
+TEST(BoxQuery, doesNotCountAVoxelBehindAFace) {
+  const auto result = queryBox(threeVoxels(), row(0.0, 2.0));
+  ASSERT_TRUE(result.has_value());
+  EXPECT_EQ(result->occupied_volume_m3, 0.0);
+  EXPECT_DOUBLE_EQ(result->free_volume_m3, 2.0);
+}
+
+TEST(BoxQuery, isOccupiedBeforeUnknownBeforeFree) {
+  const CuboidMap map = threeVoxels();
+  EXPECT_EQ(queryBox(map, row(0.0, 5.0))->occupancy(), Occupancy::kOccupied);
+  EXPECT_EQ(queryBox(map, row(-1.0, 2.0))->occupancy(), Occupancy::kUnknown);
+  EXPECT_EQ(queryBox(map, row(0.0, 2.0))->occupancy(), Occupancy::kFree);
+  EXPECT_EQ(queryBox(map, row(2.0, 3.0))->occupancy(), Occupancy::kOccupied);
+}
+
+TEST(BoxQuery, isAllUnknownOutsideTheMap) {
+  const auto result = queryBox(threeVoxels(), MetricBox{{50.0, 50.0, 50.0}, {52.0, 52.0, 52.0}});
+  ASSERT_TRUE(result.has_value());
+  EXPECT_DOUBLE_EQ(result->unknown_volume_m3, 8.0);
+  EXPECT_EQ(result->free_volume_m3 + result->occupied_volume_m3, 0.0);
+  EXPECT_FALSE(result->max_log_odds.has_value());
+  EXPECT_EQ(result->occupancy(), Occupancy::kUnknown);
+  EXPECT_EQ(queryBox(CuboidMap(), row(0.0, 1.0))->occupancy(), Occupancy::kUnknown);
+}
+
+TEST(BoxQuery, isNothingForABoxThatIsNoBox) {
+  const CuboidMap map = threeVoxels();
+  EXPECT_FALSE(queryBox(map, row(3.0, 0.0)).has_value()) << "inverted";
+  EXPECT_FALSE(queryBox(map, row(1.0, 1.0)).has_value()) << "flat";
+  EXPECT_FALSE(queryBox(map, row(std::nan(""), 1.0)).has_value());
+  EXPECT_FALSE(queryBox(map, row(0.0, std::nan(""))).has_value());
+  EXPECT_FALSE(queryBox(map, row(0.0, 1e10)).has_value()) << "out of the grid's range";
+  constexpr double kInfinity = std::numeric_limits<double>::infinity();
+  EXPECT_FALSE(queryBox(map, row(-kInfinity, kInfinity)).has_value());
+}
+
+TEST(BoxQuery, givesCuboidsWholeOrClipped) {
+  const CuboidMap map = threeVoxels();
+  const Cuboid occupied{CellBox::ofCell({2, 0, 0}), map.sensorModel().hit()};
+  const float miss = map.sensorModel().miss();
+  const CellBox box{{1, 0, 0}, {3, 1, 1}};
+  EXPECT_EQ(test::sorted(queryBox(map, box, CuboidOutput::kWhole).cuboids),
+            (std::vector<Cuboid>{{{{0, 0, 0}, {2, 1, 1}}, miss}, occupied}));
+  EXPECT_EQ(test::sorted(queryBox(map, box, CuboidOutput::kClipped).cuboids),
+            (std::vector<Cuboid>{{CellBox::ofCell({1, 0, 0}), miss}, occupied}));
+  EXPECT_EQ(queryBox(map, box, CuboidOutput::kWhole, CuboidFilter::kOccupied).cuboids,
+            (std::vector<Cuboid>{occupied}));
+  EXPECT_EQ(queryBox(map, box, CuboidOutput::kClipped, CuboidFilter::kFree).cuboids,
+            (std::vector<Cuboid>{{CellBox::ofCell({1, 0, 0}), miss}}));
+}
+
+/// What a look at every voxel of a box gives.
+struct VoxelCounts {
+  double num_free = 0.0;
+  double num_occupied = 0.0;
+  std::optional<float> max_log_odds;
+};
+
+VoxelCounts countVoxels(const test::VoxelMap& voxels, const CellBox& box) {
+  VoxelCounts counts;
+  test::visitCells(box, [&](const Cell& cell) {
+    const auto log_odds = voxels.find(cell);
+    if (!log_odds) return;
+    ++(*log_odds >= 0.0F ? counts.num_occupied : counts.num_free);
+    counts.max_log_odds = std::max(counts.max_log_odds.value_or(*log_odds), *log_odds);
+  });
+  return counts;
+}
+
+/// The cuboids that a query ought to return, sorted.
+std::vector<Cuboid> expectedCuboids(const std::vector<Cuboid>& all, const CellBox& box,
+                                    CuboidOutput output, CuboidFilter filter) {
+  if (output == CuboidOutput::kNone) return {};
+  std::vector<Cuboid> cuboids = test::findInBox(all, box, filter);
+  if (output == CuboidOutput::kClipped) {
+    for (Cuboid& cuboid : cuboids) cuboid.box = intersect(cuboid.box, box);
+  }
+  return test::sorted(std::move(cuboids));
+}
+
+void checkBox(const ModelledMap& model, const std::vector<Cuboid>& all, const CellBox& box,
+              Random& random) {
+  constexpr CuboidOutput kOutputs[] = {CuboidOutput::kNone, CuboidOutput::kWhole,
+                                       CuboidOutput::kClipped};
+  const CuboidOutput output = kOutputs[random.index(3)];
+  const CuboidFilter filter = test::kFilters[random.index(3)];
+  // A box in metres that overlaps these voxels, but not to their faces.
+  MetricBox metric = model.map.grid().toMetricBox(box);
+  for (int axis = 0; axis < 3; ++axis) {
+    metric.min_m[axis] += random.real(0.0, 0.049);
+    metric.max_m[axis] -= random.real(0.0, 0.049);
+  }
+  const auto result = queryBox(model.map, metric, output, filter);
+  ASSERT_TRUE(result.has_value());
+  ASSERT_EQ(result->box, box);
+  const VoxelCounts counts = countVoxels(model.voxels, box);
+  const double voxel_m3 = 0.1 * 0.1 * 0.1;
+  ASSERT_NEAR(result->free_volume_m3, counts.num_free * voxel_m3, 1e-9);
+  ASSERT_NEAR(result->occupied_volume_m3, counts.num_occupied * voxel_m3, 1e-9);
+  ASSERT_NEAR(result->free_volume_m3 + result->occupied_volume_m3 + result->unknown_volume_m3,
+              box.numVoxels() * voxel_m3, 1e-9);
+  ASSERT_EQ(result->max_log_odds, counts.max_log_odds);
+  ASSERT_EQ(test::sorted(result->cuboids), expectedCuboids(all, box, output, filter));
+  ASSERT_EQ(isAnyOccupied(model.map, box), counts.num_occupied > 0.0);
+  const bool is_full = counts.num_free == box.numVoxels();
+  ASSERT_EQ(result->occupancy(), counts.num_occupied > 0.0
+                                     ? Occupancy::kOccupied
+                                     : (is_full ? Occupancy::kFree : Occupancy::kUnknown));
+}
+
+TEST(BoxQuery, agreesWithALookAtEveryVoxel) {
+  Random random(1);
+  std::size_t num_cases = 0;
+  std::size_t num_by_class[3] = {0, 0, 0};
+  for (const Cell& offset : {Cell{0, 0, 0}, Cell{10000000, -10000000, 800}, Cell{-8, 0, 8}}) {
+    MapConfig config;
+    config.resolution_m = 0.1;
+    config.rtree = {4, 2};
+    const ModelledMap model = randomMap(random, config, offset);
+    const std::vector<Cuboid> all = test::allCuboids(model.map.tree());
+    const CellBox area{offset - Cell{18, 18, 18}, offset + Cell{17, 17, 17}};
+    for (int i = 0; i < 4000; ++i, ++num_cases) {
+      const CellBox box = test::randomBox(random, area, i % 2 == 0 ? 3 : 12);
+      checkBox(model, all, box, random);
+      ASSERT_FALSE(HasFailure()) << box << test::seedNote(num_cases);
+      ++num_by_class[static_cast<std::size_t>(queryBox(model.map, box).occupancy())];
+    }
+  }
+  EXPECT_EQ(num_cases, 12000U);
+  for (const std::size_t count : num_by_class) EXPECT_GT(count, num_cases / 100);
+}
+
+}  // namespace
+}  // namespace cuboid_mapping

@@ -1,0 +1,155 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "cuboid_mapping/query/nearest_query.h"
+
+#include "cuboid_mapping/query/point_query.h"
+
+#include "support/modelled_map.h"
+#include "support/tree_queries.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <vector>
+
+namespace cuboid_mapping {
+namespace {
+
+using test::ModelledMap;
+using test::Random;
+
+constexpr double kInfinity = std::numeric_limits<double>::infinity();
+
+/// A map at 0.5 m: voxel x = 0 free, x = 4 and x = 7 occupied, of y = z = 0.
+CuboidMap threeVoxels() {
+  MapConfig config;
+  config.resolution_m = 0.5;
+  CuboidMap map(config);
+  ScanUpdate update;
+  update.bricks.emplace_back();
+  test::markBox(update.bricks[0].misses, CellBox::ofCell({0, 0, 0}));
+  test::markBox(update.bricks[0].hits, CellBox::ofCell({4, 0, 0}));
+  test::markBox(update.bricks[0].hits, CellBox::ofCell({7, 0, 0}));
+  map.apply(update);
+  return map;
+}
+
+TEST(NearestQuery, givesTheNearestFirstWithItsClosestPoint) {
+  const auto nearest = findNearest(threeVoxels(), {0.25, 0.25, 0.25}, 2, CuboidFilter::kOccupied);
+  ASSERT_EQ(nearest.size(), 2U);
+  EXPECT_EQ(nearest[0].cuboid.box, CellBox::ofCell({4, 0, 0}));
+  EXPECT_NEAR(nearest[0].distance_m, 1.75, 1e-12);
+  EXPECT_TRUE(nearest[0].closest_point_map.isApprox(Eigen::Vector3d(2.0, 0.25, 0.25)));
+  EXPECT_EQ(nearest[1].cuboid.box, CellBox::ofCell({7, 0, 0}));
+  EXPECT_NEAR(nearest[1].distance_m, 3.25, 1e-12);
+}
+
+TEST(NearestQuery, isAtDistanceZeroInACuboidAndOnItsFace) {
+  for (const double x_m : {2.0, 2.25, 2.5}) {
+    const Eigen::Vector3d point(x_m, 0.25, 0.25);
+    const auto nearest = findNearest(threeVoxels(), point, 1, CuboidFilter::kAll);
+    ASSERT_EQ(nearest.size(), 1U);
+    EXPECT_EQ(nearest[0].cuboid.box, CellBox::ofCell({4, 0, 0})) << x_m;
+    EXPECT_EQ(nearest[0].distance_m, 0.0) << x_m;
+    EXPECT_TRUE(nearest[0].closest_point_map.isApprox(point)) << x_m;
+  }
+}
+
+TEST(NearestQuery, givesAsManyAsThereAre) {
+  const CuboidMap map = threeVoxels();
+  const Eigen::Vector3d point(0.25, 0.25, 0.25);
+  EXPECT_EQ(findNearest(map, point, 10, CuboidFilter::kAll).size(), 3U);
+  EXPECT_EQ(findNearest(map, point, 10, CuboidFilter::kFree).size(), 1U);
+  EXPECT_EQ(findNearest(map, point, 10, CuboidFilter::kOccupied).size(), 2U);
+  EXPECT_EQ(findNearest(map, point, 10, CuboidFilter::kOccupied, 1.76).size(), 1U);
+  EXPECT_EQ(findNearest(map, point, 10, CuboidFilter::kOccupied, 1.74).size(), 0U);
+  EXPECT_EQ(findNearest(CuboidMap(), point, 10, CuboidFilter::kAll).size(), 0U);
+}
+
+TEST(NearestQuery, needNotStartInTheMap) {
+  const CuboidMap map = threeVoxels();
+  EXPECT_EQ(findNearest(map, {1e12, 0.0, 0.0}, 1, CuboidFilter::kAll).size(), 1U);
+  EXPECT_TRUE(findNearest(map, {100.0, 0.0, 0.0}, 1, CuboidFilter::kAll, 5.0).empty());
+}
+
+TEST(NearestQuery, includesTheCuboidOfThePointAtMaxDistanceZero) {
+  const auto nearest = findNearest(threeVoxels(), {2.25, 0.25, 0.25}, 5, CuboidFilter::kAll, 0.0);
+  ASSERT_EQ(nearest.size(), 1U);
+  EXPECT_EQ(nearest[0].cuboid.box, CellBox::ofCell({4, 0, 0}));
+}
+
+TEST(NearestQuery, isNothingForWhatIsNoQuery) {
+  const CuboidMap map = threeVoxels();
+  const Eigen::Vector3d point(0.25, 0.25, 0.25);
+  EXPECT_TRUE(findNearest(map, point, 0, CuboidFilter::kAll).empty());
+  EXPECT_TRUE(findNearest(map, point, 1, CuboidFilter::kAll, -0.1).empty());
+  EXPECT_TRUE(findNearest(map, point, 1, CuboidFilter::kAll, std::nan("")).empty());
+  for (const double bad : {std::nan(""), kInfinity, -kInfinity}) {
+    EXPECT_TRUE(findNearest(map, {0.25, bad, 0.25}, 1, CuboidFilter::kAll).empty()) << bad;
+  }
+}
+
+/// Distances of all cuboids of a class from a point, in metres, sorted.
+std::vector<double> sortedDistances(const std::vector<Cuboid>& cuboids,
+                                    const Eigen::Vector3d& point_cells, CuboidFilter filter) {
+  std::vector<double> distances_m;
+  for (const Cuboid& cuboid : cuboids) {
+    if (!test::passes(filter, cuboid)) continue;
+    distances_m.push_back(0.1 * test::distanceTo(point_cells, cuboid.box));
+  }
+  std::sort(distances_m.begin(), distances_m.end());
+  return distances_m;
+}
+
+void checkNearest(const CuboidMap& map, const std::vector<Cuboid>& all,
+                  const Eigen::Vector3d& point, Random& random) {
+  const CuboidFilter filter = test::kFilters[random.index(3)];
+  const std::size_t k = 1 + random.index(12);
+  const double max_distance_m = random.chance(0.5) ? kInfinity : random.real(0.0, 1.0);
+  const std::vector<NearestCuboid> nearest = findNearest(map, point, k, filter, max_distance_m);
+
+  const Eigen::Vector3d point_cells = map.grid().toCellUnits(point);
+  std::vector<double> expected_m = sortedDistances(all, point_cells, filter);
+  expected_m.erase(std::upper_bound(expected_m.begin(), expected_m.end(), max_distance_m),
+                   expected_m.end());
+  expected_m.resize(std::min(k, expected_m.size()));
+  ASSERT_EQ(nearest.size(), expected_m.size());
+  std::vector<Cuboid> found;
+  for (std::size_t i = 0; i < nearest.size(); ++i) {
+    const NearestCuboid& near = nearest[i];
+    found.push_back(near.cuboid);
+    ASSERT_NEAR(near.distance_m, expected_m[i], 1e-9);
+    ASSERT_TRUE(test::passes(filter, near.cuboid));
+    ASSERT_NEAR(0.1 * test::distanceTo(point_cells, near.cuboid.box), near.distance_m, 1e-9);
+    ASSERT_NEAR((near.closest_point_map - point).norm(), near.distance_m, 1e-8);
+    ASSERT_LT(test::distanceTo(map.grid().toCellUnits(near.closest_point_map), near.cuboid.box),
+              1e-7);
+    ASSERT_TRUE(findCuboid(map, near.cuboid.box.min) == near.cuboid) << "not in the map";
+  }
+  found = test::sorted(std::move(found));
+  ASSERT_TRUE(std::adjacent_find(found.begin(), found.end()) == found.end()) << "one twice";
+}
+
+TEST(NearestQuery, agreesWithALookAtEveryCuboid) {
+  Random random(1);
+  std::size_t num_cases = 0;
+  for (const Cell& offset : {Cell{0, 0, 0}, Cell{10000000, -10000000, 800}, Cell{-8, 0, 8}}) {
+    MapConfig config;
+    config.resolution_m = 0.1;
+    config.rtree = {16, 6};
+    const ModelledMap model = randomMap(random, config, offset);
+    const std::vector<Cuboid> all = test::allCuboids(model.map.tree());
+    ASSERT_GT(all.size(), 300U);
+    const Eigen::Vector3d center = 0.1 * Eigen::Vector3d(offset.x, offset.y, offset.z);
+    for (int i = 0; i < 4000; ++i, ++num_cases) {
+      const Eigen::Vector3d point = center + test::randomPoint(random, i % 10 == 0 ? 20.0 : 3.0);
+      checkNearest(model.map, all, point, random);
+      ASSERT_FALSE(HasFailure()) << point.transpose() << test::seedNote(num_cases);
+    }
+  }
+  EXPECT_EQ(num_cases, 12000U);
+}
+
+}  // namespace
+}  // namespace cuboid_mapping

@@ -1,0 +1,271 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "cuboid_mapping/query/ray_query.h"
+
+#include "support/modelled_map.h"
+#include "support/tree_queries.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <vector>
+
+namespace cuboid_mapping {
+namespace {
+
+using test::ModelledMap;
+using test::Random;
+
+/// A map at 0.5 m: voxels x = 0 to 3 free, x = 4 occupied, of y = z = 0; x = 6 occupied, too.
+CuboidMap corridor() {
+  MapConfig config;
+  config.resolution_m = 0.5;
+  CuboidMap map(config);
+  ScanUpdate update;
+  update.bricks.emplace_back();
+  test::markBox(update.bricks[0].misses, {{0, 0, 0}, {4, 1, 1}});
+  test::markBox(update.bricks[0].hits, CellBox::ofCell({4, 0, 0}));
+  test::markBox(update.bricks[0].hits, CellBox::ofCell({6, 0, 0}));
+  map.apply(update);
+  return map;
+}
+
+/// Casts a ray along the corridor. `sign` is that of the direction.
+RayQueryResult cast(double from_x_m, double sign, double max_range_m, UnknownPolicy policy) {
+  const auto result =
+      castRay(corridor(), {from_x_m, 0.25, 0.25}, {3.0 * sign, 0.0, 0.0}, max_range_m, policy);
+  if (result) return *result;
+  ADD_FAILURE() << "no result";
+  return {};
+}
+
+TEST(RayQuery, endsOnTheFaceOfAnOccupiedCuboid) {
+  for (const UnknownPolicy policy : {UnknownPolicy::kPass, UnknownPolicy::kStop}) {
+    const RayQueryResult result = cast(0.25, 1.0, 10.0, policy);
+    EXPECT_EQ(result.end, RayEnd::kOccupied);
+    EXPECT_NEAR(result.distance_m, 1.75, 1e-12);
+    EXPECT_TRUE(result.point_map.isApprox(Eigen::Vector3d(2.0, 0.25, 0.25)));
+    EXPECT_EQ(result.unknown_length_m, 0.0);
+    ASSERT_TRUE(result.cuboid.has_value());
+    EXPECT_EQ(result.cuboid->box, CellBox::ofCell({4, 0, 0}));
+  }
+}
+
+TEST(RayQuery, endsAtOnceInAnOccupiedCuboid) {
+  for (const UnknownPolicy policy : {UnknownPolicy::kPass, UnknownPolicy::kStop}) {
+    const RayQueryResult result = cast(2.25, 1.0, 10.0, policy);
+    EXPECT_EQ(result.end, RayEnd::kOccupied);
+    EXPECT_EQ(result.distance_m, 0.0);
+    EXPECT_TRUE(result.point_map.isApprox(Eigen::Vector3d(2.25, 0.25, 0.25)));
+    EXPECT_TRUE(result.cuboid.has_value());
+  }
+}
+
+TEST(RayQuery, endsAtItsMaxRangeWhenNothingIsInTheWay) {
+  for (const UnknownPolicy policy : {UnknownPolicy::kPass, UnknownPolicy::kStop}) {
+    const RayQueryResult result = cast(0.25, 1.0, 1.5, policy);
+    EXPECT_EQ(result.end, RayEnd::kMaxRange);
+    EXPECT_NEAR(result.distance_m, 1.5, 1e-12);
+    EXPECT_TRUE(result.point_map.isApprox(Eigen::Vector3d(1.75, 0.25, 0.25)));
+    EXPECT_FALSE(result.cuboid.has_value());
+  }
+  EXPECT_EQ(cast(0.25, 1.0, 1.75, UnknownPolicy::kStop).end, RayEnd::kMaxRange)
+      << "it only touches the occupied cuboid";
+}
+
+TEST(RayQuery, leavesTheMapIntoUnknownSpace) {
+  const RayQueryResult stopped = cast(1.25, -1.0, 10.0, UnknownPolicy::kStop);
+  EXPECT_EQ(stopped.end, RayEnd::kUnknown);
+  EXPECT_NEAR(stopped.distance_m, 1.25, 1e-12);
+  EXPECT_TRUE(stopped.point_map.isApprox(Eigen::Vector3d(0.0, 0.25, 0.25)));
+  EXPECT_FALSE(stopped.cuboid.has_value());
+  const RayQueryResult passed = cast(1.25, -1.0, 10.0, UnknownPolicy::kPass);
+  EXPECT_EQ(passed.end, RayEnd::kMaxRange);
+  EXPECT_NEAR(passed.distance_m, 10.0, 1e-12);
+  EXPECT_NEAR(passed.unknown_length_m, 8.75, 1e-12);
+}
+
+TEST(RayQuery, startsInUnknownSpaceByPolicy) {
+  const RayQueryResult stopped = cast(-1.0, 1.0, 10.0, UnknownPolicy::kStop);
+  EXPECT_EQ(stopped.end, RayEnd::kUnknown);
+  EXPECT_EQ(stopped.distance_m, 0.0);
+  const RayQueryResult passed = cast(-1.0, 1.0, 10.0, UnknownPolicy::kPass);
+  EXPECT_EQ(passed.end, RayEnd::kOccupied);
+  EXPECT_NEAR(passed.distance_m, 3.0, 1e-12);
+  EXPECT_NEAR(passed.unknown_length_m, 1.0, 1e-12);
+}
+
+TEST(RayQuery, addsUpTheUnknownSpaceThatItPasses) {
+  const auto result =
+      castRay(corridor(), {2.75, 0.25, 0.25}, {1.0, 0.0, 0.0}, 10.0, UnknownPolicy::kPass);
+  ASSERT_TRUE(result.has_value());
+  EXPECT_EQ(result->end, RayEnd::kOccupied);
+  EXPECT_NEAR(result->unknown_length_m, 0.25, 1e-12);
+  EXPECT_EQ(result->cuboid->box, CellBox::ofCell({6, 0, 0}));
+}
+
+TEST(RayQuery, doesNotHitWhatItOnlyTouches) {
+  // Along the far face of the corridor, and through an edge of the occupied voxel.
+  const auto along =
+      castRay(corridor(), {0.25, 0.5, 0.25}, {1.0, 0.0, 0.0}, 10.0, UnknownPolicy::kPass);
+  ASSERT_TRUE(along.has_value());
+  EXPECT_EQ(along->end, RayEnd::kMaxRange);
+  EXPECT_NEAR(along->unknown_length_m, 10.0, 1e-12);
+  const auto edge =
+      castRay(corridor(), {1.75, 0.25, 0.25}, {1.0, 1.0, 0.0}, 10.0, UnknownPolicy::kPass);
+  ASSERT_TRUE(edge.has_value());
+  EXPECT_NEAR(edge->distance_m, 10.0, 1e-12);
+  EXPECT_EQ(edge->end, RayEnd::kMaxRange);
+}
+
+TEST(RayQuery, doesNotDependOnTheLengthOfTheDirection) {
+  for (const double length : {1e-300, 1e-9, 1.0, 1e9, 1e300}) {
+    const auto result =
+        castRay(corridor(), {0.25, 0.25, 0.25}, {length, 0.0, 0.0}, 10.0, UnknownPolicy::kStop);
+    ASSERT_TRUE(result.has_value());
+    EXPECT_EQ(result->end, RayEnd::kOccupied) << length;
+    EXPECT_NEAR(result->distance_m, 1.75, 1e-12) << length;
+  }
+}
+
+TEST(RayQuery, isNothingForWhatIsNoRay) {
+  const CuboidMap map = corridor();
+  const Eigen::Vector3d point(0.25, 0.25, 0.25);
+  const Eigen::Vector3d direction(1.0, 0.0, 0.0);
+  const auto isNothing = [&map](const Eigen::Vector3d& origin, const Eigen::Vector3d& along,
+                                double max_range_m) {
+    return !castRay(map, origin, along, max_range_m, UnknownPolicy::kPass).has_value();
+  };
+  ASSERT_FALSE(isNothing(point, direction, 1.0));
+  EXPECT_TRUE(isNothing(point, Eigen::Vector3d::Zero(), 1.0));
+  EXPECT_TRUE(isNothing(point, direction, 0.0));
+  EXPECT_TRUE(isNothing(point, direction, -1.0));
+  constexpr double kInfinity = std::numeric_limits<double>::infinity();
+  for (const double bad : {std::nan(""), kInfinity, -kInfinity}) {
+    EXPECT_TRUE(isNothing({bad, 0.25, 0.25}, direction, 1.0)) << bad;
+    EXPECT_TRUE(isNothing(point, {1.0, bad, 0.0}, 1.0)) << bad;
+    EXPECT_TRUE(isNothing(point, direction, bad)) << bad;
+  }
+}
+
+/// A known voxel on a ray, in units of voxels.
+struct Passed {
+  double first;
+  double last;
+  Cell cell;
+  float log_odds;
+};
+
+/// Whether a voxel is near the ray at all, to save time.
+bool isNear(const test::RaySearch& ray, const Cell& cell) {
+  for (int axis = 0; axis < 3; ++axis) {
+    const double end = ray.origin[axis] + ray.t_end * ray.direction[axis];
+    if (cell[axis] + 2.0 < std::min(ray.origin[axis], end)) return false;
+    if (cell[axis] - 1.0 > std::max(ray.origin[axis], end)) return false;
+  }
+  return true;
+}
+
+/// The known voxels that a ray passes for more than a touch, in their order.
+std::vector<Passed> passedVoxels(const test::VoxelMap& voxels, const test::RaySearch& ray) {
+  std::vector<Passed> passed;
+  for (const auto& [cell, log_odds] : voxels.voxels()) {
+    if (!isNear(ray, cell)) continue;
+    const test::RayPart part = findPart(ray, CellBox::ofCell(cell));
+    if (part.last - part.first >= 1e-9) passed.push_back({part.first, part.last, cell, log_odds});
+  }
+  std::sort(passed.begin(), passed.end(),
+            [](const Passed& a, const Passed& b) { return a.first < b.first; });
+  return passed;
+}
+
+/// What castRay ought to answer, in units of voxels.
+struct Expected {
+  RayEnd end;
+  double distance;
+  double unknown_length = 0.0;
+  Cell cell = {};
+};
+
+Expected stepThroughVoxels(const test::VoxelMap& voxels, const test::RaySearch& ray,
+                           UnknownPolicy policy) {
+  Expected expected{RayEnd::kMaxRange, ray.t_end};
+  double at = 0.0;
+  const auto passUnknown = [&](double until) {
+    if (until - at <= 1e-9) return true;
+    if (policy == UnknownPolicy::kStop) return false;
+    expected.unknown_length += until - at;
+    return true;
+  };
+  for (const Passed& voxel : passedVoxels(voxels, ray)) {
+    if (!passUnknown(voxel.first)) return {RayEnd::kUnknown, at};
+    if (voxel.log_odds >= 0.0F) {
+      return {RayEnd::kOccupied, voxel.first, expected.unknown_length, voxel.cell};
+    }
+    at = voxel.last;
+  }
+  if (!passUnknown(ray.t_end)) return {RayEnd::kUnknown, at};
+  return expected;
+}
+
+/// A point in or near the map, in metres; one in four lies on voxel faces.
+Eigen::Vector3d randomOrigin(Random& random, const Eigen::Vector3d& center) {
+  Eigen::Vector3d point = test::randomPoint(random, 1.8);
+  if (random.chance(0.25)) point = (point / 0.1).array().round().matrix() * 0.1;
+  return center + point;
+}
+
+void checkRay(const ModelledMap& model, const Eigen::Vector3d& origin,
+              const Eigen::Vector3d& direction, double range_m, UnknownPolicy policy,
+              std::size_t* num_by_end) {
+  const auto result = castRay(model.map, origin, direction, range_m, policy);
+  ASSERT_TRUE(result.has_value());
+  const test::RaySearch ray{model.map.grid().toCellUnits(origin), direction.normalized(),
+                            range_m / 0.1};
+  const Expected expected = stepThroughVoxels(model.voxels, ray, policy);
+  ASSERT_EQ(result->end, expected.end);
+  ASSERT_NEAR(result->distance_m, 0.1 * expected.distance, 1e-7);
+  ASSERT_NEAR(result->unknown_length_m, 0.1 * expected.unknown_length, 1e-6);
+  ASSERT_LT((result->point_map - origin - result->distance_m * direction.normalized()).norm(),
+            1e-8);
+  ASSERT_EQ(result->cuboid.has_value(), expected.end == RayEnd::kOccupied);
+  if (result->cuboid) {
+    ASSERT_TRUE(result->cuboid->box.contains(expected.cell));
+    ASSERT_EQ(result->cuboid->log_odds, *model.voxels.find(expected.cell));
+  }
+  ++num_by_end[static_cast<std::size_t>(expected.end)];
+}
+
+TEST(RayQuery, agreesWithSteppingThroughVoxels) {
+  Random random(1);
+  std::size_t num_cases = 0;
+  std::size_t num_by_end[3] = {0, 0, 0};
+  std::size_t num_in_occupied = 0;
+  for (const Cell& offset : {Cell{0, 0, 0}, Cell{10000000, -10000000, 800}, Cell{-8, 0, 8}}) {
+    MapConfig config;
+    config.resolution_m = 0.1;
+    config.rtree = {8, 3};
+    const ModelledMap model = randomMap(random, config, offset);
+    const Eigen::Vector3d center = 0.1 * Eigen::Vector3d(offset.x, offset.y, offset.z);
+    for (int i = 0; i < 4000; ++i, ++num_cases) {
+      const Eigen::Vector3d origin = randomOrigin(random, center);
+      const Eigen::Vector3d direction = random.chance(0.3)
+                                            ? Eigen::Vector3d(randomOrigin(random, center) - origin)
+                                            : test::randomDirection(random);
+      if (direction.norm() < 0.01) continue;
+      const UnknownPolicy policy = i % 2 == 0 ? UnknownPolicy::kPass : UnknownPolicy::kStop;
+      checkRay(model, origin, direction, random.real(0.01, 3.0), policy, num_by_end);
+      ASSERT_FALSE(HasFailure()) << "from " << origin.transpose() << " along "
+                                 << direction.transpose() << test::seedNote(num_cases);
+      const auto cell = model.map.grid().toCell(origin);
+      num_in_occupied += model.voxels.find(*cell).value_or(-1.0F) >= 0.0F ? 1 : 0;
+    }
+  }
+  EXPECT_GE(num_by_end[0] + num_by_end[1] + num_by_end[2], 11900U);
+  for (const std::size_t count : num_by_end) EXPECT_GT(count, num_cases / 20);
+  EXPECT_GT(num_in_occupied, num_cases / 200);
+}
+
+}  // namespace
+}  // namespace cuboid_mapping

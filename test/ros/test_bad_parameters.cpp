@@ -1,0 +1,112 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Node and nodelet with bad parameters: they say what is wrong, and do not start.
+#include "ros/node_probe.h"
+
+#include <nodelet/NodeletList.h>
+#include <nodelet/NodeletLoad.h>
+#include <rosgraph_msgs/Log.h>
+#include <sys/wait.h>
+
+#include <algorithm>
+#include <array>
+#include <cstdio>
+#include <string>
+#include <vector>
+
+namespace cuboid_mapping_ros::test {
+namespace {
+
+/// What a program has written, and how it ended.
+struct Ending {
+  std::string output;
+  int exit_code = -1;
+};
+
+Ending run(const std::string& command) {
+  Ending ending;
+  FILE* pipe = popen((command + " 2>&1").c_str(), "r");
+  if (pipe == nullptr) return ending;
+  std::array<char, 4096> buffer;
+  std::size_t size = 0;
+  while ((size = fread(buffer.data(), 1, buffer.size(), pipe)) > 0) {
+    ending.output.append(buffer.data(), size);
+  }
+  const int status = pclose(pipe);
+  if (WIFEXITED(status)) ending.exit_code = WEXITSTATUS(status);
+  return ending;
+}
+
+TEST(BadParameters, TheNodeNamesThemAllAndEndsWithAnError) {
+  // `timeout` answers 124 if the node should run.
+  const Ending ending =
+      run("timeout --kill-after=5 60 " CUBOID_MAPPING_NODE " __name:=bad_node __log:=/dev/null");
+  EXPECT_EQ(ending.exit_code, 1) << ending.output;
+  for (const std::string key : {"~resolution", "~publish_rat", "~fusion"}) {
+    EXPECT_NE(ending.output.find("parameter " + key + ":"), std::string::npos) << ending.output;
+  }
+  EXPECT_NE(ending.output.find("not started: 3 bad parameters"), std::string::npos)
+      << ending.output;
+}
+
+/// Lines of the log of all nodes.
+class LogProbe {
+ public:
+  LogProbe() {
+    const boost::function<void(const rosgraph_msgs::Log::ConstPtr&)> callback =
+        [this](const rosgraph_msgs::Log::ConstPtr& log) { lines_.push_back(log->msg); };
+    subscriber_ = nh_.subscribe("/rosout", 1000, callback);
+  }
+
+  [[nodiscard]] bool has(const std::string& part) const {
+    return std::any_of(lines_.begin(), lines_.end(), [&part](const std::string& line) {
+      return line.find(part) != std::string::npos;
+    });
+  }
+
+ private:
+  ros::NodeHandle nh_;
+  std::vector<std::string> lines_;
+  ros::Subscriber subscriber_;
+};
+
+/// Loads a nodelet with bad parameters into the manager.
+bool loadBadNodelet(const std::string& name) {
+  const ros::NodeHandle nh(name);
+  nh.setParam("resolution", -0.5);
+  nh.setParam("publish_rat", 1.0);
+  nodelet::NodeletLoad load;
+  load.request.name = name;
+  load.request.type = "cuboid_mapping/MappingNodelet";
+  return ros::service::call("/manager/load_nodelet", load) && load.response.success != 0;
+}
+
+TEST(BadParameters, TheNodeletNamesThemAllAndLeavesItsManagerAlone) {
+  LogProbe log;
+  ASSERT_TRUE(ros::service::waitForService("/manager/load_nodelet", ros::Duration(kDeadline_s)));
+  // Again and again: the first lines of the log may come before anybody listens to it.
+  int num_loaded = 0;
+  EXPECT_TRUE(waitFor([&] {
+    EXPECT_TRUE(loadBadNodelet("/bad_nodelet_" + std::to_string(num_loaded++)));
+    ros::WallDuration(0.2).sleep();
+    ros::spinOnce();
+    return log.has("parameter ~resolution:") && log.has("parameter ~publish_rat:") &&
+           log.has("not started: 2 bad parameters");
+  }));
+  EXPECT_FALSE(ros::service::exists("/bad_nodelet_0/query_box", false));
+
+  // The other nodelet of the manager works on.
+  EXPECT_TRUE(ros::service::waitForService("/good_nodelet/query_box", ros::Duration(kDeadline_s)));
+  nodelet::NodeletList list;
+  EXPECT_TRUE(ros::service::call("/manager/list", list));
+  EXPECT_EQ(list.response.nodelets.size(), static_cast<std::size_t>(num_loaded) + 1);
+}
+
+}  // namespace
+}  // namespace cuboid_mapping_ros::test
+
+int main(int argc, char** argv) {
+  testing::InitGoogleTest(&argc, argv);
+  ros::init(argc, argv, "test_bad_parameters");
+  const ros::NodeHandle keep_alive;
+  return RUN_ALL_TESTS();
+}

@@ -1,0 +1,128 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "cuboid_mapping/ros/diagnostics.h"
+
+#include <diagnostic_msgs/DiagnosticStatus.h>
+#include <gtest/gtest.h>
+
+#include <map>
+#include <string>
+#include <vector>
+
+namespace cuboid_mapping_ros {
+namespace {
+
+NodeReport makeReport(std::uint64_t num_received, std::uint64_t num_inserted) {
+  NodeReport report;
+  report.cloud_topic = "/points";
+  report.num_publishers = 1;
+  report.statistics.num_received = num_received;
+  report.statistics.num_inserted = num_inserted;
+  return report;
+}
+
+/// Expects a warning with these words, in this order.
+void expectWarning(const ReportSummary& summary, const std::vector<std::string>& words) {
+  EXPECT_TRUE(summary.is_warning) << summary.message;
+  std::size_t at = 0;
+  for (const std::string& word : words) {
+    at = summary.message.find(word, at);
+    ASSERT_NE(at, std::string::npos) << "'" << word << "' in '" << summary.message << "'";
+  }
+}
+
+TEST(Diagnostics, AllIsWellWhileCloudsAreInserted) {
+  NodeReport report = makeReport(7, 7);
+  report.map.free.num_cuboids = 30;
+  report.map.occupied.num_cuboids = 12;
+  const ReportSummary summary = summarize(report, makeReport(5, 5).statistics);
+  EXPECT_FALSE(summary.is_warning);
+  EXPECT_EQ(summary.message, "42 cuboids from 7 clouds");
+}
+
+TEST(Diagnostics, WarnsWhileNoCloudHasCome) {
+  NodeReport report = makeReport(0, 0);
+  expectWarning(summarize(report, {}), {"no cloud on /points yet", "topic name and remapping"});
+  EXPECT_EQ(summarize(report, {}).message.find("nobody publishes"), std::string::npos);
+  report.num_publishers = 0;
+  expectWarning(summarize(report, {}), {"no cloud on /points yet", "nobody publishes it"});
+}
+
+TEST(Diagnostics, WarnsOfCloudsDroppedSinceTheLastReport) {
+  const NodeReport last = makeReport(5, 5);
+  NodeReport report = makeReport(10, 6);
+  report.statistics.numDropped(DropReason::kShortData) = 1;
+  report.statistics.numDropped(DropReason::kNoTransform) = 3;
+  expectWarning(
+      summarize(report, last.statistics),
+      {"4 clouds dropped", "short data: 1", "no transform: 3", "check that tf has a path"});
+  EXPECT_FALSE(summarize(report, report.statistics).is_warning) << "told once";
+}
+
+TEST(Diagnostics, WarnsOfCloudsThatGoOnWaitingForTf) {
+  const NodeReport last = makeReport(6, 5);
+  EXPECT_FALSE(summarize(last, makeReport(5, 5).statistics).is_warning) << "it may come yet";
+  expectWarning(summarize(makeReport(8, 5), last.statistics), {"3 clouds wait for a transform"});
+  EXPECT_FALSE(summarize(makeReport(8, 6), last.statistics).is_warning);
+}
+
+TEST(Diagnostics, WarnsWhenCloudsDoNotComeAnyMore) {
+  NodeReport report = makeReport(5, 5);
+  report.silence_s = kMaxSilence_s - 0.1;
+  EXPECT_FALSE(summarize(report, report.statistics).is_warning);
+  report.silence_s = 42.5;
+  expectWarning(summarize(report, report.statistics), {"no cloud on /points for 42 s"});
+}
+
+TEST(Diagnostics, CountsCuboidsAndVoxelsByClass) {
+  cuboid_mapping::MapConfig config;
+  config.resolution_m = 0.1;
+  cuboid_mapping::CuboidMap map(config);
+  cuboid_mapping::Scan scan;
+  scan.origin = {0.05F, 0.05F, 0.05F};
+  scan.points = {{1.05F, 0.05F, 0.05F}};
+  cuboid_mapping::ScanUpdater updater(map.grid());
+  map.apply(updater.compute(scan));
+  const MapSummary summary = summarize(map);
+  // Ten free voxels in two bricks, and one occupied.
+  EXPECT_EQ(summary.free.num_cuboids, 2U);
+  EXPECT_EQ(summary.free.num_voxels, 10.0);
+  EXPECT_EQ(summary.occupied.num_cuboids, 1U);
+  EXPECT_EQ(summary.occupied.num_voxels, 1.0);
+  EXPECT_EQ(summary.revision, map.revision());
+  EXPECT_EQ(summary.num_bytes, map.tree().numBytes());
+}
+
+TEST(Diagnostics, EveryReasonHasItsOwnKeyAndAdvice) {
+  NodeReport report = makeReport(100, 10);
+  for (std::size_t i = 0; i < kNumDropReasons; ++i) report.statistics.num_dropped[i] = i + 1;
+  report.statistics.convert_time.add(1.0);
+  report.statistics.convert_time.add(4.0);
+  report.map = {77, {5, 50.0}, {6, 6e10}, 8000};
+  diagnostic_updater::DiagnosticStatusWrapper status;
+  fillStatus(report, {}, status);
+  EXPECT_EQ(status.level, static_cast<int>(diagnostic_msgs::DiagnosticStatus::WARN));
+  std::map<std::string, std::string> values;
+  for (const auto& value : status.values) values[value.key] = value.value;
+  EXPECT_EQ(values.size(), status.values.size()) << "no key twice";
+  for (std::size_t i = 0; i < kNumDropReasons; ++i) {
+    const auto reason = static_cast<DropReason>(i);
+    EXPECT_EQ(values[std::string("clouds dropped, ") + toString(reason)], std::to_string(i + 1));
+    EXPECT_GT(std::string(toAdvice(reason)).size(), 20U);
+  }
+  EXPECT_EQ(values["clouds received"], "100");
+  EXPECT_EQ(values["clouds inserted"], "10");
+  EXPECT_EQ(values["clouds dropped"], "55");
+  EXPECT_EQ(values["clouds waiting"], "35");
+  EXPECT_EQ(values["convert time last [ms]"], "4.000");
+  EXPECT_EQ(values["convert time mean [ms]"], "2.500");
+  EXPECT_EQ(values["convert time max [ms]"], "4.000");
+  EXPECT_EQ(values["cuboids free"], "5");
+  EXPECT_EQ(values["cuboids occupied"], "6");
+  EXPECT_EQ(values["voxels free"], "50");
+  EXPECT_EQ(values["voxels occupied"], "60000000000");
+  EXPECT_EQ(values["map bytes"], "8000");
+  EXPECT_EQ(values["map revision"], "77");
+}
+
+}  // namespace
+}  // namespace cuboid_mapping_ros

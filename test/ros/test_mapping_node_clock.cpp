@@ -1,0 +1,79 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// The running node with simulated time, as with a bag that is played with its clock in a loop.
+#include "ros/node_probe.h"
+
+#include <rosgraph_msgs/Clock.h>
+
+#include <vector>
+
+namespace cuboid_mapping_ros::test {
+namespace {
+
+class NodeClockTest : public ::testing::Test {
+ protected:
+  void SetUp() override {
+    clock_publisher_ = nh_.advertise<rosgraph_msgs::Clock>("/clock", 100);
+    cloud_publisher_ = nh_.advertise<sensor_msgs::PointCloud2>("/cloud_in", 100);
+    ASSERT_TRUE(waitFor([this] {
+      return clock_publisher_.getNumSubscribers() > 0 && cloud_publisher_.getNumSubscribers() > 0;
+    }));
+  }
+
+  void setClock(double now_s) {
+    rosgraph_msgs::Clock clock;
+    clock.clock = ros::Time(now_s);
+    clock_publisher_.publish(clock);
+    // Its diagnostics tell what time it is for the node.
+    ASSERT_TRUE(waitFor([&] { return diagnostics_.status().stamp == clock.clock; }));
+  }
+
+  void publishTf(double stamp_s) {
+    broadcaster_.sendTransform(
+        makeTransform("map", "lidar", Eigen::Isometry3d::Identity(), ros::Time(stamp_s)));
+  }
+
+  void publishCloud(double stamp_s) {
+    cloud_publisher_.publish(makeCloud("lidar", ros::Time(stamp_s), {{1.0, 0.0, 0.0}}));
+  }
+
+  bool waitForNumber(const std::string& key, long count) {
+    return waitFor([&] { return diagnostics_.status().number(key) == count; });
+  }
+
+  ros::NodeHandle nh_;
+  ros::Publisher clock_publisher_;
+  ros::Publisher cloud_publisher_;
+  tf2_ros::TransformBroadcaster broadcaster_;
+  DiagnosticsProbe diagnostics_;
+};
+
+TEST_F(NodeClockTest, EveryRoundOfALoopIsMapped) {
+  long num_inserted = 0;
+  for (const double length_s : {30.0, 3.0}) {  // longer and shorter than what tf keeps
+    for (int round = 0; round < 3; ++round) {
+      for (double t = 0.0; t <= 1.0; t += 0.25) {
+        const double now_s = 1000.0 + t * length_s;
+        setClock(now_s);
+        // tf comes now before, now after the cloud.
+        if (round == 1) publishTf(now_s + 0.1);
+        publishCloud(now_s);
+        ASSERT_TRUE(waitForNumber("clouds received", num_inserted + 1));
+        publishTf(now_s - 0.1);
+        publishTf(now_s + 0.1);
+        ASSERT_TRUE(waitForNumber("clouds inserted", ++num_inserted))
+            << "round " << round << ", at " << now_s << " s: " << diagnostics_.status().message;
+      }
+    }
+  }
+  EXPECT_EQ(diagnostics_.status().number("clouds dropped"), 0);
+}
+
+}  // namespace
+}  // namespace cuboid_mapping_ros::test
+
+int main(int argc, char** argv) {
+  testing::InitGoogleTest(&argc, argv);
+  ros::init(argc, argv, "test_mapping_node_clock");
+  const ros::NodeHandle keep_alive;
+  return RUN_ALL_TESTS();
+}

@@ -1,0 +1,304 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "cuboid_mapping/ros/marker_cache.h"
+
+#include "cuboid_mapping/map/cuboid_map.h"
+#include "cuboid_mapping/scan/scan_update.h"
+#include "ros/marker_picture.h"
+#include "support/random_shapes.h"
+
+#include <gtest/gtest.h>
+
+#include <iterator>
+#include <set>
+#include <string>
+#include <vector>
+
+namespace cuboid_mapping_ros {
+namespace {
+
+using cuboid_mapping::Cell;
+using cuboid_mapping::CellBox;
+using cuboid_mapping::ChangeSet;
+using cuboid_mapping::Cuboid;
+using cuboid_mapping::CuboidFilter;
+using cuboid_mapping::CuboidMap;
+using cuboid_mapping::Grid;
+using cuboid_mapping::MapConfig;
+using cuboid_mapping::RTree;
+using cuboid_mapping::ScanUpdater;
+using cuboid_mapping::test::Random;
+using cuboid_mapping::test::seedNote;
+using test::expectedCubes;
+using test::MarkerViewer;
+using visualization_msgs::Marker;
+using visualization_msgs::MarkerArray;
+
+std_msgs::Header makeHeader() {
+  std_msgs::Header header;
+  header.frame_id = "map";
+  header.stamp = ros::Time(12, 34);
+  return header;
+}
+
+std::vector<MarkerStyle> allStyles() {
+  MarkerStyle by_height;
+  by_height.color_period_m = 3.0;
+  MarkerStyle by_probability;
+  by_probability.color_by = ColorBy::kProbability;
+  return {by_height, by_probability, makeFreeStyle()};
+}
+
+/// A scan from somewhere in a hall of 40 x 40 x 40 voxels around `center_m`.
+cuboid_mapping::Scan makeScan(Random& random, const Eigen::Vector3f& center_m) {
+  cuboid_mapping::test::ScanShape shape;
+  shape.num_points = random.integer(1, 40);
+  shape.half_edge_m = 4.0;
+  cuboid_mapping::Scan scan = cuboid_mapping::test::randomScan(random, shape);
+  scan.origin += center_m;
+  for (Eigen::Vector3f& point : scan.points) point += center_m;
+  for (Eigen::Vector3f& point : scan.no_returns) point += center_m;
+  return scan;
+}
+
+/// A robot that goes to and fro over several chunks, and a map that is cleared now and then.
+class Drive {
+ public:
+  Drive(Random& random, const std::string& fusion)
+      : random_(random), map_(makeConfig(fusion)), updater_(map_.grid()) {}
+
+  ChangeSet step() {
+    if (random_.chance(0.03)) return map_.clear();
+    const float x = static_cast<float>(random_.integer(-2, 2)) * 10.0F;
+    return map_.apply(updater_.compute(makeScan(random_, {x, -0.5F * x, 0.0F})));
+  }
+
+  [[nodiscard]] const CuboidMap& map() const { return map_; }
+
+ private:
+  static MapConfig makeConfig(const std::string& fusion) {
+    MapConfig config;
+    config.resolution_m = 0.2;
+    config.fusion = fusion;
+    return config;
+  }
+
+  Random& random_;
+  CuboidMap map_;
+  ScanUpdater updater_;
+};
+
+TEST(MarkerCache, DifferencesAddUpToTheWholeMap) {
+  std::size_t num_compared = 0;
+  std::size_t num_cubes = 0;
+  std::size_t num_deletes = 0;
+  for (const std::string fusion : {"brick", "none"}) {
+    for (std::size_t i = 0; i < allStyles().size(); ++i) {
+      SCOPED_TRACE(seedNote(i));
+      const MarkerStyle style = allStyles()[i];
+      Random random(i);
+      Drive drive(random, fusion);
+      MarkerCache cache(drive.map().grid(), style);
+      MarkerViewer viewer;
+      for (int step = 0; step < 120; ++step) {
+        cache.noteChanges(drive.step());
+        if (random.chance(0.4)) continue;  // changes of several clouds add up
+        viewer.apply(cache.update(drive.map().tree(), makeHeader()));
+        const auto expected = expectedCubes(drive.map().tree(), drive.map().grid(), style);
+        ASSERT_EQ(viewer.cubes(), expected) << "step " << step;
+        ++num_compared;
+        num_cubes += expected.size();
+      }
+      EXPECT_LE(viewer.numKept(), static_cast<std::size_t>(MarkerCache::kNumSizes));
+      num_deletes += viewer.numDeletes();
+      EXPECT_EQ(viewer.numNeedlessDeletes(), 0U);
+    }
+  }
+  EXPECT_GT(num_compared, 300U);
+  EXPECT_GT(num_cubes, 100'000U);
+  EXPECT_GT(num_deletes, 50U);
+}
+
+TEST(MarkerCache, PictureShowsALateListenerWhatTheOthersHave) {
+  Random random(10);
+  Drive drive(random, "brick");
+  MarkerCache cache(drive.map().grid(), MarkerStyle());
+  MarkerViewer viewer;
+  std::size_t num_compared = 0;
+  for (int step = 0; step < 60; ++step) {
+    viewer.apply(cache.update(drive.map().tree(), makeHeader()));
+    // Not yet published: in neither picture.
+    cache.noteChanges(drive.step());
+    MarkerViewer late;
+    Marker stale;
+    stale.ns = "from an earlier run";
+    stale.type = Marker::CUBE_LIST;
+    stale.points.resize(1);
+    stale.pose.orientation.w = 1.0;
+    MarkerArray earlier;
+    earlier.markers = {stale};
+    late.apply(earlier);
+    late.apply(cache.makePicture(makeHeader()));
+    ASSERT_EQ(late.cubes(), viewer.cubes()) << "step " << step;
+    num_compared += late.cubes().empty() ? 0 : 1;
+  }
+  EXPECT_GT(num_compared, 40U);
+}
+
+TEST(MarkerCache, LearnsTheMapAnewAfterARelease) {
+  Random random(20);
+  Drive drive(random, "brick");
+  MarkerCache cache(drive.map().grid(), MarkerStyle());
+  for (int step = 0; step < 20; ++step) {
+    for (int i = 0; i < 3; ++i) cache.noteChanges(drive.step());
+    (void)cache.update(drive.map().tree(), makeHeader());
+    cache.release();
+    EXPECT_EQ(cache.makePicture(makeHeader()).markers.size(), 1U) << "only DELETEALL";
+    cache.noteChanges(drive.step());
+    EXPECT_TRUE(cache.hasChanges());
+    MarkerViewer viewer;
+    viewer.apply(cache.update(drive.map().tree(), makeHeader()));
+    ASSERT_EQ(viewer.cubes(), expectedCubes(drive.map().tree(), drive.map().grid(), MarkerStyle()));
+  }
+}
+
+/// Disjoint cuboids of any size, which change in places.
+class CuboidPuzzle {
+ public:
+  explicit CuboidPuzzle(Random& random) : random_(random) {}
+
+  /// Removes the cuboids around some place, and adds others.
+  ChangeSet step() {
+    const CellBox place =
+        cuboid_mapping::test::randomBox(random_, {{-150, -150, -20}, {150, 150, 20}}, 60);
+    ChangeSet changes;
+    std::vector<Cuboid> old;
+    visitBox(tree_, place, CuboidFilter::kAll, [&old](const Cuboid& cuboid) {
+      old.push_back(cuboid);
+      return cuboid_mapping::Visit::kContinue;
+    });
+    for (const Cuboid& cuboid : old) {
+      EXPECT_TRUE(tree_.remove(cuboid.box));
+      changes.boxes.push_back(cuboid.box);
+    }
+    for (int i = 0; i < 4; ++i) {
+      const CellBox box = cuboid_mapping::test::randomBox(random_, place, 40);
+      bool is_taken = false;
+      visitBox(tree_, box, CuboidFilter::kAll, [&is_taken](const Cuboid&) {
+        is_taken = true;
+        return cuboid_mapping::Visit::kStop;
+      });
+      if (is_taken) continue;
+      tree_.insert({box, random_.chance(0.5) ? 1.0F : -1.0F});
+      changes.boxes.push_back(box);
+    }
+    return changes;
+  }
+
+  [[nodiscard]] const RTree& tree() const { return tree_; }
+
+ private:
+  Random& random_;
+  RTree tree_;
+};
+
+TEST(MarkerCache, CutsLongCuboidsAndKeepsThoseThatCrossChunks) {
+  const Grid grid(0.1);
+  Random random(30);
+  CuboidPuzzle puzzle(random);
+  MarkerCache cache(grid, MarkerStyle());
+  MarkerViewer viewer;
+  std::size_t num_crossing = 0;
+  for (int step = 0; step < 300; ++step) {
+    const ChangeSet changes = puzzle.step();
+    for (const CellBox& box : changes.boxes) {
+      num_crossing += (box.min.x & ~63) != ((box.max.x - 1) & ~63) ? 1 : 0;
+    }
+    cache.noteChanges(changes);
+    viewer.apply(cache.update(puzzle.tree(), makeHeader()));
+    ASSERT_EQ(viewer.cubes(), expectedCubes(puzzle.tree(), grid, MarkerStyle())) << "step " << step;
+  }
+  EXPECT_GT(num_crossing, 100U);
+  EXPECT_GT(viewer.cubes().size(), 1000U);
+}
+
+TEST(MarkerCache, SendsOnlySizesThatHaveChanged) {
+  const Grid grid(0.5);
+  RTree tree;
+  tree.insert({{{0, 0, 0}, {1, 1, 1}}, 1.0F});
+  tree.insert({{{8, 0, 0}, {10, 3, 4}}, 1.0F});
+  MarkerCache cache(grid, MarkerStyle());
+  EXPECT_EQ(cache.update(tree, makeHeader()).markers.size(), 2U);
+  EXPECT_FALSE(cache.hasChanges());
+
+  // The whole chunk is read again, but only one list comes out different.
+  const Cuboid added{{{16, 0, 0}, {18, 3, 4}}, 1.0F};
+  tree.insert(added);
+  ChangeSet changes;
+  changes.boxes = {added.box, {{0, 0, 0}, {8, 8, 8}}};
+  cache.noteChanges(changes);
+  const MarkerArray difference = cache.update(tree, makeHeader());
+  ASSERT_EQ(difference.markers.size(), 1U) << "the size of one voxel is as it was";
+  const Marker& marker = difference.markers.front();
+  EXPECT_EQ(marker.id, (2 - 1) + 8 * (3 - 1) + 64 * (4 - 1));
+  EXPECT_EQ(marker.ns, "occupied");
+  EXPECT_EQ(marker.action, static_cast<int>(Marker::ADD));
+  EXPECT_EQ(marker.header.frame_id, "map");
+  EXPECT_EQ(marker.header.stamp, ros::Time(12, 34));
+  EXPECT_EQ(marker.points.size(), 2U);
+  EXPECT_DOUBLE_EQ(marker.scale.x, 1.0);
+  EXPECT_DOUBLE_EQ(marker.scale.y, 1.5);
+  EXPECT_DOUBLE_EQ(marker.scale.z, 2.0);
+  EXPECT_DOUBLE_EQ(marker.points.front().x, 4.5);
+}
+
+TEST(MarkerCache, DeletesASizeThatHasVanished) {
+  RTree tree;
+  const CellBox box{{0, 0, 0}, {2, 1, 1}};
+  tree.insert({box, 1.0F});
+  MarkerCache cache(Grid(0.1), MarkerStyle());
+  (void)cache.update(tree, makeHeader());
+  ASSERT_TRUE(tree.remove(box));
+  tree.insert({box, -1.0F});  // free now
+  ChangeSet changes;
+  changes.boxes = {box};
+  cache.noteChanges(changes);
+  const MarkerArray difference = cache.update(tree, makeHeader());
+  ASSERT_EQ(difference.markers.size(), 1U);
+  EXPECT_EQ(difference.markers.front().action, static_cast<int>(Marker::DELETE));
+  EXPECT_EQ(difference.markers.front().id, 1);
+  EXPECT_EQ(difference.markers.front().header.frame_id, "map");
+}
+
+TEST(MarkerCache, SendsNothingWhenTheContentIsAsBefore) {
+  Random random(40);
+  Drive drive(random, "brick");
+  MarkerCache cache(drive.map().grid(), MarkerStyle());
+  for (int step = 0; step < 10; ++step) cache.noteChanges(drive.step());
+  EXPECT_FALSE(cache.update(drive.map().tree(), makeHeader()).markers.empty());
+  ChangeSet everything;
+  everything.is_everything = true;
+  cache.noteChanges(everything);
+  EXPECT_TRUE(cache.hasChanges());
+  EXPECT_TRUE(cache.update(drive.map().tree(), makeHeader()).markers.empty());
+}
+
+TEST(MarkerCache, AMapOfEverySizeHas512Markers) {
+  RTree tree;
+  for (int x = 1; x <= 8; ++x) {
+    for (int y = 1; y <= 8; ++y) {
+      for (int z = 1; z <= 8; ++z) {
+        const Cell min{8 * x, 8 * y, 8 * z};
+        tree.insert({{min, min + Cell{x, y, z}}, 1.0F});
+      }
+    }
+  }
+  MarkerCache cache(Grid(0.1), MarkerStyle());
+  const MarkerArray picture = cache.update(tree, makeHeader());
+  std::set<int> ids;
+  for (const Marker& marker : picture.markers) ids.insert(marker.id);
+  EXPECT_EQ(picture.markers.size(), 512U);
+  EXPECT_EQ(ids.size(), 512U);
+}
+
+}  // namespace
+}  // namespace cuboid_mapping_ros

@@ -1,0 +1,175 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// The running node: clouds that are late, early, lost or damaged.
+#include "ros/node_probe.h"
+
+#include <limits>
+#include <string>
+#include <vector>
+
+namespace cuboid_mapping_ros::test {
+namespace {
+
+/// As in the launch files of the tests.
+constexpr int kQueueSize = 5;
+
+using sensor_msgs::PointCloud2;
+using sensor_msgs::PointField;
+
+PointCloud2 makeSmallCloud(const std::string& frame_id, const ros::Time& stamp) {
+  return makeCloud(frame_id, stamp, {{1.0, 0.0, 0.0}, {0.0, 1.0, 0.0}});
+}
+
+class NodeCloudsTest : public NodeTest {
+ protected:
+  void SetUp() override {
+    publishStaticTf(makeTransform("map", "lidar", makeTranslation(0.05, 0.05, 0.05)));
+    NodeTest::SetUp();
+  }
+
+  bool waitForDropped(const std::string& reason, long count) {
+    return waitFor([&] { return countNew("clouds dropped, " + reason) >= count; });
+  }
+};
+
+TEST_F(NodeCloudsTest, ACloudThatComesBeforeItsTransformIsInserted) {
+  cloud_publisher_.publish(makeSmallCloud("late_lidar", ros::Time(100.0)));
+  ASSERT_TRUE(waitFor([&] { return countNew("clouds received") == 1; }));
+  ASSERT_TRUE(diagnostics_.waitForNextReport());
+  EXPECT_EQ(countNew("clouds inserted"), 0);
+  publishStaticTf(makeTransform("map", "late_lidar", Eigen::Isometry3d::Identity()));
+  EXPECT_TRUE(waitForInserted(1));
+}
+
+TEST_F(NodeCloudsTest, ACloudInTheFrameOfTheMapNeedsNoTransform) {
+  cloud_publisher_.publish(makeSmallCloud("map", ros::Time(100.0)));
+  EXPECT_TRUE(waitForInserted(1));
+}
+
+TEST_F(NodeCloudsTest, CloudsWithoutATransformAreCountedAndTold) {
+  for (int i = 0; i < kQueueSize; ++i) {
+    cloud_publisher_.publish(makeSmallCloud("nowhere", ros::Time(100.0)));
+  }
+  ASSERT_TRUE(waitFor([&] { return countNew("clouds received") == kQueueSize; }));
+  EXPECT_TRUE(waitFor([&] {
+    return diagnostics_.status().message.find("wait for a transform") != std::string::npos;
+  })) << diagnostics_.status().message;
+
+  startCounting();
+  for (int i = 0; i < 3; ++i) {
+    cloud_publisher_.publish(makeSmallCloud("nowhere", ros::Time(100.0)));
+  }
+  EXPECT_TRUE(waitForDropped("no transform", 3));
+  EXPECT_EQ(countNew("clouds dropped, no transform"), 3);
+  EXPECT_EQ(countNew("clouds inserted"), 0);
+  EXPECT_EQ(diagnostics_.status().number("clouds waiting"), kQueueSize);
+
+  cloud_publisher_.publish(makeSmallCloud("lidar", ros::Time(100.0)));
+  EXPECT_TRUE(waitForInserted(1)) << "others are not held up";
+}
+
+TEST_F(NodeCloudsTest, ACloudOlderThanAllTransformsIsDropped) {
+  // tf keeps 10 s.
+  for (const double stamp : {1015.0, 1020.0}) {
+    publishTf(makeTransform("map", "moving", makeTranslation(stamp, 0, 0), ros::Time(stamp)));
+  }
+  cloud_publisher_.publish(makeSmallCloud("moving", ros::Time(1019.0)));
+  ASSERT_TRUE(waitForInserted(1));
+  cloud_publisher_.publish(makeSmallCloud("moving", ros::Time(1005.0)));
+  EXPECT_TRUE(waitForDropped("too old for tf", 1));
+}
+
+TEST_F(NodeCloudsTest, ARecordingThatStartsAgainIsMappedAgain) {
+  // Without its clock: the stamps are all there is to see.
+  const auto play = [&](double start) {
+    for (const double stamp : {start, start + 1.0}) {
+      publishTf(makeTransform("map", "looping", Eigen::Isometry3d::Identity(), ros::Time(stamp)));
+    }
+  };
+  play(5000.0);
+  cloud_publisher_.publish(makeSmallCloud("looping", ros::Time(5000.5)));
+  ASSERT_TRUE(waitForInserted(1));
+
+  for (const double stamp : {4000.4, 4000.5}) {
+    cloud_publisher_.publish(makeSmallCloud("looping", ros::Time(stamp)));
+  }
+  ASSERT_TRUE(waitFor([&] { return countNew("clouds received") == 3; }));
+  play(4000.0);
+  EXPECT_TRUE(waitForInserted(2));
+  EXPECT_EQ(countNew("clouds dropped, too old for tf"), 1);
+}
+
+TEST_F(NodeCloudsTest, DamagedCloudsAreCountedByReason) {
+  struct Damage {
+    std::string reason;
+    PointCloud2 cloud;
+  };
+  const PointCloud2 good = makeSmallCloud("lidar", ros::Time(100.0));
+  std::vector<Damage> damages(6, Damage{"", good});
+  damages[0].reason = "empty frame_id";
+  damages[0].cloud.header.frame_id.clear();
+  damages[1].reason = "no points";
+  damages[1].cloud.width = 0;
+  damages[2].reason = "no x/y/z fields";
+  damages[2].cloud.fields[1].name = "why";
+  damages[3].reason = "wrong datatype";
+  damages[3].cloud.fields[2].datatype = PointField::INT16;
+  damages[4].reason = "bad layout";
+  damages[4].cloud.fields[0].offset = damages[4].cloud.point_step;
+  damages[5].reason = "short data";
+  damages[5].cloud.data.resize(5);
+
+  for (const Damage& damage : damages) {
+    cloud_publisher_.publish(damage.cloud);
+    EXPECT_TRUE(waitForDropped(damage.reason, 1)) << damage.reason;
+  }
+  cloud_publisher_.publish(good);
+  ASSERT_TRUE(waitForInserted(1));
+  for (const Damage& damage : damages) {
+    EXPECT_EQ(countNew("clouds dropped, " + damage.reason), 1) << damage.reason;
+  }
+  EXPECT_EQ(countNew("clouds dropped"), static_cast<long>(damages.size()));
+  EXPECT_EQ(countNew("clouds received"), static_cast<long>(damages.size()) + 1);
+  EXPECT_EQ(countNew("clouds inserted"), 1);
+}
+
+TEST_F(NodeCloudsTest, PointsThatAreNoneAreCounted) {
+  const double nan = std::numeric_limits<double>::quiet_NaN();
+  cloud_publisher_.publish(
+      makeCloud("lidar", ros::Time(100.0), {{1.0, 0.0, 0.0}, {nan, 0.0, 0.0}, {5e8, 0.0, 0.0}}));
+  ASSERT_TRUE(waitForInserted(1));
+  EXPECT_EQ(countNew("points inserted"), 1);
+  EXPECT_EQ(countNew("points NaN or without return"), 1);
+  EXPECT_EQ(countNew("points out of range"), 1);
+}
+
+TEST_F(NodeCloudsTest, NoCloudIsLostWithoutBeingCounted) {
+  // Far more than the queue holds, until some do not find a place.
+  long num_published = 0;
+  EXPECT_TRUE(waitFor([&] {
+    for (int i = 0; i < 20; ++i, ++num_published) publishRoom("lidar");
+    EXPECT_TRUE(waitFor(
+        [&] { return countNew("clouds inserted") + countNew("clouds dropped") == num_published; }));
+    return countNew("clouds dropped, queue full") > 0;
+  }));
+  EXPECT_EQ(countNew("clouds received"), num_published);
+  EXPECT_EQ(countNew("clouds dropped"), countNew("clouds dropped, queue full"));
+  EXPECT_GT(countNew("clouds inserted"), 0);
+}
+
+TEST_F(NodeCloudsTest, DiagnosticsTellTimesAndSizes) {
+  publishRoom("lidar");
+  ASSERT_TRUE(waitForInserted(1));
+  const NodeStatus& status = diagnostics_.status();
+  EXPECT_GT(status.number("cuboids free"), 0);
+  EXPECT_GT(status.number("cuboids occupied"), 0);
+  EXPECT_GT(status.number("map bytes"), 0);
+  for (const std::string stage : {"convert", "ray walk", "apply and fuse"}) {
+    for (const std::string figure : {"last", "mean", "max"}) {
+      const std::string key = stage + " time " + figure + " [ms]";
+      EXPECT_GT(std::stod(status.values.at(key)), 0.0) << key;
+    }
+  }
+}
+
+}  // namespace
+}  // namespace cuboid_mapping_ros::test

@@ -1,0 +1,248 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// The running node: clouds go in, markers come out.
+#include "cuboid_mapping/map/cuboid_map.h"
+#include "cuboid_mapping/scan/scan_update.h"
+#include "ros/marker_picture.h"
+#include "ros/node_probe.h"
+
+#include <visualization_msgs/MarkerArray.h>
+
+#include <unistd.h>
+
+#include <algorithm>
+#include <array>
+#include <cstdio>
+#include <cstdlib>
+#include <iostream>
+#include <memory>
+#include <sstream>
+#include <string>
+#include <vector>
+
+namespace cuboid_mapping_ros::test {
+namespace {
+
+using cuboid_mapping::CuboidMap;
+using cuboid_mapping::MapConfig;
+using visualization_msgs::MarkerArray;
+
+/// Somebody who looks at a topic of markers.
+class Viewer {
+ public:
+  explicit Viewer(const std::string& topic) {
+    const boost::function<void(const MarkerArray::ConstPtr&)> callback =
+        [this](const MarkerArray::ConstPtr& array) {
+          picture_.apply(*array);
+          ++num_messages_;
+          if (!array->markers.empty()) header_ = array->markers.back().header;
+        };
+    subscriber_ = nh_.subscribe(topic, 100, callback);
+  }
+
+  [[nodiscard]] const MarkerViewer& picture() const { return picture_; }
+  [[nodiscard]] const std_msgs::Header& header() const { return header_; }
+  [[nodiscard]] int numMessages() const { return num_messages_; }
+
+  bool waitForCubes(const std::vector<ShownCube>& cubes) {
+    // Sorting them all is slow: only after a message.
+    int num_seen = -1;
+    return waitFor([&] {
+      if (num_seen == num_messages_) return false;
+      num_seen = num_messages_;
+      return picture_.cubes() == cubes;
+    });
+  }
+
+ private:
+  ros::NodeHandle nh_;
+  MarkerViewer picture_;
+  std_msgs::Header header_;
+  int num_messages_ = 0;
+  ros::Subscriber subscriber_;
+};
+
+/// Somebody who looks at a topic of markers in a process of its own: roscpp has one connection for
+/// all subscribers of a process, and only a new connection makes a new listener.
+class RemoteViewer {
+ public:
+  /// @param num_messages  After which it ends.
+  RemoteViewer(const std::string& topic, int num_messages)
+      : pipe_(
+            popen((programPath() + " --view " + topic + ' ' + std::to_string(num_messages)).c_str(),
+                  "r")) {}
+  ~RemoteViewer() {
+    if (pipe_ != nullptr) pclose(pipe_);
+  }
+  RemoteViewer(const RemoteViewer&) = delete;
+  RemoteViewer& operator=(const RemoteViewer&) = delete;
+
+  /// What is on its screen after the next message, one line for each cube.
+  std::string nextPicture() {
+    std::string picture;
+    std::array<char, 1024> line;
+    while (pipe_ != nullptr && fgets(line.data(), line.size(), pipe_) != nullptr) {
+      if (std::string(line.data()) == kEndOfPicture) return picture;
+      picture += line.data();
+    }
+    return "no message";
+  }
+
+  /// The lines of these cubes.
+  static std::string toText(const std::vector<ShownCube>& cubes) {
+    std::ostringstream text;
+    for (const ShownCube& cube : cubes) text << cube << '\n';
+    return text.str();
+  }
+
+  /// What the process does: prints the picture after each message.
+  static int run(const std::string& topic, int num_messages) {
+    Viewer viewer(topic);
+    for (int count = 1; count <= num_messages; ++count) {
+      if (!waitFor([&] { return viewer.numMessages() >= count; })) return EXIT_FAILURE;
+      std::cout << toText(viewer.picture().cubes()) << kEndOfPicture << std::flush;
+    }
+    return EXIT_SUCCESS;
+  }
+
+ private:
+  static constexpr char kEndOfPicture[] = "end of picture\n";
+
+  static std::string programPath() {
+    std::array<char, 4096> path{};
+    const ssize_t size = readlink("/proc/self/exe", path.data(), path.size() - 1);
+    return {path.data(), static_cast<std::size_t>(std::max<ssize_t>(size, 0))};
+  }
+
+  FILE* pipe_;
+};
+
+/// The map that the node should have.
+class ExpectedMap {
+ public:
+  ExpectedMap() : map_(makeConfig()), updater_(map_.grid()) {}
+
+  void insertRoom(const Eigen::Vector3d& origin_map) {
+    std::vector<Eigen::Vector3f> points;
+    for (const Eigen::Vector3d& point : makeRoom({2.0, 2.0, 1.0})) {
+      points.push_back(point.cast<float>());
+    }
+    const Eigen::Isometry3d T_map_cloud{Eigen::Translation3d(origin_map)};
+    map_.apply(updater_.compute(cuboid_mapping::makeScan(T_map_cloud, origin_map, points)));
+  }
+
+  [[nodiscard]] std::vector<ShownCube> occupied() const {
+    return expectedCubes(map_.tree(), map_.grid(), MarkerStyle());
+  }
+  [[nodiscard]] std::vector<ShownCube> free() const {
+    return expectedCubes(map_.tree(), map_.grid(), makeFreeStyle());
+  }
+
+ private:
+  static MapConfig makeConfig() {
+    MapConfig config;
+    config.resolution_m = kResolution_m;
+    return config;
+  }
+
+  CuboidMap map_;
+  cuboid_mapping::ScanUpdater updater_;
+};
+
+class NodeMarkersTest : public NodeTest {
+ protected:
+  void SetUp() override {
+    publishStaticTf(makeTransform("map", "lidar_a", makeTranslation(0.05, 0.05, 0.05)));
+    publishStaticTf(makeTransform("map", "lidar_b", makeTranslation(1.05, -0.45, 0.55)));
+    NodeTest::SetUp();
+  }
+};
+
+TEST_F(NodeMarkersTest, TheyShowTheMapAndFollowItsChanges) {
+  Viewer occupied("/occupied_cuboids");
+  Viewer free("/free_cuboids");
+  ExpectedMap expected;
+  EXPECT_TRUE(expected.occupied().empty());
+
+  publishRoom("lidar_a", ros::Time(100.5));
+  expected.insertRoom({0.05, 0.05, 0.05});
+  EXPECT_GT(expected.occupied().size(), 100U);
+  EXPECT_TRUE(occupied.waitForCubes(expected.occupied()));
+  EXPECT_TRUE(free.waitForCubes(expected.free()));
+  EXPECT_EQ(occupied.header().frame_id, "map");
+  EXPECT_EQ(occupied.header().stamp, ros::Time(100.5));
+
+  // The second sensor sees through what the first one saw as walls: sizes come and go.
+  for (int i = 0; i < 3; ++i) {
+    publishRoom("lidar_b");
+    expected.insertRoom({1.05, -0.45, 0.55});
+    EXPECT_TRUE(waitForInserted(2 + i));
+  }
+  EXPECT_TRUE(occupied.waitForCubes(expected.occupied()));
+  EXPECT_TRUE(free.waitForCubes(expected.free()));
+}
+
+TEST_F(NodeMarkersTest, ALateListenerGetsTheWholePictureAtOnce) {
+  Viewer early("/occupied_cuboids");
+  ExpectedMap expected;
+  for (const bool is_first : {true, false}) {
+    publishRoom(is_first ? "lidar_a" : "lidar_b");
+    expected.insertRoom(is_first ? Eigen::Vector3d(0.05, 0.05, 0.05)
+                                 : Eigen::Vector3d(1.05, -0.45, 0.55));
+    ASSERT_TRUE(early.waitForCubes(expected.occupied()));
+  }
+  // No cloud comes any more.
+  RemoteViewer late("/occupied_cuboids", 2);
+  EXPECT_EQ(late.nextPicture(), RemoteViewer::toText(expected.occupied()));
+  Viewer first_of_free("/free_cuboids");
+  EXPECT_TRUE(first_of_free.waitForCubes(expected.free()));
+
+  // From now on both get the differences.
+  publishRoom("lidar_a");
+  expected.insertRoom({0.05, 0.05, 0.05});
+  EXPECT_EQ(late.nextPicture(), RemoteViewer::toText(expected.occupied()));
+  EXPECT_TRUE(early.waitForCubes(expected.occupied()));
+  EXPECT_TRUE(first_of_free.waitForCubes(expected.free()));
+}
+
+TEST_F(NodeMarkersTest, ListenersThatGoAndComeBackSeeTheMapAsItIs) {
+  ExpectedMap expected;
+  auto viewer = std::make_unique<Viewer>("/occupied_cuboids");
+  publishRoom("lidar_a");
+  expected.insertRoom({0.05, 0.05, 0.05});
+  ASSERT_TRUE(viewer->waitForCubes(expected.occupied()));
+  viewer.reset();
+  publishRoom("lidar_b");
+  expected.insertRoom({1.05, -0.45, 0.55});
+  ASSERT_TRUE(waitForInserted(2));
+  viewer = std::make_unique<Viewer>("/occupied_cuboids");
+  EXPECT_TRUE(viewer->waitForCubes(expected.occupied()));
+}
+
+TEST_F(NodeMarkersTest, ResetTakesThemAllAway) {
+  Viewer occupied("/occupied_cuboids");
+  Viewer free("/free_cuboids");
+  publishRoom("lidar_a");
+  ExpectedMap expected;
+  expected.insertRoom({0.05, 0.05, 0.05});
+  ASSERT_TRUE(occupied.waitForCubes(expected.occupied()));
+  ASSERT_TRUE(free.waitForCubes(expected.free()));
+  reset();
+  EXPECT_TRUE(occupied.waitForCubes({}));
+  EXPECT_TRUE(free.waitForCubes({}));
+  EXPECT_EQ(occupied.picture().numKept(), 0U);
+  EXPECT_GT(occupied.picture().numDeletes(), 0U);
+
+  EXPECT_EQ(RemoteViewer("/occupied_cuboids", 1).nextPicture(), "");
+}
+
+}  // namespace
+}  // namespace cuboid_mapping_ros::test
+
+int main(int argc, char** argv) {
+  using cuboid_mapping_ros::test::RemoteViewer;
+  const bool is_viewer = argc == 4 && std::string(argv[1]) == "--view";
+  testing::InitGoogleTest(&argc, argv);
+  ros::init(argc, argv, "test_node", is_viewer ? ros::init_options::AnonymousName : 0);
+  const ros::NodeHandle keep_alive;
+  return is_viewer ? RemoteViewer::run(argv[2], std::stoi(argv[3])) : RUN_ALL_TESTS();
+}

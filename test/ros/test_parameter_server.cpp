@@ -1,0 +1,65 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Parameters on their way through YAML, roslaunch and the parameter server; see
+// parameter_server.test.
+
+#include "cuboid_mapping/ros/parameters.h"
+
+#include <gtest/gtest.h>
+#include <ros/ros.h>
+
+#include <limits>
+#include <string>
+#include <vector>
+
+namespace cuboid_mapping_ros {
+namespace {
+
+std::vector<std::string> keysOf(const std::vector<ParameterError>& errors) {
+  std::vector<std::string> keys;
+  for (const ParameterError& error : errors) keys.push_back(error.key);
+  return keys;
+}
+
+TEST(ParameterServer, DefaultYamlHoldsTheDefaults) {
+  const ros::NodeHandle handle("~default");
+  ASSERT_TRUE(handle.hasParam("sensor_model/max_range")) << "config/default.yaml is not loaded";
+  const LoadedParameters loaded = loadParameters(handle);
+  EXPECT_EQ(keysOf(loaded.errors), std::vector<std::string>{});
+  EXPECT_EQ(toLogLines(loaded.parameters), toLogLines(NodeParameters{}));
+}
+
+TEST(ParameterServer, NoParameterGivesTheDefaults) {
+  const LoadedParameters loaded = loadParameters(ros::NodeHandle("~nothing"));
+  EXPECT_EQ(keysOf(loaded.errors), std::vector<std::string>{});
+  EXPECT_EQ(toLogLines(loaded.parameters), toLogLines(NodeParameters{}));
+}
+
+TEST(ParameterServer, ValuesOfALaunchFileArrive) {
+  const LoadedParameters loaded = loadParameters(ros::NodeHandle("~good"));
+  EXPECT_EQ(keysOf(loaded.errors), std::vector<std::string>{});
+  EXPECT_EQ(loaded.parameters.frame_id, "odom");
+  EXPECT_EQ(loaded.parameters.map.resolution_m, 1.0);
+  EXPECT_EQ(loaded.parameters.map.sensor_model.hit, 0.8);
+  EXPECT_EQ(loaded.parameters.map.rtree.max_branches, 24);
+  EXPECT_EQ(loaded.parameters.max_range_m, std::numeric_limits<double>::infinity());
+  EXPECT_EQ(loaded.parameters.crop_map.max_m.z(), 2.5e3);
+  EXPECT_FALSE(loaded.parameters.latch);
+}
+
+TEST(ParameterServer, AllErrorsOfALaunchFileAreListed) {
+  const LoadedParameters loaded = loadParameters(ros::NodeHandle("~bad"));
+  const std::vector<std::string> expected{
+      "resolution", "sensor_model/hit", "pointcloud_max_x", "pointcloud_max_z",
+      "latch",      "sensor_model/mis"};
+  EXPECT_EQ(keysOf(loaded.errors), expected);
+}
+
+}  // namespace
+}  // namespace cuboid_mapping_ros
+
+int main(int argc, char** argv) {
+  testing::InitGoogleTest(&argc, argv);
+  ros::init(argc, argv, "test_parameter_server");
+  const ros::NodeHandle handle;
+  return RUN_ALL_TESTS();
+}

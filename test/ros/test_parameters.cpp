@@ -1,0 +1,371 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "cuboid_mapping/ros/parameters.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <fstream>
+#include <functional>
+#include <limits>
+#include <sstream>
+#include <string>
+#include <vector>
+
+namespace cuboid_mapping_ros {
+namespace {
+
+using cuboid_mapping::Environment;
+using XmlRpc::XmlRpcValue;
+
+constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
+constexpr double kInfinity = std::numeric_limits<double>::infinity();
+
+/// Sets a key with slashes in nested structs.
+void set(XmlRpcValue& group, const std::string& key, const XmlRpcValue& value) {
+  const std::size_t slash = key.find('/');
+  if (slash == std::string::npos) {
+    group[key] = value;
+  } else {
+    set(group[key.substr(0, slash)], key.substr(slash + 1), value);
+  }
+}
+
+XmlRpcValue makeGroup(const std::vector<std::pair<std::string, XmlRpcValue>>& values) {
+  XmlRpcValue group;
+  for (const auto& [key, value] : values) set(group, key, value);
+  return group;
+}
+
+XmlRpcValue makeList() {
+  XmlRpcValue list;
+  list[0] = 1;
+  return list;
+}
+
+std::string readFile(const std::string& path) {
+  std::ifstream in(std::string(CUBOID_MAPPING_SOURCE_DIR) + '/' + path);
+  std::ostringstream text;
+  text << in.rdbuf();
+  return text.str();
+}
+
+std::vector<std::string> keysOf(const std::vector<ParameterError>& errors) {
+  std::vector<std::string> keys;
+  for (const ParameterError& error : errors) keys.push_back(error.key);
+  return keys;
+}
+
+bool hasText(const ParameterError& error, const std::string& text) {
+  return error.message.find(text) != std::string::npos;
+}
+
+/// One parameter: a value that is taken, where it arrives, and values that are refused.
+struct Case {
+  std::string key;
+  XmlRpcValue good;
+  std::function<bool(const NodeParameters&)> arrives;
+  std::vector<XmlRpcValue> bad;
+};
+
+std::vector<Case> mapCases() {
+  using P = NodeParameters;
+  return {
+      {"frame_id", "odom", [](const P& p) { return p.frame_id == "odom"; }, {"", "/map", 1, true}},
+      {"sensor_frame",
+       "lidar",
+       [](const P& p) { return p.sensor_frame == "lidar"; },
+       {"/lidar", 1.5}},
+      {"resolution",
+       0.2,
+       [](const P& p) { return p.map.resolution_m == 0.2; },
+       {0.0, -0.1, 0, 0.0009, 101.0, kNan, kInfinity, "0.1", true, makeList()}},
+      {"environment",
+       "static",
+       [](const P& p) { return p.map.environment == Environment::kStatic; },
+       {"", "Static", "frozen", 1}},
+      {"fusion", "none", [](const P& p) { return p.map.fusion == "none"; }, {"", "bricks", false}},
+      {"rtree/max_branches",
+       24,
+       [](const P& p) { return p.map.rtree.max_branches == 24; },
+       {1, 65, 32.0, "32", true}},
+      {"rtree/min_branches",
+       4,
+       [](const P& p) { return p.map.rtree.min_branches == 4; },
+       {0, -1, 33, 4.0, "4"}},
+  };
+}
+
+std::vector<Case> sensorModelCases() {
+  using P = NodeParameters;
+  return {
+      {"sensor_model/hit",
+       0.8,
+       [](const P& p) { return p.map.sensor_model.hit == 0.8; },
+       {0.5, 1.0, 1, 0.4, kNan, "0.7", true}},
+      {"sensor_model/miss",
+       0.3,
+       [](const P& p) { return p.map.sensor_model.miss == 0.3; },
+       {0.5, 0.0, 0, 0.6, kNan}},
+      {"sensor_model/min",
+       0.2,
+       [](const P& p) { return p.map.sensor_model.alpha_min == 0.2; },
+       {0.5, 0.0, -0.1, kNan}},
+      {"sensor_model/max",
+       0.9,
+       [](const P& p) { return p.map.sensor_model.alpha_max == 0.9; },
+       {0.5, 1.0, 1.1, kNan}},
+      {"sensor_model/max_range",
+       50.0,
+       [](const P& p) { return p.max_range_m == 50.0; },
+       {0.0, -2.0, -0.5, kNan, kInfinity}},
+      {"sensor_model/min_range",
+       1.5,
+       [](const P& p) { return p.min_range_m == 1.5; },
+       {-2.0, -0.5, kNan, kInfinity}},
+      {"sensor_model/no_return_range",
+       30.0,
+       [](const P& p) { return p.no_return_range_m == 30.0; },
+       {-1.0, 1001.0, kNan}},
+  };
+}
+
+std::vector<Case> otherCases() {
+  using P = NodeParameters;
+  std::vector<Case> cases{
+      {"queue_size", 3, [](const P& p) { return p.queue_size == 3; }, {0, -1, 1001, 3.0}},
+      {"publish_rate",
+       2.5,
+       [](const P& p) { return p.publish_rate_hz == 2.5; },
+       {0.0, -1.0, 101.0, kNan, "fast"}},
+      {"latch", false, [](const P& p) { return !p.latch; }, {0, 1, "false", 0.0}},
+      {"color_by",
+       "probability",
+       [](const P& p) { return p.color_by == ColorBy::kProbability; },
+       {"", "colour", 1}},
+      {"color_period",
+       4.0,
+       [](const P& p) { return p.color_period_m == 4.0; },
+       {0.0, -4.0, kNan, kInfinity}},
+  };
+  for (int axis = 0; axis < 3; ++axis) {
+    const std::string name(1, "xyz"[axis]);
+    cases.push_back({"pointcloud_min_" + name,
+                     -7.5,
+                     [axis](const P& p) { return p.crop_map.min_m[axis] == -7.5; },
+                     {kNan, -kInfinity, "-7.5"}});
+    cases.push_back({"pointcloud_max_" + name,
+                     8.5,
+                     [axis](const P& p) { return p.crop_map.max_m[axis] == 8.5; },
+                     {kNan, kInfinity, "1e9"}});
+  }
+  return cases;
+}
+
+std::vector<Case> allCases() {
+  std::vector<Case> cases = mapCases();
+  for (const auto& part : {sensorModelCases(), otherCases()}) {
+    cases.insert(cases.end(), part.begin(), part.end());
+  }
+  return cases;
+}
+
+TEST(Parameters, NoneGivesTheDefaultsWithoutError) {
+  // `nodelet load` leaves an empty string where there is no parameter.
+  for (const XmlRpcValue& none : {XmlRpcValue(), XmlRpcValue(""), makeGroup({})}) {
+    const LoadedParameters loaded = readParameters(none);
+    EXPECT_TRUE(loaded.errors.empty());
+    EXPECT_EQ(toLogLines(loaded.parameters), toLogLines(NodeParameters{}));
+  }
+}
+
+TEST(Parameters, EveryParameterHasACaseInThisTest) {
+  const std::vector<std::string> lines = toLogLines({});
+  EXPECT_EQ(lines.size(), allCases().size());
+  for (const Case& c : allCases()) {
+    const auto is_own = [&c](const std::string& line) { return line.rfind(c.key + ": ", 0) == 0; };
+    EXPECT_EQ(std::count_if(lines.begin(), lines.end(), is_own), 1) << c.key;
+  }
+}
+
+TEST(Parameters, EveryGoodValueArrivesInItsFieldAndInTheLog) {
+  const std::vector<std::string> defaults = toLogLines({});
+  for (const Case& c : allCases()) {
+    SCOPED_TRACE(c.key);
+    EXPECT_FALSE(c.arrives(NodeParameters{})) << "the case does not differ from the default";
+    const LoadedParameters loaded = readParameters(makeGroup({{c.key, c.good}}));
+    EXPECT_TRUE(loaded.errors.empty());
+    EXPECT_TRUE(c.arrives(loaded.parameters));
+    const std::vector<std::string> lines = toLogLines(loaded.parameters);
+    for (std::size_t i = 0; i < lines.size(); ++i) {
+      const bool is_own = lines[i].rfind(c.key + ": ", 0) == 0;
+      EXPECT_EQ(lines[i] != defaults[i], is_own) << lines[i];
+      EXPECT_EQ(lines[i].find("(default)") == std::string::npos, is_own) << lines[i];
+    }
+  }
+}
+
+TEST(Parameters, EveryBadValueGivesExactlyItsErrorAndKeepsTheDefault) {
+  std::size_t num_checked = 0;
+  for (const Case& c : allCases()) {
+    for (const XmlRpcValue& bad : c.bad) {
+      SCOPED_TRACE(c.key + " " + bad.toXml());
+      const LoadedParameters loaded = readParameters(makeGroup({{c.key, bad}}));
+      EXPECT_EQ(keysOf(loaded.errors), std::vector<std::string>{c.key});
+      if (loaded.errors.empty()) continue;
+      EXPECT_TRUE(hasText(loaded.errors[0], "but must be ")) << loaded.errors[0].message;
+      EXPECT_TRUE(hasText(loaded.errors[0], "the default ")) << loaded.errors[0].message;
+      EXPECT_EQ(toLogLines(loaded.parameters), toLogLines({}));
+      ++num_checked;
+    }
+  }
+  EXPECT_EQ(num_checked, 103U);
+}
+
+TEST(Parameters, AnErrorSaysValueRangeAndWhatToDo) {
+  const auto messageOf = [](const std::string& key, const XmlRpcValue& value) {
+    return readParameters(makeGroup({{key, value}})).errors.at(0).message;
+  };
+  EXPECT_EQ(messageOf("sensor_model/hit", 1.7),
+            "is 1.7, but must be a number from 0.501 to 0.999: correct it, or remove it to get the "
+            "default 0.7");
+  EXPECT_EQ(messageOf("pointcloud_max_z", "1e9"),
+            "is \"1e9\", but must be a number: write it without quotes, an exponent as in 1.0e+9, "
+            "or remove it to get the default 1.0e+09");
+  EXPECT_EQ(messageOf("fusion", "bricks"),
+            "is \"bricks\", but must be brick or none: choose one of the names, or remove it to "
+            "get the default brick");
+  EXPECT_EQ(messageOf("sensor_model/max_range", 0),
+            "is 0, but must be -1, or a number of at least 0.01: correct it, or remove it to get "
+            "the default -1.0");
+}
+
+TEST(Parameters, AWholeNumberIsTakenForANumber) {
+  const LoadedParameters loaded =
+      readParameters(makeGroup({{"publish_rate", 2}, {"sensor_model/max_range", 80}}));
+  EXPECT_TRUE(loaded.errors.empty());
+  EXPECT_EQ(loaded.parameters.publish_rate_hz, 2.0);
+  EXPECT_EQ(loaded.parameters.max_range_m, 80.0);
+}
+
+TEST(Parameters, MinusOneMeansNoRangeLimitAsWithOctomapServer) {
+  for (const XmlRpcValue& minus_one : {XmlRpcValue(-1), XmlRpcValue(-1.0)}) {
+    const LoadedParameters loaded = readParameters(
+        makeGroup({{"sensor_model/max_range", minus_one}, {"sensor_model/min_range", minus_one}}));
+    EXPECT_TRUE(loaded.errors.empty());
+    EXPECT_EQ(loaded.parameters.max_range_m, kInfinity);
+    EXPECT_EQ(loaded.parameters.min_range_m, 0.0);
+  }
+}
+
+TEST(Parameters, SetsThatDoNotFitAreRefused) {
+  using Values = std::vector<std::pair<std::string, XmlRpcValue>>;
+  const std::vector<std::pair<Values, std::string>> cases{
+      {{{"rtree/max_branches", 16}}, "rtree/min_branches"},
+      {{{"rtree/min_branches", 17}}, "rtree/min_branches"},
+      {{{"rtree/max_branches", 9}, {"rtree/min_branches", 5}}, "rtree/min_branches"},
+      {{{"pointcloud_min_x", 1.0}, {"pointcloud_max_x", 1.0}}, "pointcloud_min_x"},
+      {{{"pointcloud_min_y", 2.0}, {"pointcloud_max_y", 1.0}}, "pointcloud_min_y"},
+      {{{"pointcloud_max_z", -2e9}}, "pointcloud_min_z"},
+      {{{"sensor_model/min_range", 5.0}, {"sensor_model/max_range", 5.0}},
+       "sensor_model/min_range"},
+  };
+  for (const auto& [values, key] : cases) {
+    const LoadedParameters loaded = readParameters(makeGroup(values));
+    EXPECT_EQ(keysOf(loaded.errors), std::vector<std::string>{key});
+  }
+  EXPECT_EQ(readParameters(makeGroup({{"rtree/max_branches", 16}})).errors.at(0).message,
+            "is 12, but must be at most half of rtree/max_branches (16): set it to at most 8, or "
+            "rtree/max_branches to at least 24");
+  EXPECT_EQ(readParameters(makeGroup({{"pointcloud_min_y", 2}, {"pointcloud_max_y", 1.5}}))
+                .errors.at(0)
+                .message,
+            "is 2.0, but must be less than pointcloud_max_y (1.5): change one of them");
+}
+
+TEST(Parameters, SetsAreNotJudgedByAValueThatIsBadItself) {
+  const LoadedParameters loaded =
+      readParameters(makeGroup({{"rtree/max_branches", 1}, {"rtree/min_branches", 20}}));
+  EXPECT_EQ(keysOf(loaded.errors), std::vector<std::string>{"rtree/max_branches"});
+}
+
+TEST(Parameters, AllErrorsAreListedAtOnce) {
+  const LoadedParameters loaded = readParameters(makeGroup({{"resolution", 0.0},
+                                                            {"frame_id", ""},
+                                                            {"sensor_model/hit", 2.0},
+                                                            {"rtree/max_branches", 8},
+                                                            {"latch", "yes"},
+                                                            {"pointcloud_min_x", kNan},
+                                                            {"pointcloud_min_z", 3.0},
+                                                            {"pointcloud_max_z", 1.0},
+                                                            {"sensor_model/hitt", 0.7},
+                                                            {"publish_rates", 1.0}}));
+  const std::vector<std::string> expected{"frame_id",         "resolution",    "sensor_model/hit",
+                                          "pointcloud_min_x", "latch",         "rtree/min_branches",
+                                          "pointcloud_min_z", "publish_rates", "sensor_model/hitt"};
+  EXPECT_EQ(keysOf(loaded.errors), expected);
+}
+
+TEST(Parameters, AnUnknownKeyIsRefusedWithTheNearestKnownOne) {
+  const std::vector<std::pair<std::string, std::string>> cases{
+      {"resolutoin", "resolution"},
+      {"Resolution", "resolution"},
+      {"frameid", "frame_id"},
+      {"max_range", "sensor_model/max_range"},
+      {"sensor_model/max_rang", "sensor_model/max_range"},
+      {"sensor_modl/hit", "sensor_model/hit"},
+      {"sensor_model_miss", "sensor_model/miss"},
+      {"pointcloud_max_zz", "pointcloud_max_z"},
+      {"rtree/frame_id", "frame_id"},
+  };
+  for (const auto& [key, nearest] : cases) {
+    const LoadedParameters loaded = readParameters(makeGroup({{key, 0.5}}));
+    ASSERT_EQ(keysOf(loaded.errors), std::vector<std::string>{key});
+    EXPECT_EQ(loaded.errors[0].message, "is 0.5, but there is no such parameter: did you mean " +
+                                            nearest + "? Correct the key, or remove it");
+  }
+}
+
+TEST(Parameters, KeysThatLibrariesReadAreAllowed) {
+  EXPECT_TRUE(readParameters(makeGroup({{"diagnostic_period", 0.5}, {"num_worker_threads", 2}}))
+                  .errors.empty());
+}
+
+TEST(Parameters, GroupsAndValuesAreNotMixedUp) {
+  EXPECT_EQ(keysOf(readParameters(makeGroup({{"sensor_model", 0.7}})).errors),
+            std::vector<std::string>{"sensor_model"});
+  const LoadedParameters group_for_value = readParameters(makeGroup({{"resolution/x", 0.1}}));
+  ASSERT_EQ(keysOf(group_for_value.errors), std::vector<std::string>{"resolution"});
+  EXPECT_TRUE(hasText(group_for_value.errors[0], "is a group of keys, but must be a number"));
+  EXPECT_EQ(keysOf(readParameters(XmlRpcValue(5)).errors), std::vector<std::string>{"~"});
+  EXPECT_EQ(keysOf(readParameters(makeList()).errors), std::vector<std::string>{"~"});
+}
+
+TEST(Parameters, DefaultYamlIsWhatPrintParametersWrites) {
+  EXPECT_EQ(readFile("config/default.yaml"), toYaml())
+      << "Write it anew: rosrun cuboid_mapping print_parameters --yaml > config/default.yaml";
+}
+
+TEST(Parameters, TableOfTheReadmeIsWhatPrintParametersWrites) {
+  const std::string begin = "<!-- parameters:begin -->\n";
+  const std::string readme = readFile("README.md");
+  const std::size_t first = readme.find(begin);
+  const std::size_t last = readme.find("<!-- parameters:end -->");
+  ASSERT_NE(first, std::string::npos);
+  ASSERT_NE(last, std::string::npos);
+  EXPECT_EQ(readme.substr(first + begin.size(), last - first - begin.size()), toMarkdownTable())
+      << "Put what `rosrun cuboid_mapping print_parameters --markdown` writes between the markers.";
+}
+
+TEST(Parameters, TheTableHasOneRowForEachParameterAndLibraryKey) {
+  const std::string table = toMarkdownTable();
+  EXPECT_EQ(static_cast<std::size_t>(std::count(table.begin(), table.end(), '\n')),
+            2 + allCases().size() + 2);
+  std::istringstream lines(table);
+  for (std::string line; std::getline(lines, line);) {
+    EXPECT_EQ(std::count(line.begin(), line.end(), '|'), 6) << line;
+  }
+}
+
+}  // namespace
+}  // namespace cuboid_mapping_ros

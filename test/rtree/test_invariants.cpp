@@ -1,0 +1,114 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// The checker sees every kind of damage: a checker that sees nothing would pass all other tests.
+#include "cuboid_mapping/rtree/invariants.h"
+
+#include <gtest/gtest.h>
+
+#include <string>
+
+namespace cuboid_mapping {
+namespace {
+
+/// A tree of three levels that a test may damage.
+class CheckTree : public testing::Test {
+ protected:
+  CheckTree() : tree_(RTreeConfig{4, 2}) {
+    for (int i = 0; i < 30; ++i) tree_.insert({CellBox::ofCell({3 * i, i % 5, 0}), -1.0F});
+  }
+
+  void SetUp() override {
+    ASSERT_GE(tree_.height(), 3);
+    ASSERT_TRUE(checkTree(tree_).empty());
+  }
+
+  Node& node(int level, NodeIndex index) { return const_cast<Node&>(tree_.node(level, index)); }
+  Node& root() { return node(tree_.height() - 1, tree_.root()); }
+  /// A node one level below the root.
+  Node& child() { return node(tree_.height() - 2, root().child()[0]); }
+  /// A leaf.
+  Node& leaf() {
+    NodeIndex index = tree_.root();
+    for (int level = tree_.height() - 1; level > 0; --level) index = node(level, index).child()[0];
+    return node(0, index);
+  }
+
+  /// Whether one of the violations speaks of this.
+  [[nodiscard]] bool reports(const std::string& text) const {
+    for (const std::string& violation : checkTree(tree_)) {
+      if (violation.find(text) != std::string::npos) return true;
+    }
+    return false;
+  }
+
+  RTree tree_;
+};
+
+TEST_F(CheckTree, seesABoxThatIsTooLarge) {
+  Branch branch = root().branch(0);
+  branch.box.max.z += 1;
+  root().set(0, branch);
+  EXPECT_TRUE(reports("minimum bounding box"));
+}
+
+TEST_F(CheckTree, seesABoxThatIsTooSmall) {
+  Branch branch = child().branch(0);
+  branch.box.min.x += 1;
+  child().set(0, branch);
+  EXPECT_TRUE(reports("minimum bounding box"));
+}
+
+TEST_F(CheckTree, seesAWrongGreatestLogOdds) {
+  for (const float wrong : {-2.0F, 0.0F}) {
+    Branch branch = child().branch(0);
+    branch.value = wrong;
+    child().set(0, branch);
+    EXPECT_TRUE(reports("greatest log-odds")) << wrong;
+  }
+}
+
+TEST_F(CheckTree, seesAWrongParent) {
+  child().parent = kNoNode;
+  EXPECT_TRUE(reports("parent"));
+}
+
+TEST_F(CheckTree, seesANodeWithTooFewBranches) {
+  while (leaf().count() > 1) leaf().remove(0);
+  EXPECT_TRUE(reports("too few branches"));
+  EXPECT_TRUE(reports("number of cuboids"));
+}
+
+TEST_F(CheckTree, seesANodeWithoutBranches) {
+  leaf().clear();
+  EXPECT_TRUE(reports("without branches"));
+}
+
+TEST_F(CheckTree, seesARootWithOneBranch) {
+  while (root().count() > 1) root().remove(1);
+  EXPECT_TRUE(reports("too few branches"));
+  EXPECT_TRUE(reports("nodes are lost"));
+}
+
+TEST_F(CheckTree, seesAnEmptyBox) {
+  Branch branch = leaf().branch(0);
+  branch.box.max.y = branch.box.min.y;
+  leaf().set(0, branch);
+  EXPECT_TRUE(reports("empty box"));
+}
+
+TEST(CheckDisjoint, seesTwoCuboidsThatShareACell) {
+  RTree tree;
+  tree.insert({{{0, 0, 0}, {4, 4, 4}}, 1.0F});
+  tree.insert({{{4, 0, 0}, {8, 4, 4}}, 1.0F});
+  EXPECT_TRUE(checkDisjoint(tree).empty()) << "they have a face in common";
+  tree.insert({{{3, 3, 3}, {4, 4, 4}}, -1.0F});
+  EXPECT_FALSE(checkDisjoint(tree).empty());
+}
+
+TEST(CheckDisjoint, seesACuboidThatIsThereTwice) {
+  RTree tree;
+  for (int i = 0; i < 2; ++i) tree.insert({{{0, 0, 0}, {4, 4, 4}}, 1.0F});
+  EXPECT_FALSE(checkDisjoint(tree).empty());
+}
+
+}  // namespace
+}  // namespace cuboid_mapping

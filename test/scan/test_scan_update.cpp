@@ -1,0 +1,293 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "cuboid_mapping/scan/scan_update.h"
+
+#include "support/random_shapes.h"
+#include "support/voxel_map.h"
+
+#include <gtest/gtest.h>
+#include <octomap/OcTree.h>
+
+#include <cmath>
+#include <limits>
+#include <set>
+
+namespace cuboid_mapping {
+namespace {
+
+using test::ObservedCells;
+
+constexpr double kNoLimit = std::numeric_limits<double>::infinity();
+constexpr float kInfinity = std::numeric_limits<float>::infinity();
+
+/// A scan from the middle of voxel (0 0 0) at 1 m.
+Scan scanFromVoxelZero() {
+  Scan scan;
+  scan.origin = {0.5F, 0.5F, 0.5F};
+  return scan;
+}
+
+ObservedCells observe(const Scan& scan, double max_range_m = kNoLimit) {
+  ScanUpdater updater(Grid(1.0), max_range_m);
+  return test::toObservedCells(updater.compute(scan));
+}
+
+/// The update as octomap_server's OctomapServer::insertScan computes it, with OctoMap's ray walk.
+ObservedCells observeWithOctomap(const Scan& scan, double resolution_m, double max_range_m) {
+  const octomap::OcTree tree(resolution_m);
+  octomap::KeyRay keys;
+  ObservedCells cells;
+  const octomap::point3d origin(scan.origin.x(), scan.origin.y(), scan.origin.z());
+  const auto mark = [&](const octomap::OcTreeKey& key, bool is_hit) {
+    bool& was_hit = cells[{key[0] - 32768, key[1] - 32768, key[2] - 32768}];
+    was_hit = was_hit || is_hit;
+  };
+  const auto addBeam = [&](const Eigen::Vector3f& point, bool is_return) {
+    octomap::point3d end(point.x(), point.y(), point.z());
+    const bool is_cut = (end - origin).norm() > max_range_m;
+    if (is_cut) end = origin + (end - origin).normalized() * static_cast<float>(max_range_m);
+    EXPECT_TRUE(tree.computeRayKeys(origin, end, keys));
+    for (const octomap::OcTreeKey& key : keys) mark(key, false);
+    mark(tree.coordToKey(end), is_return && !is_cut);
+  };
+  for (const Eigen::Vector3f& point : scan.points) addBeam(point, true);
+  for (const Eigen::Vector3f& end : scan.no_returns) addBeam(end, false);
+  return cells;
+}
+
+TEST(ScanUpdate, missesTheVoxelsBeforeTheEndAndHitsTheEnd) {
+  Scan scan = scanFromVoxelZero();
+  scan.points = {{3.5F, 0.5F, 0.5F}};
+  const ObservedCells expected{
+      {{0, 0, 0}, false}, {{1, 0, 0}, false}, {{2, 0, 0}, false}, {{3, 0, 0}, true}};
+  EXPECT_EQ(observe(scan), expected);
+}
+
+TEST(ScanUpdate, onlyHitsTheOriginsVoxelWhenTheBeamEndsInIt) {
+  Scan scan = scanFromVoxelZero();
+  scan.points = {{0.9F, 0.1F, 0.5F}};
+  EXPECT_EQ(observe(scan), (ObservedCells{{{0, 0, 0}, true}}));
+  scan.points = {scan.origin};
+  EXPECT_EQ(observe(scan), (ObservedCells{{{0, 0, 0}, true}})) << "a beam of no length";
+}
+
+TEST(ScanUpdate, missesTheVoxelWhereABeamIsCutAndHitsNone) {
+  Scan scan = scanFromVoxelZero();
+  scan.points = {{9.5F, 0.5F, 0.5F}};
+  const ObservedCells expected{{{0, 0, 0}, false}, {{1, 0, 0}, false}, {{2, 0, 0}, false}};
+  EXPECT_EQ(observe(scan, 2.0), expected);
+  EXPECT_EQ(observe(scan, 0.25), (ObservedCells{{{0, 0, 0}, false}})) << "cut in its first voxel";
+}
+
+TEST(ScanUpdate, doesNotCutABeamAsLongAsTheMaxRange) {
+  Scan scan = scanFromVoxelZero();
+  scan.points = {{2.5F, 0.5F, 0.5F}};
+  const ObservedCells expected{{{0, 0, 0}, false}, {{1, 0, 0}, false}, {{2, 0, 0}, true}};
+  EXPECT_EQ(observe(scan, 2.0), expected);
+}
+
+TEST(ScanUpdate, missesEveryVoxelOfANoReturnUpToItsEndOrItsCut) {
+  Scan scan = scanFromVoxelZero();
+  scan.no_returns = {{0.5F, 2.5F, 0.5F}};
+  const ObservedCells up_to_end{{{0, 0, 0}, false}, {{0, 1, 0}, false}, {{0, 2, 0}, false}};
+  EXPECT_EQ(observe(scan), up_to_end);
+  EXPECT_EQ(observe(scan, 1.0), (ObservedCells{{{0, 0, 0}, false}, {{0, 1, 0}, false}}));
+  scan.no_returns = {{0.6F, 0.5F, 0.5F}};
+  EXPECT_EQ(observe(scan), (ObservedCells{{{0, 0, 0}, false}})) << "in the origin's voxel";
+}
+
+TEST(ScanUpdate, leavesOutAndCountsWhatIsNotFiniteOrOutsideTheGrid) {
+  const Grid grid(0.001);  // Reaches to 1.07e6 m.
+  constexpr float kNan = std::numeric_limits<float>::quiet_NaN();
+  for (const float bad : {kNan, kInfinity, -kInfinity, 2e6F, -2e6F, 3e38F}) {
+    for (int axis = 0; axis < 3; ++axis) {
+      Scan scan;
+      Eigen::Vector3f point(0.0F, 0.0F, 0.0F);
+      point[axis] = bad;
+      scan.points = {point, {0.0015F, 0.0F, 0.0F}};
+      scan.no_returns = {point};
+      ScanUpdater updater(grid);
+      const ScanUpdate& update = updater.compute(scan);
+      EXPECT_EQ(update.num_out_of_range, 2U) << bad;
+      EXPECT_EQ(update.num_points, 1U) << bad;
+      EXPECT_EQ(test::toObservedCells(update),
+                (ObservedCells{{{0, 0, 0}, false}, {{1, 0, 0}, true}}));
+    }
+  }
+}
+
+TEST(ScanUpdate, leavesOutWhatIsNotFiniteWithAMaxRangeToo) {
+  ScanUpdater updater(Grid(1.0), 10.0);
+  for (const float bad : {std::nanf(""), kInfinity, -kInfinity}) {
+    Scan scan = scanFromVoxelZero();
+    scan.points = {{bad, 0.5F, 0.5F}, {0.5F, bad, bad}};
+    const ScanUpdate& update = updater.compute(scan);
+    EXPECT_EQ(update.num_out_of_range, 2U) << bad;
+    EXPECT_TRUE(update.bricks.empty()) << bad;
+  }
+}
+
+TEST(ScanUpdate, cutsABeamThatEndsOutsideTheGridBeyondTheMaxRange) {
+  ScanUpdater updater(Grid(0.001), 0.002);
+  Scan scan;
+  scan.points = {{2e6F, 0.0F, 0.0F}};
+  const ScanUpdate& update = updater.compute(scan);
+  EXPECT_EQ(update.num_points, 1U);
+  EXPECT_EQ(test::toObservedCells(update).size(), 3U);
+}
+
+TEST(ScanUpdate, isEmptyWhenTheOriginIsOutsideTheGridOrNotFinite) {
+  ScanUpdater updater(Grid(1.0));
+  for (const float bad : {std::nanf(""), kInfinity, 2e9F, -2e9F}) {
+    Scan scan;
+    scan.points = {{1.0F, 2.0F, 3.0F}, {3.0F, 2.0F, 3.0F}};
+    scan.no_returns = {{1.0F, 2.0F, 3.0F}};
+    scan.origin = {0.0F, bad, 0.0F};
+    const ScanUpdate& update = updater.compute(scan);
+    EXPECT_TRUE(update.bricks.empty()) << bad;
+    EXPECT_EQ(update.num_points, 0U) << bad;
+    EXPECT_EQ(update.num_out_of_range, 3U) << bad;
+  }
+}
+
+TEST(ScanUpdate, isEmptyForAnEmptyScan) {
+  ScanUpdater updater(Grid(1.0));
+  const ScanUpdate& update = updater.compute(Scan{});
+  EXPECT_TRUE(update.bricks.empty());
+  EXPECT_EQ(update.num_points + update.num_out_of_range, 0U);
+}
+
+TEST(ScanUpdate, letsAHitWinOverMissesWhateverTheOrderOfTheBeams) {
+  Scan scan = scanFromVoxelZero();
+  scan.points = {{2.5F, 0.5F, 0.5F}, {4.5F, 0.5F, 0.5F}};
+  scan.no_returns = {{3.5F, 0.5F, 0.5F}};
+  const ObservedCells expected{{{0, 0, 0}, false},
+                               {{1, 0, 0}, false},
+                               {{2, 0, 0}, true},
+                               {{3, 0, 0}, false},
+                               {{4, 0, 0}, true}};
+  EXPECT_EQ(observe(scan), expected);
+  std::swap(scan.points[0], scan.points[1]);
+  EXPECT_EQ(observe(scan), expected);
+  scan.points.push_back(scan.origin);
+  EXPECT_TRUE(observe(scan).at({0, 0, 0})) << "the origin's voxel can be hit, too";
+}
+
+TEST(ScanUpdate, isThatOfOctomapServerForRandomScans) {
+  test::Random random(1);
+  std::size_t num_cases = 0;
+  std::size_t num_hits = 0;
+  std::size_t num_misses = 0;
+  for (const double resolution_m : {0.05, 0.1, 0.2, 0.3}) {
+    // One updater for all scans: nothing may be left over from the scan before.
+    ScanUpdater without_limit{Grid(resolution_m)};
+    ScanUpdater with_limit(Grid(resolution_m), 20.0 * resolution_m);
+    test::ScanShape shape;
+    shape.resolution_m = resolution_m;
+    for (int i = 0; i < 250; ++i, ++num_cases) {
+      shape.half_edge_m = (i % 10 == 0 ? 150.0 : 15.0) * resolution_m;
+      shape.lattice_ratio = 0.25 * (i % 4);
+      const Scan scan = test::randomScan(random, shape);
+      const bool has_limit = i % 2 == 0;
+      const ScanUpdate& update = (has_limit ? with_limit : without_limit).compute(scan);
+      const ObservedCells observed = test::toObservedCells(update);
+      ASSERT_EQ(observed,
+                observeWithOctomap(scan, resolution_m, has_limit ? 20.0 * resolution_m : kNoLimit))
+          << resolution_m << " m, " << test::seedNote(num_cases);
+      ASSERT_EQ(update.num_points, scan.points.size() + scan.no_returns.size());
+      ASSERT_EQ(update.num_out_of_range, 0U);
+      for (const auto& voxel : observed) ++(voxel.second ? num_hits : num_misses);
+    }
+  }
+  EXPECT_EQ(num_cases, 1000U);
+  EXPECT_GT(num_hits, 20000U);
+  EXPECT_GT(num_misses, 200000U);
+}
+
+/// Every third bit of a Morton code, from bit `axis` on.
+std::int64_t bitsOfAxis(std::uint64_t morton, int axis) {
+  std::int64_t value = 0;
+  for (int bit = 0; bit < 21; ++bit) {
+    value |= static_cast<std::int64_t>(morton >> (3 * bit + axis) & 1) << bit;
+  }
+  return value;
+}
+
+TEST(ScanUpdate, hasEachTouchedBrickOnceInMortonOrder) {
+  test::Random random(2);
+  ScanUpdater updater(Grid(0.1));
+  test::ScanShape shape;
+  shape.half_edge_m = 20.0;
+  std::size_t num_bricks = 0;
+  for (std::size_t i = 0; i < 100; ++i) {
+    const ScanUpdate& update = updater.compute(test::randomScan(random, shape));
+    const BrickUpdate& first = update.bricks.front();
+    std::set<Cell> bricks;
+    for (const BrickUpdate& brick : update.bricks) {
+      ASSERT_TRUE(bricks.insert(brick.brick).second) << "twice: " << brick.brick;
+      ASSERT_EQ(brickOf(brick.brick), brick.brick) << "not aligned";
+      std::uint64_t observed = 0;
+      for (std::size_t z = 0; z < kBrickEdge; ++z) observed |= brick.hits[z] | brick.misses[z];
+      ASSERT_NE(observed, 0U) << "not touched: " << brick.brick;
+      for (int axis = 0; axis < 3; ++axis) {
+        // The curve may start anywhere; on it, bricks lie beside each other as in space.
+        ASSERT_EQ(bitsOfAxis(brick.morton, axis) - bitsOfAxis(first.morton, axis),
+                  (brick.brick[axis] - first.brick[axis]) / kBrickEdge);
+        // Groups of 4 x 4 x 4 bricks are aligned to 32 voxels.
+        ASSERT_EQ(bitsOfAxis(brick.morton, axis) & 3, brick.brick[axis] / kBrickEdge & 3);
+      }
+    }
+    for (std::size_t b = 1; b < update.bricks.size(); ++b) {
+      ASSERT_LT(update.bricks[b - 1].morton, update.bricks[b].morton) << test::seedNote(i);
+    }
+    num_bricks += update.bricks.size();
+  }
+  EXPECT_GT(num_bricks, 10000U);
+}
+
+TEST(ScanUpdate, isTheShiftedOneFarFromTheOriginWithAnAnchor) {
+  test::Random random(3);
+  std::size_t num_cases = 0;
+  for (const double resolution_m : {0.05, 0.0625}) {
+    const Grid grid(resolution_m);
+    ScanUpdater near_updater(grid, 8.0);
+    ScanUpdater far_updater(grid, 8.0);
+    const Eigen::Vector3d anchor(977.0 * 1024.0, -977.0 * 1024.0, 1024.0);
+    const Cell shift = *grid.toCell(anchor + Eigen::Vector3d::Constant(1e-3));
+    test::ScanShape shape;
+    shape.half_edge_m = 10.0;
+    shape.num_points = 20;
+    for (int i = 0; i < 50; ++i, ++num_cases) {
+      const Scan scan = test::randomScan(random, shape);
+      ObservedCells expected;
+      for (const auto& [cell, is_hit] : test::toObservedCells(near_updater.compute(scan))) {
+        expected[cell + shift] = is_hit;
+      }
+      Scan far_scan = scan;
+      far_scan.anchor_map = anchor;
+      ASSERT_EQ(test::toObservedCells(far_updater.compute(far_scan)), expected)
+          << resolution_m << " m, " << test::seedNote(num_cases);
+    }
+  }
+  EXPECT_EQ(num_cases, 100U);
+}
+
+TEST(ScanUpdate, worksAtTheBordersOfTheGrid) {
+  const double bound_m = Grid::kMaxCell;
+  for (const double sign : {-1.0, 1.0}) {
+    Scan scan;
+    scan.anchor_map = Eigen::Vector3d::Constant(sign * (bound_m - 64.0));
+    scan.points = {Eigen::Vector3f::Constant(static_cast<float>(sign) * 63.5F),
+                   Eigen::Vector3f::Constant(static_cast<float>(sign) * 64.5F)};
+    ScanUpdater updater(Grid(1.0));
+    const ScanUpdate& update = updater.compute(scan);
+    EXPECT_EQ(update.num_points, 1U);
+    EXPECT_EQ(update.num_out_of_range, 1U);
+    const int last = sign > 0.0 ? Grid::kMaxCell - 1 : -Grid::kMaxCell;
+    const ObservedCells cells = test::toObservedCells(update);
+    ASSERT_EQ(cells.count({last, last, last}), 1U);
+    EXPECT_TRUE(cells.at({last, last, last}));
+  }
+}
+
+}  // namespace
+}  // namespace cuboid_mapping

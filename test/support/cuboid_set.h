@@ -1,0 +1,42 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Cuboids as sets that can be compared and printed.
+#pragma once
+
+#include "cuboid_mapping/rtree/traversal.h"
+
+#include <algorithm>
+#include <ostream>
+#include <vector>
+
+namespace cuboid_mapping {
+
+inline std::ostream& operator<<(std::ostream& out, const Cuboid& cuboid) {
+  return out << cuboid.box << " log-odds " << cuboid.log_odds;
+}
+
+namespace test {
+
+/// Some order of cuboids.
+inline bool isBefore(const Cuboid& a, const Cuboid& b) {
+  if (a.box.min != b.box.min) return a.box.min < b.box.min;
+  if (a.box.max != b.box.max) return a.box.max < b.box.max;
+  return a.log_odds < b.log_odds;
+}
+
+inline std::vector<Cuboid> sorted(std::vector<Cuboid> cuboids) {
+  std::sort(cuboids.begin(), cuboids.end(), isBefore);
+  return cuboids;
+}
+
+/// All cuboids of a tree that pass a filter, sorted.
+inline std::vector<Cuboid> allCuboids(const RTree& tree, CuboidFilter filter = CuboidFilter::kAll) {
+  std::vector<Cuboid> cuboids;
+  visitAll(tree, filter, [&](const Cuboid& cuboid) {
+    cuboids.push_back(cuboid);
+    return Visit::kContinue;
+  });
+  return sorted(std::move(cuboids));
+}
+
+}  // namespace test
+}  // namespace cuboid_mapping

@@ -1,0 +1,226 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Random changes of an R-tree, done to a plain list of cuboids as well.
+#pragma once
+
+#include "cuboid_mapping/rtree/rtree.h"
+#include "support/cuboid_set.h"
+#include "support/random_shapes.h"
+
+#include <gtest/gtest.h>
+
+#include <string>
+#include <vector>
+
+namespace cuboid_mapping::test {
+
+/// Where the cuboids of a random tree lie.
+enum class World : unsigned char {
+  kLattice,      ///< Disjoint, many with common faces, as a map has them.
+  kOverlapping,  ///< Anywhere, also the same box several times.
+  kHuge,         ///< At the borders of the grid, some as large as the grid.
+};
+
+inline std::string toString(World world) {
+  return world == World::kLattice ? "Lattice"
+                                  : (world == World::kOverlapping ? "Overlapping" : "Huge");
+}
+
+/// A box as they are in a world.
+inline CellBox randomBoxIn(Random& random, World world) {
+  if (world == World::kLattice) {
+    constexpr int kPitch = 5;
+    const Cell slot = randomCell(random, {{-5, -5, -5}, {5, 5, 5}});
+    const CellBox box = randomBox(random, {{0, 0, 0}, {1, 1, 1}}, kPitch);
+    const Cell min{kPitch * slot.x, kPitch * slot.y, kPitch * slot.z};
+    return {min, min + box.max};
+  }
+  if (world == World::kOverlapping) {
+    if (random.chance(0.2)) return randomBox(random, {{-3, -3, -3}, {3, 3, 3}}, 2);  // Many twins.
+    return randomBox(random, {{-50, -50, -50}, {50, 50, 50}}, random.chance(0.1) ? 80 : 12);
+  }
+  constexpr std::int32_t kFar = 1 << 30;
+  constexpr std::int32_t kCorners[] = {-kFar, -kFar / 2, 0, kFar - 200};
+  if (random.chance(0.05)) {
+    return randomBoxInside(random, {{-kFar, -kFar, -kFar}, {kFar, kFar, kFar}});
+  }
+  const Cell corner{kCorners[random.index(4)], kCorners[random.index(4)],
+                    kCorners[random.index(4)]};
+  return randomBox(random, {corner, corner + Cell{100, 100, 100}}, 100);
+}
+
+/// A tree, and what ought to be in it.
+class ModelledTree {
+ public:
+  ModelledTree(const RTreeConfig& config, World world, std::size_t max_size)
+      : tree_(config), world_(world), max_size_(max_size) {}
+
+  [[nodiscard]] const RTree& tree() const { return tree_; }
+  [[nodiscard]] const std::vector<Cuboid>& cuboids() const { return cuboids_; }
+  [[nodiscard]] World world() const { return world_; }
+
+  /// Changes the tree in one of all ways that there are; keeps it near its maximal size.
+  void change(Random& random) {
+    const double choice = random.real(0.0, 1.0);
+    const bool is_full = cuboids_.size() >= max_size_;
+    if (choice < 0.35) {
+      is_full ? removeSome(random) : insert(random);
+    } else if (choice < 0.55) {
+      removeSome(random);
+    } else if (choice < 0.60) {
+      removeUnknown(random);
+    } else if (choice < 0.90) {
+      replaceGroup(random, is_full);
+    } else if (choice < 0.94) {
+      addBatch(random, is_full ? 0 : static_cast<std::size_t>(random.integer(0, 12)));
+    } else if (choice < 0.97) {
+      removeBatch(random);
+    } else if (choice < 0.99) {
+      addBatch(random, is_full ? 0 : max_size_ / 3);
+    } else if (choice < 0.995) {
+      replaceEverything(random);
+    } else {
+      tree_.clear();
+      cuboids_.clear();
+    }
+  }
+
+  /// One of the cuboids, or a new one when there are none.
+  [[nodiscard]] CellBox knownBox(Random& random) const {
+    return cuboids_.empty() ? randomBoxIn(random, world_) : cuboids_[random.index(size())].box;
+  }
+
+ private:
+  [[nodiscard]] std::size_t size() const { return cuboids_.size(); }
+
+  [[nodiscard]] bool isFree(const CellBox& box) const {
+    return std::none_of(cuboids_.begin(), cuboids_.end(),
+                        [&](const Cuboid& cuboid) { return cuboid.box.intersects(box); });
+  }
+
+  /// Puts a new cuboid into the model; in the lattice only where there is none.
+  bool addToModel(Random& random, const CellBox& box, std::vector<Cuboid>& added) {
+    if (world_ == World::kLattice && !isFree(box)) return false;
+    const Cuboid cuboid{box, 0.25F * static_cast<float>(random.integer(-8, 3))};
+    cuboids_.push_back(cuboid);
+    added.push_back(cuboid);
+    return true;
+  }
+
+  void removeFromModel(const Cuboid& cuboid) {
+    const auto found = std::find(cuboids_.begin(), cuboids_.end(), cuboid);
+    ASSERT_TRUE(found != cuboids_.end()) << "the tree has what was never put in: " << cuboid;
+    *found = cuboids_.back();
+    cuboids_.pop_back();
+  }
+
+  void insert(Random& random) {
+    std::vector<Cuboid> added;
+    if (addToModel(random, randomBoxIn(random, world_), added)) tree_.insert(added.front());
+  }
+
+  /// Cuboids of exactly this box, sorted.
+  [[nodiscard]] std::vector<Cuboid> twinsInModel(const CellBox& box) const {
+    std::vector<Cuboid> twins;
+    std::copy_if(cuboids_.begin(), cuboids_.end(), std::back_inserter(twins),
+                 [&](const Cuboid& cuboid) { return cuboid.box == box; });
+    return sorted(std::move(twins));
+  }
+
+  void removeSome(Random& random) {
+    if (cuboids_.empty()) return;
+    const CellBox box = knownBox(random);
+    ASSERT_TRUE(tree_.remove(box));
+    // Any one of twins may go: see which one is gone.
+    std::vector<Cuboid> left;
+    visitBox(tree_, box, CuboidFilter::kAll, [&](const Cuboid& cuboid) {
+      if (cuboid.box == box) left.push_back(cuboid);
+      return Visit::kContinue;
+    });
+    left = sorted(std::move(left));
+    const std::vector<Cuboid> twins = twinsInModel(box);
+    std::vector<Cuboid> gone;
+    std::set_difference(twins.begin(), twins.end(), left.begin(), left.end(),
+                        std::back_inserter(gone), isBefore);
+    ASSERT_EQ(gone.size(), 1U);
+    ASSERT_EQ(left.size() + 1, twins.size());
+    removeFromModel(gone.front());
+  }
+
+  void removeUnknown(Random& random) {
+    CellBox box = random.chance(0.5) ? knownBox(random) : randomBoxIn(random, world_);
+    box.max.x += random.integer(1, 3);
+    ASSERT_TRUE(!twinsInModel(box).empty() || !tree_.remove(box));
+  }
+
+  /// Takes some of the selected cuboids out of the model; returns their places.
+  std::vector<LeafSlot> takeOut(Random& random, const Selection& selection, double ratio) {
+    std::vector<LeafSlot> removed;
+    for (std::size_t i = 0; i < selection.slots.size(); ++i) {
+      if (!random.chance(ratio)) continue;
+      removed.push_back(selection.slots[i]);
+      removeFromModel(selection.cuboids[i]);
+    }
+    random.shuffle(removed);
+    return removed;
+  }
+
+  [[nodiscard]] Selection selectAround(const CellBox& box, int margin) const {
+    Selection selection;
+    tree_.select({box.min - Cell{margin, margin, margin}, box.max + Cell{margin, margin, margin}},
+                 selection);
+    return selection;
+  }
+
+  /// What a map does: some cuboids of a small region give way to others.
+  void replaceGroup(Random& random, bool is_full) {
+    const Selection selection = selectAround(knownBox(random), random.integer(0, 8));
+    constexpr double kRatios[] = {0.0, 0.3, 0.8, 1.0};
+    const std::vector<LeafSlot> removed =
+        takeOut(random, selection, is_full ? 1.0 : kRatios[random.index(4)]);
+    std::vector<Cuboid> added;
+    const std::size_t num_wanted = is_full ? removed.size() / 2 : random.index(12);
+    for (std::size_t i = 0; i < num_wanted; ++i) {
+      if (selection.cuboids.empty() || random.chance(0.2)) {
+        addToModel(random, randomBoxIn(random, world_), added);
+      } else {  // In the region: the same box again, or a part of it.
+        const CellBox& old = selection.cuboids[random.index(selection.cuboids.size())].box;
+        addToModel(random, random.chance(0.4) ? old : randomBoxInside(random, old), added);
+      }
+    }
+    tree_.replace(removed, added);
+  }
+
+  void addBatch(Random& random, std::size_t count) {
+    std::vector<Cuboid> added;
+    for (std::size_t i = 0; i < count; ++i) {
+      addToModel(random, randomBoxIn(random, world_), added);
+    }
+    tree_.replace({}, added);
+  }
+
+  void removeBatch(Random& random) {
+    const Selection selection = selectAround(knownBox(random), random.integer(0, 40));
+    tree_.replace(takeOut(random, selection, random.chance(0.5) ? 1.0 : 0.5), {});
+  }
+
+  void replaceEverything(Random& random) {
+    const std::int32_t far = 1 << 30;
+    Selection all;
+    tree_.select({{-far, -far, -far}, {far, far, far}}, all);
+    ASSERT_EQ(all.slots.size(), size());
+    const std::vector<LeafSlot> removed = takeOut(random, all, 1.0);
+    std::vector<Cuboid> added;
+    const int num_added = random.chance(0.5) ? 0 : random.integer(1, 100);
+    for (int i = 0; i < num_added; ++i) {
+      addToModel(random, randomBoxIn(random, world_), added);
+    }
+    tree_.replace(removed, added);
+  }
+
+  RTree tree_;
+  World world_;
+  std::size_t max_size_;
+  std::vector<Cuboid> cuboids_;
+};
+
+}  // namespace cuboid_mapping::test

@@ -1,0 +1,109 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Random bricks, and random updates of bricks that no ray walk would give.
+#pragma once
+
+#include "cuboid_mapping/fusion/dense_brick.h"
+#include "cuboid_mapping/scan/scan_update.h"
+#include "support/random_shapes.h"
+#include "support/voxel_map.h"
+
+#include <algorithm>
+#include <cstdint>
+#include <vector>
+
+namespace cuboid_mapping::test {
+
+/// Makes a voxel of a brick known.
+inline void setVoxel(DenseBrick& brick, const Cell& cell, float log_odds) {
+  const auto voxel = static_cast<std::size_t>(voxelIndex(cell));
+  brick.known[voxel / 64] |= 1ULL << voxel % 64;
+  brick.log_odds[voxel] = log_odds;
+}
+
+/// A brick with one of several patterns: uniform, noise, or boxes painted over each other.
+///
+/// Voxels that are not known have random log-odds, too: nothing may depend on them.
+inline DenseBrick randomDenseBrick(Random& random) {
+  DenseBrick brick;
+  const Cell group = randomCell(random, {{-100, -100, -100}, {100, 100, 100}});
+  brick.reset({group.x * kBrickEdge, group.y * kBrickEdge, group.z * kBrickEdge});
+  const int num_values = random.integer(1, 5);
+  const auto randomValue = [&] {
+    return 0.5F * static_cast<float>(random.integer(0, num_values - 1)) - 1.0F;
+  };
+  for (float& log_odds : brick.log_odds) log_odds = randomValue();
+  const CellBox box = brickBox(brick.brick);
+  switch (random.integer(0, 3)) {
+    case 0: {  // Noise.
+      const double known_ratio = random.real(0.0, 1.0);
+      visitCells(box, [&](const Cell& cell) {
+        if (random.chance(known_ratio)) setVoxel(brick, cell, randomValue());
+      });
+      break;
+    }
+    case 1:  // All known, few voxels differ.
+      visitCells(box, [&](const Cell& cell) {
+        setVoxel(brick, cell, random.chance(0.02) ? randomValue() : 0.0F);
+      });
+      break;
+    default: {  // Boxes; the last one painted is on top.
+      const int num_boxes = random.integer(1, 12);
+      for (int i = 0; i < num_boxes; ++i) {
+        const float value = randomValue();
+        visitCells(randomBoxInside(random, box),
+                   [&](const Cell& cell) { setVoxel(brick, cell, value); });
+      }
+    }
+  }
+  return brick;
+}
+
+/// Place of a brick along a Morton curve that begins 2^20 bricks below zero.
+inline std::uint64_t mortonOf(const Cell& brick) {
+  std::uint64_t morton = 0;
+  for (int axis = 0; axis < 3; ++axis) {
+    const auto number = static_cast<std::uint64_t>(brick[axis] / kBrickEdge + (1 << 20));
+    for (int bit = 0; bit < 21; ++bit) morton |= (number >> bit & 1) << (3 * bit + axis);
+  }
+  return morton;
+}
+
+/// Sets all voxels of a box in the brick's mask. @pre the box lies in the brick.
+inline void markBox(BrickMask& mask, const CellBox& box) {
+  visitCells(box, [&](const Cell& cell) {
+    const auto voxel = static_cast<std::size_t>(voxelIndex(cell));
+    mask[voxel / 64] |= 1ULL << voxel % 64;
+  });
+}
+
+/// An update of some of the bricks of an area: boxes and single voxels, hits and misses at once.
+/// @param area  In bricks.
+inline ScanUpdate randomUpdate(Random& random, const CellBox& area, int max_bricks) {
+  ScanUpdate update;
+  const int num_bricks = random.integer(1, max_bricks);
+  for (int i = 0; i < num_bricks; ++i) {
+    BrickUpdate brick;
+    const Cell number = randomCell(random, area);
+    brick.brick = {number.x * kBrickEdge, number.y * kBrickEdge, number.z * kBrickEdge};
+    brick.morton = mortonOf(brick.brick);
+    const CellBox box = brickBox(brick.brick);
+    if (random.chance(0.7))
+      markBox(brick.misses, random.chance(0.2) ? box : randomBoxInside(random, box));
+    if (random.chance(0.4)) markBox(brick.hits, randomBoxInside(random, box));
+    markBox(random.chance(0.5) ? brick.hits : brick.misses,
+            CellBox::ofCell(randomCell(random, box)));
+    update.bricks.push_back(brick);
+  }
+  const auto isBefore = [](const BrickUpdate& a, const BrickUpdate& b) {
+    return a.morton < b.morton;
+  };
+  const auto isSame = [](const BrickUpdate& a, const BrickUpdate& b) {
+    return a.morton == b.morton;
+  };
+  std::sort(update.bricks.begin(), update.bricks.end(), isBefore);
+  update.bricks.erase(std::unique(update.bricks.begin(), update.bricks.end(), isSame),
+                      update.bricks.end());
+  return update;
+}
+
+}  // namespace cuboid_mapping::test

@@ -1,0 +1,205 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Every search of an R-tree, compared with a look at each cuboid.
+#pragma once
+
+#include "cuboid_mapping/rtree/traversal.h"
+#include "support/cuboid_set.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <limits>
+#include <optional>
+#include <set>
+#include <utility>
+#include <vector>
+
+namespace cuboid_mapping::test {
+
+constexpr CuboidFilter kFilters[] = {CuboidFilter::kAll, CuboidFilter::kFree,
+                                     CuboidFilter::kOccupied};
+
+inline bool passes(CuboidFilter filter, const Cuboid& cuboid) {
+  return filter == CuboidFilter::kAll ||
+         (filter == CuboidFilter::kOccupied ? cuboid.log_odds >= 0.0F : cuboid.log_odds < 0.0F);
+}
+
+/// The cuboids that pass a filter and share a cell with a window, sorted.
+inline std::vector<Cuboid> findInBox(const std::vector<Cuboid>& cuboids, const CellBox& window,
+                                     CuboidFilter filter) {
+  std::vector<Cuboid> found;
+  for (const Cuboid& cuboid : cuboids) {
+    if (passes(filter, cuboid) && !intersect(cuboid.box, window).isEmpty()) found.push_back(cuboid);
+  }
+  return sorted(std::move(found));
+}
+
+/// visitBox with every filter, and select.
+inline void checkBoxSearch(const RTree& tree, const std::vector<Cuboid>& cuboids,
+                           const CellBox& window) {
+  for (const CuboidFilter filter : kFilters) {
+    std::vector<Cuboid> found;
+    visitBox(tree, window, filter, [&](const Cuboid& cuboid) {
+      found.push_back(cuboid);
+      return Visit::kContinue;
+    });
+    EXPECT_EQ(sorted(std::move(found)), findInBox(cuboids, window, filter)) << window;
+  }
+  Selection selection;
+  tree.select(window, selection);
+  ASSERT_EQ(selection.cuboids.size(), selection.slots.size());
+  std::set<std::pair<NodeIndex, int>> slots;
+  for (std::size_t i = 0; i < selection.slots.size(); ++i) {
+    const LeafSlot& slot = selection.slots[i];
+    EXPECT_TRUE(slots.insert({slot.leaf, slot.slot}).second) << "a place is selected twice";
+    EXPECT_EQ(tree.node(0, slot.leaf).cuboid(slot.slot), selection.cuboids[i]);
+  }
+  EXPECT_EQ(sorted(selection.cuboids), findInBox(cuboids, window, CuboidFilter::kAll)) << window;
+}
+
+inline void checkCellSearch(const RTree& tree, const std::vector<Cuboid>& cuboids,
+                            const Cell& cell) {
+  std::vector<Cuboid> found;
+  visitCell(tree, cell, [&](const Cuboid& cuboid) {
+    found.push_back(cuboid);
+    return Visit::kContinue;
+  });
+  EXPECT_EQ(sorted(std::move(found)), findInBox(cuboids, CellBox::ofCell(cell), CuboidFilter::kAll))
+      << cell;
+}
+
+/// visitAll with every filter, size, isEmpty and bounds.
+inline void checkContent(const RTree& tree, const std::vector<Cuboid>& cuboids) {
+  EXPECT_EQ(tree.size(), cuboids.size());
+  EXPECT_EQ(tree.isEmpty(), cuboids.empty());
+  std::optional<CellBox> bounds;
+  for (const Cuboid& cuboid : cuboids) bounds = unite(bounds.value_or(cuboid.box), cuboid.box);
+  EXPECT_EQ(tree.bounds(), bounds);
+  for (const CuboidFilter filter : kFilters) {
+    std::vector<Cuboid> expected;
+    for (const Cuboid& cuboid : cuboids) {
+      if (passes(filter, cuboid)) expected.push_back(cuboid);
+    }
+    EXPECT_EQ(allCuboids(tree, filter), sorted(std::move(expected)));
+  }
+}
+
+/// A search along a ray, in units of cells.
+struct RaySearch {
+  Eigen::Vector3d origin;
+  Eigen::Vector3d direction;
+  double t_end;
+};
+
+struct RayPart {
+  double first;
+  double last;
+  double tolerance;  ///< Bound of the rounding errors of both.
+};
+
+/// The part of a ray in a box; last < first when there is none.
+inline RayPart findPart(const RaySearch& ray, const CellBox& box) {
+  long double first = 0.0L;
+  long double last = ray.t_end;
+  double least_component = 1e9;
+  for (int axis = 0; axis < 3; ++axis) {
+    const long double origin = ray.origin[axis];
+    const long double direction = ray.direction[axis];
+    if (direction == 0.0L) {
+      if (origin < box.min[axis] || box.max[axis] <= origin) return {1.0, -1.0, 0.0};
+      continue;
+    }
+    const long double a = (box.min[axis] - origin) / direction;
+    const long double b = (box.max[axis] - origin) / direction;
+    first = std::max(first, std::min(a, b));
+    last = std::min(last, std::max(a, b));
+    least_component = std::min(least_component, std::abs(ray.direction[axis]));
+  }
+  RayPart part{static_cast<double>(first), static_cast<double>(last), 0.0};
+  part.tolerance = 1e-14 * ((100.0 + ray.origin.cwiseAbs().maxCoeff()) / least_component +
+                            std::abs(part.first) + std::abs(part.last));
+  return part;
+}
+
+inline void checkRaySearch(const RTree& tree, const std::vector<Cuboid>& cuboids,
+                           const RaySearch& ray, CuboidFilter filter) {
+  // Cuboids that are only touched may be visited or not, as rounding has it.
+  const auto isSurelyPassed = [&](const Cuboid& cuboid) {
+    const RayPart part = findPart(ray, cuboid.box);
+    return part.last - part.first > 2.0 * part.tolerance;
+  };
+  std::vector<Cuboid> passed;
+  double previous = 0.0;
+  visitRay(tree, ray.origin, ray.direction, ray.t_end, filter,
+           [&](const Cuboid& cuboid, double enter, double leave) {
+             EXPECT_TRUE(passes(filter, cuboid));
+             EXPECT_GE(enter, previous) << "not in the order of entering";
+             EXPECT_LE(enter, leave);
+             previous = enter;
+             const RayPart part = findPart(ray, cuboid.box);
+             EXPECT_NEAR(enter, part.first, part.tolerance) << cuboid;
+             EXPECT_NEAR(leave, part.last, part.tolerance) << cuboid;
+             if (isSurelyPassed(cuboid)) passed.push_back(cuboid);
+             return Visit::kContinue;
+           });
+  std::vector<Cuboid> expected;
+  for (const Cuboid& cuboid : cuboids) {
+    if (passes(filter, cuboid) && isSurelyPassed(cuboid)) expected.push_back(cuboid);
+  }
+  EXPECT_EQ(sorted(std::move(passed)), sorted(std::move(expected)));
+}
+
+/// Distance of a point from a box, in cells.
+inline double distanceTo(const Eigen::Vector3d& point, const CellBox& box) {
+  double squared = 0.0;
+  for (int axis = 0; axis < 3; ++axis) {
+    const double closest = std::min(std::max(point[axis], static_cast<double>(box.min[axis])),
+                                    static_cast<double>(box.max[axis]));
+    squared += (closest - point[axis]) * (closest - point[axis]);
+  }
+  return std::sqrt(squared);
+}
+
+inline void checkNearestSearch(const RTree& tree, const std::vector<Cuboid>& cuboids,
+                               const Eigen::Vector3d& point, double max_distance,
+                               CuboidFilter filter) {
+  const double tolerance = 1e-14 * (100.0 + point.norm());
+  std::vector<Cuboid> near;
+  double previous = 0.0;
+  visitNearest(tree, point, max_distance, filter, [&](const Cuboid& cuboid, double distance) {
+    EXPECT_TRUE(passes(filter, cuboid));
+    EXPECT_GE(distance, previous) << "not in the order of distance";
+    EXPECT_LE(distance, max_distance);
+    EXPECT_NEAR(distance, distanceTo(point, cuboid.box), tolerance) << cuboid;
+    previous = distance;
+    near.push_back(cuboid);
+    return Visit::kContinue;
+  });
+  std::vector<Cuboid> expected;
+  for (const Cuboid& cuboid : cuboids) {
+    const double distance = distanceTo(point, cuboid.box);
+    // Whoever chooses the distance sees to it that no cuboid lies at exactly this distance.
+    if (passes(filter, cuboid) && distance <= max_distance) expected.push_back(cuboid);
+  }
+  EXPECT_EQ(sorted(std::move(near)), sorted(std::move(expected)));
+}
+
+/// A visitor that says stop after some visits gets no more of them.
+inline void checkStop(const RTree& tree, std::size_t max_visits) {
+  const std::size_t expected = std::min(max_visits, tree.size());
+  std::size_t num_visits = 0;
+  const auto visit = [&](const Cuboid&) {
+    return ++num_visits < max_visits ? Visit::kContinue : Visit::kStop;
+  };
+  visitAll(tree, CuboidFilter::kAll, visit);
+  EXPECT_EQ(num_visits, expected);
+  num_visits = 0;
+  if (tree.bounds()) visitBox(tree, *tree.bounds(), CuboidFilter::kAll, visit);
+  EXPECT_EQ(num_visits, expected);
+  num_visits = 0;
+  visitNearest(tree, {0.5, 0.5, 0.5}, std::numeric_limits<double>::infinity(), CuboidFilter::kAll,
+               [&](const Cuboid& cuboid, double) { return visit(cuboid); });
+  EXPECT_EQ(num_visits, expected);
+}
+
+}  // namespace cuboid_mapping::test

@@ -1,0 +1,34 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include "cuboid_mapping/scan/ray_walk.h"
+
+#include <vector>
+
+namespace cuboid_mapping::test {
+
+/// A cursor of walkRay that writes down the cells.
+class CellCursor {
+ public:
+  CellCursor(const Ray& ray, std::vector<Cell>& cells) : ray_(&ray), cells_(&cells) {
+    cell_ = ray.start;
+  }
+
+  void mark() { cells_->push_back(cell_); }
+  void advance(int axis) { cell_[axis] += ray_->step[axis]; }
+  [[nodiscard]] bool isAtEnd() const { return cell_ == ray_->end; }
+
+ private:
+  const Ray* ray_;
+  std::vector<Cell>* cells_;
+  Cell cell_;
+};
+
+/// The cells that walkRay marks, in its order.
+inline std::vector<Cell> walkCells(const Ray& ray) {
+  std::vector<Cell> cells;
+  (void)walkRay(ray, CellCursor(ray, cells));
+  return cells;
+}
+
+}  // namespace cuboid_mapping::test
