@@ -42,7 +42,8 @@ MappingNode::MappingNode(ros::NodeHandle nh, ros::NodeHandle private_nh,
           nh, makeTopic(kOccupiedCuboidsTopic, makeOccupiedStyle(parameters), parameters), map_),
       free_publisher_(nh, makeTopic(kFreeCuboidsTopic, makeFreeStyle(), parameters), map_),
       diagnostics_(nh, private_nh, private_nh.getNamespace()),
-      time_jump_detector_(tf_buffer_.getCacheLength()),
+      tf_history_(tf_buffer_.getCacheLength()),
+      time_jump_detector_(tf_history_),
       cloud_topic_(nh.resolveName(kCloudTopic)),
       cloud_queue_(
           nh.getCallbackQueue(), static_cast<std::size_t>(parameters.queue_size),
@@ -83,17 +84,41 @@ void MappingNode::subscribe(ros::NodeHandle& nh) {
       [this](const CloudPtr& cloud, tf2_ros::FilterFailureReason reason) {
         onCloudWithoutTf(cloud, reason);
       });
-  // Before the filter gets the cloud.
   cloud_subscriber_.registerCallback([this](const CloudPtr& cloud) { onCloudReceived(cloud); });
-  tf_filter_.connectInput(cloud_subscriber_);
   cloud_subscriber_.subscribe(nh, kCloudTopic, kReceiveQueueSize);
 }
 
 void MappingNode::onCloudReceived(const CloudPtr& cloud) {
   ++statistics_.num_received;
   last_received_ = Clock::now();
-  if (time_jump_detector_.isJump(cloud->header.stamp, ros::Time::now())) {
-    clearOutdatedTf(cloud->header);
+  const StampOrder order = time_jump_detector_.judge(cloud->header.stamp);
+  if (order != StampOrder::kInOrder && isTfOutdated(cloud->header)) {
+    if (order == StampOrder::kLate) {
+      held_cloud_ = cloud;  // late, or the first after a jump: the next one tells
+      return;
+    }
+    ROS_WARN_NAMED(kNodeName, "time has jumped back: transforms from before are forgotten");
+    tf_buffer_.clear();
+  }
+  releaseHeldCloud();
+  tf_filter_.add(cloud);
+}
+
+void MappingNode::releaseHeldCloud() {
+  if (held_cloud_ == nullptr) return;
+  tf_filter_.add(held_cloud_);
+  held_cloud_.reset();
+}
+
+bool MappingNode::isTfOutdated(const std_msgs::Header& header) const {
+  try {
+    const ros::Time newest = tf_buffer_
+                                 .lookupTransform(withoutSlash(parameters_.frame_id),
+                                                  withoutSlash(header.frame_id), ros::Time())
+                                 .header.stamp;
+    return newest > header.stamp && newest - header.stamp > tf_history_;
+  } catch (const tf2::TransformException&) {
+    return false;  // there is none
   }
 }
 
@@ -117,8 +142,8 @@ void MappingNode::onCloudWithoutTf(const CloudPtr& cloud, tf2_ros::FilterFailure
   std::ostringstream text;
   text << "frame '" << cloud->header.frame_id << "', stamp " << cloud->header.stamp << ": ";
   if (reason == tf2_ros::filter_failure_reasons::OutTheBack) {
-    text << "older by more than " << tf_buffer_.getCacheLength().toSec()
-         << " s than the newest transform; " << toAdvice(DropReason::kTooOldForTf);
+    text << "older by more than " << tf_history_.toSec() << " s than the newest transform; "
+         << toAdvice(DropReason::kTooOldForTf);
     return drop(DropReason::kTooOldForTf, text.str());
   }
   std::string tf_error;
@@ -181,23 +206,6 @@ std::optional<MappingNode::CloudPoses> MappingNode::lookupPoses(const std_msgs::
   return std::nullopt;
 }
 
-void MappingNode::clearOutdatedTf(const std_msgs::Header& header) {
-  ros::Time newest;
-  try {
-    newest = tf_buffer_
-                 .lookupTransform(withoutSlash(parameters_.frame_id), withoutSlash(header.frame_id),
-                                  ros::Time())
-                 .header.stamp;
-  } catch (const tf2::TransformException&) {
-    return;  // nothing there that could be outdated
-  }
-  if (newest < header.stamp || newest - header.stamp < tf_buffer_.getCacheLength()) return;
-  ROS_WARN_STREAM_NAMED(kNodeName, "time has jumped back by "
-                                       << (newest - header.stamp).toSec()
-                                       << " s: transforms from before are forgotten");
-  tf_buffer_.clear();
-}
-
 void MappingNode::noteChanges(const cuboid_mapping::ChangeSet& changes, const ros::Time& stamp) {
   map_stamp_ = stamp;
   occupied_publisher_.noteChanges(changes, stamp);
@@ -205,6 +213,8 @@ void MappingNode::noteChanges(const cuboid_mapping::ChangeSet& changes, const ro
 }
 
 void MappingNode::publish() {
+  // tf may have noticed the jump by itself meanwhile, by its clock.
+  if (held_cloud_ != nullptr && !isTfOutdated(held_cloud_->header)) releaseHeldCloud();
   occupied_publisher_.publish();
   free_publisher_.publish();
 }

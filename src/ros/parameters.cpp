@@ -17,6 +17,12 @@ using XmlRpc::XmlRpcValue;
 /// Why a value is not taken, and what to do; nothing when it is taken.
 using Refusal = std::optional<std::string>;
 
+/// The content of a value of this type. Takes a copy: older XmlRpcValues do not convert when const.
+template <typename T>
+T get(XmlRpcValue value) {
+  return static_cast<T&>(value);
+}
+
 /// Values that are no struct, by their keys with slashes.
 using Leaves = std::map<std::string, XmlRpcValue>;
 
@@ -26,17 +32,20 @@ void collectLeaves(const XmlRpcValue& value, const std::string& key, Leaves& lea
     return;
   }
   for (const auto& [name, member] : value) {
-    collectLeaves(member, key.empty() ? name : key + '/' + name, leaves);
+    std::string member_key = key;
+    if (!key.empty()) member_key += '/';
+    member_key += name;
+    collectLeaves(member, member_key, leaves);
   }
 }
 
 /// A value as YAML, as far as it fits in a line.
 std::string describe(const XmlRpcValue& value) {
   switch (value.getType()) {
-    case XmlRpcValue::TypeBoolean: return static_cast<const bool&>(value) ? "true" : "false";
-    case XmlRpcValue::TypeInt: return std::to_string(static_cast<const int&>(value));
-    case XmlRpcValue::TypeDouble: return formatNumber(static_cast<const double&>(value));
-    case XmlRpcValue::TypeString: return '"' + static_cast<const std::string&>(value) + '"';
+    case XmlRpcValue::TypeBoolean: return get<bool>(value) ? "true" : "false";
+    case XmlRpcValue::TypeInt: return std::to_string(get<int>(value));
+    case XmlRpcValue::TypeDouble: return formatNumber(get<double>(value));
+    case XmlRpcValue::TypeString: return '"' + get<std::string>(value) + '"';
     case XmlRpcValue::TypeArray: return "a list";
     case XmlRpcValue::TypeStruct: return "a group of keys";
     default: return "no plain value";
@@ -51,9 +60,9 @@ struct ValueReader {
   Refusal operator()(const NumberKind& kind) const {
     double number = 0.0;
     if (value.getType() == XmlRpcValue::TypeInt) {
-      number = static_cast<const int&>(value);
+      number = get<int>(value);
     } else if (value.getType() == XmlRpcValue::TypeDouble) {
-      number = static_cast<const double&>(value);
+      number = get<double>(value);
     } else {
       return "write it without quotes, an exponent as in 1.0e+9";
     }
@@ -68,7 +77,7 @@ struct ValueReader {
 
   Refusal operator()(const IntegerKind& kind) const {
     if (value.getType() != XmlRpcValue::TypeInt) return "write it without quotes and dot";
-    const int number = static_cast<const int&>(value);
+    const int number = get<int>(value);
     if (number < kind.min || number > kind.max) return "correct it";
     kind.field(parameters) = number;
     return std::nullopt;
@@ -76,13 +85,13 @@ struct ValueReader {
 
   Refusal operator()(const BooleanKind& kind) const {
     if (value.getType() != XmlRpcValue::TypeBoolean) return "write true or false, without quotes";
-    kind.field(parameters) = static_cast<const bool&>(value);
+    kind.field(parameters) = get<bool>(value);
     return std::nullopt;
   }
 
   Refusal operator()(const FrameKind& kind) const {
     if (value.getType() != XmlRpcValue::TypeString) return "write it in quotes";
-    const auto& frame = static_cast<const std::string&>(value);
+    const auto frame = get<std::string>(value);
     if (frame.empty() && !kind.may_be_empty) return "name a frame";
     if (!frame.empty() && frame.front() == '/') return "leave out the slash at its start";
     kind.field(parameters) = frame;
@@ -91,7 +100,7 @@ struct ValueReader {
 
   Refusal operator()(const ChoiceKind& kind) const {
     if (value.getType() != XmlRpcValue::TypeString) return "choose one of the names";
-    const auto& name = static_cast<const std::string&>(value);
+    const auto name = get<std::string>(value);
     if (std::find(kind.names.begin(), kind.names.end(), name) == kind.names.end()) {
       return "choose one of the names";
     }
@@ -144,13 +153,13 @@ std::vector<OrderedPair> orderedPairs(const NodeParameters& parameters) {
 
 void checkSets(LoadedParameters& loaded) {
   std::vector<ParameterError> errors;
-  const auto isGood = [&loaded](const std::string& key) {
+  const auto is_good = [&loaded](const std::string& key) {
     return std::none_of(loaded.errors.begin(), loaded.errors.end(),
                         [&](const ParameterError& error) { return error.key == key; });
   };
   const auto& [min_branches, max_branches] =
       std::pair(loaded.parameters.map.rtree.min_branches, loaded.parameters.map.rtree.max_branches);
-  if (isGood("rtree/min_branches") && isGood("rtree/max_branches") &&
+  if (is_good("rtree/min_branches") && is_good("rtree/max_branches") &&
       min_branches > max_branches / 2) {
     errors.push_back({"rtree/min_branches",
                       "is " + std::to_string(min_branches) + ", but must be at most half of " +
@@ -160,7 +169,7 @@ void checkSets(LoadedParameters& loaded) {
                           std::to_string(2 * min_branches)});
   }
   for (const OrderedPair& pair : orderedPairs(loaded.parameters)) {
-    if (pair.lower < pair.upper || !isGood(pair.lower_key) || !isGood(pair.upper_key)) continue;
+    if (pair.lower < pair.upper || !is_good(pair.lower_key) || !is_good(pair.upper_key)) continue;
     errors.push_back({pair.lower_key, "is " + formatNumber(pair.lower) +
                                           ", but must be less than " + pair.upper_key + " (" +
                                           formatNumber(pair.upper) + "): change one of them"});
@@ -188,13 +197,13 @@ std::string lastPart(const std::string& key) { return key.substr(key.rfind('/') 
 
 /// The known key that is most like another one, as a whole or in what follows the last slash.
 std::string findNearestKey(const std::string& key) {
-  const auto distanceTo = [&key](const std::string& known) {
+  const auto distance_to = [&key](const std::string& known) {
     return std::min(editDistance(key, known), editDistance(lastPart(key), lastPart(known)));
   };
   const auto& table = parameterTable();
   return std::min_element(
              table.begin(), table.end(),
-             [&](const auto& a, const auto& b) { return distanceTo(a.key) < distanceTo(b.key); })
+             [&](const auto& a, const auto& b) { return distance_to(a.key) < distance_to(b.key); })
       ->key;
 }
 

@@ -3,17 +3,14 @@
 
 namespace cuboid_mapping_ros {
 
-bool TimeJumpDetector::isJump(const ros::Time& stamp, const ros::Time& now) {
-  has_clock_jumped_ = has_clock_jumped_ || now < last_now_;
-  last_now_ = now;
-  if (stamp.isZero()) return false;
+StampOrder TimeJumpDetector::judge(const ros::Time& stamp) {
+  if (stamp.isZero()) return StampOrder::kInOrder;
   const bool is_old = stamp < newest_stamp_ && newest_stamp_ - stamp > tolerance_;
-  const bool is_jump = is_old && (has_clock_jumped_ || was_old_);
-  was_old_ = is_old && !is_jump;
-  // Not by a cloud of the time before the jump, which may come after the clock has gone back.
-  if (stamp <= now) has_clock_jumped_ = false;
+  const bool is_jump = is_old && was_late_;
+  was_late_ = is_old && !is_jump;
   if (is_jump || stamp > newest_stamp_) newest_stamp_ = stamp;
-  return is_jump;
+  if (is_jump) return StampOrder::kJump;
+  return is_old ? StampOrder::kLate : StampOrder::kInOrder;
 }
 
 }  // namespace cuboid_mapping_ros

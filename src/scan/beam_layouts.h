@@ -81,7 +81,8 @@ struct SphericalModel {
   [[nodiscard]] std::optional<Eigen::Vector3f> direction(std::size_t index) const;
 };
 
-/// Fits a spherical layout. @return nothing when the returns do not tell the azimuths.
+/// Fits a spherical layout. @return nothing when its elevations alone fit worse than
+/// kMaxBeamResidual_rad, or the returns do not tell the azimuths.
 [[nodiscard]] std::optional<SphericalModel> fitSpherical(const BeamGrid& grid, const Layout& layout,
                                                          BeamLayout name);
 

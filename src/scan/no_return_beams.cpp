@@ -24,13 +24,13 @@ BeamGrid toBeamGrid(const std::vector<Eigen::Vector3f>& points) {
   grid.azimuths_rad.resize(points.size());
   grid.elevations_rad.resize(points.size());
   for (std::size_t i = 0; i < points.size(); ++i) {
-    const float range_m = points[i].stableNorm();
-    // Below the least normal number, the division would not give a unit vector.
-    if (!std::isfinite(range_m) || range_m < std::numeric_limits<float>::min()) continue;
-    const Eigen::Vector3f direction = points[i] / range_m;
+    // In double no square of a float32 overflows or vanishes.
+    const double range_m = points[i].cast<double>().norm();
+    if (!std::isfinite(range_m) || range_m == 0.0) continue;
+    const Eigen::Vector3f direction = (points[i].cast<double>() / range_m).cast<float>();
     grid.directions[i] = direction;
     grid.azimuths_rad[i] = std::atan2(direction.y(), direction.x());
-    grid.elevations_rad[i] = std::atan2(direction.z(), std::hypot(direction.x(), direction.y()));
+    grid.elevations_rad[i] = std::atan2(direction.z(), direction.head<2>().norm());
     ++grid.num_returns;
   }
   return grid;
@@ -52,6 +52,16 @@ bool isSpanned(const BeamGrid& grid, const Layout& layout) {
          kMinSpanShare * static_cast<double>(layout.columns);
 }
 
+double toRow(std::size_t index, std::size_t columns) {
+  const std::size_t row = index / columns;
+  return static_cast<double>(row);
+}
+
+double toColumn(std::size_t index, std::size_t columns) {
+  const std::size_t column = index % columns;
+  return static_cast<double>(column);
+}
+
 /// A camera that measures depth.
 struct PinholeModel {
   std::size_t columns;
@@ -64,8 +74,8 @@ struct PinholeModel {
   double residual_rad = 0.0;
 
   [[nodiscard]] std::optional<Eigen::Vector3f> direction(std::size_t index) const {
-    const auto column = static_cast<double>(index % columns);
-    const auto row = static_cast<double>(index / columns);
+    const auto column = toColumn(index, columns);
+    const auto row = toRow(index, columns);
     Eigen::Vector3d direction;
     direction[axes[0]] = 1.0;
     direction[axes[1]] = column_offset + column_step * column;
@@ -86,8 +96,8 @@ std::optional<PinholeModel> fitPinhole(const BeamGrid& grid, std::size_t columns
     if (!grid.isReturn(index)) continue;
     const Eigen::Vector3d direction = grid.directions[index].cast<double>();
     if (direction[axes[0]] < kMinCosine) return std::nullopt;  // Beside or behind: no image.
-    across.add(static_cast<double>(index % columns), direction[axes[1]] / direction[axes[0]]);
-    down.add(static_cast<double>(index / columns), direction[axes[2]] / direction[axes[0]]);
+    across.add(toColumn(index, columns), direction[axes[1]] / direction[axes[0]]);
+    down.add(toRow(index, columns), direction[axes[2]] / direction[axes[0]]);
   }
   if (!(across.sxx() > 0.0 && down.sxx() > 0.0)) return std::nullopt;
   model.column_step = across.slope();
@@ -108,10 +118,10 @@ std::optional<PinholeModel> fitPinhole(const BeamGrid& grid, std::size_t columns
 using Model = std::variant<SphericalModel, PinholeModel>;
 
 bool isBetter(const Model& a, const Model& b) {
-  const auto residualOf = [](const Model& model) {
+  const auto residual_of = [](const Model& model) {
     return std::visit([](const auto& m) { return m.residual_rad; }, model);
   };
-  return residualOf(a) < residualOf(b);
+  return residual_of(a) < residual_of(b);
 }
 
 /// All models that fit well enough.
@@ -121,14 +131,14 @@ std::vector<Model> fitModels(const BeamGrid& grid, std::size_t width, std::size_
   const bool spans_columns = isSpanned(grid, rows);
   const bool spans_rows = isSpanned(grid, columns);
   std::vector<Model> models;
-  const auto addIfGood = [&models](const auto& model) {
+  const auto add_if_good = [&models](const auto& model) {
     if (model && model->residual_rad <= kMaxBeamResidual_rad) models.emplace_back(*model);
   };
-  if (spans_columns) addIfGood(fitSpherical(grid, rows, BeamLayout::kSphericalRows));
-  if (spans_rows) addIfGood(fitSpherical(grid, columns, BeamLayout::kSphericalColumns));
+  if (spans_columns) add_if_good(fitSpherical(grid, rows, BeamLayout::kSphericalRows));
+  if (spans_rows) add_if_good(fitSpherical(grid, columns, BeamLayout::kSphericalColumns));
   if (spans_columns && spans_rows) {
-    addIfGood(fitPinhole(grid, width, {2, 0, 1}, BeamLayout::kPinholeOptical));
-    addIfGood(fitPinhole(grid, width, {0, 1, 2}, BeamLayout::kPinholeBody));
+    add_if_good(fitPinhole(grid, width, {2, 0, 1}, BeamLayout::kPinholeOptical));
+    add_if_good(fitPinhole(grid, width, {0, 1, 2}, BeamLayout::kPinholeBody));
   }
   return models;
 }

@@ -16,7 +16,7 @@ bool isInside(const MetricBox& box_map, const Eigen::Vector3d& point_map) {
 
 FilterCounts filterScan(Scan& scan, const ScanLimits& limits) {
   FilterCounts counts;
-  const auto isLeftOut = [&](const Eigen::Vector3f& point) {
+  const auto is_left_out = [&](const Eigen::Vector3f& point) {
     if ((point - scan.origin).cast<double>().norm() < limits.min_range_m) {
       ++counts.num_too_near;
       return true;
@@ -27,7 +27,7 @@ FilterCounts filterScan(Scan& scan, const ScanLimits& limits) {
     }
     return false;
   };
-  scan.points.erase(std::remove_if(scan.points.begin(), scan.points.end(), isLeftOut),
+  scan.points.erase(std::remove_if(scan.points.begin(), scan.points.end(), is_left_out),
                     scan.points.end());
   return counts;
 }

@@ -228,6 +228,7 @@ TEST_P(CuboidMapModel, isVoxelByVoxelTheReferenceAndToldByItsChangeSets) {
   ScanUpdate update;
   constexpr std::size_t kUpdates = 100;
   std::size_t num_without_change = 0;
+  std::size_t greatest_size = 0;
   for (std::size_t i = 0; i < kUpdates; ++i) {
     const std::uint64_t revision = model.map.revision();
     if (i % 50 == 40) {
@@ -238,7 +239,7 @@ TEST_P(CuboidMapModel, isVoxelByVoxelTheReferenceAndToldByItsChangeSets) {
       ASSERT_GT(model.map.revision(), revision);
       continue;
     }
-    if (!random.chance(0.3)) update = source.next();  // Else the same once more.
+    if (i % 20 <= 12) update = source.next();  // Else the same, until all of it is clamped.
     const test::VoxelMap before = model.voxels;
     const std::size_t num_changed = model.voxels.apply(update);
     const ChangeSet changes = model.map.apply(update);
@@ -255,9 +256,10 @@ TEST_P(CuboidMapModel, isVoxelByVoxelTheReferenceAndToldByItsChangeSets) {
       ASSERT_TRUE(hasChanged(box, before, model.voxels)) << box << test::seedNote(i);
     }
     num_without_change += num_changed == 0 ? 1 : 0;
+    greatest_size = std::max(greatest_size, model.map.tree().size());
   }
-  EXPECT_GT(model.map.tree().size(), 100U);
-  EXPECT_GT(num_without_change, 0U);
+  EXPECT_GT(greatest_size, 100U);
+  EXPECT_GE(num_without_change, 5U);
 }
 
 std::string nameOf(const testing::TestParamInfo<MapParam>& info) {

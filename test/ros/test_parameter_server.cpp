@@ -16,6 +16,7 @@ namespace {
 
 std::vector<std::string> keysOf(const std::vector<ParameterError>& errors) {
   std::vector<std::string> keys;
+  keys.reserve(errors.size());
   for (const ParameterError& error : errors) keys.push_back(error.key);
   return keys;
 }

@@ -52,6 +52,7 @@ std::string readFile(const std::string& path) {
 
 std::vector<std::string> keysOf(const std::vector<ParameterError>& errors) {
   std::vector<std::string> keys;
+  keys.reserve(errors.size());
   for (const ParameterError& error : errors) keys.push_back(error.key);
   return keys;
 }
@@ -223,19 +224,19 @@ TEST(Parameters, EveryBadValueGivesExactlyItsErrorAndKeepsTheDefault) {
 }
 
 TEST(Parameters, AnErrorSaysValueRangeAndWhatToDo) {
-  const auto messageOf = [](const std::string& key, const XmlRpcValue& value) {
+  const auto message_of = [](const std::string& key, const XmlRpcValue& value) {
     return readParameters(makeGroup({{key, value}})).errors.at(0).message;
   };
-  EXPECT_EQ(messageOf("sensor_model/hit", 1.7),
+  EXPECT_EQ(message_of("sensor_model/hit", 1.7),
             "is 1.7, but must be a number from 0.501 to 0.999: correct it, or remove it to get the "
             "default 0.7");
-  EXPECT_EQ(messageOf("pointcloud_max_z", "1e9"),
+  EXPECT_EQ(message_of("pointcloud_max_z", "1e9"),
             "is \"1e9\", but must be a number: write it without quotes, an exponent as in 1.0e+9, "
             "or remove it to get the default 1.0e+09");
-  EXPECT_EQ(messageOf("fusion", "bricks"),
+  EXPECT_EQ(message_of("fusion", "bricks"),
             "is \"bricks\", but must be brick or none: choose one of the names, or remove it to "
             "get the default brick");
-  EXPECT_EQ(messageOf("sensor_model/max_range", 0),
+  EXPECT_EQ(message_of("sensor_model/max_range", 0),
             "is 0, but must be -1, or a number of at least 0.01: correct it, or remove it to get "
             "the default -1.0");
 }

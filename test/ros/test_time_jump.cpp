@@ -7,64 +7,42 @@ namespace cuboid_mapping_ros {
 namespace {
 
 /// A detector that tolerates 10 s, fed with seconds.
-class Clouds {
- public:
-  bool isJump(double stamp_s, double now_s) {
-    return detector_.isJump(ros::Time(stamp_s), ros::Time(now_s));
-  }
+class TimeJumpDetectorTest : public ::testing::Test {
+ protected:
+  StampOrder judge(double stamp_s) { return detector_.judge(ros::Time(stamp_s)); }
 
  private:
   TimeJumpDetector detector_{ros::Duration(10.0)};
 };
 
-TEST(TimeJumpDetector, CloudsInOrderAreNoJump) {
-  Clouds clouds;
-  for (int i = 0; i < 100; ++i) EXPECT_FALSE(clouds.isJump(1000.0 + i, 1000.5 + i));
+TEST_F(TimeJumpDetectorTest, CloudsOneAfterTheOtherAreInOrder) {
+  for (int i = 0; i < 100; ++i) EXPECT_EQ(judge(1000.0 + i), StampOrder::kInOrder);
 }
 
-TEST(TimeJumpDetector, TheFirstOldCloudIsAJumpWhenTheClockWentBack) {
-  Clouds clouds;
-  EXPECT_FALSE(clouds.isJump(1050.0, 1050.0));
-  EXPECT_FALSE(clouds.isJump(1050.1, 1000.0)) << "the clock is there before the cloud";
-  EXPECT_TRUE(clouds.isJump(1000.0, 1000.1));
-  EXPECT_FALSE(clouds.isJump(1000.1, 1000.2)) << "a jump is told once";
+TEST_F(TimeJumpDetectorTest, TheSecondOldCloudInARowIsAJump) {
+  EXPECT_EQ(judge(1050.0), StampOrder::kInOrder);
+  EXPECT_EQ(judge(1000.0), StampOrder::kLate);
+  EXPECT_EQ(judge(1000.1), StampOrder::kJump);
+  EXPECT_EQ(judge(1000.2), StampOrder::kInOrder) << "a jump is told once";
+  EXPECT_EQ(judge(1000.1), StampOrder::kInOrder);
 }
 
-TEST(TimeJumpDetector, AClockThatWentBackLittleDoesNotMakeALaterCloudAJump) {
-  Clouds clouds;
-  EXPECT_FALSE(clouds.isJump(1050.0, 1050.0));
-  EXPECT_FALSE(clouds.isJump(1047.0, 1047.0));
-  EXPECT_FALSE(clouds.isJump(1055.0, 1055.0));
-  EXPECT_FALSE(clouds.isJump(1040.0, 1056.0)) << "merely late";
-}
-
-TEST(TimeJumpDetector, TheSecondOldCloudIsAJumpWithoutAClock) {
-  Clouds clouds;
-  EXPECT_FALSE(clouds.isJump(1050.0, 9000.0));
-  EXPECT_FALSE(clouds.isJump(1000.0, 9000.1));
-  EXPECT_TRUE(clouds.isJump(1000.1, 9000.2));
-  EXPECT_FALSE(clouds.isJump(1000.2, 9000.3));
-}
-
-TEST(TimeJumpDetector, ALateCloudNowAndThenIsNoJump) {
-  Clouds clouds;
+TEST_F(TimeJumpDetectorTest, ALateCloudNowAndThenIsNoJump) {
   for (int i = 0; i < 100; ++i) {
-    EXPECT_FALSE(clouds.isJump(1000.0 + i, 1000.0 + i));
-    EXPECT_FALSE(clouds.isJump(980.0 + i, 1000.5 + i));
+    EXPECT_EQ(judge(1000.0 + i), StampOrder::kInOrder);
+    EXPECT_EQ(judge(980.0 + i), StampOrder::kLate);
   }
 }
 
-TEST(TimeJumpDetector, CloudsWithinTheToleranceAreNoJump) {
-  Clouds clouds;
-  EXPECT_FALSE(clouds.isJump(1050.0, 1050.0));
-  for (int i = 0; i < 10; ++i) EXPECT_FALSE(clouds.isJump(1041.0, 1000.0 - i));
+TEST_F(TimeJumpDetectorTest, CloudsWithinTheToleranceAreInOrder) {
+  EXPECT_EQ(judge(1050.0), StampOrder::kInOrder);
+  for (int i = 0; i < 10; ++i) EXPECT_EQ(judge(1041.0), StampOrder::kInOrder);
 }
 
-TEST(TimeJumpDetector, AStampOfZeroIsNoTime) {
-  Clouds clouds;
-  EXPECT_FALSE(clouds.isJump(1050.0, 1050.0));
-  for (int i = 0; i < 10; ++i) EXPECT_FALSE(clouds.isJump(0.0, 1051.0));
-  EXPECT_FALSE(clouds.isJump(1051.0, 1052.0));
+TEST_F(TimeJumpDetectorTest, AStampOfZeroIsNoTime) {
+  EXPECT_EQ(judge(1050.0), StampOrder::kInOrder);
+  for (int i = 0; i < 10; ++i) EXPECT_EQ(judge(0.0), StampOrder::kInOrder);
+  EXPECT_EQ(judge(1051.0), StampOrder::kInOrder);
 }
 
 }  // namespace

@@ -30,14 +30,16 @@ struct Cloud {
   std::vector<Eigen::Vector3f> points;
 
   Eigen::Vector3f& at(int row, int column) {
-    return points[static_cast<std::size_t>(row * width + column)];
+    return points[static_cast<std::size_t>(row) * static_cast<std::size_t>(width) +
+                  static_cast<std::size_t>(column)];
   }
 };
 
 Cloud makeCloud(int width, int height, Random& random, const BeamFunction& beam,
                 const ReturnFunction& is_return) {
   Cloud cloud{width, height, {}};
-  cloud.points.assign(static_cast<std::size_t>(width * height), kNoReturn);
+  cloud.points.assign(static_cast<std::size_t>(width) * static_cast<std::size_t>(height),
+                      kNoReturn);
   for (int row = 0; row < height; ++row) {
     for (int column = 0; column < width; ++column) {
       if (!is_return(row, column)) continue;
@@ -125,6 +127,7 @@ TEST(NoReturnBeams, RandomLidarsAreFound) {
     const double lowest_rad = random.real(-0.5, 0.0);
     const double row_step_rad = random.real(0.002, 0.02);
     std::vector<double> row_offsets_rad;
+    row_offsets_rad.reserve(static_cast<std::size_t>(height));
     for (int row = 0; row < height; ++row) row_offsets_rad.push_back(random.real(-0.05, 0.05));
     const bool is_swapped = random.chance(0.5);
     const BeamFunction beam = [&](int row, int column) {
@@ -227,18 +230,18 @@ void addNoise(Cloud& cloud, double noise_rad, Random& random) {
 TEST(NoReturnBeams, NoiseBelowTheLimitIsAveragedAndAboveItRefused) {
   Random random(6);
   const BeamFunction beam = makeLidar(1.0, 1);
-  const auto makeNoisy = [&](double noise_rad) {
+  const auto make_noisy = [&](double noise_rad) {
     Cloud cloud = makeCloud(512, 32, random, beam, [](int, int column) { return column % 3 != 0; });
     addNoise(cloud, noise_rad, random);
     return cloud;
   };
-  const Cloud little = makeNoisy(0.8 * kDegree_rad);  // RMS of 0.65 degrees in two angles.
+  const Cloud little = make_noisy(0.8 * kDegree_rad);  // RMS of 0.65 degrees in two angles.
   const NoReturnBeams found = estimate(little);
   EXPECT_NEAR(found.residual_rad, 0.65 * kDegree_rad, 0.05 * kDegree_rad);
   EXPECT_EQ(found.beams.size(), countNoReturns(little));
   EXPECT_LT(maxError(little, beam, found), 0.2 * kDegree_rad);
 
-  const Cloud much = makeNoisy(1.5 * kDegree_rad);
+  const Cloud much = make_noisy(1.5 * kDegree_rad);
   const NoReturnBeams refused = estimate(much);
   EXPECT_EQ(refused.layout, BeamLayout::kUnknown);
   EXPECT_TRUE(refused.beams.empty());
@@ -310,17 +313,17 @@ TEST(NoReturnBeams, ARowOfTwoPointsDoesNotSpeakForManyOfOne) {
 TEST(NoReturnBeams, TooFewOrTooCrowdedPointsAreRefused) {
   Random random(9);
   const BeamFunction beam = makeLidar(0.0, 1);
-  const auto layoutOf = [&](const ReturnFunction& is_return) {
+  const auto layout_of = [&](const ReturnFunction& is_return) {
     return estimate(makeCloud(512, 32, random, beam, is_return)).layout;
   };
   // 5 % of 512 x 32 are 819.2.
-  EXPECT_EQ(layoutOf([](int row, int column) { return row == 3 && column < 512; }),
+  EXPECT_EQ(layout_of([](int row, int column) { return row == 3 && column < 512; }),
             BeamLayout::kUnknown);
-  EXPECT_EQ(layoutOf([](int row, int column) { return column % 32 == 0 && row < 26; }),
+  EXPECT_EQ(layout_of([](int row, int column) { return column % 32 == 0 && row < 26; }),
             BeamLayout::kUnknown);
   // A quarter of the columns are 128.
-  EXPECT_EQ(layoutOf([](int, int column) { return column < 127; }), BeamLayout::kUnknown);
-  EXPECT_EQ(layoutOf([](int, int column) { return column < 129; }), BeamLayout::kSphericalRows);
+  EXPECT_EQ(layout_of([](int, int column) { return column < 127; }), BeamLayout::kUnknown);
+  EXPECT_EQ(layout_of([](int, int column) { return column < 129; }), BeamLayout::kSphericalRows);
 }
 
 TEST(NoReturnBeams, InfiniteAndZeroPointsAreNoReturns) {

@@ -228,7 +228,7 @@ TEST_F(ScansToBag, leavesNothingBehindOnCtrlC) {
 
 /// A terminal: what is written to `name` can be read from `descriptor`.
 struct Terminal {
-  int descriptor = posix_openpt(O_RDWR | O_NOCTTY);
+  int descriptor = posix_openpt(O_RDWR | O_NOCTTY | O_NONBLOCK);
   std::string name;
 
   Terminal() {

@@ -83,6 +83,7 @@ TEST(SimulatedLidarNode, publishesWhatItWouldWriteIntoABag) {
   const std::vector<sensor_msgs::PointCloud2> clouds = recorder.clouds();
   ASSERT_GE(clouds.size(), 40U);  // of 60: the first may come before the connection is made
   EXPECT_EQ(clouds.back().header.stamp, expected.rbegin()->first);
+  std::size_t num_transformed = 0;
   for (const sensor_msgs::PointCloud2& cloud : clouds) {
     const std::string& frame = cloud.header.frame_id;
     const ros::Time stamp = cloud.header.stamp;
@@ -91,10 +92,15 @@ TEST(SimulatedLidarNode, publishesWhatItWouldWriteIntoABag) {
     EXPECT_TRUE(cloud.data == in_bag.message.data) << stamp;
     EXPECT_EQ(cloud.fields.size(), in_bag.message.fields.size());
     EXPECT_EQ(frame, in_bag.message.header.frame_id);
-    ASSERT_TRUE(recorder.transforms().canTransform("map", frame, stamp)) << stamp;
+    const bool has_transform = recorder.transforms().canTransform("map", frame, stamp);
+    // The connection for tf may be made after that for clouds; from then on, none is missing.
+    if (!has_transform && num_transformed == 0) continue;
+    ASSERT_TRUE(has_transform) << stamp;
+    ++num_transformed;
     const auto T_map_cloud = recorder.transforms().lookupTransform("map", frame, stamp);
     EXPECT_EQ(T_map_cloud.transform, in_bag.T_map_cloud.transform) << stamp;
   }
+  EXPECT_GE(num_transformed, 30U);
 }
 
 TEST(SimulatedLidarNode, isAClockThatGoesOn) {
@@ -139,12 +145,15 @@ TEST(SimulatedLidarNode, followsTheClockOfOthers) {
   const std::vector<sensor_msgs::PointCloud2> clouds = recorder.clouds();
   ASSERT_GT(clouds.size(), 10U);
   EXPECT_GE(clouds.front().header.stamp, ros::Time(5000));
+  // The connections for clouds and for tf are made, and end, one after the other.
+  int num_transformable = 0;
   for (const sensor_msgs::PointCloud2& cloud : clouds) {
     const double periods = (cloud.header.stamp - clouds.front().header.stamp).toSec() * 10.0;
     EXPECT_NEAR(periods, std::round(periods), 1e-6);
-    EXPECT_TRUE(
-        recorder.transforms().canTransform("map", cloud.header.frame_id, cloud.header.stamp));
+    num_transformable +=
+        recorder.transforms().canTransform("map", cloud.header.frame_id, cloud.header.stamp) ? 1 : 0;
   }
+  EXPECT_GT(num_transformable, 10);
 }
 
 TEST(SimulatedLidarNode, namesEveryBadParameterAndEnds) {

@@ -61,7 +61,9 @@ class MappingNode {
   void integrate(const sensor_msgs::PointCloud2& cloud, const CloudPoses& poses);
   [[nodiscard]] std::optional<CloudPoses> lookupPoses(const std_msgs::Header& header,
                                                       std::string& error) const;
-  void clearOutdatedTf(const std_msgs::Header& header);
+  void releaseHeldCloud();
+  /// Whether the newest transform is later than the cloud by more than tf keeps.
+  [[nodiscard]] bool isTfOutdated(const std_msgs::Header& header) const;
   void noteChanges(const cuboid_mapping::ChangeSet& changes, const ros::Time& stamp);
   void publish();
   bool onReset(std_srvs::Empty::Request& request, std_srvs::Empty::Response& response);
@@ -89,7 +91,9 @@ class MappingNode {
   ros::WallTimer diagnostics_timer_;
 
   tf2_ros::Buffer tf_buffer_;
+  ros::Duration tf_history_;  ///< How long tf keeps transforms.
   TimeJumpDetector time_jump_detector_;
+  CloudPtr held_cloud_;  ///< Older than tf goes back: too late, or the first after a jump.
   std::string cloud_topic_;
   CloudQueue cloud_queue_;
   message_filters::Subscriber<sensor_msgs::PointCloud2> cloud_subscriber_;

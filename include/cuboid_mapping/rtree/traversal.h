@@ -122,11 +122,8 @@ void visitInOrder(const RTree& tree, CuboidFilter filter, KeyT key_of, VisitorT 
       if (item.level == 0 ? !matches(filter, value) : canSkip(filter, value)) continue;
       const double key = key_of(node.box(slot));
       if (key < 0.0) continue;
-      if (item.level == 0) {
-        queue.push({key, item.index, -1, slot});
-      } else {
-        queue.push({key, node.child()[slot], item.level - 1, 0});
-      }
+      queue.push(item.level == 0 ? Item{key, item.index, -1, slot}
+                                 : Item{key, node.child()[slot], item.level - 1, 0});
     }
   }
 }

@@ -36,9 +36,9 @@ constexpr double kMaxBeamResidual_rad = 0.017453292519943295;
 /// Estimates where beams without return pointed to, from those that did return.
 ///
 /// Each layout is fitted to the valid points by least squares, and the best is taken:
-///   - spherical: azimuth linear in the column, the same slope for all rows, turning either way, from
-///     any start; each row has its own azimuth offset and its own mean elevation, as the lasers of
-///     lidars are not equally spaced;
+///   - spherical: azimuth linear in the column, with the same slope for all rows, turning either
+///     way, from any start; each row has its own azimuth offset and its own mean elevation, as the
+///     lasers of lidars are not equally spaced;
 ///   - pinhole: x / z linear in the column and y / z linear in the row.
 ///
 /// All beams without return are skipped when
