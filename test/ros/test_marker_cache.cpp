@@ -236,7 +236,9 @@ TEST(MarkerCache, SendsOnlySizesThatHaveChanged) {
   ChangeSet changes;
   changes.boxes = {added.box, {{0, 0, 0}, {8, 8, 8}}};
   cache.noteChanges(changes);
+  EXPECT_TRUE(cache.hasChanges());
   const MarkerArray difference = cache.update(tree, makeHeader());
+  EXPECT_FALSE(cache.hasChanges());
   ASSERT_EQ(difference.markers.size(), 1U) << "the size of one voxel is as it was";
   const Marker& marker = difference.markers.front();
   EXPECT_EQ(marker.id, (2 - 1) + 8 * (3 - 1) + 64 * (4 - 1));
@@ -249,6 +251,20 @@ TEST(MarkerCache, SendsOnlySizesThatHaveChanged) {
   EXPECT_DOUBLE_EQ(marker.scale.y, 1.5);
   EXPECT_DOUBLE_EQ(marker.scale.z, 2.0);
   EXPECT_DOUBLE_EQ(marker.points.front().x, 4.5);
+}
+
+TEST(MarkerCache, ReadsAllChunksThatAChangedBoxReachesInto) {
+  const Cuboid first{{{0, 0, 0}, {1, 1, 1}}, 1.0F};
+  const Cuboid second{{{100, 0, 0}, {102, 1, 1}}, 1.0F};  // in the next chunk
+  RTree tree;
+  MarkerCache cache(Grid(0.1), MarkerStyle());
+  (void)cache.update(tree, makeHeader());
+  tree.insert(first);
+  tree.insert(second);
+  ChangeSet changes;
+  changes.boxes = {first.box, {{1, 0, 0}, {110, 1, 1}}};
+  cache.noteChanges(changes);
+  EXPECT_EQ(cache.update(tree, makeHeader()).markers.size(), 2U);
 }
 
 TEST(MarkerCache, DeletesASizeThatHasVanished) {

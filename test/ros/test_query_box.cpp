@@ -155,6 +155,9 @@ TEST_F(QueryBoxTest, RefusesBadRequestsAndSaysWhatToDo) {
       request = makeRequest();
       request.box.max_m[axis] = bad;
       expectError(request, "NaN or infinite");
+      request = makeRequest();
+      request.box.min_m[axis] = bad;
+      expectError(request, "NaN or infinite");
     }
   }
   for (int axis = 0; axis < 3; ++axis) {

@@ -151,7 +151,8 @@ TEST(SimulatedLidarNode, followsTheClockOfOthers) {
     const double periods = (cloud.header.stamp - clouds.front().header.stamp).toSec() * 10.0;
     EXPECT_NEAR(periods, std::round(periods), 1e-6);
     num_transformable +=
-        recorder.transforms().canTransform("map", cloud.header.frame_id, cloud.header.stamp) ? 1 : 0;
+        recorder.transforms().canTransform("map", cloud.header.frame_id, cloud.header.stamp) ? 1
+                                                                                             : 0;
   }
   EXPECT_GT(num_transformable, 10);
 }
