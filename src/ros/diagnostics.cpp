@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "cuboid_mapping/ros/diagnostics.h"
 
-#include "cuboid_mapping/rtree/traversal.h"
-
 #include <diagnostic_msgs/DiagnosticStatus.h>
 
 #include <sstream>
@@ -46,14 +44,9 @@ MapSummary summarize(const cuboid_mapping::CuboidMap& map) {
   MapSummary summary;
   summary.revision = map.revision();
   summary.num_bytes = map.tree().numBytes();
-  visitAll(map.tree(), cuboid_mapping::CuboidFilter::kAll,
-           [&summary](const cuboid_mapping::Cuboid& cuboid) {
-             const bool is_occupied = cuboid.occupancy() == cuboid_mapping::Occupancy::kOccupied;
-             ClassSummary& of_class = is_occupied ? summary.occupied : summary.free;
-             ++of_class.num_cuboids;
-             of_class.num_voxels += cuboid.box.numVoxels();
-             return cuboid_mapping::Visit::kContinue;
-           });
+  const cuboid_mapping::MapContent& content = map.content();
+  summary.free = {content.free_cuboids, content.free_voxels};
+  summary.occupied = {content.occupied_cuboids, content.occupied_voxels};
   return summary;
 }
 

@@ -239,11 +239,9 @@ void MappingNode::drop(DropReason reason, const std::string& text) {
 }
 
 void MappingNode::reportDiagnostics(diagnostic_updater::DiagnosticStatusWrapper& status) {
-  if (map_summary_.revision != map_.revision()) map_summary_ = summarize(map_);
-
   NodeReport report;
   report.statistics = statistics_;
-  report.map = map_summary_;
+  report.map = summarize(map_);
   report.cloud_topic = cloud_topic_;
   report.num_publishers = cloud_subscriber_.getSubscriber().getNumPublishers();
   report.silence_s = std::chrono::duration<double>(Clock::now() - last_received_).count();

@@ -44,6 +44,10 @@ class Pair {
     const BoxQueryResult all = queryBox(map_, bounds);
     const double voxel_m3 = map_.grid().voxelVolume();
     EXPECT_NEAR((all.free_volume_m3 + all.occupied_volume_m3) / voxel_m3, agreement.voxels, 0.5);
+    const MapContent& content = map_.content();
+    EXPECT_EQ(content.free_cuboids + content.occupied_cuboids, map_.tree().size());
+    EXPECT_NEAR(all.free_volume_m3 / voxel_m3, content.free_voxels, 0.5);
+    EXPECT_NEAR(all.occupied_volume_m3 / voxel_m3, content.occupied_voxels, 0.5);
     EXPECT_NEAR((all.free_volume_m3 + all.occupied_volume_m3 + all.unknown_volume_m3) / voxel_m3,
                 bounds.numVoxels(), 1e-6 * bounds.numVoxels());
   }

@@ -26,7 +26,7 @@ struct MapSummary {
   std::size_t num_bytes = 0;  ///< Of the nodes of the R-tree.
 };
 
-/// @complexity O(n): the cuboids are counted one by one.
+/// What the map says of itself.
 [[nodiscard]] MapSummary summarize(const cuboid_mapping::CuboidMap& map);
 
 /// Everything that one report is about.

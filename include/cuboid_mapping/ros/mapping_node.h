@@ -78,7 +78,6 @@ class MappingNode {
 
   NodeStatistics statistics_;
   NodeStatistics reported_statistics_;  ///< As of the last report.
-  MapSummary map_summary_;              ///< As of its revision.
   std::array<std::optional<Clock::time_point>, kNumDropReasons> last_logged_;
   Clock::time_point last_received_ = Clock::now();
 
