@@ -75,9 +75,10 @@ class Program {
     redirect(STDERR_FILENO, folder_ / "err");
     if (prepare) prepare();
     std::vector<char*> argv;
+    argv.reserve(arguments.size() + 1);
     for (std::string& argument : arguments) argv.push_back(argument.data());
     argv.push_back(nullptr);
-    execv(argv[0], argv.data());
+    execvp(argv[0], argv.data());
     _exit(127);
   }
 
