@@ -141,7 +141,7 @@ testing::AssertionResult isPartition(const DenseBrick& brick, const std::vector<
 
 /// Volume of the largest box of voxels of one value, none of them taken, from its least corner on.
 int largestVolumeAt(const DenseBrick& brick, const BrickMask& left, const Cell& corner) {
-  const auto valueAt = [&](const Cell& cell) {
+  const auto value_at = [&](const Cell& cell) {
     return brick.log_odds[static_cast<std::size_t>(voxelIndex(cell))];
   };
   const Cell end = brick.brick + Cell{kBrickEdge, kBrickEdge, kBrickEdge};
@@ -152,7 +152,7 @@ int largestVolumeAt(const DenseBrick& brick, const BrickMask& left, const Cell& 
       for (int slice = corner.z; slice <= z; ++slice) {
         int reach = 0;
         for (Cell cell{corner.x, y, slice};
-             reach < width && test::isInMask(left, cell) && valueAt(cell) == valueAt(corner);
+             reach < width && test::isInMask(left, cell) && value_at(cell) == value_at(corner);
              ++cell.x) {
           ++reach;
         }

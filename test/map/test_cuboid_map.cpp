@@ -147,13 +147,13 @@ class FollowingCopy {
       cuboids_ = test::allCuboids(map.tree());
       return;
     }
-    const auto liesInABox = [&changes](const Cuboid& cuboid) {
+    const auto lies_in_a_box = [&changes](const Cuboid& cuboid) {
       return std::any_of(changes.boxes.begin(), changes.boxes.end(),
                          [&](const CellBox& box) { return box.contains(cuboid.box); });
     };
-    cuboids_.erase(std::remove_if(cuboids_.begin(), cuboids_.end(), liesInABox), cuboids_.end());
+    cuboids_.erase(std::remove_if(cuboids_.begin(), cuboids_.end(), lies_in_a_box), cuboids_.end());
     for (const Cuboid& cuboid : test::allCuboids(map.tree())) {
-      if (liesInABox(cuboid)) cuboids_.push_back(cuboid);
+      if (lies_in_a_box(cuboid)) cuboids_.push_back(cuboid);
     }
     cuboids_ = test::sorted(std::move(cuboids_));
   }
@@ -292,6 +292,7 @@ TEST(CuboidMapCanonical, isTheSameWhateverTheOrderOfTheClouds) {
     config.sensor_model.alpha_max = 0.999;
     UpdateSource source(random);
     std::vector<ScanUpdate> updates;
+    updates.reserve(6);
     for (int u = 0; u < 6; ++u) updates.push_back(source.next());
     const std::vector<Cuboid> expected = cuboidsAfter(config, updates);
     random.shuffle(updates);
@@ -322,6 +323,7 @@ TEST(CuboidMapCanonical, isTheSameForEveryOrderOfTheTree) {
   Random random(10);
   UpdateSource source(random);
   std::vector<ScanUpdate> updates;
+  updates.reserve(60);
   for (int i = 0; i < 60; ++i) updates.push_back(source.next());
   for (const std::string& fusion : fusionNames()) {
     const auto expected = cuboidsAfter(configOf(Environment::kDynamic, fusion, {32, 12}), updates);

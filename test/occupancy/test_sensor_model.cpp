@@ -167,7 +167,7 @@ TEST(SensorModel, givesTheSameSumWhateverTheOrder) {
     std::vector<float> observations(static_cast<std::size_t>(random.integer(0, 8)), model.hit());
     observations.resize(observations.size() + static_cast<std::size_t>(random.integer(1, 16)),
                         model.miss());
-    const auto sumUp = [&] {
+    const auto sum_up = [&] {
       float log_odds = 0.0F;
       for (const float observation : observations) {
         log_odds = model.update(log_odds, observation);
@@ -175,9 +175,9 @@ TEST(SensorModel, givesTheSameSumWhateverTheOrder) {
       }
       return log_odds;
     };
-    const float expected = sumUp();
+    const float expected = sum_up();
     random.shuffle(observations);
-    ASSERT_EQ(sumUp(), expected) << test::seedNote(i);  // To the last bit.
+    ASSERT_EQ(sum_up(), expected) << test::seedNote(i);  // To the last bit.
   }
 }
 

@@ -133,19 +133,19 @@ TEST(RayQuery, isNothingForWhatIsNoRay) {
   const CuboidMap map = corridor();
   const Eigen::Vector3d point(0.25, 0.25, 0.25);
   const Eigen::Vector3d direction(1.0, 0.0, 0.0);
-  const auto isNothing = [&map](const Eigen::Vector3d& origin, const Eigen::Vector3d& along,
-                                double max_range_m) {
+  const auto is_nothing = [&map](const Eigen::Vector3d& origin, const Eigen::Vector3d& along,
+                                 double max_range_m) {
     return !castRay(map, origin, along, max_range_m, UnknownPolicy::kPass).has_value();
   };
-  ASSERT_FALSE(isNothing(point, direction, 1.0));
-  EXPECT_TRUE(isNothing(point, Eigen::Vector3d::Zero(), 1.0));
-  EXPECT_TRUE(isNothing(point, direction, 0.0));
-  EXPECT_TRUE(isNothing(point, direction, -1.0));
+  ASSERT_FALSE(is_nothing(point, direction, 1.0));
+  EXPECT_TRUE(is_nothing(point, Eigen::Vector3d::Zero(), 1.0));
+  EXPECT_TRUE(is_nothing(point, direction, 0.0));
+  EXPECT_TRUE(is_nothing(point, direction, -1.0));
   constexpr double kInfinity = std::numeric_limits<double>::infinity();
   for (const double bad : {std::nan(""), kInfinity, -kInfinity}) {
-    EXPECT_TRUE(isNothing({bad, 0.25, 0.25}, direction, 1.0)) << bad;
-    EXPECT_TRUE(isNothing(point, {1.0, bad, 0.0}, 1.0)) << bad;
-    EXPECT_TRUE(isNothing(point, direction, bad)) << bad;
+    EXPECT_TRUE(is_nothing({bad, 0.25, 0.25}, direction, 1.0)) << bad;
+    EXPECT_TRUE(is_nothing(point, {1.0, bad, 0.0}, 1.0)) << bad;
+    EXPECT_TRUE(is_nothing(point, direction, bad)) << bad;
   }
 }
 
@@ -192,20 +192,20 @@ Expected stepThroughVoxels(const test::VoxelMap& voxels, const test::RaySearch& 
                            UnknownPolicy policy) {
   Expected expected{RayEnd::kMaxRange, ray.t_end};
   double at = 0.0;
-  const auto passUnknown = [&](double until) {
+  const auto pass_unknown = [&](double until) {
     if (until - at <= 1e-9) return true;
     if (policy == UnknownPolicy::kStop) return false;
     expected.unknown_length += until - at;
     return true;
   };
   for (const Passed& voxel : passedVoxels(voxels, ray)) {
-    if (!passUnknown(voxel.first)) return {RayEnd::kUnknown, at};
+    if (!pass_unknown(voxel.first)) return {RayEnd::kUnknown, at};
     if (voxel.log_odds >= 0.0F) {
       return {RayEnd::kOccupied, voxel.first, expected.unknown_length, voxel.cell};
     }
     at = voxel.last;
   }
-  if (!passUnknown(ray.t_end)) return {RayEnd::kUnknown, at};
+  if (!pass_unknown(ray.t_end)) return {RayEnd::kUnknown, at};
   return expected;
 }
 

@@ -28,28 +28,28 @@ inline DenseBrick randomDenseBrick(Random& random) {
   const Cell group = randomCell(random, {{-100, -100, -100}, {100, 100, 100}});
   brick.reset({group.x * kBrickEdge, group.y * kBrickEdge, group.z * kBrickEdge});
   const int num_values = random.integer(1, 5);
-  const auto randomValue = [&] {
+  const auto random_value = [&] {
     return 0.5F * static_cast<float>(random.integer(0, num_values - 1)) - 1.0F;
   };
-  for (float& log_odds : brick.log_odds) log_odds = randomValue();
+  for (float& log_odds : brick.log_odds) log_odds = random_value();
   const CellBox box = brickBox(brick.brick);
   switch (random.integer(0, 3)) {
     case 0: {  // Noise.
       const double known_ratio = random.real(0.0, 1.0);
       visitCells(box, [&](const Cell& cell) {
-        if (random.chance(known_ratio)) setVoxel(brick, cell, randomValue());
+        if (random.chance(known_ratio)) setVoxel(brick, cell, random_value());
       });
       break;
     }
     case 1:  // All known, few voxels differ.
       visitCells(box, [&](const Cell& cell) {
-        setVoxel(brick, cell, random.chance(0.02) ? randomValue() : 0.0F);
+        setVoxel(brick, cell, random.chance(0.02) ? random_value() : 0.0F);
       });
       break;
     default: {  // Boxes; the last one painted is on top.
       const int num_boxes = random.integer(1, 12);
       for (int i = 0; i < num_boxes; ++i) {
-        const float value = randomValue();
+        const float value = random_value();
         visitCells(randomBoxInside(random, box),
                    [&](const Cell& cell) { setVoxel(brick, cell, value); });
       }
@@ -62,7 +62,8 @@ inline DenseBrick randomDenseBrick(Random& random) {
 inline std::uint64_t mortonOf(const Cell& brick) {
   std::uint64_t morton = 0;
   for (int axis = 0; axis < 3; ++axis) {
-    const auto number = static_cast<std::uint64_t>(brick[axis] / kBrickEdge + (1 << 20));
+    const std::int64_t from_base = brick[axis] / kBrickEdge + std::int64_t{1 << 20};
+    const auto number = static_cast<std::uint64_t>(from_base);
     for (int bit = 0; bit < 21; ++bit) morton |= (number >> bit & 1) << (3 * bit + axis);
   }
   return morton;
@@ -94,14 +95,14 @@ inline ScanUpdate randomUpdate(Random& random, const CellBox& area, int max_bric
             CellBox::ofCell(randomCell(random, box)));
     update.bricks.push_back(brick);
   }
-  const auto isBefore = [](const BrickUpdate& a, const BrickUpdate& b) {
+  const auto is_before = [](const BrickUpdate& a, const BrickUpdate& b) {
     return a.morton < b.morton;
   };
-  const auto isSame = [](const BrickUpdate& a, const BrickUpdate& b) {
+  const auto is_same = [](const BrickUpdate& a, const BrickUpdate& b) {
     return a.morton == b.morton;
   };
-  std::sort(update.bricks.begin(), update.bricks.end(), isBefore);
-  update.bricks.erase(std::unique(update.bricks.begin(), update.bricks.end(), isSame),
+  std::sort(update.bricks.begin(), update.bricks.end(), is_before);
+  update.bricks.erase(std::unique(update.bricks.begin(), update.bricks.end(), is_same),
                       update.bricks.end());
   return update;
 }

@@ -124,7 +124,7 @@ inline RayPart findPart(const RaySearch& ray, const CellBox& box) {
 inline void checkRaySearch(const RTree& tree, const std::vector<Cuboid>& cuboids,
                            const RaySearch& ray, CuboidFilter filter) {
   // Cuboids that are only touched may be visited or not, as rounding has it.
-  const auto isSurelyPassed = [&](const Cuboid& cuboid) {
+  const auto is_surely_passed = [&](const Cuboid& cuboid) {
     const RayPart part = findPart(ray, cuboid.box);
     return part.last - part.first > 2.0 * part.tolerance;
   };
@@ -139,12 +139,12 @@ inline void checkRaySearch(const RTree& tree, const std::vector<Cuboid>& cuboids
              const RayPart part = findPart(ray, cuboid.box);
              EXPECT_NEAR(enter, part.first, part.tolerance) << cuboid;
              EXPECT_NEAR(leave, part.last, part.tolerance) << cuboid;
-             if (isSurelyPassed(cuboid)) passed.push_back(cuboid);
+             if (is_surely_passed(cuboid)) passed.push_back(cuboid);
              return Visit::kContinue;
            });
   std::vector<Cuboid> expected;
   for (const Cuboid& cuboid : cuboids) {
-    if (passes(filter, cuboid) && isSurelyPassed(cuboid)) expected.push_back(cuboid);
+    if (passes(filter, cuboid) && is_surely_passed(cuboid)) expected.push_back(cuboid);
   }
   EXPECT_EQ(sorted(std::move(passed)), sorted(std::move(expected)));
 }
