@@ -18,7 +18,7 @@ const Eigen::Vector3d kNoAnchor = Eigen::Vector3d::Zero();
 
 std::vector<Cell> walk(const Grid& grid, const Eigen::Vector3f& origin,
                        const Eigen::Vector3f& end) {
-  const auto ray = computeRay(grid, kNoAnchor, origin, end);
+  const auto ray = test::computeRay(grid, kNoAnchor, origin, end);
   EXPECT_TRUE(ray.has_value());
   return ray ? test::walkCells(*ray) : std::vector<Cell>();
 }
@@ -101,7 +101,7 @@ TEST(RayWalk, takesZThenYThenXThroughACorner) {
 
 TEST(RayWalk, stopsWithTheBeamWhereRoundingLeadsPastTheEnd) {
   // The walk is set up as if the end's voxel were one that the beam does not pass.
-  auto ray = computeRay(Grid(1.0), kNoAnchor, {0.5F, 0.5F, 0.5F}, {4.5F, 0.5F, 0.5F});
+  auto ray = test::computeRay(Grid(1.0), kNoAnchor, {0.5F, 0.5F, 0.5F}, {4.5F, 0.5F, 0.5F});
   ASSERT_TRUE(ray.has_value());
   ray->end = {4, 1, 0};
   const std::vector<Cell> expected{{0, 0, 0}, {1, 0, 0}, {2, 0, 0}, {3, 0, 0}};
@@ -111,27 +111,27 @@ TEST(RayWalk, stopsWithTheBeamWhereRoundingLeadsPastTheEnd) {
 TEST(RayWalk, isNothingForPointsOutsideTheGridOrNotFinite) {
   const Grid grid(0.001);
   const Eigen::Vector3f inside(1.0F, 2.0F, 3.0F);
-  ASSERT_TRUE(computeRay(grid, kNoAnchor, inside, inside).has_value());
+  ASSERT_TRUE(test::computeRay(grid, kNoAnchor, inside, inside).has_value());
   constexpr float kInfinity = std::numeric_limits<float>::infinity();
   for (const float bad : {std::nanf(""), kInfinity, -kInfinity, 1.1e6F, -1.1e6F, 3e38F}) {
     for (int axis = 0; axis < 3; ++axis) {
       Eigen::Vector3f point = inside;
       point[axis] = bad;
-      EXPECT_FALSE(computeRay(grid, kNoAnchor, inside, point).has_value()) << bad;
-      EXPECT_FALSE(computeRay(grid, kNoAnchor, point, inside).has_value()) << bad;
+      EXPECT_FALSE(test::computeRay(grid, kNoAnchor, inside, point).has_value()) << bad;
+      EXPECT_FALSE(test::computeRay(grid, kNoAnchor, point, inside).has_value()) << bad;
     }
   }
 }
 
 TEST(RayWalk, isNothingWhenTheAnchorLeadsOutOfTheGrid) {
   const Eigen::Vector3f point(1.0F, 2.0F, 3.0F);
-  EXPECT_TRUE(computeRay(Grid(0.05), {1e6, 1e6, 0.0}, point, point).has_value());
-  EXPECT_FALSE(computeRay(Grid(0.05), {1e6, 6e7, 0.0}, point, point).has_value());
+  EXPECT_TRUE(test::computeRay(Grid(0.05), {1e6, 1e6, 0.0}, point, point).has_value());
+  EXPECT_FALSE(test::computeRay(Grid(0.05), {1e6, 6e7, 0.0}, point, point).has_value());
 }
 
 /// Checks what holds for every walk; returns whether it ended at the face of the end's voxel.
 bool checkWalk(const Grid& grid, const Eigen::Vector3f& origin, const Eigen::Vector3f& end) {
-  const auto ray = computeRay(grid, kNoAnchor, origin, end);
+  const auto ray = test::computeRay(grid, kNoAnchor, origin, end);
   EXPECT_TRUE(ray.has_value());
   const std::vector<Cell> cells = test::walkCells(*ray);
   EXPECT_EQ(cells.empty(), ray->start == ray->end);
@@ -179,7 +179,7 @@ TEST(RayWalk, marksAsManyVoxelsAsTheManhattanDistanceWhenNoEndIsNearAFace) {
     for (int i = 0; i < 2000; ++i, ++num_cases) {
       const Eigen::Vector3f origin = pointNearCentre(random, grid, 300);
       const Eigen::Vector3f end = pointNearCentre(random, grid, 300);
-      const auto ray = computeRay(grid, kNoAnchor, origin, end);
+      const auto ray = test::computeRay(grid, kNoAnchor, origin, end);
       ASSERT_TRUE(ray.has_value());
       const std::vector<Cell> cells = test::walkCells(*ray);
       ASSERT_EQ(static_cast<int>(cells.size()), manhattanDistance(ray->start, ray->end))
@@ -258,7 +258,7 @@ TEST(RayWalk, isTheSameFarFromTheOriginWithAnAnchor) {
       shape.lattice_ratio = i % 2 == 0 ? 0.0 : 0.5;
       const Eigen::Vector3f origin = test::randomEndPoint(random, shape);
       const Eigen::Vector3f end = test::randomEndPoint(random, shape);
-      const auto far_ray = computeRay(grid, anchor, origin, end);
+      const auto far_ray = test::computeRay(grid, anchor, origin, end);
       ASSERT_TRUE(far_ray.has_value());
       std::vector<Cell> expected = walk(grid, origin, end);
       for (Cell& cell : expected) cell = cell + shift;

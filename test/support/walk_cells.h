@@ -3,6 +3,7 @@
 
 #include "cuboid_mapping/scan/ray_walk.h"
 
+#include <optional>
 #include <vector>
 
 namespace cuboid_mapping::test {
@@ -23,6 +24,15 @@ class CellCursor {
   std::vector<Cell>* cells_;
   Cell cell_;
 };
+
+/// One ray; nothing when one of its ends is outside the grid or not finite.
+inline std::optional<Ray> computeRay(const Grid& grid, const Eigen::Vector3d& anchor_map,
+                                     const Eigen::Vector3f& origin, const Eigen::Vector3f& end) {
+  const RayOrigin ray_origin(grid, anchor_map, origin);
+  Ray ray;
+  if (!ray_origin.cell() || !ray_origin.computeRay(end, ray)) return std::nullopt;
+  return ray;
+}
 
 /// The cells that walkRay marks, in its order.
 inline std::vector<Cell> walkCells(const Ray& ray) {

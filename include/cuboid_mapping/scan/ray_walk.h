@@ -23,11 +23,28 @@ struct Ray {
   double length_m;    ///< Length of the beam.
 };
 
-/// @param anchor_map  Added to `origin` and `end`, see Scan.
-/// @return Nothing when origin or end is outside the grid or not finite.
-[[nodiscard]] std::optional<Ray> computeRay(const Grid& grid, const Eigen::Vector3d& anchor_map,
-                                            const Eigen::Vector3f& origin,
-                                            const Eigen::Vector3f& end);
+/// Where all beams of a scan start, prepared for computing many rays.
+class RayOrigin {
+ public:
+  /// @param anchor_map  Added to `origin` and to the ends of the rays, see Scan.
+  RayOrigin(const Grid& grid, const Eigen::Vector3d& anchor_map, const Eigen::Vector3f& origin);
+
+  /// Voxel of the origin; nothing when it is outside the grid or not finite.
+  [[nodiscard]] const std::optional<Cell>& cell() const { return cell_; }
+
+  /// Sets up the beam to a point.
+  /// @return false, with nothing to rely on in `ray`, when the end is outside the grid or not finite.
+  /// @pre cell().
+  [[nodiscard]] bool computeRay(const Eigen::Vector3f& end, Ray& ray) const;
+
+ private:
+  Grid grid_;
+  Eigen::Vector3d anchor_map_;
+  Eigen::Vector3f origin_;
+  std::optional<Cell> cell_;
+  double to_border_[3]
+                   [2];  ///< Per axis, from the origin to the next border down and up, in metres.
+};
 
 /// Walks from the origin's voxel (included) to the end point's (excluded).
 ///

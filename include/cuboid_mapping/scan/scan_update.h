@@ -3,6 +3,8 @@
 
 #include "cuboid_mapping/geometry/brick.h"
 #include "cuboid_mapping/geometry/grid.h"
+#include "cuboid_mapping/scan/beam_marks.h"
+#include "cuboid_mapping/scan/ray_walk.h"
 #include "cuboid_mapping/scan/scan.h"
 
 #include <cstdint>
@@ -52,31 +54,14 @@ class ScanUpdater {
   const ScanUpdate& compute(const Scan& scan);
 
  private:
-  class BrickCursor;
-  class BrickTable {
-   public:
-    /// Index of a brick's update, which is appended when the brick is new.
-    std::uint32_t findOrAdd(std::uint64_t key);
-    void clear();
-    [[nodiscard]] const std::vector<std::uint64_t>& keys() const { return keys_; }
-
-   private:
-    void grow();
-    [[nodiscard]] std::size_t slotOf(std::uint64_t key) const;
-
-    std::vector<std::uint64_t> slot_keys_;
-    std::vector<std::uint32_t> slot_indices_;
-    std::vector<std::uint64_t> keys_;
-  };
-
-  void addBeam(const Scan& scan, const Eigen::Vector3f& end, bool is_return);
-  [[nodiscard]] BrickUpdate& brickAt(std::uint64_t key);
-  void sortBricks();
+  void addBeam(const Scan& scan, const RayOrigin& ray_origin, const Eigen::Vector3f& end,
+               bool is_return);
+  void collectBricks();
 
   Grid grid_;
   double max_range_m_;
   Cell base_;  ///< Cell from which the bricks of the current cloud are numbered.
-  BrickTable table_;
+  BeamMarks marks_;
   ScanUpdate update_;
 };
 

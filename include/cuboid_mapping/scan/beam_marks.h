@@ -1,0 +1,83 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include "cuboid_mapping/geometry/brick.h"
+
+#include <array>
+#include <cstdint>
+#include <memory>
+#include <vector>
+
+namespace cuboid_mapping {
+
+/// Bricks that one cloud can number: bits of a brick's number along each axis.
+constexpr int kBrickKeyBits = 21;
+
+/// Number of a brick: 21 bits per axis, counted from the base of the cloud.
+using BrickKey = std::uint64_t;
+
+/// @param local  A cell of the brick minus the base: each coordinate in [0, 2^24).
+[[nodiscard]] constexpr BrickKey toBrickKey(const Cell& local) {
+  return static_cast<BrickKey>(local.x >> 3) |
+         static_cast<BrickKey>(local.y >> 3) << kBrickKeyBits |
+         static_cast<BrickKey>(local.z >> 3) << (2 * kBrickKeyBits);
+}
+
+/// The voxels of one brick that the beams of a cloud have marked.
+struct BrickMarks {
+  BrickKey key = 0;
+  BrickMask hits{};
+  /// Misses, by the axis along which the beam is longest. In the masks of that axis a word is a
+  /// plane in which eight voxels along the axis are neighbouring bits:
+  ///
+  /// axis | word | bit
+  /// -----|------|----------
+  /// x    | z    | 8 * y + x: the layout of BrickMask
+  /// y    | z    | 8 * x + y
+  /// z    | y    | 8 * x + z
+  std::array<BrickMask, 3> misses{};
+
+  /// All misses in the layout of BrickMask.
+  [[nodiscard]] BrickMask collectMisses() const;
+};
+
+/// All bricks that beams have marked: a hash table by brick number.
+class BeamMarks {
+ public:
+  /// The marks of a brick, which is added when it is new. Stays where it is until clear().
+  BrickMarks& at(BrickKey key) {
+    const std::size_t slot = slotOf(key);
+    return slots_[slot].marks != nullptr ? *slots_[slot].marks : add(key);
+  }
+
+  [[nodiscard]] std::size_t size() const { return size_; }
+  /// @param index  In the order in which the bricks were added.
+  [[nodiscard]] const BrickMarks& operator[](std::size_t index) const {
+    return blocks_[index / kBlockBricks][index % kBlockBricks];
+  }
+
+  /// Forgets all bricks, keeps the memory.
+  void clear();
+
+ private:
+  struct Slot {
+    BrickKey key = 0;
+    BrickMarks* marks = nullptr;
+  };
+  static constexpr std::size_t kBlockBricks = 256;
+
+  [[nodiscard]] std::size_t slotOf(BrickKey key) const {
+    constexpr std::uint64_t kGoldenRatio = 0x9E3779B97F4A7C15ULL;
+    const std::size_t mask = slots_.size() - 1;
+    std::size_t slot = (key * kGoldenRatio) >> 32 & mask;
+    while (slots_[slot].marks != nullptr && slots_[slot].key != key) slot = (slot + 1) & mask;
+    return slot;
+  }
+  BrickMarks& add(BrickKey key);
+
+  std::vector<Slot> slots_ = std::vector<Slot>(1024);  ///< At most half of them taken.
+  std::vector<std::unique_ptr<BrickMarks[]>> blocks_;
+  std::size_t size_ = 0;
+};
+
+}  // namespace cuboid_mapping
