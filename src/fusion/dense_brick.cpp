@@ -19,21 +19,26 @@ void DenseBrick::fill(const Cuboid& cuboid) {
   }
 }
 
-void DenseBrick::apply(const BrickUpdate& update, const SensorModel& sensor_model) {
+bool DenseBrick::apply(const BrickUpdate& update, const SensorModel& sensor_model) {
+  bool is_changed = false;
   for (std::size_t z = 0; z < kBrickEdge; ++z) {
     const std::uint64_t hits = update.hits[z];
-    std::uint64_t observed = hits | update.misses[z];
-    const std::uint64_t known_before = known[z];
-    known[z] |= observed;
+    const std::uint64_t misses = update.misses[z] & ~hits;
+    is_changed |= ((hits | misses) & ~known[z]) != 0;
+    known[z] |= hits | misses;
     float* slice = &log_odds[64 * z];
-    while (observed != 0) {
-      const int voxel = __builtin_ctzll(observed);
-      observed &= observed - 1;
-      const float before = (known_before >> voxel & 1) != 0 ? slice[voxel] : 0.0F;
-      const bool is_hit = (hits >> voxel & 1) != 0;
-      slice[voxel] = sensor_model.update(before, is_hit ? sensor_model.hit() : sensor_model.miss());
-    }
+    const auto observe = [&](std::uint64_t voxels, float observation) {
+      for (; voxels != 0; voxels &= voxels - 1) {
+        float& value = slice[__builtin_ctzll(voxels)];
+        const float before = value;
+        value = sensor_model.update(before, observation);
+        is_changed |= value != before;
+      }
+    };
+    observe(hits, sensor_model.hit());
+    observe(misses, sensor_model.miss());
   }
+  return is_changed;
 }
 
 }  // namespace cuboid_mapping

@@ -1,43 +1,34 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "cuboid_mapping/map/cuboid_map.h"
 
+#include "cuboid_mapping/parallel/parallel_for.h"
+#include "cuboid_mapping/rtree/traversal.h"
+
 #include <algorithm>
 #include <cassert>
 
 namespace cuboid_mapping {
 namespace {
 
-/// Number of a brick in its group of 4 x 4 x 4: the low six bits of its Morton code.
-std::size_t indexInGroup(const Cell& brick) {
-  const auto bits = [](std::int32_t v) { return static_cast<std::size_t>(v >> 3); };
-  const std::size_t x = bits(brick.x);
-  const std::size_t y = bits(brick.y);
-  const std::size_t z = bits(brick.z);
-  return (x & 1) | (y & 1) << 1 | (z & 1) << 2 | (x >> 1 & 1) << 3 | (y >> 1 & 1) << 4 |
-         (z >> 1 & 1) << 5;
-}
+/// A brick that so many clouds have not touched is cold.
+constexpr std::uint64_t kColdClouds = 20;
+/// At least so many bricks of an update are applied at once, whatever the bound of the hot bricks.
+constexpr std::ptrdiff_t kMinChunkBricks = 1024;
+/// So many groups are written back at once: bounds the memory for their cuboids.
+constexpr std::size_t kWriteGroups = 64;
 
-/// Calls visit(brick) for every brick that shares a cell with the box.
-template <typename VisitorT>
-void visitBricks(const CellBox& box, VisitorT visit) {
-  const Cell first = brickOf(box.min);
-  for (std::int32_t z = first.z; z < box.max.z; z += kBrickEdge) {
-    for (std::int32_t y = first.y; y < box.max.y; y += kBrickEdge) {
-      for (std::int32_t x = first.x; x < box.max.x; x += kBrickEdge) visit(Cell{x, y, z});
-    }
-  }
-}
-
-/// Adds a cuboid to the content of a map (sign 1), or takes it away (-1).
-void count(const Cuboid& cuboid, int sign, MapContent& content) {
-  const bool is_occupied = cuboid.occupancy() == Occupancy::kOccupied;
-  (is_occupied ? content.occupied_cuboids : content.free_cuboids) += sign;
-  (is_occupied ? content.occupied_voxels : content.free_voxels) += sign * cuboid.box.numVoxels();
-}
-
-bool isInOneBrick(const CellBox& box) { return brickBox(brickOf(box.min)).contains(box); }
+constexpr CellBox kAllCells{{-Grid::kMaxCell, -Grid::kMaxCell, -Grid::kMaxCell},
+                            {Grid::kMaxCell, Grid::kMaxCell, Grid::kMaxCell}};
 
 }  // namespace
+
+/// The part of an update that falls into one group.
+struct CuboidMap::GroupUpdate {
+  HotGroup* group;
+  BrickIterator first;
+  BrickIterator last;
+  std::vector<DenseBrick*> fresh;  ///< To be decoded from the R-tree.
+};
 
 CuboidMap::CuboidMap(const MapConfig& config)
     : config_(config),
@@ -50,6 +41,7 @@ CuboidMap::CuboidMap(const MapConfig& config)
 
 ChangeSet CuboidMap::clear() {
   tree_.clear();
+  hot_.clear();
   content_ = {};
   ChangeSet changes;
   changes.revision = ++revision_;
@@ -59,144 +51,147 @@ ChangeSet CuboidMap::clear() {
 
 ChangeSet CuboidMap::apply(const ScanUpdate& update) {
   ChangeSet changes;
-  auto first = update.bricks.begin();
-  while (first != update.bricks.end()) {
-    const auto last = std::find_if(first, update.bricks.end(), [&](const BrickUpdate& brick) {
-      return brick.morton >> 6 != first->morton >> 6;
-    });
-    applyGroup(first, last, changes);
+  ++num_clouds_;
+  bool is_changed = false;
+  for (auto first = update.bricks.begin(); first != update.bricks.end();) {
+    const auto last = findChunkEnd(first, update.bricks.end());
+    is_changed |= applyChunk(first, last, changes);
     first = last;
   }
-  if (!changes.boxes.empty()) ++revision_;
+  evictCold(changes);
+  if (is_changed) ++revision_;
   changes.revision = revision_;
   return changes;
 }
 
-void CuboidMap::applyGroup(BrickIterator first, BrickIterator last, ChangeSet& changes) {
-  CellBox window = brickBox(first->brick);
-  for (auto brick = first; brick != last; ++brick) window = unite(window, brickBox(brick->brick));
-  selection_.clear();
-  tree_.select(window, selection_);
-  sortIntoBricks(window);
+/// Whole groups that fit into the bound of the hot bricks together, or one.
+CuboidMap::BrickIterator CuboidMap::findChunkEnd(BrickIterator first, BrickIterator last) const {
+  const auto most = std::max<std::ptrdiff_t>(
+      kMinChunkBricks, static_cast<std::ptrdiff_t>(config_.hot_bytes / sizeof(DenseBrick)));
+  if (last - first <= most) return last;
+  auto end = first + most;
+  while (end != first && end->morton >> 6 == (end - 1)->morton >> 6) --end;
+  return end;
+}
 
-  added_.clear();
-  is_removed_.assign(selection_.cuboids.size(), 0);
-  std::vector<CellBox> changed;
+bool CuboidMap::applyChunk(BrickIterator first, BrickIterator last, ChangeSet& changes) {
+  std::vector<GroupUpdate> groups;
   for (auto brick = first; brick != last; ++brick) {
-    const std::vector<std::uint32_t>& members = members_[indexInGroup(brick->brick)];
-    if (!changesBrick(*brick, members)) continue;
-    rebuildBrick(*brick, members);
-    changed.push_back(brickBox(brick->brick));
-  }
-  if (changed.empty()) return;
-  changes.boxes.insert(changes.boxes.end(), changed.begin(), changed.end());
-  if (!crossing_.empty()) {
-    for (const std::uint32_t i : crossing_) {
-      if (is_removed_[i] != 0) changes.boxes.push_back(selection_.cuboids[i].box);
+    if (brick == first || brick->morton >> 6 != (brick - 1)->morton >> 6) {
+      groups.push_back({&hot_.touch(groupOf(brick->brick), num_clouds_), brick, brick, {}});
     }
-    cutOutside(changed);
+    GroupUpdate& update = groups.back();
+    update.last = brick + 1;
+    if (update.group->bricks[indexInGroup(brick->brick)] == nullptr) {
+      update.fresh.push_back(&hot_.add(*update.group, brick->brick));
+    }
   }
+  evict(groups.size(), changes);
 
-  replaceInTree();
+  std::vector<std::uint64_t> changed(groups.size(), 0);
+  parallelFor(groups.size(), config_.threads, [&](std::size_t i) {
+    load(groups[i]);
+    for (auto update = groups[i].first; update != groups[i].last; ++update) {
+      const std::size_t index = indexInGroup(update->brick);
+      const bool is_changed = groups[i].group->bricks[index]->apply(*update, sensor_model_);
+      changed[i] |= std::uint64_t{is_changed} << index;
+    }
+    groups[i].group->is_dirty |= changed[i];
+  });
+  if (config_.hot_bytes == 0) evict(0, changes);
+  return std::any_of(changed.begin(), changed.end(),
+                     [](std::uint64_t bricks) { return bricks != 0; });
 }
 
-void CuboidMap::replaceInTree() {
-  std::vector<LeafSlot> removed;
-  for (std::size_t i = 0; i < is_removed_.size(); ++i) {
-    if (is_removed_[i] == 0) continue;
-    removed.push_back(selection_.slots[i]);
-    count(selection_.cuboids[i], -1, content_);
+void CuboidMap::load(const GroupUpdate& update) const {
+  if (update.fresh.empty()) return;
+  CellBox window = brickBox(update.fresh.front()->brick);
+  std::array<DenseBrick*, kGroupBricks> fresh{};
+  for (DenseBrick* brick : update.fresh) {
+    window = unite(window, brickBox(brick->brick));
+    fresh[indexInGroup(brick->brick)] = brick;
   }
-  for (const Cuboid& cuboid : added_) count(cuboid, 1, content_);
-  tree_.replace(removed, added_);
-}
-
-void CuboidMap::sortIntoBricks(const CellBox& window) {
-  for (auto& members : members_) members.clear();
-  crossing_.clear();
-  for (std::uint32_t i = 0; i < selection_.cuboids.size(); ++i) {
-    const CellBox& box = selection_.cuboids[i].box;
-    if (isInOneBrick(box)) {
-      members_[indexInGroup(brickOf(box.min))].push_back(i);
+  visitBox(tree_, window, CuboidFilter::kAll, [&](const Cuboid& cuboid) {
+    if (brickBox(brickOf(cuboid.box.min)).contains(cuboid.box)) {
+      DenseBrick* brick = fresh[indexInGroup(cuboid.box.min)];
+      if (brick != nullptr) brick->fill(cuboid);
     } else {
-      crossing_.push_back(i);
-      visitBricks(intersect(box, window),
-                  [&](const Cell& brick) { members_[indexInGroup(brick)].push_back(i); });
+      for (DenseBrick* brick : update.fresh) brick->fill(cuboid);
     }
+    return Visit::kContinue;
+  });
+}
+
+/// Drops the groups that were touched longest ago, until the others fit into the bound.
+/// @param num_kept  So many of the groups touched last stay in any case.
+void CuboidMap::evict(std::size_t num_kept, ChangeSet& changes) {
+  while (hot_.groups().size() > num_kept && hot_.numBytes() > config_.hot_bytes) {
+    evictLast(std::min(kWriteGroups, hot_.groups().size() - num_kept), changes);
   }
 }
 
-bool CuboidMap::changesBrick(const BrickUpdate& update,
-                             const std::vector<std::uint32_t>& members) const {
-  const CellBox box = brickBox(update.brick);
-  BrickMask known{};
-  for (const std::uint32_t i : members) {
-    const Cuboid& cuboid = selection_.cuboids[i];
-    const CellBox part = intersect(cuboid.box, box);
-    const std::uint64_t mask = sliceMask(part);
-    std::uint64_t hits = 0;
-    std::uint64_t misses = 0;
-    for (std::int32_t z = part.min.z; z < part.max.z; ++z) {
-      const auto slice = static_cast<std::size_t>(z & 7);
-      known[slice] |= mask;
-      hits |= update.hits[slice] & mask;
-      misses |= update.misses[slice] & ~update.hits[slice] & mask;
-    }
-    const float log_odds = cuboid.log_odds;
-    if (hits != 0 && sensor_model_.update(log_odds, sensor_model_.hit()) != log_odds) return true;
-    if (misses != 0 && sensor_model_.update(log_odds, sensor_model_.miss()) != log_odds)
-      return true;
-  }
-  for (std::size_t z = 0; z < kBrickEdge; ++z) {
-    if (((update.hits[z] | update.misses[z]) & ~known[z]) != 0) return true;
-  }
-  return false;
-}
-
-void CuboidMap::rebuildBrick(const BrickUpdate& update, const std::vector<std::uint32_t>& members) {
-  dense_.reset(update.brick);
-  for (const std::uint32_t i : members) dense_.fill(selection_.cuboids[i]);
-  dense_.apply(update, sensor_model_);
-  partition_.clear();
-  fusion_->partition(dense_, partition_);
-
-  // A cuboid that comes out as it was stays where it is in the tree.
-  std::array<std::int16_t, kBrickVoxels> new_at;
-  new_at.fill(-1);
-  for (std::size_t i = 0; i < partition_.size(); ++i) {
-    new_at[static_cast<std::size_t>(voxelIndex(partition_[i].box.min))] =
-        static_cast<std::int16_t>(i);
-  }
-  std::array<bool, kBrickVoxels> is_kept{};
-  for (const std::uint32_t i : members) {
-    const Cuboid& old = selection_.cuboids[i];
-    is_removed_[i] = 1;
-    if (!brickBox(update.brick).contains(old.box)) continue;
-    const auto at = new_at[static_cast<std::size_t>(voxelIndex(old.box.min))];
-    if (at >= 0 && partition_[static_cast<std::size_t>(at)] == old) {
-      is_removed_[i] = 0;
-      is_kept[static_cast<std::size_t>(at)] = true;
-    }
-  }
-  for (std::size_t i = 0; i < partition_.size(); ++i) {
-    if (!is_kept[i]) added_.push_back(partition_[i]);
+void CuboidMap::evictCold(ChangeSet& changes) {
+  const auto is_cold = [this](const HotGroup& group) {
+    return group.last_cloud + kColdClouds < num_clouds_;
+  };
+  const auto& groups = hot_.groups();
+  const auto first_hot = std::find_if_not(groups.rbegin(), groups.rend(), is_cold);
+  auto num_cold = static_cast<std::size_t>(std::distance(groups.rbegin(), first_hot));
+  while (num_cold > 0) {
+    const std::size_t num_evicted = std::min(kWriteGroups, num_cold);
+    evictLast(num_evicted, changes);
+    num_cold -= num_evicted;
   }
 }
 
-void CuboidMap::cutOutside(const std::vector<CellBox>& changed) {
-  for (const std::uint32_t i : crossing_) {
-    if (is_removed_[i] == 0) continue;
-    const Cuboid& cuboid = selection_.cuboids[i];
-    std::vector<CellBox> pieces{cuboid.box};
-    for (const CellBox& brick : changed) {
-      std::vector<CellBox> rest;
-      for (const CellBox& piece : pieces) {
-        const BoxPieces outside = subtract(piece, brick);
-        rest.insert(rest.end(), outside.begin(), outside.end());
-      }
-      pieces = std::move(rest);
+/// Writes back the groups that were touched longest ago, and drops them.
+void CuboidMap::evictLast(std::size_t num_groups, ChangeSet& changes) {
+  std::vector<HotGroup*> evicted;
+  auto group = hot_.groups().rbegin();
+  for (std::size_t i = 0; i < num_groups; ++i) evicted.push_back(&*group++);
+  writeBack(evicted, changes);
+  for (const HotGroup* last : evicted) hot_.remove(Cell(last->group));
+}
+
+ChangeSet CuboidMap::flush() { return flush(kAllCells); }
+
+ChangeSet CuboidMap::flush(const CellBox& region) {
+  ChangeSet changes;
+  std::vector<HotGroup*> dirty;
+  for (HotGroup& group : hot_.groups()) {
+    const CellBox box{group.group, group.group + Cell{kGroupEdge, kGroupEdge, kGroupEdge}};
+    if (group.is_dirty == 0 || intersect(box, region).isEmpty()) continue;
+    dirty.push_back(&group);
+    if (dirty.size() == kWriteGroups) {
+      writeBack(dirty, changes);
+      dirty.clear();
     }
-    for (const CellBox& piece : pieces) added_.push_back({piece, cuboid.log_odds});
+  }
+  writeBack(dirty, changes);
+  changes.revision = revision_;
+  return changes;
+}
+
+void CuboidMap::writeBack(const std::vector<HotGroup*>& groups, ChangeSet& changes) {
+  TreeWriter::Partitions partitions;
+  std::vector<const DenseBrick*> bricks;
+  for (HotGroup* group : groups) {
+    for (std::size_t i = 0; i < kGroupBricks; ++i) {
+      if ((group->is_dirty >> i & 1) == 0) continue;
+      bricks.push_back(group->bricks[i].get());
+      partitions.push_back({bricks.back()->brick, {}});
+    }
+    group->is_dirty = 0;
+  }
+  parallelFor(bricks.size(), config_.threads,
+              [&](std::size_t i) { fusion_->partition(*bricks[i], partitions[i].cuboids); });
+  for (auto first = partitions.cbegin(); first != partitions.cend();) {
+    const Cell group = groupOf(first->brick);
+    const auto last = std::find_if(
+        first, partitions.cend(),
+        [&group](const BrickPartition& partition) { return groupOf(partition.brick) != group; });
+    writer_.write(first, last, tree_, changes, content_);
+    first = last;
   }
 }
 

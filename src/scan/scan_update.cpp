@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "cuboid_mapping/scan/scan_update.h"
 
+#include "cuboid_mapping/parallel/parallel_for.h"
 #include "cuboid_mapping/scan/ray_walk.h"
 #include "cuboid_mapping/scan/slab_walk.h"
 
@@ -13,7 +14,6 @@ namespace {
 
 // Bricks are numbered from a base that lies 2^20 bricks below the sensor, so that one number has 21
 // bits on each axis. The base is aligned to the groups of 4 x 4 x 4 bricks.
-constexpr std::int32_t kGroupEdge = 4 * kBrickEdge;
 constexpr std::int32_t kBaseOffset = 1 << 23;
 
 Cell baseOf(const Cell& origin) {
@@ -109,13 +109,14 @@ class BrickCursor {
 
 }  // namespace
 
-ScanUpdater::ScanUpdater(const Grid& grid, double max_range_m)
-    : grid_(grid), max_range_m_(max_range_m) {
+ScanUpdater::ScanUpdater(const Grid& grid, double max_range_m, int threads)
+    : grid_(grid), max_range_m_(max_range_m), shares_(static_cast<std::size_t>(threads)) {
   assert(max_range_m > 0.0);
+  assert(threads > 0);
 }
 
 void ScanUpdater::addBeam(const Scan& scan, const RayOrigin& ray_origin, const Eigen::Vector3f& end,
-                          bool is_return) {
+                          bool is_return, Share& share) const {
   Eigen::Vector3f last = end;
   bool is_cut = false;
   if (std::isfinite(max_range_m_)) {
@@ -130,22 +131,21 @@ void ScanUpdater::addBeam(const Scan& scan, const RayOrigin& ray_origin, const E
   }
   Ray ray;
   if (!ray_origin.computeRay(last, ray) || !isNearBase(base_, ray.end)) {
-    ++update_.num_out_of_range;
+    ++share.num_out_of_range;
     return;
   }
-  ++update_.num_points;
-  if (!markSlabs(ray, ray.start - base_, marks_)) {
-    (void)walkRay(ray, BrickCursor(ray, base_, marks_));
+  ++share.num_points;
+  if (!markSlabs(ray, ray.start - base_, share.marks)) {
+    (void)walkRay(ray, BrickCursor(ray, base_, share.marks));
   }
   const Cell local_end = ray.end - base_;
   const int voxel = voxelIndex(local_end);
-  BrickMarks& last_marks = marks_.at(toBrickKey(local_end));
+  BrickMarks& last_marks = share.marks.at(toBrickKey(local_end));
   BrickMask& mask = is_cut || !is_return ? last_marks.misses[0] : last_marks.hits;
   mask[static_cast<std::size_t>(voxel >> 6)] |= 1ULL << (voxel & 63);
 }
 
 const ScanUpdate& ScanUpdater::compute(const Scan& scan) {
-  marks_.clear();
   update_.bricks.clear();
   update_.num_points = 0;
   update_.num_out_of_range = 0;
@@ -155,23 +155,47 @@ const ScanUpdate& ScanUpdater::compute(const Scan& scan) {
     return update_;
   }
   base_ = baseOf(*ray_origin.cell());
-  for (const Eigen::Vector3f& point : scan.points) addBeam(scan, ray_origin, point, true);
-  for (const Eigen::Vector3f& end : scan.no_returns) addBeam(scan, ray_origin, end, false);
+  parallelFor(shares_.size(), static_cast<int>(shares_.size()), [&](std::size_t i) {
+    Share& share = shares_[i];
+    share.marks.clear();
+    share.num_points = 0;
+    share.num_out_of_range = 0;
+    const auto add_beams = [&](const std::vector<Eigen::Vector3f>& ends, bool is_return) {
+      const std::size_t last = ends.size() * (i + 1) / shares_.size();
+      for (std::size_t beam = ends.size() * i / shares_.size(); beam < last; ++beam) {
+        addBeam(scan, ray_origin, ends[beam], is_return, share);
+      }
+    };
+    add_beams(scan.points, true);
+    add_beams(scan.no_returns, false);
+  });
   collectBricks();
   return update_;
 }
 
+/// Unites what the threads have found out.
 void ScanUpdater::collectBricks() {
-  std::vector<std::pair<std::uint64_t, std::uint32_t>> order;
-  order.reserve(marks_.size());
-  for (std::uint32_t i = 0; i < marks_.size(); ++i) order.emplace_back(toMorton(marks_[i].key), i);
+  std::vector<std::pair<std::uint64_t, const BrickMarks*>> order;
+  for (const Share& share : shares_) {
+    update_.num_points += share.num_points;
+    update_.num_out_of_range += share.num_out_of_range;
+    for (std::size_t i = 0; i < share.marks.size(); ++i) {
+      order.emplace_back(toMorton(share.marks[i].key), &share.marks[i]);
+    }
+  }
   std::sort(order.begin(), order.end());
   update_.bricks.reserve(order.size());
-  for (const auto& [morton, i] : order) {
-    const BrickMarks& marks = marks_[i];
-    const BrickMask misses = marks.collectMisses();
-    if (isEmpty(marks.hits) && isEmpty(misses)) continue;  // A beam that went along its face.
-    update_.bricks.push_back({toBrick(marks.key, base_), marks.hits, misses, morton});
+  for (const auto& [morton, marks] : order) {
+    const BrickMask misses = marks->collectMisses();
+    if (isEmpty(marks->hits) && isEmpty(misses)) continue;  // A beam that went along its face.
+    if (update_.bricks.empty() || update_.bricks.back().morton != morton) {
+      update_.bricks.push_back({toBrick(marks->key, base_), {}, {}, morton});
+    }
+    BrickUpdate& brick = update_.bricks.back();
+    for (std::size_t z = 0; z < kBrickEdge; ++z) {
+      brick.hits[z] |= marks->hits[z];
+      brick.misses[z] |= misses[z];
+    }
   }
 }
 

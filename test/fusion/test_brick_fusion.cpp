@@ -19,7 +19,7 @@ using test::setVoxel;
 DenseBrick brickAt(const Cell& brick) {
   DenseBrick dense;
   dense.log_odds.fill(std::numeric_limits<float>::quiet_NaN());
-  dense.reset(brick);
+  dense.brick = brick;
   return dense;
 }
 

@@ -8,14 +8,10 @@
 namespace cuboid_mapping {
 namespace {
 
-TEST(DenseBrick, isUnknownAfterReset) {
-  DenseBrick brick;
-  brick.reset({8, 16, -8});
-  brick.fill({brickBox({8, 16, -8}), 1.0F});
-  EXPECT_EQ(brick.known[3], ~0ULL);
-  brick.reset({0, 0, 0});
-  EXPECT_EQ(brick.brick, (Cell{0, 0, 0}));
+TEST(DenseBrick, isUnknownAtFirst) {
+  const DenseBrick brick;
   EXPECT_EQ(brick.known, BrickMask{});
+  for (const float log_odds : brick.log_odds) EXPECT_EQ(log_odds, 0.0F);
 }
 
 TEST(DenseBrick, takesThePartsOfCuboidsThatAreInIt) {
@@ -24,7 +20,7 @@ TEST(DenseBrick, takesThePartsOfCuboidsThatAreInIt) {
   std::size_t num_outside = 0;
   for (std::size_t i = 0; i < kCases; ++i) {
     DenseBrick brick;
-    brick.reset({-8, 0, 16});
+    brick.brick = {-8, 0, 16};
     const CellBox area{{-20, -12, 4}, {12, 20, 36}};
     // The later cuboid overwrites the first.
     const Cuboid cuboids[] = {{test::randomBox(random, area, 20), 1.0F},
@@ -49,9 +45,15 @@ TEST(DenseBrick, updatesEveryObservedVoxelOnce) {
     const SensorModel model({}, i % 2 == 0 ? Environment::kDynamic : Environment::kStatic);
     DenseBrick brick = test::randomDenseBrick(random);
     brick.fill({CellBox::ofCell(brick.brick), model.max()});  // A stable one is among them.
+    test::visitCells(brickBox(brick.brick), [&](const Cell& cell) {
+      if (!test::isInMask(brick.known, cell)) {
+        brick.log_odds[static_cast<std::size_t>(voxelIndex(cell))] = 0.0F;
+      }
+    });
     const DenseBrick before = brick;
     const BrickUpdate update = test::randomUpdate(random, {{0, 0, 0}, {1, 1, 1}}, 1).bricks.front();
-    brick.apply(update, model);
+    const bool is_changed = brick.apply(update, model);
+    EXPECT_EQ(is_changed, brick.known != before.known || brick.log_odds != before.log_odds);
     test::visitCells(brickBox({0, 0, 0}), [&](const Cell& cell) {
       const auto voxel = static_cast<std::size_t>(voxelIndex(cell));
       const bool is_hit = test::isInMask(update.hits, cell);

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "cuboid_mapping/map/cuboid_map.h"
 
+#include "support/following_copy.h"
 #include "support/modelled_map.h"
 
 #include <gtest/gtest.h>
@@ -15,6 +16,7 @@
 namespace cuboid_mapping {
 namespace {
 
+using test::FollowingCopy;
 using test::ModelledMap;
 using test::Random;
 
@@ -138,31 +140,6 @@ TEST(CuboidMap, forgetsEverythingWhenCleared) {
   EXPECT_EQ(test::allCuboids(map.tree()),
             (std::vector<Cuboid>{{kBrick, map.sensorModel().miss()}}));
 }
-
-/// A copy of a map that knows nothing but the rule of change_set.h.
-class FollowingCopy {
- public:
-  void follow(const CuboidMap& map, const ChangeSet& changes) {
-    if (changes.is_everything) {
-      cuboids_ = test::allCuboids(map.tree());
-      return;
-    }
-    const auto lies_in_a_box = [&changes](const Cuboid& cuboid) {
-      return std::any_of(changes.boxes.begin(), changes.boxes.end(),
-                         [&](const CellBox& box) { return box.contains(cuboid.box); });
-    };
-    cuboids_.erase(std::remove_if(cuboids_.begin(), cuboids_.end(), lies_in_a_box), cuboids_.end());
-    for (const Cuboid& cuboid : test::allCuboids(map.tree())) {
-      if (lies_in_a_box(cuboid)) cuboids_.push_back(cuboid);
-    }
-    cuboids_ = test::sorted(std::move(cuboids_));
-  }
-
-  [[nodiscard]] const std::vector<Cuboid>& cuboids() const { return cuboids_; }
-
- private:
-  std::vector<Cuboid> cuboids_;
-};
 
 /// Whether a voxel of the box is not as it was before.
 bool hasChanged(const CellBox& box, const test::VoxelMap& before, const test::VoxelMap& after) {

@@ -257,6 +257,31 @@ TEST(ScanUpdate, hasEachTouchedBrickOnceInMortonOrder) {
   EXPECT_GT(num_bricks, 10000U);
 }
 
+TEST(ScanUpdate, isTheSameForEveryNumberOfThreads) {
+  test::Random random(5);
+  test::ScanShape shape;
+  shape.half_edge_m = 20.0;
+  ScanUpdater one(Grid(0.1), 15.0);
+  for (const int threads : {2, 3, 16}) {
+    ScanUpdater many(Grid(0.1), 15.0, threads);
+    for (std::size_t i = 0; i < 30; ++i) {
+      Scan scan = test::randomScan(random, shape);
+      scan.no_returns = test::randomScan(random, shape).points;
+      const ScanUpdate& expected = one.compute(scan);
+      const ScanUpdate& update = many.compute(scan);
+      ASSERT_EQ(update.num_points, expected.num_points);
+      ASSERT_EQ(update.num_out_of_range, expected.num_out_of_range);
+      ASSERT_EQ(update.bricks.size(), expected.bricks.size()) << test::seedNote(i);
+      for (std::size_t b = 0; b < update.bricks.size(); ++b) {
+        ASSERT_EQ(update.bricks[b].brick, expected.bricks[b].brick) << test::seedNote(i);
+        ASSERT_EQ(update.bricks[b].hits, expected.bricks[b].hits) << test::seedNote(i);
+        ASSERT_EQ(update.bricks[b].misses, expected.bricks[b].misses) << test::seedNote(i);
+        ASSERT_EQ(update.bricks[b].morton, expected.bricks[b].morton) << test::seedNote(i);
+      }
+    }
+  }
+}
+
 TEST(ScanUpdate, isTheShiftedOneFarFromTheOriginWithAnAnchor) {
   test::Random random(3);
   std::size_t num_cases = 0;

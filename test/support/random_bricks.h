@@ -26,7 +26,7 @@ inline void setVoxel(DenseBrick& brick, const Cell& cell, float log_odds) {
 inline DenseBrick randomDenseBrick(Random& random) {
   DenseBrick brick;
   const Cell group = randomCell(random, {{-100, -100, -100}, {100, 100, 100}});
-  brick.reset({group.x * kBrickEdge, group.y * kBrickEdge, group.z * kBrickEdge});
+  brick.brick = {group.x * kBrickEdge, group.y * kBrickEdge, group.z * kBrickEdge};
   const int num_values = random.integer(1, 5);
   const auto random_value = [&] {
     return 0.5F * static_cast<float>(random.integer(0, num_values - 1)) - 1.0F;

@@ -14,19 +14,14 @@ namespace cuboid_mapping {
 struct DenseBrick {
   Cell brick;
   BrickMask known{};
-  std::array<float, kBrickVoxels> log_odds;  ///< By voxelIndex; only meaningful where known.
-
-  /// Forgets all voxels.
-  void reset(const Cell& new_brick) {
-    brick = new_brick;
-    known = {};
-  }
+  std::array<float, kBrickVoxels> log_odds{};  ///< By voxelIndex; 0 where unknown.
 
   /// Gives all voxels of the brick that are in the cuboid its log-odds.
   void fill(const Cuboid& cuboid);
 
   /// Updates every observed voxel once; a voxel that was unknown starts from 0. Hits win.
-  void apply(const BrickUpdate& update, const SensorModel& sensor_model);
+  /// @return Whether any voxel has changed.
+  bool apply(const BrickUpdate& update, const SensorModel& sensor_model);
 };
 
 }  // namespace cuboid_mapping

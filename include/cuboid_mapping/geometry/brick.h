@@ -4,6 +4,7 @@
 #include "cuboid_mapping/geometry/cell_box.h"
 
 #include <array>
+#include <cstddef>
 #include <cstdint>
 
 namespace cuboid_mapping {
@@ -24,6 +25,21 @@ using BrickMask = std::array<std::uint64_t, kBrickEdge>;
 /// The voxels of a brick as a cell box.
 [[nodiscard]] constexpr CellBox brickBox(const Cell& brick) {
   return {brick, {brick.x + kBrickEdge, brick.y + kBrickEdge, brick.z + kBrickEdge}};
+}
+
+/// A group is an aligned cube of 4 x 4 x 4 bricks, named by its least cell.
+constexpr std::int32_t kGroupEdge = 4 * kBrickEdge;
+constexpr std::size_t kGroupBricks = 64;
+
+/// Least cell of the group that holds a cell.
+[[nodiscard]] constexpr Cell groupOf(const Cell& cell) {
+  return {cell.x & ~(kGroupEdge - 1), cell.y & ~(kGroupEdge - 1), cell.z & ~(kGroupEdge - 1)};
+}
+
+/// Number of a brick in its group: 16 * z + 4 * y + x in bricks, 0 to 63.
+[[nodiscard]] constexpr std::size_t indexInGroup(const Cell& brick) {
+  return static_cast<std::size_t>((brick.z >> 3 & 3) << 4 | (brick.y >> 3 & 3) << 2 |
+                                  (brick.x >> 3 & 3));
 }
 
 /// Number of a voxel in its brick: 64 * z + 8 * y + x, 0 to 511.

@@ -3,7 +3,10 @@
 
 #include "cuboid_mapping/fusion/fusion_strategy.h"
 #include "cuboid_mapping/geometry/grid.h"
+#include "cuboid_mapping/map/brick_cache.h"
 #include "cuboid_mapping/map/change_set.h"
+#include "cuboid_mapping/map/map_content.h"
+#include "cuboid_mapping/map/tree_writer.h"
 #include "cuboid_mapping/occupancy/sensor_model.h"
 #include "cuboid_mapping/rtree/rtree.h"
 #include "cuboid_mapping/scan/scan_update.h"
@@ -22,18 +25,19 @@ struct MapConfig {
   Environment environment = Environment::kDynamic;
   std::string fusion = fusionNames().front();
   RTreeConfig rtree;
-};
-
-/// How much a map holds.
-struct MapContent {
-  std::size_t free_cuboids = 0;
-  std::size_t occupied_cuboids = 0;
-  double free_voxels = 0.0;
-  double occupied_voxels = 0.0;
+  std::size_t hot_bytes = 0;  ///< Bound of the memory for hot bricks; 0: write-through.
+  int threads = 1;            ///< For changes of the map, >= 1. The result does not depend on it.
 };
 
 /// The map: disjoint cuboids in an R-tree, which is its only store (paper, Section IV). A voxel in
 /// no cuboid is unknown. This class is the one door through which a map changes.
+///
+/// With `hot_bytes`, the bricks that clouds touch again and again stay decoded for a while: clouds
+/// are applied to them, and they are written back to the R-tree as fused cuboids when no cloud has
+/// touched them for some time, when there is no room for more, or with flush(). The map is, voxel
+/// by voxel, the same; and after flush() the cuboids are the same, too, with a fusion strategy that
+/// looks at single bricks. Everything that reads the map sees the R-tree only: flush what is to be
+/// looked at first.
 ///
 /// Const functions may run side by side; a change needs exclusive access.
 class CuboidMap {
@@ -42,9 +46,15 @@ class CuboidMap {
   explicit CuboidMap(const MapConfig& config = {});
 
   /// Updates the observed voxels (paper, Section IV-A) and fuses the bricks that have changed
-  /// (Section IV-B). Cuboids that the cloud contradicts are split on the way.
+  /// (Section IV-B), with hot bricks those that are written back. Cuboids that the cloud contradicts
+  /// are split on the way.
   /// @complexity O(b (log n + c)) for b touched bricks of c cuboids.
   ChangeSet apply(const ScanUpdate& update);
+
+  /// Writes hot bricks back to the R-tree: all, or those of groups that share a cell with a region.
+  /// They stay hot. @complexity O(b (log n + c)) for b bricks of c cuboids that have changed.
+  ChangeSet flush();
+  ChangeSet flush(const CellBox& region);
 
   /// Forgets everything.
   ChangeSet clear();
@@ -53,38 +63,36 @@ class CuboidMap {
   [[nodiscard]] const Grid& grid() const { return grid_; }
   [[nodiscard]] const SensorModel& sensorModel() const { return sensor_model_; }
   [[nodiscard]] const RTree& tree() const { return tree_; }
-  /// Rises with every change of content.
+  /// Rises with every change of the value of a voxel.
   [[nodiscard]] std::uint64_t revision() const { return revision_; }
+  /// What is in the R-tree.
   [[nodiscard]] const MapContent& content() const { return content_; }
+  /// Bytes held from the allocator: R-tree and hot bricks.
+  [[nodiscard]] std::size_t numBytes() const { return tree_.numBytes() + hot_.numBytes(); }
+  [[nodiscard]] std::size_t numHotBytes() const { return hot_.numBytes(); }
 
  private:
   using BrickIterator = std::vector<BrickUpdate>::const_iterator;
-  static constexpr std::size_t kGroupBricks = 64;
+  struct GroupUpdate;
 
-  void applyGroup(BrickIterator first, BrickIterator last, ChangeSet& changes);
-  void sortIntoBricks(const CellBox& window);
-  [[nodiscard]] bool changesBrick(const BrickUpdate& update,
-                                  const std::vector<std::uint32_t>& members) const;
-  void rebuildBrick(const BrickUpdate& update, const std::vector<std::uint32_t>& members);
-  void cutOutside(const std::vector<CellBox>& changed);
-  void replaceInTree();
+  [[nodiscard]] BrickIterator findChunkEnd(BrickIterator first, BrickIterator last) const;
+  [[nodiscard]] bool applyChunk(BrickIterator first, BrickIterator last, ChangeSet& changes);
+  void load(const GroupUpdate& update) const;
+  void evict(std::size_t num_kept, ChangeSet& changes);
+  void evictCold(ChangeSet& changes);
+  void evictLast(std::size_t num_groups, ChangeSet& changes);
+  void writeBack(const std::vector<HotGroup*>& groups, ChangeSet& changes);
 
   MapConfig config_;
   Grid grid_;
   SensorModel sensor_model_;
   std::unique_ptr<FusionStrategy> fusion_;
   RTree tree_;
+  BrickCache hot_;
+  TreeWriter writer_;
+  std::uint64_t num_clouds_ = 0;
   std::uint64_t revision_ = 0;
   MapContent content_;
-
-  // Scratch of applyGroup, kept to reuse its memory.
-  Selection selection_;
-  std::array<std::vector<std::uint32_t>, kGroupBricks> members_;  ///< Of selection_, by brick.
-  std::vector<std::uint32_t> crossing_;  ///< Of selection_: cuboids that reach beyond one brick.
-  std::vector<char> is_removed_;         ///< Of selection_.
-  std::vector<Cuboid> partition_;
-  std::vector<Cuboid> added_;
-  DenseBrick dense_;
 };
 
 }  // namespace cuboid_mapping

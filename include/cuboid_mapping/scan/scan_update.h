@@ -46,22 +46,31 @@ struct ScanUpdate {
 class ScanUpdater {
  public:
   /// @param max_range_m  > 0; infinity for no limit.
+  /// @param threads  >= 1; the update does not depend on it.
   explicit ScanUpdater(const Grid& grid,
-                       double max_range_m = std::numeric_limits<double>::infinity());
+                       double max_range_m = std::numeric_limits<double>::infinity(),
+                       int threads = 1);
 
   /// @return valid until the next call.
   /// @complexity O(voxels passed), and O(b log b) for b touched bricks.
   const ScanUpdate& compute(const Scan& scan);
 
  private:
+  /// What one thread has found out.
+  struct Share {
+    BeamMarks marks;
+    std::size_t num_points = 0;
+    std::size_t num_out_of_range = 0;
+  };
+
   void addBeam(const Scan& scan, const RayOrigin& ray_origin, const Eigen::Vector3f& end,
-               bool is_return);
+               bool is_return, Share& share) const;
   void collectBricks();
 
   Grid grid_;
   double max_range_m_;
   Cell base_;  ///< Cell from which the bricks of the current cloud are numbered.
-  BeamMarks marks_;
+  std::vector<Share> shares_;
   ScanUpdate update_;
 };
 

@@ -1,0 +1,50 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include "cuboid_mapping/geometry/brick.h"
+#include "cuboid_mapping/map/change_set.h"
+#include "cuboid_mapping/map/map_content.h"
+#include "cuboid_mapping/rtree/rtree.h"
+
+#include <array>
+#include <cstdint>
+#include <vector>
+
+namespace cuboid_mapping {
+
+/// A brick with the cuboids that are to be in it.
+struct BrickPartition {
+  Cell brick;
+  std::vector<Cuboid> cuboids;
+};
+
+/// Brings bricks into the R-tree. Keeps its buffers from one call to the next.
+class TreeWriter {
+ public:
+  using Partitions = std::vector<BrickPartition>;
+
+  /// Puts the cuboids of bricks in the place of what the tree holds there.
+  ///
+  /// A cuboid that comes out as it was stays where it is. One that reaches beyond the bricks is cut
+  /// at their faces.
+  ///
+  /// @param first, last  Bricks of one group, each once, not none.
+  /// @param changes  Gets the boxes whose cuboids have changed.
+  /// @param content  Is kept up with the tree.
+  void write(Partitions::const_iterator first, Partitions::const_iterator last, RTree& tree,
+             ChangeSet& changes, MapContent& content);
+
+ private:
+  void selectMembers(const CellBox& window, const RTree& tree);
+  [[nodiscard]] bool compare(const BrickPartition& partition);
+  void cutOutside(const std::vector<CellBox>& changed);
+  void replaceInTree(RTree& tree, MapContent& content);
+
+  Selection selection_;
+  std::array<std::vector<std::uint32_t>, kGroupBricks> members_;  ///< Of selection_, by brick.
+  std::vector<std::uint32_t> crossing_;  ///< Of selection_: cuboids that reach beyond one brick.
+  std::vector<char> is_removed_;         ///< Of selection_.
+  std::vector<Cuboid> added_;
+};
+
+}  // namespace cuboid_mapping

@@ -1,0 +1,64 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "cuboid_mapping/map/brick_cache.h"
+
+#include <algorithm>
+#include <cassert>
+
+namespace cuboid_mapping {
+
+std::size_t BrickCache::Hash::operator()(const Cell& cell) const {
+  constexpr std::uint64_t kGoldenRatio = 0x9E3779B97F4A7C15ULL;
+  std::uint64_t hash = 0;
+  for (int axis = 0; axis < 3; ++axis) {
+    hash = (hash ^ static_cast<std::uint32_t>(cell[axis] / kGroupEdge)) * kGoldenRatio;
+  }
+  return static_cast<std::size_t>(hash ^ hash >> 32);
+}
+
+HotGroup& BrickCache::touch(const Cell& group, std::uint64_t cloud) {
+  const auto found = by_cell_.find(group);
+  if (found != by_cell_.end()) {
+    groups_.splice(groups_.begin(), groups_, found->second);
+  } else {
+    groups_.emplace_front();
+    groups_.front().group = group;
+    by_cell_.emplace(group, groups_.begin());
+  }
+  groups_.front().last_cloud = cloud;
+  return groups_.front();
+}
+
+DenseBrick& BrickCache::add(HotGroup& group, const Cell& brick) {
+  std::unique_ptr<DenseBrick>& place = group.bricks[indexInGroup(brick)];
+  assert(place == nullptr);
+  place = std::make_unique<DenseBrick>();
+  place->brick = brick;
+  ++num_bricks_;
+  return *place;
+}
+
+void BrickCache::remove(const Cell& group) {
+  const auto found = by_cell_.find(group);
+  assert(found != by_cell_.end());
+  const auto& bricks = found->second->bricks;
+  num_bricks_ -= static_cast<std::size_t>(std::count_if(
+      bricks.begin(), bricks.end(), [](const auto& brick) { return brick != nullptr; }));
+  groups_.erase(found->second);
+  by_cell_.erase(found);
+}
+
+void BrickCache::clear() {
+  by_cell_.clear();
+  groups_.clear();
+  num_bricks_ = 0;
+}
+
+std::size_t BrickCache::numBytes() const {
+  // A node of the list has two pointers, one of the table a pointer, a hash and the pair.
+  constexpr std::size_t kGroupBytes = sizeof(HotGroup) + 2 * sizeof(void*) + 2 * sizeof(void*) +
+                                      sizeof(std::pair<const Cell, Groups::iterator>);
+  return num_bricks_ * sizeof(DenseBrick) + groups_.size() * kGroupBytes +
+         by_cell_.bucket_count() * sizeof(void*);
+}
+
+}  // namespace cuboid_mapping
