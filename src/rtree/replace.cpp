@@ -54,7 +54,7 @@ void RTree::replace(const std::vector<LeafSlot>& removed, const std::vector<Cubo
   std::vector<NodeIndex> touched;
   Orphans orphans;
   for (const auto& [slot, i] : plan.overwrites) {
-    leaves_[slot.leaf].set(slot.slot, toBranch(added[i]));
+    leaves_.set(slot.leaf, slot.slot, toBranch(added[i]));
     touched.push_back(slot.leaf);
   }
   // From the last slot of a leaf to the first, because a removal moves the last branch.
@@ -62,7 +62,7 @@ void RTree::replace(const std::vector<LeafSlot>& removed, const std::vector<Cubo
     return a.leaf != b.leaf ? a.leaf < b.leaf : a.slot > b.slot;
   });
   for (const LeafSlot& slot : plan.vacated) {
-    leaves_[slot.leaf].remove(slot.slot);
+    leaves_.remove(slot.leaf, slot.slot);
     touched.push_back(slot.leaf);
   }
   refill(plan, added, touched, orphans);
@@ -124,10 +124,10 @@ void RTree::refill(ReplacePlan& plan, const std::vector<Cuboid>& added,
     const auto last = std::find_if(first, plan.refills.end(), [first](const Refill& refill) {
       return refill.leaf != first->leaf;
     });
-    Node& leaf = leaves_[first->leaf];
+    const Node& leaf = leaves_[first->leaf];
     touched.push_back(first->leaf);
     if (leaf.count() + (last - first) <= config_.max_branches) {
-      for (; first != last; ++first) leaf.append(toBranch(added[first->added]));
+      for (; first != last; ++first) leaves_.append(first->leaf, toBranch(added[first->added]));
       continue;
     }
     std::vector<Branch> branches;
@@ -159,7 +159,7 @@ void RTree::packLeaves(const std::vector<Branch>& branches, NodeIndex reused, Or
     leaves_[leaf].clear();
     const std::size_t end = (i + 1) * branches.size() / num_leaves;
     for (std::size_t j = i * branches.size() / num_leaves; j < end; ++j) {
-      leaves_[leaf].append(branches[j]);
+      leaves_.append(leaf, branches[j]);
     }
     if (is_new) orphans.subtrees.push_back({leaf, 0});
   }
