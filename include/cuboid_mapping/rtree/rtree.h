@@ -56,8 +56,8 @@ class RTree {
   /// Removes cuboids and adds others in one go; meant for a spatially compact group.
   ///
   /// Added cuboids take the places of removed ones of the same brick, then free places in the leaf
-  /// of that brick, which is divided when it gets too full; those of bricks that lost nothing form
-  /// whole new leaves. The tree is condensed once; then new leaves and what is left are inserted.
+  /// of that brick, which shares with a sibling or is divided when it gets too full; those of
+  /// bricks that lost nothing form whole new leaves. The tree is condensed once; then new leaves and what is left are inserted.
   ///
   /// @param removed  From `select`, each once, with no change of the tree since.
   void replace(const std::vector<LeafSlot>& removed, const std::vector<Cuboid>& added);
@@ -114,7 +114,10 @@ class RTree {
                                         const std::vector<Cuboid>& added) const;
   void refill(ReplacePlan& plan, const std::vector<Cuboid>& added, std::vector<NodeIndex>& touched,
               Orphans& orphans);
-  void packLeaves(const std::vector<Branch>& branches, NodeIndex reused, Orphans& orphans);
+  /// Sibling that can share the branches of a leaf that gets too full; kNoNode when there is none.
+  [[nodiscard]] NodeIndex findSharingSibling(NodeIndex leaf, int num_wanted) const;
+  void packLeaves(std::vector<Branch> branches, const std::vector<NodeIndex>& reused,
+                  Orphans& orphans);
   void condense(std::vector<NodeIndex> touched, Orphans& orphans);
   void updateOrDetach(NodeIndex index, int level, std::vector<NodeIndex>& parents,
                       Orphans& orphans);
