@@ -3,6 +3,8 @@
 
 #include "cuboid_mapping/rtree/traversal.h"
 
+#include <algorithm>
+#include <cstdint>
 #include <sstream>
 
 namespace cuboid_mapping {
@@ -17,6 +19,7 @@ class TreeChecker {
     checkNode(tree_.root(), tree_.height() - 1);
     expect(num_cuboids_ == tree_.size(), "size() is not the number of cuboids", 0, 0);
     expect(num_leaves_ == tree_.numLeafNodes(), "leaf nodes are lost", 0, 0);
+    expect(num_wide_leaves_ == tree_.numWideLeaves(), "boxes of wide leaves are lost", 0, 0);
     expect(num_inner_ == tree_.numInnerNodes(), "inner nodes are lost", 0, 0);
     return std::move(violations_);
   }
@@ -41,7 +44,20 @@ class TreeChecker {
       expect(!node.box(slot).isEmpty(), "empty box", level, index);
       if (level > 0) checkChild(node, slot, level, index);
     }
-    if (level == 0) num_cuboids_ += static_cast<std::size_t>(node.count());
+    if (level == 0) checkLeaf(node, index);
+  }
+
+  void checkLeaf(const Node& leaf, NodeIndex index) {
+    num_cuboids_ += static_cast<std::size_t>(leaf.count());
+    if (leaf.kind() != NodeKind::kWideLeaf) return;
+    ++num_wide_leaves_;
+    if (leaf.count() == 0) return;
+    const CellBox box = leaf.summary().box;
+    std::int64_t longest = 0;
+    for (int axis = 0; axis < 3; ++axis) {
+      longest = std::max(longest, std::int64_t{box.max[axis]} - box.min[axis]);
+    }
+    expect(longest > Node::kMaxOffset, "leaf is wide without need", 0, index);
   }
 
   void checkChild(const Node& node, int slot, int level, NodeIndex index) {
@@ -59,6 +75,7 @@ class TreeChecker {
   const RTree& tree_;
   std::size_t num_cuboids_ = 0;
   std::size_t num_leaves_ = 0;
+  std::size_t num_wide_leaves_ = 0;
   std::size_t num_inner_ = 0;
   std::vector<std::string> violations_;
 };

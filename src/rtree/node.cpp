@@ -3,16 +3,45 @@
 
 #include <algorithm>
 #include <cassert>
-#include <new>
 
 namespace cuboid_mapping {
+namespace {
+
+/// Least of the first three arrays and greatest of the last three, as a box.
+template <typename CoordinateT>
+CellBox boundsOf(const CoordinateT* boxes, std::size_t stride, int count) {
+  CellBox bounds;
+  for (int axis = 0; axis < 3; ++axis) {
+    const CoordinateT* min = boxes + static_cast<std::size_t>(axis) * stride;
+    const CoordinateT* max = min + 3 * stride;
+    bounds.min[axis] = *std::min_element(min, min + count);
+    bounds.max[axis] = *std::max_element(max, max + count);
+  }
+  return bounds;
+}
+
+}  // namespace
+
+std::size_t Node::numBytes(int capacity, bool is_leaf) {
+  constexpr std::size_t kLeafBranch = sizeof(std::uint8_t[6]) + sizeof(float);
+  constexpr std::size_t kInnerBranch = sizeof(std::int32_t[6]) + sizeof(float) + sizeof(NodeIndex);
+  static_assert(sizeof(WideBoxes) <= sizeof(std::uint8_t[6]) * kSlotGroup);
+  return sizeof(Node) +
+         static_cast<std::size_t>(paddedSlots(capacity)) * (is_leaf ? kLeafBranch : kInnerBranch);
+}
+
+std::size_t Node::numWideBytes(int capacity) {
+  return static_cast<std::size_t>(paddedSlots(capacity)) * sizeof(std::int32_t[6]);
+}
 
 Branch Node::summary() const {
   assert(count_ > 0);
   Branch result;
-  for (int axis = 0; axis < 3; ++axis) {
-    result.box.min[axis] = *std::min_element(min(axis), min(axis) + count_);
-    result.box.max[axis] = *std::max_element(max(axis), max(axis) + count_);
+  if (kind_ == NodeKind::kLeaf) {
+    const CellBox bounds = boundsOf(offsets(), stride(), count_);
+    result.box = {origin_ + bounds.min, origin_ + bounds.max};
+  } else {
+    result.box = boundsOf(coordinates(), stride(), count_);
   }
   result.value = *std::max_element(value(), value() + count_);
   return result;
@@ -25,51 +54,38 @@ int Node::slotOf(NodeIndex child_index) const {
   return static_cast<int>(found - begin);
 }
 
-void Node::set(int slot, const Branch& branch) {
-  auto* bounds_out = reinterpret_cast<std::int32_t*>(this + 1) + slot;
+bool Node::canHold(const CellBox& box) const {
+  if (kind_ != NodeKind::kLeaf) return true;
   for (int axis = 0; axis < 3; ++axis) {
-    bounds_out[axis * capacity_] = branch.box.min[axis];
-    bounds_out[(3 + axis) * capacity_] = branch.box.max[axis];
+    const std::int64_t origin = origin_[axis];
+    if (box.min[axis] < origin || box.max[axis] - origin > kMaxOffset) return false;
+  }
+  return true;
+}
+
+void Node::set(int slot, const Branch& branch) {
+  assert(canHold(branch.box));
+  const std::size_t n = stride();
+  for (int axis = 0; axis < 3; ++axis) {
+    const std::size_t at = static_cast<std::size_t>(axis) * n + static_cast<std::size_t>(slot);
+    if (kind_ == NodeKind::kLeaf) {
+      auto* out = reinterpret_cast<std::uint8_t*>(data()) + at;
+      out[0] = static_cast<std::uint8_t>(branch.box.min[axis] - origin_[axis]);
+      out[3 * n] = static_cast<std::uint8_t>(branch.box.max[axis] - origin_[axis]);
+    } else {
+      auto* out = const_cast<std::int32_t*>(coordinates()) + at;
+      out[0] = branch.box.min[axis];
+      out[3 * n] = branch.box.max[axis];
+    }
   }
   const_cast<float*>(value())[slot] = branch.value;
-  if (!is_leaf_) const_cast<NodeIndex*>(child())[slot] = branch.child;
+  if (!isLeaf()) const_cast<NodeIndex*>(child())[slot] = branch.child;
 }
 
 void Node::remove(int slot) {
   assert(slot < count_);
   --count_;
   if (slot != count_) set(slot, branch(count_));
-}
-
-NodePool::NodePool(int capacity, bool is_leaf)
-    : capacity_(capacity), is_leaf_(is_leaf), node_bytes_(Node::numBytes(capacity, is_leaf)) {}
-
-NodeIndex NodePool::allocate() {
-  NodeIndex index;
-  if (!free_.empty()) {
-    index = free_.back();
-    free_.pop_back();
-  } else {
-    index = static_cast<NodeIndex>(num_allocated_++);
-    if ((index & (kBlockNodes - 1)) == 0) {
-      blocks_.emplace_back(new std::byte[kBlockNodes * node_bytes_]);
-    }
-  }
-  new (address(index)) Node(capacity_, is_leaf_);
-  return index;
-}
-
-void NodePool::release(NodeIndex index) { free_.push_back(index); }
-
-void NodePool::clear() {
-  blocks_.clear();
-  free_.clear();
-  num_allocated_ = 0;
-}
-
-std::size_t NodePool::numBytes() const {
-  return blocks_.size() * kBlockNodes * node_bytes_ + blocks_.capacity() * sizeof(blocks_[0]) +
-         free_.capacity() * sizeof(NodeIndex);
 }
 
 }  // namespace cuboid_mapping

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // RTree::replace, in its steps: plan, apply to the leaves, build new leaves, condense, insert.
 #include "cuboid_mapping/geometry/brick.h"
+#include "cuboid_mapping/rtree/pack.h"
 #include "cuboid_mapping/rtree/rtree.h"
 
 #include <algorithm>
@@ -11,9 +12,20 @@ namespace cuboid_mapping {
 namespace {
 
 /// How many branches a newly built leaf gets, as a share of M: room for the bricks to change.
-constexpr double kNewLeafFill = 0.75;
+constexpr double kNewLeafFill = 0.85;
+
+/// A leaf that gets too full shares with a sibling if both are at most this full afterwards.
+constexpr double kMostSharedFill = 0.95;
+
+/// Two leaves share only if the box around them is larger than they are by at most this ratio:
+/// leaves that lie apart would overlap others afterwards.
+constexpr double kMostWaste = 0.5;
 
 Branch toBranch(const Cuboid& cuboid) { return {cuboid.box, cuboid.log_odds, kNoNode}; }
+
+void appendBranches(const Node& node, std::vector<Branch>& branches) {
+  for (int slot = 0; slot < node.count(); ++slot) branches.push_back(node.branch(slot));
+}
 
 /// A cuboid to remove or to add, with the brick of its least cell.
 template <typename ItemT>
@@ -46,7 +58,7 @@ struct RTree::ReplacePlan {
   std::vector<Overwrite> overwrites;
   std::vector<LeafSlot> vacated;
   std::vector<Refill> refills;  ///< In a leaf in which the brick had cuboids before.
-  std::vector<Branch> fresh;    ///< Of bricks that lost nothing, along the Morton curve.
+  std::vector<Branch> fresh;    ///< Of bricks that lost nothing.
 };
 
 void RTree::replace(const std::vector<LeafSlot>& removed, const std::vector<Cuboid>& added) {
@@ -54,7 +66,7 @@ void RTree::replace(const std::vector<LeafSlot>& removed, const std::vector<Cubo
   std::vector<NodeIndex> touched;
   Orphans orphans;
   for (const auto& [slot, i] : plan.overwrites) {
-    leaves_[slot.leaf].set(slot.slot, toBranch(added[i]));
+    leaves_.set(slot.leaf, slot.slot, toBranch(added[i]));
     touched.push_back(slot.leaf);
   }
   // From the last slot of a leaf to the first, because a removal moves the last branch.
@@ -62,11 +74,11 @@ void RTree::replace(const std::vector<LeafSlot>& removed, const std::vector<Cubo
     return a.leaf != b.leaf ? a.leaf < b.leaf : a.slot > b.slot;
   });
   for (const LeafSlot& slot : plan.vacated) {
-    leaves_[slot.leaf].remove(slot.slot);
+    leaves_.remove(slot.leaf, slot.slot);
     touched.push_back(slot.leaf);
   }
   refill(plan, added, touched, orphans);
-  packLeaves(plan.fresh, kNoNode, orphans);
+  packLeaves(std::move(plan.fresh), {}, orphans);
   condense(std::move(touched), orphans);
   reinsert(orphans);
   size_ += added.size();
@@ -121,46 +133,69 @@ void RTree::refill(ReplacePlan& plan, const std::vector<Cuboid>& added,
   std::stable_sort(plan.refills.begin(), plan.refills.end(),
                    [](const Refill& a, const Refill& b) { return a.leaf < b.leaf; });
   for (auto first = plan.refills.begin(); first != plan.refills.end();) {
-    const auto last = std::find_if(first, plan.refills.end(), [first](const Refill& refill) {
-      return refill.leaf != first->leaf;
-    });
-    Node& leaf = leaves_[first->leaf];
-    touched.push_back(first->leaf);
-    if (leaf.count() + (last - first) <= config_.max_branches) {
-      for (; first != last; ++first) leaf.append(toBranch(added[first->added]));
+    const NodeIndex leaf = first->leaf;
+    const auto last = std::find_if(first, plan.refills.end(),
+                                   [leaf](const Refill& refill) { return refill.leaf != leaf; });
+    touched.push_back(leaf);
+    const int num_wanted = leaves_[leaf].count() + static_cast<int>(last - first);
+    if (num_wanted <= config_.max_branches) {
+      for (; first != last; ++first) leaves_.append(leaf, toBranch(added[first->added]));
       continue;
     }
+    std::vector<NodeIndex> reused{leaf};
+    if (const NodeIndex sibling = findSharingSibling(leaf, num_wanted); sibling != kNoNode) {
+      reused.push_back(sibling);
+      touched.push_back(sibling);
+    }
     std::vector<Branch> branches;
-    branches.reserve(static_cast<std::size_t>(leaf.count() + (last - first)));
-    for (int slot = 0; slot < leaf.count(); ++slot) branches.push_back(leaf.branch(slot));
-    const NodeIndex overfull = first->leaf;
+    for (const NodeIndex index : reused) appendBranches(leaves_[index], branches);
     for (; first != last; ++first) branches.push_back(toBranch(added[first->added]));
-    std::sort(branches.begin(), branches.end(), [](const Branch& a, const Branch& b) {
-      return isBeforeOnMortonCurve(a.box.min, b.box.min);
-    });
-    packLeaves(branches, overfull, orphans);
+    packLeaves(std::move(branches), reused, orphans);
   }
 }
 
-void RTree::packLeaves(const std::vector<Branch>& branches, NodeIndex reused, Orphans& orphans) {
+NodeIndex RTree::findSharingSibling(NodeIndex leaf, int num_wanted) const {
+  if (height_ == 1) return kNoNode;
+  const Node& parent = inner_nodes_[leaves_[leaf].parent];
+  const CellBox box = parent.box(parent.slotOf(leaf));
+  const int most = static_cast<int>(kMostSharedFill * 2 * config_.max_branches);
+  NodeIndex best = kNoNode;
+  double least_waste = kMostWaste;
+  for (int slot = 0; slot < parent.count(); ++slot) {
+    const NodeIndex sibling = parent.child()[slot];
+    const CellBox other = parent.box(slot);
+    const double volume = box.numVoxels() + other.numVoxels();
+    const double waste = (unite(box, other).numVoxels() - volume) / volume;
+    if (waste > least_waste || sibling == leaf) continue;
+    if (leaves_[sibling].count() + num_wanted > most) continue;
+    least_waste = waste;
+    best = sibling;
+  }
+  return best;
+}
+
+void RTree::packLeaves(std::vector<Branch> branches, const std::vector<NodeIndex>& reused,
+                       Orphans& orphans) {
   const auto fewest = static_cast<std::size_t>(config_.min_branches);
   if (branches.size() < fewest) {
     orphans.cuboids.insert(orphans.cuboids.end(), branches.begin(), branches.end());
     return;
   }
   const auto most = static_cast<std::size_t>(config_.max_branches);
-  const auto wanted = static_cast<std::size_t>(
-      std::ceil(static_cast<double>(branches.size()) / (kNewLeafFill * config_.max_branches)));
-  const std::size_t num_leaves =
-      branches.size() <= most ? 1 : std::min(wanted, branches.size() / fewest);
-  for (std::size_t i = 0; i < num_leaves; ++i) {
-    const bool is_new = i > 0 || reused == kNoNode;
-    const NodeIndex leaf = is_new ? leaves_.allocate() : reused;
+  std::size_t num_leaves = std::max<std::size_t>(reused.size(), 1);
+  if (branches.size() > num_leaves * most) {
+    const auto wanted = static_cast<std::size_t>(
+        std::ceil(static_cast<double>(branches.size()) / (kNewLeafFill * config_.max_branches)));
+    num_leaves = std::min(wanted, branches.size() / fewest);
+  }
+  std::size_t next = 0;
+  std::size_t num_filled = 0;
+  for (const std::size_t end : packBranches(branches, {num_leaves, fewest, most})) {
+    const bool is_new = num_filled >= reused.size();
+    const NodeIndex leaf = is_new ? leaves_.allocate() : reused[num_filled];
+    ++num_filled;
     leaves_[leaf].clear();
-    const std::size_t end = (i + 1) * branches.size() / num_leaves;
-    for (std::size_t j = i * branches.size() / num_leaves; j < end; ++j) {
-      leaves_[leaf].append(branches[j]);
-    }
+    for (; next < end; ++next) leaves_.append(leaf, branches[next]);
     if (is_new) orphans.subtrees.push_back({leaf, 0});
   }
 }

@@ -102,23 +102,22 @@ void RTree::insertBranch(const Branch& branch, int level) {
 }
 
 void RTree::addBranch(NodeIndex index, int level, const Branch& branch) {
-  Node& target = mutableNode(level, index);
-  if (target.isFull()) {
+  if (node(level, index).isFull()) {
     splitNode(index, level, branch);
     return;
   }
-  target.append(branch);
-  if (level > 0) mutableNode(level - 1, branch.child).parent = index;
+  append(index, level, branch);
   growAncestors(index, level, branch);
 }
 
+void RTree::append(NodeIndex index, int level, const Branch& branch) {
+  poolOf(level).append(index, branch);
+  if (level > 0) poolOf(level - 1)[branch.child].parent = index;
+}
+
 void RTree::fillNode(NodeIndex index, int level, const std::vector<Branch>& branches) {
-  Node& target = mutableNode(level, index);
-  target.clear();
-  for (const Branch& branch : branches) {
-    target.append(branch);
-    if (level > 0) mutableNode(level - 1, branch.child).parent = index;
-  }
+  poolOf(level)[index].clear();
+  for (const Branch& branch : branches) append(index, level, branch);
 }
 
 void RTree::splitNode(NodeIndex index, int level, const Branch& extra) {
@@ -129,7 +128,7 @@ void RTree::splitNode(NodeIndex index, int level, const Branch& extra) {
   branches.push_back(extra);
   const SplitGroups groups = splitQuadratic(branches, config_.min_branches);
 
-  const NodeIndex sibling = level == 0 ? leaves_.allocate() : inner_nodes_.allocate();
+  const NodeIndex sibling = poolOf(level).allocate();
   fillNode(index, level, groups.first);
   fillNode(sibling, level, groups.second);
   Branch first = node(level, index).summary();
@@ -204,7 +203,7 @@ void RTree::updateOrDetach(NodeIndex index, int level, std::vector<NodeIndex>& p
       orphans.subtrees.push_back({changed.child()[i], level - 1});
     }
   }
-  (level == 0 ? leaves_ : inner_nodes_).release(index);
+  poolOf(level).release(index);
 }
 
 void RTree::shrinkRoot() {

@@ -2,11 +2,12 @@
 #pragma once
 
 #include "cuboid_mapping/occupancy/cuboid.h"
+#include "cuboid_mapping/rtree/slot_set.h"
 
+#include <algorithm>
 #include <cstddef>
 #include <cstdint>
-#include <memory>
-#include <vector>
+#include <cstring>
 
 namespace cuboid_mapping {
 
@@ -25,40 +26,62 @@ struct Branch {
   NodeIndex child = kNoNode;  ///< Inner branches only.
 };
 
+/// How a node keeps the boxes of its branches.
+enum class NodeKind : std::uint8_t {
+  kInner,     ///< int32 coordinates.
+  kLeaf,      ///< Offsets of 0 to 255 voxels from an origin that the branches share: 6 bytes a box.
+  kWideLeaf,  ///< A leaf that is too large for that: int32 coordinates, outside the node.
+};
+
 /// Header of a node; its branches follow it in memory in struct-of-arrays order, so that one loop
-/// tests all of them with SIMD instructions. Lives in a NodePool only.
+/// tests all of them with SIMD instructions. Lives in a NodePool only, which chooses the kind.
 class Node {
  public:
+  static constexpr std::int64_t kMaxOffset = 255;
+
   Node(int capacity, bool is_leaf)
-      : capacity_(static_cast<std::uint8_t>(capacity)), is_leaf_(is_leaf) {}
+      : capacity_(static_cast<std::uint8_t>(capacity)),
+        kind_(is_leaf ? NodeKind::kLeaf : NodeKind::kInner) {}
   Node(const Node&) = delete;
   Node& operator=(const Node&) = delete;
 
   /// Bytes of a node with room for `capacity` branches.
-  [[nodiscard]] static std::size_t numBytes(int capacity, bool is_leaf) {
-    return sizeof(Node) + static_cast<std::size_t>(capacity) * (is_leaf ? 28 : 32);
-  }
+  [[nodiscard]] static std::size_t numBytes(int capacity, bool is_leaf);
+  /// Bytes of the boxes of a wide leaf.
+  [[nodiscard]] static std::size_t numWideBytes(int capacity);
 
   [[nodiscard]] int count() const { return count_; }
+  [[nodiscard]] int capacity() const { return capacity_; }
   [[nodiscard]] bool isFull() const { return count_ == capacity_; }
-  [[nodiscard]] bool isLeaf() const { return is_leaf_; }
-  [[nodiscard]] const std::int32_t* min(int axis) const { return bounds() + axis * capacity_; }
-  [[nodiscard]] const std::int32_t* max(int axis) const {
-    return bounds() + (3 + axis) * capacity_;
-  }
-  [[nodiscard]] const float* value() const {
-    return reinterpret_cast<const float*>(bounds() + 6 * capacity_);
-  }
-  [[nodiscard]] const NodeIndex* child() const {
-    return reinterpret_cast<const NodeIndex*>(bounds() + 7 * capacity_);
-  }
+  [[nodiscard]] NodeKind kind() const { return kind_; }
+  [[nodiscard]] bool isLeaf() const { return kind_ != NodeKind::kInner; }
+  [[nodiscard]] SlotSet allSlots() const { return firstSlots(count_); }
 
-  [[nodiscard]] CellBox box(int slot) const {
-    return {{min(0)[slot], min(1)[slot], min(2)[slot]}, {max(0)[slot], max(1)[slot], max(2)[slot]}};
+  [[nodiscard]] const float* value() const {
+    const std::size_t box_bytes = isLeaf() ? sizeof(std::uint8_t[6]) : sizeof(std::int32_t[6]);
+    return reinterpret_cast<const float*>(data() + box_bytes * stride());
   }
+  /// Inner nodes only.
+  [[nodiscard]] const NodeIndex* child() const {
+    return reinterpret_cast<const NodeIndex*>(value() + stride());
+  }
+  /// Least and greatest coordinates of all branches along an axis; not of NodeKind::kLeaf.
+  [[nodiscard]] const std::int32_t* min(int axis) const {
+    return coordinates() + static_cast<std::size_t>(axis) * stride();
+  }
+  [[nodiscard]] const std::int32_t* max(int axis) const { return min(axis + 3); }
+
+  [[nodiscard]] CellBox box(int slot) const;
   [[nodiscard]] Cuboid cuboid(int slot) const { return {box(slot), value()[slot]}; }
   [[nodiscard]] Branch branch(int slot) const {
-    return {box(slot), value()[slot], is_leaf_ ? kNoNode : child()[slot]};
+    return {box(slot), value()[slot], isLeaf() ? kNoNode : child()[slot]};
+  }
+
+  /// Branches that share a cell with the window. @pre the window is not empty.
+  [[nodiscard]] SlotSet findOverlapping(const CellBox& window) const;
+  /// Branches with a value >= 0: occupied cuboids, or some below.
+  [[nodiscard]] SlotSet findOccupied() const {
+    return findSlots(count_, [values = value()](int slot) { return values[slot] >= 0.0F; });
   }
 
   /// Bounding box and greatest value of all branches. @pre count() > 0.
@@ -67,6 +90,9 @@ class Node {
   /// Slot of the branch to a child. @pre it is there.
   [[nodiscard]] int slotOf(NodeIndex child_index) const;
 
+  /// Whether a box can be set as things are: false for a leaf that must change its origin or kind.
+  [[nodiscard]] bool canHold(const CellBox& box) const;
+  /// @pre canHold(branch.box).
   void set(int slot, const Branch& branch);
   void append(const Branch& branch) { set(count_++, branch); }
   /// The last branch takes the place of the removed one.
@@ -76,46 +102,91 @@ class Node {
   NodeIndex parent = kNoNode;
 
  private:
-  [[nodiscard]] const std::int32_t* bounds() const {
-    return reinterpret_cast<const std::int32_t*>(this + 1);
+  friend class NodePool;
+
+  /// What a wide leaf has in place of offsets.
+  struct WideBoxes {
+    std::int32_t* coordinates;
+    std::uint32_t index;  ///< In the pool of wide boxes.
+  };
+
+  [[nodiscard]] std::size_t stride() const {
+    return static_cast<std::size_t>(paddedSlots(capacity_));
+  }
+  [[nodiscard]] const std::byte* data() const {
+    return reinterpret_cast<const std::byte*>(this + 1);
+  }
+  [[nodiscard]] std::byte* data() { return reinterpret_cast<std::byte*>(this + 1); }
+  [[nodiscard]] const std::uint8_t* offsets() const {
+    return reinterpret_cast<const std::uint8_t*>(data());
+  }
+  [[nodiscard]] WideBoxes wideBoxes() const {
+    WideBoxes boxes;
+    std::memcpy(&boxes, data(), sizeof(boxes));
+    return boxes;
+  }
+  [[nodiscard]] const std::int32_t* coordinates() const {
+    return isLeaf() ? wideBoxes().coordinates : reinterpret_cast<const std::int32_t*>(data());
   }
 
-  std::uint16_t count_ = 0;
+  std::uint8_t count_ = 0;
   std::uint8_t capacity_;
-  bool is_leaf_;
+  NodeKind kind_;
+  Cell origin_;  ///< Of the offsets of a NodeKind::kLeaf.
 };
 
-/// All nodes of one kind, in blocks that never move, addressed by 32-bit indices.
-class NodePool {
- public:
-  NodePool(int capacity, bool is_leaf);
-
-  [[nodiscard]] NodeIndex allocate();
-  void release(NodeIndex index);
-  void clear();
-
-  [[nodiscard]] Node& operator[](NodeIndex index) { return *address(index); }
-  [[nodiscard]] const Node& operator[](NodeIndex index) const { return *address(index); }
-
-  [[nodiscard]] std::size_t numNodes() const { return num_allocated_ - free_.size(); }
-  /// Bytes held from the allocator.
-  [[nodiscard]] std::size_t numBytes() const;
-
- private:
-  static constexpr unsigned kBlockBits = 6;
-  static constexpr NodeIndex kBlockNodes = 1U << kBlockBits;
-
-  [[nodiscard]] Node* address(NodeIndex index) const {
-    return reinterpret_cast<Node*>(blocks_[index >> kBlockBits].get() +
-                                   (index & (kBlockNodes - 1)) * node_bytes_);
+inline CellBox Node::box(int slot) const {
+  const std::size_t n = stride();
+  if (kind_ == NodeKind::kLeaf) {
+    const std::uint8_t* offset = offsets() + slot;
+    return {origin_ + Cell{offset[0], offset[n], offset[2 * n]},
+            origin_ + Cell{offset[3 * n], offset[4 * n], offset[5 * n]}};
   }
+  const std::int32_t* at = coordinates() + slot;
+  return {{at[0], at[n], at[2 * n]}, {at[3 * n], at[4 * n], at[5 * n]}};
+}
 
-  int capacity_;
-  bool is_leaf_;
-  std::size_t node_bytes_;
-  std::vector<std::unique_ptr<std::byte[]>> blocks_;
-  std::vector<NodeIndex> free_;
-  std::size_t num_allocated_ = 0;
-};
+namespace node_detail {
+
+/// Branches whose boxes, six arrays of coordinates, share a cell with a window.
+template <typename CoordinateT>
+SlotSet findOverlapping(const CoordinateT* boxes, std::size_t stride, int count,
+                        const CoordinateT* window_min, const CoordinateT* window_max) {
+  const CoordinateT* min_x = boxes;
+  const CoordinateT* min_y = boxes + stride;
+  const CoordinateT* min_z = boxes + 2 * stride;
+  const CoordinateT* max_x = boxes + 3 * stride;
+  const CoordinateT* max_y = boxes + 4 * stride;
+  const CoordinateT* max_z = boxes + 5 * stride;
+  const CoordinateT lower[] = {window_min[0], window_min[1], window_min[2]};
+  const CoordinateT upper[] = {window_max[0], window_max[1], window_max[2]};
+  return findSlots(count, [=](int i) {
+    return static_cast<int>(min_x[i] < upper[0]) & static_cast<int>(lower[0] < max_x[i]) &
+           static_cast<int>(min_y[i] < upper[1]) & static_cast<int>(lower[1] < max_y[i]) &
+           static_cast<int>(min_z[i] < upper[2]) & static_cast<int>(lower[2] < max_z[i]);
+  });
+}
+
+}  // namespace node_detail
+
+inline SlotSet Node::findOverlapping(const CellBox& window) const {
+  if (kind_ != NodeKind::kLeaf) {
+    const std::int32_t lower[] = {window.min.x, window.min.y, window.min.z};
+    const std::int32_t upper[] = {window.max.x, window.max.y, window.max.z};
+    return node_detail::findOverlapping(coordinates(), stride(), count_, lower, upper);
+  }
+  // A window cut to the reach of the offsets shares the same cells with the branches.
+  std::uint8_t lower[3];
+  std::uint8_t upper[3];
+  for (int axis = 0; axis < 3; ++axis) {
+    const auto cut = [origin = std::int64_t{origin_[axis]}](std::int32_t coordinate) {
+      return static_cast<std::uint8_t>(
+          std::clamp<std::int64_t>(coordinate - origin, 0, kMaxOffset));
+    };
+    lower[axis] = cut(window.min[axis]);
+    upper[axis] = cut(window.max[axis]);
+  }
+  return node_detail::findOverlapping(offsets(), stride(), count_, lower, upper);
+}
 
 }  // namespace cuboid_mapping

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
-#include "cuboid_mapping/rtree/node.h"
+#include "cuboid_mapping/rtree/node_pool.h"
 
 #include <optional>
 #include <vector>
@@ -10,7 +10,7 @@ namespace cuboid_mapping {
 
 /// Order (d, M) of an R-tree: bounds of the number of branches of a node (paper, Section III).
 struct RTreeConfig {
-  static constexpr int kMaxBranchesLimit = 64;
+  static constexpr int kMaxBranchesLimit = kMaxSlots;
 
   int max_branches = 32;  ///< M: 2 to kMaxBranchesLimit.
   int min_branches = 12;  ///< d: 1 to M / 2. The root may have fewer.
@@ -56,8 +56,8 @@ class RTree {
   /// Removes cuboids and adds others in one go; meant for a spatially compact group.
   ///
   /// Added cuboids take the places of removed ones of the same brick, then free places in the leaf
-  /// of that brick, which is divided when it gets too full; those of bricks that lost nothing form
-  /// whole new leaves. The tree is condensed once; then new leaves and what is left are inserted.
+  /// of that brick, which shares with a sibling or is divided when it gets too full; those of
+  /// bricks that lost nothing form whole new leaves. The tree is condensed once; then new leaves and what is left are inserted.
   ///
   /// @param removed  From `select`, each once, with no change of the tree since.
   void replace(const std::vector<LeafSlot>& removed, const std::vector<Cuboid>& added);
@@ -80,6 +80,8 @@ class RTree {
   }
 
   [[nodiscard]] std::size_t numLeafNodes() const { return leaves_.numNodes(); }
+  /// Leaves that extend over more than 255 voxels along an axis, and need more memory for it.
+  [[nodiscard]] std::size_t numWideLeaves() const { return leaves_.numWideLeaves(); }
   [[nodiscard]] std::size_t numInnerNodes() const { return inner_nodes_.numNodes(); }
   /// Bytes held from the allocator for the nodes.
   [[nodiscard]] std::size_t numBytes() const {
@@ -98,9 +100,9 @@ class RTree {
   };
   struct ReplacePlan;
 
-  Node& mutableNode(int level, NodeIndex index) {
-    return level == 0 ? leaves_[index] : inner_nodes_[index];
-  }
+  NodePool& poolOf(int level) { return level == 0 ? leaves_ : inner_nodes_; }
+  /// Puts a branch after the last one of a node; tells a child whose it is now.
+  void append(NodeIndex index, int level, const Branch& branch);
   [[nodiscard]] NodeIndex chooseNode(const CellBox& box, int target_level) const;
   void insertBranch(const Branch& branch, int level);
   void addBranch(NodeIndex index, int level, const Branch& branch);
@@ -112,7 +114,10 @@ class RTree {
                                         const std::vector<Cuboid>& added) const;
   void refill(ReplacePlan& plan, const std::vector<Cuboid>& added, std::vector<NodeIndex>& touched,
               Orphans& orphans);
-  void packLeaves(const std::vector<Branch>& branches, NodeIndex reused, Orphans& orphans);
+  /// Sibling that can share the branches of a leaf that gets too full; kNoNode when there is none.
+  [[nodiscard]] NodeIndex findSharingSibling(NodeIndex leaf, int num_wanted) const;
+  void packLeaves(std::vector<Branch> branches, const std::vector<NodeIndex>& reused,
+                  Orphans& orphans);
   void condense(std::vector<NodeIndex> touched, Orphans& orphans);
   void updateOrDetach(NodeIndex index, int level, std::vector<NodeIndex>& parents,
                       Orphans& orphans);

@@ -27,38 +27,48 @@ enum class CuboidFilter : unsigned char { kAll, kFree, kOccupied };
 
 namespace traversal_detail {
 
-/// Whether nothing below a branch can match.
-[[nodiscard]] inline bool canSkip(CuboidFilter filter, float greatest_log_odds) {
-  return filter == CuboidFilter::kOccupied && greatest_log_odds < 0.0F;
-}
-
-struct NodeAtLevel {
+struct LevelNode {
   NodeIndex index;
   int level;
 };
 
-/// Slots of the branches that share a cell with the window; returns their number.
-inline int findOverlapping(const Node& node, const CellBox& window, int* slots) {
-  const std::int32_t* min_x = node.min(0);
-  const std::int32_t* min_y = node.min(1);
-  const std::int32_t* min_z = node.min(2);
-  const std::int32_t* max_x = node.max(0);
-  const std::int32_t* max_y = node.max(1);
-  const std::int32_t* max_z = node.max(2);
-  std::int32_t overlaps[RTreeConfig::kMaxBranchesLimit];
-  const int count = node.count();
-  for (int i = 0; i < count; ++i) {
-    overlaps[i] =
-        static_cast<int>(min_x[i] < window.max.x) & static_cast<int>(window.min.x < max_x[i]) &
-        static_cast<int>(min_y[i] < window.max.y) & static_cast<int>(window.min.y < max_y[i]) &
-        static_cast<int>(min_z[i] < window.max.z) & static_cast<int>(window.min.z < max_z[i]);
+/// Branches that match a filter: cuboids, or children below which some may match.
+[[nodiscard]] inline SlotSet findMatching(const Node& node, CuboidFilter filter) {
+  if (filter == CuboidFilter::kOccupied) return node.findOccupied();
+  if (filter == CuboidFilter::kFree && node.isLeaf()) return node.allSlots() & ~node.findOccupied();
+  return node.allSlots();
+}
+
+/// Visits the places of the matching cuboids below a node that share a cell with the window.
+template <typename VisitorT>
+Visit visitLeafSlotsBelow(const RTree& tree, LevelNode at, const CellBox& window,
+                          CuboidFilter filter, VisitorT& visit) {
+  const Node& node = tree.node(at.level, at.index);
+  SlotSet slots = node.findOverlapping(window);
+  if (filter != CuboidFilter::kAll) slots &= findMatching(node, filter);
+  for (; slots != 0; slots = withoutFirst(slots)) {
+    const int slot = firstSlot(slots);
+    const Visit answer =
+        at.level == 0
+            ? visit(at.index, slot)
+            : visitLeafSlotsBelow(tree, {node.child()[slot], at.level - 1}, window, filter, visit);
+    if (answer == Visit::kStop) return Visit::kStop;
   }
-  int found = 0;
-  for (int i = 0; i < count; ++i) {
-    slots[found] = i;
-    found += overlaps[i];
+  return Visit::kContinue;
+}
+
+/// Visits the matching cuboids below a node.
+template <typename VisitorT>
+Visit visitAllBelow(const RTree& tree, LevelNode at, CuboidFilter filter, VisitorT& visit) {
+  const Node& node = tree.node(at.level, at.index);
+  for (SlotSet slots = findMatching(node, filter); slots != 0; slots = withoutFirst(slots)) {
+    const int slot = firstSlot(slots);
+    const Visit answer =
+        at.level == 0 ? visit(node.cuboid(slot))
+                      : visitAllBelow(tree, {node.child()[slot], at.level - 1}, filter, visit);
+    if (answer == Visit::kStop) return Visit::kStop;
   }
-  return found;
+  return Visit::kContinue;
 }
 
 /// Part of a ray inside a box, as multiples of the direction; empty when first > last.
@@ -117,9 +127,8 @@ void visitInOrder(const RTree& tree, CuboidFilter filter, KeyT key_of, VisitorT 
       continue;
     }
     const Node& node = tree.node(item.level, item.index);
-    for (int slot = 0; slot < node.count(); ++slot) {
-      const float value = node.value()[slot];
-      if (item.level == 0 ? !matches(filter, value) : canSkip(filter, value)) continue;
+    for (SlotSet slots = findMatching(node, filter); slots != 0; slots = withoutFirst(slots)) {
+      const int slot = firstSlot(slots);
       const double key = key_of(node.box(slot));
       if (key < 0.0) continue;
       queue.push(item.level == 0 ? Item{key, item.index, -1, slot}
@@ -135,24 +144,8 @@ void visitInOrder(const RTree& tree, CuboidFilter filter, KeyT key_of, VisitorT 
 template <typename VisitorT>
 void visitLeafSlots(const RTree& tree, const CellBox& window, CuboidFilter filter, VisitorT visit) {
   if (window.isEmpty()) return;
-  std::vector<traversal_detail::NodeAtLevel> stack{{tree.root(), tree.height() - 1}};
-  int slots[RTreeConfig::kMaxBranchesLimit];
-  while (!stack.empty()) {
-    const auto [index, level] = stack.back();
-    stack.pop_back();
-    const Node& node = tree.node(level, index);
-    const int found = traversal_detail::findOverlapping(node, window, slots);
-    for (int i = 0; i < found; ++i) {
-      const float value = node.value()[slots[i]];
-      if (level > 0) {
-        if (!traversal_detail::canSkip(filter, value)) {
-          stack.push_back({node.child()[slots[i]], level - 1});
-        }
-      } else if (matches(filter, value) && visit(index, slots[i]) == Visit::kStop) {
-        return;
-      }
-    }
-  }
+  traversal_detail::visitLeafSlotsBelow(tree, {tree.root(), tree.height() - 1}, window, filter,
+                                        visit);
 }
 
 /// Visits the cuboids that share a cell with the window, in no particular order.
@@ -173,22 +166,7 @@ void visitCell(const RTree& tree, const Cell& cell, VisitorT visit) {
 /// @complexity O(n); for kOccupied O(occupied cuboids and their siblings).
 template <typename VisitorT>
 void visitAll(const RTree& tree, CuboidFilter filter, VisitorT visit) {
-  std::vector<traversal_detail::NodeAtLevel> stack{{tree.root(), tree.height() - 1}};
-  while (!stack.empty()) {
-    const auto [index, level] = stack.back();
-    stack.pop_back();
-    const Node& node = tree.node(level, index);
-    for (int slot = 0; slot < node.count(); ++slot) {
-      const float value = node.value()[slot];
-      if (level > 0) {
-        if (!traversal_detail::canSkip(filter, value)) {
-          stack.push_back({node.child()[slot], level - 1});
-        }
-      } else if (matches(filter, value) && visit(node.cuboid(slot)) == Visit::kStop) {
-        return;
-      }
-    }
-  }
+  traversal_detail::visitAllBelow(tree, {tree.root(), tree.height() - 1}, filter, visit);
 }
 
 /// Visits the cuboids that a ray passes, in the order in which it enters them.

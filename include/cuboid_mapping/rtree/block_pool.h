@@ -1,0 +1,54 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <vector>
+
+namespace cuboid_mapping {
+
+/// Memory for items of one size, in blocks that never move, addressed by 32-bit indices.
+///
+/// Free items are used again; a block whose items are all free goes back to the allocator.
+class BlockPool {
+ public:
+  /// @param item_bytes  A multiple of the items' alignment, at least 4.
+  explicit BlockPool(std::size_t item_bytes) : item_bytes_(item_bytes) {}
+
+  /// Gives memory for one item: zeros, or what was left of an item that was there before.
+  [[nodiscard]] std::uint32_t allocate();
+  /// @pre `index` is from allocate(), and has not been released since.
+  void release(std::uint32_t index);
+  void clear();
+
+  [[nodiscard]] std::byte* operator[](std::uint32_t index) const {
+    return blocks_[index >> kBlockBits].bytes.get() + (index & (kBlockItems - 1)) * item_bytes_;
+  }
+
+  [[nodiscard]] std::size_t numItems() const { return num_items_; }
+  /// Bytes held from the allocator.
+  [[nodiscard]] std::size_t numBytes() const;
+
+ private:
+  static constexpr unsigned kBlockBits = 6;
+  static constexpr std::uint32_t kBlockItems = 1U << kBlockBits;
+
+  struct Block {
+    std::unique_ptr<std::byte[]> bytes;  ///< Nothing while no item is in use.
+    std::uint8_t num_used = 0;
+    std::uint8_t first_free = 0;  ///< Each free item holds the number of the next.
+    bool is_open = false;         ///< In open_blocks_.
+  };
+
+  [[nodiscard]] std::uint32_t findOpenBlock();
+  void acquire(Block& block);
+
+  std::size_t item_bytes_;
+  std::vector<Block> blocks_;
+  std::vector<std::uint32_t> open_blocks_;  ///< All with a free item, some that are full.
+  std::size_t num_items_ = 0;
+  std::size_t num_held_blocks_ = 0;
+};
+
+}  // namespace cuboid_mapping

@@ -1,0 +1,50 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include "cuboid_mapping/rtree/block_pool.h"
+#include "cuboid_mapping/rtree/node.h"
+
+namespace cuboid_mapping {
+
+/// All nodes of one kind of level: leaves, or inner nodes.
+///
+/// Branches of leaves are changed through the pool, which gives a leaf the origin that its boxes
+/// need, and makes it wide for as long as they extend over more than 255 voxels along an axis.
+class NodePool {
+ public:
+  NodePool(int capacity, bool is_leaf);
+
+  /// A node without branches.
+  [[nodiscard]] NodeIndex allocate();
+  void release(NodeIndex index);
+  void clear();
+
+  [[nodiscard]] Node& operator[](NodeIndex index) {
+    return *reinterpret_cast<Node*>(nodes_[index]);
+  }
+  [[nodiscard]] const Node& operator[](NodeIndex index) const {
+    return *reinterpret_cast<const Node*>(nodes_[index]);
+  }
+
+  /// @complexity O(1); O(M) when a leaf changes its origin or kind, or is wide.
+  void set(NodeIndex index, int slot, const Branch& branch);
+  void append(NodeIndex index, const Branch& branch);
+  /// The last branch takes the place of the removed one.
+  void remove(NodeIndex index, int slot);
+
+  [[nodiscard]] std::size_t numNodes() const { return nodes_.numItems(); }
+  [[nodiscard]] std::size_t numWideLeaves() const { return wide_boxes_.numItems(); }
+  /// Bytes held from the allocator.
+  [[nodiscard]] std::size_t numBytes() const { return nodes_.numBytes() + wide_boxes_.numBytes(); }
+
+ private:
+  void setKind(Node& leaf, NodeKind kind);
+  void rewrite(Node& leaf, const Branch* branches, int count);
+
+  int capacity_;
+  bool is_leaf_;
+  BlockPool nodes_;
+  BlockPool wide_boxes_;
+};
+
+}  // namespace cuboid_mapping
