@@ -41,6 +41,7 @@ CuboidMap::CuboidMap(const MapConfig& config)
 
 ChangeSet CuboidMap::clear() {
   tree_.clear();
+  classes_.clear();
   hot_.clear();
   content_ = {};
   ChangeSet changes;
@@ -190,7 +191,7 @@ void CuboidMap::writeBack(const std::vector<HotGroup*>& groups, ChangeSet& chang
     const auto last = std::find_if(
         first, partitions.cend(),
         [&group](const BrickPartition& partition) { return groupOf(partition.brick) != group; });
-    writer_.write(first, last, tree_, changes, content_);
+    writer_.write(first, last, tree_, changes, content_, classes_);
     first = last;
   }
 }

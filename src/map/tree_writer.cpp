@@ -17,12 +17,28 @@ void visitBricks(const CellBox& box, VisitorT visit) {
   }
 }
 
+void setClasses(const BrickPartition& partition, VoxelClasses& classes) {
+  BrickMask known{};
+  BrickMask occupied{};
+  for (const Cuboid& cuboid : partition.cuboids) {
+    const std::uint64_t slice = sliceMask(cuboid.box);
+    const bool is_occupied = cuboid.occupancy() == Occupancy::kOccupied;
+    for (std::int32_t z = cuboid.box.min.z; z < cuboid.box.max.z; ++z) {
+      const auto at = static_cast<std::size_t>(z & 7);
+      known[at] |= slice;
+      if (is_occupied) occupied[at] |= slice;
+    }
+  }
+  classes.set(partition.brick, known, occupied);
+}
+
 bool isInOneBrick(const CellBox& box) { return brickBox(brickOf(box.min)).contains(box); }
 
 }  // namespace
 
 void TreeWriter::write(Partitions::const_iterator first, Partitions::const_iterator last,
-                       RTree& tree, ChangeSet& changes, MapContent& content) {
+                       RTree& tree, ChangeSet& changes, MapContent& content,
+                       VoxelClasses& classes) {
   assert(first != last);
   CellBox window = brickBox(first->brick);
   for (auto brick = first; brick != last; ++brick) window = unite(window, brickBox(brick->brick));
@@ -32,7 +48,9 @@ void TreeWriter::write(Partitions::const_iterator first, Partitions::const_itera
   is_removed_.assign(selection_.cuboids.size(), 0);
   std::vector<CellBox> changed;
   for (auto brick = first; brick != last; ++brick) {
-    if (compare(*brick)) changed.push_back(brickBox(brick->brick));
+    if (!compare(*brick)) continue;
+    changed.push_back(brickBox(brick->brick));
+    setClasses(*brick, classes);
   }
   if (changed.empty()) return;
   changes.boxes.insert(changes.boxes.end(), changed.begin(), changed.end());

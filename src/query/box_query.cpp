@@ -5,6 +5,13 @@
 
 namespace cuboid_mapping {
 
+namespace {
+
+/// In a larger box, the R-tree finds the occupied cuboids sooner than a look at every brick.
+constexpr double kMaxVoxelsByBrick = 64.0 * kBrickVoxels;
+
+}  // namespace
+
 Occupancy BoxQueryResult::occupancy() const {
   if (occupied_volume_m3 > 0.0) return Occupancy::kOccupied;
   return unknown_volume_m3 > 0.0 ? Occupancy::kUnknown : Occupancy::kFree;
@@ -42,6 +49,7 @@ std::optional<BoxQueryResult> queryBox(const CuboidMap& map, const MetricBox& bo
 }
 
 bool isAnyOccupied(const CuboidMap& map, const CellBox& box) {
+  if (box.numVoxels() <= kMaxVoxelsByBrick) return map.classes().isAnyOccupied(box);
   bool found = false;
   visitBox(map.tree(), box, CuboidFilter::kOccupied, [&found](const Cuboid&) {
     found = true;

@@ -20,8 +20,8 @@ std::optional<Cuboid> findCuboid(const CuboidMap& map, const Eigen::Vector3d& po
 }
 
 Occupancy classifyPoint(const CuboidMap& map, const Eigen::Vector3d& point_map) {
-  const auto cuboid = findCuboid(map, point_map);
-  return cuboid ? cuboid->occupancy() : Occupancy::kUnknown;
+  const auto cell = map.grid().toCell(point_map);
+  return cell ? map.classes().at(*cell) : Occupancy::kUnknown;
 }
 
 }  // namespace cuboid_mapping

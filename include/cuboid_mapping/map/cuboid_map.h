@@ -7,6 +7,7 @@
 #include "cuboid_mapping/map/change_set.h"
 #include "cuboid_mapping/map/map_content.h"
 #include "cuboid_mapping/map/tree_writer.h"
+#include "cuboid_mapping/map/voxel_classes.h"
 #include "cuboid_mapping/occupancy/sensor_model.h"
 #include "cuboid_mapping/rtree/rtree.h"
 #include "cuboid_mapping/scan/scan_update.h"
@@ -29,7 +30,7 @@ struct MapConfig {
   int threads = 1;            ///< For changes of the map, >= 1. The result does not depend on it.
 };
 
-/// The map: disjoint cuboids in an R-tree, which is its only store (paper, Section IV). A voxel in
+/// The map: disjoint cuboids in an R-tree, which is its only store (paper, Section IV); a voxel in
 /// no cuboid is unknown. This class is the one door through which a map changes.
 ///
 /// With `hot_bytes`, the bricks that clouds touch again and again stay decoded for a while: clouds
@@ -67,8 +68,12 @@ class CuboidMap {
   [[nodiscard]] std::uint64_t revision() const { return revision_; }
   /// What is in the R-tree.
   [[nodiscard]] const MapContent& content() const { return content_; }
-  /// Bytes held from the allocator: R-tree and hot bricks.
-  [[nodiscard]] std::size_t numBytes() const { return tree_.numBytes() + hot_.numBytes(); }
+  /// Classes of the voxels in the R-tree.
+  [[nodiscard]] const VoxelClasses& classes() const { return classes_; }
+  /// Bytes held from the allocator: R-tree, classes and hot bricks.
+  [[nodiscard]] std::size_t numBytes() const {
+    return tree_.numBytes() + classes_.numBytes() + hot_.numBytes();
+  }
   [[nodiscard]] std::size_t numHotBytes() const { return hot_.numBytes(); }
 
  private:
@@ -88,6 +93,7 @@ class CuboidMap {
   SensorModel sensor_model_;
   std::unique_ptr<FusionStrategy> fusion_;
   RTree tree_;
+  VoxelClasses classes_;
   BrickCache hot_;
   TreeWriter writer_;
   std::uint64_t num_clouds_ = 0;

@@ -4,6 +4,7 @@
 #include "cuboid_mapping/geometry/brick.h"
 #include "cuboid_mapping/map/change_set.h"
 #include "cuboid_mapping/map/map_content.h"
+#include "cuboid_mapping/map/voxel_classes.h"
 #include "cuboid_mapping/rtree/rtree.h"
 
 #include <array>
@@ -30,9 +31,9 @@ class TreeWriter {
   ///
   /// @param first, last  Bricks of one group, each once, not none.
   /// @param changes  Gets the boxes whose cuboids have changed.
-  /// @param content  Is kept up with the tree.
+  /// @param content, classes  Are kept up with the tree.
   void write(Partitions::const_iterator first, Partitions::const_iterator last, RTree& tree,
-             ChangeSet& changes, MapContent& content);
+             ChangeSet& changes, MapContent& content, VoxelClasses& classes);
 
  private:
   void selectMembers(const CellBox& window, const RTree& tree);

@@ -50,7 +50,7 @@ struct BoxQueryResult {
                                       CuboidFilter filter = CuboidFilter::kAll);
 
 /// Whether any voxel of the box is occupied; stops at the first.
-/// @complexity O(log n), and little more.
+/// @complexity O(bricks of the box) for up to 64 bricks, else O(log n) and little more.
 [[nodiscard]] bool isAnyOccupied(const CuboidMap& map, const CellBox& box);
 
 }  // namespace cuboid_mapping

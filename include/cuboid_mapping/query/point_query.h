@@ -21,6 +21,7 @@ namespace cuboid_mapping {
 [[nodiscard]] std::optional<Cuboid> findCuboid(const CuboidMap& map, const Cell& cell);
 
 /// Class of the voxel that holds a point; cases as findCuboid, where nothing is unknown.
+/// @complexity O(1).
 [[nodiscard]] Occupancy classifyPoint(const CuboidMap& map, const Eigen::Vector3d& point_map);
 
 }  // namespace cuboid_mapping

@@ -40,7 +40,7 @@ struct RayQueryResult {
 ///
 /// @param direction  Need not be normalized.
 /// @param max_range_m  Length of the ray.
-/// @complexity O(log n) per cuboid passed. octomap::OccupancyOcTreeBase::castRay, which answers
+/// @complexity O(known voxels and unknown bricks passed). octomap::OccupancyOcTreeBase::castRay, which answers
 /// with the centre of the voxel, where this answers with the point on the face.
 [[nodiscard]] std::optional<RayQueryResult> castRay(const CuboidMap& map,
                                                     const Eigen::Vector3d& origin_map,

@@ -1,0 +1,101 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "cuboid_mapping/map/voxel_classes.h"
+
+#include <algorithm>
+
+namespace cuboid_mapping {
+namespace {
+
+/// Greatest share of the places of the hash table that are taken.
+constexpr double kMaxLoad = 0.8;
+constexpr double kGrowth = 1.4;
+constexpr std::size_t kFirstEntries = 64;
+
+BrickMask fullMask() {
+  BrickMask mask;
+  mask.fill(~0ULL);
+  return mask;
+}
+
+}  // namespace
+
+void VoxelClasses::clear() {
+  entries_.assign(kFirstEntries, Entry());
+  entries_.shrink_to_fit();
+  num_bricks_ = 0;
+  blocks_.clear();
+  free_masks_.clear();
+  num_masks_ = 2;
+  blocks_.push_back(std::make_unique<BrickMask[]>(kBlockMasks));
+  blocks_[0][kNothing] = {};
+  blocks_[0][kEverything] = fullMask();
+}
+
+void VoxelClasses::grow() {
+  std::vector<Entry> old(static_cast<std::size_t>(kGrowth * static_cast<double>(entries_.size())));
+  old.swap(entries_);
+  for (const Entry& entry : old) {
+    if (entry.known != kNoMask) entries_[slotOf(entry.brick)] = entry;
+  }
+}
+
+/// Where a mask is kept. @param index  Where the brick's was until now, or kNoMask.
+VoxelClasses::MaskIndex VoxelClasses::store(MaskIndex index, const BrickMask& mask) {
+  const bool has_own_place = index != kNoMask && index != kNothing && index != kEverything;
+  const bool is_nothing = mask == BrickMask{};
+  if (is_nothing || mask == fullMask()) {
+    if (has_own_place) free_masks_.push_back(index);
+    return is_nothing ? kNothing : kEverything;
+  }
+  if (!has_own_place) {
+    if (!free_masks_.empty()) {
+      index = free_masks_.back();
+      free_masks_.pop_back();
+    } else {
+      index = num_masks_++;
+      if (index / kBlockMasks == blocks_.size()) {
+        blocks_.push_back(std::make_unique<BrickMask[]>(kBlockMasks));
+      }
+    }
+  }
+  blocks_[index / kBlockMasks][index % kBlockMasks] = mask;
+  return index;
+}
+
+void VoxelClasses::set(const Cell& brick, const BrickMask& known, const BrickMask& occupied) {
+  if (static_cast<double>(num_bricks_ + 1) > kMaxLoad * static_cast<double>(entries_.size())) {
+    grow();
+  }
+  Entry& entry = entries_[slotOf(brick)];
+  if (entry.known == kNoMask) ++num_bricks_;
+  entry.brick = brick;
+  entry.known = store(entry.known, known);
+  entry.occupied = store(entry.occupied, occupied);
+}
+
+bool VoxelClasses::isAnyOccupied(const CellBox& box) const {
+  const Cell first = brickOf(box.min);
+  for (std::int32_t z = first.z; z < box.max.z; z += kBrickEdge) {
+    for (std::int32_t y = first.y; y < box.max.y; y += kBrickEdge) {
+      for (std::int32_t x = first.x; x < box.max.x; x += kBrickEdge) {
+        const Cell brick{x, y, z};
+        const Entry& entry = entries_[slotOf(brick)];
+        if (entry.known == kNoMask || entry.occupied == kNothing) continue;
+        const CellBox part = intersect(box, brickBox(brick));
+        const std::uint64_t slice = sliceMask(part);
+        const BrickMask& occupied = mask(entry.occupied);
+        for (std::int32_t slice_z = part.min.z; slice_z < part.max.z; ++slice_z) {
+          if ((occupied[static_cast<std::size_t>(slice_z & 7)] & slice) != 0) return true;
+        }
+      }
+    }
+  }
+  return false;
+}
+
+std::size_t VoxelClasses::numBytes() const {
+  return entries_.capacity() * sizeof(Entry) + blocks_.size() * kBlockMasks * sizeof(BrickMask) +
+         blocks_.capacity() * sizeof(blocks_[0]) + free_masks_.capacity() * sizeof(MaskIndex);
+}
+
+}  // namespace cuboid_mapping
