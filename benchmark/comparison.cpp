@@ -4,6 +4,7 @@
 #include "command_line.h"
 #include "progress_bar.h"
 
+#include <numeric>
 #include <stdexcept>
 
 namespace cuboid_mapping::bench {
@@ -45,6 +46,18 @@ void checkScans(const Options& options, const std::vector<Scan>& scans) {
   }
 }
 
+/// @param clouds_ms  In the order of the clouds; at least one.
+CloudTimes summarize(const std::vector<double>& clouds_ms) {
+  const std::size_t third = std::max<std::size_t>(1, clouds_ms.size() / 3);
+  const auto length = static_cast<std::ptrdiff_t>(third);
+  const auto mean = [third](auto first, auto last) {
+    return std::accumulate(first, last, 0.0) / static_cast<double>(third);
+  };
+  return {quantile(clouds_ms, 0.5), quantile(clouds_ms, 0.99), quantile(clouds_ms, 1.0),
+          mean(clouds_ms.begin(), clouds_ms.begin() + length),
+          mean(clouds_ms.end() - length, clouds_ms.end())};
+}
+
 std::vector<MapResult> insertScans(const Maps& maps, const std::vector<Scan>& scans,
                                    std::size_t scans_before, ProgressBar& progress) {
   const std::vector<MapAdapter*> adapters = maps.all();
@@ -62,8 +75,7 @@ std::vector<MapResult> insertScans(const Maps& maps, const std::vector<Scan>& sc
   for (std::size_t i = 0; i < adapters.size(); ++i) {
     results[i].name = adapters[i]->name();
     results[i].insertion += timeOf([&] { adapters[i]->finish(); });
-    results[i].per_cloud = {quantile(per_cloud_ms[i], 0.5), quantile(per_cloud_ms[i], 0.99),
-                            quantile(per_cloud_ms[i], 1.0)};
+    results[i].per_cloud = summarize(per_cloud_ms[i]);
   }
   return results;
 }
@@ -137,6 +149,8 @@ const std::vector<FigureOf>& measuredFigures() {
       [](MapResult& r) -> double& { return r.per_cloud.p50_ms; },
       [](MapResult& r) -> double& { return r.per_cloud.p99_ms; },
       [](MapResult& r) -> double& { return r.per_cloud.max_ms; },
+      [](MapResult& r) -> double& { return r.per_cloud.mean_of_first_third_ms; },
+      [](MapResult& r) -> double& { return r.per_cloud.mean_of_last_third_ms; },
       [](MapResult& r) -> double& { return r.figures.ray_walk_cpu_s; },
       [](MapResult& r) -> double& { return r.access_occupied_s; },
       [](MapResult& r) -> double& { return r.queries.uniform.points_per_s; },

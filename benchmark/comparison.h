@@ -15,6 +15,9 @@ struct CloudTimes {
   double p50_ms = 0.0;
   double p99_ms = 0.0;
   double max_ms = 0.0;
+  double mean_of_first_third_ms =
+      0.0;  ///< Of the clouds: with the next, how cost grows with the map.
+  double mean_of_last_third_ms = 0.0;
 };
 
 /// What was measured of one map; each figure that is a time is the median of the repetitions.

@@ -211,7 +211,8 @@ TEST_F(CompareMaps, reportsEveryFigureOfEveryMap) {
     expectNumbers(
         figures, {"insert_s", "insert_cpu_s", "cells", "occupied_cells", "free_cells", "leaf_nodes",
                   "inner_nodes", "bytes_own", "bytes_heap", "bytes_scratch", "access_occupied_s"});
-    expectNumbers(figures["per_cloud_ms"], {"p50", "p99", "max"});
+    expectNumbers(figures["per_cloud_ms"],
+                  {"p50", "p99", "max", "mean_of_first_third", "mean_of_last_third"});
     expectBothPlaces(figures, {"point_queries_per_s", "box_queries_per_s", "ray_queries_per_s"});
     EXPECT_TRUE(figures.contains("ray_walk_cpu_s"));
     EXPECT_GT(figures["occupied_cells"], 0);
