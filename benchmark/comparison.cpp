@@ -1,0 +1,202 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "comparison.h"
+
+#include "command_line.h"
+#include "progress_bar.h"
+
+#include <numeric>
+#include <stdexcept>
+
+namespace cuboid_mapping::bench {
+namespace {
+
+/// The maps of one repetition.
+struct Maps {
+  std::unique_ptr<CuboidAdapter> own;
+  std::vector<std::unique_ptr<PeerAdapter>> peers;
+
+  /// Own first.
+  [[nodiscard]] std::vector<MapAdapter*> all() const {
+    std::vector<MapAdapter*> maps{own.get()};
+    for (const auto& peer : peers) maps.push_back(peer.get());
+    return maps;
+  }
+};
+
+/// Answers to all queries, in the order of Maps::all().
+using AllAnswers = std::vector<ByPlace<QueryAnswers>>;
+
+Maps makeMaps(const Options& options) {
+  Maps maps;
+  maps.own = std::make_unique<CuboidAdapter>(options.insertion, options.engine);
+  if (options.with_octomap) maps.peers.push_back(makeOctomapAdapter(options.insertion));
+  if (options.with_openvdb) {
+    maps.peers.push_back(makeOpenvdbAdapter(options.insertion, options.engine.threads));
+  }
+  return maps;
+}
+
+void checkScans(const Options& options, const std::vector<Scan>& scans) {
+  for (const Scan& scan : scans) {
+    if (options.with_octomap && !scan.anchor_map.isZero()) {
+      throw std::runtime_error(
+          "OctoMap cannot hold scans more than 512 m from the origin exactly: leave it out with "
+          "--peers");
+    }
+  }
+}
+
+/// @param clouds_ms  In the order of the clouds; at least one.
+CloudTimes summarize(const std::vector<double>& clouds_ms) {
+  const std::size_t third = std::max<std::size_t>(1, clouds_ms.size() / 3);
+  const auto length = static_cast<std::ptrdiff_t>(third);
+  const auto mean = [third](auto first, auto last) {
+    return std::accumulate(first, last, 0.0) / static_cast<double>(third);
+  };
+  return {quantile(clouds_ms, 0.5), quantile(clouds_ms, 0.99), quantile(clouds_ms, 1.0),
+          mean(clouds_ms.begin(), clouds_ms.begin() + length),
+          mean(clouds_ms.end() - length, clouds_ms.end())};
+}
+
+std::vector<MapResult> insertScans(const Maps& maps, const std::vector<Scan>& scans,
+                                   std::size_t scans_before, ProgressBar& progress) {
+  const std::vector<MapAdapter*> adapters = maps.all();
+  std::vector<MapResult> results(adapters.size());
+  std::vector<std::vector<double>> per_cloud_ms(adapters.size());
+  for (std::size_t scan = 0; scan < scans.size(); ++scan) {
+    throwIfInterrupted();
+    for (std::size_t i = 0; i < adapters.size(); ++i) {
+      const Timing timing = timeOf([&] { adapters[i]->insert(scans[scan]); });
+      results[i].insertion += timing;
+      per_cloud_ms[i].push_back(1e3 * timing.wall_s);
+    }
+    progress.update(scans_before + scan + 1);
+  }
+  for (std::size_t i = 0; i < adapters.size(); ++i) {
+    results[i].name = adapters[i]->name();
+    results[i].insertion += timeOf([&] { adapters[i]->finish(); });
+    results[i].per_cloud = summarize(per_cloud_ms[i]);
+  }
+  return results;
+}
+
+double timeOfVisit_s(const MapAdapter& map) {
+  constexpr double kLongEnough_s = 0.02;
+  double sum = 0.0;
+  double cpu_s = 0.0;
+  int visits = 0;
+  do {
+    cpu_s += timeOf([&] { sum += map.visitOccupied(); }).cpu_s;
+    ++visits;
+  } while (cpu_s < kLongEnough_s);
+  // Uses the sum, so that the compiler cannot leave out the visit.
+  return sum == 0.5 ? 0.0 : cpu_s / visits;
+}
+
+/// Adds figures of the filled maps to the results.
+AllAnswers measureAccess(const Maps& maps, const ByPlace<QuerySet>& queries,
+                         std::vector<MapResult>& results) {
+  AllAnswers answers;
+  const std::vector<MapAdapter*> adapters = maps.all();
+  for (std::size_t i = 0; i < adapters.size(); ++i) {
+    throwIfInterrupted();
+    results[i].figures = adapters[i]->figures();
+    results[i].access_occupied_s = timeOfVisit_s(*adapters[i]);
+    QueryRun uniform = askQueries(*adapters[i], queries.uniform);
+    QueryRun near_surface = askQueries(*adapters[i], queries.near_surface);
+    results[i].queries = {uniform.rates, near_surface.rates};
+    answers.push_back({std::move(uniform.answers), std::move(near_surface.answers)});
+  }
+  return answers;
+}
+
+std::vector<PeerAgreement> findAgreements(const Maps& maps, const AllAnswers& answers) {
+  const CuboidMap& own = maps.own->map();
+  const double resolution_m = own.grid().resolution();
+  std::vector<PeerAgreement> agreements;
+  for (std::size_t i = 0; i < maps.peers.size(); ++i) {
+    const ByPlace<QueryAnswers>& peer = answers[i + 1];
+    agreements.push_back(
+        {maps.peers[i]->name(),
+         maps.peers[i]->compareWith(own),
+         {compareAnswers(answers[0].uniform, peer.uniform, resolution_m),
+          compareAnswers(answers[0].near_surface, peer.near_surface, resolution_m)}});
+  }
+  return agreements;
+}
+
+/// Frees the maps and sees what comes back.
+void measureHeap(const Maps& maps, std::vector<MapResult>& results) {
+  const std::vector<MapAdapter*> adapters = maps.all();
+  for (std::size_t i = 0; i < adapters.size(); ++i) {
+    const std::size_t before = heapBytes();
+    adapters[i]->dropScratch();
+    const std::size_t between = heapBytes();
+    adapters[i]->dropMap();
+    results[i].bytes_scratch = before - between;
+    results[i].bytes_heap = between - heapBytes();
+  }
+}
+
+/// A figure of a result, as an lvalue.
+using FigureOf = double& (*)(MapResult&);
+
+/// Every figure that is a time or a rate.
+const std::vector<FigureOf>& measuredFigures() {
+  static const std::vector<FigureOf> kFigures{
+      [](MapResult& r) -> double& { return r.insertion.cpu_s; },
+      [](MapResult& r) -> double& { return r.insertion.wall_s; },
+      [](MapResult& r) -> double& { return r.per_cloud.p50_ms; },
+      [](MapResult& r) -> double& { return r.per_cloud.p99_ms; },
+      [](MapResult& r) -> double& { return r.per_cloud.max_ms; },
+      [](MapResult& r) -> double& { return r.per_cloud.mean_of_first_third_ms; },
+      [](MapResult& r) -> double& { return r.per_cloud.mean_of_last_third_ms; },
+      [](MapResult& r) -> double& { return r.figures.ray_walk_cpu_s; },
+      [](MapResult& r) -> double& { return r.access_occupied_s; },
+      [](MapResult& r) -> double& { return r.queries.uniform.points_per_s; },
+      [](MapResult& r) -> double& { return r.queries.uniform.boxes_per_s; },
+      [](MapResult& r) -> double& { return r.queries.uniform.rays_per_s; },
+      [](MapResult& r) -> double& { return r.queries.near_surface.points_per_s; },
+      [](MapResult& r) -> double& { return r.queries.near_surface.boxes_per_s; },
+      [](MapResult& r) -> double& { return r.queries.near_surface.rays_per_s; }};
+  return kFigures;
+}
+
+/// The last repetition with medians in place of what was measured.
+/// @param runs  By repetition, then by map.
+std::vector<MapResult> takeMedians(std::vector<std::vector<MapResult>>& runs) {
+  std::vector<MapResult> results = runs.back();
+  for (std::size_t map = 0; map < results.size(); ++map) {
+    for (const FigureOf figure : measuredFigures()) {
+      std::vector<double> values;
+      values.reserve(runs.size());
+      for (std::vector<MapResult>& run : runs) values.push_back(figure(run[map]));
+      figure(results[map]) = median(values);
+    }
+  }
+  return results;
+}
+
+}  // namespace
+
+Comparison compareMaps(const Options& options, const std::vector<Scan>& scans) {
+  checkScans(options, scans);
+  Comparison comparison;
+  std::optional<ByPlace<QuerySet>> queries;
+  std::vector<std::vector<MapResult>> runs;
+  const auto repeat = static_cast<std::size_t>(options.repeat);
+  ProgressBar progress("clouds", repeat * scans.size());
+  while (runs.size() < repeat) {
+    const Maps maps = makeMaps(options);
+    runs.push_back(insertScans(maps, scans, runs.size() * scans.size(), progress));
+    if (!queries) queries = makeQueries(maps.own->map(), scans);
+    const AllAnswers answers = measureAccess(maps, *queries, runs.back());
+    if (runs.size() < repeat) continue;
+    comparison.agreements = findAgreements(maps, answers);
+    measureHeap(maps, runs.back());
+  }
+  comparison.maps = takeMedians(runs);
+  return comparison;
+}
+
+}  // namespace cuboid_mapping::bench

@@ -1,0 +1,52 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include "options.h"
+#include "queries.h"
+#include "timing.h"
+
+#include <string>
+#include <vector>
+
+namespace cuboid_mapping::bench {
+
+/// Wall time of the insertion of a cloud, without the final flush.
+struct CloudTimes {
+  double p50_ms = 0.0;
+  double p99_ms = 0.0;
+  double max_ms = 0.0;
+  double mean_of_first_third_ms =
+      0.0;  ///< Of the clouds: with the next, how cost grows with the map.
+  double mean_of_last_third_ms = 0.0;
+};
+
+/// What was measured of one map; each figure that is a time is the median of the repetitions.
+struct MapResult {
+  std::string name;
+  Timing insertion;  ///< With fusion and the final flush.
+  CloudTimes per_cloud;
+  MapFigures figures;
+  double access_occupied_s = 0.0;  ///< CPU time of one visit to all occupied cells.
+  ByPlace<QueryRates> queries;
+  std::size_t bytes_heap = 0;     ///< Of the map, from the allocator.
+  std::size_t bytes_scratch = 0;  ///< Of what only insertion needs, from the allocator.
+};
+
+/// How far a peer agrees with cuboid_mapping.
+struct PeerAgreement {
+  std::string name;
+  Agreement voxels;
+  ByPlace<AnswerDifferences> answers;
+};
+
+struct Comparison {
+  std::vector<MapResult> maps;  ///< cuboid_mapping first.
+  std::vector<PeerAgreement> agreements;
+};
+
+/// Fills the maps with the scans, each scan into one map after the other, so that a disturbance of
+/// the machine hits all of them; then asks all the same.
+/// @throws std::runtime_error when a map cannot take the scans, Interrupted.
+[[nodiscard]] Comparison compareMaps(const Options& options, const std::vector<Scan>& scans);
+
+}  // namespace cuboid_mapping::bench

@@ -1,0 +1,78 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "cuboid_adapter.h"
+
+#include "timing.h"
+
+#include "cuboid_mapping/query/box_query.h"
+#include "cuboid_mapping/query/point_query.h"
+#include "cuboid_mapping/query/ray_query.h"
+#include "cuboid_mapping/rtree/traversal.h"
+
+namespace cuboid_mapping::bench {
+namespace {
+
+// The three places that know of threads and of the cache of bricks.
+
+MapConfig withEngine(const MapConfig& config, const EngineOptions&) { return config; }
+
+std::unique_ptr<ScanUpdater> makeUpdater(const Grid& grid, double max_range_m,
+                                         const EngineOptions&) {
+  return std::make_unique<ScanUpdater>(grid, max_range_m);
+}
+
+void flush(CuboidMap&) {}
+
+}  // namespace
+
+CuboidAdapter::CuboidAdapter(const InsertionConfig& config, const EngineOptions& engine)
+    : map_(std::make_unique<CuboidMap>(withEngine(config.map, engine))),
+      updater_(makeUpdater(map_->grid(), config.max_range_m, engine)),
+      flushes_every_cloud_(engine.flushes_every_cloud) {}
+
+void CuboidAdapter::insert(const Scan& scan) {
+  const ScanUpdate* update = nullptr;
+  ray_walk_cpu_s_ += timeOf([&] { update = &updater_->compute(scan); }).cpu_s;
+  map_->apply(*update);
+  if (flushes_every_cloud_) flush(*map_);
+}
+
+void CuboidAdapter::finish() { flush(*map_); }
+
+MapFigures CuboidAdapter::figures() const {
+  const RTree& tree = map_->tree();
+  MapFigures figures;
+  figures.cells = tree.size();
+  figures.occupied_cells = map_->content().occupied_cuboids;
+  figures.free_cells = map_->content().free_cuboids;
+  figures.leaf_nodes = tree.numLeafNodes();
+  figures.inner_nodes = tree.numInnerNodes();
+  figures.bytes_own = tree.numBytes();
+  figures.ray_walk_cpu_s = ray_walk_cpu_s_;
+  return figures;
+}
+
+double CuboidAdapter::visitOccupied() const {
+  double sum = 0.0;
+  visitAll(map_->tree(), CuboidFilter::kOccupied, [&sum](const Cuboid& cuboid) {
+    sum += cuboid.box.min.x;
+    return Visit::kContinue;
+  });
+  return sum;
+}
+
+Occupancy CuboidAdapter::classifyPoint(const Eigen::Vector3d& point_map) const {
+  return cuboid_mapping::classifyPoint(*map_, point_map);
+}
+
+bool CuboidAdapter::isAnyOccupied(const CellBox& box) const {
+  return cuboid_mapping::isAnyOccupied(*map_, box);
+}
+
+std::optional<double> CuboidAdapter::castRay(const RayQuery& ray) const {
+  const auto result = cuboid_mapping::castRay(*map_, ray.origin_map, ray.direction, kRayRange_m,
+                                              UnknownPolicy::kPass);
+  if (!result || result->end != RayEnd::kOccupied) return std::nullopt;
+  return result->distance_m;
+}
+
+}  // namespace cuboid_mapping::bench

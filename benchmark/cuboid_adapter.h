@@ -1,0 +1,42 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include "map_adapter.h"
+
+#include "cuboid_mapping/scan/scan_update.h"
+
+namespace cuboid_mapping::bench {
+
+/// How the engine of cuboid_mapping runs: nothing that changes the voxels.
+struct EngineOptions {
+  int threads = 1;                       ///< > 0
+  std::optional<std::size_t> hot_bytes;  ///< Bound of the cache of bricks; nothing: as is default.
+  bool flushes_every_cloud = false;
+};
+
+/// The map of this package.
+class CuboidAdapter : public MapAdapter {
+ public:
+  CuboidAdapter(const InsertionConfig& config, const EngineOptions& engine);
+
+  [[nodiscard]] const CuboidMap& map() const { return *map_; }
+
+  [[nodiscard]] std::string name() const override { return "cuboid_mapping"; }
+  void insert(const Scan& scan) override;
+  void finish() override;
+  void dropScratch() override { updater_.reset(); }
+  void dropMap() override { map_.reset(); }
+  [[nodiscard]] MapFigures figures() const override;
+  [[nodiscard]] double visitOccupied() const override;
+  [[nodiscard]] Occupancy classifyPoint(const Eigen::Vector3d& point_map) const override;
+  [[nodiscard]] bool isAnyOccupied(const CellBox& box) const override;
+  [[nodiscard]] std::optional<double> castRay(const RayQuery& ray) const override;
+
+ private:
+  std::unique_ptr<CuboidMap> map_;
+  std::unique_ptr<ScanUpdater> updater_;
+  bool flushes_every_cloud_;
+  double ray_walk_cpu_s_ = 0.0;
+};
+
+}  // namespace cuboid_mapping::bench

@@ -1,0 +1,83 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// One face for all maps that are measured.
+#pragma once
+
+#include "cuboid_mapping/geometry/cell_box.h"
+#include "cuboid_mapping/interop/octomap_parity.h"
+#include "cuboid_mapping/map/cuboid_map.h"
+#include "cuboid_mapping/occupancy/sensor_model.h"
+#include "cuboid_mapping/scan/scan.h"
+
+#include <Eigen/Core>
+
+#include <limits>
+#include <memory>
+#include <optional>
+#include <string>
+
+namespace cuboid_mapping::bench {
+
+/// What a map holds; a cell is a cuboid, a leaf of OctoMap (pruned or not), a voxel of OpenVDB.
+struct MapFigures {
+  std::size_t cells = 0;
+  std::size_t occupied_cells = 0;
+  std::size_t free_cells = 0;
+  std::size_t leaf_nodes = 0;
+  std::size_t inner_nodes = 0;
+  std::size_t bytes_own = 0;  ///< What the map itself says.
+  /// Part of the insertion; NaN where it cannot be told apart.
+  double ray_walk_cpu_s = std::numeric_limits<double>::quiet_NaN();
+};
+
+/// A ray of kRayRange_m.
+struct RayQuery {
+  Eigen::Vector3d origin_map;
+  Eigen::Vector3d direction;  ///< Unit vector.
+};
+constexpr double kRayRange_m = 30.0;
+
+/// A map that is filled and asked. Not thread-safe.
+class MapAdapter {
+ public:
+  virtual ~MapAdapter() = default;
+  [[nodiscard]] virtual std::string name() const = 0;  ///< Its key in the report.
+
+  virtual void insert(const Scan& scan) = 0;
+  /// Called once behind the last scan, inside the insertion's time.
+  virtual void finish() {}
+  /// Frees what only insertion needs; nothing can be inserted afterwards.
+  virtual void dropScratch() = 0;
+  /// Frees the map; nothing can be asked afterwards.
+  virtual void dropMap() = 0;
+
+  [[nodiscard]] virtual MapFigures figures() const = 0;
+  /// Sum of the x coordinates of all occupied cells, which makes it visit them.
+  [[nodiscard]] virtual double visitOccupied() const = 0;
+  [[nodiscard]] virtual Occupancy classifyPoint(const Eigen::Vector3d& point_map) const = 0;
+  [[nodiscard]] virtual bool isAnyOccupied(const CellBox& box) const = 0;
+  /// Distance of the first occupied cell; unknown space is passed. Nothing within the range: nothing.
+  [[nodiscard]] virtual std::optional<double> castRay(const RayQuery& ray) const = 0;
+};
+
+/// A map that cuboid_mapping is measured against.
+class PeerAdapter : public MapAdapter {
+ public:
+  [[nodiscard]] virtual Agreement compareWith(const CuboidMap& map) const = 0;
+};
+
+/// What all maps have to agree about.
+struct InsertionConfig {
+  MapConfig map;
+  double max_range_m = 0.0;  ///< > 0; infinity for no limit.
+};
+
+/// OctoMap, which knows only Environment::kDynamic. @pre anchors of all scans are zero.
+[[nodiscard]] std::unique_ptr<PeerAdapter> makeOctomapAdapter(const InsertionConfig& config);
+
+/// An OpenVDB float grid of log-odds, filled as vdb_mapping does it: an active voxel is known.
+/// @param threads  That OpenVDB may use, > 0.
+/// @return Nothing when this program was built without OpenVDB.
+[[nodiscard]] std::unique_ptr<PeerAdapter> makeOpenvdbAdapter(const InsertionConfig& config,
+                                                              int threads);
+
+}  // namespace cuboid_mapping::bench

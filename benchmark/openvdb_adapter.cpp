@@ -1,0 +1,261 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "map_adapter.h"
+
+#include "timing.h"
+
+#include "cuboid_mapping/geometry/brick.h"
+#include "cuboid_mapping/rtree/traversal.h"
+#include "cuboid_mapping/scan/ray_walk.h"
+
+#define TBB_PREVIEW_GLOBAL_CONTROL 1  // for TBB before 2021
+#include <openvdb/math/DDA.h>
+#include <openvdb/math/Ray.h>
+#include <openvdb/openvdb.h>
+#include <tbb/global_control.h>
+
+#include <cmath>
+
+namespace cuboid_mapping::bench {
+namespace {
+
+using openvdb::Coord;
+using openvdb::CoordBBox;
+
+// Not registered with their trees, which is quicker; so they must be cleared with them.
+using UpdateAccessor = openvdb::tree::ValueAccessor<openvdb::BoolTree, false>;
+using MapAccessor = openvdb::tree::ValueAccessor<openvdb::FloatTree, false>;
+using ConstMapAccessor = openvdb::tree::ValueAccessor<const openvdb::FloatTree, false>;
+
+Coord toCoord(const Cell& cell) { return {cell.x, cell.y, cell.z}; }
+
+/// The voxels of a leaf node, which has the size of a brick.
+CellBox leafBox(const openvdb::FloatTree::LeafNodeType& leaf) {
+  static_assert(openvdb::FloatTree::LeafNodeType::DIM == kBrickEdge, "a leaf is a brick");
+  const Coord origin = leaf.origin();
+  return brickBox({origin.x(), origin.y(), origin.z()});
+}
+
+/// Activates the voxels that a beam passes.
+class MissCursor {
+ public:
+  MissCursor(UpdateAccessor& accessor, const Ray& ray)
+      : accessor_(&accessor),
+        coord_(toCoord(ray.start)),
+        end_(toCoord(ray.end)),
+        step_{ray.step[0], ray.step[1], ray.step[2]} {}
+
+  void mark() { accessor_->setActiveState(coord_, true); }
+  void advance(int axis) { coord_[axis] += step_[axis]; }
+  [[nodiscard]] bool isAtEnd() const { return coord_ == end_; }
+
+ private:
+  UpdateAccessor* accessor_;
+  Coord coord_;
+  Coord end_;
+  int step_[3];
+};
+
+/// The voxels of one cloud: active ones are observed, those that are true are hits.
+class UpdateGrid {
+ public:
+  UpdateGrid(const Grid& grid, double max_range_m) : grid_(grid), max_range_m_(max_range_m) {}
+
+  void compute(const Scan& scan) {
+    accessor_.clear();
+    tree_.clear();
+    const RayOrigin ray_origin(grid_, scan.anchor_map, scan.origin);
+    if (!ray_origin.cell()) return;
+    for (const Eigen::Vector3f& point : scan.points) addBeam(scan, ray_origin, point);
+  }
+
+  [[nodiscard]] const openvdb::BoolTree& tree() const { return tree_; }
+
+ private:
+  /// The same beams, cut at the same points, as ScanUpdater::compute.
+  void addBeam(const Scan& scan, const RayOrigin& ray_origin, const Eigen::Vector3f& end) {
+    Eigen::Vector3f last = end;
+    bool is_cut = false;
+    if (std::isfinite(max_range_m_)) {
+      const Eigen::Vector3f beam = end - scan.origin;
+      const float squared_length = beam.x() * beam.x() + beam.y() * beam.y() + beam.z() * beam.z();
+      const double length_m = std::sqrt(static_cast<double>(squared_length));
+      is_cut = length_m > max_range_m_;
+      if (is_cut) {
+        last = scan.origin + beam / static_cast<float>(length_m) * static_cast<float>(max_range_m_);
+      }
+    }
+    Ray ray;
+    if (!ray_origin.computeRay(last, ray)) return;
+    static_cast<void>(walkRay(ray, MissCursor(accessor_, ray)));
+    if (is_cut) {
+      accessor_.setActiveState(toCoord(ray.end), true);
+    } else {
+      accessor_.setValueOn(toCoord(ray.end), true);
+    }
+  }
+
+  Grid grid_;
+  double max_range_m_;
+  openvdb::BoolTree tree_{false};
+  UpdateAccessor accessor_{tree_};
+};
+
+class OpenvdbAdapter : public PeerAdapter {
+ public:
+  OpenvdbAdapter(const InsertionConfig& config, int threads)
+      : grid_(config.map.resolution_m),
+        sensor_model_(config.map.sensor_model, config.map.environment),
+        control_(tbb::global_control::max_allowed_parallelism, static_cast<std::size_t>(threads)),
+        update_(std::make_unique<UpdateGrid>(grid_, config.max_range_m)),
+        tree_(std::make_unique<openvdb::FloatTree>(0.0F)),
+        accessor_(std::make_unique<MapAccessor>(*tree_)),
+        const_accessor_(std::make_unique<ConstMapAccessor>(*tree_)) {}
+
+  [[nodiscard]] std::string name() const override { return "openvdb"; }
+
+  void insert(const Scan& scan) override {
+    ray_walk_cpu_s_ += timeOf([&] { update_->compute(scan); }).cpu_s;
+    for (auto leaf = update_->tree().cbeginLeaf(); leaf; ++leaf) {
+      for (auto voxel = leaf->cbeginValueOn(); voxel; ++voxel) {
+        const float observation = *voxel ? sensor_model_.hit() : sensor_model_.miss();
+        accessor_->modifyValueAndActiveState(
+            voxel.getCoord(), [this, observation](float& log_odds, bool& is_known) {
+              log_odds = sensor_model_.update(log_odds, observation);  // 0 where unknown
+              is_known = true;
+            });
+      }
+    }
+  }
+
+  void dropScratch() override { update_.reset(); }
+
+  void dropMap() override {
+    const_accessor_.reset();
+    accessor_.reset();
+    tree_.reset();
+  }
+
+  [[nodiscard]] MapFigures figures() const override {
+    MapFigures figures;
+    for (auto leaf = tree_->cbeginLeaf(); leaf; ++leaf) {
+      for (auto voxel = leaf->cbeginValueOn(); voxel; ++voxel) {
+        ++(classify(*voxel) == Occupancy::kOccupied ? figures.occupied_cells : figures.free_cells);
+      }
+    }
+    figures.cells = figures.occupied_cells + figures.free_cells;
+    figures.leaf_nodes = tree_->leafCount();
+    figures.inner_nodes = tree_->nonLeafCount();
+    figures.bytes_own = tree_->memUsage();
+    figures.ray_walk_cpu_s = ray_walk_cpu_s_;
+    return figures;
+  }
+
+  [[nodiscard]] double visitOccupied() const override {
+    double sum = 0.0;
+    for (auto leaf = tree_->cbeginLeaf(); leaf; ++leaf) {
+      for (auto voxel = leaf->cbeginValueOn(); voxel; ++voxel) {
+        if (classify(*voxel) == Occupancy::kOccupied) sum += voxel.getCoord().x();
+      }
+    }
+    return sum;
+  }
+
+  [[nodiscard]] Occupancy classifyPoint(const Eigen::Vector3d& point_map) const override {
+    const auto cell = grid_.toCell(point_map);
+    float log_odds = 0.0F;
+    if (!cell || !const_accessor_->probeValue(toCoord(*cell), log_odds)) return Occupancy::kUnknown;
+    return classify(log_odds);
+  }
+
+  [[nodiscard]] bool isAnyOccupied(const CellBox& box) const override {
+    const Cell first = brickOf(box.min);
+    for (int z = first.z; z < box.max.z; z += kBrickEdge) {
+      for (int y = first.y; y < box.max.y; y += kBrickEdge) {
+        for (int x = first.x; x < box.max.x; x += kBrickEdge) {
+          const auto* leaf = const_accessor_->probeConstLeaf({x, y, z});
+          if (leaf != nullptr && isAnyOccupied(*leaf, box)) return true;
+        }
+      }
+    }
+    return false;
+  }
+
+  [[nodiscard]] std::optional<double> castRay(const RayQuery& ray) const override {
+    using IndexRay = openvdb::math::Ray<double>;
+    const Eigen::Vector3d origin = grid_.toCellUnits(ray.origin_map);
+    const Eigen::Vector3d& direction = ray.direction;
+    openvdb::math::DDA<IndexRay> dda(IndexRay({origin.x(), origin.y(), origin.z()},
+                                              {direction.x(), direction.y(), direction.z()}, 0.0,
+                                              kRayRange_m / grid_.resolution()));
+    do {
+      float log_odds = 0.0F;
+      if (const_accessor_->probeValue(dda.voxel(), log_odds) &&
+          classify(log_odds) == Occupancy::kOccupied) {
+        return dda.time() * grid_.resolution();
+      }
+    } while (dda.step());
+    return std::nullopt;
+  }
+
+  [[nodiscard]] Agreement compareWith(const CuboidMap& map) const override {
+    Agreement agreement;
+    double known_to_both = 0.0;
+    for (auto leaf = tree_->cbeginLeaf(); leaf; ++leaf) {
+      agreement.voxels += static_cast<double>(leaf->onVoxelCount());
+      visitBox(map.tree(), leafBox(*leaf), CuboidFilter::kAll, [&](const Cuboid& cuboid) {
+        known_to_both += compareVoxels(*leaf, cuboid, agreement);
+        return Visit::kContinue;
+      });
+    }
+    const double known = map.content().free_voxels + map.content().occupied_voxels;
+    agreement.known_mismatch = (agreement.voxels - known_to_both) + (known - known_to_both);
+    return agreement;
+  }
+
+ private:
+  using Leaf = openvdb::FloatTree::LeafNodeType;
+
+  [[nodiscard]] static bool isAnyOccupied(const Leaf& leaf, const CellBox& box) {
+    const bool is_whole = box.contains(leafBox(leaf));
+    for (auto voxel = leaf.cbeginValueOn(); voxel; ++voxel) {
+      if (classify(*voxel) != Occupancy::kOccupied) continue;
+      if (is_whole) return true;
+      const Coord coord = voxel.getCoord();
+      if (box.contains(Cell{coord.x(), coord.y(), coord.z()})) return true;
+    }
+    return false;
+  }
+
+  /// Voxels of the leaf in the cuboid that are known to both; differences are added.
+  static double compareVoxels(const Leaf& leaf, const Cuboid& cuboid, Agreement& agreement) {
+    const CellBox part = intersect(cuboid.box, leafBox(leaf));
+    double known_to_both = 0.0;
+    const CoordBBox coords(toCoord(part.min), toCoord(part.max - Cell{1, 1, 1}));
+    for (auto coord = coords.begin(); coord; ++coord) {
+      float log_odds = 0.0F;
+      if (!leaf.probeValue(*coord, log_odds)) continue;
+      known_to_both += 1.0;
+      if (classify(log_odds) != cuboid.occupancy()) agreement.class_mismatch += 1.0;
+      agreement.max_log_odds_difference =
+          std::max<double>(agreement.max_log_odds_difference, std::abs(log_odds - cuboid.log_odds));
+    }
+    return known_to_both;
+  }
+
+  Grid grid_;
+  SensorModel sensor_model_;
+  tbb::global_control control_;
+  std::unique_ptr<UpdateGrid> update_;
+  std::unique_ptr<openvdb::FloatTree> tree_;
+  std::unique_ptr<MapAccessor> accessor_;
+  std::unique_ptr<ConstMapAccessor> const_accessor_;
+  double ray_walk_cpu_s_ = 0.0;
+};
+
+}  // namespace
+
+std::unique_ptr<PeerAdapter> makeOpenvdbAdapter(const InsertionConfig& config, int threads) {
+  return std::make_unique<OpenvdbAdapter>(config, threads);
+}
+
+}  // namespace cuboid_mapping::bench

@@ -1,0 +1,36 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include "cuboid_adapter.h"
+
+#include <CLI/CLI.hpp>
+
+#include <string>
+#include <vector>
+
+namespace cuboid_mapping::bench {
+
+/// The command line of compare_maps.
+struct Options {
+  std::string dataset;
+  std::string cloud_topic;  ///< Of a bag; empty: the only one that there is.
+  std::string map_frame = "map";
+  InsertionConfig insertion;
+  EngineOptions engine;
+  std::size_t clouds;  ///< At most so many.
+  int repeat = 1;
+  bool with_octomap = true;
+  bool with_openvdb = hasOpenvdb();
+  std::string json_file;  ///< Empty: none.
+
+  [[nodiscard]] static bool hasOpenvdb();
+};
+
+/// @return Nothing when the program shall go on; else its exit status, all being said.
+/// @throws std::runtime_error for options that cannot go together.
+[[nodiscard]] std::optional<int> parseOptions(int argc, char** argv, Options& options);
+
+/// "dynamic" or "static".
+[[nodiscard]] const char* toString(Environment environment);
+
+}  // namespace cuboid_mapping::bench
