@@ -119,7 +119,6 @@ enum class BrickKind : unsigned char {
 DenseBrick makeBrick(BrickKind kind) {
   std::mt19937 random(1);
   DenseBrick brick;
-  brick.reset({0, 0, 0});
   for (int voxel = 0; voxel < kBrickVoxels; ++voxel) {
     const int x = voxel & 7;
     const int y = voxel >> 3 & 7;
