@@ -11,32 +11,27 @@
 namespace cuboid_mapping::bench {
 namespace {
 
-// The three places that know of threads and of the cache of bricks.
-
-MapConfig withEngine(const MapConfig& config, const EngineOptions&) { return config; }
-
-std::unique_ptr<ScanUpdater> makeUpdater(const Grid& grid, double max_range_m,
-                                         const EngineOptions&) {
-  return std::make_unique<ScanUpdater>(grid, max_range_m);
+MapConfig withEngine(MapConfig config, const EngineOptions& engine) {
+  config.threads = engine.threads;
+  config.hot_bytes = engine.hot_bytes;
+  return config;
 }
-
-void flush(CuboidMap&) {}
 
 }  // namespace
 
 CuboidAdapter::CuboidAdapter(const InsertionConfig& config, const EngineOptions& engine)
     : map_(std::make_unique<CuboidMap>(withEngine(config.map, engine))),
-      updater_(makeUpdater(map_->grid(), config.max_range_m, engine)),
+      updater_(std::make_unique<ScanUpdater>(map_->grid(), config.max_range_m, engine.threads)),
       flushes_every_cloud_(engine.flushes_every_cloud) {}
 
 void CuboidAdapter::insert(const Scan& scan) {
   const ScanUpdate* update = nullptr;
   ray_walk_cpu_s_ += timeOf([&] { update = &updater_->compute(scan); }).cpu_s;
   map_->apply(*update);
-  if (flushes_every_cloud_) flush(*map_);
+  if (flushes_every_cloud_) map_->flush();
 }
 
-void CuboidAdapter::finish() { flush(*map_); }
+void CuboidAdapter::finish() { map_->flush(); }
 
 MapFigures CuboidAdapter::figures() const {
   const RTree& tree = map_->tree();
@@ -46,7 +41,8 @@ MapFigures CuboidAdapter::figures() const {
   figures.free_cells = map_->content().free_cuboids;
   figures.leaf_nodes = tree.numLeafNodes();
   figures.inner_nodes = tree.numInnerNodes();
-  figures.bytes_own = tree.numBytes();
+  figures.bytes_own = map_->numBytes();
+  figures.bytes_hot = map_->numHotBytes();
   figures.ray_walk_cpu_s = ray_walk_cpu_s_;
   return figures;
 }

@@ -10,7 +10,7 @@ namespace cuboid_mapping::bench {
 /// How the engine of cuboid_mapping runs: nothing that changes the voxels.
 struct EngineOptions {
   int threads = 1;                       ///< > 0
-  std::optional<std::size_t> hot_bytes;  ///< Bound of the cache of bricks; nothing: as is default.
+  std::size_t hot_bytes = 64 * 1000000;  ///< Bound of the cache of bricks; 0: none.
   bool flushes_every_cloud = false;
 };
 

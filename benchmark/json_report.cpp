@@ -30,7 +30,7 @@ Json toJson(const Options& options) {
           {"environment", toString(map.environment)},
           {"branching", map.rtree.max_branches},
           {"threads", engine.threads},
-          {"hot_bytes", engine.hot_bytes ? Json(*engine.hot_bytes) : Json(nullptr)},
+          {"hot_bytes", engine.hot_bytes},
           {"flush_every_cloud", engine.flushes_every_cloud},
           {"repeat", options.repeat}};
 }
@@ -65,6 +65,7 @@ Json toJson(const MapResult& result) {
           {"leaf_nodes", figures.leaf_nodes},
           {"inner_nodes", figures.inner_nodes},
           {"bytes_own", figures.bytes_own},
+          {"bytes_hot", figures.bytes_hot},
           {"bytes_heap", result.bytes_heap},
           {"bytes_scratch", result.bytes_scratch},
           {"access_occupied_s", result.access_occupied_s},

@@ -12,17 +12,20 @@
 namespace cuboid_mapping::bench {
 namespace {
 
+constexpr std::size_t kMegabyte = 1000000;
+
 /// What has to be checked or converted behind the parser.
 struct RawOptions {
   std::vector<std::string> peers;
   std::int64_t clouds = std::numeric_limits<std::int64_t>::max();
-  std::int64_t hot_mb = -1;
+  std::size_t hot_mb = EngineOptions().hot_bytes / kMegabyte;
 };
 
 void addEngineOptions(CLI::App& app, Options& options, RawOptions& raw) {
   app.add_option("--threads", options.engine.threads, "Threads of cuboid_mapping and OpenVDB")
       ->check(CLI::Range(1, 256));
   app.add_option("--hot-mb", raw.hot_mb, "Bound of the cache of bricks [MB]; 0: none")
+      ->capture_default_str()
       ->check(CLI::Range(0, 1 << 20));
   app.add_flag("--flush-every-cloud", options.engine.flushes_every_cloud,
                "Write the cache back to the R-tree after every cloud");
@@ -113,7 +116,7 @@ std::optional<int> parseOptions(int argc, char** argv, Options& options) {
   if (const auto status = parseCommandLine(app, argc, argv)) return status;
   takePeers(raw.peers, options);
   options.clouds = static_cast<std::size_t>(raw.clouds);
-  if (raw.hot_mb >= 0) options.engine.hot_bytes = static_cast<std::size_t>(raw.hot_mb) * 1000000;
+  options.engine.hot_bytes = raw.hot_mb * kMegabyte;
   RTreeConfig& rtree = options.insertion.map.rtree;
   rtree.min_branches = std::max(1, rtree.max_branches * 3 / 8);
   return std::nullopt;
