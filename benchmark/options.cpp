@@ -5,6 +5,7 @@
 #include "machine.h"
 
 #include <cstdint>
+#include <iostream>
 #include <limits>
 #include <map>
 #include <stdexcept>
@@ -111,7 +112,11 @@ std::optional<int> parseOptions(int argc, char** argv, Options& options) {
   addEngineOptions(app, options, raw);
   addRunOptions(app, options, raw);
   app.add_flag_callback(
-      "--version", [] { throw CLI::CallForVersion(describeMachine().commit, 0); },
+      "--version",
+      [] {
+        std::cout << describeMachine().commit << std::endl;
+        throw CLI::Success();
+      },
       "Print the commit of the sources and exit");
   if (const auto status = parseCommandLine(app, argc, argv)) return status;
   takePeers(raw.peers, options);
