@@ -31,7 +31,10 @@ void CuboidAdapter::insert(const Scan& scan) {
   if (flushes_every_cloud_) map_->flush();
 }
 
-void CuboidAdapter::finish() { map_->flush(); }
+void CuboidAdapter::finish() {
+  bytes_hot_ = map_->numHotBytes();
+  map_->cool();
+}
 
 MapFigures CuboidAdapter::figures() const {
   const RTree& tree = map_->tree();
@@ -42,7 +45,7 @@ MapFigures CuboidAdapter::figures() const {
   figures.leaf_nodes = tree.numLeafNodes();
   figures.inner_nodes = tree.numInnerNodes();
   figures.bytes_own = map_->numBytes();
-  figures.bytes_hot = map_->numHotBytes();
+  figures.bytes_hot = bytes_hot_;
   figures.ray_walk_cpu_s = ray_walk_cpu_s_;
   return figures;
 }

@@ -37,6 +37,7 @@ class CuboidAdapter : public MapAdapter {
   std::unique_ptr<ScanUpdater> updater_;
   bool flushes_every_cloud_;
   double ray_walk_cpu_s_ = 0.0;
+  std::size_t bytes_hot_ = 0;  ///< Before the cache was given back.
 };
 
 }  // namespace cuboid_mapping::bench

@@ -154,6 +154,12 @@ void CuboidMap::evictLast(std::size_t num_groups, ChangeSet& changes) {
   for (const HotGroup* last : evicted) hot_.remove(Cell(last->group));
 }
 
+ChangeSet CuboidMap::cool() {
+  ChangeSet changes = flush();
+  hot_.clear();
+  return changes;
+}
+
 ChangeSet CuboidMap::flush() { return flush(kAllCells); }
 
 ChangeSet CuboidMap::flush(const CellBox& region) {

@@ -6,9 +6,6 @@
 namespace cuboid_mapping {
 namespace {
 
-/// Greatest share of the places of the hash table that are taken.
-constexpr double kMaxLoad = 0.8;
-constexpr double kGrowth = 1.4;
 constexpr std::size_t kFirstEntries = 64;
 
 BrickMask fullMask() {
@@ -32,7 +29,7 @@ void VoxelClasses::clear() {
 }
 
 void VoxelClasses::grow() {
-  std::vector<Entry> old(static_cast<std::size_t>(kGrowth * static_cast<double>(entries_.size())));
+  std::vector<Entry> old(2 * entries_.size());
   old.swap(entries_);
   for (const Entry& entry : old) {
     if (entry.known != kNoMask) entries_[slotOf(entry.brick)] = entry;
@@ -63,9 +60,7 @@ VoxelClasses::MaskIndex VoxelClasses::store(MaskIndex index, const BrickMask& ma
 }
 
 void VoxelClasses::set(const Cell& brick, const BrickMask& known, const BrickMask& occupied) {
-  if (static_cast<double>(num_bricks_ + 1) > kMaxLoad * static_cast<double>(entries_.size())) {
-    grow();
-  }
+  if (2 * (num_bricks_ + 1) > entries_.size()) grow();
   Entry& entry = entries_[slotOf(brick)];
   if (entry.known == kNoMask) ++num_bricks_;
   entry.brick = brick;

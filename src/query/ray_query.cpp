@@ -145,6 +145,10 @@ RayWalkResult walk(const CuboidMap& map, const Eigen::Vector3d& origin, const Ei
       voxels.stepOverBrick();
       continue;
     }
+    if (masks.is_all_free) {
+      voxels.stepOverBrick();
+      continue;
+    }
     const double leave = std::min(voxels.leave(), end);
     const Occupancy occupancy = masks.at(voxelIndex(voxels.cell()));
     if (occupancy == Occupancy::kOccupied && leave - voxels.enter() > kTouch) {

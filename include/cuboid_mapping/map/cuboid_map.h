@@ -56,6 +56,8 @@ class CuboidMap {
   /// They stay hot. @complexity O(b (log n + c)) for b bricks of c cuboids that have changed.
   ChangeSet flush();
   ChangeSet flush(const CellBox& region);
+  /// As flush(), and gives the memory of the hot bricks back: for when no clouds come for a while.
+  ChangeSet cool();
 
   /// Forgets everything.
   ChangeSet clear();

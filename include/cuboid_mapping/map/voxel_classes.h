@@ -21,6 +21,8 @@ class VoxelClasses {
     const BrickMask* known;
     const BrickMask* occupied;  ///< A part of the known ones.
 
+    bool is_all_free;  ///< All voxels are known, none is occupied.
+
     [[nodiscard]] Occupancy at(int voxel) const {
       const auto word = static_cast<std::size_t>(voxel >> 6);
       if (((*known)[word] >> (voxel & 63) & 1) == 0) return Occupancy::kUnknown;
@@ -37,7 +39,8 @@ class VoxelClasses {
   [[nodiscard]] bool find(const Cell& brick, Masks& masks) const {
     const Entry& entry = entries_[slotOf(brick)];
     if (entry.known == kNoMask) return false;
-    masks = {&mask(entry.known), &mask(entry.occupied)};
+    masks = {&mask(entry.known), &mask(entry.occupied),
+             entry.known == kEverything && entry.occupied == kNothing};
     return true;
   }
 
@@ -59,7 +62,7 @@ class VoxelClasses {
   static constexpr MaskIndex kEverything = 1;  ///< The mask of all voxels.
   static constexpr std::size_t kBlockMasks = 256;
 
-  /// A place of the hash table, which is probed linearly.
+  /// A place of the hash table, which is probed linearly. At most half of them are taken.
   struct Entry {
     Cell brick;
     MaskIndex known = kNoMask;  ///< None: the place is free.
@@ -75,9 +78,10 @@ class VoxelClasses {
                               static_cast<std::uint64_t>(static_cast<std::uint32_t>(brick.y))
                                   << 20 ^
                               static_cast<std::uint64_t>(static_cast<std::uint32_t>(brick.z)) << 40;
-    std::size_t slot = ((key * kGoldenRatio) >> 32) * entries_.size() >> 32;
+    const std::size_t last = entries_.size() - 1;
+    std::size_t slot = (key * kGoldenRatio) >> 32 & last;
     while (entries_[slot].known != kNoMask && entries_[slot].brick != brick) {
-      if (++slot == entries_.size()) slot = 0;
+      slot = (slot + 1) & last;
     }
     return slot;
   }
