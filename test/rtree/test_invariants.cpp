@@ -5,6 +5,7 @@
 #include <gtest/gtest.h>
 
 #include <string>
+#include <vector>
 
 namespace cuboid_mapping {
 namespace {
@@ -93,6 +94,17 @@ TEST_F(CheckTree, seesAnEmptyBox) {
   branch.box.max.y = branch.box.min.y;
   leaf().set(0, branch);
   EXPECT_TRUE(reports("empty box"));
+}
+
+TEST(CheckTreeOfOneLeaf, seesALeafThatIsWideWithoutNeed) {
+  RTree tree(RTreeConfig{4, 2});
+  for (const int x : {0, 5, 300}) tree.insert({CellBox::ofCell({x, 0, 0}), -1.0F});
+  EXPECT_TRUE(checkTree(tree).empty());
+  const_cast<Node&>(tree.node(0, tree.root())).remove(2);
+  const std::vector<std::string> violations = checkTree(tree);
+  ASSERT_EQ(violations.size(), 2U);
+  EXPECT_NE(violations[0].find("wide without need"), std::string::npos);
+  EXPECT_NE(violations[1].find("number of cuboids"), std::string::npos);
 }
 
 TEST(CheckDisjoint, seesTwoCuboidsThatShareACell) {

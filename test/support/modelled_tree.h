@@ -8,6 +8,7 @@
 
 #include <gtest/gtest.h>
 
+#include <limits>
 #include <string>
 #include <vector>
 
@@ -18,11 +19,12 @@ enum class World : unsigned char {
   kLattice,      ///< Disjoint, many with common faces, as a map has them.
   kOverlapping,  ///< Anywhere, also the same box several times.
   kHuge,         ///< At the borders of the grid, some as large as the grid.
+  kWide,         ///< At the limits of the coordinates; leaves of more and of less than 255 voxels.
 };
 
 inline std::string toString(World world) {
-  return world == World::kLattice ? "Lattice"
-                                  : (world == World::kOverlapping ? "Overlapping" : "Huge");
+  constexpr const char* kNames[] = {"Lattice", "Overlapping", "Huge", "Wide"};
+  return kNames[static_cast<std::size_t>(world)];
 }
 
 /// A box as they are in a world.
@@ -37,6 +39,13 @@ inline CellBox randomBoxIn(Random& random, World world) {
   if (world == World::kOverlapping) {
     if (random.chance(0.2)) return randomBox(random, {{-3, -3, -3}, {3, 3, 3}}, 2);  // Many twins.
     return randomBox(random, {{-50, -50, -50}, {50, 50, 50}}, random.chance(0.1) ? 80 : 12);
+  }
+  if (world == World::kWide) {
+    constexpr std::int32_t kLeast = std::numeric_limits<std::int32_t>::min();
+    constexpr std::int32_t kGreatest = std::numeric_limits<std::int32_t>::max();
+    const std::int32_t at = random.chance(0.5) ? kLeast + 100 : kGreatest - 1000;
+    return randomBox(random, {{at, at, at}, {at + 400, at + 40, at + 40}},
+                     random.chance(0.03) ? 500 : 20);
   }
   constexpr std::int32_t kFar = 1 << 30;
   constexpr std::int32_t kCorners[] = {-kFar, -kFar / 2, 0, kFar - 200};
@@ -204,9 +213,8 @@ class ModelledTree {
   }
 
   void replaceEverything(Random& random) {
-    const std::int32_t far = 1 << 30;
     Selection all;
-    tree_.select({{-far, -far, -far}, {far, far, far}}, all);
+    if (tree_.bounds()) tree_.select(*tree_.bounds(), all);
     ASSERT_EQ(all.slots.size(), size());
     const std::vector<LeafSlot> removed = takeOut(random, all, 1.0);
     std::vector<Cuboid> added;

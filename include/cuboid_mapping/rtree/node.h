@@ -77,6 +77,10 @@ class Node {
     return {box(slot), value()[slot], isLeaf() ? kNoNode : child()[slot]};
   }
 
+  /// Coordinates of one face of all boxes; those up to paddedSlots(count()) are written.
+  /// @param face  0, 1, 2: least x, y, z; 3, 4, 5: greatest x, y, z.
+  void getFaces(int face, double (&coordinates)[kMaxSlots]) const;
+
   /// Branches that share a cell with the window. @pre the window is not empty.
   [[nodiscard]] SlotSet findOverlapping(const CellBox& window) const;
   /// Branches with a value >= 0: occupied cuboids, or some below.
@@ -148,26 +152,41 @@ inline CellBox Node::box(int slot) const {
 
 namespace node_detail {
 
-/// Branches whose boxes, six arrays of coordinates, share a cell with a window.
+/// Branches whose boxes, six arrays of coordinates, share a cell with the one from lower to upper.
 template <typename CoordinateT>
 SlotSet findOverlapping(const CoordinateT* boxes, std::size_t stride, int count,
-                        const CoordinateT* window_min, const CoordinateT* window_max) {
+                        const CoordinateT (&lower)[3], const CoordinateT (&upper)[3]) {
   const CoordinateT* min_x = boxes;
   const CoordinateT* min_y = boxes + stride;
   const CoordinateT* min_z = boxes + 2 * stride;
   const CoordinateT* max_x = boxes + 3 * stride;
   const CoordinateT* max_y = boxes + 4 * stride;
   const CoordinateT* max_z = boxes + 5 * stride;
-  const CoordinateT lower[] = {window_min[0], window_min[1], window_min[2]};
-  const CoordinateT upper[] = {window_max[0], window_max[1], window_max[2]};
+  const CoordinateT from[] = {lower[0], lower[1], lower[2]};
+  const CoordinateT to[] = {upper[0], upper[1], upper[2]};
   return findSlots(count, [=](int i) {
-    return static_cast<int>(min_x[i] < upper[0]) & static_cast<int>(lower[0] < max_x[i]) &
-           static_cast<int>(min_y[i] < upper[1]) & static_cast<int>(lower[1] < max_y[i]) &
-           static_cast<int>(min_z[i] < upper[2]) & static_cast<int>(lower[2] < max_z[i]);
+    return static_cast<int>(min_x[i] < to[0]) & static_cast<int>(from[0] < max_x[i]) &
+           static_cast<int>(min_y[i] < to[1]) & static_cast<int>(from[1] < max_y[i]) &
+           static_cast<int>(min_z[i] < to[2]) & static_cast<int>(from[2] < max_z[i]);
   });
 }
 
 }  // namespace node_detail
+
+inline void Node::getFaces(int face, double (&coordinates)[kMaxSlots]) const {
+  const int end = paddedSlots(count_);
+  const std::size_t at = static_cast<std::size_t>(face) * stride();
+  if (kind_ != NodeKind::kLeaf) {
+    const std::int32_t* from = this->coordinates() + at;
+    for (int i = 0; i < end; ++i) coordinates[i] = from[i];
+    return;
+  }
+  const std::uint8_t* from = offsets() + at;
+  const std::int32_t origin = origin_[face % 3];
+  std::int32_t absolute[kMaxSlots];
+  for (int i = 0; i < end; ++i) absolute[i] = origin + from[i];
+  for (int i = 0; i < end; ++i) coordinates[i] = absolute[i];
+}
 
 inline SlotSet Node::findOverlapping(const CellBox& window) const {
   if (kind_ != NodeKind::kLeaf) {

@@ -32,20 +32,28 @@ constexpr int kSlotGroup = 16;
 /// The set without its least slot: `for (; slots != 0; slots = withoutFirst(slots))`.
 [[nodiscard]] constexpr SlotSet withoutFirst(SlotSet slots) { return slots & (slots - 1); }
 
+/// A flag, 0 or 1, for each slot of a group.
+using SlotFlags = std::uint8_t[kSlotGroup];
+
+/// The flags of a group as bits 0 to kSlotGroup - 1.
+[[nodiscard]] inline SlotSet packFlags(const SlotFlags& flags) {
+  static_assert(__BYTE_ORDER__ == __ORDER_LITTLE_ENDIAN__, "flag 0 is the lowest byte of a word");
+  std::uint64_t words[2];
+  static_assert(sizeof(words) == sizeof(flags));
+  std::memcpy(words, flags, sizeof(flags));
+  constexpr std::uint64_t kBytesToBits = 0x0102040810204080ULL;  // Byte i to bit 56 + i.
+  return words[0] * kBytesToBits >> 56 | words[1] * kBytesToBits >> 56 << 8;
+}
+
 /// The slots below `count` that pass a test.
 /// @param test  (int slot) -> bool without a branch; called for the slots of whole groups.
 template <typename TestT>
 [[nodiscard]] SlotSet findSlots(int count, TestT test) {
-  static_assert(__BYTE_ORDER__ == __ORDER_LITTLE_ENDIAN__, "flag 0 is the lowest byte of a word");
   SlotSet found = 0;
   for (int first = 0; first < count; first += kSlotGroup) {
-    std::uint8_t flags[kSlotGroup];
+    SlotFlags flags;
     for (int i = 0; i < kSlotGroup; ++i) flags[i] = static_cast<std::uint8_t>(test(first + i));
-    std::uint64_t words[2];
-    static_assert(sizeof(words) == sizeof(flags));
-    std::memcpy(words, flags, sizeof(flags));
-    constexpr std::uint64_t kBytesToBits = 0x0102040810204080ULL;  // Byte i to bit 56 + i.
-    found |= (words[0] * kBytesToBits >> 56 | words[1] * kBytesToBits >> 56 << 8) << first;
+    found |= packFlags(flags) << first;
   }
   return found & firstSlots(count);
 }

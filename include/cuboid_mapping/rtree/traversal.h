@@ -77,48 +77,109 @@ struct RayInterval {
   double last;
 };
 
-[[nodiscard]] inline RayInterval intersectRay(const Eigen::Vector3d& origin,
-                                              const Eigen::Vector3d& direction, double t_end,
-                                              const CellBox& box) {
-  RayInterval interval{0.0, t_end};
-  for (int axis = 0; axis < 3; ++axis) {
-    const double lower = box.min[axis] - origin[axis];
-    const double upper = box.max[axis] - origin[axis];
-    if (direction[axis] == 0.0) {
-      if (lower > 0.0 || upper <= 0.0) return {1.0, 0.0};
-      continue;
+/// Search of the boxes that a ray passes; see visitRay.
+class RaySearch {
+ public:
+  RaySearch(const Eigen::Vector3d& origin, const Eigen::Vector3d& direction, double t_end)
+      : origin_(origin), direction_(direction), t_end_(t_end) {
+    // Not infinite, so that a product with it is a number.
+    constexpr double kGreatest = 1e300;
+    for (int axis = 0; axis < 3; ++axis) {
+      inverse_[axis] = std::clamp(1.0 / direction[axis], -kGreatest, kGreatest);
     }
-    const double t_lower = lower / direction[axis];
-    const double t_upper = upper / direction[axis];
-    interval.first = std::max(interval.first, std::min(t_lower, t_upper));
-    interval.last = std::min(interval.last, std::max(t_lower, t_upper));
   }
-  return interval;
-}
 
-[[nodiscard]] inline double squaredDistance(const Eigen::Vector3d& point, const CellBox& box) {
-  double sum = 0.0;
-  for (int axis = 0; axis < 3; ++axis) {
-    const double outside =
-        std::max({box.min[axis] - point[axis], 0.0, point[axis] - box.max[axis]});
-    sum += outside * outside;
+  [[nodiscard]] RayInterval intersect(const CellBox& box) const {
+    RayInterval interval{0.0, t_end_};
+    for (int axis = 0; axis < 3; ++axis) {
+      const double lower = box.min[axis] - origin_[axis];
+      const double upper = box.max[axis] - origin_[axis];
+      if (direction_[axis] == 0.0) {
+        if (lower > 0.0 || upper <= 0.0) return {1.0, 0.0};
+        continue;
+      }
+      const double t_lower = lower / direction_[axis];
+      const double t_upper = upper / direction_[axis];
+      interval.first = std::max(interval.first, std::min(t_lower, t_upper));
+      interval.last = std::min(interval.last, std::max(t_lower, t_upper));
+    }
+    return interval;
   }
-  return sum;
-}
+
+  /// Where the ray enters a box; negative when it does not.
+  [[nodiscard]] double keyOf(const CellBox& box) const {
+    const RayInterval interval = intersect(box);
+    return interval.first <= interval.last ? interval.first : -1.0;
+  }
+
+  /// Branches that the ray may pass; of those left out it touches at most the border.
+  ///
+  /// Without divisions and branches, so that the compiler turns the loops into SIMD instructions.
+  [[nodiscard]] SlotSet findCandidates(const Node& node) const {
+    const int end = paddedSlots(node.count());
+    double t[kMaxSlots];
+    double enter[kMaxSlots];
+    double leave[kMaxSlots];
+    for (int i = 0; i < end; ++i) enter[i] = 0.0;
+    for (int i = 0; i < end; ++i) leave[i] = t_end_;
+    for (int axis = 0; axis < 3; ++axis) {
+      const double origin = origin_[axis];
+      const double inverse = inverse_[axis];
+      const bool is_rising = inverse > 0.0;
+      node.getFaces(is_rising ? axis : axis + 3, t);
+      for (int i = 0; i < end; ++i) enter[i] = std::max(enter[i], (t[i] - origin) * inverse);
+      node.getFaces(is_rising ? axis + 3 : axis, t);
+      for (int i = 0; i < end; ++i) leave[i] = std::min(leave[i], (t[i] - origin) * inverse);
+    }
+    return findSlots(node.count(), [&](int i) { return enter[i] <= leave[i]; });
+  }
+
+ private:
+  Eigen::Vector3d origin_;
+  Eigen::Vector3d direction_;
+  Eigen::Vector3d inverse_;
+  double t_end_;
+};
+
+/// Search of the boxes near a point, by squared distance; see visitNearest.
+class NearestSearch {
+ public:
+  NearestSearch(const Eigen::Vector3d& point, double max_squared)
+      : point_(point), max_squared_(max_squared) {}
+
+  /// Squared distance of a box; negative when it is too great.
+  [[nodiscard]] double keyOf(const CellBox& box) const {
+    double squared = 0.0;
+    for (int axis = 0; axis < 3; ++axis) {
+      const double outside =
+          std::max({box.min[axis] - point_[axis], 0.0, point_[axis] - box.max[axis]});
+      squared += outside * outside;
+    }
+    return squared <= max_squared_ ? squared : -1.0;
+  }
+
+  [[nodiscard]] static SlotSet findCandidates(const Node& node) { return node.allSlots(); }
+
+ private:
+  Eigen::Vector3d point_;
+  double max_squared_;
+};
 
 /// Visits cuboids by a key that is never less for a cuboid than for the nodes above it.
-/// @param key_of  CellBox -> key; a negative one leaves the branch out.
-template <typename KeyT, typename VisitorT>
-void visitInOrder(const RTree& tree, CuboidFilter filter, KeyT key_of, VisitorT visit) {
+/// @param search  RaySearch or NearestSearch.
+template <typename SearchT, typename VisitorT>
+void visitInOrder(const RTree& tree, CuboidFilter filter, const SearchT& search, VisitorT visit) {
   struct Item {
     double key;
     NodeIndex index;
-    int level;  ///< Of the node; -1: the cuboid in `slot` of leaf `index`.
-    int slot;
+    std::int16_t level;  ///< Of the node; -1: the cuboid in `slot` of leaf `index`.
+    std::int16_t slot;
     bool operator<(const Item& other) const { return key > other.key; }
   };
-  std::priority_queue<Item> queue;
-  queue.push({0.0, tree.root(), tree.height() - 1, 0});
+  std::vector<Item> memory;
+  memory.reserve(128);
+  std::priority_queue<Item> queue(std::less<Item>(), std::move(memory));
+  queue.push({0.0, tree.root(), static_cast<std::int16_t>(tree.height() - 1), 0});
   while (!queue.empty()) {
     const Item item = queue.top();
     queue.pop();
@@ -127,12 +188,16 @@ void visitInOrder(const RTree& tree, CuboidFilter filter, KeyT key_of, VisitorT 
       continue;
     }
     const Node& node = tree.node(item.level, item.index);
-    for (SlotSet slots = findMatching(node, filter); slots != 0; slots = withoutFirst(slots)) {
+    SlotSet slots = search.findCandidates(node);
+    if (filter != CuboidFilter::kAll) slots &= findMatching(node, filter);
+    for (; slots != 0; slots = withoutFirst(slots)) {
       const int slot = firstSlot(slots);
-      const double key = key_of(node.box(slot));
+      const double key = search.keyOf(node.box(slot));
       if (key < 0.0) continue;
-      queue.push(item.level == 0 ? Item{key, item.index, -1, slot}
-                                 : Item{key, node.child()[slot], item.level - 1, 0});
+      const bool is_leaf = item.level == 0;
+      queue.push({key, is_leaf ? item.index : node.child()[slot],
+                  static_cast<std::int16_t>(item.level - 1),
+                  static_cast<std::int16_t>(is_leaf ? slot : 0)});
     }
   }
 }
@@ -180,18 +245,10 @@ void visitAll(const RTree& tree, CuboidFilter filter, VisitorT visit) {
 template <typename VisitorT>
 void visitRay(const RTree& tree, const Eigen::Vector3d& origin, const Eigen::Vector3d& direction,
               double t_end, CuboidFilter filter, VisitorT visit) {
-  const auto interval_of = [&](const CellBox& box) {
-    return traversal_detail::intersectRay(origin, direction, t_end, box);
-  };
-  traversal_detail::visitInOrder(
-      tree, filter,
-      [&](const CellBox& box) {
-        const traversal_detail::RayInterval interval = interval_of(box);
-        return interval.first <= interval.last ? interval.first : -1.0;
-      },
-      [&](const Cuboid& cuboid, double t_enter) {
-        return visit(cuboid, t_enter, interval_of(cuboid.box).last);
-      });
+  const traversal_detail::RaySearch search(origin, direction, t_end);
+  traversal_detail::visitInOrder(tree, filter, search, [&](const Cuboid& cuboid, double t_enter) {
+    return visit(cuboid, t_enter, search.intersect(cuboid.box).last);
+  });
 }
 
 /// Visits the cuboids by their distance from a point, nearest first.
@@ -202,14 +259,10 @@ void visitRay(const RTree& tree, const Eigen::Vector3d& origin, const Eigen::Vec
 template <typename VisitorT>
 void visitNearest(const RTree& tree, const Eigen::Vector3d& point, double max_distance,
                   CuboidFilter filter, VisitorT visit) {
-  const double max_squared = max_distance * max_distance;
-  traversal_detail::visitInOrder(
-      tree, filter,
-      [&](const CellBox& box) {
-        const double squared = traversal_detail::squaredDistance(point, box);
-        return squared <= max_squared ? squared : -1.0;
-      },
-      [&](const Cuboid& cuboid, double squared) { return visit(cuboid, std::sqrt(squared)); });
+  const traversal_detail::NearestSearch search(point, max_distance * max_distance);
+  traversal_detail::visitInOrder(tree, filter, search, [&](const Cuboid& cuboid, double squared) {
+    return visit(cuboid, std::sqrt(squared));
+  });
 }
 
 }  // namespace cuboid_mapping

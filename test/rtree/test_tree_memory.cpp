@@ -1,0 +1,103 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// What a tree says of its memory is what it has from the allocator.
+#include "support/modelled_tree.h"
+
+#include <gtest/gtest.h>
+
+#include <cstdlib>
+#include <memory>
+#include <new>
+
+namespace {
+
+/// Bytes of all blocks of this program that are allocated; each has its size in front of it.
+std::size_t allocated_bytes = 0;
+constexpr std::size_t kHeader = alignof(std::max_align_t);
+
+}  // namespace
+
+void* operator new(std::size_t size) {
+  auto* header = static_cast<std::byte*>(std::malloc(size + kHeader));
+  if (header == nullptr) throw std::bad_alloc();
+  new (header) std::size_t(size);
+  allocated_bytes += size;
+  return header + kHeader;
+}
+
+void operator delete(void* block) noexcept {
+  if (block == nullptr) return;
+  auto* header = static_cast<std::byte*>(block) - kHeader;
+  allocated_bytes -= *reinterpret_cast<std::size_t*>(header);
+  std::free(header);
+}
+
+void operator delete(void* block, std::size_t /*size*/) noexcept { operator delete(block); }
+
+namespace cuboid_mapping {
+namespace {
+
+/// A tree on the heap, so that nothing but the tree is counted.
+class TreeMemory : public testing::Test {
+ protected:
+  TreeMemory() : before_(allocated_bytes), tree_(std::make_unique<RTree>()) {}
+
+  [[nodiscard]] double heapBytes() const {
+    return static_cast<double>(allocated_bytes - before_ - sizeof(RTree));
+  }
+  void expectExact() const {
+    EXPECT_NEAR(static_cast<double>(tree_->numBytes()), heapBytes(), 0.05 * heapBytes());
+  }
+  /// Fills the tree with groups of cuboids, in layers of 20 x 20 groups.
+  void fill(int num_groups, int edge) {
+    for (int group = 0; group < num_groups; ++group) {
+      std::vector<Cuboid> added;
+      const Cell corner{group % 20 * edge, group / 20 % 20 * edge, group / 400 * edge};
+      for (int i = 0; i < 48; ++i) {
+        const Cell min = corner + Cell{2 * (i % 8), 2 * (i / 8), 0};
+        added.push_back({{min, min + Cell{1, 1, edge}}, -1.0F});
+      }
+      tree_->replace({}, added);
+    }
+  }
+  void removeAbove(int min_z) {
+    Selection selection;
+    tree_->select({{-1, -1, min_z}, {1 << 20, 1 << 20, 1 << 20}}, selection);
+    tree_->replace(selection.slots, {});
+  }
+
+  std::size_t before_;
+  std::unique_ptr<RTree> tree_;
+};
+
+TEST_F(TreeMemory, isExactForAnEmptyTree) {
+  EXPECT_GT(heapBytes(), 0.0);
+  expectExact();
+}
+
+TEST_F(TreeMemory, isExactForASmallTree) {
+  fill(10, 16);
+  expectExact();
+}
+
+TEST_F(TreeMemory, isExactForALargeTreeAndGoesBackWithIt) {
+  fill(2000, 16);
+  const double full_bytes = heapBytes();
+  EXPECT_EQ(tree_->size(), 96000U);
+  EXPECT_LT(full_bytes / static_cast<double>(tree_->size()), 20.0);
+  expectExact();
+  removeAbove(16);
+  EXPECT_EQ(tree_->size(), 19200U);
+  expectExact();
+  EXPECT_LT(heapBytes(), 0.4 * full_bytes) << "the removed cuboids keep their memory";
+  tree_->clear();
+  expectExact();
+}
+
+TEST_F(TreeMemory, isExactForWideLeaves) {
+  fill(1000, 1000);
+  EXPECT_GT(tree_->numWideLeaves(), 100U);
+  expectExact();
+}
+
+}  // namespace
+}  // namespace cuboid_mapping
