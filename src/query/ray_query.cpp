@@ -100,7 +100,7 @@ traversal_detail::RayInterval clipToMap(const CuboidMap& map, const Eigen::Vecto
                                         const Eigen::Vector3d& unit, double range) {
   const auto bounds = map.tree().bounds();
   if (!bounds) return {range, range};
-  return traversal_detail::intersectRay(origin, unit, range, *bounds);
+  return traversal_detail::RaySearch(origin, unit, range).intersect(*bounds);
 }
 
 /// What a walk along a ray has found, in voxels.
