@@ -23,9 +23,8 @@ using BrickKey = std::uint64_t;
          static_cast<BrickKey>(local.z >> 3) << (2 * kBrickKeyBits);
 }
 
-/// The voxels of one brick that the beams of a cloud have marked.
-struct BrickMarks {
-  BrickKey key = 0;
+/// The voxels of one brick that the beams of a cloud have marked. Each mask is a cache line.
+struct alignas(64) BrickMarks {
   BrickMask hits{};
   /// Misses, by the axis along which the beam is longest. In the masks of that axis a word is a
   /// plane in which eight voxels along the axis are neighbouring bits:
@@ -36,6 +35,7 @@ struct BrickMarks {
   /// y    | z    | 8 * x + y
   /// z    | y    | 8 * x + z
   std::array<BrickMask, 3> misses{};
+  BrickKey key = 0;
 
   /// All misses in the layout of BrickMask.
   [[nodiscard]] BrickMask collectMisses() const;
