@@ -8,6 +8,9 @@
 namespace cuboid_mapping {
 namespace {
 
+/// More groups than that are divided into halves, without a search for the best cut.
+constexpr std::size_t kCoarseGroups = 4;
+
 /// Packs parts of the branches in place.
 class Packer {
  public:
@@ -28,19 +31,22 @@ class Packer {
     const std::size_t groups_before = num_groups / 2;
     const std::size_t groups_after = num_groups - groups_before;
     const std::size_t count = last - first;
-    sortAlongLongestAxis(first, last);
     // Both sides must have enough branches for their groups, and not too many.
     const std::size_t least = std::max(groups_before * shape_.fewest,
                                        count - std::min(count, groups_after * shape_.most));
     const std::size_t greatest =
         std::min(groups_before * shape_.most, count - groups_after * shape_.fewest);
     const std::size_t even = std::clamp(count * groups_before / num_groups, least, greatest);
-    const std::size_t cut = first + findCut(first, last, least, greatest, even);
+    const bool is_coarse = num_groups > kCoarseGroups;
+    orderAlongLongestAxis(first, last, is_coarse ? first + even : last);
+    const std::size_t cut =
+        first + (is_coarse ? even : findCut(first, last, least, greatest, even));
     divide(first, cut, groups_before);
     divide(cut, last, groups_after);
   }
 
-  void sortAlongLongestAxis(std::size_t first, std::size_t last) {
+  /// Sorts all, or, with `middle` < last, only divides into those before and those behind it.
+  void orderAlongLongestAxis(std::size_t first, std::size_t last, std::size_t middle) {
     CellBox bounds = branches_[first].box;
     for (std::size_t i = first + 1; i < last; ++i) bounds = unite(bounds, branches_[i].box);
     int axis = 0;
@@ -50,10 +56,15 @@ class Packer {
     const auto at = [this](std::size_t i) {
       return branches_.begin() + static_cast<std::ptrdiff_t>(i);
     };
-    std::sort(at(first), at(last), [axis](const Branch& a, const Branch& b) {
+    const auto is_before = [axis](const Branch& a, const Branch& b) {
       return std::int64_t{a.box.min[axis]} + a.box.max[axis] <
              std::int64_t{b.box.min[axis]} + b.box.max[axis];
-    });
+    };
+    if (middle < last) {
+      std::nth_element(at(first), at(middle), at(last), is_before);
+    } else {
+      std::sort(at(first), at(last), is_before);
+    }
   }
 
   static std::int64_t length(const CellBox& box, int axis) {

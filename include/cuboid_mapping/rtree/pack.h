@@ -15,7 +15,8 @@ struct PackShape {
 };
 
 /// Orders branches so that groups of neighbours lie one after the other, by recursive cuts along
-/// the longest axis, each where the two sides share least volume.
+/// the longest axis: into halves while there are many groups, then where the two sides share least
+/// volume.
 ///
 /// @return the end of each group in `branches`, in rising order.
 /// @pre num_groups >= 1 and num_groups * fewest <= branches.size() <= num_groups * most.
