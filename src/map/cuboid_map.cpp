@@ -16,9 +16,8 @@ constexpr std::uint64_t kColdClouds = 20;
 constexpr std::ptrdiff_t kMinChunkBricks = 1024;
 /// So many groups are written back at once: bounds the memory for their cuboids.
 constexpr std::size_t kWriteGroups = 64;
-
-constexpr CellBox kAllCells{{-Grid::kMaxCell, -Grid::kMaxCell, -Grid::kMaxCell},
-                            {Grid::kMaxCell, Grid::kMaxCell, Grid::kMaxCell}};
+/// So many cold groups are written back after a cloud; the others have to wait for the next one.
+constexpr std::size_t kMaxColdGroups = 32;
 
 }  // namespace
 
@@ -132,26 +131,23 @@ void CuboidMap::evict(std::size_t num_kept, ChangeSet& changes) {
 }
 
 void CuboidMap::evictCold(ChangeSet& changes) {
-  const auto is_cold = [this](const HotGroup& group) {
-    return group.last_cloud + kColdClouds < num_clouds_;
-  };
-  const auto& groups = hot_.groups();
-  const auto first_hot = std::find_if_not(groups.rbegin(), groups.rend(), is_cold);
-  auto num_cold = static_cast<std::size_t>(std::distance(groups.rbegin(), first_hot));
-  while (num_cold > 0) {
-    const std::size_t num_evicted = std::min(kWriteGroups, num_cold);
-    evictLast(num_evicted, changes);
-    num_cold -= num_evicted;
+  std::size_t num_cold = 0;
+  for (auto group = hot_.groups().rbegin(); group != hot_.groups().rend(); ++group) {
+    if (num_cold == kMaxColdGroups || group->last_cloud + kColdClouds >= num_clouds_) break;
+    ++num_cold;
   }
+  evictLast(num_cold, changes);
 }
 
 /// Writes back the groups that were touched longest ago, and drops them.
 void CuboidMap::evictLast(std::size_t num_groups, ChangeSet& changes) {
-  std::vector<HotGroup*> evicted;
+  std::vector<DirtyBricks> evicted;
   auto group = hot_.groups().rbegin();
-  for (std::size_t i = 0; i < num_groups; ++i) evicted.push_back(&*group++);
+  for (std::size_t i = 0; i < num_groups; ++i, ++group) {
+    evicted.push_back({&*group, group->is_dirty});
+  }
   writeBack(evicted, changes);
-  for (const HotGroup* last : evicted) hot_.remove(Cell(last->group));
+  for (const DirtyBricks& last : evicted) hot_.remove(Cell(last.group->group));
 }
 
 ChangeSet CuboidMap::cool() {
@@ -162,13 +158,15 @@ ChangeSet CuboidMap::cool() {
 
 ChangeSet CuboidMap::flush() { return flush(kAllCells); }
 
-ChangeSet CuboidMap::flush(const CellBox& region) {
+ChangeSet CuboidMap::flush(const CellBox& region, std::size_t max_groups) {
   ChangeSet changes;
-  std::vector<HotGroup*> dirty;
+  std::vector<DirtyBricks> dirty;
   for (HotGroup& group : hot_.groups()) {
-    const CellBox box{group.group, group.group + Cell{kGroupEdge, kGroupEdge, kGroupEdge}};
-    if (group.is_dirty == 0 || intersect(box, region).isEmpty()) continue;
-    dirty.push_back(&group);
+    if (max_groups == 0) break;
+    const std::uint64_t bricks = dirtyBricks(group, region);
+    if (bricks == 0) continue;
+    --max_groups;
+    dirty.push_back({&group, bricks});
     if (dirty.size() == kWriteGroups) {
       writeBack(dirty, changes);
       dirty.clear();
@@ -179,16 +177,34 @@ ChangeSet CuboidMap::flush(const CellBox& region) {
   return changes;
 }
 
-void CuboidMap::writeBack(const std::vector<HotGroup*>& groups, ChangeSet& changes) {
+bool CuboidMap::isFlushed(const CellBox& region) const {
+  return std::none_of(hot_.groups().begin(), hot_.groups().end(),
+                      [&region](const HotGroup& group) { return dirtyBricks(group, region) != 0; });
+}
+
+/// Bricks of a group that have to be written back before a region is looked at.
+std::uint64_t CuboidMap::dirtyBricks(const HotGroup& group, const CellBox& region) {
+  const CellBox box{group.group, group.group + Cell{kGroupEdge, kGroupEdge, kGroupEdge}};
+  if (group.is_dirty == 0 || intersect(box, region).isEmpty()) return 0;
+  if (region.contains(box)) return group.is_dirty;
+  std::uint64_t bricks = 0;
+  for (std::uint64_t dirty = group.is_dirty; dirty != 0; dirty &= dirty - 1) {
+    const auto index = static_cast<std::size_t>(__builtin_ctzll(dirty));
+    const bool is_inside = !intersect(brickBox(group.bricks[index]->brick), region).isEmpty();
+    bricks |= std::uint64_t{is_inside} << index;
+  }
+  return bricks;
+}
+
+void CuboidMap::writeBack(const std::vector<DirtyBricks>& dirty, ChangeSet& changes) {
   TreeWriter::Partitions partitions;
   std::vector<const DenseBrick*> bricks;
-  for (HotGroup* group : groups) {
-    for (std::size_t i = 0; i < kGroupBricks; ++i) {
-      if ((group->is_dirty >> i & 1) == 0) continue;
-      bricks.push_back(group->bricks[i].get());
+  for (const DirtyBricks& part : dirty) {
+    for (std::uint64_t left = part.bricks; left != 0; left &= left - 1) {
+      bricks.push_back(part.group->bricks[static_cast<std::size_t>(__builtin_ctzll(left))].get());
       partitions.push_back({bricks.back()->brick, {}});
     }
-    group->is_dirty = 0;
+    part.group->is_dirty &= ~part.bricks;
   }
   parallelFor(bricks.size(), config_.threads,
               [&](std::size_t i) { fusion_->partition(*bricks[i], partitions[i].cuboids); });

@@ -43,7 +43,7 @@ void addStage(const char* name, const StageTime& time,
 MapSummary summarize(const cuboid_mapping::CuboidMap& map) {
   MapSummary summary;
   summary.revision = map.revision();
-  summary.num_bytes = map.tree().numBytes();
+  summary.num_bytes = map.numBytes();
   const cuboid_mapping::MapContent& content = map.content();
   summary.free = {content.free_cuboids, content.free_voxels};
   summary.occupied = {content.occupied_cuboids, content.occupied_voxels};

@@ -10,6 +10,7 @@
 #include <algorithm>
 #include <exception>
 #include <sstream>
+#include <thread>
 #include <variant>
 #include <vector>
 
@@ -30,17 +31,37 @@ MarkerTopic makeTopic(const char* name, const MarkerStyle& style,
           style};
 }
 
+int numThreads(const NodeParameters& parameters) {
+  if (parameters.threads > 0) return parameters.threads;
+  return std::max(1, static_cast<int>(std::thread::hardware_concurrency()));
+}
+
+cuboid_mapping::MapConfig makeMapConfig(const NodeParameters& parameters) {
+  cuboid_mapping::MapConfig config = parameters.map;
+  config.hot_bytes = static_cast<std::size_t>(parameters.hot_bricks_mb) * 1000000;
+  config.threads = numThreads(parameters);
+  return config;
+}
+
+ros::NodeHandle withQueue(ros::NodeHandle nh, ros::CallbackQueue& queue) {
+  nh.setCallbackQueue(&queue);
+  return nh;
+}
+
 }  // namespace
 
 MappingNode::MappingNode(ros::NodeHandle nh, ros::NodeHandle private_nh,
                          const NodeParameters& parameters)
     : parameters_(parameters),
       scan_limits_{parameters.min_range_m, parameters.crop_map},
-      scan_updater_(cuboid_mapping::Grid(parameters.map.resolution_m), parameters.max_range_m),
-      map_(parameters.map),
+      scan_updater_(cuboid_mapping::Grid(parameters.map.resolution_m), parameters.max_range_m,
+                    numThreads(parameters)),
+      map_(makeMapConfig(parameters)),
       occupied_publisher_(
-          nh, makeTopic(kOccupiedCuboidsTopic, makeOccupiedStyle(parameters), parameters), map_),
-      free_publisher_(nh, makeTopic(kFreeCuboidsTopic, makeFreeStyle(), parameters), map_),
+          withQueue(nh, publish_queue_),
+          makeTopic(kOccupiedCuboidsTopic, makeOccupiedStyle(parameters), parameters), map_),
+      free_publisher_(withQueue(nh, publish_queue_),
+                      makeTopic(kFreeCuboidsTopic, makeFreeStyle(), parameters), map_),
       diagnostics_(nh, private_nh, private_nh.getNamespace()),
       tf_history_(tf_buffer_.getCacheLength()),
       time_jump_detector_(tf_history_),
@@ -53,26 +74,36 @@ MappingNode::MappingNode(ros::NodeHandle nh, ros::NodeHandle private_nh,
           }),
       tf_filter_(tf_buffer_, parameters.frame_id, static_cast<std::uint32_t>(parameters.queue_size),
                  nh),
-      tf_listener_(tf_buffer_, nh) {
-  query_box_server_ = advertiseQueryBox(
-      private_nh,
-      [this](const BoxRequest& request) {
-        return answerBoxRequest({map_, parameters_.frame_id, tf_buffer_}, request);
-      },
-      [this] {
-        return MapHeader{withoutSlash(parameters_.frame_id), map_stamp_};
-      });
-  reset_server_ = private_nh.advertiseService(kResetService, &MappingNode::onReset, this);
+      tf_listener_(tf_buffer_, nh),
+      query_spinner_(1, &query_queue_),
+      publish_spinner_(1, &publish_queue_) {
+  advertiseServices(private_nh);
 
   // Wall time: simulated time may stand still, or jump back.
-  publish_timer_ = nh.createWallTimer(ros::WallDuration(1.0 / parameters.publish_rate_hz),
-                                      [this](const ros::WallTimerEvent&) { publish(); });
+  const ros::WallDuration publish_period(1.0 / parameters.publish_rate_hz);
+  publish_timer_ =
+      withQueue(nh, publish_queue_)
+          .createWallTimer(publish_period, [this](const ros::WallTimerEvent&) { publish(); });
+  held_cloud_timer_ = nh.createWallTimer(
+      publish_period, [this](const ros::WallTimerEvent&) { releaseHeldCloudIfTfIsRight(); });
   diagnostics_.setHardwareID("none");
   diagnostics_.add("mapping", this, &MappingNode::reportDiagnostics);
   diagnostics_timer_ =
       nh.createWallTimer(ros::WallDuration(std::max(0.1, diagnostics_.getPeriod())),
                          [this](const ros::WallTimerEvent&) { diagnostics_.force_update(); });
   subscribe(nh);
+  query_spinner_.start();
+  publish_spinner_.start();
+}
+
+void MappingNode::advertiseServices(const ros::NodeHandle& private_nh) {
+  ros::NodeHandle query_nh = withQueue(private_nh, query_queue_);
+  query_box_server_ = advertiseQueryBox(
+      query_nh, withoutSlash(parameters_.frame_id), [this](const BoxRequest& request) {
+        return answerBoxRequest({map_, parameters_.frame_id, tf_buffer_}, request);
+      });
+  reset_server_ = withQueue(private_nh, publish_queue_)
+                      .advertiseService(kResetService, &MappingNode::onReset, this);
 }
 
 void MappingNode::subscribe(ros::NodeHandle& nh) {
@@ -181,7 +212,8 @@ void MappingNode::integrate(const sensor_msgs::PointCloud2& cloud, const CloudPo
   const cuboid_mapping::ScanUpdate& update = scan_updater_.compute(scan);
   statistics_.ray_walk_time.add(stopwatch.lap());
 
-  noteChanges(map_.apply(update), cloud.header.stamp);
+  map_.change(cloud.header.stamp,
+              [&update](cuboid_mapping::CuboidMap& map) { return map.apply(update); });
   statistics_.apply_time.add(stopwatch.lap());
 
   ++statistics_.num_inserted;
@@ -206,22 +238,23 @@ std::optional<MappingNode::CloudPoses> MappingNode::lookupPoses(const std_msgs::
   return std::nullopt;
 }
 
-void MappingNode::noteChanges(const cuboid_mapping::ChangeSet& changes, const ros::Time& stamp) {
-  map_stamp_ = stamp;
-  occupied_publisher_.noteChanges(changes, stamp);
-  free_publisher_.noteChanges(changes, stamp);
+/// tf may have noticed a jump of time by itself meanwhile, by its clock.
+void MappingNode::releaseHeldCloudIfTfIsRight() {
+  if (held_cloud_ != nullptr && !isTfOutdated(held_cloud_->header)) releaseHeldCloud();
 }
 
 void MappingNode::publish() {
-  // tf may have noticed the jump by itself meanwhile, by its clock.
-  if (held_cloud_ != nullptr && !isTfOutdated(held_cloud_->header)) releaseHeldCloud();
-  occupied_publisher_.publish();
-  free_publisher_.publish();
+  map_.flush();
+  const cuboid_mapping::ChangeSet changes = map_.takeChanges();
+  for (MarkerPublisher* publisher : {&occupied_publisher_, &free_publisher_}) {
+    publisher->noteChanges(changes);
+    publisher->publish();
+  }
 }
 
 bool MappingNode::onReset(std_srvs::Empty::Request& /*request*/,
                           std_srvs::Empty::Response& /*response*/) {
-  noteChanges(map_.clear(), ros::Time());
+  map_.change(ros::Time(), [](cuboid_mapping::CuboidMap& map) { return map.clear(); });
   publish();
   ROS_INFO_NAMED(kNodeName, "map cleared");
   return true;
@@ -241,7 +274,9 @@ void MappingNode::drop(DropReason reason, const std::string& text) {
 void MappingNode::reportDiagnostics(diagnostic_updater::DiagnosticStatusWrapper& status) {
   NodeReport report;
   report.statistics = statistics_;
-  report.map = summarize(map_);
+  report.map = map_.read([](const cuboid_mapping::CuboidMap& map, const ros::Time& /*stamp*/) {
+    return summarize(map);
+  });
   report.cloud_topic = cloud_topic_;
   report.num_publishers = cloud_subscriber_.getSubscriber().getNumPublishers();
   report.silence_s = std::chrono::duration<double>(Clock::now() - last_received_).count();

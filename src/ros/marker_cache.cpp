@@ -90,23 +90,25 @@ void MarkerCache::noteChanges(const cuboid_mapping::ChangeSet& changes) {
   }
 }
 
-MarkerArray MarkerCache::update(const RTree& tree, const std_msgs::Header& header) {
-  SizeSet changed;
+void MarkerCache::read(const RTree& tree) {
   if (is_everything_dirty_) {
-    readEverything(tree, changed);
+    readEverything(tree, changed_);
   } else {
-    for (const Cell& chunk : dirty_) readChunk(tree, chunk, changed);
+    for (const Cell& chunk : dirty_) readChunk(tree, chunk, changed_);
   }
   is_everything_dirty_ = false;
   dirty_.clear();
+}
 
+MarkerArray MarkerCache::takeDifference(const std_msgs::Header& header) {
   MarkerArray array;
-  array.markers.reserve(changed.count());
+  array.markers.reserve(changed_.count());
   for (int size_id = 0; size_id < kNumSizes; ++size_id) {
-    if (changed[static_cast<std::size_t>(size_id)]) {
+    if (changed_[static_cast<std::size_t>(size_id)]) {
       array.markers.push_back(makeMarker(size_id, header));
     }
   }
+  changed_.reset();
   return array;
 }
 
@@ -130,6 +132,7 @@ void MarkerCache::release() {
   sizes_in_chunk_.clear();
   dirty_.clear();
   is_everything_dirty_ = true;
+  changed_.reset();
 }
 
 void MarkerCache::appendCubes(const Cuboid& cuboid, std::vector<SizedCube>& cubes) {

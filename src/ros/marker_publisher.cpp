@@ -6,7 +6,7 @@
 namespace cuboid_mapping_ros {
 
 MarkerPublisher::MarkerPublisher(ros::NodeHandle nh, const MarkerTopic& topic,
-                                 const cuboid_mapping::CuboidMap& map)
+                                 const GuardedMap& map)
     : map_(map), late_listener_(topic.late_listener), cache_(map.grid(), topic.style) {
   header_.frame_id = topic.frame_id;
   publisher_ = nh.advertise<visualization_msgs::MarkerArray>(
@@ -15,15 +15,17 @@ MarkerPublisher::MarkerPublisher(ros::NodeHandle nh, const MarkerTopic& topic,
       [this](const ros::SingleSubscriberPublisher& /*listener*/) { onDisconnect(); });
 }
 
-void MarkerPublisher::noteChanges(const cuboid_mapping::ChangeSet& changes,
-                                  const ros::Time& stamp) {
-  header_.stamp = stamp;
-  cache_.noteChanges(changes);
+void MarkerPublisher::readMap() {
+  map_.read([this](const cuboid_mapping::CuboidMap& map, const ros::Time& stamp) {
+    header_.stamp = stamp;
+    cache_.read(map.tree());
+  });
 }
 
 void MarkerPublisher::publish() {
   if (num_listeners_ == 0 || !cache_.hasChanges()) return;
-  const visualization_msgs::MarkerArray difference = cache_.update(map_.tree(), header_);
+  readMap();
+  const visualization_msgs::MarkerArray difference = cache_.takeDifference(header_);
   if (difference.markers.empty()) return;
   publisher_.publish(is_picture_due_ ? cache_.makePicture(header_) : difference);
   is_picture_due_ = false;
@@ -37,7 +39,10 @@ void MarkerPublisher::onConnect(const ros::SingleSubscriberPublisher& listener) 
   }
   // The picture is what the others have, too: they get what has changed since with the next
   // publish(), and so does this one.
-  if (num_listeners_ == 1) cache_.update(map_.tree(), header_);
+  if (num_listeners_ == 1) {
+    readMap();
+    (void)cache_.takeDifference(header_);
+  }
   listener.publish(cache_.makePicture(header_));
 }
 

@@ -63,6 +63,11 @@ std::vector<ParameterDeclaration> declareMap() {
        IntegerKind{[](P& p) -> int& { return p.map.rtree.min_branches; }, 1,
                    cuboid_mapping::RTreeConfig::kMaxBranchesLimit / 2},
        "Fewest branches of a node of the R-tree (d), at most half of rtree/max_branches."},
+      {"hot_bricks", "MB", IntegerKind{[](P& p) -> int& { return p.hot_bricks_mb; }, 0, 65536},
+       "Memory for bricks that clouds touch again and again: they are fused and written to the "
+       "R-tree when they are asked for, or not touched any more. 0: after every cloud."},
+      {"threads", "", IntegerKind{[](P& p) -> int& { return p.threads; }, 0, 256},
+       "Threads that work on a cloud. The map does not depend on it. 0: one per core."},
   };
 }
 

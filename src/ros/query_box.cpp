@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "cuboid_mapping/ros/query_box.h"
 
+#include "cuboid_mapping/ros/guarded_map.h"
+
 #include "cuboid_mapping/query/box_query.h"
 #include "cuboid_mapping/ros/tf_lookup.h"
 
@@ -104,14 +106,19 @@ BoxAnswer answerBoxRequest(const MapInFrame& map, const BoxRequest& request) {
     box_map = computeEnclosingBox(*lookup.T_target_source, request.box);
   }
 
-  const auto result = queryBox(map.map, box_map, toOutput(request), toFilter(request));
-  if (!result) {
+  const auto box = map.map.grid().toCellBox(box_map);
+  if (!box) {
     const double limit_m = cuboid_mapping::Grid::kMaxCell * map.map.grid().resolution();
     return makeError(toText(box_map) + " in frame '" + map.frame_id +
                      "' reaches beyond the map: keep coordinates within +-" +
                      std::to_string(limit_m) + " m");
   }
-  return toAnswer(map.map, *result);
+  return map.map.readCurrent(*box, [&](const CuboidMap& content, const ros::Time& stamp) {
+    BoxAnswer answer =
+        toAnswer(content, queryBox(content, *box, toOutput(request), toFilter(request)));
+    answer.stamp = stamp;
+    return answer;
+  });
 }
 
 }  // namespace cuboid_mapping_ros

@@ -55,13 +55,13 @@ cuboid_mapping::Cuboid toMessage(const AnswerCuboid& cuboid) {
   return message;
 }
 
-Response toMessage(const BoxAnswer& answer, const MapHeader& header) {
+Response toMessage(const BoxAnswer& answer, const std::string& frame_id) {
   Response message;
   message.success = static_cast<std::uint8_t>(answer.error.empty());
   message.message = answer.error;
   if (!answer.error.empty()) return message;
-  message.header.frame_id = header.frame_id;
-  message.header.stamp = header.stamp;
+  message.header.frame_id = frame_id;
+  message.header.stamp = answer.stamp;
   message.revision = answer.revision;
   message.min = toPoint(answer.box_map.min_m);
   message.max = toPoint(answer.box_map.max_m);
@@ -78,12 +78,11 @@ Response toMessage(const BoxAnswer& answer, const MapHeader& header) {
 }  // namespace
 
 ros::ServiceServer advertiseQueryBox(ros::NodeHandle& private_handle,
-                                     std::function<BoxAnswer(const BoxRequest&)> answer,
-                                     std::function<MapHeader()> header) {
+                                     const std::string& map_frame_id,
+                                     std::function<BoxAnswer(const BoxRequest&)> answer) {
   const boost::function<bool(Request&, Response&)> callback =
-      [answer = std::move(answer), header = std::move(header)](Request& request,
-                                                               Response& response) {
-        response = toMessage(answer(fromMessage(request)), header());
+      [map_frame_id, answer = std::move(answer)](Request& request, Response& response) {
+        response = toMessage(answer(fromMessage(request)), map_frame_id);
         return true;
       };
   return private_handle.advertiseService(kQueryBoxService, callback);

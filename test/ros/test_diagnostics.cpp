@@ -89,7 +89,7 @@ TEST(Diagnostics, CountsCuboidsAndVoxelsByClass) {
   EXPECT_EQ(summary.occupied.num_cuboids, 1U);
   EXPECT_EQ(summary.occupied.num_voxels, 1.0);
   EXPECT_EQ(summary.revision, map.revision());
-  EXPECT_EQ(summary.num_bytes, map.tree().numBytes());
+  EXPECT_EQ(summary.num_bytes, map.numBytes());
 }
 
 TEST(Diagnostics, EveryReasonHasItsOwnKeyAndAdvice) {

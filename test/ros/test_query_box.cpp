@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "cuboid_mapping/ros/query_box.h"
 
-#include "cuboid_mapping/map/cuboid_map.h"
+#include "cuboid_mapping/ros/guarded_map.h"
 #include "cuboid_mapping/scan/scan_update.h"
 #include "support/random_shapes.h"
 
@@ -17,7 +17,6 @@
 namespace cuboid_mapping_ros {
 namespace {
 
-using cuboid_mapping::CuboidMap;
 using cuboid_mapping::MapConfig;
 using cuboid_mapping::MetricBox;
 using cuboid_mapping::Occupancy;
@@ -35,12 +34,17 @@ class QueryBoxTest : public ::testing::Test {
     scan.origin = {0.05F, 0.05F, 0.05F};
     scan.points = {{1.05F, 0.05F, 0.05F}};
     cuboid_mapping::ScanUpdater updater(map_.grid());
-    for (int i = 0; i < 2; ++i) map_.apply(updater.compute(scan));
+    const cuboid_mapping::ScanUpdate& update = updater.compute(scan);
+    for (int i = 0; i < 2; ++i) {
+      map_.change(ros::Time(i + 1.0),
+                  [&update](cuboid_mapping::CuboidMap& map) { return map.apply(update); });
+    }
   }
 
   static MapConfig makeConfig() {
     MapConfig config;
     config.resolution_m = 0.1;
+    config.hot_bytes = 1000000;  // The bricks that are asked for have to be written back first.
     return config;
   }
 
@@ -65,7 +69,7 @@ class QueryBoxTest : public ::testing::Test {
     return request;
   }
 
-  CuboidMap map_;
+  GuardedMap map_;
   tf2::BufferCore tf_;
 };
 
@@ -74,7 +78,8 @@ TEST_F(QueryBoxTest, AnswersWithVolumesAndCuboids) {
   request.wanted_cuboids = static_cast<std::uint8_t>(WantedCuboids::kAll);
   const BoxAnswer answer = ask(request);
   EXPECT_EQ(answer.error, "");
-  EXPECT_EQ(answer.revision, map_.revision());
+  EXPECT_EQ(answer.revision, 2U);
+  EXPECT_EQ(answer.stamp, ros::Time(2.0));
   EXPECT_NEAR(answer.free_volume_m3, 0.001, 1e-12);
   EXPECT_NEAR(answer.occupied_volume_m3, 0.001, 1e-12);
   EXPECT_NEAR(answer.unknown_volume_m3, 0.001, 1e-12);

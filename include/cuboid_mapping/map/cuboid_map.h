@@ -12,7 +12,7 @@
 #include "cuboid_mapping/rtree/rtree.h"
 #include "cuboid_mapping/scan/scan_update.h"
 
-#include <array>
+#include <limits>
 #include <memory>
 #include <string>
 #include <vector>
@@ -29,6 +29,10 @@ struct MapConfig {
   std::size_t hot_bytes = 0;  ///< Bound of the memory for hot bricks; 0: write-through.
   int threads = 1;            ///< For changes of the map, >= 1. The result does not depend on it.
 };
+
+/// All cells that a map can have.
+constexpr CellBox kAllCells{{-Grid::kMaxCell, -Grid::kMaxCell, -Grid::kMaxCell},
+                            {Grid::kMaxCell, Grid::kMaxCell, Grid::kMaxCell}};
 
 /// The map: disjoint cuboids in an R-tree, which is its only store (paper, Section IV); a voxel in
 /// no cuboid is unknown. This class is the one door through which a map changes.
@@ -52,10 +56,14 @@ class CuboidMap {
   /// @complexity O(b (log n + c)) for b touched bricks of c cuboids.
   ChangeSet apply(const ScanUpdate& update);
 
-  /// Writes hot bricks back to the R-tree: all, or those of groups that share a cell with a region.
-  /// They stay hot. @complexity O(b (log n + c)) for b bricks of c cuboids that have changed.
+  /// Writes hot bricks back to the R-tree: all, or those that share a cell with a region. They stay
+  /// hot. @complexity O(b (log n + c)) for b bricks of c cuboids that have changed.
+  /// @param max_groups  Of 4 x 4 x 4 bricks: after so many it is left to another call to go on.
   ChangeSet flush();
-  ChangeSet flush(const CellBox& region);
+  ChangeSet flush(const CellBox& region,
+                  std::size_t max_groups = std::numeric_limits<std::size_t>::max());
+  /// Whether nothing in the region waits to be written back.
+  [[nodiscard]] bool isFlushed(const CellBox& region) const;
   /// As flush(), and gives the memory of the hot bricks back: for when no clouds come for a while.
   ChangeSet cool();
 
@@ -81,14 +89,19 @@ class CuboidMap {
  private:
   using BrickIterator = std::vector<BrickUpdate>::const_iterator;
   struct GroupUpdate;
+  struct DirtyBricks {
+    HotGroup* group;
+    std::uint64_t bricks;  ///< Bit per brick.
+  };
 
   [[nodiscard]] BrickIterator findChunkEnd(BrickIterator first, BrickIterator last) const;
   [[nodiscard]] bool applyChunk(BrickIterator first, BrickIterator last, ChangeSet& changes);
   void load(const GroupUpdate& update) const;
+  [[nodiscard]] static std::uint64_t dirtyBricks(const HotGroup& group, const CellBox& region);
   void evict(std::size_t num_kept, ChangeSet& changes);
   void evictCold(ChangeSet& changes);
   void evictLast(std::size_t num_groups, ChangeSet& changes);
-  void writeBack(const std::vector<HotGroup*>& groups, ChangeSet& changes);
+  void writeBack(const std::vector<DirtyBricks>& dirty, ChangeSet& changes);
 
   MapConfig config_;
   Grid grid_;

@@ -23,7 +23,7 @@ struct MapSummary {
   std::uint64_t revision = 0;
   ClassSummary free;
   ClassSummary occupied;
-  std::size_t num_bytes = 0;  ///< Of the nodes of the R-tree.
+  std::size_t num_bytes = 0;  ///< Of R-tree, classes and hot bricks.
 };
 
 /// What the map says of itself.

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
-#include "cuboid_mapping/map/cuboid_map.h"
 #include "cuboid_mapping/ros/cloud_queue.h"
 #include "cuboid_mapping/ros/diagnostics.h"
+#include "cuboid_mapping/ros/guarded_map.h"
 #include "cuboid_mapping/ros/marker_publisher.h"
 #include "cuboid_mapping/ros/node_statistics.h"
 #include "cuboid_mapping/ros/parameters.h"
@@ -13,8 +13,10 @@
 
 #include <diagnostic_updater/diagnostic_updater.h>
 #include <message_filters/subscriber.h>
+#include <ros/callback_queue.h>
 #include <ros/node_handle.h>
 #include <ros/service_server.h>
+#include <ros/spinner.h>
 #include <ros/wall_timer.h>
 #include <sensor_msgs/PointCloud2.h>
 #include <std_srvs/Empty.h>
@@ -33,9 +35,10 @@ namespace cuboid_mapping_ros {
 ///
 /// Names of topics and services are in names.h, parameters in parameters.h.
 ///
-/// Thread rule: all callbacks come one after the other from the queue of the node handles, which
-/// must have one thread (a nodelet's getNodeHandle(), or a node's ros::spin()). Only tf is received
-/// in a thread of its own, into a buffer that is thread-safe. So the map needs no lock.
+/// Thread rule: clouds, and all that belongs to them, come one after the other from the queue of the
+/// node handles, which must have one thread (a nodelet's getNodeHandle(), or a node's ros::spin()).
+/// Queries have a queue and a thread of their own, publishing another, and tf is received in a
+/// thread, too, into a buffer that is thread-safe. They meet in the map, which is guarded.
 class MappingNode {
  public:
   /// @param parameters  Valid, see readParameters().
@@ -62,9 +65,10 @@ class MappingNode {
   [[nodiscard]] std::optional<CloudPoses> lookupPoses(const std_msgs::Header& header,
                                                       std::string& error) const;
   void releaseHeldCloud();
+  void releaseHeldCloudIfTfIsRight();
   /// Whether the newest transform is later than the cloud by more than tf keeps.
   [[nodiscard]] bool isTfOutdated(const std_msgs::Header& header) const;
-  void noteChanges(const cuboid_mapping::ChangeSet& changes, const ros::Time& stamp);
+  void advertiseServices(const ros::NodeHandle& private_nh);
   void publish();
   bool onReset(std_srvs::Empty::Request& request, std_srvs::Empty::Response& response);
   void drop(DropReason reason, const std::string& text);
@@ -73,8 +77,9 @@ class MappingNode {
   NodeParameters parameters_;
   cuboid_mapping::ScanLimits scan_limits_;
   cuboid_mapping::ScanUpdater scan_updater_;
-  cuboid_mapping::CuboidMap map_;
-  ros::Time map_stamp_;  ///< Of the last cloud in the map; 0 when there is none.
+  GuardedMap map_;
+  ros::CallbackQueue query_queue_;
+  ros::CallbackQueue publish_queue_;  ///< Also of ~reset, so that it is published at once.
 
   NodeStatistics statistics_;
   NodeStatistics reported_statistics_;  ///< As of the last report.
@@ -87,6 +92,7 @@ class MappingNode {
   ros::ServiceServer query_box_server_;
   ros::ServiceServer reset_server_;
   ros::WallTimer publish_timer_;
+  ros::WallTimer held_cloud_timer_;
   ros::WallTimer diagnostics_timer_;
 
   tf2_ros::Buffer tf_buffer_;
@@ -97,7 +103,10 @@ class MappingNode {
   CloudQueue cloud_queue_;
   message_filters::Subscriber<sensor_msgs::PointCloud2> cloud_subscriber_;
   tf2_ros::MessageFilter<sensor_msgs::PointCloud2> tf_filter_;
-  tf2_ros::TransformListener tf_listener_;  ///< Last: its thread ends before the filter goes.
+  // Last, so that their threads end before the rest goes.
+  tf2_ros::TransformListener tf_listener_;
+  ros::AsyncSpinner query_spinner_;
+  ros::AsyncSpinner publish_spinner_;
 };
 
 }  // namespace cuboid_mapping_ros

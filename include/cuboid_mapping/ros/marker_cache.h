@@ -54,20 +54,28 @@ class MarkerCache {
   /// after release().
   void noteChanges(const cuboid_mapping::ChangeSet& changes);
 
-  /// Whether update() has something to look at.
+  /// Whether read() has something to look at.
   [[nodiscard]] bool hasChanges() const { return is_everything_dirty_ || !dirty_.empty(); }
 
-  /// Reads the chunks that have changed.
-  /// @return The markers that are different from the last time; no marker when none is.
-  /// @complexity O(cuboids of the changed chunks + cubes of the markers returned).
-  visualization_msgs::MarkerArray update(const cuboid_mapping::RTree& tree,
-                                         const std_msgs::Header& header);
+  /// Reads the chunks that have changed. @complexity O(cuboids of these chunks).
+  void read(const cuboid_mapping::RTree& tree);
 
-  /// All markers as of the last update(), for a listener that has none of them yet: DELETEALL
+  /// The markers that read() has found different since the last call; no marker when none is.
+  /// @complexity O(cubes of these markers).
+  [[nodiscard]] visualization_msgs::MarkerArray takeDifference(const std_msgs::Header& header);
+
+  /// Both in one.
+  visualization_msgs::MarkerArray update(const cuboid_mapping::RTree& tree,
+                                         const std_msgs::Header& header) {
+    read(tree);
+    return takeDifference(header);
+  }
+
+  /// All markers as of the last read(), for a listener that has none of them yet: DELETEALL
   /// first, for what it may have kept from an earlier run of the node, then one ADD per size.
   [[nodiscard]] visualization_msgs::MarkerArray makePicture(const std_msgs::Header& header) const;
 
-  /// Gives the memory back; the next update() reads the whole map. For when nobody listens.
+  /// Gives the memory back; the next read() reads the whole map. For when nobody listens.
   void release();
 
  private:
@@ -103,6 +111,7 @@ class MarkerCache {
   std::map<cuboid_mapping::Cell, std::vector<int>> sizes_in_chunk_;  ///< Sorted.
   std::set<cuboid_mapping::Cell> dirty_;                             ///< Least cells of chunks.
   bool is_everything_dirty_ = true;
+  SizeSet changed_;  ///< Since the last takeDifference().
 };
 
 }  // namespace cuboid_mapping_ros

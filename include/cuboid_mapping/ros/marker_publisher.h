@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
-#include "cuboid_mapping/map/cuboid_map.h"
+#include "cuboid_mapping/ros/guarded_map.h"
 #include "cuboid_mapping/ros/marker_cache.h"
 
 #include <ros/node_handle.h>
@@ -36,20 +36,19 @@ struct MarkerTopic {
 /// built and nothing is kept.
 ///
 /// A listener that is more than kQueueSize messages behind loses some, and has to subscribe anew.
+/// The map is held while cuboids are read from it, not while messages are made of them.
 /// Thread rule: all calls, and the callbacks of the node handle's queue, one after the other.
 class MarkerPublisher {
  public:
   static constexpr std::uint32_t kQueueSize = 50;
 
   /// @param map  Must outlive this object.
-  MarkerPublisher(ros::NodeHandle nh, const MarkerTopic& topic,
-                  const cuboid_mapping::CuboidMap& map);
+  MarkerPublisher(ros::NodeHandle nh, const MarkerTopic& topic, const GuardedMap& map);
   MarkerPublisher(const MarkerPublisher&) = delete;
   MarkerPublisher& operator=(const MarkerPublisher&) = delete;
 
-  /// To be called after every change of the map.
-  /// @param stamp  Of the map after it.
-  void noteChanges(const cuboid_mapping::ChangeSet& changes, const ros::Time& stamp);
+  /// To be called with every change of the R-tree, some at a time, before publish().
+  void noteChanges(const cuboid_mapping::ChangeSet& changes) { cache_.noteChanges(changes); }
 
   /// Publishes what has changed since the last call, if anything has and anybody listens.
   void publish();
@@ -58,7 +57,9 @@ class MarkerPublisher {
   void onConnect(const ros::SingleSubscriberPublisher& listener);
   void onDisconnect();
 
-  const cuboid_mapping::CuboidMap& map_;
+  void readMap();
+
+  const GuardedMap& map_;
   LateListener late_listener_;
   MarkerCache cache_;
   std_msgs::Header header_;

@@ -23,6 +23,8 @@ struct NodeParameters {
   std::string frame_id = "map";  ///< Frame of the map.
   std::string sensor_frame;      ///< Its origin is where beams start; "": the cloud's frame.
   cuboid_mapping::MapConfig map;
+  int threads = 0;         ///< For the work on a cloud; 0: as many as the machine has cores.
+  int hot_bricks_mb = 64;  ///< Bound of the memory for hot bricks, in MB; 0: none are kept.
   double max_range_m = std::numeric_limits<double>::infinity();  ///< Beams are cut there.
   double min_range_m = 0.0;        ///< Nearer points are left out wholly; 0: none.
   double no_return_range_m = 0.0;  ///< Beams without return free space up to it; 0: are skipped.

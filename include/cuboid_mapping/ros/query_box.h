@@ -20,6 +20,8 @@ class CuboidMap;
 
 namespace cuboid_mapping_ros {
 
+class GuardedMap;
+
 /// Which cuboids an answer holds, with the values of cuboid_mapping/QueryBox.
 enum class WantedCuboids : std::uint8_t { kNone = 0, kFree = 1, kOccupied = 2, kAll = 3 };
 
@@ -43,6 +45,7 @@ struct AnswerCuboid {
 struct BoxAnswer {
   std::string error;  ///< Why there is no answer, and what to do; empty: there is one.
   std::uint64_t revision = 0;
+  ros::Time stamp;                    ///< Of the last cloud in the map; 0 when there is none.
   cuboid_mapping::MetricBox box_map;  ///< The voxels that the figures are for.
   double free_volume_m3 = 0.0;
   double occupied_volume_m3 = 0.0;
@@ -55,7 +58,7 @@ struct BoxAnswer {
 
 /// A map and how its frame gets its name.
 struct MapInFrame {
-  const cuboid_mapping::CuboidMap& map;
+  GuardedMap& map;
   std::string frame_id;
   const tf2::BufferCore& tf;
 };
@@ -64,7 +67,8 @@ struct MapInFrame {
 [[nodiscard]] cuboid_mapping::MetricBox computeEnclosingBox(
     const Eigen::Isometry3d& T_target_source, const cuboid_mapping::MetricBox& box_source);
 
-/// Looks up the box in the map. Never waits, never throws.
+/// Looks up the box in the map as the last cloud has left it. Waits for changes of the map that are
+/// under way, never for tf; never throws.
 ///
 /// Cases without an answer:
 ///   - wanted_cuboids is none of WantedCuboids;
