@@ -40,6 +40,11 @@ void operator delete(void* block) noexcept {
 
 void operator delete(void* block, std::size_t /*size*/) noexcept { operator delete(block); }
 
+// Those of the standard library call the ones above, those of a sanitizer do not.
+void* operator new[](std::size_t size) { return operator new(size); }
+void operator delete[](void* block) noexcept { operator delete(block); }
+void operator delete[](void* block, std::size_t /*size*/) noexcept { operator delete(block); }
+
 namespace cuboid_mapping {
 namespace {
 
