@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What a tree says of its memory is what it has from the allocator.
+// What a tree says of its memory is what it has from the allocator. A program of its own, because
+// it counts what passes through operator new.
 #include "support/modelled_tree.h"
 
 #include <gtest/gtest.h>
@@ -16,12 +17,18 @@ constexpr std::size_t kHeader = alignof(std::max_align_t);
 
 }  // namespace
 
-void* operator new(std::size_t size) {
+void* operator new(std::size_t size, const std::nothrow_t& /*tag*/) noexcept {
   auto* header = static_cast<std::byte*>(std::malloc(size + kHeader));
-  if (header == nullptr) throw std::bad_alloc();
+  if (header == nullptr) return nullptr;
   new (header) std::size_t(size);
   allocated_bytes += size;
   return header + kHeader;
+}
+
+void* operator new(std::size_t size) {
+  void* block = operator new(size, std::nothrow);
+  if (block == nullptr) throw std::bad_alloc();
+  return block;
 }
 
 void operator delete(void* block) noexcept {
@@ -32,6 +39,11 @@ void operator delete(void* block) noexcept {
 }
 
 void operator delete(void* block, std::size_t /*size*/) noexcept { operator delete(block); }
+
+// Those of the standard library call the ones above, those of a sanitizer do not.
+void* operator new[](std::size_t size) { return operator new(size); }
+void operator delete[](void* block) noexcept { operator delete(block); }
+void operator delete[](void* block, std::size_t /*size*/) noexcept { operator delete(block); }
 
 namespace cuboid_mapping {
 namespace {

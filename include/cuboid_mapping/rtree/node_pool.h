@@ -26,6 +26,9 @@ class NodePool {
     return *reinterpret_cast<const Node*>(nodes_[index]);
   }
 
+  /// Asks the processor to fetch a node that is soon to be read.
+  [[gnu::always_inline]] void prefetch(NodeIndex index) const { nodes_.prefetch(index); }
+
   /// @complexity O(1); O(M) when a leaf changes its origin or kind, or is wide.
   void set(NodeIndex index, int slot, const Branch& branch);
   void append(NodeIndex index, const Branch& branch);

@@ -79,6 +79,12 @@ class RTree {
     return level == 0 ? leaves_[index] : inner_nodes_[index];
   }
 
+  /// Asks the processor to fetch the children in these slots of a node of this level, > 0.
+  [[gnu::always_inline]] void prefetchChildren(int level, const Node& node, SlotSet slots) const {
+    const NodePool& pool = level == 1 ? leaves_ : inner_nodes_;
+    for (; slots != 0; slots = withoutFirst(slots)) pool.prefetch(node.child()[firstSlot(slots)]);
+  }
+
   [[nodiscard]] std::size_t numLeafNodes() const { return leaves_.numNodes(); }
   /// Leaves that extend over more than 255 voxels along an axis, and need more memory for it.
   [[nodiscard]] std::size_t numWideLeaves() const { return leaves_.numWideLeaves(); }

@@ -46,6 +46,7 @@ Visit visitLeafSlotsBelow(const RTree& tree, LevelNode at, const CellBox& window
   const Node& node = tree.node(at.level, at.index);
   SlotSet slots = node.findOverlapping(window);
   if (filter != CuboidFilter::kAll) slots &= findMatching(node, filter);
+  if (at.level > 0) tree.prefetchChildren(at.level, node, slots);
   for (; slots != 0; slots = withoutFirst(slots)) {
     const int slot = firstSlot(slots);
     const Visit answer =
@@ -61,7 +62,9 @@ Visit visitLeafSlotsBelow(const RTree& tree, LevelNode at, const CellBox& window
 template <typename VisitorT>
 Visit visitAllBelow(const RTree& tree, LevelNode at, CuboidFilter filter, VisitorT& visit) {
   const Node& node = tree.node(at.level, at.index);
-  for (SlotSet slots = findMatching(node, filter); slots != 0; slots = withoutFirst(slots)) {
+  SlotSet slots = findMatching(node, filter);
+  if (at.level > 0) tree.prefetchChildren(at.level, node, slots);
+  for (; slots != 0; slots = withoutFirst(slots)) {
     const int slot = firstSlot(slots);
     const Visit answer =
         at.level == 0 ? visit(node.cuboid(slot))
