@@ -4,6 +4,7 @@
 #include "command_line.h"
 #include "progress_bar.h"
 
+#include <algorithm>
 #include <numeric>
 #include <stdexcept>
 
@@ -58,6 +59,15 @@ CloudTimes summarize(const std::vector<double>& clouds_ms) {
           mean(clouds_ms.end() - length, clouds_ms.end())};
 }
 
+/// Which map comes when: to and fro, so that not always the same one finds the caches of the
+/// processor as OctoMap has left them.
+std::vector<std::size_t> orderOf(std::size_t scan, std::size_t num_maps) {
+  std::vector<std::size_t> order(num_maps);
+  std::iota(order.begin(), order.end(), std::size_t{0});
+  if (scan % 2 == 1) std::reverse(order.begin(), order.end());
+  return order;
+}
+
 std::vector<MapResult> insertScans(const Maps& maps, const std::vector<Scan>& scans,
                                    std::size_t scans_before, ProgressBar& progress) {
   const std::vector<MapAdapter*> adapters = maps.all();
@@ -65,7 +75,7 @@ std::vector<MapResult> insertScans(const Maps& maps, const std::vector<Scan>& sc
   std::vector<std::vector<double>> per_cloud_ms(adapters.size());
   for (std::size_t scan = 0; scan < scans.size(); ++scan) {
     throwIfInterrupted();
-    for (std::size_t i = 0; i < adapters.size(); ++i) {
+    for (const std::size_t i : orderOf(scan, adapters.size())) {
       const Timing timing = timeOf([&] { adapters[i]->insert(scans[scan]); });
       results[i].insertion += timing;
       per_cloud_ms[i].push_back(1e3 * timing.wall_s);

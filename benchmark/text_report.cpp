@@ -33,7 +33,7 @@ const std::vector<Line>& tableLines() {
       {"leaf nodes", "%.0f", [](R r) { return static_cast<double>(r.figures.leaf_nodes); }, true},
       {"inner nodes", "%.0f", [](R r) { return static_cast<double>(r.figures.inner_nodes); }, true},
       {"own figure, MB", "%.2f", [](R r) { return toMegabytes(r.figures.bytes_own); }, true},
-      {"  cache, MB", "%.2f", [](R r) { return toMegabytes(r.figures.bytes_hot); }, true},
+      {"cache till then, MB", "%.2f", [](R r) { return toMegabytes(r.figures.bytes_hot); }, true},
       {"heap, MB", "%.2f", [](R r) { return toMegabytes(r.bytes_heap); }, true},
       {"scratch, MB", "%.2f", [](R r) { return toMegabytes(r.bytes_scratch); }, true},
       {"visit occupied, ms", "%.3f", [](R r) { return 1e3 * r.access_occupied_s; }, true},
