@@ -48,7 +48,7 @@ void BrickCache::remove(const Cell& group) {
 }
 
 void BrickCache::clear() {
-  by_cell_ = {};
+  by_cell_ = decltype(by_cell_)();
   groups_.clear();
   num_bricks_ = 0;
 }

@@ -112,9 +112,48 @@ TEST(HotBricksOfCuboidMap, areNotInTheTreeUntilTheyAreFlushed) {
   EXPECT_EQ(map.revision(), 1U);
   EXPECT_TRUE(map.tree().isEmpty());
   EXPECT_GT(map.numHotBytes(), sizeof(DenseBrick));
-  EXPECT_TRUE(map.flush({{8, 0, 0}, {16, 8, 8}}).boxes.size() == 1) << "of the same group";
+  const CellBox neighbour{{8, 0, 0}, {16, 8, 8}};
+  EXPECT_TRUE(map.isFlushed(neighbour));
+  EXPECT_FALSE(map.isFlushed(kAllCells));
+  EXPECT_TRUE(map.flush(neighbour).boxes.empty()) << "another brick of the group";
+  EXPECT_EQ(map.flush({{7, 7, 7}, {9, 9, 9}}).boxes.size(), 1U);
+  EXPECT_TRUE(map.isFlushed(kAllCells));
   EXPECT_FALSE(map.tree().isEmpty());
   EXPECT_EQ(map.revision(), 1U) << "no voxel has changed";
+}
+
+TEST(HotBricksOfCuboidMap, areWrittenBackAFewGroupsAtATime) {
+  MapConfig config;
+  config.hot_bytes = kUnbounded;
+  CuboidMap map(config);
+  Random random(24);
+  for (std::int32_t group = 0; group < 7; ++group) {
+    map.apply(test::randomUpdate(random, {{4 * group, 0, 0}, {4 * group + 1, 1, 1}}, 1));
+  }
+  std::size_t num_boxes = 0;
+  for (const std::size_t expected : {3U, 3U, 1U, 0U}) {
+    EXPECT_EQ(map.isFlushed(kAllCells), expected == 0U);
+    const ChangeSet changes = map.flush(kAllCells, 3);
+    EXPECT_EQ(changes.boxes.size(), expected);
+    num_boxes += changes.boxes.size();
+  }
+  EXPECT_EQ(num_boxes, 7U);
+}
+
+TEST(HotBricksOfCuboidMap, giveTheirMemoryBackWhenTheyCool) {
+  MapConfig config;
+  config.hot_bytes = kUnbounded;
+  CuboidMap map(config);
+  const std::size_t bytes_at_first = map.numHotBytes();
+  Random random(25);
+  const ScanUpdate update = test::randomUpdate(random, {{0, 0, 0}, {9, 9, 9}}, 50);
+  map.apply(update);
+  EXPECT_GT(map.numHotBytes(), bytes_at_first);
+  EXPECT_EQ(map.cool().boxes.size(), update.bricks.size());
+  EXPECT_EQ(map.numHotBytes(), bytes_at_first);
+  CuboidMap expected;
+  expected.apply(update);
+  EXPECT_EQ(test::allCuboids(map.tree()), test::allCuboids(expected.tree()));
 }
 
 TEST(HotBricksOfCuboidMap, areWrittenBackAndDroppedWhenTheyAreCold) {

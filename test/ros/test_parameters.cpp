@@ -94,6 +94,8 @@ std::vector<Case> mapCases() {
        4,
        [](const P& p) { return p.map.rtree.min_branches == 4; },
        {0, -1, 33, 4.0, "4"}},
+      {"hot_bricks", 256, [](const P& p) { return p.hot_bricks_mb == 256; }, {-1, 65537, 1.5, "1"}},
+      {"threads", 3, [](const P& p) { return p.threads == 3; }, {-1, 257, 2.0, true}},
   };
 }
 
@@ -220,7 +222,7 @@ TEST(Parameters, EveryBadValueGivesExactlyItsErrorAndKeepsTheDefault) {
       ++num_checked;
     }
   }
-  EXPECT_EQ(num_checked, 103U);
+  EXPECT_EQ(num_checked, 111U);
 }
 
 TEST(Parameters, AnErrorSaysValueRangeAndWhatToDo) {
