@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "cuboid_mapping/query/ray_query.h"
 
-#include "cuboid_mapping/query/point_query.h"
 #include "cuboid_mapping/rtree/traversal.h"
 
 #include <algorithm>
@@ -130,35 +129,29 @@ RayWalkResult walk(const CuboidMap& map, const Eigen::Vector3d& origin, const Ei
   };
   if (pass_unknown(0.0, begin < end ? begin : range) || !(begin < end)) return result;
   VoxelWalk voxels(origin, unit, begin);
-  Cell brick{};
-  VoxelClasses::Masks masks{};
-  bool is_known_brick = false;
-  bool is_first = true;
   while (voxels.enter() < end) {
-    if (is_first || brickOf(voxels.cell()) != brick) {
-      is_first = false;
-      brick = brickOf(voxels.cell());
-      is_known_brick = map.classes().find(brick, masks);
-    }
-    if (!is_known_brick) {
-      if (pass_unknown(voxels.enter(), std::min(voxels.leaveBrick(), end))) return result;
+    const Cell brick = brickOf(voxels.cell());
+    VoxelClasses::Masks masks{};
+    const bool is_known_brick = map.classes().find(brick, masks);
+    if (!is_known_brick || masks.is_all_free) {
+      if (!is_known_brick && pass_unknown(voxels.enter(), std::min(voxels.leaveBrick(), end))) {
+        return result;
+      }
       voxels.stepOverBrick();
       continue;
     }
-    if (masks.is_all_free) {
-      voxels.stepOverBrick();
-      continue;
-    }
-    const double leave = std::min(voxels.leave(), end);
-    const Occupancy occupancy = masks.at(voxelIndex(voxels.cell()));
-    if (occupancy == Occupancy::kOccupied && leave - voxels.enter() > kTouch) {
-      result.end = RayEnd::kOccupied;
-      result.distance = voxels.enter();
-      result.cell = voxels.cell();
-      return result;
-    }
-    if (occupancy == Occupancy::kUnknown && pass_unknown(voxels.enter(), leave)) return result;
-    voxels.stepOverVoxel();
+    do {
+      const double leave = std::min(voxels.leave(), end);
+      const Occupancy occupancy = masks.at(voxelIndex(voxels.cell()));
+      if (occupancy == Occupancy::kOccupied && leave - voxels.enter() > kTouch) {
+        result.end = RayEnd::kOccupied;
+        result.distance = voxels.enter();
+        result.cell = voxels.cell();
+        return result;
+      }
+      if (occupancy == Occupancy::kUnknown && pass_unknown(voxels.enter(), leave)) return result;
+      voxels.stepOverVoxel();
+    } while (brickOf(voxels.cell()) == brick && voxels.enter() < end);
   }
   pass_unknown(end, range);
   return result;
@@ -179,7 +172,7 @@ std::optional<RayQueryResult> castRay(const CuboidMap& map, const Eigen::Vector3
       walk(map, grid.toCellUnits(origin_map), unit, max_range_m / grid.resolution(), policy);
   RayQueryResult result;
   result.end = walked.end;
-  if (walked.end == RayEnd::kOccupied) result.cuboid = findCuboid(map, walked.cell);
+  if (walked.end == RayEnd::kOccupied) result.voxel = walked.cell;
   result.distance_m = walked.distance * grid.resolution();
   result.unknown_length_m = walked.unknown_length * grid.resolution();
   result.point_map = origin_map + result.distance_m * unit;

@@ -47,8 +47,7 @@ TEST(RayQuery, endsOnTheFaceOfAnOccupiedCuboid) {
     EXPECT_NEAR(result.distance_m, 1.75, 1e-12);
     EXPECT_TRUE(result.point_map.isApprox(Eigen::Vector3d(2.0, 0.25, 0.25)));
     EXPECT_EQ(result.unknown_length_m, 0.0);
-    ASSERT_TRUE(result.cuboid.has_value());
-    EXPECT_EQ(result.cuboid->box, CellBox::ofCell({4, 0, 0}));
+    EXPECT_EQ(result.voxel, (Cell{4, 0, 0}));
   }
 }
 
@@ -58,7 +57,7 @@ TEST(RayQuery, endsAtOnceInAnOccupiedCuboid) {
     EXPECT_EQ(result.end, RayEnd::kOccupied);
     EXPECT_EQ(result.distance_m, 0.0);
     EXPECT_TRUE(result.point_map.isApprox(Eigen::Vector3d(2.25, 0.25, 0.25)));
-    EXPECT_TRUE(result.cuboid.has_value());
+    EXPECT_TRUE(result.voxel.has_value());
   }
 }
 
@@ -68,7 +67,7 @@ TEST(RayQuery, endsAtItsMaxRangeWhenNothingIsInTheWay) {
     EXPECT_EQ(result.end, RayEnd::kMaxRange);
     EXPECT_NEAR(result.distance_m, 1.5, 1e-12);
     EXPECT_TRUE(result.point_map.isApprox(Eigen::Vector3d(1.75, 0.25, 0.25)));
-    EXPECT_FALSE(result.cuboid.has_value());
+    EXPECT_FALSE(result.voxel.has_value());
   }
   EXPECT_EQ(cast(0.25, 1.0, 1.75, UnknownPolicy::kStop).end, RayEnd::kMaxRange)
       << "it only touches the occupied cuboid";
@@ -79,7 +78,7 @@ TEST(RayQuery, leavesTheMapIntoUnknownSpace) {
   EXPECT_EQ(stopped.end, RayEnd::kUnknown);
   EXPECT_NEAR(stopped.distance_m, 1.25, 1e-12);
   EXPECT_TRUE(stopped.point_map.isApprox(Eigen::Vector3d(0.0, 0.25, 0.25)));
-  EXPECT_FALSE(stopped.cuboid.has_value());
+  EXPECT_FALSE(stopped.voxel.has_value());
   const RayQueryResult passed = cast(1.25, -1.0, 10.0, UnknownPolicy::kPass);
   EXPECT_EQ(passed.end, RayEnd::kMaxRange);
   EXPECT_NEAR(passed.distance_m, 10.0, 1e-12);
@@ -102,7 +101,7 @@ TEST(RayQuery, addsUpTheUnknownSpaceThatItPasses) {
   ASSERT_TRUE(result.has_value());
   EXPECT_EQ(result->end, RayEnd::kOccupied);
   EXPECT_NEAR(result->unknown_length_m, 0.25, 1e-12);
-  EXPECT_EQ(result->cuboid->box, CellBox::ofCell({6, 0, 0}));
+  EXPECT_EQ(result->voxel, (Cell{6, 0, 0}));
 }
 
 TEST(RayQuery, doesNotHitWhatItOnlyTouches) {
@@ -229,10 +228,9 @@ void checkRay(const ModelledMap& model, const Eigen::Vector3d& origin,
   ASSERT_NEAR(result->unknown_length_m, 0.1 * expected.unknown_length, 1e-6);
   ASSERT_LT((result->point_map - origin - result->distance_m * direction.normalized()).norm(),
             1e-8);
-  ASSERT_EQ(result->cuboid.has_value(), expected.end == RayEnd::kOccupied);
-  if (result->cuboid) {
-    ASSERT_TRUE(result->cuboid->box.contains(expected.cell));
-    ASSERT_EQ(result->cuboid->log_odds, *model.voxels.find(expected.cell));
+  ASSERT_EQ(result->voxel.has_value(), expected.end == RayEnd::kOccupied);
+  if (result->voxel) {
+    ASSERT_EQ(*result->voxel, expected.cell);
   }
   ++num_by_end[static_cast<std::size_t>(expected.end)];
 }

@@ -26,7 +26,7 @@ struct RayQueryResult {
   double distance_m = 0.0;        ///< From the origin to `point_map`.
   Eigen::Vector3d point_map;      ///< Where it ended, metres.
   double unknown_length_m = 0.0;  ///< Length of unknown space that was passed.
-  std::optional<Cuboid> cuboid;   ///< The occupied cuboid that was hit.
+  std::optional<Cell> voxel;      ///< The occupied one that was hit; findCuboid() has its cuboid.
 };
 
 /// Casts a ray from a point (metres, map frame) until something is in the way.
@@ -40,8 +40,8 @@ struct RayQueryResult {
 ///
 /// @param direction  Need not be normalized.
 /// @param max_range_m  Length of the ray.
-/// @complexity O(known voxels and unknown bricks passed). octomap::OccupancyOcTreeBase::castRay, which answers
-/// with the centre of the voxel, where this answers with the point on the face.
+/// @complexity O(known voxels and unknown bricks passed). octomap::OccupancyOcTreeBase::castRay,
+/// which answers with the centre of the voxel, where this answers with the point on the face.
 [[nodiscard]] std::optional<RayQueryResult> castRay(const CuboidMap& map,
                                                     const Eigen::Vector3d& origin_map,
                                                     const Eigen::Vector3d& direction,
