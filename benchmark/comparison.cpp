@@ -59,33 +59,25 @@ CloudTimes summarize(const std::vector<double>& clouds_ms) {
           mean(clouds_ms.end() - length, clouds_ms.end())};
 }
 
-/// Which map comes when: to and fro, so that not always the same one finds the caches of the
-/// processor as OctoMap has left them.
-std::vector<std::size_t> orderOf(std::size_t scan, std::size_t num_maps) {
-  std::vector<std::size_t> order(num_maps);
-  std::iota(order.begin(), order.end(), std::size_t{0});
-  if (scan % 2 == 1) std::reverse(order.begin(), order.end());
-  return order;
-}
-
+/// One map after the other takes all clouds, as a robot with that map would: from cloud to cloud,
+/// the peers would find the processor's caches as the one before has left them.
 std::vector<MapResult> insertScans(const Maps& maps, const std::vector<Scan>& scans,
-                                   std::size_t scans_before, ProgressBar& progress) {
-  const std::vector<MapAdapter*> adapters = maps.all();
-  std::vector<MapResult> results(adapters.size());
-  std::vector<std::vector<double>> per_cloud_ms(adapters.size());
-  for (std::size_t scan = 0; scan < scans.size(); ++scan) {
-    throwIfInterrupted();
-    for (const std::size_t i : orderOf(scan, adapters.size())) {
-      const Timing timing = timeOf([&] { adapters[i]->insert(scans[scan]); });
-      results[i].insertion += timing;
-      per_cloud_ms[i].push_back(1e3 * timing.wall_s);
+                                   std::size_t steps_before, ProgressBar& progress) {
+  std::vector<MapResult> results;
+  for (MapAdapter* map : maps.all()) {
+    MapResult result;
+    result.name = map->name();
+    std::vector<double> per_cloud_ms;
+    for (const Scan& scan : scans) {
+      throwIfInterrupted();
+      const Timing timing = timeOf([&] { map->insert(scan); });
+      result.insertion += timing;
+      per_cloud_ms.push_back(1e3 * timing.wall_s);
+      progress.update(++steps_before);
     }
-    progress.update(scans_before + scan + 1);
-  }
-  for (std::size_t i = 0; i < adapters.size(); ++i) {
-    results[i].name = adapters[i]->name();
-    results[i].insertion += timeOf([&] { adapters[i]->finish(); });
-    results[i].per_cloud = summarize(per_cloud_ms[i]);
+    result.insertion += timeOf([&] { map->finish(); });
+    result.per_cloud = summarize(per_cloud_ms);
+    results.push_back(std::move(result));
   }
   return results;
 }
@@ -195,10 +187,11 @@ Comparison compareMaps(const Options& options, const std::vector<Scan>& scans) {
   std::optional<ByPlace<QuerySet>> queries;
   std::vector<std::vector<MapResult>> runs;
   const auto repeat = static_cast<std::size_t>(options.repeat);
-  ProgressBar progress("clouds", repeat * scans.size());
+  const std::size_t steps_of_run = scans.size() * makeMaps(options).all().size();
+  ProgressBar progress("clouds", repeat * steps_of_run);
   while (runs.size() < repeat) {
     const Maps maps = makeMaps(options);
-    runs.push_back(insertScans(maps, scans, runs.size() * scans.size(), progress));
+    runs.push_back(insertScans(maps, scans, runs.size() * steps_of_run, progress));
     if (!queries) queries = makeQueries(maps.own->map(), scans);
     const AllAnswers answers = measureAccess(maps, *queries, runs.back());
     if (runs.size() < repeat) continue;
