@@ -6,6 +6,7 @@
 #include "cuboid_mapping/scan/slab_walk.h"
 
 #include <algorithm>
+#include <array>
 #include <cassert>
 #include <cmath>
 
@@ -115,34 +116,55 @@ ScanUpdater::ScanUpdater(const Grid& grid, double max_range_m, int threads)
   assert(threads > 0);
 }
 
-void ScanUpdater::addBeam(const Scan& scan, const RayOrigin& ray_origin, const Eigen::Vector3f& end,
-                          bool is_return, Share& share) const {
+/// Sets up a beam. @return false when it cannot take part.
+bool ScanUpdater::setUpBeam(const RayOrigin& ray_origin, const Eigen::Vector3f& origin,
+                            const Eigen::Vector3f& end, Beam& beam) const {
   Eigen::Vector3f last = end;
-  bool is_cut = false;
+  beam.is_cut = false;
   if (std::isfinite(max_range_m_)) {
     // As octomath::Vector3::normalized() and octomap_server compute it.
-    const Eigen::Vector3f beam = end - scan.origin;
-    const float squared_length = beam.x() * beam.x() + beam.y() * beam.y() + beam.z() * beam.z();
+    const Eigen::Vector3f to_end = end - origin;
+    const float squared_length =
+        to_end.x() * to_end.x() + to_end.y() * to_end.y() + to_end.z() * to_end.z();
     const double length_m = std::sqrt(static_cast<double>(squared_length));
-    is_cut = length_m > max_range_m_;
-    if (is_cut) {
-      last = scan.origin + beam / static_cast<float>(length_m) * static_cast<float>(max_range_m_);
+    beam.is_cut = length_m > max_range_m_;
+    if (beam.is_cut) {
+      last = origin + to_end / static_cast<float>(length_m) * static_cast<float>(max_range_m_);
     }
   }
-  Ray ray;
-  if (!ray_origin.computeRay(last, ray) || !isNearBase(base_, ray.end)) {
-    ++share.num_out_of_range;
-    return;
-  }
-  ++share.num_points;
-  if (!markSlabs(ray, ray.start - base_, share.marks)) {
-    (void)walkRay(ray, BrickCursor(ray, base_, share.marks));
+  return ray_origin.computeRay(last, beam.ray) && isNearBase(base_, beam.ray.end);
+}
+
+void ScanUpdater::markBeam(const Ray& ray, bool is_hit, BeamMarks& marks) const {
+  if (!markSlabs(ray, ray.start - base_, marks)) {
+    (void)walkRay(ray, BrickCursor(ray, base_, marks));
   }
   const Cell local_end = ray.end - base_;
   const int voxel = voxelIndex(local_end);
-  BrickMarks& last_marks = share.marks.at(toBrickKey(local_end));
-  BrickMask& mask = is_cut || !is_return ? last_marks.misses[0] : last_marks.hits;
+  BrickMarks& last_marks = marks.at(toBrickKey(local_end));
+  BrickMask& mask = is_hit ? last_marks.hits : last_marks.misses[0];
   mask[static_cast<std::size_t>(voxel >> 6)] |= 1ULL << (voxel & 63);
+}
+
+/// Marks beams a few at a time: first all are set up, which the processor can do side by side, then
+/// they are walked.
+void ScanUpdater::addBeams(const RayOrigin& ray_origin, const Eigen::Vector3f& origin,
+                           const Eigen::Vector3f* ends, std::size_t count, bool are_returns,
+                           Share& share) const {
+  constexpr std::size_t kBatch = 32;
+  std::array<Beam, kBatch> beams;
+  for (std::size_t first = 0; first < count; first += kBatch) {
+    std::size_t num_beams = 0;
+    const std::size_t last = std::min(first + kBatch, count);
+    for (std::size_t i = first; i < last; ++i) {
+      if (setUpBeam(ray_origin, origin, ends[i], beams[num_beams])) ++num_beams;
+    }
+    share.num_points += num_beams;
+    share.num_out_of_range += last - first - num_beams;
+    for (std::size_t i = 0; i < num_beams; ++i) {
+      markBeam(beams[i].ray, are_returns && !beams[i].is_cut, share.marks);
+    }
+  }
 }
 
 const ScanUpdate& ScanUpdater::compute(const Scan& scan) {
@@ -160,14 +182,13 @@ const ScanUpdate& ScanUpdater::compute(const Scan& scan) {
     share.marks.clear();
     share.num_points = 0;
     share.num_out_of_range = 0;
-    const auto add_beams = [&](const std::vector<Eigen::Vector3f>& ends, bool is_return) {
+    const auto add_part = [&](const std::vector<Eigen::Vector3f>& ends, bool are_returns) {
+      const std::size_t first = ends.size() * i / shares_.size();
       const std::size_t last = ends.size() * (i + 1) / shares_.size();
-      for (std::size_t beam = ends.size() * i / shares_.size(); beam < last; ++beam) {
-        addBeam(scan, ray_origin, ends[beam], is_return, share);
-      }
+      addBeams(ray_origin, scan.origin, ends.data() + first, last - first, are_returns, share);
     };
-    add_beams(scan.points, true);
-    add_beams(scan.no_returns, false);
+    add_part(scan.points, true);
+    add_part(scan.no_returns, false);
   });
   collectBricks();
   return update_;

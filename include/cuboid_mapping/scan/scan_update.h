@@ -63,8 +63,17 @@ class ScanUpdater {
     std::size_t num_out_of_range = 0;
   };
 
-  void addBeam(const Scan& scan, const RayOrigin& ray_origin, const Eigen::Vector3f& end,
-               bool is_return, Share& share) const;
+  struct Beam {
+    Ray ray;
+    bool is_cut;  ///< At the max range.
+  };
+
+  [[nodiscard]] bool setUpBeam(const RayOrigin& ray_origin, const Eigen::Vector3f& origin,
+                               const Eigen::Vector3f& end, Beam& beam) const;
+  void markBeam(const Ray& ray, bool is_hit, BeamMarks& marks) const;
+  void addBeams(const RayOrigin& ray_origin, const Eigen::Vector3f& origin,
+                const Eigen::Vector3f* ends, std::size_t count, bool are_returns,
+                Share& share) const;
   void collectBricks();
 
   Grid grid_;
