@@ -37,9 +37,10 @@ void BeamMarks::clear() {
 }
 
 BrickMarks& BeamMarks::add(BrickKey key) {
-  if (2 * (size_ + 1) > slots_.size()) {
+  if (4 * (size_ + 1) > slots_.size()) {
     std::vector<Slot> old(2 * slots_.size());
     old.swap(slots_);
+    last_slot_ = slots_.size() - 1;
     for (const Slot& slot : old) {
       if (slot.marks != nullptr) slots_[slotOf(slot.key)] = slot;
     }

@@ -68,14 +68,16 @@ class BeamMarks {
 
   [[nodiscard]] std::size_t slotOf(BrickKey key) const {
     constexpr std::uint64_t kGoldenRatio = 0x9E3779B97F4A7C15ULL;
-    const std::size_t mask = slots_.size() - 1;
-    std::size_t slot = (key * kGoldenRatio) >> 32 & mask;
-    while (slots_[slot].marks != nullptr && slots_[slot].key != key) slot = (slot + 1) & mask;
+    const Slot* slots = slots_.data();
+    std::size_t slot = (key * kGoldenRatio) >> 32 & last_slot_;
+    while (slots[slot].marks != nullptr && slots[slot].key != key) slot = (slot + 1) & last_slot_;
     return slot;
   }
   BrickMarks& add(BrickKey key);
 
-  std::vector<Slot> slots_ = std::vector<Slot>(1024);  ///< At most half of them taken.
+  std::size_t last_slot_ = 4095;
+  /// At most a quarter of them are taken: a search that goes on is hard to foresee.
+  std::vector<Slot> slots_ = std::vector<Slot>(last_slot_ + 1);
   std::vector<std::unique_ptr<BrickMarks[]>> blocks_;
   std::size_t size_ = 0;
 };
