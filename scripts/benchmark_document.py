@@ -1,0 +1,266 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Tables and plots of doc/performance.md, from the reports of compare_maps."""
+import json
+import re
+import subprocess
+import sys
+
+from benchmark_runs import (FR079, HEADLINES, KITTI, PEERS, SHORT_NAMES, TOR, Run, branching_sweep,
+                            cloud_sweep, headlines, range_sweep, resolution_sweep)
+
+# ---- Tables -----------------------------------------------------------------------------------
+
+
+class Reports:
+    """The reports of one folder, by the runs that made them."""
+
+    def __init__(self, folder):
+        self.by_name = {file.stem: json.loads(file.read_text()) for file in sorted(folder.glob('*.json'))}
+
+    def get(self, run):
+        return self.by_name.get(run.name)
+
+    def of(self, runs):
+        """The reports that there are."""
+        return [self.by_name[run.name] for run in runs if run.name in self.by_name]
+
+
+def table(head, rows):
+    lines = [head, ['---'] * len(head), *rows]
+    return '\n'.join('| ' + ' | '.join(line) + ' |' for line in lines)
+
+
+def title_of(report):
+    return f"{SHORT_NAMES.get(report['dataset'], report['dataset'])}, {report['resolution_m']:g} m"
+
+
+def rate(value):
+    """A rate with three digits: 4.12 M."""
+    for limit, unit in ((1e6, ' M'), (1e3, ' k')):
+        if value >= limit:
+            return f'{value / limit:.3g}{unit}'
+    return f'{value:.3g}'
+
+
+def times(value):
+    """A ratio with two digits behind the point, or none where it is great."""
+    return f'{value:.0f}' if value >= 20 else f'{value:.1f}' if value >= 10 else f'{value:.2f}'
+
+
+def gain(report, peer, figure):
+    """How many times more the peer has of a figure; '-' without the peer."""
+    if peer not in report:
+        return '-'
+    own = figure(report['cuboid_mapping'])
+    return times(figure(report[peer]) / own) if own > 0 else '-'
+
+
+def machine_block(reports):
+    machines = {json.dumps(report['machine'], sort_keys=True) for report in reports.by_name.values()}
+    lines = []
+    for machine in map(json.loads, sorted(machines)):
+        lines.append(f"{machine['cpu']}, {machine['cores']} cores; {machine['compiler']}, "
+                     f"{machine['build_type']}; commit `{machine['commit']}`.")
+    return '\n'.join(lines)
+
+
+def insertion_block(reports):
+    def cpu_s(figures):
+        return figures['insert_cpu_s']
+
+    rows = []
+    for report in reports.of(headlines()):
+        own = report['cuboid_mapping']
+        peers_s = [f'{cpu_s(report[peer]):.3g} s' if peer in report else '-' for peer in PEERS]
+        rows.append([title_of(report), f"{report['clouds']}, {report['points']:,}",
+                     f'{cpu_s(own):.3g} s', peers_s[0], gain(report, 'octomap', cpu_s), peers_s[1],
+                     gain(report, 'openvdb', cpu_s), f"{own['ray_walk_cpu_s'] / cpu_s(own):.0%}",
+                     f"{own['per_cloud_ms']['p50']:.0f}, {own['per_cloud_ms']['p99']:.0f} ms"])
+    return table(['data set', 'clouds, points', 'here', 'OctoMap', 'times', 'OpenVDB', 'times',
+                  'ray walk', 'a cloud: p50, p99'], rows)
+
+
+def variants_block(reports):
+    rows = []
+    for dataset, resolution, _ in HEADLINES[:3]:
+        headline = reports.get(Run(dataset, resolution))
+        plain, flushed, uncached, threads = (
+            reports.get(Run(dataset, resolution, peers='none', **options)) for options in
+            ({}, {'flush_every_cloud': True}, {'hot_mb': 0}, {'threads': 2}))
+        if not (headline and plain and flushed and uncached and threads):
+            continue
+        row = [title_of(headline)]
+        for report in (plain, flushed, uncached):
+            own_s = report['cuboid_mapping']['insert_cpu_s']
+            row.append(f'{own_s:.3g} s')
+            row.append(times(headline['octomap']['insert_cpu_s'] / own_s) if 'octomap' in headline else '-')
+        one_s, two_s = (report['cuboid_mapping']['insert_s'] for report in (plain, threads))
+        rows.append([*row, f'{one_s:.3g} s', f'{two_s:.3g} s', times(one_s / two_s)])
+    return table(['data set', 'flush at the end', "times OctoMap's speed", 'flush after every cloud',
+                  'times', 'no cache', 'times', 'one thread, wall', 'two threads, wall', 'times'], rows)
+
+
+def memory_block(reports):
+    def heap(figures):
+        return figures['bytes_heap']
+
+    rows = []
+    for report in reports.of(headlines()):
+        own = report['cuboid_mapping']
+        row = [title_of(report), f"{own['cells']:,}", gain(report, 'octomap', lambda f: f['cells']),
+               gain(report, 'openvdb', lambda f: f['cells']), f'{heap(own) / 1e6:.1f} MB']
+        for peer in PEERS:
+            row += [f'{heap(report[peer]) / 1e6:.1f} MB' if peer in report else '-',
+                    gain(report, peer, heap)]
+        rows.append([*row, f"{own['bytes_own'] / max(1, heap(own)):.1%}",
+                     f"{own['bytes_hot'] / 1e6:.1f} MB"])
+    return table(['data set', 'cuboids', "times in OctoMap's leaves", "times in OpenVDB's voxels",
+                  'heap here', 'OctoMap', 'times', 'OpenVDB', 'times', 'own figure over heap',
+                  'cache while inserting'], rows)
+
+
+QUERIES = [(kind, place) for kind in ('point', 'box', 'ray') for place in ('uniform', 'near_surface')]
+
+
+def queries_block(reports):
+    rows = []
+    for report in reports.of(headlines()):
+        own = report['cuboid_mapping']
+        visit_ms = 1e3 * own['access_occupied_s']
+        row = [title_of(report), f'{visit_ms:.3g} ms: ' + ' / '.join(
+            gain(report, peer, lambda f: f['access_occupied_s']) for peer in PEERS)]
+        for kind, place in QUERIES:
+            own_rate = own[f'{kind}_queries_per_s'][place]
+            gains = [times(own_rate / report[peer][f'{kind}_queries_per_s'][place])
+                     if peer in report else '-' for peer in PEERS]
+            row.append(f"{rate(own_rate)}: {' / '.join(gains)}")
+        rows.append(row)
+    return table(['data set', 'visit occupied', 'points, uniform', 'points, surfaces', 'boxes, uniform',
+                  'boxes, surfaces', 'rays, uniform', 'rays, surfaces'], rows)
+
+
+def agreement_block(reports):
+    rows = []
+    for report in reports.of(headlines()):
+        for peer, agreement in report['agreement'].items():
+            answers = [agreement[f'{kind}_queries'][place] for kind, place in QUERIES]
+            rows.append([title_of(report), PEERS[peer], f"{agreement['voxels']:,.0f}",
+                         f"{agreement['known_mismatch']:.0f}", f"{agreement['class_mismatch']:.0f}",
+                         f"{agreement['max_log_odds_difference']:.1e}",
+                         f"{sum(a['different'] for a in answers)} of "
+                         f"{sum(a['compared'] for a in answers):,}"])
+    return table(['data set', 'peer', 'known voxels', 'known in one only', 'other class',
+                  'greatest log-odds difference', 'answers that differ'], rows)
+
+
+def growth_block(reports):
+    rows = []
+    for report in reports.of([Run(KITTI, 0.2), Run(TOR, 0.2), Run(FR079, 0.05)]):
+        row = [title_of(report)]
+        for name in ('cuboid_mapping', *PEERS):
+            if name not in report:
+                row += ['-', '-']
+                continue
+            clouds = report[name]['per_cloud_ms']
+            first_ms, last_ms = clouds['mean_of_first_third'], clouds['mean_of_last_third']
+            row += [f'{first_ms:.0f}, {last_ms:.0f} ms', times(last_ms / first_ms)]
+        rows.append(row)
+    return table(['data set', 'here: first, last third', 'times', 'OctoMap', 'times', 'OpenVDB', 'times'],
+                 rows)
+
+
+# ---- Plots ------------------------------------------------------------------------------------
+
+
+class Plot:
+    """Curves over one option, drawn by gnuplot."""
+
+    def __init__(self, file, x_label, y_label, is_log=True):
+        self.file = file
+        self.settings = [f'set xlabel "{x_label}"', f'set ylabel "{y_label}"', 'set key outside',
+                         'set grid', 'set autoscale xfix', 'set logscale xy' if is_log else 'set yrange [0:*]']
+        self.curves = []
+        self.ticks = set()
+
+    def add(self, title, points):
+        if points:
+            self.curves.append((title, sorted(points)))
+            self.ticks.update(x for x, _ in points)
+
+    def draw(self):
+        """Returns whether there was anything to draw."""
+        if not self.curves:
+            return False
+        self.file.parent.mkdir(parents=True, exist_ok=True)
+        ticks = ', '.join(f'"{x:g}" {x:g}' for x in sorted(self.ticks))
+        plots = ', '.join(f'"-" using 1:2 with linespoints pointtype 7 pointsize 0.6 title "{title}"'
+                          for title, _ in self.curves)
+        data = ''.join(''.join(f'{x:g} {y:g}\n' for x, y in points) + 'e\n' for _, points in self.curves)
+        script = '\n'.join(['set terminal svg size 900,400 background "white" font "sans,12" noenhanced',
+                            f'set output "{self.file}"', *self.settings, f'set xtics ({ticks})',
+                            f'plot {plots}', data])
+        subprocess.run(['gnuplot'], input=script, text=True, check=True)
+        return True
+
+
+def add_curves(plot, title, runs, reports, x_of, y_of):
+    """A curve for every map that took part."""
+    found = reports.of(list(runs))
+    for name, label in {'cuboid_mapping': 'cuboid_mapping', **PEERS}.items():
+        plot.add(f'{label}{title}', [(x_of(r), y_of(r, r[name])) for r in found if name in r])
+
+
+def ms_per_cloud(report, figures):
+    return 1e3 * figures['insert_cpu_s'] / report['clouds']
+
+
+def draw_plots(reports, folder):
+    """Returns lines of markdown by name of the plot."""
+    plots = {}
+    resolution = Plot(folder / 'resolution.svg', 'voxel [m]', 'insertion, CPU ms per cloud')
+    for dataset in (FR079, KITTI):
+        add_curves(resolution, ', ' + SHORT_NAMES[dataset].split(',')[0], resolution_sweep(dataset),
+                   reports, lambda r: r['resolution_m'], ms_per_cloud)
+    plots['resolution'] = resolution
+    max_range = Plot(folder / 'range.svg', 'max range [m]', 'insertion, CPU ms per cloud')
+    add_curves(max_range, '', range_sweep(), reports, lambda r: r['max_range_m'], ms_per_cloud)
+    plots['range'] = max_range
+    clouds = Plot(folder / 'clouds.svg', 'clouds in the map', 'insertion, CPU ms per cloud')
+    add_curves(clouds, '', cloud_sweep(), reports, lambda r: r['clouds'], ms_per_cloud)
+    plots['clouds'] = clouds
+    found = reports.of(list(branching_sweep()))
+    branching = Plot(folder / 'branching.svg', 'M', 'relative to M = 32', is_log=False)
+    default = [r['cuboid_mapping'] for r in found if r['branching'] == 32]
+    if default:
+        for title, figure in {
+                'insertion': lambda f: f['insert_cpu_s'],
+                'heap': lambda f: f['bytes_heap'],
+                'a point query': lambda f: 1 / f['point_queries_per_s']['uniform'],
+                'a box query': lambda f: 1 / f['box_queries_per_s']['uniform'],
+                'a ray': lambda f: 1 / f['ray_queries_per_s']['uniform']}.items():
+            branching.add(title, [(r['branching'], figure(r['cuboid_mapping']) / figure(default[0]))
+                                  for r in found])
+    plots['branching'] = branching
+    return {name: f'![{name}]({folder.name}/{plot.file.name})' if plot.draw() else 'Not measured.'
+            for name, plot in plots.items()}
+
+
+# ---- The document -----------------------------------------------------------------------------
+
+
+def write_document(reports, document):
+    blocks = {'machine': machine_block, 'insertion': insertion_block, 'variants': variants_block,
+              'memory': memory_block, 'queries': queries_block, 'agreement': agreement_block,
+              'growth': growth_block}
+    texts = {name: make(reports) for name, make in blocks.items()}
+    texts.update(draw_plots(reports, document.parent / document.stem))
+
+    def fill(match):
+        name = match.group(1)
+        if name not in texts:
+            sys.exit(f'{document}: there is no block {name}; there are {", ".join(texts)}')
+        return f'<!-- benchmark:begin {name} -->\n{texts[name]}\n<!-- benchmark:end -->'
+
+    text = document.read_text()
+    document.write_text(re.sub(r'<!-- benchmark:begin (\w+) -->.*?<!-- benchmark:end -->', fill, text,
+                               flags=re.DOTALL))

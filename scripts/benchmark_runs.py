@@ -1,0 +1,87 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""What scripts/benchmark runs: data sets, resolutions and options of compare_maps."""
+
+SHORT_NAMES = {'kitti_0005_city': 'KITTI 0005, city', 'muehlburger_tor_standing': 'Mühlburger Tor, standing',
+               'sim_fr079': 'fr079, simulated', 'rgbd_7scenes': '7-Scenes, RGB-D'}
+PEERS = {'octomap': 'OctoMap', 'openvdb': 'OpenVDB'}
+KITTI, TOR, FR079, RGBD = SHORT_NAMES
+
+# (data set, resolution, repetitions). The first two take OctoMap half a minute each.
+HEADLINES = [(KITTI, 0.2, 1), (TOR, 0.2, 1), (FR079, 0.05, 3), (FR079, 0.1, 3), (RGBD, 0.05, 3),
+             (RGBD, 0.02, 3)]
+
+
+class Run:
+    """One run of compare_maps; its name says its options and is that of its report."""
+
+    def __init__(self, dataset, resolution, repeat=1, **options):
+        self.dataset = dataset
+        self.resolution = resolution
+        self.repeat = repeat  # Not in the name: reports of fewer repetitions serve as well.
+        self.options = options
+
+    @property
+    def name(self):
+        parts = [self.dataset, f'resolution_{self.resolution:g}']
+        for key, value in sorted(self.options.items()):
+            parts.append(key if value is True else f'{key}_{value}')
+        return '-'.join(parts)
+
+    def arguments(self):
+        arguments = ['--resolution', f'{self.resolution:g}', '--repeat', str(self.repeat)]
+        for key, value in sorted(self.options.items()):
+            arguments.append('--' + key.replace('_', '-'))
+            if value is not True:
+                arguments.append(str(value))
+        return arguments
+
+
+def headlines():
+    return [Run(dataset, resolution, repeat) for dataset, resolution, repeat in HEADLINES]
+
+
+def variants():
+    """Of the headlines outdoors and in the corridor, compared with those."""
+    for dataset, resolution, _ in HEADLINES[:3]:
+        yield Run(dataset, resolution, 3, peers='none')
+        yield Run(dataset, resolution, 3, peers='none', flush_every_cloud=True)
+        yield Run(dataset, resolution, 3, peers='none', hot_mb=0)
+        yield Run(dataset, resolution, 3, peers='none', threads=2)
+
+
+def resolution_sweep(dataset):
+    """A few clouds of KITTI, since cost grows eightfold from one resolution to the next at worst."""
+    clouds = {'clouds': 6} if dataset == KITTI else {}
+    for resolution in (0.4, 0.2, 0.1, 0.05):
+        is_long = dataset == KITTI and resolution < 0.1  # Minutes for OctoMap.
+        peers = {'peers': 'openvdb'} if is_long else {}
+        yield Run(dataset, resolution, **clouds, **peers)
+
+
+def range_sweep():
+    for max_range in (5, 10, 20, 40, 80):
+        yield Run(KITTI, 0.2, clouds=6, max_range=max_range)
+
+
+def cloud_sweep():
+    for clouds in (11, 22, 44):
+        yield Run(TOR, 0.2, clouds=clouds)
+    yield Run(TOR, 0.2)
+
+
+def branching_sweep():
+    for branching in (4, 8, 16, 24, 32, 48, 64):
+        yield Run(KITTI, 0.2, clouds=13, branching=branching, peers='none')
+
+
+def all_runs(is_quick):
+    runs = [*headlines(), *variants(), *resolution_sweep(FR079), *resolution_sweep(KITTI),
+            *range_sweep(), *cloud_sweep(), *branching_sweep()]
+    if is_quick:  # Without OctoMap's long runs.
+        runs = [run for run in runs if run.dataset in (FR079, RGBD)]
+        for run in runs:
+            run.repeat = 1
+    by_name = {}
+    for run in runs:
+        by_name.setdefault(run.name, run)
+    return list(by_name.values())
