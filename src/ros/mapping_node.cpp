@@ -50,7 +50,7 @@ ros::NodeHandle withQueue(ros::NodeHandle nh, ros::CallbackQueue& queue) {
 
 }  // namespace
 
-MappingNode::MappingNode(ros::NodeHandle nh, ros::NodeHandle private_nh,
+MappingNode::MappingNode(ros::NodeHandle nh, const ros::NodeHandle& private_nh,
                          const NodeParameters& parameters)
     : parameters_(parameters),
       scan_limits_{parameters.min_range_m, parameters.crop_map},

@@ -42,7 +42,8 @@ namespace cuboid_mapping_ros {
 class MappingNode {
  public:
   /// @param parameters  Valid, see readParameters().
-  MappingNode(ros::NodeHandle nh, ros::NodeHandle private_nh, const NodeParameters& parameters);
+  MappingNode(ros::NodeHandle nh, const ros::NodeHandle& private_nh,
+              const NodeParameters& parameters);
   MappingNode(const MappingNode&) = delete;
   MappingNode& operator=(const MappingNode&) = delete;
 
