@@ -6,15 +6,6 @@
 
 namespace cuboid_mapping {
 
-std::size_t BrickCache::Hash::operator()(const Cell& cell) const {
-  constexpr std::uint64_t kGoldenRatio = 0x9E3779B97F4A7C15ULL;
-  std::uint64_t hash = 0;
-  for (int axis = 0; axis < 3; ++axis) {
-    hash = (hash ^ static_cast<std::uint32_t>(cell[axis] / kGroupEdge)) * kGoldenRatio;
-  }
-  return static_cast<std::size_t>(hash ^ hash >> 32);
-}
-
 HotGroup& BrickCache::touch(const Cell& group, std::uint64_t cloud) {
   const auto found = by_cell_.find(group);
   if (found != by_cell_.end()) {

@@ -6,17 +6,6 @@
 namespace cuboid_mapping {
 namespace {
 
-/// Calls visit(brick) for every brick that shares a cell with the box.
-template <typename VisitorT>
-void visitBricks(const CellBox& box, VisitorT visit) {
-  const Cell first = brickOf(box.min);
-  for (std::int32_t z = first.z; z < box.max.z; z += kBrickEdge) {
-    for (std::int32_t y = first.y; y < box.max.y; y += kBrickEdge) {
-      for (std::int32_t x = first.x; x < box.max.x; x += kBrickEdge) visit(Cell{x, y, z});
-    }
-  }
-}
-
 void setClasses(const BrickPartition& partition, VoxelClasses& classes) {
   BrickMask known{};
   BrickMask occupied{};
@@ -72,8 +61,10 @@ void TreeWriter::selectMembers(const CellBox& window, const RTree& tree) {
       members_[indexInGroup(brickOf(box.min))].push_back(i);
     } else {
       crossing_.push_back(i);
-      visitBricks(intersect(box, window),
-                  [&](const Cell& brick) { members_[indexInGroup(brick)].push_back(i); });
+      (void)anyBrick(intersect(box, window), [&](const Cell& brick) {
+        members_[indexInGroup(brick)].push_back(i);
+        return false;  // On to the next.
+      });
     }
   }
 }

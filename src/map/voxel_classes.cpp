@@ -69,23 +69,17 @@ void VoxelClasses::set(const Cell& brick, const BrickMask& known, const BrickMas
 }
 
 bool VoxelClasses::isAnyOccupied(const CellBox& box) const {
-  const Cell first = brickOf(box.min);
-  for (std::int32_t z = first.z; z < box.max.z; z += kBrickEdge) {
-    for (std::int32_t y = first.y; y < box.max.y; y += kBrickEdge) {
-      for (std::int32_t x = first.x; x < box.max.x; x += kBrickEdge) {
-        const Cell brick{x, y, z};
-        const Entry& entry = entries_[slotOf(brick)];
-        if (entry.known == kNoMask || entry.occupied == kNothing) continue;
-        const CellBox part = intersect(box, brickBox(brick));
-        const std::uint64_t slice = sliceMask(part);
-        const BrickMask& occupied = mask(entry.occupied);
-        for (std::int32_t slice_z = part.min.z; slice_z < part.max.z; ++slice_z) {
-          if ((occupied[static_cast<std::size_t>(slice_z & 7)] & slice) != 0) return true;
-        }
-      }
+  return anyBrick(box, [&](const Cell& brick) {
+    const Entry& entry = entries_[slotOf(brick)];
+    if (entry.known == kNoMask || entry.occupied == kNothing) return false;
+    const CellBox part = intersect(box, brickBox(brick));
+    const std::uint64_t slice = sliceMask(part);
+    const BrickMask& occupied = mask(entry.occupied);
+    for (std::int32_t z = part.min.z; z < part.max.z; ++z) {
+      if ((occupied[static_cast<std::size_t>(z & 7)] & slice) != 0) return true;
     }
-  }
-  return false;
+    return false;
+  });
 }
 
 std::size_t VoxelClasses::numBytes() const {

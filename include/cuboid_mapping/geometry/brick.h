@@ -27,6 +27,20 @@ using BrickMask = std::array<std::uint64_t, kBrickEdge>;
   return {brick, {brick.x + kBrickEdge, brick.y + kBrickEdge, brick.z + kBrickEdge}};
 }
 
+/// Whether holds(brick) is true for a brick that shares a cell with the box; ends at the first.
+template <typename PredicateT>
+[[nodiscard]] bool anyBrick(const CellBox& box, PredicateT holds) {
+  const Cell first = brickOf(box.min);
+  for (std::int32_t z = first.z; z < box.max.z; z += kBrickEdge) {
+    for (std::int32_t y = first.y; y < box.max.y; y += kBrickEdge) {
+      for (std::int32_t x = first.x; x < box.max.x; x += kBrickEdge) {
+        if (holds(Cell{x, y, z})) return true;
+      }
+    }
+  }
+  return false;
+}
+
 /// A group is an aligned cube of 4 x 4 x 4 bricks, named by its least cell.
 constexpr std::int32_t kGroupEdge = 4 * kBrickEdge;
 constexpr std::size_t kGroupBricks = 64;

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <ostream>
 
@@ -48,6 +49,18 @@ constexpr bool isBeforeOnMortonCurve(const Cell& a, const Cell& b) {
 
 constexpr Cell operator+(const Cell& a, const Cell& b) { return {a.x + b.x, a.y + b.y, a.z + b.z}; }
 constexpr Cell operator-(const Cell& a, const Cell& b) { return {a.x - b.x, a.y - b.y, a.z - b.z}; }
+
+/// 32 well mixed bits, also of cells on a lattice.
+struct CellHash {
+  [[nodiscard]] constexpr std::size_t operator()(const Cell& cell) const {
+    constexpr std::uint64_t kGoldenRatio = 0x9E3779B97F4A7C15ULL;
+    const auto bits = [](std::int32_t v) {
+      return static_cast<std::uint64_t>(static_cast<std::uint32_t>(v));
+    };
+    const std::uint64_t key = bits(cell.x) ^ bits(cell.y) << 20 ^ bits(cell.z) << 40;
+    return static_cast<std::size_t>((key * kGoldenRatio) >> 32);
+  }
+};
 
 inline std::ostream& operator<<(std::ostream& out, const Cell& cell) {
   return out << '(' << cell.x << ' ' << cell.y << ' ' << cell.z << ')';

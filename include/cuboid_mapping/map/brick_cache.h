@@ -27,7 +27,7 @@ class BrickCache {
 
   /// The group of this least cell, added when it is new. It becomes the first one.
   HotGroup& touch(const Cell& group, std::uint64_t cloud);
-  /// Makes a brick of a group hot, with nothing to rely on in its voxels. @pre it is not.
+  /// Makes a brick of a group hot, with all its voxels unknown. @pre it is not.
   DenseBrick& add(HotGroup& group, const Cell& brick);
   void remove(const Cell& group);
   void clear();
@@ -39,12 +39,8 @@ class BrickCache {
   [[nodiscard]] std::size_t numBytes() const;
 
  private:
-  struct Hash {
-    std::size_t operator()(const Cell& cell) const;
-  };
-
   Groups groups_;
-  std::unordered_map<Cell, Groups::iterator, Hash> by_cell_;
+  std::unordered_map<Cell, Groups::iterator, CellHash> by_cell_;
   std::size_t num_bricks_ = 0;
 };
 

@@ -20,8 +20,7 @@ class VoxelClasses {
   struct Masks {
     const BrickMask* known;
     const BrickMask* occupied;  ///< A part of the known ones.
-
-    bool is_all_free;  ///< All voxels are known, none is occupied.
+    bool is_all_free;           ///< All voxels are known, none is occupied.
 
     [[nodiscard]] Occupancy at(int voxel) const {
       const auto word = static_cast<std::size_t>(voxel >> 6);
@@ -73,13 +72,8 @@ class VoxelClasses {
     return blocks_[index / kBlockMasks][index % kBlockMasks];
   }
   [[nodiscard]] std::size_t slotOf(const Cell& brick) const {
-    constexpr std::uint64_t kGoldenRatio = 0x9E3779B97F4A7C15ULL;
-    const std::uint64_t key = static_cast<std::uint64_t>(static_cast<std::uint32_t>(brick.x)) ^
-                              static_cast<std::uint64_t>(static_cast<std::uint32_t>(brick.y))
-                                  << 20 ^
-                              static_cast<std::uint64_t>(static_cast<std::uint32_t>(brick.z)) << 40;
     const std::size_t last = entries_.size() - 1;
-    std::size_t slot = (key * kGoldenRatio) >> 32 & last;
+    std::size_t slot = CellHash()(brick) & last;
     while (entries_[slot].known != kNoMask && entries_[slot].brick != brick) {
       slot = (slot + 1) & last;
     }
