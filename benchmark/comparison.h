@@ -15,8 +15,8 @@ struct CloudTimes {
   double p50_ms = 0.0;
   double p99_ms = 0.0;
   double max_ms = 0.0;
-  double mean_of_first_third_ms =
-      0.0;  ///< Of the clouds: with the next, how cost grows with the map.
+  /// Of the clouds: with the next, how cost grows with the map.
+  double mean_of_first_third_ms = 0.0;
   double mean_of_last_third_ms = 0.0;
 };
 
@@ -44,8 +44,7 @@ struct Comparison {
   std::vector<PeerAgreement> agreements;
 };
 
-/// Fills the maps with the scans, each scan into one map after the other, so that a disturbance of
-/// the machine hits all of them; then asks all the same.
+/// Fills one map after the other with all scans, then asks all the same.
 /// @throws std::runtime_error when a map cannot take the scans, Interrupted.
 [[nodiscard]] Comparison compareMaps(const Options& options, const std::vector<Scan>& scans);
 

@@ -12,7 +12,8 @@ namespace cuboid_mapping {
 ///
 /// Checked: branches of a node within (d, M), the root with at least two unless it is a leaf; all
 /// leaves at one level; parents; every inner branch is the minimum bounding box and the greatest
-/// log-odds of its child; no leaf wide without need; number of cuboids and of nodes. @complexity O(n). For tests.
+/// log-odds of its child; no leaf wide without need; number of cuboids and of nodes.
+/// @complexity O(n). For tests.
 [[nodiscard]] std::vector<std::string> checkTree(const RTree& tree);
 
 /// Every pair of cuboids that share a cell. @complexity O(n log n) for few. For tests.

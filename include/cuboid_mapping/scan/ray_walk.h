@@ -42,8 +42,8 @@ class RayOrigin {
   Eigen::Vector3d anchor_map_;
   Eigen::Vector3f origin_;
   std::optional<Cell> cell_;
-  double to_border_[3]
-                   [2];  ///< Per axis, from the origin to the next border down and up, in metres.
+  /// Per axis, from the origin to the next border down and up, in metres.
+  double to_border_[3][2];
 };
 
 /// Walks from the origin's voxel (included) to the end point's (excluded).
