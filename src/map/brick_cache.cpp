@@ -38,6 +38,20 @@ void BrickCache::remove(const Cell& group) {
   by_cell_.erase(found);
 }
 
+void BrickCache::remove(const CellBox& region) {
+  for (HotGroup& group : groups_) {
+    const CellBox box{group.group, group.group + Cell{kGroupEdge, kGroupEdge, kGroupEdge}};
+    if (intersect(box, region).isEmpty()) continue;
+    for (std::size_t i = 0; i < kGroupBricks; ++i) {
+      auto& brick = group.bricks[i];
+      if (brick == nullptr || intersect(brickBox(brick->brick), region).isEmpty()) continue;
+      brick.reset();
+      group.is_dirty &= ~(std::uint64_t{1} << i);
+      --num_bricks_;
+    }
+  }
+}
+
 void BrickCache::clear() {
   by_cell_ = decltype(by_cell_)();
   groups_.clear();

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "cuboid_mapping/map/cuboid_map.h"
 
+#include "cuboid_mapping/map/replace_region.h"
 #include "cuboid_mapping/parallel/parallel_for.h"
 #include "cuboid_mapping/rtree/traversal.h"
 
@@ -42,10 +43,19 @@ ChangeSet CuboidMap::clear() {
   tree_.clear();
   classes_.clear();
   hot_.clear();
+  locked_.clear();
   content_ = {};
   ChangeSet changes;
   changes.revision = ++revision_;
   changes.is_everything = true;
+  return changes;
+}
+
+ChangeSet CuboidMap::replace(const CellBox& box, const std::vector<Cuboid>& cuboids) {
+  ChangeSet changes = flush(box);
+  hot_.remove(box);
+  if (replaceRegion(box, cuboids, {tree_, content_, classes_}, changes)) ++revision_;
+  changes.revision = revision_;
   return changes;
 }
 
@@ -93,7 +103,10 @@ bool CuboidMap::applyChunk(BrickIterator first, BrickIterator last, ChangeSet& c
     load(groups[i]);
     for (auto update = groups[i].first; update != groups[i].last; ++update) {
       const std::size_t index = indexInGroup(update->brick);
-      const bool is_changed = groups[i].group->bricks[index]->apply(*update, sensor_model_);
+      DenseBrick& brick = *groups[i].group->bricks[index];
+      const bool is_changed = locked_.boxes().empty()
+                                  ? brick.apply(*update, sensor_model_)
+                                  : brick.apply(locked_.without(*update), sensor_model_);
       changed[i] |= std::uint64_t{is_changed} << index;
     }
     groups[i].group->is_dirty |= changed[i];

@@ -68,6 +68,26 @@ void VoxelClasses::set(const Cell& brick, const BrickMask& known, const BrickMas
   entry.occupied = store(entry.occupied, occupied);
 }
 
+void VoxelClasses::fill(const CellBox& box, Occupancy occupancy) {
+  (void)anyBrick(box, [&](const Cell& brick) {
+    Masks masks{};
+    const bool is_there = find(brick, masks);
+    if (!is_there && occupancy == Occupancy::kUnknown) return false;
+    BrickMask known = is_there ? *masks.known : BrickMask{};
+    BrickMask occupied = is_there ? *masks.occupied : BrickMask{};
+    const CellBox part = intersect(box, brickBox(brick));
+    const std::uint64_t slice = sliceMask(part);
+    for (std::int32_t z = part.min.z; z < part.max.z; ++z) {
+      const auto at = static_cast<std::size_t>(z & 7);
+      known[at] = occupancy == Occupancy::kUnknown ? known[at] & ~slice : known[at] | slice;
+      occupied[at] =
+          occupancy == Occupancy::kOccupied ? occupied[at] | slice : occupied[at] & ~slice;
+    }
+    set(brick, known, occupied);
+    return false;  // On to the next.
+  });
+}
+
 bool VoxelClasses::isAnyOccupied(const CellBox& box) const {
   return anyBrick(box, [&](const Cell& brick) {
     const Entry& entry = entries_[slotOf(brick)];

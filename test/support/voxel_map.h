@@ -2,12 +2,14 @@
 // The oracle of the map: one number for each known voxel, in a hash map.
 #pragma once
 
+#include "cuboid_mapping/occupancy/cuboid.h"
 #include "cuboid_mapping/occupancy/sensor_model.h"
 #include "cuboid_mapping/scan/scan_update.h"
 
 #include <algorithm>
 #include <optional>
 #include <unordered_map>
+#include <vector>
 
 namespace cuboid_mapping::test {
 
@@ -75,6 +77,25 @@ class VoxelMap {
   }
 
   void clear() { log_odds_.clear(); }
+
+  /// Gives a voxel a value; nothing makes it unknown.
+  void set(const Cell& cell, const std::optional<float>& log_odds) {
+    if (log_odds) {
+      log_odds_[cell] = *log_odds;
+    } else {
+      log_odds_.erase(cell);
+    }
+  }
+
+  /// Puts cuboids in the place of everything inside a box.
+  void replace(const CellBox& box, const std::vector<Cuboid>& cuboids) {
+    for (auto voxel = log_odds_.begin(); voxel != log_odds_.end();) {
+      voxel = box.contains(voxel->first) ? log_odds_.erase(voxel) : std::next(voxel);
+    }
+    for (const Cuboid& cuboid : cuboids) {
+      visitCells(cuboid.box, [&](const Cell& cell) { log_odds_[cell] = cuboid.log_odds; });
+    }
+  }
 
   /// Log-odds of a voxel; nothing when it is unknown.
   [[nodiscard]] std::optional<float> find(const Cell& cell) const {

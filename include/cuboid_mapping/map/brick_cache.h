@@ -30,6 +30,8 @@ class BrickCache {
   /// Makes a brick of a group hot, with all its voxels unknown. @pre it is not.
   DenseBrick& add(HotGroup& group, const Cell& brick);
   void remove(const Cell& group);
+  /// Drops the bricks that share a cell with a region, dirty or not.
+  void remove(const CellBox& region);
   void clear();
 
   /// All groups, the one that was touched last first.

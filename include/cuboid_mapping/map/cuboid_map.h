@@ -5,6 +5,7 @@
 #include "cuboid_mapping/geometry/grid.h"
 #include "cuboid_mapping/map/brick_cache.h"
 #include "cuboid_mapping/map/change_set.h"
+#include "cuboid_mapping/map/locked_boxes.h"
 #include "cuboid_mapping/map/map_content.h"
 #include "cuboid_mapping/map/tree_writer.h"
 #include "cuboid_mapping/map/voxel_classes.h"
@@ -67,7 +68,26 @@ class CuboidMap {
   /// As flush(), and gives the memory of the hot bricks back: for when no clouds come for a while.
   ChangeSet cool();
 
-  /// Forgets everything.
+  /// Puts cuboids in the place of everything inside a box, exactly: cuboids that reach beyond the
+  /// box are cut at its faces. For edits, loading, and copies that follow another map.
+  ///
+  /// Cases:
+  ///   - no cuboids: the box becomes unknown; an empty box: nothing happens;
+  ///   - the cuboids are there already: no change, the revision stays.
+  /// Nothing is fused: the cuboids are kept as they are, until a cloud touches their bricks. Locked
+  /// voxels are replaced, too.
+  ///
+  /// @param cuboids  Disjoint, inside the box, with log-odds as the sensor model has them.
+  /// @complexity O((k + c) log n) for k cuboids that are replaced by c, and the flush of the box.
+  ChangeSet replace(const CellBox& box, const std::vector<Cuboid>& cuboids);
+
+  /// Keeps clouds from changing the voxels of a box, known or not; replace() and clear() still do.
+  void lock(const CellBox& box) { locked_.add(box); }
+  /// Undoes lock() for the voxels of a box, whatever boxes they were locked with.
+  void unlock(const CellBox& box) { locked_.remove(box); }
+  [[nodiscard]] const LockedBoxes& locked() const { return locked_; }
+
+  /// Forgets everything, locks too.
   ChangeSet clear();
 
   [[nodiscard]] const MapConfig& config() const { return config_; }
@@ -110,6 +130,7 @@ class CuboidMap {
   RTree tree_;
   VoxelClasses classes_;
   BrickCache hot_;
+  LockedBoxes locked_;
   TreeWriter writer_;
   std::uint64_t num_clouds_ = 0;
   std::uint64_t revision_ = 0;

@@ -32,6 +32,8 @@ class VoxelClasses {
   VoxelClasses() { clear(); }
 
   void set(const Cell& brick, const BrickMask& known, const BrickMask& occupied);
+  /// Gives all voxels of a box a class. @complexity O(bricks that the box shares a cell with).
+  void fill(const CellBox& box, Occupancy occupancy);
   void clear();
 
   /// @return false when nothing is known in the brick. @complexity O(1).
