@@ -38,6 +38,12 @@ std::optional<CellBox> Grid::toCellBox(const MetricBox& box_map) const {
   return box;
 }
 
+std::optional<Cell> Grid::toSizeInCells(const Eigen::Vector3d& size_m) const {
+  const auto box = toCellBox({Eigen::Vector3d::Zero(), size_m});
+  if (!box) return std::nullopt;
+  return box->size();
+}
+
 MetricBox Grid::toMetricBox(const CellBox& box) const {
   return {toMetres(toVector(box.min)), toMetres(toVector(box.max))};
 }

@@ -11,8 +11,9 @@ std::vector<NearestCuboid> findNearest(const CuboidMap& map, const Eigen::Vector
   visitNearest(map.tree(), grid.toCellUnits(point_map), max_distance_m / grid.resolution(), filter,
                [&](const Cuboid& cuboid, double distance) {
                  const MetricBox box = grid.toMetricBox(cuboid.box);
-                 nearest.push_back({cuboid, distance * grid.resolution(),
-                                    point_map.cwiseMax(box.min_m).cwiseMin(box.max_m)});
+                 const Eigen::Vector3d closest = point_map.cwiseMax(box.min_m).cwiseMin(box.max_m);
+                 nearest.push_back({cuboid, distance * grid.resolution(), closest,
+                                    (closest - point_map).stableNormalized()});
                  return nearest.size() < k ? Visit::kContinue : Visit::kStop;
                });
   return nearest;

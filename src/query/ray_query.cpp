@@ -107,6 +107,7 @@ struct RayWalkResult {
   RayEnd end = RayEnd::kMaxRange;
   double distance = 0.0;
   double unknown_length = 0.0;
+  std::optional<double> first_unknown;
   Cell cell;  ///< The occupied voxel, if any.
 };
 
@@ -121,6 +122,7 @@ RayWalkResult walk(const CuboidMap& map, const Eigen::Vector3d& origin, const Ei
     const double length = std::min(leave, range) - enter;
     if (length <= kTouch) return false;
     result.unknown_length += length;
+    if (!result.first_unknown) result.first_unknown = enter;
     if (!stops_at_unknown) return false;
     result.end = RayEnd::kUnknown;
     result.distance = enter;
@@ -175,6 +177,7 @@ std::optional<RayQueryResult> castRay(const CuboidMap& map, const Eigen::Vector3
   if (walked.end == RayEnd::kOccupied) result.voxel = walked.cell;
   result.distance_m = walked.distance * grid.resolution();
   result.unknown_length_m = walked.unknown_length * grid.resolution();
+  if (walked.first_unknown) result.first_unknown_m = *walked.first_unknown * grid.resolution();
   result.point_map = origin_map + result.distance_m * unit;
   return result;
 }

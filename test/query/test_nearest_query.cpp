@@ -123,6 +123,9 @@ void checkNearest(const CuboidMap& map, const std::vector<Cuboid>& all,
     ASSERT_TRUE(test::passes(filter, near.cuboid));
     ASSERT_NEAR(0.1 * test::distanceTo(point_cells, near.cuboid.box), near.distance_m, 1e-9);
     ASSERT_NEAR((near.closest_point_map - point).norm(), near.distance_m, 1e-8);
+    ASSERT_NEAR((near.distance_m * near.direction_map - near.closest_point_map + point).norm(), 0.0,
+                1e-8);
+    ASSERT_NEAR(near.direction_map.norm(), near.closest_point_map == point ? 0.0 : 1.0, 1e-9);
     ASSERT_LT(test::distanceTo(map.grid().toCellUnits(near.closest_point_map), near.cuboid.box),
               1e-7);
     ASSERT_TRUE(findCuboid(map, near.cuboid.box.min) == near.cuboid) << "not in the map";

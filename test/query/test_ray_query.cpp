@@ -185,6 +185,7 @@ struct Expected {
   double distance;
   double unknown_length = 0.0;
   Cell cell = {};
+  std::optional<double> first_unknown = {};
 };
 
 Expected stepThroughVoxels(const test::VoxelMap& voxels, const test::RaySearch& ray,
@@ -193,18 +194,20 @@ Expected stepThroughVoxels(const test::VoxelMap& voxels, const test::RaySearch& 
   double at = 0.0;
   const auto pass_unknown = [&](double until) {
     if (until - at <= 1e-9) return true;
+    if (!expected.first_unknown) expected.first_unknown = at;
     if (policy == UnknownPolicy::kStop) return false;
     expected.unknown_length += until - at;
     return true;
   };
   for (const Passed& voxel : passedVoxels(voxels, ray)) {
-    if (!pass_unknown(voxel.first)) return {RayEnd::kUnknown, at};
+    if (!pass_unknown(voxel.first)) return {RayEnd::kUnknown, at, 0.0, {}, at};
     if (voxel.log_odds >= 0.0F) {
-      return {RayEnd::kOccupied, voxel.first, expected.unknown_length, voxel.cell};
+      return {RayEnd::kOccupied, voxel.first, expected.unknown_length, voxel.cell,
+              expected.first_unknown};
     }
     at = voxel.last;
   }
-  if (!pass_unknown(ray.t_end)) return {RayEnd::kUnknown, at};
+  if (!pass_unknown(ray.t_end)) return {RayEnd::kUnknown, at, 0.0, {}, at};
   return expected;
 }
 
@@ -228,6 +231,10 @@ void checkRay(const ModelledMap& model, const Eigen::Vector3d& origin,
   ASSERT_NEAR(result->unknown_length_m, 0.1 * expected.unknown_length, 1e-6);
   ASSERT_LT((result->point_map - origin - result->distance_m * direction.normalized()).norm(),
             1e-8);
+  ASSERT_EQ(result->first_unknown_m.has_value(), expected.first_unknown.has_value());
+  if (expected.first_unknown) {
+    ASSERT_NEAR(*result->first_unknown_m, 0.1 * *expected.first_unknown, 1e-7);
+  }
   ASSERT_EQ(result->voxel.has_value(), expected.end == RayEnd::kOccupied);
   if (result->voxel) {
     ASSERT_EQ(*result->voxel, expected.cell);

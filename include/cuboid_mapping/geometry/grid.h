@@ -48,6 +48,10 @@ class Grid {
   /// is one voxel whatever the rounding of 0.6 / 0.2.
   [[nodiscard]] std::optional<CellBox> toCellBox(const MetricBox& box_map) const;
 
+  /// Edges in voxels of the smallest box of whole voxels that holds a box of this size; nothing
+  /// when an edge is not > 0, not finite, or beyond the grid's range. Tolerance as in toCellBox.
+  [[nodiscard]] std::optional<Cell> toSizeInCells(const Eigen::Vector3d& size_m) const;
+
   /// A point in units of voxels: the cell is its floor.
   [[nodiscard]] Eigen::Vector3d toCellUnits(const Eigen::Vector3d& point_map) const {
     return point_map * inverse_resolution_;

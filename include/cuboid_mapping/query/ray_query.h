@@ -2,16 +2,11 @@
 #pragma once
 
 #include "cuboid_mapping/map/cuboid_map.h"
+#include "cuboid_mapping/query/unknown_policy.h"
 
 #include <optional>
 
 namespace cuboid_mapping {
-
-/// What a ray does in unknown space.
-enum class UnknownPolicy : unsigned char {
-  kPass,  ///< Goes on, as octomap's castRay with ignoreUnknownCells.
-  kStop,  ///< Ends there.
-};
 
 /// How a ray ended.
 enum class RayEnd : unsigned char {
@@ -26,7 +21,9 @@ struct RayQueryResult {
   double distance_m = 0.0;        ///< From the origin to `point_map`.
   Eigen::Vector3d point_map;      ///< Where it ended, metres.
   double unknown_length_m = 0.0;  ///< Length of unknown space that was passed.
-  std::optional<Cell> voxel;      ///< The occupied one that was hit; findCuboid() has its cuboid.
+  /// Where the first unknown space begins that it has met, the end of a kUnknown ray included.
+  std::optional<double> first_unknown_m;
+  std::optional<Cell> voxel;  ///< The occupied one that was hit; findCuboid() has its cuboid.
 };
 
 /// Casts a ray from a point (metres, map frame) until something is in the way.

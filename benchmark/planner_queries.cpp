@@ -1,0 +1,261 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Times what planners ask of a map of real scans, one thread.
+#include "cuboid_mapping/io/scan_dataset.h"
+#include "cuboid_mapping/query/box_query.h"
+#include "cuboid_mapping/query/corridor_query.h"
+#include "cuboid_mapping/query/cuboid_query.h"
+#include "cuboid_mapping/query/fit_query.h"
+#include "cuboid_mapping/query/nearest_query.h"
+#include "cuboid_mapping/query/path_query.h"
+#include "cuboid_mapping/query/ray_query.h"
+
+#include <CLI/CLI.hpp>
+
+#include <algorithm>
+#include <chrono>
+#include <cstdio>
+#include <exception>
+#include <functional>
+#include <optional>
+#include <random>
+#include <string>
+#include <utility>
+#include <vector>
+
+namespace cuboid_mapping::bench {
+namespace {
+
+struct Options {
+  std::string dataset;
+  double resolution_m = 0.2;
+  double robot_m = 0.5;
+  UnknownPolicy policy = UnknownPolicy::kStop;
+  unsigned int seed = 1;
+};
+
+/// The map of a data set, and where its sensor was.
+struct Scene {
+  CuboidMap map;
+  std::vector<Eigen::Vector3d> poses_map;
+};
+
+Scene makeScene(const Options& options) {
+  MapConfig config;
+  config.resolution_m = options.resolution_m;
+  config.hot_bytes = 64000000;
+  Scene scene{CuboidMap(config), {}};
+  ScanUpdater updater(scene.map.grid());
+  const auto dataset = openScanDataset(options.dataset);
+  for (std::size_t i = 0; i < dataset->size(); ++i) {
+    const ScanDataset::Item item = dataset->read(i);
+    const Eigen::Vector3d origin = item.T_map_sensor.translation();
+    scene.map.apply(updater.compute(makeScan(item.T_map_sensor, origin, item.points_sensor)));
+    scene.poses_map.push_back(origin);
+  }
+  scene.map.cool();
+  return scene;
+}
+
+/// Random places, the same for the same seed.
+class Places {
+ public:
+  Places(const Scene& scene, unsigned int seed)
+      : scene_(scene),
+        bounds_(scene.map.grid().toMetricBox(*scene.map.tree().bounds())),
+        engine_(seed) {}
+
+  /// Anywhere in the bounds of the map.
+  Eigen::Vector3d inBounds() {
+    Eigen::Vector3d point;
+    for (int axis = 0; axis < 3; ++axis) {
+      point[axis] =
+          std::uniform_real_distribution<>(bounds_.min_m[axis], bounds_.max_m[axis])(engine_);
+    }
+    return point;
+  }
+  /// Within some metres of a place where the sensor was.
+  Eigen::Vector3d nearPose(double radius_m) {
+    std::uniform_real_distribution<> offset(-radius_m, radius_m);
+    const auto last = scene_.poses_map.size() - 1;
+    const auto pose = std::uniform_int_distribution<std::size_t>(0, last)(engine_);
+    return scene_.poses_map[pose] + Eigen::Vector3d(offset(engine_), offset(engine_), 0.0);
+  }
+  Eigen::Vector3d direction() {
+    std::normal_distribution<> normal;
+    const double x = normal(engine_);
+    const double y = normal(engine_);
+    return {x, y, 0.1 * normal(engine_)};
+  }
+
+ private:
+  const Scene& scene_;
+  MetricBox bounds_;
+  std::mt19937 engine_;
+};
+
+/// Prints how long one run takes: least and median of several.
+void time(const std::string& name, int num_runs, const std::function<double()>& run) {
+  std::vector<double> times_ms;
+  double answer = 0.0;
+  for (int i = 0; i < num_runs; ++i) {
+    const auto begin = std::chrono::steady_clock::now();
+    answer = run();
+    const std::chrono::duration<double, std::milli> passed =
+        std::chrono::steady_clock::now() - begin;
+    times_ms.push_back(passed.count());
+  }
+  std::sort(times_ms.begin(), times_ms.end());
+  std::printf("| %-58s | %9.3f | %9.3f | %10.2f |\n", name.c_str(), times_ms.front(),
+              times_ms[times_ms.size() / 2], answer);
+}
+
+void timeBoxes(const Scene& scene, const Options& options) {
+  Places places(scene, options.seed);
+  const auto boxes = [&](bool is_near) {
+    std::vector<MetricBox> asked;
+    asked.reserve(1000);
+    for (int i = 0; i < 1000; ++i) {
+      asked.push_back(boxAround(is_near ? places.nearPose(20.0) : places.inBounds(),
+                                Eigen::Vector3d::Constant(2.0)));
+    }
+    return asked;
+  };
+  for (const bool is_near : {false, true}) {
+    const auto asked = boxes(is_near);
+    time(std::string("1,000 boxes of 2 m, ") + (is_near ? "near the way" : "anywhere"), 20, [&] {
+      double occupied = 0.0;
+      for (const MetricBox& box : asked) {
+        occupied += queryBox(scene.map, box)->occupancy() == Occupancy::kOccupied ? 1.0 : 0.0;
+      }
+      return occupied;
+    });
+  }
+}
+
+void timeRays(const Scene& scene, const Options& options) {
+  Places places(scene, options.seed + 1);
+  std::vector<std::pair<Eigen::Vector3d, Eigen::Vector3d>> rays;
+  rays.reserve(1000);
+  for (int i = 0; i < 1000; ++i) rays.emplace_back(places.nearPose(5.0), places.direction());
+  time("1,000 rays of 30 m", 20, [&] {
+    double hits = 0.0;
+    for (const auto& [origin, direction] : rays) {
+      const auto ray = castRay(scene.map, origin, direction, 30.0, UnknownPolicy::kPass);
+      hits += ray->end == RayEnd::kOccupied ? 1.0 : 0.0;
+    }
+    return hits;
+  });
+}
+
+void timePlaces(const Scene& scene, const Options& options) {
+  Places places(scene, options.seed + 2);
+  const Eigen::Vector3d robot_m = Eigen::Vector3d::Constant(options.robot_m);
+  std::vector<Eigen::Vector3d> points;
+  points.reserve(100);
+  for (int i = 0; i < 100; ++i) points.push_back(places.nearPose(10.0));
+  time("100 paths of 10 m, the robot swept", 20, [&] {
+    double blocked = 0.0;
+    for (const Eigen::Vector3d& point : points) {
+      const std::vector<Eigen::Vector3d> path{point, point + Eigen::Vector3d(8.0, 6.0, 0.0)};
+      blocked += checkPath(scene.map, path, robot_m, options.policy)->contact ? 1.0 : 0.0;
+    }
+    return blocked;
+  });
+  time("100 points: 5 nearest occupied cuboids", 20, [&] {
+    double found = 0.0;
+    for (const Eigen::Vector3d& point : points) {
+      found += static_cast<double>(
+          findNearest(scene.map, point, 5, CuboidFilter::kOccupied, 20.0).size());
+    }
+    return found;
+  });
+  time("100 points: nearest place of the robot, 5 m at most", 5, [&] {
+    double found = 0.0;
+    for (const Eigen::Vector3d& point : points) {
+      found += findNearestFit(scene.map, point, robot_m, options.policy, 5.0) ? 1.0 : 0.0;
+    }
+    return found;
+  });
+}
+
+void timeRegion(const Scene& scene, const Options& options) {
+  const Eigen::Vector3d middle = scene.poses_map[scene.poses_map.size() / 2];
+  const Grid& grid = scene.map.grid();
+  const auto region = grid.toCellBox(boxAround(middle, Eigen::Vector3d::Constant(10.0)));
+  const Cell passage = *grid.toSizeInCells(Eigen::Vector3d::Constant(options.robot_m));
+  time("cuboids of a region of 10 m", 20,
+       [&] { return static_cast<double>(selectCuboids(scene.map, *region).cuboids.size()); });
+  time("free graph of a region of 10 m: portals", 20, [&] {
+    return static_cast<double>(buildFreeGraph(scene.map, *region, passage).portals.size());
+  });
+}
+
+void timeCorridor(const Scene& scene, const Options& options) {
+  const Eigen::Vector3d robot_m = Eigen::Vector3d::Constant(options.robot_m);
+  // Where the sensor was first, and where it was farthest from there.
+  std::optional<Eigen::Vector3d> start;
+  std::optional<Eigen::Vector3d> goal;
+  for (const Eigen::Vector3d& pose : scene.poses_map) {
+    const auto place = findNearestFit(scene.map, pose, robot_m, options.policy, 2.0);
+    if (!place) continue;
+    if (!start) start = place;
+    if (!goal || (*place - *start).norm() > (*goal - *start).norm()) goal = place;
+  }
+  if (!start) {
+    std::printf("the robot fits nowhere near the sensor\n");
+    return;
+  }
+  Corridor corridor;
+  CorridorTask task;
+  task.start_map = *start;
+  task.goal_map = *goal;
+  task.size_m = robot_m;
+  task.policy = options.policy;
+  time("corridor from the first to the farthest place: boxes", 9, [&] {
+    corridor = findCorridor(scene.map, task);
+    return static_cast<double>(corridor.boxes.size());
+  });
+  std::printf("\ncorridor: end %d, %.1f m as the crow flies, path %.1f m, %zu boxes visited\n",
+              static_cast<int>(corridor.end), (*goal - *start).norm(), corridor.length_m,
+              corridor.num_visited);
+}
+
+void run(const Options& options) {
+  const Scene scene = makeScene(options);
+  std::printf("%s at %.2f m: %zu clouds, %zu cuboids, robot %.2f m\n\n", options.dataset.c_str(),
+              options.resolution_m, scene.poses_map.size(), scene.map.tree().size(),
+              options.robot_m);
+  std::printf("| what | least [ms] | median [ms] | answer |\n|---|---|---|---|\n");
+  timeBoxes(scene, options);
+  timeRays(scene, options);
+  timePlaces(scene, options);
+  timeRegion(scene, options);
+  timeCorridor(scene, options);
+}
+
+}  // namespace
+}  // namespace cuboid_mapping::bench
+
+int main(int argc, char** argv) {
+  CLI::App app("Times what planners ask of a map of real scans, one thread.");
+  cuboid_mapping::bench::Options options;
+  app.add_option("dataset", options.dataset, "Folder of scans, or .graph file")->required();
+  app.add_option("--resolution", options.resolution_m, "Edge of a voxel [m]")
+      ->capture_default_str()
+      ->check(CLI::Range(0.001, 100.0));
+  app.add_option("--robot", options.robot_m, "Edge of the robot's box [m]")
+      ->capture_default_str()
+      ->check(CLI::Range(0.001, 100.0));
+  app.add_flag_callback(
+      "--unknown-passes", [&options] { options.policy = cuboid_mapping::UnknownPolicy::kPass; },
+      "The robot may go through unknown space");
+  app.add_option("--seed", options.seed, "Of the random places")->capture_default_str();
+  CLI11_PARSE(app, argc, argv);
+  try {
+    cuboid_mapping::bench::run(options);
+  } catch (const std::exception& exception) {
+    std::fprintf(stderr, "planner_queries: %s\n", exception.what());
+    return 1;
+  }
+  return 0;
+}

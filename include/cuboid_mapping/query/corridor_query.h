@@ -1,0 +1,64 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include "cuboid_mapping/map/cuboid_map.h"
+#include "cuboid_mapping/query/unknown_policy.h"
+
+#include <limits>
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace cuboid_mapping {
+
+/// What is asked of findCorridor.
+struct CorridorTask {
+  Eigen::Vector3d start_map = Eigen::Vector3d::Zero();  ///< Centre of the robot's box.
+  Eigen::Vector3d goal_map = Eigen::Vector3d::Zero();   ///< Centre of the robot's box.
+  Eigen::Vector3d size_m = Eigen::Vector3d::Zero();     ///< Robot: a box that does not turn, > 0.
+  UnknownPolicy policy = UnknownPolicy::kStop;
+  double time_limit_s = std::numeric_limits<double>::infinity();
+  /// Voxels that the robot may not leave; nothing: the map's bounds, start and goal, and room to go
+  /// around them.
+  std::optional<CellBox> region;
+};
+
+/// How a search for a corridor ended.
+enum class CorridorEnd : unsigned char {
+  kFound,
+  kInvalid,       ///< A number is not finite, the size not > 0, or out of the grid's range.
+  kStartBlocked,  ///< The robot at the start meets an obstacle, or leaves the region.
+  kGoalBlocked,   ///< As kStartBlocked, at the goal.
+  kNoWay,         ///< There is none: everything that can be reached from the start was looked at.
+  kTimeLimit,
+};
+
+/// Answer of findCorridor.
+struct Corridor {
+  CorridorEnd end = CorridorEnd::kInvalid;
+  /// Maximal boxes without obstacle, from start to goal; the robot fits into what two successive
+  /// ones have in common.
+  std::vector<CellBox> boxes;
+  /// Centres of what successive boxes have in common: one less than boxes.
+  std::vector<Eigen::Vector3d> portals_map;
+  /// From start to goal, for the robot's centre: each segment, robot included, lies in one box.
+  std::vector<Eigen::Vector3d> path_map;
+  double length_m = 0.0;        ///< Of the path.
+  std::size_t num_visited = 0;  ///< Boxes of places that the search has looked at.
+};
+
+/// Finds a corridor of overlapping boxes through which a robot, a box that does not turn, gets from
+/// a start to a goal.
+///
+/// The space of the robot's places, the map eroded by its box rounded up to voxels, is divided into
+/// boxes, brick by brick when they are reached, and searched by A* (P. Hart, N. Nilsson,
+/// B. Raphael, 1968). Boxes along the way are then grown against the map until they are maximal, and
+/// the path is pulled tight in them.
+///
+/// A corridor is found if and only if there is a way from voxel to voxel: places of the box on the
+/// grid, each a voxel beside the one before. It need not be the shortest.
+///
+/// @complexity O(bricks and boxes of places that A* reaches).
+[[nodiscard]] Corridor findCorridor(const CuboidMap& map, const CorridorTask& task);
+
+}  // namespace cuboid_mapping

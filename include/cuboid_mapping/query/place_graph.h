@@ -1,0 +1,59 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include "cuboid_mapping/query/fit_field.h"
+
+#include <cstdint>
+#include <functional>
+#include <unordered_map>
+#include <vector>
+
+namespace cuboid_mapping {
+
+/// The places where a box fits, divided into boxes brick by brick: a graph of boxes that share a
+/// face. Bricks are divided when a search reaches them. Not thread-safe.
+class PlaceGraph {
+ public:
+  using NodeIndex = std::uint32_t;
+  static constexpr NodeIndex kNoNode = 0xFFFFFFFFU;
+
+  /// @param region  Places outside are left out. @param field  Must outlive this object.
+  PlaceGraph(FitField& field, const CellBox& region) : field_(field), region_(region) {}
+
+  /// The nodes that share a place with a box, appended.
+  void findNodes(const CellBox& places, std::vector<NodeIndex>& nodes);
+
+  [[nodiscard]] const CellBox& box(NodeIndex node) const { return nodes_[node].box; }
+  [[nodiscard]] std::size_t numNodes() const { return nodes_.size(); }
+
+  /// A neighbour of a node, and its places beside that node.
+  struct Neighbor {
+    NodeIndex node;
+    CellBox places;
+  };
+  /// All nodes that share a face with one. @param neighbors  Replaced.
+  void findNeighbors(NodeIndex node, std::vector<Neighbor>& neighbors);
+
+ private:
+  struct Node {
+    CellBox box;
+  };
+  struct Range {
+    NodeIndex first;
+    NodeIndex last;
+  };
+
+  Range nodesIn(const Cell& brick);
+  void addTouching(const Cell& brick, const CellBox& beyond, std::vector<Neighbor>& neighbors);
+
+  FitField& field_;
+  CellBox region_;
+  std::vector<Node> nodes_;
+  std::unordered_map<Cell, Range, CellHash> bricks_;
+};
+
+/// Divides a mask into disjoint boxes: the least voxel left takes as much as it can along x, then y,
+/// then z. Appended. @param brick  Least cell of the mask's brick.
+void partitionMask(const Cell& brick, BrickMask mask, std::vector<CellBox>& boxes);
+
+}  // namespace cuboid_mapping

@@ -1,0 +1,47 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include "cuboid_mapping/query/fit_field.h"
+
+#include <Eigen/Core>
+
+#include <vector>
+
+namespace cuboid_mapping {
+
+/// Turns a way of places into few maximal boxes.
+class CorridorBoxes {
+ public:
+  CorridorBoxes(const Obstacles& obstacles, const FitField& field, const CellBox& region)
+      : obstacles_(obstacles), field_(field), region_(region) {}
+
+  /// @param start, goal  Voxels without obstacle that the first and the last box are to hold.
+  /// @param way  Places from one to the other; the box of two successive ones has no obstacle.
+  [[nodiscard]] std::vector<CellBox> compute(const CellBox& start, const std::vector<Cell>& way,
+                                             const CellBox& goal) const;
+
+ private:
+  [[nodiscard]] CellBox grow(CellBox box) const;
+  void removeNeedless(std::vector<CellBox>& boxes, const CellBox& start, const CellBox& goal) const;
+
+  const Obstacles& obstacles_;
+  const FitField& field_;
+  CellBox region_;
+};
+
+/// What successive boxes of a corridor have in common.
+struct CorridorPortals {
+  std::vector<Eigen::Vector3d> centers_map;  ///< Metres.
+  std::vector<MetricBox> ranges_map;         ///< Of the robot's centre while it is in both boxes.
+};
+
+/// @param size  Of the robot, in voxels.
+[[nodiscard]] CorridorPortals findPortals(const Grid& grid, const std::vector<CellBox>& boxes,
+                                          const Cell& size);
+
+/// A short way from start to goal with one point in each portal.
+[[nodiscard]] std::vector<Eigen::Vector3d> pullTight(const CorridorPortals& portals,
+                                                     const Eigen::Vector3d& start_map,
+                                                     const Eigen::Vector3d& goal_map);
+
+}  // namespace cuboid_mapping

@@ -1,0 +1,72 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "cuboid_mapping/query/cuboid_query.h"
+
+#include <algorithm>
+#include <unordered_map>
+
+namespace cuboid_mapping {
+namespace {
+
+std::int32_t shortestEdge(const CellBox& box) {
+  const Cell size = box.size();
+  return std::min({size.x, size.y, size.z});
+}
+
+/// Whether a face is wide enough along its two axes.
+bool isPassable(const CellBox& face, int normal, const Cell& passage) {
+  for (int axis = 0; axis < 3; ++axis) {
+    if (axis != normal && face.max[axis] - face.min[axis] < passage[axis]) return false;
+  }
+  return true;
+}
+
+}  // namespace
+
+SelectedCuboids selectCuboids(const CuboidMap& map, const CellBox& region,
+                              const CuboidSelection& selection) {
+  SelectedCuboids result;
+  visitBox(map.tree(), region, selection.filter, [&](const Cuboid& cuboid) {
+    if (shortestEdge(cuboid.box) < selection.min_edge) return Visit::kContinue;
+    if (result.cuboids.size() == selection.max_cuboids) {
+      result.is_truncated = true;
+      return Visit::kStop;
+    }
+    result.cuboids.push_back(
+        {selection.is_clipped ? intersect(cuboid.box, region) : cuboid.box, cuboid.log_odds});
+    return Visit::kContinue;
+  });
+  return result;
+}
+
+FreeGraph buildFreeGraph(const CuboidMap& map, const CellBox& region, const Cell& passage,
+                         std::size_t max_cuboids) {
+  SelectedCuboids free = selectCuboids(map, region, {CuboidFilter::kFree, 1, true, max_cuboids});
+  FreeGraph graph;
+  graph.cuboids = std::move(free.cuboids);
+  graph.is_truncated = free.is_truncated;
+  std::unordered_map<Cell, std::uint32_t, CellHash> numbers;
+  for (const Cuboid& cuboid : graph.cuboids) {
+    numbers.emplace(cuboid.box.min, static_cast<std::uint32_t>(numbers.size()));
+  }
+  for (std::uint32_t first = 0; first < graph.cuboids.size(); ++first) {
+    const CellBox box = graph.cuboids[first].box;
+    for (int axis = 0; axis < 3; ++axis) {
+      CellBox beyond = box;
+      beyond.min[axis] = box.max[axis];
+      beyond.max[axis] = box.max[axis] + 1;
+      visitBox(map.tree(), intersect(beyond, region), CuboidFilter::kFree,
+               [&](const Cuboid& cuboid) {
+                 const auto second = numbers.find(intersect(cuboid.box, region).min);
+                 CellBox face = intersect(cuboid.box, beyond);
+                 face.max[axis] = face.min[axis];
+                 if (second != numbers.end() && isPassable(face, axis, passage)) {
+                   graph.portals.push_back({first, second->second, face});
+                 }
+                 return Visit::kContinue;
+               });
+    }
+  }
+  return graph;
+}
+
+}  // namespace cuboid_mapping

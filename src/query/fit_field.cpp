@@ -1,0 +1,81 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "cuboid_mapping/query/fit_field.h"
+
+#include <cstring>
+
+namespace cuboid_mapping {
+namespace {
+
+constexpr std::uint64_t kEachByte = 0x0101010101010101ULL;
+
+/// Bricks that a box of this edge can reach along an axis from a brick.
+constexpr std::int32_t numReached(std::int32_t edge) { return (edge + 6) / kBrickEdge + 1; }
+
+/// Bits 8 * y + x of `near`, moved by `by` (0 to 8) towards lower x; `far` follows it.
+std::uint64_t shiftRows(std::uint64_t near, std::uint64_t far, int by) {
+  if (by == 0) return near;
+  if (by == kBrickEdge) return far;
+  return (near >> by & kEachByte * (0xFFU >> by)) |
+         (far << (8 - by) & kEachByte * (0xFFU << (8 - by) & 0xFFU));
+}
+
+std::uint64_t loadWord(const std::uint8_t* bytes) {
+  std::uint64_t word = 0;
+  std::memcpy(&word, bytes, sizeof(word));
+  return word;
+}
+
+}  // namespace
+
+const BrickMask& FitField::inBrick(const Cell& brick) {
+  const auto found = bricks_.find(brick);
+  if (found != bricks_.end()) return found->second;
+  return bricks_.emplace(brick, compute(brick)).first->second;
+}
+
+/// Rows of 8 + size - 1 along y and z, so that every box that starts in the brick is covered.
+void FitField::fillRows(const Cell& brick) {
+  const Cell reached{numReached(size_.x), numReached(size_.y), numReached(size_.z)};
+  const auto num_rows = static_cast<std::size_t>(reached.y) * kBrickEdge;
+  rows_.resize(num_rows * static_cast<std::size_t>(reached.z) * kBrickEdge);
+  std::vector<BrickMask> along_x(static_cast<std::size_t>(reached.x) + 1);
+  for (std::int32_t z = 0; z < reached.z; ++z) {
+    for (std::int32_t y = 0; y < reached.y; ++y) {
+      for (std::int32_t x = 0; x < reached.x; ++x) {
+        along_x[static_cast<std::size_t>(x)] =
+            obstacles_.inBrick(brick + Cell{x * kBrickEdge, y * kBrickEdge, z * kBrickEdge});
+      }
+      for (std::size_t slice = 0; slice < kBrickEdge; ++slice) {
+        std::uint64_t blocked = 0;
+        for (std::int32_t by = 0; by < size_.x; ++by) {
+          const auto at = static_cast<std::size_t>(by / kBrickEdge);
+          blocked |= shiftRows(along_x[at][slice], along_x[at + 1][slice], by % kBrickEdge);
+        }
+        const std::size_t row = static_cast<std::size_t>(z) * kBrickEdge + slice;
+        std::memcpy(&rows_[row * num_rows + static_cast<std::size_t>(y) * kBrickEdge], &blocked,
+                    sizeof(blocked));
+      }
+    }
+  }
+}
+
+BrickMask FitField::compute(const Cell& brick) {
+  fillRows(brick);
+  const auto num_rows = static_cast<std::size_t>(numReached(size_.y)) * kBrickEdge;
+  BrickMask fits;
+  fits.fill(~std::uint64_t{0});
+  const auto num_slices = static_cast<std::size_t>(size_.z) + kBrickEdge - 1;
+  for (std::size_t z = 0; z < num_slices; ++z) {
+    std::uint64_t blocked = 0;
+    for (std::size_t y = 0; y < static_cast<std::size_t>(size_.y); ++y) {
+      blocked |= loadWord(&rows_[z * num_rows + y]);
+    }
+    // The boxes whose slices include this one.
+    const std::size_t last = std::min<std::size_t>(z, kBrickEdge - 1);
+    const std::size_t edge = static_cast<std::size_t>(size_.z);
+    for (std::size_t at = z + 1 > edge ? z + 1 - edge : 0; at <= last; ++at) fits[at] &= ~blocked;
+  }
+  return fits;
+}
+
+}  // namespace cuboid_mapping

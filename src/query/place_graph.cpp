@@ -1,0 +1,92 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "cuboid_mapping/query/place_graph.h"
+
+namespace cuboid_mapping {
+namespace {
+
+/// Voxels of a box of the brick at the origin, in each of its slices.
+std::uint64_t sliceOf(int x, int y, int width, int height) {
+  return sliceMask({{x, y, 0}, {x + width, y + height, 1}});
+}
+
+bool holds(std::uint64_t mask, std::uint64_t part) { return (mask & part) == part; }
+
+}  // namespace
+
+void partitionMask(const Cell& brick, BrickMask mask, std::vector<CellBox>& boxes) {
+  for (std::size_t z = 0; z < kBrickEdge; ++z) {
+    std::uint64_t& slice = mask[z];
+    while (slice != 0) {
+      const int bit = __builtin_ctzll(slice);
+      const int x = bit & 7;
+      const int y = bit >> 3;
+      int width = 1;
+      while (x + width < kBrickEdge && holds(slice, sliceOf(x + width, y, 1, 1))) ++width;
+      int height = 1;
+      while (y + height < kBrickEdge && holds(slice, sliceOf(x, y + height, width, 1))) ++height;
+      const std::uint64_t part = sliceOf(x, y, width, height);
+      std::size_t end = z;
+      while (end < kBrickEdge && holds(mask[end], part)) mask[end++] &= ~part;
+      const Cell min = brick + Cell{x, y, static_cast<std::int32_t>(z)};
+      boxes.push_back({min, min + Cell{width, height, static_cast<std::int32_t>(end - z)}});
+    }
+  }
+}
+
+PlaceGraph::Range PlaceGraph::nodesIn(const Cell& brick) {
+  const auto found = bricks_.find(brick);
+  if (found != bricks_.end()) return found->second;
+  const auto first = static_cast<NodeIndex>(nodes_.size());
+  const CellBox part = intersect(brickBox(brick), region_);
+  if (!part.isEmpty()) {
+    BrickMask places = field_.inBrick(brick);
+    for (std::int32_t z = 0; z < kBrickEdge; ++z) {
+      const bool is_inside = part.min.z <= brick.z + z && brick.z + z < part.max.z;
+      places[static_cast<std::size_t>(z)] &= is_inside ? sliceMask(part) : 0;
+    }
+    std::vector<CellBox> boxes;
+    partitionMask(brick, places, boxes);
+    for (const CellBox& box : boxes) nodes_.push_back({box});
+  }
+  const Range range{first, static_cast<NodeIndex>(nodes_.size())};
+  bricks_.emplace(brick, range);
+  return range;
+}
+
+void PlaceGraph::findNodes(const CellBox& places, std::vector<NodeIndex>& nodes) {
+  (void)anyBrick(places, [&](const Cell& brick) {
+    const Range range = nodesIn(brick);
+    for (NodeIndex node = range.first; node < range.last; ++node) {
+      if (nodes_[node].box.intersects(places)) nodes.push_back(node);
+    }
+    return false;  // On to the next brick.
+  });
+}
+
+void PlaceGraph::findNeighbors(NodeIndex node, std::vector<Neighbor>& neighbors) {
+  neighbors.clear();
+  const CellBox box = nodes_[node].box;
+  for (int axis = 0; axis < 3; ++axis) {
+    CellBox below = box;
+    below.max[axis] = box.min[axis];
+    below.min[axis] = box.min[axis] - 1;
+    CellBox above = box;
+    above.min[axis] = box.max[axis];
+    above.max[axis] = box.max[axis] + 1;
+    for (const CellBox& beyond : {below, above}) {
+      addTouching(brickOf(beyond.min), beyond, neighbors);
+    }
+  }
+}
+
+/// @param beyond  Places beside a node, in one brick.
+void PlaceGraph::addTouching(const Cell& brick, const CellBox& beyond,
+                             std::vector<Neighbor>& neighbors) {
+  const Range range = nodesIn(brick);
+  for (NodeIndex node = range.first; node < range.last; ++node) {
+    const CellBox places = intersect(nodes_[node].box, beyond);
+    if (!places.isEmpty()) neighbors.push_back({node, places});
+  }
+}
+
+}  // namespace cuboid_mapping

@@ -1,0 +1,284 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "cuboid_mapping/query/corridor_query.h"
+
+#include "cuboid_mapping/query/path_query.h"
+#include "cuboid_mapping/query/place_graph.h"
+#include "support/dense_obstacles.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <queue>
+#include <set>
+#include <vector>
+
+namespace cuboid_mapping {
+namespace {
+
+using test::DenseObstacles;
+using test::Random;
+
+constexpr CellBox kArea{{-20, -20, -6}, {20, 20, 6}};
+
+MapConfig oneMetre() {
+  MapConfig config;
+  config.resolution_m = 1.0;
+  return config;
+}
+
+TEST(PartitionMask, dividesAMaskIntoDisjointBoxes) {
+  Random random(101);
+  for (std::size_t i = 0; i < 2000; ++i) {
+    BrickMask mask{};
+    const int num_boxes = random.integer(0, 6);
+    for (int b = 0; b < num_boxes; ++b) {
+      test::markBox(mask, test::randomBoxInside(random, brickBox({0, 0, 0})));
+    }
+    const Cell brick{16, -8, 24};
+    std::vector<CellBox> boxes;
+    partitionMask(brick, mask, boxes);
+    BrickMask covered{};
+    double num_voxels = 0.0;
+    for (const CellBox& box : boxes) {
+      ASSERT_TRUE(brickBox(brick).contains(box));
+      test::markBox(covered, box);
+      num_voxels += box.numVoxels();
+    }
+    ASSERT_EQ(covered, mask) << test::seedNote(i);
+    double expected = 0.0;
+    for (const std::uint64_t slice : mask) expected += __builtin_popcountll(slice);
+    ASSERT_EQ(num_voxels, expected) << "disjoint" << test::seedNote(i);
+  }
+}
+
+/// A room 20 x 8 x 4 with a wall at x = 10 that has a door, y from 2 on, all of the height.
+CuboidMap roomWithDoor(std::int32_t door_width) {
+  CuboidMap map(oneMetre());
+  map.replace(kAllCells, {{{{0, 0, 0}, {10, 8, 4}}, -1.0F},
+                          {{{11, 0, 0}, {20, 8, 4}}, -1.0F},
+                          {{{10, 0, 0}, {11, 2, 4}}, 1.0F},
+                          {{{10, 2, 0}, {11, 2 + door_width, 4}}, -1.0F},
+                          {{{10, 2 + door_width, 0}, {11, 8, 4}}, 1.0F}});
+  return map;
+}
+
+CorridorTask throughTheDoor() {
+  CorridorTask task;
+  task.start_map = {3, 4, 2};
+  task.goal_map = {17, 4, 2};
+  task.size_m = {3, 3, 3};
+  return task;
+}
+
+TEST(CorridorQuery, goesThroughADoorOfTheRobotsWidthAndNotOneLess) {
+  const Corridor found = findCorridor(roomWithDoor(3), throughTheDoor());
+  EXPECT_EQ(found.end, CorridorEnd::kFound);
+  EXPECT_EQ(found.boxes,
+            (std::vector<CellBox>{
+                {{0, 0, 0}, {10, 8, 4}}, {{0, 2, 0}, {20, 5, 4}}, {{11, 0, 0}, {20, 8, 4}}}));
+  EXPECT_EQ(findCorridor(roomWithDoor(2), throughTheDoor()).end, CorridorEnd::kNoWay);
+  CorridorTask slim = throughTheDoor();
+  slim.size_m = {2, 2, 2};
+  EXPECT_EQ(findCorridor(roomWithDoor(2), slim).end, CorridorEnd::kFound);
+}
+
+TEST(CorridorQuery, isOneBoxWhereNothingIsInBetween) {
+  CorridorTask task = throughTheDoor();
+  task.goal_map = {7.5, 4.5, 2.5};
+  const Corridor found = findCorridor(roomWithDoor(3), task);
+  EXPECT_EQ(found.boxes, (std::vector<CellBox>{{{0, 0, 0}, {10, 8, 4}}}));
+  EXPECT_TRUE(found.portals_map.empty());
+  EXPECT_EQ(found.path_map, (std::vector<Eigen::Vector3d>{task.start_map, task.goal_map}));
+  EXPECT_DOUBLE_EQ(found.length_m, (task.goal_map - task.start_map).norm());
+}
+
+TEST(CorridorQuery, saysWhyThereIsNone) {
+  const CuboidMap map = roomWithDoor(3);
+  CorridorTask task = throughTheDoor();
+  task.start_map = {10, 1, 2};
+  EXPECT_EQ(findCorridor(map, task).end, CorridorEnd::kStartBlocked);
+  task = throughTheDoor();
+  task.goal_map = {25, 4, 2};
+  EXPECT_EQ(findCorridor(map, task).end, CorridorEnd::kGoalBlocked) << "unknown";
+  task.policy = UnknownPolicy::kPass;
+  EXPECT_EQ(findCorridor(map, task).end, CorridorEnd::kFound);
+  task = throughTheDoor();
+  task.time_limit_s = -1.0;
+  task.size_m = {1, 1, 1};
+  const Corridor late = findCorridor(map, task);
+  EXPECT_TRUE(late.end == CorridorEnd::kTimeLimit || late.num_visited < 64);
+  task = throughTheDoor();
+  task.region = CellBox{{0, 0, 0}, {12, 8, 4}};
+  EXPECT_EQ(findCorridor(map, task).end, CorridorEnd::kGoalBlocked) << "outside the region";
+}
+
+TEST(CorridorQuery, refusesWhatIsNoTask) {
+  const CuboidMap map = roomWithDoor(3);
+  const auto end_with = [&](auto change) {
+    CorridorTask task = throughTheDoor();
+    change(task);
+    return findCorridor(map, task).end;
+  };
+  EXPECT_EQ(end_with([](auto& task) { task.size_m.x() = 0.0; }), CorridorEnd::kInvalid);
+  EXPECT_EQ(end_with([](auto& task) { task.size_m.y() = std::nan(""); }), CorridorEnd::kInvalid);
+  EXPECT_EQ(end_with([](auto& task) { task.start_map.z() = std::nan(""); }), CorridorEnd::kInvalid);
+  EXPECT_EQ(end_with([](auto& task) { task.goal_map.z() = 1e12; }), CorridorEnd::kInvalid);
+  EXPECT_EQ(end_with([](auto& task) { task.time_limit_s = std::nan(""); }), CorridorEnd::kInvalid);
+}
+
+TEST(CorridorQuery, goesAroundAMapThroughUnknownSpace) {
+  CuboidMap map(oneMetre());
+  map.replace(kAllCells, {{{{0, -30, -30}, {1, 30, 30}}, 1.0F}});
+  CorridorTask task;
+  task.start_map = {-5, 0, 0};
+  task.goal_map = {6, 0, 0};
+  task.size_m = {2, 2, 2};
+  EXPECT_EQ(findCorridor(map, task).end, CorridorEnd::kStartBlocked);
+  task.policy = UnknownPolicy::kPass;
+  EXPECT_EQ(findCorridor(map, task).end, CorridorEnd::kFound);
+  task.region = CellBox{{-10, -30, -30}, {10, 30, 30}};
+  EXPECT_EQ(findCorridor(map, task).end, CorridorEnd::kNoWay);
+}
+
+/// Walls with gaps about as wide as the robot, some clutter, unknown patches.
+test::ModelledMap randomMaze(Random& random) {
+  test::ModelledMap maze(oneMetre());
+  const auto fill = [&](const CellBox& asked, const std::optional<float>& log_odds) {
+    const CellBox box = intersect(asked, kArea);
+    if (box.isEmpty()) return;
+    std::vector<Cuboid> cuboids;
+    if (log_odds) cuboids.push_back({box, *log_odds});
+    maze.map.replace(box, cuboids);
+    test::visitCells(box, [&](const Cell& cell) { maze.voxels.set(cell, log_odds); });
+  };
+  fill(kArea, -1.0F);
+  for (int axis = 0; axis < 2; ++axis) {
+    for (int at = -12; at <= 12; at += random.integer(5, 9)) {
+      CellBox wall = kArea;
+      wall.min[axis] = at;
+      wall.max[axis] = at + random.integer(1, 2);
+      fill(wall, 1.0F);
+    }
+  }
+  const int num_doors = random.integer(15, 50);
+  for (int i = 0; i < num_doors; ++i) {
+    const Cell min = test::randomCell(random, kArea);
+    fill({min, min + Cell{random.integer(2, 7), random.integer(2, 7), random.integer(2, 8)}},
+         -1.5F);
+  }
+  const int num_clutter = random.integer(0, 15);
+  for (int i = 0; i < num_clutter; ++i) {
+    fill(test::randomBox(random, kArea, 3),
+         random.chance(0.3) ? std::nullopt : std::optional<float>(1.0F));
+  }
+  return maze;
+}
+
+/// Whether there is a way of places, each beside the one before.
+bool isConnected(DenseObstacles& obstacles, const Cell& size, const CellBox& start,
+                 const CellBox& goal, const CellBox& region) {
+  std::set<Cell> seen;
+  std::queue<Cell> open;
+  const auto reach = [&](const Cell& place) {
+    const CellBox box{place, place + size};
+    if (!region.contains(box) || obstacles.isAny(box) || !seen.insert(place).second) return;
+    open.push(place);
+  };
+  reach(start.min);
+  while (!open.empty()) {
+    const Cell place = open.front();
+    open.pop();
+    if (goal.contains(CellBox{place, place + size})) return true;
+    for (int axis = 0; axis < 3; ++axis) {
+      for (const int step : {-1, 1}) {
+        Cell next = place;
+        next[axis] += step;
+        reach(next);
+      }
+    }
+  }
+  return false;
+}
+
+testing::AssertionResult isCorridor(const Corridor& corridor, const CorridorTask& task,
+                                    DenseObstacles& obstacles, const Grid& grid) {
+  const Cell size = *grid.toSizeInCells(task.size_m);
+  const auto fail = [] { return testing::AssertionFailure(); };
+  const std::vector<CellBox>& boxes = corridor.boxes;
+  if (boxes.empty()) return fail() << "no box";
+  for (const CellBox& box : boxes) {
+    if (obstacles.isAny(box)) return fail() << box << " has an obstacle";
+  }
+  if (corridor.portals_map.size() + 1 != boxes.size()) return fail() << "portals";
+  if (corridor.path_map.size() != boxes.size() + 1) return fail() << "points";
+  if (corridor.path_map.front() != task.start_map || corridor.path_map.back() != task.goal_map) {
+    return fail() << "does not go from start to goal";
+  }
+  for (std::size_t i = 0; i < boxes.size(); ++i) {
+    for (const Eigen::Vector3d& point : {corridor.path_map[i], corridor.path_map[i + 1]}) {
+      if (!boxes[i].contains(*grid.toCellBox(boxAround(point, task.size_m)))) {
+        return fail() << point.transpose() << " is not in " << i;
+      }
+    }
+    if (i == 0) continue;
+    const CellBox common = intersect(boxes[i - 1], boxes[i]);
+    for (int axis = 0; axis < 3; ++axis) {
+      if (common.max[axis] - common.min[axis] < size[axis]) return fail() << "overlap";
+    }
+    if (corridor.portals_map[i - 1] != grid.centerOf(common)) return fail() << "portal";
+  }
+  return testing::AssertionSuccess();
+}
+
+Eigen::Vector3d randomPose(Random& random) {
+  Eigen::Vector3d pose(random.real(-19, 19), random.real(-19, 19), random.real(-5, 5));
+  if (random.chance(0.3)) pose = pose.array().round();
+  return pose;
+}
+
+TEST(CorridorQuery, findsOneIfAndOnlyIfThereIsAWayFromVoxelToVoxel) {
+  Random random(102);
+  constexpr std::size_t kMazes = 200;
+  std::size_t num_by_end[6] = {};
+  std::size_t num_long = 0;
+  for (std::size_t m = 0; m < kMazes; ++m) {
+    const test::ModelledMap maze = randomMaze(random);
+    CorridorTask task;
+    task.policy = random.chance(0.7) ? UnknownPolicy::kStop : UnknownPolicy::kPass;
+    task.region = kArea;
+    DenseObstacles obstacles(maze.voxels, kArea, task.policy);
+    for (int i = 0; i < 40; ++i) {
+      for (int axis = 0; axis < 3; ++axis) task.size_m[axis] = random.real(0.6, 4.0);
+      if (i % 2 == 0) task.size_m = Eigen::Vector3d::Constant(random.integer(1, 4));
+      task.start_map = randomPose(random);
+      task.goal_map = randomPose(random);
+      const Grid& grid = maze.map.grid();
+      const Corridor corridor = findCorridor(maze.map, task);
+      ++num_by_end[static_cast<std::size_t>(corridor.end)];
+      const CellBox start = *grid.toCellBox(boxAround(task.start_map, task.size_m));
+      const CellBox goal = *grid.toCellBox(boxAround(task.goal_map, task.size_m));
+      const auto is_blocked = [&](const CellBox& box) {
+        return !kArea.contains(box) || obstacles.isAny(box);
+      };
+      ASSERT_EQ(corridor.end == CorridorEnd::kStartBlocked, is_blocked(start));
+      if (is_blocked(start)) continue;
+      ASSERT_EQ(corridor.end == CorridorEnd::kGoalBlocked, is_blocked(goal));
+      if (is_blocked(goal)) continue;
+      const Cell size = *grid.toSizeInCells(task.size_m);
+      ASSERT_EQ(corridor.end == CorridorEnd::kFound,
+                isConnected(obstacles, size, start, goal, kArea))
+          << test::seedNote(40 * m + static_cast<std::size_t>(i));
+      if (corridor.end != CorridorEnd::kFound) continue;
+      ASSERT_TRUE(isCorridor(corridor, task, obstacles, grid))
+          << test::seedNote(40 * m + static_cast<std::size_t>(i));
+      num_long += corridor.boxes.size() > 3 ? 1 : 0;
+    }
+  }
+  EXPECT_GT(num_by_end[static_cast<std::size_t>(CorridorEnd::kFound)], 200U);
+  EXPECT_GT(num_by_end[static_cast<std::size_t>(CorridorEnd::kNoWay)], 100U);
+  EXPECT_GT(num_by_end[static_cast<std::size_t>(CorridorEnd::kStartBlocked)], 100U);
+  EXPECT_GT(num_long, 40U);
+}
+
+}  // namespace
+}  // namespace cuboid_mapping

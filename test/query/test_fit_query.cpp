@@ -1,0 +1,188 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "cuboid_mapping/query/fit_query.h"
+
+#include "cuboid_mapping/query/fit_field.h"
+#include "cuboid_mapping/query/path_query.h"
+#include "support/dense_obstacles.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <vector>
+
+namespace cuboid_mapping {
+namespace {
+
+using test::DenseObstacles;
+using test::Random;
+
+constexpr CellBox kArea{{-16, -16, -16}, {16, 16, 16}};
+
+MapConfig oneMetre() {
+  MapConfig config;
+  config.resolution_m = 1.0;
+  return config;
+}
+
+TEST(Obstacles, areThoseOfEveryVoxel) {
+  Random random(81);
+  const test::ModelledMap model = test::randomRooms(random, oneMetre(), kArea);
+  std::size_t num_any = 0;
+  for (const UnknownPolicy policy : {UnknownPolicy::kStop, UnknownPolicy::kPass}) {
+    DenseObstacles expected(model.voxels, kArea, policy);
+    const Obstacles obstacles(model.map, policy);
+    for (std::size_t i = 0; i < 5000; ++i) {
+      const CellBox box = test::randomBox(random, {{-20, -20, -20}, {20, 20, 20}}, 6);
+      const bool is_any = expected.isAny(box);
+      ASSERT_EQ(obstacles.isAny(box), is_any) << box << test::seedNote(i);
+      num_any += is_any ? 1 : 0;
+      if (i % 10 != 0) continue;
+      std::size_t num_visited = 0;
+      obstacles.visit(box, [&](const Cell& cell) {
+        ASSERT_TRUE(box.contains(cell) && expected.isAny(CellBox::ofCell(cell)));
+        ++num_visited;
+      });
+      std::size_t num_expected = 0;
+      test::visitCells(box, [&](const Cell& cell) {
+        num_expected += expected.isAny(CellBox::ofCell(cell)) ? 1 : 0;
+      });
+      ASSERT_EQ(num_visited, num_expected) << box << test::seedNote(i);
+    }
+  }
+  EXPECT_GT(num_any, 1000U);
+  EXPECT_LT(num_any, 9500U);
+}
+
+TEST(FitField, hasThePlacesWhereTheBoxMeetsNothing) {
+  Random random(82);
+  std::size_t num_fitting = 0;
+  std::size_t num_cases = 0;
+  for (int m = 0; m < 40; ++m) {
+    const UnknownPolicy policy = m % 2 == 0 ? UnknownPolicy::kStop : UnknownPolicy::kPass;
+    const test::ModelledMap model = test::randomRooms(random, oneMetre(), kArea);
+    DenseObstacles expected(model.voxels, kArea, policy);
+    const Obstacles obstacles(model.map, policy);
+    const int max_edge = m % 4 == 3 ? 20 : 5;
+    const Cell size{random.integer(1, max_edge), random.integer(1, max_edge),
+                    random.integer(1, max_edge)};
+    FitField field(obstacles, size);
+    for (int i = 0; i < 1000; ++i, ++num_cases) {
+      const Cell place = test::randomCell(random, {{-24, -24, -24}, {20, 20, 20}});
+      const bool fits = !expected.isAny({place, place + size});
+      ASSERT_EQ(field.fits(place), fits) << place << size << test::seedNote(num_cases);
+      num_fitting += fits ? 1 : 0;
+    }
+    const CellBox places{{1, 2, 3}, {4, 3, 9}};
+    EXPECT_EQ(field.placesIn(field.coveredAt(places)), places);
+  }
+  EXPECT_GT(num_fitting, num_cases / 10);
+  EXPECT_LT(num_fitting, num_cases * 9 / 10);
+}
+
+TEST(FitQuery, isThePointItselfWhereTheBoxFits) {
+  CuboidMap map(oneMetre());
+  map.replace(kAllCells, {{{{0, 0, 0}, {10, 10, 10}}, -1.0F}});
+  const Eigen::Vector3d point(3.3, 4.4, 5.5);
+  const auto found = findNearestFit(map, point, {2, 2, 2}, UnknownPolicy::kStop, 0.0);
+  ASSERT_TRUE(found.has_value());
+  EXPECT_EQ(*found, point);
+}
+
+TEST(FitQuery, isAtTheWallForABoxThatWouldReachBehindIt) {
+  CuboidMap map(oneMetre());
+  map.replace(kAllCells, {{{{0, 0, 0}, {10, 10, 10}}, -1.0F}});
+  const auto found = findNearestFit(map, {-1.0, 5.0, 9.9}, {2, 3, 1.5}, UnknownPolicy::kStop, 20.0);
+  ASSERT_TRUE(found.has_value());
+  EXPECT_NEAR((*found - Eigen::Vector3d(1.0, 5.0, 9.25)).norm(), 0.0, 1e-9);
+}
+
+TEST(FitQuery, isNothingWhereNoneIsNearOrTheQuestionIsBad) {
+  CuboidMap map(oneMetre());
+  map.replace(kAllCells, {{{{0, 0, 0}, {10, 10, 10}}, -1.0F}});
+  const auto find = [&](const Eigen::Vector3d& point, const Eigen::Vector3d& size_m, double max_m) {
+    return findNearestFit(map, point, size_m, UnknownPolicy::kStop, max_m).has_value();
+  };
+  EXPECT_FALSE(find({5, 5, 5}, {10.5, 1, 1}, 50.0)) << "larger than the room";
+  EXPECT_TRUE(find({5, 5, 5}, {10.0, 1, 1}, 50.0)) << "equal to it";
+  EXPECT_FALSE(find({-5, 5, 5}, {1, 1, 1}, 5.0));
+  EXPECT_TRUE(find({-5, 5, 5}, {1, 1, 1}, 5.5));
+  EXPECT_FALSE(find({5, 5, 5}, {0, 1, 1}, 5.0));
+  EXPECT_FALSE(find({5, 5, std::nan("")}, {1, 1, 1}, 5.0));
+  EXPECT_FALSE(find({5, 5, 5}, {1, 1, 1}, -1.0));
+  EXPECT_FALSE(find({5, 5, 5}, {1, 1, 1}, std::nan("")));
+  EXPECT_FALSE(find({5, 5, 5}, {1, 1, 1}, 1e12));
+}
+
+/// Coordinates that the nearest centre can have: the point's own, or such that a face of the box
+/// lies on one of the voxel faces near it.
+std::vector<double> candidates(double coordinate, double half, double reach) {
+  std::vector<double> values{coordinate};
+  for (double face = std::floor(coordinate - reach - half); face <= coordinate + reach + half;
+       ++face) {
+    for (const double value : {face - half, face + half}) {
+      if (std::abs(value - coordinate) <= reach) values.push_back(value);
+    }
+  }
+  return values;
+}
+
+/// Squared distance of the nearest place, or of `reach` when there is none.
+double findBySearch(DenseObstacles& obstacles, const Grid& grid, const Eigen::Vector3d& point,
+                    const Eigen::Vector3d& size, double reach) {
+  double best = reach * reach;
+  std::vector<double> values[3];
+  for (int axis = 0; axis < 3; ++axis) {
+    values[axis] = candidates(point[axis], 0.5 * size[axis], reach);
+  }
+  for (const double x : values[0]) {
+    for (const double y : values[1]) {
+      const double squared_xy =
+          (x - point.x()) * (x - point.x()) + (y - point.y()) * (y - point.y());
+      if (squared_xy >= best) continue;
+      for (const double z : values[2]) {
+        const double squared = squared_xy + (z - point.z()) * (z - point.z());
+        if (squared >= best) continue;
+        if (!obstacles.isAny(*grid.toCellBox(boxAround({x, y, z}, size)))) best = squared;
+      }
+    }
+  }
+  return best;
+}
+
+TEST(FitQuery, agreesWithALookAtEveryPlace) {
+  Random random(83);
+  constexpr double kReach = 5.0;
+  std::size_t num_cases = 0;
+  std::size_t num_moved = 0;
+  std::size_t num_none = 0;
+  for (int m = 0; m < 20; ++m) {
+    const UnknownPolicy policy = m % 2 == 0 ? UnknownPolicy::kStop : UnknownPolicy::kPass;
+    const test::ModelledMap model = test::randomRooms(random, oneMetre(), kArea);
+    DenseObstacles obstacles(model.voxels, kArea, policy);
+    for (int i = 0; i < 500; ++i, ++num_cases) {
+      const Eigen::Vector3d point = test::randomPoint(random, 18.0);
+      Eigen::Vector3d size_m =
+          Eigen::Vector3d::Constant(0.5) + 0.25 * test::randomPoint(random, 1.0);
+      if (i % 3 == 0) size_m = Eigen::Vector3d(random.integer(1, 5), 2, random.integer(1, 3));
+      if (i % 3 == 1) size_m *= random.chance(0.5) ? 5.0 : 15.0;
+      const double expected = findBySearch(obstacles, model.map.grid(), point, size_m, kReach);
+      const auto found = findNearestFit(model.map, point, size_m, policy, kReach);
+      if (expected >= kReach * kReach) {
+        ASSERT_FALSE(found.has_value()) << test::seedNote(num_cases);
+        ++num_none;
+        continue;
+      }
+      ASSERT_TRUE(found.has_value()) << test::seedNote(num_cases);
+      ASSERT_NEAR((*found - point).squaredNorm(), expected, 1e-4) << test::seedNote(num_cases);
+      ASSERT_FALSE(obstacles.isAny(*model.map.grid().toCellBox(boxAround(*found, size_m))))
+          << test::seedNote(num_cases);
+      num_moved += expected > 0.0 ? 1 : 0;
+    }
+  }
+  EXPECT_EQ(num_cases, 10000U);
+  EXPECT_GT(num_moved, 2000U);
+  EXPECT_GT(num_none, 50U);
+}
+
+}  // namespace
+}  // namespace cuboid_mapping
