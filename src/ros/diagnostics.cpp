@@ -89,6 +89,7 @@ const char* toAdvice(DropReason reason) {
              "(rosrun tf tf_echo)";
     case DropReason::kTooOldForTf:
       return "check that the clocks of all machines agree, and use_sim_time with recorded data";
+    case DropReason::kPaused: return "call ~pause with data: false to go on";
     case DropReason::kInternalError:
       return "see the log; a coarser resolution or a smaller sensor_model/max_range needs less "
              "memory";

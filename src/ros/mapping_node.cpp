@@ -102,8 +102,11 @@ void MappingNode::advertiseServices(const ros::NodeHandle& private_nh) {
       query_nh, withoutSlash(parameters_.frame_id), [this](const BoxRequest& request) {
         return answerBoxRequest({map_, parameters_.frame_id, tf_buffer_}, request);
       });
-  reset_server_ = withQueue(private_nh, publish_queue_)
-                      .advertiseService(kResetService, &MappingNode::onReset, this);
+  ros::NodeHandle edit_nh = withQueue(private_nh, publish_queue_);
+  reset_server_ = edit_nh.advertiseService(kResetService, &MappingNode::onReset, this);
+  const MapInFrame map{map_, parameters_.frame_id, tf_buffer_};
+  planner_services_.emplace(query_nh, map);
+  edit_services_.emplace(edit_nh, map, [this] { publish(); });
 }
 
 void MappingNode::subscribe(ros::NodeHandle& nh) {
@@ -154,6 +157,7 @@ bool MappingNode::isTfOutdated(const std_msgs::Header& header) const {
 }
 
 void MappingNode::onCloudInTurn(const CloudPtr& cloud) {
+  if (edit_services_->isPaused()) return drop(DropReason::kPaused, toAdvice(DropReason::kPaused));
   std::string tf_error;
   const auto poses = lookupPoses(cloud->header, tf_error);
   if (!poses) return waitForTfAgain(cloud, tf_error);

@@ -20,6 +20,7 @@ const char* toString(DropReason reason) {
     case DropReason::kQueueFull: return "queue full";
     case DropReason::kNoTransform: return "no transform";
     case DropReason::kTooOldForTf: return "too old for tf";
+    case DropReason::kPaused: return "paused";
     case DropReason::kInternalError: return "internal error";
     default: return toString(static_cast<CloudDefect>(reason));
   }

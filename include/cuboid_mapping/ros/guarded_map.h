@@ -31,6 +31,14 @@ class GuardedMap {
     note(work(map_));
   }
 
+  /// Changes the map, but not by a cloud: its stamp stays.
+  /// @param work  (CuboidMap&, const ros::Time& stamp) -> ChangeSet.
+  template <typename WorkT>
+  void edit(const WorkT& work) {
+    const auto lock = waitFor<std::unique_lock<std::shared_mutex>>();
+    note(work(map_, std::as_const(stamp_)));
+  }
+
   /// Reads what is in the R-tree. @param work  (const CuboidMap&, const ros::Time& stamp) -> any.
   template <typename WorkT>
   auto read(const WorkT& work) const {

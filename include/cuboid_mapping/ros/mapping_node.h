@@ -7,6 +7,7 @@
 #include "cuboid_mapping/ros/marker_publisher.h"
 #include "cuboid_mapping/ros/node_statistics.h"
 #include "cuboid_mapping/ros/parameters.h"
+#include "cuboid_mapping/ros/planner_services.h"
 #include "cuboid_mapping/ros/time_jump.h"
 #include "cuboid_mapping/scan/scan_filter.h"
 #include "cuboid_mapping/scan/scan_update.h"
@@ -92,6 +93,8 @@ class MappingNode {
   diagnostic_updater::Updater diagnostics_;
   ros::ServiceServer query_box_server_;
   ros::ServiceServer reset_server_;
+  std::optional<PlannerServices> planner_services_;
+  std::optional<EditServices> edit_services_;
   ros::WallTimer publish_timer_;
   ros::WallTimer held_cloud_timer_;
   ros::WallTimer diagnostics_timer_;

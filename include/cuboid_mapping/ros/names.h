@@ -15,7 +15,18 @@ constexpr char kOccupiedCuboidsTopic[] = "occupied_cuboids";  ///< visualization
 constexpr char kFreeCuboidsTopic[] = "free_cuboids";          ///< visualization_msgs/MarkerArray
 
 // In the private namespace.
-constexpr char kQueryBoxService[] = "query_box";  ///< cuboid_mapping/QueryBox
-constexpr char kResetService[] = "reset";         ///< std_srvs/Empty
+constexpr char kQueryBoxService[] = "query_box";           ///< cuboid_mapping/QueryBox
+constexpr char kResetService[] = "reset";                  ///< std_srvs/Empty
+constexpr char kCheckBoxesService[] = "check_boxes";       ///< cuboid_mapping/CheckBoxes
+constexpr char kCheckPathService[] = "check_path";         ///< cuboid_mapping/CheckPath
+constexpr char kCastRaysService[] = "cast_rays";           ///< cuboid_mapping/CastRays
+constexpr char kNearestService[] = "nearest";              ///< cuboid_mapping/FindNearest
+constexpr char kNearestFreeService[] = "nearest_free";     ///< cuboid_mapping/FindNearestFree
+constexpr char kGetCuboidsService[] = "get_cuboids";       ///< cuboid_mapping/GetCuboids
+constexpr char kGetFreeGraphService[] = "get_free_graph";  ///< cuboid_mapping/GetFreeGraph
+constexpr char kFindCorridorService[] = "find_corridor";   ///< cuboid_mapping/FindCorridor
+constexpr char kSetBoxService[] = "set_box";               ///< cuboid_mapping/SetBox
+constexpr char kFuseNowService[] = "fuse_now";             ///< std_srvs/Trigger
+constexpr char kPauseService[] = "pause";                  ///< std_srvs/SetBool
 
 }  // namespace cuboid_mapping_ros

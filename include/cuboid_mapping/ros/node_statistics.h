@@ -22,11 +22,12 @@ enum class DropReason : unsigned char {
   kQueueFull,     ///< The node was busy with the clouds before it.
   kNoTransform,   ///< tf did not come before the queue of waiting clouds was full.
   kTooOldForTf,   ///< Older than the transforms that tf keeps.
+  kPaused,        ///< By ~pause.
   kInternalError  ///< An exception, as when there is no memory.
 };
 
 /// Number of enumerators of DropReason.
-constexpr std::size_t kNumDropReasons = 10;
+constexpr std::size_t kNumDropReasons = 11;
 
 /// The reason to drop a cloud with a defect.
 [[nodiscard]] DropReason toDropReason(CloudDefect defect);

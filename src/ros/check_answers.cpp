@@ -1,0 +1,214 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "cuboid_mapping/ros/check_answers.h"
+
+#include "cuboid_mapping/query/box_query.h"
+#include "cuboid_mapping/query/path_query.h"
+#include "cuboid_mapping/query/ray_query.h"
+#include "cuboid_mapping/ros/request_reader.h"
+
+#include <limits>
+#include <numeric>
+
+namespace cuboid_mapping_ros {
+namespace {
+
+using cuboid_mapping::CastRays;
+using cuboid_mapping::CellBox;
+using cuboid_mapping::CheckBoxes;
+using cuboid_mapping::CheckPath;
+using cuboid_mapping::CuboidMap;
+using cuboid_mapping::Occupancy;
+using cuboid_mapping::RayEnd;
+using cuboid_mapping::UnknownPolicy;
+
+static_assert(CheckBoxes::Response::OCCUPIED == static_cast<int>(Occupancy::kOccupied));
+static_assert(CheckBoxes::Response::FREE == static_cast<int>(Occupancy::kFree));
+static_assert(CheckPath::Response::OCCUPIED == static_cast<int>(Occupancy::kOccupied));
+static_assert(CheckPath::Response::FREE == static_cast<int>(Occupancy::kFree));
+
+using Path = std::vector<Eigen::Vector3d>;
+
+/// Smallest box around some others; any if there are none.
+CellBox unite(const std::vector<CellBox>& boxes) {
+  CellBox all = boxes.empty() ? CellBox::ofCell({}) : boxes.front();
+  for (const CellBox& box : boxes) all = cuboid_mapping::unite(all, box);
+  return all;
+}
+
+void add(const cuboid_mapping::BoxQueryResult& result, UnknownPolicy policy,
+         CheckBoxes::Response& response) {
+  const Occupancy occupancy = result.occupancy();
+  const bool is_blocked = occupancy == Occupancy::kOccupied ||
+                          (occupancy == Occupancy::kUnknown && policy == UnknownPolicy::kStop);
+  response.blocked.push_back(static_cast<std::uint8_t>(is_blocked));
+  response.occupancy.push_back(static_cast<std::uint8_t>(occupancy));
+  response.free_volume.push_back(result.free_volume_m3);
+  response.occupied_volume.push_back(result.occupied_volume_m3);
+  response.unknown_volume.push_back(result.unknown_volume_m3);
+  response.max_probability.push_back(
+      result.max_log_odds ? static_cast<float>(cuboid_mapping::toProbability(*result.max_log_odds))
+                          : std::numeric_limits<float>::quiet_NaN());
+}
+
+/// The paths of a request, one by one.
+std::vector<Path> splitPaths(RequestReader& reader, const CheckPath::Request& request) {
+  const Path all = reader.points(request.waypoints, "waypoints");
+  reader.require(!all.empty(), "there are no waypoints: give at least one");
+  std::vector<std::uint32_t> lengths = request.lengths;
+  if (lengths.empty()) lengths.push_back(static_cast<std::uint32_t>(all.size()));
+  const auto total = std::accumulate(lengths.begin(), lengths.end(), std::uint64_t{0});
+  reader.require(total == all.size(), "lengths add up to " + std::to_string(total) +
+                                          ", but there are " + std::to_string(all.size()) +
+                                          " waypoints");
+  std::vector<Path> paths;
+  if (!reader.isGood()) return paths;
+  auto first = all.begin();
+  for (const std::uint32_t length : lengths) {
+    reader.require(length > 0, "lengths: every path must have a waypoint");
+    paths.emplace_back(first, first + length);
+    first += length;
+  }
+  return paths;
+}
+
+void add(const CuboidMap& map, const Path& path, const cuboid_mapping::PathQueryResult& result,
+         CheckPath::Response& response) {
+  const auto& contact = result.contact;
+  const Occupancy occupancy = contact ? map.classes().at(contact->voxel) : Occupancy::kFree;
+  response.free.push_back(static_cast<std::uint8_t>(!contact));
+  response.segment.push_back(contact ? static_cast<std::int32_t>(contact->segment) : -1);
+  response.point.push_back(toPoint(contact ? contact->point_map : path.back()));
+  response.occupancy.push_back(static_cast<std::uint8_t>(occupancy));
+  response.free_length.push_back(contact ? contact->distance_m : result.length_m);
+  response.length.push_back(result.length_m);
+}
+
+struct Ray {
+  Eigen::Vector3d origin_map;
+  Eigen::Vector3d direction_map;  ///< Length 1.
+};
+
+/// What is asked of every ray.
+struct RayLimits {
+  double max_range_m;
+  double inflation_m;
+  UnknownPolicy policy;
+
+  [[nodiscard]] Eigen::Vector3d thickness_m() const {
+    return Eigen::Vector3d::Constant(2.0 * inflation_m);
+  }
+};
+
+std::uint8_t toMessage(RayEnd end) {
+  switch (end) {
+    case RayEnd::kOccupied: return CastRays::Request::END_OCCUPIED;
+    case RayEnd::kUnknown: return CastRays::Request::END_UNKNOWN;
+    default: return CastRays::Request::END_MAX_RANGE;
+  }
+}
+
+void add(const CuboidMap& map, const Ray& ray, const RayLimits& limits,
+         CastRays::Response& response) {
+  RayEnd end = RayEnd::kMaxRange;
+  double range_m = limits.max_range_m;
+  if (limits.inflation_m > 0.0) {
+    const Path path{ray.origin_map, ray.origin_map + range_m * ray.direction_map};
+    const auto swept = checkPath(map, path, limits.thickness_m(), limits.policy);
+    if (swept && swept->contact) {
+      range_m = swept->contact->distance_m;
+      const Occupancy met = map.classes().at(swept->contact->voxel);
+      end = met == Occupancy::kOccupied ? RayEnd::kOccupied : RayEnd::kUnknown;
+    }
+  }
+  // The line in the middle; nothing is left of it when the thick ray is blocked from the start.
+  const auto line = range_m > 0.0
+                        ? castRay(map, ray.origin_map, ray.direction_map, range_m, limits.policy)
+                        : std::nullopt;
+  if (line && line->end != RayEnd::kMaxRange) {
+    end = line->end;
+    range_m = line->distance_m;
+  }
+  constexpr double kNever = std::numeric_limits<double>::infinity();
+  response.end.push_back(toMessage(end));
+  response.distance.push_back(range_m);
+  response.point.push_back(toPoint(ray.origin_map + range_m * ray.direction_map));
+  response.first_unknown.push_back(line ? line->first_unknown_m.value_or(kNever) : kNever);
+  response.unknown_length.push_back(line ? line->unknown_length_m : 0.0);
+}
+
+std::vector<Ray> readRays(RequestReader& reader, const CastRays::Request& request) {
+  reader.require(request.origins.size() == request.directions.size(),
+                 "origins has " + std::to_string(request.origins.size()) + " points, directions " +
+                     std::to_string(request.directions.size()) + ": give one of each a ray");
+  std::vector<Ray> rays;
+  for (std::size_t i = 0; reader.isGood() && i < request.origins.size(); ++i) {
+    const std::string number = "[" + std::to_string(i) + "]";
+    rays.push_back({reader.point(request.origins[i], "origins" + number),
+                    reader.direction(request.directions[i], "directions" + number)});
+    rays.back().direction_map.stableNormalize();
+  }
+  return rays;
+}
+
+}  // namespace
+
+CheckBoxes::Response answerCheckBoxes(const MapInFrame& map, const CheckBoxes::Request& request) {
+  RequestReader reader(map, request.header);
+  const UnknownPolicy policy = reader.policy(request.unknown);
+  const std::vector<CellBox> boxes = reader.boxes(request.min, request.max, request.inflation);
+  if (!reader.isGood()) return refuse<CheckBoxes::Response>(reader.error());
+  return map.map.readCurrent(unite(boxes), [&](const CuboidMap& content, const ros::Time& stamp) {
+    CheckBoxes::Response response;
+    fillHead(map, content, stamp, response);
+    for (const CellBox& box : boxes) add(queryBox(content, box), policy, response);
+    return response;
+  });
+}
+
+CheckPath::Response answerCheckPath(const MapInFrame& map, const CheckPath::Request& request) {
+  RequestReader reader(map, request.header);
+  const UnknownPolicy policy = reader.policy(request.unknown);
+  const Eigen::Vector3d size_m = reader.size(request.size, request.inflation);
+  const std::vector<Path> paths = splitPaths(reader, request);
+  std::vector<CellBox> boxes;
+  for (const Path& path : paths) {
+    for (const Eigen::Vector3d& point : path) {
+      boxes.push_back(reader.cells(cuboid_mapping::boxAround(point, size_m)));
+    }
+  }
+  if (!reader.isGood()) return refuse<CheckPath::Response>(reader.error());
+  return map.map.readCurrent(unite(boxes), [&](const CuboidMap& content, const ros::Time& stamp) {
+    CheckPath::Response response;
+    fillHead(map, content, stamp, response);
+    for (const Path& path : paths) {
+      add(content, path, *checkPath(content, path, size_m, policy), response);
+    }
+    return response;
+  });
+}
+
+CastRays::Response answerCastRays(const MapInFrame& map, const CastRays::Request& request) {
+  RequestReader reader(map, request.header);
+  const RayLimits limits{reader.notNegative(request.max_range, "max_range"),
+                         reader.notNegative(request.inflation, "inflation"),
+                         reader.policy(request.unknown)};
+  reader.require(limits.max_range_m > 0.0, "max_range is 0: must be greater");
+  const std::vector<Ray> rays = readRays(reader, request);
+  std::vector<CellBox> boxes;
+  const Eigen::Vector3d half_m = 0.5 * limits.thickness_m().array() + map.map.grid().resolution();
+  for (std::size_t i = 0; reader.isGood() && i < rays.size(); ++i) {
+    const Ray& ray = rays[i];
+    const Eigen::Vector3d end = ray.origin_map + limits.max_range_m * ray.direction_map;
+    boxes.push_back(reader.cells(
+        {ray.origin_map.cwiseMin(end) - half_m, ray.origin_map.cwiseMax(end) + half_m}));
+  }
+  if (!reader.isGood()) return refuse<CastRays::Response>(reader.error());
+  return map.map.readCurrent(unite(boxes), [&](const CuboidMap& content, const ros::Time& stamp) {
+    CastRays::Response response;
+    fillHead(map, content, stamp, response);
+    for (const Ray& ray : rays) add(content, ray, limits, response);
+    return response;
+  });
+}
+
+}  // namespace cuboid_mapping_ros

@@ -1,0 +1,144 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "cuboid_mapping/ros/request_reader.h"
+
+#include <cmath>
+#include <sstream>
+
+namespace cuboid_mapping_ros {
+namespace {
+
+using cuboid_mapping::CellBox;
+using cuboid_mapping::MetricBox;
+using cuboid_mapping::UnknownPolicy;
+
+std::string toText(const Eigen::Vector3d& vector) {
+  std::ostringstream text;
+  text << '(' << vector.transpose() << ')';
+  return text.str();
+}
+
+Eigen::Vector3d toVector(const geometry_msgs::Point& point) { return {point.x, point.y, point.z}; }
+
+}  // namespace
+
+geometry_msgs::Point toPoint(const Eigen::Vector3d& vector) {
+  geometry_msgs::Point point;
+  point.x = vector.x();
+  point.y = vector.y();
+  point.z = vector.z();
+  return point;
+}
+
+geometry_msgs::Vector3 toVector3(const Eigen::Vector3d& vector) {
+  geometry_msgs::Vector3 message;
+  message.x = vector.x();
+  message.y = vector.y();
+  message.z = vector.z();
+  return message;
+}
+
+RequestReader::RequestReader(const MapInFrame& map, const std_msgs::Header& header) : map_(map) {
+  const std::string frame_id = withoutSlash(header.frame_id);
+  if (frame_id.empty() || frame_id == withoutSlash(map.frame_id)) return;
+  const TfLookup lookup = lookupTransform(map.tf, map.frame_id, frame_id, header.stamp);
+  if (lookup.T_target_source) {
+    to_map_ = *lookup.T_target_source;
+  } else {
+    require(false, "no transform from frame '" + frame_id + "' to '" + map.frame_id +
+                       "': " + lookup.error +
+                       ". Check the name of the frame; stamp 0 takes the latest transform");
+  }
+}
+
+void RequestReader::require(bool condition, const std::string& text) {
+  if (!condition && error_.empty()) error_ = text;
+}
+
+Eigen::Vector3d RequestReader::point(const geometry_msgs::Point& point, const std::string& name) {
+  const Eigen::Vector3d vector = toVector(point);
+  require(vector.allFinite(),
+          name + " " + toText(vector) +
+              ": a coordinate is NaN or infinite; all must be numbers in metres");
+  return to_map_ * vector;
+}
+
+std::vector<Eigen::Vector3d> RequestReader::points(const std::vector<geometry_msgs::Point>& points,
+                                                   const std::string& name) {
+  std::vector<Eigen::Vector3d> result;
+  result.reserve(points.size());
+  for (const geometry_msgs::Point& each : points) {
+    result.push_back(point(each, name + "[" + std::to_string(result.size()) + "]"));
+  }
+  return result;
+}
+
+Eigen::Vector3d RequestReader::direction(const geometry_msgs::Vector3& direction,
+                                         const std::string& name) {
+  const Eigen::Vector3d vector(direction.x, direction.y, direction.z);
+  require(vector.allFinite() && !vector.isZero(0.0),
+          name + " " + toText(vector) + ": must be finite and not zero");
+  return to_map_.linear() * vector;
+}
+
+Eigen::Vector3d RequestReader::size(const geometry_msgs::Vector3& size, double inflation_m) {
+  const Eigen::Vector3d edges(size.x, size.y, size.z);
+  require(edges.allFinite() && (edges.array() > 0.0).all(),
+          "size " + toText(edges) + ": every edge must be a number > 0, in metres");
+  return (to_map_.linear().cwiseAbs() * edges).array() +
+         2.0 * notNegative(inflation_m, "inflation");
+}
+
+CellBox RequestReader::box(const geometry_msgs::Point& min, const geometry_msgs::Point& max,
+                           double inflation_m) {
+  const MetricBox box{toVector(min), toVector(max)};
+  const std::string text = "min " + toText(box.min_m) + ", max " + toText(box.max_m);
+  require(box.min_m.allFinite() && box.max_m.allFinite(),
+          text + ": a coordinate is NaN or infinite; all must be numbers in metres");
+  require((box.min_m.array() < box.max_m.array()).all(),
+          text + ": min must be less than max on every axis");
+  const double inflation = notNegative(inflation_m, "inflation");
+  if (!isGood()) return {};
+  MetricBox box_map = computeEnclosingBox(to_map_, box);
+  box_map.min_m.array() -= inflation;
+  box_map.max_m.array() += inflation;
+  return cells(box_map);
+}
+
+std::vector<CellBox> RequestReader::boxes(const std::vector<geometry_msgs::Point>& min,
+                                          const std::vector<geometry_msgs::Point>& max,
+                                          double inflation_m) {
+  require(min.size() == max.size(), "min has " + std::to_string(min.size()) + " points, max " +
+                                        std::to_string(max.size()) + ": give one of each a box");
+  std::vector<CellBox> boxes;
+  boxes.reserve(min.size());
+  for (std::size_t i = 0; isGood() && i < min.size(); ++i) {
+    boxes.push_back(box(min[i], max[i], inflation_m));
+    if (!isGood()) error_ = "box " + std::to_string(i) + ": " + error_;
+  }
+  return boxes;
+}
+
+CellBox RequestReader::cells(const MetricBox& box_map) {
+  if (!isGood()) return {};
+  const auto box = map_.map.grid().toCellBox(box_map);
+  const double limit_m = cuboid_mapping::Grid::kMaxCell * map_.map.grid().resolution();
+  require(box.has_value(), "min " + toText(box_map.min_m) + ", max " + toText(box_map.max_m) +
+                               " in frame '" + map_.frame_id +
+                               "' reaches beyond the map: keep coordinates within +-" +
+                               std::to_string(limit_m) + " m");
+  return box.value_or(CellBox{});
+}
+
+double RequestReader::notNegative(double value, const std::string& name) {
+  require(std::isfinite(value) && value >= 0.0,
+          name + " is " + std::to_string(value) + ": must be a number of at least 0");
+  return value;
+}
+
+UnknownPolicy RequestReader::policy(std::uint8_t unknown) {
+  require(unknown <= 1, "unknown is " + std::to_string(unknown) +
+                            ": use UNKNOWN_BLOCKS (0) or UNKNOWN_PASSES (1)");
+  return unknown == 0 ? UnknownPolicy::kStop : UnknownPolicy::kPass;
+}
+
+}  // namespace cuboid_mapping_ros
