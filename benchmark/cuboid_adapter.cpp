@@ -21,7 +21,8 @@ MapConfig withEngine(MapConfig config, const EngineOptions& engine) {
 
 CuboidAdapter::CuboidAdapter(const InsertionConfig& config, const EngineOptions& engine)
     : map_(std::make_unique<CuboidMap>(withEngine(config.map, engine))),
-      updater_(std::make_unique<ScanUpdater>(map_->grid(), config.max_range_m, engine.threads)),
+      updater_(std::make_unique<ScanUpdater>(map_->grid(), config.max_range_m, engine.threads,
+                                             config.map.beamSampling())),
       flushes_every_cloud_(engine.flushes_every_cloud) {}
 
 void CuboidAdapter::insert(const Scan& scan) {

@@ -12,12 +12,13 @@ void NoFusion::partition(const DenseBrick& brick, std::vector<Cuboid>& cuboids) 
 }
 
 const std::vector<std::string>& fusionNames() {
-  static const std::vector<std::string> kNames{"brick", "none"};
+  static const std::vector<std::string> kNames{"brick", "class", kGrowthFusion, "none"};
   return kNames;
 }
 
 std::unique_ptr<FusionStrategy> makeFusion(const std::string& name) {
   if (name == "brick") return std::make_unique<BrickFusion>();
+  if (name == "class") return std::make_unique<ClassFusion>();
   if (name == "none") return std::make_unique<NoFusion>();
   return nullptr;
 }

@@ -36,7 +36,8 @@ CuboidMap::CuboidMap(const MapConfig& config)
       sensor_model_(config.sensor_model, config.environment),
       fusion_(makeFusion(config.fusion)),
       tree_(config.rtree) {
-  assert(fusion_ != nullptr);
+  if (config.fusion == kGrowthFusion) growth_.emplace(config.growth, sensor_model_);
+  assert(fusion_ != nullptr || growth_);
 }
 
 ChangeSet CuboidMap::clear() {
@@ -44,6 +45,7 @@ ChangeSet CuboidMap::clear() {
   classes_.clear();
   hot_.clear();
   locked_.clear();
+  if (growth_) growth_->clear();
   content_ = {};
   ChangeSet changes;
   changes.revision = ++revision_;
@@ -55,6 +57,7 @@ ChangeSet CuboidMap::replace(const CellBox& box, const std::vector<Cuboid>& cubo
   ChangeSet changes = flush(box);
   hot_.remove(box);
   if (replaceRegion(box, cuboids, {tree_, content_, classes_}, changes)) ++revision_;
+  if (growth_) growth_->noteEdits(changes.boxes, tree_);
   changes.revision = revision_;
   return changes;
 }
@@ -67,6 +70,10 @@ ChangeSet CuboidMap::apply(const ScanUpdate& update) {
     const auto last = findChunkEnd(first, update.bricks.end());
     is_changed |= applyChunk(first, last, changes);
     first = last;
+  }
+  if (growth_) {
+    flush(kAllCells, hot_.groups().size(), changes);
+    grow(update, changes);
   }
   evictCold(changes);
   if (is_changed) ++revision_;
@@ -173,6 +180,12 @@ ChangeSet CuboidMap::flush() { return flush(kAllCells); }
 
 ChangeSet CuboidMap::flush(const CellBox& region, std::size_t max_groups) {
   ChangeSet changes;
+  flush(region, max_groups, changes);
+  changes.revision = revision_;
+  return changes;
+}
+
+void CuboidMap::flush(const CellBox& region, std::size_t max_groups, ChangeSet& changes) {
   std::vector<DirtyBricks> dirty;
   for (HotGroup& group : hot_.groups()) {
     if (max_groups == 0) break;
@@ -186,8 +199,6 @@ ChangeSet CuboidMap::flush(const CellBox& region, std::size_t max_groups) {
     }
   }
   writeBack(dirty, changes);
-  changes.revision = revision_;
-  return changes;
 }
 
 bool CuboidMap::isFlushed(const CellBox& region) const {
@@ -210,17 +221,28 @@ std::uint64_t CuboidMap::dirtyBricks(const HotGroup& group, const CellBox& regio
 }
 
 void CuboidMap::writeBack(const std::vector<DirtyBricks>& dirty, ChangeSet& changes) {
-  TreeWriter::Partitions partitions;
   std::vector<const DenseBrick*> bricks;
   for (const DirtyBricks& part : dirty) {
     for (std::uint64_t left = part.bricks; left != 0; left &= left - 1) {
       bricks.push_back(part.group->bricks[static_cast<std::size_t>(__builtin_ctzll(left))].get());
-      partitions.push_back({bricks.back()->brick, {}});
     }
     part.group->is_dirty &= ~part.bricks;
   }
-  parallelFor(bricks.size(), config_.threads,
-              [&](std::size_t i) { fusion_->partition(*bricks[i], partitions[i].cuboids); });
+  if (growth_) {
+    writeCells(bricks, changes);
+  } else {
+    writePartitions(bricks, changes);
+  }
+}
+
+/// Divides bricks into cuboids, and writes these to the R-tree.
+/// @param bricks  Those of a group follow each other.
+void CuboidMap::writePartitions(const std::vector<const DenseBrick*>& bricks, ChangeSet& changes) {
+  TreeWriter::Partitions partitions(bricks.size());
+  parallelFor(bricks.size(), config_.threads, [&](std::size_t i) {
+    partitions[i].brick = bricks[i]->brick;
+    fusion_->partition(*bricks[i], partitions[i].cuboids);
+  });
   for (auto first = partitions.cbegin(); first != partitions.cend();) {
     const Cell group = groupOf(first->brick);
     const auto last = std::find_if(
@@ -228,6 +250,39 @@ void CuboidMap::writeBack(const std::vector<DirtyBricks>& dirty, ChangeSet& chan
         [&group](const BrickPartition& partition) { return groupOf(partition.brick) != group; });
     writer_.write(first, last, tree_, changes, content_, classes_);
     first = last;
+  }
+}
+
+/// Writes the voxels of bricks that have changed to the R-tree, each as a cuboid, for growth_.
+/// @param bricks  Those of a group follow each other.
+void CuboidMap::writeCells(const std::vector<const DenseBrick*>& bricks, ChangeSet& changes) {
+  for (auto first = bricks.cbegin(); first != bricks.cend();) {
+    const Cell group = groupOf((*first)->brick);
+    const auto last = std::find_if(first, bricks.cend(), [&group](const DenseBrick* brick) {
+      return groupOf(brick->brick) != group;
+    });
+    const std::vector<const DenseBrick*> of_group(first, last);
+    for (const BrickChange& change : writer_.update(of_group, tree_, changes, content_, classes_)) {
+      const auto brick = std::find_if(first, last, [&change](const DenseBrick* candidate) {
+        return candidate->brick == change.brick;
+      });
+      growth_->note(**brick, change, num_clouds_);
+    }
+    first = last;
+  }
+}
+
+void CuboidMap::grow(const ScanUpdate& update, ChangeSet& changes) {
+  std::vector<Cell> observed;  // The paper's set T.
+  for (const BrickUpdate& brick : update.bricks) {
+    forEachCell(brick.brick, brick.hits, [&](const Cell& cell) { observed.push_back(cell); });
+  }
+  observed.insert(observed.end(), update.samples.begin(), update.samples.end());
+  for (const Fused& fused : growth_->fuse(observed, num_clouds_, tree_)) {
+    (fused.cuboid.occupancy() == Occupancy::kOccupied ? content_.occupied_cuboids
+                                                      : content_.free_cuboids) -=
+        fused.num_absorbed - 1;
+    changes.boxes.push_back(fused.cuboid.box);
   }
 }
 

@@ -1,7 +1,10 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "cuboid_mapping/map/tree_writer.h"
 
+#include <algorithm>
 #include <cassert>
+#include <iterator>
+#include <utility>
 
 namespace cuboid_mapping {
 namespace {
@@ -19,6 +22,39 @@ void setClasses(const BrickPartition& partition, VoxelClasses& classes) {
     }
   }
   classes.set(partition.brick, known, occupied);
+}
+
+void setClasses(const DenseBrick& brick, VoxelClasses& classes) {
+  BrickMask occupied{};
+  forEachCell(brick.brick, brick.known, [&](const Cell& cell) {
+    const float log_odds = brick.log_odds[static_cast<std::size_t>(voxelIndex(cell))];
+    if (classify(log_odds) != Occupancy::kOccupied) return;
+    occupied[static_cast<std::size_t>(cell.z & 7)] |= voxelBit(cell);
+  });
+  classes.set(brick.brick, brick.known, occupied);
+}
+
+/// What is left of a cuboid when cells are cut out of it.
+void cutOut(const Cuboid& cuboid, std::vector<Cell> cells, std::vector<Cuboid>& pieces) {
+  struct Part {
+    CellBox box;
+    std::vector<Cell> cells;
+  };
+  std::vector<Part> parts{{cuboid.box, std::move(cells)}};
+  while (!parts.empty()) {
+    const Part part = std::move(parts.back());
+    parts.pop_back();
+    if (part.cells.empty()) {
+      pieces.push_back({part.box, cuboid.log_odds});
+      continue;
+    }
+    for (const CellBox& piece : subtract(part.box, CellBox::ofCell(part.cells.front()))) {
+      Part next{piece, {}};
+      std::copy_if(part.cells.begin(), part.cells.end(), std::back_inserter(next.cells),
+                   [&piece](const Cell& cell) { return piece.contains(cell); });
+      parts.push_back(std::move(next));
+    }
+  }
 }
 
 bool isInOneBrick(const CellBox& box) { return brickBox(brickOf(box.min)).contains(box); }
@@ -112,6 +148,75 @@ void TreeWriter::cutOutside(const std::vector<CellBox>& changed) {
       pieces = std::move(rest);
     }
     for (const CellBox& piece : pieces) added_.push_back({piece, cuboid.log_odds});
+  }
+}
+
+std::vector<BrickChange> TreeWriter::update(const std::vector<const DenseBrick*>& bricks,
+                                            RTree& tree, ChangeSet& changes, MapContent& content,
+                                            VoxelClasses& classes) {
+  assert(!bricks.empty());
+  CellBox window = brickBox(bricks.front()->brick);
+  for (const DenseBrick* brick : bricks) window = unite(window, brickBox(brick->brick));
+  selectMembers(window, tree);
+
+  added_.clear();
+  contradictions_.clear();
+  is_removed_.assign(selection_.cuboids.size(), 0);
+  std::vector<BrickChange> brick_changes;
+  for (const DenseBrick* brick : bricks) {
+    const BrickChange change = compareVoxels(*brick);
+    if (change.changed == BrickMask{}) continue;
+    brick_changes.push_back(change);
+    changes.boxes.push_back(brickBox(brick->brick));
+    setClasses(*brick, classes);
+  }
+  if (brick_changes.empty()) return brick_changes;
+  splitMembers(changes);
+  replaceInTree(tree, content);
+  return brick_changes;
+}
+
+BrickChange TreeWriter::compareVoxels(const DenseBrick& brick) {
+  constexpr std::uint32_t kNobody = 0xFFFFFFFFU;
+  std::array<std::uint32_t, kBrickVoxels> owners;
+  owners.fill(kNobody);
+  for (const std::uint32_t i : members_[indexInGroup(brick.brick)]) {
+    const CellBox part = intersect(selection_.cuboids[i].box, brickBox(brick.brick));
+    forEachCell(brick.brick, toMask(part),
+                [&](const Cell& cell) { owners[static_cast<std::size_t>(voxelIndex(cell))] = i; });
+  }
+  BrickChange change{brick.brick, {}, {}};
+  forEachCell(brick.brick, brick.known, [&](const Cell& cell) {
+    const auto at = static_cast<std::size_t>(voxelIndex(cell));
+    const std::uint32_t owner = owners[at];
+    if (owner != kNobody) {
+      if (selection_.cuboids[owner].log_odds == brick.log_odds[at]) return;
+      is_removed_[owner] = 1;
+      if (selection_.cuboids[owner].box != CellBox::ofCell(cell)) {
+        contradictions_.push_back({owner, cell});
+        change.split[static_cast<std::size_t>(cell.z & 7)] |= voxelBit(cell);
+      }
+    }
+    change.changed[static_cast<std::size_t>(cell.z & 7)] |= voxelBit(cell);
+    added_.push_back({CellBox::ofCell(cell), brick.log_odds[at]});
+  });
+  return change;
+}
+
+/// Keeps the rest of the cuboids that are contradicted.
+void TreeWriter::splitMembers(ChangeSet& changes) {
+  std::stable_sort(
+      contradictions_.begin(), contradictions_.end(),
+      [](const Contradiction& a, const Contradiction& b) { return a.member < b.member; });
+  for (auto first = contradictions_.cbegin(); first != contradictions_.cend();) {
+    const Cuboid& cuboid = selection_.cuboids[first->member];
+    std::vector<Cell> cells;
+    for (const std::uint32_t member = first->member;
+         first != contradictions_.cend() && first->member == member; ++first) {
+      cells.push_back(first->cell);
+    }
+    cutOut(cuboid, std::move(cells), added_);
+    changes.boxes.push_back(cuboid.box);
   }
 }
 

@@ -102,6 +102,27 @@ bool VoxelClasses::isAnyOccupied(const CellBox& box) const {
   });
 }
 
+bool VoxelClasses::isAll(const CellBox& box, Occupancy occupancy) const {
+  const bool wants_occupied = occupancy == Occupancy::kOccupied;
+  return !anyBrick(box, [&](const Cell& brick) {
+    const Entry& entry = entries_[slotOf(brick)];
+    if (entry.known == kNoMask) return true;
+    if (entry.known == kEverything && entry.occupied == (wants_occupied ? kEverything : kNothing)) {
+      return false;
+    }
+    const CellBox part = intersect(box, brickBox(brick));
+    const std::uint64_t slice = sliceMask(part);
+    const BrickMask& known = mask(entry.known);
+    const BrickMask& occupied = mask(entry.occupied);
+    for (std::int32_t z = part.min.z; z < part.max.z; ++z) {
+      const auto at = static_cast<std::size_t>(z & 7);
+      const std::uint64_t wanted = known[at] & (wants_occupied ? occupied[at] : ~occupied[at]);
+      if ((slice & ~wanted) != 0) return true;
+    }
+    return false;
+  });
+}
+
 std::size_t VoxelClasses::numBytes() const {
   return entries_.capacity() * sizeof(Entry) + blocks_.size() * kBlockMasks * sizeof(BrickMask) +
          blocks_.capacity() * sizeof(blocks_[0]) + free_masks_.capacity() * sizeof(MaskIndex);

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "cuboid_mapping/ros/marker_cache.h"
 
+#include "cuboid_mapping/query/class_boxes.h"
 #include "cuboid_mapping/ros/marker_colors.h"
 
 #include <algorithm>
@@ -15,6 +16,7 @@ using cuboid_mapping::Cell;
 using cuboid_mapping::CellBox;
 using cuboid_mapping::Cuboid;
 using cuboid_mapping::CuboidFilter;
+using cuboid_mapping::CuboidMap;
 using cuboid_mapping::RTree;
 using visualization_msgs::Marker;
 using visualization_msgs::MarkerArray;
@@ -56,11 +58,13 @@ geometry_msgs::Point toPoint(const Eigen::Vector3d& vector) {
 }  // namespace
 
 MarkerStyle makeOccupiedStyle(const NodeParameters& parameters) {
-  return {CuboidFilter::kOccupied, "occupied", parameters.color_by, parameters.color_period_m};
+  return {CuboidFilter::kOccupied, "occupied", parameters.color_by, parameters.color_period_m,
+          parameters.published_cuboids};
 }
 
-MarkerStyle makeFreeStyle() {
+MarkerStyle makeFreeStyle(const NodeParameters& parameters) {
   MarkerStyle style;
+  style.cuboids = parameters.published_cuboids;
   style.filter = CuboidFilter::kFree;
   style.marker_namespace = "free";
   return style;
@@ -76,9 +80,13 @@ void MarkerCache::noteChanges(const cuboid_mapping::ChangeSet& changes) {
     dirty_.clear();
     return;
   }
+  markChunks(changes.boxes);
+}
+
+void MarkerCache::markChunks(const std::vector<CellBox>& boxes) {
   // Neighbouring boxes follow each other: most lie in the chunk of the one before.
   CellBox last_chunk;
-  for (const CellBox& box : changes.boxes) {
+  for (const CellBox& box : boxes) {
     if (last_chunk.contains(box)) continue;
     const Cell first = chunkOf(box.min);
     for (std::int32_t z = first.z; z < box.max.z; z += kChunkEdge) {
@@ -90,12 +98,9 @@ void MarkerCache::noteChanges(const cuboid_mapping::ChangeSet& changes) {
   }
 }
 
-void MarkerCache::read(const RTree& tree) {
-  if (is_everything_dirty_) {
-    readEverything(tree, changed_);
-  } else {
-    for (const Cell& chunk : dirty_) readChunk(tree, chunk, changed_);
-  }
+void MarkerCache::read(const CuboidMap& map) {
+  if (is_everything_dirty_) markEverything(map.tree());
+  for (const Cell& chunk : dirty_) readChunk(map, chunk);
   is_everything_dirty_ = false;
   dirty_.clear();
 }
@@ -152,24 +157,46 @@ void MarkerCache::appendCubes(const Cuboid& cuboid, std::vector<SizedCube>& cube
   }
 }
 
-void MarkerCache::readChunk(const RTree& tree, const Cell& chunk, SizeSet& changed) {
-  std::vector<SizedCube> cubes;
-  const CellBox box = chunkBox(chunk);
-  visitBox(tree, box, style_.filter, [&](const Cuboid& cuboid) {
-    if (box.contains(cuboid.box.min)) appendCubes(cuboid, cubes);
-    return cuboid_mapping::Visit::kContinue;
-  });
-  replaceChunk(chunk, std::move(cubes), changed);
+void MarkerCache::readChunk(const CuboidMap& map, const Cell& chunk) {
+  const bool shows_classes = style_.cuboids == PublishedCuboids::kClass;
+  replaceChunk(
+      chunk,
+      shows_classes ? cubesOfClass(map, chunkBox(chunk)) : cubesOfMap(map.tree(), chunkBox(chunk)),
+      changed_);
 }
 
-void MarkerCache::readEverything(const RTree& tree, SizeSet& changed) {
-  std::map<Cell, std::vector<SizedCube>> chunks;
-  for (const auto& [chunk, sizes] : sizes_in_chunk_) chunks[chunk];  // they may be empty now
-  visitAll(tree, style_.filter, [&](const Cuboid& cuboid) {
-    appendCubes(cuboid, chunks[chunkOf(cuboid.box.min)]);
+std::vector<MarkerCache::SizedCube> MarkerCache::cubesOfMap(const RTree& tree,
+                                                            const CellBox& chunk) const {
+  std::vector<SizedCube> cubes;
+  visitBox(tree, chunk, style_.filter, [&](const Cuboid& cuboid) {
+    if (chunk.contains(cuboid.box.min)) appendCubes(cuboid, cubes);
     return cuboid_mapping::Visit::kContinue;
   });
-  for (auto& [chunk, cubes] : chunks) replaceChunk(chunk, std::move(cubes), changed);
+  return cubes;
+}
+
+std::vector<MarkerCache::SizedCube> MarkerCache::cubesOfClass(const CuboidMap& map,
+                                                              const CellBox& chunk) const {
+  const bool is_occupied = style_.filter == CuboidFilter::kOccupied;
+  const float log_odds = is_occupied ? map.sensorModel().max() : map.sensorModel().min();
+  std::vector<SizedCube> cubes;
+  for (const CellBox& box : findClassBoxes(
+           map, chunk,
+           is_occupied ? cuboid_mapping::Occupancy::kOccupied : cuboid_mapping::Occupancy::kFree)) {
+    appendCubes({box, log_odds}, cubes);
+  }
+  return cubes;
+}
+
+/// Marks all chunks in which there is something, or was.
+void MarkerCache::markEverything(const RTree& tree) {
+  for (const auto& [chunk, sizes] : sizes_in_chunk_) dirty_.insert(chunk);
+  std::vector<CellBox> boxes;
+  visitAll(tree, style_.filter, [&](const Cuboid& cuboid) {
+    boxes.push_back(cuboid.box);
+    return cuboid_mapping::Visit::kContinue;
+  });
+  markChunks(boxes);
 }
 
 void MarkerCache::replaceChunk(const Cell& chunk, std::vector<SizedCube> cubes, SizeSet& changed) {

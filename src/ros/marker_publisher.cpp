@@ -18,7 +18,7 @@ MarkerPublisher::MarkerPublisher(ros::NodeHandle nh, const MarkerTopic& topic,
 void MarkerPublisher::readMap() {
   map_.read([this](const cuboid_mapping::CuboidMap& map, const ros::Time& stamp) {
     header_.stamp = stamp;
-    cache_.read(map.tree());
+    cache_.read(map);
   });
 }
 

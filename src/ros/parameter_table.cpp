@@ -30,6 +30,21 @@ ChoiceKind fusionKind() {
           [](const P& p) { return p.map.fusion; }};
 }
 
+std::size_t indexOf(const std::vector<std::string>& names, const std::string& name) {
+  return static_cast<std::size_t>(std::find(names.begin(), names.end(), name) - names.begin());
+}
+
+ChoiceKind publishedCuboidsKind() {
+  return {{"map", "class"},
+          [](P& p, const std::string& name) {
+            p.published_cuboids =
+                name == "class" ? PublishedCuboids::kClass : PublishedCuboids::kMap;
+          },
+          [](const P& p) -> std::string {
+            return p.published_cuboids == PublishedCuboids::kClass ? "class" : "map";
+          }};
+}
+
 ChoiceKind colorByKind() {
   return {{"height", "probability"},
           [](P& p, const std::string& name) {
@@ -54,7 +69,8 @@ std::vector<ParameterDeclaration> declareMap() {
        "sensor_model/max is never updated again."},
       {"fusion", "", fusionKind(),
        "How cells become bigger cuboids after every cloud. brick: largest boxes of equal "
-       "probability. none: every voxel stays a cuboid of its own."},
+       "probability in blocks of 8 x 8 x 8 voxels. class: the same by class, probabilities are "
+       "averaged. growth: that of the paper, see growth/*. none: every voxel stays a cuboid."},
       {"rtree/max_branches", "",
        IntegerKind{[](P& p) -> int& { return p.map.rtree.max_branches; }, 2,
                    cuboid_mapping::RTreeConfig::kMaxBranchesLimit},
@@ -68,6 +84,59 @@ std::vector<ParameterDeclaration> declareMap() {
        "R-tree when they are asked for, or not touched any more. 0: after every cloud."},
       {"threads", "", IntegerKind{[](P& p) -> int& { return p.threads; }, 0, 256},
        "Threads that work on a cloud. The map does not depend on it. 0: one per core."},
+  };
+}
+
+ChoiceKind growthStepKind() {
+  using cuboid_mapping::GrowthStep;
+  static const std::vector<std::string> kNames{"cell", "own_width", "neighbour"};
+  return {kNames,
+          [](P& p, const std::string& name) {
+            p.map.growth.step = static_cast<GrowthStep>(indexOf(kNames, name));
+          },
+          [](const P& p) { return kNames[static_cast<std::size_t>(p.map.growth.step)]; }};
+}
+
+ChoiceKind growthStartersKind() {
+  using cuboid_mapping::GrowthStarters;
+  static const std::vector<std::string> kNames{"sampled", "end_points", "changed"};
+  return {kNames,
+          [](P& p, const std::string& name) {
+            p.map.growth.starters = static_cast<GrowthStarters>(indexOf(kNames, name));
+          },
+          [](const P& p) { return kNames[static_cast<std::size_t>(p.map.growth.starters)]; }};
+}
+
+TextKind growthSearchKind() {
+  return {"paper, largest_gain, random, or the six directions in order as in \"+z -z +x +y -x -y\"",
+          [](P& p, const std::string& text) {
+            const auto strategy = cuboid_mapping::parseSearchStrategy(text);
+            if (strategy) p.map.growth.search = *strategy;
+            return strategy.has_value();
+          },
+          [](const P& p) { return toText(p.map.growth.search); }};
+}
+
+std::vector<ParameterDeclaration> declareGrowth() {
+  return {
+      {"growth/step", "", growthStepKind(),
+       "By how much a cell expands, with fusion: growth. cell: one voxel. own_width: its own "
+       "width. "
+       "neighbour: the width of the next cell, so that fused cuboids can absorb each other."},
+      {"growth/search", "", growthSearchKind(),
+       "In which order a cell tries the directions. paper: by decreasing width, first upwards."},
+      {"growth/starters", "", growthStartersKind(),
+       "Which cells expand after a cloud. sampled: those in which a beam ends, and some at random "
+       "along the beams. end_points: without these. changed: all that have changed."},
+      {"growth/samples", "1/m",
+       NumberKind{[](P& p) -> double& { return p.map.growth.sampling.per_m; }, 0.0, 100.0},
+       "Cells drawn at random along a beam, with growth/starters: sampled."},
+      {"growth/seed", "",
+       IntegerKind{[](P& p) -> int& { return p.map.growth.sampling.seed; }, 0, 1000000},
+       "Of these cells, and of growth/search: random."},
+      {"growth/settle_clouds", "clouds",
+       IntegerKind{[](P& p) -> int& { return p.map.growth.settle_clouds; }, 0, 10000},
+       "A voxel that was split out of a cuboid fuses again after it has kept its value so long."},
   };
 }
 
@@ -127,6 +196,9 @@ std::vector<ParameterDeclaration> declareTopics() {
        "Greatest rate of the map topics. They are published after a change only."},
       {"latch", "", BooleanKind{[](P& p) -> bool& { return p.latch; }},
        "Whether late subscribers get the last message of the map topics."},
+      {"published_cuboids", "", publishedCuboidsKind(),
+       "Which cuboids the marker topics show. map: those of the map. class: largest boxes of free "
+       "and of occupied voxels, whatever the fusion of the map: fewer, and lighter to draw."},
       {"color_by", "", colorByKind(), "What the colour of occupied cuboids stands for."},
       {"color_period", "m",
        NumberKind{[](P& p) -> double& { return p.color_period_m; }, 0.01, kInfinity},
@@ -161,6 +233,7 @@ struct ValueFormatter {
   }
   std::string operator()(const FrameKind& kind) { return '"' + kind.field(parameters) + '"'; }
   std::string operator()(const ChoiceKind& kind) { return kind.get(parameters); }
+  std::string operator()(const TextKind& kind) { return '"' + kind.get(parameters) + '"'; }
 };
 
 struct AllowedFormatter {
@@ -181,6 +254,7 @@ struct AllowedFormatter {
     return kind.may_be_empty ? "a tf2 frame, or empty" : "a tf2 frame";
   }
   std::string operator()(const ChoiceKind& kind) const { return join(kind.names, " or "); }
+  std::string operator()(const TextKind& kind) const { return kind.allowed; }
 };
 
 }  // namespace
@@ -188,7 +262,8 @@ struct AllowedFormatter {
 const std::vector<ParameterDeclaration>& parameterTable() {
   static const std::vector<ParameterDeclaration> kTable = [] {
     std::vector<ParameterDeclaration> table = declareMap();
-    for (const auto& part : {declareSensorModel(), declareCrop(), declareTopics()}) {
+    for (const auto& part :
+         {declareGrowth(), declareSensorModel(), declareCrop(), declareTopics()}) {
       table.insert(table.end(), part.begin(), part.end());
     }
     return table;

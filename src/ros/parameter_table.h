@@ -46,11 +46,18 @@ struct ChoiceKind {
   std::string (*get)(const NodeParameters&);
 };
 
+/// A text of some form.
+struct TextKind {
+  std::string allowed;                                    ///< In words.
+  bool (*set)(NodeParameters&, const std::string& text);  ///< Refuses with false.
+  std::string (*get)(const NodeParameters&);
+};
+
 /// One parameter of the node. Its default is that of NodeParameters.
 struct ParameterDeclaration {
   std::string key;
   std::string unit;  ///< Empty for numbers without one, and for what is no number.
-  std::variant<NumberKind, IntegerKind, BooleanKind, FrameKind, ChoiceKind> kind;
+  std::variant<NumberKind, IntegerKind, BooleanKind, FrameKind, ChoiceKind, TextKind> kind;
   std::string help;
 };
 

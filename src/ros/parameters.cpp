@@ -107,6 +107,12 @@ struct ValueReader {
     kind.set(parameters, name);
     return std::nullopt;
   }
+
+  Refusal operator()(const TextKind& kind) const {
+    if (value.getType() != XmlRpcValue::TypeString) return "write it in quotes";
+    if (!kind.set(parameters, get<std::string>(value))) return "correct it";
+    return std::nullopt;
+  }
 };
 
 /// The value of a key with slashes, taken out of nested structs; nothing when there is none.

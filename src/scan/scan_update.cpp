@@ -110,8 +110,12 @@ class BrickCursor {
 
 }  // namespace
 
-ScanUpdater::ScanUpdater(const Grid& grid, double max_range_m, int threads)
-    : grid_(grid), max_range_m_(max_range_m), shares_(static_cast<std::size_t>(threads)) {
+ScanUpdater::ScanUpdater(const Grid& grid, double max_range_m, int threads,
+                         const BeamSampling& sampling)
+    : grid_(grid),
+      max_range_m_(max_range_m),
+      shares_(static_cast<std::size_t>(threads)),
+      sampling_(sampling) {
   assert(max_range_m > 0.0);
   assert(threads > 0);
 }
@@ -169,6 +173,7 @@ void ScanUpdater::addBeams(const RayOrigin& ray_origin, const Eigen::Vector3f& o
 
 const ScanUpdate& ScanUpdater::compute(const Scan& scan) {
   update_.bricks.clear();
+  update_.samples.clear();
   update_.num_points = 0;
   update_.num_out_of_range = 0;
   const RayOrigin ray_origin(grid_, scan.anchor_map, scan.origin);
@@ -191,6 +196,7 @@ const ScanUpdate& ScanUpdater::compute(const Scan& scan) {
     add_part(scan.no_returns, false);
   });
   collectBricks();
+  update_.samples = sampleBeams(grid_, scan, max_range_m_, sampling_, num_scans_++);
   return update_;
 }
 

@@ -24,7 +24,6 @@ using cuboid_mapping::CuboidFilter;
 using cuboid_mapping::CuboidMap;
 using cuboid_mapping::Grid;
 using cuboid_mapping::MapConfig;
-using cuboid_mapping::RTree;
 using cuboid_mapping::ScanUpdater;
 using cuboid_mapping::test::Random;
 using cuboid_mapping::test::seedNote;
@@ -45,7 +44,7 @@ std::vector<MarkerStyle> allStyles() {
   by_height.color_period_m = 3.0;
   MarkerStyle by_probability;
   by_probability.color_by = ColorBy::kProbability;
-  return {by_height, by_probability, makeFreeStyle()};
+  return {by_height, by_probability, makeFreeStyle({})};
 }
 
 /// A scan from somewhere in a hall of 40 x 40 x 40 voxels around `center_m`.
@@ -102,7 +101,7 @@ TEST(MarkerCache, DifferencesAddUpToTheWholeMap) {
       for (int step = 0; step < 120; ++step) {
         cache.noteChanges(drive.step());
         if (random.chance(0.4)) continue;  // changes of several clouds add up
-        viewer.apply(cache.update(drive.map().tree(), makeHeader()));
+        viewer.apply(cache.update(drive.map(), makeHeader()));
         const auto expected = expectedCubes(drive.map().tree(), drive.map().grid(), style);
         ASSERT_EQ(viewer.cubes(), expected) << "step " << step;
         ++num_compared;
@@ -125,7 +124,7 @@ TEST(MarkerCache, PictureShowsALateListenerWhatTheOthersHave) {
   MarkerViewer viewer;
   std::size_t num_compared = 0;
   for (int step = 0; step < 60; ++step) {
-    viewer.apply(cache.update(drive.map().tree(), makeHeader()));
+    viewer.apply(cache.update(drive.map(), makeHeader()));
     // Not yet published: in neither picture.
     cache.noteChanges(drive.step());
     MarkerViewer late;
@@ -150,13 +149,13 @@ TEST(MarkerCache, LearnsTheMapAnewAfterARelease) {
   MarkerCache cache(drive.map().grid(), MarkerStyle());
   for (int step = 0; step < 20; ++step) {
     for (int i = 0; i < 3; ++i) cache.noteChanges(drive.step());
-    (void)cache.update(drive.map().tree(), makeHeader());
+    (void)cache.update(drive.map(), makeHeader());
     cache.release();
     EXPECT_EQ(cache.makePicture(makeHeader()).markers.size(), 1U) << "only DELETEALL";
     cache.noteChanges(drive.step());
     EXPECT_TRUE(cache.hasChanges());
     MarkerViewer viewer;
-    viewer.apply(cache.update(drive.map().tree(), makeHeader()));
+    viewer.apply(cache.update(drive.map(), makeHeader()));
     ASSERT_EQ(viewer.cubes(), expectedCubes(drive.map().tree(), drive.map().grid(), MarkerStyle()));
   }
 }
@@ -172,33 +171,33 @@ class CuboidPuzzle {
         cuboid_mapping::test::randomBox(random_, {{-150, -150, -20}, {150, 150, 20}}, 60);
     ChangeSet changes;
     std::vector<Cuboid> old;
-    visitBox(tree_, place, CuboidFilter::kAll, [&old](const Cuboid& cuboid) {
+    visitBox(map_.tree(), place, CuboidFilter::kAll, [&old](const Cuboid& cuboid) {
       old.push_back(cuboid);
       return cuboid_mapping::Visit::kContinue;
     });
     for (const Cuboid& cuboid : old) {
-      EXPECT_TRUE(tree_.remove(cuboid.box));
+      map_.replace(cuboid.box, {});
       changes.boxes.push_back(cuboid.box);
     }
     for (int i = 0; i < 4; ++i) {
       const CellBox box = cuboid_mapping::test::randomBox(random_, place, 40);
       bool is_taken = false;
-      visitBox(tree_, box, CuboidFilter::kAll, [&is_taken](const Cuboid&) {
+      visitBox(map_.tree(), box, CuboidFilter::kAll, [&is_taken](const Cuboid&) {
         is_taken = true;
         return cuboid_mapping::Visit::kStop;
       });
       if (is_taken) continue;
-      tree_.insert({box, random_.chance(0.5) ? 1.0F : -1.0F});
+      map_.replace(box, {{box, random_.chance(0.5) ? 1.0F : -1.0F}});
       changes.boxes.push_back(box);
     }
     return changes;
   }
 
-  [[nodiscard]] const RTree& tree() const { return tree_; }
+  [[nodiscard]] const CuboidMap& map() const { return map_; }
 
  private:
   Random& random_;
-  RTree tree_;
+  CuboidMap map_;
 };
 
 TEST(MarkerCache, CutsLongCuboidsAndKeepsThoseThatCrossChunks) {
@@ -214,30 +213,60 @@ TEST(MarkerCache, CutsLongCuboidsAndKeepsThoseThatCrossChunks) {
       num_crossing += (box.min.x & ~63) != ((box.max.x - 1) & ~63) ? 1 : 0;
     }
     cache.noteChanges(changes);
-    viewer.apply(cache.update(puzzle.tree(), makeHeader()));
-    ASSERT_EQ(viewer.cubes(), expectedCubes(puzzle.tree(), grid, MarkerStyle())) << "step " << step;
+    viewer.apply(cache.update(puzzle.map(), makeHeader()));
+    ASSERT_EQ(viewer.cubes(), expectedCubes(puzzle.map().tree(), grid, MarkerStyle()))
+        << "step " << step;
   }
   EXPECT_GT(num_crossing, 100U);
   EXPECT_GT(viewer.cubes().size(), 1000U);
 }
 
+void insert(const Cuboid& cuboid, CuboidMap& map) { map.replace(cuboid.box, {cuboid}); }
+
+TEST(MarkerCache, ShowsClassesWithFewerCubes) {
+  Random random(60);
+  Drive drive(random, "none");
+  NodeParameters parameters;
+  parameters.published_cuboids = PublishedCuboids::kClass;
+  for (const MarkerStyle& style : {makeOccupiedStyle(parameters), makeFreeStyle(parameters)}) {
+    MarkerCache cache(drive.map().grid(), style);
+    MarkerViewer viewer;
+    for (int step = 0; step < 40; ++step) {
+      cache.noteChanges(drive.step());
+      viewer.apply(cache.update(drive.map(), makeHeader()));
+      const bool is_free = style.filter == CuboidFilter::kFree;
+      const cuboid_mapping::MapContent& content = drive.map().content();
+      double volume_m3 = 0.0;
+      for (const auto& cube : viewer.cubes()) {
+        const auto& um = cube.geometry_um;
+        volume_m3 += 1e-18 * static_cast<double>(um[3]) * static_cast<double>(um[4]) *
+                     static_cast<double>(um[5]);
+      }
+      ASSERT_NEAR(volume_m3 / drive.map().grid().voxelVolume(),
+                  is_free ? content.free_voxels : content.occupied_voxels, 1e-3);
+      const std::size_t num_cuboids = is_free ? content.free_cuboids : content.occupied_cuboids;
+      ASSERT_LE(viewer.cubes().size(), num_cuboids);
+    }
+  }
+}
+
 TEST(MarkerCache, SendsOnlySizesThatHaveChanged) {
   const Grid grid(0.5);
-  RTree tree;
-  tree.insert({{{0, 0, 0}, {1, 1, 1}}, 1.0F});
-  tree.insert({{{8, 0, 0}, {10, 3, 4}}, 1.0F});
+  CuboidMap map;
+  insert({{{0, 0, 0}, {1, 1, 1}}, 1.0F}, map);
+  insert({{{8, 0, 0}, {10, 3, 4}}, 1.0F}, map);
   MarkerCache cache(grid, MarkerStyle());
-  EXPECT_EQ(cache.update(tree, makeHeader()).markers.size(), 2U);
+  EXPECT_EQ(cache.update(map, makeHeader()).markers.size(), 2U);
   EXPECT_FALSE(cache.hasChanges());
 
   // The whole chunk is read again, but only one list comes out different.
   const Cuboid added{{{16, 0, 0}, {18, 3, 4}}, 1.0F};
-  tree.insert(added);
+  insert(added, map);
   ChangeSet changes;
   changes.boxes = {added.box, {{0, 0, 0}, {8, 8, 8}}};
   cache.noteChanges(changes);
   EXPECT_TRUE(cache.hasChanges());
-  const MarkerArray difference = cache.update(tree, makeHeader());
+  const MarkerArray difference = cache.update(map, makeHeader());
   EXPECT_FALSE(cache.hasChanges());
   ASSERT_EQ(difference.markers.size(), 1U) << "the size of one voxel is as it was";
   const Marker& marker = difference.markers.front();
@@ -256,29 +285,28 @@ TEST(MarkerCache, SendsOnlySizesThatHaveChanged) {
 TEST(MarkerCache, ReadsAllChunksThatAChangedBoxReachesInto) {
   const Cuboid first{{{0, 0, 0}, {1, 1, 1}}, 1.0F};
   const Cuboid second{{{100, 0, 0}, {102, 1, 1}}, 1.0F};  // in the next chunk
-  RTree tree;
+  CuboidMap map;
   MarkerCache cache(Grid(0.1), MarkerStyle());
-  (void)cache.update(tree, makeHeader());
-  tree.insert(first);
-  tree.insert(second);
+  (void)cache.update(map, makeHeader());
+  insert(first, map);
+  insert(second, map);
   ChangeSet changes;
   changes.boxes = {first.box, {{1, 0, 0}, {110, 1, 1}}};
   cache.noteChanges(changes);
-  EXPECT_EQ(cache.update(tree, makeHeader()).markers.size(), 2U);
+  EXPECT_EQ(cache.update(map, makeHeader()).markers.size(), 2U);
 }
 
 TEST(MarkerCache, DeletesASizeThatHasVanished) {
-  RTree tree;
+  CuboidMap map;
   const CellBox box{{0, 0, 0}, {2, 1, 1}};
-  tree.insert({box, 1.0F});
+  insert({box, 1.0F}, map);
   MarkerCache cache(Grid(0.1), MarkerStyle());
-  (void)cache.update(tree, makeHeader());
-  ASSERT_TRUE(tree.remove(box));
-  tree.insert({box, -1.0F});  // free now
+  (void)cache.update(map, makeHeader());
+  insert({box, -1.0F}, map);  // free now
   ChangeSet changes;
   changes.boxes = {box};
   cache.noteChanges(changes);
-  const MarkerArray difference = cache.update(tree, makeHeader());
+  const MarkerArray difference = cache.update(map, makeHeader());
   ASSERT_EQ(difference.markers.size(), 1U);
   EXPECT_EQ(difference.markers.front().action, static_cast<int>(Marker::DELETE));
   EXPECT_EQ(difference.markers.front().id, 1);
@@ -290,26 +318,26 @@ TEST(MarkerCache, SendsNothingWhenTheContentIsAsBefore) {
   Drive drive(random, "brick");
   MarkerCache cache(drive.map().grid(), MarkerStyle());
   for (int step = 0; step < 10; ++step) cache.noteChanges(drive.step());
-  EXPECT_FALSE(cache.update(drive.map().tree(), makeHeader()).markers.empty());
+  EXPECT_FALSE(cache.update(drive.map(), makeHeader()).markers.empty());
   ChangeSet everything;
   everything.is_everything = true;
   cache.noteChanges(everything);
   EXPECT_TRUE(cache.hasChanges());
-  EXPECT_TRUE(cache.update(drive.map().tree(), makeHeader()).markers.empty());
+  EXPECT_TRUE(cache.update(drive.map(), makeHeader()).markers.empty());
 }
 
 TEST(MarkerCache, AMapOfEverySizeHas512Markers) {
-  RTree tree;
+  CuboidMap map;
   for (int x = 1; x <= 8; ++x) {
     for (int y = 1; y <= 8; ++y) {
       for (int z = 1; z <= 8; ++z) {
         const Cell min{8 * x, 8 * y, 8 * z};
-        tree.insert({{min, min + Cell{x, y, z}}, 1.0F});
+        insert({{min, min + Cell{x, y, z}}, 1.0F}, map);
       }
     }
   }
   MarkerCache cache(Grid(0.1), MarkerStyle());
-  const MarkerArray picture = cache.update(tree, makeHeader());
+  const MarkerArray picture = cache.update(map, makeHeader());
   std::set<int> ids;
   for (const Marker& marker : picture.markers) ids.insert(marker.id);
   EXPECT_EQ(picture.markers.size(), 512U);

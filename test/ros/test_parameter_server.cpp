@@ -29,6 +29,19 @@ TEST(ParameterServer, DefaultYamlHoldsTheDefaults) {
   EXPECT_EQ(toLogLines(loaded.parameters), toLogLines(NodeParameters{}));
 }
 
+TEST(ParameterServer, PaperYamlIsTheMethodOfThePaper) {
+  const LoadedParameters loaded = loadParameters(ros::NodeHandle("~paper"));
+  EXPECT_EQ(keysOf(loaded.errors), std::vector<std::string>{});
+  EXPECT_EQ(loaded.parameters.map.fusion, "growth");
+  EXPECT_EQ(loaded.parameters.map.environment, cuboid_mapping::Environment::kStatic);
+  EXPECT_GT(loaded.parameters.map.beamSampling().per_m, 0.0);
+}
+
+TEST(ParameterServer, DemoYamlIsValid) {
+  const LoadedParameters loaded = loadParameters(ros::NodeHandle("~demo"));
+  EXPECT_EQ(keysOf(loaded.errors), std::vector<std::string>{});
+}
+
 TEST(ParameterServer, NoParameterGivesTheDefaults) {
   const LoadedParameters loaded = loadParameters(ros::NodeHandle("~nothing"));
   EXPECT_EQ(keysOf(loaded.errors), std::vector<std::string>{});

@@ -86,6 +86,30 @@ std::vector<Case> mapCases() {
        [](const P& p) { return p.map.environment == Environment::kStatic; },
        {"", "Static", "frozen", 1}},
       {"fusion", "none", [](const P& p) { return p.map.fusion == "none"; }, {"", "bricks", false}},
+      {"growth/step",
+       "neighbour",
+       [](const P& p) { return p.map.growth.step == cuboid_mapping::GrowthStep::kNeighbour; },
+       {"", "voxel", 1}},
+      {"growth/search",
+       "+z -z +x +y -x -y",
+       [](const P& p) { return toText(p.map.growth.search) == "+z -z +x +y -x -y"; },
+       {"", "+x", "best", 1}},
+      {"growth/starters",
+       "changed",
+       [](const P& p) { return p.map.growth.starters == cuboid_mapping::GrowthStarters::kChanged; },
+       {"", "all", 1}},
+      {"growth/samples",
+       0.5,
+       [](const P& p) { return p.map.growth.sampling.per_m == 0.5; },
+       {-0.1, 101.0, kNan, "1"}},
+      {"growth/seed",
+       7,
+       [](const P& p) { return p.map.growth.sampling.seed == 7; },
+       {-1, 1.5, 1000001}},
+      {"growth/settle_clouds",
+       3,
+       [](const P& p) { return p.map.growth.settle_clouds == 3; },
+       {-1, 1.5, 10001}},
       {"rtree/max_branches",
        24,
        [](const P& p) { return p.map.rtree.max_branches == 24; },
@@ -136,6 +160,10 @@ std::vector<Case> sensorModelCases() {
 std::vector<Case> otherCases() {
   using P = NodeParameters;
   std::vector<Case> cases{
+      {"published_cuboids",
+       "class",
+       [](const P& p) { return p.published_cuboids == PublishedCuboids::kClass; },
+       {"", "brick", 1}},
       {"queue_size", 3, [](const P& p) { return p.queue_size == 3; }, {0, -1, 1001, 3.0}},
       {"publish_rate",
        2.5,
@@ -222,7 +250,7 @@ TEST(Parameters, EveryBadValueGivesExactlyItsErrorAndKeepsTheDefault) {
       ++num_checked;
     }
   }
-  EXPECT_EQ(num_checked, 111U);
+  EXPECT_EQ(num_checked, 134U);
 }
 
 TEST(Parameters, AnErrorSaysValueRangeAndWhatToDo) {
@@ -236,8 +264,8 @@ TEST(Parameters, AnErrorSaysValueRangeAndWhatToDo) {
             "is \"1e9\", but must be a number: write it without quotes, an exponent as in 1.0e+9, "
             "or remove it to get the default 1.0e+09");
   EXPECT_EQ(message_of("fusion", "bricks"),
-            "is \"bricks\", but must be brick or none: choose one of the names, or remove it to "
-            "get the default brick");
+            "is \"bricks\", but must be brick or class or growth or none: choose one of the names, or "
+            "remove it to get the default brick");
   EXPECT_EQ(message_of("sensor_model/max_range", 0),
             "is 0, but must be -1, or a number of at least 0.01: correct it, or remove it to get "
             "the default -1.0");

@@ -24,4 +24,11 @@ struct DenseBrick {
   bool apply(const BrickUpdate& update, const SensorModel& sensor_model);
 };
 
+/// What writing a brick to the R-tree has done to its voxels.
+struct BrickChange {
+  Cell brick;
+  BrickMask changed{};  ///< New, or another value.
+  BrickMask split{};    ///< Those of them that were in a cuboid of several voxels.
+};
+
 }  // namespace cuboid_mapping

@@ -30,18 +30,28 @@ class NoFusion : public FusionStrategy {
 
 /// Lossless fusion inside bricks: maximal boxes of equal log-odds.
 ///
-/// The least voxel that is left (in the order z, y, x) takes the largest box of which it is the
-/// least corner; ties go to the lower box. The result depends on the voxels of the brick only: not
-/// on the order of clouds.
+/// Divides the voxels of each value with divideIntoBoxes(). The result depends on the voxels of the
+/// brick only: not on the order of clouds.
 class BrickFusion : public FusionStrategy {
  public:
   void partition(const DenseBrick& brick, std::vector<Cuboid>& cuboids) const override;
 };
 
-/// Names that makeFusion knows, the default first.
+/// Fusion by class inside bricks: maximal boxes of free and of occupied voxels. The class of every
+/// voxel is kept; its log-odds becomes that of the mean probability of its cuboid, so that later
+/// observations find another value than OctoMap's.
+class ClassFusion : public FusionStrategy {
+ public:
+  void partition(const DenseBrick& brick, std::vector<Cuboid>& cuboids) const override;
+};
+
+/// Name of GrowthFusion, which looks at the R-tree in place of single bricks.
+constexpr const char* kGrowthFusion = "growth";
+
+/// Names of all fusion strategies, the default first.
 [[nodiscard]] const std::vector<std::string>& fusionNames();
 
-/// @return Nothing for a name that is not in fusionNames().
+/// @return Nothing for kGrowthFusion, and for a name that is not in fusionNames().
 [[nodiscard]] std::unique_ptr<FusionStrategy> makeFusion(const std::string& name);
 
 }  // namespace cuboid_mapping

@@ -61,6 +61,22 @@ constexpr std::size_t kGroupBricks = 64;
   return ((cell.z & 7) << 6) | ((cell.y & 7) << 3) | (cell.x & 7);
 }
 
+/// Bit of a voxel in the word of its z slice.
+[[nodiscard]] constexpr std::uint64_t voxelBit(const Cell& cell) {
+  return 1ULL << ((cell.y & 7) << 3 | (cell.x & 7));
+}
+
+/// Calls visit(cell) for each voxel of a mask of a brick, in the order of voxelIndex().
+template <typename VisitorT>
+void forEachCell(const Cell& brick, const BrickMask& mask, VisitorT visit) {
+  for (std::int32_t z = 0; z < kBrickEdge; ++z) {
+    for (std::uint64_t left = mask[static_cast<std::size_t>(z)]; left != 0; left &= left - 1) {
+      const int voxel = __builtin_ctzll(left);
+      visit(Cell{brick.x + (voxel & 7), brick.y + (voxel >> 3), brick.z + z});
+    }
+  }
+}
+
 /// The voxels of `box` in one z slice of the brick, for each slice that `box` covers.
 /// @pre `box` is not empty, and lies in the brick.
 [[nodiscard]] constexpr std::uint64_t sliceMask(const CellBox& box) {
@@ -70,6 +86,15 @@ constexpr std::size_t kGroupBricks = 64;
   constexpr std::uint64_t kFirstOfEachRow = 0x0101010101010101ULL;
   const std::uint64_t rows = kFirstOfEachRow >> (8 * (8 - height));
   return (row * rows) << (8 * (box.min.y & 7));
+}
+
+/// The voxels of a brick that lie in a box, which is not empty and lies in the brick.
+[[nodiscard]] inline BrickMask toMask(const CellBox& box) {
+  BrickMask mask{};
+  const std::uint64_t slice = sliceMask(box);
+  for (std::int32_t z = box.min.z; z < box.max.z; ++z)
+    mask[static_cast<std::size_t>(z & 7)] = slice;
+  return mask;
 }
 
 }  // namespace cuboid_mapping

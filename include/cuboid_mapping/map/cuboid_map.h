@@ -2,6 +2,7 @@
 #pragma once
 
 #include "cuboid_mapping/fusion/fusion_strategy.h"
+#include "cuboid_mapping/fusion/growth_fusion.h"
 #include "cuboid_mapping/geometry/grid.h"
 #include "cuboid_mapping/map/brick_cache.h"
 #include "cuboid_mapping/map/change_set.h"
@@ -15,6 +16,7 @@
 
 #include <limits>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -26,9 +28,17 @@ struct MapConfig {
   SensorModelConfig sensor_model;
   Environment environment = Environment::kDynamic;
   std::string fusion = fusionNames().front();
+  GrowthConfig growth;  ///< Of the fusion "growth".
   RTreeConfig rtree;
   std::size_t hot_bytes = 0;  ///< Bound of the memory for hot bricks; 0: write-through.
   int threads = 1;            ///< For changes of the map, >= 1. The result does not depend on it.
+
+  /// How ScanUpdater has to sample the beams for this map.
+  [[nodiscard]] BeamSampling beamSampling() const {
+    const bool needs_samples =
+        fusion == kGrowthFusion && growth.starters == GrowthStarters::kSampled;
+    return needs_samples ? growth.sampling : BeamSampling{};
+  }
 };
 
 /// All cells that a map can have.
@@ -102,7 +112,8 @@ class CuboidMap {
   [[nodiscard]] const VoxelClasses& classes() const { return classes_; }
   /// Bytes held from the allocator: R-tree, classes and hot bricks.
   [[nodiscard]] std::size_t numBytes() const {
-    return tree_.numBytes() + classes_.numBytes() + hot_.numBytes();
+    return tree_.numBytes() + classes_.numBytes() + hot_.numBytes() +
+           (growth_ ? growth_->numBytes() : 0);
   }
   [[nodiscard]] std::size_t numHotBytes() const { return hot_.numBytes(); }
 
@@ -121,12 +132,17 @@ class CuboidMap {
   void evict(std::size_t num_kept, ChangeSet& changes);
   void evictCold(ChangeSet& changes);
   void evictLast(std::size_t num_groups, ChangeSet& changes);
+  void flush(const CellBox& region, std::size_t max_groups, ChangeSet& changes);
   void writeBack(const std::vector<DirtyBricks>& dirty, ChangeSet& changes);
+  void writePartitions(const std::vector<const DenseBrick*>& bricks, ChangeSet& changes);
+  void writeCells(const std::vector<const DenseBrick*>& bricks, ChangeSet& changes);
+  void grow(const ScanUpdate& update, ChangeSet& changes);
 
   MapConfig config_;
   Grid grid_;
   SensorModel sensor_model_;
-  std::unique_ptr<FusionStrategy> fusion_;
+  std::unique_ptr<FusionStrategy> fusion_;  ///< Null with growth_.
+  std::optional<GrowthFusion> growth_;
   RTree tree_;
   VoxelClasses classes_;
   BrickCache hot_;

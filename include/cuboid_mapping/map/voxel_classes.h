@@ -53,6 +53,10 @@ class VoxelClasses {
   /// @complexity O(bricks that the box shares a cell with).
   [[nodiscard]] bool isAnyOccupied(const CellBox& box) const;
 
+  /// Whether all voxels of a box that is not empty have this class, which is not unknown.
+  /// @complexity O(bricks that the box shares a cell with).
+  [[nodiscard]] bool isAll(const CellBox& box, Occupancy occupancy) const;
+
   /// Bytes held from the allocator.
   [[nodiscard]] std::size_t numBytes() const;
 

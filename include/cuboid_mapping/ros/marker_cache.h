@@ -3,6 +3,7 @@
 
 #include "cuboid_mapping/geometry/grid.h"
 #include "cuboid_mapping/map/change_set.h"
+#include "cuboid_mapping/map/cuboid_map.h"
 #include "cuboid_mapping/ros/parameters.h"
 #include "cuboid_mapping/rtree/traversal.h"
 
@@ -25,11 +26,13 @@ struct MarkerStyle {
   /// Of occupied cuboids; free ones all have freeColor().
   ColorBy color_by = ColorBy::kHeight;
   double color_period_m = 10.0;  ///< > 0; only used by kHeight.
+  /// With kClass, occupied cuboids have the probability sensor_model/max.
+  PublishedCuboids cuboids = PublishedCuboids::kMap;
 };
 
 /// The style of each of the two marker topics.
 [[nodiscard]] MarkerStyle makeOccupiedStyle(const NodeParameters& parameters);
-[[nodiscard]] MarkerStyle makeFreeStyle();
+[[nodiscard]] MarkerStyle makeFreeStyle(const NodeParameters& parameters);
 
 /// The cuboids of one class as markers: one CUBE_LIST for each size of cuboid, brought up to date
 /// by what has changed.
@@ -58,16 +61,16 @@ class MarkerCache {
   [[nodiscard]] bool hasChanges() const { return is_everything_dirty_ || !dirty_.empty(); }
 
   /// Reads the chunks that have changed. @complexity O(cuboids of these chunks).
-  void read(const cuboid_mapping::RTree& tree);
+  void read(const cuboid_mapping::CuboidMap& map);
 
   /// The markers that read() has found different since the last call; no marker when none is.
   /// @complexity O(cubes of these markers).
   [[nodiscard]] visualization_msgs::MarkerArray takeDifference(const std_msgs::Header& header);
 
   /// Both in one.
-  visualization_msgs::MarkerArray update(const cuboid_mapping::RTree& tree,
+  visualization_msgs::MarkerArray update(const cuboid_mapping::CuboidMap& map,
                                          const std_msgs::Header& header) {
-    read(tree);
+    read(map);
     return takeDifference(header);
   }
 
@@ -95,9 +98,13 @@ class MarkerCache {
   using SizeSet = std::bitset<kNumSizes>;
 
   static void appendCubes(const cuboid_mapping::Cuboid& cuboid, std::vector<SizedCube>& cubes);
-  void readChunk(const cuboid_mapping::RTree& tree, const cuboid_mapping::Cell& chunk,
-                 SizeSet& changed);
-  void readEverything(const cuboid_mapping::RTree& tree, SizeSet& changed);
+  void readChunk(const cuboid_mapping::CuboidMap& map, const cuboid_mapping::Cell& chunk);
+  [[nodiscard]] std::vector<SizedCube> cubesOfMap(const cuboid_mapping::RTree& tree,
+                                                  const cuboid_mapping::CellBox& chunk) const;
+  [[nodiscard]] std::vector<SizedCube> cubesOfClass(const cuboid_mapping::CuboidMap& map,
+                                                    const cuboid_mapping::CellBox& chunk) const;
+  void markChunks(const std::vector<cuboid_mapping::CellBox>& boxes);
+  void markEverything(const cuboid_mapping::RTree& tree);
   void replaceChunk(const cuboid_mapping::Cell& chunk, std::vector<SizedCube> cubes,
                     SizeSet& changed);
   void replaceList(int size_id, const cuboid_mapping::Cell& chunk, std::vector<Cube> cubes,

@@ -15,6 +15,12 @@ namespace cuboid_mapping_ros {
 /// What the colour of an occupied cuboid stands for.
 enum class ColorBy : unsigned char { kHeight, kProbability };
 
+/// Which cuboids the marker topics show.
+enum class PublishedCuboids : unsigned char {
+  kMap,   ///< Those of the map.
+  kClass  ///< Boxes of one class, see findClassBoxes(): fewer, without probabilities.
+};
+
 /// Parameters of the node, valid together when they come from readParameters() without an error.
 ///
 /// Keys, units, ranges and help are declared once, in src/ros/parameter_table.cpp; the defaults are
@@ -34,6 +40,7 @@ struct NodeParameters {
   int queue_size = 10;           ///< Clouds that wait, on cloud_in and for a transform.
   double publish_rate_hz = 1.0;  ///< Greatest rate of the map topics.
   bool latch = true;             ///< Whether the map topics are latched.
+  PublishedCuboids published_cuboids = PublishedCuboids::kMap;
   ColorBy color_by = ColorBy::kHeight;
   double color_period_m = 10.0;  ///< Height over which the colours repeat.
 };

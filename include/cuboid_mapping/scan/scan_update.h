@@ -4,6 +4,7 @@
 #include "cuboid_mapping/geometry/brick.h"
 #include "cuboid_mapping/geometry/grid.h"
 #include "cuboid_mapping/scan/beam_marks.h"
+#include "cuboid_mapping/scan/beam_samples.h"
 #include "cuboid_mapping/scan/ray_walk.h"
 #include "cuboid_mapping/scan/scan.h"
 
@@ -25,6 +26,7 @@ struct BrickUpdate {
 /// What one cloud says about the map: each voxel at most once.
 struct ScanUpdate {
   std::vector<BrickUpdate> bricks;   ///< One for each touched brick, in Morton order.
+  std::vector<Cell> samples;         ///< Cells drawn along the beams, see BeamSampling.
   std::size_t num_points = 0;        ///< Points and no-returns that took part.
   std::size_t num_out_of_range = 0;  ///< Left out: not finite, or outside the grid.
 };
@@ -47,9 +49,10 @@ class ScanUpdater {
  public:
   /// @param max_range_m  > 0; infinity for no limit.
   /// @param threads  >= 1; the update does not depend on it.
+  /// @param sampling  Of cells along the beams; unless given none are drawn.
   explicit ScanUpdater(const Grid& grid,
                        double max_range_m = std::numeric_limits<double>::infinity(),
-                       int threads = 1);
+                       int threads = 1, const BeamSampling& sampling = {});
 
   /// @return valid until the next call.
   /// @complexity O(voxels passed), and O(b log b) for b touched bricks.
@@ -80,6 +83,8 @@ class ScanUpdater {
   double max_range_m_;
   Cell base_;  ///< Cell from which the bricks of the current cloud are numbered.
   std::vector<Share> shares_;
+  BeamSampling sampling_;
+  std::uint64_t num_scans_ = 0;
   ScanUpdate update_;
 };
 

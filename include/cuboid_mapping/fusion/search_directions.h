@@ -1,0 +1,62 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include "cuboid_mapping/geometry/cell_box.h"
+
+#include <array>
+#include <optional>
+#include <string>
+
+namespace cuboid_mapping {
+
+/// A face of a cell through which it may expand: S_i^x, S_i^-x, ... of the paper (Section IV-B).
+struct SearchDirection {
+  int axis;  ///< 0, 1, 2: x, y, z.
+  int sign;  ///< 1 or -1.
+};
+constexpr bool operator==(const SearchDirection& a, const SearchDirection& b) {
+  return a.axis == b.axis && a.sign == b.sign;
+}
+
+/// The search direction set: all six, in the order in which they are tried.
+using SearchDirections = std::array<SearchDirection, 6>;
+
+/// How far a cell expands at once. The paper's equation 5 (width of the cell, times a unit vector
+/// "scaled based on width") can be read both ways.
+enum class GrowthStep : unsigned char {
+  kCell,      ///< By one voxel.
+  kOwnWidth,  ///< By the cell's width along the direction: it doubles.
+  /// By the width of the neighbour at the least corner of the face, so that fused cuboids can absorb
+  /// each other. Not in the paper.
+  kNeighbour,
+};
+
+/// In which order a cell tries the search directions.
+struct SearchStrategy {
+  enum class Order : unsigned char {
+    kPaper,        ///< Figure 5, see paperDirections().
+    kFixed,        ///< Always as in `directions`.
+    kLargestGain,  ///< The expansion that absorbs the most cells; ties as in Figure 5.
+    kRandom,       ///< Shuffled anew for each expansion, from a seed and the cell.
+  };
+  Order order = Order::kPaper;
+  SearchDirections directions{};  ///< Of kFixed.
+};
+
+/// Figure 5, lines 1 to 6: +x +y +z -x -y -z for a cube; else the axes by decreasing width (those of
+/// equal width in the order x, y, z), first all upwards, then all downwards.
+/// @param width  Of the cell, in voxels (w_i).
+[[nodiscard]] SearchDirections paperDirections(const Cell& width);
+
+/// The voxels that an expansion adds to a cell: the expanded box without the box.
+/// @param depth  By how many voxels it expands, > 0.
+[[nodiscard]] CellBox slabOf(const CellBox& box, SearchDirection direction, std::int32_t depth);
+
+/// "paper", "largest_gain", "random", or the six directions in any order as in "+z -z +x +y -x -y".
+/// @return Nothing for any other text, one with a direction twice, or without one.
+[[nodiscard]] std::optional<SearchStrategy> parseSearchStrategy(const std::string& text);
+
+/// Inverse of parseSearchStrategy().
+[[nodiscard]] std::string toText(const SearchStrategy& strategy);
+
+}  // namespace cuboid_mapping

@@ -1,0 +1,30 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include "cuboid_mapping/geometry/grid.h"
+#include "cuboid_mapping/scan/scan.h"
+
+#include <cstdint>
+#include <vector>
+
+namespace cuboid_mapping {
+
+/// How cells are drawn along beams (paper, Section IV-B and Figure 4(a)).
+struct BeamSampling {
+  double per_m = 0.0;  ///< Expected number per metre of beam; 0: none are drawn.
+  int seed = 1;        ///< The same seed, scans and order of scans give the same cells.
+};
+
+/// Cells at random places along the beams of a scan, in proportion to the length of each beam.
+///
+/// A beam is taken as far as it is observed: up to its end, or where it is cut. Beams that end
+/// outside the grid or are not finite are left out.
+///
+/// @param max_range_m  > 0; infinity for no limit.
+/// @param number  Of the scan, which makes every scan draw differently.
+/// @return Each cell once, in the order of Cell's operator<.
+/// @complexity O(p + s log s) for p points and s samples.
+[[nodiscard]] std::vector<Cell> sampleBeams(const Grid& grid, const Scan& scan, double max_range_m,
+                                            const BeamSampling& sampling, std::uint64_t number);
+
+}  // namespace cuboid_mapping

@@ -1,0 +1,49 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "cuboid_mapping/fusion/mask_boxes.h"
+
+namespace cuboid_mapping {
+namespace {
+
+/// The largest box in the mask with a given least corner, relative to the brick.
+CellBox findLargestBox(const BrickMask& mask, const Cell& corner) {
+  Cell best_size{0, 0, 0};
+  int best_volume = 0;
+  std::uint64_t column = ~0ULL;  // Voxels that are in all slices up to the current one.
+  for (int depth = 1; corner.z + depth <= kBrickEdge; ++depth) {
+    column &= mask[static_cast<std::size_t>(corner.z + depth - 1)];
+    std::uint64_t row = 0xFF;  // Voxels that are in all rows up to the current one.
+    const std::uint64_t rows = column >> (8 * corner.y);
+    for (int height = 1; corner.y + height <= kBrickEdge; ++height) {
+      row &= (rows >> (8 * (height - 1)) & 0xFF) >> corner.x;
+      const int width = __builtin_ctzll(~row);
+      if (width == 0) break;
+      const int volume = width * height * depth;
+      if (volume > best_volume) {
+        best_volume = volume;
+        best_size = {width, height, depth};
+      }
+    }
+    if ((column >> (8 * corner.y + corner.x) & 1) == 0) break;
+  }
+  return {corner, corner + best_size};
+}
+
+void erase(BrickMask& mask, const CellBox& box) {
+  const std::uint64_t slice = sliceMask(box);
+  for (std::int32_t z = box.min.z; z < box.max.z; ++z) mask[static_cast<std::size_t>(z)] &= ~slice;
+}
+
+}  // namespace
+
+void divideIntoBoxes(BrickMask mask, std::vector<CellBox>& boxes) {
+  for (int z = 0; z < kBrickEdge; ++z) {
+    std::uint64_t& left = mask[static_cast<std::size_t>(z)];
+    while (left != 0) {
+      const int voxel = __builtin_ctzll(left);
+      boxes.push_back(findLargestBox(mask, {voxel & 7, voxel >> 3, z}));
+      erase(mask, boxes.back());
+    }
+  }
+}
+
+}  // namespace cuboid_mapping

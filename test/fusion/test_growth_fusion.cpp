@@ -1,0 +1,302 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// The fusion of the paper on scenes worked out by hand, and its properties on random grids.
+#include "cuboid_mapping/fusion/growth_fusion.h"
+
+#include "cuboid_mapping/rtree/invariants.h"
+#include "support/growth_scene.h"
+#include "support/random.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+namespace cuboid_mapping {
+namespace {
+
+using test::GrowthScene;
+using test::Random;
+using testing::Contains;
+using testing::Not;
+
+CellBox boxAt(const Cell& min, const Cell& size) { return {min, min + size}; }
+
+std::vector<CellBox> boxesOf(const std::vector<Cuboid>& cuboids) {
+  std::vector<CellBox> boxes;
+  for (const Cuboid& cuboid : cuboids) boxes.push_back(cuboid.box);
+  return boxes;
+}
+
+std::vector<Cell> cellsOf(const CellBox& box) {
+  std::vector<Cell> cells;
+  test::visitCells(box, [&](const Cell& cell) { cells.push_back(cell); });
+  return cells;
+}
+
+GrowthConfig withStep(GrowthStep step) {
+  GrowthConfig config;
+  config.step = step;
+  return config;
+}
+
+// Figure 4(b), left: a cube expands along x first, then along y.
+TEST(GrowthFusionScene, aCubeExpandsAlongXFirst) {
+  GrowthScene scene;
+  scene.set(boxAt({0, 0, 0}, {1, 2, 1}), scene.stableFree());  // The cell and its neighbour in y.
+  scene.set(boxAt({1, 0, 0}, {1, 1, 1}), scene.stableFree());  // Its neighbour in x.
+  const auto boxes = boxesOf(scene.fuse({{0, 0, 0}}));
+  EXPECT_THAT(boxes,
+              testing::ElementsAre(boxAt({0, 0, 0}, {2, 1, 1}), boxAt({0, 1, 0}, {1, 1, 1})));
+}
+
+// Figure 4(b), right: a cuboid expands along its larger side first.
+TEST(GrowthFusionScene, aCuboidExpandsAlongItsLargerSideFirst) {
+  GrowthScene scene;
+  scene.set(boxAt({0, 0, 0}, {1, 2, 1}), scene.stableFree());
+  EXPECT_EQ(boxesOf(scene.fuse({{0, 0, 0}})).size(), 1U);
+  scene.set(boxAt({0, 2, 0}, {1, 1, 1}), scene.stableFree());
+  scene.set(boxAt({1, 0, 0}, {1, 2, 1}), scene.stableFree());
+  // Along x first it would have become 2 x 2, along y it becomes 1 x 3, which finds no third in x.
+  EXPECT_THAT(boxesOf(scene.fuse({{0, 0, 0}})), Contains(boxAt({0, 0, 0}, {1, 3, 1})));
+}
+
+// Figure 6: of four cells in a tree with M = 2 only g_2 and g_3 are above alpha_max.
+TEST(GrowthFusionScene, theHierarchyOfFigureSixShrinks) {
+  GrowthScene scene({}, {2, 1});
+  scene.set(boxAt({0, 0, 0}, {1, 1, 1}), scene.unstable());
+  scene.set(boxAt({1, 0, 0}, {2, 1, 1}), scene.stableOccupied());
+  scene.set(boxAt({3, 0, 0}, {1, 1, 1}), scene.unstable());
+  scene.write();
+  const std::size_t num_leaves_before = scene.tree().numLeafNodes();
+  const auto cuboids = scene.fuse({{1, 0, 0}});
+  ASSERT_EQ(cuboids.size(), 3U);
+  EXPECT_EQ(cuboids[1], (Cuboid{boxAt({1, 0, 0}, {2, 1, 1}), scene.stableOccupied()}));
+  EXPECT_EQ(checkTree(scene.tree()), std::vector<std::string>{});
+  EXPECT_LE(scene.tree().numLeafNodes(), num_leaves_before);
+}
+
+TEST(GrowthFusionScene, anLShapedWallBecomesTwoCuboids) {
+  GrowthScene scene;
+  scene.set(boxAt({0, 0, 0}, {10, 1, 4}), scene.stableOccupied());
+  scene.set(boxAt({0, 1, 0}, {1, 9, 4}), scene.stableOccupied());
+  auto starters = cellsOf(boxAt({0, 0, 0}, {10, 1, 4}));
+  const auto more = cellsOf(boxAt({0, 1, 0}, {1, 9, 4}));
+  starters.insert(starters.end(), more.begin(), more.end());
+  const auto cuboids = scene.fuse(starters);
+  EXPECT_THAT(boxesOf(cuboids), testing::UnorderedElementsAre(boxAt({0, 0, 0}, {10, 1, 4}),
+                                                              boxAt({0, 1, 0}, {1, 9, 4})));
+}
+
+TEST(GrowthFusionScene, aRoomBecomesItsInsideAndItsWalls) {
+  GrowthScene scene;
+  const CellBox room = boxAt({0, 0, 0}, {12, 10, 6});
+  scene.set(room, scene.stableOccupied());
+  scene.set(boxAt({1, 1, 1}, {10, 8, 4}), scene.stableFree());
+  const auto cuboids = scene.fuse(cellsOf(room));
+  EXPECT_THAT(boxesOf(cuboids), Contains(boxAt({1, 1, 1}, {10, 8, 4})));
+  EXPECT_EQ(cuboids.size(), 7U);  // And six walls.
+}
+
+TEST(GrowthFusionScene, aSlabWithOneMissingCellForbidsTheExpansion) {
+  for (const bool is_unknown : {true, false}) {
+    GrowthScene scene;
+    scene.set(boxAt({0, 0, 0}, {1, 3, 3}), scene.stableFree());
+    scene.set(boxAt({1, 0, 0}, {1, 3, 1}), scene.stableFree());
+    scene.set(boxAt({1, 0, 1}, {1, 2, 2}), scene.stableFree());
+    scene.set(boxAt({1, 2, 1}, {1, 1, 1}), scene.stableFree());
+    if (!is_unknown) scene.set(boxAt({1, 2, 2}, {1, 1, 1}), scene.unstable());
+    const SearchStrategy along_y_first = *parseSearchStrategy("+y +z +x -x -y -z");
+    GrowthConfig config;
+    config.search = along_y_first;
+    const auto boxes = boxesOf(scene.fuse({{0, 0, 0}}));
+    // x first: a row of two, then on along y and z as far as there are pairs.
+    for (const CellBox& box : boxes)
+      EXPECT_FALSE(box.contains(Cell{1, 2, 2}) && box.numVoxels() > 1);
+    EXPECT_EQ(checkDisjoint(scene.tree()), std::vector<std::string>{});
+  }
+}
+
+TEST(GrowthFusionScene, aNeighbourThatReachesBeyondTheSlabForbidsTheExpansion) {
+  GrowthScene scene;
+  scene.set(boxAt({1, 0, 0}, {2, 1, 1}), scene.stableFree());
+  EXPECT_EQ(scene.fuse({{1, 0, 0}}).size(), 1U);  // A neighbour of two voxels along x.
+  scene.set(boxAt({0, 0, 0}, {1, 1, 1}), scene.stableFree());
+  EXPECT_EQ(scene.fuse({{0, 0, 0}}).size(), 2U);
+  // The other way round the neighbour absorbs the cell.
+  EXPECT_THAT(boxesOf(scene.fuse({{1, 0, 0}})), testing::ElementsAre(boxAt({0, 0, 0}, {3, 1, 1})));
+}
+
+TEST(GrowthFusionScene, cellsOfTheOtherClassOrNotStableDoNotFuse) {
+  for (const bool is_other_class : {true, false}) {
+    GrowthScene scene;
+    scene.set(boxAt({0, 0, 0}, {1, 1, 1}), scene.stableFree());
+    scene.set(boxAt({1, 0, 0}, {1, 1, 1}),
+              is_other_class ? scene.stableOccupied() : scene.unstable());
+    EXPECT_EQ(scene.fuse({{0, 0, 0}, {1, 0, 0}}).size(), 2U);
+  }
+}
+
+TEST(GrowthFusionScene, onlyCellsOfTheSetTStart) {
+  GrowthScene scene;
+  scene.set(boxAt({0, 0, 0}, {4, 1, 1}), scene.stableFree());
+  EXPECT_EQ(scene.fuse({}).size(), 4U);
+  EXPECT_EQ(scene.fuse({{9, 9, 9}}).size(), 4U);  // Unknown.
+  EXPECT_EQ(scene.fuse({{2, 0, 0}}).size(), 1U);
+}
+
+TEST(GrowthFusionScene, theStepOfItsOwnWidthDoublesACell) {
+  GrowthScene scene(withStep(GrowthStep::kOwnWidth));
+  scene.set(boxAt({0, 0, 0}, {7, 1, 1}), scene.stableFree());
+  // 1, 2, 4; then 8 is too long, in both directions.
+  EXPECT_THAT(boxesOf(scene.fuse({{0, 0, 0}})), Contains(boxAt({0, 0, 0}, {4, 1, 1})));
+}
+
+TEST(GrowthFusionScene, theStepOfANeighbourAbsorbsAFusedCuboid) {
+  for (const GrowthStep step : {GrowthStep::kCell, GrowthStep::kNeighbour}) {
+    GrowthScene scene(withStep(step));
+    scene.set(boxAt({0, 0, 0}, {3, 2, 1}), scene.stableFree());
+    ASSERT_EQ(scene.fuse({{0, 0, 0}}).size(), 1U);
+    scene.set(boxAt({5, 0, 0}, {4, 2, 1}), scene.stableFree());
+    ASSERT_EQ(scene.fuse({{5, 0, 0}}).size(), 2U);
+    scene.set(boxAt({3, 0, 0}, {2, 2, 1}), scene.stableFree());
+    EXPECT_EQ(scene.fuse({{0, 0, 0}}).size(), step == GrowthStep::kCell ? 2U : 1U);
+  }
+}
+
+TEST(GrowthFusionScene, theLargestGainWins) {
+  GrowthConfig config;
+  config.search = *parseSearchStrategy("largest_gain");
+  GrowthScene scene(config);
+  scene.set(boxAt({0, 0, 0}, {3, 2, 1}), scene.stableFree());
+  EXPECT_EQ(boxesOf(scene.fuse({{0, 0, 0}})).size(), 1U);
+  scene.set(boxAt({3, 0, 0}, {1, 2, 1}), scene.stableFree());  // Two cells along x,
+  scene.set(boxAt({0, 2, 0}, {3, 1, 1}), scene.stableFree());  // three along y.
+  EXPECT_THAT(boxesOf(scene.fuse({{0, 0, 0}})), Contains(boxAt({0, 0, 0}, {3, 3, 1})));
+}
+
+TEST(GrowthFusionScene, theUsersDirectionsWin) {
+  GrowthConfig config;
+  config.search = *parseSearchStrategy("-z +z +y -y +x -x");
+  GrowthScene scene(config);
+  scene.set(boxAt({0, 0, 0}, {2, 1, 1}), scene.stableFree());
+  scene.set(boxAt({0, 0, -1}, {1, 1, 1}), scene.stableFree());
+  EXPECT_THAT(boxesOf(scene.fuse({{0, 0, 0}})), Contains(boxAt({0, 0, -1}, {1, 1, 2})));
+}
+
+TEST(GrowthFusionScene, aContradictedVoxelIsSplitOutAndTheRestStays) {
+  GrowthScene scene;
+  const CellBox block = boxAt({0, 0, 0}, {9, 9, 9});  // More than one brick.
+  scene.set(block, scene.stableFree());
+  ASSERT_EQ(scene.fuse({{4, 4, 4}}).size(), 1U);
+  scene.set(CellBox::ofCell({4, 4, 4}), scene.unstable());
+  const auto cuboids = scene.fuse(cellsOf(block));
+  EXPECT_EQ(cuboids.size(), 7U);  // Six pieces around it.
+  EXPECT_THAT(cuboids, Contains(Cuboid{CellBox::ofCell({4, 4, 4}), scene.unstable()}));
+  EXPECT_EQ(checkDisjoint(scene.tree()), std::vector<std::string>{});
+}
+
+TEST(GrowthFusionScene, aFlickeringVoxelWaitsUntilItHasSettled) {
+  GrowthConfig config = withStep(GrowthStep::kNeighbour);
+  config.settle_clouds = 5;
+  GrowthScene scene(config);
+  const CellBox row = boxAt({0, 0, 0}, {5, 1, 1});
+  scene.set(row, scene.stableFree());
+  ASSERT_EQ(scene.fuse(cellsOf(row)).size(), 1U);
+  for (int i = 0; i < 6; ++i) {  // Flickers faster than it settles: never part of a cuboid.
+    scene.set(CellBox::ofCell({2, 0, 0}), i % 2 == 0 ? scene.unstable() : scene.stableFree());
+    EXPECT_EQ(scene.fuse(cellsOf(row)).size(), 3U) << i;
+  }
+  // It settles: the cuboids around it absorb it without any starter.
+  for (int i = 0; i < 4; ++i) EXPECT_EQ(scene.fuse({}).size(), 3U) << i;
+  EXPECT_EQ(scene.fuse({}).size(), 1U);
+}
+
+/// Whether an expansion of a stable cuboid would succeed, by a look at every voxel.
+bool canExpand(const Cuboid& cuboid, const std::vector<Cuboid>& all, const GrowthScene& scene) {
+  if (!scene.model().isStable(cuboid.log_odds)) return false;
+  for (const SearchDirection direction : paperDirections(cuboid.box.size())) {
+    const CellBox slab = slabOf(cuboid.box, direction, 1);
+    double tiled = 0.0;
+    for (const Cuboid& other : all) {
+      const bool is_fusible = slab.contains(other.box) && scene.model().isStable(other.log_odds) &&
+                              other.occupancy() == cuboid.occupancy();
+      if (is_fusible) tiled += other.box.numVoxels();
+    }
+    if (tiled == slab.numVoxels()) return true;
+  }
+  return false;
+}
+
+/// A grid of stable and unstable boxes and voxels around the corner of eight bricks.
+void paintRandomly(Random& random, GrowthScene& scene) {
+  const CellBox area{{-3, -3, -2}, {4, 3, 2}};
+  const float values[] = {scene.stableFree(), scene.stableFree(), scene.stableOccupied(),
+                          scene.unstable()};
+  const int num_boxes = random.integer(1, 6);
+  for (int i = 0; i < num_boxes; ++i) {
+    Cell min{random.integer(-3, 3), random.integer(-3, 2), random.integer(-2, 1)};
+    const CellBox box{min,
+                      min + Cell{random.integer(1, 7), random.integer(1, 6), random.integer(1, 4)}};
+    scene.set(intersect(box, area), values[random.index(4)]);
+  }
+  for (const Cell& cell : cellsOf(area)) {
+    if (random.chance(0.08)) scene.set(CellBox::ofCell(cell), values[random.index(4)]);
+  }
+}
+
+GrowthConfig randomConfig(Random& random) {
+  GrowthConfig config;
+  const char* searches[] = {"paper", "largest_gain", "random", "-z +y +x -x -y +z"};
+  config.search = *parseSearchStrategy(searches[random.index(4)]);
+  config.sampling.seed = random.integer(0, 1000);
+  return config;
+}
+
+std::map<Cell, float> voxelsOf(const std::vector<Cuboid>& cuboids) {
+  std::map<Cell, float> voxels;
+  for (const Cuboid& cuboid : cuboids) {
+    for (const Cell& cell : cellsOf(cuboid.box)) {
+      EXPECT_TRUE(voxels.emplace(cell, cuboid.log_odds).second) << cell << " is in two cuboids";
+    }
+  }
+  return voxels;
+}
+
+TEST(GrowthFusionProperties, holdOnRandomGrids) {
+  constexpr std::size_t kCases = 10000;
+  std::size_t num_cases = 0;
+  std::size_t num_fused = 0;
+  for (std::size_t i = 0; i < kCases; ++i) {
+    Random random(4000 + i);
+    const std::uint64_t paint_stream = random.bits();
+    const GrowthConfig config = randomConfig(random);
+    std::optional<std::vector<Cuboid>> expected;
+    for (const RTreeConfig& order : {RTreeConfig{4, 2}, RTreeConfig{2, 1}, RTreeConfig{32, 12}}) {
+      Random paint(paint_stream);
+      GrowthScene scene(config, order);
+      paintRandomly(paint, scene);
+      const std::vector<Cuboid> before = scene.fuse({});
+      std::vector<Cell> starters;
+      for (const Cuboid& cuboid : before) starters.push_back(cuboid.box.min);
+      paint.shuffle(starters);
+      const std::vector<Cuboid> after = scene.fuse(starters);
+      ASSERT_EQ(voxelsOf(after), voxelsOf(before)) << test::seedNote(i);
+      ASSERT_EQ(checkTree(scene.tree()), std::vector<std::string>{}) << test::seedNote(i);
+      ASSERT_EQ(after, expected.value_or(after))
+          << "M = " << order.max_branches << test::seedNote(i);
+      if (!expected) {
+        for (const Cuboid& cuboid : after) {
+          ASSERT_FALSE(canExpand(cuboid, after, scene)) << cuboid << test::seedNote(i);
+        }
+        num_fused += before.size() - after.size();
+      }
+      expected = after;
+    }
+    ++num_cases;
+  }
+  EXPECT_EQ(num_cases, kCases);
+  EXPECT_GT(num_fused, 20 * kCases);
+}
+
+}  // namespace
+}  // namespace cuboid_mapping

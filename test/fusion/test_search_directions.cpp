@@ -1,0 +1,89 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "cuboid_mapping/fusion/search_directions.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <string>
+
+namespace cuboid_mapping {
+namespace {
+
+std::string toText(const SearchDirections& directions) {
+  return cuboid_mapping::toText(SearchStrategy{SearchStrategy::Order::kFixed, directions});
+}
+
+TEST(PaperDirections, ofACubeAreFixed) {
+  EXPECT_EQ(toText(paperDirections({1, 1, 1})), "+x +y +z -x -y -z");
+  EXPECT_EQ(toText(paperDirections({5, 5, 5})), "+x +y +z -x -y -z");
+}
+
+TEST(PaperDirections, ofACuboidGoByDecreasingWidth) {
+  EXPECT_EQ(toText(paperDirections({1, 2, 3})), "+z +y +x -z -y -x");
+  EXPECT_EQ(toText(paperDirections({1, 3, 2})), "+y +z +x -y -z -x");
+  EXPECT_EQ(toText(paperDirections({2, 1, 3})), "+z +x +y -z -x -y");
+  EXPECT_EQ(toText(paperDirections({2, 3, 1})), "+y +x +z -y -x -z");
+  EXPECT_EQ(toText(paperDirections({3, 1, 2})), "+x +z +y -x -z -y");
+  EXPECT_EQ(toText(paperDirections({3, 2, 1})), "+x +y +z -x -y -z");
+}
+
+TEST(PaperDirections, ofEqualWidthsGoByName) {
+  EXPECT_EQ(toText(paperDirections({1, 1, 2})), "+z +x +y -z -x -y");
+  EXPECT_EQ(toText(paperDirections({1, 2, 1})), "+y +x +z -y -x -z");
+  EXPECT_EQ(toText(paperDirections({2, 1, 1})), "+x +y +z -x -y -z");
+  EXPECT_EQ(toText(paperDirections({1, 2, 2})), "+y +z +x -y -z -x");
+  EXPECT_EQ(toText(paperDirections({2, 1, 2})), "+x +z +y -x -z -y");
+  EXPECT_EQ(toText(paperDirections({2, 2, 1})), "+x +y +z -x -y -z");
+}
+
+TEST(PaperDirections, areAllSixForEveryWidthVector) {
+  for (int x = 1; x <= 4; ++x) {
+    for (int y = 1; y <= 4; ++y) {
+      for (int z = 1; z <= 4; ++z) {
+        const Cell width{x, y, z};
+        const SearchDirections directions = paperDirections(width);
+        for (std::size_t i = 0; i < 3; ++i) {
+          EXPECT_EQ(directions[i].sign, 1);
+          EXPECT_EQ(directions[i + 3].sign, -1);
+          EXPECT_EQ(directions[i].axis, directions[i + 3].axis);
+          const int axis_before = directions[i == 0 ? 0 : i - 1].axis;
+          EXPECT_GE(width[axis_before], width[directions[i].axis]) << width;
+        }
+        EXPECT_EQ(directions[0].axis + directions[1].axis + directions[2].axis, 3);
+      }
+    }
+  }
+}
+
+TEST(SlabOf, isWhatAnExpansionAdds) {
+  const CellBox box{{0, 0, 0}, {2, 3, 4}};
+  EXPECT_EQ(slabOf(box, {0, 1}, 1), (CellBox{{2, 0, 0}, {3, 3, 4}}));
+  EXPECT_EQ(slabOf(box, {1, -1}, 1), (CellBox{{0, -1, 0}, {2, 0, 4}}));
+  EXPECT_EQ(slabOf(box, {2, 1}, 4), (CellBox{{0, 0, 4}, {2, 3, 8}}));
+  EXPECT_EQ(slabOf(box, {0, -1}, 2), (CellBox{{-2, 0, 0}, {0, 3, 4}}));
+}
+
+TEST(ParseSearchStrategy, knowsNamesAndPermutations) {
+  using Order = SearchStrategy::Order;
+  EXPECT_EQ(parseSearchStrategy("paper")->order, Order::kPaper);
+  EXPECT_EQ(parseSearchStrategy("largest_gain")->order, Order::kLargestGain);
+  EXPECT_EQ(parseSearchStrategy("random")->order, Order::kRandom);
+  const auto fixed = parseSearchStrategy("-z +z  +y -y +x -x");
+  ASSERT_TRUE(fixed);
+  EXPECT_EQ(fixed->order, Order::kFixed);
+  EXPECT_EQ(toText(fixed->directions), "-z +z +y -y +x -x");
+}
+
+TEST(ParseSearchStrategy, refusesEverythingElse) {
+  for (const char* text : {"paper", "largest_gain", "random", "+z -z +x -x +y -y"}) {
+    EXPECT_EQ(cuboid_mapping::toText(*parseSearchStrategy(text)), text);
+  }
+  for (const char* text :
+       {"", "Paper", "+x", "+x +y +z -x -y", "+x +y +z -x -y -y", "+x +y +z -x -y -z +x",
+        "+x +y +z -x -y -w", "x y z -x -y -z", "+x+y+z-x-y-z"}) {
+    EXPECT_FALSE(parseSearchStrategy(text)) << text;
+  }
+}
+
+}  // namespace
+}  // namespace cuboid_mapping
