@@ -1,0 +1,15 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include "cuboid_mapping/map/map_snapshot.h"
+
+namespace cuboid_mapping {
+
+/// Small maps: a claim that is refused later only would take the fuzzer's time.
+inline SnapshotLimits fuzzLimits() {
+  SnapshotLimits limits;
+  limits.max_bricks = 4096;
+  return limits;
+}
+
+}  // namespace cuboid_mapping

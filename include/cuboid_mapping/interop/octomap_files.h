@@ -1,0 +1,36 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// OctoMap's files: .ot (log-odds) and .bt (free or occupied).
+#pragma once
+
+#include "cuboid_mapping/interop/octree_stream.h"
+#include "cuboid_mapping/io/map_file_error.h"
+#include "cuboid_mapping/map/map_snapshot.h"
+
+#include <string>
+#include <string_view>
+
+namespace cuboid_mapping {
+
+/// Whether bytes begin as OctoMap's files do.
+[[nodiscard]] bool isOctomapFile(std::string_view bytes);
+
+/// A snapshot as the bytes of an OctoMap file: what octomap::OcTree::write (kFull) or writeBinary
+/// (kBinary) writes for these voxels. Sensor model and frame have no place in it.
+/// @throws MapFileError (kTooBig) for voxels beyond +-32768, which an octree cannot hold.
+[[nodiscard]] std::string toOctomapFile(const MapSnapshot& snapshot, OctreeKind kind);
+
+/// Reads either file. Trees of type OcTree, OcTreeStamped and ColorOcTree; colours are left out.
+///
+/// Cases:
+///   - .ot: log-odds are rounded to multiples of 2^-20 as SensorModel's are, so that voxels with
+///     the same counts can fuse;
+///   - .bt: free voxels get the least, occupied ones the greatest log-odds of the sensor model.
+///
+/// @param model  Becomes that of the snapshot: the files have none.
+/// @throws MapFileError: kForeign for another first line or type of tree, kTruncated, kCorrupted,
+///         kTooBig for more nodes than the bytes can hold, or more bricks than the limit.
+[[nodiscard]] MapSnapshot fromOctomapFile(std::string_view bytes,
+                                          const SensorModelConfig& model = {},
+                                          const SnapshotLimits& limits = {});
+
+}  // namespace cuboid_mapping

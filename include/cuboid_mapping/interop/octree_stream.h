@@ -1,0 +1,72 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// OctoMap's serialized octrees, written from cuboids and read into them without a tree in between.
+//
+// The nodes of an octomap::OcTree, depth first, as octomap::OcTree::writeData (full: log-odds of
+// every node) and writeBinaryData (binary: free, occupied or inner) write them. Written here because
+// building an OcTree voxel by voxel takes many times as long as its serialization, and because
+// OctoMap's readers follow a damaged stream into any depth.
+#pragma once
+
+#include "cuboid_mapping/occupancy/cuboid.h"
+
+#include <cstddef>
+#include <cstdint>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace cuboid_mapping {
+
+/// Levels below the root: the voxels of an octree.
+constexpr int kOctreeDepth = 16;
+/// The cells that an octree of this depth can have.
+constexpr CellBox kOctreeCells{{-32768, -32768, -32768}, {32768, 32768, 32768}};
+
+/// A serialized octree.
+struct OctreeStream {
+  std::string bytes;          ///< Empty for a tree without nodes.
+  std::size_t num_nodes = 0;  ///< Inner nodes and leaves, as octomap::OcTree::size().
+  double num_left_out = 0.0;  ///< Voxels outside kOctreeCells, which are not in it.
+};
+
+/// Whether the log-odds of voxels count, or their classes only.
+enum class OctreeKind : unsigned char {
+  kFull,   ///< Pruned where log-odds are equal; inner nodes have the greatest log-odds below them.
+  kBinary  ///< Pruned where classes are equal, as after octomap's toMaxLikelihood() and prune().
+};
+
+/// The octree of disjoint cuboids, pruned: byte by byte what octomap::OcTree writes for these
+/// voxels. @complexity O(n + b log b) for cuboids in b bricks.
+[[nodiscard]] OctreeStream toOctreeStream(const std::vector<Cuboid>& cuboids, OctreeKind kind);
+
+/// A leaf of an octree: an aligned cube of voxels.
+struct OctreeLeaf {
+  Cell min;
+  int depth;  ///< Its edge has 2^(kOctreeDepth - depth) voxels.
+  float log_odds;
+
+  [[nodiscard]] std::int32_t edge() const { return std::int32_t{1} << (kOctreeDepth - depth); }
+};
+
+/// The leaves of the octree of disjoint cuboids, depth first. Voxels outside kOctreeCells are left
+/// out; for kBinary the log-odds are 1 and -1.
+[[nodiscard]] std::vector<OctreeLeaf> computeOctreeLeaves(const std::vector<Cuboid>& cuboids,
+                                                          OctreeKind kind);
+
+/// Cuboids that were read from an octree: one for each leaf.
+struct OctreeContent {
+  std::vector<Cuboid> cuboids;
+  std::size_t num_nodes = 0;
+};
+
+/// Reads a full octree. @param extra_bytes  Of a node, behind its log-odds: 3 of a ColorOcTree.
+/// @throws MapFileError: kTruncated; kCorrupted for a node deeper than kOctreeDepth, log-odds that
+///         are no number, or bytes that follow the end.
+[[nodiscard]] OctreeContent readFullOctree(std::string_view bytes, std::size_t extra_bytes = 0);
+
+/// Reads a binary octree; its leaves get the log-odds given. @throws as above, and kCorrupted for
+/// an inner node without children.
+[[nodiscard]] OctreeContent readBinaryOctree(std::string_view bytes, float free_log_odds,
+                                             float occupied_log_odds);
+
+}  // namespace cuboid_mapping

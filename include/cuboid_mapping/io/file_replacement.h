@@ -1,0 +1,31 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Whole files: read at once, and replaced as a whole or not at all.
+#pragma once
+
+#include "cuboid_mapping/io/map_file_error.h"
+
+#include <functional>
+#include <string>
+#include <string_view>
+
+namespace cuboid_mapping {
+
+/// All bytes of a file. @throws MapFileError (kInaccessible): not there, a folder, not readable.
+[[nodiscard]] std::string readFile(const std::string& file);
+
+/// Gives a file new content, all of it or none: whoever reads the file, also after the program or
+/// the machine has died on the way, finds the old content or the new one.
+///
+/// The content goes to FILE.partial in the same folder, onto the disk, and then takes the place of
+/// FILE. After an error FILE is as it was and FILE.partial is gone; after a sudden death the latter
+/// may stay, and the next call overwrites it. Two calls for one file must not run side by side.
+///
+/// @throws MapFileError (kInaccessible) with the system's reason: an unwritable folder, a path that
+///         is a folder, a full disk.
+void replaceFile(const std::string& file, std::string_view bytes);
+
+/// As above, for content that something else writes.
+/// @param write  Writes the file whose name it gets; what it throws is passed on.
+void replaceFile(const std::string& file, const std::function<void(const std::string&)>& write);
+
+}  // namespace cuboid_mapping

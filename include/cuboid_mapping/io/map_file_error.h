@@ -1,0 +1,36 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include "cuboid_mapping/map/map_snapshot.h"
+
+#include <stdexcept>
+#include <string>
+
+namespace cuboid_mapping {
+
+/// Why a map cannot be read or written.
+enum class MapFileDefect : unsigned char {
+  kInaccessible,  ///< Not there, not readable, not writable, a folder, a full disk.
+  kForeign,       ///< Not a file of this format.
+  kNewerVersion,  ///< Of this format, in a version that is not known here.
+  kTruncated,     ///< Ends too early.
+  kCorrupted,     ///< A checksum or a value is wrong, or something follows the end.
+  kTooBig,        ///< Claims more than memory could sensibly hold, or than a format can hold.
+};
+
+/// Thrown by all functions that read and write maps; what() says what is wrong and what to do.
+class MapFileError : public std::runtime_error {
+ public:
+  MapFileError(MapFileDefect defect, const std::string& text)
+      : std::runtime_error(text), defect_(defect) {}
+
+  [[nodiscard]] MapFileDefect defect() const { return defect_; }
+
+ private:
+  MapFileDefect defect_;
+};
+
+/// For readers. @throws MapFileError (kTooBig or kCorrupted) when findFault() finds something.
+void throwIfFaulty(const MapSnapshot& snapshot, const SnapshotLimits& limits);
+
+}  // namespace cuboid_mapping

@@ -1,0 +1,53 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Maps in files of any known format.
+#pragma once
+
+#include "cuboid_mapping/io/map_file_error.h"
+#include "cuboid_mapping/map/map_snapshot.h"
+
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace cuboid_mapping {
+
+/// Formats of maps.
+enum class MapFormat : unsigned char {
+  kNative,         ///< .cuboids: everything.
+  kOctomapFull,    ///< .ot: voxels with log-odds.
+  kOctomapBinary,  ///< .bt: voxels with classes.
+  kPcd,            ///< .pcd: centres of occupied voxels, intensity: probability. Only written.
+  kPly,            ///< .ply: the same. Only written.
+  kCsv             ///< .csv: a line for each cuboid. Only written.
+};
+
+/// "native", "OctoMap .ot" ...
+[[nodiscard]] const char* toString(MapFormat format);
+
+/// The format that the end of a name stands for, in lower or upper case; nothing for another one.
+[[nodiscard]] std::optional<MapFormat> formatOfName(const std::string& file);
+
+/// "cuboids, ot, bt, pcd, ply, csv", for messages.
+[[nodiscard]] std::string knownEndings();
+
+/// A map and how its file was stored.
+struct MapFile {
+  MapFormat format = MapFormat::kNative;
+  MapSnapshot snapshot;
+  std::size_t num_bytes = 0;  ///< Of the file.
+};
+
+/// Reads a map; its format is told by its first bytes, not by its name.
+///
+/// @param model  Of a map that comes from an OctoMap file: these have none.
+/// @throws MapFileError whose text begins with the name of the file. See the readers of the formats.
+[[nodiscard]] MapFile readMapFile(const std::string& file, const SensorModelConfig& model = {},
+                                  const SnapshotLimits& limits = {});
+
+/// Replaces a file by a map, in the format that its name stands for; see replaceFile().
+/// @return Bytes of the file.
+/// @throws MapFileError whose text begins with the name of the file: kForeign for a name without a
+///         known end; kTooBig for what a format cannot hold; kInaccessible.
+std::size_t writeMapFile(const std::string& file, const MapSnapshot& snapshot);
+
+}  // namespace cuboid_mapping

@@ -1,0 +1,40 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// The file format of this package, described byte by byte in doc/file_format.md.
+#pragma once
+
+#include "cuboid_mapping/io/map_file_error.h"
+#include "cuboid_mapping/map/map_snapshot.h"
+
+#include <cstdint>
+#include <string>
+#include <string_view>
+
+namespace cuboid_mapping {
+
+/// Version of the format that is written; all up to it can be read.
+constexpr std::uint32_t kNativeFormatVersion = 1;
+
+/// How much a file may claim to hold.
+struct NativeFormatLimits {
+  std::uint64_t max_payload_bytes = std::uint64_t{4} << 30;  ///< Before compression.
+  SnapshotLimits snapshot;
+};
+
+/// Whether bytes begin as a file of this format does.
+[[nodiscard]] bool isNativeFormat(std::string_view bytes);
+
+/// A snapshot as the bytes of a file. Equal maps give equal bytes, whatever the order of cuboids.
+/// @pre findFault() finds none. A frame_id is cut after 255 bytes.
+/// @complexity O(n log n).
+[[nodiscard]] std::string toNativeFormat(MapSnapshot snapshot);
+
+/// Inverse of toNativeFormat(); the cuboids come sorted as by sortCuboids().
+///
+/// @throws MapFileError: kForeign for another magic number, kNewerVersion, kTruncated, kCorrupted
+///         for a wrong checksum, a value that cannot be, or cuboids that overlap, kTooBig where
+///         more is claimed than the limits allow. Memory stays within the limits and a small
+///         multiple of the bytes.
+[[nodiscard]] MapSnapshot fromNativeFormat(std::string_view bytes,
+                                           const NativeFormatLimits& limits = {});
+
+}  // namespace cuboid_mapping

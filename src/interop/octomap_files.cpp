@@ -1,0 +1,152 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "cuboid_mapping/interop/octomap_files.h"
+
+#include <algorithm>
+#include <cmath>
+#include <locale>
+#include <optional>
+#include <sstream>
+
+namespace cuboid_mapping {
+namespace {
+
+constexpr std::string_view kFullFirstLine = "# Octomap OcTree file";
+constexpr std::string_view kBinaryFirstLine = "# Octomap OcTree binary file";
+
+[[noreturn]] void fail(MapFileDefect defect, const std::string& text) {
+  throw MapFileError(defect, text);
+}
+
+/// The shortest decimal number that reads back as the same, of at least six digits.
+std::string formatResolution(double resolution_m) {
+  for (int precision = 6;; ++precision) {
+    std::ostringstream out;
+    out.imbue(std::locale::classic());
+    out.precision(precision);
+    out << resolution_m;
+    if (precision == 17 || std::stod(out.str()) == resolution_m) return out.str();
+  }
+}
+
+struct Header {
+  bool is_binary = false;
+  std::string id;
+  std::optional<std::uint64_t> num_nodes;
+  std::optional<double> resolution_m;
+  std::size_t end = 0;  ///< Where the nodes begin.
+};
+
+/// Takes the next line. @throws kTruncated where no line ends any more.
+std::string_view takeLine(std::string_view bytes, std::size_t& position) {
+  const std::size_t end = bytes.find('\n', position);
+  if (end == std::string_view::npos) {
+    fail(MapFileDefect::kTruncated, "ends in its header: it was not copied or written completely");
+  }
+  std::string_view line = bytes.substr(position, end - position);
+  position = end + 1;
+  if (!line.empty() && line.back() == '\r') line.remove_suffix(1);
+  return line;
+}
+
+template <typename T>
+std::optional<T> parseNumber(const std::string& text) {
+  std::istringstream in(text);
+  in.imbue(std::locale::classic());
+  T value{};
+  if (!(in >> value)) return std::nullopt;
+  return value;
+}
+
+Header readHeader(std::string_view bytes) {
+  Header header;
+  header.is_binary = takeLine(bytes, header.end) == kBinaryFirstLine;
+  for (;;) {
+    const std::string line(takeLine(bytes, header.end));
+    const std::size_t space = std::min(line.find(' '), line.size());
+    const std::string key = line.substr(0, space);
+    const std::string value = line.substr(std::min(space + 1, line.size()));
+    if (key == "data") break;
+    if (key == "id") header.id = value;
+    if (key == "size") header.num_nodes = parseNumber<std::uint64_t>(value);
+    if (key == "res") header.resolution_m = parseNumber<double>(value);
+  }
+  if (header.id.empty() || !header.num_nodes || !header.resolution_m) {
+    fail(MapFileDefect::kCorrupted, "is damaged: id, size or res is missing in its header");
+  }
+  return header;
+}
+
+/// Bytes of a node of a full tree behind log-odds and children.
+std::size_t extraBytesOf(const std::string& id) {
+  if (id == "OcTree" || id == "OcTreeStamped") return 0;
+  if (id == "ColorOcTree") return 3;
+  fail(MapFileDefect::kForeign,
+       "holds an octree of type '" + id + "': only OcTree, OcTreeStamped and ColorOcTree are read");
+}
+
+OctreeContent readNodes(const Header& header, std::string_view nodes, const SensorModel& model) {
+  const std::size_t extra_bytes = extraBytesOf(header.id);
+  // Two bytes describe eight children; a node of a full tree has five bytes and more.
+  const std::uint64_t most =
+      header.is_binary ? nodes.size() * 4 + 1 : nodes.size() / (5 + extra_bytes);
+  if (*header.num_nodes > most) {
+    const bool is_plausible = *header.num_nodes <= std::uint64_t{1} << 32;
+    fail(is_plausible ? MapFileDefect::kTruncated : MapFileDefect::kTooBig,
+         "claims " + std::to_string(*header.num_nodes) + " nodes in " +
+             std::to_string(nodes.size()) +
+             " bytes: it was not copied or written completely, or is damaged");
+  }
+  if (header.is_binary) return readBinaryOctree(nodes, model.min(), model.max());
+  OctreeContent content = readFullOctree(nodes, extra_bytes);
+  constexpr float kStep = 0x1p-20F;
+  for (Cuboid& cuboid : content.cuboids) {
+    cuboid.log_odds = std::round(cuboid.log_odds / kStep) * kStep;
+  }
+  return content;
+}
+
+}  // namespace
+
+bool isOctomapFile(std::string_view bytes) {
+  constexpr std::string_view kStart = "# Octomap OcTree ";
+  return bytes.substr(0, kStart.size()) == kStart;
+}
+
+std::string toOctomapFile(const MapSnapshot& snapshot, OctreeKind kind) {
+  const OctreeStream tree = toOctreeStream(snapshot.cuboids, kind);
+  if (tree.num_left_out > 0.0) {
+    std::ostringstream text;
+    text << tree.num_left_out
+         << " voxels lie beyond +-32768 voxels from the origin, which OctoMap's "
+         << "files cannot hold: use the native format";
+    fail(MapFileDefect::kTooBig, text.str());
+  }
+  std::string file(kind == OctreeKind::kFull ? kFullFirstLine : kBinaryFirstLine);
+  file += "\n# (feel free to add / change comments, but leave the first line as it is!)\n#\n";
+  file += "id OcTree\nsize " + std::to_string(tree.num_nodes) + "\nres " +
+          formatResolution(snapshot.resolution_m) + "\ndata\n";
+  return file + tree.bytes;
+}
+
+MapSnapshot fromOctomapFile(std::string_view bytes, const SensorModelConfig& model,
+                            const SnapshotLimits& limits) {
+  if (!isOctomapFile(bytes)) {
+    fail(MapFileDefect::kForeign, "is no file of OctoMap: its first line is another one");
+  }
+  const Header header = readHeader(bytes);
+  MapSnapshot snapshot;
+  snapshot.resolution_m = *header.resolution_m;
+  snapshot.sensor_model = model;
+  OctreeContent content =
+      readNodes(header, bytes.substr(header.end), SensorModel(snapshot.sensor_model));
+  if (content.num_nodes != *header.num_nodes) {
+    fail(MapFileDefect::kCorrupted, "is damaged: it says that it has " +
+                                        std::to_string(*header.num_nodes) + " nodes, but has " +
+                                        std::to_string(content.num_nodes));
+  }
+  snapshot.cuboids = std::move(content.cuboids);
+  throwIfFaulty(snapshot, limits);
+  return snapshot;
+}
+
+}  // namespace cuboid_mapping

@@ -1,0 +1,63 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Cuboids by brick, in the order in which an octree has them.
+#pragma once
+
+#include "cuboid_mapping/geometry/brick.h"
+#include "cuboid_mapping/interop/octree_stream.h"
+
+#include <array>
+#include <cstdint>
+#include <vector>
+
+namespace cuboid_mapping {
+
+/// Levels of the octree above the bricks, and inside of one.
+constexpr int kBrickDepth = 13;
+constexpr int kLevelsInBrick = kOctreeDepth - kBrickDepth;
+
+/// A brick, and which of the cuboids are in it.
+struct OctreeBrick {
+  std::uint64_t order;  ///< Three bits for each level, the root's children highest.
+  std::uint32_t first;  ///< Of OctreeBricks::members.
+  std::uint32_t last;
+};
+
+/// Bricks by their order, and the cuboids of each.
+struct OctreeBricks {
+  std::vector<OctreeBrick> bricks;
+  std::vector<std::uint32_t> members;
+  double num_left_out = 0.0;  ///< Voxels outside kOctreeCells.
+};
+
+[[nodiscard]] OctreeBricks sortIntoBricks(const std::vector<Cuboid>& cuboids);
+
+/// Least cell of the brick of an order.
+[[nodiscard]] Cell brickAt(std::uint64_t order);
+
+/// The voxels of a brick in the order of an octree: bit 3 i of the index is bit i of x, bit 3 i + 1
+/// of y, bit 3 i + 2 of z.
+struct OctreeVoxels {
+  std::array<float, kBrickVoxels> log_odds;
+  std::array<bool, kBrickVoxels> is_known;
+  bool is_uniform;  ///< All known, with one value.
+};
+
+/// @param kind  For kBinary, values are 1 (occupied) and -1 (free).
+void fillVoxels(const Cell& brick, const std::vector<Cuboid>& cuboids, const std::uint32_t* first,
+                const std::uint32_t* last, OctreeKind kind, OctreeVoxels& voxels);
+
+/// Spreads 16 bits over every third bit.
+[[nodiscard]] constexpr std::uint64_t spreadBits(std::uint32_t bits) {
+  std::uint64_t spread = 0;
+  for (int i = 0; i < 16; ++i) spread |= static_cast<std::uint64_t>(bits >> i & 1U) << (3 * i);
+  return spread;
+}
+
+/// Every third bit, from the lowest on.
+[[nodiscard]] constexpr std::uint32_t gatherBits(std::uint64_t spread) {
+  std::uint32_t bits = 0;
+  for (int i = 0; i < 16; ++i) bits |= static_cast<std::uint32_t>(spread >> (3 * i) & 1U) << i;
+  return bits;
+}
+
+}  // namespace cuboid_mapping

@@ -1,0 +1,14 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include "cuboid_mapping/map/map_snapshot.h"
+
+#include <string>
+
+namespace cuboid_mapping {
+
+/// A line of names, then for each cuboid the faces in metres (map frame), the probability, and
+/// "free" or "occupied". Sorted as by sortCuboids().
+[[nodiscard]] std::string toCsv(MapSnapshot snapshot);
+
+}  // namespace cuboid_mapping

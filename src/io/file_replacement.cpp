@@ -1,0 +1,123 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "cuboid_mapping/io/file_replacement.h"
+
+#include <fcntl.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <cerrno>
+#include <cstdio>
+#include <cstring>
+#include <filesystem>
+#include <system_error>
+#include <utility>
+
+namespace cuboid_mapping {
+namespace {
+
+namespace fs = std::filesystem;
+
+[[noreturn]] void fail(const std::string& action, const std::string& file, int code) {
+  std::string text = action;
+  text += ' ' + file + ": " + std::strerror(code);
+  if (code == ENOENT) text += " (paths are relative to the folder the program runs in)";
+  throw MapFileError(MapFileDefect::kInaccessible, text);
+}
+
+/// A descriptor that is closed at the end.
+class Descriptor {
+ public:
+  Descriptor(const std::string& file, int flags) : descriptor_(open(file.c_str(), flags, 0666)) {}
+  ~Descriptor() {
+    if (descriptor_ >= 0) ::close(descriptor_);
+  }
+  Descriptor(const Descriptor&) = delete;
+  Descriptor& operator=(const Descriptor&) = delete;
+
+  [[nodiscard]] int get() const { return descriptor_; }
+  [[nodiscard]] bool isOpen() const { return descriptor_ >= 0; }
+  /// @return Whether all that was written arrived.
+  bool close() { return ::close(std::exchange(descriptor_, -1)) == 0; }
+
+ private:
+  int descriptor_;
+};
+
+/// Removes a file at the end, unless told to keep it.
+class Removal {
+ public:
+  explicit Removal(std::string file) : file_(std::move(file)) {}
+  ~Removal() {
+    if (!file_.empty()) ::unlink(file_.c_str());
+  }
+  Removal(const Removal&) = delete;
+  Removal& operator=(const Removal&) = delete;
+  void cancel() { file_.clear(); }
+
+ private:
+  std::string file_;
+};
+
+void writeAll(const Descriptor& descriptor, std::string_view bytes, const std::string& file) {
+  while (!bytes.empty()) {
+    const ssize_t count = ::write(descriptor.get(), bytes.data(), bytes.size());
+    if (count < 0 && errno == EINTR) continue;
+    if (count < 0) fail("cannot write", file, errno);
+    bytes.remove_prefix(static_cast<std::size_t>(count));
+  }
+}
+
+/// Onto the disk, so that the new name never stands for bytes that are not there yet.
+void synchronize(const std::string& path, int flags, const std::string& file) {
+  Descriptor descriptor(path, flags);
+  // Some file systems cannot synchronize a folder, and say EINVAL.
+  if (!descriptor.isOpen() || (fsync(descriptor.get()) != 0 && errno != EINVAL) ||
+      !descriptor.close()) {
+    fail("cannot write", file, errno);
+  }
+}
+
+}  // namespace
+
+std::string readFile(const std::string& file) {
+  if (fs::is_directory(file)) fail("cannot read", file, EISDIR);
+  const Descriptor descriptor(file, O_RDONLY | O_CLOEXEC);
+  struct stat status {};
+  if (!descriptor.isOpen() || fstat(descriptor.get(), &status) != 0) {
+    fail("cannot read", file, errno);
+  }
+  std::string bytes;
+  bytes.reserve(static_cast<std::size_t>(std::max<off_t>(status.st_size, 0)));
+  std::string chunk(std::size_t{1} << 20, '\0');
+  for (;;) {
+    const ssize_t count = ::read(descriptor.get(), chunk.data(), chunk.size());
+    if (count < 0 && errno == EINTR) continue;
+    if (count < 0) fail("cannot read", file, errno);
+    if (count == 0) return bytes;
+    bytes.append(chunk, 0, static_cast<std::size_t>(count));
+  }
+}
+
+void replaceFile(const std::string& file, std::string_view bytes) {
+  replaceFile(file, [&](const std::string& partial) {
+    Descriptor descriptor(partial, O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC);
+    if (!descriptor.isOpen()) fail("cannot write", file, errno);
+    writeAll(descriptor, bytes, file);
+    if (!descriptor.close()) fail("cannot write", file, errno);
+  });
+}
+
+void replaceFile(const std::string& file, const std::function<void(const std::string&)>& write) {
+  if (file.empty()) fail("cannot write", "''", ENOENT);
+  if (fs::is_directory(file)) fail("cannot write", file, EISDIR);
+  const std::string partial = file + ".partial";
+  Removal removal(partial);
+  write(partial);
+  synchronize(partial, O_RDONLY | O_CLOEXEC, file);
+  if (std::rename(partial.c_str(), file.c_str()) != 0) fail("cannot write", file, errno);
+  removal.cancel();
+  const std::string folder = fs::path(file).parent_path().string();
+  synchronize(folder.empty() ? "." : folder, O_RDONLY | O_DIRECTORY | O_CLOEXEC, file);
+}
+
+}  // namespace cuboid_mapping

@@ -1,0 +1,19 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include "cuboid_mapping/map/map_snapshot.h"
+
+#include <string>
+
+namespace cuboid_mapping {
+
+/// Which file of points.
+enum class PointCloudFormat : unsigned char { kPcd, kPly };
+
+/// Writes the centres of the occupied voxels, in metres (map frame), with the probability as
+/// intensity. Binary.
+/// @throws MapFileError (kInaccessible) naming the file; a full disk, too. kTooBig for more than
+///         2^28 occupied voxels.
+void writePointCloud(const std::string& file, MapSnapshot snapshot, PointCloudFormat format);
+
+}  // namespace cuboid_mapping

@@ -1,0 +1,82 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "cuboid_mapping/io/file_replacement.h"
+
+#include "tools/run_program.h"
+
+#include <gtest/gtest.h>
+
+#include <unistd.h>
+
+namespace cuboid_mapping {
+namespace {
+
+using test::TemporaryFolder;
+
+/// The text of the error that writing ends with; fails when there is none.
+std::string errorOf(const std::function<void()>& action) {
+  try {
+    action();
+  } catch (const MapFileError& error) {
+    EXPECT_EQ(error.defect(), MapFileDefect::kInaccessible);
+    return error.what();
+  }
+  ADD_FAILURE() << "no error";
+  return {};
+}
+
+TEST(FileReplacement, replacesAFileAndLeavesNothingElse) {
+  const TemporaryFolder folder;
+  const std::string file = folder / "map.cuboids";
+  replaceFile(file, "old");
+  replaceFile(file, std::string("new\0er", 6));
+  EXPECT_EQ(readFile(file), std::string("new\0er", 6));
+  EXPECT_EQ(folder.list(), std::vector<std::string>{"map.cuboids"});
+}
+
+TEST(FileReplacement, leavesTheOldFileWhenWritingFails) {
+  const TemporaryFolder folder;
+  const std::string file = folder / "map.cuboids";
+  replaceFile(file, "old");
+  EXPECT_THROW(replaceFile(file,
+                           [](const std::string& partial) {
+                             std::ofstream(partial) << "half";
+                             throw std::runtime_error("no more");
+                           }),
+               std::runtime_error);
+  EXPECT_EQ(readFile(file), "old");
+  EXPECT_EQ(folder.list().size(), 1U);
+}
+
+TEST(FileReplacement, saysWhyItCannotWrite) {
+  const TemporaryFolder folder;
+  EXPECT_NE(errorOf([&] { replaceFile(folder / "no/map", "x"); }).find("No such file"),
+            std::string::npos);
+  EXPECT_NE(errorOf([&] { replaceFile(folder / ".", "x"); }).find("Is a directory"),
+            std::string::npos);
+  EXPECT_NE(errorOf([&] { replaceFile("", "x"); }).find("''"), std::string::npos);
+  EXPECT_NE(errorOf([&] { replaceFile("/proc/map", "x"); }).find("/proc/map"), std::string::npos);
+  EXPECT_TRUE(folder.list().empty());
+}
+
+TEST(FileReplacement, saysThatTheDiskIsFull) {
+  if (access("/dev/full", W_OK) != 0) GTEST_SKIP() << "no /dev/full on this machine";
+  const TemporaryFolder folder;
+  const std::string file = folder / "map.cuboids";
+  replaceFile(file, "old");
+  // What is written to the partial file arrives at a device that is always full.
+  ASSERT_EQ(symlink("/dev/full", (file + ".partial").c_str()), 0);
+  EXPECT_NE(errorOf([&] { replaceFile(file, "new"); }).find("No space left"), std::string::npos);
+  EXPECT_EQ(readFile(file), "old");
+  EXPECT_EQ(folder.list().size(), 1U);
+}
+
+TEST(FileReplacement, saysWhyItCannotRead) {
+  const TemporaryFolder folder;
+  EXPECT_NE(errorOf([&] { (void)readFile(folder / "no"); }).find("No such file"),
+            std::string::npos);
+  EXPECT_NE(errorOf([&] { (void)readFile(folder / "."); }).find("Is a directory"),
+            std::string::npos);
+}
+
+}  // namespace
+}  // namespace cuboid_mapping

@@ -1,0 +1,141 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "cuboid_mapping/io/map_files.h"
+
+#include "cuboid_mapping/io/file_replacement.h"
+#include "support/snapshots.h"
+#include "tools/run_program.h"
+
+#include <gtest/gtest.h>
+#include <pcl/io/pcd_io.h>
+#include <pcl/io/ply_io.h>
+#include <pcl/point_types.h>
+
+#include <algorithm>
+#include <sstream>
+
+namespace cuboid_mapping {
+namespace {
+
+using test::Random;
+using test::TemporaryFolder;
+
+MapSnapshot makeSnapshot() {
+  Random random(61);
+  MapSnapshot snapshot = test::randomSnapshot(random);
+  snapshot.resolution_m = 0.125;
+  return snapshot;
+}
+
+std::map<Cell, float> occupiedVoxels(const MapSnapshot& snapshot) {
+  std::map<Cell, float> voxels = test::voxelsOf(snapshot.cuboids);
+  for (auto voxel = voxels.begin(); voxel != voxels.end();) {
+    voxel = voxel->second < 0.0F ? voxels.erase(voxel) : std::next(voxel);
+  }
+  return voxels;
+}
+
+TEST(MapFiles, areReadBackByTheirBytes) {
+  const TemporaryFolder folder;
+  const MapSnapshot snapshot = makeSnapshot();
+  for (const std::string ending : {".cuboids", ".ot", ".OT"}) {
+    const std::string file = folder / ("map" + ending);
+    const std::size_t num_bytes = writeMapFile(file, snapshot);
+    const std::string renamed = folder / "renamed";
+    replaceFile(renamed, readFile(file));
+    const MapFile read = readMapFile(renamed);
+    EXPECT_EQ(read.format, *formatOfName(file));
+    EXPECT_EQ(read.num_bytes, num_bytes);
+    EXPECT_EQ(test::voxelsOf(read.snapshot.cuboids), test::voxelsOf(snapshot.cuboids)) << ending;
+  }
+  writeMapFile(folder / "map.bt", snapshot);
+  const MapFile read = readMapFile(folder / "map.bt");
+  EXPECT_EQ(read.format, MapFormat::kOctomapBinary);
+  EXPECT_EQ(occupiedVoxels(read.snapshot).size(), occupiedVoxels(snapshot).size());
+}
+
+TEST(MapFiles, ofTheNativeFormatAreSmallerThanOctomapsFullOnes) {
+  const TemporaryFolder folder;
+  const MapSnapshot snapshot = makeSnapshot();
+  EXPECT_LT(writeMapFile(folder / "map.cuboids", snapshot),
+            writeMapFile(folder / "map.ot", snapshot));
+}
+
+template <typename CloudT>
+void expectOccupiedCenters(const CloudT& points, const MapSnapshot& snapshot) {
+  std::map<Cell, float> expected = occupiedVoxels(snapshot);
+  EXPECT_EQ(points.size(), expected.size());
+  const Grid grid(snapshot.resolution_m);
+  for (const auto& point : points) {
+    const auto cell = grid.toCell(Eigen::Vector3d(point.x, point.y, point.z));
+    ASSERT_TRUE(cell);
+    ASSERT_EQ(expected.count(*cell), 1U) << *cell;
+    EXPECT_NEAR(point.intensity, toProbability(expected[*cell]), 1e-6);
+    EXPECT_LT(
+        (grid.centerOf(CellBox::ofCell(*cell)) - Eigen::Vector3d(point.x, point.y, point.z)).norm(),
+        1e-5);
+  }
+}
+
+TEST(MapFiles, ofPointsHoldTheOccupiedVoxels) {
+  const TemporaryFolder folder;
+  const MapSnapshot snapshot = makeSnapshot();
+  ASSERT_GT(occupiedVoxels(snapshot).size(), 100U);
+  writeMapFile(folder / "map.pcd", snapshot);
+  writeMapFile(folder / "map.ply", snapshot);
+  pcl::PointCloud<pcl::PointXYZI> points;
+  ASSERT_EQ(pcl::io::loadPCDFile(folder / "map.pcd", points), 0);
+  expectOccupiedCenters(points, snapshot);
+  points.clear();
+  ASSERT_EQ(pcl::io::loadPLYFile(folder / "map.ply", points), 0);
+  expectOccupiedCenters(points, snapshot);
+  MapSnapshot empty;
+  EXPECT_GT(writeMapFile(folder / "empty.pcd", empty), 0U);
+  EXPECT_GT(writeMapFile(folder / "empty.ply", empty), 0U);
+}
+
+TEST(MapFiles, ofTextHaveALineForEachCuboid) {
+  const TemporaryFolder folder;
+  MapSnapshot snapshot;
+  snapshot.resolution_m = 0.5;
+  snapshot.cuboids = {{{{2, 0, 0}, {3, 1, 1}}, 0.0F}, {{{-4, 0, 0}, {2, 1, 2}}, toLogOdds(0.25)}};
+  writeMapFile(folder / "map.csv", snapshot);
+  EXPECT_EQ(readFile(folder / "map.csv"),
+            "min_x,min_y,min_z,max_x,max_y,max_z,probability,class\n"
+            "-2,0,0,1,0.5,1,0.25,free\n"
+            "1,0,0,1.5,0.5,0.5,0.5,occupied\n");
+}
+
+TEST(MapFiles, areRefusedWithTheNameOfTheFile) {
+  const TemporaryFolder folder;
+  const auto error_of = [](const std::function<void()>& action) -> std::string {
+    try {
+      action();
+    } catch (const MapFileError& error) {
+      return error.what();
+    }
+    return "none";
+  };
+  const std::string file = folder / "map.txt";
+  EXPECT_NE(error_of([&] { writeMapFile(file, {}); }).find(".cuboids, .ot, .bt"),
+            std::string::npos);
+  EXPECT_NE(error_of([&] { (void)readMapFile(file); }).find(file), std::string::npos);
+  replaceFile(file, "");
+  EXPECT_EQ(error_of([&] { (void)readMapFile(file); }), file + " is empty");
+  replaceFile(file, "A poem about maps");
+  EXPECT_EQ(error_of([&] { (void)readMapFile(file); }).find(file + " is no map"), 0U);
+}
+
+TEST(MapFiles, ofPointsOnAFullDiskAreErrors) {
+  if (access("/dev/full", W_OK) != 0) GTEST_SKIP() << "no /dev/full on this machine";
+  const TemporaryFolder folder;
+  const MapSnapshot snapshot = makeSnapshot();
+  for (const std::string ending : {"ply", "pcd", "csv", "ot", "bt", "cuboids"}) {
+    const std::string file = folder / ("map." + ending);
+    ASSERT_EQ(symlink("/dev/full", (file + ".partial").c_str()), 0);
+    EXPECT_THROW(writeMapFile(file, snapshot), MapFileError) << ending;
+    EXPECT_FALSE(std::filesystem::exists(file));
+  }
+}
+
+}  // namespace
+}  // namespace cuboid_mapping

@@ -1,0 +1,42 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Random contents of maps for the tests of files.
+#pragma once
+
+#include "cuboid_mapping/map/map_snapshot.h"
+#include "support/modelled_map.h"
+
+#include <map>
+#include <string>
+#include <tuple>
+
+namespace cuboid_mapping::test {
+
+/// What a random map holds; the config, too, is random.
+/// @param offset  Shifts the map; in voxels, a multiple of 8.
+inline MapSnapshot randomSnapshot(Random& random, const Cell& offset = {}) {
+  MapConfig config;
+  config.resolution_m = random.real(0.01, 0.5);
+  config.sensor_model.hit = random.real(0.6, 0.9);
+  config.sensor_model.alpha_max = random.real(0.9, 0.98);
+  config.environment = random.chance(0.5) ? Environment::kDynamic : Environment::kStatic;
+  config.fusion = random.chance(0.8) ? "brick" : "none";
+  return takeSnapshot(randomMap(random, config, offset).map, "odom");
+}
+
+inline bool isSameModel(const SensorModelConfig& a, const SensorModelConfig& b) {
+  return std::tie(a.hit, a.miss, a.alpha_min, a.alpha_max) ==
+         std::tie(b.hit, b.miss, b.alpha_min, b.alpha_max);
+}
+
+/// The voxels of disjoint cuboids.
+inline std::map<Cell, float> voxelsOf(const std::vector<Cuboid>& cuboids) {
+  std::map<Cell, float> voxels;
+  for (const Cuboid& cuboid : cuboids) {
+    visitCells(cuboid.box, [&](const Cell& cell) {
+      EXPECT_TRUE(voxels.emplace(cell, cuboid.log_odds).second) << cell << " is there twice";
+    });
+  }
+  return voxels;
+}
+
+}  // namespace cuboid_mapping::test
