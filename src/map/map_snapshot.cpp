@@ -55,8 +55,10 @@ std::string findFaultOfCuboid(const Cuboid& cuboid) {
 
 using BrickMasks = std::unordered_map<Cell, BrickMask, CellHash>;
 
-/// The cuboids, divided anew in every brick.
+/// The cuboids, divided anew in every brick; as they are, where the strategy looks beyond bricks.
 std::vector<Cuboid> fuseBricks(const std::vector<Cuboid>& cuboids, const std::string& fusion) {
+  const auto strategy = makeFusion(fusion);
+  if (strategy == nullptr) return cuboids;
   std::unordered_map<Cell, std::vector<std::uint32_t>, CellHash> members;
   for (std::uint32_t i = 0; i < cuboids.size(); ++i) {
     (void)anyBrick(cuboids[i].box, [&](const Cell& brick) {
@@ -64,7 +66,6 @@ std::vector<Cuboid> fuseBricks(const std::vector<Cuboid>& cuboids, const std::st
       return false;  // on to the next
     });
   }
-  const auto strategy = makeFusion(fusion);
   std::vector<Cuboid> fused;
   for (const auto& [brick, indices] : members) {
     DenseBrick dense;

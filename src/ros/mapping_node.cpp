@@ -10,8 +10,6 @@
 #include <algorithm>
 #include <exception>
 #include <sstream>
-#include <thread>
-#include <variant>
 #include <vector>
 
 namespace cuboid_mapping_ros {
@@ -31,18 +29,6 @@ MarkerTopic makeTopic(const char* name, const MarkerStyle& style,
           style};
 }
 
-int numThreads(const NodeParameters& parameters) {
-  if (parameters.threads > 0) return parameters.threads;
-  return std::max(1, static_cast<int>(std::thread::hardware_concurrency()));
-}
-
-cuboid_mapping::MapConfig makeMapConfig(const NodeParameters& parameters) {
-  cuboid_mapping::MapConfig config = parameters.map;
-  config.hot_bytes = static_cast<std::size_t>(parameters.hot_bricks_mb) * 1000000;
-  config.threads = numThreads(parameters);
-  return config;
-}
-
 ros::NodeHandle withQueue(ros::NodeHandle nh, ros::CallbackQueue& queue) {
   nh.setCallbackQueue(&queue);
   return nh;
@@ -53,9 +39,7 @@ ros::NodeHandle withQueue(ros::NodeHandle nh, ros::CallbackQueue& queue) {
 MappingNode::MappingNode(ros::NodeHandle nh, const ros::NodeHandle& private_nh,
                          const NodeParameters& parameters)
     : parameters_(parameters),
-      scan_limits_{parameters.min_range_m, parameters.crop_map},
-      scan_updater_(cuboid_mapping::Grid(parameters.map.resolution_m), parameters.max_range_m,
-                    numThreads(parameters), parameters.map.beamSampling()),
+      pipeline_(parameters),
       map_(makeMapConfig(parameters)),
       occupied_publisher_(
           withQueue(nh, publish_queue_),
@@ -110,9 +94,9 @@ void MappingNode::advertiseServices(const ros::NodeHandle& private_nh) {
 }
 
 void MappingNode::subscribe(ros::NodeHandle& nh) {
-  if (!parameters_.sensor_frame.empty()) {
-    tf_filter_.setTargetFrames({parameters_.frame_id, parameters_.sensor_frame});
-  }
+  std::vector<std::string> target_frames = neededFrames(parameters_);
+  target_frames.push_back(parameters_.frame_id);
+  tf_filter_.setTargetFrames(target_frames);
   tf_filter_.registerCallback([this](const CloudPtr& cloud) { cloud_queue_.push(cloud); });
   tf_filter_.registerFailureCallback(
       [this](const CloudPtr& cloud, tf2_ros::FilterFailureReason reason) {
@@ -159,7 +143,7 @@ bool MappingNode::isTfOutdated(const std_msgs::Header& header) const {
 void MappingNode::onCloudInTurn(const CloudPtr& cloud) {
   if (edit_services_->isPaused()) return drop(DropReason::kPaused, toAdvice(DropReason::kPaused));
   std::string tf_error;
-  const auto poses = lookupPoses(cloud->header, tf_error);
+  const auto poses = lookupPoses(tf_buffer_, parameters_, cloud->header, tf_error);
   if (!poses) return waitForTfAgain(cloud, tf_error);
   try {
     integrate(*cloud, *poses);
@@ -182,17 +166,18 @@ void MappingNode::onCloudWithoutTf(const CloudPtr& cloud, tf2_ros::FilterFailure
     return drop(DropReason::kTooOldForTf, text.str());
   }
   std::string tf_error;
-  const bool is_late = lookupPoses(cloud->header, tf_error).has_value();
+  const bool is_late = lookupPoses(tf_buffer_, parameters_, cloud->header, tf_error).has_value();
   text << (is_late ? "the transform came when the queue was full already" : tf_error) << "; "
        << toAdvice(DropReason::kNoTransform);
   drop(DropReason::kNoTransform, text.str());
 }
 
 void MappingNode::waitForTfAgain(const CloudPtr& cloud, const std::string& tf_error) {
-  const std::vector<std::string> frame_ids{cloud->header.frame_id, parameters_.sensor_frame};
+  std::vector<std::string> frame_ids = neededFrames(parameters_);
+  frame_ids.push_back(cloud->header.frame_id);
   const bool has_tf = std::all_of(frame_ids.begin(), frame_ids.end(), [&](const auto& frame_id) {
-    return frame_id.empty() || tf_buffer_.canTransform(withoutSlash(parameters_.frame_id),
-                                                       withoutSlash(frame_id), cloud->header.stamp);
+    return tf_buffer_.canTransform(withoutSlash(parameters_.frame_id), withoutSlash(frame_id),
+                                   cloud->header.stamp);
   });
   // Not back to the filter, which would let it pass at once, again and again.
   if (has_tf) return drop(DropReason::kNoTransform, tf_error);
@@ -200,46 +185,14 @@ void MappingNode::waitForTfAgain(const CloudPtr& cloud, const std::string& tf_er
 }
 
 void MappingNode::integrate(const sensor_msgs::PointCloud2& cloud, const CloudPoses& poses) {
+  std::optional<CloudError> error;
+  const cuboid_mapping::ScanUpdate* update = pipeline_.compute(cloud, poses, statistics_, error);
+  if (update == nullptr) return drop(toDropReason(error->defect), error->text);
   Stopwatch stopwatch;
-  CloudOptions options;
-  options.no_return_range_m = parameters_.no_return_range_m;
-  options.T_cloud_sensor = poses.T_map_cloud.inverse() * poses.T_map_sensor;
-  const auto converted = convertCloud(cloud, options);
-  if (const auto* error = std::get_if<CloudError>(&converted)) {
-    return drop(toDropReason(error->defect), error->text);
-  }
-  const auto& points = std::get<CloudPoints>(converted);
-  cuboid_mapping::Scan scan = toScan(points, poses.T_map_cloud, poses.T_map_sensor.translation());
-  const cuboid_mapping::FilterCounts filtered = filterScan(scan, scan_limits_);
-  statistics_.convert_time.add(stopwatch.lap());
-
-  const cuboid_mapping::ScanUpdate& update = scan_updater_.compute(scan);
-  statistics_.ray_walk_time.add(stopwatch.lap());
-
   map_.change(cloud.header.stamp,
-              [&update](cuboid_mapping::CuboidMap& map) { return map.apply(update); });
+              [update](cuboid_mapping::CuboidMap& map) { return map.apply(*update); });
   statistics_.apply_time.add(stopwatch.lap());
-
   ++statistics_.num_inserted;
-  statistics_.num_points += update.num_points;
-  statistics_.num_invalid += points.num_invalid;
-  statistics_.num_filtered += filtered.num_too_near + filtered.num_outside_crop;
-  statistics_.num_out_of_range += update.num_out_of_range;
-}
-
-std::optional<MappingNode::CloudPoses> MappingNode::lookupPoses(const std_msgs::Header& header,
-                                                                std::string& error) const {
-  const auto lookup = [&](const std::string& frame_id) {
-    return lookupTransform(tf_buffer_, parameters_.frame_id, frame_id, header.stamp);
-  };
-  const TfLookup cloud = lookup(header.frame_id);
-  const TfLookup sensor =
-      parameters_.sensor_frame.empty() ? cloud : lookup(parameters_.sensor_frame);
-  if (cloud.T_target_source && sensor.T_target_source) {
-    return CloudPoses{*cloud.T_target_source, *sensor.T_target_source};
-  }
-  error = cloud.T_target_source ? sensor.error : cloud.error;
-  return std::nullopt;
 }
 
 /// tf may have noticed a jump of time by itself meanwhile, by its clock.

@@ -206,6 +206,21 @@ std::vector<ParameterDeclaration> declareTopics() {
   };
 }
 
+std::vector<ParameterDeclaration> declareFiles() {
+  return {
+      {"map_file", "", FileKind{[](P& p) -> std::string& { return p.map_file; }},
+       "Map to start from: .cuboids, .ot or .bt. Its resolution counts, whatever the parameter "
+       "says."},
+      {"autosave_file", "", FileKind{[](P& p) -> std::string& { return p.autosave_file; }},
+       "File to save the map to, after changes and at the end; its ending chooses the format, as "
+       "for "
+       "~save_map. Empty: none."},
+      {"autosave_period", "s",
+       NumberKind{[](P& p) -> double& { return p.autosave_period_s; }, 1.0, 86400.0},
+       "Time between two saves to autosave_file."},
+  };
+}
+
 std::string formatFloating(double value, int precision) {
   std::ostringstream out;
   out.imbue(std::locale::classic());
@@ -232,6 +247,7 @@ struct ValueFormatter {
     return kind.field(parameters) ? "true" : "false";
   }
   std::string operator()(const FrameKind& kind) { return '"' + kind.field(parameters) + '"'; }
+  std::string operator()(const FileKind& kind) { return '"' + kind.field(parameters) + '"'; }
   std::string operator()(const ChoiceKind& kind) { return kind.get(parameters); }
   std::string operator()(const TextKind& kind) { return '"' + kind.get(parameters) + '"'; }
 };
@@ -253,6 +269,7 @@ struct AllowedFormatter {
   std::string operator()(const FrameKind& kind) const {
     return kind.may_be_empty ? "a tf2 frame, or empty" : "a tf2 frame";
   }
+  std::string operator()(const FileKind& /*kind*/) const { return "a path, or empty"; }
   std::string operator()(const ChoiceKind& kind) const { return join(kind.names, " or "); }
   std::string operator()(const TextKind& kind) const { return kind.allowed; }
 };
@@ -262,8 +279,8 @@ struct AllowedFormatter {
 const std::vector<ParameterDeclaration>& parameterTable() {
   static const std::vector<ParameterDeclaration> kTable = [] {
     std::vector<ParameterDeclaration> table = declareMap();
-    for (const auto& part :
-         {declareGrowth(), declareSensorModel(), declareCrop(), declareTopics()}) {
+    for (const auto& part : {declareGrowth(), declareSensorModel(), declareCrop(), declareTopics(),
+                             declareFiles(), declareOctomapServer()}) {
       table.insert(table.end(), part.begin(), part.end());
     }
     return table;

@@ -39,6 +39,11 @@ struct FrameKind {
   bool may_be_empty;
 };
 
+/// A path of the file system.
+struct FileKind {
+  std::string& (*field)(NodeParameters&);
+};
+
 /// One name of a list.
 struct ChoiceKind {
   std::vector<std::string> names;
@@ -57,7 +62,8 @@ struct TextKind {
 struct ParameterDeclaration {
   std::string key;
   std::string unit;  ///< Empty for numbers without one, and for what is no number.
-  std::variant<NumberKind, IntegerKind, BooleanKind, FrameKind, ChoiceKind, TextKind> kind;
+  std::variant<NumberKind, IntegerKind, BooleanKind, FrameKind, FileKind, ChoiceKind, TextKind>
+      kind;
   std::string help;
 };
 
@@ -68,6 +74,9 @@ struct LibraryParameter {
   std::string unit;
   std::string help;
 };
+
+/// Those of OctomapServerParameters, for parameterTable().
+[[nodiscard]] std::vector<ParameterDeclaration> declareOctomapServer();
 
 /// All parameters; keys with the same part before the slash are neighbours.
 [[nodiscard]] const std::vector<ParameterDeclaration>& parameterTable();

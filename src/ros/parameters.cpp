@@ -98,6 +98,12 @@ struct ValueReader {
     return std::nullopt;
   }
 
+  Refusal operator()(const FileKind& kind) const {
+    if (value.getType() != XmlRpcValue::TypeString) return "write it in quotes";
+    kind.field(parameters) = get<std::string>(value);
+    return std::nullopt;
+  }
+
   Refusal operator()(const ChoiceKind& kind) const {
     if (value.getType() != XmlRpcValue::TypeString) return "choose one of the names";
     const auto name = get<std::string>(value);
@@ -152,6 +158,8 @@ std::vector<OrderedPair> orderedPairs(const NodeParameters& parameters) {
     pairs.push_back({"pointcloud_min_" + name, parameters.crop_map.min_m[axis],
                      "pointcloud_max_" + name, parameters.crop_map.max_m[axis]});
   }
+  pairs.push_back({"occupancy_min_z", parameters.octomap_server.occupancy_min_z_m,
+                   "occupancy_max_z", parameters.octomap_server.occupancy_max_z_m});
   pairs.push_back({"sensor_model/min_range", parameters.min_range_m, "sensor_model/max_range",
                    parameters.max_range_m});
   return pairs;

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "cuboid_mapping/ros/parameters.h"
 
+#include "ros/parameter_cases.h"
+
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -14,12 +16,6 @@
 
 namespace cuboid_mapping_ros {
 namespace {
-
-using cuboid_mapping::Environment;
-using XmlRpc::XmlRpcValue;
-
-constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
 /// Sets a key with slashes in nested structs.
 void set(XmlRpcValue& group, const std::string& key, const XmlRpcValue& value) {
@@ -35,12 +31,6 @@ XmlRpcValue makeGroup(const std::vector<std::pair<std::string, XmlRpcValue>>& va
   XmlRpcValue group;
   for (const auto& [key, value] : values) set(group, key, value);
   return group;
-}
-
-XmlRpcValue makeList() {
-  XmlRpcValue list;
-  list[0] = 1;
-  return list;
 }
 
 std::string readFile(const std::string& path) {
@@ -61,141 +51,9 @@ bool hasText(const ParameterError& error, const std::string& text) {
   return error.message.find(text) != std::string::npos;
 }
 
-/// One parameter: a value that is taken, where it arrives, and values that are refused.
-struct Case {
-  std::string key;
-  XmlRpcValue good;
-  std::function<bool(const NodeParameters&)> arrives;
-  std::vector<XmlRpcValue> bad;
-};
-
-std::vector<Case> mapCases() {
-  using P = NodeParameters;
-  return {
-      {"frame_id", "odom", [](const P& p) { return p.frame_id == "odom"; }, {"", "/map", 1, true}},
-      {"sensor_frame",
-       "lidar",
-       [](const P& p) { return p.sensor_frame == "lidar"; },
-       {"/lidar", 1.5}},
-      {"resolution",
-       0.2,
-       [](const P& p) { return p.map.resolution_m == 0.2; },
-       {0.0, -0.1, 0, 0.0009, 101.0, kNan, kInfinity, "0.1", true, makeList()}},
-      {"environment",
-       "static",
-       [](const P& p) { return p.map.environment == Environment::kStatic; },
-       {"", "Static", "frozen", 1}},
-      {"fusion", "none", [](const P& p) { return p.map.fusion == "none"; }, {"", "bricks", false}},
-      {"growth/step",
-       "neighbour",
-       [](const P& p) { return p.map.growth.step == cuboid_mapping::GrowthStep::kNeighbour; },
-       {"", "voxel", 1}},
-      {"growth/search",
-       "+z -z +x +y -x -y",
-       [](const P& p) { return toText(p.map.growth.search) == "+z -z +x +y -x -y"; },
-       {"", "+x", "best", 1}},
-      {"growth/starters",
-       "changed",
-       [](const P& p) { return p.map.growth.starters == cuboid_mapping::GrowthStarters::kChanged; },
-       {"", "all", 1}},
-      {"growth/samples",
-       0.5,
-       [](const P& p) { return p.map.growth.sampling.per_m == 0.5; },
-       {-0.1, 101.0, kNan, "1"}},
-      {"growth/seed",
-       7,
-       [](const P& p) { return p.map.growth.sampling.seed == 7; },
-       {-1, 1.5, 1000001}},
-      {"growth/settle_clouds",
-       3,
-       [](const P& p) { return p.map.growth.settle_clouds == 3; },
-       {-1, 1.5, 10001}},
-      {"rtree/max_branches",
-       24,
-       [](const P& p) { return p.map.rtree.max_branches == 24; },
-       {1, 65, 32.0, "32", true}},
-      {"rtree/min_branches",
-       4,
-       [](const P& p) { return p.map.rtree.min_branches == 4; },
-       {0, -1, 33, 4.0, "4"}},
-      {"hot_bricks", 256, [](const P& p) { return p.hot_bricks_mb == 256; }, {-1, 65537, 1.5, "1"}},
-      {"threads", 3, [](const P& p) { return p.threads == 3; }, {-1, 257, 2.0, true}},
-  };
-}
-
-std::vector<Case> sensorModelCases() {
-  using P = NodeParameters;
-  return {
-      {"sensor_model/hit",
-       0.8,
-       [](const P& p) { return p.map.sensor_model.hit == 0.8; },
-       {0.5, 1.0, 1, 0.4, kNan, "0.7", true}},
-      {"sensor_model/miss",
-       0.3,
-       [](const P& p) { return p.map.sensor_model.miss == 0.3; },
-       {0.5, 0.0, 0, 0.6, kNan}},
-      {"sensor_model/min",
-       0.2,
-       [](const P& p) { return p.map.sensor_model.alpha_min == 0.2; },
-       {0.5, 0.0, -0.1, kNan}},
-      {"sensor_model/max",
-       0.9,
-       [](const P& p) { return p.map.sensor_model.alpha_max == 0.9; },
-       {0.5, 1.0, 1.1, kNan}},
-      {"sensor_model/max_range",
-       50.0,
-       [](const P& p) { return p.max_range_m == 50.0; },
-       {0.0, -2.0, -0.5, kNan, kInfinity}},
-      {"sensor_model/min_range",
-       1.5,
-       [](const P& p) { return p.min_range_m == 1.5; },
-       {-2.0, -0.5, kNan, kInfinity}},
-      {"sensor_model/no_return_range",
-       30.0,
-       [](const P& p) { return p.no_return_range_m == 30.0; },
-       {-1.0, 1001.0, kNan}},
-  };
-}
-
-std::vector<Case> otherCases() {
-  using P = NodeParameters;
-  std::vector<Case> cases{
-      {"published_cuboids",
-       "class",
-       [](const P& p) { return p.published_cuboids == PublishedCuboids::kClass; },
-       {"", "brick", 1}},
-      {"queue_size", 3, [](const P& p) { return p.queue_size == 3; }, {0, -1, 1001, 3.0}},
-      {"publish_rate",
-       2.5,
-       [](const P& p) { return p.publish_rate_hz == 2.5; },
-       {0.0, -1.0, 101.0, kNan, "fast"}},
-      {"latch", false, [](const P& p) { return !p.latch; }, {0, 1, "false", 0.0}},
-      {"color_by",
-       "probability",
-       [](const P& p) { return p.color_by == ColorBy::kProbability; },
-       {"", "colour", 1}},
-      {"color_period",
-       4.0,
-       [](const P& p) { return p.color_period_m == 4.0; },
-       {0.0, -4.0, kNan, kInfinity}},
-  };
-  for (int axis = 0; axis < 3; ++axis) {
-    const std::string name(1, "xyz"[axis]);
-    cases.push_back({"pointcloud_min_" + name,
-                     -7.5,
-                     [axis](const P& p) { return p.crop_map.min_m[axis] == -7.5; },
-                     {kNan, -kInfinity, "-7.5"}});
-    cases.push_back({"pointcloud_max_" + name,
-                     8.5,
-                     [axis](const P& p) { return p.crop_map.max_m[axis] == 8.5; },
-                     {kNan, kInfinity, "1e9"}});
-  }
-  return cases;
-}
-
 std::vector<Case> allCases() {
   std::vector<Case> cases = mapCases();
-  for (const auto& part : {sensorModelCases(), otherCases()}) {
+  for (const auto& part : {sensorModelCases(), otherCases(), octomapServerCases()}) {
     cases.insert(cases.end(), part.begin(), part.end());
   }
   return cases;
@@ -250,7 +108,7 @@ TEST(Parameters, EveryBadValueGivesExactlyItsErrorAndKeepsTheDefault) {
       ++num_checked;
     }
   }
-  EXPECT_EQ(num_checked, 134U);
+  EXPECT_EQ(num_checked, 228U);
 }
 
 TEST(Parameters, AnErrorSaysValueRangeAndWhatToDo) {
@@ -263,9 +121,10 @@ TEST(Parameters, AnErrorSaysValueRangeAndWhatToDo) {
   EXPECT_EQ(message_of("pointcloud_max_z", "1e9"),
             "is \"1e9\", but must be a number: write it without quotes, an exponent as in 1.0e+9, "
             "or remove it to get the default 1.0e+09");
-  EXPECT_EQ(message_of("fusion", "bricks"),
-            "is \"bricks\", but must be brick or class or growth or none: choose one of the names, or "
-            "remove it to get the default brick");
+  EXPECT_EQ(
+      message_of("fusion", "bricks"),
+      "is \"bricks\", but must be brick or class or growth or none: choose one of the names, or "
+      "remove it to get the default brick");
   EXPECT_EQ(message_of("sensor_model/max_range", 0),
             "is 0, but must be -1, or a number of at least 0.01: correct it, or remove it to get "
             "the default -1.0");
@@ -335,6 +194,50 @@ TEST(Parameters, AllErrorsAreListedAtOnce) {
                                           "pointcloud_min_x", "latch",         "rtree/min_branches",
                                           "pointcloud_min_z", "publish_rates", "sensor_model/hitt"};
   EXPECT_EQ(keysOf(loaded.errors), expected);
+}
+
+TEST(Parameters, AllThatOctomapServerHasAreTaken) {
+  const XmlRpcValue theirs = makeGroup({{"frame_id", "map"},
+                                        {"base_frame_id", "base_footprint"},
+                                        {"resolution", 0.05},
+                                        {"height_map", true},
+                                        {"colored_map", false},
+                                        {"color_factor", 0.8},
+                                        {"color/r", 0.0},
+                                        {"color/g", 0.0},
+                                        {"color/b", 1.0},
+                                        {"color/a", 1.0},
+                                        {"color_free/r", 0.0},
+                                        {"color_free/g", 1.0},
+                                        {"color_free/b", 0.0},
+                                        {"color_free/a", 1.0},
+                                        {"publish_free_space", false},
+                                        {"latch", true},
+                                        {"pointcloud_min_x", -100.0},
+                                        {"pointcloud_max_x", 100.0},
+                                        {"pointcloud_min_y", -100.0},
+                                        {"pointcloud_max_y", 100.0},
+                                        {"pointcloud_min_z", -100.0},
+                                        {"pointcloud_max_z", 100.0},
+                                        {"occupancy_min_z", -100.0},
+                                        {"occupancy_max_z", 100.0},
+                                        {"min_x_size", 0.0},
+                                        {"min_y_size", 0.0},
+                                        {"filter_speckles", false},
+                                        {"filter_ground", false},
+                                        {"ground_filter/distance", 0.04},
+                                        {"ground_filter/angle", 0.15},
+                                        {"ground_filter/plane_distance", 0.07},
+                                        {"sensor_model/max_range", -1.0},
+                                        {"sensor_model/min_range", -1.0},
+                                        {"sensor_model/hit", 0.7},
+                                        {"sensor_model/miss", 0.4},
+                                        {"sensor_model/min", 0.12},
+                                        {"sensor_model/max", 0.97},
+                                        {"compress_map", true},
+                                        {"incremental_2D_projection", false},
+                                        {"map_file", ""}});
+  EXPECT_TRUE(readParameters(theirs).errors.empty());
 }
 
 TEST(Parameters, AnUnknownKeyIsRefusedWithTheNearestKnownOne) {

@@ -29,7 +29,7 @@ struct SnapshotLimits {
 [[nodiscard]] MapSnapshot takeSnapshot(const CuboidMap& map, const std::string& frame_id);
 
 /// Puts a snapshot in the place of everything in a map, fused anew in each brick as the map's
-/// strategy does; log-odds beyond the map's clamping thresholds become these. The revision rises.
+/// strategy does (not with `growth`, which takes the cuboids as they are); log-odds beyond the map's clamping thresholds become these. The revision rises.
 /// @pre findFault() finds none, and the resolutions are equal.
 /// @complexity O(n log n) for cuboids and bricks that they touch.
 ChangeSet restoreSnapshot(const MapSnapshot& snapshot, CuboidMap& map);

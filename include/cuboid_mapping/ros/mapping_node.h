@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include "cuboid_mapping/ros/cloud_pipeline.h"
 #include "cuboid_mapping/ros/cloud_queue.h"
 #include "cuboid_mapping/ros/diagnostics.h"
 #include "cuboid_mapping/ros/guarded_map.h"
@@ -9,8 +10,6 @@
 #include "cuboid_mapping/ros/parameters.h"
 #include "cuboid_mapping/ros/planner_services.h"
 #include "cuboid_mapping/ros/time_jump.h"
-#include "cuboid_mapping/scan/scan_filter.h"
-#include "cuboid_mapping/scan/scan_update.h"
 
 #include <diagnostic_updater/diagnostic_updater.h>
 #include <message_filters/subscriber.h>
@@ -52,11 +51,6 @@ class MappingNode {
   using CloudPtr = sensor_msgs::PointCloud2::ConstPtr;
   using Clock = std::chrono::steady_clock;
 
-  struct CloudPoses {
-    Eigen::Isometry3d T_map_cloud;
-    Eigen::Isometry3d T_map_sensor;  ///< Its translation is where the beams start.
-  };
-
   void subscribe(ros::NodeHandle& nh);
   void onCloudReceived(const CloudPtr& cloud);
   void onCloudInTurn(const CloudPtr& cloud);
@@ -64,8 +58,6 @@ class MappingNode {
   /// For a cloud whose transforms were there, but were forgotten before its turn.
   void waitForTfAgain(const CloudPtr& cloud, const std::string& tf_error);
   void integrate(const sensor_msgs::PointCloud2& cloud, const CloudPoses& poses);
-  [[nodiscard]] std::optional<CloudPoses> lookupPoses(const std_msgs::Header& header,
-                                                      std::string& error) const;
   void releaseHeldCloud();
   void releaseHeldCloudIfTfIsRight();
   /// Whether the newest transform is later than the cloud by more than tf keeps.
@@ -77,8 +69,7 @@ class MappingNode {
   void reportDiagnostics(diagnostic_updater::DiagnosticStatusWrapper& status);
 
   NodeParameters parameters_;
-  cuboid_mapping::ScanLimits scan_limits_;
-  cuboid_mapping::ScanUpdater scan_updater_;
+  CloudPipeline pipeline_;
   GuardedMap map_;
   ros::CallbackQueue query_queue_;
   ros::CallbackQueue publish_queue_;  ///< Also of ~reset, so that it is published at once.

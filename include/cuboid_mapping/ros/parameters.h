@@ -2,15 +2,37 @@
 #pragma once
 
 #include "cuboid_mapping/map/cuboid_map.h"
+#include "cuboid_mapping/ros/ground_filter.h"
 
 #include <ros/node_handle.h>
 #include <xmlrpcpp/XmlRpcValue.h>
 
+#include <array>
 #include <limits>
 #include <string>
 #include <vector>
 
 namespace cuboid_mapping_ros {
+
+/// Parameters that octomap_server has, and that concern its topics and its filter of the ground.
+struct OctomapServerParameters {
+  std::string base_frame_id = "base_footprint";  ///< Of the robot, z = 0 on the ground.
+  bool filter_ground = false;  ///< Whether points of the ground free space, and are no obstacles.
+  GroundFilterConfig ground_filter;
+  bool filter_speckles = false;     ///< Leave out occupied voxels without occupied neighbours.
+  bool publish_free_space = false;  ///< Whether free_cells_vis_array is published.
+  double occupancy_min_z_m = -1e9;  ///< Cells below are in no topic of octomap_server.
+  double occupancy_max_z_m = 1e9;   ///< Cells above are in no topic of octomap_server.
+  double min_x_size_m = 0.0;        ///< Least size of projected_map.
+  double min_y_size_m = 0.0;        ///< Least size of projected_map.
+  bool is_projection_incremental = false;  ///< Accepted: the projection always is.
+  bool compress_map = true;                ///< Accepted: octrees are always pruned.
+  bool is_height_map = true;               ///< Colour of occupied cells by height; else `color`.
+  double color_factor = 0.8;    ///< Share of the circle of hues that the height runs through.
+  bool is_colored_map = false;  ///< Accepted: cells have no colours.
+  std::array<double, 4> color = {0.0, 0.0, 1.0, 1.0};       ///< r, g, b, a of occupied cells.
+  std::array<double, 4> color_free = {0.0, 1.0, 0.0, 1.0};  ///< r, g, b, a of free cells.
+};
 
 /// What the colour of an occupied cuboid stands for.
 enum class ColorBy : unsigned char { kHeight, kProbability };
@@ -43,6 +65,10 @@ struct NodeParameters {
   PublishedCuboids published_cuboids = PublishedCuboids::kMap;
   ColorBy color_by = ColorBy::kHeight;
   double color_period_m = 10.0;  ///< Height over which the colours repeat.
+  std::string map_file;          ///< Loaded at the start; empty: none.
+  std::string autosave_file;     ///< Saved to now and then; empty: none.
+  double autosave_period_s = 60.0;
+  OctomapServerParameters octomap_server;
 };
 
 /// One thing that is wrong with the parameters.

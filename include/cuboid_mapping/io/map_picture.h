@@ -1,0 +1,64 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Pictures of maps, drawn without a display.
+#pragma once
+
+#include "cuboid_mapping/map/cuboid_map.h"
+
+#include <Eigen/Core>
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <string>
+#include <vector>
+
+namespace cuboid_mapping {
+
+/// Rows of red, green, blue, from the upper left corner.
+struct Picture {
+  std::size_t width = 0;
+  std::size_t height = 0;
+  std::vector<std::uint8_t> rgb;
+
+  [[nodiscard]] std::array<std::uint8_t, 3> at(std::size_t x, std::size_t y) const {
+    const std::uint8_t* pixel = &rgb[3 * (y * width + x)];
+    return {pixel[0], pixel[1], pixel[2]};
+  }
+};
+
+/// From where a map is seen. Metres, map frame.
+struct Camera {
+  Eigen::Vector3d eye = Eigen::Vector3d::Zero();
+  Eigen::Vector3d forward = -Eigen::Vector3d::UnitZ();  ///< Not zero.
+  Eigen::Vector3d up = Eigen::Vector3d::UnitY();        ///< Not parallel to it.
+  double range_m = 100.0;                               ///< Nothing farther away is drawn.
+  /// Height of the picture: parallel rays. 0: perspective, with the angle below.
+  double ortho_height_m = 0.0;
+  double vertical_angle_rad = 1.0;
+};
+
+/// Size of a picture, each side from 1 to 16384.
+struct PictureSize {
+  std::size_t width = 1024;
+  std::size_t height = 768;
+};
+
+/// A camera above the map that looks straight down and sees all of it, +y up. @pre the map has a
+/// cuboid.
+[[nodiscard]] Camera makeTopCamera(const CuboidMap& map, const PictureSize& size);
+
+/// A camera that looks at a point from another one. @pre they differ by more than 1e-6 m.
+[[nodiscard]] Camera makeCameraAt(const Eigen::Vector3d& eye, const Eigen::Vector3d& target,
+                                  double range_m);
+
+/// One ray for each pixel: the first occupied voxel on it, coloured by its height between lowest and
+/// highest occupied voxel (blue to red) and shaded by the face that is seen; light grey where only
+/// free space is, white where all is unknown. @complexity O(pixels · voxels and bricks passed).
+/// @param threads  >= 1; the picture does not depend on it.
+[[nodiscard]] Picture renderMap(const CuboidMap& map, const Camera& camera, const PictureSize& size,
+                                int threads);
+
+/// A picture as the bytes of a PNG file.
+[[nodiscard]] std::string toPng(const Picture& picture);
+
+}  // namespace cuboid_mapping

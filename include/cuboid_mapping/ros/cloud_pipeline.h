@@ -1,0 +1,76 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include "cuboid_mapping/ros/cloud_conversions.h"
+#include "cuboid_mapping/ros/node_statistics.h"
+#include "cuboid_mapping/ros/parameters.h"
+#include "cuboid_mapping/ros/tf_lookup.h"
+#include "cuboid_mapping/scan/scan_filter.h"
+#include "cuboid_mapping/scan/scan_update.h"
+
+#include <sensor_msgs/PointCloud2.h>
+#include <tf2/buffer_core.h>
+
+#include <Eigen/Geometry>
+
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace cuboid_mapping_ros {
+
+/// Where a cloud was taken.
+struct CloudPoses {
+  Eigen::Isometry3d T_map_cloud;
+  Eigen::Isometry3d T_map_sensor;  ///< Its translation is where the beams start.
+  /// Of the robot's base; only with filter_ground.
+  std::optional<Eigen::Isometry3d> T_map_base;
+};
+
+/// Frames that must have a transform to the map's, besides that of the cloud.
+[[nodiscard]] std::vector<std::string> neededFrames(const NodeParameters& parameters);
+
+/// The poses of a cloud at its stamp. Never waits.
+/// @return Nothing when tf does not have all of them: never a wrong pose. @param error  Says why.
+[[nodiscard]] std::optional<CloudPoses> lookupPoses(const tf2::BufferCore& tf,
+                                                    const NodeParameters& parameters,
+                                                    const std_msgs::Header& header,
+                                                    std::string& error);
+
+/// Threads for the work on a cloud: those of the parameter, or one for each core.
+[[nodiscard]] int numThreads(const NodeParameters& parameters);
+
+/// The map of the parameters.
+[[nodiscard]] cuboid_mapping::MapConfig makeMapConfig(const NodeParameters& parameters);
+
+/// From the message to the voxels that it observes: conversion, ground, filters, ray walk. The same
+/// for the node, and for bags without one. Not thread-safe.
+///
+/// Beams to the ground (filter_ground) free the voxels before their end, and hit nothing.
+class CloudPipeline {
+ public:
+  explicit CloudPipeline(const NodeParameters& parameters);
+
+  /// @param statistics  Gets counts and times, also of a cloud that is refused.
+  /// @param error  Set when the cloud is refused.
+  /// @return Valid until the next call; null when the cloud is refused.
+  const cuboid_mapping::ScanUpdate* compute(const sensor_msgs::PointCloud2& cloud,
+                                            const CloudPoses& poses, NodeStatistics& statistics,
+                                            std::optional<CloudError>& error);
+
+ private:
+  [[nodiscard]] cuboid_mapping::Scan makeScan(const CloudPoints& points, const CloudPoses& poses,
+                                              NodeStatistics& statistics) const;
+  /// Takes the points of the ground out; none without filter_ground.
+  [[nodiscard]] cuboid_mapping::Scan takeGround(CloudPoints& points, const CloudPoses& poses,
+                                                NodeStatistics& statistics) const;
+  [[nodiscard]] const cuboid_mapping::ScanUpdate& computeUpdate(const cuboid_mapping::Scan& scan,
+                                                                const cuboid_mapping::Scan& ground);
+
+  NodeParameters parameters_;
+  cuboid_mapping::ScanLimits scan_limits_;
+  cuboid_mapping::ScanUpdater scan_updater_;
+  cuboid_mapping::ScanUpdate with_ground_;
+};
+
+}  // namespace cuboid_mapping_ros

@@ -1,0 +1,38 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <Eigen/Core>
+#include <Eigen/Geometry>
+
+#include <vector>
+
+namespace cuboid_mapping_ros {
+
+/// Which points are taken for ground: as octomap_server's ground_filter.
+struct GroundFilterConfig {
+  double distance_m = 0.04;        ///< Points so near to the plane belong to it.
+  double angle_rad = 0.15;         ///< Between the plane's normal and z of the base, at most.
+  double plane_distance_m = 0.07;  ///< Of the plane from z = 0 of the base, at most.
+};
+
+/// Points apart, each in the order of the cloud.
+struct GroundSplit {
+  std::vector<Eigen::Vector3f> ground;
+  std::vector<Eigen::Vector3f> others;
+  bool is_plane_found = false;
+};
+
+/// Tells the points of the ground from the others.
+///
+/// Planes that are nearly level are segmented (PCL, RANSAC with a fixed seed) until one lies near
+/// z = 0 of the base frame: its points are the ground. Cases:
+///   - no such plane: the points within plane_distance_m of z = 0 of the base frame;
+///   - fewer than 50 points: none is ground.
+///
+/// @param T_base_cloud  Takes the points to the robot's base, whose z is up and 0 on the ground.
+/// @complexity O(planes n), at most 200 tries a plane.
+[[nodiscard]] GroundSplit splitGround(const std::vector<Eigen::Vector3f>& points_cloud,
+                                      const Eigen::Isometry3d& T_base_cloud,
+                                      const GroundFilterConfig& config);
+
+}  // namespace cuboid_mapping_ros

@@ -1,0 +1,53 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// What octomap_server publishes, made from a map. Pure functions.
+#pragma once
+
+#include "cuboid_mapping/interop/octree_stream.h"
+#include "cuboid_mapping/map/map_snapshot.h"
+#include "cuboid_mapping/map/voxel_classes.h"
+#include "cuboid_mapping/ros/octomap_messages.h"
+#include "cuboid_mapping/ros/parameters.h"
+
+#include <sensor_msgs/PointCloud2.h>
+#include <std_msgs/Header.h>
+#include <visualization_msgs/MarkerArray.h>
+
+#include <vector>
+
+namespace cuboid_mapping_ros {
+
+/// octomap_binary and octomap_full: every voxel within +-32768 voxels from the origin; pruned.
+/// @param num_left_out  Gets the number of voxels outside, which no octree can hold.
+[[nodiscard]] OctomapMessage toOctomapMessage(const cuboid_mapping::MapSnapshot& map,
+                                              cuboid_mapping::OctreeKind kind,
+                                              const std_msgs::Header& header, double& num_left_out);
+
+/// Takes away occupied voxels of which none of the 26 neighbours is occupied.
+/// @param classes  Of the same map.
+void removeSpeckles(const cuboid_mapping::VoxelClasses& classes,
+                    std::vector<cuboid_mapping::Cuboid>& cuboids);
+
+/// Which cells the markers and points of octomap_server show.
+enum class ShownCells : unsigned char { kOccupied, kFree };
+
+/// The leaves of one class in the octree of the map's classes that share a height with
+/// [occupancy_min_z, occupancy_max_z].
+[[nodiscard]] std::vector<cuboid_mapping::OctreeLeaf> computeShownLeaves(
+    const cuboid_mapping::MapSnapshot& map, ShownCells cells,
+    const OctomapServerParameters& parameters);
+
+/// occupied_cells_vis_array and free_cells_vis_array: 17 markers, one for each depth from 0 to 16,
+/// whose id it is; a CUBE_LIST, or DELETE where there is no leaf of that size.
+///
+/// Colours: `color` or `color_free`; with height_map, occupied cells by their height between the
+/// lowest and the highest of them.
+[[nodiscard]] visualization_msgs::MarkerArray toCellMarkers(
+    const std::vector<cuboid_mapping::OctreeLeaf>& leaves, ShownCells cells, double resolution_m,
+    const OctomapServerParameters& parameters, const std_msgs::Header& header);
+
+/// octomap_point_cloud_centers: the centres of leaves, x, y, z as FLOAT32.
+[[nodiscard]] sensor_msgs::PointCloud2 toCenters(
+    const std::vector<cuboid_mapping::OctreeLeaf>& leaves, double resolution_m,
+    const std_msgs::Header& header);
+
+}  // namespace cuboid_mapping_ros

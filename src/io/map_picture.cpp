@@ -1,0 +1,176 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "cuboid_mapping/io/map_picture.h"
+
+#include "cuboid_mapping/parallel/parallel_for.h"
+#include "cuboid_mapping/query/ray_query.h"
+#include "cuboid_mapping/rtree/traversal.h"
+
+#include <Eigen/Geometry>
+
+#include <png.h>
+
+#include <algorithm>
+#include <cmath>
+#include <optional>
+#include <stdexcept>
+
+namespace cuboid_mapping {
+namespace {
+
+using Rgb = std::array<std::uint8_t, 3>;
+
+constexpr Rgb kUnknownColor{255, 255, 255};
+constexpr Rgb kFreeColor{225, 228, 225};
+
+std::optional<CellBox> findExtent(const CuboidMap& map, CuboidFilter filter) {
+  std::optional<CellBox> extent;
+  visitAll(map.tree(), filter, [&extent](const Cuboid& cuboid) {
+    extent = extent ? unite(*extent, cuboid.box) : cuboid.box;
+    return Visit::kContinue;
+  });
+  return extent;
+}
+
+/// Heights between which the colours run.
+struct HeightRange {
+  double min_m = 0.0;
+  double max_m = 1.0;
+};
+
+/// From blue over green to red.
+Eigen::Vector3d toColor(double ratio) {
+  const auto share = [ratio](double center) {
+    return std::clamp(1.5 - 4.0 * std::abs(ratio - center), 0.0, 1.0);
+  };
+  return {share(0.85), share(0.5), share(0.15)};
+}
+
+/// Light from above and a little from the front: by the axis of the face that a point lies on.
+double shadeOf(const CuboidMap& map, const Cell& voxel, const Eigen::Vector3d& point_map) {
+  const MetricBox box = map.grid().toMetricBox(CellBox::ofCell(voxel));
+  const Eigen::Array3d to_face =
+      (point_map - box.min_m).array().abs().min((box.max_m - point_map).array().abs());
+  Eigen::Index axis = 0;
+  to_face.minCoeff(&axis);
+  constexpr std::array<double, 3> kShades{0.65, 0.8, 1.0};
+  return kShades[static_cast<std::size_t>(axis)];
+}
+
+Rgb colorOf(const CuboidMap& map, const RayQueryResult& seen, const HeightRange& heights,
+            double range_m) {
+  if (seen.end != RayEnd::kOccupied || !seen.voxel) {
+    return seen.unknown_length_m < range_m * (1.0 - 1e-9) ? kFreeColor : kUnknownColor;
+  }
+  const double ratio = (seen.point_map.z() - heights.min_m) / (heights.max_m - heights.min_m);
+  const Eigen::Vector3d color =
+      toColor(std::clamp(ratio, 0.0, 1.0)) * shadeOf(map, *seen.voxel, seen.point_map);
+  Rgb rgb{};
+  for (std::size_t i = 0; i < 3; ++i) {
+    rgb[i] = static_cast<std::uint8_t>(std::lround(255.0 * color[static_cast<Eigen::Index>(i)]));
+  }
+  return rgb;
+}
+
+struct PixelRay {
+  Eigen::Vector3d origin;
+  Eigen::Vector3d direction;
+};
+
+/// Rays through the centres of pixels.
+class Lens {
+ public:
+  Lens(const Camera& camera, const PictureSize& size)
+      : camera_(camera),
+        size_(size),
+        forward_(camera.forward.normalized()),
+        right_(forward_.cross(camera.up).normalized()),
+        up_(right_.cross(forward_)) {}
+
+  [[nodiscard]] PixelRay rayOf(std::size_t x, std::size_t y) const {
+    const auto height = static_cast<double>(size_.height);
+    // In heights of the picture, from its centre.
+    const double to_right =
+        (static_cast<double>(x) + 0.5) / height - 0.5 * static_cast<double>(size_.width) / height;
+    const double to_top = 0.5 - (static_cast<double>(y) + 0.5) / height;
+    if (camera_.ortho_height_m > 0.0) {
+      return {camera_.eye + camera_.ortho_height_m * (to_right * right_ + to_top * up_), forward_};
+    }
+    const double scale = 2.0 * std::tan(0.5 * camera_.vertical_angle_rad);
+    return {camera_.eye, forward_ + scale * (to_right * right_ + to_top * up_)};
+  }
+
+ private:
+  Camera camera_;
+  PictureSize size_;
+  Eigen::Vector3d forward_;
+  Eigen::Vector3d right_;
+  Eigen::Vector3d up_;
+};
+
+}  // namespace
+
+Camera makeTopCamera(const CuboidMap& map, const PictureSize& size) {
+  const MetricBox box =
+      map.grid().toMetricBox(findExtent(map, CuboidFilter::kAll).value_or(CellBox{}));
+  const Eigen::Vector3d extent_m = box.max_m - box.min_m;
+  constexpr double kMargin = 1.05;
+  Camera camera;
+  camera.eye = 0.5 * (box.min_m + box.max_m);
+  camera.eye.z() = box.max_m.z() + map.grid().resolution();
+  camera.range_m = extent_m.z() + 2.0 * map.grid().resolution();
+  camera.ortho_height_m =
+      kMargin * std::max(extent_m.y(), extent_m.x() * static_cast<double>(size.height) /
+                                           static_cast<double>(size.width));
+  return camera;
+}
+
+Camera makeCameraAt(const Eigen::Vector3d& eye, const Eigen::Vector3d& target, double range_m) {
+  Camera camera;
+  camera.eye = eye;
+  camera.forward = target - eye;
+  camera.range_m = range_m;
+  const bool is_vertical = camera.forward.head<2>().norm() < 1e-6;
+  camera.up = is_vertical ? Eigen::Vector3d::UnitY() : Eigen::Vector3d::UnitZ();
+  return camera;
+}
+
+Picture renderMap(const CuboidMap& map, const Camera& camera, const PictureSize& size,
+                  int threads) {
+  HeightRange heights;
+  if (const auto extent = findExtent(map, CuboidFilter::kOccupied)) {
+    const MetricBox box = map.grid().toMetricBox(*extent);
+    heights = {box.min_m.z(), box.max_m.z()};
+  }
+  Picture picture{size.width, size.height,
+                  std::vector<std::uint8_t>(3 * size.width * size.height, 255)};
+  const Lens lens(camera, size);
+  parallelFor(size.height, threads, [&](std::size_t y) {
+    for (std::size_t x = 0; x < size.width; ++x) {
+      const PixelRay ray = lens.rayOf(x, y);
+      const auto seen =
+          castRay(map, ray.origin, ray.direction, camera.range_m, UnknownPolicy::kPass);
+      if (!seen) continue;
+      const Rgb color = colorOf(map, *seen, heights, camera.range_m);
+      std::copy(color.begin(), color.end(), &picture.rgb[3 * (y * size.width + x)]);
+    }
+  });
+  return picture;
+}
+
+std::string toPng(const Picture& picture) {
+  png_image image{};
+  image.version = PNG_IMAGE_VERSION;
+  image.width = static_cast<png_uint_32>(picture.width);
+  image.height = static_cast<png_uint_32>(picture.height);
+  image.format = PNG_FORMAT_RGB;
+  png_alloc_size_t size = PNG_IMAGE_PNG_SIZE_MAX(image);
+  std::string bytes(size, '\0');
+  if (png_image_write_to_memory(&image, bytes.data(), &size, 0, picture.rgb.data(), 0, nullptr) ==
+      0) {
+    throw std::runtime_error(std::string("cannot make a PNG: ") + image.message);
+  }
+  bytes.resize(size);
+  return bytes;
+}
+
+}  // namespace cuboid_mapping

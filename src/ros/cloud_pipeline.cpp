@@ -1,0 +1,155 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "cuboid_mapping/ros/cloud_pipeline.h"
+
+#include <algorithm>
+#include <iterator>
+#include <thread>
+#include <utility>
+#include <variant>
+
+namespace cuboid_mapping_ros {
+namespace {
+
+using cuboid_mapping::BrickUpdate;
+using cuboid_mapping::Scan;
+using cuboid_mapping::ScanUpdate;
+
+/// Takes the hits out: what is left are the voxels before the ends.
+void dropHits(ScanUpdate& update) {
+  for (BrickUpdate& brick : update.bricks) brick.hits = {};
+}
+
+/// Both as one observation. @pre Their scans have the same origin, so that bricks are numbered alike.
+ScanUpdate unite(const ScanUpdate& a, const ScanUpdate& b) {
+  ScanUpdate united;
+  united.num_points = a.num_points + b.num_points;
+  united.num_out_of_range = a.num_out_of_range + b.num_out_of_range;
+  united.samples = a.samples;
+  united.samples.insert(united.samples.end(), b.samples.begin(), b.samples.end());
+  united.bricks.reserve(a.bricks.size() + b.bricks.size());
+  const auto is_before = [](const BrickUpdate& x, const BrickUpdate& y) {
+    return x.morton < y.morton;
+  };
+  std::merge(a.bricks.begin(), a.bricks.end(), b.bricks.begin(), b.bricks.end(),
+             std::back_inserter(united.bricks), is_before);
+  std::size_t count = 0;
+  for (const BrickUpdate& brick : united.bricks) {
+    if (count == 0 || united.bricks[count - 1].morton != brick.morton) {
+      united.bricks[count++] = brick;
+      continue;
+    }
+    BrickUpdate& same = united.bricks[count - 1];
+    for (std::size_t z = 0; z < brick.hits.size(); ++z) {
+      same.hits[z] |= brick.hits[z];
+      same.misses[z] |= brick.misses[z];
+    }
+  }
+  united.bricks.resize(count);
+  return united;
+}
+
+}  // namespace
+
+std::vector<std::string> neededFrames(const NodeParameters& parameters) {
+  std::vector<std::string> frame_ids;
+  if (!parameters.sensor_frame.empty()) frame_ids.push_back(parameters.sensor_frame);
+  if (parameters.octomap_server.filter_ground) {
+    frame_ids.push_back(parameters.octomap_server.base_frame_id);
+  }
+  return frame_ids;
+}
+
+std::optional<CloudPoses> lookupPoses(const tf2::BufferCore& tf, const NodeParameters& parameters,
+                                      const std_msgs::Header& header, std::string& error) {
+  bool is_complete = true;
+  const auto lookup = [&](const std::string& frame_id) {
+    const TfLookup result = lookupTransform(tf, parameters.frame_id, frame_id, header.stamp);
+    if (!result.T_target_source && is_complete) error = result.error;
+    is_complete = is_complete && result.T_target_source;
+    return result.T_target_source.value_or(Eigen::Isometry3d::Identity());
+  };
+  CloudPoses poses;
+  poses.T_map_cloud = lookup(header.frame_id);
+  poses.T_map_sensor =
+      parameters.sensor_frame.empty() ? poses.T_map_cloud : lookup(parameters.sensor_frame);
+  if (parameters.octomap_server.filter_ground) {
+    poses.T_map_base = lookup(parameters.octomap_server.base_frame_id);
+  }
+  if (!is_complete) return std::nullopt;
+  return poses;
+}
+
+int numThreads(const NodeParameters& parameters) {
+  if (parameters.threads > 0) return parameters.threads;
+  return std::max(1, static_cast<int>(std::thread::hardware_concurrency()));
+}
+
+cuboid_mapping::MapConfig makeMapConfig(const NodeParameters& parameters) {
+  cuboid_mapping::MapConfig config = parameters.map;
+  config.hot_bytes = static_cast<std::size_t>(parameters.hot_bricks_mb) * 1000000;
+  config.threads = numThreads(parameters);
+  return config;
+}
+
+CloudPipeline::CloudPipeline(const NodeParameters& parameters)
+    : parameters_(parameters),
+      scan_limits_{parameters.min_range_m, parameters.crop_map},
+      scan_updater_(cuboid_mapping::Grid(parameters.map.resolution_m), parameters.max_range_m,
+                    numThreads(parameters), parameters.map.beamSampling()) {}
+
+const ScanUpdate* CloudPipeline::compute(const sensor_msgs::PointCloud2& cloud,
+                                         const CloudPoses& poses, NodeStatistics& statistics,
+                                         std::optional<CloudError>& error) {
+  Stopwatch stopwatch;
+  CloudOptions options;
+  options.no_return_range_m = parameters_.no_return_range_m;
+  options.T_cloud_sensor = poses.T_map_cloud.inverse() * poses.T_map_sensor;
+  auto converted = convertCloud(cloud, options);
+  if (const auto* defect = std::get_if<CloudError>(&converted)) {
+    error = *defect;
+    return nullptr;
+  }
+  auto& points = std::get<CloudPoints>(converted);
+  statistics.num_invalid += points.num_invalid;
+  const Scan ground = takeGround(points, poses, statistics);
+  const Scan scan = makeScan(points, poses, statistics);
+  statistics.convert_time.add(stopwatch.lap());
+
+  const ScanUpdate& update = computeUpdate(scan, ground);
+  statistics.ray_walk_time.add(stopwatch.lap());
+  statistics.num_points += update.num_points;
+  statistics.num_out_of_range += update.num_out_of_range;
+  return &update;
+}
+
+Scan CloudPipeline::makeScan(const CloudPoints& points, const CloudPoses& poses,
+                             NodeStatistics& statistics) const {
+  Scan scan = toScan(points, poses.T_map_cloud, poses.T_map_sensor.translation());
+  const cuboid_mapping::FilterCounts filtered = filterScan(scan, scan_limits_);
+  statistics.num_filtered += filtered.num_too_near + filtered.num_outside_crop;
+  return scan;
+}
+
+Scan CloudPipeline::takeGround(CloudPoints& points, const CloudPoses& poses,
+                               NodeStatistics& statistics) const {
+  if (!poses.T_map_base) return {};
+  const Eigen::Isometry3d T_base_points =
+      poses.T_map_base->inverse() * poses.T_map_cloud * Eigen::Translation3d(points.anchor_cloud);
+  GroundSplit split =
+      splitGround(points.points, T_base_points, parameters_.octomap_server.ground_filter);
+  points.points = std::move(split.others);
+  CloudPoints ground;
+  ground.anchor_cloud = points.anchor_cloud;
+  ground.points = std::move(split.ground);
+  return makeScan(ground, poses, statistics);
+}
+
+const ScanUpdate& CloudPipeline::computeUpdate(const Scan& scan, const Scan& ground) {
+  if (ground.points.empty()) return scan_updater_.compute(scan);
+  ScanUpdate free_only = scan_updater_.compute(ground);
+  dropHits(free_only);
+  with_ground_ = unite(free_only, scan_updater_.compute(scan));
+  return with_ground_;
+}
+
+}  // namespace cuboid_mapping_ros

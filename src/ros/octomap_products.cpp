@@ -1,0 +1,177 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "cuboid_mapping/ros/octomap_products.h"
+
+#include "cuboid_mapping/ros/marker_colors.h"
+
+#include <sensor_msgs/point_cloud2_iterator.h>
+
+#include <algorithm>
+#include <limits>
+#include <utility>
+
+namespace cuboid_mapping_ros {
+namespace {
+
+using cuboid_mapping::Cell;
+using cuboid_mapping::CellBox;
+using cuboid_mapping::Cuboid;
+using cuboid_mapping::kOctreeDepth;
+using cuboid_mapping::MapSnapshot;
+using cuboid_mapping::Occupancy;
+using cuboid_mapping::OctreeKind;
+using cuboid_mapping::OctreeLeaf;
+using cuboid_mapping::VoxelClasses;
+
+constexpr int kNumDepths = kOctreeDepth + 1;
+
+bool hasOccupiedNeighbour(const VoxelClasses& classes, const Cell& cell) {
+  for (std::int32_t z = -1; z <= 1; ++z) {
+    for (std::int32_t y = -1; y <= 1; ++y) {
+      for (std::int32_t x = -1; x <= 1; ++x) {
+        const bool is_itself = x == 0 && y == 0 && z == 0;
+        if (!is_itself && classes.at(cell + Cell{x, y, z}) == Occupancy::kOccupied) return true;
+      }
+    }
+  }
+  return false;
+}
+
+geometry_msgs::Point centerOf(const OctreeLeaf& leaf, double resolution_m) {
+  const double half = 0.5 * leaf.edge();
+  geometry_msgs::Point center;
+  center.x = (leaf.min.x + half) * resolution_m;
+  center.y = (leaf.min.y + half) * resolution_m;
+  center.z = (leaf.min.z + half) * resolution_m;
+  return center;
+}
+
+std_msgs::ColorRGBA toColor(const std::array<double, 4>& rgba) {
+  std_msgs::ColorRGBA color;
+  color.r = static_cast<float>(rgba[0]);
+  color.g = static_cast<float>(rgba[1]);
+  color.b = static_cast<float>(rgba[2]);
+  color.a = static_cast<float>(rgba[3]);
+  return color;
+}
+
+/// Colours by height: the lowest cell is blue, the highest one so far along the hues as
+/// color_factor says.
+class HeightColors {
+ public:
+  HeightColors(const std::vector<OctreeLeaf>& leaves, double resolution_m, double color_factor)
+      : color_factor_(color_factor) {
+    for (const OctreeLeaf& leaf : leaves) {
+      const double z_m = centerOf(leaf, resolution_m).z;
+      min_m_ = std::min(min_m_, z_m);
+      max_m_ = std::max(max_m_, z_m);
+    }
+  }
+
+  [[nodiscard]] std_msgs::ColorRGBA at(double z_m) const {
+    const double range_m = max_m_ - min_m_;
+    const double ratio = range_m > 0.0 ? (z_m - min_m_) / range_m : 0.0;
+    return toHeightColor(ratio * color_factor_, 1.0);
+  }
+
+ private:
+  double color_factor_;
+  double min_m_ = std::numeric_limits<double>::infinity();
+  double max_m_ = -std::numeric_limits<double>::infinity();
+};
+
+std::vector<visualization_msgs::Marker> makeEmptyMarkers(double resolution_m,
+                                                         const std_msgs::Header& header) {
+  std::vector<visualization_msgs::Marker> markers(kNumDepths);
+  for (int depth = 0; depth < kNumDepths; ++depth) {
+    visualization_msgs::Marker& marker = markers[static_cast<std::size_t>(depth)];
+    marker.header = header;
+    marker.ns = "map";
+    marker.id = depth;
+    marker.type = visualization_msgs::Marker::CUBE_LIST;
+    marker.pose.orientation.w = 1.0;
+    const double edge_m = resolution_m * (1 << (kOctreeDepth - depth));
+    marker.scale.x = marker.scale.y = marker.scale.z = edge_m;
+  }
+  return markers;
+}
+
+}  // namespace
+
+OctomapMessage toOctomapMessage(const MapSnapshot& map, OctreeKind kind,
+                                const std_msgs::Header& header, double& num_left_out) {
+  const cuboid_mapping::OctreeStream tree = toOctreeStream(map.cuboids, kind);
+  num_left_out = tree.num_left_out;
+  OctomapMessage message;
+  message.header = header;
+  message.binary = kind == OctreeKind::kBinary ? 1 : 0;
+  message.id = "OcTree";
+  message.resolution = map.resolution_m;
+  message.data.assign(tree.bytes.begin(), tree.bytes.end());
+  return message;
+}
+
+void removeSpeckles(const VoxelClasses& classes, std::vector<Cuboid>& cuboids) {
+  const auto is_speckle = [&](const Cuboid& cuboid) {
+    return cuboid.occupancy() == Occupancy::kOccupied && cuboid.box.numVoxels() == 1.0 &&
+           !hasOccupiedNeighbour(classes, cuboid.box.min);
+  };
+  cuboids.erase(std::remove_if(cuboids.begin(), cuboids.end(), is_speckle), cuboids.end());
+}
+
+std::vector<OctreeLeaf> computeShownLeaves(const MapSnapshot& map, ShownCells cells,
+                                           const OctomapServerParameters& parameters) {
+  std::vector<OctreeLeaf> leaves = computeOctreeLeaves(map.cuboids, OctreeKind::kBinary);
+  const auto is_hidden = [&](const OctreeLeaf& leaf) {
+    const bool is_occupied = leaf.log_odds >= 0.0F;
+    return is_occupied != (cells == ShownCells::kOccupied) ||
+           (leaf.min.z + leaf.edge()) * map.resolution_m <= parameters.occupancy_min_z_m ||
+           leaf.min.z * map.resolution_m >= parameters.occupancy_max_z_m;
+  };
+  leaves.erase(std::remove_if(leaves.begin(), leaves.end(), is_hidden), leaves.end());
+  return leaves;
+}
+
+visualization_msgs::MarkerArray toCellMarkers(const std::vector<OctreeLeaf>& leaves,
+                                              ShownCells cells, double resolution_m,
+                                              const OctomapServerParameters& parameters,
+                                              const std_msgs::Header& header) {
+  visualization_msgs::MarkerArray array;
+  array.markers = makeEmptyMarkers(resolution_m, header);
+  const bool is_occupied = cells == ShownCells::kOccupied;
+  const bool is_by_height = is_occupied && parameters.is_height_map;
+  const HeightColors heights(leaves, resolution_m, parameters.color_factor);
+  for (const OctreeLeaf& leaf : leaves) {
+    visualization_msgs::Marker& marker = array.markers[static_cast<std::size_t>(leaf.depth)];
+    marker.points.push_back(centerOf(leaf, resolution_m));
+    if (is_by_height) marker.colors.push_back(heights.at(marker.points.back().z));
+  }
+  for (visualization_msgs::Marker& marker : array.markers) {
+    marker.color = toColor(is_occupied ? parameters.color : parameters.color_free);
+    marker.action = marker.points.empty() ? visualization_msgs::Marker::DELETE
+                                          : visualization_msgs::Marker::ADD;
+  }
+  return array;
+}
+
+sensor_msgs::PointCloud2 toCenters(const std::vector<OctreeLeaf>& leaves, double resolution_m,
+                                   const std_msgs::Header& header) {
+  sensor_msgs::PointCloud2 cloud;
+  cloud.header = header;
+  cloud.is_dense = 1;
+  sensor_msgs::PointCloud2Modifier modifier(cloud);
+  using Field = sensor_msgs::PointField;
+  modifier.setPointCloud2Fields(3, "x", 1, Field::FLOAT32, "y", 1, Field::FLOAT32, "z", 1,
+                                Field::FLOAT32);
+  modifier.resize(leaves.size());
+  sensor_msgs::PointCloud2Iterator<float> xyz(cloud, "x");
+  for (const OctreeLeaf& leaf : leaves) {
+    const geometry_msgs::Point center = centerOf(leaf, resolution_m);
+    xyz[0] = static_cast<float>(center.x);
+    xyz[1] = static_cast<float>(center.y);
+    xyz[2] = static_cast<float>(center.z);
+    ++xyz;
+  }
+  return cloud;
+}
+
+}  // namespace cuboid_mapping_ros

@@ -1,0 +1,146 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "cuboid_mapping/ros/projected_map.h"
+
+#include "cuboid_mapping/ros/octomap_products.h"
+#include "cuboid_mapping/rtree/traversal.h"
+
+#include <algorithm>
+#include <cmath>
+#include <vector>
+
+namespace cuboid_mapping_ros {
+namespace {
+
+using cuboid_mapping::Cell;
+using cuboid_mapping::CellBox;
+using cuboid_mapping::ChangeSet;
+using cuboid_mapping::Cuboid;
+using cuboid_mapping::CuboidMap;
+using cuboid_mapping::Grid;
+using cuboid_mapping::kAllCells;
+using cuboid_mapping::Occupancy;
+
+constexpr std::int8_t kUnknown = -1;
+constexpr std::int8_t kFree = 0;
+constexpr std::int8_t kOccupied = 100;
+
+/// Visits the least cells of the tiles that a box lies over. @param margin  Cells around the box.
+template <typename VisitorT>
+void visitTiles(const CellBox& box, std::int32_t margin, VisitorT visit) {
+  const Cell first = cuboid_mapping::brickOf(box.min - Cell{margin, margin, 0});
+  for (std::int32_t y = first.y; y < box.max.y + margin; y += cuboid_mapping::kBrickEdge) {
+    for (std::int32_t x = first.x; x < box.max.x + margin; x += cuboid_mapping::kBrickEdge) {
+      visit(Cell{x, y, 0});
+    }
+  }
+}
+
+std::int32_t toLayer(double z_cells) {
+  constexpr double kMax = Grid::kMaxCell;
+  return static_cast<std::int32_t>(std::clamp(z_cells, -kMax, kMax));
+}
+
+}  // namespace
+
+void ProjectedMap::noteChanges(const ChangeSet& changes) {
+  if (changes.is_everything) release();
+  if (is_everything_dirty_) return;
+  // A voxel beside a change may have become a speckle, or be none any more.
+  for (const CellBox& box : changes.boxes) {
+    visitTiles(box, 1, [this](const Cell& tile) { dirty_.insert(tile); });
+  }
+}
+
+void ProjectedMap::release() {
+  tiles_ = Tiles();
+  dirty_.clear();
+  is_everything_dirty_ = true;
+}
+
+void ProjectedMap::update(const CuboidMap& map) {
+  if (is_everything_dirty_) {
+    visitAll(map.tree(), cuboid_mapping::CuboidFilter::kAll, [this](const Cuboid& cuboid) {
+      visitTiles(cuboid.box, 0, [this](const Cell& tile) { dirty_.insert(tile); });
+      return cuboid_mapping::Visit::kContinue;
+    });
+    is_everything_dirty_ = false;
+  }
+  for (const Cell& tile : dirty_) updateTile(map, tile);
+  dirty_.clear();
+}
+
+void ProjectedMap::updateTile(const CuboidMap& map, const Cell& tile) {
+  CellBox column{tile, tile + Cell{kTileEdge, kTileEdge, 0}};
+  const double resolution_m = map.grid().resolution();
+  column.min.z = toLayer(std::floor(parameters_.occupancy_min_z_m / resolution_m + 1e-6));
+  column.max.z = toLayer(std::ceil(parameters_.occupancy_max_z_m / resolution_m - 1e-6));
+  std::vector<Cuboid> cuboids;
+  visitBox(map.tree(), column, cuboid_mapping::CuboidFilter::kAll, [&](const Cuboid& cuboid) {
+    cuboids.push_back(cuboid);
+    return cuboid_mapping::Visit::kContinue;
+  });
+  if (parameters_.filter_speckles) removeSpeckles(map.classes(), cuboids);
+  Tile values;
+  values.fill(kUnknown);
+  for (const Cuboid& cuboid : cuboids) {
+    const CellBox part = intersect(cuboid.box, column);
+    const std::int8_t value = cuboid.occupancy() == Occupancy::kOccupied ? kOccupied : kFree;
+    for (std::int32_t y = part.min.y; y < part.max.y; ++y) {
+      for (std::int32_t x = part.min.x; x < part.max.x; ++x) {
+        auto& cell = values[static_cast<std::size_t>((y - tile.y) * kTileEdge + x - tile.x)];
+        cell = std::max(cell, value);
+      }
+    }
+  }
+  if (std::all_of(values.begin(), values.end(), [](std::int8_t v) { return v == kUnknown; })) {
+    tiles_.erase(tile);
+  } else {
+    tiles_[tile] = values;
+  }
+}
+
+CellBox ProjectedMap::findExtent(double resolution_m) const {
+  const auto half = [resolution_m](double size_m) {
+    return static_cast<std::int32_t>(std::ceil(0.5 * size_m / resolution_m - 1e-6));
+  };
+  const std::int32_t half_x = half(parameters_.min_x_size_m);
+  const std::int32_t half_y = half(parameters_.min_y_size_m);
+  CellBox extent{{-half_x, -half_y, 0}, {half_x, half_y, 1}};
+  for (const auto& [tile, values] : tiles_) {
+    for (std::int32_t i = 0; i < kTileEdge * kTileEdge; ++i) {
+      if (values[static_cast<std::size_t>(i)] == kUnknown) continue;
+      const CellBox cell = CellBox::ofCell(tile + Cell{i % kTileEdge, i / kTileEdge, 0});
+      extent = extent.isEmpty() ? cell : unite(extent, cell);
+    }
+  }
+  return extent;
+}
+
+nav_msgs::OccupancyGrid ProjectedMap::makeGrid(const std_msgs::Header& header,
+                                               double resolution_m) const {
+  nav_msgs::OccupancyGrid grid;
+  grid.header = header;
+  grid.info.map_load_time = header.stamp;
+  grid.info.resolution = static_cast<float>(resolution_m);
+  grid.info.origin.orientation.w = 1.0;
+  const CellBox extent = findExtent(resolution_m);
+  if (extent.isEmpty()) return grid;
+  const Cell size = extent.size();
+  grid.info.width = static_cast<std::uint32_t>(size.x);
+  grid.info.height = static_cast<std::uint32_t>(size.y);
+  grid.info.origin.position.x = extent.min.x * resolution_m;
+  grid.info.origin.position.y = extent.min.y * resolution_m;
+  grid.data.assign(std::size_t{grid.info.width} * grid.info.height, kUnknown);
+  for (const auto& [tile, values] : tiles_) {
+    for (std::int32_t i = 0; i < kTileEdge * kTileEdge; ++i) {
+      const std::int8_t value = values[static_cast<std::size_t>(i)];
+      if (value == kUnknown) continue;
+      const Cell at = tile + Cell{i % kTileEdge, i / kTileEdge, 0} - extent.min;
+      grid.data[static_cast<std::size_t>(at.y) * grid.info.width + static_cast<std::size_t>(at.x)] =
+          value;
+    }
+  }
+  return grid;
+}
+
+}  // namespace cuboid_mapping_ros

@@ -1,0 +1,218 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Makes a map of the clouds in rosbags, without a roscore, as fast as the machine.
+#include "command_line.h"
+#include "cuboid_mapping/io/map_files.h"
+#include "cuboid_mapping/ros/cloud_pipeline.h"
+#include "progress_bar.h"
+#include "yaml_parameters.h"
+
+#include <rosbag/bag.h>
+#include <rosbag/view.h>
+#include <tf2_msgs/TFMessage.h>
+
+#include <algorithm>
+#include <chrono>
+#include <iostream>
+#include <memory>
+#include <set>
+#include <stdexcept>
+
+namespace cuboid_mapping_ros {
+namespace {
+
+using cuboid_mapping::CuboidMap;
+
+struct Options {
+  std::vector<std::string> bags;
+  std::string output;
+  std::vector<std::string> topics;
+  std::string parameter_file;
+  std::vector<std::string> settings;
+};
+
+using Bags = std::vector<std::unique_ptr<rosbag::Bag>>;
+
+Bags openBags(const std::vector<std::string>& files) {
+  Bags bags;
+  for (const std::string& file : files) {
+    try {
+      bags.push_back(std::make_unique<rosbag::Bag>(file));
+    } catch (const rosbag::BagException& error) {
+      throw std::runtime_error("cannot read " + file + " as a rosbag: " + error.what());
+    }
+  }
+  return bags;
+}
+
+NodeParameters readOptionParameters(const Options& options) {
+  const LoadedParameters loaded =
+      readParameters(loadYamlParameters(options.parameter_file, options.settings));
+  for (const ParameterError& error : loaded.errors) {
+    std::cerr << "bag_to_map: parameter " << error.key << ": " << error.message << std::endl;
+  }
+  if (!loaded.errors.empty()) throw std::runtime_error("bad parameters");
+  return loaded.parameters;
+}
+
+std::string join(const std::set<std::string>& names) {
+  std::string joined;
+  for (const std::string& name : names) joined += (joined.empty() ? "" : ", ") + name;
+  return joined;
+}
+
+/// The topics asked for; all that there are when none is.
+std::vector<std::string> chooseTopics(const Bags& bags, const std::vector<std::string>& wanted) {
+  std::set<std::string> found;
+  for (const auto& bag : bags) {
+    rosbag::View view(*bag, rosbag::TypeQuery("sensor_msgs/PointCloud2"));
+    for (const rosbag::ConnectionInfo* connection : view.getConnections()) {
+      found.insert(connection->topic);
+    }
+  }
+  if (found.empty()) throw std::runtime_error("there are no clouds (sensor_msgs/PointCloud2)");
+  for (const std::string& topic : wanted) {
+    if (found.count(topic) == 0) {
+      throw std::runtime_error("no clouds on " + topic + ": choose from " + join(found));
+    }
+  }
+  return wanted.empty() ? std::vector<std::string>(found.begin(), found.end()) : wanted;
+}
+
+/// All transforms count, also those that were recorded behind a cloud.
+void readTransforms(const Bags& bags, tf2::BufferCore& tf) {
+  const std::vector<std::string> topics{"/tf", "tf", "/tf_static", "tf_static"};
+  for (const auto& bag : bags) {
+    rosbag::View view(*bag, rosbag::TopicQuery(topics));
+    for (const rosbag::MessageInstance& instance : view) {
+      cuboid_mapping::throwIfInterrupted();
+      const auto message = instance.instantiate<tf2_msgs::TFMessage>();
+      if (!message) continue;
+      const bool is_static = instance.getTopic().find("static") != std::string::npos;
+      for (geometry_msgs::TransformStamped transform : message->transforms) {
+        transform.header.frame_id = withoutSlash(transform.header.frame_id);
+        transform.child_frame_id = withoutSlash(transform.child_frame_id);
+        tf.setTransform(transform, "bag", is_static);
+      }
+    }
+  }
+}
+
+/// Puts clouds into a map, one after the other.
+class Mapper {
+ public:
+  explicit Mapper(const NodeParameters& parameters)
+      : parameters_(parameters), pipeline_(parameters), map_(makeMapConfig(parameters)) {}
+
+  [[nodiscard]] tf2::BufferCore& tf() { return tf_; }
+
+  void add(const sensor_msgs::PointCloud2& cloud) {
+    ++statistics_.num_received;
+    std::string tf_error;
+    const auto poses = lookupPoses(tf_, parameters_, cloud.header, tf_error);
+    if (!poses) return drop(DropReason::kNoTransform, tf_error);
+    std::optional<CloudError> error;
+    const auto* update = pipeline_.compute(cloud, *poses, statistics_, error);
+    if (update == nullptr) return drop(toDropReason(error->defect), error->text);
+    map_.apply(*update);
+    ++statistics_.num_inserted;
+  }
+
+  [[nodiscard]] cuboid_mapping::MapSnapshot finish() {
+    map_.flush();
+    return takeSnapshot(map_, withoutSlash(parameters_.frame_id));
+  }
+
+  [[nodiscard]] const NodeStatistics& statistics() const { return statistics_; }
+
+  /// A line on stderr for each reason.
+  void reportDropped() const {
+    for (std::size_t i = 0; i < kNumDropReasons; ++i) {
+      if (statistics_.num_dropped[i] == 0) continue;
+      std::cerr << "bag_to_map: " << statistics_.num_dropped[i] << " clouds left out, "
+                << toString(static_cast<DropReason>(i)) << ": " << first_texts_[i] << std::endl;
+    }
+  }
+
+ private:
+  void drop(DropReason reason, const std::string& text) {
+    if (statistics_.numDropped(reason)++ == 0)
+      first_texts_[static_cast<std::size_t>(reason)] = text;
+  }
+
+  NodeParameters parameters_;
+  tf2::BufferCore tf_{ros::Duration(1e6)};  // long enough for any bag
+  CloudPipeline pipeline_;
+  CuboidMap map_;
+  NodeStatistics statistics_;
+  std::array<std::string, kNumDropReasons> first_texts_;
+};
+
+void addClouds(const Bags& bags, const std::vector<std::string>& topics, Mapper& mapper) {
+  rosbag::View view;
+  for (const auto& bag : bags) view.addQuery(*bag, rosbag::TopicQuery(topics));
+  cuboid_mapping::ProgressBar progress("clouds", std::max<std::uint32_t>(1, view.size()));
+  std::uint64_t num_done = 0;
+  for (const rosbag::MessageInstance& instance : view) {
+    cuboid_mapping::throwIfInterrupted();
+    if (const auto cloud = instance.instantiate<sensor_msgs::PointCloud2>()) mapper.add(*cloud);
+    progress.update(++num_done);
+  }
+}
+
+int makeMap(const Options& options) {
+  const auto start = std::chrono::steady_clock::now();
+  if (!cuboid_mapping::formatOfName(options.output)) {
+    throw std::runtime_error(options.output + ": the name must end in one of " +
+                             cuboid_mapping::knownEndings());
+  }
+  Mapper mapper(readOptionParameters(options));
+  const Bags bags = openBags(options.bags);
+  const std::vector<std::string> topics = chooseTopics(bags, options.topics);
+  readTransforms(bags, mapper.tf());
+  addClouds(bags, topics, mapper);
+  mapper.reportDropped();
+  const NodeStatistics& statistics = mapper.statistics();
+  if (statistics.num_inserted == 0) {
+    throw std::runtime_error("none of " + std::to_string(statistics.num_received) +
+                             " clouds is in the map: nothing written");
+  }
+  const cuboid_mapping::MapSnapshot map = mapper.finish();
+  cuboid_mapping::throwIfInterrupted();
+  const std::size_t num_bytes = cuboid_mapping::writeMapFile(options.output, map);
+  const std::chrono::duration<double> time = std::chrono::steady_clock::now() - start;
+  std::cout << options.output << ": " << statistics.num_inserted << " of "
+            << statistics.num_received << " clouds, " << statistics.num_points << " points, "
+            << map.cuboids.size() << " cuboids, " << num_bytes << " bytes, in " << time.count()
+            << " s" << std::endl;
+  return 0;
+}
+
+int run(int argc, char** argv) {
+  Options options;
+  CLI::App app(
+      "Makes a map of the clouds in rosbags, without a roscore. The same clouds, transforms and "
+      "parameters\ngive the map that the node would have, byte by byte, every time.",
+      "bag_to_map");
+  app.add_option("bags", options.bags, "rosbags with sensor_msgs/PointCloud2 and tf")->required();
+  app.add_option("-o,--output", options.output,
+                 "the map to write, one of " + cuboid_mapping::knownEndings())
+      ->required();
+  app.add_option("--topic", options.topics,
+                 "topics of the clouds; all that there are if not given");
+  app.add_option("--params", options.parameter_file,
+                 "parameters of the node as YAML, as config/default.yaml");
+  app.add_option("--set", options.settings,
+                 "a parameter as key=value: resolution=0.1, "
+                 "sensor_model/max_range=30; wins over --params");
+  if (const auto status = cuboid_mapping::parseCommandLine(app, argc, argv)) return *status;
+  return makeMap(options);
+}
+
+}  // namespace
+}  // namespace cuboid_mapping_ros
+
+int main(int argc, char** argv) {
+  cuboid_mapping::catchInterrupts();
+  return cuboid_mapping::runProgram("bag_to_map",
+                                    [&] { return cuboid_mapping_ros::run(argc, argv); });
+}

@@ -1,0 +1,72 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Writes a map in another format.
+#include "command_line.h"
+#include "cuboid_mapping/io/map_files.h"
+
+#include <iostream>
+
+namespace cuboid_mapping {
+namespace {
+
+struct Options {
+  std::string input;
+  std::string output;
+  std::string fusion = fusionNames().front();
+  std::string frame_id;
+  SensorModelConfig model;
+};
+
+/// The cuboids fused anew, as a map does with what it loads.
+MapSnapshot fuse(const MapSnapshot& snapshot, const Options& options) {
+  MapConfig config;
+  config.resolution_m = snapshot.resolution_m;
+  config.sensor_model = snapshot.sensor_model;
+  config.environment = snapshot.environment;
+  config.fusion = options.fusion;
+  CuboidMap map(config);
+  restoreSnapshot(snapshot, map);
+  return takeSnapshot(map, options.frame_id.empty() ? snapshot.frame_id : options.frame_id);
+}
+
+int convert(const Options& options) {
+  if (!formatOfName(options.output)) {
+    throw std::runtime_error(options.output + ": the name must end in one of " + knownEndings());
+  }
+  const MapFile input = readMapFile(options.input, options.model);
+  throwIfInterrupted();
+  const MapSnapshot map = fuse(input.snapshot, options);
+  throwIfInterrupted();
+  const std::size_t num_bytes = writeMapFile(options.output, map);
+  std::cout << options.output << ": " << map.cuboids.size() << " cuboids, " << num_bytes
+            << " bytes; " << options.input << " has " << input.num_bytes << " bytes" << std::endl;
+  return 0;
+}
+
+int run(int argc, char** argv) {
+  Options options;
+  CLI::App app("Writes a map in another format; the ending of the output chooses it.",
+               "map_convert");
+  app.add_option("input", options.input, "native (.cuboids), or OctoMap .ot or .bt")->required();
+  app.add_option("output", options.output, "one of " + knownEndings())->required();
+  app.add_option("--frame", options.frame_id, "frame to write down in a native file");
+  app.add_option("--fusion", options.fusion, "how voxels become cuboids")
+      ->check(CLI::IsMember(fusionNames()))
+      ->capture_default_str();
+  app.add_option("--alpha-min", options.model.alpha_min, "least probability of maps from OctoMap")
+      ->check(CLI::Range(0.001, 0.499))
+      ->capture_default_str();
+  app.add_option("--alpha-max", options.model.alpha_max,
+                 "greatest probability of maps from OctoMap")
+      ->check(CLI::Range(0.501, 0.999))
+      ->capture_default_str();
+  if (const auto status = parseCommandLine(app, argc, argv)) return *status;
+  return convert(options);
+}
+
+}  // namespace
+}  // namespace cuboid_mapping
+
+int main(int argc, char** argv) {
+  cuboid_mapping::catchInterrupts();
+  return cuboid_mapping::runProgram("map_convert", [&] { return cuboid_mapping::run(argc, argv); });
+}

@@ -1,0 +1,72 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Says what is in a file of a map.
+#include "command_line.h"
+#include "cuboid_mapping/io/map_files.h"
+
+#include <algorithm>
+#include <iostream>
+#include <optional>
+
+namespace cuboid_mapping {
+namespace {
+
+struct Totals {
+  std::size_t num_cuboids = 0;
+  double num_voxels = 0.0;
+
+  void add(const Cuboid& cuboid) {
+    ++num_cuboids;
+    num_voxels += cuboid.box.numVoxels();
+  }
+};
+
+void print(const char* name, const Totals& totals, double voxel_volume_m3) {
+  std::cout << name << totals.num_cuboids << " cuboids, " << totals.num_voxels << " voxels, "
+            << totals.num_voxels * voxel_volume_m3 << " m^3\n";
+}
+
+void print(const MapFile& file) {
+  const MapSnapshot& map = file.snapshot;
+  Totals free;
+  Totals occupied;
+  std::optional<CellBox> extent;
+  for (const Cuboid& cuboid : map.cuboids) {
+    (cuboid.occupancy() == Occupancy::kOccupied ? occupied : free).add(cuboid);
+    extent = extent ? unite(*extent, cuboid.box) : cuboid.box;
+  }
+  const Grid grid(map.resolution_m);
+  std::cout << "format:       " << toString(file.format) << '\n'
+            << "file:         " << file.num_bytes << " bytes\n"
+            << "resolution:   " << map.resolution_m << " m\n";
+  if (file.format == MapFormat::kNative) {
+    const SensorModelConfig& model = map.sensor_model;
+    std::cout << "frame:        " << (map.frame_id.empty() ? "not known" : map.frame_id) << '\n'
+              << "environment:  "
+              << (map.environment == Environment::kStatic ? "static" : "dynamic") << '\n'
+              << "sensor model: hit " << model.hit << ", miss " << model.miss << ", min "
+              << model.alpha_min << ", max " << model.alpha_max << '\n';
+  }
+  std::cout.precision(10);
+  print("free:         ", free, grid.voxelVolume());
+  print("occupied:     ", occupied, grid.voxelVolume());
+  if (!extent) return;
+  const MetricBox box = grid.toMetricBox(*extent);
+  std::cout << "from:         " << box.min_m.transpose() << " m\n"
+            << "to:           " << box.max_m.transpose() << " m\n";
+}
+
+int run(int argc, char** argv) {
+  std::string file;
+  CLI::App app("Says what is in a file of a map: native, OctoMap .ot or .bt.", "map_info");
+  app.add_option("map", file, "the file")->required();
+  if (const auto status = parseCommandLine(app, argc, argv)) return *status;
+  print(readMapFile(file));
+  return 0;
+}
+
+}  // namespace
+}  // namespace cuboid_mapping
+
+int main(int argc, char** argv) {
+  return cuboid_mapping::runProgram("map_info", [&] { return cuboid_mapping::run(argc, argv); });
+}

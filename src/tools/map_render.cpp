@@ -1,0 +1,116 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Draws a map into a PNG, without a display.
+#include "command_line.h"
+#include "cuboid_mapping/io/file_replacement.h"
+#include "cuboid_mapping/io/map_files.h"
+#include "cuboid_mapping/io/map_picture.h"
+#include "progress_bar.h"
+
+#include <algorithm>
+#include <iostream>
+#include <limits>
+#include <thread>
+
+namespace cuboid_mapping {
+namespace {
+
+struct Options {
+  std::string map;
+  std::string picture;
+  std::vector<double> eye;
+  std::vector<double> target;
+  double angle_deg = 60.0;
+  double range_m = 200.0;
+  double min_z_m = -std::numeric_limits<double>::infinity();
+  double max_z_m = std::numeric_limits<double>::infinity();
+  PictureSize size;
+};
+
+/// The cells between two heights; those that reach over them are cut.
+std::vector<Cuboid> cutHeights(const MapSnapshot& snapshot, const Options& options) {
+  const auto limit = [&](double z_m) {
+    const double cell = std::floor(z_m / snapshot.resolution_m + 1e-6);
+    constexpr double kMax = Grid::kMaxCell;
+    return static_cast<std::int32_t>(std::clamp(cell, -kMax, kMax));
+  };
+  CellBox slab = kAllCells;
+  slab.min.z = limit(options.min_z_m);
+  slab.max.z = limit(options.max_z_m);
+  std::vector<Cuboid> cuboids;
+  for (const Cuboid& cuboid : snapshot.cuboids) {
+    const CellBox part = intersect(cuboid.box, slab);
+    if (!part.isEmpty()) cuboids.push_back({part, cuboid.log_odds});
+  }
+  return cuboids;
+}
+
+Camera makeCamera(const CuboidMap& map, const Options& options) {
+  if (options.eye.empty()) return makeTopCamera(map, options.size);
+  constexpr double kRadPerDegree = 3.14159265358979323846 / 180.0;
+  const Eigen::Vector3d eye(options.eye.data());
+  const Eigen::Vector3d target(options.target.data());
+  if ((target - eye).norm() < 1e-6) {
+    throw std::runtime_error("--look-at must be another point than --eye");
+  }
+  Camera camera = makeCameraAt(eye, target, options.range_m);
+  camera.vertical_angle_rad = options.angle_deg * kRadPerDegree;
+  return camera;
+}
+
+int render(const Options& options) {
+  const MapSnapshot snapshot = readMapFile(options.map).snapshot;
+  throwIfInterrupted();
+  MapConfig config;
+  config.resolution_m = snapshot.resolution_m;
+  CuboidMap map(config);
+  map.replace(kAllCells, cutHeights(snapshot, options));
+  if (map.tree().isEmpty()) throw std::runtime_error(options.map + ": there is nothing to draw");
+  throwIfInterrupted();
+  const int threads = std::max(1, static_cast<int>(std::thread::hardware_concurrency()));
+  const Picture picture = renderMap(map, makeCamera(map, options), options.size, threads);
+  throwIfInterrupted();
+  replaceFile(options.picture, toPng(picture));
+  std::cout << options.picture << ": " << picture.width << " x " << picture.height << " pixels"
+            << std::endl;
+  return 0;
+}
+
+int run(int argc, char** argv) {
+  Options options;
+  CLI::App app(
+      "Draws a map into a PNG, without a display: from straight above, or from a point.\n"
+      "Occupied voxels are coloured by height; light grey is free, white is unknown.",
+      "map_render");
+  app.add_option("map", options.map, "native, OctoMap .ot or .bt")->required();
+  app.add_option("picture", options.picture, "the PNG to write")->required();
+  auto* eye =
+      app.add_option("--eye", options.eye, "where to look from: x y z in metres")->expected(3);
+  auto* target =
+      app.add_option("--look-at", options.target, "where to look: x y z in metres")->expected(3);
+  eye->needs(target);
+  target->needs(eye);
+  app.add_option("--angle", options.angle_deg, "height of the view in degrees, with --eye")
+      ->check(CLI::Range(1.0, 170.0))
+      ->capture_default_str();
+  app.add_option("--range", options.range_m, "how far one sees in metres, with --eye")
+      ->check(CLI::Range(0.01, 1e5))
+      ->capture_default_str();
+  app.add_option("--min-z", options.min_z_m, "leave out what is below, in metres");
+  app.add_option("--max-z", options.max_z_m, "leave out what is above, in metres: a ceiling");
+  app.add_option("--width", options.size.width, "in pixels")
+      ->check(CLI::Range(1, 16384))
+      ->capture_default_str();
+  app.add_option("--height", options.size.height, "in pixels")
+      ->check(CLI::Range(1, 16384))
+      ->capture_default_str();
+  if (const auto status = parseCommandLine(app, argc, argv)) return *status;
+  return render(options);
+}
+
+}  // namespace
+}  // namespace cuboid_mapping
+
+int main(int argc, char** argv) {
+  cuboid_mapping::catchInterrupts();
+  return cuboid_mapping::runProgram("map_render", [&] { return cuboid_mapping::run(argc, argv); });
+}

@@ -1,0 +1,232 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Every parameter of the node, with values that are taken and values that are refused.
+#pragma once
+
+#include "cuboid_mapping/ros/parameters.h"
+
+#include <functional>
+#include <limits>
+#include <string>
+#include <vector>
+
+namespace cuboid_mapping_ros {
+
+using cuboid_mapping::Environment;
+using XmlRpc::XmlRpcValue;
+
+constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
+constexpr double kInfinity = std::numeric_limits<double>::infinity();
+
+inline XmlRpcValue makeList() {
+  XmlRpcValue list;
+  list[0] = 1;
+  return list;
+}
+
+/// One parameter: a value that is taken, where it arrives, and values that are refused.
+struct Case {
+  std::string key;
+  XmlRpcValue good;
+  std::function<bool(const NodeParameters&)> arrives;
+  std::vector<XmlRpcValue> bad;
+};
+
+inline std::vector<Case> mapCases() {
+  using P = NodeParameters;
+  return {
+      {"frame_id", "odom", [](const P& p) { return p.frame_id == "odom"; }, {"", "/map", 1, true}},
+      {"sensor_frame",
+       "lidar",
+       [](const P& p) { return p.sensor_frame == "lidar"; },
+       {"/lidar", 1.5}},
+      {"resolution",
+       0.2,
+       [](const P& p) { return p.map.resolution_m == 0.2; },
+       {0.0, -0.1, 0, 0.0009, 101.0, kNan, kInfinity, "0.1", true, makeList()}},
+      {"environment",
+       "static",
+       [](const P& p) { return p.map.environment == Environment::kStatic; },
+       {"", "Static", "frozen", 1}},
+      {"fusion", "none", [](const P& p) { return p.map.fusion == "none"; }, {"", "bricks", false}},
+      {"growth/step",
+       "neighbour",
+       [](const P& p) { return p.map.growth.step == cuboid_mapping::GrowthStep::kNeighbour; },
+       {"", "voxel", 1}},
+      {"growth/search",
+       "+z -z +x +y -x -y",
+       [](const P& p) { return toText(p.map.growth.search) == "+z -z +x +y -x -y"; },
+       {"", "+x", "best", 1}},
+      {"growth/starters",
+       "changed",
+       [](const P& p) { return p.map.growth.starters == cuboid_mapping::GrowthStarters::kChanged; },
+       {"", "all", 1}},
+      {"growth/samples",
+       0.5,
+       [](const P& p) { return p.map.growth.sampling.per_m == 0.5; },
+       {-0.1, 101.0, kNan, "1"}},
+      {"growth/seed",
+       7,
+       [](const P& p) { return p.map.growth.sampling.seed == 7; },
+       {-1, 1.5, 1000001}},
+      {"growth/settle_clouds",
+       3,
+       [](const P& p) { return p.map.growth.settle_clouds == 3; },
+       {-1, 1.5, 10001}},
+      {"rtree/max_branches",
+       24,
+       [](const P& p) { return p.map.rtree.max_branches == 24; },
+       {1, 65, 32.0, "32", true}},
+      {"rtree/min_branches",
+       4,
+       [](const P& p) { return p.map.rtree.min_branches == 4; },
+       {0, -1, 33, 4.0, "4"}},
+      {"hot_bricks", 256, [](const P& p) { return p.hot_bricks_mb == 256; }, {-1, 65537, 1.5, "1"}},
+      {"threads", 3, [](const P& p) { return p.threads == 3; }, {-1, 257, 2.0, true}},
+  };
+}
+
+inline std::vector<Case> sensorModelCases() {
+  using P = NodeParameters;
+  return {
+      {"sensor_model/hit",
+       0.8,
+       [](const P& p) { return p.map.sensor_model.hit == 0.8; },
+       {0.5, 1.0, 1, 0.4, kNan, "0.7", true}},
+      {"sensor_model/miss",
+       0.3,
+       [](const P& p) { return p.map.sensor_model.miss == 0.3; },
+       {0.5, 0.0, 0, 0.6, kNan}},
+      {"sensor_model/min",
+       0.2,
+       [](const P& p) { return p.map.sensor_model.alpha_min == 0.2; },
+       {0.5, 0.0, -0.1, kNan}},
+      {"sensor_model/max",
+       0.9,
+       [](const P& p) { return p.map.sensor_model.alpha_max == 0.9; },
+       {0.5, 1.0, 1.1, kNan}},
+      {"sensor_model/max_range",
+       50.0,
+       [](const P& p) { return p.max_range_m == 50.0; },
+       {0.0, -2.0, -0.5, kNan, kInfinity}},
+      {"sensor_model/min_range",
+       1.5,
+       [](const P& p) { return p.min_range_m == 1.5; },
+       {-2.0, -0.5, kNan, kInfinity}},
+      {"sensor_model/no_return_range",
+       30.0,
+       [](const P& p) { return p.no_return_range_m == 30.0; },
+       {-1.0, 1001.0, kNan}},
+  };
+}
+
+inline std::vector<Case> otherCases() {
+  using P = NodeParameters;
+  std::vector<Case> cases{
+      {"published_cuboids",
+       "class",
+       [](const P& p) { return p.published_cuboids == PublishedCuboids::kClass; },
+       {"", "brick", 1}},
+      {"queue_size", 3, [](const P& p) { return p.queue_size == 3; }, {0, -1, 1001, 3.0}},
+      {"publish_rate",
+       2.5,
+       [](const P& p) { return p.publish_rate_hz == 2.5; },
+       {0.0, -1.0, 101.0, kNan, "fast"}},
+      {"latch", false, [](const P& p) { return !p.latch; }, {0, 1, "false", 0.0}},
+      {"color_by",
+       "probability",
+       [](const P& p) { return p.color_by == ColorBy::kProbability; },
+       {"", "colour", 1}},
+      {"map_file", "/a.bt", [](const P& p) { return p.map_file == "/a.bt"; }, {1, true}},
+      {"autosave_file", "/b", [](const P& p) { return p.autosave_file == "/b"; }, {1.5, false}},
+      {"autosave_period",
+       5.0,
+       [](const P& p) { return p.autosave_period_s == 5.0; },
+       {0.5, 1e6, kNan, "1"}},
+      {"color_period",
+       4.0,
+       [](const P& p) { return p.color_period_m == 4.0; },
+       {0.0, -4.0, kNan, kInfinity}},
+  };
+  for (int axis = 0; axis < 3; ++axis) {
+    const std::string name(1, "xyz"[axis]);
+    cases.push_back({"pointcloud_min_" + name,
+                     -7.5,
+                     [axis](const P& p) { return p.crop_map.min_m[axis] == -7.5; },
+                     {kNan, -kInfinity, "-7.5"}});
+    cases.push_back({"pointcloud_max_" + name,
+                     8.5,
+                     [axis](const P& p) { return p.crop_map.max_m[axis] == 8.5; },
+                     {kNan, kInfinity, "1e9"}});
+  }
+  return cases;
+}
+
+/// A switch of OctomapServerParameters.
+template <bool OctomapServerParameters::*Field>
+Case switchCase(const std::string& key) {
+  const bool is_on = OctomapServerParameters().*Field;
+  return {key,
+          !is_on,
+          [is_on](const NodeParameters& p) { return p.octomap_server.*Field == !is_on; },
+          {0, 1, "true"}};
+}
+
+/// A number of OctomapServerParameters.
+template <double OctomapServerParameters::*Field>
+Case numberCase(const std::string& key, double good, const std::vector<XmlRpcValue>& bad) {
+  return {key, good, [good](const NodeParameters& p) { return p.octomap_server.*Field == good; },
+          bad};
+}
+
+template <double GroundFilterConfig::*Field>
+Case groundCase(const std::string& key, double good) {
+  return {key,
+          good,
+          [good](const NodeParameters& p) { return p.octomap_server.ground_filter.*Field == good; },
+          {0.0, -0.1, 15.5, kNan, "0.1"}};
+}
+
+template <std::array<double, 4> OctomapServerParameters::*Field>
+std::vector<Case> colorCases(const std::string& key) {
+  std::vector<Case> cases;
+  for (std::size_t i = 0; i < 4; ++i) {
+    cases.push_back({key + "/" + "rgba" [i],
+                     0.5,
+                     [i](const NodeParameters& p) { return (p.octomap_server.*Field)[i] == 0.5; },
+                     { -0.1, 1.1, kNan, "red" }});
+  }
+  return cases;
+}
+
+inline std::vector<Case> octomapServerCases() {
+  using S = OctomapServerParameters;
+  using G = GroundFilterConfig;
+  std::vector<Case> cases{
+      {"base_frame_id",
+       "base_link",
+       [](const NodeParameters& p) { return p.octomap_server.base_frame_id == "base_link"; },
+       {"", "/base", 1}},
+      switchCase<&S::filter_ground>("filter_ground"),
+      groundCase<&G::distance_m>("ground_filter/distance", 0.1),
+      groundCase<&G::angle_rad>("ground_filter/angle", 0.2),
+      groundCase<&G::plane_distance_m>("ground_filter/plane_distance", 0.3),
+      numberCase<&S::occupancy_min_z_m>("occupancy_min_z", -1.5, {kNan, -kInfinity, "-1"}),
+      numberCase<&S::occupancy_max_z_m>("occupancy_max_z", 2.5, {kNan, kInfinity, "2"}),
+      numberCase<&S::min_x_size_m>("min_x_size", 10.0, {-1.0, kNan, 1e9}),
+      numberCase<&S::min_y_size_m>("min_y_size", 20.0, {-1.0, kNan, 1e9}),
+      switchCase<&S::filter_speckles>("filter_speckles"),
+      switchCase<&S::publish_free_space>("publish_free_space"),
+      switchCase<&S::is_projection_incremental>("incremental_2D_projection"),
+      switchCase<&S::compress_map>("compress_map"),
+      switchCase<&S::is_height_map>("height_map"),
+      numberCase<&S::color_factor>("color_factor", 0.3, {-0.1, 1.1, kNan}),
+      switchCase<&S::is_colored_map>("colored_map"),
+  };
+  for (const auto& part :
+       {colorCases<&S::color>("color"), colorCases<&S::color_free>("color_free")}) {
+    cases.insert(cases.end(), part.begin(), part.end());
+  }
+  return cases;
+}
+
+}  // namespace cuboid_mapping_ros

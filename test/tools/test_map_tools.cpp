@@ -1,0 +1,223 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// The programs for files of maps, and bag_to_map.
+#include "cuboid_mapping/io/map_files.h"
+#include "support/snapshots.h"
+#include "tools/run_program.h"
+
+#include <gtest/gtest.h>
+#include <png.h>
+
+#include <filesystem>
+
+namespace cuboid_mapping {
+namespace {
+
+using test::ProgramEnd;
+using test::Random;
+using test::readFile;
+using test::runProgram;
+using test::TemporaryFolder;
+
+MapSnapshot makeSnapshot() {
+  Random random(71);
+  MapSnapshot snapshot = test::randomSnapshot(random);
+  snapshot.resolution_m = 0.1;
+  snapshot.environment = Environment::kDynamic;
+  return snapshot;
+}
+
+bool contains(const std::string& text, const std::string& part) {
+  return text.find(part) != std::string::npos;
+}
+
+TEST(MapTools, explainThemselves) {
+  for (const char* program : {BAG_TO_MAP_PROGRAM, MAP_INFO_PROGRAM, MAP_CONVERT_PROGRAM,
+                              MAP_COMPARE_PROGRAM, MAP_RENDER_PROGRAM}) {
+    const ProgramEnd help = runProgram({program, "--help"});
+    EXPECT_EQ(help.status, 0) << program;
+    EXPECT_TRUE(contains(help.out, "Usage")) << help.out;
+    EXPECT_EQ(runProgram({program}).status, 1) << program;
+    const ProgramEnd wrong = runProgram({program, "/no/map", "/no/other.ot", "-o", "x.cuboids"});
+    EXPECT_EQ(wrong.status, 1) << program;
+    EXPECT_FALSE(wrong.err.empty()) << program;
+  }
+}
+
+TEST(MapTools, convertAndCompare) {
+  const TemporaryFolder folder;
+  const MapSnapshot snapshot = makeSnapshot();
+  const std::string first = folder / "map.cuboids";
+  writeMapFile(first, snapshot);
+  for (const std::string ending : {".ot", ".bt", ".cuboids"}) {
+    const std::string second = folder / ("other" + ending);
+    EXPECT_EQ(runProgram({MAP_CONVERT_PROGRAM, first, second}).status, 0);
+    const ProgramEnd end = runProgram({MAP_COMPARE_PROGRAM, first, second});
+    EXPECT_EQ(end.status, 0) << end.out << end.err;
+    EXPECT_TRUE(contains(end.out, "the maps agree")) << end.out;
+  }
+  EXPECT_EQ(runProgram({MAP_CONVERT_PROGRAM, first, folder / "map.txt"}).status, 1);
+  EXPECT_TRUE(
+      contains(runProgram({MAP_CONVERT_PROGRAM, folder / "map.txt", first}).err, "No such file"));
+}
+
+TEST(MapTools, tellHowMapsDiffer) {
+  const TemporaryFolder folder;
+  const MapSnapshot snapshot = makeSnapshot();
+  MapSnapshot other = snapshot;
+  Cuboid& changed = other.cuboids[other.cuboids.size() / 2];
+  changed.log_odds = changed.occupancy() == Occupancy::kOccupied ? -1.0F : 1.0F;
+  other.cuboids.erase(other.cuboids.begin());
+  writeMapFile(folder / "a.cuboids", snapshot);
+  writeMapFile(folder / "b.cuboids", other);
+  ProgramEnd end = runProgram({MAP_COMPARE_PROGRAM, folder / "a.cuboids", folder / "b.cuboids"});
+  EXPECT_EQ(end.status, 2) << end.out;
+  const auto voxels_of = [](const Cuboid& cuboid) {
+    return std::to_string(static_cast<long>(cuboid.box.numVoxels()));
+  };
+  EXPECT_TRUE(contains(end.out, "only in the first: " + voxels_of(snapshot.cuboids[0]))) << end.out;
+  EXPECT_TRUE(contains(end.out, "different class:   " + voxels_of(changed))) << end.out;
+  other.resolution_m = 0.2;
+  writeMapFile(folder / "b.cuboids", other);
+  end = runProgram({MAP_COMPARE_PROGRAM, folder / "a.cuboids", folder / "b.cuboids"});
+  EXPECT_EQ(end.status, 1);
+  EXPECT_TRUE(contains(end.err, "different resolutions")) << end.err;
+}
+
+TEST(MapTools, sayWhatIsInAMap) {
+  const TemporaryFolder folder;
+  MapSnapshot snapshot;
+  snapshot.resolution_m = 0.5;
+  snapshot.frame_id = "odom";
+  snapshot.cuboids = {{{{0, 0, 0}, {2, 2, 2}}, 1.0F}, {{{-2, 0, 0}, {0, 1, 1}}, -1.0F}};
+  writeMapFile(folder / "map.cuboids", snapshot);
+  const ProgramEnd end = runProgram({MAP_INFO_PROGRAM, folder / "map.cuboids"});
+  EXPECT_EQ(end.status, 0);
+  EXPECT_TRUE(contains(end.out, "native") && contains(end.out, "odom")) << end.out;
+  EXPECT_TRUE(contains(end.out, "1 cuboids, 8 voxels, 1 m^3")) << end.out;
+  EXPECT_TRUE(contains(end.out, "1 cuboids, 2 voxels, 0.25 m^3")) << end.out;
+}
+
+/// Red, green and blue of a pixel of a PNG.
+std::array<int, 3> pixelOf(const std::string& file, int x, int y, int width) {
+  png_image image{};
+  image.version = PNG_IMAGE_VERSION;
+  EXPECT_NE(png_image_begin_read_from_file(&image, file.c_str()), 0) << image.message;
+  image.format = PNG_FORMAT_RGB;
+  std::vector<std::uint8_t> rgb(PNG_IMAGE_SIZE(image));
+  EXPECT_NE(png_image_finish_read(&image, nullptr, rgb.data(), 0, nullptr), 0);
+  EXPECT_EQ(image.width, static_cast<png_uint_32>(width));
+  const std::uint8_t* pixel = &rgb[static_cast<std::size_t>(3 * (y * width + x))];
+  return {pixel[0], pixel[1], pixel[2]};
+}
+
+TEST(MapTools, drawAMap) {
+  const TemporaryFolder folder;
+  MapSnapshot snapshot;
+  snapshot.resolution_m = 1.0;
+  // Free from x = 0 to 10, y = 0 to 10; a low block in its lower left quarter, a high one in the
+  // upper right quarter.
+  snapshot.cuboids = {{{{0, 0, 0}, {5, 5, 1}}, 1.0F},
+                      {{{5, 5, 0}, {10, 10, 6}}, 1.0F},
+                      {{{0, 5, 0}, {5, 10, 1}}, -1.0F},
+                      {{{5, 0, 0}, {10, 5, 1}}, -1.0F}};
+  writeMapFile(folder / "map.cuboids", snapshot);
+  const std::string picture = folder / "map.png";
+  const auto draw = [&](std::vector<std::string> more) {
+    std::vector<std::string> arguments{
+        MAP_RENDER_PROGRAM, folder / "map.cuboids", picture, "--width", "100", "--height", "100"};
+    arguments.insert(arguments.end(), more.begin(), more.end());
+    const ProgramEnd end = runProgram(arguments);
+    EXPECT_EQ(end.status, 0) << end.err;
+  };
+  draw({});
+  const auto low = pixelOf(picture, 30, 70, 100);
+  const auto high = pixelOf(picture, 70, 30, 100);
+  EXPECT_GT(low[2], low[0]) << "low is blue";
+  EXPECT_GT(high[0], high[2]) << "high is red";
+  EXPECT_EQ(pixelOf(picture, 30, 30, 100), (std::array<int, 3>{225, 228, 225})) << "free";
+  EXPECT_EQ(pixelOf(picture, 1, 1, 100), (std::array<int, 3>{255, 255, 255})) << "unknown";
+  draw({"--max-z", "1"});
+  EXPECT_EQ(pixelOf(picture, 30, 70, 100), pixelOf(picture, 70, 30, 100)) << "cut at one height";
+  draw({"--eye", "-20", "7.5", "3.5", "--look-at", "5", "7.5", "3.5"});
+  const auto front = pixelOf(picture, 50, 50, 100);
+  EXPECT_NE(front, (std::array<int, 3>{255, 255, 255})) << "the high block is in the middle";
+  EXPECT_EQ(
+      runProgram({MAP_RENDER_PROGRAM, folder / "map.cuboids", picture, "--min-z", "50"}).status, 1);
+}
+
+class BagToMap : public testing::Test {
+ protected:
+  static void SetUpTestSuite() {
+    folder_ = new TemporaryFolder();
+    ASSERT_EQ(runProgram({SIMULATED_LIDAR_PROGRAM, "--bag", *folder_ / "a.bag", "--duration", "2"})
+                  .status,
+              0);
+  }
+  static void TearDownTestSuite() {
+    delete folder_;
+    folder_ = nullptr;
+  }
+
+  static ProgramEnd convert(const std::string& map, const std::vector<std::string>& more = {}) {
+    std::vector<std::string> arguments{BAG_TO_MAP_PROGRAM, *folder_ / "a.bag", "-o", map, "--set",
+                                       "resolution=0.2"};
+    arguments.insert(arguments.end(), more.begin(), more.end());
+    return runProgram(arguments);
+  }
+
+  static TemporaryFolder* folder_;
+};
+
+TemporaryFolder* BagToMap::folder_ = nullptr;
+
+TEST_F(BagToMap, givesTheSameBytesEveryTime) {
+  const std::string first = *folder_ / "first.cuboids";
+  const std::string second = *folder_ / "second.cuboids";
+  const ProgramEnd end = convert(first);
+  ASSERT_EQ(end.status, 0) << end.err;
+  ASSERT_EQ(convert(second, {"--set", "threads=3", "--set", "hot_bricks=0"}).status, 0);
+  EXPECT_GT(readFile(first).size(), 1000U);
+  EXPECT_EQ(readFile(first), readFile(second)) << "whatever threads and cache";
+  const MapSnapshot map = readMapFile(first).snapshot;
+  EXPECT_EQ(map.resolution_m, 0.2);
+  EXPECT_EQ(map.frame_id, "map");
+}
+
+TEST_F(BagToMap, takesTheParametersOfTheNode) {
+  const std::string map = *folder_ / "parameters.cuboids";
+  ASSERT_EQ(convert(map, {"--params", CUBOID_MAPPING_SOURCE_DIR "/config/default.yaml", "--set",
+                          "sensor_model/hit=0.8"})
+                .status,
+            0);
+  EXPECT_EQ(readMapFile(map).snapshot.sensor_model.hit, 0.8);
+  EXPECT_EQ(readMapFile(map).snapshot.resolution_m, 0.2) << "--set wins over the file";
+  for (const std::vector<std::string>& wrong :
+       std::vector<std::vector<std::string>>{{"--set", "resolutoin=0.1"},
+                                             {"--set", "sensor_model/hit=0.2"},
+                                             {"--set", "fusion"},
+                                             {"--params", "/no/file.yaml"},
+                                             {"--topic", "/nothing"},
+                                             {"--set", "frame_id=mars"}}) {
+    const ProgramEnd end = convert(*folder_ / "none.cuboids", wrong);
+    EXPECT_EQ(end.status, 1) << wrong[1];
+    EXPECT_FALSE(end.err.empty());
+    EXPECT_FALSE(std::filesystem::exists(*folder_ / "none.cuboids"));
+  }
+}
+
+TEST_F(BagToMap, leavesTheOldMapOnCtrlC) {
+  const std::string bag = *folder_ / "long.bag";
+  ASSERT_EQ(runProgram({SIMULATED_LIDAR_PROGRAM, "--bag", bag, "--duration", "20"}).status, 0);
+  const std::string map = *folder_ / "old.cuboids";
+  std::ofstream(map) << "old";
+  test::Program program({BAG_TO_MAP_PROGRAM, bag, "-o", map, "--set", "resolution=0.02"});
+  std::this_thread::sleep_for(std::chrono::milliseconds(500));
+  program.send(SIGINT);
+  const ProgramEnd end = program.finish();
+  EXPECT_EQ(end.status, 128 + SIGINT) << end.out;
+  EXPECT_EQ(readFile(map), "old");
+  EXPECT_FALSE(std::filesystem::exists(map + ".partial"));
+}
+
+}  // namespace
+}  // namespace cuboid_mapping
