@@ -37,7 +37,8 @@ ros::NodeHandle withQueue(ros::NodeHandle nh, ros::CallbackQueue& queue) {
 }  // namespace
 
 MappingNode::MappingNode(ros::NodeHandle nh, const ros::NodeHandle& private_nh,
-                         const NodeParameters& parameters)
+                         const NodeParameters& parameters,
+                         const std::optional<cuboid_mapping::MapSnapshot>& start_map)
     : parameters_(parameters),
       pipeline_(parameters),
       map_(makeMapConfig(parameters)),
@@ -46,6 +47,7 @@ MappingNode::MappingNode(ros::NodeHandle nh, const ros::NodeHandle& private_nh,
           makeTopic(kOccupiedCuboidsTopic, makeOccupiedStyle(parameters), parameters), map_),
       free_publisher_(withQueue(nh, publish_queue_),
                       makeTopic(kFreeCuboidsTopic, makeFreeStyle(parameters), parameters), map_),
+      octomap_server_(nh, private_nh, parameters, map_, {publish_queue_, query_queue_}),
       diagnostics_(nh, private_nh, private_nh.getNamespace()),
       tf_history_(tf_buffer_.getCacheLength()),
       time_jump_detector_(tf_history_),
@@ -61,7 +63,13 @@ MappingNode::MappingNode(ros::NodeHandle nh, const ros::NodeHandle& private_nh,
       tf_listener_(tf_buffer_, nh),
       query_spinner_(1, &query_queue_),
       publish_spinner_(1, &publish_queue_) {
+  if (start_map) {
+    map_.edit([&](cuboid_mapping::CuboidMap& map, const ros::Time& /*stamp*/) {
+      return restoreSnapshot(*start_map, map);
+    });
+  }
   advertiseServices(private_nh);
+  map_files_.emplace(private_nh, parameters, map_);
 
   // Wall time: simulated time may stand still, or jump back.
   const ros::WallDuration publish_period(1.0 / parameters.publish_rate_hz);
@@ -207,6 +215,8 @@ void MappingNode::publish() {
     publisher->noteChanges(changes);
     publisher->publish();
   }
+  octomap_server_.noteChanges(changes);
+  octomap_server_.publish();
 }
 
 bool MappingNode::onReset(std_srvs::Empty::Request& /*request*/,

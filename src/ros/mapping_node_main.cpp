@@ -5,6 +5,7 @@
 
 #include <nodelet/loader.h>
 #include <ros/init.h>
+#include <ros/node_handle.h>
 #include <ros/this_node.h>
 #include <boost/make_shared.hpp>
 #include <boost/shared_ptr.hpp>
@@ -16,6 +17,8 @@
 int main(int argc, char** argv) {
   using cuboid_mapping_ros::MappingNodelet;
   ros::init(argc, argv, cuboid_mapping_ros::kNodeName);
+  // As octomap_server_node: the map to start from may be named on the command line.
+  if (argc == 2) ros::NodeHandle("~").setParam("map_file", std::string(argv[1]));
 
   // The loader owns the nodelet; this is only to ask whether it accepted its parameters.
   boost::weak_ptr<MappingNodelet> mapping;

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "cuboid_mapping/ros/mapping_nodelet.h"
 
+#include "cuboid_mapping/ros/map_storage.h"
 #include "cuboid_mapping/ros/parameters.h"
 
 #include <pluginlib/class_list_macros.hpp>
@@ -12,7 +13,7 @@ namespace cuboid_mapping_ros {
 
 void MappingNodelet::onInit() {
   try {
-    const LoadedParameters loaded = loadParameters(getPrivateNodeHandle());
+    LoadedParameters loaded = loadParameters(getPrivateNodeHandle());
     for (const ParameterError& error : loaded.errors) {
       NODELET_ERROR_STREAM("parameter ~" << error.key << ": " << error.message);
     }
@@ -21,8 +22,14 @@ void MappingNodelet::onInit() {
       return;
     }
     for (const std::string& line : toLogLines(loaded.parameters)) NODELET_INFO_STREAM(line);
-    node_ =
-        std::make_unique<MappingNode>(getNodeHandle(), getPrivateNodeHandle(), loaded.parameters);
+    const double resolution_m = loaded.parameters.map.resolution_m;
+    const auto start_map = readStartMap(loaded.parameters);
+    if (loaded.parameters.map.resolution_m != resolution_m) {
+      NODELET_WARN_STREAM("resolution is that of map_file, " << loaded.parameters.map.resolution_m
+                                                             << " m, and not " << resolution_m);
+    }
+    node_ = std::make_unique<MappingNode>(getNodeHandle(), getPrivateNodeHandle(),
+                                          loaded.parameters, start_map);
   } catch (const std::exception& exception) {
     NODELET_FATAL_STREAM("not started: " << exception.what());
   }

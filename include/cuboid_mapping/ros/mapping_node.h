@@ -5,8 +5,10 @@
 #include "cuboid_mapping/ros/cloud_queue.h"
 #include "cuboid_mapping/ros/diagnostics.h"
 #include "cuboid_mapping/ros/guarded_map.h"
+#include "cuboid_mapping/ros/map_files_service.h"
 #include "cuboid_mapping/ros/marker_publisher.h"
 #include "cuboid_mapping/ros/node_statistics.h"
+#include "cuboid_mapping/ros/octomap_server_interface.h"
 #include "cuboid_mapping/ros/parameters.h"
 #include "cuboid_mapping/ros/planner_services.h"
 #include "cuboid_mapping/ros/time_jump.h"
@@ -42,8 +44,10 @@ namespace cuboid_mapping_ros {
 class MappingNode {
  public:
   /// @param parameters  Valid, see readParameters().
+  /// @param start_map  To begin with, of the resolution of the parameters; see readStartMap().
   MappingNode(ros::NodeHandle nh, const ros::NodeHandle& private_nh,
-              const NodeParameters& parameters);
+              const NodeParameters& parameters,
+              const std::optional<cuboid_mapping::MapSnapshot>& start_map = std::nullopt);
   MappingNode(const MappingNode&) = delete;
   MappingNode& operator=(const MappingNode&) = delete;
 
@@ -81,6 +85,7 @@ class MappingNode {
 
   MarkerPublisher occupied_publisher_;
   MarkerPublisher free_publisher_;
+  OctomapServerInterface octomap_server_;
   diagnostic_updater::Updater diagnostics_;
   ros::ServiceServer query_box_server_;
   ros::ServiceServer reset_server_;
@@ -99,6 +104,7 @@ class MappingNode {
   message_filters::Subscriber<sensor_msgs::PointCloud2> cloud_subscriber_;
   tf2_ros::MessageFilter<sensor_msgs::PointCloud2> tf_filter_;
   // Last, so that their threads end before the rest goes.
+  std::optional<MapFilesService> map_files_;
   tf2_ros::TransformListener tf_listener_;
   ros::AsyncSpinner query_spinner_;
   ros::AsyncSpinner publish_spinner_;

@@ -14,6 +14,14 @@ constexpr char kCloudTopic[] = "cloud_in";                    ///< sensor_msgs/P
 constexpr char kOccupiedCuboidsTopic[] = "occupied_cuboids";  ///< visualization_msgs/MarkerArray
 constexpr char kFreeCuboidsTopic[] = "free_cuboids";          ///< visualization_msgs/MarkerArray
 
+// In the namespace of the node, as octomap_server has them; the first two are services, too.
+constexpr char kOctomapBinaryTopic[] = "octomap_binary";                   ///< octomap_msgs/Octomap
+constexpr char kOctomapFullTopic[] = "octomap_full";                       ///< octomap_msgs/Octomap
+constexpr char kOccupiedCellsTopic[] = "occupied_cells_vis_array";         ///< MarkerArray
+constexpr char kFreeCellsTopic[] = "free_cells_vis_array";                 ///< MarkerArray
+constexpr char kPointCloudCentersTopic[] = "octomap_point_cloud_centers";  ///< PointCloud2
+constexpr char kProjectedMapTopic[] = "projected_map";  ///< nav_msgs/OccupancyGrid
+
 // In the private namespace.
 constexpr char kQueryBoxService[] = "query_box";           ///< cuboid_mapping/QueryBox
 constexpr char kResetService[] = "reset";                  ///< std_srvs/Empty
@@ -28,5 +36,8 @@ constexpr char kFindCorridorService[] = "find_corridor";   ///< cuboid_mapping/F
 constexpr char kSetBoxService[] = "set_box";               ///< cuboid_mapping/SetBox
 constexpr char kFuseNowService[] = "fuse_now";             ///< std_srvs/Trigger
 constexpr char kPauseService[] = "pause";                  ///< std_srvs/SetBool
+constexpr char kClearBoxService[] = "clear_bbx";           ///< octomap_msgs/BoundingBoxQuery
+constexpr char kLoadMapService[] = "load_map";             ///< cuboid_mapping/LoadMap
+constexpr char kSaveMapService[] = "save_map";             ///< cuboid_mapping/SaveMap
 
 }  // namespace cuboid_mapping_ros

@@ -1,0 +1,47 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include "cuboid_mapping/ros/guarded_map.h"
+#include "cuboid_mapping/ros/map_storage.h"
+#include "cuboid_mapping/ros/parameters.h"
+
+#include <ros/callback_queue.h>
+#include <ros/node_handle.h>
+#include <ros/service_server.h>
+#include <ros/spinner.h>
+#include <ros/wall_timer.h>
+
+#include <cstdint>
+
+namespace cuboid_mapping_ros {
+
+/// ~save_map, ~load_map, and the saves to autosave_file: each period in which the map has changed,
+/// and at the end of the node.
+///
+/// Thread rule: all of it comes one after the other in a thread of its own, so that neither clouds
+/// nor queries wait for a disk.
+class MapFilesService {
+ public:
+  /// @param map  Must outlive this object.
+  MapFilesService(const ros::NodeHandle& private_nh, const NodeParameters& parameters,
+                  GuardedMap& map);
+  ~MapFilesService();
+  MapFilesService(const MapFilesService&) = delete;
+  MapFilesService& operator=(const MapFilesService&) = delete;
+
+ private:
+  void advertise(ros::NodeHandle nh);
+  void autosave();
+
+  GuardedMap& map_;
+  std::string frame_id_;
+  std::string autosave_file_;
+  std::uint64_t saved_revision_;
+  ros::CallbackQueue queue_;
+  ros::ServiceServer save_server_;
+  ros::ServiceServer load_server_;
+  ros::WallTimer autosave_timer_;
+  ros::AsyncSpinner spinner_;  ///< Last: its thread ends before the rest goes.
+};
+
+}  // namespace cuboid_mapping_ros

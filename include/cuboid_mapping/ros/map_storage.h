@@ -1,0 +1,38 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Saving and loading the map of a running node. Functions that throw nothing.
+#pragma once
+
+#include "cuboid_mapping/map/map_snapshot.h"
+#include "cuboid_mapping/ros/guarded_map.h"
+#include "cuboid_mapping/ros/parameters.h"
+
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <string>
+
+namespace cuboid_mapping_ros {
+
+/// What has become of a save or a load.
+struct StorageAnswer {
+  std::string error;  ///< Empty: it is done.
+  std::size_t num_cuboids = 0;
+  std::size_t num_bytes = 0;
+  std::uint64_t revision = 0;  ///< Of the map that was saved.
+};
+
+/// Saves the map as the last cloud has left it; the ending of the file chooses the format. The map
+/// is held while its cuboids are copied only. @param frame_id  Of the map, for the file.
+[[nodiscard]] StorageAnswer saveMap(GuardedMap& map, const std::string& frame_id,
+                                    const std::string& file);
+
+/// Puts a map from a file in the place of everything in the map, which stays as it is after any
+/// error: an unreadable or bad file, another resolution. The map is held while it is replaced.
+[[nodiscard]] StorageAnswer loadMap(GuardedMap& map, const std::string& file);
+
+/// The map of `map_file`; nothing when there is none. The resolution of the parameters becomes that
+/// of the file, as with octomap_server.
+/// @throws cuboid_mapping::MapFileError naming the file.
+[[nodiscard]] std::optional<cuboid_mapping::MapSnapshot> readStartMap(NodeParameters& parameters);
+
+}  // namespace cuboid_mapping_ros

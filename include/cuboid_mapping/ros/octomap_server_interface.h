@@ -1,0 +1,89 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include "cuboid_mapping/ros/guarded_map.h"
+#include "cuboid_mapping/ros/octomap_products.h"
+#include "cuboid_mapping/ros/parameters.h"
+#include "cuboid_mapping/ros/projected_map.h"
+
+#include <ros/callback_queue_interface.h>
+#include <ros/node_handle.h>
+#include <ros/publisher.h>
+#include <ros/service_server.h>
+
+#include <cstdint>
+#include <functional>
+#include <list>
+#include <memory>
+
+namespace cuboid_mapping_ros {
+
+/// Sets the known voxels that a box overlaps to free, with the least probability of the sensor
+/// model; unknown ones stay unknown, and nothing outside the box changes: ~clear_bbx.
+/// @return Why it cannot: a corner that is not finite, max below min, beyond the grid; else empty.
+[[nodiscard]] std::string clearBox(GuardedMap& map, const cuboid_mapping::MetricBox& box_map);
+
+/// The topics and services of octomap_server, under their names; see names.h.
+///
+/// A topic is built only while somebody listens to it, after a change; with `latch` a new listener
+/// gets it as soon as it connects. Each message is made of one copy of the map's cuboids, taken
+/// while the map is held for some milliseconds.
+///
+/// Thread rule: noteChanges(), publish() and the topics' callbacks belong to one queue; the
+/// services have a queue of their own.
+class OctomapServerInterface {
+ public:
+  /// Queues for callbacks.
+  struct Queues {
+    ros::CallbackQueueInterface& topics;
+    ros::CallbackQueueInterface& services;
+  };
+
+  /// @param map  Must outlive this object.
+  OctomapServerInterface(const ros::NodeHandle& nh, const ros::NodeHandle& private_nh,
+                         const NodeParameters& parameters, GuardedMap& map, Queues queues);
+  OctomapServerInterface(const OctomapServerInterface&) = delete;
+  OctomapServerInterface& operator=(const OctomapServerInterface&) = delete;
+
+  /// To be called with every change of the R-tree.
+  void noteChanges(const cuboid_mapping::ChangeSet& changes);
+
+  /// Publishes what has changed and is listened to.
+  void publish();
+
+ private:
+  /// A copy of the map, and its stamp.
+  struct View {
+    cuboid_mapping::MapSnapshot map;
+    std_msgs::Header header;
+  };
+  struct Topic {
+    std::function<void()> publish;
+    ros::Publisher publisher;
+  };
+  enum class Speckles : unsigned char { kKept, kAsAsked };
+
+  template <typename MessageT>
+  void advertise(ros::NodeHandle& nh, const char* name, std::function<MessageT()> make);
+  void advertiseTopics(ros::NodeHandle nh);
+  void advertiseServices(ros::NodeHandle nh, ros::NodeHandle private_nh);
+
+  [[nodiscard]] View look(Speckles speckles) const;
+  [[nodiscard]] OctomapMessage makeOctomap(cuboid_mapping::OctreeKind kind) const;
+  [[nodiscard]] visualization_msgs::MarkerArray makeMarkers(ShownCells cells) const;
+  [[nodiscard]] sensor_msgs::PointCloud2 makeCenters() const;
+  [[nodiscard]] nav_msgs::OccupancyGrid makeProjection();
+
+  std::string frame_id_;
+  bool is_latched_;
+  OctomapServerParameters parameters_;
+  GuardedMap& map_;
+  ProjectedMap projection_;
+  bool is_changed_ = false;
+  ros::ServiceServer binary_server_;
+  ros::ServiceServer full_server_;
+  ros::ServiceServer clear_server_;
+  std::list<Topic> topics_;  ///< Last: their callbacks end before the rest goes.
+};
+
+}  // namespace cuboid_mapping_ros

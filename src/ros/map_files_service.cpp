@@ -1,0 +1,88 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "cuboid_mapping/ros/map_files_service.h"
+
+#include "cuboid_mapping/LoadMap.h"
+#include "cuboid_mapping/SaveMap.h"
+#include "cuboid_mapping/ros/names.h"
+
+#include <ros/console.h>
+
+#include <boost/function.hpp>
+
+namespace cuboid_mapping_ros {
+namespace {
+
+using cuboid_mapping::LoadMap;
+using cuboid_mapping::SaveMap;
+
+std::uint64_t revisionOf(const GuardedMap& map) {
+  return map.read([](const cuboid_mapping::CuboidMap& content, const ros::Time& /*stamp*/) {
+    return content.revision();
+  });
+}
+
+void logAnswer(const char* action, const std::string& file, const StorageAnswer& answer) {
+  if (answer.error.empty()) {
+    ROS_INFO_STREAM_NAMED(kNodeName, "map " << action << ' ' << file << ": " << answer.num_cuboids
+                                            << " cuboids, " << answer.num_bytes << " bytes");
+  } else {
+    ROS_ERROR_STREAM_NAMED(kNodeName, "map not " << action << ' ' << file << ": " << answer.error);
+  }
+}
+
+}  // namespace
+
+MapFilesService::MapFilesService(const ros::NodeHandle& private_nh,
+                                 const NodeParameters& parameters, GuardedMap& map)
+    : map_(map),
+      frame_id_(parameters.frame_id),
+      autosave_file_(parameters.autosave_file),
+      saved_revision_(revisionOf(map)),
+      spinner_(1, &queue_) {
+  ros::NodeHandle nh(private_nh);
+  nh.setCallbackQueue(&queue_);
+  advertise(nh);
+  if (!autosave_file_.empty()) {
+    autosave_timer_ = nh.createWallTimer(ros::WallDuration(parameters.autosave_period_s),
+                                         [this](const ros::WallTimerEvent&) { autosave(); });
+  }
+  spinner_.start();
+}
+
+MapFilesService::~MapFilesService() {
+  spinner_.stop();
+  if (!autosave_file_.empty()) autosave();
+}
+
+void MapFilesService::advertise(ros::NodeHandle nh) {
+  const boost::function<bool(SaveMap::Request&, SaveMap::Response&)> on_save =
+      [this](SaveMap::Request& request, SaveMap::Response& response) {
+        const StorageAnswer answer = saveMap(map_, frame_id_, request.filename);
+        logAnswer("saved to", request.filename, answer);
+        response.success = static_cast<std::uint8_t>(answer.error.empty());
+        response.message = answer.error;
+        response.cuboids = answer.num_cuboids;
+        response.bytes = answer.num_bytes;
+        return true;
+      };
+  save_server_ = nh.advertiseService(kSaveMapService, on_save);
+  const boost::function<bool(LoadMap::Request&, LoadMap::Response&)> on_load =
+      [this](LoadMap::Request& request, LoadMap::Response& response) {
+        const StorageAnswer answer = loadMap(map_, request.filename);
+        logAnswer("loaded from", request.filename, answer);
+        response.success = static_cast<std::uint8_t>(answer.error.empty());
+        response.message = answer.error;
+        response.cuboids = answer.num_cuboids;
+        return true;
+      };
+  load_server_ = nh.advertiseService(kLoadMapService, on_load);
+}
+
+void MapFilesService::autosave() {
+  if (revisionOf(map_) == saved_revision_) return;
+  const StorageAnswer answer = saveMap(map_, frame_id_, autosave_file_);
+  logAnswer("saved to", autosave_file_, answer);
+  if (answer.error.empty()) saved_revision_ = answer.revision;
+}
+
+}  // namespace cuboid_mapping_ros

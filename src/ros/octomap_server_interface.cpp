@@ -1,0 +1,205 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "cuboid_mapping/ros/octomap_server_interface.h"
+
+#include "cuboid_mapping/ros/names.h"
+#include "cuboid_mapping/ros/tf_lookup.h"
+#include "cuboid_mapping/rtree/traversal.h"
+
+#include <ros/console.h>
+#include <ros/single_subscriber_publisher.h>
+
+#include <boost/function.hpp>
+
+#include <algorithm>
+#include <sstream>
+#include <utility>
+#include <vector>
+
+namespace cuboid_mapping_ros {
+namespace {
+
+using cuboid_mapping::CellBox;
+using cuboid_mapping::ChangeSet;
+using cuboid_mapping::Cuboid;
+using cuboid_mapping::CuboidMap;
+using cuboid_mapping::MetricBox;
+using cuboid_mapping::OctreeKind;
+
+/// Half a minute: the log repeats what a topic leaves out no more often.
+constexpr double kLogPeriod_s = 30.0;
+
+ros::NodeHandle withQueue(ros::NodeHandle nh, ros::CallbackQueueInterface& queue) {
+  nh.setCallbackQueue(&queue);
+  return nh;
+}
+
+ChangeSet clearCells(CuboidMap& map, const CellBox& box) {
+  ChangeSet changes = map.flush(box);
+  std::vector<Cuboid> cleared;
+  visitBox(map.tree(), box, cuboid_mapping::CuboidFilter::kAll, [&](const Cuboid& cuboid) {
+    cleared.push_back({intersect(cuboid.box, box), map.sensorModel().min()});
+    return cuboid_mapping::Visit::kContinue;
+  });
+  const ChangeSet more = map.replace(box, cleared);
+  changes.revision = more.revision;
+  changes.boxes.insert(changes.boxes.end(), more.boxes.begin(), more.boxes.end());
+  return changes;
+}
+
+}  // namespace
+
+std::string clearBox(GuardedMap& map, const MetricBox& box_map) {
+  // A box without thickness names the voxels that it lies in, as with octomap_server.
+  MetricBox box = box_map;
+  const double thinnest_m = 1e-3 * map.grid().resolution();
+  box.max_m = box.max_m.cwiseMax(box.min_m + Eigen::Vector3d::Constant(thinnest_m));
+  const bool is_ordered = (box_map.min_m.array() <= box_map.max_m.array()).all();
+  const auto cells = is_ordered ? map.grid().toCellBox(box) : std::nullopt;
+  if (!cells) {
+    std::ostringstream text;
+    text << "box from (" << box_map.min_m.transpose() << ") to (" << box_map.max_m.transpose()
+         << "): corners must be finite, inside the map's range, and min not above max";
+    return text.str();
+  }
+  map.flush(*cells);
+  map.edit(
+      [&](CuboidMap& content, const ros::Time& /*stamp*/) { return clearCells(content, *cells); });
+  return {};
+}
+
+OctomapServerInterface::OctomapServerInterface(const ros::NodeHandle& nh,
+                                               const ros::NodeHandle& private_nh,
+                                               const NodeParameters& parameters, GuardedMap& map,
+                                               Queues queues)
+    : frame_id_(withoutSlash(parameters.frame_id)),
+      is_latched_(parameters.latch),
+      parameters_(parameters.octomap_server),
+      map_(map),
+      projection_(parameters.octomap_server) {
+  if (parameters_.is_colored_map) {
+    ROS_WARN_NAMED(kNodeName, "colored_map has no effect: cells have no colours here");
+  }
+  advertiseTopics(withQueue(nh, queues.topics));
+  advertiseServices(withQueue(nh, queues.services), withQueue(private_nh, queues.services));
+}
+
+template <typename MessageT>
+void OctomapServerInterface::advertise(ros::NodeHandle& nh, const char* name,
+                                       std::function<MessageT()> make) {
+  topics_.emplace_back();
+  Topic& topic = topics_.back();
+  topic.publish = [&topic, make] { topic.publisher.publish(make()); };
+  // Not latched by ROS: that would build messages while nobody listens.
+  topic.publisher =
+      nh.advertise<MessageT>(name, 1, [this, make](const ros::SingleSubscriberPublisher& listener) {
+        if (is_latched_) listener.publish(make());
+      });
+}
+
+void OctomapServerInterface::advertiseTopics(ros::NodeHandle nh) {
+  advertise<OctomapMessage>(nh, kOctomapBinaryTopic,
+                            [this] { return makeOctomap(OctreeKind::kBinary); });
+  advertise<OctomapMessage>(nh, kOctomapFullTopic,
+                            [this] { return makeOctomap(OctreeKind::kFull); });
+  advertise<visualization_msgs::MarkerArray>(nh, kOccupiedCellsTopic,
+                                             [this] { return makeMarkers(ShownCells::kOccupied); });
+  advertise<visualization_msgs::MarkerArray>(nh, kFreeCellsTopic,
+                                             [this] { return makeMarkers(ShownCells::kFree); });
+  advertise<sensor_msgs::PointCloud2>(nh, kPointCloudCentersTopic,
+                                      [this] { return makeCenters(); });
+  advertise<nav_msgs::OccupancyGrid>(nh, kProjectedMapTopic, [this] { return makeProjection(); });
+}
+
+void OctomapServerInterface::advertiseServices(ros::NodeHandle nh, ros::NodeHandle private_nh) {
+  const auto answer_with = [this](OctreeKind kind) {
+    return boost::function<bool(GetOctomap::Request&, GetOctomap::Response&)>(
+        [this, kind](GetOctomap::Request& /*request*/, GetOctomap::Response& response) {
+          map_.flush();
+          response.map = makeOctomap(kind);
+          return true;
+        });
+  };
+  binary_server_ = nh.advertiseService(kOctomapBinaryTopic, answer_with(OctreeKind::kBinary));
+  full_server_ = nh.advertiseService(kOctomapFullTopic, answer_with(OctreeKind::kFull));
+  const boost::function<bool(BoundingBoxQuery::Request&, BoundingBoxQuery::Response&)> on_clear =
+      [this](BoundingBoxQuery::Request& request, BoundingBoxQuery::Response& /*response*/) {
+        const std::string error = clearBox(map_, {{request.min.x, request.min.y, request.min.z},
+                                                  {request.max.x, request.max.y, request.max.z}});
+        if (!error.empty()) ROS_ERROR_STREAM_NAMED(kNodeName, "clear_bbx: " << error);
+        return error.empty();  // its answer has no place for a message
+      };
+  clear_server_ = private_nh.advertiseService(kClearBoxService, on_clear);
+}
+
+void OctomapServerInterface::noteChanges(const ChangeSet& changes) {
+  is_changed_ |= changes.is_everything || !changes.boxes.empty();
+  projection_.noteChanges(changes);
+}
+
+void OctomapServerInterface::publish() {
+  if (!is_changed_) return;
+  for (const Topic& topic : topics_) {
+    if (topic.publisher.getNumSubscribers() > 0) topic.publish();
+  }
+  is_changed_ = false;
+}
+
+OctomapServerInterface::View OctomapServerInterface::look(Speckles speckles) const {
+  View view;
+  map_.read([&](const CuboidMap& map, const ros::Time& stamp) {
+    view.map = takeSnapshot(map, frame_id_);
+    view.header.stamp = stamp;
+    if (speckles == Speckles::kAsAsked && parameters_.filter_speckles) {
+      removeSpeckles(map.classes(), view.map.cuboids);
+    }
+    return 0;
+  });
+  view.header.frame_id = frame_id_;
+  return view;
+}
+
+OctomapMessage OctomapServerInterface::makeOctomap(OctreeKind kind) const {
+  const View view = look(Speckles::kKept);
+  double num_left_out = 0.0;
+  OctomapMessage message = toOctomapMessage(view.map, kind, view.header, num_left_out);
+  if (num_left_out > 0.0) {
+    ROS_WARN_STREAM_THROTTLE_NAMED(
+        kLogPeriod_s, kNodeName,
+        num_left_out << " voxels lie more than 32768 voxels from the origin, which an octree "
+                        "cannot hold: octomap_full and octomap_binary go without them");
+  }
+  return message;
+}
+
+visualization_msgs::MarkerArray OctomapServerInterface::makeMarkers(ShownCells cells) const {
+  if (cells == ShownCells::kFree && !parameters_.publish_free_space) {
+    ROS_WARN_THROTTLE_NAMED(kLogPeriod_s, kNodeName,
+                            "somebody listens to free_cells_vis_array, which stays empty: set "
+                            "publish_free_space, or listen to free_cuboids");
+    std_msgs::Header header;
+    header.frame_id = frame_id_;
+    return toCellMarkers({}, cells, map_.grid().resolution(), parameters_, header);
+  }
+  const View view = look(Speckles::kAsAsked);
+  return toCellMarkers(computeShownLeaves(view.map, cells, parameters_), cells,
+                       view.map.resolution_m, parameters_, view.header);
+}
+
+sensor_msgs::PointCloud2 OctomapServerInterface::makeCenters() const {
+  const View view = look(Speckles::kAsAsked);
+  return toCenters(computeShownLeaves(view.map, ShownCells::kOccupied, parameters_),
+                   view.map.resolution_m, view.header);
+}
+
+nav_msgs::OccupancyGrid OctomapServerInterface::makeProjection() {
+  std_msgs::Header header;
+  header.frame_id = frame_id_;
+  map_.read([&](const CuboidMap& map, const ros::Time& stamp) {
+    header.stamp = stamp;
+    projection_.update(map);
+    return 0;
+  });
+  return projection_.makeGrid(header, map_.grid().resolution());
+}
+
+}  // namespace cuboid_mapping_ros

@@ -1,0 +1,166 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "cuboid_mapping/ros/map_storage.h"
+
+#include "cuboid_mapping/io/file_replacement.h"
+#include "cuboid_mapping/io/map_files.h"
+#include "support/snapshots.h"
+#include "tools/run_program.h"
+
+#include <gtest/gtest.h>
+
+namespace cuboid_mapping_ros {
+namespace {
+
+using cuboid_mapping::CuboidMap;
+using cuboid_mapping::MapConfig;
+using cuboid_mapping::MapSnapshot;
+using cuboid_mapping::test::Random;
+using cuboid_mapping::test::TemporaryFolder;
+
+MapConfig makeConfig() {
+  MapConfig config;
+  config.resolution_m = 0.1;
+  config.hot_bytes = std::size_t{1} << 24;
+  return config;
+}
+
+void fill(GuardedMap& map, Random& random) {
+  for (int i = 0; i < 8; ++i) {
+    const auto update = cuboid_mapping::test::randomUpdate(random, {{-3, -3, -3}, {3, 3, 3}}, 9);
+    map.change(ros::Time(3.0), [&](CuboidMap& content) { return content.apply(update); });
+  }
+}
+
+std::map<cuboid_mapping::Cell, float> voxelsOf(GuardedMap& map) {
+  return map.readCurrent(cuboid_mapping::kAllCells, [](const CuboidMap& content, const ros::Time&) {
+    return cuboid_mapping::test::voxelsOf(takeSnapshot(content, "").cuboids);
+  });
+}
+
+TEST(MapStorage, savesWhatTheLastCloudHasLeftAndLoadsIt) {
+  const TemporaryFolder folder;
+  Random random(95);
+  for (const std::string name : {"map.cuboids", "map.ot"}) {
+    GuardedMap map(makeConfig());
+    fill(map, random);
+    const StorageAnswer saved = saveMap(map, "/odom", folder / name);
+    EXPECT_EQ(saved.error, "");
+    EXPECT_GT(saved.num_cuboids, 100U);
+    EXPECT_EQ(saved.num_bytes, std::filesystem::file_size(folder / name));
+    GuardedMap other(makeConfig());
+    fill(other, random);
+    (void)other.takeChanges();
+    const StorageAnswer loaded = loadMap(other, folder / name);
+    EXPECT_EQ(loaded.error, "");
+    EXPECT_EQ(voxelsOf(other), voxelsOf(map)) << name;
+    EXPECT_TRUE(other.takeChanges().is_everything);
+  }
+  EXPECT_EQ(cuboid_mapping::readMapFile(folder / "map.cuboids").snapshot.frame_id, "odom");
+}
+
+TEST(MapStorage, leavesTheMapAsItWasWhenAFileIsBad) {
+  const TemporaryFolder folder;
+  Random random(96);
+  GuardedMap map(makeConfig());
+  fill(map, random);
+  const auto before = voxelsOf(map);
+  ASSERT_EQ(saveMap(map, "map", folder / "good.cuboids").error, "");
+  const std::string good = cuboid_mapping::readFile(folder / "good.cuboids");
+  std::string newer = good;
+  newer[8] = 99;
+  std::string damaged = good;
+  damaged[good.size() / 2] ^= 1;
+  const std::string whole("# Octomap OcTree file\nid OcTree\nsize 1\nres 0.1\ndata\n\0\0\0\0\0",
+                          57);
+  const std::vector<std::pair<std::string, std::string>> files{
+      {"poem", "is no map"},      {good.substr(0, good.size() - 5), "ends too early"},
+      {newer, "newer"},           {damaged, "damaged"},
+      {whole, "bricks of 8 x 8"}, {"", "is empty"}};
+  for (const auto& [bytes, reason] : files) {
+    const std::string file = folder / "bad";
+    cuboid_mapping::replaceFile(file, bytes);
+    const StorageAnswer answer = loadMap(map, file);
+    const std::string text = reason == "newer" ? "update cuboid_mapping" : reason;
+    EXPECT_NE(answer.error.find(text), std::string::npos) << answer.error;
+    EXPECT_EQ(answer.error.find(file), 0U) << answer.error;
+    EXPECT_EQ(voxelsOf(map), before);
+  }
+  EXPECT_NE(loadMap(map, folder / "none").error.find("No such file"), std::string::npos);
+  EXPECT_NE(loadMap(map, folder / ".").error.find("Is a directory"), std::string::npos);
+  MapSnapshot coarse;
+  coarse.resolution_m = 0.2;
+  writeMapFile(folder / "coarse.cuboids", coarse);
+  EXPECT_NE(loadMap(map, folder / "coarse.cuboids").error.find("resolution 0.2"),
+            std::string::npos);
+  EXPECT_EQ(voxelsOf(map), before);
+}
+
+TEST(MapStorage, saysWhyItCannotSave) {
+  const TemporaryFolder folder;
+  GuardedMap map(makeConfig());
+  EXPECT_NE(saveMap(map, "map", folder / "no/map.ot").error.find("No such file"),
+            std::string::npos);
+  EXPECT_NE(saveMap(map, "map", folder / "map").error.find(".cuboids"), std::string::npos);
+  EXPECT_NE(saveMap(map, "map", "/proc/map.bt").error, "");
+  EXPECT_NE(saveMap(map, "map", "").error, "");
+  std::filesystem::create_directory(folder / "x.cuboids");
+  EXPECT_NE(saveMap(map, "map", folder / "x.cuboids").error.find("Is a directory"),
+            std::string::npos);
+}
+
+TEST(MapStorage, startsFromAFileWithItsResolution) {
+  const TemporaryFolder folder;
+  NodeParameters parameters;
+  EXPECT_FALSE(readStartMap(parameters));
+  MapSnapshot snapshot;
+  snapshot.resolution_m = 0.25;
+  snapshot.cuboids = {{{{0, 0, 0}, {2, 2, 2}}, 1.0F}};
+  writeMapFile(folder / "start.bt", snapshot);
+  parameters.map_file = folder / "start.bt";
+  const auto start = readStartMap(parameters);
+  ASSERT_TRUE(start);
+  EXPECT_EQ(parameters.map.resolution_m, 0.25);
+  EXPECT_EQ(start->cuboids.size(), 1U);
+  parameters.map_file = folder / "none.bt";
+  EXPECT_THROW((void)readStartMap(parameters), cuboid_mapping::MapFileError);
+}
+
+/// Kills a process that saves again and again, 200 times at any moment: the file is always whole.
+TEST(MapStorage, leavesAWholeFileWhateverKillsIt) {
+  const TemporaryFolder folder;
+  const std::string file = folder / "map.cuboids";
+  Random random(97);
+  GuardedMap map(makeConfig());
+  fill(map, random);
+  ASSERT_EQ(saveMap(map, "map", file).error, "");
+  GuardedMap other(makeConfig());
+  fill(other, random);
+  const auto first = voxelsOf(map);
+  const auto second = voxelsOf(other);
+  ASSERT_NE(first, second);
+  int num_first = 0;
+  for (int kills = 0; kills < 200; ++kills) {
+    const pid_t child = fork();
+    if (child == 0) {
+      for (;;) {
+        (void)saveMap(other, "map", file);
+        (void)saveMap(map, "map", file);
+      }
+    }
+    usleep(static_cast<useconds_t>(random.integer(0, 8000)));
+    kill(child, SIGKILL);
+    int state = 0;
+    ASSERT_EQ(waitpid(child, &state, 0), child);
+    ASSERT_TRUE(WIFSIGNALED(state));
+    const auto found =
+        cuboid_mapping::test::voxelsOf(cuboid_mapping::readMapFile(file).snapshot.cuboids);
+    ASSERT_TRUE(found == first || found == second)
+        << cuboid_mapping::test::seedNote(static_cast<std::size_t>(kills));
+    num_first += found == first ? 1 : 0;
+  }
+  EXPECT_GT(num_first, 0);
+  EXPECT_LT(num_first, 200) << "some kills came after a save";
+}
+
+}  // namespace
+}  // namespace cuboid_mapping_ros

@@ -1,0 +1,263 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// The running node in the place of octomap_server: its topics and services, and files of maps.
+#include "cuboid_mapping/LoadMap.h"
+#include "cuboid_mapping/SaveMap.h"
+#include "cuboid_mapping/interop/octree_stream.h"
+#include "cuboid_mapping/ros/octomap_messages.h"
+#include "ros/node_probe.h"
+#include "tools/run_program.h"
+
+#include <nav_msgs/OccupancyGrid.h>
+#include <topic_tools/shape_shifter.h>
+#include <visualization_msgs/MarkerArray.h>
+
+#include <algorithm>
+#include <cmath>
+#include <string>
+#include <vector>
+
+namespace cuboid_mapping_ros::test {
+namespace {
+
+using cuboid_mapping::OctreeContent;
+using cuboid_mapping::test::TemporaryFolder;
+
+/// Keeps the last message of a topic.
+template <typename MessageT>
+class TopicProbe {
+ public:
+  explicit TopicProbe(const std::string& topic) {
+    const boost::function<void(const boost::shared_ptr<const MessageT>&)> callback =
+        [this](const boost::shared_ptr<const MessageT>& message) {
+          last_ = *message;
+          ++count_;
+        };
+    subscriber_ = nh_.subscribe(topic, 10, callback);
+  }
+  /// Waits for a message that the condition takes.
+  bool waitForMessage(const std::function<bool(const MessageT&)>& condition) {
+    return waitFor([&] { return count_ > 0 && condition(last_); });
+  }
+  [[nodiscard]] const MessageT& last() const { return last_; }
+  [[nodiscard]] int count() const { return count_; }
+
+ private:
+  ros::NodeHandle nh_;
+  MessageT last_;
+  int count_ = 0;
+  ros::Subscriber subscriber_;
+};
+
+std::string bytesOf(const OctomapMessage& message) {
+  return {message.data.begin(), message.data.end()};
+}
+
+/// The leaves of a message, whichever of the two kinds it is.
+OctreeContent contentOf(const OctomapMessage& message) {
+  return message.binary != 0 ? cuboid_mapping::readBinaryOctree(bytesOf(message), -1.0F, 1.0F)
+                             : cuboid_mapping::readFullOctree(bytesOf(message));
+}
+
+double countVoxels(const OctreeContent& content, bool is_occupied) {
+  double count = 0.0;
+  for (const auto& cuboid : content.cuboids) {
+    if ((cuboid.log_odds >= 0.0F) == is_occupied) count += cuboid.box.numVoxels();
+  }
+  return count;
+}
+
+/// What a room of 4 x 4 x 2 m makes known: its inside, and a layer of one voxel at each face.
+constexpr double kFreeVoxels = 40 * 40 * 20;
+constexpr double kOccupiedVoxels = 2 * 40 * 40 + 4 * 40 * 20;
+
+OctomapMessage callOctomap(const std::string& service) {
+  GetOctomap get;
+  EXPECT_TRUE(ros::service::waitForService(service, ros::Duration(kDeadline_s)));
+  EXPECT_TRUE(ros::service::call(service, get));
+  return get.response.map;
+}
+
+/// Share of the voxels of a box that are known, or occupied, in an octree.
+struct BoxShares {
+  double known;
+  double occupied;
+};
+
+BoxShares sharesOf(const OctreeContent& content, const cuboid_mapping::CellBox& box) {
+  BoxShares shares{0.0, 0.0};
+  for (const auto& cuboid : content.cuboids) {
+    const double share = intersect(cuboid.box, box).numVoxels() / box.numVoxels();
+    shares.known += share;
+    if (cuboid.log_odds >= 0.0F) shares.occupied += share;
+  }
+  return shares;
+}
+
+class OctomapServerTest : public NodeTest {
+ protected:
+  void SetUp() override {
+    NodeTest::SetUp();
+    const Eigen::Vector3d origin_map(0.05, 0.05, 0.05);  // the middle of a voxel
+    publishStaticTf(makeTransform("map", "lidar", makeTranslation(0.05, 0.05, 0.05)));
+    std::vector<Eigen::Vector3d> points = makeRoom({2.0, 2.0, 1.0});
+    for (Eigen::Vector3d& point : points) point -= origin_map;
+    cloud_publisher_.publish(makeCloud("lidar", ros::Time(101.5), points));
+    ASSERT_TRUE(waitForInserted(1));
+  }
+};
+
+TEST_F(OctomapServerTest, OctreesHoldTheRoom) {
+  for (const std::string name : {"/octomap_full", "/octomap_binary"}) {
+    TopicProbe<OctomapMessage> topic(name);
+    ASSERT_TRUE(topic.waitForMessage([](const auto& message) {
+      return countVoxels(contentOf(message), true) == kOccupiedVoxels;
+    })) << name;
+    const OctomapMessage& message = topic.last();
+    EXPECT_EQ(message.binary, name == "/octomap_binary" ? 1 : 0);
+    EXPECT_EQ(message.id, "OcTree");
+    EXPECT_EQ(message.resolution, 0.1);
+    EXPECT_EQ(message.header.frame_id, "map");
+    EXPECT_EQ(message.header.stamp, ros::Time(101.5));
+    EXPECT_EQ(countVoxels(contentOf(message), false), kFreeVoxels);
+    EXPECT_TRUE(bytesOf(callOctomap(name)) == bytesOf(message)) << "the service gives the same";
+  }
+}
+
+TEST_F(OctomapServerTest, OctreesAreThoseOfOctomapMsgsOnTheWire) {
+  TopicProbe<topic_tools::ShapeShifter> topic("/octomap_full");
+  ASSERT_TRUE(topic.waitForMessage([](const auto&) { return true; }));
+  EXPECT_EQ(topic.last().getDataType(), "octomap_msgs/Octomap");
+  EXPECT_EQ(topic.last().getMD5Sum(), "9a45536b45c5e409cd49f04bb2d9999f");
+  EXPECT_NE(topic.last().getMessageDefinition().find("int8[] data"), std::string::npos);
+}
+
+TEST_F(OctomapServerTest, MarkersPointsAndGridShowTheRoomBelowTheGreatestHeight) {
+  // occupancy_max_z is 0.5: of the walls 15 layers and the floor.
+  constexpr double kShown = 40 * 40 + 4 * 40 * 15;
+  const auto volume = [](const visualization_msgs::MarkerArray& array) {
+    double voxels = 0.0;
+    for (const auto& marker : array.markers) {
+      voxels += static_cast<double>(marker.points.size()) * std::pow(marker.scale.x / 0.1, 3);
+    }
+    return std::lround(voxels);
+  };
+  TopicProbe<visualization_msgs::MarkerArray> occupied("/occupied_cells_vis_array");
+  EXPECT_TRUE(occupied.waitForMessage([&](const auto& array) { return volume(array) == kShown; }));
+  EXPECT_EQ(occupied.last().markers.size(), 17U);
+  TopicProbe<visualization_msgs::MarkerArray> free("/free_cells_vis_array");
+  EXPECT_TRUE(free.waitForMessage([&](const auto& array) {
+    return volume(array) >= 40 * 40 * 15 && volume(array) <= kFreeVoxels;
+  }));
+  TopicProbe<sensor_msgs::PointCloud2> centers("/octomap_point_cloud_centers");
+  EXPECT_TRUE(centers.waitForMessage([&](const auto& cloud) { return cloud.width > 1000; }));
+  TopicProbe<nav_msgs::OccupancyGrid> grid("/projected_map");
+  ASSERT_TRUE(grid.waitForMessage([](const auto& message) { return !message.data.empty(); }));
+  const nav_msgs::OccupancyGrid& map = grid.last();
+  EXPECT_EQ(map.info.width, 42U);
+  EXPECT_EQ(map.info.height, 42U);
+  EXPECT_NEAR(map.info.origin.position.x, -2.1, 1e-6);
+  EXPECT_EQ(std::count(map.data.begin(), map.data.end(), 100), 40 * 40 + 4 * 40)
+      << "the floor is occupied, too";
+  EXPECT_EQ(std::count(map.data.begin(), map.data.end(), -1), 4) << "the corners";
+}
+
+TEST_F(OctomapServerTest, ResetEmptiesEveryTopic) {
+  TopicProbe<OctomapMessage> full("/octomap_full");
+  TopicProbe<OctomapMessage> binary("/octomap_binary");
+  TopicProbe<visualization_msgs::MarkerArray> occupied("/occupied_cells_vis_array");
+  TopicProbe<sensor_msgs::PointCloud2> centers("/octomap_point_cloud_centers");
+  TopicProbe<nav_msgs::OccupancyGrid> grid("/projected_map");
+  const auto has_data = [](const auto& message) { return !message.data.empty(); };
+  ASSERT_TRUE(full.waitForMessage(has_data));
+  ASSERT_TRUE(binary.waitForMessage(has_data));
+  ASSERT_TRUE(centers.waitForMessage(has_data));
+  ASSERT_TRUE(grid.waitForMessage(has_data));
+  reset();
+  const auto is_empty = [](const auto& message) { return message.data.empty(); };
+  EXPECT_TRUE(full.waitForMessage(is_empty));
+  EXPECT_TRUE(binary.waitForMessage(is_empty));
+  EXPECT_TRUE(centers.waitForMessage(is_empty));
+  EXPECT_TRUE(grid.waitForMessage(is_empty));
+  EXPECT_TRUE(occupied.waitForMessage([](const auto& array) {
+    return std::all_of(array.markers.begin(), array.markers.end(), [](const auto& marker) {
+      return marker.action == visualization_msgs::Marker::DELETE;
+    });
+  }));
+}
+
+TEST_F(OctomapServerTest, ClearBoxFreesWhatIsKnownInItAndNoMore) {
+  BoundingBoxQuery clear;
+  clear.request.min = tf2::toMsg(Eigen::Vector3d(1.95, -0.45, -0.45));
+  clear.request.max = tf2::toMsg(Eigen::Vector3d(2.35, 0.45, 0.45));
+  ASSERT_TRUE(ros::service::call(std::string(kNode) + "/clear_bbx", clear));
+  const OctreeContent content = contentOf(callOctomap("/octomap_full"));
+  // Voxels 19 to 23 along x and -5 to 4 along y and z are in the box; the wall is voxel 20.
+  const BoxShares wall = sharesOf(content, {{20, -5, -5}, {21, 5, 5}});
+  EXPECT_NEAR(wall.known, 1.0, 1e-9);
+  EXPECT_EQ(wall.occupied, 0.0);
+  EXPECT_EQ(sharesOf(content, {{21, -5, -5}, {30, 5, 5}}).known, 0.0) << "behind it";
+  EXPECT_NEAR(sharesOf(content, {{20, 6, -5}, {21, 20, 5}}).occupied, 1.0, 1e-9) << "beside it";
+  EXPECT_EQ(countVoxels(content, true), kOccupiedVoxels - 100);
+  EXPECT_EQ(countVoxels(content, false), kFreeVoxels + 100);
+  std::swap(clear.request.min, clear.request.max);
+  EXPECT_FALSE(ros::service::call(std::string(kNode) + "/clear_bbx", clear)) << "min above max";
+}
+
+TEST_F(OctomapServerTest, ListenersWhoComeLateGetTheMap) {
+  std::string bytes;
+  {
+    TopicProbe<OctomapMessage> first("/octomap_full");
+    ASSERT_TRUE(first.waitForMessage(
+        [](const auto& message) { return countVoxels(contentOf(message), true) > 0.0; }));
+    bytes = bytesOf(first.last());
+  }
+  // Not beside the first one: two listeners of one process share a connection.
+  ASSERT_TRUE(diagnostics_.waitForNextReport());
+  const TopicProbe<OctomapMessage> second("/octomap_full");
+  ASSERT_TRUE(waitFor([&] { return second.count() > 0; })) << "though nothing has changed";
+  EXPECT_TRUE(bytesOf(second.last()) == bytes);
+}
+
+TEST_F(OctomapServerTest, MapsAreSavedAndLoaded) {
+  const TemporaryFolder folder;
+  const std::string before = bytesOf(callOctomap("/octomap_full"));
+  for (const std::string name : {"map.cuboids", "map.ot"}) {
+    cuboid_mapping::SaveMap save;
+    save.request.filename = folder / name;
+    ASSERT_TRUE(ros::service::call(std::string(kNode) + "/save_map", save));
+    EXPECT_TRUE(save.response.success) << save.response.message;
+    EXPECT_EQ(save.response.bytes, std::filesystem::file_size(folder / name));
+    reset();
+    EXPECT_TRUE(callOctomap("/octomap_full").data.empty());
+    cuboid_mapping::LoadMap load;
+    load.request.filename = folder / name;
+    ASSERT_TRUE(ros::service::call(std::string(kNode) + "/load_map", load));
+    EXPECT_TRUE(load.response.success) << load.response.message;
+    EXPECT_TRUE(bytesOf(callOctomap("/octomap_full")) == before) << name;
+  }
+  cuboid_mapping::LoadMap load;
+  load.request.filename = folder / "none";
+  ASSERT_TRUE(ros::service::call(std::string(kNode) + "/load_map", load));
+  EXPECT_FALSE(load.response.success);
+  EXPECT_NE(load.response.message.find("No such file"), std::string::npos);
+  EXPECT_TRUE(bytesOf(callOctomap("/octomap_full")) == before) << "the map is as it was";
+}
+
+TEST(OctomapServerCompat, StartsFromAMapFileWithItsResolution) {
+  const OctomapMessage map = callOctomap("/compat/octomap_full");
+  EXPECT_EQ(map.resolution, 0.2) << "that of the file";
+  EXPECT_EQ(countVoxels(contentOf(map), true), 1.0) << "without what is too far for an octree";
+  EXPECT_EQ(countVoxels(contentOf(map), false), 7.0 + 4 * 8 * 8);
+  EXPECT_TRUE(ros::service::exists("/compat/octomap_server/clear_bbx", false));
+  EXPECT_TRUE(ros::service::exists("/compat/octomap_server/reset", false));
+}
+
+}  // namespace
+}  // namespace cuboid_mapping_ros::test
+
+int main(int argc, char** argv) {
+  testing::InitGoogleTest(&argc, argv);
+  ros::init(argc, argv, "test_octomap_server");
+  const ros::NodeHandle keeps_ros_running;
+  return RUN_ALL_TESTS();
+}
