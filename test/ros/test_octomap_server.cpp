@@ -252,6 +252,12 @@ TEST(OctomapServerCompat, StartsFromAMapFileWithItsResolution) {
   EXPECT_TRUE(ros::service::exists("/compat/octomap_server/reset", false));
 }
 
+TEST(OctomapServerCompat, KeepsFreeCellsToItselfUnlessAsked) {
+  TopicProbe<visualization_msgs::MarkerArray> free("/compat/free_cells_vis_array");
+  ASSERT_TRUE(free.waitForMessage([](const auto& array) { return array.markers.size() == 17; }));
+  for (const auto& marker : free.last().markers) EXPECT_TRUE(marker.points.empty());
+}
+
 }  // namespace
 }  // namespace cuboid_mapping_ros::test
 
