@@ -111,8 +111,8 @@ TEST(Diagnostics, EveryReasonHasItsOwnKeyAndAdvice) {
   }
   EXPECT_EQ(values["clouds received"], "100");
   EXPECT_EQ(values["clouds inserted"], "10");
-  EXPECT_EQ(values["clouds dropped"], "55");
-  EXPECT_EQ(values["clouds waiting"], "35");
+  EXPECT_EQ(values["clouds dropped"], "66");
+  EXPECT_EQ(values["clouds waiting"], "24");
   EXPECT_EQ(values["convert time last [ms]"], "4.000");
   EXPECT_EQ(values["convert time mean [ms]"], "2.500");
   EXPECT_EQ(values["convert time max [ms]"], "4.000");
