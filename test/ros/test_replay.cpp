@@ -2,6 +2,7 @@
 // Node and nodelet on bags that `rosbag play --clock` plays: of the simulated building, and of real
 // scans where CUBOID_DATA_DIR names them.
 #include "cuboid_mapping/QueryBox.h"
+#include "cuboid_mapping/SaveMap.h"
 #include "ros/node_probe.h"
 #include "tools/read_bag.h"
 #include "tools/run_program.h"
@@ -84,6 +85,20 @@ class ReplayTest : public ::testing::TestWithParam<const char*> {
     EXPECT_GT(num_free, 0.8 * num_asked);
   }
 
+  /// The node saves the same bytes that bag_to_map makes of the bag.
+  void expectSameMapAsBagToMap(const std::string& bag, const TemporaryFolder& folder) {
+    cuboid_mapping::SaveMap save;
+    save.request.filename = folder / "node.cuboids";
+    ASSERT_TRUE(ros::service::call(std::string(GetParam()) + "/save_map", save));
+    ASSERT_TRUE(save.response.success) << save.response.message;
+    const std::string offline = folder / "offline.cuboids";
+    ASSERT_EQ(
+        runProgram({BAG_TO_MAP_PROGRAM, bag, "-o", offline, "--set", "resolution=0.2"}).status, 0);
+    EXPECT_GT(std::filesystem::file_size(offline), 1000U);
+    EXPECT_TRUE(cuboid_mapping::test::readFile(offline) ==
+                cuboid_mapping::test::readFile(save.request.filename));
+  }
+
   ros::NodeHandle nh_;
   DiagnosticsProbe probe_{GetParam()};
   /// Persistent: hundreds of connections for one call each now and then lose an answer.
@@ -96,6 +111,7 @@ TEST_P(ReplayTest, TheSimulatedBuildingIsMapped) {
   ASSERT_EQ(runProgram({SIMULATED_LIDAR_PROGRAM, "--bag", bag, "--duration", "5"}).status, 0);
   play(bag);
   expectLastCloudInMap(bag);
+  expectSameMapAsBagToMap(bag, folder);
   // The robot has driven where it is now: its lidar's voxel is free; behind the ground, none is.
   const Eigen::Isometry3d T_map_cloud =
       tf2::transformToEigen(readBag(bag).clouds.back().T_map_cloud);
