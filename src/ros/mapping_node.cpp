@@ -42,6 +42,8 @@ MappingNode::MappingNode(ros::NodeHandle nh, const ros::NodeHandle& private_nh,
     : parameters_(parameters),
       pipeline_(parameters),
       map_(makeMapConfig(parameters)),
+      map_publisher_(withQueue(nh, publish_queue_), withQueue(private_nh, publish_queue_),
+                     parameters.frame_id, map_),
       occupied_publisher_(
           withQueue(nh, publish_queue_),
           makeTopic(kOccupiedCuboidsTopic, makeOccupiedStyle(parameters), parameters), map_),
@@ -209,8 +211,7 @@ void MappingNode::releaseHeldCloudIfTfIsRight() {
 }
 
 void MappingNode::publish() {
-  map_.flush();
-  const cuboid_mapping::ChangeSet changes = map_.takeChanges();
+  const cuboid_mapping::ChangeSet changes = map_publisher_.publish();
   for (MarkerPublisher* publisher : {&occupied_publisher_, &free_publisher_}) {
     publisher->noteChanges(changes);
     publisher->publish();

@@ -6,6 +6,7 @@
 #include "cuboid_mapping/ros/diagnostics.h"
 #include "cuboid_mapping/ros/guarded_map.h"
 #include "cuboid_mapping/ros/map_files_service.h"
+#include "cuboid_mapping/ros/map_publisher.h"
 #include "cuboid_mapping/ros/marker_publisher.h"
 #include "cuboid_mapping/ros/node_statistics.h"
 #include "cuboid_mapping/ros/octomap_server_interface.h"
@@ -83,6 +84,7 @@ class MappingNode {
   std::array<std::optional<Clock::time_point>, kNumDropReasons> last_logged_;
   Clock::time_point last_received_ = Clock::now();
 
+  MapPublisher map_publisher_;
   MarkerPublisher occupied_publisher_;
   MarkerPublisher free_publisher_;
   OctomapServerInterface octomap_server_;

@@ -10,9 +10,11 @@ constexpr char kMappingNodeletType[] = "cuboid_mapping/MappingNodelet";
 constexpr char kNodeName[] = "cuboid_mapping";
 
 // In the namespace of the node.
-constexpr char kCloudTopic[] = "cloud_in";                    ///< sensor_msgs/PointCloud2
-constexpr char kOccupiedCuboidsTopic[] = "occupied_cuboids";  ///< visualization_msgs/MarkerArray
-constexpr char kFreeCuboidsTopic[] = "free_cuboids";          ///< visualization_msgs/MarkerArray
+constexpr char kCloudTopic[] = "cloud_in";                       ///< sensor_msgs/PointCloud2
+constexpr char kOccupiedCuboidsTopic[] = "occupied_cuboids";     ///< visualization_msgs/MarkerArray
+constexpr char kFreeCuboidsTopic[] = "free_cuboids";             ///< visualization_msgs/MarkerArray
+constexpr char kCuboidMapTopic[] = "cuboid_map";                 ///< cuboid_mapping/CuboidMap
+constexpr char kCuboidMapUpdatesTopic[] = "cuboid_map_updates";  ///< cuboid_mapping/CuboidMapUpdate
 
 // In the namespace of the node, as octomap_server has them; the first two are services, too.
 constexpr char kOctomapBinaryTopic[] = "octomap_binary";                   ///< octomap_msgs/Octomap
@@ -33,6 +35,7 @@ constexpr char kNearestFreeService[] = "nearest_free";     ///< cuboid_mapping/F
 constexpr char kGetCuboidsService[] = "get_cuboids";       ///< cuboid_mapping/GetCuboids
 constexpr char kGetFreeGraphService[] = "get_free_graph";  ///< cuboid_mapping/GetFreeGraph
 constexpr char kFindCorridorService[] = "find_corridor";   ///< cuboid_mapping/FindCorridor
+constexpr char kGetMapService[] = "get_map";               ///< cuboid_mapping/GetMap
 constexpr char kSetBoxService[] = "set_box";               ///< cuboid_mapping/SetBox
 constexpr char kFuseNowService[] = "fuse_now";             ///< std_srvs/Trigger
 constexpr char kPauseService[] = "pause";                  ///< std_srvs/SetBool

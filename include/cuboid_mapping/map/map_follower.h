@@ -1,0 +1,50 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include "cuboid_mapping/map/cuboid_map.h"
+#include "cuboid_mapping/map/map_image.h"
+
+#include <optional>
+#include <string>
+
+namespace cuboid_mapping {
+
+/// Everything that is in the R-tree of a map. @complexity O(n).
+[[nodiscard]] MapImage makeImage(const CuboidMap& map, std::uint64_t instance);
+
+/// What is now in the boxes of a change set: whole bricks, and boxes of at most 128 voxels an edge.
+/// @param base  Revision that the changes are counted from.
+/// @complexity O(b log n + k) for b boxes that hold k cuboids.
+[[nodiscard]] MapDelta makeDelta(const CuboidMap& map, const ChangeSet& changes,
+                                 std::uint64_t instance, std::uint64_t base);
+
+/// What became of a delta.
+enum class FollowResult : unsigned char {
+  kApplied,
+  kOld,      ///< The copy has it already: nothing was done.
+  kGap,      ///< Changes in between were lost, or the map was replaced: an image is needed.
+  kDamaged,  ///< The arrays do not fit together: nothing was done.
+};
+
+/// A copy of a map, made of an image and kept up with deltas, whatever their order, and however many
+/// are lost or come twice. Not thread-safe.
+class MapFollower {
+ public:
+  /// Takes an image. One of the same instance that is older than the copy is not taken.
+  /// @return false when its arrays do not fit together; the copy is then as it was.
+  [[nodiscard]] bool take(const MapImage& image);
+  [[nodiscard]] FollowResult take(const MapDelta& delta);
+
+  /// The copy; nothing before the first image. Its revision is its own: see revision().
+  [[nodiscard]] const CuboidMap* map() const { return map_ ? &*map_ : nullptr; }
+  /// Of the map that is followed.
+  [[nodiscard]] std::uint64_t revision() const { return revision_; }
+  [[nodiscard]] std::uint64_t instance() const { return instance_; }
+
+ private:
+  std::optional<CuboidMap> map_;
+  std::uint64_t instance_ = 0;
+  std::uint64_t revision_ = 0;
+};
+
+}  // namespace cuboid_mapping

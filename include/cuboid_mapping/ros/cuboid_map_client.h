@@ -1,0 +1,64 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include "cuboid_mapping/map/cuboid_map.h"
+
+#include <ros/node_handle.h>
+#include <ros/time.h>
+
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <shared_mutex>
+#include <string>
+#include <utility>
+
+namespace cuboid_mapping_ros {
+
+/// Follows the map of a node into a map of this process, to be asked with the functions of
+/// cuboid_mapping/query/ and no service call. Thread-safe.
+///
+/// It listens to cuboid_map and cuboid_map_updates in a thread of its own, and asks ~get_map when
+/// updates were lost, or the node was started anew. Between two updates the map is that of one
+/// revision; the server publishes them at its publish_rate.
+class CuboidMapClient {
+ public:
+  /// Called after each change of the map, in the client's thread, while the map is not held: it may
+  /// read, and must not take long. @param revision  Of the server's map.
+  using Callback = std::function<void(std::uint64_t revision)>;
+
+  /// @param nh  In whose namespace the topics are.
+  /// @param server  Name of the node, for ~get_map.
+  explicit CuboidMapClient(const ros::NodeHandle& nh = ros::NodeHandle(),
+                           const std::string& server = "/cuboid_mapping", Callback callback = {});
+  ~CuboidMapClient();
+  CuboidMapClient(const CuboidMapClient&) = delete;
+  CuboidMapClient& operator=(const CuboidMapClient&) = delete;
+
+  /// Whether a map has come already.
+  [[nodiscard]] bool hasMap() const;
+  /// Of the server's map that this one equals; 0 before the first.
+  [[nodiscard]] std::uint64_t revision() const;
+  /// Stamp of the last cloud in the map.
+  [[nodiscard]] ros::Time stamp() const;
+  /// Frame of the map; empty before the first.
+  [[nodiscard]] std::string frameId() const;
+
+  /// Reads the map, which does not change meanwhile; an empty one before the first has come.
+  /// @param work  (const CuboidMap&) -> any.
+  template <typename WorkT>
+  auto read(const WorkT& work) const {
+    const std::shared_lock<std::shared_mutex> lock(mutex());
+    return work(map());
+  }
+
+ private:
+  struct Implementation;
+
+  [[nodiscard]] std::shared_mutex& mutex() const;
+  [[nodiscard]] const cuboid_mapping::CuboidMap& map() const;
+
+  std::unique_ptr<Implementation> implementation_;
+};
+
+}  // namespace cuboid_mapping_ros

@@ -1,0 +1,42 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include "cuboid_mapping/ros/guarded_map.h"
+#include "cuboid_mapping/ros/map_messages.h"
+
+#include <string>
+
+namespace cuboid_mapping_ros {
+
+/// The topics cuboid_map and cuboid_map_updates, and the service ~get_map.
+///
+/// A listener to cuboid_map is sent the map when it connects, all of them again when the map was
+/// replaced as a whole. Updates carry what has changed since the one before; see
+/// msg/CuboidMapUpdate.msg. While nobody listens nothing is built.
+/// Thread rule: all calls, and the callbacks of the node handles' queue, one after the other.
+class MapPublisher {
+ public:
+  /// @param map  Must outlive this object.
+  MapPublisher(ros::NodeHandle nh, ros::NodeHandle private_nh, const std::string& frame_id,
+               GuardedMap& map);
+  MapPublisher(const MapPublisher&) = delete;
+  MapPublisher& operator=(const MapPublisher&) = delete;
+
+  /// Writes hot bricks back, and publishes what has changed since the last call; when nothing has, a
+  /// message that says so.
+  /// @return What has changed, for others to publish.
+  cuboid_mapping::ChangeSet publish();
+
+ private:
+  [[nodiscard]] ImageMessage makeImage();
+
+  GuardedMap& map_;
+  std::string frame_id_;
+  std::uint64_t instance_;
+  std::uint64_t published_revision_ = 0;
+  ros::Publisher image_publisher_;
+  ros::Publisher delta_publisher_;
+  ros::ServiceServer get_map_server_;
+};
+
+}  // namespace cuboid_mapping_ros

@@ -1,0 +1,8 @@
+# SPDX-License-Identifier: BSD-3-Clause
+# Of the Python client; called by catkin only.
+from distutils.core import setup
+
+from catkin_pkg.python_setup import generate_distutils_setup
+
+setup(**generate_distutils_setup(
+    packages=['cuboid_mapping_client'], package_dir={'': 'python'}))

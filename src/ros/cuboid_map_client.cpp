@@ -1,0 +1,131 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "cuboid_mapping/ros/cuboid_map_client.h"
+
+#include "cuboid_mapping/map/map_follower.h"
+#include "cuboid_mapping/ros/map_messages.h"
+#include "cuboid_mapping/ros/names.h"
+
+#include <ros/callback_queue.h>
+#include <ros/console.h>
+#include <ros/spinner.h>
+
+#include <mutex>
+#include <utility>
+
+namespace cuboid_mapping_ros {
+
+using cuboid_mapping::CuboidMap;
+using cuboid_mapping::FollowResult;
+using cuboid_mapping::MapFollower;
+
+/// What the client's thread works with.
+struct CuboidMapClient::Implementation {
+  Implementation(const ros::NodeHandle& node, const std::string& server, Callback on_change)
+      : nh(node),
+        get_map_name(server + "/" + kGetMapService),
+        callback(std::move(on_change)),
+        spinner(1, &queue) {
+    nh.setCallbackQueue(&queue);
+    // Updates first, so that none is missed between the image and them.
+    delta_subscriber = subscribeDelta(nh, kCuboidMapUpdatesTopic,
+                                      [this](const DeltaMessage& message) { take(message); });
+    image_subscriber =
+        subscribeImage(nh, kCuboidMapTopic, [this](const ImageMessage& message) { take(message); });
+    spinner.start();
+  }
+
+  void take(const ImageMessage& message) {
+    // Only this thread changes the follower; readers wait for the exchange alone.
+    const bool is_old = follower.map() != nullptr &&
+                        message.image.instance == follower.instance() &&
+                        message.image.revision <= follower.revision();
+    if (is_old) return;
+    MapFollower fresh;
+    if (!fresh.take(message.image)) {
+      ROS_WARN_THROTTLE(10.0, "a damaged CuboidMap was left out");
+      return;
+    }
+    {
+      const std::unique_lock<std::shared_mutex> lock(mutex);
+      std::swap(follower, fresh);
+      header = message.header;
+    }
+    tell();
+  }
+
+  void take(const DeltaMessage& message) {
+    FollowResult result = FollowResult::kGap;
+    {
+      const std::unique_lock<std::shared_mutex> lock(mutex);
+      result = follower.take(message.delta);
+      if (result == FollowResult::kApplied) header = message.header;
+    }
+    switch (result) {
+      case FollowResult::kApplied: return tell();
+      case FollowResult::kOld: return;
+      case FollowResult::kDamaged:
+        ROS_WARN_THROTTLE(10.0, "a damaged CuboidMapUpdate came");
+        [[fallthrough]];
+      case FollowResult::kGap: return askForImage();
+    }
+  }
+
+  void askForImage() {
+    ImageMessage message;
+    std::string error;
+    if (callGetMap(nh, get_map_name, message, error)) return take(message);
+    ROS_WARN_STREAM_THROTTLE(
+        10.0, "the map cannot be followed: " << error << "; is the name of the server right?");
+  }
+
+  void tell() const {
+    if (callback) callback(follower.revision());  // Only this thread changes it.
+  }
+
+  ros::CallbackQueue queue;
+  ros::NodeHandle nh;
+  std::string get_map_name;
+  Callback callback;
+  mutable std::shared_mutex mutex;
+  MapFollower follower;
+  std_msgs::Header header;
+  CuboidMap nothing;  ///< Before the first image.
+  ros::Subscriber delta_subscriber;
+  ros::Subscriber image_subscriber;
+  ros::AsyncSpinner spinner;  ///< Last: its thread ends before the rest goes.
+};
+
+CuboidMapClient::CuboidMapClient(const ros::NodeHandle& nh, const std::string& server,
+                                 Callback callback)
+    : implementation_(std::make_unique<Implementation>(nh, server, std::move(callback))) {}
+
+CuboidMapClient::~CuboidMapClient() = default;
+
+std::shared_mutex& CuboidMapClient::mutex() const { return implementation_->mutex; }
+
+const CuboidMap& CuboidMapClient::map() const {
+  const CuboidMap* map = implementation_->follower.map();
+  return map != nullptr ? *map : implementation_->nothing;
+}
+
+bool CuboidMapClient::hasMap() const {
+  const std::shared_lock<std::shared_mutex> lock(mutex());
+  return implementation_->follower.map() != nullptr;
+}
+
+std::uint64_t CuboidMapClient::revision() const {
+  const std::shared_lock<std::shared_mutex> lock(mutex());
+  return implementation_->follower.revision();
+}
+
+ros::Time CuboidMapClient::stamp() const {
+  const std::shared_lock<std::shared_mutex> lock(mutex());
+  return implementation_->header.stamp;
+}
+
+std::string CuboidMapClient::frameId() const {
+  const std::shared_lock<std::shared_mutex> lock(mutex());
+  return implementation_->header.frame_id;
+}
+
+}  // namespace cuboid_mapping_ros

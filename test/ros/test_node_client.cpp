@@ -1,0 +1,132 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// The running node, and a client that follows its map.
+#include "cuboid_mapping/GetCuboids.h"
+#include "cuboid_mapping/SetBox.h"
+#include "cuboid_mapping/query/box_query.h"
+#include "cuboid_mapping/ros/cuboid_map_client.h"
+#include "cuboid_mapping/ros/request_reader.h"
+#include "ros/node_probe.h"
+
+#include <atomic>
+#include <cmath>
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace cuboid_mapping_ros::test {
+namespace {
+
+using cuboid_mapping::CuboidMap;
+using cuboid_mapping::GetCuboids;
+using cuboid_mapping::MetricBox;
+using cuboid_mapping::SetBox;
+
+class NodeClientTest : public NodeTest {
+ protected:
+  void SetUp() override {
+    NodeTest::SetUp();
+    publishStaticTf(makeTransform("map", "lidar", makeTranslation(0.05, 0.05, 0.05)));
+    connect();
+  }
+
+  void connect() {
+    client_.reset();
+    client_.emplace(nh_, kNode, [this](std::uint64_t /*revision*/) { ++num_changes_; });
+    ASSERT_TRUE(waitFor([this] { return client_->hasMap(); }));
+  }
+
+  void sendRoom(double x_m, long count) {
+    std::vector<Eigen::Vector3d> points = makeRoom({2.0, 2.0, 1.0});
+    for (Eigen::Vector3d& point : points) point.x() -= x_m;
+    cloud_publisher_.publish(makeCloud("lidar", ros::Time(101.5), points));
+    ASSERT_TRUE(waitForInserted(count));
+  }
+
+  static void setBox(double max_m, std::uint8_t occupancy) {
+    SetBox box;
+    box.request.min = {toPoint({-max_m, -0.5, -0.5})};
+    box.request.max = {toPoint({max_m, 0.5, 0.5})};
+    box.request.occupancy = occupancy;
+    ASSERT_TRUE(ros::service::call(std::string(kNode) + "/set_box", box));
+    ASSERT_TRUE(box.response.success) << box.response.message;
+  }
+
+  static GetCuboids::Response serverMap() {
+    GetCuboids cuboids;
+    cuboids.request.everything = true;
+    cuboids.request.classes = GetCuboids::Request::ALL;
+    EXPECT_TRUE(ros::service::call(std::string(kNode) + "/get_cuboids", cuboids));
+    return cuboids.response;
+  }
+
+  /// Waits until the client has come as far as the server, and compares every voxel.
+  void expectSameMap() {
+    const GetCuboids::Response server = serverMap();
+    ASSERT_TRUE(waitFor([&] { return client_->revision() >= server.revision; }));
+    ASSERT_EQ(client_->revision(), server.revision);
+    client_->read([&](const CuboidMap& map) {
+      double num_voxels = 0.0;
+      for (std::size_t i = 0; i < server.min.size(); ++i) {
+        const MetricBox box{{server.min[i].x, server.min[i].y, server.min[i].z},
+                            {server.max[i].x, server.max[i].y, server.max[i].z}};
+        const auto there = queryBox(map, box, cuboid_mapping::CuboidOutput::kClipped);
+        for (const auto& cuboid : there->cuboids) {
+          EXPECT_NEAR(cuboid_mapping::toProbability(cuboid.log_odds), server.probability[i], 1e-6);
+        }
+        EXPECT_NEAR(there->unknown_volume_m3, 0.0, 1e-9);
+        num_voxels += there->box.numVoxels();
+      }
+      EXPECT_EQ(map.content().free_voxels + map.content().occupied_voxels, num_voxels);
+      return true;
+    });
+  }
+
+  std::atomic<int> num_changes_{0};
+  std::optional<cuboid_mapping_ros::CuboidMapClient> client_;
+};
+
+TEST_F(NodeClientTest, EqualsTheMapOfTheServer) {
+  for (int i = 0; i < 4; ++i) {
+    sendRoom(0.3 * i, i + 1);
+    if (i % 2 == 1) expectSameMap();
+  }
+  EXPECT_EQ(client_->frameId(), "map");
+  EXPECT_EQ(client_->stamp(), ros::Time(101.5));
+  EXPECT_GT(client_->read([](const CuboidMap& map) { return map.content().occupied_voxels; }),
+            1000);
+  EXPECT_GE(num_changes_, 2);
+}
+
+TEST_F(NodeClientTest, FollowsEditsAndResets) {
+  sendRoom(0.0, 1);
+  setBox(20.0, SetBox::Request::OCCUPIED);
+  expectSameMap();
+  setBox(10.0, SetBox::Request::UNKNOWN);
+  expectSameMap();
+  reset();
+  expectSameMap();
+  EXPECT_EQ(client_->read([](const CuboidMap& map) { return map.tree().size(); }), 0U);
+  sendRoom(0.2, 2);
+  expectSameMap();
+}
+
+TEST_F(NodeClientTest, GetsTheMapWhenItComesLate) {
+  sendRoom(0.0, 1);
+  expectSameMap();
+  connect();
+  expectSameMap();
+  setBox(1.0, SetBox::Request::FREE);
+  expectSameMap();
+}
+
+TEST_F(NodeClientTest, HasAnEmptyMapWithoutAServer) {
+  ros::NodeHandle elsewhere("elsewhere");
+  const cuboid_mapping_ros::CuboidMapClient client(elsewhere, "/nobody");
+  EXPECT_FALSE(client.hasMap());
+  EXPECT_EQ(client.revision(), 0U);
+  EXPECT_EQ(client.frameId(), "");
+  EXPECT_EQ(client.read([](const CuboidMap& map) { return map.tree().size(); }), 0U);
+}
+
+}  // namespace
+}  // namespace cuboid_mapping_ros::test
