@@ -254,7 +254,11 @@ def write_document(reports, document):
               'growth': growth_block}
     texts = {name: make(reports) for name, make in blocks.items()}
     texts.update(draw_plots(reports, document.parent / document.stem))
+    fill_blocks(document, texts)
 
+
+def fill_blocks(document, texts):
+    """Replaces what stands between the marks of a document."""
     def fill(match):
         name = match.group(1)
         if name not in texts:

@@ -1,0 +1,211 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// The evaluation of the paper (Section V, Figure 7), and beyond it: runs, CSV, JSON, plots.
+#include "passing_objects.h"
+#include "plan.h"
+#include "plots.h"
+
+#include "command_line.h"
+#include "dataset.h"
+#include "machine.h"
+#include "progress_bar.h"
+
+#include "cuboid_mapping/interop/octomap_parity.h"
+
+#include <filesystem>
+#include <fstream>
+#include <functional>
+#include <iostream>
+#include <limits>
+#include <optional>
+#include <set>
+#include <stdexcept>
+
+namespace cuboid_mapping::bench {
+namespace {
+
+namespace fs = std::filesystem;
+using nlohmann::json;
+
+/// Figures of finished runs, a file each: an evaluation that was cut off goes on where it was.
+class RunFiles {
+ public:
+  explicit RunFiles(const fs::path& folder) : folder_(folder) { fs::create_directories(folder); }
+
+  [[nodiscard]] bool has(const std::string& name) const { return fs::exists(pathOf(name)); }
+
+  [[nodiscard]] json read(const std::string& name) const {
+    std::ifstream in(pathOf(name).string());
+    return json::parse(in);
+  }
+
+  void write(const std::string& name, const json& run) const {
+    const fs::path partial = pathOf(name).string() + ".partial";
+    std::ofstream out(partial.string());
+    out << run.dump(1) << '\n';
+    out.close();
+    if (!out) throw std::runtime_error("cannot write " + partial.string());
+    fs::rename(partial, pathOf(name));
+  }
+
+ private:
+  [[nodiscard]] fs::path pathOf(const std::string& name) const {
+    return folder_ / (name + ".json");
+  }
+  fs::path folder_;
+};
+
+std::optional<int> parseOptions(int argc, char** argv, EvaluationOptions& options) {
+  CLI::App app("Evaluates the map as the paper does, beside OctoMap.", "evaluate_paper");
+  app.add_option("datasets", options.datasets,
+                 "Folders with poses.txt and scans/NNNN.pcd, or .graph files of OctoMap")
+      ->required();
+  app.add_option("--out", options.folder,
+                 "Folder for figures and plots; runs that are in it are not repeated")
+      ->capture_default_str();
+  app.add_option("--resolutions", options.resolutions_m, "Edges of a voxel [m]")
+      ->delimiter(',')
+      ->capture_default_str()
+      ->check(CLI::Range(0.001, 1000.0));
+  app.add_option("--branching", options.branchings, "M of the R-tree")
+      ->delimiter(',')
+      ->capture_default_str()
+      ->check(CLI::Range(2, RTreeConfig::kMaxBranchesLimit));
+  app.add_option("--reference", options.reference_m,
+                 "Resolution at which strategies and rotations are compared [m]")
+      ->capture_default_str()
+      ->check(CLI::Range(0.001, 1000.0));
+  options.max_clouds = std::numeric_limits<std::size_t>::max();
+  app.add_option("--clouds", options.max_clouds, "Only the first N clouds")
+      ->check(CLI::PositiveNumber);
+  return parseCommandLine(app, argc, argv);
+}
+
+std::string titleOf(const std::string& dataset) {
+  const fs::path path = fs::absolute(dataset);
+  const bool ends_in_slash = path.filename() == "." || path.filename().empty();
+  return (ends_in_slash ? path.parent_path() : path).stem().string();
+}
+
+/// Does the runs of a group that are not there yet.
+void runGroup(const RunGroup& group, const std::vector<Scan>& scans, const RunFiles& files,
+              const std::function<void()>& on_done) {
+  std::optional<octomap::OcTree> octomap;
+  std::vector<Scan> rotated;
+  for (const RunSpec& spec : group.specs) {
+    const std::string name = nameOf(spec);
+    if (!files.has(name)) {
+      if (!octomap) {
+        rotated = rotate(scans, group.rotation_deg);
+        octomap.emplace(makeOctomap(spec.map));
+        const json run = runOctomap(group.specs.front(), rotated, *octomap);
+        files.write(nameOf(group.specs.front()), run);
+      }
+      if (!spec.is_octomap) files.write(name, runCuboidMap(spec, rotated, *octomap));
+    }
+    on_done();
+  }
+}
+
+void writeCsv(const std::vector<json>& runs, const fs::path& path) {
+  const char* columns[] = {"dataset",
+                           "map",
+                           "resolution_m",
+                           "rotation_deg",
+                           "M",
+                           "fusion",
+                           "environment",
+                           "step",
+                           "search",
+                           "starters",
+                           "settle_clouds",
+                           "clouds",
+                           "points",
+                           "voxels",
+                           "cells",
+                           "occupied_cells",
+                           "free_cells",
+                           "hierarchy_nodes",
+                           "cells_uncompressed",
+                           "hierarchy_nodes_uncompressed",
+                           "full_grid_cells",
+                           "insert_cpu_s",
+                           "insert_us_per_point",
+                           "access_occupied_ms",
+                           "bytes",
+                           "known_mismatch",
+                           "class_mismatch",
+                           "max_log_odds_difference"};
+  std::ofstream out(path.string());
+  for (const char* column : columns) out << (column == columns[0] ? "" : ",") << column;
+  out << '\n';
+  for (const json& run : runs) {
+    for (const char* column : columns) {
+      out << (column == columns[0] ? "" : ",");
+      if (run.contains(column)) out << run[column];
+    }
+    out << '\n';
+  }
+  if (!out) throw std::runtime_error("cannot write " + path.string());
+}
+
+/// All runs of a data set, each once.
+std::vector<json> evaluate(const std::string& dataset, const EvaluationOptions& options) {
+  const fs::path folder = fs::path(options.folder) / titleOf(dataset);
+  const RunFiles files(folder / "runs");
+  const std::vector<RunGroup> plan = makePlan(options);
+  std::size_t num_runs = 0;
+  for (const RunGroup& group : plan) num_runs += group.specs.size();
+  const std::vector<Scan> scans = readScans({dataset, "", "", options.max_clouds});
+  std::vector<json> runs;
+  {
+    ProgressBar progress("runs of " + titleOf(dataset), num_runs);
+    std::size_t num_done = 0;
+    for (const RunGroup& group : plan) {
+      runGroup(group, scans, files, [&] { progress.update(++num_done); });
+    }
+  }
+  std::set<std::string> names;
+  for (const RunGroup& group : plan) {
+    for (const RunSpec& spec : group.specs) {
+      if (!names.insert(nameOf(spec)).second) continue;
+      runs.push_back(files.read(nameOf(spec)));
+      runs.back()["dataset"] = titleOf(dataset);
+    }
+  }
+  drawPlots(runs, options.reference_m, folder.string());
+  return runs;
+}
+
+int run(int argc, char** argv) {
+  EvaluationOptions options;
+  if (const auto status = parseOptions(argc, argv, options)) return *status;
+  std::vector<json> runs;
+  for (const std::string& dataset : options.datasets) {
+    const std::vector<json> of_dataset = evaluate(dataset, options);
+    runs.insert(runs.end(), of_dataset.begin(), of_dataset.end());
+  }
+  const fs::path folder(options.folder);
+  const RunFiles files(folder);
+  if (!files.has("passing_objects")) {
+    files.write("passing_objects", evaluatePassingObjects(options.reference_m));
+  }
+  const Machine machine = describeMachine();
+  files.write("evaluation", {{"cpu", machine.cpu},
+                             {"compiler", machine.compiler},
+                             {"build_type", machine.build_type},
+                             {"commit", machine.commit},
+                             {"runs", runs},
+                             {"passing_objects", files.read("passing_objects")}});
+  writeCsv(runs, folder / "evaluation.csv");
+  std::cout << runs.size() << " runs; figures and plots are in " << folder.string() << std::endl;
+  return 0;
+}
+
+}  // namespace
+}  // namespace cuboid_mapping::bench
+
+int main(int argc, char** argv) {
+  cuboid_mapping::catchInterrupts();
+  return cuboid_mapping::runProgram("evaluate_paper",
+                                    [&] { return cuboid_mapping::bench::run(argc, argv); });
+}

@@ -1,0 +1,89 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "plan.h"
+
+#include <algorithm>
+
+namespace cuboid_mapping::bench {
+namespace {
+
+constexpr int kUsualBranching = 32;
+
+RunSpec octomapRun(double resolution_m, double rotation_deg) {
+  RunSpec spec;
+  spec.is_octomap = true;
+  spec.map.resolution_m = resolution_m;
+  spec.rotation_deg = rotation_deg;
+  return spec;
+}
+
+RunSpec fusionRun(const std::string& fusion, double resolution_m, double rotation_deg = 0.0) {
+  RunSpec spec = paperRun(resolution_m, kUsualBranching);
+  spec.map.fusion = fusion;
+  spec.rotation_deg = rotation_deg;
+  return spec;
+}
+
+/// What the paper leaves open or names as future work, each in one respect other than paperRun().
+std::vector<RunSpec> variants(double resolution_m) {
+  const RunSpec paper = paperRun(resolution_m, kUsualBranching);
+  std::vector<RunSpec> specs{fusionRun("brick", resolution_m), fusionRun("class", resolution_m),
+                             fusionRun("none", resolution_m)};
+  const auto add = [&](auto change) {
+    specs.push_back(paper);
+    change(specs.back().map);
+  };
+  add([](MapConfig& map) { map.environment = Environment::kStatic; });
+  for (const GrowthStep step : {GrowthStep::kOwnWidth, GrowthStep::kNeighbour}) {
+    add([step](MapConfig& map) { map.growth.step = step; });
+  }
+  for (const char* search :
+       {"largest_gain", "random", "+z -z +x +y -x -y", "-x -y -z +x +y +z", "+x -x +y -y +z -z"}) {
+    add([search](MapConfig& map) { map.growth.search = *parseSearchStrategy(search); });
+  }
+  for (const GrowthStarters starters : {GrowthStarters::kEndPoints, GrowthStarters::kChanged}) {
+    add([starters](MapConfig& map) { map.growth.starters = starters; });
+  }
+  add([](MapConfig& map) { map.growth.settle_clouds = 0; });
+  add([](MapConfig& map) {  // What comes out best together.
+    map.growth.starters = GrowthStarters::kChanged;
+    map.growth.step = GrowthStep::kNeighbour;
+  });
+  return specs;
+}
+
+}  // namespace
+
+RunSpec paperRun(double resolution_m, int max_branches) {
+  RunSpec spec;
+  spec.map.resolution_m = resolution_m;
+  spec.map.fusion = kGrowthFusion;
+  spec.map.rtree = {max_branches, std::max(1, max_branches * 3 / 8)};
+  return spec;
+}
+
+std::vector<RunGroup> makePlan(const EvaluationOptions& options) {
+  std::vector<RunGroup> groups;
+  for (const double resolution_m : options.resolutions_m) {
+    RunGroup group{resolution_m, 0.0, {octomapRun(resolution_m, 0.0)}};
+    for (const int branching : options.branchings) {
+      group.specs.push_back(paperRun(resolution_m, branching));
+    }
+    group.specs.push_back(fusionRun("brick", resolution_m));
+    groups.push_back(std::move(group));
+  }
+  const double reference_m = options.reference_m;
+  RunGroup reference{reference_m, 0.0, {octomapRun(reference_m, 0.0)}};
+  reference.specs.push_back(paperRun(reference_m, kUsualBranching));
+  for (const RunSpec& spec : variants(reference_m)) reference.specs.push_back(spec);
+  groups.push_back(std::move(reference));
+  for (const double rotation_deg : {10.0, 30.0, 45.0}) {
+    groups.push_back({reference_m,
+                      rotation_deg,
+                      {octomapRun(reference_m, rotation_deg),
+                       fusionRun(kGrowthFusion, reference_m, rotation_deg),
+                       fusionRun("brick", reference_m, rotation_deg)}});
+  }
+  return groups;
+}
+
+}  // namespace cuboid_mapping::bench

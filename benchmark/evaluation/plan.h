@@ -1,0 +1,34 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include "run.h"
+
+#include <string>
+#include <vector>
+
+namespace cuboid_mapping::bench {
+
+struct EvaluationOptions {
+  std::vector<std::string> datasets;
+  std::string folder = "evaluation";  ///< Gets a folder for each data set.
+  std::vector<double> resolutions_m{0.1, 0.2, 0.4, 0.6, 0.8, 1.0};
+  std::vector<int> branchings{2, 4, 8, 16, 32, 64};
+  double reference_m = 0.2;  ///< Resolution of what is not swept over resolutions.
+  std::size_t max_clouds = 0;
+};
+
+/// Runs that share the clouds and the resolution, OctoMap's first.
+struct RunGroup {
+  double resolution_m;
+  double rotation_deg;
+  std::vector<RunSpec> specs;
+};
+
+/// All runs of a data set: the paper's sweeps over resolution and M, then at the reference
+/// resolution fusion strategies, environments, steps, search orders, starters, and rotations.
+[[nodiscard]] std::vector<RunGroup> makePlan(const EvaluationOptions& options);
+
+/// The paper's method, with M branches.
+[[nodiscard]] RunSpec paperRun(double resolution_m, int max_branches);
+
+}  // namespace cuboid_mapping::bench

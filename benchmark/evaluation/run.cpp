@@ -1,0 +1,240 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "run.h"
+
+#include "command_line.h"
+#include "timing.h"
+
+#include "cuboid_mapping/interop/octomap_parity.h"
+#include "cuboid_mapping/rtree/traversal.h"
+#include "cuboid_mapping/scan/scan_update.h"
+
+#include <Eigen/Geometry>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <sstream>
+#include <stdexcept>
+
+namespace cuboid_mapping::bench {
+namespace {
+
+using nlohmann::json;
+
+constexpr double kNoLimit = std::numeric_limits<double>::infinity();
+
+const char* nameOf(GrowthStep step) {
+  switch (step) {
+    case GrowthStep::kCell: return "cell";
+    case GrowthStep::kOwnWidth: return "own_width";
+    case GrowthStep::kNeighbour: return "neighbour";
+  }
+  return "";
+}
+
+const char* nameOf(GrowthStarters starters) {
+  switch (starters) {
+    case GrowthStarters::kSampled: return "sampled";
+    case GrowthStarters::kEndPoints: return "end_points";
+    case GrowthStarters::kChanged: return "changed";
+  }
+  return "";
+}
+
+/// How many cells there are by size: place i counts those of 2^i to 2^(i+1) - 1 voxels.
+class SizeHistogram {
+ public:
+  void count(double voxels) {
+    const auto place = static_cast<std::size_t>(std::log2(voxels));
+    if (place >= counts_.size()) counts_.resize(place + 1, 0);
+    ++counts_[place];
+  }
+  [[nodiscard]] const std::vector<std::size_t>& counts() const { return counts_; }
+
+ private:
+  std::vector<std::size_t> counts_;
+};
+
+/// CPU time of one of several equal pieces of work, in ms.
+template <typename WorkT>
+double timeOfOne_ms(WorkT work) {
+  constexpr double kLongEnough_s = 0.02;
+  double sum = 0.0;
+  double cpu_s = 0.0;
+  int times = 0;
+  for (; cpu_s < kLongEnough_s; ++times) cpu_s += timeOf([&] { sum += work(); }).cpu_s;
+  // Uses the sum, so that the compiler cannot leave out the work.
+  return sum == 0.5 ? 0.0 : 1e3 * cpu_s / times;
+}
+
+json describe(const RunSpec& spec, const std::vector<Scan>& scans) {
+  std::size_t num_points = 0;
+  for (const Scan& scan : scans) num_points += scan.points.size();
+  json run{{"map", spec.is_octomap ? "octomap" : "cuboid_mapping"},
+           {"resolution_m", spec.map.resolution_m},
+           {"rotation_deg", spec.rotation_deg},
+           {"clouds", scans.size()},
+           {"points", num_points}};
+  if (spec.is_octomap) return run;
+  run["M"] = spec.map.rtree.max_branches;
+  run["fusion"] = spec.map.fusion;
+  run["environment"] = spec.map.environment == Environment::kStatic ? "static" : "dynamic";
+  if (spec.map.fusion == kGrowthFusion) {
+    run["step"] = nameOf(spec.map.growth.step);
+    run["search"] = toText(spec.map.growth.search);
+    run["starters"] = nameOf(spec.map.growth.starters);
+    run["samples_per_m"] = spec.map.growth.sampling.per_m;
+    run["settle_clouds"] = spec.map.growth.settle_clouds;
+  }
+  return run;
+}
+
+void addInsertion(double cpu_s, json& run) {
+  run["insert_cpu_s"] = cpu_s;
+  run["insert_us_per_point"] = 1e6 * cpu_s / run["points"].get<double>();
+}
+
+/// The voxels of OctoMap's bounding box: x y z / r^3 of the paper, Section V.
+double fullGridCells(const octomap::OcTree& tree) {
+  double x = 0.0;
+  double y = 0.0;
+  double z = 0.0;
+  const_cast<octomap::OcTree&>(tree).getMetricSize(x, y, z);
+  return std::round(x * y * z / std::pow(tree.getResolution(), 3));
+}
+
+double visitOccupied(const octomap::OcTree& tree) {
+  double sum = 0.0;
+  for (auto leaf = tree.begin_leafs(); leaf != tree.end_leafs(); ++leaf) {
+    if (tree.isNodeOccupied(*leaf)) sum += leaf.getX();
+  }
+  return sum;
+}
+
+double visitOccupied(const RTree& tree) {
+  double sum = 0.0;
+  visitAll(tree, CuboidFilter::kOccupied, [&sum](const Cuboid& cuboid) {
+    sum += cuboid.box.min.x;
+    return Visit::kContinue;
+  });
+  return sum;
+}
+
+}  // namespace
+
+std::string nameOf(const RunSpec& spec) {
+  std::ostringstream name;
+  name << (spec.is_octomap ? "octomap" : spec.map.fusion) << "_" << spec.map.resolution_m << "m";
+  if (spec.rotation_deg != 0.0) name << "_rotated" << spec.rotation_deg;
+  if (spec.is_octomap) return name.str();
+  name << "_M" << spec.map.rtree.max_branches;
+  if (spec.map.environment == Environment::kStatic) name << "_static";
+  if (spec.map.fusion != kGrowthFusion) return name.str();
+  std::string search = toText(spec.map.growth.search);
+  search.erase(std::remove(search.begin(), search.end(), ' '), search.end());
+  name << "_" << nameOf(spec.map.growth.step) << "_" << search << "_"
+       << nameOf(spec.map.growth.starters);
+  if (spec.map.growth.settle_clouds != GrowthConfig().settle_clouds) {
+    name << "_settle" << spec.map.growth.settle_clouds;
+  }
+  return name.str();
+}
+
+std::vector<Scan> rotate(const std::vector<Scan>& scans, double angle_deg) {
+  const Eigen::AngleAxisf rotation(static_cast<float>(angle_deg * M_PI / 180.0),
+                                   Eigen::Vector3f::UnitZ());
+  std::vector<Scan> rotated = scans;
+  for (Scan& scan : rotated) {
+    if (!scan.anchor_map.isZero()) {
+      throw std::runtime_error(
+          "clouds more than 512 m from the origin, where OctoMap is not exact: move the origin of "
+          "the poses");
+    }
+    if (angle_deg == 0.0) continue;
+    scan.origin = rotation * scan.origin;
+    for (Eigen::Vector3f& point : scan.points) point = rotation * point;
+  }
+  return rotated;
+}
+
+json runOctomap(const RunSpec& spec, const std::vector<Scan>& scans, octomap::OcTree& tree) {
+  json run = describe(spec, scans);
+  double cpu_s = 0.0;
+  json cells_over_time = json::array();
+  for (const Scan& scan : scans) {
+    throwIfInterrupted();
+    cpu_s += timeOf([&] { insertIntoOctomap(scan, kNoLimit, tree); }).cpu_s;
+    cells_over_time.push_back(tree.getNumLeafNodes());
+  }
+  addInsertion(cpu_s, run);
+  run["cells_over_time"] = std::move(cells_over_time);
+  SizeHistogram sizes;
+  std::size_t num_cells = 0;
+  std::size_t num_occupied = 0;
+  double num_voxels = 0.0;
+  for (auto leaf = tree.begin_leafs(); leaf != tree.end_leafs(); ++leaf) {
+    const double voxels = std::pow(8.0, tree.getTreeDepth() - leaf.getDepth());
+    sizes.count(voxels);
+    num_voxels += voxels;
+    ++num_cells;
+    num_occupied += tree.isNodeOccupied(*leaf) ? 1 : 0;
+  }
+  run["cells"] = num_cells;
+  run["occupied_cells"] = num_occupied;
+  run["free_cells"] = num_cells - num_occupied;
+  run["hierarchy_nodes"] = tree.size() - num_cells;
+  run["voxels"] = num_voxels;
+  run["full_grid_cells"] = fullGridCells(tree);
+  run["access_occupied_ms"] = timeOfOne_ms([&] { return visitOccupied(tree); });
+  run["size_histogram"] = sizes.counts();
+  // Without compression every voxel is a leaf. The copy goes at once: it is large.
+  octomap::OcTree uncompressed(tree);
+  uncompressed.expand();
+  run["cells_uncompressed"] = num_voxels;
+  run["hierarchy_nodes_uncompressed"] = uncompressed.size() - static_cast<std::size_t>(num_voxels);
+  return run;
+}
+
+json runCuboidMap(const RunSpec& spec, const std::vector<Scan>& scans,
+                  const octomap::OcTree& octomap) {
+  json run = describe(spec, scans);
+  MapConfig config = spec.map;
+  config.hot_bytes = std::size_t{512} * 1000 * 1000;
+  CuboidMap map(config);
+  ScanUpdater updater(map.grid(), kNoLimit, 1, config.beamSampling());
+  double cpu_s = 0.0;
+  json cells_over_time = json::array();
+  for (const Scan& scan : scans) {
+    throwIfInterrupted();
+    cpu_s += timeOf([&] {
+               map.apply(updater.compute(scan));
+               map.flush();
+             }).cpu_s;
+    cells_over_time.push_back(map.tree().size());
+  }
+  addInsertion(cpu_s, run);
+  map.cool();
+  run["cells_over_time"] = std::move(cells_over_time);
+  run["cells"] = map.tree().size();
+  run["occupied_cells"] = map.content().occupied_cuboids;
+  run["free_cells"] = map.content().free_cuboids;
+  run["hierarchy_nodes"] = map.tree().numLeafNodes() + map.tree().numInnerNodes();
+  run["voxels"] = map.content().free_voxels + map.content().occupied_voxels;
+  run["bytes"] = map.numBytes();
+  run["access_occupied_ms"] = timeOfOne_ms([&] { return visitOccupied(map.tree()); });
+  SizeHistogram sizes;
+  visitAll(map.tree(), CuboidFilter::kAll, [&](const Cuboid& cuboid) {
+    sizes.count(cuboid.box.numVoxels());
+    return Visit::kContinue;
+  });
+  run["size_histogram"] = sizes.counts();
+  if (config.environment == Environment::kDynamic && config.fusion != "class") {
+    const Agreement agreement = compareWithOctomap(map, octomap);
+    run["known_mismatch"] = agreement.known_mismatch;
+    run["class_mismatch"] = agreement.class_mismatch;
+    run["max_log_odds_difference"] = agreement.max_log_odds_difference;
+  }
+  return run;
+}
+
+}  // namespace cuboid_mapping::bench

@@ -1,0 +1,77 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "../tools/run_program.h"
+#include "room_scans.h"
+
+#include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
+
+#include <algorithm>
+
+namespace cuboid_mapping::bench::test {
+namespace {
+
+using cuboid_mapping::test::ProgramEnd;
+using cuboid_mapping::test::readFile;
+using cuboid_mapping::test::runProgram;
+using cuboid_mapping::test::TemporaryFolder;
+using Json = nlohmann::json;
+
+class EvaluatePaper : public testing::Test {
+ protected:
+  EvaluatePaper() { writeScanFolder(dataset_); }
+
+  ProgramEnd run(const std::string& dataset) const {
+    return runProgram({EVALUATE_PAPER_PROGRAM, dataset, "--out", out_, "--resolutions", "0.2,0.5",
+                       "--branching", "4,32"});
+  }
+
+  TemporaryFolder folder_;
+  std::string dataset_ = folder_ / "room";
+  std::string out_ = folder_ / "evaluation";
+};
+
+TEST_F(EvaluatePaper, writesFiguresAndPlotsAndGoesOnWhereItWas) {
+  const ProgramEnd end = run(dataset_);
+  ASSERT_EQ(end.status, 0) << end.err;
+  const Json report = Json::parse(readFile(out_ + "/evaluation.json"));
+  std::size_t num_agreeing = 0;
+  for (const Json& run : report["runs"]) {
+    EXPECT_GT(run["cells"], 0);
+    EXPECT_GT(run["insert_us_per_point"], 0.0);
+    EXPECT_EQ(run["cells_over_time"].size(), static_cast<std::size_t>(kNumScans));
+    if (!run.contains("known_mismatch")) continue;
+    EXPECT_EQ(run["known_mismatch"], 0.0) << run;
+    EXPECT_EQ(run["class_mismatch"], 0.0) << run;
+    EXPECT_LE(run["max_log_odds_difference"], 1e-3) << run;
+    ++num_agreeing;
+  }
+  EXPECT_GE(num_agreeing, 20U);
+  const std::string csv = readFile(out_ + "/evaluation.csv");
+  EXPECT_EQ(static_cast<std::size_t>(std::count(csv.begin(), csv.end(), '\n')),
+            report["runs"].size() + 1);
+  for (const char* plot : {"nodes", "cells", "insertion", "access", "sizes", "time", "rotation"}) {
+    for (const char* format : {".svg", ".png"}) {
+      const std::string file = out_ + "/room/" + plot + format;
+      ASSERT_TRUE(std::filesystem::exists(file)) << file;
+      EXPECT_GT(std::filesystem::file_size(file), 1000U) << file;
+    }
+  }
+
+  // What is there is not run again; what is missing is.
+  const std::string kept = out_ + "/room/runs/brick_0.5m_M32.json";
+  const std::string removed = out_ + "/room/runs/brick_0.2m_M32.json";
+  const auto time_before = std::filesystem::last_write_time(kept);
+  ASSERT_TRUE(std::filesystem::remove(removed));
+  ASSERT_EQ(run(dataset_).status, 0);
+  EXPECT_EQ(std::filesystem::last_write_time(kept), time_before);
+  EXPECT_TRUE(std::filesystem::exists(removed));
+}
+
+TEST_F(EvaluatePaper, SaysWhatIsWrongWithADataset) {
+  const ProgramEnd end = run(folder_ / "nowhere");
+  EXPECT_EQ(end.status, 1);
+  EXPECT_NE(end.err.find("nowhere"), std::string::npos) << end.err;
+}
+
+}  // namespace
+}  // namespace cuboid_mapping::bench::test
