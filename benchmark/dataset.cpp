@@ -7,8 +7,11 @@
 #include "cuboid_mapping/io/scan_dataset.h"
 
 #include <algorithm>
+#include <cmath>
 #include <filesystem>
+#include <limits>
 #include <stdexcept>
+#include <utility>
 
 namespace cuboid_mapping::bench {
 namespace {
@@ -36,7 +39,34 @@ std::vector<Scan> readScans(const DatasetChoice& choice) {
   if (std::all_of(scans.begin(), scans.end(), [](const Scan& s) { return s.points.empty(); })) {
     throw std::runtime_error(choice.path + " holds no points");
   }
-  return scans;
+  return repeatElsewhere(scans, choice.laps);
+}
+
+std::vector<Scan> repeatElsewhere(const std::vector<Scan>& scans, int laps) {
+  if (laps == 1) return scans;
+  double least_x = std::numeric_limits<double>::max();
+  double greatest_x = std::numeric_limits<double>::lowest();
+  for (const Scan& scan : scans) {
+    for (const Eigen::Vector3f& point : scan.points) {
+      if (!point.allFinite()) continue;
+      least_x = std::min(least_x, scan.anchor_map.x() + point.x());
+      greatest_x = std::max(greatest_x, scan.anchor_map.x() + point.x());
+    }
+  }
+  constexpr double kUnit_m = 64.0;
+  const double lap_m = kUnit_m * (std::ceil((greatest_x - least_x) / kUnit_m) + 1.0);
+  std::vector<Scan> drive;
+  for (int lap = 0; lap < laps; ++lap) {
+    // Around the origin, where the numbers are the finest.
+    const auto shift_m = static_cast<float>(lap_m * (lap - laps / 2));
+    for (Scan scan : scans) {
+      scan.origin.x() += shift_m;
+      for (Eigen::Vector3f& point : scan.points) point.x() += shift_m;
+      for (Eigen::Vector3f& point : scan.no_returns) point.x() += shift_m;
+      drive.push_back(std::move(scan));
+    }
+  }
+  return drive;
 }
 
 }  // namespace cuboid_mapping::bench

@@ -15,12 +15,19 @@ struct DatasetChoice {
   std::string cloud_topic;  ///< Of a bag; empty: the only topic of clouds that there is.
   std::string map_frame;    ///< Of a bag.
   std::size_t max_scans = 0;
+  int laps = 1;  ///< See repeatElsewhere().
 };
 
 /// Reads scans into memory, with a progress bar on a terminal.
 /// @return At least one scan.
 /// @throws std::runtime_error saying what cannot be read and why, or that there is no point.
 [[nodiscard]] std::vector<Scan> readScans(const DatasetChoice& choice);
+
+/// The scans again and again, each time in surroundings of the same form, but elsewhere: a longer
+/// drive, which shows how the cost of a cloud grows with the map. Laps lie along x, apart by a multiple
+/// of 64 m, so that no cell is seen in two of them.
+/// @param laps  >= 1; with 1 the scans stay as they are.
+[[nodiscard]] std::vector<Scan> repeatElsewhere(const std::vector<Scan>& scans, int laps);
 
 /// readScans for a bag: sensor_msgs/PointCloud2, and tf from /tf and /tf_static.
 ///

@@ -32,6 +32,7 @@ Json toJson(const Options& options) {
           {"threads", engine.threads},
           {"hot_bytes", engine.hot_bytes},
           {"flush_every_cloud", engine.flushes_every_cloud},
+          {"laps", options.laps},
           {"repeat", options.repeat}};
 }
 

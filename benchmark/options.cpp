@@ -66,6 +66,10 @@ void addInputOptions(CLI::App& app, Options& options, RawOptions& raw) {
 }
 
 void addRunOptions(CLI::App& app, Options& options, RawOptions& raw) {
+  app.add_option("--laps", options.laps,
+                 "All clouds so many times, each time elsewhere: how cost grows with the map")
+      ->capture_default_str()
+      ->check(CLI::Range(1, 100));
   app.add_option("--repeat", options.repeat, "Runs; the medians are reported")
       ->capture_default_str()
       ->check(CLI::Range(1, 1000));

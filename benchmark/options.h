@@ -18,6 +18,7 @@ struct Options {
   InsertionConfig insertion;
   EngineOptions engine;
   std::size_t clouds;  ///< At most so many.
+  int laps = 1;        ///< See repeatElsewhere().
   int repeat = 1;
   bool with_octomap = true;
   bool with_openvdb = hasOpenvdb();

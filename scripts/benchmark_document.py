@@ -6,7 +6,7 @@ import subprocess
 import sys
 
 from benchmark_runs import (FR079, HEADLINES, KITTI, PEERS, SHORT_NAMES, TOR, Run, branching_sweep,
-                            cloud_sweep, headlines, range_sweep, resolution_sweep)
+                            cloud_sweep, headlines, long_drives, range_sweep, resolution_sweep)
 
 # ---- Tables -----------------------------------------------------------------------------------
 
@@ -155,7 +155,7 @@ def agreement_block(reports):
 
 def growth_block(reports):
     rows = []
-    for report in reports.of([Run(KITTI, 0.2), Run(TOR, 0.2), Run(FR079, 0.05)]):
+    for report in reports.of(list(long_drives())):
         row = [title_of(report)]
         for name in ('cuboid_mapping', *PEERS):
             if name not in report:
@@ -165,7 +165,7 @@ def growth_block(reports):
             first_ms, last_ms = clouds['mean_of_first_third'], clouds['mean_of_last_third']
             row += [f'{first_ms:.0f}, {last_ms:.0f} ms', times(last_ms / first_ms)]
         rows.append(row)
-    return table(['data set', 'here: first, last third', 'times', 'OctoMap', 'times', 'OpenVDB', 'times'],
+    return table(['drive of three laps', 'here: first, last lap', 'times', 'OctoMap', 'times', 'OpenVDB', 'times'],
                  rows)
 
 

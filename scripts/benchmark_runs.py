@@ -69,6 +69,13 @@ def cloud_sweep():
     yield Run(TOR, 0.2)
 
 
+def long_drives():
+    """Three times as long as the headlines, in surroundings of the same form."""
+    yield Run(KITTI, 0.2, laps=3)
+    yield Run(TOR, 0.2, clouds=22, laps=3)
+    yield Run(FR079, 0.05, laps=3)
+
+
 def branching_sweep():
     for branching in (4, 8, 16, 24, 32, 48, 64):
         yield Run(KITTI, 0.2, clouds=13, branching=branching, peers='none')
@@ -76,7 +83,7 @@ def branching_sweep():
 
 def all_runs(is_quick):
     runs = [*headlines(), *variants(), *resolution_sweep(FR079), *resolution_sweep(KITTI),
-            *range_sweep(), *cloud_sweep(), *branching_sweep()]
+            *range_sweep(), *cloud_sweep(), *branching_sweep(), *long_drives()]
     if is_quick:  # Without OctoMap's long runs.
         runs = [run for run in runs if run.dataset in (FR079, RGBD)]
         for run in runs:

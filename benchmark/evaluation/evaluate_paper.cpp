@@ -155,7 +155,7 @@ std::vector<json> evaluate(const std::string& dataset, const EvaluationOptions& 
   const std::vector<RunGroup> plan = makePlan(options);
   std::size_t num_runs = 0;
   for (const RunGroup& group : plan) num_runs += group.specs.size();
-  const std::vector<Scan> scans = readScans({dataset, "", "", options.max_clouds});
+  const std::vector<Scan> scans = readScans({dataset, "", "", options.max_clouds, 1});
   std::vector<json> runs;
   {
     ProgressBar progress("runs of " + titleOf(dataset), num_runs);

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "cuboid_mapping/fusion/fusion_strategy.h"
 #include "cuboid_mapping/fusion/mask_boxes.h"
+#include "cuboid_mapping/rtree/slot_set.h"
 
 namespace cuboid_mapping {
 namespace {
@@ -11,10 +12,7 @@ BrickMask findEqual(const DenseBrick& brick, const BrickMask& candidates, float 
   for (std::size_t z = 0; z < kBrickEdge; ++z) {
     if (candidates[z] == 0) continue;
     const float* slice = &brick.log_odds[64 * z];
-    std::uint64_t word = 0;
-    for (int voxel = 0; voxel < 64; ++voxel) {
-      word |= static_cast<std::uint64_t>(slice[voxel] == log_odds) << voxel;
-    }
+    const SlotSet word = findSlots(64, [&](int voxel) { return slice[voxel] == log_odds; });
     equal[z] = word & candidates[z];
   }
   return equal;
