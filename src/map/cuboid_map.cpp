@@ -40,6 +40,11 @@ CuboidMap::CuboidMap(const MapConfig& config)
   assert(fusion_ != nullptr || growth_);
 }
 
+void CuboidMap::setSensorModel(const SensorModelConfig& sensor_model) {
+  config_.sensor_model = sensor_model;
+  sensor_model_ = SensorModel(sensor_model, config_.environment);
+}
+
 ChangeSet CuboidMap::clear() {
   tree_.clear();
   classes_.clear();

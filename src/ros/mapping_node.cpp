@@ -10,6 +10,7 @@
 #include <algorithm>
 #include <exception>
 #include <sstream>
+#include <utility>
 #include <vector>
 
 namespace cuboid_mapping_ros {
@@ -40,7 +41,8 @@ MappingNode::MappingNode(ros::NodeHandle nh, const ros::NodeHandle& private_nh,
                          const NodeParameters& parameters,
                          const std::optional<cuboid_mapping::MapSnapshot>& start_map)
     : parameters_(parameters),
-      pipeline_(parameters),
+      live_parameters_(parameters),
+      pipeline_(std::in_place, parameters),
       map_(makeMapConfig(parameters)),
       map_publisher_(withQueue(nh, publish_queue_), withQueue(private_nh, publish_queue_),
                      parameters.frame_id, map_),
@@ -72,6 +74,8 @@ MappingNode::MappingNode(ros::NodeHandle nh, const ros::NodeHandle& private_nh,
   }
   advertiseServices(private_nh);
   map_files_.emplace(private_nh, parameters, map_);
+  reconfigure_server_.emplace(private_nh, parameters,
+                              [this](const NodeParameters& changed) { reconfigure(changed); });
 
   // Wall time: simulated time may stand still, or jump back.
   const ros::WallDuration publish_period(1.0 / parameters.publish_rate_hz);
@@ -104,9 +108,7 @@ void MappingNode::advertiseServices(const ros::NodeHandle& private_nh) {
 }
 
 void MappingNode::subscribe(ros::NodeHandle& nh) {
-  std::vector<std::string> target_frames = neededFrames(parameters_);
-  target_frames.push_back(parameters_.frame_id);
-  tf_filter_.setTargetFrames(target_frames);
+  setTargetFrames();
   tf_filter_.registerCallback([this](const CloudPtr& cloud) { cloud_queue_.push(cloud); });
   tf_filter_.registerFailureCallback(
       [this](const CloudPtr& cloud, tf2_ros::FilterFailureReason reason) {
@@ -153,7 +155,7 @@ bool MappingNode::isTfOutdated(const std_msgs::Header& header) const {
 void MappingNode::onCloudInTurn(const CloudPtr& cloud) {
   if (edit_services_->isPaused()) return drop(DropReason::kPaused, toAdvice(DropReason::kPaused));
   std::string tf_error;
-  const auto poses = lookupPoses(tf_buffer_, parameters_, cloud->header, tf_error);
+  const auto poses = lookupPoses(tf_buffer_, live_parameters_, cloud->header, tf_error);
   if (!poses) return waitForTfAgain(cloud, tf_error);
   try {
     integrate(*cloud, *poses);
@@ -176,14 +178,15 @@ void MappingNode::onCloudWithoutTf(const CloudPtr& cloud, tf2_ros::FilterFailure
     return drop(DropReason::kTooOldForTf, text.str());
   }
   std::string tf_error;
-  const bool is_late = lookupPoses(tf_buffer_, parameters_, cloud->header, tf_error).has_value();
+  const bool is_late =
+      lookupPoses(tf_buffer_, live_parameters_, cloud->header, tf_error).has_value();
   text << (is_late ? "the transform came when the queue was full already" : tf_error) << "; "
        << toAdvice(DropReason::kNoTransform);
   drop(DropReason::kNoTransform, text.str());
 }
 
 void MappingNode::waitForTfAgain(const CloudPtr& cloud, const std::string& tf_error) {
-  std::vector<std::string> frame_ids = neededFrames(parameters_);
+  std::vector<std::string> frame_ids = neededFrames(live_parameters_);
   frame_ids.push_back(cloud->header.frame_id);
   const bool has_tf = std::all_of(frame_ids.begin(), frame_ids.end(), [&](const auto& frame_id) {
     return tf_buffer_.canTransform(withoutSlash(parameters_.frame_id), withoutSlash(frame_id),
@@ -196,7 +199,7 @@ void MappingNode::waitForTfAgain(const CloudPtr& cloud, const std::string& tf_er
 
 void MappingNode::integrate(const sensor_msgs::PointCloud2& cloud, const CloudPoses& poses) {
   std::optional<CloudError> error;
-  const cuboid_mapping::ScanUpdate* update = pipeline_.compute(cloud, poses, statistics_, error);
+  const cuboid_mapping::ScanUpdate* update = pipeline_->compute(cloud, poses, statistics_, error);
   if (update == nullptr) return drop(toDropReason(error->defect), error->text);
   Stopwatch stopwatch;
   map_.change(cloud.header.stamp,
@@ -208,6 +211,26 @@ void MappingNode::integrate(const sensor_msgs::PointCloud2& cloud, const CloudPo
 /// tf may have noticed a jump of time by itself meanwhile, by its clock.
 void MappingNode::releaseHeldCloudIfTfIsRight() {
   if (held_cloud_ != nullptr && !isTfOutdated(held_cloud_->header)) releaseHeldCloud();
+}
+
+void MappingNode::setTargetFrames() {
+  std::vector<std::string> target_frames = neededFrames(live_parameters_);
+  target_frames.push_back(parameters_.frame_id);
+  tf_filter_.setTargetFrames(target_frames);
+}
+
+void MappingNode::reconfigure(const NodeParameters& parameters) {
+  live_parameters_ = parameters;
+  setTargetFrames();
+  pipeline_.emplace(parameters);
+  map_.edit([&](cuboid_mapping::CuboidMap& map, const ros::Time& /*stamp*/) {
+    map.setSensorModel(parameters.map.sensor_model);
+    cuboid_mapping::ChangeSet nothing;
+    nothing.revision = map.revision();
+    return nothing;
+  });
+  octomap_server_.setParameters(parameters.octomap_server);
+  publish_timer_.setPeriod(ros::WallDuration(1.0 / parameters.publish_rate_hz), false);
 }
 
 void MappingNode::publish() {

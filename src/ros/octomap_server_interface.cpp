@@ -136,7 +136,22 @@ void OctomapServerInterface::noteChanges(const ChangeSet& changes) {
   projection_.noteChanges(changes);
 }
 
+void OctomapServerInterface::setParameters(const OctomapServerParameters& parameters) {
+  const std::lock_guard<std::mutex> lock(pending_mutex_);
+  pending_ = parameters;
+}
+
+void OctomapServerInterface::takePendingParameters() {
+  const std::lock_guard<std::mutex> lock(pending_mutex_);
+  if (!pending_) return;
+  parameters_ = *pending_;
+  projection_ = ProjectedMap(parameters_);
+  pending_.reset();
+  is_changed_ = true;
+}
+
 void OctomapServerInterface::publish() {
+  takePendingParameters();
   if (!is_changed_) return;
   for (const Topic& topic : topics_) {
     if (topic.publisher.getNumSubscribers() > 0) topic.publish();

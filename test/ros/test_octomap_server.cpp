@@ -7,6 +7,7 @@
 #include "ros/node_probe.h"
 #include "tools/run_program.h"
 
+#include <dynamic_reconfigure/Reconfigure.h>
 #include <nav_msgs/OccupancyGrid.h>
 #include <topic_tools/shape_shifter.h>
 #include <visualization_msgs/MarkerArray.h>
@@ -14,6 +15,7 @@
 #include <algorithm>
 #include <cmath>
 #include <string>
+#include <utility>
 #include <vector>
 
 namespace cuboid_mapping_ros::test {
@@ -216,6 +218,60 @@ TEST_F(OctomapServerTest, ListenersWhoComeLateGetTheMap) {
   const TopicProbe<OctomapMessage> second("/octomap_full");
   ASSERT_TRUE(waitFor([&] { return second.count() > 0; })) << "though nothing has changed";
   EXPECT_TRUE(bytesOf(second.last()) == bytes);
+}
+
+/// Sends changes, and gives back what is in force: the value of one of the numbers.
+double reconfigure(const std::vector<std::pair<std::string, double>>& numbers,
+                   const std::string& asked) {
+  dynamic_reconfigure::Reconfigure change;
+  for (const auto& [name, value] : numbers) {
+    change.request.config.doubles.emplace_back();
+    change.request.config.doubles.back().name = name;
+    change.request.config.doubles.back().value = value;
+  }
+  EXPECT_TRUE(ros::service::call(std::string(kNode) + "/set_parameters", change));
+  for (const auto& number : change.response.config.doubles) {
+    if (number.name == asked) return number.value;
+  }
+  ADD_FAILURE() << asked << " is not in the answer";
+  return 0.0;
+}
+
+TEST_F(OctomapServerTest, ParametersChangeWhileItRuns) {
+  TopicProbe<sensor_msgs::PointCloud2> centers("/octomap_point_cloud_centers");
+  ASSERT_TRUE(centers.waitForMessage([](const auto& cloud) { return cloud.width > 0; }));
+  const auto num_below = centers.last().width;
+  EXPECT_EQ(reconfigure({{"occupancy_max_z", 50.0}}, "occupancy_max_z"), 50.0);
+  EXPECT_TRUE(centers.waitForMessage([&](const auto& cloud) { return cloud.width > num_below; }))
+      << "though no cloud came";
+  EXPECT_EQ(reconfigure({{"occupancy_max_z", 0.5}}, "occupancy_max_z"), 0.5);
+  EXPECT_TRUE(centers.waitForMessage([&](const auto& cloud) { return cloud.width == num_below; }));
+  double on_server = 0.0;
+  EXPECT_TRUE(ros::param::get(std::string(kNode) + "/occupancy_max_z", on_server));
+  EXPECT_EQ(on_server, 0.5);
+  // With other values in the same request nothing counts.
+  EXPECT_EQ(reconfigure({{"occupancy_max_z", 7.0}, {"resolution", 0.3}}, "occupancy_max_z"), 0.5);
+  EXPECT_EQ(reconfigure({{"resolution", 0.3}}, "resolution"), 0.1);
+
+  // The sensor model and the least range of the clouds to come.
+  EXPECT_EQ(reconfigure({{"sensor_model_min_range", 100.0}}, "sensor_model_min_range"), 100.0);
+  reset();
+  startCounting();
+  publishRoom("lidar", ros::Time(102.0));
+  ASSERT_TRUE(waitForInserted(1));
+  EXPECT_TRUE(callOctomap("/octomap_full").data.empty()) << "all points are too near";
+  EXPECT_EQ(
+      reconfigure({{"sensor_model_min_range", 0.0}, {"sensor_model_hit", 0.9}}, "sensor_model_hit"),
+      0.9);
+  startCounting();
+  publishRoom("lidar", ros::Time(103.0));
+  ASSERT_TRUE(waitForInserted(1));
+  float greatest = -100.0F;
+  for (const auto& cuboid : contentOf(callOctomap("/octomap_full")).cuboids) {
+    greatest = std::max(greatest, cuboid.log_odds);
+  }
+  EXPECT_NEAR(greatest, std::log(0.9 / 0.1), 1e-5);
+  reconfigure({{"sensor_model_hit", 0.7}}, "sensor_model_hit");
 }
 
 TEST_F(OctomapServerTest, MapsAreSavedAndLoaded) {

@@ -97,6 +97,10 @@ class CuboidMap {
   void unlock(const CellBox& box) { locked_.remove(box); }
   [[nodiscard]] const LockedBoxes& locked() const { return locked_; }
 
+  /// Takes another sensor model for the clouds to come. Log-odds beyond new clamping thresholds stay
+  /// until a cloud touches them. @pre its values are in their ranges.
+  void setSensorModel(const SensorModelConfig& sensor_model);
+
   /// Forgets everything, locks too.
   ChangeSet clear();
 

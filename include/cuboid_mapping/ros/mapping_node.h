@@ -12,6 +12,7 @@
 #include "cuboid_mapping/ros/octomap_server_interface.h"
 #include "cuboid_mapping/ros/parameters.h"
 #include "cuboid_mapping/ros/planner_services.h"
+#include "cuboid_mapping/ros/reconfigure_server.h"
 #include "cuboid_mapping/ros/time_jump.h"
 
 #include <diagnostic_updater/diagnostic_updater.h>
@@ -69,12 +70,16 @@ class MappingNode {
   [[nodiscard]] bool isTfOutdated(const std_msgs::Header& header) const;
   void advertiseServices(const ros::NodeHandle& private_nh);
   void publish();
+  void setTargetFrames();
+  /// Takes parameters that were changed while the node runs; see reconfigure.h.
+  void reconfigure(const NodeParameters& parameters);
   bool onReset(std_srvs::Empty::Request& request, std_srvs::Empty::Response& response);
   void drop(DropReason reason, const std::string& text);
   void reportDiagnostics(diagnostic_updater::DiagnosticStatusWrapper& status);
 
   NodeParameters parameters_;
-  CloudPipeline pipeline_;
+  NodeParameters live_parameters_;  ///< As reconfigured; of the clouds' thread only.
+  std::optional<CloudPipeline> pipeline_;
   GuardedMap map_;
   ros::CallbackQueue query_queue_;
   ros::CallbackQueue publish_queue_;  ///< Also of ~reset, so that it is published at once.
@@ -105,6 +110,7 @@ class MappingNode {
   CloudQueue cloud_queue_;
   message_filters::Subscriber<sensor_msgs::PointCloud2> cloud_subscriber_;
   tf2_ros::MessageFilter<sensor_msgs::PointCloud2> tf_filter_;
+  std::optional<ReconfigureServer> reconfigure_server_;
   // Last, so that their threads end before the rest goes.
   std::optional<MapFilesService> map_files_;
   tf2_ros::TransformListener tf_listener_;

@@ -43,4 +43,9 @@ constexpr char kClearBoxService[] = "clear_bbx";           ///< octomap_msgs/Bou
 constexpr char kLoadMapService[] = "load_map";             ///< cuboid_mapping/LoadMap
 constexpr char kSaveMapService[] = "save_map";             ///< cuboid_mapping/SaveMap
 
+// In the private namespace, those of dynamic_reconfigure.
+constexpr char kSetParametersService[] = "set_parameters";                ///< Reconfigure
+constexpr char kParameterDescriptionsTopic[] = "parameter_descriptions";  ///< ConfigDescription
+constexpr char kParameterUpdatesTopic[] = "parameter_updates";            ///< Config
+
 }  // namespace cuboid_mapping_ros

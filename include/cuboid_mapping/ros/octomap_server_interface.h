@@ -15,6 +15,8 @@
 #include <functional>
 #include <list>
 #include <memory>
+#include <mutex>
+#include <optional>
 
 namespace cuboid_mapping_ros {
 
@@ -48,6 +50,9 @@ class OctomapServerInterface {
   /// To be called with every change of the R-tree.
   void noteChanges(const cuboid_mapping::ChangeSet& changes);
 
+  /// Takes other parameters, from the next publish() on. Thread-safe.
+  void setParameters(const OctomapServerParameters& parameters);
+
   /// Publishes what has changed and is listened to.
   void publish();
 
@@ -67,6 +72,7 @@ class OctomapServerInterface {
   void advertise(ros::NodeHandle& nh, const char* name, std::function<MessageT()> make);
   void advertiseTopics(ros::NodeHandle nh);
   void advertiseServices(ros::NodeHandle nh, ros::NodeHandle private_nh);
+  void takePendingParameters();
 
   [[nodiscard]] View look(Speckles speckles) const;
   [[nodiscard]] OctomapMessage makeOctomap(cuboid_mapping::OctreeKind kind) const;
@@ -80,6 +86,8 @@ class OctomapServerInterface {
   GuardedMap& map_;
   ProjectedMap projection_;
   bool is_changed_ = false;
+  std::mutex pending_mutex_;
+  std::optional<OctomapServerParameters> pending_;  ///< To be taken by publish().
   ros::ServiceServer binary_server_;
   ros::ServiceServer full_server_;
   ros::ServiceServer clear_server_;

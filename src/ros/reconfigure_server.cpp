@@ -1,0 +1,45 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "cuboid_mapping/ros/reconfigure_server.h"
+
+#include "cuboid_mapping/ros/names.h"
+#include "cuboid_mapping/ros/reconfigure.h"
+
+#include <ros/console.h>
+
+#include <algorithm>
+#include <utility>
+
+namespace cuboid_mapping_ros {
+
+ReconfigureServer::ReconfigureServer(const ros::NodeHandle& private_nh,
+                                     const NodeParameters& parameters,
+                                     std::function<void(const NodeParameters&)> apply)
+    : private_nh_(private_nh), parameters_(parameters), apply_(std::move(apply)) {
+  using dynamic_reconfigure::ConfigDescription;
+  descriptions_ = private_nh_.advertise<ConfigDescription>(kParameterDescriptionsTopic, 1, true);
+  descriptions_.publish(describeConfig());
+  updates_ = private_nh_.advertise<dynamic_reconfigure::Config>(kParameterUpdatesTopic, 1, true);
+  updates_.publish(toConfig(parameters_));
+  server_ =
+      private_nh_.advertiseService(kSetParametersService, &ReconfigureServer::onRequest, this);
+}
+
+bool ReconfigureServer::onRequest(dynamic_reconfigure::ReconfigureRequest& request,
+                                  dynamic_reconfigure::ReconfigureResponse& response) {
+  const LoadedParameters loaded = applyConfig(parameters_, request.config);
+  for (const ParameterError& error : loaded.errors) {
+    ROS_ERROR_STREAM_NAMED(kNodeName, "set_parameters: " << error.key << ' ' << error.message
+                                                         << ". Nothing of the request is in force");
+  }
+  if (loaded.errors.empty() && toLogLines(loaded.parameters) != toLogLines(parameters_)) {
+    parameters_ = loaded.parameters;
+    apply_(parameters_);
+    // As dynamic_reconfigure::Server does, so that the parameter server says what is in force.
+    for (const auto& [key, value] : runtimeValues(parameters_)) private_nh_.setParam(key, value);
+    updates_.publish(toConfig(parameters_));
+  }
+  response.config = toConfig(parameters_);
+  return true;
+}
+
+}  // namespace cuboid_mapping_ros
