@@ -39,7 +39,7 @@ static_assert(FindCorridor::Response::NO_WAY == toInt(CorridorEnd::kNoWay));
 static_assert(FindCorridor::Response::TIME_LIMIT == toInt(CorridorEnd::kTimeLimit));
 
 /// Of a search for a corridor, when the request does not say.
-constexpr double kTimeLimit_s = 10.0;
+constexpr double kTimeLimit_s = 1.0;
 
 std::size_t toLimit(std::uint32_t limit) {
   return limit == 0 ? std::numeric_limits<std::size_t>::max() : limit;

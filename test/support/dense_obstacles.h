@@ -13,13 +13,24 @@ namespace cuboid_mapping::test {
 class DenseObstacles {
  public:
   DenseObstacles(const VoxelMap& voxels, const CellBox& area, UnknownPolicy policy)
+      : DenseObstacles(
+            [&voxels](const Cell& cell) {
+              const auto log_odds = voxels.find(cell);
+              return log_odds ? classify(*log_odds) : Occupancy::kUnknown;
+            },
+            area, policy) {}
+
+  /// @param class_of  (const Cell&) -> Occupancy.
+  template <typename ClassT>
+  DenseObstacles(ClassT class_of, const CellBox& area, UnknownPolicy policy)
       : area_(area), blocks_unknown_(policy == UnknownPolicy::kStop) {
     const Cell size = area.size() + Cell{1, 1, 1};
     sums_.resize(static_cast<std::size_t>(size.x) * static_cast<std::size_t>(size.y) *
                  static_cast<std::size_t>(size.z));
     visitCells(area, [&](const Cell& cell) {
-      const auto log_odds = voxels.find(cell);
-      const bool is_blocked = log_odds ? *log_odds >= 0.0F : blocks_unknown_;
+      const Occupancy occupancy = class_of(cell);
+      const bool is_blocked = occupancy == Occupancy::kOccupied ||
+                              (occupancy == Occupancy::kUnknown && blocks_unknown_);
       const Cell at = cell + Cell{1, 1, 1};
       sum(at) = (is_blocked ? 1 : 0) + sum({at.x - 1, at.y, at.z}) + sum({at.x, at.y - 1, at.z}) +
                 sum({at.x, at.y, at.z - 1}) - sum({at.x - 1, at.y - 1, at.z}) -
