@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """A copy of a map that is kept up with the messages CuboidMap and CuboidMapUpdate. No ROS in it."""
 import collections
+import zlib
 
 import numpy as np
 
@@ -54,6 +55,20 @@ def _chunks(low, high):
             for z in range(first[2], high[2], _CHUNK_EDGE)]
 
 
+def _unpack(message):
+    """Boxes, number of cuboids in each, and the cuboids of a CuboidMapUpdate."""
+    data = zlib.decompress(bytes(message.data))
+    num_boxes, num_cuboids = message.num_boxes, message.num_cuboids
+    boxes = np.frombuffer(data, '<i4', 6 * num_boxes).reshape(-1, 6)
+    counts = np.frombuffer(data, '<u4', num_boxes, 24 * num_boxes).astype(np.int64)
+    rest = np.frombuffer(data, np.uint8, 8 * num_cuboids, 28 * num_boxes)
+    offsets, low, high = np.split(rest, [6 * num_cuboids, 7 * num_cuboids])
+    numbers = low.astype(np.int64) + 256 * high.astype(np.int64)
+    bounds = offsets.reshape(-1, 6) + np.tile(np.repeat(boxes[:, :3], counts, axis=0), 2)
+    values = np.array(message.values, np.float32)
+    return boxes, counts, Cuboids(bounds.astype(np.int32), values[numbers])
+
+
 class MapCopy:
     """A map in numpy arrays. Not thread-safe.
 
@@ -87,11 +102,7 @@ class MapCopy:
             return True
         if message.base > self.revision or message.everything:
             return False
-        boxes = np.array(message.boxes, np.int32).reshape(-1, 6)
-        counts = np.array(message.counts, np.int64)
-        offsets = np.frombuffer(bytes(message.offsets), np.uint8).reshape(-1, 6).astype(np.int32)
-        origins = np.repeat(boxes[:, :3], counts, axis=0)
-        cuboids = Cuboids(offsets + np.tile(origins, 2), np.array(message.log_odds, np.float32))
+        boxes, counts, cuboids = _unpack(message)
         ends = np.cumsum(counts)
         for box, first, end in zip(boxes, ends - counts, ends):
             self._drop(box[:3], box[3:])

@@ -4,6 +4,7 @@
 #include "cuboid_mapping/CuboidMap.h"
 #include "cuboid_mapping/CuboidMapUpdate.h"
 #include "cuboid_mapping/GetMap.h"
+#include "cuboid_mapping/ros/delta_codec.h"
 
 #include <ros/single_subscriber_publisher.h>
 #include <boost/function.hpp>
@@ -46,17 +47,31 @@ DeltaType toMessage(DeltaMessage&& from) {
   message.revision = from.delta.revision;
   message.everything = static_cast<std::uint8_t>(from.delta.is_everything);
   message.resolution = from.delta.resolution_m;
-  message.boxes = std::move(from.delta.boxes);
-  message.counts = std::move(from.delta.counts);
-  message.offsets = std::move(from.delta.offsets);
-  message.log_odds = std::move(from.delta.log_odds);
+  auto packed = packArrays(from.delta);
+  if (!packed) {  // Too many values for the message: listeners have to ask for the map.
+    message.everything = static_cast<std::uint8_t>(true);
+    return message;
+  }
+  message.num_boxes = packed->num_boxes;
+  message.num_cuboids = packed->num_cuboids;
+  message.values = std::move(packed->values);
+  message.data = std::move(packed->data);
   return message;
 }
 
 DeltaMessage fromMessage(const DeltaType& message) {
-  return {message.header,
-          {message.instance, message.base, message.revision, message.everything != 0,
-           message.resolution, message.boxes, message.counts, message.offsets, message.log_odds}};
+  DeltaMessage result;
+  result.header = message.header;
+  result.delta.instance = message.instance;
+  result.delta.base = message.base;
+  result.delta.revision = message.revision;
+  result.delta.is_everything = message.everything != 0;
+  result.delta.resolution_m = message.resolution;
+  if (result.delta.is_everything) return result;
+  const PackedDelta packed{message.num_boxes, message.num_cuboids, message.values, message.data};
+  // Damaged: that is as if everything had changed, the listener asks for the map.
+  result.delta.is_everything = !unpackArrays(packed, result.delta);
+  return result;
 }
 
 }  // namespace

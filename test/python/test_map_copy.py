@@ -5,7 +5,9 @@ import importlib.util
 import itertools
 import os
 import random
+import struct
 import unittest
+import zlib
 from types import SimpleNamespace
 
 _FILE = os.path.join(os.path.dirname(os.path.abspath(__file__)), '..', '..', 'python',
@@ -49,11 +51,13 @@ class Server:
         if inner:
             self.voxels.update((cell, value) for cell in cells(inner))
         self.revision += 1
+        count = 1 if inner else 0
         offsets = [inner[i] - box[i % 3] for i in range(6)] if inner else []
+        data = struct.pack('<6iI', *box, count) + bytes(offsets) + bytes([1, 0] * count)
         return SimpleNamespace(
             instance=5, base=self.revision - 1, revision=self.revision, everything=False,
-            resolution=0.1, boxes=box, counts=[1 if inner else 0], offsets=bytes(offsets),
-            log_odds=[value] if inner else [])
+            resolution=0.1, num_boxes=1, num_cuboids=count, values=[7.0, value],
+            data=zlib.compress(data))
 
     def map(self):
         bounds = [c for cell in self.voxels for c in cell + tuple(i + 1 for i in cell)]

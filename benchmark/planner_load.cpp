@@ -1,0 +1,184 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// A map that grows by real scans, as planners see it: bytes of the update messages beside those of
+// octomap_full, and how long queries take while clouds come in.
+#include "cuboid_mapping/interop/octomap_parity.h"
+#include "cuboid_mapping/io/scan_dataset.h"
+#include "cuboid_mapping/map/map_follower.h"
+#include "cuboid_mapping/query/box_query.h"
+#include "cuboid_mapping/query/path_query.h"
+#include "cuboid_mapping/query/ray_query.h"
+#include "cuboid_mapping/ros/delta_codec.h"
+#include "cuboid_mapping/ros/guarded_map.h"
+
+#include <CLI/CLI.hpp>
+
+#include <algorithm>
+#include <atomic>
+#include <chrono>
+#include <cstdio>
+#include <exception>
+#include <random>
+#include <string>
+#include <thread>
+#include <vector>
+
+namespace cuboid_mapping::bench {
+namespace {
+
+using Clock = std::chrono::steady_clock;
+
+struct Options {
+  std::string dataset;
+  double resolution_m = 0.2;
+  double rate_hz = 10.0;
+};
+
+MapConfig makeConfig(const Options& options) {
+  MapConfig config;
+  config.resolution_m = options.resolution_m;
+  config.hot_bytes = 64000000;
+  return config;
+}
+
+std::vector<Scan> readScans(const Options& options) {
+  const auto dataset = openScanDataset(options.dataset);
+  std::vector<Scan> scans;
+  scans.reserve(dataset->size());
+  for (std::size_t i = 0; i < dataset->size(); ++i) {
+    const ScanDataset::Item item = dataset->read(i);
+    scans.push_back(
+        makeScan(item.T_map_sensor, item.T_map_sensor.translation(), item.points_sensor));
+  }
+  return scans;
+}
+
+double bytesOf(const MapDelta& delta) {
+  constexpr double kHead = 100.0;  // Header, numbers, and lengths of the arrays.
+  const auto packed = cuboid_mapping_ros::packArrays(delta);
+  return kHead + 4.0 * static_cast<double>(packed->values.size()) +
+         static_cast<double>(packed->data.size());
+}
+
+/// One message after each cloud, as at a publish_rate of the rate of the clouds.
+void measureBytes(const Options& options, const std::vector<Scan>& scans) {
+  CuboidMap map(makeConfig(options));
+  ScanUpdater updater(map.grid());
+  octomap::OcTree octree = makeOctomap(map.config());
+  double update_bytes = 0.0;
+  double num_cuboids = 0.0;
+  double full_bytes = 0.0;
+  for (const Scan& scan : scans) {
+    ChangeSet changes = map.apply(updater.compute(scan));
+    const ChangeSet flushed = map.flush();
+    changes.boxes.insert(changes.boxes.end(), flushed.boxes.begin(), flushed.boxes.end());
+    const MapDelta delta = makeDelta(map, changes, 1, 0);
+    update_bytes += bytesOf(delta);
+    num_cuboids += static_cast<double>(delta.log_odds.size());
+    insertIntoOctomap(scan, std::numeric_limits<double>::infinity(), octree);
+    octree.prune();
+    // octomap::OcTree::writeData: a float and a byte of children for each node.
+    full_bytes += 5.0 * static_cast<double>(octree.calcNumNodes());
+  }
+  const double image_bytes = 28.0 * static_cast<double>(map.tree().size());
+  const auto num_clouds = static_cast<double>(scans.size());
+  std::printf(
+      "update message: %.0f kB and %.0f cuboids for each cloud, %.1f bytes for each cuboid\n",
+      1e-3 * update_bytes / num_clouds, num_cuboids / num_clouds, update_bytes / num_cuboids);
+  std::printf("octomap_full: %.0f kB for each cloud; updates are %.1f %% of that\n",
+              1e-3 * full_bytes / num_clouds, 100.0 * update_bytes / full_bytes);
+  std::printf("cuboid_map, once for each listener: %.1f MB at the end\n", 1e-6 * image_bytes);
+}
+
+/// Asks for a box and a ray, near where the sensor is, again and again.
+class Asker {
+ public:
+  Asker(cuboid_mapping_ros::GuardedMap& map, const std::atomic<std::size_t>& num_inserted,
+        const std::vector<Scan>& scans)
+      : map_(map), num_inserted_(num_inserted), scans_(scans) {}
+
+  void run() {
+    while (num_inserted_ < scans_.size()) {
+      const Scan& scan = scans_[std::min<std::size_t>(num_inserted_, scans_.size() - 1)];
+      const Eigen::Vector3d sensor = scan.anchor_map + scan.origin.cast<double>();
+      const auto begin = Clock::now();
+      ask(sensor + Eigen::Vector3d(offset_(engine_), offset_(engine_), 0.0));
+      const std::chrono::duration<double, std::milli> passed = Clock::now() - begin;
+      times_ms_.push_back(passed.count());
+      std::this_thread::sleep_for(std::chrono::milliseconds(2));
+    }
+    std::sort(times_ms_.begin(), times_ms_.end());
+  }
+
+  [[nodiscard]] std::size_t numAsked() const { return times_ms_.size(); }
+  [[nodiscard]] double quantile_ms(double ratio) const {
+    const auto last = static_cast<double>(times_ms_.size() - 1);
+    return times_ms_[static_cast<std::size_t>(ratio * last)];
+  }
+
+ private:
+  void ask(const Eigen::Vector3d& point) {
+    const MetricBox box = boxAround(point, Eigen::Vector3d::Constant(2.0));
+    const CellBox region = *map_.grid().toCellBox(boxAround(point, {20.0, 20.0, 4.0}));
+    map_.readCurrent(region, [&](const CuboidMap& map, const ros::Time& /*stamp*/) {
+      is_free_ = queryBox(map, box)->occupancy() == Occupancy::kFree;
+      return castRay(map, point, {1.0, 0.3, 0.0}, 10.0, UnknownPolicy::kPass)->distance_m;
+    });
+  }
+
+  cuboid_mapping_ros::GuardedMap& map_;
+  const std::atomic<std::size_t>& num_inserted_;
+  const std::vector<Scan>& scans_;
+  std::mt19937 engine_{1};
+  std::uniform_real_distribution<> offset_{-10.0, 10.0};
+  std::vector<double> times_ms_;
+  bool is_free_ = false;
+};
+
+void measureLatency(const Options& options, const std::vector<Scan>& scans) {
+  cuboid_mapping_ros::GuardedMap map(makeConfig(options));
+  ScanUpdater updater(map.grid());
+  std::atomic<std::size_t> num_inserted{0};
+  Asker asker(map, num_inserted, scans);
+  std::thread asking([&asker] { asker.run(); });
+  auto next = Clock::now();
+  for (const Scan& scan : scans) {
+    std::this_thread::sleep_until(next);
+    next += std::chrono::duration_cast<Clock::duration>(
+        std::chrono::duration<double>(1.0 / options.rate_hz));
+    const ScanUpdate& update = updater.compute(scan);
+    map.change(ros::Time(1.0), [&update](CuboidMap& content) { return content.apply(update); });
+    ++num_inserted;
+  }
+  asking.join();
+  std::printf(
+      "%zu queries (a box of 2 m and a ray of 10 m each) beside clouds at %.0f Hz: "
+      "median %.2f ms, p99 %.2f ms, longest %.2f ms\n",
+      asker.numAsked(), options.rate_hz, asker.quantile_ms(0.5), asker.quantile_ms(0.99),
+      asker.quantile_ms(1.0));
+}
+
+}  // namespace
+}  // namespace cuboid_mapping::bench
+
+int main(int argc, char** argv) {
+  using namespace cuboid_mapping::bench;
+  CLI::App app("A map that grows by real scans, as planners see it: bytes of updates, latencies.");
+  Options options;
+  app.add_option("dataset", options.dataset, "Folder of scans, or .graph file")->required();
+  app.add_option("--resolution", options.resolution_m, "Edge of a voxel [m]")
+      ->capture_default_str()
+      ->check(CLI::Range(0.001, 100.0));
+  app.add_option("--rate", options.rate_hz, "Of the clouds [Hz]")
+      ->capture_default_str()
+      ->check(CLI::Range(0.01, 1000.0));
+  CLI11_PARSE(app, argc, argv);
+  try {
+    const std::vector<cuboid_mapping::Scan> scans = readScans(options);
+    measureLatency(options, scans);
+    measureBytes(options, scans);
+  } catch (const std::exception& exception) {
+    std::fprintf(stderr, "planner_load: %s\n", exception.what());
+    return 1;
+  }
+  return 0;
+}
