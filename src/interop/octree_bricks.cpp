@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "octree_bricks.h"
 
-#include "cuboid_mapping/fusion/dense_brick.h"
-
 #include <algorithm>
 #include <numeric>
 #include <unordered_map>
@@ -18,17 +16,8 @@ std::uint64_t orderOf(const Cell& brick) {
          spreadBits(number(brick.z)) << 2;
 }
 
-/// voxelIndex of the voxel at each place of an octree's order.
-constexpr std::array<std::uint16_t, kBrickVoxels> makeVoxelTable() {
-  std::array<std::uint16_t, kBrickVoxels> table{};
-  for (std::uint32_t i = 0; i < kBrickVoxels; ++i) {
-    table[i] = static_cast<std::uint16_t>(gatherBits(i >> 2) << 6 | gatherBits(i >> 1) << 3 |
-                                          gatherBits(i));
-  }
-  return table;
-}
-
-constexpr auto kVoxelTable = makeVoxelTable();
+/// Place of a coordinate inside a brick in the order of an octree, for x; y and z are shifted.
+constexpr std::array<std::uint16_t, kBrickEdge> kPlaces{0, 1, 8, 9, 64, 65, 72, 73};
 
 /// A cuboid in a brick, found before the bricks have their places.
 struct Membership {
@@ -48,6 +37,7 @@ class BrickNumbers {
     last_number_ = place->second;
     return last_number_;
   }
+  void reserve(std::size_t num_bricks) { numbers_.reserve(num_bricks); }
   [[nodiscard]] const std::vector<Cell>& bricks() const { return bricks_; }
 
  private:
@@ -80,6 +70,7 @@ OctreeBricks sortIntoBricks(const std::vector<Cuboid>& cuboids) {
   BrickNumbers numbers;
   std::vector<Membership> memberships;
   memberships.reserve(cuboids.size());
+  numbers.reserve(cuboids.size() / 8);
   for (std::uint32_t i = 0; i < cuboids.size(); ++i) {
     const CellBox& box = cuboids[i].box;
     const CellBox inside = intersect(box, kOctreeCells);
@@ -115,21 +106,23 @@ Cell brickAt(std::uint64_t order) {
 
 void fillVoxels(const Cell& brick, const std::vector<Cuboid>& cuboids, const std::uint32_t* first,
                 const std::uint32_t* last, OctreeKind kind, OctreeVoxels& voxels) {
-  DenseBrick dense;
-  dense.brick = brick;
+  voxels.known.fill(0);
   for (const std::uint32_t* member = first; member != last; ++member) {
-    Cuboid cuboid = cuboids[*member];
-    if (kind == OctreeKind::kBinary) {
-      cuboid.log_odds = cuboid.occupancy() == Occupancy::kOccupied ? 1.0F : -1.0F;
+    const Cuboid& cuboid = cuboids[*member];
+    const bool is_occupied = cuboid.occupancy() == Occupancy::kOccupied;
+    const float value = kind == OctreeKind::kFull ? cuboid.log_odds : (is_occupied ? 1.0F : -1.0F);
+    const CellBox part = intersect(cuboid.box, brickBox(brick));
+    for (std::int32_t z = part.min.z - brick.z; z < part.max.z - brick.z; ++z) {
+      for (std::int32_t y = part.min.y - brick.y; y < part.max.y - brick.y; ++y) {
+        const unsigned row =
+            kPlaces[static_cast<std::size_t>(z)] << 2U | kPlaces[static_cast<std::size_t>(y)] << 1U;
+        for (std::int32_t x = part.min.x - brick.x; x < part.max.x - brick.x; ++x) {
+          const unsigned place = row | kPlaces[static_cast<std::size_t>(x)];
+          voxels.log_odds[place] = value;
+          voxels.known[place / 64] |= 1ULL << (place & 63U);
+        }
+      }
     }
-    dense.fill(cuboid);
-  }
-  voxels.is_uniform = true;
-  for (std::size_t i = 0; i < kBrickVoxels; ++i) {
-    const std::size_t voxel = kVoxelTable[i];
-    voxels.log_odds[i] = dense.log_odds[voxel];
-    voxels.is_known[i] = (dense.known[voxel >> 6] >> (voxel & 63) & 1) != 0;
-    voxels.is_uniform &= voxels.is_known[i] && voxels.log_odds[i] == voxels.log_odds[0];
   }
 }
 

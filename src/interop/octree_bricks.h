@@ -35,11 +35,16 @@ struct OctreeBricks {
 [[nodiscard]] Cell brickAt(std::uint64_t order);
 
 /// The voxels of a brick in the order of an octree: bit 3 i of the index is bit i of x, bit 3 i + 1
-/// of y, bit 3 i + 2 of z.
+/// of y, bit 3 i + 2 of z. So a word of `known` is a child of the brick, and a byte a child of that.
 struct OctreeVoxels {
-  std::array<float, kBrickVoxels> log_odds;
-  std::array<bool, kBrickVoxels> is_known;
-  bool is_uniform;  ///< All known, with one value.
+  std::array<float, kBrickVoxels> log_odds;  ///< Only of known voxels.
+  std::array<std::uint64_t, 8> known;
+
+  /// A bit for each of `count` voxels from a place on, which is a multiple of it; up to 64.
+  [[nodiscard]] std::uint64_t knownFrom(std::uint32_t place, std::uint32_t count) const {
+    const std::uint64_t word = known[place / 64] >> (place & 63U);
+    return count == 64 ? word : word & ((1ULL << count) - 1);
+  }
 };
 
 /// @param kind  For kBinary, values are 1 (occupied) and -1 (free).

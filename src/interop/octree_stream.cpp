@@ -117,7 +117,9 @@ class OctreeWalk {
   OctreeWalk(const std::vector<Cuboid>& cuboids, OctreeKind kind, SinkT sink)
       : cuboids_(cuboids), kind_(kind), sink_(sink), sorted_(sortIntoBricks(cuboids)) {}
 
-  void run() { (void)visitBricks(sorted_.bricks.data(), end(), 0); }
+  void run() {
+    if (!sorted_.bricks.empty()) (void)visitBricks(sorted_.bricks.data(), end(), 0);
+  }
   [[nodiscard]] double numLeftOut() const { return sorted_.num_left_out; }
 
  private:
@@ -125,28 +127,29 @@ class OctreeWalk {
     return sorted_.bricks.data() + sorted_.bricks.size();
   }
 
-  /// @param visit_child  (int child) -> NodeState. @param min  Of the node.
+  /// @param candidates  A bit for each child; the others are unknown.
+  /// @param visit_child  (unsigned child) -> NodeState, called for each of them in their order.
+  /// @param min  Of the node.
   template <typename VisitT>
-  NodeState visitNode(const Cell& min, int depth, const VisitT& visit_child) {
+  NodeState visitNode(const Cell& min, int depth, unsigned candidates, const VisitT& visit_child) {
     const auto mark = sink_.open();
     std::array<NodeState, 8> children;
-    bool is_known = false;
-    bool is_uniform = true;
+    children.fill(kUnknownNode);
+    bool is_uniform = candidates == 0xFFU;
     float log_odds = -std::numeric_limits<float>::infinity();
-    for (int i = 0; i < 8; ++i) {
+    for (unsigned left = candidates; left != 0; left &= left - 1) {
+      const auto i = static_cast<unsigned>(__builtin_ctz(left));
       const NodeState child = visit_child(i);
-      children[static_cast<std::size_t>(i)] = child;
+      children[i] = child;
       is_uniform &= child.kind == NodeState::Kind::kLeaf && child.log_odds == children[0].log_odds;
-      if (child.kind == NodeState::Kind::kUnknown) continue;
-      is_known = true;
       log_odds = std::max(log_odds, child.log_odds);
     }
-    if (is_known && !is_uniform) {
+    if (!is_uniform) {
       sink_.close(mark, children, log_odds);
       return {NodeState::Kind::kInner, log_odds};
     }
     sink_.undo(mark);
-    return is_known ? makeLeaf(min, depth, log_odds) : kUnknownNode;
+    return makeLeaf(min, depth, log_odds);
   }
 
   NodeState makeLeaf(const Cell& min, int depth, float log_odds) {
@@ -154,54 +157,70 @@ class OctreeWalk {
     return {NodeState::Kind::kLeaf, log_odds};
   }
 
-  /// The node at a depth above all bricks of a range, which lie below it.
+  /// The node at a depth above all bricks of a range, which is not empty.
   NodeState visitBricks(const OctreeBrick* first, const OctreeBrick* last, int depth) {
-    if (first == last) return kUnknownNode;
     if (depth == kBrickDepth) return visitBrick(*first);
     const int shift = 3 * (kBrickDepth - depth - 1);
     const Cell min = brickAt(first->order >> (shift + 3) << (shift + 3));
-    return visitNode(min, depth, [&](int child) {
+    const auto child_of = [shift](const OctreeBrick& brick) {
+      return static_cast<unsigned>(brick.order >> shift & 7U);
+    };
+    unsigned candidates = 0;
+    for (const OctreeBrick* brick = first; brick != last;) {
+      const unsigned child = child_of(*brick);
+      candidates |= 1U << child;
+      brick = std::upper_bound(brick, last, child, [&](unsigned wanted, const OctreeBrick& other) {
+        return wanted < child_of(other);
+      });
+    }
+    return visitNode(min, depth, candidates, [&](unsigned child) {
       const OctreeBrick* begin = first;
-      while (first != last && static_cast<int>(first->order >> shift & 7) == child) ++first;
+      first = std::upper_bound(first, last, child, [&](unsigned wanted, const OctreeBrick& other) {
+        return wanted < child_of(other);
+      });
       return visitBricks(begin, first, depth + 1);
     });
   }
 
   NodeState visitBrick(const OctreeBrick& brick) {
     brick_ = brickAt(brick.order);
-    fillVoxels(brick_, cuboids_, &sorted_.members[brick.first], sorted_.members.data() + brick.last,
-               kind_, voxels_);
-    if (voxels_.is_uniform) return makeLeaf(brick_, kBrickDepth, voxels_.log_odds[0]);
+    fillVoxels(brick_, cuboids_, sorted_.members.data() + brick.first,
+               sorted_.members.data() + brick.last, kind_, voxels_);
     return visitVoxels(0, kBrickDepth);
   }
 
-  /// @param place  Of the first voxel, in the order of an octree.
+  /// A node inside a brick that has a known voxel.
+  /// @param place  Of its first voxel, in the order of an octree.
   NodeState visitVoxels(std::uint32_t place, int depth) {
-    const Cell min = brick_ + Cell{static_cast<std::int32_t>(gatherBits9(place)),
-                                   static_cast<std::int32_t>(gatherBits9(place >> 1)),
-                                   static_cast<std::int32_t>(gatherBits9(place >> 2))};
-    if (depth == kOctreeDepth) {
-      if (!voxels_.is_known[place]) return kUnknownNode;
+    const Cell min = cellAt(place);
+    if (depth == kOctreeDepth) return makeLeaf(min, depth, voxels_.log_odds[place]);
+    const std::uint32_t step = 1U << (3 * (kOctreeDepth - depth - 1));
+    unsigned candidates = 0;
+    bool is_full = true;
+    for (unsigned child = 0; child < 8; ++child) {
+      const std::uint64_t known = voxels_.knownFrom(place + child * step, step);
+      if (known != 0) candidates |= 1U << child;
+      is_full &= known == (step == 64 ? ~0ULL : (1ULL << step) - 1);
+    }
+    // Found here, so that nothing has to be undone.
+    if (is_full && isUniform(place, 8 * step)) {
       return makeLeaf(min, depth, voxels_.log_odds[place]);
     }
-    const std::uint32_t step = 1U << (3 * (kOctreeDepth - depth - 1));
-    // Found here, so that nothing has to be undone.
-    if (isUniform(place, 8 * step)) return makeLeaf(min, depth, voxels_.log_odds[place]);
-    return visitNode(min, depth, [&](int child) {
-      return visitVoxels(place + static_cast<std::uint32_t>(child) * step, depth + 1);
-    });
+    return visitNode(min, depth, candidates,
+                     [&](unsigned child) { return visitVoxels(place + child * step, depth + 1); });
   }
 
-  /// Whether so many voxels from a place on are all known, with one value.
+  /// Whether so many voxels from a place on, all known, have one value.
   [[nodiscard]] bool isUniform(std::uint32_t place, std::uint32_t count) const {
-    for (std::uint32_t i = place; i < place + count; ++i) {
-      if (!voxels_.is_known[i] || voxels_.log_odds[i] != voxels_.log_odds[place]) return false;
-    }
-    return true;
+    const float* first = &voxels_.log_odds[place];
+    return std::all_of(first, first + count, [first](float value) { return value == *first; });
   }
 
-  static std::uint32_t gatherBits9(std::uint32_t place) {
-    return (place & 1U) | (place >> 2 & 2U) | (place >> 4 & 4U);
+  [[nodiscard]] Cell cellAt(std::uint32_t place) const {
+    const auto gather = [](std::uint32_t bits) {
+      return static_cast<std::int32_t>((bits & 1U) | (bits >> 2 & 2U) | (bits >> 4 & 4U));
+    };
+    return brick_ + Cell{gather(place), gather(place >> 1), gather(place >> 2)};
   }
 
   const std::vector<Cuboid>& cuboids_;
@@ -216,6 +235,8 @@ class OctreeWalk {
 
 OctreeStream toOctreeStream(const std::vector<Cuboid>& cuboids, OctreeKind kind) {
   OctreeStream stream;
+  // Some maps take a little more; most nodes are leaves of single voxels.
+  if (kind == OctreeKind::kFull) stream.bytes.reserve(16 * cuboids.size());
   const auto run = [&](auto sink) {
     OctreeWalk<decltype(sink)> walk(cuboids, kind, sink);
     walk.run();
