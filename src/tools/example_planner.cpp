@@ -113,7 +113,7 @@ class ExamplePlanner {
       marker.scale = toVector3(box_map.max_m - box_map.min_m);
       marker.color.g = 0.8F;
       marker.color.b = 1.0F;
-      marker.color.a = 0.15F;
+      marker.color.a = 0.4F;
       markers.markers.push_back(marker);
     }
     corridor_publisher_.publish(markers);
