@@ -10,6 +10,7 @@
 #include <ctime>
 #include <functional>
 #include <iostream>
+#include <limits>
 #include <sstream>
 #include <vector>
 
@@ -18,17 +19,26 @@ namespace {
 
 constexpr int kRuns = 15;
 
-/// CPU time in milliseconds: the least of some runs, which other programs disturb least.
-double measure_ms(const std::function<void()>& work) {
-  std::vector<double> times_ms;
+using Work = std::function<void()>;
+
+/// CPU time of one run in milliseconds.
+double measure_ms(const Work& work) {
+  throwIfInterrupted();
+  const std::clock_t start = std::clock();
+  work();
+  return 1e3 * static_cast<double>(std::clock() - start) / CLOCKS_PER_SEC;
+}
+
+/// The least time of each piece of work, which other programs disturb least. In turn, so that all
+/// of them meet the same machine.
+std::vector<double> measureInTurn_ms(const std::vector<Work>& pieces) {
+  std::vector<double> times_ms(pieces.size(), std::numeric_limits<double>::infinity());
   for (int run = 0; run < kRuns; ++run) {
-    throwIfInterrupted();
-    const auto start = std::chrono::steady_clock::now();
-    work();
-    const std::chrono::duration<double, std::milli> time = std::chrono::steady_clock::now() - start;
-    times_ms.push_back(time.count());
+    for (std::size_t i = 0; i < pieces.size(); ++i) {
+      times_ms[i] = std::min(times_ms[i], measure_ms(pieces[i]));
+    }
   }
-  return *std::min_element(times_ms.begin(), times_ms.end());
+  return times_ms;
 }
 
 int compare(const std::string& file) {
@@ -45,22 +55,24 @@ int compare(const std::string& file) {
   tree.writeData(written);
   const bool is_same = written.str() == full;
 
-  const double octomap_ms = measure_ms([&] {
+  const auto write_octomap = [&] {
     std::ostringstream out;
     tree.writeData(out);
-  });
-  const auto measure_here = [&](OctreeKind kind) {
-    return measure_ms([&] {
-      // With the copy of the cuboids that is taken while the map is held.
-      (void)toOctreeStream(takeSnapshot(map, "").cuboids, kind);
-    });
   };
-  const double full_ms = measure_here(OctreeKind::kFull);
+  // With the copy of the cuboids that is taken while the map is held.
+  const auto write_full = [&] {
+    (void)toOctreeStream(takeSnapshot(map, "").cuboids, OctreeKind::kFull);
+  };
+  const auto write_binary = [&] {
+    (void)toOctreeStream(takeSnapshot(map, "").cuboids, OctreeKind::kBinary);
+  };
+  const std::vector<double> times_ms = measureInTurn_ms({write_octomap, write_full, write_binary});
   std::cout << file << ": " << snapshot.cuboids.size() << " cuboids, " << tree.size() << " nodes, "
             << full.size() << " bytes, " << (is_same ? "same bytes" : "DIFFERENT")
-            << "\n  octomap::OcTree::writeData " << octomap_ms << " ms, from cuboids " << full_ms
-            << " ms: " << full_ms / octomap_ms << " times as long\n  octomap_binary from cuboids "
-            << measure_here(OctreeKind::kBinary) << " ms" << std::endl;
+            << "\n  octomap::OcTree::writeData " << times_ms[0] << " ms, from cuboids "
+            << times_ms[1] << " ms: " << times_ms[1] / times_ms[0]
+            << " times as long\n  octomap_binary from cuboids " << times_ms[2] << " ms"
+            << std::endl;
   return is_same ? 0 : 1;
 }
 

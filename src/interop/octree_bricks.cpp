@@ -76,6 +76,11 @@ OctreeBricks sortIntoBricks(const std::vector<Cuboid>& cuboids) {
     const CellBox inside = intersect(box, kOctreeCells);
     if (inside != box) sorted.num_left_out += box.numVoxels() - inside.numVoxels();
     if (inside.isEmpty()) continue;
+    const Cell brick_of_min = brickOf(inside.min);
+    if (brickBox(brick_of_min).contains(inside)) {  // nearly all of them
+      memberships.push_back({numbers.numberOf(brick_of_min), i});
+      continue;
+    }
     (void)anyBrick(inside, [&](const Cell& brick) {
       memberships.push_back({numbers.numberOf(brick), i});
       return false;  // on to the next

@@ -18,7 +18,8 @@ struct NodeState {
 
 constexpr NodeState kUnknownNode{NodeState::Kind::kUnknown, 0.0F};
 
-/// Writes full trees: log-odds, then a bit for each child.
+/// Writes full trees: log-odds, then a bit for each child. The bytes have spare room at their end
+/// until finish().
 class FullSink {
  public:
   struct Mark {
@@ -29,32 +30,42 @@ class FullSink {
   explicit FullSink(OctreeStream& stream) : stream_(stream) {}
 
   Mark open() {
-    const Mark mark{stream_.bytes.size(), stream_.num_nodes};
+    const Mark mark{num_bytes_, stream_.num_nodes};
     leaf({}, 0, 0.0F);
     return mark;
   }
   void close(const Mark& mark, const std::array<NodeState, 8>& children, float log_odds) {
-    char* node = stream_.bytes.data() + mark.num_bytes;
-    std::memcpy(node, &log_odds, sizeof(log_odds));
     unsigned bits = 0;
     for (unsigned i = 0; i < 8; ++i) {
       if (children[i].kind != NodeState::Kind::kUnknown) bits |= 1U << i;
     }
-    node[sizeof(log_odds)] = static_cast<char>(bits);
+    write(mark.num_bytes, log_odds, bits);
   }
   void undo(const Mark& mark) {
-    stream_.bytes.resize(mark.num_bytes);
+    num_bytes_ = mark.num_bytes;
     stream_.num_nodes = mark.num_nodes;
   }
   void leaf(const Cell& /*min*/, int /*depth*/, float log_odds) {
-    char node[sizeof(log_odds) + 1] = {};
-    std::memcpy(node, &log_odds, sizeof(log_odds));
-    stream_.bytes.append(node, sizeof(node));
+    if (num_bytes_ + kNodeBytes > stream_.bytes.size()) {
+      stream_.bytes.resize(2 * stream_.bytes.size() + 4096);
+    }
+    write(num_bytes_, log_odds, 0);
+    num_bytes_ += kNodeBytes;
     ++stream_.num_nodes;
   }
+  void finish() { stream_.bytes.resize(num_bytes_); }
 
  private:
+  static constexpr std::size_t kNodeBytes = sizeof(float) + 1;
+
+  void write(std::size_t place, float log_odds, unsigned children) {
+    char* node = stream_.bytes.data() + place;
+    std::memcpy(node, &log_odds, sizeof(log_odds));
+    node[sizeof(log_odds)] = static_cast<char>(children);
+  }
+
   OctreeStream& stream_;
+  std::size_t num_bytes_ = 0;
 };
 
 /// Writes binary trees: two bits for each child, nothing for a leaf.
@@ -86,6 +97,7 @@ class BinarySink {
     stream_.num_nodes = mark.num_nodes;
   }
   void leaf(const Cell& /*min*/, int /*depth*/, float /*log_odds*/) { ++stream_.num_nodes; }
+  void finish() {}
 
  private:
   OctreeStream& stream_;
@@ -104,6 +116,7 @@ class LeafSink {
   void leaf(const Cell& min, int depth, float log_odds) {
     leaves_.push_back({min, depth, log_odds});
   }
+  void finish() {}
 
  private:
   std::vector<OctreeLeaf>& leaves_;
@@ -119,6 +132,7 @@ class OctreeWalk {
 
   void run() {
     if (!sorted_.bricks.empty()) (void)visitBricks(sorted_.bricks.data(), end(), 0);
+    sink_.finish();
   }
   [[nodiscard]] double numLeftOut() const { return sorted_.num_left_out; }
 
@@ -235,8 +249,8 @@ class OctreeWalk {
 
 OctreeStream toOctreeStream(const std::vector<Cuboid>& cuboids, OctreeKind kind) {
   OctreeStream stream;
-  // Some maps take a little more; most nodes are leaves of single voxels.
-  if (kind == OctreeKind::kFull) stream.bytes.reserve(16 * cuboids.size());
+  // About what a map takes, so that it seldom has to be moved.
+  if (kind == OctreeKind::kFull) stream.bytes.resize(16 * cuboids.size());
   const auto run = [&](auto sink) {
     OctreeWalk<decltype(sink)> walk(cuboids, kind, sink);
     walk.run();
