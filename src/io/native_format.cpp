@@ -71,7 +71,9 @@ std::string encodePayload(const std::vector<Cuboid>& cuboids, const std::vector<
   }
   for (int axis = 0; axis < 3; ++axis) {
     for (const Cuboid& cuboid : cuboids) {
-      payload.writeVarint(static_cast<std::uint32_t>(cuboid.box.size()[axis] - 1));
+      // Unsigned: all the cells of an axis are one more than an int32 can count.
+      payload.writeVarint(static_cast<std::uint32_t>(cuboid.box.max[axis]) -
+                          static_cast<std::uint32_t>(cuboid.box.min[axis]) - 1U);
     }
   }
   for (const Cuboid& cuboid : cuboids) {
