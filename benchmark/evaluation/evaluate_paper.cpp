@@ -11,13 +11,14 @@
 
 #include "cuboid_mapping/interop/octomap_parity.h"
 
+#include <algorithm>
 #include <filesystem>
 #include <fstream>
 #include <functional>
 #include <iostream>
 #include <limits>
+#include <map>
 #include <optional>
-#include <set>
 #include <stdexcept>
 
 namespace cuboid_mapping::bench {
@@ -36,6 +37,16 @@ class RunFiles {
   [[nodiscard]] json read(const std::string& name) const {
     std::ifstream in(pathOf(name).string());
     return json::parse(in);
+  }
+
+  /// Names of all runs, sorted.
+  [[nodiscard]] std::vector<std::string> list() const {
+    std::vector<std::string> names;
+    for (const auto& entry : fs::directory_iterator(folder_)) {
+      if (entry.path().extension() == ".json") names.push_back(entry.path().stem().string());
+    }
+    std::sort(names.begin(), names.end());
+    return names;
   }
 
   void write(const std::string& name, const json& run) const {
@@ -59,8 +70,9 @@ std::optional<int> parseOptions(int argc, char** argv, EvaluationOptions& option
   app.add_option("datasets", options.datasets,
                  "Folders with poses.txt and scans/NNNN.pcd, or .graph files of OctoMap")
       ->required();
-  app.add_option("--out", options.folder,
-                 "Folder for figures and plots; runs that are in it are not repeated")
+  app.add_option(
+         "--out", options.folder,
+         "Folder for figures and plots; runs that are in it are not repeated, and count too")
       ->capture_default_str();
   app.add_option("--resolutions", options.resolutions_m, "Edges of a voxel [m]")
       ->delimiter(',')
@@ -148,43 +160,45 @@ void writeCsv(const std::vector<json>& runs, const fs::path& path) {
   if (!out) throw std::runtime_error("cannot write " + path.string());
 }
 
-/// All runs of a data set, each once.
-std::vector<json> evaluate(const std::string& dataset, const EvaluationOptions& options) {
-  const fs::path folder = fs::path(options.folder) / titleOf(dataset);
-  const RunFiles files(folder / "runs");
+/// Does all runs of a data set.
+void evaluate(const std::string& dataset, const EvaluationOptions& options) {
+  const RunFiles files(fs::path(options.folder) / titleOf(dataset) / "runs");
   const std::vector<RunGroup> plan = makePlan(options);
   std::size_t num_runs = 0;
   for (const RunGroup& group : plan) num_runs += group.specs.size();
   const std::vector<Scan> scans = readScans({dataset, "", "", options.max_clouds, 1});
-  std::vector<json> runs;
-  {
-    ProgressBar progress("runs of " + titleOf(dataset), num_runs);
-    std::size_t num_done = 0;
-    for (const RunGroup& group : plan) {
-      runGroup(group, scans, files, [&] { progress.update(++num_done); });
-    }
-  }
-  std::set<std::string> names;
+  ProgressBar progress("runs of " + titleOf(dataset), num_runs);
+  std::size_t num_done = 0;
   for (const RunGroup& group : plan) {
-    for (const RunSpec& spec : group.specs) {
-      if (!names.insert(nameOf(spec)).second) continue;
-      runs.push_back(files.read(nameOf(spec)));
-      runs.back()["dataset"] = titleOf(dataset);
+    runGroup(group, scans, files, [&] { progress.update(++num_done); });
+  }
+}
+
+/// All runs in a folder, those of earlier calls too, by data set.
+std::map<std::string, std::vector<json>> readRuns(const fs::path& folder) {
+  std::map<std::string, std::vector<json>> runs;
+  for (const auto& entry : fs::directory_iterator(folder)) {
+    if (!fs::exists(entry.path() / "runs")) continue;
+    const RunFiles files(entry.path() / "runs");
+    const std::string dataset = entry.path().filename().string();
+    for (const std::string& name : files.list()) {
+      runs[dataset].push_back(files.read(name));
+      runs[dataset].back()["dataset"] = dataset;
     }
   }
-  drawPlots(runs, options.reference_m, folder.string());
   return runs;
 }
 
 int run(int argc, char** argv) {
   EvaluationOptions options;
   if (const auto status = parseOptions(argc, argv, options)) return *status;
+  for (const std::string& dataset : options.datasets) evaluate(dataset, options);
+  const fs::path folder(options.folder);
   std::vector<json> runs;
-  for (const std::string& dataset : options.datasets) {
-    const std::vector<json> of_dataset = evaluate(dataset, options);
+  for (const auto& [dataset, of_dataset] : readRuns(folder)) {
+    drawPlots(of_dataset, options.reference_m, (folder / dataset).string());
     runs.insert(runs.end(), of_dataset.begin(), of_dataset.end());
   }
-  const fs::path folder(options.folder);
   const RunFiles files(folder);
   if (!files.has("passing_objects")) {
     files.write("passing_objects", evaluatePassingObjects(options.reference_m));

@@ -40,8 +40,6 @@ class Plot {
   /// Adds a curve, unless it has no point.
   void add(const std::string& title, std::vector<Point> points) {
     if (points.empty()) return;
-    std::sort(points.begin(), points.end(),
-              [](const Point& a, const Point& b) { return a.x < b.x; });
     curves_.push_back({title, std::move(points)});
   }
 
@@ -111,6 +109,7 @@ std::vector<Point> select(const Runs& runs, const Filter& filter, const Figure& 
   for (const json& run : runs) {
     if (filter(run)) points.push_back({x(run), y(run)});
   }
+  std::sort(points.begin(), points.end(), [](const Point& a, const Point& b) { return a.x < b.x; });
   return points;
 }
 
