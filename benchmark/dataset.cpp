@@ -58,7 +58,8 @@ std::vector<Scan> repeatElsewhere(const std::vector<Scan>& scans, int laps) {
   std::vector<Scan> drive;
   for (int lap = 0; lap < laps; ++lap) {
     // Around the origin, where the numbers are the finest.
-    const auto shift_m = static_cast<float>(lap_m * (lap - laps / 2));
+    const int laps_from_middle = lap - laps / 2;
+    const auto shift_m = static_cast<float>(lap_m * laps_from_middle);
     for (Scan scan : scans) {
       scan.origin.x() += shift_m;
       for (Eigen::Vector3f& point : scan.points) point.x() += shift_m;

@@ -27,7 +27,7 @@ struct Point {
 /// Curves that gnuplot draws.
 class Plot {
  public:
-  Plot(std::string x_label, std::string y_label) {
+  Plot(const std::string& x_label, const std::string& y_label) {
     settings_ << "set xlabel \"" << x_label << "\"\nset ylabel \"" << y_label << "\"\n"
               << "set grid\nset key outside\nset autoscale xfix\n";
   }
