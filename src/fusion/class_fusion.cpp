@@ -26,12 +26,7 @@ float meanLogOdds(const DenseBrick& brick, const CellBox& box) {
 }  // namespace
 
 void ClassFusion::partition(const DenseBrick& brick, std::vector<Cuboid>& cuboids) const {
-  BrickMask occupied{};
-  forEachCell(brick.brick, brick.known, [&](const Cell& cell) {
-    const float log_odds = brick.log_odds[static_cast<std::size_t>(voxelIndex(cell))];
-    if (classify(log_odds) != Occupancy::kOccupied) return;
-    occupied[static_cast<std::size_t>(cell.z & 7)] |= voxelBit(cell);
-  });
+  const BrickMask occupied = brick.occupied();
   BrickMask free{};
   for (std::size_t z = 0; z < kBrickEdge; ++z) free[z] = brick.known[z] & ~occupied[z];
   for (const BrickMask& mask : {occupied, free}) {

@@ -19,6 +19,16 @@ void DenseBrick::fill(const Cuboid& cuboid) {
   }
 }
 
+BrickMask DenseBrick::occupied() const {
+  BrickMask mask{};
+  forEachCell(brick, known, [&](const Cell& cell) {
+    const float value = log_odds[static_cast<std::size_t>(voxelIndex(cell))];
+    if (classify(value) != Occupancy::kOccupied) return;
+    mask[static_cast<std::size_t>(cell.z & 7)] |= voxelBit(cell);
+  });
+  return mask;
+}
+
 bool DenseBrick::apply(const BrickUpdate& update, const SensorModel& sensor_model) {
   bool is_changed = false;
   for (std::size_t z = 0; z < kBrickEdge; ++z) {

@@ -24,16 +24,6 @@ void setClasses(const BrickPartition& partition, VoxelClasses& classes) {
   classes.set(partition.brick, known, occupied);
 }
 
-void setClasses(const DenseBrick& brick, VoxelClasses& classes) {
-  BrickMask occupied{};
-  forEachCell(brick.brick, brick.known, [&](const Cell& cell) {
-    const float log_odds = brick.log_odds[static_cast<std::size_t>(voxelIndex(cell))];
-    if (classify(log_odds) != Occupancy::kOccupied) return;
-    occupied[static_cast<std::size_t>(cell.z & 7)] |= voxelBit(cell);
-  });
-  classes.set(brick.brick, brick.known, occupied);
-}
-
 /// What is left of a cuboid when cells are cut out of it.
 void cutOut(const Cuboid& cuboid, std::vector<Cell> cells, std::vector<Cuboid>& pieces) {
   struct Part {
@@ -168,7 +158,7 @@ std::vector<BrickChange> TreeWriter::update(const std::vector<const DenseBrick*>
     if (change.changed == BrickMask{}) continue;
     brick_changes.push_back(change);
     changes.boxes.push_back(brickBox(brick->brick));
-    setClasses(*brick, classes);
+    classes.set(brick->brick, brick->known, brick->occupied());
   }
   if (brick_changes.empty()) return brick_changes;
   splitMembers(changes);

@@ -3,6 +3,7 @@
 
 #include "cuboid_mapping/query/class_boxes.h"
 #include "cuboid_mapping/ros/marker_colors.h"
+#include "cuboid_mapping/ros/points.h"
 
 #include <algorithm>
 #include <cstddef>
@@ -45,14 +46,6 @@ Cell toSize(int size_id) {
 /// Where the piece that starts at `begin` ends, when [.., end) is cut at the multiples of 8.
 std::int32_t endOfPiece(std::int32_t begin, std::int32_t end, bool is_cut) {
   return is_cut ? std::min(end, (begin & ~(kMaxEdge - 1)) + kMaxEdge) : end;
-}
-
-geometry_msgs::Point toPoint(const Eigen::Vector3d& vector) {
-  geometry_msgs::Point point;
-  point.x = vector.x();
-  point.y = vector.y();
-  point.z = vector.z();
-  return point;
 }
 
 }  // namespace

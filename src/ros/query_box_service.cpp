@@ -3,6 +3,7 @@
 
 #include "cuboid_mapping/QueryBox.h"
 #include "cuboid_mapping/ros/names.h"
+#include "cuboid_mapping/ros/points.h"
 
 #include <boost/function.hpp>
 
@@ -25,16 +26,6 @@ static_assert(Response::FREE == static_cast<int>(Occupancy::kFree));
 static_assert(Response::OCCUPIED == static_cast<int>(Occupancy::kOccupied));
 static_assert(cuboid_mapping::Cuboid::FREE == static_cast<int>(Occupancy::kFree));
 static_assert(cuboid_mapping::Cuboid::OCCUPIED == static_cast<int>(Occupancy::kOccupied));
-
-Eigen::Vector3d toVector(const geometry_msgs::Point& point) { return {point.x, point.y, point.z}; }
-
-geometry_msgs::Point toPoint(const Eigen::Vector3d& vector) {
-  geometry_msgs::Point point;
-  point.x = vector.x();
-  point.y = vector.y();
-  point.z = vector.z();
-  return point;
-}
 
 BoxRequest fromMessage(const Request& message) {
   BoxRequest request;

@@ -17,17 +17,7 @@ std::string toText(const Eigen::Vector3d& vector) {
   return text.str();
 }
 
-Eigen::Vector3d toVector(const geometry_msgs::Point& point) { return {point.x, point.y, point.z}; }
-
 }  // namespace
-
-geometry_msgs::Point toPoint(const Eigen::Vector3d& vector) {
-  geometry_msgs::Point point;
-  point.x = vector.x();
-  point.y = vector.y();
-  point.z = vector.z();
-  return point;
-}
 
 geometry_msgs::Vector3 toVector3(const Eigen::Vector3d& vector) {
   geometry_msgs::Vector3 message;

@@ -19,6 +19,9 @@ struct DenseBrick {
   /// Gives all voxels of the brick that are in the cuboid its log-odds.
   void fill(const Cuboid& cuboid);
 
+  /// The known voxels that are occupied.
+  [[nodiscard]] BrickMask occupied() const;
+
   /// Updates every observed voxel once; a voxel that was unknown starts from 0. Hits win.
   /// @return Whether any voxel has changed.
   bool apply(const BrickUpdate& update, const SensorModel& sensor_model);

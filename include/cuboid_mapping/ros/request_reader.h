@@ -4,10 +4,10 @@
 
 #include "cuboid_mapping/query/unknown_policy.h"
 #include "cuboid_mapping/ros/guarded_map.h"
+#include "cuboid_mapping/ros/points.h"
 #include "cuboid_mapping/ros/query_box.h"
 #include "cuboid_mapping/ros/tf_lookup.h"
 
-#include <geometry_msgs/Point.h>
 #include <geometry_msgs/Vector3.h>
 #include <std_msgs/Header.h>
 
@@ -16,7 +16,6 @@
 
 namespace cuboid_mapping_ros {
 
-[[nodiscard]] geometry_msgs::Point toPoint(const Eigen::Vector3d& vector);
 [[nodiscard]] geometry_msgs::Vector3 toVector3(const Eigen::Vector3d& vector);
 
 /// Reads a request: checks its values and takes them to the frame of the map.
