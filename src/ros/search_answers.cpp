@@ -184,6 +184,7 @@ GetCuboids::Response answerGetCuboids(const MapInFrame& map, const GetCuboids::R
   const double min_edge = std::ceil(
       reader.notNegative(request.min_edge, "min_edge") / map.map.grid().resolution() - 1e-6);
   selection.min_edge = static_cast<std::int32_t>(std::min(min_edge, 1.0 * Grid::kMaxCell));
+  selection.by_class = request.by_class != 0;
   selection.is_clipped = request.clip != 0;
   selection.max_cuboids = toLimit(request.limit);
   if (!reader.isGood()) return refuse<GetCuboids::Response>(reader.error());

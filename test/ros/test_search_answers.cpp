@@ -96,6 +96,10 @@ TEST_F(SearchAnswers, GiveTheCuboidsOfARegion) {
   request.min_edge = 0.11;
   request.classes = GetCuboids::Request::FREE;
   EXPECT_EQ(answerGetCuboids(in_frame_, request).min.size(), 2U) << "without the door";
+  request.min_edge = 0.0;
+  request.by_class = true;
+  EXPECT_GE(answerGetCuboids(in_frame_, request).min.size(), 1U);
+  request.by_class = false;
 
   request.everything = false;
   request.min = point(0.5, 0.2, 0.2);
