@@ -49,7 +49,8 @@ class RunFiles {
     return names;
   }
 
-  void write(const std::string& name, const json& run) const {
+  void write(const std::string& name, json run) const {
+    run["commit"] = describeMachine().commit;
     const fs::path partial = pathOf(name).string() + ".partial";
     std::ofstream out(partial.string());
     out << run.dump(1) << '\n';
@@ -207,7 +208,6 @@ int run(int argc, char** argv) {
   files.write("evaluation", {{"cpu", machine.cpu},
                              {"compiler", machine.compiler},
                              {"build_type", machine.build_type},
-                             {"commit", machine.commit},
                              {"runs", runs},
                              {"passing_objects", files.read("passing_objects")}});
   writeCsv(runs, folder / "evaluation.csv");

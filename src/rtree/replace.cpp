@@ -12,7 +12,7 @@ namespace cuboid_mapping {
 namespace {
 
 /// How many branches a newly built leaf gets, as a share of M: room for the bricks to change.
-constexpr double kNewLeafFill = 0.85;
+constexpr double kNewLeafFill = 0.95;
 
 /// A leaf that gets too full shares with a sibling if both are at most this full afterwards.
 constexpr double kMostSharedFill = 0.95;

@@ -23,10 +23,12 @@ class BeamSampler {
     for (const Eigen::Vector3f& end : ends) {
       const Eigen::Vector3d beam = anchor_map_ + end.cast<double>() - origin_map_;
       const double length_m = beam.norm();
-      if (!(length_m > 0.0) || !grid_.toCell(origin_map_ + beam)) continue;
+      if (!(length_m > 0.0)) continue;
       const double observed = std::min(1.0, max_range_m_ / length_m);
       // Rounded at random, so that short beams get their share.
-      const auto count = static_cast<std::int64_t>(observed * length_m * per_m_ + draw());
+      const double wanted = observed * length_m * per_m_ + draw();
+      if (wanted < 1.0 || !grid_.toCell(origin_map_ + beam)) continue;
+      const auto count = static_cast<std::int64_t>(wanted);
       for (std::int64_t i = 0; i < count; ++i) {
         const auto cell = grid_.toCell(origin_map_ + draw() * observed * beam);
         if (cell) cells_.push_back(*cell);
