@@ -106,7 +106,7 @@ std::array<int, 3> pixelOf(const std::string& file, int x, int y, int width) {
   std::vector<std::uint8_t> rgb(PNG_IMAGE_SIZE(image));
   EXPECT_NE(png_image_finish_read(&image, nullptr, rgb.data(), 0, nullptr), 0);
   EXPECT_EQ(image.width, static_cast<png_uint_32>(width));
-  const std::uint8_t* pixel = &rgb[static_cast<std::size_t>(3 * (y * width + x))];
+  const std::uint8_t* pixel = rgb.data() + 3 * (y * width + x);
   return {pixel[0], pixel[1], pixel[2]};
 }
 
@@ -148,31 +148,31 @@ TEST(MapTools, drawAMap) {
 class BagToMap : public testing::Test {
  protected:
   static void SetUpTestSuite() {
-    folder_ = new TemporaryFolder();
-    ASSERT_EQ(runProgram({SIMULATED_LIDAR_PROGRAM, "--bag", *folder_ / "a.bag", "--duration", "2"})
-                  .status,
-              0);
+    folder = new TemporaryFolder();
+    ASSERT_EQ(
+        runProgram({SIMULATED_LIDAR_PROGRAM, "--bag", *folder / "a.bag", "--duration", "2"}).status,
+        0);
   }
   static void TearDownTestSuite() {
-    delete folder_;
-    folder_ = nullptr;
+    delete folder;
+    folder = nullptr;
   }
 
   static ProgramEnd convert(const std::string& map, const std::vector<std::string>& more = {}) {
-    std::vector<std::string> arguments{BAG_TO_MAP_PROGRAM, *folder_ / "a.bag", "-o", map, "--set",
+    std::vector<std::string> arguments{BAG_TO_MAP_PROGRAM, *folder / "a.bag", "-o", map, "--set",
                                        "resolution=0.2"};
     arguments.insert(arguments.end(), more.begin(), more.end());
     return runProgram(arguments);
   }
 
-  static TemporaryFolder* folder_;
+  static TemporaryFolder* folder;
 };
 
-TemporaryFolder* BagToMap::folder_ = nullptr;
+TemporaryFolder* BagToMap::folder = nullptr;
 
 TEST_F(BagToMap, givesTheSameBytesEveryTime) {
-  const std::string first = *folder_ / "first.cuboids";
-  const std::string second = *folder_ / "second.cuboids";
+  const std::string first = *folder / "first.cuboids";
+  const std::string second = *folder / "second.cuboids";
   const ProgramEnd end = convert(first);
   ASSERT_EQ(end.status, 0) << end.err;
   ASSERT_EQ(convert(second, {"--set", "threads=3", "--set", "hot_bricks=0"}).status, 0);
@@ -184,7 +184,7 @@ TEST_F(BagToMap, givesTheSameBytesEveryTime) {
 }
 
 TEST_F(BagToMap, takesTheParametersOfTheNode) {
-  const std::string map = *folder_ / "parameters.cuboids";
+  const std::string map = *folder / "parameters.cuboids";
   ASSERT_EQ(convert(map, {"--params", CUBOID_MAPPING_SOURCE_DIR "/config/default.yaml", "--set",
                           "sensor_model/hit=0.8"})
                 .status,
@@ -198,17 +198,17 @@ TEST_F(BagToMap, takesTheParametersOfTheNode) {
                                              {"--params", "/no/file.yaml"},
                                              {"--topic", "/nothing"},
                                              {"--set", "frame_id=mars"}}) {
-    const ProgramEnd end = convert(*folder_ / "none.cuboids", wrong);
+    const ProgramEnd end = convert(*folder / "none.cuboids", wrong);
     EXPECT_EQ(end.status, 1) << wrong[1];
     EXPECT_FALSE(end.err.empty());
-    EXPECT_FALSE(std::filesystem::exists(*folder_ / "none.cuboids"));
+    EXPECT_FALSE(std::filesystem::exists(*folder / "none.cuboids"));
   }
 }
 
 TEST_F(BagToMap, leavesTheOldMapOnCtrlC) {
-  const std::string bag = *folder_ / "long.bag";
+  const std::string bag = *folder / "long.bag";
   ASSERT_EQ(runProgram({SIMULATED_LIDAR_PROGRAM, "--bag", bag, "--duration", "20"}).status, 0);
-  const std::string map = *folder_ / "old.cuboids";
+  const std::string map = *folder / "old.cuboids";
   std::ofstream(map) << "old";
   test::Program program({BAG_TO_MAP_PROGRAM, bag, "-o", map, "--set", "resolution=0.02"});
   std::this_thread::sleep_for(std::chrono::milliseconds(500));
