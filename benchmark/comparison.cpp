@@ -82,19 +82,6 @@ std::vector<MapResult> insertScans(const Maps& maps, const std::vector<Scan>& sc
   return results;
 }
 
-double timeOfVisit_s(const MapAdapter& map) {
-  constexpr double kLongEnough_s = 0.02;
-  double sum = 0.0;
-  double cpu_s = 0.0;
-  int visits = 0;
-  do {
-    cpu_s += timeOf([&] { sum += map.visitOccupied(); }).cpu_s;
-    ++visits;
-  } while (cpu_s < kLongEnough_s);
-  // Uses the sum, so that the compiler cannot leave out the visit.
-  return sum == 0.5 ? 0.0 : cpu_s / visits;
-}
-
 /// Adds figures of the filled maps to the results.
 AllAnswers measureAccess(const Maps& maps, const ByPlace<QuerySet>& queries,
                          std::vector<MapResult>& results) {
@@ -103,7 +90,7 @@ AllAnswers measureAccess(const Maps& maps, const ByPlace<QuerySet>& queries,
   for (std::size_t i = 0; i < adapters.size(); ++i) {
     throwIfInterrupted();
     results[i].figures = adapters[i]->figures();
-    results[i].access_occupied_s = timeOfVisit_s(*adapters[i]);
+    results[i].access_occupied_s = cpuTimeOfOne_s([&] { return adapters[i]->visitOccupied(); });
     QueryRun uniform = askQueries(*adapters[i], queries.uniform);
     QueryRun near_surface = askQueries(*adapters[i], queries.near_surface);
     results[i].queries = {uniform.rates, near_surface.rates};

@@ -5,6 +5,7 @@
 #include "command_line.h"
 
 #include "cuboid_mapping/QueryBox.h"
+#include "cuboid_mapping/ros/points.h"
 
 #include <ros/ros.h>
 
@@ -44,14 +45,6 @@ std::optional<int> parseOptions(int argc, char** argv, LatencyOptions& options) 
   return parseCommandLine(app, argc, argv);
 }
 
-geometry_msgs::Point makePoint(const Eigen::Vector3d& vector) {
-  geometry_msgs::Point point;
-  point.x = vector.x();
-  point.y = vector.y();
-  point.z = vector.z();
-  return point;
-}
-
 int run(int argc, char** argv) {
   ros::init(argc, argv, "query_latency", ros::init_options::AnonymousName);
   LatencyOptions options;
@@ -71,8 +64,8 @@ int run(int argc, char** argv) {
     query.request.header.frame_id = options.frame_id;
     const Eigen::Vector3d center(offset(random), offset(random), 0.1 * offset(random));
     const Eigen::Vector3d half = Eigen::Vector3d::Constant(0.5 * options.edge_m);
-    query.request.min = makePoint(center - half);
-    query.request.max = makePoint(center + half);
+    query.request.min = cuboid_mapping_ros::toPoint(center - half);
+    query.request.max = cuboid_mapping_ros::toPoint(center + half);
     bool is_answered = false;
     const Timing timing = timeOf([&] { is_answered = client.call(query); });
     if (!is_answered) throw std::runtime_error(options.service + " has gone");

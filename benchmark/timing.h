@@ -31,6 +31,21 @@ Timing timeOf(WorkT work) {
           std::chrono::duration<double>(std::chrono::steady_clock::now() - wall_start).count()};
 }
 
+/// CPU time of one of several equal pieces of work, in seconds: so many that the clock can tell.
+/// @param work  () -> double, whose results are used, so that the compiler cannot leave it out.
+template <typename WorkT>
+double cpuTimeOfOne_s(WorkT work) {
+  constexpr double kLongEnough_s = 0.02;
+  double sum = 0.0;
+  double cpu_s = 0.0;
+  int times = 0;
+  do {
+    cpu_s += timeOf([&] { sum += work(); }).cpu_s;
+    ++times;
+  } while (cpu_s < kLongEnough_s);
+  return sum == 0.5 ? 0.0 : cpu_s / times;
+}
+
 /// The value that a ratio of all values does not exceed (nearest rank); 0 when there are none.
 /// @param ratio  0 to 1: 0.5 is the median, the greater one of the two in the middle.
 [[nodiscard]] double quantile(std::vector<double> values, double ratio);

@@ -55,18 +55,6 @@ class SizeHistogram {
   std::vector<std::size_t> counts_;
 };
 
-/// CPU time of one of several equal pieces of work, in ms.
-template <typename WorkT>
-double timeOfOne_ms(WorkT work) {
-  constexpr double kLongEnough_s = 0.02;
-  double sum = 0.0;
-  double cpu_s = 0.0;
-  int times = 0;
-  for (; cpu_s < kLongEnough_s; ++times) cpu_s += timeOf([&] { sum += work(); }).cpu_s;
-  // Uses the sum, so that the compiler cannot leave out the work.
-  return sum == 0.5 ? 0.0 : 1e3 * cpu_s / times;
-}
-
 json describe(const RunSpec& spec, const std::vector<Scan>& scans) {
   std::size_t num_points = 0;
   for (const Scan& scan : scans) num_points += scan.points.size();
@@ -185,7 +173,7 @@ json runOctomap(const RunSpec& spec, const std::vector<Scan>& scans, octomap::Oc
   run["hierarchy_nodes"] = tree.size() - num_cells;
   run["voxels"] = num_voxels;
   run["full_grid_cells"] = fullGridCells(tree);
-  run["access_occupied_ms"] = timeOfOne_ms([&] { return visitOccupied(tree); });
+  run["access_occupied_ms"] = 1e3 * cpuTimeOfOne_s([&] { return visitOccupied(tree); });
   run["size_histogram"] = sizes.counts();
   // Without compression every voxel is a leaf. The copy goes at once: it is large.
   octomap::OcTree uncompressed(tree);
@@ -221,7 +209,7 @@ json runCuboidMap(const RunSpec& spec, const std::vector<Scan>& scans,
   run["hierarchy_nodes"] = map.tree().numLeafNodes() + map.tree().numInnerNodes();
   run["voxels"] = map.content().free_voxels + map.content().occupied_voxels;
   run["bytes"] = map.numBytes();
-  run["access_occupied_ms"] = timeOfOne_ms([&] { return visitOccupied(map.tree()); });
+  run["access_occupied_ms"] = 1e3 * cpuTimeOfOne_s([&] { return visitOccupied(map.tree()); });
   SizeHistogram sizes;
   visitAll(map.tree(), CuboidFilter::kAll, [&](const Cuboid& cuboid) {
     sizes.count(cuboid.box.numVoxels());
