@@ -49,8 +49,7 @@ class RunFiles {
     return names;
   }
 
-  void write(const std::string& name, json run) const {
-    run["commit"] = describeMachine().commit;
+  void write(const std::string& name, const json& run) const {
     const fs::path partial = pathOf(name).string() + ".partial";
     std::ofstream out(partial.string());
     out << run.dump(1) << '\n';

@@ -2,6 +2,7 @@
 #include "run.h"
 
 #include "command_line.h"
+#include "machine.h"
 #include "timing.h"
 
 #include "cuboid_mapping/interop/octomap_parity.h"
@@ -62,7 +63,8 @@ json describe(const RunSpec& spec, const std::vector<Scan>& scans) {
            {"resolution_m", spec.map.resolution_m},
            {"rotation_deg", spec.rotation_deg},
            {"clouds", scans.size()},
-           {"points", num_points}};
+           {"points", num_points},
+           {"commit", describeMachine().commit}};
   if (spec.is_octomap) return run;
   run["M"] = spec.map.rtree.max_branches;
   run["fusion"] = spec.map.fusion;
