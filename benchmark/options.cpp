@@ -34,8 +34,10 @@ void addEngineOptions(CLI::App& app, Options& options, RawOptions& raw) {
 
 void addMapOptions(CLI::App& app, Options& options) {
   MapConfig& map = options.insertion.map;
-  const std::map<std::string, Environment> environments{{"dynamic", Environment::kDynamic},
-                                                        {"static", Environment::kStatic}};
+  std::map<std::string, Environment> environments;
+  for (const Environment value : {Environment::kDynamic, Environment::kStatic}) {
+    environments.emplace(toString(value), value);
+  }
   app.add_option("--resolution", map.resolution_m, "Edge of a voxel [m]")
       ->capture_default_str()
       ->check(CLI::Range(0.001, 1000.0));
@@ -100,10 +102,6 @@ void takePeers(const std::vector<std::string>& peers, Options& options) {
 }  // namespace
 
 bool Options::hasOpenvdb() { return CUBOID_MAPPING_HAS_OPENVDB != 0; }
-
-const char* toString(Environment environment) {
-  return environment == Environment::kStatic ? "static" : "dynamic";
-}
 
 std::optional<int> parseOptions(int argc, char** argv, Options& options) {
   RawOptions raw;

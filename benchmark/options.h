@@ -31,7 +31,4 @@ struct Options {
 /// @throws std::runtime_error for options that cannot go together.
 [[nodiscard]] std::optional<int> parseOptions(int argc, char** argv, Options& options);
 
-/// "dynamic" or "static".
-[[nodiscard]] const char* toString(Environment environment);
-
 }  // namespace cuboid_mapping::bench

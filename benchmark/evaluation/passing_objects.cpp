@@ -117,13 +117,12 @@ json evaluatePassingObjects(double resolution_m) {
       const CuboidMap map =
           fill(configOf(fusion, environment, resolution_m), scans,
                [&](const CuboidMap& current) { left = countRemains(current, without_walker); });
-      results.push_back(
-          {{"map", "cuboid_mapping"},
-           {"fusion", fusion},
-           {"environment", environment == Environment::kStatic ? "static" : "dynamic"},
-           {"left_voxels", left},
-           {"remaining_voxels", countRemains(map, without_walker)},
-           {"cells", map.tree().size()}});
+      results.push_back({{"map", "cuboid_mapping"},
+                         {"fusion", fusion},
+                         {"environment", toString(environment)},
+                         {"left_voxels", left},
+                         {"remaining_voxels", countRemains(map, without_walker)},
+                         {"cells", map.tree().size()}});
     }
   }
   return results;

@@ -24,24 +24,6 @@ using nlohmann::json;
 
 constexpr double kNoLimit = std::numeric_limits<double>::infinity();
 
-const char* nameOf(GrowthStep step) {
-  switch (step) {
-    case GrowthStep::kCell: return "cell";
-    case GrowthStep::kOwnWidth: return "own_width";
-    case GrowthStep::kNeighbour: return "neighbour";
-  }
-  return "";
-}
-
-const char* nameOf(GrowthStarters starters) {
-  switch (starters) {
-    case GrowthStarters::kSampled: return "sampled";
-    case GrowthStarters::kEndPoints: return "end_points";
-    case GrowthStarters::kChanged: return "changed";
-  }
-  return "";
-}
-
 /// How many cells there are by size: place i counts those of 2^i to 2^(i+1) - 1 voxels.
 class SizeHistogram {
  public:
@@ -68,11 +50,11 @@ json describe(const RunSpec& spec, const std::vector<Scan>& scans) {
   if (spec.is_octomap) return run;
   run["M"] = spec.map.rtree.max_branches;
   run["fusion"] = spec.map.fusion;
-  run["environment"] = spec.map.environment == Environment::kStatic ? "static" : "dynamic";
+  run["environment"] = toString(spec.map.environment);
   if (spec.map.fusion == kGrowthFusion) {
-    run["step"] = nameOf(spec.map.growth.step);
+    run["step"] = toString(spec.map.growth.step);
     run["search"] = toText(spec.map.growth.search);
-    run["starters"] = nameOf(spec.map.growth.starters);
+    run["starters"] = toString(spec.map.growth.starters);
     run["samples_per_m"] = spec.map.growth.sampling.per_m;
     run["settle_clouds"] = spec.map.growth.settle_clouds;
   }
@@ -122,8 +104,8 @@ std::string nameOf(const RunSpec& spec) {
   if (spec.map.fusion != kGrowthFusion) return name.str();
   std::string search = toText(spec.map.growth.search);
   search.erase(std::remove(search.begin(), search.end(), ' '), search.end());
-  name << "_" << nameOf(spec.map.growth.step) << "_" << search << "_"
-       << nameOf(spec.map.growth.starters);
+  name << "_" << toString(spec.map.growth.step) << "_" << search << "_"
+       << toString(spec.map.growth.starters);
   if (spec.map.growth.settle_clouds != GrowthConfig().settle_clouds) {
     name << "_settle" << spec.map.growth.settle_clouds;
   }

@@ -2,25 +2,15 @@
 #include "cuboid_mapping/fusion/fusion_strategy.h"
 #include "cuboid_mapping/fusion/mask_boxes.h"
 
-#include <algorithm>
-#include <limits>
-
 namespace cuboid_mapping {
 namespace {
 
-/// Log-odds of the mean probability of a box's voxels; exactly theirs when all are the same.
 float meanLogOdds(const DenseBrick& brick, const CellBox& box) {
-  float least = std::numeric_limits<float>::max();
-  float greatest = std::numeric_limits<float>::lowest();
-  double sum = 0.0;
+  MeanLogOdds mean;
   forEachCell(brick.brick, toMask(box), [&](const Cell& cell) {
-    const float log_odds = brick.log_odds[static_cast<std::size_t>(voxelIndex(cell))];
-    least = std::min(least, log_odds);
-    greatest = std::max(greatest, log_odds);
-    sum += toProbability(log_odds);
+    mean.add(brick.log_odds[static_cast<std::size_t>(voxelIndex(cell))], 1.0);
   });
-  if (least == greatest) return least;
-  return std::clamp(toLogOdds(sum / box.numVoxels()), least, greatest);
+  return mean.value();
 }
 
 }  // namespace

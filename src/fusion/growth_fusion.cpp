@@ -26,25 +26,25 @@ std::optional<PlacedCuboid> findCuboid(const RTree& tree, const Cell& cell) {
   return found;
 }
 
-/// Mean probability by volume, as log-odds; exactly theirs when all are the same.
 float meanLogOdds(const std::vector<Cuboid>& cuboids) {
-  const auto [least, greatest] =
-      std::minmax_element(cuboids.begin(), cuboids.end(),
-                          [](const Cuboid& a, const Cuboid& b) { return a.log_odds < b.log_odds; });
-  if (least->log_odds == greatest->log_odds) return least->log_odds;
-  double sum = 0.0;
-  double volume = 0.0;
-  for (const Cuboid& cuboid : cuboids) {
-    sum += toProbability(cuboid.log_odds) * cuboid.box.numVoxels();
-    volume += cuboid.box.numVoxels();
-  }
-  return std::clamp(toLogOdds(sum / volume), least->log_odds, greatest->log_odds);
+  MeanLogOdds mean;
+  for (const Cuboid& cuboid : cuboids) mean.add(cuboid.log_odds, cuboid.box.numVoxels());
+  return mean.value();
 }
 
 /// The box with one more cell around it on all sides.
 CellBox dilate(const CellBox& box) { return {box.min - Cell{1, 1, 1}, box.max + Cell{1, 1, 1}}; }
 
 }  // namespace
+
+const char* toString(GrowthStarters starters) {
+  switch (starters) {
+    case GrowthStarters::kSampled: return "sampled";
+    case GrowthStarters::kEndPoints: return "end_points";
+    case GrowthStarters::kChanged: break;
+  }
+  return "changed";
+}
 
 /// A cell that grows. The tree changes when it has stopped only: what it has absorbed lies inside
 /// its box, where it does not look any more.

@@ -60,6 +60,15 @@ std::optional<SearchStrategy> parseSearchStrategy(const std::string& text) {
   return SearchStrategy{Order::kFixed, *directions};
 }
 
+const char* toString(GrowthStep step) {
+  switch (step) {
+    case GrowthStep::kCell: return "cell";
+    case GrowthStep::kOwnWidth: return "own_width";
+    case GrowthStep::kNeighbour: break;
+  }
+  return "neighbour";
+}
+
 std::string toText(const SearchStrategy& strategy) {
   switch (strategy.order) {
     case SearchStrategy::Order::kPaper: return "paper";

@@ -11,48 +11,32 @@
 namespace cuboid_mapping_ros {
 namespace {
 
+using cuboid_mapping::Environment;
+using cuboid_mapping::GrowthStarters;
+using cuboid_mapping::GrowthStep;
 using P = NodeParameters;
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
-ChoiceKind environmentKind() {
-  using cuboid_mapping::Environment;
-  return {{"dynamic", "static"},
-          [](P& p, const std::string& name) {
-            p.map.environment = name == "static" ? Environment::kStatic : Environment::kDynamic;
+const char* toString(PublishedCuboids cuboids) {
+  return cuboids == PublishedCuboids::kClass ? "class" : "map";
+}
+
+const char* toString(ColorBy color_by) {
+  return color_by == ColorBy::kProbability ? "probability" : "height";
+}
+
+/// One of some values of an enumeration, by the names that toString() gives them.
+template <typename Enumeration>
+ChoiceKind oneOf(const std::vector<Enumeration>& values, Enumeration& (*field)(P&)) {
+  std::vector<std::string> names;
+  names.reserve(values.size());
+  for (const Enumeration value : values) names.emplace_back(toString(value));
+  return {names,
+          [values, names, field](P& p, const std::string& name) {
+            const auto place = std::find(names.begin(), names.end(), name) - names.begin();
+            field(p) = values.at(static_cast<std::size_t>(place));
           },
-          [](const P& p) -> std::string {
-            return p.map.environment == Environment::kStatic ? "static" : "dynamic";
-          }};
-}
-
-ChoiceKind fusionKind() {
-  return {cuboid_mapping::fusionNames(), [](P& p, const std::string& name) { p.map.fusion = name; },
-          [](const P& p) { return p.map.fusion; }};
-}
-
-std::size_t indexOf(const std::vector<std::string>& names, const std::string& name) {
-  return static_cast<std::size_t>(std::find(names.begin(), names.end(), name) - names.begin());
-}
-
-ChoiceKind publishedCuboidsKind() {
-  return {{"map", "class"},
-          [](P& p, const std::string& name) {
-            p.published_cuboids =
-                name == "class" ? PublishedCuboids::kClass : PublishedCuboids::kMap;
-          },
-          [](const P& p) -> std::string {
-            return p.published_cuboids == PublishedCuboids::kClass ? "class" : "map";
-          }};
-}
-
-ChoiceKind colorByKind() {
-  return {{"height", "probability"},
-          [](P& p, const std::string& name) {
-            p.color_by = name == "probability" ? ColorBy::kProbability : ColorBy::kHeight;
-          },
-          [](const P& p) -> std::string {
-            return p.color_by == ColorBy::kProbability ? "probability" : "height";
-          }};
+          [field](P& p) -> std::string { return toString(field(p)); }};
 }
 
 std::vector<ParameterDeclaration> declareMap() {
@@ -64,10 +48,15 @@ std::vector<ParameterDeclaration> declareMap() {
        "clouds come in another frame than their sensor's."},
       {"resolution", "m", NumberKind{[](P& p) -> double& { return p.map.resolution_m; }, 1e-3, 1e2},
        "Edge of a voxel, the smallest cell of the map."},
-      {"environment", "", environmentKind(),
+      {"environment", "",
+       oneOf<Environment>({Environment::kDynamic, Environment::kStatic},
+                          [](P& p) -> Environment& { return p.map.environment; }),
        "dynamic: every observation counts. static: a cell that has reached sensor_model/min or "
        "sensor_model/max is never updated again."},
-      {"fusion", "", fusionKind(),
+      {"fusion", "",
+       ChoiceKind{cuboid_mapping::fusionNames(),
+                  [](P& p, const std::string& name) { p.map.fusion = name; },
+                  [](P& p) { return p.map.fusion; }},
        "How cells become bigger cuboids after every cloud. brick: largest boxes of equal "
        "probability in blocks of 8 x 8 x 8 voxels. class: the same by class, probabilities are "
        "averaged. growth: that of the paper, see growth/*. none: every voxel stays a cuboid."},
@@ -87,26 +76,6 @@ std::vector<ParameterDeclaration> declareMap() {
   };
 }
 
-ChoiceKind growthStepKind() {
-  using cuboid_mapping::GrowthStep;
-  static const std::vector<std::string> kNames{"cell", "own_width", "neighbour"};
-  return {kNames,
-          [](P& p, const std::string& name) {
-            p.map.growth.step = static_cast<GrowthStep>(indexOf(kNames, name));
-          },
-          [](const P& p) { return kNames[static_cast<std::size_t>(p.map.growth.step)]; }};
-}
-
-ChoiceKind growthStartersKind() {
-  using cuboid_mapping::GrowthStarters;
-  static const std::vector<std::string> kNames{"sampled", "end_points", "changed"};
-  return {kNames,
-          [](P& p, const std::string& name) {
-            p.map.growth.starters = static_cast<GrowthStarters>(indexOf(kNames, name));
-          },
-          [](const P& p) { return kNames[static_cast<std::size_t>(p.map.growth.starters)]; }};
-}
-
 TextKind growthSearchKind() {
   return {"paper, largest_gain, random, or the six directions in order as in \"+z -z +x +y -x -y\"",
           [](P& p, const std::string& text) {
@@ -119,13 +88,18 @@ TextKind growthSearchKind() {
 
 std::vector<ParameterDeclaration> declareGrowth() {
   return {
-      {"growth/step", "", growthStepKind(),
+      {"growth/step", "",
+       oneOf<GrowthStep>({GrowthStep::kCell, GrowthStep::kOwnWidth, GrowthStep::kNeighbour},
+                         [](P& p) -> GrowthStep& { return p.map.growth.step; }),
        "By how much a cell expands, with fusion: growth. cell: one voxel. own_width: its own "
-       "width. "
-       "neighbour: the width of the next cell, so that fused cuboids can absorb each other."},
+       "width. neighbour: the width of the next cell, so that fused cuboids can absorb each "
+       "other."},
       {"growth/search", "", growthSearchKind(),
        "In which order a cell tries the directions. paper: by decreasing width, first upwards."},
-      {"growth/starters", "", growthStartersKind(),
+      {"growth/starters", "",
+       oneOf<GrowthStarters>(
+           {GrowthStarters::kSampled, GrowthStarters::kEndPoints, GrowthStarters::kChanged},
+           [](P& p) -> GrowthStarters& { return p.map.growth.starters; }),
        "Which cells expand after a cloud. sampled: those in which a beam ends, and some at random "
        "along the beams. end_points: without these. changed: all that have changed."},
       {"growth/samples", "1/m",
@@ -196,10 +170,15 @@ std::vector<ParameterDeclaration> declareTopics() {
        "Greatest rate of the map topics. They are published after a change only."},
       {"latch", "", BooleanKind{[](P& p) -> bool& { return p.latch; }},
        "Whether late subscribers get the last message of the map topics."},
-      {"published_cuboids", "", publishedCuboidsKind(),
+      {"published_cuboids", "",
+       oneOf<PublishedCuboids>({PublishedCuboids::kMap, PublishedCuboids::kClass},
+                               [](P& p) -> PublishedCuboids& { return p.published_cuboids; }),
        "Which cuboids the marker topics show. map: those of the map. class: largest boxes of free "
        "and of occupied voxels, whatever the fusion of the map: fewer, and lighter to draw."},
-      {"color_by", "", colorByKind(), "What the colour of occupied cuboids stands for."},
+      {"color_by", "",
+       oneOf<ColorBy>({ColorBy::kHeight, ColorBy::kProbability},
+                      [](P& p) -> ColorBy& { return p.color_by; }),
+       "What the colour of occupied cuboids stands for."},
       {"color_period", "m",
        NumberKind{[](P& p) -> double& { return p.color_period_m; }, 0.01, kInfinity},
        "Height over which the colours repeat, with color_by: height."},

@@ -5,6 +5,7 @@
 
 #include "cuboid_mapping/ros/parameters.h"
 
+#include <functional>
 #include <limits>
 #include <optional>
 #include <string>
@@ -47,8 +48,8 @@ struct FileKind {
 /// One name of a list.
 struct ChoiceKind {
   std::vector<std::string> names;
-  void (*set)(NodeParameters&, const std::string& name);
-  std::string (*get)(const NodeParameters&);
+  std::function<void(NodeParameters&, const std::string& name)> set;
+  std::function<std::string(NodeParameters&)> get;
 };
 
 /// A text of some form.

@@ -41,8 +41,7 @@ void print(const MapFile& file) {
   if (file.format == MapFormat::kNative) {
     const SensorModelConfig& model = map.sensor_model;
     std::cout << "frame:        " << (map.frame_id.empty() ? "not known" : map.frame_id) << '\n'
-              << "environment:  "
-              << (map.environment == Environment::kStatic ? "static" : "dynamic") << '\n'
+              << "environment:  " << toString(map.environment) << '\n'
               << "sensor model: hit " << model.hit << ", miss " << model.miss << ", min "
               << model.alpha_min << ", max " << model.alpha_max << '\n';
   }

@@ -23,6 +23,9 @@ enum class GrowthStarters : unsigned char {
   kChanged,    ///< All whose value the cloud has changed.
 };
 
+/// "sampled", "end_points" or "changed".
+[[nodiscard]] const char* toString(GrowthStarters starters);
+
 /// Parameters of the fusion of the paper, Section IV-B.
 struct GrowthConfig {
   GrowthStep step = GrowthStep::kCell;

@@ -31,6 +31,9 @@ enum class GrowthStep : unsigned char {
   kNeighbour,
 };
 
+/// "cell", "own_width" or "neighbour".
+[[nodiscard]] const char* toString(GrowthStep step);
+
 /// In which order a cell tries the search directions.
 struct SearchStrategy {
   enum class Order : unsigned char {
