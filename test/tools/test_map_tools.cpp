@@ -205,19 +205,5 @@ TEST_F(BagToMap, takesTheParametersOfTheNode) {
   }
 }
 
-TEST_F(BagToMap, leavesTheOldMapOnCtrlC) {
-  const std::string bag = *folder / "long.bag";
-  ASSERT_EQ(runProgram({SIMULATED_LIDAR_PROGRAM, "--bag", bag, "--duration", "20"}).status, 0);
-  const std::string map = *folder / "old.cuboids";
-  std::ofstream(map) << "old";
-  test::Program program({BAG_TO_MAP_PROGRAM, bag, "-o", map, "--set", "resolution=0.02"});
-  std::this_thread::sleep_for(std::chrono::milliseconds(500));
-  program.send(SIGINT);
-  const ProgramEnd end = program.finish();
-  EXPECT_EQ(end.status, 128 + SIGINT) << end.out;
-  EXPECT_EQ(readFile(map), "old");
-  EXPECT_FALSE(std::filesystem::exists(map + ".partial"));
-}
-
 }  // namespace
 }  // namespace cuboid_mapping
