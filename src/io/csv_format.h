@@ -9,7 +9,6 @@ namespace cuboid_mapping {
 
 /// A line of names, then for each cuboid the faces in metres (map frame), the probability, and
 /// "free" or "occupied". Sorted as by sortCuboids().
-/// @param listener  Is told of cuboids.
-[[nodiscard]] std::string toCsv(MapSnapshot snapshot, const ProgressListener& listener);
+[[nodiscard]] std::string toCsv(MapSnapshot snapshot);
 
 }  // namespace cuboid_mapping

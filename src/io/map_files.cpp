@@ -42,12 +42,10 @@ MapFile decode(const std::string& bytes, const SensorModelConfig& model,
   return {MapFormat::kNative, fromNativeFormat(bytes, native), bytes.size()};
 }
 
-void write(const std::string& file, const MapSnapshot& snapshot, MapFormat format,
-           const ProgressListener& listener) {
+void write(const std::string& file, const MapSnapshot& snapshot, MapFormat format) {
   const auto write_points = [&](PointCloudFormat kind) {
-    replaceFile(file, [&](const std::string& partial) {
-      writePointCloud(partial, snapshot, kind, listener);
-    });
+    replaceFile(file,
+                [&](const std::string& partial) { writePointCloud(partial, snapshot, kind); });
   };
   switch (format) {
     case MapFormat::kNative: return replaceFile(file, toNativeFormat(snapshot));
@@ -57,7 +55,7 @@ void write(const std::string& file, const MapSnapshot& snapshot, MapFormat forma
       return replaceFile(file, toOctomapFile(snapshot, OctreeKind::kBinary));
     case MapFormat::kPcd: return write_points(PointCloudFormat::kPcd);
     case MapFormat::kPly: return write_points(PointCloudFormat::kPly);
-    case MapFormat::kCsv: return replaceFile(file, toCsv(snapshot, listener));
+    case MapFormat::kCsv: return replaceFile(file, toCsv(snapshot));
   }
 }
 
@@ -97,14 +95,13 @@ MapFile readMapFile(const std::string& file, const SensorModelConfig& model,
   }
 }
 
-std::size_t writeMapFile(const std::string& file, const MapSnapshot& snapshot,
-                         const ProgressListener& listener) {
+std::size_t writeMapFile(const std::string& file, const MapSnapshot& snapshot) {
   const auto format = formatOfName(file);
   if (!format) {
     throw MapFileError(MapFileDefect::kForeign,
                        "cannot write " + file + ": its name must end in one of " + knownEndings());
   }
-  write(file, snapshot, *format, listener);
+  write(file, snapshot, *format);
   return std::filesystem::file_size(file);
 }
 

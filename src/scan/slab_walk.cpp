@@ -1,31 +1,21 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "cuboid_mapping/scan/slab_walk.h"
 
+#include "slab_crossings.h"
+
 #include <algorithm>
 #include <array>
 #include <cassert>
 #include <cmath>
 #include <cstdlib>
 
-#ifdef __SSE2__
-#include <emmintrin.h>
-#endif
-
 namespace cuboid_mapping {
 namespace {
 
-// Phases are fixed-point numbers of borders crossed: 16 bits before the point, 48 after it. In the
-// lanes of eight slabs, 4 bits and 28.
-constexpr int kPhaseBits = 48;
-constexpr int kLaneBits = 28;
-constexpr std::uint32_t kUnsureLane = 1U << (kLaneBits - 23);
-constexpr std::int64_t kUnsure = std::int64_t{2 * kUnsureLane} << (kPhaseBits - kLaneBits);
 constexpr int kMaxSlabs = 30000;  ///< Counts of borders fit into a phase.
 /// Share of a length that rounding errors of sums of up to 2^16 terms do not reach.
 constexpr double kUnsureShare = 1.0 / (1ULL << 32);
 
-// A set of slabs of a brick is a byte.
-constexpr unsigned kAllSlabs = 0xFF;
 constexpr std::uint64_t kFirstOfEachRow = 0x0101010101010101ULL;
 
 constexpr std::array<std::uint8_t, 256> makeSlabCounts() {
@@ -63,74 +53,12 @@ constexpr RowTables makeRowTables() {
 
 constexpr RowTables kRows = makeRowTables();
 
-/// What the phases at the far ends of eight slabs say: bit i is for slab i.
-struct SlabEnds {
-  unsigned is_odd[2];  ///< The number of borders crossed so far is odd, for either axis across.
-  unsigned is_unsure;  ///< A border is so near that rounding may have moved it.
-};
-
-/// Four slabs; the compiler knows vectors of the machine.
-using Lanes = std::uint32_t __attribute__((vector_size(16)));
-using SignedLanes = std::int32_t __attribute__((vector_size(16)));
-
-unsigned highestBits(Lanes lanes) {
-#ifdef __SSE2__
-  return static_cast<unsigned>(_mm_movemask_ps(reinterpret_cast<__m128>(lanes)));
-#else
-  return lanes[0] >> 31 | lanes[1] >> 31 << 1 | lanes[2] >> 31 << 2 | lanes[3] >> 31 << 3;
-#endif
-}
-
-SlabEnds computeSlabEnds(const std::uint32_t (&phases)[2], const std::uint32_t (&slopes)[2]) {
-  // Fractions within the bound of a whole number become the lowest signed numbers.
-  constexpr std::uint32_t kToLowest = (kUnsureLane << (32 - kLaneBits)) + 0x80000000U;
-  constexpr auto kBound =
-      static_cast<std::int32_t>((2 * kUnsureLane << (32 - kLaneBits)) - 0x80000000U);
-  SlabEnds ends{};
-  for (int axis = 0; axis < 2; ++axis) {
-    const std::uint32_t slope = slopes[axis];
-    const Lanes near = phases[axis] + Lanes{0, slope, 2 * slope, 3 * slope};
-    const Lanes far = near + 4 * slope;
-    ends.is_odd[axis] = highestBits(near << (31 - kLaneBits)) | highestBits(far << (31 - kLaneBits))
-                                                                    << 4;
-    const auto is_unsure = [](Lanes lanes) {
-      const Lanes fractions = (lanes << (32 - kLaneBits)) + kToLowest;
-      return reinterpret_cast<Lanes>(reinterpret_cast<SignedLanes>(fractions) < kBound);
-    };
-    ends.is_unsure |= highestBits(is_unsure(near)) | highestBits(is_unsure(far)) << 4;
-  }
-  return ends;
-}
-
-/// One of the two axes across the beam. Coordinates are mirrored where the beam goes down the axis,
-/// so that it always goes up.
-struct AcrossAxis {
-  int axis = 0;
-  double t_first = 0.0;  ///< Where the beam crosses the first border, as lengths of Ray.
-  double t_delta = 0.0;  ///< From one border to the next.
-  std::int64_t phase = 1LL << (kPhaseBits - 1);  ///< At the far end of the brick's first slab.
-  std::int64_t slope = 0;                        ///< Change of the phase per slab.
-  int num_borders = 0;                           ///< All that the beam crosses.
-  int num_crossed = 0;                           ///< Before it enters the current brick.
-  int voxel = 0;                                 ///< Where it enters the brick, mirrored: 0 to 7.
-  bool is_mirrored = false;
-  BrickKey key_step = 0;  ///< To the next brick.
-
-  /// Rounding errors of the ray walk may let the beam cross two borders, or none, in a slab.
-  [[nodiscard]] bool isDiagonal() const { return slope > (1LL << kPhaseBits) - 2 * kUnsure; }
-  [[nodiscard]] double crossingOf(int border) const { return t_first + border * t_delta; }
-  [[nodiscard]] std::uint32_t lanePhase() const {
-    return static_cast<std::uint32_t>(phase >> (kPhaseBits - kLaneBits));
-  }
-  [[nodiscard]] std::uint32_t laneSlope() const {
-    return static_cast<std::uint32_t>(slope >> (kPhaseBits - kLaneBits));
-  }
-
-  /// Slabs in which the beam crosses a border. @param slabs  Those that the phases decide.
-  [[nodiscard]] unsigned findCrossings(unsigned is_odd, unsigned slabs) const {
-    const unsigned odd = is_odd & ~((slabs & -slabs) - 1U);
-    return (odd ^ (odd << 1 | (static_cast<unsigned>(num_crossed) & 1U))) & slabs;
-  }
+/// Where the rows of a brick's planes lie: one of RowTables, moved to the row of the beam.
+struct PlaneRows {
+  std::uint64_t entries;
+  std::uint64_t exits;
+  int shift;
+  bool has_ninth;  ///< The beam crosses a border in each slab: row 8, which the tables leave out.
 };
 
 /// Walks along one beam from brick to brick; up the axis along which it is longest, whether that is
@@ -152,13 +80,20 @@ class SlabWalk {
                               int other_border) const;
   [[nodiscard]] unsigned decide(const AcrossAxis& across, unsigned is_odd, unsigned unsure) const;
   [[nodiscard]] bool markBrick(unsigned slabs, int last_slab);
-  [[nodiscard]] unsigned findRowFirst(unsigned rows, unsigned words) const;
-  void markPlane(unsigned row_crossings, unsigned entered, unsigned left);
+  [[nodiscard]] unsigned decideOrder(unsigned rows, unsigned words, unsigned is_row_first,
+                                     unsigned unsure) const;
+  void markPlane(const PlaneRows& rows, unsigned entered, unsigned left);
+  [[nodiscard]] std::uint64_t* findMisses(BrickKey key) {
+    return beam_marks_.at(key).misses[static_cast<std::size_t>(along_)].data();
+  }
   void stepToNextWord();
 
   const Ray& ray_;
   BeamMarks& beam_marks_;
-  BrickMarks* marks_ = nullptr;  ///< Of the brick `key_`.
+  std::uint64_t* misses_ = nullptr;  ///< Of the brick `key_`.
+  /// Of the next one across; nowhere_ when the beam does not get there.
+  std::uint64_t* next_row_misses_ = nullptr;
+  std::uint64_t nowhere_[8] = {};
   BrickKey key_ = 0;
   int along_ = 0;
   bool is_backward_ = false;  ///< From the end to the origin.
@@ -203,10 +138,10 @@ void SlabWalk::beginAcross(AcrossAxis& across, int axis, const Cell& local_from)
   across.voxel = local_from[axis] & 7;
   across.num_borders = num_borders_[axis];
   if (across.num_borders == 0) return;
-  across.is_mirrored = (ray_.step[axis] < 0) != is_backward_;
-  if (across.is_mirrored) across.voxel = 7 - across.voxel;
+  across.mirror = (ray_.step[axis] < 0) != is_backward_ ? 7 : 0;
+  across.voxel ^= across.mirror;
   const BrickKey up = BrickKey{1} << (kBrickKeyBits * axis);
-  across.key_step = across.is_mirrored ? -up : up;
+  across.key_step = across.mirror != 0 ? -up : up;
   across.t_first = firstCrossing(axis);
   across.t_delta = ray_.t_delta[axis];
   constexpr double kUnit = 1LL << kPhaseBits;
@@ -214,13 +149,19 @@ void SlabWalk::beginAcross(AcrossAxis& across, int axis, const Cell& local_from)
   const double phase = (firstCrossing(along_) - across.t_first) * inverse_delta + 1.0;
   across.slope = static_cast<std::int64_t>(ray_.t_delta[along_] * inverse_delta * kUnit);
   across.phase = static_cast<std::int64_t>(phase * kUnit) - slab_ * across.slope;
+  constexpr Lanes kSlabs{0, 1, 2, 3, 4, 5, 6, 7};
+  across.lane_offsets =
+      kSlabs * static_cast<std::uint16_t>(across.slope >> (kPhaseBits - kLaneBits));
+  constexpr std::int64_t kGreatest = 0xFFFF;
+  across.lane_slope +=
+      static_cast<std::uint16_t>(std::min(across.slope >> (kPhaseBits - 16), kGreatest));
 }
 
 bool SlabWalk::run() {
   for (int last = slab_ + num_borders_[along_];; last -= 8) {
     unsigned slabs = kAllSlabs & kAllSlabs << slab_;
     if (last < 8) slabs &= (2U << last) - 1U;
-    marks_ = &beam_marks_.at(key_);
+    misses_ = findMisses(key_);
     if (!markBrick(slabs, last)) return false;
     if (last < 8) return true;
     slab_ = 0;
@@ -254,30 +195,31 @@ unsigned SlabWalk::decide(const AcrossAxis& across, unsigned is_odd, unsigned un
     const int slab = __builtin_ctz(unsure);
     const std::int64_t phase = across.phase + slab * across.slope;
     const std::int64_t border = (phase + kHalf) >> kPhaseBits;
-    if (std::abs(phase - (border << kPhaseBits)) > kUnsure) continue;  // The other axis's.
-    std::int64_t crossed =
-        std::min<std::int64_t>(std::max<std::int64_t>(border, 0), across.num_borders);
-    if (crossed == border && border > 0 &&
-        !isBefore(across, static_cast<int>(border) - 1, along_, first_slab_ + slab)) {
-      --crossed;
+    std::int64_t crossed = phase >> kPhaseBits;
+    if (std::abs(phase - (border << kPhaseBits)) <= kUnsure) {
+      crossed = std::min<std::int64_t>(std::max<std::int64_t>(border, 0), across.num_borders);
+      if (crossed == border && border > 0 &&
+          !isBefore(across, static_cast<int>(border) - 1, along_, first_slab_ + slab)) {
+        --crossed;
+      }
     }
     is_odd = (is_odd & ~(1U << slab)) | (static_cast<unsigned>(crossed) & 1U) << slab;
   }
   return is_odd;
 }
 
-/// The slabs, of those in which the beam crosses borders of both axes, where that of the rows comes
-/// first.
-unsigned SlabWalk::findRowFirst(unsigned rows, unsigned words) const {
-  unsigned is_row_first = 0;
-  for (unsigned both = rows & words; both != 0; both &= both - 1) {
-    const unsigned slab = both & -both;
+/// Corrects which border comes first in some slabs where the beam crosses borders of both axes.
+/// @return is_row_first.
+unsigned SlabWalk::decideOrder(unsigned rows, unsigned words, unsigned is_row_first,
+                               unsigned unsure) const {
+  for (; unsure != 0; unsure &= unsure - 1) {
+    const unsigned slab = unsure & -unsure;
     const int row_border = row_.num_crossed + countSlabs(rows & (slab - 1));
     const int word_border = word_.num_crossed + countSlabs(words & (slab - 1));
     const double gap = row_.crossingOf(row_border) - word_.crossingOf(word_border);
     const bool is_first =
         std::abs(gap) < margin_ ? isBefore(row_, row_border, word_.axis, word_border) : gap < 0.0;
-    if (is_first) is_row_first |= slab;
+    is_row_first = is_first ? is_row_first | slab : is_row_first & ~slab;
   }
   return is_row_first;
 }
@@ -286,8 +228,7 @@ unsigned SlabWalk::findRowFirst(unsigned rows, unsigned words) const {
 /// @param last_slab  Of the beam; below 8 when it lies in this brick.
 /// @return false, with nothing marked, when it cannot be told what the beam passes.
 bool SlabWalk::markBrick(unsigned slabs, int last_slab) {
-  SlabEnds ends =
-      computeSlabEnds({row_.lanePhase(), word_.lanePhase()}, {row_.laneSlope(), word_.laneSlope()});
+  SlabEnds ends = computeSlabEnds(row_, word_);
   const unsigned decided = last_slab < 8 ? slabs & ~(1U << last_slab) : slabs;
   if ((ends.is_unsure & decided) != 0) {
     if (row_.isDiagonal() || word_.isDiagonal()) return false;
@@ -304,54 +245,53 @@ bool SlabWalk::markBrick(unsigned slabs, int last_slab) {
     rows |= static_cast<unsigned>(rows_left) << last_slab;
     words |= static_cast<unsigned>(words_left) << last_slab;
   }
-  const unsigned is_row_first = (rows & words) != 0 ? findRowFirst(rows, words) : 0;
+  unsigned is_row_first = ends.is_row_first & rows & words;
+  const unsigned order_unsure = rows & words & ends.is_order_unsure;
+  if (order_unsure != 0) is_row_first = decideOrder(rows, words, is_row_first, order_unsure);
 
+  const int last_row = row_.voxel + countSlabs(rows);
+  next_row_misses_ = last_row > 7 ? findMisses(key_ + row_.key_step) : nowhere_;
+  const PlaneRows plane_rows{kRows.entries[rows], kRows.exits[rows], 8 * row_.voxel,
+                             rows == kAllSlabs};
   // Plane by plane: slabs that the beam enters, and leaves, in the plane.
   unsigned entered = slabs;
   unsigned left = slabs;
   for (unsigned crossings = words; crossings != 0; crossings &= crossings - 1) {
     const unsigned slab = crossings & -crossings;
     const unsigned before = slab - 1;
-    markPlane(rows, entered & (slab | before), (left & before) | (is_row_first & slab));
+    markPlane(plane_rows, entered & (slab | before), (left & before) | (is_row_first & slab));
     entered = (entered & ~(slab | before)) | (rows & ~is_row_first & slab);
     left &= ~before;
     stepToNextWord();
   }
-  markPlane(rows, entered, left);
+  markPlane(plane_rows, entered, left);
 
   row_.num_crossed += countSlabs(rows);
   word_.num_crossed += countSlabs(words);
   row_.phase += 8 * row_.slope;
   word_.phase += 8 * word_.slope;
-  row_.voxel += countSlabs(rows);
-  if (row_.voxel > 7) {
-    row_.voxel -= 8;
-    key_ += row_.key_step;
-  }
+  row_.voxel = last_row & 7;
+  if (last_row > 7) key_ += row_.key_step;
   return true;
 }
 
-void SlabWalk::markPlane(unsigned row_crossings, unsigned entered, unsigned left) {
-  const std::uint64_t plane = (kRows.entries[row_crossings] & entered * kFirstOfEachRow) |
-                              (kRows.exits[row_crossings] & left * kFirstOfEachRow);
-  const auto along = static_cast<std::size_t>(along_);
-  const auto word = static_cast<std::size_t>(word_.is_mirrored ? 7 - word_.voxel : word_.voxel);
-  const int shift = 8 * row_.voxel;
-  const std::uint64_t here = plane << shift;
-  marks_->misses[along][word] |= row_.is_mirrored ? __builtin_bswap64(here) : here;
-  // Rows beyond the brick.
-  std::uint64_t beyond = shift == 0 ? 0 : plane >> (64 - shift);
-  if (row_crossings == kAllSlabs) beyond |= std::uint64_t{left & 0x80U} << shift;
-  if (beyond == 0) return;
-  beam_marks_.at(key_ + row_.key_step).misses[along][word] |=
-      row_.is_mirrored ? __builtin_bswap64(beyond) : beyond;
+void SlabWalk::markPlane(const PlaneRows& rows, unsigned entered, unsigned left) {
+  const std::uint64_t plane =
+      (rows.entries & entered * kFirstOfEachRow) | (rows.exits & left * kFirstOfEachRow);
+  const auto word = static_cast<std::size_t>(word_.voxel ^ word_.mirror);
+  const std::uint64_t here = plane << rows.shift;
+  misses_[word] |= row_.mirror != 0 ? __builtin_bswap64(here) : here;
+  std::uint64_t beyond = plane >> 1 >> (63 - rows.shift);
+  if (rows.has_ninth) beyond |= std::uint64_t{left & 0x80U} << rows.shift;
+  next_row_misses_[word] |= row_.mirror != 0 ? __builtin_bswap64(beyond) : beyond;
 }
 
 void SlabWalk::stepToNextWord() {
   if (++word_.voxel < 8) return;
   word_.voxel = 0;
   key_ += word_.key_step;
-  marks_ = &beam_marks_.at(key_);
+  misses_ = findMisses(key_);
+  if (next_row_misses_ != nowhere_) next_row_misses_ = findMisses(key_ + row_.key_step);
 }
 
 }  // namespace

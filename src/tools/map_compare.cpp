@@ -3,7 +3,6 @@
 #include "command_line.h"
 #include "cuboid_mapping/io/map_comparison.h"
 #include "cuboid_mapping/io/map_files.h"
-#include "progress_bar.h"
 
 #include <cmath>
 #include <iostream>
@@ -38,8 +37,7 @@ int compare(const Options& options) {
   checkResolutions(first, second);
   const bool is_by_class =
       first.format == MapFormat::kOctomapBinary || second.format == MapFormat::kOctomapBinary;
-  const MapAgreement agreement =
-      compareMaps(first.snapshot, second.snapshot, showProgress("cuboids compared"));
+  const MapAgreement agreement = compareMaps(first.snapshot, second.snapshot);
   std::cout.precision(15);
   std::cout << "known to both:     " << agreement.known_to_both << " voxels\n"
             << "only in the first: " << agreement.only_in_first << " voxels\n"
@@ -73,5 +71,6 @@ int run(int argc, char** argv) {
 }  // namespace cuboid_mapping
 
 int main(int argc, char** argv) {
-  return cuboid_mapping::runMain("map_compare", argc, argv, cuboid_mapping::run);
+  cuboid_mapping::catchInterrupts();
+  return cuboid_mapping::runProgram("map_compare", [&] { return cuboid_mapping::run(argc, argv); });
 }

@@ -3,6 +3,7 @@
 #include "cuboid_mapping/LoadMap.h"
 #include "cuboid_mapping/SaveMap.h"
 #include "cuboid_mapping/interop/octree_stream.h"
+#include "cuboid_mapping/io/map_files.h"
 #include "cuboid_mapping/ros/octomap_messages.h"
 #include "ros/node_probe.h"
 #include "tools/run_program.h"
@@ -297,6 +298,21 @@ TEST_F(OctomapServerTest, MapsAreSavedAndLoaded) {
   EXPECT_FALSE(load.response.success);
   EXPECT_NE(load.response.message.find("No such file"), std::string::npos);
   EXPECT_TRUE(bytesOf(callOctomap("/octomap_full")) == before) << "the map is as it was";
+}
+
+TEST_F(OctomapServerTest, MapsAreSavedByThemselvesAfterChanges) {
+  std::string file;
+  ASSERT_TRUE(ros::param::get(std::string(kNode) + "/autosave_file", file));
+  const auto has_room = [&file] {
+    try {
+      return countVoxels({cuboid_mapping::readMapFile(file).snapshot.cuboids, 0}, true) ==
+             kOccupiedVoxels;
+    } catch (const cuboid_mapping::MapFileError&) {
+      return false;  // not there yet
+    }
+  };
+  EXPECT_TRUE(waitFor(has_room));
+  std::filesystem::remove(file);
 }
 
 TEST(OctomapServerCompat, StartsFromAMapOnTheCommandLine) {
