@@ -69,10 +69,9 @@ bool CuboidAdapter::isAnyOccupied(const CellBox& box) const {
 }
 
 std::optional<double> CuboidAdapter::castRay(const RayQuery& ray) const {
-  const auto result = cuboid_mapping::castRay(*map_, ray.origin_map, ray.direction, kRayRange_m,
-                                              UnknownPolicy::kPass);
-  if (!result || result->end != RayEnd::kOccupied) return std::nullopt;
-  return result->distance_m;
+  const auto hit = findFirstHit(*map_, ray.origin_map, ray.direction, kRayRange_m);
+  if (!hit) return std::nullopt;
+  return hit->distance_m;
 }
 
 }  // namespace cuboid_mapping::bench

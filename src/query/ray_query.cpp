@@ -102,42 +102,64 @@ traversal_detail::RayInterval clipToMap(const CuboidMap& map, const Eigen::Vecto
   return traversal_detail::RaySearch(origin, unit, range).intersect(*bounds);
 }
 
-/// What a walk along a ray has found, in voxels.
-struct RayWalkResult {
-  RayEnd end = RayEnd::kMaxRange;
-  double distance = 0.0;
-  double unknown_length = 0.0;
-  std::optional<double> first_unknown;
-  Cell cell;  ///< The occupied voxel, if any.
+/// The unknown space that a ray meets. Lengths are in voxels.
+class UnknownMeter {
+ public:
+  static constexpr bool kIsAsked = true;
+  UnknownMeter(double range, UnknownPolicy policy) : range_(range), policy_(policy) {}
+
+  /// Adds a stretch. @return Whether the ray ends where it begins.
+  bool pass(double enter, double leave) {
+    const double stretch = std::min(leave, range_) - enter;
+    if (stretch <= kTouch) return false;
+    if (!first_) first_ = enter;
+    if (policy_ == UnknownPolicy::kStop) {
+      is_stopped_ = true;
+      return true;
+    }
+    length_ += stretch;
+    return false;
+  }
+
+  [[nodiscard]] bool isStopped() const { return is_stopped_; }
+  [[nodiscard]] double length() const { return length_; }
+  /// Where the first stretch begins.
+  [[nodiscard]] const std::optional<double>& first() const { return first_; }
+
+ private:
+  double range_;
+  UnknownPolicy policy_;
+  bool is_stopped_ = false;
+  double length_ = 0.0;
+  std::optional<double> first_;
 };
 
-RayWalkResult walk(const CuboidMap& map, const Eigen::Vector3d& origin, const Eigen::Vector3d& unit,
-                   double range, UnknownPolicy policy) {
-  RayWalkResult result;
-  result.distance = range;
-  const bool stops_at_unknown = policy == UnknownPolicy::kStop;
+/// For rays that only look for occupied voxels.
+struct UnknownIgnored {
+  static constexpr bool kIsAsked = false;
+  static bool pass(double /*enter*/, double /*leave*/) { return false; }
+};
+
+/// The occupied voxel that a ray hits.
+struct VoxelHit {
+  Cell voxel;
+  double distance;  ///< In voxels.
+};
+
+/// Walks along a ray until something is in the way.
+template <typename UnknownT>
+std::optional<VoxelHit> walk(const CuboidMap& map, const Eigen::Vector3d& origin,
+                             const Eigen::Vector3d& unit, double range, UnknownT& unknown) {
   const auto [begin, end] = clipToMap(map, origin, unit, range);
-  // Adds a stretch of unknown space. Returns whether the ray ends there.
-  const auto pass_unknown = [&](double enter, double leave) {
-    const double length = std::min(leave, range) - enter;
-    if (length <= kTouch) return false;
-    result.unknown_length += length;
-    if (!result.first_unknown) result.first_unknown = enter;
-    if (!stops_at_unknown) return false;
-    result.end = RayEnd::kUnknown;
-    result.distance = enter;
-    result.unknown_length = 0.0;
-    return true;
-  };
-  if (pass_unknown(0.0, begin < end ? begin : range) || !(begin < end)) return result;
+  if (unknown.pass(0.0, begin < end ? begin : range) || !(begin < end)) return std::nullopt;
   VoxelWalk voxels(origin, unit, begin);
   while (voxels.enter() < end) {
     const Cell brick = brickOf(voxels.cell());
     VoxelClasses::Masks masks{};
     const bool is_known_brick = map.classes().find(brick, masks);
-    if (!is_known_brick || masks.is_all_free) {
-      if (!is_known_brick && pass_unknown(voxels.enter(), std::min(voxels.leaveBrick(), end))) {
-        return result;
+    if (!is_known_brick || (UnknownT::kIsAsked ? masks.is_all_free : !masks.is_any_occupied)) {
+      if (!is_known_brick && unknown.pass(voxels.enter(), std::min(voxels.leaveBrick(), end))) {
+        return std::nullopt;
       }
       voxels.stepOverBrick();
       continue;
@@ -146,17 +168,22 @@ RayWalkResult walk(const CuboidMap& map, const Eigen::Vector3d& origin, const Ei
       const double leave = std::min(voxels.leave(), end);
       const Occupancy occupancy = masks.at(voxelIndex(voxels.cell()));
       if (occupancy == Occupancy::kOccupied && leave - voxels.enter() > kTouch) {
-        result.end = RayEnd::kOccupied;
-        result.distance = voxels.enter();
-        result.cell = voxels.cell();
-        return result;
+        return VoxelHit{voxels.cell(), voxels.enter()};
       }
-      if (occupancy == Occupancy::kUnknown && pass_unknown(voxels.enter(), leave)) return result;
+      if (occupancy == Occupancy::kUnknown && unknown.pass(voxels.enter(), leave)) {
+        return std::nullopt;
+      }
       voxels.stepOverVoxel();
     } while (brickOf(voxels.cell()) == brick && voxels.enter() < end);
   }
-  pass_unknown(end, range);
-  return result;
+  unknown.pass(end, range);
+  return std::nullopt;
+}
+
+bool isRay(const Eigen::Vector3d& origin_map, const Eigen::Vector3d& direction,
+           double max_range_m) {
+  return origin_map.allFinite() && direction.allFinite() && std::isfinite(max_range_m) &&
+         max_range_m > 0.0 && !direction.isZero(0.0);
 }
 
 }  // namespace
@@ -164,22 +191,39 @@ RayWalkResult walk(const CuboidMap& map, const Eigen::Vector3d& origin, const Ei
 std::optional<RayQueryResult> castRay(const CuboidMap& map, const Eigen::Vector3d& origin_map,
                                       const Eigen::Vector3d& direction, double max_range_m,
                                       UnknownPolicy policy) {
-  if (!origin_map.allFinite() || !direction.allFinite() || !std::isfinite(max_range_m) ||
-      max_range_m <= 0.0 || direction.isZero(0.0)) {
-    return std::nullopt;
-  }
+  if (!isRay(origin_map, direction, max_range_m)) return std::nullopt;
   const Eigen::Vector3d unit = direction.stableNormalized();
   const Grid& grid = map.grid();
-  const RayWalkResult walked =
-      walk(map, grid.toCellUnits(origin_map), unit, max_range_m / grid.resolution(), policy);
+  const double range = max_range_m / grid.resolution();
+  UnknownMeter unknown(range, policy);
+  const auto hit = walk(map, grid.toCellUnits(origin_map), unit, range, unknown);
   RayQueryResult result;
-  result.end = walked.end;
-  if (walked.end == RayEnd::kOccupied) result.voxel = walked.cell;
-  result.distance_m = walked.distance * grid.resolution();
-  result.unknown_length_m = walked.unknown_length * grid.resolution();
-  if (walked.first_unknown) result.first_unknown_m = *walked.first_unknown * grid.resolution();
+  result.distance_m = max_range_m;
+  if (hit) {
+    result.end = RayEnd::kOccupied;
+    result.voxel = hit->voxel;
+    result.distance_m = hit->distance * grid.resolution();
+  } else if (unknown.isStopped()) {
+    result.end = RayEnd::kUnknown;
+    result.distance_m = *unknown.first() * grid.resolution();
+  }
+  result.unknown_length_m = unknown.length() * grid.resolution();
+  if (unknown.first()) result.first_unknown_m = *unknown.first() * grid.resolution();
   result.point_map = origin_map + result.distance_m * unit;
   return result;
+}
+
+std::optional<RayHit> findFirstHit(const CuboidMap& map, const Eigen::Vector3d& origin_map,
+                                   const Eigen::Vector3d& direction, double max_range_m) {
+  if (!isRay(origin_map, direction, max_range_m)) return std::nullopt;
+  const Eigen::Vector3d unit = direction.stableNormalized();
+  const Grid& grid = map.grid();
+  UnknownIgnored unknown;
+  const auto hit =
+      walk(map, grid.toCellUnits(origin_map), unit, max_range_m / grid.resolution(), unknown);
+  if (!hit) return std::nullopt;
+  const double distance_m = hit->distance * grid.resolution();
+  return RayHit{hit->voxel, distance_m, origin_map + distance_m * unit};
 }
 
 }  // namespace cuboid_mapping

@@ -134,16 +134,17 @@ TEST(RayQuery, isNothingForWhatIsNoRay) {
   const Eigen::Vector3d direction(1.0, 0.0, 0.0);
   const auto is_nothing = [&map](const Eigen::Vector3d& origin, const Eigen::Vector3d& along,
                                  double max_range_m) {
-    return !castRay(map, origin, along, max_range_m, UnknownPolicy::kPass).has_value();
+    return !castRay(map, origin, along, max_range_m, UnknownPolicy::kPass).has_value() &&
+           !findFirstHit(map, origin, along, max_range_m).has_value();
   };
-  ASSERT_FALSE(is_nothing(point, direction, 1.0));
-  EXPECT_TRUE(is_nothing(point, Eigen::Vector3d::Zero(), 1.0));
+  ASSERT_FALSE(is_nothing(point, direction, 10.0));
+  EXPECT_TRUE(is_nothing(point, Eigen::Vector3d::Zero(), 10.0));
   EXPECT_TRUE(is_nothing(point, direction, 0.0));
   EXPECT_TRUE(is_nothing(point, direction, -1.0));
   constexpr double kInfinity = std::numeric_limits<double>::infinity();
   for (const double bad : {std::nan(""), kInfinity, -kInfinity}) {
-    EXPECT_TRUE(is_nothing({bad, 0.25, 0.25}, direction, 1.0)) << bad;
-    EXPECT_TRUE(is_nothing(point, {1.0, bad, 0.0}, 1.0)) << bad;
+    EXPECT_TRUE(is_nothing({bad, 0.25, 0.25}, direction, 10.0)) << bad;
+    EXPECT_TRUE(is_nothing(point, {1.0, bad, 0.0}, 10.0)) << bad;
     EXPECT_TRUE(is_nothing(point, direction, bad)) << bad;
   }
 }
@@ -240,6 +241,14 @@ void checkRay(const ModelledMap& model, const Eigen::Vector3d& origin,
     ASSERT_EQ(*result->voxel, expected.cell);
   }
   ++num_by_end[static_cast<std::size_t>(expected.end)];
+
+  const Expected passing = stepThroughVoxels(model.voxels, ray, UnknownPolicy::kPass);
+  const auto hit = findFirstHit(model.map, origin, direction, range_m);
+  ASSERT_EQ(hit.has_value(), passing.end == RayEnd::kOccupied);
+  if (!hit) return;
+  ASSERT_EQ(hit->voxel, passing.cell);
+  ASSERT_NEAR(hit->distance_m, 0.1 * passing.distance, 1e-7);
+  ASSERT_LT((hit->point_map - origin - hit->distance_m * direction.normalized()).norm(), 1e-8);
 }
 
 TEST(RayQuery, agreesWithSteppingThroughVoxels) {

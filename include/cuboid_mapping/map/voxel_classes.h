@@ -20,7 +20,8 @@ class VoxelClasses {
   struct Masks {
     const BrickMask* known;
     const BrickMask* occupied;  ///< A part of the known ones.
-    bool is_all_free;           ///< All voxels are known, none is occupied.
+    bool is_any_occupied;
+    bool is_all_free;  ///< All voxels are known, none is occupied.
 
     [[nodiscard]] Occupancy at(int voxel) const {
       const auto word = static_cast<std::size_t>(voxel >> 6);
@@ -40,8 +41,9 @@ class VoxelClasses {
   [[nodiscard]] bool find(const Cell& brick, Masks& masks) const {
     const Entry& entry = entries_[slotOf(brick)];
     if (entry.known == kNoMask) return false;
-    masks = {&mask(entry.known), &mask(entry.occupied),
-             entry.known == kEverything && entry.occupied == kNothing};
+    const bool is_any_occupied = entry.occupied != kNothing;
+    masks = {&mask(entry.known), &mask(entry.occupied), is_any_occupied,
+             entry.known == kEverything && !is_any_occupied};
     return true;
   }
 
