@@ -24,12 +24,13 @@ double shareAt(double hue, double primary) {
 
 }  // namespace
 
-std_msgs::ColorRGBA toHeightColor(double height_m, double period_m) {
-  // Hue in sixths of the circle: red 0, green 2, blue 4.
-  const double turns = height_m / period_m;
-  const double falling = 4.0 - 6.0 * (turns - std::floor(turns));
-  const double hue = falling < 0.0 ? falling + 6.0 : falling;
+std_msgs::ColorRGBA toHueColor(double turns) {
+  const double hue = 6.0 * (turns - std::floor(turns));
   return makeColor(shareAt(hue, 0.0), shareAt(hue, 2.0), shareAt(hue, 4.0), 1.0);
+}
+
+std_msgs::ColorRGBA toHeightColor(double height_m, double period_m) {
+  return toHueColor(2.0 / 3.0 - height_m / period_m);
 }
 
 std_msgs::ColorRGBA toProbabilityColor(double probability) {

@@ -54,23 +54,21 @@ std_msgs::ColorRGBA toColor(const std::array<double, 4>& rgba) {
   return color;
 }
 
-/// Colours by height: the lowest cell is blue, the highest one so far along the hues as
-/// color_factor says.
+/// Colours by height, between the lowest and the highest face of the cuboids.
 class HeightColors {
  public:
-  HeightColors(const std::vector<OctreeLeaf>& leaves, double resolution_m, double color_factor)
-      : color_factor_(color_factor) {
-    for (const OctreeLeaf& leaf : leaves) {
-      const double z_m = centerOf(leaf, resolution_m).z;
-      min_m_ = std::min(min_m_, z_m);
-      max_m_ = std::max(max_m_, z_m);
+  HeightColors(const MapSnapshot& map, double color_factor) : color_factor_(color_factor) {
+    for (const Cuboid& cuboid : map.cuboids) {
+      const CellBox box = intersect(cuboid.box, cuboid_mapping::kOctreeCells);
+      if (box.isEmpty()) continue;
+      min_m_ = std::min(min_m_, box.min.z * map.resolution_m);
+      max_m_ = std::max(max_m_, box.max.z * map.resolution_m);
     }
   }
 
+  /// @pre A cuboid shares this height.
   [[nodiscard]] std_msgs::ColorRGBA at(double z_m) const {
-    const double range_m = max_m_ - min_m_;
-    const double ratio = range_m > 0.0 ? (z_m - min_m_) / range_m : 0.0;
-    return toHeightColor(ratio * color_factor_, 1.0);
+    return toHueColor((max_m_ - z_m) / (max_m_ - min_m_) * color_factor_);
   }
 
  private:
@@ -131,18 +129,17 @@ std::vector<OctreeLeaf> computeShownLeaves(const MapSnapshot& map, ShownCells ce
   return leaves;
 }
 
-visualization_msgs::MarkerArray toCellMarkers(const std::vector<OctreeLeaf>& leaves,
-                                              ShownCells cells, double resolution_m,
+visualization_msgs::MarkerArray toCellMarkers(const MapSnapshot& map, ShownCells cells,
                                               const OctomapServerParameters& parameters,
                                               const std_msgs::Header& header) {
   visualization_msgs::MarkerArray array;
-  array.markers = makeEmptyMarkers(resolution_m, header);
+  array.markers = makeEmptyMarkers(map.resolution_m, header);
   const bool is_occupied = cells == ShownCells::kOccupied;
   const bool is_by_height = is_occupied && parameters.is_height_map;
-  const HeightColors heights(leaves, resolution_m, parameters.color_factor);
-  for (const OctreeLeaf& leaf : leaves) {
+  const HeightColors heights(map, parameters.color_factor);
+  for (const OctreeLeaf& leaf : computeShownLeaves(map, cells, parameters)) {
     visualization_msgs::Marker& marker = array.markers[static_cast<std::size_t>(leaf.depth)];
-    marker.points.push_back(centerOf(leaf, resolution_m));
+    marker.points.push_back(centerOf(leaf, map.resolution_m));
     if (is_by_height) marker.colors.push_back(heights.at(marker.points.back().z));
   }
   for (visualization_msgs::Marker& marker : array.markers) {

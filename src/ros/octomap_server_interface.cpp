@@ -191,13 +191,13 @@ visualization_msgs::MarkerArray OctomapServerInterface::makeMarkers(ShownCells c
     ROS_WARN_THROTTLE_NAMED(kLogPeriod_s, kNodeName,
                             "somebody listens to free_cells_vis_array, which stays empty: set "
                             "publish_free_space, or listen to free_cuboids");
-    std_msgs::Header header;
-    header.frame_id = frame_id_;
-    return toCellMarkers({}, cells, map_.grid().resolution(), parameters_, header);
+    View nothing;
+    nothing.map.resolution_m = map_.grid().resolution();
+    nothing.header.frame_id = frame_id_;
+    return toCellMarkers(nothing.map, cells, parameters_, nothing.header);
   }
   const View view = look(Speckles::kAsAsked);
-  return toCellMarkers(computeShownLeaves(view.map, cells, parameters_), cells,
-                       view.map.resolution_m, parameters_, view.header);
+  return toCellMarkers(view.map, cells, parameters_, view.header);
 }
 
 sensor_msgs::PointCloud2 OctomapServerInterface::makeCenters() const {

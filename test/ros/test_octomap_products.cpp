@@ -10,6 +10,8 @@
 #include <gtest/gtest.h>
 #include <sensor_msgs/point_cloud2_iterator.h>
 
+#include <array>
+#include <cmath>
 #include <set>
 #include <sstream>
 
@@ -130,12 +132,13 @@ TEST(OctomapProducts, showCellsOfOneClassBetweenTwoHeights) {
   EXPECT_EQ(low.size(), 2U);
   parameters.occupancy_min_z_m = 0.5;
   EXPECT_EQ(computeShownLeaves(snapshot, ShownCells::kOccupied, parameters).size(), 1U);
+  parameters.occupancy_min_z_m = -1.0;
 
   std_msgs::Header header;
   header.frame_id = "map";
   parameters.is_height_map = false;
   parameters.color = {0.1, 0.2, 0.3, 0.4};
-  const auto markers = toCellMarkers(low, ShownCells::kOccupied, 0.5, parameters, header).markers;
+  const auto markers = toCellMarkers(snapshot, ShownCells::kOccupied, parameters, header).markers;
   ASSERT_EQ(markers.size(), 17U);
   for (std::size_t depth = 0; depth < markers.size(); ++depth) {
     const auto& marker = markers[depth];
@@ -151,15 +154,50 @@ TEST(OctomapProducts, showCellsOfOneClassBetweenTwoHeights) {
   EXPECT_EQ(markers[13].scale.x, 4.0);
   EXPECT_EQ(markers[13].points[0].x, 2.0);
   EXPECT_EQ(markers[16].points[0].x, 4.25);
-  parameters.is_height_map = true;
-  const auto coloured = toCellMarkers(low, ShownCells::kOccupied, 0.5, parameters, header).markers;
-  EXPECT_EQ(coloured[13].colors.size(), 1U);
-  EXPECT_NE(coloured[13].colors[0], coloured[16].colors[0]) << "they differ in height";
-
   sensor_msgs::PointCloud2 cloud = toCenters(low, 0.5, header);
   EXPECT_EQ(cloud.width * cloud.height, 2U);
   const sensor_msgs::PointCloud2Iterator<float> x(cloud, "x");
   EXPECT_EQ(*x, 2.0F);
+}
+
+/// Colour of a height as octomap_server computes it: OctomapServer::publishAll, heightMapColor.
+std_msgs::ColorRGBA theirHeightColor(double z_m, double min_m, double max_m, double color_factor) {
+  double h = (1.0 - std::min(std::max((z_m - min_m) / (max_m - min_m), 0.0), 1.0)) * color_factor;
+  h -= std::floor(h);
+  h *= 6;
+  const int i = static_cast<int>(std::floor(h));
+  const double f = (i & 1) != 0 ? h - i : 1 - (h - i);
+  const auto n = static_cast<float>(1 - f);
+  const std::array<std::array<float, 3>, 6> by_sixth{
+      {{1, n, 0}, {n, 1, 0}, {0, 1, n}, {0, n, 1}, {n, 0, 1}, {1, 0, n}}};
+  const auto& rgb = by_sixth[static_cast<std::size_t>(i % 6)];
+  std_msgs::ColorRGBA color;
+  color.r = rgb[0];
+  color.g = rgb[1];
+  color.b = rgb[2];
+  color.a = 1.0F;
+  return color;
+}
+
+TEST(OctomapProducts, heightsHaveTheColoursOfOctomapServer) {
+  // Ten occupied voxels one above the other, and free space that reaches further up and down.
+  std::vector<Cuboid> cuboids{{{{5, 0, -7}, {6, 1, 20}}, -1.0F}};
+  for (std::int32_t z = 0; z < 20; z += 2) cuboids.push_back({CellBox::ofCell({0, 0, z}), 1.0F});
+  const MapSnapshot snapshot = takeSnapshot(makeMap(cuboids), "");
+  for (const double color_factor : {0.0, 0.3, 0.8, 1.0}) {
+    OctomapServerParameters parameters;
+    parameters.color_factor = color_factor;
+    const auto markers = toCellMarkers(snapshot, ShownCells::kOccupied, parameters, {}).markers;
+    ASSERT_EQ(markers[16].colors.size(), 10U);
+    for (std::size_t i = 0; i < markers[16].colors.size(); ++i) {
+      const double z_m = markers[16].points[i].z;
+      const auto expected = theirHeightColor(z_m, -3.5, 10.0, color_factor);
+      EXPECT_NEAR(markers[16].colors[i].r, expected.r, 1e-6) << z_m << ' ' << color_factor;
+      EXPECT_NEAR(markers[16].colors[i].g, expected.g, 1e-6) << z_m << ' ' << color_factor;
+      EXPECT_NEAR(markers[16].colors[i].b, expected.b, 1e-6) << z_m << ' ' << color_factor;
+      EXPECT_EQ(markers[16].colors[i].a, 1.0F);
+    }
+  }
 }
 
 /// What each cell of a grid ought to be: looks at every voxel.

@@ -5,6 +5,10 @@
 
 namespace cuboid_mapping_ros {
 
+/// Colour of a hue, in turns of the circle: red at 0, green at 1/3, blue at 2/3, and red again at
+/// 1; any finite number. Saturation, value and alpha are 1.
+[[nodiscard]] std_msgs::ColorRGBA toHueColor(double turns);
+
 /// Colour of a height: a rainbow that repeats every `period_m`.
 ///
 /// Blue at 0, then cyan, green, yellow, red, magenta, in equal steps of hue, and blue again at

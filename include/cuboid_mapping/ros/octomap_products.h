@@ -39,10 +39,11 @@ enum class ShownCells : unsigned char { kOccupied, kFree };
 /// occupied_cells_vis_array and free_cells_vis_array: 17 markers, one for each depth from 0 to 16,
 /// whose id it is; a CUBE_LIST, or DELETE where there is no leaf of that size.
 ///
-/// Colours: `color` or `color_free`; with height_map, occupied cells by their height between the
-/// lowest and the highest of them.
+/// Colours: `color` or `color_free`; with height_map, occupied cells by the height of their centre
+/// between the lowest and the highest face of all that is known: red at the top, from there
+/// `color_factor` of the circle of hues downwards, as octomap_server's.
 [[nodiscard]] visualization_msgs::MarkerArray toCellMarkers(
-    const std::vector<cuboid_mapping::OctreeLeaf>& leaves, ShownCells cells, double resolution_m,
+    const cuboid_mapping::MapSnapshot& map, ShownCells cells,
     const OctomapServerParameters& parameters, const std_msgs::Header& header);
 
 /// octomap_point_cloud_centers: the centres of leaves, x, y, z as FLOAT32.
