@@ -48,6 +48,14 @@ ScanUpdate unite(const ScanUpdate& a, const ScanUpdate& b) {
   return united;
 }
 
+/// With the ground filter the crop is not of the scan: see CloudPipeline::cropInBase().
+cuboid_mapping::ScanLimits makeScanLimits(const NodeParameters& parameters) {
+  cuboid_mapping::ScanLimits limits;
+  limits.min_range_m = parameters.min_range_m;
+  if (!parameters.octomap_server.filter_ground) limits.crop_map = parameters.crop;
+  return limits;
+}
+
 }  // namespace
 
 std::vector<std::string> neededFrames(const NodeParameters& parameters) {
@@ -93,7 +101,7 @@ cuboid_mapping::MapConfig makeMapConfig(const NodeParameters& parameters) {
 
 CloudPipeline::CloudPipeline(const NodeParameters& parameters)
     : parameters_(parameters),
-      scan_limits_{parameters.min_range_m, parameters.crop_map},
+      scan_limits_(makeScanLimits(parameters)),
       scan_updater_(cuboid_mapping::Grid(parameters.map.resolution_m), parameters.max_range_m,
                     numThreads(parameters), parameters.map.beamSampling()) {}
 
@@ -135,6 +143,7 @@ Scan CloudPipeline::takeGround(CloudPoints& points, const CloudPoses& poses,
   if (!poses.T_map_base) return {};
   const Eigen::Isometry3d T_base_points =
       poses.T_map_base->inverse() * poses.T_map_cloud * Eigen::Translation3d(points.anchor_cloud);
+  cropInBase(points.points, T_base_points, statistics);
   GroundSplit split =
       splitGround(points.points, T_base_points, parameters_.octomap_server.ground_filter);
   points.points = std::move(split.others);
@@ -142,6 +151,17 @@ Scan CloudPipeline::takeGround(CloudPoints& points, const CloudPoses& poses,
   ground.anchor_cloud = points.anchor_cloud;
   ground.points = std::move(split.ground);
   return makeScan(ground, poses, statistics);
+}
+
+void CloudPipeline::cropInBase(std::vector<Eigen::Vector3f>& points,
+                               const Eigen::Isometry3d& T_base_points,
+                               NodeStatistics& statistics) const {
+  const auto is_outside = [&](const Eigen::Vector3f& point) {
+    return !cuboid_mapping::isInside(parameters_.crop, T_base_points * point.cast<double>());
+  };
+  const auto end = std::remove_if(points.begin(), points.end(), is_outside);
+  statistics.num_filtered += static_cast<std::uint64_t>(std::distance(end, points.end()));
+  points.erase(end, points.end());
 }
 
 const ScanUpdate& CloudPipeline::computeUpdate(const Scan& scan, const Scan& ground) {

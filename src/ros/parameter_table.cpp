@@ -144,19 +144,21 @@ std::vector<ParameterDeclaration> declareSensorModel() {
 }
 
 std::vector<ParameterDeclaration> declareCrop() {
-  const std::string help = "limit of the points in the map's frame; those outside are left out.";
+  const std::string help =
+      "limit of the points in the map's frame, with filter_ground in that of base_frame_id; those "
+      "outside are left out.";
   return {
-      {"pointcloud_min_x", "m", NumberKind{[](P& p) -> double& { return p.crop_map.min_m.x(); }},
+      {"pointcloud_min_x", "m", NumberKind{[](P& p) -> double& { return p.crop.min_m.x(); }},
        "Lower x " + help},
-      {"pointcloud_max_x", "m", NumberKind{[](P& p) -> double& { return p.crop_map.max_m.x(); }},
+      {"pointcloud_max_x", "m", NumberKind{[](P& p) -> double& { return p.crop.max_m.x(); }},
        "Upper x " + help},
-      {"pointcloud_min_y", "m", NumberKind{[](P& p) -> double& { return p.crop_map.min_m.y(); }},
+      {"pointcloud_min_y", "m", NumberKind{[](P& p) -> double& { return p.crop.min_m.y(); }},
        "Lower y " + help},
-      {"pointcloud_max_y", "m", NumberKind{[](P& p) -> double& { return p.crop_map.max_m.y(); }},
+      {"pointcloud_max_y", "m", NumberKind{[](P& p) -> double& { return p.crop.max_m.y(); }},
        "Upper y " + help},
-      {"pointcloud_min_z", "m", NumberKind{[](P& p) -> double& { return p.crop_map.min_m.z(); }},
+      {"pointcloud_min_z", "m", NumberKind{[](P& p) -> double& { return p.crop.min_m.z(); }},
        "Lower z " + help},
-      {"pointcloud_max_z", "m", NumberKind{[](P& p) -> double& { return p.crop_map.max_m.z(); }},
+      {"pointcloud_max_z", "m", NumberKind{[](P& p) -> double& { return p.crop.max_m.z(); }},
        "Upper z " + help},
   };
 }

@@ -155,8 +155,8 @@ std::vector<OrderedPair> orderedPairs(const NodeParameters& parameters) {
   std::vector<OrderedPair> pairs;
   for (int axis = 0; axis < 3; ++axis) {
     const std::string name(1, "xyz"[axis]);
-    pairs.push_back({"pointcloud_min_" + name, parameters.crop_map.min_m[axis],
-                     "pointcloud_max_" + name, parameters.crop_map.max_m[axis]});
+    pairs.push_back({"pointcloud_min_" + name, parameters.crop.min_m[axis],
+                     "pointcloud_max_" + name, parameters.crop.max_m[axis]});
   }
   pairs.push_back({"occupancy_min_z", parameters.octomap_server.occupancy_min_z_m,
                    "occupancy_max_z", parameters.octomap_server.occupancy_max_z_m});

@@ -4,15 +4,9 @@
 #include <algorithm>
 
 namespace cuboid_mapping {
-namespace {
-
-/// False for NaN.
-bool isInside(const MetricBox& box_map, const Eigen::Vector3d& point_map) {
-  return (point_map.array() >= box_map.min_m.array()).all() &&
-         (point_map.array() <= box_map.max_m.array()).all();
+bool isInside(const MetricBox& box, const Eigen::Vector3d& point) {
+  return (point.array() >= box.min_m.array()).all() && (point.array() <= box.max_m.array()).all();
 }
-
-}  // namespace
 
 FilterCounts filterScan(Scan& scan, const ScanLimits& limits) {
   FilterCounts counts;

@@ -151,11 +151,11 @@ inline std::vector<Case> otherCases() {
     const std::string name(1, "xyz"[axis]);
     cases.push_back({"pointcloud_min_" + name,
                      -7.5,
-                     [axis](const P& p) { return p.crop_map.min_m[axis] == -7.5; },
+                     [axis](const P& p) { return p.crop.min_m[axis] == -7.5; },
                      {kNan, -kInfinity, "-7.5"}});
     cases.push_back({"pointcloud_max_" + name,
                      8.5,
-                     [axis](const P& p) { return p.crop_map.max_m[axis] == 8.5; },
+                     [axis](const P& p) { return p.crop.max_m[axis] == 8.5; },
                      {kNan, kInfinity, "1e9"}});
   }
   return cases;

@@ -4,8 +4,11 @@
 #include "cuboid_mapping/ros/cloud_pipeline.h"
 #include "cuboid_mapping/rtree/traversal.h"
 #include "ros/cloud_messages.h"
+#include "support/snapshots.h"
 
 #include <gtest/gtest.h>
+
+#include <set>
 
 namespace cuboid_mapping_ros {
 namespace {
@@ -100,6 +103,74 @@ TEST(GroundFilter, freesTheSpaceBeforeTheGroundAndHitsNothingThere) {
                            });
   EXPECT_GT(num_table, 10U);
   EXPECT_EQ(map.classes().at({10, 0, 6}), Occupancy::kFree) << "before the floor";
+}
+
+/// What a pipeline makes of one cloud.
+struct Outcome {
+  std::set<Cell> hits;
+  NodeStatistics statistics;
+};
+
+Outcome runPipeline(const NodeParameters& parameters, const CloudPoses& poses,
+                    const std::vector<Eigen::Vector3d>& points_cloud) {
+  CloudSpec spec;
+  spec.width = static_cast<std::uint32_t>(points_cloud.size());
+  CloudPipeline pipeline(parameters);
+  Outcome outcome;
+  std::optional<CloudError> error;
+  const auto* update =
+      pipeline.compute(makeMessage(spec, points_cloud), poses, outcome.statistics, error);
+  EXPECT_NE(update, nullptr);
+  if (update == nullptr) return outcome;
+  cuboid_mapping::CuboidMap map(makeMapConfig(parameters));
+  map.apply(*update);
+  map.flush();
+  const auto voxels = cuboid_mapping::test::voxelsOf(takeSnapshot(map, "").cuboids);
+  for (const auto& [cell, log_odds] : voxels) {
+    if (log_odds >= 0.0F) outcome.hits.insert(cell);
+  }
+  return outcome;
+}
+
+TEST(CloudPipeline, looksForTheGroundInsideTheLimitsGivenInTheFrameOfTheBase) {
+  NodeParameters parameters;
+  parameters.map.resolution_m = 0.1;
+  parameters.octomap_server.filter_ground = true;
+  parameters.crop.max_m.x() = 2.0;
+  CloudPoses poses;
+  poses.T_map_base =
+      Eigen::Translation3d(5, 0, 0) * Eigen::AngleAxisd(0.5 * EIGEN_PI, Eigen::Vector3d::UnitZ());
+  poses.T_map_cloud = *poses.T_map_base * Eigen::Translation3d(0, 0, 1.05);
+  poses.T_map_sensor = poses.T_map_cloud;
+  // In the frame of the base: a floor, a wall on it, and beyond 2 m a wide road that is lower by a
+  // kerb, and would be taken for the ground instead of the floor.
+  std::vector<Eigen::Vector3d> points_base;
+  Random random(83);
+  for (int i = 0; i < 300; ++i) {
+    points_base.emplace_back(random.real(0.5, 1.9), random.real(-1, 1), 0.0);
+  }
+  for (int i = 0; i < 3000; ++i) {
+    points_base.emplace_back(random.real(2.1, 9), random.real(-4, 4), -0.06);
+  }
+  std::set<Cell> wall;
+  for (int i = 0; i < 8; ++i) {
+    points_base.emplace_back(1.55, 0.35 - 0.1 * i, 0.55);
+    wall.insert({46 + i, 15, 5});  // base y is map -x
+  }
+  for (Eigen::Vector3d& point : points_base) point.z() -= 1.05;
+  const Outcome cropped = runPipeline(parameters, poses, points_base);
+  EXPECT_EQ(cropped.hits, wall);
+  EXPECT_EQ(cropped.statistics.num_filtered, 3000U);
+
+  parameters.crop = NodeParameters().crop;
+  EXPECT_GT(runPipeline(parameters, poses, points_base).hits.size(), wall.size() + 100)
+      << "the road is the ground now";
+  parameters.octomap_server.filter_ground = false;
+  parameters.crop.max_m.x() = 5.0;
+  poses.T_map_base.reset();
+  for (const Cell& cell : runPipeline(parameters, poses, points_base).hits) {
+    EXPECT_LE(cell.x, 50) << "without the filter the limits are in the frame of the map";
+  }
 }
 
 TEST(CloudPipeline, needsTheTransformOfTheBase) {

@@ -56,7 +56,7 @@ TEST(ParameterServer, ValuesOfALaunchFileArrive) {
   EXPECT_EQ(loaded.parameters.map.sensor_model.hit, 0.8);
   EXPECT_EQ(loaded.parameters.map.rtree.max_branches, 24);
   EXPECT_EQ(loaded.parameters.max_range_m, std::numeric_limits<double>::infinity());
-  EXPECT_EQ(loaded.parameters.crop_map.max_m.z(), 2.5e3);
+  EXPECT_EQ(loaded.parameters.crop.max_m.z(), 2.5e3);
   EXPECT_FALSE(loaded.parameters.latch);
 }
 

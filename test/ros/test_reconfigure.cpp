@@ -78,7 +78,7 @@ TEST(Reconfigure, OneValueChangesAndTheOthersStay) {
   EXPECT_TRUE(loaded.parameters.octomap_server.filter_speckles);
   EXPECT_EQ(loaded.parameters.map.sensor_model.hit, 0.9);
   loaded = applyConfig(parameters, withNumber("pointcloud_max_z", 250.0));
-  EXPECT_EQ(loaded.parameters.crop_map.max_m.z(), 250.0) << "not clamped to 100";
+  EXPECT_EQ(loaded.parameters.crop.max_m.z(), 250.0) << "not clamped to 100";
 }
 
 TEST(Reconfigure, AllFieldsOfARequestCount) {

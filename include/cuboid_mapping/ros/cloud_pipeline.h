@@ -61,9 +61,12 @@ class CloudPipeline {
  private:
   [[nodiscard]] cuboid_mapping::Scan makeScan(const CloudPoints& points, const CloudPoses& poses,
                                               NodeStatistics& statistics) const;
-  /// Takes the points of the ground out; none without filter_ground.
+  /// Takes the points of the ground out, of those that the crop leaves; none without filter_ground.
   [[nodiscard]] cuboid_mapping::Scan takeGround(CloudPoints& points, const CloudPoses& poses,
                                                 NodeStatistics& statistics) const;
+  /// As octomap_server: what the limits leave out does not take part in the search for the ground.
+  void cropInBase(std::vector<Eigen::Vector3f>& points, const Eigen::Isometry3d& T_base_points,
+                  NodeStatistics& statistics) const;
   [[nodiscard]] const cuboid_mapping::ScanUpdate& computeUpdate(const cuboid_mapping::Scan& scan,
                                                                 const cuboid_mapping::Scan& ground);
 

@@ -56,9 +56,9 @@ struct NodeParameters {
   double max_range_m = std::numeric_limits<double>::infinity();  ///< Beams are cut there.
   double min_range_m = 0.0;        ///< Nearer points are left out wholly; 0: none.
   double no_return_range_m = 0.0;  ///< Beams without return free space up to it; 0: are skipped.
-  /// Points outside are left out wholly.
-  cuboid_mapping::MetricBox crop_map = {Eigen::Vector3d::Constant(-1e9),
-                                        Eigen::Vector3d::Constant(1e9)};
+  /// Points outside are left out wholly; in the map's frame, with filter_ground in the base's.
+  cuboid_mapping::MetricBox crop = {Eigen::Vector3d::Constant(-1e9),
+                                    Eigen::Vector3d::Constant(1e9)};
   int queue_size = 10;           ///< Clouds that wait, on cloud_in and for a transform.
   double publish_rate_hz = 1.0;  ///< Greatest rate of the map topics.
   bool latch = true;             ///< Whether the map topics are latched.

@@ -17,6 +17,9 @@ struct ScanLimits {
                         Eigen::Vector3d::Constant(std::numeric_limits<double>::infinity())};
 };
 
+/// Whether a point lies in a box whose faces are inside; false for NaN.
+[[nodiscard]] bool isInside(const MetricBox& box, const Eigen::Vector3d& point);
+
 /// How many points filterScan() has left out, by reason; each point counts once.
 struct FilterCounts {
   std::size_t num_too_near = 0;
