@@ -2,10 +2,9 @@
 // The running node in the place of octomap_server: its topics and services, and files of maps.
 #include "cuboid_mapping/LoadMap.h"
 #include "cuboid_mapping/SaveMap.h"
-#include "cuboid_mapping/interop/octree_stream.h"
 #include "cuboid_mapping/io/map_files.h"
-#include "cuboid_mapping/ros/octomap_messages.h"
 #include "ros/node_probe.h"
+#include "ros/octomap_probe.h"
 #include "tools/run_program.h"
 
 #include <dynamic_reconfigure/Reconfigure.h>
@@ -25,60 +24,9 @@ namespace {
 using cuboid_mapping::OctreeContent;
 using cuboid_mapping::test::TemporaryFolder;
 
-/// Keeps the last message of a topic.
-template <typename MessageT>
-class TopicProbe {
- public:
-  explicit TopicProbe(const std::string& topic) {
-    const boost::function<void(const boost::shared_ptr<const MessageT>&)> callback =
-        [this](const boost::shared_ptr<const MessageT>& message) {
-          last_ = *message;
-          ++count_;
-        };
-    subscriber_ = nh_.subscribe(topic, 10, callback);
-  }
-  /// Waits for a message that the condition takes.
-  bool waitForMessage(const std::function<bool(const MessageT&)>& condition) {
-    return waitFor([&] { return count_ > 0 && condition(last_); });
-  }
-  [[nodiscard]] const MessageT& last() const { return last_; }
-  [[nodiscard]] int count() const { return count_; }
-
- private:
-  ros::NodeHandle nh_;
-  MessageT last_;
-  int count_ = 0;
-  ros::Subscriber subscriber_;
-};
-
-std::string bytesOf(const OctomapMessage& message) {
-  return {message.data.begin(), message.data.end()};
-}
-
-/// The leaves of a message, whichever of the two kinds it is.
-OctreeContent contentOf(const OctomapMessage& message) {
-  return message.binary != 0 ? cuboid_mapping::readBinaryOctree(bytesOf(message), -1.0F, 1.0F)
-                             : cuboid_mapping::readFullOctree(bytesOf(message));
-}
-
-double countVoxels(const OctreeContent& content, bool is_occupied) {
-  double count = 0.0;
-  for (const auto& cuboid : content.cuboids) {
-    if ((cuboid.log_odds >= 0.0F) == is_occupied) count += cuboid.box.numVoxels();
-  }
-  return count;
-}
-
 /// What a room of 4 x 4 x 2 m makes known: its inside, and a layer of one voxel at each face.
 constexpr double kFreeVoxels = 40 * 40 * 20;
 constexpr double kOccupiedVoxels = 2 * 40 * 40 + 4 * 40 * 20;
-
-OctomapMessage callOctomap(const std::string& service) {
-  GetOctomap get;
-  EXPECT_TRUE(ros::service::waitForService(service, ros::Duration(kDeadline_s)));
-  EXPECT_TRUE(ros::service::call(service, get));
-  return get.response.map;
-}
 
 /// Share of the voxels of a box that are known, or occupied, in an octree.
 struct BoxShares {

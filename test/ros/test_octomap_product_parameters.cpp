@@ -1,0 +1,206 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// What the parameters of octomap_server that say what is published, and how, do in the running node:
+// those of octomap_parameters.test.
+#include "cuboid_mapping/ros/marker_colors.h"
+#include "ros/server_node.h"
+#include "tools/run_program.h"
+
+#include <algorithm>
+#include <array>
+
+namespace cuboid_mapping_ros::test {
+namespace {
+
+using nav_msgs::OccupancyGrid;
+using sensor_msgs::PointCloud2;
+using visualization_msgs::MarkerArray;
+
+bool areAllDeleted(const MarkerArray& array) {
+  return std::all_of(array.markers.begin(), array.markers.end(), [](const auto& marker) {
+    return marker.points.empty() && marker.action == visualization_msgs::Marker::DELETE;
+  });
+}
+
+/// Two voxels side by side in each of three heights, and one that is alone.
+struct Pairs {
+  Points low{{1.05, 0.05, -0.45}, {1.15, 0.05, -0.45}};
+  Points middle{{1.05, 0.05, 0.55}, {1.15, 0.05, 0.55}};
+  Points high{{1.05, 0.05, 1.25}, {1.15, 0.05, 1.25}};
+  Points speckle{{-1.05, 0.05, 0.55}};
+
+  [[nodiscard]] Points all() const {
+    Points points = speckle;
+    for (const Points& pair : {low, middle, high}) {
+      points.insert(points.end(), pair.begin(), pair.end());
+    }
+    return points;
+  }
+};
+
+TEST(Products, LeaveOutHeightsAndSpeckles) {
+  const Pairs pairs;
+  ServerNode products("products");
+  products.insert(pairs.all());
+  EXPECT_EQ(products.occupied(), cellsOf(pairs.all())) << "nothing is left out of octrees";
+  EXPECT_EQ(cellsOf(pointsOf(products.show<PointCloud2>("octomap_point_cloud_centers"))),
+            cellsOf(pairs.middle));
+  EXPECT_EQ(cellsOf(pointsOf(products.show<MarkerArray>("occupied_cells_vis_array"))),
+            cellsOf(pairs.middle));
+  EXPECT_EQ(cellsOf(products.show<OccupancyGrid>("projected_map"), 100),
+            (std::set<Cell>{{10, 0, 0}, {11, 0, 0}}));
+  std::size_t num_free = 0;
+  for (const auto& marker : products.show<MarkerArray>("free_cells_vis_array").markers) {
+    for (const auto& point : marker.points) {
+      EXPECT_GT(point.z + 0.5 * marker.scale.z, 0.2);
+      EXPECT_LT(point.z - 0.5 * marker.scale.z, 0.8);
+      ++num_free;
+    }
+  }
+  EXPECT_GT(num_free, 5U);
+}
+
+TEST(Products, ShowEverythingByDefaultExceptFreeSpace) {
+  const Pairs pairs;
+  ServerNode plain("plain");
+  plain.insert(pairs.all());
+  EXPECT_EQ(cellsOf(pointsOf(plain.show<PointCloud2>("octomap_point_cloud_centers"))),
+            cellsOf(pairs.all()));
+  EXPECT_EQ(cellsOf(pointsOf(plain.show<MarkerArray>("occupied_cells_vis_array"))),
+            cellsOf(pairs.all()));
+  EXPECT_EQ(cellsOf(plain.show<OccupancyGrid>("projected_map"), 100),
+            (std::set<Cell>{{10, 0, 0}, {11, 0, 0}, {-11, 0, 0}}));
+  TopicProbe<MarkerArray> free(plain.topic("free_cells_vis_array"));
+  EXPECT_TRUE(free.waitForMessage([](const auto& array) { return array.markers.size() == 17; }));
+  EXPECT_TRUE(areAllDeleted(free.last())) << "publish_free_space is off";
+}
+
+TEST(Products, TheProjectionIsAsWideAsAsked) {
+  ServerNode products("products");
+  products.insert(Pairs().all());
+  const auto wide = products.show<OccupancyGrid>("projected_map");
+  EXPECT_EQ(wide.info.width, 200U);
+  EXPECT_EQ(wide.info.height, 100U);
+  EXPECT_NEAR(wide.info.origin.position.x, -10.0, 1e-6);
+  EXPECT_NEAR(wide.info.origin.position.y, -5.0, 1e-6);
+  ServerNode plain("plain");
+  plain.insert(Pairs().all());
+  const auto grid = plain.show<OccupancyGrid>("projected_map");
+  EXPECT_EQ(grid.info.width, 23U);
+  EXPECT_EQ(grid.info.height, 1U);
+}
+
+void expectColor(const std_msgs::ColorRGBA& color, const std::array<float, 4>& rgba) {
+  EXPECT_NEAR(color.r, rgba[0], 1e-6);
+  EXPECT_NEAR(color.g, rgba[1], 1e-6);
+  EXPECT_NEAR(color.b, rgba[2], 1e-6);
+  EXPECT_NEAR(color.a, rgba[3], 1e-6);
+}
+
+TEST(Colors, AreThoseOfTheParametersWithoutHeightMap) {
+  ServerNode colors("colors");
+  colors.insert(Pairs().all());
+  const auto occupied = colors.show<MarkerArray>("occupied_cells_vis_array");
+  EXPECT_EQ(cellsOf(pointsOf(occupied)), cellsOf(Pairs().all()));
+  for (const auto& marker : occupied.markers) {
+    EXPECT_TRUE(marker.colors.empty());
+    expectColor(marker.color, {0.1F, 0.2F, 0.3F, 0.4F});
+  }
+  const auto free = colors.show<MarkerArray>("free_cells_vis_array");
+  EXPECT_GT(pointsOf(free).size(), 10U) << "publish_free_space is on";
+  for (const auto& marker : free.markers) {
+    EXPECT_TRUE(marker.colors.empty());
+    expectColor(marker.color, {0.5F, 0.6F, 0.7F, 0.8F});
+  }
+}
+
+TEST(Colors, FollowTheHeightByDefaultAsFarAsTheFactorSays) {
+  // What is known reaches from -0.5 to 1.3 m.
+  const auto expect_heights = [](ServerNode& node, std::size_t num_cubes, double color_factor) {
+    node.insert(Pairs().all());
+    std::size_t count = 0;
+    for (const auto& marker : node.show<MarkerArray>("occupied_cells_vis_array").markers) {
+      expectColor(marker.color, {0.0F, 0.0F, 1.0F, 1.0F});
+      ASSERT_EQ(marker.colors.size(), marker.points.size());
+      for (std::size_t i = 0; i < marker.points.size(); ++i, ++count) {
+        const auto expected = toHueColor((1.3 - marker.points[i].z) / 1.8 * color_factor);
+        expectColor(marker.colors[i], {expected.r, expected.g, expected.b, 1.0F});
+      }
+    }
+    EXPECT_EQ(count, num_cubes);
+  };
+  ServerNode products("products");
+  expect_heights(products, 2, 0.25);
+  ServerNode plain("plain");
+  expect_heights(plain, 7, 0.8);
+}
+
+TEST(ColoredMap, IsTakenWithAWarningAndWithoutEffect) {
+  ServerNode colors("colors");
+  colors.insert(Pairs().all());
+  EXPECT_EQ(colors.show<PointCloud2>("octomap_point_cloud_centers").fields.size(), 3U);
+  cuboid_mapping::test::Program node({CUBOID_MAPPING_NODE, "__ns:=warned", "_colored_map:=true"});
+  EXPECT_TRUE(ros::service::waitForService("/warned/octomap_full", ros::Duration(kDeadline_s)));
+  node.send(SIGINT);
+  const auto end = node.finish();
+  EXPECT_NE((end.out + end.err).find("colored_map has no effect"), std::string::npos) << end.err;
+}
+
+/// Has clouds mapped until a listener hears of one: without latch it gets changes only, and those
+/// only that come when the node knows of it.
+template <typename MessageT>
+void insertUntilHeard(ServerNode& node, const TopicProbe<MessageT>& listener) {
+  double distance_m = 1.05;
+  EXPECT_TRUE(waitFor([&] {
+    node.insert({pointAlong(1, distance_m += 0.1)});  // a change every time
+    return listener.count() > 0;
+  }));
+}
+
+TEST(Latch, GivesLateListenersTheMapAtOnce) {
+  ServerNode plain("plain");
+  plain.insert({pointAlong(0, 1.05)});
+  // The last of the topics: once it is out, nothing of this change is to come any more.
+  (void)plain.show<OccupancyGrid>("projected_map");
+  TopicProbe<OctomapMessage> listener(plain.topic("octomap_full"));
+  EXPECT_TRUE(waitFor([&] { return listener.count() > 0; })) << "though nothing has changed";
+  EXPECT_EQ(listener.first().header.stamp, plain.stamp());
+}
+
+TEST(Latch, LetsLateListenersWaitForAChangeWhenItIsOff) {
+  ServerNode late("late");
+  TopicProbe<OccupancyGrid> early(late.topic("projected_map"));
+  insertUntilHeard(late, early);
+  ASSERT_TRUE(
+      early.waitForMessage([&](const auto& grid) { return grid.header.stamp == late.stamp(); }));
+  const ros::Time before = late.stamp();
+  TopicProbe<OctomapMessage> listener(late.topic("octomap_full"));
+  ASSERT_TRUE(listener.waitForConnection());
+  insertUntilHeard(late, listener);
+  EXPECT_GT(listener.first().header.stamp, before);
+}
+
+TEST(CompressMapAndIncrementalProjection, ChangeNothing) {
+  std::vector<std::string> octrees;
+  std::vector<OccupancyGrid> grids;
+  for (const std::string name : {"plain", "late"}) {
+    ServerNode node(name);
+    TopicProbe<OccupancyGrid> grid(node.topic("projected_map"));
+    insertUntilHeard(node, grid);
+    node.reset();
+    for (const double half_size_m : {1.0, 2.0}) {
+      node.insert(makeRoom({half_size_m, half_size_m, 1.0}));
+      ASSERT_TRUE(grid.waitForMessage(
+          [&](const auto& message) { return message.header.stamp == node.stamp(); }));
+    }
+    octrees.push_back(bytesOf(node.octomap()));
+    grids.push_back(grid.last());
+  }
+  EXPECT_GT(octrees[0].size(), 1000U);
+  EXPECT_TRUE(octrees[0] == octrees[1]);
+  EXPECT_GT(cellsOf(grids[0], 100).size(), 1000U);
+  EXPECT_EQ(grids[0].info.width, grids[1].info.width);
+  EXPECT_EQ(grids[0].data, grids[1].data);
+}
+
+}  // namespace
+}  // namespace cuboid_mapping_ros::test
