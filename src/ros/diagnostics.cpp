@@ -126,6 +126,7 @@ void fillStatus(const NodeReport& report, const NodeStatistics& last_report,
   status.addf("voxels occupied", "%.0f", report.map.occupied.num_voxels);
   status.add("map bytes", report.map.num_bytes);
   status.add("map revision", report.map.revision);
+  status.add("octomap_server messages built", report.num_built);
 }
 
 }  // namespace cuboid_mapping_ros

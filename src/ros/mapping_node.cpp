@@ -271,6 +271,7 @@ void MappingNode::reportDiagnostics(diagnostic_updater::DiagnosticStatusWrapper&
   report.cloud_topic = cloud_topic_;
   report.num_publishers = cloud_subscriber_.getSubscriber().getNumPublishers();
   report.silence_s = std::chrono::duration<double>(Clock::now() - last_received_).count();
+  report.num_built = octomap_server_.numBuilt();
   fillStatus(report, reported_statistics_, status);
   reported_statistics_ = statistics_;
 }

@@ -86,13 +86,17 @@ OctomapServerInterface::OctomapServerInterface(const ros::NodeHandle& nh,
 template <typename MessageT>
 void OctomapServerInterface::advertise(ros::NodeHandle& nh, const char* name,
                                        std::function<MessageT()> make) {
+  const auto build = [this, make] {
+    ++num_built_;
+    return make();
+  };
   topics_.emplace_back();
   Topic& topic = topics_.back();
-  topic.publish = [&topic, make] { topic.publisher.publish(make()); };
+  topic.publish = [&topic, build] { topic.publisher.publish(build()); };
   // Not latched by ROS: that would build messages while nobody listens.
-  topic.publisher =
-      nh.advertise<MessageT>(name, 1, [this, make](const ros::SingleSubscriberPublisher& listener) {
-        if (is_latched_) listener.publish(make());
+  topic.publisher = nh.advertise<MessageT>(
+      name, 1, [this, build](const ros::SingleSubscriberPublisher& listener) {
+        if (is_latched_) listener.publish(build());
       });
 }
 

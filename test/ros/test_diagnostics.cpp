@@ -98,6 +98,7 @@ TEST(Diagnostics, EveryReasonHasItsOwnKeyAndAdvice) {
   report.statistics.convert_time.add(1.0);
   report.statistics.convert_time.add(4.0);
   report.map = {77, {5, 50.0}, {6, 6e10}, 8000};
+  report.num_built = 31;
   diagnostic_updater::DiagnosticStatusWrapper status;
   fillStatus(report, {}, status);
   EXPECT_EQ(status.level, static_cast<int>(diagnostic_msgs::DiagnosticStatus::WARN));
@@ -122,6 +123,7 @@ TEST(Diagnostics, EveryReasonHasItsOwnKeyAndAdvice) {
   EXPECT_EQ(values["voxels occupied"], "60000000000");
   EXPECT_EQ(values["map bytes"], "8000");
   EXPECT_EQ(values["map revision"], "77");
+  EXPECT_EQ(values["octomap_server messages built"], "31");
 }
 
 }  // namespace

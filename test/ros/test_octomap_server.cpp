@@ -169,6 +169,41 @@ TEST_F(OctomapServerTest, ListenersWhoComeLateGetTheMap) {
   EXPECT_TRUE(bytesOf(second.last()) == bytes);
 }
 
+TEST_F(OctomapServerTest, NothingIsBuiltWithoutListeners) {
+  const std::string key = "octomap_server messages built";
+  int num_clouds = 0;
+  // Rooms of two sizes in turn: every cloud changes the map.
+  const auto publish_change = [&] {
+    const double half_size_m = ++num_clouds % 2 == 0 ? 2.0 : 1.5;
+    const ros::Time stamp(200.0 + num_clouds);
+    cloud_publisher_.publish(makeCloud("lidar", stamp, makeRoom({half_size_m, half_size_m, 1.0})));
+    return stamp;
+  };
+  // A topic that octomap_server does not have shows when the node has published.
+  TopicProbe<visualization_msgs::MarkerArray> others("/occupied_cuboids");
+  const auto is_none_built = [&] {
+    const long num_before = diagnostics_.status().number(key);
+    for (int i = 0; i < 3; ++i) {
+      const ros::Time stamp = publish_change();
+      EXPECT_TRUE(others.waitForMessage(
+          [&](const auto& array) { return array.markers.front().header.stamp == stamp; }));
+    }
+    EXPECT_TRUE(diagnostics_.waitForNextReport());
+    return diagnostics_.status().number(key) == num_before;
+  };
+  EXPECT_TRUE(waitFor(is_none_built)) << "once the listeners of earlier tests have gone";
+
+  TopicProbe<OctomapMessage> full("/octomap_full");
+  ASSERT_TRUE(full.waitForMessage([](const auto&) { return true; }));
+  startCounting();
+  const int num_before = full.count();
+  const ros::Time stamp = publish_change();
+  ASSERT_TRUE(
+      full.waitForMessage([&](const auto& message) { return message.header.stamp == stamp; }));
+  EXPECT_TRUE(waitFor([&] { return countNew(key) == full.count() - num_before; }))
+      << countNew(key) << " built, and the only listener has got " << full.count() - num_before;
+}
+
 /// Sends changes, and gives back what is in force: the value of one of the numbers.
 double reconfigure(const std::vector<std::pair<std::string, double>>& numbers,
                    const std::string& asked) {

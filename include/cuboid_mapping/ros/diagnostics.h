@@ -36,6 +36,7 @@ struct NodeReport {
   std::string cloud_topic;         ///< As it is after remapping.
   std::size_t num_publishers = 0;  ///< Of the cloud topic.
   double silence_s = 0.0;          ///< Since the last cloud, or the start of the node.
+  std::uint64_t num_built = 0;     ///< Messages on the topics of octomap_server.
 };
 
 /// Clouds are missing when none has come for so long.

@@ -11,6 +11,7 @@
 #include <ros/publisher.h>
 #include <ros/service_server.h>
 
+#include <atomic>
 #include <cstdint>
 #include <functional>
 #include <list>
@@ -56,6 +57,9 @@ class OctomapServerInterface {
   /// Publishes what has changed and is listened to.
   void publish();
 
+  /// Messages of all topics that have been built so far. Thread-safe.
+  [[nodiscard]] std::uint64_t numBuilt() const { return num_built_; }
+
  private:
   /// A copy of the map, and its stamp.
   struct View {
@@ -86,6 +90,7 @@ class OctomapServerInterface {
   GuardedMap& map_;
   ProjectedMap projection_;
   bool is_changed_ = false;
+  std::atomic<std::uint64_t> num_built_{0};
   std::mutex pending_mutex_;
   std::optional<OctomapServerParameters> pending_;  ///< To be taken by publish().
   ros::ServiceServer binary_server_;
