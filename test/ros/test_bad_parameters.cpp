@@ -1,17 +1,14 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Node and nodelet with bad parameters: they say what is wrong, and do not start.
-#include "ros/node_probe.h"
+#include "ros/log_probe.h"
 
 #include <nodelet/NodeletList.h>
 #include <nodelet/NodeletLoad.h>
-#include <rosgraph_msgs/Log.h>
 #include <sys/wait.h>
 
-#include <algorithm>
 #include <array>
 #include <cstdio>
 #include <string>
-#include <vector>
 
 namespace cuboid_mapping_ros::test {
 namespace {
@@ -47,27 +44,6 @@ TEST(BadParameters, TheNodeNamesThemAllAndEndsWithAnError) {
   EXPECT_NE(ending.output.find("not started: 3 bad parameters"), std::string::npos)
       << ending.output;
 }
-
-/// Lines of the log of all nodes.
-class LogProbe {
- public:
-  LogProbe() {
-    const boost::function<void(const rosgraph_msgs::Log::ConstPtr&)> callback =
-        [this](const rosgraph_msgs::Log::ConstPtr& log) { lines_.push_back(log->msg); };
-    subscriber_ = nh_.subscribe("/rosout", 1000, callback);
-  }
-
-  [[nodiscard]] bool has(const std::string& part) const {
-    return std::any_of(lines_.begin(), lines_.end(), [&part](const std::string& line) {
-      return line.find(part) != std::string::npos;
-    });
-  }
-
- private:
-  ros::NodeHandle nh_;
-  std::vector<std::string> lines_;
-  ros::Subscriber subscriber_;
-};
 
 /// Loads a nodelet with bad parameters into the manager.
 bool loadBadNodelet(const std::string& name) {
