@@ -16,10 +16,11 @@ using dynamic_reconfigure::Config;
 using XmlRpc::XmlRpcValue;
 
 /// Groups of keys that can be changed; a group is a key, or all that begins with it and a slash.
-constexpr std::array<const char*, 14> kRuntimeGroups{
-    "sensor_model",    "publish_rate", "filter_ground", "ground_filter",   "occupancy_min_z",
-    "occupancy_max_z", "min_x_size",   "min_y_size",    "filter_speckles", "publish_free_space",
-    "height_map",      "color_factor", "color",         "color_free"};
+constexpr std::array<const char*, 16> kRuntimeGroups{
+    "sensor_model",    "publish_rate",       "filter_ground", "ground_filter",
+    "occupancy_min_z", "occupancy_max_z",    "min_x_size",    "min_y_size",
+    "filter_speckles", "publish_free_space", "height_map",    "color_factor",
+    "color",           "color_free",         "compress_map",  "incremental_2D_projection"};
 
 /// Fixed, and yet in the description.
 constexpr std::array<const char*, 2> kExplainedKeys{"frame_id", "resolution"};
@@ -232,6 +233,7 @@ LoadedParameters applyConfig(const NodeParameters& parameters, const Config& req
   XmlRpcValue values = toXmlRpc(parameters);
   std::vector<ParameterError> errors;
   for (const auto& [name, value] : valuesOf(request)) {
+    if (name == kMaxDepthName) continue;
     const ParameterDeclaration* declaration = findDeclaration(name);
     if (declaration == nullptr) {
       errors.push_back({name, "is no parameter: see ~parameter_descriptions"});

@@ -26,6 +26,12 @@ ReconfigureServer::ReconfigureServer(const ros::NodeHandle& private_nh,
 
 bool ReconfigureServer::onRequest(dynamic_reconfigure::ReconfigureRequest& request,
                                   dynamic_reconfigure::ReconfigureResponse& response) {
+  for (const auto& number : request.config.ints) {
+    if (number.name != kMaxDepthName) continue;
+    ROS_WARN_STREAM_NAMED(kNodeName, "set_parameters: " << kMaxDepthName
+                                                        << " has no effect: cells of every size "
+                                                           "are shown");
+  }
   const LoadedParameters loaded = applyConfig(parameters_, request.config);
   for (const ParameterError& error : loaded.errors) {
     ROS_ERROR_STREAM_NAMED(kNodeName, "set_parameters: " << error.key << ' ' << error.message

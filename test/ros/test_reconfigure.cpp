@@ -32,12 +32,13 @@ TEST(Reconfigure, NamesAreKeysWithoutSlashesAndAllDifferent) {
   std::set<std::string> names;
   for (const std::string& key : runtimeKeys()) names.insert(toReconfigureName(key));
   EXPECT_EQ(names.size(), runtimeKeys().size());
-  // Those of octomap_server, except max_depth and what has no effect here.
+  // Those of octomap_server, except max_depth.
   for (const char* name :
        {"pointcloud_min_z", "pointcloud_max_z", "occupancy_min_z", "occupancy_max_z",
         "filter_speckles", "filter_ground", "ground_filter_distance", "ground_filter_angle",
         "ground_filter_plane_distance", "sensor_model_max_range", "sensor_model_min_range",
-        "sensor_model_hit", "sensor_model_miss", "sensor_model_min", "sensor_model_max"}) {
+        "sensor_model_hit", "sensor_model_miss", "sensor_model_min", "sensor_model_max",
+        "compress_map", "incremental_2D_projection"}) {
     EXPECT_EQ(names.count(name), 1U) << name;
   }
 }
@@ -92,6 +93,49 @@ TEST(Reconfigure, AllFieldsOfARequestCount) {
   EXPECT_FALSE(loaded.parameters.octomap_server.is_height_map);
 }
 
+TEST(Reconfigure, ARequestWithEveryFieldOfOctomapServerCounts) {
+  Config request;
+  const std::vector<std::pair<std::string, double>> numbers{{"pointcloud_min_z", -50.0},
+                                                            {"pointcloud_max_z", 60.0},
+                                                            {"occupancy_min_z", -5.0},
+                                                            {"occupancy_max_z", 6.0},
+                                                            {"ground_filter_distance", 0.05},
+                                                            {"ground_filter_angle", 0.2},
+                                                            {"sensor_model_max_range", 20.0},
+                                                            {"sensor_model_min_range", 0.5},
+                                                            {"sensor_model_hit", 0.75},
+                                                            {"sensor_model_miss", 0.45},
+                                                            {"sensor_model_min", 0.2},
+                                                            {"sensor_model_max", 0.9},
+                                                            {"ground_filter_plane_distance", 0.1}};
+  for (const auto& [name, value] : numbers) {
+    request.doubles.push_back(withNumber(name, value).doubles[0]);
+  }
+  for (const std::string name :
+       {"filter_speckles", "filter_ground", "compress_map", "incremental_2D_projection"}) {
+    request.bools.push_back(withSwitch(name, name != "compress_map").bools[0]);
+  }
+  request.ints.resize(1);
+  request.ints[0].name = "max_depth";
+  request.ints[0].value = 12;
+  const LoadedParameters loaded = applyConfig({}, request);
+  EXPECT_TRUE(loaded.errors.empty()) << loaded.errors[0].key << ' ' << loaded.errors[0].message;
+  const Config in_force = toConfig(loaded.parameters);
+  std::size_t num_found = 0;
+  for (const auto& number : in_force.doubles) {
+    for (const auto& [name, value] : numbers) {
+      if (number.name != name) continue;
+      EXPECT_EQ(number.value, value) << name;
+      ++num_found;
+    }
+  }
+  EXPECT_EQ(num_found, numbers.size());
+  EXPECT_TRUE(loaded.parameters.octomap_server.filter_speckles);
+  EXPECT_TRUE(loaded.parameters.octomap_server.filter_ground);
+  EXPECT_FALSE(loaded.parameters.octomap_server.compress_map);
+  EXPECT_TRUE(loaded.parameters.octomap_server.is_projection_incremental);
+}
+
 TEST(Reconfigure, ABadRequestChangesNothingAndSaysWhy) {
   const auto expect_refused = [](const Config& request, const std::string& part) {
     Config with_good = request;
@@ -108,7 +152,7 @@ TEST(Reconfigure, ABadRequestChangesNothingAndSaysWhy) {
   frame.strs[0].value = "odom";
   expect_refused(frame, "fixed to this frame");
   expect_refused(withNumber("sensor_model_hit", 0.3), "from 0.501");
-  expect_refused(withNumber("max_depth", 10), "no parameter");
+  expect_refused(withNumber("max_deepness", 10), "no parameter");
   expect_refused(withNumber("pointcloud_min_z", 1e12), "less than");
   Config queue;
   queue.ints.emplace_back();

@@ -34,6 +34,10 @@ namespace cuboid_mapping_ros {
 [[nodiscard]] std::vector<std::pair<std::string, XmlRpc::XmlRpcValue>> runtimeValues(
     const NodeParameters& parameters);
 
+/// A name that octomap_server has in dynamic_reconfigure only: taken without effect, so that the
+/// rest of a request for octomap_server counts.
+constexpr char kMaxDepthName[] = "max_depth";
+
 /// The parameters with the values of a request; those that it does not name stay.
 ///
 /// A request counts as a whole: with any error nothing of it does. Errors: a name that does not
