@@ -7,6 +7,7 @@
 
 #include <algorithm>
 #include <array>
+#include <atomic>
 #include <cassert>
 #include <cmath>
 
@@ -16,6 +17,7 @@ namespace {
 // Bricks are numbered from a base that lies 2^20 bricks below the sensor, so that one number has 21
 // bits on each axis. The base is aligned to the groups of 4 x 4 x 4 bricks.
 constexpr std::int32_t kBaseOffset = 1 << 23;
+constexpr std::size_t kPartsPerThread = 16;
 
 Cell baseOf(const Cell& origin) {
   Cell base;
@@ -182,48 +184,78 @@ const ScanUpdate& ScanUpdater::compute(const Scan& scan) {
     return update_;
   }
   base_ = baseOf(*ray_origin.cell());
-  parallelFor(shares_.size(), static_cast<int>(shares_.size()), [&](std::size_t i) {
+  // Small parts: in a cloud ring by ring, the beams of one half are several times as long.
+  const std::size_t num_parts = kPartsPerThread * shares_.size();
+  std::atomic<std::size_t> next_part{0};
+  parallelFor(shares_.size(), numThreads(), [&](std::size_t i) {
     Share& share = shares_[i];
     share.marks.clear();
     share.num_points = 0;
     share.num_out_of_range = 0;
-    const auto add_part = [&](const std::vector<Eigen::Vector3f>& ends, bool are_returns) {
-      const std::size_t first = ends.size() * i / shares_.size();
-      const std::size_t last = ends.size() * (i + 1) / shares_.size();
-      addBeams(ray_origin, scan.origin, ends.data() + first, last - first, are_returns, share);
-    };
-    add_part(scan.points, true);
-    add_part(scan.no_returns, false);
+    for (std::size_t part = next_part++; part < num_parts; part = next_part++) {
+      const auto add_part = [&](const std::vector<Eigen::Vector3f>& ends, bool are_returns) {
+        const std::size_t first = ends.size() * part / num_parts;
+        const std::size_t last = ends.size() * (part + 1) / num_parts;
+        addBeams(ray_origin, scan.origin, ends.data() + first, last - first, are_returns, share);
+      };
+      add_part(scan.points, true);
+      add_part(scan.no_returns, false);
+    }
+    sortMarks(share);
   });
   collectBricks();
   update_.samples = sampleBeams(grid_, scan, max_range_m_, sampling_, num_scans_++);
   return update_;
 }
 
+void ScanUpdater::sortMarks(Share& share) {
+  share.order.clear();
+  for (std::size_t i = 0; i < share.marks.size(); ++i) {
+    share.order.push_back({toMorton(share.marks[i].key), &share.marks[i]});
+  }
+  std::sort(share.order.begin(), share.order.end(), isBefore);
+}
+
 /// Unites what the threads have found out.
 void ScanUpdater::collectBricks() {
-  std::vector<std::pair<std::uint64_t, const BrickMarks*>> order;
+  std::vector<PlacedMarks> order;
   for (const Share& share : shares_) {
     update_.num_points += share.num_points;
     update_.num_out_of_range += share.num_out_of_range;
-    for (std::size_t i = 0; i < share.marks.size(); ++i) {
-      order.emplace_back(toMorton(share.marks[i].key), &share.marks[i]);
-    }
+    const auto middle = static_cast<std::ptrdiff_t>(order.size());
+    order.insert(order.end(), share.order.begin(), share.order.end());
+    std::inplace_merge(order.begin(), order.begin() + middle, order.end(), isBefore);
   }
-  std::sort(order.begin(), order.end());
-  update_.bricks.reserve(order.size());
-  for (const auto& [morton, marks] : order) {
-    const BrickMask misses = marks->collectMisses();
-    if (isEmpty(marks->hits) && isEmpty(misses)) continue;  // A beam that went along its face.
-    if (update_.bricks.empty() || update_.bricks.back().morton != morton) {
-      update_.bricks.push_back({toBrick(marks->key, base_), {}, {}, morton});
+  std::vector<std::size_t> firsts;  // Of each brick, in `order`.
+  for (std::size_t i = 0; i < order.size(); ++i) {
+    if (i == 0 || order[i].morton != order[i - 1].morton) firsts.push_back(i);
+  }
+  update_.bricks.resize(firsts.size());
+  firsts.push_back(order.size());
+  const std::size_t num_parts = kPartsPerThread * shares_.size();
+  parallelFor(num_parts, numThreads(), [&](std::size_t part) {
+    const std::size_t end = update_.bricks.size() * (part + 1) / num_parts;
+    for (std::size_t i = update_.bricks.size() * part / num_parts; i < end; ++i) {
+      update_.bricks[i] = unite(order.data() + firsts[i], order.data() + firsts[i + 1]);
     }
-    BrickUpdate& brick = update_.bricks.back();
+  });
+  const auto is_empty = [](const BrickUpdate& brick) {
+    return isEmpty(brick.hits) && isEmpty(brick.misses);  // A beam that went along its face.
+  };
+  update_.bricks.erase(std::remove_if(update_.bricks.begin(), update_.bricks.end(), is_empty),
+                       update_.bricks.end());
+}
+
+BrickUpdate ScanUpdater::unite(const PlacedMarks* first, const PlacedMarks* last) const {
+  BrickUpdate brick{toBrick(first->marks->key, base_), {}, {}, first->morton};
+  for (; first != last; ++first) {
+    const BrickMask misses = first->marks->collectMisses();
     for (std::size_t z = 0; z < kBrickEdge; ++z) {
-      brick.hits[z] |= marks->hits[z];
+      brick.hits[z] |= first->marks->hits[z];
       brick.misses[z] |= misses[z];
     }
   }
+  return brick;
 }
 
 }  // namespace cuboid_mapping

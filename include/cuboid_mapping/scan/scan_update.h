@@ -59,9 +59,16 @@ class ScanUpdater {
   const ScanUpdate& compute(const Scan& scan);
 
  private:
+  /// What one thread knows of a brick, and its place along the Morton curve.
+  struct PlacedMarks {
+    std::uint64_t morton;
+    const BrickMarks* marks;
+  };
+
   /// What one thread has found out.
   struct Share {
     BeamMarks marks;
+    std::vector<PlacedMarks> order;  ///< Of all its bricks.
     std::size_t num_points = 0;
     std::size_t num_out_of_range = 0;
   };
@@ -77,7 +84,11 @@ class ScanUpdater {
   void addBeams(const RayOrigin& ray_origin, const Eigen::Vector3f& origin,
                 const Eigen::Vector3f* ends, std::size_t count, bool are_returns,
                 Share& share) const;
+  static bool isBefore(const PlacedMarks& a, const PlacedMarks& b) { return a.morton < b.morton; }
+  static void sortMarks(Share& share);
   void collectBricks();
+  [[nodiscard]] BrickUpdate unite(const PlacedMarks* first, const PlacedMarks* last) const;
+  [[nodiscard]] int numThreads() const { return static_cast<int>(shares_.size()); }
 
   Grid grid_;
   double max_range_m_;
