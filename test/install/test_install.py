@@ -1,0 +1,95 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: BSD-3-Clause
+"""The install space: nothing is missing that programs, launch files and other packages need.
+
+usage: test_install.py CMAKE SOURCE_DIR BUILD_DIR DEVEL_SPACE PREFIX
+"""
+import os
+import pathlib
+import re
+import shutil
+import subprocess
+import sys
+import tempfile
+import unittest
+
+CMAKE, *FOLDERS = sys.argv[1:6]
+SOURCE, BUILD, DEVEL, PREFIX = map(pathlib.Path, FOLDERS)
+PACKAGE = 'cuboid_mapping'
+
+
+def run(*command, **options):
+    """What a program writes; fails with it when it ends with an error."""
+    done = subprocess.run([str(part) for part in command], stdout=subprocess.PIPE, stderr=subprocess.STDOUT,
+                          universal_newlines=True, **options)
+    if done.returncode != 0:
+        raise AssertionError(f'{command} ended with {done.returncode}:\n{done.stdout}')
+    return done.stdout
+
+
+class InstallSpaceTest(unittest.TestCase):
+
+    @classmethod
+    def setUpClass(cls):
+        cls.root = pathlib.Path(tempfile.mkdtemp(prefix='cuboid_test_'))
+        cls.addClassCleanup(shutil.rmtree, cls.root)
+        egg_info = SOURCE / 'python' / f'{PACKAGE}.egg-info'
+        if not egg_info.exists():
+            cls.addClassCleanup(shutil.rmtree, egg_info, ignore_errors=True)
+        run(CMAKE, '--install', BUILD, env={**os.environ, 'DESTDIR': str(cls.root)})
+        cls.space = cls.root / PREFIX.relative_to('/')
+        cls.share = cls.space / 'share' / PACKAGE
+        libraries = [cls.space / 'lib', *os.environ.get('LD_LIBRARY_PATH', '').split(':')]
+        libraries = [str(folder) for folder in libraries if str(folder) and DEVEL not in pathlib.Path(folder).parents]
+        cls.environment = {**os.environ, 'LD_LIBRARY_PATH': ':'.join(libraries)}
+
+    def test_every_program_is_there_with_its_libraries(self):
+        names = {path.name for path in (DEVEL / 'lib' / PACKAGE).iterdir() if not path.name.startswith('test_')}
+        self.assertGreater(len(names), 10)
+        programs = self.space / 'lib' / PACKAGE
+        self.assertEqual(names - {path.name for path in programs.iterdir()}, set())
+        for path in [*programs.iterdir(), *(self.space / 'lib').glob('*.so')]:
+            with self.subTest(path.name):
+                needed = run('ldd', path, env=self.environment)
+                self.assertNotIn('not found', needed)
+                self.assertNotIn(str(DEVEL), needed)
+        self.assertIn('Usage', run(programs / 'map_convert', '--help', env=self.environment))
+
+    def test_every_file_is_there_that_is_read_at_run_time(self):
+        for folder in ('launch', 'config', 'rviz', 'msg', 'srv'):
+            for path in (SOURCE / folder).iterdir():
+                installed = self.share / folder / path.name
+                with self.subTest(path.name):
+                    self.assertEqual(installed.read_bytes(), path.read_bytes())
+        for launch in (self.share / 'launch').iterdir():
+            for name in re.findall(r'\$\(find cuboid_mapping\)/([^"]+)"', launch.read_text()):
+                self.assertTrue((self.share / name).is_file(), f'{launch.name} names {name}')
+        plugins = (self.share / 'nodelet_plugins.xml').read_text()
+        library = re.search(r'<library path="([^"]+)"', plugins).group(1)
+        self.assertTrue((self.space / f'{library}.so').is_file(), library)
+
+    def test_python_finds_the_client_and_the_messages(self):
+        (packages,) = self.space.glob(f'lib/python3*/*-packages/{PACKAGE}_client')
+        path = f"{packages.parent}:{os.environ.get('PYTHONPATH', '')}"
+        script = (f'import {PACKAGE}.srv, {PACKAGE}_client; {PACKAGE}.srv.QueryBox; '
+                  f'print({PACKAGE}_client.__file__)')
+        self.assertIn(str(self.space), run(sys.executable, '-c', script, env={**os.environ, 'PYTHONPATH': path}))
+
+    def test_another_package_is_built_with_it(self):
+        headers = SOURCE / 'include'
+        for path in headers.rglob('*.h'):
+            self.assertTrue((self.space / 'include' / path.relative_to(headers)).is_file(), path.name)
+        build = self.root / 'build'
+        paths = [str(self.space), *os.environ.get('CMAKE_PREFIX_PATH', '').split(':')]
+        paths = [path for path in paths if path and pathlib.Path(path) != DEVEL]
+        environment = {**self.environment, 'CMAKE_PREFIX_PATH': ':'.join(paths)}
+        run(CMAKE, '-S', SOURCE / 'test/install/client', '-B', build, '-Wno-dev',
+            f'-DPYTHON_EXECUTABLE={sys.executable}', env=environment)
+        run(CMAKE, '--build', build, '--target', 'use_map', env=environment)
+        (program,) = build.glob('devel/lib/*/use_map')
+        self.assertEqual(run(program, self.root / 'map.ot', env=environment).split()[-1], 'OcTree')
+
+
+if __name__ == '__main__':
+    del sys.argv[1:6]
+    unittest.main()
