@@ -229,6 +229,7 @@ void MappingNode::reconfigure(const NodeParameters& parameters) {
     nothing.revision = map.revision();
     return nothing;
   });
+  occupied_publisher_.setColors(parameters.color_by, parameters.color_period_m);
   octomap_server_.setParameters(parameters.octomap_server);
   publish_timer_.setPeriod(ros::WallDuration(1.0 / parameters.publish_rate_hz), false);
 }

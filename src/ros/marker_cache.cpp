@@ -98,6 +98,15 @@ void MarkerCache::read(const CuboidMap& map) {
   dirty_.clear();
 }
 
+void MarkerCache::setColors(ColorBy color_by, double color_period_m) {
+  if (style_.color_by == color_by && style_.color_period_m == color_period_m) return;
+  style_.color_by = color_by;
+  style_.color_period_m = color_period_m;
+  for (std::size_t size_id = 0; size_id < cubes_.size(); ++size_id) {
+    if (!cubes_[size_id].empty()) changed_.set(size_id);
+  }
+}
+
 MarkerArray MarkerCache::takeDifference(const std_msgs::Header& header) {
   MarkerArray array;
   array.markers.reserve(changed_.count());

@@ -22,7 +22,19 @@ void MarkerPublisher::readMap() {
   });
 }
 
+void MarkerPublisher::setColors(ColorBy color_by, double color_period_m) {
+  const std::lock_guard<std::mutex> lock(pending_mutex_);
+  pending_ = Colors{color_by, color_period_m};
+}
+
+void MarkerPublisher::takePendingColors() {
+  const std::lock_guard<std::mutex> lock(pending_mutex_);
+  if (pending_) cache_.setColors(pending_->color_by, pending_->color_period_m);
+  pending_.reset();
+}
+
 void MarkerPublisher::publish() {
+  takePendingColors();
   if (num_listeners_ == 0 || !cache_.hasChanges()) return;
   readMap();
   const visualization_msgs::MarkerArray difference = cache_.takeDifference(header_);

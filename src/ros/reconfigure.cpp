@@ -16,11 +16,12 @@ using dynamic_reconfigure::Config;
 using XmlRpc::XmlRpcValue;
 
 /// Groups of keys that can be changed; a group is a key, or all that begins with it and a slash.
-constexpr std::array<const char*, 16> kRuntimeGroups{
+constexpr std::array<const char*, 18> kRuntimeGroups{
     "sensor_model",    "publish_rate",       "filter_ground", "ground_filter",
     "occupancy_min_z", "occupancy_max_z",    "min_x_size",    "min_y_size",
     "filter_speckles", "publish_free_space", "height_map",    "color_factor",
-    "color",           "color_free",         "compress_map",  "incremental_2D_projection"};
+    "color",           "color_free",         "compress_map",  "incremental_2D_projection",
+    "color_by",        "color_period"};
 
 /// Fixed, and yet in the description.
 constexpr std::array<const char*, 2> kExplainedKeys{"frame_id", "resolution"};

@@ -86,6 +86,30 @@ class Drive {
   ScanUpdater updater_;
 };
 
+TEST(MarkerCache, OtherColoursCountForMarkersThatAreThereAlready) {
+  Random random(76);
+  Drive drive(random, "brick");
+  for (int i = 0; i < 5; ++i) drive.step();
+  MarkerStyle style;
+  MarkerCache cache(drive.map().grid(), style);
+  MarkerViewer viewer;
+  viewer.apply(cache.update(drive.map(), makeHeader()));
+  cache.setColors(style.color_by, style.color_period_m);
+  EXPECT_FALSE(cache.hasChanges()) << "the same as before";
+  style.color_by = ColorBy::kProbability;
+  for (const double period_m : {10.0, 3.0}) {
+    style.color_period_m = period_m;
+    cache.setColors(style.color_by, period_m);
+    EXPECT_TRUE(cache.hasChanges());
+    viewer.apply(cache.update(drive.map(), makeHeader()));
+    const auto expected = expectedCubes(drive.map().tree(), drive.map().grid(), style);
+    EXPECT_GT(expected.size(), 10U);
+    EXPECT_EQ(viewer.cubes(), expected) << seedNote(0);
+    EXPECT_FALSE(cache.hasChanges());
+    style.color_by = ColorBy::kHeight;
+  }
+}
+
 TEST(MarkerCache, DifferencesAddUpToTheWholeMap) {
   std::size_t num_compared = 0;
   std::size_t num_cubes = 0;

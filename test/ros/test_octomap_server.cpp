@@ -3,6 +3,7 @@
 #include "cuboid_mapping/LoadMap.h"
 #include "cuboid_mapping/SaveMap.h"
 #include "cuboid_mapping/io/map_files.h"
+#include "cuboid_mapping/ros/marker_colors.h"
 #include "ros/node_probe.h"
 #include "ros/octomap_probe.h"
 #include "tools/run_program.h"
@@ -256,6 +257,19 @@ TEST_F(OctomapServerTest, ParametersChangeWhileItRuns) {
   }
   EXPECT_NEAR(greatest, std::log(0.9 / 0.1), 1e-5);
   reconfigure({{"sensor_model_hit", 0.7}}, "sensor_model_hit");
+}
+
+TEST_F(OctomapServerTest, ColoursOfCuboidsChangeWhileItRuns) {
+  TopicProbe<visualization_msgs::MarkerArray> cuboids("/occupied_cuboids");
+  for (const double period_m : {3.0, 10.0}) {
+    const auto has_colors = [period_m](const auto& array) {
+      const auto& marker = array.markers.back();
+      return !marker.points.empty() &&
+             marker.colors.front() == toHeightColor(marker.points.front().z, period_m);
+    };
+    EXPECT_EQ(reconfigure({{"color_period", period_m}}, "color_period"), period_m);
+    EXPECT_TRUE(cuboids.waitForMessage(has_colors)) << period_m << ", though no cloud came";
+  }
 }
 
 TEST_F(OctomapServerTest, MapsAreSavedAndLoaded) {

@@ -80,6 +80,12 @@ TEST(Reconfigure, OneValueChangesAndTheOthersStay) {
   EXPECT_EQ(loaded.parameters.map.sensor_model.hit, 0.9);
   loaded = applyConfig(parameters, withNumber("pointcloud_max_z", 250.0));
   EXPECT_EQ(loaded.parameters.crop.max_m.z(), 250.0) << "not clamped to 100";
+  Config color_by;
+  color_by.strs.resize(1);
+  color_by.strs[0].name = "color_by";
+  color_by.strs[0].value = "probability";
+  loaded = applyConfig(parameters, color_by);
+  EXPECT_EQ(loaded.parameters.color_by, ColorBy::kProbability);
 }
 
 TEST(Reconfigure, AllFieldsOfARequestCount) {

@@ -57,8 +57,13 @@ class MarkerCache {
   /// after release().
   void noteChanges(const cuboid_mapping::ChangeSet& changes);
 
-  /// Whether read() has something to look at.
-  [[nodiscard]] bool hasChanges() const { return is_everything_dirty_ || !dirty_.empty(); }
+  /// Takes other colours; markers that they change are different for takeDifference().
+  void setColors(ColorBy color_by, double color_period_m);
+
+  /// Whether read() has something to look at, or takeDifference() has something to give.
+  [[nodiscard]] bool hasChanges() const {
+    return is_everything_dirty_ || !dirty_.empty() || changed_.any();
+  }
 
   /// Reads the chunks that have changed. @complexity O(cuboids of these chunks).
   void read(const cuboid_mapping::CuboidMap& map);

@@ -10,6 +10,8 @@
 #include <ros/time.h>
 #include <std_msgs/Header.h>
 
+#include <mutex>
+#include <optional>
 #include <string>
 
 namespace cuboid_mapping_ros {
@@ -37,7 +39,7 @@ struct MarkerTopic {
 ///
 /// A listener that is more than kQueueSize messages behind loses some, and has to subscribe anew.
 /// The map is held while cuboids are read from it, not while messages are made of them.
-/// Thread rule: all calls, and the callbacks of the node handle's queue, one after the other.
+/// Thread rule: all calls but setColors(), and the callbacks of the node handle's queue, one after the other.
 class MarkerPublisher {
  public:
   static constexpr std::uint32_t kQueueSize = 50;
@@ -50,10 +52,19 @@ class MarkerPublisher {
   /// To be called with every change of the R-tree, some at a time, before publish().
   void noteChanges(const cuboid_mapping::ChangeSet& changes) { cache_.noteChanges(changes); }
 
+  /// Takes other colours, from the next publish() on. Thread-safe.
+  void setColors(ColorBy color_by, double color_period_m);
+
   /// Publishes what has changed since the last call, if anything has and anybody listens.
   void publish();
 
  private:
+  struct Colors {
+    ColorBy color_by;
+    double color_period_m;
+  };
+
+  void takePendingColors();
   void onConnect(const ros::SingleSubscriberPublisher& listener);
   void onDisconnect();
 
@@ -63,7 +74,9 @@ class MarkerPublisher {
   LateListener late_listener_;
   MarkerCache cache_;
   std_msgs::Header header_;
-  int num_listeners_ = 0;  ///< That onConnect has seen.
+  std::mutex pending_mutex_;
+  std::optional<Colors> pending_;  ///< To be taken by publish().
+  int num_listeners_ = 0;          ///< That onConnect has seen.
   bool is_picture_due_ = false;
   ros::Publisher publisher_;  ///< Last: its callbacks end before the rest goes.
 };
