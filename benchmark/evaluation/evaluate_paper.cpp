@@ -8,6 +8,7 @@
 #include "dataset.h"
 #include "machine.h"
 #include "progress_bar.h"
+#include "result_file.h"
 
 #include "cuboid_mapping/interop/octomap_parity.h"
 
@@ -50,12 +51,7 @@ class RunFiles {
   }
 
   void write(const std::string& name, const json& run) const {
-    const fs::path partial = pathOf(name).string() + ".partial";
-    std::ofstream out(partial.string());
-    out << run.dump(1) << '\n';
-    out.close();
-    if (!out) throw std::runtime_error("cannot write " + partial.string());
-    fs::rename(partial, pathOf(name));
+    ResultFile(pathOf(name).string()).write(run.dump(1) + '\n');
   }
 
  private:
