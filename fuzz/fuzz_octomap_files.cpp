@@ -4,24 +4,47 @@
 
 #include "fuzz_limits.h"
 
+#include <algorithm>
 #include <cstdint>
 #include <cstdlib>
 #include <string>
+#include <vector>
 
 namespace {
 
 using namespace cuboid_mapping;
 
+bool isLeaf(const Cuboid& cuboid, const OctreeLeaf& leaf) {
+  const CellBox box{leaf.min, leaf.min + Cell{leaf.edge(), leaf.edge(), leaf.edge()}};
+  return cuboid.box == box && cuboid.log_odds == leaf.log_odds;
+}
+
+/// The stream has the leaves that the octree of the cuboids has.
+void checkStream(const std::vector<Cuboid>& cuboids, OctreeKind kind) {
+  const OctreeStream stream = toOctreeStream(cuboids, kind);
+  const OctreeContent again = kind == OctreeKind::kFull
+                                  ? readFullOctree(stream.bytes)
+                                  : readBinaryOctree(stream.bytes, -1.0F, 1.0F);
+  const std::vector<OctreeLeaf> leaves = computeOctreeLeaves(cuboids, kind);
+  const bool is_same =
+      stream.num_nodes == again.num_nodes &&
+      std::equal(again.cuboids.begin(), again.cuboids.end(), leaves.begin(), leaves.end(), isLeaf);
+  if (!is_same) std::abort();
+}
+
+double countVoxels(const std::vector<Cuboid>& cuboids) {
+  double num_voxels = 0.0;
+  for (const Cuboid& cuboid : cuboids) num_voxels += cuboid.box.numVoxels();
+  return num_voxels;
+}
+
 /// What is read must be what is written again.
 void check(const OctreeContent& content) {
-  const std::string bytes = toOctreeStream(content.cuboids, OctreeKind::kBinary).bytes;
-  double num_voxels = 0.0;
-  for (const Cuboid& cuboid : content.cuboids) num_voxels += cuboid.box.numVoxels();
-  double num_again = 0.0;
-  for (const Cuboid& cuboid : readBinaryOctree(bytes, -1.0F, 1.0F).cuboids) {
-    num_again += cuboid.box.numVoxels();
-  }
-  if (num_voxels != num_again) std::abort();
+  checkStream(content.cuboids, OctreeKind::kFull);
+  checkStream(content.cuboids, OctreeKind::kBinary);
+  const OctreeStream full = toOctreeStream(content.cuboids, OctreeKind::kFull);
+  const std::vector<Cuboid> again = readFullOctree(full.bytes).cuboids;
+  if (countVoxels(content.cuboids) != countVoxels(again)) std::abort();
 }
 
 template <typename ReadT>

@@ -9,6 +9,7 @@ namespace cuboid_mapping {
 
 /// A line of names, then for each cuboid the faces in metres (map frame), the probability, and
 /// "free" or "occupied". Sorted as by sortCuboids().
-[[nodiscard]] std::string toCsv(MapSnapshot snapshot);
+/// @param listener  Is told of cuboids.
+[[nodiscard]] std::string toCsv(MapSnapshot snapshot, const ProgressListener& listener);
 
 }  // namespace cuboid_mapping

@@ -17,6 +17,8 @@ namespace {
 
 namespace fs = std::filesystem;
 
+constexpr int kForWriting = O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC;
+
 [[noreturn]] void fail(const std::string& action, const std::string& file, int code) {
   std::string text = action;
   text += ' ' + file + ": " + std::strerror(code);
@@ -100,7 +102,7 @@ std::string readFile(const std::string& file) {
 
 void replaceFile(const std::string& file, std::string_view bytes) {
   replaceFile(file, [&](const std::string& partial) {
-    Descriptor descriptor(partial, O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC);
+    Descriptor descriptor(partial, kForWriting);
     if (!descriptor.isOpen()) fail("cannot write", file, errno);
     writeAll(descriptor, bytes, file);
     if (!descriptor.close()) fail("cannot write", file, errno);
@@ -112,6 +114,8 @@ void replaceFile(const std::string& file, const std::function<void(const std::st
   if (fs::is_directory(file)) fail("cannot write", file, EISDIR);
   const std::string partial = file + ".partial";
   Removal removal(partial);
+  // Here, because not everything that writes files says why it cannot.
+  if (!Descriptor(partial, kForWriting).isOpen()) fail("cannot write", file, errno);
   write(partial);
   synchronize(partial, O_RDONLY | O_CLOEXEC, file);
   if (std::rename(partial.c_str(), file.c_str()) != 0) fail("cannot write", file, errno);

@@ -17,7 +17,9 @@ double countVoxels(const std::vector<Cuboid>& cuboids) {
 
 }  // namespace
 
-MapAgreement compareMaps(const MapSnapshot& first, const MapSnapshot& second) {
+MapAgreement compareMaps(const MapSnapshot& first, const MapSnapshot& second,
+                         const ProgressListener& listener) {
+  ProgressCounter progress(listener, first.cuboids.size());
   MapConfig config;
   config.resolution_m = second.resolution_m;
   CuboidMap map(config);
@@ -32,6 +34,7 @@ MapAgreement compareMaps(const MapSnapshot& first, const MapSnapshot& second) {
           agreement.max_log_odds_difference, std::abs(cuboid.log_odds - other.log_odds));
       return Visit::kContinue;
     });
+    progress.advance();
   }
   agreement.only_in_first = countVoxels(first.cuboids) - agreement.known_to_both;
   agreement.only_in_second = countVoxels(second.cuboids) - agreement.known_to_both;

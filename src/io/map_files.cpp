@@ -42,10 +42,12 @@ MapFile decode(const std::string& bytes, const SensorModelConfig& model,
   return {MapFormat::kNative, fromNativeFormat(bytes, native), bytes.size()};
 }
 
-void write(const std::string& file, const MapSnapshot& snapshot, MapFormat format) {
+void write(const std::string& file, const MapSnapshot& snapshot, MapFormat format,
+           const ProgressListener& listener) {
   const auto write_points = [&](PointCloudFormat kind) {
-    replaceFile(file,
-                [&](const std::string& partial) { writePointCloud(partial, snapshot, kind); });
+    replaceFile(file, [&](const std::string& partial) {
+      writePointCloud(partial, snapshot, kind, listener);
+    });
   };
   switch (format) {
     case MapFormat::kNative: return replaceFile(file, toNativeFormat(snapshot));
@@ -55,7 +57,7 @@ void write(const std::string& file, const MapSnapshot& snapshot, MapFormat forma
       return replaceFile(file, toOctomapFile(snapshot, OctreeKind::kBinary));
     case MapFormat::kPcd: return write_points(PointCloudFormat::kPcd);
     case MapFormat::kPly: return write_points(PointCloudFormat::kPly);
-    case MapFormat::kCsv: return replaceFile(file, toCsv(snapshot));
+    case MapFormat::kCsv: return replaceFile(file, toCsv(snapshot, listener));
   }
 }
 
@@ -95,13 +97,14 @@ MapFile readMapFile(const std::string& file, const SensorModelConfig& model,
   }
 }
 
-std::size_t writeMapFile(const std::string& file, const MapSnapshot& snapshot) {
+std::size_t writeMapFile(const std::string& file, const MapSnapshot& snapshot,
+                         const ProgressListener& listener) {
   const auto format = formatOfName(file);
   if (!format) {
     throw MapFileError(MapFileDefect::kForeign,
                        "cannot write " + file + ": its name must end in one of " + knownEndings());
   }
-  write(file, snapshot, *format);
+  write(file, snapshot, *format, listener);
   return std::filesystem::file_size(file);
 }
 

@@ -11,6 +11,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <mutex>
 #include <optional>
 #include <stdexcept>
 
@@ -134,8 +135,8 @@ Camera makeCameraAt(const Eigen::Vector3d& eye, const Eigen::Vector3d& target, d
   return camera;
 }
 
-Picture renderMap(const CuboidMap& map, const Camera& camera, const PictureSize& size,
-                  int threads) {
+Picture renderMap(const CuboidMap& map, const Camera& camera, const PictureSize& size, int threads,
+                  const ProgressListener& listener) {
   HeightRange heights;
   if (const auto extent = findExtent(map, CuboidFilter::kOccupied)) {
     const MetricBox box = map.grid().toMetricBox(*extent);
@@ -144,6 +145,9 @@ Picture renderMap(const CuboidMap& map, const Camera& camera, const PictureSize&
   Picture picture{size.width, size.height,
                   std::vector<std::uint8_t>(3 * size.width * size.height, 255)};
   const Lens lens(camera, size);
+  std::mutex mutex;
+  std::uint64_t num_rows = 0;
+  if (listener) listener(0, size.height);
   parallelFor(size.height, threads, [&](std::size_t y) {
     for (std::size_t x = 0; x < size.width; ++x) {
       const PixelRay ray = lens.rayOf(x, y);
@@ -153,6 +157,9 @@ Picture renderMap(const CuboidMap& map, const Camera& camera, const PictureSize&
       const Rgb color = colorOf(map, *seen, heights, camera.range_m);
       std::copy(color.begin(), color.end(), &picture.rgb[3 * (y * size.width + x)]);
     }
+    const std::lock_guard<std::mutex> lock(mutex);
+    ++num_rows;
+    if (listener) listener(num_rows, size.height);
   });
   return picture;
 }

@@ -32,7 +32,7 @@ void addCenters(const Cuboid& cuboid, const Grid& grid, Points& points) {
   }
 }
 
-Points makePoints(MapSnapshot snapshot, const std::string& file) {
+Points makePoints(MapSnapshot snapshot, const std::string& file, const ProgressListener& listener) {
   sortCuboids(snapshot.cuboids);
   constexpr double kMaxPoints = 1 << 28;
   double num_points = 0.0;
@@ -46,8 +46,10 @@ Points makePoints(MapSnapshot snapshot, const std::string& file) {
   Points points;
   points.reserve(static_cast<std::size_t>(num_points));
   const Grid grid(snapshot.resolution_m);
+  ProgressCounter progress(listener, snapshot.cuboids.size());
   for (const Cuboid& cuboid : snapshot.cuboids) {
     if (cuboid.occupancy() == Occupancy::kOccupied) addCenters(cuboid, grid, points);
+    progress.advance();
   }
   return points;
 }
@@ -74,8 +76,9 @@ bool write(const std::string& file, const Points& points, PointCloudFormat forma
 
 }  // namespace
 
-void writePointCloud(const std::string& file, MapSnapshot snapshot, PointCloudFormat format) {
-  const Points points = makePoints(std::move(snapshot), file);
+void writePointCloud(const std::string& file, MapSnapshot snapshot, PointCloudFormat format,
+                     const ProgressListener& listener) {
+  const Points points = makePoints(std::move(snapshot), file, listener);
   std::string reason = "the folder is not writable, or the disk is full";
   bool is_written = false;
   try {

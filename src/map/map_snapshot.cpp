@@ -56,7 +56,8 @@ std::string findFaultOfCuboid(const Cuboid& cuboid) {
 using BrickMasks = std::unordered_map<Cell, BrickMask, CellHash>;
 
 /// The cuboids, divided anew in every brick; as they are, where the strategy looks beyond bricks.
-std::vector<Cuboid> fuseBricks(const std::vector<Cuboid>& cuboids, const std::string& fusion) {
+std::vector<Cuboid> fuseBricks(const std::vector<Cuboid>& cuboids, const std::string& fusion,
+                               const ProgressListener& listener) {
   const auto strategy = makeFusion(fusion);
   if (strategy == nullptr) return cuboids;
   std::unordered_map<Cell, std::vector<std::uint32_t>, CellHash> members;
@@ -67,11 +68,13 @@ std::vector<Cuboid> fuseBricks(const std::vector<Cuboid>& cuboids, const std::st
     });
   }
   std::vector<Cuboid> fused;
+  ProgressCounter progress(listener, members.size());
   for (const auto& [brick, indices] : members) {
     DenseBrick dense;
     dense.brick = brick;
     for (const std::uint32_t i : indices) dense.fill(cuboids[i]);
     strategy->partition(dense, fused);
+    progress.advance();
   }
   return fused;
 }
@@ -101,13 +104,19 @@ MapSnapshot takeSnapshot(const CuboidMap& map, const std::string& frame_id) {
   return snapshot;
 }
 
-ChangeSet restoreSnapshot(const MapSnapshot& snapshot, CuboidMap& map) {
+std::vector<Cuboid> fuseSnapshot(const MapSnapshot& snapshot, const SensorModel& thresholds,
+                                 const std::string& fusion, const ProgressListener& listener) {
   std::vector<Cuboid> cuboids = snapshot.cuboids;
   for (Cuboid& cuboid : cuboids) {
-    cuboid.log_odds = std::clamp(cuboid.log_odds, map.sensorModel().min(), map.sensorModel().max());
+    cuboid.log_odds = std::clamp(cuboid.log_odds, thresholds.min(), thresholds.max());
   }
+  return fuseBricks(cuboids, fusion, listener);
+}
+
+ChangeSet restoreSnapshot(const MapSnapshot& snapshot, CuboidMap& map) {
+  const auto cuboids = fuseSnapshot(snapshot, map.sensorModel(), map.config().fusion);
   ChangeSet changes = map.clear();
-  changes.revision = map.replace(kAllCells, fuseBricks(cuboids, map.config().fusion)).revision;
+  changes.revision = map.replace(kAllCells, cuboids).revision;
   return changes;
 }
 

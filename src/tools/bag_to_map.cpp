@@ -212,7 +212,5 @@ int run(int argc, char** argv) {
 }  // namespace cuboid_mapping_ros
 
 int main(int argc, char** argv) {
-  cuboid_mapping::catchInterrupts();
-  return cuboid_mapping::runProgram("bag_to_map",
-                                    [&] { return cuboid_mapping_ros::run(argc, argv); });
+  return cuboid_mapping::runMain("bag_to_map", argc, argv, cuboid_mapping_ros::run);
 }

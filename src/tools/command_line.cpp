@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "command_line.h"
 
+#include <atomic>
 #include <csignal>
 #include <exception>
 #include <iostream>
@@ -8,7 +9,8 @@
 namespace cuboid_mapping {
 namespace {
 
-volatile std::sig_atomic_t signal_received = 0;
+std::atomic<int> signal_received{0};
+static_assert(std::atomic<int>::is_always_lock_free, "needed by a handler of signals");
 
 void rememberSignal(int signal_number) { signal_received = signal_number; }
 
@@ -20,7 +22,7 @@ void catchInterrupts() {
 }
 
 void throwIfInterrupted() {
-  if (signal_received != 0) throw Interrupted{signal_received};
+  if (const int signal_number = signal_received) throw Interrupted{signal_number};
 }
 
 int runProgram(const std::string& name, const std::function<int()>& body) {
@@ -33,6 +35,11 @@ int runProgram(const std::string& name, const std::function<int()>& body) {
     std::cerr << name << ": " << error.what() << std::endl;
     return 1;
   }
+}
+
+int runMain(const std::string& name, int argc, char** argv, int (*run)(int, char**)) {
+  catchInterrupts();
+  return runProgram(name, [&] { return run(argc, argv); });
 }
 
 std::optional<int> parseCommandLine(CLI::App& app, int argc, char** argv) {

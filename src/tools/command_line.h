@@ -18,7 +18,7 @@ struct Interrupted {
 /// throw, so that destructors can clean up.
 void catchInterrupts();
 
-/// For loops that take long. @throws Interrupted after one of these signals.
+/// For loops that take long, of any thread. @throws Interrupted after one of these signals.
 void throwIfInterrupted();
 
 /// Runs the body of a command-line program.
@@ -27,6 +27,10 @@ void throwIfInterrupted();
 /// @return The exit status: that of the body; 1 with the message on stderr after an exception; 128
 ///         plus the signal number, as shells have it, after Interrupted.
 [[nodiscard]] int runProgram(const std::string& name, const std::function<int()>& body);
+
+/// The main() of a program that Ctrl-C ends cleanly: catchInterrupts() and runProgram().
+/// @param run  Gets argc and argv.
+[[nodiscard]] int runMain(const std::string& name, int argc, char** argv, int (*run)(int, char**));
 
 /// Parses the command line.
 ///

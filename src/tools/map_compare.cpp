@@ -3,6 +3,7 @@
 #include "command_line.h"
 #include "cuboid_mapping/io/map_comparison.h"
 #include "cuboid_mapping/io/map_files.h"
+#include "progress_bar.h"
 
 #include <cmath>
 #include <iostream>
@@ -37,7 +38,8 @@ int compare(const Options& options) {
   checkResolutions(first, second);
   const bool is_by_class =
       first.format == MapFormat::kOctomapBinary || second.format == MapFormat::kOctomapBinary;
-  const MapAgreement agreement = compareMaps(first.snapshot, second.snapshot);
+  const MapAgreement agreement =
+      compareMaps(first.snapshot, second.snapshot, showProgress("cuboids compared"));
   std::cout.precision(15);
   std::cout << "known to both:     " << agreement.known_to_both << " voxels\n"
             << "only in the first: " << agreement.only_in_first << " voxels\n"
@@ -71,6 +73,5 @@ int run(int argc, char** argv) {
 }  // namespace cuboid_mapping
 
 int main(int argc, char** argv) {
-  cuboid_mapping::catchInterrupts();
-  return cuboid_mapping::runProgram("map_compare", [&] { return cuboid_mapping::run(argc, argv); });
+  return cuboid_mapping::runMain("map_compare", argc, argv, cuboid_mapping::run);
 }

@@ -2,8 +2,10 @@
 // Writes a map in another format.
 #include "command_line.h"
 #include "cuboid_mapping/io/map_files.h"
+#include "progress_bar.h"
 
 #include <iostream>
+#include <utility>
 
 namespace cuboid_mapping {
 namespace {
@@ -16,27 +18,23 @@ struct Options {
   SensorModelConfig model;
 };
 
-/// The cuboids fused anew, as a map does with what it loads.
-MapSnapshot fuse(const MapSnapshot& snapshot, const Options& options) {
-  MapConfig config;
-  config.resolution_m = snapshot.resolution_m;
-  config.sensor_model = snapshot.sensor_model;
-  config.environment = snapshot.environment;
-  config.fusion = options.fusion;
-  CuboidMap map(config);
-  restoreSnapshot(snapshot, map);
-  return takeSnapshot(map, options.frame_id.empty() ? snapshot.frame_id : options.frame_id);
+/// The map with cuboids fused anew, as a node does with what it loads.
+MapSnapshot fuse(MapSnapshot map, const Options& options) {
+  map.cuboids = fuseSnapshot(map, SensorModel(map.sensor_model), options.fusion,
+                             showProgress("bricks fused"));
+  if (!options.frame_id.empty()) map.frame_id = options.frame_id;
+  return map;
 }
 
 int convert(const Options& options) {
   if (!formatOfName(options.output)) {
     throw std::runtime_error(options.output + ": the name must end in one of " + knownEndings());
   }
-  const MapFile input = readMapFile(options.input, options.model);
+  MapFile input = readMapFile(options.input, options.model);
   throwIfInterrupted();
-  const MapSnapshot map = fuse(input.snapshot, options);
+  const MapSnapshot map = fuse(std::move(input.snapshot), options);
   throwIfInterrupted();
-  const std::size_t num_bytes = writeMapFile(options.output, map);
+  const std::size_t num_bytes = writeMapFile(options.output, map, showProgress("cuboids written"));
   std::cout << options.output << ": " << map.cuboids.size() << " cuboids, " << num_bytes
             << " bytes; " << options.input << " has " << input.num_bytes << " bytes" << std::endl;
   return 0;
@@ -67,6 +65,5 @@ int run(int argc, char** argv) {
 }  // namespace cuboid_mapping
 
 int main(int argc, char** argv) {
-  cuboid_mapping::catchInterrupts();
-  return cuboid_mapping::runProgram("map_convert", [&] { return cuboid_mapping::run(argc, argv); });
+  return cuboid_mapping::runMain("map_convert", argc, argv, cuboid_mapping::run);
 }

@@ -59,7 +59,9 @@ int run(int argc, char** argv) {
   CLI::App app("Says what is in a file of a map: native, OctoMap .ot or .bt.", "map_info");
   app.add_option("map", file, "the file")->required();
   if (const auto status = parseCommandLine(app, argc, argv)) return *status;
-  print(readMapFile(file));
+  const MapFile map = readMapFile(file);
+  throwIfInterrupted();
+  print(map);
   return 0;
 }
 
@@ -67,5 +69,5 @@ int run(int argc, char** argv) {
 }  // namespace cuboid_mapping
 
 int main(int argc, char** argv) {
-  return cuboid_mapping::runProgram("map_info", [&] { return cuboid_mapping::run(argc, argv); });
+  return cuboid_mapping::runMain("map_info", argc, argv, cuboid_mapping::run);
 }

@@ -67,8 +67,8 @@ int render(const Options& options) {
   if (map.tree().isEmpty()) throw std::runtime_error(options.map + ": there is nothing to draw");
   throwIfInterrupted();
   const int threads = std::max(1, static_cast<int>(std::thread::hardware_concurrency()));
-  const Picture picture = renderMap(map, makeCamera(map, options), options.size, threads);
-  throwIfInterrupted();
+  const Picture picture =
+      renderMap(map, makeCamera(map, options), options.size, threads, showProgress("rows drawn"));
   replaceFile(options.picture, toPng(picture));
   std::cout << options.picture << ": " << picture.width << " x " << picture.height << " pixels"
             << std::endl;
@@ -111,6 +111,5 @@ int run(int argc, char** argv) {
 }  // namespace cuboid_mapping
 
 int main(int argc, char** argv) {
-  cuboid_mapping::catchInterrupts();
-  return cuboid_mapping::runProgram("map_render", [&] { return cuboid_mapping::run(argc, argv); });
+  return cuboid_mapping::runMain("map_render", argc, argv, cuboid_mapping::run);
 }

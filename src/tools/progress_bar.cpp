@@ -1,11 +1,15 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "progress_bar.h"
 
+#include "command_line.h"
+
 #include <unistd.h>
 
 #include <cmath>
 #include <cstdio>
 #include <iostream>
+#include <memory>
+#include <optional>
 #include <utility>
 
 namespace cuboid_mapping {
@@ -68,6 +72,15 @@ void ProgressBar::draw() {
   // The code after the text wipes what is left of a longer line.
   std::cerr << '\r' << formatProgress({done_, total_, elapsed.count()}, unit_) << "\033[K"
             << std::flush;
+}
+
+ProgressListener showProgress(const std::string& unit) {
+  const auto bar = std::make_shared<std::optional<ProgressBar>>();
+  return [unit, bar](std::uint64_t done, std::uint64_t total) {
+    if (!*bar) bar->emplace(unit, total);
+    (*bar)->update(done);
+    throwIfInterrupted();
+  };
 }
 
 }  // namespace cuboid_mapping

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include "cuboid_mapping/map/progress_listener.h"
+
 #include <chrono>
 #include <cstdint>
 #include <string>
@@ -52,5 +54,10 @@ class ProgressBar {
   Clock::time_point start_ = Clock::now();
   Clock::time_point last_drawn_ = start_;
 };
+
+/// Draws a ProgressBar from the first time it is told something on, until it and its copies are
+/// gone. It throws Interrupted after Ctrl-C, so that the work is given up; see throwIfInterrupted.
+/// @param unit  What is counted: "rows".
+[[nodiscard]] ProgressListener showProgress(const std::string& unit);
 
 }  // namespace cuboid_mapping

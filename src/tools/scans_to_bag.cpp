@@ -139,7 +139,5 @@ int run(int argc, char** argv) {
 }  // namespace cuboid_mapping_ros
 
 int main(int argc, char** argv) {
-  cuboid_mapping::catchInterrupts();
-  return cuboid_mapping::runProgram("scans_to_bag",
-                                    [&] { return cuboid_mapping_ros::run(argc, argv); });
+  return cuboid_mapping::runMain("scans_to_bag", argc, argv, cuboid_mapping_ros::run);
 }

@@ -5,6 +5,7 @@
 
 #include <gtest/gtest.h>
 
+#include <sys/stat.h>
 #include <unistd.h>
 
 namespace cuboid_mapping {
@@ -56,6 +57,33 @@ TEST(FileReplacement, saysWhyItCannotWrite) {
   EXPECT_NE(errorOf([&] { replaceFile("", "x"); }).find("''"), std::string::npos);
   EXPECT_NE(errorOf([&] { replaceFile("/proc/map", "x"); }).find("/proc/map"), std::string::npos);
   EXPECT_TRUE(folder.list().empty());
+}
+
+/// For its time root is somebody else, whom the permissions of files are for.
+class AsNobody {
+ public:
+  AsNobody() { EXPECT_EQ(is_root_ ? seteuid(65534) : 0, 0); }
+  ~AsNobody() { EXPECT_EQ(is_root_ ? seteuid(0) : 0, 0); }
+  AsNobody(const AsNobody&) = delete;
+  AsNobody& operator=(const AsNobody&) = delete;
+
+ private:
+  bool is_root_ = geteuid() == 0;
+};
+
+TEST(FileReplacement, saysThatAFolderIsNotWritable) {
+  const TemporaryFolder folder;
+  const std::string file = folder / "map.cuboids";
+  replaceFile(file, "old");
+  ASSERT_EQ(chmod((folder / ".").c_str(), 0555), 0);
+  {
+    const AsNobody nobody;
+    EXPECT_NE(errorOf([&] { replaceFile(file, "new"); }).find(file + ": Permission denied"),
+              std::string::npos);
+  }
+  ASSERT_EQ(chmod((folder / ".").c_str(), 0755), 0);
+  EXPECT_EQ(readFile(file), "old");
+  EXPECT_EQ(folder.list().size(), 1U);
 }
 
 TEST(FileReplacement, saysThatTheDiskIsFull) {

@@ -2,7 +2,6 @@
 // The running node in the place of octomap_server: its topics and services, and files of maps.
 #include "cuboid_mapping/LoadMap.h"
 #include "cuboid_mapping/SaveMap.h"
-#include "cuboid_mapping/io/map_files.h"
 #include "cuboid_mapping/ros/marker_colors.h"
 #include "ros/node_probe.h"
 #include "ros/octomap_probe.h"
@@ -295,21 +294,6 @@ TEST_F(OctomapServerTest, MapsAreSavedAndLoaded) {
   EXPECT_FALSE(load.response.success);
   EXPECT_NE(load.response.message.find("No such file"), std::string::npos);
   EXPECT_TRUE(bytesOf(callOctomap("/octomap_full")) == before) << "the map is as it was";
-}
-
-TEST_F(OctomapServerTest, MapsAreSavedByThemselvesAfterChanges) {
-  std::string file;
-  ASSERT_TRUE(ros::param::get(std::string(kNode) + "/autosave_file", file));
-  const auto has_room = [&file] {
-    try {
-      return countVoxels({cuboid_mapping::readMapFile(file).snapshot.cuboids, 0}, true) ==
-             kOccupiedVoxels;
-    } catch (const cuboid_mapping::MapFileError&) {
-      return false;  // not there yet
-    }
-  };
-  EXPECT_TRUE(waitFor(has_room));
-  std::filesystem::remove(file);
 }
 
 TEST(OctomapServerCompat, StartsFromAMapOnTheCommandLine) {

@@ -145,6 +145,44 @@ TEST(MapTools, drawAMap) {
       runProgram({MAP_RENDER_PROGRAM, folder / "map.cuboids", picture, "--min-z", "50"}).status, 1);
 }
 
+/// Expects that a program says why it cannot write: on a full disk, into a folder that is not there,
+/// and over a folder.
+/// @param run  Runs it. Gets the file to write and what to do before.
+void expectErrorsOfWriting(
+    const std::string& ending,
+    const std::function<ProgramEnd(const std::string&, const std::function<void()>&)>& run) {
+  const TemporaryFolder folder;
+  const std::string file = folder / ("map." + ending);
+  const auto expect_error = [&](const std::string& output, const std::string& reason,
+                                const std::function<void()>& prepare) {
+    const ProgramEnd end = run(output, prepare);
+    EXPECT_EQ(end.status, 1) << output;
+    EXPECT_TRUE(contains(end.err, "cannot write " + output)) << end.err;
+    EXPECT_TRUE(contains(end.err, reason)) << end.err;
+  };
+  std::ofstream(file) << "old";
+  expect_error(file, "", [] { test::limitFileSize(300); });
+  EXPECT_EQ(readFile(file), "old");
+  EXPECT_EQ(folder.list().size(), 1U) << ending << ": nothing half-written";
+  expect_error(folder / ("none/map." + ending), "No such file or directory", {});
+  std::filesystem::create_directory(folder / ("folder." + ending));
+  expect_error(folder / ("folder." + ending), "Is a directory", {});
+}
+
+TEST(MapTools, sayWhyTheyCannotWrite) {
+  const TemporaryFolder folder;
+  const std::string map = folder / "map.cuboids";
+  writeMapFile(map, makeSnapshot());
+  for (const std::string ending : {"cuboids", "ot", "bt", "csv", "pcd", "ply"}) {
+    expectErrorsOfWriting(ending, [&](const std::string& output, const auto& prepare) {
+      return runProgram({MAP_CONVERT_PROGRAM, map, output}, prepare);
+    });
+  }
+  expectErrorsOfWriting("png", [&](const std::string& output, const auto& prepare) {
+    return runProgram({MAP_RENDER_PROGRAM, map, output}, prepare);
+  });
+}
+
 class BagToMap : public testing::Test {
  protected:
   static void SetUpTestSuite() {
@@ -158,11 +196,12 @@ class BagToMap : public testing::Test {
     folder = nullptr;
   }
 
-  static ProgramEnd convert(const std::string& map, const std::vector<std::string>& more = {}) {
+  static ProgramEnd convert(const std::string& map, const std::vector<std::string>& more = {},
+                            const std::function<void()>& prepare = {}) {
     std::vector<std::string> arguments{BAG_TO_MAP_PROGRAM, *folder / "a.bag", "-o", map, "--set",
                                        "resolution=0.2"};
     arguments.insert(arguments.end(), more.begin(), more.end());
-    return runProgram(arguments);
+    return runProgram(arguments, prepare);
   }
 
   static TemporaryFolder* folder;
@@ -205,18 +244,10 @@ TEST_F(BagToMap, takesTheParametersOfTheNode) {
   }
 }
 
-TEST_F(BagToMap, leavesTheOldMapOnCtrlC) {
-  const std::string bag = *folder / "long.bag";
-  ASSERT_EQ(runProgram({SIMULATED_LIDAR_PROGRAM, "--bag", bag, "--duration", "20"}).status, 0);
-  const std::string map = *folder / "old.cuboids";
-  std::ofstream(map) << "old";
-  test::Program program({BAG_TO_MAP_PROGRAM, bag, "-o", map, "--set", "resolution=0.02"});
-  std::this_thread::sleep_for(std::chrono::milliseconds(500));
-  program.send(SIGINT);
-  const ProgramEnd end = program.finish();
-  EXPECT_EQ(end.status, 128 + SIGINT) << end.out;
-  EXPECT_EQ(readFile(map), "old");
-  EXPECT_FALSE(std::filesystem::exists(map + ".partial"));
+TEST_F(BagToMap, saysWhyItCannotWrite) {
+  expectErrorsOfWriting("cuboids", [](const std::string& output, const auto& prepare) {
+    return convert(output, {}, prepare);
+  });
 }
 
 }  // namespace

@@ -1,7 +1,11 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "progress_bar.h"
 
+#include "command_line.h"
+
 #include <gtest/gtest.h>
+
+#include <csignal>
 
 namespace cuboid_mapping {
 namespace {
@@ -26,6 +30,18 @@ TEST(FormatProgress, endsWithTheTimeItTook) {
 TEST(FormatProgress, isNotFullBeforeTheEnd) {
   EXPECT_EQ(formatProgress({999, 1000, 999.0}, "clouds"),
             "[#############################.]  99 %  999 of 1000 clouds, 0:01 left");
+}
+
+TEST(ShowProgress, endsTheWorkAfterCtrlC) {
+  const auto work = [](int /*argc*/, char** /*argv*/) {
+    const ProgressListener listener = showProgress("rows");
+    listener(1, 10);
+    (void)raise(SIGINT);
+    listener(2, 10);
+    return 0;
+  };
+  EXPECT_EXIT(exit(runMain("program", 0, nullptr, work)), testing::ExitedWithCode(128 + SIGINT),
+              "program: interrupted");
 }
 
 }  // namespace

@@ -20,7 +20,9 @@ struct MapAgreement {
 };
 
 /// Compares every voxel that is known to either. @pre findFault() finds none in either, and the
-/// resolutions are equal. @complexity O(n log n).
-[[nodiscard]] MapAgreement compareMaps(const MapSnapshot& first, const MapSnapshot& second);
+/// resolutions are equal. @param listener  Is told of cuboids of the first.
+/// @complexity O(n log n).
+[[nodiscard]] MapAgreement compareMaps(const MapSnapshot& first, const MapSnapshot& second,
+                                       const ProgressListener& listener = {});
 
 }  // namespace cuboid_mapping

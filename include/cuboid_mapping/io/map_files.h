@@ -45,9 +45,12 @@ struct MapFile {
                                   const SnapshotLimits& limits = {});
 
 /// Replaces a file by a map, in the format that its name stands for; see replaceFile().
+/// @param listener  Is told of the cuboids that have been written, where this takes long: of .csv,
+///        .pcd and .ply.
 /// @return Bytes of the file.
 /// @throws MapFileError whose text begins with the name of the file: kForeign for a name without a
 ///         known end; kTooBig for what a format cannot hold; kInaccessible.
-std::size_t writeMapFile(const std::string& file, const MapSnapshot& snapshot);
+std::size_t writeMapFile(const std::string& file, const MapSnapshot& snapshot,
+                         const ProgressListener& listener = {});
 
 }  // namespace cuboid_mapping

@@ -3,6 +3,7 @@
 #pragma once
 
 #include "cuboid_mapping/map/cuboid_map.h"
+#include "cuboid_mapping/map/progress_listener.h"
 
 #include <Eigen/Core>
 
@@ -54,9 +55,9 @@ struct PictureSize {
 /// One ray for each pixel: the first occupied voxel on it, coloured by its height between lowest and
 /// highest occupied voxel (blue to red) and shaded by the face that is seen; light grey where only
 /// free space is, white where all is unknown. @complexity O(pixels · voxels and bricks passed).
-/// @param threads  >= 1; the picture does not depend on it.
+/// @param threads  >= 1; the picture does not depend on it. @param listener  Is told of rows.
 [[nodiscard]] Picture renderMap(const CuboidMap& map, const Camera& camera, const PictureSize& size,
-                                int threads);
+                                int threads, const ProgressListener& listener = {});
 
 /// A picture as the bytes of a PNG file.
 [[nodiscard]] std::string toPng(const Picture& picture);

@@ -2,6 +2,7 @@
 #pragma once
 
 #include "cuboid_mapping/map/cuboid_map.h"
+#include "cuboid_mapping/map/progress_listener.h"
 
 #include <cstddef>
 #include <optional>
@@ -28,8 +29,17 @@ struct SnapshotLimits {
 /// Everything in the R-tree of a map. Flush the map first. @complexity O(n).
 [[nodiscard]] MapSnapshot takeSnapshot(const CuboidMap& map, const std::string& frame_id);
 
-/// Puts a snapshot in the place of everything in a map, fused anew in each brick as the map's
-/// strategy does (not with `growth`, which takes the cuboids as they are); log-odds beyond the map's clamping thresholds become these. The revision rises.
+/// The cuboids of a snapshot, fused anew in each brick as a strategy does (not by `growth`, which
+/// takes them as they are); log-odds beyond clamping thresholds become these.
+/// @param fusion  One of fusionNames(). @param listener  Is told of bricks.
+/// @pre findFault() finds none. @complexity O(n) for cuboids and bricks that they touch.
+[[nodiscard]] std::vector<Cuboid> fuseSnapshot(const MapSnapshot& snapshot,
+                                               const SensorModel& thresholds,
+                                               const std::string& fusion,
+                                               const ProgressListener& listener = {});
+
+/// Puts a snapshot in the place of everything in a map, fused by fuseSnapshot() as the map's
+/// strategy does. The revision rises.
 /// @pre findFault() finds none, and the resolutions are equal.
 /// @complexity O(n log n) for cuboids and bricks that they touch.
 ChangeSet restoreSnapshot(const MapSnapshot& snapshot, CuboidMap& map);

@@ -1,0 +1,41 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <cstdint>
+#include <functional>
+
+namespace cuboid_mapping {
+
+/// Hears how far long work has come: `done` of `total` steps, from 0 to all of them, total > 0.
+///
+/// One call at a time, if from several threads. To have the work given up it throws; the caller of
+/// the work gets what it has thrown. An empty one is never called.
+using ProgressListener = std::function<void(std::uint64_t done, std::uint64_t total)>;
+
+/// Counts the steps of some work, and tells a listener of the first and the last and every 1024th.
+class ProgressCounter {
+ public:
+  /// @param listener  Must outlive the counter. @param total  Steps; with 0 nobody is told.
+  ProgressCounter(const ProgressListener& listener, std::uint64_t total)
+      : listener_(listener), total_(total) {
+    if (total_ > 0) tell();
+  }
+
+  /// One more step is done.
+  void advance() {
+    if (++done_ % kStepsBetween == 0 || done_ == total_) tell();
+  }
+
+ private:
+  static constexpr std::uint64_t kStepsBetween = 1024;
+
+  void tell() const {
+    if (listener_) listener_(done_, total_);
+  }
+
+  const ProgressListener& listener_;
+  std::uint64_t total_;
+  std::uint64_t done_ = 0;
+};
+
+}  // namespace cuboid_mapping

@@ -1,0 +1,103 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Work that takes long says how far it has come, and can be given up.
+#include "cuboid_mapping/io/file_replacement.h"
+#include "cuboid_mapping/io/map_comparison.h"
+#include "cuboid_mapping/io/map_files.h"
+#include "cuboid_mapping/io/map_picture.h"
+#include "support/snapshots.h"
+#include "tools/run_program.h"
+
+#include <gtest/gtest.h>
+
+namespace cuboid_mapping {
+namespace {
+
+using test::Random;
+using test::TemporaryFolder;
+
+struct GivenUp {};
+
+/// Expects that a listener is told of all steps in their order, and that the work ends with what
+/// the listener throws, in the middle or at the start.
+/// @param work  Gets the listener.
+template <typename WorkT>
+void expectProgress(const WorkT& work) {
+  std::uint64_t last = 0;
+  std::uint64_t of = 0;
+  int num_calls = 0;
+  work([&](std::uint64_t done, std::uint64_t total) {
+    EXPECT_EQ(done == 0, num_calls == 0);
+    EXPECT_GE(done, last);
+    EXPECT_LE(done, total);
+    last = done;
+    of = total;
+    ++num_calls;
+  });
+  EXPECT_GT(of, 0U);
+  EXPECT_EQ(last, of);
+  EXPECT_GT(num_calls, 1);
+  const auto give_up_after = [&](std::uint64_t step) {
+    EXPECT_THROW(work([=](std::uint64_t done, std::uint64_t /*total*/) {
+                   if (done >= step) throw GivenUp();
+                 }),
+                 GivenUp);
+  };
+  give_up_after(0);
+  give_up_after(1);
+}
+
+MapSnapshot makeSnapshot() {
+  Random random(81);
+  return test::randomSnapshot(random);
+}
+
+TEST(Progress, isToldWhileASnapshotIsFused) {
+  const MapSnapshot snapshot = makeSnapshot();
+  expectProgress([&](const ProgressListener& listener) {
+    const auto fused =
+        fuseSnapshot(snapshot, SensorModel(snapshot.sensor_model), "brick", listener);
+    EXPECT_EQ(test::voxelsOf(fused), test::voxelsOf(snapshot.cuboids));
+  });
+}
+
+TEST(Progress, isToldWhileMapsAreCompared) {
+  const MapSnapshot snapshot = makeSnapshot();
+  expectProgress([&](const ProgressListener& listener) {
+    EXPECT_TRUE(compareMaps(snapshot, snapshot, listener).isSameByClass());
+  });
+}
+
+TEST(Progress, isToldWhileAPictureIsDrawnByAnyNumberOfThreads) {
+  const MapSnapshot snapshot = makeSnapshot();
+  MapConfig config;
+  config.resolution_m = snapshot.resolution_m;
+  CuboidMap map(config);
+  restoreSnapshot(snapshot, map);
+  const PictureSize size{40, 30};
+  const Camera camera = makeTopCamera(map, size);
+  for (const int threads : {1, 3}) {
+    expectProgress([&](const ProgressListener& listener) {
+      const Picture picture = renderMap(map, camera, size, threads, listener);
+      EXPECT_EQ(picture.rgb, renderMap(map, camera, size, 1).rgb);
+    });
+  }
+}
+
+TEST(Progress, isToldWhileAFileIsWrittenWhichStaysAsItWasWhenGivenUp) {
+  const MapSnapshot snapshot = makeSnapshot();
+  for (const std::string ending : {"csv", "pcd", "ply"}) {
+    const TemporaryFolder folder;
+    const std::string file = folder / ("map." + ending);
+    expectProgress(
+        [&](const ProgressListener& listener) { writeMapFile(file, snapshot, listener); });
+    replaceFile(file, "old");
+    EXPECT_THROW(
+        writeMapFile(file, snapshot, [](std::uint64_t, std::uint64_t) { throw GivenUp(); }),
+        GivenUp);
+    EXPECT_EQ(readFile(file), "old");
+    EXPECT_EQ(folder.list().size(), 1U) << "nothing else is left";
+  }
+}
+
+}  // namespace
+}  // namespace cuboid_mapping

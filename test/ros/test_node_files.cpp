@@ -1,0 +1,124 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Files that a running node writes: by itself, and where it cannot. As node and as nodelet.
+#include "cuboid_mapping/SaveMap.h"
+#include "cuboid_mapping/SetBox.h"
+#include "cuboid_mapping/io/map_files.h"
+#include "ros/node_probe.h"
+#include "tools/run_program.h"
+
+namespace cuboid_mapping_ros::test {
+namespace {
+
+using cuboid_mapping::test::limitFileSize;
+using cuboid_mapping::test::Program;
+using cuboid_mapping::test::TemporaryFolder;
+
+constexpr char kName[] = "/file_writer";
+constexpr double kVoxelsOfBox = 8.0;
+
+class NodeFiles : public ::testing::TestWithParam<bool> {
+ protected:
+  /// Starts it, with parameters as "_key:=value".
+  void start(const std::vector<std::string>& parameters,
+             const std::function<void()>& prepare = {}) {
+    std::vector<std::string> command{CUBOID_MAPPING_NODE};
+    if (GetParam()) {
+      command = {"rosrun", "nodelet", "nodelet", "standalone", "cuboid_mapping/MappingNodelet"};
+    }
+    command.insert(command.end(),
+                   {std::string("__name:=") + (kName + 1), "__log:=/dev/null", "_resolution:=0.1"});
+    command.insert(command.end(), parameters.begin(), parameters.end());
+    node_ = std::make_unique<Program>(command, prepare);
+    ASSERT_TRUE(
+        ros::service::waitForService(std::string(kName) + "/set_box", ros::Duration(kDeadline_s)));
+  }
+
+  void stop() {
+    node_->send(SIGINT);
+    const auto end = node_->finish();
+    node_.reset();
+    EXPECT_EQ(end.status, 0) << end.out << end.err;
+  }
+
+  void TearDown() override {
+    if (node_) stop();
+  }
+
+  /// Makes a box of its own occupied.
+  static void setBox(int number) {
+    cuboid_mapping::SetBox set;
+    set.request.occupancy = cuboid_mapping::SetBox::Request::OCCUPIED;
+    set.request.min.push_back(tf2::toMsg(Eigen::Vector3d(number, 0.0, 0.0)));
+    set.request.max.push_back(tf2::toMsg(Eigen::Vector3d(number + 0.2, 0.2, 0.2)));
+    ASSERT_TRUE(ros::service::call(std::string(kName) + "/set_box", set));
+    ASSERT_TRUE(set.response.success) << set.response.message;
+  }
+
+  std::unique_ptr<Program> node_;
+  TemporaryFolder folder_;
+};
+
+/// Voxels in a file of a map; 0 as long as it is not there.
+double countVoxels(const std::string& file) {
+  try {
+    double num_voxels = 0.0;
+    for (const auto& cuboid : cuboid_mapping::readMapFile(file).snapshot.cuboids) {
+      num_voxels += cuboid.box.numVoxels();
+    }
+    return num_voxels;
+  } catch (const cuboid_mapping::MapFileError&) {
+    return 0.0;
+  }
+}
+
+TEST_P(NodeFiles, AreSavedByThemselvesAfterChanges) {
+  const std::string file = folder_ / "map.cuboids";
+  start({"_autosave_file:=" + file, "_autosave_period:=1.0"});
+  for (int i = 1; i <= 2; ++i) {
+    setBox(i);
+    EXPECT_TRUE(waitFor([&] { return countVoxels(file) == i * kVoxelsOfBox; })) << i;
+  }
+}
+
+TEST_P(NodeFiles, AreSavedAtTheEnd) {
+  const std::string file = folder_ / "map.ot";
+  start({"_autosave_file:=" + file, "_autosave_period:=86400"});
+  setBox(1);
+  stop();
+  EXPECT_EQ(countVoxels(file), kVoxelsOfBox);
+}
+
+TEST_P(NodeFiles, SayWhyTheyCannotBeWritten) {
+  start({}, [] { limitFileSize(50); });
+  setBox(1);
+  const std::pair<std::string, std::string> cases[] = {
+      {folder_ / "map.cuboids", "File too large"},  // as a full disk does, in the middle of a file
+      {folder_ / "map.pcd", "cannot write"},
+      {folder_ / ".", "must end in"},
+      {folder_ / "folder.ot", "Is a directory"},
+      {folder_ / "none/map.ot", "No such file or directory"}};
+  std::filesystem::create_directory(folder_ / "folder.ot");
+  for (const auto& [file, reason] : cases) {
+    cuboid_mapping::SaveMap save;
+    save.request.filename = file;
+    ASSERT_TRUE(ros::service::call(std::string(kName) + "/save_map", save));
+    EXPECT_FALSE(save.response.success) << file;
+    EXPECT_NE(save.response.message.find(reason), std::string::npos) << save.response.message;
+    EXPECT_NE(save.response.message.find(file), std::string::npos) << save.response.message;
+  }
+  EXPECT_EQ(folder_.list(), std::vector<std::string>{"folder.ot"}) << "nothing half-written";
+  setBox(2);  // it goes on
+}
+
+INSTANTIATE_TEST_SUITE_P(NodeAndNodelet, NodeFiles, ::testing::Bool(),
+                         [](const auto& instance) { return instance.param ? "nodelet" : "node"; });
+
+}  // namespace
+}  // namespace cuboid_mapping_ros::test
+
+int main(int argc, char** argv) {
+  testing::InitGoogleTest(&argc, argv);
+  ros::init(argc, argv, "test_node_files");
+  const ros::NodeHandle keeps_ros_running;
+  return RUN_ALL_TESTS();
+}
