@@ -24,8 +24,8 @@ static_assert(Request::CUBOIDS_ALL == toInt(WantedCuboids::kAll));
 static_assert(Response::UNKNOWN == static_cast<int>(Occupancy::kUnknown));
 static_assert(Response::FREE == static_cast<int>(Occupancy::kFree));
 static_assert(Response::OCCUPIED == static_cast<int>(Occupancy::kOccupied));
-static_assert(cuboid_mapping::Cuboid::FREE == static_cast<int>(Occupancy::kFree));
-static_assert(cuboid_mapping::Cuboid::OCCUPIED == static_cast<int>(Occupancy::kOccupied));
+static_assert(cuboid_mapping::MapCuboid::FREE == static_cast<int>(Occupancy::kFree));
+static_assert(cuboid_mapping::MapCuboid::OCCUPIED == static_cast<int>(Occupancy::kOccupied));
 
 BoxRequest fromMessage(const Request& message) {
   BoxRequest request;
@@ -37,8 +37,8 @@ BoxRequest fromMessage(const Request& message) {
   return request;
 }
 
-cuboid_mapping::Cuboid toMessage(const AnswerCuboid& cuboid) {
-  cuboid_mapping::Cuboid message;
+cuboid_mapping::MapCuboid toMessage(const AnswerCuboid& cuboid) {
+  cuboid_mapping::MapCuboid message;
   message.min = toPoint(cuboid.box_map.min_m);
   message.max = toPoint(cuboid.box_map.max_m);
   message.probability = static_cast<float>(cuboid.probability);

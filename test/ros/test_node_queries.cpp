@@ -83,8 +83,8 @@ TEST_F(NodeQueriesTest, TheWallIsOccupiedAndWhatIsBehindItUnknown) {
   response = ask(request);
   double volume_m3 = 0.0;
   ASSERT_FALSE(response.cuboids.empty());
-  for (const cuboid_mapping::Cuboid& cuboid : response.cuboids) {
-    EXPECT_EQ(cuboid.occupancy, static_cast<int>(cuboid_mapping::Cuboid::OCCUPIED));
+  for (const cuboid_mapping::MapCuboid& cuboid : response.cuboids) {
+    EXPECT_EQ(cuboid.occupancy, static_cast<int>(cuboid_mapping::MapCuboid::OCCUPIED));
     EXPECT_NEAR(cuboid.probability, 0.7, 1e-5);
     EXPECT_NEAR(cuboid.min.x, 2.0, 1e-9);
     EXPECT_NEAR(cuboid.max.x, 2.1, 1e-9);

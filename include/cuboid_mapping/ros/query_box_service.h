@@ -12,9 +12,6 @@
 namespace cuboid_mapping_ros {
 
 /// Offers ~query_box (cuboid_mapping/QueryBox), and turns its messages into a BoxRequest and back.
-///
-/// The messages stay in the source file: the message cuboid_mapping/Cuboid has the name of the
-/// core's own type, so that no file can include both.
 /// @param map_frame_id  Of the answers.
 /// @param answer  Called for each request, on the queue of the node handle.
 [[nodiscard]] ros::ServiceServer advertiseQueryBox(

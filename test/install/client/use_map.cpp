@@ -5,6 +5,7 @@
 #include "cuboid_mapping/ros/cuboid_map_client.h"
 
 #include <cuboid_mapping/FindCorridor.h>
+#include <cuboid_mapping/QueryBox.h>
 #include <octomap/OcTree.h>
 #include <ros/ros.h>
 
