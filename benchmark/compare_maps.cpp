@@ -26,7 +26,5 @@ int run(int argc, char** argv) {
 }  // namespace cuboid_mapping::bench
 
 int main(int argc, char** argv) {
-  cuboid_mapping::catchInterrupts();
-  return cuboid_mapping::runProgram("compare_maps",
-                                    [&] { return cuboid_mapping::bench::run(argc, argv); });
+  return cuboid_mapping::runMain("compare_maps", argc, argv, cuboid_mapping::bench::run);
 }

@@ -91,7 +91,5 @@ int run(int argc, char** argv) {
 }  // namespace cuboid_mapping::bench
 
 int main(int argc, char** argv) {
-  cuboid_mapping::catchInterrupts();
-  return cuboid_mapping::runProgram("octree_messages",
-                                    [&] { return cuboid_mapping::bench::run(argc, argv); });
+  return cuboid_mapping::runMain("octree_messages", argc, argv, cuboid_mapping::bench::run);
 }

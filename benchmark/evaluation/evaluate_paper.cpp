@@ -214,7 +214,5 @@ int run(int argc, char** argv) {
 }  // namespace cuboid_mapping::bench
 
 int main(int argc, char** argv) {
-  cuboid_mapping::catchInterrupts();
-  return cuboid_mapping::runProgram("evaluate_paper",
-                                    [&] { return cuboid_mapping::bench::run(argc, argv); });
+  return cuboid_mapping::runMain("evaluate_paper", argc, argv, cuboid_mapping::bench::run);
 }
