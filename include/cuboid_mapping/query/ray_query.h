@@ -51,8 +51,7 @@ struct RayHit {
   Eigen::Vector3d point_map;  ///< On its face, metres; the origin when that lies in it.
 };
 
-/// What castRay() hits with UnknownPolicy::kPass, without a look at unknown space, in about half the
-/// time.
+/// What castRay() hits with UnknownPolicy::kPass, faster, without a look at unknown space.
 /// @return Nothing when nothing is in the way, and for arguments that castRay() does not take.
 /// @complexity O(bricks passed, and voxels of those with an occupied one).
 [[nodiscard]] std::optional<RayHit> findFirstHit(const CuboidMap& map,
