@@ -10,7 +10,7 @@
 
 namespace cuboid_mapping::bench {
 
-/// Wall time of the insertion of a cloud, without the final flush.
+/// Wall time of the insertion of a cloud, without what is fused behind the last.
 struct CloudTimes {
   double p50_ms = 0.0;
   double p99_ms = 0.0;
@@ -23,7 +23,7 @@ struct CloudTimes {
 /// What was measured of one map; each figure that is a time is the median of the repetitions.
 struct MapResult {
   std::string name;
-  Timing insertion;  ///< With fusion and the final flush.
+  Timing insertion;  ///< With all fusion.
   CloudTimes per_cloud;
   MapFigures figures;
   double access_occupied_s = 0.0;  ///< CPU time of one visit to all occupied cells.

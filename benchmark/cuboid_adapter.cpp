@@ -3,17 +3,16 @@
 
 #include "timing.h"
 
+#include "cuboid_mapping/map/cuboid_search.h"
 #include "cuboid_mapping/query/box_query.h"
 #include "cuboid_mapping/query/point_query.h"
 #include "cuboid_mapping/query/ray_query.h"
-#include "cuboid_mapping/rtree/traversal.h"
 
 namespace cuboid_mapping::bench {
 namespace {
 
 MapConfig withEngine(MapConfig config, const EngineOptions& engine) {
   config.threads = engine.threads;
-  config.hot_bytes = engine.hot_bytes;
   return config;
 }
 
@@ -23,37 +22,34 @@ CuboidAdapter::CuboidAdapter(const InsertionConfig& config, const EngineOptions&
     : map_(std::make_unique<CuboidMap>(withEngine(config.map, engine))),
       updater_(std::make_unique<ScanUpdater>(map_->grid(), config.max_range_m, engine.threads,
                                              config.map.beamSampling())),
-      flushes_every_cloud_(engine.flushes_every_cloud) {}
+      fuses_every_cloud_(engine.fuses_every_cloud) {}
 
 void CuboidAdapter::insert(const Scan& scan) {
   const ScanUpdate* update = nullptr;
   ray_walk_cpu_s_ += timeOf([&] { update = &updater_->compute(scan); }).cpu_s;
   map_->apply(*update);
-  if (flushes_every_cloud_) map_->flush();
+  if (fuses_every_cloud_) map_->fuse();
 }
 
-void CuboidAdapter::finish() {
-  bytes_hot_ = map_->numHotBytes();
-  map_->cool();
-}
+void CuboidAdapter::finish() { map_->fuse(); }
 
 MapFigures CuboidAdapter::figures() const {
   const RTree& tree = map_->tree();
   MapFigures figures;
   figures.cells = tree.size();
-  figures.occupied_cells = map_->content().occupied_cuboids;
-  figures.free_cells = map_->content().free_cuboids;
+  const CuboidCounts counts = countCuboids(*map_);
+  figures.occupied_cells = counts.occupied;
+  figures.free_cells = counts.free;
   figures.leaf_nodes = tree.numLeafNodes();
   figures.inner_nodes = tree.numInnerNodes();
   figures.bytes_own = map_->numBytes();
-  figures.bytes_hot = bytes_hot_;
   figures.ray_walk_cpu_s = ray_walk_cpu_s_;
   return figures;
 }
 
 double CuboidAdapter::visitOccupied() const {
   double sum = 0.0;
-  visitAll(map_->tree(), CuboidFilter::kOccupied, [&sum](const Cuboid& cuboid) {
+  visitAll(*map_, CuboidFilter::kOccupied, [&sum](const Cuboid& cuboid) {
     sum += cuboid.box.min.x;
     return Visit::kContinue;
   });

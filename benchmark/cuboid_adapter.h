@@ -9,9 +9,8 @@ namespace cuboid_mapping::bench {
 
 /// How the engine of cuboid_mapping runs: nothing that changes the voxels.
 struct EngineOptions {
-  int threads = 1;                       ///< > 0
-  std::size_t hot_bytes = 64 * 1000000;  ///< Bound of the cache of bricks; 0: none.
-  bool flushes_every_cloud = false;
+  int threads = 1;                 ///< > 0
+  bool fuses_every_cloud = false;  ///< Else bricks wait as long as they may.
 };
 
 /// The map of this package.
@@ -35,9 +34,8 @@ class CuboidAdapter : public MapAdapter {
  private:
   std::unique_ptr<CuboidMap> map_;
   std::unique_ptr<ScanUpdater> updater_;
-  bool flushes_every_cloud_;
+  bool fuses_every_cloud_;
   double ray_walk_cpu_s_ = 0.0;
-  std::size_t bytes_hot_ = 0;  ///< Before the cache was given back.
 };
 
 }  // namespace cuboid_mapping::bench

@@ -26,12 +26,11 @@ Json toJson(const Options& options) {
   const EngineOptions& engine = options.engine;
   return {{"resolution_m", map.resolution_m},
           {"max_range_m", toJson(options.insertion.max_range_m)},
-          {"fusion", map.fusion},
+          {"fusion", toString(map.fusion)},
           {"environment", toString(map.environment)},
           {"branching", map.rtree.max_branches},
           {"threads", engine.threads},
-          {"hot_bytes", engine.hot_bytes},
-          {"flush_every_cloud", engine.flushes_every_cloud},
+          {"fuse_every_cloud", engine.fuses_every_cloud},
           {"laps", options.laps},
           {"repeat", options.repeat}};
 }
@@ -66,7 +65,6 @@ Json toJson(const MapResult& result) {
           {"leaf_nodes", figures.leaf_nodes},
           {"inner_nodes", figures.inner_nodes},
           {"bytes_own", figures.bytes_own},
-          {"bytes_hot", figures.bytes_hot},
           {"bytes_heap", result.bytes_heap},
           {"bytes_scratch", result.bytes_scratch},
           {"access_occupied_s", result.access_occupied_s},

@@ -25,7 +25,6 @@ struct MapFigures {
   std::size_t leaf_nodes = 0;
   std::size_t inner_nodes = 0;
   std::size_t bytes_own = 0;  ///< What the map itself says.
-  std::size_t bytes_hot = 0;  ///< Of a cache of bricks before finish(), which gives it back.
   /// Part of the insertion; NaN where it cannot be told apart.
   double ray_walk_cpu_s = std::numeric_limits<double>::quiet_NaN();
 };

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The parts of the engine on their own, on made-up clouds: ray walk, brick fusion, R-tree.
+// The parts of the engine on their own, on made-up clouds: ray walk, bricks, R-tree.
 //
 // usage: micro_benchmarks --benchmark_filter=rayWalk
-#include "cuboid_mapping/fusion/fusion_strategy.h"
+#include "cuboid_mapping/fusion/brick_division.h"
 #include "cuboid_mapping/map/cuboid_map.h"
 #include "cuboid_mapping/query/ray_query.h"
 #include "cuboid_mapping/rtree/traversal.h"
@@ -84,7 +84,7 @@ const CuboidMap& streetMap() {
 
 std::vector<Cuboid> cuboidsOf(const CuboidMap& map) {
   std::vector<Cuboid> cuboids;
-  visitAll(map.tree(), CuboidFilter::kAll, [&cuboids](const Cuboid& cuboid) {
+  visitAll(map, CuboidFilter::kAll, [&cuboids](const Cuboid& cuboid) {
     cuboids.push_back(cuboid);
     return Visit::kContinue;
   });
@@ -116,9 +116,10 @@ enum class BrickKind : unsigned char {
   kNoise,    ///< Half of the voxels known, with random ones of four values.
 };
 
-DenseBrick makeBrick(BrickKind kind) {
+VoxelBrick makeBrick(BrickKind kind) {
   std::mt19937 random(1);
-  DenseBrick brick;
+  BrickMask known;
+  VoxelValues values;
   for (int voxel = 0; voxel < kBrickVoxels; ++voxel) {
     const int x = voxel & 7;
     const int y = voxel >> 3 & 7;
@@ -126,28 +127,41 @@ DenseBrick makeBrick(BrickKind kind) {
     const bool is_known = kind == BrickKind::kFree || (kind == BrickKind::kSurface && x <= wall) ||
                           (kind == BrickKind::kNoise && random() % 2 == 0);
     if (!is_known) continue;
-    const bool is_free = kind == BrickKind::kFree || (kind == BrickKind::kSurface && x < wall);
-    brick.known[static_cast<std::size_t>(voxel >> 6)] |= 1ULL << (voxel & 63);
-    brick.log_odds[static_cast<std::size_t>(voxel)] =
-        is_free ? -2.0F : static_cast<float>(random() % 4);
+    known.set(voxel);
+    const bool is_free = kind == BrickKind::kFree || (kind == BrickKind::kSurface && x < wall) ||
+                         (kind == BrickKind::kNoise && random() % 2 == 0);
+    values[static_cast<std::size_t>(voxel)] = is_free ? -2.0F : static_cast<float>(random() % 4);
   }
-  return brick;
+  return {{0, 0, 0}, PackedVoxels(known, values)};
 }
 
-void brickFusion(benchmark::State& state, BrickKind kind) {
-  const BrickFusion fusion;
-  const DenseBrick brick = makeBrick(kind);
+void brickDivision(benchmark::State& state, BrickKind kind) {
+  const VoxelBrick brick = makeBrick(kind);
   std::vector<Cuboid> cuboids;
   for (auto _ : state) {
     cuboids.clear();
-    fusion.partition(brick, cuboids);
+    divideBrick(brick, cuboids);
     benchmark::DoNotOptimize(cuboids.data());
   }
   state.counters["cuboids"] = static_cast<double>(cuboids.size());
 }
-BENCHMARK_CAPTURE(brickFusion, free, BrickKind::kFree);
-BENCHMARK_CAPTURE(brickFusion, surface, BrickKind::kSurface);
-BENCHMARK_CAPTURE(brickFusion, noise, BrickKind::kNoise);
+
+/// All voxels missed, and all hit, in turn.
+void brickUpdate(benchmark::State& state, BrickKind kind) {
+  const SensorModel model;
+  VoxelBrick brick = makeBrick(kind);
+  const BrickMask seen = brick.voxels.known();
+  for (auto _ : state) {
+    benchmark::DoNotOptimize(brick.voxels.apply({}, seen, model));
+    benchmark::DoNotOptimize(brick.voxels.apply(seen, {}, model));
+  }
+}
+BENCHMARK_CAPTURE(brickUpdate, free, BrickKind::kFree);
+BENCHMARK_CAPTURE(brickUpdate, surface, BrickKind::kSurface);
+BENCHMARK_CAPTURE(brickUpdate, noise, BrickKind::kNoise);
+BENCHMARK_CAPTURE(brickDivision, free, BrickKind::kFree);
+BENCHMARK_CAPTURE(brickDivision, surface, BrickKind::kSurface);
+BENCHMARK_CAPTURE(brickDivision, noise, BrickKind::kNoise);
 
 /// Update, fusion and R-tree of the first cloud of a map; clearing it is in the time, too.
 void applyCloud(benchmark::State& state, bool is_outdoor, double resolution_m) {
@@ -178,10 +192,16 @@ void treeInsert(benchmark::State& state) {
 }
 BENCHMARK(treeInsert)->Arg(8)->Arg(32)->Arg(64)->Unit(benchmark::kMillisecond);
 
+TreeChange changeOf(std::vector<LeafSlot> removed, std::vector<Cuboid> added) {
+  TreeChange change{std::move(removed), std::move(added), {}};
+  change.endPart();
+  return change;
+}
+
 /// The cuboids of one brick after the other by themselves, as a change of all values would.
 void treeReplace(benchmark::State& state) {
   RTree tree;
-  tree.replace({}, cuboidsOf(streetMap()));
+  tree.replace(changeOf({}, cuboidsOf(streetMap())));
   const std::vector<Cuboid> places = shuffledCuboids();
   Selection selection;
   std::size_t place = 0;
@@ -189,7 +209,7 @@ void treeReplace(benchmark::State& state) {
   for (auto _ : state) {
     selection.clear();
     tree.select(brickBox(brickOf(places[place].box.min)), selection);
-    tree.replace(selection.slots, selection.cuboids);
+    tree.replace(changeOf(selection.slots, selection.cuboids));
     replaced += static_cast<std::int64_t>(selection.cuboids.size());
     place = (place + 1) % places.size();
   }
@@ -205,7 +225,7 @@ void treeQuery(benchmark::State& state) {
   std::int64_t found = 0;
   for (auto _ : state) {
     const Cell& min = places[place].box.min;
-    visitBox(streetMap().tree(), {min, min + Cell{edge, edge, edge}}, CuboidFilter::kAll,
+    visitBox(streetMap(), {min, min + Cell{edge, edge, edge}}, CuboidFilter::kAll,
              [&found](const Cuboid&) {
                ++found;
                return Visit::kContinue;

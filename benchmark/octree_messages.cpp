@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Times octomap_full and octomap_binary made of a map beside OctoMap's own serialization.
 #include "command_line.h"
-#include "cuboid_mapping/interop/octree_stream.h"
+#include "cuboid_mapping/io/octree_stream.h"
 #include "cuboid_mapping/io/map_files.h"
 
 #include <octomap/OcTree.h>
@@ -46,8 +46,8 @@ int compare(const std::string& file) {
   MapConfig config;
   config.resolution_m = snapshot.resolution_m;
   CuboidMap map(config);
-  map.replace(kAllCells, snapshot.cuboids);
-  const std::string full = toOctreeStream(snapshot.cuboids, OctreeKind::kFull).bytes;
+  map.replace(kAllCells, snapshot.bricks);
+  const std::string full = toOctreeStream(snapshot.bricks, OctreeKind::kFull).bytes;
   octomap::OcTree tree(snapshot.resolution_m);
   std::istringstream in(full);
   tree.readData(in);
@@ -61,13 +61,13 @@ int compare(const std::string& file) {
   };
   // With the copy of the cuboids that is taken while the map is held.
   const auto write_full = [&] {
-    (void)toOctreeStream(takeSnapshot(map, "").cuboids, OctreeKind::kFull);
+    (void)toOctreeStream(takeSnapshot(map, "").bricks, OctreeKind::kFull);
   };
   const auto write_binary = [&] {
-    (void)toOctreeStream(takeSnapshot(map, "").cuboids, OctreeKind::kBinary);
+    (void)toOctreeStream(takeSnapshot(map, "").bricks, OctreeKind::kBinary);
   };
   const std::vector<double> times_ms = measureInTurn_ms({write_octomap, write_full, write_binary});
-  std::cout << file << ": " << snapshot.cuboids.size() << " cuboids, " << tree.size() << " nodes, "
+  std::cout << file << ": " << snapshot.bricks.size() << " bricks, " << tree.size() << " nodes, "
             << full.size() << " bytes, " << (is_same ? "same bytes" : "DIFFERENT")
             << "\n  octomap::OcTree::writeData " << times_ms[0] << " ms, from cuboids "
             << times_ms[1] << " ms: " << times_ms[1] / times_ms[0]

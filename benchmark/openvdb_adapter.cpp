@@ -202,12 +202,12 @@ class OpenvdbAdapter : public PeerAdapter {
     double known_to_both = 0.0;
     for (auto leaf = tree_->cbeginLeaf(); leaf; ++leaf) {
       agreement.voxels += static_cast<double>(leaf->onVoxelCount());
-      visitBox(map.tree(), leafBox(*leaf), CuboidFilter::kAll, [&](const Cuboid& cuboid) {
-        known_to_both += compareVoxels(*leaf, cuboid, agreement);
-        return Visit::kContinue;
-      });
+      const Cell brick = leafBox(*leaf).min;
+      static_assert(Leaf::DIM == kBrickEdge, "a leaf is a brick");
+      const PackedVoxels* voxels = map.voxels().find(brick);
+      if (voxels != nullptr) known_to_both += compareVoxels(*leaf, brick, *voxels, agreement);
     }
-    const double known = map.content().free_voxels + map.content().occupied_voxels;
+    const double known = map.voxels().numFreeVoxels() + map.voxels().numOccupiedVoxels();
     agreement.known_mismatch = (agreement.voxels - known_to_both) + (known - known_to_both);
     return agreement;
   }
@@ -226,19 +226,19 @@ class OpenvdbAdapter : public PeerAdapter {
     return false;
   }
 
-  /// Voxels of the leaf in the cuboid that are known to both; differences are added.
-  static double compareVoxels(const Leaf& leaf, const Cuboid& cuboid, Agreement& agreement) {
-    const CellBox part = intersect(cuboid.box, leafBox(leaf));
+  /// Voxels of the leaf and of its brick that are known to both; differences are added.
+  static double compareVoxels(const Leaf& leaf, const Cell& brick, const PackedVoxels& voxels,
+                              Agreement& agreement) {
     double known_to_both = 0.0;
-    const CoordBBox coords(toCoord(part.min), toCoord(part.max - Cell{1, 1, 1}));
-    for (auto coord = coords.begin(); coord; ++coord) {
+    forEachCell(brick, voxels.known(), [&](const Cell& cell) {
       float log_odds = 0.0F;
-      if (!leaf.probeValue(*coord, log_odds)) continue;
+      if (!leaf.probeValue(toCoord(cell), log_odds)) return;
       known_to_both += 1.0;
-      if (classify(log_odds) != cuboid.occupancy()) agreement.class_mismatch += 1.0;
+      const float own = *voxels.at(voxelIndex(cell));
+      if (classify(log_odds) != classify(own)) agreement.class_mismatch += 1.0;
       agreement.max_log_odds_difference =
-          std::max<double>(agreement.max_log_odds_difference, std::abs(log_odds - cuboid.log_odds));
-    }
+          std::max<double>(agreement.max_log_odds_difference, std::abs(log_odds - own));
+    });
     return known_to_both;
   }
 

@@ -13,23 +13,17 @@
 namespace cuboid_mapping::bench {
 namespace {
 
-constexpr std::size_t kMegabyte = 1000000;
-
 /// What has to be checked or converted behind the parser.
 struct RawOptions {
   std::vector<std::string> peers;
   std::int64_t clouds = std::numeric_limits<std::int64_t>::max();
-  std::size_t hot_mb = EngineOptions().hot_bytes / kMegabyte;
 };
 
-void addEngineOptions(CLI::App& app, Options& options, RawOptions& raw) {
+void addEngineOptions(CLI::App& app, Options& options) {
   app.add_option("--threads", options.engine.threads, "Threads of cuboid_mapping and OpenVDB")
       ->check(CLI::Range(1, 256));
-  app.add_option("--hot-mb", raw.hot_mb, "Bound of the cache of bricks [MB]; 0: none")
-      ->capture_default_str()
-      ->check(CLI::Range(0, 1 << 20));
-  app.add_flag("--flush-every-cloud", options.engine.flushes_every_cloud,
-               "Write the cache back to the R-tree after every cloud");
+  app.add_flag("--fuse-every-cloud", options.engine.fuses_every_cloud,
+               "Bring all cuboids into the R-tree after every cloud");
 }
 
 void addMapOptions(CLI::App& app, Options& options) {
@@ -44,9 +38,12 @@ void addMapOptions(CLI::App& app, Options& options) {
   app.add_option("--max-range", options.insertion.max_range_m,
                  "Beams are cut there [m]; no limit unless given")
       ->check(CLI::PositiveNumber);
-  app.add_option("--fusion", map.fusion, "Fusion strategy")
-      ->capture_default_str()
-      ->check(CLI::IsMember(fusionNames()));
+  std::map<std::string, FusionKind> fusions;
+  for (const FusionKind kind : {FusionKind::kClass, FusionKind::kGrowth, FusionKind::kNone}) {
+    fusions.emplace(toString(kind), kind);
+  }
+  app.add_option("--fusion", map.fusion, "class, growth or none")
+      ->transform(CLI::CheckedTransformer(fusions));
   app.add_option("--environment", map.environment,
                  "dynamic or static; OctoMap has no static one, and differs then")
       ->transform(CLI::CheckedTransformer(environments));
@@ -111,7 +108,7 @@ std::optional<int> parseOptions(int argc, char** argv, Options& options) {
                "compare_maps");
   addInputOptions(app, options, raw);
   addMapOptions(app, options);
-  addEngineOptions(app, options, raw);
+  addEngineOptions(app, options);
   addRunOptions(app, options, raw);
   app.add_flag_callback(
       "--version",
@@ -123,7 +120,6 @@ std::optional<int> parseOptions(int argc, char** argv, Options& options) {
   if (const auto status = parseCommandLine(app, argc, argv)) return status;
   takePeers(raw.peers, options);
   options.clouds = static_cast<std::size_t>(raw.clouds);
-  options.engine.hot_bytes = raw.hot_mb * kMegabyte;
   RTreeConfig& rtree = options.insertion.map.rtree;
   rtree.min_branches = std::max(1, rtree.max_branches * 3 / 8);
   return std::nullopt;

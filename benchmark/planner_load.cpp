@@ -36,7 +36,6 @@ struct Options {
 MapConfig makeConfig(const Options& options) {
   MapConfig config;
   config.resolution_m = options.resolution_m;
-  config.hot_bytes = 64000000;
   return config;
 }
 
@@ -68,12 +67,10 @@ void measureBytes(const Options& options, const std::vector<Scan>& scans) {
   double num_cuboids = 0.0;
   double full_bytes = 0.0;
   for (const Scan& scan : scans) {
-    ChangeSet changes = map.apply(updater.compute(scan));
-    const ChangeSet flushed = map.flush();
-    changes.boxes.insert(changes.boxes.end(), flushed.boxes.begin(), flushed.boxes.end());
-    const MapDelta delta = makeDelta(map, changes, 1, 0);
+    const ChangeSet changes = map.apply(updater.compute(scan));
+    const MapDelta delta = makeDelta(map, changes, 1, 0, MapDetail::kClasses);
     update_bytes += bytesOf(delta);
-    num_cuboids += static_cast<double>(delta.log_odds.size());
+    num_cuboids += static_cast<double>(delta.content.occupied.size());
     insertIntoOctomap(scan, std::numeric_limits<double>::infinity(), octree);
     octree.prune();
     // octomap::OcTree::writeData: a float and a byte of children for each node.

@@ -42,7 +42,6 @@ struct Scene {
 Scene makeScene(const Options& options) {
   MapConfig config;
   config.resolution_m = options.resolution_m;
-  config.hot_bytes = 64000000;
   Scene scene{CuboidMap(config), {}};
   ScanUpdater updater(scene.map.grid());
   const auto dataset = openScanDataset(options.dataset);
@@ -52,7 +51,7 @@ Scene makeScene(const Options& options) {
     scene.map.apply(updater.compute(makeScan(item.T_map_sensor, origin, item.points_sensor)));
     scene.poses_map.push_back(origin);
   }
-  scene.map.cool();
+  scene.map.fuse();
   return scene;
 }
 
@@ -61,7 +60,7 @@ class Places {
  public:
   Places(const Scene& scene, unsigned int seed)
       : scene_(scene),
-        bounds_(scene.map.grid().toMetricBox(*scene.map.tree().bounds())),
+        bounds_(scene.map.grid().toMetricBox(*scene.map.voxels().bounds())),
         engine_(seed) {}
 
   /// Anywhere in the bounds of the map.

@@ -3,7 +3,7 @@
 
 #include "timing.h"
 
-#include "cuboid_mapping/rtree/traversal.h"
+#include "cuboid_mapping/map/cuboid_search.h"
 
 #include <cmath>
 #include <cstdint>
@@ -58,8 +58,8 @@ class QueryMaker {
  public:
   QueryMaker(const CuboidMap& map, const std::vector<Scan>& scans)
       : grid_(map.grid()), scans_(scans), edge_cells_(roundToCells(kQueryBox_m)) {
-    const auto bounds = map.tree().bounds();
-    visitAll(map.tree(), CuboidFilter::kOccupied, [this](const Cuboid& cuboid) {
+    const auto& bounds = map.voxels().bounds();
+    visitAll(map, CuboidFilter::kOccupied, [this](const Cuboid& cuboid) {
       surfaces_.push_back(cuboid.box);
       return Visit::kContinue;
     });

@@ -33,7 +33,6 @@ const std::vector<Line>& tableLines() {
       {"leaf nodes", "%.0f", [](R r) { return static_cast<double>(r.figures.leaf_nodes); }, true},
       {"inner nodes", "%.0f", [](R r) { return static_cast<double>(r.figures.inner_nodes); }, true},
       {"own figure, MB", "%.2f", [](R r) { return toMegabytes(r.figures.bytes_own); }, true},
-      {"cache till then, MB", "%.2f", [](R r) { return toMegabytes(r.figures.bytes_hot); }, true},
       {"heap, MB", "%.2f", [](R r) { return toMegabytes(r.bytes_heap); }, true},
       {"scratch, MB", "%.2f", [](R r) { return toMegabytes(r.bytes_scratch); }, true},
       {"visit occupied, ms", "%.3f", [](R r) { return 1e3 * r.access_occupied_s; }, true},
@@ -104,12 +103,12 @@ void printReport(const Options& options, const std::vector<Scan>& scans,
   std::printf("dataset     %s: %zu clouds, %zu points\n", options.dataset.c_str(), scans.size(),
               countPoints(scans));
   std::printf("map         %g m voxels, max range %g m, fusion %s, %s, (d, M) = (%d, %d)\n",
-              map.resolution_m, options.insertion.max_range_m, map.fusion.c_str(),
+              map.resolution_m, options.insertion.max_range_m, toString(map.fusion),
               toString(map.environment), map.rtree.min_branches, map.rtree.max_branches);
   std::printf(
-      "run         %d threads, cache of %g MB, %s, median of %d; commit %s; %s, %u cores; %s, %s\n",
-      options.engine.threads, toMegabytes(options.engine.hot_bytes),
-      options.engine.flushes_every_cloud ? "flush after every cloud" : "flush at the end",
+      "run         %d threads, %s, median of %d; commit %s; %s, %u cores; %s, %s\n",
+      options.engine.threads,
+      options.engine.fuses_every_cloud ? "fused after every cloud" : "fused when bricks are cold",
       options.repeat, machine.commit.c_str(), machine.cpu.c_str(), machine.cores,
       machine.compiler.c_str(), machine.build_type.c_str());
   printTable(comparison.maps);

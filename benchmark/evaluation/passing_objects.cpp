@@ -4,7 +4,6 @@
 #include "command_line.h"
 
 #include "cuboid_mapping/interop/octomap_parity.h"
-#include "cuboid_mapping/query/class_boxes.h"
 #include "cuboid_mapping/scan/scan_update.h"
 #include "cuboid_mapping/simulation/lidar.h"
 
@@ -50,15 +49,11 @@ std::vector<Scan> makeClouds(bool has_walker) {
 /// Occupied voxels of a map that are free in another one.
 std::size_t countRemains(const CuboidMap& map, const CuboidMap& without_walker) {
   std::size_t count = 0;
-  for (const CellBox& box : findClassBoxes(map, kAllCells, Occupancy::kOccupied)) {
-    for (std::int32_t z = box.min.z; z < box.max.z; ++z) {
-      for (std::int32_t y = box.min.y; y < box.max.y; ++y) {
-        for (std::int32_t x = box.min.x; x < box.max.x; ++x) {
-          count += without_walker.classes().at({x, y, z}) == Occupancy::kFree ? 1 : 0;
-        }
-      }
-    }
-  }
+  map.voxels().forEach([&](const VoxelBrick& brick) {
+    const PackedVoxels* other = without_walker.voxels().find(brick.brick);
+    if (other == nullptr) return;
+    count += static_cast<std::size_t>((brick.voxels.occupied() & other->free()).count());
+  });
   return count;
 }
 
@@ -69,12 +64,12 @@ std::size_t countRemains(const octomap::OcTree& tree, const CuboidMap& without_w
   for (auto leaf = voxels.begin_leafs(); leaf != voxels.end_leafs(); ++leaf) {
     if (!voxels.isNodeOccupied(*leaf)) continue;
     const auto cell = without_walker.grid().toCell({leaf.getX(), leaf.getY(), leaf.getZ()});
-    count += cell && without_walker.classes().at(*cell) == Occupancy::kFree ? 1 : 0;
+    count += cell && without_walker.voxels().at(*cell) == Occupancy::kFree ? 1 : 0;
   }
   return count;
 }
 
-MapConfig configOf(const std::string& fusion, Environment environment, double resolution_m) {
+MapConfig configOf(FusionKind fusion, Environment environment, double resolution_m) {
   MapConfig config;
   config.resolution_m = resolution_m;
   config.fusion = fusion;
@@ -99,7 +94,7 @@ CuboidMap fill(const MapConfig& config, const std::vector<Scan>& scans, Callback
 
 json evaluatePassingObjects(double resolution_m) {
   const std::vector<Scan> scans = makeClouds(true);
-  const CuboidMap without_walker = fill(configOf("brick", Environment::kDynamic, resolution_m),
+  const CuboidMap without_walker = fill(configOf(FusionKind::kClass, Environment::kDynamic, resolution_m),
                                         makeClouds(false), [](const CuboidMap&) {});
   json results = json::array();
   octomap::OcTree octomap = makeOctomap(without_walker.config());
@@ -112,13 +107,13 @@ json evaluatePassingObjects(double resolution_m) {
   results.push_back({{"map", "octomap"},
                      {"left_voxels", left},
                      {"remaining_voxels", countRemains(octomap, without_walker)}});
-  for (const char* fusion : {"brick", kGrowthFusion}) {
+  for (const FusionKind fusion : {FusionKind::kClass, FusionKind::kGrowth}) {
     for (const Environment environment : {Environment::kDynamic, Environment::kStatic}) {
-      const CuboidMap map =
+      CuboidMap map =
           fill(configOf(fusion, environment, resolution_m), scans,
                [&](const CuboidMap& current) { left = countRemains(current, without_walker); });
       results.push_back({{"map", "cuboid_mapping"},
-                         {"fusion", fusion},
+                         {"fusion", toString(fusion)},
                          {"environment", toString(environment)},
                          {"left_voxels", left},
                          {"remaining_voxels", countRemains(map, without_walker)},

@@ -16,7 +16,7 @@ RunSpec octomapRun(double resolution_m, double rotation_deg) {
   return spec;
 }
 
-RunSpec fusionRun(const std::string& fusion, double resolution_m, double rotation_deg = 0.0) {
+RunSpec fusionRun(FusionKind fusion, double resolution_m, double rotation_deg = 0.0) {
   RunSpec spec = paperRun(resolution_m, kUsualBranching);
   spec.map.fusion = fusion;
   spec.rotation_deg = rotation_deg;
@@ -26,8 +26,8 @@ RunSpec fusionRun(const std::string& fusion, double resolution_m, double rotatio
 /// What the paper leaves open or names as future work, each in one respect other than paperRun().
 std::vector<RunSpec> variants(double resolution_m) {
   const RunSpec paper = paperRun(resolution_m, kUsualBranching);
-  std::vector<RunSpec> specs{fusionRun("brick", resolution_m), fusionRun("class", resolution_m),
-                             fusionRun("none", resolution_m)};
+  std::vector<RunSpec> specs{fusionRun(FusionKind::kClass, resolution_m),
+                             fusionRun(FusionKind::kNone, resolution_m)};
   const auto add = [&](auto change) {
     specs.push_back(paper);
     change(specs.back().map);
@@ -56,7 +56,7 @@ std::vector<RunSpec> variants(double resolution_m) {
 RunSpec paperRun(double resolution_m, int max_branches) {
   RunSpec spec;
   spec.map.resolution_m = resolution_m;
-  spec.map.fusion = kGrowthFusion;
+  spec.map.fusion = FusionKind::kGrowth;
   spec.map.rtree = {max_branches, std::max(1, max_branches * 3 / 8)};
   return spec;
 }
@@ -68,7 +68,7 @@ std::vector<RunGroup> makePlan(const EvaluationOptions& options) {
     for (const int branching : options.branchings) {
       group.specs.push_back(paperRun(resolution_m, branching));
     }
-    group.specs.push_back(fusionRun("brick", resolution_m));
+    group.specs.push_back(fusionRun(FusionKind::kClass, resolution_m));
     groups.push_back(std::move(group));
   }
   const double reference_m = options.reference_m;
@@ -80,8 +80,8 @@ std::vector<RunGroup> makePlan(const EvaluationOptions& options) {
     groups.push_back({reference_m,
                       rotation_deg,
                       {octomapRun(reference_m, rotation_deg),
-                       fusionRun(kGrowthFusion, reference_m, rotation_deg),
-                       fusionRun("brick", reference_m, rotation_deg)}});
+                       fusionRun(FusionKind::kGrowth, reference_m, rotation_deg),
+                       fusionRun(FusionKind::kClass, reference_m, rotation_deg)}});
   }
   return groups;
 }

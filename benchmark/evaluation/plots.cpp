@@ -148,10 +148,10 @@ void drawFigureSeven(const Runs& runs, const std::string& folder) {
   cells.add("full 3D grid", select(runs, is_octomap, x, figure("full_grid_cells")));
   cells.add("OctoMap, wc", select(runs, is_octomap, x, figure("cells_uncompressed")));
   cells.add("OctoMap, pruned", select(runs, is_octomap, x, figure("cells")));
-  for (const char* fusion : {"growth", "brick"}) {
+  for (const char* fusion : {"growth", "class"}) {
     const Filter is_fusion = [fusion](const json& run) {
       return isFusion(run, fusion) && isUnrotated(run) && hasUsualM(run) &&
-             (isPaper(run) || std::string(fusion) == "brick");
+             (isPaper(run) || std::string(fusion) == "class");
     };
     cells.add(fusion, select(runs, is_fusion, x, figure("cells")));
   }
@@ -215,12 +215,12 @@ void drawRotation(const Runs& runs, double reference_m, const std::string& folde
   if (octomap_cells.size() < 2) return;
   Plot plot("rotation about z [degrees]", "cells, as share of OctoMap's");
   plot.set("yrange [0:*]");
-  for (const char* fusion : {"growth", "brick"}) {
+  for (const char* fusion : {"growth", "class"}) {
     plot.add(fusion, select(
                          runs,
                          [&](const json& run) {
                            return isFusion(run, fusion) && is_reference(run) && hasUsualM(run) &&
-                                  (isPaper(run) || std::string(fusion) == "brick");
+                                  (isPaper(run) || std::string(fusion) == "class");
                          },
                          figure("rotation_deg"),
                          [&](const json& run) {

@@ -49,9 +49,9 @@ json describe(const RunSpec& spec, const std::vector<Scan>& scans) {
            {"commit", describeMachine().commit}};
   if (spec.is_octomap) return run;
   run["M"] = spec.map.rtree.max_branches;
-  run["fusion"] = spec.map.fusion;
+  run["fusion"] = toString(spec.map.fusion);
   run["environment"] = toString(spec.map.environment);
-  if (spec.map.fusion == kGrowthFusion) {
+  if (spec.map.fusion == FusionKind::kGrowth) {
     run["step"] = toString(spec.map.growth.step);
     run["search"] = toText(spec.map.growth.search);
     run["starters"] = toString(spec.map.growth.starters);
@@ -96,12 +96,12 @@ double visitOccupied(const RTree& tree) {
 
 std::string nameOf(const RunSpec& spec) {
   std::ostringstream name;
-  name << (spec.is_octomap ? "octomap" : spec.map.fusion) << "_" << spec.map.resolution_m << "m";
+  name << (spec.is_octomap ? "octomap" : toString(spec.map.fusion)) << "_" << spec.map.resolution_m << "m";
   if (spec.rotation_deg != 0.0) name << "_rotated" << spec.rotation_deg;
   if (spec.is_octomap) return name.str();
   name << "_M" << spec.map.rtree.max_branches;
   if (spec.map.environment == Environment::kStatic) name << "_static";
-  if (spec.map.fusion != kGrowthFusion) return name.str();
+  if (spec.map.fusion != FusionKind::kGrowth) return name.str();
   std::string search = toText(spec.map.growth.search);
   search.erase(std::remove(search.begin(), search.end(), ' '), search.end());
   name << "_" << toString(spec.map.growth.step) << "_" << search << "_"
@@ -170,8 +170,7 @@ json runOctomap(const RunSpec& spec, const std::vector<Scan>& scans, octomap::Oc
 json runCuboidMap(const RunSpec& spec, const std::vector<Scan>& scans,
                   const octomap::OcTree& octomap) {
   json run = describe(spec, scans);
-  MapConfig config = spec.map;
-  config.hot_bytes = std::size_t{512} * 1000 * 1000;
+  const MapConfig& config = spec.map;
   CuboidMap map(config);
   ScanUpdater updater(map.grid(), kNoLimit, 1, config.beamSampling());
   double cpu_s = 0.0;
@@ -180,18 +179,18 @@ json runCuboidMap(const RunSpec& spec, const std::vector<Scan>& scans,
     throwIfInterrupted();
     cpu_s += timeOf([&] {
                map.apply(updater.compute(scan));
-               map.flush();
+               map.fuse();
              }).cpu_s;
     cells_over_time.push_back(map.tree().size());
   }
   addInsertion(cpu_s, run);
-  map.cool();
   run["cells_over_time"] = std::move(cells_over_time);
   run["cells"] = map.tree().size();
-  run["occupied_cells"] = map.content().occupied_cuboids;
-  run["free_cells"] = map.content().free_cuboids;
+  const CuboidCounts counts = countCuboids(map);
+  run["occupied_cells"] = counts.occupied;
+  run["free_cells"] = counts.free;
   run["hierarchy_nodes"] = map.tree().numLeafNodes() + map.tree().numInnerNodes();
-  run["voxels"] = map.content().free_voxels + map.content().occupied_voxels;
+  run["voxels"] = map.voxels().numFreeVoxels() + map.voxels().numOccupiedVoxels();
   run["bytes"] = map.numBytes();
   run["access_occupied_ms"] = 1e3 * cpuTimeOfOne_s([&] { return visitOccupied(map.tree()); });
   SizeHistogram sizes;
@@ -200,7 +199,7 @@ json runCuboidMap(const RunSpec& spec, const std::vector<Scan>& scans,
     return Visit::kContinue;
   });
   run["size_histogram"] = sizes.counts();
-  if (config.environment == Environment::kDynamic && config.fusion != "class") {
+  if (config.environment == Environment::kDynamic) {
     const Agreement agreement = compareWithOctomap(map, octomap);
     run["known_mismatch"] = agreement.known_mismatch;
     run["class_mismatch"] = agreement.class_mismatch;

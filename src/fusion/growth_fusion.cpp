@@ -26,12 +26,6 @@ std::optional<PlacedCuboid> findCuboid(const RTree& tree, const Cell& cell) {
   return found;
 }
 
-float meanLogOdds(const std::vector<Cuboid>& cuboids) {
-  MeanLogOdds mean;
-  for (const Cuboid& cuboid : cuboids) mean.add(cuboid.log_odds, cuboid.box.numVoxels());
-  return mean.value();
-}
-
 /// The box with one more cell around it on all sides.
 CellBox dilate(const CellBox& box) { return {box.min - Cell{1, 1, 1}, box.max + Cell{1, 1, 1}}; }
 
@@ -51,87 +45,79 @@ const char* toString(GrowthStarters starters) {
 struct GrowthFusion::Growth {
   CellBox box;
   Occupancy occupancy;
-  std::vector<Cuboid> cuboids;   ///< That it consists of, itself first.
-  std::vector<LeafSlot> places;  ///< Of these.
+  std::vector<LeafSlot> places;  ///< Of the cuboids that it consists of, itself first.
 };
 
-GrowthFusion::GrowthFusion(const GrowthConfig& config, const SensorModel& sensor_model)
-    : config_(config), sensor_model_(sensor_model), settling_(config.settle_clouds) {}
-
 void GrowthFusion::clear() {
+  Fusion::clear();
   fusible_.clear();
   settling_.clear();
-  changed_.clear();
 }
 
-void GrowthFusion::note(const DenseBrick& brick, const BrickChange& change, std::uint64_t cloud) {
-  settling_.noteChanges(brick.brick, change.changed, cloud);
-  settling_.hold(brick.brick, change.split, cloud);
-  if (config_.starters == GrowthStarters::kChanged) {
-    forEachCell(brick.brick, change.changed, [&](const Cell& cell) { changed_.push_back(cell); });
+void GrowthFusion::noteCloud(const VoxelStore& voxels, const ScanUpdate& update,
+                             const std::vector<BrickChange>& changed, ChangeSet& changes) {
+  ++num_clouds_;
+  std::vector<Cell> observed;  // The paper's set T.
+  for (const CellChange& change : writeCells(voxels, changed, false, changes)) {
+    settling_.noteChanges(change.brick, change.changed, num_clouds_);
+    settling_.hold(change.brick, change.split, num_clouds_);
+    updateFusible(voxels, change.brick);
+    if (config_.starters != GrowthStarters::kChanged) continue;
+    forEachCell(change.brick, change.changed, [&](const Cell& cell) { observed.push_back(cell); });
   }
-  const BrickMask held = settling_.heldIn(brick.brick);
-  BrickMask fusible{};
-  BrickMask occupied{};
-  forEachCell(brick.brick, brick.known, [&](const Cell& cell) {
-    const float log_odds = brick.log_odds[static_cast<std::size_t>(voxelIndex(cell))];
-    if (!sensor_model_.isStable(log_odds)) return;
-    const auto z = static_cast<std::size_t>(cell.z & 7);
-    fusible[z] |= voxelBit(cell) & ~held[z];
-    if (classify(log_odds) == Occupancy::kOccupied) occupied[z] |= voxelBit(cell) & fusible[z];
+  if (config_.starters != GrowthStarters::kChanged) {
+    for (const BrickUpdate& brick : update.bricks) {
+      forEachCell(brick.brick, brick.hits, [&](const Cell& cell) { observed.push_back(cell); });
+    }
+    observed.insert(observed.end(), update.samples.begin(), update.samples.end());
+  }
+  for (const CellBox& box : grow(voxels, observed)) changes.addCuboidsIn(box);
+}
+
+bool GrowthFusion::isFusible(const Cell& cell) const {
+  const FusibleBrick* found = fusible_.find(brickOf(cell));
+  return found != nullptr && found->fusible.test(voxelIndex(cell));
+}
+
+bool GrowthFusion::isAllFusible(const VoxelStore& voxels, const CellBox& box,
+                                Occupancy occupancy) const {
+  const bool is_occupied = occupancy == Occupancy::kOccupied;
+  return !anyBrick(box, [&](const Cell& brick) {
+    const FusibleBrick* found = fusible_.find(brick);
+    if (found == nullptr) return true;
+    const PackedVoxels& of_brick = *voxels.find(brick);
+    const BrickMask part = BrickMask::ofBox(intersect(box, brickBox(brick)));
+    return !found->fusible.contains(part) ||
+           !(is_occupied ? of_brick.occupied() : of_brick.free()).contains(part);
   });
-  fusible_.set(brick.brick, fusible, occupied);
 }
 
-void GrowthFusion::noteEdits(const std::vector<CellBox>& boxes, const RTree& tree) {
-  for (const CellBox& box : boxes) {
-    fusible_.fill(box, Occupancy::kUnknown);
-    visitBox(tree, box, CuboidFilter::kAll, [&](const Cuboid& cuboid) {
-      if (sensor_model_.isStable(cuboid.log_odds)) {
-        fusible_.fill(intersect(box, cuboid.box), cuboid.occupancy());
-      }
-      return Visit::kContinue;
-    });
-  }
-}
-
-std::vector<Fused> GrowthFusion::fuse(const std::vector<Cell>& observed, std::uint64_t cloud,
-                                      RTree& tree) {
+/// Lets the starters grow, and grow again, until none of them can: in one pass every starter is
+/// tried once; those beside something that has fused are tried again in the next one.
+/// @return What has been fused, also what has been absorbed on the way.
+std::vector<CellBox> GrowthFusion::grow(const VoxelStore& voxels,
+                                        const std::vector<Cell>& observed) {
   starters_.clear();
-  std::vector<Cell> cells = releaseSettled(cloud, tree);
-  const std::vector<Cell>& more =
-      config_.starters == GrowthStarters::kChanged ? changed_ : observed;
-  cells.insert(cells.end(), more.begin(), more.end());
-  std::vector<Fused> fused;
+  std::vector<Cell> cells = releaseSettled(voxels);
+  cells.insert(cells.end(), observed.begin(), observed.end());
+  std::vector<CellBox> fused;
   while (!cells.empty()) {
     const std::size_t num_before = fused.size();
     tried_.clear();
-    for (const Cell& cell : cells) tryCell(cell, tree, fused);
-    cells = findStartersBeside(fused, num_before, tree);
+    for (const Cell& cell : cells) tryCell(voxels, cell, fused);
+    cells = findStartersBeside(fused, num_before);
   }
-  changed_.clear();
   return fused;
 }
 
 /// Makes the cells fusible that have settled. @return These, and the cuboids around them, which
 /// could not grow as long as they were held.
-std::vector<Cell> GrowthFusion::releaseSettled(std::uint64_t cloud, const RTree& tree) {
+std::vector<Cell> GrowthFusion::releaseSettled(const VoxelStore& voxels) {
   std::vector<Cell> cells;
-  for (const Cell& cell : settling_.release(cloud)) {
-    const auto found = findCuboid(tree, cell);
-    if (!found || !sensor_model_.isStable(found->cuboid.log_odds)) continue;
-    VoxelClasses::Masks masks{};
-    BrickMask fusible{};
-    BrickMask occupied{};
-    if (fusible_.find(brickOf(cell), masks)) {
-      fusible = *masks.known;
-      occupied = *masks.occupied;
-    }
-    const auto z = static_cast<std::size_t>(cell.z & 7);
-    fusible[z] |= voxelBit(cell);
-    if (found->cuboid.occupancy() == Occupancy::kOccupied) occupied[z] |= voxelBit(cell);
-    fusible_.set(brickOf(cell), fusible, occupied);
-    visitBox(tree, dilate(CellBox::ofCell(cell)), CuboidFilter::kAll, [&](const Cuboid& cuboid) {
+  for (const Cell& cell : settling_.release(num_clouds_)) {
+    updateFusible(voxels, brickOf(cell));
+    if (!isFusible(cell)) continue;
+    visitBox(tree_, dilate(CellBox::ofCell(cell)), CuboidFilter::kAll, [&](const Cuboid& cuboid) {
       cells.push_back(cuboid.box.min);
       return Visit::kContinue;
     });
@@ -142,83 +128,83 @@ std::vector<Cell> GrowthFusion::releaseSettled(std::uint64_t cloud, const RTree&
 }
 
 /// Fuse(g_i) of Figure 5 for the cuboid that holds a cell, as a loop in place of a recursion.
-void GrowthFusion::tryCell(const Cell& cell, RTree& tree, std::vector<Fused>& fused) {
-  const Occupancy occupancy = fusible_.at(cell);
-  if (occupancy == Occupancy::kUnknown) return;
-  const auto start = findCuboid(tree, cell);
+void GrowthFusion::tryCell(const VoxelStore& voxels, const Cell& cell,
+                           std::vector<CellBox>& fused) {
+  if (!isFusible(cell)) return;
+  const auto start = findCuboid(tree_, cell);
   assert(start);
   const CellBox& box = start->cuboid.box;
   starters_.insert(box.min);
   if (tried_.count(box.min) != 0) return;
-  Growth growth{box, occupancy, {start->cuboid}, {start->place}};
-  while (expand(growth, tree)) {
+  Growth growth{box, start->cuboid.occupancy, {start->place}};
+  while (expand(voxels, growth)) {
   }
   starters_.insert(growth.box.min);
   tried_.insert(growth.box.min);
   if (growth.places.size() == 1) return;
-  const Cuboid cuboid{growth.box, meanLogOdds(growth.cuboids)};
-  tree.replace(growth.places, {cuboid});
-  fused.push_back({cuboid, growth.places.size()});
+  TreeChange change{std::move(growth.places), {{growth.box, growth.occupancy}}, {}};
+  change.endPart();
+  tree_.replace(change);
+  fused.push_back(growth.box);
 }
 
 /// One expansion (equation 5). @return Whether there was one that succeeds.
-bool GrowthFusion::expand(Growth& growth, const RTree& tree) const {
-  if (config_.search.order == SearchStrategy::Order::kLargestGain) return expandMost(growth, tree);
+bool GrowthFusion::expand(const VoxelStore& voxels, Growth& growth) const {
+  if (config_.search.order == SearchStrategy::Order::kLargestGain) {
+    return expandMost(voxels, growth);
+  }
   for (const SearchDirection direction : directionsOf(growth.box)) {
-    if (absorb(direction, growth, tree)) return true;
+    if (absorb(voxels, direction, growth)) return true;
   }
   return false;
 }
 
-bool GrowthFusion::expandMost(Growth& growth, const RTree& tree) const {
+bool GrowthFusion::expandMost(const VoxelStore& voxels, Growth& growth) const {
   std::optional<Growth> best;
   for (const SearchDirection direction : paperDirections(growth.box.size())) {
-    Growth part{growth.box, growth.occupancy, {}, {}};
-    if (!absorb(direction, part, tree)) continue;
+    Growth part{growth.box, growth.occupancy, {}};
+    if (!absorb(voxels, direction, part)) continue;
     if (!best || part.places.size() > best->places.size()) best = std::move(part);
   }
   if (!best) return false;
   growth.box = best->box;
-  growth.cuboids.insert(growth.cuboids.end(), best->cuboids.begin(), best->cuboids.end());
   growth.places.insert(growth.places.end(), best->places.begin(), best->places.end());
   return true;
 }
 
 /// By how much a cell is to expand; nothing when it cannot.
-std::optional<CellBox> GrowthFusion::findSlab(SearchDirection direction, const Growth& growth,
-                                              const RTree& tree) const {
+std::optional<CellBox> GrowthFusion::findSlab(const VoxelStore& voxels, SearchDirection direction,
+                                              const Growth& growth) const {
   const int axis = direction.axis;
   const CellBox next = slabOf(growth.box, direction, 1);
-  if (!fusible_.isAll(next, growth.occupancy)) return std::nullopt;
+  if (!isAllFusible(voxels, next, growth.occupancy)) return std::nullopt;
   if (config_.step == GrowthStep::kCell) return next;
   std::int32_t depth = growth.box.max[axis] - growth.box.min[axis];
   if (config_.step == GrowthStep::kNeighbour) {
-    const CellBox neighbour = findCuboid(tree, next.min)->cuboid.box;
+    const CellBox neighbour = findCuboid(tree_, next.min)->cuboid.box;
     depth = direction.sign > 0 ? neighbour.max[axis] - growth.box.max[axis]
                                : growth.box.min[axis] - neighbour.min[axis];
   }
   const CellBox slab = slabOf(growth.box, direction, depth);
-  if (!fusible_.isAll(slab, growth.occupancy)) return std::nullopt;
+  if (!isAllFusible(voxels, slab, growth.occupancy)) return std::nullopt;
   return slab;
 }
 
 /// Absorbs the cells of a slab if the conditions (6) to (8) hold; changes nothing otherwise.
-bool GrowthFusion::absorb(SearchDirection direction, Growth& growth, const RTree& tree) const {
-  const auto found_slab = findSlab(direction, growth, tree);
+bool GrowthFusion::absorb(const VoxelStore& voxels, SearchDirection direction,
+                          Growth& growth) const {
+  const auto found_slab = findSlab(voxels, direction, growth);
   if (!found_slab) return false;
   const CellBox& slab = *found_slab;
   const std::size_t num_before = growth.places.size();
   bool is_tiled = true;
-  visitLeafSlots(tree, slab, CuboidFilter::kAll, [&](NodeIndex leaf, int slot) {
-    const Cuboid cuboid = tree.node(0, leaf).cuboid(slot);
-    is_tiled = slab.contains(cuboid.box);
+  visitLeafSlots(tree_, slab, CuboidFilter::kAll, [&](NodeIndex leaf, int slot) {
+    is_tiled = slab.contains(tree_.node(0, leaf).box(slot));
     if (!is_tiled) return Visit::kStop;
-    growth.cuboids.push_back(cuboid);
     growth.places.push_back({leaf, slot});
     return Visit::kContinue;
   });
   if (!is_tiled) {
-    growth.cuboids.resize(num_before);
     growth.places.resize(num_before);
     return false;
   }
@@ -244,15 +230,15 @@ SearchDirections GrowthFusion::directionsOf(const CellBox& box) const {
 
 /// Starters that may be able to grow now, because something beside them has fused.
 /// @param first  Of `fused`, from which on to look.
-std::vector<Cell> GrowthFusion::findStartersBeside(const std::vector<Fused>& fused,
-                                                   std::size_t first, const RTree& tree) const {
+std::vector<Cell> GrowthFusion::findStartersBeside(const std::vector<CellBox>& fused,
+                                                   std::size_t first) const {
   std::vector<Cell> cells;
   if (first == fused.size()) return cells;
   if (config_.step != GrowthStep::kCell) {  // They look further than the next voxel.
     cells.assign(starters_.begin(), starters_.end());
   }
   for (std::size_t i = first; i < fused.size() && config_.step == GrowthStep::kCell; ++i) {
-    visitBox(tree, dilate(fused[i].cuboid.box), CuboidFilter::kAll, [&](const Cuboid& cuboid) {
+    visitBox(tree_, dilate(fused[i]), CuboidFilter::kAll, [&](const Cuboid& cuboid) {
       if (starters_.count(cuboid.box.min) != 0) cells.push_back(cuboid.box.min);
       return Visit::kContinue;
     });

@@ -11,16 +11,12 @@ void SettlingCells::hold(const Cell& brick, const BrickMask& cells, std::uint64_
     const bool is_new = last_change_.insert_or_assign(cell, cloud).second;
     if (!is_new) return;
     due_[cloud + clouds_].push_back(cell);
-    held_[brick][static_cast<std::size_t>(cell.z & 7)] |= voxelBit(cell);
+    held_.at(brick).cells.set(voxelIndex(cell));
   });
 }
 
 void SettlingCells::noteChanges(const Cell& brick, const BrickMask& cells, std::uint64_t cloud) {
-  const auto held = held_.find(brick);
-  if (held == held_.end()) return;
-  BrickMask changed = held->second;
-  for (std::size_t z = 0; z < kBrickEdge; ++z) changed[z] &= cells[z];
-  forEachCell(brick, changed, [&](const Cell& cell) { last_change_[cell] = cloud; });
+  forEachCell(brick, heldIn(brick) & cells, [&](const Cell& cell) { last_change_[cell] = cloud; });
 }
 
 std::vector<Cell> SettlingCells::release(std::uint64_t cloud) {
@@ -35,9 +31,9 @@ std::vector<Cell> SettlingCells::release(std::uint64_t cloud) {
         continue;
       }
       last_change_.erase(last_change);
-      const auto held = held_.find(brickOf(cell));
-      held->second[static_cast<std::size_t>(cell.z & 7)] &= ~voxelBit(cell);
-      if (held->second == BrickMask{}) held_.erase(held);
+      BrickMask& held = held_.at(brickOf(cell)).cells;
+      held &= ~BrickMask::ofBox(CellBox::ofCell(cell));
+      if (held.isEmpty()) held_.erase(brickOf(cell));
       released.push_back(cell);
     }
   }
@@ -45,8 +41,8 @@ std::vector<Cell> SettlingCells::release(std::uint64_t cloud) {
 }
 
 BrickMask SettlingCells::heldIn(const Cell& brick) const {
-  const auto held = held_.find(brick);
-  return held == held_.end() ? BrickMask{} : held->second;
+  const HeldBrick* held = held_.find(brick);
+  return held == nullptr ? BrickMask() : held->cells;
 }
 
 void SettlingCells::clear() {

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "cuboid_mapping/interop/octomap_parity.h"
 
-#include "cuboid_mapping/rtree/traversal.h"
+#include "cuboid_mapping/query/value_query.h"
 
 #include <algorithm>
 #include <cassert>
@@ -63,20 +63,14 @@ Agreement compareWithOctomap(const CuboidMap& map, const octomap::OcTree& tree) 
     const CellBox box = leafBox(leaf, tree);
     const float expected = leaf->getLogOdds();
     agreement.voxels += box.numVoxels();
-    visitBox(map.tree(), box, CuboidFilter::kAll, [&](const Cuboid& cuboid) {
-      const double shared = intersect(cuboid.box, box).numVoxels();
-      known_to_both += shared;
-      if (cuboid.occupancy() != classify(expected)) agreement.class_mismatch += shared;
+    visitValues(map, box, [&](float log_odds, int count) {
+      known_to_both += count;
+      if (classify(log_odds) != classify(expected)) agreement.class_mismatch += count;
       agreement.max_log_odds_difference =
-          std::max<double>(agreement.max_log_odds_difference, std::abs(cuboid.log_odds - expected));
-      return Visit::kContinue;
+          std::max<double>(agreement.max_log_odds_difference, std::abs(log_odds - expected));
     });
   }
-  double known = 0.0;
-  visitAll(map.tree(), CuboidFilter::kAll, [&known](const Cuboid& cuboid) {
-    known += cuboid.box.numVoxels();
-    return Visit::kContinue;
-  });
+  const double known = map.voxels().numFreeVoxels() + map.voxels().numOccupiedVoxels();
   agreement.known_mismatch = (agreement.voxels - known_to_both) + (known - known_to_both);
   return agreement;
 }

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "cuboid_mapping/io/map_picture.h"
 
+#include "cuboid_mapping/map/cuboid_search.h"
 #include "cuboid_mapping/parallel/parallel_for.h"
 #include "cuboid_mapping/query/ray_query.h"
-#include "cuboid_mapping/rtree/traversal.h"
 
 #include <Eigen/Geometry>
 
@@ -25,7 +25,7 @@ constexpr Rgb kFreeColor{225, 228, 225};
 
 std::optional<CellBox> findExtent(const CuboidMap& map, CuboidFilter filter) {
   std::optional<CellBox> extent;
-  visitAll(map.tree(), filter, [&extent](const Cuboid& cuboid) {
+  visitAll(map, filter, [&extent](const Cuboid& cuboid) {
     extent = extent ? unite(*extent, cuboid.box) : cuboid.box;
     return Visit::kContinue;
   });

@@ -9,6 +9,7 @@
 #include <algorithm>
 #include <array>
 #include <memory>
+#include <unordered_set>
 
 namespace cuboid_mapping {
 namespace {
@@ -19,8 +20,10 @@ constexpr std::string_view kMagic(
     8);
 constexpr std::size_t kMaxFrameIdBytes = 255;
 constexpr int kCompressionLevel = 3;
-/// Bytes of a cuboid before compression, at least: one for each column.
-constexpr std::uint64_t kColumns = 7;
+/// Bytes of a cuboid of version 1 before compression, at least: one for each column.
+constexpr std::uint64_t kCuboidBytes = 7;
+/// Bytes of a brick before compression, at least: its place, its mask, and a voxel.
+constexpr std::uint64_t kBrickBytes = 3 + sizeof(BrickMask) + 1;
 
 [[noreturn]] void fail(MapFileDefect defect, const std::string& text) {
   throw MapFileError(defect, text);
@@ -50,35 +53,40 @@ std::int32_t fromZigzag(std::uint32_t value) {
   return static_cast<std::int32_t>(value >> 1 ^ (0U - (value & 1U)));
 }
 
-std::vector<float> collectLogOdds(const std::vector<Cuboid>& cuboids) {
-  std::vector<float> values;
-  values.reserve(cuboids.size());
-  for (const Cuboid& cuboid : cuboids) values.push_back(cuboid.log_odds);
-  std::sort(values.begin(), values.end());
-  values.erase(std::unique(values.begin(), values.end()), values.end());
-  return values;
+std::vector<float> collectLogOdds(const std::vector<VoxelBrick>& bricks) {
+  std::unordered_set<float> values;
+  for (const VoxelBrick& brick : bricks) {
+    brick.voxels.forEachValue([&](float log_odds, const BrickMask&) { values.insert(log_odds); });
+  }
+  std::vector<float> sorted(values.begin(), values.end());
+  std::sort(sorted.begin(), sorted.end());
+  return sorted;
 }
 
-std::string encodePayload(const std::vector<Cuboid>& cuboids, const std::vector<float>& log_odds) {
+std::string encodePayload(const std::vector<VoxelBrick>& bricks,
+                          const std::vector<float>& log_odds) {
   ByteWriter payload;
   for (const float value : log_odds) payload.writeF32(value);
   for (int axis = 0; axis < 3; ++axis) {
     std::int32_t previous = 0;
-    for (const Cuboid& cuboid : cuboids) {
-      payload.writeVarint(toZigzag(cuboid.box.min[axis] - previous));
-      previous = cuboid.box.min[axis];
+    for (const VoxelBrick& brick : bricks) {
+      const std::int32_t number = brick.brick[axis] / kBrickEdge;
+      payload.writeVarint(toZigzag(number - previous));
+      previous = number;
     }
   }
-  for (int axis = 0; axis < 3; ++axis) {
-    for (const Cuboid& cuboid : cuboids) {
-      // Unsigned: all the cells of an axis are one more than an int32 can count.
-      payload.writeVarint(static_cast<std::uint32_t>(cuboid.box.max[axis]) -
-                          static_cast<std::uint32_t>(cuboid.box.min[axis]) - 1U);
-    }
+  for (const VoxelBrick& brick : bricks) {
+    for (int z = 0; z < kBrickEdge; ++z) payload.writeU64(brick.voxels.known()[z]);
   }
-  for (const Cuboid& cuboid : cuboids) {
-    const auto place = std::lower_bound(log_odds.begin(), log_odds.end(), cuboid.log_odds);
-    payload.writeVarint(static_cast<std::uint32_t>(place - log_odds.begin()));
+  std::array<std::uint32_t, kBrickVoxels> places{};
+  for (const VoxelBrick& brick : bricks) {
+    brick.voxels.forEachValue([&](float value, const BrickMask& voxels) {
+      const auto place = std::lower_bound(log_odds.begin(), log_odds.end(), value);
+      const auto number = static_cast<std::uint32_t>(place - log_odds.begin());
+      voxels.forEach([&](int voxel) { places[static_cast<std::size_t>(voxel)] = number; });
+    });
+    brick.voxels.known().forEach(
+        [&](int voxel) { payload.writeVarint(places[static_cast<std::size_t>(voxel)]); });
   }
   return payload.take();
 }
@@ -120,7 +128,7 @@ std::string decompress(std::string_view compressed, std::uint64_t claimed_bytes)
 
 /// The numbers of a header that a snapshot does not have.
 struct Sizes {
-  std::uint64_t num_cuboids;
+  std::uint64_t num_items;  ///< Bricks; of version 1 cuboids.
   std::uint64_t num_log_odds;
   std::uint64_t payload_bytes;
   std::uint64_t compressed_bytes;
@@ -137,17 +145,18 @@ std::string encodeHeader(const MapSnapshot& snapshot, const Sizes& sizes) {
     header.writeF64(value);
   }
   for (const std::uint64_t size :
-       {sizes.num_cuboids, sizes.num_log_odds, sizes.payload_bytes, sizes.compressed_bytes}) {
+       {sizes.num_items, sizes.num_log_odds, sizes.payload_bytes, sizes.compressed_bytes}) {
     header.writeU64(size);
   }
-  header.writeU32(static_cast<std::uint32_t>(snapshot.frame_id.size()));
-  header.writeBytes(snapshot.frame_id);
+  const std::string frame_id = snapshot.frame_id.substr(0, kMaxFrameIdBytes);
+  header.writeU32(static_cast<std::uint32_t>(frame_id.size()));
+  header.writeBytes(frame_id);
   header.writeU32(computeChecksum(header.bytes()));
   return header.take();
 }
 
 /// Magic number and version, which stand at the same place in all versions.
-void checkKind(std::string_view bytes, ByteReader& reader) {
+std::uint32_t readVersion(std::string_view bytes, ByteReader& reader) {
   if (!isNativeFormat(bytes)) {
     const bool is_start = !bytes.empty() && kMagic.substr(0, bytes.size()) == bytes;
     if (is_start) (void)reader.readBytes(kMagic.size());
@@ -163,10 +172,11 @@ void checkKind(std::string_view bytes, ByteReader& reader) {
                                            ": update cuboid_mapping");
   }
   if (version == 0) failCorrupted("version 0 of the format does not exist");
+  return version;
 }
 
+/// What follows the version.
 Sizes decodeHeader(std::string_view bytes, ByteReader& reader, MapSnapshot& snapshot) {
-  checkKind(bytes, reader);
   const std::uint32_t environment = reader.readU32();
   SensorModelConfig& model = snapshot.sensor_model;
   for (double* value :
@@ -175,7 +185,7 @@ Sizes decodeHeader(std::string_view bytes, ByteReader& reader, MapSnapshot& snap
   }
   Sizes sizes{};
   for (std::uint64_t* size :
-       {&sizes.num_cuboids, &sizes.num_log_odds, &sizes.payload_bytes, &sizes.compressed_bytes}) {
+       {&sizes.num_items, &sizes.num_log_odds, &sizes.payload_bytes, &sizes.compressed_bytes}) {
     *size = reader.readU64();
   }
   const std::uint32_t frame_id_bytes = reader.readU32();
@@ -190,63 +200,107 @@ Sizes decodeHeader(std::string_view bytes, ByteReader& reader, MapSnapshot& snap
   return sizes;
 }
 
-void checkClaims(const Sizes& sizes, const NativeFormatLimits& limits) {
+/// @param item_bytes  Of an item before compression, at least.
+void checkClaims(const Sizes& sizes, std::uint64_t item_bytes, const NativeFormatLimits& limits) {
   if (sizes.payload_bytes > limits.max_payload_bytes) {
     fail(MapFileDefect::kTooBig,
          "claims to hold " + std::to_string(sizes.payload_bytes) + " bytes, more than the " +
              std::to_string(limits.max_payload_bytes) + " that are read: it is damaged, or no map");
   }
-  if (sizes.num_cuboids > sizes.payload_bytes / kColumns ||
-      sizes.num_log_odds > sizes.num_cuboids) {
-    fail(MapFileDefect::kTooBig, "claims " + std::to_string(sizes.num_cuboids) + " cuboids in " +
+  if (sizes.num_items > sizes.payload_bytes / item_bytes ||
+      sizes.num_log_odds > sizes.payload_bytes / sizeof(float)) {
+    fail(MapFileDefect::kTooBig, "claims " + std::to_string(sizes.num_items) + " bricks or cuboids in " +
                                      std::to_string(sizes.payload_bytes) +
                                      " bytes, which cannot be: it is damaged, or no map");
   }
 }
 
-void decodePayload(const std::string& payload, const Sizes& sizes, std::vector<Cuboid>& cuboids) {
-  ByteReader reader(payload);
+/// Reads numbers that are told by their differences.
+class DifferenceReader {
+ public:
+  explicit DifferenceReader(ByteReader& reader) : reader_(reader) {}
+  std::int32_t read() {
+    number_ += fromZigzag(reader_.readVarint());
+    if (number_ < -Grid::kMaxCell || number_ >= Grid::kMaxCell) {
+      failCorrupted("it reaches beyond the cells of a map");
+    }
+    return static_cast<std::int32_t>(number_);
+  }
+
+ private:
+  ByteReader& reader_;
+  std::int64_t number_ = 0;
+};
+
+std::vector<float> decodeLogOdds(ByteReader& reader, const Sizes& sizes) {
   std::vector<float> log_odds(sizes.num_log_odds);
   for (float& value : log_odds) value = reader.readF32();
-  cuboids.resize(sizes.num_cuboids);
+  return log_odds;
+}
+
+float readLogOdds(ByteReader& reader, const std::vector<float>& log_odds) {
+  const std::uint32_t index = reader.readVarint();
+  if (index >= log_odds.size()) failCorrupted("a voxel has no log-odds");
+  return log_odds[index];
+}
+
+std::vector<VoxelBrick> decodeBricks(ByteReader& reader, const Sizes& sizes) {
+  const std::vector<float> log_odds = decodeLogOdds(reader, sizes);
+  std::vector<VoxelBrick> bricks(sizes.num_items);
   for (int axis = 0; axis < 3; ++axis) {
-    std::int64_t coordinate = 0;
-    for (Cuboid& cuboid : cuboids) {
-      coordinate += fromZigzag(reader.readVarint());
+    DifferenceReader numbers(reader);
+    for (VoxelBrick& brick : bricks) {
+      const std::int64_t coordinate = std::int64_t{numbers.read()} * kBrickEdge;
       if (coordinate < -Grid::kMaxCell || coordinate >= Grid::kMaxCell) {
-        failCorrupted("a cuboid lies outside of the cells of a map");
+        failCorrupted("a brick lies outside of the cells of a map");
       }
-      cuboid.box.min[axis] = static_cast<std::int32_t>(coordinate);
+      brick.brick[axis] = static_cast<std::int32_t>(coordinate);
     }
   }
+  std::vector<BrickMask> known(bricks.size());
+  for (BrickMask& mask : known) {
+    for (int z = 0; z < kBrickEdge; ++z) mask[z] = reader.readU64();
+  }
+  for (std::size_t i = 0; i < bricks.size(); ++i) {
+    VoxelValues values;
+    known[i].forEach([&](int voxel) {
+      values[static_cast<std::size_t>(voxel)] = readLogOdds(reader, log_odds);
+    });
+    bricks[i].voxels = PackedVoxels(known[i], values);
+  }
+  return bricks;
+}
+
+/// Version 1 had cuboids, each with a log-odds of its own.
+std::vector<UniformBox> decodeCuboids(ByteReader& reader, const Sizes& sizes) {
+  const std::vector<float> log_odds = decodeLogOdds(reader, sizes);
+  std::vector<UniformBox> cuboids(sizes.num_items);
   for (int axis = 0; axis < 3; ++axis) {
-    for (Cuboid& cuboid : cuboids) {
+    DifferenceReader coordinates(reader);
+    for (UniformBox& cuboid : cuboids) cuboid.box.min[axis] = coordinates.read();
+  }
+  for (int axis = 0; axis < 3; ++axis) {
+    for (UniformBox& cuboid : cuboids) {
       const std::int64_t max = std::int64_t{cuboid.box.min[axis]} + reader.readVarint() + 1;
       if (max > Grid::kMaxCell) failCorrupted("a cuboid lies outside of the cells of a map");
       cuboid.box.max[axis] = static_cast<std::int32_t>(max);
     }
   }
-  for (Cuboid& cuboid : cuboids) {
-    const std::uint32_t index = reader.readVarint();
-    if (index >= log_odds.size()) failCorrupted("a cuboid has no log-odds");
-    cuboid.log_odds = log_odds[index];
-  }
-  if (reader.numLeft() != 0) failCorrupted("something follows its cuboids");
+  for (UniformBox& cuboid : cuboids) cuboid.log_odds = readLogOdds(reader, log_odds);
+  return cuboids;
 }
 
 }  // namespace
 
 bool isNativeFormat(std::string_view bytes) { return bytes.substr(0, kMagic.size()) == kMagic; }
 
-std::string toNativeFormat(MapSnapshot snapshot) {
-  sortCuboids(snapshot.cuboids);
-  snapshot.frame_id.resize(std::min(snapshot.frame_id.size(), kMaxFrameIdBytes));
-  const std::vector<float> log_odds = collectLogOdds(snapshot.cuboids);
-  const std::string payload = encodePayload(snapshot.cuboids, log_odds);
+std::string toNativeFormat(const MapSnapshot& snapshot) {
+  const std::vector<float> log_odds = collectLogOdds(snapshot.bricks);
+  const std::string payload = encodePayload(snapshot.bricks, log_odds);
   const std::string compressed = compress(payload);
   ByteWriter file;
   file.writeBytes(encodeHeader(
-      snapshot, {snapshot.cuboids.size(), log_odds.size(), payload.size(), compressed.size()}));
+      snapshot, {snapshot.bricks.size(), log_odds.size(), payload.size(), compressed.size()}));
   file.writeBytes(compressed);
   file.writeU32(computeChecksum(compressed));
   return file.take();
@@ -255,8 +309,9 @@ std::string toNativeFormat(MapSnapshot snapshot) {
 MapSnapshot fromNativeFormat(std::string_view bytes, const NativeFormatLimits& limits) {
   MapSnapshot snapshot;
   ByteReader reader(bytes);
+  const std::uint32_t version = readVersion(bytes, reader);
   const Sizes sizes = decodeHeader(bytes, reader, snapshot);
-  checkClaims(sizes, limits);
+  checkClaims(sizes, version == 1 ? kCuboidBytes : kBrickBytes, limits);
   const std::string_view compressed =
       reader.readBytes(std::min<std::uint64_t>(sizes.compressed_bytes, bytes.size() + 1));
   if (reader.readU32() != computeChecksum(compressed)) {
@@ -264,7 +319,11 @@ MapSnapshot fromNativeFormat(std::string_view bytes, const NativeFormatLimits& l
   }
   if (reader.numLeft() != 0) failCorrupted("something follows its end");
   try {
-    decodePayload(decompress(compressed, sizes.payload_bytes), sizes, snapshot.cuboids);
+    const std::string payload = decompress(compressed, sizes.payload_bytes);
+    ByteReader content(payload);
+    snapshot.bricks = version == 1 ? bricksOf(decodeCuboids(content, sizes), limits.snapshot)
+                                   : decodeBricks(content, sizes);
+    if (content.numLeft() != 0) failCorrupted("something follows its content");
   } catch (const MapFileError& error) {
     // The file is complete, so what ends too early in it was never right.
     if (error.defect() == MapFileDefect::kTruncated) failCorrupted("its content ends too early");

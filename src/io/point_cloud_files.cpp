@@ -17,38 +17,29 @@ namespace {
 
 using Points = pcl::PointCloud<pcl::PointXYZI>;
 
-void addCenters(const Cuboid& cuboid, const Grid& grid, Points& points) {
-  const auto probability = static_cast<float>(toProbability(cuboid.log_odds));
-  for (std::int32_t z = cuboid.box.min.z; z < cuboid.box.max.z; ++z) {
-    for (std::int32_t y = cuboid.box.min.y; y < cuboid.box.max.y; ++y) {
-      for (std::int32_t x = cuboid.box.min.x; x < cuboid.box.max.x; ++x) {
-        const Eigen::Vector3d center = grid.centerOf(CellBox::ofCell({x, y, z}));
-        pcl::PointXYZI point;
-        point.getVector3fMap() = center.cast<float>();
-        point.intensity = probability;
-        points.push_back(point);
-      }
-    }
-  }
-}
-
-Points makePoints(MapSnapshot snapshot, const std::string& file, const ProgressListener& listener) {
-  sortCuboids(snapshot.cuboids);
-  constexpr double kMaxPoints = 1 << 28;
-  double num_points = 0.0;
-  for (const Cuboid& cuboid : snapshot.cuboids) {
-    if (cuboid.occupancy() == Occupancy::kOccupied) num_points += cuboid.box.numVoxels();
+Points makePoints(const MapSnapshot& snapshot, const std::string& file,
+                  const ProgressListener& listener) {
+  constexpr std::size_t kMaxPoints = 1 << 28;
+  std::size_t num_points = 0;
+  for (const VoxelBrick& brick : snapshot.bricks) {
+    num_points += static_cast<std::size_t>(brick.voxels.occupied().count());
   }
   if (num_points > kMaxPoints) {
     throw MapFileError(MapFileDefect::kTooBig,
                        "cannot write " + file + ": more than 2^28 occupied voxels");
   }
   Points points;
-  points.reserve(static_cast<std::size_t>(num_points));
+  points.reserve(num_points);
   const Grid grid(snapshot.resolution_m);
-  ProgressCounter progress(listener, snapshot.cuboids.size());
-  for (const Cuboid& cuboid : snapshot.cuboids) {
-    if (cuboid.occupancy() == Occupancy::kOccupied) addCenters(cuboid, grid, points);
+  ProgressCounter progress(listener, snapshot.bricks.size());
+  for (const VoxelBrick& brick : snapshot.bricks) {
+    brick.voxels.occupied().forEach([&](int voxel) {
+      pcl::PointXYZI point;
+      const CellBox cell = CellBox::ofCell(cellAt(brick.brick, voxel));
+      point.getVector3fMap() = grid.centerOf(cell).cast<float>();
+      point.intensity = static_cast<float>(toProbability(*brick.voxels.at(voxel)));
+      points.push_back(point);
+    });
     progress.advance();
   }
   return points;
@@ -76,9 +67,9 @@ bool write(const std::string& file, const Points& points, PointCloudFormat forma
 
 }  // namespace
 
-void writePointCloud(const std::string& file, MapSnapshot snapshot, PointCloudFormat format,
+void writePointCloud(const std::string& file, const MapSnapshot& snapshot, PointCloudFormat format,
                      const ProgressListener& listener) {
-  const Points points = makePoints(std::move(snapshot), file, listener);
+  const Points points = makePoints(snapshot, file, listener);
   std::string reason = "the folder is not writable, or the disk is full";
   bool is_written = false;
   try {

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include "cuboid_mapping/io/progress_listener.h"
 #include "cuboid_mapping/map/map_snapshot.h"
 
 #include <string>
@@ -15,7 +16,7 @@ enum class PointCloudFormat : unsigned char { kPcd, kPly };
 /// @param listener  Is told of cuboids.
 /// @throws MapFileError (kInaccessible) naming the file; a full disk, too. kTooBig for more than
 ///         2^28 occupied voxels.
-void writePointCloud(const std::string& file, MapSnapshot snapshot, PointCloudFormat format,
+void writePointCloud(const std::string& file, const MapSnapshot& snapshot, PointCloudFormat format,
                      const ProgressListener& listener);
 
 }  // namespace cuboid_mapping

@@ -17,15 +17,15 @@ void LockedBoxes::add(const CellBox& box) {
   if (!box.isEmpty()) boxes_.push_back(box);
 }
 
-BrickUpdate LockedBoxes::without(const BrickUpdate& update) const {
-  BrickUpdate rest = update;
-  for (const CellBox& locked : boxes_) {
-    const CellBox part = intersect(locked, brickBox(update.brick));
-    if (part.isEmpty()) continue;
-    const std::uint64_t kept = ~sliceMask(part);
-    for (std::int32_t z = part.min.z; z < part.max.z; ++z) {
-      rest.hits[static_cast<std::size_t>(z & 7)] &= kept;
-      rest.misses[static_cast<std::size_t>(z & 7)] &= kept;
+std::vector<BrickUpdate> LockedBoxes::without(const std::vector<BrickUpdate>& update) const {
+  std::vector<BrickUpdate> rest = update;
+  for (BrickUpdate& brick : rest) {
+    for (const CellBox& locked : boxes_) {
+      const CellBox part = intersect(locked, brickBox(brick.brick));
+      if (part.isEmpty()) continue;
+      const BrickMask kept = ~BrickMask::ofBox(part);
+      brick.hits &= kept;
+      brick.misses &= kept;
     }
   }
   return rest;

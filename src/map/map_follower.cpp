@@ -1,143 +1,149 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "cuboid_mapping/map/map_follower.h"
 
-#include "cuboid_mapping/rtree/traversal.h"
+#include "cuboid_mapping/fusion/brick_division.h"
 
+#include <algorithm>
 #include <cmath>
 #include <unordered_set>
 
 namespace cuboid_mapping {
 namespace {
 
-/// Edge of the largest box of a delta: offsets in it fit into a byte.
-constexpr std::int32_t kTileEdge = 128;
-
-void append(const CellBox& box, std::vector<std::int32_t>& numbers) {
-  numbers.insert(numbers.end(), {box.min.x, box.min.y, box.min.z, box.max.x, box.max.y, box.max.z});
-}
-
-/// The boxes of a change set without those that come again, cut into tiles. Most are bricks.
-std::vector<CellBox> makeTiles(const ChangeSet& changes) {
-  std::unordered_set<Cell, CellHash> bricks;
-  std::vector<CellBox> tiles;
-  for (const CellBox& box : changes.boxes) {
-    if (box == brickBox(brickOf(box.min))) {
-      if (bricks.insert(box.min).second) tiles.push_back(box);
-      continue;
-    }
-    for (std::int32_t z = box.min.z; z < box.max.z; z += kTileEdge) {
-      for (std::int32_t y = box.min.y; y < box.max.y; y += kTileEdge) {
-        for (std::int32_t x = box.min.x; x < box.max.x; x += kTileEdge) {
-          tiles.push_back(
-              intersect({{x, y, z}, {x + kTileEdge, y + kTileEdge, z + kTileEdge}}, box));
-        }
-      }
-    }
-  }
-  return tiles;
-}
-
-void appendCuboids(const CuboidMap& map, const CellBox& tile, MapDelta& delta) {
-  const std::size_t before = delta.log_odds.size();
-  visitBox(map.tree(), tile, CuboidFilter::kAll, [&](const Cuboid& cuboid) {
-    const CellBox part = intersect(cuboid.box, tile);
-    for (const Cell& corner : {part.min - tile.min, part.max - tile.min}) {
+void append(const VoxelBrick& brick, BrickArrays& arrays) {
+  std::vector<Cuboid> cuboids;
+  divideBrick(brick, cuboids);
+  arrays.bricks.insert(arrays.bricks.end(), {brick.brick.x, brick.brick.y, brick.brick.z});
+  arrays.counts.push_back(static_cast<std::uint16_t>(cuboids.size()));
+  VoxelValues values;
+  if (arrays.has_values) brick.voxels.getValues(values);
+  for (const Cuboid& cuboid : cuboids) {
+    for (const Cell& corner : {cuboid.box.min - brick.brick, cuboid.box.max - brick.brick}) {
       for (int axis = 0; axis < 3; ++axis) {
-        delta.offsets.push_back(static_cast<std::uint8_t>(corner[axis]));
+        arrays.bounds.push_back(static_cast<std::uint8_t>(corner[axis]));
       }
     }
-    delta.log_odds.push_back(cuboid.log_odds);
-    return Visit::kContinue;
-  });
-  append(tile, delta.boxes);
-  delta.counts.push_back(static_cast<std::uint32_t>(delta.log_odds.size() - before));
-}
-
-CellBox boxAt(const std::vector<std::int32_t>& numbers, std::size_t index) {
-  const std::int32_t* at = &numbers[6 * index];
-  return {{at[0], at[1], at[2]}, {at[3], at[4], at[5]}};
+    arrays.occupied.push_back(cuboid.isOccupied() ? 1 : 0);
+    if (!arrays.has_values) continue;
+    BrickMask::ofBox(cuboid.box).forEach([&](int voxel) {
+      arrays.values.push_back(values[static_cast<std::size_t>(voxel)]);
+    });
+  }
 }
 
 bool isGood(double resolution_m) { return std::isfinite(resolution_m) && resolution_m > 0.0; }
 
-bool isGood(const Cuboid& cuboid, const CellBox& box) {
-  return !cuboid.box.isEmpty() && box.contains(cuboid.box) && std::isfinite(cuboid.log_odds);
-}
+/// Reads the bricks of arrays one after the other.
+class BrickReader {
+ public:
+  explicit BrickReader(const BrickArrays& arrays) : arrays_(arrays) {}
 
-/// A box of a delta, and what is in it.
-struct Content {
-  CellBox box;
-  std::vector<Cuboid> cuboids;
-};
-
-/// Nothing when the arrays do not fit together.
-std::optional<std::vector<Content>> decode(const MapDelta& delta) {
-  const std::size_t num_boxes = delta.counts.size();
-  const std::size_t num_cuboids = delta.log_odds.size();
-  if (delta.boxes.size() != 6 * num_boxes || delta.offsets.size() != 6 * num_cuboids) {
-    return std::nullopt;
-  }
-  std::vector<Content> contents;
-  contents.reserve(num_boxes);
-  std::size_t next = 0;
-  for (std::size_t i = 0; i < num_boxes; ++i) {
-    contents.push_back({boxAt(delta.boxes, i), {}});
-    Content& content = contents.back();
-    if (content.box.isEmpty() || !kAllCells.contains(content.box)) return std::nullopt;
-    if (delta.counts[i] > num_cuboids - next) return std::nullopt;
-    for (const std::size_t end = next + delta.counts[i]; next < end; ++next) {
-      const std::uint8_t* at = &delta.offsets[6 * next];
-      const Cell& origin = content.box.min;
-      content.cuboids.push_back(
-          {{origin + Cell{at[0], at[1], at[2]}, origin + Cell{at[3], at[4], at[5]}},
-           delta.log_odds[next]});
-      if (!isGood(content.cuboids.back(), content.box)) return std::nullopt;
+  /// Nothing when the arrays do not fit together.
+  std::optional<std::vector<VoxelBrick>> read() {
+    const std::size_t num_cuboids = arrays_.occupied.size();
+    if (arrays_.bricks.size() != 3 * arrays_.counts.size() ||
+        arrays_.bounds.size() != 6 * num_cuboids) {
+      return std::nullopt;
     }
+    std::vector<VoxelBrick> bricks(arrays_.counts.size());
+    for (std::size_t i = 0; i < bricks.size(); ++i) {
+      if (arrays_.counts[i] > num_cuboids - cuboid_ || !readBrick(i, bricks[i])) {
+        return std::nullopt;
+      }
+    }
+    const bool is_at_end =
+        cuboid_ == num_cuboids && (!arrays_.has_values || value_ == arrays_.values.size());
+    if (!is_at_end) return std::nullopt;
+    return bricks;
   }
-  if (next != num_cuboids) return std::nullopt;
-  return contents;
-}
+
+ private:
+  bool readBrick(std::size_t index, VoxelBrick& brick) {
+    const std::int32_t* at = &arrays_.bricks[3 * index];
+    brick.brick = {at[0], at[1], at[2]};
+    if (brick.brick != brickOf(brick.brick) || !kAllCells.contains(brick.brick)) return false;
+    BrickMask known;
+    for (const std::size_t end = cuboid_ + arrays_.counts[index]; cuboid_ < end; ++cuboid_) {
+      const std::uint8_t* b = &arrays_.bounds[6 * cuboid_];
+      const CellBox box{{b[0], b[1], b[2]}, {b[3], b[4], b[5]}};
+      constexpr CellBox kBrick{{0, 0, 0}, {kBrickEdge, kBrickEdge, kBrickEdge}};
+      if (box.isEmpty() || !kBrick.contains(box)) return false;
+      const BrickMask voxels = BrickMask::ofBox(box);
+      if (known.intersects(voxels) || !readValues(voxels)) return false;
+      known |= voxels;
+    }
+    brick.voxels = PackedVoxels(known, values_);
+    return true;
+  }
+
+  /// Of the voxels of the current cuboid.
+  bool readValues(const BrickMask& voxels) {
+    static const SensorModel kModel;
+    const bool is_occupied = arrays_.occupied[cuboid_] != 0;
+    const auto count = static_cast<std::size_t>(voxels.count());
+    if (arrays_.has_values && count > arrays_.values.size() - value_) return false;
+    bool is_good = true;
+    voxels.forEach([&](int voxel) {
+      float log_odds = is_occupied ? kModel.max() : kModel.min();
+      if (arrays_.has_values) {
+        log_odds = arrays_.values[value_++];
+        const bool is_of_class = (classify(log_odds) == Occupancy::kOccupied) == is_occupied;
+        is_good = is_good && std::isfinite(log_odds) && is_of_class;
+      }
+      values_[static_cast<std::size_t>(voxel)] = log_odds;
+    });
+    return is_good;
+  }
+
+  const BrickArrays& arrays_;
+  std::size_t cuboid_ = 0;
+  std::size_t value_ = 0;
+  VoxelValues values_;  ///< Of the current brick.
+};
 
 }  // namespace
 
-MapImage makeImage(const CuboidMap& map, std::uint64_t instance) {
-  MapImage image{instance, map.revision(), map.grid().resolution(), {}, {}};
-  image.bounds.reserve(6 * map.tree().size());
-  image.log_odds.reserve(map.tree().size());
-  visitAll(map.tree(), CuboidFilter::kAll, [&image](const Cuboid& cuboid) {
-    append(cuboid.box, image.bounds);
-    image.log_odds.push_back(cuboid.log_odds);
-    return Visit::kContinue;
+MapImage makeImage(const CuboidMap& map, std::uint64_t instance, MapDetail detail) {
+  MapImage image{instance, map.revision(), map.grid().resolution(), {}};
+  image.content.has_values = detail == MapDetail::kValues;
+  std::vector<const VoxelBrick*> bricks;
+  bricks.reserve(map.voxels().size());
+  map.voxels().forEach([&](const VoxelBrick& brick) { bricks.push_back(&brick); });
+  std::sort(bricks.begin(), bricks.end(), [](const VoxelBrick* a, const VoxelBrick* b) {
+    return isBeforeOnMortonCurve(a->brick, b->brick);
   });
+  for (const VoxelBrick* brick : bricks) append(*brick, image.content);
   return image;
 }
 
 MapDelta makeDelta(const CuboidMap& map, const ChangeSet& changes, std::uint64_t instance,
-                   std::uint64_t base) {
+                   std::uint64_t base, MapDetail detail) {
   MapDelta delta;
   delta.instance = instance;
   delta.base = base;
   delta.revision = map.revision();
   delta.is_everything = changes.is_everything;
   delta.resolution_m = map.grid().resolution();
+  delta.content.has_values = detail == MapDetail::kValues;
   if (changes.is_everything) return delta;
-  for (const CellBox& tile : makeTiles(changes)) appendCuboids(map, tile, delta);
+  std::unordered_set<Cell, CellHash> done;
+  for (const ChangedBrick& changed : changes.bricks) {
+    if (detail == MapDetail::kClasses && !changed.has_new_cuboids) continue;
+    if (!done.insert(changed.brick).second) continue;
+    const VoxelBrick* brick = map.voxels().findBrick(changed.brick);
+    append(brick == nullptr ? VoxelBrick{changed.brick, {}} : *brick, delta.content);
+  }
   return delta;
 }
 
 bool MapFollower::take(const MapImage& image) {
   if (map_ && image.instance == instance_ && image.revision < revision_) return true;
-  if (!isGood(image.resolution_m) || image.bounds.size() != 6 * image.log_odds.size()) return false;
-  std::vector<Cuboid> cuboids;
-  cuboids.reserve(image.log_odds.size());
-  for (std::size_t i = 0; i < image.log_odds.size(); ++i) {
-    cuboids.push_back({boxAt(image.bounds, i), image.log_odds[i]});
-    if (!isGood(cuboids.back(), kAllCells)) return false;
-  }
+  const auto bricks = BrickReader(image.content).read();
+  if (!bricks || !isGood(image.resolution_m)) return false;
   MapConfig config;
   config.resolution_m = image.resolution_m;
   map_.emplace(config);
-  map_->replace(kAllCells, cuboids);
+  map_->replace(kAllCells, *bricks);
   instance_ = image.instance;
   revision_ = image.revision;
   return true;
@@ -147,9 +153,9 @@ FollowResult MapFollower::take(const MapDelta& delta) {
   if (!map_ || delta.instance != instance_) return FollowResult::kGap;
   if (delta.revision <= revision_) return FollowResult::kOld;
   if (delta.base > revision_ || delta.is_everything) return FollowResult::kGap;
-  const auto contents = decode(delta);
-  if (!contents || delta.resolution_m != map_->grid().resolution()) return FollowResult::kDamaged;
-  for (const Content& content : *contents) map_->replace(content.box, content.cuboids);
+  const auto bricks = BrickReader(delta.content).read();
+  if (!bricks || delta.resolution_m != map_->grid().resolution()) return FollowResult::kDamaged;
+  for (const VoxelBrick& brick : *bricks) map_->replace(brickBox(brick.brick), {brick});
   revision_ = delta.revision;
   return FollowResult::kApplied;
 }

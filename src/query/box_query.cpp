@@ -1,10 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "cuboid_mapping/query/box_query.h"
 
-#include <algorithm>
-
 namespace cuboid_mapping {
-
 namespace {
 
 /// In a larger box, the R-tree finds the occupied cuboids sooner than a look at every brick.
@@ -21,19 +18,22 @@ BoxQueryResult queryBox(const CuboidMap& map, const CellBox& box, CuboidOutput o
                         CuboidFilter filter) {
   BoxQueryResult result;
   result.box = box;
+  if (box.isEmpty()) return result;
   double free_voxels = 0.0;
   double occupied_voxels = 0.0;
-  visitBox(map.tree(), box, CuboidFilter::kAll, [&](const Cuboid& cuboid) {
-    const CellBox part = intersect(cuboid.box, box);
-    const bool is_occupied = cuboid.occupancy() == Occupancy::kOccupied;
-    (is_occupied ? occupied_voxels : free_voxels) += part.numVoxels();
-    result.max_log_odds = std::max(result.max_log_odds.value_or(cuboid.log_odds), cuboid.log_odds);
-    if (output != CuboidOutput::kNone && matches(filter, cuboid.log_odds)) {
-      result.cuboids.push_back(
-          {output == CuboidOutput::kClipped ? part : cuboid.box, cuboid.log_odds});
-    }
-    return Visit::kContinue;
+  map.voxels().forEachIn(box, [&](const VoxelBrick& brick) {
+    const BrickMask part = BrickMask::ofBox(intersect(box, brickBox(brick.brick)));
+    free_voxels += (brick.voxels.free() & part).count();
+    occupied_voxels += (brick.voxels.occupied() & part).count();
   });
+  if (output != CuboidOutput::kNone) {
+    visitBox(map, box, filter, [&](const Cuboid& cuboid) {
+      const bool is_clipped = output == CuboidOutput::kClipped;
+      result.cuboids.push_back(
+          {is_clipped ? intersect(cuboid.box, box) : cuboid.box, cuboid.occupancy});
+      return Visit::kContinue;
+    });
+  }
   const double voxel_m3 = map.grid().voxelVolume();
   result.free_volume_m3 = free_voxels * voxel_m3;
   result.occupied_volume_m3 = occupied_voxels * voxel_m3;
@@ -49,9 +49,9 @@ std::optional<BoxQueryResult> queryBox(const CuboidMap& map, const MetricBox& bo
 }
 
 bool isAnyOccupied(const CuboidMap& map, const CellBox& box) {
-  if (box.numVoxels() <= kMaxVoxelsByBrick) return map.classes().isAnyOccupied(box);
+  if (box.numVoxels() <= kMaxVoxelsByBrick) return map.voxels().isAnyOccupied(box);
   bool found = false;
-  visitBox(map.tree(), box, CuboidFilter::kOccupied, [&found](const Cuboid&) {
+  visitBox(map, box, CuboidFilter::kOccupied, [&found](const Cuboid&) {
     found = true;
     return Visit::kStop;
   });

@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "cuboid_mapping/query/cuboid_query.h"
 
-#include "cuboid_mapping/query/class_boxes.h"
-
 #include <algorithm>
 #include <unordered_map>
 
@@ -22,39 +20,19 @@ bool isPassable(const CellBox& face, int normal, const Cell& passage) {
   return true;
 }
 
-SelectedCuboids selectClassBoxes(const CuboidMap& map, const CellBox& region,
-                                 const CuboidSelection& selection) {
-  SelectedCuboids result;
-  for (const Occupancy occupancy : {Occupancy::kFree, Occupancy::kOccupied}) {
-    const bool is_occupied = occupancy == Occupancy::kOccupied;
-    const float log_odds = is_occupied ? map.sensorModel().max() : map.sensorModel().min();
-    if (!matches(selection.filter, log_odds)) continue;
-    for (const CellBox& box : findClassBoxes(map, region, occupancy)) {
-      if (shortestEdge(box) < selection.min_edge) continue;
-      if (result.cuboids.size() == selection.max_cuboids) {
-        result.is_truncated = true;
-        return result;
-      }
-      result.cuboids.push_back({box, log_odds});
-    }
-  }
-  return result;
-}
-
 }  // namespace
 
 SelectedCuboids selectCuboids(const CuboidMap& map, const CellBox& region,
                               const CuboidSelection& selection) {
-  if (selection.by_class) return selectClassBoxes(map, region, selection);
   SelectedCuboids result;
-  visitBox(map.tree(), region, selection.filter, [&](const Cuboid& cuboid) {
+  visitBox(map, region, selection.filter, [&](const Cuboid& cuboid) {
     if (shortestEdge(cuboid.box) < selection.min_edge) return Visit::kContinue;
     if (result.cuboids.size() == selection.max_cuboids) {
       result.is_truncated = true;
       return Visit::kStop;
     }
     result.cuboids.push_back(
-        {selection.is_clipped ? intersect(cuboid.box, region) : cuboid.box, cuboid.log_odds});
+        {selection.is_clipped ? intersect(cuboid.box, region) : cuboid.box, cuboid.occupancy});
     return Visit::kContinue;
   });
   return result;
@@ -63,7 +41,7 @@ SelectedCuboids selectCuboids(const CuboidMap& map, const CellBox& region,
 FreeGraph buildFreeGraph(const CuboidMap& map, const CellBox& region, const Cell& passage,
                          std::size_t max_cuboids) {
   SelectedCuboids free =
-      selectCuboids(map, region, {CuboidFilter::kFree, 1, false, true, max_cuboids});
+      selectCuboids(map, region, {CuboidFilter::kFree, 1, true, max_cuboids});
   FreeGraph graph;
   graph.cuboids = std::move(free.cuboids);
   graph.is_truncated = free.is_truncated;
@@ -77,7 +55,7 @@ FreeGraph buildFreeGraph(const CuboidMap& map, const CellBox& region, const Cell
       CellBox beyond = box;
       beyond.min[axis] = box.max[axis];
       beyond.max[axis] = box.max[axis] + 1;
-      visitBox(map.tree(), intersect(beyond, region), CuboidFilter::kFree,
+      visitBox(map, intersect(beyond, region), CuboidFilter::kFree,
                [&](const Cuboid& cuboid) {
                  const auto second = numbers.find(intersect(cuboid.box, region).min);
                  CellBox face = intersect(cuboid.box, beyond);

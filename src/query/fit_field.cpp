@@ -62,8 +62,7 @@ void FitField::fillRows(const Cell& brick) {
 BrickMask FitField::compute(const Cell& brick) {
   fillRows(brick);
   const auto num_rows = static_cast<std::size_t>(numReached(size_.y)) * kBrickEdge;
-  BrickMask fits;
-  fits.fill(~std::uint64_t{0});
+  BrickMask fits = BrickMask::all();
   const auto num_slices = static_cast<std::size_t>(size_.z) + kBrickEdge - 1;
   for (std::size_t z = 0; z < num_slices; ++z) {
     std::uint64_t blocked = 0;

@@ -8,7 +8,7 @@ std::vector<NearestCuboid> findNearest(const CuboidMap& map, const Eigen::Vector
   std::vector<NearestCuboid> nearest;
   if (k == 0 || !point_map.allFinite() || !(max_distance_m >= 0.0)) return nearest;
   const Grid& grid = map.grid();
-  visitNearest(map.tree(), grid.toCellUnits(point_map), max_distance_m / grid.resolution(), filter,
+  visitNearest(map, grid.toCellUnits(point_map), max_distance_m / grid.resolution(), filter,
                [&](const Cuboid& cuboid, double distance) {
                  const MetricBox box = grid.toMetricBox(cuboid.box);
                  const Eigen::Vector3d closest = point_map.cwiseMax(box.min_m).cwiseMin(box.max_m);

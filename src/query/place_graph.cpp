@@ -6,7 +6,7 @@ namespace {
 
 /// Voxels of a box of the brick at the origin, in each of its slices.
 std::uint64_t sliceOf(int x, int y, int width, int height) {
-  return sliceMask({{x, y, 0}, {x + width, y + height, 1}});
+  return BrickMask::ofBox({{x, y, 0}, {x + width, y + height, 1}})[0];
 }
 
 bool holds(std::uint64_t mask, std::uint64_t part) { return (mask & part) == part; }
@@ -39,13 +39,8 @@ PlaceGraph::Range PlaceGraph::nodesIn(const Cell& brick) {
   const auto first = static_cast<NodeIndex>(nodes_.size());
   const CellBox part = intersect(brickBox(brick), region_);
   if (!part.isEmpty()) {
-    BrickMask places = field_.inBrick(brick);
-    for (std::int32_t z = 0; z < kBrickEdge; ++z) {
-      const bool is_inside = part.min.z <= brick.z + z && brick.z + z < part.max.z;
-      places[static_cast<std::size_t>(z)] &= is_inside ? sliceMask(part) : 0;
-    }
     std::vector<CellBox> boxes;
-    partitionMask(brick, places, boxes);
+    partitionMask(brick, field_.inBrick(brick) & BrickMask::ofBox(part), boxes);
     for (const CellBox& box : boxes) nodes_.push_back({box});
   }
   const Range range{first, static_cast<NodeIndex>(nodes_.size())};

@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "cuboid_mapping/query/point_query.h"
 
-#include "cuboid_mapping/rtree/traversal.h"
+#include "cuboid_mapping/map/cuboid_search.h"
 
 namespace cuboid_mapping {
 
 std::optional<Cuboid> findCuboid(const CuboidMap& map, const Cell& cell) {
   std::optional<Cuboid> found;
-  visitCell(map.tree(), cell, [&found](const Cuboid& cuboid) {
+  visitBox(map, CellBox::ofCell(cell), CuboidFilter::kAll, [&found](const Cuboid& cuboid) {
     found = cuboid;
     return Visit::kStop;
   });
@@ -21,7 +21,7 @@ std::optional<Cuboid> findCuboid(const CuboidMap& map, const Eigen::Vector3d& po
 
 Occupancy classifyPoint(const CuboidMap& map, const Eigen::Vector3d& point_map) {
   const auto cell = map.grid().toCell(point_map);
-  return cell ? map.classes().at(*cell) : Occupancy::kUnknown;
+  return cell ? map.voxels().at(*cell) : Occupancy::kUnknown;
 }
 
 }  // namespace cuboid_mapping

@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "cuboid_mapping/query/ray_query.h"
 
-#include "cuboid_mapping/rtree/traversal.h"
-
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -94,12 +92,31 @@ class VoxelWalk {
   double t_enter_;
 };
 
+/// Part of a ray, in voxels from its origin; empty when first > last.
+struct RayInterval {
+  double first;
+  double last;
+};
+
 /// The part of a ray that can meet the map; empty when it does not.
-traversal_detail::RayInterval clipToMap(const CuboidMap& map, const Eigen::Vector3d& origin,
-                                        const Eigen::Vector3d& unit, double range) {
-  const auto bounds = map.tree().bounds();
+RayInterval clipToMap(const CuboidMap& map, const Eigen::Vector3d& origin,
+                      const Eigen::Vector3d& unit, double range) {
+  const std::optional<CellBox>& bounds = map.voxels().bounds();
   if (!bounds) return {range, range};
-  return traversal_detail::RaySearch(origin, unit, range).intersect(*bounds);
+  RayInterval interval{0.0, range};
+  for (int axis = 0; axis < 3; ++axis) {
+    const double lower = bounds->min[axis] - origin[axis];
+    const double upper = bounds->max[axis] - origin[axis];
+    if (unit[axis] == 0.0) {
+      if (lower > 0.0 || upper <= 0.0) return {range, range};
+      continue;
+    }
+    const double t_lower = lower / unit[axis];
+    const double t_upper = upper / unit[axis];
+    interval.first = std::max(interval.first, std::min(t_lower, t_upper));
+    interval.last = std::min(interval.last, std::max(t_lower, t_upper));
+  }
+  return interval;
 }
 
 /// The unknown space that a ray meets. Lengths are in voxels.
@@ -155,22 +172,23 @@ std::optional<VoxelHit> walk(const CuboidMap& map, const Eigen::Vector3d& origin
   VoxelWalk voxels(origin, unit, begin);
   while (voxels.enter() < end) {
     const Cell brick = brickOf(voxels.cell());
-    VoxelClasses::Masks masks{};
-    const bool is_known_brick = map.classes().find(brick, masks);
-    if (!is_known_brick || (UnknownT::kIsAsked ? masks.is_all_free : !masks.is_any_occupied)) {
-      if (!is_known_brick && unknown.pass(voxels.enter(), std::min(voxels.leaveBrick(), end))) {
+    const PackedVoxels* found = map.voxels().find(brick);
+    if (found == nullptr || (UnknownT::kIsAsked ? found->isAllFree() : !found->isAnyOccupied())) {
+      if (found == nullptr && unknown.pass(voxels.enter(), std::min(voxels.leaveBrick(), end))) {
         return std::nullopt;
       }
       voxels.stepOverBrick();
       continue;
     }
+    const BrickMask& known = found->known();
+    const BrickMask& occupied = found->occupied();
     do {
       const double leave = std::min(voxels.leave(), end);
-      const Occupancy occupancy = masks.at(voxelIndex(voxels.cell()));
-      if (occupancy == Occupancy::kOccupied && leave - voxels.enter() > kTouch) {
+      const int voxel = voxelIndex(voxels.cell());
+      if (occupied.test(voxel) && leave - voxels.enter() > kTouch) {
         return VoxelHit{voxels.cell(), voxels.enter()};
       }
-      if (occupancy == Occupancy::kUnknown && unknown.pass(voxels.enter(), leave)) {
+      if (!known.test(voxel) && unknown.pass(voxels.enter(), leave)) {
         return std::nullopt;
       }
       voxels.stepOverVoxel();

@@ -4,6 +4,7 @@
 #include "cuboid_mapping/query/box_query.h"
 #include "cuboid_mapping/query/path_query.h"
 #include "cuboid_mapping/query/ray_query.h"
+#include "cuboid_mapping/query/value_query.h"
 #include "cuboid_mapping/ros/request_reader.h"
 
 #include <limits>
@@ -28,15 +29,9 @@ static_assert(CheckPath::Response::FREE == static_cast<int>(Occupancy::kFree));
 
 using Path = std::vector<Eigen::Vector3d>;
 
-/// Smallest box around some others; any if there are none.
-CellBox unite(const std::vector<CellBox>& boxes) {
-  CellBox all = boxes.empty() ? CellBox::ofCell({}) : boxes.front();
-  for (const CellBox& box : boxes) all = cuboid_mapping::unite(all, box);
-  return all;
-}
-
-void add(const cuboid_mapping::BoxQueryResult& result, UnknownPolicy policy,
+void add(const CuboidMap& map, const CellBox& box, UnknownPolicy policy,
          CheckBoxes::Response& response) {
+  const cuboid_mapping::BoxQueryResult result = queryBox(map, box);
   const Occupancy occupancy = result.occupancy();
   const bool is_blocked = occupancy == Occupancy::kOccupied ||
                           (occupancy == Occupancy::kUnknown && policy == UnknownPolicy::kStop);
@@ -45,9 +40,10 @@ void add(const cuboid_mapping::BoxQueryResult& result, UnknownPolicy policy,
   response.free_volume.push_back(result.free_volume_m3);
   response.occupied_volume.push_back(result.occupied_volume_m3);
   response.unknown_volume.push_back(result.unknown_volume_m3);
+  const auto log_odds = maxLogOdds(map, box);
   response.max_probability.push_back(
-      result.max_log_odds ? static_cast<float>(cuboid_mapping::toProbability(*result.max_log_odds))
-                          : std::numeric_limits<float>::quiet_NaN());
+      log_odds ? static_cast<float>(cuboid_mapping::toProbability(*log_odds))
+               : std::numeric_limits<float>::quiet_NaN());
 }
 
 /// The paths of a request, one by one.
@@ -74,7 +70,7 @@ std::vector<Path> splitPaths(RequestReader& reader, const CheckPath::Request& re
 void add(const CuboidMap& map, const Path& path, const cuboid_mapping::PathQueryResult& result,
          CheckPath::Response& response) {
   const auto& contact = result.contact;
-  const Occupancy occupancy = contact ? map.classes().at(contact->voxel) : Occupancy::kFree;
+  const Occupancy occupancy = contact ? map.voxels().at(contact->voxel) : Occupancy::kFree;
   response.free.push_back(static_cast<std::uint8_t>(!contact));
   response.segment.push_back(contact ? static_cast<std::int32_t>(contact->segment) : -1);
   response.point.push_back(toPoint(contact ? contact->point_map : path.back()));
@@ -116,7 +112,7 @@ void add(const CuboidMap& map, const Ray& ray, const RayLimits& limits,
     const auto swept = checkPath(map, path, limits.thickness_m(), limits.policy);
     if (swept && swept->contact) {
       range_m = swept->contact->distance_m;
-      const Occupancy met = map.classes().at(swept->contact->voxel);
+      const Occupancy met = map.voxels().at(swept->contact->voxel);
       end = met == Occupancy::kOccupied ? RayEnd::kOccupied : RayEnd::kUnknown;
     }
   }
@@ -157,10 +153,10 @@ CheckBoxes::Response answerCheckBoxes(const MapInFrame& map, const CheckBoxes::R
   const UnknownPolicy policy = reader.policy(request.unknown);
   const std::vector<CellBox> boxes = reader.boxes(request.min, request.max, request.inflation);
   if (!reader.isGood()) return refuse<CheckBoxes::Response>(reader.error());
-  return map.map.readCurrent(unite(boxes), [&](const CuboidMap& content, const ros::Time& stamp) {
+  return map.map.read([&](const CuboidMap& content, const ros::Time& stamp) {
     CheckBoxes::Response response;
     fillHead(map, content, stamp, response);
-    for (const CellBox& box : boxes) add(queryBox(content, box), policy, response);
+    for (const CellBox& box : boxes) add(content, box, policy, response);
     return response;
   });
 }
@@ -170,14 +166,13 @@ CheckPath::Response answerCheckPath(const MapInFrame& map, const CheckPath::Requ
   const UnknownPolicy policy = reader.policy(request.unknown);
   const Eigen::Vector3d size_m = reader.size(request.size, request.inflation);
   const std::vector<Path> paths = splitPaths(reader, request);
-  std::vector<CellBox> boxes;
   for (const Path& path : paths) {
     for (const Eigen::Vector3d& point : path) {
-      boxes.push_back(reader.cells(cuboid_mapping::boxAround(point, size_m)));
+      (void)reader.cells(cuboid_mapping::boxAround(point, size_m));
     }
   }
   if (!reader.isGood()) return refuse<CheckPath::Response>(reader.error());
-  return map.map.readCurrent(unite(boxes), [&](const CuboidMap& content, const ros::Time& stamp) {
+  return map.map.read([&](const CuboidMap& content, const ros::Time& stamp) {
     CheckPath::Response response;
     fillHead(map, content, stamp, response);
     for (const Path& path : paths) {
@@ -194,16 +189,15 @@ CastRays::Response answerCastRays(const MapInFrame& map, const CastRays::Request
                          reader.policy(request.unknown)};
   reader.require(limits.max_range_m > 0.0, "max_range is 0: must be greater");
   const std::vector<Ray> rays = readRays(reader, request);
-  std::vector<CellBox> boxes;
   const Eigen::Vector3d half_m = 0.5 * limits.thickness_m().array() + map.map.grid().resolution();
   for (std::size_t i = 0; reader.isGood() && i < rays.size(); ++i) {
     const Ray& ray = rays[i];
     const Eigen::Vector3d end = ray.origin_map + limits.max_range_m * ray.direction_map;
-    boxes.push_back(reader.cells(
-        {ray.origin_map.cwiseMin(end) - half_m, ray.origin_map.cwiseMax(end) + half_m}));
+    (void)reader.cells(
+        {ray.origin_map.cwiseMin(end) - half_m, ray.origin_map.cwiseMax(end) + half_m});
   }
   if (!reader.isGood()) return refuse<CastRays::Response>(reader.error());
-  return map.map.readCurrent(unite(boxes), [&](const CuboidMap& content, const ros::Time& stamp) {
+  return map.map.read([&](const CuboidMap& content, const ros::Time& stamp) {
     CastRays::Response response;
     fillHead(map, content, stamp, response);
     for (const Ray& ray : rays) add(content, ray, limits, response);

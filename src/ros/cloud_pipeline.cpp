@@ -38,11 +38,8 @@ ScanUpdate unite(const ScanUpdate& a, const ScanUpdate& b) {
       united.bricks[count++] = brick;
       continue;
     }
-    BrickUpdate& same = united.bricks[count - 1];
-    for (std::size_t z = 0; z < brick.hits.size(); ++z) {
-      same.hits[z] |= brick.hits[z];
-      same.misses[z] |= brick.misses[z];
-    }
+    united.bricks[count - 1].hits |= brick.hits;
+    united.bricks[count - 1].misses |= brick.misses;
   }
   united.bricks.resize(count);
   return united;
@@ -94,7 +91,6 @@ int numThreads(const NodeParameters& parameters) {
 
 cuboid_mapping::MapConfig makeMapConfig(const NodeParameters& parameters) {
   cuboid_mapping::MapConfig config = parameters.map;
-  config.hot_bytes = static_cast<std::size_t>(parameters.hot_bricks_mb) * 1000000;
   config.threads = numThreads(parameters);
   return config;
 }

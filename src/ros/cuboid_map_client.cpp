@@ -66,14 +66,16 @@ struct CuboidMapClient::Implementation {
       case FollowResult::kDamaged:
         ROS_WARN_THROTTLE(10.0, "a damaged CuboidMapUpdate came");
         [[fallthrough]];
-      case FollowResult::kGap: return askForImage();
+      case FollowResult::kGap: return askForImage(message.delta.content.has_values);
     }
   }
 
-  void askForImage() {
+  void askForImage(bool with_values) {
+    using cuboid_mapping::MapDetail;
+    const MapDetail detail = with_values ? MapDetail::kValues : MapDetail::kClasses;
     ImageMessage message;
     std::string error;
-    if (callGetMap(nh, get_map_name, message, error)) return take(message);
+    if (callGetMap(nh, get_map_name, detail, message, error)) return take(message);
     ROS_WARN_STREAM_THROTTLE(
         10.0, "the map cannot be followed: " << error << "; is the name of the server right?");
   }

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "cuboid_mapping/ros/diagnostics.h"
 
+#include "cuboid_mapping/map/cuboid_search.h"
+
 #include <diagnostic_msgs/DiagnosticStatus.h>
 
 #include <sstream>
@@ -44,9 +46,10 @@ MapSummary summarize(const cuboid_mapping::CuboidMap& map) {
   MapSummary summary;
   summary.revision = map.revision();
   summary.num_bytes = map.numBytes();
-  const cuboid_mapping::MapContent& content = map.content();
-  summary.free = {content.free_cuboids, content.free_voxels};
-  summary.occupied = {content.occupied_cuboids, content.occupied_voxels};
+  const cuboid_mapping::CuboidCounts counts = countCuboids(map);
+  summary.free = {counts.free, map.voxels().numFreeVoxels()};
+  summary.occupied = {counts.occupied, map.voxels().numOccupiedVoxels()};
+  summary.num_waiting = map.fusion().waiting().size();
   return summary;
 }
 
@@ -119,9 +122,10 @@ void fillStatus(const NodeReport& report, const NodeStatistics& last_report,
   status.add("points out of range", statistics.num_out_of_range);
   addStage("convert", statistics.convert_time, status);
   addStage("ray walk", statistics.ray_walk_time, status);
-  addStage("apply and fuse", statistics.apply_time, status);
+  addStage("apply", statistics.apply_time, status);
   status.add("cuboids free", report.map.free.num_cuboids);
   status.add("cuboids occupied", report.map.occupied.num_cuboids);
+  status.add("bricks waiting to be fused", report.map.num_waiting);
   status.addf("voxels free", "%.0f", report.map.free.num_voxels);
   status.addf("voxels occupied", "%.0f", report.map.occupied.num_voxels);
   status.add("map bytes", report.map.num_bytes);

@@ -11,10 +11,10 @@ namespace {
 
 using cuboid_mapping::CellBox;
 using cuboid_mapping::ChangeSet;
-using cuboid_mapping::Cuboid;
 using cuboid_mapping::CuboidMap;
 using cuboid_mapping::SensorModel;
 using cuboid_mapping::SetBox;
+using cuboid_mapping::UniformBox;
 
 using Request = SetBox::Request;
 
@@ -44,28 +44,12 @@ float toLogOdds(const SensorModel& model, const Request& request) {
   return std::min(std::max(log_odds, model.min()), model.max());
 }
 
-/// A box divided at the faces of groups of bricks, so that a later change of it stays small.
-std::vector<Cuboid> divide(const CellBox& box, float log_odds) {
-  using cuboid_mapping::kGroupEdge;
-  std::vector<Cuboid> cuboids;
-  const cuboid_mapping::Cell first = cuboid_mapping::groupOf(box.min);
-  for (std::int32_t z = first.z; z < box.max.z; z += kGroupEdge) {
-    for (std::int32_t y = first.y; y < box.max.y; y += kGroupEdge) {
-      for (std::int32_t x = first.x; x < box.max.x; x += kGroupEdge) {
-        const CellBox group{{x, y, z}, {x + kGroupEdge, y + kGroupEdge, z + kGroupEdge}};
-        cuboids.push_back({intersect(box, group), log_odds});
-      }
-    }
-  }
-  return cuboids;
-}
-
 ChangeSet setBox(CuboidMap& map, const CellBox& box, const Request& request) {
   request.lock != 0 ? map.lock(box) : map.unlock(box);
   if (request.occupancy == Request::KEEP) return {map.revision(), false, {}};
-  std::vector<Cuboid> cuboids;
-  if (isFilled(request)) cuboids = divide(box, toLogOdds(map.sensorModel(), request));
-  return map.replace(box, cuboids);
+  std::vector<UniformBox> boxes;
+  if (isFilled(request)) boxes.push_back({box, toLogOdds(map.sensorModel(), request)});
+  return map.replace(box, boxes);
 }
 
 }  // namespace
@@ -85,7 +69,7 @@ SetBox::Response answerSetBox(const MapInFrame& map, const SetBox::Request& requ
     ChangeSet all;
     for (const CellBox& box : boxes) {
       const ChangeSet changes = setBox(content, box, request);
-      all.boxes.insert(all.boxes.end(), changes.boxes.begin(), changes.boxes.end());
+      all.bricks.insert(all.bricks.end(), changes.bricks.begin(), changes.bricks.end());
     }
     all.revision = content.revision();
     fillHead(map, content, stamp, response);

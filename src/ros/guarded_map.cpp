@@ -4,37 +4,44 @@
 namespace cuboid_mapping_ros {
 namespace {
 
-/// Groups of bricks that are written back at a time: one or two milliseconds.
-constexpr std::size_t kFlushGroups = 16;
+/// Bricks that are fused at a time: about a millisecond.
+constexpr std::size_t kFuseBricks = 256;
 
 }  // namespace
 
-void GuardedMap::flush(const cuboid_mapping::CellBox& region) {
-  const auto is_flushed = [&] {
-    return read([&](const auto& map, const ros::Time& /*stamp*/) { return map.isFlushed(region); });
-  };
-  // More turns than there are groups in a cache would mean that clouds come faster than this goes.
+bool GuardedMap::fuseSome() {
+  const auto lock = waitFor<std::unique_lock<std::shared_mutex>>();
+  return !map_.fuse(kFuseBricks);
+}
+
+void GuardedMap::fuse() {
+  // More turns would mean that clouds come faster than this goes.
   constexpr int kMaxTurns = 10000;
-  for (int turn = 0; turn < kMaxTurns && !is_flushed(); ++turn) {
-    const auto lock = waitFor<std::unique_lock<std::shared_mutex>>();
-    note(map_.flush(region, kFlushGroups));
+  for (int turn = 0; turn < kMaxTurns && fuseSome(); ++turn) {
   }
 }
 
-void GuardedMap::note(cuboid_mapping::ChangeSet changes) {
+void GuardedMap::note(const cuboid_mapping::ChangeSet& changes) {
   const std::lock_guard<std::mutex> lock(changes_mutex_);
+  changed_revision_ = changes.revision;
   if (changes.is_everything) {
-    changes_ = std::move(changes);
-    return;
+    is_everything_changed_ = true;
+    changed_.clear();
   }
-  changes_.revision = changes.revision;
-  if (changes_.is_everything) return;
-  changes_.boxes.insert(changes_.boxes.end(), changes.boxes.begin(), changes.boxes.end());
+  if (is_everything_changed_) return;
+  for (const cuboid_mapping::ChangedBrick& brick : changes.bricks) {
+    changed_.at(brick.brick).has_new_cuboids |= brick.has_new_cuboids;
+  }
 }
 
 cuboid_mapping::ChangeSet GuardedMap::takeChanges() {
   const std::lock_guard<std::mutex> lock(changes_mutex_);
-  return std::exchange(changes_, {});
+  cuboid_mapping::ChangeSet changes{changed_revision_, is_everything_changed_, {}};
+  changes.bricks.reserve(changed_.size());
+  changed_.forEach([&changes](const auto& brick) { changes.bricks.push_back(brick); });
+  changed_.clear();
+  is_everything_changed_ = false;
+  return changes;
 }
 
 }  // namespace cuboid_mapping_ros

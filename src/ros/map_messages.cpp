@@ -1,10 +1,11 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "cuboid_mapping/ros/map_messages.h"
 
+#include "cuboid_mapping/CuboidBricks.h"
 #include "cuboid_mapping/CuboidMap.h"
 #include "cuboid_mapping/CuboidMapUpdate.h"
 #include "cuboid_mapping/GetMap.h"
-#include "cuboid_mapping/ros/delta_codec.h"
+#include "cuboid_mapping/ros/brick_codec.h"
 
 #include <ros/single_subscriber_publisher.h>
 #include <boost/function.hpp>
@@ -15,47 +16,59 @@
 namespace cuboid_mapping_ros {
 namespace {
 
+using BricksType = cuboid_mapping::CuboidBricks;
 using ImageType = cuboid_mapping::CuboidMap;
 using DeltaType = cuboid_mapping::CuboidMapUpdate;
 using cuboid_mapping::GetMap;
+using cuboid_mapping::MapDetail;
 
 /// Deltas that may wait for a listener: many minutes of them would be of no use.
 constexpr std::uint32_t kDeltaQueue = 20;
 
-ImageType toMessage(ImageMessage&& from) {
+BricksType toMessage(const cuboid_mapping::BrickArrays& arrays) {
+  PackedBricks packed = packBricks(arrays);
+  BricksType message;
+  message.num_bricks = packed.num_bricks;
+  message.num_cuboids = packed.num_cuboids;
+  message.has_values = static_cast<std::uint8_t>(packed.has_values);
+  message.values = std::move(packed.values);
+  message.data = std::move(packed.data);
+  return message;
+}
+
+bool fromMessage(const BricksType& message, cuboid_mapping::BrickArrays& arrays) {
+  return unpackBricks({message.num_bricks, message.num_cuboids, message.has_values != 0,
+                       message.values, message.data},
+                      arrays);
+}
+
+ImageType toMessage(const ImageMessage& from) {
   ImageType message;
-  message.header = std::move(from.header);
+  message.header = from.header;
   message.instance = from.image.instance;
   message.revision = from.image.revision;
   message.resolution = from.image.resolution_m;
-  message.bounds = std::move(from.image.bounds);
-  message.log_odds = std::move(from.image.log_odds);
+  message.bricks = toMessage(from.image.content);
   return message;
 }
 
 ImageMessage fromMessage(const ImageType& message) {
-  return {
-      message.header,
-      {message.instance, message.revision, message.resolution, message.bounds, message.log_odds}};
+  ImageMessage result{message.header,
+                      {message.instance, message.revision, message.resolution, {}}};
+  // Without a resolution no follower takes it.
+  if (!fromMessage(message.bricks, result.image.content)) result.image.resolution_m = 0.0;
+  return result;
 }
 
-DeltaType toMessage(DeltaMessage&& from) {
+DeltaType toMessage(const DeltaMessage& from) {
   DeltaType message;
-  message.header = std::move(from.header);
+  message.header = from.header;
   message.instance = from.delta.instance;
   message.base = from.delta.base;
   message.revision = from.delta.revision;
   message.everything = static_cast<std::uint8_t>(from.delta.is_everything);
   message.resolution = from.delta.resolution_m;
-  auto packed = packArrays(from.delta);
-  if (!packed) {  // Too many values for the message: listeners have to ask for the map.
-    message.everything = static_cast<std::uint8_t>(true);
-    return message;
-  }
-  message.num_boxes = packed->num_boxes;
-  message.num_cuboids = packed->num_cuboids;
-  message.values = std::move(packed->values);
-  message.data = std::move(packed->data);
+  message.bricks = toMessage(from.delta.content);
   return message;
 }
 
@@ -68,9 +81,8 @@ DeltaMessage fromMessage(const DeltaType& message) {
   result.delta.is_everything = message.everything != 0;
   result.delta.resolution_m = message.resolution;
   if (result.delta.is_everything) return result;
-  const PackedDelta packed{message.num_boxes, message.num_cuboids, message.values, message.data};
   // Damaged: that is as if everything had changed, the listener asks for the map.
-  result.delta.is_everything = !unpackArrays(packed, result.delta);
+  result.delta.is_everything = !fromMessage(message.bricks, result.delta.content);
   return result;
 }
 
@@ -84,26 +96,27 @@ ros::Publisher advertiseImage(ros::NodeHandle& nh, const std::string& topic,
   return nh.advertise<ImageType>(topic, 1, on_connect);
 }
 
-void publishImage(const ros::Publisher& publisher, ImageMessage message) {
-  publisher.publish(toMessage(std::move(message)));
+void publishImage(const ros::Publisher& publisher, const ImageMessage& message) {
+  publisher.publish(toMessage(message));
 }
 
 ros::Publisher advertiseDelta(ros::NodeHandle& nh, const std::string& topic) {
   return nh.advertise<DeltaType>(topic, kDeltaQueue);
 }
 
-std::size_t publishDelta(const ros::Publisher& publisher, DeltaMessage message) {
-  const DeltaType type = toMessage(std::move(message));
+std::size_t publishDelta(const ros::Publisher& publisher, const DeltaMessage& message) {
+  const DeltaType type = toMessage(message);
   publisher.publish(type);
   return ros::serialization::serializationLength(type);
 }
 
 ros::ServiceServer advertiseGetMap(ros::NodeHandle& nh, const std::string& name,
-                                   std::function<ImageMessage()> make) {
+                                   std::function<ImageMessage(MapDetail)> make) {
   const boost::function<bool(GetMap::Request&, GetMap::Response&)> callback =
-      [make = std::move(make)](GetMap::Request& /*request*/, GetMap::Response& response) {
+      [make = std::move(make)](GetMap::Request& request, GetMap::Response& response) {
         try {
-          response.map = toMessage(make());
+          response.map = toMessage(make(request.with_values != 0 ? MapDetail::kValues
+                                                                 : MapDetail::kClasses));
           response.success = static_cast<std::uint8_t>(true);
         } catch (const std::exception& exception) {
           response.message = std::string("the node could not answer: ") + exception.what();
@@ -127,9 +140,10 @@ ros::Subscriber subscribeDelta(ros::NodeHandle& nh, const std::string& topic,
   return nh.subscribe<DeltaType>(topic, kDeltaQueue, callback);
 }
 
-bool callGetMap(ros::NodeHandle& nh, const std::string& name, ImageMessage& message,
-                std::string& error) {
+bool callGetMap(ros::NodeHandle& nh, const std::string& name, MapDetail detail,
+                ImageMessage& message, std::string& error) {
   GetMap service;
+  service.request.with_values = static_cast<std::uint8_t>(detail == MapDetail::kValues);
   if (!nh.serviceClient<GetMap>(name).call(service)) {
     error = "no answer from " + nh.resolveName(name);
     return false;

@@ -2,6 +2,7 @@
 #include "cuboid_mapping/ros/map_storage.h"
 
 #include "cuboid_mapping/io/map_files.h"
+#include "cuboid_mapping/map/cuboid_search.h"
 #include "cuboid_mapping/ros/tf_lookup.h"
 
 #include <cmath>
@@ -14,6 +15,11 @@ namespace {
 using cuboid_mapping::CuboidMap;
 using cuboid_mapping::MapFile;
 using cuboid_mapping::MapSnapshot;
+
+std::size_t numCuboids(const CuboidMap& map) {
+  const cuboid_mapping::CuboidCounts counts = countCuboids(map);
+  return counts.free + counts.occupied;
+}
 
 /// Runs work that may throw; its exceptions become errors of the answer.
 template <typename WorkT>
@@ -42,13 +48,12 @@ std::string compareResolutions(double of_file_m, double of_map_m, const std::str
 StorageAnswer saveMap(GuardedMap& map, const std::string& frame_id, const std::string& file) {
   return guard([&](StorageAnswer& answer) {
     MapSnapshot snapshot;
-    map.readCurrent(cuboid_mapping::kAllCells,
-                    [&](const CuboidMap& content, const ros::Time& /*stamp*/) {
+    map.read([&](const CuboidMap& content, const ros::Time& /*stamp*/) {
                       snapshot = takeSnapshot(content, withoutSlash(frame_id));
                       answer.revision = content.revision();
+      answer.num_cuboids = numCuboids(content);
                       return 0;
                     });
-    answer.num_cuboids = snapshot.cuboids.size();
     answer.num_bytes = writeMapFile(file, snapshot);
   });
 }
@@ -62,9 +67,10 @@ StorageAnswer loadMap(GuardedMap& map, const std::string& file) {
     answer.error = compareResolutions(read.snapshot.resolution_m, map.grid().resolution(), file);
     if (!answer.error.empty()) return;
     map.edit([&](CuboidMap& content, const ros::Time& /*stamp*/) {
-      return restoreSnapshot(read.snapshot, content);
+      const cuboid_mapping::ChangeSet changes = restoreSnapshot(read.snapshot, content);
+      answer.num_cuboids = numCuboids(content);
+      return changes;
     });
-    answer.num_cuboids = read.snapshot.cuboids.size();
     answer.num_bytes = read.num_bytes;
   });
 }

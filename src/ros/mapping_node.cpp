@@ -45,12 +45,12 @@ MappingNode::MappingNode(ros::NodeHandle nh, const ros::NodeHandle& private_nh,
       pipeline_(std::in_place, parameters),
       map_(makeMapConfig(parameters)),
       map_publisher_(withQueue(nh, publish_queue_), withQueue(private_nh, publish_queue_),
-                     parameters.frame_id, map_),
+                     parameters, map_),
       occupied_publisher_(
           withQueue(nh, publish_queue_),
           makeTopic(kOccupiedCuboidsTopic, makeOccupiedStyle(parameters), parameters), map_),
       free_publisher_(withQueue(nh, publish_queue_),
-                      makeTopic(kFreeCuboidsTopic, makeFreeStyle(parameters), parameters), map_),
+                      makeTopic(kFreeCuboidsTopic, makeFreeStyle(), parameters), map_),
       octomap_server_(nh, private_nh, parameters, map_, {publish_queue_, query_queue_}),
       diagnostics_(nh, private_nh, private_nh.getNamespace()),
       tf_history_(tf_buffer_.getCacheLength()),
@@ -82,6 +82,10 @@ MappingNode::MappingNode(ros::NodeHandle nh, const ros::NodeHandle& private_nh,
   publish_timer_ =
       withQueue(nh, publish_queue_)
           .createWallTimer(publish_period, [this](const ros::WallTimerEvent&) { publish(); });
+  fuse_timer_ = withQueue(nh, publish_queue_)
+                    .createWallTimer(
+                        ros::WallDuration(1e-3),
+                        [this](const ros::WallTimerEvent&) { fuseUntilNextCloud(); }, true, false);
   held_cloud_timer_ = nh.createWallTimer(
       publish_period, [this](const ros::WallTimerEvent&) { releaseHeldCloudIfTfIsRight(); });
   diagnostics_.setHardwareID("none");
@@ -120,6 +124,7 @@ void MappingNode::subscribe(ros::NodeHandle& nh) {
 
 void MappingNode::onCloudReceived(const CloudPtr& cloud) {
   ++statistics_.num_received;
+  is_cloud_waiting_ = true;
   last_received_ = Clock::now();
   const StampOrder order = time_jump_detector_.judge(cloud->header.stamp);
   if (order != StampOrder::kInOrder && isTfOutdated(cloud->header)) {
@@ -206,6 +211,16 @@ void MappingNode::integrate(const sensor_msgs::PointCloud2& cloud, const CloudPo
               [update](cuboid_mapping::CuboidMap& map) { return map.apply(*update); });
   statistics_.apply_time.add(stopwatch.lap());
   ++statistics_.num_inserted;
+  is_cloud_waiting_ = cloud_queue_.size() > 0;
+  fuse_timer_.stop();
+  fuse_timer_.start();
+}
+
+/// Cells fuse after every cloud, in the time until the next one comes; what is left then waits, at
+/// most until the next publish.
+void MappingNode::fuseUntilNextCloud() {
+  while (!is_cloud_waiting_ && map_.fuseSome()) {
+  }
 }
 
 /// tf may have noticed a jump of time by itself meanwhile, by its clock.
@@ -224,10 +239,7 @@ void MappingNode::reconfigure(const NodeParameters& parameters) {
   setTargetFrames();
   pipeline_.emplace(parameters);
   map_.edit([&](cuboid_mapping::CuboidMap& map, const ros::Time& /*stamp*/) {
-    map.setSensorModel(parameters.map.sensor_model);
-    cuboid_mapping::ChangeSet nothing;
-    nothing.revision = map.revision();
-    return nothing;
+    return map.setSensorModel(parameters.map.sensor_model);
   });
   occupied_publisher_.setColors(parameters.color_by, parameters.color_period_m);
   octomap_server_.setParameters(parameters.octomap_server);

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "cuboid_mapping/ros/marker_cache.h"
 
-#include "cuboid_mapping/query/class_boxes.h"
+#include "cuboid_mapping/query/value_query.h"
 #include "cuboid_mapping/ros/marker_colors.h"
 #include "cuboid_mapping/ros/points.h"
 
@@ -51,13 +51,11 @@ std::int32_t endOfPiece(std::int32_t begin, std::int32_t end, bool is_cut) {
 }  // namespace
 
 MarkerStyle makeOccupiedStyle(const NodeParameters& parameters) {
-  return {CuboidFilter::kOccupied, "occupied", parameters.color_by, parameters.color_period_m,
-          parameters.published_cuboids};
+  return {CuboidFilter::kOccupied, "occupied", parameters.color_by, parameters.color_period_m};
 }
 
-MarkerStyle makeFreeStyle(const NodeParameters& parameters) {
+MarkerStyle makeFreeStyle() {
   MarkerStyle style;
-  style.cuboids = parameters.published_cuboids;
   style.filter = CuboidFilter::kFree;
   style.marker_namespace = "free";
   return style;
@@ -73,26 +71,13 @@ void MarkerCache::noteChanges(const cuboid_mapping::ChangeSet& changes) {
     dirty_.clear();
     return;
   }
-  markChunks(changes.boxes);
-}
-
-void MarkerCache::markChunks(const std::vector<CellBox>& boxes) {
-  // Neighbouring boxes follow each other: most lie in the chunk of the one before.
-  CellBox last_chunk;
-  for (const CellBox& box : boxes) {
-    if (last_chunk.contains(box)) continue;
-    const Cell first = chunkOf(box.min);
-    for (std::int32_t z = first.z; z < box.max.z; z += kChunkEdge) {
-      for (std::int32_t y = first.y; y < box.max.y; y += kChunkEdge) {
-        for (std::int32_t x = first.x; x < box.max.x; x += kChunkEdge) dirty_.insert({x, y, z});
-      }
-    }
-    last_chunk = chunkBox(first);
+  for (const cuboid_mapping::ChangedBrick& changed : changes.bricks) {
+    if (changed.has_new_cuboids || showsProbability()) dirty_.insert(chunkOf(changed.brick));
   }
 }
 
 void MarkerCache::read(const CuboidMap& map) {
-  if (is_everything_dirty_) markEverything(map.tree());
+  if (is_everything_dirty_) markEverything(map);
   for (const Cell& chunk : dirty_) readChunk(map, chunk);
   is_everything_dirty_ = false;
   dirty_.clear();
@@ -100,6 +85,7 @@ void MarkerCache::read(const CuboidMap& map) {
 
 void MarkerCache::setColors(ColorBy color_by, double color_period_m) {
   if (style_.color_by == color_by && style_.color_period_m == color_period_m) return;
+  if (style_.color_by != color_by) is_everything_dirty_ = true;  // Other probabilities are kept.
   style_.color_by = color_by;
   style_.color_period_m = color_period_m;
   for (std::size_t size_id = 0; size_id < cubes_.size(); ++size_id) {
@@ -142,8 +128,8 @@ void MarkerCache::release() {
   changed_.reset();
 }
 
-void MarkerCache::appendCubes(const Cuboid& cuboid, std::vector<SizedCube>& cubes) {
-  const CellBox& box = cuboid.box;
+void MarkerCache::appendCubes(const CellBox& box, float probability,
+                              std::vector<SizedCube>& cubes) {
   const Cell size = box.size();
   Cell min;
   Cell max;
@@ -153,52 +139,30 @@ void MarkerCache::appendCubes(const Cuboid& cuboid, std::vector<SizedCube>& cube
       max.y = endOfPiece(min.y, box.max.y, size.y > kMaxEdge);
       for (min.x = box.min.x; min.x < box.max.x; min.x = max.x) {
         max.x = endOfPiece(min.x, box.max.x, size.x > kMaxEdge);
-        cubes.push_back({toSizeId(max - min), {min, cuboid.log_odds}});
+        cubes.push_back({toSizeId(max - min), {min, probability}});
       }
     }
   }
 }
 
 void MarkerCache::readChunk(const CuboidMap& map, const Cell& chunk) {
-  const bool shows_classes = style_.cuboids == PublishedCuboids::kClass;
-  replaceChunk(
-      chunk,
-      shows_classes ? cubesOfClass(map, chunkBox(chunk)) : cubesOfMap(map.tree(), chunkBox(chunk)),
-      changed_);
-}
-
-std::vector<MarkerCache::SizedCube> MarkerCache::cubesOfMap(const RTree& tree,
-                                                            const CellBox& chunk) const {
+  const CellBox box = chunkBox(chunk);
   std::vector<SizedCube> cubes;
-  visitBox(tree, chunk, style_.filter, [&](const Cuboid& cuboid) {
-    if (chunk.contains(cuboid.box.min)) appendCubes(cuboid, cubes);
+  visitBox(map, box, style_.filter, [&](const Cuboid& cuboid) {
+    if (!box.contains(cuboid.box.min)) return cuboid_mapping::Visit::kContinue;
+    const double probability =
+        showsProbability() ? meanProbability(map, cuboid.box).value_or(0.0) : 0.0;
+    appendCubes(cuboid.box, static_cast<float>(probability), cubes);
     return cuboid_mapping::Visit::kContinue;
   });
-  return cubes;
-}
-
-std::vector<MarkerCache::SizedCube> MarkerCache::cubesOfClass(const CuboidMap& map,
-                                                              const CellBox& chunk) const {
-  const bool is_occupied = style_.filter == CuboidFilter::kOccupied;
-  const float log_odds = is_occupied ? map.sensorModel().max() : map.sensorModel().min();
-  std::vector<SizedCube> cubes;
-  for (const CellBox& box : findClassBoxes(
-           map, chunk,
-           is_occupied ? cuboid_mapping::Occupancy::kOccupied : cuboid_mapping::Occupancy::kFree)) {
-    appendCubes({box, log_odds}, cubes);
-  }
-  return cubes;
+  replaceChunk(chunk, std::move(cubes), changed_);
 }
 
 /// Marks all chunks in which there is something, or was.
-void MarkerCache::markEverything(const RTree& tree) {
+void MarkerCache::markEverything(const CuboidMap& map) {
   for (const auto& [chunk, sizes] : sizes_in_chunk_) dirty_.insert(chunk);
-  std::vector<CellBox> boxes;
-  visitAll(tree, style_.filter, [&](const Cuboid& cuboid) {
-    boxes.push_back(cuboid.box);
-    return cuboid_mapping::Visit::kContinue;
-  });
-  markChunks(boxes);
+  map.voxels().forEach(
+      [this](const cuboid_mapping::VoxelBrick& brick) { dirty_.insert(chunkOf(brick.brick)); });
 }
 
 void MarkerCache::replaceChunk(const Cell& chunk, std::vector<SizedCube> cubes, SizeSet& changed) {
@@ -263,7 +227,7 @@ Marker MarkerCache::makeMarker(int size_id, const std_msgs::Header& header) cons
       marker.colors.push_back(
           style_.color_by == ColorBy::kHeight
               ? toHeightColor(center.z(), style_.color_period_m)
-              : toProbabilityColor(cuboid_mapping::toProbability(cube.log_odds)));
+              : toProbabilityColor(cube.probability));
     }
   }
   return marker;

@@ -12,28 +12,30 @@
 namespace cuboid_mapping_ros {
 namespace {
 
+using cuboid_mapping::BrickMask;
 using cuboid_mapping::Cell;
 using cuboid_mapping::CellBox;
-using cuboid_mapping::Cuboid;
 using cuboid_mapping::kOctreeDepth;
 using cuboid_mapping::MapSnapshot;
-using cuboid_mapping::Occupancy;
 using cuboid_mapping::OctreeKind;
 using cuboid_mapping::OctreeLeaf;
-using cuboid_mapping::VoxelClasses;
+using cuboid_mapping::VoxelBrick;
+using cuboid_mapping::VoxelStore;
 
 constexpr int kNumDepths = kOctreeDepth + 1;
 
-bool hasOccupiedNeighbour(const VoxelClasses& classes, const Cell& cell) {
-  for (std::int32_t z = -1; z <= 1; ++z) {
-    for (std::int32_t y = -1; y <= 1; ++y) {
-      for (std::int32_t x = -1; x <= 1; ++x) {
-        const bool is_itself = x == 0 && y == 0 && z == 0;
-        if (!is_itself && classes.at(cell + Cell{x, y, z}) == Occupancy::kOccupied) return true;
-      }
-    }
-  }
-  return false;
+bool hasOccupiedNeighbour(const VoxelStore& voxels, const Cell& cell) {
+  const Cell one{1, 1, 1};
+  const CellBox around{cell - one, cell + one + one};
+  bool found = false;
+  voxels.forEachIn(around, [&](const VoxelBrick& brick) {
+    if (found || !brick.voxels.isAnyOccupied()) return;
+    const CellBox part = intersect(around, brickBox(brick.brick));
+    BrickMask neighbours = brick.voxels.occupied() & BrickMask::ofBox(part);
+    if (part.contains(cell)) neighbours &= ~BrickMask::ofBox(CellBox::ofCell(cell));
+    found = !neighbours.isEmpty();
+  });
+  return found;
 }
 
 geometry_msgs::Point centerOf(const OctreeLeaf& leaf, double resolution_m) {
@@ -54,19 +56,21 @@ std_msgs::ColorRGBA toColor(const std::array<double, 4>& rgba) {
   return color;
 }
 
-/// Colours by height, between the lowest and the highest face of the cuboids.
+/// Colours by height, between the lowest and the highest face of the known voxels.
 class HeightColors {
  public:
   HeightColors(const MapSnapshot& map, double color_factor) : color_factor_(color_factor) {
-    for (const Cuboid& cuboid : map.cuboids) {
-      const CellBox box = intersect(cuboid.box, cuboid_mapping::kOctreeCells);
-      if (box.isEmpty()) continue;
-      min_m_ = std::min(min_m_, box.min.z * map.resolution_m);
-      max_m_ = std::max(max_m_, box.max.z * map.resolution_m);
+    for (const VoxelBrick& brick : map.bricks) {
+      if (!cuboid_mapping::kOctreeCells.contains(brick.brick)) continue;
+      for (int z = 0; z < cuboid_mapping::kBrickEdge; ++z) {
+        if (brick.voxels.known()[z] == 0) continue;
+        min_m_ = std::min(min_m_, (brick.brick.z + z) * map.resolution_m);
+        max_m_ = std::max(max_m_, (brick.brick.z + z + 1) * map.resolution_m);
+      }
     }
   }
 
-  /// @pre A cuboid shares this height.
+  /// @pre A known voxel shares this height.
   [[nodiscard]] std_msgs::ColorRGBA at(double z_m) const {
     return toHueColor((max_m_ - z_m) / (max_m_ - min_m_) * color_factor_);
   }
@@ -97,7 +101,7 @@ std::vector<visualization_msgs::Marker> makeEmptyMarkers(double resolution_m,
 
 OctomapMessage toOctomapMessage(const MapSnapshot& map, OctreeKind kind,
                                 const std_msgs::Header& header, double& num_left_out) {
-  const cuboid_mapping::OctreeStream tree = toOctreeStream(map.cuboids, kind);
+  const cuboid_mapping::OctreeStream tree = toOctreeStream(map.bricks, kind);
   num_left_out = tree.num_left_out;
   OctomapMessage message;
   message.header = header;
@@ -108,17 +112,24 @@ OctomapMessage toOctomapMessage(const MapSnapshot& map, OctreeKind kind,
   return message;
 }
 
-void removeSpeckles(const VoxelClasses& classes, std::vector<Cuboid>& cuboids) {
-  const auto is_speckle = [&](const Cuboid& cuboid) {
-    return cuboid.occupancy() == Occupancy::kOccupied && cuboid.box.numVoxels() == 1.0 &&
-           !hasOccupiedNeighbour(classes, cuboid.box.min);
-  };
-  cuboids.erase(std::remove_if(cuboids.begin(), cuboids.end(), is_speckle), cuboids.end());
+BrickMask findSpeckles(const VoxelStore& voxels, const VoxelBrick& brick) {
+  BrickMask speckles;
+  forEachCell(brick.brick, brick.voxels.occupied(), [&](const Cell& cell) {
+    if (!hasOccupiedNeighbour(voxels, cell)) speckles.set(cuboid_mapping::voxelIndex(cell));
+  });
+  return speckles;
+}
+
+void removeSpeckles(const VoxelStore& voxels, std::vector<VoxelBrick>& bricks) {
+  for (VoxelBrick& brick : bricks) brick.voxels.replace(findSpeckles(voxels, brick), {});
+  bricks.erase(std::remove_if(bricks.begin(), bricks.end(),
+                              [](const VoxelBrick& brick) { return brick.voxels.isEmpty(); }),
+               bricks.end());
 }
 
 std::vector<OctreeLeaf> computeShownLeaves(const MapSnapshot& map, ShownCells cells,
                                            const OctomapServerParameters& parameters) {
-  std::vector<OctreeLeaf> leaves = computeOctreeLeaves(map.cuboids, OctreeKind::kBinary);
+  std::vector<OctreeLeaf> leaves = computeOctreeLeaves(map.bricks, OctreeKind::kBinary);
   const auto is_hidden = [&](const OctreeLeaf& leaf) {
     const bool is_occupied = leaf.log_odds >= 0.0F;
     return is_occupied != (cells == ShownCells::kOccupied) ||

@@ -3,7 +3,6 @@
 
 #include "cuboid_mapping/ros/names.h"
 #include "cuboid_mapping/ros/tf_lookup.h"
-#include "cuboid_mapping/rtree/traversal.h"
 
 #include <ros/console.h>
 #include <ros/single_subscriber_publisher.h>
@@ -20,10 +19,11 @@ namespace {
 
 using cuboid_mapping::CellBox;
 using cuboid_mapping::ChangeSet;
-using cuboid_mapping::Cuboid;
 using cuboid_mapping::CuboidMap;
 using cuboid_mapping::MetricBox;
 using cuboid_mapping::OctreeKind;
+using cuboid_mapping::PackedVoxels;
+using cuboid_mapping::VoxelBrick;
 
 /// Half a minute: the log repeats what a topic leaves out no more often.
 constexpr double kLogPeriod_s = 30.0;
@@ -34,16 +34,11 @@ ros::NodeHandle withQueue(ros::NodeHandle nh, ros::CallbackQueueInterface& queue
 }
 
 ChangeSet clearCells(CuboidMap& map, const CellBox& box) {
-  ChangeSet changes = map.flush(box);
-  std::vector<Cuboid> cleared;
-  visitBox(map.tree(), box, cuboid_mapping::CuboidFilter::kAll, [&](const Cuboid& cuboid) {
-    cleared.push_back({intersect(cuboid.box, box), map.sensorModel().min()});
-    return cuboid_mapping::Visit::kContinue;
+  std::vector<VoxelBrick> cleared;
+  map.voxels().forEachIn(box, [&](const VoxelBrick& brick) {
+    cleared.push_back({brick.brick, PackedVoxels(brick.voxels.known(), map.sensorModel().min())});
   });
-  const ChangeSet more = map.replace(box, cleared);
-  changes.revision = more.revision;
-  changes.boxes.insert(changes.boxes.end(), more.boxes.begin(), more.boxes.end());
-  return changes;
+  return map.replace(box, cleared);
 }
 
 }  // namespace
@@ -61,7 +56,6 @@ std::string clearBox(GuardedMap& map, const MetricBox& box_map) {
          << "): corners must be finite, inside the map's range, and min not above max";
     return text.str();
   }
-  map.flush(*cells);
   map.edit(
       [&](CuboidMap& content, const ros::Time& /*stamp*/) { return clearCells(content, *cells); });
   return {};
@@ -118,7 +112,6 @@ void OctomapServerInterface::advertiseServices(ros::NodeHandle nh, ros::NodeHand
   const auto answer_with = [this](OctreeKind kind) {
     return boost::function<bool(GetOctomap::Request&, GetOctomap::Response&)>(
         [this, kind](GetOctomap::Request& /*request*/, GetOctomap::Response& response) {
-          map_.flush();
           response.map = makeOctomap(kind);
           return true;
         });
@@ -136,7 +129,7 @@ void OctomapServerInterface::advertiseServices(ros::NodeHandle nh, ros::NodeHand
 }
 
 void OctomapServerInterface::noteChanges(const ChangeSet& changes) {
-  is_changed_ |= changes.is_everything || !changes.boxes.empty();
+  is_changed_ |= changes.is_everything || !changes.bricks.empty();
   projection_.noteChanges(changes);
 }
 
@@ -169,7 +162,7 @@ OctomapServerInterface::View OctomapServerInterface::look(Speckles speckles) con
     view.map = takeSnapshot(map, frame_id_);
     view.header.stamp = stamp;
     if (speckles == Speckles::kAsAsked && parameters_.filter_speckles) {
-      removeSpeckles(map.classes(), view.map.cuboids);
+      removeSpeckles(map.voxels(), view.map.bricks);
     }
     return 0;
   });

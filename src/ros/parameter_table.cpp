@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "parameter_table.h"
 
-#include "cuboid_mapping/fusion/fusion_strategy.h"
+#include "cuboid_mapping/fusion/fusion_kind.h"
 
 #include <algorithm>
 #include <cmath>
@@ -13,13 +13,10 @@ namespace {
 
 using cuboid_mapping::Environment;
 using cuboid_mapping::GrowthStarters;
+using cuboid_mapping::FusionKind;
 using cuboid_mapping::GrowthStep;
 using P = NodeParameters;
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
-
-const char* toString(PublishedCuboids cuboids) {
-  return cuboids == PublishedCuboids::kClass ? "class" : "map";
-}
 
 const char* toString(ColorBy color_by) {
   return color_by == ColorBy::kProbability ? "probability" : "height";
@@ -54,12 +51,11 @@ std::vector<ParameterDeclaration> declareMap() {
        "dynamic: every observation counts. static: a cell that has reached sensor_model/min or "
        "sensor_model/max is never updated again."},
       {"fusion", "",
-       ChoiceKind{cuboid_mapping::fusionNames(),
-                  [](P& p, const std::string& name) { p.map.fusion = name; },
-                  [](P& p) { return p.map.fusion; }},
-       "How cells become bigger cuboids after every cloud. brick: largest boxes of equal "
-       "probability in blocks of 8 x 8 x 8 voxels. class: the same by class, probabilities are "
-       "averaged. growth: that of the paper, see growth/*. none: every voxel stays a cuboid."},
+       oneOf<FusionKind>({FusionKind::kClass, FusionKind::kGrowth, FusionKind::kNone},
+                         [](P& p) -> FusionKind& { return p.map.fusion; }),
+       "How cells become bigger cuboids after every cloud. class: large boxes of free and of "
+       "occupied voxels in blocks of 8 x 8 x 8. growth: that of the paper, see growth/*. none: "
+       "every voxel stays a cuboid. Every voxel keeps its own probability in any case."},
       {"rtree/max_branches", "",
        IntegerKind{[](P& p) -> int& { return p.map.rtree.max_branches; }, 2,
                    cuboid_mapping::RTreeConfig::kMaxBranchesLimit},
@@ -68,9 +64,6 @@ std::vector<ParameterDeclaration> declareMap() {
        IntegerKind{[](P& p) -> int& { return p.map.rtree.min_branches; }, 1,
                    cuboid_mapping::RTreeConfig::kMaxBranchesLimit / 2},
        "Fewest branches of a node of the R-tree (d), at most half of rtree/max_branches."},
-      {"hot_bricks", "MB", IntegerKind{[](P& p) -> int& { return p.hot_bricks_mb; }, 0, 65536},
-       "Memory for bricks that clouds touch again and again: they are fused and written to the "
-       "R-tree when they are asked for, or not touched any more. 0: after every cloud."},
       {"threads", "", IntegerKind{[](P& p) -> int& { return p.threads; }, 0, 256},
        "Threads that work on a cloud. The map does not depend on it. 0: one per core."},
   };
@@ -172,11 +165,9 @@ std::vector<ParameterDeclaration> declareTopics() {
        "Greatest rate of the map topics. They are published after a change only."},
       {"latch", "", BooleanKind{[](P& p) -> bool& { return p.latch; }},
        "Whether late subscribers get the last message of the map topics."},
-      {"published_cuboids", "",
-       oneOf<PublishedCuboids>({PublishedCuboids::kMap, PublishedCuboids::kClass},
-                               [](P& p) -> PublishedCuboids& { return p.published_cuboids; }),
-       "Which cuboids the marker topics show. map: those of the map. class: largest boxes of free "
-       "and of occupied voxels, whatever the fusion of the map: fewer, and lighter to draw."},
+      {"publish_values", "", BooleanKind{[](P& p) -> bool& { return p.publish_values; }},
+       "Whether cuboid_map and cuboid_map_updates carry the probability of every voxel, or "
+       "classes alone, which is what planners need."},
       {"color_by", "",
        oneOf<ColorBy>({ColorBy::kHeight, ColorBy::kProbability},
                       [](P& p) -> ColorBy& { return p.color_by; }),
@@ -267,6 +258,14 @@ const std::vector<ParameterDeclaration>& parameterTable() {
     return table;
   }();
   return kTable;
+}
+
+const std::vector<RetiredParameter>& retiredParameters() {
+  static const std::vector<RetiredParameter> kRetired{
+      {"hot_bricks", "nothing has to be bounded any more: remove it"},
+      {"published_cuboids", "the marker topics show the cuboids of the map, which are boxes of one "
+                            "class: remove it"}};
+  return kRetired;
 }
 
 const std::vector<LibraryParameter>& libraryParameters() {

@@ -76,6 +76,14 @@ struct LibraryParameter {
   std::string help;
 };
 
+/// A parameter that earlier versions had.
+struct RetiredParameter {
+  std::string key;
+  std::string advice;  ///< Why it has gone, and what to do.
+};
+
+[[nodiscard]] const std::vector<RetiredParameter>& retiredParameters();
+
 /// Those of OctomapServerParameters, for parameterTable().
 [[nodiscard]] std::vector<ParameterDeclaration> declareOctomapServer();
 

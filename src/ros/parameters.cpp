@@ -108,6 +108,7 @@ struct ValueReader {
     if (value.getType() != XmlRpcValue::TypeString) return "choose one of the names";
     const auto name = get<std::string>(value);
     if (std::find(kind.names.begin(), kind.names.end(), name) == kind.names.end()) {
+      if (name == "brick") return "cuboids are boxes of one class now: write class";
       return "choose one of the names";
     }
     kind.set(parameters, name);
@@ -234,6 +235,13 @@ void refuseUnknownKeys(const XmlRpcValue& group, LoadedParameters& loaded) {
   collectLeaves(group, "", leaves);
   for (const auto& [key, value] : leaves) {
     if (isIn(parameterTable(), key) || isIn(libraryParameters(), key)) continue;
+    const auto& retired = retiredParameters();
+    const auto found = std::find_if(retired.begin(), retired.end(),
+                                    [&key = key](const auto& old) { return old.key == key; });
+    if (found != retired.end()) {
+      loaded.errors.push_back({key, "is of an earlier version: " + found->advice});
+      continue;
+    }
     loaded.errors.push_back({key, "is " + describe(value) +
                                       ", but there is no such parameter: did you mean " +
                                       findNearestKey(key) + "? Correct the key, or remove it"});

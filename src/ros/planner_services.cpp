@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "cuboid_mapping/ros/planner_services.h"
 
+#include "cuboid_mapping/map/cuboid_search.h"
+
 #include "cuboid_mapping/ros/check_answers.h"
 #include "cuboid_mapping/ros/edit_answers.h"
 #include "cuboid_mapping/ros/guarded_map.h"
@@ -72,11 +74,11 @@ EditServices::EditServices(const ros::NodeHandle& private_nh, const MapInFrame& 
 
 bool EditServices::onFuseNow(std_srvs::Trigger::Request& /*request*/,
                              std_srvs::Trigger::Response& response) {
-  publish_();  // Writes everything back, and fuses it.
-  const auto content = map_.map.read([](const cuboid_mapping::CuboidMap& map,
-                                        const ros::Time& /*stamp*/) { return map.content(); });
+  publish_();  // Fuses everything.
+  const auto counts = map_.map.read([](const cuboid_mapping::CuboidMap& map,
+                                        const ros::Time& /*stamp*/) { return countCuboids(map); });
   std::ostringstream text;
-  text << content.free_cuboids << " free and " << content.occupied_cuboids << " occupied cuboids";
+  text << counts.free << " free and " << counts.occupied << " occupied cuboids";
   response.success = static_cast<std::uint8_t>(true);
   response.message = text.str();
   return true;

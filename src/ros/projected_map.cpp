@@ -2,7 +2,6 @@
 #include "cuboid_mapping/ros/projected_map.h"
 
 #include "cuboid_mapping/ros/octomap_products.h"
-#include "cuboid_mapping/rtree/traversal.h"
 
 #include <algorithm>
 #include <cmath>
@@ -11,14 +10,14 @@
 namespace cuboid_mapping_ros {
 namespace {
 
+using cuboid_mapping::BrickMask;
 using cuboid_mapping::Cell;
 using cuboid_mapping::CellBox;
 using cuboid_mapping::ChangeSet;
-using cuboid_mapping::Cuboid;
 using cuboid_mapping::CuboidMap;
 using cuboid_mapping::Grid;
 using cuboid_mapping::kAllCells;
-using cuboid_mapping::Occupancy;
+using cuboid_mapping::VoxelBrick;
 
 constexpr std::int8_t kUnknown = -1;
 constexpr std::int8_t kFree = 0;
@@ -46,8 +45,9 @@ void ProjectedMap::noteChanges(const ChangeSet& changes) {
   if (changes.is_everything) release();
   if (is_everything_dirty_) return;
   // A voxel beside a change may have become a speckle, or be none any more.
-  for (const CellBox& box : changes.boxes) {
-    visitTiles(box, 1, [this](const Cell& tile) { dirty_.insert(tile); });
+  for (const cuboid_mapping::ChangedBrick& changed : changes.bricks) {
+    if (!changed.has_new_cuboids) continue;
+    visitTiles(brickBox(changed.brick), 1, [this](const Cell& tile) { dirty_.insert(tile); });
   }
 }
 
@@ -59,9 +59,8 @@ void ProjectedMap::release() {
 
 void ProjectedMap::update(const CuboidMap& map) {
   if (is_everything_dirty_) {
-    visitAll(map.tree(), cuboid_mapping::CuboidFilter::kAll, [this](const Cuboid& cuboid) {
-      visitTiles(cuboid.box, 0, [this](const Cell& tile) { dirty_.insert(tile); });
-      return cuboid_mapping::Visit::kContinue;
+    map.voxels().forEach([this](const VoxelBrick& brick) {
+      dirty_.insert({brick.brick.x, brick.brick.y, 0});
     });
     is_everything_dirty_ = false;
   }
@@ -74,23 +73,19 @@ void ProjectedMap::updateTile(const CuboidMap& map, const Cell& tile) {
   const double resolution_m = map.grid().resolution();
   column.min.z = toLayer(std::floor(parameters_.occupancy_min_z_m / resolution_m + 1e-6));
   column.max.z = toLayer(std::ceil(parameters_.occupancy_max_z_m / resolution_m - 1e-6));
-  std::vector<Cuboid> cuboids;
-  visitBox(map.tree(), column, cuboid_mapping::CuboidFilter::kAll, [&](const Cuboid& cuboid) {
-    cuboids.push_back(cuboid);
-    return cuboid_mapping::Visit::kContinue;
-  });
-  if (parameters_.filter_speckles) removeSpeckles(map.classes(), cuboids);
   Tile values;
   values.fill(kUnknown);
-  for (const Cuboid& cuboid : cuboids) {
-    const CellBox part = intersect(cuboid.box, column);
-    const std::int8_t value = cuboid.occupancy() == Occupancy::kOccupied ? kOccupied : kFree;
-    for (std::int32_t y = part.min.y; y < part.max.y; ++y) {
-      for (std::int32_t x = part.min.x; x < part.max.x; ++x) {
-        auto& cell = values[static_cast<std::size_t>((y - tile.y) * kTileEdge + x - tile.x)];
-        cell = std::max(cell, value);
-      }
-    }
+  if (const auto& bounds = map.voxels().bounds()) column = intersect(column, *bounds);
+  if (!column.isEmpty()) {
+    map.voxels().forEachIn(column, [&](const VoxelBrick& brick) {
+      BrickMask seen = BrickMask::ofBox(intersect(column, brickBox(brick.brick)));
+      if (parameters_.filter_speckles) seen &= ~findSpeckles(map.voxels(), brick);
+      (brick.voxels.known() & seen).forEach([&](int voxel) {
+        const bool is_occupied = brick.voxels.occupied().test(voxel);
+        auto& cell = values[static_cast<std::size_t>(voxel & 63)];  // x runs first, then y
+        cell = std::max(cell, is_occupied ? kOccupied : kFree);
+      });
+    });
   }
   if (std::all_of(values.begin(), values.end(), [](std::int8_t v) { return v == kUnknown; })) {
     tiles_.erase(tile);

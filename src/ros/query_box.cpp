@@ -4,6 +4,7 @@
 #include "cuboid_mapping/ros/guarded_map.h"
 
 #include "cuboid_mapping/query/box_query.h"
+#include "cuboid_mapping/query/value_query.h"
 #include "cuboid_mapping/ros/tf_lookup.h"
 
 #include <sstream>
@@ -68,13 +69,13 @@ BoxAnswer toAnswer(const CuboidMap& map, const BoxQueryResult& result) {
   answer.occupied_volume_m3 = result.occupied_volume_m3;
   answer.unknown_volume_m3 = result.unknown_volume_m3;
   answer.occupancy = result.occupancy();
-  if (result.max_log_odds) {
-    answer.max_probability = cuboid_mapping::toProbability(*result.max_log_odds);
+  if (const auto log_odds = maxLogOdds(map, result.box)) {
+    answer.max_probability = cuboid_mapping::toProbability(*log_odds);
   }
   answer.cuboids.reserve(result.cuboids.size());
   for (const cuboid_mapping::Cuboid& cuboid : result.cuboids) {
-    answer.cuboids.push_back({map.grid().toMetricBox(cuboid.box), cuboid.occupancy(),
-                              cuboid_mapping::toProbability(cuboid.log_odds)});
+    answer.cuboids.push_back({map.grid().toMetricBox(cuboid.box), cuboid.occupancy,
+                              meanProbability(map, cuboid.box).value_or(0.0)});
   }
   return answer;
 }
@@ -113,7 +114,7 @@ BoxAnswer answerBoxRequest(const MapInFrame& map, const BoxRequest& request) {
                      "' reaches beyond the map: keep coordinates within +-" +
                      std::to_string(limit_m) + " m");
   }
-  return map.map.readCurrent(*box, [&](const CuboidMap& content, const ros::Time& stamp) {
+  return map.map.read([&](const CuboidMap& content, const ros::Time& stamp) {
     BoxAnswer answer =
         toAnswer(content, queryBox(content, *box, toOutput(request), toFilter(request)));
     answer.stamp = stamp;

@@ -6,6 +6,7 @@
 #include "cuboid_mapping/query/fit_query.h"
 #include "cuboid_mapping/query/nearest_query.h"
 #include "cuboid_mapping/query/path_query.h"
+#include "cuboid_mapping/query/value_query.h"
 #include "cuboid_mapping/ros/request_reader.h"
 
 #include <algorithm>
@@ -61,11 +62,11 @@ void addBox(const Grid& grid, const CellBox& box, ResponseT& response) {
 }
 
 template <typename ResponseT>
-void addCuboid(const Grid& grid, const Cuboid& cuboid, ResponseT& response) {
-  addBox(grid, cuboid.box, response);
+void addCuboid(const CuboidMap& map, const Cuboid& cuboid, ResponseT& response) {
+  addBox(map.grid(), cuboid.box, response);
   response.probability.push_back(
-      static_cast<float>(cuboid_mapping::toProbability(cuboid.log_odds)));
-  response.occupancy.push_back(static_cast<std::uint8_t>(cuboid.occupancy()));
+      static_cast<float>(meanProbability(map, cuboid.box).value_or(0.0)));
+  response.occupancy.push_back(static_cast<std::uint8_t>(cuboid.occupancy));
 }
 
 CorridorTask readTask(RequestReader& reader, const FindCorridor::Request& request) {
@@ -129,7 +130,7 @@ FindNearest::Response answerFindNearest(const MapInFrame& map,
   max_m = max_m == 0.0 ? std::numeric_limits<double>::infinity() : max_m + inflation_m;
   reader.require(request.k > 0, "k is 0: ask for at least one cuboid");
   if (!reader.isGood()) return refuse<FindNearest::Response>(reader.error());
-  return map.map.readCurrent(kAllCells, [&](const CuboidMap& content, const ros::Time& stamp) {
+  return map.map.read([&](const CuboidMap& content, const ros::Time& stamp) {
     FindNearest::Response response;
     fillHead(map, content, stamp, response);
     for (const Eigen::Vector3d& point : points) {
@@ -139,7 +140,7 @@ FindNearest::Response answerFindNearest(const MapInFrame& map,
         response.distance.push_back(std::max(0.0, near.distance_m - inflation_m));
         response.closest.push_back(toPoint(near.closest_point_map));
         response.direction.push_back(toVector3(near.direction_map));
-        addCuboid(content.grid(), near.cuboid, response);
+        addCuboid(content, near.cuboid, response);
       }
     }
     return response;
@@ -154,14 +155,12 @@ FindNearestFree::Response answerFindNearestFree(const MapInFrame& map,
   const auto policy = reader.policy(request.unknown);
   const double max_m = reader.notNegative(request.max_distance, "max_distance");
   reader.require(max_m > 0.0, "max_distance is 0: say how far the place may be");
-  CellBox region = CellBox::ofCell({});
-  for (std::size_t i = 0; i < points.size(); ++i) {
+  for (const Eigen::Vector3d& point : points) {
     const Eigen::Vector3d reach_m = size_m.array() + 2.0 * max_m;
-    const CellBox box = reader.cells(cuboid_mapping::boxAround(points[i], reach_m));
-    region = i == 0 ? box : unite(region, box);
+    (void)reader.cells(cuboid_mapping::boxAround(point, reach_m));
   }
   if (!reader.isGood()) return refuse<FindNearestFree::Response>(reader.error());
-  return map.map.readCurrent(region, [&](const CuboidMap& content, const ros::Time& stamp) {
+  return map.map.read([&](const CuboidMap& content, const ros::Time& stamp) {
     FindNearestFree::Response response;
     fillHead(map, content, stamp, response);
     for (const Eigen::Vector3d& point : points) {
@@ -184,16 +183,15 @@ GetCuboids::Response answerGetCuboids(const MapInFrame& map, const GetCuboids::R
   const double min_edge = std::ceil(
       reader.notNegative(request.min_edge, "min_edge") / map.map.grid().resolution() - 1e-6);
   selection.min_edge = static_cast<std::int32_t>(std::min(min_edge, 1.0 * Grid::kMaxCell));
-  selection.by_class = request.by_class != 0;
   selection.is_clipped = request.clip != 0;
   selection.max_cuboids = toLimit(request.limit);
   if (!reader.isGood()) return refuse<GetCuboids::Response>(reader.error());
-  return map.map.readCurrent(region, [&](const CuboidMap& content, const ros::Time& stamp) {
+  return map.map.read([&](const CuboidMap& content, const ros::Time& stamp) {
     GetCuboids::Response response;
     fillHead(map, content, stamp, response);
     const auto selected = selectCuboids(content, region, selection);
     response.truncated = static_cast<std::uint8_t>(selected.is_truncated);
-    for (const Cuboid& cuboid : selected.cuboids) addCuboid(content.grid(), cuboid, response);
+    for (const Cuboid& cuboid : selected.cuboids) addCuboid(content, cuboid, response);
     return response;
   });
 }
@@ -211,7 +209,7 @@ GetFreeGraph::Response answerGetFreeGraph(const MapInFrame& map,
     passage = size.value_or(passage);
   }
   if (!reader.isGood()) return refuse<GetFreeGraph::Response>(reader.error());
-  return map.map.readCurrent(region, [&](const CuboidMap& content, const ros::Time& stamp) {
+  return map.map.read([&](const CuboidMap& content, const ros::Time& stamp) {
     GetFreeGraph::Response response;
     fillHead(map, content, stamp, response);
     const auto graph = buildFreeGraph(content, region, passage, toLimit(request.limit));
@@ -233,8 +231,7 @@ FindCorridor::Response answerFindCorridor(const MapInFrame& map,
   RequestReader reader(map, request.header);
   const CorridorTask task = readTask(reader, request);
   if (!reader.isGood()) return refuse<FindCorridor::Response>(reader.error());
-  const CellBox region = task.region.value_or(kAllCells);
-  return map.map.readCurrent(region, [&](const CuboidMap& content, const ros::Time& stamp) {
+  return map.map.read([&](const CuboidMap& content, const ros::Time& stamp) {
     FindCorridor::Response response = toMessage(content.grid(), findCorridor(content, task));
     fillHead(map, content, stamp, response);
     response.path.header = response.header;

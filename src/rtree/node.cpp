@@ -23,8 +23,8 @@ CellBox boundsOf(const CoordinateT* boxes, std::size_t stride, int count) {
 }  // namespace
 
 std::size_t Node::numBytes(int capacity, bool is_leaf) {
-  constexpr std::size_t kLeafBranch = sizeof(std::uint8_t[6]) + sizeof(float);
-  constexpr std::size_t kInnerBranch = sizeof(std::int32_t[6]) + sizeof(float) + sizeof(NodeIndex);
+  constexpr std::size_t kLeafBranch = sizeof(std::uint8_t[6]);
+  constexpr std::size_t kInnerBranch = sizeof(std::int32_t[6]) + sizeof(NodeIndex);
   static_assert(sizeof(WideBoxes) <= sizeof(std::uint8_t[6]) * kSlotGroup);
   return sizeof(Node) +
          static_cast<std::size_t>(paddedSlots(capacity)) * (is_leaf ? kLeafBranch : kInnerBranch);
@@ -43,7 +43,7 @@ Branch Node::summary() const {
   } else {
     result.box = boundsOf(coordinates(), stride(), count_);
   }
-  result.value = *std::max_element(value(), value() + count_);
+  result.has_occupied = occupiedSlots() != 0;
   return result;
 }
 
@@ -78,7 +78,8 @@ void Node::set(int slot, const Branch& branch) {
       out[3 * n] = branch.box.max[axis];
     }
   }
-  const_cast<float*>(value())[slot] = branch.value;
+  const SlotSet bit = SlotSet{1} << slot;
+  occupied_ = branch.has_occupied ? occupied_ | bit : occupied_ & ~bit;
   if (!isLeaf()) const_cast<NodeIndex*>(child())[slot] = branch.child;
 }
 

@@ -21,30 +21,16 @@ constexpr double kMostSharedFill = 0.95;
 /// leaves that lie apart would overlap others afterwards.
 constexpr double kMostWaste = 0.5;
 
-Branch toBranch(const Cuboid& cuboid) { return {cuboid.box, cuboid.log_odds, kNoNode}; }
+Branch toBranch(const Cuboid& cuboid) { return {cuboid.box, cuboid.isOccupied(), kNoNode}; }
 
 void appendBranches(const Node& node, std::vector<Branch>& branches) {
   for (int slot = 0; slot < node.count(); ++slot) branches.push_back(node.branch(slot));
 }
 
-/// A cuboid to remove or to add, with the brick of its least cell.
-template <typename ItemT>
-struct Keyed {
-  Cell brick;
-  ItemT item;
-};
-
-template <typename ItemT>
-void sortByBrick(std::vector<Keyed<ItemT>>& items) {
-  std::stable_sort(items.begin(), items.end(), [](const auto& a, const auto& b) {
-    return isBeforeOnMortonCurve(a.brick, b.brick);
-  });
-}
-
 /// A cuboid that wants a free place in a leaf.
 struct Refill {
   NodeIndex leaf;
-  std::uint32_t added;
+  Branch branch;
 };
 
 }  // namespace
@@ -53,20 +39,20 @@ struct Refill {
 struct RTree::ReplacePlan {
   struct Overwrite {
     LeafSlot slot;
-    std::uint32_t added;
+    Branch branch;
   };
   std::vector<Overwrite> overwrites;
   std::vector<LeafSlot> vacated;
-  std::vector<Refill> refills;  ///< In a leaf in which the brick had cuboids before.
-  std::vector<Branch> fresh;    ///< Of bricks that lost nothing.
+  std::vector<Refill> refills;  ///< In a leaf in which the part had cuboids before.
+  std::vector<Branch> fresh;    ///< Of parts that lost nothing.
 };
 
-void RTree::replace(const std::vector<LeafSlot>& removed, const std::vector<Cuboid>& added) {
-  ReplacePlan plan = planReplace(removed, added);
+void RTree::replace(const TreeChange& change) {
+  ReplacePlan plan = planReplace(change);
   std::vector<NodeIndex> touched;
   Orphans orphans;
-  for (const auto& [slot, i] : plan.overwrites) {
-    leaves_.set(slot.leaf, slot.slot, toBranch(added[i]));
+  for (const auto& [slot, branch] : plan.overwrites) {
+    leaves_.set(slot.leaf, slot.slot, branch);
     touched.push_back(slot.leaf);
   }
   // From the last slot of a leaf to the first, because a removal moves the last branch.
@@ -77,59 +63,41 @@ void RTree::replace(const std::vector<LeafSlot>& removed, const std::vector<Cubo
     leaves_.remove(slot.leaf, slot.slot);
     touched.push_back(slot.leaf);
   }
-  refill(plan, added, touched, orphans);
-  packLeaves(std::move(plan.fresh), {}, orphans);
+  refill(plan, touched, orphans);
+  fillNewLeaves(plan.fresh, orphans);
   condense(std::move(touched), orphans);
   reinsert(orphans);
-  size_ += added.size();
-  size_ -= removed.size();
+  size_ += change.added.size();
+  size_ -= change.removed.size();
 }
 
-RTree::ReplacePlan RTree::planReplace(const std::vector<LeafSlot>& removed,
-                                      const std::vector<Cuboid>& added) const {
-  std::vector<Keyed<LeafSlot>> outgoing;
-  outgoing.reserve(removed.size());
-  for (const LeafSlot& slot : removed) {
-    outgoing.push_back({brickOf(leaves_[slot.leaf].box(slot.slot).min), slot});
-  }
-  std::vector<Keyed<std::uint32_t>> incoming;
-  incoming.reserve(added.size());
-  for (std::uint32_t i = 0; i < added.size(); ++i) {
-    incoming.push_back({brickOf(added[i].box.min), i});
-  }
-  sortByBrick(outgoing);
-  sortByBrick(incoming);
-
+RTree::ReplacePlan RTree::planReplace(const TreeChange& change) {
   ReplacePlan plan;
-  auto out = outgoing.begin();
-  auto in = incoming.begin();
-  while (out != outgoing.end() || in != incoming.end()) {
-    const bool is_out_next =
-        in == incoming.end() ||
-        (out != outgoing.end() && !isBeforeOnMortonCurve(in->brick, out->brick));
-    const Cell brick = is_out_next ? out->brick : in->brick;
+  std::size_t out = 0;
+  std::size_t in = 0;
+  for (const TreeChange::Part& part : change.parts) {
     NodeIndex last_leaf = kNoNode;
-    for (; out != outgoing.end() && out->brick == brick; ++out) {
-      last_leaf = out->item.leaf;
-      if (in != incoming.end() && in->brick == brick) {
-        plan.overwrites.push_back({out->item, in++->item});
+    for (; out < part.removed_end; ++out) {
+      const LeafSlot& slot = change.removed[out];
+      last_leaf = slot.leaf;
+      if (in < part.added_end) {
+        plan.overwrites.push_back({slot, toBranch(change.added[in++])});
       } else {
-        plan.vacated.push_back(out->item);
+        plan.vacated.push_back(slot);
       }
     }
-    for (; in != incoming.end() && in->brick == brick; ++in) {
+    for (; in < part.added_end; ++in) {
       if (last_leaf == kNoNode) {
-        plan.fresh.push_back(toBranch(added[in->item]));
+        plan.fresh.push_back(toBranch(change.added[in]));
       } else {
-        plan.refills.push_back({last_leaf, in->item});
+        plan.refills.push_back({last_leaf, toBranch(change.added[in])});
       }
     }
   }
   return plan;
 }
 
-void RTree::refill(ReplacePlan& plan, const std::vector<Cuboid>& added,
-                   std::vector<NodeIndex>& touched, Orphans& orphans) {
+void RTree::refill(ReplacePlan& plan, std::vector<NodeIndex>& touched, Orphans& orphans) {
   std::stable_sort(plan.refills.begin(), plan.refills.end(),
                    [](const Refill& a, const Refill& b) { return a.leaf < b.leaf; });
   for (auto first = plan.refills.begin(); first != plan.refills.end();) {
@@ -139,7 +107,7 @@ void RTree::refill(ReplacePlan& plan, const std::vector<Cuboid>& added,
     touched.push_back(leaf);
     const int num_wanted = leaves_[leaf].count() + static_cast<int>(last - first);
     if (num_wanted <= config_.max_branches) {
-      for (; first != last; ++first) leaves_.append(leaf, toBranch(added[first->added]));
+      for (; first != last; ++first) leaves_.append(leaf, first->branch);
       continue;
     }
     std::vector<NodeIndex> reused{leaf};
@@ -149,7 +117,7 @@ void RTree::refill(ReplacePlan& plan, const std::vector<Cuboid>& added,
     }
     std::vector<Branch> branches;
     for (const NodeIndex index : reused) appendBranches(leaves_[index], branches);
-    for (; first != last; ++first) branches.push_back(toBranch(added[first->added]));
+    for (; first != last; ++first) branches.push_back(first->branch);
     packLeaves(std::move(branches), reused, orphans);
   }
 }
@@ -174,28 +142,46 @@ NodeIndex RTree::findSharingSibling(NodeIndex leaf, int num_wanted) const {
   return best;
 }
 
+/// New leaves of neighbours in the given order.
+void RTree::fillNewLeaves(const std::vector<Branch>& branches, Orphans& orphans) {
+  const std::size_t num_leaves = numLeavesFor(branches.size());
+  std::vector<std::size_t> ends;
+  for (std::size_t i = 1; i <= num_leaves; ++i) ends.push_back(branches.size() * i / num_leaves);
+  fillLeaves(branches, ends, {}, orphans);
+}
+
+/// Leaves of neighbours that share least.
+/// @param reused  Leaves whose branches these were: at least so many leaves are filled again.
 void RTree::packLeaves(std::vector<Branch> branches, const std::vector<NodeIndex>& reused,
                        Orphans& orphans) {
   const auto fewest = static_cast<std::size_t>(config_.min_branches);
-  if (branches.size() < fewest) {
-    orphans.cuboids.insert(orphans.cuboids.end(), branches.begin(), branches.end());
-    return;
-  }
   const auto most = static_cast<std::size_t>(config_.max_branches);
-  std::size_t num_leaves = std::max<std::size_t>(reused.size(), 1);
-  if (branches.size() > num_leaves * most) {
-    const auto wanted = static_cast<std::size_t>(
-        std::ceil(static_cast<double>(branches.size()) / (kNewLeafFill * config_.max_branches)));
-    num_leaves = std::min(wanted, branches.size() / fewest);
+  const std::size_t num_leaves = branches.size() > reused.size() * most
+                                     ? numLeavesFor(branches.size())
+                                     : reused.size();
+  const auto ends = packBranches(branches, {num_leaves, fewest, most});
+  fillLeaves(branches, ends, reused, orphans);
+}
+
+/// How many new leaves so many branches need; 0 when they are too few for one.
+std::size_t RTree::numLeavesFor(std::size_t num_branches) const {
+  const auto wanted = static_cast<std::size_t>(
+      std::ceil(static_cast<double>(num_branches) / (kNewLeafFill * config_.max_branches)));
+  return std::min(wanted, num_branches / static_cast<std::size_t>(config_.min_branches));
+}
+
+/// @param ends  Of the branches of each leaf; with none the branches are left for themselves.
+void RTree::fillLeaves(const std::vector<Branch>& branches, const std::vector<std::size_t>& ends,
+                       const std::vector<NodeIndex>& reused, Orphans& orphans) {
+  if (ends.empty()) {
+    orphans.cuboids.insert(orphans.cuboids.end(), branches.begin(), branches.end());
   }
   std::size_t next = 0;
-  std::size_t num_filled = 0;
-  for (const std::size_t end : packBranches(branches, {num_leaves, fewest, most})) {
-    const bool is_new = num_filled >= reused.size();
-    const NodeIndex leaf = is_new ? leaves_.allocate() : reused[num_filled];
-    ++num_filled;
+  for (std::size_t i = 0; i < ends.size(); ++i) {
+    const bool is_new = i >= reused.size();
+    const NodeIndex leaf = is_new ? leaves_.allocate() : reused[i];
     leaves_[leaf].clear();
-    for (; next < end; ++next) leaves_.append(leaf, branches[next]);
+    for (; next < ends[i]; ++next) leaves_.append(leaf, branches[next]);
     if (is_new) orphans.subtrees.push_back({leaf, 0});
   }
 }

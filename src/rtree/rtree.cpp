@@ -36,7 +36,7 @@ int findLeastExpansion(const Node& node, const CellBox& box) {
   return best;
 }
 
-Branch toBranch(const Cuboid& cuboid) { return {cuboid.box, cuboid.log_odds, kNoNode}; }
+Branch toBranch(const Cuboid& cuboid) { return {cuboid.box, cuboid.isOccupied(), kNoNode}; }
 
 }  // namespace
 
@@ -81,7 +81,10 @@ bool RTree::remove(const CellBox& box) {
   select(box, found);
   for (std::size_t i = 0; i < found.cuboids.size(); ++i) {
     if (found.cuboids[i].box == box) {
-      replace({found.slots[i]}, {});
+      TreeChange change;
+      change.removed.push_back(found.slots[i]);
+      change.endPart();
+      replace(change);
       return true;
     }
   }
@@ -158,9 +161,9 @@ void RTree::growAncestors(NodeIndex index, int level, const Branch& grown) {
     Node& parent = inner_nodes_[parent_index];
     const int slot = parent.slotOf(index);
     Branch branch = parent.branch(slot);
-    if (branch.box.contains(grown.box) && branch.value >= grown.value) return;
+    if (branch.box.contains(grown.box) && branch.has_occupied >= grown.has_occupied) return;
     branch.box = unite(branch.box, grown.box);
-    branch.value = std::max(branch.value, grown.value);
+    branch.has_occupied |= grown.has_occupied;
     parent.set(slot, branch);
     index = parent_index;
     ++level;
@@ -189,7 +192,7 @@ void RTree::updateOrDetach(NodeIndex index, int level, std::vector<NodeIndex>& p
     Branch branch = changed.summary();
     branch.child = index;
     const Branch old = parent.branch(slot);
-    if (old.box == branch.box && old.value == branch.value) return;
+    if (old.box == branch.box && old.has_occupied == branch.has_occupied) return;
     parent.set(slot, branch);
     parents.push_back(changed.parent);
     return;

@@ -58,10 +58,6 @@ Cell toBrick(BrickKey key, const Cell& base) {
                      static_cast<std::int32_t>(key >> (2 * kBrickKeyBits) & kMask) * kBrickEdge};
 }
 
-bool isEmpty(const BrickMask& mask) {
-  return std::all_of(mask.begin(), mask.end(), [](std::uint64_t word) { return word == 0; });
-}
-
 /// Walks through the bricks and marks the misses. Copied by value into the walk.
 class BrickCursor {
  public:
@@ -83,7 +79,7 @@ class BrickCursor {
     marks_ = &beam_marks_->at(key_);
   }
 
-  void mark() { marks_->misses[0][static_cast<std::size_t>(voxel_ >> 6)] |= 1ULL << (voxel_ & 63); }
+  void mark() { marks_->misses[0].set(voxel_); }
 
   void advance(int axis) {
     if ((voxel_ & axis_mask_[axis]) != last_voxel_[axis]) {
@@ -148,8 +144,7 @@ void ScanUpdater::markBeam(const Ray& ray, bool is_hit, BeamMarks& marks) const 
   const Cell local_end = ray.end - base_;
   const int voxel = voxelIndex(local_end);
   BrickMarks& last_marks = marks.at(toBrickKey(local_end));
-  BrickMask& mask = is_hit ? last_marks.hits : last_marks.misses[0];
-  mask[static_cast<std::size_t>(voxel >> 6)] |= 1ULL << (voxel & 63);
+  (is_hit ? last_marks.hits : last_marks.misses[0]).set(voxel);
 }
 
 /// Marks beams a few at a time: first all are set up, which the processor can do side by side, then
@@ -240,7 +235,7 @@ void ScanUpdater::collectBricks() {
     }
   });
   const auto is_empty = [](const BrickUpdate& brick) {
-    return isEmpty(brick.hits) && isEmpty(brick.misses);  // A beam that went along its face.
+    return brick.hits.isEmpty() && brick.misses.isEmpty();  // A beam that went along its face.
   };
   update_.bricks.erase(std::remove_if(update_.bricks.begin(), update_.bricks.end(), is_empty),
                        update_.bricks.end());
@@ -249,11 +244,8 @@ void ScanUpdater::collectBricks() {
 BrickUpdate ScanUpdater::unite(const PlacedMarks* first, const PlacedMarks* last) const {
   BrickUpdate brick{toBrick(first->marks->key, base_), {}, {}, first->morton};
   for (; first != last; ++first) {
-    const BrickMask misses = first->marks->collectMisses();
-    for (std::size_t z = 0; z < kBrickEdge; ++z) {
-      brick.hits[z] |= first->marks->hits[z];
-      brick.misses[z] |= misses[z];
-    }
+    brick.hits |= first->marks->hits;
+    brick.misses |= first->marks->collectMisses();
   }
   return brick;
 }

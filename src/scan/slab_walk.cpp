@@ -84,7 +84,7 @@ class SlabWalk {
                                      unsigned unsure) const;
   void markPlane(const PlaneRows& rows, unsigned entered, unsigned left);
   [[nodiscard]] std::uint64_t* findMisses(BrickKey key) {
-    return beam_marks_.at(key).misses[static_cast<std::size_t>(along_)].data();
+    return &beam_marks_.at(key).misses[static_cast<std::size_t>(along_)][0];
   }
   void stepToNextWord();
 

@@ -118,7 +118,6 @@ class Mapper {
   }
 
   [[nodiscard]] cuboid_mapping::MapSnapshot finish() {
-    map_.flush();
     return takeSnapshot(map_, withoutSlash(parameters_.frame_id));
   }
 

@@ -73,7 +73,7 @@ class ExamplePlanner {
     task.time_limit_s = 0.5;
     // On one floor: the robot does not fly.
     MetricBox region =
-        map.grid().toMetricBox(map.tree().bounds().value_or(cuboid_mapping::CellBox::ofCell({})));
+        map.grid().toMetricBox(map.voxels().bounds().value_or(cuboid_mapping::CellBox::ofCell({})));
     region.min_m =
         region.min_m.cwiseMin(task.start_map - size_m_).cwiseMin(task.goal_map - size_m_);
     region.max_m =

@@ -39,7 +39,7 @@ int compare(const Options& options) {
   const bool is_by_class =
       first.format == MapFormat::kOctomapBinary || second.format == MapFormat::kOctomapBinary;
   const MapAgreement agreement =
-      compareMaps(first.snapshot, second.snapshot, showProgress("cuboids compared"));
+      compareMaps(first.snapshot, second.snapshot, showProgress("bricks compared"));
   std::cout.precision(15);
   std::cout << "known to both:     " << agreement.known_to_both << " voxels\n"
             << "only in the first: " << agreement.only_in_first << " voxels\n"

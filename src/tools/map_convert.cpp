@@ -5,7 +5,6 @@
 #include "progress_bar.h"
 
 #include <iostream>
-#include <utility>
 
 namespace cuboid_mapping {
 namespace {
@@ -13,18 +12,9 @@ namespace {
 struct Options {
   std::string input;
   std::string output;
-  std::string fusion = fusionNames().front();
   std::string frame_id;
   SensorModelConfig model;
 };
-
-/// The map with cuboids fused anew, as a node does with what it loads.
-MapSnapshot fuse(MapSnapshot map, const Options& options) {
-  map.cuboids = fuseSnapshot(map, SensorModel(map.sensor_model), options.fusion,
-                             showProgress("bricks fused"));
-  if (!options.frame_id.empty()) map.frame_id = options.frame_id;
-  return map;
-}
 
 int convert(const Options& options) {
   if (!formatOfName(options.output)) {
@@ -32,10 +22,10 @@ int convert(const Options& options) {
   }
   MapFile input = readMapFile(options.input, options.model);
   throwIfInterrupted();
-  const MapSnapshot map = fuse(std::move(input.snapshot), options);
-  throwIfInterrupted();
-  const std::size_t num_bytes = writeMapFile(options.output, map, showProgress("cuboids written"));
-  std::cout << options.output << ": " << map.cuboids.size() << " cuboids, " << num_bytes
+  MapSnapshot& map = input.snapshot;
+  if (!options.frame_id.empty()) map.frame_id = options.frame_id;
+  const std::size_t num_bytes = writeMapFile(options.output, map, showProgress("bricks written"));
+  std::cout << options.output << ": " << map.bricks.size() << " bricks, " << num_bytes
             << " bytes; " << options.input << " has " << input.num_bytes << " bytes" << std::endl;
   return 0;
 }
@@ -47,9 +37,6 @@ int run(int argc, char** argv) {
   app.add_option("input", options.input, "native (.cuboids), or OctoMap .ot or .bt")->required();
   app.add_option("output", options.output, "one of " + knownEndings())->required();
   app.add_option("--frame", options.frame_id, "frame to write down in a native file");
-  app.add_option("--fusion", options.fusion, "how voxels become cuboids")
-      ->check(CLI::IsMember(fusionNames()))
-      ->capture_default_str();
   app.add_option("--alpha-min", options.model.alpha_min, "least probability of maps from OctoMap")
       ->check(CLI::Range(0.001, 0.499))
       ->capture_default_str();

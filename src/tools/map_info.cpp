@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Says what is in a file of a map.
 #include "command_line.h"
+#include "cuboid_mapping/fusion/brick_division.h"
 #include "cuboid_mapping/io/map_files.h"
 
 #include <algorithm>
@@ -30,9 +31,14 @@ void print(const MapFile& file) {
   Totals free;
   Totals occupied;
   std::optional<CellBox> extent;
-  for (const Cuboid& cuboid : map.cuboids) {
-    (cuboid.occupancy() == Occupancy::kOccupied ? occupied : free).add(cuboid);
-    extent = extent ? unite(*extent, cuboid.box) : cuboid.box;
+  std::vector<Cuboid> cuboids;
+  for (const VoxelBrick& brick : map.bricks) {
+    cuboids.clear();
+    divideBrick(brick, cuboids);
+    for (const Cuboid& cuboid : cuboids) {
+      (cuboid.isOccupied() ? occupied : free).add(cuboid);
+      extent = extent ? unite(*extent, cuboid.box) : cuboid.box;
+    }
   }
   const Grid grid(map.resolution_m);
   std::cout << "format:       " << toString(file.format) << '\n'

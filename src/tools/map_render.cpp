@@ -26,8 +26,8 @@ struct Options {
   PictureSize size;
 };
 
-/// The cells between two heights; those that reach over them are cut.
-std::vector<Cuboid> cutHeights(const MapSnapshot& snapshot, const Options& options) {
+/// The cells between two heights.
+CellBox slabOf(const MapSnapshot& snapshot, const Options& options) {
   const auto limit = [&](double z_m) {
     const double cell = std::floor(z_m / snapshot.resolution_m + 1e-6);
     constexpr double kMax = Grid::kMaxCell;
@@ -36,12 +36,7 @@ std::vector<Cuboid> cutHeights(const MapSnapshot& snapshot, const Options& optio
   CellBox slab = kAllCells;
   slab.min.z = limit(options.min_z_m);
   slab.max.z = limit(options.max_z_m);
-  std::vector<Cuboid> cuboids;
-  for (const Cuboid& cuboid : snapshot.cuboids) {
-    const CellBox part = intersect(cuboid.box, slab);
-    if (!part.isEmpty()) cuboids.push_back({part, cuboid.log_odds});
-  }
-  return cuboids;
+  return slab;
 }
 
 Camera makeCamera(const CuboidMap& map, const Options& options) {
@@ -63,8 +58,8 @@ int render(const Options& options) {
   MapConfig config;
   config.resolution_m = snapshot.resolution_m;
   CuboidMap map(config);
-  map.replace(kAllCells, cutHeights(snapshot, options));
-  if (map.tree().isEmpty()) throw std::runtime_error(options.map + ": there is nothing to draw");
+  map.replace(slabOf(snapshot, options), snapshot.bricks);
+  if (map.voxels().size() == 0) throw std::runtime_error(options.map + ": there is nothing to draw");
   throwIfInterrupted();
   const int threads = std::max(1, static_cast<int>(std::thread::hardware_concurrency()));
   const Picture picture =

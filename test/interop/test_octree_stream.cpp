@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Serialized octrees beside those of OctoMap itself, byte by byte.
-#include "cuboid_mapping/interop/octree_stream.h"
+#include "cuboid_mapping/io/octree_stream.h"
 
-#include "cuboid_mapping/interop/octomap_files.h"
+#include "cuboid_mapping/io/octomap_files.h"
 #include "cuboid_mapping/interop/octomap_parity.h"
 #include "support/snapshots.h"
 

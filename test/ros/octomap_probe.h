@@ -2,7 +2,7 @@
 // What the tests of octomap_server's interface have in common: topics and octrees of a running node.
 #pragma once
 
-#include "cuboid_mapping/interop/octree_stream.h"
+#include "cuboid_mapping/io/octree_stream.h"
 #include "cuboid_mapping/ros/octomap_messages.h"
 #include "ros/node_probe.h"
 

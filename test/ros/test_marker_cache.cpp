@@ -252,7 +252,7 @@ TEST(MarkerCache, ShowsClassesWithFewerCubes) {
   Drive drive(random, "none");
   NodeParameters parameters;
   parameters.published_cuboids = PublishedCuboids::kClass;
-  for (const MarkerStyle& style : {makeOccupiedStyle(parameters), makeFreeStyle(parameters)}) {
+  for (const MarkerStyle& style : {makeOccupiedStyle(parameters), makeFreeStyle()}) {
     MarkerCache cache(drive.map().grid(), style);
     MarkerViewer viewer;
     for (int step = 0; step < 40; ++step) {

@@ -1,12 +1,10 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
-#include "cuboid_mapping/fusion/dense_brick.h"
+#include "cuboid_mapping/fusion/fusion.h"
 #include "cuboid_mapping/fusion/search_directions.h"
 #include "cuboid_mapping/fusion/settling_cells.h"
-#include "cuboid_mapping/map/voxel_classes.h"
 #include "cuboid_mapping/occupancy/sensor_model.h"
-#include "cuboid_mapping/rtree/rtree.h"
 #include "cuboid_mapping/scan/beam_samples.h"
 
 #include <cstdint>
@@ -35,70 +33,76 @@ struct GrowthConfig {
   int settle_clouds = 10;         ///< That a voxel split out of a cuboid waits before it may fuse.
 };
 
-/// One successful growth: a cell and what it has absorbed.
-struct Fused {
-  Cuboid cuboid;
-  std::size_t num_absorbed;  ///< Cells that have gone: its own, and those it has absorbed.
-};
-
 /// Adaptation of the cell resolution by growth (paper, Section IV-B and Figure 5): a stable cell
 /// expands in one search direction after the other; an expansion succeeds when the slab that it
 /// adds is wholly tiled by cells that lie inside it (6) and are stable in the same class (7), (8).
 /// They are removed from the R-tree, and the fused cuboid is inserted.
 ///
-/// The fused cuboid has the mean probability of its voxels; where they are all clamped to the same
-/// threshold, that is their own. The result does not depend on the order (d, M) of the R-tree. Not
-/// thread-safe.
-class GrowthFusion {
+/// Cells that are not stable stay single: a voxel of a fused cuboid that stops being stable, or gets
+/// another class, is split out. After an edit, stable voxels that were unknown are put into the tree
+/// as large boxes, brick by brick. Nothing waits. The result does not depend on the order (d, M) of
+/// the R-tree.
+class GrowthFusion : public Fusion {
  public:
-  GrowthFusion(const GrowthConfig& config, const SensorModel& sensor_model);
+  GrowthFusion(const GrowthConfig& config, const RTreeConfig& rtree, const SensorModel& model)
+      : Fusion(rtree), config_(config), model_(model), settling_(config.settle_clouds) {}
 
-  /// Takes note of what has been written to the R-tree.
-  /// @param cloud  Number of the cloud, which never falls.
-  void note(const DenseBrick& brick, const BrickChange& change, std::uint64_t cloud);
-
-  /// Takes note of boxes whose cuboids have changed otherwise. @complexity O(bricks and cuboids in
-  /// the boxes).
-  void noteEdits(const std::vector<CellBox>& boxes, const RTree& tree);
-
-  /// Lets the starters grow, and grow again, until none of them can.
-  ///
-  /// In one pass every starter is tried once; those beside something that has fused are tried again
-  /// in the next one.
-  /// @param observed  Cells of T: end points and samples; not looked at with kChanged.
-  /// @return What has been fused; every cuboid that is in the tree at the end, and some that have
-  ///         been absorbed on the way.
-  std::vector<Fused> fuse(const std::vector<Cell>& observed, std::uint64_t cloud, RTree& tree);
-
-  void clear();
-
-  /// Bytes held from the allocator, without those of cells that settle.
-  [[nodiscard]] std::size_t numBytes() const { return fusible_.numBytes(); }
+  void noteCloud(const VoxelStore& voxels, const ScanUpdate& update,
+                 const std::vector<BrickChange>& changed, ChangeSet& changes) override;
+  void noteEdit(const VoxelStore& voxels, const std::vector<BrickChange>& changed,
+                ChangeSet& changes) override;
+  void setSensorModel(const VoxelStore& voxels, const SensorModel& model,
+                      ChangeSet& changes) override;
+  void fuse(const VoxelStore& /*voxels*/, std::size_t /*max_bricks*/) override {}
+  void divide(const VoxelBrick& /*brick*/, std::vector<Cuboid>& /*cuboids*/) const override {}
+  void clear() override;
+  /// Without those of cells that settle.
+  [[nodiscard]] std::size_t numBytes() const override {
+    return Fusion::numBytes() + fusible_.numBytes();
+  }
 
  private:
   struct Growth;
+  struct FusibleBrick {
+    Cell brick;
+    BrickMask fusible;
+  };
+  /// Voxels of a brick that have changed, and those of them that were in a cuboid of several.
+  struct CellChange {
+    Cell brick;
+    BrickMask changed;
+    BrickMask split;
+  };
 
-  void setFusible(const Cell& brick, const BrickMask& stable, const BrickMask& occupied);
-  [[nodiscard]] std::vector<Cell> releaseSettled(std::uint64_t cloud, const RTree& tree);
-  void tryCell(const Cell& cell, RTree& tree, std::vector<Fused>& fused);
-  [[nodiscard]] bool expand(Growth& growth, const RTree& tree) const;
-  [[nodiscard]] bool expandMost(Growth& growth, const RTree& tree) const;
-  [[nodiscard]] std::optional<CellBox> findSlab(SearchDirection direction, const Growth& growth,
-                                                const RTree& tree) const;
-  [[nodiscard]] bool absorb(SearchDirection direction, Growth& growth, const RTree& tree) const;
+  std::vector<CellChange> writeCells(const VoxelStore& voxels,
+                                     const std::vector<BrickChange>& changed, bool is_edit,
+                                     ChangeSet& changes);
+  void updateFusible(const VoxelStore& voxels, const Cell& brick);
+  [[nodiscard]] bool isAllFusible(const VoxelStore& voxels, const CellBox& box,
+                                  Occupancy occupancy) const;
+  [[nodiscard]] bool isFusible(const Cell& cell) const;
+  std::vector<CellBox> grow(const VoxelStore& voxels, const std::vector<Cell>& observed);
+  [[nodiscard]] std::vector<Cell> releaseSettled(const VoxelStore& voxels);
+  void tryCell(const VoxelStore& voxels, const Cell& cell, std::vector<CellBox>& fused);
+  [[nodiscard]] bool expand(const VoxelStore& voxels, Growth& growth) const;
+  [[nodiscard]] bool expandMost(const VoxelStore& voxels, Growth& growth) const;
+  [[nodiscard]] std::optional<CellBox> findSlab(const VoxelStore& voxels, SearchDirection direction,
+                                                const Growth& growth) const;
+  [[nodiscard]] bool absorb(const VoxelStore& voxels, SearchDirection direction,
+                            Growth& growth) const;
   [[nodiscard]] SearchDirections directionsOf(const CellBox& box) const;
-  [[nodiscard]] std::vector<Cell> findStartersBeside(const std::vector<Fused>& fused,
-                                                     std::size_t first, const RTree& tree) const;
+  [[nodiscard]] std::vector<Cell> findStartersBeside(const std::vector<CellBox>& fused,
+                                                     std::size_t first) const;
 
   using Cells = std::unordered_set<Cell, CellHash>;
 
   GrowthConfig config_;
-  SensorModel sensor_model_;
-  VoxelClasses fusible_;  ///< Stable voxels that do not settle, with their class.
+  SensorModel model_;
+  std::uint64_t num_clouds_ = 0;
+  BrickTable<FusibleBrick> fusible_;  ///< Stable voxels that do not settle.
   SettlingCells settling_;
-  std::vector<Cell> changed_;  ///< Since the last fuse(), with kChanged.
-  Cells starters_;             ///< Least cells of cuboids that are in T.
-  Cells tried_;                ///< Those of them that could not grow in this pass.
+  Cells starters_;  ///< Least cells of cuboids that are in T.
+  Cells tried_;     ///< Those of them that could not grow in this pass.
 };
 
 }  // namespace cuboid_mapping

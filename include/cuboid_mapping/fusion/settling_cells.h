@@ -1,8 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
-#include "cuboid_mapping/geometry/brick.h"
-#include "cuboid_mapping/geometry/cell.h"
+#include "cuboid_mapping/voxels/brick_table.h"
 
 #include <cstddef>
 #include <cstdint>
@@ -35,9 +34,14 @@ class SettlingCells {
   [[nodiscard]] std::size_t size() const { return last_change_.size(); }
 
  private:
+  struct HeldBrick {
+    Cell brick;
+    BrickMask cells;
+  };
+
   std::uint64_t clouds_;
   std::map<std::uint64_t, std::vector<Cell>> due_;  ///< Each held cell once, by the cloud to look.
-  std::unordered_map<Cell, BrickMask, CellHash> held_;
+  BrickTable<HeldBrick> held_;
   std::unordered_map<Cell, std::uint64_t, CellHash> last_change_;  ///< Cloud, of held cells.
 };
 

@@ -1,21 +1,10 @@
 // SPDX-License-Identifier: BSD-3-Clause
+// Which brick, and which group of bricks, a cell belongs to.
 #pragma once
 
-#include "cuboid_mapping/geometry/cell_box.h"
-
-#include <array>
-#include <cstddef>
-#include <cstdint>
+#include "cuboid_mapping/geometry/brick_mask.h"
 
 namespace cuboid_mapping {
-
-/// A brick is an aligned cube of 8 x 8 x 8 voxels, named by its least cell; a mask of its voxels is
-/// one 64-bit word per z slice, bit 8 * y + x.
-constexpr std::int32_t kBrickEdge = 8;
-constexpr int kBrickVoxels = kBrickEdge * kBrickEdge * kBrickEdge;
-
-/// A set of voxels of one brick.
-using BrickMask = std::array<std::uint64_t, kBrickEdge>;
 
 /// Least cell of the brick that holds a cell.
 [[nodiscard]] constexpr Cell brickOf(const Cell& cell) {
@@ -25,6 +14,25 @@ using BrickMask = std::array<std::uint64_t, kBrickEdge>;
 /// The voxels of a brick as a cell box.
 [[nodiscard]] constexpr CellBox brickBox(const Cell& brick) {
   return {brick, {brick.x + kBrickEdge, brick.y + kBrickEdge, brick.z + kBrickEdge}};
+}
+
+/// The voxel of a brick with this number; inverse of voxelIndex().
+[[nodiscard]] constexpr Cell cellAt(const Cell& brick, int voxel) {
+  return {brick.x + (voxel & 7), brick.y + (voxel >> 3 & 7), brick.z + (voxel >> 6)};
+}
+
+/// Whether a box that is not empty lies in one brick.
+[[nodiscard]] constexpr bool isInOneBrick(const CellBox& box) {
+  return brickOf(box.min) == brickOf(box.max - Cell{1, 1, 1});
+}
+
+/// Bricks that a box shares a cell with. Exact up to 2^53.
+[[nodiscard]] constexpr double numBricks(const CellBox& box) {
+  double count = box.isEmpty() ? 0.0 : 1.0;
+  for (int axis = 0; axis < 3; ++axis) {
+    count *= ((box.max[axis] - 1) >> 3) - (box.min[axis] >> 3) + 1.0;
+  }
+  return count;
 }
 
 /// Whether holds(brick) is true for a brick that shares a cell with the box; ends at the first.
@@ -41,6 +49,21 @@ template <typename PredicateT>
   return false;
 }
 
+/// Calls visit(brick) for each brick that shares a cell with the box.
+template <typename VisitorT>
+void forEachBrick(const CellBox& box, VisitorT visit) {
+  (void)anyBrick(box, [&](const Cell& brick) {
+    visit(brick);
+    return false;
+  });
+}
+
+/// Calls visit(cell) for each voxel of a set, in the order of voxelIndex().
+template <typename VisitorT>
+void forEachCell(const Cell& brick, const BrickMask& mask, VisitorT visit) {
+  mask.forEach([&](int voxel) { visit(cellAt(brick, voxel)); });
+}
+
 /// A group is an aligned cube of 4 x 4 x 4 bricks, named by its least cell.
 constexpr std::int32_t kGroupEdge = 4 * kBrickEdge;
 constexpr std::size_t kGroupBricks = 64;
@@ -54,47 +77,6 @@ constexpr std::size_t kGroupBricks = 64;
 [[nodiscard]] constexpr std::size_t indexInGroup(const Cell& brick) {
   return static_cast<std::size_t>((brick.z >> 3 & 3) << 4 | (brick.y >> 3 & 3) << 2 |
                                   (brick.x >> 3 & 3));
-}
-
-/// Number of a voxel in its brick: 64 * z + 8 * y + x, 0 to 511.
-[[nodiscard]] constexpr int voxelIndex(const Cell& cell) {
-  return ((cell.z & 7) << 6) | ((cell.y & 7) << 3) | (cell.x & 7);
-}
-
-/// Bit of a voxel in the word of its z slice.
-[[nodiscard]] constexpr std::uint64_t voxelBit(const Cell& cell) {
-  return 1ULL << ((cell.y & 7) << 3 | (cell.x & 7));
-}
-
-/// Calls visit(cell) for each voxel of a mask of a brick, in the order of voxelIndex().
-template <typename VisitorT>
-void forEachCell(const Cell& brick, const BrickMask& mask, VisitorT visit) {
-  for (std::int32_t z = 0; z < kBrickEdge; ++z) {
-    for (std::uint64_t left = mask[static_cast<std::size_t>(z)]; left != 0; left &= left - 1) {
-      const int voxel = __builtin_ctzll(left);
-      visit(Cell{brick.x + (voxel & 7), brick.y + (voxel >> 3), brick.z + z});
-    }
-  }
-}
-
-/// The voxels of `box` in one z slice of the brick, for each slice that `box` covers.
-/// @pre `box` is not empty, and lies in the brick.
-[[nodiscard]] constexpr std::uint64_t sliceMask(const CellBox& box) {
-  const int width = box.max.x - box.min.x;
-  const int height = box.max.y - box.min.y;
-  const std::uint64_t row = ((1ULL << width) - 1) << (box.min.x & 7);
-  constexpr std::uint64_t kFirstOfEachRow = 0x0101010101010101ULL;
-  const std::uint64_t rows = kFirstOfEachRow >> (8 * (8 - height));
-  return (row * rows) << (8 * (box.min.y & 7));
-}
-
-/// The voxels of a brick that lie in a box, which is not empty and lies in the brick.
-[[nodiscard]] inline BrickMask toMask(const CellBox& box) {
-  BrickMask mask{};
-  const std::uint64_t slice = sliceMask(box);
-  for (std::int32_t z = box.min.z; z < box.max.z; ++z)
-    mask[static_cast<std::size_t>(z & 7)] = slice;
-  return mask;
 }
 
 }  // namespace cuboid_mapping

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include "cuboid_mapping/io/progress_listener.h"
 #include "cuboid_mapping/map/map_snapshot.h"
 
 namespace cuboid_mapping {
@@ -20,8 +21,8 @@ struct MapAgreement {
 };
 
 /// Compares every voxel that is known to either. @pre findFault() finds none in either, and the
-/// resolutions are equal. @param listener  Is told of cuboids of the first.
-/// @complexity O(n log n).
+/// resolutions are equal. @param listener  Is told of bricks of the first.
+/// @complexity O(n).
 [[nodiscard]] MapAgreement compareMaps(const MapSnapshot& first, const MapSnapshot& second,
                                        const ProgressListener& listener = {});
 

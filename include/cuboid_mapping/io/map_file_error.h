@@ -5,6 +5,7 @@
 
 #include <stdexcept>
 #include <string>
+#include <vector>
 
 namespace cuboid_mapping {
 
@@ -32,5 +33,11 @@ class MapFileError : public std::runtime_error {
 
 /// For readers. @throws MapFileError (kTooBig or kCorrupted) when findFault() finds something.
 void throwIfFaulty(const MapSnapshot& snapshot, const SnapshotLimits& limits);
+
+/// The bricks of boxes that a reader has found.
+/// @throws MapFileError: kCorrupted for a box that is empty, reaches outside kAllCells, shares a cell
+///         with another, or has a log-odds that is not finite; kTooBig for too many bricks.
+[[nodiscard]] std::vector<VoxelBrick> bricksOf(const std::vector<UniformBox>& boxes,
+                                               const SnapshotLimits& limits);
 
 }  // namespace cuboid_mapping

@@ -3,6 +3,7 @@
 #pragma once
 
 #include "cuboid_mapping/io/map_file_error.h"
+#include "cuboid_mapping/io/progress_listener.h"
 #include "cuboid_mapping/map/map_snapshot.h"
 
 #include <optional>

@@ -3,7 +3,7 @@
 #pragma once
 
 #include "cuboid_mapping/map/cuboid_map.h"
-#include "cuboid_mapping/map/progress_listener.h"
+#include "cuboid_mapping/io/progress_listener.h"
 
 #include <Eigen/Core>
 

@@ -12,7 +12,7 @@
 namespace cuboid_mapping {
 
 /// Version of the format that is written; all up to it can be read.
-constexpr std::uint32_t kNativeFormatVersion = 1;
+constexpr std::uint32_t kNativeFormatVersion = 2;
 
 /// How much a file may claim to hold.
 struct NativeFormatLimits {
@@ -23,15 +23,14 @@ struct NativeFormatLimits {
 /// Whether bytes begin as a file of this format does.
 [[nodiscard]] bool isNativeFormat(std::string_view bytes);
 
-/// A snapshot as the bytes of a file. Equal maps give equal bytes, whatever the order of cuboids.
-/// @pre findFault() finds none. A frame_id is cut after 255 bytes.
-/// @complexity O(n log n).
-[[nodiscard]] std::string toNativeFormat(MapSnapshot snapshot);
+/// A snapshot as the bytes of a file. Equal maps give equal bytes.
+/// @pre findFault() finds none. A frame_id is cut after 255 bytes. @complexity O(n).
+[[nodiscard]] std::string toNativeFormat(const MapSnapshot& snapshot);
 
-/// Inverse of toNativeFormat(); the cuboids come sorted as by sortCuboids().
+/// Inverse of toNativeFormat(); reads version 1, too.
 ///
 /// @throws MapFileError: kForeign for another magic number, kNewerVersion, kTruncated, kCorrupted
-///         for a wrong checksum, a value that cannot be, or cuboids that overlap, kTooBig where
+///         for a wrong checksum, a value that cannot be, or (version 1) cuboids that overlap, kTooBig where
 ///         more is claimed than the limits allow. Memory stays within the limits and a small
 ///         multiple of the bytes.
 [[nodiscard]] MapSnapshot fromNativeFormat(std::string_view bytes,

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
-#include "cuboid_mapping/scan/scan_update.h"
+#include "cuboid_mapping/scan/brick_update.h"
 
 #include <vector>
 
@@ -18,8 +18,8 @@ class LockedBoxes {
 
   [[nodiscard]] const std::vector<CellBox>& boxes() const { return boxes_; }
 
-  /// An update without its locked voxels. @complexity O(locked boxes).
-  [[nodiscard]] BrickUpdate without(const BrickUpdate& update) const;
+  /// An update without its locked voxels. @complexity O(locked boxes) for each brick.
+  [[nodiscard]] std::vector<BrickUpdate> without(const std::vector<BrickUpdate>& update) const;
 
  private:
   std::vector<CellBox> boxes_;

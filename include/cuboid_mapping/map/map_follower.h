@@ -9,14 +9,15 @@
 
 namespace cuboid_mapping {
 
-/// Everything that is in the R-tree of a map. @complexity O(n).
-[[nodiscard]] MapImage makeImage(const CuboidMap& map, std::uint64_t instance);
+/// All bricks of a map, along the Morton curve, each divided into cuboids of one class as
+/// divideBrick() does, whatever the fusion of the map. @complexity O(n).
+[[nodiscard]] MapImage makeImage(const CuboidMap& map, std::uint64_t instance, MapDetail detail);
 
-/// What is now in the boxes of a change set: whole bricks, and boxes of at most 128 voxels an edge.
+/// What is now in the bricks of a change set; with kClasses only in those that have new cuboids.
 /// @param base  Revision that the changes are counted from.
-/// @complexity O(b log n + k) for b boxes that hold k cuboids.
+/// @complexity O(b) for b bricks.
 [[nodiscard]] MapDelta makeDelta(const CuboidMap& map, const ChangeSet& changes,
-                                 std::uint64_t instance, std::uint64_t base);
+                                 std::uint64_t instance, std::uint64_t base, MapDetail detail);
 
 /// What became of a delta.
 enum class FollowResult : unsigned char {
@@ -27,7 +28,9 @@ enum class FollowResult : unsigned char {
 };
 
 /// A copy of a map, made of an image and kept up with deltas, whatever their order, and however many
-/// are lost or come twice. Not thread-safe.
+/// are lost or come twice. Every voxel has the class that it has in the map, and its log-odds where
+/// these travel; else those of the clamping thresholds. Cuboids are those of FusionKind::kClass.
+/// Not thread-safe.
 class MapFollower {
  public:
   /// Takes an image. One of the same instance that is older than the copy is not taken.

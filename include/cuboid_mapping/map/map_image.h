@@ -8,13 +8,25 @@
 
 namespace cuboid_mapping {
 
+/// Whether log-odds travel with a map, or classes alone.
+enum class MapDetail : unsigned char { kClasses, kValues };
+
+/// Bricks with all that is in them; msg/CuboidBricks.msg says what each array means.
+struct BrickArrays {
+  std::vector<std::int32_t> bricks;    ///< Three for each brick.
+  std::vector<std::uint16_t> counts;   ///< Cuboids of each brick.
+  std::vector<std::uint8_t> bounds;    ///< Six for each cuboid.
+  std::vector<std::uint8_t> occupied;  ///< 1 for an occupied cuboid, 0 for a free one.
+  bool has_values = false;
+  std::vector<float> values;  ///< Log-odds of each voxel of each cuboid; none without has_values.
+};
+
 /// A whole map; msg/CuboidMap.msg says what each field means.
 struct MapImage {
   std::uint64_t instance = 0;
   std::uint64_t revision = 0;
   double resolution_m = 0.0;
-  std::vector<std::int32_t> bounds;
-  std::vector<float> log_odds;
+  BrickArrays content;
 };
 
 /// Changes of a map; msg/CuboidMapUpdate.msg says what each field means.
@@ -24,10 +36,7 @@ struct MapDelta {
   std::uint64_t revision = 0;
   bool is_everything = false;
   double resolution_m = 0.0;
-  std::vector<std::int32_t> boxes;
-  std::vector<std::uint32_t> counts;
-  std::vector<std::uint8_t> offsets;
-  std::vector<float> log_odds;
+  BrickArrays content;
 };
 
 }  // namespace cuboid_mapping

@@ -6,17 +6,29 @@
 
 namespace cuboid_mapping {
 
-/// A grid cell of the paper (g_i = (D_i, P(g_i))): a box of voxels with one log-odds.
+/// A grid cell of the paper (g_i = (D_i, P(g_i))): a box of voxels of one class, which is not
+/// unknown. The log-odds of its voxels are kept apart from it, see VoxelStore.
 struct Cuboid {
   CellBox box;
-  float log_odds = 0.0F;
+  Occupancy occupancy = Occupancy::kFree;
 
-  [[nodiscard]] Occupancy occupancy() const { return classify(log_odds); }
+  [[nodiscard]] constexpr bool isOccupied() const { return occupancy == Occupancy::kOccupied; }
 };
 
-inline bool operator==(const Cuboid& a, const Cuboid& b) {
+constexpr bool operator==(const Cuboid& a, const Cuboid& b) {
+  return a.box == b.box && a.occupancy == b.occupancy;
+}
+constexpr bool operator!=(const Cuboid& a, const Cuboid& b) { return !(a == b); }
+
+/// A box of voxels that all have one log-odds.
+struct UniformBox {
+  CellBox box;
+  float log_odds = 0.0F;
+};
+
+constexpr bool operator==(const UniformBox& a, const UniformBox& b) {
   return a.box == b.box && a.log_odds == b.log_odds;
 }
-inline bool operator!=(const Cuboid& a, const Cuboid& b) { return !(a == b); }
+constexpr bool operator!=(const UniformBox& a, const UniformBox& b) { return !(a == b); }
 
 }  // namespace cuboid_mapping

@@ -1,8 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
-#include "cuboid_mapping/map/cuboid_map.h"
-#include "cuboid_mapping/rtree/traversal.h"
+#include "cuboid_mapping/map/cuboid_search.h"
 
 #include <optional>
 #include <vector>
@@ -22,15 +21,13 @@ struct BoxQueryResult {
   double free_volume_m3 = 0.0;
   double occupied_volume_m3 = 0.0;
   double unknown_volume_m3 = 0.0;
-  /// Of all known voxels of the box; nothing when it is all unknown.
-  std::optional<float> max_log_odds;
   std::vector<Cuboid> cuboids;
 
   /// Occupied if any voxel is; else unknown if any is; else free.
   [[nodiscard]] Occupancy occupancy() const;
 };
 
-/// Volumes by class, greatest log-odds, and cuboids of a box in metres, map frame.
+/// Volumes by class, and cuboids of a box in metres, map frame. For probabilities see value_query.h.
 ///
 /// Cases:
 ///   - every voxel that the box overlaps counts as a whole: the answer is on the safe side, and the
@@ -38,7 +35,8 @@ struct BoxQueryResult {
 ///   - space outside the map is unknown;
 ///   - inverted, flat (max <= min), NaN, or out of the grid's range: nothing.
 ///
-/// @complexity O(log n + k) for k cuboids in the box.
+/// @complexity O(bricks of the box, or all known bricks if these are fewer); with cuboids as
+/// visitBox(), too.
 [[nodiscard]] std::optional<BoxQueryResult> queryBox(const CuboidMap& map, const MetricBox& box_map,
                                                      CuboidOutput output = CuboidOutput::kNone,
                                                      CuboidFilter filter = CuboidFilter::kAll);
@@ -50,7 +48,7 @@ struct BoxQueryResult {
                                       CuboidFilter filter = CuboidFilter::kAll);
 
 /// Whether any voxel of the box is occupied; stops at the first.
-/// @complexity O(bricks of the box) for up to 64 bricks, else O(log n) and little more.
+/// @complexity O(bricks of the box) for up to 64 bricks, else as visitBox() for occupied cuboids.
 [[nodiscard]] bool isAnyOccupied(const CuboidMap& map, const CellBox& box);
 
 }  // namespace cuboid_mapping

@@ -1,8 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
-#include "cuboid_mapping/map/cuboid_map.h"
-#include "cuboid_mapping/rtree/traversal.h"
+#include "cuboid_mapping/map/cuboid_search.h"
 
 #include <cstddef>
 #include <limits>
@@ -14,9 +13,6 @@ namespace cuboid_mapping {
 struct CuboidSelection {
   CuboidFilter filter = CuboidFilter::kAll;
   std::int32_t min_edge = 1;  ///< Voxels: cuboids with a shorter edge are left out.
-  /// Boxes of findClassBoxes(), with the log-odds of the clamping threshold of their class, in place
-  /// of the map's cuboids. They end at the faces of the region, before the look at the edges.
-  bool by_class = false;
   bool is_clipped = false;  ///< Cut at the faces of the region, after the look at the edges.
   std::size_t max_cuboids = std::numeric_limits<std::size_t>::max();
 };
@@ -27,9 +23,8 @@ struct SelectedCuboids {
   bool is_truncated = false;  ///< There are more than max_cuboids.
 };
 
-/// The cuboids that share a voxel with a region, in no particular order; none for an empty one. By
-/// class: see findClassBoxes() for the complexity.
-/// @complexity O(log n + k) for k cuboids in the region, at most one more than max_cuboids.
+/// The cuboids that share a voxel with a region, in no particular order; none for an empty one.
+/// @complexity As visitBox(); at most one cuboid more than max_cuboids is visited.
 [[nodiscard]] SelectedCuboids selectCuboids(const CuboidMap& map, const CellBox& region,
                                             const CuboidSelection& selection = {});
 

@@ -1,8 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
-#include "cuboid_mapping/map/cuboid_map.h"
-#include "cuboid_mapping/rtree/traversal.h"
+#include "cuboid_mapping/map/cuboid_search.h"
 
 #include <limits>
 #include <vector>
@@ -24,7 +23,7 @@ struct NearestCuboid {
 ///   - the point need not be in the map; equal distances come in no particular order;
 ///   - point not finite, k == 0, max_distance_m negative or NaN: none.
 ///
-/// @complexity O((k + log n) log n).
+/// @complexity O((k + log n) log n), and all bricks that wait to be fused.
 [[nodiscard]] std::vector<NearestCuboid> findNearest(
     const CuboidMap& map, const Eigen::Vector3d& point_map, std::size_t k, CuboidFilter filter,
     double max_distance_m = std::numeric_limits<double>::infinity());

@@ -11,7 +11,7 @@ namespace cuboid_mapping {
 class Obstacles {
  public:
   Obstacles(const CuboidMap& map, UnknownPolicy policy)
-      : classes_(map.classes()), blocks_unknown_(policy == UnknownPolicy::kStop) {}
+      : voxels_(map.voxels()), blocks_unknown_(policy == UnknownPolicy::kStop) {}
 
   /// @complexity O(1).
   [[nodiscard]] BrickMask inBrick(const Cell& brick) const;
@@ -24,24 +24,16 @@ class Obstacles {
   /// Visits the voxels in the way. @param visit  (const Cell&).
   template <typename VisitorT>
   void visit(const CellBox& box, VisitorT visit) const {
-    (void)anyBrick(box, [&](const Cell& brick) {
-      const CellBox part = intersect(box, brickBox(brick));
-      const BrickMask blocked = inBrick(brick);
-      for (std::int32_t z = part.min.z; z < part.max.z; ++z) {
-        std::uint64_t voxels = blocked[static_cast<std::size_t>(z & 7)] & sliceMask(part);
-        for (; voxels != 0; voxels &= voxels - 1) {
-          const int bit = __builtin_ctzll(voxels);
-          visit(Cell{brick.x + (bit & 7), brick.y + (bit >> 3), z});
-        }
-      }
-      return false;  // On to the next brick.
+    forEachBrick(box, [&](const Cell& brick) {
+      const BrickMask part = BrickMask::ofBox(intersect(box, brickBox(brick)));
+      forEachCell(brick, inBrick(brick) & part, visit);
     });
   }
 
  private:
   [[nodiscard]] bool isAnyInBrick(const Cell& brick, const CellBox& box) const;
 
-  const VoxelClasses& classes_;
+  const VoxelStore& voxels_;
   bool blocks_unknown_;
 };
 

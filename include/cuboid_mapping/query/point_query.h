@@ -13,7 +13,7 @@ namespace cuboid_mapping {
 ///   - unknown space, outside the map, out of the grid's range, NaN: nothing;
 ///   - on a face between two voxels: the one with the greater coordinates, as boxes are half-open.
 ///
-/// @complexity O(log n). octomap::OcTreeBaseImpl::search.
+/// @complexity As visitBox() for one voxel. octomap::OcTreeBaseImpl::search.
 [[nodiscard]] std::optional<Cuboid> findCuboid(const CuboidMap& map,
                                                const Eigen::Vector3d& point_map);
 

@@ -23,10 +23,11 @@ struct MapSummary {
   std::uint64_t revision = 0;
   ClassSummary free;
   ClassSummary occupied;
-  std::size_t num_bytes = 0;  ///< Of R-tree, classes and hot bricks.
+  std::size_t num_waiting = 0;  ///< Bricks whose cuboids are not in the R-tree yet.
+  std::size_t num_bytes = 0;    ///< Of voxels and R-tree.
 };
 
-/// What the map says of itself.
+/// What the map says of itself. @complexity O(n).
 [[nodiscard]] MapSummary summarize(const cuboid_mapping::CuboidMap& map);
 
 /// Everything that one report is about.

@@ -31,16 +31,17 @@ struct DeltaMessage {
 [[nodiscard]] ros::Publisher advertiseImage(ros::NodeHandle& nh, const std::string& topic,
                                             std::function<ImageMessage()> make);
 /// Publishes an image to all listeners.
-void publishImage(const ros::Publisher& publisher, ImageMessage message);
+void publishImage(const ros::Publisher& publisher, const ImageMessage& message);
 
 /// Offers a topic of cuboid_mapping/CuboidMapUpdate.
 [[nodiscard]] ros::Publisher advertiseDelta(ros::NodeHandle& nh, const std::string& topic);
 /// @return Bytes of the message.
-std::size_t publishDelta(const ros::Publisher& publisher, DeltaMessage message);
+std::size_t publishDelta(const ros::Publisher& publisher, const DeltaMessage& message);
 
 /// Offers a service of cuboid_mapping/GetMap.
-[[nodiscard]] ros::ServiceServer advertiseGetMap(ros::NodeHandle& nh, const std::string& name,
-                                                 std::function<ImageMessage()> make);
+[[nodiscard]] ros::ServiceServer advertiseGetMap(
+    ros::NodeHandle& nh, const std::string& name,
+    std::function<ImageMessage(cuboid_mapping::MapDetail)> make);
 
 [[nodiscard]] ros::Subscriber subscribeImage(ros::NodeHandle& nh, const std::string& topic,
                                              std::function<void(const ImageMessage&)> take);
@@ -48,7 +49,8 @@ std::size_t publishDelta(const ros::Publisher& publisher, DeltaMessage message);
                                              std::function<void(const DeltaMessage&)> take);
 /// Calls the service GetMap. @param error  Why it gave nothing.
 /// @return false when there is no answer, or none with a map.
-[[nodiscard]] bool callGetMap(ros::NodeHandle& nh, const std::string& name, ImageMessage& message,
+[[nodiscard]] bool callGetMap(ros::NodeHandle& nh, const std::string& name,
+                              cuboid_mapping::MapDetail detail, ImageMessage& message,
                               std::string& error);
 
 }  // namespace cuboid_mapping_ros

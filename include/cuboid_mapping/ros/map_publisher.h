@@ -3,6 +3,7 @@
 
 #include "cuboid_mapping/ros/guarded_map.h"
 #include "cuboid_mapping/ros/map_messages.h"
+#include "cuboid_mapping/ros/parameters.h"
 
 #include <string>
 
@@ -17,21 +18,22 @@ namespace cuboid_mapping_ros {
 class MapPublisher {
  public:
   /// @param map  Must outlive this object.
-  MapPublisher(ros::NodeHandle nh, ros::NodeHandle private_nh, const std::string& frame_id,
+  MapPublisher(ros::NodeHandle nh, ros::NodeHandle private_nh, const NodeParameters& parameters,
                GuardedMap& map);
   MapPublisher(const MapPublisher&) = delete;
   MapPublisher& operator=(const MapPublisher&) = delete;
 
-  /// Writes hot bricks back, and publishes what has changed since the last call; when nothing has, a
+  /// Brings cuboids that wait into the R-tree, and publishes what has changed since the last call; when nothing has, a
   /// message that says so.
   /// @return What has changed, for others to publish.
   cuboid_mapping::ChangeSet publish();
 
  private:
-  [[nodiscard]] ImageMessage makeImage();
+  [[nodiscard]] ImageMessage makeImage(cuboid_mapping::MapDetail detail) const;
 
   GuardedMap& map_;
   std::string frame_id_;
+  cuboid_mapping::MapDetail detail_;  ///< Of the topics.
   std::uint64_t instance_;
   std::uint64_t published_revision_ = 0;
   ros::Publisher image_publisher_;

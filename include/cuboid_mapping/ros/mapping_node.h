@@ -29,6 +29,7 @@
 #include <tf2_ros/transform_listener.h>
 
 #include <array>
+#include <atomic>
 #include <chrono>
 #include <optional>
 #include <string>
@@ -64,6 +65,7 @@ class MappingNode {
   /// For a cloud whose transforms were there, but were forgotten before its turn.
   void waitForTfAgain(const CloudPtr& cloud, const std::string& tf_error);
   void integrate(const sensor_msgs::PointCloud2& cloud, const CloudPoses& poses);
+  void fuseUntilNextCloud();
   void releaseHeldCloud();
   void releaseHeldCloudIfTfIsRight();
   /// Whether the newest transform is later than the cloud by more than tf keeps.
@@ -99,6 +101,8 @@ class MappingNode {
   std::optional<PlannerServices> planner_services_;
   std::optional<EditServices> edit_services_;
   ros::WallTimer publish_timer_;
+  ros::WallTimer fuse_timer_;  ///< Fires once after each cloud.
+  std::atomic<bool> is_cloud_waiting_{false};
   ros::WallTimer held_cloud_timer_;
   ros::WallTimer diagnostics_timer_;
 

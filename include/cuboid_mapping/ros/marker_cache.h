@@ -2,10 +2,8 @@
 #pragma once
 
 #include "cuboid_mapping/geometry/grid.h"
-#include "cuboid_mapping/map/change_set.h"
-#include "cuboid_mapping/map/cuboid_map.h"
+#include "cuboid_mapping/map/cuboid_search.h"
 #include "cuboid_mapping/ros/parameters.h"
-#include "cuboid_mapping/rtree/traversal.h"
 
 #include <std_msgs/Header.h>
 #include <visualization_msgs/MarkerArray.h>
@@ -26,13 +24,11 @@ struct MarkerStyle {
   /// Of occupied cuboids; free ones all have freeColor().
   ColorBy color_by = ColorBy::kHeight;
   double color_period_m = 10.0;  ///< > 0; only used by kHeight.
-  /// With kClass, occupied cuboids have the probability sensor_model/max.
-  PublishedCuboids cuboids = PublishedCuboids::kMap;
 };
 
 /// The style of each of the two marker topics.
 [[nodiscard]] MarkerStyle makeOccupiedStyle(const NodeParameters& parameters);
-[[nodiscard]] MarkerStyle makeFreeStyle(const NodeParameters& parameters);
+[[nodiscard]] MarkerStyle makeFreeStyle();
 
 /// The cuboids of one class as markers: one CUBE_LIST for each size of cuboid, brought up to date
 /// by what has changed.
@@ -53,7 +49,7 @@ class MarkerCache {
   /// @param grid  That of the map.
   MarkerCache(const cuboid_mapping::Grid& grid, const MarkerStyle& style);
 
-  /// Remembers which chunks to read again. @complexity O(boxes), log in the number of chunks; O(1)
+  /// Remembers which chunks to read again. @complexity O(bricks), log in the number of chunks; O(1)
   /// after release().
   void noteChanges(const cuboid_mapping::ChangeSet& changes);
 
@@ -90,26 +86,27 @@ class MarkerCache {
   /// A cube of a known size.
   struct Cube {
     cuboid_mapping::Cell min;
-    float log_odds;
+    float probability;  ///< Mean of the cuboid's voxels; 0 where no colour stands for it.
   };
   struct SizedCube {
     int size_id;
     Cube cube;
   };
   friend bool operator==(const Cube& a, const Cube& b) {
-    return a.min == b.min && a.log_odds == b.log_odds;
+    return a.min == b.min && a.probability == b.probability;
   }
   using CubesByChunk = std::map<cuboid_mapping::Cell, std::vector<Cube>>;
   using SizeSet = std::bitset<kNumSizes>;
 
-  static void appendCubes(const cuboid_mapping::Cuboid& cuboid, std::vector<SizedCube>& cubes);
+  static void appendCubes(const cuboid_mapping::CellBox& box, float probability,
+                          std::vector<SizedCube>& cubes);
+  /// Whether the colour of a cuboid stands for its probability.
+  [[nodiscard]] bool showsProbability() const {
+    return style_.color_by == ColorBy::kProbability &&
+           style_.filter == cuboid_mapping::CuboidFilter::kOccupied;
+  }
   void readChunk(const cuboid_mapping::CuboidMap& map, const cuboid_mapping::Cell& chunk);
-  [[nodiscard]] std::vector<SizedCube> cubesOfMap(const cuboid_mapping::RTree& tree,
-                                                  const cuboid_mapping::CellBox& chunk) const;
-  [[nodiscard]] std::vector<SizedCube> cubesOfClass(const cuboid_mapping::CuboidMap& map,
-                                                    const cuboid_mapping::CellBox& chunk) const;
-  void markChunks(const std::vector<cuboid_mapping::CellBox>& boxes);
-  void markEverything(const cuboid_mapping::RTree& tree);
+  void markEverything(const cuboid_mapping::CuboidMap& map);
   void replaceChunk(const cuboid_mapping::Cell& chunk, std::vector<SizedCube> cubes,
                     SizeSet& changed);
   void replaceList(int size_id, const cuboid_mapping::Cell& chunk, std::vector<Cube> cubes,

@@ -76,7 +76,7 @@ struct NodeStatistics {
 
   StageTime convert_time;   ///< Message to scan: conversion and filter.
   StageTime ray_walk_time;  ///< Scan to voxels.
-  StageTime apply_time;     ///< Voxels into the map: split, update, fuse.
+  StageTime apply_time;     ///< Voxels into the map.
 
   [[nodiscard]] std::uint64_t& numDropped(DropReason reason) {
     return num_dropped[static_cast<std::size_t>(reason)];

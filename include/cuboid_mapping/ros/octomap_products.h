@@ -2,9 +2,8 @@
 // What octomap_server publishes, made from a map. Pure functions.
 #pragma once
 
-#include "cuboid_mapping/interop/octree_stream.h"
+#include "cuboid_mapping/io/octree_stream.h"
 #include "cuboid_mapping/map/map_snapshot.h"
-#include "cuboid_mapping/map/voxel_classes.h"
 #include "cuboid_mapping/ros/octomap_messages.h"
 #include "cuboid_mapping/ros/parameters.h"
 
@@ -22,10 +21,14 @@ namespace cuboid_mapping_ros {
                                               cuboid_mapping::OctreeKind kind,
                                               const std_msgs::Header& header, double& num_left_out);
 
-/// Takes away occupied voxels of which none of the 26 neighbours is occupied.
-/// @param classes  Of the same map.
-void removeSpeckles(const cuboid_mapping::VoxelClasses& classes,
-                    std::vector<cuboid_mapping::Cuboid>& cuboids);
+/// Occupied voxels of a brick without any occupied neighbour (of 26).
+/// @param voxels  Of the map that the brick is from.
+[[nodiscard]] cuboid_mapping::BrickMask findSpeckles(const cuboid_mapping::VoxelStore& voxels,
+                                                     const cuboid_mapping::VoxelBrick& brick);
+
+/// Makes speckles unknown. @param voxels  Of the map that the bricks are copied from.
+void removeSpeckles(const cuboid_mapping::VoxelStore& voxels,
+                    std::vector<cuboid_mapping::VoxelBrick>& bricks);
 
 /// Which cells the markers and points of octomap_server show.
 enum class ShownCells : unsigned char { kOccupied, kFree };

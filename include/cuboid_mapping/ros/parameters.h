@@ -37,12 +37,6 @@ struct OctomapServerParameters {
 /// What the colour of an occupied cuboid stands for.
 enum class ColorBy : unsigned char { kHeight, kProbability };
 
-/// Which cuboids the marker topics show.
-enum class PublishedCuboids : unsigned char {
-  kMap,   ///< Those of the map.
-  kClass  ///< Boxes of one class, see findClassBoxes(): fewer, without probabilities.
-};
-
 /// Parameters of the node, valid together when they come from readParameters() without an error.
 ///
 /// Keys, units, ranges and help are declared once, in src/ros/parameter_table.cpp; the defaults are
@@ -51,8 +45,7 @@ struct NodeParameters {
   std::string frame_id = "map";  ///< Frame of the map.
   std::string sensor_frame;      ///< Its origin is where beams start; "": the cloud's frame.
   cuboid_mapping::MapConfig map;
-  int threads = 0;         ///< For the work on a cloud; 0: as many as the machine has cores.
-  int hot_bricks_mb = 64;  ///< Bound of the memory for hot bricks, in MB; 0: none are kept.
+  int threads = 0;  ///< For the work on a cloud; 0: as many as the machine has cores.
   double max_range_m = std::numeric_limits<double>::infinity();  ///< Beams are cut there.
   double min_range_m = 0.0;        ///< Nearer points are left out wholly; 0: none.
   double no_return_range_m = 0.0;  ///< Beams without return free space up to it; 0: are skipped.
@@ -62,7 +55,7 @@ struct NodeParameters {
   int queue_size = 10;           ///< Clouds that wait, on cloud_in and for a transform.
   double publish_rate_hz = 1.0;  ///< Greatest rate of the map topics.
   bool latch = true;             ///< Whether the map topics are latched.
-  PublishedCuboids published_cuboids = PublishedCuboids::kMap;
+  bool publish_values = false;   ///< Whether cuboid_map carries log-odds, or classes alone.
   ColorBy color_by = ColorBy::kHeight;
   double color_period_m = 10.0;  ///< Height over which the colours repeat.
   std::string map_file;          ///< Loaded at the start; empty: none.

@@ -38,7 +38,7 @@ struct BoxRequest {
 struct AnswerCuboid {
   cuboid_mapping::MetricBox box_map;
   cuboid_mapping::Occupancy occupancy;
-  double probability;
+  double probability;  ///< Mean of its voxels.
 };
 
 /// What ~query_box answers.

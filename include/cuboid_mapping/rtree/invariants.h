@@ -11,8 +11,8 @@ namespace cuboid_mapping {
 /// Every way in which a tree is not an R-tree of its order; empty when it is one.
 ///
 /// Checked: branches of a node within (d, M), the root with at least two unless it is a leaf; all
-/// leaves at one level; parents; every inner branch is the minimum bounding box and the greatest
-/// log-odds of its child; no leaf wide without need; number of cuboids and of nodes.
+/// leaves at one level; parents; every inner branch is the minimum bounding box of its
+/// child, and tells whether something below is occupied; no leaf wide without need; number of cuboids and of nodes.
 /// @complexity O(n). For tests.
 [[nodiscard]] std::vector<std::string> checkTree(const RTree& tree);
 

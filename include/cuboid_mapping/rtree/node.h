@@ -17,12 +17,12 @@ constexpr NodeIndex kNoNode = 0xFFFFFFFFU;
 
 /// One branch of a node, gathered from the node's arrays.
 ///
-/// A leaf branch is a cuboid: `value` is its log-odds. An inner branch is a child node: `box` is
-/// its minimum bounding box (MBRC of the paper), `value` the greatest log-odds below it, which lets
-/// a search for occupied cuboids skip it.
+/// A leaf branch is a cuboid, occupied or free. An inner branch is a child node: `box` is its
+/// minimum bounding box (MBRC of the paper); where no cuboid below it is occupied, a search for
+/// occupied ones skips it.
 struct Branch {
   CellBox box;
-  float value = 0.0F;
+  bool has_occupied = false;
   NodeIndex child = kNoNode;  ///< Inner branches only.
 };
 
@@ -57,13 +57,9 @@ class Node {
   [[nodiscard]] bool isLeaf() const { return kind_ != NodeKind::kInner; }
   [[nodiscard]] SlotSet allSlots() const { return firstSlots(count_); }
 
-  [[nodiscard]] const float* value() const {
-    const std::size_t box_bytes = isLeaf() ? sizeof(std::uint8_t[6]) : sizeof(std::int32_t[6]);
-    return reinterpret_cast<const float*>(data() + box_bytes * stride());
-  }
   /// Inner nodes only.
   [[nodiscard]] const NodeIndex* child() const {
-    return reinterpret_cast<const NodeIndex*>(value() + stride());
+    return reinterpret_cast<const NodeIndex*>(data() + sizeof(std::int32_t[6]) * stride());
   }
   /// Least and greatest coordinates of all branches along an axis; not of NodeKind::kLeaf.
   [[nodiscard]] const std::int32_t* min(int axis) const {
@@ -72,9 +68,12 @@ class Node {
   [[nodiscard]] const std::int32_t* max(int axis) const { return min(axis + 3); }
 
   [[nodiscard]] CellBox box(int slot) const;
-  [[nodiscard]] Cuboid cuboid(int slot) const { return {box(slot), value()[slot]}; }
+  [[nodiscard]] bool hasOccupied(int slot) const { return (occupied_ >> slot & 1) != 0; }
+  [[nodiscard]] Cuboid cuboid(int slot) const {
+    return {box(slot), hasOccupied(slot) ? Occupancy::kOccupied : Occupancy::kFree};
+  }
   [[nodiscard]] Branch branch(int slot) const {
-    return {box(slot), value()[slot], isLeaf() ? kNoNode : child()[slot]};
+    return {box(slot), hasOccupied(slot), isLeaf() ? kNoNode : child()[slot]};
   }
 
   /// Coordinates of one face of all boxes; those up to paddedSlots(count()) are written.
@@ -83,12 +82,10 @@ class Node {
 
   /// Branches that share a cell with the window. @pre the window is not empty.
   [[nodiscard]] SlotSet findOverlapping(const CellBox& window) const;
-  /// Branches with a value >= 0: occupied cuboids, or some below.
-  [[nodiscard]] SlotSet findOccupied() const {
-    return findSlots(count_, [values = value()](int slot) { return values[slot] >= 0.0F; });
-  }
+  /// Branches that are occupied cuboids, or have some below.
+  [[nodiscard]] SlotSet occupiedSlots() const { return occupied_ & allSlots(); }
 
-  /// Bounding box and greatest value of all branches. @pre count() > 0.
+  /// Bounding box of all branches, and whether one of them has something occupied. @pre count() > 0.
   [[nodiscard]] Branch summary() const;
 
   /// Slot of the branch to a child. @pre it is there.
@@ -136,7 +133,8 @@ class Node {
   std::uint8_t count_ = 0;
   std::uint8_t capacity_;
   NodeKind kind_;
-  Cell origin_;  ///< Of the offsets of a NodeKind::kLeaf.
+  Cell origin_;           ///< Of the offsets of a NodeKind::kLeaf.
+  SlotSet occupied_ = 0;  ///< See hasOccupied().
 };
 
 inline CellBox Node::box(int slot) const {

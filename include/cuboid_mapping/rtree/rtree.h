@@ -33,6 +33,30 @@ struct Selection {
   }
 };
 
+/// What is to change in a tree, part by part. A part is a brick, or something as compact; parts lie
+/// along the Morton curve.
+struct TreeChange {
+  std::vector<LeafSlot> removed;  ///< From RTree::select, each once, with no change of it since.
+  std::vector<Cuboid> added;
+  struct Part {
+    std::size_t removed_end;
+    std::size_t added_end;
+  };
+  std::vector<Part> parts;
+
+  /// What was added to the lists since the last part becomes a part.
+  void endPart() { parts.push_back({removed.size(), added.size()}); }
+
+  /// Adds the parts of another change behind those here.
+  void append(const TreeChange& other) {
+    for (const Part& part : other.parts) {
+      parts.push_back({removed.size() + part.removed_end, added.size() + part.added_end});
+    }
+    removed.insert(removed.end(), other.removed.begin(), other.removed.end());
+    added.insert(added.end(), other.added.begin(), other.added.end());
+  }
+};
+
 /// R-tree of cuboids (A. Guttman, "R-trees", 1984; paper, Section III): height balanced, insertion
 /// by least expansion, quadratic split, removal with condensing and re-insertion.
 ///
@@ -53,14 +77,13 @@ class RTree {
   /// Finds the cuboids that share a cell with the window, appended to `selection`.
   void select(const CellBox& window, Selection& selection) const;
 
-  /// Removes cuboids and adds others in one go; meant for a spatially compact group.
+  /// Removes cuboids and adds others in one go.
   ///
-  /// Added cuboids take the places of removed ones of the same brick, then free places in the leaf
-  /// of that brick, which shares with a sibling or is divided when it gets too full; those of
-  /// bricks that lost nothing form whole new leaves. The tree is condensed once; then new leaves and what is left are inserted.
-  ///
-  /// @param removed  From `select`, each once, with no change of the tree since.
-  void replace(const std::vector<LeafSlot>& removed, const std::vector<Cuboid>& added);
+  /// Added cuboids take the places of removed ones of the same part, then free places in the leaf
+  /// of these, which shares with a sibling or is divided when it gets too full; those of parts that
+  /// lost nothing form whole new leaves in the order of the parts. The tree is condensed once; then
+  /// new leaves and what is left are inserted.
+  void replace(const TreeChange& change);
 
   void clear();
 
@@ -116,14 +139,16 @@ class RTree {
   void growRoot(const Branch& first, const Branch& second);
   void growAncestors(NodeIndex index, int level, const Branch& grown);
   void fillNode(NodeIndex index, int level, const std::vector<Branch>& branches);
-  [[nodiscard]] ReplacePlan planReplace(const std::vector<LeafSlot>& removed,
-                                        const std::vector<Cuboid>& added) const;
-  void refill(ReplacePlan& plan, const std::vector<Cuboid>& added, std::vector<NodeIndex>& touched,
-              Orphans& orphans);
+  [[nodiscard]] static ReplacePlan planReplace(const TreeChange& change);
+  void refill(ReplacePlan& plan, std::vector<NodeIndex>& touched, Orphans& orphans);
   /// Sibling that can share the branches of a leaf that gets too full; kNoNode when there is none.
   [[nodiscard]] NodeIndex findSharingSibling(NodeIndex leaf, int num_wanted) const;
+  [[nodiscard]] std::size_t numLeavesFor(std::size_t num_branches) const;
+  void fillNewLeaves(const std::vector<Branch>& branches, Orphans& orphans);
   void packLeaves(std::vector<Branch> branches, const std::vector<NodeIndex>& reused,
                   Orphans& orphans);
+  void fillLeaves(const std::vector<Branch>& branches, const std::vector<std::size_t>& ends,
+                  const std::vector<NodeIndex>& reused, Orphans& orphans);
   void condense(std::vector<NodeIndex> touched, Orphans& orphans);
   void updateOrDetach(NodeIndex index, int level, std::vector<NodeIndex>& parents,
                       Orphans& orphans);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// OctoMap's serialized octrees, written from cuboids and read into them without a tree in between.
+// OctoMap's serialized octrees, written from bricks and read into boxes without a tree in between.
 //
 // The nodes of an octomap::OcTree, depth first, as octomap::OcTree::writeData (full: log-odds of
 // every node) and writeBinaryData (binary: free, occupied or inner) write them. Written here because
@@ -8,6 +8,7 @@
 #pragma once
 
 #include "cuboid_mapping/occupancy/cuboid.h"
+#include "cuboid_mapping/voxels/voxel_store.h"
 
 #include <cstddef>
 #include <cstdint>
@@ -35,9 +36,9 @@ enum class OctreeKind : unsigned char {
   kBinary  ///< Pruned where classes are equal, as after octomap's toMaxLikelihood() and prune().
 };
 
-/// The octree of disjoint cuboids, pruned: byte by byte what octomap::OcTree writes for these
-/// voxels. @complexity O(n + b log b) for cuboids in b bricks.
-[[nodiscard]] OctreeStream toOctreeStream(const std::vector<Cuboid>& cuboids, OctreeKind kind);
+/// The octree of bricks, each of which comes once, pruned: byte by byte what octomap::OcTree writes
+/// for their voxels. @complexity O(b log b) for b bricks.
+[[nodiscard]] OctreeStream toOctreeStream(const std::vector<VoxelBrick>& bricks, OctreeKind kind);
 
 /// A leaf of an octree: an aligned cube of voxels.
 struct OctreeLeaf {
@@ -48,14 +49,14 @@ struct OctreeLeaf {
   [[nodiscard]] std::int32_t edge() const { return std::int32_t{1} << (kOctreeDepth - depth); }
 };
 
-/// The leaves of the octree of disjoint cuboids, depth first. Voxels outside kOctreeCells are left
+/// The leaves of the octree of bricks, depth first. Voxels outside kOctreeCells are left
 /// out; for kBinary the log-odds are 1 and -1.
-[[nodiscard]] std::vector<OctreeLeaf> computeOctreeLeaves(const std::vector<Cuboid>& cuboids,
+[[nodiscard]] std::vector<OctreeLeaf> computeOctreeLeaves(const std::vector<VoxelBrick>& bricks,
                                                           OctreeKind kind);
 
-/// Cuboids that were read from an octree: one for each leaf.
+/// What was read from an octree.
 struct OctreeContent {
-  std::vector<Cuboid> cuboids;
+  std::vector<UniformBox> leaves;
   std::size_t num_nodes = 0;
 };
 

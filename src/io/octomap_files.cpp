@@ -1,8 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "cuboid_mapping/interop/octomap_files.h"
+#include "cuboid_mapping/io/octomap_files.h"
 
 #include <algorithm>
-#include <cmath>
 #include <locale>
 #include <optional>
 #include <sstream>
@@ -97,12 +96,7 @@ OctreeContent readNodes(const Header& header, std::string_view nodes, const Sens
              " bytes: it was not copied or written completely, or is damaged");
   }
   if (header.is_binary) return readBinaryOctree(nodes, model.min(), model.max());
-  OctreeContent content = readFullOctree(nodes, extra_bytes);
-  constexpr float kStep = 0x1p-20F;
-  for (Cuboid& cuboid : content.cuboids) {
-    cuboid.log_odds = std::round(cuboid.log_odds / kStep) * kStep;
-  }
-  return content;
+  return readFullOctree(nodes, extra_bytes);
 }
 
 }  // namespace
@@ -113,7 +107,7 @@ bool isOctomapFile(std::string_view bytes) {
 }
 
 std::string toOctomapFile(const MapSnapshot& snapshot, OctreeKind kind) {
-  const OctreeStream tree = toOctreeStream(snapshot.cuboids, kind);
+  const OctreeStream tree = toOctreeStream(snapshot.bricks, kind);
   if (tree.num_left_out > 0.0) {
     std::ostringstream text;
     text << tree.num_left_out
@@ -137,14 +131,14 @@ MapSnapshot fromOctomapFile(std::string_view bytes, const SensorModelConfig& mod
   MapSnapshot snapshot;
   snapshot.resolution_m = *header.resolution_m;
   snapshot.sensor_model = model;
-  OctreeContent content =
+  const OctreeContent content =
       readNodes(header, bytes.substr(header.end), SensorModel(snapshot.sensor_model));
   if (content.num_nodes != *header.num_nodes) {
     fail(MapFileDefect::kCorrupted, "is damaged: it says that it has " +
                                         std::to_string(*header.num_nodes) + " nodes, but has " +
                                         std::to_string(content.num_nodes));
   }
-  snapshot.cuboids = std::move(content.cuboids);
+  snapshot.bricks = bricksOf(content.leaves, limits);
   throwIfFaulty(snapshot, limits);
   return snapshot;
 }

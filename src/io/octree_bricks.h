@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Cuboids by brick, in the order in which an octree has them.
+// Bricks in the order in which an octree has them.
 #pragma once
 
 #include "cuboid_mapping/geometry/brick.h"
-#include "cuboid_mapping/interop/octree_stream.h"
+#include "cuboid_mapping/io/octree_stream.h"
 
 #include <array>
 #include <cstdint>
@@ -15,21 +15,19 @@ namespace cuboid_mapping {
 constexpr int kBrickDepth = 13;
 constexpr int kLevelsInBrick = kOctreeDepth - kBrickDepth;
 
-/// A brick, and which of the cuboids are in it.
+/// A brick, by its place in an octree.
 struct OctreeBrick {
   std::uint64_t order;  ///< Three bits for each level, the root's children highest.
-  std::uint32_t first;  ///< Of OctreeBricks::members.
-  std::uint32_t last;
+  const PackedVoxels* voxels;
 };
 
-/// Bricks by their order, and the cuboids of each.
+/// Bricks by their order.
 struct OctreeBricks {
   std::vector<OctreeBrick> bricks;
-  std::vector<std::uint32_t> members;
   double num_left_out = 0.0;  ///< Voxels outside kOctreeCells.
 };
 
-[[nodiscard]] OctreeBricks sortIntoBricks(const std::vector<Cuboid>& cuboids);
+[[nodiscard]] OctreeBricks sortForOctree(const std::vector<VoxelBrick>& bricks);
 
 /// Least cell of the brick of an order.
 [[nodiscard]] Cell brickAt(std::uint64_t order);
@@ -48,8 +46,7 @@ struct OctreeVoxels {
 };
 
 /// @param kind  For kBinary, values are 1 (occupied) and -1 (free).
-void fillVoxels(const Cell& brick, const std::vector<Cuboid>& cuboids, const std::uint32_t* first,
-                const std::uint32_t* last, OctreeKind kind, OctreeVoxels& voxels);
+void fillVoxels(const PackedVoxels& from, OctreeKind kind, OctreeVoxels& voxels);
 
 /// Spreads 16 bits over every third bit.
 [[nodiscard]] constexpr std::uint64_t spreadBits(std::uint32_t bits) {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "cuboid_mapping/fusion/mask_boxes.h"
+#include "cuboid_mapping/fusion/brick_division.h"
 
 namespace cuboid_mapping {
 namespace {
@@ -10,7 +10,7 @@ CellBox findLargestBox(const BrickMask& mask, const Cell& corner) {
   int best_volume = 0;
   std::uint64_t column = ~0ULL;  // Voxels that are in all slices up to the current one.
   for (int depth = 1; corner.z + depth <= kBrickEdge; ++depth) {
-    column &= mask[static_cast<std::size_t>(corner.z + depth - 1)];
+    column &= mask[corner.z + depth - 1];
     std::uint64_t row = 0xFF;  // Voxels that are in all rows up to the current one.
     const std::uint64_t rows = column >> (8 * corner.y);
     for (int height = 1; corner.y + height <= kBrickEdge; ++height) {
@@ -28,20 +28,30 @@ CellBox findLargestBox(const BrickMask& mask, const Cell& corner) {
   return {corner, corner + best_size};
 }
 
-void erase(BrickMask& mask, const CellBox& box) {
-  const std::uint64_t slice = sliceMask(box);
-  for (std::int32_t z = box.min.z; z < box.max.z; ++z) mask[static_cast<std::size_t>(z)] &= ~slice;
-}
-
 }  // namespace
 
 void divideIntoBoxes(BrickMask mask, std::vector<CellBox>& boxes) {
+  if (mask.isFull()) {
+    boxes.push_back({{0, 0, 0}, {kBrickEdge, kBrickEdge, kBrickEdge}});
+    return;
+  }
   for (int z = 0; z < kBrickEdge; ++z) {
-    std::uint64_t& left = mask[static_cast<std::size_t>(z)];
-    while (left != 0) {
-      const int voxel = __builtin_ctzll(left);
+    while (mask[z] != 0) {
+      const int voxel = __builtin_ctzll(mask[z]);
       boxes.push_back(findLargestBox(mask, {voxel & 7, voxel >> 3, z}));
-      erase(mask, boxes.back());
+      mask &= ~BrickMask::ofBox(boxes.back());
+    }
+  }
+}
+
+void divideBrick(const VoxelBrick& brick, std::vector<Cuboid>& cuboids) {
+  thread_local std::vector<CellBox> boxes;
+  for (const Occupancy occupancy : {Occupancy::kOccupied, Occupancy::kFree}) {
+    boxes.clear();
+    divideIntoBoxes(
+        occupancy == Occupancy::kOccupied ? brick.voxels.occupied() : brick.voxels.free(), boxes);
+    for (const CellBox& box : boxes) {
+      cuboids.push_back({{brick.brick + box.min, brick.brick + box.max}, occupancy});
     }
   }
 }

@@ -2,7 +2,7 @@
 // OctoMap's files: .ot (log-odds) and .bt (free or occupied).
 #pragma once
 
-#include "cuboid_mapping/interop/octree_stream.h"
+#include "cuboid_mapping/io/octree_stream.h"
 #include "cuboid_mapping/io/map_file_error.h"
 #include "cuboid_mapping/map/map_snapshot.h"
 
@@ -22,8 +22,7 @@ namespace cuboid_mapping {
 /// Reads either file. Trees of type OcTree, OcTreeStamped and ColorOcTree; colours are left out.
 ///
 /// Cases:
-///   - .ot: log-odds are rounded to multiples of 2^-20 as SensorModel's are, so that voxels with
-///     the same counts can fuse;
+///   - .ot: log-odds are taken as they are;
 ///   - .bt: free voxels get the least, occupied ones the greatest log-odds of the sensor model.
 ///
 /// @param model  Becomes that of the snapshot: the files have none.

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "cuboid_mapping/interop/octree_stream.h"
+#include "cuboid_mapping/io/octree_stream.h"
 
 #include "octree_bricks.h"
 
@@ -122,13 +122,13 @@ class LeafSink {
   std::vector<OctreeLeaf>& leaves_;
 };
 
-/// Walks the octree of cuboids depth first, and tells a sink of its nodes. Eight leaves of one value
+/// Walks the octree of bricks depth first, and tells a sink of its nodes. Eight leaves of one value
 /// are undone and become one.
 template <typename SinkT>
 class OctreeWalk {
  public:
-  OctreeWalk(const std::vector<Cuboid>& cuboids, OctreeKind kind, SinkT sink)
-      : cuboids_(cuboids), kind_(kind), sink_(sink), sorted_(sortIntoBricks(cuboids)) {}
+  OctreeWalk(const std::vector<VoxelBrick>& bricks, OctreeKind kind, SinkT sink)
+      : kind_(kind), sink_(sink), sorted_(sortForOctree(bricks)) {}
 
   void run() {
     if (!sorted_.bricks.empty()) (void)visitBricks(sorted_.bricks.data(), end(), 0);
@@ -198,8 +198,7 @@ class OctreeWalk {
 
   NodeState visitBrick(const OctreeBrick& brick) {
     brick_ = brickAt(brick.order);
-    fillVoxels(brick_, cuboids_, sorted_.members.data() + brick.first,
-               sorted_.members.data() + brick.last, kind_, voxels_);
+    fillVoxels(*brick.voxels, kind_, voxels_);
     return visitVoxels(0, kBrickDepth);
   }
 
@@ -237,7 +236,6 @@ class OctreeWalk {
     return brick_ + Cell{gather(place), gather(place >> 1), gather(place >> 2)};
   }
 
-  const std::vector<Cuboid>& cuboids_;
   OctreeKind kind_;
   SinkT sink_;
   OctreeBricks sorted_;
@@ -247,12 +245,12 @@ class OctreeWalk {
 
 }  // namespace
 
-OctreeStream toOctreeStream(const std::vector<Cuboid>& cuboids, OctreeKind kind) {
+OctreeStream toOctreeStream(const std::vector<VoxelBrick>& bricks, OctreeKind kind) {
   OctreeStream stream;
   // About what a map takes, so that it seldom has to be moved.
-  if (kind == OctreeKind::kFull) stream.bytes.resize(16 * cuboids.size());
+  if (kind == OctreeKind::kFull) stream.bytes.resize(512 * bricks.size());
   const auto run = [&](auto sink) {
-    OctreeWalk<decltype(sink)> walk(cuboids, kind, sink);
+    OctreeWalk<decltype(sink)> walk(bricks, kind, sink);
     walk.run();
     stream.num_left_out = walk.numLeftOut();
   };
@@ -264,9 +262,10 @@ OctreeStream toOctreeStream(const std::vector<Cuboid>& cuboids, OctreeKind kind)
   return stream;
 }
 
-std::vector<OctreeLeaf> computeOctreeLeaves(const std::vector<Cuboid>& cuboids, OctreeKind kind) {
+std::vector<OctreeLeaf> computeOctreeLeaves(const std::vector<VoxelBrick>& bricks,
+                                            OctreeKind kind) {
   std::vector<OctreeLeaf> leaves;
-  OctreeWalk<LeafSink>(cuboids, kind, LeafSink(leaves)).run();
+  OctreeWalk<LeafSink>(bricks, kind, LeafSink(leaves)).run();
   return leaves;
 }
 

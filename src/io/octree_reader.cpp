@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "cuboid_mapping/interop/octree_stream.h"
+#include "cuboid_mapping/io/octree_stream.h"
 
-#include "../io/byte_stream.h"
+#include "byte_stream.h"
 
 #include <cmath>
 
@@ -75,7 +75,7 @@ class OctreeReader {
 
   void addLeaf(const Place& place, float log_odds) {
     const std::int32_t edge = place.edge();
-    content_.cuboids.push_back({{place.min, place.min + Cell{edge, edge, edge}}, log_odds});
+    content_.leaves.push_back({{place.min, place.min + Cell{edge, edge, edge}}, log_odds});
   }
 
   ByteReader reader_;

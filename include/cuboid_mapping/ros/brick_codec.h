@@ -1,0 +1,26 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include "cuboid_mapping/map/map_image.h"
+
+#include <cstdint>
+#include <vector>
+
+namespace cuboid_mapping_ros {
+
+/// Bricks as they travel: about a third of their size. msg/CuboidBricks.msg says what is in them.
+struct PackedBricks {
+  std::uint32_t num_bricks = 0;
+  std::uint32_t num_cuboids = 0;
+  bool has_values = false;
+  std::vector<float> values;       ///< Log-odds that occur, each once.
+  std::vector<std::uint8_t> data;  ///< The arrays, one after the other, deflated.
+};
+
+/// @complexity O(n) for n cuboids, with values voxels, and the deflation.
+[[nodiscard]] PackedBricks packBricks(const cuboid_mapping::BrickArrays& arrays);
+
+/// Inverse of packBricks(). @return false when the message is damaged.
+[[nodiscard]] bool unpackBricks(const PackedBricks& packed, cuboid_mapping::BrickArrays& arrays);
+
+}  // namespace cuboid_mapping_ros

@@ -1,0 +1,32 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include "cuboid_mapping/geometry/brick.h"
+
+#include <cstdint>
+#include <vector>
+
+namespace cuboid_mapping {
+
+/// A brick in which something has changed.
+struct ChangedBrick {
+  Cell brick;
+  bool has_new_cuboids = false;  ///< Else only log-odds have changed.
+};
+
+/// What one change of a map has touched.
+///
+/// A copy of the cuboids is brought up to date by dropping every one that shares a cell with a brick
+/// that has new cuboids, and inserting those that do so in the map.
+struct ChangeSet {
+  std::uint64_t revision = 0;  ///< Of the map after the change.
+  bool is_everything = false;  ///< The whole map was replaced; `bricks` says nothing then.
+  std::vector<ChangedBrick> bricks;  ///< Some may come twice.
+
+  /// Adds the bricks that share a cell with a box, with new cuboids.
+  void addCuboidsIn(const CellBox& box) {
+    forEachBrick(box, [this](const Cell& brick) { bricks.push_back({brick, true}); });
+  }
+};
+
+}  // namespace cuboid_mapping

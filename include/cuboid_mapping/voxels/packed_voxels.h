@@ -1,0 +1,133 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include "cuboid_mapping/geometry/brick_mask.h"
+#include "cuboid_mapping/occupancy/sensor_model.h"
+
+#include <array>
+#include <cstddef>
+#include <memory>
+#include <optional>
+
+namespace cuboid_mapping {
+
+/// Which voxels of a brick a change has touched.
+struct VoxelChange {
+  BrickMask changed;       ///< New, gone, or another log-odds.
+  BrickMask reclassified;  ///< Those of them that have another class.
+};
+
+/// Log-odds by voxelIndex(); says nothing of unknown voxels.
+using VoxelValues = std::array<float, kBrickVoxels>;
+
+/// The voxels of one brick with their exact log-odds.
+///
+/// One block of memory holds the mask of the known voxels, the mask of the occupied ones, and the
+/// log-odds that occur, each once: first those of free voxels, then those of occupied ones. Which of
+/// them a voxel has is a number, bit by bit in as many masks (bit planes) as the longer of the two
+/// lists needs. A mask that follows from the rest is left out. So a brick of one log-odds takes
+/// 16 bytes, and others 0.6 to 6 bits a voxel.
+///
+/// An observation works on whole masks: all voxels of one log-odds go to their next one at once. That
+/// costs the number of different log-odds, not of voxels, and there is no unpacked form. Nothing is
+/// rounded. Const functions may run side by side.
+class PackedVoxels {
+ public:
+  /// No voxel is known.
+  PackedVoxels() = default;
+  PackedVoxels(const PackedVoxels& other);
+  PackedVoxels(PackedVoxels&& other) noexcept = default;
+  PackedVoxels& operator=(const PackedVoxels& other);
+  PackedVoxels& operator=(PackedVoxels&& other) noexcept = default;
+  ~PackedVoxels() = default;
+
+  /// @param known  Voxels whose values count. @pre These are finite.
+  PackedVoxels(const BrickMask& known, const VoxelValues& values);
+  /// Voxels of one log-odds. @pre It is finite.
+  PackedVoxels(const BrickMask& known, float log_odds);
+
+  [[nodiscard]] bool isEmpty() const { return block_ == nullptr; }
+  [[nodiscard]] const BrickMask& known() const;
+  /// A part of the known ones.
+  [[nodiscard]] const BrickMask& occupied() const;
+  [[nodiscard]] BrickMask free() const { return known().without(occupied()); }
+  [[nodiscard]] bool isAnyOccupied() const { return block_ && block_->num_occupied_values > 0; }
+  /// All voxels are known, none is occupied.
+  [[nodiscard]] bool isAllFree() const {
+    return block_ && block_->num_occupied_values == 0 && !block_->has_known;
+  }
+
+  [[nodiscard]] Occupancy occupancyAt(int voxel) const {
+    if (!known().test(voxel)) return Occupancy::kUnknown;
+    return occupied().test(voxel) ? Occupancy::kOccupied : Occupancy::kFree;
+  }
+  /// Log-odds of a voxel; nothing when it is unknown.
+  [[nodiscard]] std::optional<float> at(int voxel) const;
+  /// Calls visit(float log_odds, const BrickMask& voxels) for each log-odds that occurs, with the
+  /// voxels that have it, which are some.
+  template <typename VisitorT>
+  void forEachValue(VisitorT visit) const {
+    if (block_ == nullptr) return;
+    const BrickMask free_voxels = free();
+    for (int i = 0; i < block_->num_free_values; ++i) {
+      visit(values()[i], voxelsOf(i, free_voxels));
+    }
+    for (int i = 0; i < block_->num_occupied_values; ++i) {
+      visit(values()[block_->num_free_values + i], voxelsOf(i, occupied()));
+    }
+  }
+  /// Writes the log-odds of the known voxels.
+  void getValues(VoxelValues& values) const;
+
+  /// Observes voxels once each; an unknown one starts from 0. A voxel of both sets is a hit.
+  /// @complexity O(different log-odds in the brick).
+  VoxelChange apply(const BrickMask& hits, const BrickMask& misses, const SensorModel& model);
+
+  /// Puts the voxels of `other` that are in `part` in the place of those here. @return What differs.
+  VoxelChange replace(const BrickMask& part, const PackedVoxels& other);
+
+  /// Bytes of the block.
+  [[nodiscard]] std::size_t numBytes() const;
+
+  /// The same voxels are known, with the same log-odds.
+  friend bool operator==(const PackedVoxels& a, const PackedVoxels& b);
+  friend bool operator!=(const PackedVoxels& a, const PackedVoxels& b) { return !(a == b); }
+
+ private:
+  /// Begins the block of memory; masks and values follow it.
+  struct Header {
+    std::uint16_t num_free_values;
+    std::uint16_t num_occupied_values;
+    std::uint8_t num_planes;
+    bool has_known;     ///< Else all voxels are known.
+    bool has_occupied;  ///< Else all known voxels are of one class.
+  };
+  struct Unpacked;
+  struct FreeMemory {
+    void operator()(Header* header) const { ::operator delete(header); }
+  };
+
+  [[nodiscard]] const BrickMask* masks() const {
+    return reinterpret_cast<const BrickMask*>(block_.get() + 1);
+  }
+  [[nodiscard]] const BrickMask* planes() const {
+    return masks() + (block_->has_known ? 1 : 0) + (block_->has_occupied ? 1 : 0);
+  }
+  [[nodiscard]] const float* values() const {
+    return reinterpret_cast<const float*>(planes() + block_->num_planes);
+  }
+  /// The voxels of a class that have the log-odds of this number.
+  [[nodiscard]] BrickMask voxelsOf(int number, const BrickMask& of_class) const {
+    BrickMask voxels = of_class;
+    for (int i = 0; i < block_->num_planes; ++i) {
+      voxels &= (number >> i & 1) != 0 ? planes()[i] : ~planes()[i];
+    }
+    return voxels;
+  }
+  [[nodiscard]] static std::size_t numBytes(const Header& header);
+  void pack(const Unpacked& unpacked);
+
+  std::unique_ptr<Header, FreeMemory> block_;  ///< None: no voxel is known.
+};
+
+}  // namespace cuboid_mapping

@@ -1,0 +1,97 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include "cuboid_mapping/scan/brick_update.h"
+#include "cuboid_mapping/voxels/brick_table.h"
+#include "cuboid_mapping/voxels/packed_voxels.h"
+
+#include <optional>
+#include <vector>
+
+namespace cuboid_mapping {
+
+/// A brick with its voxels: in the map, in files, in octrees and in messages.
+struct VoxelBrick {
+  Cell brick;
+  PackedVoxels voxels;
+};
+
+/// What has changed in one brick.
+struct BrickChange {
+  Cell brick;
+  BrickMask changed;             ///< Voxels that are new, gone, or have another log-odds.
+  bool is_reclassified = false;  ///< Some have another class.
+};
+
+/// All known voxels with their exact log-odds, by brick. A brick without a known voxel leaves no
+/// trace. Const functions may run side by side; a change needs exclusive access.
+class VoxelStore {
+ public:
+  /// The voxels of a brick; null when none is known. @complexity O(1).
+  [[nodiscard]] const PackedVoxels* find(const Cell& brick) const {
+    const VoxelBrick* found = findBrick(brick);
+    return found == nullptr ? nullptr : &found->voxels;
+  }
+  [[nodiscard]] const VoxelBrick* findBrick(const Cell& brick) const { return bricks_.find(brick); }
+
+  /// Class of a voxel. @complexity O(1).
+  [[nodiscard]] Occupancy at(const Cell& cell) const {
+    const PackedVoxels* voxels = find(brickOf(cell));
+    return voxels == nullptr ? Occupancy::kUnknown : voxels->occupancyAt(voxelIndex(cell));
+  }
+
+  /// Log-odds of a voxel; nothing when it is unknown. @complexity O(1).
+  [[nodiscard]] std::optional<float> logOddsAt(const Cell& cell) const {
+    const PackedVoxels* voxels = find(brickOf(cell));
+    return voxels == nullptr ? std::nullopt : voxels->at(voxelIndex(cell));
+  }
+
+  /// @complexity O(bricks that the box shares a cell with, or all known bricks if these are fewer).
+  [[nodiscard]] bool isAnyOccupied(const CellBox& box) const;
+
+  /// Calls visit(const VoxelBrick&) for each brick with a known voxel, in no particular order.
+  template <typename VisitorT>
+  void forEach(VisitorT visit) const {
+    bricks_.forEach(visit);
+  }
+  /// As forEach() for the bricks that share a cell with a box.
+  /// @complexity O(bricks of the box, or all known bricks if these are fewer).
+  template <typename VisitorT>
+  void forEachIn(const CellBox& box, VisitorT visit) const {
+    bricks_.forEachIn(box, visit);
+  }
+
+  /// Bricks with a known voxel.
+  [[nodiscard]] std::size_t size() const { return bricks_.size(); }
+  [[nodiscard]] double numFreeVoxels() const { return num_free_; }
+  [[nodiscard]] double numOccupiedVoxels() const { return num_occupied_; }
+  /// Box around all known bricks; nothing when there is none.
+  [[nodiscard]] const std::optional<CellBox>& bounds() const { return bounds_; }
+  /// Bytes held from the allocator.
+  [[nodiscard]] std::size_t numBytes() const;
+
+  /// Observes voxels, see PackedVoxels::apply(). @param threads  The result does not depend on it.
+  /// @return What has changed, brick by brick in the order of the update.
+  std::vector<BrickChange> apply(const std::vector<BrickUpdate>& update, const SensorModel& model,
+                                 int threads);
+
+  /// Puts voxels in the place of everything inside a box. @param bricks  Each once; voxels outside
+  /// the box are not looked at. @return What has changed, along the Morton curve.
+  /// @complexity O(bricks that the box shares a cell with, or all known bricks if these are fewer,
+  /// and `bricks`).
+  std::vector<BrickChange> replace(const CellBox& box, const std::vector<VoxelBrick>& bricks);
+
+  void clear() { *this = VoxelStore(); }
+
+ private:
+  template <typename BrickOfT, typename WorkT>
+  std::vector<BrickChange> change(std::size_t count, int threads, BrickOfT brick_of, WorkT work);
+  void computeBounds();
+
+  BrickTable<VoxelBrick> bricks_;
+  double num_free_ = 0.0;
+  double num_occupied_ = 0.0;
+  std::optional<CellBox> bounds_;
+};
+
+}  // namespace cuboid_mapping

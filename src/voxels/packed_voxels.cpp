@@ -1,0 +1,325 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "cuboid_mapping/voxels/packed_voxels.h"
+
+#include <algorithm>
+#include <cassert>
+#include <cmath>
+#include <cstring>
+#include <limits>
+#include <vector>
+
+namespace cuboid_mapping {
+namespace {
+
+constexpr BrickMask kNoVoxels;
+constexpr BrickMask kAllVoxels = BrickMask::all();
+constexpr int kMaxPlanes = 9;
+constexpr float kVacant = std::numeric_limits<float>::quiet_NaN();
+
+/// Planes in which the numbers below `count` can be written.
+int numPlanesFor(int count) {
+  int num_planes = 0;
+  while (1 << num_planes < count) ++num_planes;
+  return num_planes;
+}
+
+/// The log-odds of one class. A number whose log-odds no voxel has any more is vacant.
+class Values {
+ public:
+  [[nodiscard]] int size() const { return size_; }
+  [[nodiscard]] float operator[](int number) const {
+    return values_[static_cast<std::size_t>(number)];
+  }
+  [[nodiscard]] const float* data() const { return values_.data(); }
+  void assign(const float* values, int size) {
+    std::copy(values, values + size, values_.begin());
+    size_ = size;
+  }
+  void vacate(int number) { values_[static_cast<std::size_t>(number)] = kVacant; }
+
+  /// The number of a log-odds: its own, else a vacant one, `preferred` first, else a new one.
+  int numberOf(float log_odds, int preferred) {
+    int vacant = -1;
+    for (int i = 0; i < size_; ++i) {
+      const float value = (*this)[i];
+      if (value == log_odds) return i;
+      if (std::isnan(value) && vacant != preferred) vacant = i;
+    }
+    if (vacant < 0) vacant = size_++;
+    values_[static_cast<std::size_t>(vacant)] = log_odds;
+    return vacant;
+  }
+
+  /// Takes the last number away. @return Its log-odds.
+  float pop() { return values_[static_cast<std::size_t>(--size_)]; }
+  void put(int number, float log_odds) { values_[static_cast<std::size_t>(number)] = log_odds; }
+
+ private:
+  std::array<float, kBrickVoxels> values_;  // NOLINT: most of it stays unused
+  int size_ = 0;
+};
+
+/// Voxels that go from one log-odds to another.
+struct Move {
+  BrickMask voxels;
+  float to;
+  bool is_from_occupied;
+  int from;  ///< Number of their log-odds; -1: they were unknown.
+};
+
+}  // namespace
+
+/// Room for any content of a brick.
+struct PackedVoxels::Unpacked {
+  BrickMask known;
+  BrickMask occupied;
+  std::array<BrickMask, kMaxPlanes> planes;  ///< 0 for unknown voxels.
+  int num_planes = 0;
+  std::array<Values, 2> values;  ///< Of free and of occupied voxels.
+
+  Unpacked() = default;
+  explicit Unpacked(const PackedVoxels& packed)
+      : known(packed.known()), occupied(packed.occupied()) {
+    if (packed.isEmpty()) return;
+    const Header& header = *packed.block_;
+    num_planes = header.num_planes;
+    std::copy(packed.planes(), packed.planes() + num_planes, planes.begin());
+    values[0].assign(packed.values(), header.num_free_values);
+    values[1].assign(packed.values() + header.num_free_values, header.num_occupied_values);
+  }
+
+  void flip(const BrickMask& voxels, int from, int to) {
+    for (int i = 0; from >> i != to >> i; ++i) {
+      if (((from ^ to) >> i & 1) != 0) planes[static_cast<std::size_t>(i)] ^= voxels;
+    }
+    while (to >> num_planes != 0) ++num_planes;
+  }
+
+  /// Gives voxels a log-odds. @param from  Number of the one they have; 0 for unknown ones.
+  void set(const BrickMask& voxels, int from, int preferred, float log_odds) {
+    const bool is_occupied = classify(log_odds) == Occupancy::kOccupied;
+    flip(voxels, from, values[is_occupied ? 1 : 0].numberOf(log_odds, preferred));
+    known |= voxels;
+    occupied = is_occupied ? occupied | voxels : occupied.without(voxels);
+  }
+
+  [[nodiscard]] BrickMask voxelsOf(int number, const BrickMask& of_class) const {
+    BrickMask voxels = of_class;
+    for (int i = 0; i < num_planes; ++i) {
+      const BrickMask& plane = planes[static_cast<std::size_t>(i)];
+      voxels &= (number >> i & 1) != 0 ? plane : ~plane;
+    }
+    return voxels;
+  }
+
+  /// Gives vacant numbers to the last ones, and leaves out planes that are not needed any more.
+  void compact() {
+    for (const bool is_occupied : {false, true}) {
+      Values& of_class = values[is_occupied ? 1 : 0];
+      const BrickMask voxels = is_occupied ? occupied : known.without(occupied);
+      for (int i = 0; i < of_class.size(); ++i) {
+        if (!std::isnan(of_class[i])) continue;
+        float last = kVacant;
+        while (of_class.size() > i && std::isnan(last)) last = of_class.pop();
+        if (std::isnan(last)) break;
+        const int number = of_class.size();
+        flip(voxelsOf(number, voxels), number, i);
+        of_class.put(i, last);
+      }
+    }
+    num_planes = numPlanesFor(std::max(values[0].size(), values[1].size()));
+  }
+};
+
+PackedVoxels::PackedVoxels(const PackedVoxels& other) { *this = other; }
+
+PackedVoxels& PackedVoxels::operator=(const PackedVoxels& other) {
+  if (this == &other) return *this;
+  const std::size_t num_bytes = other.numBytes();
+  block_.reset(num_bytes == 0 ? nullptr : static_cast<Header*>(::operator new(num_bytes)));
+  if (num_bytes > 0) std::memcpy(static_cast<void*>(block_.get()), other.block_.get(), num_bytes);
+  return *this;
+}
+
+PackedVoxels::PackedVoxels(const BrickMask& known, const VoxelValues& values) {
+  Unpacked unpacked;
+  BrickMask left = known;
+  for (int z = 0; z < kBrickEdge; ++z) {
+    while (left[z] != 0) {
+      const float log_odds = values[static_cast<std::size_t>(64 * z + __builtin_ctzll(left[z]))];
+      BrickMask same;
+      left.forEach([&](int voxel) {
+        if (values[static_cast<std::size_t>(voxel)] == log_odds) same.set(voxel);
+      });
+      unpacked.set(same, 0, -1, log_odds);
+      left &= ~same;
+    }
+  }
+  unpacked.compact();
+  pack(unpacked);
+}
+
+PackedVoxels::PackedVoxels(const BrickMask& known, float log_odds) {
+  Unpacked unpacked;
+  if (!known.isEmpty()) unpacked.set(known, 0, -1, log_odds);
+  pack(unpacked);
+}
+
+const BrickMask& PackedVoxels::known() const {
+  if (block_ == nullptr) return kNoVoxels;
+  return block_->has_known ? masks()[0] : kAllVoxels;
+}
+
+const BrickMask& PackedVoxels::occupied() const {
+  if (!isAnyOccupied()) return kNoVoxels;
+  if (block_->has_occupied) return masks()[block_->has_known ? 1 : 0];
+  return known();
+}
+
+std::optional<float> PackedVoxels::at(int voxel) const {
+  if (!known().test(voxel)) return std::nullopt;
+  int number = occupied().test(voxel) ? block_->num_free_values : 0;
+  for (int i = 0; i < block_->num_planes; ++i) {
+    number += static_cast<int>(planes()[i].test(voxel)) << i;
+  }
+  return values()[number];
+}
+
+void PackedVoxels::getValues(VoxelValues& values) const {
+  forEachValue([&values](float log_odds, const BrickMask& voxels) {
+    voxels.forEach([&](int voxel) { values[static_cast<std::size_t>(voxel)] = log_odds; });
+  });
+}
+
+VoxelChange PackedVoxels::apply(const BrickMask& hits, const BrickMask& all_misses,
+                                const SensorModel& model) {
+  const BrickMask misses = all_misses.without(hits);
+  struct Observation {
+    const BrickMask& voxels;
+    float log_odds;
+  };
+  const std::array<Observation, 2> observations{{{misses, model.miss()}, {hits, model.hit()}}};
+  thread_local std::vector<Move> moves;
+  thread_local std::vector<int> vacated;  // 2 * number + class
+  moves.clear();
+  vacated.clear();
+  VoxelChange change;
+  const auto move = [&](const BrickMask& voxels, float to, bool is_from_occupied, int from) {
+    moves.push_back({voxels, to, is_from_occupied, from});
+    change.changed |= voxels;
+    const bool is_occupied = classify(to) == Occupancy::kOccupied;
+    if (from < 0 || is_occupied != is_from_occupied) change.reclassified |= voxels;
+  };
+  const auto observe = [&](int number, float log_odds, const BrickMask& of_class, bool is_occupied) {
+    BrickMask rest;
+    bool is_looked_at = false;
+    for (const Observation& observation : observations) {
+      const float to = model.update(log_odds, observation.log_odds);
+      if (to == log_odds) continue;
+      const BrickMask seen = of_class & observation.voxels;
+      if (seen.isEmpty()) continue;
+      const BrickMask voxels = voxelsOf(number, seen);
+      if (voxels.isEmpty()) continue;
+      if (!is_looked_at) rest = voxelsOf(number, of_class);
+      is_looked_at = true;
+      rest &= ~voxels;
+      move(voxels, to, is_occupied, number);
+    }
+    if (is_looked_at && rest.isEmpty()) vacated.push_back(2 * number + (is_occupied ? 1 : 0));
+  };
+
+  for (const Observation& observation : observations) {
+    const BrickMask fresh = observation.voxels.without(known());
+    if (!fresh.isEmpty()) move(fresh, model.update(0.0F, observation.log_odds), false, -1);
+  }
+  if (!isEmpty()) {
+    const BrickMask free_voxels = free();
+    for (int i = 0; i < block_->num_free_values; ++i) observe(i, values()[i], free_voxels, false);
+    for (int i = 0; i < block_->num_occupied_values; ++i) {
+      observe(i, values()[block_->num_free_values + i], occupied(), true);
+    }
+  }
+  if (moves.empty()) return change;
+
+  Unpacked unpacked(*this);
+  for (const int entry : vacated) unpacked.values[entry & 1].vacate(entry >> 1);
+  for (const Move& m : moves) {
+    const bool stays = m.is_from_occupied == (classify(m.to) == Occupancy::kOccupied);
+    unpacked.set(m.voxels, std::max(m.from, 0), stays ? m.from : -1, m.to);
+  }
+  unpacked.compact();
+  pack(unpacked);
+  return change;
+}
+
+VoxelChange PackedVoxels::replace(const BrickMask& part, const PackedVoxels& other) {
+  VoxelValues before;
+  getValues(before);
+  VoxelValues after = before;
+  BrickMask known_after = known().without(part);
+  other.forEachValue([&](float log_odds, const BrickMask& voxels) {
+    known_after |= voxels & part;
+    (voxels & part).forEach(
+        [&](int voxel) { after[static_cast<std::size_t>(voxel)] = log_odds; });
+  });
+  VoxelChange change;
+  change.changed = known() ^ known_after;
+  (known() & known_after).forEach([&](int voxel) {
+    const auto at = static_cast<std::size_t>(voxel);
+    if (before[at] != after[at]) change.changed.set(voxel);
+  });
+  if (change.changed.isEmpty()) return change;
+  const BrickMask occupied_before = occupied();
+  const BrickMask known_before = known();
+  *this = PackedVoxels(known_after, after);
+  change.reclassified = (known_before ^ known_after) | (occupied_before ^ occupied());
+  return change;
+}
+
+std::size_t PackedVoxels::numBytes() const { return isEmpty() ? 0 : numBytes(*block_); }
+
+std::size_t PackedVoxels::numBytes(const Header& header) {
+  const std::size_t num_masks = (header.has_known ? 1U : 0U) + (header.has_occupied ? 1U : 0U) +
+                                std::size_t{header.num_planes};
+  const std::size_t num_values =
+      std::size_t{header.num_free_values} + std::size_t{header.num_occupied_values};
+  return sizeof(Header) + num_masks * sizeof(BrickMask) + num_values * sizeof(float);
+}
+
+void PackedVoxels::pack(const Unpacked& unpacked) {
+  if (unpacked.known.isEmpty()) {
+    block_.reset();
+    return;
+  }
+  const int num_free = unpacked.values[0].size();
+  const int num_occupied = unpacked.values[1].size();
+  const Header header{static_cast<std::uint16_t>(num_free),
+                      static_cast<std::uint16_t>(num_occupied),
+                      static_cast<std::uint8_t>(unpacked.num_planes), !unpacked.known.isFull(),
+                      num_free > 0 && num_occupied > 0};
+  const std::size_t num_bytes = numBytes(header);
+  if (num_bytes != numBytes()) block_.reset(static_cast<Header*>(::operator new(num_bytes)));
+  *block_ = header;
+  auto* mask = const_cast<BrickMask*>(masks());
+  if (header.has_known) *mask++ = unpacked.known;
+  if (header.has_occupied) *mask++ = unpacked.occupied;
+  mask = std::copy(unpacked.planes.begin(), unpacked.planes.begin() + header.num_planes, mask);
+  auto* value = reinterpret_cast<float*>(mask);
+  value = std::copy(unpacked.values[0].data(), unpacked.values[0].data() + num_free, value);
+  std::copy(unpacked.values[1].data(), unpacked.values[1].data() + num_occupied, value);
+}
+
+bool operator==(const PackedVoxels& a, const PackedVoxels& b) {
+  if (a.known() != b.known() || a.occupied() != b.occupied()) return false;
+  VoxelValues values;
+  b.getValues(values);
+  bool is_same = true;
+  a.forEachValue([&](float log_odds, const BrickMask& voxels) {
+    voxels.forEach([&](int voxel) {
+      is_same = is_same && values[static_cast<std::size_t>(voxel)] == log_odds;
+    });
+  });
+  return is_same;
+}
+
+}  // namespace cuboid_mapping
