@@ -10,7 +10,7 @@
 namespace cuboid_mapping::bench {
 namespace {
 
-using Json = nlohmann::ordered_json;
+using Json = nlohmann::json;  // with sorted keys; Ubuntu 20.04 has no ordered_json
 
 /// JSON has no infinity and no NaN.
 Json toJson(double value) { return std::isfinite(value) ? Json(value) : Json(nullptr); }
