@@ -78,10 +78,11 @@ int compare(const std::string& file) {
 
 int run(int argc, char** argv) {
   std::vector<std::string> files;
-  CLI::App app("Times octrees made of a map beside OctoMap's own serialization of the same tree.",
-               "octree_messages");
-  app.add_option("maps", files, "native, OctoMap .ot or .bt")->required();
-  if (const auto status = parseCommandLine(app, argc, argv)) return *status;
+  CommandLine line(
+      "octree_messages",
+      "Times octrees made of a map beside OctoMap's own serialization of the same tree.");
+  line.addArgument("maps", files, "native, OctoMap .ot or .bt");
+  if (const auto status = line.parse(argc, argv)) return *status;
   int status = 0;
   for (const std::string& file : files) status |= compare(file);
   return status;

@@ -4,10 +4,7 @@
 #include "command_line.h"
 #include "machine.h"
 
-#include <cstdint>
-#include <iostream>
 #include <limits>
-#include <map>
 #include <stdexcept>
 
 namespace cuboid_mapping::bench {
@@ -16,67 +13,46 @@ namespace {
 /// What has to be checked or converted behind the parser.
 struct RawOptions {
   std::vector<std::string> peers;
-  std::int64_t clouds = std::numeric_limits<std::int64_t>::max();
+  std::string environment = toString(Environment::kDynamic);
+  std::string fusion = toString(FusionKind::kClass);
 };
 
-void addEngineOptions(CLI::App& app, Options& options) {
-  app.add_option("--threads", options.engine.threads, "Threads of cuboid_mapping and OpenVDB")
-      ->check(CLI::Range(1, 256));
-  app.add_flag("--fuse-every-cloud", options.engine.fuses_every_cloud,
-               "Bring all cuboids into the R-tree after every cloud");
+void addInputOptions(CommandLine& line, Options& options) {
+  line.addArgument("dataset", options.dataset,
+                   "a folder with poses.txt and scans/NNNN.pcd, an OctoMap .graph, or a .bag");
+  line.addText("cloud-topic", options.cloud_topic,
+               "of the bag's PointCloud2; need not be given where there is one only");
+  line.addText("map-frame", options.map_frame, "fixed frame in the bag's tf");
+  line.addNumber("clouds", options.clouds, "only the first N clouds", {1});
 }
 
-void addMapOptions(CLI::App& app, Options& options) {
+void addMapOptions(CommandLine& line, Options& options, RawOptions& raw) {
   MapConfig& map = options.insertion.map;
-  std::map<std::string, Environment> environments;
-  for (const Environment value : {Environment::kDynamic, Environment::kStatic}) {
-    environments.emplace(toString(value), value);
-  }
-  app.add_option("--resolution", map.resolution_m, "Edge of a voxel [m]")
-      ->capture_default_str()
-      ->check(CLI::Range(0.001, 1000.0));
-  app.add_option("--max-range", options.insertion.max_range_m,
-                 "Beams are cut there [m]; no limit unless given")
-      ->check(CLI::PositiveNumber);
-  std::map<std::string, FusionKind> fusions;
-  for (const FusionKind kind : {FusionKind::kClass, FusionKind::kGrowth, FusionKind::kNone}) {
-    fusions.emplace(toString(kind), kind);
-  }
-  app.add_option("--fusion", map.fusion, "class, growth or none")
-      ->transform(CLI::CheckedTransformer(fusions));
-  app.add_option("--environment", map.environment,
-                 "dynamic or static; OctoMap has no static one, and differs then")
-      ->transform(CLI::CheckedTransformer(environments));
-  app.add_option("--branching", map.rtree.max_branches, "M of the R-tree")
-      ->capture_default_str()
-      ->check(CLI::Range(2, RTreeConfig::kMaxBranchesLimit));
+  line.addNumber("resolution", map.resolution_m, "edge of a voxel [m]", {0.001, 1000.0});
+  line.addNumber("max-range", options.insertion.max_range_m,
+                 "beams are cut there [m]; no limit unless given", {0.001});
+  line.addText("fusion", raw.fusion, "how voxels become cuboids",
+               {toString(FusionKind::kClass), toString(FusionKind::kGrowth),
+                toString(FusionKind::kNone)});
+  line.addText("environment", raw.environment, "OctoMap has no static one, and differs then",
+               {toString(Environment::kDynamic), toString(Environment::kStatic)});
+  line.addNumber("branching", map.rtree.max_branches, "M of the R-tree",
+                 {2, RTreeConfig::kMaxBranchesLimit});
 }
 
-void addInputOptions(CLI::App& app, Options& options, RawOptions& raw) {
-  app.add_option("dataset", options.dataset,
-                 "A folder with poses.txt and scans/NNNN.pcd, an OctoMap .graph, or a .bag")
-      ->required();
-  app.add_option("--cloud-topic", options.cloud_topic,
-                 "Of the bag's PointCloud2; need not be given where there is one only");
-  app.add_option("--map-frame", options.map_frame, "Fixed frame in the bag's tf")
-      ->capture_default_str();
-  app.add_option("--clouds", raw.clouds, "Only the first N clouds")
-      ->check(CLI::Range(std::int64_t{1}, std::numeric_limits<std::int64_t>::max()));
-}
-
-void addRunOptions(CLI::App& app, Options& options, RawOptions& raw) {
-  app.add_option("--laps", options.laps,
-                 "All clouds so many times, each time elsewhere: how cost grows with the map")
-      ->capture_default_str()
-      ->check(CLI::Range(1, 100));
-  app.add_option("--repeat", options.repeat, "Runs; the medians are reported")
-      ->capture_default_str()
-      ->check(CLI::Range(1, 1000));
-  app.add_option("--peers", raw.peers,
-                 "octomap, openvdb, or both with a comma, or none; all that there are unless given")
-      ->delimiter(',')
-      ->check(CLI::IsMember({"octomap", "openvdb", "none"}));
-  app.add_option("--json", options.json_file, "Write all figures there");
+void addRunOptions(CommandLine& line, Options& options, RawOptions& raw) {
+  line.addNumber("threads", options.engine.threads, "threads of cuboid_mapping and OpenVDB",
+                 {1, 256});
+  line.addFlag("fuse-every-cloud", options.engine.fuses_every_cloud,
+               "bring all cuboids into the R-tree after every cloud");
+  line.addNumber("laps", options.laps,
+                 "all clouds so many times, each time elsewhere: how cost grows with the map",
+                 {1, 100});
+  line.addNumber("repeat", options.repeat, "runs; the medians are reported", {1, 1000});
+  line.addList("peers", raw.peers, "maps to compare with; all that there are unless given",
+               {"octomap", "openvdb", "none"});
+  line.addText("json", options.json_file, "write all figures there");
+  line.addVersion(describeMachine().commit);
 }
 
 void takePeers(const std::vector<std::string>& peers, Options& options) {
@@ -104,22 +80,17 @@ std::optional<int> parseOptions(int argc, char** argv, Options& options) {
   RawOptions raw;
   options.insertion.max_range_m = std::numeric_limits<double>::infinity();
   options.insertion.map.resolution_m = 0.2;
-  CLI::App app("Times cuboid_mapping beside OctoMap and OpenVDB on the same clouds.",
-               "compare_maps");
-  addInputOptions(app, options, raw);
-  addMapOptions(app, options);
-  addEngineOptions(app, options);
-  addRunOptions(app, options, raw);
-  app.add_flag_callback(
-      "--version",
-      [] {
-        std::cout << describeMachine().commit << std::endl;
-        throw CLI::Success();
-      },
-      "Print the commit of the sources and exit");
-  if (const auto status = parseCommandLine(app, argc, argv)) return status;
+  CommandLine line("compare_maps",
+                   "Times cuboid_mapping beside OctoMap and OpenVDB on the same clouds.");
+  addInputOptions(line, options);
+  addMapOptions(line, options, raw);
+  addRunOptions(line, options, raw);
+  if (const auto status = line.parse(argc, argv)) return status;
   takePeers(raw.peers, options);
-  options.clouds = static_cast<std::size_t>(raw.clouds);
+  if (raw.environment == toString(Environment::kStatic)) {
+    options.insertion.map.environment = Environment::kStatic;
+  }
+  options.insertion.map.fusion = *parseFusionKind(raw.fusion);
   RTreeConfig& rtree = options.insertion.map.rtree;
   rtree.min_branches = std::max(1, rtree.max_branches * 3 / 8);
   return std::nullopt;

@@ -3,8 +3,8 @@
 
 #include "cuboid_adapter.h"
 
-#include <CLI/CLI.hpp>
-
+#include <limits>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -17,8 +17,8 @@ struct Options {
   std::string map_frame = "map";
   InsertionConfig insertion;
   EngineOptions engine;
-  std::size_t clouds;  ///< At most so many.
-  int laps = 1;        ///< See repeatElsewhere().
+  std::size_t clouds = std::numeric_limits<std::size_t>::max();  ///< At most so many.
+  int laps = 1;                                                  ///< See repeatElsewhere().
   int repeat = 1;
   bool with_octomap = true;
   bool with_openvdb = hasOpenvdb();

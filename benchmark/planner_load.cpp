@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // A map that grows by real scans, as planners see it: bytes of the update messages beside those of
 // octomap_full, and how long queries take while clouds come in.
+#include "command_line.h"
 #include "cuboid_mapping/interop/octomap_parity.h"
 #include "cuboid_mapping/io/scan_dataset.h"
 #include "cuboid_mapping/map/map_follower.h"
@@ -10,13 +11,10 @@
 #include "cuboid_mapping/ros/delta_codec.h"
 #include "cuboid_mapping/ros/guarded_map.h"
 
-#include <CLI/CLI.hpp>
-
 #include <algorithm>
 #include <atomic>
 #include <chrono>
 #include <cstdio>
-#include <exception>
 #include <random>
 #include <string>
 #include <thread>
@@ -154,28 +152,24 @@ void measureLatency(const Options& options, const std::vector<Scan>& scans) {
       asker.quantile_ms(1.0));
 }
 
+int run(int argc, char** argv) {
+  Options options;
+  CommandLine line(
+      "planner_load",
+      "A map that grows by real scans, as planners see it: bytes of updates, latencies.");
+  line.addArgument("dataset", options.dataset, "folder of scans, or .graph file");
+  line.addNumber("resolution", options.resolution_m, "edge of a voxel [m]", {0.001, 100.0});
+  line.addNumber("rate", options.rate_hz, "of the clouds [Hz]", {0.01, 1000.0});
+  if (const auto status = line.parse(argc, argv)) return *status;
+  const std::vector<Scan> scans = readScans(options);
+  measureLatency(options, scans);
+  measureBytes(options, scans);
+  return 0;
+}
+
 }  // namespace
 }  // namespace cuboid_mapping::bench
 
 int main(int argc, char** argv) {
-  using namespace cuboid_mapping::bench;
-  CLI::App app("A map that grows by real scans, as planners see it: bytes of updates, latencies.");
-  Options options;
-  app.add_option("dataset", options.dataset, "Folder of scans, or .graph file")->required();
-  app.add_option("--resolution", options.resolution_m, "Edge of a voxel [m]")
-      ->capture_default_str()
-      ->check(CLI::Range(0.001, 100.0));
-  app.add_option("--rate", options.rate_hz, "Of the clouds [Hz]")
-      ->capture_default_str()
-      ->check(CLI::Range(0.01, 1000.0));
-  CLI11_PARSE(app, argc, argv);
-  try {
-    const std::vector<cuboid_mapping::Scan> scans = readScans(options);
-    measureLatency(options, scans);
-    measureBytes(options, scans);
-  } catch (const std::exception& exception) {
-    std::fprintf(stderr, "planner_load: %s\n", exception.what());
-    return 1;
-  }
-  return 0;
+  return cuboid_mapping::runMain("planner_load", argc, argv, cuboid_mapping::bench::run);
 }

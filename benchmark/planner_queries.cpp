@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Times what planners ask of a map of real scans, one thread.
+#include "command_line.h"
 #include "cuboid_mapping/io/scan_dataset.h"
 #include "cuboid_mapping/query/box_query.h"
 #include "cuboid_mapping/query/corridor_query.h"
@@ -9,12 +10,9 @@
 #include "cuboid_mapping/query/path_query.h"
 #include "cuboid_mapping/query/ray_query.h"
 
-#include <CLI/CLI.hpp>
-
 #include <algorithm>
 #include <chrono>
 #include <cstdio>
-#include <exception>
 #include <functional>
 #include <optional>
 #include <random>
@@ -219,7 +217,7 @@ void timeCorridor(const Scene& scene, const Options& options) {
               corridor.num_visited);
 }
 
-void run(const Options& options) {
+void measure(const Options& options) {
   const Scene scene = makeScene(options);
   std::printf("%s at %.2f m: %zu clouds, %zu cuboids, robot %.2f m\n\n", options.dataset.c_str(),
               options.resolution_m, scene.poses_map.size(), scene.map.tree().size(),
@@ -232,29 +230,25 @@ void run(const Options& options) {
   timeCorridor(scene, options);
 }
 
+int run(int argc, char** argv) {
+  Options options;
+  bool unknown_passes = false;
+  CommandLine line("planner_queries",
+                   "Times what planners ask of a map of real scans, one thread.");
+  line.addArgument("dataset", options.dataset, "folder of scans, or .graph file");
+  line.addNumber("resolution", options.resolution_m, "edge of a voxel [m]", {0.001, 100.0});
+  line.addNumber("robot", options.robot_m, "edge of the robot's box [m]", {0.001, 100.0});
+  line.addFlag("unknown-passes", unknown_passes, "the robot may go through unknown space");
+  line.addNumber("seed", options.seed, "of the random places");
+  if (const auto status = line.parse(argc, argv)) return *status;
+  if (unknown_passes) options.policy = UnknownPolicy::kPass;
+  measure(options);
+  return 0;
+}
+
 }  // namespace
 }  // namespace cuboid_mapping::bench
 
 int main(int argc, char** argv) {
-  CLI::App app("Times what planners ask of a map of real scans, one thread.");
-  cuboid_mapping::bench::Options options;
-  app.add_option("dataset", options.dataset, "Folder of scans, or .graph file")->required();
-  app.add_option("--resolution", options.resolution_m, "Edge of a voxel [m]")
-      ->capture_default_str()
-      ->check(CLI::Range(0.001, 100.0));
-  app.add_option("--robot", options.robot_m, "Edge of the robot's box [m]")
-      ->capture_default_str()
-      ->check(CLI::Range(0.001, 100.0));
-  app.add_flag_callback(
-      "--unknown-passes", [&options] { options.policy = cuboid_mapping::UnknownPolicy::kPass; },
-      "The robot may go through unknown space");
-  app.add_option("--seed", options.seed, "Of the random places")->capture_default_str();
-  CLI11_PARSE(app, argc, argv);
-  try {
-    cuboid_mapping::bench::run(options);
-  } catch (const std::exception& exception) {
-    std::fprintf(stderr, "planner_queries: %s\n", exception.what());
-    return 1;
-  }
-  return 0;
+  return cuboid_mapping::runMain("planner_queries", argc, argv, cuboid_mapping::bench::run);
 }

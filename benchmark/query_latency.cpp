@@ -31,18 +31,15 @@ struct LatencyOptions {
 };
 
 std::optional<int> parseOptions(int argc, char** argv, LatencyOptions& options) {
-  CLI::App app("Measures how long ~query_box of a running node takes, from a client's view.",
-               "query_latency");
-  app.add_option("--service", options.service)->capture_default_str();
-  app.add_option("--frame", options.frame_id, "Frame around whose origin the boxes lie")
-      ->capture_default_str();
-  app.add_option("--edge", options.edge_m, "Edge of a box [m]")->capture_default_str();
-  app.add_option("--radius", options.radius_m, "Greatest distance on each axis [m]")
-      ->capture_default_str();
-  app.add_option("--pause", options.pause_ms, "Between an answer and the next question [ms]")
-      ->capture_default_str();
-  app.add_option("--duration", options.duration_s, "Of the measurement [s]")->capture_default_str();
-  return parseCommandLine(app, argc, argv);
+  CommandLine line("query_latency",
+                   "Measures how long ~query_box of a running node takes, from a client's view.");
+  line.addText("service", options.service, "~query_box of the node");
+  line.addText("frame", options.frame_id, "frame around whose origin the boxes lie");
+  line.addNumber("edge", options.edge_m, "edge of a box [m]");
+  line.addNumber("radius", options.radius_m, "greatest distance on each axis [m]");
+  line.addNumber("pause", options.pause_ms, "between an answer and the next question [ms]");
+  line.addNumber("duration", options.duration_s, "of the measurement [s]");
+  return line.parse(argc, argv);
 }
 
 int run(int argc, char** argv) {

@@ -17,7 +17,6 @@
 #include <fstream>
 #include <functional>
 #include <iostream>
-#include <limits>
 #include <map>
 #include <optional>
 #include <stdexcept>
@@ -62,30 +61,18 @@ class RunFiles {
 };
 
 std::optional<int> parseOptions(int argc, char** argv, EvaluationOptions& options) {
-  CLI::App app("Evaluates the map as the paper does, beside OctoMap.", "evaluate_paper");
-  app.add_option("datasets", options.datasets,
-                 "Folders with poses.txt and scans/NNNN.pcd, or .graph files of OctoMap")
-      ->required();
-  app.add_option(
-         "--out", options.folder,
-         "Folder for figures and plots; runs that are in it are not repeated, and count too")
-      ->capture_default_str();
-  app.add_option("--resolutions", options.resolutions_m, "Edges of a voxel [m]")
-      ->delimiter(',')
-      ->capture_default_str()
-      ->check(CLI::Range(0.001, 1000.0));
-  app.add_option("--branching", options.branchings, "M of the R-tree")
-      ->delimiter(',')
-      ->capture_default_str()
-      ->check(CLI::Range(2, RTreeConfig::kMaxBranchesLimit));
-  app.add_option("--reference", options.reference_m,
-                 "Resolution at which strategies and rotations are compared [m]")
-      ->capture_default_str()
-      ->check(CLI::Range(0.001, 1000.0));
-  options.max_clouds = std::numeric_limits<std::size_t>::max();
-  app.add_option("--clouds", options.max_clouds, "Only the first N clouds")
-      ->check(CLI::PositiveNumber);
-  return parseCommandLine(app, argc, argv);
+  CommandLine line("evaluate_paper", "Evaluates the map as the paper does, beside OctoMap.");
+  line.addArgument("datasets", options.datasets,
+                   "folders with poses.txt and scans/NNNN.pcd, or .graph files of OctoMap");
+  line.addText("out", options.folder,
+               "folder for figures and plots; runs that are in it are not repeated, and count too");
+  line.addList("resolutions", options.resolutions_m, "edges of a voxel [m]", {0.001, 1000.0});
+  line.addList("branching", options.branchings, "M of the R-tree",
+                  {2, RTreeConfig::kMaxBranchesLimit});
+  line.addNumber("reference", options.reference_m,
+                 "resolution at which strategies and rotations are compared [m]", {0.001, 1000.0});
+  line.addNumber("clouds", options.max_clouds, "only the first N clouds", {1});
+  return line.parse(argc, argv);
 }
 
 std::string titleOf(const std::string& dataset) {

@@ -3,6 +3,7 @@
 
 #include "run.h"
 
+#include <limits>
 #include <string>
 #include <vector>
 
@@ -14,7 +15,7 @@ struct EvaluationOptions {
   std::vector<double> resolutions_m{0.1, 0.2, 0.4, 0.6, 0.8, 1.0};
   std::vector<int> branchings{2, 4, 8, 16, 32, 64};
   double reference_m = 0.2;  ///< Resolution of what is not swept over resolutions.
-  std::size_t max_clouds = 0;
+  std::size_t max_clouds = std::numeric_limits<std::size_t>::max();
 };
 
 /// Runs that share the clouds and the resolution, OctoMap's first.

@@ -188,22 +188,21 @@ int makeMap(const Options& options) {
 
 int run(int argc, char** argv) {
   Options options;
-  CLI::App app(
+  cuboid_mapping::CommandLine line(
+      "bag_to_map",
       "Makes a map of the clouds in rosbags, without a roscore. The same clouds, transforms and "
-      "parameters\ngive the map that the node would have, byte by byte, every time.",
-      "bag_to_map");
-  app.add_option("bags", options.bags, "rosbags with sensor_msgs/PointCloud2 and tf")->required();
-  app.add_option("-o,--output", options.output,
-                 "the map to write, one of " + cuboid_mapping::knownEndings())
-      ->required();
-  app.add_option("--topic", options.topics,
-                 "topics of the clouds; all that there are if not given");
-  app.add_option("--params", options.parameter_file,
-                 "parameters of the node as YAML, as config/default.yaml");
-  app.add_option("--set", options.settings,
-                 "a parameter as key=value: resolution=0.1, "
-                 "sensor_model/max_range=30; wins over --params");
-  if (const auto status = cuboid_mapping::parseCommandLine(app, argc, argv)) return *status;
+      "parameters\ngive the map that the node would have, byte by byte, every time.");
+  line.addArgument("bags", options.bags, "rosbags with sensor_msgs/PointCloud2 and tf");
+  line.addText("output,o", options.output,
+               "the map to write, one of " + cuboid_mapping::knownEndings());
+  line.addTexts("topic", options.topics, "topics of the clouds; all that there are if not given");
+  line.addText("params", options.parameter_file,
+               "parameters of the node as YAML, as config/default.yaml");
+  line.addTexts("set", options.settings,
+                "a parameter as key=value: resolution=0.1, sensor_model/max_range=30; wins over "
+                "--params");
+  if (const auto status = line.parse(argc, argv)) return *status;
+  if (options.output.empty()) throw std::runtime_error("--output is missing");
   return makeMap(options);
 }
 

@@ -1,11 +1,14 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
-#include <CLI/CLI.hpp>
+#include <boost/program_options.hpp>
 
 #include <functional>
+#include <limits>
 #include <optional>
 #include <string>
+#include <type_traits>
+#include <vector>
 
 namespace cuboid_mapping {
 
@@ -32,10 +35,77 @@ void throwIfInterrupted();
 /// @param run  Gets argc and argv.
 [[nodiscard]] int runMain(const std::string& name, int argc, char** argv, int (*run)(int, char**));
 
-/// Parses the command line.
-///
-/// @return Nothing when the program shall go on; else its exit status: 0 after --help, and 1 after
-///         an error, either of which has been written out.
-[[nodiscard]] std::optional<int> parseCommandLine(CLI::App& app, int argc, char** argv);
+/// Numbers that an option accepts, both ends included.
+struct Range {
+  double min = -std::numeric_limits<double>::infinity();
+  double max = std::numeric_limits<double>::infinity();
+};
+
+/// Texts that an option accepts.
+using Choices = std::vector<std::string>;
+
+/// The arguments and options of a program, and its --help. Variables hold the defaults, and are set
+/// by parse(). Names of options: "rate" for --rate, "output,o" for --output and -o.
+class CommandLine {
+ public:
+  /// @param about  What the program does, for --help.
+  CommandLine(std::string program, std::string about);
+
+  /// An argument without a name, which must be given.
+  /// @param value  A text, or a vector that takes all the arguments that are left.
+  template <class T>
+  void addArgument(const std::string& name, T& value, const std::string& help) {
+    arguments_.add_options()(name.c_str(), boost::program_options::value(&value)->required(),
+                             help.c_str());
+    positions_.add(name.c_str(), std::is_same<T, std::string>::value ? 1 : -1);
+  }
+
+  void addFlag(const std::string& name, bool& value, const std::string& help);
+
+  /// An option --version, which prints this and ends the program, as --help does.
+  void addVersion(const std::string& version);
+
+  /// For int, unsigned int, std::size_t and double.
+  template <class T>
+  void addNumber(const std::string& name, T& value, const std::string& help, Range range = {});
+
+  /// Numbers with commas between them; for int and double.
+  template <class T>
+  void addList(const std::string& name, std::vector<T>& values, const std::string& help,
+               Range range);
+
+  /// Texts with commas between them.
+  void addList(const std::string& name, std::vector<std::string>& values, const std::string& help,
+               const Choices& choices);
+
+  /// Three numbers.
+  void addPoint(const std::string& name, std::vector<double>& xyz, const std::string& help);
+
+  /// @param choices  None: every text is accepted.
+  void addText(const std::string& name, std::string& value, const std::string& help,
+               const Choices& choices = {});
+
+  /// May be given several times, with one or more texts each time.
+  void addTexts(const std::string& name, std::vector<std::string>& values, const std::string& help);
+
+  /// Sets the variables.
+  ///
+  /// @return Nothing when the program shall go on; else its exit status: 0 after --help, and 1 after
+  ///         an error, either of which has been printed.
+  [[nodiscard]] std::optional<int> parse(int argc, char** argv);
+
+ private:
+  void add(const std::string& name, const boost::program_options::value_semantic* value,
+           const std::string& help);
+  void printHelp() const;
+  [[nodiscard]] int fail(const std::string& error) const;
+
+  std::string program_;
+  std::string about_;
+  std::string version_;
+  boost::program_options::options_description arguments_{"Arguments", 100};
+  boost::program_options::options_description options_{"Options", 100};
+  boost::program_options::positional_options_description positions_;
+};
 
 }  // namespace cuboid_mapping

@@ -56,16 +56,14 @@ int compare(const Options& options) {
 
 int run(int argc, char** argv) {
   Options options;
-  CLI::App app(
+  CommandLine line(
+      "map_compare",
       "Says how far two maps agree, voxel by voxel; where one is a .bt file by class only.\n"
-      "Exit status: 0 they agree, 2 they differ, 1 an error.",
-      "map_compare");
-  app.add_option("first", options.first, "native, OctoMap .ot or .bt")->required();
-  app.add_option("second", options.second, "native, OctoMap .ot or .bt")->required();
-  app.add_option("--tolerance", options.tolerance, "greatest difference of log-odds")
-      ->check(CLI::Range(0.0, 1e3))
-      ->capture_default_str();
-  if (const auto status = parseCommandLine(app, argc, argv)) return *status;
+      "Exit status: 0 they agree, 2 they differ, 1 an error.");
+  line.addArgument("first", options.first, "native, OctoMap .ot or .bt");
+  line.addArgument("second", options.second, "native, OctoMap .ot or .bt");
+  line.addNumber("tolerance", options.tolerance, "greatest difference of log-odds", {0.0, 1e3});
+  if (const auto status = line.parse(argc, argv)) return *status;
   return compare(options);
 }
 

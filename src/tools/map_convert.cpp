@@ -32,19 +32,16 @@ int convert(const Options& options) {
 
 int run(int argc, char** argv) {
   Options options;
-  CLI::App app("Writes a map in another format; the ending of the output chooses it.",
-               "map_convert");
-  app.add_option("input", options.input, "native (.cuboids), or OctoMap .ot or .bt")->required();
-  app.add_option("output", options.output, "one of " + knownEndings())->required();
-  app.add_option("--frame", options.frame_id, "frame to write down in a native file");
-  app.add_option("--alpha-min", options.model.alpha_min, "least probability of maps from OctoMap")
-      ->check(CLI::Range(0.001, 0.499))
-      ->capture_default_str();
-  app.add_option("--alpha-max", options.model.alpha_max,
-                 "greatest probability of maps from OctoMap")
-      ->check(CLI::Range(0.501, 0.999))
-      ->capture_default_str();
-  if (const auto status = parseCommandLine(app, argc, argv)) return *status;
+  CommandLine line("map_convert",
+                   "Writes a map in another format; the ending of the output chooses it.");
+  line.addArgument("input", options.input, "native (.cuboids), or OctoMap .ot or .bt");
+  line.addArgument("output", options.output, "one of " + knownEndings());
+  line.addText("frame", options.frame_id, "frame to write down in a native file");
+  line.addNumber("alpha-min", options.model.alpha_min, "least probability of maps from OctoMap",
+                 {0.001, 0.499});
+  line.addNumber("alpha-max", options.model.alpha_max, "greatest probability of maps from OctoMap",
+                 {0.501, 0.999});
+  if (const auto status = line.parse(argc, argv)) return *status;
   return convert(options);
 }
 

@@ -62,9 +62,9 @@ void print(const MapFile& file) {
 
 int run(int argc, char** argv) {
   std::string file;
-  CLI::App app("Says what is in a file of a map: native, OctoMap .ot or .bt.", "map_info");
-  app.add_option("map", file, "the file")->required();
-  if (const auto status = parseCommandLine(app, argc, argv)) return *status;
+  CommandLine line("map_info", "Says what is in a file of a map: native, OctoMap .ot or .bt.");
+  line.addArgument("map", file, "the file");
+  if (const auto status = line.parse(argc, argv)) return *status;
   const MapFile map = readMapFile(file);
   throwIfInterrupted();
   print(map);

@@ -72,33 +72,24 @@ int render(const Options& options) {
 
 int run(int argc, char** argv) {
   Options options;
-  CLI::App app(
+  CommandLine line(
+      "map_render",
       "Draws a map into a PNG, without a display: from straight above, or from a point.\n"
-      "Occupied voxels are coloured by height; light grey is free, white is unknown.",
-      "map_render");
-  app.add_option("map", options.map, "native, OctoMap .ot or .bt")->required();
-  app.add_option("picture", options.picture, "the PNG to write")->required();
-  auto* eye =
-      app.add_option("--eye", options.eye, "where to look from: x y z in metres")->expected(3);
-  auto* target =
-      app.add_option("--look-at", options.target, "where to look: x y z in metres")->expected(3);
-  eye->needs(target);
-  target->needs(eye);
-  app.add_option("--angle", options.angle_deg, "height of the view in degrees, with --eye")
-      ->check(CLI::Range(1.0, 170.0))
-      ->capture_default_str();
-  app.add_option("--range", options.range_m, "how far one sees in metres, with --eye")
-      ->check(CLI::Range(0.01, 1e5))
-      ->capture_default_str();
-  app.add_option("--min-z", options.min_z_m, "leave out what is below, in metres");
-  app.add_option("--max-z", options.max_z_m, "leave out what is above, in metres: a ceiling");
-  app.add_option("--width", options.size.width, "in pixels")
-      ->check(CLI::Range(1, 16384))
-      ->capture_default_str();
-  app.add_option("--height", options.size.height, "in pixels")
-      ->check(CLI::Range(1, 16384))
-      ->capture_default_str();
-  if (const auto status = parseCommandLine(app, argc, argv)) return *status;
+      "Occupied voxels are coloured by height; light grey is free, white is unknown.");
+  line.addArgument("map", options.map, "native, OctoMap .ot or .bt");
+  line.addArgument("picture", options.picture, "the PNG to write");
+  line.addPoint("eye", options.eye, "where to look from, in metres");
+  line.addPoint("look-at", options.target, "where to look, in metres");
+  line.addNumber("angle", options.angle_deg, "height of the view in degrees, with --eye", {1, 170});
+  line.addNumber("range", options.range_m, "how far one sees in metres, with --eye", {0.01, 1e5});
+  line.addNumber("min-z", options.min_z_m, "leave out what is below, in metres");
+  line.addNumber("max-z", options.max_z_m, "leave out what is above, in metres: a ceiling");
+  line.addNumber("width", options.size.width, "in pixels", {1, 16384});
+  line.addNumber("height", options.size.height, "in pixels", {1, 16384});
+  if (const auto status = line.parse(argc, argv)) return *status;
+  if (options.eye.empty() != options.target.empty()) {
+    throw std::runtime_error("--eye and --look-at go together");
+  }
   return render(options);
 }
 

@@ -1,21 +1,30 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Prints the parameters of the node for its documents: the table of README.md, config/default.yaml.
-
+#include "command_line.h"
 #include "cuboid_mapping/ros/parameters.h"
 
-#include <CLI/CLI.hpp>
-
 #include <iostream>
+#include <stdexcept>
 
-int main(int argc, char** argv) {
-  CLI::App app{"Prints the parameters of cuboid_mapping with their defaults and help."};
+namespace cuboid_mapping_ros {
+namespace {
+
+int run(int argc, char** argv) {
   bool is_markdown = false;
   bool is_yaml = false;
-  auto* format = app.add_option_group("format");
-  format->add_flag("--markdown", is_markdown, "The table of README.md");
-  format->add_flag("--yaml", is_yaml, "config/default.yaml");
-  format->require_option(1);
-  CLI11_PARSE(app, argc, argv);
-  std::cout << (is_markdown ? cuboid_mapping_ros::toMarkdownTable() : cuboid_mapping_ros::toYaml());
+  cuboid_mapping::CommandLine line(
+      "print_parameters", "Prints the parameters of cuboid_mapping with their defaults and help.");
+  line.addFlag("markdown", is_markdown, "the table of README.md");
+  line.addFlag("yaml", is_yaml, "config/default.yaml");
+  if (const auto status = line.parse(argc, argv)) return *status;
+  if (is_markdown == is_yaml) throw std::runtime_error("give either --markdown or --yaml");
+  std::cout << (is_markdown ? toMarkdownTable() : toYaml());
   return 0;
+}
+
+}  // namespace
+}  // namespace cuboid_mapping_ros
+
+int main(int argc, char** argv) {
+  return cuboid_mapping::runMain("print_parameters", argc, argv, cuboid_mapping_ros::run);
 }

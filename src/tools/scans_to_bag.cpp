@@ -14,7 +14,6 @@
 #include <cstdint>
 #include <iostream>
 #include <limits>
-#include <sstream>
 #include <stdexcept>
 
 namespace cuboid_mapping_ros {
@@ -29,7 +28,7 @@ struct Options {
   std::string topic = "/cloud";
   std::string map_frame = "map";
   std::string sensor_frame = "sensor";
-  std::int64_t max_clouds = std::numeric_limits<std::int64_t>::max();
+  std::size_t max_clouds = std::numeric_limits<std::size_t>::max();
 };
 
 void checkFrame(const char* option, const std::string& frame) {
@@ -40,15 +39,6 @@ void checkFrame(const char* option, const std::string& frame) {
 }
 
 void checkOptions(const Options& options) {
-  if (!(options.rate_hz >= 0.001 && options.rate_hz <= 1000.0)) {
-    std::ostringstream message;
-    message << "--rate " << options.rate_hz << ": must be from 0.001 to 1000 Hz";
-    throw std::runtime_error(message.str());
-  }
-  if (options.max_clouds < 1) {
-    throw std::runtime_error("--clouds " + std::to_string(options.max_clouds) +
-                             ": must be 1 or more");
-  }
   std::string reason;
   if (options.topic.empty() || !ros::names::validate(options.topic, reason)) {
     throw std::runtime_error("--topic '" + options.topic + "': is no name of a topic");
@@ -94,8 +84,7 @@ sensor_msgs::PointCloud2 toCloudMessage(const std::vector<Eigen::Vector3f>& poin
 int convert(const Options& options) {
   checkOptions(options);
   const std::unique_ptr<ScanDataset> dataset = cuboid_mapping::openScanDataset(options.dataset);
-  const std::uint64_t count =
-      std::min<std::uint64_t>(static_cast<std::uint64_t>(options.max_clouds), dataset->size());
+  const std::uint64_t count = std::min<std::uint64_t>(options.max_clouds, dataset->size());
   std::uint64_t num_points = 0;
   BagOutput bag(options.bag);
   {
@@ -118,20 +107,17 @@ int convert(const Options& options) {
 
 int run(int argc, char** argv) {
   Options options;
-  CLI::App app("Makes a rosbag of a data set of scans: sensor_msgs/PointCloud2 and tf.",
-               "scans_to_bag");
-  app.add_option("dataset", options.dataset,
-                 "a folder with poses.txt and scans/NNNN.pcd, or an OctoMap .graph file")
-      ->required();
-  app.add_option("bag", options.bag, "the rosbag to write; one of that name is replaced")
-      ->required();
-  app.add_option("--rate", options.rate_hz, "clouds per second of bag time")->capture_default_str();
-  app.add_option("--topic", options.topic, "topic of the clouds")->capture_default_str();
-  app.add_option("--map-frame", options.map_frame, "parent frame of tf")->capture_default_str();
-  app.add_option("--sensor-frame", options.sensor_frame, "frame of the clouds, child frame of tf")
-      ->capture_default_str();
-  app.add_option("--clouds", options.max_clouds, "only so many clouds from the start");
-  if (const auto status = cuboid_mapping::parseCommandLine(app, argc, argv)) return *status;
+  cuboid_mapping::CommandLine line(
+      "scans_to_bag", "Makes a rosbag of a data set of scans: sensor_msgs/PointCloud2 and tf.");
+  line.addArgument("dataset", options.dataset,
+                   "a folder with poses.txt and scans/NNNN.pcd, or an OctoMap .graph file");
+  line.addArgument("bag", options.bag, "the rosbag to write; one of that name is replaced");
+  line.addNumber("rate", options.rate_hz, "clouds per second of bag time", {0.001, 1000.0});
+  line.addText("topic", options.topic, "topic of the clouds");
+  line.addText("map-frame", options.map_frame, "parent frame of tf");
+  line.addText("sensor-frame", options.sensor_frame, "frame of the clouds, child frame of tf");
+  line.addNumber("clouds", options.max_clouds, "only so many clouds from the start", {1});
+  if (const auto status = line.parse(argc, argv)) return *status;
   return convert(options);
 }
 

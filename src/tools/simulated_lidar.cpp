@@ -67,27 +67,22 @@ int runNode(int argc, char** argv) {
 int runBag(int argc, char** argv) {
   std::string file;
   DriveConfig config;
-  auto seed = static_cast<std::int64_t>(config.seed);  // CLI11 takes -1 for an unsigned number, too
-  CLI::App app(
+  cuboid_mapping::CommandLine line(
+      kName,
       "A lidar that drives through a simulated building.\n"
-      "Without --bag it is a ROS node; its private parameters are seed, rings, columns, noise, "
+      "Without --bag it is a ROS node; its private parameters are seed, rings, columns, noise,\n"
       "max_range, cloud_rate, duration, publish_clock and rate, as in _seed:=2.\n"
-      "With --bag it writes the same messages to a file, and needs no ROS master.",
-      kName);
-  CLI::Option* const bag = app.add_option("--bag", file, "rosbag to write, or to replace");
-  const auto add = [&](const std::string& name, auto& value, const std::string& help) {
-    return app.add_option(name, value, help)->needs(bag)->capture_default_str();
-  };
-  add("--duration", config.duration_s, "seconds of simulated time, more than 0");
-  add("--seed", seed, "of furniture, walker and noise");
-  add("--rings", config.lidar.rings, "beams above each other");
-  add("--columns", config.lidar.columns, "beams in a revolution");
-  add("--noise", config.lidar.range_noise_m, "standard deviation of ranges in m");
-  add("--max-range", config.lidar.max_range_m, "no return from beyond, in m");
-  add("--cloud-rate", config.cloud_rate_hz, "clouds per second");
-  if (const auto status = cuboid_mapping::parseCommandLine(app, argc, argv)) return *status;
-  if (seed < 0) throw std::runtime_error("seed = " + std::to_string(seed) + ": must be 0 or more");
-  config.seed = static_cast<std::uint64_t>(seed);
+      "With --bag it writes the same messages to a file, and needs no ROS master.");
+  line.addText("bag", file, "rosbag to write, or to replace");
+  line.addNumber("duration", config.duration_s, "seconds of simulated time, more than 0");
+  line.addNumber("seed", config.seed, "of furniture, walker and noise");
+  line.addNumber("rings", config.lidar.rings, "beams above each other");
+  line.addNumber("columns", config.lidar.columns, "beams in a revolution");
+  line.addNumber("noise", config.lidar.range_noise_m, "standard deviation of ranges in m");
+  line.addNumber("max-range", config.lidar.max_range_m, "no return from beyond, in m");
+  line.addNumber("cloud-rate", config.cloud_rate_hz, "clouds per second");
+  if (const auto status = line.parse(argc, argv)) return *status;
+  if (file.empty()) throw std::runtime_error(argv[1] + std::string(" requires --bag"));
   cuboid_mapping::catchInterrupts();
   return writeBag(file, config);
 }

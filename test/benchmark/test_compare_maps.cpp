@@ -275,6 +275,14 @@ TEST_F(CompareMaps, refusesBadOptions) {
   if (!kHasOpenvdb) expectError(folder(), {"--peers", "openvdb"}, "built without OpenVDB");
 }
 
+TEST_F(CompareMaps, explainsItselfInPlainText) {
+  const ProgramEnd help = runProgram({COMPARE_MAPS_PROGRAM, "--help"});
+  EXPECT_EQ(help.status, 0);
+  EXPECT_EQ(help.out.find('\0'), std::string::npos);
+  EXPECT_NE(help.out.find("(dynamic, static; default"), std::string::npos) << help.out;
+  EXPECT_FALSE(runProgram({COMPARE_MAPS_PROGRAM, "--version"}).out.empty());
+}
+
 TEST_F(CompareMaps, saysWhenItCannotWriteTheReport) {
   const ProgramEnd end = runProgram({COMPARE_MAPS_PROGRAM, folder(), "--peers", "none", "--json",
                                      temporary_ / "no/figures.json"});
