@@ -6,6 +6,8 @@
 #include <pcl/sample_consensus/method_types.h>
 #include <pcl/sample_consensus/model_types.h>
 #include <pcl/segmentation/sac_segmentation.h>
+#include <pcl_ros/transforms.h>
+#include <tf2_eigen/tf2_eigen.h>
 
 #include <boost/make_shared.hpp>
 
@@ -25,11 +27,10 @@ Cloud transformCloud(const std::vector<Eigen::Vector3f>& points_cloud,
                      const Eigen::Isometry3d& T_base_cloud) {
   Cloud cloud;
   cloud.reserve(points_cloud.size());
-  const Eigen::Isometry3f transform = T_base_cloud.cast<float>();
   for (const Eigen::Vector3f& point : points_cloud) {
-    const Eigen::Vector3f point_base = transform * point;
-    cloud.push_back(pcl::PointXYZ(point_base.x(), point_base.y(), point_base.z()));
+    cloud.push_back(pcl::PointXYZ(point.x(), point.y(), point.z()));
   }
+  pcl_ros::transformPointCloud(cloud, cloud, tf2::eigenToTransform(T_base_cloud).transform);
   return cloud;
 }
 
