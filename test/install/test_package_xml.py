@@ -1,0 +1,98 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: BSD-3-Clause
+"""package.xml against what the sources use, and against the keys of rosdep.
+
+usage: test_package_xml.py SOURCE_DIR
+"""
+import pathlib
+import re
+import sys
+import unittest
+import xml.etree.ElementTree as ET
+
+import rospkg
+
+SOURCE = pathlib.Path(sys.argv[1])
+# Keys of rosdep's base.yaml and python.yaml, which Debian does not ship, with Debian's packages.
+SYSTEM_KEYS = {
+    'eigen': 'libeigen3-dev',
+    'google-mock': 'libgmock-dev',
+    'gtest': 'libgtest-dev',
+    'imagemagick': 'imagemagick',
+    'libboost-program-options-dev': 'libboost-program-options-dev',
+    'libpcl-all-dev': 'libpcl-ros-dev',
+    'libpng-dev': 'libpng-dev',
+    'libzstd-dev': 'libzstd-dev',
+    'nlohmann-json-dev': 'nlohmann-json3-dev',
+    'pkg-config': 'pkg-config',
+    'python3-numpy': 'python3-numpy',
+    'xvfb': 'xvfb',
+    'yaml-cpp': 'libyaml-cpp-dev',
+    'zlib': 'zlib1g-dev',
+}
+# Only in the package index of ROS: ROS Noetic has it, Debian does not.
+NOETIC_ONLY = {'octomap_msgs'}
+
+
+def read_all(*patterns):
+    return '\n'.join(path.read_text() for pattern in patterns for path in sorted(SOURCE.glob(pattern)))
+
+
+class PackageXml(unittest.TestCase):
+    @classmethod
+    def setUpClass(cls):
+        root = ET.parse(SOURCE / 'package.xml').getroot()
+        cls.keys = {}
+        for element in root:
+            if element.tag.endswith('depend'):
+                cls.keys.setdefault(element.text, set()).add(element.tag)
+        cls.ros_packages = set(rospkg.RosPack().list()) - {'cuboid_mapping'}
+
+    def expect_declared(self, used, tags):
+        self.assertGreater(len(used), 3)
+        for name in sorted(used):
+            self.assertTrue(self.keys.get(name, set()) & tags, f'{name} is used and not declared')
+
+    def test_headers_of_the_package(self):
+        code = read_all('include/**/*.h', 'src/**/*.h', 'src/**/*.cpp', 'benchmark/**/*.cpp')
+        used = set(re.findall(r'#include <(\w+)/', code)) & self.ros_packages
+        self.expect_declared(used - NOETIC_ONLY, {'depend', 'build_depend'})
+
+    def test_headers_of_the_tests(self):
+        used = set(re.findall(r'#include <(\w+)/', read_all('test/**/*.h', 'test/**/*.cpp'))) & self.ros_packages
+        self.expect_declared(used, {'depend', 'test_depend'})
+
+    def test_python(self):
+        code = read_all('python/**/*.py', 'test/**/*.py')
+        used = set(re.findall(r'^(?:import|from) (\w+)', code, re.MULTILINE)) & self.ros_packages
+        self.expect_declared(used, {'depend', 'exec_depend', 'test_depend'})
+
+    def test_nodes_of_launch_files(self):
+        code = read_all('launch/*.launch', 'test/**/*.test')
+        used = set(re.findall(r'pkg="(\w+)"', code)) - {'cuboid_mapping'}
+        for name in used:
+            self.assertIn(name, self.keys)
+        self.assertLessEqual({'nodelet', 'rosbag', 'rviz'}, used)
+
+    def test_a_robot_needs_no_screen(self):
+        for name in ('rviz', 'xvfb', 'imagemagick'):
+            self.assertEqual(self.keys[name], {'test_depend'})
+
+    def test_system_keys_have_debian_packages(self):
+        listed = (SOURCE / 'scripts/debian-packages.txt').read_text().split('\n')
+        for key in sorted(set(self.keys) & set(SYSTEM_KEYS)):
+            self.assertIn(SYSTEM_KEYS[key], listed, key)
+        self.assertLessEqual(set(SYSTEM_KEYS), set(self.keys), 'the table of this test has keys too many')
+
+    def test_ros_keys_are_known_to_debian(self):
+        index = pathlib.Path('/usr/share/python3-rosdep2/debian.yaml')
+        if not index.exists():
+            self.skipTest('only Debian has this index')
+        known = set(re.findall(r'^([\w-]+):$', index.read_text(), re.MULTILINE))
+        self.assertGreater(len(known), 100)
+        self.assertLessEqual(set(self.keys) - set(SYSTEM_KEYS) - NOETIC_ONLY, known)
+
+
+if __name__ == '__main__':
+    del sys.argv[1:]
+    unittest.main()
