@@ -1,0 +1,77 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: BSD-3-Clause
+"""What scripts/build says: about packages, sudo, progress and errors.
+
+usage: test_build_script.py SOURCE_DIR
+"""
+import os
+import pathlib
+import shutil
+import subprocess
+import sys
+import tempfile
+import unittest
+
+SOURCE = pathlib.Path(sys.argv[1])
+RELEASE = pathlib.Path('/etc/os-release').read_text()
+
+
+@unittest.skipUnless('VERSION_CODENAME=b' in RELEASE, 'with apt packages of ROS, so on Debian')
+class BuildScript(unittest.TestCase):
+    """In a package of its own, where stubs stand for what asks and changes the machine."""
+
+    def setUp(self):
+        folder = tempfile.TemporaryDirectory()
+        self.addCleanup(folder.cleanup)
+        self.root = pathlib.Path(folder.name)
+        shutil.copytree(SOURCE / 'scripts', self.root / 'scripts')
+        self.stub('dpkg-query', 'echo installed')
+        self.stub('id', 'echo 1000')
+
+    def stub(self, name, command):
+        file = self.root / 'stubs' / name
+        file.parent.mkdir(exist_ok=True)
+        file.write_text(f'#!/bin/sh\n{command}\n')
+        file.chmod(0o755)
+
+    def make_project(self, command):
+        (self.root / 'CMakeLists.txt').write_text(
+            'cmake_minimum_required(VERSION 3.16)\nproject(example NONE)\n'
+            f'add_custom_command(OUTPUT step COMMAND {command} VERBATIM)\n'
+            'add_custom_target(steps ALL DEPENDS step)\n')
+
+    def build(self):
+        path = f"{self.root / 'stubs'}:{os.environ['PATH']}"
+        return subprocess.run([self.root / 'scripts/build'], env={**os.environ, 'PATH': path},
+                              capture_output=True, text=True)
+
+    def test_says_what_it_installs_and_why_it_asks_for_a_password(self):
+        self.stub('dpkg-query', 'case "$*" in *rviz*|*zlib*) exit 1 ;; esac; echo installed')
+        self.stub('sudo', f'echo "$*" >{self.root}/asked; exit 1')
+        end = self.build()
+        self.assertNotEqual(end.returncode, 0)
+        self.assertIn('installs 2 packages with apt', end.stdout)
+        self.assertIn('\n  rviz zlib1g-dev\n', end.stdout)
+        self.assertIn('asks sudo for your password, to install these packages', end.stdout)
+        self.assertIn('rviz zlib1g-dev', (self.root / 'asked').read_text())
+
+    def test_shows_one_line_of_progress(self):
+        self.make_project('echo chatter')
+        end = self.build()
+        self.assertEqual(end.returncode, 0, end.stderr)
+        self.assertEqual(end.stdout.count('\n'), 1, end.stdout)
+        self.assertTrue(end.stdout.startswith('scripts/build: building all'), end.stdout)
+        self.assertIn('100%', end.stdout)
+        self.assertEqual(end.stderr, '')
+
+    def test_shows_errors_in_full(self):
+        self.make_project('sh -c "echo line 7: no such name >&2; exit 1"')
+        end = self.build()
+        self.assertEqual(end.returncode, 1)
+        self.assertIn('line 7: no such name', end.stderr)
+        self.assertIn('all has failed; the whole output is in build/build.log', end.stderr)
+
+
+if __name__ == '__main__':
+    del sys.argv[1:]
+    unittest.main()
