@@ -1,0 +1,162 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: BSD-3-Clause
+"""Runs clang-tidy over the sources, many in one translation unit.
+
+usage: scripts/lint_batches.py          needs a configured build/ (scripts/build)
+
+clang-tidy looks at every header of a unit, again for each unit: that is nearly all of its time. Here
+the sources of a folder are included by one file, so that it sees their headers once. Names in
+unnamed namespaces that two of them share are told apart by macros. A source that does not compile
+in company is checked alone.
+"""
+import collections
+import concurrent.futures
+import json
+import os
+import pathlib
+import re
+import shlex
+import shutil
+import subprocess
+import sys
+
+ROOT = pathlib.Path(__file__).resolve().parent.parent
+BUILD = ROOT / 'build'
+FOLDER = BUILD / 'lint'
+LINES_OF_BATCH = 5000
+# Have names that others have with another meaning, or are not part of this build.
+ALONE = {'benchmark/micro_benchmarks.cpp', 'benchmark/openvdb_adapter_missing.cpp', 'src/query/corridor_query.cpp',
+         'src/ros/map_messages.cpp', 'test/ros/test_search_answers.cpp', 'test/ros/test_troubleshooting.cpp'}
+OWN = rf'^{re.escape(str(ROOT))}/(include|src|test|benchmark)/'
+DECLARATION = re.compile(
+    r'^(?=\S)(?:\[\[\w+\]\] )?'
+    r'(?:(?:struct|class|enum class|enum|using) (\w+)(?= |;|$)'
+    r'|(?!using|return|namespace|template|TEST|INSTANTIATE|#|//|\})[\w:<>,&*\[\] ]+[ &*](\w+)(?=\(|\[|;|\{| =))')
+
+
+def list_files(*patterns):
+    out = subprocess.run(['git', 'ls-files', *patterns], cwd=ROOT, check=True, capture_output=True)
+    return [pathlib.Path(line) for line in out.stdout.decode().splitlines()]
+
+
+def names_in(lines):
+    """What lines declare in a namespace; clang-format puts that at the beginning of the line."""
+    matches = filter(None, map(DECLARATION.match, lines))
+    return {match[1] or match[2] for match in matches}
+
+
+def types_in(text):
+    return set(re.findall(r'^(?:struct|class|enum class|using) (\w+)(?= |;|$)', text, re.MULTILINE))
+
+
+def local_names(text):
+    """What a source declares in unnamed namespaces, and main."""
+    parts = re.findall(r'^namespace \{$(.*?)^\}  // namespace$', text, re.MULTILINE | re.DOTALL)
+    return names_in('\n'.join(parts).splitlines()) | set(re.findall(r'^int (main)\b', text, re.MULTILINE))
+
+
+def group_of(source):
+    """Sources of a group need much the same headers, and have one .clang-tidy."""
+    top = source.parts[0]
+    if top == 'benchmark':
+        return top
+    with_ros = source.parts[1] in ('ros', 'tools', 'benchmark')
+    return top + ('-ros' if with_ros else '')
+
+
+def make_batches(sources):
+    groups = collections.defaultdict(list)
+    for source in sources:
+        groups[group_of(source)].append(source)
+    for group, members in groups.items():
+        lines = sum((ROOT / member).read_text().count('\n') for member in members)
+        count = 1 + lines // LINES_OF_BATCH
+        for number in range(count):
+            yield f'{group}-{number}', members[number::count]
+
+
+def compile_flags():
+    """The definitions and include folders of all targets, which agree with each other."""
+    flags = {}
+    for command in json.loads((BUILD / 'compile_commands.json').read_text()):
+        arguments = shlex.split(command['command'])
+        for flag, value in zip(arguments, arguments[1:] + ['']):
+            if flag == '-isystem':
+                flags[flag + value] = None
+            elif flag.startswith(('-I', '-D')):
+                flags[flag] = None
+    return ['-std=c++17', *flags]
+
+
+def write_batch(file, sources, header_types):
+    """One source that includes others: first what they include, then them."""
+    includes = {}
+    body = []
+    taken = set(header_types)
+    for number, source in enumerate(sources):
+        text = (ROOT / source).read_text()
+        for include in re.findall(r'^#include ([<"].*[>"])$', text, re.MULTILINE):
+            beside = ROOT / source.parent / include[1:-1]
+            includes[f'"{beside.resolve()}"' if beside.exists() else include] = None
+        names = local_names(text)
+        renamed = sorted(names & taken)
+        taken |= names
+        body += [f'#define {name} {name}{number}  // NOLINT' for name in renamed]
+        body.append(f'#include "{ROOT / source}"  // NOLINT')
+        body += [f'#undef {name}' for name in renamed]
+    file.write_text('\n'.join([f'#include {name}' for name in includes] + body) + '\n')
+
+
+def run_clang_tidy(file, arguments, flags=()):
+    end = subprocess.run(['clang-tidy', '--quiet', '--warnings-as-errors=*', '--header-filter=' + OWN,
+                          *arguments, str(file), *flags], cwd=ROOT, capture_output=True, text=True)
+    return end.returncode == 0, end.stdout
+
+
+def lint(name, sources, flags, header_types):
+    """@return whether all is well, and what clang-tidy says."""
+    alone = [source for source in sources if str(source) in ALONE]
+    together = [source for source in sources if str(source) not in ALONE]
+    # In the folder lies a .clang-tidy as beside the sources.
+    file = FOLDER / name.split('-')[0] / (name + '.cpp')
+    good, text = True, ''
+    while together:
+        write_batch(file, together, header_types)
+        good, text = run_clang_tidy(file, [], ['--', *flags])
+        broken = {source for source in together
+                  if re.search(rf'^{re.escape(str(ROOT / source))}:.*clang-diagnostic-error', text, re.MULTILINE)}
+        if not broken:
+            break
+        alone += sorted(broken)
+        together = [source for source in together if source not in broken]
+    for source in alone:
+        fine, said = run_clang_tidy(source, ['-p', str(BUILD), '--extra-arg=-std=c++17'])
+        good, text = good and fine, text + said
+    together_text = f'{len(together)} sources together, {len(alone)} alone'
+    return good, f'{name}: {together_text}\n{text}'
+
+
+def main():
+    shutil.rmtree(FOLDER, ignore_errors=True)
+    for top in ('src', 'test', 'benchmark'):
+        (FOLDER / top).mkdir(parents=True)
+    shutil.copy(ROOT / '.clang-tidy', FOLDER)
+    shutil.copy(ROOT / 'test/.clang-tidy', FOLDER / 'test')
+    headers = list_files('include/*.h', 'src/*.h', 'benchmark/*.h', 'test/*.h')
+    header_types = types_in('\n'.join((ROOT / header).read_text() for header in headers))
+    sources = list_files('src/*.cpp', 'test/*.cpp', 'benchmark/*.cpp')
+    flags = compile_flags()
+    print(f'clang-tidy: {len(sources)} sources')
+    all_good = True
+    with concurrent.futures.ThreadPoolExecutor(os.cpu_count()) as pool:
+        jobs = [pool.submit(lint, name, members, flags, header_types)
+                for name, members in make_batches(sources)]
+        for job in concurrent.futures.as_completed(jobs):
+            good, text = job.result()
+            print(text, flush=True)
+            all_good = all_good and good
+    return 0 if all_good else 1
+
+
+if __name__ == '__main__':
+    sys.exit(main())
