@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <cassert>
 #include <cmath>
-#include <cstring>
 #include <limits>
 #include <vector>
 
@@ -80,12 +79,11 @@ struct PackedVoxels::Unpacked {
   Unpacked() = default;
   explicit Unpacked(const PackedVoxels& packed)
       : known(packed.known()), occupied(packed.occupied()) {
-    if (packed.isEmpty()) return;
-    const Header& header = *packed.block_;
-    num_planes = header.num_planes;
+    const Shape& shape = packed.shape_;
+    num_planes = shape.num_planes;
     std::copy(packed.planes(), packed.planes() + num_planes, planes.begin());
-    values[0].assign(packed.values(), header.num_free_values);
-    values[1].assign(packed.values() + header.num_free_values, header.num_occupied_values);
+    values[0].assign(packed.values(), shape.num_free_values);
+    values[1].assign(packed.values() + shape.num_free_values, shape.num_occupied_values);
   }
 
   void flip(const BrickMask& voxels, int from, int to) {
@@ -131,14 +129,10 @@ struct PackedVoxels::Unpacked {
   }
 };
 
-PackedVoxels::PackedVoxels(const PackedVoxels& other) { *this = other; }
-
-PackedVoxels& PackedVoxels::operator=(const PackedVoxels& other) {
-  if (this == &other) return *this;
-  const std::size_t num_bytes = other.numBytes();
-  block_.reset(num_bytes == 0 ? nullptr : static_cast<Header*>(::operator new(num_bytes)));
-  if (num_bytes > 0) std::memcpy(static_cast<void*>(block_.get()), other.block_.get(), num_bytes);
-  return *this;
+PackedVoxels::PackedVoxels(const PackedVoxels& other)
+    : block_(other.isEmpty() ? nullptr : new std::byte[other.numBytes()]) {
+  shape_ = other.shape_;
+  std::copy(other.block_.get(), other.block_.get() + other.numBytes(), block_.get());
 }
 
 PackedVoxels::PackedVoxels(const BrickMask& known, const VoxelValues& values) {
@@ -166,20 +160,20 @@ PackedVoxels::PackedVoxels(const BrickMask& known, float log_odds) {
 }
 
 const BrickMask& PackedVoxels::known() const {
-  if (block_ == nullptr) return kNoVoxels;
-  return block_->has_known ? masks()[0] : kAllVoxels;
+  if (isEmpty()) return kNoVoxels;
+  return shape_.has_known ? masks()[0] : kAllVoxels;
 }
 
 const BrickMask& PackedVoxels::occupied() const {
   if (!isAnyOccupied()) return kNoVoxels;
-  if (block_->has_occupied) return masks()[block_->has_known ? 1 : 0];
+  if (shape_.has_occupied) return masks()[shape_.has_known ? 1 : 0];
   return known();
 }
 
 std::optional<float> PackedVoxels::at(int voxel) const {
   if (!known().test(voxel)) return std::nullopt;
-  int number = occupied().test(voxel) ? block_->num_free_values : 0;
-  for (int i = 0; i < block_->num_planes; ++i) {
+  int number = occupied().test(voxel) ? shape_.num_free_values : 0;
+  for (int i = 0; i < shape_.num_planes; ++i) {
     number += static_cast<int>(planes()[i].test(voxel)) << i;
   }
   return values()[number];
@@ -232,12 +226,10 @@ VoxelChange PackedVoxels::apply(const BrickMask& hits, const BrickMask& all_miss
     const BrickMask fresh = observation.voxels.without(known());
     if (!fresh.isEmpty()) move(fresh, model.update(0.0F, observation.log_odds), false, -1);
   }
-  if (!isEmpty()) {
-    const BrickMask free_voxels = free();
-    for (int i = 0; i < block_->num_free_values; ++i) observe(i, values()[i], free_voxels, false);
-    for (int i = 0; i < block_->num_occupied_values; ++i) {
-      observe(i, values()[block_->num_free_values + i], occupied(), true);
-    }
+  const BrickMask free_voxels = free();
+  for (int i = 0; i < shape_.num_free_values; ++i) observe(i, values()[i], free_voxels, false);
+  for (int i = 0; i < shape_.num_occupied_values; ++i) {
+    observe(i, values()[shape_.num_free_values + i], occupied(), true);
   }
   if (moves.empty()) return change;
 
@@ -276,34 +268,32 @@ VoxelChange PackedVoxels::replace(const BrickMask& part, const PackedVoxels& oth
   return change;
 }
 
-std::size_t PackedVoxels::numBytes() const { return isEmpty() ? 0 : numBytes(*block_); }
-
-std::size_t PackedVoxels::numBytes(const Header& header) {
-  const std::size_t num_masks = (header.has_known ? 1U : 0U) + (header.has_occupied ? 1U : 0U) +
-                                std::size_t{header.num_planes};
+std::size_t PackedVoxels::numBytes(const Shape& shape) {
+  const std::size_t num_masks =
+      (shape.has_known ? 1U : 0U) + (shape.has_occupied ? 1U : 0U) + std::size_t{shape.num_planes};
   const std::size_t num_values =
-      std::size_t{header.num_free_values} + std::size_t{header.num_occupied_values};
-  return sizeof(Header) + num_masks * sizeof(BrickMask) + num_values * sizeof(float);
+      std::size_t{shape.num_free_values} + std::size_t{shape.num_occupied_values};
+  return num_masks * sizeof(BrickMask) + num_values * sizeof(float);
 }
 
 void PackedVoxels::pack(const Unpacked& unpacked) {
   if (unpacked.known.isEmpty()) {
-    block_.reset();
+    *this = PackedVoxels();
     return;
   }
   const int num_free = unpacked.values[0].size();
   const int num_occupied = unpacked.values[1].size();
-  const Header header{static_cast<std::uint16_t>(num_free),
-                      static_cast<std::uint16_t>(num_occupied),
-                      static_cast<std::uint8_t>(unpacked.num_planes), !unpacked.known.isFull(),
-                      num_free > 0 && num_occupied > 0};
-  const std::size_t num_bytes = numBytes(header);
-  if (num_bytes != numBytes()) block_.reset(static_cast<Header*>(::operator new(num_bytes)));
-  *block_ = header;
+  const Shape shape{static_cast<std::uint16_t>(num_free),
+                    static_cast<std::uint16_t>(num_occupied),
+                    static_cast<std::uint8_t>(unpacked.num_planes), !unpacked.known.isFull(),
+                    num_free > 0 && num_occupied > 0};
+  const std::size_t num_bytes = numBytes(shape);
+  if (num_bytes != numBytes()) block_.reset(new std::byte[num_bytes]);
+  shape_ = shape;
   auto* mask = const_cast<BrickMask*>(masks());
-  if (header.has_known) *mask++ = unpacked.known;
-  if (header.has_occupied) *mask++ = unpacked.occupied;
-  mask = std::copy(unpacked.planes.begin(), unpacked.planes.begin() + header.num_planes, mask);
+  if (shape.has_known) *mask++ = unpacked.known;
+  if (shape.has_occupied) *mask++ = unpacked.occupied;
+  mask = std::copy(unpacked.planes.begin(), unpacked.planes.begin() + shape.num_planes, mask);
   auto* value = reinterpret_cast<float*>(mask);
   value = std::copy(unpacked.values[0].data(), unpacked.values[0].data() + num_free, value);
   std::copy(unpacked.values[1].data(), unpacked.values[1].data() + num_occupied, value);

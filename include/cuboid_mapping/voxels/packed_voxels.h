@@ -8,6 +8,7 @@
 #include <cstddef>
 #include <memory>
 #include <optional>
+#include <utility>
 
 namespace cuboid_mapping {
 
@@ -26,7 +27,7 @@ using VoxelValues = std::array<float, kBrickVoxels>;
 /// log-odds that occur, each once: first those of free voxels, then those of occupied ones. Which of
 /// them a voxel has is a number, bit by bit in as many masks (bit planes) as the longer of the two
 /// lists needs. A mask that follows from the rest is left out. So a brick of one log-odds takes
-/// 16 bytes, and others 0.6 to 6 bits a voxel.
+/// 8 bytes, and others 0.6 to 6 bits a voxel.
 ///
 /// An observation works on whole masks: all voxels of one log-odds go to their next one at once. That
 /// costs the number of different log-odds, not of voxels, and there is no unpacked form. Nothing is
@@ -36,9 +37,11 @@ class PackedVoxels {
   /// No voxel is known.
   PackedVoxels() = default;
   PackedVoxels(const PackedVoxels& other);
-  PackedVoxels(PackedVoxels&& other) noexcept = default;
-  PackedVoxels& operator=(const PackedVoxels& other);
-  PackedVoxels& operator=(PackedVoxels&& other) noexcept = default;
+  PackedVoxels(PackedVoxels&& other) noexcept { swap(other); }
+  PackedVoxels& operator=(PackedVoxels other) noexcept {
+    swap(other);
+    return *this;
+  }
   ~PackedVoxels() = default;
 
   /// @param known  Voxels whose values count. @pre These are finite.
@@ -46,15 +49,15 @@ class PackedVoxels {
   /// Voxels of one log-odds. @pre It is finite.
   PackedVoxels(const BrickMask& known, float log_odds);
 
-  [[nodiscard]] bool isEmpty() const { return block_ == nullptr; }
+  [[nodiscard]] bool isEmpty() const { return numValues() == 0; }
   [[nodiscard]] const BrickMask& known() const;
   /// A part of the known ones.
   [[nodiscard]] const BrickMask& occupied() const;
   [[nodiscard]] BrickMask free() const { return known().without(occupied()); }
-  [[nodiscard]] bool isAnyOccupied() const { return block_ && block_->num_occupied_values > 0; }
+  [[nodiscard]] bool isAnyOccupied() const { return shape_.num_occupied_values > 0; }
   /// All voxels are known, none is occupied.
   [[nodiscard]] bool isAllFree() const {
-    return block_ && block_->num_occupied_values == 0 && !block_->has_known;
+    return !isEmpty() && shape_.num_occupied_values == 0 && !shape_.has_known;
   }
 
   [[nodiscard]] Occupancy occupancyAt(int voxel) const {
@@ -67,13 +70,10 @@ class PackedVoxels {
   /// voxels that have it, which are some.
   template <typename VisitorT>
   void forEachValue(VisitorT visit) const {
-    if (block_ == nullptr) return;
     const BrickMask free_voxels = free();
-    for (int i = 0; i < block_->num_free_values; ++i) {
-      visit(values()[i], voxelsOf(i, free_voxels));
-    }
-    for (int i = 0; i < block_->num_occupied_values; ++i) {
-      visit(values()[block_->num_free_values + i], voxelsOf(i, occupied()));
+    for (int i = 0; i < shape_.num_free_values; ++i) visit(values()[i], voxelsOf(i, free_voxels));
+    for (int i = 0; i < shape_.num_occupied_values; ++i) {
+      visit(values()[shape_.num_free_values + i], voxelsOf(i, occupied()));
     }
   }
   /// Writes the log-odds of the known voxels.
@@ -87,47 +87,52 @@ class PackedVoxels {
   VoxelChange replace(const BrickMask& part, const PackedVoxels& other);
 
   /// Bytes of the block.
-  [[nodiscard]] std::size_t numBytes() const;
+  [[nodiscard]] std::size_t numBytes() const { return numBytes(shape_); }
 
   /// The same voxels are known, with the same log-odds.
   friend bool operator==(const PackedVoxels& a, const PackedVoxels& b);
   friend bool operator!=(const PackedVoxels& a, const PackedVoxels& b) { return !(a == b); }
 
  private:
-  /// Begins the block of memory; masks and values follow it.
-  struct Header {
-    std::uint16_t num_free_values;
-    std::uint16_t num_occupied_values;
-    std::uint8_t num_planes;
-    bool has_known;     ///< Else all voxels are known.
-    bool has_occupied;  ///< Else all known voxels are of one class.
+  /// What the block holds: masks first, then values.
+  struct Shape {
+    std::uint16_t num_free_values = 0;
+    std::uint16_t num_occupied_values = 0;
+    std::uint8_t num_planes = 0;
+    bool has_known = false;     ///< Else all voxels are known, or none.
+    bool has_occupied = false;  ///< Else all known voxels are of one class.
   };
   struct Unpacked;
-  struct FreeMemory {
-    void operator()(Header* header) const { ::operator delete(header); }
-  };
 
+  void swap(PackedVoxels& other) noexcept {
+    std::swap(shape_, other.shape_);
+    std::swap(block_, other.block_);
+  }
+  [[nodiscard]] int numValues() const {
+    return shape_.num_free_values + shape_.num_occupied_values;
+  }
   [[nodiscard]] const BrickMask* masks() const {
-    return reinterpret_cast<const BrickMask*>(block_.get() + 1);
+    return reinterpret_cast<const BrickMask*>(block_.get());
   }
   [[nodiscard]] const BrickMask* planes() const {
-    return masks() + (block_->has_known ? 1 : 0) + (block_->has_occupied ? 1 : 0);
+    return masks() + (shape_.has_known ? 1 : 0) + (shape_.has_occupied ? 1 : 0);
   }
   [[nodiscard]] const float* values() const {
-    return reinterpret_cast<const float*>(planes() + block_->num_planes);
+    return reinterpret_cast<const float*>(planes() + shape_.num_planes);
   }
   /// The voxels of a class that have the log-odds of this number.
   [[nodiscard]] BrickMask voxelsOf(int number, const BrickMask& of_class) const {
     BrickMask voxels = of_class;
-    for (int i = 0; i < block_->num_planes; ++i) {
+    for (int i = 0; i < shape_.num_planes; ++i) {
       voxels &= (number >> i & 1) != 0 ? planes()[i] : ~planes()[i];
     }
     return voxels;
   }
-  [[nodiscard]] static std::size_t numBytes(const Header& header);
+  [[nodiscard]] static std::size_t numBytes(const Shape& shape);
   void pack(const Unpacked& unpacked);
 
-  std::unique_ptr<Header, FreeMemory> block_;  ///< None: no voxel is known.
+  Shape shape_;
+  std::unique_ptr<std::byte[]> block_;
 };
 
 }  // namespace cuboid_mapping
