@@ -22,19 +22,6 @@ float toLogOdds(double probability) {
 
 double toProbability(float log_odds) { return 1.0 - 1.0 / (1.0 + std::exp(log_odds)); }
 
-void MeanLogOdds::add(float log_odds, double num_voxels) {
-  least_ = std::min(least_, log_odds);
-  greatest_ = std::max(greatest_, log_odds);
-  sum_ += toProbability(log_odds) * num_voxels;
-  num_voxels_ += num_voxels;
-}
-
-float MeanLogOdds::value() const {
-  assert(num_voxels_ > 0.0);
-  if (least_ == greatest_) return least_;
-  return std::clamp(toLogOdds(sum_ / num_voxels_), least_, greatest_);
-}
-
 const char* toString(Environment environment) {
   return environment == Environment::kStatic ? "static" : "dynamic";
 }

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Says how far two maps agree, voxel by voxel.
 #include "command_line.h"
-#include "cuboid_mapping/io/map_comparison.h"
+#include "map_comparison.h"
 #include "cuboid_mapping/io/map_files.h"
 #include "progress_bar.h"
 

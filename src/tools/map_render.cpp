@@ -3,7 +3,7 @@
 #include "command_line.h"
 #include "cuboid_mapping/io/file_replacement.h"
 #include "cuboid_mapping/io/map_files.h"
-#include "cuboid_mapping/io/map_picture.h"
+#include "map_picture.h"
 #include "progress_bar.h"
 
 #include <algorithm>

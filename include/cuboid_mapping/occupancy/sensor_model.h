@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
-#include <limits>
-
 namespace cuboid_mapping {
 
 /// log(p / (1 - p)); minus or plus infinity at 0 and 1. octomap::logodds.
@@ -10,21 +8,6 @@ namespace cuboid_mapping {
 
 /// Inverse of toLogOdds. octomap::probability.
 [[nodiscard]] double toProbability(float log_odds);
-
-/// Mean probability of voxels, as log-odds.
-class MeanLogOdds {
- public:
-  void add(float log_odds, double num_voxels);
-
-  /// Exactly that of all voxels when they have the same. @pre one was added.
-  [[nodiscard]] float value() const;
-
- private:
-  float least_ = std::numeric_limits<float>::max();
-  float greatest_ = std::numeric_limits<float>::lowest();
-  double sum_ = 0.0;  ///< Of the voxels' probabilities.
-  double num_voxels_ = 0.0;
-};
 
 /// What is known of a voxel. Unknown means: no cuboid holds it. It is never "probability 0.5".
 enum class Occupancy : unsigned char { kUnknown, kFree, kOccupied };

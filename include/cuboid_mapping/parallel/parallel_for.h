@@ -1,31 +1,40 @@
 // SPDX-License-Identifier: BSD-3-Clause
+// Work on threads that live as long as the program: they are started when they are first needed.
 #pragma once
 
-#include <algorithm>
-#include <atomic>
 #include <cstddef>
-#include <future>
-#include <vector>
+#include <functional>
+#include <memory>
 
 namespace cuboid_mapping {
 
 /// Calls work(i) once for each i in [0, count), on up to `threads` threads; the caller's is one.
 ///
 /// Blocks until all are done. Which thread takes which i is left open, so that `work` must not
-/// depend on it. An exception of `work` is thrown here.
-template <typename WorkT>
-void parallelFor(std::size_t count, int threads, const WorkT& work) {
-  std::atomic<std::size_t> next{0};
-  const auto run = [&] {
-    for (std::size_t i = next++; i < count; i = next++) work(i);
-  };
-  std::vector<std::future<void>> others;
-  for (std::size_t i = 1; i < std::min(static_cast<std::size_t>(std::max(threads, 1)), count);
-       ++i) {
-    others.push_back(std::async(std::launch::async, run));
-  }
-  run();
-  for (std::future<void>& other : others) other.get();
-}
+/// depend on it. Where no more threads can be started, those that there are do the work. An
+/// exception of `work` is thrown here, when no work is under way any more; some i may have been left
+/// out then. Calls may run side by side and inside of each other.
+void parallelFor(std::size_t count, int threads, const std::function<void(std::size_t)>& work);
+
+/// Work that goes on beside the thread that has started it.
+class BackgroundWork {
+ public:
+  BackgroundWork() = default;
+  /// Starts it. Where no thread can be started, it is done in wait().
+  explicit BackgroundWork(const std::function<void()>& work);
+  BackgroundWork(BackgroundWork&&) = default;
+  BackgroundWork& operator=(BackgroundWork&& other) = default;
+  /// Waits; an exception of the work is lost then.
+  ~BackgroundWork();
+
+  /// Blocks until the work is done, and takes part in it. Throws what it has thrown, once.
+  void wait();
+
+ private:
+  struct Job;
+  std::shared_ptr<Job> job_;
+
+  friend class ThreadPool;
+};
 
 }  // namespace cuboid_mapping

@@ -10,6 +10,7 @@
 
 #include <cstdint>
 #include <limits>
+#include <utility>
 #include <vector>
 
 namespace cuboid_mapping {
@@ -40,6 +41,9 @@ class ScanUpdater {
   /// @return valid until the next call.
   /// @complexity O(voxels passed), and O(b log b) for b touched bricks.
   const ScanUpdate& compute(const Scan& scan);
+
+  /// Exchanges the last update for another object, whose memory is used again.
+  void swapUpdate(ScanUpdate& update) { std::swap(update_, update); }
 
  private:
   /// What one thread knows of a brick, and its place along the Morton curve.

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "cuboid_mapping/io/map_comparison.h"
+#include "map_comparison.h"
 
 #include <algorithm>
 #include <cmath>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "cuboid_mapping/io/map_picture.h"
+#include "map_picture.h"
 
 #include "cuboid_mapping/map/cuboid_search.h"
 #include "cuboid_mapping/parallel/parallel_for.h"

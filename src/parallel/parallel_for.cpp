@@ -1,0 +1,159 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "cuboid_mapping/parallel/parallel_for.h"
+
+#include <algorithm>
+#include <condition_variable>
+#include <deque>
+#include <exception>
+#include <mutex>
+#include <system_error>
+#include <thread>
+#include <utility>
+#include <vector>
+
+namespace cuboid_mapping {
+
+/// Steps of one call, which several threads share. All members are guarded by the pool's mutex.
+struct BackgroundWork::Job {
+  std::function<void(std::size_t)> work;
+  std::size_t count;
+  std::size_t max_helpers;  ///< Threads of the pool that may take part at a time.
+  std::size_t next = 0;
+  std::size_t num_helpers = 0;
+  std::size_t num_running = 0;  ///< Steps that are under way.
+  std::exception_ptr error;
+
+  [[nodiscard]] bool wantsHelper() const { return next < count && num_helpers < max_helpers; }
+  [[nodiscard]] bool isDone() const { return next >= count && num_running == 0; }
+};
+
+/// The threads of the program.
+class ThreadPool {
+ public:
+  using Job = BackgroundWork::Job;
+
+  static ThreadPool& instance() {
+    static ThreadPool pool;
+    return pool;
+  }
+
+  ~ThreadPool() {
+    {
+      const std::lock_guard<std::mutex> lock(mutex_);
+      is_ending_ = true;
+    }
+    changed_.notify_all();
+    for (std::thread& thread : threads_) thread.join();
+  }
+
+  std::shared_ptr<Job> start(std::size_t count, std::size_t max_helpers,
+                             std::function<void(std::size_t)> work) {
+    auto job = std::make_shared<Job>();
+    job->work = std::move(work);
+    job->count = count;
+    job->max_helpers = max_helpers;
+    if (max_helpers == 0) return job;
+    {
+      const std::lock_guard<std::mutex> lock(mutex_);
+      jobs_.push_back(job);
+      startThreads(max_helpers);
+    }
+    changed_.notify_all();
+    return job;
+  }
+
+  /// Takes part in a job until it is done.
+  void finish(Job& job) {
+    std::unique_lock<std::mutex> lock(mutex_);
+    takeSteps(job, lock);
+    changed_.wait(lock, [&job] { return job.isDone(); });
+    jobs_.erase(std::remove_if(jobs_.begin(), jobs_.end(),
+                               [&job](const auto& other) { return other.get() == &job; }),
+                jobs_.end());
+    if (job.error) std::rethrow_exception(std::exchange(job.error, nullptr));
+  }
+
+ private:
+  /// So many at least, if the machine lets it.
+  void startThreads(std::size_t count) {
+    while (threads_.size() < count) {
+      try {
+        threads_.emplace_back([this] { run(); });
+      } catch (const std::system_error&) {
+        return;
+      }
+    }
+  }
+
+  void run() {
+    std::unique_lock<std::mutex> lock(mutex_);
+    while (!is_ending_) {
+      const auto found = std::find_if(jobs_.begin(), jobs_.end(),
+                                      [](const auto& job) { return job->wantsHelper(); });
+      if (found == jobs_.end()) {
+        changed_.wait(lock);
+        continue;
+      }
+      const std::shared_ptr<Job> job = *found;
+      ++job->num_helpers;
+      takeSteps(*job, lock);
+      --job->num_helpers;
+    }
+  }
+
+  /// Does steps until none is left that nobody has begun.
+  void takeSteps(Job& job, std::unique_lock<std::mutex>& lock) {
+    while (job.next < job.count) {
+      const std::size_t step = job.next++;
+      ++job.num_running;
+      lock.unlock();
+      std::exception_ptr error;
+      try {
+        job.work(step);
+      } catch (...) {
+        error = std::current_exception();
+      }
+      lock.lock();
+      --job.num_running;
+      if (error) {
+        job.error = error;
+        job.next = job.count;
+      }
+    }
+    if (job.isDone()) changed_.notify_all();
+  }
+
+  std::mutex mutex_;
+  std::condition_variable changed_;  ///< A job has come, or is done.
+  std::deque<std::shared_ptr<Job>> jobs_;
+  std::vector<std::thread> threads_;
+  bool is_ending_ = false;
+};
+
+void parallelFor(std::size_t count, int threads, const std::function<void(std::size_t)>& work) {
+  const auto most = static_cast<std::size_t>(std::max(threads, 1));
+  if (most == 1 || count < 2) {
+    for (std::size_t i = 0; i < count; ++i) work(i);
+    return;
+  }
+  ThreadPool& pool = ThreadPool::instance();
+  pool.finish(*pool.start(count, std::min(most, count) - 1, work));
+}
+
+BackgroundWork::BackgroundWork(const std::function<void()>& work)
+    : job_(ThreadPool::instance().start(1, 1, [work](std::size_t) { work(); })) {}
+
+BackgroundWork::~BackgroundWork() {
+  try {
+    wait();
+  } catch (...) {  // NOLINT: said above
+  }
+}
+
+void BackgroundWork::wait() {
+  if (job_ == nullptr) return;
+  const std::shared_ptr<Job> job = std::exchange(job_, nullptr);
+  ThreadPool::instance().finish(*job);
+}
+
+}  // namespace cuboid_mapping
