@@ -12,11 +12,12 @@ from cuboid_mapping_client.map_copy import MapCopy
 class CuboidMapClient:
     """Follows cuboid_map and cuboid_map_updates into a MapCopy. Thread-safe.
 
-    server: name of the node, for ~get_map, which is asked when updates were lost.
+    server: name of the node, for ~get_map, which is asked when updates were lost. In the namespace of
+        this node unless it begins with a slash.
     on_change: called with this client after each change of the map.
     """
 
-    def __init__(self, server='/cuboid_mapping', on_change=None):
+    def __init__(self, server='cuboid_mapping', on_change=None):
         self._lock = threading.RLock()
         self._copy = MapCopy()
         self._frame_id = ''

@@ -33,6 +33,7 @@ using cuboid_mapping::kAllCells;
 using cuboid_mapping::MetricBox;
 
 constexpr int toInt(CorridorEnd end) { return static_cast<int>(end); }
+static_assert(FindCorridor::Response::NOT_SEARCHED == toInt(CorridorEnd::kInvalid));
 static_assert(FindCorridor::Response::FOUND == toInt(CorridorEnd::kFound));
 static_assert(FindCorridor::Response::START_BLOCKED == toInt(CorridorEnd::kStartBlocked));
 static_assert(FindCorridor::Response::GOAL_BLOCKED == toInt(CorridorEnd::kGoalBlocked));

@@ -1,28 +1,85 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// An example of a planner: follows the map of the mapping node, and keeps a corridor from the robot to
-// the goal that was clicked in rviz, which is found anew whenever the map has changed.
+// An example of a planner, made of what the package exports: follows the map of the mapping node, and
+// keeps a corridor from the robot to the goal that was clicked in rviz. The corridor is found anew
+// whenever the map has changed.
 #include "cuboid_mapping/query/corridor_query.h"
 #include "cuboid_mapping/query/fit_query.h"
 #include "cuboid_mapping/ros/cuboid_map_client.h"
-#include "cuboid_mapping/ros/request_reader.h"
-#include "cuboid_mapping/ros/tf_lookup.h"
 
 #include <geometry_msgs/PoseStamped.h>
 #include <nav_msgs/Path.h>
 #include <ros/ros.h>
+#include <tf2_eigen/tf2_eigen.h>
 #include <tf2_ros/transform_listener.h>
 #include <visualization_msgs/MarkerArray.h>
 
 #include <atomic>
 #include <optional>
+#include <string>
 
-namespace cuboid_mapping_ros {
 namespace {
 
+using cuboid_mapping::CellBox;
 using cuboid_mapping::Corridor;
 using cuboid_mapping::CorridorEnd;
+using cuboid_mapping::CorridorTask;
 using cuboid_mapping::CuboidMap;
+using cuboid_mapping::Grid;
 using cuboid_mapping::MetricBox;
+using cuboid_mapping::UnknownPolicy;
+using visualization_msgs::Marker;
+using visualization_msgs::MarkerArray;
+
+/// What each end of a search means, and what follows from it.
+const char* explain(CorridorEnd end) {
+  switch (end) {
+    case CorridorEnd::kFound: return "FOUND: there is a way to the goal";
+    case CorridorEnd::kInvalid:
+      return "INVALID: the size of the robot or the goal makes no sense; check size_x, size_y, "
+             "size_z and the goal";
+    case CorridorEnd::kStartBlocked:
+      return "START_BLOCKED: the robot's box meets an obstacle or unknown space where it stands; "
+             "it waits until the map there is free";
+    case CorridorEnd::kGoalBlocked:
+      return "GOAL_BLOCKED: an obstacle or unknown space is at the goal; choose another goal, or "
+             "drive to where the robot can see it";
+    case CorridorEnd::kNoWay:
+      return "NO_WAY: no way leads through free space now; it waits until the map changes";
+    case CorridorEnd::kTimeLimit:
+      return "TIME_LIMIT: the search took too long, and there may be a way; raise time_limit";
+  }
+  return "";
+}
+
+geometry_msgs::Vector3 toMessage(const Eigen::Vector3d& vector) {
+  geometry_msgs::Vector3 message;
+  message.x = vector.x();
+  message.y = vector.y();
+  message.z = vector.z();
+  return message;
+}
+
+/// A box, or the ball in it, to be seen through.
+Marker makeMarker(const std::string& ns, int type, const Eigen::Vector3d& center,
+                  const Eigen::Vector3d& size_m, const std_msgs::ColorRGBA& color) {
+  Marker marker;
+  marker.ns = ns;
+  marker.type = type;
+  marker.pose.position = tf2::toMsg(center);
+  marker.pose.orientation.w = 1.0;
+  marker.scale = toMessage(size_m);
+  marker.color = color;
+  return marker;
+}
+
+std_msgs::ColorRGBA makeColor(float r, float g, float b, float a) {
+  std_msgs::ColorRGBA color;
+  color.r = r;
+  color.g = g;
+  color.b = b;
+  color.a = a;
+  return color;
+}
 
 class ExamplePlanner {
  public:
@@ -30,101 +87,147 @@ class ExamplePlanner {
       : size_m_(private_nh_.param("size_x", 0.5), private_nh_.param("size_y", 0.5),
                 private_nh_.param("size_z", 0.5)),
         height_m_(private_nh_.param("height", 0.6)),
+        time_limit_s_(private_nh_.param("time_limit", 0.5)),
+        policy_(private_nh_.param("unknown_passes", false) ? UnknownPolicy::kPass
+                                                           : UnknownPolicy::kStop),
         robot_frame_(private_nh_.param<std::string>("robot_frame", "base_link")),
-        client_(nh_, private_nh_.param<std::string>("server", "/cuboid_mapping"),
+        client_(nh_, private_nh_.param<std::string>("server", "cuboid_mapping"),
                 [this](std::uint64_t /*revision*/) { is_map_new_ = true; }) {
     path_publisher_ = nh_.advertise<nav_msgs::Path>("path", 1, true);
-    corridor_publisher_ = nh_.advertise<visualization_msgs::MarkerArray>("corridor", 1, true);
-    goal_subscriber_ = nh_.subscribe("/move_base_simple/goal", 1, &ExamplePlanner::onGoal, this);
+    corridor_publisher_ = nh_.advertise<MarkerArray>("corridor", 1, true);
+    goal_subscriber_ = nh_.subscribe("move_base_simple/goal", 1, &ExamplePlanner::onGoal, this);
     timer_ = nh_.createWallTimer(ros::WallDuration(0.1), &ExamplePlanner::onTimer, this);
   }
 
  private:
   void onGoal(const geometry_msgs::PoseStamped& goal) {
-    goal_ = Eigen::Vector3d(goal.pose.position.x, goal.pose.position.y, height_m_);
+    Eigen::Vector3d position;
+    tf2::fromMsg(goal.pose.position, position);
+    if (!position.allFinite()) {
+      ROS_ERROR("goal refused: its position is not finite; the goal before it stays");
+      return;
+    }
+    clicked_goal_ = goal;
     is_map_new_ = true;
   }
 
   void onTimer(const ros::WallTimerEvent& /*event*/) {
-    if (!goal_ || !client_.hasMap() || !is_map_new_.exchange(false)) return;
-    const TfLookup robot =
-        lookupTransform(tf_buffer_, client_.frameId(), robot_frame_, ros::Time());
-    if (!robot.T_target_source) {
-      ROS_WARN_THROTTLE(5.0, "where is the robot? %s", robot.error.c_str());
+    if (!clicked_goal_ || !client_.hasMap() || !is_map_new_.exchange(false)) return;
+    const auto T_map_robot = lookup(robot_frame_);
+    const auto T_map_goal = lookup(clicked_goal_->header.frame_id);
+    if (!T_map_robot || !T_map_goal) {
+      is_map_new_ = true;  // again at the next turn of the timer
       return;
     }
-    Eigen::Vector3d start = robot.T_target_source->translation();
-    start.z() = height_m_;
+    Eigen::Vector3d goal;
+    tf2::fromMsg(clicked_goal_->pose.position, goal);
+    goal = *T_map_goal * goal;
+    Eigen::Vector3d start = T_map_robot->translation();
+    start.z() = goal.z() = height_m_;
     const Corridor corridor =
-        client_.read([&](const CuboidMap& map) { return plan(map, start, *goal_); });
-    if (corridor.end != CorridorEnd::kFound) ROS_WARN_THROTTLE(1.0, "no way to the goal now");
-    show(corridor);
+        client_.read([&](const CuboidMap& map) { return plan(map, start, goal); });
+    tell(corridor);
+    show(corridor, start, goal);
+  }
+
+  /// The latest pose of a frame in the map; that of the map's own frame where it has no name.
+  std::optional<Eigen::Isometry3d> lookup(const std::string& frame_id) const {
+    const std::string map_frame = client_.frameId();
+    if (frame_id.empty() || frame_id == map_frame) return Eigen::Isometry3d::Identity();
+    try {
+      return tf2::transformToEigen(tf_buffer_.lookupTransform(map_frame, frame_id, ros::Time()));
+    } catch (const tf2::TransformException& exception) {
+      ROS_WARN_THROTTLE(5.0, "no transform '%s' -> '%s': %s", frame_id.c_str(), map_frame.c_str(),
+                        exception.what());
+      return std::nullopt;
+    }
   }
 
   /// From the places nearest to robot and goal at which the robot's box fits.
-  [[nodiscard]] Corridor plan(const CuboidMap& map, const Eigen::Vector3d& start,
-                              const Eigen::Vector3d& goal) const {
-    constexpr auto kPolicy = cuboid_mapping::UnknownPolicy::kPass;
-    cuboid_mapping::CorridorTask task;
-    task.start_map = findNearestFit(map, start, size_m_, kPolicy, 1.0).value_or(start);
-    task.goal_map = findNearestFit(map, goal, size_m_, kPolicy, 1.0).value_or(goal);
+  Corridor plan(const CuboidMap& map, const Eigen::Vector3d& start,
+                const Eigen::Vector3d& goal) const {
+    constexpr double kMaxDistance_m = 1.0;
+    CorridorTask task;
+    task.start_map = findNearestFit(map, start, size_m_, policy_, kMaxDistance_m).value_or(start);
+    task.goal_map = findNearestFit(map, goal, size_m_, policy_, kMaxDistance_m).value_or(goal);
     task.size_m = size_m_;
-    task.policy = kPolicy;
-    task.time_limit_s = 0.5;
-    // On one floor: the robot does not fly.
-    MetricBox region =
-        map.grid().toMetricBox(map.voxels().bounds().value_or(cuboid_mapping::CellBox::ofCell({})));
-    region.min_m =
-        region.min_m.cwiseMin(task.start_map - size_m_).cwiseMin(task.goal_map - size_m_);
-    region.max_m =
-        region.max_m.cwiseMax(task.start_map + size_m_).cwiseMax(task.goal_map + size_m_);
-    region.min_m.z() = std::min(task.start_map.z(), task.goal_map.z()) - size_m_.z();
-    region.max_m.z() = std::max(task.start_map.z(), task.goal_map.z()) + size_m_.z();
-    task.region = map.grid().toCellBox(region);
+    task.policy = policy_;
+    task.time_limit_s = time_limit_s_;
+    task.region = floorAround(map, task);
     return findCorridor(map, task);
   }
 
-  void show(const Corridor& corridor) {
+  /// All of the map at the height of start and goal: the robot does not fly.
+  std::optional<CellBox> floorAround(const CuboidMap& map, const CorridorTask& task) const {
+    MetricBox region =
+        map.grid().toMetricBox(map.voxels().bounds().value_or(CellBox::ofCell({})));
+    for (const Eigen::Vector3d& place : {task.start_map, task.goal_map}) {
+      region.min_m = region.min_m.cwiseMin(place - size_m_);
+      region.max_m = region.max_m.cwiseMax(place + size_m_);
+    }
+    region.min_m.z() = std::min(task.start_map.z(), task.goal_map.z()) - size_m_.z();
+    region.max_m.z() = std::max(task.start_map.z(), task.goal_map.z()) + size_m_.z();
+    return map.grid().toCellBox(region);
+  }
+
+  /// Says what has come out, when that is news.
+  void tell(const Corridor& corridor) {
+    if (corridor.end == last_end_) return;
+    last_end_ = corridor.end;
+    if (corridor.end == CorridorEnd::kFound) {
+      ROS_INFO("%s, %.1f m through %zu boxes", explain(corridor.end), corridor.length_m,
+               corridor.boxes.size());
+    } else {
+      ROS_WARN("%s", explain(corridor.end));
+    }
+  }
+
+  void show(const Corridor& corridor, const Eigen::Vector3d& start, const Eigen::Vector3d& goal) {
+    std_msgs::Header header;
+    header.frame_id = client_.frameId();
+    header.stamp = ros::Time::now();
     nav_msgs::Path path;
-    path.header.frame_id = client_.frameId();
-    path.header.stamp = ros::Time::now();
+    path.header = header;
     for (const Eigen::Vector3d& point : corridor.path_map) {
       path.poses.emplace_back();
-      path.poses.back().header = path.header;
-      path.poses.back().pose.position = toPoint(point);
+      path.poses.back().header = header;
+      path.poses.back().pose.position = tf2::toMsg(point);
       path.poses.back().pose.orientation.w = 1.0;
     }
     path_publisher_.publish(path);
 
-    visualization_msgs::MarkerArray markers;
-    markers.markers.resize(1);
-    markers.markers[0].action = visualization_msgs::Marker::DELETEALL;
-    const double resolution_m =
-        client_.read([](const CuboidMap& map) { return map.grid().resolution(); });
-    const cuboid_mapping::Grid grid(resolution_m);
-    for (const cuboid_mapping::CellBox& box : corridor.boxes) {
-      visualization_msgs::Marker marker;
-      marker.header = path.header;
-      marker.id = static_cast<int>(markers.markers.size());
-      marker.type = visualization_msgs::Marker::CUBE;
+    const Grid grid(client_.read([](const CuboidMap& map) { return map.grid().resolution(); }));
+    MarkerArray array;
+    array.markers.emplace_back();
+    array.markers.back().action = Marker::DELETEALL;
+    for (const CellBox& box : corridor.boxes) {
       const MetricBox box_map = grid.toMetricBox(box);
-      marker.pose.position = toPoint(grid.centerOf(box));
-      marker.pose.orientation.w = 1.0;
-      marker.scale = toVector3(box_map.max_m - box_map.min_m);
-      marker.color.g = 0.8F;
-      marker.color.b = 1.0F;
-      marker.color.a = 0.4F;
-      markers.markers.push_back(marker);
+      array.markers.push_back(makeMarker("corridor", Marker::CUBE, grid.centerOf(box),
+                                         box_map.max_m - box_map.min_m,
+                                         makeColor(0.0F, 0.8F, 1.0F, 0.4F)));
     }
-    corridor_publisher_.publish(markers);
+    array.markers.push_back(
+        makeMarker("robot", Marker::CUBE, start, size_m_, makeColor(1.0F, 0.85F, 0.1F, 0.9F)));
+    array.markers.push_back(
+        makeMarker("goal", Marker::SPHERE, goal, size_m_,
+                   corridor.end == CorridorEnd::kFound ? makeColor(0.2F, 0.9F, 0.2F, 0.9F)
+                                                       : makeColor(0.9F, 0.1F, 0.1F, 0.9F)));
+    for (std::size_t i = 0; i < array.markers.size(); ++i) {
+      array.markers[i].header = header;
+      array.markers[i].id = static_cast<int>(i);
+    }
+    corridor_publisher_.publish(array);
   }
 
   ros::NodeHandle nh_;
   ros::NodeHandle private_nh_{"~"};
   Eigen::Vector3d size_m_;  ///< Edges of the robot's box.
   double height_m_;         ///< Of its centre.
+  double time_limit_s_;
+  UnknownPolicy policy_;
   std::string robot_frame_;
-  std::optional<Eigen::Vector3d> goal_;
+  std::optional<geometry_msgs::PoseStamped> clicked_goal_;
+  std::optional<CorridorEnd> last_end_;
   std::atomic<bool> is_map_new_{false};
   tf2_ros::Buffer tf_buffer_;
   tf2_ros::TransformListener tf_listener_{tf_buffer_};
@@ -132,15 +235,14 @@ class ExamplePlanner {
   ros::Publisher corridor_publisher_;
   ros::Subscriber goal_subscriber_;
   ros::WallTimer timer_;
-  CuboidMapClient client_;  ///< Last: its thread ends before the rest goes.
+  cuboid_mapping_ros::CuboidMapClient client_;  ///< Last: its thread ends before the rest goes.
 };
 
 }  // namespace
-}  // namespace cuboid_mapping_ros
 
 int main(int argc, char** argv) {
   ros::init(argc, argv, "example_planner");
-  const cuboid_mapping_ros::ExamplePlanner planner;
+  const ExamplePlanner planner;
   ros::spin();
   return 0;
 }

@@ -25,8 +25,8 @@ struct CorridorTask {
 
 /// How a search for a corridor ended.
 enum class CorridorEnd : unsigned char {
+  kInvalid,  ///< A number is not finite, the size not > 0, or out of the grid's range.
   kFound,
-  kInvalid,       ///< A number is not finite, the size not > 0, or out of the grid's range.
   kStartBlocked,  ///< The robot at the start meets an obstacle, or leaves the region.
   kGoalBlocked,   ///< As kStartBlocked, at the goal.
   kNoWay,         ///< There is none: everything that can be reached from the start was looked at.

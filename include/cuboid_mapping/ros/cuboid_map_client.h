@@ -28,9 +28,9 @@ class CuboidMapClient {
   using Callback = std::function<void(std::uint64_t revision)>;
 
   /// @param nh  In whose namespace the topics are.
-  /// @param server  Name of the node, for ~get_map.
+  /// @param server  Name of the node, for ~get_map; in the namespace of nh unless it begins with /.
   explicit CuboidMapClient(const ros::NodeHandle& nh = ros::NodeHandle(),
-                           const std::string& server = "/cuboid_mapping", Callback callback = {});
+                           const std::string& server = "cuboid_mapping", Callback callback = {});
   ~CuboidMapClient();
   CuboidMapClient(const CuboidMapClient&) = delete;
   CuboidMapClient& operator=(const CuboidMapClient&) = delete;
