@@ -1,0 +1,78 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: BSD-3-Clause
+"""The launch and configuration files of common drivers: their clouds get into the map."""
+import unittest
+
+import rospy
+import rostest
+from geometry_msgs.msg import Point
+from sensor_msgs import point_cloud2
+from sensor_msgs.msg import PointField
+from std_msgs.msg import Header
+
+from cuboid_mapping.srv import QueryBox, QueryBoxResponse
+
+
+def make_field(name, offset, datatype=PointField.FLOAT32):
+    return PointField(name=name, offset=offset, datatype=datatype, count=1)
+
+
+XYZ = [make_field('x', 0), make_field('y', 4), make_field('z', 8)]
+# What the drivers put behind x, y and z.
+VELODYNE = XYZ + [make_field('intensity', 12), make_field('ring', 16, PointField.UINT16),
+                  make_field('time', 18)]
+OUSTER = XYZ + [make_field('intensity', 16), make_field('t', 20, PointField.UINT32),
+                make_field('reflectivity', 24, PointField.UINT16),
+                make_field('ring', 26, PointField.UINT8)]
+LIVOX = XYZ + [make_field('intensity', 12), make_field('tag', 16, PointField.UINT8),
+               make_field('line', 17, PointField.UINT8)]
+REALSENSE = XYZ + [make_field('rgb', 16)]
+
+
+class DriversTest(unittest.TestCase):
+
+    def check(self, node, topic, fields, limits_m, resolution_m):
+        """A point nearer than the range limit is mapped; one beyond it and one on the robot are not."""
+        min_range_m, max_range_m = limits_m
+        rospy.wait_for_service(node + '/query_box', 60.0)
+        self.assertAlmostEqual(rospy.get_param(node + '/resolution'), resolution_m)
+        inside, beyond, robot = 0.8 * max_range_m, 1.2 * max_range_m, 0.6 * min_range_m
+        padding = [0] * (len(fields) - 3)
+        cloud = point_cloud2.create_cloud(
+            Header(frame_id='map', stamp=rospy.Time(100.0)), fields,
+            [[inside, 0.01, 0.01] + padding, [0.01, beyond, 0.01] + padding,
+             [0.01, 0.01, robot] + padding])
+        publisher = rospy.Publisher(topic, type(cloud), queue_size=1, latch=True)
+        publisher.publish(cloud)
+        deadline = rospy.get_time() + 60.0
+        while rospy.get_time() < deadline and not self.is_occupied(node, inside, 0.01, 0.01):
+            rospy.sleep(0.1)
+        self.assertTrue(self.is_occupied(node, inside, 0.01, 0.01))
+        self.assertFalse(self.is_occupied(node, 0.01, beyond, 0.01))
+        self.assertFalse(self.is_occupied(node, 0.01, 0.01, robot))
+
+    def is_occupied(self, node, x, y, z):
+        margin_m = 0.001
+        answer = rospy.ServiceProxy(node + '/query_box', QueryBox)(
+            min=Point(x - margin_m, y - margin_m, z - margin_m),
+            max=Point(x + margin_m, y + margin_m, z + margin_m))
+        self.assertTrue(answer.success, answer.message)
+        return answer.occupancy == QueryBoxResponse.OCCUPIED
+
+    def test_velodyne(self):
+        self.check('/velodyne/cuboid_mapping', '/velodyne_points', VELODYNE, (1.0, 50.0), 0.2)
+
+    def test_ouster(self):
+        self.check('/ouster/cuboid_mapping', '/ouster/points', OUSTER, (1.0, 50.0), 0.2)
+
+    def test_livox(self):
+        self.check('/livox/livox_map', '/livox/lidar', LIVOX, (0.5, 50.0), 0.2)
+
+    def test_realsense(self):
+        self.check('/realsense/cuboid_mapping', '/camera/depth/color/points', REALSENSE,
+                   (0.2, 4.0), 0.05)
+
+
+if __name__ == '__main__':
+    rospy.init_node('drivers')
+    rostest.rosrun('cuboid_mapping', 'drivers', DriversTest)

@@ -1,0 +1,60 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: BSD-3-Clause
+"""What launch files and rviz configurations promise to a user. Needs no master."""
+import os
+import pathlib
+import subprocess
+import unittest
+
+import yaml
+
+ROOT = pathlib.Path(__file__).resolve().parents[2]
+os.environ['ROS_PACKAGE_PATH'] = f"{ROOT}:{os.environ.get('ROS_PACKAGE_PATH', '')}"
+
+
+def roslaunch(*arguments):
+    return subprocess.run(['roslaunch', *map(str, arguments)], capture_output=True, text=True,
+                          check=True).stdout
+
+
+def topics_of(display):
+    """All topics in a part of an rviz configuration."""
+    if isinstance(display, dict):
+        for key, value in display.items():
+            if key in ('Topic', 'Marker Topic'):
+                yield value
+            else:
+                yield from topics_of(value)
+    elif isinstance(display, list):
+        for entry in display:
+            yield from topics_of(entry)
+
+
+class LaunchFilesTest(unittest.TestCase):
+
+    def test_only_what_is_required_is_listed_so(self):
+        for file in sorted((ROOT / 'launch').glob('*.launch')):
+            text = roslaunch('--ros-args', file)
+            self.assertNotIn('undocumented', text, file.name)
+            required = text.partition('Optional Arguments:')[0]
+            names = [line.split(':')[0].strip() for line in required.splitlines()[1:]]
+            self.assertEqual(names, ['bag'] if file.name == 'replay.launch' else [], file.name)
+
+    def test_several_maps_have_names_of_their_own(self):
+        mapping = ROOT / 'launch/mapping.launch'
+        self.assertEqual(roslaunch('--nodes', mapping, 'name:=front').split(), ['/front'])
+        self.assertEqual(roslaunch('--nodes', mapping, 'name:=rear', 'nodelet:=true').split(),
+                         ['/rear_manager', '/rear'])
+
+    def test_topics_of_rviz_follow_its_namespace(self):
+        files = sorted((ROOT / 'rviz').glob('*.rviz'))
+        self.assertGreaterEqual(len(files), 3)
+        for file in files:
+            topics = list(topics_of(yaml.safe_load(file.read_text())))
+            self.assertGreaterEqual(len(topics), 3, file.name)
+            for topic in topics:
+                self.assertFalse(topic.startswith('/'), f'{file.name}: {topic}')
+
+
+if __name__ == '__main__':
+    unittest.main()
