@@ -226,9 +226,10 @@ const char* toString(CloudDefect defect) {
     case CloudDefect::kNoXyzFields: return "no x/y/z fields";
     case CloudDefect::kWrongDatatype: return "wrong datatype";
     case CloudDefect::kBadLayout: return "bad layout";
-    case CloudDefect::kShortData: break;
+    case CloudDefect::kShortData: return "short data";
+    case CloudDefect::kNoValidPoints: break;
   }
-  return "short data";
+  return "no valid points";
 }
 
 std::variant<CloudPoints, CloudError> convertCloud(const sensor_msgs::PointCloud2& message,
@@ -249,6 +250,12 @@ std::variant<CloudPoints, CloudError> convertCloud(const sensor_msgs::PointCloud
   });
   if (message.height > 1 && cloud.num_invalid > 0 && options.no_return_range_m > 0.0) {
     addNoReturns(message, reader, options, cloud);
+  }
+  if (cloud.points.empty() && cloud.no_returns.empty()) {
+    return makeError(CloudDefect::kNoValidPoints, message,
+                     "all of its " + std::to_string(cloud.num_invalid) +
+                         " points are NaN, infinite or zero",
+                     "Check that nothing covers the sensor, and the filters before this node");
   }
   cloud.num_skipped = cloud.num_invalid - cloud.no_returns.size();
   return cloud;

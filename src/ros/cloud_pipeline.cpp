@@ -45,6 +45,22 @@ ScanUpdate unite(const ScanUpdate& a, const ScanUpdate& b) {
   return united;
 }
 
+/// See NodeStatistics::reach_m; from a sample of the points.
+double findReach(const CloudPoints& cloud, const Eigen::Vector3d& sensor_cloud) {
+  if (cloud.points.empty()) return 0.0;
+  constexpr std::size_t kSamples = 1000;
+  const std::size_t step = cloud.points.size() / kSamples + 1;
+  const Eigen::Vector3f origin = (sensor_cloud - cloud.anchor_cloud).cast<float>();
+  std::vector<float> ranges_m;
+  ranges_m.reserve(kSamples);
+  for (std::size_t i = 0; i < cloud.points.size(); i += step) {
+    ranges_m.push_back((cloud.points[i] - origin).norm());
+  }
+  const auto reach = ranges_m.begin() + static_cast<std::ptrdiff_t>(ranges_m.size() * 95 / 100);
+  std::nth_element(ranges_m.begin(), reach, ranges_m.end());
+  return static_cast<double>(*reach);
+}
+
 /// With the ground filter the crop is not of the scan: see CloudPipeline::cropInBase().
 cuboid_mapping::ScanLimits makeScanLimits(const NodeParameters& parameters) {
   cuboid_mapping::ScanLimits limits;
@@ -115,6 +131,8 @@ const ScanUpdate* CloudPipeline::compute(const sensor_msgs::PointCloud2& cloud,
   }
   auto& points = std::get<CloudPoints>(converted);
   statistics.num_invalid += points.num_invalid;
+  statistics.reach_m =
+      findReach(points, (poses.T_map_cloud.inverse() * poses.T_map_sensor).translation());
   const Scan ground = takeGround(points, poses, statistics);
   const Scan scan = makeScan(points, poses, statistics);
   statistics.convert_time.add(stopwatch.lap());

@@ -5,6 +5,7 @@
 
 #include <diagnostic_msgs/DiagnosticStatus.h>
 
+#include <cmath>
 #include <sstream>
 
 namespace cuboid_mapping_ros {
@@ -15,10 +16,67 @@ std::uint64_t countNew(const NodeReport& report, const NodeStatistics& last, Dro
   return report.statistics.numDropped(reason) - last.numDropped(reason);
 }
 
+/// Where the clouds come from and go to, and how old they are.
+std::string describeFrames(const NodeReport& report) {
+  std::ostringstream text;
+  if (!report.last_cloud) return {};
+  text << "'" << report.last_cloud->frame_id << "' -> '" << report.frame_id << "'";
+  return text.str();
+}
+
+/// A duration that people can read: "0.32 s", "5 days".
+std::string describeAge(double age_s) {
+  constexpr double kDay_s = 86400.0;
+  std::ostringstream text;
+  text.precision(3);
+  const double size_s = std::abs(age_s);
+  if (size_s >= 2.0 * kDay_s) {
+    text << std::llround(size_s / kDay_s) << " days";
+  } else {
+    text << size_s << " s";
+  }
+  return text.str();
+}
+
+/// Whether the stamps cannot be of this moment, and what to do then; empty when they can.
+std::string describeClock(const NodeReport& report) {
+  if (!report.last_cloud) return {};
+  const double age_s = report.last_cloud->age_s;
+  if (age_s < -kMaxAhead_s) {
+    return "the stamps of the clouds are " + describeAge(age_s) +
+           " ahead of this machine's clock: synchronize the clocks (chrony, ntp)";
+  }
+  constexpr double kOld_s = 60.0;
+  if (age_s > kOld_s) {
+    return "the clouds are " + describeAge(age_s) +
+           " old: set use_sim_time and play bags with --clock, or correct the driver's stamps";
+  }
+  return {};
+}
+
+std::string withClock(const std::string& text, const NodeReport& report) {
+  const std::string clock = describeClock(report);
+  return clock.empty() ? text : text + "; " + clock;
+}
+
+std::string describeTf(const NodeReport& report) {
+  std::string text = "no transform " + describeFrames(report) + ": ";
+  const bool is_missing = report.last_cloud && !report.last_cloud->tf_error.empty();
+  text += is_missing ? report.last_cloud->tf_error : toAdvice(DropReason::kNoTransform);
+  return withClock(text, report);
+}
+
+std::string adviseOn(DropReason reason, const NodeReport& report) {
+  if (reason == DropReason::kQueueFull && report.speed_advice) return *report.speed_advice;
+  if (reason == DropReason::kNoTransform) return describeTf(report);
+  if (reason == DropReason::kTooOldForTf) return withClock(toAdvice(reason), report);
+  return toAdvice(reason);
+}
+
 std::string describeDrops(const NodeReport& report, const NodeStatistics& last) {
   DropReason most_frequent = DropReason::kEmptyFrame;
   std::ostringstream text;
-  text << report.statistics.numDropped() - last.numDropped() << " clouds dropped (";
+  text << counted(report.statistics.numDropped() - last.numDropped(), "cloud") << " dropped (";
   const char* separator = "";
   for (std::size_t i = 0; i < kNumDropReasons; ++i) {
     const auto reason = static_cast<DropReason>(i);
@@ -28,8 +86,34 @@ std::string describeDrops(const NodeReport& report, const NodeStatistics& last) 
     separator = ", ";
     if (count > countNew(report, last, most_frequent)) most_frequent = reason;
   }
-  text << "): " << toAdvice(most_frequent);
+  text << "): " << adviseOn(most_frequent, report);
   return text.str();
+}
+
+/// Of a fault that keeps clouds out of the map.
+ReportLevel levelOfFault(const NodeReport& report) {
+  return report.starved_s > kMaxStarved_s ? ReportLevel::kError : ReportLevel::kWarning;
+}
+
+std::string describeMap(const NodeReport& report) {
+  return counted(report.map.free.num_cuboids + report.map.occupied.num_cuboids, "cuboid") +
+         " from " + counted(report.statistics.num_inserted, "cloud");
+}
+
+ReportSummary summarizeSilence(const NodeReport& report) {
+  const bool has_publisher = report.num_publishers > 0;
+  if (!has_publisher && report.is_simulated_time) {
+    return {ReportLevel::kOk, describeMap(report) + "; the recording has ended: nobody publishes " +
+                                  report.cloud_topic + " any more"};
+  }
+  std::ostringstream text;
+  text << "no cloud on " << report.cloud_topic << " for " << static_cast<int>(report.silence_s)
+       << (has_publisher ? " s: check that the sensor runs"
+                         : " s, nobody publishes it any more: a bag has ended, or the driver has "
+                           "stopped");
+  return {has_publisher && report.silence_s > kErrorSilence_s ? ReportLevel::kError
+                                                              : ReportLevel::kWarning,
+          text.str()};
 }
 
 void addStage(const char* name, const StageTime& time,
@@ -55,31 +139,33 @@ MapSummary summarize(const cuboid_mapping::CuboidMap& map) {
 
 ReportSummary summarize(const NodeReport& report, const NodeStatistics& last_report) {
   const NodeStatistics& now = report.statistics;
-  std::ostringstream text;
+  if (!report.autosave_error.empty()) {
+    return {ReportLevel::kError, "the map is not saved: " + report.autosave_error};
+  }
   if (now.num_received == 0) {
-    text << "no cloud on " << report.cloud_topic << " yet"
-         << (report.num_publishers == 0 ? ", nobody publishes it" : "")
-         << ": check the topic name and remapping, and that the sensor runs";
-    return {true, text.str()};
+    return {ReportLevel::kWarning,
+            "no cloud on " + report.cloud_topic + " yet" +
+                (report.num_publishers == 0 ? ", nobody publishes it" : "") +
+                ": check the topic name and remapping, and that the sensor runs"};
   }
   if (now.numDropped() != last_report.numDropped()) {
-    return {true, describeDrops(report, last_report)};
+    const bool is_wanted = countNew(report, last_report, DropReason::kPaused) > 0;
+    return {is_wanted ? ReportLevel::kWarning : levelOfFault(report),
+            describeDrops(report, last_report)};
   }
   const bool is_stuck = now.numWaiting() > 0 && last_report.numWaiting() > 0 &&
                         now.num_inserted == last_report.num_inserted;
   if (is_stuck) {
-    text << now.numWaiting()
-         << " clouds wait for a transform: " << toAdvice(DropReason::kNoTransform);
-    return {true, text.str()};
+    const bool is_one = now.numWaiting() == 1;
+    return {levelOfFault(report), counted(now.numWaiting(), "cloud") +
+                                      (is_one ? " waits" : " wait") + " for a transform: " +
+                                      describeTf(report)};
   }
-  if (report.silence_s > kMaxSilence_s) {
-    text << "no cloud on " << report.cloud_topic << " for " << static_cast<int>(report.silence_s)
-         << " s: check that the sensor runs";
-    return {true, text.str()};
+  if (report.silence_s > kMaxSilence_s) return summarizeSilence(report);
+  if (report.last_cloud && report.last_cloud->age_s < -kMaxAhead_s) {
+    return {ReportLevel::kWarning, describeMap(report) + "; " + describeClock(report)};
   }
-  text << report.map.free.num_cuboids + report.map.occupied.num_cuboids << " cuboids from "
-       << now.num_inserted << " clouds";
-  return {false, text.str()};
+  return {ReportLevel::kOk, describeMap(report)};
 }
 
 const char* toAdvice(DropReason reason) {
@@ -103,9 +189,10 @@ const char* toAdvice(DropReason reason) {
 void fillStatus(const NodeReport& report, const NodeStatistics& last_report,
                 diagnostic_updater::DiagnosticStatusWrapper& status) {
   using diagnostic_msgs::DiagnosticStatus;
+  static_assert(static_cast<int>(ReportLevel::kWarning) == DiagnosticStatus::WARN);
+  static_assert(static_cast<int>(ReportLevel::kError) == DiagnosticStatus::ERROR);
   const ReportSummary summary = summarize(report, last_report);
-  status.summary(summary.is_warning ? DiagnosticStatus::WARN : DiagnosticStatus::OK,
-                 summary.message);
+  status.summary(static_cast<unsigned char>(summary.level), summary.message);
 
   const NodeStatistics& statistics = report.statistics;
   status.add("clouds received", statistics.num_received);
@@ -120,6 +207,12 @@ void fillStatus(const NodeReport& report, const NodeStatistics& last_report,
   status.add("points NaN or without return", statistics.num_invalid);
   status.add("points filtered", statistics.num_filtered);
   status.add("points out of range", statistics.num_out_of_range);
+  if (report.last_cloud) {
+    status.add("frames", describeFrames(report));
+    status.addf("cloud age when received [s]", "%.3f", report.last_cloud->age_s);
+  }
+  if (report.rate_hz) status.addf("cloud rate [Hz]", "%.2f", *report.rate_hz);
+  status.addf("cloud reach [m]", "%.1f", statistics.reach_m);
   addStage("convert", statistics.convert_time, status);
   addStage("ray walk", statistics.ray_walk_time, status);
   addStage("apply", statistics.apply_time, status);

@@ -83,6 +83,13 @@ void MapFilesService::autosave() {
   const StorageAnswer answer = saveMap(map_, frame_id_, autosave_file_);
   logAnswer("saved to", autosave_file_, answer);
   if (answer.error.empty()) saved_revision_ = answer.revision;
+  const std::lock_guard<std::mutex> lock(error_mutex_);
+  autosave_error_ = answer.error;
+}
+
+std::string MapFilesService::autosaveError() const {
+  const std::lock_guard<std::mutex> lock(error_mutex_);
+  return autosave_error_;
 }
 
 }  // namespace cuboid_mapping_ros

@@ -44,6 +44,7 @@ MappingNode::MappingNode(ros::NodeHandle nh, const ros::NodeHandle& private_nh,
       live_parameters_(parameters),
       pipeline_(std::in_place, parameters),
       map_(makeMapConfig(parameters)),
+      speed_watch_(parameters.map.resolution_m, parameters.max_range_m),
       map_publisher_(withQueue(nh, publish_queue_), withQueue(private_nh, publish_queue_),
                      parameters, map_),
       occupied_publisher_(
@@ -60,7 +61,8 @@ MappingNode::MappingNode(ros::NodeHandle nh, const ros::NodeHandle& private_nh,
           nh.getCallbackQueue(), static_cast<std::size_t>(parameters.queue_size),
           [this](const CloudPtr& cloud) { onCloudInTurn(cloud); },
           [this](const CloudPtr&) {
-            drop(DropReason::kQueueFull, toAdvice(DropReason::kQueueFull));
+            drop(DropReason::kQueueFull,
+                 speed_watch_.advice().value_or(toAdvice(DropReason::kQueueFull)));
           }),
       tf_filter_(tf_buffer_, parameters.frame_id, static_cast<std::uint32_t>(parameters.queue_size),
                  nh),
@@ -123,9 +125,12 @@ void MappingNode::subscribe(ros::NodeHandle& nh) {
 }
 
 void MappingNode::onCloudReceived(const CloudPtr& cloud) {
-  ++statistics_.num_received;
   is_cloud_waiting_ = true;
   last_received_ = Clock::now();
+  if (statistics_.num_received++ == 0) last_progress_ = last_received_;
+  last_header_ = cloud->header;
+  last_arrival_ = ros::Time::now();
+  speed_watch_.noteReceived(cloud->header.stamp.toSec());
   const StampOrder order = time_jump_detector_.judge(cloud->header.stamp);
   if (order != StampOrder::kInOrder && isTfOutdated(cloud->header)) {
     if (order == StampOrder::kLate) {
@@ -203,6 +208,7 @@ void MappingNode::waitForTfAgain(const CloudPtr& cloud, const std::string& tf_er
 }
 
 void MappingNode::integrate(const sensor_msgs::PointCloud2& cloud, const CloudPoses& poses) {
+  Stopwatch whole;
   std::optional<CloudError> error;
   const cuboid_mapping::ScanUpdate* update = pipeline_->compute(cloud, poses, statistics_, error);
   if (update == nullptr) return drop(toDropReason(error->defect), error->text);
@@ -211,6 +217,9 @@ void MappingNode::integrate(const sensor_msgs::PointCloud2& cloud, const CloudPo
               [update](cuboid_mapping::CuboidMap& map) { return map.apply(*update); });
   statistics_.apply_time.add(stopwatch.lap());
   ++statistics_.num_inserted;
+  last_progress_ = Clock::now();
+  speed_watch_.noteInserted(1e-3 * whole.lap(), statistics_.reach_m);
+  giveAdvice();
   is_cloud_waiting_ = cloud_queue_.size() > 0;
   fuse_timer_.stop();
   fuse_timer_.start();
@@ -221,6 +230,20 @@ void MappingNode::integrate(const sensor_msgs::PointCloud2& cloud, const CloudPo
 void MappingNode::fuseUntilNextCloud() {
   while (!is_cloud_waiting_ && map_.fuseSome()) {
   }
+}
+
+void MappingNode::giveAdvice() {
+  if (!has_suggested_) {
+    if (const auto suggestion = speed_watch_.suggestion()) {
+      has_suggested_ = true;
+      ROS_INFO_STREAM_NAMED(kNodeName, *suggestion);
+    }
+  }
+  const auto advice = speed_watch_.advice();
+  const Clock::time_point now = Clock::now();
+  if (!advice || (last_advice_ && now - *last_advice_ < kLogPeriod)) return;
+  last_advice_ = now;
+  ROS_WARN_STREAM_NAMED(kNodeName, "too slow for these clouds: " << *advice);
 }
 
 /// tf may have noticed a jump of time by itself meanwhile, by its clock.
@@ -236,6 +259,7 @@ void MappingNode::setTargetFrames() {
 
 void MappingNode::reconfigure(const NodeParameters& parameters) {
   live_parameters_ = parameters;
+  speed_watch_ = SpeedWatch(parameters.map.resolution_m, parameters.max_range_m);
   setTargetFrames();
   pipeline_.emplace(parameters);
   map_.edit([&](cuboid_mapping::CuboidMap& map, const ros::Time& /*stamp*/) {
@@ -275,16 +299,38 @@ void MappingNode::drop(DropReason reason, const std::string& text) {
                                                      << " for this reason so far)");
 }
 
+LastCloud MappingNode::describeLastCloud() const {
+  LastCloud cloud;
+  cloud.frame_id = last_header_.frame_id;
+  cloud.age_s = (last_arrival_ - last_header_.stamp).toSec();
+  // NOLINTNEXTLINE(bugprone-unused-return-value): only the reason for no pose is wanted.
+  (void)lookupPoses(tf_buffer_, live_parameters_, last_header_, cloud.tf_error);
+  return cloud;
+}
+
 void MappingNode::reportDiagnostics(diagnostic_updater::DiagnosticStatusWrapper& status) {
+  const auto seconds_since = [](Clock::time_point time) {
+    return std::chrono::duration<double>(Clock::now() - time).count();
+  };
   NodeReport report;
   report.statistics = statistics_;
   report.map = map_.read([](const cuboid_mapping::CuboidMap& map, const ros::Time& /*stamp*/) {
     return summarize(map);
   });
   report.cloud_topic = cloud_topic_;
+  report.frame_id = withoutSlash(parameters_.frame_id);
+  if (statistics_.num_received > 0) report.last_cloud = describeLastCloud();
   report.num_publishers = cloud_subscriber_.getSubscriber().getNumPublishers();
-  report.silence_s = std::chrono::duration<double>(Clock::now() - last_received_).count();
+  report.is_simulated_time = ros::Time::isSimTime();
+  report.silence_s = seconds_since(last_received_);
+  if (report.is_simulated_time && report.num_publishers > 0) {
+    report.silence_s = (ros::Time::now() - last_arrival_).toSec();  // a bag may be paused
+  }
+  report.starved_s = seconds_since(last_progress_);
   report.num_built = octomap_server_.numBuilt();
+  report.rate_hz = speed_watch_.rateHz();
+  report.speed_advice = speed_watch_.advice();
+  report.autosave_error = map_files_->autosaveError();
   fillStatus(report, reported_statistics_, status);
   reported_statistics_ = statistics_;
 }

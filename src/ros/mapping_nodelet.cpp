@@ -14,14 +14,21 @@ namespace cuboid_mapping_ros {
 void MappingNodelet::onInit() {
   try {
     LoadedParameters loaded = loadParameters(getPrivateNodeHandle());
+    for (const ParameterError& warning : loaded.warnings) {
+      NODELET_WARN_STREAM("parameter ~" << warning.key << ": " << warning.message);
+    }
     for (const ParameterError& error : loaded.errors) {
       NODELET_ERROR_STREAM("parameter ~" << error.key << ": " << error.message);
     }
     if (!loaded.errors.empty()) {
-      NODELET_FATAL_STREAM("not started: " << loaded.errors.size() << " bad parameters");
+      NODELET_FATAL_STREAM("not started: " << loaded.errors.size() << " bad parameter"
+                                           << (loaded.errors.size() == 1 ? "" : "s"));
       return;
     }
-    for (const std::string& line : toLogLines(loaded.parameters)) NODELET_INFO_STREAM(line);
+    const auto differences = toDifferenceLines(loaded.parameters, {}, "default");
+    for (const std::string& line : differences) NODELET_INFO_STREAM(line);
+    if (differences.empty()) NODELET_INFO("all parameters have their defaults");
+    for (const std::string& line : toLogLines(loaded.parameters)) NODELET_DEBUG_STREAM(line);
     const double resolution_m = loaded.parameters.map.resolution_m;
     const auto start_map = readStartMap(loaded.parameters);
     if (loaded.parameters.map.resolution_m != resolution_m) {

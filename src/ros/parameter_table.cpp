@@ -41,15 +41,15 @@ std::vector<ParameterDeclaration> declareMap() {
       {"frame_id", "", FrameKind{[](P& p) -> std::string& { return p.frame_id; }, false},
        "Frame of the map."},
       {"sensor_frame", "", FrameKind{[](P& p) -> std::string& { return p.sensor_frame; }, true},
-       "Frame in whose origin the beams start. Empty: the frame of the cloud. To be set where "
-       "clouds come in another frame than their sensor's."},
+       "Frame of the sensor, where the beams start. Empty: the frame of the cloud. Set it if the "
+       "clouds have been transformed out of their sensor's frame."},
       {"resolution", "m", NumberKind{[](P& p) -> double& { return p.map.resolution_m; }, 1e-3, 1e2},
-       "Edge of a voxel, the smallest cell of the map."},
+       "Edge length of a voxel, the smallest cell of the map."},
       {"environment", "",
        oneOf<Environment>({Environment::kDynamic, Environment::kStatic},
                           [](P& p) -> Environment& { return p.map.environment; }),
-       "dynamic: every observation counts. static: a cell that has reached sensor_model/min or "
-       "sensor_model/max is never updated again."},
+       "dynamic: every observation counts. static: a cell is no longer updated once it has reached "
+       "sensor_model/min or sensor_model/max."},
       {"fusion", "",
        oneOf<FusionKind>({FusionKind::kClass, FusionKind::kGrowth, FusionKind::kNone},
                          [](P& p) -> FusionKind& { return p.map.fusion; }),
@@ -59,13 +59,13 @@ std::vector<ParameterDeclaration> declareMap() {
       {"rtree/max_branches", "",
        IntegerKind{[](P& p) -> int& { return p.map.rtree.max_branches; }, 2,
                    cuboid_mapping::RTreeConfig::kMaxBranchesLimit},
-       "Most branches of a node of the R-tree (M)."},
+       "Maximum number of branches of an R-tree node (M)."},
       {"rtree/min_branches", "",
        IntegerKind{[](P& p) -> int& { return p.map.rtree.min_branches; }, 1,
                    cuboid_mapping::RTreeConfig::kMaxBranchesLimit / 2},
-       "Fewest branches of a node of the R-tree (d), at most half of rtree/max_branches."},
+       "Minimum number of branches of an R-tree node (d), at most half of rtree/max_branches."},
       {"threads", "", IntegerKind{[](P& p) -> int& { return p.threads; }, 0, 256},
-       "Threads that work on a cloud. The map does not depend on it. 0: one per core."},
+       "Threads that process a cloud. The map is the same for any number. 0: one per core."},
   };
 }
 
@@ -84,26 +84,28 @@ std::vector<ParameterDeclaration> declareGrowth() {
       {"growth/step", "",
        oneOf<GrowthStep>({GrowthStep::kCell, GrowthStep::kOwnWidth, GrowthStep::kNeighbour},
                          [](P& p) -> GrowthStep& { return p.map.growth.step; }),
-       "By how much a cell expands, with fusion: growth. cell: one voxel. own_width: its own "
-       "width. neighbour: the width of the next cell, so that fused cuboids can absorb each "
+       "How far a cell expands in one step, with fusion: growth. cell: one voxel. own_width: its "
+       "own width. neighbour: the width of the next cell, so that fused cuboids can absorb each "
        "other."},
       {"growth/search", "", growthSearchKind(),
-       "In which order a cell tries the directions. paper: by decreasing width, first upwards."},
+       "The order in which a cell tries the directions. paper: by decreasing width, upwards first."},
       {"growth/starters", "",
        oneOf<GrowthStarters>(
            {GrowthStarters::kSampled, GrowthStarters::kEndPoints, GrowthStarters::kChanged},
            [](P& p) -> GrowthStarters& { return p.map.growth.starters; }),
-       "Which cells expand after a cloud. sampled: those in which a beam ends, and some at random "
-       "along the beams. end_points: without these. changed: all that have changed."},
+       "Which cells expand after a cloud. sampled: those in which a beam ends, and random ones "
+       "along the beams. end_points: only those in which a beam ends. changed: all that have "
+       "changed."},
       {"growth/samples", "1/m",
        NumberKind{[](P& p) -> double& { return p.map.growth.sampling.per_m; }, 0.0, 100.0},
-       "Cells drawn at random along a beam, with growth/starters: sampled."},
+       "Random cells per metre of a beam, with growth/starters: sampled."},
       {"growth/seed", "",
        IntegerKind{[](P& p) -> int& { return p.map.growth.sampling.seed; }, 0, 1000000},
-       "Of these cells, and of growth/search: random."},
+       "Seed of these random cells, and of growth/search: random."},
       {"growth/settle_clouds", "clouds",
        IntegerKind{[](P& p) -> int& { return p.map.growth.settle_clouds; }, 0, 10000},
-       "A voxel that was split out of a cuboid fuses again after it has kept its value so long."},
+       "A voxel that was split out of a cuboid can fuse again once it has kept its value for this many "
+       "clouds."},
   };
 }
 
@@ -112,34 +114,34 @@ std::vector<ParameterDeclaration> declareSensorModel() {
   return {
       {"sensor_model/hit", "probability",
        NumberKind{[](P& p) -> double& { return p.map.sensor_model.hit; }, 0.501, 0.999},
-       "Occupancy that a beam's end says of its voxel."},
+       "Probability that a voxel is occupied if a beam ends in it."},
       {"sensor_model/miss", "probability",
        NumberKind{[](P& p) -> double& { return p.map.sensor_model.miss; }, 0.001, 0.499},
-       "Occupancy that a beam says of the voxels that it passes."},
+       "Probability that a voxel is occupied if a beam passes through it."},
       {"sensor_model/min", "probability",
        NumberKind{[](P& p) -> double& { return p.map.sensor_model.alpha_min; }, 0.001, 0.499},
-       "Least occupancy of a cell: clamping threshold, beyond which a free cell is stable."},
+       "Lowest probability of a cell (clamping threshold). A free cell that reaches it is stable."},
       {"sensor_model/max", "probability",
        NumberKind{[](P& p) -> double& { return p.map.sensor_model.alpha_max; }, 0.501, 0.999},
-       "Greatest occupancy of a cell: clamping threshold, beyond which an occupied cell is "
+       "Highest probability of a cell (clamping threshold). An occupied cell that reaches it is "
        "stable."},
       {"sensor_model/max_range", "m",
        NumberKind{[](P& p) -> double& { return p.max_range_m; }, 0.01, kInfinity, kInfinity},
-       "Longer beams are cut there and free the space up to it. -1: no limit."},
+       "Longer beams are cut off at this range and clear the space up to it. -1: no limit."},
       {"sensor_model/min_range", "m",
        NumberKind{[](P& p) -> double& { return p.min_range_m; }, 0.0, kInfinity, 0.0},
-       "Points nearer to the sensor are left out wholly. 0 or -1: none."},
+       "Points closer to the sensor than this are ignored. 0 or -1: none are."},
       {"sensor_model/no_return_range", "m",
        NumberKind{[](P& p) -> double& { return p.no_return_range_m; }, 0.0, 1000.0},
-       "Beams without return (NaN, infinite or zero points of an organized cloud) free the space "
-       "up to this range. 0: they are skipped."},
+       "Beams without a return (NaN, infinite or zero points of an organized cloud) clear the space "
+       "up to this range. 0: they are ignored."},
   };
 }
 
 std::vector<ParameterDeclaration> declareCrop() {
   const std::string help =
-      "limit of the points in the map's frame, with filter_ground in that of base_frame_id; those "
-      "outside are left out.";
+      "limit. Points outside are ignored. In the frame of the map, or of base_frame_id with "
+      "filter_ground.";
   return {
       {"pointcloud_min_x", "m", NumberKind{[](P& p) -> double& { return p.crop.min_m.x(); }},
        "Lower x " + help},
@@ -159,19 +161,19 @@ std::vector<ParameterDeclaration> declareCrop() {
 std::vector<ParameterDeclaration> declareTopics() {
   return {
       {"queue_size", "clouds", IntegerKind{[](P& p) -> int& { return p.queue_size; }, 1, 1000},
-       "Clouds that may wait on cloud_in, and for their transform."},
+       "Maximum number of clouds that wait for their turn, and for their transform."},
       {"publish_rate", "Hz",
        NumberKind{[](P& p) -> double& { return p.publish_rate_hz; }, 0.01, 100.0},
-       "Greatest rate of the map topics. They are published after a change only."},
+       "Maximum rate of the map topics. They are only published after a change."},
       {"latch", "", BooleanKind{[](P& p) -> bool& { return p.latch; }},
-       "Whether late subscribers get the last message of the map topics."},
+       "true: a new subscriber gets the current map at once."},
       {"publish_values", "", BooleanKind{[](P& p) -> bool& { return p.publish_values; }},
        "Whether cuboid_map and cuboid_map_updates carry the probability of every voxel, or "
        "classes alone, which is what planners need."},
       {"color_by", "",
        oneOf<ColorBy>({ColorBy::kHeight, ColorBy::kProbability},
                       [](P& p) -> ColorBy& { return p.color_by; }),
-       "What the colour of occupied cuboids stands for."},
+       "What the colour of occupied cuboids shows."},
       {"color_period", "m",
        NumberKind{[](P& p) -> double& { return p.color_period_m; }, 0.01, kInfinity},
        "Height over which the colours repeat, with color_by: height."},
@@ -181,12 +183,10 @@ std::vector<ParameterDeclaration> declareTopics() {
 std::vector<ParameterDeclaration> declareFiles() {
   return {
       {"map_file", "", FileKind{[](P& p) -> std::string& { return p.map_file; }},
-       "Map to start from: .cuboids, .ot or .bt. Its resolution counts, whatever the parameter "
-       "says."},
+       "Map to start with: .cuboids, .ot or .bt. Its resolution replaces the parameter resolution."},
       {"autosave_file", "", FileKind{[](P& p) -> std::string& { return p.autosave_file; }},
-       "File to save the map to, after changes and at the end; its ending chooses the format, as "
-       "for "
-       "~save_map. Empty: none."},
+       "The map is saved to this file after changes and when the node stops. The extension selects "
+       "the format, as with ~save_map. Empty: the map is not saved."},
       {"autosave_period", "s",
        NumberKind{[](P& p) -> double& { return p.autosave_period_s; }, 1.0, 86400.0},
        "Time between two saves to autosave_file."},
@@ -270,13 +270,15 @@ const std::vector<RetiredParameter>& retiredParameters() {
 
 const std::vector<LibraryParameter>& libraryParameters() {
   static const std::vector<LibraryParameter> kParameters = {
-      {"diagnostic_period", "1.0", "s", "Read by diagnostic_updater: time between diagnostics."},
+      {"diagnostic_period", "1.0", "s", "Time between two diagnostics messages; read by diagnostic_updater."},
       {"num_worker_threads", "0", "threads",
-       "Read by nodelet, of a node that is its own manager; 0: one for each core."}};
+       "Threads of a stand-alone node, which is its own nodelet manager. 0: one per core."}};
   return kParameters;
 }
 
 std::string formatNumber(double value) {
+  if (std::isnan(value)) return ".nan";
+  if (std::isinf(value)) return value > 0.0 ? ".inf" : "-.inf";
   std::string text;
   for (int precision = 6; precision <= 17; ++precision) {
     text = formatFloating(value, precision);
@@ -285,7 +287,7 @@ std::string formatNumber(double value) {
     double read_back = 0.0;
     if (in >> read_back && read_back == value) break;
   }
-  if (!std::isfinite(value) || text.find('.') != std::string::npos) return text;
+  if (text.find('.') != std::string::npos) return text;
   return text.insert(std::min(text.find('e'), text.size()), ".0");
 }
 

@@ -7,6 +7,7 @@
 
 #include <functional>
 #include <limits>
+#include <map>
 #include <optional>
 #include <string>
 #include <variant>
@@ -91,6 +92,12 @@ struct RetiredParameter {
 [[nodiscard]] const std::vector<ParameterDeclaration>& parameterTable();
 
 [[nodiscard]] const std::vector<LibraryParameter>& libraryParameters();
+
+/// Whether octomap_server has a parameter of this name.
+[[nodiscard]] bool isOfOctomapServer(const std::string& key);
+
+/// Names that octomap_server has and this node has not, and why that does no harm.
+[[nodiscard]] const std::map<std::string, std::string>& octomapServerOnly();
 
 /// A short decimal number that reads back as `value` and that YAML takes for a floating point
 /// number: "0.05", "1.0", "1.0e+09".

@@ -23,6 +23,20 @@ void writeComment(std::ostream& out, const std::string& text, const std::string&
   out << line << '\n';
 }
 
+constexpr char kTableHead[] =
+    "| parameter | default | unit | allowed | meaning |\n| --- | --- | --- | --- | --- |\n";
+
+/// The rows of octomap_server, or all others.
+void writeRows(std::ostream& out, bool of_octomap_server) {
+  out << kTableHead;
+  for (const ParameterDeclaration& declaration : parameterTable()) {
+    if (isOfOctomapServer(declaration.key) != of_octomap_server) continue;
+    out << "| `" << declaration.key << "` | `" << formatValue(declaration, {}) << "` | "
+        << declaration.unit << " | " << formatAllowed(declaration) << " | " << declaration.help
+        << " |\n";
+  }
+}
+
 std::string inUnit(const ParameterDeclaration& declaration) {
   return declaration.unit.empty() ? "" : " [" + declaration.unit + "]";
 }
@@ -40,14 +54,33 @@ std::vector<std::string> toLogLines(const NodeParameters& parameters) {
   return lines;
 }
 
+std::vector<std::string> toDifferenceLines(const NodeParameters& parameters,
+                                           const NodeParameters& others, const std::string& word) {
+  std::vector<std::string> lines;
+  for (const ParameterDeclaration& declaration : parameterTable()) {
+    const std::string value = formatValue(declaration, parameters);
+    const std::string other = formatValue(declaration, others);
+    if (value == other) continue;
+    lines.push_back(declaration.key + ": " + value + inUnit(declaration) + " (" + word + ": " +
+                    other + ")");
+  }
+  return lines;
+}
+
 std::string toMarkdownTable() {
   std::ostringstream out;
-  out << "| parameter | default | unit | allowed | meaning |\n| --- | --- | --- | --- | --- |\n";
-  for (const ParameterDeclaration& declaration : parameterTable()) {
-    out << "| `" << declaration.key << "` | `" << formatValue(declaration, {}) << "` | "
-        << declaration.unit << " | " << formatAllowed(declaration) << " | " << declaration.help
-        << " |\n";
-  }
+  out << "# Parameters\n\n"
+         "<!-- Written by `rosrun cuboid_mapping print_parameters --markdown`. -->\n\n"
+         "All are private parameters of the node. A bad value stops it, with a list of everything "
+         "that is wrong. So does\nan unknown name, unless `octomap` is part of the node's name: "
+         "octomap_server ignores unknown names.\n"
+         "[config/default.yaml](../config/default.yaml) holds all defaults.\n\n"
+         "## Parameters of this node\n\n";
+  writeRows(out, false);
+  out << "\n## Parameters of octomap_server\n\n"
+         "They have the same names and the same meaning as in octomap_server.\n\n";
+  writeRows(out, true);
+  out << "\n## Parameters of libraries\n\n" << kTableHead;
   for (const LibraryParameter& parameter : libraryParameters()) {
     out << "| `" << parameter.key << "` | `" << parameter.default_text << "` | " << parameter.unit
         << " |  | " << parameter.help << " |\n";

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "cuboid_mapping/ros/parameters.h"
 
+#include "cuboid_mapping/ros/reconfigure.h"
+#include "cuboid_mapping/ros/tf_lookup.h"
 #include "parameter_table.h"
 
 #include <algorithm>
@@ -91,9 +93,8 @@ struct ValueReader {
 
   Refusal operator()(const FrameKind& kind) const {
     if (value.getType() != XmlRpcValue::TypeString) return "write it in quotes";
-    const auto frame = get<std::string>(value);
+    const std::string frame = withoutSlash(get<std::string>(value));
     if (frame.empty() && !kind.may_be_empty) return "name a frame";
-    if (!frame.empty() && frame.front() == '/') return "leave out the slash at its start";
     kind.field(parameters) = frame;
     return std::nullopt;
   }
@@ -131,12 +132,57 @@ std::optional<XmlRpcValue> findValue(const XmlRpcValue& group, const std::string
   return findValue(group[name], key.substr(slash + 1));
 }
 
+/// tf2 knows no frames with a slash at their start, and tf1 made no difference.
+void warnOfSlash(const ParameterDeclaration& declaration, const XmlRpcValue& value,
+                 LoadedParameters& loaded) {
+  if (!std::holds_alternative<FrameKind>(declaration.kind)) return;
+  const auto frame = get<std::string>(value);
+  if (frame == withoutSlash(frame)) return;
+  loaded.warnings.push_back({declaration.key, "is " + describe(value) + " and is taken for \"" +
+                                                  withoutSlash(frame) +
+                                                  "\": tf2 frames have no slash at the start"});
+}
+
+/// What dynamic_reconfigure of octomap_server leaves on the parameter server for a key; empty for
+/// keys whose name it does not change.
+std::string leftoverNameOf(const std::string& key) {
+  const bool is_grouped = key.rfind("sensor_model/", 0) == 0 || key.rfind("ground_filter/", 0) == 0;
+  return is_grouped ? toReconfigureName(key) : "";
+}
+
+/// The value that counts for a declaration.
+std::optional<XmlRpcValue> findValueOrLeftover(const XmlRpcValue& group,
+                                               const ParameterDeclaration& declaration,
+                                               LoadedParameters& loaded) {
+  const auto value = findValue(group, declaration.key);
+  const std::string name = leftoverNameOf(declaration.key);
+  const auto leftover = name.empty() ? std::nullopt : findValue(group, name);
+  if (!leftover) return value;
+  NodeParameters scratch;
+  std::string fate = "is taken for " + declaration.key + ", which is not set";
+  bool is_taken = false;
+  if (value) {
+    fate = "is ignored: " + declaration.key + " is set";
+  } else if (std::visit(ValueReader{*leftover, scratch}, declaration.kind)) {
+    fate = "is ignored: " + declaration.key + " must be " + formatAllowed(declaration);
+  } else {
+    is_taken = true;
+  }
+  loaded.warnings.push_back({name, "is " + describe(*leftover) + " and " + fate +
+                                       ". dynamic_reconfigure of octomap_server leaves such names "
+                                       "behind; `rosparam delete` removes them"});
+  return is_taken ? leftover : value;
+}
+
 void readValues(const XmlRpcValue& group, LoadedParameters& loaded) {
   for (const ParameterDeclaration& declaration : parameterTable()) {
-    const auto value = findValue(group, declaration.key);
+    const auto value = findValueOrLeftover(group, declaration, loaded);
     if (!value) continue;
     const Refusal refusal = std::visit(ValueReader{*value, loaded.parameters}, declaration.kind);
-    if (!refusal) continue;
+    if (!refusal) {
+      warnOfSlash(declaration, *value, loaded);
+      continue;
+    }
     loaded.errors.push_back({declaration.key, "is " + describe(*value) + ", but must be " +
                                                   formatAllowed(declaration) + ": " + *refusal +
                                                   ", or remove it to get the default " +
@@ -230,27 +276,46 @@ bool isIn(const TableT& table, const std::string& key) {
   });
 }
 
-void refuseUnknownKeys(const XmlRpcValue& group, LoadedParameters& loaded) {
+bool isLeftover(const std::string& key) {
+  const auto& table = parameterTable();
+  return std::any_of(table.begin(), table.end(),
+                     [&key](const auto& entry) { return leftoverNameOf(entry.key) == key; });
+}
+
+void judgeUnknownKeys(const XmlRpcValue& group, UnknownKeys unknown_keys,
+                      LoadedParameters& loaded) {
   Leaves leaves;
   collectLeaves(group, "", leaves);
   for (const auto& [key, value] : leaves) {
-    if (isIn(parameterTable(), key) || isIn(libraryParameters(), key)) continue;
+    if (isIn(parameterTable(), key) || isIn(libraryParameters(), key) || isLeftover(key)) continue;
     const auto& retired = retiredParameters();
-    const auto found = std::find_if(retired.begin(), retired.end(),
+    const auto old_name = std::find_if(retired.begin(), retired.end(),
                                     [&key = key](const auto& old) { return old.key == key; });
-    if (found != retired.end()) {
-      loaded.errors.push_back({key, "is of an earlier version: " + found->advice});
+    if (old_name != retired.end()) {
+      loaded.errors.push_back({key, "is of an earlier version: " + old_name->advice});
       continue;
     }
-    loaded.errors.push_back({key, "is " + describe(value) +
-                                      ", but there is no such parameter: did you mean " +
-                                      findNearestKey(key) + "? Correct the key, or remove it"});
+    const auto& foreign = octomapServerOnly();
+    const auto found = foreign.find(key);
+    if (found != foreign.end()) {
+      loaded.warnings.push_back({key, "is " + describe(value) + " and is ignored: " +
+                                          found->second});
+      continue;
+    }
+    const std::string text = "is " + describe(value) +
+                             ", but there is no such parameter: did you mean " +
+                             findNearestKey(key) + '?';
+    if (unknown_keys == UnknownKeys::kRefuse) {
+      loaded.errors.push_back({key, text + " Correct the key, or remove it"});
+    } else {
+      loaded.warnings.push_back({key, text + " It is ignored, as octomap_server does"});
+    }
   }
 }
 
 }  // namespace
 
-LoadedParameters readParameters(const XmlRpcValue& private_namespace) {
+LoadedParameters readParameters(const XmlRpcValue& private_namespace, UnknownKeys unknown_keys) {
   LoadedParameters loaded;
   const auto type = private_namespace.getType();
   const bool is_empty = type == XmlRpcValue::TypeInvalid ||
@@ -264,14 +329,16 @@ LoadedParameters readParameters(const XmlRpcValue& private_namespace) {
   }
   readValues(private_namespace, loaded);
   checkSets(loaded);
-  refuseUnknownKeys(private_namespace, loaded);
+  judgeUnknownKeys(private_namespace, unknown_keys, loaded);
   return loaded;
 }
 
 LoadedParameters loadParameters(const ros::NodeHandle& private_handle) {
   XmlRpcValue value;
-  private_handle.getParam(private_handle.getNamespace(), value);
-  return readParameters(value);
+  const std::string& name = private_handle.getNamespace();
+  private_handle.getParam(name, value);
+  const bool is_octomap_server = lastPart(name).find("octomap") != std::string::npos;
+  return readParameters(value, is_octomap_server ? UnknownKeys::kIgnore : UnknownKeys::kRefuse);
 }
 
 }  // namespace cuboid_mapping_ros

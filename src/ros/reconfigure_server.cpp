@@ -37,7 +37,11 @@ bool ReconfigureServer::onRequest(dynamic_reconfigure::ReconfigureRequest& reque
     ROS_ERROR_STREAM_NAMED(kNodeName, "set_parameters: " << error.key << ' ' << error.message
                                                          << ". Nothing of the request is in force");
   }
-  if (loaded.errors.empty() && toLogLines(loaded.parameters) != toLogLines(parameters_)) {
+  const auto differences = toDifferenceLines(loaded.parameters, parameters_, "was");
+  if (loaded.errors.empty() && !differences.empty()) {
+    for (const std::string& line : differences) {
+      ROS_INFO_STREAM_NAMED(kNodeName, "set_parameters: " << line);
+    }
     parameters_ = loaded.parameters;
     apply_(parameters_);
     // As dynamic_reconfigure::Server does, so that the parameter server says what is in force.

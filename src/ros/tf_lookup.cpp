@@ -24,6 +24,8 @@ TfLookup lookupTransform(const tf2::BufferCore& buffer, const std::string& targe
         tf2::transformToEigen(buffer.lookupTransform(target_frame, source_frame, stamp));
   } catch (const tf2::TransformException& exception) {
     result.error = exception.what();
+    const std::string kEmptyHead = ", ";  // tf2 leaves out what failed, and goes on with ", when"
+    if (result.error.rfind(kEmptyHead, 0) == 0) result.error.erase(0, kEmptyHead.size());
     result.error.erase(result.error.find_last_not_of(" .") + 1);  // ". ." at the end of many
   }
   return result;

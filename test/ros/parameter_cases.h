@@ -34,11 +34,11 @@ struct Case {
 inline std::vector<Case> mapCases() {
   using P = NodeParameters;
   return {
-      {"frame_id", "odom", [](const P& p) { return p.frame_id == "odom"; }, {"", "/map", 1, true}},
+      {"frame_id", "odom", [](const P& p) { return p.frame_id == "odom"; }, {"", "/", 1, true}},
       {"sensor_frame",
        "lidar",
        [](const P& p) { return p.sensor_frame == "lidar"; },
-       {"/lidar", 1.5}},
+       {true, 1.5}},
       {"resolution",
        0.2,
        [](const P& p) { return p.map.resolution_m == 0.2; },
@@ -205,7 +205,7 @@ inline std::vector<Case> octomapServerCases() {
       {"base_frame_id",
        "base_link",
        [](const NodeParameters& p) { return p.octomap_server.base_frame_id == "base_link"; },
-       {"", "/base", 1}},
+       {"", "/", 1}},
       switchCase<&S::filter_ground>("filter_ground"),
       groundCase<&G::distance_m>("ground_filter/distance", 0.1),
       groundCase<&G::angle_rad>("ground_filter/angle", 0.2),

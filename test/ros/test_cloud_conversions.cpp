@@ -123,13 +123,15 @@ TEST(CloudConversions, PointsThatAreNoReturnAreLeftOutAndCountedWhateverIsDenseS
   }
 }
 
-TEST(CloudConversions, ACloudOfNothingButNanIsNoError) {
+TEST(CloudConversions, ACloudOfNothingButNanIsRefused) {
   CloudSpec spec;
   spec.width = 3;
-  const CloudPoints cloud = convertGood(
+  const auto result = convertCloud(
       makeMessage(spec, std::vector<Eigen::Vector3d>(3, Eigen::Vector3d::Constant(kNan))));
-  EXPECT_TRUE(cloud.points.empty());
-  EXPECT_EQ(cloud.num_invalid, 3U);
+  const auto* error = std::get_if<CloudError>(&result);
+  ASSERT_NE(error, nullptr);
+  EXPECT_EQ(error->defect, CloudDefect::kNoValidPoints);
+  EXPECT_NE(error->text.find("all of its 3 points are NaN"), std::string::npos) << error->text;
 }
 
 TEST(CloudConversions, RowStepOfAnUnorganizedCloudDoesNotMatter) {

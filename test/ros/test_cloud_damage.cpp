@@ -8,6 +8,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <array>
 #include <functional>
 #include <limits>
@@ -61,6 +62,8 @@ std::vector<Damage> makeDamages() {
       {"width wraps", [](M& m) { m.width = 1U << 30; }, D::kBadLayout, "1073741824 points"},
       {"one byte less", [](M& m) { m.data.pop_back(); }, D::kShortData, "143 bytes"},
       {"no data", [](M& m) { m.data.clear(); }, D::kShortData, "0 bytes of data"},
+      {"nothing but zeros", [](M& m) { std::fill(m.data.begin(), m.data.end(), 0); },
+       D::kNoValidPoints, "all of its 12 points"},
       {"row too many", [](M& m) { m.height = 4; }, D::kShortData, "need 192"},
       {"height wraps", [](M& m) { m.height = kMaxUint32; }, D::kShortData, "4 x 4294967295"},
       {"row_step", [](M& m) { m.row_step = kMaxUint32; }, D::kShortData, "need 8589934638"},
@@ -191,7 +194,7 @@ TEST(CloudDamage, CorruptedMessagesAreRefusedOrReadInside) {
   EXPECT_EQ(num_done, kCases);
   EXPECT_GT(num_good, kCases / 10);
   for (std::size_t defect = 1; defect < kNumCloudDefects; ++defect) {  // All but kEmptyFrame.
-    EXPECT_GT(num_defects[defect], 100U) << toString(static_cast<CloudDefect>(defect));
+    EXPECT_GT(num_defects[defect], 20U) << toString(static_cast<CloudDefect>(defect));
   }
 }
 

@@ -20,9 +20,8 @@ NodeReport makeReport(std::uint64_t num_received, std::uint64_t num_inserted) {
   return report;
 }
 
-/// Expects a warning with these words, in this order.
-void expectWarning(const ReportSummary& summary, const std::vector<std::string>& words) {
-  EXPECT_TRUE(summary.is_warning) << summary.message;
+/// Expects these words, in this order.
+void expectWords(const ReportSummary& summary, const std::vector<std::string>& words) {
   std::size_t at = 0;
   for (const std::string& word : words) {
     at = summary.message.find(word, at);
@@ -30,12 +29,20 @@ void expectWarning(const ReportSummary& summary, const std::vector<std::string>&
   }
 }
 
+/// Expects a warning with these words, in this order.
+void expectWarning(const ReportSummary& summary, const std::vector<std::string>& words) {
+  EXPECT_EQ(summary.level, ReportLevel::kWarning) << summary.message;
+  expectWords(summary, words);
+}
+
+bool isOk(const ReportSummary& summary) { return summary.level == ReportLevel::kOk; }
+
 TEST(Diagnostics, AllIsWellWhileCloudsAreInserted) {
   NodeReport report = makeReport(7, 7);
   report.map.free.num_cuboids = 30;
   report.map.occupied.num_cuboids = 12;
   const ReportSummary summary = summarize(report, makeReport(5, 5).statistics);
-  EXPECT_FALSE(summary.is_warning);
+  EXPECT_TRUE(isOk(summary));
   EXPECT_EQ(summary.message, "42 cuboids from 7 clouds");
 }
 
@@ -55,22 +62,90 @@ TEST(Diagnostics, WarnsOfCloudsDroppedSinceTheLastReport) {
   expectWarning(
       summarize(report, last.statistics),
       {"4 clouds dropped", "short data: 1", "no transform: 3", "check that tf has a path"});
-  EXPECT_FALSE(summarize(report, report.statistics).is_warning) << "told once";
+  report.statistics = makeReport(6, 5).statistics;
+  report.statistics.numDropped(DropReason::kShortData) = 1;
+  expectWarning(summarize(report, last.statistics), {"1 cloud dropped (short data: 1)"});
+  report = makeReport(10, 6);
+  report.statistics.numDropped(DropReason::kNoTransform) = 4;
+  EXPECT_TRUE(isOk(summarize(report, report.statistics))) << "told once";
 }
 
 TEST(Diagnostics, WarnsOfCloudsThatGoOnWaitingForTf) {
   const NodeReport last = makeReport(6, 5);
-  EXPECT_FALSE(summarize(last, makeReport(5, 5).statistics).is_warning) << "it may come yet";
+  EXPECT_TRUE(isOk(summarize(last, makeReport(5, 5).statistics))) << "it may come yet";
   expectWarning(summarize(makeReport(8, 5), last.statistics), {"3 clouds wait for a transform"});
-  EXPECT_FALSE(summarize(makeReport(8, 6), last.statistics).is_warning);
+  EXPECT_TRUE(isOk(summarize(makeReport(8, 6), last.statistics)));
 }
 
 TEST(Diagnostics, WarnsWhenCloudsDoNotComeAnyMore) {
   NodeReport report = makeReport(5, 5);
   report.silence_s = kMaxSilence_s - 0.1;
-  EXPECT_FALSE(summarize(report, report.statistics).is_warning);
-  report.silence_s = 42.5;
-  expectWarning(summarize(report, report.statistics), {"no cloud on /points for 42 s"});
+  EXPECT_TRUE(isOk(summarize(report, report.statistics)));
+  report.silence_s = 12.5;
+  expectWarning(summarize(report, report.statistics), {"no cloud on /points for 12 s"});
+}
+
+TEST(Diagnostics, AClockThatIsAheadIsNamed) {
+  NodeReport report = makeReport(5, 5);
+  report.frame_id = "map";
+  report.last_cloud = LastCloud{"lidar", -3.25, ""};
+  expectWarning(summarize(report, report.statistics),
+                {"from 5 clouds", "3.25 s ahead of this machine's clock"});
+  report.last_cloud->age_s = -0.9 * kMaxAhead_s;
+  EXPECT_TRUE(isOk(summarize(report, report.statistics)));
+}
+
+TEST(Diagnostics, AMissingTransformIsNamedWithFramesAgeAndReason) {
+  NodeReport report = makeReport(8, 5);
+  report.frame_id = "map";
+  report.last_cloud = LastCloud{"lidar", 86400.0 * 30, "frame 'odom' does not exist"};
+  expectWarning(summarize(report, makeReport(6, 5).statistics),
+                {"3 clouds wait for a transform", "'lidar' -> 'map'", "frame 'odom' does not exist",
+                 "the clouds are 30 days old", "use_sim_time"});
+  report = makeReport(6, 5);
+  expectWarning(summarize(report, report.statistics), {"1 cloud waits for a transform"});
+}
+
+TEST(Diagnostics, ItIsAnErrorWhenNothingGetsIntoTheMap) {
+  NodeReport report = makeReport(10, 5);
+  report.statistics.numDropped(DropReason::kNoTransform) = 5;
+  report.starved_s = kMaxStarved_s - 0.1;
+  EXPECT_EQ(summarize(report, makeReport(5, 5).statistics).level, ReportLevel::kWarning);
+  report.starved_s = kMaxStarved_s + 0.1;
+  EXPECT_EQ(summarize(report, makeReport(5, 5).statistics).level, ReportLevel::kError);
+  EXPECT_EQ(summarize(makeReport(8, 5), makeReport(7, 5).statistics).level, ReportLevel::kWarning);
+  NodeReport stuck = makeReport(8, 5);
+  stuck.starved_s = kMaxStarved_s + 0.1;
+  EXPECT_EQ(summarize(stuck, makeReport(7, 5).statistics).level, ReportLevel::kError);
+}
+
+TEST(Diagnostics, ASilentSensorBecomesAnErrorAndTheEndOfABagDoesNot) {
+  NodeReport report = makeReport(5, 5);
+  report.silence_s = kErrorSilence_s + 1.0;
+  EXPECT_EQ(summarize(report, report.statistics).level, ReportLevel::kError);
+  report.num_publishers = 0;
+  expectWarning(summarize(report, report.statistics),
+                {"nobody publishes it any more", "a bag has ended"});
+  report.is_simulated_time = true;
+  const ReportSummary summary = summarize(report, report.statistics);
+  EXPECT_TRUE(isOk(summary)) << summary.message;
+  expectWords(summary, {"from 5 clouds", "the recording has ended"});
+}
+
+TEST(Diagnostics, AFailedAutosaveIsAnError) {
+  NodeReport report = makeReport(5, 5);
+  report.autosave_error = "cannot write /full/a.cuboids: No space left on device";
+  const ReportSummary summary = summarize(report, report.statistics);
+  EXPECT_EQ(summary.level, ReportLevel::kError);
+  expectWords(summary, {"the map is not saved", "No space left on device"});
+}
+
+TEST(Diagnostics, AFullQueueSaysWhatWouldKeepUp) {
+  NodeReport report = makeReport(10, 5);
+  report.statistics.numDropped(DropReason::kQueueFull) = 5;
+  report.speed_advice = "4.3 s per cloud at 10 Hz: try resolution 0.2";
+  expectWarning(summarize(report, makeReport(5, 5).statistics),
+                {"5 clouds dropped (queue full: 5): 4.3 s per cloud at 10 Hz"});
 }
 
 TEST(Diagnostics, CountsCuboidsAndVoxelsByClass) {
@@ -99,6 +174,10 @@ TEST(Diagnostics, EveryReasonHasItsOwnKeyAndAdvice) {
   report.statistics.convert_time.add(4.0);
   report.map = {77, {5, 50.0}, {6, 6e10}, 8000};
   report.num_built = 31;
+  report.frame_id = "map";
+  report.last_cloud = LastCloud{"lidar", 0.125, ""};
+  report.rate_hz = 10.0;
+  report.statistics.reach_m = 78.25;
   diagnostic_updater::DiagnosticStatusWrapper status;
   fillStatus(report, {}, status);
   EXPECT_EQ(status.level, static_cast<int>(diagnostic_msgs::DiagnosticStatus::WARN));
@@ -112,8 +191,8 @@ TEST(Diagnostics, EveryReasonHasItsOwnKeyAndAdvice) {
   }
   EXPECT_EQ(values["clouds received"], "100");
   EXPECT_EQ(values["clouds inserted"], "10");
-  EXPECT_EQ(values["clouds dropped"], "66");
-  EXPECT_EQ(values["clouds waiting"], "24");
+  EXPECT_EQ(values["clouds dropped"], "78");
+  EXPECT_EQ(values["clouds waiting"], "12");
   EXPECT_EQ(values["convert time last [ms]"], "4.000");
   EXPECT_EQ(values["convert time mean [ms]"], "2.500");
   EXPECT_EQ(values["convert time max [ms]"], "4.000");
@@ -124,6 +203,9 @@ TEST(Diagnostics, EveryReasonHasItsOwnKeyAndAdvice) {
   EXPECT_EQ(values["map bytes"], "8000");
   EXPECT_EQ(values["map revision"], "77");
   EXPECT_EQ(values["octomap_server messages built"], "31");
+  EXPECT_EQ(values["frames"], "'lidar' -> 'map'");
+  EXPECT_EQ(values["cloud age when received [s]"], "0.125");
+  EXPECT_EQ(values["cloud rate [Hz]"], "10.00");
 }
 
 }  // namespace

@@ -53,6 +53,10 @@ TEST_F(NodeCloudsTest, CloudsWithoutATransformAreCountedAndTold) {
   EXPECT_TRUE(waitFor([&] {
     return diagnostics_.status().message.find("wait for a transform") != std::string::npos;
   })) << diagnostics_.status().message;
+  const std::string& message = diagnostics_.status().message;
+  EXPECT_NE(message.find("'nowhere' -> 'map'"), std::string::npos) << message;
+  EXPECT_NE(message.find("\"nowhere\""), std::string::npos) << "what tf says: " << message;
+  EXPECT_NE(message.find("days old: set use_sim_time"), std::string::npos) << message;
 
   startCounting();
   for (int i = 0; i < 3; ++i) {
@@ -107,7 +111,7 @@ TEST_F(NodeCloudsTest, DamagedCloudsAreCountedByReason) {
     PointCloud2 cloud;
   };
   const PointCloud2 good = makeSmallCloud("lidar", ros::Time(100.0));
-  std::vector<Damage> damages(6, Damage{"", good});
+  std::vector<Damage> damages(7, Damage{"", good});
   damages[0].reason = "empty frame_id";
   damages[0].cloud.header.frame_id.clear();
   damages[1].reason = "no points";
@@ -120,6 +124,9 @@ TEST_F(NodeCloudsTest, DamagedCloudsAreCountedByReason) {
   damages[4].cloud.fields[0].offset = damages[4].cloud.point_step;
   damages[5].reason = "short data";
   damages[5].cloud.data.resize(5);
+  damages[6].reason = "no valid points";
+  const double nan = std::numeric_limits<double>::quiet_NaN();
+  damages[6].cloud = makeCloud("lidar", ros::Time(100.0), {{nan, nan, nan}});
 
   for (const Damage& damage : damages) {
     cloud_publisher_.publish(damage.cloud);
@@ -157,6 +164,15 @@ TEST_F(NodeCloudsTest, NoCloudIsLostWithoutBeingCounted) {
   EXPECT_EQ(countNew("clouds received"), num_published);
   EXPECT_EQ(countNew("clouds dropped"), countNew("clouds dropped, queue full"));
   EXPECT_GT(countNew("clouds inserted"), 0);
+}
+
+TEST_F(NodeCloudsTest, AClockThatIsAheadIsTold) {
+  cloud_publisher_.publish(makeSmallCloud("lidar", ros::Time::now() + ros::Duration(30.0)));
+  ASSERT_TRUE(waitForInserted(1));
+  EXPECT_TRUE(waitFor([&] {
+    return diagnostics_.status().message.find("ahead of this machine's clock") != std::string::npos;
+  })) << diagnostics_.status().message;
+  EXPECT_EQ(diagnostics_.status().level, static_cast<int>(diagnostic_msgs::DiagnosticStatus::WARN));
 }
 
 TEST_F(NodeCloudsTest, DiagnosticsTellTimesAndSizes) {

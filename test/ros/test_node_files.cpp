@@ -88,6 +88,22 @@ TEST_P(NodeFiles, AreSavedAtTheEnd) {
   EXPECT_EQ(countVoxels(file), kVoxelsOfBox);
 }
 
+TEST_P(NodeFiles, AnAutosaveThatFailsIsAnErrorOfTheDiagnostics) {
+  DiagnosticsProbe diagnostics(kName);
+  const std::string folder = folder_ / "none";
+  start({"_autosave_file:=" + folder + "/map.ot", "_autosave_period:=1.0"});
+  setBox(1);
+  EXPECT_TRUE(waitFor([&] {
+    return diagnostics.status().level == diagnostic_msgs::DiagnosticStatus::ERROR;
+  })) << diagnostics.status().message;
+  EXPECT_EQ(diagnostics.status().message.find("the map is not saved: "), 0U)
+      << diagnostics.status().message;
+  std::filesystem::create_directory(folder);
+  EXPECT_TRUE(waitFor([&] {
+    return diagnostics.status().level == diagnostic_msgs::DiagnosticStatus::WARN;
+  })) << diagnostics.status().message;
+}
+
 TEST_P(NodeFiles, SayWhyTheyCannotBeWritten) {
   start({}, [] { limitFileSize(50); });
   setBox(1);

@@ -303,6 +303,15 @@ TEST(OctomapServerCompat, StartsFromAMapOnTheCommandLine) {
   EXPECT_EQ(callOctomap("/argument/octomap_full").resolution, 0.2);
 }
 
+TEST(OctomapServerCompat, StartsWithTheLaunchFileAndTheLeftoversOfOctomapServer) {
+  bool is_nodelet = false;
+  ros::param::get("~is_nodelet", is_nodelet);
+  if (is_nodelet) GTEST_SKIP() << "the launch file of octomap_server starts a node";
+  const OctomapMessage map = callOctomap("/leftovers/octomap_full");
+  EXPECT_EQ(map.resolution, 0.05);
+  EXPECT_EQ(map.header.frame_id, "odom_combined") << "without the slash";
+}
+
 TEST(OctomapServerCompat, StartsFromAMapFileWithItsResolution) {
   const OctomapMessage map = callOctomap("/compat/octomap_full");
   EXPECT_EQ(map.resolution, 0.2) << "that of the file";

@@ -248,7 +248,7 @@ TEST(Parameters, AnUnknownKeyIsRefusedWithTheNearestKnownOne) {
       {"max_range", "sensor_model/max_range"},
       {"sensor_model/max_rang", "sensor_model/max_range"},
       {"sensor_modl/hit", "sensor_model/hit"},
-      {"sensor_model_miss", "sensor_model/miss"},
+      {"sensor_model_mis", "sensor_model/miss"},
       {"pointcloud_max_zz", "pointcloud_max_z"},
       {"rtree/frame_id", "frame_id"},
   };
@@ -257,6 +257,105 @@ TEST(Parameters, AnUnknownKeyIsRefusedWithTheNearestKnownOne) {
     ASSERT_EQ(keysOf(loaded.errors), std::vector<std::string>{key});
     EXPECT_EQ(loaded.errors[0].message, "is 0.5, but there is no such parameter: did you mean " +
                                             nearest + "? Correct the key, or remove it");
+  }
+}
+
+TEST(Parameters, TheLogSaysWhatDiffers) {
+  NodeParameters parameters;
+  EXPECT_TRUE(toDifferenceLines(parameters, {}, "default").empty());
+  parameters.max_range_m = 50.0;
+  parameters.map.resolution_m = 0.2;
+  const std::vector<std::string> expected{"resolution: 0.2 [m] (default: 0.05)",
+                                          "sensor_model/max_range: 50.0 [m] (default: -1.0)"};
+  EXPECT_EQ(toDifferenceLines(parameters, {}, "default"), expected);
+  EXPECT_EQ(toDifferenceLines({}, parameters, "was").front(), "resolution: 0.05 [m] (was: 0.2)");
+}
+
+/// What the node says about a key; empty when it says nothing.
+std::string warningOf(const LoadedParameters& loaded, const std::string& key) {
+  std::string text;
+  for (const ParameterError& warning : loaded.warnings) {
+    if (warning.key == key) text += warning.message;
+  }
+  return text;
+}
+
+TEST(Parameters, AFrameLosesItsSlashWithAWarning) {
+  const LoadedParameters loaded = readParameters(
+      makeGroup({{"frame_id", "/map"}, {"base_frame_id", "/base"}, {"sensor_frame", "lidar"}}));
+  EXPECT_TRUE(loaded.errors.empty());
+  EXPECT_EQ(loaded.parameters.frame_id, "map");
+  EXPECT_EQ(loaded.parameters.octomap_server.base_frame_id, "base");
+  EXPECT_EQ(loaded.warnings.size(), 2U);
+  EXPECT_EQ(warningOf(loaded, "frame_id"),
+            "is \"/map\" and is taken for \"map\": tf2 frames have no slash at the start");
+}
+
+/// What dynamic_reconfigure of octomap_server 0.6.7 leaves, with its defaults.
+XmlRpcValue leftoversOfOctomapServer() {
+  return makeGroup({{"max_depth", 16},
+                    {"pointcloud_min_z", -100.0},
+                    {"pointcloud_max_z", 100.0},
+                    {"occupancy_min_z", -100.0},
+                    {"occupancy_max_z", 100.0},
+                    {"filter_speckles", false},
+                    {"filter_ground", false},
+                    {"ground_filter_distance", 0.04},
+                    {"ground_filter_angle", 0.15},
+                    {"ground_filter_plane_distance", 0.07},
+                    {"compress_map", true},
+                    {"incremental_2D_projection", false},
+                    {"sensor_model_max_range", -1.0},
+                    {"sensor_model_min_range", -1.0},
+                    {"sensor_model_hit", 0.7},
+                    {"sensor_model_miss", 0.4},
+                    {"sensor_model_min", 0.12},
+                    {"sensor_model_max", 0.97}});
+}
+
+TEST(Parameters, LeftoversOfOctomapServerAreTakenWithAWarning) {
+  XmlRpcValue values = leftoversOfOctomapServer();
+  const LoadedParameters defaults = readParameters(values);
+  EXPECT_TRUE(defaults.errors.empty());
+  EXPECT_EQ(defaults.warnings.size(), 10U);
+  EXPECT_EQ(warningOf(defaults, "max_depth"),
+            "is 16 and is ignored: cells of every size are shown");
+
+  set(values, "sensor_model_max_range", 20.0);
+  set(values, "sensor_model_hit", 0.8);
+  set(values, "sensor_model/hit", 0.6);
+  set(values, "sensor_model_miss", 0.9);
+  const LoadedParameters loaded = readParameters(values);
+  EXPECT_TRUE(loaded.errors.empty());
+  EXPECT_EQ(loaded.parameters.max_range_m, 20.0);
+  EXPECT_EQ(loaded.parameters.map.sensor_model.hit, 0.6) << "what is written with a slash counts";
+  EXPECT_EQ(loaded.parameters.map.sensor_model.miss, 0.4) << "a bad leftover does no harm";
+  EXPECT_NE(warningOf(loaded, "sensor_model_max_range")
+                .find("is 20.0 and is taken for sensor_model/max_range"),
+            std::string::npos);
+  EXPECT_NE(warningOf(loaded, "sensor_model_hit").find("ignored: sensor_model/hit is set"),
+            std::string::npos);
+  EXPECT_NE(warningOf(loaded, "sensor_model_miss").find("must be a number from 0.001 to 0.499"),
+            std::string::npos);
+}
+
+TEST(Parameters, InThePlaceOfOctomapServerUnknownKeysAreWarnings) {
+  const XmlRpcValue values = makeGroup({{"resolutoin", 0.2}, {"camera/model", "x"}});
+  EXPECT_EQ(readParameters(values).errors.size(), 2U);
+  const LoadedParameters loaded = readParameters(values, UnknownKeys::kIgnore);
+  EXPECT_TRUE(loaded.errors.empty());
+  EXPECT_EQ(warningOf(loaded, "resolutoin"),
+            "is 0.2, but there is no such parameter: did you mean resolution? It is ignored, as "
+            "octomap_server does");
+  EXPECT_EQ(warningOf(loaded, "camera/model").find("is \"x\", but"), 0U);
+}
+
+TEST(Parameters, NamesThatOnlyOctomapServerHasAreIgnored) {
+  for (const char* key : {"max_depth", "track_changes", "listen_changes", "topic_changes",
+                          "change_id_frame", "min_change_pub"}) {
+    const LoadedParameters loaded = readParameters(makeGroup({{key, 1}}));
+    EXPECT_TRUE(loaded.errors.empty()) << key;
+    EXPECT_EQ(warningOf(loaded, key).find("is 1 and is ignored: "), 0U) << key;
   }
 }
 
@@ -280,24 +379,32 @@ TEST(Parameters, DefaultYamlIsWhatPrintParametersWrites) {
       << "Write it anew: rosrun cuboid_mapping print_parameters --yaml > config/default.yaml";
 }
 
-TEST(Parameters, TableOfTheReadmeIsWhatPrintParametersWrites) {
-  const std::string begin = "<!-- parameters:begin -->\n";
-  const std::string readme = readFile("README.md");
-  const std::size_t first = readme.find(begin);
-  const std::size_t last = readme.find("<!-- parameters:end -->");
-  ASSERT_NE(first, std::string::npos);
-  ASSERT_NE(last, std::string::npos);
-  EXPECT_EQ(readme.substr(first + begin.size(), last - first - begin.size()), toMarkdownTable())
-      << "Put what `rosrun cuboid_mapping print_parameters --markdown` writes between the markers.";
+TEST(Parameters, TheDocumentIsWhatPrintParametersWrites) {
+  EXPECT_EQ(readFile("doc/parameters.md"), toMarkdownTable())
+      << "Write it anew: rosrun cuboid_mapping print_parameters --markdown > doc/parameters.md";
 }
 
-TEST(Parameters, TheTableHasOneRowForEachParameterAndLibraryKey) {
-  const std::string table = toMarkdownTable();
-  EXPECT_EQ(static_cast<std::size_t>(std::count(table.begin(), table.end(), '\n')),
-            2 + allCases().size() + 2);
-  std::istringstream lines(table);
+TEST(Parameters, TheDocumentHasOneRowForEachParameterAndLibraryKey) {
+  std::istringstream lines(toMarkdownTable());
+  std::size_t num_rows = 0;
   for (std::string line; std::getline(lines, line);) {
+    if (line.rfind("| `", 0) != 0) continue;
+    ++num_rows;
     EXPECT_EQ(std::count(line.begin(), line.end(), '|'), 6) << line;
+  }
+  EXPECT_EQ(num_rows, allCases().size() + 2);
+}
+
+TEST(Parameters, TheDocumentKeepsOursApartFromThoseOfOctomapServer) {
+  const std::string page = toMarkdownTable();
+  const std::size_t theirs = page.find("## Parameters of octomap_server");
+  ASSERT_NE(theirs, std::string::npos);
+  for (const char* key : {"fusion", "threads", "publish_rate", "sensor_model/no_return_range"}) {
+    EXPECT_LT(page.find("| `" + std::string(key) + "`"), theirs) << key;
+  }
+  for (const char* key : {"resolution", "sensor_model/max_range", "latch", "pointcloud_min_x",
+                          "color/r", "map_file", "filter_ground"}) {
+    EXPECT_GT(page.find("| `" + std::string(key) + "`"), theirs) << key;
   }
 }
 

@@ -23,10 +23,11 @@ enum class CloudDefect : unsigned char {
   kWrongDatatype,  ///< x, y or z is neither FLOAT32 nor FLOAT64.
   kBadLayout,      ///< point_step is 0, a field reaches beyond it, or row_step is less than a row.
   kShortData,      ///< There is less data than width, height and steps say.
+  kNoValidPoints,  ///< All points are NaN, infinite or zero, and no beam without return is known.
 };
 
 /// Number of enumerators of CloudDefect, for counters.
-constexpr std::size_t kNumCloudDefects = 6;
+constexpr std::size_t kNumCloudDefects = 7;
 
 /// A short name for diagnostics, as "no x/y/z fields".
 [[nodiscard]] const char* toString(CloudDefect defect);
@@ -68,7 +69,7 @@ struct CloudOptions {
 /// become no-returns as far as cuboid_mapping::estimateNoReturnBeams() finds their directions. In
 /// any other case they are skipped.
 ///
-/// @return The points, possibly none when all are invalid; or why the message is refused.
+/// @return At least one point or no-return; or why the message is refused.
 /// @complexity O(width * height).
 [[nodiscard]] std::variant<CloudPoints, CloudError> convertCloud(
     const sensor_msgs::PointCloud2& message, const CloudOptions& options = {});

@@ -3,11 +3,13 @@
 
 #include "cuboid_mapping/map/cuboid_map.h"
 #include "cuboid_mapping/ros/node_statistics.h"
+#include "cuboid_mapping/ros/speed_advice.h"
 
 #include <diagnostic_updater/DiagnosticStatusWrapper.h>
 
 #include <cstddef>
 #include <cstdint>
+#include <optional>
 #include <string>
 
 namespace cuboid_mapping_ros {
@@ -30,30 +32,56 @@ struct MapSummary {
 /// What the map says of itself. @complexity O(n).
 [[nodiscard]] MapSummary summarize(const cuboid_mapping::CuboidMap& map);
 
+/// What is known of the last cloud that was received.
+struct LastCloud {
+  std::string frame_id;
+  double age_s = 0.0;    ///< When it was received, by its stamp; negative: the stamp lies ahead.
+  std::string tf_error;  ///< Why it has no pose in the map now; empty: it has one.
+};
+
 /// Everything that one report is about.
 struct NodeReport {
   NodeStatistics statistics;
   MapSummary map;
-  std::string cloud_topic;         ///< As it is after remapping.
+  std::string cloud_topic;  ///< As it is after remapping.
+  std::string frame_id;     ///< Of the map.
+  std::optional<LastCloud> last_cloud;
   std::size_t num_publishers = 0;  ///< Of the cloud topic.
+  bool is_simulated_time = false;  ///< use_sim_time, as with bags.
   double silence_s = 0.0;          ///< Since the last cloud, or the start of the node.
+  double starved_s = 0.0;          ///< Since a cloud was inserted, or the first was received.
   std::uint64_t num_built = 0;     ///< Messages on the topics of octomap_server.
+  std::optional<double> rate_hz;   ///< Of the clouds.
+  std::optional<std::string> speed_advice;  ///< See SpeedWatch::advice().
+  std::string autosave_error;               ///< Of the last save to autosave_file; empty: none.
 };
 
-/// Clouds are missing when none has come for so long.
+/// Clouds are missing when none has come for so long: a warning, and then an error.
 constexpr double kMaxSilence_s = 5.0;
+constexpr double kErrorSilence_s = 30.0;
+/// It is an error when clouds come and none gets into the map for so long.
+constexpr double kMaxStarved_s = 10.0;
+/// A warning when stamps are so far ahead of this machine's clock.
+constexpr double kMaxAhead_s = 0.5;
+
+/// Of a report, as diagnostic_msgs/DiagnosticStatus numbers them.
+enum class ReportLevel : unsigned char { kOk = 0, kWarning = 1, kError = 2 };
 
 /// Level and message of a report.
 struct ReportSummary {
-  bool is_warning;
+  ReportLevel level;
   std::string message;  ///< What is wrong and what to do, or what the map holds.
 };
 
 /// The first of these that applies:
+///   - the map could not be saved to autosave_file: error;
 ///   - no cloud has ever come: warning;
-///   - clouds were dropped since the last report: warning that names the most frequent reason;
-///   - clouds wait for tf, as at the last report, and none was inserted since: warning;
-///   - no cloud for kMaxSilence_s: warning;
+///   - clouds were dropped since the last report: warning that names the most frequent reason, or
+///     error when none was inserted for kMaxStarved_s;
+///   - clouds wait for tf, as at the last report, and none was inserted since: likewise;
+///   - no cloud for kMaxSilence_s: warning, or error after kErrorSilence_s. With simulated time and no
+///     publisher any more, the recording has ended, and all is well;
+///   - stamps are ahead of the clock by more than kMaxAhead_s: warning;
 ///   - else: all is well.
 [[nodiscard]] ReportSummary summarize(const NodeReport& report, const NodeStatistics& last_report);
 

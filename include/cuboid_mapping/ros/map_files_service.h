@@ -12,6 +12,8 @@
 #include <ros/wall_timer.h>
 
 #include <cstdint>
+#include <mutex>
+#include <string>
 
 namespace cuboid_mapping_ros {
 
@@ -29,6 +31,9 @@ class MapFilesService {
   MapFilesService(const MapFilesService&) = delete;
   MapFilesService& operator=(const MapFilesService&) = delete;
 
+  /// Why the last save to autosave_file failed; empty: it did not. Of any thread.
+  [[nodiscard]] std::string autosaveError() const;
+
  private:
   void advertise(ros::NodeHandle nh);
   void autosave();
@@ -37,6 +42,8 @@ class MapFilesService {
   std::string frame_id_;
   std::string autosave_file_;
   std::uint64_t saved_revision_;
+  mutable std::mutex error_mutex_;
+  std::string autosave_error_;
   ros::CallbackQueue queue_;
   ros::ServiceServer save_server_;
   ros::ServiceServer load_server_;

@@ -13,6 +13,7 @@
 #include "cuboid_mapping/ros/parameters.h"
 #include "cuboid_mapping/ros/planner_services.h"
 #include "cuboid_mapping/ros/reconfigure_server.h"
+#include "cuboid_mapping/ros/speed_advice.h"
 #include "cuboid_mapping/ros/time_jump.h"
 
 #include <diagnostic_updater/diagnostic_updater.h>
@@ -77,6 +78,9 @@ class MappingNode {
   void reconfigure(const NodeParameters& parameters);
   bool onReset(std_srvs::Empty::Request& request, std_srvs::Empty::Response& response);
   void drop(DropReason reason, const std::string& text);
+  /// Logs what would keep up, now and then while the node does not; once what suits the sensor.
+  void giveAdvice();
+  [[nodiscard]] LastCloud describeLastCloud() const;
   void reportDiagnostics(diagnostic_updater::DiagnosticStatusWrapper& status);
 
   NodeParameters parameters_;
@@ -89,7 +93,13 @@ class MappingNode {
   NodeStatistics statistics_;
   NodeStatistics reported_statistics_;  ///< As of the last report.
   std::array<std::optional<Clock::time_point>, kNumDropReasons> last_logged_;
+  std::optional<Clock::time_point> last_advice_;
+  bool has_suggested_ = false;
+  SpeedWatch speed_watch_;
   Clock::time_point last_received_ = Clock::now();
+  Clock::time_point last_progress_ = Clock::now();  ///< A cloud was inserted, or the first came.
+  std_msgs::Header last_header_;                    ///< Of the last cloud that was received ...
+  ros::Time last_arrival_;                          ///< ... and when that was.
 
   MapPublisher map_publisher_;
   MarkerPublisher occupied_publisher_;

@@ -19,6 +19,7 @@ enum class DropReason : unsigned char {
   kWrongDatatype,
   kBadLayout,
   kShortData,
+  kNoValidPoints,
   kQueueFull,     ///< The node was busy with the clouds before it.
   kNoTransform,   ///< tf did not come before the queue of waiting clouds was full.
   kTooOldForTf,   ///< Older than the transforms that tf keeps.
@@ -27,7 +28,7 @@ enum class DropReason : unsigned char {
 };
 
 /// Number of enumerators of DropReason.
-constexpr std::size_t kNumDropReasons = 11;
+constexpr std::size_t kNumDropReasons = 12;
 
 /// The reason to drop a cloud with a defect.
 [[nodiscard]] DropReason toDropReason(CloudDefect defect);
@@ -73,6 +74,7 @@ struct NodeStatistics {
   std::uint64_t num_invalid = 0;       ///< NaN, infinite or (0, 0, 0).
   std::uint64_t num_filtered = 0;      ///< Too near, or outside the crop box.
   std::uint64_t num_out_of_range = 0;  ///< Outside the cells that a map can have.
+  double reach_m = 0.0;  ///< Range within which 95 % of the last cloud's points lie, before any cut.
 
   StageTime convert_time;   ///< Message to scan: conversion and filter.
   StageTime ray_walk_time;  ///< Scan to voxels.

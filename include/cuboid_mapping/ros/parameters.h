@@ -74,6 +74,14 @@ struct ParameterError {
 struct LoadedParameters {
   NodeParameters parameters;
   std::vector<ParameterError> errors;
+  /// What the node can live with: keys that are ignored, or taken for others.
+  std::vector<ParameterError> warnings;
+};
+
+/// What to do about keys that no parameter has.
+enum class UnknownKeys : unsigned char {
+  kRefuse,  ///< They are errors, which name the nearest known key.
+  kIgnore   ///< They are warnings, which name the nearest known key: octomap_server ignores them.
 };
 
 /// Reads and checks all parameters; those that are missing keep their defaults.
@@ -84,22 +92,36 @@ struct LoadedParameters {
 ///   - NaN and infinity are out of range everywhere;
 ///   - a value of the wrong type or out of range keeps its default; sets of parameters are checked
 ///     against each other only when each of them is good;
-///   - a key that is not known is an error that names the nearest known one, except for keys that
-///     libraries read from the same namespace (diagnostic_period, num_worker_threads).
+///   - keys that libraries read from the same namespace (diagnostic_period, num_worker_threads) are
+///     left alone;
+///   - a frame loses a slash at its start, with a warning;
+///   - names that only octomap_server has (max_depth, ...) are ignored with a warning. Those that its
+///     dynamic_reconfigure leaves on the parameter server, as sensor_model_max_range, give a warning
+///     and stand for sensor_model/max_range where that is not set;
+///   - other keys that are not known are treated as `unknown_keys` says.
 ///
 /// @param private_namespace  A struct, nested for keys with a slash. Not set, or an empty string
 ///                           (which `nodelet load` leaves when there is no parameter): all
 ///                           defaults.
 /// @return Errors in the order of the table, then of sets, then of unknown keys.
-[[nodiscard]] LoadedParameters readParameters(const XmlRpc::XmlRpcValue& private_namespace);
+[[nodiscard]] LoadedParameters readParameters(const XmlRpc::XmlRpcValue& private_namespace,
+                                              UnknownKeys unknown_keys = UnknownKeys::kRefuse);
 
-/// readParameters() of everything in the namespace of a node handle.
+/// readParameters() of everything in the namespace of a node handle. Unknown keys are ignored where
+/// the node stands in for octomap_server: where "octomap" is in its name.
 [[nodiscard]] LoadedParameters loadParameters(const ros::NodeHandle& private_handle);
 
 /// One line for each parameter: "key: value unit", and "(default)" where it is so. For the log.
 [[nodiscard]] std::vector<std::string> toLogLines(const NodeParameters& parameters);
 
-/// The table of the README: key, default, unit, allowed values, help.
+/// One line for each parameter that differs from another set: "key: value unit (word: other value)".
+/// @param word  What the other set is, as "default" or "was".
+[[nodiscard]] std::vector<std::string> toDifferenceLines(const NodeParameters& parameters,
+                                                         const NodeParameters& others,
+                                                         const std::string& word);
+
+/// doc/parameters.md: key, default, unit, allowed values and help of each parameter, those of
+/// octomap_server apart from the others.
 [[nodiscard]] std::string toMarkdownTable();
 
 /// config/default.yaml: every parameter with its default, help as comments.

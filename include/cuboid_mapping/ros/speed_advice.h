@@ -1,0 +1,54 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <deque>
+#include <limits>
+#include <optional>
+#include <string>
+
+namespace cuboid_mapping_ros {
+
+/// How fast clouds come, how long they take and how far they reach, and what follows for the
+/// parameters. Not thread-safe.
+class SpeedWatch {
+ public:
+  /// @param max_range_m  Of the beams; infinity: no limit.
+  explicit SpeedWatch(double resolution_m,
+                      double max_range_m = std::numeric_limits<double>::infinity());
+
+  /// A cloud came, also one that is dropped later. Stamps that do not rise are ignored.
+  void noteReceived(double stamp_s);
+  /// A cloud is in the map. @param reach_m  See NodeStatistics::reach_m.
+  void noteInserted(double duration_s, double reach_m);
+
+  /// Median rate of the last clouds; nothing before the third.
+  [[nodiscard]] std::optional<double> rateHz() const;
+  /// Mean time of the last clouds; nothing before the first.
+  [[nodiscard]] std::optional<double> durationS() const;
+  [[nodiscard]] double reach_m() const { return reach_m_; }
+
+  /// What would keep up, as "4.3 s per cloud at 10 Hz: try resolution 0.2 or sensor_model/max_range
+  /// 30"; nothing while clouds take less time than there is between them, or too few have come.
+  [[nodiscard]] std::optional<std::string> advice() const;
+
+  /// Parameters that suit a sensor which reaches so far, where those in use are meant for rooms.
+  /// Nothing before kFirstClouds clouds are in the map, or when there is nothing to suggest.
+  [[nodiscard]] std::optional<std::string> suggestion() const;
+
+  static constexpr std::size_t kFirstClouds = 5;
+
+ private:
+  double resolution_m_;
+  double max_range_m_;
+  std::deque<double> stamps_s_;
+  std::deque<double> durations_s_;
+  std::size_t num_inserted_ = 0;
+  double reach_m_ = 0.0;  ///< Greatest of all clouds.
+};
+
+/// A count with its noun: "1 cloud", "2 clouds".
+[[nodiscard]] std::string counted(std::uint64_t count, const std::string& noun);
+
+}  // namespace cuboid_mapping_ros
