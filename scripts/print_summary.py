@@ -1,6 +1,9 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: BSD-3-Clause
-"""Waits while a map is built, then prints a summary of what /diagnostics says about it."""
+"""Waits while a map is built and shows progress, then prints a summary of what /diagnostics says.
+
+With drops, the summary says why clouds were dropped and what would help.
+"""
 import argparse
 import sys
 import time
@@ -9,7 +12,9 @@ import rospy
 from diagnostic_msgs.msg import DiagnosticArray
 
 START_TIMEOUT_S = 60.0  # For the first cloud.
-QUIET_S = 6.0  # A bag has come to its end when no cloud arrives for so long.
+QUIET_S = 6.0  # A bag has come to its end when nothing happens to its clouds for so long.
+STUCK_S = 30.0  # The same, while clouds still wait.
+PROGRESS_S = 5.0  # Between two lines of progress.
 
 
 class MapWatcher:
@@ -17,7 +22,9 @@ class MapWatcher:
 
     def __init__(self):
         self.figures = {}
-        self.last_cloud_s = None
+        self.message = ''
+        self.last_cloud_s = None  # When a cloud was inserted,
+        self.last_event_s = None  # or received.
         rospy.Subscriber('/diagnostics', DiagnosticArray, self.on_diagnostics)
 
     def on_diagnostics(self, message):
@@ -25,9 +32,18 @@ class MapWatcher:
             figures = {pair.key: pair.value for pair in status.values}
             if 'clouds inserted' not in figures:
                 continue
+            now = time.monotonic()
             if figures['clouds inserted'] != self.figures.get('clouds inserted', '0'):
-                self.last_cloud_s = time.monotonic()
+                self.last_cloud_s = self.last_event_s = now
+            if figures['clouds received'] != self.figures.get('clouds received', '0'):
+                self.last_event_s = now
             self.figures = figures
+            self.message = status.message
+
+    def is_over(self):
+        """Whether a bag has come to its end, and all of its clouds that can be inserted are."""
+        quiet_s = time.monotonic() - self.last_event_s
+        return quiet_s > (QUIET_S if self.figures['clouds waiting'] == '0' else STUCK_S)
 
     def number(self, key):
         return float(self.figures[key])
@@ -38,17 +54,36 @@ def wait_for_map(watcher, seconds, until_end_of_bag):
     start = time.monotonic()
     while watcher.last_cloud_s is None:
         if time.monotonic() - start > START_TIMEOUT_S or rospy.is_shutdown():
+            print('no cloud was inserted:', watcher.message or 'the node does not answer')
             return False
         time.sleep(0.2)
-    first_cloud = time.monotonic()
+    first_cloud = last_line = time.monotonic()
     while not rospy.is_shutdown():
         now = time.monotonic()
-        if until_end_of_bag and now - watcher.last_cloud_s > QUIET_S:
+        if now - last_line > PROGRESS_S:
+            last_line = now
+            print_progress(watcher, now - first_cloud)
+        if until_end_of_bag and watcher.is_over():
             break
         if not until_end_of_bag and now - first_cloud > seconds:
             break
         time.sleep(0.2)
     return True
+
+
+def print_progress(watcher, seconds):
+    print('{:5.0f} s      {} clouds inserted, {} dropped'.format(
+        seconds, watcher.figures['clouds inserted'], watcher.figures['clouds dropped']), flush=True)
+
+
+def print_drops(watcher):
+    """A line for each reason, and one with what would help."""
+    prefix = 'clouds dropped, '
+    for key, value in watcher.figures.items():
+        if key.startswith(prefix) and value != '0':
+            print(f'dropped      {value} ({key[len(prefix):]})')
+    if 'advice' in watcher.figures:
+        print('advice      ', watcher.figures['advice'])
 
 
 def print_summary(watcher):
@@ -58,6 +93,7 @@ def print_summary(watcher):
     means = [watcher.number(stage + ' time mean [ms]') for stage in stages]
     print('clouds       {inserted} inserted, {dropped} dropped'.format(
         inserted=watcher.figures['clouds inserted'], dropped=watcher.figures['clouds dropped']))
+    print_drops(watcher)
     print(f'voxels       {voxels:.0f} known ({watcher.number("voxels occupied"):.0f} occupied)')
     print(f'cuboids      {cuboids:.0f} ({watcher.number("cuboids occupied"):.0f} occupied)')
     print(f'ratio        {voxels / max(cuboids, 1.0):.1f} voxels per cuboid')
@@ -67,7 +103,7 @@ def print_summary(watcher):
 
 
 def main():
-    parser = argparse.ArgumentParser(description=__doc__)
+    parser = argparse.ArgumentParser(description=__doc__.split('\n', 1)[0])
     parser.add_argument('--seconds', type=float, default=60.0, help='how long to wait')
     parser.add_argument('--until-end-of-bag', action='store_true',
                         help='wait until no more clouds come, instead')

@@ -79,7 +79,20 @@ void synchronize(const std::string& path, int flags, const std::string& file) {
   }
 }
 
+/// Where the content goes first. @throws MapFileError when the path cannot be that of a file.
+std::string partialOf(const std::string& file) {
+  if (file.empty()) fail("cannot write", "''", ENOENT);
+  if (fs::is_directory(file)) fail("cannot write", file, EISDIR);
+  return file + ".partial";
+}
+
 }  // namespace
+
+void checkReplaceable(const std::string& file) {
+  const std::string partial = partialOf(file);
+  const Removal removal(partial);
+  if (!Descriptor(partial, kForWriting).isOpen()) fail("cannot write", file, errno);
+}
 
 std::string readFile(const std::string& file) {
   if (fs::is_directory(file)) fail("cannot read", file, EISDIR);
@@ -110,9 +123,7 @@ void replaceFile(const std::string& file, std::string_view bytes) {
 }
 
 void replaceFile(const std::string& file, const std::function<void(const std::string&)>& write) {
-  if (file.empty()) fail("cannot write", "''", ENOENT);
-  if (fs::is_directory(file)) fail("cannot write", file, EISDIR);
-  const std::string partial = file + ".partial";
+  const std::string partial = partialOf(file);
   Removal removal(partial);
   // Here, because not everything that writes files says why it cannot.
   if (!Descriptor(partial, kForWriting).isOpen()) fail("cannot write", file, errno);

@@ -212,6 +212,7 @@ void fillStatus(const NodeReport& report, const NodeStatistics& last_report,
     status.addf("cloud age when received [s]", "%.3f", report.last_cloud->age_s);
   }
   if (report.rate_hz) status.addf("cloud rate [Hz]", "%.2f", *report.rate_hz);
+  if (report.speed_advice) status.add("advice", *report.speed_advice);
   status.addf("cloud reach [m]", "%.1f", statistics.reach_m);
   addStage("convert", statistics.convert_time, status);
   addStage("ray walk", statistics.ray_walk_time, status);

@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Makes a map of the clouds in rosbags, without a roscore, as fast as the machine.
 #include "command_line.h"
+#include "cuboid_mapping/io/file_replacement.h"
 #include "cuboid_mapping/io/map_files.h"
 #include "cuboid_mapping/ros/cloud_pipeline.h"
+#include "cuboid_mapping/ros/speed_advice.h"
 #include "progress_bar.h"
 #include "yaml_parameters.h"
 
@@ -47,6 +49,9 @@ Bags openBags(const std::vector<std::string>& files) {
 NodeParameters readOptionParameters(const Options& options) {
   const LoadedParameters loaded =
       readParameters(loadYamlParameters(options.parameter_file, options.settings));
+  for (const ParameterError& warning : loaded.warnings) {
+    std::cerr << "bag_to_map: parameter " << warning.key << ": " << warning.message << std::endl;
+  }
   for (const ParameterError& error : loaded.errors) {
     std::cerr << "bag_to_map: parameter " << error.key << ": " << error.message << std::endl;
   }
@@ -101,12 +106,17 @@ void readTransforms(const Bags& bags, tf2::BufferCore& tf) {
 class Mapper {
  public:
   explicit Mapper(const NodeParameters& parameters)
-      : parameters_(parameters), pipeline_(parameters), map_(makeMapConfig(parameters)) {}
+      : parameters_(parameters),
+        pipeline_(parameters),
+        map_(makeMapConfig(parameters)),
+        watch_(parameters.map.resolution_m, parameters.max_range_m) {}
 
   [[nodiscard]] tf2::BufferCore& tf() { return tf_; }
 
   void add(const sensor_msgs::PointCloud2& cloud) {
     ++statistics_.num_received;
+    watch_.noteReceived(cloud.header.stamp.toSec());
+    Stopwatch stopwatch;
     std::string tf_error;
     const auto poses = lookupPoses(tf_, parameters_, cloud.header, tf_error);
     if (!poses) return drop(DropReason::kNoTransform, tf_error);
@@ -115,6 +125,8 @@ class Mapper {
     if (update == nullptr) return drop(toDropReason(error->defect), error->text);
     map_.apply(*update);
     ++statistics_.num_inserted;
+    watch_.noteInserted(1e-3 * stopwatch.lap(), statistics_.reach_m);
+    suggestOnce();
   }
 
   [[nodiscard]] cuboid_mapping::MapSnapshot finish() {
@@ -123,16 +135,28 @@ class Mapper {
 
   [[nodiscard]] const NodeStatistics& statistics() const { return statistics_; }
 
-  /// A line on stderr for each reason.
-  void reportDropped() const {
+  /// A line on stderr for each reason to leave clouds out, and what would keep up with a sensor.
+  void report() const {
     for (std::size_t i = 0; i < kNumDropReasons; ++i) {
       if (statistics_.num_dropped[i] == 0) continue;
-      std::cerr << "bag_to_map: " << statistics_.num_dropped[i] << " clouds left out, "
+      std::cerr << "bag_to_map: " << counted(statistics_.num_dropped[i], "cloud") << " left out, "
                 << toString(static_cast<DropReason>(i)) << ": " << first_texts_[i] << std::endl;
+    }
+    if (const auto advice = watch_.advice()) {
+      std::cerr << "bag_to_map: a node could not keep up with these clouds: " << *advice
+                << std::endl;
     }
   }
 
  private:
+  /// Of the first clouds, while there is time to start again.
+  void suggestOnce() {
+    if (statistics_.num_inserted != SpeedWatch::kFirstClouds) return;
+    if (const auto suggestion = watch_.suggestion()) {
+      std::cerr << "bag_to_map: " << *suggestion << std::endl;
+    }
+  }
+
   void drop(DropReason reason, const std::string& text) {
     if (statistics_.numDropped(reason)++ == 0)
       first_texts_[static_cast<std::size_t>(reason)] = text;
@@ -142,6 +166,7 @@ class Mapper {
   tf2::BufferCore tf_{ros::Duration(1e6)};  // long enough for any bag
   CloudPipeline pipeline_;
   CuboidMap map_;
+  SpeedWatch watch_;
   NodeStatistics statistics_;
   std::array<std::string, kNumDropReasons> first_texts_;
 };
@@ -164,23 +189,24 @@ int makeMap(const Options& options) {
     throw std::runtime_error(options.output + ": the name must end in one of " +
                              cuboid_mapping::knownEndings());
   }
+  cuboid_mapping::checkReplaceable(options.output);
   Mapper mapper(readOptionParameters(options));
   const Bags bags = openBags(options.bags);
   const std::vector<std::string> topics = chooseTopics(bags, options.topics);
   readTransforms(bags, mapper.tf());
   addClouds(bags, topics, mapper);
-  mapper.reportDropped();
+  mapper.report();
   const NodeStatistics& statistics = mapper.statistics();
   if (statistics.num_inserted == 0) {
-    throw std::runtime_error("none of " + std::to_string(statistics.num_received) +
-                             " clouds is in the map: nothing written");
+    throw std::runtime_error("no cloud of " + std::to_string(statistics.num_received) +
+                             " could be used: nothing is written");
   }
   const cuboid_mapping::MapSnapshot map = mapper.finish();
   cuboid_mapping::throwIfInterrupted();
   const std::size_t num_bytes = cuboid_mapping::writeMapFile(options.output, map);
   const std::chrono::duration<double> time = std::chrono::steady_clock::now() - start;
   std::cout << options.output << ": " << statistics.num_inserted << " of "
-            << statistics.num_received << " clouds, " << statistics.num_points << " points, "
+            << counted(statistics.num_received, "cloud") << ", " << statistics.num_points << " points, "
             << map.cuboids.size() << " cuboids, " << num_bytes << " bytes, in " << time.count()
             << " s" << std::endl;
   return 0;

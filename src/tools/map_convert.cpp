@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Writes a map in another format.
 #include "command_line.h"
+#include "cuboid_mapping/io/file_replacement.h"
 #include "cuboid_mapping/io/map_files.h"
 #include "progress_bar.h"
 
@@ -20,6 +21,7 @@ int convert(const Options& options) {
   if (!formatOfName(options.output)) {
     throw std::runtime_error(options.output + ": the name must end in one of " + knownEndings());
   }
+  checkReplaceable(options.output);
   MapFile input = readMapFile(options.input, options.model);
   throwIfInterrupted();
   MapSnapshot& map = input.snapshot;

@@ -11,6 +11,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <filesystem>
+#include <iterator>
+#include <map>
 #include <mutex>
 #include <optional>
 #include <stdexcept>
@@ -32,20 +35,6 @@ std::optional<CellBox> findExtent(const CuboidMap& map, CuboidFilter filter) {
   return extent;
 }
 
-/// Heights between which the colours run.
-struct HeightRange {
-  double min_m = 0.0;
-  double max_m = 1.0;
-};
-
-/// From blue over green to red.
-Eigen::Vector3d toColor(double ratio) {
-  const auto share = [ratio](double center) {
-    return std::clamp(1.5 - 4.0 * std::abs(ratio - center), 0.0, 1.0);
-  };
-  return {share(0.85), share(0.5), share(0.15)};
-}
-
 /// Light from above and a little from the front: by the axis of the face that a point lies on.
 double shadeOf(const CuboidMap& map, const Cell& voxel, const Eigen::Vector3d& point_map) {
   const MetricBox box = map.grid().toMetricBox(CellBox::ofCell(voxel));
@@ -64,7 +53,7 @@ Rgb colorOf(const CuboidMap& map, const RayQueryResult& seen, const HeightRange&
   }
   const double ratio = (seen.point_map.z() - heights.min_m) / (heights.max_m - heights.min_m);
   const Eigen::Vector3d color =
-      toColor(std::clamp(ratio, 0.0, 1.0)) * shadeOf(map, *seen.voxel, seen.point_map);
+      heightColor(ratio) * shadeOf(map, *seen.voxel, seen.point_map);
   Rgb rgb{};
   for (std::size_t i = 0; i < 3; ++i) {
     rgb[i] = static_cast<std::uint8_t>(std::lround(255.0 * color[static_cast<Eigen::Index>(i)]));
@@ -135,13 +124,49 @@ Camera makeCameraAt(const Eigen::Vector3d& eye, const Eigen::Vector3d& target, d
   return camera;
 }
 
-Picture renderMap(const CuboidMap& map, const Camera& camera, const PictureSize& size, int threads,
-                  const ProgressListener& listener) {
-  HeightRange heights;
-  if (const auto extent = findExtent(map, CuboidFilter::kOccupied)) {
-    const MetricBox box = map.grid().toMetricBox(*extent);
-    heights = {box.min_m.z(), box.max_m.z()};
-  }
+HeightRange findHeightRange(const CuboidMap& map) {
+  // By how much the occupied area grows or shrinks at a height, in voxels.
+  std::map<double, double> steps;
+  double num_voxels = 0.0;
+  visitAll(map.tree(), CuboidFilter::kOccupied, [&](const Cuboid& cuboid) {
+    const double bottom = cuboid.box.min.z;
+    const double top = cuboid.box.max.z;
+    steps[bottom] += cuboid.box.numVoxels() / (top - bottom);
+    steps[top] -= cuboid.box.numVoxels() / (top - bottom);
+    num_voxels += cuboid.box.numVoxels();
+    return Visit::kContinue;
+  });
+  if (steps.empty()) return {};
+  // The height below which there is this share of the voxels.
+  const auto height_at = [&](double share) {
+    double below = 0.0;
+    double area = 0.0;
+    for (auto step = steps.begin(); std::next(step) != steps.end(); ++step) {
+      area += step->second;
+      const double volume = area * (std::next(step)->first - step->first);
+      const double missing = share * num_voxels - below;
+      if (missing <= volume) return step->first + (volume > 0.0 ? missing / area : 0.0);
+      below += volume;
+    }
+    return steps.rbegin()->first;
+  };
+  constexpr double kShareLeftOut = 0.02;
+  const double resolution_m = map.grid().resolution();
+  const double min_z = height_at(kShareLeftOut);
+  return {min_z * resolution_m,
+          std::max(height_at(1.0 - kShareLeftOut), min_z + 0.5) * resolution_m};
+}
+
+Eigen::Vector3d heightColor(double ratio) {
+  const double t = std::clamp(ratio, 0.0, 1.0);
+  const auto share = [t](double center) {
+    return std::clamp(1.5 - 4.0 * std::abs(t - center), 0.0, 1.0);
+  };
+  return {share(0.85), share(0.5), share(0.15)};
+}
+
+Picture renderMap(const CuboidMap& map, const Camera& camera, const HeightRange& heights,
+                  const PictureSize& size, int threads, const ProgressListener& listener) {
   Picture picture{size.width, size.height,
                   std::vector<std::uint8_t>(3 * size.width * size.height, 255)};
   const Lens lens(camera, size);
@@ -178,6 +203,22 @@ std::string toPng(const Picture& picture) {
   }
   bytes.resize(size);
   return bytes;
+}
+
+std::string toPpm(const Picture& picture) {
+  std::string bytes = "P6\n" + std::to_string(picture.width) + ' ' +
+                      std::to_string(picture.height) + "\n255\n";
+  return bytes.append(picture.rgb.begin(), picture.rgb.end());
+}
+
+bool isPictureName(const std::string& file) {
+  const std::string ending = std::filesystem::path(file).extension().string();
+  return ending == ".png" || ending == ".ppm";
+}
+
+std::string toPictureFile(const Picture& picture, const std::string& file) {
+  const bool is_ppm = std::filesystem::path(file).extension() == ".ppm";
+  return is_ppm ? toPpm(picture) : toPng(picture);
 }
 
 }  // namespace cuboid_mapping

@@ -52,14 +52,36 @@ struct PictureSize {
 [[nodiscard]] Camera makeCameraAt(const Eigen::Vector3d& eye, const Eigen::Vector3d& target,
                                   double range_m);
 
-/// One ray for each pixel: the first occupied voxel on it, coloured by its height between lowest and
-/// highest occupied voxel (blue to red) and shaded by the face that is seen; light grey where only
-/// free space is, white where all is unknown. @complexity O(pixels · voxels and bricks passed).
-/// @param threads  >= 1; the picture does not depend on it. @param listener  Is told of rows.
-[[nodiscard]] Picture renderMap(const CuboidMap& map, const Camera& camera, const PictureSize& size,
-                                int threads, const ProgressListener& listener = {});
+/// Heights between which the colours run, metres.
+struct HeightRange {
+  double min_m = 0.0;
+  double max_m = 1.0;
+};
 
-/// A picture as the bytes of a PNG file.
+/// The heights of the occupied voxels but for the lowest and the highest 2 %, so that a bird or a point
+/// under the ground does not take the colours of the rest. From 0 to 1 m for a map without any.
+/// @complexity O(n log n) for n occupied cuboids.
+[[nodiscard]] HeightRange findHeightRange(const CuboidMap& map);
+
+/// From blue at 0 over green to red at 1; values outside count as the nearest one. Each 0 to 1.
+[[nodiscard]] Eigen::Vector3d heightColor(double ratio);
+
+/// One ray for each pixel: the first occupied voxel on it, coloured by its height (blue to red) and
+/// shaded by the face that is seen; light grey where only free space is, white where all is unknown.
+/// @complexity O(pixels * voxels and bricks passed).
+/// @param threads  >= 1; the picture does not depend on it. @param listener  Is told of rows.
+[[nodiscard]] Picture renderMap(const CuboidMap& map, const Camera& camera,
+                                const HeightRange& heights, const PictureSize& size, int threads,
+                                const ProgressListener& listener = {});
+
+/// A picture as the bytes of a PNG file, and of a PPM file (P6).
 [[nodiscard]] std::string toPng(const Picture& picture);
+[[nodiscard]] std::string toPpm(const Picture& picture);
+
+/// Whether a file's name ends in .png or .ppm.
+[[nodiscard]] bool isPictureName(const std::string& file);
+
+/// The bytes of a file in the format of its name. @pre isPictureName(file)
+[[nodiscard]] std::string toPictureFile(const Picture& picture, const std::string& file);
 
 }  // namespace cuboid_mapping

@@ -4,9 +4,11 @@
 #include "cuboid_mapping/io/file_replacement.h"
 #include "cuboid_mapping/io/map_files.h"
 #include "map_picture.h"
+#include "picture_legend.h"
 #include "progress_bar.h"
 
 #include <algorithm>
+#include <cmath>
 #include <iostream>
 #include <limits>
 #include <thread>
@@ -52,7 +54,25 @@ Camera makeCamera(const CuboidMap& map, const Options& options) {
   return camera;
 }
 
+bool isFinite(const std::vector<double>& numbers) {
+  return std::all_of(numbers.begin(), numbers.end(), [](double x) { return std::isfinite(x); });
+}
+
+void check(const Options& options) {
+  if (!isFinite(options.eye) || !isFinite(options.target)) {
+    throw std::runtime_error("--eye and --look-at must be finite numbers");
+  }
+  if (std::isnan(options.min_z_m) || std::isnan(options.max_z_m)) {
+    throw std::runtime_error("--min-z and --max-z must be numbers");
+  }
+  if (!isPictureName(options.picture)) {
+    throw std::runtime_error(options.picture + ": the name must end in .png or .ppm");
+  }
+  checkReplaceable(options.picture);
+}
+
 int render(const Options& options) {
+  check(options);
   const MapSnapshot snapshot = readMapFile(options.map).snapshot;
   throwIfInterrupted();
   MapConfig config;
@@ -62,9 +82,12 @@ int render(const Options& options) {
   if (map.voxels().size() == 0) throw std::runtime_error(options.map + ": there is nothing to draw");
   throwIfInterrupted();
   const int threads = std::max(1, static_cast<int>(std::thread::hardware_concurrency()));
-  const Picture picture =
-      renderMap(map, makeCamera(map, options), options.size, threads, showProgress("rows drawn"));
-  replaceFile(options.picture, toPng(picture));
+  const Camera camera = makeCamera(map, options);
+  const HeightRange heights = findHeightRange(map);
+  Picture picture =
+      renderMap(map, camera, heights, options.size, threads, showProgress("rows drawn"));
+  drawLegend(picture, heights, camera.ortho_height_m);
+  replaceFile(options.picture, toPictureFile(picture, options.picture));
   std::cout << options.picture << ": " << picture.width << " x " << picture.height << " pixels"
             << std::endl;
   return 0;

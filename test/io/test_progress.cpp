@@ -77,8 +77,8 @@ TEST(Progress, isToldWhileAPictureIsDrawnByAnyNumberOfThreads) {
   const Camera camera = makeTopCamera(map, size);
   for (const int threads : {1, 3}) {
     expectProgress([&](const ProgressListener& listener) {
-      const Picture picture = renderMap(map, camera, size, threads, listener);
-      EXPECT_EQ(picture.rgb, renderMap(map, camera, size, 1).rgb);
+      const Picture picture = renderMap(map, camera, {}, size, threads, listener);
+      EXPECT_EQ(picture.rgb, renderMap(map, camera, {}, size, 1).rgb);
     });
   }
 }

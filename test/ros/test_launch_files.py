@@ -42,7 +42,8 @@ class LaunchFilesTest(unittest.TestCase):
 
     def test_several_maps_have_names_of_their_own(self):
         mapping = ROOT / 'launch/mapping.launch'
-        self.assertEqual(roslaunch('--nodes', mapping, 'name:=front').split(), ['/front'])
+        self.assertEqual(roslaunch('--nodes', mapping, 'name:=front', 'rviz:=true',
+                                   'frame_id:=odom').split(), ['/front', '/show_map'])
         self.assertEqual(roslaunch('--nodes', mapping, 'name:=rear', 'nodelet:=true').split(),
                          ['/rear_manager', '/rear'])
 

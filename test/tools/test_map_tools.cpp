@@ -145,6 +145,69 @@ TEST(MapTools, drawAMap) {
       runProgram({MAP_RENDER_PROGRAM, folder / "map.cuboids", picture, "--min-z", "50"}).status, 1);
 }
 
+TEST(MapTools, drawALegend) {
+  const TemporaryFolder folder;
+  MapSnapshot snapshot;
+  snapshot.resolution_m = 1.0;
+  snapshot.cuboids = {{{{0, 0, 0}, {100, 100, 1}}, 1.0F}};
+  writeMapFile(folder / "map.cuboids", snapshot);
+  const std::string picture = folder / "map.ppm";
+  ASSERT_EQ(runProgram({MAP_RENDER_PROGRAM, folder / "map.cuboids", picture, "--width", "420",
+                        "--height", "420"})
+                .status,
+            0);
+  const std::string bytes = readFile(picture);
+  const std::string head = "P6\n420 420\n255\n";
+  ASSERT_EQ(bytes.substr(0, head.size()), head);
+  ASSERT_EQ(bytes.size(), head.size() + 3 * 420 * 420);
+  const auto red_at = [&](std::size_t x, std::size_t y) {
+    return static_cast<unsigned char>(bytes[head.size() + 3 * (y * 420 + x)]);
+  };
+  // 105 m are 420 pixels high: the scale of 20 m is 80 pixels long, black from x = 16 on.
+  EXPECT_EQ(red_at(16, 420 - 17), 20);
+  EXPECT_EQ(red_at(16 + 79, 420 - 17), 20);
+  EXPECT_EQ(red_at(16 + 80, 420 - 17), 255);
+}
+
+TEST(MapTools, doNotLetAFewVoxelsTakeTheColours) {
+  const TemporaryFolder folder;
+  MapSnapshot snapshot;
+  snapshot.resolution_m = 1.0;
+  // Two levels of ground, and a bird high above.
+  snapshot.cuboids = {{{{0, 0, 0}, {10, 10, 1}}, 1.0F},
+                      {{{10, 0, 2}, {20, 10, 3}}, 1.0F},
+                      {{{0, 0, 500}, {1, 1, 501}}, 1.0F}};
+  writeMapFile(folder / "map.cuboids", snapshot);
+  ASSERT_EQ(runProgram({MAP_RENDER_PROGRAM, folder / "map.cuboids", folder / "map.png", "--width",
+                        "100", "--height", "100"})
+                .status,
+            0);
+  const auto low = pixelOf(folder / "map.png", 30, 50, 100);
+  const auto high = pixelOf(folder / "map.png", 70, 50, 100);
+  EXPECT_GT(low[2], low[0]) << "blue";
+  EXPECT_GT(high[0], high[2]) << "red";
+}
+
+TEST(MapTools, refuseWhatIsNoPictureAndNoNumber) {
+  const TemporaryFolder folder;
+  const std::string map = folder / "map.cuboids";
+  writeMapFile(map, makeSnapshot());
+  const ProgramEnd jpg = runProgram({MAP_RENDER_PROGRAM, map, folder / "map.jpg"});
+  EXPECT_EQ(jpg.status, 1);
+  EXPECT_TRUE(contains(jpg.err, "the name must end in .png or .ppm")) << jpg.err;
+  for (const std::vector<std::string>& wrong : std::vector<std::vector<std::string>>{
+           {"--eye", "nan", "0", "0", "--look-at", "1", "0", "0"},
+           {"--eye", "0", "0", "0", "--look-at", "inf", "0", "0"},
+           {"--max-z", "nan"}}) {
+    std::vector<std::string> arguments{MAP_RENDER_PROGRAM, map, folder / "map.png"};
+    arguments.insert(arguments.end(), wrong.begin(), wrong.end());
+    const ProgramEnd end = runProgram(arguments);
+    EXPECT_EQ(end.status, 1) << wrong[0];
+    EXPECT_FALSE(end.err.empty());
+  }
+  EXPECT_EQ(folder.list().size(), 1U) << "nothing was written";
+}
+
 /// Expects that a program says why it cannot write: on a full disk, into a folder that is not there,
 /// and over a folder.
 /// @param run  Runs it. Gets the file to write and what to do before.
@@ -242,6 +305,35 @@ TEST_F(BagToMap, takesTheParametersOfTheNode) {
     EXPECT_FALSE(end.err.empty());
     EXPECT_FALSE(std::filesystem::exists(*folder / "none.cuboids"));
   }
+}
+
+TEST_F(BagToMap, checksWhereItWritesBeforeItWorks) {
+  const ProgramEnd end = runProgram(
+      {BAG_TO_MAP_PROGRAM, *folder / "no.bag", "-o", *folder / "no/folder/map.cuboids"});
+  EXPECT_EQ(end.status, 1);
+  EXPECT_TRUE(contains(end.err, "cannot write")) << "before it reads the bag: " << end.err;
+  EXPECT_FALSE(contains(end.err, "no.bag")) << end.err;
+}
+
+TEST_F(BagToMap, saysWhichCloudsItLeftOut) {
+  const ProgramEnd end = convert(*folder / "none.cuboids", {"--set", "frame_id=mars"});
+  EXPECT_EQ(end.status, 1);
+  EXPECT_TRUE(contains(end.err, "clouds left out, no transform: ")) << end.err;
+  EXPECT_TRUE(contains(end.err, "mars")) << end.err;
+  EXPECT_TRUE(contains(end.err, "could be used: nothing is written")) << end.err;
+}
+
+TEST_F(BagToMap, saysWhatWouldKeepUp) {
+  const std::string bag = *folder / "fast.bag";
+  ASSERT_EQ(runProgram({SIMULATED_LIDAR_PROGRAM, "--bag", bag, "--cloud-rate", "100",
+                        "--duration", "0.1"})
+                .status,
+            0);
+  // Ten milliseconds are too few for 14,000 beams through voxels of 2 cm.
+  const ProgramEnd end = runProgram({BAG_TO_MAP_PROGRAM, bag, "-o", *folder / "fast.cuboids",
+                                     "--set", "resolution=0.02", "--set", "threads=1"});
+  ASSERT_EQ(end.status, 0) << end.err;
+  EXPECT_TRUE(contains(end.err, "per cloud at 100 Hz: try resolution 0.")) << end.err;
 }
 
 TEST_F(BagToMap, saysWhyItCannotWrite) {

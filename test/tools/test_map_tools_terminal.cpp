@@ -76,11 +76,12 @@ TEST_F(MapToolsTerminal, endsOnCtrlCWhileAMapIsRead) {
   const std::string pipe = folder_ / "pipe";
   ASSERT_EQ(mkfifo(pipe.c_str(), 0600), 0);
   const std::string output = makeOldFile("old.ot");
+  const std::string picture = folder_ / "new.png";
   const std::pair<std::string, Arguments> cases[] = {
       {"map_info", {MAP_INFO_PROGRAM, pipe}},
       {"map_convert", {MAP_CONVERT_PROGRAM, pipe, output}},
       {"map_compare", {MAP_COMPARE_PROGRAM, pipe, map_}},
-      {"map_render", {MAP_RENDER_PROGRAM, pipe, output}}};
+      {"map_render", {MAP_RENDER_PROGRAM, pipe, picture}}};
   const std::string bytes = readFile(map_);
   for (const auto& [name, arguments] : cases) {
     Terminal terminal;

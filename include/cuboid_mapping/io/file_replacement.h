@@ -28,4 +28,8 @@ void replaceFile(const std::string& file, std::string_view bytes);
 /// @param write  Writes the file whose name it gets; what it throws is passed on.
 void replaceFile(const std::string& file, const std::function<void(const std::string&)>& write);
 
+/// Whether replaceFile() could begin, for programs that work long before they write.
+/// @throws MapFileError (kInaccessible) as replaceFile() does. The file stays as it is.
+void checkReplaceable(const std::string& file);
+
 }  // namespace cuboid_mapping
