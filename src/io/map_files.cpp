@@ -29,13 +29,18 @@ constexpr FormatName kFormats[] = {
     {MapFormat::kCsv, "csv", "CSV"},
 };
 
-MapFile decode(const std::string& bytes, const SensorModelConfig& model,
+/// @param is_octree_expected  By the name of the file.
+MapFile decode(const std::string& bytes, bool is_octree_expected, const SensorModelConfig& model,
                const SnapshotLimits& limits) {
   if (bytes.empty()) throw MapFileError(MapFileDefect::kTruncated, "is empty");
   if (isOctomapFile(bytes)) {
     const bool is_binary = bytes.rfind("# Octomap OcTree binary", 0) == 0;
     return {is_binary ? MapFormat::kOctomapBinary : MapFormat::kOctomapFull,
             fromOctomapFile(bytes, model, limits), bytes.size()};
+  }
+  if (is_octree_expected) {
+    throw MapFileError(MapFileDefect::kForeign,
+                       "is not an OctoMap file: it does not begin with '# Octomap OcTree'");
   }
   NativeFormatLimits native;
   native.snapshot = limits;
@@ -90,8 +95,11 @@ std::string knownEndings() {
 MapFile readMapFile(const std::string& file, const SensorModelConfig& model,
                     const SnapshotLimits& limits) {
   const std::string bytes = readFile(file);
+  const auto format = formatOfName(file);
+  const bool is_octree_expected =
+      format == MapFormat::kOctomapFull || format == MapFormat::kOctomapBinary;
   try {
-    return decode(bytes, model, limits);
+    return decode(bytes, is_octree_expected, model, limits);
   } catch (const MapFileError& error) {
     throw MapFileError(error.defect(), file + " " + error.what());
   }

@@ -112,8 +112,9 @@ struct TypeName {
   }
 };
 
-/// A wide range where a parameter has none: sliders of graphical clients need one.
-constexpr double kWidest = 1e9;
+/// A range where a parameter has none: sliders of graphical clients need one that can be dragged. Values
+/// beyond are taken.
+constexpr double kWidest = 1000.0;
 
 /// Least, or greatest value of a number; other kinds have their default in both.
 double limitOf(const NumberKind& kind, bool is_least) {
@@ -127,6 +128,21 @@ void addLimit(const ParameterDeclaration& declaration, bool is_least, Config& li
     return writer.addNumber(limitOf(*number, is_least));
   }
   std::visit(writer, declaration.kind);
+}
+
+/// What graphical clients need to offer the names of a choice: a Python dictionary, as generated from
+/// .cfg files. Empty for other kinds.
+std::string editMethodOf(const ParameterDeclaration& declaration) {
+  const auto* choice = std::get_if<ChoiceKind>(&declaration.kind);
+  if (choice == nullptr) return {};
+  std::string entries;
+  for (const std::string& name : choice->names) {
+    entries += (entries.empty() ? "" : ", ") + std::string("{'name': '") + name +
+               "', 'type': 'str', 'value': '" + name +
+               "', 'description': '', 'srcline': 0, 'srcfile': '', 'ctype': 'std::string', "
+               "'cconsttype': 'const char * const'}";
+  }
+  return "{'enum': [" + entries + "], 'enum_description': '" + declaration.key + "'}";
 }
 
 void addTopGroup(Config& config) {
@@ -210,6 +226,7 @@ dynamic_reconfigure::ConfigDescription describeConfig() {
     parameter.name = toReconfigureName(declaration.key);
     parameter.type = std::visit(TypeName{}, declaration.kind);
     parameter.description = declaration.help;
+    parameter.edit_method = editMethodOf(declaration);
     addLimit(declaration, true, description.min);
     addLimit(declaration, false, description.max);
   }

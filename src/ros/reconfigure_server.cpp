@@ -49,6 +49,15 @@ bool ReconfigureServer::onRequest(dynamic_reconfigure::ReconfigureRequest& reque
     updates_.publish(toConfig(parameters_));
   }
   response.config = toConfig(parameters_);
+  if (!loaded.errors.empty()) {
+    // The message has no field for it, and clients leave alone what they do not know.
+    response.config.strs.emplace_back();
+    response.config.strs.back().name = kRefusedName;
+    for (const ParameterError& error : loaded.errors) {
+      std::string& text = response.config.strs.back().value;
+      text += (text.empty() ? "" : "; ") + error.key + ' ' + error.message;
+    }
+  }
   return true;
 }
 

@@ -2,10 +2,21 @@
 #include "cuboid_mapping/ros/request_reader.h"
 
 #include <cmath>
+#include <locale>
 #include <sstream>
 
 namespace cuboid_mapping_ros {
 namespace {
+
+/// As people write it: "0.25", "107374182", "NaN".
+std::string toText(double value) {
+  if (std::isnan(value)) return "NaN";
+  std::ostringstream out;
+  out.imbue(std::locale::classic());
+  out.precision(9);
+  out << value;
+  return out.str();
+}
 
 using cuboid_mapping::CellBox;
 using cuboid_mapping::MetricBox;
@@ -114,14 +125,14 @@ CellBox RequestReader::cells(const MetricBox& box_map) {
   const double limit_m = cuboid_mapping::Grid::kMaxCell * map_.map.grid().resolution();
   require(box.has_value(), "min " + toText(box_map.min_m) + ", max " + toText(box_map.max_m) +
                                " in frame '" + map_.frame_id +
-                               "' reaches beyond the map: keep coordinates within +-" +
-                               std::to_string(limit_m) + " m");
+                               "' reaches beyond the map: keep coordinates within " +
+                               toText(limit_m) + " m of the origin");
   return box.value_or(CellBox{});
 }
 
 double RequestReader::notNegative(double value, const std::string& name) {
   require(std::isfinite(value) && value >= 0.0,
-          name + " is " + std::to_string(value) + ": must be a number of at least 0");
+          name + " is " + toText(value) + ": must be a number of at least 0");
   return value;
 }
 

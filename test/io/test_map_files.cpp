@@ -11,6 +11,7 @@
 #include <pcl/point_types.h>
 
 #include <algorithm>
+#include <fstream>
 #include <sstream>
 
 namespace cuboid_mapping {
@@ -134,6 +135,21 @@ TEST(MapFiles, ofPointsOnAFullDiskAreErrors) {
     ASSERT_EQ(symlink("/dev/full", (file + ".partial").c_str()), 0);
     EXPECT_THROW(writeMapFile(file, snapshot), MapFileError) << ending;
     EXPECT_FALSE(std::filesystem::exists(file));
+  }
+}
+
+TEST(MapFiles, ATextThatIsCalledAnOctomapFileIsSaidNotToBeOne) {
+  const TemporaryFolder folder;
+  for (const std::string name : {"map.bt", "map.ot"}) {
+    std::ofstream(folder / name) << "no octree\n";
+    try {
+      (void)readMapFile(folder / name);
+      FAIL() << name;
+    } catch (const MapFileError& error) {
+      EXPECT_EQ(error.defect(), MapFileDefect::kForeign);
+      EXPECT_NE(std::string(error.what()).find("is not an OctoMap file"), std::string::npos)
+          << error.what();
+    }
   }
 }
 

@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cmath>
 #include <set>
 
 namespace cuboid_mapping_ros {
@@ -52,6 +53,22 @@ TEST(Reconfigure, WhatIsInForceCanBeSentBackWithoutAnyChange) {
   EXPECT_EQ(toLogLines(loaded.parameters), toLogLines(parameters));
 }
 
+TEST(Reconfigure, GraphicalClientsGetNamesToChooseFromAndRangesToDrag) {
+  const auto description = describeConfig();
+  std::size_t num_choices = 0;
+  for (const auto& parameter : description.groups.at(0).parameters) {
+    if (parameter.name != "color_by") continue;
+    ++num_choices;
+    for (const char* part : {"'enum': [", "'value': 'height'", "'value': 'probability'"}) {
+      EXPECT_NE(parameter.edit_method.find(part), std::string::npos) << parameter.edit_method;
+    }
+  }
+  EXPECT_EQ(num_choices, 1U);
+  for (const Config& config : {description.min, description.max}) {
+    for (const auto& limit : config.doubles) EXPECT_LE(std::abs(limit.value), 1000.0) << limit.name;
+  }
+}
+
 TEST(Reconfigure, EveryRuntimeParameterIsDescribedWithItsValueAndRange) {
   const auto description = describeConfig();
   ASSERT_EQ(description.groups.size(), 1U);
@@ -62,6 +79,7 @@ TEST(Reconfigure, EveryRuntimeParameterIsDescribedWithItsValueAndRange) {
     EXPECT_EQ(config.groups.size(), 1U);
   }
   for (std::size_t i = 0; i < description.dflt.doubles.size(); ++i) {
+    if (std::abs(description.dflt.doubles[i].value) >= 1e9) continue;  // no limit
     EXPECT_LE(description.min.doubles[i].value, description.dflt.doubles[i].value);
     EXPECT_LE(description.dflt.doubles[i].value, description.max.doubles[i].value)
         << description.dflt.doubles[i].name;

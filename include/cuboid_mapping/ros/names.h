@@ -44,7 +44,8 @@ constexpr char kLoadMapService[] = "load_map";             ///< cuboid_mapping/L
 constexpr char kSaveMapService[] = "save_map";             ///< cuboid_mapping/SaveMap
 
 // In the private namespace, those of dynamic_reconfigure.
-constexpr char kSetParametersService[] = "set_parameters";                ///< Reconfigure
+constexpr char kSetParametersService[] = "set_parameters";  ///< Reconfigure
+constexpr char kRefusedName[] = "refused";  ///< Of the text in its answer that says why not.
 constexpr char kParameterDescriptionsTopic[] = "parameter_descriptions";  ///< ConfigDescription
 constexpr char kParameterUpdatesTopic[] = "parameter_updates";            ///< Config
 
