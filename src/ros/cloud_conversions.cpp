@@ -252,10 +252,10 @@ std::variant<CloudPoints, CloudError> convertCloud(const sensor_msgs::PointCloud
     addNoReturns(message, reader, options, cloud);
   }
   if (cloud.points.empty() && cloud.no_returns.empty()) {
-    return makeError(CloudDefect::kNoValidPoints, message,
-                     "all of its " + std::to_string(cloud.num_invalid) +
-                         " points are NaN, infinite or zero",
-                     "Check that nothing covers the sensor, and the filters before this node");
+    return makeError(
+        CloudDefect::kNoValidPoints, message,
+        "all of its " + std::to_string(cloud.num_invalid) + " points are NaN, infinite or zero",
+        "Check that nothing covers the sensor, and the filters before this node");
   }
   cloud.num_skipped = cloud.num_invalid - cloud.no_returns.size();
   return cloud;

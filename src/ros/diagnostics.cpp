@@ -158,8 +158,8 @@ ReportSummary summarize(const NodeReport& report, const NodeStatistics& last_rep
   if (is_stuck) {
     const bool is_one = now.numWaiting() == 1;
     return {levelOfFault(report), counted(now.numWaiting(), "cloud") +
-                                      (is_one ? " waits" : " wait") + " for a transform: " +
-                                      describeTf(report)};
+                                      (is_one ? " waits" : " wait") +
+                                      " for a transform: " + describeTf(report)};
   }
   if (report.silence_s > kMaxSilence_s) return summarizeSilence(report);
   if (report.last_cloud && report.last_cloud->age_s < -kMaxAhead_s) {

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "cuboid_mapping/ros/mapping_node.h"
 
+#include "cuboid_mapping/io/map_picture.h"
 #include "cuboid_mapping/ros/names.h"
 #include "cuboid_mapping/ros/query_box_service.h"
 #include "cuboid_mapping/ros/tf_lookup.h"
@@ -44,6 +45,7 @@ MappingNode::MappingNode(ros::NodeHandle nh, const ros::NodeHandle& private_nh,
       live_parameters_(parameters),
       pipeline_(std::in_place, parameters),
       map_(makeMapConfig(parameters)),
+      has_color_span_(parameters.color_period_m == 0.0),
       speed_watch_(parameters.map.resolution_m, parameters.max_range_m),
       map_publisher_(withQueue(nh, publish_queue_), withQueue(private_nh, publish_queue_),
                      parameters, map_),
@@ -265,12 +267,29 @@ void MappingNode::reconfigure(const NodeParameters& parameters) {
   map_.edit([&](cuboid_mapping::CuboidMap& map, const ros::Time& /*stamp*/) {
     return map.setSensorModel(parameters.map.sensor_model);
   });
+  has_color_span_ = parameters.color_period_m == 0.0;
   occupied_publisher_.setColors(parameters.color_by, parameters.color_period_m);
   octomap_server_.setParameters(parameters.octomap_server);
   publish_timer_.setPeriod(ros::WallDuration(1.0 / parameters.publish_rate_hz), false);
 }
 
+void MappingNode::updateColorSpan() {
+  if (!occupied_publisher_.hasListeners()) return;
+  if (!has_color_span_) {
+    if (color_span_) occupied_publisher_.setColorSpan(std::nullopt);
+    color_span_.reset();
+    return;
+  }
+  const auto heights = map_.read([](const cuboid_mapping::CuboidMap& map,
+                                    const ros::Time& /*stamp*/) { return findHeightRange(map); });
+  const HeightSpan span{heights.min_m, heights.max_m};
+  if (color_span_ && !isOtherSpan(span, *color_span_)) return;
+  color_span_ = span;
+  occupied_publisher_.setColorSpan(span);
+}
+
 void MappingNode::publish() {
+  updateColorSpan();
   const cuboid_mapping::ChangeSet changes = map_publisher_.publish();
   for (MarkerPublisher* publisher : {&occupied_publisher_, &free_publisher_}) {
     publisher->noteChanges(changes);

@@ -51,7 +51,8 @@ std::int32_t endOfPiece(std::int32_t begin, std::int32_t end, bool is_cut) {
 }  // namespace
 
 MarkerStyle makeOccupiedStyle(const NodeParameters& parameters) {
-  return {CuboidFilter::kOccupied, "occupied", parameters.color_by, parameters.color_period_m};
+  return {CuboidFilter::kOccupied, "occupied", parameters.color_by, parameters.color_period_m,
+          std::nullopt};
 }
 
 MarkerStyle makeFreeStyle() {
@@ -88,6 +89,14 @@ void MarkerCache::setColors(ColorBy color_by, double color_period_m) {
   if (style_.color_by != color_by) is_everything_dirty_ = true;  // Other probabilities are kept.
   style_.color_by = color_by;
   style_.color_period_m = color_period_m;
+  for (std::size_t size_id = 0; size_id < cubes_.size(); ++size_id) {
+    if (!cubes_[size_id].empty()) changed_.set(size_id);
+  }
+}
+
+void MarkerCache::setColorSpan(const std::optional<HeightSpan>& span) {
+  style_.color_span = span;
+  if (style_.color_by != ColorBy::kHeight) return;
   for (std::size_t size_id = 0; size_id < cubes_.size(); ++size_id) {
     if (!cubes_[size_id].empty()) changed_.set(size_id);
   }
@@ -226,7 +235,8 @@ Marker MarkerCache::makeMarker(int size_id, const std_msgs::Header& header) cons
       if (!has_colors) continue;
       marker.colors.push_back(
           style_.color_by == ColorBy::kHeight
-              ? toHeightColor(center.z(), style_.color_period_m)
+              ? (style_.color_span ? toSpanColor(center.z(), *style_.color_span)
+                                   : toHeightColor(center.z(), style_.color_period_m))
               : toProbabilityColor(cube.probability));
     }
   }

@@ -15,7 +15,8 @@ std::vector<ParameterDeclaration> declareGround() {
        "Frame of the robot with z = 0 on the ground. Only used with filter_ground."},
       {"filter_ground", "",
        BooleanKind{[](P& p) -> bool& { return p.octomap_server.filter_ground; }},
-       "true: points on the ground clear the space in front of them and are not mapped as obstacles."},
+       "true: points on the ground clear the space in front of them and are not mapped as "
+       "obstacles."},
       {"ground_filter/distance", "m",
        NumberKind{[](P& p) -> double& { return p.octomap_server.ground_filter.distance_m; }, 0.001,
                   1.0},
@@ -35,10 +36,12 @@ std::vector<ParameterDeclaration> declareProducts() {
   return {
       {"occupancy_min_z", "m",
        NumberKind{[](P& p) -> double& { return p.octomap_server.occupancy_min_z_m; }},
-       "Cells below this height are left out of octomap_server's markers, points and projected_map."},
+       "Cells below this height are left out of octomap_server's markers, points and "
+       "projected_map."},
       {"occupancy_max_z", "m",
        NumberKind{[](P& p) -> double& { return p.octomap_server.occupancy_max_z_m; }},
-       "Cells above this height are left out of octomap_server's markers, points and projected_map."},
+       "Cells above this height are left out of octomap_server's markers, points and "
+       "projected_map."},
       {"min_x_size", "m",
        NumberKind{[](P& p) -> double& { return p.octomap_server.min_x_size_m; }, 0.0, 1e4},
        "Minimum extent of projected_map along x, centred on the origin."},
@@ -95,11 +98,16 @@ std::vector<ParameterDeclaration> declareColors() {
 }  // namespace
 
 bool isOfOctomapServer(const std::string& key) {
-  static const std::set<std::string> kShared{
-      "frame_id",         "resolution",       "sensor_model/hit",
-      "sensor_model/max", "sensor_model/min", "sensor_model/miss",
-      "latch",            "map_file",         "sensor_model/max_range",
-      "sensor_model/min_range"};
+  static const std::set<std::string> kShared{"frame_id",
+                                             "resolution",
+                                             "sensor_model/hit",
+                                             "sensor_model/max",
+                                             "sensor_model/min",
+                                             "sensor_model/miss",
+                                             "latch",
+                                             "map_file",
+                                             "sensor_model/max_range",
+                                             "sensor_model/min_range"};
   static const std::set<std::string> kTheirs = [] {
     std::set<std::string> keys;
     for (const ParameterDeclaration& declaration : declareOctomapServer()) {

@@ -88,7 +88,8 @@ std::vector<ParameterDeclaration> declareGrowth() {
        "own width. neighbour: the width of the next cell, so that fused cuboids can absorb each "
        "other."},
       {"growth/search", "", growthSearchKind(),
-       "The order in which a cell tries the directions. paper: by decreasing width, upwards first."},
+       "The order in which a cell tries the directions. paper: by decreasing width, upwards "
+       "first."},
       {"growth/starters", "",
        oneOf<GrowthStarters>(
            {GrowthStarters::kSampled, GrowthStarters::kEndPoints, GrowthStarters::kChanged},
@@ -104,7 +105,8 @@ std::vector<ParameterDeclaration> declareGrowth() {
        "Seed of these random cells, and of growth/search: random."},
       {"growth/settle_clouds", "clouds",
        IntegerKind{[](P& p) -> int& { return p.map.growth.settle_clouds; }, 0, 10000},
-       "A voxel that was split out of a cuboid can fuse again once it has kept its value for this many "
+       "A voxel that was split out of a cuboid can fuse again once it has kept its value for this "
+       "many "
        "clouds."},
   };
 }
@@ -133,7 +135,8 @@ std::vector<ParameterDeclaration> declareSensorModel() {
        "Points closer to the sensor than this are ignored. 0 or -1: none are."},
       {"sensor_model/no_return_range", "m",
        NumberKind{[](P& p) -> double& { return p.no_return_range_m; }, 0.0, 1000.0},
-       "Beams without a return (NaN, infinite or zero points of an organized cloud) clear the space "
+       "Beams without a return (NaN, infinite or zero points of an organized cloud) clear the "
+       "space "
        "up to this range. 0: they are ignored."},
   };
 }
@@ -175,15 +178,18 @@ std::vector<ParameterDeclaration> declareTopics() {
                       [](P& p) -> ColorBy& { return p.color_by; }),
        "What the colour of occupied cuboids shows."},
       {"color_period", "m",
-       NumberKind{[](P& p) -> double& { return p.color_period_m; }, 0.01, kInfinity},
-       "Height over which the colours repeat, with color_by: height."},
+       NumberKind{[](P& p) -> double& { return p.color_period_m; }, 0.0, kInfinity},
+       "Height over which the colours repeat, with color_by: height. 0: they run once, from blue "
+       "to "
+       "red, over the heights of the map without the lowest and the highest 2 %."},
   };
 }
 
 std::vector<ParameterDeclaration> declareFiles() {
   return {
       {"map_file", "", FileKind{[](P& p) -> std::string& { return p.map_file; }},
-       "Map to start with: .cuboids, .ot or .bt. Its resolution replaces the parameter resolution."},
+       "Map to start with: .cuboids, .ot or .bt. Its resolution replaces the parameter "
+       "resolution."},
       {"autosave_file", "", FileKind{[](P& p) -> std::string& { return p.autosave_file; }},
        "The map is saved to this file after changes and when the node stops. The extension selects "
        "the format, as with ~save_map. Empty: the map is not saved."},
@@ -270,7 +276,8 @@ const std::vector<RetiredParameter>& retiredParameters() {
 
 const std::vector<LibraryParameter>& libraryParameters() {
   static const std::vector<LibraryParameter> kParameters = {
-      {"diagnostic_period", "1.0", "s", "Time between two diagnostics messages; read by diagnostic_updater."},
+      {"diagnostic_period", "1.0", "s",
+       "Time between two diagnostics messages; read by diagnostic_updater."},
       {"num_worker_threads", "0", "threads",
        "Threads of a stand-alone node, which is its own nodelet manager. 0: one per core."}};
   return kParameters;

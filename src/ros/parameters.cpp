@@ -298,8 +298,8 @@ void judgeUnknownKeys(const XmlRpcValue& group, UnknownKeys unknown_keys,
     const auto& foreign = octomapServerOnly();
     const auto found = foreign.find(key);
     if (found != foreign.end()) {
-      loaded.warnings.push_back({key, "is " + describe(value) + " and is ignored: " +
-                                          found->second});
+      loaded.warnings.push_back(
+          {key, "is " + describe(value) + " and is ignored: " + found->second});
       continue;
     }
     const std::string text = "is " + describe(value) +

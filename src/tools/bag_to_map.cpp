@@ -206,9 +206,9 @@ int makeMap(const Options& options) {
   const std::size_t num_bytes = cuboid_mapping::writeMapFile(options.output, map);
   const std::chrono::duration<double> time = std::chrono::steady_clock::now() - start;
   std::cout << options.output << ": " << statistics.num_inserted << " of "
-            << counted(statistics.num_received, "cloud") << ", " << statistics.num_points << " points, "
-            << map.cuboids.size() << " cuboids, " << num_bytes << " bytes, in " << time.count()
-            << " s" << std::endl;
+            << counted(statistics.num_received, "cloud") << ", " << statistics.num_points
+            << " points, " << map.cuboids.size() << " cuboids, " << num_bytes << " bytes, in "
+            << time.count() << " s" << std::endl;
   return 0;
 }
 

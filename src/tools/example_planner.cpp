@@ -208,10 +208,10 @@ class ExamplePlanner {
     }
     array.markers.push_back(
         makeMarker("robot", Marker::CUBE, start, size_m_, makeColor(1.0F, 0.85F, 0.1F, 0.9F)));
-    array.markers.push_back(
-        makeMarker("goal", Marker::SPHERE, goal, size_m_,
-                   corridor.end == CorridorEnd::kFound ? makeColor(0.2F, 0.9F, 0.2F, 0.9F)
-                                                       : makeColor(0.9F, 0.1F, 0.1F, 0.9F)));
+    array.markers.push_back(makeMarker("goal", Marker::SPHERE, goal, size_m_,
+                                       corridor.end == CorridorEnd::kFound
+                                           ? makeColor(0.2F, 0.9F, 0.2F, 0.9F)
+                                           : makeColor(0.9F, 0.1F, 0.1F, 0.9F)));
     for (std::size_t i = 0; i < array.markers.size(); ++i) {
       array.markers[i].header = header;
       array.markers[i].id = static_cast<int>(i);

@@ -52,8 +52,7 @@ Rgb colorOf(const CuboidMap& map, const RayQueryResult& seen, const HeightRange&
     return seen.unknown_length_m < range_m * (1.0 - 1e-9) ? kFreeColor : kUnknownColor;
   }
   const double ratio = (seen.point_map.z() - heights.min_m) / (heights.max_m - heights.min_m);
-  const Eigen::Vector3d color =
-      heightColor(ratio) * shadeOf(map, *seen.voxel, seen.point_map);
+  const Eigen::Vector3d color = heightColor(ratio) * shadeOf(map, *seen.voxel, seen.point_map);
   Rgb rgb{};
   for (std::size_t i = 0; i < 3; ++i) {
     rgb[i] = static_cast<std::uint8_t>(std::lround(255.0 * color[static_cast<Eigen::Index>(i)]));
@@ -206,8 +205,8 @@ std::string toPng(const Picture& picture) {
 }
 
 std::string toPpm(const Picture& picture) {
-  std::string bytes = "P6\n" + std::to_string(picture.width) + ' ' +
-                      std::to_string(picture.height) + "\n255\n";
+  std::string bytes =
+      "P6\n" + std::to_string(picture.width) + ' ' + std::to_string(picture.height) + "\n255\n";
   return bytes.append(picture.rgb.begin(), picture.rgb.end());
 }
 

@@ -35,10 +35,7 @@ inline std::vector<Case> mapCases() {
   using P = NodeParameters;
   return {
       {"frame_id", "odom", [](const P& p) { return p.frame_id == "odom"; }, {"", "/", 1, true}},
-      {"sensor_frame",
-       "lidar",
-       [](const P& p) { return p.sensor_frame == "lidar"; },
-       {true, 1.5}},
+      {"sensor_frame", "lidar", [](const P& p) { return p.sensor_frame == "lidar"; }, {true, 1.5}},
       {"resolution",
        0.2,
        [](const P& p) { return p.map.resolution_m == 0.2; },
@@ -145,7 +142,7 @@ inline std::vector<Case> otherCases() {
       {"color_period",
        4.0,
        [](const P& p) { return p.color_period_m == 4.0; },
-       {0.0, -4.0, kNan, kInfinity}},
+       {"4", -4.0, kNan, kInfinity}},
   };
   for (int axis = 0; axis < 3; ++axis) {
     const std::string name(1, "xyz"[axis]);

@@ -269,6 +269,33 @@ TEST_F(OctomapServerTest, ColoursOfCuboidsChangeWhileItRuns) {
     EXPECT_EQ(reconfigure({{"color_period", period_m}}, "color_period"), period_m);
     EXPECT_TRUE(cuboids.waitForMessage(has_colors)) << period_m << ", though no cloud came";
   }
+  EXPECT_EQ(reconfigure({{"color_period", 0.0}}, "color_period"), 0.0);
+  const auto fits_the_map = [](const auto& array) {
+    bool is_right = !array.markers.empty();
+    for (const auto& marker : array.markers) {
+      for (std::size_t i = 0; i < marker.colors.size(); ++i) {
+        if (marker.points[i].z < -1.0)
+          is_right = is_right && marker.colors[i] == toHueColor(2.0 / 3);
+        if (marker.points[i].z > 1.0) is_right = is_right && marker.colors[i] == toHueColor(0.0);
+      }
+    }
+    return is_right;
+  };
+  EXPECT_TRUE(cuboids.waitForMessage(fits_the_map)) << "blue floor, red ceiling";
+  EXPECT_EQ(reconfigure({{"color_period", 10.0}}, "color_period"), 10.0);
+}
+
+TEST_F(OctomapServerTest, ARefusedChangeSaysWhyToWhoAsked) {
+  dynamic_reconfigure::Reconfigure change;
+  change.request.config.doubles.resize(1);
+  change.request.config.doubles[0].name = "resolution";
+  change.request.config.doubles[0].value = 77.0;
+  ASSERT_TRUE(ros::service::call(std::string(kNode) + "/set_parameters", change));
+  const auto& texts = change.response.config.strs;
+  ASSERT_FALSE(texts.empty());
+  EXPECT_EQ(texts.back().name, "refused");
+  EXPECT_EQ(texts.back().value.find("resolution cannot be changed while the node runs"), 0U)
+      << texts.back().value;
 }
 
 TEST_F(OctomapServerTest, MapsAreSavedAndLoaded) {

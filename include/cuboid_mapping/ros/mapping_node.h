@@ -73,6 +73,8 @@ class MappingNode {
   [[nodiscard]] bool isTfOutdated(const std_msgs::Header& header) const;
   void advertiseServices(const ros::NodeHandle& private_nh);
   void publish();
+  /// Fits the colours of heights to the map, when it has grown enough for that.
+  void updateColorSpan();
   void setTargetFrames();
   /// Takes parameters that were changed while the node runs; see reconfigure.h.
   void reconfigure(const NodeParameters& parameters);
@@ -95,6 +97,8 @@ class MappingNode {
   std::array<std::optional<Clock::time_point>, kNumDropReasons> last_logged_;
   std::optional<Clock::time_point> last_advice_;
   bool has_suggested_ = false;
+  std::atomic<bool> has_color_span_;      ///< color_period is 0.
+  std::optional<HeightSpan> color_span_;  ///< That is shown; of the thread that publishes.
   SpeedWatch speed_watch_;
   Clock::time_point last_received_ = Clock::now();
   Clock::time_point last_progress_ = Clock::now();  ///< A cloud was inserted, or the first came.

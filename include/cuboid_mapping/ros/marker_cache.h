@@ -3,6 +3,7 @@
 
 #include "cuboid_mapping/geometry/grid.h"
 #include "cuboid_mapping/map/cuboid_search.h"
+#include "cuboid_mapping/ros/marker_colors.h"
 #include "cuboid_mapping/ros/parameters.h"
 
 #include <std_msgs/Header.h>
@@ -11,6 +12,7 @@
 #include <array>
 #include <bitset>
 #include <map>
+#include <optional>
 #include <set>
 #include <string>
 #include <vector>
@@ -23,7 +25,8 @@ struct MarkerStyle {
   std::string marker_namespace = "occupied";
   /// Of occupied cuboids; free ones all have freeColor().
   ColorBy color_by = ColorBy::kHeight;
-  double color_period_m = 10.0;  ///< > 0; only used by kHeight.
+  double color_period_m = 10.0;  ///< > 0; only used by kHeight, without a span.
+  std::optional<HeightSpan> color_span;  ///< Of kHeight: colours run once, and do not repeat.
 };
 
 /// The style of each of the two marker topics.
@@ -55,6 +58,8 @@ class MarkerCache {
 
   /// Takes other colours; markers that they change are different for takeDifference().
   void setColors(ColorBy color_by, double color_period_m);
+  /// Likewise. Nothing: colours repeat.
+  void setColorSpan(const std::optional<HeightSpan>& span);
 
   /// Whether read() has something to look at, or takeDifference() has something to give.
   [[nodiscard]] bool hasChanges() const {

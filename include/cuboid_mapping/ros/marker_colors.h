@@ -17,8 +17,22 @@ namespace cuboid_mapping_ros {
 /// depends on the rest of the map would have to be published anew for every cuboid when it grows.
 ///
 /// @param height_m  Any finite height, map frame.
-/// @param period_m  > 0.
+/// @param period_m  0: blue at all heights.
 [[nodiscard]] std_msgs::ColorRGBA toHeightColor(double height_m, double period_m);
+
+/// Heights between which colours run once, metres.
+struct HeightSpan {
+  double low_m = 0.0;
+  double high_m = 1.0;
+};
+
+/// Colour of a height: blue at the low end of a span and below, then cyan, green and yellow, red at the
+/// high end and above, in equal steps of hue. @param span  low_m < high_m.
+[[nodiscard]] std_msgs::ColorRGBA toSpanColor(double height_m, const HeightSpan& span);
+
+/// Whether a span is so different from the one that is shown that all cuboids should be coloured anew:
+/// an end has moved by more than a tenth of it.
+[[nodiscard]] bool isOtherSpan(const HeightSpan& span, const HeightSpan& shown);
 
 /// Colour of the probability of an occupied cuboid: grey-blue at 0.5, red at 1, linear between.
 /// Values outside [0.5, 1] are taken for the nearest one inside. Alpha is 1.

@@ -55,6 +55,12 @@ class MarkerPublisher {
   /// Takes other colours, from the next publish() on. Thread-safe.
   void setColors(ColorBy color_by, double color_period_m);
 
+  /// Lets the colours of heights run once over a span; nothing: they repeat. From the next publish()
+  /// on.
+  void setColorSpan(const std::optional<HeightSpan>& span) { cache_.setColorSpan(span); }
+
+  [[nodiscard]] bool hasListeners() const { return num_listeners_ > 0; }
+
   /// Publishes what has changed since the last call, if anything has and anybody listens.
   void publish();
 

@@ -74,7 +74,8 @@ struct NodeStatistics {
   std::uint64_t num_invalid = 0;       ///< NaN, infinite or (0, 0, 0).
   std::uint64_t num_filtered = 0;      ///< Too near, or outside the crop box.
   std::uint64_t num_out_of_range = 0;  ///< Outside the cells that a map can have.
-  double reach_m = 0.0;  ///< Range within which 95 % of the last cloud's points lie, before any cut.
+  double reach_m =
+      0.0;  ///< Range within which 95 % of the last cloud's points lie, before any cut.
 
   StageTime convert_time;   ///< Message to scan: conversion and filter.
   StageTime ray_walk_time;  ///< Scan to voxels.

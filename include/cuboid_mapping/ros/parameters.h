@@ -57,9 +57,9 @@ struct NodeParameters {
   bool latch = true;             ///< Whether the map topics are latched.
   bool publish_values = false;   ///< Whether cuboid_map carries log-odds, or classes alone.
   ColorBy color_by = ColorBy::kHeight;
-  double color_period_m = 10.0;  ///< Height over which the colours repeat.
-  std::string map_file;          ///< Loaded at the start; empty: none.
-  std::string autosave_file;     ///< Saved to now and then; empty: none.
+  double color_period_m = 0.0;  ///< Height over which the colours repeat; 0: they fit the map.
+  std::string map_file;         ///< Loaded at the start; empty: none.
+  std::string autosave_file;    ///< Saved to now and then; empty: none.
   double autosave_period_s = 60.0;
   OctomapServerParameters octomap_server;
 };
