@@ -195,10 +195,10 @@ TEST(MapTools, refuseWhatIsNoPictureAndNoNumber) {
   const ProgramEnd jpg = runProgram({MAP_RENDER_PROGRAM, map, folder / "map.jpg"});
   EXPECT_EQ(jpg.status, 1);
   EXPECT_TRUE(contains(jpg.err, "the name must end in .png or .ppm")) << jpg.err;
-  for (const std::vector<std::string>& wrong : std::vector<std::vector<std::string>>{
-           {"--eye", "nan", "0", "0", "--look-at", "1", "0", "0"},
-           {"--eye", "0", "0", "0", "--look-at", "inf", "0", "0"},
-           {"--max-z", "nan"}}) {
+  for (const std::vector<std::string>& wrong :
+       std::vector<std::vector<std::string>>{{"--eye", "nan", "0", "0", "--look-at", "1", "0", "0"},
+                                             {"--eye", "0", "0", "0", "--look-at", "inf", "0", "0"},
+                                             {"--max-z", "nan"}}) {
     std::vector<std::string> arguments{MAP_RENDER_PROGRAM, map, folder / "map.png"};
     arguments.insert(arguments.end(), wrong.begin(), wrong.end());
     const ProgramEnd end = runProgram(arguments);
@@ -308,8 +308,8 @@ TEST_F(BagToMap, takesTheParametersOfTheNode) {
 }
 
 TEST_F(BagToMap, checksWhereItWritesBeforeItWorks) {
-  const ProgramEnd end = runProgram(
-      {BAG_TO_MAP_PROGRAM, *folder / "no.bag", "-o", *folder / "no/folder/map.cuboids"});
+  const ProgramEnd end =
+      runProgram({BAG_TO_MAP_PROGRAM, *folder / "no.bag", "-o", *folder / "no/folder/map.cuboids"});
   EXPECT_EQ(end.status, 1);
   EXPECT_TRUE(contains(end.err, "cannot write")) << "before it reads the bag: " << end.err;
   EXPECT_FALSE(contains(end.err, "no.bag")) << end.err;
@@ -325,8 +325,8 @@ TEST_F(BagToMap, saysWhichCloudsItLeftOut) {
 
 TEST_F(BagToMap, saysWhatWouldKeepUp) {
   const std::string bag = *folder / "fast.bag";
-  ASSERT_EQ(runProgram({SIMULATED_LIDAR_PROGRAM, "--bag", bag, "--cloud-rate", "100",
-                        "--duration", "0.1"})
+  ASSERT_EQ(runProgram(
+                {SIMULATED_LIDAR_PROGRAM, "--bag", bag, "--cloud-rate", "100", "--duration", "0.1"})
                 .status,
             0);
   // Ten milliseconds are too few for 14,000 beams through voxels of 2 cm.
