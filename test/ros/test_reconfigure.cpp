@@ -65,7 +65,7 @@ TEST(Reconfigure, GraphicalClientsGetNamesToChooseFromAndRangesToDrag) {
   }
   EXPECT_EQ(num_choices, 1U);
   for (const Config& config : {description.min, description.max}) {
-    for (const auto& limit : config.doubles) EXPECT_LE(std::abs(limit.value), 1000.0) << limit.name;
+    for (const auto& limit : config.doubles) EXPECT_LE(std::abs(limit.value), 1e4) << limit.name;
   }
 }
 
