@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "cuboid_mapping/ros/mapping_node.h"
 
-#include "cuboid_mapping/io/map_picture.h"
+#include "cuboid_mapping/query/height_range.h"
 #include "cuboid_mapping/ros/names.h"
 #include "cuboid_mapping/ros/query_box_service.h"
 #include "cuboid_mapping/ros/tf_lookup.h"

@@ -13,7 +13,6 @@
 #include <cmath>
 #include <filesystem>
 #include <iterator>
-#include <map>
 #include <mutex>
 #include <optional>
 #include <stdexcept>
@@ -121,39 +120,6 @@ Camera makeCameraAt(const Eigen::Vector3d& eye, const Eigen::Vector3d& target, d
   const bool is_vertical = camera.forward.head<2>().norm() < 1e-6;
   camera.up = is_vertical ? Eigen::Vector3d::UnitY() : Eigen::Vector3d::UnitZ();
   return camera;
-}
-
-HeightRange findHeightRange(const CuboidMap& map) {
-  // By how much the occupied area grows or shrinks at a height, in voxels.
-  std::map<double, double> steps;
-  double num_voxels = 0.0;
-  visitAll(map.tree(), CuboidFilter::kOccupied, [&](const Cuboid& cuboid) {
-    const double bottom = cuboid.box.min.z;
-    const double top = cuboid.box.max.z;
-    steps[bottom] += cuboid.box.numVoxels() / (top - bottom);
-    steps[top] -= cuboid.box.numVoxels() / (top - bottom);
-    num_voxels += cuboid.box.numVoxels();
-    return Visit::kContinue;
-  });
-  if (steps.empty()) return {};
-  // The height below which there is this share of the voxels.
-  const auto height_at = [&](double share) {
-    double below = 0.0;
-    double area = 0.0;
-    for (auto step = steps.begin(); std::next(step) != steps.end(); ++step) {
-      area += step->second;
-      const double volume = area * (std::next(step)->first - step->first);
-      const double missing = share * num_voxels - below;
-      if (missing <= volume) return step->first + (volume > 0.0 ? missing / area : 0.0);
-      below += volume;
-    }
-    return steps.rbegin()->first;
-  };
-  constexpr double kShareLeftOut = 0.02;
-  const double resolution_m = map.grid().resolution();
-  const double min_z = height_at(kShareLeftOut);
-  return {min_z * resolution_m,
-          std::max(height_at(1.0 - kShareLeftOut), min_z + 0.5) * resolution_m};
 }
 
 Eigen::Vector3d heightColor(double ratio) {

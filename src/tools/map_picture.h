@@ -3,6 +3,7 @@
 #pragma once
 
 #include "cuboid_mapping/map/cuboid_map.h"
+#include "cuboid_mapping/query/height_range.h"
 #include "cuboid_mapping/io/progress_listener.h"
 
 #include <Eigen/Core>
@@ -51,17 +52,6 @@ struct PictureSize {
 /// A camera that looks at a point from another one. @pre they differ by more than 1e-6 m.
 [[nodiscard]] Camera makeCameraAt(const Eigen::Vector3d& eye, const Eigen::Vector3d& target,
                                   double range_m);
-
-/// Heights between which the colours run, metres.
-struct HeightRange {
-  double min_m = 0.0;
-  double max_m = 1.0;
-};
-
-/// The heights of the occupied voxels but for the lowest and the highest 2 %, so that a bird or a point
-/// under the ground does not take the colours of the rest. From 0 to 1 m for a map without any.
-/// @complexity O(n log n) for n occupied cuboids.
-[[nodiscard]] HeightRange findHeightRange(const CuboidMap& map);
 
 /// From blue at 0 over green to red at 1; values outside count as the nearest one. Each 0 to 1.
 [[nodiscard]] Eigen::Vector3d heightColor(double ratio);

@@ -1,0 +1,19 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include "cuboid_mapping/map/cuboid_map.h"
+
+namespace cuboid_mapping {
+
+/// Heights between which colours run, metres.
+struct HeightRange {
+  double min_m = 0.0;
+  double max_m = 1.0;
+};
+
+/// The heights of the occupied voxels but for the lowest and the highest 2 %, so that a bird or a point
+/// under the ground does not take the colours of the rest. From 0 to 1 m for a map without any.
+/// @complexity O(bricks).
+[[nodiscard]] HeightRange findHeightRange(const CuboidMap& map);
+
+}  // namespace cuboid_mapping
