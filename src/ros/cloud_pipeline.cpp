@@ -24,6 +24,7 @@ ScanUpdate unite(const ScanUpdate& a, const ScanUpdate& b) {
   ScanUpdate united;
   united.num_points = a.num_points + b.num_points;
   united.num_out_of_range = a.num_out_of_range + b.num_out_of_range;
+  united.num_too_far = a.num_too_far + b.num_too_far;
   united.samples = a.samples;
   united.samples.insert(united.samples.end(), b.samples.begin(), b.samples.end());
   united.bricks.reserve(a.bricks.size() + b.bricks.size());
@@ -141,6 +142,7 @@ const ScanUpdate* CloudPipeline::compute(const sensor_msgs::PointCloud2& cloud,
   statistics.ray_walk_time.add(stopwatch.lap());
   statistics.num_points += update.num_points;
   statistics.num_out_of_range += update.num_out_of_range;
+  statistics.num_too_far += update.num_too_far;
   return &update;
 }
 

@@ -207,6 +207,7 @@ void fillStatus(const NodeReport& report, const NodeStatistics& last_report,
   status.add("points NaN or without return", statistics.num_invalid);
   status.add("points filtered", statistics.num_filtered);
   status.add("points out of range", statistics.num_out_of_range);
+  status.add("points too far", statistics.num_too_far);
   if (report.last_cloud) {
     status.add("frames", describeFrames(report));
     status.addf("cloud age when received [s]", "%.3f", report.last_cloud->age_s);

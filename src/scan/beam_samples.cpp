@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "cuboid_mapping/scan/beam_samples.h"
 
+#include "cuboid_mapping/scan/ray_walk.h"
+
 #include <algorithm>
 #include <cmath>
 #include <random>
@@ -28,6 +30,7 @@ class BeamSampler {
       // Rounded at random, so that short beams get their share.
       const double wanted = observed * length_m * per_m_ + draw();
       if (wanted < 1.0 || !grid_.toCell(origin_map_ + beam)) continue;
+      if (!isTaken(observed * beam)) continue;
       const auto count = static_cast<std::int64_t>(wanted);
       for (std::int64_t i = 0; i < count; ++i) {
         const auto cell = grid_.toCell(origin_map_ + draw() * observed * beam);
@@ -43,6 +46,13 @@ class BeamSampler {
   }
 
  private:
+  /// As ScanUpdater takes a beam; also what bounds the number of its samples.
+  [[nodiscard]] bool isTaken(const Eigen::Vector3d& observed_beam) const {
+    const auto start = grid_.toCell(origin_map_);
+    const auto end = grid_.toCell(origin_map_ + observed_beam);
+    return start && end && isWithinReach(*start, *end);
+  }
+
   /// From [0, 1). Not std::uniform_real_distribution, whose results the standard leaves open.
   double draw() { return static_cast<double>(random_() >> 11) * 0x1p-53; }
 

@@ -30,9 +30,12 @@ bool RayOrigin::computeRay(const Eigen::Vector3f& end, Ray& ray) const {
   const Eigen::Vector3f beam = end - origin_;
   const float squared_length = beam.x() * beam.x() + beam.y() * beam.y() + beam.z() * beam.z();
   const auto length_m = static_cast<float>(std::sqrt(static_cast<double>(squared_length)));
+  if (!std::isfinite(length_m)) return false;
+  // Rounded to 0, it would never be used up: a step would add nothing to it.
+  const bool has_length = length_m > 0.0F;
   ray.length_m = length_m;
   for (int axis = 0; axis < 3; ++axis) {
-    const float component = beam[axis] / length_m;
+    const float component = has_length ? beam[axis] / length_m : 0.0F;
     ray.step[axis] = static_cast<int>(component > 0.0F) - static_cast<int>(component < 0.0F);
     if (ray.step[axis] == 0) {
       ray.t_max[axis] = std::numeric_limits<double>::max();

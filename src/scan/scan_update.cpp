@@ -17,6 +17,7 @@ namespace {
 // Bricks are numbered from a base that lies 2^20 bricks below the sensor, so that one number has 21
 // bits on each axis. The base is aligned to the groups of 4 x 4 x 4 bricks.
 constexpr std::int32_t kBaseOffset = 1 << 23;
+static_assert(kMaxBeamVoxels + 2 * kGroupEdge < kBaseOffset, "every voxel of a beam has a number");
 constexpr std::size_t kPartsPerThread = 16;
 
 Cell baseOf(const Cell& origin) {
@@ -25,15 +26,6 @@ Cell baseOf(const Cell& origin) {
     base[axis] = (origin[axis] & ~(kGroupEdge - 1)) - kBaseOffset;
   }
   return base;
-}
-
-/// Whether a beam's end can be numbered from the base, with a brick to spare.
-bool isNearBase(const Cell& base, const Cell& cell) {
-  for (int axis = 0; axis < 3; ++axis) {
-    const std::int64_t local = static_cast<std::int64_t>(cell[axis]) - base[axis];
-    if (local < kBrickEdge || local >= 2 * kBaseOffset - kBrickEdge) return false;
-  }
-  return true;
 }
 
 /// Puts two zero bits before each of the 21 low bits.
@@ -118,9 +110,10 @@ ScanUpdater::ScanUpdater(const Grid& grid, double max_range_m, int threads,
   assert(threads > 0);
 }
 
-/// Sets up a beam. @return false when it cannot take part.
-bool ScanUpdater::setUpBeam(const RayOrigin& ray_origin, const Eigen::Vector3f& origin,
-                            const Eigen::Vector3f& end, Beam& beam) const {
+/// Sets up a beam. @return Whether it takes part.
+ScanUpdater::BeamFate ScanUpdater::setUpBeam(const RayOrigin& ray_origin,
+                                             const Eigen::Vector3f& origin,
+                                             const Eigen::Vector3f& end, Beam& beam) const {
   Eigen::Vector3f last = end;
   beam.is_cut = false;
   if (std::isfinite(max_range_m_)) {
@@ -134,7 +127,8 @@ bool ScanUpdater::setUpBeam(const RayOrigin& ray_origin, const Eigen::Vector3f& 
       last = origin + to_end / static_cast<float>(length_m) * static_cast<float>(max_range_m_);
     }
   }
-  return ray_origin.computeRay(last, beam.ray) && isNearBase(base_, beam.ray.end);
+  if (!ray_origin.computeRay(last, beam.ray)) return BeamFate::kOutOfRange;
+  return isWithinReach(beam.ray.start, beam.ray.end) ? BeamFate::kTaken : BeamFate::kTooFar;
 }
 
 void ScanUpdater::markBeam(const Ray& ray, bool is_hit, BeamMarks& marks) const {
@@ -158,10 +152,12 @@ void ScanUpdater::addBeams(const RayOrigin& ray_origin, const Eigen::Vector3f& o
     std::size_t num_beams = 0;
     const std::size_t last = std::min(first + kBatch, count);
     for (std::size_t i = first; i < last; ++i) {
-      if (setUpBeam(ray_origin, origin, ends[i], beams[num_beams])) ++num_beams;
+      const BeamFate fate = setUpBeam(ray_origin, origin, ends[i], beams[num_beams]);
+      if (fate == BeamFate::kTaken) ++num_beams;
+      if (fate == BeamFate::kOutOfRange) ++share.num_out_of_range;
+      if (fate == BeamFate::kTooFar) ++share.num_too_far;
     }
     share.num_points += num_beams;
-    share.num_out_of_range += last - first - num_beams;
     for (std::size_t i = 0; i < num_beams; ++i) {
       markBeam(beams[i].ray, are_returns && !beams[i].is_cut, share.marks);
     }
@@ -173,6 +169,7 @@ const ScanUpdate& ScanUpdater::compute(const Scan& scan) {
   update_.samples.clear();
   update_.num_points = 0;
   update_.num_out_of_range = 0;
+  update_.num_too_far = 0;
   const RayOrigin ray_origin(grid_, scan.anchor_map, scan.origin);
   if (!ray_origin.cell()) {
     update_.num_out_of_range = scan.points.size() + scan.no_returns.size();
@@ -187,6 +184,7 @@ const ScanUpdate& ScanUpdater::compute(const Scan& scan) {
     share.marks.clear();
     share.num_points = 0;
     share.num_out_of_range = 0;
+    share.num_too_far = 0;
     for (std::size_t part = next_part++; part < num_parts; part = next_part++) {
       const auto add_part = [&](const std::vector<Eigen::Vector3f>& ends, bool are_returns) {
         const std::size_t first = ends.size() * part / num_parts;
@@ -217,6 +215,7 @@ void ScanUpdater::collectBricks() {
   for (const Share& share : shares_) {
     update_.num_points += share.num_points;
     update_.num_out_of_range += share.num_out_of_range;
+    update_.num_too_far += share.num_too_far;
     const auto middle = static_cast<std::ptrdiff_t>(order.size());
     order.insert(order.end(), share.order.begin(), share.order.end());
     std::inplace_merge(order.begin(), order.begin() + middle, order.end(), isBefore);

@@ -145,11 +145,13 @@ TEST_F(NodeCloudsTest, DamagedCloudsAreCountedByReason) {
 TEST_F(NodeCloudsTest, PointsThatAreNoneAreCounted) {
   const double nan = std::numeric_limits<double>::quiet_NaN();
   cloud_publisher_.publish(
-      makeCloud("lidar", ros::Time(100.0), {{1.0, 0.0, 0.0}, {nan, 0.0, 0.0}, {5e8, 0.0, 0.0}}));
+      makeCloud("lidar", ros::Time(100.0),
+                {{1.0, 0.0, 0.0}, {nan, 0.0, 0.0}, {5e8, 0.0, 0.0}, {5e6, 0.0, 0.0}}));
   ASSERT_TRUE(waitForInserted(1));
   EXPECT_EQ(countNew("points inserted"), 1);
   EXPECT_EQ(countNew("points NaN or without return"), 1);
   EXPECT_EQ(countNew("points out of range"), 1);
+  EXPECT_EQ(countNew("points too far"), 1);
 }
 
 TEST_F(NodeCloudsTest, NoCloudIsLostWithoutBeingCounted) {

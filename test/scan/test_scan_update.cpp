@@ -115,19 +115,6 @@ TEST(ScanUpdate, leavesOutAndCountsWhatIsNotFiniteOrOutsideTheGrid) {
   }
 }
 
-TEST(ScanUpdate, leavesOutABeamOfMoreVoxelsThanItCanNumber) {
-  for (const float sign : {-1.0F, 1.0F}) {
-    Scan scan;
-    scan.points = {
-        {0.0F, sign * 9e6F, 0.0F}};  // The bricks have 21 bits on each axis: 2^23 voxels.
-    ScanUpdater updater(Grid(1.0));
-    EXPECT_EQ(updater.compute(scan).num_out_of_range, 1U);
-    EXPECT_TRUE(updater.compute(scan).bricks.empty());
-    ScanUpdater cutting(Grid(1.0), 10.0);
-    EXPECT_EQ(cutting.compute(scan).num_points, 1U) << "cut, it is short enough";
-  }
-}
-
 TEST(ScanUpdate, leavesOutWhatIsNotFiniteWithAMaxRangeToo) {
   ScanUpdater updater(Grid(1.0), 10.0);
   for (const float bad : {std::nanf(""), kInfinity, -kInfinity}) {

@@ -18,7 +18,7 @@ struct BeamSampling {
 /// Cells at random places along the beams of a scan, in proportion to the length of each beam.
 ///
 /// A beam is taken as far as it is observed: up to its end, or where it is cut. Beams that end
-/// outside the grid or are not finite are left out.
+/// outside the grid, are not finite, or are longer than kMaxBeamVoxels are left out.
 ///
 /// @param max_range_m  > 0; infinity for no limit.
 /// @param number  Of the scan, which makes every scan draw differently.

@@ -24,6 +24,7 @@ struct ScanUpdate {
   std::vector<Cell> samples;         ///< Cells drawn along the beams, see BeamSampling.
   std::size_t num_points = 0;        ///< Points and no-returns that took part.
   std::size_t num_out_of_range = 0;  ///< Left out: not finite, or outside the grid.
+  std::size_t num_too_far = 0;       ///< Left out: more than kMaxBeamVoxels away.
 };
 
 }  // namespace cuboid_mapping

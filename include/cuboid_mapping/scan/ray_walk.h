@@ -5,9 +5,23 @@
 
 #include <Eigen/Core>
 
+#include <cstdint>
 #include <optional>
 
 namespace cuboid_mapping {
+
+/// Voxels that a beam may lead on along an axis: from border to border of the map that OctoMap's 16
+/// bits can number, so that no beam which OctoMap takes is left out. 3.3 km at 0.05 m.
+constexpr std::int32_t kMaxBeamVoxels = 65535;
+
+/// Whether a beam between two cells is within kMaxBeamVoxels on every axis.
+[[nodiscard]] constexpr bool isWithinReach(const Cell& start, const Cell& end) {
+  for (int axis = 0; axis < 3; ++axis) {
+    const std::int64_t voxels = std::int64_t{end[axis]} - start[axis];
+    if (voxels > kMaxBeamVoxels || voxels < -kMaxBeamVoxels) return false;
+  }
+  return true;
+}
 
 /// A beam, set up for the walk through the voxels that it passes.
 ///
@@ -32,8 +46,10 @@ class RayOrigin {
   /// Voxel of the origin; nothing when it is outside the grid or not finite.
   [[nodiscard]] const std::optional<Cell>& cell() const { return cell_; }
 
-  /// Sets up the beam to a point.
-  /// @return false, with nothing to rely on in `ray`, when the end is outside the grid or not finite.
+  /// Sets up the beam to a point. A beam so short that its length is rounded to 0 between two
+  /// voxels (ends 1e-23 m off an edge) has no steps: it passes its first voxel only.
+  /// @return false, with nothing to rely on in `ray`, when the end is outside the grid or not
+  /// finite, or the length is no float32.
   /// @pre cell().
   [[nodiscard]] bool computeRay(const Eigen::Vector3f& end, Ray& ray) const;
 
@@ -54,10 +70,18 @@ class RayOrigin {
 ///     z, y, x;
 ///   - rounding errors let it miss the end voxel: it stops where the length of the beam is used up.
 ///
+/// The walk ends, whatever the points: after its first step it goes on only while the length that it
+/// has come to is at most the beam's, which is finite, and each step adds its t_delta to one of three
+/// lengths. Where a step is not 0, t_delta is resolution / |component| with |component| < 2 (a rounded
+/// unit vector), so that the sum grows by more than its rounding error: a grid has 2^31 voxels along
+/// an axis, a double 53 bits. On an axis these are at most the voxels between both ends and two more,
+/// one because the ends lie anywhere in theirs, one for rounding.
+///
 /// @param cursor  mark() takes the current voxel; advance(axis) goes on by ray.step[axis];
 ///                isAtEnd() says that the current voxel is the end point's. It starts in the
 ///                origin's voxel. By value, so that its state can stay in registers.
 /// @return The cursor where it stopped.
+/// @pre `ray` is of RayOrigin::computeRay().
 /// @complexity O(number of voxels passed).
 template <typename CursorT>
 [[nodiscard]] CursorT walkRay(const Ray& ray, CursorT cursor) {

@@ -24,6 +24,7 @@ namespace cuboid_mapping {
 /// beyond max range                | up to the voxel where it is cut, included | none
 /// as a no-return                  | up to its end, or the cut, included       | none
 /// outside the grid, or not finite | none                                      | none; is counted
+/// beyond kMaxBeamVoxels, not cut  | none                                      | none; is counted
 ///
 /// A voxel that is both is a hit. As octomap_server's insertScan; octomap::OccupancyOcTreeBase::
 /// computeUpdate differs in one point: it leaves out the voxel where a beam is cut.
@@ -58,15 +59,18 @@ class ScanUpdater {
     std::vector<PlacedMarks> order;  ///< Of all its bricks.
     std::size_t num_points = 0;
     std::size_t num_out_of_range = 0;
+    std::size_t num_too_far = 0;
   };
+
+  enum class BeamFate : unsigned char { kTaken, kOutOfRange, kTooFar };
 
   struct Beam {
     Ray ray;
     bool is_cut;  ///< At the max range.
   };
 
-  [[nodiscard]] bool setUpBeam(const RayOrigin& ray_origin, const Eigen::Vector3f& origin,
-                               const Eigen::Vector3f& end, Beam& beam) const;
+  [[nodiscard]] BeamFate setUpBeam(const RayOrigin& ray_origin, const Eigen::Vector3f& origin,
+                                   const Eigen::Vector3f& end, Beam& beam) const;
   void markBeam(const Ray& ray, bool is_hit, BeamMarks& marks) const;
   void addBeams(const RayOrigin& ray_origin, const Eigen::Vector3f& origin,
                 const Eigen::Vector3f* ends, std::size_t count, bool are_returns,
