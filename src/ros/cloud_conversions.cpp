@@ -165,11 +165,21 @@ class PointReader {
   std::array<bool, 3> is_double_{};
 };
 
-/// Not NaN, not at the origin, and of a size that float32 can hold.
+/// Of a size that float32 can hold.
+constexpr double kMaxCoordinate_m = 1e30;
+
+/// Not NaN, not at the origin, and not infinite.
 bool isReturn(const Eigen::Vector3d& point) {
-  constexpr double kMaxCoordinate_m = 1e30;
   // NaN fails the comparison.
   return (point.array().abs() <= kMaxCoordinate_m).all() && !point.isZero(0.0);
+}
+
+/// Whether a point that is no return says that its beam met nothing.
+bool isNoReturn(const Eigen::Vector3d& point, NoReturnPoints wanted) {
+  if (wanted == NoReturnPoints::kAll) return true;
+  if (point.hasNaN()) return wanted == NoReturnPoints::kWithNan;
+  if (point.isZero(0.0)) return wanted == NoReturnPoints::kWithZero;
+  return point.minCoeff() >= -kMaxCoordinate_m;
 }
 
 /// Calls visit(point) for every point, row by row, until it returns false.
@@ -201,16 +211,20 @@ void addNoReturns(const PointCloud2& message, const PointReader& reader,
                   const CloudOptions& options, CloudPoints& cloud) {
   const Eigen::Isometry3d T_sensor_cloud = options.T_cloud_sensor.inverse();
   std::vector<Eigen::Vector3f> points_sensor;
+  std::vector<bool> are_wanted;
   points_sensor.reserve(std::size_t{message.width} * message.height);
+  are_wanted.reserve(points_sensor.capacity());
   visitPoints(message, reader, [&](const Eigen::Vector3d& point) {
     points_sensor.push_back(Eigen::Vector3f::Zero());
     if (isReturn(point)) points_sensor.back() = (T_sensor_cloud * point).cast<float>();
+    are_wanted.push_back(isNoReturn(point, options.no_return_points));
     return true;
   });
   const auto estimate =
       cuboid_mapping::estimateNoReturnBeams(points_sensor, message.width, message.height);
   cloud.no_returns.reserve(estimate.beams.size());
   for (const auto& beam : estimate.beams) {
+    if (!are_wanted[beam.index]) continue;
     const Eigen::Vector3d end_sensor = beam.direction.cast<double>() * options.no_return_range_m;
     const Eigen::Vector3d end_cloud = options.T_cloud_sensor * end_sensor;
     cloud.no_returns.emplace_back((end_cloud - cloud.anchor_cloud).cast<float>());
@@ -218,6 +232,16 @@ void addNoReturns(const PointCloud2& message, const PointReader& reader,
 }
 
 }  // namespace
+
+const char* toString(NoReturnPoints points) {
+  switch (points) {
+    case NoReturnPoints::kRep117: return "rep_117";
+    case NoReturnPoints::kWithNan: return "with_nan";
+    case NoReturnPoints::kWithZero: return "with_zero";
+    case NoReturnPoints::kAll: break;
+  }
+  return "all";
+}
 
 const char* toString(CloudDefect defect) {
   switch (defect) {

@@ -124,6 +124,7 @@ const ScanUpdate* CloudPipeline::compute(const sensor_msgs::PointCloud2& cloud,
   Stopwatch stopwatch;
   CloudOptions options;
   options.no_return_range_m = parameters_.no_return_range_m;
+  options.no_return_points = parameters_.no_return_points;
   options.T_cloud_sensor = poses.T_map_cloud.inverse() * poses.T_map_sensor;
   auto converted = convertCloud(cloud, options);
   if (const auto* defect = std::get_if<CloudError>(&converted)) {

@@ -135,9 +135,15 @@ std::vector<ParameterDeclaration> declareSensorModel() {
        "Points closer to the sensor than this are ignored. 0 or -1: none are."},
       {"sensor_model/no_return_range", "m",
        NumberKind{[](P& p) -> double& { return p.no_return_range_m; }, 0.0, 1000.0},
-       "Beams without a return (NaN, infinite or zero points of an organized cloud) clear the "
-       "space "
-       "up to this range. 0: they are ignored."},
+       "Beams without a return, see no_return_points, clear the space up to this range. 0: they "
+       "are ignored."},
+      {"sensor_model/no_return_points", "",
+       oneOf<NoReturnPoints>({NoReturnPoints::kRep117, NoReturnPoints::kWithNan,
+                              NoReturnPoints::kWithZero, NoReturnPoints::kAll},
+                             [](P& p) -> NoReturnPoints& { return p.no_return_points; }),
+       "Which points of an organized cloud say that a beam met nothing. rep_117: those with a "
+       "coordinate of +inf and none of -inf or NaN. with_nan: NaN, too. with_zero: (0, 0, 0), "
+       "too. all: these, and -inf, which REP 117 has for things too near."},
   };
 }
 

@@ -113,6 +113,10 @@ inline std::vector<Case> sensorModelCases() {
        30.0,
        [](const P& p) { return p.no_return_range_m == 30.0; },
        {-1.0, 1001.0, kNan}},
+      {"sensor_model/no_return_points",
+       "with_nan",
+       [](const P& p) { return p.no_return_points == NoReturnPoints::kWithNan; },
+       {"", "nan", 1}},
   };
 }
 

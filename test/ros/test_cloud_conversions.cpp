@@ -156,9 +156,13 @@ TEST(CloudConversions, PaddingAfterTheLastRowMayBeMissing) {
   EXPECT_EQ(std::get<CloudError>(convertCloud(message)).defect, CloudDefect::kShortData);
 }
 
+const Eigen::Vector3d kNoReturn =
+    Eigen::Vector3d::Constant(std::numeric_limits<double>::infinity());
+
 /// A spinning lidar of 16 rows; every other column has no return.
 std::vector<Eigen::Vector3d> makeLidarPoints(const Eigen::Isometry3d& T_cloud_sensor,
-                                             bool with_all = false) {
+                                             bool with_all = false,
+                                             const Eigen::Vector3d& no_return = kNoReturn) {
   std::vector<Eigen::Vector3d> points;
   for (int row = 0; row < 16; ++row) {
     for (int column = 0; column < 90; ++column) {
@@ -167,21 +171,21 @@ std::vector<Eigen::Vector3d> makeLidarPoints(const Eigen::Isometry3d& T_cloud_se
       const Eigen::Vector3d direction(std::cos(elevation) * std::cos(azimuth),
                                       std::cos(elevation) * std::sin(azimuth), std::sin(elevation));
       const bool is_return = with_all || column % 2 == 0;
-      points.push_back(is_return ? T_cloud_sensor * (20.0 * direction)
-                                 : Eigen::Vector3d::Constant(kNan));
+      points.push_back(is_return ? T_cloud_sensor * (20.0 * direction) : no_return);
     }
   }
   return points;
 }
 
-PointCloud2 makeLidarMessage(const Eigen::Isometry3d& T_cloud_sensor, std::uint8_t datatype) {
+PointCloud2 makeLidarMessage(const Eigen::Isometry3d& T_cloud_sensor, std::uint8_t datatype,
+                             const Eigen::Vector3d& no_return = kNoReturn) {
   CloudSpec spec;
   spec.width = 90;
   spec.height = 16;
   spec.datatypes.fill(datatype);
   spec.offsets = {0, 8, 16};
   spec.point_step = 24;
-  return makeMessage(spec, makeLidarPoints(T_cloud_sensor));
+  return makeMessage(spec, makeLidarPoints(T_cloud_sensor, false, no_return));
 }
 
 TEST(CloudConversions, BeamsWithoutReturnOfAnOrganizedCloudEndAtTheRange) {
@@ -201,6 +205,45 @@ TEST(CloudConversions, BeamsWithoutReturnOfAnOrganizedCloudEndAtTheRange) {
     for (std::size_t i = 0; i < cloud.no_returns.size(); ++i) {
       EXPECT_LT((cloud.no_returns[i].cast<double>() - all[2 * i + 1]).norm(), 1e-3);
     }
+  }
+}
+
+/// Whether points free the space before them, for each value of no_return_points.
+struct NoReturnCase {
+  Eigen::Vector3d point;
+  bool frees;
+  bool frees_with_nan;
+  bool frees_with_zero;
+};
+
+TEST(CloudConversions, OnlyPointsThatSayNothingWasMetFreeSpace) {
+  constexpr double kInf = std::numeric_limits<double>::infinity();
+  const std::vector<NoReturnCase> cases{
+      {{kInf, kInf, kInf}, true, true, true},    {{1.0, kInf, 0.0}, true, true, true},
+      {{1e31, 0.0, 0.0}, true, true, true},      {{kNan, kNan, kNan}, false, true, false},
+      {{kInf, kNan, kInf}, false, true, false},  {{-kInf, -kInf, kNan}, false, true, false},
+      {{0.0, 0.0, 0.0}, false, false, true},     {{-kInf, -kInf, -kInf}, false, false, false},
+      {{kInf, -kInf, 0.0}, false, false, false}, {{-1e31, 0.0, 0.0}, false, false, false}};
+  for (const NoReturnCase& test_case : cases) {
+    const PointCloud2 message =
+        makeLidarMessage(Eigen::Isometry3d::Identity(), PointField::FLOAT64, test_case.point);
+    const auto frees = [&message](NoReturnPoints points) {
+      CloudOptions options;
+      options.no_return_range_m = 20.0;
+      options.no_return_points = points;
+      const CloudPoints cloud = convertGood(message, options);
+      EXPECT_EQ(cloud.points.size(), 16U * 45U);
+      EXPECT_EQ(cloud.num_invalid, 16U * 45U);
+      EXPECT_EQ(cloud.no_returns.size() + cloud.num_skipped, 16U * 45U);
+      EXPECT_TRUE(cloud.no_returns.empty() || cloud.num_skipped == 0U);
+      return !cloud.no_returns.empty();
+    };
+    EXPECT_EQ(frees(NoReturnPoints::kRep117), test_case.frees) << test_case.point.transpose();
+    EXPECT_EQ(frees(NoReturnPoints::kWithNan), test_case.frees_with_nan)
+        << test_case.point.transpose();
+    EXPECT_EQ(frees(NoReturnPoints::kWithZero), test_case.frees_with_zero)
+        << test_case.point.transpose();
+    EXPECT_TRUE(frees(NoReturnPoints::kAll)) << test_case.point.transpose();
   }
 }
 

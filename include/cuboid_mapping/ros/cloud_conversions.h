@@ -38,6 +38,18 @@ struct CloudError {
   std::string text;  ///< For the log: the numbers, and what to do.
 };
 
+/// Which points of an organized cloud say that a beam met nothing up to the sensor's range. REP 117
+/// has +inf for that, -inf for a thing that is too near, and NaN for a measurement that failed.
+enum class NoReturnPoints : unsigned char {
+  kRep117,    ///< +inf only.
+  kWithNan,   ///< +inf and NaN: of drivers that write NaN for every point without return.
+  kWithZero,  ///< +inf and (0, 0, 0): of drivers that write zeros.
+  kAll        ///< +inf, NaN, (0, 0, 0) and -inf.
+};
+
+/// The name of the parameter's value, as "with_nan".
+[[nodiscard]] const char* toString(NoReturnPoints points);
+
 /// What a cloud holds, in metres in the cloud's frame.
 struct CloudPoints {
   /// A point p lies at anchor_cloud + p. Zero unless the coordinates are FLOAT64 and beyond 8 km,
@@ -53,6 +65,8 @@ struct CloudPoints {
 struct CloudOptions {
   /// Length of a beam without return in metres; 0: such beams are skipped.
   double no_return_range_m = 0.0;
+  /// Which points stand for such a beam.
+  NoReturnPoints no_return_points = NoReturnPoints::kRep117;
   /// Pose of the sensor in the cloud's frame, for the directions of beams without return. Only to
   /// be set where the cloud has been transformed out of its sensor's frame.
   Eigen::Isometry3d T_cloud_sensor = Eigen::Isometry3d::Identity();
@@ -66,8 +80,10 @@ struct CloudOptions {
 /// exactly (0, 0, 0) is no return: so drivers write that do without NaN.
 ///
 /// Points that are no return, in an organized cloud (height > 1) with `no_return_range_m` > 0,
-/// become no-returns as far as cuboid_mapping::estimateNoReturnBeams() finds their directions. In
-/// any other case they are skipped.
+/// become no-returns when they are of `no_return_points`, as far as
+/// cuboid_mapping::estimateNoReturnBeams() finds their directions. In any other case they are
+/// skipped. A point with a NaN counts as NaN, else one with a coordinate below -1e30 as -inf, else
+/// one with a coordinate above 1e30 as +inf.
 ///
 /// @return At least one point or no-return; or why the message is refused.
 /// @complexity O(width * height).

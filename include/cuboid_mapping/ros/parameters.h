@@ -2,6 +2,7 @@
 #pragma once
 
 #include "cuboid_mapping/map/cuboid_map.h"
+#include "cuboid_mapping/ros/cloud_conversions.h"
 #include "cuboid_mapping/ros/ground_filter.h"
 
 #include <ros/node_handle.h>
@@ -49,6 +50,7 @@ struct NodeParameters {
   double max_range_m = std::numeric_limits<double>::infinity();  ///< Beams are cut there.
   double min_range_m = 0.0;        ///< Nearer points are left out wholly; 0: none.
   double no_return_range_m = 0.0;  ///< Beams without return free space up to it; 0: are skipped.
+  NoReturnPoints no_return_points = NoReturnPoints::kRep117;  ///< What is such a beam.
   /// Points outside are left out wholly; in the map's frame, with filter_ground in the base's.
   cuboid_mapping::MetricBox crop = {Eigen::Vector3d::Constant(-1e9),
                                     Eigen::Vector3d::Constant(1e9)};
