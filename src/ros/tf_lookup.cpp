@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "cuboid_mapping/ros/tf_lookup.h"
 
-#include <tf2/exceptions.h>
 #include <tf2_eigen/tf2_eigen.h>
+
+#include <exception>
 
 namespace cuboid_mapping_ros {
 
@@ -22,7 +23,7 @@ TfLookup lookupTransform(const tf2::BufferCore& buffer, const std::string& targe
   try {
     result.T_target_source =
         tf2::transformToEigen(buffer.lookupTransform(target_frame, source_frame, stamp));
-  } catch (const tf2::TransformException& exception) {
+  } catch (const std::exception& exception) {  // Of tf; of ros::Time for stamps 2^31 s apart.
     result.error = exception.what();
     const std::string kEmptyHead = ", ";  // tf2 leaves out what failed, and goes on with ", when"
     if (result.error.rfind(kEmptyHead, 0) == 0) result.error.erase(0, kEmptyHead.size());

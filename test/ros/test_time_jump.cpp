@@ -45,5 +45,17 @@ TEST_F(TimeJumpDetectorTest, AStampOfZeroIsNoTime) {
   EXPECT_EQ(judge(1051.0), StampOrder::kInOrder);
 }
 
+TEST_F(TimeJumpDetectorTest, StampsOfAllTimesCanBeCompared) {
+  const double stamps[] = {1.0, 2147483646.0, 2147483649.0, 4294967294.9};
+  for (const double newest : stamps) {
+    for (const double stamp : stamps) {
+      EXPECT_EQ(isOlder(ros::Time(stamp), ros::Time(newest), ros::Duration(10.0)),
+                newest - stamp > 10.0)
+          << stamp << " and " << newest;
+      for (const double next : {newest, stamp, stamp}) EXPECT_NO_THROW((void)judge(next));
+    }
+  }
+}
+
 }  // namespace
 }  // namespace cuboid_mapping_ros

@@ -5,6 +5,11 @@
 
 namespace cuboid_mapping_ros {
 
+/// Whether a stamp is older than another one by more than a tolerance. For all stamps: the difference
+/// of two ros::Time throws where it is beyond 2^31 s.
+[[nodiscard]] bool isOlder(const ros::Time& stamp, const ros::Time& newest,
+                           const ros::Duration& tolerance);
+
 /// How the stamp of a cloud follows those before it.
 enum class StampOrder : unsigned char {
   kInOrder,  ///< Not much older than the newest.
