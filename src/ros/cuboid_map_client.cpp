@@ -2,12 +2,11 @@
 #include "cuboid_mapping/ros/cuboid_map_client.h"
 
 #include "cuboid_mapping/map/map_follower.h"
+#include "cuboid_mapping/ros/callback_guard.h"
 #include "cuboid_mapping/ros/map_messages.h"
 #include "cuboid_mapping/ros/names.h"
 
-#include <ros/callback_queue.h>
 #include <ros/console.h>
-#include <ros/spinner.h>
 
 #include <mutex>
 #include <utility>
@@ -21,11 +20,8 @@ using cuboid_mapping::MapFollower;
 /// What the client's thread works with.
 struct CuboidMapClient::Implementation {
   Implementation(const ros::NodeHandle& node, const std::string& server, Callback on_change)
-      : nh(node),
-        get_map_name(server + "/" + kGetMapService),
-        callback(std::move(on_change)),
-        spinner(1, &queue) {
-    nh.setCallbackQueue(&queue);
+      : nh(node), get_map_name(server + "/" + kGetMapService), callback(std::move(on_change)) {
+    nh = withQueue(node, thread.queue());
     // Updates first, so that none is missed between the image and them.
     delta_subscriber = subscribeDelta(nh, kCuboidMapUpdatesTopic,
                                       [this](const DeltaMessage& message) { take(message); });
@@ -42,6 +38,7 @@ struct CuboidMapClient::Implementation {
     if (is_old) return;
     MapFollower fresh;
     if (!fresh.take(message.image)) {
+  ~Implementation() { thread.stop(); }  // Before the rest goes.
       ROS_WARN_THROTTLE(10.0, "a damaged CuboidMap was left out");
       return;
     }
@@ -84,7 +81,8 @@ struct CuboidMapClient::Implementation {
     if (callback) callback(follower.revision());  // Only this thread changes it.
   }
 
-  ros::CallbackQueue queue;
+  CallbackGuard guard;
+  GuardedThread thread{guard, "cuboid map client"};
   ros::NodeHandle nh;
   std::string get_map_name;
   Callback callback;
@@ -94,7 +92,6 @@ struct CuboidMapClient::Implementation {
   CuboidMap nothing;  ///< Before the first image.
   ros::Subscriber delta_subscriber;
   ros::Subscriber image_subscriber;
-  ros::AsyncSpinner spinner;  ///< Last: its thread ends before the rest goes.
 };
 
 CuboidMapClient::CuboidMapClient(const ros::NodeHandle& nh, const std::string& server,

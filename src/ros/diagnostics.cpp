@@ -226,6 +226,12 @@ void fillStatus(const NodeReport& report, const NodeStatistics& last_report,
   status.add("map bytes", report.map.num_bytes);
   status.add("map revision", report.map.revision);
   status.add("octomap_server messages built", report.num_built);
+  status.add("callbacks failed", report.num_failures);
+  if (report.num_failures > 0) status.add("callbacks failed, last", report.last_failure);
+  if (report.num_new_failures > 0) {
+    status.mergeSummary(DiagnosticStatus::ERROR, "a callback failed: " + report.last_failure +
+                                                     "; the node goes on, please report this");
+  }
 }
 
 }  // namespace cuboid_mapping_ros

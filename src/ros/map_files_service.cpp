@@ -7,8 +7,6 @@
 
 #include <ros/console.h>
 
-#include <boost/function.hpp>
-
 namespace cuboid_mapping_ros {
 namespace {
 
@@ -33,30 +31,31 @@ void logAnswer(const char* action, const std::string& file, const StorageAnswer&
 }  // namespace
 
 MapFilesService::MapFilesService(const ros::NodeHandle& private_nh,
-                                 const NodeParameters& parameters, GuardedMap& map)
+                                 const NodeParameters& parameters, GuardedMap& map,
+                                 CallbackGuard& guard)
     : map_(map),
+      guard_(guard),
       frame_id_(parameters.frame_id),
       autosave_file_(parameters.autosave_file),
       saved_revision_(revisionOf(map)),
-      spinner_(1, &queue_) {
-  ros::NodeHandle nh(private_nh);
-  nh.setCallbackQueue(&queue_);
+      thread_(guard, "files") {
+  ros::NodeHandle nh = withQueue(private_nh, thread_.queue());
   advertise(nh);
   if (!autosave_file_.empty()) {
     autosave_timer_ = nh.createWallTimer(ros::WallDuration(parameters.autosave_period_s),
                                          [this](const ros::WallTimerEvent&) { autosave(); });
   }
-  spinner_.start();
+  thread_.start();
 }
 
 MapFilesService::~MapFilesService() {
-  spinner_.stop();
-  if (!autosave_file_.empty()) autosave();
+  thread_.stop();
+  if (!autosave_file_.empty()) guard_.run("autosave at the end", [this] { autosave(); });
 }
 
 void MapFilesService::advertise(ros::NodeHandle nh) {
-  const boost::function<bool(SaveMap::Request&, SaveMap::Response&)> on_save =
-      [this](SaveMap::Request& request, SaveMap::Response& response) {
+  save_server_ = advertiseGuarded<SaveMap::Request, SaveMap::Response>(
+      nh, kSaveMapService, [this](SaveMap::Request& request, SaveMap::Response& response) {
         const StorageAnswer answer = saveMap(map_, frame_id_, request.filename);
         logAnswer("saved to", request.filename, answer);
         response.success = static_cast<std::uint8_t>(answer.error.empty());
@@ -64,18 +63,16 @@ void MapFilesService::advertise(ros::NodeHandle nh) {
         response.cuboids = answer.num_cuboids;
         response.bytes = answer.num_bytes;
         return true;
-      };
-  save_server_ = nh.advertiseService(kSaveMapService, on_save);
-  const boost::function<bool(LoadMap::Request&, LoadMap::Response&)> on_load =
-      [this](LoadMap::Request& request, LoadMap::Response& response) {
+      });
+  load_server_ = advertiseGuarded<LoadMap::Request, LoadMap::Response>(
+      nh, kLoadMapService, [this](LoadMap::Request& request, LoadMap::Response& response) {
         const StorageAnswer answer = loadMap(map_, request.filename);
         logAnswer("loaded from", request.filename, answer);
         response.success = static_cast<std::uint8_t>(answer.error.empty());
         response.message = answer.error;
         response.cuboids = answer.num_cuboids;
         return true;
-      };
-  load_server_ = nh.advertiseService(kLoadMapService, on_load);
+      });
 }
 
 void MapFilesService::autosave() {

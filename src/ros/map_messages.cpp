@@ -6,6 +6,7 @@
 #include "cuboid_mapping/CuboidMapUpdate.h"
 #include "cuboid_mapping/GetMap.h"
 #include "cuboid_mapping/ros/brick_codec.h"
+#include "cuboid_mapping/ros/callback_guard.h"
 
 #include <ros/single_subscriber_publisher.h>
 #include <boost/function.hpp>
@@ -112,18 +113,20 @@ std::size_t publishDelta(const ros::Publisher& publisher, const DeltaMessage& me
 
 ros::ServiceServer advertiseGetMap(ros::NodeHandle& nh, const std::string& name,
                                    std::function<ImageMessage(MapDetail)> make) {
+  CallbackGuard& guard = guardOf(nh);
   const boost::function<bool(GetMap::Request&, GetMap::Response&)> callback =
-      [make = std::move(make)](GetMap::Request& request, GetMap::Response& response) {
+      [make = std::move(make), name, &guard](GetMap::Request& request, GetMap::Response& response) {
         try {
           response.map = toMessage(make(request.with_values != 0 ? MapDetail::kValues
                                                                  : MapDetail::kClasses));
           response.success = static_cast<std::uint8_t>(true);
         } catch (const std::exception& exception) {
+          guard.noteFailure(name, exception.what());
           response.message = std::string("the node could not answer: ") + exception.what();
         }
         return true;
       };
-  return nh.advertiseService(name, callback);
+  return advertiseGuarded(nh, name, callback);
 }
 
 ros::Subscriber subscribeImage(ros::NodeHandle& nh, const std::string& topic,

@@ -2,6 +2,7 @@
 #include "cuboid_mapping/ros/mapping_node.h"
 
 #include "cuboid_mapping/query/height_range.h"
+#include "cuboid_mapping/ros/function_callback.h"
 #include "cuboid_mapping/ros/names.h"
 #include "cuboid_mapping/ros/query_box_service.h"
 #include "cuboid_mapping/ros/tf_lookup.h"
@@ -10,7 +11,6 @@
 
 #include <algorithm>
 #include <exception>
-#include <sstream>
 #include <utility>
 #include <vector>
 
@@ -20,9 +20,12 @@ namespace {
 /// The log repeats a reason for dropping clouds after this time at the earliest.
 constexpr std::chrono::seconds kLogPeriod{10};
 
-/// Clouds that roscpp keeps, and beyond which it drops them without telling: what may arrive while
-/// one cloud is worked on. The bound that counts is that of CloudQueue.
+/// Clouds that roscpp keeps, and beyond which it drops them without telling: a thread that does
+/// nothing else takes them into CloudInbox, whose bounds are those that count.
 constexpr std::uint32_t kReceiveQueueSize = 100;
+
+/// How often clouds that wait look at the clock; at tf they look when it changes.
+constexpr double kWaitingPeriod_s = 0.1;
 
 MarkerTopic makeTopic(const char* name, const MarkerStyle& style,
                       const NodeParameters& parameters) {
@@ -31,9 +34,10 @@ MarkerTopic makeTopic(const char* name, const MarkerStyle& style,
           style};
 }
 
-ros::NodeHandle withQueue(ros::NodeHandle nh, ros::CallbackQueue& queue) {
-  nh.setCallbackQueue(&queue);
-  return nh;
+CloudLimits makeInboxLimits(const NodeParameters& parameters) {
+  CloudLimits limits = makeCloudLimits(parameters);
+  limits.max_clouds = std::max<std::size_t>(limits.max_clouds, kReceiveQueueSize);
+  return limits;
 }
 
 }  // namespace
@@ -41,172 +45,163 @@ ros::NodeHandle withQueue(ros::NodeHandle nh, ros::CallbackQueue& queue) {
 MappingNode::MappingNode(ros::NodeHandle nh, const ros::NodeHandle& private_nh,
                          const NodeParameters& parameters,
                          const std::optional<cuboid_mapping::MapSnapshot>& start_map)
-    : parameters_(parameters),
+    : cloud_callbacks_(*nh.getCallbackQueue(), guard_, "clouds"),
+      receive_thread_(guard_, "receiving"),
+      tf_thread_(guard_, "tf"),
+      query_thread_(guard_, "queries"),
+      publish_thread_(guard_, "publishing"),
+      nh_(withQueue(nh, cloud_callbacks_)),
+      private_nh_(withQueue(private_nh, cloud_callbacks_)),
+      parameters_(parameters),
       live_parameters_(parameters),
       pipeline_(std::in_place, parameters),
       map_(makeMapConfig(parameters)),
       has_color_span_(parameters.color_period_m == 0.0),
       speed_watch_(parameters.map.resolution_m, parameters.max_range_m),
-      map_publisher_(withQueue(nh, publish_queue_), withQueue(private_nh, publish_queue_),
-                     parameters, map_),
+      map_publisher_(withQueue(nh_, publish_thread_.queue()),
+                     withQueue(private_nh_, publish_thread_.queue()), parameters, map_),
       occupied_publisher_(
-          withQueue(nh, publish_queue_),
+          withQueue(nh_, publish_thread_.queue()),
           makeTopic(kOccupiedCuboidsTopic, makeOccupiedStyle(parameters), parameters), map_),
-      free_publisher_(withQueue(nh, publish_queue_),
+      free_publisher_(withQueue(nh_, publish_thread_.queue()),
                       makeTopic(kFreeCuboidsTopic, makeFreeStyle(), parameters), map_),
-      octomap_server_(nh, private_nh, parameters, map_, {publish_queue_, query_queue_}),
-      diagnostics_(nh, private_nh, private_nh.getNamespace()),
-      tf_history_(tf_buffer_.getCacheLength()),
-      time_jump_detector_(tf_history_),
-      cloud_topic_(nh.resolveName(kCloudTopic)),
-      cloud_queue_(
-          nh.getCallbackQueue(), static_cast<std::size_t>(parameters.queue_size),
-          [this](const CloudPtr& cloud) { onCloudInTurn(cloud); },
-          [this](const CloudPtr&) {
-            drop(DropReason::kQueueFull,
-                 speed_watch_.advice().value_or(toAdvice(DropReason::kQueueFull)));
-          }),
-      tf_filter_(tf_buffer_, parameters.frame_id, static_cast<std::uint32_t>(parameters.queue_size),
-                 nh),
-      tf_listener_(tf_buffer_, nh),
-      query_spinner_(1, &query_queue_),
-      publish_spinner_(1, &publish_queue_) {
+      octomap_server_(nh_, private_nh_, parameters, map_,
+                      {publish_thread_.queue(), query_thread_.queue()}),
+      diagnostics_(nh_, private_nh_, private_nh_.getNamespace()),
+      cloud_topic_(nh_.resolveName(kCloudTopic)),
+      cloud_intake_(cloud_callbacks_, tf_buffer_, parameters, intakeCallbacks()),
+      cloud_inbox_(cloud_callbacks_, makeInboxLimits(parameters), inboxCallbacks()) {
   if (start_map) {
     map_.edit([&](cuboid_mapping::CuboidMap& map, const ros::Time& /*stamp*/) {
       return restoreSnapshot(*start_map, map);
     });
   }
-  advertiseServices(private_nh);
-  map_files_.emplace(private_nh, parameters, map_);
-  reconfigure_server_.emplace(private_nh, parameters,
+  advertiseServices();
+  map_files_.emplace(private_nh_, parameters, map_, guard_);
+  reconfigure_server_.emplace(private_nh_, parameters,
                               [this](const NodeParameters& changed) { reconfigure(changed); });
+  startTimers();
+  subscribe();
+  query_thread_.start();
+  publish_thread_.start();
+}
 
+/// Threads first: nothing goes while a callback may use it.
+MappingNode::~MappingNode() {
+  for (GuardedThread* thread : {&receive_thread_, &tf_thread_, &query_thread_, &publish_thread_}) {
+    thread->stop();
+  }
+  tf_changes_.disconnect();
+  removePosted(cloud_callbacks_, this);
+}
+
+void MappingNode::startTimers() {
   // Wall time: simulated time may stand still, or jump back.
-  const ros::WallDuration publish_period(1.0 / parameters.publish_rate_hz);
-  publish_timer_ =
-      withQueue(nh, publish_queue_)
-          .createWallTimer(publish_period, [this](const ros::WallTimerEvent&) { publish(); });
-  fuse_timer_ = withQueue(nh, publish_queue_)
+  publish_timer_ = withQueue(nh_, publish_thread_.queue())
+                       .createWallTimer(ros::WallDuration(1.0 / parameters_.publish_rate_hz),
+                                        [this](const ros::WallTimerEvent&) { publish(); });
+  fuse_timer_ = withQueue(nh_, publish_thread_.queue())
                     .createWallTimer(
                         ros::WallDuration(1e-3),
                         [this](const ros::WallTimerEvent&) { fuseUntilNextCloud(); }, true, false);
-  held_cloud_timer_ = nh.createWallTimer(
-      publish_period, [this](const ros::WallTimerEvent&) { releaseHeldCloudIfTfIsRight(); });
+  waiting_timer_ =
+      nh_.createWallTimer(ros::WallDuration(kWaitingPeriod_s),
+                          [this](const ros::WallTimerEvent&) { updateWaitingClouds(); });
   diagnostics_.setHardwareID("none");
   diagnostics_.add("mapping", this, &MappingNode::reportDiagnostics);
   diagnostics_timer_ =
-      nh.createWallTimer(ros::WallDuration(std::max(0.1, diagnostics_.getPeriod())),
-                         [this](const ros::WallTimerEvent&) { diagnostics_.force_update(); });
-  subscribe(nh);
-  query_spinner_.start();
-  publish_spinner_.start();
+      nh_.createWallTimer(ros::WallDuration(std::max(0.1, diagnostics_.getPeriod())),
+                          [this](const ros::WallTimerEvent&) { diagnostics_.force_update(); });
 }
 
-void MappingNode::advertiseServices(const ros::NodeHandle& private_nh) {
-  ros::NodeHandle query_nh = withQueue(private_nh, query_queue_);
+void MappingNode::advertiseServices() {
+  ros::NodeHandle query_nh = withQueue(private_nh_, query_thread_.queue());
   query_box_server_ = advertiseQueryBox(
       query_nh, withoutSlash(parameters_.frame_id), [this](const BoxRequest& request) {
         return answerBoxRequest({map_, parameters_.frame_id, tf_buffer_}, request);
       });
-  ros::NodeHandle edit_nh = withQueue(private_nh, publish_queue_);
-  reset_server_ = edit_nh.advertiseService(kResetService, &MappingNode::onReset, this);
+  ros::NodeHandle edit_nh = withQueue(private_nh_, publish_thread_.queue());
+  using std_srvs::Empty;
+  reset_server_ = advertiseGuarded<Empty::Request, Empty::Response>(
+      edit_nh, kResetService, [this](Empty::Request& /*request*/, Empty::Response& /*response*/) {
+        onReset();
+        return true;
+      });
   const MapInFrame map{map_, parameters_.frame_id, tf_buffer_};
   planner_services_.emplace(query_nh, map);
   edit_services_.emplace(edit_nh, map, [this] { publish(); });
 }
 
-void MappingNode::subscribe(ros::NodeHandle& nh) {
-  setTargetFrames();
-  tf_filter_.registerCallback([this](const CloudPtr& cloud) { cloud_queue_.push(cloud); });
-  tf_filter_.registerFailureCallback(
-      [this](const CloudPtr& cloud, tf2_ros::FilterFailureReason reason) {
-        onCloudWithoutTf(cloud, reason);
-      });
-  cloud_subscriber_.registerCallback([this](const CloudPtr& cloud) { onCloudReceived(cloud); });
-  cloud_subscriber_.subscribe(nh, kCloudTopic, kReceiveQueueSize);
+void MappingNode::subscribe() {
+  tf_changes_ = tf_buffer_._addTransformsChangedListener([this] { onTfChanged(); });
+  tf_listener_.emplace(tf_buffer_, withQueue(nh_, tf_thread_.queue()), false);
+  tf_thread_.start();
+  const boost::function<void(const CloudPtr&)> put = [this](const CloudPtr& cloud) {
+    is_cloud_waiting_ = true;
+    cloud_inbox_.put(cloud);
+  };
+  cloud_subscriber_ = withQueue(nh_, receive_thread_.queue())
+                          .subscribe<sensor_msgs::PointCloud2>(kCloudTopic, kReceiveQueueSize, put);
+  receive_thread_.start();
+}
+
+CloudInbox::Callbacks MappingNode::inboxCallbacks() {
+  CloudInbox::Callbacks callbacks;
+  callbacks.take = [this](const CloudPtr& cloud) {
+    const std::string name = "receiving a cloud";
+    if (!guard_.run(name, [&] { onCloudReceived(cloud); })) {
+      drop(DropReason::kInternalError, toAdvice(DropReason::kInternalError));
+    }
+  };
+  callbacks.drop = [this](std::size_t count) {
+    statistics_.num_received += count;
+    for (std::size_t i = 0; i < count; ++i) {
+      drop(DropReason::kQueueFull,
+           speed_watch_.advice().value_or(toAdvice(DropReason::kQueueFull)));
+    }
+  };
+  return callbacks;
+}
+
+CloudIntake::Callbacks MappingNode::intakeCallbacks() {
+  CloudIntake::Callbacks callbacks;
+  callbacks.handle = [this](const CloudPtr& cloud, const CloudPoses& poses) {
+    onCloudInTurn(cloud, poses);
+  };
+  callbacks.drop = [this](DropReason reason, const std::string& text) { drop(reason, text); };
+  return callbacks;
 }
 
 void MappingNode::onCloudReceived(const CloudPtr& cloud) {
-  is_cloud_waiting_ = true;
   last_received_ = Clock::now();
   if (statistics_.num_received++ == 0) last_progress_ = last_received_;
   last_header_ = cloud->header;
   last_arrival_ = ros::Time::now();
   speed_watch_.noteReceived(cloud->header.stamp.toSec());
-  const StampOrder order = time_jump_detector_.judge(cloud->header.stamp);
-  if (order != StampOrder::kInOrder && isTfOutdated(cloud->header)) {
-    if (order == StampOrder::kLate) {
-      held_cloud_ = cloud;  // late, or the first after a jump: the next one tells
-      return;
-    }
-    ROS_WARN_NAMED(kNodeName, "time has jumped back: transforms from before are forgotten");
-    tf_buffer_.clear();
-  }
-  releaseHeldCloud();
-  tf_filter_.add(cloud);
+  is_tf_awaited_ = true;  // Before tf is asked: what comes from now on is told.
+  cloud_intake_.receive(cloud, ros::Time::now());
 }
 
-void MappingNode::releaseHeldCloud() {
-  if (held_cloud_ == nullptr) return;
-  tf_filter_.add(held_cloud_);
-  held_cloud_.reset();
+void MappingNode::onTfChanged() {
+  if (!is_tf_awaited_ || is_update_due_.exchange(true)) return;
+  post(cloud_callbacks_, this, [this] { updateWaitingClouds(); });
 }
 
-bool MappingNode::isTfOutdated(const std_msgs::Header& header) const {
-  try {
-    const ros::Time newest = tf_buffer_
-                                 .lookupTransform(withoutSlash(parameters_.frame_id),
-                                                  withoutSlash(header.frame_id), ros::Time())
-                                 .header.stamp;
-    return newest > header.stamp && newest - header.stamp > tf_history_;
-  } catch (const tf2::TransformException&) {
-    return false;  // there is none
-  }
+void MappingNode::updateWaitingClouds() {
+  is_update_due_ = false;
+  cloud_intake_.update(ros::Time::now());
+  is_tf_awaited_ = cloud_intake_.awaitsTf();
 }
 
-void MappingNode::onCloudInTurn(const CloudPtr& cloud) {
+void MappingNode::onCloudInTurn(const CloudPtr& cloud, const CloudPoses& poses) {
   if (edit_services_->isPaused()) return drop(DropReason::kPaused, toAdvice(DropReason::kPaused));
-  std::string tf_error;
-  const auto poses = lookupPoses(tf_buffer_, live_parameters_, cloud->header, tf_error);
-  if (!poses) return waitForTfAgain(cloud, tf_error);
   try {
-    integrate(*cloud, *poses);
+    integrate(*cloud, poses);
   } catch (const std::exception& exception) {
     drop(DropReason::kInternalError, std::string(exception.what()) + "; " +
                                          toAdvice(DropReason::kInternalError) +
                                          ". Call ~reset if the map looks wrong from now on");
   }
-}
-
-void MappingNode::onCloudWithoutTf(const CloudPtr& cloud, tf2_ros::FilterFailureReason reason) {
-  if (reason == tf2_ros::filter_failure_reasons::EmptyFrameID) {
-    return drop(DropReason::kEmptyFrame, "header.frame_id is empty; set it in the driver");
-  }
-  std::ostringstream text;
-  text << "frame '" << cloud->header.frame_id << "', stamp " << cloud->header.stamp << ": ";
-  if (reason == tf2_ros::filter_failure_reasons::OutTheBack) {
-    text << "older by more than " << tf_history_.toSec() << " s than the newest transform; "
-         << toAdvice(DropReason::kTooOldForTf);
-    return drop(DropReason::kTooOldForTf, text.str());
-  }
-  std::string tf_error;
-  const bool is_late =
-      lookupPoses(tf_buffer_, live_parameters_, cloud->header, tf_error).has_value();
-  text << (is_late ? "the transform came when the queue was full already" : tf_error) << "; "
-       << toAdvice(DropReason::kNoTransform);
-  drop(DropReason::kNoTransform, text.str());
-}
-
-void MappingNode::waitForTfAgain(const CloudPtr& cloud, const std::string& tf_error) {
-  std::vector<std::string> frame_ids = neededFrames(live_parameters_);
-  frame_ids.push_back(cloud->header.frame_id);
-  const bool has_tf = std::all_of(frame_ids.begin(), frame_ids.end(), [&](const auto& frame_id) {
-    return tf_buffer_.canTransform(withoutSlash(parameters_.frame_id), withoutSlash(frame_id),
-                                   cloud->header.stamp);
-  });
-  // Not back to the filter, which would let it pass at once, again and again.
-  if (has_tf) return drop(DropReason::kNoTransform, tf_error);
-  tf_filter_.add(cloud);
 }
 
 void MappingNode::integrate(const sensor_msgs::PointCloud2& cloud, const CloudPoses& poses) {
@@ -222,7 +217,7 @@ void MappingNode::integrate(const sensor_msgs::PointCloud2& cloud, const CloudPo
   last_progress_ = Clock::now();
   speed_watch_.noteInserted(1e-3 * whole.lap(), statistics_.reach_m);
   giveAdvice();
-  is_cloud_waiting_ = cloud_queue_.size() > 0;
+  is_cloud_waiting_ = cloud_inbox_.numBytes() > 0 || cloud_intake_.numWaiting() > 0;
   fuse_timer_.stop();
   fuse_timer_.start();
 }
@@ -248,22 +243,11 @@ void MappingNode::giveAdvice() {
   ROS_WARN_STREAM_NAMED(kNodeName, "too slow for these clouds: " << *advice);
 }
 
-/// tf may have noticed a jump of time by itself meanwhile, by its clock.
-void MappingNode::releaseHeldCloudIfTfIsRight() {
-  if (held_cloud_ != nullptr && !isTfOutdated(held_cloud_->header)) releaseHeldCloud();
-}
-
-void MappingNode::setTargetFrames() {
-  std::vector<std::string> target_frames = neededFrames(live_parameters_);
-  target_frames.push_back(parameters_.frame_id);
-  tf_filter_.setTargetFrames(target_frames);
-}
-
 void MappingNode::reconfigure(const NodeParameters& parameters) {
   live_parameters_ = parameters;
   speed_watch_ = SpeedWatch(parameters.map.resolution_m, parameters.max_range_m);
-  setTargetFrames();
   pipeline_.emplace(parameters);
+  cloud_intake_.setParameters(parameters, ros::Time::now());
   map_.edit([&](cuboid_mapping::CuboidMap& map, const ros::Time& /*stamp*/) {
     return map.setSensorModel(parameters.map.sensor_model);
   });
@@ -290,21 +274,27 @@ void MappingNode::updateColorSpan() {
 
 void MappingNode::publish() {
   updateColorSpan();
-  const cuboid_mapping::ChangeSet changes = map_publisher_.publish();
+  cuboid_mapping::ChangeSet changes;
+  // Each by itself: what fails for one topic must not keep the changes from the others.
+  const bool is_known =
+      guard_.run(kCuboidMapUpdatesTopic, [&] { changes = map_publisher_.publish(); });
+  if (!is_known) changes.is_everything = true;  // They are lost.
   for (MarkerPublisher* publisher : {&occupied_publisher_, &free_publisher_}) {
-    publisher->noteChanges(changes);
-    publisher->publish();
+    guard_.run("markers", [&] {
+      publisher->noteChanges(changes);
+      publisher->publish();
+    });
   }
-  octomap_server_.noteChanges(changes);
-  octomap_server_.publish();
+  guard_.run("topics of octomap_server", [&] {
+    octomap_server_.noteChanges(changes);
+    octomap_server_.publish();
+  });
 }
 
-bool MappingNode::onReset(std_srvs::Empty::Request& /*request*/,
-                          std_srvs::Empty::Response& /*response*/) {
+void MappingNode::onReset() {
   map_.change(ros::Time(), [](cuboid_mapping::CuboidMap& map) { return map.clear(); });
   publish();
   ROS_INFO_NAMED(kNodeName, "map cleared");
-  return true;
 }
 
 void MappingNode::drop(DropReason reason, const std::string& text) {
@@ -339,8 +329,8 @@ void MappingNode::reportDiagnostics(diagnostic_updater::DiagnosticStatusWrapper&
   report.cloud_topic = cloud_topic_;
   report.frame_id = withoutSlash(parameters_.frame_id);
   if (statistics_.num_received > 0) report.last_cloud = describeLastCloud();
-  report.num_publishers = cloud_subscriber_.getSubscriber().getNumPublishers();
   report.is_simulated_time = ros::Time::isSimTime();
+  report.num_publishers = cloud_subscriber_.getNumPublishers();
   report.silence_s = seconds_since(last_received_);
   if (report.is_simulated_time && report.num_publishers > 0) {
     report.silence_s = (ros::Time::now() - last_arrival_).toSec();  // a bag may be paused
@@ -350,6 +340,10 @@ void MappingNode::reportDiagnostics(diagnostic_updater::DiagnosticStatusWrapper&
   report.rate_hz = speed_watch_.rateHz();
   report.speed_advice = speed_watch_.advice();
   report.autosave_error = map_files_->autosaveError();
+  report.num_failures = guard_.numFailures();
+  report.num_new_failures = report.num_failures - num_reported_failures_;
+  report.last_failure = guard_.lastFailure();
+  num_reported_failures_ = report.num_failures;
   fillStatus(report, reported_statistics_, status);
   reported_statistics_ = statistics_;
 }

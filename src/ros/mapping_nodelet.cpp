@@ -42,6 +42,8 @@ void MappingNodelet::onInit() {
   }
 }
 
+  } catch (...) {
+    NODELET_FATAL("not started: an exception that is no std::exception");
 }  // namespace cuboid_mapping_ros
 
 PLUGINLIB_EXPORT_CLASS(cuboid_mapping_ros::MappingNodelet, nodelet::Nodelet)

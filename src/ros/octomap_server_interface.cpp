@@ -28,11 +28,6 @@ using cuboid_mapping::VoxelBrick;
 /// Half a minute: the log repeats what a topic leaves out no more often.
 constexpr double kLogPeriod_s = 30.0;
 
-ros::NodeHandle withQueue(ros::NodeHandle nh, ros::CallbackQueueInterface& queue) {
-  nh.setCallbackQueue(&queue);
-  return nh;
-}
-
 ChangeSet clearCells(CuboidMap& map, const CellBox& box) {
   std::vector<VoxelBrick> cleared;
   map.voxels().forEachIn(box, [&](const VoxelBrick& brick) {
@@ -69,6 +64,7 @@ OctomapServerInterface::OctomapServerInterface(const ros::NodeHandle& nh,
       is_latched_(parameters.latch),
       parameters_(parameters.octomap_server),
       map_(map),
+      guard_(queues.topics.guard()),
       projection_(parameters.octomap_server) {
   if (parameters_.is_colored_map) {
     ROS_WARN_NAMED(kNodeName, "colored_map has no effect: cells have no colours here");
@@ -116,8 +112,8 @@ void OctomapServerInterface::advertiseServices(ros::NodeHandle nh, ros::NodeHand
           return true;
         });
   };
-  binary_server_ = nh.advertiseService(kOctomapBinaryTopic, answer_with(OctreeKind::kBinary));
-  full_server_ = nh.advertiseService(kOctomapFullTopic, answer_with(OctreeKind::kFull));
+  binary_server_ = advertiseGuarded(nh, kOctomapBinaryTopic, answer_with(OctreeKind::kBinary));
+  full_server_ = advertiseGuarded(nh, kOctomapFullTopic, answer_with(OctreeKind::kFull));
   const boost::function<bool(BoundingBoxQuery::Request&, BoundingBoxQuery::Response&)> on_clear =
       [this](BoundingBoxQuery::Request& request, BoundingBoxQuery::Response& /*response*/) {
         const std::string error = clearBox(map_, {{request.min.x, request.min.y, request.min.z},
@@ -125,7 +121,7 @@ void OctomapServerInterface::advertiseServices(ros::NodeHandle nh, ros::NodeHand
         if (!error.empty()) ROS_ERROR_STREAM_NAMED(kNodeName, "clear_bbx: " << error);
         return error.empty();  // its answer has no place for a message
       };
-  clear_server_ = private_nh.advertiseService(kClearBoxService, on_clear);
+  clear_server_ = advertiseGuarded(private_nh, kClearBoxService, on_clear);
 }
 
 void OctomapServerInterface::noteChanges(const ChangeSet& changes) {
@@ -151,7 +147,8 @@ void OctomapServerInterface::publish() {
   takePendingParameters();
   if (!is_changed_) return;
   for (const Topic& topic : topics_) {
-    if (topic.publisher.getNumSubscribers() > 0) topic.publish();
+    if (topic.publisher.getNumSubscribers() == 0) continue;
+    guard_.run(topic.publisher.getTopic(), topic.publish);  // The others go on.
   }
   is_changed_ = false;
 }

@@ -171,6 +171,10 @@ std::vector<ParameterDeclaration> declareTopics() {
   return {
       {"queue_size", "clouds", IntegerKind{[](P& p) -> int& { return p.queue_size; }, 1, 1000},
        "Maximum number of clouds that wait for their turn, and for their transform."},
+      {"queue_memory", "MB", IntegerKind{[](P& p) -> int& { return p.queue_memory_mb; }, 1, 65536},
+       "Memory for clouds that wait. Beyond it the oldest are dropped; one may always wait."},
+      {"tf_wait", "s", NumberKind{[](P& p) -> double& { return p.tf_wait_s; }, 0.01, 3600.0},
+       "A cloud whose transforms have not come after this time is dropped."},
       {"publish_rate", "Hz",
        NumberKind{[](P& p) -> double& { return p.publish_rate_hz; }, 0.01, 100.0},
        "Maximum rate of the map topics. They are only published after a change."},

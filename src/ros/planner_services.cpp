@@ -3,6 +3,7 @@
 
 #include "cuboid_mapping/map/cuboid_search.h"
 
+#include "cuboid_mapping/ros/callback_guard.h"
 #include "cuboid_mapping/ros/check_answers.h"
 #include "cuboid_mapping/ros/edit_answers.h"
 #include "cuboid_mapping/ros/guarded_map.h"
@@ -19,19 +20,22 @@
 namespace cuboid_mapping_ros {
 namespace {
 
-/// Offers a service that a pure function answers. No exception leaves it.
+/// Offers a service that a pure function answers. No exception leaves it, and the caller is told why.
 template <typename RequestT, typename ResponseT, typename AnswerT>
 ros::ServiceServer advertise(ros::NodeHandle& nh, const char* name, AnswerT answer) {
-  const boost::function<bool(RequestT&, ResponseT&)> callback = [answer](RequestT& request,
-                                                                         ResponseT& response) {
-    try {
-      response = answer(request);
-    } catch (const std::exception& exception) {
-      response = refuse<ResponseT>(std::string("the node could not answer: ") + exception.what());
-    }
-    return true;
-  };
-  return nh.advertiseService(name, callback);
+  CallbackGuard& guard = guardOf(nh);
+  const boost::function<bool(RequestT&, ResponseT&)> callback =
+      [answer, name, &guard](RequestT& request, ResponseT& response) {
+        try {
+          response = answer(request);
+        } catch (const std::exception& exception) {
+          guard.noteFailure(name, exception.what());
+          response =
+              refuse<ResponseT>(std::string("the node could not answer: ") + exception.what());
+        }
+        return true;
+      };
+  return advertiseGuarded(nh, name, callback);
 }
 
 /// advertise() for a function of map and request.
@@ -68,8 +72,16 @@ EditServices::EditServices(const ros::NodeHandle& private_nh, const MapInFrame& 
         if (response.success != 0) publish_();
         return response;
       }));
-  servers_.push_back(nh.advertiseService(kFuseNowService, &EditServices::onFuseNow, this));
-  servers_.push_back(nh.advertiseService(kPauseService, &EditServices::onPause, this));
+  using std_srvs::SetBool;
+  using std_srvs::Trigger;
+  servers_.push_back(advertiseGuarded<Trigger::Request, Trigger::Response>(
+      nh, kFuseNowService, [this](Trigger::Request& request, Trigger::Response& response) {
+        return onFuseNow(request, response);
+      }));
+  servers_.push_back(advertiseGuarded<SetBool::Request, SetBool::Response>(
+      nh, kPauseService, [this](SetBool::Request& request, SetBool::Response& response) {
+        return onPause(request, response);
+      }));
 }
 
 bool EditServices::onFuseNow(std_srvs::Trigger::Request& /*request*/,

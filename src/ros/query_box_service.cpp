@@ -2,6 +2,7 @@
 #include "cuboid_mapping/ros/query_box_service.h"
 
 #include "cuboid_mapping/QueryBox.h"
+#include "cuboid_mapping/ros/callback_guard.h"
 #include "cuboid_mapping/ros/names.h"
 #include "cuboid_mapping/ros/points.h"
 
@@ -76,7 +77,7 @@ ros::ServiceServer advertiseQueryBox(ros::NodeHandle& private_handle,
         response = toMessage(answer(fromMessage(request)), map_frame_id);
         return true;
       };
-  return private_handle.advertiseService(kQueryBoxService, callback);
+  return advertiseGuarded(private_handle, kQueryBoxService, callback);
 }
 
 }  // namespace cuboid_mapping_ros

@@ -1,10 +1,14 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "cuboid_mapping/ros/reconfigure_server.h"
 
+#include "cuboid_mapping/ros/function_callback.h"
 #include "cuboid_mapping/ros/names.h"
 #include "cuboid_mapping/ros/reconfigure.h"
 
 #include <ros/console.h>
+#include <ros/master.h>
+#include <ros/this_node.h>
+#include <xmlrpcpp/XmlRpcValue.h>
 
 #include <algorithm>
 #include <utility>
@@ -14,14 +18,41 @@ namespace cuboid_mapping_ros {
 ReconfigureServer::ReconfigureServer(const ros::NodeHandle& private_nh,
                                      const NodeParameters& parameters,
                                      std::function<void(const NodeParameters&)> apply)
-    : private_nh_(private_nh), parameters_(parameters), apply_(std::move(apply)) {
+    : private_nh_(private_nh),
+      parameters_(parameters),
+      apply_(std::move(apply)),
+      master_thread_(guardOf(private_nh), "parameters for the master") {
   using dynamic_reconfigure::ConfigDescription;
   descriptions_ = private_nh_.advertise<ConfigDescription>(kParameterDescriptionsTopic, 1, true);
   descriptions_.publish(describeConfig());
   updates_ = private_nh_.advertise<dynamic_reconfigure::Config>(kParameterUpdatesTopic, 1, true);
   updates_.publish(toConfig(parameters_));
-  server_ =
-      private_nh_.advertiseService(kSetParametersService, &ReconfigureServer::onRequest, this);
+  using dynamic_reconfigure::ReconfigureRequest;
+  using dynamic_reconfigure::ReconfigureResponse;
+  server_ = advertiseGuarded<ReconfigureRequest, ReconfigureResponse>(
+      private_nh_, kSetParametersService,
+      [this](ReconfigureRequest& request, ReconfigureResponse& response) {
+        return onRequest(request, response);
+      });
+  master_thread_.start();
+}
+
+ReconfigureServer::~ReconfigureServer() { master_thread_.stop(); }
+
+/// As dynamic_reconfigure::Server does, so that the parameter server says what is in force.
+void ReconfigureServer::tellMaster() {
+  post(master_thread_.queue(), this, [values = runtimeValues(parameters_), nh = private_nh_] {
+    for (const auto& [key, value] : values) {
+      XmlRpc::XmlRpcValue request;
+      XmlRpc::XmlRpcValue response;
+      XmlRpc::XmlRpcValue payload;
+      request[0] = ros::this_node::getName();
+      request[1] = nh.resolveName(key);
+      request[2] = value;
+      // Not NodeHandle::setParam(), which waits until there is a master.
+      if (!ros::master::execute("setParam", request, response, payload, false)) return;
+    }
+  });
 }
 
 bool ReconfigureServer::onRequest(dynamic_reconfigure::ReconfigureRequest& request,
@@ -44,8 +75,7 @@ bool ReconfigureServer::onRequest(dynamic_reconfigure::ReconfigureRequest& reque
     }
     parameters_ = loaded.parameters;
     apply_(parameters_);
-    // As dynamic_reconfigure::Server does, so that the parameter server says what is in force.
-    for (const auto& [key, value] : runtimeValues(parameters_)) private_nh_.setParam(key, value);
+    tellMaster();
     updates_.publish(toConfig(parameters_));
   }
   response.config = toConfig(parameters_);

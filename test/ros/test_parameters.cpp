@@ -108,7 +108,7 @@ TEST(Parameters, EveryBadValueGivesExactlyItsErrorAndKeepsTheDefault) {
       ++num_checked;
     }
   }
-  EXPECT_EQ(num_checked, 228U);
+  EXPECT_EQ(num_checked, 239U);
 }
 
 TEST(Parameters, AnErrorSaysValueRangeAndWhatToDo) {

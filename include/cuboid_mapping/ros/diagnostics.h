@@ -54,6 +54,9 @@ struct NodeReport {
   std::optional<double> rate_hz;   ///< Of the clouds.
   std::optional<std::string> speed_advice;  ///< See SpeedWatch::advice().
   std::string autosave_error;               ///< Of the last save to autosave_file; empty: none.
+  std::uint64_t num_failures = 0;      ///< Callbacks that an exception has ended.
+  std::uint64_t num_new_failures = 0;  ///< Of them, since the last report.
+  std::string last_failure;            ///< Of the last of them; see CallbackGuard.
 };
 
 /// Clouds are missing when none has come for so long: a warning, and then an error.
@@ -88,7 +91,8 @@ struct ReportSummary {
 /// What to do about clouds that are dropped, as a clause that follows "dropped: ".
 [[nodiscard]] const char* toAdvice(DropReason reason);
 
-/// Writes a report; one key for each figure.
+/// Writes a report; one key for each figure. An error when callbacks have failed since the last one,
+/// whatever summarize() says.
 void fillStatus(const NodeReport& report, const NodeStatistics& last_report,
                 diagnostic_updater::DiagnosticStatusWrapper& status);
 

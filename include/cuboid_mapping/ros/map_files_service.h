@@ -1,14 +1,13 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include "cuboid_mapping/ros/callback_guard.h"
 #include "cuboid_mapping/ros/guarded_map.h"
 #include "cuboid_mapping/ros/map_storage.h"
 #include "cuboid_mapping/ros/parameters.h"
 
-#include <ros/callback_queue.h>
 #include <ros/node_handle.h>
 #include <ros/service_server.h>
-#include <ros/spinner.h>
 #include <ros/wall_timer.h>
 
 #include <cstdint>
@@ -24,9 +23,9 @@ namespace cuboid_mapping_ros {
 /// nor queries wait for a disk.
 class MapFilesService {
  public:
-  /// @param map  Must outlive this object.
+  /// @param map, guard  Must outlive this object.
   MapFilesService(const ros::NodeHandle& private_nh, const NodeParameters& parameters,
-                  GuardedMap& map);
+                  GuardedMap& map, CallbackGuard& guard);
   ~MapFilesService();
   MapFilesService(const MapFilesService&) = delete;
   MapFilesService& operator=(const MapFilesService&) = delete;
@@ -39,16 +38,16 @@ class MapFilesService {
   void autosave();
 
   GuardedMap& map_;
+  CallbackGuard& guard_;
   std::string frame_id_;
   std::string autosave_file_;
   std::uint64_t saved_revision_;
   mutable std::mutex error_mutex_;
   std::string autosave_error_;
-  ros::CallbackQueue queue_;
+  GuardedThread thread_;
   ros::ServiceServer save_server_;
   ros::ServiceServer load_server_;
   ros::WallTimer autosave_timer_;
-  ros::AsyncSpinner spinner_;  ///< Last: its thread ends before the rest goes.
 };
 
 }  // namespace cuboid_mapping_ros

@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include "cuboid_mapping/ros/callback_guard.h"
+#include "cuboid_mapping/ros/cloud_inbox.h"
+#include "cuboid_mapping/ros/cloud_intake.h"
 #include "cuboid_mapping/ros/cloud_pipeline.h"
-#include "cuboid_mapping/ros/cloud_queue.h"
 #include "cuboid_mapping/ros/diagnostics.h"
 #include "cuboid_mapping/ros/guarded_map.h"
 #include "cuboid_mapping/ros/map_files_service.h"
@@ -14,24 +16,23 @@
 #include "cuboid_mapping/ros/planner_services.h"
 #include "cuboid_mapping/ros/reconfigure_server.h"
 #include "cuboid_mapping/ros/speed_advice.h"
-#include "cuboid_mapping/ros/time_jump.h"
 
 #include <diagnostic_updater/diagnostic_updater.h>
-#include <message_filters/subscriber.h>
-#include <ros/callback_queue.h>
 #include <ros/node_handle.h>
 #include <ros/service_server.h>
-#include <ros/spinner.h>
+#include <ros/subscriber.h>
 #include <ros/wall_timer.h>
 #include <sensor_msgs/PointCloud2.h>
 #include <std_srvs/Empty.h>
 #include <tf2_ros/buffer.h>
-#include <tf2_ros/message_filter.h>
 #include <tf2_ros/transform_listener.h>
+
+#include <boost/signals2/connection.hpp>
 
 #include <array>
 #include <atomic>
 #include <chrono>
+#include <cstdint>
 #include <optional>
 #include <string>
 
@@ -41,10 +42,13 @@ namespace cuboid_mapping_ros {
 ///
 /// Names of topics and services are in names.h, parameters in parameters.h.
 ///
-/// Thread rule: clouds, and all that belongs to them, come one after the other from the queue of the
-/// node handles, which must have one thread (a nodelet's getNodeHandle(), or a node's ros::spin()).
-/// Queries have a queue and a thread of their own, publishing another, and tf is received in a
-/// thread, too, into a buffer that is thread-safe. They meet in the map, which is guarded.
+/// No exception leaves it: every callback comes from a GuardedQueue.
+///
+/// Thread rule: clouds, and all that belongs to them, are worked on one after the other in the queue
+/// of the node handles, which must have one thread (a nodelet's getNodeHandle(), or a node's
+/// ros::spin()). They are received in a thread of their own, into an inbox. Queries have a queue and a
+/// thread, publishing another, and tf is received in a thread, too, into a buffer that is
+/// thread-safe. They meet in the map, which is guarded.
 class MappingNode {
  public:
   /// @param parameters  Valid, see readParameters().
@@ -52,6 +56,7 @@ class MappingNode {
   MappingNode(ros::NodeHandle nh, const ros::NodeHandle& private_nh,
               const NodeParameters& parameters,
               const std::optional<cuboid_mapping::MapSnapshot>& start_map = std::nullopt);
+  ~MappingNode();
   MappingNode(const MappingNode&) = delete;
   MappingNode& operator=(const MappingNode&) = delete;
 
@@ -59,41 +64,47 @@ class MappingNode {
   using CloudPtr = sensor_msgs::PointCloud2::ConstPtr;
   using Clock = std::chrono::steady_clock;
 
-  void subscribe(ros::NodeHandle& nh);
+  [[nodiscard]] CloudInbox::Callbacks inboxCallbacks();
+  [[nodiscard]] CloudIntake::Callbacks intakeCallbacks();
+  void startTimers();
+  void subscribe();
   void onCloudReceived(const CloudPtr& cloud);
-  void onCloudInTurn(const CloudPtr& cloud);
-  void onCloudWithoutTf(const CloudPtr& cloud, tf2_ros::FilterFailureReason reason);
-  /// For a cloud whose transforms were there, but were forgotten before its turn.
-  void waitForTfAgain(const CloudPtr& cloud, const std::string& tf_error);
+  void onCloudInTurn(const CloudPtr& cloud, const CloudPoses& poses);
+  /// In the thread of tf: has clouds look whether what they wait for is there.
+  void onTfChanged();
+  void updateWaitingClouds();
   void integrate(const sensor_msgs::PointCloud2& cloud, const CloudPoses& poses);
   void fuseUntilNextCloud();
-  void releaseHeldCloud();
-  void releaseHeldCloudIfTfIsRight();
-  /// Whether the newest transform is later than the cloud by more than tf keeps.
-  [[nodiscard]] bool isTfOutdated(const std_msgs::Header& header) const;
-  void advertiseServices(const ros::NodeHandle& private_nh);
+  void advertiseServices();
   void publish();
   /// Fits the colours of heights to the map, when it has grown enough for that.
   void updateColorSpan();
-  void setTargetFrames();
   /// Takes parameters that were changed while the node runs; see reconfigure.h.
   void reconfigure(const NodeParameters& parameters);
-  bool onReset(std_srvs::Empty::Request& request, std_srvs::Empty::Response& response);
+  void onReset();
   void drop(DropReason reason, const std::string& text);
   /// Logs what would keep up, now and then while the node does not; once what suits the sensor.
   void giveAdvice();
   [[nodiscard]] LastCloud describeLastCloud() const;
   void reportDiagnostics(diagnostic_updater::DiagnosticStatusWrapper& status);
 
+  // First, so that they outlive what has callbacks in them.
+  CallbackGuard guard_;
+  GuardedQueue cloud_callbacks_;
+  GuardedThread receive_thread_;
+  GuardedThread tf_thread_;
+  GuardedThread query_thread_;
+  GuardedThread publish_thread_;  ///< Also of ~reset, so that it is published at once.
+  ros::NodeHandle nh_;
+  ros::NodeHandle private_nh_;
+
   NodeParameters parameters_;
   NodeParameters live_parameters_;  ///< As reconfigured; of the clouds' thread only.
   std::optional<CloudPipeline> pipeline_;
   GuardedMap map_;
-  ros::CallbackQueue query_queue_;
-  ros::CallbackQueue publish_queue_;  ///< Also of ~reset, so that it is published at once.
-
   NodeStatistics statistics_;
   NodeStatistics reported_statistics_;  ///< As of the last report.
+  std::uint64_t num_reported_failures_ = 0;
   std::array<std::optional<Clock::time_point>, kNumDropReasons> last_logged_;
   std::optional<Clock::time_point> last_advice_;
   bool has_suggested_ = false;
@@ -117,23 +128,20 @@ class MappingNode {
   ros::WallTimer publish_timer_;
   ros::WallTimer fuse_timer_;  ///< Fires once after each cloud.
   std::atomic<bool> is_cloud_waiting_{false};
-  ros::WallTimer held_cloud_timer_;
+  ros::WallTimer waiting_timer_;
   ros::WallTimer diagnostics_timer_;
 
   tf2_ros::Buffer tf_buffer_;
-  ros::Duration tf_history_;  ///< How long tf keeps transforms.
-  TimeJumpDetector time_jump_detector_;
-  CloudPtr held_cloud_;  ///< Older than tf goes back: too late, or the first after a jump.
   std::string cloud_topic_;
-  CloudQueue cloud_queue_;
-  message_filters::Subscriber<sensor_msgs::PointCloud2> cloud_subscriber_;
-  tf2_ros::MessageFilter<sensor_msgs::PointCloud2> tf_filter_;
+  CloudIntake cloud_intake_;
+  CloudInbox cloud_inbox_;
+  std::atomic<bool> is_tf_awaited_{false};  ///< Some cloud waits for it.
+  std::atomic<bool> is_update_due_{false};  ///< updateWaitingClouds() is on its way.
+  boost::signals2::scoped_connection tf_changes_;
+  ros::Subscriber cloud_subscriber_;
   std::optional<ReconfigureServer> reconfigure_server_;
-  // Last, so that their threads end before the rest goes.
   std::optional<MapFilesService> map_files_;
-  tf2_ros::TransformListener tf_listener_;
-  ros::AsyncSpinner query_spinner_;
-  ros::AsyncSpinner publish_spinner_;
+  std::optional<tf2_ros::TransformListener> tf_listener_;
 };
 
 }  // namespace cuboid_mapping_ros

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include "cuboid_mapping/ros/callback_guard.h"
 #include "cuboid_mapping/ros/guarded_map.h"
 #include "cuboid_mapping/ros/octomap_products.h"
 #include "cuboid_mapping/ros/parameters.h"
 #include "cuboid_mapping/ros/projected_map.h"
 
-#include <ros/callback_queue_interface.h>
 #include <ros/node_handle.h>
 #include <ros/publisher.h>
 #include <ros/service_server.h>
@@ -38,8 +38,8 @@ class OctomapServerInterface {
  public:
   /// Queues for callbacks.
   struct Queues {
-    ros::CallbackQueueInterface& topics;
-    ros::CallbackQueueInterface& services;
+    GuardedQueue& topics;
+    GuardedQueue& services;
   };
 
   /// @param map  Must outlive this object.
@@ -88,6 +88,7 @@ class OctomapServerInterface {
   bool is_latched_;
   OctomapServerParameters parameters_;
   GuardedMap& map_;
+  CallbackGuard& guard_;
   ProjectedMap projection_;
   bool is_changed_ = false;
   std::atomic<std::uint64_t> num_built_{0};

@@ -55,6 +55,8 @@ struct NodeParameters {
   cuboid_mapping::MetricBox crop = {Eigen::Vector3d::Constant(-1e9),
                                     Eigen::Vector3d::Constant(1e9)};
   int queue_size = 10;           ///< Clouds that wait, on cloud_in and for a transform.
+  int queue_memory_mb = 256;     ///< Bound of the memory of clouds that wait, in MB.
+  double tf_wait_s = 10.0;       ///< Longest time that a cloud waits for its transforms.
   double publish_rate_hz = 1.0;  ///< Greatest rate of the map topics.
   bool latch = true;             ///< Whether the map topics are latched.
   bool publish_values = false;   ///< Whether cuboid_map carries log-odds, or classes alone.

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include "cuboid_mapping/ros/callback_guard.h"
 #include "cuboid_mapping/ros/parameters.h"
 
 #include <dynamic_reconfigure/Reconfigure.h>
@@ -17,12 +18,14 @@ namespace cuboid_mapping_ros {
 ///
 /// Not dynamic_reconfigure::Server, whose generated code would declare every parameter a second
 /// time, and cannot refuse a value.
-/// Thread rule: the service is answered on the queue of the node handle.
+/// Thread rule: the service is answered on the queue of the node handle. The master, which may be gone,
+/// is told the new values in a thread of its own.
 class ReconfigureServer {
  public:
   /// @param apply  Called with all parameters after each request that has changed something.
   ReconfigureServer(const ros::NodeHandle& private_nh, const NodeParameters& parameters,
                     std::function<void(const NodeParameters&)> apply);
+  ~ReconfigureServer();
   ReconfigureServer(const ReconfigureServer&) = delete;
   ReconfigureServer& operator=(const ReconfigureServer&) = delete;
 
@@ -30,12 +33,15 @@ class ReconfigureServer {
   bool onRequest(dynamic_reconfigure::ReconfigureRequest& request,
                  dynamic_reconfigure::ReconfigureResponse& response);
 
+  void tellMaster();
+
   ros::NodeHandle private_nh_;
   NodeParameters parameters_;
   std::function<void(const NodeParameters&)> apply_;
   ros::Publisher descriptions_;
   ros::Publisher updates_;
   ros::ServiceServer server_;
+  GuardedThread master_thread_;
 };
 
 }  // namespace cuboid_mapping_ros

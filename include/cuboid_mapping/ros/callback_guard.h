@@ -1,0 +1,120 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <ros/callback_queue.h>
+#include <ros/callback_queue_interface.h>
+#include <ros/node_handle.h>
+#include <ros/service_server.h>
+#include <ros/spinner.h>
+
+#include <boost/function.hpp>
+
+#include <cstdint>
+#include <exception>
+#include <mutex>
+#include <string>
+
+namespace cuboid_mapping_ros {
+
+/// Runs work that others call, so that no exception leaves it: one that leaves a callback ends the
+/// process, and with it every nodelet of a manager.
+///
+/// A failure is counted and logged, the same one every 10 s at most. Thread-safe.
+class CallbackGuard {
+ public:
+  /// @param name  Of the work, for the log.
+  /// @return Whether it ended without an exception.
+  template <typename WorkT>
+  bool run(const std::string& name, const WorkT& work) noexcept {
+    try {
+      work();
+      return true;
+    } catch (const std::exception& exception) {
+      noteFailure(name, exception.what());
+    } catch (...) {
+      noteFailure(name, "an exception that is no std::exception");
+    }
+    return false;
+  }
+
+  /// To be called by those who catch an exception themselves, in order to answer.
+  void noteFailure(const std::string& name, const char* what) noexcept;
+
+  [[nodiscard]] std::uint64_t numFailures() const;
+  /// Name and exception of the last one; empty before the first.
+  [[nodiscard]] std::string lastFailure() const;
+
+ private:
+  void log(const std::string& failure);
+
+  mutable std::mutex mutex_;
+  std::uint64_t num_failures_ = 0;
+  std::string last_failure_;
+  ros::WallTime last_logged_;
+};
+
+/// Passes callbacks on to another queue, each within a guard: subscriptions, services, connections,
+/// timers and everything else that roscpp calls.
+///
+/// Every node handle of the package has such a queue: test_callback_guard searches the sources for
+/// others. Thread-safe.
+class GuardedQueue : public ros::CallbackQueueInterface {
+ public:
+  /// @param queue, guard  Must outlive this object and the callbacks in the queue.
+  /// @param name  For the log.
+  GuardedQueue(ros::CallbackQueueInterface& queue, CallbackGuard& guard, std::string name);
+
+  void addCallback(const ros::CallbackInterfacePtr& callback,
+                   std::uint64_t removal_id = 0) override;
+  void removeByID(std::uint64_t removal_id) override;
+
+  [[nodiscard]] CallbackGuard& guard() { return guard_; }
+
+ private:
+  ros::CallbackQueueInterface& queue_;
+  CallbackGuard& guard_;
+  std::string name_;
+};
+
+/// A guarded queue with a thread that works on it.
+class GuardedThread {
+ public:
+  /// @param guard  Must outlive this object.
+  GuardedThread(CallbackGuard& guard, const std::string& name)
+      : queue_(callbacks_, guard, name), spinner_(1, &callbacks_) {}
+
+  [[nodiscard]] GuardedQueue& queue() { return queue_; }
+  void start() { spinner_.start(); }
+  /// Returns when no callback runs any more, and none will.
+  void stop() { spinner_.stop(); }
+
+ private:
+  ros::CallbackQueue callbacks_;
+  GuardedQueue queue_;
+  ros::AsyncSpinner spinner_;  ///< Last: its thread ends before the queue goes.
+};
+
+/// A copy of the handle whose callbacks come from the queue.
+[[nodiscard]] ros::NodeHandle withQueue(const ros::NodeHandle& nh, GuardedQueue& queue);
+
+/// The guard of a handle's queue. @throws std::logic_error when the handle has no GuardedQueue.
+[[nodiscard]] CallbackGuard& guardOf(const ros::NodeHandle& nh);
+
+/// Offers a service; roscpp swallows what its callbacks throw, so that the queue cannot count it.
+/// @param answer  false, or an exception: the caller is told that the call has failed.
+/// @throws std::logic_error when the handle has no GuardedQueue.
+template <typename RequestT, typename ResponseT>
+[[nodiscard]] ros::ServiceServer advertiseGuarded(
+    ros::NodeHandle& nh, const std::string& name,
+    boost::function<bool(RequestT&, ResponseT&)> answer) {
+  CallbackGuard& guard = guardOf(nh);
+  const boost::function<bool(RequestT&, ResponseT&)> callback =
+      [&guard, name, answer](RequestT& request, ResponseT& response) {
+        bool is_answered = false;
+        guard.run(name, [&] { is_answered = answer(request, response); });
+        return is_answered;
+      };
+  return nh.advertiseService(name, callback);
+}
+
+}  // namespace cuboid_mapping_ros

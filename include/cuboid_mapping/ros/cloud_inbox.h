@@ -1,0 +1,56 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include "cuboid_mapping/ros/cloud_queue.h"
+
+#include <ros/callback_queue_interface.h>
+#include <sensor_msgs/PointCloud2.h>
+
+#include <cstddef>
+#include <deque>
+#include <functional>
+#include <mutex>
+
+namespace cuboid_mapping_ros {
+
+/// Clouds on their way from the thread that receives them to the queue where they are worked on.
+///
+/// The queue of a roscpp subscription counts messages, and drops without a word: a hundred clouds of
+/// 10 MB while one cloud is worked on. Therefore a thread that does nothing else empties it into this
+/// inbox, which counts bytes, and tells how many clouds it has dropped, the oldest first.
+///
+/// Thread rule: put() from any thread; the callbacks run on the callback queue.
+class CloudInbox {
+ public:
+  using CloudPtr = sensor_msgs::PointCloud2::ConstPtr;
+
+  struct Callbacks {
+    std::function<void(const CloudPtr& cloud)> take;
+    std::function<void(std::size_t count)> drop;  ///< Before the clouds that came after them.
+  };
+
+  /// @param callback_queue  Must outlive this object.
+  CloudInbox(ros::CallbackQueueInterface& callback_queue, const CloudLimits& limits,
+             Callbacks callbacks);
+  ~CloudInbox();
+  CloudInbox(const CloudInbox&) = delete;
+  CloudInbox& operator=(const CloudInbox&) = delete;
+
+  void put(const CloudPtr& cloud);
+
+  [[nodiscard]] std::size_t numBytes() const;
+
+ private:
+  void deliver();
+
+  ros::CallbackQueueInterface& callback_queue_;
+  CloudLimits limits_;
+  Callbacks callbacks_;
+  mutable std::mutex mutex_;
+  std::deque<CloudPtr> clouds_;
+  std::size_t num_bytes_ = 0;
+  std::size_t num_dropped_ = 0;  ///< Since the last delivery.
+  bool is_delivery_due_ = false;
+};
+
+}  // namespace cuboid_mapping_ros

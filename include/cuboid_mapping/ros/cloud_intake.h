@@ -1,0 +1,65 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include "cuboid_mapping/ros/cloud_queue.h"
+#include "cuboid_mapping/ros/parameters.h"
+#include "cuboid_mapping/ros/time_jump.h"
+
+#include <ros/callback_queue_interface.h>
+#include <sensor_msgs/PointCloud2.h>
+#include <tf2/buffer_core.h>
+
+#include <functional>
+#include <string>
+
+namespace cuboid_mapping_ros {
+
+/// Limits of the parameters, for the inbox and the queue of clouds each: half of the memory.
+[[nodiscard]] CloudLimits makeCloudLimits(const NodeParameters& parameters);
+
+/// What clouds go through before they are worked on: jumps of time are told from clouds that are late,
+/// and clouds wait for tf and for their turn. Needs no master.
+///
+/// Thread rule: all calls run on the callback queue, one after the other; tf is thread-safe.
+class CloudIntake {
+ public:
+  using CloudPtr = CloudQueue::CloudPtr;
+
+  struct Callbacks {
+    std::function<void(const CloudPtr& cloud, const CloudPoses& poses)> handle;
+    std::function<void(DropReason reason, const std::string& text)> drop;
+  };
+
+  /// @param callback_queue, tf  Must outlive this object.
+  CloudIntake(ros::CallbackQueueInterface& callback_queue, tf2::BufferCore& tf,
+              const NodeParameters& parameters, Callbacks callbacks);
+
+  /// Takes a cloud; forgets all transforms when it shows that time has jumped back.
+  void receive(const CloudPtr& cloud, const ros::Time& now);
+
+  /// To be called when tf or the time has changed.
+  void update(const ros::Time& now);
+
+  /// Takes other parameters, also for the clouds that wait already.
+  void setParameters(const NodeParameters& parameters, const ros::Time& now);
+
+  /// Clouds that have neither been handled nor dropped.
+  [[nodiscard]] std::size_t numWaiting() const;
+  /// Whether one of them would go on with a change of tf.
+  [[nodiscard]] bool awaitsTf() const;
+
+ private:
+  [[nodiscard]] PoseSearch findPoses(const std_msgs::Header& header) const;
+  /// Whether the newest transform is later than a cloud by more than tf keeps.
+  [[nodiscard]] bool isTfOutdated(const std::string& frame_id, const ros::Time& stamp) const;
+  void releaseHeldCloud(const ros::Time& now);
+
+  tf2::BufferCore& tf_;
+  NodeParameters parameters_;
+  ros::Duration tf_history_;  ///< How long tf keeps transforms.
+  TimeJumpDetector time_jump_detector_;
+  CloudPtr held_cloud_;  ///< Older than tf goes back: too late, or the first after a jump.
+  CloudQueue queue_;
+};
+
+}  // namespace cuboid_mapping_ros

@@ -1,0 +1,101 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "cuboid_mapping/ros/cloud_intake.h"
+
+#include "cuboid_mapping/ros/names.h"
+#include "cuboid_mapping/ros/tf_lookup.h"
+
+#include <ros/console.h>
+
+#include <algorithm>
+#include <exception>
+#include <utility>
+#include <vector>
+
+namespace cuboid_mapping_ros {
+
+CloudLimits makeCloudLimits(const NodeParameters& parameters) {
+  CloudLimits limits;
+  limits.max_clouds = static_cast<std::size_t>(parameters.queue_size);
+  limits.max_bytes = static_cast<std::size_t>(parameters.queue_memory_mb) * 500000;
+  limits.max_wait = ros::Duration(parameters.tf_wait_s);
+  return limits;
+}
+
+CloudIntake::CloudIntake(ros::CallbackQueueInterface& callback_queue, tf2::BufferCore& tf,
+                         const NodeParameters& parameters, Callbacks callbacks)
+    : tf_(tf),
+      parameters_(parameters),
+      tf_history_(tf.getCacheLength()),
+      time_jump_detector_(tf_history_),
+      queue_(callback_queue, makeCloudLimits(parameters),
+             {[this](const std_msgs::Header& header) { return findPoses(header); },
+              std::move(callbacks.handle), std::move(callbacks.drop)}) {}
+
+void CloudIntake::receive(const CloudPtr& cloud, const ros::Time& now) {
+  const ros::Time stamp = cloud->header.stamp;
+  const StampOrder order = time_jump_detector_.judge(stamp);
+  if (order != StampOrder::kInOrder && isTfOutdated(cloud->header.frame_id, stamp)) {
+    if (order == StampOrder::kLate) {
+      held_cloud_ = cloud;  // Late, or the first after a jump: the next one tells.
+      return;
+    }
+    ROS_WARN_NAMED(kNodeName, "time has jumped back: transforms from before are forgotten");
+    tf_.clear();
+  }
+  releaseHeldCloud(now);
+  queue_.push(cloud, now);
+}
+
+void CloudIntake::update(const ros::Time& now) {
+  // tf may have noticed a jump of time by itself meanwhile, by its clock.
+  if (held_cloud_ != nullptr &&
+      !isTfOutdated(held_cloud_->header.frame_id, held_cloud_->header.stamp)) {
+    releaseHeldCloud(now);
+  }
+  queue_.update(now);
+}
+
+void CloudIntake::setParameters(const NodeParameters& parameters, const ros::Time& now) {
+  parameters_ = parameters;
+  queue_.searchAnew(now);
+}
+
+std::size_t CloudIntake::numWaiting() const {
+  return queue_.size() + (held_cloud_ != nullptr ? 1 : 0);
+}
+
+bool CloudIntake::awaitsTf() const {
+  return held_cloud_ != nullptr || queue_.numWaitingForTf() > 0;
+}
+
+void CloudIntake::releaseHeldCloud(const ros::Time& now) {
+  if (held_cloud_ == nullptr) return;
+  const CloudPtr cloud = std::move(held_cloud_);
+  held_cloud_.reset();
+  queue_.push(cloud, now);
+}
+
+bool CloudIntake::isTfOutdated(const std::string& frame_id, const ros::Time& stamp) const {
+  try {
+    const ros::Time newest =
+        tf_.lookupTransform(withoutSlash(parameters_.frame_id), withoutSlash(frame_id), ros::Time())
+            .header.stamp;
+    return isOlder(stamp, newest, tf_history_);
+  } catch (const std::exception&) {
+    return false;  // There is none.
+  }
+}
+
+PoseSearch CloudIntake::findPoses(const std_msgs::Header& header) const {
+  PoseSearch search;
+  search.poses = lookupPoses(tf_, parameters_, header, search.why);
+  if (search.poses || header.stamp.isZero()) return search;
+  std::vector<std::string> frame_ids = neededFrames(parameters_);
+  frame_ids.push_back(header.frame_id);
+  search.is_too_old = std::any_of(
+      frame_ids.begin(), frame_ids.end(),
+      [&](const std::string& frame_id) { return isTfOutdated(frame_id, header.stamp); });
+  return search;
+}
+
+}  // namespace cuboid_mapping_ros

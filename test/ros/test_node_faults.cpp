@@ -1,0 +1,117 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// The running node: messages and calls that made callbacks throw. A node that has ended inserts no
+// cloud any more.
+#include "ros/node_probe.h"
+
+#include "cuboid_mapping/SetBox.h"
+#include "cuboid_mapping/ros/callback_guard.h"
+#include "cuboid_mapping/ros/points.h"
+
+#include <nav_msgs/OccupancyGrid.h>
+#include <visualization_msgs/MarkerArray.h>
+
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+namespace cuboid_mapping_ros::test {
+namespace {
+
+class NodeFaultsTest : public NodeTest {
+ protected:
+  void SetUp() override {
+    publishStaticTf(makeTransform("map", "lidar", makeTranslation(0.05, 0.05, 0.05)));
+    NodeTest::SetUp();
+  }
+
+  void publishCloud(const std::string& frame_id, double stamp_s) const {
+    cloud_publisher_.publish(makeCloud(frame_id, ros::Time(stamp_s), {{1.0, 0.0, 0.0}}));
+  }
+
+  /// Makes a voxel occupied, however far away.
+  static bool setVoxel(double x, double y) {
+    cuboid_mapping::SetBox service;
+    service.request.min.push_back(toPoint({x, y, 0.0}));
+    service.request.max.push_back(toPoint({x + kResolution_m, y + kResolution_m, kResolution_m}));
+    service.request.occupancy = cuboid_mapping::SetBox::Request::OCCUPIED;
+    return ros::service::call(std::string(kNode) + "/set_box", service) &&
+           service.response.success != 0;
+  }
+};
+
+TEST_F(NodeFaultsTest, CloudsOfAllTimesAreInserted) {
+  const std::vector<double> stamps{100.0,        2147483646.0, 2147483649.0, 1.0,
+                                   4294967294.0, 100.0,        4294967294.9, 101.0};
+  long count = 0;
+  for (const double stamp : stamps) {
+    publishCloud("lidar", stamp);
+    ASSERT_TRUE(waitForInserted(++count)) << stamp;
+  }
+  EXPECT_EQ(countNew("clouds dropped"), 0);
+}
+
+TEST_F(NodeFaultsTest, TransformsOfAllTimesEndNothing) {
+  const std::vector<double> stamps{4294967294.0, 100.0, 2147483649.0, 1.0, 4294967293.0, 200.0};
+  for (const double stamp : stamps) {
+    publishTf(makeTransform("map", "strange", makeTranslation(1, 0, 0), ros::Time(stamp)));
+    publishCloud("strange", stamp);
+  }
+  const auto num_received = static_cast<long>(stamps.size());
+  ASSERT_TRUE(waitFor([&] { return countNew("clouds received") == num_received; }));
+  publishCloud("lidar", 300.0);
+  EXPECT_TRUE(waitFor([&] { return countNew("clouds received") == num_received + 1; }));
+  const long num_inserted = countNew("clouds inserted");
+  publishCloud("lidar", 300.1);
+  publishCloud("lidar", 300.2);
+  EXPECT_TRUE(waitForInserted(num_inserted + 1));
+}
+
+TEST_F(NodeFaultsTest, AMapTooWideForATopicStopsNoOther) {
+  ASSERT_TRUE(setVoxel(1e6, 1e6));
+  ASSERT_TRUE(setVoxel(-1e6, -1e6));
+  int num_markers = 0;
+  const boost::function<void(const visualization_msgs::MarkerArray::ConstPtr&)> count =
+      [&](const visualization_msgs::MarkerArray::ConstPtr& /*markers*/) { ++num_markers; };
+  const boost::function<void(const nav_msgs::OccupancyGrid::ConstPtr&)> ignore =
+      [](const nav_msgs::OccupancyGrid::ConstPtr& /*grid*/) {};
+  // The first message is made when a listener connects, the next ones by the timer.
+  const ros::Subscriber projected = nh_.subscribe("projected_map", 1, ignore);
+  const ros::Subscriber markers = nh_.subscribe("occupied_cuboids", 10, count);
+  ASSERT_TRUE(waitFor([&] { return projected.getNumPublishers() > 0 && num_markers > 0; }));
+  for (int i = 1; i <= 3; ++i) {
+    num_markers = 0;
+    publishCloud("lidar", 100.0 + i);
+    ASSERT_TRUE(waitForInserted(i));
+    ASSERT_TRUE(setVoxel(10.0 * i, 0.0));
+    EXPECT_TRUE(waitFor([&] { return num_markers > 0; })) << "markers go on";
+  }
+  reset();
+}
+
+TEST_F(NodeFaultsTest, ServicesAreOfferedOnGuardedHandlesOnly) {
+  ros::NodeHandle plain;
+  EXPECT_THROW((void)guardOf(plain), std::logic_error);
+  CallbackGuard guard;
+  GuardedThread thread(guard, "test");
+  EXPECT_EQ(&guardOf(withQueue(plain, thread.queue())), &guard);
+}
+
+TEST_F(NodeFaultsTest, AServiceThatThrowsIsCountedAndTellsTheCaller) {
+  CallbackGuard guard;
+  GuardedThread thread(guard, "test");
+  thread.start();
+  ros::NodeHandle guarded = withQueue(nh_, thread.queue());
+  using std_srvs::Empty;
+  ros::ServiceServer server = advertiseGuarded<Empty::Request, Empty::Response>(
+      guarded, "throws", [](Empty::Request& /*request*/, Empty::Response& /*response*/) -> bool {
+        throw std::runtime_error("no memory");
+      });
+  Empty service;
+  EXPECT_FALSE(ros::service::call("throws", service));
+  EXPECT_EQ(guard.numFailures(), 1U);
+  EXPECT_EQ(guard.lastFailure(), "throws: no memory");
+  thread.stop();
+}
+
+}  // namespace
+}  // namespace cuboid_mapping_ros::test
