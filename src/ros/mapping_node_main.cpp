@@ -5,7 +5,6 @@
 
 #include <nodelet/loader.h>
 #include <ros/init.h>
-#include <ros/node_handle.h>
 #include <ros/this_node.h>
 #include <boost/make_shared.hpp>
 #include <boost/shared_ptr.hpp>
@@ -13,12 +12,12 @@
 
 #include <cstdlib>
 #include <string>
+#include <vector>
 
 int main(int argc, char** argv) {
   using cuboid_mapping_ros::MappingNodelet;
   ros::init(argc, argv, cuboid_mapping_ros::kNodeName);
-  // As octomap_server_node: the map to start from may be named on the command line.
-  if (argc == 2) ros::NodeHandle("~").setParam("map_file", std::string(argv[1]));
+  const std::vector<std::string> arguments(argv + 1, argv + argc);
 
   // The loader owns the nodelet; this is only to ask whether it accepted its parameters.
   boost::weak_ptr<MappingNodelet> mapping;
@@ -28,8 +27,8 @@ int main(int argc, char** argv) {
     return boost::shared_ptr<nodelet::Nodelet>(instance);
   });
   // Remappings of the command line hold for the whole process already.
-  const bool is_loaded =
-      loader.load(ros::this_node::getName(), cuboid_mapping_ros::kMappingNodeletType, {}, {});
+  const bool is_loaded = loader.load(ros::this_node::getName(),
+                                     cuboid_mapping_ros::kMappingNodeletType, {}, arguments);
   const auto instance = mapping.lock();
   if (!is_loaded || !instance || !instance->isRunning()) return EXIT_FAILURE;
   ros::spin();

@@ -25,6 +25,9 @@ void MappingNodelet::onInit() {
                                            << (loaded.errors.size() == 1 ? "" : "s"));
       return;
     }
+    // As octomap_server_node: the map to start from may be named on the command line. Not by way of
+    // the parameter server, where it would stay, for the next node of this name.
+    if (getMyArgv().size() == 1) loaded.parameters.map_file = getMyArgv().front();
     const auto differences = toDifferenceLines(loaded.parameters, {}, "default");
     for (const std::string& line : differences) NODELET_INFO_STREAM(line);
     if (differences.empty()) NODELET_INFO("all parameters have their defaults");
@@ -39,11 +42,11 @@ void MappingNodelet::onInit() {
                                           loaded.parameters, start_map);
   } catch (const std::exception& exception) {
     NODELET_FATAL_STREAM("not started: " << exception.what());
+  } catch (...) {
+    NODELET_FATAL("not started: an exception that is no std::exception");
   }
 }
 
-  } catch (...) {
-    NODELET_FATAL("not started: an exception that is no std::exception");
 }  // namespace cuboid_mapping_ros
 
 PLUGINLIB_EXPORT_CLASS(cuboid_mapping_ros::MappingNodelet, nodelet::Nodelet)

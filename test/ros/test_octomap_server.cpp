@@ -329,6 +329,8 @@ TEST(OctomapServerCompat, StartsFromAMapOnTheCommandLine) {
   ros::param::get("~is_nodelet", is_nodelet);
   if (is_nodelet) GTEST_SKIP() << "a nodelet has no command line";
   EXPECT_EQ(callOctomap("/argument/octomap_full").resolution, 0.2);
+  EXPECT_FALSE(ros::param::has("/argument/octomap_server/map_file"))
+      << "the next node of this name starts without it";
 }
 
 TEST(OctomapServerCompat, StartsWithTheLaunchFileAndTheLeftoversOfOctomapServer) {

@@ -17,7 +17,7 @@ class MappingNodelet : public nodelet::Nodelet {
   [[nodiscard]] bool isRunning() const { return node_ != nullptr; }
 
  private:
-  /// Logs every bad parameter, or the parameters in use. Throws nothing.
+  /// Logs every bad parameter, or the parameters in use. An argument is the map_file. Throws nothing.
   void onInit() override;
 
   std::unique_ptr<MappingNode> node_;

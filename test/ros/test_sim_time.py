@@ -1,0 +1,45 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: BSD-3-Clause
+"""Launch files that set /use_sim_time take it back when they end."""
+import signal
+import subprocess
+import time
+import unittest
+
+import rospy
+import rostest
+
+
+def wait_for(condition):
+    deadline = time.time() + 60.0
+    while time.time() < deadline:
+        if condition():
+            return True
+        time.sleep(0.1)
+    return False
+
+
+class SimTimeTest(unittest.TestCase):
+
+    def test_the_master_is_left_as_it_was(self):
+        self.assertFalse(rospy.has_param('/use_sim_time'))
+        launch = subprocess.Popen(
+            ['roslaunch', 'cuboid_mapping', 'demo.launch', 'rviz:=false'], start_new_session=True)
+        try:
+            self.assertTrue(wait_for(lambda: '/forget_sim_time' in nodes()))
+            self.assertTrue(rospy.get_param('/use_sim_time'))
+        finally:
+            launch.send_signal(signal.SIGINT)
+            launch.wait()
+        self.assertFalse(rospy.has_param('/use_sim_time'))
+
+
+def nodes():
+    """Names of all nodes that offer something."""
+    publishers, _, services = rospy.get_master().getSystemState()[2]
+    return {name for _, names in publishers + services for name in names}
+
+
+if __name__ == '__main__':
+    rospy.init_node('test_sim_time')
+    rostest.rosrun('cuboid_mapping', 'sim_time', SimTimeTest)
