@@ -17,6 +17,13 @@ using cuboid_mapping::CuboidMap;
 using cuboid_mapping::FollowResult;
 using cuboid_mapping::MapFollower;
 
+namespace {
+
+/// An image that comes by itself is waited for so long.
+constexpr double kImagePatience_s = 3.0;
+
+}  // namespace
+
 /// What the client's thread works with.
 struct CuboidMapClient::Implementation {
   Implementation(const ros::NodeHandle& node, const std::string& server, Callback on_change)
@@ -27,10 +34,14 @@ struct CuboidMapClient::Implementation {
                                       [this](const DeltaMessage& message) { take(message); });
     image_subscriber =
         subscribeImage(nh, kCuboidMapTopic, [this](const ImageMessage& message) { take(message); });
-    spinner.start();
+    image_timer = nh.createWallTimer(ros::WallDuration(1.0),
+                                     [this](const ros::WallTimerEvent&) { askIfNoImageCame(); });
+    thread.start();
   }
+  ~Implementation() { thread.stop(); }  // Before the rest goes.
 
   void take(const ImageMessage& message) {
+    awaited_since = ros::WallTime();
     // Only this thread changes the follower; readers wait for the exchange alone.
     const bool is_old = follower.map() != nullptr &&
                         message.image.instance == follower.instance() &&
@@ -38,7 +49,6 @@ struct CuboidMapClient::Implementation {
     if (is_old) return;
     MapFollower fresh;
     if (!fresh.take(message.image)) {
-  ~Implementation() { thread.stop(); }  // Before the rest goes.
       ROS_WARN_THROTTLE(10.0, "a damaged CuboidMap was left out");
       return;
     }
@@ -51,6 +61,7 @@ struct CuboidMapClient::Implementation {
   }
 
   void take(const DeltaMessage& message) {
+    has_values = message.delta.content.has_values;
     FollowResult result = FollowResult::kGap;
     {
       const std::unique_lock<std::shared_mutex> lock(mutex);
@@ -63,13 +74,29 @@ struct CuboidMapClient::Implementation {
       case FollowResult::kDamaged:
         ROS_WARN_THROTTLE(10.0, "a damaged CuboidMapUpdate came");
         [[fallthrough]];
-      case FollowResult::kGap: return askForImage(message.delta.content.has_values);
+      case FollowResult::kGap:
+        if (!isImageOnItsWay(message.delta)) askForImage();
     }
   }
 
-  void askForImage(bool with_values) {
+  /// The server sends an image to each listener that connects, also when it was started anew: to ask
+  /// for it as well would fetch the map twice.
+  bool isImageOnItsWay(const cuboid_mapping::MapDelta& delta) {
+    if (follower.map() != nullptr && delta.instance == follower.instance()) return false;
+    const ros::WallTime now = ros::WallTime::now();
+    if (awaited_since.isZero()) awaited_since = now;
+    return now - awaited_since < ros::WallDuration(kImagePatience_s);
+  }
+
+  void askIfNoImageCame() {
+    if (awaited_since.isZero()) return;
+    if (ros::WallTime::now() - awaited_since < ros::WallDuration(kImagePatience_s)) return;
+    askForImage();
+  }
+
+  void askForImage() {
     using cuboid_mapping::MapDetail;
-    const MapDetail detail = with_values ? MapDetail::kValues : MapDetail::kClasses;
+    const MapDetail detail = has_values ? MapDetail::kValues : MapDetail::kClasses;
     ImageMessage message;
     std::string error;
     if (callGetMap(nh, get_map_name, detail, message, error)) return take(message);
@@ -89,7 +116,10 @@ struct CuboidMapClient::Implementation {
   mutable std::shared_mutex mutex;
   MapFollower follower;
   std_msgs::Header header;
-  CuboidMap nothing;  ///< Before the first image.
+  bool has_values = false;  ///< Log-odds travel with the updates.
+  CuboidMap nothing;            ///< Before the first image.
+  ros::WallTime awaited_since;  ///< An image, which comes by itself; zero: none.
+  ros::WallTimer image_timer;
   ros::Subscriber delta_subscriber;
   ros::Subscriber image_subscriber;
 };

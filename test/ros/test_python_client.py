@@ -1,15 +1,17 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: BSD-3-Clause
 """The running node, and the Python client that follows its map."""
+import threading
 import time
 import unittest
+from unittest import mock
 
 import rospy
 import rostest
 from geometry_msgs.msg import Point
 
 from cuboid_mapping.srv import GetCuboids, GetCuboidsRequest, SetBox, SetBoxRequest
-from cuboid_mapping_client import CuboidMapClient
+from cuboid_mapping_client import CuboidMapClient, client as client_module
 
 NODE = '/cuboid_mapping'
 
@@ -66,6 +68,42 @@ class PythonClientTest(unittest.TestCase):
             self.assertAlmostEqual(each.resolution, 0.1)
             self.assertEqual(each.count((0, 0, 0), (1, 1, 2.5)), (0, 500, 2000))
         self.assertGreaterEqual(len(changes), 2)
+
+    def test_fetches_the_map_once(self):
+        with mock.patch.object(client_module, '_PATIENCE_S', 60.0):
+            for i in range(5):
+                with CuboidMapClient(NODE) as client:
+                    client._get_map = mock.Mock(side_effect=rospy.ServiceException('not wanted'))
+                    self.set_box((i, 0, 0), (i + 1, 1, 1), SetBoxRequest.FREE)  # An update at once.
+                    self.assertTrue(wait_for(lambda each=client: each.has_map))
+                    self.expect_same_map(client)
+                    client._get_map.assert_not_called()
+
+    def test_calls_back_from_one_place_at_a_time_and_not_after_close(self):
+        inside = threading.Semaphore(1)
+        overlaps = []
+        revisions = []
+
+        def on_change(client):
+            if not inside.acquire(blocking=False):
+                overlaps.append(client.revision)
+                return
+            revisions.append(client.revision)
+            time.sleep(0.05)
+            inside.release()
+
+        with CuboidMapClient(NODE, on_change=on_change) as client:
+            for i in range(10):
+                revision = self.set_box((i, 0, 0), (i + 1, 1, 1), SetBoxRequest.OCCUPIED)
+            self.assertTrue(wait_for(lambda: client.revision >= revision))
+        self.assertEqual(overlaps, [])
+        self.assertEqual(revisions, sorted(revisions))
+        num_calls = len(revisions)
+        with CuboidMapClient(NODE) as other:
+            revision = self.set_box((0, 5, 0), (1, 6, 1), SetBoxRequest.OCCUPIED)
+            self.assertTrue(wait_for(lambda: other.revision >= revision))
+        self.assertEqual(len(revisions), num_calls)
+        self.assertLess(client.revision, revision)
 
 
 if __name__ == '__main__':
