@@ -37,6 +37,7 @@ void CloudIntake::receive(const CloudPtr& cloud, const ros::Time& now) {
   if (order != StampOrder::kInOrder && isTfOutdated(cloud->header.frame_id, stamp)) {
     if (order == StampOrder::kLate) {
       held_cloud_ = cloud;  // Late, or the first after a jump: the next one tells.
+      held_since_ = now;
       return;
     }
     ROS_WARN_NAMED(kNodeName, "time has jumped back: transforms from before are forgotten");
@@ -47,12 +48,16 @@ void CloudIntake::receive(const CloudPtr& cloud, const ros::Time& now) {
 }
 
 void CloudIntake::update(const ros::Time& now) {
-  // tf may have noticed a jump of time by itself meanwhile, by its clock.
-  if (held_cloud_ != nullptr &&
-      !isTfOutdated(held_cloud_->header.frame_id, held_cloud_->header.stamp)) {
-    releaseHeldCloud(now);
-  }
+  if (held_cloud_ != nullptr && isHeldInVain(now)) releaseHeldCloud(now);
   queue_.update(now);
+}
+
+bool CloudIntake::isHeldInVain(const ros::Time& now) {
+  if (now < held_since_) held_since_ = now;
+  // No cloud comes any more that could tell.
+  if (isOlder(held_since_, now, ros::Duration(parameters_.tf_wait_s))) return true;
+  // tf may have noticed a jump of time by itself meanwhile, by its clock.
+  return !isTfOutdated(held_cloud_->header.frame_id, held_cloud_->header.stamp);
 }
 
 void CloudIntake::setParameters(const NodeParameters& parameters, const ros::Time& now) {

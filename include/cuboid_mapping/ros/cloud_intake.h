@@ -52,6 +52,7 @@ class CloudIntake {
   [[nodiscard]] PoseSearch findPoses(const std_msgs::Header& header) const;
   /// Whether the newest transform is later than a cloud by more than tf keeps.
   [[nodiscard]] bool isTfOutdated(const std::string& frame_id, const ros::Time& stamp) const;
+  [[nodiscard]] bool isHeldInVain(const ros::Time& now);
   void releaseHeldCloud(const ros::Time& now);
 
   tf2::BufferCore& tf_;
@@ -59,6 +60,7 @@ class CloudIntake {
   ros::Duration tf_history_;  ///< How long tf keeps transforms.
   TimeJumpDetector time_jump_detector_;
   CloudPtr held_cloud_;  ///< Older than tf goes back: too late, or the first after a jump.
+  ros::Time held_since_;
   CloudQueue queue_;
 };
 
