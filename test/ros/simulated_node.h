@@ -1,0 +1,176 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// The node's parts in one thread, with a clock, a network and a disk that a seed decides on.
+#pragma once
+
+#include "cuboid_mapping/io/map_files.h"
+#include "cuboid_mapping/map/map_follower.h"
+#include "cuboid_mapping/ros/callback_guard.h"
+#include "cuboid_mapping/ros/cloud_inbox.h"
+#include "cuboid_mapping/ros/cloud_intake.h"
+#include "cuboid_mapping/ros/cloud_pipeline.h"
+#include "cuboid_mapping/ros/function_callback.h"
+#include "cuboid_mapping/ros/guarded_map.h"
+#include "support/cuboid_set.h"
+
+#include <ros/callback_queue.h>
+#include <tf2/buffer_core.h>
+
+#include <functional>
+#include <memory>
+#include <vector>
+
+namespace cuboid_mapping_ros::test {
+
+using cuboid_mapping::ChangeSet;
+using cuboid_mapping::CuboidMap;
+using cuboid_mapping::MapDelta;
+using cuboid_mapping::MapFollower;
+using cuboid_mapping::MapImage;
+
+/// A map that is changed by one thing after the other: what a node's must be equal to.
+class PlainReplay {
+ public:
+  explicit PlainReplay(const NodeParameters& parameters)
+      : map_(makeMapConfig(parameters)), pipeline_(std::make_unique<CloudPipeline>(parameters)) {}
+
+  void insert(const sensor_msgs::PointCloud2& cloud, const CloudPoses& poses) {
+    std::optional<CloudError> error;
+    const auto* update = pipeline_->compute(cloud, poses, statistics_, error);
+    if (update != nullptr) map_.apply(*update);
+  }
+  void setParameters(const NodeParameters& parameters) {
+    pipeline_ = std::make_unique<CloudPipeline>(parameters);
+    map_.setSensorModel(parameters.map.sensor_model);
+  }
+  CuboidMap& map() { return map_; }
+  std::vector<cuboid_mapping::Cuboid> cuboids() {
+    map_.flush();
+    return cuboid_mapping::test::allCuboids(map_.tree());
+  }
+
+ private:
+  CuboidMap map_;
+  std::unique_ptr<CloudPipeline> pipeline_;
+  NodeStatistics statistics_;
+};
+
+/// What MappingNode makes of its parts, without roscpp around them.
+class SimulatedNode {
+ public:
+  explicit SimulatedNode(const NodeParameters& parameters)
+      : map_(makeMapConfig(parameters)),
+        pipeline_(std::make_unique<CloudPipeline>(parameters)),
+        queue_(callbacks_, guard_, "simulated"),
+        intake_(
+            queue_, tf_, parameters,
+            {[this](const CloudIntake::CloudPtr& cloud, const CloudPoses& poses) {
+               handle(cloud, poses);
+             },
+             [this](DropReason reason, const std::string&) { ++statistics_.numDropped(reason); }}),
+        inbox_(queue_, makeCloudLimits(parameters),
+               {[this](const CloudIntake::CloudPtr& cloud) {
+                  ++statistics_.num_received;
+                  intake_.receive(cloud, now_);
+                },
+                [this](std::size_t count) {
+                  statistics_.num_received += count;
+                  statistics_.numDropped(DropReason::kQueueFull) += count;
+                }}),
+        replay_(parameters) {}
+
+  void receive(const CloudIntake::CloudPtr& cloud) { inbox_.put(cloud); }
+  void setTime(const ros::Time& now) {
+    now_ = now;
+    post(queue_, this, [this] { intake_.update(now_); });
+  }
+  void setTransform(const geometry_msgs::TransformStamped& transform, bool is_static) {
+    tf_.setTransform(transform, "simulated", is_static);
+    post(queue_, this, [this] { intake_.update(now_); });
+  }
+  /// Lets one callback run. @return false when there is none.
+  bool callOne() { return callbacks_.callOne() == ros::CallbackQueue::Called; }
+
+  void setParameters(const NodeParameters& parameters) {
+    intake_.setParameters(parameters, now_);
+    pipeline_ = std::make_unique<CloudPipeline>(parameters);
+    edit([&](CuboidMap& map) {
+      map.setSensorModel(parameters.map.sensor_model);
+      ChangeSet nothing;
+      nothing.revision = map.revision();
+      return nothing;
+    });
+    replay_.setParameters(parameters);
+  }
+  /// Changes the map, and that of the replay.
+  void editBoth(const std::function<ChangeSet(CuboidMap&)>& work) {
+    edit(work);
+    (void)work(replay_.map());
+  }
+  void setPaused(bool is_paused) { is_paused_ = is_paused; }
+
+  MapImage makeImage() {
+    return map_.readCurrent(cuboid_mapping::kAllCells, [](const CuboidMap& map, const ros::Time&) {
+      return cuboid_mapping::makeImage(map, kInstance);
+    });
+  }
+  /// As MapPublisher::publish().
+  MapDelta publish() {
+    return map_.readCurrent(
+        cuboid_mapping::kAllCells, [this](const CuboidMap& map, const ros::Time&) {
+          MapDelta delta =
+              cuboid_mapping::makeDelta(map, map_.takeChanges(), kInstance, published_revision_);
+          published_revision_ = delta.revision;
+          return delta;
+        });
+  }
+  std::vector<cuboid_mapping::Cuboid> cuboids() {
+    return map_.readCurrent(cuboid_mapping::kAllCells, [](const CuboidMap& map, const ros::Time&) {
+      return cuboid_mapping::test::allCuboids(map.tree());
+    });
+  }
+
+  GuardedMap& map() { return map_; }
+  PlainReplay& replay() { return replay_; }
+  [[nodiscard]] const NodeStatistics& statistics() const { return statistics_; }
+  [[nodiscard]] std::size_t numWaiting() const { return intake_.numWaiting(); }
+  [[nodiscard]] const CallbackGuard& guard() const { return guard_; }
+
+ private:
+  static constexpr std::uint64_t kInstance = 7;
+
+  void edit(const std::function<ChangeSet(CuboidMap&)>& work) {
+    map_.edit([&](CuboidMap& map, const ros::Time&) { return work(map); });
+  }
+
+  void handle(const CloudIntake::CloudPtr& cloud, const CloudPoses& poses) {
+    if (is_paused_) {
+      ++statistics_.numDropped(DropReason::kPaused);
+      return;
+    }
+    std::optional<CloudError> error;
+    const auto* update = pipeline_->compute(*cloud, poses, statistics_, error);
+    if (update == nullptr) {
+      ++statistics_.numDropped(toDropReason(error->defect));
+      return;
+    }
+    map_.change(cloud->header.stamp, [update](CuboidMap& map) { return map.apply(*update); });
+    ++statistics_.num_inserted;
+    replay_.insert(*cloud, poses);
+  }
+
+  GuardedMap map_;
+  std::unique_ptr<CloudPipeline> pipeline_;
+  NodeStatistics statistics_;
+  ros::CallbackQueue callbacks_;
+  CallbackGuard guard_;
+  GuardedQueue queue_;
+  tf2::BufferCore tf_;
+  ros::Time now_{1000.0};
+  bool is_paused_ = false;
+  std::uint64_t published_revision_ = 0;
+  CloudIntake intake_;
+  CloudInbox inbox_;
+  PlainReplay replay_;
+};
+
+}  // namespace cuboid_mapping_ros::test
