@@ -6,12 +6,17 @@
 
 #include <algorithm>
 #include <ostream>
+#include <utility>
 #include <vector>
 
 namespace cuboid_mapping {
 
 inline std::ostream& operator<<(std::ostream& out, const Cuboid& cuboid) {
-  return out << cuboid.box << " log-odds " << cuboid.log_odds;
+  return out << cuboid.box << ' ' << toString(cuboid.occupancy);
+}
+
+inline std::ostream& operator<<(std::ostream& out, const UniformBox& box) {
+  return out << box.box << " log-odds " << box.log_odds;
 }
 
 namespace test {
@@ -20,7 +25,7 @@ namespace test {
 inline bool isBefore(const Cuboid& a, const Cuboid& b) {
   if (a.box.min != b.box.min) return a.box.min < b.box.min;
   if (a.box.max != b.box.max) return a.box.max < b.box.max;
-  return a.log_odds < b.log_odds;
+  return a.occupancy < b.occupancy;
 }
 
 inline std::vector<Cuboid> sorted(std::vector<Cuboid> cuboids) {
@@ -28,8 +33,9 @@ inline std::vector<Cuboid> sorted(std::vector<Cuboid> cuboids) {
   return cuboids;
 }
 
-/// All cuboids of a tree that pass a filter, sorted.
-inline std::vector<Cuboid> allCuboids(const RTree& tree, CuboidFilter filter = CuboidFilter::kAll) {
+/// All cuboids of a tree, or of a map (include cuboid_search.h), that pass a filter, sorted.
+template <typename TreeT>
+std::vector<Cuboid> allCuboids(const TreeT& tree, CuboidFilter filter = CuboidFilter::kAll) {
   std::vector<Cuboid> cuboids;
   visitAll(tree, filter, [&](const Cuboid& cuboid) {
     cuboids.push_back(cuboid);

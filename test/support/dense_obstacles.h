@@ -13,12 +13,8 @@ namespace cuboid_mapping::test {
 class DenseObstacles {
  public:
   DenseObstacles(const VoxelMap& voxels, const CellBox& area, UnknownPolicy policy)
-      : DenseObstacles(
-            [&voxels](const Cell& cell) {
-              const auto log_odds = voxels.find(cell);
-              return log_odds ? classify(*log_odds) : Occupancy::kUnknown;
-            },
-            area, policy) {}
+      : DenseObstacles([&voxels](const Cell& cell) { return voxels.occupancyAt(cell); }, area,
+                       policy) {}
 
   /// @param class_of  (const Cell&) -> Occupancy.
   template <typename ClassT>
@@ -70,9 +66,9 @@ class DenseObstacles {
 inline ModelledMap randomRooms(Random& random, const MapConfig& config, const CellBox& area) {
   ModelledMap result(config);
   const auto fill = [&](const CellBox& box, const std::optional<float>& log_odds) {
-    std::vector<Cuboid> cuboids;
-    if (log_odds) cuboids.push_back({box, *log_odds});
-    result.map.replace(box, cuboids);
+    std::vector<UniformBox> boxes;
+    if (log_odds) boxes.push_back({box, *log_odds});
+    result.map.replace(box, boxes);
     visitCells(box, [&](const Cell& cell) { result.voxels.set(cell, log_odds); });
   };
   fill(area, -1.0F);

@@ -1,30 +1,34 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
-#include "cuboid_mapping/map/cuboid_map.h"
-#include "support/cuboid_set.h"
+#include "support/map_cuboids.h"
 
 #include <algorithm>
+#include <set>
 #include <vector>
 
 namespace cuboid_mapping::test {
 
-/// A copy of a map that knows nothing but the rule of change_set.h.
+/// A copy of the cuboids of a map that knows nothing but the rule of change_set.h.
 class FollowingCopy {
  public:
   void follow(const CuboidMap& map, const ChangeSet& changes) {
-    if (!changes.is_everything && changes.boxes.empty()) return;
     if (changes.is_everything) {
-      cuboids_ = allCuboids(map.tree());
+      cuboids_ = allCuboids(map);
       return;
     }
-    const auto lies_in_a_box = [&changes](const Cuboid& cuboid) {
-      return std::any_of(changes.boxes.begin(), changes.boxes.end(),
-                         [&](const CellBox& box) { return box.contains(cuboid.box); });
+    std::set<Cell> bricks;
+    for (const ChangedBrick& changed : changes.bricks) {
+      if (changed.has_new_cuboids) bricks.insert(changed.brick);
+    }
+    if (bricks.empty()) return;
+    const auto lies_in_a_brick = [&bricks](const Cuboid& cuboid) {
+      return anyBrick(cuboid.box, [&](const Cell& brick) { return bricks.count(brick) != 0; });
     };
-    cuboids_.erase(std::remove_if(cuboids_.begin(), cuboids_.end(), lies_in_a_box), cuboids_.end());
-    for (const Cuboid& cuboid : allCuboids(map.tree())) {
-      if (lies_in_a_box(cuboid)) cuboids_.push_back(cuboid);
+    cuboids_.erase(std::remove_if(cuboids_.begin(), cuboids_.end(), lies_in_a_brick),
+                   cuboids_.end());
+    for (const Cuboid& cuboid : allCuboids(map)) {
+      if (lies_in_a_brick(cuboid)) cuboids_.push_back(cuboid);
     }
     cuboids_ = sorted(std::move(cuboids_));
   }

@@ -3,8 +3,8 @@
 #pragma once
 
 #include "cuboid_mapping/map/cuboid_map.h"
-#include "cuboid_mapping/rtree/invariants.h"
-#include "support/cuboid_set.h"
+#include "cuboid_mapping/map/invariants.h"
+#include "support/map_cuboids.h"
 #include "support/random_bricks.h"
 #include "support/voxel_map.h"
 
@@ -15,14 +15,14 @@
 
 namespace cuboid_mapping::test {
 
-/// Has every voxel of the reference in one cuboid with its log-odds, and no other voxel.
+/// Has every voxel of the reference with its log-odds, in one cuboid of its class, and no other voxel.
 inline testing::AssertionResult hasVoxels(const CuboidMap& map, const VoxelMap& voxels) {
   std::size_t num_voxels = 0;
-  for (const Cuboid& cuboid : allCuboids(map.tree())) {
+  for (const Cuboid& cuboid : allCuboids(map)) {
     bool is_right = true;
     visitCells(cuboid.box, [&](const Cell& cell) {
       const auto expected = voxels.find(cell);
-      is_right = is_right && expected && *expected == cuboid.log_odds;
+      is_right = is_right && expected && classify(*expected) == cuboid.occupancy;
       ++num_voxels;
     });
     if (!is_right) return testing::AssertionFailure() << cuboid << " has a wrong voxel";
@@ -30,6 +30,11 @@ inline testing::AssertionResult hasVoxels(const CuboidMap& map, const VoxelMap& 
   if (num_voxels != voxels.voxels().size()) {
     return testing::AssertionFailure()
            << num_voxels << " voxels instead of " << voxels.voxels().size();
+  }
+  for (const auto& [cell, log_odds] : voxels.voxels()) {
+    if (map.voxels().logOddsAt(cell) != log_odds) {
+      return testing::AssertionFailure() << "wrong log-odds of " << cell;
+    }
   }
   return testing::AssertionSuccess();
 }
@@ -63,7 +68,7 @@ inline ModelledMap randomMap(Random& random, const MapConfig& config, const Cell
   for (int i = 0; i < 4; ++i) apply(updater.compute(randomScan(random, shape)));
   for (int i = 0; i < 12; ++i) apply(randomUpdate(random, {{-2, -2, -2}, {2, 2, 2}}, 6));
   EXPECT_TRUE(hasVoxels(result.map, result.voxels));
-  EXPECT_TRUE(checkDisjoint(result.map.tree()).empty());
+  EXPECT_EQ(checkMap(result.map), std::vector<std::string>{});
   return result;
 }
 

@@ -2,8 +2,8 @@
 // Random bricks, and random updates of bricks that no ray walk would give.
 #pragma once
 
-#include "cuboid_mapping/fusion/dense_brick.h"
 #include "cuboid_mapping/scan/scan_update.h"
+#include "cuboid_mapping/voxels/voxel_store.h"
 #include "support/random_shapes.h"
 #include "support/voxel_map.h"
 
@@ -13,18 +13,26 @@
 
 namespace cuboid_mapping::test {
 
+/// The voxels of a brick, one by one.
+struct BrickValues {
+  Cell brick;
+  BrickMask known;
+  VoxelValues log_odds;
+
+  [[nodiscard]] VoxelBrick pack() const { return {brick, PackedVoxels(known, log_odds)}; }
+};
+
 /// Makes a voxel of a brick known.
-inline void setVoxel(DenseBrick& brick, const Cell& cell, float log_odds) {
-  const auto voxel = static_cast<std::size_t>(voxelIndex(cell));
-  brick.known[voxel / 64] |= 1ULL << voxel % 64;
-  brick.log_odds[voxel] = log_odds;
+inline void setVoxel(BrickValues& brick, const Cell& cell, float log_odds) {
+  brick.known.set(voxelIndex(cell));
+  brick.log_odds[static_cast<std::size_t>(voxelIndex(cell))] = log_odds;
 }
 
 /// A brick with one of several patterns: uniform, noise, or boxes painted over each other.
 ///
 /// Voxels that are not known have random log-odds, too: nothing may depend on them.
-inline DenseBrick randomDenseBrick(Random& random) {
-  DenseBrick brick;
+inline BrickValues randomBrick(Random& random) {
+  BrickValues brick;
   const Cell group = randomCell(random, {{-100, -100, -100}, {100, 100, 100}});
   brick.brick = {group.x * kBrickEdge, group.y * kBrickEdge, group.z * kBrickEdge};
   const int num_values = random.integer(1, 5);
@@ -71,10 +79,7 @@ inline std::uint64_t mortonOf(const Cell& brick) {
 
 /// Sets all voxels of a box in the brick's mask. @pre the box lies in the brick.
 inline void markBox(BrickMask& mask, const CellBox& box) {
-  visitCells(box, [&](const Cell& cell) {
-    const auto voxel = static_cast<std::size_t>(voxelIndex(cell));
-    mask[voxel / 64] |= 1ULL << voxel % 64;
-  });
+  visitCells(box, [&](const Cell& cell) { mask.set(voxelIndex(cell)); });
 }
 
 /// An update of some of the bricks of an area: boxes and single voxels, hits and misses at once.

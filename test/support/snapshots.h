@@ -19,7 +19,7 @@ inline MapSnapshot randomSnapshot(Random& random, const Cell& offset = {}) {
   config.sensor_model.hit = random.real(0.6, 0.9);
   config.sensor_model.alpha_max = random.real(0.9, 0.98);
   config.environment = random.chance(0.5) ? Environment::kDynamic : Environment::kStatic;
-  config.fusion = random.chance(0.8) ? "brick" : "none";
+  config.fusion = random.chance(0.8) ? FusionKind::kClass : FusionKind::kNone;
   return takeSnapshot(randomMap(random, config, offset).map, "odom");
 }
 
@@ -28,12 +28,14 @@ inline bool isSameModel(const SensorModelConfig& a, const SensorModelConfig& b) 
          std::tie(b.hit, b.miss, b.alpha_min, b.alpha_max);
 }
 
-/// The voxels of disjoint cuboids.
-inline std::map<Cell, float> voxelsOf(const std::vector<Cuboid>& cuboids) {
+/// The voxels of bricks.
+inline std::map<Cell, float> voxelsOf(const std::vector<VoxelBrick>& bricks) {
   std::map<Cell, float> voxels;
-  for (const Cuboid& cuboid : cuboids) {
-    visitCells(cuboid.box, [&](const Cell& cell) {
-      EXPECT_TRUE(voxels.emplace(cell, cuboid.log_odds).second) << cell << " is there twice";
+  for (const VoxelBrick& brick : bricks) {
+    brick.voxels.forEachValue([&](float log_odds, const BrickMask& of_value) {
+      forEachCell(brick.brick, of_value, [&](const Cell& cell) {
+        EXPECT_TRUE(voxels.emplace(cell, log_odds).second) << cell << " is there twice";
+      });
     });
   }
   return voxels;

@@ -21,7 +21,7 @@ constexpr CuboidFilter kFilters[] = {CuboidFilter::kAll, CuboidFilter::kFree,
 
 inline bool passes(CuboidFilter filter, const Cuboid& cuboid) {
   return filter == CuboidFilter::kAll ||
-         (filter == CuboidFilter::kOccupied ? cuboid.log_odds >= 0.0F : cuboid.log_odds < 0.0F);
+         (filter == CuboidFilter::kOccupied) == (cuboid.occupancy == Occupancy::kOccupied);
 }
 
 /// The cuboids that pass a filter and share a cell with a window, sorted.
@@ -82,71 +82,6 @@ inline void checkContent(const RTree& tree, const std::vector<Cuboid>& cuboids) 
     }
     EXPECT_EQ(allCuboids(tree, filter), sorted(std::move(expected)));
   }
-}
-
-/// A search along a ray, in units of cells.
-struct RaySearch {
-  Eigen::Vector3d origin;
-  Eigen::Vector3d direction;
-  double t_end;
-};
-
-struct RayPart {
-  double first;
-  double last;
-  double tolerance;  ///< Bound of the rounding errors of both.
-};
-
-/// The part of a ray in a box; last < first when there is none.
-inline RayPart findPart(const RaySearch& ray, const CellBox& box) {
-  long double first = 0.0L;
-  long double last = ray.t_end;
-  double least_component = 1e9;
-  for (int axis = 0; axis < 3; ++axis) {
-    const long double origin = ray.origin[axis];
-    const long double direction = ray.direction[axis];
-    if (direction == 0.0L) {
-      if (origin < box.min[axis] || box.max[axis] <= origin) return {1.0, -1.0, 0.0};
-      continue;
-    }
-    const long double a = (box.min[axis] - origin) / direction;
-    const long double b = (box.max[axis] - origin) / direction;
-    first = std::max(first, std::min(a, b));
-    last = std::min(last, std::max(a, b));
-    least_component = std::min(least_component, std::abs(ray.direction[axis]));
-  }
-  RayPart part{static_cast<double>(first), static_cast<double>(last), 0.0};
-  part.tolerance = 1e-14 * ((100.0 + ray.origin.cwiseAbs().maxCoeff()) / least_component +
-                            std::abs(part.first) + std::abs(part.last));
-  return part;
-}
-
-inline void checkRaySearch(const RTree& tree, const std::vector<Cuboid>& cuboids,
-                           const RaySearch& ray, CuboidFilter filter) {
-  // Cuboids that are only touched may be visited or not, as rounding has it.
-  const auto is_surely_passed = [&](const Cuboid& cuboid) {
-    const RayPart part = findPart(ray, cuboid.box);
-    return part.last - part.first > 2.0 * part.tolerance;
-  };
-  std::vector<Cuboid> passed;
-  double previous = 0.0;
-  visitRay(tree, ray.origin, ray.direction, ray.t_end, filter,
-           [&](const Cuboid& cuboid, double enter, double leave) {
-             EXPECT_TRUE(passes(filter, cuboid));
-             EXPECT_GE(enter, previous) << "not in the order of entering";
-             EXPECT_LE(enter, leave);
-             previous = enter;
-             const RayPart part = findPart(ray, cuboid.box);
-             EXPECT_NEAR(enter, part.first, part.tolerance) << cuboid;
-             EXPECT_NEAR(leave, part.last, part.tolerance) << cuboid;
-             if (is_surely_passed(cuboid)) passed.push_back(cuboid);
-             return Visit::kContinue;
-           });
-  std::vector<Cuboid> expected;
-  for (const Cuboid& cuboid : cuboids) {
-    if (passes(filter, cuboid) && is_surely_passed(cuboid)) expected.push_back(cuboid);
-  }
-  EXPECT_EQ(sorted(std::move(passed)), sorted(std::move(expected)));
 }
 
 /// Distance of a point from a box, in cells.

@@ -36,8 +36,7 @@ void visitCells(const CellBox& box, VisitorT visit) {
 }
 
 [[nodiscard]] inline bool isInMask(const BrickMask& mask, const Cell& cell) {
-  const int voxel = voxelIndex(cell);
-  return (mask[static_cast<std::size_t>(voxel / 64)] >> (voxel % 64) & 1) != 0;
+  return mask.test(voxelIndex(cell));
 }
 
 /// The observed voxels of an update, one by one.
@@ -78,6 +77,9 @@ class VoxelMap {
 
   void clear() { log_odds_.clear(); }
 
+  /// Takes another sensor model for the clouds to come.
+  void setSensorModel(const SensorModel& model) { model_ = model; }
+
   /// Gives a voxel a value; nothing makes it unknown.
   void set(const Cell& cell, const std::optional<float>& log_odds) {
     if (log_odds) {
@@ -87,13 +89,13 @@ class VoxelMap {
     }
   }
 
-  /// Puts cuboids in the place of everything inside a box.
-  void replace(const CellBox& box, const std::vector<Cuboid>& cuboids) {
+  /// Puts boxes in the place of everything inside a box.
+  void replace(const CellBox& box, const std::vector<UniformBox>& boxes) {
     for (auto voxel = log_odds_.begin(); voxel != log_odds_.end();) {
       voxel = box.contains(voxel->first) ? log_odds_.erase(voxel) : std::next(voxel);
     }
-    for (const Cuboid& cuboid : cuboids) {
-      visitCells(cuboid.box, [&](const Cell& cell) { log_odds_[cell] = cuboid.log_odds; });
+    for (const UniformBox& uniform : boxes) {
+      visitCells(uniform.box, [&](const Cell& cell) { log_odds_[cell] = uniform.log_odds; });
     }
   }
 
@@ -101,6 +103,11 @@ class VoxelMap {
   [[nodiscard]] std::optional<float> find(const Cell& cell) const {
     const auto found = log_odds_.find(cell);
     return found == log_odds_.end() ? std::nullopt : std::optional<float>(found->second);
+  }
+
+  [[nodiscard]] Occupancy occupancyAt(const Cell& cell) const {
+    const auto log_odds = find(cell);
+    return log_odds ? classify(*log_odds) : Occupancy::kUnknown;
   }
 
   [[nodiscard]] const std::unordered_map<Cell, float, CellHash>& voxels() const {
