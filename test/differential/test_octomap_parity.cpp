@@ -2,8 +2,10 @@
 // The map and OctoMap get the same clouds and must agree in every voxel.
 #include "cuboid_mapping/interop/octomap_parity.h"
 #include "cuboid_mapping/io/scan_dataset.h"
+#include "cuboid_mapping/map/cuboid_search.h"
+#include "cuboid_mapping/map/invariants.h"
 #include "cuboid_mapping/query/box_query.h"
-#include "cuboid_mapping/rtree/invariants.h"
+#include "cuboid_mapping/scan/scan_update.h"
 
 #include <gtest/gtest.h>
 
@@ -31,25 +33,29 @@ class Pair {
     insertIntoOctomap(scan, max_range_m_, octomap_);
   }
 
-  /// Voxels of both maps, invariants of the tree, cuboids disjoint, volumes of the bounds add up.
+  /// Voxels of both maps, invariants of the map, volumes of the bounds add up.
   void expectAgreement() const {
     const Agreement agreement = compareWithOctomap(map_, octomap_);
     EXPECT_GT(agreement.voxels, 0.0);
     EXPECT_EQ(agreement.known_mismatch, 0.0);
     EXPECT_EQ(agreement.class_mismatch, 0.0);
     EXPECT_LE(agreement.max_log_odds_difference, 1e-3);
-    EXPECT_EQ(checkTree(map_.tree()), std::vector<std::string>{});
-    EXPECT_EQ(checkDisjoint(map_.tree()), std::vector<std::string>{});
-    const CellBox bounds = *map_.tree().bounds();
+    EXPECT_EQ(checkMap(map_), std::vector<std::string>{});
+    const CellBox bounds = *map_.voxels().bounds();
     const BoxQueryResult all = queryBox(map_, bounds);
     const double voxel_m3 = map_.grid().voxelVolume();
     EXPECT_NEAR((all.free_volume_m3 + all.occupied_volume_m3) / voxel_m3, agreement.voxels, 0.5);
-    const MapContent& content = map_.content();
-    EXPECT_EQ(content.free_cuboids + content.occupied_cuboids, map_.tree().size());
-    EXPECT_NEAR(all.free_volume_m3 / voxel_m3, content.free_voxels, 0.5);
-    EXPECT_NEAR(all.occupied_volume_m3 / voxel_m3, content.occupied_voxels, 0.5);
+    EXPECT_NEAR(all.free_volume_m3 / voxel_m3, map_.voxels().numFreeVoxels(), 0.5);
+    EXPECT_NEAR(all.occupied_volume_m3 / voxel_m3, map_.voxels().numOccupiedVoxels(), 0.5);
     EXPECT_NEAR((all.free_volume_m3 + all.occupied_volume_m3 + all.unknown_volume_m3) / voxel_m3,
                 bounds.numVoxels(), 1e-6 * bounds.numVoxels());
+  }
+
+  /// All cuboids are in the tree, and are as many as were told before.
+  void expectFusion() {
+    const CuboidCounts counts = countCuboids(map_);
+    EXPECT_EQ(counts.free + counts.occupied, map_.tree().size());
+    expectAgreement();
   }
 
  private:
@@ -123,12 +129,13 @@ TEST(OctomapParity, RandomCloudsAgreeInEveryVoxel) {
   for (unsigned seed = 0; seed < kSeeds; ++seed) {
     MapConfig config;
     config.resolution_m = resolutions_m[seed % 4];
-    const char* lossless[] = {"brick", kGrowthFusion, "none"};
-    config.fusion = lossless[seed / 4 % 3];
+    constexpr FusionKind kKinds[] = {FusionKind::kClass, FusionKind::kGrowth, FusionKind::kNone};
+    config.fusion = kKinds[seed / 4 % 3];
     Pair pair(config, seed % 3 == 0 ? 1.5 : kNoLimit);
     RandomClouds clouds(seed, config.resolution_m);
     for (int i = 0; i < 6; ++i) pair.insert(clouds.next());
     pair.expectAgreement();
+    pair.expectFusion();
     ASSERT_FALSE(HasFailure()) << "seed " << seed;
     ++num_cases;
   }
@@ -152,7 +159,7 @@ TEST_P(RealScans, AgreeInEveryVoxelAfterEveryTenthCloud) {
   MapConfig config;
   config.resolution_m = param.resolution_m;
   for (const double max_range_m : {kNoLimit, param.max_range_m}) {
-    config.fusion = max_range_m == kNoLimit ? "brick" : kGrowthFusion;
+    config.fusion = max_range_m == kNoLimit ? FusionKind::kClass : FusionKind::kGrowth;
     Pair pair(config, max_range_m);
     for (std::size_t i = 0; i < dataset->size(); ++i) {
       const ScanDataset::Item item = dataset->read(i);
@@ -160,6 +167,7 @@ TEST_P(RealScans, AgreeInEveryVoxelAfterEveryTenthCloud) {
       if (i % 10 == 9 || i + 1 == dataset->size()) pair.expectAgreement();
       ASSERT_FALSE(HasFailure()) << "cloud " << i << ", max range " << max_range_m;
     }
+    pair.expectFusion();
   }
 }
 
