@@ -20,8 +20,7 @@ using test::FollowingCopy;
 using test::ModelledMap;
 using test::Random;
 
-MapConfig configOf(Environment environment, const std::string& fusion,
-                   const RTreeConfig& rtree = {}) {
+MapConfig configOf(Environment environment, FusionKind fusion, const RTreeConfig& rtree = {}) {
   MapConfig config;
   config.resolution_m = 0.1;
   config.environment = environment;
@@ -45,72 +44,87 @@ const CellBox kBrick = brickBox({0, 0, 0});
 
 TEST(CuboidMap, isEmptyAtFirst) {
   const CuboidMap map;
-  EXPECT_TRUE(map.tree().isEmpty());
+  EXPECT_TRUE(test::allCuboids(map).empty());
+  EXPECT_TRUE(map.fusion().waiting().isEmpty());
+  EXPECT_FALSE(map.voxels().bounds().has_value());
   EXPECT_EQ(map.revision(), 0U);
-  EXPECT_EQ(map.config().fusion, "brick");
+  EXPECT_EQ(map.config().fusion, FusionKind::kClass);
   EXPECT_EQ(map.sensorModel().environment(), Environment::kDynamic);
 }
 
 TEST(CuboidMap, hasTheConfigItIsGiven) {
-  MapConfig config = configOf(Environment::kStatic, "none", {8, 3});
+  MapConfig config = configOf(Environment::kStatic, FusionKind::kNone, {8, 3});
   config.sensor_model.hit = 0.9;
   const CuboidMap map(config);
   EXPECT_EQ(map.grid().resolution(), 0.1);
   EXPECT_EQ(map.sensorModel().environment(), Environment::kStatic);
   EXPECT_NEAR(toProbability(map.sensorModel().hit()), 0.9, 1e-6);
-  EXPECT_EQ(map.tree().config().max_branches, 8);
-  EXPECT_EQ(map.tree().config().min_branches, 3);
+  EXPECT_EQ(map.fusion().tree().config().max_branches, 8);
+  EXPECT_EQ(map.fusion().tree().config().min_branches, 3);
 }
 
 TEST(CuboidMap, fusesABrickSeenAtOnceIntoOneCuboid) {
-  CuboidMap map(configOf(Environment::kDynamic, "brick"));
+  CuboidMap map(configOf(Environment::kDynamic, FusionKind::kClass));
   map.apply(updateOf({}, {kBrick}));
-  EXPECT_EQ(test::allCuboids(map.tree()),
-            (std::vector<Cuboid>{{kBrick, map.sensorModel().miss()}}));
+  EXPECT_EQ(test::allCuboids(map.tree()), (std::vector<Cuboid>{{kBrick, Occupancy::kFree}}));
+  EXPECT_EQ(map.voxels().logOddsAt({3, 4, 5}), map.sensorModel().miss());
 }
 
 TEST(CuboidMap, letsAHitWinOverAMissOfTheSameUpdate) {
-  CuboidMap map(configOf(Environment::kDynamic, "brick"));
+  CuboidMap map(configOf(Environment::kDynamic, FusionKind::kClass));
   map.apply(updateOf({kBrick}, {kBrick}));
-  EXPECT_EQ(test::allCuboids(map.tree()), (std::vector<Cuboid>{{kBrick, map.sensorModel().hit()}}));
+  EXPECT_EQ(test::allCuboids(map.tree()), (std::vector<Cuboid>{{kBrick, Occupancy::kOccupied}}));
+  EXPECT_EQ(map.voxels().logOddsAt({3, 4, 5}), map.sensorModel().hit());
+}
+
+TEST(CuboidMap, keepsACuboidWholeWhileItsVoxelsDifferInLogOddsOnly) {
+  CuboidMap map(configOf(Environment::kDynamic, FusionKind::kClass));
+  for (int i = 0; i < 10; ++i) map.apply(updateOf({}, {kBrick}));
+  const CellBox voxel = CellBox::ofCell({3, 4, 5});
+  const ChangeSet changes = map.apply(updateOf({voxel}, {}));
+  ASSERT_EQ(changes.bricks.size(), 1U);
+  EXPECT_FALSE(changes.bricks[0].has_new_cuboids);
+  EXPECT_EQ(test::allCuboids(map.tree()), (std::vector<Cuboid>{{kBrick, Occupancy::kFree}}));
+  const SensorModel& model = map.sensorModel();
+  EXPECT_EQ(map.voxels().logOddsAt({3, 4, 5}), model.update(model.min(), model.hit()));
+  EXPECT_EQ(map.voxels().logOddsAt({4, 4, 5}), model.min());
 }
 
 TEST(CuboidMap, splitsAStableCuboidThatIsContradictedWhenDynamic) {
-  CuboidMap map(configOf(Environment::kDynamic, "brick"));
+  CuboidMap map(configOf(Environment::kDynamic, FusionKind::kClass));
   for (int i = 0; i < 10; ++i) map.apply(updateOf({}, {kBrick}));
-  const float stable = map.sensorModel().min();
-  ASSERT_EQ(test::allCuboids(map.tree()), (std::vector<Cuboid>{{kBrick, stable}}));
+  ASSERT_EQ(test::allCuboids(map.tree()), (std::vector<Cuboid>{{kBrick, Occupancy::kFree}}));
 
   const CellBox voxel = CellBox::ofCell({3, 4, 5});
-  map.apply(updateOf({voxel}, {}));
+  for (int i = 0; i < 10; ++i) map.apply(updateOf({voxel}, {}));
   const std::vector<Cuboid> cuboids = test::allCuboids(map.tree());
-  EXPECT_EQ(std::count(cuboids.begin(), cuboids.end(),
-                       Cuboid{voxel, map.sensorModel().update(stable, map.sensorModel().hit())}),
-            1);
+  EXPECT_EQ(std::count(cuboids.begin(), cuboids.end(), Cuboid{voxel, Occupancy::kOccupied}), 1);
   EXPECT_LE(cuboids.size(), 8U) << "the voxel and few pieces around it";
-  EXPECT_TRUE(checkDisjoint(map.tree()).empty());
+  EXPECT_EQ(checkMap(map), std::vector<std::string>{});
 
-  for (int i = 0; i < 10; ++i) map.apply(updateOf({}, {voxel}));
-  EXPECT_EQ(test::allCuboids(map.tree()), (std::vector<Cuboid>{{kBrick, stable}})) << "fused again";
+  for (int i = 0; i < 20; ++i) map.apply(updateOf({}, {voxel}));
+  EXPECT_EQ(test::allCuboids(map.tree()), (std::vector<Cuboid>{{kBrick, Occupancy::kFree}}))
+      << "fused again";
 }
 
 TEST(CuboidMap, leavesAStableCuboidAloneWhenStatic) {
-  CuboidMap map(configOf(Environment::kStatic, "brick"));
+  CuboidMap map(configOf(Environment::kStatic, FusionKind::kClass));
   for (int i = 0; i < 10; ++i) map.apply(updateOf({}, {kBrick}));
   const std::uint64_t revision = map.revision();
   const ChangeSet changes = map.apply(updateOf({CellBox::ofCell({3, 4, 5})}, {}));
-  EXPECT_TRUE(changes.boxes.empty());
+  EXPECT_TRUE(changes.bricks.empty());
   EXPECT_EQ(map.revision(), revision);
-  EXPECT_EQ(test::allCuboids(map.tree()), (std::vector<Cuboid>{{kBrick, map.sensorModel().min()}}));
+  EXPECT_EQ(test::allCuboids(map.tree()), (std::vector<Cuboid>{{kBrick, Occupancy::kFree}}));
+  EXPECT_EQ(map.voxels().logOddsAt({3, 4, 5}), map.sensorModel().min());
 }
 
 TEST(CuboidMap, doesNotChangeWhenEverythingIsClampedAlready) {
-  CuboidMap map(configOf(Environment::kDynamic, "brick"));
+  CuboidMap map(configOf(Environment::kDynamic, FusionKind::kClass));
   for (int i = 0; i < 10; ++i) map.apply(updateOf({CellBox::ofCell({1, 1, 1})}, {kBrick}));
   const std::uint64_t revision = map.revision();
   for (int i = 0; i < 3; ++i) {
     const ChangeSet changes = map.apply(updateOf({CellBox::ofCell({1, 1, 1})}, {kBrick}));
-    EXPECT_TRUE(changes.boxes.empty());
+    EXPECT_TRUE(changes.bricks.empty());
     EXPECT_FALSE(changes.is_everything);
     EXPECT_EQ(changes.revision, revision);
     EXPECT_EQ(map.revision(), revision);
@@ -120,57 +134,68 @@ TEST(CuboidMap, doesNotChangeWhenEverythingIsClampedAlready) {
 TEST(CuboidMap, doesNotChangeByAnEmptyUpdate) {
   CuboidMap map;
   const ChangeSet changes = map.apply(ScanUpdate{});
-  EXPECT_TRUE(changes.boxes.empty());
+  EXPECT_TRUE(changes.bricks.empty());
   EXPECT_FALSE(changes.is_everything);
   EXPECT_EQ(map.revision(), 0U);
 }
 
 TEST(CuboidMap, forgetsEverythingWhenCleared) {
-  CuboidMap map(configOf(Environment::kDynamic, "brick"));
+  CuboidMap map(configOf(Environment::kDynamic, FusionKind::kClass));
   map.apply(updateOf({}, {kBrick}));
   const std::uint64_t revision = map.revision();
   const ChangeSet changes = map.clear();
   EXPECT_TRUE(map.tree().isEmpty());
-  EXPECT_EQ(map.content().free_cuboids, 0U);
-  EXPECT_EQ(map.content().free_voxels, 0.0);
+  EXPECT_EQ(countCuboids(map).free, 0U);
+  EXPECT_EQ(map.voxels().numFreeVoxels(), 0.0);
+  EXPECT_FALSE(map.voxels().bounds().has_value());
   EXPECT_TRUE(changes.is_everything);
   EXPECT_GT(map.revision(), revision);
   EXPECT_EQ(changes.revision, map.revision());
   map.apply(updateOf({}, {kBrick}));
-  EXPECT_EQ(test::allCuboids(map.tree()),
-            (std::vector<Cuboid>{{kBrick, map.sensorModel().miss()}}));
+  EXPECT_EQ(test::allCuboids(map.tree()), (std::vector<Cuboid>{{kBrick, Occupancy::kFree}}));
 }
 
-/// Whether a voxel of the box is not as it was before.
-bool hasChanged(const CellBox& box, const test::VoxelMap& before, const test::VoxelMap& after) {
+/// Whether a voxel of the brick has another value, or another class.
+bool hasChanged(const ChangedBrick& changed, const test::VoxelMap& before,
+                const test::VoxelMap& after) {
   bool has_changed = false;
-  test::visitCells(box, [&](const Cell& cell) {
-    has_changed = has_changed || before.find(cell) != after.find(cell);
+  test::visitCells(brickBox(changed.brick), [&](const Cell& cell) {
+    const bool is_other = changed.has_new_cuboids
+                              ? before.occupancyAt(cell) != after.occupancyAt(cell)
+                              : before.find(cell) != after.find(cell);
+    has_changed = has_changed || is_other;
   });
   return has_changed;
 }
 
-/// Whether the map counts its cuboids and voxels rightly.
-testing::AssertionResult hasRightContent(const CuboidMap& map) {
-  MapContent expected;
-  for (const Cuboid& cuboid : test::allCuboids(map.tree())) {
-    const bool is_occupied = cuboid.log_odds >= 0.0F;
-    ++(is_occupied ? expected.occupied_cuboids : expected.free_cuboids);
-    (is_occupied ? expected.occupied_voxels : expected.free_voxels) += cuboid.box.numVoxels();
+/// Bricks in which a voxel has another value.
+std::set<Cell> changedBricks(const test::VoxelMap& before, const test::VoxelMap& after) {
+  std::set<Cell> bricks;
+  for (const auto& [cell, log_odds] : after.voxels()) {
+    if (before.find(cell) != log_odds) bricks.insert(brickOf(cell));
   }
-  const MapContent& content = map.content();
-  if (content.free_cuboids == expected.free_cuboids &&
-      content.free_voxels == expected.free_voxels &&
-      content.occupied_cuboids == expected.occupied_cuboids &&
-      content.occupied_voxels == expected.occupied_voxels) {
+  for (const auto& [cell, log_odds] : before.voxels()) {
+    if (!after.find(cell)) bricks.insert(brickOf(cell));
+  }
+  return bricks;
+}
+
+/// Whether the map counts its cuboids rightly.
+testing::AssertionResult hasRightCounts(const CuboidMap& map) {
+  CuboidCounts expected;
+  for (const Cuboid& cuboid : test::allCuboids(map)) {
+    ++(cuboid.isOccupied() ? expected.occupied : expected.free);
+  }
+  const CuboidCounts counts = countCuboids(map);
+  if (counts.free == expected.free && counts.occupied == expected.occupied) {
     return testing::AssertionSuccess();
   }
   return testing::AssertionFailure()
-         << content.free_cuboids << " free cuboids instead of " << expected.free_cuboids << ", "
-         << content.occupied_cuboids << " occupied ones instead of " << expected.occupied_cuboids;
+         << counts.free << " free cuboids instead of " << expected.free << ", " << counts.occupied
+         << " occupied ones instead of " << expected.occupied;
 }
 
-using MapParam = std::tuple<Environment, std::string, RTreeConfig>;
+using MapParam = std::tuple<Environment, FusionKind, RTreeConfig>;
 class CuboidMapModel : public testing::TestWithParam<MapParam> {
  protected:
   [[nodiscard]] MapConfig config() const {
@@ -210,6 +235,7 @@ TEST_P(CuboidMapModel, isVoxelByVoxelTheReferenceAndToldByItsChangeSets) {
     const std::uint64_t revision = model.map.revision();
     if (i % 50 == 40) {
       const ChangeSet changes = model.map.clear();
+      ASSERT_TRUE(changes.is_everything);
       model.voxels.clear();
       copy.follow(model.map, changes);
       ASSERT_EQ(changes.revision, model.map.revision());
@@ -222,20 +248,29 @@ TEST_P(CuboidMapModel, isVoxelByVoxelTheReferenceAndToldByItsChangeSets) {
     const ChangeSet changes = model.map.apply(update);
     copy.follow(model.map, changes);
 
+    num_without_change += num_changed == 0 ? 1 : 0;
+    greatest_size = std::max(greatest_size, copy.cuboids().size());
     ASSERT_TRUE(hasVoxels(model.map, model.voxels)) << test::seedNote(i);
-    ASSERT_EQ(checkDisjoint(model.map.tree()), std::vector<std::string>{}) << test::seedNote(i);
-    ASSERT_EQ(checkTree(model.map.tree()), std::vector<std::string>{}) << test::seedNote(i);
-    ASSERT_EQ(copy.cuboids(), test::allCuboids(model.map.tree())) << test::seedNote(i);
-    ASSERT_TRUE(hasRightContent(model.map)) << test::seedNote(i);
+    ASSERT_EQ(checkMap(model.map), std::vector<std::string>{}) << test::seedNote(i);
+    ASSERT_EQ(copy.cuboids(), test::allCuboids(model.map)) << test::seedNote(i);
+    ASSERT_TRUE(hasRightCounts(model.map)) << test::seedNote(i);
     ASSERT_EQ(changes.revision, model.map.revision());
     ASSERT_EQ(model.map.revision() > revision, num_changed > 0) << test::seedNote(i);
     // With growth, cuboids fuse later than their voxels change.
-    for (const CellBox& box : changes.boxes) {
-      ASSERT_TRUE(hasChanged(box, before, model.voxels) || model.map.config().fusion == "growth")
-          << box << test::seedNote(i);
+    std::set<Cell> told;
+    for (const ChangedBrick& changed : changes.bricks) {
+      told.insert(changed.brick);
+      ASSERT_TRUE(hasChanged(changed, before, model.voxels) ||
+                  model.map.config().fusion == FusionKind::kGrowth)
+          << changed.brick << test::seedNote(i);
     }
-    num_without_change += num_changed == 0 ? 1 : 0;
-    greatest_size = std::max(greatest_size, model.map.tree().size());
+    const std::set<Cell> expected = changedBricks(before, model.voxels);
+    ASSERT_TRUE(std::includes(told.begin(), told.end(), expected.begin(), expected.end()))
+        << test::seedNote(i);
+    if (i % 3 != 2) continue;  // Else the bricks wait, up to a few clouds.
+    const std::vector<Cuboid> unfused = test::allCuboids(model.map);
+    ASSERT_EQ(test::allCuboids(model.map.tree()), unfused) << test::seedNote(i);
+    ASSERT_TRUE(model.map.fusion().waiting().isEmpty());
   }
   EXPECT_GT(greatest_size, 100U);
   EXPECT_GE(num_without_change, 5U);
@@ -243,14 +278,15 @@ TEST_P(CuboidMapModel, isVoxelByVoxelTheReferenceAndToldByItsChangeSets) {
 
 std::string nameOf(const testing::TestParamInfo<MapParam>& info) {
   const auto& [environment, fusion, order] = info.param;
-  return fusion + (environment == Environment::kStatic ? "Static" : "Dynamic") +
+  return toString(fusion) +
+         std::string(environment == Environment::kStatic ? "Static" : "Dynamic") +
          std::to_string(order.min_branches) + "of" + std::to_string(order.max_branches);
 }
 
 INSTANTIATE_TEST_SUITE_P(
     AllConfigs, CuboidMapModel,
     testing::Combine(testing::Values(Environment::kDynamic, Environment::kStatic),
-                     testing::Values("brick", kGrowthFusion, "none"),
+                     testing::Values(FusionKind::kClass, FusionKind::kGrowth, FusionKind::kNone),
                      testing::Values(RTreeConfig{2, 1}, RTreeConfig{4, 2}, RTreeConfig{32, 12})),
     nameOf);
 
@@ -266,7 +302,7 @@ TEST(CuboidMapCanonical, isTheSameWhateverTheOrderOfTheClouds) {
   constexpr std::size_t kCases = 60;
   std::size_t num_cuboids = 0;
   for (std::size_t i = 0; i < kCases; ++i) {
-    MapConfig config = configOf(Environment::kDynamic, "brick", {4, 2});
+    MapConfig config = configOf(Environment::kDynamic, FusionKind::kClass, {4, 2});
     config.sensor_model.alpha_min = 0.001;  // Six clouds do not reach the thresholds.
     config.sensor_model.alpha_max = 0.999;
     UpdateSource source(random);
@@ -285,7 +321,7 @@ TEST(CuboidMapCanonical, isTheSameWhenACloudIsDividedByBricks) {
   Random random(9);
   UpdateSource source(random);
   for (std::size_t i = 0; i < 100; ++i) {
-    const MapConfig config = configOf(Environment::kDynamic, "brick", {8, 3});
+    const MapConfig config = configOf(Environment::kDynamic, FusionKind::kClass, {8, 3});
     const ScanUpdate first = source.next();
     const ScanUpdate second = source.next();
     std::vector<ScanUpdate> divided{first};
@@ -304,13 +340,13 @@ TEST(CuboidMapCanonical, isTheSameForEveryOrderOfTheTree) {
   std::vector<ScanUpdate> updates;
   updates.reserve(60);
   for (int i = 0; i < 60; ++i) updates.push_back(source.next());
-  for (const std::string& fusion : fusionNames()) {
+  for (const FusionKind fusion : {FusionKind::kClass, FusionKind::kGrowth, FusionKind::kNone}) {
     const auto expected = cuboidsAfter(configOf(Environment::kDynamic, fusion, {32, 12}), updates);
     ASSERT_GT(expected.size(), 100U);
     for (const RTreeConfig& order : {RTreeConfig{2, 1}, RTreeConfig{4, 2}, RTreeConfig{8, 3},
                                      RTreeConfig{16, 6}, RTreeConfig{64, 8}, RTreeConfig{64, 32}}) {
       EXPECT_EQ(cuboidsAfter(configOf(Environment::kDynamic, fusion, order), updates), expected)
-          << fusion << ", M = " << order.max_branches;
+          << toString(fusion) << ", M = " << order.max_branches;
     }
   }
 }

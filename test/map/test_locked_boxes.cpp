@@ -46,9 +46,13 @@ TEST(LockedBoxes, areLeftOutOfUpdates) {
   locked.add(box);
   std::size_t num_locked = 0;
   for (std::size_t i = 0; i < 50; ++i) {
-    for (const BrickUpdate& update :
-         test::randomUpdate(random, {{-1, -1, -1}, {2, 2, 2}}, 4).bricks) {
-      const BrickUpdate rest = locked.without(update);
+    const std::vector<BrickUpdate> updates =
+        test::randomUpdate(random, {{-1, -1, -1}, {2, 2, 2}}, 4).bricks;
+    const std::vector<BrickUpdate> rests = locked.without(updates);
+    ASSERT_EQ(rests.size(), updates.size());
+    for (std::size_t b = 0; b < updates.size(); ++b) {
+      const BrickUpdate& update = updates[b];
+      const BrickUpdate& rest = rests[b];
       EXPECT_EQ(rest.brick, update.brick);
       EXPECT_EQ(rest.morton, update.morton);
       test::visitCells(brickBox(update.brick), [&](const Cell& cell) {
@@ -70,7 +74,7 @@ TEST(LockOfCuboidMap, keepsCloudsAndNothingElseFromChangingVoxels) {
   const CellBox box{{-9, -7, -3}, {11, 6, 12}};
   const auto apply_both = [&](const ScanUpdate& update) {
     ScanUpdate rest = update;
-    for (BrickUpdate& brick : rest.bricks) brick = map.locked().without(brick);
+    rest.bricks = map.locked().without(rest.bricks);
     voxels.apply(rest);
     map.apply(update);
   };
@@ -82,7 +86,7 @@ TEST(LockOfCuboidMap, keepsCloudsAndNothingElseFromChangingVoxels) {
   EXPECT_TRUE(hasVoxels(map, voxels));
   EXPECT_EQ(voxels.find({0, 0, 0}).value_or(0.0F), before);
 
-  map.replace(box, {});
+  map.replace(box, std::vector<UniformBox>{});
   voxels.replace(box, {});
   EXPECT_TRUE(hasVoxels(map, voxels)) << "an edit is no cloud";
   map.unlock(box);

@@ -8,6 +8,7 @@
 #include <cmath>
 #include <deque>
 #include <limits>
+#include <tuple>
 
 namespace cuboid_mapping {
 namespace {
@@ -20,7 +21,8 @@ constexpr std::uint64_t kInstance = 77;
 /// A server: a map, its reference, and what it has told.
 class Server {
  public:
-  explicit Server(Random& random) : random_(random), model_(makeConfig()) {}
+  Server(Random& random, MapDetail detail, FusionKind fusion)
+      : random_(random), detail_(detail), model_(makeConfig(fusion)) {}
 
   /// Changes the map now and then by a cloud, an edit or a reset. @return What it tells.
   MapDelta step() {
@@ -32,26 +34,26 @@ class Server {
     for (int i = 0; i < num_changes; ++i) {
       random_.chance(0.7) ? applyCloud() : edit();
     }
-    note(model_.map.flush());
-    const MapDelta delta = makeDelta(model_.map, changes_, kInstance, told_);
+    if (random_.chance(0.3)) model_.map.fuse(random_.index(20));
+    const MapDelta delta = makeDelta(model_.map, changes_, kInstance, told_, detail_);
     changes_ = {};
     told_ = model_.map.revision();
     return delta;
   }
 
-  [[nodiscard]] MapImage image() const { return makeImage(model_.map, kInstance); }
+  [[nodiscard]] MapImage image() const { return makeImage(model_.map, kInstance, detail_); }
   [[nodiscard]] const ModelledMap& model() const { return model_; }
 
  private:
-  static MapConfig makeConfig() {
+  static MapConfig makeConfig(FusionKind fusion) {
     MapConfig config;
-    config.hot_bytes = 1000000;
+    config.fusion = fusion;
     return config;
   }
 
   void note(const ChangeSet& changes) {
     changes_.is_everything = changes_.is_everything || changes.is_everything;
-    changes_.boxes.insert(changes_.boxes.end(), changes.boxes.begin(), changes.boxes.end());
+    changes_.bricks.insert(changes_.bricks.end(), changes.bricks.begin(), changes.bricks.end());
   }
   void applyCloud() {
     const ScanUpdate update = test::randomUpdate(random_, {{-4, -2, -2}, {4, 2, 2}}, 6);
@@ -60,21 +62,36 @@ class Server {
   }
   void edit() {
     const CellBox box = test::randomBoxInside(random_, {{-150, -20, -20}, {150, 20, 20}});
-    std::vector<Cuboid> cuboids;
-    if (random_.chance(0.5)) cuboids.push_back({test::randomBoxInside(random_, box), -1.0F});
-    model_.voxels.replace(box, cuboids);
-    note(model_.map.replace(box, cuboids));
+    std::vector<UniformBox> boxes;
+    if (random_.chance(0.5)) boxes.push_back({test::randomBoxInside(random_, box), -1.0F});
+    model_.voxels.replace(box, boxes);
+    note(model_.map.replace(box, boxes));
   }
 
   Random& random_;
+  MapDetail detail_;
   ModelledMap model_;
   ChangeSet changes_;
   std::uint64_t told_ = 0;
 };
 
-TEST(MapFollower, equalsTheMapAfterAnyStreamOfDeltas) {
+/// What a copy ought to hold where no log-odds travel.
+test::VoxelMap classesOf(const test::VoxelMap& voxels) {
+  const SensorModel model;
+  test::VoxelMap classes(model);
+  for (const auto& [cell, log_odds] : voxels.voxels()) {
+    classes.set(cell, log_odds >= 0.0F ? model.max() : model.min());
+  }
+  return classes;
+}
+
+using StreamParam = std::tuple<MapDetail, FusionKind>;
+class MapFollowerStream : public testing::TestWithParam<StreamParam> {};
+
+TEST_P(MapFollowerStream, equalsTheMapAfterAnyDeltas) {
   Random random(121);
-  Server server(random);
+  const auto& [detail, fusion] = GetParam();
+  Server server(random, detail, fusion);
   MapFollower follower;
   std::deque<MapDelta> under_way;
   std::size_t num_by_result[4] = {};
@@ -101,8 +118,11 @@ TEST(MapFollower, equalsTheMapAfterAnyStreamOfDeltas) {
       under_way.pop_front();
     }
     if (follower.map() == nullptr || follower.revision() != server.model().map.revision()) continue;
-    ASSERT_TRUE(hasVoxels(*follower.map(), server.model().voxels)) << test::seedNote(i);
-    ASSERT_EQ(checkDisjoint(follower.map()->tree()), std::vector<std::string>{});
+    const test::VoxelMap& voxels = server.model().voxels;
+    ASSERT_TRUE(
+        hasVoxels(*follower.map(), detail == MapDetail::kValues ? voxels : classesOf(voxels)))
+        << test::seedNote(i);
+    ASSERT_EQ(checkMap(*follower.map()), std::vector<std::string>{}) << test::seedNote(i);
     ++num_compared;
   }
   EXPECT_GT(num_compared, kSteps / 10);
@@ -110,6 +130,32 @@ TEST(MapFollower, equalsTheMapAfterAnyStreamOfDeltas) {
   EXPECT_GT(num_by_result[static_cast<std::size_t>(FollowResult::kOld)], 20U);
   EXPECT_GT(num_by_result[static_cast<std::size_t>(FollowResult::kGap)], 20U);
   EXPECT_EQ(num_by_result[static_cast<std::size_t>(FollowResult::kDamaged)], 0U);
+}
+
+INSTANTIATE_TEST_SUITE_P(AllDetails, MapFollowerStream,
+                         testing::Combine(testing::Values(MapDetail::kClasses, MapDetail::kValues),
+                                          testing::Values(FusionKind::kClass, FusionKind::kGrowth,
+                                                          FusionKind::kNone)));
+
+TEST(MapFollower, hasTheCuboidsOfAMapThatIsFusedByClass) {
+  Random random(122);
+  const ModelledMap model = test::randomMap(random, MapConfig{});
+  for (const MapDetail detail : {MapDetail::kClasses, MapDetail::kValues}) {
+    MapFollower follower;
+    ASSERT_TRUE(follower.take(makeImage(model.map, kInstance, detail)));
+    EXPECT_EQ(test::allCuboids(*follower.map()), test::allCuboids(model.map));
+  }
+}
+
+TEST(MapFollower, isToldOfChangedClassesOnlyWhenNoValuesTravel) {
+  CuboidMap map;
+  const CellBox box{{0, 0, 0}, {8, 8, 8}};
+  map.replace(box, {UniformBox{box, -1.0F}});
+  const ChangeSet changes = map.replace(box, {UniformBox{box, -2.0F}});
+  EXPECT_TRUE(makeDelta(map, changes, kInstance, 1, MapDetail::kClasses).content.bricks.empty());
+  const MapDelta delta = makeDelta(map, changes, kInstance, 1, MapDetail::kValues);
+  EXPECT_EQ(delta.content.counts, (std::vector<std::uint16_t>{1}));
+  EXPECT_EQ(delta.content.values, std::vector<float>(512, -2.0F));
 }
 
 TEST(MapFollower, knowsNothingBeforeTheFirstImage) {
@@ -120,14 +166,16 @@ TEST(MapFollower, knowsNothingBeforeTheFirstImage) {
   EXPECT_EQ(follower.take(delta), FollowResult::kGap);
 }
 
-/// A follower at revision 1 of a map of one cuboid, and a delta from there.
+/// A follower at revision 1 of a map of one box, and a delta from there.
 struct Fixture {
-  Fixture() {
+  explicit Fixture(MapDetail detail = MapDetail::kValues) {
     CuboidMap map;
-    map.replace(kAllCells, {{{{0, 0, 0}, {300, 8, 8}}, -1.0F}});
-    EXPECT_TRUE(follower.take(makeImage(map, kInstance)));
-    delta = makeDelta(map, map.replace({{8, 0, 0}, {16, 8, 8}}, {{{{8, 0, 0}, {9, 1, 1}}, 1.0F}}),
-                      kInstance, 1);
+    map.replace(kAllCells, {UniformBox{{{0, 0, 0}, {300, 8, 8}}, -1.0F}});
+    EXPECT_TRUE(follower.take(makeImage(map, kInstance, detail)));
+    const ChangeSet changes = map.replace(
+        {{8, 0, 0}, {16, 8, 8}},
+        {UniformBox{{{8, 0, 0}, {9, 1, 1}}, 1.0F}, UniformBox{{{9, 0, 0}, {10, 1, 1}}, -1.0F}});
+    delta = makeDelta(map, changes, kInstance, 1, detail);
   }
   MapFollower follower;
   MapDelta delta;
@@ -136,11 +184,11 @@ struct Fixture {
 TEST(MapFollower, takesADeltaOnce) {
   Fixture it;
   EXPECT_EQ(it.delta.revision, 2U);
-  EXPECT_GT(it.delta.counts.size(), 3U) << "the cuboid that was cut is longer than 255 voxels";
+  EXPECT_EQ(it.delta.content.counts, (std::vector<std::uint16_t>{2})) << "of one brick";
   EXPECT_EQ(it.follower.take(it.delta), FollowResult::kApplied);
   EXPECT_EQ(it.follower.revision(), 2U);
-  EXPECT_EQ(it.follower.map()->content().free_voxels, 292 * 64.0);
-  EXPECT_EQ(it.follower.map()->content().occupied_voxels, 1.0);
+  EXPECT_EQ(it.follower.map()->voxels().numFreeVoxels(), 292 * 64.0 + 1.0);
+  EXPECT_EQ(it.follower.map()->voxels().numOccupiedVoxels(), 1.0);
   EXPECT_EQ(it.follower.take(it.delta), FollowResult::kOld);
 }
 
@@ -157,35 +205,66 @@ TEST(MapFollower, asksForAnImageOfAnotherInstanceOrAfterAGap) {
   EXPECT_EQ(it.follower.take(it.delta), FollowResult::kGap);
 }
 
+/// Whether a damaged delta is refused, and leaves the copy alone.
+template <typename DamageT>
+bool isRefused(MapDetail detail, DamageT damage) {
+  Fixture it(detail);
+  damage(it.delta);
+  const bool is_refused = it.follower.take(it.delta) == FollowResult::kDamaged;
+  return is_refused && it.follower.map()->voxels().numFreeVoxels() == 300 * 64.0;
+}
+
 TEST(MapFollower, refusesDamagedArrays) {
-  const auto damaged = [](auto damage) {
-    Fixture it;
-    damage(it.delta);
-    const bool is_refused = it.follower.take(it.delta) == FollowResult::kDamaged;
-    return is_refused && it.follower.map()->content().free_voxels == 300 * 64.0;
-  };
-  EXPECT_TRUE(damaged([](MapDelta& d) { d.boxes.pop_back(); }));
-  EXPECT_TRUE(damaged([](MapDelta& d) { d.offsets.pop_back(); }));
-  EXPECT_TRUE(damaged([](MapDelta& d) { d.log_odds.pop_back(); }));
-  EXPECT_TRUE(damaged([](MapDelta& d) { ++d.counts[0]; }));
-  EXPECT_TRUE(damaged([](MapDelta& d) { d.counts[0] = 0; }));
-  EXPECT_TRUE(damaged([](MapDelta& d) { d.counts[0] = 0xFFFFFFFF; }));
-  EXPECT_TRUE(damaged([](MapDelta& d) { d.offsets[3] = d.offsets[0]; }));
-  EXPECT_TRUE(damaged([](MapDelta& d) { d.offsets[3] = 255; }));
-  EXPECT_TRUE(damaged([](MapDelta& d) { d.boxes[3] = d.boxes[0]; }));
-  EXPECT_TRUE(damaged([](MapDelta& d) { d.boxes[3] = std::numeric_limits<int>::max(); }));
-  EXPECT_TRUE(damaged([](MapDelta& d) { d.log_odds[0] = std::nanf(""); }));
-  EXPECT_TRUE(damaged([](MapDelta& d) { d.resolution_m = 0.2; }));
+  for (const MapDetail detail : {MapDetail::kClasses, MapDetail::kValues}) {
+    const auto damaged = [detail](auto damage) { return isRefused(detail, damage); };
+    EXPECT_TRUE(damaged([](MapDelta& d) { d.content.bricks.pop_back(); }));
+    EXPECT_TRUE(damaged([](MapDelta& d) { d.content.bounds.pop_back(); }));
+    EXPECT_TRUE(damaged([](MapDelta& d) { d.content.occupied.pop_back(); }));
+    EXPECT_TRUE(damaged([](MapDelta& d) { d.content.counts.pop_back(); }));
+    EXPECT_TRUE(damaged([](MapDelta& d) { ++d.content.counts[0]; }));
+    EXPECT_TRUE(damaged([](MapDelta& d) { d.content.counts[0] = 0; }));
+    EXPECT_TRUE(damaged([](MapDelta& d) { d.content.counts[0] = 0xFFFF; }));
+    EXPECT_TRUE(damaged([](MapDelta& d) { d.content.bounds[3] = d.content.bounds[0]; }));
+    EXPECT_TRUE(damaged([](MapDelta& d) { d.content.bounds[3] = 9; }));
+    EXPECT_TRUE(damaged([](MapDelta& d) { d.content.bounds[3] = 255; }));
+    EXPECT_TRUE(damaged([](MapDelta& d) {
+      for (std::size_t i = 0; i < 6; ++i) d.content.bounds[6 + i] = d.content.bounds[i];
+    })) << "a voxel twice";
+    EXPECT_TRUE(damaged([](MapDelta& d) { ++d.content.bricks[0]; })) << "no brick";
+    EXPECT_TRUE(
+        damaged([](MapDelta& d) { d.content.bricks[0] = std::numeric_limits<int>::max(); }));
+    EXPECT_TRUE(
+        damaged([](MapDelta& d) { d.content.bricks[0] = std::numeric_limits<int>::min(); }));
+    EXPECT_TRUE(damaged([](MapDelta& d) { d.resolution_m = 0.2; }));
+  }
+}
+
+TEST(MapFollower, refusesDamagedValues) {
+  const auto damaged = [](auto damage) { return isRefused(MapDetail::kValues, damage); };
+  EXPECT_TRUE(damaged([](MapDelta& d) { d.content.values.pop_back(); }));
+  EXPECT_TRUE(damaged([](MapDelta& d) { d.content.values.push_back(1.0F); }));
+  EXPECT_TRUE(damaged([](MapDelta& d) { d.content.values[0] = std::nanf(""); }));
+  EXPECT_TRUE(
+      damaged([](MapDelta& d) { d.content.values[0] = std::numeric_limits<float>::infinity(); }));
+  EXPECT_TRUE(damaged([](MapDelta& d) { d.content.values[0] = -d.content.values[0]; }))
+      << "of another class than the cuboid";
+}
+
+TEST(MapFollower, refusesDamagedImages) {
   MapFollower follower;
   MapImage image;
   EXPECT_FALSE(follower.take(image)) << "no resolution";
   image.resolution_m = 0.1;
-  image.bounds = {0, 0, 0, 1, 1, 0};
-  image.log_odds = {1.0F};
+  image.content.bricks = {0, 0, 0};
+  image.content.counts = {1};
+  image.content.bounds = {0, 0, 0, 1, 1, 0};
+  image.content.occupied = {1};
   EXPECT_FALSE(follower.take(image)) << "an empty box";
-  image.bounds = {0, 0, 0, 1, 1};
+  image.content.bounds = {0, 0, 0, 1, 1};
   EXPECT_FALSE(follower.take(image));
   EXPECT_EQ(follower.map(), nullptr);
+  image.content.bounds = {0, 0, 0, 1, 1, 1};
+  EXPECT_TRUE(follower.take(image));
 }
 
 }  // namespace

@@ -24,7 +24,7 @@ TEST(MapSnapshot, bringsAMapBack) {
   for (int i = 0; i < 15; ++i) {
     MapSnapshot snapshot = test::randomSnapshot(random);
     MapConfig config = configOf(snapshot);
-    config.hot_bytes = i % 2 == 0 ? 0 : std::size_t{1} << 30;
+    config.fusion = i % 2 == 0 ? FusionKind::kClass : FusionKind::kGrowth;
     CuboidMap map(config);
     map.apply(test::randomUpdate(random, {{-3, -3, -3}, {3, 3, 3}}, 9));
     const auto revision = map.revision();
@@ -32,10 +32,9 @@ TEST(MapSnapshot, bringsAMapBack) {
     EXPECT_TRUE(changes.is_everything);
     EXPECT_GT(map.revision(), revision);
     EXPECT_EQ(changes.revision, map.revision());
-    ASSERT_EQ(test::voxelsOf(takeSnapshot(map, "").cuboids), test::voxelsOf(snapshot.cuboids))
+    ASSERT_EQ(test::voxelsOf(takeSnapshot(map, "").bricks), test::voxelsOf(snapshot.bricks))
         << test::seedNote(i);
-    ASSERT_TRUE(checkTree(map.tree()).empty());
-    ASSERT_TRUE(checkDisjoint(map.tree()).empty());
+    ASSERT_EQ(checkMap(map), std::vector<std::string>{}) << test::seedNote(i);
     // It is fused as if it had been filled by clouds.
     const MapSnapshot restored = takeSnapshot(map, "odom");
     CuboidMap again(config);
@@ -45,47 +44,58 @@ TEST(MapSnapshot, bringsAMapBack) {
     const ScanUpdate update = test::randomUpdate(random, {{-2, -2, -2}, {2, 2, 2}}, 9);
     map.apply(update);
     again.apply(update);
-    map.flush();
-    again.flush();
     EXPECT_EQ(test::allCuboids(again.tree()), test::allCuboids(map.tree()));
   }
 }
 
-TEST(MapSnapshot, comesBackClampedAndInBricks) {
+TEST(MapSnapshot, comesBackExactlyAlsoBeyondTheThresholds) {
   MapSnapshot snapshot;
-  snapshot.cuboids = {{{{-8, 0, 0}, {24, 8, 8}}, 100.0F}, {{{0, 8, 0}, {8, 16, 8}}, -100.0F}};
+  snapshot.bricks = {{{-8, 0, 0}, PackedVoxels(BrickMask::all(), 100.0F)},
+                     {{0, 8, 0}, PackedVoxels(BrickMask::all(), -100.0F)}};
   CuboidMap map(configOf(snapshot));
   restoreSnapshot(snapshot, map);
-  EXPECT_EQ(map.tree().size(), 5U);
-  EXPECT_EQ(map.content().occupied_voxels, 4 * 512.0);
-  for (const Cuboid& cuboid : test::allCuboids(map.tree())) {
-    EXPECT_TRUE(map.sensorModel().isStable(cuboid.log_odds));
-    EXPECT_LT(std::abs(cuboid.log_odds), 8.0F);
-  }
+  EXPECT_EQ(map.tree().size(), 2U);
+  EXPECT_EQ(map.voxels().numOccupiedVoxels(), 512.0);
+  EXPECT_EQ(map.voxels().logOddsAt({-1, 0, 0}), 100.0F);
+  EXPECT_EQ(map.voxels().logOddsAt({0, 8, 0}), -100.0F);
+}
+
+TEST(MapSnapshot, holdsTheBricksOnceAndAlongTheMortonCurve) {
+  Random random(52);
+  const MapSnapshot snapshot = test::randomSnapshot(random);
+  ASSERT_GT(snapshot.bricks.size(), 20U);
+  EXPECT_FALSE(findFault(snapshot)) << findFault(snapshot)->text;
 }
 
 /// What is wrong with a snapshot that holds this.
-std::string faultOf(const std::vector<Cuboid>& cuboids, const SnapshotLimits& limits = {}) {
+std::string faultOf(const std::vector<VoxelBrick>& bricks, const SnapshotLimits& limits = {}) {
   MapSnapshot snapshot;
-  snapshot.cuboids = cuboids;
+  snapshot.bricks = bricks;
   const auto fault = findFault(snapshot, limits);
   return fault ? fault->text : "";
 }
 
+VoxelBrick brickAt(const Cell& brick, float log_odds = 1.0F) {
+  return {brick, PackedVoxels(BrickMask::all(), log_odds)};
+}
+
+testing::AssertionResult contains(const std::string& text, const std::string& part) {
+  if (text.find(part) != std::string::npos) return testing::AssertionSuccess();
+  return testing::AssertionFailure() << '"' << text << '"';
+}
+
 TEST(MapSnapshot, isCheckedForWhatCannotBe) {
-  constexpr float kNan = std::numeric_limits<float>::quiet_NaN();
-  const CellBox box{{0, 0, 0}, {8, 8, 8}};
+  constexpr float kInfinity = std::numeric_limits<float>::infinity();
   EXPECT_EQ(faultOf({}), "");
-  EXPECT_EQ(faultOf({{box, 1.0F}, {{{8, 0, 0}, {9, 1, 1}}, 1.0F}}), "");
-  EXPECT_NE(faultOf({{{{0, 0, 0}, {0, 1, 1}}, 1.0F}}).find("empty"), std::string::npos);
-  EXPECT_NE(faultOf({{{{0, 0, 0}, {Grid::kMaxCell + 1, 1, 1}}, 1.0F}}).find("beyond"),
-            std::string::npos);
-  EXPECT_NE(faultOf({{box, kNan}}).find("log-odds"), std::string::npos);
-  EXPECT_NE(faultOf({{box, 1.0F}, {{{7, 7, 7}, {9, 9, 9}}, 1.0F}}).find("shares"),
-            std::string::npos);
-  EXPECT_NE(faultOf({{kAllCells, 1.0F}}).find("bricks"), std::string::npos);
-  EXPECT_NE(faultOf({{box, 1.0F}, {CellBox::ofCell({8, 0, 0}), 1.0F}}, {1}).find("bricks"),
-            std::string::npos);
+  EXPECT_EQ(faultOf({brickAt({0, 0, 0}), brickAt({8, 0, 0})}), "");
+  EXPECT_TRUE(contains(faultOf({{{0, 0, 0}, PackedVoxels()}}), "no voxels"));
+  EXPECT_TRUE(contains(faultOf({brickAt({1, 0, 0})}), "beyond")) << "no brick";
+  EXPECT_TRUE(contains(faultOf({brickAt({Grid::kMaxCell, 0, 0})}), "beyond"));
+  EXPECT_TRUE(contains(faultOf({brickAt({0, 0, 0}, kInfinity)}), "log-odds"));
+  EXPECT_TRUE(contains(faultOf({brickAt({0, 0, 0}, -kInfinity)}), "log-odds"));
+  EXPECT_TRUE(contains(faultOf({brickAt({0, 0, 0}), brickAt({0, 0, 0})}), "twice"));
+  EXPECT_TRUE(contains(faultOf({brickAt({8, 0, 0}), brickAt({0, 0, 0})}), "place"));
+  EXPECT_TRUE(contains(faultOf({brickAt({0, 0, 0}), brickAt({8, 0, 0})}, {1}), "bricks"));
   for (const double resolution_m : {0.0, -1.0, 1e3, std::numeric_limits<double>::quiet_NaN()}) {
     MapSnapshot snapshot;
     snapshot.resolution_m = resolution_m;

@@ -4,10 +4,11 @@
 
 #include "support/following_copy.h"
 #include "support/modelled_map.h"
-#include "support/tree_queries.h"
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <set>
 #include <string>
 #include <tuple>
 #include <vector>
@@ -17,49 +18,54 @@ namespace {
 
 using test::Random;
 
-/// Disjoint cuboids inside a box, small ones and such of several bricks.
-std::vector<Cuboid> randomCuboids(Random& random, const CellBox& box) {
-  std::vector<Cuboid> cuboids;
+/// Disjoint boxes inside a box, small ones and such of several bricks.
+std::vector<UniformBox> randomBoxes(Random& random, const CellBox& box) {
+  std::vector<UniformBox> boxes;
   const int num_tries = random.integer(0, 12);
   for (int i = 0; i < num_tries; ++i) {
     const CellBox candidate = random.chance(0.1) ? box : test::randomBoxInside(random, box);
-    const bool is_taken = std::any_of(cuboids.begin(), cuboids.end(), [&](const Cuboid& cuboid) {
-      return cuboid.box.intersects(candidate);
+    const bool is_taken = std::any_of(boxes.begin(), boxes.end(), [&](const UniformBox& uniform) {
+      return uniform.box.intersects(candidate);
     });
-    if (!is_taken) cuboids.push_back({candidate, random.chance(0.5) ? 1.5F : -0.75F});
+    if (!is_taken) boxes.push_back({candidate, random.chance(0.5) ? 1.5F : -0.75F});
   }
-  return cuboids;
+  return boxes;
 }
 
 testing::AssertionResult hasRightBookkeeping(const CuboidMap& map, const test::VoxelMap& voxels,
                                              const CellBox& area) {
-  MapContent expected;
-  for (const Cuboid& cuboid : test::allCuboids(map.tree())) expected.count(cuboid, 1);
-  const MapContent& content = map.content();
-  if (content.free_cuboids != expected.free_cuboids ||
-      content.occupied_cuboids != expected.occupied_cuboids ||
-      content.free_voxels != expected.free_voxels ||
-      content.occupied_voxels != expected.occupied_voxels) {
-    return testing::AssertionFailure() << "content";
-  }
   testing::AssertionResult result = testing::AssertionSuccess();
+  double num_free = 0.0;
+  double num_occupied = 0.0;
   test::visitCells(area, [&](const Cell& cell) {
-    const auto log_odds = voxels.find(cell);
-    const Occupancy occupancy = log_odds ? classify(*log_odds) : Occupancy::kUnknown;
-    if (map.classes().at(cell) != occupancy) {
-      result = testing::AssertionFailure() << "class of " << cell;
+    const Occupancy occupancy = voxels.occupancyAt(cell);
+    num_free += occupancy == Occupancy::kFree ? 1.0 : 0.0;
+    num_occupied += occupancy == Occupancy::kOccupied ? 1.0 : 0.0;
+    if (map.voxels().at(cell) != occupancy || map.voxels().logOddsAt(cell) != voxels.find(cell)) {
+      result = testing::AssertionFailure() << "value of " << cell;
     }
   });
+  if (map.voxels().numFreeVoxels() != num_free ||
+      map.voxels().numOccupiedVoxels() != num_occupied) {
+    return testing::AssertionFailure() << "number of voxels";
+  }
   return result;
 }
 
-using ReplaceParam = std::tuple<std::string, std::size_t>;
+/// Bricks that a change tells of, each once.
+std::set<Cell> bricksOf(const ChangeSet& changes) {
+  std::set<Cell> bricks;
+  for (const ChangedBrick& changed : changes.bricks) bricks.insert(changed.brick);
+  return bricks;
+}
+
+using ReplaceParam = std::tuple<FusionKind, int>;
 class Replace : public testing::TestWithParam<ReplaceParam> {};
 
 TEST_P(Replace, isVoxelByVoxelTheReferenceAndToldByItsChangeSets) {
   MapConfig config;
   config.fusion = std::get<0>(GetParam());
-  config.hot_bytes = std::get<1>(GetParam());
+  config.threads = std::get<1>(GetParam());
   config.rtree = {8, 3};
   CuboidMap map(config);
   test::VoxelMap voxels(map.sensorModel());
@@ -77,79 +83,100 @@ TEST_P(Replace, isVoxelByVoxelTheReferenceAndToldByItsChangeSets) {
     } else {
       const bool is_everything = random.chance(0.03);
       const CellBox box = is_everything ? kAllCells : test::randomBoxInside(random, area);
-      const std::vector<Cuboid> cuboids = randomCuboids(random, intersect(box, area));
-      copy.follow(map, map.flush());
-      for (const Cuboid& old :
-           test::findInBox(test::allCuboids(map.tree()), box, CuboidFilter::kAll)) {
-        num_cut += box.contains(old.box) ? 0 : 1;
-      }
-      voxels.replace(box, cuboids);
-      const ChangeSet changes = map.replace(box, cuboids);
+      const std::vector<UniformBox> boxes = randomBoxes(random, intersect(box, area));
+      for (const Cuboid& old : test::cuboidsIn(map, box)) num_cut += box.contains(old.box) ? 0 : 1;
+      voxels.replace(box, boxes);
+      const ChangeSet changes = map.replace(box, boxes);
       copy.follow(map, changes);
       ++num_edits;
       ASSERT_EQ(changes.revision, map.revision());
-      ASSERT_TRUE(map.replace(box, cuboids).boxes.empty()) << "twice is once";
+      ASSERT_TRUE(map.replace(box, boxes).bricks.empty()) << "twice is once";
       ASSERT_EQ(changes.revision, map.revision()) << "twice is once";
-      ASSERT_TRUE(map.isFlushed(box));
     }
     if (i % 4 != 3) continue;
-    copy.follow(map, map.flush());
+    if (random.chance(0.3)) map.fuse();
     ASSERT_TRUE(hasVoxels(map, voxels)) << test::seedNote(i);
     ASSERT_TRUE(hasRightBookkeeping(map, voxels, area)) << test::seedNote(i);
-    ASSERT_EQ(checkDisjoint(map.tree()), std::vector<std::string>{}) << test::seedNote(i);
-    ASSERT_EQ(checkTree(map.tree()), std::vector<std::string>{}) << test::seedNote(i);
-    ASSERT_EQ(copy.cuboids(), test::allCuboids(map.tree())) << test::seedNote(i);
+    ASSERT_EQ(checkMap(map), std::vector<std::string>{}) << test::seedNote(i);
+    ASSERT_EQ(copy.cuboids(), test::allCuboids(map)) << test::seedNote(i);
   }
   EXPECT_GT(num_edits, kSteps / 3);
-  EXPECT_GT(num_cut, 3 * num_edits);
+  // Single voxels cannot be cut.
+  if (config.fusion == FusionKind::kClass) {
+    EXPECT_GT(num_cut, 3 * num_edits);
+  }
 }
 
 INSTANTIATE_TEST_SUITE_P(AllConfigs, Replace,
-                         testing::Combine(testing::Values("brick", "none"),
-                                          testing::Values(0, std::size_t{1} << 40)));
+                         testing::Combine(testing::Values(FusionKind::kClass, FusionKind::kGrowth,
+                                                          FusionKind::kNone),
+                                          testing::Values(1, 4)));
 
-TEST(ReplaceInCuboidMap, takesTheGivenCuboidsAsTheyAre) {
+TEST(ReplaceInCuboidMap, takesTheGivenVoxelsAsTheyAre) {
   CuboidMap map;
   const CellBox box{{-1000, 0, 0}, {1000, 30, 3}};
-  const std::vector<Cuboid> cuboids{{{{-1000, 0, 0}, {5, 30, 3}}, -1.0F},
-                                    {{{6, 0, 0}, {1000, 1, 3}}, 2.0F}};
-  map.replace(box, cuboids);
-  EXPECT_EQ(test::allCuboids(map.tree()), test::sorted(cuboids));
+  const std::vector<UniformBox> boxes{{{{-1000, 0, 0}, {5, 30, 3}}, -1.0F},
+                                      {{{6, 0, 0}, {1000, 1, 3}}, 100.0F}};
+  map.replace(box, boxes);
   EXPECT_EQ(map.revision(), 1U);
-  EXPECT_EQ(map.classes().at({5, 0, 0}), Occupancy::kUnknown);
-  EXPECT_EQ(map.classes().at({999, 0, 2}), Occupancy::kOccupied);
+  EXPECT_EQ(map.voxels().numFreeVoxels(), boxes[0].box.numVoxels());
+  EXPECT_EQ(map.voxels().numOccupiedVoxels(), boxes[1].box.numVoxels());
+  EXPECT_EQ(map.voxels().at({5, 0, 0}), Occupancy::kUnknown);
+  EXPECT_EQ(map.voxels().logOddsAt({4, 29, 2}), -1.0F);
+  EXPECT_EQ(map.voxels().logOddsAt({999, 0, 2}), 100.0F) << "beyond the clamping threshold";
+  EXPECT_EQ(checkMap(map), std::vector<std::string>{});
 }
 
 TEST(ReplaceInCuboidMap, cutsACuboidAtTheFacesOfTheBox) {
   CuboidMap map;
-  map.replace(kAllCells, {{{{0, 0, 0}, {10, 1, 1}}, -1.0F}});
-  const ChangeSet changes = map.replace({{4, -5, -5}, {6, 5, 5}}, {});
-  EXPECT_EQ(test::allCuboids(map.tree()), (std::vector<Cuboid>{{{{0, 0, 0}, {4, 1, 1}}, -1.0F},
-                                                               {{{6, 0, 0}, {10, 1, 1}}, -1.0F}}));
-  EXPECT_EQ(changes.boxes, (std::vector<CellBox>{{{0, 0, 0}, {10, 1, 1}}}))
-      << "no cuboid that changed lies across it";
-  EXPECT_EQ(map.content().free_voxels, 8.0);
+  map.replace(kAllCells, {UniformBox{{{0, 0, 0}, {8, 1, 1}}, -1.0F}});
+  const ChangeSet changes = map.replace({{4, -5, -5}, {6, 5, 5}}, std::vector<UniformBox>{});
+  EXPECT_EQ(test::allCuboids(map.tree()),
+            (std::vector<Cuboid>{{{{0, 0, 0}, {4, 1, 1}}, Occupancy::kFree},
+                                 {{{6, 0, 0}, {8, 1, 1}}, Occupancy::kFree}}));
+  EXPECT_EQ(bricksOf(changes), (std::set<Cell>{{0, 0, 0}}));
+  EXPECT_EQ(map.voxels().numFreeVoxels(), 6.0);
 }
 
 TEST(ReplaceInCuboidMap, doesNothingForAnEmptyBox) {
   CuboidMap map;
-  map.replace(kAllCells, {{{{0, 0, 0}, {10, 1, 1}}, -1.0F}});
-  EXPECT_TRUE(map.replace({{4, 0, 0}, {4, 1, 1}}, {}).boxes.empty());
+  map.replace(kAllCells, {UniformBox{{{0, 0, 0}, {8, 1, 1}}, -1.0F}});
+  EXPECT_TRUE(map.replace({{4, 0, 0}, {4, 1, 1}}, std::vector<UniformBox>{}).bricks.empty());
   EXPECT_EQ(map.revision(), 1U);
   EXPECT_EQ(map.tree().size(), 1U);
+}
+
+TEST(ReplaceInCuboidMap, doesNotLookAtVoxelsOutsideTheBox) {
+  CuboidMap map;
+  const VoxelBrick brick{{8, 0, 0}, PackedVoxels(BrickMask::all(), 1.0F)};
+  map.replace({{0, 0, 0}, {10, 2, 2}}, {brick, {{16, 0, 0}, brick.voxels}});
+  EXPECT_EQ(test::allCuboids(map),
+            (std::vector<Cuboid>{{{{8, 0, 0}, {10, 2, 2}}, Occupancy::kOccupied}}));
+}
+
+TEST(ReplaceInCuboidMap, leavesNoTraceOfBricksThatBecomeUnknown) {
+  CuboidMap map;
+  map.replace(kAllCells, {UniformBox{{{-90, 0, 0}, {90, 30, 30}}, -1.0F}});
+  map.fuse();
+  map.replace(kAllCells, std::vector<UniformBox>{});
+  EXPECT_EQ(map.voxels().size(), 0U);
+  EXPECT_FALSE(map.voxels().bounds().has_value());
+  EXPECT_TRUE(test::allCuboids(map).empty());
+  EXPECT_TRUE(map.tree().isEmpty());
 }
 
 TEST(ReplaceInCuboidMap, makesACopyOfAnotherMap) {
   Random random(62);
   MapConfig config;
   const test::ModelledMap model = test::randomMap(random, config);
-  const std::vector<Cuboid> cuboids = test::allCuboids(model.map.tree());
-  ASSERT_GT(cuboids.size(), 1000U);
+  ASSERT_GT(test::allCuboids(model.map).size(), 1000U);
+  std::vector<VoxelBrick> bricks;
+  model.map.voxels().forEach([&](const VoxelBrick& brick) { bricks.push_back(brick); });
   CuboidMap map(config);
-  map.replace(kAllCells, cuboids);
-  EXPECT_EQ(test::allCuboids(map.tree()), cuboids);
-  EXPECT_EQ(checkTree(map.tree()), std::vector<std::string>{});
-  EXPECT_TRUE(hasRightBookkeeping(map, model.voxels, {{-20, -20, -20}, {20, 20, 20}}));
+  map.replace(kAllCells, bricks);
+  EXPECT_EQ(test::allCuboids(map), test::allCuboids(model.map));
+  EXPECT_EQ(checkMap(map), std::vector<std::string>{});
+  EXPECT_TRUE(hasRightBookkeeping(map, model.voxels, {{-24, -24, -24}, {24, 24, 24}}));
 }
 
 }  // namespace

@@ -35,7 +35,7 @@ class PaperGrid {
   std::map<Cell, double> cells_;
 };
 
-class StaticReference : public testing::TestWithParam<const char*> {};
+class StaticReference : public testing::TestWithParam<FusionKind> {};
 
 TEST_P(StaticReference, agreesInEveryVoxel) {
   test::Random random(91);
@@ -65,8 +65,10 @@ TEST_P(StaticReference, agreesInEveryVoxel) {
       ASSERT_NE(found, grid.cells().end()) << cell;
       // The map clamps to the thresholds, beyond which the paper's grid goes once.
       const double p = std::clamp(found->second, PaperGrid::kAlphaMin, PaperGrid::kAlphaMax);
-      ASSERT_NEAR(toProbability(cuboid.log_odds), p, 1e-4) << cell;
-      num_stable += map.sensorModel().isStable(cuboid.log_odds) ? 1 : 0;
+      const float log_odds = map.voxels().logOddsAt(cell).value();
+      ASSERT_NEAR(toProbability(log_odds), p, 1e-4) << cell;
+      ASSERT_EQ(classify(log_odds), cuboid.occupancy) << cell;
+      num_stable += map.sensorModel().isStable(log_odds) ? 1 : 0;
     });
   }
   EXPECT_EQ(num_voxels, grid.cells().size());
@@ -74,7 +76,9 @@ TEST_P(StaticReference, agreesInEveryVoxel) {
   EXPECT_LT(num_stable, num_voxels);
 }
 
-INSTANTIATE_TEST_SUITE_P(Fusions, StaticReference, testing::Values("growth", "brick", "none"));
+INSTANTIATE_TEST_SUITE_P(Fusions, StaticReference,
+                         testing::Values(FusionKind::kGrowth, FusionKind::kClass,
+                                         FusionKind::kNone));
 
 }  // namespace
 }  // namespace cuboid_mapping

@@ -1,0 +1,248 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// A map that is fused now and then beside one that is fused after every change.
+#include "cuboid_mapping/fusion/class_fusion.h"
+#include "cuboid_mapping/query/box_query.h"
+#include "cuboid_mapping/query/cuboid_query.h"
+#include "cuboid_mapping/query/nearest_query.h"
+
+#include "support/following_copy.h"
+#include "support/modelled_map.h"
+#include "support/tree_queries.h"
+
+#include <gtest/gtest.h>
+
+#include <limits>
+#include <string>
+#include <tuple>
+
+namespace cuboid_mapping {
+namespace {
+
+using test::Random;
+
+constexpr double kInfinity = std::numeric_limits<double>::infinity();
+
+using OrderParam = std::tuple<FusionKind, Environment, int>;
+
+class FusionOrder : public testing::TestWithParam<OrderParam> {
+ protected:
+  FusionOrder() {
+    config_.resolution_m = 0.1;
+    config_.fusion = std::get<0>(GetParam());
+    config_.environment = std::get<1>(GetParam());
+    config_.rtree = {8, 3};
+    lazy_config_ = config_;
+    lazy_config_.threads = std::get<2>(GetParam());
+    lazy_config_.rtree = {32, 12};
+  }
+
+  MapConfig config_;
+  MapConfig lazy_config_;
+};
+
+/// Distances are compared, and cuboids where no other one is as far away.
+void checkNearest(const CuboidMap& lazy, const CuboidMap& fused, const Eigen::Vector3d& point,
+                  CuboidFilter filter, double max_distance_m) {
+  const auto expected = findNearest(fused, point, 40, filter, max_distance_m);
+  const auto nearest = findNearest(lazy, point, 40, filter, max_distance_m);
+  ASSERT_EQ(nearest.size(), expected.size());
+  const auto is_alone = [&](std::size_t i) {
+    return (i == 0 || expected[i - 1].distance_m < expected[i].distance_m) &&
+           i + 1 < expected.size() && expected[i].distance_m < expected[i + 1].distance_m;
+  };
+  for (std::size_t i = 0; i < nearest.size(); ++i) {
+    ASSERT_EQ(nearest[i].distance_m, expected[i].distance_m);
+    if (is_alone(i)) {
+      ASSERT_EQ(nearest[i].cuboid, expected[i].cuboid);
+    }
+  }
+}
+
+/// All cuboids by distance, as a set.
+std::vector<Cuboid> visitedNearest(const CuboidMap& map, const Eigen::Vector3d& point,
+                                   double max_distance, CuboidFilter filter) {
+  std::vector<Cuboid> cuboids;
+  double last = 0.0;
+  visitNearest(map, point, max_distance, filter, [&](const Cuboid& cuboid, double distance) {
+    EXPECT_GE(distance, last);
+    last = distance;
+    cuboids.push_back(cuboid);
+    return Visit::kContinue;
+  });
+  return test::sorted(std::move(cuboids));
+}
+
+/// Asks everything that gives cuboids.
+void checkReaders(const CuboidMap& lazy, const CuboidMap& fused, Random& random) {
+  const CellBox region = test::randomBox(random, {{-64, -64, -64}, {64, 64, 64}}, 40);
+  const CuboidFilter filter = test::kFilters[random.index(3)];
+  const std::vector<Cuboid> all = test::allCuboids(fused, filter);
+  ASSERT_EQ(test::allCuboids(lazy, filter), all);
+  ASSERT_EQ(test::cuboidsIn(lazy, region), test::cuboidsIn(fused, region));
+  ASSERT_EQ(countCuboids(lazy).free, countCuboids(fused).free);
+  ASSERT_EQ(countCuboids(lazy).occupied, countCuboids(fused).occupied);
+  for (const CuboidOutput output : {CuboidOutput::kWhole, CuboidOutput::kClipped}) {
+    ASSERT_EQ(test::sorted(queryBox(lazy, region, output, filter).cuboids),
+              test::sorted(queryBox(fused, region, output, filter).cuboids));
+  }
+  ASSERT_EQ(isAnyOccupied(lazy, region), isAnyOccupied(fused, region));
+  CuboidSelection selection{filter, random.integer(1, 3), random.chance(0.5)};
+  const std::vector<Cuboid> selected =
+      test::sorted(selectCuboids(fused, region, selection).cuboids);
+  ASSERT_EQ(test::sorted(selectCuboids(lazy, region, selection).cuboids), selected);
+  selection.max_cuboids = random.index(selected.size() + 2);
+  const SelectedCuboids some = selectCuboids(lazy, region, selection);
+  ASSERT_EQ(some.is_truncated, selected.size() > selection.max_cuboids);
+  ASSERT_EQ(some.cuboids.size(), std::min(selected.size(), selection.max_cuboids));
+
+  const Eigen::Vector3d point = test::randomPoint(random, 7.0);
+  checkNearest(lazy, fused, point, filter, random.chance(0.5) ? kInfinity : 2.0);
+  ASSERT_EQ(visitedNearest(lazy, 10.0 * point, kInfinity, filter), all);
+  ASSERT_EQ(visitedNearest(lazy, 10.0 * point, 15.0, filter),
+            visitedNearest(fused, 10.0 * point, 15.0, filter));
+}
+
+TEST_P(FusionOrder, makesNoDifferenceToAnyReader) {
+  Random random(21);
+  CuboidMap map(config_);
+  CuboidMap lazy(lazy_config_);
+  test::FollowingCopy copy;
+  const CellBox bricks{{-8, -8, -8}, {8, 8, 8}};
+  constexpr std::size_t kUpdates = 160;
+  std::size_t num_fused = 0;
+  std::size_t most_waiting = 0;
+  for (std::size_t i = 0; i < kUpdates; ++i) {
+    // A sensor that moves on: bricks grow cold behind it.
+    const auto at = static_cast<std::int32_t>(i / 20) - 4;
+    const CellBox area{{2 * at, -2, -2}, {2 * at + 3, 2, 2}};
+    const ScanUpdate update = test::randomUpdate(random, random.chance(0.8) ? area : bricks, 12);
+    map.apply(update);
+    copy.follow(lazy, lazy.apply(update));
+    if (random.chance(0.1)) {
+      const CellBox box = test::randomBox(random, {{-64, -64, -64}, {64, 64, 64}}, 20);
+      const std::vector<UniformBox> boxes{{box, random.chance(0.5) ? 1.0F : -3.5F}};
+      map.replace(box, boxes);
+      copy.follow(lazy, lazy.replace(box, boxes));
+    }
+    map.fuse();
+    ASSERT_TRUE(map.fusion().waiting().isEmpty());
+    ASSERT_EQ(lazy.revision(), map.revision()) << test::seedNote(i);
+    most_waiting = std::max(most_waiting, lazy.fusion().waiting().size());
+    if (random.chance(0.3)) {
+      checkReaders(lazy, map, random);
+      ASSERT_FALSE(HasFailure()) << test::seedNote(i);
+    }
+    if (random.chance(0.3)) {
+      const std::size_t num_waiting = lazy.fusion().waiting().size();
+      const std::size_t max_bricks = random.index(num_waiting + 3);
+      ASSERT_EQ(lazy.fuse(max_bricks), max_bricks >= num_waiting) << test::seedNote(i);
+      ASSERT_EQ(lazy.fusion().waiting().size(), num_waiting - std::min(num_waiting, max_bricks));
+      ASSERT_EQ(lazy.revision(), map.revision()) << "no voxel has changed";
+      ++num_fused;
+    }
+    if (i % 8 == 0) {
+      ASSERT_EQ(copy.cuboids(), test::allCuboids(lazy)) << test::seedNote(i);
+      ASSERT_EQ(checkMap(lazy), std::vector<std::string>{}) << test::seedNote(i);
+    }
+    if (i == 100) {
+      map.clear();
+      copy.follow(lazy, lazy.clear());
+    }
+  }
+  EXPECT_EQ(test::allCuboids(lazy.tree()), test::allCuboids(map.tree()));
+  EXPECT_EQ(checkMap(lazy), std::vector<std::string>{});
+  EXPECT_EQ(checkMap(map), std::vector<std::string>{});
+  EXPECT_GT(map.tree().size(), 1000U);
+  EXPECT_GT(num_fused, 20U);
+  if (config_.fusion != FusionKind::kGrowth) {
+    EXPECT_GT(most_waiting, 40U);
+  }
+}
+
+std::string nameOf(const testing::TestParamInfo<OrderParam>& info) {
+  const auto& [fusion, environment, threads] = info.param;
+  return toString(fusion) +
+         std::string(environment == Environment::kStatic ? "Static" : "Dynamic") + "With" +
+         std::to_string(threads);
+}
+
+INSTANTIATE_TEST_SUITE_P(
+    AllConfigs, FusionOrder,
+    testing::Combine(testing::Values(FusionKind::kClass, FusionKind::kGrowth, FusionKind::kNone),
+                     testing::Values(Environment::kDynamic, Environment::kStatic),
+                     testing::Values(1, 4)),
+    nameOf);
+
+/// An update of one voxel of a brick of its own.
+ScanUpdate missIn(const Cell& brick) {
+  ScanUpdate update;
+  update.bricks.push_back({brick, {}, BrickMask::ofBox(CellBox::ofCell(brick)), 0});
+  return update;
+}
+
+TEST(WaitingBricks, areNotInTheTreeUntilTheyAreFused) {
+  CuboidMap map;
+  const ChangeSet changes = map.apply(missIn({0, 0, 0}));
+  ASSERT_EQ(changes.bricks.size(), 1U);
+  EXPECT_TRUE(changes.bricks[0].has_new_cuboids) << "readers see them";
+  EXPECT_TRUE(map.fusion().tree().isEmpty());
+  EXPECT_EQ(test::allCuboids(map),
+            (std::vector<Cuboid>{{CellBox::ofCell({0, 0, 0}), Occupancy::kFree}}));
+  EXPECT_TRUE(map.fusion().tree().isEmpty()) << "a const reader changes nothing";
+  EXPECT_TRUE(map.fuse());
+  EXPECT_EQ(map.fusion().tree().size(), 1U);
+  EXPECT_EQ(map.revision(), 1U) << "no voxel has changed";
+  EXPECT_TRUE(map.fuse()) << "nothing is left";
+}
+
+TEST(WaitingBricks, areFusedAFewAtATimeThoseFirstThatHaveWaitedLongest) {
+  CuboidMap map;
+  for (std::int32_t i = 0; i < 7; ++i) map.apply(missIn({40 * i, 0, 0}));
+  EXPECT_FALSE(map.fuse(0));
+  EXPECT_TRUE(map.fusion().tree().isEmpty());
+  for (const std::size_t expected : {3U, 6U, 7U, 7U}) {
+    EXPECT_EQ(map.fuse(3), expected == 7U);
+    EXPECT_EQ(map.fusion().tree().size(), expected);
+    EXPECT_EQ(map.fusion().tree().bounds()->min.x, 0);
+    EXPECT_EQ(map.fusion().tree().bounds()->max.x, 40 * static_cast<std::int32_t>(expected) - 39);
+  }
+}
+
+TEST(WaitingBricks, areFusedWhenTheyAreCold) {
+  CuboidMap map;
+  map.apply(missIn({0, 0, 0}));
+  std::size_t num_clouds = 0;
+  while (map.fusion().tree().isEmpty() && num_clouds < 1000) {
+    map.apply(missIn({800, 0, 0}));
+    ++num_clouds;
+  }
+  EXPECT_EQ(num_clouds, ClassFusion::kColdClouds);
+}
+
+TEST(WaitingBricks, stayWarmWhileCloudsChangeClassesInThem) {
+  CuboidMap map;
+  ScanUpdate update = missIn({0, 0, 0});
+  const BrickMask voxel = update.bricks[0].misses;
+  for (std::uint64_t i = 0; i < 5 * ClassFusion::kColdClouds; ++i) {
+    update.bricks[0].hits = i % 12 < 4 ? voxel : BrickMask();  // Free, then occupied.
+    map.apply(update);
+    ASSERT_TRUE(map.fusion().tree().isEmpty()) << i;
+  }
+  for (std::uint64_t i = 0; i <= ClassFusion::kColdClouds; ++i) map.apply(ScanUpdate{});
+  EXPECT_EQ(map.fusion().tree().size(), 1U);
+}
+
+TEST(WaitingBricks, thatBecomeUnknownLeaveTheTreeToo) {
+  CuboidMap map;
+  map.apply(missIn({0, 0, 0}));
+  map.fuse();
+  map.replace(kAllCells, std::vector<UniformBox>{});
+  EXPECT_EQ(map.fusion().tree().size(), 1U);
+  EXPECT_TRUE(test::allCuboids(map).empty());
+  EXPECT_TRUE(findNearest(map, {0.0, 0.0, 0.0}, 1, CuboidFilter::kAll).empty());
+  EXPECT_TRUE(map.fuse());
+  EXPECT_TRUE(map.fusion().tree().isEmpty());
+}
+
+}  // namespace
+}  // namespace cuboid_mapping
