@@ -40,7 +40,6 @@ TEST(BoxQuery, dividesTheVolumeByClass) {
   EXPECT_DOUBLE_EQ(result->free_volume_m3, 2.0);
   EXPECT_DOUBLE_EQ(result->occupied_volume_m3, 1.0);
   EXPECT_DOUBLE_EQ(result->unknown_volume_m3, 3.0);
-  EXPECT_EQ(result->max_log_odds, map.sensorModel().hit());
   EXPECT_TRUE(result->cuboids.empty()) << "none were asked for";
 }
 
@@ -73,7 +72,6 @@ TEST(BoxQuery, isAllUnknownOutsideTheMap) {
   ASSERT_TRUE(result.has_value());
   EXPECT_DOUBLE_EQ(result->unknown_volume_m3, 8.0);
   EXPECT_EQ(result->free_volume_m3 + result->occupied_volume_m3, 0.0);
-  EXPECT_FALSE(result->max_log_odds.has_value());
   EXPECT_EQ(result->occupancy(), Occupancy::kUnknown);
   EXPECT_EQ(queryBox(CuboidMap(), row(0.0, 1.0))->occupancy(), Occupancy::kUnknown);
 }
@@ -91,24 +89,22 @@ TEST(BoxQuery, isNothingForABoxThatIsNoBox) {
 
 TEST(BoxQuery, givesCuboidsWholeOrClipped) {
   const CuboidMap map = threeVoxels();
-  const Cuboid occupied{CellBox::ofCell({2, 0, 0}), map.sensorModel().hit()};
-  const float miss = map.sensorModel().miss();
+  const Cuboid occupied{CellBox::ofCell({2, 0, 0}), Occupancy::kOccupied};
   const CellBox box{{1, 0, 0}, {3, 1, 1}};
   EXPECT_EQ(test::sorted(queryBox(map, box, CuboidOutput::kWhole).cuboids),
-            (std::vector<Cuboid>{{{{0, 0, 0}, {2, 1, 1}}, miss}, occupied}));
+            (std::vector<Cuboid>{{{{0, 0, 0}, {2, 1, 1}}, Occupancy::kFree}, occupied}));
   EXPECT_EQ(test::sorted(queryBox(map, box, CuboidOutput::kClipped).cuboids),
-            (std::vector<Cuboid>{{CellBox::ofCell({1, 0, 0}), miss}, occupied}));
+            (std::vector<Cuboid>{{CellBox::ofCell({1, 0, 0}), Occupancy::kFree}, occupied}));
   EXPECT_EQ(queryBox(map, box, CuboidOutput::kWhole, CuboidFilter::kOccupied).cuboids,
             (std::vector<Cuboid>{occupied}));
   EXPECT_EQ(queryBox(map, box, CuboidOutput::kClipped, CuboidFilter::kFree).cuboids,
-            (std::vector<Cuboid>{{CellBox::ofCell({1, 0, 0}), miss}}));
+            (std::vector<Cuboid>{{CellBox::ofCell({1, 0, 0}), Occupancy::kFree}}));
 }
 
 /// What a look at every voxel of a box gives.
 struct VoxelCounts {
   double num_free = 0.0;
   double num_occupied = 0.0;
-  std::optional<float> max_log_odds;
 };
 
 VoxelCounts countVoxels(const test::VoxelMap& voxels, const CellBox& box) {
@@ -117,7 +113,6 @@ VoxelCounts countVoxels(const test::VoxelMap& voxels, const CellBox& box) {
     const auto log_odds = voxels.find(cell);
     if (!log_odds) return;
     ++(*log_odds >= 0.0F ? counts.num_occupied : counts.num_free);
-    counts.max_log_odds = std::max(counts.max_log_odds.value_or(*log_odds), *log_odds);
   });
   return counts;
 }
@@ -154,7 +149,6 @@ void checkBox(const ModelledMap& model, const std::vector<Cuboid>& all, const Ce
   ASSERT_NEAR(result->occupied_volume_m3, counts.num_occupied * voxel_m3, 1e-9);
   ASSERT_NEAR(result->free_volume_m3 + result->occupied_volume_m3 + result->unknown_volume_m3,
               box.numVoxels() * voxel_m3, 1e-9);
-  ASSERT_EQ(result->max_log_odds, counts.max_log_odds);
   ASSERT_EQ(test::sorted(result->cuboids), expectedCuboids(all, box, output, filter));
   ASSERT_EQ(isAnyOccupied(model.map, box), counts.num_occupied > 0.0);
   const bool is_full = counts.num_free == box.numVoxels();
@@ -172,7 +166,7 @@ TEST(BoxQuery, agreesWithALookAtEveryVoxel) {
     config.resolution_m = 0.1;
     config.rtree = {4, 2};
     const ModelledMap model = randomMap(random, config, offset);
-    const std::vector<Cuboid> all = test::allCuboids(model.map.tree());
+    const std::vector<Cuboid> all = test::allCuboids(model.map);
     const CellBox area{offset - Cell{18, 18, 18}, offset + Cell{17, 17, 17}};
     for (int i = 0; i < 4000; ++i, ++num_cases) {
       const CellBox box = test::randomBox(random, area, i % 2 == 0 ? 3 : 12);

@@ -146,9 +146,9 @@ test::ModelledMap randomMaze(Random& random) {
   const auto fill = [&](const CellBox& asked, const std::optional<float>& log_odds) {
     const CellBox box = intersect(asked, kArea);
     if (box.isEmpty()) return;
-    std::vector<Cuboid> cuboids;
-    if (log_odds) cuboids.push_back({box, *log_odds});
-    maze.map.replace(box, cuboids);
+    std::vector<UniformBox> boxes;
+    if (log_odds) boxes.push_back({box, *log_odds});
+    maze.map.replace(box, boxes);
     test::visitCells(box, [&](const Cell& cell) { maze.voxels.set(cell, log_odds); });
   };
   fill(kArea, -1.0F);

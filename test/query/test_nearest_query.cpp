@@ -142,7 +142,7 @@ TEST(NearestQuery, agreesWithALookAtEveryCuboid) {
     config.resolution_m = 0.1;
     config.rtree = {16, 6};
     const ModelledMap model = randomMap(random, config, offset);
-    const std::vector<Cuboid> all = test::allCuboids(model.map.tree());
+    const std::vector<Cuboid> all = test::allCuboids(model.map);
     ASSERT_GT(all.size(), 100U);
     const Eigen::Vector3d center = 0.1 * Eigen::Vector3d(offset.x, offset.y, offset.z);
     for (int i = 0; i < 4000; ++i, ++num_cases) {

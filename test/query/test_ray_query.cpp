@@ -2,7 +2,6 @@
 #include "cuboid_mapping/query/ray_query.h"
 
 #include "support/modelled_map.h"
-#include "support/tree_queries.h"
 
 #include <gtest/gtest.h>
 
@@ -149,6 +148,43 @@ TEST(RayQuery, isNothingForWhatIsNoRay) {
   }
 }
 
+/// A search along a ray, in units of cells.
+struct RaySearch {
+  Eigen::Vector3d origin;
+  Eigen::Vector3d direction;
+  double t_end;
+};
+
+struct RayPart {
+  double first;
+  double last;
+  double tolerance;  ///< Bound of the rounding errors of both.
+};
+
+/// The part of a ray in a box; last < first when there is none.
+RayPart findPart(const RaySearch& ray, const CellBox& box) {
+  long double first = 0.0L;
+  long double last = ray.t_end;
+  double least_component = 1e9;
+  for (int axis = 0; axis < 3; ++axis) {
+    const long double origin = ray.origin[axis];
+    const long double direction = ray.direction[axis];
+    if (direction == 0.0L) {
+      if (origin < box.min[axis] || box.max[axis] <= origin) return {1.0, -1.0, 0.0};
+      continue;
+    }
+    const long double a = (box.min[axis] - origin) / direction;
+    const long double b = (box.max[axis] - origin) / direction;
+    first = std::max(first, std::min(a, b));
+    last = std::min(last, std::max(a, b));
+    least_component = std::min(least_component, std::abs(ray.direction[axis]));
+  }
+  RayPart part{static_cast<double>(first), static_cast<double>(last), 0.0};
+  part.tolerance = 1e-14 * ((100.0 + ray.origin.cwiseAbs().maxCoeff()) / least_component +
+                            std::abs(part.first) + std::abs(part.last));
+  return part;
+}
+
 /// A known voxel on a ray, in units of voxels.
 struct Passed {
   double first;
@@ -158,7 +194,7 @@ struct Passed {
 };
 
 /// Whether a voxel is near the ray at all, to save time.
-bool isNear(const test::RaySearch& ray, const Cell& cell) {
+bool isNear(const RaySearch& ray, const Cell& cell) {
   for (int axis = 0; axis < 3; ++axis) {
     const double end = ray.origin[axis] + ray.t_end * ray.direction[axis];
     if (cell[axis] + 2.0 < std::min(ray.origin[axis], end)) return false;
@@ -168,11 +204,11 @@ bool isNear(const test::RaySearch& ray, const Cell& cell) {
 }
 
 /// The known voxels that a ray passes for more than a touch, in their order.
-std::vector<Passed> passedVoxels(const test::VoxelMap& voxels, const test::RaySearch& ray) {
+std::vector<Passed> passedVoxels(const test::VoxelMap& voxels, const RaySearch& ray) {
   std::vector<Passed> passed;
   for (const auto& [cell, log_odds] : voxels.voxels()) {
     if (!isNear(ray, cell)) continue;
-    const test::RayPart part = findPart(ray, CellBox::ofCell(cell));
+    const RayPart part = findPart(ray, CellBox::ofCell(cell));
     if (part.last - part.first >= 1e-9) passed.push_back({part.first, part.last, cell, log_odds});
   }
   std::sort(passed.begin(), passed.end(),
@@ -189,7 +225,7 @@ struct Expected {
   std::optional<double> first_unknown = {};
 };
 
-Expected stepThroughVoxels(const test::VoxelMap& voxels, const test::RaySearch& ray,
+Expected stepThroughVoxels(const test::VoxelMap& voxels, const RaySearch& ray,
                            UnknownPolicy policy) {
   Expected expected{RayEnd::kMaxRange, ray.t_end};
   double at = 0.0;
@@ -224,8 +260,7 @@ void checkRay(const ModelledMap& model, const Eigen::Vector3d& origin,
               std::size_t* num_by_end) {
   const auto result = castRay(model.map, origin, direction, range_m, policy);
   ASSERT_TRUE(result.has_value());
-  const test::RaySearch ray{model.map.grid().toCellUnits(origin), direction.normalized(),
-                            range_m / 0.1};
+  const RaySearch ray{model.map.grid().toCellUnits(origin), direction.normalized(), range_m / 0.1};
   const Expected expected = stepThroughVoxels(model.voxels, ray, policy);
   ASSERT_EQ(result->end, expected.end);
   ASSERT_NEAR(result->distance_m, 0.1 * expected.distance, 1e-7);

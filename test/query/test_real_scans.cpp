@@ -42,7 +42,7 @@ std::optional<Scene> readScene(const std::string& name, double resolution_m) {
 }
 
 DenseObstacles makeObstacles(const CuboidMap& map, const CellBox& area, UnknownPolicy policy) {
-  return {[&map](const Cell& cell) { return map.classes().at(cell); }, area, policy};
+  return {[&map](const Cell& cell) { return map.voxels().at(cell); }, area, policy};
 }
 
 /// Places of a box, with a number for those that are connected from voxel to voxel.
@@ -100,7 +100,7 @@ TEST(RealScans, haveACorridorIfAndOnlyIfThereIsAWayFromVoxelToVoxel) {
   if (!scene) GTEST_SKIP() << "CUBOID_DATA_DIR is not set: no real scans to test with";
   Random random(131);
   const Grid& grid = scene->map.grid();
-  const CellBox area = *scene->map.tree().bounds();
+  const CellBox area = *scene->map.voxels().bounds();
   std::size_t num_found = 0;
   std::size_t num_none = 0;
   for (const UnknownPolicy policy : {UnknownPolicy::kStop, UnknownPolicy::kPass}) {
@@ -140,7 +140,7 @@ TEST(RealScans, areAnsweredForAsALookAtEveryVoxelTells) {
   const auto scene = readScene("kitti_0005_city", 0.2);
   if (!scene) GTEST_SKIP() << "CUBOID_DATA_DIR is not set: no real scans to test with";
   Random random(132);
-  const CellBox area = *scene->map.tree().bounds();
+  const CellBox area = *scene->map.voxels().bounds();
   std::size_t num_blocked = 0;
   std::size_t num_placed = 0;
   constexpr std::size_t kCases = 5000;
