@@ -224,7 +224,7 @@ TEST(WaitingBricks, stayWarmWhileCloudsChangeClassesInThem) {
   ScanUpdate update = missIn({0, 0, 0});
   const BrickMask voxel = update.bricks[0].misses;
   for (std::uint64_t i = 0; i < 5 * ClassFusion::kColdClouds; ++i) {
-    update.bricks[0].hits = i % 12 < 4 ? voxel : BrickMask();  // Free, then occupied.
+    update.bricks[0].hits = i % 18 < 4 ? voxel : BrickMask();  // Free, then occupied.
     map.apply(update);
     ASSERT_TRUE(map.fusion().tree().isEmpty()) << i;
   }
