@@ -7,7 +7,7 @@ import rospy
 
 from cuboid_mapping.msg import CuboidMap, CuboidMapUpdate
 from cuboid_mapping.srv import GetMap
-from cuboid_mapping_client.map_copy import MapCopy
+from cuboid_mapping_client.map_copy import DamagedMessage, MapCopy
 
 
 # Seconds for which a map that comes by itself is waited for.
@@ -29,6 +29,7 @@ class CuboidMapClient:
         # rospy has a thread for each topic; messages are worked on one after the other.
         self._turn = threading.RLock()
         self._awaited_since = None
+        self._has_values = False  # Log-odds travel with the updates.
         self._copy = MapCopy()
         self._frame_id = ''
         self._on_change = on_change
@@ -77,6 +78,11 @@ class CuboidMapClient:
         with self._lock:
             return self._copy.cuboids(low, high)
 
+    def log_odds_at(self, voxel):
+        """Log-odds of a voxel, see MapCopy.log_odds_at: only where the node has publish_values."""
+        with self._lock:
+            return self._copy.log_odds_at(voxel)
+
     def count(self, low_m, high_m):
         """Free, occupied and unknown voxels of a box in metres."""
         with self._lock:
@@ -89,7 +95,11 @@ class CuboidMapClient:
                 if (message.instance == self._copy.instance
                         and message.revision <= self._copy.revision):
                     return
-                self._copy.take_map(message)
+                try:
+                    self._copy.take_map(message)
+                except DamagedMessage as error:
+                    rospy.logwarn_throttle(10.0, 'a damaged CuboidMap was left out: %s' % error)
+                    return
                 self._frame_id = message.header.frame_id
             self._tell()
 
@@ -97,6 +107,7 @@ class CuboidMapClient:
         with self._turn:
             with self._lock:
                 before = self._copy.revision
+                self._has_values = message.bricks.has_values
                 is_good = self._copy.take_update(message)
                 is_changed = self._copy.revision != before
             if is_changed:
@@ -116,7 +127,7 @@ class CuboidMapClient:
 
     def _ask_for_map(self):
         try:
-            answer = self._get_map()
+            answer = self._get_map(with_values=self._has_values)
         except rospy.ServiceException as error:
             rospy.logwarn_throttle(10.0, 'the map cannot be followed: %s' % error)
             return

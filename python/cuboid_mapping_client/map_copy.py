@@ -5,96 +5,136 @@ import zlib
 
 import numpy as np
 
-# Edge, in voxels, of the cubes of space that a copy is kept in: it is changed cube by cube.
-_CHUNK_EDGE = 128
+# Edge of a brick in voxels.
+_EDGE = 8
 
-# Disjoint cuboids: `bounds` (n, 6) int32, in voxels (min x, y, z, max x, y, z; max excluded), and
-# `log_odds` (n,) float32, of being occupied.
-Cuboids = collections.namedtuple('Cuboids', 'bounds log_odds')
+# Disjoint cuboids of one class: `bounds` (n, 6) int32, in voxels (min x, y, z, max x, y, z; max excluded), and
+# `occupied` (n,) bool.
+Cuboids = collections.namedtuple('Cuboids', 'bounds occupied')
+
+# What is in one brick: `bounds` and `occupied` of its cuboids, and `log_odds` (512,) float32 by voxel (64 z + 8 y + x
+# from the least voxel of the brick), NaN where it is unknown; None where log-odds do not travel.
+_Brick = collections.namedtuple('_Brick', 'bounds occupied log_odds')
+
+
+class DamagedMessage(ValueError):
+    """The arrays of a message do not fit together."""
 
 
 def _cut(cuboids, low, high):
     """The parts of cuboids inside a box [low, high)."""
     bounds = np.hstack([np.maximum(cuboids.bounds[:, :3], low), np.minimum(cuboids.bounds[:, 3:], high)])
     inside = (bounds[:, :3] < bounds[:, 3:]).all(axis=1)
-    return Cuboids(bounds[inside], cuboids.log_odds[inside])
+    return Cuboids(bounds[inside], cuboids.occupied[inside])
 
 
-def _cut_out(cuboids, low, high):
-    """The parts of cuboids outside a box [low, high): at most six for each."""
-    touched = ((cuboids.bounds[:, :3] < high) & (cuboids.bounds[:, 3:] > low)).all(axis=1)
-    parts = [Cuboids(cuboids.bounds[~touched], cuboids.log_odds[~touched])]
-    rest = Cuboids(cuboids.bounds[touched].copy(), cuboids.log_odds[touched])
-    for axis in range(3):
-        for edge, outer in ((low, axis), (high, axis + 3)):
-            side = rest.bounds.copy()
-            if outer < 3:
-                side[:, axis + 3] = np.minimum(side[:, axis + 3], edge[axis])
-                rest.bounds[:, axis] = np.maximum(rest.bounds[:, axis], edge[axis])
-            else:
-                side[:, axis] = np.maximum(side[:, axis], edge[axis])
-                rest.bounds[:, axis + 3] = np.minimum(rest.bounds[:, axis + 3], edge[axis])
-            full = side[:, axis] < side[:, axis + 3]
-            parts.append(Cuboids(side[full], rest.log_odds[full]))
-    return _join(parts)
+def _volumes(bounds):
+    return np.prod(bounds[:, 3:].astype(np.int64) - bounds[:, :3], axis=1)
 
 
-def _join(parts):
-    if not parts:
-        return Cuboids(np.empty((0, 6), np.int32), np.empty(0, np.float32))
-    return Cuboids(np.concatenate([part.bounds for part in parts]),
-                   np.concatenate([part.log_odds for part in parts]))
+class _Reader:
+    """Takes arrays from bytes, one after the other."""
+
+    def __init__(self, data):
+        self._data = data
+        self._at = 0
+
+    def take(self, dtype, count):
+        if count == 0:
+            return np.empty(0, dtype)
+        taken = np.frombuffer(self._data, dtype, count, self._at)
+        self._at += taken.nbytes
+        return taken
+
+    @property
+    def num_left(self):
+        return len(self._data) - self._at
 
 
-def _chunks(low, high):
-    """Least cells of the chunks that share a voxel with a box."""
-    first = np.floor_divide(low, _CHUNK_EDGE) * _CHUNK_EDGE
-    return [(x, y, z)
-            for x in range(first[0], high[0], _CHUNK_EDGE)
-            for y in range(first[1], high[1], _CHUNK_EDGE)
-            for z in range(first[2], high[2], _CHUNK_EDGE)]
+def _read_values(message, reader, num_voxels):
+    """Log-odds of all voxels of all cuboids, in their order."""
+    values = np.array(message.values, np.float32)
+    num_bytes = 1
+    while num_bytes < 4 and len(values) > 1 << 8 * num_bytes:
+        num_bytes += 1
+    if reader.num_left != num_bytes * num_voxels:
+        raise DamagedMessage('%d bytes are left for %d voxels' % (reader.num_left, num_voxels))
+    numbers = np.zeros(num_voxels, np.int64)
+    for byte in range(num_bytes):
+        numbers |= reader.take(np.uint8, num_voxels).astype(np.int64) << 8 * byte
+    if num_voxels and numbers.max() >= len(values):
+        raise DamagedMessage('a voxel has no log-odds')
+    return values[numbers]
+
+
+def _spread(bounds, values):
+    """The log-odds of a brick by voxel. bounds: of its cuboids, from its least voxel."""
+    log_odds = np.full((_EDGE, _EDGE, _EDGE), np.nan, np.float32)
+    begin = 0
+    for x0, y0, z0, x1, y1, z1 in bounds:
+        size = (int(z1) - z0, int(y1) - y0, int(x1) - x0)
+        end = begin + size[0] * size[1] * size[2]
+        log_odds[z0:z1, y0:y1, x0:x1] = values[begin:end].reshape(size)
+        begin = end
+    return log_odds.reshape(-1)
 
 
 def _unpack(message):
-    """Boxes, number of cuboids in each, and the cuboids of a CuboidMapUpdate."""
-    data = zlib.decompress(bytes(message.data))
-    num_boxes, num_cuboids = message.num_boxes, message.num_cuboids
-    boxes = np.frombuffer(data, '<i4', 6 * num_boxes).reshape(-1, 6)
-    counts = np.frombuffer(data, '<u4', num_boxes, 24 * num_boxes).astype(np.int64)
-    rest = np.frombuffer(data, np.uint8, 8 * num_cuboids, 28 * num_boxes)
-    offsets, low, high = np.split(rest, [6 * num_cuboids, 7 * num_cuboids])
-    numbers = low.astype(np.int64) + 256 * high.astype(np.int64)
-    bounds = offsets.reshape(-1, 6) + np.tile(np.repeat(boxes[:, :3], counts, axis=0), 2)
-    values = np.array(message.values, np.float32)
-    return boxes, counts, Cuboids(bounds.astype(np.int32), values[numbers])
+    """The bricks of a CuboidBricks: pairs of a least voxel and a _Brick. Raises DamagedMessage."""
+    try:
+        reader = _Reader(zlib.decompress(bytes(message.data)))
+        least = reader.take('<i4', 3 * message.num_bricks).reshape(-1, 3)
+        counts = reader.take('<u2', message.num_bricks).astype(np.int64)
+        offsets = reader.take(np.uint8, 6 * message.num_cuboids).reshape(-1, 6)
+        occupied = reader.take(np.uint8, message.num_cuboids) != 0
+    except (zlib.error, ValueError) as error:
+        raise DamagedMessage(str(error)) from error
+    ends = np.cumsum(counts)
+    if counts.sum() != message.num_cuboids or (least % _EDGE != 0).any() or \
+            (offsets[:, :3] >= offsets[:, 3:]).any() or (offsets[:, 3:] > _EDGE).any():
+        raise DamagedMessage('its cuboids lie in no bricks')
+    bounds = (offsets + np.tile(np.repeat(least, counts, axis=0), 2)).astype(np.int32)
+    volumes = _volumes(offsets)
+    values = _read_values(message, reader, int(volumes.sum())) if message.has_values else None
+    if reader.num_left:
+        raise DamagedMessage('something follows its end')
+    last_voxels = np.concatenate([[0], np.cumsum(volumes)])
+    bricks = []
+    for brick, begin, end in zip(least, ends - counts, ends):
+        log_odds = None
+        if values is not None:
+            log_odds = _spread(offsets[begin:end], values[last_voxels[begin]:last_voxels[end]])
+        bricks.append((tuple(int(value) for value in brick),
+                       _Brick(bounds[begin:end], occupied[begin:end], log_odds)))
+    return bricks
 
 
 class MapCopy:
     """A map in numpy arrays. Not thread-safe.
 
-    Cuboids that reach over a multiple of 128 voxels are cut there; every voxel is as in the map.
+    It is kept brick by brick (cubes of 8 x 8 x 8 voxels). Every voxel has the class that it has in the map, and its
+    log-odds where these travel (~publish_values, or GetMap with_values).
     """
 
     def __init__(self):
         self.instance = None
         self.revision = 0
         self.resolution = None
-        self._by_chunk = {}
+        self._bricks = {}
 
     def take_map(self, message):
-        """Takes a CuboidMap, unless it is older than the copy."""
+        """Takes a CuboidMap, unless it is older than the copy. Raises DamagedMessage; the copy is then as it was."""
         if message.instance == self.instance and message.revision < self.revision:
             return
+        bricks = dict(_unpack(message.bricks))
         self.instance, self.revision = message.instance, message.revision
         self.resolution = message.resolution
-        self._by_chunk = {}
-        self._insert(Cuboids(np.array(message.bounds, np.int32).reshape(-1, 6),
-                             np.array(message.log_odds, np.float32)))
+        self._bricks = {brick: content for brick, content in bricks.items() if len(content.occupied)}
 
     def take_update(self, message):
         """Takes a CuboidMapUpdate.
 
-        Returns False when a CuboidMap is needed: there was none yet, or updates were lost.
+        Returns False when a CuboidMap is needed: there was none yet, updates were lost, or this one is damaged.
         """
         if message.instance != self.instance:
             return False
@@ -102,22 +142,34 @@ class MapCopy:
             return True
         if message.base > self.revision or message.everything:
             return False
-        boxes, counts, cuboids = _unpack(message)
-        ends = np.cumsum(counts)
-        for box, first, end in zip(boxes, ends - counts, ends):
-            self._drop(box[:3], box[3:])
-            self._insert(Cuboids(cuboids.bounds[first:end], cuboids.log_odds[first:end]))
+        try:
+            bricks = _unpack(message.bricks)
+        except DamagedMessage:
+            return False
+        for brick, content in bricks:
+            if len(content.occupied):
+                self._bricks[brick] = content
+            else:
+                self._bricks.pop(brick, None)
         self.revision = message.revision
         return True
 
     def cuboids(self, low=None, high=None):
         """All cuboids, or the parts of them in the box of voxels [low, high)."""
         if low is None:
-            return _join(list(self._by_chunk.values()))
+            return self._join(self._bricks.values())
         low, high = np.asarray(low), np.asarray(high)
-        parts = [_cut(part, low, high) for chunk, part in self._by_chunk.items()
-                 if (np.array(chunk) < high).all() and (np.array(chunk) + _CHUNK_EDGE > low).all()]
-        return _join(parts)
+        return _cut(self._join(self._bricks_in(low, high)), low, high)
+
+    def log_odds_at(self, voxel):
+        """Log-odds of a voxel, three whole numbers; None when it is unknown, or log-odds do not travel."""
+        cell = np.asarray(voxel, np.int64)
+        content = self._bricks.get(tuple(int(value) for value in cell // _EDGE * _EDGE))
+        if content is None or content.log_odds is None:
+            return None
+        x, y, z = cell % _EDGE
+        value = content.log_odds[64 * z + 8 * y + x]
+        return None if np.isnan(value) else float(value)
 
     def voxels_of(self, low_m, high_m):
         """The box of voxels that a box in metres overlaps, as two arrays of three."""
@@ -129,41 +181,25 @@ class MapCopy:
         """Free, occupied and unknown voxels of a box in metres; unknown includes outside the map."""
         low, high = self.voxels_of(low_m, high_m)
         found = self.cuboids(low, high)
-        volumes = np.prod(found.bounds[:, 3:].astype(np.int64) - found.bounds[:, :3], axis=1)
-        occupied = int(volumes[found.log_odds >= 0].sum())
+        volumes = _volumes(found.bounds)
+        occupied = int(volumes[found.occupied].sum())
         free = int(volumes.sum()) - occupied
         return free, occupied, int(np.prod(high - low)) - free - occupied
 
-    def _insert(self, cuboids):
-        if not len(cuboids.log_odds):
-            return
-        first = np.floor_divide(cuboids.bounds[:, :3], _CHUNK_EDGE) * _CHUNK_EDGE
-        last = np.floor_divide(cuboids.bounds[:, 3:] - 1, _CHUNK_EDGE) * _CHUNK_EDGE
-        inside = (first == last).all(axis=1)
-        chunks, which = np.unique(first[inside], axis=0, return_inverse=True)
-        order = np.argsort(which.reshape(-1), kind='stable')
-        ends = np.cumsum(np.bincount(which.reshape(-1), minlength=len(chunks)))
-        bounds, log_odds = cuboids.bounds[inside][order], cuboids.log_odds[inside][order]
-        begin = 0
-        for chunk, end in zip(chunks, ends):
-            self._add(tuple(int(c) for c in chunk), Cuboids(bounds[begin:end], log_odds[begin:end]))
-            begin = end
-        for bound, value in zip(cuboids.bounds[~inside], cuboids.log_odds[~inside]):
-            one = Cuboids(bound.reshape(1, 6), np.array([value], np.float32))
-            for chunk in _chunks(bound[:3], bound[3:]):
-                self._add(chunk, _cut(one, np.array(chunk), np.array(chunk) + _CHUNK_EDGE))
+    @staticmethod
+    def _join(bricks):
+        bricks = list(bricks)
+        if not bricks:
+            return Cuboids(np.empty((0, 6), np.int32), np.empty(0, bool))
+        return Cuboids(np.concatenate([brick.bounds for brick in bricks]),
+                       np.concatenate([brick.occupied for brick in bricks]))
 
-    def _add(self, chunk, cuboids):
-        there = self._by_chunk.get(chunk)
-        self._by_chunk[chunk] = cuboids if there is None else _join([there, cuboids])
-
-    def _drop(self, low, high):
-        for chunk in _chunks(low, high):
-            there = self._by_chunk.get(chunk)
-            if there is None:
-                continue
-            left = _cut_out(there, low, high)
-            if len(left.log_odds):
-                self._by_chunk[chunk] = left
-            else:
-                del self._by_chunk[chunk]
+    def _bricks_in(self, low, high):
+        """Those that share a voxel with a box: looked up one by one, or among all, whichever is less."""
+        first = low // _EDGE * _EDGE
+        if np.prod((high - first + _EDGE - 1) // _EDGE) > len(self._bricks):
+            return [content for brick, content in self._bricks.items()
+                    if all(brick[axis] < high[axis] and brick[axis] + _EDGE > low[axis] for axis in range(3))]
+        ranges = [range(int(first[axis]), int(high[axis]), _EDGE) for axis in range(3)]
+        places = ((x, y, z) for x in ranges[0] for y in ranges[1] for z in ranges[2])
+        return [self._bricks[place] for place in places if place in self._bricks]
