@@ -81,9 +81,10 @@ DeltaMessage fromMessage(const DeltaType& message) {
   result.delta.revision = message.revision;
   result.delta.is_everything = message.everything != 0;
   result.delta.resolution_m = message.resolution;
-  if (result.delta.is_everything) return result;
   // Damaged: that is as if everything had changed, the listener asks for the map.
-  result.delta.is_everything = !fromMessage(message.bricks, result.delta.content);
+  result.delta.is_everything |= !fromMessage(message.bricks, result.delta.content);
+  // In any case: tells the listener what to ask for.
+  result.delta.content.has_values = message.bricks.has_values != 0;
   return result;
 }
 
