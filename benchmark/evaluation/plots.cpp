@@ -170,7 +170,7 @@ std::vector<std::pair<std::string, json>> referenceRuns(const Runs& runs, double
     if (run["resolution_m"] != reference_m || !isUnrotated(run)) continue;
     if (isOctomap(run)) {
       found.emplace_back("OctoMap, pruned", run);
-    } else if (hasUsualM(run) && (isPaper(run) || isFusion(run, "brick"))) {
+    } else if (hasUsualM(run) && (isPaper(run) || isFusion(run, "class"))) {
       found.emplace_back(run["fusion"].get<std::string>(), run);
     } else if (hasUsualM(run) && isFusion(run, "growth") && run["environment"] == "static") {
       found.emplace_back("growth, static", run);
