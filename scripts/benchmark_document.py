@@ -84,20 +84,20 @@ def variants_block(reports):
     rows = []
     for dataset, resolution, _ in HEADLINES[:3]:
         headline = reports.get(Run(dataset, resolution))
-        plain, flushed, uncached, threads = (
+        plain, fused, threads = (
             reports.get(Run(dataset, resolution, peers='none', **options)) for options in
-            ({}, {'flush_every_cloud': True}, {'hot_mb': 0}, {'threads': 2}))
-        if not (headline and plain and flushed and uncached and threads):
+            ({}, {'fuse_every_cloud': True}, {'threads': 2}))
+        if not (headline and plain and fused and threads):
             continue
         row = [title_of(headline)]
-        for report in (plain, flushed, uncached):
+        for report in (plain, fused):
             own_s = report['cuboid_mapping']['insert_cpu_s']
             row.append(f'{own_s:.3g} s')
             row.append(times(headline['octomap']['insert_cpu_s'] / own_s) if 'octomap' in headline else '-')
         one_s, two_s = (report['cuboid_mapping']['insert_s'] for report in (plain, threads))
         rows.append([*row, f'{one_s:.3g} s', f'{two_s:.3g} s', times(one_s / two_s)])
-    return table(['data set', 'flush at the end', "times OctoMap's speed", 'flush after every cloud',
-                  'times', 'no cache', 'times', 'one thread, wall', 'two threads, wall', 'times'], rows)
+    return table(['data set', 'fused when bricks go cold', "times OctoMap's speed", 'fused after every cloud',
+                  'times', 'one thread, wall', 'two threads, wall', 'times'], rows)
 
 
 def memory_block(reports):
@@ -112,11 +112,9 @@ def memory_block(reports):
         for peer in PEERS:
             row += [f'{heap(report[peer]) / 1e6:.1f} MB' if peer in report else '-',
                     gain(report, peer, heap)]
-        rows.append([*row, f"{own['bytes_own'] / max(1, heap(own)):.1%}",
-                     f"{own['bytes_hot'] / 1e6:.1f} MB"])
+        rows.append([*row, f"{own['bytes_own'] / max(1, heap(own)):.1%}"])
     return table(['data set', 'cuboids', "times in OctoMap's leaves", "times in OpenVDB's voxels",
-                  'heap here', 'OctoMap', 'times', 'OpenVDB', 'times', 'own figure over heap',
-                  'cache while inserting'], rows)
+                  'heap here', 'OctoMap', 'times', 'OpenVDB', 'times', 'own figure over heap'], rows)
 
 
 QUERIES = [(kind, place) for kind in ('point', 'box', 'ray') for place in ('uniform', 'near_surface')]

@@ -44,8 +44,7 @@ def variants():
     """Of the headlines outdoors and in the corridor, compared with those."""
     for dataset, resolution, _ in HEADLINES[:3]:
         yield Run(dataset, resolution, 3, peers='none')
-        yield Run(dataset, resolution, 3, peers='none', flush_every_cloud=True)
-        yield Run(dataset, resolution, 3, peers='none', hot_mb=0)
+        yield Run(dataset, resolution, 3, peers='none', fuse_every_cloud=True)
         yield Run(dataset, resolution, 3, peers='none', threads=2)
 
 
