@@ -3,6 +3,7 @@
 
 #include "cuboid_mapping/query/box_query.h"
 #include "cuboid_mapping/query/nearest_query.h"
+#include "cuboid_mapping/map/cuboid_search.h"
 #include "support/modelled_map.h"
 
 #include <fcl/geometry/shape/box.h>
@@ -37,7 +38,7 @@ TEST(FclObstacles, meetBoxesAndSpheresAsTheQueriesOfTheMapSay) {
   config.resolution_m = 0.1;
   const test::ModelledMap model = test::randomMap(random, config);
   FclObstacles obstacles(model.map, kAllCells);
-  EXPECT_EQ(obstacles.size(), model.map.content().occupied_cuboids);
+  EXPECT_EQ(obstacles.size(), countCuboids(model.map).occupied);
   std::size_t num_met = 0;
   constexpr std::size_t kCases = 500;
   for (std::size_t i = 0; i < kCases; ++i) {

@@ -2,6 +2,7 @@
 #include "cuboid_mapping/io/map_files.h"
 
 #include "cuboid_mapping/io/file_replacement.h"
+#include "cuboid_mapping/voxels/uniform_boxes.h"
 #include "support/snapshots.h"
 #include "tools/run_program.h"
 
@@ -28,7 +29,7 @@ MapSnapshot makeSnapshot() {
 }
 
 std::map<Cell, float> occupiedVoxels(const MapSnapshot& snapshot) {
-  std::map<Cell, float> voxels = test::voxelsOf(snapshot.cuboids);
+  std::map<Cell, float> voxels = test::voxelsOf(snapshot.bricks);
   for (auto voxel = voxels.begin(); voxel != voxels.end();) {
     voxel = voxel->second < 0.0F ? voxels.erase(voxel) : std::next(voxel);
   }
@@ -46,7 +47,7 @@ TEST(MapFiles, areReadBackByTheirBytes) {
     const MapFile read = readMapFile(renamed);
     EXPECT_EQ(read.format, *formatOfName(file));
     EXPECT_EQ(read.num_bytes, num_bytes);
-    EXPECT_EQ(test::voxelsOf(read.snapshot.cuboids), test::voxelsOf(snapshot.cuboids)) << ending;
+    EXPECT_EQ(test::voxelsOf(read.snapshot.bricks), test::voxelsOf(snapshot.bricks)) << ending;
   }
   writeMapFile(folder / "map.bt", snapshot);
   const MapFile read = readMapFile(folder / "map.bt");
@@ -94,16 +95,21 @@ TEST(MapFiles, ofPointsHoldTheOccupiedVoxels) {
   EXPECT_GT(writeMapFile(folder / "empty.ply", empty), 0U);
 }
 
-TEST(MapFiles, ofTextHaveALineForEachCuboid) {
+TEST(MapFiles, ofTextHaveALineForEachCuboidWithItsMeanProbability) {
   const TemporaryFolder folder;
   MapSnapshot snapshot;
   snapshot.resolution_m = 0.5;
-  snapshot.cuboids = {{{{2, 0, 0}, {3, 1, 1}}, 0.0F}, {{{-4, 0, 0}, {2, 1, 2}}, toLogOdds(0.25)}};
+  snapshot.bricks = toBricks({{{{2, 0, 0}, {3, 1, 1}}, 0.0F},
+                              {{{-4, 0, 0}, {0, 1, 2}}, toLogOdds(0.25)},
+                              {{{0, 0, 0}, {1, 1, 2}}, toLogOdds(0.1)},
+                              {{{1, 0, 0}, {2, 1, 2}}, toLogOdds(0.3)}})
+                        .bricks;
   writeMapFile(folder / "map.csv", snapshot);
   EXPECT_EQ(readFile(folder / "map.csv"),
             "min_x,min_y,min_z,max_x,max_y,max_z,probability,class\n"
-            "-2,0,0,1,0.5,1,0.25,free\n"
-            "1,0,0,1.5,0.5,0.5,0.5,occupied\n");
+            "-2,0,0,0,0.5,1,0.25,free\n"
+            "1,0,0,1.5,0.5,0.5,0.5,occupied\n"
+            "0,0,0,1,0.5,1,0.2,free\n");
 }
 
 TEST(MapFiles, areRefusedWithTheNameOfTheFile) {

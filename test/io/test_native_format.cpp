@@ -1,13 +1,16 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "cuboid_mapping/io/native_format.h"
 
+#include "cuboid_mapping/voxels/uniform_boxes.h"
 #include "support/snapshots.h"
 
 #include <gtest/gtest.h>
 #include <zlib.h>
 
+#include <algorithm>
 #include <cstring>
 #include <fstream>
+#include <functional>
 #include <limits>
 #include <sstream>
 
@@ -20,22 +23,70 @@ using test::Random;
 constexpr std::size_t kVersionAt = 8;
 constexpr std::size_t kEnvironmentAt = 12;
 constexpr std::size_t kResolutionAt = 16;
-constexpr std::size_t kNumCuboidsAt = 56;
+constexpr std::size_t kNumBricksAt = 56;
 constexpr std::size_t kPayloadBytesAt = 72;
+constexpr std::size_t kCompressedBytesAt = 80;
 constexpr std::size_t kFrameIdBytesAt = 88;
 constexpr std::size_t kFrameIdAt = 92;
 
-MapSnapshot goldenSnapshot() {
+/// Of both golden files, but for the voxels.
+MapSnapshot emptySnapshot() {
   MapSnapshot snapshot;
   snapshot.resolution_m = 0.2;
   snapshot.sensor_model = {0.7, 0.4, 0.12, 0.97};
   snapshot.environment = Environment::kStatic;
   snapshot.frame_id = "map";
-  snapshot.cuboids = {{{{-8, 0, 8}, {-4, 8, 16}}, -0.5F},
-                      {{{0, 0, 0}, {1, 1, 1}}, 0.75F},
-                      {{{1, 0, 0}, {8, 1, 1}}, -0.5F},
-                      {{{1000000, -1000000, 0}, {1000001, -999000, 300}}, 2.0F}};
   return snapshot;
+}
+
+/// What test/data/version_1.cuboids holds, box by box.
+MapSnapshot snapshotOfVersion1() {
+  MapSnapshot snapshot = emptySnapshot();
+  snapshot.bricks = toBricks({{{{-8, 0, 8}, {-4, 8, 16}}, -0.5F},
+                              {{{0, 0, 0}, {1, 1, 1}}, 0.75F},
+                              {{{1, 0, 0}, {8, 1, 1}}, -0.5F},
+                              {{{1000000, -1000000, 0}, {1000001, -999000, 300}}, 2.0F}})
+                        .bricks;
+  return snapshot;
+}
+
+/// What test/data/version_2.cuboids holds: see write_version_2.py beside it.
+MapSnapshot goldenSnapshot() {
+  MapSnapshot snapshot = emptySnapshot();
+  std::vector<UniformBox> boxes{{{{-8, 0, 8}, {-4, 8, 16}}, -0.5F},
+                                {{{0, 0, 0}, {1, 1, 1}}, 0.75F},
+                                {{{1, 0, 0}, {8, 1, 1}}, -0.5F},
+                                {{{1000000, -1000000, 299}, {1000010, -999999, 300}}, 2.0F}};
+  for (int voxel = 0; voxel < kBrickVoxels; ++voxel) {
+    if (voxel % 3 == 0) continue;
+    const Cell cell = cellAt({-16, -16, -16}, voxel);
+    boxes.push_back({CellBox::ofCell(cell), static_cast<float>(voxel - 256) / 64.0F});
+  }
+  snapshot.bricks = toBricks(boxes).bricks;
+  return snapshot;
+}
+
+/// Same bricks, bit by bit.
+bool isSame(const std::vector<VoxelBrick>& a, const std::vector<VoxelBrick>& b) {
+  return std::equal(a.begin(), a.end(), b.begin(), b.end(),
+                    [](const VoxelBrick& one, const VoxelBrick& other) {
+                      return one.brick == other.brick && one.voxels == other.voxels;
+                    });
+}
+
+std::string readGolden(const std::string& name) {
+  std::ostringstream bytes;
+  bytes << std::ifstream(CUBOID_MAPPING_SOURCE_DIR "/test/data/" + name, std::ios::binary).rdbuf();
+  EXPECT_GT(bytes.str().size(), 100U) << name;
+  return bytes.str();
+}
+
+void expectHeader(const MapSnapshot& read) {
+  const MapSnapshot expected = emptySnapshot();
+  EXPECT_EQ(read.resolution_m, expected.resolution_m);
+  EXPECT_TRUE(test::isSameModel(read.sensor_model, expected.sensor_model));
+  EXPECT_EQ(read.environment, Environment::kStatic);
+  EXPECT_EQ(read.frame_id, "map");
 }
 
 /// Why bytes are refused; fails when they are not.
@@ -68,54 +119,89 @@ void sealHeader(std::string& bytes) {
 TEST(NativeFormat, givesBackWhatWasPutIn) {
   Random random(31);
   constexpr int kCases = 60;
-  std::size_t num_cuboids = 0;
+  std::size_t num_bricks = 0;
   for (int i = 0; i < kCases; ++i) {
     const Cell offset{8 * random.integer(-100000, 100000), 0, 8 * random.integer(-9, 9)};
-    MapSnapshot snapshot = test::randomSnapshot(random, offset);
+    const MapSnapshot snapshot = test::randomSnapshot(random, offset);
     const MapSnapshot read = fromNativeFormat(toNativeFormat(snapshot));
-    sortCuboids(snapshot.cuboids);
-    ASSERT_EQ(read.cuboids, snapshot.cuboids) << test::seedNote(i);
+    ASSERT_TRUE(isSame(read.bricks, snapshot.bricks)) << test::seedNote(i);
     EXPECT_EQ(read.resolution_m, snapshot.resolution_m);
     EXPECT_TRUE(test::isSameModel(read.sensor_model, snapshot.sensor_model));
     EXPECT_EQ(read.environment, snapshot.environment);
     EXPECT_EQ(read.frame_id, "odom");
-    num_cuboids += read.cuboids.size();
+    num_bricks += read.bricks.size();
   }
-  EXPECT_GT(num_cuboids, 10000U);
+  EXPECT_GT(num_bricks, 2000U);
 }
 
-TEST(NativeFormat, doesNotDependOnTheOrderOfCuboids) {
+TEST(NativeFormat, doesNotDependOnHowAMapWasMade) {
   Random random(32);
-  MapSnapshot snapshot = test::randomSnapshot(random);
-  const std::string bytes = toNativeFormat(snapshot);
-  random.shuffle(snapshot.cuboids);
-  EXPECT_EQ(toNativeFormat(snapshot), bytes);
+  for (int i = 0; i < 10; ++i) {
+    const MapSnapshot snapshot = test::randomSnapshot(random);
+    MapConfig config;
+    config.resolution_m = snapshot.resolution_m;
+    config.sensor_model = snapshot.sensor_model;
+    config.environment = snapshot.environment;
+    CuboidMap map(config);
+    map.replace(kAllCells, {UniformBox{{{-50, -50, -50}, {50, 50, 50}}, 0.125F}});
+    std::vector<VoxelBrick> bricks = snapshot.bricks;
+    random.shuffle(bricks);
+    map.replace(kAllCells, bricks);
+    EXPECT_EQ(toNativeFormat(takeSnapshot(map, snapshot.frame_id)), toNativeFormat(snapshot))
+        << test::seedNote(i);
+  }
 }
 
 TEST(NativeFormat, holdsAnEmptyMapAndTheGreatestCells) {
   MapSnapshot snapshot;
-  EXPECT_TRUE(fromNativeFormat(toNativeFormat(snapshot)).cuboids.empty());
+  EXPECT_TRUE(fromNativeFormat(toNativeFormat(snapshot)).bricks.empty());
   constexpr std::int32_t kMax = Grid::kMaxCell;
-  snapshot.cuboids = {{CellBox::ofCell({-kMax, -kMax, -kMax}), -1.0F},
-                      {CellBox::ofCell({kMax - 1, kMax - 1, kMax - 1}), 1.0F}};
-  EXPECT_EQ(fromNativeFormat(toNativeFormat(snapshot)).cuboids, snapshot.cuboids);
+  snapshot.bricks = toBricks({{CellBox::ofCell({-kMax, -kMax, -kMax}), -1.0F},
+                              {CellBox::ofCell({kMax - 1, kMax - 1, kMax - 1}), 1.0F}})
+                        .bricks;
+  EXPECT_TRUE(isSame(fromNativeFormat(toNativeFormat(snapshot)).bricks, snapshot.bricks));
+}
+
+TEST(NativeFormat, keepsEveryFiniteLogOdds) {
+  MapSnapshot snapshot;
+  const std::vector<float> values{-std::numeric_limits<float>::max(),
+                                  std::numeric_limits<float>::max(),
+                                  std::numeric_limits<float>::min(),
+                                  -std::numeric_limits<float>::denorm_min(),
+                                  std::numeric_limits<float>::denorm_min(),
+                                  0.0F,
+                                  0.1F};
+  std::vector<UniformBox> boxes;
+  for (std::size_t i = 0; i < values.size(); ++i) {
+    boxes.push_back({CellBox::ofCell({5 * static_cast<std::int32_t>(i), 0, 0}), values[i]});
+  }
+  snapshot.bricks = toBricks(boxes).bricks;
+  const auto read = test::voxelsOf(fromNativeFormat(toNativeFormat(snapshot)).bricks);
+  for (const UniformBox& box : boxes) EXPECT_EQ(read.at(box.box.min), box.log_odds);
 }
 
 TEST(NativeFormat, readsAFileOfVersion1) {
-  std::ostringstream bytes;
-  bytes << std::ifstream(CUBOID_MAPPING_SOURCE_DIR "/test/data/version_1.cuboids", std::ios::binary)
-               .rdbuf();
-  ASSERT_GT(bytes.str().size(), 100U);
-  const MapSnapshot read = fromNativeFormat(bytes.str());
+  const MapSnapshot read = fromNativeFormat(readGolden("version_1.cuboids"));
+  EXPECT_TRUE(isSame(read.bricks, snapshotOfVersion1().bricks));
+  expectHeader(read);
+}
+
+TEST(NativeFormat, readsAFileOfVersion2) {
+  const std::string bytes = readGolden("version_2.cuboids");
+  const MapSnapshot read = fromNativeFormat(bytes);
   const MapSnapshot expected = goldenSnapshot();
-  EXPECT_EQ(test::sorted(read.cuboids), test::sorted(expected.cuboids));
-  EXPECT_EQ(read.resolution_m, expected.resolution_m);
-  EXPECT_TRUE(test::isSameModel(read.sensor_model, expected.sensor_model));
-  EXPECT_EQ(read.environment, Environment::kStatic);
-  EXPECT_EQ(read.frame_id, "map");
-  // The compressed content may differ with the library; all before it may not.
+  EXPECT_TRUE(isSame(read.bricks, expected.bricks));
+  expectHeader(read);
+  // The compressed content may differ with the library; all before it, and its length, may not.
   const std::string now = toNativeFormat(expected);
-  EXPECT_EQ(now.substr(0, kPayloadBytesAt), bytes.str().substr(0, kPayloadBytesAt));
+  EXPECT_EQ(now.substr(0, kCompressedBytesAt), bytes.substr(0, kCompressedBytesAt));
+}
+
+TEST(NativeFormat, writesOfAFileOfVersion1WhatItHolds) {
+  const MapSnapshot read = fromNativeFormat(readGolden("version_1.cuboids"));
+  const std::string written = toNativeFormat(read);
+  EXPECT_EQ(written[kVersionAt], 2);
+  EXPECT_TRUE(isSame(fromNativeFormat(written).bricks, read.bricks));
 }
 
 TEST(NativeFormat, saysThatAFileIsForeign) {
@@ -160,18 +246,20 @@ TEST(NativeFormat, saysThatAFileIsNewer) {
 TEST(NativeFormat, saysThatAClaimIsTooBig) {
   const std::string good = toNativeFormat(goldenSnapshot());
   std::string bytes = good;
-  overwrite<std::uint64_t>(bytes, kNumCuboidsAt, std::uint64_t{1} << 60);
+  overwrite<std::uint64_t>(bytes, kNumBricksAt, std::uint64_t{1} << 60);
   sealHeader(bytes);
   EXPECT_EQ(defectOf(bytes), MapFileDefect::kTooBig);
   bytes = good;
   overwrite<std::uint64_t>(bytes, kPayloadBytesAt, std::uint64_t{1} << 60);
   sealHeader(bytes);
   EXPECT_EQ(defectOf(bytes), MapFileDefect::kTooBig);
-  MapSnapshot huge = goldenSnapshot();
-  huge.cuboids = {{kAllCells, 1.0F}};
-  EXPECT_EQ(defectOf(toNativeFormat(huge)), MapFileDefect::kTooBig);
   NativeFormatLimits few;
-  few.snapshot.max_bricks = 3;
+  few.snapshot.max_bricks = 4;
+  EXPECT_EQ(defectOf(good, few), MapFileDefect::kTooBig);
+  EXPECT_EQ(defectOf(readGolden("version_1.cuboids"), few), MapFileDefect::kTooBig);
+  few.snapshot.max_bricks = 5;
+  EXPECT_TRUE(isSame(fromNativeFormat(good, few).bricks, goldenSnapshot().bricks));
+  few.max_payload_bytes = 100;
   EXPECT_EQ(defectOf(good, few), MapFileDefect::kTooBig);
 }
 
@@ -184,12 +272,73 @@ TEST(NativeFormat, refusesWhatIsNoMapThoughItsChecksumsAreRight) {
   overwrite<double>(bytes, kResolutionAt, 0.0);
   sealHeader(bytes);
   EXPECT_EQ(defectOf(bytes), MapFileDefect::kCorrupted);
-  MapSnapshot overlapping = goldenSnapshot();
-  overlapping.cuboids.push_back({{{4, 0, 0}, {5, 1, 1}}, 1.0F});
-  EXPECT_EQ(defectOf(toNativeFormat(overlapping)), MapFileDefect::kCorrupted);
-  MapSnapshot infinite = goldenSnapshot();
-  infinite.cuboids[0].log_odds = std::numeric_limits<float>::infinity();
-  EXPECT_EQ(defectOf(toNativeFormat(infinite)), MapFileDefect::kCorrupted);
+  const auto defect_of = [](const std::function<void(std::vector<VoxelBrick>&)>& damage) {
+    MapSnapshot snapshot = goldenSnapshot();
+    damage(snapshot.bricks);
+    return defectOf(toNativeFormat(snapshot));
+  };
+  using Bricks = std::vector<VoxelBrick>;
+  EXPECT_EQ(defect_of([](Bricks& bricks) { bricks[1].brick = bricks[0].brick; }),
+            MapFileDefect::kCorrupted);
+  EXPECT_EQ(defect_of([](Bricks& bricks) { std::swap(bricks[0], bricks[1]); }),
+            MapFileDefect::kCorrupted);
+  EXPECT_EQ(defect_of([](Bricks& bricks) { bricks[1].voxels = {}; }), MapFileDefect::kCorrupted);
+  EXPECT_EQ(defect_of([](Bricks& bricks) { bricks.back().brick.x = Grid::kMaxCell; }),
+            MapFileDefect::kCorrupted);
+  EXPECT_EQ(defect_of([](Bricks& bricks) {
+              bricks[1].voxels =
+                  PackedVoxels(BrickMask::all(), std::numeric_limits<float>::infinity());
+            }),
+            MapFileDefect::kCorrupted);
+}
+
+/// A file of version 1 whose content, before compression, is this.
+std::string makeVersion1(const std::string& content, std::uint64_t num_cuboids,
+                         std::uint64_t num_log_odds) {
+  std::string bytes = readGolden("version_1.cuboids").substr(0, kFrameIdAt + 3);
+  overwrite<std::uint64_t>(bytes, kNumBricksAt, num_cuboids);
+  overwrite<std::uint64_t>(bytes, kNumBricksAt + 8, num_log_odds);
+  overwrite<std::uint64_t>(bytes, kPayloadBytesAt, content.size());
+  // One zstd frame with one block that is not compressed, see write_version_2.py.
+  std::string frame("\x28\xB5\x2F\xFD\x20\0\0\0\0", 9);
+  frame[5] = static_cast<char>(content.size());
+  frame[6] = static_cast<char>((content.size() << 3 | 1) & 0xFF);
+  frame[7] = static_cast<char>(content.size() >> 5);
+  frame += content;
+  overwrite<std::uint64_t>(bytes, kCompressedBytesAt, frame.size());
+  bytes.resize(bytes.size() + sizeof(std::uint32_t));
+  sealHeader(bytes);
+  const auto checksum = static_cast<std::uint32_t>(crc32(
+      0, reinterpret_cast<const Bytef*>(frame.data()), static_cast<uInt>(frame.size())));
+  bytes += frame;
+  bytes.resize(bytes.size() + sizeof(checksum));
+  overwrite(bytes, bytes.size() - sizeof(checksum), checksum);
+  return bytes;
+}
+
+TEST(NativeFormat, refusesWhatIsNoMapInVersion1) {
+  // Two cuboids of 4 and 1 voxels along x, both of log-odds 1: least x, y, z, sizes, places.
+  const std::string one("\0\0\x80\x3F", 4);
+  const auto content = [&one](char second_x) {
+    std::string columns("\0\0\0\0\0\0\3\0\0\0\0\0\0\0", 14);
+    columns[1] = second_x;
+    return one + columns;
+  };
+  const MapSnapshot good = fromNativeFormat(makeVersion1(content(8), 2, 1));
+  EXPECT_TRUE(isSame(good.bricks,
+                     toBricks({{{{0, 0, 0}, {5, 1, 1}}, 1.0F}}).bricks));
+  EXPECT_EQ(defectOf(makeVersion1(content(6), 2, 1)), MapFileDefect::kCorrupted) << "overlap";
+  const std::string infinite = std::string("\0\0\x80\x7F", 4) + content(8).substr(4);
+  EXPECT_EQ(defectOf(makeVersion1(infinite, 2, 1)), MapFileDefect::kCorrupted);
+  EXPECT_EQ(defectOf(makeVersion1(content(8).substr(0, 17), 2, 1)), MapFileDefect::kCorrupted);
+  EXPECT_EQ(defectOf(makeVersion1(content(8) + "x", 2, 1)), MapFileDefect::kCorrupted);
+  EXPECT_EQ(defectOf(makeVersion1(content(8), 1000, 1)), MapFileDefect::kTooBig);
+  // All cells of a map: 2^28 along each axis.
+  std::string huge = one;
+  const std::string least("\xFF\xFF\xFF\xFF\7", 5);  // -2^30 in zigzag code
+  const std::string size("\xFF\xFF\xFF\xFF\7", 5);   // 2^31 - 1
+  huge += least + least + least + size + size + size + std::string(1, '\0');
+  EXPECT_EQ(defectOf(makeVersion1(huge, 1, 1)), MapFileDefect::kTooBig);
 }
 
 }  // namespace

@@ -51,15 +51,6 @@ MapSnapshot makeSnapshot() {
   return test::randomSnapshot(random);
 }
 
-TEST(Progress, isToldWhileASnapshotIsFused) {
-  const MapSnapshot snapshot = makeSnapshot();
-  expectProgress([&](const ProgressListener& listener) {
-    const auto fused =
-        fuseSnapshot(snapshot, SensorModel(snapshot.sensor_model), "brick", listener);
-    EXPECT_EQ(test::voxelsOf(fused), test::voxelsOf(snapshot.cuboids));
-  });
-}
-
 TEST(Progress, isToldWhileMapsAreCompared) {
   const MapSnapshot snapshot = makeSnapshot();
   expectProgress([&](const ProgressListener& listener) {

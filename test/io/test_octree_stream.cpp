@@ -3,11 +3,12 @@
 #include "cuboid_mapping/io/octree_stream.h"
 
 #include "cuboid_mapping/io/octomap_files.h"
-#include "cuboid_mapping/interop/octomap_parity.h"
+#include "cuboid_mapping/voxels/uniform_boxes.h"
 #include "support/snapshots.h"
 
 #include <gtest/gtest.h>
 #include <octomap/ColorOcTree.h>
+#include <octomap/OcTree.h>
 #include <octomap/OcTreeStamped.h>
 
 #include <functional>
@@ -21,12 +22,10 @@ using test::Random;
 /// The OcTree of a snapshot, made voxel by voxel.
 octomap::OcTree makeTree(const MapSnapshot& snapshot) {
   octomap::OcTree tree(snapshot.resolution_m);
-  for (const Cuboid& cuboid : snapshot.cuboids) {
-    test::visitCells(intersect(cuboid.box, kOctreeCells), [&](const Cell& cell) {
-      const auto key = [](std::int32_t v) { return static_cast<octomap::key_type>(v + 32768); };
-      tree.setNodeValue(octomap::OcTreeKey(key(cell.x), key(cell.y), key(cell.z)), cuboid.log_odds,
-                        true);
-    });
+  for (const auto& [cell, log_odds] : test::voxelsOf(snapshot.bricks)) {
+    if (!kOctreeCells.contains(cell)) continue;
+    const auto key = [](std::int32_t v) { return static_cast<octomap::key_type>(v + 32768); };
+    tree.setNodeValue(octomap::OcTreeKey(key(cell.x), key(cell.y), key(cell.z)), log_odds, true);
   }
   tree.updateInnerOccupancy();
   tree.prune();
@@ -47,8 +46,19 @@ std::string binaryBytes(octomap::OcTree tree) {
   return out.str();
 }
 
-std::map<Cell, float> classesOf(const std::vector<Cuboid>& cuboids) {
-  std::map<Cell, float> classes = test::voxelsOf(cuboids);
+/// The voxels of disjoint boxes.
+std::map<Cell, float> voxelsOfBoxes(const std::vector<UniformBox>& boxes) {
+  std::map<Cell, float> voxels;
+  for (const UniformBox& box : boxes) {
+    test::visitCells(box.box, [&](const Cell& cell) {
+      EXPECT_TRUE(voxels.emplace(cell, box.log_odds).second) << cell << " is there twice";
+    });
+  }
+  return voxels;
+}
+
+std::map<Cell, float> classesOf(const std::vector<VoxelBrick>& bricks) {
+  std::map<Cell, float> classes = test::voxelsOf(bricks);
   for (auto& [cell, value] : classes) value = value >= 0.0F ? 1.0F : -1.0F;
   return classes;
 }
@@ -70,10 +80,10 @@ TEST(OctreeStream, isByteByByteWhatOctomapWrites) {
   for (int i = 0; i < kCases; ++i) {
     const MapSnapshot snapshot = randomOctreeSnapshot(random);
     const octomap::OcTree tree = makeTree(snapshot);
-    const OctreeStream full = toOctreeStream(snapshot.cuboids, OctreeKind::kFull);
+    const OctreeStream full = toOctreeStream(snapshot.bricks, OctreeKind::kFull);
     ASSERT_TRUE(full.bytes == fullBytes(tree)) << test::seedNote(i);
     ASSERT_EQ(full.num_nodes, tree.size());
-    const OctreeStream binary = toOctreeStream(snapshot.cuboids, OctreeKind::kBinary);
+    const OctreeStream binary = toOctreeStream(snapshot.bricks, OctreeKind::kBinary);
     ASSERT_TRUE(binary.bytes == binaryBytes(tree)) << test::seedNote(i);
     num_nodes += full.num_nodes;
     num_left_out += full.num_left_out > 0.0 ? 1 : 0;
@@ -84,11 +94,12 @@ TEST(OctreeStream, isByteByByteWhatOctomapWrites) {
 
 TEST(OctreeStream, prunesWholeBricksAndLarger) {
   MapSnapshot snapshot;
-  snapshot.cuboids = {{{{-64, -64, -64}, {64, 64, 64}}, 0.5F}, {{{64, 0, 0}, {72, 8, 8}}, -1.0F}};
+  snapshot.bricks =
+      toBricks({{{{-64, -64, -64}, {64, 64, 64}}, 0.5F}, {{{64, 0, 0}, {72, 8, 8}}, -1.0F}}).bricks;
   const octomap::OcTree tree = makeTree(snapshot);
-  const OctreeStream full = toOctreeStream(snapshot.cuboids, OctreeKind::kFull);
+  const OctreeStream full = toOctreeStream(snapshot.bricks, OctreeKind::kFull);
   EXPECT_TRUE(full.bytes == fullBytes(tree));
-  EXPECT_EQ(computeOctreeLeaves(snapshot.cuboids, OctreeKind::kFull).size(),
+  EXPECT_EQ(computeOctreeLeaves(snapshot.bricks, OctreeKind::kFull).size(),
             tree.getNumLeafNodes());
 }
 
@@ -96,27 +107,27 @@ TEST(OctreeStream, ofAnEmptyMapHasNoBytes) {
   const OctreeStream full = toOctreeStream({}, OctreeKind::kFull);
   EXPECT_TRUE(full.bytes.empty());
   EXPECT_EQ(full.num_nodes, 0U);
-  EXPECT_TRUE(readFullOctree("").cuboids.empty());
-  EXPECT_TRUE(readBinaryOctree("", -1.0F, 1.0F).cuboids.empty());
+  EXPECT_TRUE(readFullOctree("").leaves.empty());
+  EXPECT_TRUE(readBinaryOctree("", -1.0F, 1.0F).leaves.empty());
 }
 
 TEST(OctreeStream, givesTheVoxelsBack) {
   Random random(42);
   for (int i = 0; i < 20; ++i) {
     const MapSnapshot snapshot = test::randomSnapshot(random);
-    const OctreeStream full = toOctreeStream(snapshot.cuboids, OctreeKind::kFull);
+    const OctreeStream full = toOctreeStream(snapshot.bricks, OctreeKind::kFull);
     const OctreeContent content = readFullOctree(full.bytes);
-    ASSERT_EQ(test::voxelsOf(content.cuboids), test::voxelsOf(snapshot.cuboids))
+    ASSERT_EQ(voxelsOfBoxes(content.leaves), test::voxelsOf(snapshot.bricks))
         << test::seedNote(i);
     EXPECT_EQ(content.num_nodes, full.num_nodes);
-    const OctreeStream binary = toOctreeStream(snapshot.cuboids, OctreeKind::kBinary);
-    ASSERT_EQ(test::voxelsOf(readBinaryOctree(binary.bytes, -1.0F, 1.0F).cuboids),
-              classesOf(snapshot.cuboids));
+    const OctreeStream binary = toOctreeStream(snapshot.bricks, OctreeKind::kBinary);
+    ASSERT_EQ(voxelsOfBoxes(readBinaryOctree(binary.bytes, -1.0F, 1.0F).leaves),
+              classesOf(snapshot.bricks));
     std::size_t num_voxels = 0;
-    for (const OctreeLeaf& leaf : computeOctreeLeaves(snapshot.cuboids, OctreeKind::kBinary)) {
+    for (const OctreeLeaf& leaf : computeOctreeLeaves(snapshot.bricks, OctreeKind::kBinary)) {
       num_voxels += static_cast<std::size_t>(leaf.edge()) * leaf.edge() * leaf.edge();
     }
-    EXPECT_EQ(num_voxels, test::voxelsOf(snapshot.cuboids).size());
+    EXPECT_EQ(num_voxels, test::voxelsOf(snapshot.bricks).size());
   }
 }
 
@@ -131,8 +142,8 @@ TEST(OctreeStream, noticesDamage) {
   };
   Random random(43);
   const MapSnapshot snapshot = test::randomSnapshot(random);
-  const std::string full = toOctreeStream(snapshot.cuboids, OctreeKind::kFull).bytes;
-  const std::string binary = toOctreeStream(snapshot.cuboids, OctreeKind::kBinary).bytes;
+  const std::string full = toOctreeStream(snapshot.bricks, OctreeKind::kFull).bytes;
+  const std::string binary = toOctreeStream(snapshot.bricks, OctreeKind::kBinary).bytes;
   for (const std::size_t length : {std::size_t{1}, full.size() / 2, full.size() - 1}) {
     EXPECT_EQ(defect_of([&] { (void)readFullOctree(full.substr(0, length)); }),
               MapFileDefect::kTruncated);
@@ -185,14 +196,14 @@ TEST(OctomapFiles, areReadAsOctomapReadsThem) {
   octomap::OcTree tree = makeTree(snapshot);
   const MapSnapshot full = fromOctomapFile(writeFile(tree, OctreeKind::kFull));
   EXPECT_EQ(full.resolution_m, 0.25);
-  EXPECT_EQ(test::voxelsOf(full.cuboids), test::voxelsOf(snapshot.cuboids));
+  EXPECT_EQ(test::voxelsOf(full.bricks), test::voxelsOf(snapshot.bricks));
   const SensorModelConfig model{0.8, 0.3, 0.2, 0.9};
   const MapSnapshot binary = fromOctomapFile(writeFile(tree, OctreeKind::kBinary), model);
-  EXPECT_EQ(classesOf(binary.cuboids), classesOf(snapshot.cuboids));
+  EXPECT_EQ(classesOf(binary.bricks), classesOf(snapshot.bricks));
   EXPECT_TRUE(test::isSameModel(binary.sensor_model, model));
-  for (const Cuboid& cuboid : binary.cuboids) {
+  for (const auto& [cell, log_odds] : test::voxelsOf(binary.bricks)) {
     const SensorModel expected(model);
-    EXPECT_TRUE(cuboid.log_odds == expected.min() || cuboid.log_odds == expected.max());
+    EXPECT_TRUE(log_odds == expected.min() || log_odds == expected.max()) << cell;
   }
 }
 
@@ -204,12 +215,12 @@ TEST(OctomapFiles, withColoursOrStampsAreRead) {
     colored.setNodeColor(x, 1.0F, 2.0F, 10, 20, 30);
     stamped.updateNode(octomap::point3d(x, 1.0F, 2.0F), true);
   }
-  const auto expected = test::voxelsOf({{CellBox::ofCell({-6, 2, 4}), 0.0F},
+  const auto expected = voxelsOfBoxes({{CellBox::ofCell({-6, 2, 4}), 0.0F},
                                         {CellBox::ofCell({0, 2, 4}), 0.0F},
                                         {CellBox::ofCell({14, 2, 4}), 0.0F}});
   for (const std::string& file :
        {writeFile(colored, OctreeKind::kFull), writeFile(stamped, OctreeKind::kFull)}) {
-    const auto voxels = test::voxelsOf(fromOctomapFile(file).cuboids);
+    const auto voxels = test::voxelsOf(fromOctomapFile(file).bricks);
     ASSERT_EQ(voxels.size(), 3U);
     for (const auto& [cell, log_odds] : voxels) {
       EXPECT_EQ(expected.count(cell), 1U) << cell;
@@ -250,7 +261,7 @@ TEST(OctomapFiles, thatAreDamagedAreRefused) {
 
 TEST(OctomapFiles, cannotHoldWhatIsFarAway) {
   MapSnapshot snapshot;
-  snapshot.cuboids = {{CellBox::ofCell({32768, 0, 0}), 1.0F}};
+  snapshot.bricks = toBricks({{CellBox::ofCell({32768, 0, 0}), 1.0F}}).bricks;
   try {
     (void)toOctomapFile(snapshot, OctreeKind::kFull);
     FAIL();
