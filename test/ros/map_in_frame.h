@@ -42,7 +42,6 @@ class MapInFrameTest : public ::testing::Test {
   static cuboid_mapping::MapConfig makeConfig() {
     cuboid_mapping::MapConfig config;
     config.resolution_m = 0.1;
-    config.hot_bytes = 1000000;
     return config;
   }
 

@@ -2,9 +2,10 @@
 // What a viewer keeps of marker messages, and what it should have kept.
 #pragma once
 
+#include "cuboid_mapping/map/cuboid_search.h"
+#include "cuboid_mapping/query/value_query.h"
 #include "cuboid_mapping/ros/marker_cache.h"
 #include "cuboid_mapping/ros/marker_colors.h"
-#include "cuboid_mapping/rtree/traversal.h"
 
 #include <gtest/gtest.h>
 #include <visualization_msgs/MarkerArray.h>
@@ -135,12 +136,12 @@ inline std::vector<cuboid_mapping::CellBox> cutIntoCubes(const cuboid_mapping::C
   return cubes;
 }
 
-/// What should be on the screen for the cuboids of a tree, sorted.
-inline std::vector<ShownCube> expectedCubes(const cuboid_mapping::RTree& tree,
+/// What should be on the screen for the cuboids of a map, sorted.
+inline std::vector<ShownCube> expectedCubes(const cuboid_mapping::CuboidMap& map,
                                             const cuboid_mapping::Grid& grid,
                                             const MarkerStyle& style) {
   std::vector<ShownCube> cubes;
-  visitAll(tree, style.filter, [&](const cuboid_mapping::Cuboid& cuboid) {
+  visitAll(map, style.filter, [&](const cuboid_mapping::Cuboid& cuboid) {
     for (const cuboid_mapping::CellBox& box : cutIntoCubes(cuboid.box)) {
       const cuboid_mapping::MetricBox metric = grid.toMetricBox(box);
       const Eigen::Vector3d center_m = 0.5 * (metric.min_m + metric.max_m);
@@ -148,7 +149,7 @@ inline std::vector<ShownCube> expectedCubes(const cuboid_mapping::RTree& tree,
       if (style.filter == cuboid_mapping::CuboidFilter::kOccupied) {
         color = style.color_by == ColorBy::kHeight
                     ? toHeightColor(center_m.z(), style.color_period_m)
-                    : toProbabilityColor(cuboid_mapping::toProbability(cuboid.log_odds));
+                    : toProbabilityColor(meanProbability(map, cuboid.box).value());
       }
       cubes.push_back(makeShownCube(center_m, metric.max_m - metric.min_m, color));
     }

@@ -55,8 +55,8 @@ inline cuboid_mapping::OctreeContent contentOf(const OctomapMessage& message) {
 
 inline double countVoxels(const cuboid_mapping::OctreeContent& content, bool is_occupied) {
   double count = 0.0;
-  for (const auto& cuboid : content.cuboids) {
-    if ((cuboid.log_odds >= 0.0F) == is_occupied) count += cuboid.box.numVoxels();
+  for (const auto& leaf : content.leaves) {
+    if ((leaf.log_odds >= 0.0F) == is_occupied) count += leaf.box.numVoxels();
   }
   return count;
 }

@@ -44,7 +44,10 @@ inline std::vector<Case> mapCases() {
        "static",
        [](const P& p) { return p.map.environment == Environment::kStatic; },
        {"", "Static", "frozen", 1}},
-      {"fusion", "none", [](const P& p) { return p.map.fusion == "none"; }, {"", "bricks", false}},
+      {"fusion",
+       "none",
+       [](const P& p) { return p.map.fusion == cuboid_mapping::FusionKind::kNone; },
+       {"", "bricks", "brick", false}},
       {"growth/step",
        "neighbour",
        [](const P& p) { return p.map.growth.step == cuboid_mapping::GrowthStep::kNeighbour; },
@@ -77,7 +80,6 @@ inline std::vector<Case> mapCases() {
        4,
        [](const P& p) { return p.map.rtree.min_branches == 4; },
        {0, -1, 33, 4.0, "4"}},
-      {"hot_bricks", 256, [](const P& p) { return p.hot_bricks_mb == 256; }, {-1, 65537, 1.5, "1"}},
       {"threads", 3, [](const P& p) { return p.threads == 3; }, {-1, 257, 2.0, true}},
   };
 }
@@ -123,10 +125,7 @@ inline std::vector<Case> sensorModelCases() {
 inline std::vector<Case> otherCases() {
   using P = NodeParameters;
   std::vector<Case> cases{
-      {"published_cuboids",
-       "class",
-       [](const P& p) { return p.published_cuboids == PublishedCuboids::kClass; },
-       {"", "brick", 1}},
+      {"publish_values", true, [](const P& p) { return p.publish_values; }, {0, 1, "true"}},
       {"queue_size", 3, [](const P& p) { return p.queue_size == 3; }, {0, -1, 1001, 3.0}},
       {"queue_memory",
        20,

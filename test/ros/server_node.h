@@ -117,7 +117,12 @@ class ServerNode {
 
   /// The log-odds of what is known.
   [[nodiscard]] std::map<Cell, float> voxels() const {
-    return cuboid_mapping::test::voxelsOf(contentOf(octomap()).cuboids);
+    std::map<Cell, float> voxels;
+    for (const auto& leaf : contentOf(octomap()).leaves) {
+      cuboid_mapping::test::visitCells(
+          leaf.box, [&](const Cell& cell) { voxels.emplace(cell, leaf.log_odds); });
+    }
+    return voxels;
   }
   [[nodiscard]] std::set<Cell> occupied() const { return cellsOfClass(true); }
   [[nodiscard]] std::set<Cell> free() const { return cellsOfClass(false); }

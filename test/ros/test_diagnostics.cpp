@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "cuboid_mapping/ros/diagnostics.h"
 
+#include "cuboid_mapping/scan/scan_update.h"
+
 #include <diagnostic_msgs/DiagnosticStatus.h>
 #include <gtest/gtest.h>
 
@@ -164,7 +166,11 @@ TEST(Diagnostics, CountsCuboidsAndVoxelsByClass) {
   EXPECT_EQ(summary.occupied.num_cuboids, 1U);
   EXPECT_EQ(summary.occupied.num_voxels, 1.0);
   EXPECT_EQ(summary.revision, map.revision());
+  EXPECT_EQ(summary.num_waiting, 2U);
   EXPECT_EQ(summary.num_bytes, map.numBytes());
+  map.fuse();
+  EXPECT_EQ(summarize(map).num_waiting, 0U);
+  EXPECT_EQ(summarize(map).free.num_cuboids, 2U) << "as before";
 }
 
 TEST(Diagnostics, EveryReasonHasItsOwnKeyAndAdvice) {
@@ -172,7 +178,7 @@ TEST(Diagnostics, EveryReasonHasItsOwnKeyAndAdvice) {
   for (std::size_t i = 0; i < kNumDropReasons; ++i) report.statistics.num_dropped[i] = i + 1;
   report.statistics.convert_time.add(1.0);
   report.statistics.convert_time.add(4.0);
-  report.map = {77, {5, 50.0}, {6, 6e10}, 8000};
+  report.map = {77, {5, 50.0}, {6, 6e10}, 9, 8000};
   report.num_built = 31;
   report.frame_id = "map";
   report.last_cloud = LastCloud{"lidar", 0.125, ""};
@@ -200,6 +206,7 @@ TEST(Diagnostics, EveryReasonHasItsOwnKeyAndAdvice) {
   EXPECT_EQ(values["cuboids occupied"], "6");
   EXPECT_EQ(values["voxels free"], "50");
   EXPECT_EQ(values["voxels occupied"], "60000000000");
+  EXPECT_EQ(values["bricks waiting to be fused"], "9");
   EXPECT_EQ(values["map bytes"], "8000");
   EXPECT_EQ(values["map revision"], "77");
   EXPECT_EQ(values["octomap_server messages built"], "31");

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "cuboid_mapping/ros/edit_answers.h"
 
-#include "cuboid_mapping/query/point_query.h"
 #include "ros/map_in_frame.h"
 
 #include <cmath>
@@ -25,10 +24,15 @@ class EditAnswers : public test::MapInFrameTest {
   }
   Occupancy at(const cuboid_mapping::Cell& cell) {
     return map_.read(
-        [&](const CuboidMap& map, const ros::Time&) { return map.classes().at(cell); });
+        [&](const CuboidMap& map, const ros::Time&) { return map.voxels().at(cell); });
   }
-  cuboid_mapping::MapContent content() {
-    return map_.read([](const CuboidMap& map, const ros::Time&) { return map.content(); });
+  double numFreeVoxels() {
+    return map_.read(
+        [](const CuboidMap& map, const ros::Time&) { return map.voxels().numFreeVoxels(); });
+  }
+  double numOccupiedVoxels() {
+    return map_.read(
+        [](const CuboidMap& map, const ros::Time&) { return map.voxels().numOccupiedVoxels(); });
   }
 };
 
@@ -39,15 +43,15 @@ TEST_F(EditAnswers, MakeABoxFreeOccupiedOrUnknownAndNothingElse) {
   EXPECT_EQ(response.header.stamp, ros::Time(7.0)) << "that of the last cloud";
   expectNear(response.min[0], 0.9, 0.0, 0.0);
   expectNear(response.max[0], 1.2, 1.0, 1.0);
-  EXPECT_EQ(content().occupied_voxels, 0.0);
-  EXPECT_EQ(content().free_voxels, 2000.0);
+  EXPECT_EQ(numOccupiedVoxels(), 0.0);
+  EXPECT_EQ(numFreeVoxels(), 2000.0);
 
   EXPECT_TRUE(answerSetBox(in_frame_, makeRequest(SetBox::Request::UNKNOWN)).success);
-  EXPECT_EQ(content().free_voxels, 1700.0);
+  EXPECT_EQ(numFreeVoxels(), 1700.0);
   EXPECT_EQ(at({9, 0, 0}), Occupancy::kUnknown);
   EXPECT_EQ(at({8, 0, 0}), Occupancy::kFree);
   EXPECT_TRUE(answerSetBox(in_frame_, makeRequest(SetBox::Request::OCCUPIED)).success);
-  EXPECT_EQ(content().occupied_voxels, 300.0);
+  EXPECT_EQ(numOccupiedVoxels(), 300.0);
   EXPECT_EQ(at({12, 0, 0}), Occupancy::kFree);
 }
 
@@ -57,8 +61,8 @@ TEST_F(EditAnswers, SetTheProbabilityWithinTheClampingThresholds) {
     request.probability = probability;
     EXPECT_TRUE(answerSetBox(in_frame_, request).success);
     return map_.read([](const CuboidMap& map, const ros::Time&) {
-      const auto cuboid = findCuboid(map, cuboid_mapping::Cell{10, 0, 0});
-      return cuboid ? cuboid_mapping::toProbability(cuboid->log_odds) : -1.0;
+      const auto log_odds = map.voxels().logOddsAt({10, 0, 0});
+      return log_odds ? cuboid_mapping::toProbability(*log_odds) : -1.0;
     });
   };
   EXPECT_NEAR(probabilityOf(SetBox::Request::FREE, 0.0F), 0.12, 1e-5);
@@ -88,11 +92,11 @@ TEST_F(EditAnswers, SetAllBoxesOrNone) {
   request.min.push_back(point(-1, 0, 0));
   request.max.push_back(point(0, 0.1, 0.1));
   EXPECT_TRUE(answerSetBox(in_frame_, request).success);
-  EXPECT_EQ(content().occupied_voxels, 310.0);
+  EXPECT_EQ(numOccupiedVoxels(), 310.0);
   request.occupancy = SetBox::Request::UNKNOWN;
   request.max[1].x = std::nan("");
   expectRefusal(answerSetBox(in_frame_, request), "box 1");
-  EXPECT_EQ(content().occupied_voxels, 310.0);
+  EXPECT_EQ(numOccupiedVoxels(), 310.0);
 }
 
 TEST_F(EditAnswers, RefuseWhatCannotBeSet) {

@@ -92,17 +92,16 @@ TEST(GroundFilter, freesTheSpaceBeforeTheGroundAndHitsNothingThere) {
   ASSERT_NE(update, nullptr);
   cuboid_mapping::CuboidMap map(makeMapConfig(parameters));
   map.apply(*update);
-  map.flush();
   EXPECT_EQ(statistics.num_points, scene.size());
   std::size_t num_table = 0;
-  cuboid_mapping::visitAll(map.tree(), cuboid_mapping::CuboidFilter::kOccupied,
+  cuboid_mapping::visitAll(map, cuboid_mapping::CuboidFilter::kOccupied,
                            [&](const auto& cuboid) {
                              EXPECT_GT(cuboid.box.max.z, 1) << "nothing of the floor is occupied";
                              num_table += cuboid.box.max.z > 5 ? 1 : 0;
                              return cuboid_mapping::Visit::kContinue;
                            });
   EXPECT_GT(num_table, 10U);
-  EXPECT_EQ(map.classes().at({10, 0, 6}), Occupancy::kFree) << "before the floor";
+  EXPECT_EQ(map.voxels().at({10, 0, 6}), Occupancy::kFree) << "before the floor";
 }
 
 /// What a pipeline makes of one cloud.
@@ -124,8 +123,7 @@ Outcome runPipeline(const NodeParameters& parameters, const CloudPoses& poses,
   if (update == nullptr) return outcome;
   cuboid_mapping::CuboidMap map(makeMapConfig(parameters));
   map.apply(*update);
-  map.flush();
-  const auto voxels = cuboid_mapping::test::voxelsOf(takeSnapshot(map, "").cuboids);
+  const auto voxels = cuboid_mapping::test::voxelsOf(takeSnapshot(map, "").bricks);
   for (const auto& [cell, log_odds] : voxels) {
     if (log_odds >= 0.0F) outcome.hits.insert(cell);
   }

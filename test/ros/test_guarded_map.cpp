@@ -24,7 +24,6 @@ namespace test = cuboid_mapping::test;
 
 cuboid_mapping::MapConfig makeConfig() {
   cuboid_mapping::MapConfig config;
-  config.hot_bytes = 1000000;
   config.threads = 2;
   return config;
 }
@@ -62,14 +61,13 @@ TEST(GuardedMap, ShowsReadersOneRevisionWhileCloudsComeIn) {
   std::atomic<bool> is_done{false};
   std::atomic<int> num_reads{0};
   std::atomic<int> num_torn{0};
-  const CellBox both{{0, 0, 0}, {kTwinOffset + 32, 32, 32}};
   std::vector<std::thread> readers;
   for (int i = 0; i < 2; ++i) {
     readers.emplace_back([&] {
       std::uint64_t last_revision = 0;
       ros::Time last_stamp;
       while (!is_done) {
-        map.readCurrent(both, [&](const CuboidMap& content, const ros::Time& stamp) {
+        map.read([&](const CuboidMap& content, const ros::Time& stamp) {
           const bool is_torn = cuboidsOfGroup(content, 0) != cuboidsOfGroup(content, kTwinOffset) ||
                                content.revision() < last_revision || stamp < last_stamp;
           num_torn += is_torn ? 1 : 0;
@@ -93,14 +91,73 @@ TEST(GuardedMap, ShowsReadersOneRevisionWhileCloudsComeIn) {
   EXPECT_EQ(num_torn, 0);
   EXPECT_GE(num_changes, kClouds);
 
-  map.flush();
   const ChangeSet changes = map.takeChanges();
   map.read([&](const CuboidMap& content, const ros::Time& /*stamp*/) {
-    EXPECT_TRUE(content.isFlushed(cuboid_mapping::kAllCells));
+    EXPECT_FALSE(content.fusion().waiting().isEmpty());
     copy.follow(content, changes);
-    EXPECT_EQ(copy.cuboids(), test::allCuboids(content.tree()));
+    EXPECT_EQ(copy.cuboids(), test::allCuboids(content));
   });
-  EXPECT_TRUE(map.takeChanges().boxes.empty());
+  EXPECT_TRUE(map.takeChanges().bricks.empty());
+}
+
+TEST(GuardedMap, FusesSomeBricksAtATimeWhichChangesNothingForReaders) {
+  GuardedMap map(makeConfig());
+  test::Random random(43);
+  const auto cuboids = [&map] {
+    return map.read(
+        [](const CuboidMap& content, const ros::Time&) { return test::allCuboids(content); });
+  };
+  const auto num_waiting = [&map] {
+    return map.read([](const CuboidMap& content, const ros::Time&) {
+      return content.fusion().waiting().size();
+    });
+  };
+  for (int i = 0; i < 4; ++i) {
+    map.change(ros::Time(1.0), [&](CuboidMap& content) {
+      return content.apply(test::randomUpdate(random, {{-9, -9, -9}, {9, 9, 9}}, 1000));
+    });
+  }
+  const std::vector<Cuboid> before = cuboids();
+  (void)map.takeChanges();
+  std::size_t waiting = num_waiting();
+  ASSERT_GT(waiting, 1000U);
+  int num_calls = 0;
+  for (bool is_more = true; is_more; ++num_calls) {
+    is_more = map.fuseSome();
+    EXPECT_LT(num_waiting(), waiting);
+    waiting = num_waiting();
+    EXPECT_EQ(is_more, waiting > 0);
+  }
+  EXPECT_GT(num_calls, 1) << "others get their turn in between";
+  EXPECT_EQ(waiting, 0U);
+  EXPECT_EQ(cuboids(), before);
+  EXPECT_TRUE(map.takeChanges().bricks.empty()) << "no news";
+  EXPECT_FALSE(map.fuseSome());
+}
+
+TEST(GuardedMap, TellsEachBrickOnceAndWhetherItHasNewCuboids) {
+  GuardedMap map(makeConfig());
+  const CellBox brick{{0, 0, 0}, {8, 8, 8}};
+  const auto fill = [&](float log_odds) {
+    map.change(ros::Time(1.0), [&](CuboidMap& content) {
+      return content.replace(brick, {cuboid_mapping::UniformBox{brick, log_odds}});
+    });
+  };
+  fill(-1.0F);
+  fill(-2.0F);
+  ChangeSet changes = map.takeChanges();
+  ASSERT_EQ(changes.bricks.size(), 1U);
+  EXPECT_EQ(changes.bricks[0].brick, brick.min);
+  EXPECT_TRUE(changes.bricks[0].has_new_cuboids);
+  ScanUpdate miss;
+  miss.bricks.emplace_back();
+  miss.bricks[0].misses = cuboid_mapping::BrickMask::all();
+  fill(-0.5F);
+  (void)map.takeChanges();
+  map.change(ros::Time(2.0), [&](CuboidMap& content) { return content.apply(miss); });
+  changes = map.takeChanges();
+  ASSERT_EQ(changes.bricks.size(), 1U);
+  EXPECT_FALSE(changes.bricks[0].has_new_cuboids) << "log-odds alone have changed";
 }
 
 TEST(GuardedMap, TellsThatEverythingHasChangedAfterClear) {
@@ -113,13 +170,13 @@ TEST(GuardedMap, TellsThatEverythingHasChangedAfterClear) {
   apply();
   map.change(ros::Time(), [](CuboidMap& content) { return content.clear(); });
   apply();
-  map.flush();
+  map.fuse();
   EXPECT_TRUE(map.takeChanges().is_everything);
   apply();
-  map.flush();
+  map.fuse();
   const ChangeSet changes = map.takeChanges();
   EXPECT_FALSE(changes.is_everything);
-  EXPECT_FALSE(changes.boxes.empty());
+  EXPECT_FALSE(changes.bricks.empty());
 }
 
 }  // namespace

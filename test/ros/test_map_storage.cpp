@@ -3,6 +3,7 @@
 
 #include "cuboid_mapping/io/file_replacement.h"
 #include "cuboid_mapping/io/map_files.h"
+#include "cuboid_mapping/voxels/uniform_boxes.h"
 #include "support/snapshots.h"
 #include "tools/run_program.h"
 
@@ -20,7 +21,6 @@ using cuboid_mapping::test::TemporaryFolder;
 MapConfig makeConfig() {
   MapConfig config;
   config.resolution_m = 0.1;
-  config.hot_bytes = std::size_t{1} << 24;
   return config;
 }
 
@@ -32,8 +32,8 @@ void fill(GuardedMap& map, Random& random) {
 }
 
 std::map<cuboid_mapping::Cell, float> voxelsOf(GuardedMap& map) {
-  return map.readCurrent(cuboid_mapping::kAllCells, [](const CuboidMap& content, const ros::Time&) {
-    return cuboid_mapping::test::voxelsOf(takeSnapshot(content, "").cuboids);
+  return map.read([](const CuboidMap& content, const ros::Time&) {
+    return cuboid_mapping::test::voxelsOf(takeSnapshot(content, "").bricks);
   });
 }
 
@@ -114,13 +114,13 @@ TEST(MapStorage, startsFromAFileWithItsResolution) {
   EXPECT_FALSE(readStartMap(parameters));
   MapSnapshot snapshot;
   snapshot.resolution_m = 0.25;
-  snapshot.cuboids = {{{{0, 0, 0}, {2, 2, 2}}, 1.0F}};
+  snapshot.bricks = cuboid_mapping::toBricks({{{{0, 0, 0}, {2, 2, 2}}, 1.0F}}).bricks;
   writeMapFile(folder / "start.bt", snapshot);
   parameters.map_file = folder / "start.bt";
   const auto start = readStartMap(parameters);
   ASSERT_TRUE(start);
   EXPECT_EQ(parameters.map.resolution_m, 0.25);
-  EXPECT_EQ(start->cuboids.size(), 1U);
+  EXPECT_EQ(start->bricks.size(), 1U);
   parameters.map_file = folder / "none.bt";
   EXPECT_THROW((void)readStartMap(parameters), cuboid_mapping::MapFileError);
 }
@@ -153,7 +153,7 @@ TEST(MapStorage, leavesAWholeFileWhateverKillsIt) {
     ASSERT_EQ(waitpid(child, &state, 0), child);
     ASSERT_TRUE(WIFSIGNALED(state));
     const auto found =
-        cuboid_mapping::test::voxelsOf(cuboid_mapping::readMapFile(file).snapshot.cuboids);
+        cuboid_mapping::test::voxelsOf(cuboid_mapping::readMapFile(file).snapshot.bricks);
     ASSERT_TRUE(found == first || found == second)
         << cuboid_mapping::test::seedNote(static_cast<std::size_t>(kills));
     num_first += found == first ? 1 : 0;

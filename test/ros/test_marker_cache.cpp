@@ -22,9 +22,11 @@ using cuboid_mapping::ChangeSet;
 using cuboid_mapping::Cuboid;
 using cuboid_mapping::CuboidFilter;
 using cuboid_mapping::CuboidMap;
+using cuboid_mapping::FusionKind;
 using cuboid_mapping::Grid;
 using cuboid_mapping::MapConfig;
 using cuboid_mapping::ScanUpdater;
+using cuboid_mapping::UniformBox;
 using cuboid_mapping::test::Random;
 using cuboid_mapping::test::seedNote;
 using test::expectedCubes;
@@ -44,7 +46,7 @@ std::vector<MarkerStyle> allStyles() {
   by_height.color_period_m = 3.0;
   MarkerStyle by_probability;
   by_probability.color_by = ColorBy::kProbability;
-  return {by_height, by_probability, makeFreeStyle({})};
+  return {by_height, by_probability, makeFreeStyle()};
 }
 
 /// A scan from somewhere in a hall of 40 x 40 x 40 voxels around `center_m`.
@@ -62,7 +64,7 @@ cuboid_mapping::Scan makeScan(Random& random, const Eigen::Vector3f& center_m) {
 /// A robot that goes to and fro over several chunks, and a map that is cleared now and then.
 class Drive {
  public:
-  Drive(Random& random, const std::string& fusion)
+  Drive(Random& random, FusionKind fusion)
       : random_(random), map_(makeConfig(fusion)), updater_(map_.grid()) {}
 
   ChangeSet step() {
@@ -74,7 +76,7 @@ class Drive {
   [[nodiscard]] const CuboidMap& map() const { return map_; }
 
  private:
-  static MapConfig makeConfig(const std::string& fusion) {
+  static MapConfig makeConfig(FusionKind fusion) {
     MapConfig config;
     config.resolution_m = 0.2;
     config.fusion = fusion;
@@ -88,7 +90,7 @@ class Drive {
 
 TEST(MarkerCache, OtherColoursCountForMarkersThatAreThereAlready) {
   Random random(76);
-  Drive drive(random, "brick");
+  Drive drive(random, FusionKind::kClass);
   for (int i = 0; i < 5; ++i) drive.step();
   MarkerStyle style;
   MarkerCache cache(drive.map().grid(), style);
@@ -102,7 +104,7 @@ TEST(MarkerCache, OtherColoursCountForMarkersThatAreThereAlready) {
     cache.setColors(style.color_by, period_m);
     EXPECT_TRUE(cache.hasChanges());
     viewer.apply(cache.update(drive.map(), makeHeader()));
-    const auto expected = expectedCubes(drive.map().tree(), drive.map().grid(), style);
+    const auto expected = expectedCubes(drive.map(), drive.map().grid(), style);
     EXPECT_GT(expected.size(), 10U);
     EXPECT_EQ(viewer.cubes(), expected) << seedNote(0);
     EXPECT_FALSE(cache.hasChanges());
@@ -114,7 +116,7 @@ TEST(MarkerCache, DifferencesAddUpToTheWholeMap) {
   std::size_t num_compared = 0;
   std::size_t num_cubes = 0;
   std::size_t num_deletes = 0;
-  for (const std::string fusion : {"brick", "none"}) {
+  for (const FusionKind fusion : {FusionKind::kClass, FusionKind::kNone}) {
     for (std::size_t i = 0; i < allStyles().size(); ++i) {
       SCOPED_TRACE(seedNote(i));
       const MarkerStyle style = allStyles()[i];
@@ -126,7 +128,7 @@ TEST(MarkerCache, DifferencesAddUpToTheWholeMap) {
         cache.noteChanges(drive.step());
         if (random.chance(0.4)) continue;  // changes of several clouds add up
         viewer.apply(cache.update(drive.map(), makeHeader()));
-        const auto expected = expectedCubes(drive.map().tree(), drive.map().grid(), style);
+        const auto expected = expectedCubes(drive.map(), drive.map().grid(), style);
         ASSERT_EQ(viewer.cubes(), expected) << "step " << step;
         ++num_compared;
         num_cubes += expected.size();
@@ -143,7 +145,7 @@ TEST(MarkerCache, DifferencesAddUpToTheWholeMap) {
 
 TEST(MarkerCache, PictureShowsALateListenerWhatTheOthersHave) {
   Random random(10);
-  Drive drive(random, "brick");
+  Drive drive(random, FusionKind::kClass);
   MarkerCache cache(drive.map().grid(), MarkerStyle());
   MarkerViewer viewer;
   std::size_t num_compared = 0;
@@ -169,7 +171,7 @@ TEST(MarkerCache, PictureShowsALateListenerWhatTheOthersHave) {
 
 TEST(MarkerCache, LearnsTheMapAnewAfterARelease) {
   Random random(20);
-  Drive drive(random, "brick");
+  Drive drive(random, FusionKind::kClass);
   MarkerCache cache(drive.map().grid(), MarkerStyle());
   for (int step = 0; step < 20; ++step) {
     for (int i = 0; i < 3; ++i) cache.noteChanges(drive.step());
@@ -180,39 +182,30 @@ TEST(MarkerCache, LearnsTheMapAnewAfterARelease) {
     EXPECT_TRUE(cache.hasChanges());
     MarkerViewer viewer;
     viewer.apply(cache.update(drive.map(), makeHeader()));
-    ASSERT_EQ(viewer.cubes(), expectedCubes(drive.map().tree(), drive.map().grid(), MarkerStyle()));
+    ASSERT_EQ(viewer.cubes(), expectedCubes(drive.map(), drive.map().grid(), MarkerStyle()));
   }
 }
 
-/// Disjoint cuboids of any size, which change in places.
-class CuboidPuzzle {
+/// Long thin walls, which come and go: growth makes cuboids of them that reach through many bricks.
+class GrowingWalls {
  public:
-  explicit CuboidPuzzle(Random& random) : random_(random) {}
+  explicit GrowingWalls(Random& random) : random_(random), map_(makeConfig()) {}
 
-  /// Removes the cuboids around some place, and adds others.
+  /// Removes what is in some place, and has other walls observed.
   ChangeSet step() {
-    const CellBox place =
-        cuboid_mapping::test::randomBox(random_, {{-150, -150, -20}, {150, 150, 20}}, 60);
     ChangeSet changes;
-    std::vector<Cuboid> old;
-    visitBox(map_.tree(), place, CuboidFilter::kAll, [&old](const Cuboid& cuboid) {
-      old.push_back(cuboid);
-      return cuboid_mapping::Visit::kContinue;
-    });
-    for (const Cuboid& cuboid : old) {
-      map_.replace(cuboid.box, {});
-      changes.boxes.push_back(cuboid.box);
-    }
-    for (int i = 0; i < 4; ++i) {
-      const CellBox box = cuboid_mapping::test::randomBox(random_, place, 40);
-      bool is_taken = false;
-      visitBox(map_.tree(), box, CuboidFilter::kAll, [&is_taken](const Cuboid&) {
-        is_taken = true;
-        return cuboid_mapping::Visit::kStop;
-      });
-      if (is_taken) continue;
-      map_.replace(box, {{box, random_.chance(0.5) ? 1.0F : -1.0F}});
-      changes.boxes.push_back(box);
+    const auto add = [&changes](const ChangeSet& more) {
+      changes.bricks.insert(changes.bricks.end(), more.bricks.begin(), more.bricks.end());
+    };
+    const CellBox everywhere{{-150, -150, -20}, {150, 150, 20}};
+    add(map_.replace(cuboid_mapping::test::randomBox(random_, everywhere, 30),
+                     std::vector<UniformBox>{}));
+    for (int i = 0; i < 3; ++i) {
+      CellBox wall = CellBox::ofCell(cuboid_mapping::test::randomCell(random_, everywhere));
+      wall.max[random_.integer(0, 2)] += random_.integer(1, 100);
+      wall.max[random_.integer(0, 2)] += random_.integer(0, 2);
+      constexpr int kCloudsUntilStable = 6;
+      for (int cloud = 0; cloud < kCloudsUntilStable; ++cloud) add(map_.apply(hitsOf(wall)));
     }
     return changes;
   }
@@ -220,6 +213,24 @@ class CuboidPuzzle {
   [[nodiscard]] const CuboidMap& map() const { return map_; }
 
  private:
+  static MapConfig makeConfig() {
+    MapConfig config;
+    config.fusion = FusionKind::kGrowth;
+    config.growth.starters = cuboid_mapping::GrowthStarters::kChanged;
+    config.growth.settle_clouds = 0;
+    return config;
+  }
+  static cuboid_mapping::ScanUpdate hitsOf(const CellBox& box) {
+    cuboid_mapping::ScanUpdate update;
+    forEachBrick(box, [&](const Cell& brick) {
+      update.bricks.emplace_back();
+      update.bricks.back().brick = brick;
+      update.bricks.back().hits =
+          cuboid_mapping::BrickMask::ofBox(intersect(box, cuboid_mapping::brickBox(brick)));
+    });
+    return update;
+  }
+
   Random& random_;
   CuboidMap map_;
 };
@@ -227,39 +238,36 @@ class CuboidPuzzle {
 TEST(MarkerCache, CutsLongCuboidsAndKeepsThoseThatCrossChunks) {
   const Grid grid(0.1);
   Random random(30);
-  CuboidPuzzle puzzle(random);
+  GrowingWalls walls(random);
   MarkerCache cache(grid, MarkerStyle());
   MarkerViewer viewer;
   std::size_t num_crossing = 0;
-  for (int step = 0; step < 300; ++step) {
-    const ChangeSet changes = puzzle.step();
-    for (const CellBox& box : changes.boxes) {
-      num_crossing += (box.min.x & ~63) != ((box.max.x - 1) & ~63) ? 1 : 0;
-    }
-    cache.noteChanges(changes);
-    viewer.apply(cache.update(puzzle.map(), makeHeader()));
-    ASSERT_EQ(viewer.cubes(), expectedCubes(puzzle.map().tree(), grid, MarkerStyle()))
-        << "step " << step;
+  for (int step = 0; step < 100; ++step) {
+    cache.noteChanges(walls.step());
+    viewer.apply(cache.update(walls.map(), makeHeader()));
+    ASSERT_EQ(viewer.cubes(), expectedCubes(walls.map(), grid, MarkerStyle())) << "step " << step;
+    visitAll(walls.map(), CuboidFilter::kOccupied, [&](const Cuboid& cuboid) {
+      num_crossing += (cuboid.box.min.x & ~63) != ((cuboid.box.max.x - 1) & ~63) ? 1 : 0;
+      return cuboid_mapping::Visit::kContinue;
+    });
   }
   EXPECT_GT(num_crossing, 100U);
   EXPECT_GT(viewer.cubes().size(), 1000U);
 }
 
-void insert(const Cuboid& cuboid, CuboidMap& map) { map.replace(cuboid.box, {cuboid}); }
+ChangeSet insert(const UniformBox& box, CuboidMap& map) { return map.replace(box.box, {box}); }
 
-TEST(MarkerCache, ShowsClassesWithFewerCubes) {
+TEST(MarkerCache, ShowsEveryVoxelOfItsClassOnce) {
   Random random(60);
-  Drive drive(random, "none");
-  NodeParameters parameters;
-  parameters.published_cuboids = PublishedCuboids::kClass;
-  for (const MarkerStyle& style : {makeOccupiedStyle(parameters), makeFreeStyle()}) {
+  Drive drive(random, FusionKind::kClass);
+  for (const MarkerStyle& style : {makeOccupiedStyle(NodeParameters()), makeFreeStyle()}) {
     MarkerCache cache(drive.map().grid(), style);
     MarkerViewer viewer;
     for (int step = 0; step < 40; ++step) {
       cache.noteChanges(drive.step());
       viewer.apply(cache.update(drive.map(), makeHeader()));
       const bool is_free = style.filter == CuboidFilter::kFree;
-      const cuboid_mapping::MapContent& content = drive.map().content();
+      const auto& voxels = drive.map().voxels();
       double volume_m3 = 0.0;
       for (const auto& cube : viewer.cubes()) {
         const auto& um = cube.geometry_um;
@@ -267,9 +275,9 @@ TEST(MarkerCache, ShowsClassesWithFewerCubes) {
                      static_cast<double>(um[5]);
       }
       ASSERT_NEAR(volume_m3 / drive.map().grid().voxelVolume(),
-                  is_free ? content.free_voxels : content.occupied_voxels, 1e-3);
-      const std::size_t num_cuboids = is_free ? content.free_cuboids : content.occupied_cuboids;
-      ASSERT_LE(viewer.cubes().size(), num_cuboids);
+                  is_free ? voxels.numFreeVoxels() : voxels.numOccupiedVoxels(), 1e-3);
+      const auto counts = countCuboids(drive.map());
+      ASSERT_EQ(viewer.cubes().size(), is_free ? counts.free : counts.occupied);
     }
   }
 }
@@ -277,17 +285,15 @@ TEST(MarkerCache, ShowsClassesWithFewerCubes) {
 TEST(MarkerCache, SendsOnlySizesThatHaveChanged) {
   const Grid grid(0.5);
   CuboidMap map;
-  insert({{{0, 0, 0}, {1, 1, 1}}, 1.0F}, map);
-  insert({{{8, 0, 0}, {10, 3, 4}}, 1.0F}, map);
+  (void)insert({{{0, 0, 0}, {1, 1, 1}}, 1.0F}, map);
+  (void)insert({{{8, 0, 0}, {10, 3, 4}}, 1.0F}, map);
   MarkerCache cache(grid, MarkerStyle());
   EXPECT_EQ(cache.update(map, makeHeader()).markers.size(), 2U);
   EXPECT_FALSE(cache.hasChanges());
 
   // The whole chunk is read again, but only one list comes out different.
-  const Cuboid added{{{16, 0, 0}, {18, 3, 4}}, 1.0F};
-  insert(added, map);
-  ChangeSet changes;
-  changes.boxes = {added.box, {{0, 0, 0}, {8, 8, 8}}};
+  ChangeSet changes = insert({{{16, 0, 0}, {18, 3, 4}}, 1.0F}, map);
+  changes.addCuboidsIn({{0, 0, 0}, {8, 8, 8}});
   cache.noteChanges(changes);
   EXPECT_TRUE(cache.hasChanges());
   const MarkerArray difference = cache.update(map, makeHeader());
@@ -306,16 +312,16 @@ TEST(MarkerCache, SendsOnlySizesThatHaveChanged) {
   EXPECT_DOUBLE_EQ(marker.points.front().x, 4.5);
 }
 
-TEST(MarkerCache, ReadsAllChunksThatAChangedBoxReachesInto) {
-  const Cuboid first{{{0, 0, 0}, {1, 1, 1}}, 1.0F};
-  const Cuboid second{{{100, 0, 0}, {102, 1, 1}}, 1.0F};  // in the next chunk
+TEST(MarkerCache, ReadsAllChunksThatHaveAChangedBrick) {
+  const UniformBox first{{{0, 0, 0}, {1, 1, 1}}, 1.0F};
+  const UniformBox second{{{100, 0, 0}, {102, 1, 1}}, 1.0F};  // in the next chunk
   CuboidMap map;
   MarkerCache cache(Grid(0.1), MarkerStyle());
   (void)cache.update(map, makeHeader());
-  insert(first, map);
-  insert(second, map);
+  (void)insert(first, map);
+  (void)insert(second, map);
   ChangeSet changes;
-  changes.boxes = {first.box, {{1, 0, 0}, {110, 1, 1}}};
+  changes.addCuboidsIn({{0, 0, 0}, {110, 1, 1}});
   cache.noteChanges(changes);
   EXPECT_EQ(cache.update(map, makeHeader()).markers.size(), 2U);
 }
@@ -323,13 +329,10 @@ TEST(MarkerCache, ReadsAllChunksThatAChangedBoxReachesInto) {
 TEST(MarkerCache, DeletesASizeThatHasVanished) {
   CuboidMap map;
   const CellBox box{{0, 0, 0}, {2, 1, 1}};
-  insert({box, 1.0F}, map);
+  (void)insert({box, 1.0F}, map);
   MarkerCache cache(Grid(0.1), MarkerStyle());
   (void)cache.update(map, makeHeader());
-  insert({box, -1.0F}, map);  // free now
-  ChangeSet changes;
-  changes.boxes = {box};
-  cache.noteChanges(changes);
+  cache.noteChanges(insert({box, -1.0F}, map));  // free now
   const MarkerArray difference = cache.update(map, makeHeader());
   ASSERT_EQ(difference.markers.size(), 1U);
   EXPECT_EQ(difference.markers.front().action, static_cast<int>(Marker::DELETE));
@@ -339,7 +342,7 @@ TEST(MarkerCache, DeletesASizeThatHasVanished) {
 
 TEST(MarkerCache, SendsNothingWhenTheContentIsAsBefore) {
   Random random(40);
-  Drive drive(random, "brick");
+  Drive drive(random, FusionKind::kClass);
   MarkerCache cache(drive.map().grid(), MarkerStyle());
   for (int step = 0; step < 10; ++step) cache.noteChanges(drive.step());
   EXPECT_FALSE(cache.update(drive.map(), makeHeader()).markers.empty());
@@ -356,7 +359,7 @@ TEST(MarkerCache, AMapOfEverySizeHas512Markers) {
     for (int y = 1; y <= 8; ++y) {
       for (int z = 1; z <= 8; ++z) {
         const Cell min{8 * x, 8 * y, 8 * z};
-        insert({{min, min + Cell{x, y, z}}, 1.0F}, map);
+        (void)insert({{min, min + Cell{x, y, z}}, 1.0F}, map);
       }
     }
   }

@@ -69,14 +69,13 @@ class NodeClientTest : public NodeTest {
       for (std::size_t i = 0; i < server.min.size(); ++i) {
         const MetricBox box{{server.min[i].x, server.min[i].y, server.min[i].z},
                             {server.max[i].x, server.max[i].y, server.max[i].z}};
-        const auto there = queryBox(map, box, cuboid_mapping::CuboidOutput::kClipped);
-        for (const auto& cuboid : there->cuboids) {
-          EXPECT_NEAR(cuboid_mapping::toProbability(cuboid.log_odds), server.probability[i], 1e-6);
-        }
+        const auto there = queryBox(map, box);
         EXPECT_NEAR(there->unknown_volume_m3, 0.0, 1e-9);
+        const bool is_free = server.occupancy[i] == GetCuboids::Response::FREE;
+        EXPECT_NEAR(is_free ? there->occupied_volume_m3 : there->free_volume_m3, 0.0, 1e-9);
         num_voxels += there->box.numVoxels();
       }
-      EXPECT_EQ(map.content().free_voxels + map.content().occupied_voxels, num_voxels);
+      EXPECT_EQ(map.voxels().numFreeVoxels() + map.voxels().numOccupiedVoxels(), num_voxels);
       return true;
     });
   }
@@ -92,7 +91,7 @@ TEST_F(NodeClientTest, EqualsTheMapOfTheServer) {
   }
   EXPECT_EQ(client_->frameId(), "map");
   EXPECT_EQ(client_->stamp(), ros::Time(101.5));
-  EXPECT_GT(client_->read([](const CuboidMap& map) { return map.content().occupied_voxels; }),
+  EXPECT_GT(client_->read([](const CuboidMap& map) { return map.voxels().numOccupiedVoxels(); }),
             1000);
   EXPECT_GE(num_changes_, 2);
 }
@@ -105,7 +104,7 @@ TEST_F(NodeClientTest, FollowsEditsAndResets) {
   expectSameMap();
   reset();
   expectSameMap();
-  EXPECT_EQ(client_->read([](const CuboidMap& map) { return map.tree().size(); }), 0U);
+  EXPECT_EQ(client_->read([](const CuboidMap& map) { return map.voxels().size(); }), 0U);
   sendRoom(0.2, 2);
   expectSameMap();
 }
@@ -125,7 +124,7 @@ TEST_F(NodeClientTest, HasAnEmptyMapWithoutAServer) {
   EXPECT_FALSE(client.hasMap());
   EXPECT_EQ(client.revision(), 0U);
   EXPECT_EQ(client.frameId(), "");
-  EXPECT_EQ(client.read([](const CuboidMap& map) { return map.tree().size(); }), 0U);
+  EXPECT_EQ(client.read([](const CuboidMap& map) { return map.voxels().size(); }), 0U);
 }
 
 }  // namespace

@@ -62,8 +62,8 @@ class NodeFiles : public ::testing::TestWithParam<bool> {
 double countVoxels(const std::string& file) {
   try {
     double num_voxels = 0.0;
-    for (const auto& cuboid : cuboid_mapping::readMapFile(file).snapshot.cuboids) {
-      num_voxels += cuboid.box.numVoxels();
+    for (const auto& brick : cuboid_mapping::readMapFile(file).snapshot.bricks) {
+      num_voxels += brick.voxels.known().count();
     }
     return num_voxels;
   } catch (const cuboid_mapping::MapFileError&) {

@@ -131,10 +131,10 @@ class ExpectedMap {
   }
 
   [[nodiscard]] std::vector<ShownCube> occupied() const {
-    return expectedCubes(map_.tree(), map_.grid(), MarkerStyle());
+    return expectedCubes(map_, map_.grid(), MarkerStyle());
   }
   [[nodiscard]] std::vector<ShownCube> free() const {
-    return expectedCubes(map_.tree(), map_.grid(), makeFreeStyle({}));
+    return expectedCubes(map_, map_.grid(), makeFreeStyle());
   }
 
  private:

@@ -20,12 +20,13 @@ namespace {
 
 using cuboid_mapping::Cell;
 using cuboid_mapping::CellBox;
-using cuboid_mapping::Cuboid;
 using cuboid_mapping::CuboidMap;
 using cuboid_mapping::MapConfig;
 using cuboid_mapping::MapSnapshot;
 using cuboid_mapping::Occupancy;
 using cuboid_mapping::OctreeKind;
+using cuboid_mapping::UniformBox;
+using cuboid_mapping::VoxelBrick;
 using cuboid_mapping::test::Random;
 using cuboid_mapping::test::seedNote;
 using cuboid_mapping::test::visitCells;
@@ -95,11 +96,11 @@ TEST(OctomapMessages, areTheTreeThatOctomapServerWouldSend) {
 }
 
 /// A map of these voxels.
-CuboidMap makeMap(const std::vector<Cuboid>& cuboids) {
+CuboidMap makeMap(const std::vector<UniformBox>& boxes) {
   MapConfig config;
   config.resolution_m = 0.5;
   CuboidMap map(config);
-  map.replace(cuboid_mapping::kAllCells, cuboids);
+  map.replace(cuboid_mapping::kAllCells, boxes);
   return map;
 }
 
@@ -111,11 +112,45 @@ TEST(OctomapProducts, leaveSpecklesOutWhenAsked) {
                                  {CellBox::ofCell({20, 0, 0}), 1.0F},
                                  {{{21, 0, 0}, {24, 1, 1}}, -1.0F},
                                  {{{40, 0, 0}, {42, 1, 1}}, 1.0F}});
-  std::vector<Cuboid> cuboids = takeSnapshot(map, "").cuboids;
-  removeSpeckles(map.classes(), cuboids);
+  std::vector<VoxelBrick> bricks = takeSnapshot(map, "").bricks;
+  removeSpeckles(map.voxels(), bricks);
   std::set<Cell> left;
-  for (const Cuboid& cuboid : cuboids) left.insert(cuboid.box.min);
-  EXPECT_EQ(left, (std::set<Cell>{{0, 0, 0}, {1, 1, 1}, {21, 0, 0}, {40, 0, 0}}));
+  for (const auto& [cell, log_odds] : cuboid_mapping::test::voxelsOf(bricks)) left.insert(cell);
+  EXPECT_EQ(left, (std::set<Cell>{{0, 0, 0},
+                                  {1, 1, 1},
+                                  {21, 0, 0},
+                                  {22, 0, 0},
+                                  {23, 0, 0},
+                                  {40, 0, 0},
+                                  {41, 0, 0}}));
+}
+
+TEST(OctomapProducts, knowSpecklesFromNeighboursInOtherBricks) {
+  Random random(94);
+  std::size_t num_speckles = 0;
+  for (int i = 0; i < 20; ++i) {
+    MapConfig config;
+    CuboidMap map(config);
+    for (int update = 0; update < 3; ++update) {
+      map.apply(cuboid_mapping::test::randomUpdate(random, {{-1, -1, -1}, {1, 1, 1}}, 8));
+    }
+    std::map<Cell, float> expected = cuboid_mapping::test::voxelsOf(takeSnapshot(map, "").bricks);
+    const auto is_speckle = [&map](const Cell& cell) {
+      int num_occupied = 0;
+      visitCells({cell - Cell{1, 1, 1}, cell + Cell{2, 2, 2}}, [&](const Cell& other) {
+        num_occupied += map.voxels().at(other) == Occupancy::kOccupied ? 1 : 0;
+      });
+      return map.voxels().at(cell) == Occupancy::kOccupied && num_occupied == 1;
+    };
+    for (auto voxel = expected.begin(); voxel != expected.end();) {
+      num_speckles += is_speckle(voxel->first) ? 1 : 0;
+      voxel = is_speckle(voxel->first) ? expected.erase(voxel) : std::next(voxel);
+    }
+    std::vector<VoxelBrick> bricks = takeSnapshot(map, "").bricks;
+    removeSpeckles(map.voxels(), bricks);
+    ASSERT_EQ(cuboid_mapping::test::voxelsOf(bricks), expected) << seedNote(i);
+  }
+  EXPECT_GT(num_speckles, 20U);
 }
 
 TEST(OctomapProducts, showCellsOfOneClassBetweenTwoHeights) {
@@ -181,9 +216,9 @@ std_msgs::ColorRGBA theirHeightColor(double z_m, double min_m, double max_m, dou
 
 TEST(OctomapProducts, heightsHaveTheColoursOfOctomapServer) {
   // Ten occupied voxels one above the other, and free space that reaches further up and down.
-  std::vector<Cuboid> cuboids{{{{5, 0, -7}, {6, 1, 20}}, -1.0F}};
-  for (std::int32_t z = 0; z < 20; z += 2) cuboids.push_back({CellBox::ofCell({0, 0, z}), 1.0F});
-  const MapSnapshot snapshot = takeSnapshot(makeMap(cuboids), "");
+  std::vector<UniformBox> boxes{{{{5, 0, -7}, {6, 1, 20}}, -1.0F}};
+  for (std::int32_t z = 0; z < 20; z += 2) boxes.push_back({CellBox::ofCell({0, 0, z}), 1.0F});
+  const MapSnapshot snapshot = takeSnapshot(makeMap(boxes), "");
   for (const double color_factor : {0.0, 0.3, 0.8, 1.0}) {
     OctomapServerParameters parameters;
     parameters.color_factor = color_factor;
@@ -205,7 +240,7 @@ std::int8_t projectVoxels(const CuboidMap& map, std::int32_t x, std::int32_t y, 
                           std::int32_t max_z) {
   std::int8_t value = -1;
   for (std::int32_t z = min_z; z < max_z; ++z) {
-    const Occupancy occupancy = map.classes().at({x, y, z});
+    const Occupancy occupancy = map.voxels().at({x, y, z});
     if (occupancy == Occupancy::kOccupied) return 100;
     if (occupancy == Occupancy::kFree) value = 0;
   }
@@ -228,7 +263,7 @@ TEST(ProjectedMap, isWhatEveryVoxelSaysAfterEveryChange) {
     } else if (i % 7 == 6) {
       const CellBox box =
           cuboid_mapping::test::randomBox(random, {{-20, -20, -20}, {20, 20, 20}}, 15);
-      projection.noteChanges(map.replace(box, {}));
+      projection.noteChanges(map.replace(box, std::vector<UniformBox>{}));
     } else {
       projection.noteChanges(
           map.apply(cuboid_mapping::test::randomUpdate(random, {{-3, -3, -2}, {3, 3, 2}}, 5)));
@@ -274,7 +309,6 @@ TEST(ClearBox, freesKnownVoxelsInsideTheBoxAndNothingElse) {
   Random random(93);
   MapConfig config;
   config.resolution_m = 0.1;
-  config.hot_bytes = std::size_t{1} << 24;
   for (int i = 0; i < 10; ++i) {
     GuardedMap map(config);
     for (int update = 0; update < 6; ++update) {
@@ -282,10 +316,9 @@ TEST(ClearBox, freesKnownVoxelsInsideTheBoxAndNothingElse) {
       map.change(ros::Time(7.0), [&](CuboidMap& content) { return content.apply(bricks); });
     }
     const auto voxels_of = [&map] {
-      return map.readCurrent(
-          cuboid_mapping::kAllCells, [](const CuboidMap& content, const ros::Time&) {
-            return cuboid_mapping::test::voxelsOf(takeSnapshot(content, "").cuboids);
-          });
+      return map.read([](const CuboidMap& content, const ros::Time&) {
+        return cuboid_mapping::test::voxelsOf(takeSnapshot(content, "").bricks);
+      });
     };
     auto expected = voxels_of();
     const CellBox box =

@@ -36,10 +36,10 @@ struct BoxShares {
 
 BoxShares sharesOf(const OctreeContent& content, const cuboid_mapping::CellBox& box) {
   BoxShares shares{0.0, 0.0};
-  for (const auto& cuboid : content.cuboids) {
-    const double share = intersect(cuboid.box, box).numVoxels() / box.numVoxels();
+  for (const auto& leaf : content.leaves) {
+    const double share = intersect(leaf.box, box).numVoxels() / box.numVoxels();
     shares.known += share;
-    if (cuboid.log_odds >= 0.0F) shares.occupied += share;
+    if (leaf.log_odds >= 0.0F) shares.occupied += share;
   }
   return shares;
 }
@@ -251,8 +251,8 @@ TEST_F(OctomapServerTest, ParametersChangeWhileItRuns) {
   publishRoom("lidar", ros::Time(103.0));
   ASSERT_TRUE(waitForInserted(1));
   float greatest = -100.0F;
-  for (const auto& cuboid : contentOf(callOctomap("/octomap_full")).cuboids) {
-    greatest = std::max(greatest, cuboid.log_odds);
+  for (const auto& leaf : contentOf(callOctomap("/octomap_full")).leaves) {
+    greatest = std::max(greatest, leaf.log_odds);
   }
   EXPECT_NEAR(greatest, std::log(0.9 / 0.1), 1e-5);
   reconfigure({{"sensor_model_hit", 0.7}}, "sensor_model_hit");

@@ -32,7 +32,7 @@ TEST(ParameterServer, DefaultYamlHoldsTheDefaults) {
 TEST(ParameterServer, PaperYamlIsTheMethodOfThePaper) {
   const LoadedParameters loaded = loadParameters(ros::NodeHandle("~paper"));
   EXPECT_EQ(keysOf(loaded.errors), std::vector<std::string>{});
-  EXPECT_EQ(loaded.parameters.map.fusion, "growth");
+  EXPECT_EQ(loaded.parameters.map.fusion, cuboid_mapping::FusionKind::kGrowth);
   EXPECT_EQ(loaded.parameters.map.environment, cuboid_mapping::Environment::kStatic);
   EXPECT_GT(loaded.parameters.map.beamSampling().per_m, 0.0);
 }

@@ -123,11 +123,27 @@ TEST(Parameters, AnErrorSaysValueRangeAndWhatToDo) {
             "or remove it to get the default 1.0e+09");
   EXPECT_EQ(
       message_of("fusion", "bricks"),
-      "is \"bricks\", but must be brick or class or growth or none: choose one of the names, or "
-      "remove it to get the default brick");
+      "is \"bricks\", but must be class or growth or none: choose one of the names, or "
+      "remove it to get the default class");
   EXPECT_EQ(message_of("sensor_model/max_range", 0),
             "is 0, but must be -1, or a number of at least 0.01: correct it, or remove it to get "
             "the default -1.0");
+}
+
+TEST(Parameters, WhatIsOfAnEarlierVersionIsRefusedWithWhatToDo) {
+  const auto errors_of = [](const std::string& key, const XmlRpcValue& value) {
+    return readParameters(makeGroup({{key, value}})).errors;
+  };
+  const auto of_bricks = errors_of("hot_bricks", 64);
+  ASSERT_EQ(keysOf(of_bricks), std::vector<std::string>{"hot_bricks"});
+  EXPECT_EQ(of_bricks[0].message,
+            "is of an earlier version: nothing has to be bounded any more: remove it");
+  const auto of_cuboids = errors_of("published_cuboids", "class");
+  ASSERT_EQ(keysOf(of_cuboids), std::vector<std::string>{"published_cuboids"});
+  EXPECT_TRUE(hasText(of_cuboids[0], "boxes of one class: remove it")) << of_cuboids[0].message;
+  const auto of_fusion = errors_of("fusion", "brick");
+  ASSERT_EQ(keysOf(of_fusion), std::vector<std::string>{"fusion"});
+  EXPECT_TRUE(hasText(of_fusion[0], "write class")) << of_fusion[0].message;
 }
 
 TEST(Parameters, AWholeNumberIsTakenForANumber) {

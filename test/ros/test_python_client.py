@@ -10,8 +10,9 @@ import rospy
 import rostest
 from geometry_msgs.msg import Point
 
-from cuboid_mapping.srv import GetCuboids, GetCuboidsRequest, SetBox, SetBoxRequest
-from cuboid_mapping_client import CuboidMapClient, client as client_module
+from cuboid_mapping.msg import CuboidMapUpdate
+from cuboid_mapping.srv import GetCuboids, GetCuboidsRequest, GetMap, SetBox, SetBoxRequest
+from cuboid_mapping_client import CuboidMapClient, MapCopy, client as client_module
 
 NODE = '/cuboid_mapping'
 
@@ -104,6 +105,19 @@ class PythonClientTest(unittest.TestCase):
             self.assertTrue(wait_for(lambda: other.revision >= revision))
         self.assertEqual(len(revisions), num_calls)
         self.assertLess(client.revision, revision)
+
+    def test_asks_for_the_map_when_updates_were_lost_or_the_node_was_started_anew(self):
+        client = CuboidMapClient(NODE)
+        self.assertTrue(wait_for(lambda: client.has_map))
+        self.set_box((-5, -5, -5), (5, 5, 5), SetBoxRequest.FREE)
+        self.expect_same_map(client)
+        server = rospy.ServiceProxy(NODE + '/get_map', GetMap)().map
+        for instance, base in ((server.instance, client.revision + 5), (server.instance - 1, 0)):
+            client._copy = MapCopy()  # As one that was lost.
+            client._copy.instance = server.instance
+            lost = CuboidMapUpdate(instance=instance, base=base, revision=base + 1, resolution=0.1)
+            client._take_update(lost)
+            self.expect_same_map(client)
 
 
 if __name__ == '__main__':

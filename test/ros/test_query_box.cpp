@@ -44,7 +44,6 @@ class QueryBoxTest : public ::testing::Test {
   static MapConfig makeConfig() {
     MapConfig config;
     config.resolution_m = 0.1;
-    config.hot_bytes = 1000000;  // The bricks that are asked for have to be written back first.
     return config;
   }
 

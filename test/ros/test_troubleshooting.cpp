@@ -164,9 +164,9 @@ sensor_msgs::PointCloud2 makeTurn(bool has_thing) {
 /// Occupied voxels at most 2 m from the lidar.
 double countNear() {
   double count = 0.0;
-  for (const auto& cuboid : contentOf(callOctomap("/octomap_full")).cuboids) {
-    const Eigen::Vector2d corner(cuboid.box.min.x, cuboid.box.min.y);
-    if (cuboid.log_odds >= 0.0F && corner.norm() < 20.0) count += cuboid.box.numVoxels();
+  for (const auto& leaf : contentOf(callOctomap("/octomap_full")).leaves) {
+    const Eigen::Vector2d corner(leaf.box.min.x, leaf.box.min.y);
+    if (leaf.log_odds >= 0.0F && corner.norm() < 20.0) count += leaf.box.numVoxels();
   }
   return count;
 }

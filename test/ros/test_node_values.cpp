@@ -1,0 +1,289 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Copies of a map, voxel by voxel and bit by bit: of a running node, and of a server that loses updates.
+#include "cuboid_mapping/SetBox.h"
+#include "cuboid_mapping/io/map_files.h"
+#include "cuboid_mapping/map/map_follower.h"
+#include "cuboid_mapping/ros/cuboid_map_client.h"
+#include "cuboid_mapping/ros/map_messages.h"
+#include "cuboid_mapping/SaveMap.h"
+#include "ros/node_probe.h"
+#include "support/snapshots.h"
+#include "tools/run_program.h"
+
+#include <memory>
+#include <optional>
+
+namespace cuboid_mapping_ros::test {
+namespace {
+
+using cuboid_mapping::Cell;
+using cuboid_mapping::CellBox;
+using cuboid_mapping::ChangeSet;
+using cuboid_mapping::CuboidMap;
+using cuboid_mapping::MapDetail;
+using cuboid_mapping::SetBox;
+using cuboid_mapping::test::Program;
+using cuboid_mapping::test::Random;
+using cuboid_mapping::test::TemporaryFolder;
+using Voxels = std::map<Cell, float>;
+
+Voxels voxelsOf(const CuboidMap& map) {
+  return cuboid_mapping::test::voxelsOf(takeSnapshot(map, "").bricks);
+}
+Voxels voxelsOf(const CuboidMapClient& client) {
+  return client.read([](const CuboidMap& map) { return voxelsOf(map); });
+}
+Voxels classesOf(Voxels voxels) {
+  for (auto& [cell, log_odds] : voxels) log_odds = log_odds >= 0.0F ? 1.0F : -1.0F;
+  return voxels;
+}
+
+/// A server that is told which updates are lost.
+class LossyServer {
+ public:
+  LossyServer(std::uint64_t instance, MapDetail detail) : instance_(instance), detail_(detail) {
+    image_publisher_ = advertiseImage(nh_, "cuboid_map", [this] { return image(detail_); });
+    delta_publisher_ = advertiseDelta(nh_, "cuboid_map_updates");
+    service_ = advertiseGetMap(nh_, "lossy/get_map", [this](MapDetail detail) {
+      ++num_asked_;
+      return image(detail);
+    });
+  }
+
+  /// Changes the map. @param is_lost  Nobody is told.
+  void change(const std::function<ChangeSet(CuboidMap&)>& work, bool is_lost) {
+    const std::uint64_t base = map_.revision();
+    const ChangeSet changes = work(map_);
+    DeltaMessage message;
+    message.header.frame_id = "map";
+    message.delta = makeDelta(map_, changes, instance_, base, detail_);
+    if (!is_lost) publishDelta(delta_publisher_, message);
+  }
+
+  [[nodiscard]] bool hasListener() const {
+    return delta_publisher_.getNumSubscribers() > 0 && image_publisher_.getNumSubscribers() > 0;
+  }
+  [[nodiscard]] const CuboidMap& map() const { return map_; }
+  [[nodiscard]] int numAsked() const { return num_asked_; }
+
+ private:
+  [[nodiscard]] ImageMessage image(MapDetail detail) const {
+    ImageMessage message;
+    message.header.frame_id = "map";
+    message.image = makeImage(map_, instance_, detail);
+    return message;
+  }
+
+  ros::NodeHandle nh_{"lossy"};
+  std::uint64_t instance_;
+  MapDetail detail_;
+  CuboidMap map_;
+  int num_asked_ = 0;
+  ros::Publisher image_publisher_;
+  ros::Publisher delta_publisher_;
+  ros::ServiceServer service_;
+};
+
+class LossyServerTest : public ::testing::TestWithParam<MapDetail> {
+ protected:
+  /// What a copy has to be.
+  [[nodiscard]] Voxels expected() const {
+    return GetParam() == MapDetail::kValues ? voxelsOf(server_->map())
+                                            : classesOf(voxelsOf(server_->map()));
+  }
+  [[nodiscard]] static Voxels shownBy(const CuboidMapClient& client) {
+    return GetParam() == MapDetail::kValues ? voxelsOf(client) : classesOf(voxelsOf(client));
+  }
+  void start(std::uint64_t instance) {
+    server_.reset();
+    server_ = std::make_unique<LossyServer>(instance, GetParam());
+  }
+  std::unique_ptr<CuboidMapClient> connect() {
+    auto client = std::make_unique<CuboidMapClient>(ros::NodeHandle("lossy"), "/lossy/lossy");
+    EXPECT_TRUE(waitFor([&] { return server_->hasListener() && client->hasMap(); }));
+    return client;
+  }
+  void observe(bool is_lost) {
+    const auto update = cuboid_mapping::test::randomUpdate(random_, {{-2, -2, -2}, {2, 2, 2}}, 9);
+    server_->change([&](CuboidMap& map) { return map.apply(update); }, is_lost);
+  }
+  void expectSame(const CuboidMapClient& client) {
+    EXPECT_TRUE(waitFor([&] { return client.revision() == server_->map().revision(); }));
+    EXPECT_EQ(shownBy(client), expected());
+  }
+
+  Random random_{161};
+  std::unique_ptr<LossyServer> server_;
+};
+
+TEST_P(LossyServerTest, IsFollowedWhateverIsLost) {
+  start(1);
+  const auto client = connect();
+  for (int i = 0; i < 30; ++i) {
+    if (random_.chance(0.5)) observe(true);
+    observe(false);
+    expectSame(*client);
+  }
+  EXPECT_GT(server_->numAsked(), 5);
+  EXPECT_LT(server_->numAsked(), 29) << "only when something was lost";
+  server_->change([](CuboidMap& map) { return map.clear(); }, false);
+  expectSame(*client);
+  EXPECT_TRUE(voxelsOf(*client).empty());
+}
+
+TEST_P(LossyServerTest, IsFollowedAfterEverythingWasReplaced) {
+  start(1);
+  const auto client = connect();
+  observe(false);
+  expectSame(*client);
+  for (int i = 0; i < 3; ++i) {
+    const auto snapshot = cuboid_mapping::test::randomSnapshot(random_);
+    server_->change(
+        [&](CuboidMap& map) {
+          ChangeSet changes = map.replace(cuboid_mapping::kAllCells, snapshot.bricks);
+          changes.is_everything = true;
+          changes.bricks.clear();
+          return changes;
+        },
+        false);
+    expectSame(*client);
+    observe(false);
+    expectSame(*client);
+  }
+}
+
+TEST_P(LossyServerTest, IsFollowedByOneThatComesLate) {
+  start(1);
+  for (int i = 0; i < 5; ++i) observe(false);
+  const auto first = connect();
+  expectSame(*first);
+  observe(false);
+  const auto late = connect();
+  expectSame(*late);
+  observe(false);
+  for (const auto* client : {first.get(), late.get()}) expectSame(*client);
+}
+
+TEST_P(LossyServerTest, IsFollowedWhenItIsStartedAnew) {
+  start(1);
+  const auto client = connect();
+  for (int i = 0; i < 9; ++i) observe(false);
+  expectSame(*client);
+  start(2);  // Its revisions begin anew, too.
+  ASSERT_TRUE(waitFor([&] { return server_->hasListener(); }));
+  for (int i = 0; i < 3; ++i) observe(false);
+  expectSame(*client);
+}
+
+INSTANTIATE_TEST_SUITE_P(Details, LossyServerTest,
+                         ::testing::Values(MapDetail::kClasses, MapDetail::kValues));
+
+constexpr char kName[] = "/with_values";
+
+/// A node that publishes log-odds.
+class NodeValues : public ::testing::Test {
+ protected:
+  void SetUp() override { start(); }
+  void TearDown() override { stop(); }
+
+  void start() {
+    node_ = std::make_unique<Program>(
+        std::vector<std::string>{CUBOID_MAPPING_NODE, std::string("__name:=") + (kName + 1),
+                                 "__log:=/dev/null", "_resolution:=0.1", "_publish_rate:=20.0",
+                                 "_publish_values:=true"},
+        std::function<void()>());
+    ASSERT_TRUE(
+        ros::service::waitForService(std::string(kName) + "/set_box", ros::Duration(kDeadline_s)));
+  }
+  void stop() {
+    node_->send(SIGINT);
+    const auto end = node_->finish();
+    EXPECT_EQ(end.status, 0) << end.out << end.err;
+  }
+
+  /// Gives the inside of a box a probability. @return The revision after it.
+  static std::uint64_t setBox(double min_m, double max_m, double probability) {
+    SetBox set;
+    set.request.occupancy = probability < 0.5 ? SetBox::Request::FREE : SetBox::Request::OCCUPIED;
+    set.request.probability = static_cast<float>(probability);
+    set.request.min.push_back(tf2::toMsg(Eigen::Vector3d(min_m, min_m, min_m)));
+    set.request.max.push_back(tf2::toMsg(Eigen::Vector3d(max_m, max_m, max_m)));
+    EXPECT_TRUE(ros::service::call(std::string(kName) + "/set_box", set));
+    EXPECT_TRUE(set.response.success) << set.response.message;
+    return set.response.revision;
+  }
+
+  /// What the node says in one message of ~get_map.
+  Voxels getMap(MapDetail detail) {
+    ImageMessage message;
+    std::string error;
+    EXPECT_TRUE(callGetMap(nh_, std::string(kName) + "/get_map", detail, message, error)) << error;
+    cuboid_mapping::MapFollower follower;
+    EXPECT_TRUE(follower.take(message.image));
+    EXPECT_EQ(message.image.content.has_values, detail == MapDetail::kValues);
+    return voxelsOf(*follower.map());
+  }
+
+  /// What the node writes into a file.
+  static Voxels saveMap() {
+    const TemporaryFolder folder;
+    cuboid_mapping::SaveMap save;
+    save.request.filename = folder / "map.cuboids";
+    EXPECT_TRUE(ros::service::call(std::string(kName) + "/save_map", save));
+    return cuboid_mapping::test::voxelsOf(
+        cuboid_mapping::readMapFile(save.request.filename).snapshot.bricks);
+  }
+
+  void expectSame(const CuboidMapClient& client, std::uint64_t revision) {
+    EXPECT_TRUE(waitFor([&] { return client.revision() >= revision; }));
+    const Voxels voxels = saveMap();
+    EXPECT_EQ(voxelsOf(client), voxels);
+    EXPECT_EQ(getMap(MapDetail::kValues), voxels);
+    EXPECT_EQ(classesOf(getMap(MapDetail::kClasses)), classesOf(voxels));
+  }
+
+  ros::NodeHandle nh_;
+  std::unique_ptr<Program> node_;
+};
+
+TEST_F(NodeValues, AreCopiedBitByBitByEarlyAndLateListenersAndAfterARestart) {
+  const CuboidMapClient client(nh_, kName);
+  ASSERT_TRUE(waitFor([&] { return client.hasMap(); }));
+  setBox(-1.0, 1.0, 0.3);
+  setBox(-0.5, 0.5, 0.8);
+  expectSame(client, setBox(0.0, 0.7, 0.31));
+  const CuboidMapClient late(nh_, kName);
+  ASSERT_TRUE(waitFor([&] { return late.hasMap(); }));
+  const std::uint64_t revision = setBox(0.2, 0.4, 0.32);
+  for (const CuboidMapClient* each : {&client, &late}) expectSame(*each, revision);
+
+  stop();
+  EXPECT_FALSE(voxelsOf(client).empty()) << "it stays when the node goes";
+  start();
+  (void)setBox(2.0, 2.3, 0.77);
+  const auto is_new = [](const CuboidMapClient& each) { return voxelsOf(each).size() == 27; };
+  for (const CuboidMapClient* each : {&client, &late}) {
+    EXPECT_TRUE(waitFor([&] { return is_new(*each); }));
+    expectSame(*each, 1);
+  }
+}
+
+TEST_F(NodeValues, AreThereAfterTheMapWasReplacedAsAWhole) {
+  const CuboidMapClient client(nh_, kName);
+  ASSERT_TRUE(waitFor([&] { return client.hasMap(); }));
+  expectSame(client, setBox(-1.0, 1.0, 0.3));
+  std_srvs::Empty empty;
+  ASSERT_TRUE(ros::service::call(std::string(kName) + "/reset", empty));
+  ASSERT_TRUE(waitFor([&] { return voxelsOf(client).empty(); }));
+  expectSame(client, setBox(-0.3, 0.3, 0.29));
+}
+
+}  // namespace
+}  // namespace cuboid_mapping_ros::test
+
+int main(int argc, char** argv) {
+  ::testing::InitGoogleTest(&argc, argv);
+  ros::init(argc, argv, "test_node_values");
+  const ros::NodeHandle keep_alive;
+  return RUN_ALL_TESTS();
+}

@@ -1,0 +1,71 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: BSD-3-Clause
+"""A running node that publishes log-odds, and the Python client that follows its map."""
+import math
+import time
+import unittest
+
+import rospy
+import rostest
+from geometry_msgs.msg import Point
+
+from cuboid_mapping.msg import CuboidMapUpdate
+from cuboid_mapping.srv import GetMap, SetBox, SetBoxRequest
+from cuboid_mapping_client import CuboidMapClient, MapCopy
+
+NODE = '/values/cuboid_mapping'
+
+
+def wait_for(condition):
+    deadline = time.time() + 60.0
+    while time.time() < deadline:
+        if condition():
+            return True
+        time.sleep(0.02)
+    return False
+
+
+class PythonClientValuesTest(unittest.TestCase):
+
+    def setUp(self):
+        rospy.wait_for_service(NODE + '/set_box', 60.0)
+        self.client = CuboidMapClient(NODE)
+        self.assertTrue(wait_for(lambda: self.client.has_map))
+
+    def set_box(self, low, high, probability):
+        occupancy = SetBoxRequest.OCCUPIED if probability >= 0.5 else SetBoxRequest.FREE
+        answer = rospy.ServiceProxy(NODE + '/set_box', SetBox)(
+            min=[Point(*low)], max=[Point(*high)], occupancy=occupancy, probability=probability)
+        self.assertTrue(answer.success, answer.message)
+        self.assertTrue(wait_for(lambda: self.client.revision >= answer.revision))
+
+    def expect_probability(self, voxel, probability):
+        self.assertAlmostEqual(self.client.log_odds_at(voxel), math.log(probability / (1 - probability)), places=5)
+
+    def test_has_the_log_odds_of_every_voxel(self):
+        self.set_box((-1, -1, -1), (1, 1, 1), 0.3)
+        self.set_box((0, 0, 0), (0.1, 0.1, 0.1), 0.8)
+        self.set_box((0.1, 0, 0), (0.2, 0.1, 0.1), 0.31)  # Of the same class as what was there.
+        self.expect_probability((0, 0, 0), 0.8)
+        self.expect_probability((1, 0, 0), 0.31)
+        self.expect_probability((2, 0, 0), 0.3)
+        self.assertIsNone(self.client.log_odds_at((20, 0, 0)))
+        answer = rospy.ServiceProxy(NODE + '/get_map', GetMap)(with_values=True)
+        copy = MapCopy()
+        copy.take_map(answer.map)
+        for x in range(-10, 10):
+            self.assertEqual(copy.log_odds_at((x, 0, 0)), self.client.log_odds_at((x, 0, 0)), 'bit by bit')
+
+    def test_has_them_after_updates_were_lost(self):
+        self.set_box((-1, -1, -1), (1, 1, 1), 0.3)
+        server = rospy.ServiceProxy(NODE + '/get_map', GetMap)().map
+        self.client._copy = MapCopy()
+        lost = CuboidMapUpdate(instance=server.instance, base=7, revision=8, resolution=0.1)
+        lost.bricks.has_values = True
+        self.client._take_update(lost)
+        self.expect_probability((2, 2, 2), 0.3)
+
+
+if __name__ == '__main__':
+    rospy.init_node('test_python_client_values')
+    rostest.rosrun('cuboid_mapping', 'python_client_values', PythonClientValuesTest)
