@@ -149,10 +149,10 @@ TEST_F(CompareMaps, reportsEveryFigureOfEveryMap) {
   EXPECT_EQ(json["resolution_m"], 0.2);
   EXPECT_EQ(json["threads"], 1);
   EXPECT_TRUE(json["max_range_m"].is_null());
-  EXPECT_EQ(json["fusion"], "brick");
+  EXPECT_EQ(json["fusion"], "class");
   EXPECT_EQ(json["environment"], "dynamic");
   EXPECT_EQ(json["repeat"], 2);
-  for (const char* key : {"branching", "hot_bytes", "flush_every_cloud"}) {
+  for (const char* key : {"branching", "fuse_every_cloud"}) {
     EXPECT_TRUE(json.contains(key)) << key;
   }
   for (const char* key : {"cpu", "cores", "compiler", "build_type", "commit"}) {
@@ -181,8 +181,8 @@ TEST_F(CompareMaps, agreesWithEveryPeer) {
   const std::vector<std::vector<std::string>> cases{
       {},
       {"--max-range", "2.5"},
-      {"--resolution", "0.1", "--branching", "8", "--flush-every-cloud"},
-      {"--fusion", "none", "--threads", "2", "--hot-mb", "1"},
+      {"--resolution", "0.1", "--branching", "8", "--fuse-every-cloud"},
+      {"--fusion", "none", "--threads", "2"},
   };
   for (const auto& options : cases) {
     const Json json = report(folder(), options);
@@ -263,7 +263,7 @@ TEST_F(CompareMaps, refusesBadOptions) {
       {{"--branching", "1"}, "--branching"},
       {{"--branching", "65"}, "--branching"},
       {{"--threads", "0"}, "--threads"},
-      {{"--hot-mb", "-1"}, "--hot-mb"},
+      {{"--hot-mb", "1"}, "--hot-mb"},
       {{"--clouds", "0"}, "--clouds"},
       {{"--repeat", "0"}, "--repeat"},
       {{"--peers", "skimap"}, "skimap"},

@@ -58,8 +58,8 @@ TEST_F(EvaluatePaper, writesFiguresAndPlotsAndGoesOnWhereItWas) {
   }
 
   // What is there is not run again; what is missing is.
-  const std::string kept = out_ + "/room/runs/brick_0.5m_M32.json";
-  const std::string removed = out_ + "/room/runs/brick_0.2m_M32.json";
+  const std::string kept = out_ + "/room/runs/class_0.5m_M32.json";
+  const std::string removed = out_ + "/room/runs/class_0.2m_M32.json";
   const auto time_before = std::filesystem::last_write_time(kept);
   ASSERT_TRUE(std::filesystem::remove(removed));
   ASSERT_EQ(run(dataset_).status, 0);

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // The programs for files of maps on a terminal: progress bars and Ctrl-C.
 #include "cuboid_mapping/io/map_files.h"
+#include "cuboid_mapping/voxels/uniform_boxes.h"
 #include "tools/run_program.h"
 #include "tools/terminal.h"
 
@@ -26,7 +27,8 @@ class MapToolsTerminal : public testing::Test {
     if (!Terminal().isThere()) GTEST_SKIP() << "no pseudo-terminals on this machine";
     MapSnapshot snapshot;
     snapshot.resolution_m = 1.0;
-    snapshot.cuboids = {{{{0, 0, 0}, {5, 5, 1}}, 1.0F}, {{{5, 5, 0}, {10, 10, 6}}, -1.0F}};
+    snapshot.bricks =
+        toBricks({{{{0, 0, 0}, {5, 5, 1}}, 1.0F}, {{{5, 5, 0}, {10, 10, 6}}, -1.0F}}).bricks;
     writeMapFile(map_, snapshot);
   }
 
@@ -48,9 +50,8 @@ class MapToolsTerminal : public testing::Test {
 
 TEST_F(MapToolsTerminal, showsProgressBars) {
   const std::pair<Arguments, std::string> cases[] = {
-      {{MAP_CONVERT_PROGRAM, map_, folder_ / "new.ot"}, "4 of 4 bricks fused"},
-      {{MAP_CONVERT_PROGRAM, map_, folder_ / "new.csv"}, "5 of 5 cuboids written"},
-      {{MAP_COMPARE_PROGRAM, map_, map_}, "2 of 2 cuboids compared"},
+      {{MAP_CONVERT_PROGRAM, map_, folder_ / "new.csv"}, "4 of 4 bricks written"},
+      {{MAP_COMPARE_PROGRAM, map_, map_}, "4 of 4 bricks compared"},
       {{MAP_RENDER_PROGRAM, map_, folder_ / "new.png"}, "768 of 768 rows drawn"}};
   for (const auto& [arguments, bar] : cases) {
     Terminal terminal;
