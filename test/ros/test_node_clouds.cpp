@@ -184,7 +184,7 @@ TEST_F(NodeCloudsTest, DiagnosticsTellTimesAndSizes) {
   EXPECT_GT(status.number("cuboids free"), 0);
   EXPECT_GT(status.number("cuboids occupied"), 0);
   EXPECT_GT(status.number("map bytes"), 0);
-  for (const std::string stage : {"convert", "ray walk", "apply and fuse"}) {
+  for (const std::string stage : {"convert", "ray walk", "apply"}) {
     for (const std::string figure : {"last", "mean", "max"}) {
       const std::string key = stage + " time " + figure + " [ms]";
       EXPECT_GT(std::stod(status.values.at(key)), 0.0) << key;

@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Copies of a map, voxel by voxel and bit by bit: of a running node, and of a server that loses updates.
+#include "cuboid_mapping/SaveMap.h"
 #include "cuboid_mapping/SetBox.h"
 #include "cuboid_mapping/io/map_files.h"
 #include "cuboid_mapping/map/map_follower.h"
 #include "cuboid_mapping/ros/cuboid_map_client.h"
 #include "cuboid_mapping/ros/map_messages.h"
-#include "cuboid_mapping/SaveMap.h"
 #include "ros/node_probe.h"
 #include "support/snapshots.h"
 #include "tools/run_program.h"
@@ -44,9 +44,9 @@ class LossyServer {
   LossyServer(std::uint64_t instance, MapDetail detail) : instance_(instance), detail_(detail) {
     image_publisher_ = advertiseImage(nh_, "cuboid_map", [this] { return image(detail_); });
     delta_publisher_ = advertiseDelta(nh_, "cuboid_map_updates");
-    service_ = advertiseGetMap(nh_, "lossy/get_map", [this](MapDetail detail) {
+    service_ = advertiseGetMap(nh_, "lossy/get_map", [this](MapDetail wanted) {
       ++num_asked_;
-      return image(detail);
+      return image(wanted);
     });
   }
 
@@ -284,6 +284,6 @@ TEST_F(NodeValues, AreThereAfterTheMapWasReplacedAsAWhole) {
 int main(int argc, char** argv) {
   ::testing::InitGoogleTest(&argc, argv);
   ros::init(argc, argv, "test_node_values");
-  const ros::NodeHandle keep_alive;
+  const ros::NodeHandle keeps_ros_running;
   return RUN_ALL_TESTS();
 }

@@ -122,6 +122,20 @@ TEST_F(SearchAnswers, GiveTheCuboidsOfARegion) {
   expectRefusal(answerGetCuboids(in_frame_, request), "less than max");
 }
 
+TEST_F(SearchAnswers, GiveTheMeanProbabilityOfTheVoxelsOfACuboid) {
+  map_.change(ros::Time(7.0), [](cuboid_mapping::CuboidMap& map) {
+    const cuboid_mapping::CellBox half{{0, 0, 0}, {4, 8, 8}};
+    return map.replace(half, {cuboid_mapping::UniformBox{half, -2.0F}});
+  });
+  GetCuboids::Request request;
+  request.classes = GetCuboids::Request::ALL;
+  request.max = point(0.8, 0.8, 0.8);
+  const auto response = answerGetCuboids(in_frame_, request);
+  ASSERT_EQ(response.probability.size(), 1U) << "one class, one cuboid";
+  const double mean = 0.5 / (1.0 + std::exp(1.0)) + 0.5 / (1.0 + std::exp(2.0));
+  EXPECT_NEAR(response.probability[0], mean, 1e-6);
+}
+
 TEST_F(SearchAnswers, GiveTheFreeGraph) {
   GetFreeGraph::Request request;
   request.min = point(0.8, 0, 0);  // One brick.
