@@ -207,7 +207,7 @@ int makeMap(const Options& options) {
   const std::chrono::duration<double> time = std::chrono::steady_clock::now() - start;
   std::cout << options.output << ": " << statistics.num_inserted << " of "
             << counted(statistics.num_received, "cloud") << ", " << statistics.num_points
-            << " points, " << map.cuboids.size() << " cuboids, " << num_bytes << " bytes, in "
+            << " points, " << map.bricks.size() << " bricks, " << num_bytes << " bytes, in "
             << time.count() << " s" << std::endl;
   return 0;
 }
