@@ -38,6 +38,7 @@ namespace cuboid_mapping {
 /// Whether holds(brick) is true for a brick that shares a cell with the box; ends at the first.
 template <typename PredicateT>
 [[nodiscard]] bool anyBrick(const CellBox& box, PredicateT holds) {
+  if (box.isEmpty()) return false;
   const Cell first = brickOf(box.min);
   for (std::int32_t z = first.z; z < box.max.z; z += kBrickEdge) {
     for (std::int32_t y = first.y; y < box.max.y; y += kBrickEdge) {
