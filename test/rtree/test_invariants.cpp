@@ -14,7 +14,8 @@ namespace {
 class CheckTree : public testing::Test {
  protected:
   CheckTree() : tree_(RTreeConfig{4, 2}) {
-    for (int i = 0; i < 30; ++i) tree_.insert({CellBox::ofCell({3 * i, i % 5, 0}), -1.0F});
+    for (int i = 0; i < 30; ++i)
+      tree_.insert({CellBox::ofCell({3 * i, i % 5, 0}), Occupancy::kFree});
   }
 
   void SetUp() override {
@@ -58,13 +59,18 @@ TEST_F(CheckTree, seesABoxThatIsTooSmall) {
   EXPECT_TRUE(reports("minimum bounding box"));
 }
 
-TEST_F(CheckTree, seesAWrongGreatestLogOdds) {
-  for (const float wrong : {-2.0F, 0.0F}) {
-    Branch branch = child().branch(0);
-    branch.value = wrong;
-    child().set(0, branch);
-    EXPECT_TRUE(reports("greatest log-odds")) << wrong;
-  }
+TEST_F(CheckTree, seesABranchThatClaimsSomethingOccupied) {
+  Branch branch = child().branch(0);
+  branch.has_occupied = true;
+  child().set(0, branch);
+  EXPECT_TRUE(reports("occupied cuboids are told wrongly"));
+}
+
+TEST_F(CheckTree, seesABranchThatHidesSomethingOccupied) {
+  Branch branch = leaf().branch(0);
+  branch.has_occupied = true;
+  leaf().set(0, branch);
+  EXPECT_TRUE(reports("occupied cuboids are told wrongly"));
 }
 
 TEST_F(CheckTree, seesAWrongParent) {
@@ -98,7 +104,7 @@ TEST_F(CheckTree, seesAnEmptyBox) {
 
 TEST(CheckTreeOfOneLeaf, seesALeafThatIsWideWithoutNeed) {
   RTree tree(RTreeConfig{4, 2});
-  for (const int x : {0, 5, 300}) tree.insert({CellBox::ofCell({x, 0, 0}), -1.0F});
+  for (const int x : {0, 5, 300}) tree.insert({CellBox::ofCell({x, 0, 0}), Occupancy::kFree});
   EXPECT_TRUE(checkTree(tree).empty());
   const_cast<Node&>(tree.node(0, tree.root())).remove(2);
   const std::vector<std::string> violations = checkTree(tree);
@@ -109,16 +115,16 @@ TEST(CheckTreeOfOneLeaf, seesALeafThatIsWideWithoutNeed) {
 
 TEST(CheckDisjoint, seesTwoCuboidsThatShareACell) {
   RTree tree;
-  tree.insert({{{0, 0, 0}, {4, 4, 4}}, 1.0F});
-  tree.insert({{{4, 0, 0}, {8, 4, 4}}, 1.0F});
+  tree.insert({{{0, 0, 0}, {4, 4, 4}}, Occupancy::kOccupied});
+  tree.insert({{{4, 0, 0}, {8, 4, 4}}, Occupancy::kOccupied});
   EXPECT_TRUE(checkDisjoint(tree).empty()) << "they have a face in common";
-  tree.insert({{{3, 3, 3}, {4, 4, 4}}, -1.0F});
+  tree.insert({{{3, 3, 3}, {4, 4, 4}}, Occupancy::kFree});
   EXPECT_FALSE(checkDisjoint(tree).empty());
 }
 
 TEST(CheckDisjoint, seesACuboidThatIsThereTwice) {
   RTree tree;
-  for (int i = 0; i < 2; ++i) tree.insert({{{0, 0, 0}, {4, 4, 4}}, 1.0F});
+  for (int i = 0; i < 2; ++i) tree.insert({{{0, 0, 0}, {4, 4, 4}}, Occupancy::kOccupied});
   EXPECT_FALSE(checkDisjoint(tree).empty());
 }
 

@@ -17,7 +17,9 @@ constexpr std::int32_t kLeast = std::numeric_limits<std::int32_t>::min();
 constexpr std::int32_t kGreatest = std::numeric_limits<std::int32_t>::max();
 constexpr int kCapacity = 8;
 
-Branch branchOf(const CellBox& box, float value = -1.0F) { return {box, value, kNoNode}; }
+Branch branchOf(const CellBox& box, bool is_occupied = false) {
+  return {box, is_occupied, kNoNode};
+}
 
 /// A box from x to max_x along the first axis.
 CellBox along(std::int32_t x, std::int32_t max_x) { return {{x, 0, 0}, {max_x, 1, 1}}; }
@@ -79,10 +81,10 @@ TEST_F(OneLeaf, becomesCompactWhenTheWideBoxIsOverwritten) {
   append(along(0, 300));
   append(along(10, 20));
   EXPECT_TRUE(isWide());
-  pool_.set(index_, 0, branchOf(along(5, 8), 2.0F));
+  pool_.set(index_, 0, branchOf(along(5, 8), true));
   EXPECT_FALSE(isWide());
-  EXPECT_EQ(leaf().cuboid(0), (Cuboid{along(5, 8), 2.0F}));
-  EXPECT_EQ(leaf().cuboid(1), (Cuboid{along(10, 20), -1.0F}));
+  EXPECT_EQ(leaf().cuboid(0), (Cuboid{along(5, 8), Occupancy::kOccupied}));
+  EXPECT_EQ(leaf().cuboid(1), (Cuboid{along(10, 20), Occupancy::kFree}));
 }
 
 TEST_F(OneLeaf, becomesCompactWhenItIsFilledAnew) {
@@ -143,7 +145,7 @@ TEST_F(OneLeaf, keepsWhatWasSetThroughRandomChanges) {
   std::size_t num_wide = 0;
   constexpr std::size_t kCases = 20000;
   for (std::size_t i = 0; i < kCases; ++i) {
-    const Branch branch = branchOf(randomLeafBox(random), 0.5F * random.integer(-3, 3));
+    const Branch branch = branchOf(randomLeafBox(random), random.chance(0.5));
     const int slot = model.empty() ? 0 : static_cast<int>(random.index(model.size()));
     if (model.empty() || (random.chance(0.4) && model.size() < kCapacity)) {
       pool_.append(index_, branch);
@@ -164,10 +166,10 @@ TEST_F(OneLeaf, keepsWhatWasSetThroughRandomChanges) {
     for (std::size_t s = 0; s < model.size(); ++s) {
       ASSERT_EQ(leaf().box(static_cast<int>(s)), model[s].box) << test::seedNote(i);
       overlapping |= SlotSet{model[s].box.intersects(window) ? 1U : 0U} << s;
-      occupied |= SlotSet{model[s].value >= 0.0F ? 1U : 0U} << s;
+      occupied |= SlotSet{model[s].has_occupied ? 1U : 0U} << s;
     }
     ASSERT_EQ(leaf().findOverlapping(window), overlapping) << test::seedNote(i);
-    ASSERT_EQ(leaf().findOccupied(), occupied) << test::seedNote(i);
+    ASSERT_EQ(leaf().occupiedSlots(), occupied) << test::seedNote(i);
   }
   EXPECT_GT(num_wide, kCases / 10);
   EXPECT_LT(num_wide, kCases - kCases / 10);

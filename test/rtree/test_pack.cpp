@@ -12,7 +12,7 @@ namespace cuboid_mapping {
 namespace {
 
 Branch cubeAt(int x, int y, NodeIndex number) {
-  return {CellBox::ofCell({x, y, 0}), -1.0F, number};
+  return {CellBox::ofCell({x, y, 0}), false, number};
 }
 
 TEST(Pack, leavesOneGroupAsItIs) {
@@ -31,7 +31,7 @@ TEST(Pack, cutsWhereTheTwoSidesShareNothing) {
   // A box across the middle, where an even cut would be.
   std::vector<Branch> branches;
   for (const int x : {0, 1, 2, 7, 8, 9}) branches.push_back(cubeAt(x, 0, kNoNode));
-  branches.push_back({{{3, 0, 0}, {8, 1, 1}}, -1.0F, kNoNode});
+  branches.push_back({{{3, 0, 0}, {8, 1, 1}}, false, kNoNode});
   const std::vector<std::size_t> ends = packBranches(branches, {2, 2, 6});
   EXPECT_EQ(ends, (std::vector<std::size_t>{3, 7}));
 }
@@ -47,7 +47,7 @@ TEST(Pack, makesGroupsOfAllowedSizesOfAnyBoxes) {
         random.integer(static_cast<int>(num_groups * fewest), static_cast<int>(num_groups * most)));
     std::vector<Branch> branches;
     for (NodeIndex number = 0; number < count; ++number) {
-      branches.push_back({test::randomBoxIn(random, world), -1.0F, number});
+      branches.push_back({test::randomBoxIn(random, world), false, number});
     }
     const std::vector<std::size_t> ends = packBranches(branches, {num_groups, fewest, most});
     ASSERT_EQ(ends.size(), num_groups) << test::seedNote(i);

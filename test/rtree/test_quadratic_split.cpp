@@ -16,7 +16,7 @@ namespace {
 std::vector<Branch> toBranches(const std::vector<CellBox>& boxes) {
   std::vector<Branch> branches;
   for (const CellBox& box : boxes) {
-    branches.push_back({box, -0.5F, static_cast<NodeIndex>(branches.size())});
+    branches.push_back({box, false, static_cast<NodeIndex>(branches.size())});
   }
   return branches;
 }
@@ -79,15 +79,15 @@ TEST(QuadraticSplit, dividesEqualBoxes) {
   }
 }
 
-TEST(QuadraticSplit, keepsBoxValueAndChildOfEachBranch) {
+TEST(QuadraticSplit, keepsBoxClassAndChildOfEachBranch) {
   std::vector<Branch> branches = toBranches({cube(0), cube(5, 3), cube(100)});
-  branches[1].value = 1.25F;
+  branches[1].has_occupied = true;
   const SplitGroups groups = splitQuadratic(branches, 1);
   std::vector<Branch> all = groups.first;
   all.insert(all.end(), groups.second.begin(), groups.second.end());
   for (const Branch& branch : all) {
     EXPECT_EQ(branch.box, branches[branch.child].box);
-    EXPECT_EQ(branch.value, branches[branch.child].value);
+    EXPECT_EQ(branch.has_occupied, branches[branch.child].has_occupied);
   }
 }
 

@@ -18,8 +18,8 @@ namespace {
 const std::vector<std::string> kNoViolations;
 
 /// A rectangle of the x-y plane, one voxel high, as the paper draws them.
-Cuboid rectangle(int min_x, int min_y, int max_x, int max_y, float log_odds = -0.5F) {
-  return {{{min_x, min_y, 0}, {max_x, max_y, 1}}, log_odds};
+Cuboid rectangle(int min_x, int min_y, int max_x, int max_y) {
+  return {{{min_x, min_y, 0}, {max_x, max_y, 1}}, Occupancy::kFree};
 }
 
 /// The cuboids of a node's leaf child, sorted.
@@ -33,9 +33,17 @@ std::vector<Cuboid> cuboidsOfLeaf(const RTree& tree, NodeIndex leaf) {
 /// Cubes of one voxel along a diagonal, with a gap.
 std::vector<Cuboid> diagonal(int count) {
   std::vector<Cuboid> cuboids;
-  for (int i = 0; i < count; ++i)
-    cuboids.push_back({CellBox::ofCell({2 * i, 2 * i, 2 * i}), -1.0F});
+  for (int i = 0; i < count; ++i) {
+    cuboids.push_back({CellBox::ofCell({2 * i, 2 * i, 2 * i}), Occupancy::kFree});
+  }
   return cuboids;
+}
+
+/// Removes and adds cuboids in one part.
+void replace(RTree& tree, std::vector<LeafSlot> removed, std::vector<Cuboid> added) {
+  TreeChange change{std::move(removed), std::move(added), {}};
+  change.endPart();
+  tree.replace(change);
 }
 
 TEST(RTreeEmpty, holdsNothingInOneLeaf) {
@@ -58,8 +66,6 @@ TEST(RTreeEmpty, givesNothingToAnySearch) {
   };
   visitBox(tree, {{-9, -9, -9}, {9, 9, 9}}, CuboidFilter::kAll, fail);
   visitCell(tree, {0, 0, 0}, fail);
-  visitRay(tree, {0.0, 0.0, 0.0}, {1.0, 0.0, 0.0}, 100.0, CuboidFilter::kAll,
-           [&](const Cuboid& cuboid, double, double) { return fail(cuboid); });
   visitNearest(tree, {0.0, 0.0, 0.0}, 100.0, CuboidFilter::kAll,
                [&](const Cuboid& cuboid, double) { return fail(cuboid); });
   Selection selection;
@@ -70,7 +76,8 @@ TEST(RTreeEmpty, givesNothingToAnySearch) {
 TEST(RTreeEmpty, canBeChangedByNothing) {
   RTree tree;
   EXPECT_FALSE(tree.remove(CellBox::ofCell({0, 0, 0})));
-  tree.replace({}, {});
+  tree.replace({});
+  replace(tree, {}, {});
   tree.clear();
   EXPECT_TRUE(tree.isEmpty());
   EXPECT_EQ(checkTree(tree), kNoViolations);
@@ -209,19 +216,19 @@ TEST(RTreeRemove, shrinksTheRootUntilOneLeafIsLeft) {
   }
 }
 
-TEST(RTreeValue, isTheGreatestLogOddsBelowABranch) {
+TEST(RTreeClass, isOccupiedAboveAnOccupiedCuboidOnly) {
   RTree tree(RTreeConfig{4, 2});
   for (const Cuboid& cuboid : diagonal(50)) tree.insert(cuboid);
-  const Cuboid occupied{CellBox::ofCell({7, 7, 7}), 2.0F};
-  const auto greatestOfRoot = [&tree] {
-    return tree.node(tree.height() - 1, tree.root()).summary().value;
+  const Cuboid occupied{CellBox::ofCell({7, 7, 7}), Occupancy::kOccupied};
+  const auto hasOccupied = [&tree] {
+    return tree.node(tree.height() - 1, tree.root()).summary().has_occupied;
   };
-  EXPECT_EQ(greatestOfRoot(), -1.0F);
+  EXPECT_FALSE(hasOccupied());
   tree.insert(occupied);
-  EXPECT_EQ(greatestOfRoot(), 2.0F);
+  EXPECT_TRUE(hasOccupied());
   EXPECT_EQ(test::allCuboids(tree, CuboidFilter::kOccupied), std::vector<Cuboid>{occupied});
   tree.remove(occupied.box);
-  EXPECT_EQ(greatestOfRoot(), -1.0F);
+  EXPECT_FALSE(hasOccupied());
   EXPECT_TRUE(test::allCuboids(tree, CuboidFilter::kOccupied).empty());
 }
 
@@ -242,14 +249,14 @@ TEST(RTreeReplace, appendsToASelection) {
   EXPECT_TRUE(selection.cuboids.empty() && selection.slots.empty());
 }
 
-TEST(RTreeReplace, changesValuesInTheirPlaces) {
+TEST(RTreeReplace, changesClassesInTheirPlaces) {
   RTree tree(RTreeConfig{4, 2});
   for (const Cuboid& cuboid : diagonal(100)) tree.insert(cuboid);
   const std::size_t num_leaves = tree.numLeafNodes();
   const Selection selection = selectAll(tree);
   std::vector<Cuboid> added = selection.cuboids;
-  for (Cuboid& cuboid : added) cuboid.log_odds = 1.0F;
-  tree.replace(selection.slots, added);
+  for (Cuboid& cuboid : added) cuboid.occupancy = Occupancy::kOccupied;
+  replace(tree, selection.slots, added);
   EXPECT_EQ(test::allCuboids(tree), test::sorted(added));
   EXPECT_EQ(tree.numLeafNodes(), num_leaves);
   EXPECT_EQ(checkTree(tree), kNoViolations);
@@ -258,7 +265,7 @@ TEST(RTreeReplace, changesValuesInTheirPlaces) {
 TEST(RTreeReplace, leavesAnEmptyTreeWhenItRemovesAll) {
   RTree tree(RTreeConfig{4, 2});
   for (const Cuboid& cuboid : diagonal(300)) tree.insert(cuboid);
-  tree.replace(selectAll(tree).slots, {});
+  replace(tree, selectAll(tree).slots, {});
   EXPECT_TRUE(tree.isEmpty());
   EXPECT_EQ(tree.height(), 1);
   EXPECT_EQ(checkTree(tree), kNoViolations);
@@ -267,9 +274,58 @@ TEST(RTreeReplace, leavesAnEmptyTreeWhenItRemovesAll) {
 TEST(RTreeReplace, fillsAnEmptyTreeInOneGo) {
   for (const int count : {1, 31, 32, 33, 48, 1000, 5000}) {
     RTree tree;
-    tree.replace({}, diagonal(count));
+    replace(tree, {}, diagonal(count));
     EXPECT_EQ(checkTree(tree), kNoViolations) << count;
     EXPECT_EQ(test::allCuboids(tree), test::sorted(diagonal(count))) << count;
+  }
+}
+
+TEST(RTreeReplace, fillsNewLeavesInTheOrderOfTheParts) {
+  const std::vector<Cuboid> cuboids = diagonal(1000);
+  RTree tree(RTreeConfig{8, 3});
+  TreeChange change;
+  for (std::size_t i = 0; i < cuboids.size(); ++i) {
+    change.added.push_back(cuboids[i]);
+    if (i % 3 == 2) change.endPart();
+  }
+  change.endPart();
+  tree.replace(change);
+  EXPECT_EQ(checkTree(tree), kNoViolations);
+  EXPECT_EQ(test::allCuboids(tree), test::sorted(cuboids));
+  EXPECT_LE(tree.numLeafNodes(), 1000U / 7 + 1) << "they are not full";
+  visitLeafSlots(tree, *tree.bounds(), CuboidFilter::kAll, [&](NodeIndex leaf, int /*slot*/) {
+    const CellBox box = tree.node(0, leaf).summary().box;
+    EXPECT_EQ(box.size().x, 2 * tree.node(0, leaf).count() - 1) << "there is one of others between";
+    return Visit::kContinue;
+  });
+}
+
+TEST(RTreeReplace, givesThePlacesOfAPartToCuboidsOfThatPart) {
+  RTree tree(RTreeConfig{4, 2});
+  const Cuboid old_left = rectangle(0, 0, 1, 1);
+  const Cuboid old_right = rectangle(1000, 0, 1001, 1);
+  for (const Cuboid& cuboid : {old_left, rectangle(2, 0, 3, 1), rectangle(4, 0, 5, 1), old_right,
+                               rectangle(1002, 0, 1003, 1), rectangle(1004, 0, 1005, 1)}) {
+    tree.insert(cuboid);
+  }
+  ASSERT_EQ(tree.height(), 2);
+  const Cuboid left = rectangle(0, 0, 1, 2);
+  const Cuboid right = rectangle(1000, 0, 1001, 2);
+  const auto changeOf = [&tree](const Cuboid& before, const Cuboid& after) {
+    Selection selection;
+    tree.select(before.box, selection);
+    TreeChange change{selection.slots, {after}, {}};
+    change.endPart();
+    return change;
+  };
+  TreeChange change = changeOf(old_right, right);
+  change.append(changeOf(old_left, left));
+  tree.replace(change);
+  EXPECT_EQ(checkTree(tree), kNoViolations);
+  const Node& root = tree.node(1, tree.root());
+  ASSERT_EQ(root.count(), 2);
+  for (int slot = 0; slot < root.count(); ++slot) {
+    EXPECT_EQ(root.box(slot).size(), (Cell{5, 2, 1})) << "a cuboid went to the other side";
   }
 }
 
@@ -291,8 +347,8 @@ TEST(RTreeMemory, isUsedAgainAfterRemovals) {
   RTree tree(RTreeConfig{8, 3});
   std::size_t bytes_after_two = 0;
   for (int round = 0; round < 20; ++round) {
-    tree.replace({}, diagonal(500));
-    tree.replace(selectAll(tree).slots, {});
+    replace(tree, {}, diagonal(500));
+    replace(tree, selectAll(tree).slots, {});
     for (const Cuboid& cuboid : diagonal(500)) tree.insert(cuboid);
     for (const Cuboid& cuboid : diagonal(500)) ASSERT_TRUE(tree.remove(cuboid.box));
     if (round == 1) bytes_after_two = tree.numBytes();

@@ -42,18 +42,6 @@ Eigen::Vector3d randomPointNear(Random& random, const ModelledTree& model) {
   return corner + test::randomPoint(random, 1.0);
 }
 
-void checkRandomRay(Random& random, const ModelledTree& model, CuboidFilter filter) {
-  test::RaySearch ray{randomPointNear(random, model), test::randomDirection(random), 0.0};
-  if (random.chance(0.5)) {
-    ray.direction = randomPointNear(random, model) - ray.origin;
-    if (ray.direction.isZero()) return;
-    if (random.chance(0.2)) ray.direction[random.integer(0, 2)] = 0.0;
-    if (ray.direction.isZero()) return;
-  }
-  ray.t_end = random.chance(0.3) ? 1e12 : random.real(0.0, 50.0);
-  test::checkRaySearch(model.tree(), model.cuboids(), ray, filter);
-}
-
 void checkRandomNearest(Random& random, const ModelledTree& model, CuboidFilter filter) {
   const Eigen::Vector3d point = randomPointNear(random, model);
   // No sum of three squares of integers, or of arbitrary reals, is this far from the point.
@@ -70,7 +58,6 @@ void checkQueries(Random& random, const ModelledTree& model) {
   const Cell cells[] = {box.min, box.max, test::randomCell(random, box)};
   test::checkCellSearch(tree, model.cuboids(), cells[random.index(3)]);
   const CuboidFilter filter = test::kFilters[random.index(3)];
-  checkRandomRay(random, model, filter);
   checkRandomNearest(random, model, filter);
   test::checkStop(tree, 1 + random.index(5));
 }

@@ -8,7 +8,7 @@
 namespace cuboid_mapping {
 namespace {
 
-Cuboid cuboidAt(int min_x, int max_x) { return {{{min_x, 0, 0}, {max_x, 2, 2}}, -0.5F}; }
+Cuboid cuboidAt(int min_x, int max_x) { return {{{min_x, 0, 0}, {max_x, 2, 2}}, Occupancy::kFree}; }
 
 TEST(Statistics, haveOneEmptyLevelForAnEmptyTree) {
   const RTree tree;

@@ -62,19 +62,22 @@ class TreeMemory : public testing::Test {
   /// Fills the tree with groups of cuboids, in layers of 20 x 20 groups.
   void fill(int num_groups, int edge) {
     for (int group = 0; group < num_groups; ++group) {
-      std::vector<Cuboid> added;
+      TreeChange change;
       const Cell corner{group % 20 * edge, group / 20 % 20 * edge, group / 400 * edge};
       for (int i = 0; i < 48; ++i) {
         const Cell min = corner + Cell{2 * (i % 8), 2 * (i / 8), 0};
-        added.push_back({{min, min + Cell{1, 1, edge}}, -1.0F});
+        change.added.push_back({{min, min + Cell{1, 1, edge}}, Occupancy::kFree});
       }
-      tree_->replace({}, added);
+      change.endPart();
+      tree_->replace(change);
     }
   }
   void removeAbove(int min_z) {
     Selection selection;
     tree_->select({{-1, -1, min_z}, {1 << 20, 1 << 20, 1 << 20}}, selection);
-    tree_->replace(selection.slots, {});
+    TreeChange change{selection.slots, {}, {}};
+    change.endPart();
+    tree_->replace(change);
   }
 
   std::size_t before_;

@@ -109,7 +109,7 @@ class ModelledTree {
   /// Puts a new cuboid into the model; in the lattice only where there is none.
   bool addToModel(Random& random, const CellBox& box, std::vector<Cuboid>& added) {
     if (world_ == World::kLattice && !isFree(box)) return false;
-    const Cuboid cuboid{box, 0.25F * static_cast<float>(random.integer(-8, 3))};
+    const Cuboid cuboid{box, random.chance(0.3) ? Occupancy::kOccupied : Occupancy::kFree};
     cuboids_.push_back(cuboid);
     added.push_back(cuboid);
     return true;
@@ -180,6 +180,22 @@ class ModelledTree {
     return selection;
   }
 
+  /// In one part, or in several: of both lists, of one, or of none.
+  void replace(Random& random, const std::vector<LeafSlot>& removed,
+               const std::vector<Cuboid>& added) {
+    TreeChange change{removed, added, {}};
+    const int num_cuts = random.chance(0.5) ? 0 : random.integer(1, 6);
+    for (int i = 0; i < num_cuts; ++i) {
+      const TreeChange::Part last =
+          change.parts.empty() ? TreeChange::Part{0, 0} : change.parts.back();
+      change.parts.push_back(
+          {last.removed_end + random.index(removed.size() - last.removed_end + 1),
+           last.added_end + random.index(added.size() - last.added_end + 1)});
+    }
+    change.endPart();
+    tree_.replace(change);
+  }
+
   /// What a map does: some cuboids of a small region give way to others.
   void replaceGroup(Random& random, bool is_full) {
     const Selection selection = selectAround(knownBox(random), random.integer(0, 8));
@@ -196,7 +212,7 @@ class ModelledTree {
         addToModel(random, random.chance(0.4) ? old : randomBoxInside(random, old), added);
       }
     }
-    tree_.replace(removed, added);
+    replace(random, removed, added);
   }
 
   void addBatch(Random& random, std::size_t count) {
@@ -204,12 +220,12 @@ class ModelledTree {
     for (std::size_t i = 0; i < count; ++i) {
       addToModel(random, randomBoxIn(random, world_), added);
     }
-    tree_.replace({}, added);
+    replace(random, {}, added);
   }
 
   void removeBatch(Random& random) {
     const Selection selection = selectAround(knownBox(random), random.integer(0, 40));
-    tree_.replace(takeOut(random, selection, random.chance(0.5) ? 1.0 : 0.5), {});
+    replace(random, takeOut(random, selection, random.chance(0.5) ? 1.0 : 0.5), {});
   }
 
   void replaceEverything(Random& random) {
@@ -222,7 +238,7 @@ class ModelledTree {
     for (int i = 0; i < num_added; ++i) {
       addToModel(random, randomBoxIn(random, world_), added);
     }
-    tree_.replace(removed, added);
+    replace(random, removed, added);
   }
 
   RTree tree_;
