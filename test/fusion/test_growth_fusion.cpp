@@ -9,7 +9,10 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include <cmath>
+#include <optional>
+#include <set>
+#include <string>
+#include <vector>
 
 namespace cuboid_mapping {
 namespace {
@@ -29,7 +32,10 @@ std::vector<CellBox> boxesOf(const std::vector<Cuboid>& cuboids) {
 
 std::vector<Cell> cellsOf(const CellBox& box) {
   std::vector<Cell> cells;
-  test::visitCells(box, [&](const Cell& cell) { cells.push_back(cell); });
+  forEachBrick(box, [&](const Cell& brick) {
+    const CellBox part = intersect(box, brickBox(brick));
+    forEachCell(brick, BrickMask::ofBox(part), [&](const Cell& cell) { cells.push_back(cell); });
+  });
   return cells;
 }
 
@@ -70,7 +76,7 @@ TEST(GrowthFusionScene, theHierarchyOfFigureSixShrinks) {
   const std::size_t num_leaves_before = scene.tree().numLeafNodes();
   const auto cuboids = scene.fuse({{1, 0, 0}});
   ASSERT_EQ(cuboids.size(), 3U);
-  EXPECT_EQ(cuboids[1], (Cuboid{boxAt({1, 0, 0}, {2, 1, 1}), scene.stableOccupied()}));
+  EXPECT_EQ(cuboids[1], (Cuboid{boxAt({1, 0, 0}, {2, 1, 1}), Occupancy::kOccupied}));
   EXPECT_EQ(checkTree(scene.tree()), std::vector<std::string>{});
   EXPECT_LE(scene.tree().numLeafNodes(), num_leaves_before);
 }
@@ -191,7 +197,7 @@ TEST(GrowthFusionScene, aContradictedVoxelIsSplitOutAndTheRestStays) {
   scene.set(CellBox::ofCell({4, 4, 4}), scene.unstable());
   const auto cuboids = scene.fuse(cellsOf(block));
   EXPECT_EQ(cuboids.size(), 7U);  // Six pieces around it.
-  EXPECT_THAT(cuboids, Contains(Cuboid{CellBox::ofCell({4, 4, 4}), scene.unstable()}));
+  EXPECT_THAT(cuboids, Contains(Cuboid{CellBox::ofCell({4, 4, 4}), Occupancy::kFree}));
   EXPECT_EQ(checkDisjoint(scene.tree()), std::vector<std::string>{});
 }
 
@@ -211,15 +217,56 @@ TEST(GrowthFusionScene, aFlickeringVoxelWaitsUntilItHasSettled) {
   EXPECT_EQ(scene.fuse({}).size(), 1U);
 }
 
+TEST(GrowthFusionScene, stableVoxelsOfAnEditAreLargeBoxesAtOnce) {
+  GrowthScene scene;
+  scene.set(boxAt({0, 0, 0}, {8, 8, 4}), scene.stableFree());
+  scene.set(boxAt({0, 0, 4}, {8, 8, 1}), scene.unstable());
+  const auto cuboids = scene.edit();
+  EXPECT_EQ(cuboids.size(), 1U + 64U);
+  EXPECT_THAT(boxesOf(cuboids), Contains(boxAt({0, 0, 0}, {8, 8, 4})));
+  EXPECT_EQ(scene.growth().waiting().size(), 0U);
+  scene.forget(boxAt({0, 0, 0}, {8, 8, 1}));
+  EXPECT_THAT(boxesOf(scene.edit()), Contains(boxAt({0, 0, 1}, {8, 8, 3})));
+  scene.forget(boxAt({0, 0, 0}, {8, 8, 8}));
+  EXPECT_TRUE(scene.edit().empty());
+}
+
+TEST(GrowthFusionScene, voxelsThatAnotherModelDoesNotCallStableBecomeSingle) {
+  GrowthScene scene;
+  scene.set(boxAt({0, 0, 0}, {4, 4, 4}), scene.stableFree());
+  scene.set(boxAt({4, 0, 0}, {4, 4, 4}), scene.stableOccupied());
+  ASSERT_EQ(scene.edit().size(), 2U);
+  SensorModelConfig stricter;
+  stricter.alpha_min = 0.05;
+  const auto cuboids = scene.setSensorModel(stricter);
+  EXPECT_EQ(cuboids.size(), 64U + 1U);
+  EXPECT_THAT(boxesOf(cuboids), Contains(boxAt({4, 0, 0}, {4, 4, 4})));
+  EXPECT_THAT(scene.changes().bricks, testing::Not(testing::IsEmpty()));
+}
+
+TEST(GrowthFusionScene, aChangeTellsEveryBrickOfASplitCuboid) {
+  GrowthScene scene;
+  const CellBox block = boxAt({0, 0, 0}, {24, 8, 8});
+  scene.set(block, scene.stableFree());
+  ASSERT_EQ(scene.fuse({{0, 0, 0}}).size(), 1U);
+  scene.set(CellBox::ofCell({1, 1, 1}), scene.unstable());
+  scene.write();
+  std::set<Cell> bricks;
+  for (const ChangedBrick& brick : scene.changes().bricks) {
+    if (brick.has_new_cuboids) bricks.insert(brick.brick);
+  }
+  EXPECT_EQ(bricks, (std::set<Cell>{{0, 0, 0}, {8, 0, 0}, {16, 0, 0}}));
+}
+
 /// Whether an expansion of a stable cuboid would succeed, by a look at every voxel.
 bool canExpand(const Cuboid& cuboid, const std::vector<Cuboid>& all, const GrowthScene& scene) {
-  if (!scene.model().isStable(cuboid.log_odds)) return false;
+  if (!scene.isStable(cuboid.box.min)) return false;
   for (const SearchDirection direction : paperDirections(cuboid.box.size())) {
     const CellBox slab = slabOf(cuboid.box, direction, 1);
     double tiled = 0.0;
     for (const Cuboid& other : all) {
-      const bool is_fusible = slab.contains(other.box) && scene.model().isStable(other.log_odds) &&
-                              other.occupancy() == cuboid.occupancy();
+      const bool is_fusible = slab.contains(other.box) && scene.isStable(other.box.min) &&
+                              other.occupancy == cuboid.occupancy;
       if (is_fusible) tiled += other.box.numVoxels();
     }
     if (tiled == slab.numVoxels()) return true;
@@ -252,14 +299,28 @@ GrowthConfig randomConfig(Random& random) {
   return config;
 }
 
-std::map<Cell, float> voxelsOf(const std::vector<Cuboid>& cuboids) {
-  std::map<Cell, float> voxels;
+/// Cuboids are disjoint, and together the known voxels with their classes; those of several voxels
+/// are wholly stable.
+testing::AssertionResult agree(const std::vector<Cuboid>& cuboids, const GrowthScene& scene) {
+  double num_voxels = 0.0;
   for (const Cuboid& cuboid : cuboids) {
+    num_voxels += cuboid.box.numVoxels();
     for (const Cell& cell : cellsOf(cuboid.box)) {
-      EXPECT_TRUE(voxels.emplace(cell, cuboid.log_odds).second) << cell << " is in two cuboids";
+      if (scene.voxels().at(cell) != cuboid.occupancy) {
+        return testing::AssertionFailure() << cuboid << " has another class at " << cell;
+      }
+      if (cuboid.box.numVoxels() > 1.0 && !scene.isStable(cell)) {
+        return testing::AssertionFailure() << cuboid << " is not stable at " << cell;
+      }
     }
   }
-  return voxels;
+  if (checkDisjoint(scene.tree()) != std::vector<std::string>{}) {
+    return testing::AssertionFailure() << "a voxel is in two cuboids";
+  }
+  if (num_voxels != scene.voxels().numFreeVoxels() + scene.voxels().numOccupiedVoxels()) {
+    return testing::AssertionFailure() << "a voxel is in no cuboid";
+  }
+  return testing::AssertionSuccess();
 }
 
 TEST(GrowthFusionProperties, holdOnRandomGrids) {
@@ -276,11 +337,12 @@ TEST(GrowthFusionProperties, holdOnRandomGrids) {
       GrowthScene scene(config, order);
       paintRandomly(paint, scene);
       const std::vector<Cuboid> before = scene.fuse({});
+      ASSERT_TRUE(agree(before, scene)) << test::seedNote(i);
       std::vector<Cell> starters;
       for (const Cuboid& cuboid : before) starters.push_back(cuboid.box.min);
       paint.shuffle(starters);
       const std::vector<Cuboid> after = scene.fuse(starters);
-      ASSERT_EQ(voxelsOf(after), voxelsOf(before)) << test::seedNote(i);
+      ASSERT_TRUE(agree(after, scene)) << test::seedNote(i);
       ASSERT_EQ(checkTree(scene.tree()), std::vector<std::string>{}) << test::seedNote(i);
       ASSERT_EQ(after, expected.value_or(after))
           << "M = " << order.max_branches << test::seedNote(i);

@@ -2,18 +2,19 @@
 #include "cuboid_mapping/fusion/settling_cells.h"
 
 #include "support/random.h"
-#include "support/random_bricks.h"
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <map>
+#include <vector>
 
 namespace cuboid_mapping {
 namespace {
 
 BrickMask maskOf(const std::vector<Cell>& cells) {
-  BrickMask mask{};
-  for (const Cell& cell : cells) mask[static_cast<std::size_t>(cell.z & 7)] |= voxelBit(cell);
+  BrickMask mask;
+  for (const Cell& cell : cells) mask.set(voxelIndex(cell));
   return mask;
 }
 
@@ -23,7 +24,7 @@ TEST(SettlingCells, letsGoAfterTheGivenClouds) {
   EXPECT_EQ(cells.heldIn({0, 0, 0}), maskOf({{1, 2, 3}}));
   EXPECT_TRUE(cells.release(12).empty());
   EXPECT_EQ(cells.release(13), (std::vector<Cell>{{1, 2, 3}}));
-  EXPECT_EQ(cells.heldIn({0, 0, 0}), BrickMask{});
+  EXPECT_EQ(cells.heldIn({0, 0, 0}), BrickMask());
   EXPECT_TRUE(cells.release(100).empty());
 }
 
@@ -50,10 +51,8 @@ TEST(SettlingCells, agreeWithAListOfTimes) {
   std::size_t num_released = 0;
   for (std::uint64_t cloud = 1; cloud <= 3000; ++cloud) {
     const Cell brick{8 * random.integer(-1, 1), 0, 0};
-    BrickMask changed{};
-    for (int i = 0; i < 3; ++i) {
-      test::markBox(changed, CellBox::ofCell(brick + Cell{random.integer(0, 2), 0, 0}));
-    }
+    BrickMask changed;
+    for (int i = 0; i < 3; ++i) changed.set(random.integer(0, 2));
     cells.noteChanges(brick, changed, cloud);
     forEachCell(brick, changed, [&](const Cell& cell) {
       if (due.count(cell) != 0) due[cell] = cloud + kClouds;

@@ -1,11 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Cells put into an R-tree by hand, and grown there.
+// Cells painted by hand, and grown.
 #pragma once
 
 #include "cuboid_mapping/fusion/growth_fusion.h"
-#include "cuboid_mapping/map/tree_writer.h"
 #include "support/cuboid_set.h"
-#include "support/voxel_map.h"
 
 #include <map>
 #include <vector>
@@ -16,7 +14,7 @@ namespace cuboid_mapping::test {
 class GrowthScene {
  public:
   explicit GrowthScene(const GrowthConfig& config = {}, const RTreeConfig& rtree = {4, 2})
-      : tree_(rtree), growth_(config, model_) {}
+      : growth_(config, rtree, model_) {}
 
   [[nodiscard]] const SensorModel& model() const { return model_; }
   [[nodiscard]] float stableFree() const { return model_.min(); }
@@ -24,45 +22,64 @@ class GrowthScene {
   /// Free, but not below alpha_min.
   [[nodiscard]] float unstable() const { return model_.min() + 0.5F; }
 
-  void set(const CellBox& box, float log_odds) {
-    visitCells(box, [&](const Cell& cell) {
-      DenseBrick& brick = bricks_[brickOf(cell)];
-      brick.brick = brickOf(cell);
-      brick.known[static_cast<std::size_t>(cell.z & 7)] |= voxelBit(cell);
-      brick.log_odds[static_cast<std::size_t>(voxelIndex(cell))] = log_odds;
+  void set(const CellBox& box, float log_odds) { paint(box, {BrickMask::all(), log_odds}); }
+  void forget(const CellBox& box) { paint(box, {}); }
+
+  /// Writes what was painted to the tree, as one cloud.
+  void write() { (void)fuse({}); }
+
+  /// As write(); then the cells grow in which these voxels lie. @return All cuboids, sorted.
+  std::vector<Cuboid> fuse(const std::vector<Cell>& starters) {
+    ScanUpdate update;
+    update.samples = starters;
+    changes_ = {};
+    growth_.noteCloud(voxels_, update, takePainted(), changes_);
+    return allCuboids(tree());
+  }
+
+  /// Writes what was painted to the tree, as an edit.
+  std::vector<Cuboid> edit() {
+    changes_ = {};
+    growth_.noteEdit(voxels_, takePainted(), changes_);
+    return allCuboids(tree());
+  }
+
+  std::vector<Cuboid> setSensorModel(const SensorModelConfig& config) {
+    model_ = SensorModel(config);
+    changes_ = {};
+    growth_.setSensorModel(voxels_, model_, changes_);
+    return allCuboids(tree());
+  }
+
+  [[nodiscard]] const GrowthFusion& growth() const { return growth_; }
+  [[nodiscard]] const RTree& tree() const { return growth_.tree(); }
+  [[nodiscard]] const VoxelStore& voxels() const { return voxels_; }
+  /// Of the last cloud or edit.
+  [[nodiscard]] const ChangeSet& changes() const { return changes_; }
+  [[nodiscard]] bool isStable(const Cell& cell) const {
+    const std::optional<float> log_odds = voxels_.logOddsAt(cell);
+    return log_odds && model_.isStable(*log_odds);
+  }
+
+ private:
+  void paint(const CellBox& box, const PackedVoxels& voxels) {
+    forEachBrick(box, [&](const Cell& brick) {
+      const CellBox part = intersect(box, brickBox(brick));
+      (void)painted_[brick].replace(BrickMask::ofBox(part), voxels);
     });
   }
 
-  /// Writes what was set to the tree, as one cloud.
-  void write() {
-    ++cloud_;
-    for (const auto& [cell, brick] : bricks_) {
-      for (const BrickChange& change :
-           writer_.update({&brick}, tree_, changes_, content_, classes_)) {
-        growth_.note(brick, change, cloud_);
-      }
-    }
+  std::vector<BrickChange> takePainted() {
+    std::vector<VoxelBrick> bricks;
+    for (const auto& [brick, voxels] : painted_) bricks.push_back({brick, voxels});
+    return voxels_.replace({{-1000, -1000, -1000}, {1000, 1000, 1000}}, bricks);
   }
 
-  /// Lets the cells grow in which these voxels lie. @return All cuboids, sorted.
-  std::vector<Cuboid> fuse(const std::vector<Cell>& starters) {
-    write();
-    (void)growth_.fuse(starters, cloud_, tree_);
-    return allCuboids(tree_);
-  }
-
-  [[nodiscard]] const RTree& tree() const { return tree_; }
-
- private:
   SensorModel model_;
-  RTree tree_;
   GrowthFusion growth_;
-  TreeWriter writer_;
+  VoxelStore voxels_;
   ChangeSet changes_;
-  MapContent content_;
-  VoxelClasses classes_;
-  std::map<Cell, DenseBrick> bricks_;
-  std::uint64_t cloud_ = 0;
+  std::map<Cell, PackedVoxels> painted_;
 };
 
 }  // namespace cuboid_mapping::test
