@@ -3,7 +3,7 @@
 //
 // usage: micro_benchmarks --benchmark_filter=rayWalk
 #include "cuboid_mapping/fusion/brick_division.h"
-#include "cuboid_mapping/map/cuboid_map.h"
+#include "cuboid_mapping/map/cuboid_search.h"
 #include "cuboid_mapping/query/ray_query.h"
 #include "cuboid_mapping/rtree/traversal.h"
 #include "cuboid_mapping/scan/scan_update.h"
@@ -77,6 +77,7 @@ const CuboidMap& streetMap() {
     CuboidMap map(config);
     ScanUpdater updater(map.grid());
     map.apply(updater.compute(scanOf(true)));
+    map.fuse();
     return map;
   }();
   return kMap;

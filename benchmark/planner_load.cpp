@@ -8,8 +8,9 @@
 #include "cuboid_mapping/query/box_query.h"
 #include "cuboid_mapping/query/path_query.h"
 #include "cuboid_mapping/query/ray_query.h"
-#include "cuboid_mapping/ros/delta_codec.h"
+#include "cuboid_mapping/ros/brick_codec.h"
 #include "cuboid_mapping/ros/guarded_map.h"
+#include "cuboid_mapping/scan/scan_update.h"
 
 #include <algorithm>
 #include <atomic>
@@ -51,9 +52,9 @@ std::vector<Scan> readScans(const Options& options) {
 
 double bytesOf(const MapDelta& delta) {
   constexpr double kHead = 100.0;  // Header, numbers, and lengths of the arrays.
-  const auto packed = cuboid_mapping_ros::packArrays(delta);
-  return kHead + 4.0 * static_cast<double>(packed->values.size()) +
-         static_cast<double>(packed->data.size());
+  const auto packed = cuboid_mapping_ros::packBricks(delta.content);
+  return kHead + 4.0 * static_cast<double>(packed.values.size()) +
+         static_cast<double>(packed.data.size());
 }
 
 /// One message after each cloud, as at a publish_rate of the rate of the clouds.
@@ -74,7 +75,9 @@ void measureBytes(const Options& options, const std::vector<Scan>& scans) {
     // octomap::OcTree::writeData: a float and a byte of children for each node.
     full_bytes += 5.0 * static_cast<double>(octree.calcNumNodes());
   }
-  const double image_bytes = 28.0 * static_cast<double>(map.tree().size());
+  MapDelta image;
+  image.content = makeImage(map, 1, MapDetail::kClasses).content;
+  const double image_bytes = bytesOf(image);
   const auto num_clouds = static_cast<double>(scans.size());
   std::printf(
       "update message: %.0f kB and %.0f cuboids for each cloud, %.1f bytes for each cuboid\n",

@@ -9,6 +9,7 @@
 #include "cuboid_mapping/query/nearest_query.h"
 #include "cuboid_mapping/query/path_query.h"
 #include "cuboid_mapping/query/ray_query.h"
+#include "cuboid_mapping/scan/scan_update.h"
 
 #include <algorithm>
 #include <chrono>
@@ -220,7 +221,7 @@ void timeCorridor(const Scene& scene, const Options& options) {
 void measure(const Options& options) {
   const Scene scene = makeScene(options);
   std::printf("%s at %.2f m: %zu clouds, %zu cuboids, robot %.2f m\n\n", options.dataset.c_str(),
-              options.resolution_m, scene.poses_map.size(), scene.map.tree().size(),
+              options.resolution_m, scene.poses_map.size(), countCuboids(scene.map).total(),
               options.robot_m);
   std::printf("| what | least [ms] | median [ms] | answer |\n|---|---|---|---|\n");
   timeBoxes(scene, options);

@@ -6,7 +6,7 @@
 #include "timing.h"
 
 #include "cuboid_mapping/interop/octomap_parity.h"
-#include "cuboid_mapping/rtree/traversal.h"
+#include "cuboid_mapping/map/cuboid_search.h"
 #include "cuboid_mapping/scan/scan_update.h"
 
 #include <Eigen/Geometry>

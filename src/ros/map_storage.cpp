@@ -16,11 +16,6 @@ using cuboid_mapping::CuboidMap;
 using cuboid_mapping::MapFile;
 using cuboid_mapping::MapSnapshot;
 
-std::size_t numCuboids(const CuboidMap& map) {
-  const cuboid_mapping::CuboidCounts counts = countCuboids(map);
-  return counts.free + counts.occupied;
-}
-
 /// Runs work that may throw; its exceptions become errors of the answer.
 template <typename WorkT>
 StorageAnswer guard(const WorkT& work) {
@@ -51,7 +46,7 @@ StorageAnswer saveMap(GuardedMap& map, const std::string& frame_id, const std::s
     map.read([&](const CuboidMap& content, const ros::Time& /*stamp*/) {
                       snapshot = takeSnapshot(content, withoutSlash(frame_id));
                       answer.revision = content.revision();
-      answer.num_cuboids = numCuboids(content);
+      answer.num_cuboids = countCuboids(content).total();
                       return 0;
                     });
     answer.num_bytes = writeMapFile(file, snapshot);
@@ -68,7 +63,7 @@ StorageAnswer loadMap(GuardedMap& map, const std::string& file) {
     if (!answer.error.empty()) return;
     map.edit([&](CuboidMap& content, const ros::Time& /*stamp*/) {
       const cuboid_mapping::ChangeSet changes = restoreSnapshot(read.snapshot, content);
-      answer.num_cuboids = numCuboids(content);
+      answer.num_cuboids = countCuboids(content).total();
       return changes;
     });
     answer.num_bytes = read.num_bytes;

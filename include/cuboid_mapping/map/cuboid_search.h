@@ -63,6 +63,8 @@ void visitAll(const CuboidMap& map, CuboidFilter filter, VisitorT visit) {
 struct CuboidCounts {
   std::size_t free = 0;
   std::size_t occupied = 0;
+
+  [[nodiscard]] std::size_t total() const { return free + occupied; }
 };
 
 /// @complexity O(n).
