@@ -100,7 +100,14 @@ class LossyServerTest : public ::testing::TestWithParam<MapDetail> {
   }
   std::unique_ptr<CuboidMapClient> connect() {
     auto client = std::make_unique<CuboidMapClient>(ros::NodeHandle("lossy"), "/lossy/lossy");
-    EXPECT_TRUE(waitFor([&] { return server_->hasListener() && client->hasMap(); }));
+    EXPECT_TRUE(waitFor([&] { return server_->hasListener(); }));
+    return client;
+  }
+  /// The first client of this process: the others share its connection, and so are sent no image when
+  /// they come, but ask for one with the next update.
+  std::unique_ptr<CuboidMapClient> connectFirst() {
+    auto client = connect();
+    EXPECT_TRUE(waitFor([&] { return client->hasMap(); }));
     return client;
   }
   void observe(bool is_lost) {
@@ -118,7 +125,7 @@ class LossyServerTest : public ::testing::TestWithParam<MapDetail> {
 
 TEST_P(LossyServerTest, IsFollowedWhateverIsLost) {
   start(1);
-  const auto client = connect();
+  const auto client = connectFirst();
   for (int i = 0; i < 30; ++i) {
     if (random_.chance(0.5)) observe(true);
     observe(false);
@@ -133,7 +140,7 @@ TEST_P(LossyServerTest, IsFollowedWhateverIsLost) {
 
 TEST_P(LossyServerTest, IsFollowedAfterEverythingWasReplaced) {
   start(1);
-  const auto client = connect();
+  const auto client = connectFirst();
   observe(false);
   expectSame(*client);
   for (int i = 0; i < 3; ++i) {
@@ -155,18 +162,17 @@ TEST_P(LossyServerTest, IsFollowedAfterEverythingWasReplaced) {
 TEST_P(LossyServerTest, IsFollowedByOneThatComesLate) {
   start(1);
   for (int i = 0; i < 5; ++i) observe(false);
-  const auto first = connect();
+  const auto first = connectFirst();
   expectSame(*first);
   observe(false);
   const auto late = connect();
-  expectSame(*late);
   observe(false);
   for (const auto* client : {first.get(), late.get()}) expectSame(*client);
 }
 
 TEST_P(LossyServerTest, IsFollowedWhenItIsStartedAnew) {
   start(1);
-  const auto client = connect();
+  const auto client = connectFirst();
   for (int i = 0; i < 9; ++i) observe(false);
   expectSame(*client);
   start(2);  // Its revisions begin anew, too.
@@ -253,7 +259,6 @@ TEST_F(NodeValues, AreCopiedBitByBitByEarlyAndLateListenersAndAfterARestart) {
   setBox(-0.5, 0.5, 0.8);
   expectSame(client, setBox(0.0, 0.7, 0.31));
   const CuboidMapClient late(nh_, kName);
-  ASSERT_TRUE(waitFor([&] { return late.hasMap(); }));
   const std::uint64_t revision = setBox(0.2, 0.4, 0.32);
   for (const CuboidMapClient* each : {&client, &late}) expectSame(*each, revision);
 

@@ -172,9 +172,9 @@ TEST_F(OctomapServerTest, ListenersWhoComeLateGetTheMap) {
 TEST_F(OctomapServerTest, NothingIsBuiltWithoutListeners) {
   const std::string key = "octomap_server messages built";
   int num_clouds = 0;
-  // Rooms of two sizes in turn: every cloud changes the map.
+  // Larger and larger rooms: every cloud changes the classes of voxels.
   const auto publish_change = [&] {
-    const double half_size_m = ++num_clouds % 2 == 0 ? 2.0 : 1.5;
+    const double half_size_m = 1.5 + kResolution_m * ++num_clouds;
     const ros::Time stamp(200.0 + num_clouds);
     cloud_publisher_.publish(makeCloud("lidar", stamp, makeRoom({half_size_m, half_size_m, 1.0})));
     return stamp;
