@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Times octomap_full and octomap_binary made of a map beside OctoMap's own serialization.
 #include "command_line.h"
-#include "cuboid_mapping/io/octree_stream.h"
 #include "cuboid_mapping/io/map_files.h"
+#include "cuboid_mapping/io/octree_stream.h"
 
 #include <octomap/OcTree.h>
 

@@ -31,9 +31,9 @@ void addMapOptions(CommandLine& line, Options& options, RawOptions& raw) {
   line.addNumber("resolution", map.resolution_m, "edge of a voxel [m]", {0.001, 1000.0});
   line.addNumber("max-range", options.insertion.max_range_m,
                  "beams are cut there [m]; no limit unless given", {0.001});
-  line.addText("fusion", raw.fusion, "how voxels become cuboids",
-               {toString(FusionKind::kClass), toString(FusionKind::kGrowth),
-                toString(FusionKind::kNone)});
+  line.addText(
+      "fusion", raw.fusion, "how voxels become cuboids",
+      {toString(FusionKind::kClass), toString(FusionKind::kGrowth), toString(FusionKind::kNone)});
   line.addText("environment", raw.environment, "OctoMap has no static one, and differs then",
                {toString(Environment::kDynamic), toString(Environment::kStatic)});
   line.addNumber("branching", map.rtree.max_branches, "M of the R-tree",

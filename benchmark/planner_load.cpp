@@ -116,8 +116,7 @@ class Asker {
  private:
   void ask(const Eigen::Vector3d& point) {
     const MetricBox box = boxAround(point, Eigen::Vector3d::Constant(2.0));
-    const CellBox region = *map_.grid().toCellBox(boxAround(point, {20.0, 20.0, 4.0}));
-    map_.readCurrent(region, [&](const CuboidMap& map, const ros::Time& /*stamp*/) {
+    map_.read([&](const CuboidMap& map, const ros::Time& /*stamp*/) {
       is_free_ = queryBox(map, box)->occupancy() == Occupancy::kFree;
       return castRay(map, point, {1.0, 0.3, 0.0}, 10.0, UnknownPolicy::kPass)->distance_m;
     });

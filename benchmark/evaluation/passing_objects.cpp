@@ -94,8 +94,9 @@ CuboidMap fill(const MapConfig& config, const std::vector<Scan>& scans, Callback
 
 json evaluatePassingObjects(double resolution_m) {
   const std::vector<Scan> scans = makeClouds(true);
-  const CuboidMap without_walker = fill(configOf(FusionKind::kClass, Environment::kDynamic, resolution_m),
-                                        makeClouds(false), [](const CuboidMap&) {});
+  const CuboidMap without_walker =
+      fill(configOf(FusionKind::kClass, Environment::kDynamic, resolution_m), makeClouds(false),
+           [](const CuboidMap&) {});
   json results = json::array();
   octomap::OcTree octomap = makeOctomap(without_walker.config());
   std::size_t left = 0;

@@ -96,7 +96,8 @@ double visitOccupied(const RTree& tree) {
 
 std::string nameOf(const RunSpec& spec) {
   std::ostringstream name;
-  name << (spec.is_octomap ? "octomap" : toString(spec.map.fusion)) << "_" << spec.map.resolution_m << "m";
+  name << (spec.is_octomap ? "octomap" : toString(spec.map.fusion)) << "_" << spec.map.resolution_m
+       << "m";
   if (spec.rotation_deg != 0.0) name << "_rotated" << spec.rotation_deg;
   if (spec.is_octomap) return name.str();
   name << "_M" << spec.map.rtree.max_branches;

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // The part of GrowthFusion that brings voxels into the R-tree, before anything grows.
-#include "cuboid_mapping/fusion/growth_fusion.h"
 #include "cuboid_mapping/fusion/brick_division.h"
+#include "cuboid_mapping/fusion/growth_fusion.h"
 
 #include <algorithm>
 #include <array>
@@ -65,7 +65,8 @@ class CellWriter {
       if (old.occupancy == occupancy && (is_single || stable.test(voxel))) return;
       if (!is_single) split.set(voxel);
       cut_[owner].push_back(cell);
-      if (occupancy != Occupancy::kUnknown) result_.added.push_back({CellBox::ofCell(cell), occupancy});
+      if (occupancy != Occupancy::kUnknown)
+        result_.added.push_back({CellBox::ofCell(cell), occupancy});
     });
     addFresh(change.brick, fresh, after, is_edit ? stable : BrickMask());
     result_.endPart();
@@ -150,9 +151,8 @@ std::vector<GrowthFusion::CellChange> GrowthFusion::writeCells(
 
 void GrowthFusion::updateFusible(const VoxelStore& voxels, const Cell& brick) {
   const PackedVoxels* found = voxels.find(brick);
-  const BrickMask fusible = found == nullptr
-                                ? BrickMask()
-                                : findStable(*found, model_).without(settling_.heldIn(brick));
+  const BrickMask fusible =
+      found == nullptr ? BrickMask() : findStable(*found, model_).without(settling_.heldIn(brick));
   if (fusible.isEmpty()) {
     fusible_.erase(brick);
   } else {

@@ -31,7 +31,8 @@ std::vector<VoxelBrick> bricksOf(const std::vector<UniformBox>& boxes,
   double num_bricks = 0.0;
   for (const auto& [box, log_odds] : boxes) {
     if (box.isEmpty() || !kAllCells.contains(box)) {
-      fail(MapFileDefect::kCorrupted, "box ", box, " is empty, or reaches beyond the cells of a map");
+      fail(MapFileDefect::kCorrupted, "box ", box,
+           " is empty, or reaches beyond the cells of a map");
     }
     if (!std::isfinite(log_odds)) {
       fail(MapFileDefect::kCorrupted, "box ", box, " has log-odds ", log_odds);
@@ -42,7 +43,8 @@ std::vector<VoxelBrick> bricksOf(const std::vector<UniformBox>& boxes,
   if (num_bricks <= limit) {
     BricksOfBoxes result = toBricks(boxes);
     if (result.overlapping) {
-      fail(MapFileDefect::kCorrupted, "box ", *result.overlapping, " shares cells with another one");
+      fail(MapFileDefect::kCorrupted, "box ", *result.overlapping,
+           " shares cells with another one");
     }
     num_bricks = static_cast<double>(result.bricks.size());
     if (num_bricks <= limit) return std::move(result.bricks);

@@ -2,9 +2,9 @@
 #include "cuboid_mapping/io/map_files.h"
 
 #include "csv_format.h"
-#include "cuboid_mapping/io/octomap_files.h"
 #include "cuboid_mapping/io/file_replacement.h"
 #include "cuboid_mapping/io/native_format.h"
+#include "cuboid_mapping/io/octomap_files.h"
 #include "point_cloud_files.h"
 
 #include <algorithm>

@@ -209,7 +209,8 @@ void checkClaims(const Sizes& sizes, std::uint64_t item_bytes, const NativeForma
   }
   if (sizes.num_items > sizes.payload_bytes / item_bytes ||
       sizes.num_log_odds > sizes.payload_bytes / sizeof(float)) {
-    fail(MapFileDefect::kTooBig, "claims " + std::to_string(sizes.num_items) + " bricks or cuboids in " +
+    fail(MapFileDefect::kTooBig, "claims " + std::to_string(sizes.num_items) +
+                                     " bricks or cuboids in " +
                                      std::to_string(sizes.payload_bytes) +
                                      " bytes, which cannot be: it is damaged, or no map");
   }

@@ -15,9 +15,9 @@ CuboidMap::CuboidMap(const MapConfig& config)
                          sensor_model_)) {}
 
 ChangeSet CuboidMap::apply(const ScanUpdate& update) {
-  const std::vector<BrickChange> changed = voxels_.apply(
-      locked_.boxes().empty() ? update.bricks : locked_.without(update.bricks), sensor_model_,
-      config_.threads);
+  const std::vector<BrickChange> changed =
+      voxels_.apply(locked_.boxes().empty() ? update.bricks : locked_.without(update.bricks),
+                    sensor_model_, config_.threads);
   ChangeSet changes;
   fusion_->noteCloud(voxels_, update, changed, changes);
   return finish(!changed.empty(), std::move(changes));

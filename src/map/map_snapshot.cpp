@@ -64,8 +64,9 @@ ChangeSet restoreSnapshot(const MapSnapshot& snapshot, CuboidMap& map) {
 std::optional<SnapshotFault> findFault(const MapSnapshot& snapshot, const SnapshotLimits& limits) {
   std::string fault = findFaultOfConfig(snapshot);
   if (fault.empty() && snapshot.bricks.size() > limits.max_bricks) {
-    return SnapshotFault{true, concat("has ", snapshot.bricks.size(),
-                                      " bricks of 8 x 8 x 8 voxels, more than ", limits.max_bricks)};
+    return SnapshotFault{
+        true, concat("has ", snapshot.bricks.size(), " bricks of 8 x 8 x 8 voxels, more than ",
+                     limits.max_bricks)};
   }
   const VoxelBrick* last = nullptr;
   for (const VoxelBrick& brick : snapshot.bricks) {

@@ -40,8 +40,7 @@ SelectedCuboids selectCuboids(const CuboidMap& map, const CellBox& region,
 
 FreeGraph buildFreeGraph(const CuboidMap& map, const CellBox& region, const Cell& passage,
                          std::size_t max_cuboids) {
-  SelectedCuboids free =
-      selectCuboids(map, region, {CuboidFilter::kFree, 1, true, max_cuboids});
+  SelectedCuboids free = selectCuboids(map, region, {CuboidFilter::kFree, 1, true, max_cuboids});
   FreeGraph graph;
   graph.cuboids = std::move(free.cuboids);
   graph.is_truncated = free.is_truncated;
@@ -55,16 +54,15 @@ FreeGraph buildFreeGraph(const CuboidMap& map, const CellBox& region, const Cell
       CellBox beyond = box;
       beyond.min[axis] = box.max[axis];
       beyond.max[axis] = box.max[axis] + 1;
-      visitBox(map, intersect(beyond, region), CuboidFilter::kFree,
-               [&](const Cuboid& cuboid) {
-                 const auto second = numbers.find(intersect(cuboid.box, region).min);
-                 CellBox face = intersect(cuboid.box, beyond);
-                 face.max[axis] = face.min[axis];
-                 if (second != numbers.end() && isPassable(face, axis, passage)) {
-                   graph.portals.push_back({first, second->second, face});
-                 }
-                 return Visit::kContinue;
-               });
+      visitBox(map, intersect(beyond, region), CuboidFilter::kFree, [&](const Cuboid& cuboid) {
+        const auto second = numbers.find(intersect(cuboid.box, region).min);
+        CellBox face = intersect(cuboid.box, beyond);
+        face.max[axis] = face.min[axis];
+        if (second != numbers.end() && isPassable(face, axis, passage)) {
+          graph.portals.push_back({first, second->second, face});
+        }
+        return Visit::kContinue;
+      });
     }
   }
   return graph;

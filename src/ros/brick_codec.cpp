@@ -45,8 +45,7 @@ void appendValues(const std::vector<float>& log_odds, std::vector<float>& values
   std::vector<std::uint32_t> number_of;
   number_of.reserve(log_odds.size());
   for (const float value : log_odds) {
-    const auto [entry, is_new] =
-        numbers.emplace(value, static_cast<std::uint32_t>(numbers.size()));
+    const auto [entry, is_new] = numbers.emplace(value, static_cast<std::uint32_t>(numbers.size()));
     if (is_new) values.push_back(value);
     number_of.push_back(entry->second);
   }

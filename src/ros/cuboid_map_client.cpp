@@ -116,7 +116,7 @@ struct CuboidMapClient::Implementation {
   mutable std::shared_mutex mutex;
   MapFollower follower;
   std_msgs::Header header;
-  bool has_values = false;  ///< Log-odds travel with the updates.
+  bool has_values = false;      ///< Log-odds travel with the updates.
   CuboidMap nothing;            ///< Before the first image.
   ros::WallTime awaited_since;  ///< An image, which comes by itself; zero: none.
   ros::WallTimer image_timer;

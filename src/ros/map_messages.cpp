@@ -54,8 +54,7 @@ ImageType toMessage(const ImageMessage& from) {
 }
 
 ImageMessage fromMessage(const ImageType& message) {
-  ImageMessage result{message.header,
-                      {message.instance, message.revision, message.resolution, {}}};
+  ImageMessage result{message.header, {message.instance, message.revision, message.resolution, {}}};
   // Without a resolution no follower takes it.
   if (!fromMessage(message.bricks, result.image.content)) result.image.resolution_m = 0.0;
   return result;
@@ -118,8 +117,8 @@ ros::ServiceServer advertiseGetMap(ros::NodeHandle& nh, const std::string& name,
   const boost::function<bool(GetMap::Request&, GetMap::Response&)> callback =
       [make = std::move(make), name, &guard](GetMap::Request& request, GetMap::Response& response) {
         try {
-          response.map = toMessage(make(request.with_values != 0 ? MapDetail::kValues
-                                                                 : MapDetail::kClasses));
+          response.map =
+              toMessage(make(request.with_values != 0 ? MapDetail::kValues : MapDetail::kClasses));
           response.success = static_cast<std::uint8_t>(true);
         } catch (const std::exception& exception) {
           guard.noteFailure(name, exception.what());

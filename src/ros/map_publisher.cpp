@@ -19,9 +19,8 @@ MapPublisher::MapPublisher(ros::NodeHandle nh, ros::NodeHandle private_nh,
       instance_(ros::WallTime::now().toNSec()),
       image_publisher_(advertiseImage(nh, kCuboidMapTopic, [this] { return makeImage(detail_); })),
       delta_publisher_(advertiseDelta(nh, kCuboidMapUpdatesTopic)),
-      get_map_server_(advertiseGetMap(private_nh, kGetMapService, [this](MapDetail detail) {
-        return makeImage(detail);
-      })) {}
+      get_map_server_(advertiseGetMap(private_nh, kGetMapService,
+                                      [this](MapDetail detail) { return makeImage(detail); })) {}
 
 ImageMessage MapPublisher::makeImage(MapDetail detail) const {
   return map_.read([&](const CuboidMap& map, const ros::Time& stamp) {

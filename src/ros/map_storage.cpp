@@ -44,11 +44,11 @@ StorageAnswer saveMap(GuardedMap& map, const std::string& frame_id, const std::s
   return guard([&](StorageAnswer& answer) {
     MapSnapshot snapshot;
     map.read([&](const CuboidMap& content, const ros::Time& /*stamp*/) {
-                      snapshot = takeSnapshot(content, withoutSlash(frame_id));
-                      answer.revision = content.revision();
+      snapshot = takeSnapshot(content, withoutSlash(frame_id));
+      answer.revision = content.revision();
       answer.num_cuboids = countCuboids(content).total();
-                      return 0;
-                    });
+      return 0;
+    });
     answer.num_bytes = writeMapFile(file, snapshot);
   });
 }

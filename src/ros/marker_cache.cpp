@@ -233,11 +233,11 @@ Marker MarkerCache::makeMarker(int size_id, const std_msgs::Header& header) cons
       const Eigen::Vector3d center = grid_.centerOf({cube.min, cube.min + size});
       marker.points.push_back(toPoint(center));
       if (!has_colors) continue;
-      marker.colors.push_back(
-          style_.color_by == ColorBy::kHeight
-              ? (style_.color_span ? toSpanColor(center.z(), *style_.color_span)
-                                   : toHeightColor(center.z(), style_.color_period_m))
-              : toProbabilityColor(cube.probability));
+      marker.colors.push_back(style_.color_by == ColorBy::kHeight
+                                  ? (style_.color_span
+                                         ? toSpanColor(center.z(), *style_.color_span)
+                                         : toHeightColor(center.z(), style_.color_period_m))
+                                  : toProbabilityColor(cube.probability));
     }
   }
   return marker;

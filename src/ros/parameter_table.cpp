@@ -12,8 +12,8 @@ namespace cuboid_mapping_ros {
 namespace {
 
 using cuboid_mapping::Environment;
-using cuboid_mapping::GrowthStarters;
 using cuboid_mapping::FusionKind;
+using cuboid_mapping::GrowthStarters;
 using cuboid_mapping::GrowthStep;
 using P = NodeParameters;
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
@@ -279,8 +279,9 @@ const std::vector<ParameterDeclaration>& parameterTable() {
 const std::vector<RetiredParameter>& retiredParameters() {
   static const std::vector<RetiredParameter> kRetired{
       {"hot_bricks", "nothing has to be bounded any more: remove it"},
-      {"published_cuboids", "the marker topics show the cuboids of the map, which are boxes of one "
-                            "class: remove it"}};
+      {"published_cuboids",
+       "the marker topics show the cuboids of the map, which are boxes of one "
+       "class: remove it"}};
   return kRetired;
 }
 

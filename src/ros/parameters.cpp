@@ -290,7 +290,7 @@ void judgeUnknownKeys(const XmlRpcValue& group, UnknownKeys unknown_keys,
     if (isIn(parameterTable(), key) || isIn(libraryParameters(), key) || isLeftover(key)) continue;
     const auto& retired = retiredParameters();
     const auto old_name = std::find_if(retired.begin(), retired.end(),
-                                    [&key = key](const auto& old) { return old.key == key; });
+                                       [&key = key](const auto& old) { return old.key == key; });
     if (old_name != retired.end()) {
       loaded.errors.push_back({key, "is of an earlier version: " + old_name->advice});
       continue;

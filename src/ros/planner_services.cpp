@@ -88,7 +88,7 @@ bool EditServices::onFuseNow(std_srvs::Trigger::Request& /*request*/,
                              std_srvs::Trigger::Response& response) {
   publish_();  // Fuses everything.
   const auto counts = map_.map.read([](const cuboid_mapping::CuboidMap& map,
-                                        const ros::Time& /*stamp*/) { return countCuboids(map); });
+                                       const ros::Time& /*stamp*/) { return countCuboids(map); });
   std::ostringstream text;
   text << counts.free << " free and " << counts.occupied << " occupied cuboids";
   response.success = static_cast<std::uint8_t>(true);

@@ -68,7 +68,8 @@ class TreeChecker {
     if (child.count() == 0) return;
     const Branch summary = child.summary();
     expect(branch.box == summary.box, "box is not the minimum bounding box", level, index);
-    expect(branch.has_occupied == summary.has_occupied, "occupied cuboids are told wrongly", level, index);
+    expect(branch.has_occupied == summary.has_occupied, "occupied cuboids are told wrongly", level,
+           index);
     checkNode(branch.child, level - 1);
   }
 

@@ -156,9 +156,8 @@ void RTree::packLeaves(std::vector<Branch> branches, const std::vector<NodeIndex
                        Orphans& orphans) {
   const auto fewest = static_cast<std::size_t>(config_.min_branches);
   const auto most = static_cast<std::size_t>(config_.max_branches);
-  const std::size_t num_leaves = branches.size() > reused.size() * most
-                                     ? numLeavesFor(branches.size())
-                                     : reused.size();
+  const std::size_t num_leaves =
+      branches.size() > reused.size() * most ? numLeavesFor(branches.size()) : reused.size();
   const auto ends = packBranches(branches, {num_leaves, fewest, most});
   fillLeaves(branches, ends, reused, orphans);
 }

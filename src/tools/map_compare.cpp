@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Says how far two maps agree, voxel by voxel.
 #include "command_line.h"
-#include "map_comparison.h"
 #include "cuboid_mapping/io/map_files.h"
+#include "map_comparison.h"
 #include "progress_bar.h"
 
 #include <cmath>

@@ -13,8 +13,7 @@ double countVoxels(const MapSnapshot& map) {
   return num_voxels;
 }
 
-void compareBricks(const PackedVoxels& first, const PackedVoxels& second,
-                   MapAgreement& agreement) {
+void compareBricks(const PackedVoxels& first, const PackedVoxels& second, MapAgreement& agreement) {
   const BrickMask known = first.known() & second.known();
   agreement.known_to_both += known.count();
   agreement.class_mismatch += ((first.occupied() ^ second.occupied()) & known).count();

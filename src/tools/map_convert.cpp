@@ -27,8 +27,8 @@ int convert(const Options& options) {
   MapSnapshot& map = input.snapshot;
   if (!options.frame_id.empty()) map.frame_id = options.frame_id;
   const std::size_t num_bytes = writeMapFile(options.output, map, showProgress("bricks written"));
-  std::cout << options.output << ": " << map.bricks.size() << " bricks, " << num_bytes
-            << " bytes; " << options.input << " has " << input.num_bytes << " bytes" << std::endl;
+  std::cout << options.output << ": " << map.bricks.size() << " bricks, " << num_bytes << " bytes; "
+            << options.input << " has " << input.num_bytes << " bytes" << std::endl;
   return 0;
 }
 

@@ -2,9 +2,9 @@
 // Pictures of maps, drawn without a display.
 #pragma once
 
+#include "cuboid_mapping/io/progress_listener.h"
 #include "cuboid_mapping/map/cuboid_map.h"
 #include "cuboid_mapping/query/height_range.h"
-#include "cuboid_mapping/io/progress_listener.h"
 
 #include <Eigen/Core>
 

@@ -79,7 +79,8 @@ int render(const Options& options) {
   config.resolution_m = snapshot.resolution_m;
   CuboidMap map(config);
   map.replace(slabOf(snapshot, options), snapshot.bricks);
-  if (map.voxels().size() == 0) throw std::runtime_error(options.map + ": there is nothing to draw");
+  if (map.voxels().size() == 0)
+    throw std::runtime_error(options.map + ": there is nothing to draw");
   throwIfInterrupted();
   const int threads = std::max(1, static_cast<int>(std::thread::hardware_concurrency()));
   const Camera camera = makeCamera(map, options);

@@ -204,7 +204,8 @@ VoxelChange PackedVoxels::apply(const BrickMask& hits, const BrickMask& all_miss
     const bool is_occupied = classify(to) == Occupancy::kOccupied;
     if (from < 0 || is_occupied != is_from_occupied) change.reclassified |= voxels;
   };
-  const auto observe = [&](int number, float log_odds, const BrickMask& of_class, bool is_occupied) {
+  const auto observe = [&](int number, float log_odds, const BrickMask& of_class,
+                           bool is_occupied) {
     BrickMask rest;
     bool is_looked_at = false;
     for (const Observation& observation : observations) {
@@ -251,8 +252,7 @@ VoxelChange PackedVoxels::replace(const BrickMask& part, const PackedVoxels& oth
   BrickMask known_after = known().without(part);
   other.forEachValue([&](float log_odds, const BrickMask& voxels) {
     known_after |= voxels & part;
-    (voxels & part).forEach(
-        [&](int voxel) { after[static_cast<std::size_t>(voxel)] = log_odds; });
+    (voxels & part).forEach([&](int voxel) { after[static_cast<std::size_t>(voxel)] = log_odds; });
   });
   VoxelChange change;
   change.changed = known() ^ known_after;
@@ -283,8 +283,7 @@ void PackedVoxels::pack(const Unpacked& unpacked) {
   }
   const int num_free = unpacked.values[0].size();
   const int num_occupied = unpacked.values[1].size();
-  const Shape shape{static_cast<std::uint16_t>(num_free),
-                    static_cast<std::uint16_t>(num_occupied),
+  const Shape shape{static_cast<std::uint16_t>(num_free), static_cast<std::uint16_t>(num_occupied),
                     static_cast<std::uint8_t>(unpacked.num_planes), !unpacked.known.isFull(),
                     num_free > 0 && num_occupied > 0};
   const std::size_t num_bytes = numBytes(shape);

@@ -34,8 +34,7 @@ BricksOfBoxes toBricks(const std::vector<UniformBox>& boxes) {
       }
       if (known.intersects(mask)) result.overlapping = boxes[i].box;
       known |= mask;
-      mask.forEach(
-          [&](int voxel) { values[static_cast<std::size_t>(voxel)] = boxes[i].log_odds; });
+      mask.forEach([&](int voxel) { values[static_cast<std::size_t>(voxel)] = boxes[i].log_odds; });
     }
     result.bricks.push_back({of_brick.brick, PackedVoxels(known, values)});
   });

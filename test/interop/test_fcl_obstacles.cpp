@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "cuboid_mapping/interop/fcl_obstacles.h"
 
+#include "cuboid_mapping/map/cuboid_search.h"
 #include "cuboid_mapping/query/box_query.h"
 #include "cuboid_mapping/query/nearest_query.h"
-#include "cuboid_mapping/map/cuboid_search.h"
 #include "support/modelled_map.h"
 
 #include <fcl/geometry/shape/box.h>

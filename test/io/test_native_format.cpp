@@ -308,8 +308,8 @@ std::string makeVersion1(const std::string& content, std::uint64_t num_cuboids,
   overwrite<std::uint64_t>(bytes, kCompressedBytesAt, frame.size());
   bytes.resize(bytes.size() + sizeof(std::uint32_t));
   sealHeader(bytes);
-  const auto checksum = static_cast<std::uint32_t>(crc32(
-      0, reinterpret_cast<const Bytef*>(frame.data()), static_cast<uInt>(frame.size())));
+  const auto checksum = static_cast<std::uint32_t>(
+      crc32(0, reinterpret_cast<const Bytef*>(frame.data()), static_cast<uInt>(frame.size())));
   bytes += frame;
   bytes.resize(bytes.size() + sizeof(checksum));
   overwrite(bytes, bytes.size() - sizeof(checksum), checksum);
@@ -325,8 +325,7 @@ TEST(NativeFormat, refusesWhatIsNoMapInVersion1) {
     return one + columns;
   };
   const MapSnapshot good = fromNativeFormat(makeVersion1(content(8), 2, 1));
-  EXPECT_TRUE(isSame(good.bricks,
-                     toBricks({{{{0, 0, 0}, {5, 1, 1}}, 1.0F}}).bricks));
+  EXPECT_TRUE(isSame(good.bricks, toBricks({{{{0, 0, 0}, {5, 1, 1}}, 1.0F}}).bricks));
   EXPECT_EQ(defectOf(makeVersion1(content(6), 2, 1)), MapFileDefect::kCorrupted) << "overlap";
   const std::string infinite = std::string("\0\0\x80\x7F", 4) + content(8).substr(4);
   EXPECT_EQ(defectOf(makeVersion1(infinite, 2, 1)), MapFileDefect::kCorrupted);

@@ -99,8 +99,7 @@ TEST(OctreeStream, prunesWholeBricksAndLarger) {
   const octomap::OcTree tree = makeTree(snapshot);
   const OctreeStream full = toOctreeStream(snapshot.bricks, OctreeKind::kFull);
   EXPECT_TRUE(full.bytes == fullBytes(tree));
-  EXPECT_EQ(computeOctreeLeaves(snapshot.bricks, OctreeKind::kFull).size(),
-            tree.getNumLeafNodes());
+  EXPECT_EQ(computeOctreeLeaves(snapshot.bricks, OctreeKind::kFull).size(), tree.getNumLeafNodes());
 }
 
 TEST(OctreeStream, ofAnEmptyMapHasNoBytes) {
@@ -117,8 +116,7 @@ TEST(OctreeStream, givesTheVoxelsBack) {
     const MapSnapshot snapshot = test::randomSnapshot(random);
     const OctreeStream full = toOctreeStream(snapshot.bricks, OctreeKind::kFull);
     const OctreeContent content = readFullOctree(full.bytes);
-    ASSERT_EQ(voxelsOfBoxes(content.leaves), test::voxelsOf(snapshot.bricks))
-        << test::seedNote(i);
+    ASSERT_EQ(voxelsOfBoxes(content.leaves), test::voxelsOf(snapshot.bricks)) << test::seedNote(i);
     EXPECT_EQ(content.num_nodes, full.num_nodes);
     const OctreeStream binary = toOctreeStream(snapshot.bricks, OctreeKind::kBinary);
     ASSERT_EQ(voxelsOfBoxes(readBinaryOctree(binary.bytes, -1.0F, 1.0F).leaves),
@@ -216,8 +214,8 @@ TEST(OctomapFiles, withColoursOrStampsAreRead) {
     stamped.updateNode(octomap::point3d(x, 1.0F, 2.0F), true);
   }
   const auto expected = voxelsOfBoxes({{CellBox::ofCell({-6, 2, 4}), 0.0F},
-                                        {CellBox::ofCell({0, 2, 4}), 0.0F},
-                                        {CellBox::ofCell({14, 2, 4}), 0.0F}});
+                                       {CellBox::ofCell({0, 2, 4}), 0.0F},
+                                       {CellBox::ofCell({14, 2, 4}), 0.0F}});
   for (const std::string& file :
        {writeFile(colored, OctreeKind::kFull), writeFile(stamped, OctreeKind::kFull)}) {
     const auto voxels = test::voxelsOf(fromOctomapFile(file).bricks);

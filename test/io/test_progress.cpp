@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Work that takes long says how far it has come, and can be given up.
 #include "cuboid_mapping/io/file_replacement.h"
-#include "map_comparison.h"
 #include "cuboid_mapping/io/map_files.h"
+#include "map_comparison.h"
 #include "map_picture.h"
 #include "support/snapshots.h"
 #include "tools/run_program.h"

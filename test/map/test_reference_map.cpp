@@ -311,12 +311,11 @@ std::string nameOf(const testing::TestParamInfo<ReferenceParam>& info) {
   return toString(fusion) + std::string(environment == Environment::kStatic ? "Static" : "Dynamic");
 }
 
-INSTANTIATE_TEST_SUITE_P(AllConfigs, ReferenceOfCuboidMap,
-                         testing::Combine(testing::Values(FusionKind::kClass, FusionKind::kGrowth,
-                                                          FusionKind::kNone),
-                                          testing::Values(Environment::kDynamic,
-                                                          Environment::kStatic)),
-                         nameOf);
+INSTANTIATE_TEST_SUITE_P(
+    AllConfigs, ReferenceOfCuboidMap,
+    testing::Combine(testing::Values(FusionKind::kClass, FusionKind::kGrowth, FusionKind::kNone),
+                     testing::Values(Environment::kDynamic, Environment::kStatic)),
+    nameOf);
 
 }  // namespace
 }  // namespace cuboid_mapping

@@ -23,8 +23,7 @@ class EditAnswers : public test::MapInFrameTest {
     return request;
   }
   Occupancy at(const cuboid_mapping::Cell& cell) {
-    return map_.read(
-        [&](const CuboidMap& map, const ros::Time&) { return map.voxels().at(cell); });
+    return map_.read([&](const CuboidMap& map, const ros::Time&) { return map.voxels().at(cell); });
   }
   double numFreeVoxels() {
     return map_.read(

@@ -94,12 +94,11 @@ TEST(GroundFilter, freesTheSpaceBeforeTheGroundAndHitsNothingThere) {
   map.apply(*update);
   EXPECT_EQ(statistics.num_points, scene.size());
   std::size_t num_table = 0;
-  cuboid_mapping::visitAll(map, cuboid_mapping::CuboidFilter::kOccupied,
-                           [&](const auto& cuboid) {
-                             EXPECT_GT(cuboid.box.max.z, 1) << "nothing of the floor is occupied";
-                             num_table += cuboid.box.max.z > 5 ? 1 : 0;
-                             return cuboid_mapping::Visit::kContinue;
-                           });
+  cuboid_mapping::visitAll(map, cuboid_mapping::CuboidFilter::kOccupied, [&](const auto& cuboid) {
+    EXPECT_GT(cuboid.box.max.z, 1) << "nothing of the floor is occupied";
+    num_table += cuboid.box.max.z > 5 ? 1 : 0;
+    return cuboid_mapping::Visit::kContinue;
+  });
   EXPECT_GT(num_table, 10U);
   EXPECT_EQ(map.voxels().at({10, 0, 6}), Occupancy::kFree) << "before the floor";
 }

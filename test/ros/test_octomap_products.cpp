@@ -116,13 +116,9 @@ TEST(OctomapProducts, leaveSpecklesOutWhenAsked) {
   removeSpeckles(map.voxels(), bricks);
   std::set<Cell> left;
   for (const auto& [cell, log_odds] : cuboid_mapping::test::voxelsOf(bricks)) left.insert(cell);
-  EXPECT_EQ(left, (std::set<Cell>{{0, 0, 0},
-                                  {1, 1, 1},
-                                  {21, 0, 0},
-                                  {22, 0, 0},
-                                  {23, 0, 0},
-                                  {40, 0, 0},
-                                  {41, 0, 0}}));
+  EXPECT_EQ(left,
+            (std::set<Cell>{
+                {0, 0, 0}, {1, 1, 1}, {21, 0, 0}, {22, 0, 0}, {23, 0, 0}, {40, 0, 0}, {41, 0, 0}}));
 }
 
 TEST(OctomapProducts, knowSpecklesFromNeighboursInOtherBricks) {

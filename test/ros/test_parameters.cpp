@@ -121,10 +121,9 @@ TEST(Parameters, AnErrorSaysValueRangeAndWhatToDo) {
   EXPECT_EQ(message_of("pointcloud_max_z", "1e9"),
             "is \"1e9\", but must be a number: write it without quotes, an exponent as in 1.0e+9, "
             "or remove it to get the default 1.0e+09");
-  EXPECT_EQ(
-      message_of("fusion", "bricks"),
-      "is \"bricks\", but must be class or growth or none: choose one of the names, or "
-      "remove it to get the default class");
+  EXPECT_EQ(message_of("fusion", "bricks"),
+            "is \"bricks\", but must be class or growth or none: choose one of the names, or "
+            "remove it to get the default class");
   EXPECT_EQ(message_of("sensor_model/max_range", 0),
             "is 0, but must be -1, or a number of at least 0.01: correct it, or remove it to get "
             "the default -1.0");

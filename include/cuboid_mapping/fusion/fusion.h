@@ -62,7 +62,7 @@ class Fusion {
   [[nodiscard]] const BrickTable<WaitingBrick>& waiting() const { return waiting_; }
 
  protected:
-  RTree tree_;                         // NOLINT: for the back-ends
+  RTree tree_;                        // NOLINT: for the back-ends
   BrickTable<WaitingBrick> waiting_;  // NOLINT
 };
 

@@ -2,8 +2,8 @@
 // OctoMap's files: .ot (log-odds) and .bt (free or occupied).
 #pragma once
 
-#include "cuboid_mapping/io/octree_stream.h"
 #include "cuboid_mapping/io/map_file_error.h"
+#include "cuboid_mapping/io/octree_stream.h"
 #include "cuboid_mapping/map/map_snapshot.h"
 
 #include <string>

@@ -105,9 +105,7 @@ class CuboidMap {
     return fusion_->tree();
   }
   /// Bytes held from the allocator.
-  [[nodiscard]] std::size_t numBytes() const {
-    return voxels_.numBytes() + fusion_->numBytes();
-  }
+  [[nodiscard]] std::size_t numBytes() const { return voxels_.numBytes() + fusion_->numBytes(); }
 
  private:
   ChangeSet finish(bool is_changed, ChangeSet changes);

@@ -15,7 +15,7 @@ struct MapSnapshot {
   double resolution_m = 0.05;
   SensorModelConfig sensor_model;
   Environment environment = Environment::kDynamic;
-  std::string frame_id;         ///< Of the map; empty where a file does not say it.
+  std::string frame_id;            ///< Of the map; empty where a file does not say it.
   std::vector<VoxelBrick> bricks;  ///< Along the Morton curve, each once and with a known voxel.
 };
 

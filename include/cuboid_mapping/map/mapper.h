@@ -57,7 +57,7 @@ class Mapper {
 
   CuboidMap map_;
   ScanUpdater updater_;
-  ScanUpdate update_;  ///< Of the scan that is put into the map.
+  ScanUpdate update_;        ///< Of the scan that is put into the map.
   BackgroundWork applying_;  ///< Last: it ends before what it works with goes.
 };
 

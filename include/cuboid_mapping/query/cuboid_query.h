@@ -13,7 +13,7 @@ namespace cuboid_mapping {
 struct CuboidSelection {
   CuboidFilter filter = CuboidFilter::kAll;
   std::int32_t min_edge = 1;  ///< Voxels: cuboids with a shorter edge are left out.
-  bool is_clipped = false;  ///< Cut at the faces of the region, after the look at the edges.
+  bool is_clipped = false;    ///< Cut at the faces of the region, after the look at the edges.
   std::size_t max_cuboids = std::numeric_limits<std::size_t>::max();
 };
 

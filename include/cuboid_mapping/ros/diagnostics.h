@@ -54,9 +54,9 @@ struct NodeReport {
   std::optional<double> rate_hz;   ///< Of the clouds.
   std::optional<std::string> speed_advice;  ///< See SpeedWatch::advice().
   std::string autosave_error;               ///< Of the last save to autosave_file; empty: none.
-  std::uint64_t num_failures = 0;      ///< Callbacks that an exception has ended.
-  std::uint64_t num_new_failures = 0;  ///< Of them, since the last report.
-  std::string last_failure;            ///< Of the last of them; see CallbackGuard.
+  std::uint64_t num_failures = 0;           ///< Callbacks that an exception has ended.
+  std::uint64_t num_new_failures = 0;       ///< Of them, since the last report.
+  std::string last_failure;                 ///< Of the last of them; see CallbackGuard.
 };
 
 /// Clouds are missing when none has come for so long: a warning, and then an error.

@@ -25,7 +25,7 @@ struct MarkerStyle {
   std::string marker_namespace = "occupied";
   /// Of occupied cuboids; free ones all have freeColor().
   ColorBy color_by = ColorBy::kHeight;
-  double color_period_m = 10.0;  ///< > 0; only used by kHeight, without a span.
+  double color_period_m = 10.0;          ///< > 0; only used by kHeight, without a span.
   std::optional<HeightSpan> color_span;  ///< Of kHeight: colours run once, and do not repeat.
 };
 

@@ -76,7 +76,7 @@ struct NodeStatistics {
   std::uint64_t num_out_of_range = 0;  ///< Outside the cells that a map can have.
   double reach_m =
       0.0;  ///< Range within which 95 % of the last cloud's points lie, before any cut.
-  std::uint64_t num_too_far = 0;       ///< Beyond kMaxBeamVoxels, and not cut by max_range.
+  std::uint64_t num_too_far = 0;  ///< Beyond kMaxBeamVoxels, and not cut by max_range.
 
   StageTime convert_time;   ///< Message to scan: conversion and filter.
   StageTime ray_walk_time;  ///< Scan to voxels.

@@ -20,8 +20,7 @@ enum class CuboidFilter : unsigned char { kAll, kFree, kOccupied };
 
 /// Whether a cuboid passes a filter.
 [[nodiscard]] constexpr bool matches(CuboidFilter filter, const Cuboid& cuboid) {
-  return filter == CuboidFilter::kAll ||
-         cuboid.isOccupied() == (filter == CuboidFilter::kOccupied);
+  return filter == CuboidFilter::kAll || cuboid.isOccupied() == (filter == CuboidFilter::kOccupied);
 }
 
 namespace traversal_detail {
@@ -111,7 +110,8 @@ void visitAll(const RTree& tree, CuboidFilter filter, VisitorT visit) {
 [[nodiscard]] inline double distanceTo(const CellBox& box, const Eigen::Vector3d& point) {
   double squared = 0.0;
   for (int axis = 0; axis < 3; ++axis) {
-    const double outside = std::max({box.min[axis] - point[axis], 0.0, point[axis] - box.max[axis]});
+    const double outside =
+        std::max({box.min[axis] - point[axis], 0.0, point[axis] - box.max[axis]});
     squared += outside * outside;
   }
   return std::sqrt(squared);

@@ -19,8 +19,8 @@ struct ChangedBrick {
 /// A copy of the cuboids is brought up to date by dropping every one that shares a cell with a brick
 /// that has new cuboids, and inserting those that do so in the map.
 struct ChangeSet {
-  std::uint64_t revision = 0;  ///< Of the map after the change.
-  bool is_everything = false;  ///< The whole map was replaced; `bricks` says nothing then.
+  std::uint64_t revision = 0;        ///< Of the map after the change.
+  bool is_everything = false;        ///< The whole map was replaced; `bricks` says nothing then.
   std::vector<ChangedBrick> bricks;  ///< Some may come twice.
 
   /// Adds the bricks that share a cell with a box, with new cuboids.

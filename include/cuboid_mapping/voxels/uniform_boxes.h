@@ -12,7 +12,7 @@ namespace cuboid_mapping {
 
 /// Answer of toBricks().
 struct BricksOfBoxes {
-  std::vector<VoxelBrick> bricks;         ///< Along the Morton curve.
+  std::vector<VoxelBrick> bricks;      ///< Along the Morton curve.
   std::optional<CellBox> overlapping;  ///< A box that shares a cell with one before it.
 };
 
