@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Prints the parameters of the node for its documents: the table of README.md, config/default.yaml.
+// Prints the parameters of the node for its documents: doc/parameters.md, config/default.yaml.
 #include "command_line.h"
 #include "cuboid_mapping/ros/parameters.h"
 
@@ -14,7 +14,7 @@ int run(int argc, char** argv) {
   bool is_yaml = false;
   cuboid_mapping::CommandLine line(
       "print_parameters", "Prints the parameters of cuboid_mapping with their defaults and help.");
-  line.addFlag("markdown", is_markdown, "the table of README.md");
+  line.addFlag("markdown", is_markdown, "doc/parameters.md");
   line.addFlag("yaml", is_yaml, "config/default.yaml");
   if (const auto status = line.parse(argc, argv)) return *status;
   if (is_markdown == is_yaml) throw std::runtime_error("give either --markdown or --yaml");

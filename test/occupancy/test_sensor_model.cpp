@@ -54,13 +54,13 @@ TEST(Occupancy, isOccupiedFromZeroUp) {
   EXPECT_EQ(classify(-3.0F), Occupancy::kFree);
 }
 
-TEST(Occupancy, isThatOfItsLogOddsForACuboid) {
-  const CellBox box = CellBox::ofCell({1, 2, 3});
-  EXPECT_EQ((Cuboid{box, 0.4F}).occupancy(), Occupancy::kOccupied);
-  EXPECT_EQ((Cuboid{box, -0.4F}).occupancy(), Occupancy::kFree);
-  EXPECT_EQ((Cuboid{box, 0.4F}), (Cuboid{box, 0.4F}));
-  EXPECT_NE((Cuboid{box, 0.4F}), (Cuboid{box, 0.5F}));
-  EXPECT_NE((Cuboid{box, 0.4F}), (Cuboid{CellBox::ofCell({0, 2, 3}), 0.4F}));
+TEST(Occupancy, isOneForACuboid) {
+  const Cuboid cuboid{CellBox::ofCell({1, 2, 3}), Occupancy::kOccupied};
+  EXPECT_TRUE(cuboid.isOccupied());
+  EXPECT_FALSE((Cuboid{cuboid.box, Occupancy::kFree}).isOccupied());
+  EXPECT_EQ(cuboid, (Cuboid{cuboid.box, Occupancy::kOccupied}));
+  EXPECT_NE(cuboid, (Cuboid{cuboid.box, Occupancy::kFree}));
+  EXPECT_NE(cuboid, (Cuboid{CellBox::ofCell({0, 2, 3}), Occupancy::kOccupied}));
 }
 
 TEST(Occupancy, hasNames) {

@@ -10,7 +10,6 @@
 #include "cuboid_mapping/ros/cloud_pipeline.h"
 #include "cuboid_mapping/ros/function_callback.h"
 #include "cuboid_mapping/ros/guarded_map.h"
-#include "support/cuboid_set.h"
 
 #include <ros/callback_queue.h>
 #include <tf2/buffer_core.h>
@@ -24,6 +23,7 @@ namespace cuboid_mapping_ros::test {
 using cuboid_mapping::ChangeSet;
 using cuboid_mapping::CuboidMap;
 using cuboid_mapping::MapDelta;
+using cuboid_mapping::MapDetail;
 using cuboid_mapping::MapFollower;
 using cuboid_mapping::MapImage;
 
@@ -40,13 +40,9 @@ class PlainReplay {
   }
   void setParameters(const NodeParameters& parameters) {
     pipeline_ = std::make_unique<CloudPipeline>(parameters);
-    map_.setSensorModel(parameters.map.sensor_model);
+    (void)map_.setSensorModel(parameters.map.sensor_model);
   }
   CuboidMap& map() { return map_; }
-  std::vector<cuboid_mapping::Cuboid> cuboids() {
-    map_.flush();
-    return cuboid_mapping::test::allCuboids(map_.tree());
-  }
 
  private:
   CuboidMap map_;
@@ -93,12 +89,7 @@ class SimulatedNode {
   void setParameters(const NodeParameters& parameters) {
     intake_.setParameters(parameters, now_);
     pipeline_ = std::make_unique<CloudPipeline>(parameters);
-    edit([&](CuboidMap& map) {
-      map.setSensorModel(parameters.map.sensor_model);
-      ChangeSet nothing;
-      nothing.revision = map.revision();
-      return nothing;
-    });
+    edit([&](CuboidMap& map) { return map.setSensorModel(parameters.map.sensor_model); });
     replay_.setParameters(parameters);
   }
   /// Changes the map, and that of the replay.
@@ -109,23 +100,17 @@ class SimulatedNode {
   void setPaused(bool is_paused) { is_paused_ = is_paused; }
 
   MapImage makeImage() {
-    return map_.readCurrent(cuboid_mapping::kAllCells, [](const CuboidMap& map, const ros::Time&) {
-      return cuboid_mapping::makeImage(map, kInstance);
+    return map_.read([](const CuboidMap& map, const ros::Time&) {
+      return cuboid_mapping::makeImage(map, kInstance, MapDetail::kValues);
     });
   }
   /// As MapPublisher::publish().
   MapDelta publish() {
-    return map_.readCurrent(
-        cuboid_mapping::kAllCells, [this](const CuboidMap& map, const ros::Time&) {
-          MapDelta delta =
-              cuboid_mapping::makeDelta(map, map_.takeChanges(), kInstance, published_revision_);
-          published_revision_ = delta.revision;
-          return delta;
-        });
-  }
-  std::vector<cuboid_mapping::Cuboid> cuboids() {
-    return map_.readCurrent(cuboid_mapping::kAllCells, [](const CuboidMap& map, const ros::Time&) {
-      return cuboid_mapping::test::allCuboids(map.tree());
+    return map_.read([this](const CuboidMap& map, const ros::Time&) {
+      MapDelta delta = cuboid_mapping::makeDelta(map, map_.takeChanges(), kInstance,
+                                                 published_revision_, MapDetail::kValues);
+      published_revision_ = delta.revision;
+      return delta;
     });
   }
 

@@ -3,12 +3,14 @@
 // loses. Everything runs in one thread, so that a seed that fails repeats exactly:
 //
 //   CUBOID_MAPPING_TEST_SEED=1 CUBOID_MAPPING_FIRST_SCHEDULE=137 CUBOID_MAPPING_SCHEDULES=1 test_seeded_schedules
+#include "cuboid_mapping/map/cuboid_search.h"
 #include "cuboid_mapping/map/map_snapshot.h"
 #include "cuboid_mapping/ros/map_storage.h"
 #include "ros/cloud_messages.h"
 #include "ros/simulated_node.h"
+#include "support/cuboid_set.h"
 #include "support/random.h"
-#include "support/voxel_map.h"
+#include "support/snapshots.h"
 
 #include <gtest/gtest.h>
 #include <boost/make_shared.hpp>
@@ -24,9 +26,9 @@ namespace {
 
 using cuboid_mapping::Cell;
 using cuboid_mapping::CellBox;
-using cuboid_mapping::Cuboid;
 using cuboid_mapping::FollowResult;
 using cuboid_mapping::MapSnapshot;
+using cuboid_mapping::UniformBox;
 using cuboid_mapping::test::Random;
 
 std::size_t numberOf(const char* variable, std::size_t otherwise) {
@@ -41,21 +43,21 @@ NodeParameters makeParameters(Random& random) {
   NodeParameters parameters;
   parameters.map.resolution_m = 0.25;
   parameters.threads = 1;
-  parameters.hot_bricks_mb = random.integer(0, 1);
   parameters.queue_size = random.integer(1, 6);
   parameters.tf_wait_s = random.real(0.5, 8.0);
   if (random.chance(0.3)) parameters.max_range_m = random.real(1.0, 5.0);
   return parameters;
 }
 
-/// Maps are compared by voxel: how these are divided into cuboids depends on what was cut when.
-std::map<Cell, float> toVoxels(const std::vector<Cuboid>& cuboids) {
-  std::map<Cell, float> voxels;
-  for (const Cuboid& cuboid : cuboids) {
-    cuboid_mapping::test::visitCells(cuboid.box,
-                                     [&](const Cell& cell) { voxels[cell] = cuboid.log_odds; });
-  }
-  return voxels;
+std::map<Cell, float> toVoxels(const CuboidMap& map) {
+  return cuboid_mapping::test::voxelsOf(cuboid_mapping::takeSnapshot(map, "").bricks);
+}
+
+/// What two maps must have in common.
+void expectEqual(const CuboidMap& map, const CuboidMap& expected, const char* what) {
+  EXPECT_TRUE(toVoxels(map) == toVoxels(expected)) << what << ": other voxels";
+  EXPECT_TRUE(cuboid_mapping::test::allCuboids(map) == cuboid_mapping::test::allCuboids(expected))
+      << what << ": other cuboids";
 }
 
 /// A listener of the map, whose network may lose messages.
@@ -91,13 +93,15 @@ class Schedule {
     EXPECT_EQ(statistics.numWaiting(), node_.numWaiting()) << "a cloud is neither in nor counted";
     EXPECT_EQ(node_.numWaiting(), 0U) << "a cloud waits for ever";
     EXPECT_EQ(node_.guard().numFailures(), 0U) << node_.guard().lastFailure();
-    EXPECT_TRUE(toVoxels(node_.cuboids()) == toVoxels(node_.replay().cuboids()))
-        << "not what was counted as inserted";
-    for (const Listener& listener : listeners_) {
-      ASSERT_NE(listener.follower.map(), nullptr);
-      const auto copy = cuboid_mapping::test::allCuboids(listener.follower.map()->tree());
-      EXPECT_TRUE(toVoxels(copy) == toVoxels(node_.cuboids())) << "a follower is another map";
-    }
+    node_.map().read([this](const CuboidMap& map, const ros::Time&) {
+      expectEqual(map, node_.replay().map(), "the node and what it counted as inserted");
+      for (const Listener& listener : listeners_) {
+        const CuboidMap* copy = listener.follower.map();
+        EXPECT_NE(copy, nullptr);
+        if (copy != nullptr) expectEqual(*copy, map, "a follower and its node");
+      }
+      return true;
+    });
     for (std::size_t i = 0; i < kNumDropReasons; ++i) {
       counts_[toString(static_cast<DropReason>(i))] += statistics.num_dropped[i];
     }
@@ -204,11 +208,11 @@ class Schedule {
     const Cell min{random_.integer(-20, 20), random_.integer(-20, 20), random_.integer(-8, 8)};
     const CellBox box{
         min, min + Cell{random_.integer(1, 12), random_.integer(1, 12), random_.integer(1, 12)}};
-    std::vector<Cuboid> cuboids;
-    if (random_.chance(0.7)) cuboids.push_back({box, random_.chance(0.5) ? 1.0F : -1.0F});
+    std::vector<UniformBox> boxes;
+    if (random_.chance(0.7)) boxes.push_back({box, random_.chance(0.5) ? 1.0F : -1.0F});
     const bool locks = random_.chance(0.2);
     node_.editBoth([&](CuboidMap& map) {
-      ChangeSet changes = map.replace(box, cuboids);
+      ChangeSet changes = map.replace(box, boxes);
       locks ? map.lock(box) : map.unlock(box);
       return changes;
     });
@@ -227,7 +231,6 @@ class Schedule {
     ++counts_[saves ? "save" : "load"];
     if (saves) {
       ASSERT_EQ(saveMap(node_.map(), "map", file_).error, "");
-      node_.replay().map().flush();
       saved_ = cuboid_mapping::takeSnapshot(node_.replay().map(), "map");
       return;
     }
@@ -239,12 +242,14 @@ class Schedule {
     if (listeners_.empty() || (listeners_.size() < 3 && random_.chance(0.3))) {
       ++counts_["listener"];
       listeners_.emplace_back();
-      if (random_.chance(0.8)) ASSERT_TRUE(listeners_.back().follower.take(node_.makeImage()));
+      if (random_.chance(0.8)) sendImage(listeners_.back());
       return;
     }
     Listener& listener = listeners_[random_.index(listeners_.size())];
     listener.is_connected = !listener.is_connected;
   }
+
+  void sendImage(Listener& listener) { EXPECT_TRUE(listener.follower.take(node_.makeImage())); }
 
   void publish(double loss) {
     const MapDelta delta = node_.publish();
@@ -252,7 +257,7 @@ class Schedule {
       if (!listener.is_connected || random_.chance(loss)) continue;
       if (listener.follower.take(delta) != FollowResult::kGap) continue;
       ++counts_["gap"];
-      if (!random_.chance(loss)) ASSERT_TRUE(listener.follower.take(node_.makeImage()));
+      if (!random_.chance(loss)) sendImage(listener);
     }
   }
 
@@ -271,8 +276,7 @@ class Schedule {
     for (Listener& listener : listeners_) listener.is_connected = true;
     publish(0.0);
     for (Listener& listener : listeners_) {
-      if (listener.follower.map() == nullptr)
-        ASSERT_TRUE(listener.follower.take(node_.makeImage()));
+      if (listener.follower.map() == nullptr) sendImage(listener);
     }
   }
 

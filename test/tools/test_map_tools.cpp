@@ -152,7 +152,7 @@ TEST(MapTools, drawALegend) {
   const TemporaryFolder folder;
   MapSnapshot snapshot;
   snapshot.resolution_m = 1.0;
-  snapshot.cuboids = {{{{0, 0, 0}, {100, 100, 1}}, 1.0F}};
+  snapshot.bricks = toBricks({{{{0, 0, 0}, {100, 100, 1}}, 1.0F}}).bricks;
   writeMapFile(folder / "map.cuboids", snapshot);
   const std::string picture = folder / "map.ppm";
   ASSERT_EQ(runProgram({MAP_RENDER_PROGRAM, folder / "map.cuboids", picture, "--width", "420",
@@ -177,9 +177,10 @@ TEST(MapTools, doNotLetAFewVoxelsTakeTheColours) {
   MapSnapshot snapshot;
   snapshot.resolution_m = 1.0;
   // Two levels of ground, and a bird high above.
-  snapshot.cuboids = {{{{0, 0, 0}, {10, 10, 1}}, 1.0F},
-                      {{{10, 0, 2}, {20, 10, 3}}, 1.0F},
-                      {{{0, 0, 500}, {1, 1, 501}}, 1.0F}};
+  snapshot.bricks = toBricks({{{{0, 0, 0}, {10, 10, 1}}, 1.0F},
+                              {{{10, 0, 2}, {20, 10, 3}}, 1.0F},
+                              {{{0, 0, 500}, {1, 1, 501}}, 1.0F}})
+                        .bricks;
   writeMapFile(folder / "map.cuboids", snapshot);
   ASSERT_EQ(runProgram({MAP_RENDER_PROGRAM, folder / "map.cuboids", folder / "map.png", "--width",
                         "100", "--height", "100"})
