@@ -99,12 +99,12 @@ void CloudQueue::searchAnew(const ros::Time& now) {
   update(now);
 }
 
-void CloudQueue::drop(Entries::iterator entry, DropReason reason) {
+void CloudQueue::drop(const Entries::iterator& entry, DropReason reason) {
   const Entry gone = take(entry);
   callbacks_.drop(reason, describe(gone.cloud->header, gone.why, reason));
 }
 
-CloudQueue::Entry CloudQueue::take(Entries::iterator entry) {
+CloudQueue::Entry CloudQueue::take(const Entries::iterator& entry) {
   Entry taken = std::move(*entry);
   clouds_.erase(entry);
   num_bytes_ -= countBytes(*taken.cloud);

@@ -62,7 +62,7 @@ StorageAnswer loadMap(GuardedMap& map, const std::string& file) {
     answer.error = compareResolutions(read.snapshot.resolution_m, map.grid().resolution(), file);
     if (!answer.error.empty()) return;
     map.edit([&](CuboidMap& content, const ros::Time& /*stamp*/) {
-      const cuboid_mapping::ChangeSet changes = restoreSnapshot(read.snapshot, content);
+      cuboid_mapping::ChangeSet changes = restoreSnapshot(read.snapshot, content);
       answer.num_cuboids = countCuboids(content).total();
       return changes;
     });

@@ -42,7 +42,7 @@ CloudLimits makeInboxLimits(const NodeParameters& parameters) {
 
 }  // namespace
 
-MappingNode::MappingNode(ros::NodeHandle nh, const ros::NodeHandle& private_nh,
+MappingNode::MappingNode(const ros::NodeHandle& nh, const ros::NodeHandle& private_nh,
                          const NodeParameters& parameters,
                          const std::optional<cuboid_mapping::MapSnapshot>& start_map)
     : cloud_callbacks_(*nh.getCallbackQueue(), guard_, "clouds"),
@@ -134,7 +134,8 @@ void MappingNode::advertiseServices() {
 
 void MappingNode::subscribe() {
   tf_changes_ = tf_buffer_._addTransformsChangedListener([this] { onTfChanged(); });
-  tf_listener_.emplace(tf_buffer_, withQueue(nh_, tf_thread_.queue()), false);
+  tf_listener_ = std::make_unique<tf2_ros::TransformListener>(
+      tf_buffer_, withQueue(nh_, tf_thread_.queue()), false);
   tf_thread_.start();
   const boost::function<void(const CloudPtr&)> put = [this](const CloudPtr& cloud) {
     is_cloud_waiting_ = true;
@@ -311,7 +312,8 @@ void MappingNode::drop(DropReason reason, const std::string& text) {
 LastCloud MappingNode::describeLastCloud() const {
   LastCloud cloud;
   cloud.frame_id = last_header_.frame_id;
-  cloud.age_s = (last_arrival_ - last_header_.stamp).toSec();
+  // Not by ros::Duration, which throws beyond 2^31 s.
+  cloud.age_s = last_arrival_.toSec() - last_header_.stamp.toSec();
   // NOLINTNEXTLINE(bugprone-unused-return-value): only the reason for no pose is wanted.
   (void)lookupPoses(tf_buffer_, live_parameters_, last_header_, cloud.tf_error);
   return cloud;
@@ -333,7 +335,7 @@ void MappingNode::reportDiagnostics(diagnostic_updater::DiagnosticStatusWrapper&
   report.num_publishers = cloud_subscriber_.getNumPublishers();
   report.silence_s = seconds_since(last_received_);
   if (report.is_simulated_time && report.num_publishers > 0) {
-    report.silence_s = (ros::Time::now() - last_arrival_).toSec();  // a bag may be paused
+    report.silence_s = ros::Time::now().toSec() - last_arrival_.toSec();  // a bag may be paused
   }
   report.starved_s = seconds_since(last_progress_);
   report.num_built = octomap_server_.numBuilt();

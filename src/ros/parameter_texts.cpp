@@ -61,8 +61,10 @@ std::vector<std::string> toDifferenceLines(const NodeParameters& parameters,
     const std::string value = formatValue(declaration, parameters);
     const std::string other = formatValue(declaration, others);
     if (value == other) continue;
-    lines.push_back(declaration.key + ": " + value + inUnit(declaration) + " (" + word + ": " +
-                    other + ")");
+    std::ostringstream line;
+    line << declaration.key << ": " << value << inUnit(declaration) << " (" << word << ": " << other
+         << ")";
+    lines.push_back(line.str());
   }
   return lines;
 }

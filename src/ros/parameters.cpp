@@ -154,7 +154,7 @@ std::string leftoverNameOf(const std::string& key) {
 std::optional<XmlRpcValue> findValueOrLeftover(const XmlRpcValue& group,
                                                const ParameterDeclaration& declaration,
                                                LoadedParameters& loaded) {
-  const auto value = findValue(group, declaration.key);
+  auto value = findValue(group, declaration.key);
   const std::string name = leftoverNameOf(declaration.key);
   const auto leftover = name.empty() ? std::nullopt : findValue(group, name);
   if (!leftover) return value;

@@ -7,6 +7,7 @@
 #include <array>
 #include <cmath>
 #include <optional>
+#include <sstream>
 #include <utility>
 
 namespace cuboid_mapping_ros {
@@ -135,14 +136,16 @@ void addLimit(const ParameterDeclaration& declaration, bool is_least, Config& li
 std::string editMethodOf(const ParameterDeclaration& declaration) {
   const auto* choice = std::get_if<ChoiceKind>(&declaration.kind);
   if (choice == nullptr) return {};
-  std::string entries;
+  std::ostringstream out;
+  out << "{'enum': [";
   for (const std::string& name : choice->names) {
-    entries += (entries.empty() ? "" : ", ") + std::string("{'name': '") + name +
-               "', 'type': 'str', 'value': '" + name +
-               "', 'description': '', 'srcline': 0, 'srcfile': '', 'ctype': 'std::string', "
-               "'cconsttype': 'const char * const'}";
+    out << (&name == &choice->names.front() ? "" : ", ") << "{'name': '" << name
+        << "', 'type': 'str', 'value': '" << name
+        << "', 'description': '', 'srcline': 0, 'srcfile': '', 'ctype': 'std::string', "
+           "'cconsttype': 'const char * const'}";
   }
-  return "{'enum': [" + entries + "], 'enum_description': '" + declaration.key + "'}";
+  out << "], 'enum_description': '" << declaration.key << "'}";
+  return out.str();
 }
 
 void addTopGroup(Config& config) {

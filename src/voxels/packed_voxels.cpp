@@ -140,7 +140,8 @@ PackedVoxels::PackedVoxels(const BrickMask& known, const VoxelValues& values) {
   BrickMask left = known;
   for (int z = 0; z < kBrickEdge; ++z) {
     while (left[z] != 0) {
-      const float log_odds = values[static_cast<std::size_t>(64 * z + __builtin_ctzll(left[z]))];
+      const int first = 64 * z + __builtin_ctzll(left[z]);
+      const float log_odds = values[static_cast<std::size_t>(first)];
       BrickMask same;
       left.forEach([&](int voxel) {
         if (values[static_cast<std::size_t>(voxel)] == log_odds) same.set(voxel);

@@ -93,8 +93,8 @@ class CloudQueue {
   [[nodiscard]] bool hasExpired(Entry& entry, const ros::Time& now) const;
   void makePlace();
   [[nodiscard]] Entries::iterator findWaiting();
-  void drop(Entries::iterator entry, DropReason reason);
-  [[nodiscard]] Entry take(Entries::iterator entry);
+  void drop(const Entries::iterator& entry, DropReason reason);
+  [[nodiscard]] Entry take(const Entries::iterator& entry);
   [[nodiscard]] Entries::iterator findReady();
   void requestTurn();
   void takeTurn();

@@ -33,6 +33,7 @@
 #include <atomic>
 #include <chrono>
 #include <cstdint>
+#include <memory>
 #include <optional>
 #include <string>
 
@@ -53,7 +54,7 @@ class MappingNode {
  public:
   /// @param parameters  Valid, see readParameters().
   /// @param start_map  To begin with, of the resolution of the parameters; see readStartMap().
-  MappingNode(ros::NodeHandle nh, const ros::NodeHandle& private_nh,
+  MappingNode(const ros::NodeHandle& nh, const ros::NodeHandle& private_nh,
               const NodeParameters& parameters,
               const std::optional<cuboid_mapping::MapSnapshot>& start_map = std::nullopt);
   ~MappingNode();
@@ -141,7 +142,7 @@ class MappingNode {
   ros::Subscriber cloud_subscriber_;
   std::optional<ReconfigureServer> reconfigure_server_;
   std::optional<MapFilesService> map_files_;
-  std::optional<tf2_ros::TransformListener> tf_listener_;
+  std::unique_ptr<tf2_ros::TransformListener> tf_listener_;
 };
 
 }  // namespace cuboid_mapping_ros

@@ -2,6 +2,8 @@
 // The map, its files, OctoMap, the client and messages in a program of another package.
 #include "cuboid_mapping/interop/octomap_parity.h"
 #include "cuboid_mapping/io/map_files.h"
+#include "cuboid_mapping/map/mapper.h"
+#include "cuboid_mapping/query/box_query.h"
 #include "cuboid_mapping/ros/cuboid_map_client.h"
 
 #include <cuboid_mapping/FindCorridor.h>
@@ -11,6 +13,7 @@
 
 #include <iostream>
 #include <memory>
+#include <vector>
 
 namespace {
 
@@ -29,11 +32,17 @@ int main(int argc, char** argv) {
     ros::init(argc, argv, "use_map");
     return isFollowing() ? 0 : 1;
   }
-  MapConfig config;
-  config.resolution_m = 0.1;
-  CuboidMap map(config);
-  map.replace(kAllCells, {{{{0, 0, 0}, {8, 8, 8}}, 1.0F}});
-  writeMapFile(argv[1], takeSnapshot(map, "map"));
+  const Eigen::Isometry3d T_map_sensor = Eigen::Isometry3d::Identity();
+  const std::vector<Eigen::Vector3f> points_sensor = {{5.0F, 1.0F, 0.5F}, {5.0F, 1.5F, 0.5F}};
+  // As README.md has it.
+  MapperConfig config;
+  config.map.resolution_m = 0.1;
+  config.max_range_m = 30.0;
+  Mapper mapper(config);
+  mapper.integrate(makeScan(T_map_sensor, T_map_sensor.translation(), points_sensor));
+  const auto answer = queryBox(mapper.map(), MetricBox{{0, 0, 0}, {1, 1, 1}});
+  if (!answer || answer->occupancy() == Occupancy::kFree) return 1;
+  writeMapFile(argv[1], takeSnapshot(mapper.map(), "map"));
   const std::unique_ptr<octomap::AbstractOcTree> tree(octomap::AbstractOcTree::read(argv[1]));
   std::cout << (tree ? tree->getTreeType() : "no tree") << std::endl;
   return 0;
