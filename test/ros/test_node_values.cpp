@@ -4,11 +4,14 @@
 #include "cuboid_mapping/SetBox.h"
 #include "cuboid_mapping/io/map_files.h"
 #include "cuboid_mapping/map/map_follower.h"
+#include "cuboid_mapping/ros/callback_guard.h"
 #include "cuboid_mapping/ros/cuboid_map_client.h"
 #include "cuboid_mapping/ros/map_messages.h"
 #include "ros/node_probe.h"
 #include "support/snapshots.h"
 #include "tools/run_program.h"
+
+#include <ros/callback_queue.h>
 
 #include <memory>
 #include <optional>
@@ -74,7 +77,9 @@ class LossyServer {
     return message;
   }
 
-  ros::NodeHandle nh_{"lossy"};
+  CallbackGuard guard_;
+  GuardedQueue queue_{*ros::getGlobalCallbackQueue(), guard_, "lossy"};
+  ros::NodeHandle nh_ = withQueue(ros::NodeHandle("lossy"), queue_);
   std::uint64_t instance_;
   MapDetail detail_;
   CuboidMap map_;

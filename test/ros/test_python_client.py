@@ -56,11 +56,13 @@ class PythonClientTest(unittest.TestCase):
     def test_follows_edits_from_the_beginning_and_late(self):
         changes = []
         client = CuboidMapClient(NODE, on_change=changes.append)
+        self.addCleanup(client.close)
         self.assertTrue(wait_for(lambda: client.has_map))
         self.set_box((-5, -5, -5), (5, 5, 5), SetBoxRequest.FREE)
         self.set_box((-1, -1, -1), (1, 1, 30), SetBoxRequest.OCCUPIED)
         self.expect_same_map(client)
         late = CuboidMapClient(NODE)
+        self.addCleanup(late.close)
         self.set_box((0, 0, 0), (2, 2, 2), SetBoxRequest.UNKNOWN)
         for each in (client, late):
             self.assertTrue(wait_for(lambda each=each: each.has_map))
@@ -108,6 +110,7 @@ class PythonClientTest(unittest.TestCase):
 
     def test_asks_for_the_map_when_updates_were_lost_or_the_node_was_started_anew(self):
         client = CuboidMapClient(NODE)
+        self.addCleanup(client.close)
         self.assertTrue(wait_for(lambda: client.has_map))
         self.set_box((-5, -5, -5), (5, 5, 5), SetBoxRequest.FREE)
         self.expect_same_map(client)

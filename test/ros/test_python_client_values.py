@@ -4,6 +4,7 @@
 import math
 import time
 import unittest
+from unittest import mock
 
 import rospy
 import rostest
@@ -11,7 +12,7 @@ from geometry_msgs.msg import Point
 
 from cuboid_mapping.msg import CuboidMapUpdate
 from cuboid_mapping.srv import GetMap, SetBox, SetBoxRequest
-from cuboid_mapping_client import CuboidMapClient, MapCopy
+from cuboid_mapping_client import CuboidMapClient, MapCopy, client as client_module
 
 NODE = '/values/cuboid_mapping'
 
@@ -30,6 +31,7 @@ class PythonClientValuesTest(unittest.TestCase):
     def setUp(self):
         rospy.wait_for_service(NODE + '/set_box', 60.0)
         self.client = CuboidMapClient(NODE)
+        self.addCleanup(self.client.close)
         self.assertTrue(wait_for(lambda: self.client.has_map))
 
     def set_box(self, low, high, probability):
@@ -62,7 +64,8 @@ class PythonClientValuesTest(unittest.TestCase):
         self.client._copy = MapCopy()
         lost = CuboidMapUpdate(instance=server.instance, base=7, revision=8, resolution=0.1)
         lost.bricks.has_values = True
-        self.client._take_update(lost)
+        with mock.patch.object(client_module, '_PATIENCE_S', 0.0):
+            self.client._take_update(lost)
         self.expect_probability((2, 2, 2), 0.3)
 
 
