@@ -159,6 +159,7 @@ template <class T>
 void CommandLine::addList(const std::string& name, std::vector<T>& values, const std::string& help,
                           Range range) {
   std::vector<std::string> defaults;
+  defaults.reserve(values.size());
   for (const T value : values) defaults.push_back(toText(static_cast<double>(value)));
   const auto take = [=, &values](const std::string& text) {
     values.clear();
