@@ -6,7 +6,7 @@ import subprocess
 import sys
 
 from benchmark_runs import (FR079, HEADLINES, KITTI, PEERS, SHORT_NAMES, TOR, Run, branching_sweep,
-                            cloud_sweep, headlines, long_drives, range_sweep, resolution_sweep)
+                            cloud_sweep, fine_voxels, headlines, long_drives, range_sweep, resolution_sweep)
 
 # ---- Tables -----------------------------------------------------------------------------------
 
@@ -31,7 +31,9 @@ def table(head, rows):
 
 
 def title_of(report):
-    return f"{SHORT_NAMES.get(report['dataset'], report['dataset'])}, {report['resolution_m']:g} m"
+    title = f"{SHORT_NAMES.get(report['dataset'], report['dataset'])}, {report['resolution_m']:g} m"
+    limit_m = report['max_range_m']
+    return title if limit_m is None else f'{title}, range {limit_m:g} m'
 
 
 def rate(value):
@@ -69,7 +71,7 @@ def insertion_block(reports):
         return figures['insert_cpu_s']
 
     rows = []
-    for report in reports.of(headlines()):
+    for report in reports.of([*headlines(), *fine_voxels()]):
         own = report['cuboid_mapping']
         peers_s = [f'{cpu_s(report[peer]):.3g} s' if peer in report else '-' for peer in PEERS]
         rows.append([title_of(report), f"{report['clouds']}, {report['points']:,}",
@@ -154,17 +156,11 @@ def agreement_block(reports):
 def growth_block(reports):
     rows = []
     for report in reports.of(list(long_drives())):
-        row = [title_of(report)]
-        for name in ('cuboid_mapping', *PEERS):
-            if name not in report:
-                row += ['-', '-']
-                continue
-            clouds = report[name]['per_cloud_ms']
-            first_ms, last_ms = clouds['mean_of_first_third'], clouds['mean_of_last_third']
-            row += [f'{first_ms:.0f}, {last_ms:.0f} ms', times(last_ms / first_ms)]
-        rows.append(row)
-    return table(['drive of three laps', 'here: first, last lap', 'times', 'OctoMap', 'times', 'OpenVDB', 'times'],
-                 rows)
+        clouds = report['cuboid_mapping']['per_cloud_ms']
+        first_ms, last_ms = clouds['mean_of_first_third'], clouds['mean_of_last_third']
+        rows.append([title_of(report), f"{report['clouds']}", f'{first_ms:.1f} ms', f'{last_ms:.1f} ms',
+                     times(last_ms / first_ms)])
+    return table(['data set', 'clouds of all laps', 'first third', 'last third', 'times'], rows)
 
 
 # ---- Plots ------------------------------------------------------------------------------------

@@ -40,6 +40,12 @@ def headlines():
     return [Run(dataset, resolution, repeat) for dataset, resolution, repeat in HEADLINES]
 
 
+def fine_voxels():
+    """Outdoors, where OctoMap would need minutes."""
+    yield Run(KITTI, 0.1, peers='openvdb')
+    yield Run(KITTI, 0.05, peers='openvdb', max_range=30)
+
+
 def variants():
     """Of the headlines outdoors and in the corridor, compared with those."""
     for dataset, resolution, _ in HEADLINES[:3]:
@@ -69,10 +75,11 @@ def cloud_sweep():
 
 
 def long_drives():
-    """Three times as long as the headlines, in surroundings of the same form."""
-    yield Run(KITTI, 0.2, laps=3)
-    yield Run(TOR, 0.2, clouds=22, laps=3)
-    yield Run(FR079, 0.05, laps=3)
+    """Many times as long as the headlines, in surroundings of the same form."""
+    yield Run(KITTI, 0.2, laps=3, peers='none')
+    yield Run(KITTI, 0.2, laps=9, peers='none')
+    yield Run(TOR, 0.2, clouds=22, laps=3, peers='none')
+    yield Run(FR079, 0.05, laps=3, peers='none')
 
 
 def branching_sweep():
@@ -81,7 +88,7 @@ def branching_sweep():
 
 
 def all_runs(is_quick):
-    runs = [*headlines(), *variants(), *resolution_sweep(FR079), *resolution_sweep(KITTI),
+    runs = [*headlines(), *fine_voxels(), *variants(), *resolution_sweep(FR079), *resolution_sweep(KITTI),
             *range_sweep(), *cloud_sweep(), *branching_sweep(), *long_drives()]
     if is_quick:  # Without OctoMap's long runs.
         runs = [run for run in runs if run.dataset in (FR079, RGBD)]
