@@ -137,10 +137,10 @@ TEST(CallbackGuard, ThreadsAreGuarded) {
 TEST(CallbackGuard, TfIsReceivedInAGuardedThread) {
   // With true, its default, a TransformListener has a thread and a queue of its own.
   EXPECT_EQ(filesWith(R"(TransformListener )"), Files{}) << "as a member or variable";
-  const std::string node = readSources().at("mapping_node.cpp");
-  EXPECT_NE(
-      node.find("tf_listener_.emplace(tf_buffer_, withQueue(nh_, tf_thread_.queue()), false)"),
-      std::string::npos);
+  const std::string made = R"(make_unique<tf2_ros::TransformListener>\(\s*)";
+  EXPECT_EQ(filesWith(made), Files{"mapping_node.cpp"});
+  EXPECT_EQ(filesWith(made + R"(tf_buffer_, withQueue\(nh_, tf_thread_\.queue\(\)\), false\))"),
+            Files{"mapping_node.cpp"});
 }
 
 }  // namespace
