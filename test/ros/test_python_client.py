@@ -77,7 +77,9 @@ class PythonClientTest(unittest.TestCase):
             for i in range(5):
                 with CuboidMapClient(NODE) as client:
                     client._get_map = mock.Mock(side_effect=rospy.ServiceException('not wanted'))
-                    self.set_box((i, 0, 0), (i + 1, 1, 1), SetBoxRequest.FREE)  # An update at once.
+                    # Connected to the updates, so that none is lost; the map may be on its way.
+                    self.assertTrue(wait_for(lambda each=client: each._subscribers[0].get_num_connections() > 0))
+                    self.set_box((i, 0, 0), (i + 1, 1, 1), SetBoxRequest.FREE)
                     self.assertTrue(wait_for(lambda each=client: each.has_map))
                     self.expect_same_map(client)
                     client._get_map.assert_not_called()
