@@ -3,9 +3,9 @@
 #include "cuboid_mapping/interop/octomap_parity.h"
 #include "cuboid_mapping/io/scan_dataset.h"
 #include "cuboid_mapping/map/cuboid_search.h"
-#include "cuboid_mapping/map/invariants.h"
 #include "cuboid_mapping/query/box_query.h"
 #include "cuboid_mapping/scan/scan_update.h"
+#include "support/map_invariants.h"
 
 #include <gtest/gtest.h>
 

@@ -3,9 +3,9 @@
 #include "cuboid_mapping/fusion/class_fusion.h"
 
 #include "cuboid_mapping/fusion/brick_division.h"
-#include "cuboid_mapping/rtree/invariants.h"
 #include "support/cuboid_set.h"
 #include "support/modelled_brick.h"
+#include "support/tree_invariants.h"
 
 #include <gtest/gtest.h>
 

@@ -2,9 +2,9 @@
 // The fusion of the paper on scenes worked out by hand, and its properties on random grids.
 #include "cuboid_mapping/fusion/growth_fusion.h"
 
-#include "cuboid_mapping/rtree/invariants.h"
 #include "support/growth_scene.h"
 #include "support/random.h"
+#include "support/tree_invariants.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

@@ -83,7 +83,8 @@ std::map<std::string, std::string> readSources() {
   namespace fs = std::filesystem;
   std::map<std::string, std::string> sources;
   const fs::path root = CUBOID_MAPPING_SOURCE_DIR;
-  for (const fs::path& folder : {root / "src/ros", root / "include/cuboid_mapping/ros"}) {
+  for (const fs::path& folder :
+       {root / "src/cuboid_mapping/ros", root / "include/cuboid_mapping/ros"}) {
     for (const auto& entry : fs::recursive_directory_iterator(folder)) {
       std::ifstream file(entry.path());
       std::string& text = sources[entry.path().filename().string()];

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "cuboid_mapping/rtree/rtree.h"
 
-#include "cuboid_mapping/rtree/invariants.h"
 #include "cuboid_mapping/rtree/traversal.h"
 #include "support/cuboid_set.h"
 #include "support/random_shapes.h"
+#include "support/tree_invariants.h"
 
 #include <gtest/gtest.h>
 

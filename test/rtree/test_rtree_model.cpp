@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Random operation streams: a tree is at every moment an R-tree of its order, and holds what was
 // put into it.
-#include "cuboid_mapping/rtree/invariants.h"
 #include "support/modelled_tree.h"
+#include "support/tree_invariants.h"
 #include "support/tree_queries.h"
 
 #include <gtest/gtest.h>

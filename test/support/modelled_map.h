@@ -3,8 +3,8 @@
 #pragma once
 
 #include "cuboid_mapping/map/cuboid_map.h"
-#include "cuboid_mapping/map/invariants.h"
 #include "support/map_cuboids.h"
+#include "support/map_invariants.h"
 #include "support/random_bricks.h"
 #include "support/voxel_map.h"
 

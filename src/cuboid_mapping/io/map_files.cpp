@@ -1,0 +1,119 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "cuboid_mapping/io/map_files.h"
+
+#include "cuboid_mapping/io/csv_format.h"
+#include "cuboid_mapping/io/file_replacement.h"
+#include "cuboid_mapping/io/native_format.h"
+#include "cuboid_mapping/io/octomap_files.h"
+#include "cuboid_mapping/io/point_cloud_files.h"
+
+#include <algorithm>
+#include <cctype>
+#include <filesystem>
+
+namespace cuboid_mapping {
+namespace {
+
+struct FormatName {
+  MapFormat format;
+  const char* ending;
+  const char* name;
+};
+
+constexpr FormatName kFormats[] = {
+    {MapFormat::kNative, "cuboids", "native"},
+    {MapFormat::kOctomapFull, "ot", "OctoMap .ot"},
+    {MapFormat::kOctomapBinary, "bt", "OctoMap .bt"},
+    {MapFormat::kPcd, "pcd", "PCD"},
+    {MapFormat::kPly, "ply", "PLY"},
+    {MapFormat::kCsv, "csv", "CSV"},
+};
+
+/// @param is_octree_expected  By the name of the file.
+MapFile decode(const std::string& bytes, bool is_octree_expected, const SensorModelConfig& model,
+               const SnapshotLimits& limits) {
+  if (bytes.empty()) throw MapFileError(MapFileDefect::kTruncated, "is empty");
+  if (isOctomapFile(bytes)) {
+    const bool is_binary = bytes.rfind("# Octomap OcTree binary", 0) == 0;
+    return {is_binary ? MapFormat::kOctomapBinary : MapFormat::kOctomapFull,
+            fromOctomapFile(bytes, model, limits), bytes.size()};
+  }
+  if (is_octree_expected) {
+    throw MapFileError(MapFileDefect::kForeign,
+                       "is not an OctoMap file: it does not begin with '# Octomap OcTree'");
+  }
+  NativeFormatLimits native;
+  native.snapshot = limits;
+  return {MapFormat::kNative, fromNativeFormat(bytes, native), bytes.size()};
+}
+
+void write(const std::string& file, const MapSnapshot& snapshot, MapFormat format,
+           const ProgressListener& listener) {
+  const auto write_points = [&](PointCloudFormat kind) {
+    replaceFile(file, [&](const std::string& partial) {
+      writePointCloud(partial, snapshot, kind, listener);
+    });
+  };
+  switch (format) {
+    case MapFormat::kNative: return replaceFile(file, toNativeFormat(snapshot));
+    case MapFormat::kOctomapFull:
+      return replaceFile(file, toOctomapFile(snapshot, OctreeKind::kFull));
+    case MapFormat::kOctomapBinary:
+      return replaceFile(file, toOctomapFile(snapshot, OctreeKind::kBinary));
+    case MapFormat::kPcd: return write_points(PointCloudFormat::kPcd);
+    case MapFormat::kPly: return write_points(PointCloudFormat::kPly);
+    case MapFormat::kCsv: return replaceFile(file, toCsv(snapshot, listener));
+  }
+}
+
+}  // namespace
+
+const char* toString(MapFormat format) {
+  return std::find_if(std::begin(kFormats), std::end(kFormats),
+                      [format](const FormatName& name) { return name.format == format; })
+      ->name;
+}
+
+std::optional<MapFormat> formatOfName(const std::string& file) {
+  std::string ending = std::filesystem::path(file).extension().string();
+  std::transform(ending.begin(), ending.end(), ending.begin(),
+                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  for (const FormatName& name : kFormats) {
+    if (ending == std::string(".") + name.ending) return name.format;
+  }
+  return std::nullopt;
+}
+
+std::string knownEndings() {
+  std::string endings;
+  for (const FormatName& name : kFormats) {
+    endings += (endings.empty() ? "." : ", .") + std::string(name.ending);
+  }
+  return endings;
+}
+
+MapFile readMapFile(const std::string& file, const SensorModelConfig& model,
+                    const SnapshotLimits& limits) {
+  const std::string bytes = readFile(file);
+  const auto format = formatOfName(file);
+  const bool is_octree_expected =
+      format == MapFormat::kOctomapFull || format == MapFormat::kOctomapBinary;
+  try {
+    return decode(bytes, is_octree_expected, model, limits);
+  } catch (const MapFileError& error) {
+    throw MapFileError(error.defect(), file + " " + error.what());
+  }
+}
+
+std::size_t writeMapFile(const std::string& file, const MapSnapshot& snapshot,
+                         const ProgressListener& listener) {
+  const auto format = formatOfName(file);
+  if (!format) {
+    throw MapFileError(MapFileDefect::kForeign,
+                       "cannot write " + file + ": its name must end in one of " + knownEndings());
+  }
+  write(file, snapshot, *format, listener);
+  return std::filesystem::file_size(file);
+}
+
+}  // namespace cuboid_mapping

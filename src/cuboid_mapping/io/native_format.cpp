@@ -1,0 +1,337 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "cuboid_mapping/io/native_format.h"
+
+#include "cuboid_mapping/io/byte_stream.h"
+
+#include <zlib.h>
+#include <zstd.h>
+
+#include <algorithm>
+#include <array>
+#include <memory>
+#include <unordered_set>
+
+namespace cuboid_mapping {
+namespace {
+
+constexpr std::string_view kMagic(
+    "\x89"
+    "CUB\r\n\x1a\n",
+    8);
+constexpr std::size_t kMaxFrameIdBytes = 255;
+constexpr int kCompressionLevel = 3;
+/// Bytes of a cuboid of version 1 before compression, at least: one for each column.
+constexpr std::uint64_t kCuboidBytes = 7;
+/// Bytes of a brick before compression, at least: its place, its mask, and a voxel.
+constexpr std::uint64_t kBrickBytes = 3 + sizeof(BrickMask) + 1;
+
+[[noreturn]] void fail(MapFileDefect defect, const std::string& text) {
+  throw MapFileError(defect, text);
+}
+
+[[noreturn]] void failCorrupted(const std::string& what) {
+  fail(MapFileDefect::kCorrupted,
+       "is damaged: " + what + ". Take another copy of the file, or save the map again");
+}
+
+std::uint32_t computeChecksum(std::string_view bytes) {
+  uLong checksum = crc32(0L, Z_NULL, 0);
+  constexpr std::size_t kStep_bytes = std::size_t{1} << 30;
+  for (std::size_t i = 0; i < bytes.size(); i += kStep_bytes) {
+    const std::string_view part = bytes.substr(i, kStep_bytes);
+    checksum = crc32(checksum, reinterpret_cast<const Bytef*>(part.data()),
+                     static_cast<uInt>(part.size()));
+  }
+  return static_cast<std::uint32_t>(checksum);
+}
+
+std::uint32_t toZigzag(std::int32_t value) {
+  return static_cast<std::uint32_t>(value) << 1 ^ static_cast<std::uint32_t>(value >> 31);
+}
+
+std::int32_t fromZigzag(std::uint32_t value) {
+  return static_cast<std::int32_t>(value >> 1 ^ (0U - (value & 1U)));
+}
+
+std::vector<float> collectLogOdds(const std::vector<VoxelBrick>& bricks) {
+  std::unordered_set<float> values;
+  for (const VoxelBrick& brick : bricks) {
+    brick.voxels.forEachValue([&](float log_odds, const BrickMask&) { values.insert(log_odds); });
+  }
+  std::vector<float> sorted(values.begin(), values.end());
+  std::sort(sorted.begin(), sorted.end());
+  return sorted;
+}
+
+std::string encodePayload(const std::vector<VoxelBrick>& bricks,
+                          const std::vector<float>& log_odds) {
+  ByteWriter payload;
+  for (const float value : log_odds) payload.writeF32(value);
+  for (int axis = 0; axis < 3; ++axis) {
+    std::int32_t previous = 0;
+    for (const VoxelBrick& brick : bricks) {
+      const std::int32_t number = brick.brick[axis] / kBrickEdge;
+      payload.writeVarint(toZigzag(number - previous));
+      previous = number;
+    }
+  }
+  for (const VoxelBrick& brick : bricks) {
+    for (int z = 0; z < kBrickEdge; ++z) payload.writeU64(brick.voxels.known()[z]);
+  }
+  std::array<std::uint32_t, kBrickVoxels> places{};
+  for (const VoxelBrick& brick : bricks) {
+    brick.voxels.forEachValue([&](float value, const BrickMask& voxels) {
+      const auto place = std::lower_bound(log_odds.begin(), log_odds.end(), value);
+      const auto number = static_cast<std::uint32_t>(place - log_odds.begin());
+      voxels.forEach([&](int voxel) { places[static_cast<std::size_t>(voxel)] = number; });
+    });
+    brick.voxels.known().forEach(
+        [&](int voxel) { payload.writeVarint(places[static_cast<std::size_t>(voxel)]); });
+  }
+  return payload.take();
+}
+
+std::string compress(const std::string& payload) {
+  std::string compressed(ZSTD_compressBound(payload.size()), '\0');
+  const std::size_t size = ZSTD_compress(compressed.data(), compressed.size(), payload.data(),
+                                         payload.size(), kCompressionLevel);
+  if (ZSTD_isError(size) != 0) throw std::bad_alloc();  // it fails for lack of memory only
+  compressed.resize(size);
+  return compressed;
+}
+
+/// Grows with what is really there, so that a claim alone takes no memory.
+std::string decompress(std::string_view compressed, std::uint64_t claimed_bytes) {
+  const std::unique_ptr<ZSTD_DCtx, std::size_t (*)(ZSTD_DCtx*)> context(ZSTD_createDCtx(),
+                                                                        ZSTD_freeDCtx);
+  if (context == nullptr) throw std::bad_alloc();
+  std::string payload;
+  std::string chunk(ZSTD_DStreamOutSize(), '\0');
+  ZSTD_inBuffer in{compressed.data(), compressed.size(), 0};
+  std::size_t is_open = 1;  // 0 at the end of the frame
+  while (is_open != 0) {
+    ZSTD_outBuffer out{chunk.data(), chunk.size(), 0};
+    const std::size_t position = in.pos;
+    is_open = ZSTD_decompressStream(context.get(), &out, &in);
+    if (ZSTD_isError(is_open) != 0) failCorrupted("its content cannot be decompressed");
+    payload.append(chunk, 0, out.pos);
+    if (payload.size() > claimed_bytes) failCorrupted("it holds more than it says");
+    if (is_open != 0 && out.pos == 0 && in.pos == position) {
+      failCorrupted("its compressed content has no end");
+    }
+  }
+  if (in.pos != in.size || payload.size() != claimed_bytes) {
+    failCorrupted("its content has not the length that it says");
+  }
+  return payload;
+}
+
+/// The numbers of a header that a snapshot does not have.
+struct Sizes {
+  std::uint64_t num_items;  ///< Bricks; of version 1 cuboids.
+  std::uint64_t num_log_odds;
+  std::uint64_t payload_bytes;
+  std::uint64_t compressed_bytes;
+};
+
+std::string encodeHeader(const MapSnapshot& snapshot, const Sizes& sizes) {
+  ByteWriter header;
+  header.writeBytes(kMagic);
+  header.writeU32(kNativeFormatVersion);
+  header.writeU32(snapshot.environment == Environment::kStatic ? 1 : 0);
+  const SensorModelConfig& model = snapshot.sensor_model;
+  for (const double value :
+       {snapshot.resolution_m, model.hit, model.miss, model.alpha_min, model.alpha_max}) {
+    header.writeF64(value);
+  }
+  for (const std::uint64_t size :
+       {sizes.num_items, sizes.num_log_odds, sizes.payload_bytes, sizes.compressed_bytes}) {
+    header.writeU64(size);
+  }
+  const std::string frame_id = snapshot.frame_id.substr(0, kMaxFrameIdBytes);
+  header.writeU32(static_cast<std::uint32_t>(frame_id.size()));
+  header.writeBytes(frame_id);
+  header.writeU32(computeChecksum(header.bytes()));
+  return header.take();
+}
+
+/// Magic number and version, which stand at the same place in all versions.
+std::uint32_t readVersion(std::string_view bytes, ByteReader& reader) {
+  if (!isNativeFormat(bytes)) {
+    const bool is_start = !bytes.empty() && kMagic.substr(0, bytes.size()) == bytes;
+    if (is_start) (void)reader.readBytes(kMagic.size());
+    fail(MapFileDefect::kForeign,
+         "is no map of cuboid_mapping: its first bytes are not those of the format");
+  }
+  (void)reader.readBytes(kMagic.size());
+  const std::uint32_t version = reader.readU32();
+  if (version > kNativeFormatVersion) {
+    fail(MapFileDefect::kNewerVersion, "has version " + std::to_string(version) +
+                                           " of the format, and this program reads up to " +
+                                           std::to_string(kNativeFormatVersion) +
+                                           ": update cuboid_mapping");
+  }
+  if (version == 0) failCorrupted("version 0 of the format does not exist");
+  return version;
+}
+
+/// What follows the version.
+Sizes decodeHeader(std::string_view bytes, ByteReader& reader, MapSnapshot& snapshot) {
+  const std::uint32_t environment = reader.readU32();
+  SensorModelConfig& model = snapshot.sensor_model;
+  for (double* value :
+       {&snapshot.resolution_m, &model.hit, &model.miss, &model.alpha_min, &model.alpha_max}) {
+    *value = reader.readF64();
+  }
+  Sizes sizes{};
+  for (std::uint64_t* size :
+       {&sizes.num_items, &sizes.num_log_odds, &sizes.payload_bytes, &sizes.compressed_bytes}) {
+    *size = reader.readU64();
+  }
+  const std::uint32_t frame_id_bytes = reader.readU32();
+  if (frame_id_bytes > kMaxFrameIdBytes) failCorrupted("the name of its frame is too long");
+  snapshot.frame_id = reader.readBytes(frame_id_bytes);
+  const std::size_t end = reader.position();
+  if (reader.readU32() != computeChecksum(bytes.substr(0, end))) {
+    failCorrupted("the checksum of its header is wrong");
+  }
+  if (environment > 1) failCorrupted("it names an environment that does not exist");
+  snapshot.environment = environment == 1 ? Environment::kStatic : Environment::kDynamic;
+  return sizes;
+}
+
+/// @param item_bytes  Of an item before compression, at least.
+void checkClaims(const Sizes& sizes, std::uint64_t item_bytes, const NativeFormatLimits& limits) {
+  if (sizes.payload_bytes > limits.max_payload_bytes) {
+    fail(MapFileDefect::kTooBig,
+         "claims to hold " + std::to_string(sizes.payload_bytes) + " bytes, more than the " +
+             std::to_string(limits.max_payload_bytes) + " that are read: it is damaged, or no map");
+  }
+  if (sizes.num_items > sizes.payload_bytes / item_bytes ||
+      sizes.num_log_odds > sizes.payload_bytes / sizeof(float)) {
+    fail(MapFileDefect::kTooBig, "claims " + std::to_string(sizes.num_items) +
+                                     " bricks or cuboids in " +
+                                     std::to_string(sizes.payload_bytes) +
+                                     " bytes, which cannot be: it is damaged, or no map");
+  }
+}
+
+/// Reads numbers that are told by their differences.
+class DifferenceReader {
+ public:
+  explicit DifferenceReader(ByteReader& reader) : reader_(reader) {}
+  std::int32_t read() {
+    number_ += fromZigzag(reader_.readVarint());
+    if (number_ < -Grid::kMaxCell || number_ >= Grid::kMaxCell) {
+      failCorrupted("it reaches beyond the cells of a map");
+    }
+    return static_cast<std::int32_t>(number_);
+  }
+
+ private:
+  ByteReader& reader_;
+  std::int64_t number_ = 0;
+};
+
+std::vector<float> decodeLogOdds(ByteReader& reader, const Sizes& sizes) {
+  std::vector<float> log_odds(sizes.num_log_odds);
+  for (float& value : log_odds) value = reader.readF32();
+  return log_odds;
+}
+
+float readLogOdds(ByteReader& reader, const std::vector<float>& log_odds) {
+  const std::uint32_t index = reader.readVarint();
+  if (index >= log_odds.size()) failCorrupted("a voxel has no log-odds");
+  return log_odds[index];
+}
+
+std::vector<VoxelBrick> decodeBricks(ByteReader& reader, const Sizes& sizes) {
+  const std::vector<float> log_odds = decodeLogOdds(reader, sizes);
+  std::vector<VoxelBrick> bricks(sizes.num_items);
+  for (int axis = 0; axis < 3; ++axis) {
+    DifferenceReader numbers(reader);
+    for (VoxelBrick& brick : bricks) {
+      const std::int64_t coordinate = std::int64_t{numbers.read()} * kBrickEdge;
+      if (coordinate < -Grid::kMaxCell || coordinate >= Grid::kMaxCell) {
+        failCorrupted("a brick lies outside of the cells of a map");
+      }
+      brick.brick[axis] = static_cast<std::int32_t>(coordinate);
+    }
+  }
+  std::vector<BrickMask> known(bricks.size());
+  for (BrickMask& mask : known) {
+    for (int z = 0; z < kBrickEdge; ++z) mask[z] = reader.readU64();
+  }
+  for (std::size_t i = 0; i < bricks.size(); ++i) {
+    VoxelValues values;
+    known[i].forEach([&](int voxel) {
+      values[static_cast<std::size_t>(voxel)] = readLogOdds(reader, log_odds);
+    });
+    bricks[i].voxels = PackedVoxels(known[i], values);
+  }
+  return bricks;
+}
+
+/// Version 1 had cuboids, each with a log-odds of its own.
+std::vector<UniformBox> decodeCuboids(ByteReader& reader, const Sizes& sizes) {
+  const std::vector<float> log_odds = decodeLogOdds(reader, sizes);
+  std::vector<UniformBox> cuboids(sizes.num_items);
+  for (int axis = 0; axis < 3; ++axis) {
+    DifferenceReader coordinates(reader);
+    for (UniformBox& cuboid : cuboids) cuboid.box.min[axis] = coordinates.read();
+  }
+  for (int axis = 0; axis < 3; ++axis) {
+    for (UniformBox& cuboid : cuboids) {
+      const std::int64_t max = std::int64_t{cuboid.box.min[axis]} + reader.readVarint() + 1;
+      if (max > Grid::kMaxCell) failCorrupted("a cuboid lies outside of the cells of a map");
+      cuboid.box.max[axis] = static_cast<std::int32_t>(max);
+    }
+  }
+  for (UniformBox& cuboid : cuboids) cuboid.log_odds = readLogOdds(reader, log_odds);
+  return cuboids;
+}
+
+}  // namespace
+
+bool isNativeFormat(std::string_view bytes) { return bytes.substr(0, kMagic.size()) == kMagic; }
+
+std::string toNativeFormat(const MapSnapshot& snapshot) {
+  const std::vector<float> log_odds = collectLogOdds(snapshot.bricks);
+  const std::string payload = encodePayload(snapshot.bricks, log_odds);
+  const std::string compressed = compress(payload);
+  ByteWriter file;
+  file.writeBytes(encodeHeader(
+      snapshot, {snapshot.bricks.size(), log_odds.size(), payload.size(), compressed.size()}));
+  file.writeBytes(compressed);
+  file.writeU32(computeChecksum(compressed));
+  return file.take();
+}
+
+MapSnapshot fromNativeFormat(std::string_view bytes, const NativeFormatLimits& limits) {
+  MapSnapshot snapshot;
+  ByteReader reader(bytes);
+  const std::uint32_t version = readVersion(bytes, reader);
+  const Sizes sizes = decodeHeader(bytes, reader, snapshot);
+  checkClaims(sizes, version == 1 ? kCuboidBytes : kBrickBytes, limits);
+  const std::string_view compressed =
+      reader.readBytes(std::min<std::uint64_t>(sizes.compressed_bytes, bytes.size() + 1));
+  if (reader.readU32() != computeChecksum(compressed)) {
+    failCorrupted("the checksum of its content is wrong");
+  }
+  if (reader.numLeft() != 0) failCorrupted("something follows its end");
+  try {
+    const std::string payload = decompress(compressed, sizes.payload_bytes);
+    ByteReader content(payload);
+    snapshot.bricks = version == 1 ? bricksOf(decodeCuboids(content, sizes), limits.snapshot)
+                                   : decodeBricks(content, sizes);
+    if (content.numLeft() != 0) failCorrupted("something follows its content");
+  } catch (const MapFileError& error) {
+    // The file is complete, so what ends too early in it was never right.
+    if (error.defect() == MapFileDefect::kTruncated) failCorrupted("its content ends too early");
+    throw;
+  }
+  throwIfFaulty(snapshot, limits.snapshot);
+  return snapshot;
+}
+
+}  // namespace cuboid_mapping

@@ -1,0 +1,272 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "cuboid_mapping/io/octree_stream.h"
+
+#include "cuboid_mapping/io/octree_bricks.h"
+
+#include <algorithm>
+#include <cstring>
+#include <limits>
+
+namespace cuboid_mapping {
+namespace {
+
+/// What has become of a node.
+struct NodeState {
+  enum class Kind : unsigned char { kUnknown, kLeaf, kInner } kind;
+  float log_odds;  ///< Of inner nodes the greatest below them.
+};
+
+constexpr NodeState kUnknownNode{NodeState::Kind::kUnknown, 0.0F};
+
+/// Writes full trees: log-odds, then a bit for each child. The bytes have spare room at their end
+/// until finish().
+class FullSink {
+ public:
+  struct Mark {
+    std::size_t num_bytes;
+    std::size_t num_nodes;
+  };
+
+  explicit FullSink(OctreeStream& stream) : stream_(stream) {}
+
+  Mark open() {
+    const Mark mark{num_bytes_, stream_.num_nodes};
+    leaf({}, 0, 0.0F);
+    return mark;
+  }
+  void close(const Mark& mark, const std::array<NodeState, 8>& children, float log_odds) {
+    unsigned bits = 0;
+    for (unsigned i = 0; i < 8; ++i) {
+      if (children[i].kind != NodeState::Kind::kUnknown) bits |= 1U << i;
+    }
+    write(mark.num_bytes, log_odds, bits);
+  }
+  void undo(const Mark& mark) {
+    num_bytes_ = mark.num_bytes;
+    stream_.num_nodes = mark.num_nodes;
+  }
+  void leaf(const Cell& /*min*/, int /*depth*/, float log_odds) {
+    if (num_bytes_ + kNodeBytes > stream_.bytes.size()) {
+      stream_.bytes.resize(2 * stream_.bytes.size() + 4096);
+    }
+    write(num_bytes_, log_odds, 0);
+    num_bytes_ += kNodeBytes;
+    ++stream_.num_nodes;
+  }
+  void finish() { stream_.bytes.resize(num_bytes_); }
+
+ private:
+  static constexpr std::size_t kNodeBytes = sizeof(float) + 1;
+
+  void write(std::size_t place, float log_odds, unsigned children) {
+    char* node = stream_.bytes.data() + place;
+    std::memcpy(node, &log_odds, sizeof(log_odds));
+    node[sizeof(log_odds)] = static_cast<char>(children);
+  }
+
+  OctreeStream& stream_;
+  std::size_t num_bytes_ = 0;
+};
+
+/// Writes binary trees: two bits for each child, nothing for a leaf.
+class BinarySink {
+ public:
+  using Mark = FullSink::Mark;
+
+  explicit BinarySink(OctreeStream& stream) : stream_(stream) {}
+
+  Mark open() {
+    const Mark mark{stream_.bytes.size(), stream_.num_nodes};
+    stream_.bytes.append(2, '\0');
+    ++stream_.num_nodes;
+    return mark;
+  }
+  void close(const Mark& mark, const std::array<NodeState, 8>& children, float /*log_odds*/) {
+    unsigned bits = 0;
+    for (unsigned i = 0; i < 8; ++i) {
+      const bool is_leaf = children[i].kind == NodeState::Kind::kLeaf;
+      const bool is_inner = children[i].kind == NodeState::Kind::kInner;
+      if (is_inner || (is_leaf && children[i].log_odds < 0.0F)) bits |= 1U << (2 * i);
+      if (is_inner || (is_leaf && children[i].log_odds >= 0.0F)) bits |= 2U << (2 * i);
+    }
+    stream_.bytes[mark.num_bytes] = static_cast<char>(bits & 0xFFU);
+    stream_.bytes[mark.num_bytes + 1] = static_cast<char>(bits >> 8);
+  }
+  void undo(const Mark& mark) {
+    stream_.bytes.resize(mark.num_bytes);
+    stream_.num_nodes = mark.num_nodes;
+  }
+  void leaf(const Cell& /*min*/, int /*depth*/, float /*log_odds*/) { ++stream_.num_nodes; }
+  void finish() {}
+
+ private:
+  OctreeStream& stream_;
+};
+
+/// Collects leaves.
+class LeafSink {
+ public:
+  using Mark = std::size_t;
+
+  explicit LeafSink(std::vector<OctreeLeaf>& leaves) : leaves_(leaves) {}
+
+  Mark open() { return leaves_.size(); }
+  void close(Mark /*mark*/, const std::array<NodeState, 8>& /*children*/, float /*log_odds*/) {}
+  void undo(Mark mark) { leaves_.erase(leaves_.begin() + static_cast<long>(mark), leaves_.end()); }
+  void leaf(const Cell& min, int depth, float log_odds) {
+    leaves_.push_back({min, depth, log_odds});
+  }
+  void finish() {}
+
+ private:
+  std::vector<OctreeLeaf>& leaves_;
+};
+
+/// Walks the octree of bricks depth first, and tells a sink of its nodes. Eight leaves of one value
+/// are undone and become one.
+template <typename SinkT>
+class OctreeWalk {
+ public:
+  OctreeWalk(const std::vector<VoxelBrick>& bricks, OctreeKind kind, SinkT sink)
+      : kind_(kind), sink_(sink), sorted_(sortForOctree(bricks)) {}
+
+  void run() {
+    if (!sorted_.bricks.empty()) (void)visitBricks(sorted_.bricks.data(), end(), 0);
+    sink_.finish();
+  }
+  [[nodiscard]] double numLeftOut() const { return sorted_.num_left_out; }
+
+ private:
+  [[nodiscard]] const OctreeBrick* end() const {
+    return sorted_.bricks.data() + sorted_.bricks.size();
+  }
+
+  /// @param candidates  A bit for each child; the others are unknown.
+  /// @param visit_child  (unsigned child) -> NodeState, called for each of them in their order.
+  /// @param min  Of the node.
+  template <typename VisitT>
+  NodeState visitNode(const Cell& min, int depth, unsigned candidates, const VisitT& visit_child) {
+    const auto mark = sink_.open();
+    std::array<NodeState, 8> children;
+    children.fill(kUnknownNode);
+    bool is_uniform = candidates == 0xFFU;
+    float log_odds = -std::numeric_limits<float>::infinity();
+    for (unsigned left = candidates; left != 0; left &= left - 1) {
+      const auto i = static_cast<unsigned>(__builtin_ctz(left));
+      const NodeState child = visit_child(i);
+      children[i] = child;
+      is_uniform &= child.kind == NodeState::Kind::kLeaf && child.log_odds == children[0].log_odds;
+      log_odds = std::max(log_odds, child.log_odds);
+    }
+    if (!is_uniform) {
+      sink_.close(mark, children, log_odds);
+      return {NodeState::Kind::kInner, log_odds};
+    }
+    sink_.undo(mark);
+    return makeLeaf(min, depth, log_odds);
+  }
+
+  NodeState makeLeaf(const Cell& min, int depth, float log_odds) {
+    sink_.leaf(min, depth, log_odds);
+    return {NodeState::Kind::kLeaf, log_odds};
+  }
+
+  /// The node at a depth above all bricks of a range, which is not empty.
+  NodeState visitBricks(const OctreeBrick* first, const OctreeBrick* last, int depth) {
+    if (depth == kBrickDepth) return visitBrick(*first);
+    const int shift = 3 * (kBrickDepth - depth - 1);
+    const Cell min = brickAt(first->order >> (shift + 3) << (shift + 3));
+    const auto child_of = [shift](const OctreeBrick& brick) {
+      return static_cast<unsigned>(brick.order >> shift & 7U);
+    };
+    unsigned candidates = 0;
+    for (const OctreeBrick* brick = first; brick != last;) {
+      const unsigned child = child_of(*brick);
+      candidates |= 1U << child;
+      brick = std::upper_bound(brick, last, child, [&](unsigned wanted, const OctreeBrick& other) {
+        return wanted < child_of(other);
+      });
+    }
+    return visitNode(min, depth, candidates, [&](unsigned child) {
+      const OctreeBrick* begin = first;
+      first = std::upper_bound(first, last, child, [&](unsigned wanted, const OctreeBrick& other) {
+        return wanted < child_of(other);
+      });
+      return visitBricks(begin, first, depth + 1);
+    });
+  }
+
+  NodeState visitBrick(const OctreeBrick& brick) {
+    brick_ = brickAt(brick.order);
+    fillVoxels(*brick.voxels, kind_, voxels_);
+    return visitVoxels(0, kBrickDepth);
+  }
+
+  /// A node inside a brick that has a known voxel.
+  /// @param place  Of its first voxel, in the order of an octree.
+  NodeState visitVoxels(std::uint32_t place, int depth) {
+    const Cell min = cellAt(place);
+    if (depth == kOctreeDepth) return makeLeaf(min, depth, voxels_.log_odds[place]);
+    const std::uint32_t step = 1U << (3 * (kOctreeDepth - depth - 1));
+    unsigned candidates = 0;
+    bool is_full = true;
+    for (unsigned child = 0; child < 8; ++child) {
+      const std::uint64_t known = voxels_.knownFrom(place + child * step, step);
+      if (known != 0) candidates |= 1U << child;
+      is_full &= known == (step == 64 ? ~0ULL : (1ULL << step) - 1);
+    }
+    // Found here, so that nothing has to be undone.
+    if (is_full && isUniform(place, 8 * step)) {
+      return makeLeaf(min, depth, voxels_.log_odds[place]);
+    }
+    return visitNode(min, depth, candidates,
+                     [&](unsigned child) { return visitVoxels(place + child * step, depth + 1); });
+  }
+
+  /// Whether so many voxels from a place on, all known, have one value.
+  [[nodiscard]] bool isUniform(std::uint32_t place, std::uint32_t count) const {
+    const float* first = &voxels_.log_odds[place];
+    return std::all_of(first, first + count, [first](float value) { return value == *first; });
+  }
+
+  [[nodiscard]] Cell cellAt(std::uint32_t place) const {
+    const auto gather = [](std::uint32_t bits) {
+      return static_cast<std::int32_t>((bits & 1U) | (bits >> 2 & 2U) | (bits >> 4 & 4U));
+    };
+    return brick_ + Cell{gather(place), gather(place >> 1), gather(place >> 2)};
+  }
+
+  OctreeKind kind_;
+  SinkT sink_;
+  OctreeBricks sorted_;
+  Cell brick_;
+  OctreeVoxels voxels_;
+};
+
+}  // namespace
+
+OctreeStream toOctreeStream(const std::vector<VoxelBrick>& bricks, OctreeKind kind) {
+  OctreeStream stream;
+  // About what a map takes, so that it seldom has to be moved.
+  if (kind == OctreeKind::kFull) stream.bytes.resize(512 * bricks.size());
+  const auto run = [&](auto sink) {
+    OctreeWalk<decltype(sink)> walk(bricks, kind, sink);
+    walk.run();
+    stream.num_left_out = walk.numLeftOut();
+  };
+  if (kind == OctreeKind::kFull) {
+    run(FullSink(stream));
+  } else {
+    run(BinarySink(stream));
+  }
+  return stream;
+}
+
+std::vector<OctreeLeaf> computeOctreeLeaves(const std::vector<VoxelBrick>& bricks,
+                                            OctreeKind kind) {
+  std::vector<OctreeLeaf> leaves;
+  OctreeWalk<LeafSink>(bricks, kind, LeafSink(leaves)).run();
+  return leaves;
+}
+
+}  // namespace cuboid_mapping

@@ -1,0 +1,180 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "cuboid_mapping/query/corridor_query.h"
+
+#include "cuboid_mapping/query/corridor_boxes.h"
+#include "cuboid_mapping/query/path_query.h"
+#include "cuboid_mapping/query/place_graph.h"
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <queue>
+
+namespace cuboid_mapping {
+namespace {
+
+using NodeIndex = PlaceGraph::NodeIndex;
+
+/// The clock is looked at once in so many steps of the search.
+constexpr std::size_t kStepsPerLook = 64;
+
+Eigen::Vector3d toVector(const Cell& cell) {
+  return {static_cast<double>(cell.x), static_cast<double>(cell.y), static_cast<double>(cell.z)};
+}
+
+double distance(const Cell& a, const Cell& b) { return (toVector(a) - toVector(b)).norm(); }
+
+Cell clampTo(const CellBox& box, const Cell& cell) {
+  Cell clamped;
+  for (int axis = 0; axis < 3; ++axis) {
+    clamped[axis] = std::clamp(cell[axis], box.min[axis], box.max[axis] - 1);
+  }
+  return clamped;
+}
+
+/// A* from the places of the start to those of the goal.
+class PlaceSearch {
+ public:
+  PlaceSearch(PlaceGraph& graph, const CellBox& start, const CellBox& goal)
+      : graph_(graph), start_(start), goal_(goal) {}
+
+  CorridorEnd run(double time_limit_s) {
+    const auto begin = std::chrono::steady_clock::now();
+    std::vector<NodeIndex> first;
+    graph_.findNodes(start_, first);
+    for (const NodeIndex node : first) {
+      const Cell entry = clampTo(intersect(graph_.box(node), start_), clampTo(goal_, start_.min));
+      reach(node, entry, 0.0, PlaceGraph::kNoNode);
+    }
+    for (std::size_t step = 1; !open_.empty(); ++step) {
+      const Item item = open_.top();
+      open_.pop();
+      const State& state = states_[item.node];
+      if (item.cost > state.cost) continue;  // Reached on a shorter way since.
+      if (graph_.box(item.node).intersects(goal_)) {
+        last_ = item.node;
+        return CorridorEnd::kFound;
+      }
+      expand(item.node);
+      if (step % kStepsPerLook != 0) continue;
+      const std::chrono::duration<double> passed = std::chrono::steady_clock::now() - begin;
+      if (passed.count() > time_limit_s) return CorridorEnd::kTimeLimit;
+    }
+    return CorridorEnd::kNoWay;
+  }
+
+  /// Places from start to goal; two successive ones lie in one box of the graph, or side by side.
+  [[nodiscard]] std::vector<Cell> toWay() const {
+    std::vector<Cell> way{clampTo(intersect(graph_.box(last_), goal_), states_[last_].entry)};
+    for (NodeIndex node = last_; node != PlaceGraph::kNoNode; node = states_[node].parent) {
+      const State& state = states_[node];
+      way.push_back(state.entry);
+      if (state.parent != PlaceGraph::kNoNode) {
+        way.push_back(clampTo(graph_.box(state.parent), state.entry));
+      }
+    }
+    std::reverse(way.begin(), way.end());
+    return way;
+  }
+
+ private:
+  /// How a node is reached best so far.
+  struct State {
+    double cost = std::numeric_limits<double>::infinity();
+    NodeIndex parent = PlaceGraph::kNoNode;
+    Cell entry;
+  };
+  struct Item {
+    double estimate;
+    double cost;
+    NodeIndex node;
+    bool operator<(const Item& other) const { return estimate > other.estimate; }
+  };
+
+  void reach(NodeIndex node, const Cell& entry, double cost, NodeIndex parent) {
+    if (states_.size() < graph_.numNodes()) states_.resize(graph_.numNodes());
+    State& state = states_[node];
+    if (cost >= state.cost) return;
+    state = {cost, parent, entry};
+    open_.push({cost + distance(entry, clampTo(goal_, entry)), cost, node});
+  }
+
+  void expand(NodeIndex node) {
+    graph_.findNeighbors(node, neighbors_);
+    const State from = states_[node];
+    for (const PlaceGraph::Neighbor& neighbor : neighbors_) {
+      const Cell entry = clampTo(neighbor.places, from.entry);
+      reach(neighbor.node, entry, from.cost + distance(from.entry, entry), node);
+    }
+  }
+
+  PlaceGraph& graph_;
+  CellBox start_;
+  CellBox goal_;
+  std::vector<State> states_;  ///< By node.
+  std::priority_queue<Item> open_;
+  std::vector<PlaceGraph::Neighbor> neighbors_;
+  NodeIndex last_ = PlaceGraph::kNoNode;
+};
+
+/// Start and goal of a task, in voxels.
+struct Ends {
+  Cell size;
+  CellBox start;  ///< That the robot covers there.
+  CellBox goal;
+};
+
+std::optional<Ends> findEnds(const Grid& grid, const CorridorTask& task) {
+  const auto size = grid.toSizeInCells(task.size_m);
+  if (!size) return std::nullopt;
+  auto start = grid.toCellBox(boxAround(task.start_map, task.size_m));
+  auto goal = grid.toCellBox(boxAround(task.goal_map, task.size_m));
+  if (!start || !goal) return std::nullopt;
+  for (int axis = 0; axis < 3; ++axis) {  // Where rounding has made them thinner.
+    start->max[axis] = std::max(start->max[axis], start->min[axis] + (*size)[axis]);
+    goal->max[axis] = std::max(goal->max[axis], goal->min[axis] + (*size)[axis]);
+  }
+  return Ends{*size, *start, *goal};
+}
+
+/// Voxels that the robot may use.
+CellBox findRegion(const CuboidMap& map, const CorridorTask& task, const Ends& ends) {
+  if (task.region) return *task.region;
+  CellBox region = unite(ends.start, ends.goal);
+  if (const auto& bounds = map.voxels().bounds()) region = unite(region, *bounds);
+  const Cell room = ends.size + Cell{1, 1, 1};
+  return intersect({region.min - room, region.max + room}, kAllCells);
+}
+
+}  // namespace
+
+Corridor findCorridor(const CuboidMap& map, const CorridorTask& task) {
+  Corridor corridor;
+  const auto ends = findEnds(map.grid(), task);
+  if (!ends || std::isnan(task.time_limit_s)) return corridor;
+  const CellBox region = findRegion(map, task, *ends);
+  const Obstacles obstacles(map, task.policy);
+  const auto is_blocked = [&](const CellBox& box) {
+    return !region.contains(box) || obstacles.isAny(box);
+  };
+  if (is_blocked(ends->start)) return {CorridorEnd::kStartBlocked, {}, {}, {}, 0.0, 0};
+  if (is_blocked(ends->goal)) return {CorridorEnd::kGoalBlocked, {}, {}, {}, 0.0, 0};
+
+  FitField field(obstacles, ends->size);
+  PlaceGraph graph(field, field.placesIn(region));
+  PlaceSearch search(graph, field.placesIn(ends->start), field.placesIn(ends->goal));
+  corridor.end = search.run(task.time_limit_s);
+  corridor.num_visited = graph.numNodes();
+  if (corridor.end != CorridorEnd::kFound) return corridor;
+  const CorridorBoxes boxes(obstacles, field, region);
+  corridor.boxes = boxes.compute(ends->start, search.toWay(), ends->goal);
+  const CorridorPortals portals = findPortals(map.grid(), corridor.boxes, ends->size);
+  corridor.portals_map = portals.centers_map;
+  corridor.path_map = pullTight(portals, task.start_map, task.goal_map);
+  for (std::size_t i = 1; i < corridor.path_map.size(); ++i) {
+    corridor.length_m += (corridor.path_map[i] - corridor.path_map[i - 1]).norm();
+  }
+  return corridor;
+}
+
+}  // namespace cuboid_mapping

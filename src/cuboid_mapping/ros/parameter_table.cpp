@@ -1,0 +1,320 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "cuboid_mapping/ros/parameter_table.h"
+
+#include "cuboid_mapping/fusion/fusion_kind.h"
+
+#include <algorithm>
+#include <cmath>
+#include <locale>
+#include <sstream>
+
+namespace cuboid_mapping_ros {
+namespace {
+
+using cuboid_mapping::Environment;
+using cuboid_mapping::FusionKind;
+using cuboid_mapping::GrowthStarters;
+using cuboid_mapping::GrowthStep;
+using P = NodeParameters;
+constexpr double kInfinity = std::numeric_limits<double>::infinity();
+
+const char* toString(ColorBy color_by) {
+  return color_by == ColorBy::kProbability ? "probability" : "height";
+}
+
+/// One of some values of an enumeration, by the names that toString() gives them.
+template <typename Enumeration>
+ChoiceKind oneOf(const std::vector<Enumeration>& values, Enumeration& (*field)(P&)) {
+  std::vector<std::string> names;
+  names.reserve(values.size());
+  for (const Enumeration value : values) names.emplace_back(toString(value));
+  return {names,
+          [values, names, field](P& p, const std::string& name) {
+            const auto place = std::find(names.begin(), names.end(), name) - names.begin();
+            field(p) = values.at(static_cast<std::size_t>(place));
+          },
+          [field](P& p) -> std::string { return toString(field(p)); }};
+}
+
+std::vector<ParameterDeclaration> declareMap() {
+  return {
+      {"frame_id", "", FrameKind{[](P& p) -> std::string& { return p.frame_id; }, false},
+       "Frame of the map."},
+      {"sensor_frame", "", FrameKind{[](P& p) -> std::string& { return p.sensor_frame; }, true},
+       "Frame of the sensor, where the beams start. Empty: the frame of the cloud. Set it if the "
+       "clouds have been transformed out of their sensor's frame."},
+      {"resolution", "m", NumberKind{[](P& p) -> double& { return p.map.resolution_m; }, 1e-3, 1e2},
+       "Edge length of a voxel, the smallest cell of the map."},
+      {"environment", "",
+       oneOf<Environment>({Environment::kDynamic, Environment::kStatic},
+                          [](P& p) -> Environment& { return p.map.environment; }),
+       "dynamic: every observation counts. static: a cell is no longer updated once it has reached "
+       "sensor_model/min or sensor_model/max."},
+      {"fusion", "",
+       oneOf<FusionKind>({FusionKind::kClass, FusionKind::kGrowth, FusionKind::kNone},
+                         [](P& p) -> FusionKind& { return p.map.fusion; }),
+       "How cells become bigger cuboids after every cloud. class: large boxes of free and of "
+       "occupied voxels in blocks of 8 x 8 x 8. growth: that of the paper, see growth/*. none: "
+       "every voxel stays a cuboid. Every voxel keeps its own probability in any case."},
+      {"rtree/max_branches", "",
+       IntegerKind{[](P& p) -> int& { return p.map.rtree.max_branches; }, 2,
+                   cuboid_mapping::RTreeConfig::kMaxBranchesLimit},
+       "Maximum number of branches of an R-tree node (M)."},
+      {"rtree/min_branches", "",
+       IntegerKind{[](P& p) -> int& { return p.map.rtree.min_branches; }, 1,
+                   cuboid_mapping::RTreeConfig::kMaxBranchesLimit / 2},
+       "Minimum number of branches of an R-tree node (d), at most half of rtree/max_branches."},
+      {"threads", "", IntegerKind{[](P& p) -> int& { return p.threads; }, 0, 256},
+       "Threads that process a cloud. The map is the same for any number. 0: one per core."},
+  };
+}
+
+TextKind growthSearchKind() {
+  return {"paper, largest_gain, random, or the six directions in order as in \"+z -z +x +y -x -y\"",
+          [](P& p, const std::string& text) {
+            const auto strategy = cuboid_mapping::parseSearchStrategy(text);
+            if (strategy) p.map.growth.search = *strategy;
+            return strategy.has_value();
+          },
+          [](const P& p) { return toText(p.map.growth.search); }};
+}
+
+std::vector<ParameterDeclaration> declareGrowth() {
+  return {
+      {"growth/step", "",
+       oneOf<GrowthStep>({GrowthStep::kCell, GrowthStep::kOwnWidth, GrowthStep::kNeighbour},
+                         [](P& p) -> GrowthStep& { return p.map.growth.step; }),
+       "How far a cell expands in one step, with fusion: growth. cell: one voxel. own_width: its "
+       "own width. neighbour: the width of the next cell, so that fused cuboids can absorb each "
+       "other."},
+      {"growth/search", "", growthSearchKind(),
+       "The order in which a cell tries the directions. paper: by decreasing width, upwards "
+       "first."},
+      {"growth/starters", "",
+       oneOf<GrowthStarters>(
+           {GrowthStarters::kSampled, GrowthStarters::kEndPoints, GrowthStarters::kChanged},
+           [](P& p) -> GrowthStarters& { return p.map.growth.starters; }),
+       "Which cells expand after a cloud. sampled: those in which a beam ends, and random ones "
+       "along the beams. end_points: only those in which a beam ends. changed: all that have "
+       "changed."},
+      {"growth/samples", "1/m",
+       NumberKind{[](P& p) -> double& { return p.map.growth.sampling.per_m; }, 0.0, 100.0},
+       "Random cells per metre of a beam, with growth/starters: sampled."},
+      {"growth/seed", "",
+       IntegerKind{[](P& p) -> int& { return p.map.growth.sampling.seed; }, 0, 1000000},
+       "Seed of these random cells, and of growth/search: random."},
+      {"growth/settle_clouds", "clouds",
+       IntegerKind{[](P& p) -> int& { return p.map.growth.settle_clouds; }, 0, 10000},
+       "A voxel that was split out of a cuboid can fuse again once it has kept its value for this "
+       "many "
+       "clouds."},
+  };
+}
+
+// The probabilities keep away from 0, 0.5 and 1, where log-odds are infinite or zero.
+std::vector<ParameterDeclaration> declareSensorModel() {
+  return {
+      {"sensor_model/hit", "probability",
+       NumberKind{[](P& p) -> double& { return p.map.sensor_model.hit; }, 0.501, 0.999},
+       "Probability that a voxel is occupied if a beam ends in it."},
+      {"sensor_model/miss", "probability",
+       NumberKind{[](P& p) -> double& { return p.map.sensor_model.miss; }, 0.001, 0.499},
+       "Probability that a voxel is occupied if a beam passes through it."},
+      {"sensor_model/min", "probability",
+       NumberKind{[](P& p) -> double& { return p.map.sensor_model.alpha_min; }, 0.001, 0.499},
+       "Lowest probability of a cell (clamping threshold). A free cell that reaches it is stable."},
+      {"sensor_model/max", "probability",
+       NumberKind{[](P& p) -> double& { return p.map.sensor_model.alpha_max; }, 0.501, 0.999},
+       "Highest probability of a cell (clamping threshold). An occupied cell that reaches it is "
+       "stable."},
+      {"sensor_model/max_range", "m",
+       NumberKind{[](P& p) -> double& { return p.max_range_m; }, 0.01, kInfinity, kInfinity},
+       "Longer beams are cut off at this range and clear the space up to it. -1: no limit."},
+      {"sensor_model/min_range", "m",
+       NumberKind{[](P& p) -> double& { return p.min_range_m; }, 0.0, kInfinity, 0.0},
+       "Points closer to the sensor than this are ignored. 0 or -1: none are."},
+      {"sensor_model/no_return_range", "m",
+       NumberKind{[](P& p) -> double& { return p.no_return_range_m; }, 0.0, 1000.0},
+       "Beams without a return, see no_return_points, clear the space up to this range. 0: they "
+       "are ignored."},
+      {"sensor_model/no_return_points", "",
+       oneOf<NoReturnPoints>({NoReturnPoints::kRep117, NoReturnPoints::kWithNan,
+                              NoReturnPoints::kWithZero, NoReturnPoints::kAll},
+                             [](P& p) -> NoReturnPoints& { return p.no_return_points; }),
+       "Which points of an organized cloud say that a beam met nothing. rep_117: those with a "
+       "coordinate of +inf and none of -inf or NaN. with_nan: NaN, too. with_zero: (0, 0, 0), "
+       "too. all: these, and -inf, which REP 117 has for things too near."},
+  };
+}
+
+std::vector<ParameterDeclaration> declareCrop() {
+  const std::string help =
+      "limit. Points outside are ignored. In the frame of the map, or of base_frame_id with "
+      "filter_ground.";
+  return {
+      {"pointcloud_min_x", "m", NumberKind{[](P& p) -> double& { return p.crop.min_m.x(); }},
+       "Lower x " + help},
+      {"pointcloud_max_x", "m", NumberKind{[](P& p) -> double& { return p.crop.max_m.x(); }},
+       "Upper x " + help},
+      {"pointcloud_min_y", "m", NumberKind{[](P& p) -> double& { return p.crop.min_m.y(); }},
+       "Lower y " + help},
+      {"pointcloud_max_y", "m", NumberKind{[](P& p) -> double& { return p.crop.max_m.y(); }},
+       "Upper y " + help},
+      {"pointcloud_min_z", "m", NumberKind{[](P& p) -> double& { return p.crop.min_m.z(); }},
+       "Lower z " + help},
+      {"pointcloud_max_z", "m", NumberKind{[](P& p) -> double& { return p.crop.max_m.z(); }},
+       "Upper z " + help},
+  };
+}
+
+std::vector<ParameterDeclaration> declareTopics() {
+  return {
+      {"queue_size", "clouds", IntegerKind{[](P& p) -> int& { return p.queue_size; }, 1, 1000},
+       "Maximum number of clouds that wait for their turn, and for their transform."},
+      {"queue_memory", "MB", IntegerKind{[](P& p) -> int& { return p.queue_memory_mb; }, 1, 65536},
+       "Memory for clouds that wait. Beyond it the oldest are dropped; one may always wait."},
+      {"tf_wait", "s", NumberKind{[](P& p) -> double& { return p.tf_wait_s; }, 0.01, 3600.0},
+       "A cloud whose transforms have not come after this time is dropped."},
+      {"publish_rate", "Hz",
+       NumberKind{[](P& p) -> double& { return p.publish_rate_hz; }, 0.01, 100.0},
+       "Maximum rate of the map topics. They are only published after a change."},
+      {"latch", "", BooleanKind{[](P& p) -> bool& { return p.latch; }},
+       "true: a new subscriber gets the current map at once."},
+      {"publish_values", "", BooleanKind{[](P& p) -> bool& { return p.publish_values; }},
+       "Whether cuboid_map and cuboid_map_updates carry the probability of every voxel, or "
+       "classes alone, which is what planners need."},
+      {"color_by", "",
+       oneOf<ColorBy>({ColorBy::kHeight, ColorBy::kProbability},
+                      [](P& p) -> ColorBy& { return p.color_by; }),
+       "What the colour of occupied cuboids shows."},
+      {"color_period", "m",
+       NumberKind{[](P& p) -> double& { return p.color_period_m; }, 0.0, kInfinity},
+       "Height over which the colours repeat, with color_by: height. 0: they run once, from blue "
+       "to "
+       "red, over the heights of the map without the lowest and the highest 2 %."},
+  };
+}
+
+std::vector<ParameterDeclaration> declareFiles() {
+  return {
+      {"map_file", "", FileKind{[](P& p) -> std::string& { return p.map_file; }},
+       "Map to start with: .cuboids, .ot or .bt. Its resolution replaces the parameter "
+       "resolution."},
+      {"autosave_file", "", FileKind{[](P& p) -> std::string& { return p.autosave_file; }},
+       "The map is saved to this file after changes and when the node stops. The extension selects "
+       "the format, as with ~save_map. Empty: the map is not saved."},
+      {"autosave_period", "s",
+       NumberKind{[](P& p) -> double& { return p.autosave_period_s; }, 1.0, 86400.0},
+       "Time between two saves to autosave_file."},
+  };
+}
+
+std::string formatFloating(double value, int precision) {
+  std::ostringstream out;
+  out.imbue(std::locale::classic());
+  out.precision(precision);
+  out << value;
+  return out.str();
+}
+
+std::string join(const std::vector<std::string>& words, const std::string& separator) {
+  std::string joined;
+  for (const std::string& word : words) joined += (joined.empty() ? "" : separator) + word;
+  return joined;
+}
+
+struct ValueFormatter {
+  NodeParameters parameters;
+
+  std::string operator()(const NumberKind& kind) {
+    const double value = kind.field(parameters);
+    return formatNumber(kind.minus_one && std::isinf(value) ? -1.0 : value);
+  }
+  std::string operator()(const IntegerKind& kind) { return std::to_string(kind.field(parameters)); }
+  std::string operator()(const BooleanKind& kind) {
+    return kind.field(parameters) ? "true" : "false";
+  }
+  std::string operator()(const FrameKind& kind) { return '"' + kind.field(parameters) + '"'; }
+  std::string operator()(const FileKind& kind) { return '"' + kind.field(parameters) + '"'; }
+  std::string operator()(const ChoiceKind& kind) { return kind.get(parameters); }
+  std::string operator()(const TextKind& kind) { return '"' + kind.get(parameters) + '"'; }
+};
+
+struct AllowedFormatter {
+  std::string operator()(const NumberKind& kind) const {
+    std::string text = kind.minus_one ? "-1, or a number" : "a number";
+    if (std::isfinite(kind.max)) {
+      text += " from " + formatNumber(kind.min) + " to " + formatNumber(kind.max);
+    } else if (std::isfinite(kind.min)) {
+      text += " of at least " + formatNumber(kind.min);
+    }
+    return text;
+  }
+  std::string operator()(const IntegerKind& kind) const {
+    return "a whole number from " + std::to_string(kind.min) + " to " + std::to_string(kind.max);
+  }
+  std::string operator()(const BooleanKind& /*kind*/) const { return "true or false"; }
+  std::string operator()(const FrameKind& kind) const {
+    return kind.may_be_empty ? "a tf2 frame, or empty" : "a tf2 frame";
+  }
+  std::string operator()(const FileKind& /*kind*/) const { return "a path, or empty"; }
+  std::string operator()(const ChoiceKind& kind) const { return join(kind.names, " or "); }
+  std::string operator()(const TextKind& kind) const { return kind.allowed; }
+};
+
+}  // namespace
+
+const std::vector<ParameterDeclaration>& parameterTable() {
+  static const std::vector<ParameterDeclaration> kTable = [] {
+    std::vector<ParameterDeclaration> table = declareMap();
+    for (const auto& part : {declareGrowth(), declareSensorModel(), declareCrop(), declareTopics(),
+                             declareFiles(), declareOctomapServer()}) {
+      table.insert(table.end(), part.begin(), part.end());
+    }
+    return table;
+  }();
+  return kTable;
+}
+
+const std::vector<RetiredParameter>& retiredParameters() {
+  static const std::vector<RetiredParameter> kRetired{
+      {"hot_bricks", "nothing has to be bounded any more: remove it"},
+      {"published_cuboids",
+       "the marker topics show the cuboids of the map, which are boxes of one "
+       "class: remove it"}};
+  return kRetired;
+}
+
+const std::vector<LibraryParameter>& libraryParameters() {
+  static const std::vector<LibraryParameter> kParameters = {
+      {"diagnostic_period", "1.0", "s",
+       "Time between two diagnostics messages; read by diagnostic_updater."},
+      {"num_worker_threads", "0", "threads",
+       "Threads of a stand-alone node, which is its own nodelet manager. 0: one per core."}};
+  return kParameters;
+}
+
+std::string formatNumber(double value) {
+  if (std::isnan(value)) return ".nan";
+  if (std::isinf(value)) return value > 0.0 ? ".inf" : "-.inf";
+  std::string text;
+  for (int precision = 6; precision <= 17; ++precision) {
+    text = formatFloating(value, precision);
+    std::istringstream in(text);
+    in.imbue(std::locale::classic());
+    double read_back = 0.0;
+    if (in >> read_back && read_back == value) break;
+  }
+  if (text.find('.') != std::string::npos) return text;
+  return text.insert(std::min(text.find('e'), text.size()), ".0");
+}
+
+std::string formatValue(const ParameterDeclaration& declaration, const NodeParameters& parameters) {
+  return std::visit(ValueFormatter{parameters}, declaration.kind);
+}
+
+std::string formatAllowed(const ParameterDeclaration& declaration) {
+  return std::visit(AllowedFormatter{}, declaration.kind);
+}
+
+}  // namespace cuboid_mapping_ros

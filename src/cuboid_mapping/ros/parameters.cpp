@@ -1,0 +1,344 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "cuboid_mapping/ros/parameters.h"
+
+#include "cuboid_mapping/ros/parameter_table.h"
+#include "cuboid_mapping/ros/reconfigure.h"
+#include "cuboid_mapping/ros/tf_lookup.h"
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <numeric>
+#include <utility>
+
+namespace cuboid_mapping_ros {
+namespace {
+
+using XmlRpc::XmlRpcValue;
+
+/// Why a value is not taken, and what to do; nothing when it is taken.
+using Refusal = std::optional<std::string>;
+
+/// The content of a value of this type. Takes a copy: older XmlRpcValues do not convert when const.
+template <typename T>
+T get(XmlRpcValue value) {
+  return static_cast<T&>(value);
+}
+
+/// Values that are no struct, by their keys with slashes.
+using Leaves = std::map<std::string, XmlRpcValue>;
+
+void collectLeaves(const XmlRpcValue& value, const std::string& key, Leaves& leaves) {
+  if (value.getType() != XmlRpcValue::TypeStruct) {
+    leaves[key] = value;
+    return;
+  }
+  for (const auto& [name, member] : value) {
+    std::string member_key = key;
+    if (!key.empty()) member_key += '/';
+    member_key += name;
+    collectLeaves(member, member_key, leaves);
+  }
+}
+
+/// A value as YAML, as far as it fits in a line.
+std::string describe(const XmlRpcValue& value) {
+  switch (value.getType()) {
+    case XmlRpcValue::TypeBoolean: return get<bool>(value) ? "true" : "false";
+    case XmlRpcValue::TypeInt: return std::to_string(get<int>(value));
+    case XmlRpcValue::TypeDouble: return formatNumber(get<double>(value));
+    case XmlRpcValue::TypeString: return '"' + get<std::string>(value) + '"';
+    case XmlRpcValue::TypeArray: return "a list";
+    case XmlRpcValue::TypeStruct: return "a group of keys";
+    default: return "no plain value";
+  }
+}
+
+/// Checks a value and puts it into its field.
+struct ValueReader {
+  const XmlRpcValue& value;
+  NodeParameters& parameters;
+
+  Refusal operator()(const NumberKind& kind) const {
+    double number = 0.0;
+    if (value.getType() == XmlRpcValue::TypeInt) {
+      number = get<int>(value);
+    } else if (value.getType() == XmlRpcValue::TypeDouble) {
+      number = get<double>(value);
+    } else {
+      return "write it without quotes, an exponent as in 1.0e+9";
+    }
+    if (kind.minus_one && number == -1.0) {
+      kind.field(parameters) = *kind.minus_one;
+      return std::nullopt;
+    }
+    if (!std::isfinite(number) || number < kind.min || number > kind.max) return "correct it";
+    kind.field(parameters) = number;
+    return std::nullopt;
+  }
+
+  Refusal operator()(const IntegerKind& kind) const {
+    if (value.getType() != XmlRpcValue::TypeInt) return "write it without quotes and dot";
+    const int number = get<int>(value);
+    if (number < kind.min || number > kind.max) return "correct it";
+    kind.field(parameters) = number;
+    return std::nullopt;
+  }
+
+  Refusal operator()(const BooleanKind& kind) const {
+    if (value.getType() != XmlRpcValue::TypeBoolean) return "write true or false, without quotes";
+    kind.field(parameters) = get<bool>(value);
+    return std::nullopt;
+  }
+
+  Refusal operator()(const FrameKind& kind) const {
+    if (value.getType() != XmlRpcValue::TypeString) return "write it in quotes";
+    const std::string frame = withoutSlash(get<std::string>(value));
+    if (frame.empty() && !kind.may_be_empty) return "name a frame";
+    kind.field(parameters) = frame;
+    return std::nullopt;
+  }
+
+  Refusal operator()(const FileKind& kind) const {
+    if (value.getType() != XmlRpcValue::TypeString) return "write it in quotes";
+    kind.field(parameters) = get<std::string>(value);
+    return std::nullopt;
+  }
+
+  Refusal operator()(const ChoiceKind& kind) const {
+    if (value.getType() != XmlRpcValue::TypeString) return "choose one of the names";
+    const auto name = get<std::string>(value);
+    if (std::find(kind.names.begin(), kind.names.end(), name) == kind.names.end()) {
+      if (name == "brick") return "cuboids are boxes of one class now: write class";
+      return "choose one of the names";
+    }
+    kind.set(parameters, name);
+    return std::nullopt;
+  }
+
+  Refusal operator()(const TextKind& kind) const {
+    if (value.getType() != XmlRpcValue::TypeString) return "write it in quotes";
+    if (!kind.set(parameters, get<std::string>(value))) return "correct it";
+    return std::nullopt;
+  }
+};
+
+/// The value of a key with slashes, taken out of nested structs; nothing when there is none.
+std::optional<XmlRpcValue> findValue(const XmlRpcValue& group, const std::string& key) {
+  const std::size_t slash = key.find('/');
+  const std::string name = key.substr(0, slash);
+  if (group.getType() != XmlRpcValue::TypeStruct || !group.hasMember(name)) return std::nullopt;
+  if (slash == std::string::npos) return group[name];
+  return findValue(group[name], key.substr(slash + 1));
+}
+
+/// tf2 knows no frames with a slash at their start, and tf1 made no difference.
+void warnOfSlash(const ParameterDeclaration& declaration, const XmlRpcValue& value,
+                 LoadedParameters& loaded) {
+  if (!std::holds_alternative<FrameKind>(declaration.kind)) return;
+  const auto frame = get<std::string>(value);
+  if (frame == withoutSlash(frame)) return;
+  loaded.warnings.push_back({declaration.key, "is " + describe(value) + " and is taken for \"" +
+                                                  withoutSlash(frame) +
+                                                  "\": tf2 frames have no slash at the start"});
+}
+
+/// What dynamic_reconfigure of octomap_server leaves on the parameter server for a key; empty for
+/// keys whose name it does not change.
+std::string leftoverNameOf(const std::string& key) {
+  const bool is_grouped = key.rfind("sensor_model/", 0) == 0 || key.rfind("ground_filter/", 0) == 0;
+  return is_grouped ? toReconfigureName(key) : "";
+}
+
+/// The value that counts for a declaration.
+std::optional<XmlRpcValue> findValueOrLeftover(const XmlRpcValue& group,
+                                               const ParameterDeclaration& declaration,
+                                               LoadedParameters& loaded) {
+  auto value = findValue(group, declaration.key);
+  const std::string name = leftoverNameOf(declaration.key);
+  const auto leftover = name.empty() ? std::nullopt : findValue(group, name);
+  if (!leftover) return value;
+  NodeParameters scratch;
+  std::string fate = "is taken for " + declaration.key + ", which is not set";
+  bool is_taken = false;
+  if (value) {
+    fate = "is ignored: " + declaration.key + " is set";
+  } else if (std::visit(ValueReader{*leftover, scratch}, declaration.kind)) {
+    fate = "is ignored: " + declaration.key + " must be " + formatAllowed(declaration);
+  } else {
+    is_taken = true;
+  }
+  loaded.warnings.push_back({name, "is " + describe(*leftover) + " and " + fate +
+                                       ". dynamic_reconfigure of octomap_server leaves such names "
+                                       "behind; `rosparam delete` removes them"});
+  return is_taken ? leftover : value;
+}
+
+void readValues(const XmlRpcValue& group, LoadedParameters& loaded) {
+  for (const ParameterDeclaration& declaration : parameterTable()) {
+    const auto value = findValueOrLeftover(group, declaration, loaded);
+    if (!value) continue;
+    const Refusal refusal = std::visit(ValueReader{*value, loaded.parameters}, declaration.kind);
+    if (!refusal) {
+      warnOfSlash(declaration, *value, loaded);
+      continue;
+    }
+    loaded.errors.push_back({declaration.key, "is " + describe(*value) + ", but must be " +
+                                                  formatAllowed(declaration) + ": " + *refusal +
+                                                  ", or remove it to get the default " +
+                                                  formatValue(declaration, {})});
+  }
+}
+
+/// Two parameters of which one must be less than the other.
+struct OrderedPair {
+  std::string lower_key;
+  double lower;
+  std::string upper_key;
+  double upper;
+};
+
+std::vector<OrderedPair> orderedPairs(const NodeParameters& parameters) {
+  std::vector<OrderedPair> pairs;
+  for (int axis = 0; axis < 3; ++axis) {
+    const std::string name(1, "xyz"[axis]);
+    pairs.push_back({"pointcloud_min_" + name, parameters.crop.min_m[axis],
+                     "pointcloud_max_" + name, parameters.crop.max_m[axis]});
+  }
+  pairs.push_back({"occupancy_min_z", parameters.octomap_server.occupancy_min_z_m,
+                   "occupancy_max_z", parameters.octomap_server.occupancy_max_z_m});
+  pairs.push_back({"sensor_model/min_range", parameters.min_range_m, "sensor_model/max_range",
+                   parameters.max_range_m});
+  return pairs;
+}
+
+void checkSets(LoadedParameters& loaded) {
+  std::vector<ParameterError> errors;
+  const auto is_good = [&loaded](const std::string& key) {
+    return std::none_of(loaded.errors.begin(), loaded.errors.end(),
+                        [&](const ParameterError& error) { return error.key == key; });
+  };
+  const auto& [min_branches, max_branches] =
+      std::pair(loaded.parameters.map.rtree.min_branches, loaded.parameters.map.rtree.max_branches);
+  if (is_good("rtree/min_branches") && is_good("rtree/max_branches") &&
+      min_branches > max_branches / 2) {
+    errors.push_back({"rtree/min_branches",
+                      "is " + std::to_string(min_branches) + ", but must be at most half of " +
+                          "rtree/max_branches (" + std::to_string(max_branches) +
+                          "): set it to at most " + std::to_string(max_branches / 2) +
+                          ", or rtree/max_branches to at least " +
+                          std::to_string(2 * min_branches)});
+  }
+  for (const OrderedPair& pair : orderedPairs(loaded.parameters)) {
+    if (pair.lower < pair.upper || !is_good(pair.lower_key) || !is_good(pair.upper_key)) continue;
+    errors.push_back({pair.lower_key, "is " + formatNumber(pair.lower) +
+                                          ", but must be less than " + pair.upper_key + " (" +
+                                          formatNumber(pair.upper) + "): change one of them"});
+  }
+  loaded.errors.insert(loaded.errors.end(), errors.begin(), errors.end());
+}
+
+/// Number of characters to insert, remove or replace (Levenshtein).
+std::size_t editDistance(const std::string& a, const std::string& b) {
+  std::vector<std::size_t> row(b.size() + 1);
+  std::iota(row.begin(), row.end(), std::size_t{0});
+  for (std::size_t i = 0; i < a.size(); ++i) {
+    std::size_t diagonal = row[0];
+    row[0] = i + 1;
+    for (std::size_t j = 0; j < b.size(); ++j) {
+      const std::size_t replaced = diagonal + (a[i] == b[j] ? 0 : 1);
+      diagonal = row[j + 1];
+      row[j + 1] = std::min({replaced, row[j] + 1, diagonal + 1});
+    }
+  }
+  return row[b.size()];
+}
+
+std::string lastPart(const std::string& key) { return key.substr(key.rfind('/') + 1); }
+
+/// The known key that is most like another one, as a whole or in what follows the last slash.
+std::string findNearestKey(const std::string& key) {
+  const auto distance_to = [&key](const std::string& known) {
+    return std::min(editDistance(key, known), editDistance(lastPart(key), lastPart(known)));
+  };
+  const auto& table = parameterTable();
+  return std::min_element(
+             table.begin(), table.end(),
+             [&](const auto& a, const auto& b) { return distance_to(a.key) < distance_to(b.key); })
+      ->key;
+}
+
+/// Whether a key is in a table, or below one that is.
+template <typename TableT>
+bool isIn(const TableT& table, const std::string& key) {
+  return std::any_of(table.begin(), table.end(), [&](const auto& entry) {
+    return key == entry.key || key.rfind(entry.key + '/', 0) == 0;
+  });
+}
+
+bool isLeftover(const std::string& key) {
+  const auto& table = parameterTable();
+  return std::any_of(table.begin(), table.end(),
+                     [&key](const auto& entry) { return leftoverNameOf(entry.key) == key; });
+}
+
+void judgeUnknownKeys(const XmlRpcValue& group, UnknownKeys unknown_keys,
+                      LoadedParameters& loaded) {
+  Leaves leaves;
+  collectLeaves(group, "", leaves);
+  for (const auto& [key, value] : leaves) {
+    if (isIn(parameterTable(), key) || isIn(libraryParameters(), key) || isLeftover(key)) continue;
+    const auto& retired = retiredParameters();
+    const auto old_name = std::find_if(retired.begin(), retired.end(),
+                                       [&key = key](const auto& old) { return old.key == key; });
+    if (old_name != retired.end()) {
+      loaded.errors.push_back({key, "is of an earlier version: " + old_name->advice});
+      continue;
+    }
+    const auto& foreign = octomapServerOnly();
+    const auto found = foreign.find(key);
+    if (found != foreign.end()) {
+      loaded.warnings.push_back(
+          {key, "is " + describe(value) + " and is ignored: " + found->second});
+      continue;
+    }
+    const std::string text = "is " + describe(value) +
+                             ", but there is no such parameter: did you mean " +
+                             findNearestKey(key) + '?';
+    if (unknown_keys == UnknownKeys::kRefuse) {
+      loaded.errors.push_back({key, text + " Correct the key, or remove it"});
+    } else {
+      loaded.warnings.push_back({key, text + " It is ignored, as octomap_server does"});
+    }
+  }
+}
+
+}  // namespace
+
+LoadedParameters readParameters(const XmlRpcValue& private_namespace, UnknownKeys unknown_keys) {
+  LoadedParameters loaded;
+  const auto type = private_namespace.getType();
+  const bool is_empty = type == XmlRpcValue::TypeInvalid ||
+                        (type == XmlRpcValue::TypeString && private_namespace.size() == 0);
+  if (is_empty) return loaded;
+  if (type != XmlRpcValue::TypeStruct) {
+    loaded.errors.push_back({"~", "is " + describe(private_namespace) +
+                                      ", but must be a group of keys: remove the parameter that "
+                                      "has the name of this node"});
+    return loaded;
+  }
+  readValues(private_namespace, loaded);
+  checkSets(loaded);
+  judgeUnknownKeys(private_namespace, unknown_keys, loaded);
+  return loaded;
+}
+
+LoadedParameters loadParameters(const ros::NodeHandle& private_handle) {
+  XmlRpcValue value;
+  const std::string& name = private_handle.getNamespace();
+  private_handle.getParam(name, value);
+  const bool is_octomap_server = lastPart(name).find("octomap") != std::string::npos;
+  return readParameters(value, is_octomap_server ? UnknownKeys::kIgnore : UnknownKeys::kRefuse);
+}
+
+}  // namespace cuboid_mapping_ros
