@@ -13,9 +13,8 @@ enum class PointCloudFormat : unsigned char { kPcd, kPly };
 
 /// Writes the centres of the occupied voxels, in metres (map frame), with the probability as
 /// intensity. Binary.
-/// @param listener  Is told of cuboids.
-/// @throws MapFileError (kInaccessible) naming the file; a full disk, too. kTooBig for more than
-///         2^28 occupied voxels.
+/// @param listener  Is told of bricks.
+/// @throws MapFileError (kInaccessible) naming the file; a full disk, too.
 void writePointCloud(const std::string& file, const MapSnapshot& snapshot, PointCloudFormat format,
                      const ProgressListener& listener);
 

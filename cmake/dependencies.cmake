@@ -1,0 +1,25 @@
+# What is needed besides ROS. The core needs Eigen and threads; the node all but FCL; each other library is built
+# where its own dependencies are.
+set(needed_by_node QUIET)
+if(CUBOID_MAPPING_NODE)
+  set(needed_by_node REQUIRED)
+endif()
+find_package(Eigen3 REQUIRED)
+set(THREADS_PREFER_PTHREAD_FLAG ON)
+find_package(Threads REQUIRED)
+find_package(ZLIB ${needed_by_node})
+find_package(PkgConfig ${needed_by_node})
+if(PkgConfig_FOUND)
+  pkg_check_modules(zstd ${needed_by_node} IMPORTED_TARGET libzstd)  # Ubuntu 20.04 has no CMake config of it
+endif()
+if(CUBOID_MAPPING_NODE OR NOT CUBOID_MAPPING_ROS)
+  find_package(octomap ${needed_by_node})
+  find_package(fcl 0.6 QUIET)  # Ubuntu 20.04 has an older one.
+  find_package(PCL ${needed_by_node} COMPONENTS common io sample_consensus segmentation)
+  find_package(Boost ${needed_by_node} COMPONENTS program_options)
+  find_package(PNG ${needed_by_node})
+endif()
+if(CUBOID_MAPPING_NODE)
+  find_package(nlohmann_json REQUIRED)
+  find_package(yaml-cpp REQUIRED)
+endif()

@@ -1,0 +1,51 @@
+# The catkin package: messages, what other packages of a workspace see of it, and where things are installed.
+set(packages geometry_msgs message_generation nav_msgs roscpp std_msgs)
+if(CUBOID_MAPPING_NODE)
+  list(APPEND packages
+    diagnostic_msgs diagnostic_updater dynamic_reconfigure nodelet pcl_conversions pcl_ros pluginlib rosbag
+    rosbag_storage rosgraph_msgs sensor_msgs std_srvs tf2 tf2_eigen tf2_msgs tf2_ros visualization_msgs)
+endif()
+find_package(catkin REQUIRED COMPONENTS ${packages})
+find_package(octomap_msgs QUIET)  # Debian has none: types of the same name on the wire are used
+
+catkin_python_setup()
+add_message_files(FILES CuboidBricks.msg CuboidMap.msg CuboidMapUpdate.msg MapCuboid.msg)
+add_service_files(FILES
+  CastRays.srv CheckBoxes.srv CheckPath.srv FindCorridor.srv FindNearest.srv FindNearestFree.srv
+  GetCuboids.srv GetFreeGraph.srv GetMap.srv LoadMap.srv QueryBox.srv SaveMap.srv SetBox.srv)
+generate_messages(DEPENDENCIES geometry_msgs nav_msgs std_msgs)
+
+set(exported cuboid_mapping_core cuboid_mapping_client)
+if(zstd_FOUND)
+  list(APPEND exported cuboid_mapping_io)
+endif()
+catkin_package(
+  INCLUDE_DIRS include
+  LIBRARIES ${exported}
+  CATKIN_DEPENDS geometry_msgs message_runtime nav_msgs roscpp std_msgs
+  DEPENDS EIGEN3
+  CFG_EXTRAS cuboid_mapping-extras.cmake)
+
+set(cuboid_mapping_lib_dir ${CATKIN_PACKAGE_LIB_DESTINATION})
+set(cuboid_mapping_bin_dir ${CATKIN_PACKAGE_BIN_DESTINATION})
+set(cuboid_mapping_include_dir ${CATKIN_GLOBAL_INCLUDE_DESTINATION})
+set(cuboid_mapping_cmake_dir ${CATKIN_PACKAGE_SHARE_DESTINATION}/cmake)
+set(cuboid_mapping_export_dir ${CATKIN_DEVEL_PREFIX}/share/${PROJECT_NAME}/cmake)
+set(CUBOID_MAPPING_TESTS ${CATKIN_ENABLE_TESTING})
+if(NOT CUBOID_MAPPING_NODE)
+  set(CUBOID_MAPPING_TESTS OFF)  # They run the node.
+  return()
+endif()
+
+catkin_install_python(PROGRAMS scripts/show_map python/forget_sim_time
+  DESTINATION ${CATKIN_PACKAGE_BIN_DESTINATION})
+install(DIRECTORY launch config rviz DESTINATION ${CATKIN_PACKAGE_SHARE_DESTINATION})
+install(FILES nodelet_plugins.xml DESTINATION ${CATKIN_PACKAGE_SHARE_DESTINATION})
+
+if(CUBOID_MAPPING_TESTS)
+  # Before the environment of the tests is written down: it leaves out folders that do not exist.
+  file(MAKE_DIRECTORY ${CATKIN_DEVEL_PREFIX}/${CATKIN_GLOBAL_PYTHON_DESTINATION}
+    ${CATKIN_DEVEL_PREFIX}/lib)
+  execute_process(COMMAND ${PYTHON_EXECUTABLE}
+    ${CMAKE_BINARY_DIR}/catkin_generated/generate_cached_setup.py)
+endif()

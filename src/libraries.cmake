@@ -1,0 +1,189 @@
+# The map: Eigen and threads, nothing else.
+cuboid_mapping_add_part(core
+  cuboid_mapping/fusion/brick_division.cpp
+  cuboid_mapping/fusion/class_fusion.cpp
+  cuboid_mapping/fusion/fusion_kind.cpp
+  cuboid_mapping/fusion/growth_cells.cpp
+  cuboid_mapping/fusion/growth_fusion.cpp
+  cuboid_mapping/fusion/search_directions.cpp
+  cuboid_mapping/fusion/settling_cells.cpp
+  cuboid_mapping/geometry/grid.cpp
+  cuboid_mapping/map/cuboid_map.cpp
+  cuboid_mapping/map/locked_boxes.cpp
+  cuboid_mapping/map/map_follower.cpp
+  cuboid_mapping/map/map_snapshot.cpp
+  cuboid_mapping/occupancy/sensor_model.cpp
+  cuboid_mapping/parallel/parallel_for.cpp
+  cuboid_mapping/query/box_query.cpp
+  cuboid_mapping/query/corridor_boxes.cpp
+  cuboid_mapping/query/corridor_query.cpp
+  cuboid_mapping/query/cuboid_query.cpp
+  cuboid_mapping/query/fit_field.cpp
+  cuboid_mapping/query/fit_query.cpp
+  cuboid_mapping/query/height_range.cpp
+  cuboid_mapping/query/nearest_query.cpp
+  cuboid_mapping/query/obstacles.cpp
+  cuboid_mapping/query/path_query.cpp
+  cuboid_mapping/query/place_graph.cpp
+  cuboid_mapping/query/point_query.cpp
+  cuboid_mapping/query/ray_query.cpp
+  cuboid_mapping/query/value_query.cpp
+  cuboid_mapping/rtree/block_pool.cpp
+  cuboid_mapping/rtree/node.cpp
+  cuboid_mapping/rtree/node_pool.cpp
+  cuboid_mapping/rtree/pack.cpp
+  cuboid_mapping/rtree/quadratic_split.cpp
+  cuboid_mapping/rtree/replace.cpp
+  cuboid_mapping/rtree/rtree.cpp
+  cuboid_mapping/scan/beam_marks.cpp
+  cuboid_mapping/scan/beam_samples.cpp
+  cuboid_mapping/scan/no_return_beams.cpp
+  cuboid_mapping/scan/ray_walk.cpp
+  cuboid_mapping/scan/scan.cpp
+  cuboid_mapping/scan/scan_filter.cpp
+  cuboid_mapping/scan/scan_update.cpp
+  cuboid_mapping/scan/slab_walk.cpp
+  cuboid_mapping/scan/spherical_layout.cpp
+  cuboid_mapping/voxels/packed_voxels.cpp
+  cuboid_mapping/voxels/uniform_boxes.cpp
+  cuboid_mapping/voxels/voxel_store.cpp)
+target_link_libraries(cuboid_mapping_core PUBLIC Eigen3::Eigen Threads::Threads)
+
+# Files of maps.
+if(zstd_FOUND AND ZLIB_FOUND)
+  cuboid_mapping_add_part(io
+    cuboid_mapping/io/csv_format.cpp
+    cuboid_mapping/io/file_replacement.cpp
+    cuboid_mapping/io/map_file_error.cpp
+    cuboid_mapping/io/map_files.cpp
+    cuboid_mapping/io/native_format.cpp
+    cuboid_mapping/io/octomap_files.cpp
+    cuboid_mapping/io/octree_bricks.cpp
+    cuboid_mapping/io/octree_reader.cpp
+    cuboid_mapping/io/octree_stream.cpp
+    cuboid_mapping/io/point_cloud_files.cpp)
+  target_link_libraries(cuboid_mapping_io PUBLIC cuboid_mapping::core PRIVATE PkgConfig::zstd ZLIB::ZLIB)
+else()
+  cuboid_mapping_left_out(io "pkg-config libzstd-dev zlib1g-dev")
+endif()
+
+# OctoMap as oracle and peer.
+if(octomap_FOUND)
+  cuboid_mapping_add_part(octomap cuboid_mapping/interop/octomap_parity.cpp)
+  target_include_directories(cuboid_mapping_octomap SYSTEM PUBLIC "$<BUILD_INTERFACE:${OCTOMAP_INCLUDE_DIRS}>")
+  target_link_libraries(cuboid_mapping_octomap
+    PUBLIC cuboid_mapping::core "$<BUILD_INTERFACE:${OCTOMAP_LIBRARIES}>")
+else()
+  cuboid_mapping_left_out(octomap liboctomap-dev)
+endif()
+
+# Obstacles for the Flexible Collision Library.
+if(fcl_FOUND)
+  cuboid_mapping_add_part(fcl cuboid_mapping/interop/fcl_obstacles.cpp)
+  target_link_libraries(cuboid_mapping_fcl PUBLIC cuboid_mapping::core fcl)
+else()
+  cuboid_mapping_left_out(fcl "libfcl-dev 0.6 or later")
+endif()
+
+# Data sets of scans: PCL reads .pcd, OctoMap .graph.
+if(PCL_FOUND AND octomap_FOUND)
+  cuboid_mapping_add_part(scans cuboid_mapping/io/scan_dataset.cpp)
+  target_include_directories(cuboid_mapping_scans SYSTEM
+    PRIVATE ${PCL_INCLUDE_DIRS} ${OCTOMAP_INCLUDE_DIRS})
+  target_link_libraries(cuboid_mapping_scans
+    PUBLIC cuboid_mapping::core PRIVATE ${PCL_LIBRARIES} ${OCTOMAP_LIBRARIES})
+else()
+  cuboid_mapping_left_out(scans "libpcl-dev liboctomap-dev")
+endif()
+
+# A building to drive a lidar through; of this package only.
+add_library(cuboid_mapping_simulation STATIC EXCLUDE_FROM_ALL
+  cuboid_mapping/simulation/building.cpp
+  cuboid_mapping/simulation/closed_path.cpp
+  cuboid_mapping/simulation/furniture.cpp
+  cuboid_mapping/simulation/lidar.cpp
+  cuboid_mapping/simulation/shape.cpp
+  cuboid_mapping/simulation/world.cpp
+  cuboid_mapping/simulation/yard.cpp)
+cuboid_mapping_configure(cuboid_mapping_simulation)
+target_link_libraries(cuboid_mapping_simulation PUBLIC cuboid_mapping::core)
+
+if(NOT CUBOID_MAPPING_ROS)
+  return()
+endif()
+
+# For nodes that follow the map of another one.
+if(NOT ZLIB_FOUND)
+  message(FATAL_ERROR "cuboid_mapping::client needs ZLIB (install zlib1g-dev)")
+endif()
+cuboid_mapping_add_part(client
+  cuboid_mapping/ros/callback_guard.cpp
+  cuboid_mapping/ros/cuboid_map_client.cpp
+  cuboid_mapping/ros/brick_codec.cpp
+  cuboid_mapping/ros/map_messages.cpp)
+add_dependencies(cuboid_mapping_client
+  ${cuboid_mapping_EXPORTED_TARGETS} ${catkin_EXPORTED_TARGETS})
+target_include_directories(cuboid_mapping_client SYSTEM PUBLIC "$<BUILD_INTERFACE:${catkin_INCLUDE_DIRS}>")
+target_link_libraries(cuboid_mapping_client
+  PUBLIC cuboid_mapping::core "$<BUILD_INTERFACE:${roscpp_LIBRARIES}>" PRIVATE ZLIB::ZLIB)
+
+if(NOT CUBOID_MAPPING_NODE)
+  return()
+endif()
+
+# The ROS layer: parameters, conversions, and what the nodelet is made of.
+add_library(cuboid_mapping_ros
+  cuboid_mapping/ros/check_answers.cpp
+  cuboid_mapping/ros/cloud_conversions.cpp
+  cuboid_mapping/ros/cloud_inbox.cpp
+  cuboid_mapping/ros/cloud_intake.cpp
+  cuboid_mapping/ros/cloud_pipeline.cpp
+  cuboid_mapping/ros/cloud_queue.cpp
+  cuboid_mapping/ros/diagnostics.cpp
+  cuboid_mapping/ros/edit_answers.cpp
+  cuboid_mapping/ros/ground_filter.cpp
+  cuboid_mapping/ros/guarded_map.cpp
+  cuboid_mapping/ros/map_files_service.cpp
+  cuboid_mapping/ros/map_storage.cpp
+  cuboid_mapping/ros/map_publisher.cpp
+  cuboid_mapping/ros/mapping_node.cpp
+  cuboid_mapping/ros/marker_cache.cpp
+  cuboid_mapping/ros/marker_colors.cpp
+  cuboid_mapping/ros/marker_publisher.cpp
+  cuboid_mapping/ros/node_statistics.cpp
+  cuboid_mapping/ros/octomap_products.cpp
+  cuboid_mapping/ros/octomap_server_interface.cpp
+  cuboid_mapping/ros/octomap_server_parameters.cpp
+  cuboid_mapping/ros/parameter_table.cpp
+  cuboid_mapping/ros/parameter_texts.cpp
+  cuboid_mapping/ros/parameters.cpp
+  cuboid_mapping/ros/planner_services.cpp
+  cuboid_mapping/ros/projected_map.cpp
+  cuboid_mapping/ros/query_box.cpp
+  cuboid_mapping/ros/query_box_service.cpp
+  cuboid_mapping/ros/reconfigure.cpp
+  cuboid_mapping/ros/reconfigure_server.cpp
+  cuboid_mapping/ros/request_reader.cpp
+  cuboid_mapping/ros/search_answers.cpp
+  cuboid_mapping/ros/speed_advice.cpp
+  cuboid_mapping/ros/tf_lookup.cpp
+  cuboid_mapping/ros/time_jump.cpp)
+cuboid_mapping_configure(cuboid_mapping_ros)
+target_include_directories(cuboid_mapping_ros
+  SYSTEM PUBLIC ${catkin_INCLUDE_DIRS} ${octomap_msgs_INCLUDE_DIRS} PRIVATE ${PCL_INCLUDE_DIRS})
+target_compile_definitions(cuboid_mapping_ros
+  PUBLIC CUBOID_MAPPING_HAS_OCTOMAP_MSGS=$<BOOL:${octomap_msgs_FOUND}>)
+target_link_libraries(cuboid_mapping_ros
+  PUBLIC cuboid_mapping::client cuboid_mapping::io ${catkin_LIBRARIES} PRIVATE ${PCL_LIBRARIES})
+
+# The nodelet, and the node that runs it.
+add_library(cuboid_mapping_nodelet cuboid_mapping/ros/mapping_nodelet.cpp)
+cuboid_mapping_configure(cuboid_mapping_nodelet)
+target_link_libraries(cuboid_mapping_nodelet PUBLIC cuboid_mapping_ros)
+add_executable(cuboid_mapping_node cuboid_mapping/ros/mapping_node_main.cpp)
+cuboid_mapping_configure(cuboid_mapping_node)
+target_link_libraries(cuboid_mapping_node PRIVATE cuboid_mapping_nodelet)
+install(TARGETS cuboid_mapping_ros cuboid_mapping_nodelet cuboid_mapping_node
+  ARCHIVE DESTINATION ${cuboid_mapping_lib_dir}
+  LIBRARY DESTINATION ${cuboid_mapping_lib_dir}
+  RUNTIME DESTINATION ${cuboid_mapping_bin_dir})

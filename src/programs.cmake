@@ -1,0 +1,70 @@
+if(NOT (Boost_FOUND AND PNG_FOUND AND TARGET cuboid_mapping_io))
+  cuboid_mapping_left_out("programs for files of maps" "libboost-program-options-dev libpng-dev")
+  return()
+endif()
+
+# What command-line programs share: no ROS in it.
+add_library(cuboid_mapping_command_line STATIC
+  tools/command_line.cpp
+  tools/progress_bar.cpp)
+cuboid_mapping_configure(cuboid_mapping_command_line)
+target_include_directories(cuboid_mapping_command_line PUBLIC tools)
+target_link_libraries(cuboid_mapping_command_line PUBLIC cuboid_mapping::core Boost::program_options)
+
+# Programs for files of maps.
+add_library(cuboid_mapping_map_tools STATIC
+  tools/map_comparison.cpp
+  tools/map_picture.cpp
+  tools/picture_legend.cpp)
+cuboid_mapping_configure(cuboid_mapping_map_tools)
+target_include_directories(cuboid_mapping_map_tools PUBLIC tools)
+target_link_libraries(cuboid_mapping_map_tools PUBLIC cuboid_mapping::io PRIVATE PNG::PNG)
+foreach(target map_compare map_convert map_info map_render)
+  add_executable(${target} tools/${target}.cpp)
+  cuboid_mapping_configure(${target})
+  target_link_libraries(${target} PRIVATE cuboid_mapping_map_tools cuboid_mapping_command_line)
+endforeach()
+cuboid_mapping_install_programs(map_compare map_convert map_info map_render)
+
+if(NOT CUBOID_MAPPING_NODE)
+  return()
+endif()
+
+# Input for the node: a simulated lidar, and data sets of scans as rosbags.
+add_executable(simulated_lidar
+  tools/bag_output.cpp
+  tools/simulated_drive.cpp
+  tools/simulated_lidar.cpp
+  tools/simulated_lidar_node.cpp)
+add_executable(scans_to_bag
+  tools/bag_output.cpp
+  tools/scans_to_bag.cpp)
+foreach(target simulated_lidar scans_to_bag)
+  cuboid_mapping_configure(${target})
+  target_include_directories(${target} SYSTEM PRIVATE ${catkin_INCLUDE_DIRS})
+endforeach()
+target_link_libraries(simulated_lidar
+  cuboid_mapping_simulation cuboid_mapping_command_line
+  ${roscpp_LIBRARIES} ${rosbag_storage_LIBRARIES} ${tf2_ros_LIBRARIES})
+target_link_libraries(scans_to_bag
+  cuboid_mapping::io cuboid_mapping::scans cuboid_mapping_command_line
+  ${roscpp_LIBRARIES} ${rosbag_storage_LIBRARIES} ${tf2_ros_LIBRARIES})
+
+# A bag into a file of a map.
+add_executable(bag_to_map tools/bag_to_map.cpp tools/yaml_parameters.cpp)
+cuboid_mapping_configure(bag_to_map)
+target_include_directories(bag_to_map SYSTEM PRIVATE ${YAML_CPP_INCLUDE_DIR})
+target_link_libraries(bag_to_map
+  PRIVATE cuboid_mapping_ros cuboid_mapping_command_line ${YAML_CPP_LIBRARIES})
+
+# An example of a planner, which follows the map: made of what is exported, as a user's would be.
+add_executable(example_planner tools/example_planner.cpp)
+cuboid_mapping_configure(example_planner)
+target_link_libraries(example_planner PRIVATE cuboid_mapping::client ${tf2_ros_LIBRARIES})
+
+# Writes doc/parameters.md and config/default.yaml.
+add_executable(print_parameters tools/print_parameters.cpp)
+cuboid_mapping_configure(print_parameters)
+target_link_libraries(print_parameters PRIVATE cuboid_mapping_ros cuboid_mapping_command_line)
+
+cuboid_mapping_install_programs(bag_to_map example_planner print_parameters scans_to_bag simulated_lidar)
