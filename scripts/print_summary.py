@@ -89,7 +89,7 @@ def print_drops(watcher):
 def print_summary(watcher):
     cuboids = watcher.number('cuboids free') + watcher.number('cuboids occupied')
     voxels = watcher.number('voxels free') + watcher.number('voxels occupied')
-    stages = ('convert', 'ray walk', 'apply and fuse')
+    stages = ('convert', 'ray walk', 'apply')
     means = [watcher.number(stage + ' time mean [ms]') for stage in stages]
     print('clouds       {inserted} inserted, {dropped} dropped'.format(
         inserted=watcher.figures['clouds inserted'], dropped=watcher.figures['clouds dropped']))

@@ -1,0 +1,34 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: BSD-3-Clause
+"""scripts/print_summary.py reads everything that it needs from the diagnostics of the node."""
+import pathlib
+import re
+import subprocess
+import sys
+import unittest
+
+import rostest
+
+SCRIPT = pathlib.Path(__file__).resolve().parents[2] / 'scripts/print_summary.py'
+
+
+class PrintSummaryTest(unittest.TestCase):
+
+    def test_the_demo_ends_with_a_summary(self):
+        end = subprocess.run([sys.executable, str(SCRIPT), '--seconds', '2'],
+                             stdout=subprocess.PIPE, stderr=subprocess.PIPE, check=False)
+        text = end.stdout.decode()
+        self.assertEqual(end.returncode, 0, text + end.stderr.decode())
+        figures = dict(line.split(maxsplit=1) for line in text.splitlines())
+        self.assertRegex(figures['clouds'], r'^[1-9]\d* inserted, \d+ dropped$')
+        for name, pattern in [('voxels', r'^(\d+) known'), ('cuboids', r'^(\d+) \(\d+ occupied'),
+                              ('ratio', r'^([\d.]+) voxels per cuboid'),
+                              ('memory', r'^([\d.]+) MB')]:
+            match = re.match(pattern, figures[name])
+            self.assertTrue(match, text)
+            self.assertGreater(float(match.group(1)), 0.0, text)
+        self.assertRegex(figures['per'], r'^cloud +[\d.]+ ms \(convert [\d.]+, ray walk [\d.]+, apply')
+
+
+if __name__ == '__main__':
+    rostest.rosrun('cuboid_mapping', 'print_summary', PrintSummaryTest)
