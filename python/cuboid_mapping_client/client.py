@@ -5,7 +5,7 @@ import time
 
 import rospy
 
-from cuboid_mapping.msg import CuboidMap, CuboidMapUpdate
+from cuboid_mapping.msg import CuboidMapUpdate, FullCuboidMap
 from cuboid_mapping.srv import GetMap
 from cuboid_mapping_client.map_copy import DamagedMessage, MapCopy
 
@@ -36,7 +36,7 @@ class CuboidMapClient:
         self._get_map = rospy.ServiceProxy(server + '/get_map', GetMap)
         self._subscribers = [
             rospy.Subscriber('cuboid_map_updates', CuboidMapUpdate, self._take_update),
-            rospy.Subscriber('cuboid_map', CuboidMap, self._take_map)]
+            rospy.Subscriber('cuboid_map', FullCuboidMap, self._take_map)]
 
     def close(self):
         """Stops following; the map stays as it is. on_change is not called any more."""
@@ -98,7 +98,7 @@ class CuboidMapClient:
                 try:
                     self._copy.take_map(message)
                 except DamagedMessage as error:
-                    rospy.logwarn_throttle(10.0, 'a damaged CuboidMap was left out: %s' % error)
+                    rospy.logwarn_throttle(10.0, 'a damaged FullCuboidMap was left out: %s' % error)
                     return
                 self._frame_id = message.header.frame_id
             self._tell()

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""A copy of a map that is kept up with the messages CuboidMap and CuboidMapUpdate. No ROS in it."""
+"""A copy of a map that is kept up with the messages FullCuboidMap and CuboidMapUpdate. No ROS in it."""
 import collections
 import zlib
 
@@ -123,7 +123,7 @@ class MapCopy:
         self._bricks = {}
 
     def take_map(self, message):
-        """Takes a CuboidMap, unless it is older than the copy. Raises DamagedMessage; the copy is then as it was."""
+        """Takes a FullCuboidMap, unless it is older than the copy. Raises DamagedMessage; the copy is then as it was."""
         if message.instance == self.instance and message.revision < self.revision:
             return
         bricks = dict(_unpack(message.bricks))
@@ -134,7 +134,7 @@ class MapCopy:
     def take_update(self, message):
         """Takes a CuboidMapUpdate.
 
-        Returns False when a CuboidMap is needed: there was none yet, updates were lost, or this one is damaged.
+        Returns False when a FullCuboidMap is needed: there was none yet, updates were lost, or this one is damaged.
         """
         if message.instance != self.instance:
             return False

@@ -49,7 +49,7 @@ struct CuboidMapClient::Implementation {
     if (is_old) return;
     MapFollower fresh;
     if (!fresh.take(message.image)) {
-      ROS_WARN_THROTTLE(10.0, "a damaged CuboidMap was left out");
+      ROS_WARN_THROTTLE(10.0, "a damaged FullCuboidMap was left out");
       return;
     }
     {

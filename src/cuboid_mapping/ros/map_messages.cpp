@@ -2,8 +2,8 @@
 #include "cuboid_mapping/ros/map_messages.h"
 
 #include "cuboid_mapping/CuboidBricks.h"
-#include "cuboid_mapping/CuboidMap.h"
 #include "cuboid_mapping/CuboidMapUpdate.h"
+#include "cuboid_mapping/FullCuboidMap.h"
 #include "cuboid_mapping/GetMap.h"
 #include "cuboid_mapping/ros/brick_codec.h"
 #include "cuboid_mapping/ros/callback_guard.h"
@@ -18,7 +18,7 @@ namespace cuboid_mapping_ros {
 namespace {
 
 using BricksType = cuboid_mapping::CuboidBricks;
-using ImageType = cuboid_mapping::CuboidMap;
+using ImageType = cuboid_mapping::FullCuboidMap;
 using DeltaType = cuboid_mapping::CuboidMapUpdate;
 using cuboid_mapping::GetMap;
 using cuboid_mapping::MapDetail;

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The messages CuboidMap and CuboidMapUpdate, and the service GetMap, without their types: these have
-// the names of the core's own, so that no file can include both.
+// The messages FullCuboidMap and CuboidMapUpdate, and the service GetMap, as images and changes of maps.
 #pragma once
 
 #include "cuboid_mapping/map/map_image.h"
@@ -27,7 +26,7 @@ struct DeltaMessage {
   cuboid_mapping::MapDelta delta;
 };
 
-/// Offers a topic of cuboid_mapping/CuboidMap: each new listener, alone, is sent an image.
+/// Offers a topic of cuboid_mapping/FullCuboidMap: each new listener, alone, is sent an image.
 [[nodiscard]] ros::Publisher advertiseImage(ros::NodeHandle& nh, const std::string& topic,
                                             std::function<ImageMessage()> make);
 /// Publishes an image to all listeners.

@@ -13,7 +13,7 @@ constexpr char kNodeName[] = "cuboid_mapping";
 constexpr char kCloudTopic[] = "cloud_in";                       ///< sensor_msgs/PointCloud2
 constexpr char kOccupiedCuboidsTopic[] = "occupied_cuboids";     ///< visualization_msgs/MarkerArray
 constexpr char kFreeCuboidsTopic[] = "free_cuboids";             ///< visualization_msgs/MarkerArray
-constexpr char kCuboidMapTopic[] = "cuboid_map";                 ///< cuboid_mapping/CuboidMap
+constexpr char kCuboidMapTopic[] = "cuboid_map";                 ///< cuboid_mapping/FullCuboidMap
 constexpr char kCuboidMapUpdatesTopic[] = "cuboid_map_updates";  ///< cuboid_mapping/CuboidMapUpdate
 
 // In the namespace of the node, as octomap_server has them; the first two are services, too.
