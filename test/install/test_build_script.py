@@ -38,7 +38,8 @@ class BuildScript(unittest.TestCase):
         (self.root / 'CMakeLists.txt').write_text(
             'cmake_minimum_required(VERSION 3.16)\nproject(example NONE)\n'
             f'add_custom_command(OUTPUT step COMMAND {command} VERBATIM)\n'
-            'add_custom_target(steps ALL DEPENDS step)\n')
+            'add_custom_command(OUTPUT last COMMAND true DEPENDS step)\n'
+            'add_custom_target(steps ALL DEPENDS last)\n')
 
     def build(self):
         path = f"{self.root / 'stubs'}:{os.environ['PATH']}"
@@ -63,6 +64,13 @@ class BuildScript(unittest.TestCase):
         self.assertTrue(end.stdout.startswith('scripts/build: building all'), end.stdout)
         self.assertIn('100%', end.stdout)
         self.assertEqual(end.stderr, '')
+
+    def test_progress_is_that_of_the_package_alone(self):
+        self.make_project('echo [ 70%] Built target gmock')
+        end = self.build()
+        self.assertEqual(end.returncode, 0, end.stderr)
+        self.assertNotIn('70%', end.stdout)
+        self.assertIn('100%', end.stdout)
 
     def test_shows_errors_in_full(self):
         self.make_project('sh -c "echo line 7: no such name >&2; exit 1"')
