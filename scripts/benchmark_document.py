@@ -79,7 +79,7 @@ def insertion_block(reports):
                      gain(report, 'openvdb', cpu_s), f"{own['ray_walk_cpu_s'] / cpu_s(own):.0%}",
                      f"{own['per_cloud_ms']['p50']:.0f}, {own['per_cloud_ms']['p99']:.0f} ms"])
     return table(['data set', 'clouds, points', 'here', 'OctoMap', 'times', 'OpenVDB', 'times',
-                  'ray walk', 'a cloud: p50, p99'], rows)
+                  'ray walk', 'per cloud: p50, p99'], rows)
 
 
 def variants_block(reports):
@@ -149,8 +149,8 @@ def agreement_block(reports):
                          f"{agreement['max_log_odds_difference']:.1e}",
                          f"{sum(a['different'] for a in answers)} of "
                          f"{sum(a['compared'] for a in answers):,}"])
-    return table(['data set', 'peer', 'known voxels', 'known in one only', 'other class',
-                  'greatest log-odds difference', 'answers that differ'], rows)
+    return table(['data set', 'peer', 'known voxels', 'known to one only', 'different class',
+                  'largest log-odds difference', 'answers that differ'], rows)
 
 
 def growth_block(reports):
@@ -256,7 +256,7 @@ def fill_blocks(document, texts):
     def fill(match):
         name = match.group(1)
         if name not in texts:
-            sys.exit(f'{document}: there is no block {name}; there are {", ".join(texts)}')
+            sys.exit(f'{document}: there is no block {name}, only {", ".join(texts)}')
         return f'<!-- benchmark:begin {name} -->\n{texts[name]}\n<!-- benchmark:end -->'
 
     text = document.read_text()
