@@ -119,7 +119,7 @@ endif()
 cuboid_mapping_add_part(client
   cuboid_mapping/ros/callback_guard.cpp
   cuboid_mapping/ros/cuboid_map_client.cpp
-  cuboid_mapping/ros/brick_codec.cpp
+  cuboid_mapping/io/brick_codec.cpp
   cuboid_mapping/ros/map_messages.cpp)
 add_dependencies(cuboid_mapping_client
   ${cuboid_mapping_EXPORTED_TARGETS} ${catkin_EXPORTED_TARGETS})

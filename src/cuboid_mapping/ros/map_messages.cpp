@@ -5,7 +5,7 @@
 #include "cuboid_mapping/CuboidMapUpdate.h"
 #include "cuboid_mapping/FullCuboidMap.h"
 #include "cuboid_mapping/GetMap.h"
-#include "cuboid_mapping/ros/brick_codec.h"
+#include "cuboid_mapping/io/brick_codec.h"
 #include "cuboid_mapping/ros/callback_guard.h"
 
 #include <ros/single_subscriber_publisher.h>
@@ -27,7 +27,7 @@ using cuboid_mapping::MapDetail;
 constexpr std::uint32_t kDeltaQueue = 20;
 
 BricksType toMessage(const cuboid_mapping::BrickArrays& arrays) {
-  PackedBricks packed = packBricks(arrays);
+  cuboid_mapping::PackedBricks packed = packBricks(arrays);
   BricksType message;
   message.num_bricks = packed.num_bricks;
   message.num_cuboids = packed.num_cuboids;

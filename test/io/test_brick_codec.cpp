@@ -1,22 +1,20 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "cuboid_mapping/ros/brick_codec.h"
+#include "cuboid_mapping/io/brick_codec.h"
 
 #include "cuboid_mapping/map/map_follower.h"
 #include "support/modelled_map.h"
 
 #include <gtest/gtest.h>
 
-namespace cuboid_mapping_ros {
+namespace cuboid_mapping {
 namespace {
 
-using cuboid_mapping::BrickArrays;
-using cuboid_mapping::MapDetail;
-using cuboid_mapping::test::Random;
+using test::Random;
 
 BrickArrays makeSomeBricks(MapDetail detail) {
   Random random(151);
-  const auto model = cuboid_mapping::test::randomMap(random, cuboid_mapping::MapConfig());
-  cuboid_mapping::ChangeSet changes;
+  const auto model = test::randomMap(random, MapConfig());
+  ChangeSet changes;
   changes.addCuboidsIn({{-16, -16, -16}, {16, 16, 16}});
   changes.addCuboidsIn({{800, 0, 0}, {808, 8, 8}});  // Nothing is known there.
   return makeDelta(model.map, changes, 3, 4, detail).content;
@@ -108,4 +106,4 @@ TEST(BrickCodec, leavesCountsThatDoNotFitToTheFollower) {
 }
 
 }  // namespace
-}  // namespace cuboid_mapping_ros
+}  // namespace cuboid_mapping

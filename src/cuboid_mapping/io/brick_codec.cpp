@@ -1,15 +1,14 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "cuboid_mapping/ros/brick_codec.h"
+#include "cuboid_mapping/io/brick_codec.h"
 
 #include <zlib.h>
 
 #include <cstring>
 #include <unordered_map>
 
-namespace cuboid_mapping_ros {
+namespace cuboid_mapping {
 namespace {
 
-using cuboid_mapping::BrickArrays;
 using Bytes = std::vector<std::uint8_t>;
 
 constexpr std::size_t kBrickBytes = 3 * sizeof(std::int32_t) + sizeof(std::uint16_t);
@@ -140,4 +139,4 @@ bool unpackBricks(const PackedBricks& packed, BrickArrays& arrays) {
   return !packed.has_values || takeValues(bytes, next, packed.values, arrays.values);
 }
 
-}  // namespace cuboid_mapping_ros
+}  // namespace cuboid_mapping

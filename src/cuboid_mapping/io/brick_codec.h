@@ -6,9 +6,10 @@
 #include <cstdint>
 #include <vector>
 
-namespace cuboid_mapping_ros {
+namespace cuboid_mapping {
 
-/// Bricks as they travel: about a third of their size. msg/CuboidBricks.msg says what is in them.
+/// Bricks as they travel: about a third of their size. msg/CuboidBricks.msg says what is in them. Part of the
+/// client and of the Python module, not of cuboid_mapping::io: needs zlib alone.
 struct PackedBricks {
   std::uint32_t num_bricks = 0;
   std::uint32_t num_cuboids = 0;
@@ -18,9 +19,9 @@ struct PackedBricks {
 };
 
 /// @complexity O(n) for n cuboids, with values voxels, and the deflation.
-[[nodiscard]] PackedBricks packBricks(const cuboid_mapping::BrickArrays& arrays);
+[[nodiscard]] PackedBricks packBricks(const BrickArrays& arrays);
 
 /// Inverse of packBricks(). @return false when the message is damaged.
-[[nodiscard]] bool unpackBricks(const PackedBricks& packed, cuboid_mapping::BrickArrays& arrays);
+[[nodiscard]] bool unpackBricks(const PackedBricks& packed, BrickArrays& arrays);
 
-}  // namespace cuboid_mapping_ros
+}  // namespace cuboid_mapping
