@@ -27,7 +27,7 @@ LINES_OF_BATCH = 5000
 # Have names that others have with another meaning, or are not part of this build.
 ALONE = {'benchmark/micro_benchmarks.cpp', 'benchmark/openvdb_adapter_missing.cpp', 'src/cuboid_mapping/query/corridor_query.cpp',
          'src/cuboid_mapping/ros/map_messages.cpp', 'test/ros/test_search_answers.cpp', 'test/ros/test_troubleshooting.cpp'}
-OWN = rf'^{re.escape(str(ROOT))}/(include|src|test|benchmark)/'
+OWN = rf'^{re.escape(str(ROOT))}/(include|src|test|benchmark|python)/'
 DECLARATION = re.compile(
     r'^(?=\S)(?:\[\[\w+\]\] )?'
     r'(?:(?:struct|class|enum class|enum|using) (\w+)(?= |;|$)'
@@ -58,7 +58,7 @@ def local_names(text):
 def group_of(source):
     """Sources of a group need much the same headers, and have one .clang-tidy."""
     top = source.parts[0]
-    if top == 'benchmark':
+    if top in ('benchmark', 'python'):
         return top
     with_ros = source.parts[1] in ('ros', 'tools', 'benchmark')
     return top + ('-ros' if with_ros else '')
@@ -138,13 +138,13 @@ def lint(name, sources, flags, header_types):
 
 def main():
     shutil.rmtree(FOLDER, ignore_errors=True)
-    for top in ('src', 'test', 'benchmark'):
+    for top in ('src', 'test', 'benchmark', 'python'):
         (FOLDER / top).mkdir(parents=True)
     shutil.copy(ROOT / '.clang-tidy', FOLDER)
     shutil.copy(ROOT / 'test/.clang-tidy', FOLDER / 'test')
-    headers = list_files('include/*.h', 'src/*.h', 'benchmark/*.h', 'test/*.h')
+    headers = list_files('include/*.h', 'src/*.h', 'benchmark/*.h', 'python/*.h', 'test/*.h')
     header_types = types_in('\n'.join((ROOT / header).read_text() for header in headers))
-    sources = list_files('src/*.cpp', 'test/*.cpp', 'benchmark/*.cpp')
+    sources = list_files('src/*.cpp', 'test/*.cpp', 'benchmark/*.cpp', 'python/*.cpp')
     flags = compile_flags()
     print(f'clang-tidy: {len(sources)} sources')
     all_good = True

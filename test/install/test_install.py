@@ -71,12 +71,18 @@ class InstallSpaceTest(unittest.TestCase):
         library = re.search(r'<library path="([^"]+)"', plugins).group(1)
         self.assertTrue((self.space / f'{library}.so').is_file(), library)
 
-    def test_python_finds_the_client_and_the_messages(self):
+    def test_python_finds_the_client_the_messages_and_the_module(self):
         (packages,) = self.space.glob(f'lib/python3*/*-packages/{PACKAGE}_client')
         path = f"{packages.parent}:{os.environ.get('PYTHONPATH', '')}"
-        script = (f'import {PACKAGE}.srv, {PACKAGE}_client; {PACKAGE}.srv.QueryBox; '
-                  f'print({PACKAGE}_client.__file__)')
-        self.assertIn(str(self.space), run(sys.executable, '-c', script, env={**os.environ, 'PYTHONPATH': path}))
+        # The module finds its libraries by itself.
+        environment = {key: value for key, value in os.environ.items() if key != 'LD_LIBRARY_PATH'}
+        script = (f'import {PACKAGE}.srv, {PACKAGE}_client, cuboid_map; {PACKAGE}.srv.QueryBox; '
+                  f'cuboid_map.Mapper().integrate([(1, 0, 0)]); '
+                  f'print({PACKAGE}_client.__file__, cuboid_map._core.__file__)')
+        for file in run(sys.executable, '-c', script, env={**environment, 'PYTHONPATH': path}).split():
+            self.assertIn(str(self.space), file)
+        for name in ('py.typed', '_core.pyi'):
+            self.assertTrue((packages.parent / 'cuboid_map' / name).is_file(), name)
 
     def test_another_package_is_built_with_it(self):
         headers = SOURCE / 'include'

@@ -1,0 +1,94 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Between numpy arrays and the types of the library. All functions need the GIL.
+#pragma once
+
+#include "cuboid_mapping/geometry/grid.h"
+#include "cuboid_mapping/occupancy/sensor_model.h"
+#include "cuboid_mapping/query/unknown_policy.h"
+#include "cuboid_mapping/rtree/traversal.h"
+
+#include <pybind11/numpy.h>
+#include <pybind11/pybind11.h>
+
+#include <Eigen/Geometry>
+
+#include <memory>
+#include <string>
+#include <utility>
+#include <vector>
+
+namespace cuboid_map_python {
+
+namespace py = pybind11;
+
+/// Anything that numpy makes doubles or floats of, without a hole in memory.
+using Doubles = py::array_t<double, py::array::c_style | py::array::forcecast>;
+using Floats = py::array_t<float, py::array::c_style | py::array::forcecast>;
+
+/// What the functions below throw: Python's ValueError. They name the argument, and what it must be.
+using Error = std::invalid_argument;
+
+/// @param name  Of the argument. @throws Error unless the array is (n, 3), or empty.
+[[nodiscard]] std::vector<Eigen::Vector3d> toPoints(const Doubles& array, const char* name);
+[[nodiscard]] std::vector<Eigen::Vector3f> toPoints(const Floats& array, const char* name);
+
+/// @throws Error unless the array is (3,).
+[[nodiscard]] Eigen::Vector3d toVector(const Doubles& array, const char* name);
+
+/// A box in metres of an array (6,): min x, y, z, max x, y, z; as voxels of a grid.
+/// @throws Error unless max > min, and all is finite and in the range of the grid.
+[[nodiscard]] cuboid_mapping::CellBox toCellBox(const cuboid_mapping::Grid& grid,
+                                                const Doubles& array, const char* name);
+/// The same of (n, 6); an error names the row.
+[[nodiscard]] std::vector<cuboid_mapping::CellBox> toCellBoxes(const cuboid_mapping::Grid& grid,
+                                                               const Doubles& array,
+                                                               const char* name);
+
+/// A 4 x 4 matrix that turns and moves. @throws Error for any other.
+[[nodiscard]] Eigen::Isometry3d toPose(const Doubles& array, const char* name);
+
+/// "free", "occupied", "unknown", or the numbers of Occupancy.
+[[nodiscard]] cuboid_mapping::Occupancy toOccupancy(const py::object& value);
+/// "all", "free" or "occupied".
+[[nodiscard]] cuboid_mapping::CuboidFilter toFilter(const std::string& text);
+/// "obstacle" or "free".
+[[nodiscard]] cuboid_mapping::UnknownPolicy toUnknownPolicy(const std::string& text);
+
+/// An array that keeps a vector's memory. @pre the shape has as many elements.
+template <typename T>
+[[nodiscard]] py::array_t<T> toArray(std::vector<T>&& values, std::vector<py::ssize_t> shape) {
+  auto kept = std::make_unique<std::vector<T>>(std::move(values));
+  const T* data = kept->data();
+  const py::capsule owner(kept.release(),
+                          [](void* vector) { delete static_cast<std::vector<T>*>(vector); });
+  return py::array_t<T>(std::move(shape), data, owner);
+}
+/// (n,)
+template <typename T>
+[[nodiscard]] py::array_t<T> toArray(std::vector<T>&& values) {
+  const auto count = static_cast<py::ssize_t>(values.size());
+  return toArray(std::move(values), {count});
+}
+/// (n, columns)
+template <typename T>
+[[nodiscard]] py::array_t<T> toRows(std::vector<T>&& values, py::ssize_t columns) {
+  const auto count = static_cast<py::ssize_t>(values.size()) / columns;
+  return toArray(std::move(values), {count, columns});
+}
+
+/// Rows of numbers.
+inline void append(std::vector<double>& rows, const Eigen::Vector3d& point) {
+  rows.insert(rows.end(), point.data(), point.data() + 3);
+}
+inline void append(std::vector<double>& rows, const cuboid_mapping::MetricBox& box) {
+  append(rows, box.min_m);
+  append(rows, box.max_m);
+}
+
+/// A named tuple of cuboid_map.results.
+template <typename... FieldsT>
+[[nodiscard]] py::object makeResult(const char* type, FieldsT&&... fields) {
+  return py::module::import("cuboid_map.results").attr(type)(std::forward<FieldsT>(fields)...);
+}
+
+}  // namespace cuboid_map_python

@@ -1,0 +1,182 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "config.h"
+
+#include <algorithm>
+#include <cmath>
+#include <functional>
+#include <limits>
+#include <set>
+#include <sstream>
+#include <string>
+#include <thread>
+#include <vector>
+
+namespace cuboid_map_python {
+namespace {
+
+namespace py = pybind11;
+using cuboid_mapping::Environment;
+using cuboid_mapping::FusionKind;
+using cuboid_mapping::GrowthStarters;
+using cuboid_mapping::GrowthStep;
+using cuboid_mapping::MapperConfig;
+
+constexpr double kInfinity = std::numeric_limits<double>::infinity();
+
+/// Takes keyword arguments one after the other, and notes what is wrong with them.
+class ConfigReader {
+ public:
+  explicit ConfigReader(const py::dict& arguments) : arguments_(arguments) {}
+
+  void number(const char* key, double& field, double min, double max) {
+    const auto value = take(key);
+    if (!value) return;
+    const double given = py::isinstance<py::bool_>(value) ? NAN : PyFloat_AsDouble(value.ptr());
+    PyErr_Clear();  // Of what is no number: NaN is in no range.
+    if (!(given >= min && given <= max)) return refuse(key, value, range(min, max));
+    field = given;
+  }
+
+  void integer(const char* key, int& field, int min, int max) {
+    const auto value = take(key);
+    if (!value) return;
+    const bool is_integer = PyIndex_Check(value.ptr()) && !py::isinstance<py::bool_>(value);
+    const long given = is_integer ? PyLong_AsLong(py::int_(value).ptr()) : 0;
+    const bool is_good = is_integer && PyErr_Occurred() == nullptr && given >= min && given <= max;
+    PyErr_Clear();  // Of a number that is no long.
+    if (!is_good) return refuse(key, value, "a whole number " + range(min, max));
+    field = static_cast<int>(given);
+  }
+
+  /// @param parse  (const std::string&) -> whether it is one of the texts.
+  void text(const char* key, const std::string& texts,
+            const std::function<bool(const std::string&)>& parse) {
+    const auto value = take(key);
+    if (!value) return;
+    if (!py::isinstance<py::str>(value) || !parse(value.cast<std::string>())) {
+      refuse(key, value, texts);
+    }
+  }
+
+  template <typename EnumerationT>
+  void choice(const char* key, EnumerationT& field, const std::vector<EnumerationT>& values) {
+    std::string texts;
+    for (const EnumerationT each : values) {
+      texts += (texts.empty() ? "'" : ", '") + std::string(toString(each)) + "'";
+    }
+    text(key, "one of " + texts, [&](const std::string& given) {
+      for (const EnumerationT each : values) {
+        if (given == toString(each)) {
+          field = each;
+          return true;
+        }
+      }
+      return false;
+    });
+  }
+
+  void note(const std::string& error) { errors_ += "\n  " + error; }
+
+  /// @throws std::invalid_argument  when something is wrong.
+  void finish() {
+    std::string known;
+    for (const std::string& key : known_) known += (known.empty() ? "" : ", ") + key;
+    for (const auto& item : arguments_) {
+      const bool is_known = known_.count(item.first.cast<std::string>()) > 0;
+      if (!is_known) note(item.first.cast<std::string>() + " is not known; known are: " + known);
+    }
+    if (!errors_.empty()) throw std::invalid_argument("the configuration is wrong:" + errors_);
+  }
+
+ private:
+  py::object take(const char* key) {
+    known_.insert(key);
+    return arguments_.contains(key) ? py::object(arguments_[key]) : py::object();
+  }
+
+  template <typename T>
+  static std::string range(T min, T max) {
+    std::ostringstream text;
+    text << "from " << min << " to " << max;
+    return text.str();
+  }
+
+  void refuse(const char* key, const py::object& value, const std::string& allowed) {
+    note(std::string(key) + " is " + py::repr(value).cast<std::string>() + ": it must be " +
+         allowed);
+  }
+
+  const py::dict& arguments_;
+  std::set<std::string> known_;
+  std::string errors_;
+};
+
+void readMap(ConfigReader& reader, cuboid_mapping::MapConfig& map) {
+  reader.number("resolution", map.resolution_m, 1e-3, 1e2);
+  reader.number("hit", map.sensor_model.hit, 0.501, 0.999);
+  reader.number("miss", map.sensor_model.miss, 0.001, 0.499);
+  reader.number("alpha_min", map.sensor_model.alpha_min, 0.001, 0.499);
+  reader.number("alpha_max", map.sensor_model.alpha_max, 0.501, 0.999);
+  reader.choice("environment", map.environment, {Environment::kDynamic, Environment::kStatic});
+  reader.choice("fusion", map.fusion, {FusionKind::kClass, FusionKind::kGrowth, FusionKind::kNone});
+  reader.integer("max_branches", map.rtree.max_branches, 2,
+                 cuboid_mapping::RTreeConfig::kMaxBranchesLimit);
+  reader.integer("min_branches", map.rtree.min_branches, 1,
+                 cuboid_mapping::RTreeConfig::kMaxBranchesLimit / 2);
+  if (map.rtree.min_branches > map.rtree.max_branches / 2) {
+    reader.note("min_branches is " + std::to_string(map.rtree.min_branches) +
+                ": it must be at most half of max_branches, which is " +
+                std::to_string(map.rtree.max_branches));
+  }
+  reader.integer("threads", map.threads, 0, 256);
+  if (map.threads == 0) {
+    map.threads = static_cast<int>(std::max(1U, std::thread::hardware_concurrency()));
+  }
+}
+
+void readGrowth(ConfigReader& reader, cuboid_mapping::GrowthConfig& growth) {
+  reader.choice("growth_step", growth.step,
+                {GrowthStep::kCell, GrowthStep::kOwnWidth, GrowthStep::kNeighbour});
+  reader.text("growth_search",
+              "'paper', 'largest_gain', 'random', or the six directions in order as in "
+              "'+z -z +x +y -x -y'",
+              [&](const std::string& text) {
+                const auto strategy = cuboid_mapping::parseSearchStrategy(text);
+                if (strategy) growth.search = *strategy;
+                return strategy.has_value();
+              });
+  reader.choice("growth_starters", growth.starters,
+                {GrowthStarters::kSampled, GrowthStarters::kEndPoints, GrowthStarters::kChanged});
+  reader.number("growth_samples", growth.sampling.per_m, 0.0, 100.0);
+  reader.integer("growth_seed", growth.sampling.seed, 0, 1000000);
+  reader.integer("growth_settle_clouds", growth.settle_clouds, 0, 10000);
+}
+
+}  // namespace
+
+MapperConfig parseConfig(const py::dict& arguments, const MapperConfig& base) {
+  MapperConfig config = base;
+  ConfigReader reader(arguments);
+  readMap(reader, config.map);
+  reader.number("max_range", config.max_range_m, 0.01, kInfinity);
+  readGrowth(reader, config.map.growth);
+  reader.finish();
+  return config;
+}
+
+const char* const kConfigHelp = R"(
+Keyword arguments, with their defaults:
+  resolution=0.05: edge of a voxel in metres, 0.001 to 100.
+  max_range=inf: longer beams are cut there and free the space up to it, in metres.
+  hit=0.7, miss=0.4: probability that a voxel is occupied in which a beam ends, or which it passes.
+  alpha_min=0.12, alpha_max=0.97: clamping thresholds of the probability of a voxel.
+  environment='dynamic': every observation counts; 'static': voxels at a threshold stay as they are.
+  fusion='class': large boxes of one class in bricks of 8 x 8 x 8 voxels; 'growth': that of the
+    paper; 'none': every voxel is a cuboid.
+  threads=1: for one scan; 0: one for each core. The map does not depend on it.
+  max_branches=32, min_branches=12: order of the R-tree.
+  growth_step='cell', growth_search='paper', growth_starters='sampled', growth_samples=0.1,
+  growth_seed=1, growth_settle_clouds=10: of fusion='growth'; see doc/parameters.md.
+)";
+
+}  // namespace cuboid_map_python

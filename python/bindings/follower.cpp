@@ -1,0 +1,151 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// cuboid_map.MapFollower: a copy of the map of another process.
+#include "cuboid_mapping/map/map_follower.h"
+
+#include "arrays.h"
+#include "cuboid_mapping/io/brick_codec.h"
+#include "map_access.h"
+
+#include <mutex>
+#include <stdexcept>
+
+namespace cuboid_map_python {
+namespace {
+
+using namespace cuboid_mapping;
+using py::literals::operator""_a;
+
+/// The arrays of a message do not fit together.
+struct DamagedMessage : std::invalid_argument {
+  using std::invalid_argument::invalid_argument;
+};
+
+template <typename T>
+T field(const py::object& message, const char* name) {
+  return message.attr(name).cast<T>();
+}
+
+/// Of a message CuboidBricks.
+PackedBricks toPacked(const py::object& message) {
+  PackedBricks packed;
+  packed.num_bricks = field<std::uint32_t>(message, "num_bricks");
+  packed.num_cuboids = field<std::uint32_t>(message, "num_cuboids");
+  packed.has_values = field<bool>(message, "has_values");
+  const auto values = field<Floats>(message, "values");
+  packed.values.assign(values.data(), values.data() + values.size());
+  const auto data = py::reinterpret_steal<py::bytes>(
+      PyBytes_FromObject(field<py::object>(message, "data").ptr()));
+  if (!data) throw py::error_already_set();
+  char* bytes = nullptr;
+  py::ssize_t size = 0;
+  PyBytes_AsStringAndSize(data.ptr(), &bytes, &size);
+  packed.data.assign(bytes, bytes + size);
+  return packed;
+}
+
+class FollowerAccess : public MapAccess {
+ public:
+  void take(const MapImage& head, const PackedBricks& packed) {
+    MapImage image = head;
+    MapFollower fresh;
+    {
+      const py::gil_scoped_release release;
+      if (!unpackBricks(packed, image.content) || !fresh.take(image)) {
+        throw DamagedMessage("the arrays of the FullCuboidMap do not fit together");
+      }
+    }
+    // Readers wait for the exchange alone; the old map goes when they are served.
+    change([&] {
+      const bool is_older = follower_.map() != nullptr && head.instance == follower_.instance() &&
+                            head.revision < follower_.revision();
+      if (!is_older) std::swap(follower_, fresh);
+    });
+    const py::gil_scoped_release release;
+    fresh = MapFollower();
+  }
+
+  FollowResult take(const MapDelta& head, const PackedBricks& packed) {
+    return change([&] {
+      MapDelta delta = head;
+      if (!unpackBricks(packed, delta.content)) return FollowResult::kDamaged;
+      return follower_.take(delta);
+    });
+  }
+
+  /// @param ask  (const MapFollower&) -> a value.
+  template <typename AskT>
+  auto ask(AskT ask) {
+    return change([&] { return ask(follower_); });
+  }
+
+ protected:
+  [[nodiscard]] const CuboidMap& map() const override {
+    if (follower_.map() != nullptr) return *follower_.map();
+    throw std::runtime_error("no map has come yet: see has_map");
+  }
+
+ private:
+  MapFollower follower_;
+};
+
+void takeMap(FollowerAccess& access, const py::object& message) {
+  MapImage head;
+  head.instance = field<std::uint64_t>(message, "instance");
+  head.revision = field<std::uint64_t>(message, "revision");
+  head.resolution_m = field<double>(message, "resolution");
+  access.take(head, toPacked(message.attr("bricks")));
+}
+
+bool takeUpdate(FollowerAccess& access, const py::object& message) {
+  MapDelta head;
+  head.instance = field<std::uint64_t>(message, "instance");
+  head.base = field<std::uint64_t>(message, "base");
+  head.revision = field<std::uint64_t>(message, "revision");
+  head.is_everything = field<bool>(message, "everything");
+  head.resolution_m = field<double>(message, "resolution");
+  const FollowResult result = access.take(head, toPacked(message.attr("bricks")));
+  return result == FollowResult::kApplied || result == FollowResult::kOld;
+}
+
+}  // namespace
+
+void bindFollower(py::module& module, const MapClass& /*map*/) {
+  py::register_exception<DamagedMessage>(module, "DamagedMessage", PyExc_ValueError);
+  py::class_<FollowerAccess, MapAccess> follower(
+      module, "MapFollower",
+      R"(A copy of the map of a node, kept up with its messages.
+
+Knows no ROS: a message is any object with the fields that the message has. Every voxel has the class
+that it has in the map, and its log-odds where these travel (~publish_values, or GetMap with_values);
+else those of the clamping thresholds. Questions before the first map raise RuntimeError.)");
+  follower.def(py::init<>());
+  follower.def("take_map", takeMap, "message"_a,
+               R"(Takes the message of a whole map, unless it is older than the copy.
+
+message: FullCuboidMap. Raises DamagedMessage, a ValueError; the copy is then as it was.)");
+  follower.def("take_update", takeUpdate, "message"_a, R"(Takes the message of an update.
+
+message: CuboidMapUpdate. It may come twice, late, or not at all.
+Returns False when a whole map is needed: there is none yet, it was replaced, updates were lost, or
+this one is damaged.)");
+  follower.def_property_readonly(
+      "has_map",
+      [](FollowerAccess& access) {
+        return access.ask([](const MapFollower& f) { return f.map() != nullptr; });
+      },
+      "Whether a map has come.");
+  follower.def_property_readonly(
+      "revision",
+      [](FollowerAccess& access) {
+        return access.ask([](const MapFollower& f) { return f.revision(); });
+      },
+      "Of the map that the copy equals; 0 before the first.");
+  follower.def_property_readonly(
+      "instance",
+      [](FollowerAccess& access) {
+        return access.ask([](const MapFollower& f) { return f.instance(); });
+      },
+      "Number of the server that the map is of; 0 before the first.");
+}
+
+}  // namespace cuboid_map_python

@@ -1,0 +1,19 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""A 3D occupancy map of rectangular cuboids, for numpy.
+
+    mapper = cuboid_map.Mapper(resolution=0.1, max_range=30)
+    mapper.integrate(points, pose)              # (n, 3) in the sensor's frame, (4, 4)
+    mapper.classify([(1, 0, 0.5)])              # array([Occupancy.FREE])
+    mapper.cuboids(classes='occupied').boxes    # (n, 6), metres
+
+`Mapper` is made of scans, `MapFollower` follows the map of another process; both are a `Map`, which
+has all that can be asked. All lengths are in metres.
+"""
+from cuboid_map._core import (
+    DamagedMessage, Map, MapFileError, MapFollower, Mapper, convert, find_no_return_beams)
+from cuboid_map.results import (
+    Boxes, Corridor, CorridorEnd, Cuboids, IntegratedScan, Nearest, Occupancy, Paths, RayEnd, Rays)
+
+__all__ = [
+    'Boxes', 'Corridor', 'CorridorEnd', 'Cuboids', 'DamagedMessage', 'IntegratedScan', 'Map', 'MapFileError',
+    'MapFollower', 'Mapper', 'Nearest', 'Occupancy', 'Paths', 'RayEnd', 'Rays', 'convert', 'find_no_return_beams']
