@@ -5,9 +5,9 @@ import time
 
 import rospy
 
+from cuboid_map import DamagedMessage, MapFollower
 from cuboid_mapping.msg import CuboidMapUpdate, FullCuboidMap
 from cuboid_mapping.srv import GetMap
-from cuboid_mapping_client.map_copy import DamagedMessage, MapCopy
 
 
 # Seconds for which a map that comes by itself is waited for.
@@ -15,7 +15,7 @@ _PATIENCE_S = 3.0
 
 
 class CuboidMapClient:
-    """Follows cuboid_map and cuboid_map_updates into a MapCopy. Thread-safe.
+    """Follows cuboid_map and cuboid_map_updates into a map of its own. Thread-safe.
 
     server: name of the node, for ~get_map, which is asked when updates were lost. In the namespace of
         this node unless it begins with a slash.
@@ -28,10 +28,10 @@ class CuboidMapClient:
         self._lock = threading.RLock()
         # rospy has a thread for each topic; messages are worked on one after the other.
         self._turn = threading.RLock()
+        self._arrived = threading.Event()
         self._awaited_since = None
         self._has_values = False  # Log-odds travel with the updates.
-        self._copy = MapCopy()
-        self._frame_id = ''
+        self._map = MapFollower()
         self._on_change = on_change
         self._get_map = rospy.ServiceProxy(server + '/get_map', GetMap)
         self._subscribers = [
@@ -39,7 +39,10 @@ class CuboidMapClient:
             rospy.Subscriber('cuboid_map', FullCuboidMap, self._take_map)]
 
     def close(self):
-        """Stops following; the map stays as it is. on_change is not called any more."""
+        """Stops following; the map stays as it is. on_change is not called any more.
+
+        Not to be called with the lock.
+        """
         for subscriber in self._subscribers:
             subscriber.unregister()
         with self._turn:
@@ -51,66 +54,83 @@ class CuboidMapClient:
     def __exit__(self, *_):
         self.close()
 
+    def wait_for_map(self, timeout=None):
+        """Blocks until the first map has come; says why when that takes some seconds.
+
+        timeout: seconds; None: no limit.
+        Returns whether it has come: not after the timeout, nor when this node is shut down.
+        """
+        begin = told = time.monotonic()
+        while not rospy.is_shutdown():
+            now = time.monotonic()
+            left = float('inf') if timeout is None else begin + timeout - now
+            if self._arrived.wait(max(0.0, min(left, 0.1))):
+                return True
+            if left <= 0.0 or now - told > _PATIENCE_S:
+                told = now
+                self._say_what_is_missing()
+            if left <= 0.0:
+                break
+        return self._arrived.is_set()
+
+    @property
+    def map(self):
+        """A cuboid_map.MapFollower, with all that can be asked of a map: cuboids(), cast_rays() ...
+
+        Asked before the first map, it raises RuntimeError: see wait_for_map().
+        """
+        return self._map
+
+    @property
+    def lock(self):
+        """While it is held, the map does not change: `with client.lock:` for questions about one revision."""
+        return self._lock
+
     @property
     def has_map(self):
-        with self._lock:
-            return self._copy.instance is not None
+        return self._map.has_map
 
     @property
     def revision(self):
         """Of the server's map that this one equals; 0 before the first."""
-        with self._lock:
-            return self._copy.revision
+        return self._map.revision
 
     @property
     def frame_id(self):
-        with self._lock:
-            return self._frame_id
+        """Of the map; '' before the first."""
+        return self._map.frame_id
 
-    @property
-    def resolution(self):
-        """Edge of a voxel in metres; None before the first map."""
-        with self._lock:
-            return self._copy.resolution
-
-    def cuboids(self, low=None, high=None):
-        """All cuboids, or those in a box of voxels: see MapCopy.cuboids."""
-        with self._lock:
-            return self._copy.cuboids(low, high)
-
-    def log_odds_at(self, voxel):
-        """Log-odds of a voxel, see MapCopy.log_odds_at: only where the node has publish_values."""
-        with self._lock:
-            return self._copy.log_odds_at(voxel)
-
-    def count(self, low_m, high_m):
-        """Free, occupied and unknown voxels of a box in metres."""
-        with self._lock:
-            return self._copy.count(low_m, high_m)
+    def _say_what_is_missing(self):
+        topic, service = self._subscribers[1].resolved_name, self._get_map.resolved_name
+        try:
+            rospy.wait_for_service(service, 0.01)
+            rospy.logwarn('no map has come on %s yet, although %s is served', topic, service)
+        except rospy.ROSException:
+            rospy.logwarn('no map has come on %s yet, and nobody serves %s: is the name of the server right, '
+                          'and does it run?', topic, service)
 
     def _take_map(self, message):
         with self._turn:
             self._awaited_since = None
-            with self._lock:
-                if (message.instance == self._copy.instance
-                        and message.revision <= self._copy.revision):
-                    return
-                try:
-                    self._copy.take_map(message)
-                except DamagedMessage as error:
-                    rospy.logwarn_throttle(10.0, 'a damaged FullCuboidMap was left out: %s' % error)
-                    return
-                self._frame_id = message.header.frame_id
+            if message.instance == self._map.instance and message.revision <= self._map.revision:
+                return
+            try:
+                with self._lock:
+                    self._map.take_map(message)
+                    self._map.frame_id = message.header.frame_id
+            except DamagedMessage as error:
+                rospy.logwarn_throttle(10.0, 'a damaged FullCuboidMap was left out: %s' % error)
+                return
+            self._arrived.set()
             self._tell()
 
     def _take_update(self, message):
         with self._turn:
+            before = self._map.revision
+            self._has_values = message.bricks.has_values
             with self._lock:
-                before = self._copy.revision
-                self._has_values = message.bricks.has_values
-                is_good = self._copy.take_update(message)
-                is_changed = self._copy.revision != before
-            if is_changed:
+                is_good = self._map.take_update(message)
+            if self._map.revision != before:
                 self._tell()
             if not is_good and not self._is_map_on_its_way(message):
                 self._ask_for_map()
@@ -118,7 +138,7 @@ class CuboidMapClient:
     def _is_map_on_its_way(self, message):
         """The node sends its map to each listener that connects, also when it was started anew: to ask
         for it as well would fetch it twice."""
-        if message.instance == self._copy.instance:
+        if message.instance == self._map.instance:
             return False
         now = time.monotonic()
         if self._awaited_since is None:

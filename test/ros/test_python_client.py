@@ -8,22 +8,15 @@ from unittest import mock
 
 import rospy
 import rostest
+from cuboid_map import MapFollower
 from geometry_msgs.msg import Point
 
 from cuboid_mapping.msg import CuboidMapUpdate
 from cuboid_mapping.srv import GetCuboids, GetCuboidsRequest, GetMap, SetBox, SetBoxRequest
-from cuboid_mapping_client import CuboidMapClient, MapCopy, client as client_module
+from cuboid_mapping_client import CuboidMapClient, client as client_module
+from waiting import wait_for
 
 NODE = '/cuboid_mapping'
-
-
-def wait_for(condition):
-    deadline = time.time() + 60.0
-    while time.time() < deadline:
-        if condition():
-            return True
-        time.sleep(0.02)
-    return False
 
 
 class PythonClientTest(unittest.TestCase):
@@ -43,15 +36,14 @@ class PythonClientTest(unittest.TestCase):
             everything=True, classes=GetCuboidsRequest.ALL)
         self.assertTrue(wait_for(lambda: client.revision >= answer.revision))
         self.assertEqual(client.revision, answer.revision)
-        num_voxels = 0
-        for low, high, occupancy in zip(answer.min, answer.max, answer.occupancy):
-            free, occupied, unknown = client.count((low.x, low.y, low.z), (high.x, high.y, high.z))
-            self.assertEqual(unknown, 0)
-            self.assertEqual(free if occupancy == 2 else occupied, 0)
-            num_voxels += free + occupied
-        found = client.cuboids()
-        volumes = (found.bounds[:, 3:] - found.bounds[:, :3]).prod(axis=1)
-        self.assertEqual(int(volumes.sum()), num_voxels)
+        boxes = [(low.x, low.y, low.z, high.x, high.y, high.z) for low, high in zip(answer.min, answer.max)]
+        with client.lock:
+            found = client.map.query_boxes(boxes)
+            cuboids = client.map.cuboids()
+        self.assertEqual(found.occupancy.tolist(), list(answer.occupancy))
+        self.assertAlmostEqual(found.unknown_volume.sum(), 0.0)
+        sizes = cuboids.boxes[:, 3:] - cuboids.boxes[:, :3]
+        self.assertAlmostEqual(sizes.prod(axis=1).sum(), found.free_volume.sum() + found.occupied_volume.sum())
 
     def test_follows_edits_from_the_beginning_and_late(self):
         changes = []
@@ -65,11 +57,13 @@ class PythonClientTest(unittest.TestCase):
         self.addCleanup(late.close)
         self.set_box((0, 0, 0), (2, 2, 2), SetBoxRequest.UNKNOWN)
         for each in (client, late):
-            self.assertTrue(wait_for(lambda each=each: each.has_map))
+            self.assertTrue(each.wait_for_map(60.0))
             self.expect_same_map(each)
             self.assertEqual(each.frame_id, 'map')
-            self.assertAlmostEqual(each.resolution, 0.1)
-            self.assertEqual(each.count((0, 0, 0), (1, 1, 2.5)), (0, 500, 2000))
+            self.assertAlmostEqual(each.map.resolution, 0.1)
+            found = each.map.query_boxes([(0, 0, 0, 1, 1, 2.5)])
+            self.assertAlmostEqual(found.occupied_volume[0], 0.5)
+            self.assertAlmostEqual(found.unknown_volume[0], 2.0)
         self.assertGreaterEqual(len(changes), 2)
 
     def test_fetches_the_map_once(self):
@@ -116,12 +110,15 @@ class PythonClientTest(unittest.TestCase):
         self.assertTrue(wait_for(lambda: client.has_map))
         self.set_box((-5, -5, -5), (5, 5, 5), SetBoxRequest.FREE)
         self.expect_same_map(client)
-        server = rospy.ServiceProxy(NODE + '/get_map', GetMap)().map
-        for instance, base in ((server.instance, client.revision + 5), (server.instance - 1, 0)):
-            client._copy = MapCopy()  # As one that was lost.
-            client._copy.instance = server.instance
+        old = rospy.ServiceProxy(NODE + '/get_map', GetMap)().map
+        self.set_box((-5, -5, -5), (0, 5, 5), SetBoxRequest.OCCUPIED)
+        self.expect_same_map(client)
+        for instance, base in ((old.instance, client.revision + 5), (old.instance - 1, 0)):
+            client._map = MapFollower()  # As one that has missed the last updates.
+            client._map.take_map(old)
             lost = CuboidMapUpdate(instance=instance, base=base, revision=base + 1, resolution=0.1)
-            client._take_update(lost)
+            with mock.patch.object(client_module, '_PATIENCE_S', 0.0):
+                client._take_update(lost)
             self.expect_same_map(client)
 
 

@@ -2,28 +2,24 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """A running node that publishes log-odds, and the Python client that follows its map."""
 import math
-import time
 import unittest
 from unittest import mock
 
 import rospy
 import rostest
+from cuboid_map import MapFollower
 from geometry_msgs.msg import Point
 
 from cuboid_mapping.msg import CuboidMapUpdate
 from cuboid_mapping.srv import GetMap, SetBox, SetBoxRequest
-from cuboid_mapping_client import CuboidMapClient, MapCopy, client as client_module
+from cuboid_mapping_client import CuboidMapClient, client as client_module
+from waiting import wait_for
 
 NODE = '/values/cuboid_mapping'
 
 
-def wait_for(condition):
-    deadline = time.time() + 60.0
-    while time.time() < deadline:
-        if condition():
-            return True
-        time.sleep(0.02)
-    return False
+def centre(voxel):
+    return [0.1 * (value + 0.5) for value in voxel]
 
 
 class PythonClientValuesTest(unittest.TestCase):
@@ -32,7 +28,7 @@ class PythonClientValuesTest(unittest.TestCase):
         rospy.wait_for_service(NODE + '/set_box', 60.0)
         self.client = CuboidMapClient(NODE)
         self.addCleanup(self.client.close)
-        self.assertTrue(wait_for(lambda: self.client.has_map))
+        self.assertTrue(self.client.wait_for_map(60.0))
 
     def set_box(self, low, high, probability):
         occupancy = SetBoxRequest.OCCUPIED if probability >= 0.5 else SetBoxRequest.FREE
@@ -42,7 +38,8 @@ class PythonClientValuesTest(unittest.TestCase):
         self.assertTrue(wait_for(lambda: self.client.revision >= answer.revision))
 
     def expect_probability(self, voxel, probability):
-        self.assertAlmostEqual(self.client.log_odds_at(voxel), math.log(probability / (1 - probability)), places=5)
+        (log_odds,) = self.client.map.log_odds([centre(voxel)])
+        self.assertAlmostEqual(float(log_odds), math.log(probability / (1 - probability)), places=5)
 
     def test_has_the_log_odds_of_every_voxel(self):
         self.set_box((-1, -1, -1), (1, 1, 1), 0.3)
@@ -51,17 +48,17 @@ class PythonClientValuesTest(unittest.TestCase):
         self.expect_probability((0, 0, 0), 0.8)
         self.expect_probability((1, 0, 0), 0.31)
         self.expect_probability((2, 0, 0), 0.3)
-        self.assertIsNone(self.client.log_odds_at((20, 0, 0)))
+        self.assertTrue(math.isnan(self.client.map.log_odds([centre((20, 0, 0))])[0]))
         answer = rospy.ServiceProxy(NODE + '/get_map', GetMap)(with_values=True)
-        copy = MapCopy()
+        copy = MapFollower()
         copy.take_map(answer.map)
-        for x in range(-10, 10):
-            self.assertEqual(copy.log_odds_at((x, 0, 0)), self.client.log_odds_at((x, 0, 0)), 'bit by bit')
+        points = [centre((x, 0, 0)) for x in range(-10, 10)]
+        self.assertEqual(copy.log_odds(points).tolist(), self.client.map.log_odds(points).tolist(), 'bit by bit')
 
     def test_has_them_after_updates_were_lost(self):
         self.set_box((-1, -1, -1), (1, 1, 1), 0.3)
         server = rospy.ServiceProxy(NODE + '/get_map', GetMap)().map
-        self.client._copy = MapCopy()
+        self.client._map = MapFollower()  # As after all of them.
         lost = CuboidMapUpdate(instance=server.instance, base=7, revision=8, resolution=0.1)
         lost.bricks.has_values = True
         with mock.patch.object(client_module, '_PATIENCE_S', 0.0):

@@ -3,20 +3,11 @@
 """Launch files that set /use_sim_time take it back when they end."""
 import signal
 import subprocess
-import time
 import unittest
 
 import rospy
 import rostest
-
-
-def wait_for(condition):
-    deadline = time.time() + 60.0
-    while time.time() < deadline:
-        if condition():
-            return True
-        time.sleep(0.1)
-    return False
+from waiting import wait_for
 
 
 class SimTimeTest(unittest.TestCase):
