@@ -67,6 +67,19 @@ TEST(LockedBoxes, areLeftOutOfUpdates) {
   EXPECT_GT(num_locked, 1000U);
 }
 
+TEST(LockedBoxes, areAllLookedAtForEachBrick) {
+  LockedBoxes locked;
+  locked.add({{80, 80, 80}, {88, 88, 88}});
+  locked.add({{0, 0, 0}, {3, 8, 8}});
+  locked.add({{-80, 0, 0}, {-72, 8, 8}});
+  locked.add({{6, 0, 0}, {8, 8, 8}});
+  BrickUpdate update;
+  update.misses = BrickMask::ofBox({{0, 0, 0}, {8, 8, 8}});
+  const std::vector<BrickUpdate> rest = locked.without({update});
+  ASSERT_EQ(rest.size(), 1U);
+  EXPECT_EQ(rest[0].misses, BrickMask::ofBox({{3, 0, 0}, {6, 8, 8}}));
+}
+
 TEST(LockOfCuboidMap, keepsCloudsAndNothingElseFromChangingVoxels) {
   Random random(53);
   CuboidMap map;

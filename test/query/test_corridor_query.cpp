@@ -138,6 +138,40 @@ TEST(CorridorQuery, goesAroundAMapThroughUnknownSpace) {
   EXPECT_EQ(findCorridor(map, task).end, CorridorEnd::kNoWay);
 }
 
+/// From (0, 4) to (60, 4) there are two ways, 4 m wide: six lanes of 42 m, up and down near the goal; and
+/// a detour that first leads away from it, which is shorter.
+CuboidMap twoWays() {
+  CuboidMap map(oneMetre());
+  const auto open = [&map](const CellBox& box) { map.replace(box, {{{box, -1.0F}}}); };
+  open({{-50, 2, 0}, {16, 6, 4}});
+  for (std::int32_t lane = 0; lane < 6; ++lane) {
+    const std::int32_t x = 16 + 8 * lane;
+    open({{x, 2, 0}, {x + 4, 44, 4}});
+    const std::int32_t turn_y = lane % 2 == 0 ? 40 : 2;
+    open({{x, turn_y, 0}, {x + 12, turn_y + 4, 4}});
+  }
+  open({{56, 2, 0}, {64, 6, 4}});
+  open({{-50, -20, 0}, {-46, 6, 4}});
+  open({{-50, -20, 0}, {64, -16, 4}});
+  open({{60, -20, 0}, {64, 6, 4}});
+  return map;
+}
+
+TEST(CorridorQuery, takesTheWayThatIsShorterInMetres) {
+  const CuboidMap map = twoWays();
+  CorridorTask task;
+  task.start_map = {2, 4, 2};
+  task.goal_map = {62, 4, 2};
+  task.size_m = {2, 2, 2};
+  const Corridor shorter = findCorridor(map, task);
+  ASSERT_EQ(shorter.end, CorridorEnd::kFound);
+  task.region = CellBox{{-8, -8, 0}, {64, 48, 4}};
+  const Corridor lanes = findCorridor(map, task);
+  ASSERT_EQ(lanes.end, CorridorEnd::kFound);
+  EXPECT_GT(lanes.length_m, 250.0);
+  EXPECT_LT(shorter.length_m, 230.0);
+}
+
 /// Walls with gaps about as wide as the robot, some clutter, unknown patches.
 test::ModelledMap randomMaze(Random& random) {
   test::ModelledMap maze(oneMetre());
