@@ -126,20 +126,20 @@ void setBoxes(MapperAccess& access, const Doubles& array, const py::object& valu
 }  // namespace
 
 void bindMapper(py::module& module, const MapClass& /*map*/) {
-  static const std::string help = std::string(R"(A map that is made of scans.
+  static const std::string kHelp = std::string(R"(A map that is made of scans.
 )") + kConfigHelp + R"(
 Raises ValueError with a line for each argument that is wrong.)";
-  static const std::string load_help = std::string(R"(A mapper with the map of a file.
+  static const std::string kLoadHelp = std::string(R"(A mapper with the map of a file.
 
 file: .cuboids, .ot or .bt; its first bytes tell which.
 Further arguments are those of Mapper, but for resolution. The sensor model and the environment of a
 .cuboids file count where none are given; OctoMap's files have none.
 Raises MapFileError when the file cannot be read, ValueError for wrong arguments.)");
-  py::class_<MapperAccess, MapAccess> mapper(module, "Mapper", help.c_str());
+  py::class_<MapperAccess, MapAccess> mapper(module, "Mapper", kHelp.c_str());
   mapper.def(py::init([](const py::kwargs& arguments) {
     return std::make_unique<MapperAccess>(parseConfig(arguments, {}));
   }));
-  mapper.def_static("load", load, "file"_a, load_help.c_str());
+  mapper.def_static("load", load, "file"_a, kLoadHelp.c_str());
   mapper.def("integrate", integrate, "points"_a, "pose"_a = py::none(), "origin"_a = py::none(),
              "no_returns"_a = py::none(),
              R"(Takes one scan: every voxel that its beams pass or end in is observed once.

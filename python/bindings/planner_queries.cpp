@@ -36,7 +36,7 @@ void require(bool is_right, const std::string& text) {
 
 /// Of a robot.
 Eigen::Vector3d toSize(const Doubles& array) {
-  const Eigen::Vector3d size = toVector(array, "size");
+  Eigen::Vector3d size = toVector(array, "size");
   require(size.allFinite() && size.minCoeff() > 0.0, "size must be three edges > 0, in metres");
   return size;
 }
