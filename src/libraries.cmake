@@ -8,6 +8,7 @@ cuboid_mapping_add_part(core
   cuboid_mapping/fusion/search_directions.cpp
   cuboid_mapping/fusion/settling_cells.cpp
   cuboid_mapping/geometry/grid.cpp
+  cuboid_mapping/map/config_check.cpp
   cuboid_mapping/map/cuboid_map.cpp
   cuboid_mapping/map/locked_boxes.cpp
   cuboid_mapping/map/map_follower.cpp

@@ -180,8 +180,8 @@ TEST(Parameters, SetsThatDoNotFitAreRefused) {
     EXPECT_EQ(keysOf(loaded.errors), std::vector<std::string>{key});
   }
   EXPECT_EQ(readParameters(makeGroup({{"rtree/max_branches", 16}})).errors.at(0).message,
-            "is 12, but must be at most half of rtree/max_branches (16): set it to at most 8, or "
-            "rtree/max_branches to at least 24");
+            "is 12, but must be at most half of max_branches (16): set it to at most 8, or "
+            "max_branches to at least 24");
   EXPECT_EQ(readParameters(makeGroup({{"pointcloud_min_y", 2}, {"pointcloud_max_y", 1.5}}))
                 .errors.at(0)
                 .message,

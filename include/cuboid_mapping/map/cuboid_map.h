@@ -3,6 +3,7 @@
 
 #include "cuboid_mapping/fusion/fusion_kind.h"
 #include "cuboid_mapping/geometry/grid.h"
+#include "cuboid_mapping/map/config_check.h"
 #include "cuboid_mapping/map/locked_boxes.h"
 #include "cuboid_mapping/occupancy/cuboid.h"
 #include "cuboid_mapping/occupancy/sensor_model.h"
@@ -15,15 +16,20 @@
 
 namespace cuboid_mapping {
 
-/// Parameters of a map; each has its range in the documentation of its own type.
+/// Parameters of a map; checkConfig() says which are outside their ranges, which are documented here
+/// and at their types.
 struct MapConfig {
-  double resolution_m = 0.05;  ///< Edge of a voxel, > 0.
+  static constexpr double kMinResolution_m = 1e-3;
+  static constexpr double kMaxResolution_m = 1e2;
+  static constexpr int kMaxThreads = 256;
+
+  double resolution_m = 0.05;  ///< Edge of a voxel: kMinResolution_m to kMaxResolution_m.
   SensorModelConfig sensor_model;
   Environment environment = Environment::kDynamic;
   FusionKind fusion = FusionKind::kClass;
   GrowthConfig growth;  ///< Of FusionKind::kGrowth.
   RTreeConfig rtree;
-  int threads = 1;  ///< For changes of the map, >= 1. The result does not depend on it.
+  int threads = 1;  ///< For changes of the map, 1 to kMaxThreads. The result does not depend on it.
 
   /// How ScanUpdater has to sample the beams for this map.
   [[nodiscard]] BeamSampling beamSampling() const {
@@ -49,7 +55,7 @@ constexpr CellBox kAllCells{{-Grid::kMaxCell, -Grid::kMaxCell, -Grid::kMaxCell},
 /// Const functions may run side by side; a change needs exclusive access.
 class CuboidMap {
  public:
-  /// @pre the values of `config` are in their ranges.
+  /// @throws std::invalid_argument  with everything that checkConfig() finds.
   explicit CuboidMap(const MapConfig& config = {});
 
   /// Updates the observed voxels (paper, Section IV-A).
@@ -85,7 +91,8 @@ class CuboidMap {
 
   /// Takes another sensor model for the clouds to come. Log-odds stay as they are, also beyond new
   /// clamping thresholds, until a cloud touches them. With FusionKind::kGrowth, voxels that are not
-  /// stable any more become single cells. @pre its values are in their ranges.
+  /// stable any more become single cells. @throws std::invalid_argument as the constructor; the map is
+  /// then as it was.
   ChangeSet setSensorModel(const SensorModelConfig& sensor_model);
 
   /// Forgets everything, locks too.

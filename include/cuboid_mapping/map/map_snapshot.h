@@ -40,8 +40,7 @@ struct SnapshotFault {
 
 /// Why a snapshot cannot be a map; nothing when it can.
 ///
-/// The first of these: a resolution outside 1e-3 to 1e2 m; a sensor model with a value outside its
-/// range; more bricks than the limit; a brick that comes twice or not in order, without a known
+/// The first of these: what checkConfig() finds in resolution, sensor model and environment; more bricks than the limit; a brick that comes twice or not in order, without a known
 /// voxel, outside kAllCells, or with a log-odds that is NaN or infinite. @complexity O(n).
 [[nodiscard]] std::optional<SnapshotFault> findFault(const MapSnapshot& snapshot,
                                                      const SnapshotLimits& limits = {});

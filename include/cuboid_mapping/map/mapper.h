@@ -23,8 +23,9 @@ struct MapperConfig {
 /// not depend on it. Not thread-safe: map() and integrate() belong to one thread.
 class Mapper {
  public:
+  /// @throws std::invalid_argument  with everything that checkConfig() finds.
   explicit Mapper(const MapperConfig& config = {})
-      : map_(config.map),
+      : map_(checked(config).map),
         updater_(map_.grid(), config.max_range_m, config.map.threads, config.map.beamSampling()) {}
   Mapper(const Mapper&) = delete;
   Mapper& operator=(const Mapper&) = delete;

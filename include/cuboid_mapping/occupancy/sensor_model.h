@@ -20,12 +20,17 @@ enum class Occupancy : unsigned char { kUnknown, kFree, kOccupied };
   return log_odds >= 0.0F ? Occupancy::kOccupied : Occupancy::kFree;
 }
 
+/// Bounds of the probabilities of a sensor model that stand for occupied; those that stand for free
+/// have the same distance to 0.5. Beyond them SensorModel's rounding does not hold.
+constexpr double kLeastOccupied = 0.50001;
+constexpr double kMostOccupied = 0.9995;
+
 /// Parameters of the inverse sensor model (paper, Section V), as probabilities.
 struct SensorModelConfig {
-  double hit = 0.7;         ///< P_occ, of a voxel in which a beam ends: in (0.5, 1).
-  double miss = 0.4;        ///< P_free, of a voxel that a beam passes: in (0, 0.5).
-  double alpha_min = 0.12;  ///< Clamping threshold below: in (0, 0.5).
-  double alpha_max = 0.97;  ///< Clamping threshold above: in (0.5, 1).
+  double hit = 0.7;         ///< P_occ, of a voxel in which a beam ends: 0.50001 to 0.9995.
+  double miss = 0.4;        ///< P_free, of a voxel that a beam passes: 0.0005 to 0.49999.
+  double alpha_min = 0.12;  ///< Clamping threshold below: 0.0005 to 0.49999.
+  double alpha_max = 0.97;  ///< Clamping threshold above: 0.50001 to 0.9995.
 };
 
 /// Whether stable cells go on being updated.

@@ -8,7 +8,7 @@
 namespace cuboid_mapping {
 
 CuboidMap::CuboidMap(const MapConfig& config)
-    : config_(config),
+    : config_(checked(config)),
       grid_(config.resolution_m),
       sensor_model_(config.sensor_model, config.environment),
       fusion_(makeFusion({config.fusion, config.growth, config.rtree, config.threads},
@@ -41,7 +41,7 @@ ChangeSet CuboidMap::replace(const CellBox& box, const std::vector<UniformBox>& 
 }
 
 ChangeSet CuboidMap::setSensorModel(const SensorModelConfig& sensor_model) {
-  config_.sensor_model = sensor_model;
+  config_.sensor_model = checked(sensor_model);
   sensor_model_ = SensorModel(sensor_model, config_.environment);
   ChangeSet changes;
   fusion_->setSensorModel(voxels_, sensor_model_, changes);

@@ -17,19 +17,12 @@ std::string concat(const PartsT&... parts) {
 }
 
 std::string findFaultOfConfig(const MapSnapshot& snapshot) {
-  if (!(snapshot.resolution_m >= 1e-3 && snapshot.resolution_m <= 1e2)) {
-    return concat("resolution ", snapshot.resolution_m, " m: must be from 0.001 to 100 m");
-  }
-  const SensorModelConfig& model = snapshot.sensor_model;
-  const auto is_between = [](double value, double lower, double upper) {
-    return value > lower && value < upper;  // NaN fails it, too
-  };
-  if (!is_between(model.hit, 0.5, 1.0) || !is_between(model.alpha_max, 0.5, 1.0) ||
-      !is_between(model.miss, 0.0, 0.5) || !is_between(model.alpha_min, 0.0, 0.5)) {
-    return concat("sensor model hit ", model.hit, ", miss ", model.miss, ", min ", model.alpha_min,
-                  ", max ", model.alpha_max, ": a value is out of its range");
-  }
-  return {};
+  MapConfig config;
+  config.resolution_m = snapshot.resolution_m;
+  config.sensor_model = snapshot.sensor_model;
+  config.environment = snapshot.environment;
+  const std::vector<ConfigError> errors = checkConfig(config);
+  return errors.empty() ? std::string() : errors.front().field + ' ' + errors.front().message;
 }
 
 std::string findFaultOfBrick(const VoxelBrick& brick) {

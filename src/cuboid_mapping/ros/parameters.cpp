@@ -14,6 +14,7 @@
 namespace cuboid_mapping_ros {
 namespace {
 
+using cuboid_mapping::ConfigError;
 using XmlRpc::XmlRpcValue;
 
 /// Why a value is not taken, and what to do; nothing when it is taken.
@@ -218,16 +219,12 @@ void checkSets(LoadedParameters& loaded) {
     return std::none_of(loaded.errors.begin(), loaded.errors.end(),
                         [&](const ParameterError& error) { return error.key == key; });
   };
-  const auto& [min_branches, max_branches] =
-      std::pair(loaded.parameters.map.rtree.min_branches, loaded.parameters.map.rtree.max_branches);
-  if (is_good("rtree/min_branches") && is_good("rtree/max_branches") &&
-      min_branches > max_branches / 2) {
-    errors.push_back({"rtree/min_branches",
-                      "is " + std::to_string(min_branches) + ", but must be at most half of " +
-                          "rtree/max_branches (" + std::to_string(max_branches) +
-                          "): set it to at most " + std::to_string(max_branches / 2) +
-                          ", or rtree/max_branches to at least " +
-                          std::to_string(2 * min_branches)});
+  // The table is within the library's ranges: what is left is how its parameters go together.
+  if (is_good("rtree/min_branches") && is_good("rtree/max_branches")) {
+    for (ConfigError& error : checkConfig(loaded.parameters.map)) {
+      std::replace(error.field.begin(), error.field.end(), '.', '/');
+      errors.push_back({error.field, error.message});
+    }
   }
   for (const OrderedPair& pair : orderedPairs(loaded.parameters)) {
     if (pair.lower < pair.upper || !is_good(pair.lower_key) || !is_good(pair.upper_key)) continue;

@@ -1,0 +1,124 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "cuboid_mapping/map/config_check.h"
+
+#include "cuboid_mapping/map/mapper.h"
+
+#include <algorithm>
+#include <cmath>
+#include <sstream>
+#include <stdexcept>
+
+namespace cuboid_mapping {
+namespace {
+
+/// Collects what is wrong.
+class Checker {
+ public:
+  /// @param allowed  Completes the sentence "is 200, but must be ..."
+  template <typename T>
+  void expect(bool is_good, const std::string& field, const T& value, const std::string& allowed) {
+    if (is_good) return;
+    std::ostringstream text;
+    text << "is " << value << ", but must be " << allowed;
+    errors_.push_back({field, text.str()});
+  }
+  /// @param last  The enumerators are 0 to this one.
+  template <typename EnumT>
+  void expectEnumerator(const std::string& field, EnumT value, EnumT last) {
+    expect(value <= last, field, static_cast<int>(value), "one of its enumerators");
+  }
+  template <typename T>
+  void expectWithin(const std::string& field, T value, T low, T high) {
+    std::ostringstream allowed;
+    allowed << low << " to " << high;
+    expect(value >= low && value <= high, field, value, allowed.str());  // NaN fails it, too
+  }
+  void append(const std::string& prefix, const std::vector<ConfigError>& errors) {
+    for (const ConfigError& error : errors)
+      errors_.push_back({prefix + error.field, error.message});
+  }
+  [[nodiscard]] std::vector<ConfigError> take() { return std::move(errors_); }
+
+ private:
+  std::vector<ConfigError> errors_;
+};
+
+/// Each direction once.
+bool isPermutation(const SearchDirections& directions) {
+  for (const SearchDirection& direction : directions) {
+    if (direction.axis < 0 || direction.axis > 2 || std::abs(direction.sign) != 1) return false;
+    if (std::count(directions.begin(), directions.end(), direction) != 1) return false;
+  }
+  return true;
+}
+
+void check(const GrowthConfig& growth, Checker& checker) {
+  using Order = SearchStrategy::Order;
+  checker.expectEnumerator("growth.step", growth.step, GrowthStep::kNeighbour);
+  checker.expectEnumerator("growth.search.order", growth.search.order, Order::kRandom);
+  checker.expect(growth.search.order != Order::kFixed || isPermutation(growth.search.directions),
+                 "growth.search.directions", "no order of all six", "each direction once");
+  checker.expectEnumerator("growth.starters", growth.starters, GrowthStarters::kChanged);
+  const double per_m = growth.sampling.per_m;
+  checker.expect(per_m >= 0.0 && std::isfinite(per_m), "growth.sampling.per_m", per_m,
+                 "0 or more, and finite");
+  checker.expect(growth.settle_clouds >= 0, "growth.settle_clouds", growth.settle_clouds,
+                 "0 or more");
+}
+
+void check(const RTreeConfig& rtree, Checker& checker) {
+  const bool is_max_good =
+      rtree.max_branches >= 2 && rtree.max_branches <= RTreeConfig::kMaxBranchesLimit;
+  checker.expectWithin("rtree.max_branches", rtree.max_branches, 2,
+                       +RTreeConfig::kMaxBranchesLimit);
+  checker.expect(rtree.min_branches >= 1, "rtree.min_branches", rtree.min_branches, "at least 1");
+  checker.expect(!is_max_good || rtree.min_branches <= rtree.max_branches / 2, "rtree.min_branches",
+                 rtree.min_branches,
+                 "at most half of max_branches (" + std::to_string(rtree.max_branches) +
+                     "): set it to at most " + std::to_string(rtree.max_branches / 2) +
+                     ", or max_branches to at least " + std::to_string(2 * rtree.min_branches));
+}
+
+}  // namespace
+
+std::vector<ConfigError> checkConfig(const SensorModelConfig& config) {
+  Checker checker;
+  checker.expectWithin("hit", config.hit, kLeastOccupied, kMostOccupied);
+  checker.expectWithin("miss", config.miss, 1.0 - kMostOccupied, 1.0 - kLeastOccupied);
+  checker.expectWithin("alpha_min", config.alpha_min, 1.0 - kMostOccupied, 1.0 - kLeastOccupied);
+  checker.expectWithin("alpha_max", config.alpha_max, kLeastOccupied, kMostOccupied);
+  return checker.take();
+}
+
+std::vector<ConfigError> checkConfig(const MapConfig& config) {
+  Checker checker;
+  checker.expectWithin("resolution_m", config.resolution_m, MapConfig::kMinResolution_m,
+                       MapConfig::kMaxResolution_m);
+  checker.append("sensor_model.", checkConfig(config.sensor_model));
+  checker.expectEnumerator("environment", config.environment, Environment::kStatic);
+  checker.expectEnumerator("fusion", config.fusion, FusionKind::kNone);
+  if (config.fusion == FusionKind::kGrowth) check(config.growth, checker);
+  check(config.rtree, checker);
+  checker.expectWithin("threads", config.threads, 1, MapConfig::kMaxThreads);
+  return checker.take();
+}
+
+std::vector<ConfigError> checkConfig(const MapperConfig& config) {
+  Checker checker;
+  checker.append("map.", checkConfig(config.map));
+  checker.expect(config.max_range_m > 0.0, "max_range_m", config.max_range_m,
+                 "greater than 0 (infinity: no limit)");
+  return checker.take();
+}
+
+void throwIfAny(const std::vector<ConfigError>& errors) {
+  if (errors.empty()) return;
+  std::string text = "bad configuration: ";
+  for (const ConfigError& error : errors) {
+    if (&error != &errors.front()) text += "; ";
+    text += error.field + ' ' + error.message;
+  }
+  throw std::invalid_argument(text);
+}
+
+}  // namespace cuboid_mapping
