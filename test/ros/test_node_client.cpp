@@ -5,6 +5,7 @@
 #include "cuboid_mapping/query/box_query.h"
 #include "cuboid_mapping/ros/cuboid_map_client.h"
 #include "cuboid_mapping/ros/request_reader.h"
+#include "ros/log_probe.h"
 #include "ros/node_probe.h"
 
 #include <atomic>
@@ -121,6 +122,9 @@ TEST_F(NodeClientTest, GetsTheMapWhenItComesLate) {
 TEST_F(NodeClientTest, HasAnEmptyMapWithoutAServer) {
   ros::NodeHandle elsewhere("elsewhere");
   const cuboid_mapping_ros::CuboidMapClient client(elsewhere, "/nobody");
+  LogProbe log;
+  EXPECT_FALSE(client.waitForMap(ros::WallDuration(3.5)));
+  EXPECT_TRUE(log.waitForLine("no map has come on /elsewhere/cuboid_map: nobody publishes it"));
   EXPECT_FALSE(client.hasMap());
   EXPECT_EQ(client.revision(), 0U);
   EXPECT_EQ(client.frameId(), "");

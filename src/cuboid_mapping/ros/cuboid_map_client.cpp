@@ -7,7 +7,9 @@
 #include "cuboid_mapping/ros/names.h"
 
 #include <ros/console.h>
+#include <ros/init.h>
 
+#include <algorithm>
 #include <mutex>
 #include <utility>
 
@@ -21,6 +23,8 @@ namespace {
 
 /// An image that comes by itself is waited for so long.
 constexpr double kImagePatience_s = 3.0;
+/// Between two lines of the log that say what a client waits for.
+constexpr double kReminderPeriod_s = 10.0;
 
 }  // namespace
 
@@ -104,6 +108,13 @@ struct CuboidMapClient::Implementation {
         10.0, "the map cannot be followed: " << error << "; is the name of the server right?");
   }
 
+  void sayWhatIsMissing() const {
+    const char* reason = image_subscriber.getNumPublishers() == 0
+                             ? ": nobody publishes it; does the node run, in this namespace?"
+                             : ", though it has a publisher";
+    ROS_WARN_STREAM("no map has come on " << image_subscriber.getTopic() << reason);
+  }
+
   void tell() const {
     if (callback) callback(follower.revision());  // Only this thread changes it.
   }
@@ -140,6 +151,21 @@ const CuboidMap& CuboidMapClient::map() const {
 bool CuboidMapClient::hasMap() const {
   const std::shared_lock<std::shared_mutex> lock(mutex());
   return implementation_->follower.map() != nullptr;
+}
+
+bool CuboidMapClient::waitForMap(const ros::WallDuration& timeout) const {
+  const ros::WallTime start = ros::WallTime::now();
+  double reminder_s = kImagePatience_s;
+  while (!hasMap() && ros::ok()) {
+    const double waited_s = (ros::WallTime::now() - start).toSec();
+    if (waited_s >= timeout.toSec()) break;
+    if (waited_s >= reminder_s) {
+      implementation_->sayWhatIsMissing();
+      reminder_s += kReminderPeriod_s;
+    }
+    ros::WallDuration(std::min(0.05, timeout.toSec() - waited_s)).sleep();
+  }
+  return hasMap();
 }
 
 std::uint64_t CuboidMapClient::revision() const {
