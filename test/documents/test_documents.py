@@ -1,12 +1,41 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: BSD-3-Clause
-"""README and doc/: short enough, and no link leads nowhere."""
+"""README and doc/: short enough, no link leads nowhere, and what is to be pasted works."""
 import pathlib
+import os
 import re
+import shlex
 import unittest
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 PAGES = [ROOT / 'README.md', ROOT / 'CONTRIBUTING.md', *sorted((ROOT / 'doc').glob('*.md'))]
+# Programs in documents are parts of files that other tests build and run.
+PROGRAMS = [path.read_text() for path in sorted((ROOT / 'examples').rglob('*')) if path.is_file()]
+# What begins a line that is to be pasted, and is not of this package.
+OTHERS = {'.', 'cd', 'cmake', 'sudo', 'ctest'}
+
+
+def read_blocks(page):
+    """(language, text) of each block of a page; those without a language are lines of a shell."""
+    text = page.read_text()
+    blocks = [(language or 'sh', block) for language, block in re.findall(r'```(\w*)\n(.*?)```', text, re.DOTALL)]
+    text = re.sub(r'```.*?```', '', text, flags=re.DOTALL)
+    for block in re.findall(r'(?:^|\n)\n((?:    .*\n?)+)', text):
+        blocks.append(('sh', '\n'.join(line[4:] for line in block.split('\n'))))
+    return blocks
+
+
+def read_commands(block):
+    """The words of each command of a block; of a session those behind the $ alone."""
+    lines = block.replace('\\\n', ' ').split('\n')
+    if any(line.startswith('$ ') for line in lines):
+        lines = [line[2:] for line in lines if line.startswith('$ ')]
+    for line in lines:
+        words = shlex.split(line, comments=True)
+        while words and re.match(r'[A-Z_]+=', words[0]):
+            words.pop(0)
+        if words:
+            yield words
 
 
 class DocumentsTest(unittest.TestCase):
@@ -34,6 +63,57 @@ class DocumentsTest(unittest.TestCase):
                 num_links += 1
                 self.assertTrue((page.parent / link).exists(), f'{page.name}: {link}')
         self.assertGreater(num_links, 20)
+
+    def test_programs_are_parts_of_examples(self):
+        num_blocks = 0
+        for page in PAGES:
+            for language, block in read_blocks(page):
+                if language in ('cpp', 'cmake', 'python') and page.name != 'python.md':  # test/python runs that.
+                    num_blocks += 1
+                    self.assertTrue(any(block in program for program in PROGRAMS), f'{page.name}:\n{block}')
+        self.assertGreater(num_blocks, 3)
+
+    def test_the_readme_shows_an_example_as_a_whole(self):
+        text = (ROOT / 'README.md').read_text()
+        for name in ('first_map.cpp', 'CMakeLists.txt'):
+            program = (ROOT / 'examples/first_map' / name).read_text()
+            self.assertIn(re.sub(r'^// SPDX.*\n', '', program), text)
+
+    def test_commands_name_what_there_is(self):
+        num_commands = 0
+        for page in PAGES:
+            for language, block in read_blocks(page):
+                if language == 'sh' and not block.startswith('<'):
+                    for words in read_commands(block):
+                        num_commands += 1
+                        with self.subTest(page=page.name, command=' '.join(words)):
+                            self.check_command(*words)
+        self.assertGreater(num_commands, 40)
+
+    def check_command(self, program, *words):
+        """The program, launch file, service, script or option is there; whether it works is for their own tests."""
+        built = '\n'.join((ROOT / path).read_text() for path in (
+            'src/programs.cmake', 'benchmark/CMakeLists.txt', 'fuzz/CMakeLists.txt', 'cmake/ros_package.cmake'))
+        if program == 'roslaunch':
+            package, file, *arguments = [word for word in words if not word.startswith('--')]
+            self.assertEqual(package, 'cuboid_mapping')
+            declared = re.findall(r'<arg name="(\w+)"', (ROOT / 'launch' / file).read_text())
+            for argument in arguments:
+                self.assertIn(argument.split(':=')[0], declared)
+        elif program == 'rosrun':
+            self.assertRegex(built, rf'\b{words[1]}\b')
+        elif program == 'rosservice':
+            service = words[1].split('/')[-1]
+            self.assertIn(service, (ROOT / 'src/cuboid_mapping/ros/names.h').read_text() + ' set_parameters')
+        elif program.startswith('scripts/'):
+            self.assertTrue(os.access(ROOT / program, os.X_OK))
+        elif program.startswith('build-fuzz/'):
+            self.assertIn(pathlib.Path(program).name, built)
+        else:
+            self.assertIn(program, OTHERS)
+        cmake = '\n'.join(path.read_text() for path in (ROOT / 'CMakeLists.txt', *(ROOT / 'cmake').iterdir()))
+        for option in re.findall(r'-D(CUBOID_MAPPING_\w+)', ' '.join(words)):
+            self.assertRegex(cmake, rf'(option|set)\({option} ')
 
 
 if __name__ == '__main__':

@@ -84,20 +84,49 @@ class InstallSpaceTest(unittest.TestCase):
         for name in ('py.typed', '_core.pyi'):
             self.assertTrue((packages.parent / 'cuboid_map' / name).is_file(), name)
 
+    def build(self, project, *options):
+        """A project that finds this package where it is installed. Returns its program."""
+        build = self.root / f'build_{project.name}'
+        paths = [str(self.space), *os.environ.get('CMAKE_PREFIX_PATH', '').split(':')]
+        paths = [path for path in paths if path and pathlib.Path(path) != DEVEL]
+        environment = {**self.environment, 'CMAKE_PREFIX_PATH': ':'.join(paths)}
+        run(CMAKE, '-S', project, '-B', build, '-Wno-dev', f'-DPYTHON_EXECUTABLE={sys.executable}', *options,
+            env=environment)
+        run(CMAKE, '--build', build, env=environment)
+        (name,) = [path.stem for path in project.glob('*.cpp')]
+        (program,) = [path for path in build.rglob(name) if path.is_file()]
+        return program
+
     def test_another_package_is_built_with_it(self):
         headers = SOURCE / 'include'
         for path in headers.rglob('*.h'):
             self.assertTrue((self.space / 'include' / path.relative_to(headers)).is_file(), path.name)
-        build = self.root / 'build'
-        paths = [str(self.space), *os.environ.get('CMAKE_PREFIX_PATH', '').split(':')]
-        paths = [path for path in paths if path and pathlib.Path(path) != DEVEL]
-        environment = {**self.environment, 'CMAKE_PREFIX_PATH': ':'.join(paths)}
         # As with compilers whose default it is; what cuboid_mapping exports asks for C++17.
-        run(CMAKE, '-S', SOURCE / 'test/install/client', '-B', build, '-Wno-dev', '-DCMAKE_CXX_STANDARD=14',
-            f'-DPYTHON_EXECUTABLE={sys.executable}', env=environment)
-        run(CMAKE, '--build', build, '--target', 'use_map', env=environment)
-        (program,) = build.glob('devel/lib/*/use_map')
-        self.assertEqual(run(program, self.root / 'map.ot', env=environment).split()[-1], 'OcTree')
+        program = self.build(SOURCE / 'test/install/client', '-DCMAKE_CXX_STANDARD=14')
+        self.assertEqual(run(program, self.root / 'map.ot', env=self.environment).split()[-1], 'OcTree')
+
+    def test_a_package_follows_the_map_with_the_client_alone(self):
+        needed = run('ldd', self.build(SOURCE / 'examples/follow_map'), env=self.environment)
+        self.assertIn('libcuboid_mapping_client', needed)
+        self.assertNotIn('pcl', needed)
+        self.assertNotIn('octo', needed)
+
+    def test_messages_and_client_are_configured_without_what_the_node_needs(self):
+        absent = [f'-DCMAKE_DISABLE_FIND_PACKAGE_{name}=ON'
+                  for name in ('PCL', 'octomap', 'PNG', 'Boost', 'pcl_ros', 'nodelet', 'yaml-cpp')]
+        output = run(CMAKE, '-S', SOURCE, '-B', self.root / 'services', '-DCUBOID_MAPPING_NODE=OFF',
+                     f'-DPYTHON_EXECUTABLE={sys.executable}', *absent)
+        self.assertIn('cuboid_mapping: libraries core io client', output)
+        targets = run(CMAKE, '--build', self.root / 'services', '--target', 'help').split()
+        self.assertIn('cuboid_mapping_generate_messages_cpp', targets)
+        self.assertNotIn('cuboid_mapping_ros', targets)
+
+    def test_a_project_without_catkin_uses_the_core_alone(self):
+        program = self.build(SOURCE / 'examples/first_map')
+        self.assertIn('5 m: occupied', run(program, env=self.environment))
+        needed = run('ldd', program, env=self.environment)
+        for foreign in ('pcl', 'octo', 'libros', 'boost'):
+            self.assertNotIn(foreign, needed)
 
 
 if __name__ == '__main__':

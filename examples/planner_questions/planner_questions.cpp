@@ -1,0 +1,53 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// What a planner asks: a path, a ray, a place, a corridor. In a room of 4 x 2 x 1 m with a wall across it.
+#include <cuboid_mapping/map/mapper.h>
+#include <cuboid_mapping/query/corridor_query.h>
+#include <cuboid_mapping/query/fit_query.h>
+#include <cuboid_mapping/query/path_query.h>
+#include <cuboid_mapping/query/ray_query.h>
+
+#include <iostream>
+
+using namespace cuboid_mapping;
+
+namespace {
+
+/// Gives all voxels of a box one class.
+void fill(CuboidMap& map, const MetricBox& box, float log_odds) {
+  const CellBox cells = map.grid().toCellBox(box).value();
+  map.replace(cells, std::vector<UniformBox>{{cells, log_odds}});
+}
+
+}  // namespace
+
+int main() {
+  MapConfig config;
+  config.resolution_m = 0.1;
+  CuboidMap map(config);
+  fill(map, {{0.0, 0.0, 0.0}, {4.0, 2.0, 1.0}}, map.sensorModel().min());
+  fill(map, {{2.0, 0.0, 0.0}, {2.1, 1.2, 1.0}}, map.sensorModel().max());
+
+  const Eigen::Vector3d start(0.5, 0.5, 0.5);
+  const Eigen::Vector3d goal(3.5, 0.5, 0.5);
+  const Eigen::Vector3d size_m(0.5, 0.5, 0.5);  // Of the robot, a box that does not turn.
+  const UnknownPolicy unknown = UnknownPolicy::kStop;
+
+  if (const auto path = checkPath(map, {start, goal}, size_m, unknown); path && path->contact) {
+    std::cout << "straight on: blocked after " << path->contact->distance_m << " m\n";
+  }
+  if (const auto ray = castRay(map, start, {1.0, 0.0, 0.0}, 10.0, unknown)) {
+    std::cout << "ahead: an obstacle in " << ray->distance_m << " m\n";
+  }
+  if (const auto place = findNearestFit(map, {2.0, 0.5, 0.5}, size_m, unknown, 2.0)) {
+    std::cout << "nearest place to the wall: " << place->transpose() << '\n';
+  }
+  CorridorTask task;
+  task.start_map = start;
+  task.goal_map = goal;
+  task.size_m = size_m;
+  task.policy = unknown;
+  const Corridor corridor = findCorridor(map, task);
+  if (corridor.end != CorridorEnd::kFound) return 1;
+  std::cout << "around it: " << corridor.boxes.size() << " free boxes, " << corridor.length_m
+            << " m\n";
+}

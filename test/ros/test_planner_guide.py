@@ -1,0 +1,78 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: BSD-3-Clause
+"""The calls of doc/planner_guide.md, as they stand there, and the program that follows the map."""
+import pathlib
+import re
+import subprocess
+import sys
+import unittest
+
+import rospy
+import rosservice
+import rostest
+import yaml
+
+ROOT = pathlib.Path(__file__).resolve().parents[2]
+CALL = re.compile(r"^\$ rosservice call (\S+) '(.*)'\n((?:.*\n)*?)(?=\n|\Z|\$)", re.MULTILINE)
+
+
+def read_calls():
+    """(service, request, answer) of each call, in the order of the guide."""
+    text = (ROOT / 'doc/planner_guide.md').read_text()
+    blocks = '\n'.join(line[4:] for line in text.split('\n') if line.startswith('    ') or not line)
+    return [(name, yaml.safe_load(request), yaml.safe_load(answer)) for name, request, answer in CALL.findall(blocks)]
+
+
+def plain(value):
+    """A part of a message as numbers, lists and dicts; bytes of a bool[] or uint8[] as numbers."""
+    if hasattr(value, '__slots__'):
+        return {name: plain(getattr(value, name)) for name in value.__slots__}
+    return [plain(part) for part in value] if isinstance(value, (list, tuple, bytes)) else value
+
+
+class PlannerGuideTest(unittest.TestCase):
+
+    def expect_part(self, shown, given, where):
+        """What the guide shows is there, numbers to three digits after the point."""
+        if isinstance(shown, dict):
+            for name in shown:
+                self.expect_part(shown[name], given[name], f'{where}/{name}')
+        elif isinstance(shown, list):
+            if shown and shown[-1] == '...':
+                shown, given = shown[:-1], given[:len(shown) - 1]
+            self.assertEqual(len(shown), len(given), where)
+            for number, part in enumerate(shown):
+                self.expect_part(part, given[number], f'{where}[{number}]')
+        elif isinstance(given, (int, float)):
+            self.assertAlmostEqual(float(shown), float(given), 3, where)
+        elif shown != '...':
+            self.assertEqual(shown, given, where)
+
+    def test_calls_give_the_answers_that_are_shown(self):
+        calls = read_calls()
+        self.assertGreater(len(calls), 10)
+        for name, request, answer in calls:
+            rospy.wait_for_service(name, 20)
+            service = rosservice.get_service_class_by_name(name)
+            message = service._request_class()
+            rosservice.genpy.message.fill_message_args(message, [request])
+            given = plain(rospy.ServiceProxy(name, service)(message))
+            self.assertTrue(given.get('success', True), given)
+            with self.subTest(name):
+                self.expect_part(answer, given, name)
+        self.follow()
+
+    def follow(self):
+        """The room that the calls have made, from the processes of other programs."""
+        for command in (['rosrun', 'cuboid_mapping', 'test_follow_map'],
+                        [sys.executable, str(ROOT / 'examples/follow_map/follow_map.py')]):
+            done = subprocess.run(command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, universal_newlines=True,
+                                  timeout=60)
+            self.assertEqual(done.returncode, 0, done.stdout)
+            self.assertRegex(done.stdout, r'0\.5 +0\.5 +0\.5')
+            self.assertRegex(done.stdout, r'3\.5 +0\.5 +0\.5')
+
+
+if __name__ == '__main__':
+    rospy.init_node('test_planner_guide')
+    rostest.rosrun('cuboid_mapping', 'planner_guide', PlannerGuideTest)
