@@ -80,6 +80,67 @@ TEST(LockedBoxes, areAllLookedAtForEachBrick) {
   EXPECT_EQ(rest[0].misses, BrickMask::ofBox({{3, 0, 0}, {6, 8, 8}}));
 }
 
+TEST(LockedBoxes, stayWhatTheyAreWhenABoxIsLockedTwice) {
+  LockedBoxes locked;
+  const CellBox box{{0, 0, 0}, {5, 5, 5}};
+  locked.add(box);
+  locked.add(box);
+  EXPECT_EQ(locked.boxes(), std::vector<CellBox>{box});
+  locked.add({});
+  locked.remove({});
+  EXPECT_EQ(locked.boxes(), std::vector<CellBox>{box});
+  locked.remove(box);
+  EXPECT_TRUE(locked.isEmpty());
+}
+
+/// As many locks as a planner can send in a day: a brick of a cloud meets few of them, and no others
+/// are looked at.
+TEST(LockedBoxes, mayBeMany) {
+  LockedBoxes locked;
+  constexpr std::int32_t kCount = 40;
+  const auto at = [](std::int32_t x, std::int32_t y, std::int32_t z) {
+    return Cell{20 * x, 20 * y, 20 * z};
+  };
+  for (std::int32_t x = 0; x < kCount; ++x) {
+    for (std::int32_t y = 0; y < kCount; ++y) {
+      for (std::int32_t z = 0; z < kCount; ++z) {
+        locked.add({at(x, y, z), at(x, y, z) + Cell{12, 3, 5}});
+      }
+    }
+  }
+  EXPECT_EQ(locked.boxes().size(), 64000U);
+  std::vector<BrickUpdate> updates;
+  double num_voxels = 0.0;
+  double num_kept = 0.0;
+  forEachBrick({{0, 0, 0}, {160, 160, 160}}, [&](const Cell& brick) {
+    updates.emplace_back();
+    updates.back().brick = brick;
+    updates.back().misses = BrickMask::all();
+    num_voxels += kBrickVoxels;
+  });
+  for (const BrickUpdate& rest : locked.without(updates)) num_kept += rest.misses.count();
+  EXPECT_EQ(num_kept, num_voxels - 8 * 8 * 8 * 12 * 3 * 5);
+}
+
+TEST(LockOfCuboidMap, staysWhenAnotherMapTakesItsPlace) {
+  CuboidMap map;
+  CuboidMap other;
+  const CellBox box{{0, 0, 0}, {4, 4, 4}};
+  map.replace(kAllCells, {UniformBox{box, 1.0F}});
+  other.replace(kAllCells, {UniformBox{{{9, 9, 9}, {10, 10, 10}}, -1.0F}});
+  map.lock(box);
+  const std::uint64_t revision = map.revision();
+  const ChangeSet changes = map.exchange(other);
+  EXPECT_TRUE(changes.is_everything);
+  EXPECT_GT(changes.revision, revision);
+  EXPECT_EQ(map.revision(), changes.revision);
+  EXPECT_EQ(map.locked().boxes(), std::vector<CellBox>{box});
+  EXPECT_EQ(map.voxels().at({0, 0, 0}), Occupancy::kUnknown);
+  EXPECT_EQ(map.voxels().at({9, 9, 9}), Occupancy::kFree);
+  EXPECT_EQ(map.tree().size(), 1U);
+  EXPECT_EQ(other.voxels().at({0, 0, 0}), Occupancy::kOccupied);
+}
+
 TEST(LockOfCuboidMap, keepsCloudsAndNothingElseFromChangingVoxels) {
   Random random(53);
   CuboidMap map;

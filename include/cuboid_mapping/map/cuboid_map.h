@@ -83,6 +83,10 @@ class CuboidMap {
   /// As above. @param boxes  Disjoint, inside the box, with finite log-odds.
   ChangeSet replace(const CellBox& box, const std::vector<UniformBox>& boxes);
 
+  /// Exchanges all voxels and cuboids with another map, which may have been built while this one was
+  /// in use. Locks stay. @pre The configs are equal. @complexity O(1).
+  ChangeSet exchange(CuboidMap& other);
+
   /// Keeps clouds from changing the voxels of a box, known or not; replace() and clear() still do.
   void lock(const CellBox& box) { locked_.add(box); }
   /// Undoes lock() for the voxels of a box, whatever boxes they were locked with.

@@ -4,6 +4,7 @@
 #include "cuboid_mapping/voxels/uniform_boxes.h"
 
 #include <cassert>
+#include <utility>
 
 namespace cuboid_mapping {
 
@@ -16,7 +17,7 @@ CuboidMap::CuboidMap(const MapConfig& config)
 
 ChangeSet CuboidMap::apply(const ScanUpdate& update) {
   const std::vector<BrickChange> changed =
-      voxels_.apply(locked_.boxes().empty() ? update.bricks : locked_.without(update.bricks),
+      voxels_.apply(locked_.isEmpty() ? update.bricks : locked_.without(update.bricks),
                     sensor_model_, config_.threads);
   ChangeSet changes;
   fusion_->noteCloud(voxels_, update, changed, changes);
@@ -38,6 +39,14 @@ ChangeSet CuboidMap::replace(const CellBox& box, const std::vector<VoxelBrick>& 
 
 ChangeSet CuboidMap::replace(const CellBox& box, const std::vector<UniformBox>& boxes) {
   return replace(box, toBricks(boxes).bricks);
+}
+
+ChangeSet CuboidMap::exchange(CuboidMap& other) {
+  std::swap(voxels_, other.voxels_);
+  std::swap(fusion_, other.fusion_);
+  ChangeSet changes;
+  changes.is_everything = true;
+  return finish(true, std::move(changes));
 }
 
 ChangeSet CuboidMap::setSensorModel(const SensorModelConfig& sensor_model) {

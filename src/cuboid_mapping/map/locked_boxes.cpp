@@ -1,32 +1,54 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "cuboid_mapping/map/locked_boxes.h"
 
+#include "cuboid_mapping/rtree/traversal.h"
+
 namespace cuboid_mapping {
 
-void LockedBoxes::remove(const CellBox& box) {
-  std::vector<CellBox> rest;
-  for (const CellBox& locked : boxes_) {
-    const BoxPieces pieces = subtract(locked, box);
-    rest.insert(rest.end(), pieces.begin(), pieces.end());
+/// Takes a box out of locked boxes. What is left of one of them is there before it goes, so that nothing
+/// is unlocked when memory fails in between.
+void LockedBoxes::cut(const std::vector<Cuboid>& locked, const CellBox& box) {
+  for (const Cuboid& cuboid : locked) {
+    for (const CellBox& piece : subtract(cuboid.box, box)) {
+      tree_.insert({piece, Occupancy::kOccupied});
+    }
+    tree_.remove(cuboid.box);
   }
-  boxes_ = std::move(rest);
+}
+
+void LockedBoxes::remove(const CellBox& box) {
+  Selection met;
+  tree_.select(box, met);
+  cut(met.cuboids, box);
 }
 
 void LockedBoxes::add(const CellBox& box) {
-  remove(box);
-  if (!box.isEmpty()) boxes_.push_back(box);
+  if (box.isEmpty()) return;
+  Selection met;
+  tree_.select(box, met);
+  tree_.insert({box, Occupancy::kOccupied});
+  cut(met.cuboids, box);
+}
+
+std::vector<CellBox> LockedBoxes::boxes() const {
+  std::vector<CellBox> boxes;
+  visitAll(tree_, CuboidFilter::kAll, [&boxes](const Cuboid& cuboid) {
+    boxes.push_back(cuboid.box);
+    return Visit::kContinue;
+  });
+  return boxes;
 }
 
 std::vector<BrickUpdate> LockedBoxes::without(const std::vector<BrickUpdate>& update) const {
   std::vector<BrickUpdate> rest = update;
   for (BrickUpdate& brick : rest) {
-    for (const CellBox& locked : boxes_) {
-      const CellBox part = intersect(locked, brickBox(brick.brick));
-      if (part.isEmpty()) continue;
-      const BrickMask kept = ~BrickMask::ofBox(part);
+    const CellBox cells = brickBox(brick.brick);
+    visitBox(tree_, cells, CuboidFilter::kAll, [&](const Cuboid& locked) {
+      const BrickMask kept = ~BrickMask::ofBox(intersect(locked.box, cells));
       brick.hits &= kept;
       brick.misses &= kept;
-    }
+      return Visit::kContinue;
+    });
   }
   return rest;
 }
