@@ -16,6 +16,7 @@ cuboid_mapping_add_part(core
   cuboid_mapping/occupancy/sensor_model.cpp
   cuboid_mapping/parallel/parallel_for.cpp
   cuboid_mapping/query/box_query.cpp
+  cuboid_mapping/query/budget.cpp
   cuboid_mapping/query/corridor_boxes.cpp
   cuboid_mapping/query/corridor_query.cpp
   cuboid_mapping/query/cuboid_query.cpp
@@ -166,6 +167,7 @@ add_library(cuboid_mapping_ros
   cuboid_mapping/ros/reconfigure_server.cpp
   cuboid_mapping/ros/request_reader.cpp
   cuboid_mapping/ros/search_answers.cpp
+  cuboid_mapping/ros/service_limits.cpp
   cuboid_mapping/ros/speed_advice.cpp
   cuboid_mapping/ros/tf_lookup.cpp
   cuboid_mapping/ros/time_jump.cpp)

@@ -19,6 +19,7 @@
 
 namespace {
 
+using cuboid_mapping::Budget;
 using cuboid_mapping::CellBox;
 using cuboid_mapping::Corridor;
 using cuboid_mapping::CorridorEnd;
@@ -26,6 +27,7 @@ using cuboid_mapping::CorridorTask;
 using cuboid_mapping::CuboidMap;
 using cuboid_mapping::Grid;
 using cuboid_mapping::MetricBox;
+using cuboid_mapping::QueryLimits;
 using cuboid_mapping::UnknownPolicy;
 using visualization_msgs::Marker;
 using visualization_msgs::MarkerArray;
@@ -45,7 +47,7 @@ const char* explain(CorridorEnd end) {
              "drive to where the robot can see it";
     case CorridorEnd::kNoWay:
       return "NO_WAY: no way leads through free space now; it waits until the map changes";
-    case CorridorEnd::kTimeLimit:
+    case CorridorEnd::kBudgetSpent:
       return "TIME_LIMIT: the search took too long, and there may be a way; raise time_limit";
   }
   return "";
@@ -152,9 +154,9 @@ class ExamplePlanner {
     task.goal_map = findNearestFit(map, goal, size_m_, policy_, kMaxDistance_m).value_or(goal);
     task.size_m = size_m_;
     task.policy = policy_;
-    task.time_limit_s = time_limit_s_;
     task.region = floorAround(map, task);
-    return findCorridor(map, task);
+    Budget budget(QueryLimits{time_limit_s_});
+    return findCorridor(map, task, budget);
   }
 
   /// All of the map at the height of start and goal: the robot does not fly.

@@ -101,11 +101,11 @@ TEST(CorridorQuery, saysWhyThereIsNone) {
   task.policy = UnknownPolicy::kPass;
   EXPECT_EQ(findCorridor(map, task).end, CorridorEnd::kFound);
   task = throughTheDoor();
-  task.time_limit_s = -1.0;
-  task.size_m = {1, 1, 1};
-  const Corridor late = findCorridor(map, task);
-  EXPECT_TRUE(late.end == CorridorEnd::kTimeLimit || late.num_visited < 64);
-  task = throughTheDoor();
+  QueryLimits limits;
+  limits.max_bricks = 20;
+  Budget budget(limits);
+  EXPECT_EQ(findCorridor(map, task, budget).end, CorridorEnd::kBudgetSpent);
+  EXPECT_EQ(budget.whyEnded(), BudgetEnd::kBricks);
   task.region = CellBox{{0, 0, 0}, {12, 8, 4}};
   EXPECT_EQ(findCorridor(map, task).end, CorridorEnd::kGoalBlocked) << "outside the region";
 }
@@ -121,7 +121,6 @@ TEST(CorridorQuery, refusesWhatIsNoTask) {
   EXPECT_EQ(end_with([](auto& task) { task.size_m.y() = std::nan(""); }), CorridorEnd::kInvalid);
   EXPECT_EQ(end_with([](auto& task) { task.start_map.z() = std::nan(""); }), CorridorEnd::kInvalid);
   EXPECT_EQ(end_with([](auto& task) { task.goal_map.z() = 1e12; }), CorridorEnd::kInvalid);
-  EXPECT_EQ(end_with([](auto& task) { task.time_limit_s = std::nan(""); }), CorridorEnd::kInvalid);
 }
 
 TEST(CorridorQuery, goesAroundAMapThroughUnknownSpace) {

@@ -8,6 +8,7 @@
 #include <gtest/gtest.h>
 
 #include <atomic>
+#include <new>
 #include <thread>
 #include <vector>
 
@@ -158,6 +159,58 @@ TEST(GuardedMap, TellsEachBrickOnceAndWhetherItHasNewCuboids) {
   changes = map.takeChanges();
   ASSERT_EQ(changes.bricks.size(), 1U);
   EXPECT_FALSE(changes.bricks[0].has_new_cuboids) << "log-odds alone have changed";
+}
+
+TEST(GuardedMap, TellsThatEverythingHasChangedAfterAFailure) {
+  GuardedMap map(makeConfig());
+  const CellBox brick{{0, 0, 0}, {8, 8, 8}};
+  const auto fill = [&](CuboidMap& content) {
+    return content.replace(brick, {cuboid_mapping::UniformBox{brick, 1.0F}});
+  };
+  const auto fail = [&](CuboidMap& content) -> ChangeSet {
+    (void)fill(content);
+    throw std::bad_alloc();
+  };
+  EXPECT_THROW(map.change(ros::Time(1.0), fail), std::bad_alloc);
+  EXPECT_TRUE(map.takeChanges().is_everything);
+  map.read([](const CuboidMap& /*content*/, const ros::Time& stamp) {
+    EXPECT_EQ(stamp, ros::Time()) << "the cloud did not get in";
+  });
+  EXPECT_THROW(map.edit([&](CuboidMap& content, const ros::Time&) { return fail(content); }),
+               std::bad_alloc);
+  EXPECT_TRUE(map.takeChanges().is_everything);
+}
+
+TEST(GuardedMap, KeepsChangesThatCouldNotBePassedOn) {
+  GuardedMap map(makeConfig());
+  const CellBox brick{{0, 0, 0}, {8, 8, 8}};
+  map.change(ros::Time(1.0), [&](CuboidMap& content) {
+    return content.replace(brick, {cuboid_mapping::UniformBox{brick, 1.0F}});
+  });
+  const auto fail = [](const CuboidMap&, const ros::Time&, const ChangeSet& changes) {
+    EXPECT_EQ(changes.bricks.size(), 1U);
+    throw std::bad_alloc();
+  };
+  EXPECT_THROW((void)map.takeChanges(fail), std::bad_alloc);
+  const auto take = [](const CuboidMap&, const ros::Time&, const ChangeSet&) {};
+  EXPECT_TRUE(map.takeChanges(take).is_everything);
+  EXPECT_FALSE(map.takeChanges(take).is_everything);
+}
+
+TEST(GuardedMap, RemembersNoEndlessListOfBricksThatAreGone) {
+  GuardedMap map(makeConfig());
+  for (std::int32_t i = 0; i < 30; ++i) {  // 30 times 4096 bricks, set and forgotten.
+    const CellBox box{{0, 0, 128 * i}, {128, 128, 128 * (i + 1)}};
+    map.change(ros::Time(1.0), [&](CuboidMap& content) {
+      return content.replace(box, {cuboid_mapping::UniformBox{box, 1.0F}});
+    });
+    map.change(ros::Time(1.0), [&](CuboidMap& content) {
+      return content.replace(box, std::vector<cuboid_mapping::UniformBox>{});
+    });
+  }
+  const ChangeSet changes = map.takeChanges();
+  EXPECT_TRUE(changes.is_everything);
+  EXPECT_TRUE(changes.bricks.empty());
 }
 
 TEST(GuardedMap, TellsThatEverythingHasChangedAfterClear) {

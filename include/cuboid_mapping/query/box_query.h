@@ -2,6 +2,7 @@
 #pragma once
 
 #include "cuboid_mapping/map/cuboid_search.h"
+#include "cuboid_mapping/query/budget.h"
 
 #include <optional>
 #include <vector>
@@ -33,19 +34,22 @@ struct BoxQueryResult {
 ///   - every voxel that the box overlaps counts as a whole: the answer is on the safe side, and the
 ///     volumes add up to that of `BoxQueryResult::box`;
 ///   - space outside the map is unknown;
-///   - inverted, flat (max <= min), NaN, or out of the grid's range: nothing.
+///   - inverted, flat (max <= min), NaN, or out of the grid's range: nothing;
+///   - the budget is spent: voxels that were not looked at count as unknown, and cuboids are missing.
 ///
 /// @complexity O(bricks of the box, or all known bricks if these are fewer); with cuboids as
 /// visitBox(), too.
 [[nodiscard]] std::optional<BoxQueryResult> queryBox(const CuboidMap& map, const MetricBox& box_map,
                                                      CuboidOutput output = CuboidOutput::kNone,
-                                                     CuboidFilter filter = CuboidFilter::kAll);
+                                                     CuboidFilter filter = CuboidFilter::kAll,
+                                                     Budget& budget = Budget::unlimited());
 
 /// As above for a box of voxels. @pre it is not empty.
 /// @param filter  Of the cuboids returned; the volumes always count all.
 [[nodiscard]] BoxQueryResult queryBox(const CuboidMap& map, const CellBox& box,
                                       CuboidOutput output = CuboidOutput::kNone,
-                                      CuboidFilter filter = CuboidFilter::kAll);
+                                      CuboidFilter filter = CuboidFilter::kAll,
+                                      Budget& budget = Budget::unlimited());
 
 /// Whether any voxel of the box is occupied; stops at the first.
 /// @complexity O(bricks of the box) for up to 64 bricks, else as visitBox() for occupied cuboids.

@@ -2,9 +2,9 @@
 #pragma once
 
 #include "cuboid_mapping/map/cuboid_map.h"
+#include "cuboid_mapping/query/budget.h"
 #include "cuboid_mapping/query/unknown_policy.h"
 
-#include <limits>
 #include <optional>
 #include <string>
 #include <vector>
@@ -17,7 +17,6 @@ struct CorridorTask {
   Eigen::Vector3d goal_map = Eigen::Vector3d::Zero();   ///< Centre of the robot's box.
   Eigen::Vector3d size_m = Eigen::Vector3d::Zero();     ///< Robot: a box that does not turn, > 0.
   UnknownPolicy policy = UnknownPolicy::kStop;
-  double time_limit_s = std::numeric_limits<double>::infinity();
   /// Voxels that the robot may not leave; nothing: the map's bounds, start and goal, and room to go
   /// around them.
   std::optional<CellBox> region;
@@ -30,7 +29,7 @@ enum class CorridorEnd : unsigned char {
   kStartBlocked,  ///< The robot at the start meets an obstacle, or leaves the region.
   kGoalBlocked,   ///< As kStartBlocked, at the goal.
   kNoWay,         ///< There is none: everything that can be reached from the start was looked at.
-  kTimeLimit,
+  kBudgetSpent,   ///< Before anything was found.
 };
 
 /// Answer of findCorridor.
@@ -58,7 +57,10 @@ struct Corridor {
 /// A corridor is found if and only if there is a way from voxel to voxel: places of the box on the
 /// grid, each a voxel beside the one before. It need not be the shortest.
 ///
+/// @param budget  Spent during the search: kBudgetSpent. Spent while boxes grow, after a way was found: kFound, with
+///                boxes that are not maximal.
 /// @complexity O(bricks and boxes of places that A* reaches).
-[[nodiscard]] Corridor findCorridor(const CuboidMap& map, const CorridorTask& task);
+[[nodiscard]] Corridor findCorridor(const CuboidMap& map, const CorridorTask& task,
+                                    Budget& budget = Budget::unlimited());
 
 }  // namespace cuboid_mapping

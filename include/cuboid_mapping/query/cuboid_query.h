@@ -2,6 +2,7 @@
 #pragma once
 
 #include "cuboid_mapping/map/cuboid_search.h"
+#include "cuboid_mapping/query/budget.h"
 
 #include <cstddef>
 #include <limits>
@@ -20,13 +21,14 @@ struct CuboidSelection {
 /// Answer of selectCuboids.
 struct SelectedCuboids {
   std::vector<Cuboid> cuboids;
-  bool is_truncated = false;  ///< There are more than max_cuboids.
+  bool is_truncated = false;  ///< There are more than max_cuboids, or the budget is spent.
 };
 
 /// The cuboids that share a voxel with a region, in no particular order; none for an empty one.
 /// @complexity As visitBox(); at most one cuboid more than max_cuboids is visited.
 [[nodiscard]] SelectedCuboids selectCuboids(const CuboidMap& map, const CellBox& region,
-                                            const CuboidSelection& selection = {});
+                                            const CuboidSelection& selection = {},
+                                            Budget& budget = Budget::unlimited());
 
 /// The free cuboids of a region and where one can go from one to another.
 struct FreeGraph {
@@ -38,7 +40,8 @@ struct FreeGraph {
   };
   std::vector<Cuboid> cuboids;  ///< Clipped to the region.
   std::vector<Portal> portals;
-  bool is_truncated = false;  ///< There are more than max_cuboids; portals are those of these.
+  /// There are more than max_cuboids, and portals are those of these; or the budget is spent.
+  bool is_truncated = false;
 };
 
 /// Free cuboids as nodes, shared faces as portals.
@@ -47,9 +50,11 @@ struct FreeGraph {
 ///                 passes through it; {0, 0, 0} for all shared faces. It says nothing of whether the
 ///                 box fits into the cuboids: a passage through several faces side by side, which
 ///                 findCorridor() finds, is not told.
+/// @param budget  Entries are cuboids and portals.
 /// @complexity O(k log n) for k cuboids.
 [[nodiscard]] FreeGraph buildFreeGraph(
     const CuboidMap& map, const CellBox& region, const Cell& passage,
-    std::size_t max_cuboids = std::numeric_limits<std::size_t>::max());
+    std::size_t max_cuboids = std::numeric_limits<std::size_t>::max(),
+    Budget& budget = Budget::unlimited());
 
 }  // namespace cuboid_mapping

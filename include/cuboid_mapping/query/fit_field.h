@@ -11,15 +11,16 @@ namespace cuboid_mapping {
 /// Where a box of whole voxels fits between the obstacles: the map, eroded by the box.
 ///
 /// A place of the box is named by its least cell. Bricks of places are computed when they are asked
-/// for, and kept. Valid as long as the map does not change. Not thread-safe.
+/// for, and kept: what changes in the map afterwards is not seen. Not thread-safe.
 class FitField {
  public:
   /// @param size  Edges of the box in voxels, >= 1. @param obstacles  Must outlive this object.
   FitField(const Obstacles& obstacles, const Cell& size) : obstacles_(obstacles), size_(size) {}
 
   [[nodiscard]] const Cell& size() const { return size_; }
+  [[nodiscard]] Budget& budget() const { return obstacles_.budget(); }
 
-  /// The places in a brick. @complexity O(size / 8 + 1) for each edge, multiplied; O(1) again.
+  /// The places in a brick; none when the budget of the obstacles is spent. @complexity O(size / 8 + 1) for each edge, multiplied; O(1) again.
   [[nodiscard]] const BrickMask& inBrick(const Cell& brick);
 
   /// Whether the box fits at a place.
@@ -38,6 +39,7 @@ class FitField {
   }
 
  private:
+  [[nodiscard]] bool spendForBrick() const;
   [[nodiscard]] BrickMask compute(const Cell& brick);
   void fillRows(const Cell& brick);
 

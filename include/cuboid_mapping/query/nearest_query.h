@@ -2,6 +2,7 @@
 #pragma once
 
 #include "cuboid_mapping/map/cuboid_search.h"
+#include "cuboid_mapping/query/budget.h"
 
 #include <limits>
 #include <vector>
@@ -21,11 +22,13 @@ struct NearestCuboid {
 /// Cases:
 ///   - fewer within max_distance_m: as many as there are, none far from everything;
 ///   - the point need not be in the map; equal distances come in no particular order;
-///   - point not finite, k == 0, max_distance_m negative or NaN: none.
+///   - point not finite, k == 0, max_distance_m negative or NaN: none;
+///   - the budget is spent: those that were found, which are the nearest.
 ///
 /// @complexity O((k + log n) log n), and all bricks that wait to be fused.
 [[nodiscard]] std::vector<NearestCuboid> findNearest(
     const CuboidMap& map, const Eigen::Vector3d& point_map, std::size_t k, CuboidFilter filter,
-    double max_distance_m = std::numeric_limits<double>::infinity());
+    double max_distance_m = std::numeric_limits<double>::infinity(),
+    Budget& budget = Budget::unlimited());
 
 }  // namespace cuboid_mapping

@@ -2,6 +2,7 @@
 #pragma once
 
 #include "cuboid_mapping/map/cuboid_map.h"
+#include "cuboid_mapping/query/budget.h"
 #include "cuboid_mapping/query/unknown_policy.h"
 
 #include <cstddef>
@@ -34,13 +35,14 @@ struct PathQueryResult {
 ///   - one waypoint: the box standing there, as segment 0 of no length;
 ///   - it starts in an obstacle: contact in segment 0 at distance 0;
 ///   - no waypoints, a number that is not finite, an edge that is not > 0, or a waypoint from
-///     which the box reaches out of the grid's range: nothing.
+///     which the box reaches out of the grid's range: nothing;
+///   - the budget is spent: nothing.
 ///
 /// @param size_m  Edges of the box.
 /// @complexity O(bricks swept, and voxels in the way near them).
 [[nodiscard]] std::optional<PathQueryResult> checkPath(
     const CuboidMap& map, const std::vector<Eigen::Vector3d>& waypoints_map,
-    const Eigen::Vector3d& size_m, UnknownPolicy policy);
+    const Eigen::Vector3d& size_m, UnknownPolicy policy, Budget& budget = Budget::unlimited());
 
 /// The box of this size around a point.
 [[nodiscard]] inline MetricBox boxAround(const Eigen::Vector3d& center_m,

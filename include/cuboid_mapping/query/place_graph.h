@@ -11,7 +11,8 @@
 namespace cuboid_mapping {
 
 /// The places where a box fits, divided into boxes brick by brick: a graph of boxes that share a
-/// face. Bricks are divided when a search reaches them. Not thread-safe.
+/// face. Bricks are divided when a search reaches them, and have no nodes once the budget of the
+/// obstacles is spent. Not thread-safe.
 class PlaceGraph {
  public:
   using NodeIndex = std::uint32_t;

@@ -2,6 +2,7 @@
 #pragma once
 
 #include "cuboid_mapping/map/cuboid_map.h"
+#include "cuboid_mapping/query/budget.h"
 #include "cuboid_mapping/query/unknown_policy.h"
 
 #include <optional>
@@ -33,7 +34,8 @@ struct RayQueryResult {
 ///   - origin in unknown space, outside the map included: kUnknown at 0, or passed, by policy;
 ///   - the ray leaves the map: what is outside is unknown;
 ///   - it only touches an edge or a corner of a cuboid (less than 1e-9 voxels): not hit;
-///   - direction zero, or an argument not finite, or max_range_m <= 0: nothing.
+///   - direction zero, or an argument not finite, or max_range_m <= 0: nothing;
+///   - the budget is spent: nothing.
 ///
 /// @param direction  Need not be normalized.
 /// @param max_range_m  Length of the ray.
@@ -42,7 +44,8 @@ struct RayQueryResult {
 [[nodiscard]] std::optional<RayQueryResult> castRay(const CuboidMap& map,
                                                     const Eigen::Vector3d& origin_map,
                                                     const Eigen::Vector3d& direction,
-                                                    double max_range_m, UnknownPolicy policy);
+                                                    double max_range_m, UnknownPolicy policy,
+                                                    Budget& budget = Budget::unlimited());
 
 /// The occupied voxel that a ray hits first.
 struct RayHit {
@@ -52,11 +55,13 @@ struct RayHit {
 };
 
 /// What castRay() hits with UnknownPolicy::kPass, faster, without a look at unknown space.
-/// @return Nothing when nothing is in the way, and for arguments that castRay() does not take.
+/// @return Nothing when nothing is in the way, the budget is spent, and for arguments that castRay()
+/// does not take.
 /// @complexity O(bricks passed, and voxels of those with an occupied one).
 [[nodiscard]] std::optional<RayHit> findFirstHit(const CuboidMap& map,
                                                  const Eigen::Vector3d& origin_map,
                                                  const Eigen::Vector3d& direction,
-                                                 double max_range_m);
+                                                 double max_range_m,
+                                                 Budget& budget = Budget::unlimited());
 
 }  // namespace cuboid_mapping

@@ -3,17 +3,19 @@
 #pragma once
 
 #include "cuboid_mapping/map/cuboid_map.h"
+#include "cuboid_mapping/query/budget.h"
 
 #include <optional>
 
 namespace cuboid_mapping {
 
 /// Calls visit(float log_odds, int num_voxels) for the known voxels of a box: for each brick, each
-/// log-odds that occurs in the box, and how often.
+/// log-odds that occurs in the box, and how often. None when the budget does not suffice.
 /// @complexity O(bricks of the box, or all known bricks if these are fewer).
 template <typename VisitorT>
-void visitValues(const CuboidMap& map, const CellBox& box, VisitorT visit) {
-  if (box.isEmpty()) return;
+void visitValues(const CuboidMap& map, const CellBox& box, VisitorT visit,
+                 Budget& budget = Budget::unlimited()) {
+  if (box.isEmpty() || !budget.spend(map.voxels().countLooks(box))) return;
   map.voxels().forEachIn(box, [&](const VoxelBrick& brick) {
     const BrickMask part = BrickMask::ofBox(intersect(box, brickBox(brick.brick)));
     brick.voxels.forEachValue([&](float log_odds, const BrickMask& voxels) {
@@ -23,11 +25,13 @@ void visitValues(const CuboidMap& map, const CellBox& box, VisitorT visit) {
 }
 
 /// Mean probability of the known voxels of a box, of a cuboid for instance; nothing when none is
-/// known. Complexity as visitValues().
-[[nodiscard]] std::optional<double> meanProbability(const CuboidMap& map, const CellBox& box);
+/// known. Cases and complexity as visitValues().
+[[nodiscard]] std::optional<double> meanProbability(const CuboidMap& map, const CellBox& box,
+                                                    Budget& budget = Budget::unlimited());
 
-/// Greatest log-odds of the known voxels of a box; nothing when none is known. Complexity as
-/// visitValues().
-[[nodiscard]] std::optional<float> maxLogOdds(const CuboidMap& map, const CellBox& box);
+/// Greatest log-odds of the known voxels of a box; nothing when none is known. Cases and
+/// complexity as visitValues().
+[[nodiscard]] std::optional<float> maxLogOdds(const CuboidMap& map, const CellBox& box,
+                                              Budget& budget = Budget::unlimited());
 
 }  // namespace cuboid_mapping

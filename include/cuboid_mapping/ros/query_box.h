@@ -9,6 +9,7 @@
 
 #include <Eigen/Geometry>
 
+#include <atomic>
 #include <cstdint>
 #include <limits>
 #include <string>
@@ -54,6 +55,16 @@ struct BoxAnswer {
   /// Of all known voxels; NaN when there are none.
   double max_probability = std::numeric_limits<double>::quiet_NaN();
   std::vector<AnswerCuboid> cuboids;
+  std::string cut;  ///< Not empty: which limit has cut the answer short, and what to do.
+};
+
+/// How much one call of a service may do.
+struct ServiceLimits {
+  double max_time_s = 5.0;  ///< From when it has the map on.
+  int max_bricks =
+      20000000;  ///< Bricks of 8 x 8 x 8 voxels, cuboids and the like that it looks at.
+  int max_entries = 1000000;  ///< Of a request, and of its answer.
+  int max_answer_mb = 100;    ///< Of the answer, MB.
 };
 
 /// A map and how its frame gets its name.
@@ -61,6 +72,8 @@ struct MapInFrame {
   GuardedMap& map;
   std::string frame_id;
   const tf2::BufferCore& tf;
+  ServiceLimits limits = {};
+  const std::atomic<bool>* is_stopped = nullptr;  ///< true ends the work on all calls.
 };
 
 /// Smallest axis-aligned box of the target frame that covers a box of the source frame.
@@ -75,6 +88,8 @@ struct MapInFrame {
 ///   - a coordinate is NaN or infinite, or min >= max on some axis;
 ///   - tf has no transform from the request's frame to the map's at the request's stamp;
 ///   - the box reaches beyond the cells that a map can have.
+/// With more in the box than the limits allow, voxels that were not looked at count as unknown, cuboids are
+/// missing, and `cut` says so.
 /// @complexity O(log n + k) for k cuboids in the box.
 [[nodiscard]] BoxAnswer answerBoxRequest(const MapInFrame& map, const BoxRequest& request);
 

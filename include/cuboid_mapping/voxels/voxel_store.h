@@ -5,6 +5,8 @@
 #include "cuboid_mapping/voxels/brick_table.h"
 #include "cuboid_mapping/voxels/packed_voxels.h"
 
+#include <algorithm>
+#include <cstdint>
 #include <optional>
 #include <vector>
 
@@ -59,6 +61,11 @@ class VoxelStore {
   template <typename VisitorT>
   void forEachIn(const CellBox& box, VisitorT visit) const {
     bricks_.forEachIn(box, visit);
+  }
+
+  /// Bricks that forEachIn() looks at, at most.
+  [[nodiscard]] std::uint64_t countLooks(const CellBox& box) const {
+    return static_cast<std::uint64_t>(std::min(numBricks(box), 1.0 * static_cast<double>(size())));
   }
 
   /// Bricks with a known voxel.

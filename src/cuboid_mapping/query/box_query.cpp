@@ -15,19 +15,22 @@ Occupancy BoxQueryResult::occupancy() const {
 }
 
 BoxQueryResult queryBox(const CuboidMap& map, const CellBox& box, CuboidOutput output,
-                        CuboidFilter filter) {
+                        CuboidFilter filter, Budget& budget) {
   BoxQueryResult result;
   result.box = box;
   if (box.isEmpty()) return result;
   double free_voxels = 0.0;
   double occupied_voxels = 0.0;
-  map.voxels().forEachIn(box, [&](const VoxelBrick& brick) {
-    const BrickMask part = BrickMask::ofBox(intersect(box, brickBox(brick.brick)));
-    free_voxels += (brick.voxels.free() & part).count();
-    occupied_voxels += (brick.voxels.occupied() & part).count();
-  });
+  if (budget.spend(map.voxels().countLooks(box))) {
+    map.voxels().forEachIn(box, [&](const VoxelBrick& brick) {
+      const BrickMask part = BrickMask::ofBox(intersect(box, brickBox(brick.brick)));
+      free_voxels += (brick.voxels.free() & part).count();
+      occupied_voxels += (brick.voxels.occupied() & part).count();
+    });
+  }
   if (output != CuboidOutput::kNone) {
     visitBox(map, box, filter, [&](const Cuboid& cuboid) {
+      if (!budget.spend() || !budget.addEntries()) return Visit::kStop;
       const bool is_clipped = output == CuboidOutput::kClipped;
       result.cuboids.push_back(
           {is_clipped ? intersect(cuboid.box, box) : cuboid.box, cuboid.occupancy});
@@ -42,10 +45,10 @@ BoxQueryResult queryBox(const CuboidMap& map, const CellBox& box, CuboidOutput o
 }
 
 std::optional<BoxQueryResult> queryBox(const CuboidMap& map, const MetricBox& box_map,
-                                       CuboidOutput output, CuboidFilter filter) {
+                                       CuboidOutput output, CuboidFilter filter, Budget& budget) {
   const auto box = map.grid().toCellBox(box_map);
   if (!box) return std::nullopt;
-  return queryBox(map, *box, output, filter);
+  return queryBox(map, *box, output, filter, budget);
 }
 
 bool isAnyOccupied(const CuboidMap& map, const CellBox& box) {

@@ -6,6 +6,8 @@
 namespace cuboid_mapping {
 namespace {
 
+/// Places of the way that are looked at in the time of a brick.
+constexpr std::size_t kPlacesPerBrick = 16;
 /// Times that each point of the path is moved between its neighbours.
 constexpr int kPulls = 50;
 
@@ -62,14 +64,16 @@ std::vector<CellBox> CorridorBoxes::compute(const CellBox& start, const std::vec
   for (std::size_t at = 0;;) {
     const CellBox places = field_.placesIn(boxes.back());
     while (at + 1 < way.size() && places.contains(way[at + 1])) ++at;
-    for (std::size_t later = way.size() - 1; later > at; --later) {
-      if (places.contains(way[later])) at = later;
+    if (field_.budget().spendAndYield(1 + way.size() / kPlacesPerBrick)) {
+      for (std::size_t later = way.size() - 1; later > at; --later) {
+        if (places.contains(way[later])) at = later;
+      }
     }
     if (at + 1 == way.size()) break;
     boxes.push_back(grow(field_.coveredAt(boxOf(way[at], way[at + 1]))));
   }
   if (!boxes.back().contains(goal)) boxes.push_back(grow(goal));
-  removeNeedless(boxes, start, goal);
+  if (!field_.budget().isSpent()) removeNeedless(boxes, start, goal);
   return boxes;
 }
 
@@ -109,11 +113,12 @@ CorridorPortals findPortals(const Grid& grid, const std::vector<CellBox>& boxes,
 
 std::vector<Eigen::Vector3d> pullTight(const CorridorPortals& portals,
                                        const Eigen::Vector3d& start_map,
-                                       const Eigen::Vector3d& goal_map) {
+                                       const Eigen::Vector3d& goal_map, Budget& budget) {
   std::vector<Eigen::Vector3d> path{start_map};
   path.insert(path.end(), portals.centers_map.begin(), portals.centers_map.end());
   path.push_back(goal_map);
-  for (int pull = 0; pull < kPulls; ++pull) {
+  const std::size_t cost = 1 + path.size() / kPlacesPerBrick;
+  for (int pull = 0; pull < kPulls && budget.spendAndYield(cost); ++pull) {
     for (std::size_t i = 1; i + 1 < path.size(); ++i) {
       path[i] = findCrossing(portals.ranges_map[i - 1], path[i - 1], path[i + 1], path[i]);
     }

@@ -17,6 +17,7 @@ class CorridorBoxes {
 
   /// @param start, goal  Voxels without obstacle that the first and the last box are to hold.
   /// @param way  Places from one to the other; the box of two successive ones has no obstacle.
+  /// @return Once the budget of the obstacles is spent, boxes that are neither maximal nor few.
   [[nodiscard]] std::vector<CellBox> compute(const CellBox& start, const std::vector<Cell>& way,
                                              const CellBox& goal) const;
 
@@ -39,9 +40,11 @@ struct CorridorPortals {
 [[nodiscard]] CorridorPortals findPortals(const Grid& grid, const std::vector<CellBox>& boxes,
                                           const Cell& size);
 
-/// A short way from start to goal with one point in each portal.
+/// A short way from start to goal with one point in each portal; less short when the budget is
+/// spent on the way.
 [[nodiscard]] std::vector<Eigen::Vector3d> pullTight(const CorridorPortals& portals,
                                                      const Eigen::Vector3d& start_map,
-                                                     const Eigen::Vector3d& goal_map);
+                                                     const Eigen::Vector3d& goal_map,
+                                                     Budget& budget);
 
 }  // namespace cuboid_mapping

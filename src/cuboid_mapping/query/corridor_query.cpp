@@ -6,17 +6,12 @@
 #include "cuboid_mapping/query/place_graph.h"
 
 #include <algorithm>
-#include <chrono>
-#include <cmath>
 #include <queue>
 
 namespace cuboid_mapping {
 namespace {
 
 using NodeIndex = PlaceGraph::NodeIndex;
-
-/// The clock is looked at once in so many steps of the search.
-constexpr std::size_t kStepsPerLook = 64;
 
 Eigen::Vector3d toVector(const Cell& cell) {
   return {static_cast<double>(cell.x), static_cast<double>(cell.y), static_cast<double>(cell.z)};
@@ -38,15 +33,14 @@ class PlaceSearch {
   PlaceSearch(PlaceGraph& graph, const CellBox& start, const CellBox& goal)
       : graph_(graph), start_(start), goal_(goal) {}
 
-  CorridorEnd run(double time_limit_s) {
-    const auto begin = std::chrono::steady_clock::now();
+  CorridorEnd run(Budget& budget) {
     std::vector<NodeIndex> first;
     graph_.findNodes(start_, first);
     for (const NodeIndex node : first) {
       const Cell entry = clampTo(intersect(graph_.box(node), start_), clampTo(goal_, start_.min));
       reach(node, entry, 0.0, PlaceGraph::kNoNode);
     }
-    for (std::size_t step = 1; !open_.empty(); ++step) {
+    while (!open_.empty() && budget.spendAndYield()) {
       const Item item = open_.top();
       open_.pop();
       const State& state = states_[item.node];
@@ -56,11 +50,8 @@ class PlaceSearch {
         return CorridorEnd::kFound;
       }
       expand(item.node);
-      if (step % kStepsPerLook != 0) continue;
-      const std::chrono::duration<double> passed = std::chrono::steady_clock::now() - begin;
-      if (passed.count() > time_limit_s) return CorridorEnd::kTimeLimit;
     }
-    return CorridorEnd::kNoWay;
+    return budget.isSpent() ? CorridorEnd::kBudgetSpent : CorridorEnd::kNoWay;
   }
 
   /// Places from start to goal; two successive ones lie in one box of the graph, or side by side.
@@ -148,29 +139,32 @@ CellBox findRegion(const CuboidMap& map, const CorridorTask& task, const Ends& e
 
 }  // namespace
 
-Corridor findCorridor(const CuboidMap& map, const CorridorTask& task) {
+Corridor findCorridor(const CuboidMap& map, const CorridorTask& task, Budget& budget) {
   Corridor corridor;
   const auto ends = findEnds(map.grid(), task);
-  if (!ends || std::isnan(task.time_limit_s)) return corridor;
+  if (!ends) return corridor;
   const CellBox region = findRegion(map, task, *ends);
-  const Obstacles obstacles(map, task.policy);
+  const Obstacles obstacles(map, task.policy, budget);
   const auto is_blocked = [&](const CellBox& box) {
     return !region.contains(box) || obstacles.isAny(box);
   };
-  if (is_blocked(ends->start)) return {CorridorEnd::kStartBlocked, {}, {}, {}, 0.0, 0};
-  if (is_blocked(ends->goal)) return {CorridorEnd::kGoalBlocked, {}, {}, {}, 0.0, 0};
+  const bool is_start_blocked = is_blocked(ends->start);
+  const bool is_goal_blocked = !is_start_blocked && is_blocked(ends->goal);
+  if (budget.isSpent()) return {CorridorEnd::kBudgetSpent, {}, {}, {}, 0.0, 0};
+  if (is_start_blocked) return {CorridorEnd::kStartBlocked, {}, {}, {}, 0.0, 0};
+  if (is_goal_blocked) return {CorridorEnd::kGoalBlocked, {}, {}, {}, 0.0, 0};
 
   FitField field(obstacles, ends->size);
   PlaceGraph graph(field, field.placesIn(region));
   PlaceSearch search(graph, field.placesIn(ends->start), field.placesIn(ends->goal));
-  corridor.end = search.run(task.time_limit_s);
+  corridor.end = search.run(budget);
   corridor.num_visited = graph.numNodes();
   if (corridor.end != CorridorEnd::kFound) return corridor;
   const CorridorBoxes boxes(obstacles, field, region);
   corridor.boxes = boxes.compute(ends->start, search.toWay(), ends->goal);
   const CorridorPortals portals = findPortals(map.grid(), corridor.boxes, ends->size);
   corridor.portals_map = portals.centers_map;
-  corridor.path_map = pullTight(portals, task.start_map, task.goal_map);
+  corridor.path_map = pullTight(portals, task.start_map, task.goal_map, budget);
   for (std::size_t i = 1; i < corridor.path_map.size(); ++i) {
     corridor.length_m += (corridor.path_map[i] - corridor.path_map[i - 1]).norm();
   }

@@ -23,11 +23,12 @@ bool isPassable(const CellBox& face, int normal, const Cell& passage) {
 }  // namespace
 
 SelectedCuboids selectCuboids(const CuboidMap& map, const CellBox& region,
-                              const CuboidSelection& selection) {
+                              const CuboidSelection& selection, Budget& budget) {
   SelectedCuboids result;
   visitBox(map, region, selection.filter, [&](const Cuboid& cuboid) {
+    if (!budget.spend()) return Visit::kStop;
     if (shortestEdge(cuboid.box) < selection.min_edge) return Visit::kContinue;
-    if (result.cuboids.size() == selection.max_cuboids) {
+    if (result.cuboids.size() == selection.max_cuboids || !budget.addEntries()) {
       result.is_truncated = true;
       return Visit::kStop;
     }
@@ -35,12 +36,14 @@ SelectedCuboids selectCuboids(const CuboidMap& map, const CellBox& region,
         {selection.is_clipped ? intersect(cuboid.box, region) : cuboid.box, cuboid.occupancy});
     return Visit::kContinue;
   });
+  result.is_truncated = result.is_truncated || budget.isSpent();
   return result;
 }
 
 FreeGraph buildFreeGraph(const CuboidMap& map, const CellBox& region, const Cell& passage,
-                         std::size_t max_cuboids) {
-  SelectedCuboids free = selectCuboids(map, region, {CuboidFilter::kFree, 1, true, max_cuboids});
+                         std::size_t max_cuboids, Budget& budget) {
+  SelectedCuboids free =
+      selectCuboids(map, region, {CuboidFilter::kFree, 1, true, max_cuboids}, budget);
   FreeGraph graph;
   graph.cuboids = std::move(free.cuboids);
   graph.is_truncated = free.is_truncated;
@@ -48,23 +51,26 @@ FreeGraph buildFreeGraph(const CuboidMap& map, const CellBox& region, const Cell
   for (const Cuboid& cuboid : graph.cuboids) {
     numbers.emplace(cuboid.box.min, static_cast<std::uint32_t>(numbers.size()));
   }
-  for (std::uint32_t first = 0; first < graph.cuboids.size(); ++first) {
+  for (std::uint32_t first = 0; first < graph.cuboids.size() && !budget.isSpent(); ++first) {
+    if (!budget.spend()) break;
     const CellBox box = graph.cuboids[first].box;
     for (int axis = 0; axis < 3; ++axis) {
       CellBox beyond = box;
       beyond.min[axis] = box.max[axis];
       beyond.max[axis] = box.max[axis] + 1;
       visitBox(map, intersect(beyond, region), CuboidFilter::kFree, [&](const Cuboid& cuboid) {
+        if (!budget.spend()) return Visit::kStop;
         const auto second = numbers.find(intersect(cuboid.box, region).min);
         CellBox face = intersect(cuboid.box, beyond);
         face.max[axis] = face.min[axis];
-        if (second != numbers.end() && isPassable(face, axis, passage)) {
+        if (second != numbers.end() && isPassable(face, axis, passage) && budget.addEntries()) {
           graph.portals.push_back({first, second->second, face});
         }
         return Visit::kContinue;
       });
     }
   }
+  graph.is_truncated = graph.is_truncated || budget.isSpent();
   return graph;
 }
 

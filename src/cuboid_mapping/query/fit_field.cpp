@@ -1,12 +1,18 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "cuboid_mapping/query/fit_field.h"
 
+#include <algorithm>
 #include <cstring>
 
 namespace cuboid_mapping {
 namespace {
 
 constexpr std::uint64_t kEachByte = 0x0101010101010101ULL;
+
+/// What a brick that is kept counts as, at least, by its memory.
+constexpr std::uint64_t kKeptBrick = 8;
+/// A box that reaches more bricks from one is no robot: to look at them needs too much memory.
+constexpr double kMaxReached = 1e6;
 
 /// Bricks that a box of this edge can reach along an axis from a brick.
 constexpr std::int32_t numReached(std::int32_t edge) { return (edge + 6) / kBrickEdge + 1; }
@@ -30,7 +36,17 @@ std::uint64_t loadWord(const std::uint8_t* bytes) {
 const BrickMask& FitField::inBrick(const Cell& brick) {
   const auto found = bricks_.find(brick);
   if (found != bricks_.end()) return found->second;
+  static const BrickMask kNone;
+  if (!spendForBrick()) return kNone;
   return bricks_.emplace(brick, compute(brick)).first->second;
+}
+
+/// Takes the bricks that the box reaches off the budget.
+bool FitField::spendForBrick() const {
+  const double num_reached = 1.0 * numReached(size_.x) * numReached(size_.y) * numReached(size_.z);
+  if (num_reached > kMaxReached) budget().end(BudgetEnd::kBricks);
+  return budget().spend(
+      std::max<std::uint64_t>(kKeptBrick, static_cast<std::uint64_t>(num_reached)));
 }
 
 /// Rows of 8 + size - 1 along y and z, so that every box that starts in the brick is covered.

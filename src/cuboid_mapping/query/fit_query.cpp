@@ -18,8 +18,9 @@ Eigen::Vector3d toVector(const Cell& cell) {
 class NearestFitSearch {
  public:
   NearestFitSearch(FitField& field, const Eigen::Vector3d& point, const Eigen::Vector3d& size,
-                   double max_distance)
+                   double max_distance, Budget& budget)
       : field_(field),
+        budget_(budget),
         point_(point),
         half_(0.5 * size),
         best_squared_(max_distance * max_distance) {
@@ -28,8 +29,10 @@ class NearestFitSearch {
 
   std::optional<Eigen::Vector3d> run() {
     const Cell middle = brickOf(toCell(point_ - half_));
-    for (std::int32_t ring = 0; isNear(ring); ++ring) searchRing(middle, ring * kBrickEdge);
-    return best_;
+    for (std::int32_t ring = 0; isNear(ring) && !budget_.isSpent(); ++ring) {
+      searchRing(middle, ring * kBrickEdge);
+    }
+    return budget_.isSpent() ? std::nullopt : best_;
   }
 
  private:
@@ -53,7 +56,10 @@ class NearestFitSearch {
         const bool is_side =
             z == ring.min.z || z == ring.max.z || y == ring.min.y || y == ring.max.y;
         const std::int32_t step = is_side || radius == 0 ? kBrickEdge : 2 * radius;
-        for (std::int32_t x = ring.min.x; x <= ring.max.x; x += step) searchBrick({x, y, z});
+        for (std::int32_t x = ring.min.x; x <= ring.max.x; x += step) {
+          if (!budget_.spendAndYield()) return;
+          searchBrick({x, y, z});
+        }
       }
     }
   }
@@ -110,6 +116,7 @@ class NearestFitSearch {
   }
 
   FitField& field_;
+  Budget& budget_;
   Eigen::Vector3d point_;
   Eigen::Vector3d half_;
   Eigen::Vector3d span_;  ///< Edges of the box in whole voxels.
@@ -122,17 +129,17 @@ class NearestFitSearch {
 std::optional<Eigen::Vector3d> findNearestFit(const CuboidMap& map,
                                               const Eigen::Vector3d& point_map,
                                               const Eigen::Vector3d& size_m, UnknownPolicy policy,
-                                              double max_distance_m) {
+                                              double max_distance_m, Budget& budget) {
   const Grid& grid = map.grid();
   const auto size = grid.toSizeInCells(size_m);
   const bool is_valid = size && std::isfinite(max_distance_m) && max_distance_m >= 0.0 &&
                         grid.toCellBox(boxAround(
                             point_map, size_m + Eigen::Vector3d::Constant(2.0 * max_distance_m)));
   if (!is_valid) return std::nullopt;
-  const Obstacles obstacles(map, policy);
+  const Obstacles obstacles(map, policy, budget);
   FitField field(obstacles, *size);
   const auto found = NearestFitSearch(field, grid.toCellUnits(point_map), grid.toCellUnits(size_m),
-                                      max_distance_m / grid.resolution())
+                                      max_distance_m / grid.resolution(), budget)
                          .run();
   if (!found) return std::nullopt;
   return grid.toMetres(*found);

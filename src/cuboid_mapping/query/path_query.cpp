@@ -67,7 +67,7 @@ std::optional<Contact> findFirst(const Obstacles& obstacles, const Sweep& sweep)
   const double piece = std::max(kPieceLength, 2.0 * sweep.half.maxCoeff());
   const double num_pieces = std::max(1.0, std::ceil(length / piece));
   std::optional<Contact> first;
-  for (double i = 0.0; i < num_pieces && !first; ++i) {
+  for (double i = 0.0; i < num_pieces && !first && !obstacles.budget().isSpent(); ++i) {
     const double t_last = i + 1.0 < num_pieces ? (i + 1.0) / num_pieces : 1.0;
     const CellBox bounds = sweep.bounds(i / num_pieces, t_last);
     if (!obstacles.isAny(bounds)) continue;
@@ -91,10 +91,11 @@ bool isValid(const Grid& grid, const std::vector<Eigen::Vector3d>& waypoints_map
 
 std::optional<PathQueryResult> checkPath(const CuboidMap& map,
                                          const std::vector<Eigen::Vector3d>& waypoints_map,
-                                         const Eigen::Vector3d& size_m, UnknownPolicy policy) {
+                                         const Eigen::Vector3d& size_m, UnknownPolicy policy,
+                                         Budget& budget) {
   const Grid& grid = map.grid();
   if (!isValid(grid, waypoints_map, size_m)) return std::nullopt;
-  const Obstacles obstacles(map, policy);
+  const Obstacles obstacles(map, policy, budget);
   PathQueryResult result;
   const std::size_t num_segments = std::max<std::size_t>(1, waypoints_map.size() - 1);
   for (std::size_t i = 0; i < num_segments; ++i) {
@@ -110,6 +111,7 @@ std::optional<PathQueryResult> checkPath(const CuboidMap& map,
       }
     }
     result.length_m += length_m;
+    if (budget.isSpent()) return std::nullopt;
   }
   return result;
 }

@@ -4,6 +4,9 @@
 namespace cuboid_mapping {
 namespace {
 
+/// What a node counts as, by its memory here and in a search.
+constexpr std::uint64_t kNode = 8;
+
 /// Voxels of a box of the brick at the origin, in each of its slices.
 std::uint64_t sliceOf(int x, int y, int width, int height) {
   return BrickMask::ofBox({{x, y, 0}, {x + width, y + height, 1}})[0];
@@ -41,6 +44,7 @@ PlaceGraph::Range PlaceGraph::nodesIn(const Cell& brick) {
   if (!part.isEmpty()) {
     std::vector<CellBox> boxes;
     partitionMask(brick, field_.inBrick(brick) & BrickMask::ofBox(part), boxes);
+    if (!field_.budget().spend(kNode * boxes.size())) boxes.clear();
     for (const CellBox& box : boxes) nodes_.push_back({box});
   }
   const Range range{first, static_cast<NodeIndex>(nodes_.size())};
@@ -54,7 +58,7 @@ void PlaceGraph::findNodes(const CellBox& places, std::vector<NodeIndex>& nodes)
     for (NodeIndex node = range.first; node < range.last; ++node) {
       if (nodes_[node].box.intersects(places)) nodes.push_back(node);
     }
-    return false;  // On to the next brick.
+    return field_.budget().isSpent();  // Else on to the next brick.
   });
 }
 

@@ -166,11 +166,12 @@ struct VoxelHit {
 /// Walks along a ray until something is in the way.
 template <typename UnknownT>
 std::optional<VoxelHit> walk(const CuboidMap& map, const Eigen::Vector3d& origin,
-                             const Eigen::Vector3d& unit, double range, UnknownT& unknown) {
+                             const Eigen::Vector3d& unit, double range, UnknownT& unknown,
+                             Budget& budget) {
   const auto [begin, end] = clipToMap(map, origin, unit, range);
   if (unknown.pass(0.0, begin < end ? begin : range) || !(begin < end)) return std::nullopt;
   VoxelWalk voxels(origin, unit, begin);
-  while (voxels.enter() < end) {
+  while (voxels.enter() < end && budget.spendAndYield()) {
     const Cell brick = brickOf(voxels.cell());
     const PackedVoxels* found = map.voxels().find(brick);
     if (found == nullptr || (UnknownT::kIsAsked ? found->isAllFree() : !found->isAnyOccupied())) {
@@ -208,13 +209,14 @@ bool isRay(const Eigen::Vector3d& origin_map, const Eigen::Vector3d& direction,
 
 std::optional<RayQueryResult> castRay(const CuboidMap& map, const Eigen::Vector3d& origin_map,
                                       const Eigen::Vector3d& direction, double max_range_m,
-                                      UnknownPolicy policy) {
+                                      UnknownPolicy policy, Budget& budget) {
   if (!isRay(origin_map, direction, max_range_m)) return std::nullopt;
   const Eigen::Vector3d unit = direction.stableNormalized();
   const Grid& grid = map.grid();
   const double range = max_range_m / grid.resolution();
   UnknownMeter unknown(range, policy);
-  const auto hit = walk(map, grid.toCellUnits(origin_map), unit, range, unknown);
+  const auto hit = walk(map, grid.toCellUnits(origin_map), unit, range, unknown, budget);
+  if (budget.isSpent()) return std::nullopt;
   RayQueryResult result;
   result.distance_m = max_range_m;
   if (hit) {
@@ -232,13 +234,14 @@ std::optional<RayQueryResult> castRay(const CuboidMap& map, const Eigen::Vector3
 }
 
 std::optional<RayHit> findFirstHit(const CuboidMap& map, const Eigen::Vector3d& origin_map,
-                                   const Eigen::Vector3d& direction, double max_range_m) {
+                                   const Eigen::Vector3d& direction, double max_range_m,
+                                   Budget& budget) {
   if (!isRay(origin_map, direction, max_range_m)) return std::nullopt;
   const Eigen::Vector3d unit = direction.stableNormalized();
   const Grid& grid = map.grid();
   UnknownIgnored unknown;
-  const auto hit =
-      walk(map, grid.toCellUnits(origin_map), unit, max_range_m / grid.resolution(), unknown);
+  const auto hit = walk(map, grid.toCellUnits(origin_map), unit, max_range_m / grid.resolution(),
+                        unknown, budget);
   if (!hit) return std::nullopt;
   const double distance_m = hit->distance * grid.resolution();
   return RayHit{hit->voxel, distance_m, origin_map + distance_m * unit};

@@ -6,6 +6,7 @@
 #include "cuboid_mapping/query/ray_query.h"
 #include "cuboid_mapping/query/value_query.h"
 #include "cuboid_mapping/ros/request_reader.h"
+#include "cuboid_mapping/ros/service_limits.h"
 
 #include <limits>
 #include <numeric>
@@ -13,11 +14,14 @@
 namespace cuboid_mapping_ros {
 namespace {
 
+using cuboid_mapping::Budget;
 using cuboid_mapping::CastRays;
 using cuboid_mapping::CellBox;
 using cuboid_mapping::CheckBoxes;
 using cuboid_mapping::CheckPath;
+using cuboid_mapping::CuboidFilter;
 using cuboid_mapping::CuboidMap;
+using cuboid_mapping::CuboidOutput;
 using cuboid_mapping::Occupancy;
 using cuboid_mapping::RayEnd;
 using cuboid_mapping::UnknownPolicy;
@@ -29,27 +33,55 @@ static_assert(CheckPath::Response::FREE == static_cast<int>(Occupancy::kFree));
 
 using Path = std::vector<Eigen::Vector3d>;
 
-void add(const CuboidMap& map, const CellBox& box, UnknownPolicy policy,
-         CheckBoxes::Response& response) {
-  const cuboid_mapping::BoxQueryResult result = queryBox(map, box);
+// Of the answer to each entry.
+constexpr std::size_t kBoxBytes = 30;
+constexpr std::size_t kPathBytes = 46;
+constexpr std::size_t kRayBytes = 49;
+
+/// For boxes that are not answered: in the way.
+void fill(std::size_t num_boxes, CheckBoxes::Response& response) {
+  response.blocked.assign(num_boxes, static_cast<std::uint8_t>(true));
+  response.occupancy.assign(num_boxes, CheckBoxes::Response::UNKNOWN);
+  response.free_volume.assign(num_boxes, 0.0);
+  response.occupied_volume.assign(num_boxes, 0.0);
+  response.unknown_volume.assign(num_boxes, 0.0);
+  response.max_probability.assign(num_boxes, std::numeric_limits<float>::quiet_NaN());
+}
+
+/// A box of a request.
+struct AskedBox {
+  std::size_t number;
+  CellBox box;
+  UnknownPolicy policy;
+};
+
+void answer(const CuboidMap& map, const AskedBox& asked, Budget& budget,
+            CheckBoxes::Response& response) {
+  const cuboid_mapping::BoxQueryResult result =
+      queryBox(map, asked.box, CuboidOutput::kNone, CuboidFilter::kAll, budget);
+  const auto log_odds = maxLogOdds(map, asked.box, budget);
+  if (budget.isSpent()) return;
   const Occupancy occupancy = result.occupancy();
-  const bool is_blocked = occupancy == Occupancy::kOccupied ||
-                          (occupancy == Occupancy::kUnknown && policy == UnknownPolicy::kStop);
-  response.blocked.push_back(static_cast<std::uint8_t>(is_blocked));
-  response.occupancy.push_back(static_cast<std::uint8_t>(occupancy));
-  response.free_volume.push_back(result.free_volume_m3);
-  response.occupied_volume.push_back(result.occupied_volume_m3);
-  response.unknown_volume.push_back(result.unknown_volume_m3);
-  const auto log_odds = maxLogOdds(map, box);
-  response.max_probability.push_back(
-      log_odds ? static_cast<float>(cuboid_mapping::toProbability(*log_odds))
-               : std::numeric_limits<float>::quiet_NaN());
+  const bool is_blocked =
+      occupancy == Occupancy::kOccupied ||
+      (occupancy == Occupancy::kUnknown && asked.policy == UnknownPolicy::kStop);
+  const std::size_t i = asked.number;
+  response.blocked[i] = static_cast<std::uint8_t>(is_blocked);
+  response.occupancy[i] = static_cast<std::uint8_t>(occupancy);
+  response.free_volume[i] = result.free_volume_m3;
+  response.occupied_volume[i] = result.occupied_volume_m3;
+  response.unknown_volume[i] = result.unknown_volume_m3;
+  if (log_odds) {
+    response.max_probability[i] = static_cast<float>(cuboid_mapping::toProbability(*log_odds));
+  }
 }
 
 /// The paths of a request, one by one.
 std::vector<Path> splitPaths(RequestReader& reader, const CheckPath::Request& request) {
+  reader.requireFew(request.waypoints.size(), "waypoints", kPathBytes);
   const Path all = reader.points(request.waypoints, "waypoints");
   reader.require(!all.empty(), "there are no waypoints: give at least one");
+  reader.requireFew(request.lengths.size(), "paths", kPathBytes);
   std::vector<std::uint32_t> lengths = request.lengths;
   if (lengths.empty()) lengths.push_back(static_cast<std::uint32_t>(all.size()));
   const auto total = std::accumulate(lengths.begin(), lengths.end(), std::uint64_t{0});
@@ -67,16 +99,37 @@ std::vector<Path> splitPaths(RequestReader& reader, const CheckPath::Request& re
   return paths;
 }
 
-void add(const CuboidMap& map, const Path& path, const cuboid_mapping::PathQueryResult& result,
-         CheckPath::Response& response) {
-  const auto& contact = result.contact;
+/// For paths that are not answered: blocked where they begin.
+void fill(const std::vector<Path>& paths, CheckPath::Response& response) {
+  response.free.assign(paths.size(), static_cast<std::uint8_t>(false));
+  response.segment.assign(paths.size(), 0);
+  response.occupancy.assign(paths.size(), CheckPath::Response::UNKNOWN);
+  response.free_length.assign(paths.size(), 0.0);
+  response.length.assign(paths.size(), 0.0);
+  for (const Path& path : paths) response.point.push_back(toPoint(path.front()));
+}
+
+/// A path of a request.
+struct AskedPath {
+  std::size_t number;
+  const Path& path;
+  Eigen::Vector3d size_m;
+  UnknownPolicy policy;
+};
+
+void answer(const CuboidMap& map, const AskedPath& asked, Budget& budget,
+            CheckPath::Response& response) {
+  const auto result = checkPath(map, asked.path, asked.size_m, asked.policy, budget);
+  if (!result) return;
+  const std::size_t i = asked.number;
+  const auto& contact = result->contact;
   const Occupancy occupancy = contact ? map.voxels().at(contact->voxel) : Occupancy::kFree;
-  response.free.push_back(static_cast<std::uint8_t>(!contact));
-  response.segment.push_back(contact ? static_cast<std::int32_t>(contact->segment) : -1);
-  response.point.push_back(toPoint(contact ? contact->point_map : path.back()));
-  response.occupancy.push_back(static_cast<std::uint8_t>(occupancy));
-  response.free_length.push_back(contact ? contact->distance_m : result.length_m);
-  response.length.push_back(result.length_m);
+  response.free[i] = static_cast<std::uint8_t>(!contact);
+  response.segment[i] = contact ? static_cast<std::int32_t>(contact->segment) : -1;
+  response.point[i] = toPoint(contact ? contact->point_map : asked.path.back());
+  response.occupancy[i] = static_cast<std::uint8_t>(occupancy);
+  response.free_length[i] = contact ? contact->distance_m : result->length_m;
+  response.length[i] = result->length_m;
 }
 
 struct Ray {
@@ -103,13 +156,31 @@ std::uint8_t toMessage(RayEnd end) {
   }
 }
 
-void add(const CuboidMap& map, const Ray& ray, const RayLimits& limits,
-         CastRays::Response& response) {
+/// For rays that are not answered: they end where they begin.
+void fill(const std::vector<Ray>& rays, CastRays::Response& response) {
+  response.end.assign(rays.size(), CastRays::Request::END_UNKNOWN);
+  response.distance.assign(rays.size(), 0.0);
+  response.first_unknown.assign(rays.size(), 0.0);
+  response.unknown_length.assign(rays.size(), 0.0);
+  for (const Ray& ray : rays) response.point.push_back(toPoint(ray.origin_map));
+}
+
+/// A ray of a request.
+struct AskedRay {
+  std::size_t number;
+  const Ray& ray;
+  const RayLimits& limits;
+};
+
+void answer(const CuboidMap& map, const AskedRay& asked, Budget& budget,
+            CastRays::Response& response) {
+  const Ray& ray = asked.ray;
+  const RayLimits& limits = asked.limits;
   RayEnd end = RayEnd::kMaxRange;
   double range_m = limits.max_range_m;
   if (limits.inflation_m > 0.0) {
     const Path path{ray.origin_map, ray.origin_map + range_m * ray.direction_map};
-    const auto swept = checkPath(map, path, limits.thickness_m(), limits.policy);
+    const auto swept = checkPath(map, path, limits.thickness_m(), limits.policy, budget);
     if (swept && swept->contact) {
       range_m = swept->contact->distance_m;
       const Occupancy met = map.voxels().at(swept->contact->voxel);
@@ -117,19 +188,21 @@ void add(const CuboidMap& map, const Ray& ray, const RayLimits& limits,
     }
   }
   // The line in the middle; nothing is left of it when the thick ray is blocked from the start.
-  const auto line = range_m > 0.0
-                        ? castRay(map, ray.origin_map, ray.direction_map, range_m, limits.policy)
-                        : std::nullopt;
+  const auto line = range_m > 0.0 ? castRay(map, ray.origin_map, ray.direction_map, range_m,
+                                            limits.policy, budget)
+                                  : std::nullopt;
+  if (budget.isSpent()) return;
   if (line && line->end != RayEnd::kMaxRange) {
     end = line->end;
     range_m = line->distance_m;
   }
   constexpr double kNever = std::numeric_limits<double>::infinity();
-  response.end.push_back(toMessage(end));
-  response.distance.push_back(range_m);
-  response.point.push_back(toPoint(ray.origin_map + range_m * ray.direction_map));
-  response.first_unknown.push_back(line ? line->first_unknown_m.value_or(kNever) : kNever);
-  response.unknown_length.push_back(line ? line->unknown_length_m : 0.0);
+  const std::size_t i = asked.number;
+  response.end[i] = toMessage(end);
+  response.distance[i] = range_m;
+  response.point[i] = toPoint(ray.origin_map + range_m * ray.direction_map);
+  response.first_unknown[i] = line ? line->first_unknown_m.value_or(kNever) : kNever;
+  response.unknown_length[i] = line ? line->unknown_length_m : 0.0;
 }
 
 std::vector<Ray> readRays(RequestReader& reader, const CastRays::Request& request) {
@@ -151,14 +224,18 @@ std::vector<Ray> readRays(RequestReader& reader, const CastRays::Request& reques
 CheckBoxes::Response answerCheckBoxes(const MapInFrame& map, const CheckBoxes::Request& request) {
   RequestReader reader(map, request.header);
   const UnknownPolicy policy = reader.policy(request.unknown);
+  reader.requireFew(request.min.size(), "boxes", kBoxBytes);
   const std::vector<CellBox> boxes = reader.boxes(request.min, request.max, request.inflation);
   if (!reader.isGood()) return refuse<CheckBoxes::Response>(reader.error());
-  return map.map.read([&](const CuboidMap& content, const ros::Time& stamp) {
-    CheckBoxes::Response response;
+  CheckBoxes::Response response;
+  fill(boxes.size(), response);
+  readWithin(map, kBoxBytes, [&](const CuboidMap& content, const ros::Time& stamp, Budget& budget) {
     fillHead(map, content, stamp, response);
-    for (const CellBox& box : boxes) add(content, box, policy, response);
-    return response;
+    answerEach(map, boxes.size(), "boxes", budget, response, [&](std::size_t i) {
+      answer(content, {i, boxes[i], policy}, budget, response);
+    });
   });
+  return response;
 }
 
 CheckPath::Response answerCheckPath(const MapInFrame& map, const CheckPath::Request& request) {
@@ -172,14 +249,16 @@ CheckPath::Response answerCheckPath(const MapInFrame& map, const CheckPath::Requ
     }
   }
   if (!reader.isGood()) return refuse<CheckPath::Response>(reader.error());
-  return map.map.read([&](const CuboidMap& content, const ros::Time& stamp) {
-    CheckPath::Response response;
-    fillHead(map, content, stamp, response);
-    for (const Path& path : paths) {
-      add(content, path, *checkPath(content, path, size_m, policy), response);
-    }
-    return response;
-  });
+  CheckPath::Response response;
+  fill(paths, response);
+  readWithin(map, kPathBytes,
+             [&](const CuboidMap& content, const ros::Time& stamp, Budget& budget) {
+               fillHead(map, content, stamp, response);
+               answerEach(map, paths.size(), "paths", budget, response, [&](std::size_t i) {
+                 answer(content, {i, paths[i], size_m, policy}, budget, response);
+               });
+             });
+  return response;
 }
 
 CastRays::Response answerCastRays(const MapInFrame& map, const CastRays::Request& request) {
@@ -188,6 +267,7 @@ CastRays::Response answerCastRays(const MapInFrame& map, const CastRays::Request
                          reader.notNegative(request.inflation, "inflation"),
                          reader.policy(request.unknown)};
   reader.require(limits.max_range_m > 0.0, "max_range is 0: must be greater");
+  reader.requireFew(request.origins.size(), "rays", kRayBytes);
   const std::vector<Ray> rays = readRays(reader, request);
   const Eigen::Vector3d half_m = 0.5 * limits.thickness_m().array() + map.map.grid().resolution();
   for (std::size_t i = 0; reader.isGood() && i < rays.size(); ++i) {
@@ -197,12 +277,15 @@ CastRays::Response answerCastRays(const MapInFrame& map, const CastRays::Request
         {ray.origin_map.cwiseMin(end) - half_m, ray.origin_map.cwiseMax(end) + half_m});
   }
   if (!reader.isGood()) return refuse<CastRays::Response>(reader.error());
-  return map.map.read([&](const CuboidMap& content, const ros::Time& stamp) {
-    CastRays::Response response;
+  CastRays::Response response;
+  fill(rays, response);
+  readWithin(map, kRayBytes, [&](const CuboidMap& content, const ros::Time& stamp, Budget& budget) {
     fillHead(map, content, stamp, response);
-    for (const Ray& ray : rays) add(content, ray, limits, response);
-    return response;
+    answerEach(map, rays.size(), "rays", budget, response, [&](std::size_t i) {
+      answer(content, {i, rays[i], limits}, budget, response);
+    });
   });
+  return response;
 }
 
 }  // namespace cuboid_mapping_ros

@@ -9,9 +9,10 @@
 
 namespace cuboid_mapping_ros {
 
-// Answers to the services of the same names; their contracts are in srv/. All look at one revision
-// of the map, the one that the last cloud has left; they wait for changes that are under way, never
-// for tf, and do not throw but for want of memory.
+// Answers to the services of the same names; their contracts are in srv/. They look at the map as the
+// last cloud has left it; in a long answer clouds come in between. They keep within the limits of the
+// MapInFrame, wait for changes that are under way, never for tf, and do not throw but for want of
+// memory.
 
 /// @complexity O(log n + k) for each box of k cuboids.
 [[nodiscard]] cuboid_mapping::CheckBoxes::Response answerCheckBoxes(

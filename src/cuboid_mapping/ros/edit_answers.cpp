@@ -3,12 +3,17 @@
 
 #include "cuboid_mapping/map/cuboid_map.h"
 #include "cuboid_mapping/ros/request_reader.h"
+#include "cuboid_mapping/ros/service_limits.h"
 
+#include <algorithm>
 #include <cmath>
+#include <limits>
+#include <vector>
 
 namespace cuboid_mapping_ros {
 namespace {
 
+using cuboid_mapping::Budget;
 using cuboid_mapping::CellBox;
 using cuboid_mapping::ChangeSet;
 using cuboid_mapping::CuboidMap;
@@ -17,6 +22,9 @@ using cuboid_mapping::SetBox;
 using cuboid_mapping::UniformBox;
 
 using Request = SetBox::Request;
+
+/// Of the answer to each box.
+constexpr std::size_t kBoxBytes = 48;
 
 bool isFilled(const Request& request) {
   return request.occupancy == Request::FREE || request.occupancy == Request::OCCUPIED;
@@ -44,12 +52,51 @@ float toLogOdds(const SensorModel& model, const Request& request) {
   return std::min(std::max(log_odds, model.min()), model.max());
 }
 
-ChangeSet setBox(CuboidMap& map, const CellBox& box, const Request& request) {
-  request.lock != 0 ? map.lock(box) : map.unlock(box);
-  if (request.occupancy == Request::KEEP) return {map.revision(), false, {}};
+/// Bricks of a box that are set while nobody else has the map: some milliseconds.
+constexpr double kBricksATurn = 4096.0;
+
+/// A box in parts of so many bricks at most, cut at their borders: slabs along z, rows along y, and
+/// pieces along x.
+std::vector<CellBox> divide(const CellBox& box) {
+  std::vector<CellBox> parts{box};
+  for (int axis = 2; axis >= 0; --axis) {
+    std::vector<CellBox> smaller;
+    for (const CellBox& part : parts) {
+      const double num_layers = ((part.max[axis] - 1) >> 3) - (part.min[axis] >> 3) + 1.0;
+      const double layers = std::max(1.0, std::floor(kBricksATurn * num_layers / numBricks(part)));
+      for (CellBox piece = part; piece.min[axis] < part.max[axis];
+           piece.min[axis] = piece.max[axis]) {
+        const double end = ((piece.min[axis] >> 3) + layers) * cuboid_mapping::kBrickEdge;
+        piece.max[axis] = static_cast<std::int32_t>(std::min(end, 1.0 * part.max[axis]));
+        smaller.push_back(piece);
+      }
+    }
+    parts = std::move(smaller);
+  }
+  return parts;
+}
+
+ChangeSet setPart(CuboidMap& map, const CellBox& box, const Request& request) {
   std::vector<UniformBox> boxes;
   if (isFilled(request)) boxes.push_back({box, toLogOdds(map.sensorModel(), request)});
   return map.replace(box, boxes);
+}
+
+/// Locks or unlocks a box, and sets it part by part, until the budget is spent.
+void setBox(GuardedMap& map, const CellBox& box, const Request& request, Budget& budget) {
+  map.edit([&](CuboidMap& content, const ros::Time& /*stamp*/) {
+    request.lock != 0 ? content.lock(box) : content.unlock(box);
+    return ChangeSet{content.revision(), false, {}};
+  });
+  if (request.occupancy == Request::KEEP) return;
+  // What becomes unknown costs as much as is known there, however large the box.
+  const bool is_divided = numBricks(box) <= kMaxSetBricks;
+  for (const CellBox& part : is_divided ? divide(box) : std::vector<CellBox>{box}) {
+    if (!budget.lookNow()) return;
+    map.edit([&](CuboidMap& content, const ros::Time& /*stamp*/) {
+      return setPart(content, part, request);
+    });
+  }
 }
 
 }  // namespace
@@ -57,26 +104,28 @@ ChangeSet setBox(CuboidMap& map, const CellBox& box, const Request& request) {
 SetBox::Response answerSetBox(const MapInFrame& map, const SetBox::Request& request) {
   RequestReader reader(map, request.header);
   checkOccupancy(reader, request);
+  reader.requireFew(request.min.size(), "boxes", kBoxBytes);
   const std::vector<CellBox> boxes = reader.boxes(request.min, request.max, request.inflation);
-  double num_voxels = 0.0;
-  for (const CellBox& box : boxes) num_voxels += isFilled(request) ? box.numVoxels() : 0.0;
-  reader.require(num_voxels <= kMaxSetVoxels,
-                 "the boxes have " + std::to_string(num_voxels) + " voxels: at most " +
-                     std::to_string(kMaxSetVoxels) + " can be made free or occupied at once");
+  double num_bricks = 0.0;
+  for (const CellBox& box : boxes) num_bricks += isFilled(request) ? numBricks(box) : 0.0;
+  reader.require(num_bricks <= kMaxSetBricks, "the boxes have " + std::to_string(num_bricks) +
+                                                  " bricks of 8 x 8 x 8 voxels: at most " +
+                                                  std::to_string(kMaxSetBricks) +
+                                                  " can be made free or occupied at once");
   if (!reader.isGood()) return refuse<SetBox::Response>(reader.error());
   SetBox::Response response;
-  map.map.edit([&](CuboidMap& content, const ros::Time& stamp) {
-    ChangeSet all;
-    for (const CellBox& box : boxes) {
-      const ChangeSet changes = setBox(content, box, request);
-      all.bricks.insert(all.bricks.end(), changes.bricks.begin(), changes.bricks.end());
-    }
-    all.revision = content.revision();
+  cuboid_mapping::QueryLimits limits;
+  limits.time_s = map.limits.max_time_s;
+  cuboid_mapping::Budget budget(limits,
+                                {{}, std::numeric_limits<double>::infinity(), map.is_stopped});
+  answerEach(map, boxes.size(), "boxes", budget, response,
+             [&](std::size_t i) { setBox(map.map, boxes[i], request, budget); });
+  map.map.read([&](const CuboidMap& content, const ros::Time& stamp) {
     fillHead(map, content, stamp, response);
-    return all;
+    return 0;
   });
-  for (const CellBox& box : boxes) {
-    const cuboid_mapping::MetricBox box_map = map.map.grid().toMetricBox(box);
+  for (std::size_t i = 0; i < response.answered; ++i) {
+    const cuboid_mapping::MetricBox box_map = map.map.grid().toMetricBox(boxes[i]);
     response.min.push_back(toPoint(box_map.min_m));
     response.max.push_back(toPoint(box_map.max_m));
   }

@@ -7,11 +7,12 @@
 
 namespace cuboid_mapping_ros {
 
-/// Voxels that one ~set_box may make free or occupied: each brick of them takes memory.
-constexpr double kMaxSetVoxels = 1e9;
+/// Bricks of 8 x 8 x 8 voxels that one ~set_box may make free or occupied: each takes memory.
+constexpr double kMaxSetBricks = 2e6;
 
-/// Answer to ~set_box; its contract is in srv/SetBox.srv. All boxes are set in one revision, or, when
-/// one of them is refused, none.
+/// Answer to ~set_box; its contract is in srv/SetBox.srv. When one of the boxes is refused, none is
+/// set. Others get their turn at the map after every box, and after some milliseconds of a large one.
+/// When there is not enough memory, what was set until then stays.
 [[nodiscard]] cuboid_mapping::SetBox::Response answerSetBox(
     const MapInFrame& map, const cuboid_mapping::SetBox::Request& request);
 

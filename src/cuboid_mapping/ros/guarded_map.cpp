@@ -7,6 +7,10 @@ namespace {
 /// Bricks that are fused at a time: about a millisecond.
 constexpr std::size_t kFuseBricks = 256;
 
+/// Changed bricks of which nothing is left in the map, as after edits, that are remembered. With more
+/// of them to tell that everything has changed is shorter.
+constexpr std::size_t kMaxGoneBricks = 100000;
+
 }  // namespace
 
 bool GuardedMap::fuseSome() {
@@ -32,6 +36,15 @@ void GuardedMap::note(const cuboid_mapping::ChangeSet& changes) {
   for (const cuboid_mapping::ChangedBrick& brick : changes.bricks) {
     changed_.at(brick.brick).has_new_cuboids |= brick.has_new_cuboids;
   }
+  if (changed_.size() <= kMaxGoneBricks + map_.voxels().size()) return;
+  is_everything_changed_ = true;
+  changed_.clear();
+}
+
+void GuardedMap::noteEverything() noexcept {
+  const std::lock_guard<std::mutex> lock(changes_mutex_);
+  is_everything_changed_ = true;
+  changed_.clear();
 }
 
 cuboid_mapping::ChangeSet GuardedMap::takeChanges() {

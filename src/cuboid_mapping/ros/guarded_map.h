@@ -2,9 +2,11 @@
 #pragma once
 
 #include "cuboid_mapping/map/cuboid_map.h"
+#include "cuboid_mapping/query/budget.h"
 
 #include <ros/time.h>
 
+#include <atomic>
 #include <mutex>
 #include <shared_mutex>
 #include <utility>
@@ -22,21 +24,22 @@ class GuardedMap {
 
   [[nodiscard]] const cuboid_mapping::Grid& grid() const { return map_.grid(); }
 
-  /// Changes the map. @param work  (CuboidMap&) -> ChangeSet.
-  /// @param stamp  Of the map after it.
+  /// Changes the map. What the work throws is passed on: the map is then as the work has left it, its stamp
+  /// as before, and takeChanges() tells that everything has changed.
+  /// @param work  (CuboidMap&) -> ChangeSet. @param stamp  Of the map after it.
   template <typename WorkT>
   void change(const ros::Time& stamp, const WorkT& work) {
     const auto lock = waitFor<std::unique_lock<std::shared_mutex>>();
+    noteChangesOf([&] { return work(map_); });
     stamp_ = stamp;
-    note(work(map_));
   }
 
-  /// Changes the map, but not by a cloud: its stamp stays.
+  /// Changes the map, but not by a cloud: its stamp stays. Else as change().
   /// @param work  (CuboidMap&, const ros::Time& stamp) -> ChangeSet.
   template <typename WorkT>
   void edit(const WorkT& work) {
     const auto lock = waitFor<std::unique_lock<std::shared_mutex>>();
-    note(work(map_, std::as_const(stamp_)));
+    noteChangesOf([&] { return work(map_, std::as_const(stamp_)); });
   }
 
   /// Reads the map. @param work  (const CuboidMap&, const ros::Time& stamp) -> any.
@@ -44,6 +47,23 @@ class GuardedMap {
   auto read(const WorkT& work) const {
     const auto lock = waitFor<std::shared_lock<std::shared_mutex>>();
     return work(std::as_const(map_), stamp_);
+  }
+
+  /// Reads the map for long: where the work lets them (Budget::spendAndYield()), others get their turn, and the map
+  /// may be another one afterwards.
+  /// @param work  (const CuboidMap&, const ros::Time& stamp, Budget&) -> any; the stamp is that of
+  ///              the beginning.
+  /// @param is_stopped  true ends the budget; may be null.
+  template <typename WorkT>
+  auto readInTurns(const cuboid_mapping::QueryLimits& limits, const std::atomic<bool>* is_stopped,
+                   const WorkT& work) const {
+    auto lock = waitFor<std::shared_lock<std::shared_mutex>>();
+    const auto yield = [&] {
+      lock.unlock();
+      lock = waitFor<std::shared_lock<std::shared_mutex>>();
+    };
+    cuboid_mapping::Budget budget(limits, {yield, kTurn_s, is_stopped});
+    return work(std::as_const(map_), ros::Time(stamp_), budget);
   }
 
   /// Brings some of the cuboids that wait into the R-tree.
@@ -55,11 +75,42 @@ class GuardedMap {
   /// What has changed since the last call, each brick once.
   [[nodiscard]] cuboid_mapping::ChangeSet takeChanges();
 
+  /// As above, while nobody changes the map.
+  /// @param work  (const CuboidMap&, const ros::Time& stamp, const ChangeSet&). What it throws is passed on, and the
+  ///              next call tells that everything has changed.
+  template <typename WorkT>
+  cuboid_mapping::ChangeSet takeChanges(const WorkT& work) {
+    const auto lock = waitFor<std::shared_lock<std::shared_mutex>>();
+    cuboid_mapping::ChangeSet changes = takeChanges();
+    try {
+      work(std::as_const(map_), stamp_, changes);
+    } catch (...) {
+      noteEverything();
+      throw;
+    }
+    return changes;
+  }
+
+  /// Lets takeChanges() tell that everything has changed: for those who could not pass on what they took.
+  void noteEverything() noexcept;
+
  private:
+  /// A long reader has the map for so long at a time: a fifth of the time between two clouds.
+  static constexpr double kTurn_s = 0.02;
+
   template <typename LockT>
   [[nodiscard]] LockT waitFor() const {
     const std::lock_guard<std::mutex> turn(turn_);
     return LockT(mutex_);
+  }
+  template <typename WorkT>
+  void noteChangesOf(const WorkT& work) {
+    try {
+      note(work());
+    } catch (...) {
+      noteEverything();
+      throw;
+    }
   }
   void note(const cuboid_mapping::ChangeSet& changes);
 

@@ -180,6 +180,11 @@ std::vector<ParameterDeclaration> declareTopics() {
        "Maximum rate of the map topics. They are only published after a change."},
       {"latch", "", BooleanKind{[](P& p) -> bool& { return p.latch; }},
        "true: a new subscriber gets the current map at once."},
+      {"marker_period", "s",
+       NumberKind{[](P& p) -> double& { return p.marker_period_s; }, 0.0, 86400.0},
+       "After changes, occupied_cuboids and free_cuboids are sent as a whole again, a few times "
+       "and "
+       "so long apart, so that a listener that has lost messages comes right. 0: never."},
       {"publish_values", "", BooleanKind{[](P& p) -> bool& { return p.publish_values; }},
        "Whether cuboid_map and cuboid_map_updates carry the probability of every voxel, or "
        "classes alone, which is what planners need."},
@@ -206,6 +211,30 @@ std::vector<ParameterDeclaration> declareFiles() {
       {"autosave_period", "s",
        NumberKind{[](P& p) -> double& { return p.autosave_period_s; }, 1.0, 86400.0},
        "Time between two saves to autosave_file."},
+      {"file_memory", "MB",
+       IntegerKind{[](P& p) -> int& { return p.file_memory_mb; }, 100, 1000000},
+       "Memory that reading a map may take: a file that would need more is refused."},
+  };
+}
+
+std::vector<ParameterDeclaration> declareQueries() {
+  return {
+      {"query/max_time", "s",
+       NumberKind{[](P& p) -> double& { return p.service_limits.max_time_s; }, 1e-3, 3600.0},
+       "Longest work on one call of a service. Clouds, and other calls, come in between. What is "
+       "not "
+       "answered by then is left out, and the answer says so."},
+      {"query/max_bricks", "",
+       IntegerKind{[](P& p) -> int& { return p.service_limits.max_bricks; }, 1000, 2000000000},
+       "Blocks of 8 x 8 x 8 voxels, and cuboids, that a call may look at; what it has to keep "
+       "counts "
+       "eight times: the default allows about 400 MB."},
+      {"query/max_entries", "",
+       IntegerKind{[](P& p) -> int& { return p.service_limits.max_entries; }, 1, 100000000},
+       "Points, boxes, rays or paths in a request, and cuboids in an answer, of one call."},
+      {"query/max_answer", "MB",
+       IntegerKind{[](P& p) -> int& { return p.service_limits.max_answer_mb; }, 1, 900},
+       "Size of the answer to one call. roscpp drops messages of 1000 MB."},
   };
 }
 
@@ -268,7 +297,7 @@ const std::vector<ParameterDeclaration>& parameterTable() {
   static const std::vector<ParameterDeclaration> kTable = [] {
     std::vector<ParameterDeclaration> table = declareMap();
     for (const auto& part : {declareGrowth(), declareSensorModel(), declareCrop(), declareTopics(),
-                             declareFiles(), declareOctomapServer()}) {
+                             declareFiles(), declareQueries(), declareOctomapServer()}) {
       table.insert(table.end(), part.begin(), part.end());
     }
     return table;

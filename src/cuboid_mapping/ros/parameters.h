@@ -4,6 +4,7 @@
 #include "cuboid_mapping/map/cuboid_map.h"
 #include "cuboid_mapping/ros/cloud_conversions.h"
 #include "cuboid_mapping/ros/ground_filter.h"
+#include "cuboid_mapping/ros/query_box.h"
 
 #include <ros/node_handle.h>
 #include <xmlrpcpp/XmlRpcValue.h>
@@ -54,17 +55,20 @@ struct NodeParameters {
   /// Points outside are left out wholly; in the map's frame, with filter_ground in the base's.
   cuboid_mapping::MetricBox crop = {Eigen::Vector3d::Constant(-1e9),
                                     Eigen::Vector3d::Constant(1e9)};
-  int queue_size = 10;           ///< Clouds that wait, on cloud_in and for a transform.
-  int queue_memory_mb = 256;     ///< Bound of the memory of clouds that wait, in MB.
-  double tf_wait_s = 10.0;       ///< Longest time that a cloud waits for its transforms.
-  double publish_rate_hz = 1.0;  ///< Greatest rate of the map topics.
-  bool latch = true;             ///< Whether the map topics are latched.
-  bool publish_values = false;   ///< Whether cuboid_map carries log-odds, or classes alone.
+  int queue_size = 10;            ///< Clouds that wait, on cloud_in and for a transform.
+  int queue_memory_mb = 256;      ///< Bound of the memory of clouds that wait, in MB.
+  double tf_wait_s = 10.0;        ///< Longest time that a cloud waits for its transforms.
+  double publish_rate_hz = 1.0;   ///< Greatest rate of the map topics.
+  bool latch = true;              ///< Whether the map topics are latched.
+  double marker_period_s = 10.0;  ///< Markers are sent as a whole again after it; 0: never.
+  bool publish_values = false;    ///< Whether cuboid_map carries log-odds, or classes alone.
   ColorBy color_by = ColorBy::kHeight;
   double color_period_m = 0.0;  ///< Height over which the colours repeat; 0: they fit the map.
   std::string map_file;         ///< Loaded at the start; empty: none.
   std::string autosave_file;    ///< Saved to now and then; empty: none.
   double autosave_period_s = 60.0;
+  int file_memory_mb = 4000;  ///< Bound of the memory for reading a map, in MB.
+  ServiceLimits service_limits;
   OctomapServerParameters octomap_server;
 };
 

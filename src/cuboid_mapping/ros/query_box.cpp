@@ -5,6 +5,7 @@
 
 #include "cuboid_mapping/query/box_query.h"
 #include "cuboid_mapping/query/value_query.h"
+#include "cuboid_mapping/ros/service_limits.h"
 #include "cuboid_mapping/ros/tf_lookup.h"
 
 #include <sstream>
@@ -13,6 +14,7 @@ namespace cuboid_mapping_ros {
 namespace {
 
 using cuboid_mapping::BoxQueryResult;
+using cuboid_mapping::Budget;
 using cuboid_mapping::CuboidFilter;
 using cuboid_mapping::CuboidMap;
 using cuboid_mapping::CuboidOutput;
@@ -61,7 +63,7 @@ BoxAnswer makeError(const std::string& error) {
   return answer;
 }
 
-BoxAnswer toAnswer(const CuboidMap& map, const BoxQueryResult& result) {
+BoxAnswer toAnswer(const CuboidMap& map, const BoxQueryResult& result, Budget& budget) {
   BoxAnswer answer;
   answer.revision = map.revision();
   answer.box_map = map.grid().toMetricBox(result.box);
@@ -69,13 +71,15 @@ BoxAnswer toAnswer(const CuboidMap& map, const BoxQueryResult& result) {
   answer.occupied_volume_m3 = result.occupied_volume_m3;
   answer.unknown_volume_m3 = result.unknown_volume_m3;
   answer.occupancy = result.occupancy();
-  if (const auto log_odds = maxLogOdds(map, result.box)) {
+  if (const auto log_odds = maxLogOdds(map, result.box, budget)) {
     answer.max_probability = cuboid_mapping::toProbability(*log_odds);
   }
   answer.cuboids.reserve(result.cuboids.size());
   for (const cuboid_mapping::Cuboid& cuboid : result.cuboids) {
-    answer.cuboids.push_back({map.grid().toMetricBox(cuboid.box), cuboid.occupancy,
-                              meanProbability(map, cuboid.box).value_or(0.0)});
+    const auto probability = meanProbability(map, cuboid.box, budget);
+    if (!budget.spendAndYield()) break;
+    answer.cuboids.push_back(
+        {map.grid().toMetricBox(cuboid.box), cuboid.occupancy, probability.value_or(0.0)});
   }
   return answer;
 }
@@ -114,12 +118,19 @@ BoxAnswer answerBoxRequest(const MapInFrame& map, const BoxRequest& request) {
                      "' reaches beyond the map: keep coordinates within +-" +
                      std::to_string(limit_m) + " m");
   }
-  return map.map.read([&](const CuboidMap& content, const ros::Time& stamp) {
-    BoxAnswer answer =
-        toAnswer(content, queryBox(content, *box, toOutput(request), toFilter(request)));
-    answer.stamp = stamp;
-    return answer;
-  });
+  constexpr std::size_t kCuboidBytes = 53;
+  return readWithin(map, kCuboidBytes,
+                    [&](const CuboidMap& content, const ros::Time& stamp, Budget& budget) {
+                      const auto content_of_box =
+                          queryBox(content, *box, toOutput(request), toFilter(request), budget);
+                      BoxAnswer answer = toAnswer(content, content_of_box, budget);
+                      answer.stamp = stamp;
+                      if (budget.isSpent()) {
+                        answer.cut = explain(budget.whyEnded(), map.limits) +
+                                     "; ask for a smaller box, or for fewer cuboids";
+                      }
+                      return answer;
+                    });
 }
 
 }  // namespace cuboid_mapping_ros

@@ -52,6 +52,8 @@ Response toMessage(const BoxAnswer& answer, const std::string& frame_id) {
   message.success = static_cast<std::uint8_t>(answer.error.empty());
   message.message = answer.error;
   if (!answer.error.empty()) return message;
+  message.truncated = static_cast<std::uint8_t>(!answer.cut.empty());
+  message.message = answer.cut;
   message.header.frame_id = frame_id;
   message.header.stamp = answer.stamp;
   message.revision = answer.revision;

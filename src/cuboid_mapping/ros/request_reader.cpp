@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "cuboid_mapping/ros/request_reader.h"
 
+#include "cuboid_mapping/ros/service_limits.h"
+
 #include <cmath>
 #include <locale>
 #include <sstream>
@@ -55,6 +57,15 @@ void RequestReader::require(bool condition, const std::string& text) {
   if (!condition && error_.empty()) error_ = text;
 }
 
+void RequestReader::requireFew(std::size_t num_entries, const std::string& name,
+                               std::size_t entry_bytes) {
+  const std::size_t limit = maxEntries(map_.limits, entry_bytes);
+  require(num_entries <= limit,
+          std::to_string(num_entries) + ' ' + name + " in one request: at most " +
+              std::to_string(limit) +
+              " are answered (parameters query/max_entries and query/max_answer), so ask in parts");
+}
+
 Eigen::Vector3d RequestReader::point(const geometry_msgs::Point& point, const std::string& name) {
   const Eigen::Vector3d vector = toVector(point);
   require(vector.allFinite(),
@@ -68,6 +79,7 @@ std::vector<Eigen::Vector3d> RequestReader::points(const std::vector<geometry_ms
   std::vector<Eigen::Vector3d> result;
   result.reserve(points.size());
   for (const geometry_msgs::Point& each : points) {
+    if (!isGood()) break;
     result.push_back(point(each, name + "[" + std::to_string(result.size()) + "]"));
   }
   return result;

@@ -34,6 +34,10 @@ class RequestReader {
   /// Says what is wrong unless the condition holds.
   void require(bool condition, const std::string& text);
 
+  /// Refuses a request with more entries than the limits allow. @param name  Of them, as "boxes".
+  /// @param entry_bytes  Of the answer to each.
+  void requireFew(std::size_t num_entries, const std::string& name, std::size_t entry_bytes);
+
   /// A finite point.
   Eigen::Vector3d point(const geometry_msgs::Point& point, const std::string& name);
   std::vector<Eigen::Vector3d> points(const std::vector<geometry_msgs::Point>& points,

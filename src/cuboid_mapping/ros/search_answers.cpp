@@ -8,6 +8,7 @@
 #include "cuboid_mapping/query/path_query.h"
 #include "cuboid_mapping/query/value_query.h"
 #include "cuboid_mapping/ros/request_reader.h"
+#include "cuboid_mapping/ros/service_limits.h"
 
 #include <algorithm>
 #include <cmath>
@@ -16,6 +17,7 @@
 namespace cuboid_mapping_ros {
 namespace {
 
+using cuboid_mapping::Budget;
 using cuboid_mapping::CellBox;
 using cuboid_mapping::Corridor;
 using cuboid_mapping::CorridorEnd;
@@ -38,10 +40,17 @@ static_assert(FindCorridor::Response::FOUND == toInt(CorridorEnd::kFound));
 static_assert(FindCorridor::Response::START_BLOCKED == toInt(CorridorEnd::kStartBlocked));
 static_assert(FindCorridor::Response::GOAL_BLOCKED == toInt(CorridorEnd::kGoalBlocked));
 static_assert(FindCorridor::Response::NO_WAY == toInt(CorridorEnd::kNoWay));
-static_assert(FindCorridor::Response::TIME_LIMIT == toInt(CorridorEnd::kTimeLimit));
+static_assert(FindCorridor::Response::TIME_LIMIT == toInt(CorridorEnd::kBudgetSpent));
 
 /// Of a search for a corridor, when the request does not say.
 constexpr double kTimeLimit_s = 1.0;
+
+// Of each entry of an answer.
+constexpr std::size_t kNearestBytes = 133;
+constexpr std::size_t kPlaceBytes = 33;
+constexpr std::size_t kCuboidBytes = 53;
+constexpr std::size_t kPortalBytes = 56;
+constexpr std::size_t kCorridorBytes = 200;
 
 std::size_t toLimit(std::uint32_t limit) {
   return limit == 0 ? std::numeric_limits<std::size_t>::max() : limit;
@@ -63,11 +72,19 @@ void addBox(const Grid& grid, const CellBox& box, ResponseT& response) {
 }
 
 template <typename ResponseT>
-void addCuboid(const CuboidMap& map, const Cuboid& cuboid, ResponseT& response) {
+void addCuboid(const CuboidMap& map, const Cuboid& cuboid, Budget& budget, ResponseT& response) {
   addBox(map.grid(), cuboid.box, response);
   response.probability.push_back(
-      static_cast<float>(meanProbability(map, cuboid.box).value_or(0.0)));
+      static_cast<float>(meanProbability(map, cuboid.box, budget).value_or(0.0)));
   response.occupancy.push_back(static_cast<std::uint8_t>(cuboid.occupancy));
+}
+
+/// Says that there is more, by the request's own limit or by the node's.
+template <typename ResponseT>
+void noteCut(const MapInFrame& map, const Budget& budget, bool is_cut, ResponseT& response) {
+  response.truncated = static_cast<std::uint8_t>(is_cut);
+  if (is_cut) response.message = "there are more cuboids than limit";
+  noteEnd(map, budget, "ask for a smaller region, or region by region", response);
 }
 
 CorridorTask readTask(RequestReader& reader, const FindCorridor::Request& request) {
@@ -76,8 +93,6 @@ CorridorTask readTask(RequestReader& reader, const FindCorridor::Request& reques
   task.goal_map = reader.point(request.goal, "goal");
   task.size_m = reader.size(request.size, request.inflation);
   task.policy = reader.policy(request.unknown);
-  task.time_limit_s = reader.notNegative(request.time_limit, "time_limit");
-  if (task.time_limit_s == 0.0) task.time_limit_s = kTimeLimit_s;
   if (request.use_region != 0) task.region = reader.box(request.min, request.max, 0.0);
   for (const Eigen::Vector3d& point : {task.start_map, task.goal_map}) {
     (void)reader.cells(cuboid_mapping::boxAround(point, task.size_m));
@@ -97,7 +112,7 @@ std::string explain(const Corridor& corridor) {
              "the region: ask ~nearest_free for a place, or let unknown space pass";
     case CorridorEnd::kNoWay:
       return "there is no way: all that the robot can reach from the start was searched";
-    case CorridorEnd::kTimeLimit: return "not found within time_limit: give more time or a region";
+    case CorridorEnd::kBudgetSpent: return {};  // See noteEnd().
     default: return "the request cannot be searched for";
   }
 }
@@ -125,32 +140,36 @@ FindNearest::Response answerFindNearest(const MapInFrame& map,
                                         const FindNearest::Request& request) {
   RequestReader reader(map, request.header);
   const CuboidFilter filter = readClasses(reader, request.classes);
+  reader.requireFew(request.points.size(), "points", kNearestBytes);
   const auto points = reader.points(request.points, "points");
   const double inflation_m = reader.notNegative(request.inflation, "inflation");
   double max_m = reader.notNegative(request.max_distance, "max_distance");
   max_m = max_m == 0.0 ? std::numeric_limits<double>::infinity() : max_m + inflation_m;
   reader.require(request.k > 0, "k is 0: ask for at least one cuboid");
   if (!reader.isGood()) return refuse<FindNearest::Response>(reader.error());
-  return map.map.read([&](const CuboidMap& content, const ros::Time& stamp) {
-    FindNearest::Response response;
-    fillHead(map, content, stamp, response);
-    for (const Eigen::Vector3d& point : points) {
-      const auto nearest = findNearest(content, point, request.k, filter, max_m);
-      response.counts.push_back(static_cast<std::uint32_t>(nearest.size()));
-      for (const cuboid_mapping::NearestCuboid& near : nearest) {
-        response.distance.push_back(std::max(0.0, near.distance_m - inflation_m));
-        response.closest.push_back(toPoint(near.closest_point_map));
-        response.direction.push_back(toVector3(near.direction_map));
-        addCuboid(content, near.cuboid, response);
-      }
-    }
-    return response;
-  });
+  FindNearest::Response response;
+  readWithin(
+      map, kNearestBytes, [&](const CuboidMap& content, const ros::Time& stamp, Budget& budget) {
+        fillHead(map, content, stamp, response);
+        answerEach(map, points.size(), "points", budget, response, [&](std::size_t i) {
+          const auto nearest = findNearest(content, points[i], request.k, filter, max_m, budget);
+          if (budget.isSpent()) return;
+          response.counts.push_back(static_cast<std::uint32_t>(nearest.size()));
+          for (const cuboid_mapping::NearestCuboid& near : nearest) {
+            response.distance.push_back(std::max(0.0, near.distance_m - inflation_m));
+            response.closest.push_back(toPoint(near.closest_point_map));
+            response.direction.push_back(toVector3(near.direction_map));
+            addCuboid(content, near.cuboid, Budget::unlimited(), response);
+          }
+        });
+      });
+  return response;
 }
 
 FindNearestFree::Response answerFindNearestFree(const MapInFrame& map,
                                                 const FindNearestFree::Request& request) {
   RequestReader reader(map, request.header);
+  reader.requireFew(request.points.size(), "points", kPlaceBytes);
   const auto points = reader.points(request.points, "points");
   const Eigen::Vector3d size_m = reader.size(request.size, request.inflation);
   const auto policy = reader.policy(request.unknown);
@@ -161,18 +180,22 @@ FindNearestFree::Response answerFindNearestFree(const MapInFrame& map,
     (void)reader.cells(cuboid_mapping::boxAround(point, reach_m));
   }
   if (!reader.isGood()) return refuse<FindNearestFree::Response>(reader.error());
-  return map.map.read([&](const CuboidMap& content, const ros::Time& stamp) {
-    FindNearestFree::Response response;
-    fillHead(map, content, stamp, response);
-    for (const Eigen::Vector3d& point : points) {
-      const auto place = findNearestFit(content, point, size_m, policy, max_m);
-      response.found.push_back(static_cast<std::uint8_t>(place.has_value()));
-      response.place.push_back(toPoint(place.value_or(point)));
-      response.distance.push_back(place ? (*place - point).norm()
-                                        : std::numeric_limits<double>::infinity());
-    }
-    return response;
-  });
+  FindNearestFree::Response response;
+  response.found.assign(points.size(), static_cast<std::uint8_t>(false));
+  response.distance.assign(points.size(), std::numeric_limits<double>::infinity());
+  for (const Eigen::Vector3d& point : points) response.place.push_back(toPoint(point));
+  readWithin(
+      map, kPlaceBytes, [&](const CuboidMap& content, const ros::Time& stamp, Budget& budget) {
+        fillHead(map, content, stamp, response);
+        answerEach(map, points.size(), "points", budget, response, [&](std::size_t i) {
+          const auto place = findNearestFit(content, points[i], size_m, policy, max_m, budget);
+          if (!place) return;
+          response.found[i] = static_cast<std::uint8_t>(true);
+          response.place[i] = toPoint(*place);
+          response.distance[i] = (*place - points[i]).norm();
+        });
+      });
+  return response;
 }
 
 GetCuboids::Response answerGetCuboids(const MapInFrame& map, const GetCuboids::Request& request) {
@@ -187,14 +210,18 @@ GetCuboids::Response answerGetCuboids(const MapInFrame& map, const GetCuboids::R
   selection.is_clipped = request.clip != 0;
   selection.max_cuboids = toLimit(request.limit);
   if (!reader.isGood()) return refuse<GetCuboids::Response>(reader.error());
-  return map.map.read([&](const CuboidMap& content, const ros::Time& stamp) {
-    GetCuboids::Response response;
-    fillHead(map, content, stamp, response);
-    const auto selected = selectCuboids(content, region, selection);
-    response.truncated = static_cast<std::uint8_t>(selected.is_truncated);
-    for (const Cuboid& cuboid : selected.cuboids) addCuboid(content, cuboid, response);
-    return response;
-  });
+  GetCuboids::Response response;
+  readWithin(map, kCuboidBytes,
+             [&](const CuboidMap& content, const ros::Time& stamp, Budget& budget) {
+               fillHead(map, content, stamp, response);
+               const auto selected = selectCuboids(content, region, selection, budget);
+               for (const Cuboid& cuboid : selected.cuboids) {
+                 if (!budget.spendAndYield()) break;
+                 addCuboid(content, cuboid, budget, response);
+               }
+               noteCut(map, budget, selected.is_truncated, response);
+             });
+  return response;
 }
 
 GetFreeGraph::Response answerGetFreeGraph(const MapInFrame& map,
@@ -210,35 +237,50 @@ GetFreeGraph::Response answerGetFreeGraph(const MapInFrame& map,
     passage = size.value_or(passage);
   }
   if (!reader.isGood()) return refuse<GetFreeGraph::Response>(reader.error());
-  return map.map.read([&](const CuboidMap& content, const ros::Time& stamp) {
-    GetFreeGraph::Response response;
-    fillHead(map, content, stamp, response);
-    const auto graph = buildFreeGraph(content, region, passage, toLimit(request.limit));
-    response.truncated = static_cast<std::uint8_t>(graph.is_truncated);
-    for (const Cuboid& cuboid : graph.cuboids) addBox(content.grid(), cuboid.box, response);
-    for (const auto& portal : graph.portals) {
-      const MetricBox face = content.grid().toMetricBox(portal.face);
-      response.first.push_back(portal.first);
-      response.second.push_back(portal.second);
-      response.portal_min.push_back(toPoint(face.min_m));
-      response.portal_max.push_back(toPoint(face.max_m));
-    }
-    return response;
-  });
+  GetFreeGraph::Response response;
+  readWithin(
+      map, kPortalBytes, [&](const CuboidMap& content, const ros::Time& stamp, Budget& budget) {
+        fillHead(map, content, stamp, response);
+        const auto graph = buildFreeGraph(content, region, passage, toLimit(request.limit), budget);
+        noteCut(map, budget, graph.is_truncated, response);
+        for (const Cuboid& cuboid : graph.cuboids) addBox(content.grid(), cuboid.box, response);
+        for (const auto& portal : graph.portals) {
+          const MetricBox face = content.grid().toMetricBox(portal.face);
+          response.first.push_back(portal.first);
+          response.second.push_back(portal.second);
+          response.portal_min.push_back(toPoint(face.min_m));
+          response.portal_max.push_back(toPoint(face.max_m));
+        }
+      });
+  return response;
 }
 
 FindCorridor::Response answerFindCorridor(const MapInFrame& map,
                                           const FindCorridor::Request& request) {
   RequestReader reader(map, request.header);
   const CorridorTask task = readTask(reader, request);
+  double time_limit_s = reader.notNegative(request.time_limit, "time_limit");
+  if (time_limit_s == 0.0) time_limit_s = kTimeLimit_s;
   if (!reader.isGood()) return refuse<FindCorridor::Response>(reader.error());
-  return map.map.read([&](const CuboidMap& content, const ros::Time& stamp) {
-    FindCorridor::Response response = toMessage(content.grid(), findCorridor(content, task));
-    fillHead(map, content, stamp, response);
-    response.path.header = response.header;
-    for (auto& pose : response.path.poses) pose.header = response.header;
-    return response;
-  });
+  FindCorridor::Response response;
+  const auto search = [&](const CuboidMap& content, const ros::Time& stamp, Budget& budget) {
+    FindCorridor::Response head;
+    fillHead(map, content, stamp, head);
+    const Corridor corridor = findCorridor(content, task, budget);
+    response = toMessage(content.grid(), corridor);
+    response.success = head.success;
+    response.header = head.header;
+    response.revision = head.revision;
+    noteEnd(map, budget,
+            corridor.end == CorridorEnd::kFound
+                ? "the boxes are not as large as they can be"
+                : "there may be a way: give more time_limit, or a smaller region",
+            response);
+  };
+  readWithin(map, kCorridorBytes, search, time_limit_s);
+  response.path.header = response.header;
+  for (auto& pose : response.path.poses) pose.header = response.header;
+  return response;
 }
 
 }  // namespace cuboid_mapping_ros

@@ -1,0 +1,102 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <atomic>
+#include <chrono>
+#include <cstdint>
+#include <functional>
+#include <limits>
+
+namespace cuboid_mapping {
+
+/// How much a query may do; by default as much as it takes.
+struct QueryLimits {
+  double time_s = std::numeric_limits<double>::infinity();  ///< From the making of the budget on.
+  /// Bricks of 8 x 8 x 8 voxels, cuboids, and the like, that are looked at; what is kept for the
+  /// search counts several times, so that this bounds memory, too.
+  std::uint64_t max_bricks = std::numeric_limits<std::uint64_t>::max();
+  std::uint64_t max_entries = std::numeric_limits<std::uint64_t>::max();  ///< Of the answer.
+};
+
+/// What a budget was used up by.
+enum class BudgetEnd : unsigned char { kNone, kTime, kBricks, kEntries, kStopped };
+
+/// How others get their turn at a map that a long query reads.
+struct MapTurns {
+  /// Gives the map away and takes it back, perhaps changed.
+  std::function<void()> yield;
+  double period_s = std::numeric_limits<double>::infinity();  ///< Time between two calls.
+  const std::atomic<bool>* is_stopped = nullptr;              ///< true ends the query.
+};
+
+/// What is left of the limits of a query. Every query takes one, and ends soon after it is spent;
+/// what its answer is worth then is said at each of them. Once spent, a budget stays so.
+///
+/// It costs a query a subtraction a brick; the clock is read once in some hundred bricks. One budget
+/// may serve several queries, one after the other. Not thread-safe.
+class Budget {
+ public:
+  /// Without a limit: never spent.
+  Budget() = default;
+  explicit Budget(const QueryLimits& limits, MapTurns turns = {});
+
+  /// One without a limit, for each thread its own.
+  [[nodiscard]] static Budget& unlimited();
+
+  /// Takes bricks off. @return false: the budget is spent, the query has to end.
+  [[nodiscard]] bool spend(std::uint64_t bricks = 1) {
+    if (bricks < until_look_) {
+      until_look_ -= bricks;
+      return true;
+    }
+    return look(bricks);
+  }
+
+  /// As spend(), for places where a query holds no reference into the map: now and then others get
+  /// their turn here, and the map may be another one afterwards.
+  [[nodiscard]] bool spendAndYield(std::uint64_t bricks = 1) {
+    if (bricks < until_look_) {
+      until_look_ -= bricks;
+      return true;
+    }
+    return look(bricks) && yieldIfDue();
+  }
+
+  /// Takes entries of the answer off, all or none. @return false: there are not so many left, and the
+  /// budget is spent; spend() goes on, for the work on the entries that there are.
+  [[nodiscard]] bool addEntries(std::uint64_t entries = 1) {
+    if (entries > entries_left_) end(BudgetEnd::kEntries);
+    if (isSpent()) return false;
+    entries_left_ -= entries;
+    return true;
+  }
+
+  /// Looks at the clock now; for loops whose steps are long. Others get their turn as in
+  /// spendAndYield(). @return false: spent.
+  [[nodiscard]] bool lookNow() { return look(0) && yieldIfDue(); }
+
+  /// Ends it before its limits are reached; one without a limit goes on.
+  void end(BudgetEnd why);
+
+  [[nodiscard]] bool isSpent() const { return end_ != BudgetEnd::kNone; }
+  [[nodiscard]] BudgetEnd whyEnded() const { return end_; }
+
+ private:
+  using Clock = std::chrono::steady_clock;
+
+  bool look(std::uint64_t bricks);
+  bool yieldIfDue();
+
+  std::uint64_t until_look_ = std::numeric_limits<std::uint64_t>::max();
+  std::uint64_t granted_ = until_look_;  ///< Value of until_look_ after the last look.
+  std::uint64_t bricks_left_ = std::numeric_limits<std::uint64_t>::max();
+  std::uint64_t entries_left_ = std::numeric_limits<std::uint64_t>::max();
+  Clock::time_point deadline_ = Clock::time_point::max();
+  Clock::time_point turn_end_ = Clock::time_point::max();
+  MapTurns turns_;
+  bool is_limited_ = false;
+  bool is_yield_due_ = false;
+  BudgetEnd end_ = BudgetEnd::kNone;
+};
+
+}  // namespace cuboid_mapping

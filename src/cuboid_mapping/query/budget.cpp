@@ -1,0 +1,72 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "cuboid_mapping/query/budget.h"
+
+#include <algorithm>
+#include <utility>
+
+namespace cuboid_mapping {
+namespace {
+
+/// A look at the clock takes about as long as one or two bricks.
+constexpr std::uint64_t kBricksPerLook = 256;
+/// More than this is for ever; a clock cannot count beyond it.
+constexpr double kForever_s = 1e9;
+
+std::chrono::steady_clock::time_point after(double time_s) {
+  using Clock = std::chrono::steady_clock;
+  if (!(time_s < kForever_s)) return Clock::time_point::max();
+  return Clock::now() +
+         std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(time_s));
+}
+
+}  // namespace
+
+Budget::Budget(const QueryLimits& limits, MapTurns turns)
+    : bricks_left_(limits.max_bricks),
+      entries_left_(limits.max_entries),
+      deadline_(after(limits.time_s)),
+      turn_end_(after(turns.period_s)),
+      turns_(std::move(turns)),
+      is_limited_(true) {
+  until_look_ = granted_ = std::min(kBricksPerLook, bricks_left_);
+}
+
+Budget& Budget::unlimited() {
+  thread_local Budget budget;
+  return budget;
+}
+
+void Budget::end(BudgetEnd why) {
+  if (!is_limited_ || (isSpent() && end_ != BudgetEnd::kEntries)) return;
+  end_ = why;
+  if (why != BudgetEnd::kEntries) until_look_ = 0;
+}
+
+bool Budget::look(std::uint64_t bricks) {
+  if (isSpent() && end_ != BudgetEnd::kEntries) return false;
+  if (!is_limited_) {
+    until_look_ = granted_;
+    return true;
+  }
+  bricks_left_ -= granted_ - until_look_;
+  granted_ = until_look_ = 0;  // Counted.
+  if (bricks > bricks_left_) end(BudgetEnd::kBricks);
+  if (turns_.is_stopped != nullptr && *turns_.is_stopped) end(BudgetEnd::kStopped);
+  const Clock::time_point now = Clock::now();
+  if (now >= deadline_) end(BudgetEnd::kTime);
+  if (isSpent() && end_ != BudgetEnd::kEntries) return false;
+  is_yield_due_ = is_yield_due_ || now >= turn_end_;
+  bricks_left_ -= bricks;
+  until_look_ = granted_ = std::min(kBricksPerLook, bricks_left_);
+  return true;
+}
+
+bool Budget::yieldIfDue() {
+  if (!is_yield_due_) return true;
+  is_yield_due_ = false;
+  turns_.yield();
+  turn_end_ = after(turns_.period_s);
+  return true;
+}
+
+}  // namespace cuboid_mapping

@@ -1,0 +1,347 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Queries with a budget: they end soon, and say so; with enough of it they answer as without.
+#include "cuboid_mapping/query/budget.h"
+
+#include "cuboid_mapping/query/box_query.h"
+#include "cuboid_mapping/query/corridor_query.h"
+#include "cuboid_mapping/query/cuboid_query.h"
+#include "cuboid_mapping/query/fit_query.h"
+#include "cuboid_mapping/query/nearest_query.h"
+#include "cuboid_mapping/query/path_query.h"
+#include "cuboid_mapping/query/ray_query.h"
+#include "cuboid_mapping/query/value_query.h"
+
+#include <gtest/gtest.h>
+
+#include <chrono>
+#include <cmath>
+#include <functional>
+#include <limits>
+#include <string>
+#include <thread>
+
+namespace cuboid_mapping {
+namespace {
+
+QueryLimits bricks(std::uint64_t count) {
+  QueryLimits limits;
+  limits.max_bricks = count;
+  return limits;
+}
+
+TEST(Budget, isSpentWithTheBrickAfterTheLast) {
+  for (const std::uint64_t count : {0U, 1U, 255U, 256U, 257U, 1000U, 100000U}) {
+    Budget budget(bricks(count));
+    std::uint64_t num_spent = 0;
+    while (num_spent <= count && budget.spend()) ++num_spent;
+    EXPECT_EQ(num_spent, count);
+    EXPECT_EQ(budget.whyEnded(), BudgetEnd::kBricks);
+    EXPECT_FALSE(budget.spend(0)) << "it stays spent";
+    EXPECT_FALSE(budget.addEntries());
+  }
+}
+
+TEST(Budget, countsBricksOfAnyNumberAtOnce) {
+  Budget budget(bricks(1000));
+  EXPECT_TRUE(budget.spend(10));
+  EXPECT_TRUE(budget.spend(900));
+  EXPECT_TRUE(budget.spendAndYield(90));
+  EXPECT_TRUE(budget.spend(0));
+  EXPECT_FALSE(budget.spend(1));
+  Budget small(bricks(1000));
+  EXPECT_FALSE(small.spend(std::numeric_limits<std::uint64_t>::max()));
+}
+
+TEST(Budget, takesEntriesAllOrNone) {
+  QueryLimits limits;
+  limits.max_entries = 5;
+  Budget budget(limits);
+  EXPECT_TRUE(budget.addEntries(3));
+  EXPECT_TRUE(budget.addEntries(2));
+  EXPECT_FALSE(budget.isSpent());
+  EXPECT_FALSE(budget.addEntries(1));
+  EXPECT_EQ(budget.whyEnded(), BudgetEnd::kEntries);
+  EXPECT_TRUE(budget.isSpent());
+  EXPECT_TRUE(budget.spend()) << "what is there already can be worked on";
+  budget.end(BudgetEnd::kTime);
+  EXPECT_FALSE(budget.spend());
+}
+
+TEST(Budget, endsWithItsTime) {
+  Budget budget(QueryLimits{1e-3});
+  std::uint64_t num_spent = 0;
+  while (budget.spend()) ++num_spent;
+  EXPECT_EQ(budget.whyEnded(), BudgetEnd::kTime);
+  EXPECT_GE(num_spent, 255U) << "the clock is not read for every brick";
+  Budget late(QueryLimits{0.0});
+  EXPECT_FALSE(late.lookNow());
+  Budget endless(QueryLimits{std::nan("")});
+  EXPECT_TRUE(endless.lookNow());
+}
+
+TEST(Budget, withoutLimitsIsNeverSpent) {
+  Budget& budget = Budget::unlimited();
+  EXPECT_TRUE(budget.spend(std::numeric_limits<std::uint64_t>::max()));
+  EXPECT_TRUE(budget.spend(std::numeric_limits<std::uint64_t>::max()));
+  EXPECT_TRUE(budget.addEntries(std::numeric_limits<std::uint64_t>::max()));
+  budget.end(BudgetEnd::kBricks);
+  EXPECT_TRUE(budget.spend());
+}
+
+TEST(Budget, letsOthersHaveTheirTurnNowAndThenAndOnlyWhereAsked) {
+  int num_turns = 0;
+  Budget budget({}, {[&] { ++num_turns; }, 1e-4, nullptr});
+  std::this_thread::sleep_for(std::chrono::milliseconds(1));
+  for (int i = 0; i < 1000; ++i) ASSERT_TRUE(budget.spend());
+  EXPECT_EQ(num_turns, 0);
+  ASSERT_TRUE(budget.lookNow());
+  EXPECT_EQ(num_turns, 1);
+  const auto begin = std::chrono::steady_clock::now();
+  while (num_turns < 4) ASSERT_TRUE(budget.spendAndYield());
+  EXPECT_GE(std::chrono::steady_clock::now() - begin, std::chrono::microseconds(200));
+}
+
+TEST(Budget, endsWhenToldTo) {
+  std::atomic<bool> is_stopped{false};
+  Budget budget({}, {[] {}, 1.0, &is_stopped});
+  for (int i = 0; i < 1000; ++i) ASSERT_TRUE(budget.spendAndYield());
+  is_stopped = true;
+  int num_spent = 0;
+  while (budget.spend()) ++num_spent;
+  EXPECT_LE(num_spent, 256);
+  EXPECT_EQ(budget.whyEnded(), BudgetEnd::kStopped);
+}
+
+/// A room of 40 m with a wall and a door, at 1 m, and a far voxel: bounds that reach 1000 km.
+CuboidMap makeMap() {
+  MapConfig config;
+  config.resolution_m = 1.0;
+  CuboidMap map(config);
+  map.replace(kAllCells, {{{{0, 0, 0}, {20, 40, 40}}, -1.0F},
+                          {{{20, 0, 0}, {21, 30, 40}}, 1.0F},
+                          {{{20, 30, 0}, {21, 40, 40}}, -1.0F},
+                          {{{21, 0, 0}, {40, 40, 40}}, -1.0F},
+                          {{{1000000, 1000000, 1000000}, {1000001, 1000001, 1000001}}, 1.0F}});
+  return map;
+}
+
+const CellBox kRoom{{0, 0, 0}, {40, 40, 40}};
+constexpr double kFar_m = 5e5;
+
+/// A question whose answer is told by a text, so that answers can be compared.
+struct Question {
+  std::string name;
+  std::function<std::string(const CuboidMap&, Budget&)> ask;
+};
+
+std::string toText(const Eigen::Vector3d& point) {
+  return std::to_string(point.x()) + ' ' + std::to_string(point.y()) + ' ' +
+         std::to_string(point.z());
+}
+
+CorridorTask throughTheDoor() {
+  CorridorTask task;
+  task.start_map = {5, 5, 5};
+  task.goal_map = {35, 5, 5};
+  task.size_m = {3, 3, 3};
+  return task;
+}
+
+std::vector<Question> modestQuestions() {
+  return {
+      {"box",
+       [](const CuboidMap& map, Budget& budget) {
+         const auto box = queryBox(map, kRoom, CuboidOutput::kWhole, CuboidFilter::kAll, budget);
+         return std::to_string(box.free_volume_m3) + ' ' + std::to_string(box.cuboids.size());
+       }},
+      {"greatest log-odds",
+       [](const CuboidMap& map, Budget& budget) {
+         return std::to_string(maxLogOdds(map, kRoom, budget).value_or(99.0F));
+       }},
+      {"mean probability",
+       [](const CuboidMap& map, Budget& budget) {
+         return std::to_string(meanProbability(map, kRoom, budget).value_or(99.0));
+       }},
+      {"ray",
+       [](const CuboidMap& map, Budget& budget) {
+         const auto ray = castRay(map, {1, 1, 1}, {1, 0.1, 0.2}, 100, UnknownPolicy::kPass, budget);
+         return ray ? std::to_string(ray->distance_m) : "none";
+       }},
+      {"first hit",
+       [](const CuboidMap& map, Budget& budget) {
+         const auto ray = findFirstHit(map, {1, 1, 1}, {1, 0.1, 0.2}, 100, budget);
+         return ray ? std::to_string(ray->distance_m) : "none";
+       }},
+      {"path",
+       [](const CuboidMap& map, Budget& budget) {
+         const auto path = checkPath(map, {{5, 5, 5}, {15, 15, 15}, {35, 15, 15}}, {3, 3, 3},
+                                     UnknownPolicy::kStop, budget);
+         return path && path->contact ? std::to_string(path->contact->distance_m) : "none";
+       }},
+      {"nearest",
+       [](const CuboidMap& map, Budget& budget) {
+         std::string text;
+         for (const auto& near :
+              findNearest(map, {10, 10, 10}, 30, CuboidFilter::kAll, 1e9, budget)) {
+           text += std::to_string(near.distance_m) + ' ';
+         }
+         return text;
+       }},
+      {"nearest place",
+       [](const CuboidMap& map, Budget& budget) {
+         const auto place =
+             findNearestFit(map, {20, 5, 5}, {3, 3, 3}, UnknownPolicy::kStop, 20, budget);
+         return place ? toText(*place) : "none";
+       }},
+      {"cuboids",
+       [](const CuboidMap& map, Budget& budget) {
+         return std::to_string(selectCuboids(map, kRoom, {}, budget).cuboids.size());
+       }},
+      {"free graph",
+       [](const CuboidMap& map, Budget& budget) {
+         const FreeGraph graph = buildFreeGraph(map, kRoom, {1, 1, 1}, 1000000, budget);
+         return std::to_string(graph.cuboids.size()) + ' ' + std::to_string(graph.portals.size());
+       }},
+      {"corridor", [](const CuboidMap& map, Budget& budget) {
+         const Corridor corridor = findCorridor(map, throughTheDoor(), budget);
+         std::string text = std::to_string(static_cast<int>(corridor.end));
+         for (const auto& point : corridor.path_map) text += ", " + toText(point);
+         return text;
+       }}};
+}
+
+TEST(QueriesWithABudget, answerAsWithoutOneUnlessItIsSpent) {
+  const CuboidMap map = makeMap();
+  for (const Question& question : modestQuestions()) {
+    const std::string expected = question.ask(map, Budget::unlimited());
+    EXPECT_NE(expected, "none") << question.name;
+    int num_spent = 0;
+    bool is_answered = false;
+    for (std::uint64_t count = 0; count < 4000000 && !is_answered; count = 2 * count + 1) {
+      Budget budget(bricks(count));
+      const std::string answer = question.ask(map, budget);
+      num_spent += budget.isSpent() ? 1 : 0;
+      is_answered = !budget.isSpent();
+      if (is_answered) {
+        EXPECT_EQ(answer, expected) << question.name << " with " << count;
+      }
+    }
+    EXPECT_TRUE(is_answered) << question.name;
+    EXPECT_GT(num_spent, 0) << question.name << " looks at no budget";
+  }
+}
+
+TEST(QueriesWithABudget, giveNoAnswerThatWasCutForAWholeOne) {
+  const CuboidMap map = makeMap();
+  Budget budget(bricks(1));
+  EXPECT_FALSE(castRay(map, {1, 1, 1}, {1, 0.1, 0.2}, 100, UnknownPolicy::kPass, budget));
+  EXPECT_TRUE(budget.isSpent());
+  EXPECT_FALSE(checkPath(map, {{5, 5, 5}, {15, 15, 15}}, {3, 3, 3}, UnknownPolicy::kStop, budget));
+  EXPECT_FALSE(findNearestFit(map, {5, 5, 5}, {3, 3, 3}, UnknownPolicy::kStop, 20, budget));
+  EXPECT_FALSE(maxLogOdds(map, kRoom, budget));
+  EXPECT_TRUE(selectCuboids(map, kRoom, {}, budget).is_truncated);
+  EXPECT_TRUE(buildFreeGraph(map, kRoom, {1, 1, 1}, 1000000, budget).is_truncated);
+  EXPECT_EQ(findCorridor(map, throughTheDoor(), budget).end, CorridorEnd::kBudgetSpent);
+  const BoxQueryResult box = queryBox(map, kRoom, CuboidOutput::kNone, CuboidFilter::kAll, budget);
+  EXPECT_EQ(box.occupancy(), Occupancy::kUnknown) << "what was not looked at is not free";
+  EXPECT_EQ(box.unknown_volume_m3, 64000.0);
+}
+
+TEST(QueriesWithABudget, countTheEntriesOfTheirAnswers) {
+  const CuboidMap map = makeMap();
+  QueryLimits limits;
+  limits.max_entries = 7;
+  const auto count = [&](auto ask) {
+    Budget budget(limits);
+    const std::size_t num_entries = ask(budget);
+    EXPECT_EQ(budget.whyEnded(), BudgetEnd::kEntries);
+    return num_entries;
+  };
+  EXPECT_EQ(count([&](Budget& budget) {
+              return queryBox(map, kRoom, CuboidOutput::kWhole, CuboidFilter::kAll, budget)
+                  .cuboids.size();
+            }),
+            7U);
+  EXPECT_EQ(
+      count([&](Budget& budget) { return selectCuboids(map, kRoom, {}, budget).cuboids.size(); }),
+      7U);
+  EXPECT_EQ(
+      count([&](Budget& budget) {
+        return findNearest(map, {1, 1, 1}, 0xFFFFFFFFU, CuboidFilter::kAll, 1e9, budget).size();
+      }),
+      7U);
+}
+
+/// Questions that would take hours or all memory.
+std::vector<Question> monstrousQuestions() {
+  return {{"nearest place in unknown space",
+           [](const CuboidMap& map, Budget& budget) {
+             (void)findNearestFit(map, {-1e4, 0, 0}, {3, 3, 3}, UnknownPolicy::kStop, 1e4 - 100,
+                                  budget);
+             return "";
+           }},
+          {"place of a box of 1000 km",
+           [](const CuboidMap& map, Budget& budget) {
+             (void)findNearestFit(map, {0, 0, 0}, {1e6, 1e6, 1e6}, UnknownPolicy::kPass, 1, budget);
+             return "";
+           }},
+          {"path of a box of 1000 km",
+           [](const CuboidMap& map, Budget& budget) {
+             (void)checkPath(map, {{-2e6, 0, 0}, {-3e6, 0, 0}}, {1e6, 1e6, 1e6},
+                             UnknownPolicy::kPass, budget);
+             return "";
+           }},
+          {"path of 1e8 m",
+           [](const CuboidMap& map, Budget& budget) {
+             (void)checkPath(map, {{-1e8, -9, 0}, {1e8, -9, 0}}, {1, 1, 1}, UnknownPolicy::kPass,
+                             budget);
+             return "";
+           }},
+          {"corridor of a robot of 1000 km",
+           [](const CuboidMap& map, Budget& budget) {
+             CorridorTask task;
+             task.start_map = {-3e6, 0, 0};
+             task.goal_map = {-3e6 + 2, 0, 0};
+             task.size_m = {1e6, 1e6, 1e6};
+             task.policy = UnknownPolicy::kPass;
+             (void)findCorridor(map, task, budget);
+             return "";
+           }},
+          {"corridor through unknown space",
+           [](const CuboidMap& map, Budget& budget) {
+             CorridorTask task = throughTheDoor();
+             task.policy = UnknownPolicy::kPass;
+             task.start_map = {-kFar_m, -10, -10};
+             task.goal_map = {kFar_m, -10, 10};
+             task.region = CellBox{{-1000000, -20, -20}, {1000000, 20, 20}};
+             (void)findCorridor(map, task, budget);
+             return "";
+           }},
+          {"corridor whose boxes can grow for ever",
+           [](const CuboidMap& map, Budget& budget) {
+             CorridorTask task = throughTheDoor();
+             task.policy = UnknownPolicy::kPass;
+             task.goal_map = {6, 6, 6};
+             task.region = kAllCells;
+             const Corridor corridor = findCorridor(map, task, budget);
+             EXPECT_EQ(corridor.end, CorridorEnd::kFound) << "with boxes that are not maximal";
+             EXPECT_FALSE(corridor.boxes.empty());
+             return "";
+           }},
+          {"ray along far bounds", [](const CuboidMap& map, Budget& budget) {
+             (void)castRay(map, {-1, 50, 1}, {1, 1, 1}, 1e9, UnknownPolicy::kPass, budget);
+             return "";
+           }}};
+}
+
+TEST(QueriesWithABudget, endSoonWhateverIsAsked) {
+  const CuboidMap map = makeMap();
+  for (const Question& question : monstrousQuestions()) {
+    Budget budget(bricks(100000));
+    (void)question.ask(map, budget);
+    EXPECT_EQ(budget.whyEnded(), BudgetEnd::kBricks) << question.name;
+  }
+}
+
+}  // namespace
+}  // namespace cuboid_mapping
