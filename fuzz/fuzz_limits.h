@@ -9,6 +9,7 @@ namespace cuboid_mapping {
 inline SnapshotLimits fuzzLimits() {
   SnapshotLimits limits;
   limits.max_bricks = 4096;
+  limits.max_bytes = 1 << 22;
   return limits;
 }
 

@@ -61,9 +61,7 @@ bool isSame(const cuboid_mapping::VoxelBrick& a, const cuboid_mapping::VoxelBric
 
 /// What is taken for a map must be one, and come back from its own file.
 void read(const std::string& bytes) {
-  cuboid_mapping::NativeFormatLimits limits;
-  limits.max_payload_bytes = 1 << 22;
-  limits.snapshot = cuboid_mapping::fuzzLimits();
+  const cuboid_mapping::SnapshotLimits limits = cuboid_mapping::fuzzLimits();
   try {
     const auto snapshot = fromNativeFormat(bytes, limits);
     const auto again = fromNativeFormat(toNativeFormat(snapshot), limits);

@@ -98,6 +98,50 @@ TEST(FileReplacement, saysThatTheDiskIsFull) {
   EXPECT_EQ(folder.list().size(), 1U);
 }
 
+TEST(FileReplacement, takesNeitherPipesNorDevices) {
+  const TemporaryFolder folder;
+  const std::string pipe = folder / "pipe";
+  ASSERT_EQ(mkfifo(pipe.c_str(), 0666), 0);
+  for (const std::string& file : {pipe, std::string("/dev/zero")}) {
+    const std::string expected = file + ": it is a device or a pipe";
+    EXPECT_NE(errorOf([&] { (void)readFile(file); }).find(expected), std::string::npos);
+    EXPECT_NE(errorOf([&] { replaceFile(file, "x"); }).find(expected), std::string::npos);
+    EXPECT_NE(errorOf([&] { checkReplaceable(file); }).find(expected), std::string::npos);
+  }
+  EXPECT_EQ(folder.list().size(), 1U);
+  const std::string map = folder / "map.cuboids";
+  ASSERT_EQ(mkfifo((map + ".partial").c_str(), 0666), 0);
+  EXPECT_NE(errorOf([&] { replaceFile(map, "x"); }).find("cannot write " + map), std::string::npos)
+      << "nor waits for somebody to read the partial file";
+}
+
+TEST(FileReplacement, promisesItsOwnErrorsForWhateverIsWrongWithAPath) {
+  const TemporaryFolder folder;
+  const std::string closed = folder / "closed";
+  ASSERT_EQ(mkdir(closed.c_str(), 0), 0);
+  ASSERT_EQ(symlink("loop", (folder / "loop").c_str()), 0);
+  const AsNobody nobody;
+  for (const std::string& file :
+       {closed + "/map", std::string(5000, 'x'), folder / "loop/map", folder / "loop"}) {
+    EXPECT_FALSE(errorOf([&] { (void)readFile(file); }).empty());
+    EXPECT_FALSE(errorOf([&] { replaceFile(file, "x"); }).empty());
+    EXPECT_FALSE(errorOf([&] { checkReplaceable(file); }).empty());
+  }
+}
+
+TEST(FileReplacement, readsNoMoreThanAllowed) {
+  const TemporaryFolder folder;
+  const std::string file = folder / "map.cuboids";
+  replaceFile(file, "12345");
+  EXPECT_EQ(readFile(file, 5), "12345");
+  try {
+    (void)readFile(file, 4);
+    FAIL();
+  } catch (const MapFileError& error) {
+    EXPECT_EQ(error.defect(), MapFileDefect::kTooBig);
+  }
+}
+
 TEST(FileReplacement, saysWhyItCannotRead) {
   const TemporaryFolder folder;
   EXPECT_NE(errorOf([&] { (void)readFile(folder / "no"); }).find("No such file"),

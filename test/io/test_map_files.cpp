@@ -12,6 +12,7 @@
 #include <pcl/point_types.h>
 
 #include <algorithm>
+#include <cstring>
 #include <fstream>
 #include <sstream>
 
@@ -93,6 +94,42 @@ TEST(MapFiles, ofPointsHoldTheOccupiedVoxels) {
   MapSnapshot empty;
   EXPECT_GT(writeMapFile(folder / "empty.pcd", empty), 0U);
   EXPECT_GT(writeMapFile(folder / "empty.ply", empty), 0U);
+}
+
+/// The coordinates of a file of points, which are float64, along the x axis.
+std::vector<double> readX(const pcl::PCLPointCloud2& cloud) {
+  EXPECT_EQ(cloud.fields.at(0).name, "x");
+  EXPECT_EQ(cloud.fields.at(0).datatype, pcl::PCLPointField::FLOAT64);
+  std::vector<double> x(cloud.width * cloud.height);
+  for (std::size_t i = 0; i < x.size(); ++i) {
+    std::memcpy(&x[i], &cloud.data[i * cloud.point_step + cloud.fields[0].offset], sizeof(x[i]));
+  }
+  return x;
+}
+
+TEST(MapFiles, ofPointsTellVoxelsApartFarFromTheOrigin) {
+  const TemporaryFolder folder;
+  MapSnapshot snapshot;
+  snapshot.resolution_m = 0.1;
+  constexpr std::int32_t kUtm = 53000000;  // 5,300 km
+  snapshot.bricks = {{brickOf({kUtm, kUtm, 0}), PackedVoxels(BrickMask::all(), 1.0F)}};
+  writeMapFile(folder / "map.pcd", snapshot);
+  writeMapFile(folder / "map.ply", snapshot);
+  std::vector<double> expected;
+  for (int voxel = 0; voxel < kBrickVoxels; ++voxel) {
+    expected.push_back((cellAt(snapshot.bricks[0].brick, voxel).x + 0.5) * 0.1);
+  }
+  pcl::PCLPointCloud2 points;
+  ASSERT_EQ(pcl::PCDReader().read(folder / "map.pcd", points), 0);
+  const std::vector<double> of_pcd = readX(points);
+  ASSERT_EQ(pcl::PLYReader().read(folder / "map.ply", points), 0);
+  const std::vector<double> of_ply = readX(points);
+  ASSERT_EQ(of_pcd.size(), expected.size());
+  ASSERT_EQ(of_ply.size(), expected.size());
+  for (std::size_t i = 0; i < expected.size(); ++i) {
+    EXPECT_NEAR(of_pcd[i], expected[i], 1e-6);
+    EXPECT_NEAR(of_ply[i], expected[i], 1e-6);
+  }
 }
 
 TEST(MapFiles, ofTextHaveALineForEachCuboidWithItsMeanProbability) {

@@ -90,7 +90,7 @@ void expectHeader(const MapSnapshot& read) {
 }
 
 /// Why bytes are refused; fails when they are not.
-MapFileDefect defectOf(const std::string& bytes, const NativeFormatLimits& limits = {}) {
+MapFileDefect defectOf(const std::string& bytes, const SnapshotLimits& limits = {}) {
   try {
     (void)fromNativeFormat(bytes, limits);
   } catch (const MapFileError& error) {
@@ -253,14 +253,26 @@ TEST(NativeFormat, saysThatAClaimIsTooBig) {
   overwrite<std::uint64_t>(bytes, kPayloadBytesAt, std::uint64_t{1} << 60);
   sealHeader(bytes);
   EXPECT_EQ(defectOf(bytes), MapFileDefect::kTooBig);
-  NativeFormatLimits few;
-  few.snapshot.max_bricks = 4;
+  SnapshotLimits few;
+  few.max_bricks = 4;
   EXPECT_EQ(defectOf(good, few), MapFileDefect::kTooBig);
   EXPECT_EQ(defectOf(readGolden("version_1.cuboids"), few), MapFileDefect::kTooBig);
-  few.snapshot.max_bricks = 5;
+  few.max_bricks = 5;
   EXPECT_TRUE(isSame(fromNativeFormat(good, few).bricks, goldenSnapshot().bricks));
-  few.max_payload_bytes = 100;
+  few.max_bytes = 100;
   EXPECT_EQ(defectOf(good, few), MapFileDefect::kTooBig);
+}
+
+TEST(NativeFormat, looksAtTheNumberOfBricksBeforeItUnpacksThem) {
+  std::string bytes = toNativeFormat(goldenSnapshot());
+  overwrite<std::uint64_t>(bytes, kNumBricksAt, 1000);
+  overwrite<std::uint64_t>(bytes, kPayloadBytesAt, 100000);  // That is not so, but not looked at.
+  sealHeader(bytes);
+  SnapshotLimits few;
+  few.max_bricks = 999;
+  EXPECT_EQ(defectOf(bytes, few), MapFileDefect::kTooBig);
+  few.max_bricks = 1000;
+  EXPECT_EQ(defectOf(bytes, few), MapFileDefect::kCorrupted);
 }
 
 TEST(NativeFormat, refusesWhatIsNoMapThoughItsChecksumsAreRight) {

@@ -58,6 +58,37 @@ TEST(MapStorage, savesWhatTheLastCloudHasLeftAndLoadsIt) {
   EXPECT_EQ(cuboid_mapping::readMapFile(folder / "map.cuboids").snapshot.frame_id, "odom");
 }
 
+TEST(MapStorage, keepsLocksWhenAMapIsLoaded) {
+  const TemporaryFolder folder;
+  Random random(98);
+  GuardedMap map(makeConfig());
+  fill(map, random);
+  ASSERT_EQ(saveMap(map, "map", folder / "map.cuboids").error, "");
+  const cuboid_mapping::CellBox zone{{0, 0, 0}, {9, 9, 9}};
+  map.edit([&](CuboidMap& content, const ros::Time&) {
+    content.lock(zone);
+    return cuboid_mapping::ChangeSet{content.revision(), false, {}};
+  });
+  ASSERT_EQ(loadMap(map, folder / "map.cuboids").error, "");
+  map.read([&](const CuboidMap& content, const ros::Time&) {
+    EXPECT_EQ(content.locked().boxes(), std::vector<cuboid_mapping::CellBox>{zone});
+  });
+}
+
+TEST(MapStorage, namesTheParameterThatAllowsALargerFile) {
+  const TemporaryFolder folder;
+  Random random(99);
+  GuardedMap map(makeConfig());
+  fill(map, random);
+  ASSERT_EQ(saveMap(map, "map", folder / "map.cuboids").error, "");
+  cuboid_mapping::SnapshotLimits limits;
+  limits.max_bricks = 2;
+  const auto before = voxelsOf(map);
+  EXPECT_NE(loadMap(map, folder / "map.cuboids", limits).error.find("file_memory"),
+            std::string::npos);
+  EXPECT_EQ(voxelsOf(map), before);
+}
+
 TEST(MapStorage, leavesTheMapAsItWasWhenAFileIsBad) {
   const TemporaryFolder folder;
   Random random(96);

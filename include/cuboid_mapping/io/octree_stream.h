@@ -12,6 +12,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <limits>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -62,12 +63,15 @@ struct OctreeContent {
 
 /// Reads a full octree. @param extra_bytes  Of a node, behind its log-odds: 3 of a ColorOcTree.
 /// @throws MapFileError: kTruncated; kCorrupted for a node deeper than kOctreeDepth, log-odds that
-///         are no number, or bytes that follow the end.
-[[nodiscard]] OctreeContent readFullOctree(std::string_view bytes, std::size_t extra_bytes = 0);
+///         are no number, or bytes that follow the end; kTooBig for more nodes than allowed.
+[[nodiscard]] OctreeContent readFullOctree(
+    std::string_view bytes, std::size_t extra_bytes = 0,
+    std::size_t max_nodes = std::numeric_limits<std::size_t>::max());
 
 /// Reads a binary octree; its leaves get the log-odds given. @throws as above, and kCorrupted for
 /// an inner node without children.
-[[nodiscard]] OctreeContent readBinaryOctree(std::string_view bytes, float free_log_odds,
-                                             float occupied_log_odds);
+[[nodiscard]] OctreeContent readBinaryOctree(
+    std::string_view bytes, float free_log_odds, float occupied_log_odds,
+    std::size_t max_nodes = std::numeric_limits<std::size_t>::max());
 
 }  // namespace cuboid_mapping

@@ -4,6 +4,7 @@
 #include "cuboid_mapping/map/cuboid_map.h"
 
 #include <cstddef>
+#include <cstdint>
 #include <optional>
 #include <string>
 #include <vector>
@@ -21,8 +22,13 @@ struct MapSnapshot {
 
 /// How much a snapshot from outside may hold, so that a damaged file does not take all memory.
 struct SnapshotLimits {
-  /// Bricks of 8 x 8 x 8 voxels. The default stands for some gigabytes of map.
-  std::size_t max_bricks = std::size_t{1} << 24;
+  std::size_t max_bricks = std::size_t{1} << 24;     ///< Bricks of 8 x 8 x 8 voxels.
+  std::uint64_t max_bytes = std::uint64_t{1} << 30;  ///< Of a file, packed and unpacked each.
+
+  /// Limits within which reading takes about so much memory at most. Those by default: 4 GB.
+  [[nodiscard]] static SnapshotLimits ofMemory(std::uint64_t bytes) {
+    return {static_cast<std::size_t>(bytes / 256), bytes / 4};
+  }
 };
 
 /// All voxels of a map. @complexity O(n).

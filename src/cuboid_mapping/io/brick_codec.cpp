@@ -4,6 +4,8 @@
 #include <zlib.h>
 
 #include <cstring>
+#include <stdexcept>
+#include <string>
 #include <unordered_map>
 
 namespace cuboid_mapping {
@@ -64,6 +66,19 @@ Bytes deflateBytes(const Bytes& bytes) {
   return packed;
 }
 
+/// roscpp drops a message of 1 GB without a word, and a listener takes it for damaged.
+void requireFits(const BrickArrays& arrays) {
+  const std::size_t num_bytes = kBrickBytes * arrays.counts.size() +
+                                kCuboidBytes * arrays.occupied.size() +
+                                sizeof(std::uint16_t) * arrays.values.size();
+  if (num_bytes <= kMaxBytes) return;
+  throw std::length_error(
+      "the map is too large for a message: " + std::to_string(num_bytes / 1000000) +
+      " MB, of at most " + std::to_string(kMaxBytes / 1000000) +
+      ". Save it to a file (~save_map), or let classes travel alone "
+      "(publish_values: false)");
+}
+
 /// Grows with what is really there, so that a claim alone takes no memory. Empty when it is damaged.
 Bytes inflateBytes(const Bytes& packed) {
   z_stream stream{};
@@ -107,6 +122,7 @@ bool takeValues(const Bytes& bytes, std::size_t next, const std::vector<float>& 
 }  // namespace
 
 PackedBricks packBricks(const BrickArrays& arrays) {
+  requireFits(arrays);
   PackedBricks packed;
   packed.num_bricks = static_cast<std::uint32_t>(arrays.counts.size());
   packed.num_cuboids = static_cast<std::uint32_t>(arrays.occupied.size());

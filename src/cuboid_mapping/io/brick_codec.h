@@ -18,6 +18,7 @@ struct PackedBricks {
   std::vector<std::uint8_t> data;  ///< The arrays, one after the other, deflated.
 };
 
+/// @throws std::length_error when they are too many for a message; says what to do.
 /// @complexity O(n) for n cuboids, with values voxels, and the deflation.
 [[nodiscard]] PackedBricks packBricks(const BrickArrays& arrays);
 

@@ -5,6 +5,7 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <cerrno>
 #include <cstdio>
 #include <cstring>
@@ -17,7 +18,9 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr int kForWriting = O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC;
+// To open a pipe does not wait for its other end.
+constexpr int kForReading = O_RDONLY | O_NONBLOCK | O_CLOEXEC;
+constexpr int kForWriting = O_WRONLY | O_CREAT | O_TRUNC | O_NONBLOCK | O_CLOEXEC;
 
 [[noreturn]] void fail(const std::string& action, const std::string& file, int code) {
   std::string text = action;
@@ -79,10 +82,20 @@ void synchronize(const std::string& path, int flags, const std::string& file) {
   }
 }
 
+/// A device or a pipe may never end, and must not be replaced.
+void requireRegular(const struct stat& status, const std::string& action, const std::string& file) {
+  if (S_ISREG(status.st_mode)) return;
+  if (S_ISDIR(status.st_mode)) fail(action, file, EISDIR);
+  throw MapFileError(MapFileDefect::kInaccessible,
+                     action + ' ' + file + ": it is a device or a pipe, not a file");
+}
+
 /// Where the content goes first. @throws MapFileError when the path cannot be that of a file.
 std::string partialOf(const std::string& file) {
   if (file.empty()) fail("cannot write", "''", ENOENT);
-  if (fs::is_directory(file)) fail("cannot write", file, EISDIR);
+  struct stat status {};
+  // What cannot be looked at cannot be written either, which is told then.
+  if (::stat(file.c_str(), &status) == 0) requireRegular(status, "cannot write", file);
   return file + ".partial";
 }
 
@@ -94,15 +107,22 @@ void checkReplaceable(const std::string& file) {
   if (!Descriptor(partial, kForWriting).isOpen()) fail("cannot write", file, errno);
 }
 
-std::string readFile(const std::string& file) {
-  if (fs::is_directory(file)) fail("cannot read", file, EISDIR);
-  const Descriptor descriptor(file, O_RDONLY | O_CLOEXEC);
+std::string readFile(const std::string& file, std::uint64_t max_bytes) {
+  const Descriptor descriptor(file, kForReading);
   struct stat status {};
   if (!descriptor.isOpen() || fstat(descriptor.get(), &status) != 0) {
     fail("cannot read", file, errno);
   }
+  requireRegular(status, "cannot read", file);
+  const auto num_bytes = static_cast<std::uint64_t>(std::max<off_t>(status.st_size, 0));
+  const auto require_few = [&](std::uint64_t count) {
+    if (count <= max_bytes) return;
+    throw MapFileError(MapFileDefect::kTooBig, "cannot read " + file + ": it has more than " +
+                                                   std::to_string(max_bytes) + " bytes");
+  };
+  require_few(num_bytes);
   std::string bytes;
-  bytes.reserve(static_cast<std::size_t>(std::max<off_t>(status.st_size, 0)));
+  bytes.reserve(static_cast<std::size_t>(num_bytes));
   std::string chunk(std::size_t{1} << 20, '\0');
   for (;;) {
     const ssize_t count = ::read(descriptor.get(), chunk.data(), chunk.size());
@@ -110,6 +130,7 @@ std::string readFile(const std::string& file) {
     if (count < 0) fail("cannot read", file, errno);
     if (count == 0) return bytes;
     bytes.append(chunk, 0, static_cast<std::size_t>(count));
+    require_few(bytes.size());
   }
 }
 

@@ -4,14 +4,18 @@
 
 #include "cuboid_mapping/io/map_file_error.h"
 
+#include <cstdint>
 #include <functional>
+#include <limits>
 #include <string>
 #include <string_view>
 
 namespace cuboid_mapping {
 
-/// All bytes of a file. @throws MapFileError (kInaccessible): not there, a folder, not readable.
-[[nodiscard]] std::string readFile(const std::string& file);
+/// All bytes of a file. @throws MapFileError: kInaccessible when it is not there, a folder, a device, a
+/// pipe, or not readable; kTooBig when it has more bytes than allowed.
+[[nodiscard]] std::string readFile(
+    const std::string& file, std::uint64_t max_bytes = std::numeric_limits<std::uint64_t>::max());
 
 /// Gives a file new content, all of it or none: whoever reads the file, also after the program or
 /// the machine has died on the way, finds the old content or the new one.
@@ -21,7 +25,7 @@ namespace cuboid_mapping {
 /// may stay, and the next call overwrites it. Two calls for one file must not run side by side.
 ///
 /// @throws MapFileError (kInaccessible) with the system's reason: an unwritable folder, a path that
-///         is a folder, a full disk.
+///         is a folder, a device or a pipe, a full disk.
 void replaceFile(const std::string& file, std::string_view bytes);
 
 /// As above, for content that something else writes.

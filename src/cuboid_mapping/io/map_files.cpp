@@ -10,6 +10,7 @@
 #include <algorithm>
 #include <cctype>
 #include <filesystem>
+#include <system_error>
 
 namespace cuboid_mapping {
 namespace {
@@ -42,9 +43,7 @@ MapFile decode(const std::string& bytes, bool is_octree_expected, const SensorMo
     throw MapFileError(MapFileDefect::kForeign,
                        "is not an OctoMap file: it does not begin with '# Octomap OcTree'");
   }
-  NativeFormatLimits native;
-  native.snapshot = limits;
-  return {MapFormat::kNative, fromNativeFormat(bytes, native), bytes.size()};
+  return {MapFormat::kNative, fromNativeFormat(bytes, limits), bytes.size()};
 }
 
 void write(const std::string& file, const MapSnapshot& snapshot, MapFormat format,
@@ -94,7 +93,7 @@ std::string knownEndings() {
 
 MapFile readMapFile(const std::string& file, const SensorModelConfig& model,
                     const SnapshotLimits& limits) {
-  const std::string bytes = readFile(file);
+  const std::string bytes = readFile(file, limits.max_bytes);
   const auto format = formatOfName(file);
   const bool is_octree_expected =
       format == MapFormat::kOctomapFull || format == MapFormat::kOctomapBinary;
@@ -113,7 +112,9 @@ std::size_t writeMapFile(const std::string& file, const MapSnapshot& snapshot,
                        "cannot write " + file + ": its name must end in one of " + knownEndings());
   }
   write(file, snapshot, *format, listener);
-  return std::filesystem::file_size(file);
+  std::error_code error;  // Somebody else may have taken the file away.
+  const auto num_bytes = std::filesystem::file_size(file, error);
+  return error ? 0 : num_bytes;
 }
 
 }  // namespace cuboid_mapping

@@ -201,11 +201,18 @@ Sizes decodeHeader(std::string_view bytes, ByteReader& reader, MapSnapshot& snap
 }
 
 /// @param item_bytes  Of an item before compression, at least.
-void checkClaims(const Sizes& sizes, std::uint64_t item_bytes, const NativeFormatLimits& limits) {
-  if (sizes.payload_bytes > limits.max_payload_bytes) {
-    fail(MapFileDefect::kTooBig,
-         "claims to hold " + std::to_string(sizes.payload_bytes) + " bytes, more than the " +
-             std::to_string(limits.max_payload_bytes) + " that are read: it is damaged, or no map");
+void checkClaims(const Sizes& sizes, std::uint64_t item_bytes, const SnapshotLimits& limits) {
+  if (sizes.payload_bytes > limits.max_bytes) {
+    fail(MapFileDefect::kTooBig, "claims to hold " + std::to_string(sizes.payload_bytes) +
+                                     " bytes, more than the " + std::to_string(limits.max_bytes) +
+                                     " that are read: it is damaged, or no map");
+  }
+  // A cuboid of version 1 takes a part of the memory of a brick.
+  const std::uint64_t max_items = limits.max_bricks * (item_bytes == kCuboidBytes ? 4 : 1);
+  if (sizes.num_items > max_items) {
+    fail(MapFileDefect::kTooBig, "claims " + std::to_string(sizes.num_items) +
+                                     " bricks or cuboids, more than the " +
+                                     std::to_string(max_items) + " that are read");
   }
   if (sizes.num_items > sizes.payload_bytes / item_bytes ||
       sizes.num_log_odds > sizes.payload_bytes / sizeof(float)) {
@@ -307,7 +314,7 @@ std::string toNativeFormat(const MapSnapshot& snapshot) {
   return file.take();
 }
 
-MapSnapshot fromNativeFormat(std::string_view bytes, const NativeFormatLimits& limits) {
+MapSnapshot fromNativeFormat(std::string_view bytes, const SnapshotLimits& limits) {
   MapSnapshot snapshot;
   ByteReader reader(bytes);
   const std::uint32_t version = readVersion(bytes, reader);
@@ -322,7 +329,7 @@ MapSnapshot fromNativeFormat(std::string_view bytes, const NativeFormatLimits& l
   try {
     const std::string payload = decompress(compressed, sizes.payload_bytes);
     ByteReader content(payload);
-    snapshot.bricks = version == 1 ? bricksOf(decodeCuboids(content, sizes), limits.snapshot)
+    snapshot.bricks = version == 1 ? bricksOf(decodeCuboids(content, sizes), limits)
                                    : decodeBricks(content, sizes);
     if (content.numLeft() != 0) failCorrupted("something follows its content");
   } catch (const MapFileError& error) {
@@ -330,7 +337,7 @@ MapSnapshot fromNativeFormat(std::string_view bytes, const NativeFormatLimits& l
     if (error.defect() == MapFileDefect::kTruncated) failCorrupted("its content ends too early");
     throw;
   }
-  throwIfFaulty(snapshot, limits.snapshot);
+  throwIfFaulty(snapshot, limits);
   return snapshot;
 }
 

@@ -14,12 +14,6 @@ namespace cuboid_mapping {
 /// Version of the format that is written; all up to it can be read.
 constexpr std::uint32_t kNativeFormatVersion = 2;
 
-/// How much a file may claim to hold.
-struct NativeFormatLimits {
-  std::uint64_t max_payload_bytes = std::uint64_t{4} << 30;  ///< Before compression.
-  SnapshotLimits snapshot;
-};
-
 /// Whether bytes begin as a file of this format does.
 [[nodiscard]] bool isNativeFormat(std::string_view bytes);
 
@@ -31,9 +25,9 @@ struct NativeFormatLimits {
 ///
 /// @throws MapFileError: kForeign for another magic number, kNewerVersion, kTruncated, kCorrupted
 ///         for a wrong checksum, a value that cannot be, or (version 1) cuboids that overlap, kTooBig where
-///         more is claimed than the limits allow. Memory stays within the limits and a small
-///         multiple of the bytes.
+///         more is claimed than the limits allow. Memory stays within what SnapshotLimits::ofMemory()
+///         says.
 [[nodiscard]] MapSnapshot fromNativeFormat(std::string_view bytes,
-                                           const NativeFormatLimits& limits = {});
+                                           const SnapshotLimits& limits = {});
 
 }  // namespace cuboid_mapping

@@ -83,7 +83,8 @@ std::size_t extraBytesOf(const std::string& id) {
        "holds an octree of type '" + id + "': only OcTree, OcTreeStamped and ColorOcTree are read");
 }
 
-OctreeContent readNodes(const Header& header, std::string_view nodes, const SensorModel& model) {
+OctreeContent readNodes(const Header& header, std::string_view nodes, const SensorModel& model,
+                        const SnapshotLimits& limits) {
   const std::size_t extra_bytes = extraBytesOf(header.id);
   // Two bytes describe eight children; a node of a full tree has five bytes and more.
   const std::uint64_t most =
@@ -95,8 +96,10 @@ OctreeContent readNodes(const Header& header, std::string_view nodes, const Sens
              std::to_string(nodes.size()) +
              " bytes: it was not copied or written completely, or is damaged");
   }
-  if (header.is_binary) return readBinaryOctree(nodes, model.min(), model.max());
-  return readFullOctree(nodes, extra_bytes);
+  // A leaf takes a part of the memory of a brick.
+  const std::size_t max_nodes = 4 * limits.max_bricks;
+  if (header.is_binary) return readBinaryOctree(nodes, model.min(), model.max(), max_nodes);
+  return readFullOctree(nodes, extra_bytes, max_nodes);
 }
 
 }  // namespace
@@ -132,7 +135,7 @@ MapSnapshot fromOctomapFile(std::string_view bytes, const SensorModelConfig& mod
   snapshot.resolution_m = *header.resolution_m;
   snapshot.sensor_model = model;
   const OctreeContent content =
-      readNodes(header, bytes.substr(header.end), SensorModel(snapshot.sensor_model));
+      readNodes(header, bytes.substr(header.end), SensorModel(snapshot.sensor_model), limits);
   if (content.num_nodes != *header.num_nodes) {
     fail(MapFileDefect::kCorrupted, "is damaged: it says that it has " +
                                         std::to_string(*header.num_nodes) + " nodes, but has " +

@@ -4,6 +4,7 @@
 #include "cuboid_mapping/io/byte_stream.h"
 
 #include <cmath>
+#include <string>
 
 namespace cuboid_mapping {
 namespace {
@@ -30,13 +31,14 @@ constexpr Place kRoot{kOctreeCells.min, 0};
 
 class OctreeReader {
  public:
-  explicit OctreeReader(std::string_view bytes) : reader_(bytes) {}
+  OctreeReader(std::string_view bytes, std::size_t max_nodes)
+      : reader_(bytes), max_nodes_(max_nodes) {}
 
   void readFullNode(const Place& place, std::size_t extra_bytes) {
     const float log_odds = reader_.readF32();
     (void)reader_.readBytes(extra_bytes);
     const auto children = static_cast<unsigned char>(reader_.readBytes(1)[0]);
-    ++content_.num_nodes;
+    countNode();
     if (!std::isfinite(log_odds)) fail("a node of the octree has no finite log-odds");
     if (children == 0) return addLeaf(place, log_odds);
     checkDepth(place);
@@ -50,14 +52,14 @@ class OctreeReader {
     const std::string_view bytes = reader_.readBytes(2);
     const unsigned children = static_cast<unsigned char>(bytes[0]) |
                               static_cast<unsigned>(static_cast<unsigned char>(bytes[1])) << 8;
-    ++content_.num_nodes;
+    countNode();
     if (children == 0) fail("an inner node of the octree has no children");
     for (unsigned i = 0; i < 8; ++i) {
       const unsigned child = children >> (2 * i) & 3U;
       if (child == 3) {
         readBinaryNode(place.child(i), free_log_odds, occupied_log_odds);
       } else if (child != 0) {
-        ++content_.num_nodes;
+        countNode();
         addLeaf(place.child(i), child == 1 ? free_log_odds : occupied_log_odds);
       }
     }
@@ -69,6 +71,12 @@ class OctreeReader {
   }
 
  private:
+  void countNode() {
+    if (++content_.num_nodes <= max_nodes_) return;
+    throw MapFileError(MapFileDefect::kTooBig, "holds an octree of more nodes than the " +
+                                                   std::to_string(max_nodes_) + " that are read");
+  }
+
   static void checkDepth(const Place& place) {
     if (place.depth == kOctreeDepth) fail("the octree has more than 16 levels");
   }
@@ -79,22 +87,24 @@ class OctreeReader {
   }
 
   ByteReader reader_;
+  std::size_t max_nodes_;
   OctreeContent content_;
 };
 
 }  // namespace
 
-OctreeContent readFullOctree(std::string_view bytes, std::size_t extra_bytes) {
+OctreeContent readFullOctree(std::string_view bytes, std::size_t extra_bytes,
+                             std::size_t max_nodes) {
   if (bytes.empty()) return {};
-  OctreeReader reader(bytes);
+  OctreeReader reader(bytes, max_nodes);
   reader.readFullNode(kRoot, extra_bytes);
   return reader.finish();
 }
 
-OctreeContent readBinaryOctree(std::string_view bytes, float free_log_odds,
-                               float occupied_log_odds) {
+OctreeContent readBinaryOctree(std::string_view bytes, float free_log_odds, float occupied_log_odds,
+                               std::size_t max_nodes) {
   if (bytes.empty()) return {};
-  OctreeReader reader(bytes);
+  OctreeReader reader(bytes, max_nodes);
   reader.readBinaryNode(kRoot, free_log_odds, occupied_log_odds);
   return reader.finish();
 }

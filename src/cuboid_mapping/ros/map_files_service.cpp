@@ -36,6 +36,7 @@ MapFilesService::MapFilesService(const ros::NodeHandle& private_nh,
     : map_(map),
       guard_(guard),
       frame_id_(parameters.frame_id),
+      limits_(makeSnapshotLimits(parameters)),
       autosave_file_(parameters.autosave_file),
       saved_revision_(revisionOf(map)),
       thread_(guard, "files") {
@@ -66,7 +67,7 @@ void MapFilesService::advertise(ros::NodeHandle nh) {
       });
   load_server_ = advertiseGuarded<LoadMap::Request, LoadMap::Response>(
       nh, kLoadMapService, [this](LoadMap::Request& request, LoadMap::Response& response) {
-        const StorageAnswer answer = loadMap(map_, request.filename);
+        const StorageAnswer answer = loadMap(map_, request.filename, limits_);
         logAnswer("loaded from", request.filename, answer);
         response.success = static_cast<std::uint8_t>(answer.error.empty());
         response.message = answer.error;

@@ -40,6 +40,7 @@ class MapFilesService {
   GuardedMap& map_;
   CallbackGuard& guard_;
   std::string frame_id_;
+  cuboid_mapping::SnapshotLimits limits_;  ///< Of files that are loaded.
   std::string autosave_file_;
   std::uint64_t saved_revision_;
   mutable std::mutex error_mutex_;

@@ -13,8 +13,13 @@ namespace cuboid_mapping_ros {
 namespace {
 
 using cuboid_mapping::CuboidMap;
+using cuboid_mapping::MapConfig;
 using cuboid_mapping::MapFile;
+using cuboid_mapping::MapFileDefect;
+using cuboid_mapping::MapFileError;
 using cuboid_mapping::MapSnapshot;
+using cuboid_mapping::SensorModelConfig;
+using cuboid_mapping::SnapshotLimits;
 
 /// Runs work that may throw; its exceptions become errors of the answer.
 template <typename WorkT>
@@ -38,7 +43,28 @@ std::string compareResolutions(double of_file_m, double of_map_m, const std::str
   return text.str();
 }
 
+bool isSame(const SensorModelConfig& a, const SensorModelConfig& b) {
+  return a.hit == b.hit && a.miss == b.miss && a.alpha_min == b.alpha_min &&
+         a.alpha_max == b.alpha_max;
+}
+
+/// readMapFile(), whose errors name the parameter that allows more.
+MapFile readFileWithin(const std::string& file, const SensorModelConfig& model,
+                       const SnapshotLimits& limits) {
+  try {
+    return cuboid_mapping::readMapFile(file, model, limits);
+  } catch (const MapFileError& error) {
+    if (error.defect() != MapFileDefect::kTooBig) throw;
+    throw MapFileError(error.defect(), std::string(error.what()) +
+                                           ". For a larger map set the parameter file_memory");
+  }
+}
+
 }  // namespace
+
+SnapshotLimits makeSnapshotLimits(const NodeParameters& parameters) {
+  return SnapshotLimits::ofMemory(static_cast<std::uint64_t>(parameters.file_memory_mb) * 1000000);
+}
 
 StorageAnswer saveMap(GuardedMap& map, const std::string& frame_id, const std::string& file) {
   return guard([&](StorageAnswer& answer) {
@@ -53,26 +79,32 @@ StorageAnswer saveMap(GuardedMap& map, const std::string& frame_id, const std::s
   });
 }
 
-StorageAnswer loadMap(GuardedMap& map, const std::string& file) {
+StorageAnswer loadMap(GuardedMap& map, const std::string& file, const SnapshotLimits& limits) {
   return guard([&](StorageAnswer& answer) {
-    const auto model = map.read([](const CuboidMap& content, const ros::Time& /*stamp*/) {
-      return content.config().sensor_model;
-    });
-    const MapFile read = cuboid_mapping::readMapFile(file, model);
+    const MapConfig config = map.read(
+        [](const CuboidMap& content, const ros::Time& /*stamp*/) { return content.config(); });
+    const MapFile read = readFileWithin(file, config.sensor_model, limits);
     answer.error = compareResolutions(read.snapshot.resolution_m, map.grid().resolution(), file);
     if (!answer.error.empty()) return;
-    map.edit([&](CuboidMap& content, const ros::Time& /*stamp*/) {
-      cuboid_mapping::ChangeSet changes = restoreSnapshot(read.snapshot, content);
-      answer.num_cuboids = countCuboids(content).total();
-      return changes;
-    });
+    CuboidMap fresh(config);  // Built while the other one is in use, and freed after it.
+    restoreSnapshot(read.snapshot, fresh);
+    fresh.fuse();
+    answer.num_cuboids = countCuboids(fresh).total();
     answer.num_bytes = read.num_bytes;
+    map.edit([&](CuboidMap& content, const ros::Time& /*stamp*/) {
+      // It may have been reconfigured meanwhile.
+      if (!isSame(content.config().sensor_model, config.sensor_model)) {
+        fresh.setSensorModel(content.config().sensor_model);
+      }
+      return content.exchange(fresh);
+    });
   });
 }
 
 std::optional<MapSnapshot> readStartMap(NodeParameters& parameters) {
   if (parameters.map_file.empty()) return std::nullopt;
-  MapFile file = cuboid_mapping::readMapFile(parameters.map_file, parameters.map.sensor_model);
+  MapFile file = readFileWithin(parameters.map_file, parameters.map.sensor_model,
+                                makeSnapshotLimits(parameters));
   parameters.map.resolution_m = file.snapshot.resolution_m;
   return std::move(file.snapshot);
 }

@@ -26,9 +26,15 @@ struct StorageAnswer {
 [[nodiscard]] StorageAnswer saveMap(GuardedMap& map, const std::string& frame_id,
                                     const std::string& file);
 
-/// Puts a map from a file in the place of everything in the map, which stays as it is after any
-/// error: an unreadable or bad file, another resolution. The map is held while it is replaced.
-[[nodiscard]] StorageAnswer loadMap(GuardedMap& map, const std::string& file);
+/// How much reading a file may take: parameter file_memory.
+[[nodiscard]] cuboid_mapping::SnapshotLimits makeSnapshotLimits(const NodeParameters& parameters);
+
+/// Puts a map from a file in the place of everything in the map but its locks, which stay. After any
+/// error all is as it was: an unreadable or bad file, another resolution, too much for the limits,
+/// no memory. The new map is built beside the old one, which is held for the exchange only: clouds
+/// that come in until then are lost with it.
+[[nodiscard]] StorageAnswer loadMap(GuardedMap& map, const std::string& file,
+                                    const cuboid_mapping::SnapshotLimits& limits = {});
 
 /// The map of `map_file`; nothing when there is none. The resolution of the parameters becomes that
 /// of the file, as with octomap_server.
