@@ -305,6 +305,7 @@ TEST(MarkerCache, SendsOnlySizesThatHaveChanged) {
   EXPECT_EQ(marker.action, static_cast<int>(Marker::ADD));
   EXPECT_EQ(marker.header.frame_id, "map");
   EXPECT_EQ(marker.header.stamp, ros::Time(12, 34));
+  EXPECT_TRUE(marker.frame_locked) << "to be seen in other fixed frames, however old the stamp";
   EXPECT_EQ(marker.points.size(), 2U);
   EXPECT_DOUBLE_EQ(marker.scale.x, 1.0);
   EXPECT_DOUBLE_EQ(marker.scale.y, 1.5);

@@ -76,12 +76,13 @@ class GuardedQueue : public ros::CallbackQueueInterface {
   std::string name_;
 };
 
-/// A guarded queue with a thread that works on it.
+/// A guarded queue with a thread, or more, that work on it.
 class GuardedThread {
  public:
-  /// @param guard  Must outlive this object.
-  GuardedThread(CallbackGuard& guard, const std::string& name)
-      : queue_(callbacks_, guard, name), spinner_(1, &callbacks_) {}
+  /// @param guard  Must outlive this object. @param num_threads  > 0; with more than one, callbacks
+  /// run side by side.
+  GuardedThread(CallbackGuard& guard, const std::string& name, std::uint32_t num_threads = 1)
+      : queue_(callbacks_, guard, name), spinner_(num_threads, &callbacks_) {}
 
   [[nodiscard]] GuardedQueue& queue() { return queue_; }
   void start() { spinner_.start(); }

@@ -3,6 +3,7 @@
 
 #include "cuboid_mapping/ros/function_callback.h"
 
+#include <new>
 #include <utility>
 
 namespace cuboid_mapping_ros {
@@ -15,8 +16,12 @@ CloudInbox::~CloudInbox() { removePosted(callback_queue_, this); }
 
 void CloudInbox::put(const CloudPtr& cloud) {
   const std::lock_guard<std::mutex> lock(mutex_);
-  clouds_.push_back(cloud);
-  num_bytes_ += countBytes(*cloud);
+  try {
+    clouds_.push_back(cloud);
+    num_bytes_ += countBytes(*cloud);
+  } catch (const std::bad_alloc&) {
+    ++num_dropped_;
+  }
   while (clouds_.size() > 1 &&
          (clouds_.size() > limits_.max_clouds || num_bytes_ > limits_.max_bytes)) {
     num_bytes_ -= countBytes(*clouds_.front());
@@ -29,11 +34,14 @@ void CloudInbox::put(const CloudPtr& cloud) {
 }
 
 void CloudInbox::deliver() {
+  {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    is_delivery_due_ = false;  // What fails now is tried again when the next cloud comes.
+  }
   std::deque<CloudPtr> clouds;
   std::size_t num_dropped = 0;
   {
     const std::lock_guard<std::mutex> lock(mutex_);
-    is_delivery_due_ = false;
     num_bytes_ = 0;
     clouds.swap(clouds_);
     std::swap(num_dropped, num_dropped_);

@@ -16,8 +16,8 @@ namespace cuboid_mapping_ros {
 /// Clouds on their way from the thread that receives them to the queue where they are worked on.
 ///
 /// The queue of a roscpp subscription counts messages, and drops without a word: a hundred clouds of
-/// 10 MB while one cloud is worked on. Therefore a thread that does nothing else empties it into this
-/// inbox, which counts bytes, and tells how many clouds it has dropped, the oldest first.
+/// 10 MB while one cloud is worked on. Therefore each message goes from roscpp's network thread into this
+/// inbox at once, which counts bytes, and tells how many clouds it has dropped, the oldest first.
 ///
 /// Thread rule: put() from any thread; the callbacks run on the callback queue.
 class CloudInbox {
@@ -30,12 +30,15 @@ class CloudInbox {
   };
 
   /// @param callback_queue  Must outlive this object.
+  /// @param callbacks  Must not throw.
   CloudInbox(ros::CallbackQueueInterface& callback_queue, const CloudLimits& limits,
              Callbacks callbacks);
   ~CloudInbox();
   CloudInbox(const CloudInbox&) = delete;
   CloudInbox& operator=(const CloudInbox&) = delete;
 
+  /// For want of memory a cloud is dropped and counted; or the exception says that clouds are delivered with
+  /// the next one only.
   void put(const CloudPtr& cloud);
 
   [[nodiscard]] std::size_t numBytes() const;

@@ -6,6 +6,7 @@
 #include "cuboid_mapping/ros/time_jump.h"
 
 #include <algorithm>
+#include <exception>
 #include <iterator>
 #include <sstream>
 #include <utility>
@@ -34,13 +35,21 @@ CloudQueue::CloudQueue(ros::CallbackQueueInterface& callback_queue, const CloudL
 CloudQueue::~CloudQueue() { removePosted(callback_queue_, this); }
 
 void CloudQueue::push(const CloudPtr& cloud, const ros::Time& now) {
+  try {
+    insert(cloud, now);
+  } catch (const std::exception&) {
+    callbacks_.drop(DropReason::kInternalError, {});
+  }
+}
+
+void CloudQueue::insert(const CloudPtr& cloud, const ros::Time& now) {
   if (cloud->header.frame_id.empty()) {
     callbacks_.drop(DropReason::kEmptyFrame, "header.frame_id is empty; set it in the driver");
     return;
   }
   Entry entry{cloud, now, std::nullopt, {}};
   const bool may_come = searchPoses(entry);
-  clouds_.push_back(std::move(entry));
+  clouds_.push_back(std::move(entry));  // From here on nothing throws.
   num_bytes_ += countBytes(*cloud);
   if (!may_come) return drop(std::prev(clouds_.end()), DropReason::kTooOldForTf);
   makePlace();
@@ -101,7 +110,13 @@ void CloudQueue::searchAnew(const ros::Time& now) {
 
 void CloudQueue::drop(const Entries::iterator& entry, DropReason reason) {
   const Entry gone = take(entry);
-  callbacks_.drop(reason, describe(gone.cloud->header, gone.why, reason));
+  std::string text;
+  try {
+    text = describe(gone.cloud->header, gone.why, reason);
+  } catch (const std::exception&) {
+    // There is no memory for words; it is counted.
+  }
+  callbacks_.drop(reason, text);
 }
 
 CloudQueue::Entry CloudQueue::take(const Entries::iterator& entry) {
@@ -123,8 +138,12 @@ CloudQueue::Entries::iterator CloudQueue::findWaiting() {
 
 void CloudQueue::requestTurn() {
   if (has_turn_ || findReady() == clouds_.end()) return;
-  post(callback_queue_, this, [this] { takeTurn(); });
-  has_turn_ = true;
+  try {
+    post(callback_queue_, this, [this] { takeTurn(); });
+    has_turn_ = true;
+  } catch (const std::exception&) {
+    // The next update() tries again.
+  }
 }
 
 void CloudQueue::takeTurn() {

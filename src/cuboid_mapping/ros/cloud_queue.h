@@ -52,7 +52,7 @@ class CloudQueue {
   struct Callbacks {
     std::function<PoseSearch(const std_msgs::Header& header)> find_poses;
     std::function<void(const CloudPtr& cloud, const CloudPoses& poses)> handle;  ///< In its turn.
-    /// For each cloud that goes without being handled.
+    /// For each cloud that goes without being handled. Must not throw.
     std::function<void(DropReason reason, const std::string& text)> drop;
   };
 
@@ -63,7 +63,7 @@ class CloudQueue {
   CloudQueue(const CloudQueue&) = delete;
   CloudQueue& operator=(const CloudQueue&) = delete;
 
-  /// Takes a cloud. @param now  The node's time: simulated time that stands still lets none expire.
+  /// Takes a cloud; drops it when it cannot be kept for want of memory. @param now  The node's time: simulated time that stands still lets none expire.
   void push(const CloudPtr& cloud, const ros::Time& now);
 
   /// Asks tf again for all that wait for it, and drops those that have waited too long.
@@ -88,6 +88,7 @@ class CloudQueue {
   };
   using Entries = std::deque<Entry>;
 
+  void insert(const CloudPtr& cloud, const ros::Time& now);
   /// @return false when tf has forgotten the cloud's time.
   [[nodiscard]] bool searchPoses(Entry& entry);
   [[nodiscard]] bool hasExpired(Entry& entry, const ros::Time& now) const;

@@ -11,6 +11,17 @@ using cuboid_mapping::ChangeSet;
 using cuboid_mapping::CuboidMap;
 using cuboid_mapping::MapDetail;
 
+namespace {
+
+/// So many bricks make a message of some 100 MB: to fetch the map anew is not much more.
+constexpr std::size_t kMaxDeltaBricks = 200000;
+
+bool isTooMuch(const ChangeSet& changes) { return changes.bricks.size() > kMaxDeltaBricks; }
+
+ChangeSet everythingOf(const ChangeSet& changes) { return {changes.revision, true, {}}; }
+
+}  // namespace
+
 MapPublisher::MapPublisher(ros::NodeHandle nh, ros::NodeHandle private_nh,
                            const NodeParameters& parameters, GuardedMap& map)
     : map_(map),
@@ -35,21 +46,28 @@ ImageMessage MapPublisher::makeImage(MapDetail detail) const {
 ChangeSet MapPublisher::publish() {
   const bool is_heard = delta_publisher_.getNumSubscribers() > 0;
   map_.fuse();
-  ChangeSet changes;
   DeltaMessage message;
-  map_.read([&](const CuboidMap& map, const ros::Time& stamp) {
-    changes =
-        map_.takeChanges();  // While nobody changes the map: neither more nor less than it has.
-    message.header.stamp = stamp;
-    message.delta.revision = map.revision();
-    if (is_heard) message.delta = makeDelta(map, changes, instance_, published_revision_, detail_);
-    return true;
-  });
-  published_revision_ = message.delta.revision;
   message.header.frame_id = frame_id_;
-  if (is_heard) publishDelta(delta_publisher_, message);
-  if (changes.is_everything && image_publisher_.getNumSubscribers() > 0) {
-    publishImage(image_publisher_, makeImage(detail_));
+  // Neither more nor less than the map has, while nobody changes it.
+  const ChangeSet changes =
+      map_.takeChanges([&](const CuboidMap& map, const ros::Time& stamp, const ChangeSet& taken) {
+        message.header.stamp = stamp;
+        if (is_heard) {
+          message.delta = makeDelta(map, isTooMuch(taken) ? everythingOf(taken) : taken, instance_,
+                                    published_revision_, detail_);
+        }
+        message.delta.revision = map.revision();
+        message.delta.is_everything = taken.is_everything || isTooMuch(taken);
+      });
+  try {
+    published_revision_ = message.delta.revision;
+    if (is_heard) publishDelta(delta_publisher_, message);
+    if (message.delta.is_everything && image_publisher_.getNumSubscribers() > 0) {
+      publishImage(image_publisher_, makeImage(detail_));
+    }
+  } catch (...) {
+    map_.noteEverything();  // It did not arrive.
+    throw;
   }
   return changes;
 }

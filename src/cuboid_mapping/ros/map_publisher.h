@@ -25,7 +25,8 @@ class MapPublisher {
 
   /// Brings cuboids that wait into the R-tree, and publishes what has changed since the last call; when nothing has, a
   /// message that says so.
-  /// @return What has changed, for others to publish.
+  /// @return What has changed, for others to publish. When it throws, the next call tells the listeners to
+  /// fetch the map anew.
   cuboid_mapping::ChangeSet publish();
 
  private:

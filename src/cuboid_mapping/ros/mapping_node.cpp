@@ -20,18 +20,21 @@ namespace {
 /// The log repeats a reason for dropping clouds after this time at the earliest.
 constexpr std::chrono::seconds kLogPeriod{10};
 
-/// Clouds that roscpp keeps, and beyond which it drops them without telling: a thread that does
-/// nothing else takes them into CloudInbox, whose bounds are those that count.
+/// Clouds that roscpp keeps, and beyond which it drops them without telling. It never has that many:
+/// each is put into CloudInbox as it arrives, whose bounds are those that count.
 constexpr std::uint32_t kReceiveQueueSize = 100;
 
 /// How often clouds that wait look at the clock; at tf they look when it changes.
 constexpr double kWaitingPeriod_s = 0.1;
 
+/// Calls of services that are worked on side by side: a long one keeps no other waiting.
+constexpr std::uint32_t kQueryThreads = 4;
+
 MarkerTopic makeTopic(const char* name, const MarkerStyle& style,
                       const NodeParameters& parameters) {
   return {name, withoutSlash(parameters.frame_id),
           parameters.latch ? LateListener::kGetsPictureAtOnce : LateListener::kGetsPictureLater,
-          style};
+          parameters.marker_period_s, style};
 }
 
 CloudLimits makeInboxLimits(const NodeParameters& parameters) {
@@ -46,9 +49,9 @@ MappingNode::MappingNode(const ros::NodeHandle& nh, const ros::NodeHandle& priva
                          const NodeParameters& parameters,
                          const std::optional<cuboid_mapping::MapSnapshot>& start_map)
     : cloud_callbacks_(*nh.getCallbackQueue(), guard_, "clouds"),
-      receive_thread_(guard_, "receiving"),
+      arrival_callbacks_(arrivals_, guard_, "receiving"),
       tf_thread_(guard_, "tf"),
-      query_thread_(guard_, "queries"),
+      query_threads_(guard_, "queries", kQueryThreads),
       publish_thread_(guard_, "publishing"),
       nh_(withQueue(nh, cloud_callbacks_)),
       private_nh_(withQueue(private_nh, cloud_callbacks_)),
@@ -66,7 +69,7 @@ MappingNode::MappingNode(const ros::NodeHandle& nh, const ros::NodeHandle& priva
       free_publisher_(withQueue(nh_, publish_thread_.queue()),
                       makeTopic(kFreeCuboidsTopic, makeFreeStyle(), parameters), map_),
       octomap_server_(nh_, private_nh_, parameters, map_,
-                      {publish_thread_.queue(), query_thread_.queue()}),
+                      {publish_thread_.queue(), query_threads_.queue()}),
       diagnostics_(nh_, private_nh_, private_nh_.getNamespace()),
       cloud_topic_(nh_.resolveName(kCloudTopic)),
       cloud_intake_(cloud_callbacks_, tf_buffer_, parameters, intakeCallbacks()),
@@ -82,13 +85,15 @@ MappingNode::MappingNode(const ros::NodeHandle& nh, const ros::NodeHandle& priva
                               [this](const NodeParameters& changed) { reconfigure(changed); });
   startTimers();
   subscribe();
-  query_thread_.start();
+  query_threads_.start();
   publish_thread_.start();
 }
 
 /// Threads first: nothing goes while a callback may use it.
 MappingNode::~MappingNode() {
-  for (GuardedThread* thread : {&receive_thread_, &tf_thread_, &query_thread_, &publish_thread_}) {
+  is_stopping_ = true;
+  cloud_subscriber_.shutdown();
+  for (GuardedThread* thread : {&tf_thread_, &query_threads_, &publish_thread_}) {
     thread->stop();
   }
   tf_changes_.disconnect();
@@ -115,11 +120,12 @@ void MappingNode::startTimers() {
 }
 
 void MappingNode::advertiseServices() {
-  ros::NodeHandle query_nh = withQueue(private_nh_, query_thread_.queue());
+  ros::NodeHandle query_nh = withQueue(private_nh_, query_threads_.queue());
+  const MapInFrame map{map_, parameters_.frame_id, tf_buffer_, parameters_.service_limits,
+                       &is_stopping_};
   query_box_server_ = advertiseQueryBox(
-      query_nh, withoutSlash(parameters_.frame_id), [this](const BoxRequest& request) {
-        return answerBoxRequest({map_, parameters_.frame_id, tf_buffer_}, request);
-      });
+      query_nh, withoutSlash(parameters_.frame_id),
+      [map](const BoxRequest& request) { return answerBoxRequest(map, request); });
   ros::NodeHandle edit_nh = withQueue(private_nh_, publish_thread_.queue());
   using std_srvs::Empty;
   reset_server_ = advertiseGuarded<Empty::Request, Empty::Response>(
@@ -127,7 +133,6 @@ void MappingNode::advertiseServices() {
         onReset();
         return true;
       });
-  const MapInFrame map{map_, parameters_.frame_id, tf_buffer_};
   planner_services_.emplace(query_nh, map);
   edit_services_.emplace(edit_nh, map, [this] { publish(); });
 }
@@ -141,9 +146,10 @@ void MappingNode::subscribe() {
     is_cloud_waiting_ = true;
     cloud_inbox_.put(cloud);
   };
-  cloud_subscriber_ = withQueue(nh_, receive_thread_.queue())
-                          .subscribe<sensor_msgs::PointCloud2>(kCloudTopic, kReceiveQueueSize, put);
-  receive_thread_.start();
+  ros::SubscribeOptions options;
+  options.init<sensor_msgs::PointCloud2>(kCloudTopic, kReceiveQueueSize, put);
+  options.allow_concurrent_callbacks = true;  // Else what comes while another is taken would stay.
+  cloud_subscriber_ = withQueue(nh_, arrival_callbacks_).subscribe(options);
 }
 
 CloudInbox::Callbacks MappingNode::inboxCallbacks() {
@@ -151,14 +157,14 @@ CloudInbox::Callbacks MappingNode::inboxCallbacks() {
   callbacks.take = [this](const CloudPtr& cloud) {
     const std::string name = "receiving a cloud";
     if (!guard_.run(name, [&] { onCloudReceived(cloud); })) {
-      drop(DropReason::kInternalError, toAdvice(DropReason::kInternalError));
+      drop(DropReason::kInternalError, [] { return toAdvice(DropReason::kInternalError); });
     }
   };
   callbacks.drop = [this](std::size_t count) {
     statistics_.num_received += count;
     for (std::size_t i = 0; i < count; ++i) {
       drop(DropReason::kQueueFull,
-           speed_watch_.advice().value_or(toAdvice(DropReason::kQueueFull)));
+           [this] { return speed_watch_.advice().value_or(toAdvice(DropReason::kQueueFull)); });
     }
   };
   return callbacks;
@@ -169,7 +175,9 @@ CloudIntake::Callbacks MappingNode::intakeCallbacks() {
   callbacks.handle = [this](const CloudPtr& cloud, const CloudPoses& poses) {
     onCloudInTurn(cloud, poses);
   };
-  callbacks.drop = [this](DropReason reason, const std::string& text) { drop(reason, text); };
+  callbacks.drop = [this](DropReason reason, const std::string& text) {
+    drop(reason, [&text] { return text; });
+  };
   return callbacks;
 }
 
@@ -195,13 +203,17 @@ void MappingNode::updateWaitingClouds() {
 }
 
 void MappingNode::onCloudInTurn(const CloudPtr& cloud, const CloudPoses& poses) {
-  if (edit_services_->isPaused()) return drop(DropReason::kPaused, toAdvice(DropReason::kPaused));
+  if (edit_services_->isPaused()) {
+    return drop(DropReason::kPaused, [] { return toAdvice(DropReason::kPaused); });
+  }
   try {
     integrate(*cloud, poses);
   } catch (const std::exception& exception) {
-    drop(DropReason::kInternalError, std::string(exception.what()) + "; " +
-                                         toAdvice(DropReason::kInternalError) +
-                                         ". Call ~reset if the map looks wrong from now on");
+    drop(DropReason::kInternalError, [&exception] {
+      return std::string(exception.what()) + "; " + toAdvice(DropReason::kInternalError);
+    });
+  } catch (...) {
+    drop(DropReason::kInternalError, [] { return toAdvice(DropReason::kInternalError); });
   }
 }
 
@@ -209,18 +221,25 @@ void MappingNode::integrate(const sensor_msgs::PointCloud2& cloud, const CloudPo
   Stopwatch whole;
   std::optional<CloudError> error;
   const cuboid_mapping::ScanUpdate* update = pipeline_->compute(cloud, poses, statistics_, error);
-  if (update == nullptr) return drop(toDropReason(error->defect), error->text);
+  if (update == nullptr) {
+    return drop(toDropReason(error->defect), [&error] { return error->text; });
+  }
   Stopwatch stopwatch;
   map_.change(cloud.header.stamp,
               [update](cuboid_mapping::CuboidMap& map) { return map.apply(*update); });
   statistics_.apply_time.add(stopwatch.lap());
   ++statistics_.num_inserted;
   last_progress_ = Clock::now();
-  speed_watch_.noteInserted(1e-3 * whole.lap(), statistics_.reach_m);
-  giveAdvice();
+  // The cloud is in: what fails from here on does not count against it.
+  guard_.run("after a cloud", [&] {
+    speed_watch_.noteInserted(1e-3 * whole.lap(), statistics_.reach_m);
+    giveAdvice();
+  });
   is_cloud_waiting_ = cloud_inbox_.numBytes() > 0 || cloud_intake_.numWaiting() > 0;
-  fuse_timer_.stop();
-  fuse_timer_.start();
+  guard_.run("fusion after a cloud", [this] {
+    fuse_timer_.stop();
+    fuse_timer_.start();
+  });
 }
 
 /// Cells fuse after every cloud, in the time until the next one comes; what is left then waits, at
@@ -298,15 +317,17 @@ void MappingNode::onReset() {
   ROS_INFO_NAMED(kNodeName, "map cleared");
 }
 
-void MappingNode::drop(DropReason reason, const std::string& text) {
+void MappingNode::drop(DropReason reason, const std::function<std::string()>& text) {
   ++statistics_.numDropped(reason);
   auto& last_logged = last_logged_[static_cast<std::size_t>(reason)];
   const Clock::time_point now = Clock::now();
   if (last_logged && now - *last_logged < kLogPeriod) return;
   last_logged = now;
-  ROS_WARN_STREAM_NAMED(kNodeName, "cloud dropped, " << toString(reason) << ": " << text << " ("
-                                                     << statistics_.numDropped(reason)
-                                                     << " for this reason so far)");
+  guard_.run("log", [&] {
+    ROS_WARN_STREAM_NAMED(kNodeName, "cloud dropped, " << toString(reason) << ": " << text() << " ("
+                                                       << statistics_.numDropped(reason)
+                                                       << " for this reason so far)");
+  });
 }
 
 LastCloud MappingNode::describeLastCloud() const {

@@ -6,6 +6,7 @@
 #include "cuboid_mapping/ros/cloud_intake.h"
 #include "cuboid_mapping/ros/cloud_pipeline.h"
 #include "cuboid_mapping/ros/diagnostics.h"
+#include "cuboid_mapping/ros/direct_queue.h"
 #include "cuboid_mapping/ros/guarded_map.h"
 #include "cuboid_mapping/ros/map_files_service.h"
 #include "cuboid_mapping/ros/map_publisher.h"
@@ -33,6 +34,7 @@
 #include <atomic>
 #include <chrono>
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <optional>
 #include <string>
@@ -47,8 +49,8 @@ namespace cuboid_mapping_ros {
 ///
 /// Thread rule: clouds, and all that belongs to them, are worked on one after the other in the queue
 /// of the node handles, which must have one thread (a nodelet's getNodeHandle(), or a node's
-/// ros::spin()). They are received in a thread of their own, into an inbox. Queries have a queue and a
-/// thread, publishing another, and tf is received in a thread, too, into a buffer that is
+/// ros::spin()). They go into an inbox as they arrive. Queries have a queue and some
+/// threads, publishing another, and tf is received in a thread, too, into a buffer that is
 /// thread-safe. They meet in the map, which is guarded.
 class MappingNode {
  public:
@@ -83,7 +85,8 @@ class MappingNode {
   /// Takes parameters that were changed while the node runs; see reconfigure.h.
   void reconfigure(const NodeParameters& parameters);
   void onReset();
-  void drop(DropReason reason, const std::string& text);
+  /// Counts a cloud that goes, and logs why. Throws nothing. @param text  May throw.
+  void drop(DropReason reason, const std::function<std::string()>& text);
   /// Logs what would keep up, now and then while the node does not; once what suits the sensor.
   void giveAdvice();
   [[nodiscard]] LastCloud describeLastCloud() const;
@@ -91,10 +94,12 @@ class MappingNode {
 
   // First, so that they outlive what has callbacks in them.
   CallbackGuard guard_;
+  std::atomic<bool> is_stopping_{false};  ///< Ends the work on calls.
   GuardedQueue cloud_callbacks_;
-  GuardedThread receive_thread_;
+  DirectQueue arrivals_;
+  GuardedQueue arrival_callbacks_;  ///< Of cloud_in.
   GuardedThread tf_thread_;
-  GuardedThread query_thread_;
+  GuardedThread query_threads_;
   GuardedThread publish_thread_;  ///< Also of ~reset, so that it is published at once.
   ros::NodeHandle nh_;
   ros::NodeHandle private_nh_;

@@ -217,6 +217,8 @@ Marker MarkerCache::makeMarker(int size_id, const std_msgs::Header& header) cons
   marker.action = chunks.empty() ? Marker::DELETE : Marker::ADD;
   marker.type = Marker::CUBE_LIST;
   marker.pose.orientation.w = 1.0;
+  // Else rviz loses it in another fixed frame, when tf has forgotten the stamp.
+  marker.frame_locked = static_cast<std::uint8_t>(true);
   const Cell size = toSize(size_id);
   marker.scale.x = size.x * grid_.resolution();
   marker.scale.y = size.y * grid_.resolution();

@@ -7,7 +7,11 @@ namespace cuboid_mapping_ros {
 
 MarkerPublisher::MarkerPublisher(ros::NodeHandle nh, const MarkerTopic& topic,
                                  const GuardedMap& map)
-    : map_(map), late_listener_(topic.late_listener), cache_(map.grid(), topic.style) {
+    : map_(map),
+      late_listener_(topic.late_listener),
+      cache_(map.grid(), topic.style),
+      picture_period_(topic.picture_period_s),
+      last_picture_(ros::WallTime::now()) {
   header_.frame_id = topic.frame_id;
   publisher_ = nh.advertise<visualization_msgs::MarkerArray>(
       topic.name, kQueueSize,
@@ -35,12 +39,29 @@ void MarkerPublisher::takePendingColors() {
 
 void MarkerPublisher::publish() {
   takePendingColors();
-  if (num_listeners_ == 0 || !cache_.hasChanges()) return;
+  if (num_listeners_ == 0) return;
+  if (cache_.hasChanges()) publishDifference();
+  const bool is_due = ros::WallTime::now() - last_picture_ >= picture_period_;
+  if (num_pictures_left_ > 0 && is_due && !picture_period_.isZero()) publishPicture();
+}
+
+void MarkerPublisher::publishDifference() {
   readMap();
   const visualization_msgs::MarkerArray difference = cache_.takeDifference(header_);
   if (difference.markers.empty()) return;
-  publisher_.publish(is_picture_due_ ? cache_.makePicture(header_) : difference);
+  if (is_picture_due_) {
+    publishPicture();
+  } else {
+    publisher_.publish(difference);
+  }
+  num_pictures_left_ = kNumPictures;
+}
+
+void MarkerPublisher::publishPicture() {
+  publisher_.publish(cache_.makePicture(header_));
   is_picture_due_ = false;
+  last_picture_ = ros::WallTime::now();
+  --num_pictures_left_;
 }
 
 void MarkerPublisher::onConnect(const ros::SingleSubscriberPublisher& listener) {
@@ -59,7 +80,9 @@ void MarkerPublisher::onConnect(const ros::SingleSubscriberPublisher& listener) 
 }
 
 void MarkerPublisher::onDisconnect() {
-  if (--num_listeners_ == 0) cache_.release();
+  if (--num_listeners_ > 0) return;
+  cache_.release();
+  num_pictures_left_ = 0;
 }
 
 }  // namespace cuboid_mapping_ros

@@ -4,6 +4,7 @@
 #include "cuboid_mapping/ros/guarded_map.h"
 #include "cuboid_mapping/ros/marker_cache.h"
 
+#include <ros/duration.h>
 #include <ros/node_handle.h>
 #include <ros/publisher.h>
 #include <ros/single_subscriber_publisher.h>
@@ -27,6 +28,7 @@ struct MarkerTopic {
   std::string name;
   std::string frame_id;  ///< Of the map.
   LateListener late_listener = LateListener::kGetsPictureAtOnce;
+  double picture_period_s = 0.0;  ///< See MarkerPublisher; 0: never.
   MarkerStyle style;
 };
 
@@ -37,12 +39,14 @@ struct MarkerTopic {
 /// picture, alone, when it connects; the others notice nothing. While nobody listens nothing is
 /// built and nothing is kept.
 ///
-/// A listener that is more than kQueueSize messages behind loses some, and has to subscribe anew.
+/// A listener that is more than kQueueSize messages behind loses some. All are therefore sent the whole
+/// picture again kNumPictures times after the last difference, each a period after the one before.
 /// The map is held while cuboids are read from it, not while messages are made of them.
 /// Thread rule: all calls but setColors(), and the callbacks of the node handle's queue, one after the other.
 class MarkerPublisher {
  public:
   static constexpr std::uint32_t kQueueSize = 50;
+  static constexpr int kNumPictures = 3;
 
   /// @param map  Must outlive this object.
   MarkerPublisher(ros::NodeHandle nh, const MarkerTopic& topic, const GuardedMap& map);
@@ -75,6 +79,8 @@ class MarkerPublisher {
   void onDisconnect();
 
   void readMap();
+  void publishDifference();
+  void publishPicture();
 
   const GuardedMap& map_;
   LateListener late_listener_;
@@ -84,7 +90,10 @@ class MarkerPublisher {
   std::optional<Colors> pending_;  ///< To be taken by publish().
   int num_listeners_ = 0;          ///< That onConnect has seen.
   bool is_picture_due_ = false;
-  ros::Publisher publisher_;  ///< Last: its callbacks end before the rest goes.
+  ros::WallDuration picture_period_;
+  ros::WallTime last_picture_;
+  int num_pictures_left_ = 0;  ///< To be sent for those who have lost differences.
+  ros::Publisher publisher_;   ///< Last: its callbacks end before the rest goes.
 };
 
 }  // namespace cuboid_mapping_ros

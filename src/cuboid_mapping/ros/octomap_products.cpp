@@ -91,6 +91,7 @@ std::vector<visualization_msgs::Marker> makeEmptyMarkers(double resolution_m,
     marker.id = depth;
     marker.type = visualization_msgs::Marker::CUBE_LIST;
     marker.pose.orientation.w = 1.0;
+    marker.frame_locked = static_cast<std::uint8_t>(true);  // As in MarkerCache.
     const double edge_m = resolution_m * (1 << (kOctreeDepth - depth));
     marker.scale.x = marker.scale.y = marker.scale.z = edge_m;
   }
