@@ -170,11 +170,12 @@ py::array_t<double> findNearestFree(MapAccess& access, const Doubles& array,
   return toRows(std::move(places), 3);
 }
 
-py::object searchCorridor(MapAccess& access, const CorridorTask& task) {
+py::object searchCorridor(MapAccess& access, const CorridorTask& task, double time_limit_s) {
   Corridor corridor;
   std::vector<double> boxes;
   access.read([&](const CuboidMap& map) {
-    corridor = findCorridor(map, task);
+    Budget budget(QueryLimits{time_limit_s});
+    corridor = findCorridor(map, task, budget);
     for (const CellBox& box : corridor.boxes) append(boxes, map.grid().toMetricBox(box));
   });
   require(corridor.end != CorridorEnd::kInvalid,
@@ -199,12 +200,11 @@ void bindCorridor(MapClass& map) {
         task.goal_map = toVector(goal, "goal");
         task.size_m = toSize(size);
         task.policy = toUnknownPolicy(unknown);
-        task.time_limit_s = time_limit_s;
         if (!region.is_none()) {
           const Grid grid = access.read([](const CuboidMap& m) { return m.grid(); });
           task.region = toCellBox(grid, region.cast<Doubles>(), "region");
         }
-        return searchCorridor(access, task);
+        return searchCorridor(access, task, time_limit_s);
       },
       "start"_a, "goal"_a, "size"_a, "unknown"_a = "obstacle", "time_limit"_a = kInfinity,
       "region"_a = py::none(),

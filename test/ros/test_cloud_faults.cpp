@@ -88,7 +88,8 @@ TEST(CloudFaults, LeaveNoCloudOfAQueueUncountedNorCountedTwice) {
         // As MappingNode: what push() throws is counted.
         if (!guard.run("push", [&] { queue.push(cloud, now); })) ++counts.dropped;
       }
-      callbacks.callAvailable();
+      // roscpp itself may fail, and keeps its callbacks then.
+      guard.run("calls", [&] { callbacks.callAvailable(); });
       has_failed = FailingAllocation::hasFailed();
     }
     queue.update(now);
@@ -116,7 +117,8 @@ TEST(CloudFaults, LeaveNoCloudOfAnInboxUncountedNorCountedTwice) {
     {
       const FailingAllocation failing(number);
       for (int i = 0; i < 3; ++i) guard.run("put", [&] { inbox.put(cloud); });
-      callbacks.callAvailable();
+      // roscpp itself may fail, and keeps its callbacks then.
+      guard.run("calls", [&] { callbacks.callAvailable(); });
       has_failed = FailingAllocation::hasFailed();
     }
     inbox.put(cloud);

@@ -20,6 +20,7 @@
 #include <map>
 #include <optional>
 #include <string>
+#include <vector>
 
 namespace cuboid_mapping_ros::test {
 namespace {
@@ -235,7 +236,10 @@ class Schedule {
       return;
     }
     ASSERT_EQ(loadMap(node_.map(), file_).error, "");
-    (void)restoreSnapshot(*saved_, node_.replay().map());
+    CuboidMap& replayed = node_.replay().map();
+    const std::vector<CellBox> locks = replayed.locked().boxes();
+    (void)restoreSnapshot(*saved_, replayed);
+    for (const CellBox& box : locks) replayed.lock(box);  // Loading a map keeps them.
   }
 
   void changeListeners() {

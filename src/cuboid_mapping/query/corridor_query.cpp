@@ -143,6 +143,7 @@ Corridor findCorridor(const CuboidMap& map, const CorridorTask& task, Budget& bu
   Corridor corridor;
   const auto ends = findEnds(map.grid(), task);
   if (!ends) return corridor;
+  if (!budget.lookNow()) return {CorridorEnd::kBudgetSpent, {}, {}, {}, 0.0, 0};
   const CellBox region = findRegion(map, task, *ends);
   const Obstacles obstacles(map, task.policy, budget);
   const auto is_blocked = [&](const CellBox& box) {
