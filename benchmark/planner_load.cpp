@@ -3,12 +3,12 @@
 // octomap_full, and how long queries take while clouds come in.
 #include "command_line.h"
 #include "cuboid_mapping/interop/octomap_parity.h"
+#include "cuboid_mapping/io/brick_codec.h"
 #include "cuboid_mapping/io/scan_dataset.h"
 #include "cuboid_mapping/map/map_follower.h"
 #include "cuboid_mapping/query/box_query.h"
 #include "cuboid_mapping/query/path_query.h"
 #include "cuboid_mapping/query/ray_query.h"
-#include "cuboid_mapping/ros/brick_codec.h"
 #include "cuboid_mapping/ros/guarded_map.h"
 #include "cuboid_mapping/scan/scan_update.h"
 
@@ -52,7 +52,7 @@ std::vector<Scan> readScans(const Options& options) {
 
 double bytesOf(const MapDelta& delta) {
   constexpr double kHead = 100.0;  // Header, numbers, and lengths of the arrays.
-  const auto packed = cuboid_mapping_ros::packBricks(delta.content);
+  const auto packed = packBricks(delta.content);
   return kHead + 4.0 * static_cast<double>(packed.values.size()) +
          static_cast<double>(packed.data.size());
 }
