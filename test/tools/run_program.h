@@ -9,6 +9,7 @@
 
 #include <chrono>
 #include <csignal>
+#include <cstdint>
 #include <filesystem>
 #include <fstream>
 #include <functional>
@@ -83,6 +84,19 @@ class Program {
   }
 
   void send(int signal_number) const { kill(pid_, signal_number); }
+
+  /// Waits until it has a handler for a signal, for at most two minutes. @return  Whether it has.
+  [[nodiscard]] bool waitUntilItCatches(int signal_number) const {
+    for (int i = 0; i < 120000; ++i) {
+      const std::string status = readFile("/proc/" + std::to_string(pid_) + "/status");
+      const std::size_t caught = status.find("SigCgt:");
+      if (caught == std::string::npos) return false;
+      const std::uint64_t signals = std::stoull(status.substr(caught + 7), nullptr, 16);
+      if (signals >> (signal_number - 1) & 1U) return true;
+      std::this_thread::sleep_for(std::chrono::milliseconds(1));
+    }
+    return false;
+  }
 
   /// Waits for its end.
   ProgramEnd finish() {
