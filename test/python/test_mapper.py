@@ -171,7 +171,6 @@ def test_boxes_are_set_and_everything_is_cleared():
 def test_other_threads_run_while_a_scan_is_integrated():
     mapper = cuboid_map.Mapper(resolution=0.02)
     points = scan_room(POSES[0], num_beams=200000)
-    mapper.integrate(points, POSES[0])
     is_over = threading.Event()
     steps = []
 
@@ -180,17 +179,19 @@ def test_other_threads_run_while_a_scan_is_integrated():
             steps.append(time.perf_counter())
             time.sleep(0)
 
+    def steps_inside_a_call():
+        begin = time.perf_counter()
+        mapper.integrate(points, POSES[0])
+        end = time.perf_counter()
+        return sum(begin < step < end for step in list(steps))
+
     thread = threading.Thread(target=count)
     thread.start()
-    begin = time.perf_counter()
-    for _ in range(5):
-        mapper.integrate(points, POSES[0])
-    end = time.perf_counter()
+    # With the GIL held, it gets a turn between two calls only. A busy machine may give it none in a call.
+    ran_inside = any(steps_inside_a_call() > 3 for _ in range(100))
     is_over.set()
     thread.join()
-    inside = [step for step in steps if begin < step < end]
-    # With the GIL held, the thread would get a turn between two calls only.
-    assert len(inside) > 20
+    assert ran_inside
 
 
 def test_questions_are_asked_beside_changes():

@@ -27,7 +27,7 @@ std::string formatResolution(double resolution_m) {
   }
 }
 
-struct Header {
+struct OctreeHeader {
   bool is_binary = false;
   std::string id;
   std::optional<std::uint64_t> num_nodes;
@@ -56,8 +56,8 @@ std::optional<T> parseNumber(const std::string& text) {
   return value;
 }
 
-Header readHeader(std::string_view bytes) {
-  Header header;
+OctreeHeader readHeader(std::string_view bytes) {
+  OctreeHeader header;
   header.is_binary = takeLine(bytes, header.end) == kBinaryFirstLine;
   for (;;) {
     const std::string line(takeLine(bytes, header.end));
@@ -83,7 +83,7 @@ std::size_t extraBytesOf(const std::string& id) {
        "holds an octree of type '" + id + "': only OcTree, OcTreeStamped and ColorOcTree are read");
 }
 
-OctreeContent readNodes(const Header& header, std::string_view nodes, const SensorModel& model,
+OctreeContent readNodes(const OctreeHeader& header, std::string_view nodes, const SensorModel& model,
                         const SnapshotLimits& limits) {
   const std::size_t extra_bytes = extraBytesOf(header.id);
   // Two bytes describe eight children; a node of a full tree has five bytes and more.
@@ -130,7 +130,7 @@ MapSnapshot fromOctomapFile(std::string_view bytes, const SensorModelConfig& mod
   if (!isOctomapFile(bytes)) {
     fail(MapFileDefect::kForeign, "is no file of OctoMap: its first line is another one");
   }
-  const Header header = readHeader(bytes);
+  const OctreeHeader header = readHeader(bytes);
   MapSnapshot snapshot;
   snapshot.resolution_m = *header.resolution_m;
   snapshot.sensor_model = model;

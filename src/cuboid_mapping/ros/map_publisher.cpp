@@ -49,7 +49,7 @@ ChangeSet MapPublisher::publish() {
   DeltaMessage message;
   message.header.frame_id = frame_id_;
   // Neither more nor less than the map has, while nobody changes it.
-  const ChangeSet changes =
+  ChangeSet changes =
       map_.takeChanges([&](const CuboidMap& map, const ros::Time& stamp, const ChangeSet& taken) {
         message.header.stamp = stamp;
         if (is_heard) {
