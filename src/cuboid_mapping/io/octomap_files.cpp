@@ -83,8 +83,8 @@ std::size_t extraBytesOf(const std::string& id) {
        "holds an octree of type '" + id + "': only OcTree, OcTreeStamped and ColorOcTree are read");
 }
 
-OctreeContent readNodes(const OctreeHeader& header, std::string_view nodes, const SensorModel& model,
-                        const SnapshotLimits& limits) {
+OctreeContent readNodes(const OctreeHeader& header, std::string_view nodes,
+                        const SensorModel& model, const SnapshotLimits& limits) {
   const std::size_t extra_bytes = extraBytesOf(header.id);
   // Two bytes describe eight children; a node of a full tree has five bytes and more.
   const std::uint64_t most =
