@@ -153,8 +153,8 @@ void brickUpdate(benchmark::State& state, BrickKind kind) {
   VoxelBrick brick = makeBrick(kind);
   const BrickMask seen = brick.voxels.known();
   for (auto _ : state) {
-    benchmark::DoNotOptimize(brick.voxels.apply({}, seen, model));
-    benchmark::DoNotOptimize(brick.voxels.apply(seen, {}, model));
+    benchmark::DoNotOptimize(brick.voxels.observe({}, seen, model, brick.voxels));
+    benchmark::DoNotOptimize(brick.voxels.observe(seen, {}, model, brick.voxels));
   }
 }
 BENCHMARK_CAPTURE(brickUpdate, free, BrickKind::kFree);

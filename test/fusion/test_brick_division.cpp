@@ -16,7 +16,7 @@ namespace {
 VoxelBrick brickAt(const Cell& brick, const std::vector<UniformBox>& boxes) {
   VoxelBrick voxels{brick, {}};
   for (const auto& [box, log_odds] : boxes) {
-    (void)voxels.voxels.replace(BrickMask::ofBox(box), {BrickMask::all(), log_odds});
+    (void)voxels.voxels.replace(BrickMask::ofBox(box), {BrickMask::all(), log_odds}, voxels.voxels);
   }
   return voxels;
 }
@@ -100,7 +100,7 @@ TEST(BrickDivision, keepsTheVoxelsOfACheckerboard) {
   }
   VoxelBrick brick{{0, 0, 0}, {black, 1.0F}};
   EXPECT_EQ(divide(brick).size(), 256U);
-  (void)brick.voxels.replace(~black, {BrickMask::all(), -1.0F});
+  (void)brick.voxels.replace(~black, {BrickMask::all(), -1.0F}, brick.voxels);
   EXPECT_EQ(divide(brick).size(), 512U);
 }
 

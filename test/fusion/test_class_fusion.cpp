@@ -34,14 +34,13 @@ class Scene {
   [[nodiscard]] const ClassFusion& fusion() const { return fusion_; }
   [[nodiscard]] const VoxelStore& voxels() const { return voxels_; }
   [[nodiscard]] std::vector<Cuboid> cuboids() const { return test::allCuboids(fusion_.tree()); }
-  [[nodiscard]] bool isWaiting(const Cell& brick) const {
-    return fusion_.waiting().find(brick) != nullptr;
-  }
+  [[nodiscard]] bool isWaiting(const Cell& brick) const { return fusion_.isWaiting(brick); }
 
   ChangeSet apply(const std::vector<BrickUpdate>& updates) {
     ChangeSet changes;
-    fusion_.noteCloud(voxels_, {updates, {}, 0, 0}, voxels_.apply(updates, model_, threads_),
-                      changes);
+    const auto announce = [&](const auto& changed) { fusion_.announce(changed, changes); };
+    const auto changed = voxels_.apply(updates, model_, threads_, announce);
+    fusion_.noteCloud(voxels_, {updates, {}, 0, 0}, changed, changes);
     return changes;
   }
   /// A cloud that has a hit in one voxel of each of these bricks, or a miss.
@@ -62,7 +61,8 @@ class Scene {
   }
   ChangeSet replace(const CellBox& box, const std::vector<VoxelBrick>& bricks) {
     ChangeSet changes;
-    fusion_.noteEdit(voxels_, voxels_.replace(box, bricks), changes);
+    const auto announce = [&](const auto& changed) { fusion_.announce(changed, changes); };
+    fusion_.noteEdit(voxels_, voxels_.replace(box, bricks, announce), changes);
     return changes;
   }
   void fuse(std::size_t max_bricks = kAllBricks) { fusion_.fuse(voxels_, max_bricks); }
@@ -97,7 +97,7 @@ TEST(ClassFusion, putsNothingIntoTheTreeBeforeFuse) {
   EXPECT_TRUE(scene.isWaiting({0, 0, 0}) && scene.isWaiting({8, 0, 0}));
   EXPECT_TRUE(scene.fusion().tree().isEmpty());
   scene.fuse();
-  EXPECT_TRUE(scene.fusion().waiting().isEmpty());
+  EXPECT_FALSE(scene.fusion().isAnyWaiting());
   EXPECT_EQ(scene.cuboids(), scene.divideAll());
   EXPECT_EQ(scene.cuboids().size(), 2U);
 }
@@ -109,8 +109,8 @@ TEST(ClassFusion, givesForAWaitingBrickWhatFuseWouldPutIntoTheTree) {
     Scene scene(i % 2 == 0 ? BrickDivision::kBoxes : BrickDivision::kVoxels);
     (void)scene.apply(test::randomBrickUpdates(random, 2, 20));
     std::vector<Cuboid> divided;
-    scene.fusion().waiting().forEach([&](const WaitingBrick& waiting) {
-      scene.fusion().divide(*scene.voxels().findBrick(waiting.brick), divided);
+    scene.fusion().forEachWaiting(scene.voxels(), kEverything, [&](const VoxelBrick& brick) {
+      scene.fusion().divide(brick, divided);
     });
     scene.fuse();
     ASSERT_EQ(scene.cuboids(), test::sorted(divided)) << test::seedNote(i);
@@ -127,7 +127,7 @@ TEST(ClassFusion, doesNotLookAtLogOddsThatStayInTheirClass) {
   ASSERT_EQ(changes.bricks.size(), 1U);
   EXPECT_EQ(changes.bricks[0].brick, (Cell{0, 0, 0}));
   EXPECT_FALSE(changes.bricks[0].has_new_cuboids);
-  EXPECT_TRUE(scene.fusion().waiting().isEmpty());
+  EXPECT_FALSE(scene.fusion().isAnyWaiting());
 }
 
 TEST(ClassFusion, tellsWhichBricksHaveNewCuboids) {
@@ -191,10 +191,10 @@ TEST(ClassFusion, spreadsBricksThatGoColdAtOnceOverClouds) {
   (void)scene.observe(row(4000));
   scene.applyNothing(kColdClouds - 1);
   int num_clouds = 0;
-  while (!scene.fusion().waiting().isEmpty()) {
-    const std::size_t before = scene.fusion().waiting().size();
+  while (scene.fusion().isAnyWaiting()) {
+    const std::size_t before = scene.fusion().numWaiting(scene.voxels());
     scene.applyNothing(1);
-    const std::size_t written = before - scene.fusion().waiting().size();
+    const std::size_t written = before - scene.fusion().numWaiting(scene.voxels());
     ASSERT_GT(written, 0U);
     ASSERT_LE(written, std::max<std::size_t>(64, before / 20));
     ++num_clouds;
@@ -212,7 +212,7 @@ TEST(ClassFusion, fusesAsManyBricksAsItIsToldThoseThatHaveWaitedLongestFirst) {
   (void)scene.observe(fresh);
   for (std::size_t done = 10; done <= 60; done += 10) {
     scene.fuse(10);
-    ASSERT_EQ(scene.fusion().waiting().size(), 60 - done);
+    ASSERT_EQ(scene.fusion().numWaiting(scene.voxels()), 60 - done);
     const auto num_old = std::count_if(old.begin(), old.end(),
                                        [&](const Cell& brick) { return scene.isWaiting(brick); });
     ASSERT_EQ(num_old, done < 30 ? static_cast<int>(30 - done) : 0);
@@ -242,7 +242,7 @@ TEST(ClassFusion, forgetsAllWithClear) {
   scene.fuse(50);
   scene.clear();
   EXPECT_TRUE(scene.fusion().tree().isEmpty());
-  EXPECT_TRUE(scene.fusion().waiting().isEmpty());
+  EXPECT_FALSE(scene.fusion().isAnyWaiting());
   scene.applyNothing(2 * kColdClouds);
   scene.fuse();
   EXPECT_TRUE(scene.fusion().tree().isEmpty());

@@ -33,7 +33,7 @@ TEST(FusionKind, makesItsBackEndWithATreeOfTheGivenOrder) {
               kind != FusionKind::kGrowth);
     EXPECT_EQ(fusion->tree().config().max_branches, 8);
     EXPECT_TRUE(fusion->tree().isEmpty());
-    EXPECT_TRUE(fusion->waiting().isEmpty());
+    EXPECT_FALSE(fusion->isAnyWaiting());
   }
 }
 

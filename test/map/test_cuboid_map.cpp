@@ -45,7 +45,7 @@ const CellBox kBrick = brickBox({0, 0, 0});
 TEST(CuboidMap, isEmptyAtFirst) {
   const CuboidMap map;
   EXPECT_TRUE(test::allCuboids(map).empty());
-  EXPECT_TRUE(map.fusion().waiting().isEmpty());
+  EXPECT_FALSE(map.fusion().isAnyWaiting());
   EXPECT_FALSE(map.voxels().bounds().has_value());
   EXPECT_EQ(map.revision(), 0U);
   EXPECT_EQ(map.config().fusion, FusionKind::kClass);
@@ -270,7 +270,7 @@ TEST_P(CuboidMapModel, isVoxelByVoxelTheReferenceAndToldByItsChangeSets) {
     if (i % 3 != 2) continue;  // Else the bricks wait, up to a few clouds.
     const std::vector<Cuboid> unfused = test::allCuboids(model.map);
     ASSERT_EQ(test::allCuboids(model.map.tree()), unfused) << test::seedNote(i);
-    ASSERT_TRUE(model.map.fusion().waiting().isEmpty());
+    ASSERT_FALSE(model.map.fusion().isAnyWaiting());
   }
   EXPECT_GT(greatest_size, 100U);
   EXPECT_GE(num_without_change, 5U);

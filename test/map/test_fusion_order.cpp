@@ -125,18 +125,19 @@ TEST_P(FusionOrder, makesNoDifferenceToAnyReader) {
       copy.follow(lazy, lazy.replace(box, boxes));
     }
     map.fuse();
-    ASSERT_TRUE(map.fusion().waiting().isEmpty());
+    ASSERT_FALSE(map.fusion().isAnyWaiting());
     ASSERT_EQ(lazy.revision(), map.revision()) << test::seedNote(i);
-    most_waiting = std::max(most_waiting, lazy.fusion().waiting().size());
+    most_waiting = std::max(most_waiting, lazy.fusion().numWaiting(lazy.voxels()));
     if (random.chance(0.3)) {
       checkReaders(lazy, map, random);
       ASSERT_FALSE(HasFailure()) << test::seedNote(i);
     }
     if (random.chance(0.3)) {
-      const std::size_t num_waiting = lazy.fusion().waiting().size();
+      const std::size_t num_waiting = lazy.fusion().numWaiting(lazy.voxels());
       const std::size_t max_bricks = random.index(num_waiting + 3);
       ASSERT_EQ(lazy.fuse(max_bricks), max_bricks >= num_waiting) << test::seedNote(i);
-      ASSERT_EQ(lazy.fusion().waiting().size(), num_waiting - std::min(num_waiting, max_bricks));
+      ASSERT_EQ(lazy.fusion().numWaiting(lazy.voxels()),
+                num_waiting - std::min(num_waiting, max_bricks));
       ASSERT_EQ(lazy.revision(), map.revision()) << "no voxel has changed";
       ++num_fused;
     }

@@ -222,7 +222,7 @@ class Stream {
   void read() {
     if (random_.chance(0.5)) {
       EXPECT_EQ(map_.tree().size(), test::allCuboids(map_).size());
-      EXPECT_TRUE(map_.fusion().waiting().isEmpty());
+      EXPECT_FALSE(map_.fusion().isAnyWaiting());
       return;
     }
     const auto nearest = findNearest(map_, test::randomPoint(random_, 6.0), 1, CuboidFilter::kAll);

@@ -94,7 +94,7 @@ TEST(GuardedMap, ShowsReadersOneRevisionWhileCloudsComeIn) {
 
   const ChangeSet changes = map.takeChanges();
   map.read([&](const CuboidMap& content, const ros::Time& /*stamp*/) {
-    EXPECT_FALSE(content.fusion().waiting().isEmpty());
+    EXPECT_TRUE(content.fusion().isAnyWaiting());
     copy.follow(content, changes);
     EXPECT_EQ(copy.cuboids(), test::allCuboids(content));
   });
@@ -110,7 +110,7 @@ TEST(GuardedMap, FusesSomeBricksAtATimeWhichChangesNothingForReaders) {
   };
   const auto num_waiting = [&map] {
     return map.read([](const CuboidMap& content, const ros::Time&) {
-      return content.fusion().waiting().size();
+      return content.fusion().numWaiting(content.voxels());
     });
   };
   for (int i = 0; i < 4; ++i) {

@@ -7,6 +7,7 @@
 
 #include <cstring>
 #include <map>
+#include <set>
 
 namespace cuboid_mapping {
 namespace {
@@ -53,6 +54,22 @@ TEST(BlockPool, givesBackBlocksWithoutItems) {
   EXPECT_LT(pool.numBytes(), bytes_of_all / 20) << "only the list of blocks is left";
   for (int i = 0; i < 1000; ++i) (void)pool.allocate();
   EXPECT_LT(pool.numBytes(), bytes_of_all + bytes_of_all / 20) << "their indices are used again";
+}
+
+TEST(BlockPool, startsAnewInTheBlockThatItKeeps) {
+  BlockPool pool(kItemBytes, true);
+  std::vector<std::uint32_t> indices;
+  for (int i = 0; i < 1000; ++i) indices.push_back(pool.allocate());
+  for (const std::uint32_t index : indices) pool.release(index);
+  pool.clear();
+  EXPECT_EQ(pool.numItems(), 0U);
+  const std::size_t bytes_of_one = pool.numBytes();
+  EXPECT_GE(bytes_of_one, 64 * kItemBytes);
+  std::set<std::uint32_t> again;
+  for (int i = 0; i < 64; ++i) EXPECT_TRUE(again.insert(pool.allocate()).second);
+  EXPECT_EQ(pool.numBytes(), bytes_of_one);
+  (void)pool.allocate();
+  EXPECT_GT(pool.numBytes(), bytes_of_one);
 }
 
 }  // namespace

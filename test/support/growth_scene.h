@@ -65,7 +65,8 @@ class GrowthScene {
   void paint(const CellBox& box, const PackedVoxels& voxels) {
     forEachBrick(box, [&](const Cell& brick) {
       const CellBox part = intersect(box, brickBox(brick));
-      (void)painted_[brick].replace(BrickMask::ofBox(part), voxels);
+      PackedVoxels& painted = painted_[brick];
+      (void)painted.replace(BrickMask::ofBox(part), voxels, painted);
     });
   }
 

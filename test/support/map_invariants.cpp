@@ -34,7 +34,7 @@ class MapChecker {
     voxels_.forEach([&](const VoxelBrick& brick) {
       expect(covers_.find(brick.brick) != nullptr, "brick without cuboids", brick.brick);
     });
-    expect(map_.config().fusion != FusionKind::kGrowth || map_.fusion().waiting().isEmpty(),
+    expect(map_.config().fusion != FusionKind::kGrowth || !map_.fusion().isAnyWaiting(),
            "a brick waits", "growth");
     return std::move(violations_);
   }

@@ -151,14 +151,14 @@ TEST(PackedVoxels, holdUpTo512DifferentLogOddsOfAnyClass) {
     BrickMask hits;
     for (int voxel = 0; voxel < kBrickVoxels; voxel += 3) hits.set(voxel);
     observe(model, hits, ~hits, sensor_model);
-    (void)voxels.apply(hits, ~hits, sensor_model);
+    (void)voxels.observe(hits, ~hits, sensor_model, voxels);
     EXPECT_TRUE(agree(voxels, model)) << num_free;
     // A mask of the known voxels comes to it.
     for (const int voxel : {0, 100, 511}) {
       BrickMask one;
       one.set(voxel);
       test::paint(model, one, std::nullopt);
-      (void)voxels.replace(one, PackedVoxels());
+      (void)voxels.replace(one, PackedVoxels(), voxels);
       EXPECT_TRUE(agree(voxels, model)) << num_free << ' ' << voxel;
     }
   }
@@ -167,7 +167,7 @@ TEST(PackedVoxels, holdUpTo512DifferentLogOddsOfAnyClass) {
 TEST(PackedVoxels, takeAHitForAVoxelThatIsMissedToo) {
   PackedVoxels voxels;
   const SensorModel sensor_model;
-  (void)voxels.apply(BrickMask::all(), BrickMask::all(), sensor_model);
+  (void)voxels.observe(BrickMask::all(), BrickMask::all(), sensor_model, voxels);
   EXPECT_EQ(voxels, PackedVoxels(BrickMask::all(), sensor_model.hit()));
 }
 
@@ -175,8 +175,8 @@ TEST(PackedVoxels, doNotChangeWhereAllIsClamped) {
   for (const Environment environment : {Environment::kDynamic, Environment::kStatic}) {
     const SensorModel model({}, environment);
     PackedVoxels voxels(BrickMask::all(), model.min());
-    EXPECT_TRUE(isSame(voxels.apply({}, BrickMask::all(), model), {}));
-    const VoxelChange after_hits = voxels.apply(BrickMask::all(), {}, model);
+    EXPECT_TRUE(isSame(voxels.observe({}, BrickMask::all(), model, voxels), {}));
+    const VoxelChange after_hits = voxels.observe(BrickMask::all(), {}, model, voxels);
     EXPECT_EQ(after_hits.changed.isFull(), environment == Environment::kDynamic);
   }
 }
@@ -190,7 +190,7 @@ TEST(PackedVoxels, goBackToTheFewestBytesWhenTheirLogOddsComeTogether) {
   const SensorModel sensor_model;
   for (int i = 0; i < 30; ++i) {
     observe(model, {}, BrickMask::all(), sensor_model);
-    (void)voxels.apply({}, BrickMask::all(), sensor_model);
+    (void)voxels.observe({}, BrickMask::all(), sensor_model, voxels);
     ASSERT_TRUE(agree(voxels, model)) << test::seedNote(static_cast<std::size_t>(i));
   }
   EXPECT_EQ(voxels, PackedVoxels(BrickMask::all(), sensor_model.min()));
@@ -219,7 +219,7 @@ TEST(PackedVoxels, areEqualWhenAllVoxelsAre) {
     const PackedVoxels voxels = test::toPacked(model);
     PackedVoxels other;  // The same, another way: numbers are given in another order.
     for (int z = 7; z >= 0; --z) {
-      (void)other.replace(BrickMask::ofBox({{0, 0, z}, {8, 8, z + 1}}), voxels);
+      (void)other.replace(BrickMask::ofBox({{0, 0, z}, {8, 8, z + 1}}), voxels, other);
     }
     ASSERT_EQ(voxels, other) << test::seedNote(i);
     const std::size_t voxel = random.index(model.size());
@@ -241,7 +241,7 @@ TEST(PackedVoxels, areCopiedAndMovedWhole) {
     assigned = original;
     const PackedVoxels& itself = assigned;
     assigned = itself;
-    (void)original.replace(BrickMask::all(), PackedVoxels(BrickMask::all(), 5.0F));
+    (void)original.replace(BrickMask::all(), PackedVoxels(BrickMask::all(), 5.0F), original);
     ASSERT_TRUE(agree(copy, model)) << "a copy follows the original; " << test::seedNote(i);
     ASSERT_TRUE(agree(assigned, model)) << test::seedNote(i);
     const PackedVoxels moved(std::move(copy));
@@ -260,7 +260,7 @@ VoxelChange changeBoth(Random& random, const SensorModel& sensor_model, PackedVo
     const BrickMask hits = random.chance(0.3) ? BrickMask() : test::randomMask(random);
     const BrickMask misses = test::randomMask(random);
     observe(model, hits, misses, sensor_model);
-    return voxels.apply(hits, misses, sensor_model);
+    return voxels.observe(hits, misses, sensor_model, voxels);
   }
   const BrickMask part = test::randomMask(random);
   const ModelledBrick other =
@@ -269,7 +269,7 @@ VoxelChange changeBoth(Random& random, const SensorModel& sensor_model, PackedVo
     const auto at = static_cast<std::size_t>(voxel);
     model[at] = other[at];
   });
-  return voxels.replace(part, test::toPacked(other));
+  return voxels.replace(part, test::toPacked(other), voxels);
 }
 
 TEST(PackedVoxels, agreeWithSingleVoxelsThroughRandomChanges) {

@@ -22,7 +22,11 @@ struct WaitingBrick {
 ///
 /// A back-end may let bricks wait. Their cuboids in the tree are old then, and divide() says what they
 /// are now: it gives what fuse() would put into the tree, so that nobody who asks both sees the
-/// difference. Const functions may run side by side; a change needs exclusive access.
+/// difference.
+///
+/// The tree holds nothing that the voxels do not say. When memory runs out while it changes, it is
+/// emptied, and all bricks wait until there is memory again. Const functions may run side by side; a
+/// change needs exclusive access.
 class Fusion {
  public:
   explicit Fusion(const RTreeConfig& rtree) : tree_(rtree) {}
@@ -30,26 +34,31 @@ class Fusion {
   Fusion& operator=(const Fusion&) = delete;
   virtual ~Fusion() = default;
 
-  /// Takes note of what a cloud has changed. @param changes  Gets the bricks that have new cuboids.
+  /// Takes note of what is about to change. @param changes  Gets bricks that will have new cuboids.
+  /// @throws std::bad_alloc  The change must not be made then.
+  virtual void announce(const std::vector<BrickChange>& changed, ChangeSet& changes) = 0;
+  /// Follows a cloud that was announced. @param changes  Gets more bricks that have new cuboids.
   virtual void noteCloud(const VoxelStore& voxels, const ScanUpdate& update,
-                         const std::vector<BrickChange>& changed, ChangeSet& changes) = 0;
-  /// Takes note of what was changed otherwise.
+                         const std::vector<BrickChange>& changed, ChangeSet& changes) noexcept = 0;
+  /// Follows another change that was announced.
   virtual void noteEdit(const VoxelStore& voxels, const std::vector<BrickChange>& changed,
-                        ChangeSet& changes) = 0;
-  /// Takes note of other clamping thresholds.
+                        ChangeSet& changes) noexcept = 0;
+  /// Follows other clamping thresholds.
   virtual void setSensorModel(const VoxelStore& voxels, const SensorModel& model,
-                              ChangeSet& changes) = 0;
+                              ChangeSet& changes) noexcept = 0;
 
   /// Puts the cuboids of waiting bricks into the tree, those first that have waited longest.
   /// @param max_bricks  After so many it is left to another call to go on.
+  /// @throws std::bad_alloc  All bricks wait then.
   virtual void fuse(const VoxelStore& voxels, std::size_t max_bricks) = 0;
 
   /// The cuboids of one brick, appended. @pre The brick waits.
   virtual void divide(const VoxelBrick& brick, std::vector<Cuboid>& cuboids) const = 0;
 
-  virtual void clear() {
+  virtual void clear() noexcept {
     tree_.clear();
     waiting_.clear();
+    do_all_wait_ = false;
   }
 
   /// Bytes held from the allocator.
@@ -59,11 +68,34 @@ class Fusion {
 
   /// Of waiting bricks, what is in the tree is old.
   [[nodiscard]] const RTree& tree() const { return tree_; }
-  [[nodiscard]] const BrickTable<WaitingBrick>& waiting() const { return waiting_; }
+  [[nodiscard]] bool isAnyWaiting() const { return do_all_wait_ || !waiting_.isEmpty(); }
+  [[nodiscard]] bool isWaiting(const Cell& brick) const {
+    return do_all_wait_ || waiting_.find(brick) != nullptr;
+  }
+  /// Calls visit(const VoxelBrick&) for each waiting brick that shares a cell with a box and has a
+  /// known voxel. @complexity O(waiting bricks, or those of the box if these are fewer).
+  template <typename VisitorT>
+  void forEachWaiting(const VoxelStore& voxels, const CellBox& box, VisitorT visit) const {
+    if (do_all_wait_) return voxels.forEachIn(box, visit);
+    waiting_.forEachIn(box, [&](const WaitingBrick& waiting) {
+      if (const VoxelBrick* brick = voxels.findBrick(waiting.brick)) visit(*brick);
+    });
+  }
+  /// Bricks that wait. @param voxels  Of the map.
+  [[nodiscard]] std::size_t numWaiting(const VoxelStore& voxels) const {
+    return do_all_wait_ ? voxels.size() : waiting_.size();
+  }
 
  protected:
+  /// Empties the tree: its cuboids are to be made of the voxels again.
+  void loseTree() noexcept {
+    clear();
+    do_all_wait_ = true;
+  }
+
   RTree tree_;                        // NOLINT: for the back-ends
   BrickTable<WaitingBrick> waiting_;  // NOLINT
+  bool do_all_wait_ = false;          // NOLINT
 };
 
 }  // namespace cuboid_mapping

@@ -40,22 +40,23 @@ struct GrowthConfig {
 ///
 /// Cells that are not stable stay single: a voxel of a fused cuboid that stops being stable, or gets
 /// another class, is split out. After an edit, stable voxels that were unknown are put into the tree
-/// as large boxes, brick by brick. Nothing waits. The result does not depend on the order (d, M) of
-/// the R-tree.
+/// as large boxes, brick by brick; so are all after memory ran out. Else nothing waits. The result
+/// does not depend on the order (d, M) of the R-tree.
 class GrowthFusion : public Fusion {
  public:
   GrowthFusion(const GrowthConfig& config, const RTreeConfig& rtree, const SensorModel& model)
       : Fusion(rtree), config_(config), model_(model), settling_(config.settle_clouds) {}
 
+  void announce(const std::vector<BrickChange>& /*changed*/, ChangeSet& /*changes*/) override {}
   void noteCloud(const VoxelStore& voxels, const ScanUpdate& update,
-                 const std::vector<BrickChange>& changed, ChangeSet& changes) override;
+                 const std::vector<BrickChange>& changed, ChangeSet& changes) noexcept override;
   void noteEdit(const VoxelStore& voxels, const std::vector<BrickChange>& changed,
-                ChangeSet& changes) override;
+                ChangeSet& changes) noexcept override;
   void setSensorModel(const VoxelStore& voxels, const SensorModel& model,
-                      ChangeSet& changes) override;
-  void fuse(const VoxelStore& /*voxels*/, std::size_t /*max_bricks*/) override {}
-  void divide(const VoxelBrick& /*brick*/, std::vector<Cuboid>& /*cuboids*/) const override {}
-  void clear() override;
+                      ChangeSet& changes) noexcept override;
+  void fuse(const VoxelStore& voxels, std::size_t max_bricks) override;
+  void divide(const VoxelBrick& brick, std::vector<Cuboid>& cuboids) const override;
+  void clear() noexcept override;
   /// Without those of cells that settle.
   [[nodiscard]] std::size_t numBytes() const override {
     return Fusion::numBytes() + fusible_.numBytes();
@@ -74,10 +75,17 @@ class GrowthFusion : public Fusion {
     BrickMask split;
   };
 
+  template <typename WorkT>
+  void follow(const VoxelStore& voxels, ChangeSet& changes, WorkT work) noexcept;
+  void writeAll(const VoxelStore& voxels);
+  void writeEdit(const VoxelStore& voxels, const std::vector<BrickChange>& changed,
+                 ChangeSet& changes);
   std::vector<CellChange> writeCells(const VoxelStore& voxels,
                                      const std::vector<BrickChange>& changed, bool is_edit,
                                      ChangeSet& changes);
   void updateFusible(const VoxelStore& voxels, const Cell& brick);
+  void writeAndGrow(const VoxelStore& voxels, const ScanUpdate& update,
+                    const std::vector<BrickChange>& changed, ChangeSet& changes);
   [[nodiscard]] bool isAllFusible(const VoxelStore& voxels, const CellBox& box,
                                   Occupancy occupancy) const;
   [[nodiscard]] bool isFusible(const Cell& cell) const;

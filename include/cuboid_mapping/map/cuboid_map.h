@@ -52,6 +52,10 @@ constexpr CellBox kAllCells{{-Grid::kMaxCell, -Grid::kMaxCell, -Grid::kMaxCell},
 /// for them. With FusionKind::kClass and kNone the cuboids are a function of the classes of the
 /// voxels alone.
 ///
+/// A change that throws std::bad_alloc has not been made: voxels, cuboids, locks and revision are as
+/// they were. Where memory runs out later, while cuboids are put into the R-tree, voxels and answers
+/// stay right: cuboids are made anew from the voxels when there is memory again.
+///
 /// Const functions may run side by side; a change needs exclusive access.
 class CuboidMap {
  public:

@@ -20,11 +20,10 @@ void visitWaiting(const CuboidMap& map, const CellBox& window, CuboidFilter filt
                   VisitorT& visit) {
   bool is_stopped = false;
   std::vector<Cuboid> cuboids;
-  map.fusion().waiting().forEachIn(window, [&](const WaitingBrick& waiting) {
-    const VoxelBrick* brick = is_stopped ? nullptr : map.voxels().findBrick(waiting.brick);
-    if (brick == nullptr) return;
+  map.fusion().forEachWaiting(map.voxels(), window, [&](const VoxelBrick& brick) {
+    if (is_stopped) return;
     cuboids.clear();
-    map.fusion().divide(*brick, cuboids);
+    map.fusion().divide(brick, cuboids);
     for (const Cuboid& cuboid : cuboids) {
       if (is_stopped || !matches(filter, cuboid) || !cuboid.box.intersects(window)) continue;
       is_stopped = visit(cuboid) == Visit::kStop;
@@ -40,11 +39,11 @@ void visitWaiting(const CuboidMap& map, const CellBox& window, CuboidFilter filt
 template <typename VisitorT>
 void visitBox(const CuboidMap& map, const CellBox& window, CuboidFilter filter, VisitorT visit) {
   if (window.isEmpty()) return;
-  const BrickTable<WaitingBrick>& waiting = map.fusion().waiting();
-  if (waiting.isEmpty()) return visitBox(map.fusion().tree(), window, filter, visit);
+  const Fusion& fusion = map.fusion();
+  if (!fusion.isAnyWaiting()) return visitBox(fusion.tree(), window, filter, visit);
   bool is_stopped = false;
-  visitBox(map.fusion().tree(), window, filter, [&](const Cuboid& cuboid) {
-    if (waiting.find(brickOf(cuboid.box.min)) != nullptr) return Visit::kContinue;
+  visitBox(fusion.tree(), window, filter, [&](const Cuboid& cuboid) {
+    if (fusion.isWaiting(brickOf(cuboid.box.min))) return Visit::kContinue;
     is_stopped = visit(cuboid) == Visit::kStop;
     return is_stopped ? Visit::kStop : Visit::kContinue;
   });
@@ -55,7 +54,7 @@ void visitBox(const CuboidMap& map, const CellBox& window, CuboidFilter filter, 
 /// @complexity O(n); for kOccupied O(occupied cuboids and their siblings), and the bricks that wait.
 template <typename VisitorT>
 void visitAll(const CuboidMap& map, CuboidFilter filter, VisitorT visit) {
-  if (map.fusion().waiting().isEmpty()) return visitAll(map.fusion().tree(), filter, visit);
+  if (!map.fusion().isAnyWaiting()) return visitAll(map.fusion().tree(), filter, visit);
   visitBox(map, kAllCells, filter, visit);
 }
 
@@ -92,13 +91,15 @@ void visitNearest(const CuboidMap& map, const Eigen::Vector3d& point, double max
     bool is_brick;
     bool operator<(const Item& other) const { return distance > other.distance; }
   };
-  const BrickTable<WaitingBrick>& waiting = map.fusion().waiting();
+  const Fusion& fusion = map.fusion();
   std::priority_queue<Item> queue;
   const auto push = [&](const Cuboid& cuboid, bool is_brick) {
     const double distance = distanceTo(cuboid.box, point);
     if (distance <= max_distance) queue.push({distance, cuboid, is_brick});
   };
-  waiting.forEach([&](const WaitingBrick& brick) { push({brickBox(brick.brick), {}}, true); });
+  fusion.forEachWaiting(map.voxels(), kAllCells, [&](const VoxelBrick& brick) {
+    push({brickBox(brick.brick), {}}, true);
+  });
   // Visits what waits up to a distance. @return Whether to go on.
   const auto visit_waiting = [&](double distance) {
     while (!queue.empty() && queue.top().distance <= distance) {
@@ -110,7 +111,7 @@ void visitNearest(const CuboidMap& map, const Eigen::Vector3d& point, double max
       }
       std::vector<Cuboid> cuboids;
       const VoxelBrick* brick = map.voxels().findBrick(item.cuboid.box.min);
-      if (brick != nullptr) map.fusion().divide(*brick, cuboids);
+      fusion.divide(*brick, cuboids);
       for (const Cuboid& cuboid : cuboids) {
         if (matches(filter, cuboid)) push(cuboid, false);
       }
@@ -118,10 +119,10 @@ void visitNearest(const CuboidMap& map, const Eigen::Vector3d& point, double max
     return Visit::kContinue;
   };
   bool is_stopped = false;
-  visitNearest(map.fusion().tree(), point, max_distance, filter,
+  visitNearest(fusion.tree(), point, max_distance, filter,
                [&](const Cuboid& cuboid, double distance) {
                  Visit answer = Visit::kContinue;
-                 if (waiting.find(brickOf(cuboid.box.min)) == nullptr) {
+                 if (!fusion.isWaiting(brickOf(cuboid.box.min))) {
                    answer = visit_waiting(distance);
                    if (answer == Visit::kContinue) answer = visit(cuboid, distance);
                  }

@@ -14,13 +14,16 @@ namespace cuboid_mapping {
 class BlockPool {
  public:
   /// @param item_bytes  A multiple of the items' alignment, at least 4.
-  explicit BlockPool(std::size_t item_bytes) : item_bytes_(item_bytes) {}
+  /// @param keeps_block  The last block stays, so that the item after clear() needs no memory.
+  explicit BlockPool(std::size_t item_bytes, bool keeps_block = false)
+      : item_bytes_(item_bytes), keeps_block_(keeps_block) {}
 
   /// Gives memory for one item: zeros, or what was left of an item that was there before.
   [[nodiscard]] std::uint32_t allocate();
   /// @pre `index` is from allocate(), and has not been released since.
   void release(std::uint32_t index);
-  void clear();
+  /// Releases all items.
+  void clear() noexcept;
 
   [[nodiscard]] std::byte* operator[](std::uint32_t index) const {
     return blocks_[index >> kBlockBits].bytes.get() + (index & (kBlockItems - 1)) * item_bytes_;
@@ -51,8 +54,10 @@ class BlockPool {
 
   [[nodiscard]] std::uint32_t findOpenBlock();
   void acquire(Block& block);
+  void linkItems(Block& block);
 
   std::size_t item_bytes_;
+  bool keeps_block_;
   std::vector<Block> blocks_;
   std::vector<std::uint32_t> open_blocks_;  ///< All with a free item, some that are full.
   std::size_t num_items_ = 0;

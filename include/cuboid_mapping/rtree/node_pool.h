@@ -17,7 +17,7 @@ class NodePool {
   /// A node without branches.
   [[nodiscard]] NodeIndex allocate();
   void release(NodeIndex index);
-  void clear();
+  void clear() noexcept;
 
   [[nodiscard]] Node& operator[](NodeIndex index) {
     return *reinterpret_cast<Node*>(nodes_[index]);

@@ -83,9 +83,10 @@ class RTree {
   /// of these, which shares with a sibling or is divided when it gets too full; those of parts that
   /// lost nothing form whole new leaves in the order of the parts. The tree is condensed once; then
   /// new leaves and what is left are inserted.
+  /// @throws std::bad_alloc  Then only clear() may be called.
   void replace(const TreeChange& change);
 
-  void clear();
+  void clear() noexcept;
 
   /// Number of cuboids.
   [[nodiscard]] std::size_t size() const { return size_; }

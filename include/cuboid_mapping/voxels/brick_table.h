@@ -3,6 +3,7 @@
 
 #include "cuboid_mapping/geometry/brick.h"
 
+#include <algorithm>
 #include <cstddef>
 #include <cstdint>
 #include <memory>
@@ -28,9 +29,18 @@ class BrickTable {
     return index == kFree ? nullptr : &item(index);
   }
 
+  /// Makes room, so that at() throws nothing up to so many items.
+  void reserve(std::size_t num_items) {
+    while (num_items > blocks_.size() * kBlockItems) {
+      blocks_.push_back(std::make_unique<ItemT[]>(kBlockItems));
+    }
+    if (2 * num_items > slots_.size()) grow(2 * num_items);
+  }
+
   /// The item of a brick, added when it is new. @complexity O(1) on average.
+  /// @throws std::bad_alloc  The table is as it was then.
   ItemT& at(const Cell& brick) {
-    if (2 * (num_items_ + 1) > slots_.size()) grow();
+    reserve(num_items_ + 1);
     std::uint32_t& slot = slots_[slotOf(brick)];
     if (slot == kFree) {
       slot = takeIndex();
@@ -41,12 +51,13 @@ class BrickTable {
   }
 
   /// Forgets a brick; nothing happens when it is not there. @complexity O(1) on average.
-  void erase(const Cell& brick) {
+  void erase(const Cell& brick) noexcept {
     if (slots_.empty()) return;
     std::size_t hole = slotOf(brick);
     if (slots_[hole] == kFree) return;
     item(slots_[hole]) = ItemT();
-    free_.push_back(slots_[hole]);
+    item(slots_[hole]).brick.x = static_cast<std::int32_t>(first_free_);
+    first_free_ = slots_[hole];
     --num_items_;
     // What was put behind the hole because of it moves up.
     for (std::size_t slot = next(hole); slots_[slot] != kFree; slot = next(slot)) {
@@ -95,8 +106,7 @@ class BrickTable {
   /// Bytes held from the allocator, without what items hold.
   [[nodiscard]] std::size_t numBytes() const {
     return slots_.capacity() * sizeof(std::uint32_t) +
-           blocks_.size() * kBlockItems * sizeof(ItemT) + blocks_.capacity() * sizeof(blocks_[0]) +
-           free_.capacity() * sizeof(std::uint32_t);
+           blocks_.size() * kBlockItems * sizeof(ItemT) + blocks_.capacity() * sizeof(blocks_[0]);
   }
 
   /// Slots that find() looks at for a brick of the table. For tests of the hash.
@@ -132,20 +142,17 @@ class BrickTable {
     while (slots_[slot] != kFree && item(slots_[slot]).brick != brick) slot = next(slot);
     return slot;
   }
+  /// @pre There is room.
   std::uint32_t takeIndex() {
-    if (!free_.empty()) {
-      const std::uint32_t index = free_.back();
-      free_.pop_back();
-      return index;
-    }
-    const auto index = static_cast<std::uint32_t>(num_items_);
-    if (index >> kBlockBits == blocks_.size()) {
-      blocks_.push_back(std::make_unique<ItemT[]>(kBlockItems));
-    }
+    if (first_free_ == kFree) return static_cast<std::uint32_t>(num_items_);
+    const std::uint32_t index = first_free_;
+    first_free_ = static_cast<std::uint32_t>(item(index).brick.x);
     return index;
   }
-  void grow() {
-    std::vector<std::uint32_t> old(slots_.empty() ? kFirstSlots : 2 * slots_.size(), kFree);
+  void grow(std::size_t num_wanted) {
+    std::size_t num_slots = std::max(kFirstSlots, slots_.size());
+    while (num_slots < num_wanted) num_slots *= 2;
+    std::vector<std::uint32_t> old(num_slots, kFree);
     old.swap(slots_);
     for (const std::uint32_t index : old) {
       if (index != kFree) slots_[slotOf(item(index).brick)] = index;
@@ -154,7 +161,7 @@ class BrickTable {
 
   std::vector<std::uint32_t> slots_;  ///< Indices of items; at most half of them are taken.
   std::vector<std::unique_ptr<ItemT[]>> blocks_;
-  std::vector<std::uint32_t> free_;
+  std::uint32_t first_free_ = kFree;  ///< Erased items; each holds the next one in brick.x.
   std::size_t num_items_ = 0;
 };
 

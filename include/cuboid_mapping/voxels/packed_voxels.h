@@ -79,12 +79,16 @@ class PackedVoxels {
   /// Writes the log-odds of the known voxels.
   void getValues(VoxelValues& values) const;
 
-  /// Observes voxels once each; an unknown one starts from 0. A voxel of both sets is a hit.
+  /// What comes of observing voxels once each; an unknown one starts from 0. A voxel of both sets is
+  /// a hit.
+  /// @param after  Gets the voxels; left alone when nothing changes. May be the object itself.
   /// @complexity O(different log-odds in the brick).
-  VoxelChange apply(const BrickMask& hits, const BrickMask& misses, const SensorModel& model);
+  VoxelChange observe(const BrickMask& hits, const BrickMask& misses, const SensorModel& model,
+                      PackedVoxels& after) const;
 
-  /// Puts the voxels of `other` that are in `part` in the place of those here. @return What differs.
-  VoxelChange replace(const BrickMask& part, const PackedVoxels& other);
+  /// What comes of putting the voxels of `other` that are in `part` in the place of those here.
+  /// @param after  As in observe(). @return What differs.
+  VoxelChange replace(const BrickMask& part, const PackedVoxels& other, PackedVoxels& after) const;
 
   /// Bytes of the block.
   [[nodiscard]] std::size_t numBytes() const { return numBytes(shape_); }

@@ -7,6 +7,7 @@
 
 #include <algorithm>
 #include <cstdint>
+#include <functional>
 #include <optional>
 #include <vector>
 
@@ -77,22 +78,38 @@ class VoxelStore {
   /// Bytes held from the allocator.
   [[nodiscard]] std::size_t numBytes() const;
 
-  /// Observes voxels, see PackedVoxels::apply(). @param threads  The result does not depend on it.
+  /// Told what is about to change, while everything is as it was.
+  using Announce = std::function<void(const std::vector<BrickChange>&)>;
+
+  /// Observes voxels, see PackedVoxels::observe(). @param threads  The result does not depend on it.
   /// @return What has changed, brick by brick in the order of the update.
+  /// @throws std::bad_alloc, and what `announce` throws: nothing has changed then.
   std::vector<BrickChange> apply(const std::vector<BrickUpdate>& update, const SensorModel& model,
-                                 int threads);
+                                 int threads, const Announce& announce = {});
 
   /// Puts voxels in the place of everything inside a box. @param bricks  Each once; voxels outside
   /// the box are not looked at. @return What has changed, along the Morton curve.
+  /// @throws As apply().
   /// @complexity O(bricks that the box shares a cell with, or all known bricks if these are fewer,
   /// and `bricks`).
-  std::vector<BrickChange> replace(const CellBox& box, const std::vector<VoxelBrick>& bricks);
+  std::vector<BrickChange> replace(const CellBox& box, const std::vector<VoxelBrick>& bricks,
+                                   const Announce& announce = {});
 
   void clear() { *this = VoxelStore(); }
 
  private:
+  /// A brick as it will be.
+  struct NewBrick {
+    Cell brick;
+    PackedVoxels voxels;
+    int free;  ///< Voxels that become free, less those that do not stay so.
+    int occupied;
+  };
+
   template <typename BrickOfT, typename WorkT>
-  std::vector<BrickChange> change(std::size_t count, int threads, BrickOfT brick_of, WorkT work);
+  std::vector<BrickChange> change(std::size_t count, int threads, BrickOfT brick_of, WorkT work,
+                                  const Announce& announce);
+  void commit(std::vector<NewBrick>& bricks) noexcept;
   void computeBounds();
 
   BrickTable<VoxelBrick> bricks_;

@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <array>
 #include <limits>
+#include <new>
 
 namespace cuboid_mapping {
 namespace {
@@ -62,23 +63,44 @@ void compareBrick(const GroupMembers& members, const Cell& brick, const std::vec
 
 }  // namespace
 
-void ClassFusion::noteCloud(const VoxelStore& voxels, const ScanUpdate& /*update*/,
-                            const std::vector<BrickChange>& changed, ChangeSet& changes) {
-  ++num_clouds_;
-  noteEdit(voxels, changed, changes);
-  fuseCold(voxels);
-}
-
-void ClassFusion::noteEdit(const VoxelStore& /*voxels*/, const std::vector<BrickChange>& changed,
-                           ChangeSet& changes) {
-  std::vector<Cell>& due = due_[num_clouds_ + kColdClouds];
-  for (const BrickChange& change : changed) {
+void ClassFusion::announce(const std::vector<BrickChange>& changed, ChangeSet& changes) {
+  const std::uint64_t cloud = num_clouds_ + 1;
+  std::vector<Cell>& due = due_[cloud + kColdClouds];
+  changes.bricks.reserve(changes.bricks.size() + changed.size());
+  due.reserve(due.size() + changed.size());
+  waiting_.reserve(waiting_.size() + changed.size());
+  for (const BrickChange& change : changed) {  // From here on nothing can fail.
     changes.bricks.push_back({change.brick, change.is_reclassified});
-    if (!change.is_reclassified) continue;
+    if (!change.is_reclassified || do_all_wait_) continue;
     const std::size_t num_before = waiting_.size();
-    waiting_.at(change.brick).cloud = num_clouds_;
+    waiting_.at(change.brick).cloud = cloud;
     if (waiting_.size() > num_before) due.push_back(change.brick);
   }
+}
+
+void ClassFusion::noteCloud(const VoxelStore& voxels, const ScanUpdate& /*update*/,
+                            const std::vector<BrickChange>& /*changed*/,
+                            ChangeSet& /*changes*/) noexcept {
+  ++num_clouds_;
+  try {
+    if (do_all_wait_) queueAll(voxels);
+    fuseCold(voxels);
+  } catch (const std::bad_alloc&) {
+    loseTree();
+  }
+}
+
+/// Lets the bricks wait one by one that wait all together.
+void ClassFusion::queueAll(const VoxelStore& voxels) {
+  due_.clear();
+  waiting_.reserve(voxels.size());
+  std::vector<Cell>& due = due_[num_clouds_];
+  due.reserve(voxels.size());
+  voxels.forEach([&](const VoxelBrick& brick) {
+    waiting_.at(brick.brick);
+    due.push_back(brick.brick);
+  });
+  do_all_wait_ = false;
 }
 
 /// Writes bricks that have gone cold; not all at once, when many have.
@@ -101,13 +123,21 @@ void ClassFusion::fuseCold(const VoxelStore& voxels) {
 }
 
 void ClassFusion::fuse(const VoxelStore& voxels, std::size_t max_bricks) {
-  std::vector<Cell> bricks;
-  while (!due_.empty() && bricks.size() < max_bricks) {
-    std::vector<Cell>& due = due_.begin()->second;
-    for (; !due.empty() && bricks.size() < max_bricks; due.pop_back()) bricks.push_back(due.back());
-    if (due.empty()) due_.erase(due_.begin());
+  try {
+    if (do_all_wait_) queueAll(voxels);
+    std::vector<Cell> bricks;
+    while (!due_.empty() && bricks.size() < max_bricks) {
+      std::vector<Cell>& due = due_.begin()->second;
+      for (; !due.empty() && bricks.size() < max_bricks; due.pop_back()) {
+        bricks.push_back(due.back());
+      }
+      if (due.empty()) due_.erase(due_.begin());
+    }
+    write(voxels, std::move(bricks));
+  } catch (const std::bad_alloc&) {
+    loseTree();
+    throw;
   }
-  write(voxels, std::move(bricks));
 }
 
 /// Puts the cuboids of waiting bricks into the tree.
@@ -152,7 +182,7 @@ void ClassFusion::divide(const VoxelBrick& brick, std::vector<Cuboid>& cuboids) 
   });
 }
 
-void ClassFusion::clear() {
+void ClassFusion::clear() noexcept {
   Fusion::clear();
   due_.clear();
 }

@@ -28,15 +28,16 @@ class ClassFusion : public Fusion {
   ClassFusion(BrickDivision division, const RTreeConfig& rtree, int threads)
       : Fusion(rtree), division_(division), threads_(threads) {}
 
+  void announce(const std::vector<BrickChange>& changed, ChangeSet& changes) override;
   void noteCloud(const VoxelStore& voxels, const ScanUpdate& update,
-                 const std::vector<BrickChange>& changed, ChangeSet& changes) override;
-  void noteEdit(const VoxelStore& voxels, const std::vector<BrickChange>& changed,
-                ChangeSet& changes) override;
+                 const std::vector<BrickChange>& changed, ChangeSet& changes) noexcept override;
+  void noteEdit(const VoxelStore& /*voxels*/, const std::vector<BrickChange>& /*changed*/,
+                ChangeSet& /*changes*/) noexcept override {}
   void setSensorModel(const VoxelStore& /*voxels*/, const SensorModel& /*model*/,
-                      ChangeSet& /*changes*/) override {}
+                      ChangeSet& /*changes*/) noexcept override {}
   void fuse(const VoxelStore& voxels, std::size_t max_bricks) override;
   void divide(const VoxelBrick& brick, std::vector<Cuboid>& cuboids) const override;
-  void clear() override;
+  void clear() noexcept override;
   [[nodiscard]] std::size_t numBytes() const override;
 
  private:
@@ -48,6 +49,7 @@ class ClassFusion : public Fusion {
   };
 
   void fuseCold(const VoxelStore& voxels);
+  void queueAll(const VoxelStore& voxels);
   void write(const VoxelStore& voxels, std::vector<Cell> bricks);
   void compare(const VoxelStore& voxels, Batch& batch) const;
 

@@ -7,6 +7,8 @@
 #include <array>
 #include <iterator>
 #include <map>
+#include <new>
+#include <utility>
 
 namespace cuboid_mapping {
 namespace {
@@ -42,15 +44,39 @@ BrickMask findStable(const PackedVoxels& voxels, const SensorModel& model) {
   return stable;
 }
 
+/// Voxels of a brick that are in no cuboid: boxes of those that may be fused, single cells of the
+/// others.
+void divideFresh(const VoxelBrick& brick, const BrickMask& fresh, const BrickMask& fusible,
+                 std::vector<Cuboid>& cuboids) {
+  const PackedVoxels& voxels = brick.voxels;
+  forEachCell(brick.brick, fresh.without(fusible) & voxels.known(), [&](const Cell& cell) {
+    cuboids.push_back({CellBox::ofCell(cell), voxels.occupancyAt(voxelIndex(cell))});
+  });
+  for (const Occupancy occupancy : {Occupancy::kFree, Occupancy::kOccupied}) {
+    const bool is_occupied = occupancy == Occupancy::kOccupied;
+    std::vector<CellBox> boxes;
+    divideIntoBoxes(fresh & fusible & (is_occupied ? voxels.occupied() : voxels.free()), boxes);
+    for (const CellBox& box : boxes) {
+      cuboids.push_back({{brick.brick + box.min, brick.brick + box.max}, occupancy});
+    }
+  }
+}
+
+void sortAlongMortonCurve(std::vector<BrickChange>& changes) {
+  std::sort(changes.begin(), changes.end(), [](const BrickChange& a, const BrickChange& b) {
+    return isBeforeOnMortonCurve(a.brick, b.brick);
+  });
+}
+
 /// Writes the changed voxels of a few neighbouring bricks.
 class CellWriter {
  public:
   CellWriter(const RTree& tree, const CellBox& window) { tree.select(window, selection_); }
 
-  /// @param after  Voxels of the brick as they are now. @param stable  Of these.
+  /// @param after  The brick as it is now. @param stable  Of these.
   /// @param is_edit  Stable voxels that were unknown may be cuboids of several voxels.
   /// @return The voxels that are split out of a cuboid.
-  BrickMask write(const BrickChange& change, const PackedVoxels& after, const BrickMask& stable,
+  BrickMask write(const BrickChange& change, const VoxelBrick& after, const BrickMask& stable,
                   bool is_edit) {
     findOwners(change.brick);
     BrickMask split;
@@ -58,7 +84,7 @@ class CellWriter {
     forEachCell(change.brick, change.changed, [&](const Cell& cell) {
       const int voxel = voxelIndex(cell);
       const std::uint32_t owner = owners_[static_cast<std::size_t>(voxel)];
-      const Occupancy occupancy = after.occupancyAt(voxel);
+      const Occupancy occupancy = after.voxels.occupancyAt(voxel);
       if (owner == kNobody) return fresh.set(voxel);
       const Cuboid& old = selection_.cuboids[owner];
       const bool is_single = old.box == CellBox::ofCell(cell);
@@ -68,7 +94,7 @@ class CellWriter {
       if (occupancy != Occupancy::kUnknown)
         result_.added.push_back({CellBox::ofCell(cell), occupancy});
     });
-    addFresh(change.brick, fresh, after, is_edit ? stable : BrickMask());
+    divideFresh(after, fresh, is_edit ? stable : BrickMask(), result_.added);
     result_.endPart();
     return split;
   }
@@ -98,22 +124,6 @@ class CellWriter {
     }
   }
 
-  /// Voxels that were in no cuboid: boxes of those that may be fused, single cells of the others.
-  void addFresh(const Cell& brick, const BrickMask& fresh, const PackedVoxels& after,
-                const BrickMask& fusible) {
-    forEachCell(brick, fresh.without(fusible) & after.known(), [&](const Cell& cell) {
-      result_.added.push_back({CellBox::ofCell(cell), after.occupancyAt(voxelIndex(cell))});
-    });
-    for (const Occupancy occupancy : {Occupancy::kFree, Occupancy::kOccupied}) {
-      const bool is_occupied = occupancy == Occupancy::kOccupied;
-      std::vector<CellBox> boxes;
-      divideIntoBoxes(fresh & fusible & (is_occupied ? after.occupied() : after.free()), boxes);
-      for (const CellBox& box : boxes) {
-        result_.added.push_back({{brick + box.min, brick + box.max}, occupancy});
-      }
-    }
-  }
-
   Selection selection_;
   std::array<std::uint32_t, kBrickVoxels> owners_;  ///< Of the brick at hand.
   std::map<std::uint32_t, std::vector<Cell>> cut_;  ///< Cells that leave their owner.
@@ -127,7 +137,6 @@ class CellWriter {
 std::vector<GrowthFusion::CellChange> GrowthFusion::writeCells(
     const VoxelStore& voxels, const std::vector<BrickChange>& changed, bool is_edit,
     ChangeSet& changes) {
-  static const PackedVoxels kUnknown;
   std::vector<CellChange> cell_changes;
   for (auto first = changed.begin(); first != changed.end();) {
     const Cell group = groupOf(first->brick);
@@ -138,9 +147,11 @@ std::vector<GrowthFusion::CellChange> GrowthFusion::writeCells(
     }
     CellWriter writer(tree_, window);
     for (; first != last; ++first) {
-      const PackedVoxels* found = voxels.find(first->brick);
-      const PackedVoxels& after = found == nullptr ? kUnknown : *found;
-      const BrickMask split = writer.write(*first, after, findStable(after, model_), is_edit);
+      const VoxelBrick unknown{first->brick, {}};
+      const VoxelBrick* found = voxels.findBrick(first->brick);
+      const VoxelBrick& after = found == nullptr ? unknown : *found;
+      const BrickMask stable = findStable(after.voxels, model_);
+      const BrickMask split = writer.write(*first, after, stable, is_edit);
       cell_changes.push_back({first->brick, first->changed, split});
       changes.bricks.push_back({first->brick, first->is_reclassified});
     }
@@ -160,25 +171,75 @@ void GrowthFusion::updateFusible(const VoxelStore& voxels, const Cell& brick) {
   }
 }
 
-void GrowthFusion::noteEdit(const VoxelStore& voxels, const std::vector<BrickChange>& changed,
-                            ChangeSet& changes) {
+void GrowthFusion::divide(const VoxelBrick& brick, std::vector<Cuboid>& cuboids) const {
+  divideFresh(brick, brick.voxels.known(), findStable(brick.voxels, model_), cuboids);
+}
+
+void GrowthFusion::writeEdit(const VoxelStore& voxels, const std::vector<BrickChange>& changed,
+                             ChangeSet& changes) {
   for (const CellChange& change : writeCells(voxels, changed, true, changes)) {
     updateFusible(voxels, change.brick);
   }
 }
 
+/// Makes the tree anew of all voxels, as if they came in an edit.
+void GrowthFusion::writeAll(const VoxelStore& voxels) {
+  std::vector<BrickChange> all;
+  voxels.forEach([&all](const VoxelBrick& brick) {
+    all.push_back({brick.brick, brick.voxels.known(), true});
+  });
+  sortAlongMortonCurve(all);
+  ChangeSet ignored;
+  do_all_wait_ = false;
+  writeEdit(voxels, all, ignored);
+}
+
+/// Lets the tree follow the voxels. @param work  What is to be done when it is not lost.
+template <typename WorkT>
+void GrowthFusion::follow(const VoxelStore& voxels, ChangeSet& changes, WorkT work) noexcept {
+  try {
+    if (!do_all_wait_) return work();
+    changes.is_everything = true;
+    writeAll(voxels);
+  } catch (const std::bad_alloc&) {
+    changes.is_everything = true;
+    loseTree();
+  }
+}
+
+void GrowthFusion::noteCloud(const VoxelStore& voxels, const ScanUpdate& update,
+                             const std::vector<BrickChange>& changed, ChangeSet& changes) noexcept {
+  ++num_clouds_;
+  follow(voxels, changes, [&] { writeAndGrow(voxels, update, changed, changes); });
+}
+
+void GrowthFusion::noteEdit(const VoxelStore& voxels, const std::vector<BrickChange>& changed,
+                            ChangeSet& changes) noexcept {
+  follow(voxels, changes, [&] { writeEdit(voxels, changed, changes); });
+}
+
 void GrowthFusion::setSensorModel(const VoxelStore& voxels, const SensorModel& model,
-                                  ChangeSet& changes) {
-  std::vector<BrickChange> changed;
-  voxels.forEach([&](const VoxelBrick& brick) {
-    const BrickMask other = findStable(brick.voxels, model_) ^ findStable(brick.voxels, model);
-    if (!other.isEmpty()) changed.push_back({brick.brick, other, false});
+                                  ChangeSet& changes) noexcept {
+  const SensorModel old = std::exchange(model_, model);
+  follow(voxels, changes, [&] {
+    std::vector<BrickChange> changed;
+    voxels.forEach([&](const VoxelBrick& brick) {
+      const BrickMask other = findStable(brick.voxels, old) ^ findStable(brick.voxels, model);
+      if (!other.isEmpty()) changed.push_back({brick.brick, other, false});
+    });
+    sortAlongMortonCurve(changed);
+    writeEdit(voxels, changed, changes);
   });
-  std::sort(changed.begin(), changed.end(), [](const BrickChange& a, const BrickChange& b) {
-    return isBeforeOnMortonCurve(a.brick, b.brick);
-  });
-  model_ = model;
-  noteEdit(voxels, changed, changes);
+}
+
+void GrowthFusion::fuse(const VoxelStore& voxels, std::size_t /*max_bricks*/) {
+  if (!do_all_wait_) return;
+  try {
+    writeAll(voxels);
+  } catch (const std::bad_alloc&) {
+    loseTree();
+    throw;
+  }
 }
 
 }  // namespace cuboid_mapping

@@ -48,15 +48,14 @@ struct GrowthFusion::Growth {
   std::vector<LeafSlot> places;  ///< Of the cuboids that it consists of, itself first.
 };
 
-void GrowthFusion::clear() {
+void GrowthFusion::clear() noexcept {
   Fusion::clear();
   fusible_.clear();
   settling_.clear();
 }
 
-void GrowthFusion::noteCloud(const VoxelStore& voxels, const ScanUpdate& update,
-                             const std::vector<BrickChange>& changed, ChangeSet& changes) {
-  ++num_clouds_;
+void GrowthFusion::writeAndGrow(const VoxelStore& voxels, const ScanUpdate& update,
+                                const std::vector<BrickChange>& changed, ChangeSet& changes) {
   std::vector<Cell> observed;  // The paper's set T.
   for (const CellChange& change : writeCells(voxels, changed, false, changes)) {
     settling_.noteChanges(change.brick, change.changed, num_clouds_);

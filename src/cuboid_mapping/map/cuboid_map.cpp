@@ -16,23 +16,25 @@ CuboidMap::CuboidMap(const MapConfig& config)
                          sensor_model_)) {}
 
 ChangeSet CuboidMap::apply(const ScanUpdate& update) {
+  ChangeSet changes;
+  const auto announce = [&](const auto& changed) { fusion_->announce(changed, changes); };
   const std::vector<BrickChange> changed =
       voxels_.apply(locked_.isEmpty() ? update.bricks : locked_.without(update.bricks),
-                    sensor_model_, config_.threads);
-  ChangeSet changes;
+                    sensor_model_, config_.threads, announce);
   fusion_->noteCloud(voxels_, update, changed, changes);
   return finish(!changed.empty(), std::move(changes));
 }
 
 bool CuboidMap::fuse(std::size_t max_bricks) {
   fusion_->fuse(voxels_, max_bricks);
-  return fusion_->waiting().isEmpty();
+  return !fusion_->isAnyWaiting();
 }
 
 ChangeSet CuboidMap::replace(const CellBox& box, const std::vector<VoxelBrick>& bricks) {
   ChangeSet changes;
   if (box.isEmpty()) return finish(false, std::move(changes));
-  const std::vector<BrickChange> changed = voxels_.replace(box, bricks);
+  const auto announce = [&](const auto& changed) { fusion_->announce(changed, changes); };
+  const std::vector<BrickChange> changed = voxels_.replace(box, bricks, announce);
   fusion_->noteEdit(voxels_, changed, changes);
   return finish(!changed.empty(), std::move(changes));
 }

@@ -133,7 +133,7 @@ MapSummary summarize(const cuboid_mapping::CuboidMap& map) {
   const cuboid_mapping::CuboidCounts counts = countCuboids(map);
   summary.free = {counts.free, map.voxels().numFreeVoxels()};
   summary.occupied = {counts.occupied, map.voxels().numOccupiedVoxels()};
-  summary.num_waiting = map.fusion().waiting().size();
+  summary.num_waiting = map.fusion().numWaiting(map.voxels());
   return summary;
 }
 

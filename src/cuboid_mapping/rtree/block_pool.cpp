@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "cuboid_mapping/rtree/block_pool.h"
 
+#include <algorithm>
 #include <cassert>
+#include <utility>
 
 namespace cuboid_mapping {
 
@@ -28,13 +30,28 @@ void BlockPool::release(std::uint32_t index) {
     block.is_open = true;
     open_blocks_.push_back(number);
   }
-  if (block.num_used == 0) {
+  if (block.num_used == 0 && !(keeps_block_ && num_held_blocks_ == 1)) {
     block.bytes.reset();
     --num_held_blocks_;
   }
 }
 
-void BlockPool::clear() { *this = BlockPool(item_bytes_); }
+void BlockPool::clear() noexcept {
+  const auto held = std::find_if(blocks_.begin(), blocks_.end(),
+                                 [](const Block& block) { return block.bytes != nullptr; });
+  if (!keeps_block_ || held == blocks_.end()) {
+    *this = BlockPool(item_bytes_, keeps_block_);
+    return;
+  }
+  std::swap(blocks_.front(), *held);
+  blocks_.resize(1);
+  blocks_.front().num_used = 0;
+  blocks_.front().is_open = true;
+  linkItems(blocks_.front());
+  open_blocks_.assign(1, 0);
+  num_items_ = 0;
+  num_held_blocks_ = 1;
+}
 
 std::size_t BlockPool::numBytes() const {
   return num_held_blocks_ * kBlockItems * item_bytes_ + blocks_.capacity() * sizeof(Block) +
@@ -57,11 +74,15 @@ std::uint32_t BlockPool::findOpenBlock() {
 
 void BlockPool::acquire(Block& block) {
   block.bytes = std::make_unique<std::byte[]>(kBlockItems * item_bytes_);
+  linkItems(block);
+  ++num_held_blocks_;
+}
+
+void BlockPool::linkItems(Block& block) {
   block.first_free = 0;
   for (std::uint32_t i = 0; i < kBlockItems; ++i) {
     block.bytes[i * item_bytes_] = static_cast<std::byte>(i + 1);
   }
-  ++num_held_blocks_;
 }
 
 }  // namespace cuboid_mapping

@@ -28,7 +28,7 @@ bool fitsOffsets(const CellBox& bounds) {
 NodePool::NodePool(int capacity, bool is_leaf)
     : capacity_(capacity),
       is_leaf_(is_leaf),
-      nodes_(Node::numBytes(capacity, is_leaf)),
+      nodes_(Node::numBytes(capacity, is_leaf), true),
       wide_boxes_(Node::numWideBytes(capacity)) {}
 
 NodeIndex NodePool::allocate() {
@@ -42,7 +42,7 @@ void NodePool::release(NodeIndex index) {
   nodes_.release(index);
 }
 
-void NodePool::clear() {
+void NodePool::clear() noexcept {
   nodes_.clear();
   wide_boxes_.clear();
 }

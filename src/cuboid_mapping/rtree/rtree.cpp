@@ -49,7 +49,7 @@ RTree::RTree(const RTreeConfig& config)
   assert(1 <= config.min_branches && 2 * config.min_branches <= config.max_branches);
 }
 
-void RTree::clear() {
+void RTree::clear() noexcept {
   leaves_.clear();
   inner_nodes_.clear();
   root_ = leaves_.allocate();

@@ -186,8 +186,8 @@ void PackedVoxels::getValues(VoxelValues& values) const {
   });
 }
 
-VoxelChange PackedVoxels::apply(const BrickMask& hits, const BrickMask& all_misses,
-                                const SensorModel& model) {
+VoxelChange PackedVoxels::observe(const BrickMask& hits, const BrickMask& all_misses,
+                                  const SensorModel& model, PackedVoxels& result) const {
   const BrickMask misses = all_misses.without(hits);
   struct Observation {
     const BrickMask& voxels;
@@ -242,11 +242,12 @@ VoxelChange PackedVoxels::apply(const BrickMask& hits, const BrickMask& all_miss
     unpacked.set(m.voxels, std::max(m.from, 0), stays ? m.from : -1, m.to);
   }
   unpacked.compact();
-  pack(unpacked);
+  result.pack(unpacked);
   return change;
 }
 
-VoxelChange PackedVoxels::replace(const BrickMask& part, const PackedVoxels& other) {
+VoxelChange PackedVoxels::replace(const BrickMask& part, const PackedVoxels& other,
+                                  PackedVoxels& result) const {
   VoxelValues before;
   getValues(before);
   VoxelValues after = before;
@@ -262,10 +263,9 @@ VoxelChange PackedVoxels::replace(const BrickMask& part, const PackedVoxels& oth
     if (before[at] != after[at]) change.changed.set(voxel);
   });
   if (change.changed.isEmpty()) return change;
-  const BrickMask occupied_before = occupied();
-  const BrickMask known_before = known();
-  *this = PackedVoxels(known_after, after);
-  change.reclassified = (known_before ^ known_after) | (occupied_before ^ occupied());
+  PackedVoxels replaced(known_after, after);
+  change.reclassified = (known() ^ known_after) | (occupied() ^ replaced.occupied());
+  result = std::move(replaced);
   return change;
 }
 

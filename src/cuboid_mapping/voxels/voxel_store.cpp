@@ -37,69 +37,84 @@ bool VoxelStore::isAnyOccupied(const CellBox& box) const {
   });
 }
 
+/// Works everything out beside the map, and puts it there when nothing can fail any more.
 /// @param brick_of  (std::size_t i) -> Cell, each brick once.
-/// @param work  (std::size_t i, PackedVoxels&) -> VoxelChange, called side by side.
+/// @param work  (std::size_t i, const PackedVoxels& before, PackedVoxels& after) -> VoxelChange,
+///              called side by side.
 template <typename BrickOfT, typename WorkT>
 std::vector<BrickChange> VoxelStore::change(std::size_t count, int threads, BrickOfT brick_of,
-                                            WorkT work) {
+                                            WorkT work, const Announce& announce) {
+  static const PackedVoxels kUnknown;
   struct Task {
-    PackedVoxels* voxels;
-    BrickMask changed;
-    int free;  ///< Voxels that become free, less those that do not stay so.
-    int occupied;
-    bool is_reclassified;
+    const PackedVoxels* before;
+    PackedVoxels after;
+    VoxelChange change;
   };
   std::vector<Task> tasks(count);
-  for (std::size_t i = 0; i < count; ++i) tasks[i].voxels = &bricks_.at(brick_of(i)).voxels;
-  const std::size_t num_parts = (count + kPartBricks - 1) / kPartBricks;
-  parallelFor(num_parts, threads, [&](std::size_t part) {
+  parallelFor((count + kPartBricks - 1) / kPartBricks, threads, [&](std::size_t part) {
     const std::size_t end = std::min(count, (part + 1) * kPartBricks);
     for (std::size_t i = part * kPartBricks; i < end; ++i) {
-      Task& task = tasks[i];
-      const BrickMask free_before = task.voxels->free();
-      const BrickMask occupied_before = task.voxels->occupied();
-      const VoxelChange change = work(i, *task.voxels);
-      task.changed = change.changed;
-      task.is_reclassified = !change.reclassified.isEmpty();
-      if (!task.is_reclassified) continue;
-      task.free = task.voxels->free().count() - free_before.count();
-      task.occupied = task.voxels->occupied().count() - occupied_before.count();
+      const PackedVoxels* found = find(brick_of(i));
+      tasks[i].before = found == nullptr ? &kUnknown : found;
+      tasks[i].change = work(i, *tasks[i].before, tasks[i].after);
     }
   });
 
   std::vector<BrickChange> changes;
-  bool is_shrinking = false;
+  std::vector<NewBrick> bricks;
+  std::size_t num_new = 0;
   for (std::size_t i = 0; i < count; ++i) {
-    const Task& task = tasks[i];
-    const Cell brick = brick_of(i);
-    if (task.voxels->isEmpty()) {
-      bricks_.erase(brick);
-      is_shrinking |= bounds_ && touches(*bounds_, brickBox(brick));
-    } else if (!bounds_ || !bounds_->contains(brick)) {
-      bounds_ = bounds_ ? unite(*bounds_, brickBox(brick)) : brickBox(brick);
-    }
-    if (task.changed.isEmpty()) continue;
-    if (task.is_reclassified) {
-      num_free_ += task.free;
-      num_occupied_ += task.occupied;
-    }
-    changes.push_back({brick, task.changed, task.is_reclassified});
+    auto& [before, after, change] = tasks[i];
+    if (change.changed.isEmpty()) continue;
+    const bool is_reclassified = !change.reclassified.isEmpty();
+    changes.push_back({brick_of(i), change.changed, is_reclassified});
+    bricks.push_back({brick_of(i), std::move(after), 0, 0});
+    num_new += before == &kUnknown ? 1 : 0;
+    if (!is_reclassified) continue;
+    const PackedVoxels& now = bricks.back().voxels;
+    bricks.back().free = now.free().count() - before->free().count();
+    bricks.back().occupied = now.occupied().count() - before->occupied().count();
   }
-  if (is_shrinking) computeBounds();
+  bricks_.reserve(bricks_.size() + num_new);
+  if (announce) announce(changes);
+  commit(bricks);
   return changes;
 }
 
+/// @pre There is room for all of them.
+void VoxelStore::commit(std::vector<NewBrick>& bricks) noexcept {
+  bool is_shrinking = false;
+  for (NewBrick& changed : bricks) {
+    num_free_ += changed.free;
+    num_occupied_ += changed.occupied;
+    const CellBox box = brickBox(changed.brick);
+    if (changed.voxels.isEmpty()) {
+      bricks_.erase(changed.brick);
+      is_shrinking |= touches(*bounds_, box);
+      continue;
+    }
+    bricks_.at(changed.brick).voxels = std::move(changed.voxels);
+    if (!bounds_ || !bounds_->contains(changed.brick)) {
+      bounds_ = bounds_ ? unite(*bounds_, box) : box;
+    }
+  }
+  if (is_shrinking) computeBounds();
+}
+
 std::vector<BrickChange> VoxelStore::apply(const std::vector<BrickUpdate>& update,
-                                           const SensorModel& model, int threads) {
+                                           const SensorModel& model, int threads,
+                                           const Announce& announce) {
   return change(
       update.size(), threads, [&](std::size_t i) { return update[i].brick; },
-      [&](std::size_t i, PackedVoxels& voxels) {
-        return voxels.apply(update[i].hits, update[i].misses, model);
-      });
+      [&](std::size_t i, const PackedVoxels& before, PackedVoxels& after) {
+        return before.observe(update[i].hits, update[i].misses, model, after);
+      },
+      announce);
 }
 
 std::vector<BrickChange> VoxelStore::replace(const CellBox& box,
-                                             const std::vector<VoxelBrick>& bricks) {
+                                             const std::vector<VoxelBrick>& bricks,
+                                             const Announce& announce) {
   struct Source {
     Cell brick;
     const PackedVoxels* voxels;
@@ -123,10 +138,11 @@ std::vector<BrickChange> VoxelStore::replace(const CellBox& box,
   }
   return change(
       count, 1, [&](std::size_t i) { return sources[i].brick; },
-      [&](std::size_t i, PackedVoxels& voxels) {
+      [&](std::size_t i, const PackedVoxels& before, PackedVoxels& after) {
         const CellBox part = intersect(brickBox(sources[i].brick), box);
-        return voxels.replace(BrickMask::ofBox(part), *sources[i].voxels);
-      });
+        return before.replace(BrickMask::ofBox(part), *sources[i].voxels, after);
+      },
+      announce);
 }
 
 void VoxelStore::computeBounds() {
