@@ -110,9 +110,9 @@ TEST(BrickDivision, appendsToWhatIsThere) {
   divideBrick(brickAt({0, 0, 0}, {{brickBox({0, 0, 0}), -0.5F}}), cuboids);
   ASSERT_EQ(cuboids.size(), 2U);
   EXPECT_EQ(cuboids.front(), there);
-  std::vector<CellBox> boxes{there.box};
-  divideIntoBoxes(BrickMask::all(), boxes);
-  EXPECT_EQ(boxes, (std::vector<CellBox>{there.box, brickBox({0, 0, 0})}));
+  divideVoxels({8, 0, 0}, BrickMask::all(), Occupancy::kFree, cuboids);
+  ASSERT_EQ(cuboids.size(), 3U);
+  EXPECT_EQ(cuboids.back(), (Cuboid{brickBox({8, 0, 0}), Occupancy::kFree}));
 }
 
 /// Disjoint, in the brick, exactly its known voxels, with their classes.

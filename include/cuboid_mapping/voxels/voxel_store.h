@@ -98,24 +98,27 @@ class VoxelStore {
   void clear() { *this = VoxelStore(); }
 
  private:
-  /// A brick as it will be.
+  /// What becomes of a brick.
   struct NewBrick {
-    Cell brick;
+    VoxelBrick* place = nullptr;  ///< Null: it is new.
     PackedVoxels voxels;
-    int free;  ///< Voxels that become free, less those that do not stay so.
-    int occupied;
+    BrickMask changed;
+    bool is_reclassified = false;
+    int free = 0;  ///< Voxels that become free, less those that do not stay so.
+    int occupied = 0;
   };
 
   template <typename BrickOfT, typename WorkT>
   std::vector<BrickChange> change(std::size_t count, int threads, BrickOfT brick_of, WorkT work,
                                   const Announce& announce);
-  void commit(std::vector<NewBrick>& bricks) noexcept;
+  void commit(const Cell& cell, NewBrick& brick) noexcept;
   void computeBounds();
 
   BrickTable<VoxelBrick> bricks_;
   double num_free_ = 0.0;
   double num_occupied_ = 0.0;
   std::optional<CellBox> bounds_;
+  bool is_shrinking_ = false;  ///< A brick that has gone touched the bounds.
 };
 
 }  // namespace cuboid_mapping

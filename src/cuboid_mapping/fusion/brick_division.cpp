@@ -30,30 +30,25 @@ CellBox findLargestBox(const BrickMask& mask, const Cell& corner) {
 
 }  // namespace
 
-void divideIntoBoxes(BrickMask mask, std::vector<CellBox>& boxes) {
-  if (mask.isFull()) {
-    boxes.push_back({{0, 0, 0}, {kBrickEdge, kBrickEdge, kBrickEdge}});
+void divideVoxels(const Cell& brick, BrickMask voxels, Occupancy occupancy,
+                  std::vector<Cuboid>& cuboids) {
+  if (voxels.isFull()) {
+    cuboids.push_back({brickBox(brick), occupancy});
     return;
   }
   for (int z = 0; z < kBrickEdge; ++z) {
-    while (mask[z] != 0) {
-      const int voxel = __builtin_ctzll(mask[z]);
-      boxes.push_back(findLargestBox(mask, {voxel & 7, voxel >> 3, z}));
-      mask &= ~BrickMask::ofBox(boxes.back());
+    while (voxels[z] != 0) {
+      const int voxel = __builtin_ctzll(voxels[z]);
+      const CellBox box = findLargestBox(voxels, {voxel & 7, voxel >> 3, z});
+      cuboids.push_back({{brick + box.min, brick + box.max}, occupancy});
+      voxels &= ~BrickMask::ofBox(box);
     }
   }
 }
 
 void divideBrick(const VoxelBrick& brick, std::vector<Cuboid>& cuboids) {
-  thread_local std::vector<CellBox> boxes;
-  for (const Occupancy occupancy : {Occupancy::kOccupied, Occupancy::kFree}) {
-    boxes.clear();
-    divideIntoBoxes(
-        occupancy == Occupancy::kOccupied ? brick.voxels.occupied() : brick.voxels.free(), boxes);
-    for (const CellBox& box : boxes) {
-      cuboids.push_back({{brick.brick + box.min, brick.brick + box.max}, occupancy});
-    }
-  }
+  divideVoxels(brick.brick, brick.voxels.occupied(), Occupancy::kOccupied, cuboids);
+  divideVoxels(brick.brick, brick.voxels.free(), Occupancy::kFree, cuboids);
 }
 
 }  // namespace cuboid_mapping

@@ -16,6 +16,8 @@ namespace {
 constexpr std::size_t kFewestColdBricks = 64;
 /// So many bricks are divided before the tree changes: bounds the memory for their cuboids.
 constexpr std::size_t kMaxBatchBricks = 8192;
+/// Groups of bricks that a thread compares at a time.
+constexpr std::size_t kPartBatches = 16;
 
 void sortAlongMortonCurve(std::vector<Cell>& bricks) {
   std::sort(bricks.begin(), bricks.end(), isBeforeOnMortonCurve);
@@ -140,6 +142,12 @@ void ClassFusion::fuse(const VoxelStore& voxels, std::size_t max_bricks) {
   }
 }
 
+/// Memory that is used again from one batch to the next.
+struct ClassFusion::Scratch {
+  GroupMembers members;
+  std::vector<Cuboid> cuboids;
+};
+
 /// Puts the cuboids of waiting bricks into the tree.
 void ClassFusion::write(const VoxelStore& voxels, std::vector<Cell> bricks) {
   sortAlongMortonCurve(bricks);
@@ -152,7 +160,11 @@ void ClassFusion::write(const VoxelStore& voxels, std::vector<Cell> bricks) {
       while (next < end && groupOf(bricks[next]) == group) ++next;
       batches.push_back({first, bricks.data() + next, {}});
     }
-    parallelFor(batches.size(), threads_, [&](std::size_t i) { compare(voxels, batches[i]); });
+    parallelFor((batches.size() + kPartBatches - 1) / kPartBatches, threads_, [&](std::size_t i) {
+      Scratch scratch;
+      const std::size_t last = std::min(batches.size(), (i + 1) * kPartBatches);
+      for (std::size_t k = i * kPartBatches; k < last; ++k) compare(voxels, batches[k], scratch);
+    });
     TreeChange change;
     for (const Batch& batch : batches) change.append(batch.change);
     tree_.replace(change);
@@ -160,9 +172,8 @@ void ClassFusion::write(const VoxelStore& voxels, std::vector<Cell> bricks) {
   for (const Cell& brick : bricks) waiting_.erase(brick);
 }
 
-void ClassFusion::compare(const VoxelStore& voxels, Batch& batch) const {
-  thread_local GroupMembers members;
-  thread_local std::vector<Cuboid> cuboids;
+void ClassFusion::compare(const VoxelStore& voxels, Batch& batch, Scratch& scratch) const {
+  auto& [members, cuboids] = scratch;
   CellBox window = brickBox(*batch.first);
   for (const Cell* brick = batch.first; brick != batch.last; ++brick) {
     window = unite(window, brickBox(*brick));

@@ -11,7 +11,7 @@ namespace cuboid_mapping {
 
 /// How ClassFusion divides the voxels of a brick.
 enum class BrickDivision : unsigned char {
-  kBoxes,   ///< Into large boxes of one class, see divideIntoBoxes().
+  kBoxes,   ///< Into large boxes of one class, see divideBrick().
   kVoxels,  ///< Not at all: every voxel is a cuboid.
 };
 
@@ -48,10 +48,12 @@ class ClassFusion : public Fusion {
     TreeChange change;
   };
 
+  struct Scratch;
+
   void fuseCold(const VoxelStore& voxels);
   void queueAll(const VoxelStore& voxels);
   void write(const VoxelStore& voxels, std::vector<Cell> bricks);
-  void compare(const VoxelStore& voxels, Batch& batch) const;
+  void compare(const VoxelStore& voxels, Batch& batch, Scratch& scratch) const;
 
   BrickDivision division_;
   int threads_;

@@ -52,14 +52,8 @@ void divideFresh(const VoxelBrick& brick, const BrickMask& fresh, const BrickMas
   forEachCell(brick.brick, fresh.without(fusible) & voxels.known(), [&](const Cell& cell) {
     cuboids.push_back({CellBox::ofCell(cell), voxels.occupancyAt(voxelIndex(cell))});
   });
-  for (const Occupancy occupancy : {Occupancy::kFree, Occupancy::kOccupied}) {
-    const bool is_occupied = occupancy == Occupancy::kOccupied;
-    std::vector<CellBox> boxes;
-    divideIntoBoxes(fresh & fusible & (is_occupied ? voxels.occupied() : voxels.free()), boxes);
-    for (const CellBox& box : boxes) {
-      cuboids.push_back({{brick.brick + box.min, brick.brick + box.max}, occupancy});
-    }
-  }
+  divideVoxels(brick.brick, fresh & fusible & voxels.free(), Occupancy::kFree, cuboids);
+  divideVoxels(brick.brick, fresh & fusible & voxels.occupied(), Occupancy::kOccupied, cuboids);
 }
 
 void sortAlongMortonCurve(std::vector<BrickChange>& changes) {

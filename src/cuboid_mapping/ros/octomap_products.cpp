@@ -122,7 +122,9 @@ BrickMask findSpeckles(const VoxelStore& voxels, const VoxelBrick& brick) {
 }
 
 void removeSpeckles(const VoxelStore& voxels, std::vector<VoxelBrick>& bricks) {
-  for (VoxelBrick& brick : bricks) brick.voxels.replace(findSpeckles(voxels, brick), {});
+  for (auto& [brick, content] : bricks) {
+    content.replace(findSpeckles(voxels, {brick, content}), {}, content);
+  }
   bricks.erase(std::remove_if(bricks.begin(), bricks.end(),
                               [](const VoxelBrick& brick) { return brick.voxels.isEmpty(); }),
                bricks.end());

@@ -5,6 +5,8 @@
 #include <cassert>
 #include <cmath>
 #include <limits>
+#include <new>
+#include <type_traits>
 #include <vector>
 
 namespace cuboid_mapping {
@@ -61,9 +63,41 @@ class Values {
 /// Voxels that go from one log-odds to another.
 struct Move {
   BrickMask voxels;
-  float to;
-  bool is_from_occupied;
-  int from;  ///< Number of their log-odds; -1: they were unknown.
+  float to = 0.0F;
+  bool is_from_occupied = false;
+  int from = -1;  ///< Number of their log-odds; -1: they were unknown.
+  bool is_last = false;  ///< No voxel keeps that log-odds.
+};
+
+/// Moves of a brick: a few, seldom more. Needs no memory for a few, and does not set it to 0.
+class Moves {
+ public:
+  void push(const Move& move) {
+    if (size_ < kFew) {
+      new (few_ + size_++ * sizeof(Move)) Move(move);
+    } else {
+      more_.push_back(move);
+    }
+  }
+  [[nodiscard]] bool isEmpty() const { return size_ == 0; }
+  [[nodiscard]] Move& last() { return more_.empty() ? few(size_ - 1) : more_.back(); }
+  template <typename VisitorT>
+  void forEach(VisitorT visit) {
+    for (std::size_t i = 0; i < size_; ++i) visit(few(i));
+    for (const Move& move : more_) visit(move);
+  }
+
+ private:
+  static constexpr std::size_t kFew = 16;
+  static_assert(std::is_trivially_destructible_v<Move>);
+
+  [[nodiscard]] Move& few(std::size_t i) {
+    return *std::launder(reinterpret_cast<Move*>(few_ + i * sizeof(Move)));
+  }
+
+  alignas(Move) std::byte few_[kFew * sizeof(Move)];
+  std::size_t size_ = 0;
+  std::vector<Move> more_;
 };
 
 }  // namespace
@@ -194,13 +228,10 @@ VoxelChange PackedVoxels::observe(const BrickMask& hits, const BrickMask& all_mi
     float log_odds;
   };
   const std::array<Observation, 2> observations{{{misses, model.miss()}, {hits, model.hit()}}};
-  thread_local std::vector<Move> moves;
-  thread_local std::vector<int> vacated;  // 2 * number + class
-  moves.clear();
-  vacated.clear();
+  Moves moves;
   VoxelChange change;
   const auto move = [&](const BrickMask& voxels, float to, bool is_from_occupied, int from) {
-    moves.push_back({voxels, to, is_from_occupied, from});
+    moves.push({voxels, to, is_from_occupied, from});
     change.changed |= voxels;
     const bool is_occupied = classify(to) == Occupancy::kOccupied;
     if (from < 0 || is_occupied != is_from_occupied) change.reclassified |= voxels;
@@ -221,7 +252,7 @@ VoxelChange PackedVoxels::observe(const BrickMask& hits, const BrickMask& all_mi
       rest &= ~voxels;
       move(voxels, to, is_occupied, number);
     }
-    if (is_looked_at && rest.isEmpty()) vacated.push_back(2 * number + (is_occupied ? 1 : 0));
+    if (is_looked_at && rest.isEmpty()) moves.last().is_last = true;
   };
 
   for (const Observation& observation : observations) {
@@ -233,14 +264,16 @@ VoxelChange PackedVoxels::observe(const BrickMask& hits, const BrickMask& all_mi
   for (int i = 0; i < shape_.num_occupied_values; ++i) {
     observe(i, values()[shape_.num_free_values + i], occupied(), true);
   }
-  if (moves.empty()) return change;
+  if (moves.isEmpty()) return change;
 
   Unpacked unpacked(*this);
-  for (const int entry : vacated) unpacked.values[entry & 1].vacate(entry >> 1);
-  for (const Move& m : moves) {
+  moves.forEach([&](const Move& m) {
+    if (m.is_last) unpacked.values[m.is_from_occupied ? 1 : 0].vacate(m.from);
+  });
+  moves.forEach([&](const Move& m) {
     const bool stays = m.is_from_occupied == (classify(m.to) == Occupancy::kOccupied);
     unpacked.set(m.voxels, std::max(m.from, 0), stays ? m.from : -1, m.to);
-  }
+  });
   unpacked.compact();
   result.pack(unpacked);
   return change;

@@ -45,60 +45,54 @@ template <typename BrickOfT, typename WorkT>
 std::vector<BrickChange> VoxelStore::change(std::size_t count, int threads, BrickOfT brick_of,
                                             WorkT work, const Announce& announce) {
   static const PackedVoxels kUnknown;
-  struct Task {
-    const PackedVoxels* before;
-    PackedVoxels after;
-    VoxelChange change;
-  };
-  std::vector<Task> tasks(count);
+  std::vector<NewBrick> bricks(count);
   parallelFor((count + kPartBricks - 1) / kPartBricks, threads, [&](std::size_t part) {
     const std::size_t end = std::min(count, (part + 1) * kPartBricks);
     for (std::size_t i = part * kPartBricks; i < end; ++i) {
-      const PackedVoxels* found = find(brick_of(i));
-      tasks[i].before = found == nullptr ? &kUnknown : found;
-      tasks[i].change = work(i, *tasks[i].before, tasks[i].after);
+      NewBrick& brick = bricks[i];
+      brick.place = bricks_.find(brick_of(i));
+      const PackedVoxels& before = brick.place == nullptr ? kUnknown : brick.place->voxels;
+      const VoxelChange change = work(i, before, brick.voxels);
+      brick.changed = change.changed;
+      brick.is_reclassified = !change.reclassified.isEmpty();
+      if (!brick.is_reclassified) continue;
+      brick.free = brick.voxels.free().count() - before.free().count();
+      brick.occupied = brick.voxels.occupied().count() - before.occupied().count();
     }
   });
 
   std::vector<BrickChange> changes;
-  std::vector<NewBrick> bricks;
+  changes.reserve(count);
   std::size_t num_new = 0;
   for (std::size_t i = 0; i < count; ++i) {
-    auto& [before, after, change] = tasks[i];
-    if (change.changed.isEmpty()) continue;
-    const bool is_reclassified = !change.reclassified.isEmpty();
-    changes.push_back({brick_of(i), change.changed, is_reclassified});
-    bricks.push_back({brick_of(i), std::move(after), 0, 0});
-    num_new += before == &kUnknown ? 1 : 0;
-    if (!is_reclassified) continue;
-    const PackedVoxels& now = bricks.back().voxels;
-    bricks.back().free = now.free().count() - before->free().count();
-    bricks.back().occupied = now.occupied().count() - before->occupied().count();
+    if (bricks[i].changed.isEmpty()) continue;
+    changes.push_back({brick_of(i), bricks[i].changed, bricks[i].is_reclassified});
+    if (bricks[i].place == nullptr) ++num_new;
   }
   bricks_.reserve(bricks_.size() + num_new);
   if (announce) announce(changes);
-  commit(bricks);
+  auto change = changes.begin();
+  for (NewBrick& brick : bricks) {
+    if (!brick.changed.isEmpty()) commit((change++)->brick, brick);
+  }
+  if (is_shrinking_) computeBounds();
   return changes;
 }
 
-/// @pre There is room for all of them.
-void VoxelStore::commit(std::vector<NewBrick>& bricks) noexcept {
-  bool is_shrinking = false;
-  for (NewBrick& changed : bricks) {
-    num_free_ += changed.free;
-    num_occupied_ += changed.occupied;
-    const CellBox box = brickBox(changed.brick);
-    if (changed.voxels.isEmpty()) {
-      bricks_.erase(changed.brick);
-      is_shrinking |= touches(*bounds_, box);
-      continue;
-    }
-    bricks_.at(changed.brick).voxels = std::move(changed.voxels);
-    if (!bounds_ || !bounds_->contains(changed.brick)) {
-      bounds_ = bounds_ ? unite(*bounds_, box) : box;
-    }
+/// @pre There is room for it.
+void VoxelStore::commit(const Cell& cell, NewBrick& brick) noexcept {
+  num_free_ += brick.free;
+  num_occupied_ += brick.occupied;
+  if (brick.voxels.isEmpty()) {
+    bricks_.erase(cell);
+    is_shrinking_ |= touches(*bounds_, brickBox(cell));
+    return;
   }
-  if (is_shrinking) computeBounds();
+  if (brick.place == nullptr) brick.place = &bricks_.at(cell);
+  brick.place->voxels = std::move(brick.voxels);
+  if (!bounds_ || !bounds_->contains(cell)) {
+    bounds_ = bounds_ ? unite(*bounds_, brickBox(cell)) : brickBox(cell);
+  }
 }
 
 std::vector<BrickChange> VoxelStore::apply(const std::vector<BrickUpdate>& update,
@@ -146,6 +140,7 @@ std::vector<BrickChange> VoxelStore::replace(const CellBox& box,
 }
 
 void VoxelStore::computeBounds() {
+  is_shrinking_ = false;
   bounds_.reset();
   forEach([this](const VoxelBrick& brick) {
     bounds_ = bounds_ ? unite(*bounds_, brickBox(brick.brick)) : brickBox(brick.brick);
