@@ -56,7 +56,8 @@ ChangeSet CuboidMap::setSensorModel(const SensorModelConfig& sensor_model) {
   sensor_model_ = SensorModel(sensor_model, config_.environment);
   ChangeSet changes;
   fusion_->setSensorModel(voxels_, sensor_model_, changes);
-  return finish(false, std::move(changes));
+  const bool is_changed = changes.is_everything || !changes.bricks.empty();
+  return finish(is_changed, std::move(changes));
 }
 
 ChangeSet CuboidMap::clear() {

@@ -14,7 +14,7 @@ std::vector<NearestCuboid> findNearest(const CuboidMap& map, const Eigen::Vector
                                        Budget& budget) {
   std::vector<NearestCuboid> nearest;
   if (k == 0 || !point_map.allFinite() || !(max_distance_m >= 0.0)) return nearest;
-  if (!budget.spend(1 + map.fusion().waiting().size() / kWaitingPerBrick)) return nearest;
+  if (!budget.spend(1 + map.fusion().numWaiting(map.voxels()) / kWaitingPerBrick)) return nearest;
   const Grid& grid = map.grid();
   visitNearest(map, grid.toCellUnits(point_map), max_distance_m / grid.resolution(), filter,
                [&](const Cuboid& cuboid, double distance) {

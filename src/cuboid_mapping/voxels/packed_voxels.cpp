@@ -65,7 +65,7 @@ struct Move {
   BrickMask voxels;
   float to = 0.0F;
   bool is_from_occupied = false;
-  int from = -1;  ///< Number of their log-odds; -1: they were unknown.
+  int from = -1;         ///< Number of their log-odds; -1: they were unknown.
   bool is_last = false;  ///< No voxel keeps that log-odds.
 };
 
