@@ -68,7 +68,7 @@ TEST(MapTools, tellHowMapsDiffer) {
   PackedVoxels& changed = other.bricks[other.bricks.size() / 2].voxels;
   const int num_changed = changed.occupied().count();
   ASSERT_GT(num_changed, 0);
-  changed.replace(changed.occupied(), PackedVoxels(BrickMask::all(), -1.0F));
+  (void)changed.replace(changed.occupied(), PackedVoxels(BrickMask::all(), -1.0F), changed);
   other.bricks.erase(other.bricks.begin());
   writeMapFile(folder / "a.cuboids", snapshot);
   writeMapFile(folder / "b.cuboids", other);
