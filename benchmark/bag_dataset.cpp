@@ -4,6 +4,7 @@
 #include "command_line.h"
 #include "progress_bar.h"
 
+#include "cuboid_mapping/io/text.h"
 #include "cuboid_mapping/ros/cloud_conversions.h"
 #include "cuboid_mapping/ros/tf_lookup.h"
 
@@ -120,8 +121,8 @@ std::vector<Scan> readClouds(const rosbag::Bag& bag, const DatasetChoice& choice
         choice.path + ": none of its clouds can be used; the first: " + reader.firstReason());
   }
   if (reader.numSkipped() > 0) {
-    std::cerr << "compare_maps: " << reader.numSkipped()
-              << " clouds left out; the first: " << reader.firstReason() << std::endl;
+    std::cerr << "compare_maps: " << counted(reader.numSkipped(), "cloud")
+              << " skipped; the first: " << reader.firstReason() << std::endl;
   }
   return scans;
 }

@@ -41,7 +41,7 @@ void checkScans(const Options& options, const std::vector<Scan>& scans) {
   for (const Scan& scan : scans) {
     if (options.with_octomap && !scan.anchor_map.isZero()) {
       throw std::runtime_error(
-          "OctoMap cannot hold scans more than 512 m from the origin exactly: leave it out with "
+          "OctoMap is not exact for scans more than 512 m from the origin: exclude it with "
           "--peers");
     }
   }

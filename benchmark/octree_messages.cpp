@@ -78,10 +78,10 @@ int compare(const std::string& file) {
 
 int run(int argc, char** argv) {
   std::vector<std::string> files;
-  CommandLine line(
-      "octree_messages",
-      "Times octrees made of a map beside OctoMap's own serialization of the same tree.");
-  line.addArgument("maps", files, "native, OctoMap .ot or .bt");
+  CommandLine line("octree_messages",
+                   "Compares the time that a map takes to become an octree with OctoMap's own "
+                   "serialization of the same tree.");
+  line.addArgument("maps", files, "map: .cuboids, .ot or .bt");
   if (const auto status = line.parse(argc, argv)) return *status;
   int status = 0;
   for (const std::string& file : files) status |= compare(file);

@@ -21,7 +21,7 @@ void addInputOptions(CommandLine& line, Options& options) {
   line.addArgument("dataset", options.dataset,
                    "a folder with poses.txt and scans/NNNN.pcd, an OctoMap .graph, or a .bag");
   line.addText("cloud-topic", options.cloud_topic,
-               "of the bag's PointCloud2; need not be given where there is one only");
+               "topic of the clouds in a bag; needed only if there are several");
   line.addText("map-frame", options.map_frame, "fixed frame in the bag's tf");
   line.addNumber("clouds", options.clouds, "only the first N clouds", {1});
 }
@@ -30,28 +30,30 @@ void addMapOptions(CommandLine& line, Options& options, RawOptions& raw) {
   MapConfig& map = options.insertion.map;
   line.addNumber("resolution", map.resolution_m, "edge of a voxel [m]", {0.001, 1000.0});
   line.addNumber("max-range", options.insertion.max_range_m,
-                 "beams are cut there [m]; no limit unless given", {0.001});
+                 "longer beams are cut off here [m]; without it, there is no limit", {0.001});
   line.addText(
       "fusion", raw.fusion, "how voxels become cuboids",
       {toString(FusionKind::kClass), toString(FusionKind::kGrowth), toString(FusionKind::kNone)});
-  line.addText("environment", raw.environment, "OctoMap has no static one, and differs then",
+  line.addText("environment", raw.environment,
+               "OctoMap has no static environment, so that it differs then",
                {toString(Environment::kDynamic), toString(Environment::kStatic)});
   line.addNumber("branching", map.rtree.max_branches, "M of the R-tree",
                  {2, RTreeConfig::kMaxBranchesLimit});
 }
 
 void addRunOptions(CommandLine& line, Options& options, RawOptions& raw) {
-  line.addNumber("threads", options.engine.threads, "threads of cuboid_mapping and OpenVDB",
-                 {1, 256});
+  line.addNumber("threads", options.engine.threads,
+                 "number of threads for cuboid_mapping and OpenVDB", {1, 256});
   line.addFlag("fuse-every-cloud", options.engine.fuses_every_cloud,
                "bring all cuboids into the R-tree after every cloud");
   line.addNumber("laps", options.laps,
-                 "all clouds so many times, each time elsewhere: how cost grows with the map",
+                 "insert all clouds this many times, each time in another place, to see how cost "
+                 "grows with the map",
                  {1, 100});
-  line.addNumber("repeat", options.repeat, "runs; the medians are reported", {1, 1000});
-  line.addList("peers", raw.peers, "maps to compare with; all that there are unless given",
+  line.addNumber("repeat", options.repeat, "number of runs; the medians are reported", {1, 1000});
+  line.addList("peers", raw.peers, "maps to compare with; without it, all that are available",
                {"octomap", "openvdb", "none"});
-  line.addText("json", options.json_file, "write all figures there");
+  line.addText("json", options.json_file, "write all figures to this file");
   line.addVersion(describeMachine().commit);
 }
 
@@ -61,14 +63,14 @@ void takePeers(const std::vector<std::string>& peers, Options& options) {
     return std::find(peers.begin(), peers.end(), name) != peers.end();
   };
   if (has("none") && peers.size() > 1) {
-    throw std::runtime_error("--peers: none goes with no other");
+    throw std::runtime_error("--peers: none cannot be combined with others");
   }
   options.with_octomap = has("octomap");
   options.with_openvdb = has("openvdb");
   if (options.with_openvdb && !Options::hasOpenvdb()) {
     throw std::runtime_error(
-        "--peers openvdb: this program was built without OpenVDB; install "
-        "libopenvdb-dev and build it anew");
+        "--peers openvdb: this program was built without OpenVDB; install libopenvdb-dev and build "
+        "it again");
   }
 }
 
@@ -81,7 +83,8 @@ std::optional<int> parseOptions(int argc, char** argv, Options& options) {
   options.insertion.max_range_m = std::numeric_limits<double>::infinity();
   options.insertion.map.resolution_m = 0.2;
   CommandLine line("compare_maps",
-                   "Times cuboid_mapping beside OctoMap and OpenVDB on the same clouds.");
+                   "Compares the speed, memory and content of cuboid_mapping, OctoMap and OpenVDB "
+                   "on the same clouds.");
   addInputOptions(line, options);
   addMapOptions(line, options, raw);
   addRunOptions(line, options, raw);

@@ -156,9 +156,9 @@ void measureLatency(const Options& options, const std::vector<Scan>& scans) {
 
 int run(int argc, char** argv) {
   Options options;
-  CommandLine line(
-      "planner_load",
-      "A map that grows by real scans, as planners see it: bytes of updates, latencies.");
+  CommandLine line("planner_load",
+                   "Measures the size of map updates and the latency of queries while a map grows "
+                   "from real scans.");
   line.addArgument("dataset", options.dataset, "folder of scans, or .graph file");
   line.addNumber("resolution", options.resolution_m, "edge of a voxel [m]", {0.001, 100.0});
   line.addNumber("rate", options.rate_hz, "of the clouds [Hz]", {0.01, 1000.0});

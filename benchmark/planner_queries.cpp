@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Times what planners ask of a map of real scans, one thread.
+// Measures how long typical queries of planners take on a map of real scans, with one thread.
 #include "command_line.h"
 #include "cuboid_mapping/io/scan_dataset.h"
 #include "cuboid_mapping/query/box_query.h"
@@ -235,12 +235,13 @@ int run(int argc, char** argv) {
   Options options;
   bool unknown_passes = false;
   CommandLine line("planner_queries",
-                   "Times what planners ask of a map of real scans, one thread.");
+                   "Measures how long typical queries of planners take on a map of real scans, "
+                   "with one thread.");
   line.addArgument("dataset", options.dataset, "folder of scans, or .graph file");
   line.addNumber("resolution", options.resolution_m, "edge of a voxel [m]", {0.001, 100.0});
   line.addNumber("robot", options.robot_m, "edge of the robot's box [m]", {0.001, 100.0});
-  line.addFlag("unknown-passes", unknown_passes, "the robot may go through unknown space");
-  line.addNumber("seed", options.seed, "of the random places");
+  line.addFlag("unknown-passes", unknown_passes, "the robot may drive through unknown space");
+  line.addNumber("seed", options.seed, "seed of the random places");
   if (const auto status = line.parse(argc, argv)) return *status;
   if (unknown_passes) options.policy = UnknownPolicy::kPass;
   measure(options);

@@ -64,7 +64,8 @@ class QueryMaker {
       return Visit::kContinue;
     });
     if (!bounds || surfaces_.empty()) {
-      throw std::runtime_error("the map has no occupied voxel: nothing to measure queries with");
+      throw std::runtime_error(
+          "the map has no occupied voxels: there is nothing to measure queries with");
     }
     bounds_ = *bounds;
   }
@@ -130,7 +131,8 @@ class QueryMaker {
       const Eigen::Vector3d beam = (end - scan.origin).cast<double>() + random_.vector(0.2);
       if (beam.allFinite() && beam.norm() > 0.01) return {originOf(scan), beam.normalized()};
     }
-    throw std::runtime_error("hardly any finite point in the scans: no rays to measure with");
+    throw std::runtime_error(
+        "the scans have hardly any finite points: there are no rays to measure with");
   }
 
   Random random_;

@@ -34,11 +34,11 @@ std::optional<int> parseOptions(int argc, char** argv, LatencyOptions& options) 
   CommandLine line("query_latency",
                    "Measures how long ~query_box of a running node takes, from a client's view.");
   line.addText("service", options.service, "~query_box of the node");
-  line.addText("frame", options.frame_id, "frame around whose origin the boxes lie");
+  line.addText("frame", options.frame_id, "frame of the boxes, which lie around its origin");
   line.addNumber("edge", options.edge_m, "edge of a box [m]");
-  line.addNumber("radius", options.radius_m, "greatest distance on each axis [m]");
-  line.addNumber("pause", options.pause_ms, "between an answer and the next question [ms]");
-  line.addNumber("duration", options.duration_s, "of the measurement [s]");
+  line.addNumber("radius", options.radius_m, "largest distance from it on each axis [m]");
+  line.addNumber("pause", options.pause_ms, "pause between an answer and the next request [ms]");
+  line.addNumber("duration", options.duration_s, "duration of the measurement [s]");
   return line.parse(argc, argv);
 }
 
@@ -65,7 +65,7 @@ int run(int argc, char** argv) {
     query.request.max = cuboid_mapping_ros::toPoint(center + half);
     bool is_answered = false;
     const Timing timing = timeOf([&] { is_answered = client.call(query); });
-    if (!is_answered) throw std::runtime_error(options.service + " has gone");
+    if (!is_answered) throw std::runtime_error(options.service + " is gone");
     // Before the first transform has come there is no answer to measure.
     if (query.response.success != 0) {
       latencies_ms.push_back(1e3 * timing.wall_s);
@@ -75,8 +75,8 @@ int run(int argc, char** argv) {
     ros::WallDuration(1e-3 * options.pause_ms).sleep();
   }
   std::cout << latencies_ms.size() << " answers: p50 " << quantile(latencies_ms, 0.5) << " ms, p99 "
-            << quantile(latencies_ms, 0.99) << " ms, greatest " << quantile(latencies_ms, 1.0)
-            << " ms; " << num_refused << " without success" << std::endl;
+            << quantile(latencies_ms, 0.99) << " ms, max " << quantile(latencies_ms, 1.0) << " ms; "
+            << num_refused << " refused" << std::endl;
   return latencies_ms.empty() ? 1 : 0;
 }
 

@@ -11,6 +11,7 @@
 #include "result_file.h"
 
 #include "cuboid_mapping/interop/octomap_parity.h"
+#include "cuboid_mapping/io/text.h"
 
 #include <algorithm>
 #include <filesystem>
@@ -61,11 +62,13 @@ class RunFiles {
 };
 
 std::optional<int> parseOptions(int argc, char** argv, EvaluationOptions& options) {
-  CommandLine line("evaluate_paper", "Evaluates the map as the paper does, beside OctoMap.");
+  CommandLine line("evaluate_paper",
+                   "Repeats the evaluation of the paper, and compares with OctoMap.");
   line.addArgument("datasets", options.datasets,
                    "folders with poses.txt and scans/NNNN.pcd, or .graph files of OctoMap");
-  line.addText("out", options.folder,
-               "folder for figures and plots; runs that are in it are not repeated, and count too");
+  line.addText(
+      "out", options.folder,
+      "folder for figures and plots; runs that it already holds are used and not repeated");
   line.addList("resolutions", options.resolutions_m, "edges of a voxel [m]", {0.001, 1000.0});
   line.addList("branching", options.branchings, "M of the R-tree",
                {2, RTreeConfig::kMaxBranchesLimit});
@@ -193,7 +196,8 @@ int run(int argc, char** argv) {
                              {"runs", runs},
                              {"passing_objects", files.read("passing_objects")}});
   writeCsv(runs, folder / "evaluation.csv");
-  std::cout << runs.size() << " runs; figures and plots are in " << folder.string() << std::endl;
+  std::cout << counted(runs.size(), "run") << "; figures and plots are in " << folder.string()
+            << std::endl;
   return 0;
 }
 

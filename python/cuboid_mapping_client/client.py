@@ -119,7 +119,7 @@ class CuboidMapClient:
                     self._map.take_map(message)
                     self._map.frame_id = message.header.frame_id
             except DamagedMessage as error:
-                rospy.logwarn_throttle(10.0, 'a damaged FullCuboidMap was left out: %s' % error)
+                rospy.logwarn_throttle(10.0, 'ignored a damaged FullCuboidMap: %s' % error)
                 return
             self._arrived.set()
             self._tell()
@@ -149,7 +149,7 @@ class CuboidMapClient:
         try:
             answer = self._get_map(with_values=self._has_values)
         except rospy.ServiceException as error:
-            rospy.logwarn_throttle(10.0, 'the map cannot be followed: %s' % error)
+            rospy.logwarn_throttle(10.0, 'cannot follow the map: %s' % error)
             return
         if answer.success:
             self._take_map(answer.map)

@@ -16,7 +16,8 @@ BagOutput::BagOutput(std::string file)
     : file_(std::move(file)),
       partial_file_(file_ + ".partial"),
       bag_(std::make_unique<rosbag::Bag>()) {
-  if (fs::is_directory(file_)) throw std::runtime_error("cannot write " + file_ + ": is a folder");
+  if (fs::is_directory(file_))
+    throw std::runtime_error("cannot write " + file_ + ": it is a folder");
   errno = 0;
   try {
     bag_->open(partial_file_, rosbag::bagmode::Write);

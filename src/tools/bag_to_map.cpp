@@ -3,6 +3,7 @@
 #include "command_line.h"
 #include "cuboid_mapping/io/file_replacement.h"
 #include "cuboid_mapping/io/map_files.h"
+#include "cuboid_mapping/io/text.h"
 #include "cuboid_mapping/ros/cloud_pipeline.h"
 #include "cuboid_mapping/ros/speed_advice.h"
 #include "progress_bar.h"
@@ -22,6 +23,7 @@
 namespace cuboid_mapping_ros {
 namespace {
 
+using cuboid_mapping::counted;
 using cuboid_mapping::CuboidMap;
 
 struct Options {
@@ -74,7 +76,8 @@ std::vector<std::string> chooseTopics(const Bags& bags, const std::vector<std::s
       found.insert(connection->topic);
     }
   }
-  if (found.empty()) throw std::runtime_error("there are no clouds (sensor_msgs/PointCloud2)");
+  if (found.empty())
+    throw std::runtime_error("the bags contain no clouds (sensor_msgs/PointCloud2)");
   for (const std::string& topic : wanted) {
     if (found.count(topic) == 0) {
       throw std::runtime_error("no clouds on " + topic + ": choose from " + join(found));
@@ -139,7 +142,7 @@ class Mapper {
   void report() const {
     for (std::size_t i = 0; i < kNumDropReasons; ++i) {
       if (statistics_.num_dropped[i] == 0) continue;
-      std::cerr << "bag_to_map: " << counted(statistics_.num_dropped[i], "cloud") << " left out, "
+      std::cerr << "bag_to_map: " << counted(statistics_.num_dropped[i], "cloud") << " dropped, "
                 << toString(static_cast<DropReason>(i)) << ": " << first_texts_[i] << std::endl;
     }
     if (const auto advice = watch_.advice()) {
@@ -186,7 +189,7 @@ void addClouds(const Bags& bags, const std::vector<std::string>& topics, Mapper&
 int makeMap(const Options& options) {
   const auto start = std::chrono::steady_clock::now();
   if (!cuboid_mapping::formatOfName(options.output)) {
-    throw std::runtime_error(options.output + ": the name must end in one of " +
+    throw std::runtime_error(options.output + ": its name must end in one of " +
                              cuboid_mapping::knownEndings());
   }
   cuboid_mapping::checkReplaceable(options.output);
@@ -198,35 +201,34 @@ int makeMap(const Options& options) {
   mapper.report();
   const NodeStatistics& statistics = mapper.statistics();
   if (statistics.num_inserted == 0) {
-    throw std::runtime_error("no cloud of " + std::to_string(statistics.num_received) +
-                             " could be used: nothing is written");
+    throw std::runtime_error("none of " + counted(statistics.num_received, "cloud") +
+                             " could be used: nothing was written");
   }
   const cuboid_mapping::MapSnapshot map = mapper.finish();
   cuboid_mapping::throwIfInterrupted();
   const std::size_t num_bytes = cuboid_mapping::writeMapFile(options.output, map);
   const std::chrono::duration<double> time = std::chrono::steady_clock::now() - start;
   std::cout << options.output << ": " << statistics.num_inserted << " of "
-            << counted(statistics.num_received, "cloud") << ", " << statistics.num_points
-            << " points, " << map.bricks.size() << " bricks, " << num_bytes << " bytes, in "
+            << counted(statistics.num_received, "cloud") << ", "
+            << counted(statistics.num_points, "point") << ", "
+            << counted(map.bricks.size(), "brick") << ", " << num_bytes << " bytes, in "
             << time.count() << " s" << std::endl;
   return 0;
 }
 
 int run(int argc, char** argv) {
   Options options;
-  cuboid_mapping::CommandLine line(
-      "bag_to_map",
-      "Makes a map of the clouds in rosbags, without a roscore. The same clouds, transforms and "
-      "parameters\ngive the map that the node would have, byte by byte, every time.");
+  cuboid_mapping::CommandLine line("bag_to_map",
+                                   "Maps the clouds in rosbags, without a roscore. The result is "
+                                   "the same as the node's, byte for byte.");
   line.addArgument("bags", options.bags, "rosbags with sensor_msgs/PointCloud2 and tf");
-  line.addText("output,o", options.output,
-               "the map to write, one of " + cuboid_mapping::knownEndings());
-  line.addTexts("topic", options.topics, "topics of the clouds; all that there are if not given");
+  line.addText("output,o", options.output, "map to write: " + cuboid_mapping::knownEndings());
+  line.addTexts("topic", options.topics, "topics of the clouds; without it, all of them");
   line.addText("params", options.parameter_file,
-               "parameters of the node as YAML, as config/default.yaml");
-  line.addTexts("set", options.settings,
-                "a parameter as key=value: resolution=0.1, sensor_model/max_range=30; wins over "
-                "--params");
+               "YAML file with parameters of the node, such as config/default.yaml");
+  line.addTexts(
+      "set", options.settings,
+      "a parameter as key=value: resolution=0.1, sensor_model/max_range=30; overrides --params");
   if (const auto status = line.parse(argc, argv)) return *status;
   if (options.output.empty()) throw std::runtime_error("--output is missing");
   return makeMap(options);

@@ -37,28 +37,21 @@ const char* explain(CorridorEnd end) {
   switch (end) {
     case CorridorEnd::kFound: return "FOUND: there is a way to the goal";
     case CorridorEnd::kInvalid:
-      return "INVALID: the size of the robot or the goal makes no sense; check size_x, size_y, "
-             "size_z and the goal";
+      return "INVALID: the robot's size or the goal is invalid; check size_x, size_y, size_z and "
+             "the goal";
     case CorridorEnd::kStartBlocked:
-      return "START_BLOCKED: the robot's box meets an obstacle or unknown space where it stands; "
-             "it waits until the map there is free";
+      return "START_BLOCKED: the robot's box touches an obstacle or unknown space where it stands; "
+             "the planner waits until the map is free there";
     case CorridorEnd::kGoalBlocked:
-      return "GOAL_BLOCKED: an obstacle or unknown space is at the goal; choose another goal, or "
-             "drive to where the robot can see it";
+      return "GOAL_BLOCKED: there is an obstacle or unknown space at the goal; choose another "
+             "goal, or drive to a place from which the robot can see it";
     case CorridorEnd::kNoWay:
-      return "NO_WAY: no way leads through free space now; it waits until the map changes";
+      return "NO_WAY: there is no way through free space at the moment; the planner waits until "
+             "the map changes";
     case CorridorEnd::kBudgetSpent:
-      return "TIME_LIMIT: the search took too long, and there may be a way; raise time_limit";
+      return "TIME_LIMIT: the search took too long; there may be a way, so raise time_limit";
   }
   return "";
-}
-
-geometry_msgs::Vector3 toMessage(const Eigen::Vector3d& vector) {
-  geometry_msgs::Vector3 message;
-  message.x = vector.x();
-  message.y = vector.y();
-  message.z = vector.z();
-  return message;
 }
 
 /// A box, or the ball in it, to be seen through.
@@ -69,7 +62,7 @@ Marker makeMarker(const std::string& ns, int type, const Eigen::Vector3d& center
   marker.type = type;
   marker.pose.position = tf2::toMsg(center);
   marker.pose.orientation.w = 1.0;
-  marker.scale = toMessage(size_m);
+  tf2::toMsg(size_m, marker.scale);
   marker.color = color;
   return marker;
 }
@@ -106,7 +99,7 @@ class ExamplePlanner {
     Eigen::Vector3d position;
     tf2::fromMsg(goal.pose.position, position);
     if (!position.allFinite()) {
-      ROS_ERROR("goal refused: its position is not finite; the goal before it stays");
+      ROS_ERROR("goal ignored: its position is not finite; the previous goal stays");
       return;
     }
     clicked_goal_ = goal;

@@ -56,13 +56,13 @@ int compare(const Options& options) {
 
 int run(int argc, char** argv) {
   Options options;
-  CommandLine line(
-      "map_compare",
-      "Says how far two maps agree, voxel by voxel; where one is a .bt file by class only.\n"
-      "Exit status: 0 they agree, 2 they differ, 1 an error.");
-  line.addArgument("first", options.first, "native, OctoMap .ot or .bt");
-  line.addArgument("second", options.second, "native, OctoMap .ot or .bt");
-  line.addNumber("tolerance", options.tolerance, "greatest difference of log-odds", {0.0, 1e3});
+  CommandLine line("map_compare",
+                   "Compares two maps voxel by voxel; if one is a .bt file, by class only.\n"
+                   "Exit status: 0 they agree, 2 they differ, 1 an error.");
+  line.addArgument("first", options.first, "map: .cuboids, .ot or .bt");
+  line.addArgument("second", options.second, "map: .cuboids, .ot or .bt");
+  line.addNumber("tolerance", options.tolerance, "largest accepted difference of log-odds",
+                 {0.0, 1e3});
   if (const auto status = line.parse(argc, argv)) return *status;
   return compare(options);
 }

@@ -3,6 +3,7 @@
 #include "command_line.h"
 #include "cuboid_mapping/io/file_replacement.h"
 #include "cuboid_mapping/io/map_files.h"
+#include "cuboid_mapping/io/text.h"
 #include "progress_bar.h"
 
 #include <iostream>
@@ -19,7 +20,7 @@ struct Options {
 
 int convert(const Options& options) {
   if (!formatOfName(options.output)) {
-    throw std::runtime_error(options.output + ": the name must end in one of " + knownEndings());
+    throw std::runtime_error(options.output + ": its name must end in one of " + knownEndings());
   }
   checkReplaceable(options.output);
   MapFile input = readMapFile(options.input, options.model);
@@ -27,22 +28,22 @@ int convert(const Options& options) {
   MapSnapshot& map = input.snapshot;
   if (!options.frame_id.empty()) map.frame_id = options.frame_id;
   const std::size_t num_bytes = writeMapFile(options.output, map, showProgress("bricks written"));
-  std::cout << options.output << ": " << map.bricks.size() << " bricks, " << num_bytes << " bytes; "
-            << options.input << " has " << input.num_bytes << " bytes" << std::endl;
+  std::cout << options.output << ": " << counted(map.bricks.size(), "brick") << ", " << num_bytes
+            << " bytes; " << options.input << " has " << input.num_bytes << " bytes" << std::endl;
   return 0;
 }
 
 int run(int argc, char** argv) {
   Options options;
   CommandLine line("map_convert",
-                   "Writes a map in another format; the ending of the output chooses it.");
-  line.addArgument("input", options.input, "native (.cuboids), or OctoMap .ot or .bt");
+                   "Converts a map; the extension of the output selects the format.");
+  line.addArgument("input", options.input, "map: .cuboids, .ot or .bt");
   line.addArgument("output", options.output, "one of " + knownEndings());
-  line.addText("frame", options.frame_id, "frame to write down in a native file");
-  line.addNumber("alpha-min", options.model.alpha_min, "least probability of maps from OctoMap",
-                 {0.001, 0.499});
-  line.addNumber("alpha-max", options.model.alpha_max, "greatest probability of maps from OctoMap",
-                 {0.501, 0.999});
+  line.addText("frame", options.frame_id, "name of the frame to store in a native file");
+  line.addNumber("sensor_model/min", options.model.alpha_min,
+                 "lowest probability, for maps from OctoMap", {0.001, 0.499});
+  line.addNumber("sensor_model/max", options.model.alpha_max,
+                 "highest probability, for maps from OctoMap", {0.501, 0.999});
   if (const auto status = line.parse(argc, argv)) return *status;
   return convert(options);
 }

@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Says what is in a file of a map.
+// Prints what is in a map file.
 #include "command_line.h"
 #include "cuboid_mapping/fusion/brick_division.h"
 #include "cuboid_mapping/io/map_files.h"
+#include "cuboid_mapping/io/text.h"
 
 #include <algorithm>
 #include <iostream>
@@ -22,7 +23,8 @@ struct Totals {
 };
 
 void print(const char* name, const Totals& totals, double voxel_volume_m3) {
-  std::cout << name << totals.num_cuboids << " cuboids, " << totals.num_voxels << " voxels, "
+  std::cout << name << counted(totals.num_cuboids, "cuboid") << ", " << totals.num_voxels
+            << (totals.num_voxels == 1.0 ? " voxel, " : " voxels, ")
             << totals.num_voxels * voxel_volume_m3 << " m^3\n";
 }
 
@@ -62,7 +64,7 @@ void print(const MapFile& file) {
 
 int run(int argc, char** argv) {
   std::string file;
-  CommandLine line("map_info", "Says what is in a file of a map: native, OctoMap .ot or .bt.");
+  CommandLine line("map_info", "Prints what is in a map file: .cuboids, .ot or .bt.");
   line.addArgument("map", file, "the file");
   if (const auto status = line.parse(argc, argv)) return *status;
   const MapFile map = readMapFile(file);

@@ -47,7 +47,7 @@ Camera makeCamera(const CuboidMap& map, const Options& options) {
   const Eigen::Vector3d eye(options.eye.data());
   const Eigen::Vector3d target(options.target.data());
   if ((target - eye).norm() < 1e-6) {
-    throw std::runtime_error("--look-at must be another point than --eye");
+    throw std::runtime_error("--look-at and --eye must be different points");
   }
   Camera camera = makeCameraAt(eye, target, options.range_m);
   camera.vertical_angle_rad = options.angle_deg * kRadPerDegree;
@@ -66,7 +66,7 @@ void check(const Options& options) {
     throw std::runtime_error("--min-z and --max-z must be numbers");
   }
   if (!isPictureName(options.picture)) {
-    throw std::runtime_error(options.picture + ": the name must end in .png or .ppm");
+    throw std::runtime_error(options.picture + ": its name must end in .png or .ppm");
   }
   checkReplaceable(options.picture);
 }
@@ -98,21 +98,22 @@ int run(int argc, char** argv) {
   Options options;
   CommandLine line(
       "map_render",
-      "Draws a map into a PNG, without a display: from straight above, or from a point.\n"
+      "Draws a map as PNG or PPM, without a display: from straight above, or from a point.\n"
       "Occupied voxels are coloured by height; light grey is free, white is unknown.");
-  line.addArgument("map", options.map, "native, OctoMap .ot or .bt");
-  line.addArgument("picture", options.picture, "the PNG to write");
+  line.addArgument("map", options.map, "map: .cuboids, .ot or .bt");
+  line.addArgument("picture", options.picture, "picture to write: .png or .ppm");
   line.addPoint("eye", options.eye, "where to look from, in metres");
   line.addPoint("look-at", options.target, "where to look, in metres");
   line.addNumber("angle", options.angle_deg, "height of the view in degrees, with --eye", {1, 170});
-  line.addNumber("range", options.range_m, "how far one sees in metres, with --eye", {0.01, 1e5});
-  line.addNumber("min-z", options.min_z_m, "leave out what is below, in metres");
-  line.addNumber("max-z", options.max_z_m, "leave out what is above, in metres: a ceiling");
-  line.addNumber("width", options.size.width, "in pixels", {1, 16384});
-  line.addNumber("height", options.size.height, "in pixels", {1, 16384});
+  line.addNumber("range", options.range_m, "how far to look in metres, with --eye", {0.01, 1e5});
+  line.addNumber("min-z", options.min_z_m, "leave out everything below this height in metres");
+  line.addNumber("max-z", options.max_z_m,
+                 "leave out everything above this height in metres, such as a ceiling");
+  line.addNumber("width", options.size.width, "width of the picture in pixels", {1, 16384});
+  line.addNumber("height", options.size.height, "height of the picture in pixels", {1, 16384});
   if (const auto status = line.parse(argc, argv)) return *status;
   if (options.eye.empty() != options.target.empty()) {
-    throw std::runtime_error("--eye and --look-at go together");
+    throw std::runtime_error("give both --eye and --look-at, or neither");
   }
   return render(options);
 }

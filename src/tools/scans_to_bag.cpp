@@ -3,6 +3,7 @@
 #include "bag_output.h"
 #include "command_line.h"
 #include "cuboid_mapping/io/scan_dataset.h"
+#include "cuboid_mapping/io/text.h"
 #include "progress_bar.h"
 #include "stamps.h"
 
@@ -19,6 +20,7 @@
 namespace cuboid_mapping_ros {
 namespace {
 
+using cuboid_mapping::counted;
 using cuboid_mapping::ScanDataset;
 
 struct Options {
@@ -34,14 +36,14 @@ struct Options {
 void checkFrame(const char* option, const std::string& frame) {
   if (frame.empty() || frame[0] == '/') {
     throw std::runtime_error(std::string(option) + " '" + frame +
-                             "': a frame has a name that does not begin with /");
+                             "': must be a name that does not start with /");
   }
 }
 
 void checkOptions(const Options& options) {
   std::string reason;
   if (options.topic.empty() || !ros::names::validate(options.topic, reason)) {
-    throw std::runtime_error("--topic '" + options.topic + "': is no name of a topic");
+    throw std::runtime_error("--topic '" + options.topic + "': is not a valid topic name");
   }
   checkFrame("--map-frame", options.map_frame);
   checkFrame("--sensor-frame", options.sensor_frame);
@@ -100,23 +102,25 @@ int convert(const Options& options) {
     }
   }
   bag.commit();
-  std::cout << options.bag << ": " << count << " clouds, " << num_points << " points, "
-            << static_cast<double>(count) / options.rate_hz << " s" << std::endl;
+  std::cout << options.bag << ": " << counted(count, "cloud") << ", "
+            << counted(num_points, "point") << ", " << static_cast<double>(count) / options.rate_hz
+            << " s" << std::endl;
   return 0;
 }
 
 int run(int argc, char** argv) {
   Options options;
   cuboid_mapping::CommandLine line(
-      "scans_to_bag", "Makes a rosbag of a data set of scans: sensor_msgs/PointCloud2 and tf.");
+      "scans_to_bag",
+      "Converts a data set of scans to a rosbag with sensor_msgs/PointCloud2 and tf.");
   line.addArgument("dataset", options.dataset,
                    "a folder with poses.txt and scans/NNNN.pcd, or an OctoMap .graph file");
-  line.addArgument("bag", options.bag, "the rosbag to write; one of that name is replaced");
+  line.addArgument("bag", options.bag, "rosbag to write; an existing file is replaced");
   line.addNumber("rate", options.rate_hz, "clouds per second of bag time", {0.001, 1000.0});
   line.addText("topic", options.topic, "topic of the clouds");
   line.addText("map-frame", options.map_frame, "parent frame of tf");
   line.addText("sensor-frame", options.sensor_frame, "frame of the clouds, child frame of tf");
-  line.addNumber("clouds", options.max_clouds, "only so many clouds from the start", {1});
+  line.addNumber("clouds", options.max_clouds, "only the first N clouds", {1});
   if (const auto status = line.parse(argc, argv)) return *status;
   return convert(options);
 }

@@ -2,6 +2,7 @@
 // A lidar that drives through a simulated building: as a node, or written to a rosbag.
 #include "bag_output.h"
 #include "command_line.h"
+#include "cuboid_mapping/io/text.h"
 #include "progress_bar.h"
 #include "simulated_drive.h"
 #include "simulated_lidar_node.h"
@@ -48,7 +49,7 @@ int writeBag(const std::string& file, const DriveConfig& config) {
     }
   }
   bag.commit();
-  std::cout << file << ": " << count << " clouds, "
+  std::cout << file << ": " << cuboid_mapping::counted(count, "cloud") << ", "
             << static_cast<double>(count) / config.cloud_rate_hz << " s" << std::endl;
   return 0;
 }
@@ -75,11 +76,11 @@ int runBag(int argc, char** argv) {
       "With --bag it writes the same messages to a file, and needs no ROS master.");
   line.addText("bag", file, "rosbag to write, or to replace");
   line.addNumber("duration", config.duration_s, "seconds of simulated time, more than 0");
-  line.addNumber("seed", config.seed, "of furniture, walker and noise");
-  line.addNumber("rings", config.lidar.rings, "beams above each other");
-  line.addNumber("columns", config.lidar.columns, "beams in a revolution");
+  line.addNumber("seed", config.seed, "seed for the furniture, the walking person and the noise");
+  line.addNumber("rings", config.lidar.rings, "number of beams, one above the other");
+  line.addNumber("columns", config.lidar.columns, "number of beams per revolution");
   line.addNumber("noise", config.lidar.range_noise_m, "standard deviation of ranges in m");
-  line.addNumber("max-range", config.lidar.max_range_m, "no return from beyond, in m");
+  line.addNumber("max-range", config.lidar.max_range_m, "longest range with a return in m");
   line.addNumber("cloud-rate", config.cloud_rate_hz, "clouds per second");
   if (const auto status = line.parse(argc, argv)) return *status;
   if (file.empty()) throw std::runtime_error(argv[1] + std::string(" requires --bag"));

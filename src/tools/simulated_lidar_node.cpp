@@ -173,7 +173,7 @@ void runWithRosTime(ros::NodeHandle& node, const SimulatedLidarParameters& param
     publisher.publish(i, cloud);
     const double periods_late = (ros::Time::now() - stamp).toSec() * config.cloud_rate_hz;
     const auto missed = static_cast<std::uint64_t>(std::max(0.0, std::floor(periods_late)));
-    if (missed > 0) ROS_WARN_THROTTLE(10.0, "too slow for this rate: clouds are left out");
+    if (missed > 0) ROS_WARN_THROTTLE(10.0, "too slow for this rate: some clouds are skipped");
     i += 1 + missed;
   }
   ros::WallDuration(kLinger_s).sleep();
@@ -206,7 +206,8 @@ SimulatedLidarParameters loadParameters(const ros::NodeHandle& private_node,
     errors.insert(errors.end(), complaints.begin(), complaints.end());
   }
   if (parameters.rate != 1.0 && !parameters.publish_clock) {
-    errors.push_back("rate: needs publish_clock, without which ROS time is not this node's");
+    errors.push_back(
+        "rate: needs publish_clock, because otherwise this node does not set the ROS time");
   }
   return parameters;
 }
@@ -215,7 +216,8 @@ void runSimulatedLidar(ros::NodeHandle& node, const SimulatedLidarParameters& pa
   if (!parameters.publish_clock) return runWithRosTime(node, parameters);
   bool use_sim_time = false;
   node.param("/use_sim_time", use_sim_time, false);
-  if (!use_sim_time) ROS_WARN("publish_clock: set /use_sim_time, or other nodes ignore this clock");
+  if (!use_sim_time)
+    ROS_WARN("publish_clock: set /use_sim_time, otherwise other nodes ignore this clock");
   runWithOwnClock(node, parameters);
 }
 

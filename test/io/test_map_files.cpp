@@ -166,7 +166,7 @@ TEST(MapFiles, areRefusedWithTheNameOfTheFile) {
   replaceFile(file, "");
   EXPECT_EQ(error_of([&] { (void)readMapFile(file); }), file + " is empty");
   replaceFile(file, "A poem about maps");
-  EXPECT_EQ(error_of([&] { (void)readMapFile(file); }).find(file + " is no map"), 0U);
+  EXPECT_EQ(error_of([&] { (void)readMapFile(file); }).find(file + " is not a map"), 0U);
 }
 
 TEST(MapFiles, ofPointsOnAFullDiskAreErrors) {

@@ -107,11 +107,13 @@ TEST_F(EditAnswers, RefuseWhatCannotBeSet) {
   request = makeRequest(SetBox::Request::OCCUPIED);
   request.probability = 1.0F;
   expectRefusal(answerSetBox(in_frame_, request), "probability");
-  request.probability = std::nanf("");
-  expectRefusal(answerSetBox(in_frame_, request), "probability");
+  request.probability = -std::nanf("");
+  expectRefusal(answerSetBox(in_frame_, request), "probability is NaN");
   request = makeRequest(SetBox::Request::FREE);
-  request.max[0] = point(1e4, 1e4, 1e4);
-  expectRefusal(answerSetBox(in_frame_, request), "voxels");
+  request.min[0] = point(0.0, 0.0, 0.0);
+  request.max[0] = point(500.0, 500.0, 500.0);
+  expectRefusal(answerSetBox(in_frame_, request),
+                "the boxes contain 1.25e+11 voxels: at most 1e+09 can");
   request.occupancy = SetBox::Request::UNKNOWN;
   EXPECT_TRUE(answerSetBox(in_frame_, request).success) << "costs nothing";
 }

@@ -122,7 +122,7 @@ Outcome runPipeline(const NodeParameters& parameters, const CloudPoses& poses,
   if (update == nullptr) return outcome;
   cuboid_mapping::CuboidMap map(makeMapConfig(parameters));
   map.apply(*update);
-  const auto voxels = cuboid_mapping::test::voxelsOf(takeSnapshot(map, "").bricks);
+  const auto voxels = cuboid_mapping::test::voxelsOf(map);
   for (const auto& [cell, log_odds] : voxels) {
     if (log_odds >= 0.0F) outcome.hits.insert(cell);
   }

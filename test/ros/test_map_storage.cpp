@@ -33,7 +33,7 @@ void fill(GuardedMap& map, Random& random) {
 
 std::map<cuboid_mapping::Cell, float> voxelsOf(GuardedMap& map) {
   return map.read([](const CuboidMap& content, const ros::Time&) {
-    return cuboid_mapping::test::voxelsOf(takeSnapshot(content, "").bricks);
+    return cuboid_mapping::test::voxelsOf(content);
   });
 }
 
@@ -104,7 +104,7 @@ TEST(MapStorage, leavesTheMapAsItWasWhenAFileIsBad) {
   const std::string whole("# Octomap OcTree file\nid OcTree\nsize 1\nres 0.1\ndata\n\0\0\0\0\0",
                           57);
   const std::vector<std::pair<std::string, std::string>> files{
-      {"poem", "is no map"},      {good.substr(0, good.size() - 5), "ends too early"},
+      {"poem", "is not a map"},   {good.substr(0, good.size() - 5), "ends too early"},
       {newer, "newer"},           {damaged, "damaged"},
       {whole, "bricks of 8 x 8"}, {"", "is empty"}};
   for (const auto& [bytes, reason] : files) {

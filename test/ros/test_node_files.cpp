@@ -96,7 +96,7 @@ TEST_P(NodeFiles, AnAutosaveThatFailsIsAnErrorOfTheDiagnostics) {
   EXPECT_TRUE(waitFor([&] {
     return diagnostics.status().level == diagnostic_msgs::DiagnosticStatus::ERROR;
   })) << diagnostics.status().message;
-  EXPECT_EQ(diagnostics.status().message.find("the map is not saved: "), 0U)
+  EXPECT_EQ(diagnostics.status().message.find("the map could not be saved: "), 0U)
       << diagnostics.status().message;
   std::filesystem::create_directory(folder);
   EXPECT_TRUE(waitFor([&] {

@@ -28,11 +28,9 @@ using cuboid_mapping::SetBox;
 using cuboid_mapping::test::Program;
 using cuboid_mapping::test::Random;
 using cuboid_mapping::test::TemporaryFolder;
+using cuboid_mapping::test::voxelsOf;
 using Voxels = std::map<Cell, float>;
 
-Voxels voxelsOf(const CuboidMap& map) {
-  return cuboid_mapping::test::voxelsOf(takeSnapshot(map, "").bricks);
-}
 Voxels voxelsOf(const CuboidMapClient& client) {
   return client.read([](const CuboidMap& map) { return voxelsOf(map); });
 }

@@ -122,7 +122,7 @@ TEST(Parameters, AnErrorSaysValueRangeAndWhatToDo) {
             "is \"1e9\", but must be a number: write it without quotes, an exponent as in 1.0e+9, "
             "or remove it to get the default 1.0e+09");
   EXPECT_EQ(message_of("fusion", "bricks"),
-            "is \"bricks\", but must be class or growth or none: choose one of the names, or "
+            "is \"bricks\", but must be class, growth or none: choose one of the names, or "
             "remove it to get the default class");
   EXPECT_EQ(message_of("sensor_model/max_range", 0),
             "is 0, but must be -1, or a number of at least 0.01: correct it, or remove it to get "
@@ -136,7 +136,7 @@ TEST(Parameters, WhatIsOfAnEarlierVersionIsRefusedWithWhatToDo) {
   const auto of_bricks = errors_of("hot_bricks", 64);
   ASSERT_EQ(keysOf(of_bricks), std::vector<std::string>{"hot_bricks"});
   EXPECT_EQ(of_bricks[0].message,
-            "is of an earlier version: nothing has to be bounded any more: remove it");
+            "belongs to an earlier version: there is nothing to limit any more: remove it");
   const auto of_cuboids = errors_of("published_cuboids", "class");
   ASSERT_EQ(keysOf(of_cuboids), std::vector<std::string>{"published_cuboids"});
   EXPECT_TRUE(hasText(of_cuboids[0], "boxes of one class: remove it")) << of_cuboids[0].message;
@@ -303,7 +303,7 @@ TEST(Parameters, AFrameLosesItsSlashWithAWarning) {
   EXPECT_EQ(loaded.parameters.octomap_server.base_frame_id, "base");
   EXPECT_EQ(loaded.warnings.size(), 2U);
   EXPECT_EQ(warningOf(loaded, "frame_id"),
-            "is \"/map\" and is taken for \"map\": tf2 frames have no slash at the start");
+            "is \"/map\" and is read as \"map\": tf2 frames have no slash at the start");
 }
 
 /// What dynamic_reconfigure of octomap_server 0.6.7 leaves, with its defaults.
@@ -333,8 +333,7 @@ TEST(Parameters, LeftoversOfOctomapServerAreTakenWithAWarning) {
   const LoadedParameters defaults = readParameters(values);
   EXPECT_TRUE(defaults.errors.empty());
   EXPECT_EQ(defaults.warnings.size(), 10U);
-  EXPECT_EQ(warningOf(defaults, "max_depth"),
-            "is 16 and is ignored: cells of every size are shown");
+  EXPECT_EQ(warningOf(defaults, "max_depth"), "is 16 and is ignored: cells of all sizes are shown");
 
   set(values, "sensor_model_max_range", 20.0);
   set(values, "sensor_model_hit", 0.8);
@@ -346,7 +345,7 @@ TEST(Parameters, LeftoversOfOctomapServerAreTakenWithAWarning) {
   EXPECT_EQ(loaded.parameters.map.sensor_model.hit, 0.6) << "what is written with a slash counts";
   EXPECT_EQ(loaded.parameters.map.sensor_model.miss, 0.4) << "a bad leftover does no harm";
   EXPECT_NE(warningOf(loaded, "sensor_model_max_range")
-                .find("is 20.0 and is taken for sensor_model/max_range"),
+                .find("is 20.0 and is used for sensor_model/max_range"),
             std::string::npos);
   EXPECT_NE(warningOf(loaded, "sensor_model_hit").find("ignored: sensor_model/hit is set"),
             std::string::npos);
@@ -361,7 +360,7 @@ TEST(Parameters, InThePlaceOfOctomapServerUnknownKeysAreWarnings) {
   EXPECT_TRUE(loaded.errors.empty());
   EXPECT_EQ(warningOf(loaded, "resolutoin"),
             "is 0.2, but there is no such parameter: did you mean resolution? It is ignored, as "
-            "octomap_server does");
+            "octomap_server would");
   EXPECT_EQ(warningOf(loaded, "camera/model").find("is \"x\", but"), 0U);
 }
 

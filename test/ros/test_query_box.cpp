@@ -154,11 +154,12 @@ TEST_F(QueryBoxTest, RefusesBadRequestsAndSaysWhatToDo) {
   BoxRequest request = makeRequest();
   request.wanted_cuboids = 4;
   expectError(request, "CUBOIDS_*");
-  for (const double bad : {kNan, kInfinity, -kInfinity}) {
+  for (const double bad : {kNan, -kNan, kInfinity, -kInfinity}) {
     for (int axis = 0; axis < 3; ++axis) {
       request = makeRequest();
       request.box.max_m[axis] = bad;
       expectError(request, "NaN or infinite");
+      EXPECT_EQ(ask(request).error.find("nan"), std::string::npos) << ask(request).error;
       request = makeRequest();
       request.box.min_m[axis] = bad;
       expectError(request, "NaN or infinite");
@@ -173,14 +174,14 @@ TEST_F(QueryBoxTest, RefusesBadRequestsAndSaysWhatToDo) {
   }
   request = makeRequest();
   request.box.max_m.x() = 1e300;
-  expectError(request, "reaches beyond the map");
+  expectError(request, "reaches beyond the map: keep coordinates within 107374182 m of the origin");
   request = makeRequest();
   request.frame_id = "nowhere";
   expectError(request, "no transform from frame 'nowhere' to 'map'");
   setTransform("child", Eigen::Isometry3d::Identity(), 5.0);
   request.frame_id = "child";
   request.stamp = ros::Time(7.0);
-  expectError(request, "stamp 0 takes the latest");
+  expectError(request, "with stamp 0, the latest");
 }
 
 TEST(ComputeEnclosingBox, IsTheSmallestOneAroundAllCorners) {

@@ -31,6 +31,7 @@ using cuboid_mapping::FollowResult;
 using cuboid_mapping::MapSnapshot;
 using cuboid_mapping::UniformBox;
 using cuboid_mapping::test::Random;
+using cuboid_mapping::test::voxelsOf;
 
 std::size_t numberOf(const char* variable, std::size_t otherwise) {
   const char* text = std::getenv(variable);
@@ -50,13 +51,9 @@ NodeParameters makeParameters(Random& random) {
   return parameters;
 }
 
-std::map<Cell, float> toVoxels(const CuboidMap& map) {
-  return cuboid_mapping::test::voxelsOf(cuboid_mapping::takeSnapshot(map, "").bricks);
-}
-
 /// What two maps must have in common.
 void expectEqual(const CuboidMap& map, const CuboidMap& expected, const char* what) {
-  EXPECT_TRUE(toVoxels(map) == toVoxels(expected)) << what << ": other voxels";
+  EXPECT_TRUE(voxelsOf(map) == voxelsOf(expected)) << what << ": other voxels";
   EXPECT_TRUE(cuboid_mapping::test::allCuboids(map) == cuboid_mapping::test::allCuboids(expected))
       << what << ": other cuboids";
 }

@@ -61,11 +61,5 @@ TEST(SpeedAdvice, SuggestsParametersForASensorThatReachesFar) {
   EXPECT_FALSE(makeWatch(0.2, 0.01, 10.0, 40.0).suggestion()) << "is what it would suggest";
 }
 
-TEST(SpeedAdvice, OneCloudIsNoPlural) {
-  EXPECT_EQ(counted(0, "cloud"), "0 clouds");
-  EXPECT_EQ(counted(1, "cloud"), "1 cloud");
-  EXPECT_EQ(counted(2, "cloud"), "2 clouds");
-}
-
 }  // namespace
 }  // namespace cuboid_mapping_ros

@@ -41,4 +41,9 @@ inline std::map<Cell, float> voxelsOf(const std::vector<VoxelBrick>& bricks) {
   return voxels;
 }
 
+/// The voxels of a map.
+inline std::map<Cell, float> voxelsOf(const CuboidMap& map) {
+  return voxelsOf(takeSnapshot(map, "").bricks);
+}
+
 }  // namespace cuboid_mapping::test

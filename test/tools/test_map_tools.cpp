@@ -84,6 +84,17 @@ TEST(MapTools, tellHowMapsDiffer) {
   EXPECT_TRUE(contains(end.err, "different resolutions")) << end.err;
 }
 
+TEST(MapTools, takeTheSensorModelByTheNamesOfTheNode) {
+  const TemporaryFolder folder;
+  writeMapFile(folder / "map.bt", makeSnapshot());
+  ASSERT_EQ(runProgram({MAP_CONVERT_PROGRAM, folder / "map.bt", folder / "map.cuboids",
+                        "--sensor_model/min", "0.2", "--sensor_model/max=0.9"})
+                .status,
+            0);
+  const ProgramEnd end = runProgram({MAP_INFO_PROGRAM, folder / "map.cuboids"});
+  EXPECT_TRUE(contains(end.out, "min 0.2, max 0.9")) << end.out;
+}
+
 TEST(MapTools, sayWhatIsInAMap) {
   const TemporaryFolder folder;
   MapSnapshot snapshot;
@@ -95,8 +106,8 @@ TEST(MapTools, sayWhatIsInAMap) {
   const ProgramEnd end = runProgram({MAP_INFO_PROGRAM, folder / "map.cuboids"});
   EXPECT_EQ(end.status, 0);
   EXPECT_TRUE(contains(end.out, "native") && contains(end.out, "odom")) << end.out;
-  EXPECT_TRUE(contains(end.out, "1 cuboids, 8 voxels, 1 m^3")) << end.out;
-  EXPECT_TRUE(contains(end.out, "1 cuboids, 2 voxels, 0.25 m^3")) << end.out;
+  EXPECT_TRUE(contains(end.out, "1 cuboid, 8 voxels, 1 m^3")) << end.out;
+  EXPECT_TRUE(contains(end.out, "1 cuboid, 2 voxels, 0.25 m^3")) << end.out;
 }
 
 /// Red, green and blue of a pixel of a PNG.
@@ -198,7 +209,7 @@ TEST(MapTools, refuseWhatIsNoPictureAndNoNumber) {
   writeMapFile(map, makeSnapshot());
   const ProgramEnd jpg = runProgram({MAP_RENDER_PROGRAM, map, folder / "map.jpg"});
   EXPECT_EQ(jpg.status, 1);
-  EXPECT_TRUE(contains(jpg.err, "the name must end in .png or .ppm")) << jpg.err;
+  EXPECT_TRUE(contains(jpg.err, "its name must end in .png or .ppm")) << jpg.err;
   for (const std::vector<std::string>& wrong :
        std::vector<std::vector<std::string>>{{"--eye", "nan", "0", "0", "--look-at", "1", "0", "0"},
                                              {"--eye", "0", "0", "0", "--look-at", "inf", "0", "0"},
@@ -323,9 +334,9 @@ TEST_F(BagToMap, checksWhereItWritesBeforeItWorks) {
 TEST_F(BagToMap, saysWhichCloudsItLeftOut) {
   const ProgramEnd end = convert(*folder / "none.cuboids", {"--set", "frame_id=mars"});
   EXPECT_EQ(end.status, 1);
-  EXPECT_TRUE(contains(end.err, "clouds left out, no transform: ")) << end.err;
+  EXPECT_TRUE(contains(end.err, "clouds dropped, no transform: ")) << end.err;
   EXPECT_TRUE(contains(end.err, "mars")) << end.err;
-  EXPECT_TRUE(contains(end.err, "could be used: nothing is written")) << end.err;
+  EXPECT_TRUE(contains(end.err, "could be used: nothing was written")) << end.err;
 }
 
 TEST_F(BagToMap, saysWhatWouldKeepUp) {

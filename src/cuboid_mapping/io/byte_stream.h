@@ -77,7 +77,7 @@ class ByteReader {
       if (byte < 0x80 && value <= 0xFFFFFFFFU) return static_cast<std::uint32_t>(value);
       if (byte < 0x80) break;
     }
-    throw MapFileError(MapFileDefect::kCorrupted, "is damaged: a number is too long");
+    throw MapFileError(MapFileDefect::kCorrupted, "is damaged: a number has too many bytes");
   }
   std::string_view readBytes(std::size_t count) {
     if (count > numLeft()) {

@@ -12,9 +12,9 @@ namespace {
 template <typename... PartsT>
 [[noreturn]] void fail(MapFileDefect defect, const PartsT&... parts) {
   std::ostringstream text;
-  text << "cannot be a map: ";
+  text << "is not a valid map: ";
   (text << ... << parts);
-  text << ". It is damaged, or no map";
+  text << ". It is damaged, or not a map file";
   throw MapFileError(defect, text.str());
 }
 
@@ -32,7 +32,7 @@ std::vector<VoxelBrick> bricksOf(const std::vector<UniformBox>& boxes,
   for (const auto& [box, log_odds] : boxes) {
     if (box.isEmpty() || !kAllCells.contains(box)) {
       fail(MapFileDefect::kCorrupted, "box ", box,
-           " is empty, or reaches beyond the cells of a map");
+           " is empty, or reaches beyond the limits of a map");
     }
     if (!std::isfinite(log_odds)) {
       fail(MapFileDefect::kCorrupted, "box ", box, " has log-odds ", log_odds);
@@ -43,8 +43,7 @@ std::vector<VoxelBrick> bricksOf(const std::vector<UniformBox>& boxes,
   if (num_bricks <= limit) {
     BricksOfBoxes result = toBricks(boxes);
     if (result.overlapping) {
-      fail(MapFileDefect::kCorrupted, "box ", *result.overlapping,
-           " shares cells with another one");
+      fail(MapFileDefect::kCorrupted, "box ", *result.overlapping, " overlaps another one");
     }
     num_bricks = static_cast<double>(result.bricks.size());
     if (num_bricks <= limit) return std::move(result.bricks);

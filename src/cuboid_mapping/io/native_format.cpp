@@ -115,13 +115,13 @@ std::string decompress(std::string_view compressed, std::uint64_t claimed_bytes)
     is_open = ZSTD_decompressStream(context.get(), &out, &in);
     if (ZSTD_isError(is_open) != 0) failCorrupted("its content cannot be decompressed");
     payload.append(chunk, 0, out.pos);
-    if (payload.size() > claimed_bytes) failCorrupted("it holds more than it says");
+    if (payload.size() > claimed_bytes) failCorrupted("its content is longer than its header says");
     if (is_open != 0 && out.pos == 0 && in.pos == position) {
-      failCorrupted("its compressed content has no end");
+      failCorrupted("its compressed content is cut off");
     }
   }
   if (in.pos != in.size || payload.size() != claimed_bytes) {
-    failCorrupted("its content has not the length that it says");
+    failCorrupted("its content is not as long as its header says");
   }
   return payload;
 }
@@ -161,15 +161,15 @@ std::uint32_t readVersion(std::string_view bytes, ByteReader& reader) {
     const bool is_start = !bytes.empty() && kMagic.substr(0, bytes.size()) == bytes;
     if (is_start) (void)reader.readBytes(kMagic.size());
     fail(MapFileDefect::kForeign,
-         "is no map of cuboid_mapping: its first bytes are not those of the format");
+         "is not a map of cuboid_mapping: it does not start with the format's magic number");
   }
   (void)reader.readBytes(kMagic.size());
   const std::uint32_t version = reader.readU32();
   if (version > kNativeFormatVersion) {
-    fail(MapFileDefect::kNewerVersion, "has version " + std::to_string(version) +
-                                           " of the format, and this program reads up to " +
-                                           std::to_string(kNativeFormatVersion) +
-                                           ": update cuboid_mapping");
+    fail(MapFileDefect::kNewerVersion,
+         "has version " + std::to_string(version) +
+             " of the format, but this program only reads versions up to " +
+             std::to_string(kNativeFormatVersion) + ": update cuboid_mapping");
   }
   if (version == 0) failCorrupted("version 0 of the format does not exist");
   return version;
@@ -189,13 +189,13 @@ Sizes decodeHeader(std::string_view bytes, ByteReader& reader, MapSnapshot& snap
     *size = reader.readU64();
   }
   const std::uint32_t frame_id_bytes = reader.readU32();
-  if (frame_id_bytes > kMaxFrameIdBytes) failCorrupted("the name of its frame is too long");
+  if (frame_id_bytes > kMaxFrameIdBytes) failCorrupted("its frame name is too long");
   snapshot.frame_id = reader.readBytes(frame_id_bytes);
   const std::size_t end = reader.position();
   if (reader.readU32() != computeChecksum(bytes.substr(0, end))) {
-    failCorrupted("the checksum of its header is wrong");
+    failCorrupted("the checksum of its header does not match");
   }
-  if (environment > 1) failCorrupted("it names an environment that does not exist");
+  if (environment > 1) failCorrupted("its environment is unknown");
   snapshot.environment = environment == 1 ? Environment::kStatic : Environment::kDynamic;
   return sizes;
 }
@@ -205,21 +205,21 @@ void checkClaims(const Sizes& sizes, std::uint64_t item_bytes, const SnapshotLim
   if (sizes.payload_bytes > limits.max_bytes) {
     fail(MapFileDefect::kTooBig, "claims to hold " + std::to_string(sizes.payload_bytes) +
                                      " bytes, more than the " + std::to_string(limits.max_bytes) +
-                                     " that are read: it is damaged, or no map");
+                                     " allowed: it is damaged, or not a map file");
   }
   // A cuboid of version 1 takes a part of the memory of a brick.
   const std::uint64_t max_items = limits.max_bricks * (item_bytes == kCuboidBytes ? 4 : 1);
   if (sizes.num_items > max_items) {
-    fail(MapFileDefect::kTooBig, "claims " + std::to_string(sizes.num_items) +
+    fail(MapFileDefect::kTooBig, "claims to hold " + std::to_string(sizes.num_items) +
                                      " bricks or cuboids, more than the " +
-                                     std::to_string(max_items) + " that are read");
+                                     std::to_string(max_items) + " allowed");
   }
   if (sizes.num_items > sizes.payload_bytes / item_bytes ||
       sizes.num_log_odds > sizes.payload_bytes / sizeof(float)) {
-    fail(MapFileDefect::kTooBig, "claims " + std::to_string(sizes.num_items) +
-                                     " bricks or cuboids in " +
-                                     std::to_string(sizes.payload_bytes) +
-                                     " bytes, which cannot be: it is damaged, or no map");
+    fail(MapFileDefect::kTooBig,
+         "claims " + std::to_string(sizes.num_items) + " bricks or cuboids in " +
+             std::to_string(sizes.payload_bytes) +
+             " bytes, which is impossible: it is damaged, or not a map file");
   }
 }
 
@@ -230,7 +230,7 @@ class DifferenceReader {
   std::int32_t read() {
     number_ += fromZigzag(reader_.readVarint());
     if (number_ < -Grid::kMaxCell || number_ >= Grid::kMaxCell) {
-      failCorrupted("it reaches beyond the cells of a map");
+      failCorrupted("it reaches beyond the limits of a map");
     }
     return static_cast<std::int32_t>(number_);
   }
@@ -248,7 +248,7 @@ std::vector<float> decodeLogOdds(ByteReader& reader, const Sizes& sizes) {
 
 float readLogOdds(ByteReader& reader, const std::vector<float>& log_odds) {
   const std::uint32_t index = reader.readVarint();
-  if (index >= log_odds.size()) failCorrupted("a voxel has no log-odds");
+  if (index >= log_odds.size()) failCorrupted("a voxel refers to log-odds that are not there");
   return log_odds[index];
 }
 
@@ -260,7 +260,7 @@ std::vector<VoxelBrick> decodeBricks(ByteReader& reader, const Sizes& sizes) {
     for (VoxelBrick& brick : bricks) {
       const std::int64_t coordinate = std::int64_t{numbers.read()} * kBrickEdge;
       if (coordinate < -Grid::kMaxCell || coordinate >= Grid::kMaxCell) {
-        failCorrupted("a brick lies outside of the cells of a map");
+        failCorrupted("a brick lies outside the limits of a map");
       }
       brick.brick[axis] = static_cast<std::int32_t>(coordinate);
     }
@@ -290,7 +290,7 @@ std::vector<UniformBox> decodeCuboids(ByteReader& reader, const Sizes& sizes) {
   for (int axis = 0; axis < 3; ++axis) {
     for (UniformBox& cuboid : cuboids) {
       const std::int64_t max = std::int64_t{cuboid.box.min[axis]} + reader.readVarint() + 1;
-      if (max > Grid::kMaxCell) failCorrupted("a cuboid lies outside of the cells of a map");
+      if (max > Grid::kMaxCell) failCorrupted("a cuboid lies outside the limits of a map");
       cuboid.box.max[axis] = static_cast<std::int32_t>(max);
     }
   }
@@ -323,15 +323,15 @@ MapSnapshot fromNativeFormat(std::string_view bytes, const SnapshotLimits& limit
   const std::string_view compressed =
       reader.readBytes(std::min<std::uint64_t>(sizes.compressed_bytes, bytes.size() + 1));
   if (reader.readU32() != computeChecksum(compressed)) {
-    failCorrupted("the checksum of its content is wrong");
+    failCorrupted("the checksum of its content does not match");
   }
-  if (reader.numLeft() != 0) failCorrupted("something follows its end");
+  if (reader.numLeft() != 0) failCorrupted("there is more data after its end");
   try {
     const std::string payload = decompress(compressed, sizes.payload_bytes);
     ByteReader content(payload);
     snapshot.bricks = version == 1 ? bricksOf(decodeCuboids(content, sizes), limits)
                                    : decodeBricks(content, sizes);
-    if (content.numLeft() != 0) failCorrupted("something follows its content");
+    if (content.numLeft() != 0) failCorrupted("there is more data after its content");
   } catch (const MapFileError& error) {
     // The file is complete, so what ends too early in it was never right.
     if (error.defect() == MapFileDefect::kTruncated) failCorrupted("its content ends too early");

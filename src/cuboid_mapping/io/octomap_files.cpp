@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "cuboid_mapping/io/octomap_files.h"
 
+#include "cuboid_mapping/io/text.h"
+
 #include <algorithm>
 #include <locale>
 #include <optional>
@@ -93,8 +95,8 @@ OctreeContent readNodes(const OctreeHeader& header, std::string_view nodes,
     const bool is_plausible = *header.num_nodes <= std::uint64_t{1} << 32;
     fail(is_plausible ? MapFileDefect::kTruncated : MapFileDefect::kTooBig,
          "claims " + std::to_string(*header.num_nodes) + " nodes in " +
-             std::to_string(nodes.size()) +
-             " bytes: it was not copied or written completely, or is damaged");
+             counted(nodes.size(), "byte") +
+             ": it was not copied or written completely, or is damaged");
   }
   // A leaf takes a part of the memory of a brick.
   const std::size_t max_nodes = 4 * limits.max_bricks;
@@ -112,11 +114,10 @@ bool isOctomapFile(std::string_view bytes) {
 std::string toOctomapFile(const MapSnapshot& snapshot, OctreeKind kind) {
   const OctreeStream tree = toOctreeStream(snapshot.bricks, kind);
   if (tree.num_left_out > 0.0) {
-    std::ostringstream text;
-    text << tree.num_left_out
-         << " voxels lie beyond +-32768 voxels from the origin, which OctoMap's "
-         << "files cannot hold: use the native format";
-    fail(MapFileDefect::kTooBig, text.str());
+    fail(MapFileDefect::kTooBig,
+         "OctoMap's files reach 32768 voxels from the origin, and the map has " +
+             counted(static_cast<std::uint64_t>(tree.num_left_out), "voxel") +
+             " beyond: use the native format");
   }
   std::string file(kind == OctreeKind::kFull ? kFullFirstLine : kBinaryFirstLine);
   file += "\n# (feel free to add / change comments, but leave the first line as it is!)\n#\n";
@@ -128,7 +129,7 @@ std::string toOctomapFile(const MapSnapshot& snapshot, OctreeKind kind) {
 MapSnapshot fromOctomapFile(std::string_view bytes, const SensorModelConfig& model,
                             const SnapshotLimits& limits) {
   if (!isOctomapFile(bytes)) {
-    fail(MapFileDefect::kForeign, "is no file of OctoMap: its first line is another one");
+    fail(MapFileDefect::kForeign, "is not an OctoMap file: its first line is not OctoMap's");
   }
   const OctreeHeader header = readHeader(bytes);
   MapSnapshot snapshot;
@@ -137,7 +138,7 @@ MapSnapshot fromOctomapFile(std::string_view bytes, const SensorModelConfig& mod
   const OctreeContent content =
       readNodes(header, bytes.substr(header.end), SensorModel(snapshot.sensor_model), limits);
   if (content.num_nodes != *header.num_nodes) {
-    fail(MapFileDefect::kCorrupted, "is damaged: it says that it has " +
+    fail(MapFileDefect::kCorrupted, "is damaged: its header says " +
                                         std::to_string(*header.num_nodes) + " nodes, but has " +
                                         std::to_string(content.num_nodes));
   }

@@ -66,7 +66,7 @@ class OctreeReader {
   }
 
   OctreeContent finish() {
-    if (reader_.numLeft() != 0) fail("something follows the octree");
+    if (reader_.numLeft() != 0) fail("there is more data after the octree");
     return std::move(content_);
   }
 

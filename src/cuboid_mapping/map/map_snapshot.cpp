@@ -27,7 +27,7 @@ std::string findFaultOfConfig(const MapSnapshot& snapshot) {
 
 std::string findFaultOfBrick(const VoxelBrick& brick) {
   if (brick.brick != brickOf(brick.brick) || !kAllCells.contains(brickBox(brick.brick))) {
-    return concat("brick ", brick.brick, " reaches beyond the cells of a map");
+    return concat("brick ", brick.brick, " reaches beyond the limits of a map");
   }
   if (brick.voxels.isEmpty()) return concat("brick ", brick.brick, " has no voxels");
   bool is_finite = true;
@@ -66,7 +66,7 @@ std::optional<SnapshotFault> findFault(const MapSnapshot& snapshot, const Snapsh
     if (!fault.empty()) break;
     fault = findFaultOfBrick(brick);
     if (last != nullptr && !isBeforeOnMortonCurve(last->brick, brick.brick)) {
-      fault = concat("brick ", brick.brick, " comes twice, or not in its place");
+      fault = concat("brick ", brick.brick, " appears twice or out of order");
     }
     last = &brick;
   }

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "cuboid_mapping/ros/callback_guard.h"
 
+#include "cuboid_mapping/io/text.h"
+
 #include <ros/console.h>
 
 #include <boost/make_shared.hpp>
@@ -54,8 +56,9 @@ void CallbackGuard::log(const std::string& failure) {
   const ros::WallTime now = ros::WallTime::now();
   if (failure == last_failure_ && now - last_logged_ < ros::WallDuration(kLogPeriod_s)) return;
   last_logged_ = now;
-  ROS_ERROR_STREAM("a callback failed, the node goes on: " << failure << " (" << num_failures_
-                                                           << " failures so far)");
+  ROS_ERROR_STREAM("a callback failed; the node keeps running: "
+                   << failure << " (" << cuboid_mapping::counted(num_failures_, "failure")
+                   << " so far)");
 }
 
 std::uint64_t CallbackGuard::numFailures() const {

@@ -32,7 +32,7 @@ class CallbackGuard {
     } catch (const std::exception& exception) {
       noteFailure(name, exception.what());
     } catch (...) {
-      noteFailure(name, "an exception that is no std::exception");
+      noteFailure(name, "an exception that is not a std::exception");
     }
     return false;
   }

@@ -92,7 +92,7 @@ std::vector<Path> splitPaths(RequestReader& reader, const CheckPath::Request& re
   if (!reader.isGood()) return paths;
   auto first = all.begin();
   for (const std::uint32_t length : lengths) {
-    reader.require(length > 0, "lengths: every path must have a waypoint");
+    reader.require(length > 0, "lengths: every path must have at least one waypoint");
     paths.emplace_back(first, first + length);
     first += length;
   }
@@ -208,7 +208,8 @@ void answer(const CuboidMap& map, const AskedRay& asked, Budget& budget,
 std::vector<Ray> readRays(RequestReader& reader, const CastRays::Request& request) {
   reader.require(request.origins.size() == request.directions.size(),
                  "origins has " + std::to_string(request.origins.size()) + " points, directions " +
-                     std::to_string(request.directions.size()) + ": give one of each a ray");
+                     std::to_string(request.directions.size()) +
+                     ": give one of each for every ray");
   std::vector<Ray> rays;
   for (std::size_t i = 0; reader.isGood() && i < request.origins.size(); ++i) {
     const std::string number = "[" + std::to_string(i) + "]";
@@ -266,7 +267,7 @@ CastRays::Response answerCastRays(const MapInFrame& map, const CastRays::Request
   const RayLimits limits{reader.notNegative(request.max_range, "max_range"),
                          reader.notNegative(request.inflation, "inflation"),
                          reader.policy(request.unknown)};
-  reader.require(limits.max_range_m > 0.0, "max_range is 0: must be greater");
+  reader.require(limits.max_range_m > 0.0, "max_range is 0: it must be greater than 0");
   reader.requireFew(request.origins.size(), "rays", kRayBytes);
   const std::vector<Ray> rays = readRays(reader, request);
   const Eigen::Vector3d half_m = 0.5 * limits.thickness_m().array() + map.map.grid().resolution();

@@ -59,7 +59,7 @@ std::string listFields(const PointCloud2& message) {
 std::optional<CloudError> checkFields(const PointCloud2& message, const XyzFields& fields) {
   if (std::any_of(fields.begin(), fields.end(), [](const auto* field) { return !field; })) {
     return makeError(CloudDefect::kNoXyzFields, message,
-                     "it needs fields x, y and z, and has: " + listFields(message),
+                     "it needs fields x, y and z, but has: " + listFields(message),
                      "Connect cloud_in to a topic with 3D points");
   }
   for (const PointField* field : fields) {
@@ -67,13 +67,13 @@ std::optional<CloudError> checkFields(const PointCloud2& message, const XyzField
     return makeError(CloudDefect::kWrongDatatype, message,
                      "field " + field->name + " has datatype " + std::to_string(field->datatype) +
                          ", but must be FLOAT32 (7) or FLOAT64 (8)",
-                     "Let the driver publish metres as floating point numbers");
+                     "Configure the driver to publish metres as floating-point numbers");
   }
   return std::nullopt;
 }
 
 std::optional<CloudError> checkLayout(const PointCloud2& message, const XyzFields& fields) {
-  const std::string advice = "Ask for a fix where the cloud is made: its description is wrong";
+  const std::string advice = "Its description is wrong: fix the program that makes it";
   const std::uint64_t point_step = message.point_step;
   const std::uint64_t row_step = message.row_step;
   for (const PointField* field : fields) {
@@ -112,7 +112,7 @@ std::optional<CloudError> checkCloud(const PointCloud2& message, const XyzFields
     return makeError(CloudDefect::kNoPoints, message,
                      "it has no points (" + std::to_string(message.width) + " x " +
                          std::to_string(message.height) + ")",
-                     "Look at the sensor, and at filters before this node");
+                     "Check the sensor and any filters before this node");
   }
   if (auto error = checkFields(message, fields)) return error;
   return checkLayout(message, fields);
@@ -279,7 +279,7 @@ std::variant<CloudPoints, CloudError> convertCloud(const sensor_msgs::PointCloud
     return makeError(
         CloudDefect::kNoValidPoints, message,
         "all of its " + std::to_string(cloud.num_invalid) + " points are NaN, infinite or zero",
-        "Check that nothing covers the sensor, and the filters before this node");
+        "Check that nothing covers the sensor, and check any filters before this node");
   }
   cloud.num_skipped = cloud.num_invalid - cloud.no_returns.size();
   return cloud;

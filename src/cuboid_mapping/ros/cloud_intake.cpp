@@ -40,7 +40,7 @@ void CloudIntake::receive(const CloudPtr& cloud, const ros::Time& now) {
       held_since_ = now;
       return;
     }
-    ROS_WARN_NAMED(kNodeName, "time has jumped back: transforms from before are forgotten");
+    ROS_WARN_NAMED(kNodeName, "time has jumped back: transforms received before are discarded");
     tf_.clear();
   }
   releaseHeldCloud(now);

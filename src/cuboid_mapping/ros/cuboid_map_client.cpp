@@ -53,7 +53,7 @@ struct CuboidMapClient::Implementation {
     if (is_old) return;
     MapFollower fresh;
     if (!fresh.take(message.image)) {
-      ROS_WARN_THROTTLE(10.0, "a damaged FullCuboidMap was left out");
+      ROS_WARN_THROTTLE(10.0, "ignored a damaged FullCuboidMap");
       return;
     }
     {
@@ -76,7 +76,7 @@ struct CuboidMapClient::Implementation {
       case FollowResult::kApplied: return tell();
       case FollowResult::kOld: return;
       case FollowResult::kDamaged:
-        ROS_WARN_THROTTLE(10.0, "a damaged CuboidMapUpdate came");
+        ROS_WARN_THROTTLE(10.0, "received a damaged CuboidMapUpdate: asking for the whole map");
         [[fallthrough]];
       case FollowResult::kGap:
         if (!isImageOnItsWay(message.delta)) askForImage();
@@ -105,7 +105,7 @@ struct CuboidMapClient::Implementation {
     std::string error;
     if (callGetMap(nh, get_map_name, detail, message, error)) return take(message);
     ROS_WARN_STREAM_THROTTLE(
-        10.0, "the map cannot be followed: " << error << "; is the name of the server right?");
+        10.0, "cannot follow the map: " << error << "; check the name of the server");
   }
 
   void sayWhatIsMissing() const {

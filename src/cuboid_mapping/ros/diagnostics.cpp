@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "cuboid_mapping/ros/diagnostics.h"
 
+#include "cuboid_mapping/io/text.h"
 #include "cuboid_mapping/map/cuboid_search.h"
 
 #include <diagnostic_msgs/DiagnosticStatus.h>
@@ -10,6 +11,8 @@
 
 namespace cuboid_mapping_ros {
 namespace {
+
+using cuboid_mapping::counted;
 
 /// Clouds dropped for a reason since the last report.
 std::uint64_t countNew(const NodeReport& report, const NodeStatistics& last, DropReason reason) {
@@ -108,9 +111,9 @@ ReportSummary summarizeSilence(const NodeReport& report) {
   }
   std::ostringstream text;
   text << "no cloud on " << report.cloud_topic << " for " << static_cast<int>(report.silence_s)
-       << (has_publisher ? " s: check that the sensor runs"
-                         : " s, nobody publishes it any more: a bag has ended, or the driver has "
-                           "stopped");
+       << (has_publisher
+               ? " s: check that the sensor is running"
+               : " s, nobody publishes it any more: a bag has ended or the driver has stopped");
   return {has_publisher && report.silence_s > kErrorSilence_s ? ReportLevel::kError
                                                               : ReportLevel::kWarning,
           text.str()};
@@ -140,13 +143,13 @@ MapSummary summarize(const cuboid_mapping::CuboidMap& map) {
 ReportSummary summarize(const NodeReport& report, const NodeStatistics& last_report) {
   const NodeStatistics& now = report.statistics;
   if (!report.autosave_error.empty()) {
-    return {ReportLevel::kError, "the map is not saved: " + report.autosave_error};
+    return {ReportLevel::kError, "the map could not be saved: " + report.autosave_error};
   }
   if (now.num_received == 0) {
     return {ReportLevel::kWarning,
             "no cloud on " + report.cloud_topic + " yet" +
                 (report.num_publishers == 0 ? ", nobody publishes it" : "") +
-                ": check the topic name and remapping, and that the sensor runs"};
+                ": check the topic name and its remapping, and that the sensor is running"};
   }
   if (now.numDropped() != last_report.numDropped()) {
     const bool is_wanted = countNew(report, last_report, DropReason::kPaused) > 0;
@@ -178,7 +181,7 @@ const char* toAdvice(DropReason reason) {
              "(rosrun tf tf_echo)";
     case DropReason::kTooOldForTf:
       return "check that the clocks of all machines agree, and use_sim_time with recorded data";
-    case DropReason::kPaused: return "call ~pause with data: false to go on";
+    case DropReason::kPaused: return "call ~pause with data: false to resume";
     case DropReason::kInternalError:
       return "see the log; a coarser resolution or a smaller sensor_model/max_range needs less "
              "memory";
@@ -229,8 +232,9 @@ void fillStatus(const NodeReport& report, const NodeStatistics& last_report,
   status.add("callbacks failed", report.num_failures);
   if (report.num_failures > 0) status.add("callbacks failed, last", report.last_failure);
   if (report.num_new_failures > 0) {
-    status.mergeSummary(DiagnosticStatus::ERROR, "a callback failed: " + report.last_failure +
-                                                     "; the node goes on, please report this");
+    status.mergeSummary(DiagnosticStatus::ERROR,
+                        "a callback failed: " + report.last_failure +
+                            "; the node keeps running; please report this");
   }
 }
 

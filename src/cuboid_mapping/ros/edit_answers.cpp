@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "cuboid_mapping/ros/edit_answers.h"
 
+#include "cuboid_mapping/io/text.h"
 #include "cuboid_mapping/map/cuboid_map.h"
 #include "cuboid_mapping/ros/request_reader.h"
 #include "cuboid_mapping/ros/service_limits.h"
@@ -19,6 +20,7 @@ using cuboid_mapping::ChangeSet;
 using cuboid_mapping::CuboidMap;
 using cuboid_mapping::SensorModel;
 using cuboid_mapping::SetBox;
+using cuboid_mapping::toText;
 using cuboid_mapping::UniformBox;
 
 using Request = SetBox::Request;
@@ -40,7 +42,7 @@ void checkOccupancy(RequestReader& reader, const Request& request) {
                             ? probability > 0.0 && probability < 0.5
                             : probability >= 0.5 && probability < 1.0;
   reader.require(isFilled(request) && is_right,
-                 "probability is " + std::to_string(probability) +
+                 "probability is " + toText(probability) +
                      ": use 0, or below 0.5 for FREE, from 0.5 to below 1 for OCCUPIED");
 }
 
@@ -108,10 +110,10 @@ SetBox::Response answerSetBox(const MapInFrame& map, const SetBox::Request& requ
   const std::vector<CellBox> boxes = reader.boxes(request.min, request.max, request.inflation);
   double num_bricks = 0.0;
   for (const CellBox& box : boxes) num_bricks += isFilled(request) ? numBricks(box) : 0.0;
-  reader.require(num_bricks <= kMaxSetBricks, "the boxes have " + std::to_string(num_bricks) +
+  reader.require(num_bricks <= kMaxSetBricks, "the boxes contain " + toText(num_bricks) +
                                                   " bricks of 8 x 8 x 8 voxels: at most " +
-                                                  std::to_string(kMaxSetBricks) +
-                                                  " can be made free or occupied at once");
+                                                  toText(kMaxSetBricks) +
+                                                  " can be set free or occupied at once");
   if (!reader.isGood()) return refuse<SetBox::Response>(reader.error());
   SetBox::Response response;
   cuboid_mapping::QueryLimits limits;

@@ -3,6 +3,7 @@
 
 #include "cuboid_mapping/LoadMap.h"
 #include "cuboid_mapping/SaveMap.h"
+#include "cuboid_mapping/io/text.h"
 #include "cuboid_mapping/ros/names.h"
 
 #include <ros/console.h>
@@ -10,6 +11,7 @@
 namespace cuboid_mapping_ros {
 namespace {
 
+using cuboid_mapping::counted;
 using cuboid_mapping::LoadMap;
 using cuboid_mapping::SaveMap;
 
@@ -21,8 +23,9 @@ std::uint64_t revisionOf(const GuardedMap& map) {
 
 void logAnswer(const char* action, const std::string& file, const StorageAnswer& answer) {
   if (answer.error.empty()) {
-    ROS_INFO_STREAM_NAMED(kNodeName, "map " << action << ' ' << file << ": " << answer.num_cuboids
-                                            << " cuboids, " << answer.num_bytes << " bytes");
+    ROS_INFO_STREAM_NAMED(kNodeName, "map " << action << ' ' << file << ": "
+                                            << counted(answer.num_cuboids, "cuboid") << ", "
+                                            << counted(answer.num_bytes, "byte"));
   } else {
     ROS_ERROR_STREAM_NAMED(kNodeName, "map not " << action << ' ' << file << ": " << answer.error);
   }

@@ -38,7 +38,7 @@ StorageAnswer guard(const WorkT& work) {
 std::string compareResolutions(double of_file_m, double of_map_m, const std::string& file) {
   if (std::abs(of_file_m - of_map_m) <= 1e-9 * of_map_m) return {};
   std::ostringstream text;
-  text << file << " has voxels of " << of_file_m << " m, and this map of " << of_map_m
+  text << file << " has voxels of " << of_file_m << " m, but this map has voxels of " << of_map_m
        << " m: start the node with resolution " << of_file_m << ", or with map_file";
   return text.str();
 }

@@ -30,20 +30,20 @@ void MappingNodelet::onInit() {
     if (getMyArgv().size() == 1) loaded.parameters.map_file = getMyArgv().front();
     const auto differences = toDifferenceLines(loaded.parameters, {}, "default");
     for (const std::string& line : differences) NODELET_INFO_STREAM(line);
-    if (differences.empty()) NODELET_INFO("all parameters have their defaults");
+    if (differences.empty()) NODELET_INFO("all parameters have their default values");
     for (const std::string& line : toLogLines(loaded.parameters)) NODELET_DEBUG_STREAM(line);
     const double resolution_m = loaded.parameters.map.resolution_m;
     const auto start_map = readStartMap(loaded.parameters);
     if (loaded.parameters.map.resolution_m != resolution_m) {
-      NODELET_WARN_STREAM("resolution is that of map_file, " << loaded.parameters.map.resolution_m
-                                                             << " m, and not " << resolution_m);
+      NODELET_WARN_STREAM("resolution is " << loaded.parameters.map.resolution_m
+                                           << " m, that of map_file, not " << resolution_m << " m");
     }
     node_ = std::make_unique<MappingNode>(getNodeHandle(), getPrivateNodeHandle(),
                                           loaded.parameters, start_map);
   } catch (const std::exception& exception) {
     NODELET_FATAL_STREAM("not started: " << exception.what());
   } catch (...) {
-    NODELET_FATAL("not started: an exception that is no std::exception");
+    NODELET_FATAL("not started: an exception that is not a std::exception");
   }
 }
 

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "cuboid_mapping/ros/octomap_server_interface.h"
 
+#include "cuboid_mapping/io/text.h"
 #include "cuboid_mapping/ros/names.h"
 #include "cuboid_mapping/ros/tf_lookup.h"
 
@@ -10,7 +11,6 @@
 #include <boost/function.hpp>
 
 #include <algorithm>
-#include <sstream>
 #include <utility>
 #include <vector>
 
@@ -19,10 +19,12 @@ namespace {
 
 using cuboid_mapping::CellBox;
 using cuboid_mapping::ChangeSet;
+using cuboid_mapping::counted;
 using cuboid_mapping::CuboidMap;
 using cuboid_mapping::MetricBox;
 using cuboid_mapping::OctreeKind;
 using cuboid_mapping::PackedVoxels;
+using cuboid_mapping::toText;
 using cuboid_mapping::VoxelBrick;
 
 /// Half a minute: the log repeats what a topic leaves out no more often.
@@ -46,10 +48,8 @@ std::string clearBox(GuardedMap& map, const MetricBox& box_map) {
   const bool is_ordered = (box_map.min_m.array() <= box_map.max_m.array()).all();
   const auto cells = is_ordered ? map.grid().toCellBox(box) : std::nullopt;
   if (!cells) {
-    std::ostringstream text;
-    text << "box from (" << box_map.min_m.transpose() << ") to (" << box_map.max_m.transpose()
-         << "): corners must be finite, inside the map's range, and min not above max";
-    return text.str();
+    return "box from " + toText(box_map.min_m) + " to " + toText(box_map.max_m) +
+           ": corners must be finite and inside the map's range, and min not above max";
   }
   map.edit(
       [&](CuboidMap& content, const ros::Time& /*stamp*/) { return clearCells(content, *cells); });
@@ -67,7 +67,7 @@ OctomapServerInterface::OctomapServerInterface(const ros::NodeHandle& nh,
       guard_(queues.topics.guard()),
       projection_(parameters.octomap_server) {
   if (parameters_.is_colored_map) {
-    ROS_WARN_NAMED(kNodeName, "colored_map has no effect: cells have no colours here");
+    ROS_WARN_NAMED(kNodeName, "colored_map has no effect: cells have no colours in this map");
   }
   advertiseTopics(withQueue(nh, queues.topics));
   advertiseServices(withQueue(nh, queues.services), withQueue(private_nh, queues.services));
@@ -174,8 +174,8 @@ OctomapMessage OctomapServerInterface::makeOctomap(OctreeKind kind) const {
   if (num_left_out > 0.0) {
     ROS_WARN_STREAM_THROTTLE_NAMED(
         kLogPeriod_s, kNodeName,
-        num_left_out << " voxels lie more than 32768 voxels from the origin, which an octree "
-                        "cannot hold: octomap_full and octomap_binary go without them");
+        "an octree reaches 32768 voxels from the origin: octomap_full and octomap_binary leave out "
+            << counted(static_cast<std::uint64_t>(num_left_out), "voxel") << " beyond");
   }
   return message;
 }
@@ -183,8 +183,8 @@ OctomapMessage OctomapServerInterface::makeOctomap(OctreeKind kind) const {
 visualization_msgs::MarkerArray OctomapServerInterface::makeMarkers(ShownCells cells) const {
   if (cells == ShownCells::kFree && !parameters_.publish_free_space) {
     ROS_WARN_THROTTLE_NAMED(kLogPeriod_s, kNodeName,
-                            "somebody listens to free_cells_vis_array, which stays empty: set "
-                            "publish_free_space, or listen to free_cuboids");
+                            "free_cells_vis_array has a subscriber, but stays empty: set "
+                            "publish_free_space, or subscribe to free_cuboids");
     View nothing;
     nothing.map.resolution_m = map_.grid().resolution();
     nothing.header.frame_id = frame_id_;

@@ -119,9 +119,9 @@ bool isOfOctomapServer(const std::string& key) {
 }
 
 const std::map<std::string, std::string>& octomapServerOnly() {
-  static const std::string kChanges = "what has changed is published on cuboid_map_updates";
+  static const std::string kChanges = "changes are published on cuboid_map_updates";
   static const std::map<std::string, std::string> kNames = {
-      {"max_depth", "cells of every size are shown"},
+      {"max_depth", "cells of all sizes are shown"},
       {"track_changes", kChanges},
       {"listen_changes", kChanges},
       {"topic_changes", kChanges},

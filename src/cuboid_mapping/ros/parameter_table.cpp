@@ -53,9 +53,9 @@ std::vector<ParameterDeclaration> declareMap() {
       {"fusion", "",
        oneOf<FusionKind>({FusionKind::kClass, FusionKind::kGrowth, FusionKind::kNone},
                          [](P& p) -> FusionKind& { return p.map.fusion; }),
-       "How cells become bigger cuboids after every cloud. class: large boxes of free and of "
-       "occupied voxels in blocks of 8 x 8 x 8. growth: that of the paper, see growth/*. none: "
-       "every voxel stays a cuboid. Every voxel keeps its own probability in any case."},
+       "How voxels are merged into cuboids. class: large boxes of free or of occupied voxels, in "
+       "blocks of 8 x 8 x 8. growth: the method of the paper, see growth/*. none: every voxel is a "
+       "cuboid. In any case, every voxel keeps its own probability."},
       {"rtree/max_branches", "",
        IntegerKind{[](P& p) -> int& { return p.map.rtree.max_branches; }, 2,
                    cuboid_mapping::RTreeConfig::kMaxBranchesLimit},
@@ -65,7 +65,7 @@ std::vector<ParameterDeclaration> declareMap() {
                    cuboid_mapping::RTreeConfig::kMaxBranchesLimit / 2},
        "Minimum number of branches of an R-tree node (d), at most half of rtree/max_branches."},
       {"threads", "", IntegerKind{[](P& p) -> int& { return p.threads; }, 0, 256},
-       "Threads that process a cloud. The map is the same for any number. 0: one per core."},
+       "Number of threads that process a cloud. The map does not depend on it. 0: one per core."},
   };
 }
 
@@ -99,10 +99,10 @@ std::vector<ParameterDeclaration> declareGrowth() {
        "changed."},
       {"growth/samples", "1/m",
        NumberKind{[](P& p) -> double& { return p.map.growth.sampling.per_m; }, 0.0, 100.0},
-       "Random cells per metre of a beam, with growth/starters: sampled."},
+       "Number of random cells per metre of a beam, with growth/starters: sampled."},
       {"growth/seed", "",
        IntegerKind{[](P& p) -> int& { return p.map.growth.sampling.seed; }, 0, 1000000},
-       "Seed of these random cells, and of growth/search: random."},
+       "Seed for these random cells, and for growth/search: random."},
       {"growth/settle_clouds", "clouds",
        IntegerKind{[](P& p) -> int& { return p.map.growth.settle_clouds; }, 0, 10000},
        "A voxel that was split out of a cuboid can fuse again once it has kept its value for this "
@@ -132,7 +132,7 @@ std::vector<ParameterDeclaration> declareSensorModel() {
        "Longer beams are cut off at this range and clear the space up to it. -1: no limit."},
       {"sensor_model/min_range", "m",
        NumberKind{[](P& p) -> double& { return p.min_range_m; }, 0.0, kInfinity, 0.0},
-       "Points closer to the sensor than this are ignored. 0 or -1: none are."},
+       "Points closer to the sensor than this are ignored. 0 or -1: no limit."},
       {"sensor_model/no_return_range", "m",
        NumberKind{[](P& p) -> double& { return p.no_return_range_m; }, 0.0, 1000.0},
        "Beams without a return, see no_return_points, clear the space up to this range. 0: they "
@@ -142,8 +142,9 @@ std::vector<ParameterDeclaration> declareSensorModel() {
                               NoReturnPoints::kWithZero, NoReturnPoints::kAll},
                              [](P& p) -> NoReturnPoints& { return p.no_return_points; }),
        "Which points of an organized cloud say that a beam met nothing. rep_117: those with a "
-       "coordinate of +inf and none of -inf or NaN. with_nan: NaN, too. with_zero: (0, 0, 0), "
-       "too. all: these, and -inf, which REP 117 has for things too near."},
+       "coordinate of +inf and none of -inf or NaN. with_nan: these, and NaN. with_zero: these, "
+       "and (0, 0, 0). all: all of these, and -inf, which REP 117 uses for things that are too "
+       "close."},
   };
 }
 
@@ -172,12 +173,13 @@ std::vector<ParameterDeclaration> declareTopics() {
       {"queue_size", "clouds", IntegerKind{[](P& p) -> int& { return p.queue_size; }, 1, 1000},
        "Maximum number of clouds that wait for their turn, and for their transform."},
       {"queue_memory", "MB", IntegerKind{[](P& p) -> int& { return p.queue_memory_mb; }, 1, 65536},
-       "Memory for clouds that wait. Beyond it the oldest are dropped; one may always wait."},
+       "Memory for clouds that wait. When it is full, the oldest are dropped; one cloud may always "
+       "wait."},
       {"tf_wait", "s", NumberKind{[](P& p) -> double& { return p.tf_wait_s; }, 0.01, 3600.0},
-       "A cloud whose transforms have not come after this time is dropped."},
+       "A cloud is dropped if its transforms have not arrived after this time."},
       {"publish_rate", "Hz",
        NumberKind{[](P& p) -> double& { return p.publish_rate_hz; }, 0.01, 100.0},
-       "Maximum rate of the map topics. They are only published after a change."},
+       "Maximum rate of the map topics, which are only published after a change."},
       {"latch", "", BooleanKind{[](P& p) -> bool& { return p.latch; }},
        "true: a new subscriber gets the current map at once."},
       {"marker_period", "s",
@@ -186,8 +188,8 @@ std::vector<ParameterDeclaration> declareTopics() {
        "and "
        "so long apart, so that a listener that has lost messages comes right. 0: never."},
       {"publish_values", "", BooleanKind{[](P& p) -> bool& { return p.publish_values; }},
-       "Whether cuboid_map and cuboid_map_updates carry the probability of every voxel, or "
-       "classes alone, which is what planners need."},
+       "true: cuboid_map and cuboid_map_updates carry the log-odds of every voxel. false: only "
+       "classes, which is what planners need."},
       {"color_by", "",
        oneOf<ColorBy>({ColorBy::kHeight, ColorBy::kProbability},
                       [](P& p) -> ColorBy& { return p.color_by; }),
@@ -246,9 +248,13 @@ std::string formatFloating(double value, int precision) {
   return out.str();
 }
 
-std::string join(const std::vector<std::string>& words, const std::string& separator) {
+/// "a or b", "a, b or c".
+std::string joinAlternatives(const std::vector<std::string>& words) {
   std::string joined;
-  for (const std::string& word : words) joined += (joined.empty() ? "" : separator) + word;
+  for (std::size_t i = 0; i < words.size(); ++i) {
+    if (i > 0) joined += i + 1 == words.size() ? " or " : ", ";
+    joined += words[i];
+  }
   return joined;
 }
 
@@ -287,7 +293,7 @@ struct AllowedFormatter {
     return kind.may_be_empty ? "a tf2 frame, or empty" : "a tf2 frame";
   }
   std::string operator()(const FileKind& /*kind*/) const { return "a path, or empty"; }
-  std::string operator()(const ChoiceKind& kind) const { return join(kind.names, " or "); }
+  std::string operator()(const ChoiceKind& kind) const { return joinAlternatives(kind.names); }
   std::string operator()(const TextKind& kind) const { return kind.allowed; }
 };
 
@@ -307,7 +313,7 @@ const std::vector<ParameterDeclaration>& parameterTable() {
 
 const std::vector<RetiredParameter>& retiredParameters() {
   static const std::vector<RetiredParameter> kRetired{
-      {"hot_bricks", "nothing has to be bounded any more: remove it"},
+      {"hot_bricks", "there is nothing to limit any more: remove it"},
       {"published_cuboids",
        "the marker topics show the cuboids of the map, which are boxes of one "
        "class: remove it"}};
@@ -319,7 +325,8 @@ const std::vector<LibraryParameter>& libraryParameters() {
       {"diagnostic_period", "1.0", "s",
        "Time between two diagnostics messages; read by diagnostic_updater."},
       {"num_worker_threads", "0", "threads",
-       "Threads of a stand-alone node, which is its own nodelet manager. 0: one per core."}};
+       "Number of threads of a stand-alone node, which is its own nodelet manager. 0: one per "
+       "core."}};
   return kParameters;
 }
 

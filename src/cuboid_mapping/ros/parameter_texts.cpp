@@ -73,9 +73,11 @@ std::string toMarkdownTable() {
   std::ostringstream out;
   out << "# Parameters\n\n"
          "<!-- Written by `rosrun cuboid_mapping print_parameters --markdown`. -->\n\n"
-         "All are private parameters of the node. A bad value stops it, with a list of everything "
-         "that is wrong. So does\nan unknown name, unless `octomap` is part of the node's name: "
-         "octomap_server ignores unknown names.\n"
+         "All are private parameters of the node. With a bad value or an unknown name the node "
+         "does not start, and "
+         "lists\neverything that is wrong. If its name contains `octomap`, unknown names are only "
+         "warnings, because "
+         "octomap_server\nignores them.\n"
          "[config/default.yaml](../config/default.yaml) holds all defaults.\n\n"
          "## Parameters of this node\n\n";
   writeRows(out, false);

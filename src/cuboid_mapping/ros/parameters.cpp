@@ -51,7 +51,7 @@ std::string describe(const XmlRpcValue& value) {
     case XmlRpcValue::TypeString: return '"' + get<std::string>(value) + '"';
     case XmlRpcValue::TypeArray: return "a list";
     case XmlRpcValue::TypeStruct: return "a group of keys";
-    default: return "no plain value";
+    default: return "not a plain value";
   }
 }
 
@@ -79,7 +79,8 @@ struct ValueReader {
   }
 
   Refusal operator()(const IntegerKind& kind) const {
-    if (value.getType() != XmlRpcValue::TypeInt) return "write it without quotes and dot";
+    if (value.getType() != XmlRpcValue::TypeInt)
+      return "write it without quotes and without a decimal point";
     const int number = get<int>(value);
     if (number < kind.min || number > kind.max) return "correct it";
     kind.field(parameters) = number;
@@ -110,7 +111,7 @@ struct ValueReader {
     if (value.getType() != XmlRpcValue::TypeString) return "choose one of the names";
     const auto name = get<std::string>(value);
     if (std::find(kind.names.begin(), kind.names.end(), name) == kind.names.end()) {
-      if (name == "brick") return "cuboids are boxes of one class now: write class";
+      if (name == "brick") return "it was replaced by class: write class";
       return "choose one of the names";
     }
     kind.set(parameters, name);
@@ -139,7 +140,7 @@ void warnOfSlash(const ParameterDeclaration& declaration, const XmlRpcValue& val
   if (!std::holds_alternative<FrameKind>(declaration.kind)) return;
   const auto frame = get<std::string>(value);
   if (frame == withoutSlash(frame)) return;
-  loaded.warnings.push_back({declaration.key, "is " + describe(value) + " and is taken for \"" +
+  loaded.warnings.push_back({declaration.key, "is " + describe(value) + " and is read as \"" +
                                                   withoutSlash(frame) +
                                                   "\": tf2 frames have no slash at the start"});
 }
@@ -160,7 +161,7 @@ std::optional<XmlRpcValue> findValueOrLeftover(const XmlRpcValue& group,
   const auto leftover = name.empty() ? std::nullopt : findValue(group, name);
   if (!leftover) return value;
   NodeParameters scratch;
-  std::string fate = "is taken for " + declaration.key + ", which is not set";
+  std::string fate = "is used for " + declaration.key + ", which is not set";
   bool is_taken = false;
   if (value) {
     fate = "is ignored: " + declaration.key + " is set";
@@ -289,7 +290,7 @@ void judgeUnknownKeys(const XmlRpcValue& group, UnknownKeys unknown_keys,
     const auto old_name = std::find_if(retired.begin(), retired.end(),
                                        [&key = key](const auto& old) { return old.key == key; });
     if (old_name != retired.end()) {
-      loaded.errors.push_back({key, "is of an earlier version: " + old_name->advice});
+      loaded.errors.push_back({key, "belongs to an earlier version: " + old_name->advice});
       continue;
     }
     const auto& foreign = octomapServerOnly();
@@ -305,7 +306,7 @@ void judgeUnknownKeys(const XmlRpcValue& group, UnknownKeys unknown_keys,
     if (unknown_keys == UnknownKeys::kRefuse) {
       loaded.errors.push_back({key, text + " Correct the key, or remove it"});
     } else {
-      loaded.warnings.push_back({key, text + " It is ignored, as octomap_server does"});
+      loaded.warnings.push_back({key, text + " It is ignored, as octomap_server would"});
     }
   }
 }

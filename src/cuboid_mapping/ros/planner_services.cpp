@@ -100,7 +100,7 @@ bool EditServices::onPause(std_srvs::SetBool::Request& request,
                            std_srvs::SetBool::Response& response) {
   is_paused_ = request.data != 0;
   response.success = static_cast<std::uint8_t>(true);
-  response.message = is_paused_ ? "clouds are left out from now on" : "clouds are inserted again";
+  response.message = is_paused_ ? "clouds are ignored from now on" : "clouds are inserted again";
   ROS_INFO_STREAM_NAMED(kNodeName, response.message);
   return true;
 }

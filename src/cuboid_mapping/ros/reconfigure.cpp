@@ -41,8 +41,7 @@ bool isDescribed(const std::string& key) {
 std::string reasonWhyFixed(const std::string& key) {
   if (key == "resolution") {
     return "cannot be changed while the node runs: the voxels of the map have this size. Restart "
-           "the "
-           "node with another one";
+           "the node with the new value";
   }
   if (key == "frame_id") {
     return "cannot be changed while the node runs: the map is fixed to this frame. Restart the "
@@ -257,7 +256,7 @@ LoadedParameters applyConfig(const NodeParameters& parameters, const Config& req
     if (name == kMaxDepthName) continue;
     const ParameterDeclaration* declaration = findDeclaration(name);
     if (declaration == nullptr) {
-      errors.push_back({name, "is no parameter: see ~parameter_descriptions"});
+      errors.push_back({name, "is not a parameter: see ~parameter_descriptions"});
       continue;
     }
     const XmlRpcValue in_force = std::visit(ValueWriter{parameters}, declaration->kind);

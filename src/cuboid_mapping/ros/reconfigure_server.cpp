@@ -59,14 +59,14 @@ bool ReconfigureServer::onRequest(dynamic_reconfigure::ReconfigureRequest& reque
                                   dynamic_reconfigure::ReconfigureResponse& response) {
   for (const auto& number : request.config.ints) {
     if (number.name != kMaxDepthName) continue;
-    ROS_WARN_STREAM_NAMED(kNodeName, "set_parameters: " << kMaxDepthName
-                                                        << " has no effect: cells of every size "
-                                                           "are shown");
+    ROS_WARN_STREAM_NAMED(
+        kNodeName,
+        "set_parameters: " << kMaxDepthName << " has no effect: cells of all sizes are shown");
   }
   const LoadedParameters loaded = applyConfig(parameters_, request.config);
   for (const ParameterError& error : loaded.errors) {
     ROS_ERROR_STREAM_NAMED(kNodeName, "set_parameters: " << error.key << ' ' << error.message
-                                                         << ". Nothing of the request is in force");
+                                                         << ". The whole request is refused");
   }
   const auto differences = toDifferenceLines(loaded.parameters, parameters_, "was");
   if (loaded.errors.empty() && !differences.empty()) {

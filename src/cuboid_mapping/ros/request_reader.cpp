@@ -1,44 +1,20 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "cuboid_mapping/ros/request_reader.h"
 
+#include "cuboid_mapping/io/text.h"
 #include "cuboid_mapping/ros/service_limits.h"
 
 #include <cmath>
-#include <locale>
-#include <sstream>
 
 namespace cuboid_mapping_ros {
 namespace {
 
-/// As people write it: "0.25", "107374182", "NaN".
-std::string toText(double value) {
-  if (std::isnan(value)) return "NaN";
-  std::ostringstream out;
-  out.imbue(std::locale::classic());
-  out.precision(9);
-  out << value;
-  return out.str();
-}
-
 using cuboid_mapping::CellBox;
 using cuboid_mapping::MetricBox;
+using cuboid_mapping::toText;
 using cuboid_mapping::UnknownPolicy;
 
-std::string toText(const Eigen::Vector3d& vector) {
-  std::ostringstream text;
-  text << '(' << vector.transpose() << ')';
-  return text.str();
-}
-
 }  // namespace
-
-geometry_msgs::Vector3 toVector3(const Eigen::Vector3d& vector) {
-  geometry_msgs::Vector3 message;
-  message.x = vector.x();
-  message.y = vector.y();
-  message.z = vector.z();
-  return message;
-}
 
 RequestReader::RequestReader(const MapInFrame& map, const std_msgs::Header& header) : map_(map) {
   const std::string frame_id = withoutSlash(header.frame_id);
@@ -49,7 +25,7 @@ RequestReader::RequestReader(const MapInFrame& map, const std_msgs::Header& head
   } else {
     require(false, "no transform from frame '" + frame_id + "' to '" + map.frame_id +
                        "': " + lookup.error +
-                       ". Check the name of the frame; stamp 0 takes the latest transform");
+                       ". Check the name of the frame; with stamp 0, the latest transform is used");
   }
 }
 
@@ -121,7 +97,8 @@ std::vector<CellBox> RequestReader::boxes(const std::vector<geometry_msgs::Point
                                           const std::vector<geometry_msgs::Point>& max,
                                           double inflation_m) {
   require(min.size() == max.size(), "min has " + std::to_string(min.size()) + " points, max " +
-                                        std::to_string(max.size()) + ": give one of each a box");
+                                        std::to_string(max.size()) +
+                                        ": give one of each for every box");
   std::vector<CellBox> boxes;
   boxes.reserve(min.size());
   for (std::size_t i = 0; isGood() && i < min.size(); ++i) {

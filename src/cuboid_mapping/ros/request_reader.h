@@ -8,15 +8,12 @@
 #include "cuboid_mapping/ros/query_box.h"
 #include "cuboid_mapping/ros/tf_lookup.h"
 
-#include <geometry_msgs/Vector3.h>
 #include <std_msgs/Header.h>
 
 #include <string>
 #include <vector>
 
 namespace cuboid_mapping_ros {
-
-[[nodiscard]] geometry_msgs::Vector3 toVector3(const Eigen::Vector3d& vector);
 
 /// Reads a request: checks its values and takes them to the frame of the map.
 ///

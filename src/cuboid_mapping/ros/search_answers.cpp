@@ -104,16 +104,15 @@ std::string explain(const Corridor& corridor) {
   switch (corridor.end) {
     case CorridorEnd::kFound: return {};
     case CorridorEnd::kStartBlocked:
-      return "the robot at the start meets an obstacle, unknown space that blocks, or the border "
-             "of "
-             "the region: ask ~nearest_free for a place, or let unknown space pass";
+      return "the robot's box at the start touches an obstacle, unknown space or the border of the "
+             "region: ask ~nearest_free for a free place, or treat unknown space as free";
     case CorridorEnd::kGoalBlocked:
-      return "the robot at the goal meets an obstacle, unknown space that blocks, or the border of "
-             "the region: ask ~nearest_free for a place, or let unknown space pass";
+      return "the robot's box at the goal touches an obstacle, unknown space or the border of the "
+             "region: ask ~nearest_free for a free place, or treat unknown space as free";
     case CorridorEnd::kNoWay:
-      return "there is no way: all that the robot can reach from the start was searched";
+      return "there is no way: everything that the robot can reach from the start was searched";
     case CorridorEnd::kBudgetSpent: return {};  // See noteEnd().
-    default: return "the request cannot be searched for";
+    default: return "the request is invalid";
   }
 }
 
@@ -174,7 +173,7 @@ FindNearestFree::Response answerFindNearestFree(const MapInFrame& map,
   const Eigen::Vector3d size_m = reader.size(request.size, request.inflation);
   const auto policy = reader.policy(request.unknown);
   const double max_m = reader.notNegative(request.max_distance, "max_distance");
-  reader.require(max_m > 0.0, "max_distance is 0: say how far the place may be");
+  reader.require(max_m > 0.0, "max_distance is 0: it must be greater than 0");
   for (const Eigen::Vector3d& point : points) {
     const Eigen::Vector3d reach_m = size_m.array() + 2.0 * max_m;
     (void)reader.cells(cuboid_mapping::boxAround(point, reach_m));
@@ -233,7 +232,7 @@ GetFreeGraph::Response answerGetFreeGraph(const MapInFrame& map,
   if (request.size.x != 0.0 || request.size.y != 0.0 || request.size.z != 0.0) {
     const auto size = map.map.grid().toSizeInCells(reader.size(request.size, inflation_m));
     reader.require(size.has_value(),
-                   "size reaches beyond the map: give the robot's edges in metres");
+                   "size is larger than any map: give the robot's edges in metres");
     passage = size.value_or(passage);
   }
   if (!reader.isGood()) return refuse<GetFreeGraph::Response>(reader.error());

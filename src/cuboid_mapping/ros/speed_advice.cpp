@@ -111,8 +111,4 @@ std::optional<std::string> SpeedWatch::suggestion() const {
   return "the clouds reach " + toText(reach_m_) + " m; a good start for such a sensor: " + text;
 }
 
-std::string counted(std::uint64_t count, const std::string& noun) {
-  return std::to_string(count) + ' ' + noun + (count == 1 ? "" : "s");
-}
-
 }  // namespace cuboid_mapping_ros

@@ -48,7 +48,4 @@ class SpeedWatch {
   double reach_m_ = 0.0;  ///< Greatest of all clouds.
 };
 
-/// A count with its noun: "1 cloud", "2 clouds".
-[[nodiscard]] std::string counted(std::uint64_t count, const std::string& noun);
-
 }  // namespace cuboid_mapping_ros

@@ -25,8 +25,8 @@ TfLookup lookupTransform(const tf2::BufferCore& buffer, const std::string& targe
         tf2::transformToEigen(buffer.lookupTransform(target_frame, source_frame, stamp));
   } catch (const std::exception& exception) {  // Of tf; of ros::Time for stamps 2^31 s apart.
     result.error = exception.what();
-    const std::string empty_head = ", ";  // tf2 leaves out what failed, and goes on with ", when"
-    if (result.error.rfind(empty_head, 0) == 0) result.error.erase(0, empty_head.size());
+    // tf2 leaves out what failed when its buffer was cleared, and goes on with ", when looking up".
+    if (result.error.rfind(", ", 0) == 0) result.error.insert(0, "tf has no data yet");
     result.error.erase(result.error.find_last_not_of(" .") + 1);  // ". ." at the end of many
   }
   return result;
