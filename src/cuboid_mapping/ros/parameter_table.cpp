@@ -184,9 +184,9 @@ std::vector<ParameterDeclaration> declareTopics() {
        "true: a new subscriber gets the current map at once."},
       {"marker_period", "s",
        NumberKind{[](P& p) -> double& { return p.marker_period_s; }, 0.0, 86400.0},
-       "After changes, occupied_cuboids and free_cuboids are sent as a whole again, a few times "
+       "After changes, occupied_cuboids and free_cuboids are sent again as a whole, a few times "
        "and "
-       "so long apart, so that a listener that has lost messages comes right. 0: never."},
+       "this long apart, so that a listener that has lost messages catches up. 0: never."},
       {"publish_values", "", BooleanKind{[](P& p) -> bool& { return p.publish_values; }},
        "true: cuboid_map and cuboid_map_updates carry the log-odds of every voxel. false: only "
        "classes, which is what planners need."},
