@@ -176,7 +176,7 @@ TEST(Reconfigure, ABadRequestChangesNothingAndSaysWhy) {
   frame.strs[0].value = "odom";
   expect_refused(frame, "fixed to this frame");
   expect_refused(withNumber("sensor_model_hit", 0.3), "from 0.501");
-  expect_refused(withNumber("max_deepness", 10), "no parameter");
+  expect_refused(withNumber("max_deepness", 10), "not a parameter");
   expect_refused(withNumber("pointcloud_min_z", 1e12), "less than");
   Config queue;
   queue.ints.emplace_back();
