@@ -267,7 +267,7 @@ TEST_F(CompareMaps, refusesBadOptions) {
       {{"--clouds", "0"}, "--clouds"},
       {{"--repeat", "0"}, "--repeat"},
       {{"--peers", "skimap"}, "skimap"},
-      {{"--peers", "none,octomap"}, "none goes with no other"},
+      {{"--peers", "none,octomap"}, "none cannot be combined with others"},
       {{"--speed", "1"}, "--speed"},
   };
   for (const auto& [options, message] : cases) expectError(folder(), options, message);
@@ -279,7 +279,7 @@ TEST_F(CompareMaps, explainsItselfInPlainText) {
   const ProgramEnd help = runProgram({COMPARE_MAPS_PROGRAM, "--help"});
   EXPECT_EQ(help.status, 0);
   EXPECT_EQ(help.out.find('\0'), std::string::npos);
-  EXPECT_NE(help.out.find("(dynamic, static; default"), std::string::npos) << help.out;
+  EXPECT_NE(help.out.find("(class, growth, none; default class)"), std::string::npos) << help.out;
   EXPECT_FALSE(runProgram({COMPARE_MAPS_PROGRAM, "--version"}).out.empty());
 }
 

@@ -129,7 +129,7 @@ TEST_F(CheckAnswers, LookAtManyPathsAtOnce) {
   request.lengths = {1, 1};
   expectRefusal(answerCheckPath(in_frame_, request), "add up to 2");
   request.lengths = {0, 3};
-  expectRefusal(answerCheckPath(in_frame_, request), "must have a waypoint");
+  expectRefusal(answerCheckPath(in_frame_, request), "must have at least one waypoint");
 }
 
 TEST_F(CheckAnswers, RefuseWhatIsNoPath) {
@@ -187,7 +187,7 @@ TEST_F(CheckAnswers, RefuseWhatIsNoRay) {
   expectRefusal(answerCastRays(in_frame_, request), "origins[0]");
   request = makeRay();
   request.directions.clear();
-  expectRefusal(answerCastRays(in_frame_, request), "one of each a ray");
+  expectRefusal(answerCastRays(in_frame_, request), "one of each for every ray");
 }
 
 }  // namespace

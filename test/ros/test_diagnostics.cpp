@@ -50,7 +50,7 @@ TEST(Diagnostics, AllIsWellWhileCloudsAreInserted) {
 
 TEST(Diagnostics, WarnsWhileNoCloudHasCome) {
   NodeReport report = makeReport(0, 0);
-  expectWarning(summarize(report, {}), {"no cloud on /points yet", "topic name and remapping"});
+  expectWarning(summarize(report, {}), {"no cloud on /points yet", "topic name and its remapping"});
   EXPECT_EQ(summarize(report, {}).message.find("nobody publishes"), std::string::npos);
   report.num_publishers = 0;
   expectWarning(summarize(report, {}), {"no cloud on /points yet", "nobody publishes it"});
@@ -139,7 +139,7 @@ TEST(Diagnostics, AFailedAutosaveIsAnError) {
   report.autosave_error = "cannot write /full/a.cuboids: No space left on device";
   const ReportSummary summary = summarize(report, report.statistics);
   EXPECT_EQ(summary.level, ReportLevel::kError);
-  expectWords(summary, {"the map is not saved", "No space left on device"});
+  expectWords(summary, {"the map could not be saved", "No space left on device"});
 }
 
 TEST(Diagnostics, AFullQueueSaysWhatWouldKeepUp) {

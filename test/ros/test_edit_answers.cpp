@@ -113,7 +113,7 @@ TEST_F(EditAnswers, RefuseWhatCannotBeSet) {
   request.min[0] = point(0.0, 0.0, 0.0);
   request.max[0] = point(500.0, 500.0, 500.0);
   expectRefusal(answerSetBox(in_frame_, request),
-                "the boxes contain 1.25e+11 voxels: at most 1e+09 can");
+                "the boxes contain 244140625 bricks of 8 x 8 x 8 voxels: at most 2000000 can");
   request.occupancy = SetBox::Request::UNKNOWN;
   EXPECT_TRUE(answerSetBox(in_frame_, request).success) << "costs nothing";
 }

@@ -108,7 +108,7 @@ TEST_F(TroubleshootingTest, FreeCellsThatNobodyAskedFor) {
   listenTo(kNode);
   publishRoom("lidar");
   TopicProbe<visualization_msgs::MarkerArray> cells("/free_cells_vis_array");
-  EXPECT_TRUE(log_.waitForLine("free_cells_vis_array, which stays empty", kNode));
+  EXPECT_TRUE(log_.waitForLine("free_cells_vis_array has a subscriber, but stays empty", kNode));
   TopicProbe<visualization_msgs::MarkerArray> cuboids("/free_cuboids");
   EXPECT_TRUE(cuboids.waitForMessage([](const auto& array) { return !array.markers.empty(); }))
       << "one of the cures";
