@@ -4,33 +4,45 @@
 #include "cuboid_mapping/rtree/rtree.h"
 #include "cuboid_mapping/scan/brick_update.h"
 
+#include <set>
 #include <vector>
 
 namespace cuboid_mapping {
 
-/// Voxels that clouds do not change, as disjoint boxes. Const functions may run side by side.
+/// Voxels that clouds do not change, as disjoint boxes. Const functions may run side by side. Where memory
+/// fails, a function throws, and the boxes are as before.
 class LockedBoxes {
  public:
-  /// Locks the voxels of a box, those that are locked already included. When memory fails, what was
-  /// locked stays so. @complexity O((k + 1) log n) for k locked boxes that it meets, as of remove().
+  /// Locks the voxels of a box, those that are locked already included.
+  /// @complexity O((k + 1) log n) for k locked boxes that it meets, as of remove().
   void add(const CellBox& box);
-  /// Unlocks the voxels of a box; a locked box that reaches beyond it is cut at its faces. When memory
-  /// fails, some of its voxels may stay locked, and no others are unlocked.
+  /// Unlocks the voxels of a box; a locked box that reaches beyond it is cut at its faces.
   void remove(const CellBox& box);
-  void clear() { tree_.clear(); }
+  void clear() noexcept;
 
-  [[nodiscard]] bool isEmpty() const { return tree_.isEmpty(); }
+  [[nodiscard]] bool isEmpty() const { return boxes_.empty(); }
   /// In no particular order.
-  [[nodiscard]] std::vector<CellBox> boxes() const;
+  [[nodiscard]] std::vector<CellBox> boxes() const { return {boxes_.begin(), boxes_.end()}; }
 
   /// An update without its locked voxels. @complexity O(log n + k) for each brick, of n locked boxes and
   /// k that it meets.
   [[nodiscard]] std::vector<BrickUpdate> without(const std::vector<BrickUpdate>& update) const;
 
  private:
-  void cut(const std::vector<Cuboid>& locked, const CellBox& box);
+  /// Disjoint boxes have different first cells.
+  struct IsBefore {
+    bool operator()(const CellBox& a, const CellBox& b) const noexcept { return a.min < b.min; }
+  };
+  using Boxes = std::set<CellBox, IsBefore>;
 
-  RTree tree_;
+  void makeTree();
+  void replace(const CellBox& box, Boxes added);
+  template <typename VisitorT>
+  void visit(const CellBox& box, const VisitorT& visitor) const;
+
+  Boxes boxes_;
+  RTree tree_;            ///< Of the boxes.
+  bool has_tree_ = true;  ///< Else memory has failed, and the next change makes it anew.
 };
 
 }  // namespace cuboid_mapping

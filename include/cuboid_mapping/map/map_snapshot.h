@@ -34,7 +34,8 @@ struct SnapshotLimits {
 /// All voxels of a map. @complexity O(n).
 [[nodiscard]] MapSnapshot takeSnapshot(const CuboidMap& map, const std::string& frame_id);
 
-/// Puts a snapshot in the place of everything in a map, exactly. The revision rises.
+/// Puts a snapshot in the place of everything in a map, locks too, exactly. The revision rises. When it
+/// throws, for want of memory, the map is as before.
 /// @pre findFault() finds none, and the resolutions are equal. @complexity O(n).
 ChangeSet restoreSnapshot(const MapSnapshot& snapshot, CuboidMap& map);
 

@@ -49,9 +49,10 @@ MapSnapshot takeSnapshot(const CuboidMap& map, const std::string& frame_id) {
 }
 
 ChangeSet restoreSnapshot(const MapSnapshot& snapshot, CuboidMap& map) {
-  ChangeSet changes = map.clear();
-  changes.revision = map.replace(kAllCells, snapshot.bricks).revision;
-  return changes;
+  CuboidMap restored(map.config());
+  restored.replace(kAllCells, snapshot.bricks);
+  map.clear();  // From here on nothing throws.
+  return map.exchange(restored);
 }
 
 std::optional<SnapshotFault> findFault(const MapSnapshot& snapshot, const SnapshotLimits& limits) {
