@@ -24,6 +24,7 @@ double meanProbability(const PackedVoxels& voxels, const CellBox& box) {
 std::string toCsv(const MapSnapshot& snapshot, const ProgressListener& listener) {
   const Grid grid(snapshot.resolution_m);
   std::ostringstream out;
+  out.exceptions(std::ios::badbit);  // Without memory it would leave the rest out, and say nothing.
   out.imbue(std::locale::classic());
   out << "min_x,min_y,min_z,max_x,max_y,max_z,probability,class\n";
   ProgressCounter progress(listener, snapshot.bricks.size());
