@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "cuboid_mapping/ros/guarded_map.h"
 
+#include <new>
+
 namespace cuboid_mapping_ros {
 namespace {
 
@@ -33,8 +35,13 @@ void GuardedMap::note(const cuboid_mapping::ChangeSet& changes) {
     changed_.clear();
   }
   if (is_everything_changed_) return;
-  for (const cuboid_mapping::ChangedBrick& brick : changes.bricks) {
-    changed_.at(brick.brick).has_new_cuboids |= brick.has_new_cuboids;
+  try {
+    for (const cuboid_mapping::ChangedBrick& brick : changes.bricks) {
+      changed_.at(brick.brick).has_new_cuboids |= brick.has_new_cuboids;
+    }
+  } catch (const std::bad_alloc&) {  // The map has changed: nobody may miss it.
+    is_everything_changed_ = true;
+    changed_.clear();
   }
   if (changed_.size() <= kMaxGoneBricks + map_.voxels().size()) return;
   is_everything_changed_ = true;
