@@ -60,19 +60,21 @@ class SimulatedNode {
         intake_(
             queue_, tf_, parameters,
             {[this](const CloudIntake::CloudPtr& cloud, const CloudPoses& poses) {
-               handle(cloud, poses);
+               countFailure([&] { handle(cloud, poses); });
              },
              [this](DropReason reason, const std::string&) { ++statistics_.numDropped(reason); }}),
         inbox_(queue_, makeCloudLimits(parameters),
                {[this](const CloudIntake::CloudPtr& cloud) {
                   ++statistics_.num_received;
-                  intake_.receive(cloud, now_);
+                  countFailure([&] { intake_.receive(cloud, now_); });
                 },
                 [this](std::size_t count) {
                   statistics_.num_received += count;
                   statistics_.numDropped(DropReason::kQueueFull) += count;
                 }}),
-        replay_(parameters) {}
+        replay_(parameters) {
+    inserted_.reserve(1000);
+  }
 
   void receive(const CloudIntake::CloudPtr& cloud) { inbox_.put(cloud); }
   void setTime(const ros::Time& now) {
@@ -90,12 +92,12 @@ class SimulatedNode {
     intake_.setParameters(parameters, now_);
     pipeline_ = std::make_unique<CloudPipeline>(parameters);
     edit([&](CuboidMap& map) { return map.setSensorModel(parameters.map.sensor_model); });
-    replay_.setParameters(parameters);
+    replay().setParameters(parameters);
   }
   /// Changes the map, and that of the replay.
   void editBoth(const std::function<ChangeSet(CuboidMap&)>& work) {
     edit(work);
-    (void)work(replay_.map());
+    (void)work(replay().map());
   }
   void setPaused(bool is_paused) { is_paused_ = is_paused; }
 
@@ -106,16 +108,22 @@ class SimulatedNode {
   }
   /// As MapPublisher::publish().
   MapDelta publish() {
-    return map_.read([this](const CuboidMap& map, const ros::Time&) {
-      MapDelta delta = cuboid_mapping::makeDelta(map, map_.takeChanges(), kInstance,
-                                                 published_revision_, MapDetail::kValues);
-      published_revision_ = delta.revision;
-      return delta;
+    MapDelta delta;
+    (void)map_.takeChanges([&](const CuboidMap& map, const ros::Time&, const ChangeSet& changes) {
+      delta = cuboid_mapping::makeDelta(map, changes, kInstance, published_revision_,
+                                        MapDetail::kValues);
     });
+    published_revision_ = delta.revision;
+    return delta;
   }
 
   GuardedMap& map() { return map_; }
-  PlainReplay& replay() { return replay_; }
+  /// With all clouds that were counted as inserted.
+  PlainReplay& replay() {
+    for (const Inserted& inserted : inserted_) replay_.insert(*inserted.cloud, inserted.poses);
+    inserted_.clear();
+    return replay_;
+  }
   [[nodiscard]] const NodeStatistics& statistics() const { return statistics_; }
   [[nodiscard]] std::size_t numWaiting() const { return intake_.numWaiting(); }
   [[nodiscard]] const CallbackGuard& guard() const { return guard_; }
@@ -123,8 +131,23 @@ class SimulatedNode {
  private:
   static constexpr std::uint64_t kInstance = 7;
 
+  struct Inserted {
+    CloudIntake::CloudPtr cloud;
+    CloudPoses poses;
+  };
+
   void edit(const std::function<ChangeSet(CuboidMap&)>& work) {
     map_.edit([&](CuboidMap& map, const ros::Time&) { return work(map); });
+  }
+
+  /// As MappingNode: a cloud whose work fails is counted.
+  template <typename WorkT>
+  void countFailure(const WorkT& work) {
+    try {
+      work();
+    } catch (const std::exception&) {
+      ++statistics_.numDropped(DropReason::kInternalError);
+    }
   }
 
   void handle(const CloudIntake::CloudPtr& cloud, const CloudPoses& poses) {
@@ -140,7 +163,7 @@ class SimulatedNode {
     }
     map_.change(cloud->header.stamp, [update](CuboidMap& map) { return map.apply(*update); });
     ++statistics_.num_inserted;
-    replay_.insert(*cloud, poses);
+    inserted_.push_back({cloud, poses});
   }
 
   GuardedMap map_;
@@ -156,6 +179,7 @@ class SimulatedNode {
   CloudIntake intake_;
   CloudInbox inbox_;
   PlainReplay replay_;
+  std::vector<Inserted> inserted_;  ///< That the replay does not have yet.
 };
 
 }  // namespace cuboid_mapping_ros::test

@@ -1,0 +1,113 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Every place where a call can fail, one after the other, with a look at what is left afterwards.
+//
+// CUBOID_MAPPING_FAULTS says at how many calls at most a trial is repeated, evenly spread; 0: at all.
+#pragma once
+
+#include "fault_injection.h"
+#include "isolated.h"
+#include "support/random.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cstdlib>
+#include <functional>
+#include <iostream>
+#include <limits>
+#include <map>
+#include <sstream>
+#include <string>
+
+namespace cuboid_mapping::campaign {
+
+/// Does work with a fault armed. @return Whether an exception has come out of it.
+using Act = std::function<bool(const std::function<void()>& work)>;
+
+/// One try: makes what it needs, does its work by `act`, and looks at what is left.
+/// @return What is wrong; empty: nothing.
+using Trial = std::function<std::string(const Act& act)>;
+
+/// A fault in a trial, and what came of it.
+struct TrialResult {
+  std::size_t num_calls = 0;
+  bool has_failed = false;
+  bool has_thrown = false;
+  std::string wrong;
+};
+
+/// In a process of its own.
+inline TrialResult tryOnce(FaultKind kind, std::size_t number, FaultDuration duration,
+                           const Trial& trial) {
+  const std::string said = runIsolated([&] {
+    TrialResult result;
+    result.wrong = trial([&](const std::function<void()>& work) {
+      const FaultScope scope(kind, number, duration);
+      try {
+        work();
+      } catch (const std::exception&) {
+        result.has_thrown = true;
+      }
+      result.has_failed = scope.hasFailed();
+      result.num_calls = scope.numCalls();
+      return result.has_thrown;
+    });
+    if (!result.wrong.empty()) result.wrong += ", failed call: " + describeFailedCall();
+    std::ostringstream text;
+    text << "result " << result.num_calls << ' ' << result.has_failed << ' ' << result.has_thrown
+         << ' ' << result.wrong;
+    return text.str();
+  });
+  TrialResult result;
+  std::istringstream text(said);
+  std::string head;
+  if (text >> head >> result.num_calls >> result.has_failed >> result.has_thrown &&
+      head == "result") {
+    std::getline(text >> std::ws, result.wrong);
+  } else {
+    result.wrong = said;
+    result.has_failed = true;
+  }
+  return result;
+}
+
+/// Whether all calls are tried, or so many at most.
+inline std::size_t maxTrials() {
+  const char* text = std::getenv("CUBOID_MAPPING_FAULTS");
+  const std::size_t most = text == nullptr ? 12 : std::strtoull(text, nullptr, 10);
+  return most == 0 ? std::numeric_limits<std::size_t>::max() : most;
+}
+
+/// Lets the first, second, third call of a trial fail, once and from then on, until none is
+/// reached; prints a row for each and expects that nothing is wrong.
+/// @return How many calls were made to fail.
+inline std::size_t expectNothingWrong(const std::string& name, FaultKind kind, const Trial& trial) {
+  (void)test::testSeed();  // Says it here, and not in every process again.
+  constexpr auto kNever = std::numeric_limits<std::size_t>::max();
+  const TrialResult plain = tryOnce(kind, kNever, FaultDuration::kOnce, trial);
+  EXPECT_EQ(plain.wrong, "") << name << " without a fault";
+  const std::size_t step = std::max<std::size_t>(1, plain.num_calls / maxTrials());
+  std::size_t num_all = 0;
+  for (const FaultDuration duration : {FaultDuration::kOnce, FaultDuration::kLasting}) {
+    std::map<std::string, std::size_t> wrong;
+    std::size_t num_trials = 0;
+    std::size_t num_thrown = 0;
+    for (std::size_t number = 0; number < plain.num_calls; number += step) {
+      const TrialResult result = tryOnce(kind, number, duration, trial);
+      if (!result.wrong.empty()) ++wrong[result.wrong];
+      ++num_trials;
+      num_thrown += result.has_thrown ? 1 : 0;
+    }
+    std::cout << name << ", " << toString(kind)
+              << (duration == FaultDuration::kOnce ? " fails once: " : " fails from then on: ")
+              << num_trials << " of " << plain.num_calls << " calls, " << num_thrown
+              << " exceptions, " << wrong.size() << " kinds of wrong results" << std::endl;
+    for (const auto& [what, count] : wrong) {
+      ADD_FAILURE() << name << ": " << count << " times: " << what;
+    }
+    num_all += num_trials;
+  }
+  return num_all;
+}
+
+}  // namespace cuboid_mapping::campaign
