@@ -1,49 +1,21 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // What planners ask of maps of real scans, against a look at every voxel.
-#include "cuboid_mapping/io/scan_dataset.h"
 #include "cuboid_mapping/query/corridor_query.h"
 #include "cuboid_mapping/query/fit_query.h"
 #include "cuboid_mapping/query/path_query.h"
-#include "support/dense_obstacles.h"
+#include "support/real_scene.h"
 
 #include <gtest/gtest.h>
 
-#include <cstdlib>
-#include <optional>
 #include <vector>
 
 namespace cuboid_mapping {
 namespace {
 
 using test::DenseObstacles;
+using test::makeObstacles;
 using test::Random;
-
-/// A map, and where its sensor was.
-struct Scene {
-  CuboidMap map;
-  std::vector<Eigen::Vector3d> poses_map;
-};
-
-std::optional<Scene> readScene(const std::string& name, double resolution_m) {
-  const char* folder = std::getenv("CUBOID_DATA_DIR");
-  if (folder == nullptr) return std::nullopt;
-  MapConfig config;
-  config.resolution_m = resolution_m;
-  Scene scene{CuboidMap(config), {}};
-  ScanUpdater updater(scene.map.grid());
-  const auto dataset = openScanDataset(std::string(folder) + "/" + name);
-  for (std::size_t i = 0; i < dataset->size(); ++i) {
-    const ScanDataset::Item item = dataset->read(i);
-    const Eigen::Vector3d origin = item.T_map_sensor.translation();
-    scene.map.apply(updater.compute(makeScan(item.T_map_sensor, origin, item.points_sensor)));
-    scene.poses_map.push_back(origin);
-  }
-  return scene;
-}
-
-DenseObstacles makeObstacles(const CuboidMap& map, const CellBox& area, UnknownPolicy policy) {
-  return {[&map](const Cell& cell) { return map.voxels().at(cell); }, area, policy};
-}
+using test::readScene;
 
 /// Places of a box, with a number for those that are connected from voxel to voxel.
 class ConnectedPlaces {
