@@ -94,7 +94,7 @@ TEST(MapSnapshot, isCheckedForWhatCannotBe) {
   EXPECT_TRUE(contains(faultOf({brickAt({0, 0, 0}, kInfinity)}), "log-odds"));
   EXPECT_TRUE(contains(faultOf({brickAt({0, 0, 0}, -kInfinity)}), "log-odds"));
   EXPECT_TRUE(contains(faultOf({brickAt({0, 0, 0}), brickAt({0, 0, 0})}), "twice"));
-  EXPECT_TRUE(contains(faultOf({brickAt({8, 0, 0}), brickAt({0, 0, 0})}), "place"));
+  EXPECT_TRUE(contains(faultOf({brickAt({8, 0, 0}), brickAt({0, 0, 0})}), "order"));
   EXPECT_TRUE(contains(faultOf({brickAt({0, 0, 0}), brickAt({8, 0, 0})}, {1}), "bricks"));
   for (const double resolution_m : {0.0, -1.0, 1e3, std::numeric_limits<double>::quiet_NaN()}) {
     MapSnapshot snapshot;
