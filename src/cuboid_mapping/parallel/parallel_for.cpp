@@ -6,7 +6,6 @@
 #include <deque>
 #include <exception>
 #include <mutex>
-#include <system_error>
 #include <thread>
 #include <utility>
 #include <vector>
@@ -55,8 +54,8 @@ class ThreadPool {
     if (max_helpers == 0) return job;
     {
       const std::lock_guard<std::mutex> lock(mutex_);
-      jobs_.push_back(job);
       startThreads(max_helpers);
+      jobs_.push_back(job);  // Last: nobody may work for a caller that an exception has reached.
     }
     changed_.notify_all();
     return job;
@@ -74,12 +73,12 @@ class ThreadPool {
   }
 
  private:
-  /// So many at least, if the machine lets it.
+  /// So many at least, if the machine and its memory let it.
   void startThreads(std::size_t count) {
     while (threads_.size() < count) {
       try {
         threads_.emplace_back([this] { run(); });
-      } catch (const std::system_error&) {
+      } catch (const std::exception&) {
         return;
       }
     }
