@@ -1,12 +1,13 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "config.h"
 
+#include "cuboid_mapping/map/config_check.h"
+
 #include <algorithm>
 #include <cmath>
 #include <functional>
-#include <limits>
+#include <map>
 #include <set>
-#include <sstream>
 #include <string>
 #include <thread>
 #include <vector>
@@ -21,30 +22,29 @@ using cuboid_mapping::GrowthStarters;
 using cuboid_mapping::GrowthStep;
 using cuboid_mapping::MapperConfig;
 
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
-
 /// Takes keyword arguments one after the other, and notes what is wrong with them.
 class ConfigReader {
  public:
   explicit ConfigReader(const py::dict& arguments) : arguments_(arguments) {}
 
-  void number(const char* key, double& field, double min, double max) {
+  void number(const char* key, double& field) {
     const auto value = take(key);
     if (!value) return;
     const double given = py::isinstance<py::bool_>(value) ? NAN : PyFloat_AsDouble(value.ptr());
-    PyErr_Clear();  // Of what is no number: NaN is in no range.
-    if (!(given >= min && given <= max)) return refuse(key, value, range(min, max));
+    PyErr_Clear();  // Of what is no number.
+    if (std::isnan(given)) return refuse(key, value, "a number");
     field = given;
   }
 
-  void integer(const char* key, int& field, int min, int max) {
+  void integer(const char* key, int& field) {
     const auto value = take(key);
     if (!value) return;
     const bool is_integer = PyIndex_Check(value.ptr()) && !py::isinstance<py::bool_>(value);
     const long given = is_integer ? PyLong_AsLong(py::int_(value).ptr()) : 0;
-    const bool is_good = is_integer && PyErr_Occurred() == nullptr && given >= min && given <= max;
+    const bool is_good =
+        is_integer && PyErr_Occurred() == nullptr && given == static_cast<int>(given);
     PyErr_Clear();  // Of a number that is no long.
-    if (!is_good) return refuse(key, value, "a whole number " + range(min, max));
+    if (!is_good) return refuse(key, value, "a whole number of at most 32 bits");
     field = static_cast<int>(given);
   }
 
@@ -77,8 +77,11 @@ class ConfigReader {
 
   void note(const std::string& error) { errors_ += "\n  " + error; }
 
-  /// @throws std::invalid_argument  when something is wrong.
-  void finish() {
+  /// @throws std::invalid_argument  when something is wrong, in the configuration or before it.
+  void finish(const MapperConfig& config) {
+    for (const cuboid_mapping::ConfigError& error : checkConfig(config)) {
+      note(keyOf(error.field) + ' ' + error.message);
+    }
     std::string known;
     for (const std::string& key : known_) known += (known.empty() ? "" : ", ") + key;
     for (const auto& item : arguments_) {
@@ -94,15 +97,19 @@ class ConfigReader {
     return arguments_.contains(key) ? py::object(arguments_[key]) : py::object();
   }
 
-  template <typename T>
-  static std::string range(T min, T max) {
-    std::ostringstream text;
-    text << "from " << min << " to " << max;
-    return text.str();
+  /// The keyword of a field: "growth_samples" of "map.growth.sampling.per_m".
+  static std::string keyOf(const std::string& field) {
+    static const std::map<std::string, std::string> keys = {
+        {"max_range_m", "max_range"},
+        {"map.resolution_m", "resolution"},
+        {"map.growth.sampling.per_m", "growth_samples"},
+        {"map.growth.settle_clouds", "growth_settle_clouds"}};
+    const auto key = keys.find(field);
+    return key != keys.end() ? key->second : field.substr(field.rfind('.') + 1);
   }
 
   void refuse(const char* key, const py::object& value, const std::string& allowed) {
-    note(std::string(key) + " is " + py::repr(value).cast<std::string>() + ": it must be " +
+    note(std::string(key) + " is " + py::repr(value).cast<std::string>() + ", but must be " +
          allowed);
   }
 
@@ -112,23 +119,16 @@ class ConfigReader {
 };
 
 void readMap(ConfigReader& reader, cuboid_mapping::MapConfig& map) {
-  reader.number("resolution", map.resolution_m, 1e-3, 1e2);
-  reader.number("hit", map.sensor_model.hit, 0.501, 0.999);
-  reader.number("miss", map.sensor_model.miss, 0.001, 0.499);
-  reader.number("alpha_min", map.sensor_model.alpha_min, 0.001, 0.499);
-  reader.number("alpha_max", map.sensor_model.alpha_max, 0.501, 0.999);
+  reader.number("resolution", map.resolution_m);
+  reader.number("hit", map.sensor_model.hit);
+  reader.number("miss", map.sensor_model.miss);
+  reader.number("alpha_min", map.sensor_model.alpha_min);
+  reader.number("alpha_max", map.sensor_model.alpha_max);
   reader.choice("environment", map.environment, {Environment::kDynamic, Environment::kStatic});
   reader.choice("fusion", map.fusion, {FusionKind::kClass, FusionKind::kGrowth, FusionKind::kNone});
-  reader.integer("max_branches", map.rtree.max_branches, 2,
-                 cuboid_mapping::RTreeConfig::kMaxBranchesLimit);
-  reader.integer("min_branches", map.rtree.min_branches, 1,
-                 cuboid_mapping::RTreeConfig::kMaxBranchesLimit / 2);
-  if (map.rtree.min_branches > map.rtree.max_branches / 2) {
-    reader.note("min_branches is " + std::to_string(map.rtree.min_branches) +
-                ": it must be at most half of max_branches, which is " +
-                std::to_string(map.rtree.max_branches));
-  }
-  reader.integer("threads", map.threads, 0, 256);
+  reader.integer("max_branches", map.rtree.max_branches);
+  reader.integer("min_branches", map.rtree.min_branches);
+  reader.integer("threads", map.threads);
   if (map.threads == 0) {
     map.threads = static_cast<int>(std::max(1U, std::thread::hardware_concurrency()));
   }
@@ -147,9 +147,9 @@ void readGrowth(ConfigReader& reader, cuboid_mapping::GrowthConfig& growth) {
               });
   reader.choice("growth_starters", growth.starters,
                 {GrowthStarters::kSampled, GrowthStarters::kEndPoints, GrowthStarters::kChanged});
-  reader.number("growth_samples", growth.sampling.per_m, 0.0, 100.0);
-  reader.integer("growth_seed", growth.sampling.seed, 0, 1000000);
-  reader.integer("growth_settle_clouds", growth.settle_clouds, 0, 10000);
+  reader.number("growth_samples", growth.sampling.per_m);
+  reader.integer("growth_seed", growth.sampling.seed);
+  reader.integer("growth_settle_clouds", growth.settle_clouds);
 }
 
 }  // namespace
@@ -158,9 +158,9 @@ MapperConfig parseConfig(const py::dict& arguments, const MapperConfig& base) {
   MapperConfig config = base;
   ConfigReader reader(arguments);
   readMap(reader, config.map);
-  reader.number("max_range", config.max_range_m, 0.01, kInfinity);
+  reader.number("max_range", config.max_range_m);
   readGrowth(reader, config.map.growth);
-  reader.finish();
+  reader.finish(config);
   return config;
 }
 

@@ -122,7 +122,7 @@ def test_everything_that_is_wrong_with_a_configuration_is_said_at_once():
     assert len(lines) == 1 + len(wrong)
     for key in wrong:
         assert any(line.strip().startswith(key + ' is ') for line in lines), key
-    assert "resolution is -1: it must be from 0.001 to 100" in str(error.value)
+    assert "resolution is -1, but must be 0.001 to 100" in str(error.value)
     with pytest.raises(ValueError, match='half of max_branches'):
         cuboid_map.Mapper(max_branches=4, min_branches=3)
 
