@@ -8,6 +8,9 @@ function(cuboid_mapping_configure target)
   if(CUBOID_MAPPING_WERROR)
     target_compile_options(${target} PRIVATE -Werror)
   endif()
+  if(CUBOID_MAPPING_FUZZ)  # The fuzzers learn from what they have run through.
+    target_compile_options(${target} PRIVATE -fsanitize=fuzzer-no-link)
+  endif()
   if(CUBOID_MAPPING_SANITIZE)
     target_compile_options(${target} PUBLIC
       -fsanitize=${CUBOID_MAPPING_SANITIZE} -fno-omit-frame-pointer)

@@ -8,6 +8,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <memory>
 #include <unordered_set>
 
@@ -242,7 +243,10 @@ class DifferenceReader {
 
 std::vector<float> decodeLogOdds(ByteReader& reader, const Sizes& sizes) {
   std::vector<float> log_odds(sizes.num_log_odds);
-  for (float& value : log_odds) value = reader.readF32();
+  for (float& value : log_odds) {
+    value = reader.readF32();
+    if (!std::isfinite(value)) failCorrupted("a voxel has log-odds that are not finite");
+  }
   return log_odds;
 }
 

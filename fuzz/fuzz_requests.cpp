@@ -1,0 +1,170 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Requests to all services that answer from the map, with any numbers in them.
+#include "cuboid_mapping/ros/check_answers.h"
+#include "cuboid_mapping/ros/edit_answers.h"
+#include "cuboid_mapping/ros/guarded_map.h"
+#include "cuboid_mapping/ros/search_answers.h"
+
+#include "fuzz_input.h"
+
+#include <geometry_msgs/TransformStamped.h>
+
+#include <cstdlib>
+
+namespace {
+
+using namespace cuboid_mapping;
+using namespace cuboid_mapping_ros;
+
+/// A room with a wall and a door in it, as in the tests of the answers.
+class Room {
+ public:
+  Room() : map_(makeConfig()) {
+    map_.change(ros::Time(7.0), [](CuboidMap& map) {
+      return map.replace(kAllCells, {{{{0, 0, 0}, {10, 10, 10}}, -1.0F},
+                                     {{{11, 0, 0}, {20, 10, 10}}, -1.0F},
+                                     {{{10, 0, 0}, {11, 3, 10}}, 1.0F},
+                                     {{{10, 3, 0}, {11, 6, 10}}, -2.0F}});
+    });
+    geometry_msgs::TransformStamped transform;
+    transform.header.frame_id = "map";
+    transform.child_frame_id = "turned";
+    transform.transform.translation.x = 5.0;
+    transform.transform.rotation.z = transform.transform.rotation.w = 0.70710678118654757;
+    tf_.setTransform(transform, "fuzz", true);
+  }
+  [[nodiscard]] const MapInFrame& inFrame() const { return in_frame_; }
+
+ private:
+  static MapConfig makeConfig() {
+    MapConfig config;
+    config.resolution_m = 0.1;
+    return config;
+  }
+  GuardedMap map_;
+  tf2::BufferCore tf_;
+  MapInFrame in_frame_{map_, "map", tf_};
+};
+
+/// Takes the fields of requests out of the input.
+class Taker {
+ public:
+  explicit Taker(FuzzInput& input) : input_(input) {}
+
+  void operator()(std_msgs::Header& header) {
+    const char* frames[] = {"", "", "map", "turned", "nowhere"};
+    header.frame_id = frames[input_.upTo(4)];
+    if (input_.upTo(7) == 0) header.stamp.sec = input_.take<std::uint32_t>();
+  }
+  void operator()(geometry_msgs::Point& point) { takeXyz(point); }
+  void operator()(geometry_msgs::Vector3& vector) { takeXyz(vector); }
+  void operator()(double& number) { number = input_.number(); }
+  void operator()(std::uint8_t& number) {
+    number = input_.upTo(7) == 0 ? input_.take<std::uint8_t>()
+                                 : static_cast<std::uint8_t>(input_.upTo(3));
+  }
+  void operator()(std::uint32_t& number) {
+    number = input_.upTo(7) == 0 ? input_.take<std::uint32_t>()
+                                 : static_cast<std::uint32_t>(input_.upTo(5));
+  }
+  void operator()(float& number) { number = static_cast<float>(input_.number()); }
+  template <typename T>
+  void operator()(std::vector<T>& items) {
+    items.resize(input_.upTo(4));
+    for (T& item : items) (*this)(item);
+  }
+  template <typename FirstT, typename SecondT, typename... RestT>
+  void operator()(FirstT& first, SecondT& second, RestT&... rest) {
+    (*this)(first);
+    (*this)(second, rest...);
+  }
+
+ private:
+  template <typename T>
+  void takeXyz(T& xyz) {
+    xyz.x = input_.number();
+    xyz.y = input_.number();
+    xyz.z = input_.number();
+  }
+  FuzzInput& input_;
+};
+
+/// Either an answer, or a refusal that says why.
+template <typename ResponseT>
+void check(const ResponseT& response) {
+  if (response.success == 0 && response.message.empty()) std::abort();
+}
+
+void askOne(const MapInFrame& map, FuzzInput& input) {
+  Taker take(input);
+  switch (input.upTo(9)) {
+    case 0: {
+      CheckBoxes::Request r;
+      take(r.header, r.min, r.max, r.inflation, r.unknown);
+      return check(answerCheckBoxes(map, r));
+    }
+    case 1: {
+      CheckPath::Request r;
+      take(r.header, r.waypoints, r.lengths, r.size, r.inflation, r.unknown);
+      return check(answerCheckPath(map, r));
+    }
+    case 2: {
+      CastRays::Request r;
+      take(r.header, r.origins, r.directions, r.max_range, r.inflation, r.unknown);
+      return check(answerCastRays(map, r));
+    }
+    case 3: {
+      FindNearest::Request r;
+      take(r.header, r.points, r.classes, r.k, r.max_distance, r.inflation);
+      return check(answerFindNearest(map, r));
+    }
+    case 4: {
+      FindNearestFree::Request r;
+      take(r.header, r.points, r.size, r.inflation, r.unknown, r.max_distance);
+      return check(answerFindNearestFree(map, r));
+    }
+    case 5: {
+      GetCuboids::Request r;
+      take(r.header, r.everything, r.min, r.max, r.inflation, r.classes);
+      take(r.min_edge, r.clip, r.limit);
+      return check(answerGetCuboids(map, r));
+    }
+    case 6: {
+      GetFreeGraph::Request r;
+      take(r.header, r.min, r.max, r.size, r.inflation, r.limit);
+      return check(answerGetFreeGraph(map, r));
+    }
+    case 7: {
+      FindCorridor::Request r;
+      take(r.header, r.start, r.goal, r.size, r.inflation, r.unknown, r.time_limit, r.use_region);
+      take(r.min, r.max);
+      return check(answerFindCorridor(map, r));
+    }
+    case 8: {
+      SetBox::Request r;
+      take(r.header, r.min, r.max, r.inflation, r.occupancy, r.probability, r.lock);
+      return check(answerSetBox(map, r));
+    }
+    default: {
+      BoxRequest r;
+      const char* frames[] = {"", "map", "turned", "nowhere"};
+      r.frame_id = frames[input.upTo(3)];
+      for (int axis = 0; axis < 3; ++axis) {
+        r.box.min_m[axis] = input.number();
+        r.box.max_m[axis] = input.number();
+      }
+      take(r.wanted_cuboids);
+      r.is_clipped = input.chance();
+      (void)answerBoxRequest(map, r);
+    }
+  }
+}
+
+}  // namespace
+
+extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+  FuzzInput input(data, size);
+  const Room room;
+  for (int i = 0; i < 4 && !input.isEmpty(); ++i) askOne(room.inFrame(), input);
+  return 0;
+}
