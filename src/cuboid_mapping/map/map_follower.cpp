@@ -2,6 +2,7 @@
 #include "cuboid_mapping/map/map_follower.h"
 
 #include "cuboid_mapping/fusion/brick_division.h"
+#include "cuboid_mapping/map/config_check.h"
 
 #include <algorithm>
 #include <cmath>
@@ -30,8 +31,6 @@ void append(const VoxelBrick& brick, BrickArrays& arrays) {
     });
   }
 }
-
-bool isGood(double resolution_m) { return std::isfinite(resolution_m) && resolution_m > 0.0; }
 
 /// Reads the bricks of arrays one after the other.
 class BrickReader {
@@ -139,9 +138,9 @@ MapDelta makeDelta(const CuboidMap& map, const ChangeSet& changes, std::uint64_t
 bool MapFollower::take(const MapImage& image) {
   if (map_ && image.instance == instance_ && image.revision < revision_) return true;
   const auto bricks = BrickReader(image.content).read();
-  if (!bricks || !isGood(image.resolution_m)) return false;
   MapConfig config;
   config.resolution_m = image.resolution_m;
+  if (!bricks || !checkConfig(config).empty()) return false;
   map_.emplace(config);
   map_->replace(kAllCells, *bricks);
   instance_ = image.instance;
