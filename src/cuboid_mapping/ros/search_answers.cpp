@@ -205,10 +205,10 @@ GetCuboids::Response answerGetCuboids(const MapInFrame& map, const GetCuboids::R
   selection.filter = readClasses(reader, request.classes);
   const double min_edge = std::ceil(
       reader.notNegative(request.min_edge, "min_edge") / map.map.grid().resolution() - 1e-6);
+  if (!reader.isGood()) return refuse<GetCuboids::Response>(reader.error());
   selection.min_edge = static_cast<std::int32_t>(std::min(min_edge, 1.0 * Grid::kMaxCell));
   selection.is_clipped = request.clip != 0;
   selection.max_cuboids = toLimit(request.limit);
-  if (!reader.isGood()) return refuse<GetCuboids::Response>(reader.error());
   GetCuboids::Response response;
   readWithin(map, kCuboidBytes,
              [&](const CuboidMap& content, const ros::Time& stamp, Budget& budget) {
