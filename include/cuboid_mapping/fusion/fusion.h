@@ -13,7 +13,7 @@ namespace cuboid_mapping {
 
 /// A brick whose cuboids in the R-tree are old.
 struct WaitingBrick {
-  Cell brick;
+  Cell brick;               ///< Its least cell.
   std::uint64_t cloud = 0;  ///< The last one that has given a voxel of it another class.
 };
 
@@ -29,6 +29,7 @@ struct WaitingBrick {
 /// change needs exclusive access.
 class Fusion {
  public:
+  /// An empty tree; no brick waits. @pre `rtree` is as RTree takes it.
   explicit Fusion(const RTreeConfig& rtree) : tree_(rtree) {}
   Fusion(const Fusion&) = delete;
   Fusion& operator=(const Fusion&) = delete;
@@ -55,6 +56,7 @@ class Fusion {
   /// The cuboids of one brick, appended. @pre The brick waits.
   virtual void divide(const VoxelBrick& brick, std::vector<Cuboid>& cuboids) const = 0;
 
+  /// Forgets all cuboids: the tree is empty, and no brick waits.
   virtual void clear() noexcept {
     tree_.clear();
     waiting_.clear();
@@ -68,7 +70,10 @@ class Fusion {
 
   /// Of waiting bricks, what is in the tree is old.
   [[nodiscard]] const RTree& tree() const { return tree_; }
+  /// Whether the tree is old in some brick.
   [[nodiscard]] bool isAnyWaiting() const { return do_all_wait_ || !waiting_.isEmpty(); }
+  /// Whether the tree is old in a brick; of one without a known voxel it may say so, too.
+  /// @param brick  Its least cell.
   [[nodiscard]] bool isWaiting(const Cell& brick) const {
     return do_all_wait_ || waiting_.find(brick) != nullptr;
   }
@@ -93,9 +98,12 @@ class Fusion {
     do_all_wait_ = true;
   }
 
+  /// The cuboids; which bricks wait, unless all do; whether all do.
+  ///@{
   RTree tree_;                        // NOLINT: for the back-ends
   BrickTable<WaitingBrick> waiting_;  // NOLINT
   bool do_all_wait_ = false;          // NOLINT
+  ///@}
 };
 
 }  // namespace cuboid_mapping

@@ -26,13 +26,13 @@ enum class FusionKind : unsigned char {
 
 /// What a back-end is made of.
 struct FusionConfig {
-  FusionKind kind = FusionKind::kClass;
-  GrowthConfig growth;  ///< Of kGrowth.
-  RTreeConfig rtree;
-  int threads = 1;  ///< >= 1. The cuboids do not depend on it.
+  FusionKind kind = FusionKind::kClass;  ///< Which one is made.
+  GrowthConfig growth;                   ///< Of kGrowth.
+  RTreeConfig rtree;                     ///< Order (d, M) of its tree.
+  int threads = 1;                       ///< >= 1. The cuboids do not depend on it.
 };
 
-/// @param model  That of the map.
+/// A back-end without cuboids. @param model  That of the map.
 [[nodiscard]] std::unique_ptr<Fusion> makeFusion(const FusionConfig& config,
                                                  const SensorModel& model);
 

@@ -26,9 +26,9 @@ enum class GrowthStarters : unsigned char {
 
 /// Parameters of the fusion of the paper, Section IV-B.
 struct GrowthConfig {
-  GrowthStep step = GrowthStep::kCell;
-  SearchStrategy search;
-  GrowthStarters starters = GrowthStarters::kSampled;
+  GrowthStep step = GrowthStep::kCell;                 ///< How far a cell expands at once.
+  SearchStrategy search;                               ///< In which order it tries the directions.
+  GrowthStarters starters = GrowthStarters::kSampled;  ///< Which cells start.
   BeamSampling sampling{0.1, 1};  ///< Of kSampled; its seed is that of a random search, too.
   int settle_clouds = 10;         ///< That a voxel split out of a cuboid waits before it may fuse.
 };
@@ -44,6 +44,7 @@ struct GrowthConfig {
 /// does not depend on the order (d, M) of the R-tree.
 class GrowthFusion : public Fusion {
  public:
+  /// @param model  That of the map: its clamping thresholds say which voxels are stable.
   GrowthFusion(const GrowthConfig& config, const RTreeConfig& rtree, const SensorModel& model)
       : Fusion(rtree), config_(config), model_(model), settling_(config.settle_clouds) {}
 

@@ -14,6 +14,7 @@ struct SearchDirection {
   int axis;  ///< 0, 1, 2: x, y, z.
   int sign;  ///< 1 or -1.
 };
+/// The same face of a cell.
 constexpr bool operator==(const SearchDirection& a, const SearchDirection& b) {
   return a.axis == b.axis && a.sign == b.sign;
 }
@@ -36,13 +37,14 @@ enum class GrowthStep : unsigned char {
 
 /// In which order a cell tries the search directions.
 struct SearchStrategy {
+  /// The rule that gives the order.
   enum class Order : unsigned char {
     kPaper,        ///< Figure 5, see paperDirections().
     kFixed,        ///< Always as in `directions`.
     kLargestGain,  ///< The expansion that absorbs the most cells; ties as in Figure 5.
     kRandom,       ///< Shuffled anew for each expansion, from a seed and the cell.
   };
-  Order order = Order::kPaper;
+  Order order = Order::kPaper;    ///< Which rule counts.
   SearchDirections directions{};  ///< Of kFixed.
 };
 

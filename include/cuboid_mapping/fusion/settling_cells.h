@@ -29,8 +29,10 @@ class SettlingCells {
   [[nodiscard]] std::vector<Cell> release(std::uint64_t cloud);
   /// The cells of a brick that are held.
   [[nodiscard]] BrickMask heldIn(const Cell& brick) const;
+  /// Lets go of all cells.
   void clear();
 
+  /// Cells that are held, in all bricks.
   [[nodiscard]] std::size_t size() const { return last_change_.size(); }
 
  private:

@@ -65,9 +65,12 @@ void forEachCell(const Cell& brick, const BrickMask& mask, VisitorT visit) {
   mask.forEach([&](int voxel) { visit(cellAt(brick, voxel)); });
 }
 
-/// A group is an aligned cube of 4 x 4 x 4 bricks, named by its least cell.
+/// A group is an aligned cube of 4 x 4 x 4 bricks, named by its least cell: its edge in voxels, and
+/// the number of its bricks.
+///@{
 constexpr std::int32_t kGroupEdge = 4 * kBrickEdge;
 constexpr std::size_t kGroupBricks = 64;
+///@}
 
 /// Least cell of the group that holds a cell.
 [[nodiscard]] constexpr Cell groupOf(const Cell& cell) {

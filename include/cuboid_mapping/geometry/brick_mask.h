@@ -9,9 +9,12 @@
 
 namespace cuboid_mapping {
 
-/// A brick is an aligned cube of 8 x 8 x 8 voxels, named by its least cell.
+/// A brick is an aligned cube of 8 x 8 x 8 voxels, named by its least cell: its edge in voxels, and
+/// their number.
+///@{
 constexpr std::int32_t kBrickEdge = 8;
 constexpr int kBrickVoxels = kBrickEdge * kBrickEdge * kBrickEdge;
+///@}
 
 /// Number of a voxel in its brick: 64 * z + 8 * y + x, 0 to 511.
 [[nodiscard]] constexpr int voxelIndex(const Cell& cell) {
@@ -38,7 +41,8 @@ class BrickMask {
     return mask;
   }
 
-  /// The word of a slice, 0 to 7.
+  /// The word of a slice. @pre 0 <= z < 8.
+  ///@{
   template <typename IndexT>
   constexpr std::uint64_t& operator[](IndexT z) {
     return words_[static_cast<std::size_t>(z)];
@@ -47,25 +51,30 @@ class BrickMask {
   constexpr const std::uint64_t& operator[](IndexT z) const {
     return words_[static_cast<std::size_t>(z)];
   }
+  ///@}
 
-  /// @param voxel  See voxelIndex().
+  /// Whether a voxel is in the set. @param voxel  See voxelIndex().
   [[nodiscard]] constexpr bool test(int voxel) const {
     return (words_[static_cast<std::size_t>(voxel >> 6)] >> (voxel & 63) & 1) != 0;
   }
+  /// Adds a voxel. @param voxel  See voxelIndex().
   constexpr void set(int voxel) {
     words_[static_cast<std::size_t>(voxel >> 6)] |= 1ULL << (voxel & 63);
   }
 
+  /// Whether no voxel is in the set.
   [[nodiscard]] constexpr bool isEmpty() const {
     std::uint64_t any = 0;
     for (const std::uint64_t word : words_) any |= word;
     return any == 0;
   }
+  /// Whether all 512 voxels are in the set.
   [[nodiscard]] constexpr bool isFull() const {
     std::uint64_t all = ~0ULL;
     for (const std::uint64_t word : words_) all &= word;
     return all == ~0ULL;
   }
+  /// Whether some voxel is in both sets.
   [[nodiscard]] constexpr bool intersects(const BrickMask& other) const {
     return !(*this & other).isEmpty();
   }
@@ -83,6 +92,8 @@ class BrickMask {
   /// The voxels that are not in the other set.
   [[nodiscard]] constexpr BrickMask without(const BrickMask& other) const { return *this & ~other; }
 
+  /// Voxels that are in either set (|), in both (&), in one of them only (^).
+  ///@{
   constexpr BrickMask& operator|=(const BrickMask& other) {
     for (std::size_t z = 0; z < words_.size(); ++z) words_[z] |= other.words_[z];
     return *this;
@@ -98,14 +109,19 @@ class BrickMask {
   friend constexpr BrickMask operator|(BrickMask a, const BrickMask& b) { return a |= b; }
   friend constexpr BrickMask operator&(BrickMask a, const BrickMask& b) { return a &= b; }
   friend constexpr BrickMask operator^(BrickMask a, const BrickMask& b) { return a ^= b; }
+  ///@}
+  /// The voxels of the brick that are not in the set.
   friend constexpr BrickMask operator~(BrickMask mask) {
     for (std::uint64_t& word : mask.words_) word = ~word;
     return mask;
   }
+  /// Whether the same voxels are in both sets.
+  ///@{
   friend constexpr bool operator==(const BrickMask& a, const BrickMask& b) {
     return (a ^ b).isEmpty();
   }
   friend constexpr bool operator!=(const BrickMask& a, const BrickMask& b) { return !(a == b); }
+  ///@}
 
   /// Calls visit(voxel) for each voxel, in the order of voxelIndex().
   template <typename VisitorT>

@@ -9,21 +9,29 @@ namespace cuboid_mapping {
 
 /// Integer name of a voxel: floor(coordinate / resolution) on each axis.
 struct Cell {
+  /// Along its axis the voxel reaches from this many times the resolution to one more.
+  ///@{
   std::int32_t x = 0;
   std::int32_t y = 0;
   std::int32_t z = 0;
+  ///@}
 
   /// Coordinate on axis 0, 1 or 2.
+  ///@{
   [[nodiscard]] constexpr std::int32_t operator[](int axis) const {
     return axis == 0 ? x : (axis == 1 ? y : z);
   }
   constexpr std::int32_t& operator[](int axis) { return axis == 0 ? x : (axis == 1 ? y : z); }
+  ///@}
 };
 
+/// Whether both name the same voxel.
+///@{
 constexpr bool operator==(const Cell& a, const Cell& b) {
   return a.x == b.x && a.y == b.y && a.z == b.z;
 }
 constexpr bool operator!=(const Cell& a, const Cell& b) { return !(a == b); }
+///@}
 
 /// Lexicographic by z, then y, then x: the order in which a brick numbers its voxels.
 constexpr bool operator<(const Cell& a, const Cell& b) {
@@ -47,11 +55,15 @@ constexpr bool isBeforeOnMortonCurve(const Cell& a, const Cell& b) {
   return a[deciding_axis] < b[deciding_axis];
 }
 
+/// Axis by axis. @pre No coordinate of the result is outside int32.
+///@{
 constexpr Cell operator+(const Cell& a, const Cell& b) { return {a.x + b.x, a.y + b.y, a.z + b.z}; }
 constexpr Cell operator-(const Cell& a, const Cell& b) { return {a.x - b.x, a.y - b.y, a.z - b.z}; }
+///@}
 
 /// 32 well mixed bits, also of cells on a lattice.
 struct CellHash {
+  /// Below 2^32. The same on all machines.
   [[nodiscard]] constexpr std::size_t operator()(const Cell& cell) const {
     constexpr std::uint64_t kGoldenRatio = 0x9E3779B97F4A7C15ULL;
     const auto bits = [](std::int32_t v) {
@@ -62,6 +74,7 @@ struct CellHash {
   }
 };
 
+/// "(x y z)".
 inline std::ostream& operator<<(std::ostream& out, const Cell& cell) {
   return out << '(' << cell.x << ' ' << cell.y << ' ' << cell.z << ')';
 }

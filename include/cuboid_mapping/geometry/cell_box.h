@@ -13,8 +13,8 @@ namespace cuboid_mapping {
 /// Axis-aligned box of voxels, half-open: it holds the cells with min <= cell < max on every axis,
 /// so that a shared face belongs to exactly one of two neighbours.
 struct CellBox {
-  Cell min;
-  Cell max;
+  Cell min;  ///< Least cell, inside.
+  Cell max;  ///< One beyond the greatest cell on every axis, outside.
 
   /// The box of one voxel.
   [[nodiscard]] static constexpr CellBox ofCell(const Cell& cell) {
@@ -36,6 +36,7 @@ struct CellBox {
                            (static_cast<double>(max.z) - min.z);
   }
 
+  /// Whether min <= cell < max on every axis.
   [[nodiscard]] constexpr bool contains(const Cell& cell) const {
     return min.x <= cell.x && cell.x < max.x && min.y <= cell.y && cell.y < max.y &&
            min.z <= cell.z && cell.z < max.z;
@@ -56,10 +57,13 @@ struct CellBox {
   }
 };
 
+/// Whether the corners are equal: of two empty boxes they need not be.
+///@{
 constexpr bool operator==(const CellBox& a, const CellBox& b) {
   return a.min == b.min && a.max == b.max;
 }
 constexpr bool operator!=(const CellBox& a, const CellBox& b) { return !(a == b); }
+///@}
 
 /// The cells that are in both boxes; empty when there are none.
 [[nodiscard]] constexpr CellBox intersect(const CellBox& a, const CellBox& b) {
@@ -76,13 +80,18 @@ constexpr bool operator!=(const CellBox& a, const CellBox& b) { return !(a == b)
 /// Up to six disjoint boxes, as `subtract` returns them.
 class BoxPieces {
  public:
+  /// @pre size() < 6.
   void add(const CellBox& box) {
     assert(size_ < static_cast<int>(boxes_.size()));
     boxes_[static_cast<std::size_t>(size_++)] = box;
   }
+  /// 0 to 6.
   [[nodiscard]] int size() const { return size_; }
+  /// The boxes in the order in which they were added.
+  ///@{
   [[nodiscard]] const CellBox* begin() const { return boxes_.data(); }
   [[nodiscard]] const CellBox* end() const { return boxes_.data() + size_; }
+  ///@}
 
  private:
   std::array<CellBox, 6> boxes_;
@@ -121,6 +130,7 @@ class BoxPieces {
   return pieces;
 }
 
+/// "[(x y z) (x y z))": least cell, and one beyond the greatest.
 inline std::ostream& operator<<(std::ostream& out, const CellBox& box) {
   return out << '[' << box.min << ' ' << box.max << ')';
 }

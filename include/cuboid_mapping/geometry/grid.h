@@ -11,8 +11,8 @@ namespace cuboid_mapping {
 
 /// Axis-aligned box in metres, map frame.
 struct MetricBox {
-  Eigen::Vector3d min_m = Eigen::Vector3d::Zero();
-  Eigen::Vector3d max_m = Eigen::Vector3d::Zero();
+  Eigen::Vector3d min_m = Eigen::Vector3d::Zero();  ///< Lower x, y and z.
+  Eigen::Vector3d max_m = Eigen::Vector3d::Zero();  ///< Upper x, y and z.
 };
 
 /// The one place that rounds between metres (map frame) and cells.
@@ -27,6 +27,7 @@ class Grid {
   /// @param resolution_m Edge of a voxel, > 0.
   explicit Grid(double resolution_m);
 
+  /// Edge of a voxel in metres.
   [[nodiscard]] double resolution() const { return resolution_m_; }
 
   /// Volume of one voxel in cubic metres.

@@ -22,6 +22,7 @@ class FclObstacles {
 
   /// For fcl's collide() and distance() with a callback.
   [[nodiscard]] fcl::BroadPhaseCollisionManagerd& manager() { return manager_; }
+  /// Number of cuboids.
   [[nodiscard]] std::size_t size() const { return objects_.size(); }
 
   /// Whether an object meets any of the cuboids.

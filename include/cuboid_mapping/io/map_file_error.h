@@ -22,9 +22,11 @@ enum class MapFileDefect : unsigned char {
 /// Thrown by all functions that read and write maps; what() says what is wrong and what to do.
 class MapFileError : public std::runtime_error {
  public:
+  /// @param text  For what(): what is wrong, and what to do.
   MapFileError(MapFileDefect defect, const std::string& text)
       : std::runtime_error(text), defect_(defect) {}
 
+  /// Kind of what is wrong, to tell the cases apart.
   [[nodiscard]] MapFileDefect defect() const { return defect_; }
 
  private:

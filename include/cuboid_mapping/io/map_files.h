@@ -33,9 +33,9 @@ enum class MapFormat : unsigned char {
 
 /// A map and how its file was stored.
 struct MapFile {
-  MapFormat format = MapFormat::kNative;
-  MapSnapshot snapshot;
-  std::size_t num_bytes = 0;  ///< Of the file.
+  MapFormat format = MapFormat::kNative;  ///< As its first bytes tell.
+  MapSnapshot snapshot;                   ///< The map.
+  std::size_t num_bytes = 0;              ///< Of the file.
 };
 
 /// Reads a map; its format is told by its first bytes, not by its name.

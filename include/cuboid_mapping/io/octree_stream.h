@@ -43,10 +43,11 @@ enum class OctreeKind : unsigned char {
 
 /// A leaf of an octree: an aligned cube of voxels.
 struct OctreeLeaf {
-  Cell min;
-  int depth;  ///< Its edge has 2^(kOctreeDepth - depth) voxels.
-  float log_odds;
+  Cell min;        ///< Least cell; each coordinate is a multiple of edge().
+  int depth;       ///< Its edge has 2^(kOctreeDepth - depth) voxels.
+  float log_odds;  ///< Of each of its voxels.
 
+  /// Edge in voxels, 1 to 2^16.
   [[nodiscard]] std::int32_t edge() const { return std::int32_t{1} << (kOctreeDepth - depth); }
 };
 
@@ -57,8 +58,8 @@ struct OctreeLeaf {
 
 /// What was read from an octree.
 struct OctreeContent {
-  std::vector<UniformBox> leaves;
-  std::size_t num_nodes = 0;
+  std::vector<UniformBox> leaves;  ///< Disjoint cubes of known voxels.
+  std::size_t num_nodes = 0;       ///< Inner nodes and leaves.
 };
 
 /// Reads a full octree. @param extra_bytes  Of a node, behind its log-odds: 3 of a ColorOcTree.

@@ -14,13 +14,16 @@ class ScanDataset {
  public:
   /// One scan as it was taken.
   struct Item {
+    /// Takes points from the sensor to the map.
     Eigen::Isometry3d T_map_sensor = Eigen::Isometry3d::Identity();
     std::vector<Eigen::Vector3f> points_sensor;  ///< Metres.
   };
 
   virtual ~ScanDataset() = default;
+  /// Number of scans.
   [[nodiscard]] virtual std::size_t size() const = 0;
 
+  /// Reads one scan. @pre index < size().
   /// @throws std::runtime_error naming the file and what is wrong with it.
   [[nodiscard]] virtual Item read(std::size_t index) const = 0;
 };

@@ -19,10 +19,13 @@ struct ConfigError {
 
 /// Everything that is wrong with a configuration, in the order of its fields; empty for a good one.
 /// The parameters of the fusion `growth` count only where it is chosen.
+///@{
 [[nodiscard]] std::vector<ConfigError> checkConfig(const SensorModelConfig& config);
 [[nodiscard]] std::vector<ConfigError> checkConfig(const MapConfig& config);
 [[nodiscard]] std::vector<ConfigError> checkConfig(const MapperConfig& config);
+///@}
 
+/// Does nothing without errors.
 /// @throws std::invalid_argument  where there are errors: its text says all of them.
 void throwIfAny(const std::vector<ConfigError>& errors);
 

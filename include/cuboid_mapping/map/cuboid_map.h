@@ -14,21 +14,26 @@
 #include <memory>
 #include <vector>
 
+/// A 3D occupancy map of cuboids: the library, which does not need ROS. Cells count voxels, figures
+/// with _m are metres in the map frame.
 namespace cuboid_mapping {
 
 /// Parameters of a map; checkConfig() says which are outside their ranges, which are documented here
 /// and at their types.
 struct MapConfig {
+  /// Bounds that checkConfig() sets for `resolution_m` and `threads`.
+  ///@{
   static constexpr double kMinResolution_m = 1e-3;
   static constexpr double kMaxResolution_m = 1e2;
   static constexpr int kMaxThreads = 256;
+  ///@}
 
-  double resolution_m = 0.05;  ///< Edge of a voxel: kMinResolution_m to kMaxResolution_m.
-  SensorModelConfig sensor_model;
-  Environment environment = Environment::kDynamic;
-  FusionKind fusion = FusionKind::kClass;
-  GrowthConfig growth;  ///< Of FusionKind::kGrowth.
-  RTreeConfig rtree;
+  double resolution_m = 0.05;      ///< Edge of a voxel: kMinResolution_m to kMaxResolution_m.
+  SensorModelConfig sensor_model;  ///< Probabilities of hit and miss, and clamping thresholds.
+  Environment environment = Environment::kDynamic;  ///< Whether stable voxels are updated.
+  FusionKind fusion = FusionKind::kClass;           ///< How voxels become cuboids.
+  GrowthConfig growth;                              ///< Of FusionKind::kGrowth.
+  RTreeConfig rtree;                                ///< Order (d, M) of the R-tree.
   int threads = 1;  ///< For changes of the map, 1 to kMaxThreads. The result does not depend on it.
 
   /// How ScanUpdater has to sample the beams for this map.
@@ -95,6 +100,7 @@ class CuboidMap {
   void lock(const CellBox& box) { locked_.add(box); }
   /// Undoes lock() for the voxels of a box, whatever boxes they were locked with.
   void unlock(const CellBox& box) { locked_.remove(box); }
+  /// What is locked; changed through lock() and unlock() only.
   [[nodiscard]] const LockedBoxes& locked() const { return locked_; }
 
   /// Takes another sensor model for the clouds to come. Log-odds stay as they are, also beyond new
@@ -106,11 +112,15 @@ class CuboidMap {
   /// Forgets everything, locks too.
   ChangeSet clear();
 
+  /// As given to the constructor, with the sensor model that counts now.
   [[nodiscard]] const MapConfig& config() const { return config_; }
+  /// For conversions between metres and cells.
   [[nodiscard]] const Grid& grid() const { return grid_; }
+  /// What the next cloud is put in with.
   [[nodiscard]] const SensorModel& sensorModel() const { return sensor_model_; }
   /// Rises with every change of the value of a voxel.
   [[nodiscard]] std::uint64_t revision() const { return revision_; }
+  /// The known voxels, always current.
   [[nodiscard]] const VoxelStore& voxels() const { return voxels_; }
   /// The cuboids, current or waiting; to be read through cuboid_search.h.
   [[nodiscard]] const Fusion& fusion() const { return *fusion_; }

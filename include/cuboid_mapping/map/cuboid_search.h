@@ -60,13 +60,14 @@ void visitAll(const CuboidMap& map, CuboidFilter filter, VisitorT visit) {
 
 /// How many cuboids a map has.
 struct CuboidCounts {
-  std::size_t free = 0;
-  std::size_t occupied = 0;
+  std::size_t free = 0;      ///< Cuboids of free voxels.
+  std::size_t occupied = 0;  ///< Cuboids of occupied voxels.
 
+  /// Cuboids of both classes.
   [[nodiscard]] std::size_t total() const { return free + occupied; }
 };
 
-/// @complexity O(n).
+/// Counts the cuboids of a map, waiting bricks included. @complexity O(n).
 [[nodiscard]] inline CuboidCounts countCuboids(const CuboidMap& map) {
   CuboidCounts counts;
   visitAll(map, CuboidFilter::kAll, [&counts](const Cuboid& cuboid) {

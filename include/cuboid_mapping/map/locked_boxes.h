@@ -18,10 +18,12 @@ class LockedBoxes {
   void add(const CellBox& box);
   /// Unlocks the voxels of a box; a locked box that reaches beyond it is cut at its faces.
   void remove(const CellBox& box);
+  /// Unlocks everything.
   void clear() noexcept;
 
+  /// Whether no voxel is locked.
   [[nodiscard]] bool isEmpty() const { return boxes_.empty(); }
-  /// In no particular order.
+  /// The locked voxels as disjoint boxes, in no particular order.
   [[nodiscard]] std::vector<CellBox> boxes() const { return {boxes_.begin(), boxes_.end()}; }
 
   /// An update without its locked voxels. @complexity O(log n + k) for each brick, of n locked boxes and

@@ -21,10 +21,10 @@ namespace cuboid_mapping {
 
 /// What became of a delta.
 enum class FollowResult : unsigned char {
-  kApplied,
+  kApplied,  ///< The copy is now at the revision of the delta.
   kOld,      ///< The copy has it already: nothing was done.
   kGap,      ///< Changes in between were lost, or the map was replaced: an image is needed.
-  kDamaged,  ///< The arrays do not fit together: nothing was done.
+  kDamaged,  ///< The arrays do not fit together, or the resolution differs: nothing was done.
 };
 
 /// A copy of a map, made of an image and kept up with deltas, whatever their order, and however many
@@ -36,12 +36,14 @@ class MapFollower {
   /// Takes an image. One of the same instance that is older than the copy is not taken.
   /// @return false when its arrays do not fit together; the copy is then as it was.
   [[nodiscard]] bool take(const MapImage& image);
+  /// Takes changes. @return kApplied, or why the copy is as it was.
   [[nodiscard]] FollowResult take(const MapDelta& delta);
 
   /// The copy; nothing before the first image. Its revision is its own: see revision().
   [[nodiscard]] const CuboidMap* map() const { return map_ ? &*map_ : nullptr; }
-  /// Of the map that is followed.
+  /// Of the map that is followed; 0 before the first image.
   [[nodiscard]] std::uint64_t revision() const { return revision_; }
+  /// Of the server of that map, see MapImage; 0 before the first image.
   [[nodiscard]] std::uint64_t instance() const { return instance_; }
 
  private:

@@ -13,9 +13,9 @@ namespace cuboid_mapping {
 
 /// What a map holds at one time, apart from the map: what files are written from and read into.
 struct MapSnapshot {
-  double resolution_m = 0.05;
-  SensorModelConfig sensor_model;
-  Environment environment = Environment::kDynamic;
+  double resolution_m = 0.05;                       ///< Edge of a voxel.
+  SensorModelConfig sensor_model;                   ///< Of the map.
+  Environment environment = Environment::kDynamic;  ///< Of the map.
   std::string frame_id;            ///< Of the map; empty where a file does not say it.
   std::vector<VoxelBrick> bricks;  ///< Along the Morton curve, each once and with a known voxel.
 };
@@ -41,14 +41,15 @@ ChangeSet restoreSnapshot(const MapSnapshot& snapshot, CuboidMap& map);
 
 /// Why a snapshot cannot be a map.
 struct SnapshotFault {
-  bool is_too_big;  ///< It is more than the limits allow; else it is wrong in itself.
-  std::string text;
+  bool is_too_big;   ///< It is more than the limits allow; else it is wrong in itself.
+  std::string text;  ///< What is wrong, for a message.
 };
 
 /// Why a snapshot cannot be a map; nothing when it can.
 ///
-/// The first of these: what checkConfig() finds in resolution, sensor model and environment; more bricks than the limit; a brick that comes twice or not in order, without a known
-/// voxel, outside kAllCells, or with a log-odds that is NaN or infinite. @complexity O(n).
+/// The first of these: what checkConfig() finds in resolution, sensor model and environment; more
+/// bricks than the limit; a brick that comes twice or not in order, without a known voxel, outside
+/// kAllCells, or with a log-odds that is NaN or infinite. @complexity O(n).
 [[nodiscard]] std::optional<SnapshotFault> findFault(const MapSnapshot& snapshot,
                                                      const SnapshotLimits& limits = {});
 

@@ -12,7 +12,7 @@ namespace cuboid_mapping {
 
 /// Parameters of a Mapper.
 struct MapperConfig {
-  MapConfig map;
+  MapConfig map;  ///< Of the map that the scans go into.
   /// Longer beams are cut there, and free the space up to it: > 0.
   double max_range_m = std::numeric_limits<double>::infinity();
 };

@@ -22,8 +22,10 @@ enum class Occupancy : unsigned char { kUnknown, kFree, kOccupied };
 
 /// Bounds of the probabilities of a sensor model that stand for occupied; those that stand for free
 /// have the same distance to 0.5. Beyond them SensorModel's rounding does not hold.
+///@{
 constexpr double kLeastOccupied = 0.50001;
 constexpr double kMostOccupied = 0.9995;
+///@}
 
 /// Parameters of the inverse sensor model (paper, Section V), as probabilities.
 struct SensorModelConfig {
@@ -49,13 +51,19 @@ enum class Environment : unsigned char {
 /// and can fuse. Valid while |log-odds| < 8. Value type, thread-safe.
 class SensorModel {
  public:
+  /// @pre checkConfig() finds nothing in `config`.
   explicit SensorModel(const SensorModelConfig& config = {},
                        Environment environment = Environment::kDynamic);
 
+  /// Log-odds that a hit adds, > 0.
   [[nodiscard]] float hit() const { return hit_; }
+  /// Log-odds that a miss adds, < 0.
   [[nodiscard]] float miss() const { return miss_; }
+  /// Clamping threshold below, log-odds < 0.
   [[nodiscard]] float min() const { return min_; }
+  /// Clamping threshold above, log-odds > 0.
   [[nodiscard]] float max() const { return max_; }
+  /// Whether stable voxels are updated.
   [[nodiscard]] Environment environment() const { return environment_; }
 
   /// At or beyond a clamping threshold, free or occupied (paper, Section IV-B: stable).

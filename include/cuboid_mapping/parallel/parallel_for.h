@@ -19,11 +19,16 @@ void parallelFor(std::size_t count, int threads, const std::function<void(std::s
 /// Work that goes on beside the thread that has started it.
 class BackgroundWork {
  public:
+  /// Nothing to wait for.
   BackgroundWork() = default;
   /// Starts it. Where no thread can be started, it is done in wait().
   explicit BackgroundWork(const std::function<void()>& work);
+  /// Takes over the work of another one, which has nothing to wait for then. Work that this one had
+  /// goes on, and nobody waits for it: call wait() before.
+  ///@{
   BackgroundWork(BackgroundWork&&) = default;
   BackgroundWork& operator=(BackgroundWork&& other) = default;
+  ///@}
   /// Waits; an exception of the work is lost then.
   ~BackgroundWork();
 

@@ -19,10 +19,10 @@ enum class CuboidOutput : unsigned char {
 /// What is in a box.
 struct BoxQueryResult {
   CellBox box;  ///< The voxels that the asked box overlaps: all figures are for these.
-  double free_volume_m3 = 0.0;
-  double occupied_volume_m3 = 0.0;
-  double unknown_volume_m3 = 0.0;
-  std::vector<Cuboid> cuboids;
+  double free_volume_m3 = 0.0;      ///< Of its free voxels.
+  double occupied_volume_m3 = 0.0;  ///< Of its occupied voxels.
+  double unknown_volume_m3 = 0.0;   ///< Of all others.
+  std::vector<Cuboid> cuboids;      ///< As CuboidOutput says, in no particular order.
 
   /// Occupied if any voxel is; else unknown if any is; else free.
   [[nodiscard]] Occupancy occupancy() const;

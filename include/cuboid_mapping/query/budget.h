@@ -19,7 +19,13 @@ struct QueryLimits {
 };
 
 /// What a budget was used up by.
-enum class BudgetEnd : unsigned char { kNone, kTime, kBricks, kEntries, kStopped };
+enum class BudgetEnd : unsigned char {
+  kNone,     ///< It is not spent.
+  kTime,     ///< QueryLimits::time_s.
+  kBricks,   ///< QueryLimits::max_bricks.
+  kEntries,  ///< QueryLimits::max_entries.
+  kStopped   ///< MapTurns::is_stopped.
+};
 
 /// How others get their turn at a map that a long query reads.
 struct MapTurns {
@@ -38,6 +44,7 @@ class Budget {
  public:
   /// Without a limit: never spent.
   Budget() = default;
+  /// Its time begins now. @pre turns.yield is set if turns.period_s is finite.
   explicit Budget(const QueryLimits& limits, MapTurns turns = {});
 
   /// One without a limit, for each thread its own.
@@ -78,7 +85,9 @@ class Budget {
   /// Ends it before its limits are reached; one without a limit goes on.
   void end(BudgetEnd why);
 
+  /// Whether a limit was met, or end() has ended it. Does not look at the clock.
   [[nodiscard]] bool isSpent() const { return end_ != BudgetEnd::kNone; }
+  /// What has ended it; kNone while it is not spent.
   [[nodiscard]] BudgetEnd whyEnded() const { return end_; }
 
  private:

@@ -16,7 +16,7 @@ struct CorridorTask {
   Eigen::Vector3d start_map = Eigen::Vector3d::Zero();  ///< Centre of the robot's box.
   Eigen::Vector3d goal_map = Eigen::Vector3d::Zero();   ///< Centre of the robot's box.
   Eigen::Vector3d size_m = Eigen::Vector3d::Zero();     ///< Robot: a box that does not turn, > 0.
-  UnknownPolicy policy = UnknownPolicy::kStop;
+  UnknownPolicy policy = UnknownPolicy::kStop;          ///< Whether unknown space is in the way.
   /// Voxels that the robot may not leave; nothing: the map's bounds, start and goal, and room to go
   /// around them.
   std::optional<CellBox> region;
@@ -24,8 +24,8 @@ struct CorridorTask {
 
 /// How a search for a corridor ended.
 enum class CorridorEnd : unsigned char {
-  kInvalid,  ///< A number is not finite, the size not > 0, or out of the grid's range.
-  kFound,
+  kInvalid,       ///< A number is not finite, the size not > 0, or out of the grid's range.
+  kFound,         ///< There is a corridor.
   kStartBlocked,  ///< The robot at the start meets an obstacle, or leaves the region.
   kGoalBlocked,   ///< As kStartBlocked, at the goal.
   kNoWay,         ///< There is none: everything that can be reached from the start was looked at.
@@ -34,6 +34,7 @@ enum class CorridorEnd : unsigned char {
 
 /// Answer of findCorridor.
 struct Corridor {
+  /// Boxes, portals, path and length are there for kFound only.
   CorridorEnd end = CorridorEnd::kInvalid;
   /// Maximal boxes without obstacle, from start to goal; the robot fits into what two successive
   /// ones have in common.
@@ -57,8 +58,8 @@ struct Corridor {
 /// A corridor is found if and only if there is a way from voxel to voxel: places of the box on the
 /// grid, each a voxel beside the one before. It need not be the shortest.
 ///
-/// @param budget  Spent during the search: kBudgetSpent. Spent while boxes grow, after a way was found: kFound, with
-///                boxes that are not maximal.
+/// @param budget  Spent during the search: kBudgetSpent. Spent while boxes grow, after a way was
+///                found: kFound, with boxes that are not maximal.
 /// @complexity O(bricks and boxes of places that A* reaches).
 [[nodiscard]] Corridor findCorridor(const CuboidMap& map, const CorridorTask& task,
                                     Budget& budget = Budget::unlimited());

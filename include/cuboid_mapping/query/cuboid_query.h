@@ -12,16 +12,17 @@ namespace cuboid_mapping {
 
 /// Which cuboids of a region are wanted, and how.
 struct CuboidSelection {
-  CuboidFilter filter = CuboidFilter::kAll;
-  std::int32_t min_edge = 1;  ///< Voxels: cuboids with a shorter edge are left out.
-  bool is_clipped = false;    ///< Cut at the faces of the region, after the look at the edges.
+  CuboidFilter filter = CuboidFilter::kAll;  ///< Of which class.
+  std::int32_t min_edge = 1;                 ///< Voxels: cuboids with a shorter edge are left out.
+  bool is_clipped = false;  ///< Cut at the faces of the region, after the look at the edges.
+  /// If there are more, the answer is truncated.
   std::size_t max_cuboids = std::numeric_limits<std::size_t>::max();
 };
 
 /// Answer of selectCuboids.
 struct SelectedCuboids {
-  std::vector<Cuboid> cuboids;
-  bool is_truncated = false;  ///< There are more than max_cuboids, or the budget is spent.
+  std::vector<Cuboid> cuboids;  ///< In cells, in no particular order.
+  bool is_truncated = false;    ///< There are more than max_cuboids, or the budget is spent.
 };
 
 /// The cuboids that share a voxel with a region, in no particular order; none for an empty one.
@@ -36,10 +37,10 @@ struct FreeGraph {
   struct Portal {
     std::uint32_t first;   ///< Number of the cuboid with the lower coordinates on that axis.
     std::uint32_t second;  ///< Number of the other.
-    CellBox face;
+    CellBox face;          ///< All that they share, in cells.
   };
   std::vector<Cuboid> cuboids;  ///< Clipped to the region.
-  std::vector<Portal> portals;
+  std::vector<Portal> portals;  ///< One for each pair of cuboids.
   /// There are more than max_cuboids, and portals are those of these; or the budget is spent.
   bool is_truncated = false;
 };

@@ -17,10 +17,13 @@ class FitField {
   /// @param size  Edges of the box in voxels, >= 1. @param obstacles  Must outlive this object.
   FitField(const Obstacles& obstacles, const Cell& size) : obstacles_(obstacles), size_(size) {}
 
+  /// Edges of the box in voxels.
   [[nodiscard]] const Cell& size() const { return size_; }
+  /// That of the obstacles.
   [[nodiscard]] Budget& budget() const { return obstacles_.budget(); }
 
-  /// The places in a brick; none when the budget of the obstacles is spent. @complexity O(size / 8 + 1) for each edge, multiplied; O(1) again.
+  /// The places in a brick; none when the budget of the obstacles is spent.
+  /// @complexity O(size / 8 + 1) for each edge, multiplied; O(1) again.
   [[nodiscard]] const BrickMask& inBrick(const Cell& brick);
 
   /// Whether the box fits at a place.

@@ -7,8 +7,8 @@ namespace cuboid_mapping {
 
 /// Heights between which colours run, metres.
 struct HeightRange {
-  double min_m = 0.0;
-  double max_m = 1.0;
+  double min_m = 0.0;  ///< Lower z, map frame.
+  double max_m = 1.0;  ///< Upper z, map frame.
 };
 
 /// The heights of the occupied voxels but for the lowest and the highest 2 %, so that a bird or a point

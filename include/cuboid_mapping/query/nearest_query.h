@@ -11,7 +11,7 @@ namespace cuboid_mapping {
 
 /// A cuboid near a point.
 struct NearestCuboid {
-  Cuboid cuboid;
+  Cuboid cuboid;                      ///< Whole, in cells.
   double distance_m = 0.0;            ///< 0 when the point lies in the cuboid or on its face.
   Eigen::Vector3d closest_point_map;  ///< Point of the cuboid closest to the asked one.
   Eigen::Vector3d direction_map;      ///< From the asked point to it, length 1; zero at distance 0.

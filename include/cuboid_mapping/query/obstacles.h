@@ -16,7 +16,7 @@ class Obstacles {
   Obstacles(const CuboidMap& map, UnknownPolicy policy, Budget& budget = Budget::unlimited())
       : voxels_(map.voxels()), budget_(budget), blocks_unknown_(policy == UnknownPolicy::kStop) {}
 
-  /// @complexity O(1).
+  /// The voxels of a brick that are in the way. @param brick  Its least cell. @complexity O(1).
   [[nodiscard]] BrickMask inBrick(const Cell& brick) const;
 
   /// Whether any voxel of a box is in the way; true when the budget is spent.
@@ -37,6 +37,7 @@ class Obstacles {
     });
   }
 
+  /// What isAny() and visit() take bricks off.
   [[nodiscard]] Budget& budget() const { return budget_; }
 
  private:

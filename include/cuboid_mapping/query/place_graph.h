@@ -15,7 +15,9 @@ namespace cuboid_mapping {
 /// obstacles is spent. Not thread-safe.
 class PlaceGraph {
  public:
+  /// Number of a node, from 0 on in the order in which they were made. It stays.
   using NodeIndex = std::uint32_t;
+  /// No node has this number.
   static constexpr NodeIndex kNoNode = 0xFFFFFFFFU;
 
   /// @param region  Places outside are left out. @param field  Must outlive this object.
@@ -24,13 +26,15 @@ class PlaceGraph {
   /// The nodes that share a place with a box, appended.
   void findNodes(const CellBox& places, std::vector<NodeIndex>& nodes);
 
+  /// Places of a node. Valid until findNodes() or findNeighbors() is called.
   [[nodiscard]] const CellBox& box(NodeIndex node) const { return nodes_[node].box; }
+  /// Nodes of the bricks that were divided so far.
   [[nodiscard]] std::size_t numNodes() const { return nodes_.size(); }
 
   /// A neighbour of a node, and its places beside that node.
   struct Neighbor {
-    NodeIndex node;
-    CellBox places;
+    NodeIndex node;  ///< The neighbour.
+    CellBox places;  ///< Its places that share a face with those of the node, one layer.
   };
   /// All nodes that share a face with one. @param neighbors  Replaced.
   void findNeighbors(NodeIndex node, std::vector<Neighbor>& neighbors);

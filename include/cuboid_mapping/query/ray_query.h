@@ -18,10 +18,10 @@ enum class RayEnd : unsigned char {
 
 /// Answer of castRay.
 struct RayQueryResult {
-  RayEnd end = RayEnd::kMaxRange;
-  double distance_m = 0.0;        ///< From the origin to `point_map`.
-  Eigen::Vector3d point_map;      ///< Where it ended, metres.
-  double unknown_length_m = 0.0;  ///< Length of unknown space that was passed.
+  RayEnd end = RayEnd::kMaxRange;  ///< What was in the way.
+  double distance_m = 0.0;         ///< From the origin to `point_map`.
+  Eigen::Vector3d point_map;       ///< Where it ended, metres.
+  double unknown_length_m = 0.0;   ///< Length of unknown space that was passed.
   /// Where the first unknown space begins that it has met, the end of a kUnknown ray included.
   std::optional<double> first_unknown_m;
   std::optional<Cell> voxel;  ///< The occupied one that was hit; findCuboid() has its cuboid.
@@ -49,7 +49,7 @@ struct RayQueryResult {
 
 /// The occupied voxel that a ray hits first.
 struct RayHit {
-  Cell voxel;
+  Cell voxel;                 ///< The one that is hit.
   double distance_m;          ///< From the origin to `point_map`.
   Eigen::Vector3d point_map;  ///< On its face, metres; the origin when that lies in it.
 };

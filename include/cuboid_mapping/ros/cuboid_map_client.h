@@ -13,6 +13,7 @@
 #include <string>
 #include <utility>
 
+/// What knows ROS: clients of the node, and its services.
 namespace cuboid_mapping_ros {
 
 /// Follows the map of a node into a map of this process, to be asked with the functions of

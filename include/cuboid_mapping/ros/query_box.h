@@ -28,51 +28,52 @@ enum class WantedCuboids : std::uint8_t { kNone = 0, kFree = 1, kOccupied = 2, k
 
 /// What is asked of ~query_box; its contract is in srv/QueryBox.srv.
 struct BoxRequest {
-  std::string frame_id;  ///< Empty: that of the map.
-  ros::Time stamp;       ///< 0: the latest transform.
-  cuboid_mapping::MetricBox box;
+  std::string frame_id;             ///< Empty: that of the map.
+  ros::Time stamp;                  ///< 0: the latest transform.
+  cuboid_mapping::MetricBox box;    ///< Metres, in frame_id.
   std::uint8_t wanted_cuboids = 0;  ///< A WantedCuboids, not yet checked.
   bool is_clipped = false;          ///< Whether the cuboids are cut at the faces of the box.
 };
 
 /// A cuboid of an answer, in metres, map frame.
 struct AnswerCuboid {
-  cuboid_mapping::MetricBox box_map;
-  cuboid_mapping::Occupancy occupancy;
-  double probability;  ///< Mean of its voxels.
+  cuboid_mapping::MetricBox box_map;    ///< Cut at the faces of the box if that was asked for.
+  cuboid_mapping::Occupancy occupancy;  ///< kFree or kOccupied.
+  double probability;                   ///< Mean of its voxels.
 };
 
 /// What ~query_box answers.
 struct BoxAnswer {
-  std::string error;  ///< Why there is no answer, and what to do; empty: there is one.
-  std::uint64_t revision = 0;
-  ros::Time stamp;                    ///< Of the last cloud in the map; 0 when there is none.
+  std::string error;           ///< Why there is no answer, and what to do; empty: there is one.
+  std::uint64_t revision = 0;  ///< Of the map that was looked at.
+  ros::Time stamp;             ///< Of the last cloud in the map; 0 when there is none.
   cuboid_mapping::MetricBox box_map;  ///< The voxels that the figures are for.
-  double free_volume_m3 = 0.0;
-  double occupied_volume_m3 = 0.0;
-  double unknown_volume_m3 = 0.0;
+  double free_volume_m3 = 0.0;        ///< Of the free voxels in box_map.
+  double occupied_volume_m3 = 0.0;    ///< Of the occupied ones.
+  double unknown_volume_m3 = 0.0;     ///< Of all others.
+  /// Occupied if any voxel is; else unknown if any is; else free.
   cuboid_mapping::Occupancy occupancy = cuboid_mapping::Occupancy::kUnknown;
   /// Of all known voxels; NaN when there are none.
   double max_probability = std::numeric_limits<double>::quiet_NaN();
-  std::vector<AnswerCuboid> cuboids;
+  std::vector<AnswerCuboid> cuboids;  ///< Those that were wanted, in no particular order.
   std::string cut;  ///< Not empty: which limit has cut the answer short, and what to do.
 };
 
 /// How much one call of a service may do.
 struct ServiceLimits {
   double max_time_s = 5.0;  ///< From when it has the map on.
-  int max_bricks =
-      20000000;  ///< Bricks of 8 x 8 x 8 voxels, cuboids and the like that it looks at.
+  /// Bricks of 8 x 8 x 8 voxels, cuboids and the like that it looks at.
+  int max_bricks = 20000000;
   int max_entries = 1000000;  ///< Of a request, and of its answer.
   int max_answer_mb = 100;    ///< Of the answer, MB.
 };
 
 /// A map and how its frame gets its name.
 struct MapInFrame {
-  GuardedMap& map;
-  std::string frame_id;
-  const tf2::BufferCore& tf;
-  ServiceLimits limits = {};
+  GuardedMap& map;                                ///< The map and its lock.
+  std::string frame_id;                           ///< Of the map.
+  const tf2::BufferCore& tf;                      ///< For requests in other frames.
+  ServiceLimits limits = {};                      ///< Of each call.
   const std::atomic<bool>* is_stopped = nullptr;  ///< true ends the work on all calls.
 };
 

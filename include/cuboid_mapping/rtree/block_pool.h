@@ -20,11 +20,12 @@ class BlockPool {
 
   /// Gives memory for one item: zeros, or what was left of an item that was there before.
   [[nodiscard]] std::uint32_t allocate();
-  /// @pre `index` is from allocate(), and has not been released since.
+  /// Takes an item back. @pre It is from allocate(), and has not been released since.
   void release(std::uint32_t index);
   /// Releases all items.
   void clear() noexcept;
 
+  /// The bytes of an item; they stay where they are. @pre It is in use.
   [[nodiscard]] std::byte* operator[](std::uint32_t index) const {
     return blocks_[index >> kBlockBits].bytes.get() + (index & (kBlockItems - 1)) * item_bytes_;
   }
@@ -37,6 +38,7 @@ class BlockPool {
     for (std::size_t i = 0; i < item_bytes_; i += kCacheLine_bytes) __builtin_prefetch(item + i);
   }
 
+  /// Items in use.
   [[nodiscard]] std::size_t numItems() const { return num_items_; }
   /// Bytes held from the allocator.
   [[nodiscard]] std::size_t numBytes() const;

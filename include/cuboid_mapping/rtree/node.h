@@ -13,6 +13,7 @@ namespace cuboid_mapping {
 
 /// Place of a node in the pool of its kind (leaves, or inner nodes).
 using NodeIndex = std::uint32_t;
+/// No node has this place.
 constexpr NodeIndex kNoNode = 0xFFFFFFFFU;
 
 /// One branch of a node, gathered from the node's arrays.
@@ -21,8 +22,8 @@ constexpr NodeIndex kNoNode = 0xFFFFFFFFU;
 /// minimum bounding box (MBRC of the paper); where no cuboid below it is occupied, a search for
 /// occupied ones skips it.
 struct Branch {
-  CellBox box;
-  bool has_occupied = false;
+  CellBox box;                ///< Not empty.
+  bool has_occupied = false;  ///< The cuboid is occupied, or one below the child is.
   NodeIndex child = kNoNode;  ///< Inner branches only.
 };
 
@@ -37,8 +38,10 @@ enum class NodeKind : std::uint8_t {
 /// tests all of them with SIMD instructions. Lives in a NodePool only, which chooses the kind.
 class Node {
  public:
+  /// Most voxels over which a NodeKind::kLeaf can extend along an axis.
   static constexpr std::int64_t kMaxOffset = 255;
 
+  /// Without branches. @pre It lies in numBytes(capacity, is_leaf) bytes, capacity <= kMaxSlots.
   Node(int capacity, bool is_leaf)
       : capacity_(static_cast<std::uint8_t>(capacity)),
         kind_(is_leaf ? NodeKind::kLeaf : NodeKind::kInner) {}
@@ -50,28 +53,41 @@ class Node {
   /// Bytes of the boxes of a wide leaf.
   [[nodiscard]] static std::size_t numWideBytes(int capacity);
 
+  /// Branches; they are in slots 0 to count() - 1.
   [[nodiscard]] int count() const { return count_; }
+  /// Most branches (M of the paper).
   [[nodiscard]] int capacity() const { return capacity_; }
+  /// Whether count() is capacity().
   [[nodiscard]] bool isFull() const { return count_ == capacity_; }
+  /// How the boxes are kept; of a leaf it may change with any branch.
   [[nodiscard]] NodeKind kind() const { return kind_; }
+  /// Whether branches are cuboids.
   [[nodiscard]] bool isLeaf() const { return kind_ != NodeKind::kInner; }
+  /// The slots of all branches.
   [[nodiscard]] SlotSet allSlots() const { return firstSlots(count_); }
 
-  /// Inner nodes only.
+  /// The child of each branch, by slot. @pre !isLeaf().
   [[nodiscard]] const NodeIndex* child() const {
     return reinterpret_cast<const NodeIndex*>(data() + sizeof(std::int32_t[6]) * stride());
   }
-  /// Least and greatest coordinates of all branches along an axis; not of NodeKind::kLeaf.
+  /// Least cells (min) and ends (max, excluded) of the boxes along an axis, by slot.
+  /// @pre kind() is not NodeKind::kLeaf.
+  ///@{
   [[nodiscard]] const std::int32_t* min(int axis) const {
     return coordinates() + static_cast<std::size_t>(axis) * stride();
   }
   [[nodiscard]] const std::int32_t* max(int axis) const { return min(axis + 3); }
+  ///@}
 
+  /// Box of a branch: a cuboid, or the MBR of a child.
   [[nodiscard]] CellBox box(int slot) const;
+  /// Whether a branch is an occupied cuboid, or has one below.
   [[nodiscard]] bool hasOccupied(int slot) const { return (occupied_ >> slot & 1) != 0; }
+  /// A branch as a cuboid. @pre isLeaf().
   [[nodiscard]] Cuboid cuboid(int slot) const {
     return {box(slot), hasOccupied(slot) ? Occupancy::kOccupied : Occupancy::kFree};
   }
+  /// Everything about a branch, of any kind of node.
   [[nodiscard]] Branch branch(int slot) const {
     return {box(slot), hasOccupied(slot), isLeaf() ? kNoNode : child()[slot]};
   }
@@ -93,14 +109,16 @@ class Node {
 
   /// Whether a box can be set as things are: false for a leaf that must change its origin or kind.
   [[nodiscard]] bool canHold(const CellBox& box) const;
-  /// @pre canHold(branch.box).
+  /// Overwrites a branch. @pre canHold(branch.box).
   void set(int slot, const Branch& branch);
+  /// Adds a branch behind the last. @pre !isFull() and canHold(branch.box).
   void append(const Branch& branch) { set(count_++, branch); }
   /// The last branch takes the place of the removed one.
   void remove(int slot);
+  /// Forgets all branches; kind and origin stay.
   void clear() { count_ = 0; }
 
-  NodeIndex parent = kNoNode;
+  NodeIndex parent = kNoNode;  ///< The inner node above; says nothing in the root.
 
  private:
   friend class NodePool;

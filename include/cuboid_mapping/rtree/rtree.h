@@ -10,6 +10,7 @@ namespace cuboid_mapping {
 
 /// Order (d, M) of an R-tree: bounds of the number of branches of a node (paper, Section III).
 struct RTreeConfig {
+  /// Greatest M: a set of slots is one word.
   static constexpr int kMaxBranchesLimit = kMaxSlots;
 
   int max_branches = 32;  ///< M: 2 to kMaxBranchesLimit.
@@ -18,15 +19,16 @@ struct RTreeConfig {
 
 /// Place of a cuboid in the tree; valid until the tree changes.
 struct LeafSlot {
-  NodeIndex leaf;
-  int slot;
+  NodeIndex leaf;  ///< At level 0, see RTree::node().
+  int slot;        ///< Of the branch in that leaf.
 };
 
 /// Cuboids found by a window query, with their places.
 struct Selection {
-  std::vector<Cuboid> cuboids;
-  std::vector<LeafSlot> slots;
+  std::vector<Cuboid> cuboids;  ///< In no particular order.
+  std::vector<LeafSlot> slots;  ///< One for each of `cuboids`.
 
+  /// Empties both lists, keeps their memory.
   void clear() {
     cuboids.clear();
     slots.clear();
@@ -37,12 +39,13 @@ struct Selection {
 /// along the Morton curve.
 struct TreeChange {
   std::vector<LeafSlot> removed;  ///< From RTree::select, each once, with no change of it since.
-  std::vector<Cuboid> added;
+  std::vector<Cuboid> added;      ///< None is empty.
+  /// Where a part ends in both lists; it begins where the one before ends.
   struct Part {
-    std::size_t removed_end;
-    std::size_t added_end;
+    std::size_t removed_end;  ///< One beyond its last in `removed`.
+    std::size_t added_end;    ///< One beyond its last in `added`.
   };
-  std::vector<Part> parts;
+  std::vector<Part> parts;  ///< The last ends where both lists do.
 
   /// What was added to the lists since the last part becomes a part.
   void endPart() { parts.push_back({removed.size(), added.size()}); }
@@ -86,19 +89,24 @@ class RTree {
   /// @throws std::bad_alloc  Then only clear() may be called.
   void replace(const TreeChange& change);
 
+  /// Removes all cuboids.
   void clear() noexcept;
 
   /// Number of cuboids.
   [[nodiscard]] std::size_t size() const { return size_; }
+  /// Whether there is no cuboid; there is a root nevertheless.
   [[nodiscard]] bool isEmpty() const { return size_ == 0; }
   /// Levels, at least 1; the root is at level height() - 1, leaves at level 0.
   [[nodiscard]] int height() const { return height_; }
   /// Minimum bounding box of all cuboids; nothing when there are none.
   [[nodiscard]] std::optional<CellBox> bounds() const;
+  /// As given to the constructor.
   [[nodiscard]] const RTreeConfig& config() const { return config_; }
 
+  /// At level height() - 1; a leaf while height() is 1.
   [[nodiscard]] NodeIndex root() const { return root_; }
-  /// @param level 0 for leaves.
+  /// A node; leaves and inner nodes have indices of their own.
+  /// @param level  0 for leaves, up to height() - 1.
   [[nodiscard]] const Node& node(int level, NodeIndex index) const {
     return level == 0 ? leaves_[index] : inner_nodes_[index];
   }
@@ -109,9 +117,11 @@ class RTree {
     for (; slots != 0; slots = withoutFirst(slots)) pool.prefetch(node.child()[firstSlot(slots)]);
   }
 
+  /// Leaves, the root included while it is one.
   [[nodiscard]] std::size_t numLeafNodes() const { return leaves_.numNodes(); }
   /// Leaves that extend over more than 255 voxels along an axis, and need more memory for it.
   [[nodiscard]] std::size_t numWideLeaves() const { return leaves_.numWideLeaves(); }
+  /// Nodes above the leaves; 0 while the root is a leaf.
   [[nodiscard]] std::size_t numInnerNodes() const { return inner_nodes_.numNodes(); }
   /// Bytes held from the allocator for the nodes.
   [[nodiscard]] std::size_t numBytes() const {
@@ -121,9 +131,10 @@ class RTree {
  private:
   /// Nodes and cuboids that wait to be inserted.
   struct Orphans {
+    /// A node with all that is below it.
     struct Subtree {
-      NodeIndex index;
-      int level;
+      NodeIndex index;  ///< Of the node.
+      int level;        ///< Of the node, 0 for a leaf.
     };
     std::vector<Subtree> subtrees;
     std::vector<Branch> cuboids;

@@ -16,7 +16,8 @@ constexpr int kBrickKeyBits = 21;
 /// Number of a brick: 21 bits per axis, counted from the base of the cloud.
 using BrickKey = std::uint64_t;
 
-/// @param local  A cell of the brick minus the base: each coordinate in [0, 2^24).
+/// Number of the brick that holds a cell.
+/// @param local  The cell of the brick minus the base: each coordinate in [0, 2^24).
 [[nodiscard]] constexpr BrickKey toBrickKey(const Cell& local) {
   return static_cast<BrickKey>(local.x >> 3) |
          static_cast<BrickKey>(local.y >> 3) << kBrickKeyBits |
@@ -25,7 +26,7 @@ using BrickKey = std::uint64_t;
 
 /// The voxels of one brick that the beams of a cloud have marked. Each mask is a cache line.
 struct alignas(64) BrickMarks {
-  BrickMask hits{};
+  BrickMask hits{};  ///< Voxels in which a beam ends.
   /// Misses, by the axis along which the beam is longest. In the masks of that axis a word is a
   /// plane in which eight voxels along the axis are neighbouring bits:
   ///
@@ -35,7 +36,7 @@ struct alignas(64) BrickMarks {
   /// y    | z    | 8 * x + y
   /// z    | y    | 8 * x + z
   std::array<BrickMask, 3> misses{};
-  BrickKey key = 0;
+  BrickKey key = 0;  ///< Of the brick.
 
   /// All misses in the layout of BrickMask.
   [[nodiscard]] BrickMask collectMisses() const;
@@ -50,8 +51,9 @@ class BeamMarks {
     return slots_[slot].marks != nullptr ? *slots_[slot].marks : add(key);
   }
 
+  /// Bricks that were added since clear().
   [[nodiscard]] std::size_t size() const { return size_; }
-  /// @param index  In the order in which the bricks were added.
+  /// The marks of a brick. @param index  In the order in which the bricks were added.
   [[nodiscard]] const BrickMarks& operator[](std::size_t index) const {
     return blocks_[index / kBlockBricks][index % kBlockBricks];
   }

@@ -19,12 +19,13 @@ enum class BeamLayout : unsigned char {
 
 /// Directions of the beams of an organized cloud that were not reflected.
 struct NoReturnBeams {
+  /// One of them.
   struct Beam {
     std::size_t index;          ///< Of the cloud's point.
     Eigen::Vector3f direction;  ///< Unit vector, sensor frame.
   };
 
-  BeamLayout layout = BeamLayout::kUnknown;
+  BeamLayout layout = BeamLayout::kUnknown;  ///< The one that fits best.
   double residual_rad = 0.0;    ///< RMS angle between the layout's beams and the points.
   std::vector<Beam> beams;      ///< In the order of the cloud.
   std::size_t num_skipped = 0;  ///< Beams without return whose direction remains unknown.

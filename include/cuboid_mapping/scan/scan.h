@@ -14,6 +14,7 @@ namespace cuboid_mapping {
 /// the map: the position of a point p is anchor_map + p. With a zero anchor the numbers are those
 /// that OctoMap computes with.
 struct Scan {
+  /// What all other positions are relative to.
   Eigen::Vector3d anchor_map = Eigen::Vector3d::Zero();
   Eigen::Vector3f origin = Eigen::Vector3f::Zero();  ///< Where all beams start.
   std::vector<Eigen::Vector3f> points;               ///< End points of beams that were reflected.

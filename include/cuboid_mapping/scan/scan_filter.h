@@ -22,7 +22,7 @@ struct ScanLimits {
 
 /// How many points filterScan() has left out, by reason; each point counts once.
 struct FilterCounts {
-  std::size_t num_too_near = 0;
+  std::size_t num_too_near = 0;      ///< Nearer than min_range_m, in the crop or not.
   std::size_t num_outside_crop = 0;  ///< Points with a NaN coordinate count here.
 };
 

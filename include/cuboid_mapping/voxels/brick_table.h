@@ -19,7 +19,8 @@ namespace cuboid_mapping {
 template <typename ItemT>
 class BrickTable {
  public:
-  /// Null when there is none. @complexity O(1).
+  /// The item of a brick; null when there is none. @complexity O(1) on average.
+  ///@{
   [[nodiscard]] ItemT* find(const Cell& brick) {
     return const_cast<ItemT*>(std::as_const(*this).find(brick));
   }
@@ -28,6 +29,7 @@ class BrickTable {
     const std::uint32_t index = slots_[slotOf(brick)];
     return index == kFree ? nullptr : &item(index);
   }
+  ///@}
 
   /// Makes room, so that at() throws nothing up to so many items.
   void reserve(std::size_t num_items) {
@@ -69,12 +71,16 @@ class BrickTable {
     slots_[hole] = kFree;
   }
 
+  /// Forgets all bricks, and gives the memory back.
   void clear() { *this = BrickTable(); }
 
+  /// Number of items.
   [[nodiscard]] std::size_t size() const { return num_items_; }
+  /// Whether there is no item.
   [[nodiscard]] bool isEmpty() const { return num_items_ == 0; }
 
   /// Calls visit(item) for each item, in no particular order. The table must not change meanwhile.
+  ///@{
   template <typename VisitorT>
   void forEach(VisitorT visit) {
     for (const std::uint32_t index : slots_) {
@@ -87,6 +93,7 @@ class BrickTable {
       if (index != kFree) visit(item(index));
     }
   }
+  ///@}
 
   /// Calls visit(item) for each item whose brick shares a cell with a box.
   /// @complexity O(bricks of the box), or O(size()) if that is less.

@@ -10,7 +10,7 @@ namespace cuboid_mapping {
 
 /// A brick in which something has changed.
 struct ChangedBrick {
-  Cell brick;
+  Cell brick;                    ///< Its least cell.
   bool has_new_cuboids = false;  ///< Else only log-odds have changed.
 };
 

@@ -36,12 +36,15 @@ class PackedVoxels {
  public:
   /// No voxel is known.
   PackedVoxels() = default;
+  /// The same voxels; one that was moved from has no known voxel.
+  ///@{
   PackedVoxels(const PackedVoxels& other);
   PackedVoxels(PackedVoxels&& other) noexcept { swap(other); }
   PackedVoxels& operator=(PackedVoxels other) noexcept {
     swap(other);
     return *this;
   }
+  ///@}
   ~PackedVoxels() = default;
 
   /// @param known  Voxels whose values count. @pre These are finite.
@@ -49,17 +52,22 @@ class PackedVoxels {
   /// Voxels of one log-odds. @pre It is finite.
   PackedVoxels(const BrickMask& known, float log_odds);
 
+  /// Whether no voxel is known.
   [[nodiscard]] bool isEmpty() const { return numValues() == 0; }
+  /// The voxels that have log-odds.
   [[nodiscard]] const BrickMask& known() const;
-  /// A part of the known ones.
+  /// Those of the known voxels whose log-odds are >= 0.
   [[nodiscard]] const BrickMask& occupied() const;
+  /// Those of the known voxels whose log-odds are < 0.
   [[nodiscard]] BrickMask free() const { return known().without(occupied()); }
+  /// Whether occupied() has a voxel.
   [[nodiscard]] bool isAnyOccupied() const { return shape_.num_occupied_values > 0; }
   /// All voxels are known, none is occupied.
   [[nodiscard]] bool isAllFree() const {
     return !isEmpty() && shape_.num_occupied_values == 0 && !shape_.has_known;
   }
 
+  /// Class of a voxel. @param voxel  See voxelIndex().
   [[nodiscard]] Occupancy occupancyAt(int voxel) const {
     if (!known().test(voxel)) return Occupancy::kUnknown;
     return occupied().test(voxel) ? Occupancy::kOccupied : Occupancy::kFree;
@@ -94,8 +102,10 @@ class PackedVoxels {
   [[nodiscard]] std::size_t numBytes() const { return numBytes(shape_); }
 
   /// The same voxels are known, with the same log-odds.
+  ///@{
   friend bool operator==(const PackedVoxels& a, const PackedVoxels& b);
   friend bool operator!=(const PackedVoxels& a, const PackedVoxels& b) { return !(a == b); }
+  ///@}
 
  private:
   /// What the block holds: masks first, then values.

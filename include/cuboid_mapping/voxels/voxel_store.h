@@ -15,13 +15,13 @@ namespace cuboid_mapping {
 
 /// A brick with its voxels: in the map, in files, in octrees and in messages.
 struct VoxelBrick {
-  Cell brick;
-  PackedVoxels voxels;
+  Cell brick;           ///< Its least cell.
+  PackedVoxels voxels;  ///< By voxelIndex().
 };
 
 /// What has changed in one brick.
 struct BrickChange {
-  Cell brick;
+  Cell brick;                    ///< Its least cell.
   BrickMask changed;             ///< Voxels that are new, gone, or have another log-odds.
   bool is_reclassified = false;  ///< Some have another class.
 };
@@ -30,12 +30,15 @@ struct BrickChange {
 /// trace. Const functions may run side by side; a change needs exclusive access.
 class VoxelStore {
  public:
-  /// The voxels of a brick; null when none is known. @complexity O(1).
+  /// The voxels of a brick, without or with its name; null when none is known. Valid until the
+  /// brick changes. @complexity O(1).
+  ///@{
   [[nodiscard]] const PackedVoxels* find(const Cell& brick) const {
     const VoxelBrick* found = findBrick(brick);
     return found == nullptr ? nullptr : &found->voxels;
   }
   [[nodiscard]] const VoxelBrick* findBrick(const Cell& brick) const { return bricks_.find(brick); }
+  ///@}
 
   /// Class of a voxel. @complexity O(1).
   [[nodiscard]] Occupancy at(const Cell& cell) const {
@@ -49,6 +52,7 @@ class VoxelStore {
     return voxels == nullptr ? std::nullopt : voxels->at(voxelIndex(cell));
   }
 
+  /// Whether any voxel of a box is occupied; false for an empty one.
   /// @complexity O(bricks that the box shares a cell with, or all known bricks if these are fewer).
   [[nodiscard]] bool isAnyOccupied(const CellBox& box) const;
 
@@ -71,8 +75,11 @@ class VoxelStore {
 
   /// Bricks with a known voxel.
   [[nodiscard]] std::size_t size() const { return bricks_.size(); }
+  /// Voxels of a class; exact up to 2^53.
+  ///@{
   [[nodiscard]] double numFreeVoxels() const { return num_free_; }
   [[nodiscard]] double numOccupiedVoxels() const { return num_occupied_; }
+  ///@}
   /// Box around all known bricks; nothing when there is none.
   [[nodiscard]] const std::optional<CellBox>& bounds() const { return bounds_; }
   /// Bytes held from the allocator.
@@ -95,6 +102,7 @@ class VoxelStore {
   std::vector<BrickChange> replace(const CellBox& box, const std::vector<VoxelBrick>& bricks,
                                    const Announce& announce = {});
 
+  /// Forgets all voxels, and gives the memory back.
   void clear() { *this = VoxelStore(); }
 
  private:
