@@ -34,7 +34,8 @@ enum class FollowResult : unsigned char {
 class MapFollower {
  public:
   /// Takes an image. One of the same instance that is older than the copy is not taken.
-  /// @return false when its arrays do not fit together; the copy is then as it was.
+  /// @return false when its arrays do not fit together, or no map can have its resolution; the copy
+  ///         is then as it was.
   [[nodiscard]] bool take(const MapImage& image);
   /// Takes changes. @return kApplied, or why the copy is as it was.
   [[nodiscard]] FollowResult take(const MapDelta& delta);
