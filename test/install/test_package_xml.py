@@ -15,6 +15,7 @@ import rospkg
 SOURCE = pathlib.Path(sys.argv[1])
 # Keys of rosdep's base.yaml and python.yaml, which Debian does not ship, with Debian's packages.
 SYSTEM_KEYS = {
+    'doxygen': 'doxygen',
     'eigen': 'libeigen3-dev',
     'google-mock': 'libgmock-dev',
     'gtest': 'libgtest-dev',
