@@ -3,13 +3,11 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
-#include <cerrno>
 #include <cstdint>
 #include <filesystem>
 #include <fstream>
 #include <iterator>
 #include <random>
-#include <string>
 #include <vector>
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size);
@@ -18,16 +16,9 @@ namespace {
 
 using Bytes = std::vector<std::uint8_t>;
 
-/// Of the fuzzer that this program, replay_FUZZER, is built with.
-std::filesystem::path findCorpus() {
-  const std::string program = program_invocation_short_name;
-  return std::filesystem::path(CUBOID_MAPPING_SOURCE_DIR) / "fuzz/corpus" /
-         program.substr(std::string("replay_").size());
-}
-
 std::vector<std::filesystem::path> listCorpus() {
   std::vector<std::filesystem::path> files;
-  for (const auto& entry : std::filesystem::directory_iterator(findCorpus())) {
+  for (const auto& entry : std::filesystem::directory_iterator(FUZZ_CORPUS)) {
     files.push_back(entry.path());
   }
   std::sort(files.begin(), files.end());
@@ -41,7 +32,7 @@ Bytes readBytes(const std::filesystem::path& file) {
 
 TEST(Corpus, isWorkedOnWithoutHarm) {
   const auto files = listCorpus();
-  ASSERT_GE(files.size(), 10U) << findCorpus();
+  ASSERT_GE(files.size(), 10U) << FUZZ_CORPUS;
   std::mt19937 random(1);
   for (const auto& file : files) {
     SCOPED_TRACE(file.string());

@@ -99,13 +99,13 @@ class ConfigReader {
 
   /// The keyword of a field: "growth_samples" of "map.growth.sampling.per_m".
   static std::string keyOf(const std::string& field) {
-    static const std::map<std::string, std::string> keys = {
+    static const std::map<std::string, std::string> kKeys = {
         {"max_range_m", "max_range"},
         {"map.resolution_m", "resolution"},
         {"map.growth.sampling.per_m", "growth_samples"},
         {"map.growth.settle_clouds", "growth_settle_clouds"}};
-    const auto key = keys.find(field);
-    return key != keys.end() ? key->second : field.substr(field.rfind('.') + 1);
+    const auto key = kKeys.find(field);
+    return key != kKeys.end() ? key->second : field.substr(field.rfind('.') + 1);
   }
 
   void refuse(const char* key, const py::object& value, const std::string& allowed) {

@@ -109,7 +109,7 @@ class ExamplePlannerTest(unittest.TestCase):
         for _ in range(2):
             self.set_box(*DOOR, SetBoxRequest.OCCUPIED)
             self.expect(self.has_no_way)
-            self.expect_log('NO_WAY: no way leads through free space')
+            self.expect_log('NO_WAY: there is no way through free space')
             self.set_box(*DOOR, SetBoxRequest.FREE)
             self.expect(self.has_way)
 
@@ -125,14 +125,14 @@ class ExamplePlannerTest(unittest.TestCase):
     def test_refuses_a_goal_that_is_no_number(self):
         self.make_room()
         self.click(float('nan'), 0.5)
-        self.expect_log('goal refused: its position is not finite')
+        self.expect_log('goal ignored: its position is not finite')
 
     def test_unknown_space_is_an_obstacle(self):
         self.make_room()
         self.set_box((2.2, 0, 0), (4, 2, 2), SetBoxRequest.UNKNOWN)
         self.click(3.5, 0.5)
         self.expect(self.has_no_way)
-        self.expect_log('GOAL_BLOCKED: an obstacle or unknown space is at the goal')
+        self.expect_log('GOAL_BLOCKED: there is an obstacle or unknown space at the goal')
 
 
 if __name__ == '__main__':
