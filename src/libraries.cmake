@@ -120,6 +120,7 @@ if(NOT ZLIB_FOUND)
 endif()
 cuboid_mapping_add_part(client
   cuboid_mapping/ros/callback_guard.cpp
+  cuboid_mapping/ros/checked_messages.cpp
   cuboid_mapping/ros/cuboid_map_client.cpp
   cuboid_mapping/io/brick_codec.cpp
   cuboid_mapping/ros/map_messages.cpp)
@@ -170,6 +171,7 @@ add_library(cuboid_mapping_ros
   cuboid_mapping/ros/service_limits.cpp
   cuboid_mapping/ros/speed_advice.cpp
   cuboid_mapping/ros/tf_lookup.cpp
+  cuboid_mapping/ros/tf_receiver.cpp
   cuboid_mapping/ros/time_jump.cpp)
 cuboid_mapping_configure(cuboid_mapping_ros)
 target_include_directories(cuboid_mapping_ros

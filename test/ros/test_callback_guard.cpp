@@ -30,6 +30,15 @@ TEST(CallbackGuard, CountsWhatFailsAndSaysWhatItWas) {
   EXPECT_EQ(guard.numFailures(), 2U);
 }
 
+TEST(CallbackGuard, CountsWhatWasRefusedApart) {
+  CallbackGuard guard;
+  guard.noteRefused("/tf", "no message");
+  guard.noteRefused("/tf", "nor is this");
+  EXPECT_EQ(guard.numRefused(), 2U);
+  EXPECT_EQ(guard.lastRefused(), "/tf: nor is this");
+  EXPECT_EQ(guard.numFailures(), 0U);
+}
+
 TEST(CallbackGuard, NoExceptionLeavesACallbackOfAGuardedQueue) {
   CallbackGuard guard;
   ros::CallbackQueue callbacks;
@@ -125,23 +134,18 @@ TEST(CallbackGuard, NodeHandlesAreMadeOfOthersOnly) {
             Files{"cuboid_map_client.h"});
 }
 
-TEST(CallbackGuard, ServicesAreOfferedByAdvertiseGuarded) {
-  EXPECT_EQ(filesWith(R"(advertiseService\()"), Files{"callback_guard.h"});
+TEST(CallbackGuard, WhatComesFromOutsideIsReadByCheckedMessages) {
+  const Files checked{"checked_messages.h"};
+  EXPECT_EQ(filesWith(R"(advertiseService\()"), checked);
+  EXPECT_EQ(filesWith(R"((\.|->)subscribe\b)"), checked);
+  EXPECT_EQ(filesWith(R"(serviceClient\b|service::call)"), checked);
+  EXPECT_EQ(filesWith(R"(TransformListener\b)"), Files{}) << "TfReceiver is checked";
 }
 
 TEST(CallbackGuard, ThreadsAreGuarded) {
   EXPECT_EQ(filesWith(R"(AsyncSpinner|MultiThreadedSpinner)"), Files{"callback_guard.h"});
   EXPECT_EQ(filesWith(R"(std::thread [a-z]|std::thread\(|std::async|boost::thread)"), Files{});
   EXPECT_EQ(filesWith(R"(ros::spin\b)"), Files{"mapping_node_main.cpp"});
-}
-
-TEST(CallbackGuard, TfIsReceivedInAGuardedThread) {
-  // With true, its default, a TransformListener has a thread and a queue of its own.
-  EXPECT_EQ(filesWith(R"(TransformListener )"), Files{}) << "as a member or variable";
-  const std::string made = R"(make_unique<tf2_ros::TransformListener>\(\s*)";
-  EXPECT_EQ(filesWith(made), Files{"mapping_node.cpp"});
-  EXPECT_EQ(filesWith(made + R"(tf_buffer_, withQueue\(nh_, tf_thread_\.queue\(\)\), false\))"),
-            Files{"mapping_node.cpp"});
 }
 
 }  // namespace

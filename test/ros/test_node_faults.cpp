@@ -4,7 +4,7 @@
 #include "ros/node_probe.h"
 
 #include "cuboid_mapping/SetBox.h"
-#include "cuboid_mapping/ros/callback_guard.h"
+#include "cuboid_mapping/ros/checked_messages.h"
 #include "cuboid_mapping/ros/points.h"
 
 #include <nav_msgs/OccupancyGrid.h>

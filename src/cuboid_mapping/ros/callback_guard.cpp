@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "cuboid_mapping/ros/callback_guard.h"
 
-#include "cuboid_mapping/io/text.h"
-
 #include <ros/console.h>
 
 #include <boost/make_shared.hpp>
@@ -41,34 +39,50 @@ class GuardedCallback : public ros::CallbackInterface {
 }  // namespace
 
 void CallbackGuard::noteFailure(const std::string& name, const char* what) noexcept {
+  note(failures_, "a callback failed; the node keeps running", name, what);
+}
+
+void CallbackGuard::noteRefused(const std::string& name, const char* what) noexcept {
+  note(refused_, "a damaged message was refused", name, what);
+}
+
+void CallbackGuard::note(Tally& tally, const char* kind, const std::string& name,
+                         const char* what) noexcept {
   try {
     const std::lock_guard<std::mutex> lock(mutex_);
-    ++num_failures_;
-    const std::string failure = name + ": " + what;
-    log(failure);
-    last_failure_ = failure;
+    ++tally.count;
+    const std::string text = name + ": " + what;
+    const ros::WallTime now = ros::WallTime::now();
+    // Others send as many damaged messages as they like, each with words of its own.
+    const bool is_same = text == tally.last || &tally == &refused_;
+    const bool is_repeated = is_same && now - tally.logged < ros::WallDuration(kLogPeriod_s);
+    tally.last = text;
+    if (is_repeated) return;
+    tally.logged = now;
+    ROS_ERROR_STREAM(kind << ": " << text << " (" << tally.count << " so far)");
   } catch (...) {
     // There is no memory for words; it is counted.
   }
 }
 
-void CallbackGuard::log(const std::string& failure) {
-  const ros::WallTime now = ros::WallTime::now();
-  if (failure == last_failure_ && now - last_logged_ < ros::WallDuration(kLogPeriod_s)) return;
-  last_logged_ = now;
-  ROS_ERROR_STREAM("a callback failed; the node keeps running: "
-                   << failure << " (" << cuboid_mapping::counted(num_failures_, "failure")
-                   << " so far)");
-}
-
 std::uint64_t CallbackGuard::numFailures() const {
   const std::lock_guard<std::mutex> lock(mutex_);
-  return num_failures_;
+  return failures_.count;
 }
 
 std::string CallbackGuard::lastFailure() const {
   const std::lock_guard<std::mutex> lock(mutex_);
-  return last_failure_;
+  return failures_.last;
+}
+
+std::uint64_t CallbackGuard::numRefused() const {
+  const std::lock_guard<std::mutex> lock(mutex_);
+  return refused_.count;
+}
+
+std::string CallbackGuard::lastRefused() const {
+  const std::lock_guard<std::mutex> lock(mutex_);
+  return refused_.last;
 }
 
 GuardedQueue::GuardedQueue(ros::CallbackQueueInterface& queue, CallbackGuard& guard,

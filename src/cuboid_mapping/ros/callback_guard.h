@@ -4,10 +4,7 @@
 #include <ros/callback_queue.h>
 #include <ros/callback_queue_interface.h>
 #include <ros/node_handle.h>
-#include <ros/service_server.h>
 #include <ros/spinner.h>
-
-#include <boost/function.hpp>
 
 #include <cstdint>
 #include <exception>
@@ -22,6 +19,8 @@ namespace cuboid_mapping_ros {
 /// A failure is counted and logged, the same one every 10 s at most. Thread-safe.
 class CallbackGuard {
  public:
+  static constexpr const char* kUnknownException = "an exception that is not a std::exception";
+
   /// @param name  Of the work, for the log.
   /// @return Whether it ended without an exception.
   template <typename WorkT>
@@ -32,7 +31,7 @@ class CallbackGuard {
     } catch (const std::exception& exception) {
       noteFailure(name, exception.what());
     } catch (...) {
-      noteFailure(name, "an exception that is not a std::exception");
+      noteFailure(name, kUnknownException);
     }
     return false;
   }
@@ -44,13 +43,25 @@ class CallbackGuard {
   /// Name and exception of the last one; empty before the first.
   [[nodiscard]] std::string lastFailure() const;
 
+  /// Counts a message or request that was refused, because its bytes are none; no failure of the node's.
+  /// Logged every 10 s at most.
+  void noteRefused(const std::string& name, const char* what) noexcept;
+  [[nodiscard]] std::uint64_t numRefused() const;
+  /// Name and reason of the last one; empty before the first.
+  [[nodiscard]] std::string lastRefused() const;
+
  private:
-  void log(const std::string& failure);
+  struct Tally {
+    std::uint64_t count = 0;
+    std::string last;
+    ros::WallTime logged;
+  };
+
+  void note(Tally& tally, const char* kind, const std::string& name, const char* what) noexcept;
 
   mutable std::mutex mutex_;
-  std::uint64_t num_failures_ = 0;
-  std::string last_failure_;
-  ros::WallTime last_logged_;
+  Tally failures_;
+  Tally refused_;
 };
 
 /// Passes callbacks on to another queue, each within a guard: subscriptions, services, connections,
@@ -100,22 +111,5 @@ class GuardedThread {
 
 /// The guard of a handle's queue. @throws std::logic_error when the handle has no GuardedQueue.
 [[nodiscard]] CallbackGuard& guardOf(const ros::NodeHandle& nh);
-
-/// Offers a service; roscpp swallows what its callbacks throw, so that the queue cannot count it.
-/// @param answer  false, or an exception: the caller is told that the call has failed.
-/// @throws std::logic_error when the handle has no GuardedQueue.
-template <typename RequestT, typename ResponseT>
-[[nodiscard]] ros::ServiceServer advertiseGuarded(
-    ros::NodeHandle& nh, const std::string& name,
-    boost::function<bool(RequestT&, ResponseT&)> answer) {
-  CallbackGuard& guard = guardOf(nh);
-  const boost::function<bool(RequestT&, ResponseT&)> callback =
-      [&guard, name, answer](RequestT& request, ResponseT& response) {
-        bool is_answered = false;
-        guard.run(name, [&] { is_answered = answer(request, response); });
-        return is_answered;
-      };
-  return nh.advertiseService(name, callback);
-}
 
 }  // namespace cuboid_mapping_ros

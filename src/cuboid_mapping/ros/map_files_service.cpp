@@ -4,6 +4,7 @@
 #include "cuboid_mapping/LoadMap.h"
 #include "cuboid_mapping/SaveMap.h"
 #include "cuboid_mapping/io/text.h"
+#include "cuboid_mapping/ros/checked_messages.h"
 #include "cuboid_mapping/ros/names.h"
 
 #include <ros/console.h>

@@ -6,7 +6,7 @@
 #include "cuboid_mapping/FullCuboidMap.h"
 #include "cuboid_mapping/GetMap.h"
 #include "cuboid_mapping/io/brick_codec.h"
-#include "cuboid_mapping/ros/callback_guard.h"
+#include "cuboid_mapping/ros/checked_messages.h"
 
 #include <ros/single_subscriber_publisher.h>
 #include <boost/function.hpp>
@@ -131,26 +131,27 @@ ros::ServiceServer advertiseGetMap(ros::NodeHandle& nh, const std::string& name,
 
 ros::Subscriber subscribeImage(ros::NodeHandle& nh, const std::string& topic,
                                std::function<void(const ImageMessage&)> take) {
-  const boost::function<void(const ImageType::ConstPtr&)> callback =
-      [take = std::move(take)](const ImageType::ConstPtr& message) { take(fromMessage(*message)); };
-  return nh.subscribe<ImageType>(topic, 1, callback);
+  return subscribeGuarded<ImageType>(
+      nh, topic, {1, false},
+      [take = std::move(take)](const ros::MessageEvent<const ImageType>& event) {
+        take(fromMessage(*event.getConstMessage()));
+      });
 }
 
 ros::Subscriber subscribeDelta(ros::NodeHandle& nh, const std::string& topic,
                                std::function<void(const DeltaMessage&)> take) {
-  const boost::function<void(const DeltaType::ConstPtr&)> callback =
-      [take = std::move(take)](const DeltaType::ConstPtr& message) { take(fromMessage(*message)); };
-  return nh.subscribe<DeltaType>(topic, kDeltaQueue, callback);
+  return subscribeGuarded<DeltaType>(
+      nh, topic, {kDeltaQueue, false},
+      [take = std::move(take)](const ros::MessageEvent<const DeltaType>& event) {
+        take(fromMessage(*event.getConstMessage()));
+      });
 }
 
 bool callGetMap(ros::NodeHandle& nh, const std::string& name, MapDetail detail,
                 ImageMessage& message, std::string& error) {
   GetMap service;
   service.request.with_values = static_cast<std::uint8_t>(detail == MapDetail::kValues);
-  if (!nh.serviceClient<GetMap>(name).call(service)) {
-    error = "no answer from " + nh.resolveName(name);
-    return false;
-  }
+  if (!callChecked(nh, name, service, error)) return false;
   error = service.response.message;
   if (service.response.success == 0) return false;
   message = fromMessage(service.response.map);

@@ -2,6 +2,7 @@
 #include "cuboid_mapping/ros/mapping_node.h"
 
 #include "cuboid_mapping/query/height_range.h"
+#include "cuboid_mapping/ros/checked_messages.h"
 #include "cuboid_mapping/ros/function_callback.h"
 #include "cuboid_mapping/ros/names.h"
 #include "cuboid_mapping/ros/query_box_service.h"
@@ -139,17 +140,16 @@ void MappingNode::advertiseServices() {
 
 void MappingNode::subscribe() {
   tf_changes_ = tf_buffer_._addTransformsChangedListener([this] { onTfChanged(); });
-  tf_listener_ = std::make_unique<tf2_ros::TransformListener>(
-      tf_buffer_, withQueue(nh_, tf_thread_.queue()), false);
+  tf_receiver_.emplace(withQueue(nh_, tf_thread_.queue()), tf_buffer_);
   tf_thread_.start();
-  const boost::function<void(const CloudPtr&)> put = [this](const CloudPtr& cloud) {
-    is_cloud_waiting_ = true;
-    cloud_inbox_.put(cloud);
-  };
-  ros::SubscribeOptions options;
-  options.init<sensor_msgs::PointCloud2>(kCloudTopic, kReceiveQueueSize, put);
-  options.allow_concurrent_callbacks = true;  // Else what comes while another is taken would stay.
-  cloud_subscriber_ = withQueue(nh_, arrival_callbacks_).subscribe(options);
+  ros::NodeHandle arrival_nh = withQueue(nh_, arrival_callbacks_);
+  // One by one, what comes while another is taken would stay.
+  cloud_subscriber_ = subscribeGuarded<sensor_msgs::PointCloud2>(
+      arrival_nh, kCloudTopic, {kReceiveQueueSize, true},
+      [this](const ros::MessageEvent<const sensor_msgs::PointCloud2>& event) {
+        is_cloud_waiting_ = true;
+        cloud_inbox_.put(event.getConstMessage());
+      });
 }
 
 CloudInbox::Callbacks MappingNode::inboxCallbacks() {
@@ -367,6 +367,10 @@ void MappingNode::reportDiagnostics(diagnostic_updater::DiagnosticStatusWrapper&
   report.num_new_failures = report.num_failures - num_reported_failures_;
   report.last_failure = guard_.lastFailure();
   num_reported_failures_ = report.num_failures;
+  report.num_refused = guard_.numRefused();
+  report.num_new_refused = report.num_refused - num_reported_refused_;
+  report.last_refused = guard_.lastRefused();
+  num_reported_refused_ = report.num_refused;
   fillStatus(report, reported_statistics_, status);
   reported_statistics_ = statistics_;
 }

@@ -17,6 +17,7 @@
 #include "cuboid_mapping/ros/planner_services.h"
 #include "cuboid_mapping/ros/reconfigure_server.h"
 #include "cuboid_mapping/ros/speed_advice.h"
+#include "cuboid_mapping/ros/tf_receiver.h"
 
 #include <diagnostic_updater/diagnostic_updater.h>
 #include <ros/node_handle.h>
@@ -26,7 +27,6 @@
 #include <sensor_msgs/PointCloud2.h>
 #include <std_srvs/Empty.h>
 #include <tf2_ros/buffer.h>
-#include <tf2_ros/transform_listener.h>
 
 #include <boost/signals2/connection.hpp>
 
@@ -111,6 +111,7 @@ class MappingNode {
   NodeStatistics statistics_;
   NodeStatistics reported_statistics_;  ///< As of the last report.
   std::uint64_t num_reported_failures_ = 0;
+  std::uint64_t num_reported_refused_ = 0;
   std::array<std::optional<Clock::time_point>, kNumDropReasons> last_logged_;
   std::optional<Clock::time_point> last_advice_;
   bool has_suggested_ = false;
@@ -147,7 +148,7 @@ class MappingNode {
   ros::Subscriber cloud_subscriber_;
   std::optional<ReconfigureServer> reconfigure_server_;
   std::optional<MapFilesService> map_files_;
-  std::unique_ptr<tf2_ros::TransformListener> tf_listener_;
+  std::optional<TfReceiver> tf_receiver_;
 };
 
 }  // namespace cuboid_mapping_ros

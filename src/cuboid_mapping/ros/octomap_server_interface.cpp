@@ -2,6 +2,7 @@
 #include "cuboid_mapping/ros/octomap_server_interface.h"
 
 #include "cuboid_mapping/io/text.h"
+#include "cuboid_mapping/ros/checked_messages.h"
 #include "cuboid_mapping/ros/names.h"
 #include "cuboid_mapping/ros/tf_lookup.h"
 

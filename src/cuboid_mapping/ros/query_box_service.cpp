@@ -2,7 +2,7 @@
 #include "cuboid_mapping/ros/query_box_service.h"
 
 #include "cuboid_mapping/QueryBox.h"
-#include "cuboid_mapping/ros/callback_guard.h"
+#include "cuboid_mapping/ros/checked_messages.h"
 #include "cuboid_mapping/ros/names.h"
 #include "cuboid_mapping/ros/points.h"
 

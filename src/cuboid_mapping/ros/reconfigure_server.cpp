@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "cuboid_mapping/ros/reconfigure_server.h"
 
+#include "cuboid_mapping/ros/checked_messages.h"
 #include "cuboid_mapping/ros/function_callback.h"
 #include "cuboid_mapping/ros/names.h"
 #include "cuboid_mapping/ros/reconfigure.h"

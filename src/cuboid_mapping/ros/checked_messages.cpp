@@ -1,0 +1,16 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "cuboid_mapping/ros/checked_messages.h"
+
+namespace cuboid_mapping_ros {
+
+void CheckedStream::throwOverrun(std::uint32_t count, std::uint32_t num_bytes_left) {
+  throw ros::serialization::StreamOverrunException("an array claims " + std::to_string(count) +
+                                                   " elements, with " +
+                                                   std::to_string(num_bytes_left) + " bytes left");
+}
+
+ros::SerializedMessage makeRefusal(const std::string& why) {
+  return ros::serialization::serializeServiceResponse(false, why);
+}
+
+}  // namespace cuboid_mapping_ros
