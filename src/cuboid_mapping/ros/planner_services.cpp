@@ -3,8 +3,8 @@
 
 #include "cuboid_mapping/map/cuboid_search.h"
 
-#include "cuboid_mapping/ros/checked_messages.h"
 #include "cuboid_mapping/ros/check_answers.h"
+#include "cuboid_mapping/ros/checked_messages.h"
 #include "cuboid_mapping/ros/edit_answers.h"
 #include "cuboid_mapping/ros/guarded_map.h"
 #include "cuboid_mapping/ros/names.h"
