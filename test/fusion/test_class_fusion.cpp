@@ -51,9 +51,7 @@ class Scene {
     for (const Cell& brick : bricks) {
       updates.push_back({brick, is_hit ? one : BrickMask(), is_hit ? BrickMask() : one, 0});
     }
-    std::sort(updates.begin(), updates.end(), [](const BrickUpdate& a, const BrickUpdate& b) {
-      return isBeforeOnMortonCurve(a.brick, b.brick);
-    });
+    sortBricks(updates);
     return apply(updates);
   }
   void applyNothing(int num_clouds) {

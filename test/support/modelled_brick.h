@@ -7,7 +7,6 @@
 #include "cuboid_mapping/voxels/packed_voxels.h"
 #include "support/random_shapes.h"
 
-#include <algorithm>
 #include <array>
 #include <optional>
 #include <set>
@@ -129,9 +128,7 @@ inline void observe(ModelledBrick& brick, const BrickMask& hits, const BrickMask
     const BrickMask hits = random.chance(0.4) ? randomMask(random) : BrickMask();
     updates.push_back({brick, hits, randomMask(random), 0});
   }
-  std::sort(updates.begin(), updates.end(), [](const BrickUpdate& a, const BrickUpdate& b) {
-    return isBeforeOnMortonCurve(a.brick, b.brick);
-  });
+  sortBricks(updates);
   return updates;
 }
 

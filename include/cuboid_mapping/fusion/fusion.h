@@ -7,6 +7,7 @@
 #include "cuboid_mapping/voxels/voxel_store.h"
 
 #include <cstddef>
+#include <new>
 #include <vector>
 
 namespace cuboid_mapping {
@@ -92,10 +93,18 @@ class Fusion {
   }
 
  protected:
-  /// Empties the tree: its cuboids are to be made of the voxels again.
-  void loseTree() noexcept {
-    clear();
-    do_all_wait_ = true;
+  /// Does work on the tree. When memory fails in it, the tree is emptied, and all bricks wait: its
+  /// cuboids are to be made of the voxels again. @return Whether the work is done.
+  template <typename WorkT>
+  [[nodiscard]] bool changeTree(const WorkT& work) {
+    try {
+      work();
+      return true;
+    } catch (const std::bad_alloc&) {
+      clear();
+      do_all_wait_ = true;
+      return false;
+    }
   }
 
   /// The cuboids; which bricks wait, unless all do; whether all do.

@@ -4,6 +4,9 @@
 
 #include "cuboid_mapping/geometry/brick_mask.h"
 
+#include <algorithm>
+#include <vector>
+
 namespace cuboid_mapping {
 
 /// Least cell of the brick that holds a cell.
@@ -63,6 +66,13 @@ void forEachBrick(const CellBox& box, VisitorT visit) {
 template <typename VisitorT>
 void forEachCell(const Cell& brick, const BrickMask& mask, VisitorT visit) {
   mask.forEach([&](int voxel) { visit(cellAt(brick, voxel)); });
+}
+
+/// Sorts items along the Morton curve, each by its member `brick`. @complexity O(n log n).
+template <typename ItemT>
+void sortBricks(std::vector<ItemT>& items) {
+  std::sort(items.begin(), items.end(),
+            [](const ItemT& a, const ItemT& b) { return isBeforeOnMortonCurve(a.brick, b.brick); });
 }
 
 /// A group is an aligned cube of 4 x 4 x 4 bricks, named by its least cell: its edge in voxels, and

@@ -70,7 +70,7 @@ class VoxelStore {
 
   /// Bricks that forEachIn() looks at, at most.
   [[nodiscard]] std::uint64_t countLooks(const CellBox& box) const {
-    return static_cast<std::uint64_t>(std::min(numBricks(box), 1.0 * static_cast<double>(size())));
+    return static_cast<std::uint64_t>(std::min(numBricks(box), static_cast<double>(size())));
   }
 
   /// Bricks with a known voxel.

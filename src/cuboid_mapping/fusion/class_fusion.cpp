@@ -84,12 +84,10 @@ void ClassFusion::noteCloud(const VoxelStore& voxels, const ScanUpdate& /*update
                             const std::vector<BrickChange>& /*changed*/,
                             ChangeSet& /*changes*/) noexcept {
   ++num_clouds_;
-  try {
+  (void)changeTree([&] {
     if (do_all_wait_) queueAll(voxels);
     fuseCold(voxels);
-  } catch (const std::bad_alloc&) {
-    loseTree();
-  }
+  });
 }
 
 /// Lets the bricks wait one by one that wait all together.
@@ -125,21 +123,22 @@ void ClassFusion::fuseCold(const VoxelStore& voxels) {
 }
 
 void ClassFusion::fuse(const VoxelStore& voxels, std::size_t max_bricks) {
-  try {
+  const bool is_done = changeTree([&] {
     if (do_all_wait_) queueAll(voxels);
-    std::vector<Cell> bricks;
-    while (!due_.empty() && bricks.size() < max_bricks) {
-      std::vector<Cell>& due = due_.begin()->second;
-      for (; !due.empty() && bricks.size() < max_bricks; due.pop_back()) {
-        bricks.push_back(due.back());
-      }
-      if (due.empty()) due_.erase(due_.begin());
-    }
-    write(voxels, std::move(bricks));
-  } catch (const std::bad_alloc&) {
-    loseTree();
-    throw;
+    write(voxels, takeDue(max_bricks));
+  });
+  if (!is_done) throw std::bad_alloc();
+}
+
+/// Waiting bricks, those first that are to be looked at first.
+std::vector<Cell> ClassFusion::takeDue(std::size_t max_bricks) {
+  std::vector<Cell> bricks;
+  while (!due_.empty() && bricks.size() < max_bricks) {
+    std::vector<Cell>& due = due_.begin()->second;
+    for (; !due.empty() && bricks.size() < max_bricks; due.pop_back()) bricks.push_back(due.back());
+    if (due.empty()) due_.erase(due_.begin());
   }
+  return bricks;
 }
 
 /// Memory that is used again from one batch to the next.

@@ -52,6 +52,7 @@ class ClassFusion : public Fusion {
 
   void fuseCold(const VoxelStore& voxels);
   void queueAll(const VoxelStore& voxels);
+  std::vector<Cell> takeDue(std::size_t max_bricks);
   void write(const VoxelStore& voxels, std::vector<Cell> bricks);
   void compare(const VoxelStore& voxels, Batch& batch, Scratch& scratch) const;
 

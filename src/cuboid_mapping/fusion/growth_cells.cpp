@@ -56,12 +56,6 @@ void divideFresh(const VoxelBrick& brick, const BrickMask& fresh, const BrickMas
   divideVoxels(brick.brick, fresh & fusible & voxels.occupied(), Occupancy::kOccupied, cuboids);
 }
 
-void sortAlongMortonCurve(std::vector<BrickChange>& changes) {
-  std::sort(changes.begin(), changes.end(), [](const BrickChange& a, const BrickChange& b) {
-    return isBeforeOnMortonCurve(a.brick, b.brick);
-  });
-}
-
 /// Writes the changed voxels of a few neighbouring bricks.
 class CellWriter {
  public:
@@ -182,7 +176,7 @@ void GrowthFusion::writeAll(const VoxelStore& voxels) {
   voxels.forEach([&all](const VoxelBrick& brick) {
     all.push_back({brick.brick, brick.voxels.known(), true});
   });
-  sortAlongMortonCurve(all);
+  sortBricks(all);
   ChangeSet ignored;
   do_all_wait_ = false;
   writeEdit(voxels, all, ignored);
@@ -191,14 +185,8 @@ void GrowthFusion::writeAll(const VoxelStore& voxels) {
 /// Lets the tree follow the voxels. @param work  What is to be done when it is not lost.
 template <typename WorkT>
 void GrowthFusion::follow(const VoxelStore& voxels, ChangeSet& changes, WorkT work) noexcept {
-  try {
-    if (!do_all_wait_) return work();
-    changes.is_everything = true;
-    writeAll(voxels);
-  } catch (const std::bad_alloc&) {
-    changes.is_everything = true;
-    loseTree();
-  }
+  changes.is_everything |= do_all_wait_;
+  changes.is_everything |= !changeTree([&] { do_all_wait_ ? writeAll(voxels) : work(); });
 }
 
 void GrowthFusion::noteCloud(const VoxelStore& voxels, const ScanUpdate& update,
@@ -221,19 +209,13 @@ void GrowthFusion::setSensorModel(const VoxelStore& voxels, const SensorModel& m
       const BrickMask other = findStable(brick.voxels, old) ^ findStable(brick.voxels, model);
       if (!other.isEmpty()) changed.push_back({brick.brick, other, false});
     });
-    sortAlongMortonCurve(changed);
+    sortBricks(changed);
     writeEdit(voxels, changed, changes);
   });
 }
 
 void GrowthFusion::fuse(const VoxelStore& voxels, std::size_t /*max_bricks*/) {
-  if (!do_all_wait_) return;
-  try {
-    writeAll(voxels);
-  } catch (const std::bad_alloc&) {
-    loseTree();
-    throw;
-  }
+  if (do_all_wait_ && !changeTree([&] { writeAll(voxels); })) throw std::bad_alloc();
 }
 
 }  // namespace cuboid_mapping

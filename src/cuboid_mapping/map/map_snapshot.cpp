@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "cuboid_mapping/map/map_snapshot.h"
 
-#include "cuboid_mapping/voxels/uniform_boxes.h"
-
 #include <cmath>
 #include <sstream>
 

@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "cuboid_mapping/voxels/uniform_boxes.h"
 
-#include <algorithm>
-
 namespace cuboid_mapping {
 namespace {
 
@@ -40,12 +38,6 @@ BricksOfBoxes toBricks(const std::vector<UniformBox>& boxes) {
   });
   sortBricks(result.bricks);
   return result;
-}
-
-void sortBricks(std::vector<VoxelBrick>& bricks) {
-  std::sort(bricks.begin(), bricks.end(), [](const VoxelBrick& a, const VoxelBrick& b) {
-    return isBeforeOnMortonCurve(a.brick, b.brick);
-  });
 }
 
 }  // namespace cuboid_mapping

@@ -21,7 +21,4 @@ struct BricksOfBoxes {
 /// sorting.
 [[nodiscard]] BricksOfBoxes toBricks(const std::vector<UniformBox>& boxes);
 
-/// Sorts bricks along the Morton curve: equal maps come to have equal orders.
-void sortBricks(std::vector<VoxelBrick>& bricks);
-
 }  // namespace cuboid_mapping
