@@ -4,8 +4,7 @@
 #include "cuboid_mapping/io/file_replacement.h"
 #include "cuboid_mapping/ros/map_storage.h"
 #include "fault_campaign.h"
-#include "support/modelled_map.h"
-#include "support/snapshots.h"
+#include "ros/random_guarded_map.h"
 #include "tools/run_program.h"
 
 #include <filesystem>
@@ -17,40 +16,24 @@ using cuboid_mapping_ros::GuardedMap;
 using cuboid_mapping_ros::loadMap;
 using cuboid_mapping_ros::saveMap;
 using cuboid_mapping_ros::StorageAnswer;
+using cuboid_mapping_ros::test::fill;
+using cuboid_mapping_ros::test::makeConfig;
+using cuboid_mapping_ros::test::voxelsOf;
 using test::Random;
 
 constexpr FaultKind kAllKinds[] = {FaultKind::kMemory, FaultKind::kOpen, FaultKind::kWrite,
                                    FaultKind::kSync, FaultKind::kRename};
-
-MapConfig makeConfig() {
-  MapConfig config;
-  config.resolution_m = 0.1;
-  return config;
-}
-
-void fill(GuardedMap& map, std::uint64_t seed) {
-  Random random(seed);
-  for (int i = 0; i < 8; ++i) {
-    const auto update = test::randomUpdate(random, {{-3, -3, -3}, {3, 3, 3}}, 9);
-    map.change(ros::Time(3.0), [&](CuboidMap& content) { return content.apply(update); });
-  }
-}
-
-std::map<Cell, float> voxelsOf(const GuardedMap& map) {
-  return map.read([](const CuboidMap& content, const ros::Time&) {
-    return test::voxelsOf(takeSnapshot(content, "").bricks);
-  });
-}
 
 TEST(FileFaults, aFileIsTheOldOneOrTheNewOne) {
   for (const std::string name : {"map.cuboids", "map.ot", "map.bt", "map.csv"}) {
     const Trial trial = [name](const Act& act) -> std::string {
       const test::TemporaryFolder folder;
       const std::string file = folder / name;
+      Random random(1);
       GuardedMap old_map(makeConfig());
-      fill(old_map, 1);
+      fill(old_map, random);
       GuardedMap map(makeConfig());
-      fill(map, 2);
+      fill(map, random);
       if (!saveMap(map, "map", file).error.empty()) return "cannot save";
       const std::string expected = readFile(file);
       if (!saveMap(old_map, "map", file).error.empty()) return "cannot save";
@@ -76,11 +59,12 @@ TEST(FileFaults, aMapIsThatOfTheFileOrTheOneBefore) {
     const Trial trial = [name](const Act& act) -> std::string {
       const test::TemporaryFolder folder;
       const std::string file = folder / name;
+      Random random(1);
       GuardedMap saved(makeConfig());
-      fill(saved, 1);
+      fill(saved, random);
       if (!saveMap(saved, "map", file).error.empty()) return "cannot save";
       GuardedMap map(makeConfig());
-      fill(map, 2);
+      fill(map, random);
       const auto before = voxelsOf(map);
       (void)map.takeChanges();
       StorageAnswer answer;

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // The node's parts when memory is missing: a cloud is in or counted as dropped, the map is that of a plain
 // replay, and who follows it has all of it after the next publish.
-#include "cuboid_mapping/map/map_snapshot.h"
 #include "fault_campaign.h"
 #include "ros/cloud_messages.h"
 #include "ros/simulated_node.h"
@@ -20,6 +19,7 @@ using cuboid_mapping::campaign::expectNothingWrong;
 using cuboid_mapping::campaign::FaultKind;
 using cuboid_mapping::campaign::Trial;
 using cuboid_mapping::test::Random;
+using cuboid_mapping::test::voxelsOf;
 
 NodeParameters makeParameters() {
   NodeParameters parameters;
@@ -39,10 +39,6 @@ CloudIntake::CloudPtr someCloud(Random& random) {
   cloud->header.frame_id = "fixed";
   cloud->header.stamp = ros::Time(1000.0);
   return cloud;
-}
-
-std::map<Cell, float> toVoxels(const CuboidMap& map) {
-  return cuboid_mapping::test::voxelsOf(cuboid_mapping::takeSnapshot(map, "").bricks);
 }
 
 /// A node with some clouds in it, and a follower.
@@ -76,9 +72,9 @@ struct Scene {
     const NodeStatistics& statistics = node.statistics();
     if (statistics.numWaiting() != node.numWaiting()) return "a cloud is neither in nor counted";
     return node.map().read([&](const CuboidMap& map, const ros::Time&) -> std::string {
-      if (toVoxels(map) != toVoxels(node.replay().map())) return "another map than the replay";
+      if (voxelsOf(map) != voxelsOf(node.replay().map())) return "another map than the replay";
       if (follower.map() == nullptr) return "no copy";
-      return toVoxels(*follower.map()) == toVoxels(map) ? "" : "the follower is apart";
+      return voxelsOf(*follower.map()) == voxelsOf(map) ? "" : "the follower is apart";
     });
   }
 

@@ -89,74 +89,73 @@ class Taker {
   FuzzInput& input_;
 };
 
-/// Either an answer, or a refusal that says why.
-template <typename ResponseT>
-void check(const ResponseT& response) {
+/// Asks what a service answers: with an answer, or a refusal that says why.
+/// @param fill  (Taker&, RequestT&): takes the fields of the request.
+template <typename ResponseT, typename RequestT, typename FillT>
+void ask(ResponseT (*answer)(const MapInFrame&, const RequestT&), const MapInFrame& map,
+         FuzzInput& input, const FillT& fill) {
+  RequestT request;
+  Taker take(input);
+  fill(take, request);
+  const ResponseT response = answer(map, request);
   if (response.success == 0 && response.message.empty()) std::abort();
 }
 
-void askOne(const MapInFrame& map, FuzzInput& input) {
+void askBox(const MapInFrame& map, FuzzInput& input) {
+  const char* frames[] = {"", "map", "turned", "nowhere"};
+  BoxRequest r;
+  r.frame_id = frames[input.upTo(3)];
+  for (int axis = 0; axis < 3; ++axis) {
+    r.box.min_m[axis] = input.number();
+    r.box.max_m[axis] = input.number();
+  }
   Taker take(input);
+  take(r.wanted_cuboids);
+  r.is_clipped = input.chance();
+  (void)answerBoxRequest(map, r);
+}
+
+void askOne(const MapInFrame& map, FuzzInput& input) {
   switch (input.upTo(9)) {
-    case 0: {
-      CheckBoxes::Request r;
-      take(r.header, r.min, r.max, r.inflation, r.unknown);
-      return check(answerCheckBoxes(map, r));
-    }
-    case 1: {
-      CheckPath::Request r;
-      take(r.header, r.waypoints, r.lengths, r.size, r.inflation, r.unknown);
-      return check(answerCheckPath(map, r));
-    }
-    case 2: {
-      CastRays::Request r;
-      take(r.header, r.origins, r.directions, r.max_range, r.inflation, r.unknown);
-      return check(answerCastRays(map, r));
-    }
-    case 3: {
-      FindNearest::Request r;
-      take(r.header, r.points, r.classes, r.k, r.max_distance, r.inflation);
-      return check(answerFindNearest(map, r));
-    }
-    case 4: {
-      FindNearestFree::Request r;
-      take(r.header, r.points, r.size, r.inflation, r.unknown, r.max_distance);
-      return check(answerFindNearestFree(map, r));
-    }
-    case 5: {
-      GetCuboids::Request r;
-      take(r.header, r.everything, r.min, r.max, r.inflation, r.classes);
-      take(r.min_edge, r.clip, r.limit);
-      return check(answerGetCuboids(map, r));
-    }
-    case 6: {
-      GetFreeGraph::Request r;
-      take(r.header, r.min, r.max, r.size, r.inflation, r.limit);
-      return check(answerGetFreeGraph(map, r));
-    }
-    case 7: {
-      FindCorridor::Request r;
-      take(r.header, r.start, r.goal, r.size, r.inflation, r.unknown, r.time_limit, r.use_region);
-      take(r.min, r.max);
-      return check(answerFindCorridor(map, r));
-    }
-    case 8: {
-      SetBox::Request r;
-      take(r.header, r.min, r.max, r.inflation, r.occupancy, r.probability, r.lock);
-      return check(answerSetBox(map, r));
-    }
-    default: {
-      BoxRequest r;
-      const char* frames[] = {"", "map", "turned", "nowhere"};
-      r.frame_id = frames[input.upTo(3)];
-      for (int axis = 0; axis < 3; ++axis) {
-        r.box.min_m[axis] = input.number();
-        r.box.max_m[axis] = input.number();
-      }
-      take(r.wanted_cuboids);
-      r.is_clipped = input.chance();
-      (void)answerBoxRequest(map, r);
-    }
+    case 0:
+      return ask(answerCheckBoxes, map, input, [](Taker& take, auto& r) {
+        take(r.header, r.min, r.max, r.inflation, r.unknown);
+      });
+    case 1:
+      return ask(answerCheckPath, map, input, [](Taker& take, auto& r) {
+        take(r.header, r.waypoints, r.lengths, r.size, r.inflation, r.unknown);
+      });
+    case 2:
+      return ask(answerCastRays, map, input, [](Taker& take, auto& r) {
+        take(r.header, r.origins, r.directions, r.max_range, r.inflation, r.unknown);
+      });
+    case 3:
+      return ask(answerFindNearest, map, input, [](Taker& take, auto& r) {
+        take(r.header, r.points, r.classes, r.k, r.max_distance, r.inflation);
+      });
+    case 4:
+      return ask(answerFindNearestFree, map, input, [](Taker& take, auto& r) {
+        take(r.header, r.points, r.size, r.inflation, r.unknown, r.max_distance);
+      });
+    case 5:
+      return ask(answerGetCuboids, map, input, [](Taker& take, auto& r) {
+        take(r.header, r.everything, r.min, r.max, r.inflation, r.classes);
+        take(r.min_edge, r.clip, r.limit);
+      });
+    case 6:
+      return ask(answerGetFreeGraph, map, input, [](Taker& take, auto& r) {
+        take(r.header, r.min, r.max, r.size, r.inflation, r.limit);
+      });
+    case 7:
+      return ask(answerFindCorridor, map, input, [](Taker& take, auto& r) {
+        take(r.header, r.start, r.goal, r.size, r.inflation, r.unknown, r.time_limit, r.use_region);
+        take(r.min, r.max);
+      });
+    case 8:
+      return ask(answerSetBox, map, input, [](Taker& take, auto& r) {
+        take(r.header, r.min, r.max, r.inflation, r.occupancy, r.probability, r.lock);
+      });
+    default: return askBox(map, input);
   }
 }
 

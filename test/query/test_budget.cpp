@@ -2,6 +2,7 @@
 // Queries with a budget: they end soon, and say so; with enough of it they answer as without.
 #include "cuboid_mapping/query/budget.h"
 
+#include "cuboid_mapping/io/text.h"
 #include "cuboid_mapping/query/box_query.h"
 #include "cuboid_mapping/query/corridor_query.h"
 #include "cuboid_mapping/query/cuboid_query.h"
@@ -134,11 +135,6 @@ struct Question {
   std::function<std::string(const CuboidMap&, Budget&)> ask;
 };
 
-std::string toText(const Eigen::Vector3d& point) {
-  return std::to_string(point.x()) + ' ' + std::to_string(point.y()) + ' ' +
-         std::to_string(point.z());
-}
-
 CorridorTask throughTheDoor() {
   CorridorTask task;
   task.start_map = {5, 5, 5};
@@ -147,6 +143,7 @@ CorridorTask throughTheDoor() {
   return task;
 }
 
+/// Of what is in the map.
 std::vector<Question> modestQuestions() {
   return {
       {"box",
@@ -172,47 +169,53 @@ std::vector<Question> modestQuestions() {
          const auto ray = findFirstHit(map, {1, 1, 1}, {1, 0.1, 0.2}, 100, budget);
          return ray ? std::to_string(ray->distance_m) : "none";
        }},
-      {"path",
-       [](const CuboidMap& map, Budget& budget) {
+      {"path", [](const CuboidMap& map, Budget& budget) {
          const auto path = checkPath(map, {{5, 5, 5}, {15, 15, 15}, {35, 15, 15}}, {3, 3, 3},
                                      UnknownPolicy::kStop, budget);
          return path && path->contact ? std::to_string(path->contact->distance_m) : "none";
-       }},
-      {"nearest",
-       [](const CuboidMap& map, Budget& budget) {
-         std::string text;
-         for (const auto& near :
-              findNearest(map, {10, 10, 10}, 30, CuboidFilter::kAll, 1e9, budget)) {
-           text += std::to_string(near.distance_m) + ' ';
-         }
-         return text;
-       }},
-      {"nearest place",
-       [](const CuboidMap& map, Budget& budget) {
-         const auto place =
-             findNearestFit(map, {20, 5, 5}, {3, 3, 3}, UnknownPolicy::kStop, 20, budget);
-         return place ? toText(*place) : "none";
-       }},
-      {"cuboids",
-       [](const CuboidMap& map, Budget& budget) {
-         return std::to_string(selectCuboids(map, kRoom, {}, budget).cuboids.size());
-       }},
-      {"free graph",
-       [](const CuboidMap& map, Budget& budget) {
-         const FreeGraph graph = buildFreeGraph(map, kRoom, {1, 1, 1}, 1000000, budget);
-         return std::to_string(graph.cuboids.size()) + ' ' + std::to_string(graph.portals.size());
-       }},
-      {"corridor", [](const CuboidMap& map, Budget& budget) {
-         const Corridor corridor = findCorridor(map, throughTheDoor(), budget);
-         std::string text = std::to_string(static_cast<int>(corridor.end));
-         for (const auto& point : corridor.path_map) text += ", " + toText(point);
-         return text;
        }}};
+}
+
+/// Of what is near, or to be found by a search.
+std::vector<Question> modestSearches() {
+  return {{"nearest",
+           [](const CuboidMap& map, Budget& budget) {
+             std::string text;
+             for (const auto& near :
+                  findNearest(map, {10, 10, 10}, 30, CuboidFilter::kAll, 1e9, budget)) {
+               text += std::to_string(near.distance_m) + ' ';
+             }
+             return text;
+           }},
+          {"nearest place",
+           [](const CuboidMap& map, Budget& budget) {
+             const auto place =
+                 findNearestFit(map, {20, 5, 5}, {3, 3, 3}, UnknownPolicy::kStop, 20, budget);
+             return place ? toText(*place) : "none";
+           }},
+          {"cuboids",
+           [](const CuboidMap& map, Budget& budget) {
+             return std::to_string(selectCuboids(map, kRoom, {}, budget).cuboids.size());
+           }},
+          {"free graph",
+           [](const CuboidMap& map, Budget& budget) {
+             const FreeGraph graph = buildFreeGraph(map, kRoom, {1, 1, 1}, 1000000, budget);
+             return std::to_string(graph.cuboids.size()) + ' ' +
+                    std::to_string(graph.portals.size());
+           }},
+          {"corridor", [](const CuboidMap& map, Budget& budget) {
+             const Corridor corridor = findCorridor(map, throughTheDoor(), budget);
+             std::string text = std::to_string(static_cast<int>(corridor.end));
+             for (const auto& point : corridor.path_map) text += ", " + toText(point);
+             return text;
+           }}};
 }
 
 TEST(QueriesWithABudget, answerAsWithoutOneUnlessItIsSpent) {
   const CuboidMap map = makeMap();
-  for (const Question& question : modestQuestions()) {
+  std::vector<Question> questions = modestQuestions();
+  for (Question& search : modestSearches()) questions.push_back(std::move(search));
+  for (const Question& question : questions) {
     const std::string expected = question.ask(map, Budget::unlimited());
     EXPECT_NE(expected, "none") << question.name;
     int num_spent = 0;

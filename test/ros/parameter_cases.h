@@ -122,6 +122,33 @@ inline std::vector<Case> sensorModelCases() {
   };
 }
 
+/// Those that bound memory and time of what the node is asked for.
+inline std::vector<Case> limitCases() {
+  using P = NodeParameters;
+  return {
+      {"file_memory",
+       500,
+       [](const P& p) { return p.file_memory_mb == 500; },
+       {99, 1000001, 500.0, "500"}},
+      {"query/max_time",
+       2.5,
+       [](const P& p) { return p.service_limits.max_time_s == 2.5; },
+       {0.0, 1e4, kNan, "1"}},
+      {"query/max_bricks",
+       5000,
+       [](const P& p) { return p.service_limits.max_bricks == 5000; },
+       {999, 2000000001, 5000.0, "5000"}},
+      {"query/max_entries",
+       7,
+       [](const P& p) { return p.service_limits.max_entries == 7; },
+       {0, 100000001, 7.0, "7"}},
+      {"query/max_answer",
+       10,
+       [](const P& p) { return p.service_limits.max_answer_mb == 10; },
+       {0, 901, 10.0, "10"}},
+  };
+}
+
 inline std::vector<Case> otherCases() {
   using P = NodeParameters;
   std::vector<Case> cases{
@@ -151,26 +178,6 @@ inline std::vector<Case> otherCases() {
        3.0,
        [](const P& p) { return p.marker_period_s == 3.0; },
        {-1.0, 1e6, kNan, "1"}},
-      {"file_memory",
-       500,
-       [](const P& p) { return p.file_memory_mb == 500; },
-       {99, 1000001, 500.0, "500"}},
-      {"query/max_time",
-       2.5,
-       [](const P& p) { return p.service_limits.max_time_s == 2.5; },
-       {0.0, 1e4, kNan, "1"}},
-      {"query/max_bricks",
-       5000,
-       [](const P& p) { return p.service_limits.max_bricks == 5000; },
-       {999, 2000000001, 5000.0, "5000"}},
-      {"query/max_entries",
-       7,
-       [](const P& p) { return p.service_limits.max_entries == 7; },
-       {0, 100000001, 7.0, "7"}},
-      {"query/max_answer",
-       10,
-       [](const P& p) { return p.service_limits.max_answer_mb == 10; },
-       {0, 901, 10.0, "10"}},
       {"color_period",
        4.0,
        [](const P& p) { return p.color_period_m == 4.0; },

@@ -60,11 +60,19 @@ struct Counts {
   [[nodiscard]] int total() const { return handled + dropped; }
 };
 
+/// Lets the first, the second, the third allocation fail, until none does any more.
+/// @param trial  (long number) -> whether an allocation has failed. @return How often it was called.
+template <typename TrialT>
+int tryEachAllocation(const TrialT& trial) {
+  int num_trials = 1;
+  for (long number = 0; trial(number); ++number) ++num_trials;
+  return num_trials;
+}
+
 /// Four clouds come to a queue with room for one that waits for tf and one that waits for its turn.
 TEST(CloudFaults, LeaveNoCloudOfAQueueUncountedNorCountedTwice) {
-  bool has_failed = true;
-  int num_cases = 0;
-  for (long number = 0; has_failed; ++number) {
+  const int num_cases = tryEachAllocation([](long number) {
+    bool has_failed = false;
     Counts counts;
     CloudQueue::Callbacks counting;
     counting.find_poses = [](const std_msgs::Header& header) -> PoseSearch {
@@ -97,15 +105,14 @@ TEST(CloudFaults, LeaveNoCloudOfAQueueUncountedNorCountedTwice) {
     callbacks.callAvailable();
     EXPECT_EQ(queue.size(), 0U) << "allocation " << number;
     EXPECT_EQ(counts.total(), 6) << "allocation " << number;
-    ++num_cases;
-  }
+    return has_failed;
+  });
   EXPECT_GT(num_cases, 10);
 }
 
 TEST(CloudFaults, LeaveNoCloudOfAnInboxUncountedNorCountedTwice) {
-  bool has_failed = true;
-  int num_cases = 0;
-  for (long number = 0; has_failed; ++number) {
+  const int num_cases = tryEachAllocation([](long number) {
+    bool has_failed = false;
     Counts counts;
     ros::CallbackQueue callbacks;
     CallbackGuard guard;
@@ -124,8 +131,8 @@ TEST(CloudFaults, LeaveNoCloudOfAnInboxUncountedNorCountedTwice) {
     inbox.put(cloud);
     callbacks.callAvailable();
     EXPECT_EQ(counts.total(), 4) << "allocation " << number;
-    ++num_cases;
-  }
+    return has_failed;
+  });
   EXPECT_GT(num_cases, 2);
 }
 

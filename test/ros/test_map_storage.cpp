@@ -4,7 +4,7 @@
 #include "cuboid_mapping/io/file_replacement.h"
 #include "cuboid_mapping/io/map_files.h"
 #include "cuboid_mapping/voxels/uniform_boxes.h"
-#include "support/snapshots.h"
+#include "ros/random_guarded_map.h"
 #include "tools/run_program.h"
 
 #include <gtest/gtest.h>
@@ -17,25 +17,9 @@ using cuboid_mapping::MapConfig;
 using cuboid_mapping::MapSnapshot;
 using cuboid_mapping::test::Random;
 using cuboid_mapping::test::TemporaryFolder;
-
-MapConfig makeConfig() {
-  MapConfig config;
-  config.resolution_m = 0.1;
-  return config;
-}
-
-void fill(GuardedMap& map, Random& random) {
-  for (int i = 0; i < 8; ++i) {
-    const auto update = cuboid_mapping::test::randomUpdate(random, {{-3, -3, -3}, {3, 3, 3}}, 9);
-    map.change(ros::Time(3.0), [&](CuboidMap& content) { return content.apply(update); });
-  }
-}
-
-std::map<cuboid_mapping::Cell, float> voxelsOf(GuardedMap& map) {
-  return map.read([](const CuboidMap& content, const ros::Time&) {
-    return cuboid_mapping::test::voxelsOf(content);
-  });
-}
+using test::fill;
+using test::makeConfig;
+using test::voxelsOf;
 
 TEST(MapStorage, savesWhatTheLastCloudHasLeftAndLoadsIt) {
   const TemporaryFolder folder;

@@ -53,7 +53,7 @@ bool hasText(const ParameterError& error, const std::string& text) {
 
 std::vector<Case> allCases() {
   std::vector<Case> cases = mapCases();
-  for (const auto& part : {sensorModelCases(), otherCases(), octomapServerCases()}) {
+  for (const auto& part : {sensorModelCases(), limitCases(), otherCases(), octomapServerCases()}) {
     cases.insert(cases.end(), part.begin(), part.end());
   }
   return cases;
