@@ -181,6 +181,7 @@ Comparison compareMaps(const Options& options, const std::vector<Scan>& scans) {
     runs.push_back(insertScans(maps, scans, runs.size() * steps_of_run, progress));
     if (!queries) queries = makeQueries(maps.own->map(), scans);
     const AllAnswers answers = measureAccess(maps, *queries, runs.back());
+    runs.back().front().figures.ray_walk_cpu_s = maps.own->walkAgain_s(scans);
     if (runs.size() < repeat) continue;
     comparison.agreements = findAgreements(maps, answers);
     measureHeap(maps, runs.back());

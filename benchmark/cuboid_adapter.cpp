@@ -11,27 +11,41 @@
 namespace cuboid_mapping::bench {
 namespace {
 
-MapConfig withEngine(MapConfig config, const EngineOptions& engine) {
-  config.threads = engine.threads;
+MapperConfig makeConfig(const InsertionConfig& insertion, const EngineOptions& engine) {
+  MapperConfig config{insertion.map, insertion.max_range_m};
+  config.map.threads = engine.threads;
   return config;
 }
 
 }  // namespace
 
 CuboidAdapter::CuboidAdapter(const InsertionConfig& config, const EngineOptions& engine)
-    : map_(std::make_unique<CuboidMap>(withEngine(config.map, engine))),
-      updater_(std::make_unique<ScanUpdater>(map_->grid(), config.max_range_m, engine.threads,
-                                             config.map.beamSampling())),
-      fuses_every_cloud_(engine.fuses_every_cloud) {}
+    : config_(makeConfig(config, engine)),
+      fuses_every_cloud_(engine.fuses_every_cloud),
+      mapper_(std::make_unique<Mapper>(config_)) {}
 
 void CuboidAdapter::insert(const Scan& scan) {
-  const ScanUpdate* update = nullptr;
-  ray_walk_cpu_s_ += timeOf([&] { update = &updater_->compute(scan); }).cpu_s;
-  map_->apply(*update);
-  if (fuses_every_cloud_) map_->fuse();
+  mapper_->integrate(scan);
+  if (fuses_every_cloud_) mapper_->map().fuse();
 }
 
-void CuboidAdapter::finish() { map_->fuse(); }
+void CuboidAdapter::finish() {
+  map_ = &mapper_->map();
+  map_->fuse();
+}
+
+double CuboidAdapter::walkAgain_s(const std::vector<Scan>& scans) const {
+  ScanUpdater updater(map_->grid(), config_.max_range_m, config_.map.threads,
+                      config_.map.beamSampling());
+  double cpu_s = 0.0;
+  for (const Scan& scan : scans) cpu_s += timeOf([&] { updater.compute(scan); }).cpu_s;
+  return cpu_s;
+}
+
+void CuboidAdapter::dropScratch() {
+  kept_map_ = std::make_unique<CuboidMap>(std::move(*map_));
+  mapper_.reset();
+}
 
 MapFigures CuboidAdapter::figures() const {
   const RTree& tree = map_->tree();
@@ -43,7 +57,6 @@ MapFigures CuboidAdapter::figures() const {
   figures.leaf_nodes = tree.numLeafNodes();
   figures.inner_nodes = tree.numInnerNodes();
   figures.bytes_own = map_->numBytes();
-  figures.ray_walk_cpu_s = ray_walk_cpu_s_;
   return figures;
 }
 
