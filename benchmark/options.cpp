@@ -35,7 +35,7 @@ void addMapOptions(CommandLine& line, Options& options, RawOptions& raw) {
       "fusion", raw.fusion, "how voxels become cuboids",
       {toString(FusionKind::kClass), toString(FusionKind::kGrowth), toString(FusionKind::kNone)});
   line.addText("environment", raw.environment,
-               "OctoMap has no static environment, so that it differs then",
+               "environment of the map; OctoMap has no static one, so the maps differ then",
                {toString(Environment::kDynamic), toString(Environment::kStatic)});
   line.addNumber("branching", map.rtree.max_branches, "M of the R-tree",
                  {2, RTreeConfig::kMaxBranchesLimit});

@@ -41,10 +41,27 @@ class BuildScript(unittest.TestCase):
             'add_custom_command(OUTPUT last COMMAND true DEPENDS step)\n'
             'add_custom_target(steps ALL DEPENDS last)\n')
 
-    def build(self):
+    def run_script(self, *command):
         path = f"{self.root / 'stubs'}:{os.environ['PATH']}"
-        return subprocess.run([self.root / 'scripts/build'], env={**os.environ, 'PATH': path},
-                              capture_output=True, text=True)
+        return subprocess.run([self.root / 'scripts' / command[0], *command[1:]],
+                              env={**os.environ, 'PATH': path}, capture_output=True, text=True)
+
+    def build(self):
+        return self.run_script('build')
+
+    def test_scripts_explain_themselves_and_do_nothing_else(self):
+        for script in ('build', 'test', 'demo'):
+            end = self.run_script(script, '--help')
+            self.assertEqual(end.returncode, 0, end.stderr)
+            self.assertIn(f'usage: scripts/{script} ', end.stdout)
+            self.assertFalse(end.stdout.endswith('pipefail\n'), end.stdout)
+        self.assertFalse((self.root / 'build').exists())
+
+    def test_scripts_refuse_what_they_do_not_know(self):
+        for script in ('test', 'demo'):
+            end = self.run_script(script, '--nolint')
+            self.assertEqual(end.returncode, 1)
+            self.assertIn('unknown option --nolint', end.stderr)
 
     def test_says_what_it_installs_and_why_it_asks_for_a_password(self):
         self.stub('dpkg-query', 'case "$*" in *rviz*|*zlib*) exit 1 ;; esac; echo installed')

@@ -45,6 +45,18 @@ TEST(BadParameters, TheNodeNamesThemAllAndEndsWithAnError) {
       << ending.output;
 }
 
+TEST(BadArguments, TheNodeExplainsItselfInPlaceOfLoadingAMap) {
+  const std::string node = "timeout --kill-after=5 60 " CUBOID_MAPPING_NODE " __log:=/dev/null ";
+  const Ending help = run(node + "--help");
+  EXPECT_EQ(help.exit_code, 0) << help.output;
+  EXPECT_EQ(help.output.rfind("Usage: cuboid_mapping_node [MAP]", 0), 0U) << help.output;
+  for (const std::string arguments : {"--resolution", "first.bt second.bt"}) {
+    const Ending ending = run(node + arguments);
+    EXPECT_EQ(ending.exit_code, 1) << ending.output;
+    EXPECT_NE(ending.output.find("Usage:"), std::string::npos) << ending.output;
+  }
+}
+
 /// Loads a nodelet with bad parameters into the manager.
 bool loadBadNodelet(const std::string& name) {
   const ros::NodeHandle nh(name);

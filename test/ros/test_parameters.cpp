@@ -266,12 +266,22 @@ TEST(Parameters, AnUnknownKeyIsRefusedWithTheNearestKnownOne) {
       {"sensor_model_mis", "sensor_model/miss"},
       {"pointcloud_max_zz", "pointcloud_max_z"},
       {"rtree/frame_id", "frame_id"},
+      {"max_sensor_range", "sensor_model/max_range"},
   };
   for (const auto& [key, nearest] : cases) {
     const LoadedParameters loaded = readParameters(makeGroup({{key, 0.5}}));
     ASSERT_EQ(keysOf(loaded.errors), std::vector<std::string>{key});
     EXPECT_EQ(loaded.errors[0].message, "is 0.5, but there is no such parameter: did you mean " +
                                             nearest + "? Correct the key, or remove it");
+  }
+}
+
+TEST(Parameters, NothingIsSuggestedForAKeyThatIsLikeNoOther) {
+  for (const char* key : {"my_own_name", "camera/model", "x"}) {
+    const LoadedParameters loaded = readParameters(makeGroup({{key, 3}}));
+    ASSERT_EQ(keysOf(loaded.errors), std::vector<std::string>{key});
+    EXPECT_EQ(loaded.errors[0].message,
+              "is 3, but there is no such parameter. Correct the key, or remove it");
   }
 }
 
@@ -360,7 +370,7 @@ TEST(Parameters, InThePlaceOfOctomapServerUnknownKeysAreWarnings) {
   EXPECT_TRUE(loaded.errors.empty());
   EXPECT_EQ(warningOf(loaded, "resolutoin"),
             "is 0.2, but there is no such parameter: did you mean resolution? It is ignored, as "
-            "octomap_server would");
+            "octomap_server does");
   EXPECT_EQ(warningOf(loaded, "camera/model").find("is \"x\", but"), 0U);
 }
 

@@ -11,13 +11,48 @@
 #include <boost/weak_ptr.hpp>
 
 #include <cstdlib>
+#include <iostream>
+#include <optional>
 #include <string>
 #include <vector>
+
+namespace {
+
+constexpr const char* kUsage =
+    "Usage: cuboid_mapping_node [MAP] [cloud_in:=TOPIC] [_PARAMETER:=VALUE]...\n\n"
+    "Builds a 3D occupancy map from point clouds, and answers questions about it.\n\n"
+    "  MAP                 map to start with: .cuboids, .ot or .bt\n"
+    "  cloud_in:=TOPIC     topic of the clouds, sensor_msgs/PointCloud2\n"
+    "  _PARAMETER:=VALUE   such as _resolution:=0.1; `rosrun cuboid_mapping print_parameters`\n"
+    "                      lists all parameters\n";
+
+/// Answers --help and refuses what is not understood: the exit status. Nothing when the node can
+/// start.
+std::optional<int> checkArguments(const std::vector<std::string>& arguments) {
+  for (const std::string& argument : arguments) {
+    if (argument == "-h" || argument == "--help") {
+      std::cout << kUsage;
+      return EXIT_SUCCESS;
+    }
+  }
+  for (const std::string& argument : arguments) {
+    if (arguments.size() == 1 && argument.rfind('-', 0) != 0) continue;
+    std::cerr << "cuboid_mapping_node: "
+              << (arguments.size() > 1 ? "more than one argument" : "unknown option " + argument)
+              << "\n\n"
+              << kUsage;
+    return EXIT_FAILURE;
+  }
+  return std::nullopt;
+}
+
+}  // namespace
 
 int main(int argc, char** argv) {
   using cuboid_mapping_ros::MappingNodelet;
   ros::init(argc, argv, cuboid_mapping_ros::kNodeName);
   const std::vector<std::string> arguments(argv + 1, argv + argc);
+  if (const auto status = checkArguments(arguments)) return *status;
 
   // The loader owns the nodelet; this is only to ask whether it accepted its parameters.
   boost::weak_ptr<MappingNodelet> mapping;

@@ -223,20 +223,19 @@ std::vector<ParameterDeclaration> declareQueries() {
   return {
       {"query/max_time", "s",
        NumberKind{[](P& p) -> double& { return p.service_limits.max_time_s; }, 1e-3, 3600.0},
-       "Longest work on one call of a service. Clouds, and other calls, come in between. What is "
+       "Maximum time spent on one service call. Clouds and other calls come in between. What is "
        "not "
        "answered by then is left out, and the answer says so."},
       {"query/max_bricks", "",
        IntegerKind{[](P& p) -> int& { return p.service_limits.max_bricks; }, 1000, 2000000000},
-       "Blocks of 8 x 8 x 8 voxels, and cuboids, that a call may look at; what it has to keep "
-       "counts "
-       "eight times: the default allows about 400 MB."},
+       "Maximum number of blocks of 8 x 8 x 8 voxels and of cuboids that a call may visit. Those "
+       "that it keeps in memory count eight times: the default allows about 400 MB."},
       {"query/max_entries", "",
        IntegerKind{[](P& p) -> int& { return p.service_limits.max_entries; }, 1, 100000000},
-       "Points, boxes, rays or paths in a request, and cuboids in an answer, of one call."},
+       "Maximum number of points, boxes, rays or paths in a request, and of cuboids in an answer."},
       {"query/max_answer", "MB",
        IntegerKind{[](P& p) -> int& { return p.service_limits.max_answer_mb; }, 1, 900},
-       "Size of the answer to one call. roscpp drops messages of 1000 MB."},
+       "Maximum size of an answer. roscpp drops messages of 1000 MB."},
   };
 }
 

@@ -161,7 +161,7 @@ std::optional<XmlRpcValue> findValueOrLeftover(const XmlRpcValue& group,
   const auto leftover = name.empty() ? std::nullopt : findValue(group, name);
   if (!leftover) return value;
   NodeParameters scratch;
-  std::string fate = "is used for " + declaration.key + ", which is not set";
+  std::string fate = "is used for " + declaration.key;
   bool is_taken = false;
   if (value) {
     fate = "is ignored: " + declaration.key + " is set";
@@ -171,8 +171,8 @@ std::optional<XmlRpcValue> findValueOrLeftover(const XmlRpcValue& group,
     is_taken = true;
   }
   loaded.warnings.push_back({name, "is " + describe(*leftover) + " and " + fate +
-                                       ". dynamic_reconfigure of octomap_server leaves such names "
-                                       "behind; `rosparam delete` removes them"});
+                                       " (a leftover of octomap_server's dynamic_reconfigure; "
+                                       "`rosparam delete` removes it)"});
   return is_taken ? leftover : value;
 }
 
@@ -254,16 +254,43 @@ std::size_t editDistance(const std::string& a, const std::string& b) {
 
 std::string lastPart(const std::string& key) { return key.substr(key.rfind('/') + 1); }
 
-/// The known key that is most like another one, as a whole or in what follows the last slash.
-std::string findNearestKey(const std::string& key) {
-  const auto distance_to = [&key](const std::string& known) {
-    return std::min(editDistance(key, known), editDistance(lastPart(key), lastPart(known)));
-  };
-  const auto& table = parameterTable();
-  return std::min_element(
-             table.begin(), table.end(),
-             [&](const auto& a, const auto& b) { return distance_to(a.key) < distance_to(b.key); })
-      ->key;
+/// The words of a key, in alphabetical order.
+std::vector<std::string> wordsOf(const std::string& key) {
+  std::vector<std::string> words(1);
+  for (const char c : key) {
+    if (c == '/' || c == '_') {
+      words.emplace_back();
+    } else {
+      words.back() += c;
+    }
+  }
+  std::sort(words.begin(), words.end());
+  return words;
+}
+
+/// How far two keys are apart, as a whole or in what follows the last slash. A key whose words are
+/// all in the other one is near: max_sensor_range was octomap_server's sensor_model/max_range once.
+std::size_t distanceBetween(const std::string& key, const std::string& known) {
+  const auto words = wordsOf(key);
+  const auto known_words = wordsOf(known);
+  const bool is_part =
+      std::includes(known_words.begin(), known_words.end(), words.begin(), words.end());
+  return std::min({editDistance(key, known), editDistance(lastPart(key), lastPart(known)),
+                   is_part ? std::size_t{1} : key.size()});
+}
+
+/// The known key that is most like another one; nothing when none is near.
+std::optional<std::string> findNearestKey(const std::string& key) {
+  std::optional<std::string> nearest;
+  const std::size_t length = lastPart(key).size();
+  std::size_t limit = std::min(length, std::max<std::size_t>(2, length / 3) + 1);
+  for (const ParameterDeclaration& known : parameterTable()) {
+    const std::size_t distance = distanceBetween(key, known.key);
+    if (distance >= limit) continue;
+    nearest = known.key;
+    limit = distance;
+  }
+  return nearest;
 }
 
 /// Whether a key is in a table, or below one that is.
@@ -300,13 +327,13 @@ void judgeUnknownKeys(const XmlRpcValue& group, UnknownKeys unknown_keys,
           {key, "is " + describe(value) + " and is ignored: " + found->second});
       continue;
     }
-    const std::string text = "is " + describe(value) +
-                             ", but there is no such parameter: did you mean " +
-                             findNearestKey(key) + '?';
+    const auto nearest = findNearestKey(key);
+    const std::string text = "is " + describe(value) + ", but there is no such parameter" +
+                             (nearest ? ": did you mean " + *nearest + '?' : ".");
     if (unknown_keys == UnknownKeys::kRefuse) {
       loaded.errors.push_back({key, text + " Correct the key, or remove it"});
     } else {
-      loaded.warnings.push_back({key, text + " It is ignored, as octomap_server would"});
+      loaded.warnings.push_back({key, text + " It is ignored, as octomap_server does"});
     }
   }
 }
