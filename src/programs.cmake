@@ -14,6 +14,7 @@ target_link_libraries(cuboid_mapping_command_line PUBLIC cuboid_mapping::core Bo
 # Programs for files of maps.
 add_library(cuboid_mapping_map_tools STATIC
   tools/map_comparison.cpp
+  tools/map_content.cpp
   tools/map_picture.cpp
   tools/picture_legend.cpp)
 cuboid_mapping_configure(cuboid_mapping_map_tools)
@@ -55,7 +56,8 @@ add_executable(bag_to_map tools/bag_to_map.cpp tools/yaml_parameters.cpp)
 cuboid_mapping_configure(bag_to_map)
 target_include_directories(bag_to_map SYSTEM PRIVATE ${YAML_CPP_INCLUDE_DIR})
 target_link_libraries(bag_to_map
-  PRIVATE cuboid_mapping_ros cuboid_mapping_command_line ${YAML_CPP_LIBRARIES})
+  PRIVATE cuboid_mapping_ros cuboid_mapping_map_tools cuboid_mapping_command_line
+    ${YAML_CPP_LIBRARIES})
 
 # An example of a planner, which follows the map: made of what is exported, as a user's would be.
 add_executable(example_planner tools/example_planner.cpp)

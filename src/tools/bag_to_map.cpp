@@ -6,6 +6,7 @@
 #include "cuboid_mapping/io/text.h"
 #include "cuboid_mapping/ros/cloud_pipeline.h"
 #include "cuboid_mapping/ros/speed_advice.h"
+#include "map_content.h"
 #include "progress_bar.h"
 #include "yaml_parameters.h"
 
@@ -15,6 +16,7 @@
 
 #include <algorithm>
 #include <chrono>
+#include <iomanip>
 #include <iostream>
 #include <memory>
 #include <set>
@@ -188,7 +190,8 @@ void addClouds(const Bags& bags, const std::vector<std::string>& topics, Mapper&
 
 int makeMap(const Options& options) {
   const auto start = std::chrono::steady_clock::now();
-  if (!cuboid_mapping::formatOfName(options.output)) {
+  const auto format = cuboid_mapping::formatOfName(options.output);
+  if (!format) {
     throw std::runtime_error(options.output + ": its name must end in one of " +
                              cuboid_mapping::knownEndings());
   }
@@ -208,10 +211,10 @@ int makeMap(const Options& options) {
   cuboid_mapping::throwIfInterrupted();
   const std::size_t num_bytes = cuboid_mapping::writeMapFile(options.output, map);
   const std::chrono::duration<double> time = std::chrono::steady_clock::now() - start;
-  std::cout << options.output << ": " << statistics.num_inserted << " of "
-            << counted(statistics.num_received, "cloud") << ", "
-            << counted(statistics.num_points, "point") << ", "
-            << counted(map.bricks.size(), "brick") << ", " << num_bytes << " bytes, in "
+  std::cout << std::fixed << std::setprecision(1) << options.output << ": "
+            << statistics.num_inserted << " of " << counted(statistics.num_received, "cloud")
+            << ", " << counted(statistics.num_points, "point") << ", "
+            << cuboid_mapping::describeContent(map, *format) << ", " << num_bytes << " bytes, in "
             << time.count() << " s" << std::endl;
   return 0;
 }

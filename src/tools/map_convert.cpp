@@ -3,7 +3,7 @@
 #include "command_line.h"
 #include "cuboid_mapping/io/file_replacement.h"
 #include "cuboid_mapping/io/map_files.h"
-#include "cuboid_mapping/io/text.h"
+#include "map_content.h"
 #include "progress_bar.h"
 
 #include <iostream>
@@ -19,7 +19,8 @@ struct Options {
 };
 
 int convert(const Options& options) {
-  if (!formatOfName(options.output)) {
+  const auto format = formatOfName(options.output);
+  if (!format) {
     throw std::runtime_error(options.output + ": its name must end in one of " + knownEndings());
   }
   checkReplaceable(options.output);
@@ -28,7 +29,7 @@ int convert(const Options& options) {
   MapSnapshot& map = input.snapshot;
   if (!options.frame_id.empty()) map.frame_id = options.frame_id;
   const std::size_t num_bytes = writeMapFile(options.output, map, showProgress("bricks written"));
-  std::cout << options.output << ": " << counted(map.bricks.size(), "brick") << ", " << num_bytes
+  std::cout << options.output << ": " << describeContent(map, *format) << ", " << num_bytes
             << " bytes; " << options.input << " has " << input.num_bytes << " bytes" << std::endl;
   return 0;
 }

@@ -150,6 +150,27 @@ TEST(Diagnostics, AFullQueueSaysWhatWouldKeepUp) {
                 {"5 clouds dropped (queue full: 5): 4.3 s per cloud at 10 Hz"});
 }
 
+TEST(Diagnostics, CloudsThatWaitForASlowNodeDoNotWaitForTf) {
+  NodeReport report = makeReport(8, 5);
+  report.last_cloud = LastCloud{"lidar", 0.1, ""};
+  report.speed_advice = "4.3 s per cloud at 10 Hz: try resolution 0.2";
+  const ReportSummary summary = summarize(report, makeReport(6, 5).statistics);
+  expectWarning(summary, {"3 clouds wait: 4.3 s per cloud", "try resolution 0.2"});
+  EXPECT_EQ(summary.message.find("transform"), std::string::npos) << summary.message;
+  report.last_cloud->tf_error = "frame 'odom' does not exist";
+  expectWarning(summarize(report, makeReport(6, 5).statistics), {"3 clouds wait for a transform"});
+}
+
+TEST(Diagnostics, TheEndOfARecordingSaysHowManyCloudsAreMissing) {
+  NodeReport report = makeReport(10, 6);
+  report.silence_s = 60.0;
+  report.is_simulated_time = true;
+  report.num_publishers = 0;
+  report.statistics.numDropped(DropReason::kQueueFull) = 4;
+  expectWords(summarize(report, report.statistics),
+              {"from 6 clouds, 4 dropped; the recording has ended"});
+}
+
 TEST(Diagnostics, CountsCuboidsAndVoxelsByClass) {
   cuboid_mapping::MapConfig config;
   config.resolution_m = 0.1;

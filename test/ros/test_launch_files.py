@@ -36,6 +36,7 @@ class LaunchFilesTest(unittest.TestCase):
         for file in sorted((ROOT / 'launch').glob('*.launch')):
             text = roslaunch('--ros-args', file)
             self.assertNotIn('undocumented', text, file.name)
+            self.assertNotRegex(text, r'\S   +\S', f'{file.name}: a line break in an argument')
             required = text.partition('Optional Arguments:')[0]
             names = [line.split(':')[0].strip() for line in required.splitlines()[1:]]
             self.assertEqual(names, ['bag'] if file.name == 'replay.launch' else [], file.name)

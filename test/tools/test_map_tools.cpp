@@ -61,6 +61,22 @@ TEST(MapTools, convertAndCompare) {
       contains(runProgram({MAP_CONVERT_PROGRAM, folder / "map.txt", first}).err, "No such file"));
 }
 
+TEST(MapTools, sayWhatTheyHaveWritten) {
+  const TemporaryFolder folder;
+  MapSnapshot snapshot;
+  snapshot.bricks =
+      toBricks({{{{0, 0, 0}, {2, 2, 2}}, 1.0F}, {{{-2, 0, 0}, {0, 1, 1}}, -1.0F}}).bricks;
+  writeMapFile(folder / "map.cuboids", snapshot);
+  const std::vector<std::pair<std::string, std::string>> cases{
+      {"b.cuboids", "10 voxels"}, {"b.ot", "10 voxels"}, {"b.bt", "10 voxels"},
+      {"b.pcd", "8 points"},      {"b.ply", "8 points"}, {"b.csv", "2 cuboids"}};
+  for (const auto& [name, content] : cases) {
+    const std::string file = folder / name;
+    const ProgramEnd end = runProgram({MAP_CONVERT_PROGRAM, folder / "map.cuboids", file});
+    EXPECT_EQ(end.out.rfind(file + ": " + content + ", ", 0), 0U) << end.out << end.err;
+  }
+}
+
 TEST(MapTools, tellHowMapsDiffer) {
   const TemporaryFolder folder;
   const MapSnapshot snapshot = makeSnapshot();
@@ -296,6 +312,7 @@ TEST_F(BagToMap, givesTheSameBytesEveryTime) {
   EXPECT_GT(readFile(first).size(), 1000U);
   EXPECT_EQ(readFile(first), readFile(second)) << "whatever threads";
   const MapSnapshot map = readMapFile(first).snapshot;
+  EXPECT_TRUE(contains(end.out, " voxels, ")) << end.out;
   EXPECT_EQ(map.resolution_m, 0.2);
   EXPECT_EQ(map.frame_id, "map");
 }

@@ -106,8 +106,11 @@ std::string describeMap(const NodeReport& report) {
 ReportSummary summarizeSilence(const NodeReport& report) {
   const bool has_publisher = report.num_publishers > 0;
   if (!has_publisher && report.is_simulated_time) {
-    return {ReportLevel::kOk, describeMap(report) + "; the recording has ended: nobody publishes " +
-                                  report.cloud_topic + " any more"};
+    const std::uint64_t num_dropped = report.statistics.numDropped();
+    return {ReportLevel::kOk,
+            describeMap(report) +
+                (num_dropped == 0 ? "" : ", " + std::to_string(num_dropped) + " dropped") +
+                "; the recording has ended: nobody publishes " + report.cloud_topic + " any more"};
   }
   std::ostringstream text;
   text << "no cloud on " << report.cloud_topic << " for " << static_cast<int>(report.silence_s)
@@ -159,10 +162,13 @@ ReportSummary summarize(const NodeReport& report, const NodeStatistics& last_rep
   const bool is_stuck = now.numWaiting() > 0 && last_report.numWaiting() > 0 &&
                         now.num_inserted == last_report.num_inserted;
   if (is_stuck) {
-    const bool is_one = now.numWaiting() == 1;
-    return {levelOfFault(report), counted(now.numWaiting(), "cloud") +
-                                      (is_one ? " waits" : " wait") +
-                                      " for a transform: " + describeTf(report)};
+    const std::string clouds =
+        counted(now.numWaiting(), "cloud") + (now.numWaiting() == 1 ? " waits" : " wait");
+    // A cloud may take longer than the time between two reports.
+    if (report.speed_advice && report.last_cloud && report.last_cloud->tf_error.empty()) {
+      return {levelOfFault(report), clouds + ": " + *report.speed_advice};
+    }
+    return {levelOfFault(report), clouds + " for a transform: " + describeTf(report)};
   }
   if (report.silence_s > kMaxSilence_s) return summarizeSilence(report);
   if (report.last_cloud && report.last_cloud->age_s < -kMaxAhead_s) {

@@ -23,8 +23,8 @@ constexpr const char* kUsage =
     "Builds a 3D occupancy map from point clouds, and answers questions about it.\n\n"
     "  MAP                 map to start with: .cuboids, .ot or .bt\n"
     "  cloud_in:=TOPIC     topic of the clouds, sensor_msgs/PointCloud2\n"
-    "  _PARAMETER:=VALUE   such as _resolution:=0.1; `rosrun cuboid_mapping print_parameters`\n"
-    "                      lists all parameters\n";
+    "  _PARAMETER:=VALUE   a parameter, such as _resolution:=0.1\n\n"
+    "All parameters: rosrun cuboid_mapping print_parameters --yaml\n";
 
 /// Answers --help and refuses what is not understood: the exit status. Nothing when the node can
 /// start.

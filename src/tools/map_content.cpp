@@ -1,0 +1,44 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "map_content.h"
+
+#include "cuboid_mapping/fusion/brick_division.h"
+#include "cuboid_mapping/io/text.h"
+
+#include <cstdint>
+#include <vector>
+
+namespace cuboid_mapping {
+namespace {
+
+template <typename CountT>
+std::uint64_t sumOverBricks(const MapSnapshot& map, const CountT& count) {
+  std::uint64_t sum = 0;
+  for (const VoxelBrick& brick : map.bricks) sum += static_cast<std::uint64_t>(count(brick));
+  return sum;
+}
+
+}  // namespace
+
+std::string describeContent(const MapSnapshot& map, MapFormat format) {
+  switch (format) {
+    case MapFormat::kPcd:
+    case MapFormat::kPly:
+      return counted(
+          sumOverBricks(map, [](const auto& brick) { return brick.voxels.occupied().count(); }),
+          "point");
+    case MapFormat::kCsv:
+      return counted(sumOverBricks(map,
+                                   [](const auto& brick) {
+                                     std::vector<Cuboid> cuboids;
+                                     divideBrick(brick, cuboids);
+                                     return cuboids.size();
+                                   }),
+                     "cuboid");
+    default:
+      return counted(
+          sumOverBricks(map, [](const auto& brick) { return brick.voxels.known().count(); }),
+          "voxel");
+  }
+}
+
+}  // namespace cuboid_mapping
