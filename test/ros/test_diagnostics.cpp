@@ -8,6 +8,7 @@
 
 #include <map>
 #include <string>
+#include <utility>
 #include <vector>
 
 namespace cuboid_mapping_ros {
@@ -106,6 +107,19 @@ TEST(Diagnostics, AMissingTransformIsNamedWithFramesAgeAndReason) {
                  "the clouds are 30 days old", "use_sim_time"});
   report = makeReport(6, 5);
   expectWarning(summarize(report, report.statistics), {"1 cloud waits for a transform"});
+}
+
+TEST(Diagnostics, AgesAreInUnitsThatPeopleUse) {
+  NodeReport report = makeReport(8, 5);
+  for (const auto& [age_s, text] : {std::pair(-30.0, "30 s"),
+                                    {119.0, "119 s"},
+                                    {3000.0, "50 min"},
+                                    {7200.0, "2 h"},
+                                    {86400.0, "24 h"},
+                                    {172800.0, "2 days"}}) {
+    report.last_cloud = LastCloud{"lidar", age_s, "frame 'odom' does not exist"};
+    expectWords(summarize(report, makeReport(6, 5).statistics), {std::string(" ") + text});
+  }
 }
 
 TEST(Diagnostics, ItIsAnErrorWhenNothingGetsIntoTheMap) {

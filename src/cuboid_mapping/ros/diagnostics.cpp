@@ -6,8 +6,11 @@
 
 #include <diagnostic_msgs/DiagnosticStatus.h>
 
+#include <array>
 #include <cmath>
 #include <sstream>
+#include <string>
+#include <utility>
 
 namespace cuboid_mapping_ros {
 namespace {
@@ -27,17 +30,17 @@ std::string describeFrames(const NodeReport& report) {
   return text.str();
 }
 
-/// A duration that people can read: "0.32 s", "5 days".
+/// A duration that people can read: "0.32 s", "50 min", "3 h", "5 days".
 std::string describeAge(double age_s) {
-  constexpr double kDay_s = 86400.0;
+  constexpr std::array<std::pair<double, const char*>, 3> kUnits{
+      {{86400.0, " days"}, {3600.0, " h"}, {60.0, " min"}}};
+  const double size_s = std::abs(age_s);
+  for (const auto& [unit_s, name] : kUnits) {
+    if (size_s >= 2.0 * unit_s) return std::to_string(std::llround(size_s / unit_s)) + name;
+  }
   std::ostringstream text;
   text.precision(3);
-  const double size_s = std::abs(age_s);
-  if (size_s >= 2.0 * kDay_s) {
-    text << std::llround(size_s / kDay_s) << " days";
-  } else {
-    text << size_s << " s";
-  }
+  text << size_s << " s";
   return text.str();
 }
 
