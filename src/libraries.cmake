@@ -147,6 +147,7 @@ add_library(cuboid_mapping_ros
   cuboid_mapping/ros/ground_filter.cpp
   cuboid_mapping/ros/guarded_map.cpp
   cuboid_mapping/ros/map_files_service.cpp
+  cuboid_mapping/ros/map_image_server.cpp
   cuboid_mapping/ros/map_storage.cpp
   cuboid_mapping/ros/map_publisher.cpp
   cuboid_mapping/ros/mapping_node.cpp

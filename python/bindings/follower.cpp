@@ -6,6 +6,7 @@
 #include "cuboid_mapping/io/brick_codec.h"
 #include "map_access.h"
 
+#include <algorithm>
 #include <mutex>
 #include <stdexcept>
 
@@ -43,16 +44,27 @@ PackedBricks toPacked(const py::object& message) {
   return packed;
 }
 
+constexpr char kDamagedMap[] = "the arrays of the FullCuboidMap do not fit together";
+
+MapImage join(MapImage image, const std::vector<PackedBricks>& parts) {
+  for (const PackedBricks& packed : parts) {
+    BrickArrays content;
+    const bool is_like_the_first = packed.has_values == parts.front().has_values;
+    if (!is_like_the_first || !unpackBricks(packed, content)) throw DamagedMessage(kDamagedMap);
+    image.content.has_values = content.has_values;
+    appendBricks(content, image.content);
+  }
+  return image;
+}
+
 class FollowerAccess : public MapAccess {
  public:
-  void take(const MapImage& head, const PackedBricks& packed) {
-    MapImage image = head;
+  /// @param parts  With the content of the image.
+  void take(const MapImage& head, const std::vector<PackedBricks>& parts) {
     MapFollower fresh;
     {
       const py::gil_scoped_release release;
-      if (!unpackBricks(packed, image.content) || !fresh.take(image)) {
-        throw DamagedMessage("the arrays of the FullCuboidMap do not fit together");
-      }
+      if (!fresh.take(join(head, parts))) throw DamagedMessage(kDamagedMap);
     }
     // Readers wait for the exchange alone; the old map goes when they are served.
     change([&] {
@@ -88,12 +100,37 @@ class FollowerAccess : public MapAccess {
   MapFollower follower_;
 };
 
-void takeMap(FollowerAccess& access, const py::object& message) {
+MapImage headOf(const py::object& message) {
   MapImage head;
   head.instance = field<std::uint64_t>(message, "instance");
   head.revision = field<std::uint64_t>(message, "revision");
   head.resolution_m = field<double>(message, "resolution");
-  access.take(head, toPacked(message.attr("bricks")));
+  return head;
+}
+
+void takeMap(FollowerAccess& access, const py::object& message) {
+  const bool is_one = !py::isinstance<py::list>(message) && !py::isinstance<py::tuple>(message);
+  const auto parts = is_one ? py::list(py::make_tuple(message)) : py::list(message);
+  if (parts.empty()) throw DamagedMessage("a FullCuboidMap has one part at least");
+  const MapImage head = headOf(parts[0]);
+  std::vector<PackedBricks> packed;
+  for (const py::handle handle : parts) {
+    const auto part = py::reinterpret_borrow<py::object>(handle);
+    const MapImage other = headOf(part);
+    const bool is_of_it = other.instance == head.instance && other.revision == head.revision &&
+                          other.resolution_m == head.resolution_m;
+    // A message of a map in one part may come without these fields.
+    const auto index = py::getattr(part, "part", py::int_(0)).cast<std::size_t>();
+    const auto count = py::getattr(part, "num_parts", py::int_(1)).cast<std::size_t>();
+    const bool is_in_order =
+        index == packed.size() && std::max<std::size_t>(count, 1) == parts.size();
+    if (!is_of_it || !is_in_order) {
+      throw DamagedMessage(
+          "these are not all parts of one FullCuboidMap, in their order: see GetMap");
+    }
+    packed.push_back(toPacked(part.attr("bricks")));
+  }
+  access.take(head, packed);
 }
 
 bool takeUpdate(FollowerAccess& access, const py::object& message) {
@@ -122,7 +159,7 @@ else those of the clamping thresholds. Questions before the first map raise Runt
   follower.def("take_map", takeMap, "message"_a,
                R"(Takes the message of a whole map, unless it is older than the copy.
 
-message: FullCuboidMap. Raises DamagedMessage, a ValueError; the copy is then as it was.)");
+message: FullCuboidMap, or a list of all its parts where it has several. Raises DamagedMessage, a ValueError; the copy is then as it was.)");
   follower.def("take_update", takeUpdate, "message"_a, R"(Takes the message of an update.
 
 message: CuboidMapUpdate. It may come twice, late, or not at all.

@@ -110,19 +110,35 @@ class CuboidMapClient:
                           'and does it run?', topic, service)
 
     def _take_map(self, message):
+        """message: FullCuboidMap, perhaps the first part only."""
         with self._turn:
             self._awaited_since = None
             if message.instance == self._map.instance and message.revision <= self._map.revision:
                 return
             try:
+                parts = self._fetch_other_parts(message)
+            except rospy.ServiceException as error:
+                rospy.logwarn_throttle(10.0, 'cannot follow the map: %s' % error)
+                self._awaited_since = time.monotonic()  # The next update asks for it.
+                return
+            try:
                 with self._lock:
-                    self._map.take_map(message)
+                    self._map.take_map(parts)
                     self._map.frame_id = message.header.frame_id
             except DamagedMessage as error:
                 rospy.logwarn_throttle(10.0, 'ignored a damaged FullCuboidMap: %s' % error)
                 return
             self._arrived.set()
             self._tell()
+
+    def _fetch_other_parts(self, first):
+        parts = [first]
+        while len(parts) < first.num_parts:
+            answer = self._get_map(with_values=first.bricks.has_values, part=len(parts), revision=first.revision)
+            if not answer.success:
+                raise rospy.ServiceException(answer.message)
+            parts.append(answer.map)
+        return parts
 
     def _take_update(self, message):
         with self._turn:

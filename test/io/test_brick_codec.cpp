@@ -46,6 +46,35 @@ TEST(BrickCodec, givesBackWhatWasPackedInLessRoom) {
   }
 }
 
+TEST(BrickCodec, dividesBricksAmongMessages) {
+  for (const MapDetail detail : {MapDetail::kClasses, MapDetail::kValues}) {
+    const BrickArrays all = makeSomeBricks(detail);
+    std::size_t last_num_parts = all.counts.size() + 1;
+    for (const std::size_t max_bytes : {0UL, 3000UL, 10000UL, 1UL << 30}) {
+      BrickSplitter splitter(all, max_bytes);
+      BrickArrays joined;
+      joined.has_values = all.has_values;
+      std::size_t num_parts = 0;
+      while (!splitter.isDone()) {
+        const BrickArrays part = splitter.next();
+        const std::size_t num_bytes =
+            14 * part.counts.size() + 7 * part.occupied.size() + 2 * part.values.size();
+        EXPECT_TRUE(num_bytes <= max_bytes || part.counts.size() == 1) << num_bytes;
+        BrickArrays unpacked;
+        ASSERT_TRUE(unpackBricks(packBricks(part), unpacked));
+        appendBricks(unpacked, joined);
+        ++num_parts;
+      }
+      EXPECT_TRUE(isSame(joined, all));
+      EXPECT_LT(num_parts, last_num_parts) << "fewer, the more fits into one";
+      last_num_parts = num_parts;
+    }
+    EXPECT_EQ(last_num_parts, 1U);
+  }
+  const BrickArrays nothing;
+  EXPECT_TRUE(BrickSplitter(nothing, 100).isDone());
+}
+
 TEST(BrickCodec, canNameAnyNumberOfValues) {
   for (const std::size_t num_values : {1U, 256U, 257U, 65536U, 65537U, 70000U}) {
     BrickArrays arrays;

@@ -153,6 +153,10 @@ inline std::vector<Case> otherCases() {
   using P = NodeParameters;
   std::vector<Case> cases{
       {"publish_values", true, [](const P& p) { return p.publish_values; }, {0, 1, "true"}},
+      {"map_part_size",
+       0.5,
+       [](const P& p) { return p.map_part_size_mb == 0.5; },
+       {0.0, -1.0, 501.0, kNan, "1"}},
       {"queue_size", 3, [](const P& p) { return p.queue_size == 3; }, {0, -1, 1001, 3.0}},
       {"queue_memory",
        20,

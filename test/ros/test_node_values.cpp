@@ -6,6 +6,7 @@
 #include "cuboid_mapping/map/map_follower.h"
 #include "cuboid_mapping/ros/callback_guard.h"
 #include "cuboid_mapping/ros/cuboid_map_client.h"
+#include "cuboid_mapping/ros/map_image_server.h"
 #include "cuboid_mapping/ros/map_messages.h"
 #include "ros/node_probe.h"
 #include "support/snapshots.h"
@@ -13,6 +14,8 @@
 
 #include <ros/callback_queue.h>
 
+#include <chrono>
+#include <future>
 #include <memory>
 #include <optional>
 
@@ -23,6 +26,7 @@ using cuboid_mapping::Cell;
 using cuboid_mapping::CellBox;
 using cuboid_mapping::ChangeSet;
 using cuboid_mapping::CuboidMap;
+using cuboid_mapping::GetMap;
 using cuboid_mapping::MapDetail;
 using cuboid_mapping::SetBox;
 using cuboid_mapping::test::Program;
@@ -42,13 +46,12 @@ Voxels classesOf(Voxels voxels) {
 /// A server that is told which updates are lost.
 class LossyServer {
  public:
-  LossyServer(std::uint64_t instance, MapDetail detail) : instance_(instance), detail_(detail) {
-    image_publisher_ = advertiseImage(nh_, "cuboid_map", [this] { return image(detail_); });
+  LossyServer(std::uint64_t instance, const MapImageServer::Options& options)
+      : instance_(instance),
+        detail_(options.topic_detail),
+        images_(nh_, ros::NodeHandle(nh_, "lossy"), options,
+                [this](MapDetail wanted) { return image(wanted); }) {
     delta_publisher_ = advertiseDelta(nh_, "cuboid_map_updates");
-    service_ = advertiseGetMap(nh_, "lossy/get_map", [this](MapDetail wanted) {
-      ++num_asked_;
-      return image(wanted);
-    });
   }
 
   /// Changes the map. @param is_lost  Nobody is told.
@@ -62,13 +65,14 @@ class LossyServer {
   }
 
   [[nodiscard]] bool hasListener() const {
-    return delta_publisher_.getNumSubscribers() > 0 && image_publisher_.getNumSubscribers() > 0;
+    return delta_publisher_.getNumSubscribers() > 0 && images_.numListeners() > 0;
   }
   [[nodiscard]] const CuboidMap& map() const { return map_; }
   [[nodiscard]] int numAsked() const { return num_asked_; }
 
  private:
-  [[nodiscard]] ImageMessage image(MapDetail detail) const {
+  [[nodiscard]] ImageMessage image(MapDetail detail) {
+    ++num_asked_;
     ImageMessage message;
     message.header.frame_id = "map";
     message.image = makeImage(map_, instance_, detail);
@@ -82,20 +86,20 @@ class LossyServer {
   MapDetail detail_;
   CuboidMap map_;
   int num_asked_ = 0;
-  ros::Publisher image_publisher_;
+  MapImageServer images_;
   ros::Publisher delta_publisher_;
-  ros::ServiceServer service_;
 };
 
-class LossyServerTest : public ::testing::TestWithParam<MapDetail> {
+class LossyServerTest : public ::testing::TestWithParam<MapImageServer::Options> {
  protected:
+  [[nodiscard]] static bool hasValues() { return GetParam().topic_detail == MapDetail::kValues; }
+  [[nodiscard]] static bool isInParts() { return GetParam().max_part_bytes < 1000; }
   /// What a copy has to be.
   [[nodiscard]] Voxels expected() const {
-    return GetParam() == MapDetail::kValues ? voxelsOf(server_->map())
-                                            : classesOf(voxelsOf(server_->map()));
+    return hasValues() ? voxelsOf(server_->map()) : classesOf(voxelsOf(server_->map()));
   }
   [[nodiscard]] static Voxels shownBy(const CuboidMapClient& client) {
-    return GetParam() == MapDetail::kValues ? voxelsOf(client) : classesOf(voxelsOf(client));
+    return hasValues() ? voxelsOf(client) : classesOf(voxelsOf(client));
   }
   void start(std::uint64_t instance) {
     server_.reset();
@@ -135,7 +139,7 @@ TEST_P(LossyServerTest, IsFollowedWhateverIsLost) {
     expectSame(*client);
   }
   EXPECT_GT(server_->numAsked(), 5);
-  EXPECT_LT(server_->numAsked(), 29) << "only when something was lost";
+  EXPECT_LT(server_->numAsked(), 30) << "only when something was lost";
   server_->change([](CuboidMap& map) { return map.clear(); }, false);
   expectSame(*client);
   EXPECT_TRUE(voxelsOf(*client).empty());
@@ -184,8 +188,51 @@ TEST_P(LossyServerTest, IsFollowedWhenItIsStartedAnew) {
   expectSame(*client);
 }
 
+/// Asks for a part of the map.
+GetMap askForPart(MapDetail detail, std::uint32_t part, std::uint64_t revision) {
+  GetMap service;
+  service.request.with_values = static_cast<std::uint8_t>(detail == MapDetail::kValues);
+  service.request.part = part;
+  service.request.revision = revision;
+  // The server works in this thread, while it waits.
+  auto call = std::async(std::launch::async, [&service] {
+    return ros::service::call("/lossy/lossy/get_map", service);
+  });
+  EXPECT_TRUE(
+      waitFor([&] { return call.wait_for(std::chrono::seconds(0)) == std::future_status::ready; }));
+  EXPECT_TRUE(call.get());
+  return service;
+}
+
+TEST_P(LossyServerTest, KeepsThePartsOfTheLastMaps) {
+  const MapDetail detail = GetParam().topic_detail;
+  start(1);
+  std::vector<cuboid_mapping::FullCuboidMap> first;
+  for (std::size_t i = 0; i <= MapImageServer::kKept; ++i) {
+    observe(false);
+    const GetMap answer = askForPart(detail, 0, 0);
+    ASSERT_TRUE(answer.response.success) << answer.response.message;
+    first.push_back(answer.response.map);
+    ASSERT_EQ(first.back().num_parts > 1, isInParts());
+  }
+  if (!isInParts()) return;
+  const GetMap forgotten = askForPart(detail, 1, first[0].revision);
+  EXPECT_FALSE(forgotten.response.success);
+  EXPECT_NE(forgotten.response.message.find("begin again with part 0"), std::string::npos);
+  for (std::uint32_t part = 0; part < first[1].num_parts; ++part) {
+    const auto map = askForPart(detail, part, first[1].revision).response.map;
+    EXPECT_TRUE(part == 0 || map.revision == first[1].revision) << "0: of the map as it is now";
+    EXPECT_EQ(map.part, part);
+    EXPECT_GT(map.bricks.num_bricks, 0U);
+  }
+  EXPECT_FALSE(askForPart(detail, first[1].num_parts, first[1].revision).response.success);
+}
+
 INSTANTIATE_TEST_SUITE_P(Details, LossyServerTest,
-                         ::testing::Values(MapDetail::kClasses, MapDetail::kValues));
+                         ::testing::Values(MapImageServer::Options{MapDetail::kClasses},
+                                           MapImageServer::Options{MapDetail::kValues},
+                                           MapImageServer::Options{MapDetail::kClasses, 1},
+                                           MapImageServer::Options{MapDetail::kValues, 1}));
 
 constexpr char kName[] = "/with_values";
 
@@ -199,7 +246,7 @@ class NodeValues : public ::testing::Test {
     node_ = std::make_unique<Program>(
         std::vector<std::string>{CUBOID_MAPPING_NODE, std::string("__name:=") + (kName + 1),
                                  "__log:=/dev/null", "_resolution:=0.1", "_publish_rate:=20.0",
-                                 "_publish_values:=true"},
+                                 "_publish_values:=true", "_map_part_size:=0.02"},
         std::function<void()>());
     ASSERT_TRUE(
         ros::service::waitForService(std::string(kName) + "/set_box", ros::Duration(kDeadline_s)));

@@ -108,7 +108,7 @@ TEST(Parameters, EveryBadValueGivesExactlyItsErrorAndKeepsTheDefault) {
       ++num_checked;
     }
   }
-  EXPECT_EQ(num_checked, 260U);
+  EXPECT_EQ(num_checked, 265U);
 }
 
 TEST(Parameters, AnErrorSaysValueRangeAndWhatToDo) {

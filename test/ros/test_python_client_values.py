@@ -7,7 +7,7 @@ from unittest import mock
 
 import rospy
 import rostest
-from cuboid_map import MapFollower
+from cuboid_map import DamagedMessage, MapFollower
 from geometry_msgs.msg import Point
 
 from cuboid_mapping.msg import CuboidMapUpdate
@@ -49,9 +49,15 @@ class PythonClientValuesTest(unittest.TestCase):
         self.expect_probability((1, 0, 0), 0.31)
         self.expect_probability((2, 0, 0), 0.3)
         self.assertTrue(math.isnan(self.client.map.log_odds([centre((20, 0, 0))])[0]))
-        answer = rospy.ServiceProxy(NODE + '/get_map', GetMap)(with_values=True)
+        get_map = rospy.ServiceProxy(NODE + '/get_map', GetMap)
+        parts = [get_map(with_values=True).map]
+        self.assertGreater(parts[0].num_parts, 1, 'map_part_size is small here')
+        for part in range(1, parts[0].num_parts):
+            parts.append(get_map(with_values=True, part=part, revision=parts[0].revision).map)
         copy = MapFollower()
-        copy.take_map(answer.map)
+        for wrong in (parts[0], parts[:-1], parts[::-1], []):
+            self.assertRaises(DamagedMessage, copy.take_map, wrong)
+        copy.take_map(parts)
         points = [centre((x, 0, 0)) for x in range(-10, 10)]
         self.assertEqual(copy.log_odds(points).tolist(), self.client.map.log_odds(points).tolist(), 'bit by bit')
 

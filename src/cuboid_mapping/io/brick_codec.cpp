@@ -66,17 +66,19 @@ Bytes deflateBytes(const Bytes& bytes) {
   return packed;
 }
 
+/// Before they are deflated, and with up to 65,536 different values.
+std::size_t bytesOf(std::size_t num_bricks, std::size_t num_cuboids, std::size_t num_values) {
+  return kBrickBytes * num_bricks + kCuboidBytes * num_cuboids + sizeof(std::uint16_t) * num_values;
+}
+
 /// roscpp drops a message of 1 GB without a word, and a listener takes it for damaged.
 void requireFits(const BrickArrays& arrays) {
-  const std::size_t num_bytes = kBrickBytes * arrays.counts.size() +
-                                kCuboidBytes * arrays.occupied.size() +
-                                sizeof(std::uint16_t) * arrays.values.size();
+  const std::size_t num_bytes =
+      bytesOf(arrays.counts.size(), arrays.occupied.size(), arrays.values.size());
   if (num_bytes <= kMaxBytes) return;
-  throw std::length_error(
-      "the map is too large for a message: " + std::to_string(num_bytes / 1000000) +
-      " MB, of at most " + std::to_string(kMaxBytes / 1000000) +
-      ". Save it to a file (~save_map), or let classes travel alone "
-      "(publish_values: false)");
+  throw std::length_error("too much for a message: " + std::to_string(num_bytes / 1000000) +
+                          " MB, of at most " + std::to_string(kMaxBytes / 1000000) +
+                          ". Let classes travel alone (publish_values: false)");
 }
 
 /// Grows with what is really there, so that a claim alone takes no memory. Empty when it is damaged.
@@ -119,7 +121,55 @@ bool takeValues(const Bytes& bytes, std::size_t next, const std::vector<float>& 
   return true;
 }
 
+/// Voxels of a cuboid. @param bounds  Its six.
+std::size_t numVoxels(const std::uint8_t* bounds) {
+  std::size_t count = 1;
+  for (int axis = 0; axis < 3; ++axis) count *= std::size_t{bounds[axis + 3]} - bounds[axis];
+  return count;
+}
+
+template <typename T>
+void appendRange(const std::vector<T>& from, std::size_t begin, std::size_t end,
+                 std::vector<T>& to) {
+  const auto first = from.begin();
+  to.insert(to.end(), first + static_cast<std::ptrdiff_t>(begin),
+            first + static_cast<std::ptrdiff_t>(end));
+}
+
 }  // namespace
+
+BrickArrays BrickSplitter::next() {
+  const std::size_t first_brick = brick_;
+  const std::size_t first_cuboid = cuboid_;
+  const std::size_t first_value = value_;
+  for (std::size_t num_bytes = 0; brick_ < all_.counts.size(); ++brick_) {
+    const std::size_t end = cuboid_ + all_.counts[brick_];
+    std::size_t num_values = 0;
+    for (std::size_t i = cuboid_; all_.has_values && i < end; ++i) {
+      num_values += numVoxels(&all_.bounds[6 * i]);
+    }
+    num_bytes += bytesOf(1, all_.counts[brick_], num_values);
+    if (num_bytes > max_bytes_ && brick_ > first_brick) break;
+    cuboid_ = end;
+    value_ += num_values;
+  }
+  BrickArrays part;
+  part.has_values = all_.has_values;
+  appendRange(all_.bricks, 3 * first_brick, 3 * brick_, part.bricks);
+  appendRange(all_.counts, first_brick, brick_, part.counts);
+  appendRange(all_.bounds, 6 * first_cuboid, 6 * cuboid_, part.bounds);
+  appendRange(all_.occupied, first_cuboid, cuboid_, part.occupied);
+  appendRange(all_.values, first_value, value_, part.values);
+  return part;
+}
+
+void appendBricks(const BrickArrays& from, BrickArrays& to) {
+  appendRange(from.bricks, 0, from.bricks.size(), to.bricks);
+  appendRange(from.counts, 0, from.counts.size(), to.counts);
+  appendRange(from.bounds, 0, from.bounds.size(), to.bounds);
+  appendRange(from.occupied, 0, from.occupied.size(), to.occupied);
+  appendRange(from.values, 0, from.values.size(), to.values);
+}
 
 PackedBricks packBricks(const BrickArrays& arrays) {
   requireFits(arrays);

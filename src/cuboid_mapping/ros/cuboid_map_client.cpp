@@ -36,21 +36,33 @@ struct CuboidMapClient::Implementation {
     // Updates first, so that none is missed between the image and them.
     delta_subscriber = subscribeDelta(nh, kCuboidMapUpdatesTopic,
                                       [this](const DeltaMessage& message) { take(message); });
-    image_subscriber =
-        subscribeImage(nh, kCuboidMapTopic, [this](const ImageMessage& message) { take(message); });
+    image_subscriber = subscribeImage(
+        nh, kCuboidMapTopic, [this](const ImageMessage& message) { takeFromTopic(message); });
     image_timer = nh.createWallTimer(ros::WallDuration(1.0),
                                      [this](const ros::WallTimerEvent&) { askIfNoImageCame(); });
     thread.start();
   }
   ~Implementation() { thread.stop(); }  // Before the rest goes.
 
+  /// @param message  Of the topic: perhaps the first part only.
+  void takeFromTopic(ImageMessage message) {
+    awaited_since = ros::WallTime();
+    if (isOld(message)) return;
+    std::string error;
+    if (fetchOtherParts(nh, get_map_name, message, error)) return take(message);
+    ROS_WARN_STREAM_THROTTLE(10.0, "cannot follow the map: " << error);
+    awaited_since = ros::WallTime::now();  // To be asked for later.
+  }
+
+  bool isOld(const ImageMessage& message) const {
+    return follower.map() != nullptr && message.image.instance == follower.instance() &&
+           message.image.revision <= follower.revision();
+  }
+
   void take(const ImageMessage& message) {
     awaited_since = ros::WallTime();
     // Only this thread changes the follower; readers wait for the exchange alone.
-    const bool is_old = follower.map() != nullptr &&
-                        message.image.instance == follower.instance() &&
-                        message.image.revision <= follower.revision();
-    if (is_old) return;
+    if (isOld(message)) return;
     MapFollower fresh;
     if (!fresh.take(message.image)) {
       ROS_WARN_THROTTLE(10.0, "ignored a damaged FullCuboidMap");

@@ -3,15 +3,11 @@
 
 #include "cuboid_mapping/CuboidBricks.h"
 #include "cuboid_mapping/CuboidMapUpdate.h"
-#include "cuboid_mapping/FullCuboidMap.h"
 #include "cuboid_mapping/GetMap.h"
 #include "cuboid_mapping/io/brick_codec.h"
 #include "cuboid_mapping/ros/checked_messages.h"
 
-#include <ros/single_subscriber_publisher.h>
-#include <boost/function.hpp>
-
-#include <exception>
+#include <string>
 #include <utility>
 
 namespace cuboid_mapping_ros {
@@ -25,6 +21,8 @@ using cuboid_mapping::MapDetail;
 
 /// Deltas that may wait for a listener: many minutes of them would be of no use.
 constexpr std::uint32_t kDeltaQueue = 20;
+/// Deltas that may wait while a listener fetches the parts of a map.
+constexpr std::uint32_t kReceivedDeltas = 500;
 
 BricksType toMessage(const cuboid_mapping::BrickArrays& arrays) {
   cuboid_mapping::PackedBricks packed = packBricks(arrays);
@@ -43,20 +41,11 @@ bool fromMessage(const BricksType& message, cuboid_mapping::BrickArrays& arrays)
                       arrays);
 }
 
-ImageType toMessage(const ImageMessage& from) {
-  ImageType message;
-  message.header = from.header;
-  message.instance = from.image.instance;
-  message.revision = from.image.revision;
-  message.resolution = from.image.resolution_m;
-  message.bricks = toMessage(from.image.content);
-  return message;
-}
-
 ImageMessage fromMessage(const ImageType& message) {
   ImageMessage result{message.header, {message.instance, message.revision, message.resolution, {}}};
   // Without a resolution no follower takes it.
   if (!fromMessage(message.bricks, result.image.content)) result.image.resolution_m = 0.0;
+  result.num_parts = message.num_parts;
   return result;
 }
 
@@ -87,18 +76,25 @@ DeltaMessage fromMessage(const DeltaType& message) {
   return result;
 }
 
-}  // namespace
-
-ros::Publisher advertiseImage(ros::NodeHandle& nh, const std::string& topic,
-                              std::function<ImageMessage()> make) {
-  const auto on_connect = [make = std::move(make)](const ros::SingleSubscriberPublisher& listener) {
-    listener.publish(toMessage(make()));
-  };
-  return nh.advertise<ImageType>(topic, 1, on_connect);
+/// Calls GetMap for one part.
+bool callForPart(ros::NodeHandle& nh, const std::string& name, GetMap& service,
+                 std::string& error) {
+  if (!callChecked(nh, name, service, error)) return false;
+  error = service.response.message;
+  return service.response.success != 0;
 }
 
-void publishImage(const ros::Publisher& publisher, const ImageMessage& message) {
-  publisher.publish(toMessage(message));
+}  // namespace
+
+ImageType toMessage(const ImageMessage& from, const cuboid_mapping::BrickArrays& content) {
+  ImageType message;
+  message.header = from.header;
+  message.instance = from.image.instance;
+  message.revision = from.image.revision;
+  message.resolution = from.image.resolution_m;
+  message.num_parts = 1;
+  message.bricks = toMessage(content);
+  return message;
 }
 
 ros::Publisher advertiseDelta(ros::NodeHandle& nh, const std::string& topic) {
@@ -109,24 +105,6 @@ std::size_t publishDelta(const ros::Publisher& publisher, const DeltaMessage& me
   const DeltaType type = toMessage(message);
   publisher.publish(type);
   return ros::serialization::serializationLength(type);
-}
-
-ros::ServiceServer advertiseGetMap(ros::NodeHandle& nh, const std::string& name,
-                                   std::function<ImageMessage(MapDetail)> make) {
-  CallbackGuard& guard = guardOf(nh);
-  const boost::function<bool(GetMap::Request&, GetMap::Response&)> callback =
-      [make = std::move(make), name, &guard](GetMap::Request& request, GetMap::Response& response) {
-        try {
-          response.map =
-              toMessage(make(request.with_values != 0 ? MapDetail::kValues : MapDetail::kClasses));
-          response.success = static_cast<std::uint8_t>(true);
-        } catch (const std::exception& exception) {
-          guard.noteFailure(name, exception.what());
-          response.message = std::string("the node could not answer: ") + exception.what();
-        }
-        return true;
-      };
-  return advertiseGuarded(nh, name, callback);
 }
 
 ros::Subscriber subscribeImage(ros::NodeHandle& nh, const std::string& topic,
@@ -141,7 +119,7 @@ ros::Subscriber subscribeImage(ros::NodeHandle& nh, const std::string& topic,
 ros::Subscriber subscribeDelta(ros::NodeHandle& nh, const std::string& topic,
                                std::function<void(const DeltaMessage&)> take) {
   return subscribeGuarded<DeltaType>(
-      nh, topic, {kDeltaQueue, false},
+      nh, topic, {kReceivedDeltas, false},
       [take = std::move(take)](const ros::MessageEvent<const DeltaType>& event) {
         take(fromMessage(*event.getConstMessage()));
       });
@@ -151,10 +129,31 @@ bool callGetMap(ros::NodeHandle& nh, const std::string& name, MapDetail detail,
                 ImageMessage& message, std::string& error) {
   GetMap service;
   service.request.with_values = static_cast<std::uint8_t>(detail == MapDetail::kValues);
-  if (!callChecked(nh, name, service, error)) return false;
-  error = service.response.message;
-  if (service.response.success == 0) return false;
+  if (!callForPart(nh, name, service, error)) return false;
   message = fromMessage(service.response.map);
+  return fetchOtherParts(nh, name, message, error);
+}
+
+bool fetchOtherParts(ros::NodeHandle& nh, const std::string& name, ImageMessage& message,
+                     std::string& error) {
+  GetMap service;
+  service.request.with_values = static_cast<std::uint8_t>(message.image.content.has_values);
+  service.request.revision = message.image.revision;
+  for (std::uint32_t part = 1; part < message.num_parts; ++part) {
+    service.request.part = part;
+    if (!callForPart(nh, name, service, error)) return false;
+    const ImageMessage other = fromMessage(service.response.map);
+    const bool is_of_it = service.response.map.part == part &&
+                          other.image.instance == message.image.instance &&
+                          other.image.revision == message.image.revision &&
+                          other.image.content.has_values == message.image.content.has_values;
+    if (!is_of_it || other.image.resolution_m != message.image.resolution_m) {
+      error = "part " + std::to_string(part) + " of the map is damaged";
+      return false;
+    }
+    appendBricks(other.image.content, message.image.content);
+  }
+  message.num_parts = 1;
   return true;
 }
 

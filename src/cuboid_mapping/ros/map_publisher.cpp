@@ -18,6 +18,10 @@ constexpr std::size_t kMaxDeltaBricks = 200000;
 
 bool isTooMuch(const ChangeSet& changes) { return changes.bricks.size() > kMaxDeltaBricks; }
 
+std::size_t partBytes(const NodeParameters& parameters) {
+  return static_cast<std::size_t>(1e6 * parameters.map_part_size_mb);
+}
+
 ChangeSet everythingOf(const ChangeSet& changes) { return {changes.revision, true, {}}; }
 
 }  // namespace
@@ -28,10 +32,9 @@ MapPublisher::MapPublisher(ros::NodeHandle nh, ros::NodeHandle private_nh,
       frame_id_(withoutSlash(parameters.frame_id)),
       detail_(parameters.publish_values ? MapDetail::kValues : MapDetail::kClasses),
       instance_(ros::WallTime::now().toNSec()),
-      image_publisher_(advertiseImage(nh, kCuboidMapTopic, [this] { return makeImage(detail_); })),
-      delta_publisher_(advertiseDelta(nh, kCuboidMapUpdatesTopic)),
-      get_map_server_(advertiseGetMap(private_nh, kGetMapService,
-                                      [this](MapDetail detail) { return makeImage(detail); })) {}
+      images_(nh, private_nh, {detail_, partBytes(parameters)},
+              [this](MapDetail detail) { return makeImage(detail); }),
+      delta_publisher_(advertiseDelta(nh, kCuboidMapUpdatesTopic)) {}
 
 ImageMessage MapPublisher::makeImage(MapDetail detail) const {
   return map_.read([&](const CuboidMap& map, const ros::Time& stamp) {
@@ -44,6 +47,7 @@ ImageMessage MapPublisher::makeImage(MapDetail detail) const {
 }
 
 ChangeSet MapPublisher::publish() {
+  images_.forgetOld();
   const bool is_heard = delta_publisher_.getNumSubscribers() > 0;
   map_.fuse();
   DeltaMessage message;
@@ -62,9 +66,7 @@ ChangeSet MapPublisher::publish() {
   try {
     published_revision_ = message.delta.revision;
     if (is_heard) publishDelta(delta_publisher_, message);
-    if (message.delta.is_everything && image_publisher_.getNumSubscribers() > 0) {
-      publishImage(image_publisher_, makeImage(detail_));
-    }
+    if (message.delta.is_everything && images_.numListeners() > 0) images_.publish();
   } catch (...) {
     map_.noteEverything();  // It did not arrive.
     throw;

@@ -2,6 +2,7 @@
 #pragma once
 
 #include "cuboid_mapping/ros/guarded_map.h"
+#include "cuboid_mapping/ros/map_image_server.h"
 #include "cuboid_mapping/ros/map_messages.h"
 #include "cuboid_mapping/ros/parameters.h"
 
@@ -37,9 +38,8 @@ class MapPublisher {
   cuboid_mapping::MapDetail detail_;  ///< Of the topics.
   std::uint64_t instance_;
   std::uint64_t published_revision_ = 0;
-  ros::Publisher image_publisher_;
+  MapImageServer images_;
   ros::Publisher delta_publisher_;
-  ros::ServiceServer get_map_server_;
 };
 
 }  // namespace cuboid_mapping_ros

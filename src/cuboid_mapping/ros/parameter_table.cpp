@@ -190,6 +190,10 @@ std::vector<ParameterDeclaration> declareTopics() {
       {"publish_values", "", BooleanKind{[](P& p) -> bool& { return p.publish_values; }},
        "true: cuboid_map and cuboid_map_updates carry the log-odds of every voxel. false: only "
        "classes, which is what planners need."},
+      {"map_part_size", "MB",
+       NumberKind{[](P& p) -> double& { return p.map_part_size_mb; }, 0.001, 500.0},
+       "A larger map is sent in several messages (cuboid_map, ~get_map). Before they are deflated, "
+       "to about a third."},
       {"color_by", "",
        oneOf<ColorBy>({ColorBy::kHeight, ColorBy::kProbability},
                       [](P& p) -> ColorBy& { return p.color_by; }),
