@@ -87,7 +87,7 @@ class ExamplePlanner {
                                                            : UnknownPolicy::kStop),
         robot_frame_(private_nh_.param<std::string>("robot_frame", "base_link")),
         client_(nh_, private_nh_.param<std::string>("server", "cuboid_mapping"),
-                [this](std::uint64_t /*revision*/) { is_map_new_ = true; }) {
+                [this](const cuboid_mapping::ChangeSet& /*changes*/) { is_map_new_ = true; }) {
     path_publisher_ = nh_.advertise<nav_msgs::Path>("path", 1, true);
     corridor_publisher_ = nh_.advertise<MarkerArray>("corridor", 1, true);
     goal_subscriber_ = nh_.subscribe("move_base_simple/goal", 1, &ExamplePlanner::onGoal, this);

@@ -8,8 +8,8 @@
 #include "ros/log_probe.h"
 #include "ros/node_probe.h"
 
-#include <atomic>
 #include <cmath>
+#include <mutex>
 #include <optional>
 #include <string>
 #include <vector>
@@ -17,6 +17,7 @@
 namespace cuboid_mapping_ros::test {
 namespace {
 
+using cuboid_mapping::ChangeSet;
 using cuboid_mapping::CuboidMap;
 using cuboid_mapping::GetCuboids;
 using cuboid_mapping::MetricBox;
@@ -32,7 +33,10 @@ class NodeClientTest : public NodeTest {
 
   void connect() {
     client_.reset();
-    client_.emplace(nh_, kNode, [this](std::uint64_t /*revision*/) { ++num_changes_; });
+    client_.emplace(nh_, kNode, [this](const ChangeSet& changes) {
+      const std::lock_guard<std::mutex> lock(changes_mutex_);
+      changes_.push_back(changes);
+    });
     ASSERT_TRUE(waitFor([this] { return client_->hasMap(); }));
   }
 
@@ -81,7 +85,14 @@ class NodeClientTest : public NodeTest {
     });
   }
 
-  std::atomic<int> num_changes_{0};
+  /// All that the callback was told.
+  std::vector<ChangeSet> changes() {
+    const std::lock_guard<std::mutex> lock(changes_mutex_);
+    return changes_;
+  }
+
+  std::mutex changes_mutex_;
+  std::vector<ChangeSet> changes_;
   std::optional<cuboid_mapping_ros::CuboidMapClient> client_;
 };
 
@@ -94,7 +105,25 @@ TEST_F(NodeClientTest, EqualsTheMapOfTheServer) {
   EXPECT_EQ(client_->stamp(), ros::Time(101.5));
   EXPECT_GT(client_->read([](const CuboidMap& map) { return map.voxels().numOccupiedVoxels(); }),
             1000);
-  EXPECT_GE(num_changes_, 2);
+  EXPECT_GE(changes().size(), 2U);
+}
+
+TEST_F(NodeClientTest, TellsTheBricksThatHaveChanged) {
+  sendRoom(0.0, 1);
+  expectSameMap();
+  EXPECT_TRUE(changes().front().is_everything);
+  setBox(1.0, SetBox::Request::OCCUPIED);
+  expectSameMap();
+  const ChangeSet last = changes().back();
+  EXPECT_EQ(last.revision, client_->revision());
+  EXPECT_FALSE(last.is_everything);
+  EXPECT_FALSE(last.bricks.empty());
+  const auto box = client_->read([](const CuboidMap& map) {
+    return *map.grid().toCellBox({{-1.0, -0.5, -0.5}, {1.0, 0.5, 0.5}});
+  });
+  for (const auto& changed : last.bricks) {
+    EXPECT_TRUE(cuboid_mapping::brickBox(changed.brick).intersects(box));
+  }
 }
 
 TEST_F(NodeClientTest, FollowsEditsAndResets) {

@@ -25,8 +25,8 @@ namespace cuboid_mapping_ros {
 class CuboidMapClient {
  public:
   /// Called after each change of the map, in the client's thread, while the map is not held: it may
-  /// read, and must not take long. @param revision  Of the server's map.
-  using Callback = std::function<void(std::uint64_t revision)>;
+  /// read, and must not take long. @param changes  What is new, with the revision of the server's map.
+  using Callback = std::function<void(const cuboid_mapping::ChangeSet& changes)>;
 
   /// @param nh  In whose namespace the topics are.
   /// @param server  Name of the node, for ~get_map; in the namespace of nh unless it begins with /.

@@ -15,6 +15,7 @@
 
 namespace cuboid_mapping_ros {
 
+using cuboid_mapping::ChangeSet;
 using cuboid_mapping::CuboidMap;
 using cuboid_mapping::FollowResult;
 using cuboid_mapping::MapFollower;
@@ -25,6 +26,16 @@ namespace {
 constexpr double kImagePatience_s = 3.0;
 /// Between two lines of the log that say what a client waits for.
 constexpr double kReminderPeriod_s = 10.0;
+
+/// The bricks that a delta has brought.
+ChangeSet changesOf(const cuboid_mapping::MapDelta& delta) {
+  ChangeSet changes{delta.revision, false, {}};
+  const std::vector<std::int32_t>& bricks = delta.content.bricks;
+  for (std::size_t i = 0; i + 2 < bricks.size(); i += 3) {
+    changes.bricks.push_back({{bricks[i], bricks[i + 1], bricks[i + 2]}, true});
+  }
+  return changes;
+}
 
 }  // namespace
 
@@ -73,7 +84,7 @@ struct CuboidMapClient::Implementation {
       std::swap(follower, fresh);
       header = message.header;
     }
-    tell();
+    if (callback) callback({message.image.revision, true, {}});
   }
 
   void take(const DeltaMessage& message) {
@@ -85,7 +96,9 @@ struct CuboidMapClient::Implementation {
       if (result == FollowResult::kApplied) header = message.header;
     }
     switch (result) {
-      case FollowResult::kApplied: return tell();
+      case FollowResult::kApplied:
+        if (callback) callback(changesOf(message.delta));
+        return;
       case FollowResult::kOld: return;
       case FollowResult::kDamaged:
         ROS_WARN_THROTTLE(10.0, "received a damaged CuboidMapUpdate: asking for the whole map");
@@ -125,10 +138,6 @@ struct CuboidMapClient::Implementation {
                              ? ": nobody publishes it; does the node run, in this namespace?"
                              : ", though it has a publisher";
     ROS_WARN_STREAM("no map has come on " << image_subscriber.getTopic() << reason);
-  }
-
-  void tell() const {
-    if (callback) callback(follower.revision());  // Only this thread changes it.
   }
 
   CallbackGuard guard;
