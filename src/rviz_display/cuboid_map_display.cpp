@@ -1,0 +1,272 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "cuboid_map_display.h"
+
+#include "cuboid_mapping/query/height_range.h"
+
+#include <rviz/display_context.h>
+#include <rviz/frame_manager.h>
+#include <rviz/properties/bool_property.h>
+#include <rviz/properties/color_property.h>
+#include <rviz/properties/enum_property.h>
+#include <rviz/properties/float_property.h>
+#include <rviz/properties/string_property.h>
+#include <rviz/properties/vector_property.h>
+#include <pluginlib/class_list_macros.hpp>
+
+#include <OgreSceneNode.h>
+
+#include <algorithm>
+
+namespace cuboid_mapping_rviz {
+namespace {
+
+using rviz::BoolProperty;
+using rviz::ColorProperty;
+using rviz::FloatProperty;
+using rviz::StatusProperty;
+using rviz::StringProperty;
+
+/// Of each frame, for new faces: rviz stays smooth.
+constexpr std::chrono::milliseconds kBudget{20};
+constexpr std::chrono::milliseconds kReportPeriod{500};
+
+constexpr std::array<const char*, kFaceSets.size()> kSetNames{"Occupied", "Free", "Frontier"};
+
+}  // namespace
+
+CuboidMapDisplay::CuboidMapDisplay() {
+  addSourceProperties();
+  addShownProperties();
+  addColorProperties();
+  addClipProperties();
+}
+
+CuboidMapDisplay::~CuboidMapDisplay() { disconnect(); }
+
+// NOLINTBEGIN(cppcoreguidelines-owning-memory): rviz deletes properties with their display
+void CuboidMapDisplay::addSourceProperties() {
+  namespace_property_ = new StringProperty(
+      "Topic namespace", "", "Where the node publishes cuboid_map and cuboid_map_updates.", this,
+      SLOT(connectAnew()));
+  server_property_ =
+      new StringProperty("Server", "cuboid_mapping",
+                         "Name of the node: the map is asked for again by its service get_map.",
+                         this, SLOT(connectAnew()));
+  file_property_ =
+      new StringProperty("Map file", "", "Show this file (.cuboids, .bt, .ot) in place of a topic.",
+                         this, SLOT(connectAnew()));
+}
+
+void CuboidMapDisplay::addShownProperties() {
+  const std::array<const char*, kFaceSets.size()> help{"Occupied cuboids.", "Free cuboids.",
+                                                       "Where free cuboids touch unknown space."};
+  const std::array<QColor, kFaceSets.size()> colors{QColor(77, 140, 230), QColor(120, 200, 120),
+                                                    QColor(240, 170, 40)};
+  const std::array<float, kFaceSets.size()> alphas{1.0F, 0.15F, 0.4F};
+  for (std::size_t i = 0; i < kFaceSets.size(); ++i) {
+    SetProperties& set = set_properties_[i];
+    set.shown = new BoolProperty(kSetNames[i], i == 0, help[i], this, SLOT(updateShown()), this);
+    set.color = new ColorProperty("Color", colors[i], "With the colors by class.", set.shown,
+                                  SLOT(updateStyles()), this);
+    set.alpha = new FloatProperty("Alpha", alphas[i], "0: invisible, 1: opaque.", set.shown,
+                                  SLOT(updateStyles()), this);
+    set.alpha->setMin(0.0F);
+    set.alpha->setMax(1.0F);
+  }
+}
+
+void CuboidMapDisplay::addColorProperties() {
+  mode_property_ =
+      new rviz::EnumProperty("Color by", "Height", "What colors mean.", this, SLOT(updateStyles()));
+  mode_property_->addOption("Height", static_cast<int>(ColorMode::kHeight));
+  mode_property_->addOption("Probability", static_cast<int>(ColorMode::kProbability));
+  mode_property_->addOption("Cuboid size", static_cast<int>(ColorMode::kSize));
+  mode_property_->addOption("Class", static_cast<int>(ColorMode::kFlat));
+  auto_heights_property_ = new BoolProperty(
+      "Fit to heights", true,
+      "The colors run over the heights of the map, but for the lowest and highest 2 %.",
+      mode_property_, SLOT(updateStyles()), this);
+  min_color_property_ = new FloatProperty("Lowest", 0.0F, "Height of the first color, in m.",
+                                          mode_property_, SLOT(updateStyles()), this);
+  max_color_property_ = new FloatProperty("Highest", 3.0F, "Height of the last color, in m.",
+                                          mode_property_, SLOT(updateStyles()), this);
+  edges_property_ =
+      new BoolProperty("Edges", true, "Draw the edges of cuboids.", this, SLOT(updateStyles()));
+}
+
+void CuboidMapDisplay::addClipProperties() {
+  heights_property_ = new BoolProperty("Height range", false, "Show only a range of heights.", this,
+                                       SLOT(updateStyles()));
+  min_height_property_ = new FloatProperty("Min", 0.0F, "In the map frame, in m.",
+                                           heights_property_, SLOT(updateStyles()), this);
+  max_height_property_ = new FloatProperty("Max", 2.0F, "In the map frame, in m.",
+                                           heights_property_, SLOT(updateStyles()), this);
+  box_property_ = new BoolProperty("Clip box", false, "Show only what is in a box.", this,
+                                   SLOT(updateStyles()));
+  box_min_property_ =
+      new rviz::VectorProperty("Min", Ogre::Vector3(-5.0F), "In the map frame, in m.",
+                               box_property_, SLOT(updateStyles()), this);
+  box_max_property_ =
+      new rviz::VectorProperty("Max", Ogre::Vector3(5.0F), "In the map frame, in m.", box_property_,
+                               SLOT(updateStyles()), this);
+  recent_property_ = new FloatProperty(
+      "Changed in last", 0.0F, "Show only what has changed within so many seconds; 0: everything.",
+      this, SLOT(updateStyles()));
+  recent_property_->setMin(0.0F);
+}
+// NOLINTEND(cppcoreguidelines-owning-memory)
+
+void CuboidMapDisplay::onInitialize() { updateShown(); }
+
+void CuboidMapDisplay::onEnable() { connectAnew(); }
+
+void CuboidMapDisplay::onDisable() { disconnect(); }
+
+void CuboidMapDisplay::reset() {
+  Display::reset();
+  connectAnew();
+}
+
+void CuboidMapDisplay::disconnect() {
+  scene_.reset();
+  source_.reset();
+}
+
+void CuboidMapDisplay::connectAnew() {
+  disconnect();
+  if (!initialized() || !isEnabled()) return;
+  const std::string file = file_property_->getStdString();
+  try {
+    if (file.empty()) {
+      source_ = std::make_unique<FollowedMap>(namespace_property_->getStdString(),
+                                              server_property_->getStdString());
+    } else {
+      source_ = std::make_unique<FileMap>(file);
+    }
+  } catch (const std::exception& exception) {  // No name that ROS could resolve.
+    setStatusStd(StatusProperty::Error, "Map", exception.what());
+    return;
+  }
+  deleteStatus("Map");
+  scene_ = std::make_unique<FaceScene>(context_, *scene_node_, *source_);
+  updateShown();
+}
+
+float CuboidMapDisplay::now_s() const {
+  return std::chrono::duration<float>(Clock::now() - start_).count();
+}
+
+void CuboidMapDisplay::update(float /*wall_dt*/, float /*ros_dt*/) {
+  if (scene_ == nullptr) return;
+  for (const auto& changes : source_->takeChanges()) {
+    scene_->noteChanges(changes, now_s());
+    has_new_heights_ = true;
+  }
+  const bool is_placed = placeInFixedFrame();
+  scene_node_->setVisible(is_placed);
+  const bool is_changed = scene_->update(kBudget);
+  if (recent_property_->getFloat() > 0.0F) updateStyles();  // Time goes on.
+  if (is_changed) context_->queueRender();
+  if (Clock::now() - last_report_ < kReportPeriod) return;
+  last_report_ = Clock::now();
+  fitColorsToHeights();
+  reportStatus();
+}
+
+bool CuboidMapDisplay::placeInFixedFrame() {
+  const std::string frame_id = source_->frameId();
+  Ogre::Vector3 position = Ogre::Vector3::ZERO;
+  Ogre::Quaternion orientation = Ogre::Quaternion::IDENTITY;
+  if (!frame_id.empty() &&
+      !context_->getFrameManager()->getTransform(frame_id, ros::Time(), position, orientation)) {
+    setStatusStd(StatusProperty::Error, "Transform",
+                 "No transform from " + frame_id + " to " + fixed_frame_.toStdString());
+    return false;
+  }
+  deleteStatus("Transform");
+  scene_node_->setPosition(position);
+  scene_node_->setOrientation(orientation);
+  return true;
+}
+
+void CuboidMapDisplay::fitColorsToHeights() {
+  if (!has_new_heights_ || !auto_heights_property_->getBool()) return;
+  has_new_heights_ = false;
+  cuboid_mapping::HeightRange heights;
+  source_->read([&](const cuboid_mapping::CuboidMap& map) { heights = findHeightRange(map); });
+  min_color_property_->setFloat(static_cast<float>(heights.min_m));
+  max_color_property_->setFloat(static_cast<float>(heights.max_m));
+}
+
+void CuboidMapDisplay::updateShown() {
+  if (scene_ == nullptr) return;
+  for (std::size_t i = 0; i < kFaceSets.size(); ++i) {
+    scene_->setShown(kFaceSets[i], set_properties_[i].shown->getBool());
+  }
+  updateStyles();
+}
+
+void CuboidMapDisplay::updateStyles() {
+  if (scene_ == nullptr) return;
+  for (const FaceSet set : kFaceSets) scene_->setStyle(set, styleOf(set));
+  context_->queueRender();
+}
+
+FaceStyle CuboidMapDisplay::styleOf(FaceSet set) const {
+  const SetProperties& properties = set_properties_[static_cast<std::size_t>(set)];
+  FaceStyle style;
+  style.mode = static_cast<ColorMode>(mode_property_->getOptionInt());
+  style.color = properties.color->getOgreColor();
+  style.alpha = properties.alpha->getFloat();
+  style.has_edges = edges_property_->getBool();
+  style.min_color_m = min_color_property_->getFloat();
+  style.max_color_m = max_color_property_->getFloat();
+  if (box_property_->getBool()) {
+    style.min_clip = box_min_property_->getVector();
+    style.max_clip = box_max_property_->getVector();
+  }
+  if (heights_property_->getBool()) {
+    style.min_clip.z = std::max(style.min_clip.z, min_height_property_->getFloat());
+    style.max_clip.z = std::min(style.max_clip.z, max_height_property_->getFloat());
+  }
+  if (recent_property_->getFloat() > 0.0F) style.oldest_s = now_s() - recent_property_->getFloat();
+  return style;
+}
+
+void CuboidMapDisplay::reportStatus() {
+  const std::string fault = source_->fault();
+  if (!fault.empty()) {
+    setStatusStd(StatusProperty::Warn, "Map", fault);
+    return;
+  }
+  std::uint64_t revision = 0;
+  source_->read([&](const cuboid_mapping::CuboidMap& map) { revision = map.revision(); });
+  QString text = QString("revision %1").arg(revision);
+  if (!source_->stamp().isZero()) {
+    const double delay_s = ros::Time::now().toSec() - source_->stamp().toSec();
+    text += QString(", last cloud %1 s ago").arg(delay_s, 0, 'f', 1);
+  }
+  setStatus(StatusProperty::Ok, "Map", text);
+  for (std::size_t i = 0; i < kFaceSets.size(); ++i) {
+    if (!set_properties_[i].shown->getBool()) {
+      deleteStatus(kSetNames[i]);
+      continue;
+    }
+    const FaceScene::Counts counts = scene_->counts(kFaceSets[i]);
+    setStatus(StatusProperty::Ok, kSetNames[i],
+              QString("%1 cuboids, %2 faces, %3 chunks, %4 MB")
+                  .arg(counts.cuboids)
+                  .arg(counts.faces)
+                  .arg(counts.chunks)
+                  .arg(1e-6 * static_cast<double>(counts.bytes), 0, 'f', 1));
+  }
+  if (const std::size_t waiting = scene_->numWaiting(); waiting > 0) {
+    setStatus(StatusProperty::Warn, "Picture", QString("%1 chunks wait").arg(waiting));
+  } else {
+    deleteStatus("Picture");
+  }
+}
+
+}  // namespace cuboid_mapping_rviz
+
+PLUGINLIB_EXPORT_CLASS(cuboid_mapping_rviz::CuboidMapDisplay, rviz::Display)

@@ -1,0 +1,89 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#ifndef Q_MOC_RUN
+#include "face_scene.h"
+#include "map_source.h"
+
+#include <rviz/display.h>
+#endif
+
+#include <chrono>
+#include <memory>
+
+namespace rviz {
+class BoolProperty;
+class ColorProperty;
+class EnumProperty;
+class FloatProperty;
+class StringProperty;
+class VectorProperty;
+}  // namespace rviz
+
+namespace cuboid_mapping_rviz {
+
+/// rviz's display of a map: it follows the topics of a node with the rules of CuboidMapClient, or
+/// reads a file, keeps the map, and draws the exposed faces of its cuboids.
+class CuboidMapDisplay : public rviz::Display {
+  Q_OBJECT
+ public:
+  CuboidMapDisplay();
+  ~CuboidMapDisplay() override;
+
+  void update(float wall_dt, float ros_dt) override;
+  void reset() override;
+
+ protected:
+  void onInitialize() override;
+  void onEnable() override;
+  void onDisable() override;
+
+ private Q_SLOTS:
+  void connectAnew();
+  void updateShown();
+  void updateStyles();
+
+ private:
+  using Clock = std::chrono::steady_clock;
+
+  void addSourceProperties();
+  void addShownProperties();
+  void addColorProperties();
+  void addClipProperties();
+  void disconnect();
+  [[nodiscard]] float now_s() const;
+  [[nodiscard]] bool placeInFixedFrame();
+  void fitColorsToHeights();
+  [[nodiscard]] FaceStyle styleOf(FaceSet set) const;
+  void reportStatus();
+
+  std::unique_ptr<MapSource> source_;
+  std::unique_ptr<FaceScene> scene_;  ///< Goes before the source.
+  const Clock::time_point start_ = Clock::now();
+  Clock::time_point last_report_;
+  bool has_new_heights_ = false;
+
+  rviz::StringProperty* namespace_property_ = nullptr;
+  rviz::StringProperty* server_property_ = nullptr;
+  rviz::StringProperty* file_property_ = nullptr;
+  struct SetProperties {
+    rviz::BoolProperty* shown = nullptr;
+    rviz::ColorProperty* color = nullptr;
+    rviz::FloatProperty* alpha = nullptr;
+  };
+  std::array<SetProperties, kFaceSets.size()> set_properties_;
+  rviz::EnumProperty* mode_property_ = nullptr;
+  rviz::BoolProperty* auto_heights_property_ = nullptr;
+  rviz::FloatProperty* min_color_property_ = nullptr;
+  rviz::FloatProperty* max_color_property_ = nullptr;
+  rviz::BoolProperty* edges_property_ = nullptr;
+  rviz::BoolProperty* heights_property_ = nullptr;
+  rviz::FloatProperty* min_height_property_ = nullptr;
+  rviz::FloatProperty* max_height_property_ = nullptr;
+  rviz::BoolProperty* box_property_ = nullptr;
+  rviz::VectorProperty* box_min_property_ = nullptr;
+  rviz::VectorProperty* box_max_property_ = nullptr;
+  rviz::FloatProperty* recent_property_ = nullptr;
+};
+
+}  // namespace cuboid_mapping_rviz

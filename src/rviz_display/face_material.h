@@ -1,0 +1,50 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include "face_mesh.h"
+
+#include <OgreColourValue.h>
+#include <OgreMaterial.h>
+#include <OgreVector3.h>
+
+#include <array>
+#include <limits>
+
+namespace cuboid_mapping_rviz {
+
+/// What colours mean. The numbers are those of the shader.
+enum class ColorMode : unsigned char { kHeight, kProbability, kSize, kFlat };
+
+/// How faces look; all of it is told to the shader, so that no vertex changes with it.
+struct FaceStyle {
+  ColorMode mode = ColorMode::kHeight;
+  Ogre::ColourValue color{0.3F, 0.55F, 0.9F};  ///< With ColorMode::kFlat.
+  float alpha = 1.0F;
+  bool has_edges = true;
+  float min_color_m = 0.0F;  ///< Heights of the ends of the colours.
+  float max_color_m = 1.0F;
+  Ogre::Vector3 min_clip{-std::numeric_limits<float>::max()};  ///< In the map frame: what is shown.
+  Ogre::Vector3 max_clip{std::numeric_limits<float>::max()};
+  float oldest_s = -std::numeric_limits<float>::max();  ///< Changed before: not shown.
+};
+
+/// Index of the custom parameter of a renderable that holds the least corner of its group in the map
+/// frame, and the resolution.
+constexpr std::size_t kGroupParameter = 20;
+
+/// A material for faces of one FaceSet.
+class FaceMaterial {
+ public:
+  FaceMaterial();
+  ~FaceMaterial();
+  FaceMaterial(const FaceMaterial&) = delete;
+  FaceMaterial& operator=(const FaceMaterial&) = delete;
+
+  void setStyle(const FaceStyle& style);
+  [[nodiscard]] const Ogre::MaterialPtr& get() const { return material_; }
+
+ private:
+  Ogre::MaterialPtr material_;
+};
+
+}  // namespace cuboid_mapping_rviz

@@ -1,0 +1,49 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include "cuboid_mapping/map/cuboid_map.h"
+
+#include <array>
+#include <cstdint>
+#include <functional>
+#include <vector>
+
+namespace cuboid_mapping_rviz {
+
+/// What faces are drawn of.
+enum class FaceSet : unsigned char {
+  kOccupied,  ///< Sides of occupied cuboids that are not covered by occupied voxels.
+  kFree,      ///< Sides of free cuboids that are not covered by free voxels.
+  kFrontier,  ///< Sides of free cuboids that touch an unknown voxel.
+};
+constexpr std::array<FaceSet, 3> kFaceSets{FaceSet::kOccupied, FaceSet::kFree, FaceSet::kFrontier};
+
+/// A corner of a face, as the graphics card gets it.
+struct FaceVertex {
+  std::array<std::int16_t, 3> cell;  ///< In cells from the least cell of the group.
+  std::int16_t code;                 ///< 4 * side + corner; side: 2 * axis + (1 for the upper one).
+  std::uint8_t probability;          ///< Mean of the cuboid's voxels, times 255.
+  std::uint8_t size;                 ///< Edges of the cuboid, summed: 3 to 24, times 255 / 24.
+  std::array<std::uint8_t, 2> padding;
+  float changed_s;  ///< When the brick has changed last, in the display's time.
+};
+static_assert(sizeof(FaceVertex) == 16);
+
+/// The faces of one group of bricks: four vertices each.
+struct FaceMesh {
+  std::vector<FaceVertex> vertices;
+  std::size_t num_cuboids = 0;  ///< Of the class, hidden ones too.
+
+  [[nodiscard]] std::size_t numFaces() const { return vertices.size() / 4; }
+};
+
+/// When a brick has changed last.
+using ChangeTimeOf = std::function<float(const cuboid_mapping::Cell& brick)>;
+
+/// The exposed faces of a group (see groupOf()): sides of which no part is seen are left out, others
+/// are drawn whole. @complexity O(cuboids of the group).
+[[nodiscard]] FaceMesh makeFaces(const cuboid_mapping::CuboidMap& map,
+                                 const cuboid_mapping::Cell& group, FaceSet set,
+                                 const ChangeTimeOf& changed_s);
+
+}  // namespace cuboid_mapping_rviz

@@ -1,0 +1,84 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include "cuboid_picker.h"
+#include "face_chunk.h"
+#include "face_material.h"
+#include "map_source.h"
+
+#include <array>
+#include <chrono>
+#include <deque>
+#include <limits>
+#include <unordered_map>
+#include <unordered_set>
+
+namespace cuboid_mapping_rviz {
+
+/// The picture of a map: chunks of faces by group, made anew where the map has changed.
+///
+/// Thread rule: that of rviz, all calls in its main thread.
+class FaceScene {
+ public:
+  struct Counts {
+    std::size_t cuboids = 0;
+    std::size_t faces = 0;
+    std::size_t chunks = 0;
+    std::size_t bytes = 0;  ///< On the graphics card.
+  };
+
+  /// @param node  In the map frame. It and the source must outlive this object.
+  FaceScene(rviz::DisplayContext* context, Ogre::SceneNode& node, const MapSource& source)
+      : context_(context), node_(node), source_(source) {}
+
+  /// What is not shown takes no memory, and is made when it is shown again.
+  void setShown(FaceSet set, bool is_shown);
+  /// Changes no vertex.
+  void setStyle(FaceSet set, const FaceStyle& style) { layer(set).material.setStyle(style); }
+
+  /// @param now_s  In the display's time, for FaceStyle::oldest_s. A map that is new as a whole has not changed.
+  void noteChanges(const cuboid_mapping::ChangeSet& changes, float now_s);
+  /// Brings the picture up to date, for about so long at most.
+  /// @return Whether something was made.
+  bool update(std::chrono::duration<double> budget);
+
+  [[nodiscard]] Counts counts(FaceSet set) const;
+  /// Groups that wait for update().
+  [[nodiscard]] std::size_t numWaiting() const;
+
+ private:
+  struct Chunk {
+    std::unique_ptr<FaceChunk> faces;
+    std::unique_ptr<CuboidPicker> picker;  ///< Goes first.
+  };
+  template <typename ValueT>
+  using ByCell = std::unordered_map<cuboid_mapping::Cell, ValueT, cuboid_mapping::CellHash>;
+
+  /// What is shown of one set.
+  struct Layer {
+    bool is_shown = false;
+    FaceMaterial material;
+    ByCell<Chunk> chunks;
+    std::deque<cuboid_mapping::Cell> waiting;  ///< Groups, each once.
+    std::unordered_set<cuboid_mapping::Cell, cuboid_mapping::CellHash> is_waiting;
+
+    void enqueue(const cuboid_mapping::Cell& group) {
+      if (is_shown && is_waiting.insert(group).second) waiting.push_back(group);
+    }
+  };
+
+  [[nodiscard]] Layer& layer(FaceSet set) { return layers_[static_cast<std::size_t>(set)]; }
+  [[nodiscard]] const Layer& layer(FaceSet set) const {
+    return layers_[static_cast<std::size_t>(set)];
+  }
+  void enqueueAll(Layer& layer);
+  void make(const cuboid_mapping::CuboidMap& map, FaceSet set, const cuboid_mapping::Cell& group);
+
+  rviz::DisplayContext* context_;
+  Ogre::SceneNode& node_;
+  const MapSource& source_;
+  std::array<Layer, kFaceSets.size()> layers_;
+  ByCell<float> changed_s_;  ///< By brick, since the whole map came.
+};
+
+}  // namespace cuboid_mapping_rviz

@@ -1,0 +1,149 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "rviz_display/face_mesh.h"
+
+#include "support/random_bricks.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <map>
+#include <set>
+#include <tuple>
+#include <vector>
+
+namespace cuboid_mapping_rviz {
+namespace {
+
+using namespace cuboid_mapping;
+
+/// A side of a voxel.
+using VoxelSide = std::tuple<Cell, int>;
+
+Cell neighbourAt(const Cell& cell, int side) {
+  Cell neighbour = cell;
+  neighbour[side / 2] += side % 2 == 0 ? -1 : 1;
+  return neighbour;
+}
+
+bool isOfSet(FaceSet set, Occupancy occupancy) {
+  return occupancy == (set == FaceSet::kOccupied ? Occupancy::kOccupied : Occupancy::kFree);
+}
+
+/// Whether a side of a voxel of the set is seen, voxel by voxel.
+bool isExposed(const CuboidMap& map, FaceSet set, const Cell& cell, int side) {
+  const Occupancy behind = map.voxels().at(neighbourAt(cell, side));
+  return set == FaceSet::kFrontier ? behind == Occupancy::kUnknown : !isOfSet(set, behind);
+}
+
+std::set<Cell> groupsOf(const CuboidMap& map) {
+  std::set<Cell> groups;
+  map.voxels().forEach([&](const VoxelBrick& brick) { groups.insert(groupOf(brick.brick)); });
+  return groups;
+}
+
+/// The sides of voxels that a face covers; its corners are those of a side of a box.
+std::vector<VoxelSide> sidesOf(const FaceVertex* corners, const Cell& group) {
+  CellBox box{{1 << 20, 1 << 20, 1 << 20}, {-(1 << 20), -(1 << 20), -(1 << 20)}};
+  const int side = corners[0].code / 4;
+  for (int i = 0; i < 4; ++i) {
+    EXPECT_EQ(corners[i].code, 4 * side + i);
+    for (int axis = 0; axis < 3; ++axis) {
+      const std::int32_t at = group[axis] + corners[i].cell[static_cast<std::size_t>(axis)];
+      box.min[axis] = std::min(box.min[axis], at);
+      box.max[axis] = std::max(box.max[axis], at);
+    }
+  }
+  const int axis = side / 2;
+  EXPECT_EQ(box.min[axis], box.max[axis]);
+  (side % 2 == 0 ? box.max[axis] : box.min[axis]) += side % 2 == 0 ? 1 : -1;
+  std::vector<VoxelSide> sides;
+  for (Cell c = box.min; c.z < box.max.z; ++c.z) {
+    for (c.y = box.min.y; c.y < box.max.y; ++c.y) {
+      for (c.x = box.min.x; c.x < box.max.x; ++c.x) sides.emplace_back(c, side);
+    }
+  }
+  return sides;
+}
+
+/// Normal of the triangle of the first three corners, which the graphics card shows from its front.
+Cell normalOf(const FaceVertex* corners) {
+  const auto edge = [&](int from, int to, std::size_t axis) {
+    return corners[to].cell[axis] - corners[from].cell[axis];
+  };
+  Cell normal;
+  for (int axis = 0; axis < 3; ++axis) {
+    const auto a = static_cast<std::size_t>((axis + 1) % 3);
+    const auto b = static_cast<std::size_t>((axis + 2) % 3);
+    normal[axis] = edge(0, 1, a) * edge(1, 2, b) - edge(0, 1, b) * edge(1, 2, a);
+  }
+  return normal;
+}
+
+class FaceMeshOfSet : public testing::TestWithParam<FaceSet> {};
+
+TEST_P(FaceMeshOfSet, showsEachExposedSideOnceAndNoFaceThatIsHidden) {
+  test::Random random(1);
+  for (int round = 0; round < 10; ++round) {
+    CuboidMap map;
+    for (int i = 0; i < 5; ++i)
+      map.apply(test::randomUpdate(random, {{-3, -3, -3}, {3, 3, 3}}, 20));
+    std::map<VoxelSide, int> shown;
+    for (const Cell& group : groupsOf(map)) {
+      const FaceMesh mesh = makeFaces(map, group, GetParam(), [](const Cell&) { return 0.0F; });
+      for (std::size_t face = 0; face < mesh.numFaces(); ++face) {
+        const FaceVertex* corners = &mesh.vertices[4 * face];
+        const int side = corners[0].code / 4;
+        const Cell normal = normalOf(corners);
+        EXPECT_GT((side % 2 == 0 ? -1 : 1) * normal[side / 2], 0);
+        int num_exposed = 0;
+        for (const VoxelSide& voxel_side : sidesOf(corners, group)) {
+          ++shown[voxel_side];
+          EXPECT_TRUE(isOfSet(GetParam(), map.voxels().at(std::get<0>(voxel_side))));
+          num_exposed += isExposed(map, GetParam(), std::get<0>(voxel_side), side) ? 1 : 0;
+        }
+        EXPECT_GT(num_exposed, 0);
+      }
+    }
+    std::size_t num_exposed = 0;
+    map.voxels().forEach([&](const VoxelBrick& brick) {
+      forEachCell(brick.brick, brick.voxels.known(), [&](const Cell& cell) {
+        if (!isOfSet(GetParam(), map.voxels().at(cell))) return;
+        for (int side = 0; side < 6; ++side) {
+          if (!isExposed(map, GetParam(), cell, side)) continue;
+          ++num_exposed;
+          EXPECT_EQ((shown[{cell, side}]), 1);
+        }
+      });
+    });
+    EXPECT_GT(num_exposed, 100U);
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(Sets, FaceMeshOfSet, testing::ValuesIn(kFaceSets));
+
+TEST(FaceMesh, tellsProbabilitySizeAndTimeOfChange) {
+  CuboidMap map;
+  map.replace(kAllCells, {{{{0, 0, 0}, {2, 1, 1}}, 0.0F}, {{{2, 0, 0}, {3, 1, 1}}, -1.0F}});
+  const FaceMesh mesh =
+      makeFaces(map, {0, 0, 0}, FaceSet::kOccupied, [](const Cell&) { return 7.0F; });
+  ASSERT_EQ(mesh.numFaces(), 6U);
+  EXPECT_EQ(mesh.num_cuboids, 1U);
+  for (const FaceVertex& vertex : mesh.vertices) {
+    EXPECT_EQ(vertex.probability, 128);  // 0.5
+    EXPECT_EQ(vertex.size, 43);          // edges 2, 1 and 1 of 24
+    EXPECT_EQ(vertex.changed_s, 7.0F);
+  }
+}
+
+TEST(FaceMesh, hidesFacesBetweenGroups) {
+  CuboidMap map;
+  map.replace(kAllCells, {{{{24, 0, 0}, {40, 8, 8}}, 1.0F}});
+  for (const Cell& group : {Cell{0, 0, 0}, Cell{32, 0, 0}}) {
+    const FaceMesh mesh =
+        makeFaces(map, group, FaceSet::kOccupied, [](const Cell&) { return 0.0F; });
+    EXPECT_EQ(mesh.numFaces(), 5U);
+  }
+}
+
+}  // namespace
+}  // namespace cuboid_mapping_rviz

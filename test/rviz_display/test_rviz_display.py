@@ -1,0 +1,167 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: BSD-3-Clause
+"""Pictures of the display in rviz on a virtual screen, compared with golden ones.
+
+With CUBOID_MAPPING_GOLDEN=write, the golden pictures are written; look at them before they are committed.
+"""
+import os
+import pathlib
+import shutil
+import signal
+import subprocess
+import tempfile
+import time
+import unittest
+
+import numpy
+import rospy
+import yaml
+
+GOLDEN = pathlib.Path(__file__).resolve().parent / 'golden'
+PACKAGE = GOLDEN.parent.parent.parent
+PATIENCE_S = 120.0
+# Of a pixel, mean of a picture; software renderers differ in some pixels along edges.
+TOLERANCE = 4.0
+
+
+def run(*command):
+    return subprocess.run(command, check=True, capture_output=True, timeout=PATIENCE_S).stdout
+
+
+def program(name):
+    found = run('catkin_find', '--first-only', '--libexec', 'cuboid_mapping', name)
+    return found.decode().strip()
+
+
+def start(*command, **environment):
+    return subprocess.Popen(command, env={**os.environ, **environment}, stdout=subprocess.DEVNULL,
+                            stderr=subprocess.DEVNULL, start_new_session=True)
+
+
+def stop(process):
+    os.killpg(process.pid, signal.SIGTERM)
+    try:
+        process.wait(10.0)
+    except subprocess.TimeoutExpired:
+        os.killpg(process.pid, signal.SIGKILL)
+        process.wait()
+
+
+def read_pixels(picture):
+    """Height x width x 3 numbers, of any format that ImageMagick knows."""
+    size = run('identify', '-format', '%h %w', picture).decode().split()
+    return numpy.frombuffer(run('convert', picture, '-depth', '8', 'rgb:-'), numpy.uint8).astype(
+        float).reshape(int(size[0]), int(size[1]), 3)
+
+
+class TestDisplay(unittest.TestCase):
+    @classmethod
+    def setUpClass(cls):
+        cls.folder = pathlib.Path(tempfile.mkdtemp())
+        cls.map = cls.folder / 'map.cuboids'
+        bag = cls.folder / 'drive.bag'
+        run(program('simulated_lidar'), '--bag', bag, '--duration', '8')
+        run(program('bag_to_map'), bag, '-o', cls.map, '--set', 'resolution=0.2')
+        number = 90
+        while os.path.exists(f'/tmp/.X{number}-lock'):
+            number += 1
+        cls.screen = f':{number}'
+        cls.server = start('Xvfb', cls.screen, '-screen', '0', '800x600x24', '+extension', 'GLX',
+                           '-nolisten', 'tcp')
+        cls.last = None
+
+    @classmethod
+    def tearDownClass(cls):
+        stop(cls.server)
+        shutil.rmtree(cls.folder)
+
+    def configure(self, **properties):
+        """Writes a configuration of rviz with one display of the map. Returns its path."""
+        config = yaml.safe_load((PACKAGE / 'rviz' / 'demo.rviz').read_text())
+        config['Panels'] = []
+        config['Window Geometry'].update(Width=800, Height=600)
+        manager = config['Visualization Manager']
+        manager['Views']['Current'].update({'Distance': 24.0, 'Focal Point': {'X': 8.0, 'Y': 4.0, 'Z': 0.0}})
+        manager['Displays'] = [{'Class': 'cuboid_mapping/CuboidMap', 'Enabled': True, 'Name': 'Map',
+                                'Value': True, **properties}]
+        file = self.folder / 'display.rviz'
+        file.write_text(yaml.safe_dump(config))
+        return file
+
+    def shoot(self, is_wanted, **properties):
+        """The first picture that is_wanted, at a quarter of its size."""
+        viewer = start('rosrun', 'rviz', 'rviz', '-d', str(self.configure(**properties)),
+                       DISPLAY=self.screen, LIBGL_ALWAYS_SOFTWARE='1')
+        picture = self.folder / 'picture.png'
+        pixels = None
+        end = time.monotonic() + PATIENCE_S
+        try:
+            while time.monotonic() < end:
+                time.sleep(1.0)
+                self.assertIsNone(viewer.poll(), 'rviz has ended')
+                if subprocess.run(['import', '-display', self.screen, '-window', 'root', '-crop',
+                                   '720x440+40+100', '+repage', '-resize', '25%', picture],
+                                  stderr=subprocess.DEVNULL, check=False).returncode != 0:
+                    continue
+                pixels = read_pixels(picture)
+                if is_wanted(pixels):
+                    break
+        finally:
+            stop(viewer)
+        return pixels
+
+    def expect_golden(self, name, **properties):
+        golden = GOLDEN / f'{name}.png'
+        if os.environ.get('CUBOID_MAPPING_GOLDEN') == 'write':
+            time_s = time.monotonic()
+            self.shoot(lambda pixels: time.monotonic() > time_s + 20.0, **properties)
+            GOLDEN.mkdir(exist_ok=True)
+            shutil.copy(self.folder / 'picture.png', golden)
+            return
+        wanted = read_pixels(golden)
+
+        def difference(pixels):
+            return numpy.abs(pixels - wanted).mean() if pixels.shape == wanted.shape else 255.0
+
+        pixels = self.shoot(lambda pixels: difference(pixels) < TOLERANCE, **properties)
+        self.assertLess(difference(pixels), TOLERANCE, name)
+
+    def file(self):
+        return {'Map file': str(self.map)}
+
+    def test_colors_by_height(self):
+        self.expect_golden('height', **self.file())
+
+    def test_follows_a_node(self):
+        node = start('rosrun', 'cuboid_mapping', 'cuboid_mapping_node', '__name:=mapping', '__ns:=/robot',
+                     f'_map_file:={self.map}', '_resolution:=0.2')
+        try:
+            self.expect_golden('height', **{'Topic namespace': '/robot', 'Server': 'mapping'})
+        finally:
+            stop(node)
+
+    def test_colors_by_probability_without_edges(self):
+        self.expect_golden('probability', **self.file(), **{'Color by': 'Probability', 'Edges': False})
+
+    def test_colors_by_size_in_a_range_of_heights(self):
+        self.expect_golden('size', **self.file(), **{
+            'Color by': 'Cuboid size', 'Height range': {'Value': True, 'Min': -0.5, 'Max': 1.0}})
+
+    def test_shows_free_cuboids_and_the_frontier_in_a_box(self):
+        box = {'Value': True, 'Min': {'X': 0, 'Y': 0, 'Z': -1}, 'Max': {'X': 15, 'Y': 8, 'Z': 2}}
+        self.expect_golden('classes', **self.file(), **{
+            'Color by': 'Class', 'Free': {'Value': True, 'Alpha': 0.2}, 'Frontier': True, 'Clip box': box})
+
+    def test_shows_nothing_where_the_file_is_none(self):
+        def is_gray(pixels):
+            return (pixels.max(axis=2) - pixels.min(axis=2)).max() < 20.0
+
+        pixels = self.shoot(lambda pixels: is_gray(pixels) and pixels.mean() > 5.0,
+                            **{'Map file': str(self.folder / 'missing.cuboids')})
+        self.assertTrue(is_gray(pixels))
+
+
+if __name__ == '__main__':
+    import rostest
+    rospy.init_node('test_rviz_display', disable_signals=True)
+    rostest.rosrun('cuboid_mapping', 'rviz_display', TestDisplay)
