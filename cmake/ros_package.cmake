@@ -2,7 +2,7 @@
 set(packages geometry_msgs message_generation nav_msgs roscpp std_msgs)
 if(CUBOID_MAPPING_NODE)
   list(APPEND packages
-    diagnostic_msgs diagnostic_updater dynamic_reconfigure nodelet pcl_conversions pcl_ros pluginlib rosbag
+    diagnostic_msgs diagnostic_updater dynamic_reconfigure map_msgs nodelet pcl_conversions pcl_ros pluginlib rosbag
     rosbag_storage rosgraph_msgs sensor_msgs std_srvs tf2 tf2_eigen tf2_msgs tf2_ros visualization_msgs)
 endif()
 find_package(catkin REQUIRED COMPONENTS ${packages})

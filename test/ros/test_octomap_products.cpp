@@ -301,6 +301,68 @@ TEST(ProjectedMap, isAtLeastSoWideAndEmptyWithoutAnything) {
   EXPECT_EQ(std::count(grid.data.begin(), grid.data.end(), -1), 24);
 }
 
+/// As costmap_2d's static layer does it, which keeps the size of the whole map.
+void applyUpdate(const map_msgs::OccupancyGridUpdate& update, nav_msgs::OccupancyGrid& grid) {
+  ASSERT_EQ(update.header.frame_id, grid.header.frame_id);
+  ASSERT_EQ(update.data.size(), std::size_t{update.width} * update.height);
+  std::size_t next = 0;
+  for (std::size_t y = 0; y < update.height; ++y) {
+    for (std::size_t x = 0; x < update.width; ++x) {
+      const std::size_t row = static_cast<std::size_t>(update.y) + y;
+      grid.data.at(row * grid.info.width + static_cast<std::size_t>(update.x) + x) =
+          update.data[next++];
+    }
+  }
+}
+
+TEST(ProjectedMap, isKeptUpWithUpdatesAsAStaticLayerTakesThem) {
+  Random random(94);
+  MapConfig config;
+  config.resolution_m = 0.5;
+  CuboidMap map(config);
+  OctomapServerParameters parameters;
+  parameters.min_x_size_m = parameters.min_y_size_m = 30.0;  // No cloud reaches beyond.
+  ProjectedMap projection(parameters);
+  nav_msgs::OccupancyGrid layer;
+  std::size_t num_sent = 0;
+  std::size_t num_cells = 0;
+  for (int i = 0; i < 200; ++i) {
+    projection.noteChanges(
+        map.apply(cuboid_mapping::test::randomUpdate(random, {{-3, -3, -2}, {2, 2, 2}}, 1)));
+    projection.update(map);
+    const auto grid = projection.makeGrid({}, 0.5);
+    if (i == 0) layer = grid;
+    const auto update = findGridUpdate(layer, grid);
+    ASSERT_TRUE(update);
+    applyUpdate(*update, layer);
+    ASSERT_EQ(layer.data, grid.data) << seedNote(static_cast<std::size_t>(i));
+    num_sent += update->data.empty() ? 0 : 1;
+    num_cells += update->data.size();
+    EXPECT_TRUE(findGridUpdate(layer, grid)->data.empty());
+  }
+  EXPECT_GT(num_sent, 50U);
+  EXPECT_LT(num_cells, num_sent * layer.data.size() / 10)
+      << "rectangles are as small as they can be";
+}
+
+TEST(ProjectedMap, cannotBeUpdatedWhenItsPlaceHasChanged) {
+  nav_msgs::OccupancyGrid grid;
+  grid.header.frame_id = "map";
+  grid.info.width = grid.info.height = 2;
+  grid.data.assign(4, 0);
+  EXPECT_TRUE(findGridUpdate(grid, grid));
+  auto other = grid;
+  other.info.origin.position.y = 0.5;
+  EXPECT_FALSE(findGridUpdate(grid, other));
+  other = grid;
+  other.header.frame_id = "odom";
+  EXPECT_FALSE(findGridUpdate(grid, other));
+  other = grid;
+  other.info.height = 3;
+  other.data.assign(6, 0);
+  EXPECT_FALSE(findGridUpdate(grid, other));
+}
+
 TEST(ClearBox, freesKnownVoxelsInsideTheBoxAndNothingElse) {
   Random random(93);
   MapConfig config;

@@ -8,12 +8,14 @@
 #include "tools/run_program.h"
 
 #include <dynamic_reconfigure/Reconfigure.h>
+#include <map_msgs/OccupancyGridUpdate.h>
 #include <nav_msgs/OccupancyGrid.h>
 #include <topic_tools/shape_shifter.h>
 #include <visualization_msgs/MarkerArray.h>
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
@@ -133,6 +135,37 @@ TEST_F(OctomapServerTest, ResetEmptiesEveryTopic) {
     return std::all_of(array.markers.begin(), array.markers.end(), [](const auto& marker) {
       return marker.action == visualization_msgs::Marker::DELETE;
     });
+  }));
+}
+
+TEST_F(OctomapServerTest, ProjectedMapIsSentWholeOnceAndThenInUpdates) {
+  std::optional<TopicProbe<map_msgs::OccupancyGridUpdate>> updates("/projected_map_updates");
+  ASSERT_TRUE(updates->waitForConnection());
+  TopicProbe<nav_msgs::OccupancyGrid> grid("/projected_map");
+  ASSERT_TRUE(grid.waitForMessage([](const auto& message) { return !message.data.empty(); }));
+  // The grid that a first update refers to; it is sent whole before.
+  const auto clear = [](double min_m, double max_m) {
+    BoundingBoxQuery request;
+    request.request.min = tf2::toMsg(Eigen::Vector3d(min_m, min_m, -2.5));
+    request.request.max = tf2::toMsg(Eigen::Vector3d(max_m, max_m, 2.5));
+    return ros::service::call(std::string(kNode) + "/clear_bbx", request);
+  };
+  ASSERT_TRUE(clear(0.05, 0.15));
+  ASSERT_TRUE(grid.waitForMessage(
+      [](const auto& message) { return message.data[21 * message.info.width + 21] == 0; }));
+  const int num_whole = grid.count();
+  ASSERT_TRUE(clear(0.61, 0.99));
+  ASSERT_TRUE(updates->waitForMessage([](const auto& update) { return update.width == 4; }));
+  EXPECT_EQ(updates->last().height, 4U);
+  EXPECT_EQ(std::count(updates->last().data.begin(), updates->last().data.end(), 0), 16);
+  EXPECT_EQ(updates->last().header.frame_id, grid.last().header.frame_id);
+  EXPECT_EQ(grid.count(), num_whole);
+  updates.reset();
+  double side_m = 0.2;
+  ASSERT_TRUE(waitFor([&] {  // Until the node knows.
+    side_m += 0.1;
+    EXPECT_TRUE(clear(-side_m, side_m));
+    return grid.count() > num_whole;
   }));
 }
 

@@ -23,6 +23,8 @@ constexpr char kOccupiedCellsTopic[] = "occupied_cells_vis_array";         ///< 
 constexpr char kFreeCellsTopic[] = "free_cells_vis_array";                 ///< MarkerArray
 constexpr char kPointCloudCentersTopic[] = "octomap_point_cloud_centers";  ///< PointCloud2
 constexpr char kProjectedMapTopic[] = "projected_map";  ///< nav_msgs/OccupancyGrid
+constexpr char kProjectedMapUpdatesTopic[] =
+    "projected_map_updates";  ///< map_msgs/OccupancyGridUpdate
 
 // In the private namespace.
 constexpr char kQueryBoxService[] = "query_box";           ///< cuboid_mapping/QueryBox

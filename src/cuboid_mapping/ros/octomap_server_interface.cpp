@@ -31,6 +31,9 @@ using cuboid_mapping::VoxelBrick;
 /// Half a minute: the log repeats what a topic leaves out no more often.
 constexpr double kLogPeriod_s = 30.0;
 
+/// Of projected_map_updates: one that is lost would leave the listener's map wrong there.
+constexpr std::uint32_t kUpdatesQueueSize = 100;
+
 ChangeSet clearCells(CuboidMap& map, const CellBox& box) {
   std::vector<VoxelBrick> cleared;
   map.voxels().forEachIn(box, [&](const VoxelBrick& brick) {
@@ -103,6 +106,10 @@ void OctomapServerInterface::advertiseTopics(ros::NodeHandle nh) {
   advertise<sensor_msgs::PointCloud2>(nh, kPointCloudCentersTopic,
                                       [this] { return makeCenters(); });
   advertise<nav_msgs::OccupancyGrid>(nh, kProjectedMapTopic, [this] { return makeProjection(); });
+  Topic& projection = topics_.back();
+  projection.publish = [this, &projection] { publishProjection(projection.publisher); };
+  projection_updates_ =
+      nh.advertise<map_msgs::OccupancyGridUpdate>(kProjectedMapUpdatesTopic, kUpdatesQueueSize);
 }
 
 void OctomapServerInterface::advertiseServices(ros::NodeHandle nh, ros::NodeHandle private_nh) {
@@ -210,6 +217,18 @@ nav_msgs::OccupancyGrid OctomapServerInterface::makeProjection() {
     return 0;
   });
   return projection_.makeGrid(header, map_.grid().resolution());
+}
+
+void OctomapServerInterface::publishProjection(const ros::Publisher& publisher) {
+  ++num_built_;
+  const std::uint32_t num_updated = projection_updates_.getNumSubscribers();
+  nav_msgs::OccupancyGrid grid = makeProjection();
+  const auto update = sent_projection_ ? findGridUpdate(*sent_projection_, grid) : std::nullopt;
+  const bool do_all_take_updates = is_latched_ && num_updated >= publisher.getNumSubscribers();
+  if (!update || !do_all_take_updates) publisher.publish(grid);
+  if (update && !update->data.empty()) projection_updates_.publish(*update);
+  sent_projection_.reset();
+  if (num_updated > 0) sent_projection_ = std::move(grid);
 }
 
 }  // namespace cuboid_mapping_ros

@@ -83,6 +83,9 @@ class OctomapServerInterface {
   [[nodiscard]] visualization_msgs::MarkerArray makeMarkers(ShownCells cells) const;
   [[nodiscard]] sensor_msgs::PointCloud2 makeCenters() const;
   [[nodiscard]] nav_msgs::OccupancyGrid makeProjection();
+  /// Sends what has changed in the projection, and the whole of it when its size or origin is another one, or
+  /// somebody listens who does not take updates.
+  void publishProjection(const ros::Publisher& publisher);
 
   std::string frame_id_;
   bool is_latched_;
@@ -90,6 +93,8 @@ class OctomapServerInterface {
   GuardedMap& map_;
   CallbackGuard& guard_;
   ProjectedMap projection_;
+  ros::Publisher projection_updates_;
+  std::optional<nav_msgs::OccupancyGrid> sent_projection_;  ///< What those who take updates have.
   bool is_changed_ = false;
   std::atomic<std::uint64_t> num_built_{0};
   std::mutex pending_mutex_;
