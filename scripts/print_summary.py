@@ -8,13 +8,25 @@ import argparse
 import sys
 import time
 
+import rosgraph
 import rospy
 from diagnostic_msgs.msg import DiagnosticArray
 
-START_TIMEOUT_S = 60.0  # For the first cloud.
+START_TIMEOUT_S = 60.0  # For the master, and for the first cloud.
 QUIET_S = 6.0  # A bag has come to its end when nothing happens to its clouds for so long.
 STUCK_S = 30.0  # The same, while clouds still wait.
 PROGRESS_S = 5.0  # Between two lines of progress.
+
+
+def wait_for_master():
+    """Quietly, as rospy does not. Returns False when there is none for too long."""
+    start = time.monotonic()
+    while not rosgraph.is_master_online():
+        if time.monotonic() - start > START_TIMEOUT_S:
+            print('no cloud was inserted: there is no ROS master')
+            return False
+        time.sleep(0.2)
+    return True
 
 
 class MapWatcher:
@@ -108,6 +120,8 @@ def main():
     parser.add_argument('--until-end-of-bag', action='store_true',
                         help='wait until no more clouds come, instead')
     arguments = parser.parse_args()
+    if not wait_for_master():
+        return 1
     rospy.init_node('print_summary', anonymous=True, disable_signals=True)
     watcher = MapWatcher()
     if not wait_for_map(watcher, arguments.seconds, arguments.until_end_of_bag):

@@ -1,6 +1,7 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: BSD-3-Clause
 """scripts/print_summary.py reads everything that it needs from the diagnostics of the node."""
+import os
 import pathlib
 import re
 import subprocess
@@ -28,6 +29,15 @@ class PrintSummaryTest(unittest.TestCase):
             self.assertTrue(match, text)
             self.assertGreater(float(match.group(1)), 0.0, text)
         self.assertRegex(figures['per'], r'^cloud +[\d.]+ ms \(convert [\d.]+, ray walk [\d.]+, apply')
+
+    def test_it_waits_for_the_master_without_a_word(self):
+        waiting = subprocess.Popen([sys.executable, str(SCRIPT)], stdout=subprocess.PIPE,
+                                   stderr=subprocess.STDOUT,
+                                   env={**os.environ, 'ROS_MASTER_URI': 'http://localhost:1'})
+        with self.assertRaises(subprocess.TimeoutExpired):
+            waiting.communicate(timeout=5)
+        waiting.kill()
+        self.assertEqual(waiting.communicate()[0], b'')
 
 
 if __name__ == '__main__':
