@@ -54,7 +54,9 @@ class CheckedStream : public ros::serialization::IStream {
 /// Reads a message. @throws ros::serialization::StreamOverrunException when bytes are missing.
 template <typename MessageT>
 void readChecked(std::uint8_t* bytes, std::size_t num_bytes, MessageT& message) {
-  CheckedStream(bytes, static_cast<std::uint32_t>(num_bytes)).next(message);
+  std::uint8_t nothing = 0;  // roscpp counts on from where a message of no bytes is.
+  CheckedStream(bytes != nullptr ? bytes : &nothing, static_cast<std::uint32_t>(num_bytes))
+      .next(message);
 }
 
 /// What is sent to the caller of a service that has failed.
