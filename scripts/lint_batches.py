@@ -60,6 +60,8 @@ def group_of(source):
     top = source.parts[0]
     if top in ('benchmark', 'python'):
         return top
+    if source.parts[1] == 'rviz_display':
+        return top + '-rviz'
     with_ros = source.parts[1] in ('ros', 'tools', 'benchmark')
     return top + ('-ros' if with_ros else '')
 

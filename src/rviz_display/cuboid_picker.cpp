@@ -54,8 +54,8 @@ std::optional<CuboidPicker::Picture> CuboidPicker::find(std::uint64_t voxel) con
     divideBrick(*brick, cuboids);
     for (const Cuboid& cuboid : cuboids) {
       if (!cuboid.box.contains(cell)) continue;
-      picture =
-          Picture{voxel, cuboid, meanProbability(map, cuboid.box).value_or(0.5), map.grid().resolution()};
+      picture = Picture{voxel, cuboid, meanProbability(map, cuboid.box).value_or(0.5),
+                        map.grid().resolution()};
     }
   });
   return picture;

@@ -13,7 +13,7 @@
 namespace cuboid_mapping_rviz {
 namespace {
 
-constexpr auto kGroupEdge = static_cast<float>(cuboid_mapping::kGroupEdge);
+constexpr auto kChunkEdge = static_cast<float>(cuboid_mapping::kGroupEdge);
 
 void declareVertex(Ogre::VertexDeclaration& declaration) {
   declaration.addElement(0, offsetof(FaceVertex, cell), Ogre::VET_SHORT4, Ogre::VES_POSITION);
@@ -53,7 +53,7 @@ FaceChunk::FaceChunk(Ogre::SceneNode& node, const Place& place, const Ogre::Mate
   mRenderOp.indexData = index_data_.get();
   setMaterial(material);
   setCustomParameter(kGroupParameter, {corner_map.x, corner_map.y, corner_map.z, resolution_m});
-  setBoundingBox({Ogre::Vector3::ZERO, Ogre::Vector3(kGroupEdge)});
+  setBoundingBox({Ogre::Vector3::ZERO, Ogre::Vector3(kChunkEdge)});
   node_->attachObject(this);
 }
 
@@ -109,7 +109,7 @@ std::size_t FaceChunk::numBytes() const {
   return 4 * num_faces_ * sizeof(FaceVertex) + index_data_->indexBuffer->getSizeInBytes();
 }
 
-Ogre::Real FaceChunk::getBoundingRadius() const { return kGroupEdge * 1.7320508F; }
+Ogre::Real FaceChunk::getBoundingRadius() const { return kChunkEdge * 1.7320508F; }
 
 Ogre::Real FaceChunk::getSquaredViewDepth(const Ogre::Camera* camera) const {
   return node_->getSquaredViewDepth(camera);

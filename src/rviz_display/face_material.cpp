@@ -129,7 +129,7 @@ constexpr const char* kGroup = "General";  // of Ogre: it is always there
 /// Makes a program, once.
 std::string program(const std::string& name, Ogre::GpuProgramType type, const std::string& source) {
   auto& manager = Ogre::HighLevelGpuProgramManager::getSingleton();
-  const std::string full_name = "cuboid_mapping/" + name;
+  std::string full_name = "cuboid_mapping/" + name;
   if (manager.resourceExists(full_name, kGroup)) return full_name;
   const Ogre::HighLevelGpuProgramPtr made = manager.createProgram(full_name, kGroup, "glsl", type);
   made->setSource(source);
