@@ -64,14 +64,14 @@ class BuildScript(unittest.TestCase):
             self.assertIn('unknown option --nolint', end.stderr)
 
     def test_says_what_it_installs_and_why_it_asks_for_a_password(self):
-        self.stub('dpkg-query', 'case "$*" in *rviz*|*zlib*) exit 1 ;; esac; echo installed')
+        self.stub('dpkg-query', 'case "$*" in *xvfb*|*zlib*) exit 1 ;; esac; echo installed')
         self.stub('sudo', f'echo "$*" >{self.root}/asked; exit 1')
         end = self.build()
         self.assertNotEqual(end.returncode, 0)
         self.assertIn('installs 2 packages with apt', end.stdout)
-        self.assertIn('\n  rviz zlib1g-dev\n', end.stdout)
+        self.assertIn('\n  xvfb zlib1g-dev\n', end.stdout)
         self.assertIn('asks sudo for your password, to install these packages', end.stdout)
-        self.assertIn('rviz zlib1g-dev', (self.root / 'asked').read_text())
+        self.assertIn('xvfb zlib1g-dev', (self.root / 'asked').read_text())
 
     def test_shows_one_line_of_progress(self):
         self.make_project('echo chatter')
