@@ -208,6 +208,39 @@ TEST(Diagnostics, CountsCuboidsAndVoxelsByClass) {
   EXPECT_EQ(summarize(map).free.num_cuboids, 2U) << "as before";
 }
 
+TEST(Diagnostics, CuboidsAreNotCountedAllTheTime) {
+  double now_s = 0.0;
+  MapWatch watch([&now_s] { return now_s += 1.0; });  // Each count takes a second.
+  cuboid_mapping::CuboidMap map(cuboid_mapping::MapConfig{});
+  cuboid_mapping::ScanUpdater updater(map.grid());
+  cuboid_mapping::Scan scan;
+  scan.origin = {0.01F, 0.01F, 0.01F};
+  const auto observe = [&](float x_m) {
+    scan.points = {{x_m, 0.01F, 0.01F}};
+    map.apply(updater.compute(scan));
+  };
+  observe(1.01F);
+  EXPECT_EQ(watch.summarize(map).free.num_cuboids, 3U) << "at first";
+  observe(2.01F);
+  const MapSummary summary = watch.summarize(map);
+  EXPECT_EQ(summary.free.num_cuboids, 3U) << "so soon, the count is that of before";
+  EXPECT_EQ(summary.free.num_voxels, map.voxels().numFreeVoxels()) << "what costs nothing is new";
+  EXPECT_EQ(summary.num_waiting, map.fusion().numWaiting(map.voxels()));
+  map.fuse();
+  const std::size_t num_free = summarize(map).free.num_cuboids;
+  EXPECT_GT(num_free, 3U);
+  EXPECT_EQ(watch.summarize(map).free.num_cuboids, num_free) << "nothing waits any more";
+  observe(4.01F);
+  EXPECT_EQ(watch.summarize(map).free.num_cuboids, num_free);
+  now_s += 20.0;
+  EXPECT_EQ(watch.summarize(map).free.num_cuboids, summarize(map).free.num_cuboids)
+      << "a twentieth of the time";
+  const double before_s = now_s;
+  now_s += 100.0;
+  (void)watch.summarize(map);
+  EXPECT_EQ(now_s, before_s + 101.0) << "nothing has changed: nothing is counted";
+}
+
 TEST(Diagnostics, EveryReasonHasItsOwnKeyAndAdvice) {
   NodeReport report = makeReport(100, 10);
   for (std::size_t i = 0; i < kNumDropReasons; ++i) report.statistics.num_dropped[i] = i + 1;

@@ -133,16 +133,44 @@ void addStage(const char* name, const StageTime& time,
   status.addf(prefix + "max [ms]", "%.3f", time.maxMs());
 }
 
-}  // namespace
-
-MapSummary summarize(const cuboid_mapping::CuboidMap& map) {
+/// Everything but the counts of cuboids.
+MapSummary readFigures(const cuboid_mapping::CuboidMap& map) {
   MapSummary summary;
   summary.revision = map.revision();
   summary.num_bytes = map.numBytes();
-  const cuboid_mapping::CuboidCounts counts = countCuboids(map);
-  summary.free = {counts.free, map.voxels().numFreeVoxels()};
-  summary.occupied = {counts.occupied, map.voxels().numOccupiedVoxels()};
+  summary.free.num_voxels = map.voxels().numFreeVoxels();
+  summary.occupied.num_voxels = map.voxels().numOccupiedVoxels();
   summary.num_waiting = map.fusion().numWaiting(map.voxels());
+  return summary;
+}
+
+}  // namespace
+
+MapSummary summarize(const cuboid_mapping::CuboidMap& map) {
+  MapSummary summary = readFigures(map);
+  const cuboid_mapping::CuboidCounts counts = countCuboids(map);
+  summary.free.num_cuboids = counts.free;
+  summary.occupied.num_cuboids = counts.occupied;
+  return summary;
+}
+
+MapWatch::MapWatch(ClockS clock_s) : clock_s_(std::move(clock_s)) {}
+
+MapSummary MapWatch::summarize(const cuboid_mapping::CuboidMap& map) {
+  constexpr double kShare = 0.05;
+  MapSummary summary = readFigures(map);
+  const bool is_same = has_counted_ && counted_.revision == summary.revision &&
+                       counted_.num_waiting == summary.num_waiting;
+  const double begin_s = clock_s_();
+  const bool is_complete = summary.num_waiting == 0 && counted_.num_waiting > 0;
+  if (!is_same && (begin_s >= next_count_s_ || is_complete)) {
+    counted_ = cuboid_mapping_ros::summarize(map);
+    has_counted_ = true;
+    const double end_s = clock_s_();
+    next_count_s_ = end_s + (end_s - begin_s) / kShare;
+  }
+  summary.free.num_cuboids = counted_.free.num_cuboids;
+  summary.occupied.num_cuboids = counted_.occupied.num_cuboids;
   return summary;
 }
 

@@ -346,8 +346,8 @@ void MappingNode::reportDiagnostics(diagnostic_updater::DiagnosticStatusWrapper&
   };
   NodeReport report;
   report.statistics = statistics_;
-  report.map = map_.read([](const cuboid_mapping::CuboidMap& map, const ros::Time& /*stamp*/) {
-    return summarize(map);
+  report.map = map_.read([this](const cuboid_mapping::CuboidMap& map, const ros::Time& /*stamp*/) {
+    return map_watch_.summarize(map);
   });
   report.cloud_topic = cloud_topic_;
   report.frame_id = withoutSlash(parameters_.frame_id);

@@ -118,6 +118,8 @@ class MappingNode {
   std::atomic<bool> has_color_span_;      ///< color_period is 0.
   std::optional<HeightSpan> color_span_;  ///< That is shown; of the thread that publishes.
   SpeedWatch speed_watch_;
+  MapWatch map_watch_{
+      [] { return std::chrono::duration<double>(Clock::now().time_since_epoch()).count(); }};
   Clock::time_point last_received_ = Clock::now();
   Clock::time_point last_progress_ = Clock::now();  ///< A cloud was inserted, or the first came.
   std_msgs::Header last_header_;                    ///< Of the last cloud that was received ...
