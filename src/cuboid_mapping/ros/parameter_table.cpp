@@ -192,8 +192,8 @@ std::vector<ParameterDeclaration> declareTopics() {
        "classes, which is what planners need."},
       {"map_part_size", "MB",
        NumberKind{[](P& p) -> double& { return p.map_part_size_mb; }, 0.001, 500.0},
-       "A larger map is sent in several messages (cuboid_map, ~get_map). Before they are deflated, "
-       "to about a third."},
+       "A map above this size is sent in several messages (cuboid_map, ~get_map). The size is that "
+       "before compression, which leaves about a third."},
       {"color_by", "",
        oneOf<ColorBy>({ColorBy::kHeight, ColorBy::kProbability},
                       [](P& p) -> ColorBy& { return p.color_by; }),
