@@ -89,6 +89,17 @@ class BuildScript(unittest.TestCase):
         self.assertNotIn('70%', end.stdout)
         self.assertIn('100%', end.stdout)
 
+    def test_what_is_built_is_not_compiled_again_for_the_tests(self):
+        self.make_project('true')
+        cache = self.root / 'build/CMakeCache.txt'
+        self.assertEqual(self.run_script('test').returncode, 1, 'there is no target tests')
+        self.assertIn('CUBOID_MAPPING_WERROR:UNINITIALIZED=ON', cache.read_text())
+        shutil.rmtree(self.root / 'build')
+        self.assertEqual(self.build().returncode, 0)
+        self.run_script('test')
+        self.assertIn('CMAKE_EXPORT_COMPILE_COMMANDS:UNINITIALIZED=ON', cache.read_text())
+        self.assertNotIn('WERROR', cache.read_text())
+
     def test_shows_errors_in_full(self):
         self.make_project('sh -c "echo line 7: no such name >&2; exit 1"')
         end = self.build()
