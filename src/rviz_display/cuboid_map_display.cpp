@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "cuboid_map_display.h"
 
-#include "cuboid_mapping/query/height_range.h"
-
 #include <rviz/display_context.h>
 #include <rviz/frame_manager.h>
 #include <rviz/properties/bool_property.h>
@@ -86,10 +84,12 @@ void CuboidMapDisplay::addColorProperties() {
       "Fit to heights", true,
       "The colors run over the heights of the map, but for the lowest and highest 2 %.",
       mode_property_, SLOT(updateStyles()), this);
-  min_color_property_ = new FloatProperty("Lowest", 0.0F, "Height of the first color, in m.",
-                                          mode_property_, SLOT(updateStyles()), this);
-  max_color_property_ = new FloatProperty("Highest", 3.0F, "Height of the last color, in m.",
-                                          mode_property_, SLOT(updateStyles()), this);
+  min_color_property_ =
+      new FloatProperty("Lowest", 0.0F, "Height of the first color, in m, when not fitted.",
+                        mode_property_, SLOT(updateStyles()), this);
+  max_color_property_ =
+      new FloatProperty("Highest", 3.0F, "Height of the last color, in m, when not fitted.",
+                        mode_property_, SLOT(updateStyles()), this);
   edges_property_ =
       new BoolProperty("Edges", true, "Draw the edges of cuboids.", this, SLOT(updateStyles()));
 }
@@ -192,10 +192,9 @@ bool CuboidMapDisplay::placeInFixedFrame() {
 void CuboidMapDisplay::fitColorsToHeights() {
   if (!has_new_heights_ || !auto_heights_property_->getBool()) return;
   has_new_heights_ = false;
-  cuboid_mapping::HeightRange heights;
-  source_->read([&](const cuboid_mapping::CuboidMap& map) { heights = findHeightRange(map); });
-  min_color_property_->setFloat(static_cast<float>(heights.min_m));
-  max_color_property_->setFloat(static_cast<float>(heights.max_m));
+  // Not into the properties: rviz would take it for a change of its configuration.
+  source_->read([&](const cuboid_mapping::CuboidMap& map) { heights_ = findHeightRange(map); });
+  updateStyles();
 }
 
 void CuboidMapDisplay::updateShown() {
@@ -219,8 +218,11 @@ FaceStyle CuboidMapDisplay::styleOf(FaceSet set) const {
   style.color = properties.color->getOgreColor();
   style.alpha = properties.alpha->getFloat();
   style.has_edges = edges_property_->getBool();
-  style.min_color_m = min_color_property_->getFloat();
-  style.max_color_m = max_color_property_->getFloat();
+  const bool is_fitted = auto_heights_property_->getBool();
+  style.min_color_m =
+      is_fitted ? static_cast<float>(heights_.min_m) : min_color_property_->getFloat();
+  style.max_color_m =
+      is_fitted ? static_cast<float>(heights_.max_m) : max_color_property_->getFloat();
   if (box_property_->getBool()) {
     style.min_clip = box_min_property_->getVector();
     style.max_clip = box_max_property_->getVector();

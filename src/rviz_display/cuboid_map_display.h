@@ -5,6 +5,8 @@
 #include "face_scene.h"
 #include "map_source.h"
 
+#include "cuboid_mapping/query/height_range.h"
+
 #include <rviz/display.h>
 #endif
 
@@ -61,6 +63,7 @@ class CuboidMapDisplay : public rviz::Display {
   std::unique_ptr<FaceScene> scene_;  ///< Goes before the source.
   const Clock::time_point start_ = Clock::now();
   Clock::time_point last_report_;
+  cuboid_mapping::HeightRange heights_;  ///< Of the map, for its colors.
   bool has_new_heights_ = false;
 
   rviz::StringProperty* namespace_property_ = nullptr;
