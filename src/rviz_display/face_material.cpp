@@ -71,8 +71,8 @@ uniform vec4 color;
 uniform float edges;
 uniform vec2 color_span;
 
-vec3 rainbow(float ratio) {  // red, yellow, green, blue, magenta
-  vec3 hue = abs(mod(6.0 * 0.83 * ratio + vec3(0.0, 4.0, 2.0), 6.0) - 3.0) - 1.0;
+vec3 rainbow(float ratio) {  // red, yellow, green, cyan, blue
+  vec3 hue = abs(mod(4.0 * ratio + vec3(0.0, 4.0, 2.0), 6.0) - 3.0) - 1.0;
   return clamp(hue, 0.0, 1.0);
 }
 
