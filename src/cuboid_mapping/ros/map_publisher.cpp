@@ -26,7 +26,7 @@ ChangeSet everythingOf(const ChangeSet& changes) { return {changes.revision, tru
 
 }  // namespace
 
-MapPublisher::MapPublisher(ros::NodeHandle nh, ros::NodeHandle private_nh,
+MapPublisher::MapPublisher(ros::NodeHandle nh, const ros::NodeHandle& private_nh,
                            const NodeParameters& parameters, GuardedMap& map)
     : map_(map),
       frame_id_(withoutSlash(parameters.frame_id)),

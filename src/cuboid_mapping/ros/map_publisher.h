@@ -19,8 +19,8 @@ namespace cuboid_mapping_ros {
 class MapPublisher {
  public:
   /// @param map  Must outlive this object.
-  MapPublisher(ros::NodeHandle nh, ros::NodeHandle private_nh, const NodeParameters& parameters,
-               GuardedMap& map);
+  MapPublisher(ros::NodeHandle nh, const ros::NodeHandle& private_nh,
+               const NodeParameters& parameters, GuardedMap& map);
   MapPublisher(const MapPublisher&) = delete;
   MapPublisher& operator=(const MapPublisher&) = delete;
 
