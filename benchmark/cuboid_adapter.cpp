@@ -7,6 +7,7 @@
 #include "cuboid_mapping/query/box_query.h"
 #include "cuboid_mapping/query/point_query.h"
 #include "cuboid_mapping/query/ray_query.h"
+#include "cuboid_mapping/scan/scan_update.h"
 
 namespace cuboid_mapping::bench {
 namespace {

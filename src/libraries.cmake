@@ -5,6 +5,7 @@ cuboid_mapping_add_part(core
   cuboid_mapping/fusion/fusion_kind.cpp
   cuboid_mapping/fusion/growth_cells.cpp
   cuboid_mapping/fusion/growth_fusion.cpp
+  cuboid_mapping/fusion/make_fusion.cpp
   cuboid_mapping/fusion/search_directions.cpp
   cuboid_mapping/fusion/settling_cells.cpp
   cuboid_mapping/geometry/grid.cpp
@@ -13,6 +14,7 @@ cuboid_mapping_add_part(core
   cuboid_mapping/map/locked_boxes.cpp
   cuboid_mapping/map/map_follower.cpp
   cuboid_mapping/map/map_snapshot.cpp
+  cuboid_mapping/map/mapper.cpp
   cuboid_mapping/occupancy/sensor_model.cpp
   cuboid_mapping/parallel/parallel_for.cpp
   cuboid_mapping/query/box_query.cpp

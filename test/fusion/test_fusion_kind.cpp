@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "cuboid_mapping/fusion/fusion_kind.h"
+#include "cuboid_mapping/fusion/make_fusion.h"
 
 #include "cuboid_mapping/fusion/class_fusion.h"
+#include "cuboid_mapping/fusion/growth_fusion.h"
 
 #include <gtest/gtest.h>
 

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // The fusion of the paper on scenes worked out by hand, and its properties on random grids.
 #include "cuboid_mapping/fusion/growth_fusion.h"
+#include "cuboid_mapping/fusion/search_directions.h"
 
 #include "support/growth_scene.h"
 #include "support/random.h"

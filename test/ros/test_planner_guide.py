@@ -72,6 +72,14 @@ class PlannerGuideTest(unittest.TestCase):
             self.assertRegex(done.stdout, r'0\.5 +0\.5 +0\.5')
             self.assertRegex(done.stdout, r'3\.5 +0\.5 +0\.5')
 
+        (program,) = re.findall(r'^```python ros\n(.*?)^```', (ROOT / 'doc/python.md').read_text(),
+                                re.MULTILINE | re.DOTALL)
+        done = subprocess.run([sys.executable, '-c', program], stdout=subprocess.PIPE, stderr=subprocess.STDOUT,
+                              universal_newlines=True, timeout=60)
+        self.assertEqual(done.returncode, 0, done.stdout)
+        self.assertRegex(done.stdout, r'(?m)^2 40$')  # Revision, and cuboids as ~fuse_now tells them.
+        self.assertIn('occupied_volume=array([0.1])', done.stdout)
+
 
 if __name__ == '__main__':
     rospy.init_node('test_planner_guide')

@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include "cuboid_mapping/fusion/fusion.h"
 #include "cuboid_mapping/fusion/fusion_kind.h"
+#include "cuboid_mapping/fusion/growth_config.h"
 #include "cuboid_mapping/geometry/grid.h"
 #include "cuboid_mapping/map/config_check.h"
 #include "cuboid_mapping/map/locked_boxes.h"
@@ -36,7 +38,7 @@ struct MapConfig {
   RTreeConfig rtree;                                ///< Order (d, M) of the R-tree.
   int threads = 1;  ///< For changes of the map, 1 to kMaxThreads. The result does not depend on it.
 
-  /// How ScanUpdater has to sample the beams for this map.
+  /// How the beams of a scan have to be sampled for this map.
   [[nodiscard]] BeamSampling beamSampling() const {
     const bool needs_samples =
         fusion == FusionKind::kGrowth && growth.starters == GrowthStarters::kSampled;

@@ -2,11 +2,10 @@
 #pragma once
 
 #include "cuboid_mapping/map/cuboid_map.h"
-#include "cuboid_mapping/parallel/parallel_for.h"
 #include "cuboid_mapping/scan/scan.h"
-#include "cuboid_mapping/scan/scan_update.h"
 
 #include <limits>
+#include <memory>
 
 namespace cuboid_mapping {
 
@@ -24,42 +23,25 @@ struct MapperConfig {
 class Mapper {
  public:
   /// @throws std::invalid_argument  with everything that checkConfig() finds.
-  explicit Mapper(const MapperConfig& config = {})
-      : map_(checked(config).map),
-        updater_(map_.grid(), config.max_range_m, config.map.threads, config.map.beamSampling()) {}
+  explicit Mapper(const MapperConfig& config = {});
   Mapper(const Mapper&) = delete;
   Mapper& operator=(const Mapper&) = delete;
+  /// Waits for the last scan.
+  ~Mapper();
 
-  /// Takes one scan: every voxel that its beams pass or end in is observed once.
+  /// Takes one scan: every voxel that its beams pass or end in is observed once, see ScanUpdate.
   /// @throws std::bad_alloc  of this scan, or of the one before while it was put into the map.
-  void integrate(const Scan& scan) {
-    updater_.compute(scan);  // The ray walk, which does not see the map.
-    finish();
-    updater_.swapUpdate(update_);
-    const auto apply = [this] { map_.apply(update_); };
-    if (map_.config().threads > 1) {
-      applying_ = BackgroundWork(apply);
-    } else {
-      apply();
-    }
-  }
+  void integrate(const Scan& scan);
 
   /// The map with all scans, for queries (query/), edits and files (io/).
-  [[nodiscard]] CuboidMap& map() {
-    finish();
-    return map_;
-  }
+  [[nodiscard]] CuboidMap& map();
 
   /// What the last scan was: how many points took part, and how many could not.
-  [[nodiscard]] const ScanUpdate& lastUpdate() const { return update_; }
+  [[nodiscard]] const ScanUpdate& lastUpdate() const;
 
  private:
-  void finish() { applying_.wait(); }
-
-  CuboidMap map_;
-  ScanUpdater updater_;
-  ScanUpdate update_;        ///< Of the scan that is put into the map.
-  BackgroundWork applying_;  ///< Last: it ends before what it works with goes.
+  struct Implementation;
+  std::unique_ptr<Implementation> implementation_;
 };
 
 }  // namespace cuboid_mapping

@@ -9,6 +9,10 @@
 
 namespace cuboid_mapping {
 
+/// Voxels that a beam may lead on along an axis: from border to border of the map that OctoMap's 16
+/// bits can number, so that no beam which OctoMap takes is left out. 3.3 km at 0.05 m.
+constexpr std::int32_t kMaxBeamVoxels = 65535;
+
 /// The voxels of one brick that a cloud observes.
 struct BrickUpdate {
   Cell brick;        ///< Least cell of the brick.
@@ -19,6 +23,18 @@ struct BrickUpdate {
 };
 
 /// What one cloud says about the map: each voxel at most once.
+///
+/// A beam that ends ...            | misses, from the origin's voxel on        | hit
+/// --------------------------------|-------------------------------------------|------------------
+/// within max range                | up to the end point's voxel, excluded     | end point's voxel
+/// in the origin's voxel           | none                                      | that voxel
+/// beyond max range                | up to the voxel where it is cut, included | none
+/// as a no-return                  | up to its end, or the cut, included       | none
+/// outside the grid, or not finite | none                                      | none; is counted
+/// beyond kMaxBeamVoxels, not cut  | none                                      | none; is counted
+///
+/// A voxel that is both is a hit. As octomap_server's insertScan; octomap::OccupancyOcTreeBase::
+/// computeUpdate differs in one point: it leaves out the voxel where a beam is cut.
 struct ScanUpdate {
   std::vector<BrickUpdate> bricks;   ///< One for each touched brick, in Morton order.
   std::vector<Cell> samples;         ///< Cells drawn along the beams, see BeamSampling.

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "cuboid_mapping/fusion/growth_fusion.h"
 
+#include "cuboid_mapping/fusion/search_directions.h"
 #include "cuboid_mapping/rtree/traversal.h"
 
 #include <algorithm>

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "cuboid_mapping/map/cuboid_map.h"
 
+#include "cuboid_mapping/fusion/make_fusion.h"
 #include "cuboid_mapping/voxels/uniform_boxes.h"
 
 #include <cassert>

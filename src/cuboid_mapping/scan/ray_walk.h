@@ -2,6 +2,7 @@
 #pragma once
 
 #include "cuboid_mapping/geometry/grid.h"
+#include "cuboid_mapping/scan/brick_update.h"
 
 #include <Eigen/Core>
 
@@ -9,10 +10,6 @@
 #include <optional>
 
 namespace cuboid_mapping {
-
-/// Voxels that a beam may lead on along an axis: from border to border of the map that OctoMap's 16
-/// bits can number, so that no beam which OctoMap takes is left out. 3.3 km at 0.05 m.
-constexpr std::int32_t kMaxBeamVoxels = 65535;
 
 /// Whether a beam between two cells is within kMaxBeamVoxels on every axis.
 [[nodiscard]] constexpr bool isWithinReach(const Cell& start, const Cell& end) {

@@ -2,18 +2,13 @@
 #pragma once
 
 #include "cuboid_mapping/geometry/grid.h"
+#include "cuboid_mapping/scan/beam_sampling.h"
 #include "cuboid_mapping/scan/scan.h"
 
 #include <cstdint>
 #include <vector>
 
 namespace cuboid_mapping {
-
-/// How cells are drawn along beams (paper, Section IV-B and Figure 4(a)).
-struct BeamSampling {
-  double per_m = 0.0;  ///< Expected number per metre of beam; 0: none are drawn.
-  int seed = 1;        ///< The same seed, scans and order of scans give the same cells.
-};
 
 /// Cells at random places along the beams of a scan, in proportion to the length of each beam.
 ///

@@ -15,19 +15,7 @@
 
 namespace cuboid_mapping {
 
-/// Which voxels a cloud observes. Pure: does not see the map.
-///
-/// A beam that ends ...            | misses, from the origin's voxel on        | hit
-/// --------------------------------|-------------------------------------------|------------------
-/// within max range                | up to the end point's voxel, excluded     | end point's voxel
-/// in the origin's voxel           | none                                      | that voxel
-/// beyond max range                | up to the voxel where it is cut, included | none
-/// as a no-return                  | up to its end, or the cut, included       | none
-/// outside the grid, or not finite | none                                      | none; is counted
-/// beyond kMaxBeamVoxels, not cut  | none                                      | none; is counted
-///
-/// A voxel that is both is a hit. As octomap_server's insertScan; octomap::OccupancyOcTreeBase::
-/// computeUpdate differs in one point: it leaves out the voxel where a beam is cut.
+/// Which voxels a cloud observes, see ScanUpdate. Pure: does not see the map.
 ///
 /// Not thread-safe; keeps its buffers from one cloud to the next.
 class ScanUpdater {

@@ -2,10 +2,9 @@
 #pragma once
 
 #include "cuboid_mapping/fusion/fusion.h"
-#include "cuboid_mapping/fusion/search_directions.h"
+#include "cuboid_mapping/fusion/growth_config.h"
 #include "cuboid_mapping/fusion/settling_cells.h"
 #include "cuboid_mapping/occupancy/sensor_model.h"
-#include "cuboid_mapping/scan/beam_samples.h"
 
 #include <cstdint>
 #include <optional>
@@ -13,25 +12,6 @@
 #include <vector>
 
 namespace cuboid_mapping {
-
-/// Which cells start to grow after a cloud (the paper's set T).
-enum class GrowthStarters : unsigned char {
-  kSampled,  ///< Those in which a beam ends, and those drawn at random along the beams: the paper.
-  kEndPoints,  ///< Those in which a beam ends.
-  kChanged,    ///< All whose value the cloud has changed.
-};
-
-/// "sampled", "end_points" or "changed".
-[[nodiscard]] const char* toString(GrowthStarters starters);
-
-/// Parameters of the fusion of the paper, Section IV-B.
-struct GrowthConfig {
-  GrowthStep step = GrowthStep::kCell;                 ///< How far a cell expands at once.
-  SearchStrategy search;                               ///< In which order it tries the directions.
-  GrowthStarters starters = GrowthStarters::kSampled;  ///< Which cells start.
-  BeamSampling sampling{0.1, 1};  ///< Of kSampled; its seed is that of a random search, too.
-  int settle_clouds = 10;         ///< That a voxel split out of a cuboid waits before it may fuse.
-};
 
 /// Adaptation of the cell resolution by growth (paper, Section IV-B and Figure 5): a stable cell
 /// expands in one search direction after the other; an expansion succeeds when the slab that it

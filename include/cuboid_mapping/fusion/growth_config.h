@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
-#include "cuboid_mapping/geometry/cell_box.h"
+#include "cuboid_mapping/scan/beam_sampling.h"
 
 #include <array>
 #include <optional>
@@ -39,7 +39,9 @@ enum class GrowthStep : unsigned char {
 struct SearchStrategy {
   /// The rule that gives the order.
   enum class Order : unsigned char {
-    kPaper,        ///< Figure 5, see paperDirections().
+    /// Figure 5, lines 1 to 6: +x +y +z -x -y -z for a cube; else the axes by decreasing width (those of
+    /// equal width in the order x, y, z), first all upwards, then all downwards.
+    kPaper,
     kFixed,        ///< Always as in `directions`.
     kLargestGain,  ///< The expansion that absorbs the most cells; ties as in Figure 5.
     kRandom,       ///< Shuffled anew for each expansion, from a seed and the cell.
@@ -48,20 +50,30 @@ struct SearchStrategy {
   SearchDirections directions{};  ///< Of kFixed.
 };
 
-/// Figure 5, lines 1 to 6: +x +y +z -x -y -z for a cube; else the axes by decreasing width (those of
-/// equal width in the order x, y, z), first all upwards, then all downwards.
-/// @param width  Of the cell, in voxels (w_i).
-[[nodiscard]] SearchDirections paperDirections(const Cell& width);
-
-/// The voxels that an expansion adds to a cell: the expanded box without the box.
-/// @param depth  By how many voxels it expands, > 0.
-[[nodiscard]] CellBox slabOf(const CellBox& box, SearchDirection direction, std::int32_t depth);
-
 /// "paper", "largest_gain", "random", or the six directions in any order as in "+z -z +x +y -x -y".
 /// @return Nothing for any other text, one with a direction twice, or without one.
 [[nodiscard]] std::optional<SearchStrategy> parseSearchStrategy(const std::string& text);
 
 /// Inverse of parseSearchStrategy().
 [[nodiscard]] std::string toText(const SearchStrategy& strategy);
+
+/// Which cells start to grow after a cloud (the paper's set T).
+enum class GrowthStarters : unsigned char {
+  kSampled,  ///< Those in which a beam ends, and those drawn at random along the beams: the paper.
+  kEndPoints,  ///< Those in which a beam ends.
+  kChanged,    ///< All whose value the cloud has changed.
+};
+
+/// "sampled", "end_points" or "changed".
+[[nodiscard]] const char* toString(GrowthStarters starters);
+
+/// Parameters of the fusion of the paper, Section IV-B.
+struct GrowthConfig {
+  GrowthStep step = GrowthStep::kCell;                 ///< How far a cell expands at once.
+  SearchStrategy search;                               ///< In which order it tries the directions.
+  GrowthStarters starters = GrowthStarters::kSampled;  ///< Which cells start.
+  BeamSampling sampling{0.1, 1};  ///< Of kSampled; its seed is that of a random search, too.
+  int settle_clouds = 10;         ///< That a voxel split out of a cuboid waits before it may fuse.
+};
 
 }  // namespace cuboid_mapping

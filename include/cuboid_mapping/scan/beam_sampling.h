@@ -1,0 +1,12 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+namespace cuboid_mapping {
+
+/// How cells are drawn along beams (paper, Section IV-B and Figure 4(a)).
+struct BeamSampling {
+  double per_m = 0.0;  ///< Expected number per metre of beam; 0: none are drawn.
+  int seed = 1;        ///< The same seed, scans and order of scans give the same cells.
+};
+
+}  // namespace cuboid_mapping

@@ -1,0 +1,45 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "cuboid_mapping/map/mapper.h"
+
+#include "cuboid_mapping/parallel/parallel_for.h"
+#include "cuboid_mapping/scan/scan_update.h"
+
+namespace cuboid_mapping {
+
+struct Mapper::Implementation {
+  explicit Implementation(const MapperConfig& config)
+      : map(checked(config).map),
+        updater(map.grid(), config.max_range_m, config.map.threads, config.map.beamSampling()) {}
+
+  CuboidMap map;
+  ScanUpdater updater;
+  ScanUpdate update;        ///< Of the scan that is put into the map.
+  BackgroundWork applying;  ///< Last: it ends before what it works with goes.
+};
+
+Mapper::Mapper(const MapperConfig& config)
+    : implementation_(std::make_unique<Implementation>(config)) {}
+
+Mapper::~Mapper() = default;
+
+void Mapper::integrate(const Scan& scan) {
+  Implementation& own = *implementation_;
+  own.updater.compute(scan);  // The ray walk, which does not see the map.
+  own.applying.wait();
+  own.updater.swapUpdate(own.update);
+  const auto apply = [&own] { own.map.apply(own.update); };
+  if (own.map.config().threads > 1) {
+    own.applying = BackgroundWork(apply);
+  } else {
+    apply();
+  }
+}
+
+CuboidMap& Mapper::map() {
+  implementation_->applying.wait();
+  return implementation_->map;
+}
+
+const ScanUpdate& Mapper::lastUpdate() const { return implementation_->update; }
+
+}  // namespace cuboid_mapping
