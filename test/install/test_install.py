@@ -84,10 +84,11 @@ class InstallSpaceTest(unittest.TestCase):
         for name in ('py.typed', '_core.pyi'):
             self.assertTrue((packages.parent / 'cuboid_map' / name).is_file(), name)
 
-    def build(self, project, *options):
+    def build(self, project, *options, space=None):
         """A project that finds this package where it is installed. Returns its program."""
-        build = self.root / f'build_{project.name}'
-        paths = [str(self.space), *os.environ.get('CMAKE_PREFIX_PATH', '').split(':')]
+        space = space or self.space
+        build = self.root / f'build_{project.name}_{space.name}'
+        paths = [str(space), *os.environ.get('CMAKE_PREFIX_PATH', '').split(':')]
         paths = [path for path in paths if path and pathlib.Path(path) != DEVEL]
         environment = {**self.environment, 'CMAKE_PREFIX_PATH': ':'.join(paths)}
         run(CMAKE, '-S', project, '-B', build, '-Wno-dev', f'-DPYTHON_EXECUTABLE={sys.executable}', *options,
@@ -111,15 +112,27 @@ class InstallSpaceTest(unittest.TestCase):
         self.assertNotIn('pcl', needed)
         self.assertNotIn('octo', needed)
 
-    def test_messages_and_client_are_configured_without_what_the_node_needs(self):
+    def test_a_machine_that_only_calls_services(self):
+        """Without what the node needs; with static libraries, so that their users find what is in them."""
         absent = [f'-DCMAKE_DISABLE_FIND_PACKAGE_{name}=ON'
                   for name in ('PCL', 'octomap', 'PNG', 'Boost', 'pcl_ros', 'nodelet', 'yaml-cpp')]
-        output = run(CMAKE, '-S', SOURCE, '-B', self.root / 'services', '-DCUBOID_MAPPING_NODE=OFF',
+        build, space = self.root / 'services', self.root / 'services_space'
+        output = run(CMAKE, '-S', SOURCE, '-B', build, '-DCUBOID_MAPPING_NODE=OFF', '-DBUILD_SHARED_LIBS=OFF',
+                     '-DCUBOID_MAPPING_PYTHON=OFF', '-DCMAKE_CXX_FLAGS_RELEASE=-O0', f'-DCMAKE_INSTALL_PREFIX={space}',
                      f'-DPYTHON_EXECUTABLE={sys.executable}', *absent)
         self.assertIn('cuboid_mapping: libraries core io client', output)
-        targets = run(CMAKE, '--build', self.root / 'services', '--target', 'help').split()
-        self.assertIn('cuboid_mapping_generate_messages_cpp', targets)
-        self.assertNotIn('cuboid_mapping_ros', targets)
+        run(CMAKE, '--build', build, '--', f'-j{os.cpu_count()}')
+        run(CMAKE, '--install', build)
+        self.assertEqual(list(space.glob('lib/*.so')), [])
+        self.assertTrue((space / 'include' / PACKAGE / 'QueryBox.h').is_file())
+        self.assertTrue(list(space.glob(f'lib/python3*/*-packages/{PACKAGE}/srv/_QueryBox.py')))
+
+        needed = run('ldd', self.build(SOURCE / 'examples/follow_map', *absent, space=space), env=self.environment)
+        self.assertIn('libroscpp', needed)
+        for foreign in (PACKAGE, 'pcl', 'octo', 'png'):
+            self.assertNotIn(foreign, needed)
+        program = self.build(SOURCE / 'examples/from_bt', *absent, space=space)
+        self.assertIn('occupied voxels', run(program, SOURCE / 'test/data/wall.bt', env=self.environment))
 
     def test_a_project_without_catkin_uses_the_core_alone(self):
         program = self.build(SOURCE / 'examples/first_map')
