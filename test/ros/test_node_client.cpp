@@ -160,5 +160,13 @@ TEST_F(NodeClientTest, HasAnEmptyMapWithoutAServer) {
   EXPECT_EQ(client.read([](const CuboidMap& map) { return map.voxels().size(); }), 0U);
 }
 
+TEST_F(NodeClientTest, SaysWhatIsMissingWhenItGivesUp) {
+  ros::NodeHandle elsewhere("elsewhere");
+  const cuboid_mapping_ros::CuboidMapClient client(elsewhere, "/nobody");
+  LogProbe log;
+  EXPECT_FALSE(client.waitForMap(ros::WallDuration(0.2)));
+  EXPECT_TRUE(log.waitForLine("no map has come on /elsewhere/cuboid_map: nobody publishes it"));
+}
+
 }  // namespace
 }  // namespace cuboid_mapping_ros::test

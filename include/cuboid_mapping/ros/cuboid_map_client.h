@@ -38,8 +38,8 @@ class CuboidMapClient {
 
   /// Whether a map has come already.
   [[nodiscard]] bool hasMap() const;
-  /// Waits for the first map. Says in the log what is missing when none comes for some seconds: that
-  /// nobody publishes the topic. Not to be called by the callback.
+  /// Waits for the first map. Says in the log what is missing when none comes for some seconds, and at
+  /// the timeout: that nobody publishes the topic. Not to be called by the callback.
   /// @return hasMap(); false after the timeout, or when ROS shuts down.
   [[nodiscard]] bool waitForMap(const ros::WallDuration& timeout) const;
   /// Of the server's map that this one equals; 0 before the first.

@@ -179,11 +179,12 @@ bool CuboidMapClient::waitForMap(const ros::WallDuration& timeout) const {
   double reminder_s = kImagePatience_s;
   while (!hasMap() && ros::ok()) {
     const double waited_s = (ros::WallTime::now() - start).toSec();
-    if (waited_s >= timeout.toSec()) break;
-    if (waited_s >= reminder_s) {
+    const bool is_over = waited_s >= timeout.toSec();
+    if (is_over || waited_s >= reminder_s) {
       implementation_->sayWhatIsMissing();
       reminder_s += kReminderPeriod_s;
     }
+    if (is_over) break;
     ros::WallDuration(std::min(0.05, timeout.toSec() - waited_s)).sleep();
   }
   return hasMap();
