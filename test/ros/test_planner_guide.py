@@ -1,10 +1,11 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: BSD-3-Clause
-"""The calls of doc/planner_guide.md, as they stand there, and the program that follows the map."""
+"""The calls of doc/planner_guide.md and README.md, as they stand there, and the programs that follow the map."""
 import pathlib
 import re
 import subprocess
 import sys
+import tempfile
 import unittest
 
 import rospy
@@ -61,24 +62,36 @@ class PlannerGuideTest(unittest.TestCase):
             with self.subTest(name):
                 self.expect_part(answer, given, name)
         self.follow()
+        self.paste()
+
+    def run_program(self, *command, **options):
+        done = subprocess.run(command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, universal_newlines=True,
+                              timeout=60, **options)
+        self.assertEqual(done.returncode, 0, done.stdout)
+        return done.stdout
 
     def follow(self):
         """The room that the calls have made, from the processes of other programs."""
         for command in (['rosrun', 'cuboid_mapping', 'test_follow_map'],
                         [sys.executable, str(ROOT / 'examples/follow_map/follow_map.py')]):
-            done = subprocess.run(command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, universal_newlines=True,
-                                  timeout=60)
-            self.assertEqual(done.returncode, 0, done.stdout)
-            self.assertRegex(done.stdout, r'0\.5 +0\.5 +0\.5')
-            self.assertRegex(done.stdout, r'3\.5 +0\.5 +0\.5')
-
+            said = self.run_program(*command)
+            self.assertRegex(said, r'0\.5 +0\.5 +0\.5')
+            self.assertRegex(said, r'3\.5 +0\.5 +0\.5')
         (program,) = re.findall(r'^```python ros\n(.*?)^```', (ROOT / 'doc/python.md').read_text(),
                                 re.MULTILINE | re.DOTALL)
-        done = subprocess.run([sys.executable, '-c', program], stdout=subprocess.PIPE, stderr=subprocess.STDOUT,
-                              universal_newlines=True, timeout=60)
-        self.assertEqual(done.returncode, 0, done.stdout)
-        self.assertRegex(done.stdout, r'(?m)^2 40$')  # Revision, and cuboids as ~fuse_now tells them.
-        self.assertIn('occupied_volume=array([0.1])', done.stdout)
+        said = self.run_program(sys.executable, '-c', program)
+        self.assertRegex(said, r'(?m)^2 40$')  # Revision, and cuboids as ~fuse_now tells them.
+        self.assertIn('occupied_volume=array([0.1])', said)
+
+    def paste(self):
+        """README's calls, in a shell."""
+        calls = re.findall(r'^    (rosservice call .*)$', (ROOT / 'README.md').read_text(), re.MULTILINE)
+        with tempfile.TemporaryDirectory() as folder:
+            said = self.run_program('bash', '-ec', '\n'.join(calls), cwd=folder)
+            self.assertTrue((pathlib.Path(folder) / 'my.cuboids').is_file(), said)
+        self.assertEqual(said.count('success: True'), len(calls), said)
+        self.assertIn('unknown_volume', said)
+        self.assertGreaterEqual(len(calls), 3)
 
 
 if __name__ == '__main__':
