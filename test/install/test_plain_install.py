@@ -88,6 +88,29 @@ class PlainInstallTest(unittest.TestCase):
         self.assertEqual(again.split('\n')[1], answer.split('\n')[1])
         self.assertIn('nothing.bt', run(program, self.root / 'nothing.bt').stdout)
 
+    def test_a_catkin_package_beside_ros(self):
+        if not shutil.which('catkin_make'):
+            self.skipTest('a machine without catkin')
+        source = self.root / 'workspace/src/uses_core'
+        source.mkdir(parents=True)
+        shutil.copy(SOURCE / 'examples/first_map/first_map.cpp', source)
+        (source / 'package.xml').write_text(
+            '<package format="2"><name>uses_core</name><version>0.1.0</version><description>.</description>'
+            '<maintainer email="a@b.cd">a</maintainer><license>BSD</license><buildtool_depend>catkin</buildtool_depend>'
+            '<depend>roscpp</depend></package>')
+        (source / 'CMakeLists.txt').write_text(
+            'cmake_minimum_required(VERSION 3.16)\nproject(uses_core CXX)\nfind_package(catkin REQUIRED COMPONENTS roscpp)\n'
+            'find_package(cuboid_mapping 0.1 REQUIRED COMPONENTS core)\ncatkin_package()\nadd_executable(first_map first_map.cpp)\n'
+            'target_link_libraries(first_map cuboid_mapping::core ${catkin_LIBRARIES})\n')
+        # What is sourced, but for workspaces that have this package, too.
+        paths = [path for path in os.environ.get('CMAKE_PREFIX_PATH', '').split(':')
+                 if path and not (pathlib.Path(path) / 'share/cuboid_mapping').is_dir()]
+        self.succeed('catkin_make', '-C', source.parents[1], f"-DCMAKE_PREFIX_PATH={';'.join([str(self.prefix), *paths])}",
+                     f'-DPYTHON_EXECUTABLE={sys.executable}')
+        program = source.parents[1] / 'devel/lib/uses_core/first_map'
+        self.assertIn('5 m: occupied', self.succeed(program))
+        self.assertIn(f'{self.prefix}/lib/libcuboid_mapping_core', self.succeed('ldd', program))
+
     def test_what_is_not_there_is_said(self):
         newer = self.write_project('find_package(cuboid_mapping 9.0 REQUIRED)')
         self.assertNotEqual(newer.returncode, 0)
