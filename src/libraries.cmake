@@ -56,6 +56,7 @@ target_link_libraries(cuboid_mapping_core PUBLIC Eigen3::Eigen Threads::Threads)
 # Files of maps.
 if(zstd_FOUND AND ZLIB_FOUND)
   cuboid_mapping_add_part(io
+    cuboid_mapping/io/compression.cpp
     cuboid_mapping/io/csv_format.cpp
     cuboid_mapping/io/file_replacement.cpp
     cuboid_mapping/io/map_file_error.cpp
@@ -65,7 +66,8 @@ if(zstd_FOUND AND ZLIB_FOUND)
     cuboid_mapping/io/octree_bricks.cpp
     cuboid_mapping/io/octree_reader.cpp
     cuboid_mapping/io/octree_stream.cpp
-    cuboid_mapping/io/point_cloud_files.cpp)
+    cuboid_mapping/io/point_cloud_files.cpp
+    cuboid_mapping/io/scan_update_codec.cpp)
   target_link_libraries(cuboid_mapping_io PUBLIC cuboid_mapping::core PRIVATE PkgConfig::zstd ZLIB::ZLIB)
 else()
   cuboid_mapping_left_out(io "pkg-config libzstd-dev zlib1g-dev")

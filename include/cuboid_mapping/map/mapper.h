@@ -33,6 +33,15 @@ class Mapper {
   /// @throws std::bad_alloc  of this scan, or of the one before while it was put into the map.
   void integrate(const Scan& scan);
 
+  /// The two halves of integrate(), for maps that are made in several places: apply() of what walk()
+  /// returns, here or in another Mapper of the same configuration, is integrate(). See io/scan_update_codec.h.
+  ///@{
+  /// What a scan observes; the map stays as it is. @return Valid until the next scan.
+  [[nodiscard]] const ScanUpdate& walk(const Scan& scan);
+  /// Observes voxels. @throws std::bad_alloc  as integrate().
+  void apply(ScanUpdate update);
+  ///@}
+
   /// The map with all scans, for queries (query/), edits and files (io/).
   [[nodiscard]] CuboidMap& map();
 

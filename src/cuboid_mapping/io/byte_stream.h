@@ -12,6 +12,16 @@
 
 namespace cuboid_mapping {
 
+/// Small numbers for those near zero, on either side; and back.
+///@{
+[[nodiscard]] constexpr std::uint32_t toZigzag(std::int32_t value) {
+  return static_cast<std::uint32_t>(value) << 1 ^ static_cast<std::uint32_t>(value >> 31);
+}
+[[nodiscard]] constexpr std::int32_t fromZigzag(std::uint32_t value) {
+  return static_cast<std::int32_t>(value >> 1 ^ (0U - (value & 1U)));
+}
+///@}
+
 /// Appends numbers to bytes.
 class ByteWriter {
  public:
@@ -28,7 +38,7 @@ class ByteWriter {
     writeLittleEndian(bits);
   }
   /// Seven bits a byte, the least first; the highest bit says that more follow.
-  void writeVarint(std::uint32_t value) {
+  void writeVarint(std::uint64_t value) {
     for (; value >= 0x80; value >>= 7) bytes_.push_back(static_cast<char>(value | 0x80));
     bytes_.push_back(static_cast<char>(value));
   }
@@ -70,14 +80,19 @@ class ByteReader {
   }
   /// @throws MapFileError (kCorrupted) for more than 32 bits, too.
   std::uint32_t readVarint() {
+    const std::uint64_t value = readVarint64();
+    if (value > 0xFFFFFFFFU) failTooLong();
+    return static_cast<std::uint32_t>(value);
+  }
+  /// @throws MapFileError (kCorrupted) for more than 63 bits, too.
+  std::uint64_t readVarint64() {
     std::uint64_t value = 0;
-    for (int shift = 0; shift < 35; shift += 7) {
+    for (int shift = 0; shift < 63; shift += 7) {
       const auto byte = static_cast<unsigned char>(readBytes(1)[0]);
       value |= static_cast<std::uint64_t>(byte & 0x7F) << shift;
-      if (byte < 0x80 && value <= 0xFFFFFFFFU) return static_cast<std::uint32_t>(value);
-      if (byte < 0x80) break;
+      if (byte < 0x80) return value;
     }
-    throw MapFileError(MapFileDefect::kCorrupted, "is damaged: a number has too many bytes");
+    failTooLong();
   }
   std::string_view readBytes(std::size_t count) {
     if (count > numLeft()) {
@@ -89,6 +104,10 @@ class ByteReader {
   }
 
  private:
+  [[noreturn]] static void failTooLong() {
+    throw MapFileError(MapFileDefect::kCorrupted, "is damaged: a number has too many bytes");
+  }
+
   template <typename T>
   T readLittleEndian() {
     const std::string_view bytes = readBytes(sizeof(T));

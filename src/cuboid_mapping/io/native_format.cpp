@@ -2,14 +2,11 @@
 #include "cuboid_mapping/io/native_format.h"
 
 #include "cuboid_mapping/io/byte_stream.h"
-
-#include <zlib.h>
-#include <zstd.h>
+#include "cuboid_mapping/io/compression.h"
 
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <memory>
 #include <unordered_set>
 
 namespace cuboid_mapping {
@@ -28,30 +25,6 @@ constexpr std::uint64_t kBrickBytes = 3 + sizeof(BrickMask) + 1;
 
 [[noreturn]] void fail(MapFileDefect defect, const std::string& text) {
   throw MapFileError(defect, text);
-}
-
-[[noreturn]] void failCorrupted(const std::string& what) {
-  fail(MapFileDefect::kCorrupted,
-       "is damaged: " + what + ". Take another copy of the file, or save the map again");
-}
-
-std::uint32_t computeChecksum(std::string_view bytes) {
-  uLong checksum = crc32(0L, Z_NULL, 0);
-  constexpr std::size_t kStep_bytes = std::size_t{1} << 30;
-  for (std::size_t i = 0; i < bytes.size(); i += kStep_bytes) {
-    const std::string_view part = bytes.substr(i, kStep_bytes);
-    checksum = crc32(checksum, reinterpret_cast<const Bytef*>(part.data()),
-                     static_cast<uInt>(part.size()));
-  }
-  return static_cast<std::uint32_t>(checksum);
-}
-
-std::uint32_t toZigzag(std::int32_t value) {
-  return static_cast<std::uint32_t>(value) << 1 ^ static_cast<std::uint32_t>(value >> 31);
-}
-
-std::int32_t fromZigzag(std::uint32_t value) {
-  return static_cast<std::int32_t>(value >> 1 ^ (0U - (value & 1U)));
 }
 
 std::vector<float> collectLogOdds(const std::vector<VoxelBrick>& bricks) {
@@ -90,41 +63,6 @@ std::string encodePayload(const std::vector<VoxelBrick>& bricks,
         [&](int voxel) { payload.writeVarint(places[static_cast<std::size_t>(voxel)]); });
   }
   return payload.take();
-}
-
-std::string compress(const std::string& payload) {
-  std::string compressed(ZSTD_compressBound(payload.size()), '\0');
-  const std::size_t size = ZSTD_compress(compressed.data(), compressed.size(), payload.data(),
-                                         payload.size(), kCompressionLevel);
-  if (ZSTD_isError(size) != 0) throw std::bad_alloc();  // it fails for lack of memory only
-  compressed.resize(size);
-  return compressed;
-}
-
-/// Grows with what is really there, so that a claim alone takes no memory.
-std::string decompress(std::string_view compressed, std::uint64_t claimed_bytes) {
-  const std::unique_ptr<ZSTD_DCtx, std::size_t (*)(ZSTD_DCtx*)> context(ZSTD_createDCtx(),
-                                                                        ZSTD_freeDCtx);
-  if (context == nullptr) throw std::bad_alloc();
-  std::string payload;
-  std::string chunk(ZSTD_DStreamOutSize(), '\0');
-  ZSTD_inBuffer in{compressed.data(), compressed.size(), 0};
-  std::size_t is_open = 1;  // 0 at the end of the frame
-  while (is_open != 0) {
-    ZSTD_outBuffer out{chunk.data(), chunk.size(), 0};
-    const std::size_t position = in.pos;
-    is_open = ZSTD_decompressStream(context.get(), &out, &in);
-    if (ZSTD_isError(is_open) != 0) failCorrupted("its content cannot be decompressed");
-    payload.append(chunk, 0, out.pos);
-    if (payload.size() > claimed_bytes) failCorrupted("its content is longer than its header says");
-    if (is_open != 0 && out.pos == 0 && in.pos == position) {
-      failCorrupted("its compressed content is cut off");
-    }
-  }
-  if (in.pos != in.size || payload.size() != claimed_bytes) {
-    failCorrupted("its content is not as long as its header says");
-  }
-  return payload;
 }
 
 /// The numbers of a header that a snapshot does not have.
@@ -309,7 +247,7 @@ bool isNativeFormat(std::string_view bytes) { return bytes.substr(0, kMagic.size
 std::string toNativeFormat(const MapSnapshot& snapshot) {
   const std::vector<float> log_odds = collectLogOdds(snapshot.bricks);
   const std::string payload = encodePayload(snapshot.bricks, log_odds);
-  const std::string compressed = compress(payload);
+  const std::string compressed = compress(payload, kCompressionLevel);
   ByteWriter file;
   file.writeBytes(encodeHeader(
       snapshot, {snapshot.bricks.size(), log_odds.size(), payload.size(), compressed.size()}));

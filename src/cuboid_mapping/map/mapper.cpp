@@ -4,12 +4,23 @@
 #include "cuboid_mapping/parallel/parallel_for.h"
 #include "cuboid_mapping/scan/scan_update.h"
 
+#include <utility>
+
 namespace cuboid_mapping {
 
 struct Mapper::Implementation {
   explicit Implementation(const MapperConfig& config)
       : map(checked(config).map),
         updater(map.grid(), config.max_range_m, config.map.threads, config.map.beamSampling()) {}
+
+  void startApply() {
+    const auto apply = [this] { map.apply(update); };
+    if (map.config().threads > 1) {
+      applying = BackgroundWork(apply);
+    } else {
+      apply();
+    }
+  }
 
   CuboidMap map;
   ScanUpdater updater;
@@ -27,12 +38,15 @@ void Mapper::integrate(const Scan& scan) {
   own.updater.compute(scan);  // The ray walk, which does not see the map.
   own.applying.wait();
   own.updater.swapUpdate(own.update);
-  const auto apply = [&own] { own.map.apply(own.update); };
-  if (own.map.config().threads > 1) {
-    own.applying = BackgroundWork(apply);
-  } else {
-    apply();
-  }
+  own.startApply();
+}
+
+const ScanUpdate& Mapper::walk(const Scan& scan) { return implementation_->updater.compute(scan); }
+
+void Mapper::apply(ScanUpdate update) {
+  implementation_->applying.wait();
+  implementation_->update = std::move(update);
+  implementation_->startApply();
 }
 
 CuboidMap& Mapper::map() {

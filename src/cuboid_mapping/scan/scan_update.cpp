@@ -2,6 +2,7 @@
 #include "cuboid_mapping/scan/scan_update.h"
 
 #include "cuboid_mapping/parallel/parallel_for.h"
+#include "cuboid_mapping/scan/morton.h"
 #include "cuboid_mapping/scan/ray_walk.h"
 #include "cuboid_mapping/scan/slab_walk.h"
 
@@ -26,21 +27,6 @@ Cell baseOf(const Cell& origin) {
     base[axis] = (origin[axis] & ~(kGroupEdge - 1)) - kBaseOffset;
   }
   return base;
-}
-
-/// Puts two zero bits before each of the 21 low bits.
-std::uint64_t spreadBits(std::uint64_t value) {
-  value &= 0x1FFFFF;
-  value = (value | value << 32) & 0x1F00000000FFFFULL;
-  value = (value | value << 16) & 0x1F0000FF0000FFULL;
-  value = (value | value << 8) & 0x100F00F00F00F00FULL;
-  value = (value | value << 4) & 0x10C30C30C30C30C3ULL;
-  return (value | value << 2) & 0x1249249249249249ULL;
-}
-
-std::uint64_t toMorton(BrickKey key) {
-  return spreadBits(key) | spreadBits(key >> kBrickKeyBits) << 1 |
-         spreadBits(key >> (2 * kBrickKeyBits)) << 2;
 }
 
 Cell toBrick(BrickKey key, const Cell& base) {

@@ -1,0 +1,29 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include "cuboid_mapping/scan/brick_update.h"
+
+#include <cstddef>
+#include <optional>
+#include <string>
+#include <string_view>
+
+namespace cuboid_mapping {
+
+/// What a cloud says about the map as bytes, to be applied elsewhere: 2 to 8 % of the cloud's own.
+/// doc/fleet.md says what is in them.
+/// @pre The bricks are numbered from one cell, as those of ScanUpdater::compute() are, or are some of these
+/// in the same order. @complexity O(n) for n bricks and samples.
+[[nodiscard]] std::string toBytes(const ScanUpdate& update);
+
+/// Inverse of toBytes(). A voxel that was hit and missed comes back as a hit alone, which means the
+/// same to a map.
+///
+/// Nothing when the bytes are damaged: too few or too many, a wrong checksum, a brick that comes twice, is empty or
+/// lies outside kAllCells, or more bricks and samples than `max_items`. Takes memory for what is there, not for
+/// what is claimed: at most 300 bytes an item.
+[[nodiscard]] std::optional<ScanUpdate> scanUpdateOfBytes(std::string_view bytes,
+                                                          std::size_t max_items = std::size_t{1}
+                                                                                  << 21);
+
+}  // namespace cuboid_mapping

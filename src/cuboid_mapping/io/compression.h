@@ -1,0 +1,24 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// What encoded maps and scans have in common: zstd, checksums, and a text for what is damaged.
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <string_view>
+
+namespace cuboid_mapping {
+
+/// @throws MapFileError (kCorrupted) that says what is wrong, and what to do.
+[[noreturn]] void failCorrupted(const std::string& what);
+
+/// CRC-32, as zlib has it.
+[[nodiscard]] std::uint32_t computeChecksum(std::string_view bytes);
+
+/// One zstd frame. @param level  Of zstd: 1 is fast.
+[[nodiscard]] std::string compress(std::string_view payload, int level);
+
+/// Inverse of compress(). Takes memory for what is really there, at most for what is claimed.
+/// @throws MapFileError (kCorrupted) where the bytes are no frame of so many bytes.
+[[nodiscard]] std::string decompress(std::string_view compressed, std::uint64_t claimed_bytes);
+
+}  // namespace cuboid_mapping

@@ -1,0 +1,145 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "cuboid_mapping/io/scan_update_codec.h"
+
+#include "cuboid_mapping/io/byte_stream.h"
+#include "cuboid_mapping/io/compression.h"
+#include "cuboid_mapping/map/cuboid_map.h"
+#include "cuboid_mapping/scan/morton.h"
+
+namespace cuboid_mapping {
+namespace {
+
+/// Of the first format. A message of another one is refused.
+constexpr std::uint32_t kMagic = 0x31534243;  // "CBS1"
+constexpr int kFast = 1;
+/// Of an item before compression, at most.
+constexpr std::uint64_t kMaxItemBytes = 2 * sizeof(BrickMask) + 9;
+/// Of the counts, and of the place that bricks are numbered from.
+constexpr std::uint64_t kMaxFixedBytes = 64;
+
+void writeCell(const Cell& cell, ByteWriter& payload) {
+  for (int axis = 0; axis < 3; ++axis) payload.writeVarint(toZigzag(cell[axis]));
+}
+
+Cell readCell(ByteReader& payload) {
+  Cell cell;
+  for (int axis = 0; axis < 3; ++axis) cell[axis] = fromZigzag(payload.readVarint());
+  return cell;
+}
+
+void writeMask(const BrickMask& mask, ByteWriter& payload) {
+  for (int z = 0; z < kBrickEdge; ++z) payload.writeU64(mask[z]);
+}
+
+BrickMask readMask(ByteReader& payload) {
+  BrickMask mask;
+  for (int z = 0; z < kBrickEdge; ++z) mask[z] = payload.readU64();
+  return mask;
+}
+
+/// Column by column, which zstd packs best.
+std::string encodeBricks(const ScanUpdate& update) {
+  ByteWriter payload;
+  payload.writeVarint(update.num_points);
+  payload.writeVarint(update.num_out_of_range);
+  payload.writeVarint(update.num_too_far);
+  Cell base{0, 0, 0};
+  if (!update.bricks.empty()) {
+    base = update.bricks.front().brick - cellOfMorton(update.bricks.front().morton);
+  }
+  writeCell(base, payload);
+  std::uint64_t next = 0;
+  for (const BrickUpdate& brick : update.bricks) {
+    payload.writeVarint(brick.morton - next);
+    next = brick.morton + 1;
+  }
+  for (const BrickUpdate& brick : update.bricks) writeMask(brick.hits, payload);
+  for (const BrickUpdate& brick : update.bricks) {
+    writeMask(brick.misses.without(brick.hits), payload);
+  }
+  for (const Cell& sample : update.samples) writeCell(sample, payload);
+  return payload.take();
+}
+
+/// In 64 bits: what comes from outside may lie anywhere.
+Cell checkedBrick(const Cell& base, std::uint64_t morton) {
+  const Cell from_base = cellOfMorton(morton);
+  Cell brick;
+  for (int axis = 0; axis < 3; ++axis) {
+    const std::int64_t place = std::int64_t{base[axis]} + from_base[axis];
+    if (place % kBrickEdge != 0 || place < -Grid::kMaxCell || place >= Grid::kMaxCell) {
+      failCorrupted("a brick lies outside the limits of a map");
+    }
+    brick[axis] = static_cast<std::int32_t>(place);
+  }
+  return brick;
+}
+
+ScanUpdate decodeBricks(std::string_view bytes, std::size_t num_bricks, std::size_t num_samples) {
+  ByteReader payload(bytes);
+  ScanUpdate update;
+  update.num_points = payload.readVarint64();
+  update.num_out_of_range = payload.readVarint64();
+  update.num_too_far = payload.readVarint64();
+  const Cell base = readCell(payload);
+  update.bricks.resize(num_bricks);
+  std::uint64_t next = 0;
+  for (BrickUpdate& brick : update.bricks) {
+    const std::uint64_t gap = payload.readVarint64();
+    constexpr std::uint64_t kEnd = std::uint64_t{1} << (3 * kBrickKeyBits);
+    if (next >= kEnd || gap >= kEnd - next) failCorrupted("a brick has no number");
+    brick.morton = next + gap;
+    brick.brick = checkedBrick(base, brick.morton);
+    next = brick.morton + 1;
+  }
+  for (BrickUpdate& brick : update.bricks) brick.hits = readMask(payload);
+  for (BrickUpdate& brick : update.bricks) {
+    brick.misses = readMask(payload);
+    if (brick.hits.isEmpty() && brick.misses.isEmpty()) failCorrupted("a brick is empty");
+  }
+  update.samples.resize(num_samples);
+  for (Cell& sample : update.samples) {
+    sample = readCell(payload);
+    if (!kAllCells.contains(sample)) failCorrupted("a sample lies outside the limits of a map");
+  }
+  if (payload.numLeft() != 0) failCorrupted("there is more data after its content");
+  return update;
+}
+
+}  // namespace
+
+std::string toBytes(const ScanUpdate& update) {
+  const std::string payload = encodeBricks(update);
+  ByteWriter bytes;
+  bytes.writeU32(kMagic);
+  bytes.writeU32(static_cast<std::uint32_t>(update.bricks.size()));
+  bytes.writeU32(static_cast<std::uint32_t>(update.samples.size()));
+  bytes.writeU64(payload.size());
+  bytes.writeBytes(compress(payload, kFast));
+  bytes.writeU32(computeChecksum(bytes.bytes()));
+  return bytes.take();
+}
+
+std::optional<ScanUpdate> scanUpdateOfBytes(std::string_view bytes, std::size_t max_items) {
+  try {
+    ByteReader reader(bytes);
+    if (reader.readU32() != kMagic) return std::nullopt;
+    const std::uint64_t num_bricks = reader.readU32();
+    const std::uint64_t num_samples = reader.readU32();
+    const std::uint64_t payload_bytes = reader.readU64();
+    const std::uint64_t num_items = num_bricks + num_samples;
+    if (num_items > max_items || payload_bytes > kMaxFixedBytes + num_items * kMaxItemBytes ||
+        payload_bytes < 2 * sizeof(BrickMask) * num_bricks + 3 * num_samples ||
+        reader.numLeft() < sizeof(std::uint32_t)) {
+      return std::nullopt;
+    }
+    const std::string_view compressed = reader.readBytes(reader.numLeft() - sizeof(std::uint32_t));
+    const std::size_t end = reader.position();
+    if (reader.readU32() != computeChecksum(bytes.substr(0, end))) return std::nullopt;
+    return decodeBricks(decompress(compressed, payload_bytes), num_bricks, num_samples);
+  } catch (const MapFileError&) {
+    return std::nullopt;
+  }
+}
+
+}  // namespace cuboid_mapping
