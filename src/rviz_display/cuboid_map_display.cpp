@@ -28,7 +28,18 @@ using rviz::StringProperty;
 constexpr std::chrono::milliseconds kBudget{20};
 constexpr std::chrono::milliseconds kReportPeriod{500};
 
-constexpr std::array<const char*, kFaceSets.size()> kSetNames{"Occupied", "Free", "Frontier"};
+constexpr std::array<const char*, 3> kSetNames{"Occupied", "Free", "Frontier"};
+
+/// The class of a set, or the frontier: index of what is told and asked of it.
+std::size_t kindOf(FaceSet set) {
+  if (set == FaceSet::kOccupiedSlice) return 0;
+  if (set == FaceSet::kFreeSlice) return 1;
+  return static_cast<std::size_t>(set);
+}
+
+QString nameOf(FaceSet set) {
+  return QString(kSetNames[kindOf(set)]) + (isSlice(set) ? " slice" : "");
+}
 
 }  // namespace
 
@@ -56,12 +67,12 @@ void CuboidMapDisplay::addSourceProperties() {
 }
 
 void CuboidMapDisplay::addShownProperties() {
-  const std::array<const char*, kFaceSets.size()> help{"Occupied cuboids.", "Free cuboids.",
-                                                       "Where free cuboids touch unknown space."};
-  const std::array<QColor, kFaceSets.size()> colors{QColor(77, 140, 230), QColor(120, 200, 120),
-                                                    QColor(240, 170, 40)};
-  const std::array<float, kFaceSets.size()> alphas{1.0F, 0.15F, 0.4F};
-  for (std::size_t i = 0; i < kFaceSets.size(); ++i) {
+  const std::array<const char*, 3> help{"Occupied cuboids.", "Free cuboids.",
+                                        "Where free cuboids touch unknown space."};
+  const std::array<QColor, 3> colors{QColor(77, 140, 230), QColor(120, 200, 120),
+                                     QColor(240, 170, 40)};
+  const std::array<float, 3> alphas{1.0F, 0.15F, 0.4F};
+  for (std::size_t i = 0; i < set_properties_.size(); ++i) {
     SetProperties& set = set_properties_[i];
     set.shown = new BoolProperty(kSetNames[i], i == 0, help[i], this, SLOT(updateShown()), this);
     set.color = new ColorProperty("Color", colors[i], "With the colors by class.", set.shown,
@@ -109,6 +120,13 @@ void CuboidMapDisplay::addClipProperties() {
   box_max_property_ =
       new rviz::VectorProperty("Max", Ogre::Vector3(5.0F), "In the map frame, in m.", box_property_,
                                SLOT(updateStyles()), this);
+  slice_property_ =
+      new BoolProperty("Slice", false, "Show the cross sections of cuboids at one height.", this,
+                       SLOT(updateShown()), this);
+  slice_height_property_ = new FloatProperty("Height", 1.0F, "In the map frame, in m.",
+                                             slice_property_, SLOT(updateShown()), this);
+  below_property_ = new BoolProperty("Show below", false, "Also show the map below the slice.",
+                                     slice_property_, SLOT(updateShown()), this);
   recent_property_ = new FloatProperty(
       "Changed in last", 0.0F, "Show only what has changed within so many seconds; 0: everything.",
       this, SLOT(updateStyles()));
@@ -159,6 +177,7 @@ float CuboidMapDisplay::now_s() const {
 void CuboidMapDisplay::update(float /*wall_dt*/, float /*ros_dt*/) {
   if (scene_ == nullptr) return;
   for (const auto& changes : source_->takeChanges()) {
+    if (changes.is_everything) updateShown();  // Its voxels may have another size.
     scene_->noteChanges(changes, now_s());
     has_new_heights_ = true;
   }
@@ -197,10 +216,26 @@ void CuboidMapDisplay::fitColorsToHeights() {
   updateStyles();
 }
 
+std::int32_t CuboidMapDisplay::sliceLayer() const {
+  using cuboid_mapping::Cell;
+  using cuboid_mapping::Grid;
+  std::optional<Cell> cell;
+  source_->read([&](const cuboid_mapping::CuboidMap& map) {
+    // Between two layers of voxels, the lower one is cut: at its upper side.
+    const double below_m = 1e-4 * map.grid().resolution();
+    cell = map.grid().toCell({0.0, 0.0, slice_height_property_->getFloat() - below_m});
+  });
+  return cell.value_or(Cell{0, 0, Grid::kMaxCell - 1}).z;
+}
+
 void CuboidMapDisplay::updateShown() {
   if (scene_ == nullptr) return;
-  for (std::size_t i = 0; i < kFaceSets.size(); ++i) {
-    scene_->setShown(kFaceSets[i], set_properties_[i].shown->getBool());
+  const bool is_sliced = slice_property_->getBool();
+  const bool has_faces = !is_sliced || below_property_->getBool();
+  if (is_sliced) scene_->setSliceLayer(sliceLayer());
+  for (const FaceSet set : kFaceSets) {
+    const bool is_wanted = isSlice(set) ? is_sliced : has_faces;
+    scene_->setShown(set, is_wanted && propertiesOf(set).shown->getBool());
   }
   updateStyles();
 }
@@ -211,8 +246,12 @@ void CuboidMapDisplay::updateStyles() {
   context_->queueRender();
 }
 
+const CuboidMapDisplay::SetProperties& CuboidMapDisplay::propertiesOf(FaceSet set) const {
+  return set_properties_[kindOf(set)];
+}
+
 FaceStyle CuboidMapDisplay::styleOf(FaceSet set) const {
-  const SetProperties& properties = set_properties_[static_cast<std::size_t>(set)];
+  const SetProperties& properties = propertiesOf(set);
   FaceStyle style;
   style.mode = static_cast<ColorMode>(mode_property_->getOptionInt());
   style.color = properties.color->getOgreColor();
@@ -223,6 +262,19 @@ FaceStyle CuboidMapDisplay::styleOf(FaceSet set) const {
       is_fitted ? static_cast<float>(heights_.min_m) : min_color_property_->getFloat();
   style.max_color_m =
       is_fitted ? static_cast<float>(heights_.max_m) : max_color_property_->getFloat();
+  if (recent_property_->getFloat() > 0.0F) style.oldest_s = now_s() - recent_property_->getFloat();
+  clip(style);
+  if (isSlice(set)) {  // At its own height, whatever heights are shown below.
+    style.slice_m = slice_height_property_->getFloat();
+    style.min_clip.z = FaceStyle().min_clip.z;
+    style.max_clip.z = FaceStyle().max_clip.z;
+  } else if (slice_property_->getBool()) {
+    style.max_clip.z = std::min(style.max_clip.z, slice_height_property_->getFloat());
+  }
+  return style;
+}
+
+void CuboidMapDisplay::clip(FaceStyle& style) const {
   if (box_property_->getBool()) {
     style.min_clip = box_min_property_->getVector();
     style.max_clip = box_max_property_->getVector();
@@ -231,8 +283,6 @@ FaceStyle CuboidMapDisplay::styleOf(FaceSet set) const {
     style.min_clip.z = std::max(style.min_clip.z, min_height_property_->getFloat());
     style.max_clip.z = std::min(style.max_clip.z, max_height_property_->getFloat());
   }
-  if (recent_property_->getFloat() > 0.0F) style.oldest_s = now_s() - recent_property_->getFloat();
-  return style;
 }
 
 void CuboidMapDisplay::reportStatus() {
@@ -249,23 +299,28 @@ void CuboidMapDisplay::reportStatus() {
     text += QString(", last cloud %1 s ago").arg(delay_s, 0, 'f', 1);
   }
   setStatus(StatusProperty::Ok, "Map", text);
-  for (std::size_t i = 0; i < kFaceSets.size(); ++i) {
-    if (!set_properties_[i].shown->getBool()) {
-      deleteStatus(kSetNames[i]);
+  reportFaces();
+  if (const std::size_t waiting = scene_->numWaiting(); waiting > 0) {
+    setStatus(StatusProperty::Warn, "Picture", QString("%1 chunks wait").arg(waiting));
+  } else {
+    deleteStatus("Picture");
+  }
+}
+
+void CuboidMapDisplay::reportFaces() {
+  for (const FaceSet set : kFaceSets) {
+    const QString name = nameOf(set);
+    if (!scene_->isShown(set)) {
+      deleteStatus(name);
       continue;
     }
-    const FaceScene::Counts counts = scene_->counts(kFaceSets[i]);
-    setStatus(StatusProperty::Ok, kSetNames[i],
+    const FaceScene::Counts counts = scene_->counts(set);
+    setStatus(StatusProperty::Ok, name,
               QString("%1 cuboids, %2 faces, %3 chunks, %4 MB")
                   .arg(counts.cuboids)
                   .arg(counts.faces)
                   .arg(counts.chunks)
                   .arg(1e-6 * static_cast<double>(counts.bytes), 0, 'f', 1));
-  }
-  if (const std::size_t waiting = scene_->numWaiting(); waiting > 0) {
-    setStatus(StatusProperty::Warn, "Picture", QString("%1 chunks wait").arg(waiting));
-  } else {
-    deleteStatus("Picture");
   }
 }
 

@@ -47,6 +47,11 @@ class CuboidMapDisplay : public rviz::Display {
 
  private:
   using Clock = std::chrono::steady_clock;
+  struct SetProperties {
+    rviz::BoolProperty* shown = nullptr;
+    rviz::ColorProperty* color = nullptr;
+    rviz::FloatProperty* alpha = nullptr;
+  };
 
   void addSourceProperties();
   void addShownProperties();
@@ -56,8 +61,12 @@ class CuboidMapDisplay : public rviz::Display {
   [[nodiscard]] float now_s() const;
   [[nodiscard]] bool placeInFixedFrame();
   void fitColorsToHeights();
+  [[nodiscard]] const SetProperties& propertiesOf(FaceSet set) const;
   [[nodiscard]] FaceStyle styleOf(FaceSet set) const;
+  [[nodiscard]] std::int32_t sliceLayer() const;
+  void clip(FaceStyle& style) const;
   void reportStatus();
+  void reportFaces();
 
   std::unique_ptr<MapSource> source_;
   std::unique_ptr<FaceScene> scene_;  ///< Goes before the source.
@@ -69,12 +78,7 @@ class CuboidMapDisplay : public rviz::Display {
   rviz::StringProperty* namespace_property_ = nullptr;
   rviz::StringProperty* server_property_ = nullptr;
   rviz::StringProperty* file_property_ = nullptr;
-  struct SetProperties {
-    rviz::BoolProperty* shown = nullptr;
-    rviz::ColorProperty* color = nullptr;
-    rviz::FloatProperty* alpha = nullptr;
-  };
-  std::array<SetProperties, kFaceSets.size()> set_properties_;
+  std::array<SetProperties, 3> set_properties_;  ///< By FaceSet; slices have those of their class.
   rviz::EnumProperty* mode_property_ = nullptr;
   rviz::BoolProperty* auto_heights_property_ = nullptr;
   rviz::FloatProperty* min_color_property_ = nullptr;
@@ -86,6 +90,9 @@ class CuboidMapDisplay : public rviz::Display {
   rviz::BoolProperty* box_property_ = nullptr;
   rviz::VectorProperty* box_min_property_ = nullptr;
   rviz::VectorProperty* box_max_property_ = nullptr;
+  rviz::BoolProperty* slice_property_ = nullptr;
+  rviz::FloatProperty* slice_height_property_ = nullptr;
+  rviz::BoolProperty* below_property_ = nullptr;
   rviz::FloatProperty* recent_property_ = nullptr;
 };
 

@@ -18,6 +18,8 @@ namespace {
 constexpr const char* kVertexShader = R"(#version 120
 uniform mat4 worldviewproj_matrix;
 uniform mat4 worldview_matrix;
+uniform vec4 group;  // least corner in the map frame, resolution
+uniform float slice; // height of cross sections in the map frame
 varying vec3 place;  // in cells from the least cell of the group
 varying vec3 inward; // one cell into the cuboid
 varying vec2 corner;
@@ -37,6 +39,11 @@ void main() {
   vec3 normal_view = normalize(mat3(worldview_matrix) * normal);
   light = 0.55 + 0.25 * abs(normal_view.z) + 0.2 * abs(normal.z);
   place = position.xyz;
+  if (side > 5.5) {  // A cross section: somewhere in the layer of its voxels.
+    inward = vec3(0.0);
+    place.z += 0.5;
+    position.z = (slice - group.z) / group.w;
+  }
   changed = gl_MultiTexCoord0.x;
   figures = gl_Color;
   depth = -(worldview_matrix * position).z;
@@ -151,7 +158,6 @@ void addTechnique(Ogre::Material& material, const std::string& scheme, const std
   technique->setName(name);
   Ogre::Pass* pass = technique->createPass();
   pass->setLightingEnabled(false);
-  pass->setCullingMode(Ogre::CULL_CLOCKWISE);
   pass->setSceneBlending(Ogre::SBT_REPLACE);
   pass->setVertexProgram(program("faces.vert", Ogre::GPT_VERTEX_PROGRAM, kVertexShader));
   pass->setFragmentProgram(
@@ -159,6 +165,7 @@ void addTechnique(Ogre::Material& material, const std::string& scheme, const std
   const auto vertex = pass->getVertexProgramParameters();
   setAuto(vertex, "worldviewproj_matrix", Parameters::ACT_WORLDVIEWPROJ_MATRIX);
   setAuto(vertex, "worldview_matrix", Parameters::ACT_WORLDVIEW_MATRIX);
+  setAuto(vertex, "group", Parameters::ACT_CUSTOM, kGroupParameter);
   const auto fragment = pass->getFragmentProgramParameters();
   setAuto(fragment, "group", Parameters::ACT_CUSTOM, kGroupParameter);
   setAuto(fragment, "pick_color", Parameters::ACT_CUSTOM, 2);  // PICK_COLOR_PARAMETER of rviz
@@ -198,6 +205,8 @@ void FaceMaterial::setStyle(const FaceStyle& style) {
     parameters->setNamedConstant("edges", style.has_edges ? 1.0F : 0.0F);
     const float span[4] = {style.min_color_m, style.max_color_m, 0.0F, 0.0F};
     parameters->setNamedConstant("color_span", span, 1, 2);
+    pass->getVertexProgramParameters()->setNamedConstant("slice", style.slice_m.value_or(0.0F));
+    pass->setCullingMode(style.slice_m ? Ogre::CULL_NONE : Ogre::CULL_CLOCKWISE);
     if (i > 0) continue;
     const bool is_transparent = style.alpha < 0.9998F;
     pass->setSceneBlending(is_transparent ? Ogre::SBT_TRANSPARENT_ALPHA : Ogre::SBT_REPLACE);

@@ -9,6 +9,7 @@
 
 #include <array>
 #include <limits>
+#include <optional>
 
 namespace cuboid_mapping_rviz {
 
@@ -25,6 +26,8 @@ struct FaceStyle {
   float max_color_m = 1.0F;
   Ogre::Vector3 min_clip{-std::numeric_limits<float>::max()};  ///< In the map frame: what is shown.
   Ogre::Vector3 max_clip{std::numeric_limits<float>::max()};
+  /// Height of the cross sections, in the map frame; they are seen from both sides. Faces have none.
+  std::optional<float> slice_m;
   float oldest_s = -std::numeric_limits<float>::max();  ///< Changed before: not shown.
 };
 

@@ -3,6 +3,7 @@
 
 #include "cuboid_mapping/fusion/brick_division.h"
 
+#include <algorithm>
 #include <cmath>
 
 namespace cuboid_mapping_rviz {
@@ -29,37 +30,70 @@ CellBox layerAt(const CellBox& box, int side) {
 }
 
 /// The corners of a side, counter-clockwise as seen from outside; bit i: upper end of axis i.
-constexpr std::array<std::array<int, 4>, 6> kCorners{
-    {{0, 4, 6, 2}, {1, 3, 7, 5}, {0, 1, 5, 4}, {2, 6, 7, 3}, {0, 2, 3, 1}, {4, 5, 7, 6}}};
+/// A cross section has those of its lower side, in the order of the upper one.
+constexpr std::array<std::array<int, 4>, 7> kCorners{{{0, 4, 6, 2},
+                                                      {1, 3, 7, 5},
+                                                      {0, 1, 5, 4},
+                                                      {2, 6, 7, 3},
+                                                      {0, 2, 3, 1},
+                                                      {4, 5, 7, 6},
+                                                      {0, 1, 3, 2}}};
+
+/// The class of whose cuboids a set shows faces.
+Occupancy classOf(FaceSet set) {
+  const bool is_occupied = set == FaceSet::kOccupied || set == FaceSet::kOccupiedSlice;
+  return is_occupied ? Occupancy::kOccupied : Occupancy::kFree;
+}
 
 std::uint8_t toByte(double ratio) { return static_cast<std::uint8_t>(std::lround(255.0 * ratio)); }
 
 /// Makes the faces of one group.
 class FaceMaker {
  public:
-  FaceMaker(const CuboidMap& map, const Cell& group, FaceSet set)
-      : map_(map), group_(group), set_(set) {}
+  FaceMaker(const CuboidMap& map, const WantedFaces& wanted)
+      : map_(map), group_(wanted.group), set_(wanted.set), slice_layer_(wanted.slice_layer) {}
 
   void add(const VoxelBrick& brick, float changed_s) {
     hiding_ = hidingVoxels(brick.voxels, set_);
     changed_s_ = changed_s;
-    const bool is_occupied = set_ == FaceSet::kOccupied;
+    const Occupancy wanted = classOf(set_);
     cuboids_.clear();
-    divideVoxels(brick.brick, is_occupied ? brick.voxels.occupied() : brick.voxels.free(),
-                 is_occupied ? Occupancy::kOccupied : Occupancy::kFree, cuboids_);
-    for (const Cuboid& cuboid : cuboids_) addCuboid(brick, cuboid.box);
+    divideVoxels(brick.brick,
+                 wanted == Occupancy::kOccupied ? brick.voxels.occupied() : brick.voxels.free(),
+                 wanted, cuboids_);
+    for (const Cuboid& cuboid : cuboids_) {
+      if (isSlice(set_)) {
+        addCrossSection(brick, cuboid.box);
+      } else {
+        addCuboid(brick, cuboid.box);
+      }
+    }
   }
   FaceMesh take() { return std::move(mesh_); }
 
  private:
+  /// What a FaceVertex says of its cuboid.
+  struct Look {
+    std::uint8_t probability;
+    std::uint8_t size;
+  };
+
   void addCuboid(const VoxelBrick& brick, const CellBox& box) {
     ++mesh_.num_cuboids;
-    std::optional<std::uint8_t> probability;  // Wanted of those only that are seen.
+    std::optional<Look> look;  // Wanted of those only that are seen.
     for (int side = 0; side < 6; ++side) {
       if (isHidden(brick.brick, layerAt(box, side))) continue;
-      if (!probability) probability = toByte(meanProbability(brick.voxels, box));
-      addFace(box, side, *probability);
+      if (!look) look = lookOf(brick.voxels, box);
+      addFace(box, side, *look);
     }
+  }
+
+  void addCrossSection(const VoxelBrick& brick, const CellBox& box) {
+    if (slice_layer_ < box.min.z || slice_layer_ >= box.max.z) return;
+    ++mesh_.num_cuboids;
+    CellBox section = box;
+    section.min.z = slice_layer_;
+    addFace(section, kSliceSide, lookOf(brick.voxels, box));
   }
 
   [[nodiscard]] bool isHidden(const Cell& brick, const CellBox& layer) const {
@@ -79,8 +113,13 @@ class FaceMaker {
     return sum / part.count();
   }
 
-  void addFace(const CellBox& box, int side, std::uint8_t probability) {
-    const Cell edges = box.max - box.min;
+  static Look lookOf(const PackedVoxels& voxels, const CellBox& cuboid) {
+    const Cell edges = cuboid.size();
+    return {toByte(meanProbability(voxels, cuboid)),
+            toByte((edges.x + edges.y + edges.z) / (3.0 * kBrickEdge))};
+  }
+
+  void addFace(const CellBox& box, int side, const Look& look) {
     const auto& corners = kCorners[static_cast<std::size_t>(side)];
     for (int i = 0; i < 4; ++i) {
       FaceVertex vertex{};
@@ -90,8 +129,8 @@ class FaceMaker {
             static_cast<std::int16_t>((is_upper ? box.max[axis] : box.min[axis]) - group_[axis]);
       }
       vertex.code = static_cast<std::int16_t>(4 * side + i);
-      vertex.probability = probability;
-      vertex.size = toByte((edges.x + edges.y + edges.z) / (3.0 * kBrickEdge));
+      vertex.probability = look.probability;
+      vertex.size = look.size;
       vertex.changed_s = changed_s_;
       mesh_.vertices.push_back(vertex);
     }
@@ -100,6 +139,7 @@ class FaceMaker {
   const CuboidMap& map_;
   const Cell group_;
   const FaceSet set_;
+  const std::int32_t slice_layer_;
   BrickMask hiding_;  ///< Of the current brick.
   float changed_s_ = 0.0F;
   std::vector<Cuboid> cuboids_;
@@ -108,10 +148,14 @@ class FaceMaker {
 
 }  // namespace
 
-FaceMesh makeFaces(const CuboidMap& map, const Cell& group, FaceSet set,
-                   const ChangeTimeOf& changed_s) {
-  FaceMaker maker(map, group, set);
-  const CellBox box{group, group + Cell{kGroupEdge, kGroupEdge, kGroupEdge}};
+FaceMesh makeFaces(const CuboidMap& map, const WantedFaces& wanted, const ChangeTimeOf& changed_s) {
+  FaceMaker maker(map, wanted);
+  CellBox box{wanted.group, wanted.group + Cell{kGroupEdge, kGroupEdge, kGroupEdge}};
+  if (isSlice(wanted.set)) {
+    box.min.z = std::max(box.min.z, wanted.slice_layer);
+    box.max.z = std::min(box.max.z, wanted.slice_layer + 1);
+    if (box.isEmpty()) return {};
+  }
   map.voxels().forEachIn(
       box, [&](const VoxelBrick& brick) { maker.add(brick, changed_s(brick.brick)); });
   return maker.take();

@@ -12,20 +12,31 @@ namespace cuboid_mapping_rviz {
 
 /// What faces are drawn of.
 enum class FaceSet : unsigned char {
-  kOccupied,  ///< Sides of occupied cuboids that are not covered by occupied voxels.
-  kFree,      ///< Sides of free cuboids that are not covered by free voxels.
-  kFrontier,  ///< Sides of free cuboids that touch an unknown voxel.
+  kOccupied,       ///< Sides of occupied cuboids that are not covered by occupied voxels.
+  kFree,           ///< Sides of free cuboids that are not covered by free voxels.
+  kFrontier,       ///< Sides of free cuboids that touch an unknown voxel.
+  kOccupiedSlice,  ///< Cross sections of occupied cuboids at one height.
+  kFreeSlice,      ///< Cross sections of free cuboids at one height.
 };
-constexpr std::array<FaceSet, 3> kFaceSets{FaceSet::kOccupied, FaceSet::kFree, FaceSet::kFrontier};
+constexpr std::array<FaceSet, 5> kFaceSets{FaceSet::kOccupied, FaceSet::kFree, FaceSet::kFrontier,
+                                           FaceSet::kOccupiedSlice, FaceSet::kFreeSlice};
+
+[[nodiscard]] constexpr bool isSlice(FaceSet set) { return set >= FaceSet::kOccupiedSlice; }
+
+/// As a side of a FaceVertex: a cross section, which the shader puts at the height of the slice.
+constexpr std::int16_t kSliceSide = 6;
+
+/// Of bricks that have not changed since the whole map came.
+constexpr float kNever_s = -1e30F;
 
 /// A corner of a face, as the graphics card gets it.
 struct FaceVertex {
   std::array<std::int16_t, 3> cell;  ///< In cells from the least cell of the group.
-  std::int16_t code;                 ///< 4 * side + corner; side: 2 * axis + (1 for the upper one).
-  std::uint8_t probability;          ///< Mean of the cuboid's voxels, times 255.
-  std::uint8_t size;                 ///< Edges of the cuboid, summed: 3 to 24, times 255 / 24.
+  std::int16_t code;  ///< 4 * side + corner; side: 2 * axis + (1 for the upper one), or kSliceSide.
+  std::uint8_t probability;  ///< Mean of the cuboid's voxels, times 255.
+  std::uint8_t size;         ///< Edges of the cuboid, summed: 3 to 24, times 255 / 24.
   std::array<std::uint8_t, 2> padding;
-  float changed_s;  ///< When the brick has changed last, in the display's time.
+  float changed_s;  ///< When the brick has changed last, in the display's time; kNever_s.
 };
 static_assert(sizeof(FaceVertex) == 16);
 
@@ -40,10 +51,16 @@ struct FaceMesh {
 /// When a brick has changed last.
 using ChangeTimeOf = std::function<float(const cuboid_mapping::Cell& brick)>;
 
-/// The exposed faces of a group (see groupOf()): sides of which no part is seen are left out, others
-/// are drawn whole. @complexity O(cuboids of the group).
-[[nodiscard]] FaceMesh makeFaces(const cuboid_mapping::CuboidMap& map,
-                                 const cuboid_mapping::Cell& group, FaceSet set,
+/// Which faces are asked for.
+struct WantedFaces {
+  cuboid_mapping::Cell group;  ///< Its least cell, see groupOf().
+  FaceSet set = FaceSet::kOccupied;
+  std::int32_t slice_layer = 0;  ///< Height of the voxels that a slice cuts, in cells.
+};
+
+/// The exposed faces of a group: sides of which no part is seen are left out, others are drawn whole. Of a
+/// slice: the cross sections of all cuboids in a layer of voxels. @complexity O(cuboids of the group).
+[[nodiscard]] FaceMesh makeFaces(const cuboid_mapping::CuboidMap& map, const WantedFaces& wanted,
                                  const ChangeTimeOf& changed_s);
 
 }  // namespace cuboid_mapping_rviz

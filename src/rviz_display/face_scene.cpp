@@ -12,21 +12,35 @@ void FaceScene::setShown(FaceSet set, bool is_shown) {
   shown.chunks.clear();
   shown.waiting.clear();
   shown.is_waiting.clear();
-  if (is_shown) enqueueAll(shown);
+  if (is_shown) enqueueAll(set);
+}
+
+void FaceScene::setSliceLayer(std::int32_t layer) {
+  if (layer == slice_layer_) return;
+  slice_layer_ = layer;
+  for (const FaceSet set : {FaceSet::kOccupiedSlice, FaceSet::kFreeSlice}) enqueueAll(set);
 }
 
 /// Also the groups of chunks, so that those go whose bricks are gone.
-void FaceScene::enqueueAll(Layer& layer) {
-  for (const auto& item : layer.chunks) layer.enqueue(item.first);
+void FaceScene::enqueueAll(FaceSet set) {
+  Layer& all = layer(set);
+  if (!all.is_shown) return;
+  for (const auto& item : all.chunks) all.enqueue(item.first);
+  CellBox box = kAllCells;
+  if (isSlice(set)) {
+    box.min.z = slice_layer_;
+    box.max.z = slice_layer_ + 1;
+  }
   source_.read([&](const CuboidMap& map) {
-    map.voxels().forEach([&](const VoxelBrick& brick) { layer.enqueue(groupOf(brick.brick)); });
+    map.voxels().forEachIn(box,
+                           [&](const VoxelBrick& brick) { all.enqueue(groupOf(brick.brick)); });
   });
 }
 
 void FaceScene::noteChanges(const ChangeSet& changes, float now_s) {
   if (changes.is_everything) {
     changed_s_.clear();
-    for (Layer& layer : layers_) enqueueAll(layer);
+    for (const FaceSet set : kFaceSets) enqueueAll(set);
     return;
   }
   for (const ChangedBrick& changed : changes.bricks) {
@@ -65,9 +79,9 @@ bool FaceScene::update(std::chrono::duration<double> budget) {
 
 void FaceScene::make(const CuboidMap& map, FaceSet set, const Cell& group) {
   Layer& shown = layer(set);
-  const FaceMesh mesh = makeFaces(map, group, set, [this](const Cell& brick) {
+  const FaceMesh mesh = makeFaces(map, {group, set, slice_layer_}, [this](const Cell& brick) {
     const auto found = changed_s_.find(brick);
-    return found == changed_s_.end() ? -1.0F : found->second;
+    return found == changed_s_.end() ? kNever_s : found->second;
   });
   if (mesh.numFaces() == 0) {
     shown.chunks.erase(group);

@@ -33,6 +33,9 @@ class FaceScene {
 
   /// What is not shown takes no memory, and is made when it is shown again.
   void setShown(FaceSet set, bool is_shown);
+  [[nodiscard]] bool isShown(FaceSet set) const { return layer(set).is_shown; }
+  /// Of the voxels that slices cut, in cells. What was made of another one goes bit by bit.
+  void setSliceLayer(std::int32_t layer);
   /// Changes no vertex.
   void setStyle(FaceSet set, const FaceStyle& style) { layer(set).material.setStyle(style); }
 
@@ -71,13 +74,14 @@ class FaceScene {
   [[nodiscard]] const Layer& layer(FaceSet set) const {
     return layers_[static_cast<std::size_t>(set)];
   }
-  void enqueueAll(Layer& layer);
+  void enqueueAll(FaceSet set);
   void make(const cuboid_mapping::CuboidMap& map, FaceSet set, const cuboid_mapping::Cell& group);
 
   rviz::DisplayContext* context_;
   Ogre::SceneNode& node_;
   const MapSource& source_;
   std::array<Layer, kFaceSets.size()> layers_;
+  std::int32_t slice_layer_ = 0;
   ByCell<float> changed_s_;  ///< By brick, since the whole map came.
 };
 

@@ -89,7 +89,7 @@ TEST_P(FaceMeshOfSet, showsEachExposedSideOnceAndNoFaceThatIsHidden) {
       map.apply(test::randomUpdate(random, {{-3, -3, -3}, {3, 3, 3}}, 20));
     std::map<VoxelSide, int> shown;
     for (const Cell& group : groupsOf(map)) {
-      const FaceMesh mesh = makeFaces(map, group, GetParam(), [](const Cell&) { return 0.0F; });
+      const FaceMesh mesh = makeFaces(map, {group, GetParam()}, [](const Cell&) { return 0.0F; });
       for (std::size_t face = 0; face < mesh.numFaces(); ++face) {
         const FaceVertex* corners = &mesh.vertices[4 * face];
         const int side = corners[0].code / 4;
@@ -119,13 +119,56 @@ TEST_P(FaceMeshOfSet, showsEachExposedSideOnceAndNoFaceThatIsHidden) {
   }
 }
 
-INSTANTIATE_TEST_SUITE_P(Sets, FaceMeshOfSet, testing::ValuesIn(kFaceSets));
+INSTANTIATE_TEST_SUITE_P(Sets, FaceMeshOfSet,
+                         testing::Values(FaceSet::kOccupied, FaceSet::kFree, FaceSet::kFrontier));
+
+class SliceOfSet : public testing::TestWithParam<FaceSet> {};
+
+TEST_P(SliceOfSet, coversEachVoxelOfItsLayerAndClassOnce) {
+  test::Random random(2);
+  CuboidMap map;
+  for (int i = 0; i < 5; ++i) map.apply(test::randomUpdate(random, {{-3, -3, -3}, {3, 3, 3}}, 20));
+  const Occupancy wanted =
+      GetParam() == FaceSet::kOccupiedSlice ? Occupancy::kOccupied : Occupancy::kFree;
+  std::size_t num_all = 0;
+  for (const std::int32_t layer : {-9, -3, -1, 0, 2}) {
+    std::map<Cell, int> shown;
+    for (const Cell& group : groupsOf(map)) {
+      const FaceMesh mesh =
+          makeFaces(map, {group, GetParam(), layer}, [](const Cell&) { return 0.0F; });
+      for (std::size_t face = 0; face < mesh.numFaces(); ++face) {
+        const FaceVertex* corners = &mesh.vertices[4 * face];
+        EXPECT_GT(normalOf(corners).z, 0);
+        EXPECT_EQ(group.z + corners[0].cell[2], layer);
+        for (int x = corners[0].cell[0]; x < corners[2].cell[0]; ++x) {
+          for (int y = corners[0].cell[1]; y < corners[2].cell[1]; ++y) {
+            ++shown[{group.x + x, group.y + y, layer}];
+          }
+        }
+      }
+    }
+    std::size_t num_voxels = 0;
+    map.voxels().forEach([&](const VoxelBrick& brick) {
+      forEachCell(brick.brick, brick.voxels.known(), [&](const Cell& cell) {
+        if (cell.z != layer || map.voxels().at(cell) != wanted) return;
+        ++num_voxels;
+        EXPECT_EQ(shown[cell], 1);
+      });
+    });
+    EXPECT_EQ(shown.size(), num_voxels);
+    num_all += num_voxels;
+  }
+  EXPECT_GT(num_all, 10U);
+}
+
+INSTANTIATE_TEST_SUITE_P(Sets, SliceOfSet,
+                         testing::Values(FaceSet::kOccupiedSlice, FaceSet::kFreeSlice));
 
 TEST(FaceMesh, tellsProbabilitySizeAndTimeOfChange) {
   CuboidMap map;
   map.replace(kAllCells, {{{{0, 0, 0}, {2, 1, 1}}, 0.0F}, {{{2, 0, 0}, {3, 1, 1}}, -1.0F}});
   const FaceMesh mesh =
-      makeFaces(map, {0, 0, 0}, FaceSet::kOccupied, [](const Cell&) { return 7.0F; });
+      makeFaces(map, {{0, 0, 0}, FaceSet::kOccupied}, [](const Cell&) { return 7.0F; });
   ASSERT_EQ(mesh.numFaces(), 6U);
   EXPECT_EQ(mesh.num_cuboids, 1U);
   for (const FaceVertex& vertex : mesh.vertices) {
@@ -140,7 +183,7 @@ TEST(FaceMesh, hidesFacesBetweenGroups) {
   map.replace(kAllCells, {{{{24, 0, 0}, {40, 8, 8}}, 1.0F}});
   for (const Cell& group : {Cell{0, 0, 0}, Cell{32, 0, 0}}) {
     const FaceMesh mesh =
-        makeFaces(map, group, FaceSet::kOccupied, [](const Cell&) { return 0.0F; });
+        makeFaces(map, {group, FaceSet::kOccupied}, [](const Cell&) { return 0.0F; });
     EXPECT_EQ(mesh.numFaces(), 5U);
   }
 }

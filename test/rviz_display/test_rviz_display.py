@@ -10,12 +10,15 @@ import shutil
 import signal
 import subprocess
 import tempfile
+import threading
 import time
 import unittest
 
 import numpy
 import rospy
 import yaml
+from cuboid_mapping.srv import SetBox, SetBoxRequest
+from geometry_msgs.msg import Point
 
 GOLDEN = pathlib.Path(__file__).resolve().parent / 'golden'
 PACKAGE = GOLDEN.parent.parent.parent
@@ -151,6 +154,42 @@ class TestDisplay(unittest.TestCase):
         box = {'Value': True, 'Min': {'X': 0, 'Y': 0, 'Z': -1}, 'Max': {'X': 15, 'Y': 8, 'Z': 2}}
         self.expect_golden('classes', **self.file(), **{
             'Color by': 'Class', 'Free': {'Value': True, 'Alpha': 0.2}, 'Frontier': True, 'Clip box': box})
+
+    def test_colors_by_a_given_range_of_heights(self):
+        self.expect_golden('height_given', **self.file(), **{
+            'Occupied': {'Value': True, 'Alpha': 0.5},
+            'Color by': {'Value': 'Height', 'Fit to heights': False, 'Lowest': 0.5, 'Highest': 1.5}})
+
+    def test_shows_cross_sections_at_a_height(self):
+        self.expect_golden('slice', **self.file(), **{
+            'Color by': 'Class', 'Free': {'Value': True, 'Alpha': 0.6}, 'Slice': {'Value': True, 'Height': 0.5}})
+
+    def test_fills_what_is_cut_above_the_map_below(self):
+        self.expect_golden('slice_below', **self.file(), **{
+            'Color by': 'Cuboid size', 'Slice': {'Value': True, 'Height': 0.5, 'Show below': True}})
+
+    def test_shows_what_has_changed_of_late(self):
+        node = start('rosrun', 'cuboid_mapping', 'cuboid_mapping_node', '__name:=changing', '__ns:=/robot',
+                     f'_map_file:={self.map}', '_resolution:=0.2')
+        is_done = threading.Event()
+        editor = threading.Thread(target=self.change_box, args=(is_done,))
+        editor.start()
+        try:
+            self.expect_golden('recent', **{
+                'Topic namespace': '/robot', 'Server': 'changing', 'Changed in last': 1000.0})
+        finally:
+            is_done.set()
+            editor.join()
+            stop(node)
+
+    def change_box(self, is_done):
+        """Changes a box again and again, which ends as it was: rviz may listen from any time on."""
+        set_box = rospy.ServiceProxy('/robot/changing/set_box', SetBox)
+        set_box.wait_for_service(PATIENCE_S)
+        box = {'min': [Point(4.0, 3.0, 0.0)], 'max': [Point(7.0, 5.0, 1.2)]}
+        while not is_done.wait(1.0):
+            for occupancy in (SetBoxRequest.UNKNOWN, SetBoxRequest.OCCUPIED):
+                set_box(SetBoxRequest(occupancy=occupancy, **box))
 
     def test_shows_nothing_where_the_file_is_none(self):
         def is_gray(pixels):
