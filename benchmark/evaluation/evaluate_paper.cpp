@@ -98,7 +98,11 @@ void runGroup(const RunGroup& group, const std::vector<Scan>& scans, const RunFi
         const json run = runOctomap(group.specs.front(), rotated, *octomap);
         files.write(nameOf(group.specs.front()), run);
       }
-      if (!spec.is_octomap) files.write(name, runCuboidMap(spec, rotated, *octomap));
+      if (spec.reading) {
+        files.write(name, runPaperGrid(spec, rotated));
+      } else if (!spec.is_octomap) {
+        files.write(name, runCuboidMap(spec, rotated, *octomap));
+      }
     }
     on_done();
   }
@@ -116,6 +120,8 @@ void writeCsv(const std::vector<json>& runs, const fs::path& path) {
                            "search",
                            "starters",
                            "settle_clouds",
+                           "gap_free",
+                           "along",
                            "clouds",
                            "points",
                            "voxels",
@@ -123,6 +129,8 @@ void writeCsv(const std::vector<json>& runs, const fs::path& path) {
                            "occupied_cells",
                            "free_cells",
                            "hierarchy_nodes",
+                           "height",
+                           "nodes_of_point_query",
                            "cells_uncompressed",
                            "hierarchy_nodes_uncompressed",
                            "full_grid_cells",

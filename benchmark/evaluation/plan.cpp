@@ -51,6 +51,20 @@ std::vector<RunSpec> variants(double resolution_m) {
   return specs;
 }
 
+/// The paper to the letter, then each of its open points read the other way, then two together.
+std::vector<RunSpec> readings(double resolution_m) {
+  std::vector<RunSpec> specs;
+  for (const PaperReading& reading :
+       {PaperReading{}, PaperReading{false, true, GrowthStep::kOwnWidth},
+        PaperReading{true, false, GrowthStep::kOwnWidth},
+        PaperReading{true, true, GrowthStep::kCell}, PaperReading{true, false, GrowthStep::kCell},
+        PaperReading{false, true, GrowthStep::kCell}}) {
+    specs.push_back(paperRun(resolution_m, kUsualBranching));
+    specs.back().reading = reading;
+  }
+  return specs;
+}
+
 }  // namespace
 
 RunSpec paperRun(double resolution_m, int max_branches) {
@@ -75,6 +89,7 @@ std::vector<RunGroup> makePlan(const EvaluationOptions& options) {
   RunGroup reference{reference_m, 0.0, {octomapRun(reference_m, 0.0)}};
   reference.specs.push_back(paperRun(reference_m, kUsualBranching));
   for (const RunSpec& spec : variants(reference_m)) reference.specs.push_back(spec);
+  for (const RunSpec& spec : readings(reference_m)) reference.specs.push_back(spec);
   groups.push_back(std::move(reference));
   for (const double rotation_deg : {10.0, 30.0, 45.0}) {
     groups.push_back({reference_m,

@@ -29,7 +29,9 @@ struct RunGroup {
 /// resolution fusion strategies, environments, steps, search orders, starters, and rotations.
 [[nodiscard]] std::vector<RunGroup> makePlan(const EvaluationOptions& options);
 
-/// The paper's method, with M branches.
+/// The paper's method as this package has it, with M branches: in a dynamic environment, cells that
+/// cannot grow are tried again when something beside them has, split cells settle, and the R-tree
+/// packs what is fused. RunSpec::reading has it to the letter.
 [[nodiscard]] RunSpec paperRun(double resolution_m, int max_branches);
 
 }  // namespace cuboid_mapping::bench

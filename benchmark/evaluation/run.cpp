@@ -49,6 +49,14 @@ json describe(const RunSpec& spec, const std::vector<Scan>& scans) {
            {"commit", describeMachine().commit}};
   if (spec.is_octomap) return run;
   run["M"] = spec.map.rtree.max_branches;
+  if (spec.reading) {
+    run["map"] = "paper";
+    run["environment"] = toString(Environment::kStatic);
+    run["step"] = toString(spec.reading->step);
+    run["gap_free"] = spec.reading->is_gap_free;
+    run["along"] = spec.reading->grows_along;
+    return run;
+  }
   run["fusion"] = toString(spec.map.fusion);
   run["environment"] = toString(spec.map.environment);
   if (spec.map.fusion == FusionKind::kGrowth) {
@@ -92,15 +100,64 @@ double visitOccupied(const RTree& tree) {
   return sum;
 }
 
+std::size_t nodesOfPointQuery(const RTree& tree, int level, NodeIndex index, const CellBox& voxel) {
+  std::size_t num_nodes = 1;
+  if (level == 0) return num_nodes;
+  const Node& node = tree.node(level, index);
+  for (SlotSet slots = node.findOverlapping(voxel); slots != 0; slots = withoutFirst(slots)) {
+    num_nodes += nodesOfPointQuery(tree, level - 1, node.child()[firstSlot(slots)], voxel);
+  }
+  return num_nodes;
+}
+
+/// Nodes that a search for one voxel looks into, on average over the least voxels of the cells; the
+/// height of the tree if no boxes of nodes overlapped.
+double meanNodesOfPointQuery(const RTree& tree) {
+  std::size_t num_nodes = 0;
+  visitAll(tree, CuboidFilter::kAll, [&](const Cuboid& cuboid) {
+    num_nodes +=
+        nodesOfPointQuery(tree, tree.height() - 1, tree.root(), CellBox::ofCell(cuboid.box.min));
+    return Visit::kContinue;
+  });
+  return static_cast<double>(num_nodes) / static_cast<double>(tree.size());
+}
+
+/// What can be said of the R-tree when all clouds are in.
+void addTree(const RTree& tree, json& run) {
+  SizeHistogram sizes;
+  std::size_t num_occupied = 0;
+  double num_voxels = 0.0;
+  visitAll(tree, CuboidFilter::kAll, [&](const Cuboid& cuboid) {
+    sizes.count(cuboid.box.numVoxels());
+    num_voxels += cuboid.box.numVoxels();
+    num_occupied += cuboid.isOccupied() ? 1 : 0;
+    return Visit::kContinue;
+  });
+  run["cells"] = tree.size();
+  run["occupied_cells"] = num_occupied;
+  run["free_cells"] = tree.size() - num_occupied;
+  run["voxels"] = num_voxels;
+  run["hierarchy_nodes"] = tree.numLeafNodes() + tree.numInnerNodes();
+  run["height"] = tree.height();
+  run["nodes_of_point_query"] = meanNodesOfPointQuery(tree);
+  run["access_occupied_ms"] = 1e3 * cpuTimeOfOne_s([&] { return visitOccupied(tree); });
+  run["size_histogram"] = sizes.counts();
+}
+
 }  // namespace
 
 std::string nameOf(const RunSpec& spec) {
   std::ostringstream name;
-  name << (spec.is_octomap ? "octomap" : toString(spec.map.fusion)) << "_" << spec.map.resolution_m
-       << "m";
+  const char* map = spec.reading ? "paper" : toString(spec.map.fusion);
+  name << (spec.is_octomap ? "octomap" : map) << "_" << spec.map.resolution_m << "m";
   if (spec.rotation_deg != 0.0) name << "_rotated" << spec.rotation_deg;
   if (spec.is_octomap) return name.str();
   name << "_M" << spec.map.rtree.max_branches;
+  if (spec.reading) {
+    name << "_" << toString(spec.reading->step) << (spec.reading->is_gap_free ? "_full" : "_gaps")
+         << (spec.reading->grows_along ? "_along" : "_across");
+    return name.str();
+  }
   if (spec.map.environment == Environment::kStatic) name << "_static";
   if (spec.map.fusion != FusionKind::kGrowth) return name.str();
   std::string search = toText(spec.map.growth.search);
@@ -186,26 +243,38 @@ json runCuboidMap(const RunSpec& spec, const std::vector<Scan>& scans,
   }
   addInsertion(cpu_s, run);
   run["cells_over_time"] = std::move(cells_over_time);
-  run["cells"] = map.tree().size();
-  const CuboidCounts counts = countCuboids(map);
-  run["occupied_cells"] = counts.occupied;
-  run["free_cells"] = counts.free;
-  run["hierarchy_nodes"] = map.tree().numLeafNodes() + map.tree().numInnerNodes();
-  run["voxels"] = map.voxels().numFreeVoxels() + map.voxels().numOccupiedVoxels();
+  addTree(map.tree(), run);
   run["bytes"] = map.numBytes();
-  run["access_occupied_ms"] = 1e3 * cpuTimeOfOne_s([&] { return visitOccupied(map.tree()); });
-  SizeHistogram sizes;
-  visitAll(map.tree(), CuboidFilter::kAll, [&](const Cuboid& cuboid) {
-    sizes.count(cuboid.box.numVoxels());
-    return Visit::kContinue;
-  });
-  run["size_histogram"] = sizes.counts();
   if (config.environment == Environment::kDynamic) {
     const Agreement agreement = compareWithOctomap(map, octomap);
     run["known_mismatch"] = agreement.known_mismatch;
     run["class_mismatch"] = agreement.class_mismatch;
     run["max_log_odds_difference"] = agreement.max_log_odds_difference;
   }
+  return run;
+}
+
+json runPaperGrid(const RunSpec& spec, const std::vector<Scan>& scans) {
+  json run = describe(spec, scans);
+  const MapConfig& config = spec.map;
+  const Grid grid(config.resolution_m);
+  PaperGrid paper(SensorModel(config.sensor_model, Environment::kStatic), config.rtree,
+                  *spec.reading);
+  ScanUpdater updater(grid, kNoLimit, 1, config.growth.sampling);
+  double cpu_s = 0.0;
+  json cells_over_time = json::array();
+  for (const Scan& scan : scans) {
+    throwIfInterrupted();
+    cpu_s += timeOf([&] {
+               const ScanUpdate& update = updater.compute(scan);
+               paper.update(update);
+               paper.fuse(startersOf(update));
+             }).cpu_s;
+    cells_over_time.push_back(paper.tree().size());
+  }
+  addInsertion(cpu_s, run);
+  run["cells_over_time"] = std::move(cells_over_time);
+  addTree(paper.tree(), run);
   return run;
 }
 

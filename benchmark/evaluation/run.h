@@ -2,12 +2,15 @@
 // One run of the evaluation: a data set goes into one map.
 #pragma once
 
+#include "paper_grid.h"
+
 #include "cuboid_mapping/map/cuboid_map.h"
 #include "cuboid_mapping/scan/scan.h"
 
 #include <octomap/OcTree.h>
 #include <nlohmann/json.hpp>
 
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -16,6 +19,7 @@ namespace cuboid_mapping::bench {
 /// What is run. Of OctoMap only resolution and rotation count.
 struct RunSpec {
   bool is_octomap = false;
+  std::optional<PaperReading> reading;  ///< Runs PaperGrid, in place of this package's map.
   MapConfig map;
   double rotation_deg = 0.0;  ///< Of the clouds about the z axis of the map.
 };
@@ -37,5 +41,8 @@ struct RunSpec {
 ///                 figures say how far both agree.
 [[nodiscard]] nlohmann::json runCuboidMap(const RunSpec& spec, const std::vector<Scan>& scans,
                                           const octomap::OcTree& octomap);
+
+/// The paper's grid with all clouds, and its figures. @pre spec.reading.
+[[nodiscard]] nlohmann::json runPaperGrid(const RunSpec& spec, const std::vector<Scan>& scans);
 
 }  // namespace cuboid_mapping::bench
