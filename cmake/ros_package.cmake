@@ -5,6 +5,9 @@ if(CUBOID_MAPPING_NODE)
     diagnostic_msgs diagnostic_updater dynamic_reconfigure map_msgs nodelet pcl_conversions pcl_ros pluginlib rosbag
     rosbag_storage rosgraph_msgs sensor_msgs std_srvs tf2 tf2_eigen tf2_msgs tf2_ros visualization_msgs)
 endif()
+# The GMock module of Debian 11 remembers that it has found GoogleTest, but defines its targets only
+# where it searches: without this, tests do not link after CMake has run again.
+unset(GMOCK_FOUND CACHE)
 find_package(catkin REQUIRED COMPONENTS ${packages})
 find_package(octomap_msgs QUIET)  # Debian has none: types of the same name on the wire are used
 
