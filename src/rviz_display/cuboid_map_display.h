@@ -35,6 +35,9 @@ class CuboidMapDisplay : public rviz::Display {
   void update(float wall_dt, float ros_dt) override;
   void reset() override;
 
+  /// What is drawn; nothing while the display is off.
+  [[nodiscard]] const FaceScene* scene() const { return scene_.get(); }
+
  protected:
   void onInitialize() override;
   void onEnable() override;

@@ -93,7 +93,7 @@ void FaceScene::make(const CuboidMap& map, FaceSet set, const Cell& group) {
     chunk.faces = std::make_unique<FaceChunk>(node_, place, shown.material.get());
     chunk.picker = std::make_unique<CuboidPicker>(context_, source_, node_, group, *chunk.faces);
   }
-  chunk.faces->upload(mesh);
+  num_uploaded_bytes_ += chunk.faces->upload(mesh);
 }
 
 FaceScene::Counts FaceScene::counts(FaceSet set) const {

@@ -48,6 +48,8 @@ class FaceScene {
   [[nodiscard]] Counts counts(FaceSet set) const;
   /// Groups that wait for update().
   [[nodiscard]] std::size_t numWaiting() const;
+  /// Sent to the graphics card so far.
+  [[nodiscard]] std::uint64_t numUploadedBytes() const { return num_uploaded_bytes_; }
 
  private:
   struct Chunk {
@@ -82,6 +84,7 @@ class FaceScene {
   const MapSource& source_;
   std::array<Layer, kFaceSets.size()> layers_;
   std::int32_t slice_layer_ = 0;
+  std::uint64_t num_uploaded_bytes_ = 0;
   ByCell<float> changed_s_;  ///< By brick, since the whole map came.
 };
 

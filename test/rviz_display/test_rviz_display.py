@@ -199,6 +199,11 @@ class TestDisplay(unittest.TestCase):
                             **{'Map file': str(self.folder / 'missing.cuboids')})
         self.assertTrue(is_gray(pixels))
 
+    def test_does_not_crash_or_block(self):
+        end = subprocess.run([program('test_display_life')], capture_output=True, text=True, timeout=PATIENCE_S,
+                             env={**os.environ, 'DISPLAY': self.screen, 'LIBGL_ALWAYS_SOFTWARE': '1'}, check=False)
+        self.assertEqual(end.returncode, 0, end.stdout[-4000:] + end.stderr[-2000:])
+
 
 if __name__ == '__main__':
     import rostest

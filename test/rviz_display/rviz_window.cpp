@@ -1,0 +1,85 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "rviz_display/rviz_window.h"
+
+#include <rviz/view_controller.h>
+#include <rviz/view_manager.h>
+
+#include <OgrePixelFormat.h>
+#include <OgreRenderWindow.h>
+
+#include <chrono>
+
+namespace cuboid_mapping_rviz::test {
+
+using Clock = std::chrono::steady_clock;
+
+QApplication& RvizWindow::application() {
+  static int num_arguments = 1;
+  static char name[] = "rviz_window";
+  static char* arguments[] = {name, nullptr};
+  static QApplication application(num_arguments, arguments);
+  return application;
+}
+
+RvizWindow::RvizWindow(const QSize& size, const std::string& fixed_frame) {
+  panel_.resize(size);
+  panel_.show();
+  QApplication::processEvents();
+  panel_.initialize(manager_.getSceneManager(), &manager_);
+  manager_.initialize();
+  manager_.setFixedFrame(QString::fromStdString(fixed_frame));
+}
+
+rviz::Display* RvizWindow::addDisplay(const std::string& class_name, bool is_enabled) {
+  return manager_.createDisplay(QString::fromStdString(class_name), "Display", is_enabled);
+}
+
+void RvizWindow::update() {
+  QApplication::processEvents();
+  manager_.queueRender();
+  QMetaObject::invokeMethod(&manager_, "onUpdate");  // rviz calls it by a timer
+}
+
+bool RvizWindow::updateUntil(const std::function<bool()>& is_done, double most_s) {
+  const auto end = Clock::now() + std::chrono::duration<double>(most_s);
+  while (!is_done()) {
+    if (Clock::now() > end) return false;
+    update();
+  }
+  return true;
+}
+
+double RvizWindow::drawFrame_s() {
+  const auto start = Clock::now();
+  panel_.getRenderWindow()->update(true);
+  readPixels();  // Waits for the renderer.
+  return std::chrono::duration<double>(Clock::now() - start).count();
+}
+
+Ogre::RenderTarget::FrameStats RvizWindow::statistics() {
+  return panel_.getRenderWindow()->getStatistics();
+}
+
+std::vector<unsigned char> RvizWindow::readPixels() {
+  Ogre::RenderWindow* window = panel_.getRenderWindow();
+  const Ogre::Box area(0, 0, window->getWidth(), window->getHeight());
+  std::vector<unsigned char> pixels(std::size_t{3} * area.getWidth() * area.getHeight());
+  const Ogre::PixelBox memory(area, Ogre::PF_BYTE_RGB, pixels.data());
+#if OGRE_VERSION < ((1 << 16) | (12 << 8))  // Ubuntu 20.04
+  window->copyContentsToMemory(memory);
+#else
+  window->copyContentsToMemory(area, memory);
+#endif
+  return pixels;
+}
+
+void RvizWindow::look(double distance_m, double yaw_rad, double pitch_rad) {
+  rviz::ViewManager* views = manager_.getViewManager();
+  rviz::ViewController* view = views->getCurrent();
+  view->subProp("Distance")->setValue(distance_m);
+  view->subProp("Yaw")->setValue(yaw_rad);
+  view->subProp("Pitch")->setValue(pitch_rad);
+  view->update(0.0F, 0.0F);
+}
+
+}  // namespace cuboid_mapping_rviz::test

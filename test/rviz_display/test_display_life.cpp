@@ -1,0 +1,218 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// The display in a scene of rviz, where nothing must crash or block. Run by test_rviz_display.py, on a
+// virtual screen.
+#include "cuboid_mapping/io/map_files.h"
+#include "cuboid_mapping/map/map_follower.h"
+#include "cuboid_mapping/ros/map_messages.h"
+#include "rviz_display/cuboid_map_display.h"
+#include "rviz_display/rviz_window.h"
+
+#include "support/random_bricks.h"
+
+#include <gtest/gtest.h>
+#include <ros/ros.h>
+#include <rviz/properties/status_list.h>
+#include <std_msgs/String.h>
+
+#include <OgreMaterialManager.h>
+#include <OgreSceneManager.h>
+#include <OgreSceneNode.h>
+
+#include <memory>
+#include <string>
+
+namespace cuboid_mapping_rviz {
+namespace {
+
+using namespace cuboid_mapping;
+using rviz::StatusProperty;
+
+CuboidMap makeMap(int num_updates) {
+  cuboid_mapping::test::Random random(3);
+  MapConfig config;
+  config.resolution_m = 0.2;
+  CuboidMap map(config);
+  const CellBox bricks{{-3, -3, -3}, {3, 3, 3}};
+  for (int i = 0; i < num_updates; ++i)
+    map.apply(cuboid_mapping::test::randomUpdate(random, bricks, 20));
+  return map;
+}
+
+/// Offers the topic cuboid_map of a namespace, to whoever listens.
+ros::Publisher offer(ros::NodeHandle& nh, const CuboidMap& map, const std::string& frame_id) {
+  cuboid_mapping_ros::ImageMessage message;
+  message.header.frame_id = frame_id;
+  message.image = makeImage(map, 1, MapDetail::kClasses);
+  ros::Publisher publisher = nh.advertise<FullCuboidMap>("cuboid_map", 1, true);
+  publisher.publish(toMessage(message, message.image.content));
+  return publisher;
+}
+
+class DisplayLife : public testing::Test {
+ protected:
+  static void SetUpTestSuite() { the_window = std::make_unique<test::RvizWindow>(QSize(320, 240)); }
+  static void TearDownTestSuite() { the_window.reset(); }
+  static test::RvizWindow& window() { return *the_window; }
+
+  static CuboidMapDisplay* add(const std::string& topic_namespace) {
+    auto* display =
+        dynamic_cast<CuboidMapDisplay*>(window().addDisplay("cuboid_mapping/CuboidMap"));
+    display->subProp("Topic namespace")->setValue(QString::fromStdString(topic_namespace));
+    return display;
+  }
+
+  static int levelOf(CuboidMapDisplay& display, const char* name) {
+    for (int i = 0; i < display.numChildren(); ++i) {
+      auto* list = dynamic_cast<rviz::StatusList*>(display.childAt(i));
+      for (int j = 0; list != nullptr && j < list->numChildren(); ++j) {
+        auto* status = dynamic_cast<StatusProperty*>(list->childAt(j));
+        if (status != nullptr && status->getName() == name) return status->getLevel();
+      }
+    }
+    return -1;
+  }
+
+  static bool isDrawn(const CuboidMapDisplay& display) {
+    const FaceScene* scene = display.scene();
+    return scene != nullptr && scene->counts(FaceSet::kOccupied).faces > 0 &&
+           scene->numWaiting() == 0;
+  }
+
+  static std::string writeMap() {
+    const std::string file = testing::TempDir() + "display_life.cuboids";
+    writeMapFile(file, takeSnapshot(makeMap(5), "map"));
+    return file;
+  }
+
+ private:
+  static inline std::unique_ptr<test::RvizWindow> the_window;  ///< One for all: rviz has one Ogre.
+};
+
+std::size_t countMaterials() {
+  std::size_t count = 0;
+  for (const auto& item : Ogre::MaterialManager::getSingleton().getResourceIterator()) {
+    count += item.second->getName().find("cuboid_mapping") == 0 ? 1 : 0;
+  }
+  return count;
+}
+
+TEST_F(DisplayLife, leavesNothingBehindWhenAddedAndRemoved100Times) {
+  const QString file = QString::fromStdString(writeMap());
+  Ogre::SceneNode* root = window().manager().getSceneManager()->getRootSceneNode();
+  const std::size_t num_nodes = root->numChildren();
+  for (int round = 0; round < 100; ++round) {
+    CuboidMapDisplay* display = add("");
+    display->subProp("Map file")->setValue(file);
+    // Some go at once, some while the file is read, some when it is shown.
+    if (round % 3 == 1) window().update();
+    if (round % 3 == 2) {
+      ASSERT_TRUE(window().updateUntil([&] { return isDrawn(*display); }));
+    }
+    delete display;
+  }
+  window().update();
+  EXPECT_EQ(root->numChildren(), num_nodes);
+  EXPECT_EQ(countMaterials(), 0U);
+}
+
+TEST_F(DisplayLife, uploadsNoVertexForColorsAlphaHeightsAndBoxes) {
+  CuboidMapDisplay* display = add("");
+  display->subProp("Map file")->setValue(QString::fromStdString(writeMap()));
+  ASSERT_TRUE(window().updateUntil([&] { return isDrawn(*display); }));
+  const std::uint64_t num_bytes = display->scene()->numUploadedBytes();
+  EXPECT_GT(num_bytes, 1000U);
+  const FaceScene::Counts counts = display->scene()->counts(FaceSet::kOccupied);
+  EXPECT_LE(counts.bytes, 100 * counts.faces);
+  for (const char* mode : {"Probability", "Cuboid size", "Class", "Height"}) {
+    display->subProp("Color by")->setValue(mode);
+    window().update();
+  }
+  display->subProp("Color by")->subProp("Fit to heights")->setValue(false);
+  display->subProp("Occupied")->subProp("Color")->setValue(QColor(255, 0, 0));
+  display->subProp("Occupied")->subProp("Alpha")->setValue(0.5);
+  display->subProp("Edges")->setValue(false);
+  for (const char* part : {"Height range", "Clip box"}) {
+    display->subProp(part)->setValue(true);
+    window().update();
+  }
+  display->subProp("Height range")->subProp("Max")->setValue(0.3);
+  display->subProp("Changed in last")->setValue(5.0);
+  window().update();
+  EXPECT_EQ(display->scene()->numUploadedBytes(), num_bytes);
+  delete display;
+}
+
+TEST_F(DisplayLife, uploadsNothingWhenASliceMovesInsideItsLayer) {
+  CuboidMapDisplay* display = add("");
+  display->subProp("Map file")->setValue(QString::fromStdString(writeMap()));
+  display->subProp("Free")->setValue(true);
+  display->subProp("Slice")->setValue(true);
+  display->subProp("Slice")->subProp("Height")->setValue(0.05);
+  const auto is_cut = [&] {
+    return display->scene()->numWaiting() == 0 &&
+           display->scene()->counts(FaceSet::kFreeSlice).faces > 0;
+  };
+  ASSERT_TRUE(window().updateUntil(is_cut));
+  EXPECT_EQ(display->scene()->counts(FaceSet::kFree).faces, 0U);
+  const std::uint64_t num_bytes = display->scene()->numUploadedBytes();
+  display->subProp("Slice")->subProp("Height")->setValue(0.15);
+  window().update();
+  EXPECT_EQ(display->scene()->numUploadedBytes(), num_bytes);
+  display->subProp("Slice")->subProp("Height")->setValue(-0.15);
+  ASSERT_TRUE(window().updateUntil(is_cut));
+  EXPECT_GT(display->scene()->numUploadedBytes(), num_bytes);
+  delete display;
+}
+
+TEST_F(DisplayLife, saysThatThereIsNoTransformAndShowsTheMapWhenThereIs) {
+  ros::NodeHandle nh("/no_tf");
+  const ros::Publisher publisher = offer(nh, makeMap(5), "nowhere");
+  CuboidMapDisplay* display = add("/no_tf");
+  EXPECT_TRUE(window().updateUntil(
+      [&] { return levelOf(*display, "Transform") == StatusProperty::Error; }));
+  window().manager().setFixedFrame("nowhere");
+  EXPECT_TRUE(window().updateUntil([&] {
+    return levelOf(*display, "Transform") != StatusProperty::Error && isDrawn(*display);
+  }));
+  window().manager().setFixedFrame("map");
+  delete display;
+}
+
+TEST_F(DisplayLife, survivesTopicsOfAnotherTypeAndNamesThatAreNone) {
+  ros::NodeHandle nh("/wrong");
+  ros::Publisher publisher = nh.advertise<std_msgs::String>("cuboid_map", 1, true);
+  publisher.publish(std_msgs::String());
+  CuboidMapDisplay* display = add("/wrong");
+  EXPECT_TRUE(
+      window().updateUntil([&] { return levelOf(*display, "Map") == StatusProperty::Warn; }));
+  display->subProp("Topic namespace")->setValue("no name!");
+  window().update();
+  EXPECT_EQ(levelOf(*display, "Map"), StatusProperty::Error);
+  delete display;
+}
+
+TEST_F(DisplayLife, survivesAnEmptyMapAndJumpsOfTime) {
+  ros::NodeHandle nh("/empty");
+  ros::Publisher publisher = offer(nh, makeMap(0), "map");
+  CuboidMapDisplay* display = add("/empty");
+  EXPECT_TRUE(window().updateUntil([&] { return levelOf(*display, "Map") == StatusProperty::Ok; }));
+  EXPECT_EQ(display->scene()->counts(FaceSet::kOccupied).faces, 0U);
+  publisher = offer(nh, makeMap(5), "map");
+  for (int round = 0; round < 5; ++round) {
+    window().manager().resetTime();  // As rviz does when time jumps back.
+    window().update();
+  }
+  EXPECT_TRUE(window().updateUntil([&] { return isDrawn(*display); }));
+  delete display;
+}
+
+}  // namespace
+}  // namespace cuboid_mapping_rviz
+
+int main(int argc, char** argv) {
+  testing::InitGoogleTest(&argc, argv);
+  ros::init(argc, argv, "test_display_life", ros::init_options::AnonymousName);
+  ros::AsyncSpinner spinner(1);
+  const ros::NodeHandle nh;  // ROS stays up between two tests.
+  return RUN_ALL_TESTS();
+}
