@@ -52,12 +52,24 @@ target_link_libraries(scans_to_bag
   ${roscpp_LIBRARIES} ${rosbag_storage_LIBRARIES} ${tf2_ros_LIBRARIES})
 
 # A bag into a file of a map.
-add_executable(bag_to_map tools/bag_to_map.cpp tools/yaml_parameters.cpp)
+add_library(cuboid_mapping_bag_clouds STATIC tools/bag_clouds.cpp tools/yaml_parameters.cpp)
+cuboid_mapping_configure(cuboid_mapping_bag_clouds)
+target_include_directories(cuboid_mapping_bag_clouds SYSTEM PRIVATE ${YAML_CPP_INCLUDE_DIR})
+target_link_libraries(cuboid_mapping_bag_clouds
+  PUBLIC cuboid_mapping_ros cuboid_mapping_map_tools cuboid_mapping_command_line
+  PRIVATE ${YAML_CPP_LIBRARIES})
+add_executable(bag_to_map tools/bag_to_map.cpp)
 cuboid_mapping_configure(bag_to_map)
-target_include_directories(bag_to_map SYSTEM PRIVATE ${YAML_CPP_INCLUDE_DIR})
-target_link_libraries(bag_to_map
-  PRIVATE cuboid_mapping_ros cuboid_mapping_map_tools cuboid_mapping_command_line
-    ${YAML_CPP_LIBRARIES})
+target_link_libraries(bag_to_map PRIVATE cuboid_mapping_bag_clouds)
+if(MPI_C_FOUND)
+  add_executable(bag_to_map_mpi tools/bag_to_map_mpi.cpp tools/brick_owner.cpp tools/mpi_ranks.cpp)
+  cuboid_mapping_configure(bag_to_map_mpi)
+  target_compile_definitions(bag_to_map_mpi PRIVATE OMPI_SKIP_MPICXX)  # Its C++ interface is none of MPI 3.
+  target_link_libraries(bag_to_map_mpi PRIVATE cuboid_mapping_bag_clouds MPI::MPI_C)
+  cuboid_mapping_install_programs(bag_to_map_mpi)
+else()
+  cuboid_mapping_left_out(bag_to_map_mpi "libopenmpi-dev openmpi-bin")
+endif()
 
 # An example of a planner, which follows the map: made of what is exported, as a user's would be.
 add_executable(example_planner tools/example_planner.cpp)

@@ -13,6 +13,7 @@
 #include <filesystem>
 #include <fstream>
 #include <functional>
+#include <optional>
 #include <sstream>
 #include <stdexcept>
 #include <string>
@@ -64,6 +65,14 @@ struct ProgramEnd {
   std::string err;
 };
 
+/// The signals that a process has handlers for, as bits; nothing when it has ended.
+inline std::optional<std::uint64_t> caughtSignals(pid_t pid) {
+  const std::string status = readFile("/proc/" + std::to_string(pid) + "/status");
+  const std::size_t caught = status.find("SigCgt:");
+  if (caught == std::string::npos) return std::nullopt;
+  return std::stoull(status.substr(caught + 7), nullptr, 16);
+}
+
 /// A program that runs beside the test.
 class Program {
  public:
@@ -88,15 +97,15 @@ class Program {
   /// Waits until it has a handler for a signal, for at most two minutes. @return  Whether it has.
   [[nodiscard]] bool waitUntilItCatches(int signal_number) const {
     for (int i = 0; i < 120000; ++i) {
-      const std::string status = readFile("/proc/" + std::to_string(pid_) + "/status");
-      const std::size_t caught = status.find("SigCgt:");
-      if (caught == std::string::npos) return false;
-      const std::uint64_t signals = std::stoull(status.substr(caught + 7), nullptr, 16);
-      if (signals >> (signal_number - 1) & 1U) return true;
+      const auto signals = caughtSignals(pid_);
+      if (!signals) return false;
+      if (*signals >> (signal_number - 1) & 1U) return true;
       std::this_thread::sleep_for(std::chrono::milliseconds(1));
     }
     return false;
   }
+
+  [[nodiscard]] pid_t pid() const { return pid_; }
 
   /// Waits for its end.
   ProgramEnd finish() {

@@ -1,0 +1,200 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "bag_clouds.h"
+
+#include "cuboid_mapping/io/file_replacement.h"
+#include "cuboid_mapping/io/text.h"
+#include "yaml_parameters.h"
+
+#include <rosbag/view.h>
+#include <tf2_msgs/TFMessage.h>
+
+#include <iostream>
+#include <set>
+#include <stdexcept>
+#include <utility>
+
+namespace cuboid_mapping_ros {
+namespace {
+
+using Bags = std::vector<std::unique_ptr<rosbag::Bag>>;
+
+Bags openBags(const std::vector<std::string>& files) {
+  Bags bags;
+  for (const std::string& file : files) {
+    try {
+      bags.push_back(std::make_unique<rosbag::Bag>(file));
+    } catch (const rosbag::BagException& error) {
+      throw std::runtime_error("cannot read " + file + " as a rosbag: " + error.what());
+    }
+  }
+  return bags;
+}
+
+NodeParameters readOptionParameters(const std::string& program, const BagOptions& options) {
+  const LoadedParameters loaded =
+      readParameters(loadYamlParameters(options.parameter_file, options.settings));
+  for (const ParameterError& warning : loaded.warnings) {
+    std::cerr << program << ": parameter " << warning.key << ": " << warning.message << std::endl;
+  }
+  for (const ParameterError& error : loaded.errors) {
+    std::cerr << program << ": parameter " << error.key << ": " << error.message << std::endl;
+  }
+  if (!loaded.errors.empty()) throw std::runtime_error("bad parameters");
+  return loaded.parameters;
+}
+
+std::string join(const std::set<std::string>& names) {
+  std::string joined;
+  for (const std::string& name : names) joined += (joined.empty() ? "" : ", ") + name;
+  return joined;
+}
+
+/// The topics asked for; all that there are when none is.
+std::vector<std::string> chooseTopics(const Bags& bags, const std::vector<std::string>& wanted) {
+  std::set<std::string> found;
+  for (const auto& bag : bags) {
+    rosbag::View view(*bag, rosbag::TypeQuery("sensor_msgs/PointCloud2"));
+    for (const rosbag::ConnectionInfo* connection : view.getConnections()) {
+      found.insert(connection->topic);
+    }
+  }
+  if (found.empty())
+    throw std::runtime_error("the bags contain no clouds (sensor_msgs/PointCloud2)");
+  for (const std::string& topic : wanted) {
+    if (found.count(topic) == 0) {
+      throw std::runtime_error("no clouds on " + topic + ": choose from " + join(found));
+    }
+  }
+  return wanted.empty() ? std::vector<std::string>(found.begin(), found.end()) : wanted;
+}
+
+void addQueries(const Bags& bags, const std::vector<std::string>& topics, rosbag::View& view) {
+  for (const auto& bag : bags) view.addQuery(*bag, rosbag::TopicQuery(topics));
+}
+
+}  // namespace
+
+std::optional<int> parseBagOptions(cuboid_mapping::CommandLine& line, int argc, char** argv,
+                                   BagOptions& options) {
+  line.addArgument("bags", options.bags, "rosbags with sensor_msgs/PointCloud2 and tf");
+  line.addText("output,o", options.output, "map to write: " + cuboid_mapping::knownEndings());
+  line.addTexts("topic", options.topics, "topics of the clouds; without it, all of them");
+  line.addText("params", options.parameter_file,
+               "YAML file with parameters of the node, such as config/default.yaml");
+  line.addTexts(
+      "set", options.settings,
+      "a parameter as key=value: resolution=0.1, sensor_model/max_range=30; overrides --params");
+  if (const auto status = line.parse(argc, argv)) return status;
+  if (options.output.empty()) throw std::runtime_error("--output is missing");
+  return std::nullopt;
+}
+
+cuboid_mapping::MapFormat checkOutput(const BagOptions& options) {
+  const auto format = cuboid_mapping::formatOfName(options.output);
+  if (!format) {
+    throw std::runtime_error(options.output + ": its name must end in one of " +
+                             cuboid_mapping::knownEndings());
+  }
+  cuboid_mapping::checkReplaceable(options.output);
+  return *format;
+}
+
+BagClouds::BagClouds(std::string program, const BagOptions& options)
+    : program_(std::move(program)),
+      parameters_(readOptionParameters(program_, options)),
+      bags_(openBags(options.bags)),
+      topics_(chooseTopics(bags_, options.topics)) {
+  rosbag::View view;
+  addQueries(bags_, topics_, view);
+  num_clouds_ = view.size();
+}
+
+/// All transforms count, also those that were recorded behind a cloud.
+void BagClouds::readTransforms() {
+  const std::vector<std::string> topics{"/tf", "tf", "/tf_static", "tf_static"};
+  for (const auto& bag : bags_) {
+    rosbag::View view(*bag, rosbag::TopicQuery(topics));
+    for (const rosbag::MessageInstance& instance : view) {
+      cuboid_mapping::throwIfInterrupted();
+      const auto message = instance.instantiate<tf2_msgs::TFMessage>();
+      if (!message) continue;
+      const bool is_static = instance.getTopic().find("static") != std::string::npos;
+      for (geometry_msgs::TransformStamped transform : message->transforms) {
+        transform.header.frame_id = withoutSlash(transform.header.frame_id);
+        transform.child_frame_id = withoutSlash(transform.child_frame_id);
+        tf_.setTransform(transform, "bag", is_static);
+      }
+    }
+  }
+}
+
+void BagClouds::walk(const CloudShare& share, const Take& take,
+                     const cuboid_mapping::ProgressListener& listener) {
+  pipeline_.emplace(parameters_);
+  watch_.emplace(parameters_.map.resolution_m, parameters_.max_range_m);
+  readTransforms();
+  rosbag::View view;
+  addQueries(bags_, topics_, view);
+  std::uint64_t number = 0;
+  for (const rosbag::MessageInstance& instance : view) {
+    cuboid_mapping::throwIfInterrupted();
+    if (number % share.step == share.first) {
+      if (const auto cloud = instance.instantiate<sensor_msgs::PointCloud2>()) {
+        walkOne(*cloud, take);
+      } else {
+        take(nullptr);
+      }
+    }
+    ++number;
+    if (listener) listener(number, num_clouds_);
+  }
+}
+
+void BagClouds::walkOne(const sensor_msgs::PointCloud2& cloud, const Take& take) {
+  ++statistics_.num_received;
+  watch_->noteReceived(cloud.header.stamp.toSec());
+  Stopwatch stopwatch;
+  const cuboid_mapping::ScanUpdate* update = compute(cloud);
+  take(update);
+  if (update == nullptr) return;
+  ++statistics_.num_inserted;
+  watch_->noteInserted(1e-3 * stopwatch.lap(), statistics_.reach_m);
+  suggestOnce();
+}
+
+const cuboid_mapping::ScanUpdate* BagClouds::compute(const sensor_msgs::PointCloud2& cloud) {
+  std::string tf_error;
+  const auto poses = lookupPoses(tf_, parameters_, cloud.header, tf_error);
+  if (!poses) {
+    leaveOut(DropReason::kNoTransform, tf_error);
+    return nullptr;
+  }
+  std::optional<CloudError> error;
+  const auto* update = pipeline_->compute(cloud, *poses, statistics_, error);
+  if (update == nullptr) leaveOut(toDropReason(error->defect), error->text);
+  return update;
+}
+
+/// Of the first clouds, while there is time to start again.
+void BagClouds::suggestOnce() {
+  if (statistics_.num_inserted != SpeedWatch::kFirstClouds) return;
+  if (const auto suggestion = watch_->suggestion()) {
+    std::cerr << program_ << ": " << *suggestion << std::endl;
+  }
+}
+
+void BagClouds::leaveOut(DropReason reason, const std::string& text) {
+  const auto i = static_cast<std::size_t>(reason);
+  if (left_out_.counts[i]++ == 0) left_out_.first_texts[i] = text;
+}
+
+void BagClouds::report(const LeftOutClouds& left_out) const {
+  for (std::size_t i = 0; i < kNumDropReasons; ++i) {
+    if (left_out.counts[i] == 0) continue;
+    std::cerr << program_ << ": " << cuboid_mapping::counted(left_out.counts[i], "cloud")
+              << " dropped, " << toString(static_cast<DropReason>(i)) << ": "
+              << left_out.first_texts[i] << std::endl;
+  }
+}
+
+}  // namespace cuboid_mapping_ros

@@ -1,0 +1,87 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "brick_owner.h"
+
+#include "cuboid_mapping/io/byte_stream.h"
+#include "cuboid_mapping/io/scan_update_codec.h"
+
+#include <chrono>
+#include <limits>
+#include <stdexcept>
+#include <utility>
+
+namespace cuboid_mapping_ros {
+namespace {
+
+using cuboid_mapping::BrickUpdate;
+using cuboid_mapping::ByteReader;
+using cuboid_mapping::ByteWriter;
+using cuboid_mapping::Cell;
+using cuboid_mapping::ScanUpdate;
+
+constexpr std::size_t kAnyNumber = std::numeric_limits<std::uint32_t>::max();
+
+}  // namespace
+
+BrickOwner::BrickOwner(const MpiRanks& ranks, const cuboid_mapping::MapConfig& config)
+    : ranks_(ranks),
+      model_(config.sensor_model, config.environment),
+      threads_(config.threads),
+      to_(static_cast<std::size_t>(ranks.size())) {}
+
+std::size_t BrickOwner::ownerOf(const Cell& brick) const {
+  return cuboid_mapping::CellHash()(cuboid_mapping::groupOf(brick)) % to_.size();
+}
+
+bool BrickOwner::add(const ScanUpdate* update) {
+  std::vector<ScanUpdate> parts(to_.size());
+  if (update != nullptr) {
+    for (const BrickUpdate& brick : update->bricks) {
+      parts[ownerOf(brick.brick)].bricks.push_back(brick);
+    }
+  }
+  const auto own_rank = static_cast<std::size_t>(ranks_.rank());
+  own_.push_back(std::move(parts[own_rank]));
+  for (std::size_t owner = 0; owner < to_.size(); ++owner) {
+    if (owner == own_rank) continue;
+    const bool is_empty = parts[owner].bricks.empty();
+    const std::string bytes = is_empty ? std::string() : toBytes(parts[owner]);
+    ByteWriter part;
+    part.writeU64(bytes.size());
+    part.writeBytes(bytes);
+    to_[owner] += part.bytes();
+  }
+  return own_.size() == kCloudsOfRound;
+}
+
+void BrickOwner::exchange() {
+  const auto start = std::chrono::steady_clock::now();
+  const std::vector<std::string> from = ranks_.exchange(to_);
+  const std::chrono::duration<double> time = std::chrono::steady_clock::now() - start;
+  exchange_time_s_ += time.count();
+  for (std::string& bytes : to_) {
+    num_sent_bytes_ += bytes.size();
+    bytes.clear();
+  }
+  std::vector<ByteReader> readers(from.begin(), from.end());
+  for (std::size_t i = 0; i < kCloudsOfRound; ++i) {
+    for (std::size_t rank = 0; rank < readers.size(); ++rank) {
+      if (rank == static_cast<std::size_t>(ranks_.rank())) {
+        if (i < own_.size()) apply(own_[i]);
+        continue;
+      }
+      if (readers[rank].numLeft() == 0) continue;  // It had fewer clouds.
+      const std::string_view bytes = readers[rank].readBytes(readers[rank].readU64());
+      if (bytes.empty()) continue;
+      const auto update = cuboid_mapping::scanUpdateOfBytes(bytes, kAnyNumber);
+      if (!update) {
+        throw std::runtime_error("what rank " + std::to_string(rank) + " has sent is damaged");
+      }
+      apply(*update);
+    }
+  }
+  own_.clear();
+}
+
+void BrickOwner::apply(const ScanUpdate& update) { voxels_.apply(update.bricks, model_, threads_); }
+
+}  // namespace cuboid_mapping_ros

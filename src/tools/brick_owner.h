@@ -1,0 +1,54 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include "cuboid_mapping/map/cuboid_map.h"
+#include "mpi_ranks.h"
+
+#include <cstddef>
+#include <cstdint>
+#include <string>
+#include <vector>
+
+namespace cuboid_mapping_ros {
+
+/// One rank's part of a map that is divided among ranks, and what it sends to the others.
+///
+/// Each group of 4 x 4 x 4 bricks has an owner, by a hash of its place: so each cloud falls to all owners
+/// in about equal parts, whatever way the sensor drives. Clouds are walked in rounds: rank r has clouds r, r +
+/// size, ... of a round. At its end every owner gets what the clouds say about its bricks, and
+/// applies it in the order of the clouds. The voxels are those of one map with all clouds.
+class BrickOwner {
+ public:
+  /// Clouds of a rank in a round: so many that a slow cloud keeps the others waiting for less.
+  static constexpr std::size_t kCloudsOfRound = 4;
+
+  /// @param ranks  Must outlive this object.
+  BrickOwner(const MpiRanks& ranks, const cuboid_mapping::MapConfig& config);
+
+  /// Takes what the rank's next cloud says. @param update  Null when it says nothing.
+  /// @return Whether the round has all the clouds of this rank: exchange() is next.
+  bool add(const cuboid_mapping::ScanUpdate* update);
+  /// Ends the round; all ranks call it together. @throws std::runtime_error when something damaged came.
+  void exchange();
+
+  /// The rank's bricks.
+  [[nodiscard]] const cuboid_mapping::VoxelStore& voxels() const { return voxels_; }
+  [[nodiscard]] std::uint64_t numSentBytes() const { return num_sent_bytes_; }
+  /// In exchanges: waiting for slower ranks, and sending.
+  [[nodiscard]] double exchangeTime_s() const { return exchange_time_s_; }
+
+ private:
+  [[nodiscard]] std::size_t ownerOf(const cuboid_mapping::Cell& brick) const;
+  void apply(const cuboid_mapping::ScanUpdate& update);
+
+  const MpiRanks& ranks_;
+  cuboid_mapping::SensorModel model_;
+  int threads_;
+  cuboid_mapping::VoxelStore voxels_;
+  std::vector<cuboid_mapping::ScanUpdate> own_;  ///< The rank's own part, cloud by cloud.
+  std::vector<std::string> to_;                  ///< By owner, cloud by cloud: length and bytes.
+  std::uint64_t num_sent_bytes_ = 0;
+  double exchange_time_s_ = 0.0;
+};
+
+}  // namespace cuboid_mapping_ros

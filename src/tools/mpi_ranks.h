@@ -1,0 +1,49 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// What bag_to_map_mpi needs of MPI.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <string>
+#include <vector>
+
+namespace cuboid_mapping_ros {
+
+/// The ranks of MPI_COMM_WORLD: programs that work side by side. An error of MPI ends all of them.
+///
+/// Every function but those marked waits until all ranks have called it.
+class MpiRanks {
+ public:
+  /// Starts MPI. There is one object in a program.
+  MpiRanks(int& argc, char**& argv);
+  /// Ends MPI.
+  ~MpiRanks();
+  MpiRanks(const MpiRanks&) = delete;
+  MpiRanks& operator=(const MpiRanks&) = delete;
+
+  [[nodiscard]] int rank() const { return rank_; }  ///< From 0 to size() - 1. Does not wait.
+  [[nodiscard]] int size() const { return size_; }  ///< Number of ranks. Does not wait.
+  [[nodiscard]] int sizeOnThisMachine() const;
+
+  /// What rank 0 says.
+  [[nodiscard]] bool isSaidByFirst(bool value) const;
+  /// Sums over all ranks, at all of them.
+  [[nodiscard]] std::vector<std::uint64_t> sum(std::vector<std::uint64_t> values) const;
+  [[nodiscard]] double greatest(double value) const;
+
+  /// Sends bytes to each rank. @param to  By rank; less than 2 GB in all. @return What came, by rank.
+  [[nodiscard]] std::vector<std::string> exchange(const std::vector<std::string>& to) const;
+  /// Sends bytes of any length to rank 0. Does not wait for the other ranks.
+  void sendToFirst(const std::string& bytes) const;
+  /// What a rank has sent. Does not wait for the other ranks.
+  [[nodiscard]] std::string receive(int from) const;
+
+  /// Ends all ranks. Does not wait.
+  [[noreturn]] static void abort(int status);
+
+ private:
+  int rank_ = 0;
+  int size_ = 1;
+};
+
+}  // namespace cuboid_mapping_ros

@@ -1,0 +1,189 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "cuboid_mapping/io/map_files.h"
+#include "run_program.h"
+
+#include <gtest/gtest.h>
+
+#include <cstdlib>
+
+namespace cuboid_mapping {
+namespace {
+
+using test::Program;
+using test::ProgramEnd;
+using test::readFile;
+using test::runProgram;
+using test::TemporaryFolder;
+
+/// More ranks than cores, and root, whom mpirun refuses otherwise.
+void allowMpi() {
+  setenv("OMPI_MCA_rmaps_base_oversubscribe", "1", 1);
+  setenv("OMPI_ALLOW_RUN_AS_ROOT", "1", 1);
+  setenv("OMPI_ALLOW_RUN_AS_ROOT_CONFIRM", "1", 1);
+}
+
+using Words = std::vector<std::string>;
+
+Words operator+(Words words, const Words& more) {
+  words.insert(words.end(), more.begin(), more.end());
+  return words;
+}
+
+Words commandOf(int ranks, const Words& arguments) {
+  return Words{MPIRUN_PROGRAM, "-n", std::to_string(ranks), BAG_TO_MAP_MPI_PROGRAM} + arguments;
+}
+
+ProgramEnd runRanks(int ranks, const Words& arguments) {
+  return runProgram(commandOf(ranks, arguments), allowMpi);
+}
+
+std::size_t countOf(const std::string& part, const std::string& text) {
+  std::size_t count = 0;
+  for (auto at = text.find(part); at != std::string::npos; at = text.find(part, at + 1)) ++count;
+  return count;
+}
+
+class BagToMapMpi : public testing::Test {
+ protected:
+  static void SetUpTestSuite() {
+    folder = new TemporaryFolder();
+    bag = *folder / "drive.bag";
+    ASSERT_EQ(runProgram({SIMULATED_LIDAR_PROGRAM, "--bag", bag, "--duration", "3"}).status, 0);
+  }
+  static void TearDownTestSuite() {
+    delete folder;
+    folder = nullptr;
+  }
+
+  /// With any number of ranks the bytes are those of bag_to_map.
+  static void expectSameBytes(const std::string& bags, const Words& options,
+                              const std::string& ending = "cuboids") {
+    const std::string one = *folder / ("one." + ending);
+    const ProgramEnd end_of_one = runProgram(Words{BAG_TO_MAP_PROGRAM, bags, "-o", one} + options);
+    ASSERT_EQ(end_of_one.status, 0) << end_of_one.err;
+    for (const int ranks : {1, 2, 3, 4}) {
+      const std::string many = *folder / ("many." + ending);
+      const ProgramEnd end = runRanks(ranks, Words{bags, "-o", many} + options);
+      ASSERT_EQ(end.status, 0) << end.err;
+      EXPECT_GT(readFile(one).size(), 1000U);
+      EXPECT_TRUE(readFile(one) == readFile(many)) << ranks << " ranks: " << end.out;
+      std::filesystem::remove(many);
+    }
+  }
+
+  static TemporaryFolder* folder;
+  static std::string bag;
+};
+
+TemporaryFolder* BagToMapMpi::folder = nullptr;
+std::string BagToMapMpi::bag;
+
+TEST_F(BagToMapMpi, givesTheBytesOfBagToMapWhateverTheRanks) {
+  expectSameBytes(bag, {"--set", "resolution=0.1"});
+  expectSameBytes(bag, {"--set", "resolution=0.2", "environment=static", "fusion=growth",
+                        "sensor_model/max_range=8", "sensor_model/hit=0.8"});
+  expectSameBytes(bag, {"--set", "resolution=0.2", "filter_ground=true", "base_frame_id=base_link"},
+                  "bt");
+}
+
+TEST_F(BagToMapMpi, givesTheSameBytesOfRealScans) {
+  const char* data = std::getenv("CUBOID_DATA_DIR");
+  if (data == nullptr) GTEST_SKIP() << "CUBOID_DATA_DIR is not set";
+  const std::string real = *folder / "real.bag";
+  ASSERT_EQ(runProgram({SCANS_TO_BAG_PROGRAM, std::string(data) + "/kitti_0005_city", real}).status,
+            0);
+  expectSameBytes(real, {"--set", "resolution=0.2"});
+}
+
+TEST_F(BagToMapMpi, someRanksMayHaveNoCloud) {
+  const std::string short_bag = *folder / "short.bag";
+  ASSERT_EQ(runProgram({SIMULATED_LIDAR_PROGRAM, "--bag", short_bag, "--duration", "0.2"}).status,
+            0);
+  expectSameBytes(short_bag, {"--set", "resolution=0.2"});
+}
+
+TEST_F(BagToMapMpi, saysOnceWhatIsWrong) {
+  const std::string map = *folder / "none.cuboids";
+  const std::string mars = "frame_id=mars";
+  struct Case {
+    Words arguments;
+    std::string text;
+  };
+  for (const Case& wrong :
+       {Case{{bag}, "--output is missing"}, Case{{*folder / "no.bag", "-o", map}, "cannot read"},
+        Case{{bag, "-o", map, "--set", "resolutoin=1"}, "resolutoin"},
+        Case{{bag, "-o", map, "--topic", "/no"}, "no clouds on /no"},
+        Case{{bag, "-o", *folder / "no/map.cuboids"}, "cannot write"},
+        Case{{bag, "-o", map, "--set", mars}, "could be used: nothing was written"}}) {
+    const ProgramEnd end = runRanks(3, wrong.arguments);
+    EXPECT_NE(end.status, 0);
+    EXPECT_EQ(countOf(wrong.text, end.err), 1U) << end.err;
+    EXPECT_FALSE(std::filesystem::exists(map));
+  }
+  const ProgramEnd end = runRanks(3, {bag, "-o", map, "--set", mars});
+  EXPECT_EQ(countOf("30 clouds dropped, no transform", end.err), 1U) << end.err;
+}
+
+/// The processes that a process has started, by the name of their program.
+std::vector<pid_t> childrenOf(pid_t parent, const std::string& name) {
+  std::vector<pid_t> children;
+  for (const auto& entry : std::filesystem::directory_iterator("/proc")) {
+    const std::string stat = readFile(entry.path() / "stat");
+    const std::size_t end = stat.rfind(')');
+    if (end == std::string::npos || stat.find('(' + name) == std::string::npos) continue;
+    if (std::stoi(stat.substr(end + 4)) == parent) children.push_back(std::stoi(stat));
+  }
+  return children;
+}
+
+/// A run that takes long, once all of its ranks are there and catch signals.
+class LongRun {
+ public:
+  LongRun(const std::string& bag, std::string map)
+      : map_(std::move(map)),
+        program_(commandOf(3, {bag, "-o", map_, "--set", "resolution=0.01", "threads=1"}),
+                 allowMpi) {
+    for (int i = 0; i < 3000 && !areAllThere(); ++i) {
+      std::this_thread::sleep_for(std::chrono::milliseconds(10));
+    }
+    EXPECT_TRUE(areAllThere());
+  }
+
+  [[nodiscard]] std::vector<pid_t> ranks() const {
+    return childrenOf(program_.pid(), "bag_to_map_mpi");
+  }
+  [[nodiscard]] Program& program() { return program_; }
+  [[nodiscard]] bool hasWritten() const { return std::filesystem::exists(map_); }
+
+ private:
+  [[nodiscard]] bool areAllThere() const {
+    const std::vector<pid_t> all = ranks();
+    return all.size() == 3 && std::all_of(all.begin(), all.end(), [](pid_t pid) {
+             return (test::caughtSignals(pid).value_or(0) >> (SIGTERM - 1) & 1U) != 0;
+           });
+  }
+
+  std::string map_;
+  Program program_;
+};
+
+TEST_F(BagToMapMpi, saysThatARankHasDiedAndWritesNothing) {
+  LongRun run(bag, *folder / "dead.cuboids");
+  kill(run.ranks()[1], SIGKILL);
+  const ProgramEnd end = run.program().finish();
+  EXPECT_NE(end.status, 0);
+  EXPECT_NE(end.err.find("signal 9"), std::string::npos) << end.err;
+  EXPECT_FALSE(run.hasWritten());
+}
+
+TEST_F(BagToMapMpi, endsOnCtrlCAndWritesNothing) {
+  LongRun run(bag, *folder / "interrupted.cuboids");
+  run.program().send(SIGINT);
+  const ProgramEnd end = run.program().finish();
+  EXPECT_NE(end.status, 0);
+  EXPECT_FALSE(run.hasWritten());
+  EXPECT_TRUE(run.ranks().empty());
+}
+
+}  // namespace
+}  // namespace cuboid_mapping
