@@ -46,6 +46,9 @@ TEST_F(EvaluatePaper, writesFiguresAndPlotsAndGoesOnWhereItWas) {
     ++num_agreeing;
   }
   EXPECT_GE(num_agreeing, 20U);
+  EXPECT_EQ(std::count_if(report["runs"].begin(), report["runs"].end(),
+                          [](const Json& run) { return run["map"] == "paper"; }),
+            6);
   const std::string csv = readFile(out_ + "/evaluation.csv");
   EXPECT_EQ(static_cast<std::size_t>(std::count(csv.begin(), csv.end(), '\n')),
             report["runs"].size() + 1);
@@ -71,6 +74,22 @@ TEST_F(EvaluatePaper, SaysWhatIsWrongWithADataset) {
   const ProgramEnd end = run(folder_ / "nowhere");
   EXPECT_EQ(end.status, 1);
   EXPECT_NE(end.err.find("nowhere"), std::string::npos) << end.err;
+}
+
+TEST_F(EvaluatePaper, AblationsTimeEachPartAndAgree) {
+  const ProgramEnd end =
+      runProgram({ABLATIONS_PROGRAM, dataset_, "--resolution", "0.2", "--runs", "1"});
+  ASSERT_EQ(end.status, 0) << end.err;
+  const Json report = Json::parse(end.out);
+  for (const char* way : {"octomap", "octomap_with_ray_walk", "ray_walk", "voxels_without_tree",
+                          "fused_at_the_end", "fused_after_every_cloud"}) {
+    EXPECT_GT(report["insertion"][way]["median_s"], 0.0) << way;
+  }
+  for (const char* map : {"cuboid_mapping", "tree_only"}) {
+    EXPECT_GT(report["queries"][map]["rays_per_s"], 0.0) << map;
+    EXPECT_EQ(report["queries"][map]["different_answers"], 0) << map;
+  }
+  EXPECT_GT(report["visit_occupied"]["octomap_skipping_ms"], 0.0);
 }
 
 }  // namespace

@@ -1,0 +1,227 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// What the speed comes from: the same work with parts of the engine, and with OctoMap given parts of it.
+#include "ablations/tree_only_adapter.h"
+
+#include "command_line.h"
+#include "cuboid_adapter.h"
+#include "dataset.h"
+#include "machine.h"
+#include "queries.h"
+#include "result_file.h"
+#include "timing.h"
+
+#include "cuboid_mapping/scan/scan_update.h"
+
+#include <nlohmann/json.hpp>
+
+#include <algorithm>
+#include <functional>
+#include <iostream>
+#include <stdexcept>
+
+namespace cuboid_mapping::bench {
+namespace {
+
+using nlohmann::json;
+using octomap::OcTree;
+
+constexpr double kNoLimit = std::numeric_limits<double>::infinity();
+
+struct Options {
+  std::string dataset;
+  std::string out;
+  double resolution_m = 0.2;
+  std::size_t max_clouds = std::numeric_limits<std::size_t>::max();
+  int runs = 3;
+};
+
+octomap::OcTreeKey toKey(const Cell& cell) {
+  constexpr int kCenter = 1 << 15;
+  return {static_cast<octomap::key_type>(cell.x + kCenter),
+          static_cast<octomap::key_type>(cell.y + kCenter),
+          static_cast<octomap::key_type>(cell.z + kCenter)};
+}
+
+/// What insertPointCloud does with the voxels that it has found.
+void updateOctomap(const ScanUpdate& update, OcTree& tree) {
+  for (const BrickUpdate& brick : update.bricks) {
+    forEachCell(brick.brick, brick.misses.without(brick.hits),
+                [&](const Cell& cell) { tree.updateNode(toKey(cell), false); });
+    forEachCell(brick.brick, brick.hits,
+                [&](const Cell& cell) { tree.updateNode(toKey(cell), true); });
+  }
+}
+
+/// Sum over the occupied leaves below a node; subtrees whose greatest log-odds is free are skipped.
+double visitOccupiedBelow(const OcTree& tree, const octomap::OcTreeNode* node, double x,
+                          double edge) {
+  if (!tree.isNodeOccupied(node)) return 0.0;
+  if (!tree.nodeHasChildren(node)) return x;
+  double sum = 0.0;
+  for (unsigned i = 0; i < 8; ++i) {
+    if (!tree.nodeChildExists(node, i)) continue;
+    sum += visitOccupiedBelow(tree, tree.getNodeChild(node, i),
+                              x + ((i & 1U) != 0 ? edge / 4 : -edge / 4), edge / 2);
+  }
+  return sum;
+}
+
+/// One way of inserting all scans.
+struct Insertion {
+  std::string name;
+  std::function<void(const std::vector<Scan>&)> run;
+};
+
+std::vector<Insertion> makeInsertions(const MapConfig& config) {
+  const auto with_map = [config](auto each, auto last) {
+    return [config, each, last](const std::vector<Scan>& scans) {
+      CuboidMap map(config);
+      ScanUpdater updater(map.grid());
+      for (const Scan& scan : scans) {
+        map.apply(updater.compute(scan));
+        each(map);
+      }
+      last(map);
+    };
+  };
+  const auto nothing = [](CuboidMap& /*map*/) {};
+  const auto fuse = [](CuboidMap& map) { map.fuse(); };
+  return {{"octomap",
+           [config](const std::vector<Scan>& scans) {
+             OcTree tree = makeOctomap(config);
+             for (const Scan& scan : scans) insertIntoOctomap(scan, kNoLimit, tree);
+           }},
+          {"octomap_with_ray_walk",
+           [config](const std::vector<Scan>& scans) {
+             OcTree tree = makeOctomap(config);
+             ScanUpdater updater{Grid(config.resolution_m)};
+             for (const Scan& scan : scans) updateOctomap(updater.compute(scan), tree);
+           }},
+          {"ray_walk",
+           [config](const std::vector<Scan>& scans) {
+             ScanUpdater updater{Grid(config.resolution_m)};
+             for (const Scan& scan : scans) updater.compute(scan);
+           }},
+          {"voxels_without_tree", with_map(nothing, nothing)},
+          {"fused_at_the_end", with_map(nothing, fuse)},
+          {"fused_after_every_cloud", with_map(fuse, fuse)}};
+}
+
+json describe(std::vector<double> times_s) {
+  std::sort(times_s.begin(), times_s.end());
+  return {{"median_s", times_s[times_s.size() / 2]},
+          {"min_s", times_s.front()},
+          {"max_s", times_s.back()}};
+}
+
+/// In turn, so that all ways meet the same machine.
+json timeInsertions(const Options& options, const MapConfig& config,
+                    const std::vector<Scan>& scans) {
+  const std::vector<Insertion> insertions = makeInsertions(config);
+  std::vector<std::vector<double>> times_s(insertions.size());
+  for (int run = 0; run < options.runs; ++run) {
+    for (std::size_t i = 0; i < insertions.size(); ++i) {
+      throwIfInterrupted();
+      times_s[i].push_back(timeOf([&] { insertions[i].run(scans); }).cpu_s);
+    }
+  }
+  json report;
+  for (std::size_t i = 0; i < insertions.size(); ++i)
+    report[insertions[i].name] = describe(times_s[i]);
+  return report;
+}
+
+void addRates(const QueryRates& rates, json& report) {
+  report["points_per_s"] = rates.points_per_s;
+  report["boxes_per_s"] = rates.boxes_per_s;
+  report["rays_per_s"] = rates.rays_per_s;
+}
+
+/// Rates of each map, and how many of its answers differ from those of the first.
+json timeQueries(const std::vector<const MapAdapter*>& maps, const QuerySet& queries,
+                 double resolution_m) {
+  json report;
+  std::optional<QueryAnswers> expected;
+  for (const MapAdapter* map : maps) {
+    throwIfInterrupted();
+    const QueryRun run = askQueries(*map, queries);
+    addRates(run.rates, report[map->name()]);
+    if (!expected) expected = run.answers;
+    const AnswerDifferences differences = compareAnswers(*expected, run.answers, resolution_m);
+    const std::size_t num_different =
+        differences.points.different + differences.boxes.different + differences.rays.different;
+    report[map->name()]["different_answers"] = num_different;
+  }
+  return report;
+}
+
+json timeVisits(const OcTree& octomap, const MapAdapter& octomap_adapter, const MapAdapter& map) {
+  const double edge_m = octomap.getResolution() * 65536.0;
+  return {{"octomap_iterator_ms",
+           1e3 * cpuTimeOfOne_s([&] { return octomap_adapter.visitOccupied(); })},
+          {"octomap_skipping_ms", 1e3 * cpuTimeOfOne_s([&] {
+                                    return visitOccupiedBelow(octomap, octomap.getRoot(), 0.0,
+                                                              edge_m);
+                                  })},
+          {"rtree_ms", 1e3 * cpuTimeOfOne_s([&] { return map.visitOccupied(); })}};
+}
+
+json measure(const Options& options) {
+  MapConfig config;
+  config.resolution_m = options.resolution_m;
+  const std::vector<Scan> scans = readScans({options.dataset, "", "", options.max_clouds, 1});
+  json report{{"resolution_m", options.resolution_m},
+              {"clouds", scans.size()},
+              {"runs", options.runs},
+              {"commit", describeMachine().commit},
+              {"insertion", timeInsertions(options, config, scans)}};
+  const InsertionConfig insertion{config, kNoLimit};
+  CuboidAdapter ours(insertion, {});
+  const auto octomap = makeOctomapAdapter(insertion);
+  OcTree tree = makeOctomap(config);
+  ScanUpdater updater{Grid(config.resolution_m)};
+  for (const Scan& scan : scans) {
+    ours.insert(scan);
+    octomap->insert(scan);
+    updateOctomap(updater.compute(scan), tree);
+  }
+  ours.finish();
+  if (!octomap->compareWith(ours.map()).isExact() ||
+      !compareWithOctomap(ours.map(), tree).isExact()) {
+    throw std::logic_error("the maps differ");
+  }
+  const TreeOnlyAdapter tree_only(ours.map());
+  const auto queries = makeQueries(ours.map(), scans);
+  report["queries"] =
+      timeQueries({octomap.get(), &ours, &tree_only}, queries.near_surface, options.resolution_m);
+  report["visit_occupied"] = timeVisits(tree, *octomap, ours);
+  return report;
+}
+
+int run(int argc, char** argv) {
+  Options options;
+  CommandLine line("ablations", "Times parts of the map alone, and OctoMap given parts of it.");
+  line.addArgument("dataset", options.dataset,
+                   "folder with poses.txt and scans/NNNN.pcd, or a .graph file of OctoMap");
+  line.addText("out", options.out, "JSON file for the figures; else they are printed");
+  line.addNumber("resolution", options.resolution_m, "edge of a voxel [m]", {0.001, 1000.0});
+  line.addNumber("clouds", options.max_clouds, "only the first N clouds", {1});
+  line.addNumber("runs", options.runs, "of each insertion; medians are shown", {1, 100});
+  if (const auto status = line.parse(argc, argv)) return *status;
+  std::optional<ResultFile> file;
+  if (!options.out.empty()) file.emplace(options.out);
+  const std::string report = measure(options).dump(1) + '\n';
+  if (file) {
+    file->write(report);
+  } else {
+    std::cout << report;
+  }
+  return 0;
+}
+
+}  // namespace
+}  // namespace cuboid_mapping::bench
+
+int main(int argc, char** argv) {
+  return cuboid_mapping::runMain("ablations", argc, argv, cuboid_mapping::bench::run);
+}
