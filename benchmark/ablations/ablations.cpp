@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // What the speed comes from: the same work with parts of the engine, and with OctoMap given parts of it.
+#include "ablations/box_counts.h"
 #include "ablations/tree_only_adapter.h"
 
 #include "command_line.h"
@@ -10,6 +11,7 @@
 #include "result_file.h"
 #include "timing.h"
 
+#include "cuboid_mapping/map/cuboid_search.h"
 #include "cuboid_mapping/scan/scan_update.h"
 
 #include <nlohmann/json.hpp>
@@ -166,6 +168,23 @@ json timeVisits(const OcTree& octomap, const MapAdapter& octomap_adapter, const 
           {"rtree_ms", 1e3 * cpuTimeOfOne_s([&] { return map.visitOccupied(); })}};
 }
 
+json describeBoxes(const CuboidMap& map) {
+  constexpr std::size_t kMaxBricks = 2000;
+  std::vector<Cuboid> cuboids;
+  visitAll(map, CuboidFilter::kAll, [&cuboids](const Cuboid& cuboid) {
+    cuboids.push_back(cuboid);
+    return Visit::kContinue;
+  });
+  const BoxCounts counts = countBoxes(map.voxels(), kMaxBricks);
+  return {{"cuboids", cuboids.size()},
+          {"joined_across_bricks", countJoined(cuboids)},
+          {"sample",
+           {{"bricks", counts.bricks},
+            {"cuboids", counts.cuboids},
+            {"best_of_orders", counts.best_of_orders},
+            {"lower_bound", counts.lower_bound}}}};
+}
+
 json measure(const Options& options) {
   MapConfig config;
   config.resolution_m = options.resolution_m;
@@ -194,6 +213,7 @@ json measure(const Options& options) {
   const auto queries = makeQueries(ours.map(), scans);
   report["queries"] =
       timeQueries({octomap.get(), &ours, &tree_only}, queries.near_surface, options.resolution_m);
+  report["boxes"] = describeBoxes(ours.map());
   report["visit_occupied"] = timeVisits(tree, *octomap, ours);
   return report;
 }
