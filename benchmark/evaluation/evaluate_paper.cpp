@@ -74,6 +74,7 @@ std::optional<int> parseOptions(int argc, char** argv, EvaluationOptions& option
                {2, RTreeConfig::kMaxBranchesLimit});
   line.addNumber("reference", options.reference_m,
                  "resolution at which strategies and rotations are compared [m]", {0.001, 1000.0});
+  line.addNumber("drives", options.num_drives, "simulated drives with moving objects", {1, 1000});
   line.addNumber("clouds", options.max_clouds, "only the first N clouds", {1});
   return line.parse(argc, argv);
 }
@@ -195,7 +196,7 @@ int run(int argc, char** argv) {
   }
   const RunFiles files(folder);
   if (!files.has("passing_objects")) {
-    files.write("passing_objects", evaluatePassingObjects(options.reference_m));
+    files.write("passing_objects", evaluatePassingObjects(options.reference_m, options.num_drives));
   }
   const Machine machine = describeMachine();
   files.write("evaluation", {{"cpu", machine.cpu},

@@ -21,8 +21,9 @@ constexpr int kCloudsWithWalker = 250;  ///< 50 s: the walker's way and back.
 constexpr int kCloudsWithout = 50;
 
 /// Clouds of a lidar that follows the robot's way.
-std::vector<Scan> makeClouds(bool has_walker) {
-  const World world(1);
+/// @param seed  Of the building and of where the walker begins.
+std::vector<Scan> makeClouds(std::uint64_t seed, bool has_walker) {
+  const World world(seed);
   LidarConfig config;
   config.rings = 16;
   config.columns = 600;
@@ -77,7 +78,20 @@ MapConfig configOf(FusionKind fusion, Environment environment, double resolution
   return config;
 }
 
-/// A map of all clouds. @param when_left  Called when the walker has left.
+/// What is measured of a map.
+struct Remains {
+  std::size_t left_voxels = 0;
+  std::size_t remaining_voxels = 0;
+};
+
+json describe(const char* map, std::uint64_t seed, const Remains& remains) {
+  return {{"map", map},
+          {"seed", seed},
+          {"left_voxels", remains.left_voxels},
+          {"remaining_voxels", remains.remaining_voxels}};
+}
+
+/// A map of all clouds. @param when_left  (CuboidMap&), called when the walker has left.
 template <typename CallbackT>
 CuboidMap fill(const MapConfig& config, const std::vector<Scan>& scans, CallbackT when_left) {
   CuboidMap map(config);
@@ -90,35 +104,62 @@ CuboidMap fill(const MapConfig& config, const std::vector<Scan>& scans, Callback
   return map;
 }
 
+/// Clouds of the same drive, with and without the walker.
+struct Drive {
+  std::vector<Scan> with_walker;
+  std::vector<Scan> without;
+};
+
+json runOctomap(std::uint64_t seed, const Drive& drive, double resolution_m) {
+  const MapConfig config = configOf(FusionKind::kClass, Environment::kDynamic, resolution_m);
+  // The same voxels as OctoMap's.
+  const CuboidMap reference = fill(config, drive.without, [](CuboidMap&) {});
+  octomap::OcTree octomap = makeOctomap(config);
+  Remains remains;
+  for (std::size_t i = 0; i < drive.with_walker.size(); ++i) {
+    throwIfInterrupted();
+    if (i == kCloudsWithWalker) remains.left_voxels = countRemains(octomap, reference);
+    insertIntoOctomap(drive.with_walker[i], kNoLimit, octomap);
+  }
+  remains.remaining_voxels = countRemains(octomap, reference);
+  return describe("octomap", seed, remains);
+}
+
+json runOurs(const MapConfig& config, std::uint64_t seed, const Drive& drive) {
+  const CuboidMap reference = fill(config, drive.without, [](CuboidMap&) {});
+  Remains remains;
+  std::size_t cells_when_left = 0;
+  CuboidMap map = fill(config, drive.with_walker, [&](CuboidMap& current) {
+    remains.left_voxels = countRemains(current, reference);
+    cells_when_left = current.tree().size();
+  });
+  remains.remaining_voxels = countRemains(map, reference);
+  json run = describe("cuboid_mapping", seed, remains);
+  run["fusion"] = toString(config.fusion);
+  run["environment"] = toString(config.environment);
+  run["settle_clouds"] = config.growth.settle_clouds;
+  run["cells_when_left"] = cells_when_left;
+  run["cells"] = map.tree().size();
+  return run;
+}
+
 }  // namespace
 
-json evaluatePassingObjects(double resolution_m) {
-  const std::vector<Scan> scans = makeClouds(true);
-  const CuboidMap without_walker =
-      fill(configOf(FusionKind::kClass, Environment::kDynamic, resolution_m), makeClouds(false),
-           [](const CuboidMap&) {});
+json evaluatePassingObjects(double resolution_m, int num_drives) {
   json results = json::array();
-  octomap::OcTree octomap = makeOctomap(without_walker.config());
-  std::size_t left = 0;
-  for (std::size_t i = 0; i < scans.size(); ++i) {
-    throwIfInterrupted();
-    if (i == kCloudsWithWalker) left = countRemains(octomap, without_walker);
-    insertIntoOctomap(scans[i], kNoLimit, octomap);
-  }
-  results.push_back({{"map", "octomap"},
-                     {"left_voxels", left},
-                     {"remaining_voxels", countRemains(octomap, without_walker)}});
-  for (const FusionKind fusion : {FusionKind::kClass, FusionKind::kGrowth}) {
-    for (const Environment environment : {Environment::kDynamic, Environment::kStatic}) {
-      CuboidMap map =
-          fill(configOf(fusion, environment, resolution_m), scans,
-               [&](const CuboidMap& current) { left = countRemains(current, without_walker); });
-      results.push_back({{"map", "cuboid_mapping"},
-                         {"fusion", toString(fusion)},
-                         {"environment", toString(environment)},
-                         {"left_voxels", left},
-                         {"remaining_voxels", countRemains(map, without_walker)},
-                         {"cells", map.tree().size()}});
+  for (int drive_number = 1; drive_number <= num_drives; ++drive_number) {
+    const auto seed = static_cast<std::uint64_t>(drive_number);
+    const Drive drive{makeClouds(seed, true), makeClouds(seed, false)};
+    results.push_back(runOctomap(seed, drive, resolution_m));
+    for (const FusionKind fusion : {FusionKind::kClass, FusionKind::kGrowth}) {
+      for (const Environment environment : {Environment::kDynamic, Environment::kStatic}) {
+        results.push_back(runOurs(configOf(fusion, environment, resolution_m), seed, drive));
+      }
+    }
+    for (const int settle_clouds : {0, 3, 30}) {
+      MapConfig config = configOf(FusionKind::kGrowth, Environment::kDynamic, resolution_m);
+      config.growth.settle_clouds = settle_clouds;
+      results.push_back(runOurs(config, seed, drive));
     }
   }
   return results;

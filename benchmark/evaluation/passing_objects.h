@@ -5,12 +5,14 @@
 
 namespace cuboid_mapping::bench {
 
-/// What is left of objects that have passed: a simulated lidar looks into a building from one place
-/// while somebody walks through it, and goes on when nobody is there any more.
+/// What is left of objects that have passed: a simulated lidar drives slowly through a building where
+/// somebody walks, and goes on when nobody is there any more.
 ///
-/// @return An array with an object for each map (OctoMap, fusion and environment of ours): the voxels
-///         that are occupied at the end, but free in a map of the same building in which nobody
-///         ever walked ("remaining_voxels"), and those when the walker left ("left_voxels").
-[[nodiscard]] nlohmann::json evaluatePassingObjects(double resolution_m);
+/// @param num_drives  >= 1; each has a building and a walk of its own.
+/// @return An array with an object for each map and seed (OctoMap; fusion, environment and settling
+///         time of ours): the voxels that are occupied at the end, but free in a map of the same kind
+///         of the same drive on which nobody walked ("remaining_voxels"), and those when the walker
+///         left ("left_voxels").
+[[nodiscard]] nlohmann::json evaluatePassingObjects(double resolution_m, int num_drives);
 
 }  // namespace cuboid_mapping::bench

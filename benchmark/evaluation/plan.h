@@ -15,6 +15,7 @@ struct EvaluationOptions {
   std::vector<double> resolutions_m{0.1, 0.2, 0.4, 0.6, 0.8, 1.0};
   std::vector<int> branchings{2, 4, 8, 16, 32, 64};
   double reference_m = 0.2;  ///< Resolution of what is not swept over resolutions.
+  int num_drives = 3;        ///< Simulated, of the moving objects.
   std::size_t max_clouds = std::numeric_limits<std::size_t>::max();
 };
 

@@ -22,7 +22,7 @@ class EvaluatePaper : public testing::Test {
 
   ProgramEnd run(const std::string& dataset) const {
     return runProgram({EVALUATE_PAPER_PROGRAM, dataset, "--out", out_, "--resolutions", "0.2,0.5",
-                       "--branching", "4,32"});
+                       "--branching", "4,32", "--drives", "1"});
   }
 
   TemporaryFolder folder_;
