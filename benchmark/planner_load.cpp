@@ -5,6 +5,7 @@
 #include "cuboid_mapping/interop/octomap_parity.h"
 #include "cuboid_mapping/io/brick_codec.h"
 #include "cuboid_mapping/io/scan_dataset.h"
+#include "cuboid_mapping/io/scan_update_codec.h"
 #include "cuboid_mapping/map/map_follower.h"
 #include "cuboid_mapping/query/box_query.h"
 #include "cuboid_mapping/query/path_query.h"
@@ -50,8 +51,12 @@ std::vector<Scan> readScans(const Options& options) {
   return scans;
 }
 
+/// Of a message: header, numbers, and lengths of the arrays.
+constexpr double kHead = 150.0;
+/// Of a cloud of x, y and z. Drivers add intensity, ring and more.
+constexpr double kPointBytes = 12.0;
+
 double bytesOf(const MapDelta& delta) {
-  constexpr double kHead = 100.0;  // Header, numbers, and lengths of the arrays.
   const auto packed = packBricks(delta.content);
   return kHead + 4.0 * static_cast<double>(packed.values.size()) +
          static_cast<double>(packed.data.size());
@@ -65,8 +70,13 @@ void measureBytes(const Options& options, const std::vector<Scan>& scans) {
   double update_bytes = 0.0;
   double num_cuboids = 0.0;
   double full_bytes = 0.0;
+  double cloud_bytes = 0.0;
+  double observation_bytes = 0.0;
   for (const Scan& scan : scans) {
-    const ChangeSet changes = map.apply(updater.compute(scan));
+    const ScanUpdate& update = updater.compute(scan);
+    cloud_bytes += kPointBytes * static_cast<double>(scan.points.size());
+    observation_bytes += kHead + static_cast<double>(toBytes(update).size());
+    const ChangeSet changes = map.apply(update);
     const MapDelta delta = makeDelta(map, changes, 1, 0, MapDetail::kClasses);
     update_bytes += bytesOf(delta);
     num_cuboids += static_cast<double>(delta.content.occupied.size());
@@ -84,6 +94,10 @@ void measureBytes(const Options& options, const std::vector<Scan>& scans) {
       1e-3 * update_bytes / num_clouds, num_cuboids / num_clouds, update_bytes / num_cuboids);
   std::printf("octomap_full: %.0f kB for each cloud; updates are %.1f %% of that\n",
               1e-3 * full_bytes / num_clouds, 100.0 * update_bytes / full_bytes);
+  std::printf(
+      "observations: %.0f kB for each cloud; %.1f %% of its %.0f kB, %.1f %% of octomap_full\n",
+      1e-3 * observation_bytes / num_clouds, 100.0 * observation_bytes / cloud_bytes,
+      1e-3 * cloud_bytes / num_clouds, 100.0 * observation_bytes / full_bytes);
   std::printf("cuboid_map, once for each listener: %.1f MB at the end\n", 1e-6 * image_bytes);
 }
 

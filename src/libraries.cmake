@@ -159,6 +159,7 @@ add_library(cuboid_mapping_ros
   cuboid_mapping/ros/marker_colors.cpp
   cuboid_mapping/ros/marker_publisher.cpp
   cuboid_mapping/ros/node_statistics.cpp
+  cuboid_mapping/ros/observation_publisher.cpp
   cuboid_mapping/ros/octomap_products.cpp
   cuboid_mapping/ros/octomap_server_interface.cpp
   cuboid_mapping/ros/octomap_server_parameters.cpp

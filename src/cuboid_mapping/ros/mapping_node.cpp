@@ -64,6 +64,7 @@ MappingNode::MappingNode(const ros::NodeHandle& nh, const ros::NodeHandle& priva
       speed_watch_(parameters.map.resolution_m, parameters.max_range_m),
       map_publisher_(withQueue(nh_, publish_thread_.queue()),
                      withQueue(private_nh_, publish_thread_.queue()), parameters, map_),
+      observation_publisher_(nh_, private_nh_, parameters),
       occupied_publisher_(
           withQueue(nh_, publish_thread_.queue()),
           makeTopic(kOccupiedCuboidsTopic, makeOccupiedStyle(parameters), parameters), map_),
@@ -234,6 +235,10 @@ void MappingNode::integrate(const sensor_msgs::PointCloud2& cloud, const CloudPo
   guard_.run("after a cloud", [&] {
     speed_watch_.noteInserted(1e-3 * whole.lap(), statistics_.reach_m);
     giveAdvice();
+  });
+  guard_.run(kObservationsTopic, [&] {
+    observation_publisher_.publish(cloud.header.stamp, poses.T_map_sensor.translation(),
+                                   live_parameters_.map.sensor_model, *update);
   });
   is_cloud_waiting_ = cloud_inbox_.numBytes() > 0 || cloud_intake_.numWaiting() > 0;
   guard_.run("fusion after a cloud", [this] {

@@ -12,6 +12,7 @@
 #include "cuboid_mapping/ros/map_publisher.h"
 #include "cuboid_mapping/ros/marker_publisher.h"
 #include "cuboid_mapping/ros/node_statistics.h"
+#include "cuboid_mapping/ros/observation_publisher.h"
 #include "cuboid_mapping/ros/octomap_server_interface.h"
 #include "cuboid_mapping/ros/parameters.h"
 #include "cuboid_mapping/ros/planner_services.h"
@@ -126,6 +127,7 @@ class MappingNode {
   ros::Time last_arrival_;                          ///< ... and when that was.
 
   MapPublisher map_publisher_;
+  ObservationPublisher observation_publisher_;
   MarkerPublisher occupied_publisher_;
   MarkerPublisher free_publisher_;
   OctomapServerInterface octomap_server_;

@@ -15,6 +15,7 @@ constexpr char kOccupiedCuboidsTopic[] = "occupied_cuboids";     ///< visualizat
 constexpr char kFreeCuboidsTopic[] = "free_cuboids";             ///< visualization_msgs/MarkerArray
 constexpr char kCuboidMapTopic[] = "cuboid_map";                 ///< cuboid_mapping/FullCuboidMap
 constexpr char kCuboidMapUpdatesTopic[] = "cuboid_map_updates";  ///< cuboid_mapping/CuboidMapUpdate
+constexpr char kObservationsTopic[] = "observations";            ///< cuboid_mapping/Observation
 
 // In the namespace of the node, as octomap_server has them; the first two are services, too.
 constexpr char kOctomapBinaryTopic[] = "octomap_binary";                   ///< octomap_msgs/Octomap
