@@ -17,8 +17,9 @@ QApplication& RvizWindow::application() {
   static int num_arguments = 1;
   static char name[] = "rviz_window";
   static char* arguments[] = {name, nullptr};
-  static QApplication application(num_arguments, arguments);
-  return application;
+  // Never deleted: at the end of the process, what it needs is gone.
+  static auto* const application = new QApplication(num_arguments, arguments);  // NOLINT
+  return *application;
 }
 
 RvizWindow::RvizWindow(const QSize& size, const std::string& fixed_frame) {

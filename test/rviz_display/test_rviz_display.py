@@ -199,10 +199,21 @@ class TestDisplay(unittest.TestCase):
                             **{'Map file': str(self.folder / 'missing.cuboids')})
         self.assertTrue(is_gray(pixels))
 
-    def test_does_not_crash_or_block(self):
-        end = subprocess.run([program('test_display_life')], capture_output=True, text=True, timeout=PATIENCE_S,
+    def expect_success(self, name):
+        end = subprocess.run([program(name)], capture_output=True, text=True, timeout=PATIENCE_S,
                              env={**os.environ, 'DISPLAY': self.screen, 'LIBGL_ALWAYS_SOFTWARE': '1'}, check=False)
         self.assertEqual(end.returncode, 0, end.stdout[-4000:] + end.stderr[-2000:])
+
+    def test_does_not_crash_or_block(self):
+        self.expect_success('test_display_life')
+
+    def test_panel_shows_and_calls_a_node(self):
+        node = start('rosrun', 'cuboid_mapping', 'cuboid_mapping_node', '__name:=mapping', '__ns:=/panel',
+                     f'_map_file:={self.map}', '_resolution:=0.2')
+        try:
+            self.expect_success('test_map_panel')
+        finally:
+            stop(node)
 
 
 if __name__ == '__main__':

@@ -235,6 +235,7 @@ void fillStatus(const NodeReport& report, const NodeStatistics& last_report,
   status.summary(static_cast<unsigned char>(summary.level), summary.message);
 
   const NodeStatistics& statistics = report.statistics;
+  status.add("paused", report.is_paused);
   status.add("clouds received", statistics.num_received);
   status.add("clouds inserted", statistics.num_inserted);
   status.add("clouds waiting", statistics.numWaiting());

@@ -71,6 +71,7 @@ struct NodeReport {
   std::optional<LastCloud> last_cloud;
   std::size_t num_publishers = 0;  ///< Of the cloud topic.
   bool is_simulated_time = false;  ///< use_sim_time, as with bags.
+  bool is_paused = false;          ///< ~pause: clouds are ignored.
   double silence_s = 0.0;          ///< Since the last cloud, or the start of the node.
   double starved_s = 0.0;          ///< Since a cloud was inserted, or the first was received.
   std::uint64_t num_built = 0;     ///< Messages on the topics of octomap_server.

@@ -358,6 +358,7 @@ void MappingNode::reportDiagnostics(diagnostic_updater::DiagnosticStatusWrapper&
   report.frame_id = withoutSlash(parameters_.frame_id);
   if (statistics_.num_received > 0) report.last_cloud = describeLastCloud();
   report.is_simulated_time = ros::Time::isSimTime();
+  report.is_paused = edit_services_->isPaused();
   report.num_publishers = cloud_subscriber_.getNumPublishers();
   report.silence_s = seconds_since(last_received_);
   if (report.is_simulated_time && report.num_publishers > 0) {
