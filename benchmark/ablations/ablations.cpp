@@ -185,6 +185,20 @@ json describeBoxes(const CuboidMap& map) {
             {"lower_bound", counts.lower_bound}}}};
 }
 
+/// Voxels that are known, and those of them that are stable: the paper fuses no others.
+json describeStability(const CuboidMap& map) {
+  std::size_t num_voxels = 0;
+  std::size_t num_stable = 0;
+  map.voxels().forEach([&](const VoxelBrick& brick) {
+    brick.voxels.forEachValue([&](float log_odds, const BrickMask& voxels) {
+      const auto count = static_cast<std::size_t>(voxels.count());
+      num_voxels += count;
+      if (map.sensorModel().isStable(log_odds)) num_stable += count;
+    });
+  });
+  return {{"voxels", num_voxels}, {"stable", num_stable}};
+}
+
 json measure(const Options& options) {
   MapConfig config;
   config.resolution_m = options.resolution_m;
@@ -199,10 +213,14 @@ json measure(const Options& options) {
   const auto octomap = makeOctomapAdapter(insertion);
   OcTree tree = makeOctomap(config);
   ScanUpdater updater{Grid(config.resolution_m)};
+  CuboidMap growing(config);
   for (const Scan& scan : scans) {
     ours.insert(scan);
     octomap->insert(scan);
-    updateOctomap(updater.compute(scan), tree);
+    const ScanUpdate& update = updater.compute(scan);
+    updateOctomap(update, tree);
+    growing.apply(update);
+    report["stability"].push_back(describeStability(growing));
   }
   ours.finish();
   if (!octomap->compareWith(ours.map()).isExact() ||
