@@ -6,6 +6,7 @@
 #include <nlohmann/json.hpp>
 
 #include <algorithm>
+#include <map>
 
 namespace cuboid_mapping::bench::test {
 namespace {
@@ -90,6 +91,26 @@ TEST_F(EvaluatePaper, AblationsTimeEachPartAndAgree) {
     EXPECT_EQ(report["queries"][map]["different_answers"], 0) << map;
   }
   EXPECT_GT(report["visit_occupied"]["octomap_skipping_ms"], 0.0);
+}
+
+TEST_F(EvaluatePaper, RateAndDistortionOfEachMap) {
+  const ProgramEnd end =
+      runProgram({RATE_DISTORTION_PROGRAM, dataset_, "--resolution", "0.2", "--coarsest", "2"});
+  ASSERT_EQ(end.status, 0) << end.err;
+  std::map<std::pair<std::string, double>, Json> rows;
+  const Json report = Json::parse(end.out);
+  for (const Json& row : report["rows"]) {
+    rows[{row["map"], row["resolution_m"]}] = row;
+  }
+  for (const std::string map : {"cuboid_mapping", "octomap"}) {
+    const Json& exact = rows.at({map, 0.2});
+    const Json& classes = rows.at({map + ", classes", 0.2});
+    EXPECT_EQ(exact["lost_bits"], 0.0) << map;
+    EXPECT_GT(classes["lost_bits"], 0.0) << map;
+    EXPECT_LT(classes["file_bytes"], exact["file_bytes"]) << map;
+    EXPECT_GT(rows.at({map, 0.4})["lost_bits"], 0.0) << map;
+    EXPECT_LT(rows.at({map, 0.4})["cells"], exact["cells"]) << map;
+  }
 }
 
 }  // namespace
