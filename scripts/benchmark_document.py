@@ -167,12 +167,15 @@ def growth_block(reports):
 
 
 class Plot:
-    """Curves over one option, drawn by gnuplot."""
+    """Curves over one option, drawn by gnuplot; a tick for each x, unless these are not chosen but measured."""
 
-    def __init__(self, file, x_label, y_label, is_log=True):
+    def __init__(self, file, x_label, y_label, is_log=True, is_measured=False):
         self.file = file
         self.settings = [f'set xlabel "{x_label}"', f'set ylabel "{y_label}"', 'set key outside',
-                         'set grid', 'set autoscale xfix', 'set logscale xy' if is_log else 'set yrange [0:*]']
+                         'set grid', 'set autoscale xfix', 'set logscale y' if is_log else 'set yrange [0:*]']
+        if is_log and not is_measured:
+            self.settings.append('set logscale x')
+        self.is_measured = is_measured
         self.curves = []
         self.ticks = set()
 
@@ -186,12 +189,14 @@ class Plot:
         if not self.curves:
             return False
         self.file.parent.mkdir(parents=True, exist_ok=True)
-        ticks = ', '.join(f'"{x:g}" {x:g}' for x in sorted(self.ticks))
+        if not self.is_measured:
+            ticks = ', '.join(f'"{x:g}" {x:g}' for x in sorted(self.ticks))
+            self.settings.append(f'set xtics ({ticks})')
         plots = ', '.join(f'"-" using 1:2 with linespoints pointtype 7 pointsize 0.6 title "{title}"'
                           for title, _ in self.curves)
         data = ''.join(''.join(f'{x:g} {y:g}\n' for x, y in points) + 'e\n' for _, points in self.curves)
         script = '\n'.join(['set terminal svg size 900,400 background "white" font "sans,12" noenhanced',
-                            f'set output "{self.file}"', *self.settings, f'set xtics ({ticks})',
+                            f'set output "{self.file}"', *self.settings,
                             f'plot {plots}', data])
         subprocess.run(['gnuplot'], input=script, text=True, check=True)
         return True
