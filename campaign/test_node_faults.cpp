@@ -28,7 +28,7 @@ NodeParameters makeParameters() {
   return parameters;
 }
 
-CloudIntake::CloudPtr someCloud(Random& random) {
+SensorMessage someCloud(Random& random) {
   std::vector<Eigen::Vector3d> points;
   for (int i = 0; i < 20; ++i) {
     points.emplace_back(random.real(-6, 6), random.real(-6, 6), random.real(-2, 2));
@@ -38,7 +38,7 @@ CloudIntake::CloudPtr someCloud(Random& random) {
   auto cloud = boost::make_shared<sensor_msgs::PointCloud2>(makeMessage(spec, points));
   cloud->header.frame_id = "fixed";
   cloud->header.stamp = ros::Time(1000.0);
-  return cloud;
+  return {cloud};
 }
 
 /// A node with some clouds in it, and a follower.
@@ -54,7 +54,7 @@ struct Scene {
     (void)follower.take(node.makeImage());
   }
 
-  void insert(const CloudIntake::CloudPtr& cloud) {
+  void insert(const SensorMessage& cloud) {
     node.receive(cloud);
     work();
   }

@@ -5,6 +5,8 @@
 
 #include "fuzz_input.h"
 
+#include <boost/make_shared.hpp>
+
 #include <cmath>
 #include <cstdlib>
 
@@ -28,8 +30,8 @@ sensor_msgs::PointField takeField(FuzzInput& input, std::uint32_t index) {
   field.name = names[input.chance() ? index : input.upTo(4)];
   field.offset = takeSize(input, 4 * index);
   field.count = takeSize(input, 1);
-  field.datatype = input.upTo(3) == 0 ? input.take<std::uint8_t>()
-                                      : std::uint8_t{sensor_msgs::PointField::FLOAT32};
+  field.datatype = input.upTo(15) == 0 ? input.take<std::uint8_t>()
+                                       : std::uint8_t{sensor_msgs::PointField::FLOAT32};
   return field;
 }
 
@@ -61,7 +63,7 @@ NodeParameters takeParameters(FuzzInput& input) {
   parameters.threads = 1;
   parameters.max_range_m = input.chance() ? 20.0 : 100.0;
   parameters.no_return_range_m = input.chance() ? 15.0 : 0.0;
-  parameters.no_return_points = static_cast<NoReturnPoints>(input.upTo(3));
+  parameters.no_return_points = static_cast<NoReturnPoints>(input.upTo(15));
   return parameters;
 }
 
@@ -99,7 +101,8 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   CloudPipeline pipeline(parameters);
   NodeStatistics statistics;
   std::optional<CloudError> error;
-  const auto* update = pipeline.compute(cloud, poses, statistics, error);
+  const auto* update = pipeline.compute({boost::make_shared<sensor_msgs::PointCloud2>(cloud)},
+                                        poses, statistics, error);
   require((update == nullptr) == error.has_value());
   if (update == nullptr) return 0;
   cuboid_mapping::CuboidMap map(makeMapConfig(parameters));

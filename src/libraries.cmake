@@ -146,6 +146,8 @@ add_library(cuboid_mapping_ros
   cuboid_mapping/ros/cloud_intake.cpp
   cuboid_mapping/ros/cloud_pipeline.cpp
   cuboid_mapping/ros/cloud_queue.cpp
+  cuboid_mapping/ros/depth_image_conversion.cpp
+  cuboid_mapping/ros/depth_pairs.cpp
   cuboid_mapping/ros/diagnostics.cpp
   cuboid_mapping/ros/edit_answers.cpp
   cuboid_mapping/ros/ground_filter.cpp
@@ -158,6 +160,8 @@ add_library(cuboid_mapping_ros
   cuboid_mapping/ros/marker_cache.cpp
   cuboid_mapping/ros/marker_colors.cpp
   cuboid_mapping/ros/marker_publisher.cpp
+  cuboid_mapping/ros/nearest_key.cpp
+  cuboid_mapping/ros/node_sources.cpp
   cuboid_mapping/ros/node_statistics.cpp
   cuboid_mapping/ros/observation_publisher.cpp
   cuboid_mapping/ros/octomap_products.cpp
@@ -174,7 +178,13 @@ add_library(cuboid_mapping_ros
   cuboid_mapping/ros/reconfigure_server.cpp
   cuboid_mapping/ros/request_reader.cpp
   cuboid_mapping/ros/search_answers.cpp
+  cuboid_mapping/ros/sensor_conversions.cpp
+  cuboid_mapping/ros/sensor_message.cpp
   cuboid_mapping/ros/service_limits.cpp
+  cuboid_mapping/ros/source.cpp
+  cuboid_mapping/ros/source_parameters.cpp
+  cuboid_mapping/ros/source_report.cpp
+  cuboid_mapping/ros/source_subscriber.cpp
   cuboid_mapping/ros/speed_advice.cpp
   cuboid_mapping/ros/tf_lookup.cpp
   cuboid_mapping/ros/tf_receiver.cpp

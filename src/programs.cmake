@@ -52,7 +52,10 @@ target_link_libraries(scans_to_bag
   ${roscpp_LIBRARIES} ${rosbag_storage_LIBRARIES} ${tf2_ros_LIBRARIES})
 
 # A bag into a file of a map.
-add_library(cuboid_mapping_bag_clouds STATIC tools/bag_clouds.cpp tools/yaml_parameters.cpp)
+add_library(cuboid_mapping_bag_clouds STATIC
+  tools/bag_clouds.cpp
+  tools/bag_sources.cpp
+  tools/yaml_parameters.cpp)
 cuboid_mapping_configure(cuboid_mapping_bag_clouds)
 target_include_directories(cuboid_mapping_bag_clouds SYSTEM PRIVATE ${YAML_CPP_INCLUDE_DIR})
 target_link_libraries(cuboid_mapping_bag_clouds

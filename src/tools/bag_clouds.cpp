@@ -9,14 +9,11 @@
 #include <tf2_msgs/TFMessage.h>
 
 #include <iostream>
-#include <set>
 #include <stdexcept>
 #include <utility>
 
 namespace cuboid_mapping_ros {
 namespace {
-
-using Bags = std::vector<std::unique_ptr<rosbag::Bag>>;
 
 Bags openBags(const std::vector<std::string>& files) {
   Bags bags;
@@ -43,33 +40,15 @@ NodeParameters readOptionParameters(const std::string& program, const BagOptions
   return loaded.parameters;
 }
 
-std::string join(const std::set<std::string>& names) {
-  std::string joined;
-  for (const std::string& name : names) joined += (joined.empty() ? "" : ", ") + name;
-  return joined;
-}
-
-/// The topics asked for; all that there are when none is.
-std::vector<std::string> chooseTopics(const Bags& bags, const std::vector<std::string>& wanted) {
-  std::set<std::string> found;
-  for (const auto& bag : bags) {
-    rosbag::View view(*bag, rosbag::TypeQuery("sensor_msgs/PointCloud2"));
-    for (const rosbag::ConnectionInfo* connection : view.getConnections()) {
-      found.insert(connection->topic);
-    }
+/// The parameters, with topics of the bags.
+NodeParameters readAll(const std::string& program, const BagOptions& options, const Bags& bags) {
+  std::vector<std::string> missing;
+  NodeParameters parameters =
+      chooseSources(bags, readOptionParameters(program, options), options.topics, missing);
+  for (const std::string& topic : missing) {
+    std::cerr << program << ": the bags have no topic " << topic << std::endl;
   }
-  if (found.empty())
-    throw std::runtime_error("the bags contain no clouds (sensor_msgs/PointCloud2)");
-  for (const std::string& topic : wanted) {
-    if (found.count(topic) == 0) {
-      throw std::runtime_error("no clouds on " + topic + ": choose from " + join(found));
-    }
-  }
-  return wanted.empty() ? std::vector<std::string>(found.begin(), found.end()) : wanted;
-}
-
-void addQueries(const Bags& bags, const std::vector<std::string>& topics, rosbag::View& view) {
-  for (const auto& bag : bags) view.addQuery(*bag, rosbag::TopicQuery(topics));
+  return parameters;
 }
 
 }  // namespace
@@ -101,12 +80,23 @@ cuboid_mapping::MapFormat checkOutput(const BagOptions& options) {
 
 BagClouds::BagClouds(std::string program, const BagOptions& options)
     : program_(std::move(program)),
-      parameters_(readOptionParameters(program_, options)),
       bags_(openBags(options.bags)),
-      topics_(chooseTopics(bags_, options.topics)) {
-  rosbag::View view;
-  addQueries(bags_, topics_, view);
-  num_clouds_ = view.size();
+      parameters_(readAll(program_, options, bags_)),
+      messages_(bags_, parameters_) {
+  if (messages_.numWithoutCamera() == 0) return;
+  std::cerr << program_ << ": "
+            << cuboid_mapping::counted(messages_.numWithoutCamera(), "depth image")
+            << " left out, which have no camera_info of the same stamp" << std::endl;
+}
+
+void BagClouds::setThreads(int threads) {
+  parameters_.threads = threads;
+  for (NodeParameters& source : parameters_.sources) source.threads = threads;
+}
+
+cuboid_mapping::SensorModel BagClouds::sensorModel(std::size_t source) const {
+  const cuboid_mapping::MapConfig& map = sourcesOf(parameters_).at(source).map;
+  return cuboid_mapping::SensorModel(map.sensor_model, map.environment);
 }
 
 /// All transforms count, also those that were recorded behind a cloud.
@@ -130,47 +120,44 @@ void BagClouds::readTransforms() {
 
 void BagClouds::walk(const CloudShare& share, const Take& take,
                      const cuboid_mapping::ProgressListener& listener) {
-  pipeline_.emplace(parameters_);
+  sources_ = makeSources(parameters_);
   watch_.emplace(parameters_.map.resolution_m, parameters_.max_range_m);
   readTransforms();
-  rosbag::View view;
-  addQueries(bags_, topics_, view);
-  std::uint64_t number = 0;
-  for (const rosbag::MessageInstance& instance : view) {
+  for (std::size_t number = 0; number < messages_.size(); ++number) {
     cuboid_mapping::throwIfInterrupted();
     if (number % share.step == share.first) {
-      if (const auto cloud = instance.instantiate<sensor_msgs::PointCloud2>()) {
+      if (const auto cloud = messages_.read(number)) {
         walkOne(*cloud, take);
       } else {
-        take(nullptr);
+        take(nullptr, 0);
       }
     }
-    ++number;
-    if (listener) listener(number, num_clouds_);
+    if (listener) listener(number + 1, messages_.size());
   }
 }
 
-void BagClouds::walkOne(const sensor_msgs::PointCloud2& cloud, const Take& take) {
+void BagClouds::walkOne(const SensorMessage& cloud, const Take& take) {
   ++statistics_.num_received;
-  watch_->noteReceived(cloud.header.stamp.toSec());
+  watch_->noteReceived(cloud.header().stamp.toSec());
   Stopwatch stopwatch;
   const cuboid_mapping::ScanUpdate* update = compute(cloud);
-  take(update);
+  take(update, cloud.source);
   if (update == nullptr) return;
   ++statistics_.num_inserted;
   watch_->noteInserted(1e-3 * stopwatch.lap(), statistics_.reach_m);
   suggestOnce();
 }
 
-const cuboid_mapping::ScanUpdate* BagClouds::compute(const sensor_msgs::PointCloud2& cloud) {
+const cuboid_mapping::ScanUpdate* BagClouds::compute(const SensorMessage& cloud) {
+  Source& source = *sources_.at(cloud.source);
   std::string tf_error;
-  const auto poses = lookupPoses(tf_, parameters_, cloud.header, tf_error);
+  const auto poses = lookupPoses(tf_, source.parameters, cloud.header(), tf_error);
   if (!poses) {
     leaveOut(DropReason::kNoTransform, tf_error);
     return nullptr;
   }
   std::optional<CloudError> error;
-  const auto* update = pipeline_->compute(cloud, *poses, statistics_, error);
+  const auto* update = source.pipeline.compute(cloud, *poses, statistics_, error);
   if (update == nullptr) leaveOut(toDropReason(error->defect), error->text);
   return update;
 }

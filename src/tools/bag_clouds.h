@@ -2,10 +2,11 @@
 // What bag_to_map and bag_to_map_mpi have in common: options, and clouds of rosbags.
 #pragma once
 
+#include "bag_sources.h"
 #include "command_line.h"
 #include "cuboid_mapping/io/map_files.h"
 #include "cuboid_mapping/io/progress_listener.h"
-#include "cuboid_mapping/ros/cloud_pipeline.h"
+#include "cuboid_mapping/ros/source.h"
 #include "cuboid_mapping/ros/speed_advice.h"
 
 #include <rosbag/bag.h>
@@ -48,23 +49,25 @@ struct LeftOutClouds {
   std::array<std::string, kNumDropReasons> first_texts;
 };
 
-/// The clouds of some bags in the order of their stamps, and what they say about the map. Errors,
-/// warnings and advice go to stderr, behind the name of the program.
+/// The clouds of some bags, which are messages of any source, in the order in which the node puts them into the map, and
+/// what they say about it. Errors, warnings and advice go to stderr, behind the name of the program.
 class BagClouds {
  public:
-  /// What a cloud says; null when it is left out. Valid during the call.
-  using Take = std::function<void(const cuboid_mapping::ScanUpdate*)>;
+  /// What a cloud says, null when it is left out, and the number of its source. Valid during the call.
+  using Take = std::function<void(const cuboid_mapping::ScanUpdate*, std::size_t source)>;
 
   /// Opens the bags. @throws std::runtime_error for bad parameters, a bag that cannot be read, topics
   /// that are not there.
   BagClouds(std::string program, const BagOptions& options);
 
-  /// As the options have them. Number of threads: of the parameter, unless set.
+  /// As the options have them, with topics of the bags for sources. Number of threads: of the parameter, unless set.
   ///@{
   [[nodiscard]] const NodeParameters& parameters() const { return parameters_; }
-  void setThreads(int threads) { parameters_.threads = threads; }
+  void setThreads(int threads);
   ///@}
-  [[nodiscard]] std::uint64_t numClouds() const { return num_clouds_; }
+  [[nodiscard]] std::uint64_t numClouds() const { return messages_.size(); }
+  /// What the clouds of a source are put in with.
+  [[nodiscard]] cuboid_mapping::SensorModel sensorModel(std::size_t source) const;
 
   /// Reads all transforms, then the clouds one after the other. @param listener  Is told how many of all
   /// clouds are done.
@@ -83,18 +86,17 @@ class BagClouds {
 
  private:
   void readTransforms();
-  void walkOne(const sensor_msgs::PointCloud2& cloud, const Take& take);
-  [[nodiscard]] const cuboid_mapping::ScanUpdate* compute(const sensor_msgs::PointCloud2& cloud);
+  void walkOne(const SensorMessage& cloud, const Take& take);
+  [[nodiscard]] const cuboid_mapping::ScanUpdate* compute(const SensorMessage& cloud);
   void suggestOnce();
   void leaveOut(DropReason reason, const std::string& text);
 
   std::string program_;
+  Bags bags_;
   NodeParameters parameters_;
-  std::vector<std::unique_ptr<rosbag::Bag>> bags_;
-  std::vector<std::string> topics_;
-  std::uint64_t num_clouds_ = 0;
+  BagMessages messages_;
   tf2::BufferCore tf_{ros::Duration(1e6)};  // long enough for any bag
-  std::optional<CloudPipeline> pipeline_;
+  std::vector<std::unique_ptr<Source>> sources_;
   std::optional<SpeedWatch> watch_;
   NodeStatistics statistics_;
   LeftOutClouds left_out_;

@@ -22,8 +22,8 @@ int makeMap(const BagOptions& options) {
   cuboid_mapping::CuboidMap map(makeMapConfig(clouds.parameters()));
   clouds.walk(
       {},
-      [&map](const cuboid_mapping::ScanUpdate* update) {
-        if (update != nullptr) map.apply(*update);
+      [&](const cuboid_mapping::ScanUpdate* update, std::size_t source) {
+        if (update != nullptr) map.apply(*update, clouds.sensorModel(source));
       },
       cuboid_mapping::showProgress("clouds"));
   clouds.report(clouds.leftOut());

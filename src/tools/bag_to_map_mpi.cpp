@@ -96,8 +96,8 @@ void walkAll(const MpiRanks& ranks, BagClouds& clouds, BrickOwner& owner) {
   const std::uint64_t clouds_of_round = size * BrickOwner::kCloudsOfRound;
   const std::uint64_t num_rounds = (clouds.numClouds() + clouds_of_round - 1) / clouds_of_round;
   std::uint64_t num_done = 0;
-  const auto take = [&](const cuboid_mapping::ScanUpdate* update) {
-    if (!owner.add(update)) return;
+  const auto take = [&](const cuboid_mapping::ScanUpdate* update, std::size_t source) {
+    if (!owner.add(update, source)) return;
     owner.exchange();
     ++num_done;
   };
@@ -153,7 +153,11 @@ std::optional<MapSnapshot> gatherMap(const MpiRanks& ranks, MapSnapshot part) {
 int makeMap(const MpiRanks& ranks, const BagOptions& options) {
   const auto start = Clock::now();
   const std::unique_ptr<BagClouds> clouds = openClouds(ranks, options);
-  BrickOwner owner(ranks, makeMapConfig(clouds->parameters()));
+  std::vector<cuboid_mapping::SensorModel> models;
+  for (std::size_t i = 0; i < sourcesOf(clouds->parameters()).size(); ++i) {
+    models.push_back(clouds->sensorModel(i));
+  }
+  BrickOwner owner(ranks, models, makeMapConfig(clouds->parameters()).threads);
   walkAll(ranks, *clouds, owner);
   const double time_s = secondsSince(start);
   const LeftOutClouds left_out = gatherLeftOut(ranks, clouds->leftOut());

@@ -22,17 +22,18 @@ constexpr std::size_t kAnyNumber = std::numeric_limits<std::uint32_t>::max();
 
 }  // namespace
 
-BrickOwner::BrickOwner(const MpiRanks& ranks, const cuboid_mapping::MapConfig& config)
+BrickOwner::BrickOwner(const MpiRanks& ranks, std::vector<cuboid_mapping::SensorModel> models,
+                       int threads)
     : ranks_(ranks),
-      model_(config.sensor_model, config.environment),
-      threads_(config.threads),
+      models_(std::move(models)),
+      threads_(threads),
       to_(static_cast<std::size_t>(ranks.size())) {}
 
 std::size_t BrickOwner::ownerOf(const Cell& brick) const {
   return cuboid_mapping::CellHash()(cuboid_mapping::groupOf(brick)) % to_.size();
 }
 
-bool BrickOwner::add(const ScanUpdate* update) {
+bool BrickOwner::add(const ScanUpdate* update, std::size_t source) {
   std::vector<ScanUpdate> parts(to_.size());
   if (update != nullptr) {
     for (const BrickUpdate& brick : update->bricks) {
@@ -40,12 +41,13 @@ bool BrickOwner::add(const ScanUpdate* update) {
     }
   }
   const auto own_rank = static_cast<std::size_t>(ranks_.rank());
-  own_.push_back(std::move(parts[own_rank]));
+  own_.push_back({std::move(parts[own_rank]), source});
   for (std::size_t owner = 0; owner < to_.size(); ++owner) {
     if (owner == own_rank) continue;
     const bool is_empty = parts[owner].bricks.empty();
     const std::string bytes = is_empty ? std::string() : toBytes(parts[owner]);
     ByteWriter part;
+    part.writeU64(source);
     part.writeU64(bytes.size());
     part.writeBytes(bytes);
     to_[owner] += part.bytes();
@@ -66,22 +68,25 @@ void BrickOwner::exchange() {
   for (std::size_t i = 0; i < kCloudsOfRound; ++i) {
     for (std::size_t rank = 0; rank < readers.size(); ++rank) {
       if (rank == static_cast<std::size_t>(ranks_.rank())) {
-        if (i < own_.size()) apply(own_[i]);
+        if (i < own_.size()) apply(own_[i].update, own_[i].source);
         continue;
       }
       if (readers[rank].numLeft() == 0) continue;  // It had fewer clouds.
+      const std::uint64_t source = readers[rank].readU64();
       const std::string_view bytes = readers[rank].readBytes(readers[rank].readU64());
       if (bytes.empty()) continue;
       const auto update = cuboid_mapping::scanUpdateOfBytes(bytes, kAnyNumber);
-      if (!update) {
+      if (!update || source >= models_.size()) {
         throw std::runtime_error("what rank " + std::to_string(rank) + " has sent is damaged");
       }
-      apply(*update);
+      apply(*update, source);
     }
   }
   own_.clear();
 }
 
-void BrickOwner::apply(const ScanUpdate& update) { voxels_.apply(update.bricks, model_, threads_); }
+void BrickOwner::apply(const ScanUpdate& update, std::size_t source) {
+  voxels_.apply(update.bricks, models_[source], threads_);
+}
 
 }  // namespace cuboid_mapping_ros

@@ -22,12 +22,12 @@ class BrickOwner {
   /// Clouds of a rank in a round: so many that a slow cloud keeps the others waiting for less.
   static constexpr std::size_t kCloudsOfRound = 4;
 
-  /// @param ranks  Must outlive this object.
-  BrickOwner(const MpiRanks& ranks, const cuboid_mapping::MapConfig& config);
+  /// @param ranks  Must outlive this object. @param models  Of each source. @param threads  See VoxelStore::apply().
+  BrickOwner(const MpiRanks& ranks, std::vector<cuboid_mapping::SensorModel> models, int threads);
 
   /// Takes what the rank's next cloud says. @param update  Null when it says nothing.
   /// @return Whether the round has all the clouds of this rank: exchange() is next.
-  bool add(const cuboid_mapping::ScanUpdate* update);
+  bool add(const cuboid_mapping::ScanUpdate* update, std::size_t source);
   /// Ends the round; all ranks call it together. @throws std::runtime_error when something damaged came.
   void exchange();
 
@@ -38,15 +38,20 @@ class BrickOwner {
   [[nodiscard]] double exchangeTime_s() const { return exchange_time_s_; }
 
  private:
+  struct OwnPart {
+    cuboid_mapping::ScanUpdate update;
+    std::size_t source;
+  };
+
   [[nodiscard]] std::size_t ownerOf(const cuboid_mapping::Cell& brick) const;
-  void apply(const cuboid_mapping::ScanUpdate& update);
+  void apply(const cuboid_mapping::ScanUpdate& update, std::size_t source);
 
   const MpiRanks& ranks_;
-  cuboid_mapping::SensorModel model_;
+  std::vector<cuboid_mapping::SensorModel> models_;
   int threads_;
   cuboid_mapping::VoxelStore voxels_;
-  std::vector<cuboid_mapping::ScanUpdate> own_;  ///< The rank's own part, cloud by cloud.
-  std::vector<std::string> to_;                  ///< By owner, cloud by cloud: length and bytes.
+  std::vector<OwnPart> own_;     ///< The rank's own part, cloud by cloud.
+  std::vector<std::string> to_;  ///< By owner, cloud by cloud: source, length and bytes.
   std::uint64_t num_sent_bytes_ = 0;
   double exchange_time_s_ = 0.0;
 };

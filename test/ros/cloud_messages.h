@@ -4,11 +4,13 @@
 // PointCloud2 messages of any layout, for the tests of their conversion.
 
 #include "cuboid_mapping/ros/cloud_conversions.h"
+#include "cuboid_mapping/ros/sensor_message.h"
 
 #include "support/random.h"
 
 #include <gtest/gtest.h>
 #include <boost/endian/conversion.hpp>
+#include <boost/make_shared.hpp>
 
 #include <array>
 #include <cstdint>
@@ -81,6 +83,12 @@ inline PointCloud2 makeMessage(const CloudSpec& spec, const std::vector<Eigen::V
     }
   }
   return message;
+}
+
+/// The same as what a source has sent.
+inline SensorMessage makeSensorMessage(const CloudSpec& spec,
+                                       const std::vector<Eigen::Vector3d>& points) {
+  return {boost::make_shared<PointCloud2>(makeMessage(spec, points))};
 }
 
 /// Points within 50 m.

@@ -118,7 +118,35 @@ inline std::vector<Case> sensorModelCases() {
       {"sensor_model/no_return_points",
        "with_nan",
        [](const P& p) { return p.no_return_points == NoReturnPoints::kWithNan; },
-       {"", "nan", 1}},
+       {"", "infinity", 1}},
+  };
+}
+
+/// Those of a source, and the list of sources.
+inline std::vector<Case> sourceCases() {
+  using P = NodeParameters;
+  XmlRpcValue list;
+  list[0]["topic"] = "front";
+  return {
+      {"topic", "/scan", [](const P& p) { return p.source.topic == "/scan"; }, {"", "a b", 1}},
+      {"type",
+       "laser_scan",
+       [](const P& p) { return p.source.type == SourceType::kLaserScan; },
+       {"", "lidar", 1}},
+      {"camera_info",
+       "/info",
+       [](const P& p) { return p.source.camera_info == "/info"; },
+       {"a b", 1}},
+      {"use", "mark", [](const P& p) { return p.source.use == SourceUse::kMark; }, {"", "none", 1}},
+      {"max_rate",
+       5.0,
+       [](const P& p) { return p.source.max_rate_hz == 5.0; },
+       {-1.0, 1001.0, kNan, "1"}},
+      {"sources", list, [](const P& p) { return p.sources.size() == 1; }, {"front", 1, true}},
+      {"order_wait",
+       0.5,
+       [](const P& p) { return p.order_wait_s == 0.5; },
+       {-0.1, 11.0, kNan, "1"}},
   };
 }
 

@@ -7,9 +7,9 @@
 #include "cuboid_mapping/ros/callback_guard.h"
 #include "cuboid_mapping/ros/cloud_inbox.h"
 #include "cuboid_mapping/ros/cloud_intake.h"
-#include "cuboid_mapping/ros/cloud_pipeline.h"
 #include "cuboid_mapping/ros/function_callback.h"
 #include "cuboid_mapping/ros/guarded_map.h"
+#include "cuboid_mapping/ros/source.h"
 
 #include <ros/callback_queue.h>
 #include <tf2/buffer_core.h>
@@ -31,22 +31,23 @@ using cuboid_mapping::MapImage;
 class PlainReplay {
  public:
   explicit PlainReplay(const NodeParameters& parameters)
-      : map_(makeMapConfig(parameters)), pipeline_(std::make_unique<CloudPipeline>(parameters)) {}
+      : map_(makeMapConfig(parameters)), sources_(makeSources(parameters)) {}
 
-  void insert(const sensor_msgs::PointCloud2& cloud, const CloudPoses& poses) {
+  void insert(const SensorMessage& cloud, const CloudPoses& poses) {
     std::optional<CloudError> error;
-    const auto* update = pipeline_->compute(cloud, poses, statistics_, error);
-    if (update != nullptr) map_.apply(*update);
+    Source& source = *sources_.at(cloud.source);
+    const auto* update = source.pipeline.compute(cloud, poses, statistics_, error);
+    if (update != nullptr) (void)source.apply(*update, map_);
   }
   void setParameters(const NodeParameters& parameters) {
-    pipeline_ = std::make_unique<CloudPipeline>(parameters);
+    sources_ = makeSources(parameters);
     (void)map_.setSensorModel(parameters.map.sensor_model);
   }
   CuboidMap& map() { return map_; }
 
  private:
   CuboidMap map_;
-  std::unique_ptr<CloudPipeline> pipeline_;
+  std::vector<std::unique_ptr<Source>> sources_;
   NodeStatistics statistics_;
 };
 
@@ -55,20 +56,21 @@ class SimulatedNode {
  public:
   explicit SimulatedNode(const NodeParameters& parameters)
       : map_(makeMapConfig(parameters)),
-        pipeline_(std::make_unique<CloudPipeline>(parameters)),
+        sources_(makeSources(parameters)),
         queue_(callbacks_, guard_, "simulated"),
-        intake_(
-            queue_, tf_, parameters,
-            {[this](const CloudIntake::CloudPtr& cloud, const CloudPoses& poses) {
-               countFailure([&] { handle(cloud, poses); });
-             },
-             [this](DropReason reason, const std::string&) { ++statistics_.numDropped(reason); }}),
+        intake_(queue_, tf_, parameters,
+                {[this](const SensorMessage& cloud, const CloudPoses& poses) {
+                   countFailure([&] { handle(cloud, poses); });
+                 },
+                 [this](std::size_t, DropReason reason, const std::string&) {
+                   ++statistics_.numDropped(reason);
+                 }}),
         inbox_(queue_, makeCloudLimits(parameters),
-               {[this](const CloudIntake::CloudPtr& cloud) {
+               {[this](const SensorMessage& cloud) {
                   ++statistics_.num_received;
                   countFailure([&] { intake_.receive(cloud, now_); });
                 },
-                [this](std::size_t count) {
+                [this](std::size_t, std::size_t count) {
                   statistics_.num_received += count;
                   statistics_.numDropped(DropReason::kQueueFull) += count;
                 }}),
@@ -76,7 +78,7 @@ class SimulatedNode {
     inserted_.reserve(1000);
   }
 
-  void receive(const CloudIntake::CloudPtr& cloud) { inbox_.put(cloud); }
+  void receive(const SensorMessage& cloud) { inbox_.put(cloud); }
   void setTime(const ros::Time& now) {
     now_ = now;
     post(queue_, this, [this] { intake_.update(now_); });
@@ -90,7 +92,7 @@ class SimulatedNode {
 
   void setParameters(const NodeParameters& parameters) {
     intake_.setParameters(parameters, now_);
-    pipeline_ = std::make_unique<CloudPipeline>(parameters);
+    sources_ = makeSources(parameters);
     edit([&](CuboidMap& map) { return map.setSensorModel(parameters.map.sensor_model); });
     replay().setParameters(parameters);
   }
@@ -120,7 +122,7 @@ class SimulatedNode {
   GuardedMap& map() { return map_; }
   /// With all clouds that were counted as inserted.
   PlainReplay& replay() {
-    for (const Inserted& inserted : inserted_) replay_.insert(*inserted.cloud, inserted.poses);
+    for (const Inserted& inserted : inserted_) replay_.insert(inserted.cloud, inserted.poses);
     inserted_.clear();
     return replay_;
   }
@@ -132,7 +134,7 @@ class SimulatedNode {
   static constexpr std::uint64_t kInstance = 7;
 
   struct Inserted {
-    CloudIntake::CloudPtr cloud;
+    SensorMessage cloud;
     CloudPoses poses;
   };
 
@@ -150,24 +152,25 @@ class SimulatedNode {
     }
   }
 
-  void handle(const CloudIntake::CloudPtr& cloud, const CloudPoses& poses) {
+  void handle(const SensorMessage& cloud, const CloudPoses& poses) {
     if (is_paused_) {
       ++statistics_.numDropped(DropReason::kPaused);
       return;
     }
     std::optional<CloudError> error;
-    const auto* update = pipeline_->compute(*cloud, poses, statistics_, error);
+    Source& source = *sources_.at(cloud.source);
+    const auto* update = source.pipeline.compute(cloud, poses, statistics_, error);
     if (update == nullptr) {
       ++statistics_.numDropped(toDropReason(error->defect));
       return;
     }
-    map_.change(cloud->header.stamp, [update](CuboidMap& map) { return map.apply(*update); });
+    map_.change(cloud.header().stamp, [&](CuboidMap& map) { return source.apply(*update, map); });
     ++statistics_.num_inserted;
     inserted_.push_back({cloud, poses});
   }
 
   GuardedMap map_;
-  std::unique_ptr<CloudPipeline> pipeline_;
+  std::vector<std::unique_ptr<Source>> sources_;
   NodeStatistics statistics_;
   ros::CallbackQueue callbacks_;
   CallbackGuard guard_;

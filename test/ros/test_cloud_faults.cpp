@@ -47,10 +47,10 @@ void operator delete[](void* memory, std::size_t /*size*/) noexcept { std::free(
 namespace cuboid_mapping_ros {
 namespace {
 
-CloudQueue::CloudPtr makeCloud(const std::string& frame_id) {
+SensorMessage makeCloud(const std::string& frame_id) {
   const auto cloud = boost::make_shared<sensor_msgs::PointCloud2>();
   cloud->header.frame_id = frame_id;
-  return cloud;
+  return {cloud};
 }
 
 /// What has become of clouds.
@@ -75,21 +75,22 @@ TEST(CloudFaults, LeaveNoCloudOfAQueueUncountedNorCountedTwice) {
     bool has_failed = false;
     Counts counts;
     CloudQueue::Callbacks counting;
-    counting.find_poses = [](const std_msgs::Header& header) -> PoseSearch {
+    counting.find_poses = [](const SensorMessage& cloud) -> PoseSearch {
+      const std_msgs::Header& header = cloud.header();
       if (header.frame_id == "lidar") return {CloudPoses{}, {}, false};
       return {std::nullopt, "a reason that does not fit into a string without an allocation",
               header.frame_id == "old"};
     };
-    counting.handle = [&](const CloudQueue::CloudPtr&, const CloudPoses&) { ++counts.handled; };
-    counting.drop = [&](DropReason, const std::string&) { ++counts.dropped; };
+    counting.handle = [&](const SensorMessage&, const CloudPoses&) { ++counts.handled; };
+    counting.drop = [&](std::size_t, DropReason, const std::string&) { ++counts.dropped; };
     ros::CallbackQueue callbacks;
     CallbackGuard guard;
     GuardedQueue guarded(callbacks, guard, "clouds");
     CloudQueue queue(guarded, {1, 100000, ros::Duration(10.0)}, counting);
     const ros::Time now(1000.0);
-    const std::vector<CloudQueue::CloudPtr> clouds{makeCloud("lidar"),  makeCloud("old"),
-                                                   makeCloud("camera"), makeCloud("camera"),
-                                                   makeCloud("lidar"),  makeCloud("")};
+    const std::vector<SensorMessage> clouds{makeCloud("lidar"),  makeCloud("old"),
+                                            makeCloud("camera"), makeCloud("camera"),
+                                            makeCloud("lidar"),  makeCloud("")};
     {
       const FailingAllocation failing(number);
       for (const auto& cloud : clouds) {
@@ -117,9 +118,10 @@ TEST(CloudFaults, LeaveNoCloudOfAnInboxUncountedNorCountedTwice) {
     ros::CallbackQueue callbacks;
     CallbackGuard guard;
     GuardedQueue guarded(callbacks, guard, "clouds");
-    CloudInbox inbox(guarded, {2, 100000, ros::Duration(10.0)},
-                     {[&](const CloudInbox::CloudPtr&) { ++counts.handled; },
-                      [&](std::size_t count) { counts.dropped += static_cast<int>(count); }});
+    CloudInbox inbox(
+        guarded, {2, 100000, ros::Duration(10.0)},
+        {[&](const SensorMessage&) { ++counts.handled; },
+         [&](std::size_t, std::size_t count) { counts.dropped += static_cast<int>(count); }});
     const auto cloud = makeCloud("lidar");
     {
       const FailingAllocation failing(number);

@@ -22,7 +22,7 @@ class CloudInboxTest : public ::testing::Test {
     const auto cloud = boost::make_shared<sensor_msgs::PointCloud2>();
     cloud->width = id;
     cloud->data.resize(num_bytes);
-    inbox_->put(cloud);
+    inbox_->put({cloud});
   }
 
   Ids taken_;
@@ -31,8 +31,10 @@ class CloudInboxTest : public ::testing::Test {
   std::unique_ptr<CloudInbox> inbox_ = std::make_unique<CloudInbox>(
       callbacks_, CloudLimits{3, 10000, ros::Duration(10.0)},
       CloudInbox::Callbacks{
-          [this](const CloudInbox::CloudPtr& cloud) { taken_.push_back(cloud->width); },
-          [this](std::size_t count) { num_dropped_ += count; }});
+          [this](const SensorMessage& cloud) {
+            taken_.push_back(std::get<sensor_msgs::PointCloud2::ConstPtr>(cloud.content)->width);
+          },
+          [this](std::size_t /*source*/, std::size_t count) { num_dropped_ += count; }});
 };
 
 TEST_F(CloudInboxTest, DeliversInOrderAndOnTheCallbackQueueOnly) {

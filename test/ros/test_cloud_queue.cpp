@@ -32,7 +32,7 @@ class CloudQueueTest : public ::testing::Test {
     cloud->width = id;
     cloud->header.frame_id = frame_id;
     cloud->data.resize(num_bytes);
-    queue_->push(cloud, now_);
+    queue_->push({cloud}, now_);
   }
 
   void callAll() {
@@ -48,12 +48,12 @@ class CloudQueueTest : public ::testing::Test {
 
   CloudQueue::Callbacks makeCallbacks() {
     CloudQueue::Callbacks callbacks;
-    callbacks.find_poses = [this](const std_msgs::Header& header) { return search(header); };
-    callbacks.handle = [this](const CloudQueue::CloudPtr& cloud, const CloudPoses& /*poses*/) {
-      handled_.push_back(cloud->width);
-      if (cloud->width == kFailing) throw std::runtime_error("this one fails");
+    callbacks.find_poses = [this](const SensorMessage& cloud) { return search(cloud.header()); };
+    callbacks.handle = [this](const SensorMessage& cloud, const CloudPoses& /*poses*/) {
+      handled_.push_back(std::get<sensor_msgs::PointCloud2::ConstPtr>(cloud.content)->width);
+      if (handled_.back() == kFailing) throw std::runtime_error("this one fails");
     };
-    callbacks.drop = [this](DropReason reason, const std::string& text) {
+    callbacks.drop = [this](std::size_t /*source*/, DropReason reason, const std::string& text) {
       drops_.push_back({reason, text});
     };
     return callbacks;

@@ -88,7 +88,8 @@ TEST(GroundFilter, freesTheSpaceBeforeTheGroundAndHitsNothingThere) {
   CloudPipeline pipeline(parameters);
   NodeStatistics statistics;
   std::optional<CloudError> error;
-  const auto* update = pipeline.compute(makeMessage(spec, points_cloud), poses, statistics, error);
+  const auto* update =
+      pipeline.compute(makeSensorMessage(spec, points_cloud), poses, statistics, error);
   ASSERT_NE(update, nullptr);
   cuboid_mapping::CuboidMap map(makeMapConfig(parameters));
   map.apply(*update);
@@ -117,7 +118,7 @@ Outcome runPipeline(const NodeParameters& parameters, const CloudPoses& poses,
   Outcome outcome;
   std::optional<CloudError> error;
   const auto* update =
-      pipeline.compute(makeMessage(spec, points_cloud), poses, outcome.statistics, error);
+      pipeline.compute(makeSensorMessage(spec, points_cloud), poses, outcome.statistics, error);
   EXPECT_NE(update, nullptr);
   if (update == nullptr) return outcome;
   cuboid_mapping::CuboidMap map(makeMapConfig(parameters));

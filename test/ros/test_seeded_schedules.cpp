@@ -170,7 +170,7 @@ class Schedule {
   void deliver() {
     for (int i = random_.integer(1, 5); i > 0 && !network_.empty(); --i) {
       const std::size_t index = random_.chance(0.7) ? 0 : random_.index(network_.size());
-      node_.receive(network_[index]);
+      node_.receive({network_[index]});
       network_.erase(network_.begin() + static_cast<std::ptrdiff_t>(index));
       ++num_delivered_;
     }
@@ -288,7 +288,7 @@ class Schedule {
   std::string file_;
   std::optional<MapSnapshot> saved_;
   ros::Time now_{1000.0};
-  std::vector<CloudIntake::CloudPtr> network_;
+  std::vector<sensor_msgs::PointCloud2::ConstPtr> network_;
   std::size_t num_delivered_ = 0;
   std::vector<Listener> listeners_;
 };

@@ -72,7 +72,10 @@ class CuboidMap {
   /// Updates the observed voxels (paper, Section IV-A).
   /// @complexity O(b v + c log n) for b touched bricks of v different log-odds, and c cuboids of
   /// bricks that have gone cold.
-  ChangeSet apply(const ScanUpdate& update);
+  ChangeSet apply(const ScanUpdate& update) { return apply(update, sensor_model_); }
+  /// As above, with the hit and miss of another sensor.
+  /// @pre Thresholds and environment of `model` are those of sensorModel().
+  ChangeSet apply(const ScanUpdate& update, const SensorModel& model);
 
   /// Brings cuboids that wait into the R-tree (paper, Section IV-B).
   /// @param max_bricks  After so many it is left to another call to go on.

@@ -16,12 +16,13 @@ CuboidMap::CuboidMap(const MapConfig& config)
       fusion_(makeFusion({config.fusion, config.growth, config.rtree, config.threads},
                          sensor_model_)) {}
 
-ChangeSet CuboidMap::apply(const ScanUpdate& update) {
+ChangeSet CuboidMap::apply(const ScanUpdate& update, const SensorModel& model) {
+  assert(model.min() == sensor_model_.min() && model.max() == sensor_model_.max());
   ChangeSet changes;
   const auto announce = [&](const auto& changed) { fusion_->announce(changed, changes); };
   const std::vector<BrickChange> changed =
-      voxels_.apply(locked_.isEmpty() ? update.bricks : locked_.without(update.bricks),
-                    sensor_model_, config_.threads, announce);
+      voxels_.apply(locked_.isEmpty() ? update.bricks : locked_.without(update.bricks), model,
+                    config_.threads, announce);
   fusion_->noteCloud(voxels_, update, changed, changes);
   return finish(!changed.empty(), std::move(changes));
 }

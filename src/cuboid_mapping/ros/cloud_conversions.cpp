@@ -7,9 +7,11 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <cstdint>
 #include <cstring>
-#include <optional>
+#include <sstream>
+#include <utility>
 
 // sensor_msgs::PointCloud2ConstIterator and pcl::fromROSMsg are not used: they trust the numbers of
 // the message, and know neither the other byte order nor FLOAT64 (nor the iterator row_step).
@@ -165,6 +167,17 @@ class PointReader {
   std::array<bool, 3> is_double_{};
 };
 
+using NamedReadings = std::pair<const char*, NoReturnPoints>;
+constexpr std::array<NamedReadings, 4> kReadings{{{"plus_inf", NoReturnPoints::kPlusInf},
+                                                  {"nan", NoReturnPoints::kNan},
+                                                  {"zero", NoReturnPoints::kZero},
+                                                  {"minus_inf", NoReturnPoints::kMinusInf}}};
+constexpr std::array<NamedReadings, 5> kSetsOfReadings{{{"rep_117", NoReturnPoints::kRep117},
+                                                        {"with_nan", NoReturnPoints::kWithNan},
+                                                        {"with_zero", NoReturnPoints::kWithZero},
+                                                        {"all", NoReturnPoints::kAll},
+                                                        {"none", NoReturnPoints::kNone}}};
+
 /// Of a size that float32 can hold.
 constexpr double kMaxCoordinate_m = 1e30;
 
@@ -176,10 +189,10 @@ bool isReturn(const Eigen::Vector3d& point) {
 
 /// Whether a point that is no return says that its beam met nothing.
 bool isNoReturn(const Eigen::Vector3d& point, NoReturnPoints wanted) {
-  if (wanted == NoReturnPoints::kAll) return true;
-  if (point.hasNaN()) return wanted == NoReturnPoints::kWithNan;
-  if (point.isZero(0.0)) return wanted == NoReturnPoints::kWithZero;
-  return point.minCoeff() >= -kMaxCoordinate_m;
+  if (point.hasNaN()) return contains(wanted, NoReturnPoints::kNan);
+  if (point.isZero(0.0)) return contains(wanted, NoReturnPoints::kZero);
+  const bool is_minus = point.minCoeff() < -kMaxCoordinate_m;
+  return contains(wanted, is_minus ? NoReturnPoints::kMinusInf : NoReturnPoints::kPlusInf);
 }
 
 /// Calls visit(point) for every point, row by row, until it returns false.
@@ -233,14 +246,38 @@ void addNoReturns(const PointCloud2& message, const PointReader& reader,
 
 }  // namespace
 
-const char* toString(NoReturnPoints points) {
-  switch (points) {
-    case NoReturnPoints::kRep117: return "rep_117";
-    case NoReturnPoints::kWithNan: return "with_nan";
-    case NoReturnPoints::kWithZero: return "with_zero";
-    case NoReturnPoints::kAll: break;
+NoReturnPoints classifyReading(double number) {
+  if (std::isnan(number)) return NoReturnPoints::kNan;
+  if (number == 0.0) return NoReturnPoints::kZero;
+  if (number < -kMaxCoordinate_m) return NoReturnPoints::kMinusInf;
+  return number > kMaxCoordinate_m ? NoReturnPoints::kPlusInf : NoReturnPoints::kNone;
+}
+
+std::string toText(NoReturnPoints points) {
+  for (const auto& [name, set] : kSetsOfReadings) {
+    if (points == set) return name;
   }
-  return "all";
+  std::string text;
+  for (const auto& [name, reading] : kReadings) {
+    if (contains(points, reading)) text += (text.empty() ? "" : " ") + std::string(name);
+  }
+  return text;
+}
+
+std::optional<NoReturnPoints> parseNoReturnPoints(const std::string& text) {
+  for (const auto& [name, set] : kSetsOfReadings) {
+    if (text == name) return set;
+  }
+  unsigned set = 0;
+  std::istringstream words(text);
+  for (std::string word; words >> word;) {
+    const auto known = std::find_if(kReadings.begin(), kReadings.end(),
+                                    [&word](const auto& reading) { return word == reading.first; });
+    if (known == kReadings.end()) return std::nullopt;
+    set |= static_cast<unsigned>(known->second);
+  }
+  if (set == 0) return std::nullopt;
+  return static_cast<NoReturnPoints>(set);
 }
 
 const char* toString(CloudDefect defect) {

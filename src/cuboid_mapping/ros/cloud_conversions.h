@@ -9,6 +9,7 @@
 #include <Eigen/Geometry>
 
 #include <cstddef>
+#include <optional>
 #include <string>
 #include <variant>
 #include <vector>
@@ -38,17 +39,33 @@ struct CloudError {
   std::string text;  ///< For the log: the numbers, and what to do.
 };
 
-/// Which points of an organized cloud say that a beam met nothing up to the sensor's range. REP 117
+/// Which readings say that a beam met nothing up to the sensor's range; a set of the first four. REP 117
 /// has +inf for that, -inf for a thing that is too near, and NaN for a measurement that failed.
 enum class NoReturnPoints : unsigned char {
-  kRep117,    ///< +inf only.
-  kWithNan,   ///< +inf and NaN: of drivers that write NaN for every point without return.
-  kWithZero,  ///< +inf and (0, 0, 0): of drivers that write zeros.
-  kAll        ///< +inf, NaN, (0, 0, 0) and -inf.
+  kPlusInf = 1,
+  kNan = 2,
+  kZero = 4,
+  kMinusInf = 8,
+  kNone = 0,
+  kRep117 = kPlusInf,
+  kWithNan = kPlusInf | kNan,    ///< Of drivers that write NaN for every point without return.
+  kWithZero = kPlusInf | kZero,  ///< Of drivers that write zeros.
+  kAll = kPlusInf | kNan | kZero | kMinusInf
 };
 
-/// The name of the parameter's value, as "with_nan".
-[[nodiscard]] const char* toString(NoReturnPoints points);
+/// Whether a set holds a reading, which is one of the first four.
+[[nodiscard]] constexpr bool contains(NoReturnPoints set, NoReturnPoints reading) {
+  return (static_cast<unsigned>(set) & static_cast<unsigned>(reading)) != 0;
+}
+
+/// What a number is that is no return; kNone for one that is.
+[[nodiscard]] NoReturnPoints classifyReading(double number);
+
+/// The value of the parameter: a name as "with_nan", or readings as "nan zero".
+[[nodiscard]] std::string toText(NoReturnPoints points);
+
+/// Inverse of toText(), readings in any order; nothing for another text.
+[[nodiscard]] std::optional<NoReturnPoints> parseNoReturnPoints(const std::string& text);
 
 /// What a cloud holds, in metres in the cloud's frame.
 struct CloudPoints {
@@ -61,11 +78,11 @@ struct CloudPoints {
   std::size_t num_skipped = 0;  ///< Of these: left out, their beams not being known or not wanted.
 };
 
-/// How to convert a cloud.
+/// How to convert a message.
 struct CloudOptions {
-  /// Length of a beam without return in metres; 0: such beams are skipped.
+  /// Length of a beam without return in metres, see Scan::no_returns; 0: such beams are skipped.
   double no_return_range_m = 0.0;
-  /// Which points stand for such a beam.
+  /// Which readings stand for such a beam.
   NoReturnPoints no_return_points = NoReturnPoints::kRep117;
   /// Pose of the sensor in the cloud's frame, for the directions of beams without return. Only to
   /// be set where the cloud has been transformed out of its sensor's frame.

@@ -4,12 +4,12 @@
 #include "cuboid_mapping/ros/cloud_queue.h"
 
 #include <ros/callback_queue_interface.h>
-#include <sensor_msgs/PointCloud2.h>
 
 #include <cstddef>
 #include <deque>
 #include <functional>
 #include <mutex>
+#include <vector>
 
 namespace cuboid_mapping_ros {
 
@@ -22,11 +22,10 @@ namespace cuboid_mapping_ros {
 /// Thread rule: put() from any thread; the callbacks run on the callback queue.
 class CloudInbox {
  public:
-  using CloudPtr = sensor_msgs::PointCloud2::ConstPtr;
-
   struct Callbacks {
-    std::function<void(const CloudPtr& cloud)> take;
-    std::function<void(std::size_t count)> drop;  ///< Before the clouds that came after them.
+    std::function<void(const SensorMessage& cloud)> take;
+    /// So many of a source, before the clouds that came after them.
+    std::function<void(std::size_t source, std::size_t count)> drop;
   };
 
   /// @param callback_queue  Must outlive this object.
@@ -39,7 +38,7 @@ class CloudInbox {
 
   /// For want of memory a cloud is dropped and counted; or the exception says that clouds are delivered with
   /// the next one only.
-  void put(const CloudPtr& cloud);
+  void put(const SensorMessage& cloud);
 
   [[nodiscard]] std::size_t numBytes() const;
 
@@ -50,9 +49,9 @@ class CloudInbox {
   CloudLimits limits_;
   Callbacks callbacks_;
   mutable std::mutex mutex_;
-  std::deque<CloudPtr> clouds_;
+  std::deque<SensorMessage> clouds_;
   std::size_t num_bytes_ = 0;
-  std::size_t num_dropped_ = 0;  ///< Since the last delivery.
+  std::vector<std::size_t> num_dropped_;  ///< Of each source, since the last delivery.
   bool is_delivery_due_ = false;
 };
 

@@ -6,15 +6,17 @@
 #include "cuboid_mapping/ros/time_jump.h"
 
 #include <ros/callback_queue_interface.h>
-#include <sensor_msgs/PointCloud2.h>
 #include <tf2/buffer_core.h>
 
 #include <functional>
+#include <optional>
 #include <string>
+#include <vector>
 
 namespace cuboid_mapping_ros {
 
-/// Limits of the parameters, for the inbox and the queue of clouds each: half of the memory.
+/// Limits of the parameters, for the inbox and the queue of clouds each: half of the memory, and the number
+/// of clouds times that of the sources.
 [[nodiscard]] CloudLimits makeCloudLimits(const NodeParameters& parameters);
 
 /// What clouds go through before they are worked on: jumps of time are told from clouds that are late,
@@ -23,11 +25,9 @@ namespace cuboid_mapping_ros {
 /// Thread rule: all calls run on the callback queue, one after the other; tf is thread-safe.
 class CloudIntake {
  public:
-  using CloudPtr = CloudQueue::CloudPtr;
-
   struct Callbacks {
-    std::function<void(const CloudPtr& cloud, const CloudPoses& poses)> handle;
-    std::function<void(DropReason reason, const std::string& text)> drop;
+    std::function<void(const SensorMessage& cloud, const CloudPoses& poses)> handle;
+    std::function<void(std::size_t source, DropReason reason, const std::string& text)> drop;
   };
 
   /// @param callback_queue, tf  Must outlive this object.
@@ -35,7 +35,7 @@ class CloudIntake {
               const NodeParameters& parameters, Callbacks callbacks);
 
   /// Takes a cloud; forgets all transforms when it shows that time has jumped back.
-  void receive(const CloudPtr& cloud, const ros::Time& now);
+  void receive(const SensorMessage& cloud, const ros::Time& now);
 
   /// To be called when tf or the time has changed.
   void update(const ros::Time& now);
@@ -45,21 +45,24 @@ class CloudIntake {
 
   /// Clouds that have neither been handled nor dropped.
   [[nodiscard]] std::size_t numWaiting() const;
+  /// See CloudQueue.
+  [[nodiscard]] std::uint64_t numOutOfOrder() const { return queue_.numOutOfOrder(); }
   /// Whether one of them would go on with a change of tf.
   [[nodiscard]] bool awaitsTf() const;
 
  private:
-  [[nodiscard]] PoseSearch findPoses(const std_msgs::Header& header) const;
+  [[nodiscard]] PoseSearch findPoses(const SensorMessage& cloud) const;
   /// Whether the newest transform is later than a cloud by more than tf keeps.
   [[nodiscard]] bool isTfOutdated(const std::string& frame_id, const ros::Time& stamp) const;
   [[nodiscard]] bool isHeldInVain(const ros::Time& now);
   void releaseHeldCloud(const ros::Time& now);
 
   tf2::BufferCore& tf_;
-  NodeParameters parameters_;
+  std::vector<NodeParameters> sources_;
   ros::Duration tf_history_;  ///< How long tf keeps transforms.
   TimeJumpDetector time_jump_detector_;
-  CloudPtr held_cloud_;  ///< Older than tf goes back: too late, or the first after a jump.
+  std::optional<SensorMessage>
+      held_cloud_;  ///< Older than tf goes back: too late, or the first after a jump.
   ros::Time held_since_;
   CloudQueue queue_;
 };

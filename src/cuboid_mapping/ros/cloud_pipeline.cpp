@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "cuboid_mapping/ros/cloud_pipeline.h"
 
+#include "cuboid_mapping/ros/sensor_conversions.h"
+
 #include <algorithm>
 #include <iterator>
 #include <thread>
@@ -112,21 +114,22 @@ cuboid_mapping::MapConfig makeMapConfig(const NodeParameters& parameters) {
   return config;
 }
 
-CloudPipeline::CloudPipeline(const NodeParameters& parameters)
-    : parameters_(parameters),
-      scan_limits_(makeScanLimits(parameters)),
-      scan_updater_(cuboid_mapping::Grid(parameters.map.resolution_m), parameters.max_range_m,
-                    numThreads(parameters), parameters.map.beamSampling()) {}
+CloudPipeline::CloudPipeline(const NodeParameters& source)
+    : parameters_(source),
+      sensor_model_(source.map.sensor_model, source.map.environment),
+      scan_limits_(makeScanLimits(source)),
+      scan_updater_(cuboid_mapping::Grid(source.map.resolution_m), source.max_range_m,
+                    numThreads(source), source.map.beamSampling()) {}
 
-const ScanUpdate* CloudPipeline::compute(const sensor_msgs::PointCloud2& cloud,
-                                         const CloudPoses& poses, NodeStatistics& statistics,
+const ScanUpdate* CloudPipeline::compute(const SensorMessage& cloud, const CloudPoses& poses,
+                                         NodeStatistics& statistics,
                                          std::optional<CloudError>& error) {
   Stopwatch stopwatch;
   CloudOptions options;
   options.no_return_range_m = parameters_.no_return_range_m;
   options.no_return_points = parameters_.no_return_points;
   options.T_cloud_sensor = poses.T_map_cloud.inverse() * poses.T_map_sensor;
-  auto converted = convertCloud(cloud, options);
+  auto converted = convert(cloud, options);
   if (const auto* defect = std::get_if<CloudError>(&converted)) {
     error = *defect;
     return nullptr;
@@ -139,7 +142,7 @@ const ScanUpdate* CloudPipeline::compute(const sensor_msgs::PointCloud2& cloud,
   const Scan scan = makeScan(points, poses, statistics);
   statistics.convert_time.add(stopwatch.lap());
 
-  const ScanUpdate& update = computeUpdate(scan, ground);
+  const ScanUpdate& update = takeUse(computeUpdate(scan, ground));
   statistics.ray_walk_time.add(stopwatch.lap());
   statistics.num_points += update.num_points;
   statistics.num_out_of_range += update.num_out_of_range;
@@ -187,6 +190,25 @@ const ScanUpdate& CloudPipeline::computeUpdate(const Scan& scan, const Scan& gro
   dropHits(free_only);
   with_ground_ = unite(free_only, scan_updater_.compute(scan));
   return with_ground_;
+}
+
+const ScanUpdate& CloudPipeline::takeUse(const ScanUpdate& update) {
+  if (parameters_.source.use == SourceUse::kBoth) return update;
+  used_ = update;
+  for (BrickUpdate& brick : used_.bricks) {
+    if (parameters_.source.use == SourceUse::kMark) {
+      brick.misses = {};
+    } else {
+      brick.misses = brick.misses.without(brick.hits);
+      brick.hits = {};
+    }
+  }
+  const auto is_empty = [](const BrickUpdate& brick) {
+    return brick.hits.isEmpty() && brick.misses.isEmpty();
+  };
+  used_.bricks.erase(std::remove_if(used_.bricks.begin(), used_.bricks.end(), is_empty),
+                     used_.bricks.end());
+  return used_;
 }
 
 }  // namespace cuboid_mapping_ros

@@ -4,11 +4,11 @@
 #include "cuboid_mapping/ros/cloud_conversions.h"
 #include "cuboid_mapping/ros/node_statistics.h"
 #include "cuboid_mapping/ros/parameters.h"
+#include "cuboid_mapping/ros/sensor_message.h"
 #include "cuboid_mapping/ros/tf_lookup.h"
 #include "cuboid_mapping/scan/scan_filter.h"
 #include "cuboid_mapping/scan/scan_update.h"
 
-#include <sensor_msgs/PointCloud2.h>
 #include <tf2/buffer_core.h>
 
 #include <Eigen/Geometry>
@@ -43,20 +43,24 @@ struct CloudPoses {
 /// The map of the parameters.
 [[nodiscard]] cuboid_mapping::MapConfig makeMapConfig(const NodeParameters& parameters);
 
-/// From the message to the voxels that it observes: conversion, ground, filters, ray walk. The same
-/// for the node, and for bags without one. Not thread-safe.
+/// Of one source: from the message to the voxels that it observes: conversion, ground, filters, ray walk. The
+/// same for the node, and for bags without one. Not thread-safe.
 ///
 /// Beams to the ground (filter_ground) free the voxels before their end, and hit nothing.
 class CloudPipeline {
  public:
-  explicit CloudPipeline(const NodeParameters& parameters);
+  /// @param source  One of sourcesOf().
+  explicit CloudPipeline(const NodeParameters& source);
 
   /// @param statistics  Gets counts and times, also of a cloud that is refused.
   /// @param error  Set when the cloud is refused.
   /// @return Valid until the next call; null when the cloud is refused.
-  const cuboid_mapping::ScanUpdate* compute(const sensor_msgs::PointCloud2& cloud,
-                                            const CloudPoses& poses, NodeStatistics& statistics,
+  const cuboid_mapping::ScanUpdate* compute(const SensorMessage& cloud, const CloudPoses& poses,
+                                            NodeStatistics& statistics,
                                             std::optional<CloudError>& error);
+
+  /// The map's sensor model, with the source's hit and miss.
+  [[nodiscard]] const cuboid_mapping::SensorModel& sensorModel() const { return sensor_model_; }
 
  private:
   [[nodiscard]] cuboid_mapping::Scan makeScan(const CloudPoints& points, const CloudPoses& poses,
@@ -69,11 +73,14 @@ class CloudPipeline {
                   NodeStatistics& statistics) const;
   [[nodiscard]] const cuboid_mapping::ScanUpdate& computeUpdate(const cuboid_mapping::Scan& scan,
                                                                 const cuboid_mapping::Scan& ground);
+  [[nodiscard]] const cuboid_mapping::ScanUpdate& takeUse(const cuboid_mapping::ScanUpdate& update);
 
   NodeParameters parameters_;
+  cuboid_mapping::SensorModel sensor_model_;
   cuboid_mapping::ScanLimits scan_limits_;
   cuboid_mapping::ScanUpdater scan_updater_;
   cuboid_mapping::ScanUpdate with_ground_;
+  cuboid_mapping::ScanUpdate used_;  ///< What takeUse() has left.
 };
 
 }  // namespace cuboid_mapping_ros

@@ -6,6 +6,7 @@
 #include "cuboid_mapping/ros/time_jump.h"
 
 #include <algorithm>
+#include <chrono>
 #include <exception>
 #include <iterator>
 #include <sstream>
@@ -24,41 +25,57 @@ std::string describe(const std_msgs::Header& header, const std::string& why, Dro
 
 }  // namespace
 
-std::size_t countBytes(const sensor_msgs::PointCloud2& cloud) {
-  return sizeof(cloud) + cloud.data.capacity();
+double steadySeconds() {
+  return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
 }
 
 CloudQueue::CloudQueue(ros::CallbackQueueInterface& callback_queue, const CloudLimits& limits,
                        Callbacks callbacks)
-    : callback_queue_(callback_queue), limits_(limits), callbacks_(std::move(callbacks)) {}
+    : callback_queue_(callback_queue),
+      limits_(limits),
+      callbacks_(std::move(callbacks)),
+      newest_(limits.num_sources) {}
 
 CloudQueue::~CloudQueue() { removePosted(callback_queue_, this); }
 
-void CloudQueue::push(const CloudPtr& cloud, const ros::Time& now) {
+void CloudQueue::push(const SensorMessage& cloud, const ros::Time& now) {
   try {
     insert(cloud, now);
   } catch (const std::exception&) {
-    callbacks_.drop(DropReason::kInternalError, {});
+    callbacks_.drop(cloud.source, DropReason::kInternalError, {});
   }
 }
 
-void CloudQueue::insert(const CloudPtr& cloud, const ros::Time& now) {
-  if (cloud->header.frame_id.empty()) {
-    callbacks_.drop(DropReason::kEmptyFrame, "header.frame_id is empty; set it in the driver");
+void CloudQueue::insert(const SensorMessage& cloud, const ros::Time& now) {
+  newest_.at(cloud.source) = cloud.header().stamp;
+  if (cloud.header().frame_id.empty()) {
+    callbacks_.drop(cloud.source, DropReason::kEmptyFrame,
+                    "header.frame_id is empty; set it in the driver");
     return;
   }
   Entry entry{cloud, now, std::nullopt, {}};
   const bool may_come = searchPoses(entry);
-  clouds_.push_back(std::move(entry));  // From here on nothing throws.
-  num_bytes_ += countBytes(*cloud);
-  if (!may_come) return drop(std::prev(clouds_.end()), DropReason::kTooOldForTf);
+  const auto place = clouds_.insert(placeOf(cloud), std::move(entry));
+  num_bytes_ += cloud.numBytes();  // From here on nothing throws.
+  if (!may_come) return drop(place, DropReason::kTooOldForTf);
   makePlace();
   requestTurn();
 }
 
+CloudQueue::Entries::iterator CloudQueue::placeOf(const SensorMessage& cloud) {
+  if (limits_.num_sources == 1) return clouds_.end();
+  const auto key = [](const SensorMessage& of) {
+    return std::make_pair(of.header().stamp, of.source);
+  };
+  return std::upper_bound(
+      clouds_.begin(), clouds_.end(), cloud,
+      [&key](const SensorMessage& a, const Entry& b) { return key(a) < key(b.cloud); });
+}
+
 bool CloudQueue::searchPoses(Entry& entry) {
-  PoseSearch search = callbacks_.find_poses(entry.cloud->header);
+  PoseSearch search = callbacks_.find_poses(entry.cloud);
   entry.poses = std::move(search.poses);
+  if (entry.poses) entry.ready_since_s = callbacks_.clock_s();
   entry.why = std::move(search.why);
   return entry.poses || !search.is_too_old;
 }
@@ -112,17 +129,17 @@ void CloudQueue::drop(const Entries::iterator& entry, DropReason reason) {
   const Entry gone = take(entry);
   std::string text;
   try {
-    text = describe(gone.cloud->header, gone.why, reason);
+    text = describe(gone.cloud.header(), gone.why, reason);
   } catch (const std::exception&) {
     // There is no memory for words; it is counted.
   }
-  callbacks_.drop(reason, text);
+  callbacks_.drop(gone.cloud.source, reason, text);
 }
 
 CloudQueue::Entry CloudQueue::take(const Entries::iterator& entry) {
   Entry taken = std::move(*entry);
   clouds_.erase(entry);
-  num_bytes_ -= countBytes(*taken.cloud);
+  num_bytes_ -= taken.cloud.numBytes();
   return taken;
 }
 
@@ -136,8 +153,34 @@ CloudQueue::Entries::iterator CloudQueue::findWaiting() {
                       [](const Entry& entry) { return !entry.poses; });
 }
 
+CloudQueue::Entries::iterator CloudQueue::findNext() {
+  if (limits_.num_sources == 1) return findReady();
+  const double now_s = callbacks_.clock_s();
+  bool is_first = true;
+  for (auto entry = clouds_.begin(); entry != clouds_.end(); ++entry) {
+    if (!entry->poses) {
+      is_first = false;
+      continue;
+    }
+    const bool may_go = (is_first && haveOthersGoneOn(entry->cloud)) ||
+                        now_s - entry->ready_since_s >= limits_.order_wait_s;
+    return may_go ? entry : clouds_.end();
+  }
+  return clouds_.end();
+}
+
+bool CloudQueue::haveOthersGoneOn(const SensorMessage& cloud) const {
+  return std::none_of(newest_.begin(), newest_.end(),
+                      [&cloud](const ros::Time& newest) { return newest < cloud.header().stamp; });
+}
+
+void CloudQueue::forgetOrder() {
+  std::fill(newest_.begin(), newest_.end(), ros::Time());
+  last_handled_ = ros::Time();
+}
+
 void CloudQueue::requestTurn() {
-  if (has_turn_ || findReady() == clouds_.end()) return;
+  if (has_turn_ || findNext() == clouds_.end()) return;
   try {
     post(callback_queue_, this, [this] { takeTurn(); });
     has_turn_ = true;
@@ -148,10 +191,13 @@ void CloudQueue::requestTurn() {
 
 void CloudQueue::takeTurn() {
   has_turn_ = false;
-  const auto ready = findReady();
-  if (ready == clouds_.end()) return;
-  const Entry entry = take(ready);
+  const auto next = findNext();
+  if (next == clouds_.end()) return;
+  const Entry entry = take(next);
   requestTurn();  // behind all that has come so far, also when this cloud fails
+  const ros::Time& stamp = entry.cloud.header().stamp;
+  if (limits_.num_sources > 1 && stamp < last_handled_) ++num_out_of_order_;
+  last_handled_ = stamp;
   callbacks_.handle(entry.cloud, *entry.poses);
 }
 

@@ -244,6 +244,7 @@ void fillStatus(const NodeReport& report, const NodeStatistics& last_report,
     const auto reason = static_cast<DropReason>(i);
     status.add(std::string("clouds dropped, ") + toString(reason), statistics.numDropped(reason));
   }
+  status.add("clouds out of order", report.num_out_of_order);
   status.add("points inserted", statistics.num_points);
   status.add("points NaN or without return", statistics.num_invalid);
   status.add("points filtered", statistics.num_filtered);

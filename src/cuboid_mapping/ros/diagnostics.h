@@ -66,10 +66,12 @@ struct LastCloud {
 struct NodeReport {
   NodeStatistics statistics;
   MapSummary map;
-  std::string cloud_topic;  ///< As it is after remapping.
+  std::string cloud_topic;  ///< As it is after remapping; those of several sources with commas.
   std::string frame_id;     ///< Of the map.
   std::optional<LastCloud> last_cloud;
-  std::size_t num_publishers = 0;  ///< Of the cloud topic.
+  std::size_t num_publishers = 0;  ///< Of the cloud topics.
+  /// Clouds that went into the map after a later one of another source.
+  std::uint64_t num_out_of_order = 0;
   bool is_simulated_time = false;  ///< use_sim_time, as with bags.
   bool is_paused = false;          ///< ~pause: clouds are ignored.
   double silence_s = 0.0;          ///< Since the last cloud, or the start of the node.

@@ -21,9 +21,8 @@ namespace {
 /// The log repeats a reason for dropping clouds after this time at the earliest.
 constexpr std::chrono::seconds kLogPeriod{10};
 
-/// Clouds that roscpp keeps, and beyond which it drops them without telling. It never has that many:
-/// each is put into CloudInbox as it arrives, whose bounds are those that count.
-constexpr std::uint32_t kReceiveQueueSize = 100;
+/// At least so many clouds wait in the inbox, so that a cloud that takes long costs none of those behind it.
+constexpr std::size_t kMinInboxClouds = 100;
 
 /// How often clouds that wait look at the clock; at tf they look when it changes.
 constexpr double kWaitingPeriod_s = 0.1;
@@ -40,7 +39,7 @@ MarkerTopic makeTopic(const char* name, const MarkerStyle& style,
 
 CloudLimits makeInboxLimits(const NodeParameters& parameters) {
   CloudLimits limits = makeCloudLimits(parameters);
-  limits.max_clouds = std::max<std::size_t>(limits.max_clouds, kReceiveQueueSize);
+  limits.max_clouds = std::max(limits.max_clouds, kMinInboxClouds);
   return limits;
 }
 
@@ -57,8 +56,7 @@ MappingNode::MappingNode(const ros::NodeHandle& nh, const ros::NodeHandle& priva
       nh_(withQueue(nh, cloud_callbacks_)),
       private_nh_(withQueue(private_nh, cloud_callbacks_)),
       parameters_(parameters),
-      live_parameters_(parameters),
-      pipeline_(std::in_place, parameters),
+      sources_(parameters),
       map_(makeMapConfig(parameters)),
       has_color_span_(parameters.color_period_m == 0.0),
       speed_watch_(parameters.map.resolution_m, parameters.max_range_m),
@@ -73,7 +71,6 @@ MappingNode::MappingNode(const ros::NodeHandle& nh, const ros::NodeHandle& priva
       octomap_server_(nh_, private_nh_, parameters, map_,
                       {publish_thread_.queue(), query_threads_.queue()}),
       diagnostics_(nh_, private_nh_, private_nh_.getNamespace()),
-      cloud_topic_(nh_.resolveName(kCloudTopic)),
       cloud_intake_(cloud_callbacks_, tf_buffer_, parameters, intakeCallbacks()),
       cloud_inbox_(cloud_callbacks_, makeInboxLimits(parameters), inboxCallbacks()) {
   if (start_map) {
@@ -94,7 +91,7 @@ MappingNode::MappingNode(const ros::NodeHandle& nh, const ros::NodeHandle& priva
 /// Threads first: nothing goes while a callback may use it.
 MappingNode::~MappingNode() {
   is_stopping_ = true;
-  cloud_subscriber_.shutdown();
+  sources_.stopListening();
   for (GuardedThread* thread : {&tf_thread_, &query_threads_, &publish_thread_}) {
     thread->stop();
   }
@@ -116,6 +113,7 @@ void MappingNode::startTimers() {
                           [this](const ros::WallTimerEvent&) { updateWaitingClouds(); });
   diagnostics_.setHardwareID("none");
   diagnostics_.add("mapping", this, &MappingNode::reportDiagnostics);
+  sources_.addDiagnostics(diagnostics_);
   diagnostics_timer_ =
       nh_.createWallTimer(ros::WallDuration(std::max(0.1, diagnostics_.getPeriod())),
                           [this](const ros::WallTimerEvent&) { diagnostics_.force_update(); });
@@ -143,28 +141,26 @@ void MappingNode::subscribe() {
   tf_changes_ = tf_buffer_._addTransformsChangedListener([this] { onTfChanged(); });
   tf_receiver_.emplace(withQueue(nh_, tf_thread_.queue()), tf_buffer_);
   tf_thread_.start();
-  ros::NodeHandle arrival_nh = withQueue(nh_, arrival_callbacks_);
-  // One by one, what comes while another is taken would stay.
-  cloud_subscriber_ = subscribeGuarded<sensor_msgs::PointCloud2>(
-      arrival_nh, kCloudTopic, {kReceiveQueueSize, true},
-      [this](const ros::MessageEvent<const sensor_msgs::PointCloud2>& event) {
-        is_cloud_waiting_ = true;
-        cloud_inbox_.put(event.getConstMessage());
-      });
+  sources_.listen(withQueue(nh_, arrival_callbacks_), [this](const SensorMessage& cloud) {
+    is_cloud_waiting_ = true;
+    cloud_inbox_.put(cloud);
+  });
 }
 
 CloudInbox::Callbacks MappingNode::inboxCallbacks() {
   CloudInbox::Callbacks callbacks;
-  callbacks.take = [this](const CloudPtr& cloud) {
+  callbacks.take = [this](const SensorMessage& cloud) {
     const std::string name = "receiving a cloud";
     if (!guard_.run(name, [&] { onCloudReceived(cloud); })) {
-      drop(DropReason::kInternalError, [] { return toAdvice(DropReason::kInternalError); });
+      drop(cloud.source, DropReason::kInternalError,
+           [] { return toAdvice(DropReason::kInternalError); });
     }
   };
-  callbacks.drop = [this](std::size_t count) {
+  callbacks.drop = [this](std::size_t source, std::size_t count) {
     statistics_.num_received += count;
+    sources_.noteLost(source, count);
     for (std::size_t i = 0; i < count; ++i) {
-      drop(DropReason::kQueueFull,
+      drop(source, DropReason::kQueueFull,
            [this] { return speed_watch_.advice().value_or(toAdvice(DropReason::kQueueFull)); });
     }
   };
@@ -173,21 +169,23 @@ CloudInbox::Callbacks MappingNode::inboxCallbacks() {
 
 CloudIntake::Callbacks MappingNode::intakeCallbacks() {
   CloudIntake::Callbacks callbacks;
-  callbacks.handle = [this](const CloudPtr& cloud, const CloudPoses& poses) {
+  callbacks.handle = [this](const SensorMessage& cloud, const CloudPoses& poses) {
     onCloudInTurn(cloud, poses);
   };
-  callbacks.drop = [this](DropReason reason, const std::string& text) {
-    drop(reason, [&text] { return text; });
+  callbacks.drop = [this](std::size_t source, DropReason reason, const std::string& text) {
+    drop(source, reason, [&text] { return text; });
   };
   return callbacks;
 }
 
-void MappingNode::onCloudReceived(const CloudPtr& cloud) {
+void MappingNode::onCloudReceived(const SensorMessage& cloud) {
+  if (!sources_.receive(cloud)) return;
   last_received_ = Clock::now();
   if (statistics_.num_received++ == 0) last_progress_ = last_received_;
-  last_header_ = cloud->header;
+  last_header_ = cloud.header();
+  last_source_ = cloud.source;
   last_arrival_ = ros::Time::now();
-  speed_watch_.noteReceived(cloud->header.stamp.toSec());
+  speed_watch_.noteReceived(cloud.header().stamp.toSec());
   is_tf_awaited_ = true;  // Before tf is asked: what comes from now on is told.
   cloud_intake_.receive(cloud, ros::Time::now());
 }
@@ -203,33 +201,36 @@ void MappingNode::updateWaitingClouds() {
   is_tf_awaited_ = cloud_intake_.awaitsTf();
 }
 
-void MappingNode::onCloudInTurn(const CloudPtr& cloud, const CloudPoses& poses) {
+void MappingNode::onCloudInTurn(const SensorMessage& cloud, const CloudPoses& poses) {
   if (edit_services_->isPaused()) {
-    return drop(DropReason::kPaused, [] { return toAdvice(DropReason::kPaused); });
+    return drop(cloud.source, DropReason::kPaused, [] { return toAdvice(DropReason::kPaused); });
   }
   try {
-    integrate(*cloud, poses);
+    integrate(cloud, poses);
   } catch (const std::exception& exception) {
-    drop(DropReason::kInternalError, [&exception] {
+    drop(cloud.source, DropReason::kInternalError, [&exception] {
       return std::string(exception.what()) + "; " + toAdvice(DropReason::kInternalError);
     });
   } catch (...) {
-    drop(DropReason::kInternalError, [] { return toAdvice(DropReason::kInternalError); });
+    drop(cloud.source, DropReason::kInternalError,
+         [] { return toAdvice(DropReason::kInternalError); });
   }
 }
 
-void MappingNode::integrate(const sensor_msgs::PointCloud2& cloud, const CloudPoses& poses) {
+void MappingNode::integrate(const SensorMessage& cloud, const CloudPoses& poses) {
   Stopwatch whole;
+  Source& source = sources_.at(cloud.source);
   std::optional<CloudError> error;
-  const cuboid_mapping::ScanUpdate* update = pipeline_->compute(cloud, poses, statistics_, error);
+  const auto* update = source.pipeline.compute(cloud, poses, statistics_, error);
   if (update == nullptr) {
-    return drop(toDropReason(error->defect), [&error] { return error->text; });
+    return drop(cloud.source, toDropReason(error->defect), [&error] { return error->text; });
   }
   Stopwatch stopwatch;
-  map_.change(cloud.header.stamp,
-              [update](cuboid_mapping::CuboidMap& map) { return map.apply(*update); });
+  map_.change(cloud.header().stamp,
+              [&](cuboid_mapping::CuboidMap& map) { return source.apply(*update, map); });
   statistics_.apply_time.add(stopwatch.lap());
   ++statistics_.num_inserted;
+  sources_.noteInserted(cloud.source);
   last_progress_ = Clock::now();
   // The cloud is in: what fails from here on does not count against it.
   guard_.run("after a cloud", [&] {
@@ -237,8 +238,8 @@ void MappingNode::integrate(const sensor_msgs::PointCloud2& cloud, const CloudPo
     giveAdvice();
   });
   guard_.run(kObservationsTopic, [&] {
-    observation_publisher_.publish(cloud.header.stamp, poses.T_map_sensor.translation(),
-                                   live_parameters_.map.sensor_model, *update);
+    observation_publisher_.publish(cloud.header().stamp, poses.T_map_sensor.translation(),
+                                   source.parameters.map.sensor_model, *update);
   });
   is_cloud_waiting_ = cloud_inbox_.numBytes() > 0 || cloud_intake_.numWaiting() > 0;
   guard_.run("fusion after a cloud", [this] {
@@ -269,9 +270,8 @@ void MappingNode::giveAdvice() {
 }
 
 void MappingNode::reconfigure(const NodeParameters& parameters) {
-  live_parameters_ = parameters;
   speed_watch_ = SpeedWatch(parameters.map.resolution_m, parameters.max_range_m);
-  pipeline_.emplace(parameters);
+  sources_.setParameters(parameters);
   cloud_intake_.setParameters(parameters, ros::Time::now());
   map_.edit([&](cuboid_mapping::CuboidMap& map, const ros::Time& /*stamp*/) {
     return map.setSensorModel(parameters.map.sensor_model);
@@ -322,8 +322,10 @@ void MappingNode::onReset() {
   ROS_INFO_NAMED(kNodeName, "map cleared");
 }
 
-void MappingNode::drop(DropReason reason, const std::function<std::string()>& text) {
+void MappingNode::drop(std::size_t source, DropReason reason,
+                       const std::function<std::string()>& text) {
   ++statistics_.numDropped(reason);
+  guard_.run("figures of a source", [&] { sources_.noteDropped(source, toString(reason)); });
   auto& last_logged = last_logged_[static_cast<std::size_t>(reason)];
   const Clock::time_point now = Clock::now();
   if (last_logged && now - *last_logged < kLogPeriod) return;
@@ -341,7 +343,7 @@ LastCloud MappingNode::describeLastCloud() const {
   // Not by ros::Duration, which throws beyond 2^31 s.
   cloud.age_s = last_arrival_.toSec() - last_header_.stamp.toSec();
   // NOLINTNEXTLINE(bugprone-unused-return-value): only the reason for no pose is wanted.
-  (void)lookupPoses(tf_buffer_, live_parameters_, last_header_, cloud.tf_error);
+  (void)lookupPoses(tf_buffer_, sources_.at(last_source_).parameters, last_header_, cloud.tf_error);
   return cloud;
 }
 
@@ -354,16 +356,17 @@ void MappingNode::reportDiagnostics(diagnostic_updater::DiagnosticStatusWrapper&
   report.map = map_.read([this](const cuboid_mapping::CuboidMap& map, const ros::Time& /*stamp*/) {
     return map_watch_.summarize(map);
   });
-  report.cloud_topic = cloud_topic_;
+  report.cloud_topic = sources_.topics();
   report.frame_id = withoutSlash(parameters_.frame_id);
   if (statistics_.num_received > 0) report.last_cloud = describeLastCloud();
   report.is_simulated_time = ros::Time::isSimTime();
   report.is_paused = edit_services_->isPaused();
-  report.num_publishers = cloud_subscriber_.getNumPublishers();
+  report.num_publishers = sources_.numPublishers();
   report.silence_s = seconds_since(last_received_);
   if (report.is_simulated_time && report.num_publishers > 0) {
     report.silence_s = ros::Time::now().toSec() - last_arrival_.toSec();  // a bag may be paused
   }
+  report.num_out_of_order = cloud_intake_.numOutOfOrder();
   report.starved_s = seconds_since(last_progress_);
   report.num_built = octomap_server_.numBuilt();
   report.rate_hz = speed_watch_.rateHz();

@@ -4,13 +4,13 @@
 #include "cuboid_mapping/ros/callback_guard.h"
 #include "cuboid_mapping/ros/cloud_inbox.h"
 #include "cuboid_mapping/ros/cloud_intake.h"
-#include "cuboid_mapping/ros/cloud_pipeline.h"
 #include "cuboid_mapping/ros/diagnostics.h"
 #include "cuboid_mapping/ros/direct_queue.h"
 #include "cuboid_mapping/ros/guarded_map.h"
 #include "cuboid_mapping/ros/map_files_service.h"
 #include "cuboid_mapping/ros/map_publisher.h"
 #include "cuboid_mapping/ros/marker_publisher.h"
+#include "cuboid_mapping/ros/node_sources.h"
 #include "cuboid_mapping/ros/node_statistics.h"
 #include "cuboid_mapping/ros/observation_publisher.h"
 #include "cuboid_mapping/ros/octomap_server_interface.h"
@@ -23,9 +23,7 @@
 #include <diagnostic_updater/diagnostic_updater.h>
 #include <ros/node_handle.h>
 #include <ros/service_server.h>
-#include <ros/subscriber.h>
 #include <ros/wall_timer.h>
-#include <sensor_msgs/PointCloud2.h>
 #include <std_srvs/Empty.h>
 #include <tf2_ros/buffer.h>
 
@@ -42,7 +40,7 @@
 
 namespace cuboid_mapping_ros {
 
-/// The node: clouds and tf go in, markers, answers to box queries and diagnostics come out.
+/// The node: clouds, which are messages of any source, and tf go in, markers, answers to box queries and diagnostics come out.
 ///
 /// Names of topics and services are in names.h, parameters in parameters.h.
 ///
@@ -65,19 +63,18 @@ class MappingNode {
   MappingNode& operator=(const MappingNode&) = delete;
 
  private:
-  using CloudPtr = sensor_msgs::PointCloud2::ConstPtr;
   using Clock = std::chrono::steady_clock;
 
   [[nodiscard]] CloudInbox::Callbacks inboxCallbacks();
   [[nodiscard]] CloudIntake::Callbacks intakeCallbacks();
   void startTimers();
   void subscribe();
-  void onCloudReceived(const CloudPtr& cloud);
-  void onCloudInTurn(const CloudPtr& cloud, const CloudPoses& poses);
+  void onCloudReceived(const SensorMessage& cloud);
+  void onCloudInTurn(const SensorMessage& cloud, const CloudPoses& poses);
   /// In the thread of tf: has clouds look whether what they wait for is there.
   void onTfChanged();
   void updateWaitingClouds();
-  void integrate(const sensor_msgs::PointCloud2& cloud, const CloudPoses& poses);
+  void integrate(const SensorMessage& cloud, const CloudPoses& poses);
   void fuseUntilNextCloud();
   void advertiseServices();
   void publish();
@@ -87,7 +84,7 @@ class MappingNode {
   void reconfigure(const NodeParameters& parameters);
   void onReset();
   /// Counts a cloud that goes, and logs why. Throws nothing. @param text  May throw.
-  void drop(DropReason reason, const std::function<std::string()>& text);
+  void drop(std::size_t source, DropReason reason, const std::function<std::string()>& text);
   /// Logs what would keep up, now and then while the node does not; once what suits the sensor.
   void giveAdvice();
   [[nodiscard]] LastCloud describeLastCloud() const;
@@ -98,7 +95,7 @@ class MappingNode {
   std::atomic<bool> is_stopping_{false};  ///< Ends the work on calls.
   GuardedQueue cloud_callbacks_;
   DirectQueue arrivals_;
-  GuardedQueue arrival_callbacks_;  ///< Of cloud_in.
+  GuardedQueue arrival_callbacks_;  ///< Of the sources.
   GuardedThread tf_thread_;
   GuardedThread query_threads_;
   GuardedThread publish_thread_;  ///< Also of ~reset, so that it is published at once.
@@ -106,8 +103,7 @@ class MappingNode {
   ros::NodeHandle private_nh_;
 
   NodeParameters parameters_;
-  NodeParameters live_parameters_;  ///< As reconfigured; of the clouds' thread only.
-  std::optional<CloudPipeline> pipeline_;
+  NodeSources sources_;  ///< As reconfigured.
   GuardedMap map_;
   NodeStatistics statistics_;
   NodeStatistics reported_statistics_;  ///< As of the last report.
@@ -123,7 +119,8 @@ class MappingNode {
       [] { return std::chrono::duration<double>(Clock::now().time_since_epoch()).count(); }};
   Clock::time_point last_received_ = Clock::now();
   Clock::time_point last_progress_ = Clock::now();  ///< A cloud was inserted, or the first came.
-  std_msgs::Header last_header_;                    ///< Of the last cloud that was received ...
+  std_msgs::Header last_header_;                    ///< Of the last cloud that was received, ...
+  std::size_t last_source_ = 0;                     ///< ... who sent it, ...
   ros::Time last_arrival_;                          ///< ... and when that was.
 
   MapPublisher map_publisher_;
@@ -143,13 +140,11 @@ class MappingNode {
   ros::WallTimer diagnostics_timer_;
 
   tf2_ros::Buffer tf_buffer_;
-  std::string cloud_topic_;
   CloudIntake cloud_intake_;
   CloudInbox cloud_inbox_;
   std::atomic<bool> is_tf_awaited_{false};  ///< Some cloud waits for it.
   std::atomic<bool> is_update_due_{false};  ///< updateWaitingClouds() is on its way.
   boost::signals2::scoped_connection tf_changes_;
-  ros::Subscriber cloud_subscriber_;
   std::optional<ReconfigureServer> reconfigure_server_;
   std::optional<MapFilesService> map_files_;
   std::optional<TfReceiver> tf_receiver_;

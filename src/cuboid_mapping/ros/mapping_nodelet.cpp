@@ -30,6 +30,7 @@ void MappingNodelet::onInit() {
     if (getMyArgv().size() == 1) loaded.parameters.map_file = getMyArgv().front();
     const auto differences = toDifferenceLines(loaded.parameters, {}, "default");
     for (const std::string& line : differences) NODELET_INFO_STREAM(line);
+    for (const std::string& line : toSourceLines(loaded.parameters)) NODELET_INFO_STREAM(line);
     if (differences.empty()) NODELET_INFO("all parameters have their default values");
     for (const std::string& line : toLogLines(loaded.parameters)) NODELET_DEBUG_STREAM(line);
     const double resolution_m = loaded.parameters.map.resolution_m;

@@ -18,24 +18,6 @@ using cuboid_mapping::GrowthStep;
 using P = NodeParameters;
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
-const char* toString(ColorBy color_by) {
-  return color_by == ColorBy::kProbability ? "probability" : "height";
-}
-
-/// One of some values of an enumeration, by the names that toString() gives them.
-template <typename Enumeration>
-ChoiceKind oneOf(const std::vector<Enumeration>& values, Enumeration& (*field)(P&)) {
-  std::vector<std::string> names;
-  names.reserve(values.size());
-  for (const Enumeration value : values) names.emplace_back(toString(value));
-  return {names,
-          [values, names, field](P& p, const std::string& name) {
-            const auto place = std::find(names.begin(), names.end(), name) - names.begin();
-            field(p) = values.at(static_cast<std::size_t>(place));
-          },
-          [field](P& p) -> std::string { return toString(field(p)); }};
-}
-
 std::vector<ParameterDeclaration> declareMap() {
   return {
       {"frame_id", "", FrameKind{[](P& p) -> std::string& { return p.frame_id; }, false},
@@ -138,13 +120,20 @@ std::vector<ParameterDeclaration> declareSensorModel() {
        "Beams without a return, see no_return_points, clear the space up to this range. 0: they "
        "are ignored."},
       {"sensor_model/no_return_points", "",
-       oneOf<NoReturnPoints>({NoReturnPoints::kRep117, NoReturnPoints::kWithNan,
-                              NoReturnPoints::kWithZero, NoReturnPoints::kAll},
-                             [](P& p) -> NoReturnPoints& { return p.no_return_points; }),
-       "Which points of an organized cloud say that a beam met nothing. rep_117: those with a "
-       "coordinate of +inf and none of -inf or NaN. with_nan: these, and NaN. with_zero: these, "
-       "and (0, 0, 0). all: all of these, and -inf, which REP 117 uses for things that are too "
-       "close."},
+       TextKind{
+           "rep_117, with_nan, with_zero, all, none, or some of \"plus_inf nan zero minus_inf\"",
+           [](P& p, const std::string& text) {
+             const auto points = parseNoReturnPoints(text);
+             if (points) p.no_return_points = *points;
+             return points.has_value();
+           },
+           [](const P& p) { return toText(p.no_return_points); }},
+       "Which readings of a scan, of a depth image or of an organized cloud say that a beam met "
+       "nothing; the others that are no return are ignored. plus_inf: +inf, in any coordinate of a "
+       "point without -inf and NaN. nan: NaN. zero: 0, or the point (0, 0, 0). minus_inf: -inf, "
+       "which "
+       "REP 117 uses for things that are too close. rep_117: plus_inf. with_nan: plus_inf and nan. "
+       "with_zero: plus_inf and zero."},
   };
 }
 
@@ -276,6 +265,13 @@ struct ValueFormatter {
   std::string operator()(const FileKind& kind) { return '"' + kind.field(parameters) + '"'; }
   std::string operator()(const ChoiceKind& kind) { return kind.get(parameters); }
   std::string operator()(const TextKind& kind) { return '"' + kind.get(parameters) + '"'; }
+  std::string operator()(const SourcesKind& /*kind*/) {
+    std::string names;
+    for (const NodeParameters& source : parameters.sources) {
+      names += (names.empty() ? "" : ", ") + nameOf(source);
+    }
+    return '[' + names + ']';
+  }
 };
 
 struct AllowedFormatter {
@@ -298,6 +294,7 @@ struct AllowedFormatter {
   std::string operator()(const FileKind& /*kind*/) const { return "a path, or empty"; }
   std::string operator()(const ChoiceKind& kind) const { return joinAlternatives(kind.names); }
   std::string operator()(const TextKind& kind) const { return kind.allowed; }
+  std::string operator()(const SourcesKind& /*kind*/) const { return "a list of groups of keys"; }
 };
 
 }  // namespace
@@ -305,8 +302,9 @@ struct AllowedFormatter {
 const std::vector<ParameterDeclaration>& parameterTable() {
   static const std::vector<ParameterDeclaration> kTable = [] {
     std::vector<ParameterDeclaration> table = declareMap();
-    for (const auto& part : {declareGrowth(), declareSensorModel(), declareCrop(), declareTopics(),
-                             declareFiles(), declareQueries(), declareOctomapServer()}) {
+    for (const auto& part :
+         {declareSources(), declareGrowth(), declareSensorModel(), declareCrop(), declareTopics(),
+          declareFiles(), declareQueries(), declareOctomapServer()}) {
       table.insert(table.end(), part.begin(), part.end());
     }
     return table;
@@ -331,6 +329,10 @@ const std::vector<LibraryParameter>& libraryParameters() {
        "Number of threads of a stand-alone node, which is its own nodelet manager. 0: one per "
        "core."}};
   return kParameters;
+}
+
+const char* toString(ColorBy color_by) {
+  return color_by == ColorBy::kProbability ? "probability" : "height";
 }
 
 std::string formatNumber(double value) {

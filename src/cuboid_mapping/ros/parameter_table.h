@@ -5,6 +5,7 @@
 
 #include "cuboid_mapping/ros/parameters.h"
 
+#include <algorithm>
 #include <functional>
 #include <limits>
 #include <map>
@@ -60,11 +61,29 @@ struct TextKind {
   std::string (*get)(const NodeParameters&);
 };
 
+/// The list of sources; see readSources().
+struct SourcesKind {};
+
+/// The kind of one of some values of an enumeration, by the names that toString() gives them.
+template <typename Enumeration>
+ChoiceKind oneOf(const std::vector<Enumeration>& values, Enumeration& (*field)(NodeParameters&)) {
+  std::vector<std::string> names;
+  names.reserve(values.size());
+  for (const Enumeration value : values) names.emplace_back(toString(value));
+  return {names,
+          [values, names, field](NodeParameters& p, const std::string& name) {
+            const auto place = std::find(names.begin(), names.end(), name) - names.begin();
+            field(p) = values.at(static_cast<std::size_t>(place));
+          },
+          [field](NodeParameters& p) -> std::string { return toString(field(p)); }};
+}
+
 /// One parameter of the node. Its default is that of NodeParameters.
 struct ParameterDeclaration {
   std::string key;
   std::string unit;  ///< Empty for numbers without one, and for what is no number.
-  std::variant<NumberKind, IntegerKind, BooleanKind, FrameKind, FileKind, ChoiceKind, TextKind>
+  std::variant<NumberKind, IntegerKind, BooleanKind, FrameKind, FileKind, ChoiceKind, TextKind,
+               SourcesKind>
       kind;
   std::string help;
 };
@@ -87,6 +106,12 @@ struct RetiredParameter {
 
 /// Those of OctomapServerParameters, for parameterTable().
 [[nodiscard]] std::vector<ParameterDeclaration> declareOctomapServer();
+
+/// Those of SourceParameters, and the list of sources, for parameterTable().
+[[nodiscard]] std::vector<ParameterDeclaration> declareSources();
+
+/// Whether an element of the list of sources may have a parameter of its own for this key.
+[[nodiscard]] bool isOfSource(const std::string& key);
 
 /// All parameters; keys with the same part before the slash are neighbours.
 [[nodiscard]] const std::vector<ParameterDeclaration>& parameterTable();

@@ -69,6 +69,18 @@ std::vector<std::string> toDifferenceLines(const NodeParameters& parameters,
   return lines;
 }
 
+std::vector<std::string> toSourceLines(const NodeParameters& parameters) {
+  NodeParameters outside = parameters;
+  outside.sources.clear();
+  std::vector<std::string> lines;
+  for (const NodeParameters& source : parameters.sources) {
+    for (const std::string& line : toDifferenceLines(source, outside, "outside the list")) {
+      lines.push_back("source " + nameOf(source) + ": " + line);
+    }
+  }
+  return lines;
+}
+
 std::string toMarkdownTable() {
   std::ostringstream out;
   out << "# Parameters\n\n"

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "cuboid_mapping/ros/parameters.h"
 
+#include "cuboid_mapping/ros/nearest_key.h"
+#include "cuboid_mapping/ros/parameter_reader.h"
 #include "cuboid_mapping/ros/parameter_table.h"
 #include "cuboid_mapping/ros/reconfigure.h"
 #include "cuboid_mapping/ros/tf_lookup.h"
@@ -26,9 +28,6 @@ T get(XmlRpcValue value) {
   return static_cast<T&>(value);
 }
 
-/// Values that are no struct, by their keys with slashes.
-using Leaves = std::map<std::string, XmlRpcValue>;
-
 void collectLeaves(const XmlRpcValue& value, const std::string& key, Leaves& leaves) {
   if (value.getType() != XmlRpcValue::TypeStruct) {
     leaves[key] = value;
@@ -39,19 +38,6 @@ void collectLeaves(const XmlRpcValue& value, const std::string& key, Leaves& lea
     if (!key.empty()) member_key += '/';
     member_key += name;
     collectLeaves(member, member_key, leaves);
-  }
-}
-
-/// A value as YAML, as far as it fits in a line.
-std::string describe(const XmlRpcValue& value) {
-  switch (value.getType()) {
-    case XmlRpcValue::TypeBoolean: return get<bool>(value) ? "true" : "false";
-    case XmlRpcValue::TypeInt: return std::to_string(get<int>(value));
-    case XmlRpcValue::TypeDouble: return formatNumber(get<double>(value));
-    case XmlRpcValue::TypeString: return '"' + get<std::string>(value) + '"';
-    case XmlRpcValue::TypeArray: return "a list";
-    case XmlRpcValue::TypeStruct: return "a group of keys";
-    default: return "not a plain value";
   }
 }
 
@@ -123,6 +109,12 @@ struct ValueReader {
     if (!kind.set(parameters, get<std::string>(value))) return "correct it";
     return std::nullopt;
   }
+
+  Refusal operator()(const SourcesKind& /*kind*/) const {  // Its elements: see readSources().
+    const auto type = value.getType();
+    if (type == XmlRpcValue::TypeArray || type == XmlRpcValue::TypeInvalid) return std::nullopt;
+    return "begin each source with a dash";
+  }
 };
 
 /// The value of a key with slashes, taken out of nested structs; nothing when there is none.
@@ -176,8 +168,9 @@ std::optional<XmlRpcValue> findValueOrLeftover(const XmlRpcValue& group,
   return is_taken ? leftover : value;
 }
 
-void readValues(const XmlRpcValue& group, LoadedParameters& loaded) {
+void readValues(const XmlRpcValue& group, const KeyFilter& is_wanted, LoadedParameters& loaded) {
   for (const ParameterDeclaration& declaration : parameterTable()) {
+    if (!is_wanted(declaration.key)) continue;
     const auto value = findValueOrLeftover(group, declaration, loaded);
     if (!value) continue;
     const Refusal refusal = std::visit(ValueReader{*value, loaded.parameters}, declaration.kind);
@@ -236,62 +229,32 @@ void checkSets(LoadedParameters& loaded) {
   loaded.errors.insert(loaded.errors.end(), errors.begin(), errors.end());
 }
 
-/// Number of characters to insert, remove or replace (Levenshtein).
-std::size_t editDistance(const std::string& a, const std::string& b) {
-  std::vector<std::size_t> row(b.size() + 1);
-  std::iota(row.begin(), row.end(), std::size_t{0});
-  for (std::size_t i = 0; i < a.size(); ++i) {
-    std::size_t diagonal = row[0];
-    row[0] = i + 1;
-    for (std::size_t j = 0; j < b.size(); ++j) {
-      const std::size_t replaced = diagonal + (a[i] == b[j] ? 0 : 1);
-      diagonal = row[j + 1];
-      row[j + 1] = std::min({replaced, row[j] + 1, diagonal + 1});
-    }
+}  // namespace
+
+std::string describe(const XmlRpcValue& value) {
+  switch (value.getType()) {
+    case XmlRpcValue::TypeBoolean: return get<bool>(value) ? "true" : "false";
+    case XmlRpcValue::TypeInt: return std::to_string(get<int>(value));
+    case XmlRpcValue::TypeDouble: return formatNumber(get<double>(value));
+    case XmlRpcValue::TypeString: return '"' + get<std::string>(value) + '"';
+    case XmlRpcValue::TypeArray: return "a list";
+    case XmlRpcValue::TypeStruct: return "a group of keys";
+    default: return "not a plain value";
   }
-  return row[b.size()];
 }
 
-std::string lastPart(const std::string& key) { return key.substr(key.rfind('/') + 1); }
-
-/// The words of a key, in alphabetical order.
-std::vector<std::string> wordsOf(const std::string& key) {
-  std::vector<std::string> words(1);
-  for (const char c : key) {
-    if (c == '/' || c == '_') {
-      words.emplace_back();
-    } else {
-      words.back() += c;
-    }
-  }
-  std::sort(words.begin(), words.end());
-  return words;
+Leaves leavesOf(const XmlRpcValue& group) {
+  Leaves leaves;
+  collectLeaves(group, "", leaves);
+  return leaves;
 }
 
-/// How far two keys are apart, as a whole or in what follows the last slash. A key whose words are
-/// all in the other one is near: max_sensor_range was octomap_server's sensor_model/max_range once.
-std::size_t distanceBetween(const std::string& key, const std::string& known) {
-  const auto words = wordsOf(key);
-  const auto known_words = wordsOf(known);
-  const bool is_part =
-      std::includes(known_words.begin(), known_words.end(), words.begin(), words.end());
-  return std::min({editDistance(key, known), editDistance(lastPart(key), lastPart(known)),
-                   is_part ? std::size_t{1} : key.size()});
+void readGroup(const XmlRpcValue& group, const KeyFilter& is_wanted, LoadedParameters& loaded) {
+  readValues(group, is_wanted, loaded);
+  checkSets(loaded);
 }
 
-/// The known key that is most like another one; nothing when none is near.
-std::optional<std::string> findNearestKey(const std::string& key) {
-  std::optional<std::string> nearest;
-  const std::size_t length = lastPart(key).size();
-  std::size_t limit = std::min(length, std::max<std::size_t>(2, length / 3) + 1);
-  for (const ParameterDeclaration& known : parameterTable()) {
-    const std::size_t distance = distanceBetween(key, known.key);
-    if (distance >= limit) continue;
-    nearest = known.key;
-    limit = distance;
-  }
-  return nearest;
-}
+namespace {
 
 /// Whether a key is in a table, or below one that is.
 template <typename TableT>
@@ -309,9 +272,11 @@ bool isLeftover(const std::string& key) {
 
 void judgeUnknownKeys(const XmlRpcValue& group, UnknownKeys unknown_keys,
                       LoadedParameters& loaded) {
-  Leaves leaves;
-  collectLeaves(group, "", leaves);
-  for (const auto& [key, value] : leaves) {
+  std::vector<std::string> known_keys;
+  for (const ParameterDeclaration& declaration : parameterTable()) {
+    known_keys.push_back(declaration.key);
+  }
+  for (const auto& [key, value] : leavesOf(group)) {
     if (isIn(parameterTable(), key) || isIn(libraryParameters(), key) || isLeftover(key)) continue;
     const auto& retired = retiredParameters();
     const auto old_name = std::find_if(retired.begin(), retired.end(),
@@ -327,7 +292,7 @@ void judgeUnknownKeys(const XmlRpcValue& group, UnknownKeys unknown_keys,
           {key, "is " + describe(value) + " and is ignored: " + found->second});
       continue;
     }
-    const auto nearest = findNearestKey(key);
+    const auto nearest = findNearestKey(key, known_keys);
     const std::string text = "is " + describe(value) + ", but there is no such parameter" +
                              (nearest ? ": did you mean " + *nearest + '?' : ".");
     if (unknown_keys == UnknownKeys::kRefuse) {
@@ -352,8 +317,9 @@ LoadedParameters readParameters(const XmlRpcValue& private_namespace, UnknownKey
                                       "has the name of this node"});
     return loaded;
   }
-  readValues(private_namespace, loaded);
-  checkSets(loaded);
+  readGroup(
+      private_namespace, [](const std::string&) { return true; }, loaded);
+  readSources(private_namespace, loaded);
   judgeUnknownKeys(private_namespace, unknown_keys, loaded);
   return loaded;
 }

@@ -4,6 +4,7 @@
 #include "cuboid_mapping/map/cuboid_map.h"
 #include "cuboid_mapping/ros/cloud_conversions.h"
 #include "cuboid_mapping/ros/ground_filter.h"
+#include "cuboid_mapping/ros/names.h"
 #include "cuboid_mapping/ros/query_box.h"
 
 #include <ros/node_handle.h>
@@ -39,13 +40,52 @@ struct OctomapServerParameters {
 /// What the colour of an occupied cuboid stands for.
 enum class ColorBy : unsigned char { kHeight, kProbability };
 
+/// The name of the parameter's value, as "height".
+[[nodiscard]] const char* toString(ColorBy color_by);
+
+/// What the messages of a source are.
+enum class SourceType : unsigned char {
+  kPointCloud,  ///< sensor_msgs/PointCloud2
+  kLaserScan,   ///< sensor_msgs/LaserScan
+  kDepthImage   ///< sensor_msgs/Image with its sensor_msgs/CameraInfo
+};
+
+/// The name of the parameter's value, as "laser_scan".
+[[nodiscard]] const char* toString(SourceType type);
+
+/// What the beams of a source do to the map.
+enum class SourceUse : unsigned char {
+  kBoth,  ///< They mark their end as occupied, and clear the space before it.
+  kMark,  ///< Only the former.
+  kClear  ///< Only the latter: where a beam of the source ends, it changes nothing.
+};
+
+/// The name of the parameter's value, as "mark".
+[[nodiscard]] const char* toString(SourceUse use);
+
+/// Where a source's messages come from. Its other parameters are fields of NodeParameters.
+struct SourceParameters {
+  std::string name;                 ///< Of diagnostics and messages; empty: the topic.
+  std::string topic = kCloudTopic;  ///< Before remapping, in the namespace of the node.
+  SourceType type = SourceType::kPointCloud;
+  std::string camera_info;  ///< Topic, of depth images; empty: beside that of the image.
+  SourceUse use = SourceUse::kBoth;
+  double max_rate_hz = 0.0;  ///< Of messages, more are ignored; 0: no limit.
+};
+
 /// Parameters of the node, valid together when they come from readParameters() without an error.
 ///
 /// Keys, units, ranges and help are declared once, in src/ros/parameter_table.cpp; the defaults are
 /// those of this struct. Names that octomap_server has are kept.
 struct NodeParameters {
   std::string frame_id = "map";  ///< Frame of the map.
-  std::string sensor_frame;      ///< Its origin is where beams start; "": the cloud's frame.
+  SourceParameters source;
+  /// As it was given, see sourcesOf(); no list: there is one source, of the parameters here.
+  XmlRpc::XmlRpcValue source_list;
+  std::vector<NodeParameters> sources;  ///< Of the list: each with its own values in their places.
+  double order_wait_s =
+      0.2;                   ///< Longest time that a cloud waits for earlier ones of other sources.
+  std::string sensor_frame;  ///< Its origin is where beams start; "": the cloud's frame.
   cuboid_mapping::MapConfig map;
   int threads = 0;  ///< For the work on a cloud; 0: as many as the machine has cores.
   double max_range_m = std::numeric_limits<double>::infinity();  ///< Beams are cut there.
@@ -73,6 +113,13 @@ struct NodeParameters {
   ServiceLimits service_limits;
   OctomapServerParameters octomap_server;
 };
+
+/// One element for each source, with its parameters in their places; never empty. Of one source without a list
+/// it is the parameters themselves.
+[[nodiscard]] std::vector<NodeParameters> sourcesOf(const NodeParameters& parameters);
+
+/// The name of a source in diagnostics and messages.
+[[nodiscard]] const std::string& nameOf(const NodeParameters& source);
 
 /// One thing that is wrong with the parameters.
 struct ParameterError {
@@ -108,12 +155,14 @@ enum class UnknownKeys : unsigned char {
 ///   - names that only octomap_server has (max_depth, ...) are ignored with a warning. Those that its
 ///     dynamic_reconfigure leaves on the parameter server, as sensor_model_max_range, give a warning
 ///     and stand for sensor_model/max_range where that is not set;
+///   - an element of `sources` is a group of its own: `name`, and of the other parameters those that
+///     concern a source; what it leaves out is as outside the list. Errors name its index and its name;
 ///   - other keys that are not known are treated as `unknown_keys` says.
 ///
 /// @param private_namespace  A struct, nested for keys with a slash. Not set, or an empty string
 ///                           (which `nodelet load` leaves when there is no parameter): all
 ///                           defaults.
-/// @return Errors in the order of the table, then of sets, then of unknown keys.
+/// @return Errors in the order of the table, then of sets, then of sources, then of unknown keys.
 [[nodiscard]] LoadedParameters readParameters(const XmlRpc::XmlRpcValue& private_namespace,
                                               UnknownKeys unknown_keys = UnknownKeys::kRefuse);
 
@@ -123,6 +172,9 @@ enum class UnknownKeys : unsigned char {
 
 /// One line for each parameter: "key: value unit", and "(default)" where it is so. For the log.
 [[nodiscard]] std::vector<std::string> toLogLines(const NodeParameters& parameters);
+
+/// One line for each parameter of a source that differs from those outside the list.
+[[nodiscard]] std::vector<std::string> toSourceLines(const NodeParameters& parameters);
 
 /// One line for each parameter that differs from another set: "key: value unit (word: other value)".
 /// @param word  What the other set is, as "default" or "was".

@@ -76,6 +76,7 @@ struct ConfigWriter {
   void operator()(const FileKind& kind) { addText(kind.field(parameters)); }
   void operator()(const ChoiceKind& kind) { addText(kind.get(parameters)); }
   void operator()(const TextKind& kind) { addText(kind.get(parameters)); }
+  void operator()(const SourcesKind& /*kind*/) {}  // Never described.
 
   void addNumber(double value) {
     config.doubles.emplace_back();
@@ -100,6 +101,7 @@ struct ValueWriter {
   XmlRpcValue operator()(const FileKind& kind) { return XmlRpcValue(kind.field(parameters)); }
   XmlRpcValue operator()(const ChoiceKind& kind) { return XmlRpcValue(kind.get(parameters)); }
   XmlRpcValue operator()(const TextKind& kind) { return XmlRpcValue(kind.get(parameters)); }
+  XmlRpcValue operator()(const SourcesKind& /*kind*/) { return parameters.source_list; }
 };
 
 struct TypeName {

@@ -1,0 +1,33 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <sensor_msgs/CameraInfo.h>
+#include <sensor_msgs/Image.h>
+#include <sensor_msgs/LaserScan.h>
+#include <sensor_msgs/PointCloud2.h>
+
+#include <cstddef>
+#include <variant>
+
+namespace cuboid_mapping_ros {
+
+/// A depth image, and where its pixels look.
+struct DepthImage {
+  sensor_msgs::Image::ConstPtr image;
+  sensor_msgs::CameraInfo::ConstPtr camera;  ///< Of the same stamp.
+};
+
+/// What one source has sent: what "cloud" means wherever the type of a source does not matter.
+struct SensorMessage {
+  /// No pointer is null.
+  std::variant<sensor_msgs::PointCloud2::ConstPtr, sensor_msgs::LaserScan::ConstPtr, DepthImage>
+      content;
+  std::size_t source = 0;  ///< Its number in sourcesOf().
+
+  /// Stamp and frame of the measurement.
+  [[nodiscard]] const std_msgs::Header& header() const;
+  /// Bytes that it takes in memory.
+  [[nodiscard]] std::size_t numBytes() const;
+};
+
+}  // namespace cuboid_mapping_ros
