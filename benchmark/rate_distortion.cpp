@@ -58,7 +58,7 @@ CuboidMap keepClasses(const CuboidMap& map) {
 }
 
 /// Kullback-Leibler divergence of two Bernoulli distributions, in bits.
-double divergence_bits(double p, double q) {
+double computeDivergence(double p, double q) {
   return p * std::log2(p / q) + (1.0 - p) * std::log2((1.0 - p) / (1.0 - q));
 }
 
@@ -74,7 +74,7 @@ double lostBits(const CuboidMap& finest, const CuboidMap& map, int scale) {
     brick.voxels.forEachValue([&](float log_odds, const BrickMask& voxels) {
       forEachCell(brick.brick, voxels, [&](const Cell& cell) {
         const auto found = map.voxels().logOddsAt({divide(cell.x), divide(cell.y), divide(cell.z)});
-        sum += divergence_bits(toProbability(log_odds), toProbability(found.value_or(0.0F)));
+        sum += computeDivergence(toProbability(log_odds), toProbability(found.value_or(0.0F)));
         count += 1.0;
       });
     });
