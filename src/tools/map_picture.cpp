@@ -3,7 +3,9 @@
 
 #include "cuboid_mapping/map/cuboid_search.h"
 #include "cuboid_mapping/parallel/parallel_for.h"
+#include "cuboid_mapping/query/point_query.h"
 #include "cuboid_mapping/query/ray_query.h"
+#include "cuboid_mapping/query/value_query.h"
 
 #include <Eigen/Geometry>
 
@@ -45,13 +47,40 @@ double shadeOf(const CuboidMap& map, const Cell& voxel, const Eigen::Vector3d& p
   return kShades[static_cast<std::size_t>(axis)];
 }
 
-Rgb colorOf(const CuboidMap& map, const RayQueryResult& seen, const HeightRange& heights,
+/// Once around the hues, from red at 0.
+Eigen::Vector3d rainbow(double ratio) {
+  const auto share = [ratio](double shift) {
+    return std::clamp(std::abs(std::fmod(4.0 * ratio + shift, 6.0) - 3.0) - 1.0, 0.0, 1.0);
+  };
+  return {share(0.0), share(4.0), share(2.0)};
+}
+
+/// The colour of an occupied voxel, before it is shaded; those of the display for rviz.
+Eigen::Vector3d ownColor(const CuboidMap& map, const RayQueryResult& seen,
+                         const PictureStyle& style) {
+  const HeightRange& heights = style.heights;
+  if (style.colors == PictureColors::kHeight) {
+    return heightColor((seen.point_map.z() - heights.min_m) / (heights.max_m - heights.min_m));
+  }
+  const auto cuboid = findCuboid(map, *seen.voxel);
+  if (style.colors == PictureColors::kClass || !cuboid) return {0.30, 0.55, 0.90};
+  if (style.colors == PictureColors::kSize) {
+    const Cell edges = cuboid->box.size();
+    const double ratio = (edges.x + edges.y + edges.z) / (3.0 * kBrickEdge);
+    return rainbow(0.8 * (1.0 - std::min(1.0, ratio)));
+  }
+  const double probability = meanProbability(map, cuboid->box).value_or(0.5);
+  return Eigen::Vector3d(0.1, 0.7, 0.2) * (1.0 - probability) +
+         Eigen::Vector3d(0.85, 0.1, 0.1) * probability;
+}
+
+Rgb colorOf(const CuboidMap& map, const RayQueryResult& seen, const PictureStyle& style,
             double range_m) {
   if (seen.end != RayEnd::kOccupied || !seen.voxel) {
     return seen.unknown_length_m < range_m * (1.0 - 1e-9) ? kFreeColor : kUnknownColor;
   }
-  const double ratio = (seen.point_map.z() - heights.min_m) / (heights.max_m - heights.min_m);
-  const Eigen::Vector3d color = heightColor(ratio) * shadeOf(map, *seen.voxel, seen.point_map);
+  const Eigen::Vector3d color =
+      ownColor(map, seen, style) * shadeOf(map, *seen.voxel, seen.point_map);
   Rgb rgb{};
   for (std::size_t i = 0; i < 3; ++i) {
     rgb[i] = static_cast<std::uint8_t>(std::lround(255.0 * color[static_cast<Eigen::Index>(i)]));
@@ -130,7 +159,7 @@ Eigen::Vector3d heightColor(double ratio) {
   return {share(0.85), share(0.5), share(0.15)};
 }
 
-Picture renderMap(const CuboidMap& map, const Camera& camera, const HeightRange& heights,
+Picture renderMap(const CuboidMap& map, const Camera& camera, const PictureStyle& style,
                   const PictureSize& size, int threads, const ProgressListener& listener) {
   Picture picture{size.width, size.height,
                   std::vector<std::uint8_t>(3 * size.width * size.height, 255)};
@@ -144,7 +173,7 @@ Picture renderMap(const CuboidMap& map, const Camera& camera, const HeightRange&
       const auto seen =
           castRay(map, ray.origin, ray.direction, camera.range_m, UnknownPolicy::kPass);
       if (!seen) continue;
-      const Rgb color = colorOf(map, *seen, heights, camera.range_m);
+      const Rgb color = colorOf(map, *seen, style, camera.range_m);
       std::copy(color.begin(), color.end(), &picture.rgb[3 * (y * size.width + x)]);
     }
     const std::lock_guard<std::mutex> lock(mutex);

@@ -53,15 +53,29 @@ struct PictureSize {
 [[nodiscard]] Camera makeCameraAt(const Eigen::Vector3d& eye, const Eigen::Vector3d& target,
                                   double range_m);
 
+/// What the colours of occupied voxels stand for, as in the display for rviz.
+enum class PictureColors : unsigned char {
+  kHeight,       ///< Blue to red.
+  kProbability,  ///< Mean of the cuboid: green at 0 to dark red at 1.
+  kSize,         ///< Edges of the cuboid, summed: violet (one voxel) to red (8 x 8 x 8).
+  kClass         ///< One colour.
+};
+
+/// How a picture looks.
+struct PictureStyle {
+  HeightRange heights;  ///< Where the colours by height begin and end.
+  PictureColors colors = PictureColors::kHeight;
+};
+
 /// From blue at 0 over green to red at 1; values outside count as the nearest one. Each 0 to 1.
 [[nodiscard]] Eigen::Vector3d heightColor(double ratio);
 
-/// One ray for each pixel: the first occupied voxel on it, coloured by its height (blue to red) and
-/// shaded by the face that is seen; light grey where only free space is, white where all is unknown.
+/// One ray for each pixel: the first occupied voxel on it, coloured as asked for and shaded by the face that is seen; light grey where only free space is, white where all is unknown.
+/// @pre the map is fused, for colours of cuboids: they are looked up for each pixel.
 /// @complexity O(pixels * voxels and bricks passed).
 /// @param threads  >= 1; the picture does not depend on it. @param listener  Is told of rows.
 [[nodiscard]] Picture renderMap(const CuboidMap& map, const Camera& camera,
-                                const HeightRange& heights, const PictureSize& size, int threads,
+                                const PictureStyle& style, const PictureSize& size, int threads,
                                 const ProgressListener& listener = {});
 
 /// A picture as the bytes of a PNG file, and of a PPM file (P6).

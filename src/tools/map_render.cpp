@@ -25,8 +25,16 @@ struct Options {
   double range_m = 200.0;
   double min_z_m = -std::numeric_limits<double>::infinity();
   double max_z_m = std::numeric_limits<double>::infinity();
+  std::string colors = "height";
   PictureSize size;
 };
+
+const Choices kColorNames{"height", "probability", "size", "class"};  // As PictureColors.
+
+PictureColors toColors(const std::string& name) {
+  const auto found = std::find(kColorNames.begin(), kColorNames.end(), name);
+  return static_cast<PictureColors>(found - kColorNames.begin());
+}
 
 /// The cells between two heights.
 CellBox slabOf(const MapSnapshot& snapshot, const Options& options) {
@@ -73,6 +81,8 @@ void check(const Options& options) {
 
 int render(const Options& options) {
   check(options);
+  PictureStyle style;
+  style.colors = toColors(options.colors);
   const MapSnapshot snapshot = readMapFile(options.map).snapshot;
   throwIfInterrupted();
   MapConfig config;
@@ -84,10 +94,11 @@ int render(const Options& options) {
   throwIfInterrupted();
   const int threads = std::max(1, static_cast<int>(std::thread::hardware_concurrency()));
   const Camera camera = makeCamera(map, options);
-  const HeightRange heights = findHeightRange(map);
+  style.heights = findHeightRange(map);
+  map.fuse();  // The cuboids of all pixels are asked for.
   Picture picture =
-      renderMap(map, camera, heights, options.size, threads, showProgress("rows drawn"));
-  drawLegend(picture, heights, camera.ortho_height_m);
+      renderMap(map, camera, style, options.size, threads, showProgress("rows drawn"));
+  drawLegend(picture, style, camera.ortho_height_m);
   replaceFile(options.picture, toPictureFile(picture, options.picture));
   std::cout << options.picture << ": " << picture.width << " x " << picture.height << " pixels"
             << std::endl;
@@ -99,7 +110,8 @@ int run(int argc, char** argv) {
   CommandLine line(
       "map_render",
       "Draws a map as PNG or PPM, without a display: from straight above, or from a point.\n"
-      "Occupied voxels are coloured by height; light grey is free, white is unknown.");
+      "Occupied voxels are coloured by height, or as asked for; light grey is free, white is "
+      "unknown.");
   line.addArgument("map", options.map, "map: .cuboids, .ot or .bt");
   line.addArgument("picture", options.picture, "picture to write: .png or .ppm");
   line.addPoint("eye", options.eye, "where to look from, in metres");
@@ -109,6 +121,8 @@ int run(int argc, char** argv) {
   line.addNumber("min-z", options.min_z_m, "leave out everything below this height in metres");
   line.addNumber("max-z", options.max_z_m,
                  "leave out everything above this height in metres, such as a ceiling");
+  line.addText("color-by", options.colors,
+               "what colours stand for", kColorNames);
   line.addNumber("width", options.size.width, "width of the picture in pixels", {1, 16384});
   line.addNumber("height", options.size.height, "height of the picture in pixels", {1, 16384});
   if (const auto status = line.parse(argc, argv)) return *status;

@@ -116,13 +116,15 @@ double roundLength(double max_length_m) {
   return power;
 }
 
-void drawLegend(Picture& picture, const HeightRange& heights, double ortho_height_m) {
+void drawLegend(Picture& picture, const PictureStyle& style, double ortho_height_m) {
   if (picture.width < kMinWidth || picture.height < kMinHeight) return;
   Pen pen(picture);
   const bool has_scale = ortho_height_m > 0.0;
+  const bool has_colors = style.colors == PictureColors::kHeight;
+  if (!has_scale && !has_colors) return;
   const int bottom_of_colors = has_scale ? 2 * kMargin + kTextHeight + 12 : 2 * kMargin;
-  pen.fill(kMargin, kMargin, kBoxWidth, bottom_of_colors + kBarHeight, kPaper);
-  drawColors(pen, heights, bottom_of_colors);
+  pen.fill(kMargin, kMargin, kBoxWidth, bottom_of_colors + (has_colors ? kBarHeight : 0), kPaper);
+  if (has_colors) drawColors(pen, style.heights, bottom_of_colors);
   if (!has_scale) return;
   const double pixels_per_m = static_cast<double>(picture.height) / ortho_height_m;
   constexpr double kMaxWidth = kBoxWidth - 2 * kMargin;

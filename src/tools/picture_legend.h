@@ -5,10 +5,10 @@
 
 namespace cuboid_mapping {
 
-/// Puts into the lower left corner of a picture what its colours stand for, and a scale. Pictures of
+/// Puts into the lower left corner of a picture what its colours stand for, if by height, and a scale. Pictures of
 /// less than 240 x 180 pixels stay as they are.
 /// @param ortho_height_m  Height of the picture in metres; 0: in perspective there is no scale.
-void drawLegend(Picture& picture, const HeightRange& heights, double ortho_height_m);
+void drawLegend(Picture& picture, const PictureStyle& style, double ortho_height_m);
 
 /// The longest round length (1, 2 or 5 times a power of ten) that is not longer than another one.
 /// @pre max_length_m > 0.

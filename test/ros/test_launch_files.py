@@ -1,8 +1,10 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: BSD-3-Clause
 """What launch files and rviz configurations promise to a user. Needs no master."""
+import json
 import os
 import pathlib
+import re
 import subprocess
 import unittest
 
@@ -56,6 +58,18 @@ class LaunchFilesTest(unittest.TestCase):
             self.assertGreaterEqual(len(topics), 3, file.name)
             for topic in topics:
                 self.assertFalse(topic.startswith('/'), f'{file.name}: {topic}')
+
+    def test_topics_of_the_layout_for_foxglove_exist(self):
+        layout = json.loads((ROOT / 'config/foxglove.json').read_text())
+        panels = layout['configById']
+        self.assertEqual({layout['layout']['first'], layout['layout']['second']}, set(panels))
+        shown = [topic for panel in panels.values() for topic in panel.get('topics', {})]
+        shown += [panel['topicToRender'] for panel in panels.values() if 'topicToRender' in panel]
+        self.assertGreaterEqual(len(shown), 4)
+        names = (ROOT / 'src/cuboid_mapping/ros/names.h').read_text()
+        topics = re.findall(r'k\w+Topic\[\] = *"(\w+)"', names.replace('\n', ' ')) + ['diagnostics']
+        for topic in shown:
+            self.assertIn(topic.lstrip('/'), topics)
 
 
 if __name__ == '__main__':

@@ -175,6 +175,37 @@ TEST(MapTools, drawAMap) {
       runProgram({MAP_RENDER_PROGRAM, folder / "map.cuboids", picture, "--min-z", "50"}).status, 1);
 }
 
+TEST(MapTools, drawWhatColoursAreAskedToStandFor) {
+  const TemporaryFolder folder;
+  MapSnapshot snapshot;
+  snapshot.resolution_m = 1.0;
+  // On the left a large cuboid that is certain, then a small one that is not; free on the right.
+  snapshot.bricks = toBricks({{{{0, 0, 0}, {8, 8, 1}}, 3.0F},
+                              {{{8, 0, 0}, {10, 8, 1}}, 0.0F},
+                              {{{10, 0, 0}, {16, 8, 1}}, -1.0F}})
+                        .bricks;
+  writeMapFile(folder / "map.cuboids", snapshot);
+  const std::string picture = folder / "map.png";
+  const auto draw = [&](const std::string& colors) {
+    return runProgram({MAP_RENDER_PROGRAM, folder / "map.cuboids", picture, "--width", "100",
+                       "--height", "100", "--color-by", colors})
+        .status;
+  };
+  const auto large = [&] { return pixelOf(picture, 26, 50, 100); };
+  const auto small = [&] { return pixelOf(picture, 56, 50, 100); };
+  ASSERT_EQ(draw("height"), 0);
+  EXPECT_EQ(large(), small());
+  ASSERT_EQ(draw("probability"), 0);
+  EXPECT_GT(large()[0], small()[0]) << "redder";
+  EXPECT_LT(large()[1], small()[1]) << "less green";
+  ASSERT_EQ(draw("size"), 0);
+  EXPECT_GT(large()[0], small()[0]) << "redder";
+  ASSERT_EQ(draw("class"), 0);
+  EXPECT_EQ(large(), small());
+  EXPECT_GT(large()[2], large()[0]) << "blue";
+  EXPECT_EQ(draw("taste"), 1);
+}
+
 TEST(MapTools, drawALegend) {
   const TemporaryFolder folder;
   MapSnapshot snapshot;
