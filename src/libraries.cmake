@@ -177,6 +177,7 @@ add_library(cuboid_mapping_ros
   cuboid_mapping/ros/reconfigure.cpp
   cuboid_mapping/ros/reconfigure_server.cpp
   cuboid_mapping/ros/request_reader.cpp
+  cuboid_mapping/ros/robot_grid.cpp
   cuboid_mapping/ros/search_answers.cpp
   cuboid_mapping/ros/sensor_conversions.cpp
   cuboid_mapping/ros/sensor_message.cpp

@@ -82,6 +82,9 @@ MappingNode::MappingNode(const ros::NodeHandle& nh, const ros::NodeHandle& priva
   map_files_.emplace(private_nh_, parameters, map_, guard_);
   reconfigure_server_.emplace(private_nh_, parameters,
                               [this](const NodeParameters& changed) { reconfigure(changed); });
+  if (!parameters.robot_grid.frame_id.empty()) {
+    robot_grid_.emplace(withQueue(nh_, publish_thread_.queue()), parameters, map_, tf_buffer_);
+  }
   startTimers();
   subscribe();
   query_threads_.start();
@@ -314,6 +317,7 @@ void MappingNode::publish() {
     octomap_server_.noteChanges(changes);
     octomap_server_.publish();
   });
+  if (robot_grid_) guard_.run(kRobotGridTopic, [&] { robot_grid_->publish(); });
 }
 
 void MappingNode::onReset() {

@@ -17,6 +17,7 @@
 #include "cuboid_mapping/ros/parameters.h"
 #include "cuboid_mapping/ros/planner_services.h"
 #include "cuboid_mapping/ros/reconfigure_server.h"
+#include "cuboid_mapping/ros/robot_grid.h"
 #include "cuboid_mapping/ros/speed_advice.h"
 #include "cuboid_mapping/ros/tf_receiver.h"
 
@@ -140,6 +141,7 @@ class MappingNode {
   ros::WallTimer diagnostics_timer_;
 
   tf2_ros::Buffer tf_buffer_;
+  std::optional<RobotGrid> robot_grid_;  ///< Where a frame is named.
   CloudIntake cloud_intake_;
   CloudInbox cloud_inbox_;
   std::atomic<bool> is_tf_awaited_{false};  ///< Some cloud waits for it.

@@ -28,23 +28,25 @@ constexpr char kProjectedMapUpdatesTopic[] =
     "projected_map_updates";  ///< map_msgs/OccupancyGridUpdate
 
 // In the private namespace.
-constexpr char kQueryBoxService[] = "query_box";           ///< cuboid_mapping/QueryBox
-constexpr char kResetService[] = "reset";                  ///< std_srvs/Empty
-constexpr char kCheckBoxesService[] = "check_boxes";       ///< cuboid_mapping/CheckBoxes
-constexpr char kCheckPathService[] = "check_path";         ///< cuboid_mapping/CheckPath
-constexpr char kCastRaysService[] = "cast_rays";           ///< cuboid_mapping/CastRays
-constexpr char kNearestService[] = "nearest";              ///< cuboid_mapping/FindNearest
-constexpr char kNearestFreeService[] = "nearest_free";     ///< cuboid_mapping/FindNearestFree
-constexpr char kGetCuboidsService[] = "get_cuboids";       ///< cuboid_mapping/GetCuboids
-constexpr char kGetFreeGraphService[] = "get_free_graph";  ///< cuboid_mapping/GetFreeGraph
-constexpr char kFindCorridorService[] = "find_corridor";   ///< cuboid_mapping/FindCorridor
-constexpr char kGetMapService[] = "get_map";               ///< cuboid_mapping/GetMap
-constexpr char kSetBoxService[] = "set_box";               ///< cuboid_mapping/SetBox
-constexpr char kFuseNowService[] = "fuse_now";             ///< std_srvs/Trigger
-constexpr char kPauseService[] = "pause";                  ///< std_srvs/SetBool
-constexpr char kClearBoxService[] = "clear_bbx";           ///< octomap_msgs/BoundingBoxQuery
-constexpr char kLoadMapService[] = "load_map";             ///< cuboid_mapping/LoadMap
-constexpr char kSaveMapService[] = "save_map";             ///< cuboid_mapping/SaveMap
+constexpr char kRobotGridTopic[] = "robot_grid";                 ///< nav_msgs/OccupancyGrid
+constexpr char kRobotGridUpdatesTopic[] = "robot_grid_updates";  ///< OccupancyGridUpdate
+constexpr char kQueryBoxService[] = "query_box";                 ///< cuboid_mapping/QueryBox
+constexpr char kResetService[] = "reset";                        ///< std_srvs/Empty
+constexpr char kCheckBoxesService[] = "check_boxes";             ///< cuboid_mapping/CheckBoxes
+constexpr char kCheckPathService[] = "check_path";               ///< cuboid_mapping/CheckPath
+constexpr char kCastRaysService[] = "cast_rays";                 ///< cuboid_mapping/CastRays
+constexpr char kNearestService[] = "nearest";                    ///< cuboid_mapping/FindNearest
+constexpr char kNearestFreeService[] = "nearest_free";           ///< cuboid_mapping/FindNearestFree
+constexpr char kGetCuboidsService[] = "get_cuboids";             ///< cuboid_mapping/GetCuboids
+constexpr char kGetFreeGraphService[] = "get_free_graph";        ///< cuboid_mapping/GetFreeGraph
+constexpr char kFindCorridorService[] = "find_corridor";         ///< cuboid_mapping/FindCorridor
+constexpr char kGetMapService[] = "get_map";                     ///< cuboid_mapping/GetMap
+constexpr char kSetBoxService[] = "set_box";                     ///< cuboid_mapping/SetBox
+constexpr char kFuseNowService[] = "fuse_now";                   ///< std_srvs/Trigger
+constexpr char kPauseService[] = "pause";                        ///< std_srvs/SetBool
+constexpr char kClearBoxService[] = "clear_bbx";                 ///< octomap_msgs/BoundingBoxQuery
+constexpr char kLoadMapService[] = "load_map";                   ///< cuboid_mapping/LoadMap
+constexpr char kSaveMapService[] = "save_map";                   ///< cuboid_mapping/SaveMap
 
 // In the private namespace, those of dynamic_reconfigure.
 constexpr char kSetParametersService[] = "set_parameters";  ///< Reconfigure

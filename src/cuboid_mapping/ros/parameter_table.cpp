@@ -232,6 +232,21 @@ std::vector<ParameterDeclaration> declareQueries() {
   };
 }
 
+std::vector<ParameterDeclaration> declareRobotGrid() {
+  return {
+      {"robot_grid/frame", "",
+       FrameKind{[](P& p) -> std::string& { return p.robot_grid.frame_id; }, true},
+       "Frame of the robot that robot_grid moves along with. Empty: there is no such grid."},
+      {"robot_grid/size", "m",
+       NumberKind{[](P& p) -> double& { return p.robot_grid.size_m; }, 0.1, 1000.0},
+       "Minimum extent of robot_grid along x and y; a multiple of 16 voxels."},
+      {"robot_grid/min_z", "m", NumberKind{[](P& p) -> double& { return p.robot_grid.min_z_m; }},
+       "Cells below this height over the origin of the robot's frame are left out of robot_grid."},
+      {"robot_grid/max_z", "m", NumberKind{[](P& p) -> double& { return p.robot_grid.max_z_m; }},
+       "Cells above this height over the origin of the robot's frame are left out of robot_grid."},
+  };
+}
+
 std::string formatFloating(double value, int precision) {
   std::ostringstream out;
   out.imbue(std::locale::classic());
@@ -304,7 +319,7 @@ const std::vector<ParameterDeclaration>& parameterTable() {
     std::vector<ParameterDeclaration> table = declareMap();
     for (const auto& part :
          {declareSources(), declareGrowth(), declareSensorModel(), declareCrop(), declareTopics(),
-          declareFiles(), declareQueries(), declareOctomapServer()}) {
+          declareFiles(), declareQueries(), declareRobotGrid(), declareOctomapServer()}) {
       table.insert(table.end(), part.begin(), part.end());
     }
     return table;

@@ -202,6 +202,8 @@ std::vector<OrderedPair> orderedPairs(const NodeParameters& parameters) {
   }
   pairs.push_back({"occupancy_min_z", parameters.octomap_server.occupancy_min_z_m,
                    "occupancy_max_z", parameters.octomap_server.occupancy_max_z_m});
+  pairs.push_back({"robot_grid/min_z", parameters.robot_grid.min_z_m, "robot_grid/max_z",
+                   parameters.robot_grid.max_z_m});
   pairs.push_back({"sensor_model/min_range", parameters.min_range_m, "sensor_model/max_range",
                    parameters.max_range_m});
   return pairs;

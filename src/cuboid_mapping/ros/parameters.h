@@ -37,6 +37,14 @@ struct OctomapServerParameters {
   std::array<double, 4> color_free = {0.0, 1.0, 0.0, 1.0};  ///< r, g, b, a of free cells.
 };
 
+/// The grid that moves along with the robot.
+struct RobotGridParameters {
+  std::string frame_id;  ///< Of the robot; "": there is no grid.
+  double size_m = 20.0;  ///< Least edge of the grid.
+  double min_z_m = 0.1;  ///< Lower end of its heights, above the origin of the frame.
+  double max_z_m = 1.5;  ///< Upper end.
+};
+
 /// What the colour of an occupied cuboid stands for.
 enum class ColorBy : unsigned char { kHeight, kProbability };
 
@@ -112,6 +120,7 @@ struct NodeParameters {
   int file_memory_mb = 4000;  ///< Bound of the memory for reading a map, in MB.
   ServiceLimits service_limits;
   OctomapServerParameters octomap_server;
+  RobotGridParameters robot_grid;
 };
 
 /// One element for each source, with its parameters in their places; never empty. Of one source without a list
