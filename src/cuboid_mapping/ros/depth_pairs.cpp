@@ -13,7 +13,7 @@ MessageT takeOf(const ros::Time& stamp, std::deque<MessageT>& waiting) {
       std::find_if(waiting.begin(), waiting.end(),
                    [&stamp](const MessageT& message) { return message->header.stamp == stamp; });
   if (found == waiting.end()) return {};
-  const MessageT message = *found;
+  MessageT message = *found;
   waiting.erase(found);
   return message;
 }

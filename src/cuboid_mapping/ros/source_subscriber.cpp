@@ -19,7 +19,7 @@ std::string cameraInfoBeside(const std::string& image_topic) {
 }
 
 SourceSubscriber::SourceSubscriber(const ros::NodeHandle& nh, const NodeParameters& source,
-                                   std::size_t index, Take take)
+                                   std::size_t index, const Take& take)
     : nh_(nh), topic_(nh.resolveName(source.source.topic)) {
   const auto pass_on = [index, take](const auto& message) { take({message, index}); };
   switch (source.source.type) {

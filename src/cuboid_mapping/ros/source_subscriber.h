@@ -28,7 +28,7 @@ class SourceSubscriber {
 
   /// @param nh  With a GuardedQueue. @param take  Called in the thread that receives, side by side.
   SourceSubscriber(const ros::NodeHandle& nh, const NodeParameters& source, std::size_t index,
-                   Take take);
+                   const Take& take);
 
   /// As it is after remapping.
   [[nodiscard]] const std::string& topic() const { return topic_; }
