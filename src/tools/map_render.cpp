@@ -121,8 +121,7 @@ int run(int argc, char** argv) {
   line.addNumber("min-z", options.min_z_m, "leave out everything below this height in metres");
   line.addNumber("max-z", options.max_z_m,
                  "leave out everything above this height in metres, such as a ceiling");
-  line.addText("color-by", options.colors,
-               "what colours stand for", kColorNames);
+  line.addText("color-by", options.colors, "what colours stand for", kColorNames);
   line.addNumber("width", options.size.width, "width of the picture in pixels", {1, 16384});
   line.addNumber("height", options.size.height, "height of the picture in pixels", {1, 16384});
   if (const auto status = line.parse(argc, argv)) return *status;

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "cuboid_mapping/io/octree_bricks.h"
 
+#include "cuboid_mapping/scan/morton.h"
+
 #include <algorithm>
 #include <array>
 

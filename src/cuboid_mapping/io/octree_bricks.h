@@ -48,18 +48,4 @@ struct OctreeVoxels {
 /// @param kind  For kBinary, values are 1 (occupied) and -1 (free).
 void fillVoxels(const PackedVoxels& from, OctreeKind kind, OctreeVoxels& voxels);
 
-/// Spreads 16 bits over every third bit.
-[[nodiscard]] constexpr std::uint64_t spreadBits(std::uint32_t bits) {
-  std::uint64_t spread = 0;
-  for (int i = 0; i < 16; ++i) spread |= static_cast<std::uint64_t>(bits >> i & 1U) << (3 * i);
-  return spread;
-}
-
-/// Every third bit, from the lowest on.
-[[nodiscard]] constexpr std::uint32_t gatherBits(std::uint64_t spread) {
-  std::uint32_t bits = 0;
-  for (int i = 0; i < 16; ++i) bits |= static_cast<std::uint32_t>(spread >> (3 * i) & 1U) << i;
-  return bits;
-}
-
 }  // namespace cuboid_mapping
