@@ -157,6 +157,7 @@ add_library(cuboid_mapping_ros
   cuboid_mapping/ros/map_storage.cpp
   cuboid_mapping/ros/map_publisher.cpp
   cuboid_mapping/ros/mapping_node.cpp
+  cuboid_mapping/ros/mapping_node_report.cpp
   cuboid_mapping/ros/marker_cache.cpp
   cuboid_mapping/ros/marker_colors.cpp
   cuboid_mapping/ros/marker_publisher.cpp
