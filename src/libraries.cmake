@@ -150,6 +150,7 @@ add_library(cuboid_mapping_ros
   cuboid_mapping/ros/depth_pairs.cpp
   cuboid_mapping/ros/diagnostics.cpp
   cuboid_mapping/ros/edit_answers.cpp
+  cuboid_mapping/ros/forgetting.cpp
   cuboid_mapping/ros/ground_filter.cpp
   cuboid_mapping/ros/guarded_map.cpp
   cuboid_mapping/ros/map_files_service.cpp

@@ -129,7 +129,7 @@ void BagClouds::walk(const CloudShare& share, const Take& take,
       if (const auto cloud = messages_.read(number)) {
         walkOne(*cloud, take);
       } else {
-        take(nullptr, 0);
+        take(nullptr, {});
       }
     }
     if (listener) listener(number + 1, messages_.size());
@@ -141,7 +141,7 @@ void BagClouds::walkOne(const SensorMessage& cloud, const Take& take) {
   watch_->noteReceived(cloud.header().stamp.toSec());
   Stopwatch stopwatch;
   const cuboid_mapping::ScanUpdate* update = compute(cloud);
-  take(update, cloud.source);
+  take(update, {cloud.header().stamp, cloud.source});
   if (update == nullptr) return;
   ++statistics_.num_inserted;
   watch_->noteInserted(1e-3 * stopwatch.lap(), statistics_.reach_m);

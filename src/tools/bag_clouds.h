@@ -53,8 +53,13 @@ struct LeftOutClouds {
 /// what they say about it. Errors, warnings and advice go to stderr, behind the name of the program.
 class BagClouds {
  public:
-  /// What a cloud says, null when it is left out, and the number of its source. Valid during the call.
-  using Take = std::function<void(const cuboid_mapping::ScanUpdate*, std::size_t source)>;
+  /// Stamp of a cloud, and the number of its source.
+  struct Origin {
+    ros::Time stamp;
+    std::size_t source = 0;
+  };
+  /// What a cloud says, null when it is left out, and where it is from. Valid during the call.
+  using Take = std::function<void(const cuboid_mapping::ScanUpdate*, const Origin& origin)>;
 
   /// Opens the bags. @throws std::runtime_error for bad parameters, a bag that cannot be read, topics
   /// that are not there.

@@ -2,6 +2,7 @@
 // Makes a map of the clouds in rosbags, without a roscore, as fast as the machine.
 #include "bag_clouds.h"
 #include "cuboid_mapping/io/text.h"
+#include "cuboid_mapping/ros/forgetting.h"
 #include "map_content.h"
 #include "progress_bar.h"
 
@@ -20,10 +21,14 @@ int makeMap(const BagOptions& options) {
   const cuboid_mapping::MapFormat format = checkOutput(options);
   BagClouds clouds("bag_to_map", options);
   cuboid_mapping::CuboidMap map(makeMapConfig(clouds.parameters()));
+  Forgetting forgetting(clouds.parameters().forget_after_s);
   clouds.walk(
       {},
-      [&](const cuboid_mapping::ScanUpdate* update, std::size_t source) {
-        if (update != nullptr) map.apply(*update, clouds.sensorModel(source));
+      [&](const cuboid_mapping::ScanUpdate* update, const BagClouds::Origin& origin) {
+        if (update == nullptr) return;
+        map.apply(*update, clouds.sensorModel(origin.source));
+        forgetting.note(*update, origin.stamp);
+        forgetting.forget(map);
       },
       cuboid_mapping::showProgress("clouds"));
   clouds.report(clouds.leftOut());

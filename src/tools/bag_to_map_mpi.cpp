@@ -65,6 +65,9 @@ std::unique_ptr<BagClouds> openClouds(const MpiRanks& ranks, const BagOptions& o
     try {
       (void)checkOutput(options);
       clouds = std::make_unique<BagClouds>(kProgram, options);
+      if (clouds->parameters().forget_after_s > 0.0) {
+        throw std::runtime_error("forget_after is of bag_to_map alone: set it to 0");
+      }
     } catch (const std::exception& exception) {
       error = exception.what();
     }
@@ -96,8 +99,8 @@ void walkAll(const MpiRanks& ranks, BagClouds& clouds, BrickOwner& owner) {
   const std::uint64_t clouds_of_round = size * BrickOwner::kCloudsOfRound;
   const std::uint64_t num_rounds = (clouds.numClouds() + clouds_of_round - 1) / clouds_of_round;
   std::uint64_t num_done = 0;
-  const auto take = [&](const cuboid_mapping::ScanUpdate* update, std::size_t source) {
-    if (!owner.add(update, source)) return;
+  const auto take = [&](const cuboid_mapping::ScanUpdate* update, const BagClouds::Origin& origin) {
+    if (!owner.add(update, origin.source)) return;
     owner.exchange();
     ++num_done;
   };

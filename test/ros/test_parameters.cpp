@@ -109,7 +109,7 @@ TEST(Parameters, EveryBadValueGivesExactlyItsErrorAndKeepsTheDefault) {
       ++num_checked;
     }
   }
-  EXPECT_EQ(num_checked, 302U);
+  EXPECT_EQ(num_checked, 306U);
 }
 
 TEST(Parameters, AnErrorSaysValueRangeAndWhatToDo) {

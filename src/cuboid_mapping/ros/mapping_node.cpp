@@ -57,6 +57,7 @@ MappingNode::MappingNode(const ros::NodeHandle& nh, const ros::NodeHandle& priva
       private_nh_(withQueue(private_nh, cloud_callbacks_)),
       parameters_(parameters),
       sources_(parameters),
+      forgetting_(parameters.forget_after_s),
       map_(makeMapConfig(parameters)),
       has_color_span_(parameters.color_period_m == 0.0),
       speed_watch_(parameters.map.resolution_m, parameters.max_range_m),
@@ -239,6 +240,13 @@ void MappingNode::integrate(const SensorMessage& cloud, const CloudPoses& poses)
   guard_.run("after a cloud", [&] {
     speed_watch_.noteInserted(1e-3 * whole.lap(), statistics_.reach_m);
     giveAdvice();
+  });
+  guard_.run("forgetting", [&] {
+    forgetting_.note(*update, cloud.header().stamp);
+    if (parameters_.forget_after_s == 0.0) return;
+    map_.edit([this](cuboid_mapping::CuboidMap& map, const ros::Time& /*stamp*/) {
+      return forgetting_.forget(map);
+    });
   });
   guard_.run(kObservationsTopic, [&] {
     observation_publisher_.publish(cloud.header().stamp, poses.T_map_sensor.translation(),

@@ -6,6 +6,7 @@
 #include "cuboid_mapping/ros/cloud_intake.h"
 #include "cuboid_mapping/ros/diagnostics.h"
 #include "cuboid_mapping/ros/direct_queue.h"
+#include "cuboid_mapping/ros/forgetting.h"
 #include "cuboid_mapping/ros/guarded_map.h"
 #include "cuboid_mapping/ros/map_files_service.h"
 #include "cuboid_mapping/ros/map_publisher.h"
@@ -105,6 +106,7 @@ class MappingNode {
 
   NodeParameters parameters_;
   NodeSources sources_;  ///< As reconfigured.
+  Forgetting forgetting_;
   GuardedMap map_;
   NodeStatistics statistics_;
   NodeStatistics reported_statistics_;  ///< As of the last report.

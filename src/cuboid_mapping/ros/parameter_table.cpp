@@ -32,6 +32,12 @@ std::vector<ParameterDeclaration> declareMap() {
                           [](P& p) -> Environment& { return p.map.environment; }),
        "dynamic: every observation counts. static: a cell is no longer updated once it has reached "
        "sensor_model/min or sensor_model/max."},
+      {"forget_after", "s", NumberKind{[](P& p) -> double& { return p.forget_after_s; }, 0.0, 1e6},
+       "What no cloud has seen for this time becomes unknown again, by the stamps of the clouds "
+       "and in "
+       "blocks of 8 x 8 x 8 voxels. Locked boxes stay, and so does what comes from files and "
+       "services "
+       "alone. 0: never."},
       {"fusion", "",
        oneOf<FusionKind>({FusionKind::kClass, FusionKind::kGrowth, FusionKind::kNone},
                          [](P& p) -> FusionKind& { return p.map.fusion; }),

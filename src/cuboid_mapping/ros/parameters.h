@@ -95,7 +95,8 @@ struct NodeParameters {
       0.2;                   ///< Longest time that a cloud waits for earlier ones of other sources.
   std::string sensor_frame;  ///< Its origin is where beams start; "": the cloud's frame.
   cuboid_mapping::MapConfig map;
-  int threads = 0;  ///< For the work on a cloud; 0: as many as the machine has cores.
+  double forget_after_s = 0.0;  ///< See Forgetting; 0: never.
+  int threads = 0;              ///< For the work on a cloud; 0: as many as the machine has cores.
   double max_range_m = std::numeric_limits<double>::infinity();  ///< Beams are cut there.
   double min_range_m = 0.0;        ///< Nearer points are left out wholly; 0: none.
   double no_return_range_m = 0.0;  ///< Beams without return free space up to it; 0: are skipped.

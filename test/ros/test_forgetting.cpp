@@ -1,0 +1,118 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "cuboid_mapping/ros/forgetting.h"
+
+#include <gtest/gtest.h>
+
+#include <vector>
+
+namespace cuboid_mapping_ros {
+namespace {
+
+using cuboid_mapping::BrickMask;
+using cuboid_mapping::BrickUpdate;
+using cuboid_mapping::Cell;
+using cuboid_mapping::CellBox;
+using cuboid_mapping::Occupancy;
+
+/// Bricks along x: brick 0 holds the cells 0 to 7, and so on.
+Cell cellOf(int brick) { return {8 * brick, 0, 0}; }
+
+/// A map that forgets after 10 s.
+class ForgettingTest : public ::testing::Test {
+ protected:
+  /// A cloud that hits all voxels of some bricks.
+  void see(double stamp_s, const std::vector<int>& bricks) {
+    cuboid_mapping::ScanUpdate update;
+    for (const int brick : bricks) {
+      update.bricks.emplace_back();
+      update.bricks.back().brick = cellOf(brick);
+      update.bricks.back().hits = BrickMask::all();
+      update.bricks.back().morton = static_cast<std::uint64_t>(brick);
+    }
+    map_.apply(update);
+    forgetting_.note(update, ros::Time(stamp_s));
+    changes_ = forgetting_.forget(map_);
+  }
+
+  [[nodiscard]] std::vector<int> known() const {
+    std::vector<int> bricks;
+    for (int brick = 0; brick < 5; ++brick) {
+      if (map_.voxels().at(cellOf(brick)) != Occupancy::kUnknown) bricks.push_back(brick);
+    }
+    return bricks;
+  }
+
+  using Bricks = std::vector<int>;
+  cuboid_mapping::CuboidMap map_;
+  Forgetting forgetting_{10.0};
+  cuboid_mapping::ChangeSet changes_;
+};
+
+TEST_F(ForgettingTest, WhatIsNotSeenForSoLongBecomesUnknown) {
+  see(1000.0, {0, 1, 2});
+  see(1005.0, {1});
+  see(1010.0, {2});
+  EXPECT_EQ(known(), (Bricks{0, 1, 2})) << "not longer than the time";
+  const std::uint64_t revision = map_.revision();
+  see(1011.1, {2});
+  EXPECT_EQ(known(), (Bricks{1, 2}));
+  ASSERT_EQ(changes_.bricks.size(), 1U);
+  EXPECT_EQ(changes_.bricks[0].brick, cellOf(0));
+  EXPECT_TRUE(changes_.bricks[0].has_new_cuboids);
+  EXPECT_EQ(changes_.revision, map_.revision());
+  EXPECT_GT(map_.revision(), revision);
+  see(1016.2, {2});
+  EXPECT_EQ(known(), (Bricks{2}));
+}
+
+TEST_F(ForgettingTest, ComesBackWhenItIsSeenAgain) {
+  see(1000.0, {0});
+  see(1020.0, {1});
+  EXPECT_EQ(known(), (Bricks{1}));
+  see(1021.0, {0});
+  EXPECT_EQ(known(), (Bricks{0, 1}));
+  EXPECT_FLOAT_EQ(*map_.voxels().logOddsAt(cellOf(0)), map_.sensorModel().hit()) << "anew";
+}
+
+TEST_F(ForgettingTest, LockedVoxelsStay) {
+  map_.lock(CellBox{{0, 0, 0}, {4, 8, 8}});
+  map_.unlock(CellBox{{0, 0, 0}, {4, 8, 8}});
+  see(1000.0, {0});
+  map_.lock(CellBox{{0, 0, 0}, {4, 8, 8}});
+  see(1020.0, {1});
+  EXPECT_EQ(map_.voxels().at({3, 7, 7}), Occupancy::kOccupied);
+  EXPECT_EQ(map_.voxels().at({4, 0, 0}), Occupancy::kUnknown);
+  EXPECT_EQ(map_.voxels().numOccupiedVoxels(), 256.0 + 512.0);
+}
+
+TEST_F(ForgettingTest, WhatNoCloudHasSeenStays) {
+  (void)map_.replace(
+      cuboid_mapping::brickBox(cellOf(3)),
+      std::vector<cuboid_mapping::UniformBox>{{cuboid_mapping::brickBox(cellOf(3)), -1.0F}});
+  see(1000.0, {0});
+  see(1100.0, {1});
+  EXPECT_EQ(known(), (Bricks{1, 3}));
+}
+
+TEST_F(ForgettingTest, BeginsAnewWhenStampsJumpBack) {
+  see(1000.0, {0});
+  see(50.0, {1});
+  see(59.0, {1});
+  EXPECT_EQ(known(), (Bricks{0, 1}));
+  see(61.1, {1});
+  EXPECT_EQ(known(), (Bricks{1}));
+}
+
+TEST_F(ForgettingTest, NothingIsForgottenWithoutATimeOrAStamp) {
+  forgetting_ = Forgetting(0.0);
+  see(1000.0, {0});
+  see(1e6, {1});
+  EXPECT_EQ(known(), (Bricks{0, 1}));
+  forgetting_ = Forgetting(10.0);
+  see(0.0, {2});
+  see(0.0, {3});
+  EXPECT_EQ(known(), (Bricks{0, 1, 2, 3}));
+}
+
+}  // namespace
+}  // namespace cuboid_mapping_ros
