@@ -64,7 +64,7 @@ inline double countVoxels(const cuboid_mapping::OctreeContent& content, bool is_
 inline OctomapMessage callOctomap(const std::string& service) {
   GetOctomap get;
   EXPECT_TRUE(ros::service::waitForService(service, ros::Duration(kDeadline_s)));
-  EXPECT_TRUE(ros::service::call(service, get));
+  EXPECT_TRUE(callService(service, get));
   return get.response.map;
 }
 

@@ -93,7 +93,7 @@ class ServerNode {
     std_srvs::Empty empty;
     const std::string service = topic("octomap_server/reset");
     EXPECT_TRUE(ros::service::waitForService(service, ros::Duration(kDeadline_s)));
-    EXPECT_TRUE(ros::service::call(service, empty));
+    EXPECT_TRUE(callService(service, empty));
   }
 
   /// Has a cloud mapped, of points given in the frame of the map.
@@ -105,8 +105,7 @@ class ServerNode {
     clouds_.publish(makeCloud("lidar", stamp_, points_lidar));
     EXPECT_TRUE(waitFor([this] {
       GetOctomap get;
-      return ros::service::call(topic("octomap_full"), get) &&
-             get.response.map.header.stamp == stamp_;
+      return callService(topic("octomap_full"), get) && get.response.map.header.stamp == stamp_;
     })) << name_;
   }
 

@@ -52,7 +52,7 @@ class NodeClientTest : public NodeTest {
     box.request.min = {toPoint({-max_m, -0.5, -0.5})};
     box.request.max = {toPoint({max_m, 0.5, 0.5})};
     box.request.occupancy = occupancy;
-    ASSERT_TRUE(ros::service::call(std::string(kNode) + "/set_box", box));
+    ASSERT_TRUE(callService(std::string(kNode) + "/set_box", box));
     ASSERT_TRUE(box.response.success) << box.response.message;
   }
 
@@ -60,7 +60,7 @@ class NodeClientTest : public NodeTest {
     GetCuboids cuboids;
     cuboids.request.everything = true;
     cuboids.request.classes = GetCuboids::Request::ALL;
-    EXPECT_TRUE(ros::service::call(std::string(kNode) + "/get_cuboids", cuboids));
+    EXPECT_TRUE(callService(std::string(kNode) + "/get_cuboids", cuboids));
     return cuboids.response;
   }
 

@@ -34,8 +34,7 @@ class NodeFaultsTest : public NodeTest {
     service.request.min.push_back(toPoint({x, y, 0.0}));
     service.request.max.push_back(toPoint({x + kResolution_m, y + kResolution_m, kResolution_m}));
     service.request.occupancy = cuboid_mapping::SetBox::Request::OCCUPIED;
-    return ros::service::call(std::string(kNode) + "/set_box", service) &&
-           service.response.success != 0;
+    return callService(std::string(kNode) + "/set_box", service) && service.response.success != 0;
   }
 };
 

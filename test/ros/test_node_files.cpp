@@ -50,7 +50,7 @@ class NodeFiles : public ::testing::TestWithParam<bool> {
     set.request.occupancy = cuboid_mapping::SetBox::Request::OCCUPIED;
     set.request.min.push_back(tf2::toMsg(Eigen::Vector3d(number, 0.0, 0.0)));
     set.request.max.push_back(tf2::toMsg(Eigen::Vector3d(number + 0.2, 0.2, 0.2)));
-    ASSERT_TRUE(ros::service::call(std::string(kName) + "/set_box", set));
+    ASSERT_TRUE(callService(std::string(kName) + "/set_box", set));
     ASSERT_TRUE(set.response.success) << set.response.message;
   }
 
@@ -117,7 +117,7 @@ TEST_P(NodeFiles, SayWhyTheyCannotBeWritten) {
   for (const auto& [file, reason] : cases) {
     cuboid_mapping::SaveMap save;
     save.request.filename = file;
-    ASSERT_TRUE(ros::service::call(std::string(kName) + "/save_map", save));
+    ASSERT_TRUE(callService(std::string(kName) + "/save_map", save));
     EXPECT_FALSE(save.response.success) << file;
     EXPECT_NE(save.response.message.find(reason), std::string::npos) << save.response.message;
     EXPECT_NE(save.response.message.find(file), std::string::npos) << save.response.message;

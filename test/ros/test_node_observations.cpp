@@ -74,7 +74,7 @@ TEST_F(NodeObservationsTest, GiveTheMapOfTheNodeElsewhere) {
   const TemporaryFolder folder;
   SaveMap save;
   save.request.filename = folder / "map.cuboids";
-  ASSERT_TRUE(ros::service::call(std::string(kNode) + "/save_map", save));
+  ASSERT_TRUE(callService(std::string(kNode) + "/save_map", save));
   const MapFile file = cuboid_mapping::readMapFile(save.request.filename);
   EXPECT_GT(voxelsOf(elsewhere).size(), 1000U);
   EXPECT_EQ(voxelsOf(elsewhere), voxelsOf(file.snapshot.bricks));

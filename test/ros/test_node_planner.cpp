@@ -41,7 +41,7 @@ class NodePlannerTest : public NodeTest {
 
   template <typename ServiceT>
   static void call(const std::string& name, ServiceT& service) {
-    ASSERT_TRUE(ros::service::call(std::string(kNode) + "/" + name, service));
+    ASSERT_TRUE(callService(std::string(kNode) + "/" + name, service));
     EXPECT_TRUE(service.response.success) << name << ": " << service.response.message;
   }
   /// As call(), and looks at what every answer says of the map.

@@ -24,10 +24,11 @@ QueryBox::Request makeRequest(const Eigen::Vector3d& min_m, const Eigen::Vector3
   return request;
 }
 
-QueryBox::Response ask(QueryBox::Request request, const std::string& node = kNode) {
-  QueryBox::Response response;
-  EXPECT_TRUE(ros::service::call(node + "/query_box", request, response));
-  return response;
+QueryBox::Response ask(const QueryBox::Request& request, const std::string& node = kNode) {
+  QueryBox query;
+  query.request = request;
+  EXPECT_TRUE(callService(node + "/query_box", query));
+  return query.response;
 }
 
 void expectRefusal(const QueryBox::Request& request, const std::string& part) {

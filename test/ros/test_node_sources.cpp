@@ -151,7 +151,7 @@ TEST_F(NodeSourcesTest, NodeAndBagToMapMakeTheSameMapOfThreeSensors) {
   EXPECT_EQ(probe_.status().number("clouds out of order"), 0);
   cuboid_mapping::SaveMap save;
   save.request.filename = folder_ / "node.cuboids";
-  ASSERT_TRUE(ros::service::call(std::string(kNode) + "/save_map", save));
+  ASSERT_TRUE(callService(std::string(kNode) + "/save_map", save));
   ASSERT_TRUE(save.response.success) << save.response.message;
   EXPECT_TRUE(offline == cuboid_mapping::test::readFile(save.request.filename));
 }

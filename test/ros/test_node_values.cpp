@@ -195,9 +195,8 @@ GetMap askForPart(MapDetail detail, std::uint32_t part, std::uint64_t revision) 
   service.request.part = part;
   service.request.revision = revision;
   // The server works in this thread, while it waits.
-  auto call = std::async(std::launch::async, [&service] {
-    return ros::service::call("/lossy/lossy/get_map", service);
-  });
+  auto call = std::async(std::launch::async,
+                         [&service] { return callService("/lossy/lossy/get_map", service); });
   EXPECT_TRUE(
       waitFor([&] { return call.wait_for(std::chrono::seconds(0)) == std::future_status::ready; }));
   EXPECT_TRUE(call.get());
@@ -264,7 +263,7 @@ class NodeValues : public ::testing::Test {
     set.request.probability = static_cast<float>(probability);
     set.request.min.push_back(tf2::toMsg(Eigen::Vector3d(min_m, min_m, min_m)));
     set.request.max.push_back(tf2::toMsg(Eigen::Vector3d(max_m, max_m, max_m)));
-    EXPECT_TRUE(ros::service::call(std::string(kName) + "/set_box", set));
+    EXPECT_TRUE(callService(std::string(kName) + "/set_box", set));
     EXPECT_TRUE(set.response.success) << set.response.message;
     return set.response.revision;
   }
@@ -285,7 +284,7 @@ class NodeValues : public ::testing::Test {
     const TemporaryFolder folder;
     cuboid_mapping::SaveMap save;
     save.request.filename = folder / "map.cuboids";
-    EXPECT_TRUE(ros::service::call(std::string(kName) + "/save_map", save));
+    EXPECT_TRUE(callService(std::string(kName) + "/save_map", save));
     return cuboid_mapping::test::voxelsOf(
         cuboid_mapping::readMapFile(save.request.filename).snapshot.bricks);
   }
@@ -328,7 +327,7 @@ TEST_F(NodeValues, AreThereAfterTheMapWasReplacedAsAWhole) {
   ASSERT_TRUE(waitFor([&] { return client.hasMap(); }));
   expectSame(client, setBox(-1.0, 1.0, 0.3));
   std_srvs::Empty empty;
-  ASSERT_TRUE(ros::service::call(std::string(kName) + "/reset", empty));
+  ASSERT_TRUE(callService(std::string(kName) + "/reset", empty));
   ASSERT_TRUE(waitFor([&] { return voxelsOf(client).empty(); }));
   expectSame(client, setBox(-0.3, 0.3, 0.29));
 }

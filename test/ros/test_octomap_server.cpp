@@ -148,7 +148,7 @@ TEST_F(OctomapServerTest, ProjectedMapIsSentWholeOnceAndThenInUpdates) {
     BoundingBoxQuery request;
     request.request.min = tf2::toMsg(Eigen::Vector3d(min_m, min_m, -2.5));
     request.request.max = tf2::toMsg(Eigen::Vector3d(max_m, max_m, 2.5));
-    return ros::service::call(std::string(kNode) + "/clear_bbx", request);
+    return callService(std::string(kNode) + "/clear_bbx", request);
   };
   ASSERT_TRUE(clear(0.05, 0.15));
   ASSERT_TRUE(grid.waitForMessage(
@@ -173,7 +173,7 @@ TEST_F(OctomapServerTest, ClearBoxFreesWhatIsKnownInItAndNoMore) {
   BoundingBoxQuery clear;
   clear.request.min = tf2::toMsg(Eigen::Vector3d(1.95, -0.45, -0.45));
   clear.request.max = tf2::toMsg(Eigen::Vector3d(2.35, 0.45, 0.45));
-  ASSERT_TRUE(ros::service::call(std::string(kNode) + "/clear_bbx", clear));
+  ASSERT_TRUE(callService(std::string(kNode) + "/clear_bbx", clear));
   const OctreeContent content = contentOf(callOctomap("/octomap_full"));
   // Voxels 19 to 23 along x and -5 to 4 along y and z are in the box; the wall is voxel 20.
   const BoxShares wall = sharesOf(content, {{20, -5, -5}, {21, 5, 5}});
@@ -246,7 +246,7 @@ double reconfigure(const std::vector<std::pair<std::string, double>>& numbers,
     change.request.config.doubles.back().name = name;
     change.request.config.doubles.back().value = value;
   }
-  EXPECT_TRUE(ros::service::call(std::string(kNode) + "/set_parameters", change));
+  EXPECT_TRUE(callService(std::string(kNode) + "/set_parameters", change));
   for (const auto& number : change.response.config.doubles) {
     if (number.name == asked) return number.value;
   }
@@ -324,7 +324,7 @@ TEST_F(OctomapServerTest, ARefusedChangeSaysWhyToWhoAsked) {
   change.request.config.doubles.resize(1);
   change.request.config.doubles[0].name = "resolution";
   change.request.config.doubles[0].value = 77.0;
-  ASSERT_TRUE(ros::service::call(std::string(kNode) + "/set_parameters", change));
+  ASSERT_TRUE(callService(std::string(kNode) + "/set_parameters", change));
   const auto& texts = change.response.config.strs;
   ASSERT_FALSE(texts.empty());
   EXPECT_EQ(texts.back().name, "refused");
@@ -338,20 +338,20 @@ TEST_F(OctomapServerTest, MapsAreSavedAndLoaded) {
   for (const std::string name : {"map.cuboids", "map.ot"}) {
     cuboid_mapping::SaveMap save;
     save.request.filename = folder / name;
-    ASSERT_TRUE(ros::service::call(std::string(kNode) + "/save_map", save));
+    ASSERT_TRUE(callService(std::string(kNode) + "/save_map", save));
     EXPECT_TRUE(save.response.success) << save.response.message;
     EXPECT_EQ(save.response.bytes, std::filesystem::file_size(folder / name));
     reset();
     EXPECT_TRUE(callOctomap("/octomap_full").data.empty());
     cuboid_mapping::LoadMap load;
     load.request.filename = folder / name;
-    ASSERT_TRUE(ros::service::call(std::string(kNode) + "/load_map", load));
+    ASSERT_TRUE(callService(std::string(kNode) + "/load_map", load));
     EXPECT_TRUE(load.response.success) << load.response.message;
     EXPECT_TRUE(bytesOf(callOctomap("/octomap_full")) == before) << name;
   }
   cuboid_mapping::LoadMap load;
   load.request.filename = folder / "none";
-  ASSERT_TRUE(ros::service::call(std::string(kNode) + "/load_map", load));
+  ASSERT_TRUE(callService(std::string(kNode) + "/load_map", load));
   EXPECT_FALSE(load.response.success);
   EXPECT_NE(load.response.message.find("No such file"), std::string::npos);
   EXPECT_TRUE(bytesOf(callOctomap("/octomap_full")) == before) << "the map is as it was";

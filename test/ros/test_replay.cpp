@@ -22,7 +22,7 @@ class ReplayTest : public ::testing::TestWithParam<const char*> {
   void SetUp() override {
     std_srvs::Empty empty;
     ASSERT_TRUE(waitFor([this] { return probe_.numReports() > 0; }));
-    ASSERT_TRUE(ros::service::call(std::string(GetParam()) + "/reset", empty));
+    ASSERT_TRUE(callService(std::string(GetParam()) + "/reset", empty));
     ASSERT_TRUE(probe_.waitForNextReport());
   }
 
@@ -89,7 +89,7 @@ class ReplayTest : public ::testing::TestWithParam<const char*> {
   void expectSameMapAsBagToMap(const std::string& bag, const TemporaryFolder& folder) {
     cuboid_mapping::SaveMap save;
     save.request.filename = folder / "node.cuboids";
-    ASSERT_TRUE(ros::service::call(std::string(GetParam()) + "/save_map", save));
+    ASSERT_TRUE(callService(std::string(GetParam()) + "/save_map", save));
     ASSERT_TRUE(save.response.success) << save.response.message;
     const std::string offline = folder / "offline.cuboids";
     ASSERT_EQ(

@@ -78,19 +78,19 @@ struct Task {
 bool saveTo(const std::string& file) {
   cuboid_mapping::SaveMap save;
   save.request.filename = file;
-  return ros::service::call(std::string(kNode) + "/save_map", save) && save.response.success != 0;
+  return callService(std::string(kNode) + "/save_map", save) && save.response.success != 0;
 }
 
 bool getOctree() {
   GetOctomap get;
-  return ros::service::call("/octomap_full", get) && !get.response.map.data.empty();
+  return callService("/octomap_full", get) && !get.response.map.data.empty();
 }
 
 bool clearSomeBox() {
   BoundingBoxQuery clear;
   clear.request.min = tf2::toMsg(Eigen::Vector3d(-1, -1, 0));
   clear.request.max = tf2::toMsg(Eigen::Vector3d(1, 1, 2));
-  return ros::service::call(std::string(kNode) + "/clear_bbx", clear);
+  return callService(std::string(kNode) + "/clear_bbx", clear);
 }
 
 bool changeParameters(bool is_odd) {
@@ -100,7 +100,7 @@ bool changeParameters(bool is_odd) {
   change.request.config.doubles[0].value = is_odd ? 20.0 : 15.0;
   change.request.config.doubles[1].name = "occupancy_max_z";
   change.request.config.doubles[1].value = is_odd ? 2.0 : 100.0;
-  return ros::service::call(std::string(kNode) + "/set_parameters", change);
+  return callService(std::string(kNode) + "/set_parameters", change);
 }
 
 long sumOfReasons(const NodeStatus& status) {

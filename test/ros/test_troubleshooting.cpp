@@ -26,7 +26,7 @@ void setNumber(const std::string& node, const std::string& name, double value) {
   change.request.config.doubles[0].name = name;
   change.request.config.doubles[0].value = value;
   ASSERT_TRUE(ros::service::waitForService(node + "/set_parameters", ros::Duration(kDeadline_s)));
-  ASSERT_TRUE(ros::service::call(node + "/set_parameters", change));
+  ASSERT_TRUE(callService(node + "/set_parameters", change));
 }
 
 class TroubleshootingTest : public NodeTest {
@@ -130,7 +130,7 @@ TEST_F(TroubleshootingTest, ABoxThatIsClearedTooEarly) {
   BoundingBoxQuery clear;
   clear.request.min = tf2::toMsg(Eigen::Vector3d(1.95, -0.45, -0.45));
   clear.request.max = tf2::toMsg(Eigen::Vector3d(2.35, 0.45, 0.45));
-  ASSERT_TRUE(ros::service::call(std::string(kNode) + "/clear_bbx", clear));
+  ASSERT_TRUE(callService(std::string(kNode) + "/clear_bbx", clear));
   EXPECT_EQ(count_occupied(), num_walls - 100);
   for (int i = 0; i < 3; ++i) publishRoom("lidar");
   ASSERT_TRUE(waitForInserted(4));
