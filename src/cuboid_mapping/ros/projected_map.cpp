@@ -19,10 +19,6 @@ using cuboid_mapping::Grid;
 using cuboid_mapping::kAllCells;
 using cuboid_mapping::VoxelBrick;
 
-constexpr std::int8_t kUnknown = -1;
-constexpr std::int8_t kFree = 0;
-constexpr std::int8_t kOccupied = 100;
-
 /// Visits the least cells of the tiles that a box lies over. @param margin  Cells around the box.
 template <typename VisitorT>
 void visitTiles(const CellBox& box, std::int32_t margin, VisitorT visit) {
@@ -74,7 +70,7 @@ void ProjectedMap::updateTile(const CuboidMap& map, const Cell& tile) {
   column.min.z = toLayer(std::floor(parameters_.occupancy_min_z_m / resolution_m + 1e-6));
   column.max.z = toLayer(std::ceil(parameters_.occupancy_max_z_m / resolution_m - 1e-6));
   Tile values;
-  values.fill(kUnknown);
+  values.fill(kUnknownCell);
   if (const auto& bounds = map.voxels().bounds()) column = intersect(column, *bounds);
   if (!column.isEmpty()) {
     map.voxels().forEachIn(column, [&](const VoxelBrick& brick) {
@@ -83,11 +79,11 @@ void ProjectedMap::updateTile(const CuboidMap& map, const Cell& tile) {
       (brick.voxels.known() & seen).forEach([&](int voxel) {
         const bool is_occupied = brick.voxels.occupied().test(voxel);
         auto& cell = values[static_cast<std::size_t>(voxel & 63)];  // x runs first, then y
-        cell = std::max(cell, is_occupied ? kOccupied : kFree);
+        cell = std::max(cell, is_occupied ? kOccupiedCell : kFreeCell);
       });
     });
   }
-  if (std::all_of(values.begin(), values.end(), [](std::int8_t v) { return v == kUnknown; })) {
+  if (std::all_of(values.begin(), values.end(), [](std::int8_t v) { return v == kUnknownCell; })) {
     tiles_.erase(tile);
   } else {
     tiles_[tile] = values;
@@ -103,7 +99,7 @@ CellBox ProjectedMap::findExtent(double resolution_m) const {
   CellBox extent{{-half_x, -half_y, 0}, {half_x, half_y, 1}};
   for (const auto& [tile, values] : tiles_) {
     for (std::int32_t i = 0; i < kTileEdge * kTileEdge; ++i) {
-      if (values[static_cast<std::size_t>(i)] == kUnknown) continue;
+      if (values[static_cast<std::size_t>(i)] == kUnknownCell) continue;
       const CellBox cell = CellBox::ofCell(tile + Cell{i % kTileEdge, i / kTileEdge, 0});
       extent = extent.isEmpty() ? cell : unite(extent, cell);
     }
@@ -125,11 +121,11 @@ nav_msgs::OccupancyGrid ProjectedMap::makeGrid(const std_msgs::Header& header,
   grid.info.height = static_cast<std::uint32_t>(size.y);
   grid.info.origin.position.x = extent.min.x * resolution_m;
   grid.info.origin.position.y = extent.min.y * resolution_m;
-  grid.data.assign(std::size_t{grid.info.width} * grid.info.height, kUnknown);
+  grid.data.assign(std::size_t{grid.info.width} * grid.info.height, kUnknownCell);
   for (const auto& [tile, values] : tiles_) {
     for (std::int32_t i = 0; i < kTileEdge * kTileEdge; ++i) {
       const std::int8_t value = values[static_cast<std::size_t>(i)];
-      if (value == kUnknown) continue;
+      if (value == kUnknownCell) continue;
       const Cell at = tile + Cell{i % kTileEdge, i / kTileEdge, 0} - extent.min;
       grid.data[static_cast<std::size_t>(at.y) * grid.info.width + static_cast<std::size_t>(at.x)] =
           value;

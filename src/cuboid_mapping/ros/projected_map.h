@@ -16,6 +16,13 @@
 
 namespace cuboid_mapping_ros {
 
+/// What the cells of a nav_msgs/OccupancyGrid hold.
+///@{
+constexpr std::int8_t kUnknownCell = -1;
+constexpr std::int8_t kFreeCell = 0;
+constexpr std::int8_t kOccupiedCell = 100;
+///@}
+
 /// projected_map of octomap_server: the map seen from above, kept up with the changes of the map.
 ///
 /// A cell is 100 when any voxel above it is occupied, else 0 when any is free, else -1; voxels whose

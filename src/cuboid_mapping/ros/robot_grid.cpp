@@ -23,9 +23,6 @@ using cuboid_mapping::kBrickEdge;
 using cuboid_mapping::MetricBox;
 using cuboid_mapping::VoxelBrick;
 
-constexpr std::int8_t kUnknown = -1;
-constexpr std::int8_t kFree = 0;
-constexpr std::int8_t kOccupied = 100;
 constexpr double kLogPeriod_s = 30.0;
 /// One that is lost would leave a listener's grid wrong there.
 constexpr std::uint32_t kUpdatesQueueSize = 100;
@@ -65,14 +62,14 @@ nav_msgs::OccupancyGrid makeRobotGrid(const CuboidMap& map, const RobotGridParam
   grid.info.origin.position.y = corner_m.y();
   grid.info.width = static_cast<std::uint32_t>(size.x);
   grid.info.height = static_cast<std::uint32_t>(size.y);
-  grid.data.assign(std::size_t{grid.info.width} * grid.info.height, kUnknown);
+  grid.data.assign(std::size_t{grid.info.width} * grid.info.height, kUnknownCell);
   map.voxels().forEachIn(*band, [&](const VoxelBrick& brick) {
     const BrickMask seen = BrickMask::ofBox(intersect(*band, brickBox(brick.brick)));
     (brick.voxels.known() & seen).forEach([&](int voxel) {
       const Cell at = brick.brick + Cell{voxel & 7, voxel >> 3 & 7, 0} - band->min;
       auto& value = grid.data[static_cast<std::size_t>(at.y) * grid.info.width +
                               static_cast<std::size_t>(at.x)];
-      value = std::max(value, brick.voxels.occupied().test(voxel) ? kOccupied : kFree);
+      value = std::max(value, brick.voxels.occupied().test(voxel) ? kOccupiedCell : kFreeCell);
     });
   });
   return grid;
