@@ -180,14 +180,7 @@ int run(int argc, char** argv) {
                  {1, 1024});
   line.addNumber("clouds", options.max_clouds, "only the first N clouds", {1});
   if (const auto status = line.parse(argc, argv)) return *status;
-  std::optional<ResultFile> file;
-  if (!options.out.empty()) file.emplace(options.out);
-  const std::string report = measure(options).dump(1) + '\n';
-  if (file) {
-    file->write(report);
-  } else {
-    std::cout << report;
-  }
+  writeOrPrint(options.out, [&options] { return measure(options).dump(1) + '\n'; });
   return 0;
 }
 

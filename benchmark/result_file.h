@@ -5,6 +5,7 @@
 #include <cstdio>
 #include <cstring>
 #include <fstream>
+#include <iostream>
 #include <stdexcept>
 #include <string>
 
@@ -37,5 +38,16 @@ class ResultFile {
   std::string partial_name_;
   std::ofstream out_;
 };
+
+/// Does the work, then writes the text that it returns to a file, or prints it where there is no name.
+template <typename WorkT>
+void writeOrPrint(const std::string& name, WorkT work) {
+  if (name.empty()) {
+    std::cout << work();
+    return;
+  }
+  ResultFile file(name);
+  file.write(work());
+}
 
 }  // namespace cuboid_mapping::bench

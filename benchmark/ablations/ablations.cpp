@@ -246,14 +246,7 @@ int run(int argc, char** argv) {
   line.addNumber("clouds", options.max_clouds, "only the first N clouds", {1});
   line.addNumber("runs", options.runs, "of each insertion; medians are shown", {1, 100});
   if (const auto status = line.parse(argc, argv)) return *status;
-  std::optional<ResultFile> file;
-  if (!options.out.empty()) file.emplace(options.out);
-  const std::string report = measure(options).dump(1) + '\n';
-  if (file) {
-    file->write(report);
-  } else {
-    std::cout << report;
-  }
+  writeOrPrint(options.out, [&options] { return measure(options).dump(1) + '\n'; });
   return 0;
 }
 
