@@ -18,14 +18,6 @@ constexpr const char* kBoxName = "box";
 
 std::string nameOfSide(int side) { return std::string(1, "xyz"[side / 2]) + "-+"[side % 2]; }
 
-geometry_msgs::Point toPoint(const Ogre::Vector3& vector) {
-  geometry_msgs::Point point;
-  point.x = vector.x;
-  point.y = vector.y;
-  point.z = vector.z;
-  return point;
-}
-
 /// Turns x to an axis.
 geometry_msgs::Quaternion towards(int axis) {
   geometry_msgs::Quaternion rotation;
@@ -40,6 +32,14 @@ bool isMove(const InteractiveMarkerFeedback& feedback) {
 }
 
 }  // namespace
+
+geometry_msgs::Point toPoint(const Ogre::Vector3& vector) {
+  geometry_msgs::Point point;
+  point.x = vector.x;
+  point.y = vector.y;
+  point.z = vector.z;
+  return point;
+}
 
 void BoxMarker::show(const std::string& frame_id) {
   frame_id_ = frame_id;

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <geometry_msgs/Point.h>
 #include <interactive_markers/interactive_marker_server.h>
 #include <visualization_msgs/InteractiveMarker.h>
 #include <visualization_msgs/InteractiveMarkerFeedback.h>
@@ -10,6 +11,9 @@
 #include <string>
 
 namespace cuboid_mapping_rviz {
+
+/// The same place in a message.
+[[nodiscard]] geometry_msgs::Point toPoint(const Ogre::Vector3& vector);
 
 /// A box of which the user moves the sides, by interactive markers: an arrow at each side, and the box itself, which is
 /// moved as a whole. Its markers are on the topic kTopic + "/update".

@@ -78,14 +78,6 @@ QString paint(const QString& text, const char* color) {
   return QString("<span style='color: %1'>%2</span>").arg(color, text.toHtmlEscaped());
 }
 
-geometry_msgs::Point toPoint(const Ogre::Vector3& vector) {
-  geometry_msgs::Point point;
-  point.x = vector.x;
-  point.y = vector.y;
-  point.z = vector.z;
-  return point;
-}
-
 }  // namespace
 
 /// What becomes of the box.

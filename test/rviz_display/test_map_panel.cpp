@@ -27,19 +27,15 @@ namespace {
 using cuboid_mapping::QueryBox;
 using visualization_msgs::InteractiveMarkerFeedback;
 
-geometry_msgs::Point toPoint(double x, double y, double z) {
-  geometry_msgs::Point point;
-  point.x = x;
-  point.y = y;
-  point.z = z;
-  return point;
-}
-
 class MapPanelTest : public testing::Test {
  protected:
+  static void SetUpTestSuite() { the_window = std::make_unique<test::RvizWindow>(QSize(320, 240)); }
+  static void TearDownTestSuite() { the_window.reset(); }
+  static test::RvizWindow& window() { return *the_window; }
+
   void SetUp() override {
     panel_.reset(factory_.make("cuboid_mapping/MapPanel"));
-    panel_->initialize(&window_.manager());
+    panel_->initialize(&window().manager());
     child<QLineEdit>("server")->setText("/panel/mapping");
     panel_->show();
   }
@@ -52,7 +48,7 @@ class MapPanelTest : public testing::Test {
   }
   std::string text(const char* label) { return child<QLabel>(label)->text().toStdString(); }
   bool says(const char* label, const std::string& part) {
-    return window_.updateUntil([&] { return text(label).find(part) != std::string::npos; }, 30.0);
+    return window().updateUntil([&] { return text(label).find(part) != std::string::npos; }, 30.0);
   }
   void click(const char* button) { child<QPushButton>(button)->click(); }
 
@@ -72,24 +68,24 @@ class MapPanelTest : public testing::Test {
   /// Of what is in a box, by class.
   static QueryBox::Response ask(const Ogre::Vector3& min, const Ogre::Vector3& max) {
     QueryBox query;
-    query.request.min = toPoint(min.x, min.y, min.z);
-    query.request.max = toPoint(max.x, max.y, max.z);
+    query.request.min = toPoint(min);
+    query.request.max = toPoint(max);
     EXPECT_TRUE(ros::service::call("/panel/mapping/query_box", query));
     return query.response;
   }
 
-  test::RvizWindow window_{{320, 240}};
+  static inline std::unique_ptr<test::RvizWindow> the_window;  ///< One for all: rviz has one Ogre.
   rviz::PanelFactory factory_;
   std::unique_ptr<rviz::Panel> panel_;
 };
 
-TEST_F(MapPanelTest, showsTheStateOfTheNodeAndItsServicesAsButtons) {
+TEST_F(MapPanelTest, ShowsTheStateOfTheNodeAndItsServicesAsButtons) {
   EXPECT_TRUE(says("figures", "revision ")) << text("state");
 
   click("pause");
   EXPECT_TRUE(says("answer", "clouds are ignored"));
   EXPECT_TRUE(
-      window_.updateUntil([&] { return child<QPushButton>("pause")->text() == "Resume"; }, 10.0));
+      window().updateUntil([&] { return child<QPushButton>("pause")->text() == "Resume"; }, 10.0));
   click("pause");
   EXPECT_TRUE(says("answer", "clouds are inserted again"));
 
@@ -106,13 +102,15 @@ TEST_F(MapPanelTest, showsTheStateOfTheNodeAndItsServicesAsButtons) {
   EXPECT_TRUE(says("figures", " 0 occupied"));
   EXPECT_TRUE(clickAndAnswer("load", QMessageBox::Yes));
   EXPECT_TRUE(says("answer", " cuboids"));
-  EXPECT_TRUE(window_.updateUntil(
+  EXPECT_TRUE(window().updateUntil(
       [&] { return text("figures").find(" 0 occupied") == std::string::npos; }, 10.0));
+}
 
+TEST_F(MapPanelTest, ClearsAndLocksTheBoxThatTheUserPulls) {
   click("lock");
   EXPECT_TRUE(says("answer", "show the box first"));
   child<QCheckBox>("box")->setChecked(true);
-  rviz::DisplayGroup* displays = window_.manager().getRootDisplayGroup();
+  rviz::DisplayGroup* displays = window().manager().getRootDisplayGroup();
   ASSERT_EQ(displays->numDisplays(), 1);
   EXPECT_EQ(displays->getDisplayAt(0)->getClassId(), "rviz/InteractiveMarkers");
 
@@ -125,11 +123,11 @@ TEST_F(MapPanelTest, showsTheStateOfTheNodeAndItsServicesAsButtons) {
   pull.client_id = "test";
   pull.marker_name = "x+";
   pull.event_type = InteractiveMarkerFeedback::POSE_UPDATE;
-  pull.pose.position = toPoint(3.0, 0.0, 0.0);
+  pull.pose.position = toPoint({3.0F, 0.0F, 0.0F});
   pull.pose.orientation.w = 1.0;
   feedback.publish(pull);
   const double end_s = ros::WallTime::now().toSec() + 1.0;
-  window_.updateUntil([&] { return ros::WallTime::now().toSec() > end_s; });
+  window().updateUntil([&] { return ros::WallTime::now().toSec() > end_s; });
 
   click("clear");
   EXPECT_TRUE(says("answer", "the box is free")) << text("answer");
@@ -141,7 +139,9 @@ TEST_F(MapPanelTest, showsTheStateOfTheNodeAndItsServicesAsButtons) {
   EXPECT_TRUE(says("answer", "clouds do not change the box"));
   click("unlock");
   EXPECT_TRUE(says("answer", "clouds change the box again"));
+}
 
+TEST_F(MapPanelTest, SaysWhenThereIsNoSuchServer) {
   child<QLineEdit>("server")->setText("/nobody");
   click("save");
   EXPECT_TRUE(says("answer", "nobody offers /nobody/save_map"));
