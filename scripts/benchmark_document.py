@@ -192,8 +192,11 @@ class Plot:
         if not self.is_measured:
             ticks = ', '.join(f'"{x:g}" {x:g}' for x in sorted(self.ticks))
             self.settings.append(f'set xtics ({ticks})')
-        plots = ', '.join(f'"-" using 1:2 with linespoints pointtype 7 pointsize 0.6 title "{title}"'
-                          for title, _ in self.curves)
+        # A curve of one point is marked as such: there is no line that would lead to it.
+        plots = ', '.join('"-" using 1:2 with ' +
+                          (f'linespoints pointtype 7 pointsize 0.6 title "{title}"' if len(points) > 1 else
+                           f'points pointtype 2 pointsize 1.5 title "{title}, one point"')
+                          for title, points in self.curves)
         data = ''.join(''.join(f'{x:g} {y:g}\n' for x, y in points) + 'e\n' for _, points in self.curves)
         script = '\n'.join(['set terminal svg size 900,400 background "white" font "sans,12" noenhanced',
                             f'set output "{self.file}"', *self.settings,

@@ -7,6 +7,7 @@
 #include "cuboid_adapter.h"
 #include "dataset.h"
 #include "machine.h"
+#include "octomap_update.h"
 #include "queries.h"
 #include "result_file.h"
 #include "timing.h"
@@ -36,23 +37,6 @@ struct Options {
   std::size_t max_clouds = std::numeric_limits<std::size_t>::max();
   int runs = 3;
 };
-
-octomap::OcTreeKey toKey(const Cell& cell) {
-  constexpr int kCenter = 1 << 15;
-  return {static_cast<octomap::key_type>(cell.x + kCenter),
-          static_cast<octomap::key_type>(cell.y + kCenter),
-          static_cast<octomap::key_type>(cell.z + kCenter)};
-}
-
-/// What insertPointCloud does with the voxels that it has found.
-void updateOctomap(const ScanUpdate& update, OcTree& tree) {
-  for (const BrickUpdate& brick : update.bricks) {
-    forEachCell(brick.brick, brick.misses.without(brick.hits),
-                [&](const Cell& cell) { tree.updateNode(toKey(cell), false); });
-    forEachCell(brick.brick, brick.hits,
-                [&](const Cell& cell) { tree.updateNode(toKey(cell), true); });
-  }
-}
 
 /// Sum over the occupied leaves below a node; subtrees whose greatest log-odds is free are skipped.
 double visitOccupiedBelow(const OcTree& tree, const octomap::OcTreeNode* node, double x,

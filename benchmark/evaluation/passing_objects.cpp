@@ -1,7 +1,10 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "passing_objects.h"
 
+#include "evaluation/cuboid_history.h"
+
 #include "command_line.h"
+#include "timing.h"
 
 #include "cuboid_mapping/interop/octomap_parity.h"
 #include "cuboid_mapping/scan/scan_update.h"
@@ -82,26 +85,41 @@ MapConfig configOf(FusionKind fusion, Environment environment, double resolution
 struct Remains {
   std::size_t left_voxels = 0;
   std::size_t remaining_voxels = 0;
+  json over_time = json::array();
 };
 
 json describe(const char* map, std::uint64_t seed, const Remains& remains) {
   return {{"map", map},
           {"seed", seed},
           {"left_voxels", remains.left_voxels},
-          {"remaining_voxels", remains.remaining_voxels}};
+          {"remaining_voxels", remains.remaining_voxels},
+          {"over_time", remains.over_time}};
 }
 
-/// A map of all clouds. @param when_left  (CuboidMap&), called when the walker has left.
-template <typename CallbackT>
-CuboidMap fill(const MapConfig& config, const std::vector<Scan>& scans, CallbackT when_left) {
-  CuboidMap map(config);
-  ScanUpdater updater(map.grid(), kNoLimit, 1, config.beamSampling());
-  for (std::size_t i = 0; i < scans.size(); ++i) {
+/// Where a drive is: figures are kept of every tenth cloud.
+struct Step {
+  int clouds = 0;      ///< So far.
+  double cpu_s = 0.0;  ///< Insertion with fusion, since the last one that was kept.
+
+  [[nodiscard]] bool isKept() const { return clouds % 10 == 0; }
+};
+static_assert(kCloudsWithWalker % 10 == 0);
+
+/// Calls insert(scan) for all scans, timed, and note(Step) after each of them.
+template <typename InsertT, typename NoteT>
+void drive(const std::vector<Scan>& scans, InsertT insert, NoteT note) {
+  Step step;
+  for (const Scan& scan : scans) {
     throwIfInterrupted();
-    if (i == kCloudsWithWalker) when_left(map);
-    map.apply(updater.compute(scans[i]));
+    step.cpu_s += timeOf([&] { insert(scan); }).cpu_s;
+    ++step.clouds;
+    note(step);
+    if (step.isKept()) step.cpu_s = 0.0;
   }
-  return map;
+}
+
+json toJson(const Step& step, std::size_t cells) {
+  return {{"clouds", step.clouds}, {"cells", cells}, {"cpu_s", step.cpu_s}};
 }
 
 /// Clouds of the same drive, with and without the walker.
@@ -110,36 +128,57 @@ struct Drive {
   std::vector<Scan> without;
 };
 
-json runOctomap(std::uint64_t seed, const Drive& drive, double resolution_m) {
+CuboidMap makeReference(const MapConfig& config, const Drive& clouds) {
+  CuboidMap map(config);
+  ScanUpdater updater(map.grid(), kNoLimit, 1, config.beamSampling());
+  for (const Scan& scan : clouds.without) map.apply(updater.compute(scan));
+  return map;
+}
+
+json runOctomap(std::uint64_t seed, const Drive& clouds, double resolution_m) {
   const MapConfig config = configOf(FusionKind::kClass, Environment::kDynamic, resolution_m);
   // The same voxels as OctoMap's.
-  const CuboidMap reference = fill(config, drive.without, [](CuboidMap&) {});
+  const CuboidMap reference = makeReference(config, clouds);
   octomap::OcTree octomap = makeOctomap(config);
   Remains remains;
-  for (std::size_t i = 0; i < drive.with_walker.size(); ++i) {
-    throwIfInterrupted();
-    if (i == kCloudsWithWalker) remains.left_voxels = countRemains(octomap, reference);
-    insertIntoOctomap(drive.with_walker[i], kNoLimit, octomap);
-  }
+  drive(
+      clouds.with_walker, [&](const Scan& scan) { insertIntoOctomap(scan, kNoLimit, octomap); },
+      [&](const Step& step) {
+        if (!step.isKept()) return;
+        remains.over_time.push_back(toJson(step, octomap.getNumLeafNodes()));
+        if (step.clouds == kCloudsWithWalker) {
+          remains.left_voxels = countRemains(octomap, reference);
+        }
+      });
   remains.remaining_voxels = countRemains(octomap, reference);
   return describe("octomap", seed, remains);
 }
 
-json runOurs(const MapConfig& config, std::uint64_t seed, const Drive& drive) {
-  const CuboidMap reference = fill(config, drive.without, [](CuboidMap&) {});
+json runOurs(const MapConfig& config, std::uint64_t seed, const Drive& clouds) {
+  const CuboidMap reference = makeReference(config, clouds);
+  CuboidMap map(config);
+  ScanUpdater updater(map.grid(), kNoLimit, 1, config.beamSampling());
+  CuboidHistory history;
   Remains remains;
-  std::size_t cells_when_left = 0;
-  CuboidMap map = fill(config, drive.with_walker, [&](CuboidMap& current) {
-    remains.left_voxels = countRemains(current, reference);
-    cells_when_left = current.tree().size();
-  });
+  drive(
+      clouds.with_walker,
+      [&](const Scan& scan) {
+        map.apply(updater.compute(scan));
+        map.fuse();
+      },
+      [&](const Step& step) {
+        history.note(map.tree());
+        if (!step.isKept()) return;
+        remains.over_time.push_back(toJson(step, map.tree().size()));
+        remains.over_time.back()["splits"] = history.numSplits();
+        remains.over_time.back()["fused_again"] = history.numFusedAgain();
+        if (step.clouds == kCloudsWithWalker) remains.left_voxels = countRemains(map, reference);
+      });
   remains.remaining_voxels = countRemains(map, reference);
   json run = describe("cuboid_mapping", seed, remains);
   run["fusion"] = toString(config.fusion);
   run["environment"] = toString(config.environment);
   run["settle_clouds"] = config.growth.settle_clouds;
-  run["cells_when_left"] = cells_when_left;
-  run["cells"] = map.tree().size();
   return run;
 }
 

@@ -12,7 +12,8 @@ namespace cuboid_mapping::bench {
 /// @return An array with an object for each map and seed (OctoMap; fusion, environment and settling
 ///         time of ours): the voxels that are occupied at the end, but free in a map of the same kind
 ///         of the same drive on which nobody walked ("remaining_voxels"), and those when the walker
-///         left ("left_voxels").
+///         left ("left_voxels"); every ten clouds ("over_time") the cells, CPU seconds of these ten
+///         and, of ours, splits and voxels that have fused again since the beginning.
 [[nodiscard]] nlohmann::json evaluatePassingObjects(double resolution_m, int num_drives);
 
 }  // namespace cuboid_mapping::bench

@@ -44,11 +44,25 @@ std::vector<RunSpec> variants(double resolution_m) {
     add([starters](MapConfig& map) { map.growth.starters = starters; });
   }
   add([](MapConfig& map) { map.growth.settle_clouds = 0; });
+  for (const int seed : {2, 3}) {  // What is drawn at random: starters, and an order.
+    for (const char* search : {"paper", "random"}) {
+      add([search, seed](MapConfig& map) {
+        map.growth.search = *parseSearchStrategy(search);
+        map.growth.sampling.seed = seed;
+      });
+    }
+  }
   add([](MapConfig& map) {  // What comes out best together.
     map.growth.starters = GrowthStarters::kChanged;
     map.growth.step = GrowthStep::kNeighbour;
   });
   return specs;
+}
+
+RunSpec letterRun(double resolution_m, const PaperReading& reading) {
+  RunSpec spec = paperRun(resolution_m, kUsualBranching);
+  spec.reading = reading;
+  return spec;
 }
 
 /// The paper to the letter, then each of its open points read the other way, then two together.
@@ -59,8 +73,7 @@ std::vector<RunSpec> readings(double resolution_m) {
         PaperReading{true, false, GrowthStep::kOwnWidth},
         PaperReading{true, true, GrowthStep::kCell}, PaperReading{true, false, GrowthStep::kCell},
         PaperReading{false, true, GrowthStep::kCell}}) {
-    specs.push_back(paperRun(resolution_m, kUsualBranching));
-    specs.back().reading = reading;
+    specs.push_back(letterRun(resolution_m, reading));
   }
   return specs;
 }
@@ -82,9 +95,14 @@ std::vector<RunGroup> makePlan(const EvaluationOptions& options) {
     for (const int branching : options.branchings) {
       group.specs.push_back(paperRun(resolution_m, branching));
     }
-    group.specs.push_back(fusionRun(FusionKind::kClass, resolution_m));
+    if (!options.is_speed_only) {
+      group.specs.push_back(fusionRun(FusionKind::kClass, resolution_m));
+    } else if (resolution_m == options.reference_m) {
+      group.specs.push_back(letterRun(resolution_m, PaperReading()));
+    }
     groups.push_back(std::move(group));
   }
+  if (options.is_speed_only) return groups;
   const double reference_m = options.reference_m;
   RunGroup reference{reference_m, 0.0, {octomapRun(reference_m, 0.0)}};
   reference.specs.push_back(paperRun(reference_m, kUsualBranching));

@@ -16,6 +16,9 @@ struct EvaluationOptions {
   std::vector<int> branchings{2, 4, 8, 16, 32, 64};
   double reference_m = 0.2;  ///< Resolution of what is not swept over resolutions.
   int num_drives = 3;        ///< Simulated, of the moving objects.
+  /// Only what ratios of speed rest on, to be repeated: at each resolution OctoMap and growth, at the
+  /// reference the paper to the letter, too.
+  bool is_speed_only = false;
   std::size_t max_clouds = std::numeric_limits<std::size_t>::max();
 };
 

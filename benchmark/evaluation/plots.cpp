@@ -70,9 +70,12 @@ class Plot {
            << "set output \"" << file << '.' << terminal << "\"\n"
            << settings_.str() << "plot ";
     for (const Curve& curve : curves_) {
-      script << (&curve == &curves_.front() ? "" : ", ")
-             << "\"-\" using 1:2 with linespoints pointtype 7 pointsize 0.6 title \"" << curve.title
-             << '"';
+      // A curve of one point is marked as such: there is no line that would lead to it.
+      const bool is_point = curve.points.size() == 1;
+      script << (&curve == &curves_.front() ? "" : ", ") << "\"-\" using 1:2 with "
+             << (is_point ? "points pointtype 2 pointsize 1.5"
+                          : "linespoints pointtype 7 pointsize 0.6")
+             << " title \"" << curve.title << (is_point ? ", one point" : "") << '"';
     }
     script << '\n';
     for (const Curve& curve : curves_) {
@@ -99,7 +102,8 @@ bool isUnrotated(const json& run) { return run["rotation_deg"] == 0.0; }
 /// The paper's method as it is swept over resolution and M.
 bool isPaper(const json& run) {
   return isFusion(run, "growth") && run["environment"] == "dynamic" && run["step"] == "cell" &&
-         run["search"] == "paper" && run["starters"] == "sampled" && run["settle_clouds"] == 10;
+         run["search"] == "paper" && run["starters"] == "sampled" && run["settle_clouds"] == 10 &&
+         run.value("seed", 1) == 1;
 }
 bool hasUsualM(const json& run) { return run["M"] == 32; }
 

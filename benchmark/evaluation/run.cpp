@@ -64,6 +64,7 @@ json describe(const RunSpec& spec, const std::vector<Scan>& scans) {
     run["search"] = toText(spec.map.growth.search);
     run["starters"] = toString(spec.map.growth.starters);
     run["samples_per_m"] = spec.map.growth.sampling.per_m;
+    run["seed"] = spec.map.growth.sampling.seed;
     run["settle_clouds"] = spec.map.growth.settle_clouds;
   }
   return run;
@@ -166,6 +167,9 @@ std::string nameOf(const RunSpec& spec) {
        << toString(spec.map.growth.starters);
   if (spec.map.growth.settle_clouds != GrowthConfig().settle_clouds) {
     name << "_settle" << spec.map.growth.settle_clouds;
+  }
+  if (spec.map.growth.sampling.seed != GrowthConfig().sampling.seed) {
+    name << "_seed" << spec.map.growth.sampling.seed;
   }
   return name.str();
 }

@@ -6,7 +6,10 @@
 #include <nlohmann/json.hpp>
 
 #include <algorithm>
+#include <filesystem>
 #include <map>
+#include <set>
+#include <string>
 
 namespace cuboid_mapping::bench::test {
 namespace {
@@ -16,6 +19,20 @@ using cuboid_mapping::test::readFile;
 using cuboid_mapping::test::runProgram;
 using cuboid_mapping::test::TemporaryFolder;
 using Json = nlohmann::json;
+
+/// What moves splits cuboids, which fuse again; those of the static growth stay.
+void expectSplits(const Json& passing_objects) {
+  for (const Json& run : passing_objects) {
+    ASSERT_EQ(run["over_time"].size(), 30U) << run;
+    const Json& last = run["over_time"].back();
+    EXPECT_EQ(last["clouds"], 300);
+    EXPECT_GT(last["cells"], 0);
+    if (run["map"] == "octomap") continue;
+    const bool is_frozen = run["fusion"] == "growth" && run["environment"] == "static";
+    EXPECT_EQ(last["splits"] == 0, is_frozen) << run;
+    EXPECT_EQ(last["fused_again"] == 0, is_frozen) << run;
+  }
+}
 
 class EvaluatePaper : public testing::Test {
  protected:
@@ -61,6 +78,8 @@ TEST_F(EvaluatePaper, writesFiguresAndPlotsAndGoesOnWhereItWas) {
     }
   }
 
+  expectSplits(report["passing_objects"]);
+
   // What is there is not run again; what is missing is.
   const std::string kept = out_ + "/room/runs/class_0.5m_M32.json";
   const std::string removed = out_ + "/room/runs/class_0.2m_M32.json";
@@ -91,6 +110,37 @@ TEST_F(EvaluatePaper, AblationsTimeEachPartAndAgree) {
     EXPECT_EQ(report["queries"][map]["different_answers"], 0) << map;
   }
   EXPECT_GT(report["visit_occupied"]["octomap_skipping_ms"], 0.0);
+}
+
+TEST_F(EvaluatePaper, SpeedOnlyRunsWhatRatiosRestOn) {
+  const ProgramEnd end =
+      runProgram({EVALUATE_PAPER_PROGRAM, dataset_, "--out", out_, "--resolutions", "0.2,0.5",
+                  "--branching", "32", "--speed-only"});
+  ASSERT_EQ(end.status, 0) << end.err;
+  std::set<std::string> names;
+  for (const auto& entry : std::filesystem::directory_iterator(out_ + "/room/runs")) {
+    names.insert(entry.path().stem().string());
+  }
+  EXPECT_EQ(names,
+            (std::set<std::string>{
+                "octomap_0.2m", "octomap_0.5m", "growth_0.2m_M32_cell_paper_sampled",
+                "growth_0.5m_M32_cell_paper_sampled", "paper_0.2m_M32_own_width_full_along"}));
+}
+
+TEST_F(EvaluatePaper, CorridorsOfAllMapsAreRight) {
+  const ProgramEnd end =
+      runProgram({CORRIDORS_PROGRAM, dataset_, "--resolution", "0.2", "--pairs", "10"});
+  ASSERT_EQ(end.status, 0) << end.err;
+  const Json report = Json::parse(end.out);
+  ASSERT_EQ(report["rows"].size(), 30U);
+  int num_again = 0;
+  for (const Json& row : report["rows"]) {
+    if (!row["found"]) continue;
+    EXPECT_GE(row["length_m"], row["distance_m"].get<double>() - 1e-9) << row;
+    EXPECT_GE(row["volume_m3"], 0.008 - 1e-9) << row;
+    num_again += row.contains("again") ? 1 : 0;
+  }
+  EXPECT_GT(num_again, 0);
 }
 
 TEST_F(EvaluatePaper, RateAndDistortionOfEachMap) {

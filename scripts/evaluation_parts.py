@@ -1,0 +1,181 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Tables and plots of doc/evaluation.md about parts of the map, corridors and moving objects."""
+import statistics
+
+from benchmark_document import Plot, table
+from evaluation_tables import spread
+
+INSERTIONS = [('OctoMap, `insertPointCloud`', 'octomap'), ("OctoMap's tree, this ray walk", 'octomap_with_ray_walk'),
+              ('this ray walk alone', 'ray_walk'), ('voxels, no cuboids', 'voxels_without_tree'),
+              ('voxels, and cuboids once at the end', 'fused_at_the_end'),
+              ('voxels, and cuboids after every cloud', 'fused_after_every_cloud')]
+
+
+def ablations_block(ablations):
+    rows = [[title, *(f"{part['insertion'][key]['median_s']:.3g} s ({part['insertion'][key]['min_s']:.3g} to "
+                      f"{part['insertion'][key]['max_s']:.3g})" for part in ablations.values())]
+            for title, key in INSERTIONS]
+    for title, key in (('points a second', 'points_per_s'), ('boxes of 2 m', 'boxes_per_s'),
+                       ('rays of 30 m', 'rays_per_s')):
+        for name, own in (('OctoMap', 'octomap'), ('masks', 'cuboid_mapping'), ('R-tree alone', 'tree_only')):
+            rows.append([f'{title}: {name}', *(f"{part['queries'][own][key]:,.0f}" for part in ablations.values())])
+    for title, key in (("OctoMap's iterator", 'octomap_iterator_ms'),
+                       ('OctoMap, free subtrees skipped', 'octomap_skipping_ms'), ('R-tree', 'rtree_ms')):
+        rows.append([f'visit of occupied cells: {title}',
+                     *(f"{part['visit_occupied'][key]:.3g} ms" for part in ablations.values())])
+    return table(['', *ablations], rows)
+
+
+def boxes_block(ablations):
+    rows = []
+    for dataset, part in ablations.items():
+        boxes, sample = part['boxes'], part['boxes']['sample']
+        rows.append([dataset, f"{boxes['cuboids']:,}",
+                     f"{boxes['joined_across_bricks']:,} ({100 * boxes['joined_across_bricks'] / boxes['cuboids']:.1f} %)",
+                     f"{sample['bricks']:,}", f"{sample['cuboids']:,}",
+                     f"{sample['best_of_orders']:,} ({100 * sample['best_of_orders'] / sample['cuboids']:.1f} %)",
+                     f"{sample['lower_bound']:,} ({100 * sample['lower_bound'] / sample['cuboids']:.1f} %)"])
+    return table(['data set', 'cuboids', 'joined across bricks', 'bricks of the sample', 'cuboids in them',
+                  'best of 48 orders', 'at least'], rows)
+
+
+def rate_block(rates, folder):
+    """A plot of each data set, and the row of each map at the two finest resolutions."""
+    lines, rows = [], []
+    for dataset, report in rates.items():
+        plot = Plot(folder / f'{dataset}_rate.svg', 'bits lost, of each voxel known at the finest resolution', 'memory [bytes]', is_measured=True)
+        for name in dict.fromkeys(row['map'] for row in report['rows']):
+            plot.add(name, [(row['lost_bits'], row['memory_bytes']) for row in report['rows'] if row['map'] == name])
+        plot.draw()
+        lines.append(f'![{dataset}]({folder.name}/{plot.file.name})')
+        finest = report['finest_m']
+        for row in report['rows']:
+            if row['resolution_m'] <= 2.01 * finest:
+                rows.append([dataset, f"{row['resolution_m']:g} m", row['map'], f"{row['cells']:,}",
+                             f"{row['memory_bytes'] / 1e6:.3g} MB", f"{row['file_bytes'] / 1e6:.3g} MB" if row['file_bytes'] else '-',
+                             f"{row['lost_bits']:.3f}"])
+    return '\n'.join([table(['data set', 'voxels', 'map', 'cells', 'memory, its own figure', 'file', 'bits lost a voxel'], rows),
+                      '', *lines])
+
+
+def passing_title(run):
+    if run['map'] == 'octomap':
+        return 'OctoMap'
+    settling = f", settle_clouds {run['settle_clouds']}" if run['fusion'] == 'growth' and \
+        run['environment'] == 'dynamic' else ''
+    return f"{run['fusion']}, {run['environment']}{settling}"
+
+
+def passing_rows(report):
+    """A row for every tenth cloud of each drive and map."""
+    return [{'map': passing_title(run), 'seed': run['seed'], 'left_voxels': run['left_voxels'],
+             'remaining_voxels': run['remaining_voxels'], **step}
+            for run in report['passing_objects'] for step in run['over_time']]
+
+
+def passing_block(report, folder):
+    by_title = {}
+    for run in report['passing_objects']:
+        by_title.setdefault(passing_title(run), []).append(run)
+
+    def figures(runs, figure):
+        return ', '.join(f'{figure(run):,}' for run in runs)
+
+    def at(clouds, key):
+        return lambda run: next(step[key] for step in run['over_time'] if step['clouds'] == clouds)
+
+    rows = []
+    for title, runs in by_title.items():
+        is_octomap = title == 'OctoMap'
+        rows.append([title, figures(runs, lambda run: run['left_voxels']), figures(runs, lambda run: run['remaining_voxels']),
+                     figures(runs, at(250, 'cells')), figures(runs, at(300, 'cells')),
+                     '-' if is_octomap else figures(runs, at(300, 'splits')),
+                     '-' if is_octomap else figures(runs, at(300, 'fused_again')),
+                     ', '.join(f"{sum(step['cpu_s'] for step in run['over_time']):.1f} s" for run in runs)])
+    lines = [table(['map', 'voxels when the walker leaves', '50 clouds later', 'cells when he leaves', '50 clouds later',
+                    'cuboids split', 'voxels fused again', 'CPU'], rows), '']
+    for name, label, figure in (('cells', 'cells', lambda step, _: step['cells']),
+                                ('splits', 'cuboids split, in ten clouds',
+                                 lambda step, last: step['splits'] - last['splits'] if 'splits' in step else None),
+                                ('cpu', 'CPU ms a cloud', lambda step, _: 100 * step['cpu_s'])):
+        plot = Plot(folder / f'passing_{name}.svg', 'clouds', label, is_log=False, is_measured=True)
+        for title, runs in by_title.items():
+            steps = [{'splits': 0}, *runs[0]['over_time']]
+            points = [(step['clouds'], figure(step, last)) for last, step in zip(steps, steps[1:])]
+            plot.add(title, [point for point in points if point[1] is not None])
+        plot.draw()
+        lines.append(f'![{label}]({folder.name}/{plot.file.name})')
+    return '\n'.join(lines)
+
+
+def quartiles(values, form):
+    """Median (first to third quartile)."""
+    if len(values) < 2:
+        return form(values[0]) if values else '-'
+    first, middle, third = statistics.quantiles(values, n=4, method='inclusive')
+    return f'{form(middle)} ({form(first)} to {form(third)})'
+
+
+WAYS = {'cuboid_mapping': 'corridor of this map', 'octomap': "OctoMap's leaves", 'voxels': 'voxel by voxel'}
+
+
+def corridor_rows(reports):
+    """A row for each pair and map; what was planned again has the prefix again_."""
+    rows = []
+    for dataset, report in reports.items():
+        for row in report['rows']:
+            again = {f'again_{key}': value for key, value in row.get('again', {}).items()}
+            rows.append({'dataset': dataset, 'resolution_m': report['resolution_m'], 'commit': report['commit'],
+                         **{key: value for key, value in row.items() if key != 'again'}, **again})
+    return rows
+
+
+def corridors_block(reports):
+    rows = []
+    for dataset, report in reports.items():
+        shortest = {row['pair']: row['length_m'] for row in report['rows'] if row['map'] == 'voxels' and row['found']}
+        for name, title in WAYS.items():
+            of_map = [row for row in report['rows'] if row['map'] == name]
+            found = [row for row in of_map if row['found'] and shortest[row['pair']] > 0]
+            changed = [row for row in found if 'again' in row]
+
+            def figures(key, form):
+                return quartiles([row[key] for row in found], form)
+            rows.append([dataset, f"{report['resolution_m']:g} m", title, f'{len(found)} of {len(of_map)}',
+                         figures('boxes', '{:.0f}'.format), figures('volume_m3', '{:.3g}'.format),
+                         quartiles([row['length_m'] / shortest[row['pair']] for row in found], '{:.3f}'.format),
+                         figures('plan_ms', '{:.3g}'.format),
+                         f"{sum(row['is_corridor_hit'] for row in changed)}, {sum(row['is_path_hit'] for row in changed)} of {len(changed)}",
+                         quartiles([row['update_ms'] for row in changed if 'update_ms' in row], '{:.2g}'.format),
+                         quartiles([row['again']['plan_ms'] for row in changed], '{:.3g}'.format)])
+    return table(['data set', 'voxels', 'way', 'found', 'boxes', 'volume [m3]', 'length, of voxel by voxel', 'plan [CPU ms]',
+                  'corridors, paths hit', 'update [CPU ms]', 'plan again [CPU ms]'], rows)
+
+
+def store_rows(reports):
+    """A row for each run of compare_maps, of the old and of the new voxel store."""
+    rows = []
+    for (store, run, _), report in reports.items():
+        own = report['cuboid_mapping']
+        rows.append({'store': store, 'run': run, 'commit': report['machine']['commit'], 'dataset': report['dataset'],
+                     'resolution_m': report['resolution_m'],
+                     'every_cloud': bool(report.get('fuse_every_cloud', report.get('flush_every_cloud'))),
+                     **{key: own[key] for key in ('insert_cpu_s', 'ray_walk_cpu_s', 'cells', 'bytes_heap')}})
+    return rows
+
+
+def stores_block(reports):
+    groups = {}
+    for row in store_rows(reports):
+        key = (row['dataset'], row['resolution_m'], row['every_cloud'])
+        groups.setdefault(key, {'old': [], 'new': []})[row['store']].append(row)
+    rows = []
+    for (dataset, resolution, every_cloud), stores in sorted(groups.items()):
+        old, new = stores['old'], stores['new']
+        times = [a['insert_cpu_s'] / b['insert_cpu_s'] for a, b in zip(old, new)]
+        rows.append([dataset, f'{resolution:g} m', 'after every cloud' if every_cloud else 'at the end, or when cold',
+                     *(spread([row['insert_cpu_s'] for row in part], '{:.3g} s'.format) for part in (old, new)),
+                     spread(times, '{:.2f}'.format),
+                     *(f"{part[0]['cells']:,}" for part in (old, new)),
+                     *(spread([row['bytes_heap'] / 1e6 for row in part], '{:.1f} MB'.format) for part in (old, new))])
+    return table(['data set', 'voxels', 'cuboids made', 'insertion: old', 'new', 'times as fast', 'cells: old', 'new', 'heap: old', 'new'], rows)
