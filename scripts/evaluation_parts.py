@@ -109,11 +109,11 @@ def passing_block(report, folder):
 
 
 def quartiles(values, form):
-    """Median (first to third quartile)."""
+    """Median (first to third quartile). @param form  As of format()."""
     if len(values) < 2:
-        return form(values[0]) if values else '-'
+        return f'{values[0]:{form}}' if values else '-'
     first, middle, third = statistics.quantiles(values, n=4, method='inclusive')
-    return f'{form(middle)} ({form(first)} to {form(third)})'
+    return f'{middle:{form}} ({first:{form}} to {third:{form}})'
 
 
 WAYS = {'cuboid_mapping': 'corridor of this map', 'octomap': "OctoMap's leaves", 'voxels': 'voxel by voxel'}
@@ -142,12 +142,12 @@ def corridors_block(reports):
             def figures(key, form):
                 return quartiles([row[key] for row in found], form)
             rows.append([dataset, f"{report['resolution_m']:g} m", title, f'{len(found)} of {len(of_map)}',
-                         figures('boxes', '{:.0f}'.format), figures('volume_m3', '{:.3g}'.format),
-                         quartiles([row['length_m'] / shortest[row['pair']] for row in found], '{:.3f}'.format),
-                         figures('plan_ms', '{:.3g}'.format),
+                         figures('boxes', '.0f'), figures('volume_m3', '.3g'),
+                         quartiles([row['length_m'] / shortest[row['pair']] for row in found], '.3f'),
+                         figures('plan_ms', '.3g'),
                          f"{sum(row['is_corridor_hit'] for row in changed)}, {sum(row['is_path_hit'] for row in changed)} of {len(changed)}",
-                         quartiles([row['update_ms'] for row in changed if 'update_ms' in row], '{:.2g}'.format),
-                         quartiles([row['again']['plan_ms'] for row in changed], '{:.3g}'.format)])
+                         quartiles([row['update_ms'] for row in changed if 'update_ms' in row], '.2g'),
+                         quartiles([row['again']['plan_ms'] for row in changed], '.3g')])
     return table(['data set', 'voxels', 'way', 'found', 'boxes', 'volume [m3]', 'length, of voxel by voxel', 'plan [CPU ms]',
                   'corridors, paths hit', 'update [CPU ms]', 'plan again [CPU ms]'], rows)
 
@@ -160,7 +160,8 @@ def store_rows(reports):
         rows.append({'store': store, 'run': run, 'commit': report['machine']['commit'], 'dataset': report['dataset'],
                      'resolution_m': report['resolution_m'],
                      'every_cloud': bool(report.get('fuse_every_cloud', report.get('flush_every_cloud'))),
-                     **{key: own[key] for key in ('insert_cpu_s', 'ray_walk_cpu_s', 'cells', 'bytes_heap')}})
+                     **{key: own[key] for key in ('insert_cpu_s', 'ray_walk_cpu_s', 'cells', 'bytes_heap')},
+                     'bytes_cache': own.get('bytes_hot', 0)})
     return rows
 
 
@@ -174,8 +175,10 @@ def stores_block(reports):
         old, new = stores['old'], stores['new']
         times = [a['insert_cpu_s'] / b['insert_cpu_s'] for a, b in zip(old, new)]
         rows.append([dataset, f'{resolution:g} m', 'after every cloud' if every_cloud else 'at the end, or when cold',
-                     *(spread([row['insert_cpu_s'] for row in part], '{:.3g} s'.format) for part in (old, new)),
-                     spread(times, '{:.2f}'.format),
+                     *(spread([row['insert_cpu_s'] for row in part], '.3g', ' s') for part in (old, new)),
+                     spread(times, '.2f'),
                      *(f"{part[0]['cells']:,}" for part in (old, new)),
-                     *(spread([row['bytes_heap'] / 1e6 for row in part], '{:.1f} MB'.format) for part in (old, new))])
-    return table(['data set', 'voxels', 'cuboids made', 'insertion: old', 'new', 'times as fast', 'cells: old', 'new', 'heap: old', 'new'], rows)
+                     *(f"{statistics.median(row['bytes_heap'] for row in part) / 1e6:.1f} MB" for part in (old, new)),
+                     f"{old[0]['bytes_cache'] / 1e6:.1f} MB"])
+    return table(['data set', 'voxels', 'cuboids made', 'insertion: old', 'new', 'times as fast', 'cells: old', 'new',
+                  'heap at the end: old', 'new', 'cache before the last flush: old'], rows)

@@ -50,11 +50,10 @@ def share(run, octomap):
     return f"{100 * run['cells'] / octomap['cells']:.1f} %" if run and octomap else '-'
 
 
-def spread(values, form):
-    """Median (least to greatest), or the only value."""
-    if len(values) == 1:
-        return form(values[0])
-    return f'{form(statistics.median(values))} ({form(min(values))} to {form(max(values))})'
+def spread(values, form, unit=''):
+    """Median (least to greatest), or the only value. @param form  As of format()."""
+    middle = f'{statistics.median(values):{form}}{unit}'
+    return middle if len(values) == 1 else f'{middle} ({min(values):{form}} to {max(values):{form}})'
 
 
 def summary_block(runs):
@@ -97,8 +96,8 @@ def strategies_block(runs):
         for dataset in datasets:
             octomap = runs.octomap(dataset)
             found = [run for run in (runs.find(dataset, fusion='growth', seed=seed, **change) for seed in (1, 2, 3)) if run]
-            row.append(f"{spread([100 * run['cells'] / octomap['cells'] for run in found], '{:.1f} %'.format)}, "
-                       f"{spread([run['insert_cpu_s'] for run in found], '{:.1f} s'.format)}" if found else '-')
+            row.append(f"{spread([100 * run['cells'] / octomap['cells'] for run in found], '.1f', ' %')}, "
+                       f"{spread([run['insert_cpu_s'] for run in found], '.1f', ' s')}" if found else '-')
         rows.append(row)
     for fusion in ('class', 'none'):
         row = [f'fusion {fusion}']
@@ -219,8 +218,8 @@ def repeats_block(repetitions):
                 if not pairs:
                     continue
                 rows.append([dataset, f'{resolution:g} m', title, str(len(pairs)),
-                             spread([octomap['insert_cpu_s'] for octomap, _ in pairs], '{:.3g} s'.format),
-                             spread([own['insert_cpu_s'] for _, own in pairs], '{:.3g} s'.format),
+                             spread([octomap['insert_cpu_s'] for octomap, _ in pairs], '.3g', ' s'),
+                             spread([own['insert_cpu_s'] for _, own in pairs], '.3g', ' s'),
                              *(spread([octomap[key] / own[key] for octomap, own in pairs], form) for key, form in
-                               (('insert_cpu_s', '{:.2f}'.format), ('access_occupied_ms', '{:.1f}'.format)))])
+                               (('insert_cpu_s', '.2f'), ('access_occupied_ms', '.1f')))])
     return table(['data set', 'voxels', 'map', 'runs', 'OctoMap', 'here', 'insertion: times as fast', 'visit: times as fast'], rows)

@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: BSD-3-Clause
-"""Figures that README quotes stand in the generated tables of doc/performance.md."""
+"""Figures that README and the text of doc/evaluation.md quote stand in generated tables."""
 import pathlib
 import re
 import unittest
@@ -20,8 +20,8 @@ def read_rows(text):
     return rows
 
 
-def read_block(name):
-    text = (ROOT / 'doc/performance.md').read_text()
+def read_block(name, document='performance'):
+    text = (ROOT / f'doc/{document}.md').read_text()
     (block,) = re.findall(rf'<!-- benchmark:begin {name} -->\n(.*?)<!-- benchmark:end -->', text, re.DOTALL)
     return read_rows(block)
 
@@ -64,6 +64,30 @@ class FiguresTest(unittest.TestCase):
         least, greatest = re.search(r'are (\d+) to (\d+) times as fast', self.figures).groups()
         self.assertEqual(int(least), round(min(ratios)))
         self.assertEqual(int(greatest), round(max(ratios)))
+
+
+class EvaluationTest(unittest.TestCase):
+
+    def setUp(self):
+        text = (ROOT / 'doc/evaluation.md').read_text()
+        self.text = ' '.join(re.sub(r'<!-- benchmark:begin.*?<!-- benchmark:end -->', '', text, flags=re.DOTALL).split())
+        heads = read_block('readings', 'evaluation')[0][1:]
+        self.readings = {row[0]: dict(zip(heads, map(number, row[1:]))) for row in read_block('readings', 'evaluation')[1:]}
+
+    def test_the_range_of_cells_in_readme_is_that_of_all_sets_and_resolutions(self):
+        shares = [number(cell) for row in read_block('resolutions', 'evaluation') if row[1] == 'class'
+                  for cell in row[2:] if cell != '-']
+        self.assertEqual(len(shares), 26)
+        least, greatest = re.search(r'\[(\d+) to (\d+) %\]\(doc/evaluation.md\)', (ROOT / 'README.md').read_text()).groups()
+        self.assertEqual([int(least), int(greatest)], [round(min(shares)), round(max(shares))])
+
+    def test_what_the_paper_to_the_letter_saves_is_that_of_the_readings(self):
+        saved = re.search(r'To the letter: ([\d.]+) % fewer on muehlburger_tor_standing, ([\d.]+) % on sim_fr079, '
+                          r'([\d.]+) % on rgbd_7scenes, and ([\d.]+) % \*\*more\*\* on kitti_0005_city', self.text).groups()
+        written = self.readings['as written']
+        self.assertEqual([float(value) for value in saved],
+                         [round(value, 1) for value in (100 - written['muehlburger_tor_standing'], 100 - written['sim_fr079'],
+                                                        100 - written['rgbd_7scenes'], written['kitti_0005_city'] - 100)])
 
 
 if __name__ == '__main__':
