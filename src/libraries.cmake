@@ -15,6 +15,7 @@ cuboid_mapping_add_part(core
   cuboid_mapping/map/map_follower.cpp
   cuboid_mapping/map/map_snapshot.cpp
   cuboid_mapping/map/mapper.cpp
+  cuboid_mapping/map/observation_order.cpp
   cuboid_mapping/occupancy/sensor_model.cpp
   cuboid_mapping/parallel/parallel_for.cpp
   cuboid_mapping/query/box_query.cpp
@@ -150,6 +151,7 @@ add_library(cuboid_mapping_ros
   cuboid_mapping/ros/depth_pairs.cpp
   cuboid_mapping/ros/diagnostics.cpp
   cuboid_mapping/ros/edit_answers.cpp
+  cuboid_mapping/ros/fleet_parameters.cpp
   cuboid_mapping/ros/forgetting.cpp
   cuboid_mapping/ros/ground_filter.cpp
   cuboid_mapping/ros/guarded_map.cpp
@@ -180,6 +182,7 @@ add_library(cuboid_mapping_ros
   cuboid_mapping/ros/reconfigure_server.cpp
   cuboid_mapping/ros/request_reader.cpp
   cuboid_mapping/ros/robot_grid.cpp
+  cuboid_mapping/ros/robot_merger.cpp
   cuboid_mapping/ros/search_answers.cpp
   cuboid_mapping/ros/sensor_conversions.cpp
   cuboid_mapping/ros/sensor_message.cpp

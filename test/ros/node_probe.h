@@ -131,7 +131,8 @@ struct NodeStatus {
 /// Listens to the diagnostics of a node.
 class DiagnosticsProbe {
  public:
-  explicit DiagnosticsProbe(const std::string& node = kNode) : name_(node.substr(1) + ": mapping") {
+  explicit DiagnosticsProbe(const std::string& node = kNode, const std::string& part = "mapping")
+      : name_(node.substr(1) + ": " + part) {
     const boost::function<void(const diagnostic_msgs::DiagnosticArray::ConstPtr&)> callback =
         [this](const diagnostic_msgs::DiagnosticArray::ConstPtr& array) { onArray(*array); };
     subscriber_ = nh_.subscribe("/diagnostics", 100, callback);

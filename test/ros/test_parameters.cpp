@@ -109,7 +109,7 @@ TEST(Parameters, EveryBadValueGivesExactlyItsErrorAndKeepsTheDefault) {
       ++num_checked;
     }
   }
-  EXPECT_EQ(num_checked, 306U);
+  EXPECT_EQ(num_checked, 319U);
 }
 
 TEST(Parameters, AnErrorSaysValueRangeAndWhatToDo) {

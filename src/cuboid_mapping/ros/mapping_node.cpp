@@ -52,6 +52,7 @@ MappingNode::MappingNode(const ros::NodeHandle& nh, const ros::NodeHandle& priva
       arrival_callbacks_(arrivals_, guard_, "receiving"),
       tf_thread_(guard_, "tf"),
       query_threads_(guard_, "queries", kQueryThreads),
+      asking_thread_(guard_, "asking robots"),
       publish_thread_(guard_, "publishing"),
       nh_(withQueue(nh, cloud_callbacks_)),
       private_nh_(withQueue(private_nh, cloud_callbacks_)),
@@ -96,7 +97,7 @@ MappingNode::MappingNode(const ros::NodeHandle& nh, const ros::NodeHandle& priva
 MappingNode::~MappingNode() {
   is_stopping_ = true;
   sources_.stopListening();
-  for (GuardedThread* thread : {&tf_thread_, &query_threads_, &publish_thread_}) {
+  for (GuardedThread* thread : {&tf_thread_, &query_threads_, &asking_thread_, &publish_thread_}) {
     thread->stop();
   }
   tf_changes_.disconnect();
@@ -145,10 +146,32 @@ void MappingNode::subscribe() {
   tf_changes_ = tf_buffer_._addTransformsChangedListener([this] { onTfChanged(); });
   tf_receiver_.emplace(withQueue(nh_, tf_thread_.queue()), tf_buffer_);
   tf_thread_.start();
+  if (!parameters_.fleet.robots.empty()) return mergeRobots();
   sources_.listen(withQueue(nh_, arrival_callbacks_), [this](const SensorMessage& cloud) {
     is_cloud_waiting_ = true;
     cloud_inbox_.put(cloud);
   });
+}
+
+void MappingNode::mergeRobots() {
+  RobotMerger::Callbacks callbacks;
+  callbacks.is_paused = [this] { return edit_services_->isPaused(); };
+  callbacks.note = [this](const cuboid_mapping::RobotObservation& observation, bool is_in_map) {
+    last_received_ = last_progress_ = Clock::now();
+    last_header_.stamp = stampOf(observation);
+    last_arrival_ = ros::Time::now();
+    ++statistics_.num_received;
+    if (!is_in_map) {
+      return drop(0, DropReason::kPaused, [] { return toAdvice(DropReason::kPaused); });
+    }
+    ++statistics_.num_inserted;
+    forget(observation.update, last_header_.stamp);
+  };
+  last_header_.frame_id = withoutSlash(parameters_.frame_id);
+  merger_.emplace(nh_, withQueue(nh_, asking_thread_.queue()), parameters_, map_,
+                  std::move(callbacks));
+  diagnostics_.add("merging", &*merger_, &RobotMerger::report);
+  asking_thread_.start();
 }
 
 CloudInbox::Callbacks MappingNode::inboxCallbacks() {
@@ -241,13 +264,7 @@ void MappingNode::integrate(const SensorMessage& cloud, const CloudPoses& poses)
     speed_watch_.noteInserted(1e-3 * whole.lap(), statistics_.reach_m);
     giveAdvice();
   });
-  guard_.run("forgetting", [&] {
-    forgetting_.note(*update, cloud.header().stamp);
-    if (parameters_.forget_after_s == 0.0) return;
-    map_.edit([this](cuboid_mapping::CuboidMap& map, const ros::Time& /*stamp*/) {
-      return forgetting_.forget(map);
-    });
-  });
+  forget(*update, cloud.header().stamp);
   guard_.run(kObservationsTopic, [&] {
     observation_publisher_.publish(cloud.header().stamp, poses.T_map_sensor.translation(),
                                    source.parameters.map.sensor_model, *update);
@@ -256,6 +273,16 @@ void MappingNode::integrate(const SensorMessage& cloud, const CloudPoses& poses)
   guard_.run("fusion after a cloud", [this] {
     fuse_timer_.stop();
     fuse_timer_.start();
+  });
+}
+
+void MappingNode::forget(const cuboid_mapping::ScanUpdate& update, const ros::Time& stamp) {
+  guard_.run("forgetting", [&] {
+    forgetting_.note(update, stamp);
+    if (parameters_.forget_after_s == 0.0) return;
+    map_.edit([this](cuboid_mapping::CuboidMap& map, const ros::Time& /*stamp*/) {
+      return forgetting_.forget(map);
+    });
   });
 }
 

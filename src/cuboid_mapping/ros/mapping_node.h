@@ -19,6 +19,7 @@
 #include "cuboid_mapping/ros/planner_services.h"
 #include "cuboid_mapping/ros/reconfigure_server.h"
 #include "cuboid_mapping/ros/robot_grid.h"
+#include "cuboid_mapping/ros/robot_merger.h"
 #include "cuboid_mapping/ros/speed_advice.h"
 #include "cuboid_mapping/ros/tf_receiver.h"
 
@@ -77,7 +78,11 @@ class MappingNode {
   void onTfChanged();
   void updateWaitingClouds();
   void integrate(const SensorMessage& cloud, const CloudPoses& poses);
+  /// Notes what a cloud has seen, and makes unknown what none has seen for too long.
+  void forget(const cuboid_mapping::ScanUpdate& update, const ros::Time& stamp);
   void fuseUntilNextCloud();
+  /// Makes the map of what other nodes say, in the place of clouds.
+  void mergeRobots();
   void advertiseServices();
   void publish();
   /// Fits the colours of heights to the map, when it has grown enough for that.
@@ -100,6 +105,7 @@ class MappingNode {
   GuardedQueue arrival_callbacks_;  ///< Of the sources.
   GuardedThread tf_thread_;
   GuardedThread query_threads_;
+  GuardedThread asking_thread_;   ///< Waits for robots.
   GuardedThread publish_thread_;  ///< Also of ~reset, so that it is published at once.
   ros::NodeHandle nh_;
   ros::NodeHandle private_nh_;
@@ -149,6 +155,7 @@ class MappingNode {
   std::atomic<bool> is_tf_awaited_{false};  ///< Some cloud waits for it.
   std::atomic<bool> is_update_due_{false};  ///< updateWaitingClouds() is on its way.
   boost::signals2::scoped_connection tf_changes_;
+  std::optional<RobotMerger> merger_;
   std::optional<ReconfigureServer> reconfigure_server_;
   std::optional<MapFilesService> map_files_;
   std::optional<TfReceiver> tf_receiver_;

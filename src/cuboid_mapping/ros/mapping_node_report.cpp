@@ -26,12 +26,12 @@ void MappingNode::reportDiagnostics(diagnostic_updater::DiagnosticStatusWrapper&
   report.map = map_.read([this](const cuboid_mapping::CuboidMap& map, const ros::Time& /*stamp*/) {
     return map_watch_.summarize(map);
   });
-  report.cloud_topic = sources_.topics();
+  report.cloud_topic = merger_ ? merger_->topics() : sources_.topics();
   report.frame_id = withoutSlash(parameters_.frame_id);
   if (statistics_.num_received > 0) report.last_cloud = describeLastCloud();
   report.is_simulated_time = ros::Time::isSimTime();
   report.is_paused = edit_services_->isPaused();
-  report.num_publishers = sources_.numPublishers();
+  report.num_publishers = merger_ ? merger_->numPublishers() : sources_.numPublishers();
   report.silence_s = seconds_since(last_received_);
   if (report.is_simulated_time && report.num_publishers > 0) {
     report.silence_s = ros::Time::now().toSec() - last_arrival_.toSec();  // a bag may be paused

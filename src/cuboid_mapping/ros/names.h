@@ -40,6 +40,7 @@ constexpr char kNearestFreeService[] = "nearest_free";           ///< cuboid_map
 constexpr char kGetCuboidsService[] = "get_cuboids";             ///< cuboid_mapping/GetCuboids
 constexpr char kGetFreeGraphService[] = "get_free_graph";        ///< cuboid_mapping/GetFreeGraph
 constexpr char kFindCorridorService[] = "find_corridor";         ///< cuboid_mapping/FindCorridor
+constexpr char kGetObservationsService[] = "get_observations";   ///< GetObservations
 constexpr char kGetMapService[] = "get_map";                     ///< cuboid_mapping/GetMap
 constexpr char kSetBoxService[] = "set_box";                     ///< cuboid_mapping/SetBox
 constexpr char kFuseNowService[] = "fuse_now";                   ///< std_srvs/Trigger

@@ -323,9 +323,9 @@ struct AllowedFormatter {
 const std::vector<ParameterDeclaration>& parameterTable() {
   static const std::vector<ParameterDeclaration> kTable = [] {
     std::vector<ParameterDeclaration> table = declareMap();
-    for (const auto& part :
-         {declareSources(), declareGrowth(), declareSensorModel(), declareCrop(), declareTopics(),
-          declareFiles(), declareQueries(), declareRobotGrid(), declareOctomapServer()}) {
+    for (const auto& part : {declareSources(), declareGrowth(), declareSensorModel(), declareCrop(),
+                             declareTopics(), declareFiles(), declareQueries(), declareRobotGrid(),
+                             declareFleet(), declareOctomapServer()}) {
       table.insert(table.end(), part.begin(), part.end());
     }
     return table;

@@ -113,6 +113,9 @@ struct RetiredParameter {
 /// Whether an element of the list of sources may have a parameter of its own for this key.
 [[nodiscard]] bool isOfSource(const std::string& key);
 
+/// Those of FleetParameters, for parameterTable().
+[[nodiscard]] std::vector<ParameterDeclaration> declareFleet();
+
 /// All parameters; keys with the same part before the slash are neighbours.
 [[nodiscard]] const std::vector<ParameterDeclaration>& parameterTable();
 

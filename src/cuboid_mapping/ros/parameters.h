@@ -3,6 +3,7 @@
 
 #include "cuboid_mapping/map/cuboid_map.h"
 #include "cuboid_mapping/ros/cloud_conversions.h"
+#include "cuboid_mapping/ros/fleet_parameters.h"
 #include "cuboid_mapping/ros/ground_filter.h"
 #include "cuboid_mapping/ros/names.h"
 #include "cuboid_mapping/ros/query_box.h"
@@ -120,6 +121,7 @@ struct NodeParameters {
       250.0;                  ///< Bound of a message of cuboid_map, before it is deflated, in MB.
   int file_memory_mb = 4000;  ///< Bound of the memory for reading a map, in MB.
   ServiceLimits service_limits;
+  FleetParameters fleet;
   OctomapServerParameters octomap_server;
   RobotGridParameters robot_grid;
 };

@@ -1,0 +1,109 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "cuboid_mapping/map/observation_order.h"
+
+#include <algorithm>
+#include <iterator>
+#include <limits>
+#include <utility>
+
+namespace cuboid_mapping {
+namespace {
+
+constexpr double kSilence_s = 1.0;
+
+}  // namespace
+
+bool SequenceSet::add(std::uint64_t sequence) {
+  auto next = last_of_.upper_bound(sequence);
+  const auto before = next == last_of_.begin() ? last_of_.end() : std::prev(next);
+  if (before != last_of_.end() && sequence <= before->second) return false;
+  std::uint64_t last = sequence;
+  if (next != last_of_.end() && next->first == sequence + 1) {
+    last = next->second;
+    last_of_.erase(next);
+  }
+  if (before != last_of_.end() && before->second + 1 == sequence) {
+    before->second = last;
+  } else {
+    last_of_.emplace(sequence, last);
+  }
+  ++count_;
+  return true;
+}
+
+std::uint64_t SequenceSet::newest() const {
+  return last_of_.empty() ? 0 : std::prev(last_of_.end())->second;
+}
+
+std::uint64_t SequenceSet::firstMissing(std::uint64_t after) const {
+  const auto next = last_of_.upper_bound(after + 1);
+  if (next == last_of_.begin()) return after + 1;
+  return std::max(after, std::prev(next)->second) + 1;
+}
+
+bool ObservationOrder::put(RobotObservation observation, double now_s) {
+  Session& session = sessions_[{observation.robot, observation.session}];
+  if (!session.received.add(observation.sequence)) {
+    ++counts_.num_repeated;
+    return false;
+  }
+  session.last_received_s = now_s;
+  std::uint64_t& newest_session = newest_session_[observation.robot];
+  newest_session = std::max(newest_session, observation.session);
+  newest_stamp_ns_ = counts_.num_received == 0 ? observation.stamp_ns
+                                               : std::max(newest_stamp_ns_, observation.stamp_ns);
+  last_received_s_ = now_s;
+  ++counts_.num_received;
+  const Key key{observation.stamp_ns, observation.robot, observation.session, observation.sequence};
+  waiting_.emplace(key, std::move(observation));
+  return true;
+}
+
+std::vector<RobotObservation> ObservationOrder::takeDue(double now_s) {
+  const auto delay_ns = static_cast<std::int64_t>(1e9 * delay_s_);
+  const bool is_silent = now_s - last_received_s_ >= delay_s_;
+  std::vector<RobotObservation> due;
+  while (!waiting_.empty()) {
+    const auto first = waiting_.begin();
+    if (!is_silent && std::get<0>(first->first) > newest_stamp_ns_ - delay_ns) break;
+    if (has_given_ && first->first < last_given_) {
+      ++counts_.num_late;
+    } else {
+      last_given_ = first->first;
+    }
+    has_given_ = true;
+    due.push_back(std::move(first->second));
+    waiting_.erase(first);
+  }
+  return due;
+}
+
+std::vector<ObservationQuestion> ObservationOrder::findQuestions(double now_s) const {
+  std::vector<ObservationQuestion> questions;
+  for (const auto& [name, session] : sessions_) {
+    if (newest_session_.at(name.first) != name.second) continue;
+    const std::uint64_t first = session.received.firstMissing(session.asked_to);
+    const bool is_gap = first < session.received.newest();
+    if (is_gap || now_s - session.last_received_s >= kSilence_s) {
+      questions.push_back({name.first, name.second, first});
+    }
+  }
+  return questions;
+}
+
+void ObservationOrder::noteAnswered(const ObservationQuestion& question,
+                                    std::uint64_t complete_to) {
+  const auto session = sessions_.find({question.robot, question.session});
+  if (session == sessions_.end()) return;
+  session->second.asked_to = std::max(session->second.asked_to, complete_to);
+}
+
+MergeCounts ObservationOrder::counts() const {
+  MergeCounts counts = counts_;
+  counts.num_waiting = waiting_.size();
+  counts.num_sessions = sessions_.size();
+  for (const auto& [name, session] : sessions_) counts.num_missing += session.received.numMissing();
+  return counts;
+}
+
+}  // namespace cuboid_mapping

@@ -1,0 +1,104 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include "cuboid_mapping/occupancy/sensor_model.h"
+#include "cuboid_mapping/scan/brick_update.h"
+
+#include <cstdint>
+#include <map>
+#include <string>
+#include <tuple>
+#include <vector>
+
+namespace cuboid_mapping {
+
+/// What one cloud of one robot says about a map.
+struct RobotObservation {
+  std::string robot;
+  std::uint64_t session = 0;   ///< Of the robot's node: another one after a restart.
+  std::uint64_t sequence = 0;  ///< Of the cloud in its session: 1, 2, 3, ...
+  std::int64_t stamp_ns = 0;   ///< Of the cloud.
+  SensorModelConfig sensor_model;
+  ScanUpdate update;
+};
+
+/// Sequence numbers that have come, in any order.
+class SequenceSet {
+ public:
+  /// @return Whether it is new. @pre sequence > 0. @complexity O(log n) for n gaps.
+  bool add(std::uint64_t sequence);
+  /// The greatest that has come; 0 when none has.
+  [[nodiscard]] std::uint64_t newest() const;
+  /// Those below newest() that have not come.
+  [[nodiscard]] std::uint64_t numMissing() const { return newest() - count_; }
+  /// The least above `after` that has not come.
+  [[nodiscard]] std::uint64_t firstMissing(std::uint64_t after) const;
+
+ private:
+  std::map<std::uint64_t, std::uint64_t> last_of_;  ///< By first: runs that are apart.
+  std::uint64_t count_ = 0;
+};
+
+/// What a robot is to be asked for: sequences from `first` on.
+struct ObservationQuestion {
+  std::string robot;
+  std::uint64_t session = 0;
+  std::uint64_t first = 0;
+};
+
+/// What has happened so far.
+struct MergeCounts {
+  std::uint64_t num_received = 0;  ///< Each once.
+  std::uint64_t num_repeated = 0;  ///< Had come before, and were left out.
+  std::uint64_t num_late = 0;      ///< Were given out behind later ones.
+  std::uint64_t num_missing = 0;   ///< Have not come, though later ones of their session have.
+  std::uint64_t num_waiting = 0;   ///< Have come, and are not given out yet.
+  std::uint64_t num_sessions = 0;  ///< Of all robots.
+};
+
+/// Puts observations of several robots into one order: by stamp, then robot, session and sequence.
+///
+/// An observation waits until one has come whose stamp is `delay` later, or until nothing has come for
+/// `delay`. Then it is given out. So all that arrive within `delay` of the newest stamp come out in order, whatever order
+/// they arrive in; one that comes later is given out at once, and counted. Times are of any clock that does
+/// not jump. Not thread-safe.
+class ObservationOrder {
+ public:
+  explicit ObservationOrder(double delay_s) : delay_s_(delay_s) {}
+
+  /// Takes an observation. @return false for one that has come before. @pre sequence > 0.
+  bool put(RobotObservation observation, double now_s);
+
+  /// What is to be applied now, in this order.
+  [[nodiscard]] std::vector<RobotObservation> takeDue(double now_s);
+
+  /// What seems to be lost: gaps, and what may have followed the last one of a robot that has been
+  /// silent for a second.
+  [[nodiscard]] std::vector<ObservationQuestion> findQuestions(double now_s) const;
+  /// The robot has sent what it still has, up to and including this sequence: it is not asked again for what is missing
+  /// there. Should it come nevertheless, it is taken.
+  void noteAnswered(const ObservationQuestion& question, std::uint64_t complete_to);
+
+  [[nodiscard]] MergeCounts counts() const;
+
+ private:
+  using Key = std::tuple<std::int64_t, std::string, std::uint64_t, std::uint64_t>;
+  struct Session {
+    SequenceSet received;
+    std::uint64_t asked_to = 0;  ///< What is missing up to there is lost for good.
+    double last_received_s = 0.0;
+  };
+
+  double delay_s_;
+  std::map<Key, RobotObservation> waiting_;
+  std::map<std::pair<std::string, std::uint64_t>, Session> sessions_;
+  std::map<std::string, std::uint64_t>
+      newest_session_;  ///< By robot: it cannot be asked for others.
+  Key last_given_;
+  bool has_given_ = false;
+  std::int64_t newest_stamp_ns_ = 0;
+  double last_received_s_ = 0.0;
+  MergeCounts counts_;
+};
+
+}  // namespace cuboid_mapping

@@ -1,0 +1,54 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "cuboid_mapping/ros/fleet_parameters.h"
+
+#include "cuboid_mapping/ros/parameter_table.h"
+
+#include <ros/names.h>
+
+#include <sstream>
+
+namespace cuboid_mapping_ros {
+namespace {
+
+using P = NodeParameters;
+
+bool setRobots(P& parameters, const std::string& text) {
+  std::istringstream words(text);
+  std::vector<std::string> robots;
+  for (std::string robot; words >> robot;) {
+    std::string reason;
+    if (!ros::names::validate(robot, reason) || robot[0] == '~') return false;
+    robots.push_back(robot);
+  }
+  parameters.fleet.robots = robots;
+  return true;
+}
+
+std::string getRobots(const P& parameters) {
+  std::string text;
+  for (const std::string& robot : parameters.fleet.robots) {
+    text += (text.empty() ? "" : " ") + robot;
+  }
+  return text;
+}
+
+}  // namespace
+
+std::vector<ParameterDeclaration> declareFleet() {
+  return {
+      {"observation_memory", "MB",
+       IntegerKind{[](P& p) -> int& { return p.fleet.observation_memory_mb; }, 0, 100000},
+       "Memory for observations that were sent, so that a node that makes a map of several robots "
+       "can ask for those it has missed. 0: none is kept."},
+      {"merge/robots", "",
+       TextKind{"namespaces with spaces between them, or empty", setRobots, getRobots},
+       "Namespaces of robots, as in \"/robot1 /robot2\": the map is made of what their nodes say "
+       "(topic observations), not of clouds. Empty: of clouds."},
+      {"merge/delay", "s",
+       NumberKind{[](P& p) -> double& { return p.fleet.merge_delay_s; }, 0.0, 3600.0},
+       "Time that observations have to arrive, before later ones go into the map. One that comes "
+       "later goes in at once, and is counted."},
+  };
+}
+
+}  // namespace cuboid_mapping_ros

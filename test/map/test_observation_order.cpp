@@ -1,0 +1,181 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "cuboid_mapping/map/observation_order.h"
+
+#include "support/random.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <deque>
+#include <set>
+
+namespace cuboid_mapping {
+namespace {
+
+using test::Random;
+using test::seedNote;
+
+RobotObservation makeObservation(const std::string& robot, std::uint64_t sequence, double stamp_s,
+                                 std::uint64_t session = 1) {
+  RobotObservation observation;
+  observation.robot = robot;
+  observation.session = session;
+  observation.sequence = sequence;
+  observation.stamp_ns = static_cast<std::int64_t>(1e9 * stamp_s);
+  return observation;
+}
+
+std::tuple<std::int64_t, std::string, std::uint64_t, std::uint64_t> keyOf(
+    const RobotObservation& observation) {
+  return {observation.stamp_ns, observation.robot, observation.session, observation.sequence};
+}
+
+TEST(SequenceSet, isThatOfAStandardSet) {
+  for (std::size_t i = 0; i < 200; ++i) {
+    Random random(i);
+    SequenceSet set;
+    std::set<std::uint64_t> model;
+    const int last = random.integer(1, 60);
+    for (int j = 0; j < 60; ++j) {
+      const auto sequence = static_cast<std::uint64_t>(random.integer(1, last));
+      EXPECT_EQ(set.add(sequence), model.insert(sequence).second) << seedNote(i);
+      EXPECT_EQ(set.newest(), *model.rbegin()) << seedNote(i);
+      EXPECT_EQ(set.numMissing(), *model.rbegin() - model.size()) << seedNote(i);
+      const auto after = static_cast<std::uint64_t>(random.integer(0, 70));
+      std::uint64_t missing = after + 1;
+      while (model.count(missing) > 0) ++missing;
+      EXPECT_EQ(set.firstMissing(after), missing) << seedNote(i);
+    }
+  }
+}
+
+/// A robot that keeps what it has sent, and messages on their way.
+class Network {
+ public:
+  Network(Random& random, double loss, double repetition, double max_delay_s)
+      : random_(random), loss_(loss), repetition_(repetition), max_delay_s_(max_delay_s) {}
+
+  void send(const RobotObservation& observation, double now_s, bool may_be_lost) {
+    kept_.push_back(observation);
+    if (may_be_lost && random_.chance(loss_)) return;
+    travel(observation, now_s);
+    if (random_.chance(repetition_)) travel(observation, now_s);
+  }
+
+  void arrive(ObservationOrder& order, double now_s) {
+    while (!travelling_.empty() && travelling_.begin()->first <= now_s) {
+      order.put(travelling_.begin()->second, now_s);
+      travelling_.erase(travelling_.begin());
+    }
+  }
+
+  void answer(ObservationOrder& order, double now_s) {
+    for (const ObservationQuestion& question : order.findQuestions(now_s)) {
+      std::uint64_t complete_to = 0;
+      for (const RobotObservation& observation : kept_) {
+        if (observation.robot != question.robot || observation.session != question.session)
+          continue;
+        if (observation.sequence >= question.first) order.put(observation, now_s);
+        complete_to = std::max(complete_to, observation.sequence);
+      }
+      order.noteAnswered(question, complete_to);
+    }
+  }
+
+  [[nodiscard]] const std::vector<RobotObservation>& sent() const { return kept_; }
+
+ private:
+  void travel(const RobotObservation& observation, double now_s) {
+    travelling_.emplace(now_s + random_.real(0.0, max_delay_s_), observation);
+  }
+
+  Random& random_;
+  double loss_;
+  double repetition_;
+  double max_delay_s_;
+  std::vector<RobotObservation> kept_;
+  std::multimap<double, RobotObservation> travelling_;
+};
+
+/// Eight robots at 10 Hz, one of which starts again; a fifth of the messages is lost, a fifth comes twice, all
+/// are up to 2 s on their way.
+TEST(ObservationOrder, whatIsLostRepeatedAndDelayedComesOutOnceAndInOrder) {
+  constexpr double kDelay_s = 4.0;
+  for (std::size_t i = 0; i < 20; ++i) {
+    Random random(i);
+    Network network(random, 0.2, 0.2, 2.0);
+    ObservationOrder order(kDelay_s);
+    std::vector<RobotObservation> given;
+    for (int tick = 0; tick < 400; ++tick) {
+      const double now_s = 0.1 * tick;
+      for (int robot = 0; robot < 8 && tick < 200; ++robot) {
+        const bool is_restarted = robot == 3 && tick >= 100;
+        const auto sequence = static_cast<std::uint64_t>(is_restarted ? tick - 99 : tick + 1);
+        // Of a session that has ended nobody can be asked: its last second arrives.
+        const bool may_be_lost = robot != 3 || tick < 90 || tick >= 100;
+        network.send(makeObservation("robot" + std::to_string(robot), sequence,
+                                     now_s + 0.01 * robot, is_restarted ? 2 : 1),
+                     now_s, may_be_lost);
+      }
+      network.arrive(order, now_s);
+      network.answer(order, now_s);
+      for (RobotObservation& observation : order.takeDue(now_s)) given.push_back(observation);
+    }
+    std::vector<RobotObservation> all = network.sent();
+    std::sort(all.begin(), all.end(),
+              [](const auto& a, const auto& b) { return keyOf(a) < keyOf(b); });
+    const MergeCounts counts = order.counts();
+    EXPECT_EQ(given.size(), all.size()) << seedNote(i);
+    EXPECT_EQ(counts.num_missing, 0U) << seedNote(i);
+    EXPECT_TRUE(std::is_sorted(given.begin(), given.end(), [](const auto& a, const auto& b) {
+      return keyOf(a) < keyOf(b);
+    })) << seedNote(i);
+    EXPECT_EQ(counts.num_late, 0U);
+    EXPECT_GT(counts.num_repeated, 100U);
+    EXPECT_EQ(counts.num_waiting, 0U);
+    EXPECT_EQ(counts.num_sessions, 9U);
+  }
+}
+
+TEST(ObservationOrder, givesOutWhatIsOldEnoughAndAllAfterSilence) {
+  ObservationOrder order(2.0);
+  order.put(makeObservation("a", 1, 10.0), 0.0);
+  order.put(makeObservation("a", 2, 11.0), 1.0);
+  EXPECT_TRUE(order.takeDue(1.5).empty());
+  order.put(makeObservation("b", 1, 12.5), 2.0);
+  EXPECT_EQ(order.takeDue(2.0).size(), 1U);
+  EXPECT_TRUE(order.takeDue(3.9).empty());
+  EXPECT_EQ(order.takeDue(4.0).size(), 2U);
+}
+
+TEST(ObservationOrder, whatComesTooLateIsGivenOutAndCounted) {
+  ObservationOrder order(1.0);
+  order.put(makeObservation("a", 1, 10.0), 0.0);
+  order.put(makeObservation("a", 2, 20.0), 0.1);
+  EXPECT_EQ(order.takeDue(0.1).size(), 1U);
+  order.put(makeObservation("b", 1, 5.0), 0.2);
+  EXPECT_EQ(order.takeDue(0.2).size(), 1U);
+  EXPECT_EQ(order.counts().num_late, 1U);
+}
+
+TEST(ObservationOrder, asksForGapsUntilTheRobotHasAnswered) {
+  ObservationOrder order(1.0);
+  order.put(makeObservation("a", 4, 1.0), 0.0);
+  auto questions = order.findQuestions(0.1);
+  ASSERT_EQ(questions.size(), 1U);
+  EXPECT_EQ(questions[0].first, 1U) << "it joined late";
+  order.put(makeObservation("a", 2, 0.5), 0.2);
+  order.noteAnswered(questions[0], 4);
+  EXPECT_TRUE(order.findQuestions(0.3).empty()) << "1 and 3 are not to be had";
+  EXPECT_EQ(order.counts().num_missing, 2U);
+  EXPECT_TRUE(order.put(makeObservation("a", 3, 0.7), 0.4)) << "it was on its way";
+  EXPECT_EQ(order.counts().num_missing, 1U);
+  questions = order.findQuestions(2.0);
+  ASSERT_EQ(questions.size(), 1U) << "silent: is there more?";
+  EXPECT_EQ(questions[0].first, 5U);
+  order.put(makeObservation("a", 1, 9.0, 2), 2.1);
+  EXPECT_TRUE(order.findQuestions(2.2).empty()) << "restarted: the old session cannot be asked";
+}
+
+}  // namespace
+}  // namespace cuboid_mapping

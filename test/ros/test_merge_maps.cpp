@@ -1,0 +1,245 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Three robots and a node that makes one map of what they say, over a network that loses, repeats and delays.
+#include "cuboid_mapping/Observation.h"
+#include "cuboid_mapping/SaveMap.h"
+#include "cuboid_mapping/io/map_files.h"
+#include "cuboid_mapping/ros/robot_merger.h"
+#include "ros/node_probe.h"
+#include "support/random.h"
+#include "support/snapshots.h"
+#include "tools/run_program.h"
+
+#include <algorithm>
+#include <csignal>
+#include <memory>
+
+namespace cuboid_mapping_ros::test {
+namespace {
+
+using cuboid_mapping::CuboidMap;
+using cuboid_mapping::MapConfig;
+using cuboid_mapping::Observation;
+using cuboid_mapping::RobotObservation;
+using cuboid_mapping::SaveMap;
+using cuboid_mapping::test::Program;
+using cuboid_mapping::test::Random;
+using cuboid_mapping::test::TemporaryFolder;
+using cuboid_mapping::test::voxelsOf;
+
+constexpr char kMerger[] = "/merge_maps";
+constexpr int kRobots = 3;
+constexpr int kClouds = 12;  // Of each robot, in each of two parts.
+/// The second robot joins late: what it has said before has to be asked for.
+constexpr int kUnheardOfSecond = 3;
+
+std::string nameOf(int robot) { return "robot" + std::to_string(robot); }
+
+/// Passes on what robots say. A fifth is lost, a fifth comes twice, all is up to 2 s late; the first of the second
+/// robot are not heard.
+class LossyNetwork {
+ public:
+  LossyNetwork() {
+    for (int robot = 1; robot <= kRobots; ++robot) {
+      publishers_.push_back(
+          nh_.advertise<Observation>("/lossy" + std::to_string(robot) + "/observations", 1000));
+      const boost::function<void(const Observation::ConstPtr&)> take =
+          [this, robot](const Observation::ConstPtr& message) { onSent(robot, message); };
+      subscribers_.push_back(
+          nh_.subscribe<Observation>('/' + nameOf(robot) + "/observations", 1000, take));
+    }
+  }
+
+  [[nodiscard]] bool isConnected() const {
+    return std::all_of(publishers_.begin(), publishers_.end(),
+                       [](const auto& publisher) { return publisher.getNumSubscribers() > 0; }) &&
+           std::all_of(subscribers_.begin(), subscribers_.end(),
+                       [](const auto& subscriber) { return subscriber.getNumPublishers() > 0; });
+  }
+
+  /// Lets everything arrive, in the order in which it was sent.
+  void setReliable(bool is_reliable) { is_reliable_ = is_reliable; }
+
+  void deliver() {
+    const ros::WallTime now = ros::WallTime::now();
+    while (!travelling_.empty() && travelling_.begin()->first <= now) {
+      const auto [robot, message] = travelling_.begin()->second;
+      sendAs(robot, *message);
+      travelling_.erase(travelling_.begin());
+    }
+  }
+
+  /// Past all losses and delays.
+  void sendAs(int robot, const Observation& message) {
+    publishers_[static_cast<std::size_t>(robot - 1)].publish(message);
+  }
+
+  [[nodiscard]] const std::vector<Observation>& sent() const { return sent_; }
+  [[nodiscard]] int numLost() const { return num_lost_; }
+  [[nodiscard]] bool isEmpty() const { return travelling_.empty(); }
+
+ private:
+  void onSent(int robot, const Observation::ConstPtr& message) {
+    sent_.push_back(*message);
+    const bool is_unheard = robot == 2 && message->sequence <= kUnheardOfSecond;
+    if (is_unheard || (!is_reliable_ && random_.chance(0.2))) {
+      ++num_lost_;
+      return;
+    }
+    const int times = !is_reliable_ && random_.chance(0.2) ? 2 : 1;
+    for (int i = 0; i < times; ++i) {
+      const double delay_s = is_reliable_ ? 0.0 : random_.real(0.0, 2.0);
+      travelling_.emplace(ros::WallTime::now() + ros::WallDuration(delay_s),
+                          std::make_pair(robot, message));
+    }
+  }
+
+  ros::NodeHandle nh_;
+  Random random_;
+  bool is_reliable_ = false;
+  std::vector<ros::Publisher> publishers_;
+  std::vector<ros::Subscriber> subscribers_;
+  std::vector<Observation> sent_;
+  std::multimap<ros::WallTime, std::pair<int, Observation::ConstPtr>> travelling_;
+  int num_lost_ = 0;
+};
+
+class MergeMaps : public ::testing::Test {
+ protected:
+  MergeMaps() {
+    for (int robot = 1; robot <= kRobots; ++robot) {
+      clouds_.push_back(
+          nh_.advertise<sensor_msgs::PointCloud2>('/' + nameOf(robot) + "/cloud_in", 100));
+    }
+    startThirdRobot();
+  }
+
+  void startThirdRobot() {
+    third_ = std::make_unique<Program>(
+        std::vector<std::string>{CUBOID_MAPPING_NODE, "__ns:=/robot3", "__name:=cuboid_mapping"});
+  }
+
+  bool waitUntilConnected() {
+    return waitFor([this] {
+      return network_.isConnected() &&
+             std::all_of(clouds_.begin(), clouds_.end(),
+                         [](const auto& cloud) { return cloud.getNumSubscribers() > 0; });
+    });
+  }
+
+  bool waitForSent(std::size_t count) {
+    return waitFor([this, count] {
+      network_.deliver();
+      return network_.sent().size() >= count && network_.isEmpty();
+    });
+  }
+
+  /// One cloud of each robot: rooms that overlap.
+  void publishClouds(int number) {
+    for (int robot = 1; robot <= kRobots; ++robot) {
+      std::vector<Eigen::Vector3d> points = makeRoom({1.0, 1.0 + 0.1 * (number % 4), 0.5});
+      const Eigen::Vector3d sensor(0.45 * robot + 0.1 * number + 0.05, 0.05, 0.05);
+      for (Eigen::Vector3d& point : points) point += sensor;
+      publishStaticTf(makeTransform("map", nameOf(robot), Eigen::Isometry3d::Identity()));
+      clouds_[static_cast<std::size_t>(robot - 1)].publish(
+          makeCloud("map", ros::Time(100.0 + 0.1 * number + 0.01 * robot), points));
+    }
+    const ros::WallTime end = ros::WallTime::now() + ros::WallDuration(0.1);
+    (void)waitFor([&] {
+      network_.deliver();
+      return ros::WallTime::now() >= end;
+    });
+  }
+
+  ros::NodeHandle nh_;
+  std::vector<ros::Publisher> clouds_;
+  LossyNetwork network_;
+  DiagnosticsProbe diagnostics_{kMerger};
+  DiagnosticsProbe merging_{kMerger, "merging"};
+  std::unique_ptr<Program> third_;
+};
+
+/// All observations in one map, in the order of their stamps.
+void applyAll(const std::vector<Observation>& sent, CuboidMap& map) {
+  NodeParameters parameters;
+  parameters.map.resolution_m = kResolution_m;
+  std::vector<RobotObservation> all;
+  for (const Observation& message : sent) {
+    auto read = readObservation(message, parameters);
+    ASSERT_TRUE(std::holds_alternative<RobotObservation>(read)) << std::get<std::string>(read);
+    all.push_back(std::get<RobotObservation>(std::move(read)));
+  }
+  std::sort(all.begin(), all.end(),
+            [](const auto& a, const auto& b) { return a.stamp_ns < b.stamp_ns; });
+  for (const RobotObservation& observation : all) {
+    map.setSensorModel(observation.sensor_model);
+    map.apply(observation.update);
+  }
+}
+
+TEST_F(MergeMaps, IsTheMapOfAllCloudsInTheOrderOfStampsWhateverTheNetworkDoes) {
+  ASSERT_TRUE(waitUntilConnected());
+  for (int i = 0; i < kClouds - 2; ++i) publishClouds(i);
+  // What is lost just before a robot starts again cannot be asked for.
+  network_.setReliable(true);
+  for (int i = kClouds - 2; i < kClouds; ++i) publishClouds(i);
+  ASSERT_TRUE(waitForSent(kRobots * kClouds));
+  ros::WallDuration(2.0).sleep();
+  third_->send(SIGINT);
+  EXPECT_EQ(third_->finish().status, 0);
+  startThirdRobot();
+  ASSERT_TRUE(waitUntilConnected());
+  network_.setReliable(false);
+  for (int i = kClouds; i < 2 * kClouds; ++i) publishClouds(i);
+  constexpr int kAll = 2 * kRobots * kClouds;
+  ASSERT_TRUE(waitForSent(kAll));
+  EXPECT_GT(network_.numLost(), 3);
+  ASSERT_TRUE(waitFor([this] {
+    network_.deliver();
+    return diagnostics_.status().number("clouds inserted") >= kAll;
+  })) << diagnostics_.status().number("clouds inserted");
+  ASSERT_TRUE(diagnostics_.waitForNextReport());
+  EXPECT_EQ(diagnostics_.status().number("clouds inserted"), kAll) << "each once";
+
+  MapConfig config;
+  config.resolution_m = kResolution_m;
+  CuboidMap reference(config);
+  applyAll(network_.sent(), reference);
+  const TemporaryFolder folder;
+  SaveMap save;
+  save.request.filename = folder / "merged.cuboids";
+  ASSERT_TRUE(callService(std::string(kMerger) + "/save_map", save));
+  const auto file = cuboid_mapping::readMapFile(save.request.filename);
+  EXPECT_GT(voxelsOf(reference).size(), 10000U);
+  EXPECT_TRUE(voxelsOf(reference) == voxelsOf(file.snapshot.bricks));
+  EXPECT_EQ(merging_.status().number("observations received"), kAll);
+  EXPECT_EQ(merging_.status().number("observations missing"), 0);
+  EXPECT_EQ(merging_.status().number("observations late"), 0);
+  EXPECT_EQ(merging_.status().number("sessions"), kRobots + 1);
+  EXPECT_GE(merging_.status().number("observations asked for"), kUnheardOfSecond);
+
+  // One of a session that nobody can be asked about, older than all that is in the map.
+  Observation late = network_.sent().front();
+  late.session = 1;
+  late.sequence = 1;
+  late.header.stamp = ros::Time(50.0);
+  network_.sendAs(1, late);
+  ASSERT_TRUE(waitFor([this] { return merging_.status().number("observations late") == 1; }));
+  EXPECT_TRUE(
+      waitFor([this] { return diagnostics_.status().number("clouds inserted") == kAll + 1; }));
+  // Of another resolution: refused.
+  late.sequence = 2;
+  late.resolution = 0.2;
+  network_.sendAs(1, late);
+  EXPECT_TRUE(waitFor([this] { return merging_.status().number("observations refused") == 1; }));
+  third_->send(SIGINT);
+  (void)third_->finish();
+}
+
+}  // namespace
+}  // namespace cuboid_mapping_ros::test
+
+int main(int argc, char** argv) {
+  testing::InitGoogleTest(&argc, argv);
+  ros::init(argc, argv, "test_merge_maps");
+  return RUN_ALL_TESTS();
+}
