@@ -66,7 +66,7 @@ std::unique_ptr<BagClouds> openClouds(const MpiRanks& ranks, const BagOptions& o
       (void)checkOutput(options);
       clouds = std::make_unique<BagClouds>(kProgram, options);
       if (clouds->parameters().forget_after_s > 0.0) {
-        throw std::runtime_error("forget_after is of bag_to_map alone: set it to 0");
+        throw std::runtime_error("bag_to_map_mpi cannot forget: set forget_after to 0, or use bag_to_map");
       }
     } catch (const std::exception& exception) {
       error = exception.what();
