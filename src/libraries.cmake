@@ -13,6 +13,7 @@ cuboid_mapping_add_part(core
   cuboid_mapping/map/cuboid_map.cpp
   cuboid_mapping/map/locked_boxes.cpp
   cuboid_mapping/map/map_follower.cpp
+  cuboid_mapping/map/map_merge.cpp
   cuboid_mapping/map/map_snapshot.cpp
   cuboid_mapping/map/mapper.cpp
   cuboid_mapping/map/observation_order.cpp

@@ -59,6 +59,42 @@ TEST(MapStorage, keepsLocksWhenAMapIsLoaded) {
   });
 }
 
+TEST(MapStorage, putsAMapIntoAnotherOneByRuleAndTransform) {
+  const TemporaryFolder folder;
+  Random random(100);
+  GuardedMap map(makeConfig());
+  fill(map, random);
+  GuardedMap other(makeConfig());
+  fill(other, random);
+  ASSERT_EQ(saveMap(other, "map", folder / "other.cuboids").error, "");
+  MapSnapshot expected = map.read(
+      [](const CuboidMap& content, const ros::Time&) { return takeSnapshot(content, ""); });
+  MapSnapshot moved = cuboid_mapping::readMapFile(folder / "other.cuboids").snapshot;
+  Eigen::Isometry3d T_map_file(Eigen::AngleAxisd(M_PI / 2.0, Eigen::Vector3d::UnitZ()));
+  T_map_file.translation() = Eigen::Vector3d(0.3, 0.0, -0.1);
+  ASSERT_TRUE(moveMap(T_map_file, moved).is_exact);
+  const auto rule = cuboid_mapping::MergeRule::kSum;
+  const auto overlap = mergeMaps(moved, rule, expected);
+  EXPECT_GT(overlap.known_to_both, 10.0);
+  const cuboid_mapping::CellBox zone{{0, 0, 0}, {9, 9, 9}};
+  map.edit([&](CuboidMap& content, const ros::Time&) {
+    content.lock(zone);
+    return cuboid_mapping::ChangeSet{content.revision(), false, {}};
+  });
+  const StorageAnswer answer = loadMap(map, folder / "other.cuboids", {}, {rule, T_map_file});
+  EXPECT_EQ(answer.error, "");
+  EXPECT_EQ(answer.notes, "moved by whole voxels: exact. " + describe(overlap, rule));
+  EXPECT_EQ(voxelsOf(map), cuboid_mapping::test::voxelsOf(expected.bricks));
+  map.read([&](const CuboidMap& content, const ros::Time&) {
+    EXPECT_EQ(content.locked().boxes(), std::vector<cuboid_mapping::CellBox>{zone});
+  });
+  EXPECT_EQ(loadMap(map, folder / "other.cuboids", {}, {std::nullopt, T_map_file}).error, "");
+  EXPECT_EQ(voxelsOf(map), cuboid_mapping::test::voxelsOf(moved.bricks)) << "in the place of all";
+  T_map_file.linear() *= 2.0;
+  EXPECT_NE(loadMap(map, folder / "other.cuboids", {}, {rule, T_map_file}).error, "");
+  EXPECT_EQ(voxelsOf(map), cuboid_mapping::test::voxelsOf(moved.bricks));
+}
+
 TEST(MapStorage, namesTheParameterThatAllowsALargerFile) {
   const TemporaryFolder folder;
   Random random(99);

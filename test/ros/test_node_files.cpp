@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Files that a running node writes: by itself, and where it cannot. As node and as nodelet.
+#include "cuboid_mapping/LoadMap.h"
 #include "cuboid_mapping/SaveMap.h"
 #include "cuboid_mapping/SetBox.h"
 #include "cuboid_mapping/io/map_files.h"
@@ -102,6 +103,44 @@ TEST_P(NodeFiles, AnAutosaveThatFailsIsAnErrorOfTheDiagnostics) {
   EXPECT_TRUE(waitFor([&] {
     return diagnostics.status().level == diagnostic_msgs::DiagnosticStatus::WARN;
   })) << diagnostics.status().message;
+}
+
+TEST_P(NodeFiles, ArePutIntoTheMapByRuleAndTransform) {
+  start({});
+  const std::string file = folder_ / "box.cuboids";
+  setBox(1);
+  cuboid_mapping::SaveMap save;
+  save.request.filename = file;
+  ASSERT_TRUE(callService(std::string(kName) + "/save_map", save));
+  const auto load = [&](const std::string& rule, double x, double quaternion_z) {
+    cuboid_mapping::LoadMap service;
+    service.request.filename = file;
+    service.request.rule = rule;
+    service.request.transform.translation.x = x;
+    service.request.transform.rotation.z = quaternion_z;
+    service.request.transform.rotation.w = quaternion_z;  // A quarter turn, or none.
+    EXPECT_TRUE(ros::service::call(std::string(kName) + "/load_map", service));
+    return service.response;
+  };
+  // The box is at x = 1 to 1.2 m; a quarter turn takes it to y = 1 to 1.2 m, x = -0.2 to 0 m.
+  const auto both = load("sum", 0.0, 0.7071);
+  EXPECT_TRUE(both.success) << both.message;
+  EXPECT_NE(both.message.find("exact"), std::string::npos) << both.message;
+  EXPECT_NE(both.message.find("0 voxels known to both"), std::string::npos) << both.message;
+  EXPECT_NE(both.message.find("not the map"), std::string::npos) << both.message;
+  const auto shifted = load("later", 0.13, 0.0);
+  EXPECT_NE(shifted.message.find("resampled"), std::string::npos) << shifted.message;
+  save.request.filename = folder_ / "both.cuboids";
+  ASSERT_TRUE(callService(std::string(kName) + "/save_map", save));
+  EXPECT_EQ(countVoxels(save.request.filename), 2.5 * kVoxelsOfBox) << "shifted by one voxel";
+  for (const auto& [rule, quaternion_z] : {std::pair{"mean", 0.0}, {"sum", 5.0}}) {
+    const auto refused = load(rule, 0.0, quaternion_z);
+    EXPECT_FALSE(refused.success);
+    EXPECT_FALSE(refused.message.empty());
+  }
+  const auto alone = load("", 0.0, 0.0);
+  EXPECT_TRUE(alone.success) << alone.message;
+  EXPECT_EQ(alone.message, "");
 }
 
 TEST_P(NodeFiles, SayWhyTheyCannotBeWritten) {

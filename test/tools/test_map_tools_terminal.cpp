@@ -74,6 +74,7 @@ TEST_F(MapToolsTerminal, endsOnCtrlCWhileAMapIsRead) {
       {"map_info", {MAP_INFO_PROGRAM, map}},
       {"map_convert", {MAP_CONVERT_PROGRAM, map, output}},
       {"map_compare", {MAP_COMPARE_PROGRAM, map, map_}},
+      {"map_merge", {MAP_MERGE_PROGRAM, map, map_, "-o", output}},
       {"map_render", {MAP_RENDER_PROGRAM, map, picture}}};
   for (const auto& [name, arguments] : cases) {
     Terminal terminal;

@@ -8,6 +8,9 @@
 #include "cuboid_mapping/ros/names.h"
 
 #include <ros/console.h>
+#include <tf2_eigen/tf2_eigen.h>
+
+#include <cmath>
 
 namespace cuboid_mapping_ros {
 namespace {
@@ -20,6 +23,17 @@ std::uint64_t revisionOf(const GuardedMap& map) {
   return map.read([](const cuboid_mapping::CuboidMap& content, const ros::Time& /*stamp*/) {
     return content.revision();
   });
+}
+
+/// A quaternion of few digits is made one of length 1; all zeros are no turn; others stay what they are, for moveMap() to
+/// refuse.
+Eigen::Isometry3d toIsometry(geometry_msgs::Transform transform) {
+  Eigen::Quaterniond turn;
+  tf2::fromMsg(transform.rotation, turn);
+  if (turn.norm() == 0.0) turn.setIdentity();
+  if (std::abs(turn.norm() - 1.0) < 0.01) turn.normalize();
+  transform.rotation = tf2::toMsg(turn);
+  return tf2::transformToEigen(transform);
 }
 
 void logAnswer(const char* action, const std::string& file, const StorageAnswer& answer) {
@@ -71,13 +85,26 @@ void MapFilesService::advertise(ros::NodeHandle nh) {
       });
   load_server_ = advertiseGuarded<LoadMap::Request, LoadMap::Response>(
       nh, kLoadMapService, [this](LoadMap::Request& request, LoadMap::Response& response) {
-        const StorageAnswer answer = loadMap(map_, request.filename, limits_);
+        const StorageAnswer answer = load(request);
         logAnswer("loaded from", request.filename, answer);
         response.success = static_cast<std::uint8_t>(answer.error.empty());
-        response.message = answer.error;
+        response.message = answer.error.empty() ? answer.notes : answer.error;
         response.cuboids = answer.num_cuboids;
         return true;
       });
+}
+
+StorageAnswer MapFilesService::load(const LoadMap::Request& request) {
+  LoadPlacement placement{cuboid_mapping::mergeRuleOfName(request.rule), std::nullopt};
+  if (!placement.rule && !request.rule.empty()) {
+    StorageAnswer answer;
+    answer.error = "the rule '" + request.rule + "' is not known: say sum, later, occupied or none";
+    return answer;
+  }
+  if (request.transform != geometry_msgs::Transform()) {
+    placement.T_map_file = toIsometry(request.transform);
+  }
+  return loadMap(map_, request.filename, limits_, placement);
 }
 
 void MapFilesService::autosave() {

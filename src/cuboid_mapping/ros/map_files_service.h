@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include "cuboid_mapping/LoadMap.h"
 #include "cuboid_mapping/ros/callback_guard.h"
 #include "cuboid_mapping/ros/guarded_map.h"
 #include "cuboid_mapping/ros/map_storage.h"
@@ -35,6 +36,7 @@ class MapFilesService {
 
  private:
   void advertise(ros::NodeHandle nh);
+  StorageAnswer load(const cuboid_mapping::LoadMap::Request& request);
   void autosave();
 
   GuardedMap& map_;

@@ -18,6 +18,7 @@ using cuboid_mapping::MapFile;
 using cuboid_mapping::MapFileDefect;
 using cuboid_mapping::MapFileError;
 using cuboid_mapping::MapSnapshot;
+using cuboid_mapping::MergeRule;
 using cuboid_mapping::SensorModelConfig;
 using cuboid_mapping::SnapshotLimits;
 
@@ -60,6 +61,32 @@ MapFile readFileWithin(const std::string& file, const SensorModelConfig& model,
   }
 }
 
+void putInPlace(GuardedMap& map, const MapConfig& config, const MapSnapshot& snapshot,
+                StorageAnswer& answer) {
+  CuboidMap fresh(config);  // Built while the other one is in use, and freed after it.
+  restoreSnapshot(snapshot, fresh);
+  fresh.fuse();
+  answer.num_cuboids = countCuboids(fresh).total();
+  map.edit([&](CuboidMap& content, const ros::Time& /*stamp*/) {
+    // It may have been reconfigured meanwhile.
+    if (!isSame(content.config().sensor_model, config.sensor_model)) {
+      fresh.setSensorModel(content.config().sensor_model);
+    }
+    return content.exchange(fresh);
+  });
+}
+
+void mergeInto(GuardedMap& map, const MapSnapshot& snapshot, MergeRule rule,
+               StorageAnswer& answer) {
+  map.edit([&](CuboidMap& content, const ros::Time& /*stamp*/) {
+    MapSnapshot merged = takeSnapshot(content, "");
+    answer.notes += describe(mergeMaps(snapshot, rule, merged), rule);
+    const auto changes = content.replace(cuboid_mapping::kAllCells, merged.bricks);
+    answer.num_cuboids = countCuboids(content).total();
+    return changes;
+  });
+}
+
 }  // namespace
 
 SnapshotLimits makeSnapshotLimits(const NodeParameters& parameters) {
@@ -79,25 +106,23 @@ StorageAnswer saveMap(GuardedMap& map, const std::string& frame_id, const std::s
   });
 }
 
-StorageAnswer loadMap(GuardedMap& map, const std::string& file, const SnapshotLimits& limits) {
+StorageAnswer loadMap(GuardedMap& map, const std::string& file, const SnapshotLimits& limits,
+                      const LoadPlacement& placement) {
   return guard([&](StorageAnswer& answer) {
     const MapConfig config = map.read(
         [](const CuboidMap& content, const ros::Time& /*stamp*/) { return content.config(); });
-    const MapFile read = readFileWithin(file, config.sensor_model, limits);
+    MapFile read = readFileWithin(file, config.sensor_model, limits);
     answer.error = compareResolutions(read.snapshot.resolution_m, map.grid().resolution(), file);
     if (!answer.error.empty()) return;
-    CuboidMap fresh(config);  // Built while the other one is in use, and freed after it.
-    restoreSnapshot(read.snapshot, fresh);
-    fresh.fuse();
-    answer.num_cuboids = countCuboids(fresh).total();
+    if (placement.T_map_file) {
+      answer.notes = describe(cuboid_mapping::moveMap(*placement.T_map_file, read.snapshot)) + ". ";
+    }
     answer.num_bytes = read.num_bytes;
-    map.edit([&](CuboidMap& content, const ros::Time& /*stamp*/) {
-      // It may have been reconfigured meanwhile.
-      if (!isSame(content.config().sensor_model, config.sensor_model)) {
-        fresh.setSensorModel(content.config().sensor_model);
-      }
-      return content.exchange(fresh);
-    });
+    if (placement.rule) {
+      mergeInto(map, read.snapshot, *placement.rule, answer);
+    } else {
+      putInPlace(map, config, read.snapshot, answer);
+    }
   });
 }
 

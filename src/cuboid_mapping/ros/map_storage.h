@@ -2,6 +2,7 @@
 // Saving and loading the map of a running node. Functions that throw nothing.
 #pragma once
 
+#include "cuboid_mapping/map/map_merge.h"
 #include "cuboid_mapping/map/map_snapshot.h"
 #include "cuboid_mapping/ros/guarded_map.h"
 #include "cuboid_mapping/ros/parameters.h"
@@ -16,6 +17,7 @@ namespace cuboid_mapping_ros {
 /// What has become of a save or a load.
 struct StorageAnswer {
   std::string error;  ///< Empty: it is done.
+  std::string notes;  ///< Of a map that was moved or put into another one: how exactly.
   std::size_t num_cuboids = 0;
   std::size_t num_bytes = 0;
   std::uint64_t revision = 0;  ///< Of the map that was saved.
@@ -29,12 +31,22 @@ struct StorageAnswer {
 /// How much reading a file may take: parameter file_memory.
 [[nodiscard]] cuboid_mapping::SnapshotLimits makeSnapshotLimits(const NodeParameters& parameters);
 
-/// Puts a map from a file in the place of everything in the map but its locks, which stay. After any
-/// error all is as it was: an unreadable or bad file, another resolution, too much for the limits,
-/// no memory. The new map is built beside the old one, which is held for the exchange only: clouds
-/// that come in until then are lost with it.
+/// How the map of a file gets into another one.
+struct LoadPlacement {
+  std::optional<cuboid_mapping::MergeRule> rule;  ///< Nothing: in the place of all that is there.
+  std::optional<Eigen::Isometry3d> T_map_file;    ///< Nothing: both have one frame.
+};
+
+/// Puts a map from a file in the place of everything in the map, or into it; see moveMap() and mergeMaps(). Locks stay.
+/// After any error all is as it was: an unreadable or bad file, another resolution, a bad transform, too much for the
+/// limits, no memory.
+///
+/// In the place of everything: the new map is built beside the old one, which is held for the exchange only: clouds
+/// that come in until then are lost with it. Into it: the map is held while the two are put together, and no cloud is
+/// lost.
 [[nodiscard]] StorageAnswer loadMap(GuardedMap& map, const std::string& file,
-                                    const cuboid_mapping::SnapshotLimits& limits = {});
+                                    const cuboid_mapping::SnapshotLimits& limits = {},
+                                    const LoadPlacement& placement = {});
 
 /// The map of `map_file`; nothing when there is none. The resolution of the parameters becomes that
 /// of the file, as with octomap_server.

@@ -1,0 +1,225 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "cuboid_mapping/map/map_merge.h"
+
+#include <algorithm>
+#include <cmath>
+#include <sstream>
+#include <stdexcept>
+#include <utility>
+
+namespace cuboid_mapping {
+namespace {
+
+constexpr double kTurnTolerance = 1e-9;
+constexpr double kShiftTolerance = 1e-6;  // Voxels.
+
+/// A transform in units of voxels, to a grid from a grid.
+struct CellMotion {
+  Eigen::Isometry3d T_target_map;
+  bool is_exact;  ///< Voxels go to voxels; the transform has whole numbers then.
+};
+
+CellMotion toCellMotion(const Eigen::Isometry3d& T_target_map, double resolution_m) {
+  const Eigen::Matrix3d turn = T_target_map.linear();
+  const Eigen::Vector3d shift_cells = T_target_map.translation() / resolution_m;
+  if (!turn.allFinite() || !shift_cells.allFinite() || !turn.isUnitary(1e-6) ||
+      turn.determinant() < 0.0) {
+    throw std::invalid_argument("the transform is no turn and shift in finite numbers");
+  }
+  const Eigen::Matrix3d whole_turn = turn.array().round();
+  const Eigen::Vector3d whole_shift = shift_cells.array().round();
+  CellMotion motion{Eigen::Isometry3d::Identity(), false};
+  motion.is_exact = (turn - whole_turn).cwiseAbs().maxCoeff() <= kTurnTolerance &&
+                    (shift_cells - whole_shift).cwiseAbs().maxCoeff() <= kShiftTolerance;
+  motion.T_target_map.linear() = motion.is_exact ? whole_turn : turn;
+  motion.T_target_map.translation() = motion.is_exact ? whole_shift : shift_cells;
+  return motion;
+}
+
+Eigen::Vector3d toVector(const Cell& cell) { return {1.0 * cell.x, 1.0 * cell.y, 1.0 * cell.z}; }
+
+Cell floorOf(const Eigen::Vector3d& point) {
+  return {static_cast<std::int32_t>(std::floor(point.x())),
+          static_cast<std::int32_t>(std::floor(point.y())),
+          static_cast<std::int32_t>(std::floor(point.z()))};
+}
+
+/// The voxels in which something of a moved brick may lie.
+CellBox boxAround(const Cell& brick, const Eigen::Isometry3d& T_target_map) {
+  Eigen::AlignedBox3d around;
+  for (int corner = 0; corner < 8; ++corner) {
+    const Cell offset{(corner & 1) * kBrickEdge, (corner >> 1 & 1) * kBrickEdge,
+                      (corner >> 2) * kBrickEdge};
+    around.extend(T_target_map * toVector(brick + offset));
+  }
+  if (around.min().minCoeff() < kAllCells.min.x + 1.0 ||
+      around.max().maxCoeff() > kAllCells.max.x - 1.0) {
+    throw std::invalid_argument("the transform takes the map beyond the limits of a map");
+  }
+  return {floorOf(around.min()), floorOf(around.max()) + Cell{1, 1, 1}};
+}
+
+/// The bricks in which something of a moved map may lie, along the Morton curve.
+std::vector<VoxelBrick> findTargets(const MapSnapshot& map, const Eigen::Isometry3d& T_target_map) {
+  std::vector<VoxelBrick> targets;
+  for (const VoxelBrick& brick : map.bricks) {
+    forEachBrick(boxAround(brick.brick, T_target_map), [&](const Cell& target) {
+      targets.push_back({target, {}});
+    });
+  }
+  sortBricks(targets);
+  const auto is_same = [](const auto& a, const auto& b) { return a.brick == b.brick; };
+  targets.erase(std::unique(targets.begin(), targets.end(), is_same), targets.end());
+  return targets;
+}
+
+/// Reads voxels of one frame by the places of another.
+class Sampler {
+ public:
+  Sampler(const std::vector<VoxelBrick>& bricks, const Eigen::Isometry3d& T_target_map)
+      : to_source_(T_target_map.inverse()) {
+    voxels_.replace(kAllCells, bricks);
+  }
+
+  [[nodiscard]] PackedVoxels sample(const Cell& brick) {
+    BrickMask known;
+    VoxelValues values{};
+    for (int voxel = 0; voxel < kBrickVoxels; ++voxel) {
+      const Eigen::Vector3d center =
+          to_source_ * (toVector(cellAt(brick, voxel)) + Eigen::Vector3d::Constant(0.5));
+      const Cell from = floorOf(center);
+      const auto log_odds = voxels_.logOddsAt(from);
+      if (!log_odds) continue;
+      known.set(voxel);
+      values[static_cast<std::size_t>(voxel)] = *log_odds;
+      const double offset = (center - toVector(from) - Eigen::Vector3d::Constant(0.5)).norm();
+      max_offset_ = std::max(max_offset_, offset);
+      sum_offsets_ += offset;
+      num_voxels_ += 1.0;
+    }
+    return {known, values};
+  }
+
+  /// In voxels.
+  ///@{
+  [[nodiscard]] double maxOffset() const { return max_offset_; }
+  [[nodiscard]] double meanOffset() const { return sum_offsets_ / std::max(1.0, num_voxels_); }
+  ///@}
+
+ private:
+  Eigen::Isometry3d to_source_;
+  VoxelStore voxels_;
+  double max_offset_ = 0.0;
+  double sum_offsets_ = 0.0;
+  double num_voxels_ = 0.0;
+};
+
+float apply(MergeRule rule, float first, float second) {
+  switch (rule) {
+    case MergeRule::kLater: return second;
+    case MergeRule::kOccupied: return std::max(first, second);
+    default: return first + second;
+  }
+}
+
+/// The brick of both; either may have no known voxel.
+PackedVoxels mergeBricks(const PackedVoxels& first, const PackedVoxels& second, MergeRule rule,
+                         const SensorModel& model) {
+  const BrickMask both = first.known() & second.known();
+  VoxelValues values;
+  VoxelValues others;
+  first.getValues(values);
+  second.getValues(others);
+  second.known().forEach([&](int voxel) {
+    const auto at = static_cast<std::size_t>(voxel);
+    values[at] = both.test(voxel) ? apply(rule, values[at], others[at]) : others[at];
+  });
+  const BrickMask known = first.known() | second.known();
+  known.forEach([&](int voxel) {
+    float& value = values[static_cast<std::size_t>(voxel)];
+    value = std::clamp(value, model.min(), model.max());
+  });
+  return {known, values};
+}
+
+}  // namespace
+
+MapMotion moveMap(const Eigen::Isometry3d& T_target_map, MapSnapshot& map) {
+  const CellMotion motion = toCellMotion(T_target_map, map.resolution_m);
+  std::vector<VoxelBrick> moved = findTargets(map, motion.T_target_map);
+  Sampler sampler(map.bricks, motion.T_target_map);
+  for (VoxelBrick& brick : moved) brick.voxels = sampler.sample(brick.brick);
+  const auto is_empty = [](const VoxelBrick& brick) { return brick.voxels.isEmpty(); };
+  moved.erase(std::remove_if(moved.begin(), moved.end(), is_empty), moved.end());
+  map.bricks = std::move(moved);
+  return {motion.is_exact, map.resolution_m * sampler.maxOffset(),
+          map.resolution_m * sampler.meanOffset()};
+}
+
+const char* toString(MergeRule rule) {
+  switch (rule) {
+    case MergeRule::kLater: return "later";
+    case MergeRule::kOccupied: return "occupied";
+    default: return "sum";
+  }
+}
+
+std::optional<MergeRule> mergeRuleOfName(const std::string& name) {
+  for (const MergeRule rule : {MergeRule::kSum, MergeRule::kLater, MergeRule::kOccupied}) {
+    if (name == toString(rule)) return rule;
+  }
+  return std::nullopt;
+}
+
+MapOverlap mergeMaps(const MapSnapshot& second, MergeRule rule, MapSnapshot& first) {
+  if (std::abs(first.resolution_m - second.resolution_m) > 1e-9 * first.resolution_m) {
+    std::ostringstream text;
+    text << "the maps have different resolutions, " << first.resolution_m << " and "
+         << second.resolution_m << " m: they cannot be put together";
+    throw std::invalid_argument(text.str());
+  }
+  const SensorModel model(first.sensor_model, first.environment);
+  const PackedVoxels nothing;
+  std::vector<VoxelBrick> merged;
+  MapOverlap overlap;
+  auto a = first.bricks.cbegin();
+  auto b = second.bricks.cbegin();
+  while (a != first.bricks.cend() || b != second.bricks.cend()) {
+    const bool is_a = b == second.bricks.cend() ||
+                      (a != first.bricks.cend() && !isBeforeOnMortonCurve(b->brick, a->brick));
+    const bool is_b = b != second.bricks.cend() && (!is_a || b->brick == a->brick);
+    const PackedVoxels& from_a = is_a ? a->voxels : nothing;
+    const PackedVoxels& from_b = is_b ? b->voxels : nothing;
+    merged.push_back({is_a ? a->brick : b->brick, mergeBricks(from_a, from_b, rule, model)});
+    const BrickMask both = from_a.known() & from_b.known();
+    overlap.known_to_both += both.count();
+    overlap.other_class += ((from_a.occupied() ^ from_b.occupied()) & both).count();
+    overlap.only_in_first += from_a.known().without(both).count();
+    overlap.only_in_second += from_b.known().without(both).count();
+    if (is_a) ++a;
+    if (is_b) ++b;
+  }
+  first.bricks = std::move(merged);
+  return overlap;
+}
+
+std::string describe(const MapMotion& motion) {
+  if (motion.is_exact) return "moved by whole voxels: exact";
+  std::ostringstream text;
+  text.precision(3);
+  text << "moved and resampled: voxels lie " << motion.mean_offset_m << " m on average, "
+       << motion.max_offset_m << " m at most, from where they were";
+  return text.str();
+}
+
+std::string describe(const MapOverlap& overlap, MergeRule rule) {
+  std::ostringstream text;
+  text.precision(15);
+  text << overlap.known_to_both << " voxels known to both (" << overlap.other_class
+       << " of another class), " << overlap.only_in_first << " to the first alone, "
+       << overlap.only_in_second << " to the second alone; rule '" << toString(rule)
+       << "'. This is not the map that one mapper with all clouds would have made";
+  return text.str();
+}
+
+}  // namespace cuboid_mapping

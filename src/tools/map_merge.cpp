@@ -1,0 +1,102 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Puts one finished map into another.
+#include "cuboid_mapping/map/map_merge.h"
+#include "command_line.h"
+#include "cuboid_mapping/io/file_replacement.h"
+#include "cuboid_mapping/io/map_files.h"
+#include "map_content.h"
+#include "progress_bar.h"
+
+#include <iostream>
+#include <stdexcept>
+
+namespace cuboid_mapping {
+namespace {
+
+constexpr double kRadiansOfDegree = M_PI / 180.0;
+
+struct Options {
+  std::string first;
+  std::string second;
+  std::string output;
+  std::string rule = toString(MergeRule::kSum);
+  std::vector<double> turn_deg;
+  std::vector<double> shift_m;
+};
+
+Eigen::Isometry3d toTransform(const Options& options) {
+  Eigen::Isometry3d T_first_second = Eigen::Isometry3d::Identity();
+  if (!options.shift_m.empty()) {
+    T_first_second.translation() = Eigen::Vector3d(options.shift_m.data());
+  }
+  if (!options.turn_deg.empty()) {
+    const auto about = [&options](std::size_t axis) {
+      const auto number = static_cast<Eigen::Index>(axis);
+      return Eigen::AngleAxisd(kRadiansOfDegree * options.turn_deg[axis],
+                               Eigen::Vector3d::Unit(number));
+    };
+    T_first_second.linear() = (about(2) * about(1) * about(0)).toRotationMatrix();
+  }
+  return T_first_second;
+}
+
+/// The second map in the frame of the first.
+MapSnapshot readSecond(const Options& options, const MapSnapshot& first) {
+  MapSnapshot second = readMapFile(options.second, first.sensor_model).snapshot;
+  throwIfInterrupted();
+  if (!options.turn_deg.empty() || !options.shift_m.empty()) {
+    const MapMotion motion = moveMap(toTransform(options), second);
+    std::cout << options.second << ": " << describe(motion) << std::endl;
+  } else if (!first.frame_id.empty() && !second.frame_id.empty() &&
+             first.frame_id != second.frame_id) {
+    throw std::runtime_error("the maps are in the frames '" + first.frame_id + "' and '" +
+                             second.frame_id + "': say with --shift and --turn how they lie");
+  }
+  return second;
+}
+
+int merge(const Options& options) {
+  const auto format = formatOfName(options.output);
+  if (!format) {
+    throw std::runtime_error(options.output + ": its name must end in one of " + knownEndings());
+  }
+  checkReplaceable(options.output);
+  MapSnapshot map = readMapFile(options.first).snapshot;
+  throwIfInterrupted();
+  const MergeRule rule = *mergeRuleOfName(options.rule);
+  const MapOverlap overlap = mergeMaps(readSecond(options, map), rule, map);
+  throwIfInterrupted();
+  const std::size_t num_bytes = writeMapFile(options.output, map, showProgress("bricks written"));
+  std::cout << options.output << ": " << describeContent(map, *format) << ", " << num_bytes
+            << " bytes; " << describe(overlap, rule) << std::endl;
+  return 0;
+}
+
+int run(int argc, char** argv) {
+  Options options;
+  CommandLine line(
+      "map_merge",
+      "Puts a map into another one of the same resolution. What comes of it is not the\n"
+      "map that all clouds together would have made: doc/fleet.md.");
+  line.addArgument("first", options.first,
+                   "map: .cuboids, .ot or .bt; frame and sensor model of the result are its own");
+  line.addArgument("second", options.second, "map: .cuboids, .ot or .bt");
+  line.addText("output,o", options.output, "map to write: " + knownEndings());
+  line.addText("rule", options.rule,
+               "log-odds of voxels that both know: their sum, the second's, the greater ones",
+               {"sum", "later", "occupied"});
+  line.addPoint("turn", options.turn_deg,
+                "of the second map in the frame of the first: about x, then y, then z, in degrees");
+  line.addPoint("shift", options.shift_m,
+                "of the second map in the frame of the first, after the turn, in metres");
+  if (const auto status = line.parse(argc, argv)) return *status;
+  if (options.output.empty()) throw std::runtime_error("--output is missing");
+  return merge(options);
+}
+
+}  // namespace
+}  // namespace cuboid_mapping
+
+int main(int argc, char** argv) {
+  return cuboid_mapping::runMain("map_merge", argc, argv, cuboid_mapping::run);
+}
