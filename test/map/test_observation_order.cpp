@@ -153,9 +153,12 @@ TEST(ObservationOrder, whatComesTooLateIsGivenOutAndCounted) {
   order.put(makeObservation("a", 1, 10.0), 0.0);
   order.put(makeObservation("a", 2, 20.0), 0.1);
   EXPECT_EQ(order.takeDue(0.1).size(), 1U);
-  order.put(makeObservation("b", 1, 5.0), 0.2);
+  RobotObservation late = makeObservation("b", 1, 5.0);
+  late.left_out = 3;
+  order.put(late, 0.2);
   EXPECT_EQ(order.takeDue(0.2).size(), 1U);
   EXPECT_EQ(order.counts().num_late, 1U);
+  EXPECT_EQ(order.counts().num_left_out, 3U);
 }
 
 TEST(ObservationOrder, asksForGapsUntilTheRobotHasAnswered) {

@@ -109,7 +109,7 @@ TEST(Parameters, EveryBadValueGivesExactlyItsErrorAndKeepsTheDefault) {
       ++num_checked;
     }
   }
-  EXPECT_EQ(num_checked, 319U);
+  EXPECT_EQ(num_checked, 326U);
 }
 
 TEST(Parameters, AnErrorSaysValueRangeAndWhatToDo) {

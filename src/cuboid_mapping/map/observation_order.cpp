@@ -48,6 +48,7 @@ bool ObservationOrder::put(RobotObservation observation, double now_s) {
     return false;
   }
   session.last_received_s = now_s;
+  session.left_out = std::max(session.left_out, observation.left_out);
   std::uint64_t& newest_session = newest_session_[observation.robot];
   newest_session = std::max(newest_session, observation.session);
   newest_stamp_ns_ = counts_.num_received == 0 ? observation.stamp_ns
@@ -102,7 +103,10 @@ MergeCounts ObservationOrder::counts() const {
   MergeCounts counts = counts_;
   counts.num_waiting = waiting_.size();
   counts.num_sessions = sessions_.size();
-  for (const auto& [name, session] : sessions_) counts.num_missing += session.received.numMissing();
+  for (const auto& [name, session] : sessions_) {
+    counts.num_missing += session.received.numMissing();
+    counts.num_left_out += session.left_out;
+  }
   return counts;
 }
 

@@ -16,8 +16,10 @@ namespace cuboid_mapping {
 struct RobotObservation {
   std::string robot;
   std::uint64_t session = 0;   ///< Of the robot's node: another one after a restart.
-  std::uint64_t sequence = 0;  ///< Of the cloud in its session: 1, 2, 3, ...
-  std::int64_t stamp_ns = 0;   ///< Of the cloud.
+  std::uint64_t sequence = 0;  ///< In its session: 1, 2, 3, ...
+  std::uint64_t left_out =
+      0;  ///< Clouds of its session so far that were not sent for want of bandwidth.
+  std::int64_t stamp_ns = 0;  ///< Of the cloud.
   SensorModelConfig sensor_model;
   ScanUpdate update;
 };
@@ -52,6 +54,7 @@ struct MergeCounts {
   std::uint64_t num_repeated = 0;  ///< Had come before, and were left out.
   std::uint64_t num_late = 0;      ///< Were given out behind later ones.
   std::uint64_t num_missing = 0;   ///< Have not come, though later ones of their session have.
+  std::uint64_t num_left_out = 0;  ///< Clouds that robots have left out for want of bandwidth.
   std::uint64_t num_waiting = 0;   ///< Have come, and are not given out yet.
   std::uint64_t num_sessions = 0;  ///< Of all robots.
 };
@@ -85,6 +88,7 @@ class ObservationOrder {
   using Key = std::tuple<std::int64_t, std::string, std::uint64_t, std::uint64_t>;
   struct Session {
     SequenceSet received;
+    std::uint64_t left_out = 0;
     std::uint64_t asked_to = 0;  ///< What is missing up to there is lost for good.
     double last_received_s = 0.0;
   };

@@ -34,8 +34,25 @@ std::string getRobots(const P& parameters) {
 
 }  // namespace
 
+const char* toString(ObservationExcess excess) {
+  return excess == ObservationExcess::kLater ? "later" : "thin";
+}
+
 std::vector<ParameterDeclaration> declareFleet() {
   return {
+      {"observation_rate", "kB/s",
+       NumberKind{[](P& p) -> double& { return p.fleet.observation_max_kb_s; }, 0.0, 1e6},
+       "Bytes of observations that a listener gets at most, answers of ~get_observations included. "
+       "0: no bound."},
+      {"observation_excess", "",
+       oneOf<ObservationExcess>(
+           {ObservationExcess::kLater, ObservationExcess::kThin},
+           [](P& p) -> ObservationExcess& { return p.fleet.observation_excess; }),
+       "What becomes of observations beyond observation_rate. later: they wait, the last 50 of "
+       "them; "
+       "those before can be asked for with observation_memory. thin: a cloud that comes while "
+       "others "
+       "use up the rate is in no observation, and is counted."},
       {"observation_memory", "MB",
        IntegerKind{[](P& p) -> int& { return p.fleet.observation_memory_mb; }, 0, 100000},
        "Memory for observations that were sent, so that a node that makes a map of several robots "

@@ -6,8 +6,19 @@
 
 namespace cuboid_mapping_ros {
 
+/// What becomes of observations that are more than may be sent.
+enum class ObservationExcess : unsigned char {
+  kLater,  ///< They wait.
+  kThin    ///< Clouds are left out of the observations, and counted.
+};
+
+/// "later" or "thin".
+[[nodiscard]] const char* toString(ObservationExcess excess);
+
 /// Of maps of several robots.
 struct FleetParameters {
+  double observation_max_kb_s = 0.0;  ///< That may be sent to each listener; 0: all.
+  ObservationExcess observation_excess = ObservationExcess::kLater;
   int observation_memory_mb = 0;    ///< For those who have missed observations; 0: none is kept.
   std::vector<std::string> robots;  ///< Whose observations make the map; none: clouds make it.
   double merge_delay_s = 3.0;       ///< For observations to arrive, before they go into the map.

@@ -119,6 +119,9 @@ void MappingNode::startTimers() {
   diagnostics_.setHardwareID("none");
   diagnostics_.add("mapping", this, &MappingNode::reportDiagnostics);
   sources_.addDiagnostics(diagnostics_);
+  if (parameters_.fleet.observation_max_kb_s > 0.0) {
+    diagnostics_.add("observations", &observation_publisher_, &ObservationPublisher::report);
+  }
   diagnostics_timer_ =
       nh_.createWallTimer(ros::WallDuration(std::max(0.1, diagnostics_.getPeriod())),
                           [this](const ros::WallTimerEvent&) { diagnostics_.force_update(); });

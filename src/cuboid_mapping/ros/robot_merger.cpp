@@ -60,10 +60,13 @@ std::variant<RobotObservation, std::string> readObservation(const Observation& m
                                message.data.size());
   auto update = cuboid_mapping::scanUpdateOfBytes(bytes);
   if (!update || message.sequence == 0 || !checkConfig(config).empty()) return from + " is damaged";
-  return RobotObservation{
-      message.robot,       message.session,
-      message.sequence,    static_cast<std::int64_t>(message.header.stamp.toNSec()),
-      config.sensor_model, std::move(*update)};
+  return RobotObservation{message.robot,
+                          message.session,
+                          message.sequence,
+                          message.left_out,
+                          static_cast<std::int64_t>(message.header.stamp.toNSec()),
+                          config.sensor_model,
+                          std::move(*update)};
 }
 
 ros::Time stampOf(const RobotObservation& observation) {
@@ -185,11 +188,16 @@ void RobotMerger::report(diagnostic_updater::DiagnosticStatusWrapper& status) {
     status.summary(DiagnosticStatus::WARN,
                    "observations come too late: give them more merge/delay");
   }
+  if (counts.num_left_out > reported_.num_left_out) {
+    status.summary(DiagnosticStatus::WARN,
+                   "robots leave out clouds: their observation_rate does not suffice");
+  }
   if (num_refused_ > num_reported_refused_) status.summary(DiagnosticStatus::WARN, last_refusal_);
   status.add("observations received", counts.num_received);
   status.add("observations waiting", counts.num_waiting);
   status.add("observations late", counts.num_late);
   status.add("observations missing", counts.num_missing);
+  status.add("clouds left out", counts.num_left_out);
   status.add("observations repeated", counts.num_repeated);
   status.add("observations refused", num_refused_);
   status.add("observations asked for", num_asked_for_);
