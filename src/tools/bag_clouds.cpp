@@ -123,7 +123,7 @@ void BagClouds::walk(const CloudShare& share, const Take& take,
   sources_ = makeSources(parameters_);
   watch_.emplace(parameters_.map.resolution_m, parameters_.max_range_m);
   readTransforms();
-  for (std::size_t number = 0; number < messages_.size(); ++number) {
+  for (std::size_t number = share.begin; number < messages_.size(); ++number) {
     cuboid_mapping::throwIfInterrupted();
     if (number % share.step == share.first) {
       if (const auto cloud = messages_.read(number)) {
@@ -141,9 +141,9 @@ void BagClouds::walkOne(const SensorMessage& cloud, const Take& take) {
   watch_->noteReceived(cloud.header().stamp.toSec());
   Stopwatch stopwatch;
   const cuboid_mapping::ScanUpdate* update = compute(cloud);
+  if (update != nullptr) ++statistics_.num_inserted;
   take(update, {cloud.header().stamp, cloud.source});
   if (update == nullptr) return;
-  ++statistics_.num_inserted;
   watch_->noteInserted(1e-3 * stopwatch.lap(), statistics_.reach_m);
   suggestOnce();
 }

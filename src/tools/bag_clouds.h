@@ -37,10 +37,11 @@ struct BagOptions {
 /// The format of the output. @throws std::runtime_error when it cannot be written.
 [[nodiscard]] cuboid_mapping::MapFormat checkOutput(const BagOptions& options);
 
-/// Which clouds are walked: number `first`, `first` + `step`, ...
+/// Which clouds are walked: number `first`, `first` + `step`, ..., but none before `begin`, a multiple of `step`.
 struct CloudShare {
   std::uint64_t first = 0;
   std::uint64_t step = 1;
+  std::uint64_t begin = 0;
 };
 
 /// Clouds that were left out, and the text of the first one for each reason.

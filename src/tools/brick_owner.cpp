@@ -85,6 +85,10 @@ void BrickOwner::exchange() {
   own_.clear();
 }
 
+void BrickOwner::restore(const std::vector<cuboid_mapping::VoxelBrick>& bricks) {
+  voxels_.replace(cuboid_mapping::kAllCells, bricks);
+}
+
 void BrickOwner::apply(const ScanUpdate& update, std::size_t source) {
   voxels_.apply(update.bricks, models_[source], threads_);
 }

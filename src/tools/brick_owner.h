@@ -31,6 +31,9 @@ class BrickOwner {
   /// Ends the round; all ranks call it together. @throws std::runtime_error when something damaged came.
   void exchange();
 
+  /// Begins with these bricks of the rank: those of voxels() of an earlier run with as many ranks.
+  void restore(const std::vector<cuboid_mapping::VoxelBrick>& bricks);
+
   /// The rank's bricks.
   [[nodiscard]] const cuboid_mapping::VoxelStore& voxels() const { return voxels_; }
   [[nodiscard]] std::uint64_t numSentBytes() const { return num_sent_bytes_; }

@@ -176,6 +176,40 @@ TEST_F(BagToMapMpi, saysThatARankHasDiedAndWritesNothing) {
   EXPECT_FALSE(run.hasWritten());
 }
 
+TEST_F(BagToMapMpi, goesOnFromACheckpointAfterARankHasDied) {
+  const Words settings{"--set", "resolution=0.02", "threads=1", "frame_id=map"};
+  const std::string map = *folder / "again.cuboids";
+  const std::string checkpoint = map + ".checkpoint";
+  const Words again = Words{bag, "-o", map, "--checkpoint", "0.001"} + settings;
+  {
+    Program run(commandOf(3, again), allowMpi);
+    for (int i = 0; i < 60000 && !std::filesystem::exists(checkpoint + "/index.json"); ++i) {
+      std::this_thread::sleep_for(std::chrono::milliseconds(1));
+    }
+    const std::vector<pid_t> ranks = childrenOf(run.pid(), "bag_to_map_mpi");
+    ASSERT_EQ(ranks.size(), 3U);
+    kill(ranks[1], SIGKILL);
+    EXPECT_NE(run.finish().status, 0);
+  }
+  EXPECT_FALSE(std::filesystem::exists(map));
+  ASSERT_TRUE(std::filesystem::exists(checkpoint));
+  const ProgramEnd fewer = runRanks(2, again);
+  EXPECT_NE(fewer.status, 0);
+  EXPECT_EQ(countOf("is of 3 ranks", fewer.err), 1U) << fewer.err;
+  const ProgramEnd other = runRanks(3, again + Words{"--set", "sensor_model/max_range=5"});
+  EXPECT_NE(other.status, 0);
+  EXPECT_EQ(countOf("other bags or settings", other.err), 1U) << other.err;
+
+  const ProgramEnd end = runRanks(3, again);
+  EXPECT_EQ(end.status, 0) << end.err;
+  EXPECT_EQ(countOf("goes on after", end.err), 1U) << end.err;
+  EXPECT_NE(end.out.find("30 of 30 clouds"), std::string::npos) << end.out;
+  EXPECT_FALSE(std::filesystem::exists(checkpoint));
+  const std::string one = *folder / "one.cuboids";
+  ASSERT_EQ(runProgram(Words{BAG_TO_MAP_PROGRAM, bag, "-o", one} + settings).status, 0);
+  EXPECT_TRUE(readFile(one) == readFile(map));
+}
+
 TEST_F(BagToMapMpi, endsOnCtrlCAndWritesNothing) {
   LongRun run(bag, *folder / "interrupted.cuboids");
   run.program().send(SIGINT);

@@ -1,0 +1,58 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include "bag_clouds.h"
+#include "brick_owner.h"
+#include "mpi_ranks.h"
+
+#include <chrono>
+#include <cstdint>
+#include <string>
+#include <vector>
+
+namespace cuboid_mapping_ros {
+
+/// How far all ranks together have come.
+struct MpiProgress {
+  std::uint64_t num_rounds = 0;
+  std::vector<std::uint64_t> sums;  ///< Figures that add up over ranks and runs.
+  LeftOutClouds left_out;
+};
+
+/// The state of a run, in a folder beside its output, from which a later run goes on: an index, and a map of each
+/// rank. What is there is whole at any moment: the index names the maps, and is replaced when all of them are
+/// written.
+///
+/// Every function waits until all ranks have called it.
+class MpiCheckpoint {
+ public:
+  /// @param ranks  Must outlive this object. @param run  What the result depends on: bags and settings.
+  /// @param period_s  Between two checkpoints; 0: none is made or read.
+  MpiCheckpoint(const MpiRanks& ranks, const std::string& output, std::string run, double period_s);
+
+  /// Why there is one that cannot be gone on from: it is of other bags, settings or ranks. Empty: there is none, or it can. Of
+  /// rank 0 alone; it does not wait.
+  [[nodiscard]] std::string findFault() const;
+
+  /// Gives the owner its bricks. @return How far the run had come; nothing done when there is none.
+  /// @throws cuboid_mapping::MapFileError  A file is damaged or missing.
+  [[nodiscard]] MpiProgress resume(BrickOwner& owner) const;
+
+  /// Whether it is time to write.
+  [[nodiscard]] bool isDue() const;
+  /// @param progress  Of all runs up to now. @throws cuboid_mapping::MapFileError  A file cannot be written.
+  void write(const MpiProgress& progress, const cuboid_mapping::MapSnapshot& part);
+  /// Removes all of it, when the output is written.
+  void remove() const;
+
+ private:
+  [[nodiscard]] std::string partName(std::uint64_t num_rounds) const;
+
+  const MpiRanks& ranks_;
+  std::string folder_;
+  std::string run_;
+  double period_s_;
+  std::chrono::steady_clock::time_point last_;
+};
+
+}  // namespace cuboid_mapping_ros
