@@ -58,6 +58,8 @@ def local_names(text):
 def group_of(source):
     """Sources of a group need much the same headers, and have one .clang-tidy."""
     top = source.parts[0]
+    if source.parts[:2] == ('benchmark', 'display'):
+        return 'test-rviz'
     if top in ('benchmark', 'python'):
         return top
     if source.parts[1] == 'rviz_display':

@@ -1,11 +1,14 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "rviz_display/rviz_window.h"
 
+#include <ros/callback_queue.h>
 #include <rviz/view_controller.h>
 #include <rviz/view_manager.h>
 
 #include <OgrePixelFormat.h>
 #include <OgreRenderWindow.h>
+
+#include <GL/gl.h>
 
 #include <chrono>
 
@@ -37,6 +40,9 @@ rviz::Display* RvizWindow::addDisplay(const std::string& class_name, bool is_ena
 
 void RvizWindow::update() {
   QApplication::processEvents();
+  if (auto* queue = dynamic_cast<ros::CallbackQueue*>(manager_.getThreadedQueue())) {
+    queue->callAvailable();
+  }
   manager_.queueRender();
   QMetaObject::invokeMethod(&manager_, "onUpdate");  // rviz calls it by a timer
 }
@@ -53,7 +59,7 @@ bool RvizWindow::updateUntil(const std::function<bool()>& is_done, double most_s
 double RvizWindow::drawFrame_s() {
   const auto start = Clock::now();
   panel_.getRenderWindow()->update(true);
-  readPixels();  // Waits for the renderer.
+  glFinish();
   return std::chrono::duration<double>(Clock::now() - start).count();
 }
 
