@@ -25,7 +25,9 @@ using rviz::StatusProperty;
 using rviz::StringProperty;
 
 /// Of each frame, for new faces: rviz stays smooth.
-constexpr std::chrono::milliseconds kBudget{20};
+constexpr double kBudget_s = 0.02;
+/// Where frames are slow anyway, so that a map is not drawn a hundred times before it is complete.
+constexpr double kMaxBudget_s = 0.25;
 constexpr std::chrono::milliseconds kReportPeriod{500};
 
 constexpr std::array<const char*, 3> kSetNames{"Occupied", "Free", "Frontier"};
@@ -103,6 +105,13 @@ void CuboidMapDisplay::addColorProperties() {
                         mode_property_, SLOT(updateStyles()), this);
   edges_property_ =
       new BoolProperty("Edges", true, "Draw the edges of cuboids.", this, SLOT(updateStyles()));
+  detail_property_ =
+      new FloatProperty("Finest detail", 4.0F,
+                        "In pixels: far away, cells of 2, 4 or 8 voxels are drawn in place of "
+                        "cuboids, as long as they are no larger than "
+                        "this; 0: always cuboids. Only with colors by height or class.",
+                        this, SLOT(updateStyles()));
+  detail_property_->setMin(0.0F);
 }
 
 void CuboidMapDisplay::addClipProperties() {
@@ -174,7 +183,7 @@ float CuboidMapDisplay::now_s() const {
   return std::chrono::duration<float>(Clock::now() - start_).count();
 }
 
-void CuboidMapDisplay::update(float /*wall_dt*/, float /*ros_dt*/) {
+void CuboidMapDisplay::update(float wall_dt, float /*ros_dt*/) {
   if (scene_ == nullptr) return;
   for (const auto& changes : source_->takeChanges()) {
     if (changes.is_everything) updateShown();  // Its voxels may have another size.
@@ -183,7 +192,11 @@ void CuboidMapDisplay::update(float /*wall_dt*/, float /*ros_dt*/) {
   }
   const bool is_placed = placeInFixedFrame();
   scene_node_->setVisible(is_placed);
-  const bool is_changed = scene_->update(kBudget);
+  const Clock::time_point start = Clock::now();
+  const double others_s = wall_dt - work_s_;
+  const bool is_changed =
+      scene_->update(std::chrono::duration<double>(std::clamp(others_s, kBudget_s, kMaxBudget_s)));
+  work_s_ = std::chrono::duration<double>(Clock::now() - start).count();
   if (recent_property_->getFloat() > 0.0F) updateStyles();  // Time goes on.
   if (is_changed) context_->queueRender();
   if (Clock::now() - last_report_ < kReportPeriod) return;
@@ -242,6 +255,7 @@ void CuboidMapDisplay::updateShown() {
 
 void CuboidMapDisplay::updateStyles() {
   if (scene_ == nullptr) return;
+  scene_->setMaxCellPixels(detail_property_->getFloat());
   for (const FaceSet set : kFaceSets) scene_->setStyle(set, styleOf(set));
   context_->queueRender();
 }

@@ -77,6 +77,7 @@ class CuboidMapDisplay : public rviz::Display {
   Clock::time_point last_report_;
   cuboid_mapping::HeightRange heights_;  ///< Of the map, for its colors.
   bool has_new_heights_ = false;
+  double work_s_ = 0.0;  ///< Of the last update of the scene.
 
   rviz::StringProperty* namespace_property_ = nullptr;
   rviz::StringProperty* server_property_ = nullptr;
@@ -87,6 +88,7 @@ class CuboidMapDisplay : public rviz::Display {
   rviz::FloatProperty* min_color_property_ = nullptr;
   rviz::FloatProperty* max_color_property_ = nullptr;
   rviz::BoolProperty* edges_property_ = nullptr;
+  rviz::FloatProperty* detail_property_ = nullptr;
   rviz::BoolProperty* heights_property_ = nullptr;
   rviz::FloatProperty* min_height_property_ = nullptr;
   rviz::FloatProperty* max_height_property_ = nullptr;

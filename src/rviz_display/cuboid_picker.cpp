@@ -35,17 +35,17 @@ struct CuboidPicker::Picture {
 };
 
 CuboidPicker::CuboidPicker(rviz::DisplayContext* context, const MapSource& source,
-                           const Ogre::SceneNode& node, const Cell& group, FaceChunk& chunk)
-    : SelectionHandler(context), source_(source), node_(node), group_(group) {
-  rviz::SelectionManager::setPickHandle(getHandle(), &chunk);
-  addTrackedObject(&chunk);
+                           const Ogre::SceneNode& node, const Cell& chunk, FaceChunk& faces)
+    : SelectionHandler(context), source_(source), node_(node), chunk_(chunk) {
+  rviz::SelectionManager::setPickHandle(getHandle(), &faces);
+  addTrackedObject(&faces);
 }
 
 /// @param voxel  As the shader numbers it, from 1; what was there may have changed since.
 std::optional<CuboidPicker::Picture> CuboidPicker::find(std::uint64_t voxel) const {
-  if (voxel == 0 || voxel > 32768) return std::nullopt;
+  if (voxel == 0 || voxel > kChunkEdge * kChunkEdge * kChunkEdge) return std::nullopt;
   const auto number = static_cast<std::int32_t>(voxel - 1);
-  const Cell cell = group_ + Cell{number & 31, number >> 5 & 31, number >> 10};
+  const Cell cell = chunk_ + Cell{number & 63, number >> 6 & 63, number >> 12};
   std::optional<Picture> picture;
   source_.read([&](const CuboidMap& map) {
     const VoxelBrick* brick = map.voxels().findBrick(brickOf(cell));

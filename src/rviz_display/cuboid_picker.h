@@ -16,7 +16,7 @@ class CuboidPicker : public rviz::SelectionHandler {
  public:
   /// @param node  In the map frame. It, the source and the chunk must outlive this object.
   CuboidPicker(rviz::DisplayContext* context, const MapSource& source, const Ogre::SceneNode& node,
-               const cuboid_mapping::Cell& group, FaceChunk& chunk);
+               const cuboid_mapping::Cell& chunk, FaceChunk& faces);
 
   bool needsAdditionalRenderPass(std::uint32_t pass) override { return pass == 1; }
   void createProperties(const rviz::Picked& picked, rviz::Property* parent) override;
@@ -35,7 +35,7 @@ class CuboidPicker : public rviz::SelectionHandler {
 
   const MapSource& source_;
   const Ogre::SceneNode& node_;
-  cuboid_mapping::Cell group_;
+  cuboid_mapping::Cell chunk_;
 };
 
 }  // namespace cuboid_mapping_rviz

@@ -18,9 +18,9 @@ namespace {
 constexpr const char* kVertexShader = R"(#version 120
 uniform mat4 worldviewproj_matrix;
 uniform mat4 worldview_matrix;
-uniform vec4 group;  // least corner in the map frame, resolution
+uniform vec4 chunk;  // least corner in the map frame, resolution
 uniform float slice; // height of cross sections in the map frame
-varying vec3 place;  // in cells from the least cell of the group
+varying vec3 place;  // in cells from the chunk
 varying vec3 inward; // one cell into the cuboid
 varying vec2 corner;
 varying float light;
@@ -42,7 +42,7 @@ void main() {
   if (side > 5.5) {  // A cross section: somewhere in the layer of its voxels.
     inward = vec3(0.0);
     place.z += 0.5;
-    position.z = (slice - group.z) / group.w;
+    position.z = (slice - chunk.z) / chunk.w;
   }
   changed = gl_MultiTexCoord0.x;
   figures = gl_Color;
@@ -52,8 +52,8 @@ void main() {
 )";
 
 /// Ahead of all fragment shaders: what of a face is shown.
-constexpr const char* kClip = R"(#version 120
-uniform vec4 group;  // least corner in the map frame, resolution
+constexpr const char* kClip = R"(
+uniform vec4 chunk;  // least corner in the map frame, resolution
 uniform vec3 min_clip;
 uniform vec3 max_clip;
 uniform float oldest;
@@ -65,17 +65,16 @@ varying float changed;
 varying float depth;
 varying vec4 figures;
 
-vec3 inMap() { return group.xyz + group.w * place; }
+vec3 inMap() { return chunk.xyz + chunk.w * place; }
 void clip() {
   vec3 p = inMap();
   if (any(lessThan(p, min_clip)) || any(greaterThan(p, max_clip)) || changed < oldest) discard;
 }
 )";
 
+/// With the macros MODE, and maybe EDGES, CLIPPED and COARSE: the fewer of them, the faster in software.
 constexpr const char* kColors = R"(
-uniform int mode;
 uniform vec4 color;
-uniform float edges;
 uniform vec2 color_span;
 
 vec3 rainbow(float ratio) {  // red, yellow, green, cyan, blue
@@ -84,21 +83,33 @@ vec3 rainbow(float ratio) {  // red, yellow, green, cyan, blue
 }
 
 void main() {
+#ifdef CLIPPED
   clip();
+#endif
+#if MODE == 0
+  float height = chunk.z + chunk.w * place.z;
+#ifdef COARSE  // In the place of its voxels.
+  height -= chunk.w * figures.g * (255.0 / 8.0);
+#endif
+  float ratio = (height - color_span.x) / max(color_span.y - color_span.x, 1e-6);
+  vec3 shade = rainbow(1.0 - clamp(ratio, 0.0, 1.0));
+#elif MODE == 1
+  vec3 shade = mix(vec3(0.1, 0.7, 0.2), vec3(0.85, 0.1, 0.1), figures.r);
+#elif MODE == 2
+  vec3 shade = rainbow(0.8 * (1.0 - figures.g));
+#else
   vec3 shade = color.rgb;
-  if (mode == 0) {
-    float ratio = (inMap().z - color_span.x) / max(color_span.y - color_span.x, 1e-6);
-    shade = rainbow(1.0 - clamp(ratio, 0.0, 1.0));
-  } else if (mode == 1) {
-    shade = mix(vec3(0.1, 0.7, 0.2), vec3(0.85, 0.1, 0.1), figures.r);
-  } else if (mode == 2) {
-    shade = rainbow(0.8 * (1.0 - figures.g));
-  }
-  vec2 pixels = min(corner, 1.0 - corner) / max(fwidth(corner), 1e-6);
-  float line = edges * (1.0 - smoothstep(0.5, 1.5, min(pixels.x, pixels.y)));
+#endif
+#ifdef EDGES
+  vec2 width = max(fwidth(corner), 1e-6);
+  vec2 pixels = min(corner, 1.0 - corner) / width;
+  float line = 1.0 - smoothstep(0.5, 1.5, min(pixels.x, pixels.y));
   // Where a face is a few pixels wide, its edges would be all of it.
-  line *= clamp(0.1 / max(max(fwidth(corner).x, fwidth(corner).y), 1e-6) - 0.3, 0.0, 1.0);
-  gl_FragColor = vec4(mix(light * shade, 0.25 * shade, line), color.a);
+  line *= clamp(0.1 / max(width.x, width.y) - 0.3, 0.0, 1.0);
+  gl_FragColor = vec4(mix(light, 0.25, line) * shade, color.a);
+#else
+  gl_FragColor = vec4(light * shade, color.a);
+#endif
 }
 )";
 
@@ -110,14 +121,14 @@ void main() {
 }
 )";
 
-/// The number of the voxel in its group, plus 1, as a colour.
+/// The number of the voxel in its chunk, plus 1, as a colour.
 constexpr const char* kPickVoxel = R"(
 void main() {
   clip();
-  vec3 cell = clamp(floor(place + 0.5 * inward), 0.0, 31.0);
-  float number = cell.x + 32.0 * cell.y + 1024.0 * cell.z + 1.0;
-  float high = floor(number / 256.0);
-  gl_FragColor = vec4(0.0, high / 255.0, (number - 256.0 * high) / 255.0, 1.0);
+  vec3 cell = clamp(floor(place + 0.5 * inward), 0.0, 63.0);
+  float number = cell.x + 64.0 * cell.y + 4096.0 * cell.z + 1.0;
+  vec3 digits = mod(floor(number / vec3(65536.0, 256.0, 1.0)), 256.0);
+  gl_FragColor = vec4(digits / 255.0, 1.0);
 }
 )";
 
@@ -150,26 +161,56 @@ void setAuto(const Ogre::GpuProgramParametersSharedPtr& parameters, const char* 
   parameters->setNamedAutoConstant(name, type, extra);
 }
 
-void addTechnique(Ogre::Material& material, const std::string& scheme, const std::string& name,
-                  const std::string& fragment_source) {
+/// @param macros  Of the source, "#define" lines.
+void setFragmentShader(Ogre::Pass& pass, const std::string& name, const std::string& source,
+                       const std::string& macros = "") {
+  using Parameters = Ogre::GpuProgramParameters;
+  const std::string program_name = program(name + ".frag", Ogre::GPT_FRAGMENT_PROGRAM,
+                                           "#version 120\n" + macros + kClip + source);
+  if (pass.getFragmentProgramName() == program_name) return;
+  pass.setFragmentProgram(program_name);
+  const auto parameters = pass.getFragmentProgramParameters();
+  setAuto(parameters, "chunk", Parameters::ACT_CUSTOM, kChunkParameter);
+  setAuto(parameters, "pick_color", Parameters::ACT_CUSTOM, 2);  // PICK_COLOR_PARAMETER of rviz
+  setAuto(parameters, "far_clip_distance", Parameters::ACT_FAR_CLIP_DISTANCE);
+}
+
+Ogre::Pass* addPass(Ogre::Material& material, const std::string& scheme) {
   using Parameters = Ogre::GpuProgramParameters;
   Ogre::Technique* technique = material.createTechnique();
   technique->setSchemeName(scheme);
-  technique->setName(name);
+  technique->setName(scheme);
   Ogre::Pass* pass = technique->createPass();
   pass->setLightingEnabled(false);
   pass->setSceneBlending(Ogre::SBT_REPLACE);
   pass->setVertexProgram(program("faces.vert", Ogre::GPT_VERTEX_PROGRAM, kVertexShader));
-  pass->setFragmentProgram(
-      program(name + ".frag", Ogre::GPT_FRAGMENT_PROGRAM, kClip + fragment_source));
-  const auto vertex = pass->getVertexProgramParameters();
-  setAuto(vertex, "worldviewproj_matrix", Parameters::ACT_WORLDVIEWPROJ_MATRIX);
-  setAuto(vertex, "worldview_matrix", Parameters::ACT_WORLDVIEW_MATRIX);
-  setAuto(vertex, "group", Parameters::ACT_CUSTOM, kGroupParameter);
-  const auto fragment = pass->getFragmentProgramParameters();
-  setAuto(fragment, "group", Parameters::ACT_CUSTOM, kGroupParameter);
-  setAuto(fragment, "pick_color", Parameters::ACT_CUSTOM, 2);  // PICK_COLOR_PARAMETER of rviz
-  setAuto(fragment, "far_clip_distance", Parameters::ACT_FAR_CLIP_DISTANCE);
+  const auto parameters = pass->getVertexProgramParameters();
+  setAuto(parameters, "worldviewproj_matrix", Parameters::ACT_WORLDVIEWPROJ_MATRIX);
+  setAuto(parameters, "worldview_matrix", Parameters::ACT_WORLDVIEW_MATRIX);
+  setAuto(parameters, "chunk", Parameters::ACT_CUSTOM, kChunkParameter);
+  return pass;
+}
+
+bool isClipped(const FaceStyle& style) {
+  const FaceStyle whole;
+  return style.min_clip != whole.min_clip || style.max_clip != whole.max_clip ||
+         style.oldest_s != whole.oldest_s;
+}
+
+/// A shader for each combination of what is asked for; compiled when it is first needed.
+void setColorShader(Ogre::Pass& pass, const FaceStyle& style) {
+  const std::string mode = std::to_string(static_cast<int>(style.mode));
+  std::string name = "colors" + mode;
+  std::string macros = "#define MODE " + mode + "\n";
+  const auto add = [&](bool is_wanted, const char* macro) {
+    if (!is_wanted) return;
+    name += std::string("_") + macro;
+    macros += std::string("#define ") + macro + "\n";
+  };
+  add(style.has_edges && !style.is_coarse, "EDGES");
+  add(isClipped(style), "CLIPPED");
+  add(style.is_coarse, "COARSE");
+  setFragmentShader(pass, name, kColors, macros);
 }
 
 }  // namespace
@@ -179,10 +220,10 @@ FaceMaterial::FaceMaterial() {
   material_ = Ogre::MaterialManager::getSingleton().create(
       "cuboid_mapping/faces" + std::to_string(count++), kGroup);
   material_->removeAllTechniques();
-  addTechnique(*material_, Ogre::MaterialManager::DEFAULT_SCHEME_NAME, "colors", kColors);
-  addTechnique(*material_, "Pick", "pick", kPick);
-  addTechnique(*material_, "Pick1", "pick_voxel", kPickVoxel);
-  addTechnique(*material_, "Depth", "depth", kDepth);
+  setColorShader(*addPass(*material_, Ogre::MaterialManager::DEFAULT_SCHEME_NAME), {});
+  setFragmentShader(*addPass(*material_, "Pick"), "pick", kPick);
+  setFragmentShader(*addPass(*material_, "Pick1"), "pick_voxel", kPickVoxel);
+  setFragmentShader(*addPass(*material_, "Depth"), "depth", kDepth);
   material_->load();
   setStyle({});
 }
@@ -192,17 +233,17 @@ FaceMaterial::~FaceMaterial() {
 }
 
 void FaceMaterial::setStyle(const FaceStyle& style) {
+  setColorShader(*material_->getTechnique(0)->getPass(0), style);
+  material_->load();
   for (unsigned short i = 0; i < material_->getNumTechniques(); ++i) {
     Ogre::Pass* pass = material_->getTechnique(i)->getPass(0);
     const auto parameters = pass->getFragmentProgramParameters();
     parameters->setNamedConstant("min_clip", style.min_clip);
     parameters->setNamedConstant("max_clip", style.max_clip);
     parameters->setNamedConstant("oldest", style.oldest_s);
-    parameters->setNamedConstant("mode", static_cast<int>(style.mode));
     Ogre::ColourValue color = style.color;
     color.a = style.alpha;
     parameters->setNamedConstant("color", color);
-    parameters->setNamedConstant("edges", style.has_edges ? 1.0F : 0.0F);
     const float span[4] = {style.min_color_m, style.max_color_m, 0.0F, 0.0F};
     parameters->setNamedConstant("color_span", span, 1, 2);
     pass->getVertexProgramParameters()->setNamedConstant("slice", style.slice_m.value_or(0.0F));

@@ -22,6 +22,7 @@ struct FaceStyle {
   Ogre::ColourValue color{0.3F, 0.55F, 0.9F};  ///< With ColorMode::kFlat.
   float alpha = 1.0F;
   bool has_edges = true;
+  bool is_coarse = false;    ///< For coarse faces; they have no edges.
   float min_color_m = 0.0F;  ///< Heights of the ends of the colours.
   float max_color_m = 1.0F;
   Ogre::Vector3 min_clip{-std::numeric_limits<float>::max()};  ///< In the map frame: what is shown.
@@ -31,9 +32,9 @@ struct FaceStyle {
   float oldest_s = -std::numeric_limits<float>::max();  ///< Changed before: not shown.
 };
 
-/// Index of the custom parameter of a renderable that holds the least corner of its group in the map
+/// Index of the custom parameter of a renderable that holds the least corner of its chunk in the map
 /// frame, and the resolution.
-constexpr std::size_t kGroupParameter = 20;
+constexpr std::size_t kChunkParameter = 20;
 
 /// A material for faces of one FaceSet.
 class FaceMaterial {

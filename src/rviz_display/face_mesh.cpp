@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "face_mesh.h"
 
+#include "coarse_faces.h"
+
 #include "cuboid_mapping/fusion/brick_division.h"
 
 #include <algorithm>
@@ -47,11 +49,11 @@ Occupancy classOf(FaceSet set) {
 
 std::uint8_t toByte(double ratio) { return static_cast<std::uint8_t>(std::lround(255.0 * ratio)); }
 
-/// Makes the faces of one group.
+/// Makes the faces of one chunk.
 class FaceMaker {
  public:
   FaceMaker(const CuboidMap& map, const WantedFaces& wanted)
-      : map_(map), group_(wanted.group), set_(wanted.set), slice_layer_(wanted.slice_layer) {}
+      : map_(map), chunk_(wanted.chunk), set_(wanted.set), slice_layer_(wanted.slice_layer) {}
 
   void add(const VoxelBrick& brick, float changed_s) {
     hiding_ = hidingVoxels(brick.voxels, set_);
@@ -69,7 +71,11 @@ class FaceMaker {
       }
     }
   }
-  FaceMesh take() { return std::move(mesh_); }
+  FaceMesh take() {
+    mesh_.levels.fill({0, mesh_.vertices.size() / 4, false});
+    if (set_ == FaceSet::kOccupied || set_ == FaceSet::kFree) addCoarseFaces();
+    return std::move(mesh_);
+  }
 
  private:
   /// What a FaceVertex says of its cuboid.
@@ -104,6 +110,30 @@ class FaceMaker {
     return neighbour != nullptr && hidingVoxels(*neighbour, set_).contains(voxels);
   }
 
+  void addCoarseFaces() {
+    constexpr std::size_t kFewFaces = 16;  // Not worth it.
+    if (mesh_.levels[0].count < kFewFaces) return;
+    CoarseCells cells(chunk_, [&](const Cell& brick) {
+      const PackedVoxels* voxels = map_.voxels().find(brick);
+      return voxels == nullptr ? BrickMask() : hidingVoxels(*voxels, set_);
+    });
+    for (std::size_t level = 1; level < kNumDetailLevels; ++level) {
+      if (level > 1) cells.coarsen();
+      const FaceMesh::Part& finer = mesh_.levels[level - 1];
+      const std::size_t first = mesh_.vertices.size() / 4;
+      cells.appendFaces(mesh_.vertices);
+      const std::size_t count = mesh_.vertices.size() / 4 - first;
+      const bool is_worth_it = 2 * count <= finer.count;
+      const bool has_room = 2 * (first + count) <= 3 * mesh_.levels[0].count;
+      if (is_worth_it && has_room) {
+        mesh_.levels[level] = {first, count, true};
+      } else {
+        mesh_.levels[level] = finer;
+        mesh_.vertices.resize(4 * first);
+      }
+    }
+  }
+
   static double meanProbability(const PackedVoxels& voxels, const CellBox& box) {
     const BrickMask part = BrickMask::ofBox(box);
     double sum = 0.0;
@@ -120,24 +150,15 @@ class FaceMaker {
   }
 
   void addFace(const CellBox& box, int side, const Look& look) {
-    const auto& corners = kCorners[static_cast<std::size_t>(side)];
-    for (int i = 0; i < 4; ++i) {
-      FaceVertex vertex{};
-      for (int axis = 0; axis < 3; ++axis) {
-        const bool is_upper = (corners[static_cast<std::size_t>(i)] >> axis & 1) != 0;
-        vertex.cell[static_cast<std::size_t>(axis)] =
-            static_cast<std::int16_t>((is_upper ? box.max[axis] : box.min[axis]) - group_[axis]);
-      }
-      vertex.code = static_cast<std::int16_t>(4 * side + i);
-      vertex.probability = look.probability;
-      vertex.size = look.size;
-      vertex.changed_s = changed_s_;
-      mesh_.vertices.push_back(vertex);
-    }
+    FaceVertex vertex{};
+    vertex.probability = look.probability;
+    vertex.size = look.size;
+    vertex.changed_s = changed_s_;
+    appendFace({box.min - chunk_, box.max - chunk_}, side, vertex, mesh_.vertices);
   }
 
   const CuboidMap& map_;
-  const Cell group_;
+  const Cell chunk_;
   const FaceSet set_;
   const std::int32_t slice_layer_;
   BrickMask hiding_;  ///< Of the current brick.
@@ -148,9 +169,23 @@ class FaceMaker {
 
 }  // namespace
 
+void appendFace(const CellBox& box, int side, FaceVertex vertex,
+                std::vector<FaceVertex>& vertices) {
+  const auto& corners = kCorners[static_cast<std::size_t>(side)];
+  for (std::size_t i = 0; i < corners.size(); ++i) {
+    for (int axis = 0; axis < 3; ++axis) {
+      const bool is_upper = (corners[i] >> axis & 1) != 0;
+      vertex.cell[static_cast<std::size_t>(axis)] =
+          static_cast<std::int16_t>(is_upper ? box.max[axis] : box.min[axis]);
+    }
+    vertex.code = static_cast<std::int16_t>(4 * side + static_cast<int>(i));
+    vertices.push_back(vertex);
+  }
+}
+
 FaceMesh makeFaces(const CuboidMap& map, const WantedFaces& wanted, const ChangeTimeOf& changed_s) {
   FaceMaker maker(map, wanted);
-  CellBox box{wanted.group, wanted.group + Cell{kGroupEdge, kGroupEdge, kGroupEdge}};
+  CellBox box{wanted.chunk, wanted.chunk + Cell{kChunkEdge, kChunkEdge, kChunkEdge}};
   if (isSlice(wanted.set)) {
     box.min.z = std::max(box.min.z, wanted.slice_layer);
     box.max.z = std::min(box.max.z, wanted.slice_layer + 1);

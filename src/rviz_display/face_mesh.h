@@ -31,35 +31,61 @@ constexpr float kNever_s = -1e30F;
 
 /// A corner of a face, as the graphics card gets it.
 struct FaceVertex {
-  std::array<std::int16_t, 3> cell;  ///< In cells from the least cell of the group.
+  std::array<std::int16_t, 3> cell;  ///< In cells from the chunk.
   std::int16_t code;  ///< 4 * side + corner; side: 2 * axis + (1 for the upper one), or kSliceSide.
   std::uint8_t probability;  ///< Mean of the cuboid's voxels, times 255.
-  std::uint8_t size;         ///< Edges of the cuboid, summed: 3 to 24, times 255 / 24.
+  /// Edges of the cuboid, summed: 3 to 24, times 255 / 24. Of a coarse face: see CoarseCells.
+  std::uint8_t size;
   std::array<std::uint8_t, 2> padding;
   float changed_s;  ///< When the brick has changed last, in the display's time; kNever_s.
 };
 static_assert(sizeof(FaceVertex) == 16);
 
-/// The faces of one group of bricks: four vertices each.
+/// A chunk is an aligned cube of voxels of this edge, named by its least cell.
+constexpr std::int32_t kChunkEdge = 64;
+
+/// The chunk that a cell lies in.
+[[nodiscard]] constexpr cuboid_mapping::Cell chunkOf(const cuboid_mapping::Cell& cell) {
+  return {cell.x & ~(kChunkEdge - 1), cell.y & ~(kChunkEdge - 1), cell.z & ~(kChunkEdge - 1)};
+}
+
+/// Level 0 are the cuboids; level n are cells of 2^n voxels an edge, for the distance.
+constexpr std::size_t kNumDetailLevels = 4;
+
+/// The faces of one chunk: four vertices each.
 struct FaceMesh {
+  /// Some of the faces.
+  struct Part {
+    std::size_t first = 0;
+    std::size_t count = 0;
+    bool is_coarse = false;
+  };
+
   std::vector<FaceVertex> vertices;
+  /// The faces of each level; a level that would save too little has those of the finer one.
+  std::array<Part, kNumDetailLevels> levels;
   std::size_t num_cuboids = 0;  ///< Of the class, hidden ones too.
 
-  [[nodiscard]] std::size_t numFaces() const { return vertices.size() / 4; }
+  /// Of the cuboids.
+  [[nodiscard]] std::size_t numFaces() const { return levels[0].count; }
 };
+
+/// Appends a side of a box. @param box  In cells from the chunk. @param vertex  All but cell and code.
+void appendFace(const cuboid_mapping::CellBox& box, int side, FaceVertex vertex,
+                std::vector<FaceVertex>& vertices);
 
 /// When a brick has changed last.
 using ChangeTimeOf = std::function<float(const cuboid_mapping::Cell& brick)>;
 
 /// Which faces are asked for.
 struct WantedFaces {
-  cuboid_mapping::Cell group;  ///< Its least cell, see groupOf().
+  cuboid_mapping::Cell chunk;
   FaceSet set = FaceSet::kOccupied;
   std::int32_t slice_layer = 0;  ///< Height of the voxels that a slice cuts, in cells.
 };
 
-/// The exposed faces of a group: sides of which no part is seen are left out, others are drawn whole. Of a
-/// slice: the cross sections of all cuboids in a layer of voxels. @complexity O(cuboids of the group).
+/// The exposed faces of a chunk: sides of which no part is seen are left out, others are drawn whole. Of a
+/// slice: the cross sections of all cuboids in a layer of voxels. The frontier and slices have no coarse faces. @complexity O(cuboids of the chunk).
 [[nodiscard]] FaceMesh makeFaces(const cuboid_mapping::CuboidMap& map, const WantedFaces& wanted,
                                  const ChangeTimeOf& changed_s);
 

@@ -1,6 +1,11 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "face_scene.h"
 
+#include "cuboid_mapping/parallel/parallel_for.h"
+
+#include <algorithm>
+#include <thread>
+
 namespace cuboid_mapping_rviz {
 
 using namespace cuboid_mapping;
@@ -21,7 +26,7 @@ void FaceScene::setSliceLayer(std::int32_t layer) {
   for (const FaceSet set : {FaceSet::kOccupiedSlice, FaceSet::kFreeSlice}) enqueueAll(set);
 }
 
-/// Also the groups of chunks, so that those go whose bricks are gone.
+/// Also those that are shown, so that those go whose bricks are gone.
 void FaceScene::enqueueAll(FaceSet set) {
   Layer& all = layer(set);
   if (!all.is_shown) return;
@@ -33,7 +38,7 @@ void FaceScene::enqueueAll(FaceSet set) {
   }
   source_.read([&](const CuboidMap& map) {
     map.voxels().forEachIn(box,
-                           [&](const VoxelBrick& brick) { all.enqueue(groupOf(brick.brick)); });
+                           [&](const VoxelBrick& brick) { all.enqueue(chunkOf(brick.brick)); });
   });
 }
 
@@ -47,16 +52,28 @@ void FaceScene::noteChanges(const ChangeSet& changes, float now_s) {
     const Cell& brick = changed.brick;
     changed_s_[brick] = now_s;
     for (Layer& layer : layers_) {
-      layer.enqueue(groupOf(brick));
+      layer.enqueue(chunkOf(brick));
       for (int axis = 0; axis < 3; ++axis) {  // Neighbours show other faces towards it.
         for (const std::int32_t step : {-kBrickEdge, kBrickEdge}) {
           Cell neighbour = brick;
           neighbour[axis] += step;
-          layer.enqueue(groupOf(neighbour));
+          layer.enqueue(chunkOf(neighbour));
         }
       }
     }
   }
+}
+
+void FaceScene::setStyle(FaceSet set, const FaceStyle& style) {
+  Layer& shown = layer(set);
+  shown.material.setStyle(style);
+  FaceStyle coarse_style = style;
+  coarse_style.is_coarse = true;
+  shown.coarse_material.setStyle(coarse_style);
+  // Coarse faces know no cuboid and no time.
+  const bool has_coarse = (style.mode == ColorMode::kHeight || style.mode == ColorMode::kFlat) &&
+                          style.oldest_s == FaceStyle().oldest_s;
+  shown.style.max_cell_pixels = has_coarse ? max_cell_pixels_ : 0.0F;
 }
 
 bool FaceScene::update(std::chrono::duration<double> budget) {
@@ -65,35 +82,48 @@ bool FaceScene::update(std::chrono::duration<double> budget) {
   const Clock::time_point end = Clock::now() + std::chrono::duration_cast<Clock::duration>(budget);
   source_.read([&](const CuboidMap& map) {
     for (const FaceSet set : kFaceSets) {
-      Layer& shown = layer(set);
-      while (!shown.waiting.empty() && Clock::now() < end) {
-        const Cell group = shown.waiting.front();
-        shown.waiting.pop_front();
-        shown.is_waiting.erase(group);
-        make(map, set, group);
-      }
+      while (!layer(set).waiting.empty() && Clock::now() < end) makeNext(map, set);
     }
   });
   return true;
 }
 
-void FaceScene::make(const CuboidMap& map, FaceSet set, const Cell& group) {
+/// Some chunks: one for each thread.
+void FaceScene::makeNext(const CuboidMap& map, FaceSet set) {
   Layer& shown = layer(set);
-  const FaceMesh mesh = makeFaces(map, {group, set, slice_layer_}, [this](const Cell& brick) {
+  const std::size_t count = std::min<std::size_t>(
+      shown.waiting.size(), std::max(1U, std::thread::hardware_concurrency()));
+  const std::vector<Cell> names(shown.waiting.begin(),
+                                shown.waiting.begin() + static_cast<std::ptrdiff_t>(count));
+  shown.waiting.erase(shown.waiting.begin(),
+                      shown.waiting.begin() + static_cast<std::ptrdiff_t>(count));
+  std::vector<FaceMesh> meshes(count);
+  const ChangeTimeOf changed_s = [this](const Cell& brick) {
     const auto found = changed_s_.find(brick);
     return found == changed_s_.end() ? kNever_s : found->second;
+  };
+  parallelFor(count, static_cast<int>(count), [&](std::size_t i) {
+    meshes[i] = makeFaces(map, {names[i], set, slice_layer_}, changed_s);
   });
+  for (std::size_t i = 0; i < count; ++i) {
+    shown.is_waiting.erase(names[i]);
+    show(set, {names[i], map.grid().resolution()}, meshes[i]);
+  }
+}
+
+void FaceScene::show(FaceSet set, const FaceChunk::Place& place, const FaceMesh& mesh) {
+  Layer& shown = layer(set);
   if (mesh.numFaces() == 0) {
-    shown.chunks.erase(group);
+    shown.chunks.erase(place.chunk);
     return;
   }
-  Chunk& chunk = shown.chunks[group];
+  Chunk& chunk = shown.chunks[place.chunk];
   if (chunk.faces == nullptr) {
-    const FaceChunk::Place place{group, map.grid().resolution()};
-    chunk.faces = std::make_unique<FaceChunk>(node_, place, shown.material.get());
-    chunk.picker = std::make_unique<CuboidPicker>(context_, source_, node_, group, *chunk.faces);
+    chunk.faces = std::make_unique<FaceChunk>(node_, place, shown.style);
+    chunk.picker =
+        std::make_unique<CuboidPicker>(context_, source_, node_, place.chunk, *chunk.faces);
   }
-  num_uploaded_bytes_ += chunk.faces->upload(mesh);
+  num_uploaded_bytes_ += chunk.faces->upload(mesh, indices_);
 }
 
 FaceScene::Counts FaceScene::counts(FaceSet set) const {

@@ -15,7 +15,7 @@
 
 namespace cuboid_mapping_rviz {
 
-/// The picture of a map: chunks of faces by group, made anew where the map has changed.
+/// The picture of a map: chunks of faces, made anew where the map has changed.
 ///
 /// Thread rule: that of rviz, all calls in its main thread.
 class FaceScene {
@@ -37,7 +37,9 @@ class FaceScene {
   /// Of the voxels that slices cut, in cells. What was made of another one goes bit by bit.
   void setSliceLayer(std::int32_t layer);
   /// Changes no vertex.
-  void setStyle(FaceSet set, const FaceStyle& style) { layer(set).material.setStyle(style); }
+  void setStyle(FaceSet set, const FaceStyle& style);
+  /// Coarse faces are drawn whose cells take so many pixels at most, where the style allows it; 0: none are.
+  void setMaxCellPixels(float max_cell_pixels) { max_cell_pixels_ = max_cell_pixels; }
 
   /// @param now_s  In the display's time, for FaceStyle::oldest_s. A map that is new as a whole has not changed.
   void noteChanges(const cuboid_mapping::ChangeSet& changes, float now_s);
@@ -46,7 +48,7 @@ class FaceScene {
   bool update(std::chrono::duration<double> budget);
 
   [[nodiscard]] Counts counts(FaceSet set) const;
-  /// Groups that wait for update().
+  /// Chunks that wait for update().
   [[nodiscard]] std::size_t numWaiting() const;
   /// Sent to the graphics card so far.
   [[nodiscard]] std::uint64_t numUploadedBytes() const { return num_uploaded_bytes_; }
@@ -63,12 +65,14 @@ class FaceScene {
   struct Layer {
     bool is_shown = false;
     FaceMaterial material;
+    FaceMaterial coarse_material;
+    ChunkStyle style{material.get(), coarse_material.get()};
     ByCell<Chunk> chunks;
-    std::deque<cuboid_mapping::Cell> waiting;  ///< Groups, each once.
+    std::deque<cuboid_mapping::Cell> waiting;  ///< Chunks, each once.
     std::unordered_set<cuboid_mapping::Cell, cuboid_mapping::CellHash> is_waiting;
 
-    void enqueue(const cuboid_mapping::Cell& group) {
-      if (is_shown && is_waiting.insert(group).second) waiting.push_back(group);
+    void enqueue(const cuboid_mapping::Cell& chunk) {
+      if (is_shown && is_waiting.insert(chunk).second) waiting.push_back(chunk);
     }
   };
 
@@ -77,12 +81,15 @@ class FaceScene {
     return layers_[static_cast<std::size_t>(set)];
   }
   void enqueueAll(FaceSet set);
-  void make(const cuboid_mapping::CuboidMap& map, FaceSet set, const cuboid_mapping::Cell& group);
+  void makeNext(const cuboid_mapping::CuboidMap& map, FaceSet set);
+  void show(FaceSet set, const FaceChunk::Place& place, const FaceMesh& mesh);
 
   rviz::DisplayContext* context_;
   Ogre::SceneNode& node_;
   const MapSource& source_;
   std::array<Layer, kFaceSets.size()> layers_;
+  FaceIndices indices_;
+  float max_cell_pixels_ = 0.0F;
   std::int32_t slice_layer_ = 0;
   std::uint64_t num_uploaded_bytes_ = 0;
   ByCell<float> changed_s_;  ///< By brick, since the whole map came.

@@ -38,6 +38,18 @@ CuboidMap makeMap(int num_updates) {
   return map;
 }
 
+/// Single voxels, with grooves between them.
+CuboidMap makeTiles() {
+  std::vector<UniformBox> tiles;
+  for (std::int32_t x = 0; x < 64; x += 2) {
+    for (std::int32_t y = 0; y < 64; y += 2)
+      tiles.push_back({{{x, y, 0}, {x + 1, y + 1, 1}}, 1.0F});
+  }
+  CuboidMap map = makeMap(0);
+  map.replace(kAllCells, tiles);
+  return map;
+}
+
 /// Offers the topic cuboid_map of a namespace, to whoever listens.
 ros::Publisher offer(ros::NodeHandle& nh, const CuboidMap& map, const std::string& frame_id) {
   cuboid_mapping_ros::ImageMessage message;
@@ -78,9 +90,9 @@ class DisplayLife : public testing::Test {
            scene->numWaiting() == 0;
   }
 
-  static std::string writeMap() {
+  static std::string writeMap(const CuboidMap& map = makeMap(5)) {
     const std::string file = testing::TempDir() + "display_life.cuboids";
-    writeMapFile(file, takeSnapshot(makeMap(5), "map"));
+    writeMapFile(file, takeSnapshot(map, "map"));
     return file;
   }
 
@@ -138,6 +150,28 @@ TEST_F(DisplayLife, uploadsNoVertexForColorsAlphaHeightsAndBoxes) {
   display->subProp("Height range")->subProp("Max")->setValue(0.3);
   display->subProp("Changed in last")->setValue(5.0);
   window().update();
+  EXPECT_EQ(display->scene()->numUploadedBytes(), num_bytes);
+  delete display;
+}
+
+TEST_F(DisplayLife, drawsFewerTrianglesFarAwayAndUploadsNothingForIt) {
+  CuboidMapDisplay* display = add("");
+  display->subProp("Map file")->setValue(QString::fromStdString(writeMap(makeTiles())));
+  ASSERT_TRUE(window().updateUntil([&] { return isDrawn(*display); }));
+  const std::uint64_t num_bytes = display->scene()->numUploadedBytes();
+  const auto countTriangles = [](double distance_m) {
+    window().look(distance_m, 0.7, 0.7);
+    window().update();
+    return window().statistics().triangleCount;
+  };
+  const std::size_t near = countTriangles(20.0);
+  EXPECT_GT(near, 1000U);
+  EXPECT_LT(100 * countTriangles(200.0), near);
+  display->subProp("Color by")->setValue("Cuboid size");  // Of cuboids: coarse cells have none.
+  EXPECT_EQ(countTriangles(200.0), near);
+  display->subProp("Color by")->setValue("Height");
+  display->subProp("Finest detail")->setValue(0.0);
+  EXPECT_EQ(countTriangles(200.0), near);
   EXPECT_EQ(display->scene()->numUploadedBytes(), num_bytes);
   delete display;
 }

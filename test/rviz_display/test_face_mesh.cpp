@@ -35,20 +35,20 @@ bool isExposed(const CuboidMap& map, FaceSet set, const Cell& cell, int side) {
   return set == FaceSet::kFrontier ? behind == Occupancy::kUnknown : !isOfSet(set, behind);
 }
 
-std::set<Cell> groupsOf(const CuboidMap& map) {
-  std::set<Cell> groups;
-  map.voxels().forEach([&](const VoxelBrick& brick) { groups.insert(groupOf(brick.brick)); });
-  return groups;
+std::set<Cell> chunksOf(const CuboidMap& map) {
+  std::set<Cell> chunks;
+  map.voxels().forEach([&](const VoxelBrick& brick) { chunks.insert(chunkOf(brick.brick)); });
+  return chunks;
 }
 
 /// The sides of voxels that a face covers; its corners are those of a side of a box.
-std::vector<VoxelSide> sidesOf(const FaceVertex* corners, const Cell& group) {
+std::vector<VoxelSide> sidesOf(const FaceVertex* corners, const Cell& chunk) {
   CellBox box{{1 << 20, 1 << 20, 1 << 20}, {-(1 << 20), -(1 << 20), -(1 << 20)}};
   const int side = corners[0].code / 4;
   for (int i = 0; i < 4; ++i) {
     EXPECT_EQ(corners[i].code, 4 * side + i);
     for (int axis = 0; axis < 3; ++axis) {
-      const std::int32_t at = group[axis] + corners[i].cell[static_cast<std::size_t>(axis)];
+      const std::int32_t at = chunk[axis] + corners[i].cell[static_cast<std::size_t>(axis)];
       box.min[axis] = std::min(box.min[axis], at);
       box.max[axis] = std::max(box.max[axis], at);
     }
@@ -88,15 +88,15 @@ TEST_P(FaceMeshOfSet, showsEachExposedSideOnceAndNoFaceThatIsHidden) {
     for (int i = 0; i < 5; ++i)
       map.apply(test::randomUpdate(random, {{-3, -3, -3}, {3, 3, 3}}, 20));
     std::map<VoxelSide, int> shown;
-    for (const Cell& group : groupsOf(map)) {
-      const FaceMesh mesh = makeFaces(map, {group, GetParam()}, [](const Cell&) { return 0.0F; });
+    for (const Cell& chunk : chunksOf(map)) {
+      const FaceMesh mesh = makeFaces(map, {chunk, GetParam()}, [](const Cell&) { return 0.0F; });
       for (std::size_t face = 0; face < mesh.numFaces(); ++face) {
         const FaceVertex* corners = &mesh.vertices[4 * face];
         const int side = corners[0].code / 4;
         const Cell normal = normalOf(corners);
         EXPECT_GT((side % 2 == 0 ? -1 : 1) * normal[side / 2], 0);
         int num_exposed = 0;
-        for (const VoxelSide& voxel_side : sidesOf(corners, group)) {
+        for (const VoxelSide& voxel_side : sidesOf(corners, chunk)) {
           ++shown[voxel_side];
           EXPECT_TRUE(isOfSet(GetParam(), map.voxels().at(std::get<0>(voxel_side))));
           num_exposed += isExposed(map, GetParam(), std::get<0>(voxel_side), side) ? 1 : 0;
@@ -133,16 +133,16 @@ TEST_P(SliceOfSet, coversEachVoxelOfItsLayerAndClassOnce) {
   std::size_t num_all = 0;
   for (const std::int32_t layer : {-9, -3, -1, 0, 2}) {
     std::map<Cell, int> shown;
-    for (const Cell& group : groupsOf(map)) {
+    for (const Cell& chunk : chunksOf(map)) {
       const FaceMesh mesh =
-          makeFaces(map, {group, GetParam(), layer}, [](const Cell&) { return 0.0F; });
+          makeFaces(map, {chunk, GetParam(), layer}, [](const Cell&) { return 0.0F; });
       for (std::size_t face = 0; face < mesh.numFaces(); ++face) {
         const FaceVertex* corners = &mesh.vertices[4 * face];
         EXPECT_GT(normalOf(corners).z, 0);
-        EXPECT_EQ(group.z + corners[0].cell[2], layer);
+        EXPECT_EQ(chunk.z + corners[0].cell[2], layer);
         for (int x = corners[0].cell[0]; x < corners[2].cell[0]; ++x) {
           for (int y = corners[0].cell[1]; y < corners[2].cell[1]; ++y) {
-            ++shown[{group.x + x, group.y + y, layer}];
+            ++shown[{chunk.x + x, chunk.y + y, layer}];
           }
         }
       }
@@ -164,6 +164,85 @@ TEST_P(SliceOfSet, coversEachVoxelOfItsLayerAndClassOnce) {
 INSTANTIATE_TEST_SUITE_P(Sets, SliceOfSet,
                          testing::Values(FaceSet::kOccupiedSlice, FaceSet::kFreeSlice));
 
+/// The cells of an edge of 2^level voxels that have a voxel of a class, of a chunk.
+std::set<Cell> coarseCells(const CuboidMap& map, const Cell& chunk, int level) {
+  std::set<Cell> cells;
+  const CellBox box{chunk, chunk + Cell{kChunkEdge, kChunkEdge, kChunkEdge}};
+  map.voxels().forEachIn(box, [&](const VoxelBrick& brick) {
+    forEachCell(brick.brick, brick.voxels.occupied(), [&](const Cell& cell) {
+      const Cell local = cell - chunk;
+      cells.insert({local.x >> level, local.y >> level, local.z >> level});
+    });
+  });
+  return cells;
+}
+
+TEST(FaceMesh, hasTheSidesOfCoarseCellsOnceEach) {
+  test::Random random(4);
+  CuboidMap map;
+  for (int i = 0; i < 5; ++i) map.apply(test::randomUpdate(random, {{-3, -3, -3}, {3, 3, 3}}, 20));
+  int num_coarse_levels = 0;
+  for (const Cell& chunk : chunksOf(map)) {
+    const FaceMesh mesh =
+        makeFaces(map, {chunk, FaceSet::kOccupied}, [](const Cell&) { return 0.0F; });
+    EXPECT_LE(2 * mesh.vertices.size(), 3 * 4 * mesh.numFaces());
+    for (int level = 1; level < static_cast<int>(kNumDetailLevels); ++level) {
+      const FaceMesh::Part& part = mesh.levels[static_cast<std::size_t>(level)];
+      const FaceMesh::Part& finer = mesh.levels[static_cast<std::size_t>(level - 1)];
+      if (part.first == finer.first) continue;  // It would have saved too little.
+      ++num_coarse_levels;
+      EXPECT_TRUE(part.is_coarse);
+      std::map<VoxelSide, int> shown;
+      for (std::size_t face = part.first; face < part.first + part.count; ++face) {
+        const FaceVertex* corners = &mesh.vertices[4 * face];
+        EXPECT_GT((corners[0].code / 4 % 2 == 0 ? -1 : 1) * normalOf(corners)[corners[0].code / 8],
+                  0);
+        for (const auto& [voxel, side] : sidesOf(corners, {0, 0, 0})) {
+          ++shown[{{voxel.x >> level, voxel.y >> level, voxel.z >> level}, side}];
+        }
+      }
+      const std::set<Cell> cells = coarseCells(map, chunk, level);
+      std::size_t num_exposed = 0;
+      for (const Cell& cell : cells) {
+        for (int side = 0; side < 6; ++side) {
+          if (cells.count(neighbourAt(cell, side)) > 0) continue;
+          ++num_exposed;
+          EXPECT_EQ((shown[{cell, side}]), 1 << 2 * level);  // All voxels of the side, once.
+        }
+      }
+      EXPECT_EQ(shown.size(), num_exposed);
+    }
+  }
+  EXPECT_GT(num_coarse_levels, 0);
+}
+
+TEST(FaceMesh, saysHowHighCoarseFacesLieAboveTheirVoxels) {
+  CuboidMap map;
+  std::vector<UniformBox>
+      floor;  // Of tiles, with grooves between them: no cell has a voxel in its upper half.
+  for (std::int32_t x = 0; x < 64; x += 2) {
+    for (std::int32_t y = 0; y < 64; y += 2)
+      floor.push_back({{{x, y, 0}, {x + 1, y + 1, 1}}, 1.0F});
+  }
+  map.replace(kAllCells, floor);
+  const FaceMesh mesh =
+      makeFaces(map, {{0, 0, 0}, FaceSet::kOccupied}, [](const Cell&) { return 0.0F; });
+  for (std::size_t level = 1; level < kNumDetailLevels; ++level) {
+    const FaceMesh::Part& part = mesh.levels[level];
+    const FaceMesh::Part& finer = mesh.levels[level - 1];
+    ASSERT_TRUE(part.is_coarse);
+    if (level > 1 && part.first == finer.first) continue;
+    EXPECT_EQ(part.count, 6U);  // One slab.
+    for (std::size_t i = 4 * part.first; i < 4 * (part.first + part.count); ++i) {
+      const FaceVertex& vertex = mesh.vertices[i];
+      const int upper_mm = 125 * (8 * vertex.cell[2] - vertex.size);
+      const bool is_upper = vertex.code / 4 == 5;
+      EXPECT_EQ(is_upper ? upper_mm : 1000, 1000);
+      EXPECT_EQ(is_upper || vertex.size == 0, true);
+    }
+  }
+}
+
 TEST(FaceMesh, tellsProbabilitySizeAndTimeOfChange) {
   CuboidMap map;
   map.replace(kAllCells, {{{{0, 0, 0}, {2, 1, 1}}, 0.0F}, {{{2, 0, 0}, {3, 1, 1}}, -1.0F}});
@@ -178,12 +257,12 @@ TEST(FaceMesh, tellsProbabilitySizeAndTimeOfChange) {
   }
 }
 
-TEST(FaceMesh, hidesFacesBetweenGroups) {
+TEST(FaceMesh, hidesFacesBetweenChunks) {
   CuboidMap map;
-  map.replace(kAllCells, {{{{24, 0, 0}, {40, 8, 8}}, 1.0F}});
-  for (const Cell& group : {Cell{0, 0, 0}, Cell{32, 0, 0}}) {
+  map.replace(kAllCells, {{{{56, 0, 0}, {72, 8, 8}}, 1.0F}});
+  for (const Cell& chunk : {Cell{0, 0, 0}, Cell{64, 0, 0}}) {
     const FaceMesh mesh =
-        makeFaces(map, {group, FaceSet::kOccupied}, [](const Cell&) { return 0.0F; });
+        makeFaces(map, {chunk, FaceSet::kOccupied}, [](const Cell&) { return 0.0F; });
     EXPECT_EQ(mesh.numFaces(), 5U);
   }
 }

@@ -1,0 +1,155 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "coarse_faces.h"
+
+namespace cuboid_mapping_rviz {
+namespace {
+
+using namespace cuboid_mapping;
+
+/// Bits 0, 2, 4... of a number, next to each other.
+std::uint32_t everySecondBit(std::uint32_t bits) {
+  bits &= 0x55555555U;
+  bits = (bits | bits >> 1) & 0x33333333U;
+  bits = (bits | bits >> 2) & 0x0f0f0f0fU;
+  bits = (bits | bits >> 4) & 0x00ff00ffU;
+  return (bits | bits >> 8) & 0x0000ffffU;
+}
+
+/// The lowest run of ones. @pre There is one.
+std::uint32_t lowestRun(std::uint32_t bits) {
+  const std::uint32_t lowest = bits & -bits;
+  return bits & ~(bits + lowest);
+}
+
+}  // namespace
+
+CoarseCells::CoarseCells(const Cell& chunk, const DrawnVoxels& drawn) {
+  constexpr int kCells = kBrickEdge / 2;
+  for (int z = 0; z < kSize; z += kCells) {
+    for (int y = 0; y < kSize; y += kCells) {
+      for (int x = 0; x < kSize; x += kCells) {
+        const BrickMask voxels = drawn(chunk + Cell{2 * x, 2 * y, 2 * z});
+        if (!voxels.isEmpty()) addBrick(voxels, {x, y, z});
+      }
+    }
+  }
+}
+
+void CoarseCells::addBrick(const BrickMask& voxels, const std::array<int, 3>& first) {
+  constexpr std::uint64_t kCell = 0x0303;  // 2 x 2 voxels of a slice
+  for (int z = 0; z < kBrickEdge / 2; ++z) {
+    const std::uint64_t upper = voxels[2 * z + 1];
+    const std::uint64_t any = voxels[2 * z] | upper;
+    if (any == 0) continue;
+    for (int y = 0; y < kBrickEdge / 2; ++y) {
+      const auto two_rows = static_cast<std::uint32_t>(any >> (16 * y) & 0xffff);
+      const std::uint32_t row = two_rows | two_rows >> 8;
+      const std::uint32_t cells = everySecondBit((row | row >> 1) & 0x55U);
+      cells_[at(first[2] + z)][at(first[1] + y)] |= cells << first[0];
+      for (std::uint32_t left = cells; left != 0; left &= left - 1) {
+        const int x = __builtin_ctz(left);
+        const std::uint64_t cell = kCell << (16 * y + 2 * x);
+        const int columns = __builtin_popcountll(any & cell);
+        const int high = __builtin_popcountll(upper & cell);
+        top(first[0] + x, first[1] + y, first[2] + z) =
+            static_cast<std::uint8_t>(8 * (columns + high) / columns);
+      }
+    }
+  }
+}
+
+/// Of the 2 x 2 x 2 cells from a least one.
+std::uint8_t CoarseCells::meanTop(int x, int y, int z) const {
+  int sum = 0;
+  int columns = 0;
+  for (const int dy : {0, 1}) {
+    for (const int dx : {0, 1}) {
+      const bool is_high = isSet(x + dx, y + dy, z + 1);
+      if (!is_high && !isSet(x + dx, y + dy, z)) continue;
+      sum += is_high ? 8 * edge_ + top(x + dx, y + dy, z + 1) : top(x + dx, y + dy, z);
+      ++columns;
+    }
+  }
+  return static_cast<std::uint8_t>(sum / columns);
+}
+
+void CoarseCells::coarsen() {
+  for (int z = 0; z < size_ / 2; ++z) {
+    Rows rows{};
+    for (int y = 0; y < size_ / 2; ++y) {
+      const std::uint32_t row = cells_[at(2 * z)][at(2 * y)] | cells_[at(2 * z)][at(2 * y + 1)] |
+                                cells_[at(2 * z + 1)][at(2 * y)] |
+                                cells_[at(2 * z + 1)][at(2 * y + 1)];
+      rows[at(y)] = everySecondBit(row | row >> 1);
+      for (std::uint32_t left = rows[at(y)]; left != 0; left &= left - 1) {
+        const int x = __builtin_ctz(left);
+        top(x, y, z) = meanTop(2 * x, 2 * y, 2 * z);  // What it reads is not overwritten yet.
+      }
+    }
+    cells_[at(z)] = rows;
+  }
+  size_ /= 2;
+  edge_ *= 2;
+}
+
+CoarseCells::Rows CoarseCells::exposed(int side, int plane) const {
+  const int next = plane + (side % 2 == 0 ? -1 : 1);
+  const bool is_covered = next >= 0 && next < size_;
+  Rows seen{};
+  for (int i = 0; i < size_; ++i) {
+    if (side / 2 == 2) {
+      seen[at(i)] = cells_[at(plane)][at(i)] & ~(is_covered ? cells_[at(next)][at(i)] : 0U);
+    } else if (side / 2 == 1) {
+      seen[at(i)] = cells_[at(i)][at(plane)] & ~(is_covered ? cells_[at(i)][at(next)] : 0U);
+    } else {
+      for (int y = 0; y < size_; ++y) {
+        const std::uint32_t row = cells_[at(i)][at(y)];
+        seen[at(i)] |= (row >> plane & ~(is_covered ? row >> next : 0U) & 1U) << y;
+      }
+    }
+  }
+  return seen;
+}
+
+void CoarseCells::appendPlane(int side, int plane, std::vector<FaceVertex>& vertices) const {
+  Rows rows = exposed(side, plane);
+  const int axis = side / 2;
+  const int bit_axis = axis == 0 ? 1 : 0;
+  const int row_axis = axis == 2 ? 1 : 2;
+  for (int i = 0; i < size_; ++i) {
+    while (rows[at(i)] != 0) {
+      const std::uint32_t run = lowestRun(rows[at(i)]);
+      int end = i;
+      while (end < size_ && (rows[at(end)] & run) == run) rows[at(end++)] &= ~run;
+      CellBox cells{{plane, plane, plane}, {plane + 1, plane + 1, plane + 1}};
+      cells.min[bit_axis] = __builtin_ctz(run);
+      cells.max[bit_axis] = 32 - __builtin_clz(run);
+      cells.min[row_axis] = i;
+      cells.max[row_axis] = end;
+      appendRectangle(side, cells, vertices);
+    }
+  }
+}
+
+void CoarseCells::appendRectangle(int side, const CellBox& cells,
+                                  std::vector<FaceVertex>& vertices) const {
+  const auto to_voxels = [&](const Cell& cell) {
+    return Cell{edge_ * cell.x, edge_ * cell.y, edge_ * cell.z};
+  };
+  appendFace({to_voxels(cells.min), to_voxels(cells.max)}, side, {}, vertices);
+  if (side != 5) return;
+  for (auto vertex = vertices.end() - 4; vertex != vertices.end(); ++vertex) {
+    // The cell at this corner.
+    const int x = vertex->cell[0] / edge_ - (vertex->cell[0] / edge_ == cells.max.x ? 1 : 0);
+    const int y = vertex->cell[1] / edge_ - (vertex->cell[1] / edge_ == cells.max.y ? 1 : 0);
+    vertex->size = static_cast<std::uint8_t>(8 * edge_ - top(x, y, cells.min.z));
+  }
+}
+
+void CoarseCells::appendFaces(std::vector<FaceVertex>& vertices) const {
+  for (int side = 0; side < 6; ++side) {
+    for (int plane = 0; plane < size_; ++plane) appendPlane(side, plane, vertices);
+  }
+}
+
+}  // namespace cuboid_mapping_rviz

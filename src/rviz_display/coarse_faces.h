@@ -1,0 +1,61 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include "face_mesh.h"
+
+#include "cuboid_mapping/geometry/brick_mask.h"
+
+#include <array>
+#include <cstdint>
+#include <functional>
+
+namespace cuboid_mapping_rviz {
+
+/// The voxels of a brick that are drawn; none where there is no brick.
+using DrawnVoxels = std::function<cuboid_mapping::BrickMask(const cuboid_mapping::Cell& brick)>;
+
+/// Cells of 2, 4 or 8 voxels an edge, of a chunk. A cell is in the set if any of its voxels is.
+class CoarseCells {
+ public:
+  /// With an edge of 2 voxels. @complexity O(bricks of the chunk).
+  CoarseCells(const cuboid_mapping::Cell& chunk, const DrawnVoxels& drawn);
+
+  /// Makes cells of twice the edge.
+  void coarsen();
+
+  /// Appends the sides of cells that are not covered by other cells of the chunk; sides in one plane that
+  /// touch are joined to rectangles. Those between chunks are always there, because another chunk may be
+  /// drawn with other cells. The probability of a vertex is 0; its size says by how many eighths of a voxel it lies
+  /// above the voxels: only upper sides do.
+  void appendFaces(std::vector<FaceVertex>& vertices) const;
+
+ private:
+  static constexpr int kSize = kChunkEdge / 2;
+  using Rows = std::array<std::uint32_t, kSize>;  ///< By y; bit x.
+
+  void addBrick(const cuboid_mapping::BrickMask& voxels, const std::array<int, 3>& first);
+  [[nodiscard]] bool isSet(int x, int y, int z) const {
+    return (cells_[at(z)][at(y)] >> x & 1) != 0;
+  }
+  [[nodiscard]] std::uint8_t& top(int x, int y, int z) {
+    return tops_[at((z * kSize + y) * kSize + x)];
+  }
+  [[nodiscard]] std::uint8_t top(int x, int y, int z) const {
+    return tops_[at((z * kSize + y) * kSize + x)];
+  }
+  [[nodiscard]] std::uint8_t meanTop(int x, int y, int z) const;
+  /// The sides that are seen in a plane: rows along one axis, bits along another.
+  [[nodiscard]] Rows exposed(int side, int plane) const;
+  void appendPlane(int side, int plane, std::vector<FaceVertex>& vertices) const;
+  void appendRectangle(int side, const cuboid_mapping::CellBox& cells,
+                       std::vector<FaceVertex>& vertices) const;
+  static std::size_t at(int index) { return static_cast<std::size_t>(index); }
+
+  int edge_ = 2;                     ///< Of a cell, in voxels.
+  int size_ = kSize;                 ///< Cells along an axis.
+  std::array<Rows, kSize> cells_{};  ///< By z.
+  /// By z, y, x: mean height of the uppermost voxels above the floor of a cell, in eighths of a voxel.
+  std::array<std::uint8_t, std::size_t{kSize} * kSize * kSize> tops_{};
+};
+
+}  // namespace cuboid_mapping_rviz
