@@ -1,8 +1,11 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "cuboid_mapping/ros/tf_lookup.h"
 
+#include "support/random.h"
+
 #include <geometry_msgs/TransformStamped.h>
 #include <gtest/gtest.h>
+#include <tf2_eigen/tf2_eigen.h>
 
 #include <string>
 
@@ -50,6 +53,43 @@ TEST_F(TfLookupTest, TheReasonHasNoFullStop) {
     const std::string text = why(source, 20.0);
     EXPECT_EQ(text.find_last_not_of(" ."), text.size() - 1) << text;
   }
+}
+
+/// A node asks when the transform has just come, and bag_to_map when all have.
+TEST_F(TfLookupTest, IsTheSameWhenALaterTransformHasCome) {
+  cuboid_mapping::test::Random random(5);
+  const auto pose = [&random] {
+    const Eigen::Vector3d axis(random.real(-1, 1), random.real(-1, 1), random.real(-1, 1));
+    return Eigen::Isometry3d(Eigen::Translation3d(50.0 * axis) *
+                             Eigen::AngleAxisd(random.real(-3, 3), axis.normalized()));
+  };
+  const auto add_all = [&](double stamp_s) {
+    const char* frames[] = {"map", "odom", "base", "lidar"};
+    for (int i = 0; i < 3; ++i) {
+      geometry_msgs::TransformStamped transform = tf2::eigenToTransform(pose());
+      transform.header.frame_id = frames[i];
+      transform.child_frame_id = frames[i + 1];
+      transform.header.stamp = ros::Time(stamp_s);
+      ASSERT_TRUE(tf_.setTransform(transform, "test"));
+    }
+  };
+  int num_changed_by_tf = 0;
+  add_all(1.0);
+  for (int i = 2; i < 1000; ++i) {
+    const ros::Time stamp(i);
+    add_all(i);
+    const auto of_tf = tf2::transformToEigen(tf_.lookupTransform("map", "lidar", stamp)).matrix();
+    const auto lookup = lookupTransform(tf_, "map", "lidar", stamp);
+    add_all(i + 0.5);
+    const auto later_of_tf =
+        tf2::transformToEigen(tf_.lookupTransform("map", "lidar", stamp)).matrix();
+    num_changed_by_tf += of_tf == later_of_tf ? 0 : 1;
+    const auto later = lookupTransform(tf_, "map", "lidar", stamp);
+    ASSERT_TRUE(lookup.T_target_source && later.T_target_source);
+    EXPECT_EQ(lookup.T_target_source->matrix(), later.T_target_source->matrix());
+    EXPECT_TRUE(lookup.T_target_source->matrix().isApprox(of_tf, 1e-9));
+  }
+  EXPECT_GT(num_changed_by_tf, 10);
 }
 
 }  // namespace

@@ -6,6 +6,17 @@
 #include <exception>
 
 namespace cuboid_mapping_ros {
+namespace {
+
+/// To multiples of 2^-30. tf gives a pose as it came while it is the newest, and interpolates as soon as there is a
+/// later one, which may change its last bits: enough to lift a sensor that is level with a face of voxels.
+Eigen::Isometry3d roundTransform(const Eigen::Isometry3d& transform) {
+  Eigen::Isometry3d rounded;
+  rounded.matrix() = (transform.matrix() * 0x1p30).array().round().matrix() * 0x1p-30;
+  return rounded;
+}
+
+}  // namespace
 
 std::string withoutSlash(const std::string& frame_id) {
   return !frame_id.empty() && frame_id.front() == '/' ? frame_id.substr(1) : frame_id;
@@ -21,8 +32,8 @@ TfLookup lookupTransform(const tf2::BufferCore& buffer, const std::string& targe
     return result;
   }
   try {
-    result.T_target_source =
-        tf2::transformToEigen(buffer.lookupTransform(target_frame, source_frame, stamp));
+    result.T_target_source = roundTransform(
+        tf2::transformToEigen(buffer.lookupTransform(target_frame, source_frame, stamp)));
   } catch (const std::exception& exception) {  // Of tf; of ros::Time for stamps 2^31 s apart.
     result.error = exception.what();
     // tf2 leaves out what failed when its buffer was cleared, and goes on with ", when looking up".
