@@ -140,6 +140,15 @@ if(NOT CUBOID_MAPPING_NODE)
   return()
 endif()
 
+# The shape of the robot, for self_filter.
+set(robot_description cuboid_mapping/ros/robot_description.cpp)
+if(NOT urdf_FOUND OR NOT geometric_shapes_FOUND)
+  cuboid_mapping_left_out(self_filter/robot_description "liburdf-dev libgeometric-shapes-dev")
+  set(robot_description cuboid_mapping/ros/robot_description_missing.cpp)
+  unset(urdf_LIBRARIES)
+  unset(geometric_shapes_LIBRARIES)
+endif()
+
 # The ROS layer: parameters, conversions, and what the nodelet is made of.
 add_library(cuboid_mapping_ros
   cuboid_mapping/ros/check_answers.cpp
@@ -182,9 +191,12 @@ add_library(cuboid_mapping_ros
   cuboid_mapping/ros/reconfigure.cpp
   cuboid_mapping/ros/reconfigure_server.cpp
   cuboid_mapping/ros/request_reader.cpp
+  ${robot_description}
   cuboid_mapping/ros/robot_grid.cpp
   cuboid_mapping/ros/robot_merger.cpp
+  cuboid_mapping/ros/robot_parts.cpp
   cuboid_mapping/ros/search_answers.cpp
+  cuboid_mapping/ros/self_filter.cpp
   cuboid_mapping/ros/sensor_conversions.cpp
   cuboid_mapping/ros/sensor_message.cpp
   cuboid_mapping/ros/service_limits.cpp
@@ -198,11 +210,13 @@ add_library(cuboid_mapping_ros
   cuboid_mapping/ros/time_jump.cpp)
 cuboid_mapping_configure(cuboid_mapping_ros)
 target_include_directories(cuboid_mapping_ros
-  SYSTEM PUBLIC ${catkin_INCLUDE_DIRS} ${octomap_msgs_INCLUDE_DIRS} PRIVATE ${PCL_INCLUDE_DIRS})
+  SYSTEM PUBLIC ${catkin_INCLUDE_DIRS} ${octomap_msgs_INCLUDE_DIRS}
+  PRIVATE ${PCL_INCLUDE_DIRS} ${urdf_INCLUDE_DIRS} ${geometric_shapes_INCLUDE_DIRS})
 target_compile_definitions(cuboid_mapping_ros
   PUBLIC CUBOID_MAPPING_HAS_OCTOMAP_MSGS=$<BOOL:${octomap_msgs_FOUND}>)
 target_link_libraries(cuboid_mapping_ros
-  PUBLIC cuboid_mapping::client cuboid_mapping::io ${catkin_LIBRARIES} PRIVATE ${PCL_LIBRARIES})
+  PUBLIC cuboid_mapping::client cuboid_mapping::io ${catkin_LIBRARIES}
+  PRIVATE ${PCL_LIBRARIES} ${urdf_LIBRARIES} ${geometric_shapes_LIBRARIES})
 
 # The nodelet, and the node that runs it.
 add_library(cuboid_mapping_nodelet cuboid_mapping/ros/mapping_nodelet.cpp)

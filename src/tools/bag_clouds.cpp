@@ -3,6 +3,7 @@
 
 #include "cuboid_mapping/io/file_replacement.h"
 #include "cuboid_mapping/io/text.h"
+#include "cuboid_mapping/ros/self_filter.h"
 #include "yaml_parameters.h"
 
 #include <rosbag/view.h>
@@ -48,6 +49,11 @@ NodeParameters readAll(const std::string& program, const BagOptions& options, co
   for (const std::string& topic : missing) {
     std::cerr << program << ": the bags have no topic " << topic << std::endl;
   }
+  loadRobotParts(parameters, [](const std::string& /*name*/) -> std::optional<std::string> {
+    throw std::runtime_error(
+        "self_filter/robot_description: there is no parameter server here; name a file in "
+        "self_filter/urdf_file");
+  });
   return parameters;
 }
 

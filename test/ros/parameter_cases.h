@@ -154,6 +154,60 @@ inline std::vector<Case> sourceCases() {
   };
 }
 
+inline XmlRpcValue makeBoxes(const std::string& frame_id, double min_z_m) {
+  XmlRpcValue box;
+  box["frame"] = frame_id;
+  for (int axis = 0; axis < 3; ++axis) {
+    box["min"][axis] = axis == 2 ? XmlRpcValue(min_z_m) : XmlRpcValue(-1);
+    box["max"][axis] = 0.5;
+  }
+  XmlRpcValue list;
+  list[0] = box;
+  return list;
+}
+
+inline std::vector<Case> selfFilterCases() {
+  using P = NodeParameters;
+  XmlRpcValue no_corner = makeBoxes("base", 0.0);
+  no_corner[0]["max"] = 1.0;
+  XmlRpcValue text_corner = makeBoxes("base", 0.0);
+  text_corner[0]["max"][1] = "1";
+  XmlRpcValue unknown_key = makeBoxes("base", 0.0);
+  unknown_key[0]["size"] = 1.0;
+  return {
+      {"self_filter/boxes",
+       makeBoxes("/base", 0.25),
+       [](const P& p) {
+         return p.self_filter.boxes.size() == 1 && p.self_filter.boxes[0].frame_id == "base" &&
+                p.self_filter.boxes[0].exact.bounds.min_m == Eigen::Vector3d(-1.0, -1.0, 0.25) &&
+                p.self_filter.boxes[0].padded.bounds.max_m == Eigen::Vector3d(0.5, 0.5, 0.5);
+       },
+       {"base", 1, makeList(), makeBoxes("", 0.0), makeBoxes("/", 0.0), makeBoxes("base", 0.5),
+        makeBoxes("base", kNan), makeBoxes("base", -kInfinity), no_corner, text_corner,
+        unknown_key}},
+      {"self_filter/robot_description",
+       "robot_description",
+       [](const P& p) { return p.self_filter.robot_description == "robot_description"; },
+       {1, true}},
+      {"self_filter/urdf_file",
+       "/robot.urdf",
+       [](const P& p) { return p.self_filter.urdf_file == "/robot.urdf"; },
+       {1, true}},
+      {"self_filter/padding",
+       0.1,
+       [](const P& p) { return p.self_filter.padding_m == 0.1; },
+       {-0.1, 1.1, kNan, "1"}},
+      {"self_filter/ignored_links",
+       "left_wheel right_wheel",
+       [](const P& p) { return p.self_filter.ignored_links == "left_wheel right_wheel"; },
+       {1, makeList()}},
+      {"self_filter/keep_free",
+       true,
+       [](const P& p) { return p.self_filter.keep_free; },
+       {1, "true"}},
+  };
+}
+
 /// Those that bound memory and time of what the node is asked for.
 inline std::vector<Case> limitCases() {
   using P = NodeParameters;

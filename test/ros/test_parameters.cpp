@@ -54,7 +54,7 @@ bool hasText(const ParameterError& error, const std::string& text) {
 std::vector<Case> allCases() {
   std::vector<Case> cases = mapCases();
   for (const auto& part :
-       {sourceCases(), sensorModelCases(), limitCases(), otherCases(), octomapServerCases()}) {
+       {sourceCases(), selfFilterCases(), sensorModelCases(), limitCases(), otherCases(), octomapServerCases()}) {
     cases.insert(cases.end(), part.begin(), part.end());
   }
   return cases;
@@ -109,7 +109,7 @@ TEST(Parameters, EveryBadValueGivesExactlyItsErrorAndKeepsTheDefault) {
       ++num_checked;
     }
   }
-  EXPECT_EQ(num_checked, 326U);
+  EXPECT_EQ(num_checked, 349U);
 }
 
 TEST(Parameters, AnErrorSaysValueRangeAndWhatToDo) {

@@ -54,6 +54,20 @@ ObservedCells observeWithOctomap(const Scan& scan, double resolution_m, double m
   return cells;
 }
 
+TEST(ScanUpdate, aFreePointMissesItsVoxelUnlessABeamHitsIt) {
+  Scan scan = scanFromVoxelZero();
+  scan.points = {{2.5F, 0.5F, 0.5F}};
+  scan.free_points = {{-9.5F, 30.5F, 4.5F},
+                      {2.2F, 0.1F, 0.9F},
+                      {0.5F, 0.5F, 0.5F},
+                      {7e4F, 0, 0},
+                      {kInfinity, 0, 0}};
+  const ObservedCells expected{
+      {{0, 0, 0}, false}, {{1, 0, 0}, false}, {{2, 0, 0}, true}, {{-10, 30, 4}, false}};
+  EXPECT_EQ(observe(scan), expected);
+  EXPECT_EQ(observe(scan, 1.5).count({-10, 30, 4}), 1U) << "a max range is of beams";
+}
+
 TEST(ScanUpdate, missesTheVoxelsBeforeTheEndAndHitsTheEnd) {
   Scan scan = scanFromVoxelZero();
   scan.points = {{3.5F, 0.5F, 0.5F}};

@@ -32,6 +32,7 @@ struct BrickUpdate {
 /// as a no-return                  | up to its end, or the cut, included       | none
 /// outside the grid, or not finite | none                                      | none; is counted
 /// beyond kMaxBeamVoxels, not cut  | none                                      | none; is counted
+/// (no beam) at a free point       | its voxel, within kMaxBeamVoxels          | none
 ///
 /// A voxel that is both is a hit. As octomap_server's insertScan; octomap::OccupancyOcTreeBase::
 /// computeUpdate differs in one point: it leaves out the voxel where a beam is cut.

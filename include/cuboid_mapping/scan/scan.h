@@ -21,6 +21,8 @@ struct Scan {
   /// End points of beams that were not reflected, as far as they are known to be free: every voxel
   /// up to and including that of the end point is a miss.
   std::vector<Eigen::Vector3f> no_returns;
+  /// Points that are known to be free without a beam, as those inside the robot: the voxel of each is a miss.
+  std::vector<Eigen::Vector3f> free_points;
 };
 
 /// A scan of points given in the frame of a cloud.

@@ -80,6 +80,7 @@ std::vector<std::string> neededFrames(const NodeParameters& parameters) {
   if (parameters.octomap_server.filter_ground) {
     frame_ids.push_back(parameters.octomap_server.base_frame_id);
   }
+  for (const RobotPart& part : parameters.self_filter.parts) frame_ids.push_back(part.frame_id);
   return frame_ids;
 }
 
@@ -99,8 +100,13 @@ std::optional<CloudPoses> lookupPoses(const tf2::BufferCore& tf, const NodeParam
   if (parameters.octomap_server.filter_ground) {
     poses.T_map_base = lookup(parameters.octomap_server.base_frame_id);
   }
-  if (!is_complete) return std::nullopt;
-  return poses;
+  const bool is_cloud_complete = is_complete;
+  for (const RobotPart& part : parameters.self_filter.parts) {
+    poses.T_map_parts.push_back(lookup(part.frame_id));
+  }
+  if (is_complete) return poses;
+  if (is_cloud_complete) error += " (a frame of self_filter; see self_filter/ignored_links)";
+  return std::nullopt;
 }
 
 int numThreads(const NodeParameters& parameters) {
@@ -136,10 +142,16 @@ const ScanUpdate* CloudPipeline::compute(const SensorMessage& cloud, const Cloud
   }
   auto& points = std::get<CloudPoints>(converted);
   statistics.num_invalid += points.num_invalid;
+  leaveOutRobot(points, poses, statistics);
   statistics.reach_m =
       findReach(points, (poses.T_map_cloud.inverse() * poses.T_map_sensor).translation());
   const Scan ground = takeGround(points, poses, statistics);
-  const Scan scan = makeScan(points, poses, statistics);
+  Scan scan = makeScan(points, poses, statistics);
+  if (parameters_.self_filter.keep_free) {
+    scan.free_points =
+        findRobotVoxels(parameters_.self_filter.parts, poses.T_map_parts,
+                        cuboid_mapping::Grid(parameters_.map.resolution_m), scan.anchor_map);
+  }
   statistics.convert_time.add(stopwatch.lap());
 
   const ScanUpdate& update = takeUse(computeUpdate(scan, ground));
@@ -156,6 +168,18 @@ Scan CloudPipeline::makeScan(const CloudPoints& points, const CloudPoses& poses,
   const cuboid_mapping::FilterCounts filtered = filterScan(scan, scan_limits_);
   statistics.num_filtered += filtered.num_too_near + filtered.num_outside_crop;
   return scan;
+}
+
+void CloudPipeline::leaveOutRobot(CloudPoints& points, const CloudPoses& poses,
+                                  NodeStatistics& statistics) const {
+  const Eigen::Isometry3d T_map_points =
+      poses.T_map_cloud * Eigen::Translation3d(points.anchor_cloud);
+  std::vector<Eigen::Isometry3d> T_part_points;
+  for (const Eigen::Isometry3d& T_map_part : poses.T_map_parts) {
+    T_part_points.push_back(T_map_part.inverse() * T_map_points);
+  }
+  statistics.num_on_robot +=
+      removePointsOnRobot(parameters_.self_filter.parts, T_part_points, points.points);
 }
 
 Scan CloudPipeline::takeGround(CloudPoints& points, const CloudPoses& poses,

@@ -25,6 +25,8 @@ struct CloudPoses {
   Eigen::Isometry3d T_map_sensor;  ///< Its translation is where the beams start.
   /// Of the robot's base; only with filter_ground.
   std::optional<Eigen::Isometry3d> T_map_base;
+  /// Of the frames of self_filter.parts, in their order.
+  std::vector<Eigen::Isometry3d> T_map_parts;
 };
 
 /// Frames that must have a transform to the map's, besides that of the cloud.
@@ -46,7 +48,8 @@ struct CloudPoses {
 /// Of one source: from the message to the voxels that it observes: conversion, ground, filters, ray walk. The
 /// same for the node, and for bags without one. Not thread-safe.
 ///
-/// Beams to the ground (filter_ground) free the voxels before their end, and hit nothing.
+/// Points on the robot (self_filter) are left out wholly, before all else. Beams to the ground (filter_ground) free
+/// the voxels before their end, and hit nothing.
 class CloudPipeline {
  public:
   /// @param source  One of sourcesOf().
@@ -65,6 +68,8 @@ class CloudPipeline {
  private:
   [[nodiscard]] cuboid_mapping::Scan makeScan(const CloudPoints& points, const CloudPoses& poses,
                                               NodeStatistics& statistics) const;
+  void leaveOutRobot(CloudPoints& points, const CloudPoses& poses,
+                     NodeStatistics& statistics) const;
   /// Takes the points of the ground out, of those that the crop leaves; none without filter_ground.
   [[nodiscard]] cuboid_mapping::Scan takeGround(CloudPoints& points, const CloudPoses& poses,
                                                 NodeStatistics& statistics) const;

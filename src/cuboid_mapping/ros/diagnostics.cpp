@@ -248,6 +248,7 @@ void fillStatus(const NodeReport& report, const NodeStatistics& last_report,
   status.add("points inserted", statistics.num_points);
   status.add("points NaN or without return", statistics.num_invalid);
   status.add("points filtered", statistics.num_filtered);
+  status.add("points on the robot", statistics.num_on_robot);
   status.add("points out of range", statistics.num_out_of_range);
   status.add("points too far", statistics.num_too_far);
   if (report.last_cloud) {

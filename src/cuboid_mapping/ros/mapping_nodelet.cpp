@@ -3,6 +3,7 @@
 
 #include "cuboid_mapping/ros/map_storage.h"
 #include "cuboid_mapping/ros/parameters.h"
+#include "cuboid_mapping/ros/self_filter.h"
 
 #include <pluginlib/class_list_macros.hpp>
 
@@ -39,6 +40,7 @@ void MappingNodelet::onInit() {
       NODELET_WARN_STREAM("resolution is " << loaded.parameters.map.resolution_m
                                            << " m, that of map_file, not " << resolution_m << " m");
     }
+    loadRobotParts(loaded.parameters, findTextFrom(getPrivateNodeHandle()));
     node_ = std::make_unique<MappingNode>(getNodeHandle(), getPrivateNodeHandle(),
                                           loaded.parameters, start_map);
   } catch (const std::exception& exception) {

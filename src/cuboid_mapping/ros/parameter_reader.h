@@ -25,6 +25,6 @@ void readGroup(const XmlRpc::XmlRpcValue& group, const KeyFilter& is_wanted,
                LoadedParameters& loaded);
 
 /// Reads the list of sources. @pre All else has been read.
-void readSources(const XmlRpc::XmlRpcValue& private_namespace, LoadedParameters& loaded);
+void readSources(LoadedParameters& loaded);
 
 }  // namespace cuboid_mapping_ros

@@ -286,13 +286,7 @@ struct ValueFormatter {
   std::string operator()(const FileKind& kind) { return '"' + kind.field(parameters) + '"'; }
   std::string operator()(const ChoiceKind& kind) { return kind.get(parameters); }
   std::string operator()(const TextKind& kind) { return '"' + kind.get(parameters) + '"'; }
-  std::string operator()(const SourcesKind& /*kind*/) {
-    std::string names;
-    for (const NodeParameters& source : parameters.sources) {
-      names += (names.empty() ? "" : ", ") + nameOf(source);
-    }
-    return '[' + names + ']';
-  }
+  std::string operator()(const ListKind& kind) { return kind.describe(parameters); }
 };
 
 struct AllowedFormatter {
@@ -315,7 +309,7 @@ struct AllowedFormatter {
   std::string operator()(const FileKind& /*kind*/) const { return "a path, or empty"; }
   std::string operator()(const ChoiceKind& kind) const { return joinAlternatives(kind.names); }
   std::string operator()(const TextKind& kind) const { return kind.allowed; }
-  std::string operator()(const SourcesKind& /*kind*/) const { return "a list of groups of keys"; }
+  std::string operator()(const ListKind& kind) const { return kind.allowed; }
 };
 
 }  // namespace
@@ -323,9 +317,10 @@ struct AllowedFormatter {
 const std::vector<ParameterDeclaration>& parameterTable() {
   static const std::vector<ParameterDeclaration> kTable = [] {
     std::vector<ParameterDeclaration> table = declareMap();
-    for (const auto& part : {declareSources(), declareGrowth(), declareSensorModel(), declareCrop(),
-                             declareTopics(), declareFiles(), declareQueries(), declareRobotGrid(),
-                             declareFleet(), declareOctomapServer()}) {
+    for (const auto& part :
+         {declareSources(), declareSelfFilter(), declareGrowth(), declareSensorModel(),
+          declareCrop(), declareTopics(), declareFiles(), declareQueries(), declareRobotGrid(),
+          declareFleet(), declareOctomapServer()}) {
       table.insert(table.end(), part.begin(), part.end());
     }
     return table;

@@ -61,8 +61,14 @@ struct TextKind {
   std::string (*get)(const NodeParameters&);
 };
 
-/// The list of sources; see readSources().
-struct SourcesKind {};
+/// A list, whose elements have a form of their own.
+struct ListKind {
+  std::string allowed;  ///< In words.
+  /// Says why a value is refused; nothing where it is taken.
+  std::string (*set)(NodeParameters&, const XmlRpc::XmlRpcValue& list);
+  XmlRpc::XmlRpcValue (*get)(const NodeParameters&);  ///< As it was given.
+  std::string (*describe)(const NodeParameters&);     ///< As YAML.
+};
 
 /// The kind of one of some values of an enumeration, by the names that toString() gives them.
 template <typename Enumeration>
@@ -83,7 +89,7 @@ struct ParameterDeclaration {
   std::string key;
   std::string unit;  ///< Empty for numbers without one, and for what is no number.
   std::variant<NumberKind, IntegerKind, BooleanKind, FrameKind, FileKind, ChoiceKind, TextKind,
-               SourcesKind>
+               ListKind>
       kind;
   std::string help;
 };
@@ -109,6 +115,9 @@ struct RetiredParameter {
 
 /// Those of SourceParameters, and the list of sources, for parameterTable().
 [[nodiscard]] std::vector<ParameterDeclaration> declareSources();
+
+/// Those of SelfFilterParameters, for parameterTable().
+[[nodiscard]] std::vector<ParameterDeclaration> declareSelfFilter();
 
 /// Whether an element of the list of sources may have a parameter of its own for this key.
 [[nodiscard]] bool isOfSource(const std::string& key);

@@ -110,10 +110,10 @@ struct ValueReader {
     return std::nullopt;
   }
 
-  Refusal operator()(const SourcesKind& /*kind*/) const {  // Its elements: see readSources().
-    const auto type = value.getType();
-    if (type == XmlRpcValue::TypeArray || type == XmlRpcValue::TypeInvalid) return std::nullopt;
-    return "begin each source with a dash";
+  Refusal operator()(const ListKind& kind) const {
+    if (value.getType() == XmlRpcValue::TypeInvalid) return std::nullopt;  // There is none.
+    const std::string refusal = kind.set(parameters, value);
+    return refusal.empty() ? std::nullopt : Refusal(refusal);
   }
 };
 
@@ -321,7 +321,7 @@ LoadedParameters readParameters(const XmlRpcValue& private_namespace, UnknownKey
   }
   readGroup(
       private_namespace, [](const std::string&) { return true; }, loaded);
-  readSources(private_namespace, loaded);
+  readSources(loaded);
   judgeUnknownKeys(private_namespace, unknown_keys, loaded);
   return loaded;
 }

@@ -7,6 +7,7 @@
 #include "cuboid_mapping/ros/ground_filter.h"
 #include "cuboid_mapping/ros/names.h"
 #include "cuboid_mapping/ros/query_box.h"
+#include "cuboid_mapping/ros/robot_parts.h"
 
 #include <ros/node_handle.h>
 #include <xmlrpcpp/XmlRpcValue.h>
@@ -82,6 +83,18 @@ struct SourceParameters {
   double max_rate_hz = 0.0;  ///< Of messages, more are ignored; 0: no limit.
 };
 
+/// What belongs to the robot, and what becomes of the points on it.
+struct SelfFilterParameters {
+  XmlRpc::XmlRpcValue box_list;   ///< As it was given.
+  RobotParts boxes;               ///< Of the list.
+  std::string robot_description;  ///< Name of a parameter with a URDF; empty: none.
+  std::string urdf_file;          ///< In place of it; empty: none.
+  double padding_m = 0.05;        ///< Of the shapes of the URDF.
+  std::string ignored_links;      ///< Of the URDF, with spaces in between.
+  bool keep_free = false;  ///< Whether each cloud says that the voxels of the robot are free.
+  RobotParts parts;        ///< All, once loadRobotParts() has read them.
+};
+
 /// Parameters of the node, valid together when they come from readParameters() without an error.
 ///
 /// Keys, units, ranges and help are declared once, in src/ros/parameter_table.cpp; the defaults are
@@ -124,6 +137,7 @@ struct NodeParameters {
   FleetParameters fleet;
   OctomapServerParameters octomap_server;
   RobotGridParameters robot_grid;
+  SelfFilterParameters self_filter;
 };
 
 /// One element for each source, with its parameters in their places; never empty. Of one source without a list

@@ -76,7 +76,7 @@ struct ConfigWriter {
   void operator()(const FileKind& kind) { addText(kind.field(parameters)); }
   void operator()(const ChoiceKind& kind) { addText(kind.get(parameters)); }
   void operator()(const TextKind& kind) { addText(kind.get(parameters)); }
-  void operator()(const SourcesKind& /*kind*/) {}  // Never described.
+  void operator()(const ListKind& /*kind*/) {}  // Never described.
 
   void addNumber(double value) {
     config.doubles.emplace_back();
@@ -101,7 +101,7 @@ struct ValueWriter {
   XmlRpcValue operator()(const FileKind& kind) { return XmlRpcValue(kind.field(parameters)); }
   XmlRpcValue operator()(const ChoiceKind& kind) { return XmlRpcValue(kind.get(parameters)); }
   XmlRpcValue operator()(const TextKind& kind) { return XmlRpcValue(kind.get(parameters)); }
-  XmlRpcValue operator()(const SourcesKind& /*kind*/) { return parameters.source_list; }
+  XmlRpcValue operator()(const ListKind& kind) { return kind.get(parameters); }
 };
 
 struct TypeName {
@@ -269,6 +269,7 @@ LoadedParameters applyConfig(const NodeParameters& parameters, const Config& req
     setValue(values, declaration->key, value);
   }
   LoadedParameters loaded = readParameters(values);
+  loaded.parameters.self_filter.parts = parameters.self_filter.parts;  // Read at the start.
   errors.insert(errors.end(), loaded.errors.begin(), loaded.errors.end());
   if (!errors.empty()) loaded.parameters = parameters;
   loaded.errors = std::move(errors);

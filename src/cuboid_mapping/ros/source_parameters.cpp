@@ -60,6 +60,23 @@ TextKind cameraInfoKind() {
           [](const P& p) { return p.source.camera_info; }};
 }
 
+ListKind sourcesKind() {
+  return {"a list of groups of keys",
+          [](P& p, const XmlRpcValue& list) -> std::string {  // Its elements: see readSources().
+            if (list.getType() != XmlRpcValue::TypeArray) return "begin each source with a dash";
+            p.source_list = list;
+            return {};
+          },
+          [](const P& p) { return p.source_list; },
+          [](const P& p) {
+            std::string names;
+            for (const P& source : p.sources) {
+              names += (names.empty() ? "" : ", ") + nameOf(source);
+            }
+            return '[' + names + ']';
+          }};
+}
+
 /// One element of the list, while it is read.
 class SourceReader {
  public:
@@ -194,7 +211,7 @@ std::vector<ParameterDeclaration> declareSources() {
       {"max_rate", "Hz",
        NumberKind{[](P& p) -> double& { return p.source.max_rate_hz; }, 0.0, 1000.0},
        "Maximum rate of its messages; those beyond it are ignored, by their stamps. 0: no limit."},
-      {kListKey, "", SourcesKind{},
+      {kListKey, "", sourcesKind(),
        "Several sensors. Each element has a topic, maybe a name, and whatever differs from the "
        "values outside the list: type, camera_info, use, max_rate, sensor_frame, sensor_model/hit, "
        "miss, max_range, min_range, no_return_range and no_return_points, filter_ground, "
@@ -205,11 +222,9 @@ std::vector<ParameterDeclaration> declareSources() {
   };
 }
 
-void readSources(const XmlRpcValue& private_namespace, LoadedParameters& loaded) {
-  if (!private_namespace.hasMember(kListKey)) return;
-  const XmlRpcValue list = private_namespace[kListKey];
+void readSources(LoadedParameters& loaded) {
+  const XmlRpcValue list = loaded.parameters.source_list;
   if (list.getType() != XmlRpcValue::TypeArray) return;
-  loaded.parameters.source_list = list;
   const LoadedParameters outer = loaded;
   for (int i = 0; i < list.size(); ++i) {
     SourceReader reader(static_cast<std::size_t>(i), outer);
@@ -227,6 +242,7 @@ std::vector<NodeParameters> sourcesOf(const NodeParameters& parameters) {
     source.map = parameters.map;
     source.map.sensor_model.hit = own.hit;
     source.map.sensor_model.miss = own.miss;
+    source.self_filter.parts = parameters.self_filter.parts;
   }
   return sources;
 }

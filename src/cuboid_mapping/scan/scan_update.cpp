@@ -150,6 +150,17 @@ void ScanUpdater::addBeams(const RayOrigin& ray_origin, const Eigen::Vector3f& o
   }
 }
 
+void ScanUpdater::addFreePoints(const RayOrigin& ray_origin,
+                                const std::vector<Eigen::Vector3f>& points,
+                                BeamMarks& marks) const {
+  for (const Eigen::Vector3f& point : points) {
+    Ray ray;
+    if (!ray_origin.computeRay(point, ray) || !isWithinReach(ray.start, ray.end)) continue;
+    const Cell local = ray.end - base_;
+    marks.at(toBrickKey(local)).misses[0].set(voxelIndex(local));
+  }
+}
+
 const ScanUpdate& ScanUpdater::compute(const Scan& scan) {
   update_.bricks.clear();
   update_.samples.clear();
@@ -171,6 +182,7 @@ const ScanUpdate& ScanUpdater::compute(const Scan& scan) {
     share.num_points = 0;
     share.num_out_of_range = 0;
     share.num_too_far = 0;
+    if (i == 0) addFreePoints(ray_origin, scan.free_points, share.marks);
     for (std::size_t part = next_part++; part < num_parts; part = next_part++) {
       const auto add_part = [&](const std::vector<Eigen::Vector3f>& ends, bool are_returns) {
         const std::size_t first = ends.size() * part / num_parts;

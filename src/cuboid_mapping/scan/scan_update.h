@@ -63,6 +63,8 @@ class ScanUpdater {
   void addBeams(const RayOrigin& ray_origin, const Eigen::Vector3f& origin,
                 const Eigen::Vector3f* ends, std::size_t count, bool are_returns,
                 Share& share) const;
+  void addFreePoints(const RayOrigin& ray_origin, const std::vector<Eigen::Vector3f>& points,
+                     BeamMarks& marks) const;
   static bool isBefore(const PlacedMarks& a, const PlacedMarks& b) { return a.morton < b.morton; }
   static void sortMarks(Share& share);
   void collectBricks();
