@@ -185,6 +185,7 @@ add_library(cuboid_mapping_ros
   cuboid_mapping/ros/parameter_texts.cpp
   cuboid_mapping/ros/parameters.cpp
   cuboid_mapping/ros/planner_services.cpp
+  cuboid_mapping/ros/point_times.cpp
   cuboid_mapping/ros/projected_map.cpp
   cuboid_mapping/ros/query_box.cpp
   cuboid_mapping/ros/query_box_service.cpp
@@ -205,6 +206,7 @@ add_library(cuboid_mapping_ros
   cuboid_mapping/ros/source_report.cpp
   cuboid_mapping/ros/source_subscriber.cpp
   cuboid_mapping/ros/speed_advice.cpp
+  cuboid_mapping/ros/sweep.cpp
   cuboid_mapping/ros/tf_lookup.cpp
   cuboid_mapping/ros/tf_receiver.cpp
   cuboid_mapping/ros/time_jump.cpp)

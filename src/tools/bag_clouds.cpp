@@ -157,7 +157,7 @@ void BagClouds::walkOne(const SensorMessage& cloud, const Take& take) {
 const cuboid_mapping::ScanUpdate* BagClouds::compute(const SensorMessage& cloud) {
   Source& source = *sources_.at(cloud.source);
   std::string tf_error;
-  const auto poses = lookupPoses(tf_, source.parameters, cloud.header(), tf_error);
+  const auto poses = lookupPoses(tf_, source.parameters, cloud, tf_error);
   if (!poses) {
     leaveOut(DropReason::kNoTransform, tf_error);
     return nullptr;

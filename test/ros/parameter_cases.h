@@ -146,6 +146,7 @@ inline std::vector<Case> sourceCases() {
        5.0,
        [](const P& p) { return p.source.max_rate_hz == 5.0; },
        {-1.0, 1001.0, kNan, "1"}},
+      {"deskew", true, [](const P& p) { return p.source.deskew; }, {1, "true"}},
       {"sources", list, [](const P& p) { return p.sources.size() == 1; }, {"front", 1, true}},
       {"order_wait",
        0.5,

@@ -69,13 +69,30 @@ class DriveWriter {
     bag_.write(topic, message.header.stamp + ros::Duration(delay_s), message);
   }
 
+  /// The points were measured within 80 ms.
+  static sensor_msgs::PointCloud2 withTimes(const sensor_msgs::PointCloud2& cloud) {
+    sensor_msgs::PointCloud2 timed = cloud;
+    sensor_msgs::PointCloud2Modifier modifier(timed);
+    modifier.setPointCloud2Fields(
+        4, "x", 1, sensor_msgs::PointField::FLOAT32, "y", 1, sensor_msgs::PointField::FLOAT32, "z",
+        1, sensor_msgs::PointField::FLOAT32, "time", 1, sensor_msgs::PointField::FLOAT32);
+    modifier.resize(cloud.width);
+    sensor_msgs::PointCloud2ConstIterator<float> from(cloud, "x");
+    sensor_msgs::PointCloud2Iterator<float> to(timed, "x");
+    for (std::uint32_t i = 0; i < cloud.width; ++i, ++from, ++to) {
+      for (int axis = 0; axis < 3; ++axis) to[axis] = from[axis];
+      to[3] = 0.0002F * static_cast<float>(i);
+    }
+    return timed;
+  }
+
   void writeCloud(double t) {
     std::vector<Eigen::Vector3d> points;
     for (int i = 0; i < 400; ++i) {
       points.emplace_back(random_.real(-6, 6), random_.real(-6, 6), random_.real(-1, 1));
     }
     // Later than what the others have measured meanwhile.
-    write("/front/points", makeCloud("lidar", ros::Time(kStart_s + t), points), 0.08);
+    write("/front/points", withTimes(makeCloud("lidar", ros::Time(kStart_s + t), points)), 0.08);
   }
 
   void writeScan(double t) {
@@ -83,6 +100,7 @@ class DriveWriter {
     scan.header = makeHeader("laser", t);
     scan.angle_min = -2.0F;
     scan.angle_increment = 0.02F;
+    scan.time_increment = 0.0001F;
     scan.range_min = 0.1F;
     scan.range_max = 10.0F;
     for (int i = 0; i < 200; ++i) {
@@ -187,6 +205,7 @@ TEST_F(NodeSourcesTest, BagToMapSaysWhichSourcesABagDoesNotHave) {
     scan.header.stamp = ros::Time(kStart_s);
     scan.header.frame_id = "map";
     scan.angle_increment = 0.1F;
+    scan.time_increment = 0.01F;
     scan.range_max = 10.0F;
     scan.ranges = {1.0F, 2.0F};
     out.write("/scan", scan.header.stamp, scan);

@@ -54,6 +54,48 @@ ObservedCells observeWithOctomap(const Scan& scan, double resolution_m, double m
   return cells;
 }
 
+TEST(ScanUpdate, ofScansFromSeveralPlacesIsOneObservation) {
+  test::Random random(94);
+  for (int round = 0; round < 50; ++round) {
+    std::vector<Scan> scans;
+    ObservedCells expected;
+    for (int i = random.integer(1, 6); i > 0; --i) {
+      const auto place = [&random] {
+        return Eigen::Vector3f(static_cast<float>(random.real(-300, 300)),
+                               static_cast<float>(random.real(-300, 300)),
+                               static_cast<float>(random.real(-30, 30)));
+      };
+      scans.emplace_back();
+      scans.back().origin = place();
+      for (int k = random.integer(0, 30); k > 0; --k) scans.back().points.push_back(place());
+      for (int k = random.integer(0, 5); k > 0; --k) scans.back().no_returns.push_back(place());
+      for (const auto& [cell, is_hit] : observe(scans.back(), 200.0)) {
+        bool& is_united_hit = expected[cell];
+        is_united_hit = is_united_hit || is_hit;
+      }
+    }
+    ScanUpdater updater(Grid(1.0), 200.0, random.integer(1, 3));
+    const ScanUpdate& update = updater.compute(scans.data(), scans.size());
+    EXPECT_EQ(test::toObservedCells(update), expected);
+    EXPECT_TRUE(std::is_sorted(update.bricks.begin(), update.bricks.end(),
+                               [](const auto& a, const auto& b) { return a.morton < b.morton; }));
+  }
+}
+
+TEST(ScanUpdate, ofScansTooFarApartHasThoseNearTheFirst) {
+  std::vector<Scan> scans(3, scanFromVoxelZero());
+  for (Scan& scan : scans) scan.points = {{2.5F, 0.5F, 0.5F}};
+  scans[1].anchor_map.x() = 5e6;
+  scans[2].anchor_map.x() = 4e6;
+  ScanUpdater updater{Grid(1.0)};
+  const ScanUpdate& update = updater.compute(scans.data(), scans.size());
+  EXPECT_EQ(update.num_points, 2U);
+  EXPECT_EQ(update.num_too_far, 1U);
+  const ObservedCells cells = test::toObservedCells(update);
+  EXPECT_EQ(cells.size(), 6U);
+  EXPECT_TRUE(cells.at({4000002, 0, 0}));
+}
+
 TEST(ScanUpdate, aFreePointMissesItsVoxelUnlessABeamHitsIt) {
   Scan scan = scanFromVoxelZero();
   scan.points = {{2.5F, 0.5F, 0.5F}};

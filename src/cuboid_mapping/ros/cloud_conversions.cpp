@@ -241,6 +241,8 @@ void addNoReturns(const PointCloud2& message, const PointReader& reader,
     const Eigen::Vector3d end_sensor = beam.direction.cast<double>() * options.no_return_range_m;
     const Eigen::Vector3d end_cloud = options.T_cloud_sensor * end_sensor;
     cloud.no_returns.emplace_back((end_cloud - cloud.anchor_cloud).cast<float>());
+    if (options.wants_numbers)
+      cloud.no_return_numbers.push_back(static_cast<std::uint32_t>(beam.index));
   }
 }
 
@@ -288,9 +290,10 @@ const char* toString(CloudDefect defect) {
     case CloudDefect::kWrongDatatype: return "wrong datatype";
     case CloudDefect::kBadLayout: return "bad layout";
     case CloudDefect::kShortData: return "short data";
-    case CloudDefect::kNoValidPoints: break;
+    case CloudDefect::kNoValidPoints: return "no valid points";
+    case CloudDefect::kNoPointTimes: break;
   }
-  return "no valid points";
+  return "no point times";
 }
 
 std::variant<CloudPoints, CloudError> convertCloud(const sensor_msgs::PointCloud2& message,
@@ -301,12 +304,15 @@ std::variant<CloudPoints, CloudError> convertCloud(const sensor_msgs::PointCloud
   CloudPoints cloud;
   cloud.anchor_cloud = findAnchor(message, reader);
   cloud.points.reserve(std::size_t{message.width} * message.height);
-  visitPoints(message, reader, [&cloud](const Eigen::Vector3d& point) {
+  std::uint32_t number = 0;
+  visitPoints(message, reader, [&](const Eigen::Vector3d& point) {
     if (isReturn(point)) {
       cloud.points.emplace_back((point - cloud.anchor_cloud).cast<float>());
+      if (options.wants_numbers) cloud.point_numbers.push_back(number);
     } else {
       ++cloud.num_invalid;
     }
+    ++number;
     return true;
   });
   if (message.height > 1 && cloud.num_invalid > 0 && options.no_return_range_m > 0.0) {

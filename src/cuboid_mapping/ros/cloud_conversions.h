@@ -9,6 +9,7 @@
 #include <Eigen/Geometry>
 
 #include <cstddef>
+#include <cstdint>
 #include <optional>
 #include <string>
 #include <variant>
@@ -25,10 +26,11 @@ enum class CloudDefect : unsigned char {
   kBadLayout,      ///< point_step is 0, a field reaches beyond it, or row_step is less than a row.
   kShortData,      ///< There is less data than width, height and steps say.
   kNoValidPoints,  ///< All points are NaN, infinite or zero, and no beam without return is known.
+  kNoPointTimes,   ///< With deskew: it does not say when its points were measured.
 };
 
 /// Number of enumerators of CloudDefect, for counters.
-constexpr std::size_t kNumCloudDefects = 7;
+constexpr std::size_t kNumCloudDefects = 8;
 
 /// A short name for diagnostics, as "no x/y/z fields".
 [[nodiscard]] const char* toString(CloudDefect defect);
@@ -74,6 +76,11 @@ struct CloudPoints {
   Eigen::Vector3d anchor_cloud = Eigen::Vector3d::Zero();
   std::vector<Eigen::Vector3f> points;      ///< Where a beam was reflected.
   std::vector<Eigen::Vector3f> no_returns;  ///< Ends of beams without return, see Scan::no_returns.
+  /// Which points of the message these are, row by row; only where wanted.
+  ///@{
+  std::vector<std::uint32_t> point_numbers;
+  std::vector<std::uint32_t> no_return_numbers;
+  ///@}
   std::size_t num_invalid = 0;  ///< Points that are no return: NaN, beyond 1e30, or (0, 0, 0).
   std::size_t num_skipped = 0;  ///< Of these: left out, their beams not being known or not wanted.
 };
@@ -87,6 +94,7 @@ struct CloudOptions {
   /// Pose of the sensor in the cloud's frame, for the directions of beams without return. Only to
   /// be set where the cloud has been transformed out of its sensor's frame.
   Eigen::Isometry3d T_cloud_sensor = Eigen::Isometry3d::Identity();
+  bool wants_numbers = false;  ///< See CloudPoints::point_numbers.
 };
 
 /// Takes the points out of a message, whatever its numbers say: nothing is read outside its data.

@@ -94,7 +94,7 @@ PoseSearch CloudIntake::findPoses(const SensorMessage& cloud) const {
   const NodeParameters& parameters = sources_.at(cloud.source);
   const std_msgs::Header& header = cloud.header();
   PoseSearch search;
-  search.poses = lookupPoses(tf_, parameters, header, search.why);
+  search.poses = lookupPoses(tf_, parameters, cloud, search.why);
   if (search.poses || header.stamp.isZero()) return search;
   std::vector<std::string> frame_ids = neededFrames(parameters);
   frame_ids.push_back(header.frame_id);

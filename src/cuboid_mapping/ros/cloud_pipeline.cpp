@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "cuboid_mapping/ros/cloud_pipeline.h"
 
+#include "cuboid_mapping/ros/point_times.h"
 #include "cuboid_mapping/ros/sensor_conversions.h"
 
 #include <algorithm>
@@ -64,6 +65,17 @@ double findReach(const CloudPoints& cloud, const Eigen::Vector3d& sensor_cloud) 
   return static_cast<double>(*reach);
 }
 
+/// Earlier than that, slices could lie before time begins.
+constexpr double kMinStamp_s = 2.0;
+
+CloudError noTimesError(const SensorMessage& cloud) {
+  return {CloudDefect::kNoPointTimes, "message in frame '" + cloud.header().frame_id +
+                                          "': it has no time for each point within a second of its "
+                                          "stamp, as deskew needs: a field time, t, "
+                                          "offset_time or timestamp, or a time_increment. Have the "
+                                          "driver send it, or set deskew to false"};
+}
+
 /// With the ground filter the crop is not of the scan: see CloudPipeline::cropInBase().
 cuboid_mapping::ScanLimits makeScanLimits(const NodeParameters& parameters) {
   cuboid_mapping::ScanLimits limits;
@@ -109,6 +121,26 @@ std::optional<CloudPoses> lookupPoses(const tf2::BufferCore& tf, const NodeParam
   return std::nullopt;
 }
 
+std::optional<CloudPoses> lookupPoses(const tf2::BufferCore& tf, const NodeParameters& parameters,
+                                      const SensorMessage& cloud, std::string& error) {
+  auto poses = lookupPoses(tf, parameters, cloud.header(), error);
+  if (!poses || !parameters.source.deskew) return poses;
+  const auto times_s = readPointTimes(cloud);
+  const auto slices = times_s ? findSlices(*times_s) : std::nullopt;
+  if (!slices || cloud.header().stamp.toSec() < kMinStamp_s) return poses;
+  std_msgs::Header header = cloud.header();
+  // From the last on: that is what tf may not have yet.
+  for (auto slice = slices->rbegin(); slice != slices->rend(); ++slice) {
+    header.stamp = cloud.header().stamp + middleOf(*slice);
+    auto slice_poses = lookupPoses(tf, parameters, header, error);
+    if (!slice_poses) return std::nullopt;
+    poses->slice_poses.push_back(*std::move(slice_poses));
+  }
+  std::reverse(poses->slice_poses.begin(), poses->slice_poses.end());
+  poses->slices = *slices;
+  return poses;
+}
+
 int numThreads(const NodeParameters& parameters) {
   if (parameters.threads > 0) return parameters.threads;
   return std::max(1, static_cast<int>(std::thread::hardware_concurrency()));
@@ -135,31 +167,61 @@ const ScanUpdate* CloudPipeline::compute(const SensorMessage& cloud, const Cloud
   options.no_return_range_m = parameters_.no_return_range_m;
   options.no_return_points = parameters_.no_return_points;
   options.T_cloud_sensor = poses.T_map_cloud.inverse() * poses.T_map_sensor;
+  options.wants_numbers = parameters_.source.deskew;
   auto converted = convert(cloud, options);
   if (const auto* defect = std::get_if<CloudError>(&converted)) {
     error = *defect;
     return nullptr;
   }
+  if (parameters_.source.deskew && poses.slices.empty()) {
+    error = noTimesError(cloud);
+    return nullptr;
+  }
   auto& points = std::get<CloudPoints>(converted);
   statistics.num_invalid += points.num_invalid;
-  leaveOutRobot(points, poses, statistics);
   statistics.reach_m =
       findReach(points, (poses.T_map_cloud.inverse() * poses.T_map_sensor).translation());
-  const Scan ground = takeGround(points, poses, statistics);
-  Scan scan = makeScan(points, poses, statistics);
-  if (parameters_.self_filter.keep_free) {
-    scan.free_points =
-        findRobotVoxels(parameters_.self_filter.parts, poses.T_map_parts,
-                        cuboid_mapping::Grid(parameters_.map.resolution_m), scan.anchor_map);
-  }
+  Scan ground;
+  const std::vector<Scan> scans = makeScans(cloud, points, poses, ground, statistics);
   statistics.convert_time.add(stopwatch.lap());
 
-  const ScanUpdate& update = takeUse(computeUpdate(scan, ground));
+  const ScanUpdate& update = takeUse(computeUpdate(scans, ground));
   statistics.ray_walk_time.add(stopwatch.lap());
   statistics.num_points += update.num_points;
   statistics.num_out_of_range += update.num_out_of_range;
   statistics.num_too_far += update.num_too_far;
   return &update;
+}
+
+std::vector<Scan> CloudPipeline::makeScans(const SensorMessage& cloud, CloudPoints& points,
+                                           const CloudPoses& poses, Scan& ground,
+                                           NodeStatistics& statistics) const {
+  std::vector<Scan> scans;
+  if (parameters_.source.deskew) {
+    scans = makeSlices(cloud, points, poses, statistics);
+  } else {
+    leaveOutRobot(points, poses, statistics);
+    ground = takeGround(points, poses, statistics);
+    scans.push_back(makeScan(points, poses, statistics));
+  }
+  if (parameters_.self_filter.keep_free) {
+    scans.front().free_points = findRobotVoxels(parameters_.self_filter.parts, poses.T_map_parts,
+                                                cuboid_mapping::Grid(parameters_.map.resolution_m),
+                                                scans.front().anchor_map);
+  }
+  return scans;
+}
+
+std::vector<Scan> CloudPipeline::makeSlices(const SensorMessage& cloud, const CloudPoints& points,
+                                            const CloudPoses& poses,
+                                            NodeStatistics& statistics) const {
+  std::vector<Scan> scans;
+  std::vector<CloudPoints> parts = divideIntoSlices(points, *readPointTimes(cloud), poses.slices);
+  for (std::size_t i = 0; i < parts.size(); ++i) {
+    leaveOutRobot(parts[i], poses.slice_poses.at(i), statistics);
+    scans.push_back(makeScan(parts[i], poses.slice_poses.at(i), statistics));
+  }
+  return scans;
 }
 
 Scan CloudPipeline::makeScan(const CloudPoints& points, const CloudPoses& poses,
@@ -208,11 +270,11 @@ void CloudPipeline::cropInBase(std::vector<Eigen::Vector3f>& points,
   points.erase(end, points.end());
 }
 
-const ScanUpdate& CloudPipeline::computeUpdate(const Scan& scan, const Scan& ground) {
-  if (ground.points.empty()) return scan_updater_.compute(scan);
+const ScanUpdate& CloudPipeline::computeUpdate(const std::vector<Scan>& scans, const Scan& ground) {
+  if (ground.points.empty()) return scan_updater_.compute(scans.data(), scans.size());
   ScanUpdate free_only = scan_updater_.compute(ground);
   dropHits(free_only);
-  with_ground_ = unite(free_only, scan_updater_.compute(scan));
+  with_ground_ = unite(free_only, scan_updater_.compute(scans.front()));
   return with_ground_;
 }
 

@@ -5,6 +5,7 @@
 #include "cuboid_mapping/ros/node_statistics.h"
 #include "cuboid_mapping/ros/parameters.h"
 #include "cuboid_mapping/ros/sensor_message.h"
+#include "cuboid_mapping/ros/sweep.h"
 #include "cuboid_mapping/ros/tf_lookup.h"
 #include "cuboid_mapping/scan/scan_filter.h"
 #include "cuboid_mapping/scan/scan_update.h"
@@ -27,6 +28,11 @@ struct CloudPoses {
   std::optional<Eigen::Isometry3d> T_map_base;
   /// Of the frames of self_filter.parts, in their order.
   std::vector<Eigen::Isometry3d> T_map_parts;
+  /// With deskew: the slices of the message, and the poses in the middle of each. Empty where it has no times.
+  ///@{
+  Slices slices;
+  std::vector<CloudPoses> slice_poses;
+  ///@}
 };
 
 /// Frames that must have a transform to the map's, besides that of the cloud.
@@ -38,6 +44,11 @@ struct CloudPoses {
                                                     const NodeParameters& parameters,
                                                     const std_msgs::Header& header,
                                                     std::string& error);
+
+/// As above, with the poses of its slices where the parameters want to deskew it. @complexity O(points) then.
+[[nodiscard]] std::optional<CloudPoses> lookupPoses(const tf2::BufferCore& tf,
+                                                    const NodeParameters& parameters,
+                                                    const SensorMessage& cloud, std::string& error);
 
 /// Threads for the work on a cloud: those of the parameter, or one for each core.
 [[nodiscard]] int numThreads(const NodeParameters& parameters);
@@ -76,8 +87,19 @@ class CloudPipeline {
   /// As octomap_server: what the limits leave out does not take part in the search for the ground.
   void cropInBase(std::vector<Eigen::Vector3f>& points, const Eigen::Isometry3d& T_base_points,
                   NodeStatistics& statistics) const;
-  [[nodiscard]] const cuboid_mapping::ScanUpdate& computeUpdate(const cuboid_mapping::Scan& scan,
-                                                                const cuboid_mapping::Scan& ground);
+  /// One scan, or those of the slices; and that of the ground. Free points are in the first.
+  [[nodiscard]] std::vector<cuboid_mapping::Scan> makeScans(const SensorMessage& cloud,
+                                                            CloudPoints& points,
+                                                            const CloudPoses& poses,
+                                                            cuboid_mapping::Scan& ground,
+                                                            NodeStatistics& statistics) const;
+  /// A scan for each slice. @pre The poses have some.
+  [[nodiscard]] std::vector<cuboid_mapping::Scan> makeSlices(const SensorMessage& cloud,
+                                                             const CloudPoints& points,
+                                                             const CloudPoses& poses,
+                                                             NodeStatistics& statistics) const;
+  [[nodiscard]] const cuboid_mapping::ScanUpdate& computeUpdate(
+      const std::vector<cuboid_mapping::Scan>& scans, const cuboid_mapping::Scan& ground);
   [[nodiscard]] const cuboid_mapping::ScanUpdate& takeUse(const cuboid_mapping::ScanUpdate& update);
 
   NodeParameters parameters_;

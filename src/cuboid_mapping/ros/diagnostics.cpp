@@ -216,6 +216,8 @@ const char* toAdvice(DropReason reason) {
     case DropReason::kNoTransform:
       return "check that tf has a path from the cloud's frame to frame_id at the cloud's stamp "
              "(rosrun tf tf_echo)";
+    case DropReason::kNoPointTimes:
+      return "have the driver send the time of each point, or set deskew to false";
     case DropReason::kTooOldForTf:
       return "check that the clocks of all machines agree, and use_sim_time with recorded data";
     case DropReason::kPaused: return "call ~pause with data: false to resume";

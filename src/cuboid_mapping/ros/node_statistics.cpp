@@ -8,8 +8,8 @@ namespace cuboid_mapping_ros {
 
 static_assert(static_cast<int>(DropReason::kEmptyFrame) ==
               static_cast<int>(CloudDefect::kEmptyFrame));
-static_assert(static_cast<int>(DropReason::kNoValidPoints) ==
-              static_cast<int>(CloudDefect::kNoValidPoints));
+static_assert(static_cast<int>(DropReason::kNoPointTimes) ==
+              static_cast<int>(CloudDefect::kNoPointTimes));
 static_assert(static_cast<std::size_t>(DropReason::kQueueFull) == kNumCloudDefects);
 static_assert(static_cast<std::size_t>(DropReason::kInternalError) + 1 == kNumDropReasons);
 

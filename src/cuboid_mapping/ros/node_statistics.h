@@ -20,6 +20,7 @@ enum class DropReason : unsigned char {
   kBadLayout,
   kShortData,
   kNoValidPoints,
+  kNoPointTimes,
   kQueueFull,     ///< The node was busy with the clouds before it.
   kNoTransform,   ///< tf did not come before the queue of waiting clouds was full.
   kTooOldForTf,   ///< Older than the transforms that tf keeps.
@@ -28,7 +29,7 @@ enum class DropReason : unsigned char {
 };
 
 /// Number of enumerators of DropReason.
-constexpr std::size_t kNumDropReasons = 12;
+constexpr std::size_t kNumDropReasons = 13;
 
 /// The reason to drop a cloud with a defect.
 [[nodiscard]] DropReason toDropReason(CloudDefect defect);

@@ -228,6 +228,13 @@ void checkSets(LoadedParameters& loaded) {
                                           ", but must be less than " + pair.upper_key + " (" +
                                           formatNumber(pair.upper) + "): change one of them"});
   }
+  const SourceParameters& source = loaded.parameters.source;
+  const bool is_depth = source.type == SourceType::kDepthImage;
+  if (source.deskew && (is_depth || loaded.parameters.octomap_server.filter_ground)) {
+    errors.push_back({"deskew", std::string("is true, but does not go with ") +
+                                    (is_depth ? "type: depth_image" : "filter_ground") +
+                                    ": switch one of them off"});
+  }
   loaded.errors.insert(loaded.errors.end(), errors.begin(), errors.end());
 }
 

@@ -81,6 +81,8 @@ struct SourceParameters {
   std::string camera_info;  ///< Topic, of depth images; empty: beside that of the image.
   SourceUse use = SourceUse::kBoth;
   double max_rate_hz = 0.0;  ///< Of messages, more are ignored; 0: no limit.
+  bool deskew =
+      false;  ///< Whether each point has the pose of its own time; else that of the stamp.
 };
 
 /// What belongs to the robot, and what becomes of the points on it.

@@ -92,9 +92,11 @@ std::variant<CloudPoints, CloudError> convertLaserScan(const LaserScan& scan,
   sensor_msgs::PointCloud2ConstIterator<float> point(projected, "x");
   sensor_msgs::PointCloud2ConstIterator<std::int32_t> index(projected, "index");
   for (; point != point.end(); ++point, ++index) {
-    auto& ends =
-        beams.returns.at(static_cast<std::size_t>(*index)) ? cloud.points : cloud.no_returns;
-    ends.emplace_back(point[0], point[1], point[2]);
+    const auto number = static_cast<std::uint32_t>(*index);
+    const bool is_return = beams.returns.at(number);
+    (is_return ? cloud.points : cloud.no_returns).emplace_back(point[0], point[1], point[2]);
+    if (!options.wants_numbers) continue;
+    (is_return ? cloud.point_numbers : cloud.no_return_numbers).push_back(number);
   }
   cloud.num_invalid = beams.num_invalid;
   cloud.num_skipped = cloud.num_invalid - cloud.no_returns.size();

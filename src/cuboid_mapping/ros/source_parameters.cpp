@@ -20,11 +20,12 @@ constexpr char kListKey[] = "sources";
 constexpr char kNameKey[] = "name";
 
 /// Groups of keys that a source may have of its own; a group is a key, or all that begins with it and a slash.
-constexpr std::array<const char*, 14> kSourceKeys{"topic",
+constexpr std::array<const char*, 15> kSourceKeys{"topic",
                                                   "type",
                                                   "camera_info",
                                                   "use",
                                                   "max_rate",
+                                                  "deskew",
                                                   "sensor_frame",
                                                   "sensor_model/hit",
                                                   "sensor_model/miss",
@@ -211,9 +212,14 @@ std::vector<ParameterDeclaration> declareSources() {
       {"max_rate", "Hz",
        NumberKind{[](P& p) -> double& { return p.source.max_rate_hz; }, 0.0, 1000.0},
        "Maximum rate of its messages; those beyond it are ignored, by their stamps. 0: no limit."},
+      {"deskew", "", BooleanKind{[](P& p) -> bool& { return p.source.deskew; }},
+       "true: each point is put where the sensor was when it was measured, by tf: by the field "
+       "time, t, offset_time or "
+       "timestamp of a cloud, by time_increment of a scan. false: all as of the stamp."},
       {kListKey, "", sourcesKind(),
        "Several sensors. Each element has a topic, maybe a name, and whatever differs from the "
-       "values outside the list: type, camera_info, use, max_rate, sensor_frame, sensor_model/hit, "
+       "values outside the list: type, camera_info, use, max_rate, deskew, sensor_frame, "
+       "sensor_model/hit, "
        "miss, max_range, min_range, no_return_range and no_return_points, filter_ground, "
        "ground_filter/*, pointcloud_*. See doc/sensors.md."},
       {"order_wait", "s", NumberKind{[](P& p) -> double& { return p.order_wait_s; }, 0.0, 10.0},

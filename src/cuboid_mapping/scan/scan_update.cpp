@@ -29,6 +29,16 @@ Cell baseOf(const Cell& origin) {
   return base;
 }
 
+/// Whether every voxel of a beam from a cell has a number.
+bool hasNumbers(const Cell& origin, const Cell& base) {
+  constexpr std::int32_t kReach = kBaseOffset / 2;
+  for (int axis = 0; axis < 3; ++axis) {
+    const std::int64_t offset = std::int64_t{origin[axis]} - base[axis] - kBaseOffset;
+    if (offset < -kReach || offset > kReach) return false;
+  }
+  return true;
+}
+
 Cell toBrick(BrickKey key, const Cell& base) {
   constexpr std::uint64_t kMask = (1 << kBrickKeyBits) - 1;
   return base + Cell{static_cast<std::int32_t>(key & kMask) * kBrickEdge,
@@ -161,18 +171,35 @@ void ScanUpdater::addFreePoints(const RayOrigin& ray_origin,
   }
 }
 
-const ScanUpdate& ScanUpdater::compute(const Scan& scan) {
+void ScanUpdater::addScan(const Scan& scan, std::size_t part, std::size_t num_parts,
+                          Share& share) const {
+  const RayOrigin ray_origin(grid_, scan.anchor_map, scan.origin);
+  const std::size_t num_points = scan.points.size() + scan.no_returns.size();
+  if (!ray_origin.cell() || !hasNumbers(*ray_origin.cell(), base_)) {
+    if (part == 0) (ray_origin.cell() ? share.num_too_far : share.num_out_of_range) += num_points;
+    return;
+  }
+  if (part == 0) addFreePoints(ray_origin, scan.free_points, share.marks);
+  const auto add_part = [&](const std::vector<Eigen::Vector3f>& ends, bool are_returns) {
+    const std::size_t first = ends.size() * part / num_parts;
+    const std::size_t last = ends.size() * (part + 1) / num_parts;
+    addBeams(ray_origin, scan.origin, ends.data() + first, last - first, are_returns, share);
+  };
+  add_part(scan.points, true);
+  add_part(scan.no_returns, false);
+}
+
+const ScanUpdate& ScanUpdater::compute(const Scan* first, std::size_t count) {
   update_.bricks.clear();
   update_.samples.clear();
   update_.num_points = 0;
   update_.num_out_of_range = 0;
   update_.num_too_far = 0;
-  const RayOrigin ray_origin(grid_, scan.anchor_map, scan.origin);
-  if (!ray_origin.cell()) {
-    update_.num_out_of_range = scan.points.size() + scan.no_returns.size();
-    return update_;
+  base_ = Cell{0, 0, 0};
+  for (std::size_t i = count; i > 0; --i) {
+    const RayOrigin ray_origin(grid_, first[i - 1].anchor_map, first[i - 1].origin);
+    if (ray_origin.cell()) base_ = baseOf(*ray_origin.cell());  // That of the first that has one.
   }
-  base_ = baseOf(*ray_origin.cell());
   // Small parts: in a cloud ring by ring, the beams of one half are several times as long.
   const std::size_t num_parts = kPartsPerThread * shares_.size();
   std::atomic<std::size_t> next_part{0};
@@ -182,20 +209,18 @@ const ScanUpdate& ScanUpdater::compute(const Scan& scan) {
     share.num_points = 0;
     share.num_out_of_range = 0;
     share.num_too_far = 0;
-    if (i == 0) addFreePoints(ray_origin, scan.free_points, share.marks);
     for (std::size_t part = next_part++; part < num_parts; part = next_part++) {
-      const auto add_part = [&](const std::vector<Eigen::Vector3f>& ends, bool are_returns) {
-        const std::size_t first = ends.size() * part / num_parts;
-        const std::size_t last = ends.size() * (part + 1) / num_parts;
-        addBeams(ray_origin, scan.origin, ends.data() + first, last - first, are_returns, share);
-      };
-      add_part(scan.points, true);
-      add_part(scan.no_returns, false);
+      for (std::size_t scan = 0; scan < count; ++scan) {
+        addScan(first[scan], part, num_parts, share);
+      }
     }
     sortMarks(share);
   });
   collectBricks();
-  update_.samples = sampleBeams(grid_, scan, max_range_m_, sampling_, num_scans_++);
+  for (std::size_t i = 0; i < count; ++i) {
+    const auto samples = sampleBeams(grid_, first[i], max_range_m_, sampling_, num_scans_++);
+    update_.samples.insert(update_.samples.end(), samples.begin(), samples.end());
+  }
   return update_;
 }
 

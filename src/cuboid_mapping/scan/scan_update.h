@@ -29,7 +29,12 @@ class ScanUpdater {
 
   /// @return valid until the next call.
   /// @complexity O(voxels passed), and O(b log b) for b touched bricks.
-  const ScanUpdate& compute(const Scan& scan);
+  const ScanUpdate& compute(const Scan& scan) { return compute(&scan, 1); }
+
+  /// Of scans from several places, as one observation: what a sensor has seen that moved meanwhile.
+  /// @param first  The first of `count` scans, whose sensor lies within 200 km of all others at 0.05 m (2^22
+  ///               voxels); what does not counts as too far.
+  const ScanUpdate& compute(const Scan* first, std::size_t count);
 
   /// Exchanges the last update for another object, whose memory is used again.
   void swapUpdate(ScanUpdate& update) { std::swap(update_, update); }
@@ -63,6 +68,8 @@ class ScanUpdater {
   void addBeams(const RayOrigin& ray_origin, const Eigen::Vector3f& origin,
                 const Eigen::Vector3f* ends, std::size_t count, bool are_returns,
                 Share& share) const;
+  /// Adds part `part` of `num_parts` of a scan.
+  void addScan(const Scan& scan, std::size_t part, std::size_t num_parts, Share& share) const;
   void addFreePoints(const RayOrigin& ray_origin, const std::vector<Eigen::Vector3f>& points,
                      BeamMarks& marks) const;
   static bool isBefore(const PlacedMarks& a, const PlacedMarks& b) { return a.morton < b.morton; }
