@@ -91,7 +91,7 @@ TEST(CloudDamage, EveryDamageIsNamedWithWhatToDo) {
     EXPECT_NE(error->text.find(". "), std::string::npos) << error->text;
     seen.insert(error->defect);
   }
-  EXPECT_EQ(seen.size(), kNumCloudDefects);
+  EXPECT_EQ(seen.size(), kNumCloudDefects - 1) << "all but kNoPointTimes, see test_deskew.cpp";
 }
 
 TEST(CloudDamage, DefectsHaveNamesOfTheirOwn) {
@@ -193,8 +193,10 @@ TEST(CloudDamage, CorruptedMessagesAreRefusedOrReadInside) {
   }
   EXPECT_EQ(num_done, kCases);
   EXPECT_GT(num_good, kCases / 10);
-  for (std::size_t defect = 1; defect < kNumCloudDefects; ++defect) {  // All but kEmptyFrame.
-    EXPECT_GT(num_defects[defect], 20U) << toString(static_cast<CloudDefect>(defect));
+  for (std::size_t i = 0; i < kNumCloudDefects; ++i) {
+    const auto defect = static_cast<CloudDefect>(i);
+    if (defect == CloudDefect::kEmptyFrame || defect == CloudDefect::kNoPointTimes) continue;
+    EXPECT_GT(num_defects[i], 20U) << toString(defect);
   }
 }
 
