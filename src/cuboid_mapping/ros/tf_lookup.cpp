@@ -8,11 +8,12 @@
 namespace cuboid_mapping_ros {
 namespace {
 
-/// To multiples of 2^-30. tf gives a pose as it came while it is the newest, and interpolates as soon as there is a
-/// later one, which may change its last bits: enough to lift a sensor that is level with a face of voxels.
+/// To nine decimals, so that a pose with fewer stays what it is. tf gives a pose as it came while it is the newest,
+/// and interpolates as soon as there is a later one, which may change its last bits: enough to lift a sensor that is
+/// level with a face of voxels.
 Eigen::Isometry3d roundTransform(const Eigen::Isometry3d& transform) {
   Eigen::Isometry3d rounded;
-  rounded.matrix() = (transform.matrix() * 0x1p30).array().round().matrix() * 0x1p-30;
+  rounded.matrix() = (transform.matrix() * 1e9).array().round().matrix() / 1e9;
   return rounded;
 }
 

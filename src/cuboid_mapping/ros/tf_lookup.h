@@ -22,7 +22,7 @@ struct TfLookup {
 
 /// What takes points from the source frame to the target frame.
 ///
-/// The same whether a later transform has come or not: its numbers are rounded to 2^-30 (1e-9).
+/// The same whether a later transform has come or not: its numbers are rounded to nine decimals.
 /// Never waits, never throws. Names with and without a leading slash mean the same. A frame is where
 /// it is in itself, also when tf does not know it.
 /// @param stamp  0: the latest that there is.
