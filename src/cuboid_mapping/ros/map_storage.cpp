@@ -81,7 +81,7 @@ void mergeInto(GuardedMap& map, const MapSnapshot& snapshot, MergeRule rule,
   map.edit([&](CuboidMap& content, const ros::Time& /*stamp*/) {
     MapSnapshot merged = takeSnapshot(content, "");
     answer.notes += describe(mergeMaps(snapshot, rule, merged), rule);
-    const auto changes = content.replace(cuboid_mapping::kAllCells, merged.bricks);
+    auto changes = content.replace(cuboid_mapping::kAllCells, merged.bricks);
     answer.num_cuboids = countCuboids(content).total();
     return changes;
   });
