@@ -35,6 +35,17 @@ struct SensorModelConfig {
   double alpha_max = 0.97;  ///< Clamping threshold above: 0.50001 to 0.9995.
 };
 
+/// Whether all four are the same.
+///@{
+constexpr bool operator==(const SensorModelConfig& a, const SensorModelConfig& b) {
+  return a.hit == b.hit && a.miss == b.miss && a.alpha_min == b.alpha_min &&
+         a.alpha_max == b.alpha_max;
+}
+constexpr bool operator!=(const SensorModelConfig& a, const SensorModelConfig& b) {
+  return !(a == b);
+}
+///@}
+
 /// Whether stable cells go on being updated.
 enum class Environment : unsigned char {
   kDynamic,  ///< Every observation counts: voxel by voxel what OctoMap computes.

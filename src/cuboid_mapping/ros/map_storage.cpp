@@ -44,11 +44,6 @@ std::string compareResolutions(double of_file_m, double of_map_m, const std::str
   return text.str();
 }
 
-bool isSame(const SensorModelConfig& a, const SensorModelConfig& b) {
-  return a.hit == b.hit && a.miss == b.miss && a.alpha_min == b.alpha_min &&
-         a.alpha_max == b.alpha_max;
-}
-
 /// readMapFile(), whose errors name the parameter that allows more.
 MapFile readFileWithin(const std::string& file, const SensorModelConfig& model,
                        const SnapshotLimits& limits) {
@@ -69,7 +64,7 @@ void putInPlace(GuardedMap& map, const MapConfig& config, const MapSnapshot& sna
   answer.num_cuboids = countCuboids(fresh).total();
   map.edit([&](CuboidMap& content, const ros::Time& /*stamp*/) {
     // It may have been reconfigured meanwhile.
-    if (!isSame(content.config().sensor_model, config.sensor_model)) {
+    if (content.config().sensor_model != config.sensor_model) {
       fresh.setSensorModel(content.config().sensor_model);
     }
     return content.exchange(fresh);

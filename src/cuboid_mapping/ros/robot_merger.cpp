@@ -12,7 +12,6 @@
 #include <ros/console.h>
 
 #include <string_view>
-#include <tuple>
 #include <utility>
 
 namespace cuboid_mapping_ros {
@@ -32,11 +31,6 @@ constexpr double kAskPeriod_s = 0.5;
 constexpr std::uint32_t kQueueSize = 1000;
 
 double now_s() { return ros::SteadyTime::now().toSec(); }
-
-bool areEqual(const SensorModelConfig& a, const SensorModelConfig& b) {
-  return std::tie(a.hit, a.miss, a.alpha_min, a.alpha_max) ==
-         std::tie(b.hit, b.miss, b.alpha_min, b.alpha_max);
-}
 
 }  // namespace
 
@@ -135,7 +129,7 @@ void RobotMerger::apply(const RobotObservation& observation) {
   const bool is_paused = callbacks_.is_paused();
   if (!is_paused) {
     const bool is_other_model = map_.read([&](const CuboidMap& map, const ros::Time& /*stamp*/) {
-      return !areEqual(map.config().sensor_model, observation.sensor_model);
+      return map.config().sensor_model != observation.sensor_model;
     });
     if (is_other_model) {
       map_.edit([&](CuboidMap& map, const ros::Time& /*stamp*/) {
