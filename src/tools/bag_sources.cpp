@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "bag_sources.h"
 
+#include "cuboid_mapping/io/text.h"
 #include "cuboid_mapping/ros/source.h"
 #include "cuboid_mapping/ros/source_subscriber.h"
 
@@ -42,13 +43,6 @@ std::map<std::string, std::string> findTopics(const Bags& bags) {
   return topics;
 }
 
-template <typename NamesT>
-std::string join(const NamesT& names) {
-  std::string joined;
-  for (const std::string& name : names) joined += (joined.empty() ? "" : ", ") + name;
-  return joined;
-}
-
 NodeParameters withTopics(const NodeParameters& parameters,
                           const std::vector<std::string>& topics) {
   NodeParameters chosen = parameters;
@@ -79,7 +73,7 @@ NodeParameters chooseTopics(const Bags& bags, const NodeParameters& parameters,
     topics.push_back(withSlash(topic));
     if (found.count(topics.back()) == 0) {
       throw std::runtime_error("no " + (are_clouds ? "clouds" : datatype) + " on " + topic +
-                               ": choose from " + join(found));
+                               ": choose from " + cuboid_mapping::join(found, ", "));
     }
   }
   if (topics.empty()) topics.assign(found.begin(), found.end());
@@ -103,7 +97,8 @@ void checkSources(const Bags& bags, const NodeParameters& parameters,
   }
   if (!errors.empty()) throw std::runtime_error(errors);
   if (missing.size() == parameters.sources.size()) {
-    throw std::runtime_error("the bags have none of the topics of the sources: " + join(missing));
+    throw std::runtime_error("the bags have none of the topics of the sources: " +
+                             cuboid_mapping::join(missing, ", "));
   }
 }
 

@@ -6,15 +6,31 @@
 
 #include <cmath>
 #include <cstdint>
+#include <iterator>
 #include <locale>
 #include <sstream>
 #include <string>
+#include <vector>
 
 namespace cuboid_mapping {
 
 /// A count with its noun: "1 cloud", "2 clouds". @param noun  In the singular, with a regular plural.
 [[nodiscard]] inline std::string counted(std::uint64_t count, const std::string& noun) {
   return std::to_string(count) + ' ' + noun + (count == 1 ? "" : "s");
+}
+
+/// Texts with something between them. @param texts  Of std::string.
+template <typename TextsT>
+[[nodiscard]] std::string join(const TextsT& texts, const std::string& separator) {
+  std::string joined;
+  for (const std::string& text : texts) joined += (joined.empty() ? "" : separator) + text;
+  return joined;
+}
+
+/// What stands between white space.
+[[nodiscard]] inline std::vector<std::string> wordsOf(const std::string& text) {
+  std::istringstream words(text);
+  return {std::istream_iterator<std::string>(words), {}};
 }
 
 /// A number with at most nine digits: "0.25", "107374182", "1.25e+11", "NaN", "-inf".

@@ -1,11 +1,12 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "cuboid_mapping/ros/fleet_parameters.h"
 
+#include "cuboid_mapping/io/text.h"
 #include "cuboid_mapping/ros/parameter_table.h"
 
 #include <ros/names.h>
 
-#include <sstream>
+#include <utility>
 
 namespace cuboid_mapping_ros {
 namespace {
@@ -13,23 +14,17 @@ namespace {
 using P = NodeParameters;
 
 bool setRobots(P& parameters, const std::string& text) {
-  std::istringstream words(text);
-  std::vector<std::string> robots;
-  for (std::string robot; words >> robot;) {
+  std::vector<std::string> robots = cuboid_mapping::wordsOf(text);
+  for (const std::string& robot : robots) {
     std::string reason;
     if (!ros::names::validate(robot, reason) || robot[0] == '~') return false;
-    robots.push_back(robot);
   }
-  parameters.fleet.robots = robots;
+  parameters.fleet.robots = std::move(robots);
   return true;
 }
 
 std::string getRobots(const P& parameters) {
-  std::string text;
-  for (const std::string& robot : parameters.fleet.robots) {
-    text += (text.empty() ? "" : " ") + robot;
-  }
-  return text;
+  return cuboid_mapping::join(parameters.fleet.robots, " ");
 }
 
 }  // namespace

@@ -1,14 +1,14 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "cuboid_mapping/ros/self_filter.h"
 
+#include "cuboid_mapping/io/file_replacement.h"
+#include "cuboid_mapping/io/map_file_error.h"
+#include "cuboid_mapping/io/text.h"
 #include "cuboid_mapping/ros/parameter_table.h"
 #include "cuboid_mapping/ros/robot_description.h"
 #include "cuboid_mapping/ros/tf_lookup.h"
 
 #include <cmath>
-#include <fstream>
-#include <iterator>
-#include <set>
 #include <sstream>
 #include <stdexcept>
 #include <utility>
@@ -104,18 +104,15 @@ TextKind textKind(const std::string& allowed, bool (*set)(P&, const std::string&
   return {allowed, set, get};
 }
 
-std::set<std::string> wordsOf(const std::string& text) {
-  std::istringstream words(text);
-  return {std::istream_iterator<std::string>(words), {}};
-}
-
 std::string readTextFile(const std::string& file) {
-  std::ifstream in(file, std::ios::binary);
-  std::ostringstream text;
-  text << in.rdbuf();
-  if (!in || text.str().empty())
-    throw std::runtime_error("self_filter/urdf_file: cannot read " + file);
-  return text.str();
+  std::string text;
+  try {
+    text = cuboid_mapping::readFile(file);
+  } catch (const cuboid_mapping::MapFileError&) {
+    // As one without text.
+  }
+  if (text.empty()) throw std::runtime_error("self_filter/urdf_file: cannot read " + file);
+  return text;
 }
 
 /// Empty when there is none to be read.
@@ -195,8 +192,9 @@ void loadRobotParts(NodeParameters& parameters, const FindText& find_text) {
   RobotParts parts = filter.boxes;
   const std::string urdf = readDescription(filter, find_text);
   if (!urdf.empty()) {
+    const auto ignored = cuboid_mapping::wordsOf(filter.ignored_links);
     const RobotParts shapes =
-        readRobotDescription(urdf, filter.padding_m, wordsOf(filter.ignored_links));
+        readRobotDescription(urdf, filter.padding_m, {ignored.begin(), ignored.end()});
     parts.insert(parts.end(), shapes.begin(), shapes.end());
   }
   checkVolume(parts, parameters);
