@@ -1,15 +1,13 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "cuboid_mapping/ros/cloud_conversions.h"
 
+#include "cuboid_mapping/ros/point_bytes.h"
 #include "cuboid_mapping/scan/no_return_beams.h"
-
-#include <boost/endian/conversion.hpp>
 
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstdint>
-#include <cstring>
 #include <sstream>
 #include <utility>
 
@@ -93,8 +91,7 @@ std::optional<CloudError> checkLayout(const PointCloud2& message, const XyzField
                          std::to_string(point_step) + " bytes",
                      advice);
   }
-  // All of these are below 2^32, and row_bytes is where there is more than one row: no overflow.
-  const std::uint64_t num_bytes = (message.height - std::uint64_t{1}) * row_step + row_bytes;
+  const std::uint64_t num_bytes = numPointBytes(message);
   if (message.data.size() < num_bytes) {
     return makeError(CloudDefect::kShortData, message,
                      "it has " + std::to_string(message.data.size()) + " bytes of data, but " +
@@ -120,25 +117,11 @@ std::optional<CloudError> checkCloud(const PointCloud2& message, const XyzFields
   return checkLayout(message, fields);
 }
 
-/// Reads a number of type T that is stored as an unsigned integer of its size.
-template <typename T, typename BitsT>
-double readAs(const std::uint8_t* data, bool is_other_order) {
-  static_assert(sizeof(T) == sizeof(BitsT), "the bits of the number");
-  BitsT bits;
-  std::memcpy(&bits, data, sizeof(bits));
-  if (is_other_order) bits = boost::endian::endian_reverse(bits);
-  T value;
-  std::memcpy(&value, &bits, sizeof(value));
-  return static_cast<double>(value);
-}
-
 /// Reads points of a checked message.
 class PointReader {
  public:
   PointReader(const PointCloud2& message, const XyzFields& fields)
-      : message_(message),
-        is_other_order_((message.is_bigendian != 0) !=
-                        (boost::endian::order::native == boost::endian::order::big)) {
+      : message_(message), is_other_order_(isOtherOrder(message)) {
     for (std::size_t axis = 0; axis < 3; ++axis) {
       offsets_[axis] = fields[axis]->offset;
       is_double_[axis] = fields[axis]->datatype == PointField::FLOAT64;

@@ -1,13 +1,12 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "cuboid_mapping/ros/point_times.h"
 
-#include <boost/endian/conversion.hpp>
+#include "cuboid_mapping/ros/point_bytes.h"
 
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstdint>
-#include <cstring>
 
 namespace cuboid_mapping_ros {
 namespace {
@@ -43,16 +42,6 @@ std::size_t sizeOf(const PointField& field) {
   }
 }
 
-template <typename T, typename BitsT>
-double readAs(const std::uint8_t* data, bool is_other_order) {
-  BitsT bits;
-  std::memcpy(&bits, data, sizeof(bits));
-  if (is_other_order) bits = boost::endian::endian_reverse(bits);
-  T value;
-  std::memcpy(&value, &bits, sizeof(value));
-  return static_cast<double>(value);
-}
-
 /// In seconds. @pre sizeOf(field) bytes are there.
 double readTime(const PointField& field, const std::uint8_t* data, bool is_other_order) {
   switch (field.datatype) {
@@ -70,16 +59,14 @@ bool isWhole(const PointCloud2& cloud, const PointField& field) {
   if (field.offset + std::uint64_t{sizeOf(field)} > cloud.point_step) return false;
   const std::uint64_t row_bytes = std::uint64_t{cloud.width} * cloud.point_step;
   if (cloud.height > 1 && cloud.row_step < row_bytes) return false;
-  // All of these are below 2^32, and row_bytes is where there is more than one row: no overflow.
-  return (cloud.height - std::uint64_t{1}) * cloud.row_step + row_bytes <= cloud.data.size();
+  return numPointBytes(cloud) <= cloud.data.size();
 }
 
 struct TimesReader {
   Times operator()(const PointCloud2::ConstPtr& cloud) const {
     const PointField* field = findTimeField(*cloud);
     if (field == nullptr || !isWhole(*cloud, *field)) return std::nullopt;
-    const bool is_other_order =
-        (cloud->is_bigendian != 0) != (boost::endian::order::native == boost::endian::order::big);
+    const bool is_other_order = isOtherOrder(*cloud);
     const double stamp_s = cloud->header.stamp.toSec();
     std::vector<double> times_s;
     times_s.reserve(std::size_t{cloud->width} * cloud->height);
