@@ -15,6 +15,11 @@ struct MetricBox {
   Eigen::Vector3d max_m = Eigen::Vector3d::Zero();  ///< Upper x, y and z.
 };
 
+/// The least corner of a voxel, in voxels.
+[[nodiscard]] inline Eigen::Vector3d toVector(const Cell& cell) {
+  return {static_cast<double>(cell.x), static_cast<double>(cell.y), static_cast<double>(cell.z)};
+}
+
 /// The one place that rounds between metres (map frame) and cells.
 ///
 /// A cell is floor(coordinate * (1 / resolution)), as in octomap::OcTreeBaseImpl::coordToKey.

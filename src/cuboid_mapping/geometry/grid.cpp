@@ -10,10 +10,6 @@ namespace {
 /// Part of a voxel by which a face may miss a voxel face and still count as lying on it.
 constexpr double kFaceTolerance = 1e-6;
 
-Eigen::Vector3d toVector(const Cell& cell) {
-  return {static_cast<double>(cell.x), static_cast<double>(cell.y), static_cast<double>(cell.z)};
-}
-
 }  // namespace
 
 Grid::Grid(double resolution_m)

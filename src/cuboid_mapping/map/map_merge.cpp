@@ -36,8 +36,6 @@ CellMotion toCellMotion(const Eigen::Isometry3d& T_target_map, double resolution
   return motion;
 }
 
-Eigen::Vector3d toVector(const Cell& cell) { return {1.0 * cell.x, 1.0 * cell.y, 1.0 * cell.z}; }
-
 Cell floorOf(const Eigen::Vector3d& point) {
   return {static_cast<std::int32_t>(std::floor(point.x())),
           static_cast<std::int32_t>(std::floor(point.y())),

@@ -13,10 +13,6 @@ namespace {
 
 using NodeIndex = PlaceGraph::NodeIndex;
 
-Eigen::Vector3d toVector(const Cell& cell) {
-  return {static_cast<double>(cell.x), static_cast<double>(cell.y), static_cast<double>(cell.z)};
-}
-
 double distance(const Cell& a, const Cell& b) { return (toVector(a) - toVector(b)).norm(); }
 
 Cell clampTo(const CellBox& box, const Cell& cell) {

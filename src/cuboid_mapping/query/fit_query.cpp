@@ -10,10 +10,6 @@
 namespace cuboid_mapping {
 namespace {
 
-Eigen::Vector3d toVector(const Cell& cell) {
-  return {static_cast<double>(cell.x), static_cast<double>(cell.y), static_cast<double>(cell.z)};
-}
-
 /// The search, in voxels. Where a box fits at neighbouring places, it fits between them, too.
 class NearestFitSearch {
  public:

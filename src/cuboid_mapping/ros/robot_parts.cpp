@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "cuboid_mapping/ros/robot_parts.h"
 
+#include "cuboid_mapping/ros/query_box.h"
 #include "cuboid_mapping/scan/scan_filter.h"
 
 #include <algorithm>
@@ -49,16 +50,9 @@ Ball ballAround(const std::vector<Ball>& balls) {
   return all;
 }
 
-/// The box around a turned box.
-MetricBox boundsOf(const MetricBox& box, const Eigen::Isometry3d& T_map_box) {
-  const Eigen::Vector3d center = T_map_box * (0.5 * (box.min_m + box.max_m));
-  const Eigen::Vector3d half = T_map_box.linear().cwiseAbs() * (0.5 * (box.max_m - box.min_m));
-  return {center - half, center + half};
-}
-
 void addVoxels(const Solid& solid, const Eigen::Isometry3d& T_map_part, const Grid& grid,
                const Eigen::Vector3d& anchor_map, Points& centers) {
-  const MetricBox bounds = boundsOf(solid.bounds, T_map_part);
+  const MetricBox bounds = computeEnclosingBox(T_map_part, solid.bounds);
   const auto first = grid.toCell(bounds.min_m);
   const auto last = grid.toCell(bounds.max_m);
   if (!first || !last) return;  // Out of range.
