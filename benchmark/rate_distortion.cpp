@@ -4,6 +4,7 @@
 #include "dataset.h"
 #include "machine.h"
 #include "map_adapter.h"
+#include "measurement.h"
 #include "result_file.h"
 
 #include "cuboid_mapping/io/native_format.h"
@@ -24,12 +25,8 @@ using octomap::OcTree;
 
 constexpr double kNoLimit = std::numeric_limits<double>::infinity();
 
-struct Options {
-  std::string dataset;
-  std::string out;
-  double resolution_m = 0.2;
+struct Options : Measurement {
   int coarsest = 8;
-  std::size_t max_clouds = std::numeric_limits<std::size_t>::max();
 };
 
 CuboidMap makeMap(const MapConfig& config, const std::vector<Scan>& scans) {
@@ -171,14 +168,9 @@ int run(int argc, char** argv) {
   Options options;
   CommandLine line("rate_distortion",
                    "Compares what maps take in bytes with what they lose in information.");
-  line.addArgument("dataset", options.dataset,
-                   "folder with poses.txt and scans/NNNN.pcd, or a .graph file of OctoMap");
-  line.addText("out", options.out, "JSON file for the figures; else they are printed");
-  line.addNumber("resolution", options.resolution_m,
-                 "edge of the finest voxels, which lose nothing [m]", {0.001, 1000.0});
+  declareMeasurement(line, options, "edge of the finest voxels, which lose nothing [m]");
   line.addNumber("coarsest", options.coarsest, "edge of the coarsest voxels, in finest ones",
                  {1, 1024});
-  line.addNumber("clouds", options.max_clouds, "only the first N clouds", {1});
   if (const auto status = line.parse(argc, argv)) return *status;
   writeOrPrint(options.out, [&options] { return measure(options).dump(1) + '\n'; });
   return 0;

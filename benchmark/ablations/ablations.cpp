@@ -7,6 +7,7 @@
 #include "cuboid_adapter.h"
 #include "dataset.h"
 #include "machine.h"
+#include "measurement.h"
 #include "octomap_update.h"
 #include "queries.h"
 #include "result_file.h"
@@ -30,11 +31,7 @@ using octomap::OcTree;
 
 constexpr double kNoLimit = std::numeric_limits<double>::infinity();
 
-struct Options {
-  std::string dataset;
-  std::string out;
-  double resolution_m = 0.2;
-  std::size_t max_clouds = std::numeric_limits<std::size_t>::max();
+struct Options : Measurement {
   int runs = 3;
 };
 
@@ -223,11 +220,7 @@ json measure(const Options& options) {
 int run(int argc, char** argv) {
   Options options;
   CommandLine line("ablations", "Times parts of the map alone, and OctoMap given parts of it.");
-  line.addArgument("dataset", options.dataset,
-                   "folder with poses.txt and scans/NNNN.pcd, or a .graph file of OctoMap");
-  line.addText("out", options.out, "JSON file for the figures; else they are printed");
-  line.addNumber("resolution", options.resolution_m, "edge of a voxel [m]", {0.001, 1000.0});
-  line.addNumber("clouds", options.max_clouds, "only the first N clouds", {1});
+  declareMeasurement(line, options);
   line.addNumber("runs", options.runs, "of each insertion; medians are shown", {1, 100});
   if (const auto status = line.parse(argc, argv)) return *status;
   writeOrPrint(options.out, [&options] { return measure(options).dump(1) + '\n'; });

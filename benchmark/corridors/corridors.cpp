@@ -6,6 +6,7 @@
 #include "command_line.h"
 #include "dataset.h"
 #include "machine.h"
+#include "measurement.h"
 #include "octomap_update.h"
 #include "result_file.h"
 #include "timing.h"
@@ -29,14 +30,10 @@ namespace {
 using nlohmann::json;
 using octomap::OcTree;
 
-struct Options {
-  std::string dataset;
-  std::string out;
-  double resolution_m = 0.2;
+struct Options : Measurement {
   int pairs = 50;
   double change_m = 1.0;
   unsigned int seed = 1;
-  std::size_t max_clouds = std::numeric_limits<std::size_t>::max();
 };
 
 struct Pair {
@@ -271,15 +268,11 @@ int run(int argc, char** argv) {
   CommandLine line("corridors",
                    "Compares ways between random places: through this map's corridors, through the "
                    "leaves of OctoMap, and the shortest one from voxel to voxel.");
-  line.addArgument("dataset", options.dataset,
-                   "folder with poses.txt and scans/NNNN.pcd, or a .graph file of OctoMap");
-  line.addText("out", options.out, "JSON file for the figures; else they are printed");
-  line.addNumber("resolution", options.resolution_m, "edge of a voxel [m]", {0.001, 1000.0});
+  declareMeasurement(line, options);
   line.addNumber("pairs", options.pairs, "of a start and a goal", {1, 1e6});
   line.addNumber("change", options.change_m,
                  "edge of the box that gets in the way before all plan again [m]", {0.001, 1000.0});
   line.addNumber("seed", options.seed, "of the random places");
-  line.addNumber("clouds", options.max_clouds, "only the first N clouds", {1});
   if (const auto status = line.parse(argc, argv)) return *status;
   writeOrPrint(options.out, [&options] { return measure(options).dump(1) + '\n'; });
   return 0;
