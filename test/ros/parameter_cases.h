@@ -209,14 +209,9 @@ inline std::vector<Case> selfFilterCases() {
   };
 }
 
-/// Those that bound memory and time of what the node is asked for.
-inline std::vector<Case> limitCases() {
+inline std::vector<Case> fleetCases() {
   using P = NodeParameters;
   return {
-      {"file_memory",
-       500,
-       [](const P& p) { return p.file_memory_mb == 500; },
-       {99, 1000001, 500.0, "500"}},
       {"observation_rate",
        250.0,
        [](const P& p) { return p.fleet.observation_max_kb_s == 250.0; },
@@ -239,6 +234,17 @@ inline std::vector<Case> limitCases() {
        5.0,
        [](const P& p) { return p.fleet.merge_delay_s == 5.0; },
        {-0.1, 3601.0, kNan, "1"}},
+  };
+}
+
+/// Those that bound memory and time of what the node is asked for.
+inline std::vector<Case> limitCases() {
+  using P = NodeParameters;
+  return {
+      {"file_memory",
+       500,
+       [](const P& p) { return p.file_memory_mb == 500; },
+       {99, 1000001, 500.0, "500"}},
       {"query/max_time",
        2.5,
        [](const P& p) { return p.service_limits.max_time_s == 2.5; },
