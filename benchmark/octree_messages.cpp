@@ -81,7 +81,7 @@ int run(int argc, char** argv) {
   CommandLine line("octree_messages",
                    "Compares the time that a map takes to become an octree with OctoMap's own "
                    "serialization of the same tree.");
-  line.addArgument("maps", files, "map: .cuboids, .ot or .bt");
+  line.addArgument("maps", files, "map: .cuboids, .sqlite, .ot or .bt");
   if (const auto status = line.parse(argc, argv)) return *status;
   int status = 0;
   for (const std::string& file : files) status |= compare(file);

@@ -8,6 +8,7 @@ find_package(Eigen3 REQUIRED)
 set(THREADS_PREFER_PTHREAD_FLAG ON)
 find_package(Threads REQUIRED)
 find_package(ZLIB ${needed_by_node})
+find_package(SQLite3 ${needed_by_node})
 find_package(PkgConfig ${needed_by_node})
 if(PkgConfig_FOUND)
   pkg_check_modules(zstd ${needed_by_node} IMPORTED_TARGET libzstd)  # Ubuntu 20.04 has no CMake config of it

@@ -19,7 +19,7 @@ add_service_files(FILES
 generate_messages(DEPENDENCIES geometry_msgs nav_msgs std_msgs)
 
 set(exported cuboid_mapping_core cuboid_mapping_client)
-if(zstd_FOUND)
+if(zstd_FOUND AND SQLite3_FOUND)
   list(APPEND exported cuboid_mapping_io)
 endif()
 catkin_package(

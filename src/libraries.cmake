@@ -56,23 +56,26 @@ cuboid_mapping_add_part(core
 target_link_libraries(cuboid_mapping_core PUBLIC Eigen3::Eigen Threads::Threads)
 
 # Files of maps.
-if(zstd_FOUND AND ZLIB_FOUND)
+if(zstd_FOUND AND ZLIB_FOUND AND SQLite3_FOUND)
   cuboid_mapping_add_part(io
     cuboid_mapping/io/compression.cpp
     cuboid_mapping/io/csv_format.cpp
     cuboid_mapping/io/file_replacement.cpp
     cuboid_mapping/io/map_file_error.cpp
     cuboid_mapping/io/map_files.cpp
+    cuboid_mapping/io/map_store.cpp
     cuboid_mapping/io/native_format.cpp
     cuboid_mapping/io/octomap_files.cpp
     cuboid_mapping/io/octree_bricks.cpp
     cuboid_mapping/io/octree_reader.cpp
     cuboid_mapping/io/octree_stream.cpp
     cuboid_mapping/io/point_cloud_files.cpp
-    cuboid_mapping/io/scan_update_codec.cpp)
-  target_link_libraries(cuboid_mapping_io PUBLIC cuboid_mapping::core PRIVATE PkgConfig::zstd ZLIB::ZLIB)
+    cuboid_mapping/io/scan_update_codec.cpp
+    cuboid_mapping/io/sqlite_database.cpp)
+  target_link_libraries(cuboid_mapping_io
+    PUBLIC cuboid_mapping::core PRIVATE PkgConfig::zstd ZLIB::ZLIB SQLite::SQLite3)
 else()
-  cuboid_mapping_left_out(io "pkg-config libzstd-dev zlib1g-dev")
+  cuboid_mapping_left_out(io "pkg-config libzstd-dev zlib1g-dev libsqlite3-dev")
 endif()
 
 # OctoMap as oracle and peer.

@@ -205,7 +205,7 @@ run side by side; changes wait for them, and they for changes.)");
   bindBoxes(map);
   map.def("save", save, "file"_a, R"(Replaces a file by the map; the ending chooses the format.
 
-file: .cuboids (everything), .ot and .bt (OctoMap), .pcd, .ply, .csv.
+file: .cuboids and .sqlite (everything), .ot and .bt (OctoMap), .pcd, .ply, .csv.
 Returns the bytes of the file. Raises MapFileError (what is wrong with the disk, or more than the
 format can hold), ValueError for another ending. The map can be changed while the file is written.)");
   return map;

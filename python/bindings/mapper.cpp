@@ -131,7 +131,7 @@ void bindMapper(py::module& module, const MapClass& /*map*/) {
 Raises ValueError with a line for each argument that is wrong.)";
   static const std::string kLoadHelp = std::string(R"(A mapper with the map of a file.
 
-file: .cuboids, .ot or .bt; its first bytes tell which.
+file: .cuboids, .sqlite, .ot or .bt; its first bytes tell which.
 Further arguments are those of Mapper, but for resolution. The sensor model and the environment of a
 .cuboids file count where none are given; OctoMap's files have none.
 Raises MapFileError when the file cannot be read, ValueError for wrong arguments.)");

@@ -51,7 +51,7 @@ PYBIND11_MODULE(_core, module) {
   module.def("convert", convert, "source"_a, "target"_a,
              R"(Writes the map of a file in another format; the ending of the target chooses it.
 
-source: .cuboids, .ot or .bt. target: these, .pcd, .ply or .csv.
+source: .cuboids, .sqlite, .ot or .bt. target: these, .pcd, .ply or .csv.
 Returns the bytes of the target. Raises MapFileError, or ValueError for another ending.)");
   module.def("find_no_return_beams", findNoReturnBeams, "cloud"_a,
              R"(Directions of the beams of an organized cloud that met nothing.

@@ -59,8 +59,8 @@ int run(int argc, char** argv) {
   CommandLine line("map_compare",
                    "Compares two maps voxel by voxel; if one is a .bt file, by class only.\n"
                    "Exit status: 0 they agree, 2 they differ, 1 an error.");
-  line.addArgument("first", options.first, "map: .cuboids, .ot or .bt");
-  line.addArgument("second", options.second, "map: .cuboids, .ot or .bt");
+  line.addArgument("first", options.first, "map: .cuboids, .sqlite, .ot or .bt");
+  line.addArgument("second", options.second, "map: .cuboids, .sqlite, .ot or .bt");
   line.addNumber("tolerance", options.tolerance, "largest accepted difference of log-odds",
                  {0.0, 1e3});
   if (const auto status = line.parse(argc, argv)) return *status;

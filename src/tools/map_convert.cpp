@@ -3,10 +3,15 @@
 #include "command_line.h"
 #include "cuboid_mapping/io/file_replacement.h"
 #include "cuboid_mapping/io/map_files.h"
+#include "cuboid_mapping/io/map_store.h"
+#include "cuboid_mapping/io/text.h"
 #include "map_content.h"
 #include "progress_bar.h"
 
+#include <filesystem>
 #include <iostream>
+#include <optional>
+#include <vector>
 
 namespace cuboid_mapping {
 namespace {
@@ -16,7 +21,58 @@ struct Options {
   std::string output;
   std::string frame_id;
   SensorModelConfig model;
+  std::vector<double> min_m;
+  std::vector<double> max_m;
 };
+
+/// The part of a map that is asked for; nothing for all of it.
+std::optional<CellBox> partOf(const Options& options, double resolution_m) {
+  if (options.min_m.empty()) return std::nullopt;
+  const MetricBox box{Eigen::Vector3d(options.min_m.data()), Eigen::Vector3d(options.max_m.data())};
+  const auto part = Grid(resolution_m).toCellBox(box);
+  if (!part) throw std::runtime_error("--min must be less than --max on every axis");
+  return part;
+}
+
+/// The bricks of a map without the voxels outside a box.
+std::vector<VoxelBrick> cut(const std::vector<VoxelBrick>& bricks, const CellBox& box) {
+  CuboidMap map;
+  map.replace(box, bricks);
+  return takeSnapshot(map, "").bricks;
+}
+
+/// A store into another one, page by page: it may be larger than the memory.
+int copyStore(const Options& options) {
+  const MapStore input(options.input, StoreAccess::kRead);
+  MapSnapshot head = *input.head();
+  if (!options.frame_id.empty()) head.frame_id = options.frame_id;
+  const auto part = partOf(options, head.resolution_m);
+  std::vector<Cell> pages;
+  for (const Cell& page : input.pages()) {
+    if (!part || part->intersects(pageBox(page))) pages.push_back(page);
+  }
+  MapStore output(options.output, StoreAccess::kWrite);
+  const ProgressListener listener = showProgress("pages written");
+  ProgressCounter progress(listener, pages.size());
+  output.replaceAll(head, pages, [&](const Cell& page) {
+    throwIfInterrupted();
+    progress.advance();
+    const std::vector<VoxelBrick> bricks = input.read(page);
+    return part ? cut(bricks, *part) : bricks;
+  });
+  std::cout << options.output << ": " << counted(output.pages().size(), "page") << std::endl;
+  return 0;
+}
+
+/// The map of a file; of a store only the pages that are asked for.
+MapFile readInput(const Options& options) {
+  if (!isSqliteFile(options.input) || options.min_m.empty()) {
+    return readMapFile(options.input, options.model);
+  }
+  const MapStore store(options.input, StoreAccess::kRead);
+  const auto part = partOf(options, store.head()->resolution_m);
+  return {MapFormat::kStore, readStore(store, {}, *part), 0};
+}
 
 int convert(const Options& options) {
   const auto format = formatOfName(options.output);
@@ -24,28 +80,37 @@ int convert(const Options& options) {
     throw std::runtime_error(options.output + ": its name must end in one of " + knownEndings());
   }
   checkReplaceable(options.output);
-  MapFile input = readMapFile(options.input, options.model);
+  if (format == MapFormat::kStore && isSqliteFile(options.input)) return copyStore(options);
+  MapFile input = readInput(options);
   throwIfInterrupted();
   MapSnapshot& map = input.snapshot;
+  if (const auto part = partOf(options, map.resolution_m)) map.bricks = cut(map.bricks, *part);
   if (!options.frame_id.empty()) map.frame_id = options.frame_id;
   const std::size_t num_bytes = writeMapFile(options.output, map, showProgress("bricks written"));
   std::cout << options.output << ": " << describeContent(map, *format) << ", " << num_bytes
-            << " bytes; " << options.input << " has " << input.num_bytes << " bytes" << std::endl;
+            << " bytes; " << options.input << " has " << std::filesystem::file_size(options.input)
+            << " bytes" << std::endl;
   return 0;
 }
 
 int run(int argc, char** argv) {
   Options options;
   CommandLine line("map_convert",
-                   "Converts a map; the extension of the output selects the format.");
-  line.addArgument("input", options.input, "map: .cuboids, .ot or .bt");
+                   "Converts a map, or a part of it; the extension of the output selects the "
+                   "format. A store (.sqlite) becomes another one page by page.");
+  line.addArgument("input", options.input, "map: .cuboids, .sqlite, .ot or .bt");
   line.addArgument("output", options.output, "one of " + knownEndings());
   line.addText("frame", options.frame_id, "name of the frame to store in a native file");
   line.addNumber("sensor_model/min", options.model.alpha_min,
                  "lowest probability, for maps from OctoMap", {0.001, 0.499});
   line.addNumber("sensor_model/max", options.model.alpha_max,
                  "highest probability, for maps from OctoMap", {0.501, 0.999});
+  line.addPoint("min", options.min_m, "only what lies above these x, y and z, in metres");
+  line.addPoint("max", options.max_m, "only what lies below these x, y and z, in metres");
   if (const auto status = line.parse(argc, argv)) return *status;
+  if (options.min_m.empty() != options.max_m.empty()) {
+    throw std::runtime_error("give both --min and --max, or neither");
+  }
   return convert(options);
 }
 

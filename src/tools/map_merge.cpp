@@ -78,9 +78,10 @@ int run(int argc, char** argv) {
       "map_merge",
       "Puts a map into another one of the same resolution. What comes of it is not the\n"
       "map that all clouds together would have made: doc/fleet.md.");
-  line.addArgument("first", options.first,
-                   "map: .cuboids, .ot or .bt; frame and sensor model of the result are its own");
-  line.addArgument("second", options.second, "map: .cuboids, .ot or .bt");
+  line.addArgument(
+      "first", options.first,
+      "map: .cuboids, .sqlite, .ot or .bt; frame and sensor model of the result are its own");
+  line.addArgument("second", options.second, "map: .cuboids, .sqlite, .ot or .bt");
   line.addText("output,o", options.output, "map to write: " + knownEndings());
   line.addText("rule", options.rule,
                "log-odds of voxels that both know: their sum, the second's, the greater ones",

@@ -112,7 +112,7 @@ int run(int argc, char** argv) {
       "Draws a map as PNG or PPM, without a display: from straight above, or from a point.\n"
       "Occupied voxels are coloured by height, or as asked for; light grey is free, white is "
       "unknown.");
-  line.addArgument("map", options.map, "map: .cuboids, .ot or .bt");
+  line.addArgument("map", options.map, "map: .cuboids, .sqlite, .ot or .bt");
   line.addArgument("picture", options.picture, "picture to write: .png or .ppm");
   line.addPoint("eye", options.eye, "where to look from, in metres");
   line.addPoint("look-at", options.target, "where to look, in metres");

@@ -23,6 +23,7 @@ SYSTEM_KEYS = {
     'libboost-program-options-dev': 'libboost-program-options-dev',
     'libpcl-all-dev': 'libpcl-ros-dev',
     'libpng-dev': 'libpng-dev',
+    'libsqlite3-dev': 'libsqlite3-dev',
     'libzstd-dev': 'libzstd-dev',
     'nlohmann-json-dev': 'nlohmann-json3-dev',
     'pkg-config': 'pkg-config',

@@ -40,7 +40,7 @@ std::map<Cell, float> occupiedVoxels(const MapSnapshot& snapshot) {
 TEST(MapFiles, areReadBackByTheirBytes) {
   const TemporaryFolder folder;
   const MapSnapshot snapshot = makeSnapshot();
-  for (const std::string ending : {".cuboids", ".ot", ".OT"}) {
+  for (const std::string ending : {".cuboids", ".sqlite", ".ot", ".OT"}) {
     const std::string file = folder / ("map" + ending);
     const std::size_t num_bytes = writeMapFile(file, snapshot);
     const std::string renamed = folder / "renamed";
@@ -160,7 +160,7 @@ TEST(MapFiles, areRefusedWithTheNameOfTheFile) {
     return "none";
   };
   const std::string file = folder / "map.txt";
-  EXPECT_NE(error_of([&] { writeMapFile(file, {}); }).find(".cuboids, .ot, .bt"),
+  EXPECT_NE(error_of([&] { writeMapFile(file, {}); }).find(".cuboids, .sqlite, .ot, .bt"),
             std::string::npos);
   EXPECT_NE(error_of([&] { (void)readMapFile(file); }).find(file), std::string::npos);
   replaceFile(file, "");

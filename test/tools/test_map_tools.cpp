@@ -49,7 +49,7 @@ TEST(MapTools, convertAndCompare) {
   const MapSnapshot snapshot = makeSnapshot();
   const std::string first = folder / "map.cuboids";
   writeMapFile(first, snapshot);
-  for (const std::string ending : {".ot", ".bt", ".cuboids"}) {
+  for (const std::string ending : {".ot", ".bt", ".cuboids", ".sqlite"}) {
     const std::string second = folder / ("other" + ending);
     EXPECT_EQ(runProgram({MAP_CONVERT_PROGRAM, first, second}).status, 0);
     const ProgramEnd end = runProgram({MAP_COMPARE_PROGRAM, first, second});
@@ -75,6 +75,43 @@ TEST(MapTools, sayWhatTheyHaveWritten) {
     const ProgramEnd end = runProgram({MAP_CONVERT_PROGRAM, folder / "map.cuboids", file});
     EXPECT_EQ(end.out.rfind(file + ": " + content + ", ", 0), 0U) << end.out << end.err;
   }
+}
+
+TEST(MapTools, readAStoreAsAMap) {
+  const TemporaryFolder folder;
+  const MapSnapshot snapshot = makeSnapshot();
+  const std::string file = folder / "map.cuboids";
+  const std::string store = folder / "map.sqlite";
+  writeMapFile(file, snapshot);
+  writeMapFile(store, snapshot);
+  const auto content = [](const std::string& map) {
+    const std::string out = runProgram({MAP_INFO_PROGRAM, map}).out;
+    return out.substr(std::min(out.size(), out.find("resolution:")));
+  };
+  EXPECT_EQ(content(store), content(file));
+  EXPECT_TRUE(contains(runProgram({MAP_INFO_PROGRAM, store}).out, "pages:        "));
+  EXPECT_EQ(runProgram({MAP_RENDER_PROGRAM, store, folder / "map.png"}).status, 0);
+  // Into another store, page by page, and a part of it into every format alike.
+  const std::string copy = folder / "copy.sqlite";
+  EXPECT_EQ(runProgram({MAP_CONVERT_PROGRAM, store, copy, "--frame", "mars"}).status, 0);
+  EXPECT_EQ(readMapFile(copy).snapshot.frame_id, "mars");
+  EXPECT_TRUE(contains(runProgram({MAP_COMPARE_PROGRAM, copy, file}).out, "the maps agree"));
+  std::map<Cell, float> part = test::voxelsOf(snapshot.bricks);
+  for (auto voxel = part.begin(); voxel != part.end();) {
+    voxel = CellBox{{-10, -5, 0}, {5, 5, 10}}.contains(voxel->first) ? std::next(voxel)
+                                                                     : part.erase(voxel);
+  }
+  for (const std::string& input : {file, store}) {
+    for (const std::string name : {"part.cuboids", "copy.sqlite", "part.ot"}) {
+      const std::string output = folder / name;
+      const ProgramEnd end = runProgram({MAP_CONVERT_PROGRAM, input, output, "--min", "-1", "-0.5",
+                                         "0", "--max", "0.5", "0.5", "1"});
+      EXPECT_EQ(end.status, 0) << end.err;
+      EXPECT_EQ(test::voxelsOf(readMapFile(output).snapshot.bricks), part) << output;
+    }
+  }
+  const ProgramEnd one = runProgram({MAP_CONVERT_PROGRAM, store, copy, "--min", "1", "1", "1"});
+  EXPECT_TRUE(contains(one.err, "both --min and --max")) << one.err;
 }
 
 TEST(MapTools, tellHowMapsDiffer) {

@@ -15,6 +15,7 @@ namespace cuboid_mapping {
 /// Formats of maps.
 enum class MapFormat : unsigned char {
   kNative,         ///< .cuboids: everything.
+  kStore,          ///< .sqlite: everything, page by page; see map_store.h.
   kOctomapFull,    ///< .ot: voxels with log-odds.
   kOctomapBinary,  ///< .bt: voxels with classes.
   kPcd,            ///< .pcd: centres of occupied voxels, intensity: probability. Only written.
@@ -28,7 +29,7 @@ enum class MapFormat : unsigned char {
 /// The format that the end of a name stands for, in lower or upper case; nothing for another one.
 [[nodiscard]] std::optional<MapFormat> formatOfName(const std::string& file);
 
-/// "cuboids, ot, bt, pcd, ply, csv", for messages.
+/// ".cuboids, .sqlite, .ot, .bt, .pcd, .ply, .csv", for messages.
 [[nodiscard]] std::string knownEndings();
 
 /// A map and how its file was stored.
@@ -45,7 +46,8 @@ struct MapFile {
 [[nodiscard]] MapFile readMapFile(const std::string& file, const SensorModelConfig& model = {},
                                   const SnapshotLimits& limits = {});
 
-/// Replaces a file by a map, in the format that its name stands for; see replaceFile().
+/// Replaces a file by a map, in the format that its name stands for; see replaceFile(). A store that is there stays
+/// the same file, and gets the map in one transaction.
 /// @param listener  Is told of the cuboids that have been written, where this takes long: of .csv,
 ///        .pcd and .ply.
 /// @return Bytes of the file.

@@ -3,6 +3,7 @@
 
 #include "cuboid_mapping/io/csv_format.h"
 #include "cuboid_mapping/io/file_replacement.h"
+#include "cuboid_mapping/io/map_store.h"
 #include "cuboid_mapping/io/native_format.h"
 #include "cuboid_mapping/io/octomap_files.h"
 #include "cuboid_mapping/io/point_cloud_files.h"
@@ -23,12 +24,19 @@ struct FormatName {
 
 constexpr FormatName kFormats[] = {
     {MapFormat::kNative, "cuboids", "native"},
+    {MapFormat::kStore, "sqlite", "store"},
     {MapFormat::kOctomapFull, "ot", "OctoMap .ot"},
     {MapFormat::kOctomapBinary, "bt", "OctoMap .bt"},
     {MapFormat::kPcd, "pcd", "PCD"},
     {MapFormat::kPly, "ply", "PLY"},
     {MapFormat::kCsv, "csv", "CSV"},
 };
+
+std::size_t numBytesOf(const std::string& file) {
+  std::error_code error;  // Somebody else may have taken the file away.
+  const auto num_bytes = std::filesystem::file_size(file, error);
+  return error ? 0 : num_bytes;
+}
 
 /// @param is_octree_expected  By the name of the file.
 MapFile decode(const std::string& bytes, bool is_octree_expected, const SensorModelConfig& model,
@@ -55,6 +63,7 @@ void write(const std::string& file, const MapSnapshot& snapshot, MapFormat forma
   };
   switch (format) {
     case MapFormat::kNative: return replaceFile(file, toNativeFormat(snapshot));
+    case MapFormat::kStore: return writeStore(file, snapshot);
     case MapFormat::kOctomapFull:
       return replaceFile(file, toOctomapFile(snapshot, OctreeKind::kFull));
     case MapFormat::kOctomapBinary:
@@ -93,8 +102,12 @@ std::string knownEndings() {
 
 MapFile readMapFile(const std::string& file, const SensorModelConfig& model,
                     const SnapshotLimits& limits) {
-  const std::string bytes = readFile(file, limits.max_bytes);
   const auto format = formatOfName(file);
+  if (format == MapFormat::kStore || isSqliteFile(file)) {
+    MapSnapshot snapshot = readStore(MapStore(file, StoreAccess::kRead), limits);
+    return {MapFormat::kStore, std::move(snapshot), numBytesOf(file)};
+  }
+  const std::string bytes = readFile(file, limits.max_bytes);
   const bool is_octree_expected =
       format == MapFormat::kOctomapFull || format == MapFormat::kOctomapBinary;
   try {
@@ -112,9 +125,7 @@ std::size_t writeMapFile(const std::string& file, const MapSnapshot& snapshot,
                        "cannot write " + file + ": its name must end in one of " + knownEndings());
   }
   write(file, snapshot, *format, listener);
-  std::error_code error;  // Somebody else may have taken the file away.
-  const auto num_bytes = std::filesystem::file_size(file, error);
-  return error ? 0 : num_bytes;
+  return numBytesOf(file);
 }
 
 }  // namespace cuboid_mapping

@@ -204,7 +204,7 @@ std::vector<ParameterDeclaration> declareTopics() {
 std::vector<ParameterDeclaration> declareFiles() {
   return {
       {"map_file", "", FileKind{[](P& p) -> std::string& { return p.map_file; }},
-       "Map to start with: .cuboids, .ot or .bt. Its resolution replaces the parameter "
+       "Map to start with: .cuboids, .sqlite, .ot or .bt. Its resolution replaces the parameter "
        "resolution."},
       {"autosave_file", "", FileKind{[](P& p) -> std::string& { return p.autosave_file; }},
        "The map is saved to this file after changes and when the node stops. The extension selects "

@@ -1,0 +1,121 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// A map on disk that is read and written in parts.
+#pragma once
+
+#include "cuboid_mapping/io/map_file_error.h"
+#include "cuboid_mapping/map/map_snapshot.h"
+
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace cuboid_mapping {
+
+class SqliteDatabase;
+
+/// Edge in voxels of a page: an aligned cube of 8 x 8 x 8 bricks, named by its least cell.
+constexpr std::int32_t kPageEdge = 8 * kBrickEdge;
+
+/// Least cell of the page that holds a cell.
+[[nodiscard]] constexpr Cell pageOf(const Cell& cell) {
+  return {cell.x & ~(kPageEdge - 1), cell.y & ~(kPageEdge - 1), cell.z & ~(kPageEdge - 1)};
+}
+
+/// The voxels of a page as a cell box.
+[[nodiscard]] constexpr CellBox pageBox(const Cell& page) {
+  return {page, {page.x + kPageEdge, page.y + kPageEdge, page.z + kPageEdge}};
+}
+
+/// Version of the layout that is written; stores of a newer one are refused.
+constexpr int kStoreVersion = 1;
+
+/// What a store is opened for.
+enum class StoreAccess : unsigned char {
+  kRead,  ///< The file must be a store with a head. It stays as it is.
+  kWrite  ///< A file that is missing or empty becomes a store.
+};
+
+/// Whether a file begins as an SQLite database does; false when it cannot be read.
+[[nodiscard]] bool isSqliteFile(const std::string& file);
+
+/// A map in an SQLite file, page by page, with the exact log-odds of all voxels: doc/window.md says what is in
+/// it.
+///
+/// A change is one transaction: whoever opens the file after the program, or the machine, has died on
+/// the way finds all of it or none, and each page whole. A process that writes has the file alone; the
+/// system takes it back when the process dies.
+///
+/// All functions throw MapFileError, whose text begins with the name of the file and says what to do:
+/// kForeign for what is no store, kNewerVersion, kCorrupted for a page whose checksum or place is
+/// wrong, kInaccessible for a file that another process has open, that cannot be written, a full disk
+/// and the like. The store is then as before. Not thread-safe.
+class MapStore {
+ public:
+  /// The bricks of a page, along the Morton curve; those of a page that has none are empty.
+  using BricksOfPage = std::function<std::vector<VoxelBrick>(const Cell& page)>;
+
+  /// Opens a file, or makes one. @throws As above.
+  MapStore(const std::string& file, StoreAccess access);
+  ~MapStore();
+  MapStore(const MapStore&) = delete;
+  MapStore& operator=(const MapStore&) = delete;
+
+  /// The file, as it was given.
+  [[nodiscard]] const std::string& file() const { return file_; }
+
+  /// Resolution, sensor model, environment and frame of the map, without bricks; nothing for a store that is
+  /// new.
+  [[nodiscard]] const std::optional<MapSnapshot>& head() const { return head_; }
+
+  /// Sets all of that; the bricks do not count. Pages stay as they are.
+  void setHead(const MapSnapshot& head);
+
+  /// All pages that have a known voxel, in no particular order. @complexity O(pages).
+  [[nodiscard]] std::vector<Cell> pages() const;
+
+  /// The bricks of a page, along the Morton curve; empty when it is not in the store.
+  [[nodiscard]] std::vector<VoxelBrick> read(const Cell& page) const;
+
+  /// Puts the bricks of some pages in the place of what the store has of them, in one transaction. A page without
+  /// bricks goes.
+  /// @pre head() is there. @param pages  Each once. What `bricks_of` throws is passed on.
+  void write(const std::vector<Cell>& pages, const BricksOfPage& bricks_of);
+
+  /// Puts a map in the place of all that the store has, in one transaction.
+  /// @param head  As of setHead(). @param pages, bricks_of  As of write().
+  void replaceAll(const MapSnapshot& head, const std::vector<Cell>& pages,
+                  const BricksOfPage& bricks_of);
+
+ private:
+  void readHead();
+  void createTables();
+  void transact(const std::function<void()>& work);
+  void putHead(const MapSnapshot& head);
+  void putPages(const MapSnapshot& head, const std::vector<Cell>& pages,
+                const BricksOfPage& bricks_of);
+
+  std::string file_;
+  std::unique_ptr<SqliteDatabase> database_;
+  std::optional<MapSnapshot> head_;
+};
+
+/// Opens a store for writing, for a map: one that is new gets its head, an older one its sensor model.
+/// @throws MapFileError  as MapStore, and kForeign for a store of another resolution, environment or frame.
+[[nodiscard]] std::unique_ptr<MapStore> openStoreOf(const MapSnapshot& head,
+                                                    const std::string& file);
+
+/// The bricks of a map by their pages. @pre They lie along the Morton curve, and so do the bricks of each page then.
+[[nodiscard]] std::vector<Cell> pagesOf(const std::vector<VoxelBrick>& bricks);
+
+/// The map of a store. @param part  Pages that share no cell with it are left out.
+/// @throws MapFileError  as MapStore::read(), and kTooBig beyond the limits.
+[[nodiscard]] MapSnapshot readStore(const MapStore& store, const SnapshotLimits& limits = {},
+                                    const CellBox& part = kAllCells);
+
+/// Puts a map in the place of all that a file holds, which is a store, or is made one, in one transaction.
+void writeStore(const std::string& file, const MapSnapshot& snapshot);
+
+}  // namespace cuboid_mapping

@@ -1,0 +1,271 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "cuboid_mapping/io/map_store.h"
+
+#include "cuboid_mapping/io/native_format.h"
+#include "cuboid_mapping/io/sqlite_database.h"
+#include "cuboid_mapping/io/text.h"
+
+#include <algorithm>
+#include <cmath>
+#include <fstream>
+#include <sstream>
+#include <string_view>
+
+namespace cuboid_mapping {
+namespace {
+
+constexpr std::string_view kSqliteMagic("SQLite format 3\0", 16);
+/// PRAGMA application_id of a store: "CUBO".
+constexpr std::int64_t kApplicationId = 0x4355424F;
+constexpr std::size_t kPageBricks = 512;
+/// A page takes 1.1 MB at most before it is compressed.
+constexpr SnapshotLimits kPageLimits{kPageBricks, std::uint64_t{1} << 22};
+
+std::string nameOf(const Cell& page) {
+  std::ostringstream text;
+  text << "page " << page;
+  return text.str();
+}
+
+void bindPage(SqliteStatement& statement, const Cell& page) {
+  for (int axis = 0; axis < 3; ++axis) statement.bind(axis + 1, std::int64_t{page[axis]});
+}
+
+bool isBefore(const VoxelBrick& brick, const Cell& cell) {
+  return isBeforeOnMortonCurve(brick.brick, cell);
+}
+
+MapSnapshot withoutBricks(const MapSnapshot& map) {
+  return {map.resolution_m, map.sensor_model, map.environment, map.frame_id, {}};
+}
+
+/// The bricks of a page, of bricks along the Morton curve, where those of a page are neighbours.
+std::vector<VoxelBrick> bricksIn(const std::vector<VoxelBrick>& bricks, const Cell& page) {
+  const auto first = std::lower_bound(bricks.begin(), bricks.end(), page, isBefore);
+  const auto last = std::find_if(
+      first, bricks.end(), [&](const VoxelBrick& brick) { return pageOf(brick.brick) != page; });
+  return {first, last};
+}
+
+}  // namespace
+
+bool isSqliteFile(const std::string& file) {
+  char bytes[kSqliteMagic.size()] = {};
+  std::ifstream in(file, std::ios::binary);
+  in.read(bytes, sizeof(bytes));
+  return in && std::string_view(bytes, sizeof(bytes)) == kSqliteMagic;
+}
+
+MapStore::MapStore(const std::string& file, StoreAccess access) : file_(file) {
+  const bool is_writer = access == StoreAccess::kWrite;
+  const int flags = is_writer ? SQLITE_OPEN_READWRITE | SQLITE_OPEN_CREATE : SQLITE_OPEN_READONLY;
+  database_ = std::make_unique<SqliteDatabase>(file, flags);
+  // Before anything is read; the lock then comes, and stays, with the first transaction.
+  if (is_writer) database_->run("PRAGMA locking_mode = EXCLUSIVE");
+  const bool is_empty = database_->readNumber("SELECT count(*) FROM sqlite_master") == 0 &&
+                        database_->readNumber("PRAGMA application_id") == 0;
+  if (is_empty && is_writer) {
+    createTables();
+  } else if (database_->readNumber("PRAGMA application_id") != kApplicationId) {
+    throw MapFileError(MapFileDefect::kForeign,
+                       file + " is not a store of a map: it is an SQLite file of another program");
+  }
+  const std::int64_t version = database_->readNumber("PRAGMA user_version");
+  if (version != kStoreVersion) {
+    throw MapFileError(MapFileDefect::kNewerVersion,
+                       file + " has version " + std::to_string(version) +
+                           " of the store, but this program only knows version " +
+                           std::to_string(kStoreVersion) + ": update cuboid_mapping");
+  }
+  if (is_writer) {
+    database_->run("PRAGMA journal_mode = WAL; PRAGMA synchronous = FULL; BEGIN EXCLUSIVE; COMMIT");
+  }
+  readHead();
+  if (!head_ && !is_writer) {
+    throw MapFileError(MapFileDefect::kTruncated, file + " is a store without a map");
+  }
+}
+
+MapStore::~MapStore() = default;
+
+void MapStore::transact(const std::function<void()>& work) {
+  try {
+    database_->run("BEGIN IMMEDIATE");
+    work();
+    database_->run("COMMIT");
+  } catch (...) {
+    database_->rollBack();
+    throw;
+  }
+}
+
+void MapStore::createTables() {
+  transact([this] {
+    database_->run(
+        "CREATE TABLE map (resolution REAL, hit REAL, miss REAL, min REAL, max REAL,"
+        "                  environment TEXT, frame TEXT);"
+        "CREATE TABLE pages (x INTEGER, y INTEGER, z INTEGER, content BLOB NOT NULL,"
+        "                    PRIMARY KEY (x, y, z))");
+    database_->run(("PRAGMA application_id = " + std::to_string(kApplicationId)).c_str());
+    database_->run(("PRAGMA user_version = " + std::to_string(kStoreVersion)).c_str());
+  });
+}
+
+void MapStore::readHead() {
+  SqliteStatement statement(*database_,
+                            "SELECT resolution, hit, miss, min, max, environment, frame FROM map");
+  if (!statement.step()) return;
+  MapSnapshot head;
+  head.resolution_m = statement.real(0);
+  head.sensor_model = {statement.real(1), statement.real(2), statement.real(3), statement.real(4)};
+  head.environment = statement.bytes(5) == toString(Environment::kStatic) ? Environment::kStatic
+                                                                          : Environment::kDynamic;
+  head.frame_id = statement.bytes(6);
+  if (const auto fault = findFault(head)) {
+    throw MapFileError(MapFileDefect::kCorrupted,
+                       file_ + " is damaged: " + fault->text + ". Take another copy of the file");
+  }
+  head_ = head;
+}
+
+void MapStore::putHead(const MapSnapshot& head) {
+  database_->run("DELETE FROM map");
+  SqliteStatement put(*database_, "INSERT INTO map VALUES (?, ?, ?, ?, ?, ?, ?)");
+  const SensorModelConfig& model = head.sensor_model;
+  int column = 0;
+  for (const double value :
+       {head.resolution_m, model.hit, model.miss, model.alpha_min, model.alpha_max}) {
+    put.bind(++column, value);
+  }
+  put.bindText(++column, toString(head.environment));
+  put.bindText(++column, head.frame_id);
+  put.step();
+}
+
+void MapStore::setHead(const MapSnapshot& head) {
+  transact([&] { putHead(head); });
+  head_ = withoutBricks(head);
+}
+
+std::vector<Cell> MapStore::pages() const {
+  std::vector<Cell> pages;
+  SqliteStatement statement(*database_, "SELECT x, y, z FROM pages");
+  while (statement.step()) {
+    Cell page;
+    for (int axis = 0; axis < 3; ++axis) {
+      page[axis] = static_cast<std::int32_t>(statement.number(axis));
+    }
+    pages.push_back(page);
+  }
+  return pages;
+}
+
+std::vector<VoxelBrick> MapStore::read(const Cell& page) const {
+  SqliteStatement statement(*database_,
+                            "SELECT content FROM pages WHERE x = ? AND y = ? AND z = ?");
+  bindPage(statement, page);
+  if (!statement.step()) return {};
+  try {
+    std::vector<VoxelBrick> bricks = fromNativeFormat(statement.bytes(0), kPageLimits).bricks;
+    for (const VoxelBrick& brick : bricks) {
+      if (pageOf(brick.brick) != page) {
+        throw MapFileError(MapFileDefect::kCorrupted,
+                           "is damaged: it has the voxels of another one");
+      }
+    }
+    return bricks;
+  } catch (const MapFileError& error) {
+    throw MapFileError(MapFileDefect::kCorrupted, file_ + ", " + nameOf(page) + ' ' + error.what());
+  }
+}
+
+void MapStore::write(const std::vector<Cell>& pages, const BricksOfPage& bricks_of) {
+  if (pages.empty()) return;
+  transact([&] { putPages(head_.value(), pages, bricks_of); });
+}
+
+void MapStore::replaceAll(const MapSnapshot& head, const std::vector<Cell>& pages,
+                          const BricksOfPage& bricks_of) {
+  transact([&] {
+    putHead(head);
+    database_->run("DELETE FROM pages");
+    putPages(head, pages, bricks_of);
+  });
+  head_ = withoutBricks(head);
+}
+
+void MapStore::putPages(const MapSnapshot& head, const std::vector<Cell>& pages,
+                        const BricksOfPage& bricks_of) {
+  MapSnapshot content = withoutBricks(head);
+  SqliteStatement put(*database_, "INSERT OR REPLACE INTO pages VALUES (?, ?, ?, ?)");
+  SqliteStatement remove(*database_, "DELETE FROM pages WHERE x = ? AND y = ? AND z = ?");
+  for (const Cell& page : pages) {
+    content.bricks = bricks_of(page);
+    if (content.bricks.empty()) {
+      bindPage(remove, page);
+      remove.step();
+      continue;
+    }
+    const std::string bytes = toNativeFormat(content);
+    bindPage(put, page);
+    put.bindBytes(4, bytes);
+    put.step();
+  }
+}
+
+std::unique_ptr<MapStore> openStoreOf(const MapSnapshot& head, const std::string& file) {
+  auto store = std::make_unique<MapStore>(file, StoreAccess::kWrite);
+  if (store->head()) {
+    const MapSnapshot& found = *store->head();
+    const auto refuse = [&](const std::string& what, const std::string& is,
+                            const std::string& own) {
+      throw MapFileError(MapFileDefect::kForeign, file + " is the store of a map of " + what + ' ' +
+                                                      is + ", but this map has " + own +
+                                                      ": set that, or name another file");
+    };
+    if (std::abs(found.resolution_m - head.resolution_m) > 1e-9 * head.resolution_m) {
+      refuse("resolution", toText(found.resolution_m) + " m", toText(head.resolution_m) + " m");
+    }
+    if (found.environment != head.environment) {
+      refuse("environment", toString(found.environment), toString(head.environment));
+    }
+    if (found.frame_id != head.frame_id && !found.frame_id.empty()) {
+      refuse("frame", "'" + found.frame_id + "'", "'" + head.frame_id + "'");
+    }
+  }
+  store->setHead(head);
+  return store;
+}
+
+std::vector<Cell> pagesOf(const std::vector<VoxelBrick>& bricks) {
+  std::vector<Cell> pages;
+  for (const VoxelBrick& brick : bricks) {
+    const Cell page = pageOf(brick.brick);
+    if (pages.empty() || pages.back() != page) pages.push_back(page);
+  }
+  return pages;
+}
+
+MapSnapshot readStore(const MapStore& store, const SnapshotLimits& limits, const CellBox& part) {
+  MapSnapshot snapshot = *store.head();
+  std::vector<Cell> pages = store.pages();
+  std::sort(pages.begin(), pages.end(), isBeforeOnMortonCurve);
+  for (const Cell& page : pages) {
+    if (!part.intersects(pageBox(page))) continue;
+    for (VoxelBrick& brick : store.read(page)) snapshot.bricks.push_back(std::move(brick));
+    if (snapshot.bricks.size() > limits.max_bricks) {
+      throw MapFileError(MapFileDefect::kTooBig, store.file() + " has more than " +
+                                                     std::to_string(limits.max_bricks) +
+                                                     " bricks of 8 x 8 x 8 voxels");
+    }
+  }
+  return snapshot;
+}
+
+void writeStore(const std::string& file, const MapSnapshot& snapshot) {
+  MapStore store(file, StoreAccess::kWrite);
+  store.replaceAll(snapshot, pagesOf(snapshot.bricks),
+                   [&](const Cell& page) { return bricksIn(snapshot.bricks, page); });
+}
+
+}  // namespace cuboid_mapping
