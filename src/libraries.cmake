@@ -55,7 +55,7 @@ cuboid_mapping_add_part(core
   cuboid_mapping/voxels/voxel_store.cpp)
 target_link_libraries(cuboid_mapping_core PUBLIC Eigen3::Eigen Threads::Threads)
 
-# Files of maps.
+# Files of maps, and windows with a store on disk.
 if(zstd_FOUND AND ZLIB_FOUND AND SQLite3_FOUND)
   cuboid_mapping_add_part(io
     cuboid_mapping/io/compression.cpp
@@ -71,7 +71,8 @@ if(zstd_FOUND AND ZLIB_FOUND AND SQLite3_FOUND)
     cuboid_mapping/io/octree_stream.cpp
     cuboid_mapping/io/point_cloud_files.cpp
     cuboid_mapping/io/scan_update_codec.cpp
-    cuboid_mapping/io/sqlite_database.cpp)
+    cuboid_mapping/io/sqlite_database.cpp
+    cuboid_mapping/window/map_window.cpp)
   target_link_libraries(cuboid_mapping_io
     PUBLIC cuboid_mapping::core PRIVATE PkgConfig::zstd ZLIB::ZLIB SQLite::SQLite3)
 else()

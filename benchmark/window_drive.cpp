@@ -1,0 +1,222 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// A drive of many laps with a window and a store, beside the same one without: time per cloud, memory, pages, and
+// whether the maps are equal in the end.
+#include "command_line.h"
+#include "timing.h"
+
+#include "cuboid_mapping/io/scan_dataset.h"
+#include "cuboid_mapping/scan/scan_update.h"
+#include "cuboid_mapping/simulation/lidar.h"
+#include "cuboid_mapping/simulation/world.h"
+#include "cuboid_mapping/window/map_window.h"
+
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+#include <fstream>
+#include <iomanip>
+#include <iostream>
+#include <limits>
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace cuboid_mapping::bench {
+namespace {
+
+struct Options {
+  std::vector<std::string> datasets;
+  std::string store = "window_drive.sqlite";
+  double resolution_m = 0.1;
+  double max_range_m = std::numeric_limits<double>::infinity();
+  int laps = 20;
+  double clouds_a_metre = 1.0;
+  WindowConfig window;
+  bool has_plain = true;
+};
+
+/// The clouds of a lap of the simulated lidar.
+std::vector<Scan> simulateLap(const Options& options) {
+  const World world(1);
+  LidarConfig config;
+  config.max_range_m = std::min(30.0, options.max_range_m);
+  const Lidar lidar(config);
+  std::vector<Scan> scans;
+  const double step_s = 1.0 / (options.clouds_a_metre * World::kRobotSpeed);
+  for (double time_s = 0.0; time_s < world.lapDuration(); time_s += step_s) {
+    throwIfInterrupted();
+    const Eigen::Isometry3d T_map_lidar =
+        world.computeRobotPose(time_s) * Eigen::Translation3d(0.0, 0.0, 1.0);
+    std::vector<Eigen::Vector3f> points;
+    const LidarCloud cloud =
+        lidar.computeCloud(world.computeSolids(time_s), T_map_lidar, scans.size());
+    for (const LidarPoint& point : cloud.points) {
+      if (std::isfinite(point.x)) points.emplace_back(point.x, point.y, point.z);
+    }
+    scans.push_back(makeScan(T_map_lidar, T_map_lidar.translation(), points));
+  }
+  return scans;
+}
+
+/// The clouds of data sets, one behind the other and back again, so that the last is beside the first. Each set
+/// begins some way from where the one before ends.
+std::vector<Scan> readLap(const Options& options) {
+  constexpr double kGap_m = 50.0;
+  std::vector<Scan> scans;
+  Eigen::Vector3d begin = Eigen::Vector3d::Zero();
+  for (const std::string& name : options.datasets) {
+    const auto dataset = openScanDataset(name);
+    std::optional<Eigen::Vector3d> shift;
+    for (std::size_t i = 0; i < dataset->size(); ++i) {
+      throwIfInterrupted();
+      ScanDataset::Item item = dataset->read(i);
+      if (!shift) shift = begin - item.T_map_sensor.translation();
+      item.T_map_sensor.pretranslate(*shift);
+      begin = item.T_map_sensor.translation() + kGap_m * Eigen::Vector3d::UnitX();
+      scans.push_back(
+          makeScan(item.T_map_sensor, item.T_map_sensor.translation(), item.points_sensor));
+    }
+  }
+  for (std::size_t i = scans.size() - 1; i-- > 1;) scans.push_back(scans[i]);
+  return scans;
+}
+
+double residentMegabytes() {
+  std::ifstream statm("/proc/self/statm");
+  double total_pages = 0.0;
+  double resident_pages = 0.0;
+  statm >> total_pages >> resident_pages;
+  constexpr double kMegabytesAPage = 4096e-6;
+  return resident_pages * kMegabytesAPage;
+}
+
+/// Of one lap.
+struct LapFigures {
+  Timing walk;
+  Timing plain;
+  Timing window;
+  double slowest_s = 0.0;  ///< Wall time of the slowest step of the window.
+  double most_mb = 0.0;    ///< Of the map in the window, at its largest.
+};
+
+/// The two maps.
+struct Drive {
+  Drive(const MapConfig& config, double max_range_m)
+      : plain(config), map(config), updater(map.grid(), max_range_m) {}
+
+  CuboidMap plain;
+  CuboidMap map;
+  ScanUpdater updater;
+  std::unique_ptr<MapWindow> window;
+};
+
+LapFigures driveLap(const std::vector<Scan>& scans, bool has_plain, Drive& drive) {
+  LapFigures lap;
+  for (const Scan& scan : scans) {
+    throwIfInterrupted();
+    const ScanUpdate* update = nullptr;
+    lap.walk += timeOf([&] { update = &drive.updater.compute(scan); });
+    if (has_plain) lap.plain += timeOf([&] { drive.plain.apply(*update); });
+    const Timing step = timeOf([&] {
+      drive.window->integrate(*update, scan.anchor_map + scan.origin.cast<double>(), drive.map,
+                              [&](const ScanUpdate& part) { return drive.map.apply(part); });
+    });
+    lap.window += step;
+    lap.slowest_s = std::max(lap.slowest_s, step.wall_s);
+    lap.most_mb = std::max(lap.most_mb, 1e-6 * static_cast<double>(drive.map.numBytes()));
+  }
+  return lap;
+}
+
+/// Whether the store has the voxels of the map without a window, and no others.
+bool isEqual(const CuboidMap& plain, const std::string& file) {
+  const MapStore store(file, StoreAccess::kRead);
+  std::size_t num_bricks = 0;
+  for (const Cell& page : store.pages()) {
+    for (const VoxelBrick& brick : store.read(page)) {
+      const PackedVoxels* expected = plain.voxels().find(brick.brick);
+      if (expected == nullptr || *expected != brick.voxels) return false;
+      ++num_bricks;
+    }
+  }
+  return num_bricks == plain.voxels().size();
+}
+
+void printLap(int number, std::size_t num_clouds, const LapFigures& lap,
+              const WindowFigures& pages) {
+  const auto per_cloud_ms = [&](double time_s) {
+    return 1e3 * time_s / static_cast<double>(num_clouds);
+  };
+  std::cout << std::setw(3) << number << std::fixed << std::setprecision(2) << std::setw(10)
+            << per_cloud_ms(lap.walk.wall_s) << std::setw(10) << per_cloud_ms(lap.plain.wall_s)
+            << std::setw(10) << per_cloud_ms(lap.window.wall_s) << std::setw(10)
+            << 1e3 * lap.slowest_s << std::setw(10) << lap.most_mb << std::setw(10)
+            << residentMegabytes() << std::setw(10) << pages.num_loads << std::setw(10)
+            << pages.num_writes << std::setw(10) << pages.num_in_memory + pages.num_on_disk_only
+            << std::endl;
+}
+
+int drive(const Options& options) {
+  MapConfig config;
+  config.resolution_m = options.resolution_m;
+  Drive drive(config, options.max_range_m);
+  std::filesystem::remove(options.store);
+  drive.window = std::make_unique<MapWindow>(
+      options.window, openStoreOf(takeSnapshot(drive.map, "map"), options.store), drive.map);
+  const std::vector<Scan> scans =
+      options.datasets.empty() ? simulateLap(options) : readLap(options);
+  std::cout << scans.size()
+            << " clouds a lap\nlap   walk[ms] plain[ms]  window[ms] slowest[ms]  "
+               "map[MB]  RSS[MB]  loads  writes  pages\n";
+  LapFigures all;
+  for (int lap = 1; lap <= options.laps; ++lap) {
+    const LapFigures figures = driveLap(scans, options.has_plain, drive);
+    printLap(lap, scans.size(), figures, drive.window->figures());
+    all.walk += figures.walk;
+    all.plain += figures.plain;
+    all.window += figures.window;
+  }
+  if (!drive.window->save(drive.map)) {
+    throw std::runtime_error(drive.window->figures().last_failure);
+  }
+  drive.window.reset();
+  std::cout << "store: " << 1e-6 * static_cast<double>(std::filesystem::file_size(options.store))
+            << " MB\n";
+  if (!options.has_plain) return 0;
+  std::cout << "map without a window: " << 1e-6 * static_cast<double>(drive.plain.numBytes())
+            << " MB\ntime with window / without, ray walk included: "
+            << (all.walk.wall_s + all.window.wall_s) / (all.walk.wall_s + all.plain.wall_s)
+            << " (wall), "
+            << (all.walk.cpu_s + all.window.cpu_s) / (all.walk.cpu_s + all.plain.cpu_s)
+            << " (CPU)\n";
+  const bool is_equal = isEqual(drive.plain, options.store);
+  std::cout << (is_equal ? "the maps are equal, voxel by voxel" : "THE MAPS DIFFER") << std::endl;
+  return is_equal ? 0 : 1;
+}
+
+int run(int argc, char** argv) {
+  Options options;
+  bool is_alone = false;
+  CommandLine line("window_drive",
+                   "Drives a window through a map for many laps, and compares with a map without.");
+  line.addTexts("dataset", options.datasets,
+                "data sets of scans, one behind the other; without, the simulated building");
+  line.addText("store", options.store, "file of the store; it is replaced");
+  line.addNumber("resolution", options.resolution_m, "metres", {1e-3, 1e2});
+  line.addNumber("max-range", options.max_range_m, "metres", {0.01, 1e5});
+  line.addNumber("laps", options.laps, "how often the way is driven", {1, 100000});
+  line.addNumber("clouds-a-metre", options.clouds_a_metre, "of the simulation", {0.01, 100});
+  line.addNumber("size", options.window.size_m, "edge of the window in metres", {0.1, 1e6});
+  line.addNumber("margin", options.window.margin_m, "metres around it", {0.0, 1e6});
+  line.addFlag("alone", is_alone, "without the other map, for the memory of the process");
+  if (const auto status = line.parse(argc, argv)) return *status;
+  options.has_plain = !is_alone;
+  return drive(options);
+}
+
+}  // namespace
+}  // namespace cuboid_mapping::bench
+
+int main(int argc, char** argv) {
+  return cuboid_mapping::runMain("window_drive", argc, argv, cuboid_mapping::bench::run);
+}

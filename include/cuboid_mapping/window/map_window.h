@@ -1,0 +1,168 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include "cuboid_mapping/io/map_store.h"
+#include "cuboid_mapping/map/cuboid_map.h"
+
+#include <Eigen/Core>
+
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <string>
+#include <unordered_map>
+#include <unordered_set>
+#include <vector>
+
+namespace cuboid_mapping {
+
+/// What becomes of the map outside a window.
+enum class OutsideWindow : unsigned char {
+  kKeep,    ///< It goes to a store on disk, and comes back before it changes.
+  kForget,  ///< It becomes unknown.
+  kRefuse   ///< It becomes unknown, and observations outside are not taken.
+};
+
+/// "keep", "forget", "refuse".
+[[nodiscard]] const char* toString(OutsideWindow outside);
+
+/// Which part of a map stays in memory.
+struct WindowConfig {
+  double size_m = 100.0;   ///< Edge of the window, a cube: > 0.
+  double margin_m = 10.0;  ///< So far outside the window a page stays that is in memory: >= 0.
+  OutsideWindow outside = OutsideWindow::kKeep;  ///< What becomes of the rest.
+};
+
+/// What a window has done so far, and has now.
+struct WindowFigures {
+  std::size_t num_in_memory = 0;     ///< Pages in memory now.
+  std::size_t num_on_disk_only = 0;  ///< Pages of the store that are not in memory now.
+  std::uint64_t num_loads = 0;       ///< Pages that came back from the store.
+  std::uint64_t num_writes = 0;      ///< Pages that were written to it.
+  std::uint64_t num_forgotten = 0;   ///< Pages that became unknown.
+  std::uint64_t num_refused =
+      0;  ///< Bricks of observations that were not taken, for lying outside.
+  std::uint64_t num_unreadable = 0;  ///< The same, for lying in a page that cannot be read.
+  std::uint64_t num_failures = 0;    ///< Calls of the store that have failed.
+  std::string last_failure;          ///< Why, and what to do; empty: none has failed.
+};
+
+/// Keeps the pages (map_store.h) of a map in memory that share a voxel with a box around a place, the
+/// window, and those that the last clouds have touched; the others leave.
+///
+/// With OutsideWindow::kKeep the map in memory and the store are one map: voxel by voxel what it would
+/// be without a window. Before a change, whoever makes it has the pages brought back that it touches:
+/// integrate() does so itself, others call load().
+///
+/// When a page cannot be written, it stays in memory and is tried again: nothing is lost, and memory
+/// grows meanwhile. When one cannot be read, the store keeps it, and no observation is taken there.
+///
+/// Locks of the map stay whatever leaves; a page with a locked voxel is not forgotten.
+///
+/// Const functions may run side by side, as those of the map; all others need exclusive access to both.
+class MapWindow {
+ public:
+  /// Puts observations into the map, as CuboidMap::apply().
+  using Apply = std::function<ChangeSet(const ScanUpdate& update)>;
+
+  /// @param store  With OutsideWindow::kKeep, and only then: with a head. @param map  In memory so far: all of it
+  ///               counts as changed. The same map belongs to all calls.
+  /// @throws std::invalid_argument  for a bad size or margin, or a store too many or too few.
+  MapWindow(const WindowConfig& config, std::unique_ptr<MapStore> store, const CuboidMap& map);
+
+  /// Moves the window, brings back what an update touches, has it put into the map, and lets pages leave.
+  ///
+  /// Pages leave for the store in every kStepsAWrite-th step: kPagesAStep at most, or as many as were
+  /// brought back since the last time, so that a step takes no time that grows with the window.
+  ///
+  /// @param center_map  Middle of the window.
+  /// @return What has changed in the map, what came and left included.
+  /// @throws What `apply` throws; all else is counted in the figures.
+  /// @complexity O(pages in memory + bricks of the update) besides `apply` and the pages that come and go.
+  ChangeSet integrate(const ScanUpdate& update, const Eigen::Vector3d& center_map, CuboidMap& map,
+                      const Apply& apply);
+
+  /// Pages in the store alone that share a cell with a box.
+  /// @complexity O(pages of the box, or of the store if these are fewer).
+  [[nodiscard]] std::size_t countNotLoaded(const CellBox& box) const;
+
+  /// Brings back the pages that share a cell with a box; they stay for kIdleSteps steps at least.
+  /// @throws MapFileError  when one cannot be read: those before it are there.
+  ChangeSet load(const CellBox& box, CuboidMap& map);
+
+  /// To be told of each change that was made without integrate(). @pre It was within pages that were
+  /// in memory, or new.
+  void note(const ChangeSet& changes);
+
+  /// To be told that all of the map was replaced, which the store is, too. Fails as save().
+  void noteReplaced(const CuboidMap& map);
+
+  /// Writes all that has changed to the store; nothing without one.
+  /// @return Whether it is there; else the figures say why, and all stays in memory.
+  bool save(const CuboidMap& map);
+
+  /// As save(), but kPagesAStep pages at most. @return Whether more are to be written, and this went well.
+  bool saveSome(const CuboidMap& map);
+
+  /// Keeps all pages in memory until it is told otherwise: for those who read for long.
+  void hold(bool is_held) { is_held_ = is_held; }
+
+  /// Adds the bricks that are in the store alone to a snapshot of the map. @throws MapFileError  as readStore().
+  void addStored(const SnapshotLimits& limits, MapSnapshot& snapshot) const;
+
+  /// Takes another sensor model into the store. Fails as save().
+  void setHead(const MapSnapshot& head);
+
+  /// See WindowFigures.
+  [[nodiscard]] WindowFigures figures() const;
+  /// The cells of the window; empty before the first step.
+  [[nodiscard]] const CellBox& window() const { return window_; }
+  /// As it was made.
+  [[nodiscard]] const WindowConfig& config() const { return config_; }
+
+  /// Pages that leave, or are brought back ahead of need, in a step.
+  static constexpr std::size_t kPagesAStep = 16;
+  /// In every so many-th step pages leave for the store: fewer transactions, which wait for the disk.
+  static constexpr std::uint64_t kStepsAWrite = 8;
+  /// A page outside that was touched stays for so many steps, so that what clouds reach does not come and go with
+  /// each.
+  static constexpr std::uint64_t kIdleSteps = 10;
+
+ private:
+  struct PageState {
+    bool is_changed = false;  ///< Since it was read or written.
+    std::uint64_t last_use = 0;
+  };
+  using Pages = std::unordered_map<Cell, PageState, CellHash>;
+  using PageSet = std::unordered_set<Cell, CellHash>;
+
+  void moveTo(const Eigen::Vector3d& center_map, const Grid& grid);
+  [[nodiscard]] PageSet bringBack(const std::vector<Cell>& touched, CuboidMap& map,
+                                  ChangeSet& changes);
+  void bringAhead(CuboidMap& map, ChangeSet& changes);
+  void loadPage(const Cell& page, CuboidMap& map, ChangeSet& changes);
+  [[nodiscard]] std::vector<Cell> findLeaving(const CuboidMap& map) const;
+  void letLeave(std::vector<Cell> pages, CuboidMap& map, ChangeSet& changes);
+  [[nodiscard]] std::vector<Cell> findChanged() const;
+  [[nodiscard]] bool write(const std::vector<Cell>& pages, const CuboidMap& map);
+  void noteFailure(const std::string& text);
+
+  WindowConfig config_;
+  std::unique_ptr<MapStore> store_;
+  Pages pages_;              ///< In memory.
+  PageSet stored_;           ///< Only in the store.
+  PageSet unreadable_;       ///< Of these: could not be read.
+  std::vector<Cell> ahead_;  ///< In the window, to be brought back.
+  CellBox window_;
+  CellBox outer_;         ///< With the margin.
+  CellBox window_pages_;  ///< Of its least and its last cell.
+  std::uint64_t step_ = 0;
+  std::uint64_t next_write_ = 0;  ///< Step before which nothing is written, after a failure.
+  bool is_store_stale_ = false;   ///< It has a map that was replaced.
+  bool is_held_ = false;
+  std::size_t num_loaded_now_ = 0;  ///< In this step.
+  std::size_t num_owed_ = 0;        ///< Came back since pages left.
+  WindowFigures figures_;
+};
+
+}  // namespace cuboid_mapping

@@ -1,0 +1,388 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "cuboid_mapping/window/map_window.h"
+
+#include "support/full_disk.h"
+#include "support/random_bricks.h"
+#include "support/snapshots.h"
+#include "tools/run_program.h"
+
+#include <gtest/gtest.h>
+#include <sqlite3.h>
+
+#include <algorithm>
+#include <memory>
+#include <string>
+
+namespace cuboid_mapping {
+namespace {
+
+using test::FullDisk;
+using test::Random;
+using test::TemporaryFolder;
+
+MapSnapshot headOf(const MapConfig& config) {
+  return {config.resolution_m, config.sensor_model, config.environment, "map", {}};
+}
+
+/// A window and its map, beside a map without one that gets the same.
+struct Pair {
+  Pair(const MapConfig& map_config, const WindowConfig& window_config, std::string store_file)
+      : config(window_config), file(std::move(store_file)), plain(map_config), map(map_config) {
+    open();
+  }
+
+  void open() {
+    auto store =
+        config.outside == OutsideWindow::kKeep ? openStoreOf(headOf(map.config()), file) : nullptr;
+    window = std::make_unique<MapWindow>(config, std::move(store), map);
+  }
+
+  /// As a program that ends and is started again.
+  void startAgain() {
+    EXPECT_TRUE(window->save(map));
+    window.reset();
+    map.clear();
+    open();
+  }
+
+  void integrate(const ScanUpdate& update, const Eigen::Vector3d& center) {
+    plain.apply(update);
+    changes = window->integrate(update, center, map,
+                                [&](const ScanUpdate& part) { return map.apply(part); });
+  }
+
+  void replace(const CellBox& box, const std::vector<UniformBox>& boxes) {
+    plain.replace(box, boxes);
+    window->load(box, map);
+    window->note(map.replace(box, boxes));
+  }
+
+  /// Store and memory as one map.
+  [[nodiscard]] std::map<Cell, float> voxels() const {
+    MapSnapshot snapshot = takeSnapshot(map, "");
+    window->addStored({}, snapshot);
+    EXPECT_FALSE(findFault(snapshot));
+    return test::voxelsOf(snapshot.bricks);
+  }
+
+  WindowConfig config;
+  std::string file;
+  CuboidMap plain;
+  CuboidMap map;
+  std::unique_ptr<MapWindow> window;
+  ChangeSet changes;
+};
+
+/// Voxels of a map in a box.
+std::map<Cell, float> voxelsIn(const CuboidMap& map, const CellBox& box) {
+  std::map<Cell, float> voxels;
+  for (const auto& [cell, value] : test::voxelsOf(map)) {
+    if (box.contains(cell)) voxels.emplace(cell, value);
+  }
+  return voxels;
+}
+
+MapConfig randomConfig(Random& random) {
+  MapConfig config;
+  config.resolution_m = 0.1;
+  config.environment = random.chance(0.7) ? Environment::kDynamic : Environment::kStatic;
+  config.fusion = random.chance(0.6)   ? FusionKind::kClass
+                  : random.chance(0.5) ? FusionKind::kGrowth
+                                       : FusionKind::kNone;
+  config.growth.starters = GrowthStarters::kChanged;
+  return config;
+}
+
+/// A walk of the window, with updates around it, and some far away.
+struct Walk {
+  explicit Walk(Random& walk_random) : random(walk_random) {}
+
+  void step(Pair& pair) {
+    for (int axis = 0; axis < 2; ++axis) {
+      place[axis] = std::clamp(place[axis] + random.integer(-4, 4), -60, 60);
+    }
+    const Cell around = random.chance(0.05) ? Cell{random.integer(-60, 60), place.y, 0} : place;
+    const Cell reach{random.integer(1, 12), random.integer(1, 12), 3};
+    const ScanUpdate update = test::randomUpdate(random, {around - reach, around + reach}, 40);
+    pair.integrate(update, pair.map.grid().toMetres(center()));
+  }
+
+  [[nodiscard]] Eigen::Vector3d center() const {
+    return kBrickEdge * Eigen::Vector3d(place.x, place.y, place.z);
+  }
+
+  Random& random;
+  Cell place;  ///< In bricks.
+};
+
+TEST(MapWindow, thatKeepsIsTheMapWithoutOneVoxelByVoxel) {
+  std::size_t num_loads = 0;
+  std::size_t num_checked = 0;
+  for (std::size_t i = 0; i < 8; ++i) {
+    SCOPED_TRACE(test::seedNote(i));
+    const TemporaryFolder folder;
+    Random random(901 + i);
+    const WindowConfig config{random.real(1.0, 20.0), random.real(0.0, 8.0), OutsideWindow::kKeep};
+    Pair pair(randomConfig(random), config, folder / "map.sqlite");
+    Walk walk(random);
+    for (int step = 0; step < 150; ++step) {
+      walk.step(pair);
+      if (step % 25 == 0) {
+        // An edit anywhere, and a look at a place that may be on disk.
+        const CellBox box = test::randomBox(random, {{-400, -400, -30}, {400, 400, 30}}, 70);
+        pair.replace(box, random.chance(0.5) ? std::vector<UniformBox>{{box, 0.5F}}
+                                             : std::vector<UniformBox>());
+        const CellBox asked = test::randomBox(random, {{-500, -500, -40}, {500, 500, 40}}, 200);
+        pair.window->load(asked, pair.map);
+        EXPECT_EQ(pair.window->countNotLoaded(asked), 0U);
+        const auto voxels = voxelsIn(pair.map, asked);
+        EXPECT_EQ(voxels, voxelsIn(pair.plain, asked));
+        num_checked += voxels.size();
+      }
+      if (step == 75) {
+        num_loads += pair.window->figures().num_loads;
+        pair.startAgain();
+      }
+    }
+    EXPECT_EQ(pair.voxels(), test::voxelsOf(pair.plain));
+    EXPECT_EQ(pair.window->figures().num_failures, 0U);
+    EXPECT_EQ(pair.window->figures().num_refused + pair.window->figures().num_unreadable, 0U);
+    num_loads += pair.window->figures().num_loads;
+    ASSERT_TRUE(pair.window->save(pair.map));
+    pair.window.reset();
+    const MapStore store(folder / "map.sqlite", StoreAccess::kRead);
+    EXPECT_EQ(test::voxelsOf(readStore(store).bricks), test::voxelsOf(pair.plain));
+  }
+  EXPECT_GT(num_loads, 500U);
+  EXPECT_GT(num_checked, 10000U);
+}
+
+TEST(MapWindow, tellsOfAllThatComesAndLeaves) {
+  const TemporaryFolder folder;
+  Random random(931);
+  Pair pair(randomConfig(random), {6.0, 1.0, OutsideWindow::kKeep}, folder / "map.sqlite");
+  Walk walk(random);
+  std::map<Cell, float> seen;  // As a copy has it that reads changed bricks again.
+  for (int step = 0; step < 120; ++step) {
+    walk.step(pair);
+    for (const ChangedBrick& changed : pair.changes.bricks) {
+      forEachCell(changed.brick, BrickMask::all(), [&](const Cell& cell) {
+        seen.erase(cell);
+        if (const auto value = pair.map.voxels().logOddsAt(cell)) seen.emplace(cell, *value);
+      });
+    }
+    EXPECT_EQ(pair.changes.revision, pair.map.revision());
+  }
+  EXPECT_EQ(seen, test::voxelsOf(pair.map));
+  EXPECT_GT(pair.window->figures().num_on_disk_only, 20U);
+}
+
+MapConfig tenthOfAMetre() {
+  MapConfig config;
+  config.resolution_m = 0.1;
+  return config;
+}
+
+/// A cloud of one brick, all of it occupied.
+ScanUpdate updateOf(const Cell& brick) {
+  ScanUpdate update;
+  update.bricks.push_back({brick, BrickMask::all(), {}, test::mortonOf(brick)});
+  return update;
+}
+
+Eigen::Vector3d placeOf(const Pair& pair, const Cell& cell) {
+  return pair.map.grid().centerOf(CellBox::ofCell(cell));
+}
+
+TEST(MapWindow, keepsWhatIsInItAndInItsMargin) {
+  const TemporaryFolder folder;
+  // 64 voxels to each side, and as many of margin.
+  Pair pair(tenthOfAMetre(), {12.8, 6.4, OutsideWindow::kKeep}, folder / "map.sqlite");
+  const Cell old{0, 0, 0};
+  pair.integrate(updateOf(old), placeOf(pair, {32, 32, 32}));
+  const auto is_here = [&] { return pair.map.voxels().at(old) == Occupancy::kOccupied; };
+  const auto stay_at = [&](std::int32_t x) {
+    const Cell at{x, 32, 32};
+    for (std::uint64_t i = 0; i <= MapWindow::kIdleSteps + MapWindow::kStepsAWrite; ++i) {
+      pair.integrate(updateOf(brickOf(at)), placeOf(pair, at));
+    }
+  };
+  stay_at(180);  // The window begins at 116, the margin at 52: the page ends at 64.
+  EXPECT_TRUE(is_here());
+  stay_at(200);
+  EXPECT_FALSE(is_here());
+  stay_at(180);  // It comes back for the window, not for the margin.
+  EXPECT_FALSE(is_here());
+  EXPECT_EQ(pair.window->countNotLoaded(pageBox(old)), 1U);
+  stay_at(120);
+  EXPECT_TRUE(is_here());
+}
+
+TEST(MapWindow, doesNotLetPagesComeAndGoThatEachCloudTouches) {
+  const TemporaryFolder folder;
+  Pair pair(tenthOfAMetre(), {6.4, 0.0, OutsideWindow::kKeep}, folder / "map.sqlite");
+  ScanUpdate update = updateOf({0, 0, 0});
+  update.bricks.push_back(updateOf({640, 0, 0}).bricks.front());
+  for (int i = 0; i < 100; ++i) pair.integrate(update, placeOf(pair, {0, 0, 0}));
+  EXPECT_EQ(pair.window->figures().num_loads + pair.window->figures().num_writes, 0U);
+}
+
+TEST(MapWindow, letsNothingLeaveWhileItIsHeld) {
+  const TemporaryFolder folder;
+  Random random(941);
+  Pair pair(randomConfig(random), {3.0, 0.0, OutsideWindow::kKeep}, folder / "map.sqlite");
+  Walk walk(random);
+  pair.window->hold(true);
+  for (int step = 0; step < 60; ++step) walk.step(pair);
+  EXPECT_EQ(pair.window->figures().num_on_disk_only, 0U);
+  // Meanwhile it can be saved, some pages at a time.
+  int num_turns = 1;
+  while (pair.window->saveSome(pair.map)) ++num_turns;
+  EXPECT_GT(num_turns, 3);
+  const std::uint64_t num_writes = pair.window->figures().num_writes;
+  EXPECT_EQ(num_writes, pair.window->figures().num_in_memory);
+  EXPECT_TRUE(pair.window->save(pair.map));
+  EXPECT_EQ(pair.window->figures().num_writes, num_writes);  // Nothing has changed since.
+  pair.window->hold(false);
+  for (int step = 0; step < 60; ++step) walk.step(pair);
+  EXPECT_GT(pair.window->figures().num_on_disk_only, 0U);
+  EXPECT_EQ(pair.voxels(), test::voxelsOf(pair.plain));
+}
+
+TEST(MapWindow, thatForgetsHasWhatCloudsReach) {
+  Pair pair(tenthOfAMetre(), {12.8, 0.0, OutsideWindow::kForget}, "");
+  const Cell locked{0, 64, 0};
+  pair.map.lock(brickBox(locked));
+  pair.map.replace(brickBox(locked), std::vector<UniformBox>{{brickBox(locked), 1.0F}});
+  pair.window->note(pair.map.replace({{8, 64, 0}, {9, 65, 1}},
+                                     std::vector<UniformBox>{{{{8, 64, 0}, {9, 65, 1}}, 1.0F}}));
+  for (int x = 0; x < 2000; x += 8) {
+    const Cell brick{x, 0, 0};
+    pair.integrate(updateOf(brick), placeOf(pair, brick));
+    if (x < 400) continue;
+    EXPECT_EQ(pair.map.voxels().at({x - 64, 0, 0}), Occupancy::kOccupied);
+    EXPECT_EQ(pair.map.voxels().at({x - 300, 0, 0}), Occupancy::kUnknown);
+  }
+  EXPECT_EQ(pair.map.voxels().at(locked), Occupancy::kOccupied);
+  EXPECT_GE(pair.window->figures().num_forgotten, 25U);
+  EXPECT_LE(pair.window->figures().num_in_memory, 8U);
+}
+
+TEST(MapWindow, thatRefusesTakesNothingFromOutside) {
+  Random random(951);
+  Pair pair(randomConfig(random), {8.0, 2.0, OutsideWindow::kRefuse}, "");
+  Walk walk(random);
+  for (int step = 0; step < 100; ++step) {
+    walk.step(pair);
+    const CellBox window = pair.window->window();
+    // A page belongs to it that shares a voxel with it, or with its margin of 20 voxels.
+    const Cell edge = Cell{20, 20, 20} + Cell{kPageEdge, kPageEdge, kPageEdge};
+    const CellBox limit{window.min - edge, window.max + edge};
+    ASSERT_TRUE(pair.map.voxels().size() == 0 || limit.contains(*pair.map.voxels().bounds()));
+    const CellBox inner{window.min + Cell{40, 40, 40}, window.max - Cell{40, 40, 40}};
+    if (inner.isEmpty()) continue;
+    for (const auto& [cell, value] : voxelsIn(pair.map, inner)) {
+      ASSERT_TRUE(pair.plain.voxels().logOddsAt(cell)) << cell << ' ' << value;
+    }
+  }
+  EXPECT_GT(pair.window->figures().num_refused, 100U);
+}
+
+TEST(MapWindow, losesNothingWhenTheDiskIsFull) {
+  const TemporaryFolder folder;
+  Random random(961);
+  Pair pair(randomConfig(random), {3.0, 0.0, OutsideWindow::kKeep}, folder / "map.sqlite");
+  Walk walk(random);
+  for (int step = 0; step < 60; ++step) walk.step(pair);
+  const std::size_t num_before = pair.window->figures().num_in_memory;
+  {
+    const FullDisk full;
+    for (int step = 0; step < 60; ++step) walk.step(pair);
+    EXPECT_FALSE(pair.window->save(pair.map));
+    const WindowFigures figures = pair.window->figures();
+    EXPECT_GT(figures.num_failures, 0U);
+    EXPECT_LT(figures.num_failures, 10U);  // It is not tried again in each step.
+    EXPECT_GT(figures.num_in_memory, num_before);
+    EXPECT_EQ(figures.last_failure.rfind(pair.file, 0), 0U) << figures.last_failure;
+    EXPECT_EQ(pair.voxels(), test::voxelsOf(pair.plain));
+  }
+  for (int step = 0; step < 60; ++step) walk.step(pair);
+  pair.startAgain();
+  EXPECT_EQ(pair.voxels(), test::voxelsOf(pair.plain));
+}
+
+TEST(MapWindow, takesNothingInAPageThatCannotBeRead) {
+  const TemporaryFolder folder;
+  Pair pair(tenthOfAMetre(), {6.4, 0.0, OutsideWindow::kKeep}, folder / "map.sqlite");
+  const Cell bad{0, 0, 0};
+  const Cell good{640, 0, 0};
+  for (const Cell& brick : {bad, good}) pair.integrate(updateOf(brick), placeOf(pair, brick));
+  EXPECT_TRUE(pair.window->save(pair.map));
+  pair.window.reset();
+  pair.map.clear();
+  sqlite3* database = nullptr;
+  ASSERT_EQ(sqlite3_open(pair.file.c_str(), &database), SQLITE_OK);
+  ASSERT_EQ(sqlite3_exec(database, "UPDATE pages SET content = x'0102' WHERE x = 0", nullptr,
+                         nullptr, nullptr),
+            SQLITE_OK);
+  sqlite3_close(database);
+  pair.open();
+  for (int i = 0; i < 3; ++i) {
+    for (const Cell& brick : {bad, good}) {
+      pair.integrate(updateOf(brick), placeOf(pair, {320, 0, 0}));
+    }
+  }
+  EXPECT_EQ(pair.map.voxels().at(good), Occupancy::kOccupied);
+  EXPECT_EQ(pair.map.voxels().at(bad), Occupancy::kUnknown);
+  EXPECT_EQ(pair.window->countNotLoaded(pageBox(bad)), 1U);  // Nobody takes it for unknown.
+  const WindowFigures figures = pair.window->figures();
+  EXPECT_EQ(figures.num_unreadable, 3U);
+  EXPECT_EQ(figures.num_failures, 1U);
+  EXPECT_NE(figures.last_failure.find("page (0 0 0)"), std::string::npos) << figures.last_failure;
+  EXPECT_THROW(pair.window->load(pageBox(bad), pair.map), MapFileError);
+  EXPECT_THROW(pair.voxels(), MapFileError);
+}
+
+TEST(MapWindow, hasAMapThatWasReplacedInItsStore) {
+  const TemporaryFolder folder;
+  Random random(971);
+  Pair pair(randomConfig(random), {3.0, 0.0, OutsideWindow::kKeep}, folder / "map.sqlite");
+  Walk walk(random);
+  for (int step = 0; step < 60; ++step) walk.step(pair);
+  ASSERT_GT(pair.window->figures().num_on_disk_only, 0U);
+  // While nothing can be written, what was there does not come back, either.
+  {
+    const FullDisk full;
+    pair.plain.clear();
+    pair.map.clear();
+    pair.window->noteReplaced(pair.map);
+    for (int step = 0; step < 30; ++step) walk.step(pair);
+    EXPECT_EQ(pair.voxels(), test::voxelsOf(pair.plain));
+  }
+  for (int step = 0; step < 60; ++step) walk.step(pair);
+  EXPECT_EQ(pair.voxels(), test::voxelsOf(pair.plain));
+  pair.startAgain();
+  EXPECT_EQ(pair.voxels(), test::voxelsOf(pair.plain));
+  pair.plain.clear();
+  pair.map.clear();
+  pair.window->noteReplaced(pair.map);
+  pair.startAgain();
+  EXPECT_TRUE(pair.voxels().empty());
+}
+
+TEST(MapWindow, needsAStoreToKeepAndNoneElse) {
+  const TemporaryFolder folder;
+  const CuboidMap map;
+  const auto make = [&](const WindowConfig& config, bool has_store) {
+    MapWindow(config, has_store ? openStoreOf(headOf(map.config()), folder / "a.sqlite") : nullptr,
+              map);
+  };
+  EXPECT_THROW(make({10.0, 1.0, OutsideWindow::kKeep}, false), std::invalid_argument);
+  EXPECT_THROW(make({10.0, 1.0, OutsideWindow::kForget}, true), std::invalid_argument);
+  EXPECT_THROW(make({0.0, 1.0, OutsideWindow::kForget}, false), std::invalid_argument);
+  EXPECT_THROW(make({10.0, -1.0, OutsideWindow::kForget}, false), std::invalid_argument);
+  EXPECT_NO_THROW(make({10.0, 0.0, OutsideWindow::kKeep}, true));
+}
+
+}  // namespace
+}  // namespace cuboid_mapping
