@@ -33,6 +33,18 @@ CoarseCells::CoarseCells(const Cell& chunk, const DrawnVoxels& drawn) {
       }
     }
   }
+  setColumns();
+}
+
+void CoarseCells::setColumns() {
+  columns_ = {};
+  for (int z = 0; z < size_; ++z) {
+    for (int y = 0; y < size_; ++y) {
+      for (std::uint32_t left = cells_[at(z)][at(y)]; left != 0; left &= left - 1) {
+        columns_[at(__builtin_ctz(left))][at(z)] |= 1U << y;
+      }
+    }
+  }
 }
 
 void CoarseCells::addBrick(const BrickMask& voxels, const std::array<int, 3>& first) {
@@ -90,23 +102,20 @@ void CoarseCells::coarsen() {
   }
   size_ /= 2;
   edge_ *= 2;
+  setColumns();
 }
 
 CoarseCells::Rows CoarseCells::exposed(int side, int plane) const {
+  const int axis = side / 2;
+  const auto cells_of = [&](int i, int row) {
+    if (axis == 0) return columns_[at(i)][at(row)];
+    return axis == 1 ? cells_[at(row)][at(i)] : cells_[at(i)][at(row)];
+  };
   const int next = plane + (side % 2 == 0 ? -1 : 1);
   const bool is_covered = next >= 0 && next < size_;
   Rows seen{};
-  for (int i = 0; i < size_; ++i) {
-    if (side / 2 == 2) {
-      seen[at(i)] = cells_[at(plane)][at(i)] & ~(is_covered ? cells_[at(next)][at(i)] : 0U);
-    } else if (side / 2 == 1) {
-      seen[at(i)] = cells_[at(i)][at(plane)] & ~(is_covered ? cells_[at(i)][at(next)] : 0U);
-    } else {
-      for (int y = 0; y < size_; ++y) {
-        const std::uint32_t row = cells_[at(i)][at(y)];
-        seen[at(i)] |= (row >> plane & ~(is_covered ? row >> next : 0U) & 1U) << y;
-      }
-    }
+  for (int row = 0; row < size_; ++row) {
+    seen[at(row)] = cells_of(plane, row) & ~(is_covered ? cells_of(next, row) : 0U);
   }
   return seen;
 }

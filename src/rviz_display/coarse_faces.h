@@ -34,6 +34,7 @@ class CoarseCells {
   using Rows = std::array<std::uint32_t, kSize>;  ///< By y; bit x.
 
   void addBrick(const cuboid_mapping::BrickMask& voxels, const std::array<int, 3>& first);
+  void setColumns();
   [[nodiscard]] bool isSet(int x, int y, int z) const {
     return (cells_[at(z)][at(y)] >> x & 1) != 0;
   }
@@ -51,9 +52,10 @@ class CoarseCells {
                        std::vector<FaceVertex>& vertices) const;
   static std::size_t at(int index) { return static_cast<std::size_t>(index); }
 
-  int edge_ = 2;                     ///< Of a cell, in voxels.
-  int size_ = kSize;                 ///< Cells along an axis.
-  std::array<Rows, kSize> cells_{};  ///< By z.
+  int edge_ = 2;                       ///< Of a cell, in voxels.
+  int size_ = kSize;                   ///< Cells along an axis.
+  std::array<Rows, kSize> cells_{};    ///< By z.
+  std::array<Rows, kSize> columns_{};  ///< The same cells by x, then by z; bit y.
   /// By z, y, x: mean height of the uppermost voxels above the floor of a cell, in eighths of a voxel.
   std::array<std::uint8_t, std::size_t{kSize} * kSize * kSize> tops_{};
 };

@@ -6,7 +6,9 @@
 #include "cuboid_mapping/fusion/brick_division.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <optional>
 
 namespace cuboid_mapping_rviz {
 namespace {
@@ -57,6 +59,7 @@ class FaceMaker {
 
   void add(const VoxelBrick& brick, float changed_s) {
     hiding_ = hidingVoxels(brick.voxels, set_);
+    hiding_beside_.fill(std::nullopt);
     changed_s_ = changed_s;
     const Occupancy wanted = classOf(set_);
     cuboids_.clear();
@@ -88,7 +91,7 @@ class FaceMaker {
     ++mesh_.num_cuboids;
     std::optional<Look> look;  // Wanted of those only that are seen.
     for (int side = 0; side < 6; ++side) {
-      if (isHidden(brick.brick, layerAt(box, side))) continue;
+      if (isHidden(brick.brick, box, side)) continue;
       if (!look) look = lookOf(brick.voxels, box);
       addFace(box, side, *look);
     }
@@ -102,21 +105,25 @@ class FaceMaker {
     addFace(section, kSliceSide, lookOf(brick.voxels, box));
   }
 
-  [[nodiscard]] bool isHidden(const Cell& brick, const CellBox& layer) const {
+  [[nodiscard]] bool isHidden(const Cell& brick, const CellBox& box, int side) {
+    const CellBox layer = layerAt(box, side);
     const Cell other = brickOf(layer.min);
     const BrickMask voxels = BrickMask::ofBox(layer);
     if (other == brick) return hiding_.contains(voxels);
-    const PackedVoxels* neighbour = map_.voxels().find(other);
-    return neighbour != nullptr && hidingVoxels(*neighbour, set_).contains(voxels);
+    std::optional<BrickMask>& hiding = hiding_beside_[static_cast<std::size_t>(side)];
+    if (!hiding) hiding = hidingVoxelsOf(other);
+    return hiding->contains(voxels);
+  }
+
+  [[nodiscard]] BrickMask hidingVoxelsOf(const Cell& brick) const {
+    const PackedVoxels* voxels = map_.voxels().find(brick);
+    return voxels == nullptr ? BrickMask() : hidingVoxels(*voxels, set_);
   }
 
   void addCoarseFaces() {
     constexpr std::size_t kFewFaces = 16;  // Not worth it.
     if (mesh_.levels[0].count < kFewFaces) return;
-    CoarseCells cells(chunk_, [&](const Cell& brick) {
-      const PackedVoxels* voxels = map_.voxels().find(brick);
-      return voxels == nullptr ? BrickMask() : hidingVoxels(*voxels, set_);
-    });
+    CoarseCells cells(chunk_, [&](const Cell& brick) { return hidingVoxelsOf(brick); });
     for (std::size_t level = 1; level < kNumDetailLevels; ++level) {
       if (level > 1) cells.coarsen();
       const FaceMesh::Part& finer = mesh_.levels[level - 1];
@@ -161,7 +168,8 @@ class FaceMaker {
   const Cell chunk_;
   const FaceSet set_;
   const std::int32_t slice_layer_;
-  BrickMask hiding_;  ///< Of the current brick.
+  BrickMask hiding_;                                       ///< Of the current brick.
+  std::array<std::optional<BrickMask>, 6> hiding_beside_;  ///< Of the bricks beside it, by side.
   float changed_s_ = 0.0F;
   std::vector<Cuboid> cuboids_;
   FaceMesh mesh_;

@@ -88,11 +88,12 @@ bool FaceScene::update(std::chrono::duration<double> budget) {
   return true;
 }
 
-/// Some chunks: one for each thread.
+/// Some chunks: a few for each thread, some milliseconds of work.
 void FaceScene::makeNext(const CuboidMap& map, FaceSet set) {
+  constexpr std::size_t kChunksOfThread = 4;
   Layer& shown = layer(set);
-  const std::size_t count = std::min<std::size_t>(
-      shown.waiting.size(), std::max(1U, std::thread::hardware_concurrency()));
+  const std::size_t num_threads = std::max(1U, std::thread::hardware_concurrency());
+  const std::size_t count = std::min(shown.waiting.size(), kChunksOfThread * num_threads);
   const std::vector<Cell> names(shown.waiting.begin(),
                                 shown.waiting.begin() + static_cast<std::ptrdiff_t>(count));
   shown.waiting.erase(shown.waiting.begin(),
@@ -102,7 +103,7 @@ void FaceScene::makeNext(const CuboidMap& map, FaceSet set) {
     const auto found = changed_s_.find(brick);
     return found == changed_s_.end() ? kNever_s : found->second;
   };
-  parallelFor(count, static_cast<int>(count), [&](std::size_t i) {
+  parallelFor(count, static_cast<int>(num_threads), [&](std::size_t i) {
     meshes[i] = makeFaces(map, {names[i], set, slice_layer_}, changed_s);
   });
   for (std::size_t i = 0; i < count; ++i) {
