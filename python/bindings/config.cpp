@@ -101,6 +101,7 @@ class ConfigReader {
   static std::string keyOf(const std::string& field) {
     static const std::map<std::string, std::string> kKeys = {
         {"max_range_m", "max_range"},
+        {"end_margin_m", "end_margin"},
         {"map.resolution_m", "resolution"},
         {"map.growth.sampling.per_m", "growth_samples"},
         {"map.growth.settle_clouds", "growth_settle_clouds"}};
@@ -159,6 +160,7 @@ MapperConfig parseConfig(const py::dict& arguments, const MapperConfig& base) {
   ConfigReader reader(arguments);
   readMap(reader, config.map);
   reader.number("max_range", config.max_range_m);
+  reader.number("end_margin", config.end_margin_m);
   readGrowth(reader, config.map.growth);
   reader.finish(config);
   return config;
@@ -168,6 +170,7 @@ const char* const kConfigHelp = R"(
 Keyword arguments, with their defaults:
   resolution=0.05: edge of a voxel in metres, 0.001 to 100.
   max_range=inf: longer beams are cut there and free the space up to it, in metres.
+  end_margin=0: so many metres before its end a beam frees unknown voxels only; 0 is as OctoMap.
   hit=0.7, miss=0.4: probability that a voxel is occupied in which a beam ends, or which it passes.
   alpha_min=0.12, alpha_max=0.97: clamping thresholds of the probability of a voxel.
   environment='dynamic': every observation counts; 'static': voxels at a threshold stay as they are.

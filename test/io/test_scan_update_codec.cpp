@@ -10,6 +10,7 @@
 #include <gtest/gtest.h>
 #include <zlib.h>
 
+#include <algorithm>
 #include <cstdlib>
 #include <cstring>
 
@@ -19,9 +20,12 @@ namespace {
 using test::Random;
 using test::seedNote;
 
-/// Of which all voxels that are hit and missed are hits alone.
+/// Of which all voxels that are hit and missed are hits alone, and grazes neither.
 ScanUpdate tidy(ScanUpdate update) {
-  for (BrickUpdate& brick : update.bricks) brick.misses = brick.misses.without(brick.hits);
+  for (BrickUpdate& brick : update.bricks) {
+    brick.misses = brick.misses.without(brick.hits);
+    brick.grazes = brick.grazes.without(brick.hits | brick.misses);
+  }
   return update;
 }
 
@@ -32,6 +36,7 @@ void expectSame(const ScanUpdate& a, const ScanUpdate& b, const std::string& not
     EXPECT_EQ(a.bricks[i].morton, b.bricks[i].morton) << note;
     EXPECT_EQ(a.bricks[i].hits, b.bricks[i].hits) << note;
     EXPECT_EQ(a.bricks[i].misses, b.bricks[i].misses) << note;
+    EXPECT_EQ(a.bricks[i].grazes, b.bricks[i].grazes) << note;
   }
   EXPECT_EQ(a.samples, b.samples) << note;
   EXPECT_EQ(a.num_points, b.num_points) << note;
@@ -70,6 +75,7 @@ MapperConfig randomConfig(Random& random) {
   config.map.environment = random.chance(0.5) ? Environment::kDynamic : Environment::kStatic;
   config.map.threads = random.integer(1, 2);
   if (random.chance(0.3)) config.max_range_m = 2.0;
+  if (random.chance(0.3)) config.end_margin_m = 0.5;
   return config;
 }
 
@@ -130,11 +136,20 @@ TEST(ScanUpdateCodec, bricksOfAnyPatternComeBack) {
     for (int count = random.integer(0, 5); count > 0; --count) {
       update.samples.push_back(test::randomCell(random, {{-9, -9, -9}, {9, 9, 9}}));
     }
+    if (random.chance(0.5)) {
+      for (BrickUpdate& brick : update.bricks) {
+        test::markBox(brick.grazes, test::randomBoxInside(random, brickBox(brick.brick)));
+      }
+    }
     update.num_points = random.index(100000);
     update.num_too_far = random.index(1000);
     const auto received = scanUpdateOfBytes(toBytes(update));
     ASSERT_TRUE(received) << seedNote(i);
     expectSame(*received, tidy(update), seedNote(i));
+    const bool has_grazes =
+        std::any_of(update.bricks.begin(), update.bricks.end(),
+                    [](const auto& b) { return !b.grazes.without(b.hits | b.misses).isEmpty(); });
+    EXPECT_EQ(toBytes(update).substr(0, 4), has_grazes ? "CBS2" : "CBS1");
   }
   ASSERT_TRUE(scanUpdateOfBytes(toBytes(ScanUpdate())));
   expectSame(*scanUpdateOfBytes(toBytes(ScanUpdate())), ScanUpdate(), "an empty one");
@@ -163,13 +178,20 @@ std::string withChecksum(std::string bytes) {
   return bytes;
 }
 
+/// Bricks of a small area, with grazes in every other update.
+ScanUpdate fewBricks(Random& random) {
+  ScanUpdate update = test::randomUpdate(random, {{-9, -9, -9}, {9, 9, 9}}, 3);
+  if (random.chance(0.5)) update.bricks[0].grazes = BrickMask::all();
+  return update;
+}
+
 TEST(ScanUpdateCodec, whatHasARightChecksumIsRefusedOrCanBeApplied) {
   Random random;
   MapConfig config;
   std::size_t num_taken = 0;
   std::size_t num_refused = 0;
   for (int i = 0; i < 3000; ++i) {
-    std::string bytes = toBytes(test::randomUpdate(random, {{-9, -9, -9}, {9, 9, 9}}, 3));
+    std::string bytes = toBytes(fewBricks(random));
     for (int count = random.integer(1, 3); count > 0; --count) {
       bytes[random.index(bytes.size() - 4)] = static_cast<char>(random.bits());
     }

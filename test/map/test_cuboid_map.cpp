@@ -52,6 +52,22 @@ TEST(CuboidMap, isEmptyAtFirst) {
   EXPECT_EQ(map.sensorModel().environment(), Environment::kDynamic);
 }
 
+TEST(CuboidMap, grazesFreeWhatIsUnknownAndNothingElse) {
+  CuboidMap map(configOf(Environment::kDynamic, FusionKind::kClass));
+  const Cell hit{1, 1, 1};
+  const Cell free{2, 1, 1};
+  const Cell unknown{3, 1, 1};
+  map.apply(updateOf({CellBox::ofCell(hit)}, {CellBox::ofCell(free)}));
+  ScanUpdate grazing = updateOf({}, {});
+  for (const Cell& cell : {hit, free, unknown}) grazing.bricks[0].grazes.set(voxelIndex(cell));
+  EXPECT_EQ(map.apply(grazing).revision, 2U);
+  const auto value = [&map](const Cell& cell) { return map.voxels().logOddsAt(cell).value(); };
+  EXPECT_EQ(value(hit), map.sensorModel().hit());
+  EXPECT_EQ(value(free), map.sensorModel().miss());
+  EXPECT_EQ(value(unknown), map.sensorModel().miss());
+  EXPECT_EQ(map.apply(grazing).revision, 2U) << "all are known: nothing changes";
+}
+
 TEST(CuboidMap, hasTheConfigItIsGiven) {
   MapConfig config = configOf(Environment::kStatic, FusionKind::kNone, {8, 3});
   config.sensor_model.hit = 0.9;

@@ -46,8 +46,9 @@ TEST(LockedBoxes, areLeftOutOfUpdates) {
   locked.add(box);
   std::size_t num_locked = 0;
   for (std::size_t i = 0; i < 50; ++i) {
-    const std::vector<BrickUpdate> updates =
+    std::vector<BrickUpdate> updates =
         test::randomUpdate(random, {{-1, -1, -1}, {2, 2, 2}}, 4).bricks;
+    for (BrickUpdate& update : updates) update.grazes = ~(update.hits | update.misses);
     const std::vector<BrickUpdate> rests = locked.without(updates);
     ASSERT_EQ(rests.size(), updates.size());
     for (std::size_t b = 0; b < updates.size(); ++b) {
@@ -60,6 +61,8 @@ TEST(LockedBoxes, areLeftOutOfUpdates) {
         ASSERT_EQ(test::isInMask(rest.hits, cell), is_free && test::isInMask(update.hits, cell));
         ASSERT_EQ(test::isInMask(rest.misses, cell),
                   is_free && test::isInMask(update.misses, cell));
+        ASSERT_EQ(test::isInMask(rest.grazes, cell),
+                  is_free && test::isInMask(update.grazes, cell));
         num_locked += is_free ? 0 : 1;
       });
     }

@@ -41,6 +41,16 @@ struct ReferenceMap {
     }
   }
 
+  /// Those of unknown voxels, which are misses.
+  [[nodiscard]] ScanUpdate withGrazes(ScanUpdate update) const {
+    for (BrickUpdate& brick : update.bricks) {
+      forEachCell(brick.brick, brick.grazes, [&](const Cell& cell) {
+        if (voxels.count(cell) == 0) brick.misses.set(voxelIndex(cell));
+      });
+    }
+    return update;
+  }
+
   void erase(const CellBox& box) {
     for (auto voxel = voxels.begin(); voxel != voxels.end();) {
       voxel = box.contains(voxel->first) ? voxels.erase(voxel) : std::next(voxel);
@@ -88,7 +98,8 @@ class Stream {
   Stream(std::uint64_t number, FusionKind fusion, Environment environment)
       : random_(number),
         map_(randomConfig(random_, fusion, environment)),
-        updater_(map_.grid(), 8.0, 1, map_.config().beamSampling()) {}
+        updater_(map_.grid(), BeamRanges{8.0, random_.chance(0.5) ? 2.5 : 0.0}, 1,
+                 map_.config().beamSampling()) {}
 
   void step() {
     const std::uint64_t revision = map_.revision();
@@ -165,7 +176,7 @@ class Stream {
   void applyCloud() {
     const ScanUpdate update = nextUpdate();
     for (int i = random_.chance(0.3) ? random_.integer(1, 8) : 1; i > 0; --i) {
-      reference_.apply(update, map_.sensorModel());
+      reference_.apply(reference_.withGrazes(update), map_.sensorModel());
       note(map_.apply(update));
     }
   }

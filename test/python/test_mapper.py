@@ -82,6 +82,18 @@ def test_max_range_and_beams_without_return_free_space():
         [Occupancy.FREE, Occupancy.UNKNOWN, Occupancy.FREE]
 
 
+def test_in_its_end_margin_a_beam_frees_unknown_voxels_only():
+    occupied = {}
+    for end_margin in (0, 0.5):
+        mapper = cuboid_map.Mapper(resolution=0.1, end_margin=end_margin)
+        for end in (0.85, 1.05, 1.05, 1.05):
+            mapper.integrate([(end, 0.05, 0.05)], origin=(0.05, 0.05, 0.05))
+        occupied[end_margin] = mapper.classify([(0.85, 0.05, 0.05), (0.95, 0.05, 0.05)]).tolist()
+    assert occupied == {0: [Occupancy.FREE, Occupancy.FREE], 0.5: [Occupancy.OCCUPIED, Occupancy.FREE]}
+    with pytest.raises(ValueError, match='end_margin is -1, but must be at least 0'):
+        cuboid_map.Mapper(end_margin=-1)
+
+
 def test_beams_without_return_are_found_in_an_organized_cloud():
     azimuth, elevation = np.meshgrid(np.linspace(0, 6, 120), np.linspace(-0.3, 0.3, 16))
     directions = np.stack([np.cos(azimuth) * np.cos(elevation), np.sin(azimuth) * np.cos(elevation),

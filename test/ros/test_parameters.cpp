@@ -109,7 +109,7 @@ TEST(Parameters, EveryBadValueGivesExactlyItsErrorAndKeepsTheDefault) {
       ++num_checked;
     }
   }
-  EXPECT_EQ(num_checked, 351U);
+  EXPECT_EQ(num_checked, 355U);
 }
 
 TEST(Parameters, AnErrorSaysValueRangeAndWhatToDo) {

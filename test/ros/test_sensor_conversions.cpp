@@ -272,6 +272,35 @@ TEST(SensorConversions, AScanMakesTheMapThatOctomapMakesOfItsRays) {
   expectParity({boost::make_shared<LaserScan>(scan)}, SourceType::kLaserScan, points);
 }
 
+TEST(SensorConversions, TheEndMarginOfASourceIsOfItsBeamsThatClear) {
+  for (const SourceUse use : {SourceUse::kBoth, SourceUse::kMark, SourceUse::kClear}) {
+    NodeParameters parameters;
+    parameters.source.type = SourceType::kLaserScan;
+    parameters.source.use = use;
+    parameters.end_margin_m = 1.0;
+    Source source(parameters);
+    CloudPoses poses;
+    poses.T_map_cloud = poses.T_map_sensor = Eigen::Isometry3d::Identity();
+    NodeStatistics statistics;
+    std::optional<CloudError> error;
+    const SensorMessage scan{
+        boost::make_shared<LaserScan>(makeScan(std::vector<float>(300, 4.0F)))};
+    const auto* update = source.pipeline.compute(scan, poses, statistics, error);
+    ASSERT_NE(update, nullptr) << error->text;
+    int hits = 0;
+    int misses = 0;
+    int grazes = 0;
+    for (const auto& brick : update->bricks) {
+      hits += brick.hits.count();
+      misses += brick.misses.count();
+      grazes += brick.grazes.count();
+    }
+    EXPECT_EQ(hits > 0, use != SourceUse::kClear);
+    EXPECT_EQ(misses > 0, use != SourceUse::kMark);
+    EXPECT_EQ(grazes > 0, use != SourceUse::kMark);
+  }
+}
+
 TEST(SensorConversions, ADepthImageMakesTheMapThatOctomapMakesOfItsRays) {
   Random random;
   std::vector<float> depths_m;

@@ -51,12 +51,14 @@ XmlRpcValue twoSources() {
   laser["sensor_frame"] = "/laser_link";
   laser["sensor_model"]["hit"] = 0.6;
   laser["sensor_model"]["max_range"] = 8.0;
+  laser["sensor_model"]["end_margin"] = 0.25;
   laser["sensor_model"]["no_return_points"] = "nan zero";
   laser["filter_ground"] = true;
   XmlRpcValue group = makeList({makeSource("lidar", "points"), laser});
   group["sensor_model"]["hit"] = 0.8;
   group["sensor_model"]["miss"] = 0.3;
   group["sensor_model"]["max_range"] = 40.0;
+  group["sensor_model"]["end_margin"] = 0.5;
   return group;
 }
 
@@ -80,6 +82,8 @@ TEST(Sources, OfAListHaveTheirOwnValuesAndElseThoseOutsideIt) {
   EXPECT_EQ(sources[0].source.use, SourceUse::kBoth);
   EXPECT_EQ(sources[0].map.sensor_model.hit, 0.8);
   EXPECT_EQ(sources[0].max_range_m, 40.0);
+  EXPECT_EQ(sources[0].end_margin_m, 0.5);
+  EXPECT_EQ(sources[1].end_margin_m, 0.25);
   EXPECT_EQ(sources[1].source.type, SourceType::kLaserScan);
   EXPECT_EQ(sources[1].source.use, SourceUse::kClear);
   EXPECT_EQ(sources[1].source.max_rate_hz, 5.0);

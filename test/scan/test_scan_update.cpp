@@ -151,6 +151,91 @@ TEST(ScanUpdate, missesEveryVoxelOfANoReturnUpToItsEndOrItsCut) {
   EXPECT_EQ(observe(scan), (ObservedCells{{{0, 0, 0}, false}})) << "in the origin's voxel";
 }
 
+/// The voxels that a scan grazes.
+std::set<Cell> grazesOf(const ScanUpdate& update) {
+  std::set<Cell> grazes;
+  for (const BrickUpdate& brick : update.bricks) {
+    EXPECT_FALSE(isEmpty(brick));
+    EXPECT_FALSE(brick.grazes.intersects(brick.hits | brick.misses));
+    forEachCell(brick.brick, brick.grazes, [&](const Cell& cell) { grazes.insert(cell); });
+  }
+  return grazes;
+}
+
+TEST(ScanUpdate, grazesTheVoxelsInTheEndMargin) {
+  Scan scan = scanFromVoxelZero();
+  scan.points = {{6.5F, 0.5F, 0.5F}};
+  ScanUpdater updater(Grid(1.0), BeamRanges{kNoLimit, 2.0});
+  const ScanUpdate& update = updater.compute(scan);
+  EXPECT_EQ(test::toObservedCells(update), (ObservedCells{{{0, 0, 0}, false},
+                                                          {{1, 0, 0}, false},
+                                                          {{2, 0, 0}, false},
+                                                          {{3, 0, 0}, false},
+                                                          {{4, 0, 0}, false},
+                                                          {{6, 0, 0}, true}}));
+  EXPECT_EQ(grazesOf(update), (std::set<Cell>{{5, 0, 0}}));
+}
+
+TEST(ScanUpdate, grazesAllOfABeamThatIsShorterThanTheEndMargin) {
+  Scan scan = scanFromVoxelZero();
+  scan.points = {{0.5F, -1.5F, 0.5F}};
+  for (const double margin_m : {2.0, 2.5, 1e6}) {
+    ScanUpdater updater(Grid(1.0), BeamRanges{kNoLimit, margin_m});
+    const ScanUpdate& update = updater.compute(scan);
+    EXPECT_EQ(test::toObservedCells(update), (ObservedCells{{{0, -2, 0}, true}})) << margin_m;
+    EXPECT_EQ(grazesOf(update), (std::set<Cell>{{0, 0, 0}, {0, -1, 0}})) << margin_m;
+  }
+}
+
+TEST(ScanUpdate, grazesNothingWhereABeamHasNoReturnOrIsCut) {
+  Scan scan = scanFromVoxelZero();
+  scan.points = {{9.5F, 0.5F, 0.5F}};
+  scan.no_returns = {{0.5F, 3.5F, 0.5F}};
+  scan.free_points = {{0.5F, 0.5F, 4.5F}};
+  ScanUpdater updater(Grid(1.0), BeamRanges{4.0, 2.0});
+  const ScanUpdate& update = updater.compute(scan);
+  EXPECT_EQ(test::toObservedCells(update), observe(scan, 4.0));
+  EXPECT_TRUE(grazesOf(update).empty());
+}
+
+TEST(ScanUpdate, withAnEndMarginHasTheVoxelsOfAScanWithoutOne) {
+  test::Random random(15);
+  std::size_t num_voxels = 0;
+  std::size_t num_grazes = 0;
+  std::size_t num_different = 0;
+  for (int round = 0; round < 60; ++round) {
+    test::ScanShape shape;
+    shape.num_points = random.integer(1, 60);
+    const Scan scan = test::randomScan(random, shape);
+    const double margin_m = random.real(0.05, 3.0);
+    ScanUpdater with(Grid(0.1), BeamRanges{kNoLimit, margin_m}, random.integer(1, 3));
+    ScanUpdater without{Grid(0.1)};
+    const ObservedCells all = test::toObservedCells(without.compute(scan));
+    const ScanUpdate& update = with.compute(scan);
+    ObservedCells cells = test::toObservedCells(update);
+    for (const auto& [cell, is_hit] : all) {
+      if (is_hit) {
+        EXPECT_TRUE(cells.at(cell));
+      }
+    }
+    for (const Cell& cell : grazesOf(update)) {
+      cells.emplace(cell, false);
+      double distance_m = kNoLimit;
+      for (const Eigen::Vector3f& end : scan.points) {
+        const Eigen::Vector3d center = Grid(0.1).centerOf(CellBox::ofCell(cell));
+        distance_m = std::min(distance_m, (end.cast<double>() - center).norm());
+      }
+      EXPECT_LE(distance_m, margin_m + 0.1) << "half a diagonal of a voxel";
+      ++num_grazes;
+    }
+    for (const auto& [cell, is_hit] : cells) num_different += all.count(cell) == 0 ? 1 : 0;
+    for (const auto& [cell, is_hit] : all) num_different += cells.count(cell) == 0 ? 1 : 0;
+    num_voxels += all.size();
+  }
+  EXPECT_GT(num_grazes, 5000U);
+  EXPECT_LT(num_different, num_voxels / 1000) << "where a beam passes an edge, rounding decides";
+}
+
 TEST(ScanUpdate, leavesOutAndCountsWhatIsNotFiniteOrOutsideTheGrid) {
   const Grid grid(0.001);  // Reaches to 1.07e6 m.
   constexpr float kNan = std::numeric_limits<float>::quiet_NaN();

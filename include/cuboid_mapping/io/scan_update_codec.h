@@ -21,7 +21,7 @@ namespace cuboid_mapping {
 ///
 /// Nothing when the bytes are damaged: too few or too many, a wrong checksum, a brick that comes twice, is empty or
 /// lies outside kAllCells, or more bricks and samples than `max_items`. Takes memory for what is there, not for
-/// what is claimed: at most 300 bytes an item.
+/// what is claimed: at most 400 bytes an item.
 [[nodiscard]] std::optional<ScanUpdate> scanUpdateOfBytes(std::string_view bytes,
                                                           std::size_t max_items = std::size_t{1}
                                                                                   << 21);

@@ -14,6 +14,8 @@ struct MapperConfig {
   MapConfig map;  ///< Of the map that the scans go into.
   /// Longer beams are cut there, and free the space up to it: > 0.
   double max_range_m = std::numeric_limits<double>::infinity();
+  /// Before a return, a beam frees unknown voxels only for so long: >= 0, finite. See BeamRanges.
+  double end_margin_m = 0.0;
 };
 
 /// Scans in, map out: the way into the library.

@@ -5,6 +5,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <limits>
 #include <vector>
 
 namespace cuboid_mapping {
@@ -13,6 +14,15 @@ namespace cuboid_mapping {
 /// bits can number, so that no beam which OctoMap takes is left out. 3.3 km at 0.05 m.
 constexpr std::int32_t kMaxBeamVoxels = 65535;
 
+/// How far beams count.
+struct BeamRanges {
+  /// Longer beams are cut there: > 0; infinity for no limit.
+  double max_range_m = std::numeric_limits<double>::infinity();
+  /// The last stretch before a return, in which a beam frees unknown voxels only, >= 0. With 0, the default,
+  /// a beam misses all voxels before its end, as in OctoMap.
+  double end_margin_m = 0.0;
+};
+
 /// The voxels of one brick that a cloud observes.
 struct BrickUpdate {
   Cell brick;        ///< Least cell of the brick.
@@ -20,7 +30,15 @@ struct BrickUpdate {
   BrickMask misses;  ///< Voxels that a beam passes; those that are hits, too, count as hits.
   /// Place along the Morton curve; >> 6 names a group of 4 x 4 x 4 bricks.
   std::uint64_t morton = 0;
+  /// Voxels that beams pass in their end margin only, see BeamRanges: misses if they are unknown, else nothing.
+  /// Voxels that are hits or misses, too, count as those.
+  BrickMask grazes{};
 };
+
+/// Whether it says nothing.
+[[nodiscard]] constexpr bool isEmpty(const BrickUpdate& update) {
+  return update.hits.isEmpty() && update.misses.isEmpty() && update.grazes.isEmpty();
+}
 
 /// What one cloud says about the map: each voxel at most once.
 ///
@@ -33,6 +51,9 @@ struct BrickUpdate {
 /// outside the grid, or not finite | none                                      | none; is counted
 /// beyond kMaxBeamVoxels, not cut  | none                                      | none; is counted
 /// (no beam) at a free point       | its voxel, within kMaxBeamVoxels          | none
+///
+/// With an end margin, the misses of a beam with a hit stop that far before its end, in the voxel there, included;
+/// the voxels from there on are grazes.
 ///
 /// A voxel that is both is a hit. As octomap_server's insertScan; octomap::OccupancyOcTreeBase::
 /// computeUpdate differs in one point: it leaves out the voxel where a beam is cut.

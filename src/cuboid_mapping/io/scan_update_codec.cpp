@@ -6,14 +6,19 @@
 #include "cuboid_mapping/map/cuboid_map.h"
 #include "cuboid_mapping/scan/morton.h"
 
+#include <algorithm>
+
 namespace cuboid_mapping {
 namespace {
 
-/// Of the first format. A message of another one is refused.
-constexpr std::uint32_t kMagic = 0x31534243;  // "CBS1"
+/// Of the two formats: without grazes and with them. A message of another one is refused.
+///@{
+constexpr std::uint32_t kMagic = 0x31534243;            // "CBS1"
+constexpr std::uint32_t kMagicWithGrazes = 0x32534243;  // "CBS2"
+///@}
 constexpr int kFast = 1;
 /// Of an item before compression, at most.
-constexpr std::uint64_t kMaxItemBytes = 2 * sizeof(BrickMask) + 9;
+constexpr std::uint64_t kMaxItemBytes = 3 * sizeof(BrickMask) + 9;
 /// Of the counts, and of the place that bricks are numbered from.
 constexpr std::uint64_t kMaxFixedBytes = 64;
 
@@ -37,6 +42,12 @@ BrickMask readMask(ByteReader& payload) {
   return mask;
 }
 
+bool hasGrazes(const ScanUpdate& update) {
+  return std::any_of(update.bricks.begin(), update.bricks.end(), [](const BrickUpdate& brick) {
+    return !brick.grazes.without(brick.hits | brick.misses).isEmpty();
+  });
+}
+
 /// Column by column, which zstd packs best.
 std::string encodeBricks(const ScanUpdate& update) {
   ByteWriter payload;
@@ -57,6 +68,11 @@ std::string encodeBricks(const ScanUpdate& update) {
   for (const BrickUpdate& brick : update.bricks) {
     writeMask(brick.misses.without(brick.hits), payload);
   }
+  if (hasGrazes(update)) {
+    for (const BrickUpdate& brick : update.bricks) {
+      writeMask(brick.grazes.without(brick.hits | brick.misses), payload);
+    }
+  }
   for (const Cell& sample : update.samples) writeCell(sample, payload);
   return payload.take();
 }
@@ -75,14 +91,26 @@ Cell checkedBrick(const Cell& base, std::uint64_t morton) {
   return brick;
 }
 
-ScanUpdate decodeBricks(std::string_view bytes, std::size_t num_bricks, std::size_t num_samples) {
+/// What stands before the content.
+struct Head {
+  bool has_grazes;
+  std::size_t num_bricks;
+  std::size_t num_samples;
+
+  [[nodiscard]] std::uint64_t numItems() const { return num_bricks + num_samples; }
+  [[nodiscard]] std::uint64_t leastBytes() const {
+    return (has_grazes ? 3 : 2) * sizeof(BrickMask) * num_bricks + 3 * num_samples;
+  }
+};
+
+ScanUpdate decodeBricks(std::string_view bytes, const Head& head) {
   ByteReader payload(bytes);
   ScanUpdate update;
   update.num_points = payload.readVarint64();
   update.num_out_of_range = payload.readVarint64();
   update.num_too_far = payload.readVarint64();
   const Cell base = readCell(payload);
-  update.bricks.resize(num_bricks);
+  update.bricks.resize(head.num_bricks);
   std::uint64_t next = 0;
   for (BrickUpdate& brick : update.bricks) {
     const std::uint64_t gap = payload.readVarint64();
@@ -93,11 +121,15 @@ ScanUpdate decodeBricks(std::string_view bytes, std::size_t num_bricks, std::siz
     next = brick.morton + 1;
   }
   for (BrickUpdate& brick : update.bricks) brick.hits = readMask(payload);
-  for (BrickUpdate& brick : update.bricks) {
-    brick.misses = readMask(payload);
-    if (brick.hits.isEmpty() && brick.misses.isEmpty()) failCorrupted("a brick is empty");
+  for (BrickUpdate& brick : update.bricks) brick.misses = readMask(payload);
+  if (head.has_grazes) {
+    for (BrickUpdate& brick : update.bricks) brick.grazes = readMask(payload);
   }
-  update.samples.resize(num_samples);
+  if (std::any_of(update.bricks.begin(), update.bricks.end(),
+                  [](const BrickUpdate& brick) { return isEmpty(brick); })) {
+    failCorrupted("a brick is empty");
+  }
+  update.samples.resize(head.num_samples);
   for (Cell& sample : update.samples) {
     sample = readCell(payload);
     if (!kAllCells.contains(sample)) failCorrupted("a sample lies outside the limits of a map");
@@ -111,7 +143,7 @@ ScanUpdate decodeBricks(std::string_view bytes, std::size_t num_bricks, std::siz
 std::string toBytes(const ScanUpdate& update) {
   const std::string payload = encodeBricks(update);
   ByteWriter bytes;
-  bytes.writeU32(kMagic);
+  bytes.writeU32(hasGrazes(update) ? kMagicWithGrazes : kMagic);
   bytes.writeU32(static_cast<std::uint32_t>(update.bricks.size()));
   bytes.writeU32(static_cast<std::uint32_t>(update.samples.size()));
   bytes.writeU64(payload.size());
@@ -123,20 +155,21 @@ std::string toBytes(const ScanUpdate& update) {
 std::optional<ScanUpdate> scanUpdateOfBytes(std::string_view bytes, std::size_t max_items) {
   try {
     ByteReader reader(bytes);
-    if (reader.readU32() != kMagic) return std::nullopt;
-    const std::uint64_t num_bricks = reader.readU32();
-    const std::uint64_t num_samples = reader.readU32();
+    const std::uint32_t magic = reader.readU32();
+    if (magic != kMagic && magic != kMagicWithGrazes) return std::nullopt;
+    Head head{magic == kMagicWithGrazes, 0, 0};
+    head.num_bricks = reader.readU32();
+    head.num_samples = reader.readU32();
     const std::uint64_t payload_bytes = reader.readU64();
-    const std::uint64_t num_items = num_bricks + num_samples;
-    if (num_items > max_items || payload_bytes > kMaxFixedBytes + num_items * kMaxItemBytes ||
-        payload_bytes < 2 * sizeof(BrickMask) * num_bricks + 3 * num_samples ||
-        reader.numLeft() < sizeof(std::uint32_t)) {
+    if (head.numItems() > max_items ||
+        payload_bytes > kMaxFixedBytes + head.numItems() * kMaxItemBytes ||
+        payload_bytes < head.leastBytes() || reader.numLeft() < sizeof(std::uint32_t)) {
       return std::nullopt;
     }
     const std::string_view compressed = reader.readBytes(reader.numLeft() - sizeof(std::uint32_t));
     const std::size_t end = reader.position();
     if (reader.readU32() != computeChecksum(bytes.substr(0, end))) return std::nullopt;
-    return decodeBricks(decompress(compressed, payload_bytes), num_bricks, num_samples);
+    return decodeBricks(decompress(compressed, payload_bytes), head);
   } catch (const MapFileError&) {
     return std::nullopt;
   }

@@ -108,6 +108,8 @@ std::vector<ConfigError> checkConfig(const MapperConfig& config) {
   checker.append("map.", checkConfig(config.map));
   checker.expect(config.max_range_m > 0.0, "max_range_m", config.max_range_m,
                  "greater than 0 (infinity: no limit)");
+  checker.expect(config.end_margin_m >= 0.0 && std::isfinite(config.end_margin_m), "end_margin_m",
+                 config.end_margin_m, "at least 0, and finite");
   return checker.take();
 }
 

@@ -71,6 +71,7 @@ std::vector<BrickUpdate> LockedBoxes::without(const std::vector<BrickUpdate>& up
       const BrickMask kept = ~BrickMask::ofBox(intersect(locked, cells));
       brick.hits &= kept;
       brick.misses &= kept;
+      brick.grazes &= kept;
     });
   }
   return rest;

@@ -11,7 +11,8 @@ namespace cuboid_mapping {
 struct Mapper::Implementation {
   explicit Implementation(const MapperConfig& config)
       : map(checked(config).map),
-        updater(map.grid(), config.max_range_m, config.map.threads, config.map.beamSampling()) {}
+        updater(map.grid(), BeamRanges{config.max_range_m, config.end_margin_m}, config.map.threads,
+                config.map.beamSampling()) {}
 
   void startApply() {
     const auto apply = [this] { map.apply(update); };

@@ -44,6 +44,7 @@ ScanUpdate unite(const ScanUpdate& a, const ScanUpdate& b) {
     }
     united.bricks[count - 1].hits |= brick.hits;
     united.bricks[count - 1].misses |= brick.misses;
+    united.bricks[count - 1].grazes |= brick.grazes;
   }
   united.bricks.resize(count);
   return united;
@@ -156,7 +157,8 @@ CloudPipeline::CloudPipeline(const NodeParameters& source)
     : parameters_(source),
       sensor_model_(source.map.sensor_model, source.map.environment),
       scan_limits_(makeScanLimits(source)),
-      scan_updater_(cuboid_mapping::Grid(source.map.resolution_m), source.max_range_m,
+      scan_updater_(cuboid_mapping::Grid(source.map.resolution_m),
+                    cuboid_mapping::BeamRanges{source.max_range_m, source.end_margin_m},
                     numThreads(source), source.map.beamSampling()) {}
 
 const ScanUpdate* CloudPipeline::compute(const SensorMessage& cloud, const CloudPoses& poses,
@@ -284,14 +286,13 @@ const ScanUpdate& CloudPipeline::takeUse(const ScanUpdate& update) {
   for (BrickUpdate& brick : used_.bricks) {
     if (parameters_.source.use == SourceUse::kMark) {
       brick.misses = {};
+      brick.grazes = {};
     } else {
       brick.misses = brick.misses.without(brick.hits);
       brick.hits = {};
     }
   }
-  const auto is_empty = [](const BrickUpdate& brick) {
-    return brick.hits.isEmpty() && brick.misses.isEmpty();
-  };
+  const auto is_empty = [](const BrickUpdate& brick) { return isEmpty(brick); };
   used_.bricks.erase(std::remove_if(used_.bricks.begin(), used_.bricks.end(), is_empty),
                      used_.bricks.end());
   return used_;

@@ -118,6 +118,12 @@ std::vector<ParameterDeclaration> declareSensorModel() {
       {"sensor_model/max_range", "m",
        NumberKind{[](P& p) -> double& { return p.max_range_m; }, 0.01, kInfinity, kInfinity},
        "Longer beams are cut off at this range and clear the space up to it. -1: no limit."},
+      {"sensor_model/end_margin", "m",
+       NumberKind{[](P& p) -> double& { return p.end_margin_m; }, 0.0, 1000.0},
+       "In the last metres before a return, a beam clears only what is unknown, so that beams "
+       "along the "
+       "ground or a wall do not clear what others have hit. 0: it clears all up to its end, as in "
+       "OctoMap."},
       {"sensor_model/min_range", "m",
        NumberKind{[](P& p) -> double& { return p.min_range_m; }, 0.0, kInfinity, 0.0},
        "Points closer to the sensor than this are ignored. 0 or -1: no limit."},

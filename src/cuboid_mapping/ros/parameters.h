@@ -114,6 +114,7 @@ struct NodeParameters {
   double forget_after_s = 0.0;  ///< See Forgetting; 0: never.
   int threads = 0;              ///< For the work on a cloud; 0: as many as the machine has cores.
   double max_range_m = std::numeric_limits<double>::infinity();  ///< Beams are cut there.
+  double end_margin_m = 0.0;       ///< See cuboid_mapping::BeamRanges.
   double min_range_m = 0.0;        ///< Nearer points are left out wholly; 0: none.
   double no_return_range_m = 0.0;  ///< Beams without return free space up to it; 0: are skipped.
   NoReturnPoints no_return_points = NoReturnPoints::kRep117;  ///< What is such a beam.

@@ -20,7 +20,7 @@ constexpr char kListKey[] = "sources";
 constexpr char kNameKey[] = "name";
 
 /// Groups of keys that a source may have of its own; a group is a key, or all that begins with it and a slash.
-constexpr std::array<const char*, 15> kSourceKeys{"topic",
+constexpr std::array<const char*, 16> kSourceKeys{"topic",
                                                   "type",
                                                   "camera_info",
                                                   "use",
@@ -30,6 +30,7 @@ constexpr std::array<const char*, 15> kSourceKeys{"topic",
                                                   "sensor_model/hit",
                                                   "sensor_model/miss",
                                                   "sensor_model/max_range",
+                                                  "sensor_model/end_margin",
                                                   "sensor_model/min_range",
                                                   "sensor_model/no_return_range",
                                                   "sensor_model/no_return_points",
@@ -220,7 +221,8 @@ std::vector<ParameterDeclaration> declareSources() {
        "Several sensors. Each element has a topic, maybe a name, and whatever differs from the "
        "values outside the list: type, camera_info, use, max_rate, deskew, sensor_frame, "
        "sensor_model/hit, "
-       "miss, max_range, min_range, no_return_range and no_return_points, filter_ground, "
+       "miss, max_range, end_margin, min_range, no_return_range and no_return_points, "
+       "filter_ground, "
        "ground_filter/*, pointcloud_*. See doc/sensors.md."},
       {"order_wait", "s", NumberKind{[](P& p) -> double& { return p.order_wait_s; }, 0.0, 10.0},
        "Clouds of several sources are put into the map in the order of their stamps. A cloud waits "

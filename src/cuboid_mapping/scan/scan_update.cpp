@@ -96,13 +96,14 @@ class BrickCursor {
 
 }  // namespace
 
-ScanUpdater::ScanUpdater(const Grid& grid, double max_range_m, int threads,
+ScanUpdater::ScanUpdater(const Grid& grid, const BeamRanges& ranges, int threads,
                          const BeamSampling& sampling)
     : grid_(grid),
-      max_range_m_(max_range_m),
+      ranges_(ranges),
       shares_(static_cast<std::size_t>(threads)),
       sampling_(sampling) {
-  assert(max_range_m > 0.0);
+  assert(ranges.max_range_m > 0.0);
+  assert(ranges.end_margin_m >= 0.0);
   assert(threads > 0);
 }
 
@@ -112,15 +113,16 @@ ScanUpdater::BeamFate ScanUpdater::setUpBeam(const RayOrigin& ray_origin,
                                              const Eigen::Vector3f& end, Beam& beam) const {
   Eigen::Vector3f last = end;
   beam.is_cut = false;
-  if (std::isfinite(max_range_m_)) {
+  if (std::isfinite(ranges_.max_range_m)) {
     // As octomath::Vector3::normalized() and octomap_server compute it.
     const Eigen::Vector3f to_end = end - origin;
     const float squared_length =
         to_end.x() * to_end.x() + to_end.y() * to_end.y() + to_end.z() * to_end.z();
     const double length_m = std::sqrt(static_cast<double>(squared_length));
-    beam.is_cut = length_m > max_range_m_;
+    beam.is_cut = length_m > ranges_.max_range_m;
     if (beam.is_cut) {
-      last = origin + to_end / static_cast<float>(length_m) * static_cast<float>(max_range_m_);
+      last =
+          origin + to_end / static_cast<float>(length_m) * static_cast<float>(ranges_.max_range_m);
     }
   }
   if (!ray_origin.computeRay(last, beam.ray)) return BeamFate::kOutOfRange;
@@ -137,25 +139,49 @@ void ScanUpdater::markBeam(const Ray& ray, bool is_hit, BeamMarks& marks) const 
   (is_hit ? last_marks.hits : last_marks.misses[0]).set(voxel);
 }
 
+/// Marks a beam with a return in two parts: misses up to the margin, grazes from there on.
+/// @param ray  Of the whole beam, which is not cut.
+void ScanUpdater::markWithMargin(const BeamSource& source, const Eigen::Vector3f& end,
+                                 const Ray& ray, Share& share) const {
+  const Cell local_end = ray.end - base_;
+  share.marks.at(toBrickKey(local_end)).hits.set(voxelIndex(local_end));
+  if (ray.length_m <= ranges_.end_margin_m) return markBeam(ray, false, share.grazes);
+  const auto part = static_cast<float>(1.0 - ranges_.end_margin_m / ray.length_m);
+  const Eigen::Vector3f margin = source.scan.origin + (end - source.scan.origin) * part;
+  Ray ray_part;
+  if (source.ray_origin.computeRay(margin, ray_part)) markBeam(ray_part, false, share.marks);
+  const RayOrigin margin_origin(grid_, source.scan.anchor_map, margin);
+  if (margin_origin.cell() && margin_origin.computeRay(end, ray_part)) {
+    markBeam(ray_part, false, share.grazes);
+  }
+}
+
 /// Marks beams a few at a time: first all are set up, which the processor can do side by side, then
 /// they are walked.
-void ScanUpdater::addBeams(const RayOrigin& ray_origin, const Eigen::Vector3f& origin,
-                           const Eigen::Vector3f* ends, std::size_t count, bool are_returns,
-                           Share& share) const {
+void ScanUpdater::addBeams(const BeamSource& source, const Eigen::Vector3f* ends, std::size_t count,
+                           bool are_returns, Share& share) const {
+  const bool has_margin = are_returns && ranges_.end_margin_m > 0.0;
   constexpr std::size_t kBatch = 32;
+  std::array<const Eigen::Vector3f*, kBatch> beam_ends;
   std::array<Beam, kBatch> beams;
   for (std::size_t first = 0; first < count; first += kBatch) {
     std::size_t num_beams = 0;
     const std::size_t last = std::min(first + kBatch, count);
     for (std::size_t i = first; i < last; ++i) {
-      const BeamFate fate = setUpBeam(ray_origin, origin, ends[i], beams[num_beams]);
+      beam_ends[num_beams] = ends + i;
+      const BeamFate fate =
+          setUpBeam(source.ray_origin, source.scan.origin, ends[i], beams[num_beams]);
       if (fate == BeamFate::kTaken) ++num_beams;
       if (fate == BeamFate::kOutOfRange) ++share.num_out_of_range;
       if (fate == BeamFate::kTooFar) ++share.num_too_far;
     }
     share.num_points += num_beams;
     for (std::size_t i = 0; i < num_beams; ++i) {
-      markBeam(beams[i].ray, are_returns && !beams[i].is_cut, share.marks);
+      if (has_margin && !beams[i].is_cut) {
+        markWithMargin(source, *beam_ends[i], beams[i].ray, share);
+      } else {
+        markBeam(beams[i].ray, are_returns && !beams[i].is_cut, share.marks);
+      }
     }
   }
 }
@@ -173,7 +199,8 @@ void ScanUpdater::addFreePoints(const RayOrigin& ray_origin,
 
 void ScanUpdater::addScan(const Scan& scan, std::size_t part, std::size_t num_parts,
                           Share& share) const {
-  const RayOrigin ray_origin(grid_, scan.anchor_map, scan.origin);
+  const BeamSource source{scan, RayOrigin(grid_, scan.anchor_map, scan.origin)};
+  const RayOrigin& ray_origin = source.ray_origin;
   const std::size_t num_points = scan.points.size() + scan.no_returns.size();
   if (!ray_origin.cell() || !hasNumbers(*ray_origin.cell(), base_)) {
     if (part == 0) (ray_origin.cell() ? share.num_too_far : share.num_out_of_range) += num_points;
@@ -183,7 +210,7 @@ void ScanUpdater::addScan(const Scan& scan, std::size_t part, std::size_t num_pa
   const auto add_part = [&](const std::vector<Eigen::Vector3f>& ends, bool are_returns) {
     const std::size_t first = ends.size() * part / num_parts;
     const std::size_t last = ends.size() * (part + 1) / num_parts;
-    addBeams(ray_origin, scan.origin, ends.data() + first, last - first, are_returns, share);
+    addBeams(source, ends.data() + first, last - first, are_returns, share);
   };
   add_part(scan.points, true);
   add_part(scan.no_returns, false);
@@ -206,6 +233,7 @@ const ScanUpdate& ScanUpdater::compute(const Scan* first, std::size_t count) {
   parallelFor(shares_.size(), numThreads(), [&](std::size_t i) {
     Share& share = shares_[i];
     share.marks.clear();
+    share.grazes.clear();
     share.num_points = 0;
     share.num_out_of_range = 0;
     share.num_too_far = 0;
@@ -218,7 +246,7 @@ const ScanUpdate& ScanUpdater::compute(const Scan* first, std::size_t count) {
   });
   collectBricks();
   for (std::size_t i = 0; i < count; ++i) {
-    const auto samples = sampleBeams(grid_, first[i], max_range_m_, sampling_, num_scans_++);
+    const auto samples = sampleBeams(grid_, first[i], ranges_.max_range_m, sampling_, num_scans_++);
     update_.samples.insert(update_.samples.end(), samples.begin(), samples.end());
   }
   return update_;
@@ -226,8 +254,11 @@ const ScanUpdate& ScanUpdater::compute(const Scan* first, std::size_t count) {
 
 void ScanUpdater::sortMarks(Share& share) {
   share.order.clear();
-  for (std::size_t i = 0; i < share.marks.size(); ++i) {
-    share.order.push_back({toMorton(share.marks[i].key), &share.marks[i]});
+  for (const BeamMarks* marks : {&share.marks, &share.grazes}) {
+    for (std::size_t i = 0; i < marks->size(); ++i) {
+      const BrickMarks& brick = (*marks)[i];
+      share.order.push_back({toMorton(brick.key), &brick, marks == &share.grazes});
+    }
   }
   std::sort(share.order.begin(), share.order.end(), isBefore);
 }
@@ -257,7 +288,7 @@ void ScanUpdater::collectBricks() {
     }
   });
   const auto is_empty = [](const BrickUpdate& brick) {
-    return brick.hits.isEmpty() && brick.misses.isEmpty();  // A beam that went along its face.
+    return isEmpty(brick);  // A beam that went along its face.
   };
   update_.bricks.erase(std::remove_if(update_.bricks.begin(), update_.bricks.end(), is_empty),
                        update_.bricks.end());
@@ -267,8 +298,9 @@ BrickUpdate ScanUpdater::unite(const PlacedMarks* first, const PlacedMarks* last
   BrickUpdate brick{toBrick(first->marks->key, base_), {}, {}, first->morton};
   for (; first != last; ++first) {
     brick.hits |= first->marks->hits;
-    brick.misses |= first->marks->collectMisses();
+    (first->are_grazes ? brick.grazes : brick.misses) |= first->marks->collectMisses();
   }
+  brick.grazes = brick.grazes.without(brick.hits | brick.misses);
   return brick;
 }
 

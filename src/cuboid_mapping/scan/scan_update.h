@@ -20,12 +20,15 @@ namespace cuboid_mapping {
 /// Not thread-safe; keeps its buffers from one cloud to the next.
 class ScanUpdater {
  public:
-  /// @param max_range_m  > 0; infinity for no limit.
   /// @param threads  >= 1; the update does not depend on it.
   /// @param sampling  Of cells along the beams; unless given none are drawn.
-  explicit ScanUpdater(const Grid& grid,
-                       double max_range_m = std::numeric_limits<double>::infinity(),
-                       int threads = 1, const BeamSampling& sampling = {});
+  ///@{
+  explicit ScanUpdater(const Grid& grid, const BeamRanges& ranges = {}, int threads = 1,
+                       const BeamSampling& sampling = {});
+  ScanUpdater(const Grid& grid, double max_range_m, int threads = 1,
+              const BeamSampling& sampling = {})
+      : ScanUpdater(grid, BeamRanges{max_range_m}, threads, sampling) {}
+  ///@}
 
   /// @return valid until the next call.
   /// @complexity O(voxels passed), and O(b log b) for b touched bricks.
@@ -44,11 +47,13 @@ class ScanUpdater {
   struct PlacedMarks {
     std::uint64_t morton;
     const BrickMarks* marks;
+    bool are_grazes;
   };
 
   /// What one thread has found out.
   struct Share {
     BeamMarks marks;
+    BeamMarks grazes;                ///< Without hits; empty without an end margin.
     std::vector<PlacedMarks> order;  ///< Of all its bricks.
     std::size_t num_points = 0;
     std::size_t num_out_of_range = 0;
@@ -62,12 +67,19 @@ class ScanUpdater {
     bool is_cut;  ///< At the max range.
   };
 
+  /// A scan, as all its beams need it.
+  struct BeamSource {
+    const Scan& scan;
+    RayOrigin ray_origin;
+  };
+
   [[nodiscard]] BeamFate setUpBeam(const RayOrigin& ray_origin, const Eigen::Vector3f& origin,
                                    const Eigen::Vector3f& end, Beam& beam) const;
   void markBeam(const Ray& ray, bool is_hit, BeamMarks& marks) const;
-  void addBeams(const RayOrigin& ray_origin, const Eigen::Vector3f& origin,
-                const Eigen::Vector3f* ends, std::size_t count, bool are_returns,
-                Share& share) const;
+  void markWithMargin(const BeamSource& source, const Eigen::Vector3f& end, const Ray& ray,
+                      Share& share) const;
+  void addBeams(const BeamSource& source, const Eigen::Vector3f* ends, std::size_t count,
+                bool are_returns, Share& share) const;
   /// Adds part `part` of `num_parts` of a scan.
   void addScan(const Scan& scan, std::size_t part, std::size_t num_parts, Share& share) const;
   void addFreePoints(const RayOrigin& ray_origin, const std::vector<Eigen::Vector3f>& points,
@@ -79,7 +91,7 @@ class ScanUpdater {
   [[nodiscard]] int numThreads() const { return static_cast<int>(shares_.size()); }
 
   Grid grid_;
-  double max_range_m_;
+  BeamRanges ranges_;
   Cell base_;  ///< Cell from which the bricks of the current cloud are numbered.
   std::vector<Share> shares_;
   BeamSampling sampling_;

@@ -101,7 +101,8 @@ std::vector<BrickChange> VoxelStore::apply(const std::vector<BrickUpdate>& updat
   return change(
       update.size(), threads, [&](std::size_t i) { return update[i].brick; },
       [&](std::size_t i, const PackedVoxels& before, PackedVoxels& after) {
-        return before.observe(update[i].hits, update[i].misses, model, after);
+        const BrickMask misses = update[i].misses | update[i].grazes.without(before.known());
+        return before.observe(update[i].hits, misses, model, after);
       },
       announce);
 }
