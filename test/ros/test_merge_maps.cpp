@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Three robots and a node that makes one map of what they say, over a network that loses, repeats and delays.
+// Robots and a node that makes one map of what they say, over a network that loses, repeats and delays.
 #include "cuboid_mapping/Observation.h"
 #include "cuboid_mapping/SaveMap.h"
 #include "cuboid_mapping/io/map_files.h"
@@ -27,10 +27,12 @@ using cuboid_mapping::test::TemporaryFolder;
 using cuboid_mapping::test::voxelsOf;
 
 constexpr char kMerger[] = "/merge_maps";
-constexpr int kRobots = 3;
 constexpr int kClouds = 12;  // Of each robot, in each of two parts.
 /// The second robot joins late: what it has said before has to be asked for.
 constexpr int kUnheardOfSecond = 3;
+
+/// Three or more.
+int numRobots() { return ros::param::param("~robots", 3); }
 
 std::string nameOf(int robot) { return "robot" + std::to_string(robot); }
 
@@ -38,8 +40,8 @@ std::string nameOf(int robot) { return "robot" + std::to_string(robot); }
 /// robot are not heard.
 class LossyNetwork {
  public:
-  LossyNetwork() {
-    for (int robot = 1; robot <= kRobots; ++robot) {
+  explicit LossyNetwork(int num_robots) {
+    for (int robot = 1; robot <= num_robots; ++robot) {
       publishers_.push_back(
           nh_.advertise<Observation>("/lossy" + std::to_string(robot) + "/observations", 1000));
       const boost::function<void(const Observation::ConstPtr&)> take =
@@ -106,16 +108,27 @@ class LossyNetwork {
 class MergeMaps : public ::testing::Test {
  protected:
   MergeMaps() {
-    for (int robot = 1; robot <= kRobots; ++robot) {
+    for (int robot = 1; robot <= num_robots_; ++robot) {
       clouds_.push_back(
           nh_.advertise<sensor_msgs::PointCloud2>('/' + nameOf(robot) + "/cloud_in", 100));
+      robots_.push_back(start(robot));
     }
-    startThirdRobot();
   }
 
-  void startThirdRobot() {
-    third_ = std::make_unique<Program>(
-        std::vector<std::string>{CUBOID_MAPPING_NODE, "__ns:=/robot3", "__name:=cuboid_mapping"});
+  static std::unique_ptr<Program> start(int robot) {
+    const std::string node = '/' + nameOf(robot) + "/cuboid_mapping/";
+    ros::param::set(node + "resolution", kResolution_m);
+    ros::param::set(node + "observation_memory", 100);
+    ros::param::set(node + "queue_size", 100);
+    if (robot == 2) ros::param::set(node + "sensor_model/hit", 0.8);
+    return std::make_unique<Program>(std::vector<std::string>{
+        CUBOID_MAPPING_NODE, "__ns:=/" + nameOf(robot), "__name:=cuboid_mapping"});
+  }
+
+  void stop(int robot) {
+    Program& program = *robots_[static_cast<std::size_t>(robot - 1)];
+    program.send(SIGINT);
+    EXPECT_EQ(program.finish().status, 0);
   }
 
   bool waitUntilConnected() {
@@ -135,7 +148,7 @@ class MergeMaps : public ::testing::Test {
 
   /// One cloud of each robot: rooms that overlap.
   void publishClouds(int number) {
-    for (int robot = 1; robot <= kRobots; ++robot) {
+    for (int robot = 1; robot <= num_robots_; ++robot) {
       std::vector<Eigen::Vector3d> points = makeRoom({1.0, 1.0 + 0.1 * (number % 4), 0.5});
       const Eigen::Vector3d sensor(0.45 * robot + 0.1 * number + 0.05, 0.05, 0.05);
       for (Eigen::Vector3d& point : points) point += sensor;
@@ -150,12 +163,13 @@ class MergeMaps : public ::testing::Test {
     });
   }
 
+  const int num_robots_ = numRobots();
   ros::NodeHandle nh_;
   std::vector<ros::Publisher> clouds_;
-  LossyNetwork network_;
+  LossyNetwork network_{num_robots_};
   DiagnosticsProbe diagnostics_{kMerger};
   DiagnosticsProbe merging_{kMerger, "merging"};
-  std::unique_ptr<Program> third_;
+  std::vector<std::unique_ptr<Program>> robots_;
 };
 
 /// All observations in one map, in the order of their stamps.
@@ -182,23 +196,22 @@ TEST_F(MergeMaps, IsTheMapOfAllCloudsInTheOrderOfStampsWhateverTheNetworkDoes) {
   // What is lost just before a robot starts again cannot be asked for.
   network_.setReliable(true);
   for (int i = kClouds - 2; i < kClouds; ++i) publishClouds(i);
-  ASSERT_TRUE(waitForSent(kRobots * kClouds));
+  ASSERT_TRUE(waitForSent(static_cast<std::size_t>(num_robots_ * kClouds)));
   ros::WallDuration(2.0).sleep();
-  third_->send(SIGINT);
-  EXPECT_EQ(third_->finish().status, 0);
-  startThirdRobot();
+  stop(3);
+  robots_[2] = start(3);
   ASSERT_TRUE(waitUntilConnected());
   network_.setReliable(false);
   for (int i = kClouds; i < 2 * kClouds; ++i) publishClouds(i);
-  constexpr int kAll = 2 * kRobots * kClouds;
-  ASSERT_TRUE(waitForSent(kAll));
+  const int num_all = 2 * num_robots_ * kClouds;
+  ASSERT_TRUE(waitForSent(static_cast<std::size_t>(num_all)));
   EXPECT_GT(network_.numLost(), 3);
-  ASSERT_TRUE(waitFor([this] {
+  ASSERT_TRUE(waitFor([&] {
     network_.deliver();
-    return diagnostics_.status().number("clouds inserted") >= kAll;
+    return diagnostics_.status().number("clouds inserted") >= num_all;
   })) << diagnostics_.status().number("clouds inserted");
   ASSERT_TRUE(diagnostics_.waitForNextReport());
-  EXPECT_EQ(diagnostics_.status().number("clouds inserted"), kAll) << "each once";
+  EXPECT_EQ(diagnostics_.status().number("clouds inserted"), num_all) << "each once";
 
   MapConfig config;
   config.resolution_m = kResolution_m;
@@ -211,10 +224,10 @@ TEST_F(MergeMaps, IsTheMapOfAllCloudsInTheOrderOfStampsWhateverTheNetworkDoes) {
   const auto file = cuboid_mapping::readMapFile(save.request.filename);
   EXPECT_GT(voxelsOf(reference).size(), 10000U);
   EXPECT_TRUE(voxelsOf(reference) == voxelsOf(file.snapshot.bricks));
-  EXPECT_EQ(merging_.status().number("observations received"), kAll);
+  EXPECT_EQ(merging_.status().number("observations received"), num_all);
   EXPECT_EQ(merging_.status().number("observations missing"), 0);
   EXPECT_EQ(merging_.status().number("observations late"), 0);
-  EXPECT_EQ(merging_.status().number("sessions"), kRobots + 1);
+  EXPECT_EQ(merging_.status().number("sessions"), num_robots_ + 1);
   EXPECT_GE(merging_.status().number("observations asked for"), kUnheardOfSecond);
 
   // One of a session that nobody can be asked about, older than all that is in the map.
@@ -225,14 +238,13 @@ TEST_F(MergeMaps, IsTheMapOfAllCloudsInTheOrderOfStampsWhateverTheNetworkDoes) {
   network_.sendAs(1, late);
   ASSERT_TRUE(waitFor([this] { return merging_.status().number("observations late") == 1; }));
   EXPECT_TRUE(
-      waitFor([this] { return diagnostics_.status().number("clouds inserted") == kAll + 1; }));
+      waitFor([&] { return diagnostics_.status().number("clouds inserted") == num_all + 1; }));
   // Of another resolution: refused.
   late.sequence = 2;
   late.resolution = 0.2;
   network_.sendAs(1, late);
   EXPECT_TRUE(waitFor([this] { return merging_.status().number("observations refused") == 1; }));
-  third_->send(SIGINT);
-  (void)third_->finish();
+  for (int robot = 1; robot <= num_robots_; ++robot) stop(robot);
 }
 
 }  // namespace
