@@ -178,6 +178,7 @@ add_library(cuboid_mapping_ros
   cuboid_mapping/ros/marker_cache.cpp
   cuboid_mapping/ros/marker_colors.cpp
   cuboid_mapping/ros/marker_publisher.cpp
+  cuboid_mapping/ros/merge_progress.cpp
   cuboid_mapping/ros/nearest_key.cpp
   cuboid_mapping/ros/node_sources.cpp
   cuboid_mapping/ros/node_statistics.cpp
@@ -222,7 +223,7 @@ target_compile_definitions(cuboid_mapping_ros
   PUBLIC CUBOID_MAPPING_HAS_OCTOMAP_MSGS=$<BOOL:${octomap_msgs_FOUND}>)
 target_link_libraries(cuboid_mapping_ros
   PUBLIC cuboid_mapping::client cuboid_mapping::io ${catkin_LIBRARIES}
-  PRIVATE ${PCL_LIBRARIES} ${urdf_LIBRARIES} ${geometric_shapes_LIBRARIES})
+  PRIVATE ${PCL_LIBRARIES} ${urdf_LIBRARIES} ${geometric_shapes_LIBRARIES} nlohmann_json::nlohmann_json)
 
 # The nodelet, and the node that runs it.
 add_library(cuboid_mapping_nodelet cuboid_mapping/ros/mapping_nodelet.cpp)

@@ -49,6 +49,51 @@ TEST(SequenceSet, isThatOfAStandardSet) {
   }
 }
 
+TEST(SequenceSet, takesRunsThatAreApartAndInOrder) {
+  SequenceSet set;
+  EXPECT_TRUE(set.setRuns({{1, 3}, {5, 5}}));
+  EXPECT_EQ(set.count(), 4U);
+  EXPECT_EQ(set.firstMissing(0), 4U);
+  EXPECT_FALSE(set.add(5));
+  EXPECT_FALSE(set.setRuns({{0, 3}})) << "sequences begin at 1";
+  EXPECT_FALSE(set.setRuns({{4, 3}}));
+  EXPECT_FALSE(set.setRuns({{1, 3}, {4, 6}})) << "would be one run";
+  EXPECT_FALSE(set.setRuns({{1, 5}, {3, 6}}));
+  EXPECT_EQ(set.count(), 4U) << "as before";
+}
+
+TEST(ObservationOrder, GoesOnInAnotherProgramWithWhatIsInTheMap) {
+  ObservationOrder before(1.0);
+  for (const std::uint64_t sequence : {1U, 2U, 4U}) {
+    before.put(makeObservation("a", sequence, 0.1 * static_cast<double>(sequence)), 0.0);
+  }
+  before.put(makeObservation("b", 1, 10.0), 0.0);
+  const std::vector<RobotObservation> due = before.takeDue(0.0);
+  ASSERT_EQ(due.size(), 3U);
+  before.noteApplied(due[0]);
+  before.noteApplied(due[1]);  // The program ends before the third, and before that of b was due.
+
+  ObservationOrder after(1.0);
+  after.start(before.progress(), 100.0);
+  EXPECT_EQ(after.counts().num_received, 2U);
+  EXPECT_TRUE(after.findQuestions(100.0).empty());
+  std::vector<ObservationQuestion> questions = after.findQuestions(102.0);
+  ASSERT_EQ(questions.size(), 2U);
+  EXPECT_EQ(questions[0].robot, "a");
+  EXPECT_EQ(questions[0].first, 3U);
+  EXPECT_EQ(questions[1].robot, "b");
+  EXPECT_EQ(questions[1].first, 1U);
+  EXPECT_FALSE(after.put(makeObservation("a", 2, 0.2), 102.0)) << "is in the map";
+  EXPECT_TRUE(after.put(makeObservation("a", 4, 0.4), 102.0));
+  EXPECT_TRUE(after.put(makeObservation("a", 3, 0.3), 102.0));
+  EXPECT_TRUE(after.put(makeObservation("b", 1, 10.0), 102.0));
+  const std::vector<RobotObservation> left = after.takeDue(102.0);
+  ASSERT_EQ(left.size(), 2U);
+  EXPECT_EQ(left[0].sequence, 3U);
+  EXPECT_EQ(left[1].sequence, 4U);
+  EXPECT_EQ(after.counts().num_late, 0U);
+}
+
 /// A robot that keeps what it has sent, and messages on their way.
 class Network {
  public:

@@ -11,6 +11,7 @@
 
 #include <algorithm>
 #include <csignal>
+#include <filesystem>
 #include <memory>
 
 namespace cuboid_mapping_ros::test {
@@ -27,6 +28,7 @@ using cuboid_mapping::test::TemporaryFolder;
 using cuboid_mapping::test::voxelsOf;
 
 constexpr char kMerger[] = "/merge_maps";
+constexpr char kMergerWithStore[] = "/with_store/merge_maps";
 constexpr int kClouds = 12;  // Of each robot, in each of two parts.
 /// The second robot joins late: what it has said before has to be asked for.
 constexpr int kUnheardOfSecond = 3;
@@ -56,6 +58,14 @@ class LossyNetwork {
                        [](const auto& publisher) { return publisher.getNumSubscribers() > 0; }) &&
            std::all_of(subscribers_.begin(), subscribers_.end(),
                        [](const auto& subscriber) { return subscriber.getNumPublishers() > 0; });
+  }
+
+  [[nodiscard]] int numListeners() const {
+    int count = 0;
+    for (const ros::Publisher& publisher : publishers_) {
+      count += static_cast<int>(publisher.getNumSubscribers());
+    }
+    return count;
   }
 
   /// Lets everything arrive, in the order in which it was sent.
@@ -123,6 +133,21 @@ class MergeMaps : public ::testing::Test {
     if (robot == 2) ros::param::set(node + "sensor_model/hit", 0.8);
     return std::make_unique<Program>(std::vector<std::string>{
         CUBOID_MAPPING_NODE, "__ns:=/" + nameOf(robot), "__name:=cuboid_mapping"});
+  }
+
+  /// A merging node of the test's own, as merge_maps.launch starts it, that keeps its map in a store.
+  static std::unique_ptr<Program> startMerger(const std::string& store) {
+    const std::string node = std::string(kMergerWithStore) + '/';
+    std::string robots;
+    for (int robot = 1; robot <= numRobots(); ++robot) robots += " /lossy" + std::to_string(robot);
+    ros::param::set(node + "merge/robots", robots);
+    ros::param::set(node + "merge/delay", 4.0);
+    ros::param::set(node + "resolution", kResolution_m);
+    ros::param::set(node + "autosave_file", store);
+    ros::param::set(node + "autosave_period", 1.0);
+    ros::param::set(node + "diagnostic_period", 0.1);
+    return std::make_unique<Program>(
+        std::vector<std::string>{CUBOID_MAPPING_NODE, "__ns:=/with_store", "__name:=merge_maps"});
   }
 
   void stop(int robot) {
@@ -244,6 +269,41 @@ TEST_F(MergeMaps, IsTheMapOfAllCloudsInTheOrderOfStampsWhateverTheNetworkDoes) {
   late.resolution = 0.2;
   network_.sendAs(1, late);
   EXPECT_TRUE(waitFor([this] { return merging_.status().number("observations refused") == 1; }));
+  for (int robot = 1; robot <= num_robots_; ++robot) stop(robot);
+}
+
+TEST_F(MergeMaps, GoesOnWithItsStoreAfterKill) {
+  if (num_robots_ > 3) GTEST_SKIP() << "is tested with three robots";
+  const TemporaryFolder folder;
+  const std::string store = folder / "merged.sqlite";
+  DiagnosticsProbe merging(kMergerWithStore, "merging");
+  std::unique_ptr<Program> merger = startMerger(store);
+  ASSERT_TRUE(waitUntilConnected());
+  ASSERT_TRUE(waitFor([this] { return network_.numListeners() == 2 * num_robots_; }));
+  int number = 0;
+  // Not when all is in the map and saved: there is always something under way.
+  while (!std::filesystem::exists(store) || number < kClouds) publishClouds(number++);
+  merger->send(SIGKILL);
+  EXPECT_NE(merger->finish().status, 0);
+  for (int i = 0; i < kClouds; ++i) publishClouds(number++);
+  merger = startMerger(store);
+  const double num_all = num_robots_ * number;
+  ASSERT_TRUE(waitFor([&] {
+    network_.deliver();
+    return merging.status().number("observations received") >= num_all &&
+           merging.status().number("observations waiting") == 0;
+  })) << merging.status().number("observations received");
+  EXPECT_EQ(merging.status().number("observations received"), num_all) << "each once";
+  EXPECT_EQ(merging.status().number("observations late"), 0);
+
+  MapConfig config;
+  config.resolution_m = kResolution_m;
+  CuboidMap reference(config);
+  applyAll(network_.sent(), reference);
+  merger->send(SIGINT);
+  EXPECT_EQ(merger->finish().status, 0);
+  const auto file = cuboid_mapping::readMapFile(store);
+  EXPECT_TRUE(voxelsOf(reference) == voxelsOf(file.snapshot.bricks));
   for (int robot = 1; robot <= num_robots_; ++robot) stop(robot);
 }
 

@@ -18,6 +18,8 @@ struct MapSnapshot {
   Environment environment = Environment::kDynamic;  ///< Of the map.
   std::string frame_id;            ///< Of the map; empty where a file does not say it.
   std::vector<VoxelBrick> bricks;  ///< Along the Morton curve, each once and with a known voxel.
+  /// What the program that makes the map needs to go on with it; only a store (.sqlite) keeps it.
+  std::string progress = {};
 };
 
 /// How much a snapshot from outside may hold, so that a damaged file does not take all memory.

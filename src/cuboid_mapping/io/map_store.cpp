@@ -36,7 +36,7 @@ bool isBefore(const VoxelBrick& brick, const Cell& cell) {
 }
 
 MapSnapshot withoutBricks(const MapSnapshot& map) {
-  return {map.resolution_m, map.sensor_model, map.environment, map.frame_id, {}};
+  return {map.resolution_m, map.sensor_model, map.environment, map.frame_id, {}, map.progress};
 }
 
 /// The bricks of a page, of bricks along the Morton curve, where those of a page are neighbours.
@@ -103,7 +103,7 @@ void MapStore::createTables() {
   transact([this] {
     database_->run(
         "CREATE TABLE map (resolution REAL, hit REAL, miss REAL, min REAL, max REAL,"
-        "                  environment TEXT, frame TEXT);"
+        "                  environment TEXT, frame TEXT, progress TEXT);"
         "CREATE TABLE pages (x INTEGER, y INTEGER, z INTEGER, content BLOB NOT NULL,"
         "                    PRIMARY KEY (x, y, z))");
     database_->run(("PRAGMA application_id = " + std::to_string(kApplicationId)).c_str());
@@ -112,8 +112,8 @@ void MapStore::createTables() {
 }
 
 void MapStore::readHead() {
-  SqliteStatement statement(*database_,
-                            "SELECT resolution, hit, miss, min, max, environment, frame FROM map");
+  SqliteStatement statement(
+      *database_, "SELECT resolution, hit, miss, min, max, environment, frame, progress FROM map");
   if (!statement.step()) return;
   MapSnapshot head;
   head.resolution_m = statement.real(0);
@@ -121,6 +121,7 @@ void MapStore::readHead() {
   head.environment = statement.bytes(5) == toString(Environment::kStatic) ? Environment::kStatic
                                                                           : Environment::kDynamic;
   head.frame_id = statement.bytes(6);
+  head.progress = statement.bytes(7);
   if (const auto fault = findFault(head)) {
     throw MapFileError(MapFileDefect::kCorrupted,
                        file_ + " is damaged: " + fault->text + ". Take another copy of the file");
@@ -130,7 +131,7 @@ void MapStore::readHead() {
 
 void MapStore::putHead(const MapSnapshot& head) {
   database_->run("DELETE FROM map");
-  SqliteStatement put(*database_, "INSERT INTO map VALUES (?, ?, ?, ?, ?, ?, ?)");
+  SqliteStatement put(*database_, "INSERT INTO map VALUES (?, ?, ?, ?, ?, ?, ?, ?)");
   const SensorModelConfig& model = head.sensor_model;
   int column = 0;
   for (const double value :
@@ -139,6 +140,7 @@ void MapStore::putHead(const MapSnapshot& head) {
   }
   put.bindText(++column, toString(head.environment));
   put.bindText(++column, head.frame_id);
+  put.bindText(++column, head.progress);
   put.step();
 }
 

@@ -41,6 +41,20 @@ std::uint64_t SequenceSet::firstMissing(std::uint64_t after) const {
   return std::max(after, std::prev(next)->second) + 1;
 }
 
+bool SequenceSet::setRuns(const std::map<std::uint64_t, std::uint64_t>& runs) {
+  std::uint64_t end = 0;  // 0 is no sequence: the first run may begin at 1.
+  std::uint64_t count = 0;
+  for (const auto& [first, last] : runs) {
+    const bool is_apart = end == 0 ? first > 0 : first > end + 1;
+    if (!is_apart || last < first) return false;
+    end = last;
+    count += last - first + 1;
+  }
+  last_of_ = runs;
+  count_ = count;
+  return true;
+}
+
 bool ObservationOrder::put(RobotObservation observation, double now_s) {
   Session& session = sessions_[{observation.robot, observation.session}];
   if (!session.received.add(observation.sequence)) {
@@ -97,6 +111,35 @@ void ObservationOrder::noteAnswered(const ObservationQuestion& question,
   const auto session = sessions_.find({question.robot, question.session});
   if (session == sessions_.end()) return;
   session->second.asked_to = std::max(session->second.asked_to, complete_to);
+}
+
+void ObservationOrder::noteApplied(const RobotObservation& observation) {
+  sessions_[{observation.robot, observation.session}].applied.add(observation.sequence);
+  newest_applied_ns_ = std::max(newest_applied_ns_, observation.stamp_ns);
+}
+
+MergeProgress ObservationOrder::progress() const {
+  MergeProgress progress;
+  progress.newest_stamp_ns = newest_applied_ns_;
+  for (const auto& [name, session] : sessions_) {
+    progress.sessions.push_back({name.first, name.second, session.left_out, session.applied});
+  }
+  return progress;
+}
+
+void ObservationOrder::start(const MergeProgress& progress, double now_s) {
+  if (progress.sessions.empty()) return;
+  newest_applied_ns_ = newest_stamp_ns_ = progress.newest_stamp_ns;
+  last_given_ = {progress.newest_stamp_ns, "", 0, 0};
+  has_given_ = true;
+  last_received_s_ = now_s;
+  for (const MergeProgress::Session& session : progress.sessions) {
+    sessions_[{session.robot, session.session}] = {session.applied, session.applied,
+                                                   session.left_out, 0, now_s};
+    std::uint64_t& newest_session = newest_session_[session.robot];
+    newest_session = std::max(newest_session, session.session);
+    counts_.num_received += session.applied.count();
+  }
 }
 
 MergeCounts ObservationOrder::counts() const {

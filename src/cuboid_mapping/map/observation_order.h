@@ -35,6 +35,11 @@ class SequenceSet {
   [[nodiscard]] std::uint64_t numMissing() const { return newest() - count_; }
   /// The least above `after` that has not come.
   [[nodiscard]] std::uint64_t firstMissing(std::uint64_t after) const;
+  /// First and last of each run of sequences without a gap, in order.
+  [[nodiscard]] const std::map<std::uint64_t, std::uint64_t>& runs() const { return last_of_; }
+  [[nodiscard]] std::uint64_t count() const { return count_; }
+  /// Puts runs in the place of all. @return false, and nothing happens, if they are not in order, or touch.
+  bool setRuns(const std::map<std::uint64_t, std::uint64_t>& runs);
 
  private:
   std::map<std::uint64_t, std::uint64_t> last_of_;  ///< By first: runs that are apart.
@@ -46,6 +51,18 @@ struct ObservationQuestion {
   std::string robot;
   std::uint64_t session = 0;
   std::uint64_t first = 0;
+};
+
+/// What is in a map of several robots' observations.
+struct MergeProgress {
+  struct Session {
+    std::string robot;
+    std::uint64_t session = 0;
+    std::uint64_t left_out = 0;  ///< Clouds that the robot did not send.
+    SequenceSet applied;
+  };
+  std::vector<Session> sessions;
+  std::int64_t newest_stamp_ns = 0;  ///< Of all of them.
 };
 
 /// What has happened so far.
@@ -84,10 +101,19 @@ class ObservationOrder {
 
   [[nodiscard]] MergeCounts counts() const;
 
+  /// To be called when the map has changed by an observation that was given out.
+  void noteApplied(const RobotObservation& observation);
+  /// What the map has. Whoever keeps it with the map can go on with both in another program: start().
+  [[nodiscard]] MergeProgress progress() const;
+  /// Begins where another program has stopped: what it had not applied is asked for.
+  /// @pre Nothing has come yet.
+  void start(const MergeProgress& progress, double now_s);
+
  private:
   using Key = std::tuple<std::int64_t, std::string, std::uint64_t, std::uint64_t>;
   struct Session {
     SequenceSet received;
+    SequenceSet applied;
     std::uint64_t left_out = 0;
     std::uint64_t asked_to = 0;  ///< What is missing up to there is lost for good.
     double last_received_s = 0.0;
@@ -101,6 +127,7 @@ class ObservationOrder {
   Key last_given_;
   bool has_given_ = false;
   std::int64_t newest_stamp_ns_ = 0;
+  std::int64_t newest_applied_ns_ = 0;
   double last_received_s_ = 0.0;
   MergeCounts counts_;
 };

@@ -9,6 +9,7 @@
 #include <atomic>
 #include <mutex>
 #include <shared_mutex>
+#include <string>
 #include <utility>
 
 namespace cuboid_mapping_ros {
@@ -66,6 +67,13 @@ class GuardedMap {
     return work(std::as_const(map_), ros::Time(stamp_), budget);
   }
 
+  /// What the maker of the map needs to go on with it, kept with it: MapSnapshot::progress.
+  /// @pre Within the work of change() or edit(), or of read().
+  ///@{
+  void setProgress(std::string progress) { progress_ = std::move(progress); }
+  [[nodiscard]] const std::string& progress() const { return progress_; }
+  ///@}
+
   /// Brings some of the cuboids that wait into the R-tree.
   /// @return Whether more wait.
   bool fuseSome();
@@ -118,6 +126,7 @@ class GuardedMap {
   mutable std::shared_mutex mutex_;
   cuboid_mapping::CuboidMap map_;
   ros::Time stamp_;  ///< Of the last cloud in the map; 0 when there is none.
+  std::string progress_;
   std::mutex changes_mutex_;
   bool is_everything_changed_ = false;
   std::uint64_t changed_revision_ = 0;

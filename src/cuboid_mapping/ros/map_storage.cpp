@@ -2,6 +2,7 @@
 #include "cuboid_mapping/ros/map_storage.h"
 
 #include "cuboid_mapping/io/map_files.h"
+#include "cuboid_mapping/io/map_store.h"
 #include "cuboid_mapping/map/cuboid_search.h"
 #include "cuboid_mapping/ros/tf_lookup.h"
 
@@ -93,6 +94,7 @@ StorageAnswer saveMap(GuardedMap& map, const std::string& frame_id, const std::s
     MapSnapshot snapshot;
     map.read([&](const CuboidMap& content, const ros::Time& /*stamp*/) {
       snapshot = takeSnapshot(content, withoutSlash(frame_id));
+      snapshot.progress = map.progress();
       answer.revision = content.revision();
       answer.num_cuboids = countCuboids(content).total();
       return 0;
@@ -122,9 +124,12 @@ StorageAnswer loadMap(GuardedMap& map, const std::string& file, const SnapshotLi
 }
 
 std::optional<MapSnapshot> readStartMap(NodeParameters& parameters) {
-  if (parameters.map_file.empty()) return std::nullopt;
-  MapFile file = readFileWithin(parameters.map_file, parameters.map.sensor_model,
-                                makeSnapshotLimits(parameters));
+  const std::string& autosaved = parameters.autosave_file;
+  const bool goes_on = parameters.map_file.empty() && !parameters.fleet.robots.empty() &&
+                       cuboid_mapping::isSqliteFile(autosaved);
+  const std::string& name = goes_on ? autosaved : parameters.map_file;
+  if (name.empty()) return std::nullopt;
+  MapFile file = readFileWithin(name, parameters.map.sensor_model, makeSnapshotLimits(parameters));
   parameters.map.resolution_m = file.snapshot.resolution_m;
   return std::move(file.snapshot);
 }

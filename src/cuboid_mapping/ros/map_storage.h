@@ -48,7 +48,8 @@ struct LoadPlacement {
                                     const cuboid_mapping::SnapshotLimits& limits = {},
                                     const LoadPlacement& placement = {});
 
-/// The map of `map_file`; nothing when there is none. The resolution of the parameters becomes that
+/// The map of `map_file`; of a node that merges robots' maps and has none, that of its `autosave_file`, if it is a store
+/// (.sqlite) that exists. Nothing when there is none. The resolution of the parameters becomes that
 /// of the file, as with octomap_server.
 /// @throws cuboid_mapping::MapFileError naming the file.
 [[nodiscard]] std::optional<cuboid_mapping::MapSnapshot> readStartMap(NodeParameters& parameters);

@@ -77,6 +77,7 @@ MappingNode::MappingNode(const ros::NodeHandle& nh, const ros::NodeHandle& priva
       cloud_inbox_(cloud_callbacks_, makeInboxLimits(parameters), inboxCallbacks()) {
   if (start_map) {
     map_.edit([&](cuboid_mapping::CuboidMap& map, const ros::Time& /*stamp*/) {
+      map_.setProgress(start_map->progress);
       return restoreSnapshot(*start_map, map);
     });
   }

@@ -213,7 +213,9 @@ std::vector<ParameterDeclaration> declareFiles() {
        "Map to start with: .cuboids, .sqlite, .ot or .bt. Its resolution replaces the parameter "
        "resolution."},
       {"autosave_file", "", FileKind{[](P& p) -> std::string& { return p.autosave_file; }},
-       "The map is saved to this file after changes and when the node stops. The extension selects "
+       "The map is saved to this file after changes and when the node stops. A node with "
+       "merge/robots goes on "
+       "with it when it starts, if it is a store (.sqlite). The extension selects "
        "the format, as with ~save_map. Empty: the map is not saved."},
       {"autosave_period", "s",
        NumberKind{[](P& p) -> double& { return p.autosave_period_s; }, 1.0, 86400.0},

@@ -5,6 +5,7 @@
 #include "cuboid_mapping/io/scan_update_codec.h"
 #include "cuboid_mapping/io/text.h"
 #include "cuboid_mapping/ros/checked_messages.h"
+#include "cuboid_mapping/ros/merge_progress.h"
 #include "cuboid_mapping/ros/names.h"
 #include "cuboid_mapping/ros/tf_lookup.h"
 
@@ -77,6 +78,10 @@ RobotMerger::RobotMerger(const ros::NodeHandle& nh, const ros::NodeHandle& askin
       map_(map),
       callbacks_(std::move(callbacks)),
       order_(parameters.fleet.merge_delay_s) {
+  order_.start(map_.read([this](const CuboidMap& /*map*/, const ros::Time& /*stamp*/) {
+    return mergeProgressOfText(map_.progress());
+  }),
+               now_s());
   for (const std::string& robot : parameters.fleet.robots) {
     subscribers_.push_back(
         subscribeGuarded<Observation>(nh_, robot + '/' + kObservationsTopic, {kQueueSize, false},
@@ -136,10 +141,22 @@ void RobotMerger::apply(const RobotObservation& observation) {
         return map.setSensorModel(observation.sensor_model);
       });
     }
-    map_.change(stampOf(observation),
-                [&](CuboidMap& map) { return map.apply(observation.update); });
+    map_.change(stampOf(observation), [&](CuboidMap& map) {
+      auto changes = map.apply(observation.update);
+      map_.setProgress(noteApplied(observation));
+      return changes;
+    });
+  } else {
+    (void)noteApplied(observation);
   }
   callbacks_.note(observation, !is_paused);
+}
+
+/// @return What is in the map with it.
+std::string RobotMerger::noteApplied(const RobotObservation& observation) {
+  const std::lock_guard<std::mutex> lock(mutex_);
+  order_.noteApplied(observation);
+  return toText(order_.progress());
 }
 
 void RobotMerger::ask() {

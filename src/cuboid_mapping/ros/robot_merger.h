@@ -40,7 +40,8 @@ class RobotMerger {
   };
 
   /// @param nh  Of the thread that changes the map. @param asking_nh  Of a thread that may wait for
-  /// robots. @param map  Must outlive this object.
+  /// robots. @param map  Must outlive this object. Goes on where GuardedMap::progress() says that it is.
+  /// @throws std::runtime_error  when it says something else.
   RobotMerger(const ros::NodeHandle& nh, const ros::NodeHandle& asking_nh,
               const NodeParameters& parameters, GuardedMap& map, Callbacks callbacks);
   RobotMerger(const RobotMerger&) = delete;
@@ -57,6 +58,7 @@ class RobotMerger {
   void take(const cuboid_mapping::Observation& message);
   void applyDue();
   void apply(const cuboid_mapping::RobotObservation& observation);
+  std::string noteApplied(const cuboid_mapping::RobotObservation& observation);
   void ask();
   void askFor(const cuboid_mapping::ObservationQuestion& question);
 
