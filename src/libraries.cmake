@@ -50,6 +50,7 @@ cuboid_mapping_add_part(core
   cuboid_mapping/scan/scan_update.cpp
   cuboid_mapping/scan/slab_walk.cpp
   cuboid_mapping/scan/spherical_layout.cpp
+  cuboid_mapping/scan/void_space.cpp
   cuboid_mapping/voxels/packed_voxels.cpp
   cuboid_mapping/voxels/uniform_boxes.cpp
   cuboid_mapping/voxels/voxel_store.cpp)
@@ -179,6 +180,7 @@ add_library(cuboid_mapping_ros
   cuboid_mapping/ros/marker_colors.cpp
   cuboid_mapping/ros/marker_publisher.cpp
   cuboid_mapping/ros/merge_progress.cpp
+  cuboid_mapping/ros/moving_filter.cpp
   cuboid_mapping/ros/nearest_key.cpp
   cuboid_mapping/ros/node_sources.cpp
   cuboid_mapping/ros/node_statistics.cpp

@@ -3,6 +3,7 @@
 #include "bag_clouds.h"
 #include "cuboid_mapping/io/text.h"
 #include "cuboid_mapping/ros/forgetting.h"
+#include "cuboid_mapping/ros/moving_filter.h"
 #include "map_content.h"
 #include "progress_bar.h"
 
@@ -16,17 +17,22 @@ namespace {
 
 using cuboid_mapping::counted;
 
-int makeMap(const BagOptions& options) {
+/// @param frees_passed  Whether what has passed goes out of the map at the end.
+int makeMap(const BagOptions& options, bool frees_passed) {
   const auto start = std::chrono::steady_clock::now();
   const cuboid_mapping::MapFormat format = checkOutput(options);
   BagClouds clouds("bag_to_map", options);
   cuboid_mapping::CuboidMap map(makeMapConfig(clouds.parameters()));
-  Forgetting forgetting(clouds.parameters().forget_after_s);
+  Forgetting forgetting(clouds.parameters().forget_after_s, clouds.parameters().forget_class);
+  const MovingPoints what = clouds.parameters().moving_points;
+  MovingFilter moving(
+      clouds.parameters().map.resolution_m,
+      what == MovingPoints::kIgnore && frees_passed ? MovingPoints::kPublish : what);
   clouds.walk(
       {},
       [&](const cuboid_mapping::ScanUpdate* update, const BagClouds::Origin& origin) {
         if (update == nullptr) return;
-        map.apply(*update, clouds.sensorModel(origin.source));
+        map.apply(moving.take(*update), clouds.sensorModel(origin.source));
         forgetting.note(*update, origin.stamp);
         forgetting.forget(map);
       },
@@ -40,6 +46,7 @@ int makeMap(const BagOptions& options) {
     throw std::runtime_error("none of " + counted(statistics.num_received, "cloud") +
                              " could be used: nothing was written");
   }
+  const std::size_t num_freed = frees_passed ? freeVoidVoxels(moving.voidSpace(), map) : 0;
   const cuboid_mapping::MapSnapshot snapshot =
       takeSnapshot(map, withoutSlash(clouds.parameters().frame_id));
   cuboid_mapping::throwIfInterrupted();
@@ -50,6 +57,9 @@ int makeMap(const BagOptions& options) {
             << ", " << counted(statistics.num_points, "point") << ", "
             << cuboid_mapping::describeContent(snapshot, format) << ", " << num_bytes
             << " bytes, in " << time.count() << " s" << std::endl;
+  if (frees_passed) {
+    std::cout << counted(num_freed, "occupied voxel") << " of what has passed freed" << std::endl;
+  }
   return 0;
 }
 
@@ -58,8 +68,11 @@ int run(int argc, char** argv) {
   cuboid_mapping::CommandLine line("bag_to_map",
                                    "Maps the clouds in rosbags, without a roscore. The result is "
                                    "the same as the node's, byte for byte.");
+  bool frees_passed = false;
+  line.addFlag("free-passed", frees_passed,
+               "at the end, free what has passed through places that were empty at some time");
   if (const auto status = parseBagOptions(line, argc, argv, options)) return *status;
-  return makeMap(options);
+  return makeMap(options, frees_passed);
 }
 
 }  // namespace

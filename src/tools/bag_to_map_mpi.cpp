@@ -93,6 +93,11 @@ std::unique_ptr<BagClouds> openClouds(const MpiRanks& ranks, const BagOptions& o
         throw std::runtime_error(
             "bag_to_map_mpi cannot forget: set forget_after to 0, or use bag_to_map");
       }
+      if (clouds->parameters().moving_points == MovingPoints::kLeaveOut) {
+        throw std::runtime_error(
+            "bag_to_map_mpi cannot leave moving points out: set moving_points to ignore, or use "
+            "bag_to_map");
+      }
       error = checkpoint.findFault();
     } catch (const std::exception& exception) {
       error = exception.what();

@@ -4,8 +4,14 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <array>
+#include <cmath>
+#include <filesystem>
+#include <fstream>
 #include <map>
 #include <sstream>
+#include <string>
+#include <vector>
 
 namespace cuboid_mapping::bench::test {
 namespace {
@@ -55,6 +61,80 @@ TEST(MapTruth, AnEndMarginFindsMoreSurfaceAndKeepsTheFreeSpace) {
   EXPECT_GT(margin.free_space, octomap.free_space - 1.0);
   EXPECT_LT(figures.at("beams end 1.0 m early").free_space, octomap.free_space - 5.0);
   EXPECT_LT(figures.at("not beside hits, 1.0 m").free_space, octomap.free_space - 5.0);
+}
+
+/// SA, DA and AA of each method, in percent.
+std::map<std::string, std::array<double, 3>> readAccuracies(const std::string& text) {
+  std::map<std::string, std::array<double, 3>> figures;
+  std::istringstream lines(text);
+  for (std::string line; std::getline(lines, line);) {
+    const std::size_t end_of_name = line.find(" |", 2);
+    if (end_of_name == std::string::npos) continue;
+    std::string numbers = line.substr(end_of_name);
+    std::replace(numbers.begin(), numbers.end(), '|', ' ');
+    std::array<double, 3> row{};
+    if (std::istringstream(numbers) >> row[0] >> row[1] >> row[2]) {
+      figures[line.substr(2, end_of_name - 2)] = row;
+    }
+  }
+  return figures;
+}
+
+TEST(PassedPoints, OfASimulatedWalkerGoAndThoseOfTheSurroundingsStay) {
+  const ProgramEnd end =
+      runProgram({PASSED_POINTS_PROGRAM, "--clouds", "40", "--rings", "16", "--resolution", "0.2"});
+  ASSERT_EQ(end.status, 0) << end.err;
+  const auto figures = readAccuracies(end.out);
+  ASSERT_EQ(figures.size(), 6U) << end.out;
+  const auto& [sa, da, aa] = figures.at("points never in a void voxel");
+  EXPECT_GT(sa, 99.0);
+  EXPECT_GT(da, 50.0);
+  EXPECT_NEAR(aa, std::sqrt(sa * da), 0.02);
+  EXPECT_GT(da, figures.at("points not in moving_points")[1]) << "later clouds tell more";
+  EXPECT_GE(figures.at("leave_out and --free-passed")[1], figures.at("the map")[1]);
+}
+
+/// A binary PCD file of x, y, z and intensity, with the pose of the sensor.
+void writePcd(const std::string& file, const std::string& viewpoint,
+              const std::vector<std::array<float, 4>>& points) {
+  std::ofstream out(file, std::ios::binary);
+  out << "# .PCD v0.7\nVERSION 0.7\nFIELDS x y z intensity\nSIZE 4 4 4 4\nTYPE F F F F\n"
+      << "COUNT 1 1 1 1\nWIDTH " << points.size() << "\nHEIGHT 1\nVIEWPOINT " << viewpoint
+      << "\nPOINTS " << points.size() << "\nDATA binary\n";
+  out.write(reinterpret_cast<const char*>(points.data()),
+            static_cast<std::streamsize>(points.size() * sizeof(points[0])));
+}
+
+TEST(PassedPoints, ReadsTheLayoutOfTheDynamicMapBenchmark) {
+  const cuboid_mapping::test::TemporaryFolder folder;
+  std::filesystem::create_directory(folder / "pcd");
+  const std::string sensor = "5 0 0.5 0.7071068 0 0 0.7071068";  // Turned to the left.
+  std::vector<std::array<float, 4>> wall;
+  std::vector<std::array<float, 4>> object;
+  for (int y = -50; y <= 50; ++y) {
+    for (int z = -50; z <= 50; ++z) {
+      const auto side = 0.01F * static_cast<float>(y);
+      const auto up = 0.01F * static_cast<float>(z);
+      wall.push_back({9.05F, 4.0F * side, 0.5F + 4.0F * up, 0.0F});
+      if (std::abs(side) < 0.1F && std::abs(up) < 0.1F) {
+        object.push_back({7.05F, 2.0F * side, 0.5F + 2.0F * up, 1.0F});
+      }
+    }
+  }
+  writePcd(folder / "pcd/000000.pcd", sensor, wall);
+  writePcd(folder / "pcd/000001.pcd", sensor, object);
+  std::vector<std::array<float, 4>> truth = wall;
+  truth.insert(truth.end(), object.begin(), object.end());
+  writePcd(folder / "gt_cloud.pcd", "0 0 0 1 0 0 0", truth);
+  const ProgramEnd end = runProgram(
+      {PASSED_POINTS_PROGRAM, "--dataset", folder / "", "--resolution", "0.1", "--margin", "0"});
+  ASSERT_EQ(end.status, 0) << end.err;
+  const auto figures = readAccuracies(end.out);
+  ASSERT_EQ(figures.size(), 4U) << end.out;
+  EXPECT_EQ(figures.at("points not in moving_points"),
+            (std::array<double, 3>{100.0, 100.0, 100.0}));
+  EXPECT_EQ(figures.at("the map")[0], 100.0);
+  EXPECT_EQ(figures.at("the map")[1], 0.0) << "nothing has cleared the object again";
 }
 
 TEST(MapTruth, RefusesADataSetWithoutTruth) {

@@ -85,6 +85,37 @@ TEST_F(ForgettingTest, LockedVoxelsStay) {
   EXPECT_EQ(map_.voxels().numOccupiedVoxels(), 256.0 + 512.0);
 }
 
+TEST_F(ForgettingTest, OfOneClassLeavesTheOtherAsItWas) {
+  using cuboid_mapping::UniformBox;
+  const CellBox free_half{{0, 0, 0}, {8, 8, 4}};
+  const CellBox occupied_half{{0, 0, 4}, {8, 8, 8}};
+  for (const ForgetClass forgotten :
+       {ForgetClass::kAll, ForgetClass::kOccupied, ForgetClass::kFree}) {
+    map_.clear();
+    forgetting_ = Forgetting(10.0, forgotten);
+    see(1000.0, {0});
+    (void)map_.replace(free_half, std::vector<UniformBox>{{free_half, -1.0F}});
+    see(1020.0, {1});
+    const bool stays_free = forgotten == ForgetClass::kOccupied;
+    const bool stays_occupied = forgotten == ForgetClass::kFree;
+    EXPECT_EQ(map_.voxels().logOddsAt(free_half.min).value_or(0.0F), stays_free ? -1.0F : 0.0F);
+    EXPECT_EQ(map_.voxels().at(occupied_half.min),
+              stays_occupied ? Occupancy::kOccupied : Occupancy::kUnknown);
+    EXPECT_EQ(map_.voxels().numFreeVoxels(), stays_free ? 256.0 : 0.0);
+    EXPECT_EQ(map_.voxels().numOccupiedVoxels(), 512.0 + (stays_occupied ? 256.0 : 0.0));
+  }
+}
+
+TEST_F(ForgettingTest, OfOneClassForgetsWhatHasComeBack) {
+  forgetting_ = Forgetting(10.0, ForgetClass::kOccupied);
+  see(1000.0, {0});
+  see(1020.0, {1});
+  EXPECT_EQ(known(), (Bricks{1}));
+  see(1021.0, {0});
+  see(1040.0, {1});
+  EXPECT_EQ(known(), (Bricks{1})) << "time is counted again after the first was forgotten";
+}
+
 TEST_F(ForgettingTest, WhatNoCloudHasSeenStays) {
   (void)map_.replace(
       cuboid_mapping::brickBox(cellOf(3)),

@@ -109,7 +109,7 @@ TEST(Parameters, EveryBadValueGivesExactlyItsErrorAndKeepsTheDefault) {
       ++num_checked;
     }
   }
-  EXPECT_EQ(num_checked, 355U);
+  EXPECT_EQ(num_checked, 361U);
 }
 
 TEST(Parameters, AnErrorSaysValueRangeAndWhatToDo) {

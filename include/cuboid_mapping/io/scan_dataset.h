@@ -33,6 +33,8 @@ class ScanDataset {
 /// Cases:
 ///   - a folder: `poses.txt` with a line `index tx ty tz qx qy qz qw` per scan (map <- sensor; lines
 ///     beginning with # are comments), and `scans/NNNN.pcd`, the index in four digits;
+///   - a folder with `pcd/*.pcd` and no `poses.txt`, as KTH's DynamicMap benchmark has them: clouds in the map's
+///     frame, in the order of their names, whose VIEWPOINT is T_map_sensor;
 ///   - a file that ends in `.graph`: an octomap::ScanGraph.
 ///
 /// @throws std::runtime_error saying what is missing or wrong, and where.

@@ -2,9 +2,11 @@
 #include "cuboid_mapping/io/scan_dataset.h"
 
 #include <octomap/ScanGraph.h>
+#include <pcl/conversions.h>
 #include <pcl/io/pcd_io.h>
 #include <pcl/point_types.h>
 
+#include <algorithm>
 #include <cstdio>
 #include <filesystem>
 #include <fstream>
@@ -68,6 +70,47 @@ class ScanFolder : public ScanDataset {
   std::vector<Pose> poses_;
 };
 
+/// A folder pcd/ of clouds in the map's frame, whose VIEWPOINT is where the sensor was.
+class PosedClouds : public ScanDataset {
+ public:
+  explicit PosedClouds(const fs::path& folder) {
+    for (const auto& entry : fs::directory_iterator(folder / "pcd")) {
+      if (entry.path().extension() == ".pcd") files_.push_back(entry.path());
+    }
+    if (files_.empty()) throw std::runtime_error((folder / "pcd").string() + " has no .pcd file");
+    std::sort(files_.begin(), files_.end());
+  }
+
+  [[nodiscard]] std::size_t size() const override { return files_.size(); }
+
+  [[nodiscard]] Item read(std::size_t index) const override {
+    const std::string file = files_.at(index).string();
+    pcl::PCLPointCloud2 content;
+    Eigen::Vector4f origin;
+    Eigen::Quaternionf orientation;
+    int version = 0;
+    pcl::PointCloud<pcl::PointXYZ> cloud;
+    if (pcl::PCDReader().read(file, content, origin, orientation, version) != 0 ||
+        !(orientation.norm() > 0.5F) || pcl::getFieldIndex(content, "z") < 0) {
+      throw std::runtime_error("cannot read " + file + " as a PCD file with x y z and VIEWPOINT");
+    }
+    pcl::fromPCLPointCloud2(content, cloud);
+    Item item;
+    item.T_map_sensor = Eigen::Translation3d(origin.head<3>().cast<double>()) *
+                        orientation.cast<double>().normalized();
+    const Eigen::Isometry3d T_sensor_map = item.T_map_sensor.inverse();
+    item.points_sensor.reserve(cloud.size());
+    for (const pcl::PointXYZ& point : cloud) {
+      item.points_sensor.emplace_back(
+          (T_sensor_map * point.getVector3fMap().cast<double>()).cast<float>());
+    }
+    return item;
+  }
+
+ private:
+  std::vector<fs::path> files_;
+};
+
 /// An octomap::ScanGraph, held in memory.
 class ScanGraphFile : public ScanDataset {
  public:
@@ -101,8 +144,11 @@ class ScanGraphFile : public ScanDataset {
 
 std::unique_ptr<ScanDataset> openScanDataset(const std::string& path) {
   if (fs::path(path).extension() == ".graph") return std::make_unique<ScanGraphFile>(path);
+  if (fs::is_directory(fs::path(path) / "pcd") && !fs::exists(fs::path(path) / "poses.txt")) {
+    return std::make_unique<PosedClouds>(path);
+  }
   if (fs::is_directory(path)) return std::make_unique<ScanFolder>(path);
-  throw std::runtime_error(path + " is neither a folder with poses.txt nor a .graph file");
+  throw std::runtime_error(path + " is neither a folder with poses.txt or pcd/ nor a .graph file");
 }
 
 }  // namespace cuboid_mapping

@@ -184,10 +184,10 @@ const ScanUpdate* CloudPipeline::compute(const SensorMessage& cloud, const Cloud
   statistics.reach_m =
       findReach(points, (poses.T_map_cloud.inverse() * poses.T_map_sensor).translation());
   Scan ground;
-  const std::vector<Scan> scans = makeScans(cloud, points, poses, ground, statistics);
+  scans_ = makeScans(cloud, points, poses, ground, statistics);
   statistics.convert_time.add(stopwatch.lap());
 
-  const ScanUpdate& update = takeUse(computeUpdate(scans, ground));
+  const ScanUpdate& update = takeUse(computeUpdate(scans_, ground));
   statistics.ray_walk_time.add(stopwatch.lap());
   statistics.num_points += update.num_points;
   statistics.num_out_of_range += update.num_out_of_range;

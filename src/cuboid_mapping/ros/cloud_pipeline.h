@@ -73,6 +73,9 @@ class CloudPipeline {
                                             NodeStatistics& statistics,
                                             std::optional<CloudError>& error);
 
+  /// What the last cloud that was not refused has measured, filtered, map frame; one for each slice of it.
+  [[nodiscard]] const std::vector<cuboid_mapping::Scan>& scans() const { return scans_; }
+
   /// The map's sensor model, with the source's hit and miss.
   [[nodiscard]] const cuboid_mapping::SensorModel& sensorModel() const { return sensor_model_; }
 
@@ -106,6 +109,7 @@ class CloudPipeline {
   cuboid_mapping::SensorModel sensor_model_;
   cuboid_mapping::ScanLimits scan_limits_;
   cuboid_mapping::ScanUpdater scan_updater_;
+  std::vector<cuboid_mapping::Scan> scans_;
   cuboid_mapping::ScanUpdate with_ground_;
   cuboid_mapping::ScanUpdate used_;  ///< What takeUse() has left.
 };

@@ -15,13 +15,22 @@ using cuboid_mapping::ChangeSet;
 using cuboid_mapping::CuboidMap;
 using cuboid_mapping::PackedVoxels;
 
-/// Makes the voxels of a brick unknown, but for those that are locked.
-ChangeSet forgetBrick(const Cell& brick, CuboidMap& map) {
+BrickMask voxelsOf(const PackedVoxels& voxels, ForgetClass of_class) {
+  switch (of_class) {
+    case ForgetClass::kAll: return voxels.known();
+    case ForgetClass::kOccupied: return voxels.occupied();
+    case ForgetClass::kFree: break;
+  }
+  return voxels.free();
+}
+
+/// Makes the voxels of a brick unknown that are of a class, but for those that are locked.
+ChangeSet forgetBrick(const Cell& brick, ForgetClass of_class, CuboidMap& map) {
   const PackedVoxels* voxels = map.voxels().find(brick);
   if (voxels == nullptr) return map.replace({}, std::vector<cuboid_mapping::VoxelBrick>{});
   BrickUpdate all;
   all.brick = brick;
-  all.hits = BrickMask::all();
+  all.hits = voxelsOf(*voxels, of_class);
   const std::vector<BrickUpdate> unlocked = map.locked().without({all});
   PackedVoxels kept = *voxels;
   for (const BrickUpdate& part : unlocked) kept.replace(part.hits, PackedVoxels(), kept);
@@ -51,7 +60,7 @@ ChangeSet Forgetting::forget(CuboidMap& map) {
       ++brick;
       continue;
     }
-    const ChangeSet change = forgetBrick(brick->first, map);
+    const ChangeSet change = forgetBrick(brick->first, class_, map);
     changes.bricks.insert(changes.bricks.end(), change.bricks.begin(), change.bricks.end());
     changes.is_everything = changes.is_everything || change.is_everything;
     changes.revision = change.revision;

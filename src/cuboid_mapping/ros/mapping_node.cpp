@@ -58,7 +58,8 @@ MappingNode::MappingNode(const ros::NodeHandle& nh, const ros::NodeHandle& priva
       private_nh_(withQueue(private_nh, cloud_callbacks_)),
       parameters_(parameters),
       sources_(parameters),
-      forgetting_(parameters.forget_after_s),
+      forgetting_(parameters.forget_after_s, parameters.forget_class),
+      moving_filter_(parameters.map.resolution_m, parameters.moving_points),
       map_(makeMapConfig(parameters)),
       has_color_span_(parameters.color_period_m == 0.0),
       speed_watch_(parameters.map.resolution_m, parameters.max_range_m),
@@ -151,6 +152,9 @@ void MappingNode::subscribe() {
   tf_receiver_.emplace(withQueue(nh_, tf_thread_.queue()), tf_buffer_);
   tf_thread_.start();
   if (!parameters_.fleet.robots.empty()) return mergeRobots();
+  if (parameters_.moving_points != MovingPoints::kIgnore) {
+    moving_points_ = nh_.advertise<sensor_msgs::PointCloud2>(kMovingPointsTopic, 10);
+  }
   sources_.listen(withQueue(nh_, arrival_callbacks_), [this](const SensorMessage& cloud) {
     is_cloud_waiting_ = true;
     cloud_inbox_.put(cloud);
@@ -257,8 +261,9 @@ void MappingNode::integrate(const SensorMessage& cloud, const CloudPoses& poses)
     return drop(cloud.source, toDropReason(error->defect), [&error] { return error->text; });
   }
   Stopwatch stopwatch;
+  const auto& taken = takeMoving(*update, source, cloud.header().stamp);
   map_.change(cloud.header().stamp,
-              [&](cuboid_mapping::CuboidMap& map) { return source.apply(*update, map); });
+              [&](cuboid_mapping::CuboidMap& map) { return source.apply(taken, map); });
   statistics_.apply_time.add(stopwatch.lap());
   ++statistics_.num_inserted;
   sources_.noteInserted(cloud.source);
@@ -271,13 +276,23 @@ void MappingNode::integrate(const SensorMessage& cloud, const CloudPoses& poses)
   forget(*update, cloud.header().stamp);
   guard_.run(kObservationsTopic, [&] {
     observation_publisher_.publish(cloud.header().stamp, poses.T_map_sensor.translation(),
-                                   source.parameters.map.sensor_model, *update);
+                                   source.parameters.map.sensor_model, taken);
   });
   is_cloud_waiting_ = cloud_inbox_.numBytes() > 0 || cloud_intake_.numWaiting() > 0;
   guard_.run("fusion after a cloud", [this] {
     fuse_timer_.stop();
     fuse_timer_.start();
   });
+}
+
+const cuboid_mapping::ScanUpdate& MappingNode::takeMoving(const cuboid_mapping::ScanUpdate& update,
+                                                          const Source& source,
+                                                          const ros::Time& stamp) {
+  if (moving_points_ && moving_points_.getNumSubscribers() > 0) {
+    moving_points_.publish(toCloud(moving_filter_.findMoving(source.pipeline.scans()),
+                                   withoutSlash(parameters_.frame_id), stamp));
+  }
+  return moving_filter_.take(update);
 }
 
 void MappingNode::forget(const cuboid_mapping::ScanUpdate& update, const ros::Time& stamp) {
@@ -361,6 +376,7 @@ void MappingNode::publish() {
 
 void MappingNode::onReset() {
   map_.change(ros::Time(), [](cuboid_mapping::CuboidMap& map) { return map.clear(); });
+  moving_filter_.reset();
   publish();
   ROS_INFO_NAMED(kNodeName, "map cleared");
 }

@@ -11,6 +11,7 @@
 #include "cuboid_mapping/ros/map_files_service.h"
 #include "cuboid_mapping/ros/map_publisher.h"
 #include "cuboid_mapping/ros/marker_publisher.h"
+#include "cuboid_mapping/ros/moving_filter.h"
 #include "cuboid_mapping/ros/node_sources.h"
 #include "cuboid_mapping/ros/node_statistics.h"
 #include "cuboid_mapping/ros/observation_publisher.h"
@@ -80,6 +81,9 @@ class MappingNode {
   void integrate(const SensorMessage& cloud, const CloudPoses& poses);
   /// Notes what a cloud has seen, and makes unknown what none has seen for too long.
   void forget(const cuboid_mapping::ScanUpdate& update, const ros::Time& stamp);
+  /// Publishes what moves. @return What of the cloud goes into the map.
+  const cuboid_mapping::ScanUpdate& takeMoving(const cuboid_mapping::ScanUpdate& update,
+                                               const Source& source, const ros::Time& stamp);
   void fuseUntilNextCloud();
   /// Makes the map of what other nodes say, in the place of clouds.
   void mergeRobots();
@@ -113,6 +117,7 @@ class MappingNode {
   NodeParameters parameters_;
   NodeSources sources_;  ///< As reconfigured.
   Forgetting forgetting_;
+  MovingFilter moving_filter_;
   GuardedMap map_;
   NodeStatistics statistics_;
   NodeStatistics reported_statistics_;  ///< As of the last report.
@@ -132,6 +137,7 @@ class MappingNode {
   std::size_t last_source_ = 0;                     ///< ... who sent it, ...
   ros::Time last_arrival_;                          ///< ... and when that was.
 
+  ros::Publisher moving_points_;  ///< Only with the parameter of this name.
   MapPublisher map_publisher_;
   ObservationPublisher observation_publisher_;
   MarkerPublisher occupied_publisher_;

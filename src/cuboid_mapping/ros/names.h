@@ -16,6 +16,7 @@ constexpr char kFreeCuboidsTopic[] = "free_cuboids";             ///< visualizat
 constexpr char kCuboidMapTopic[] = "cuboid_map";                 ///< cuboid_mapping/FullCuboidMap
 constexpr char kCuboidMapUpdatesTopic[] = "cuboid_map_updates";  ///< cuboid_mapping/CuboidMapUpdate
 constexpr char kObservationsTopic[] = "observations";            ///< cuboid_mapping/Observation
+constexpr char kMovingPointsTopic[] = "moving_points";           ///< sensor_msgs/PointCloud2
 
 // In the namespace of the node, as octomap_server has them; the first two are services, too.
 constexpr char kOctomapBinaryTopic[] = "octomap_binary";                   ///< octomap_msgs/Octomap

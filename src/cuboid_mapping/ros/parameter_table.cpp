@@ -38,6 +38,21 @@ std::vector<ParameterDeclaration> declareMap() {
        "blocks of 8 x 8 x 8 voxels. Locked boxes stay, and so does what comes from files and "
        "services "
        "alone. 0: never."},
+      {"forget_class", "",
+       oneOf<ForgetClass>({ForgetClass::kAll, ForgetClass::kOccupied, ForgetClass::kFree},
+                          [](P& p) -> ForgetClass& { return p.forget_class; }),
+       "Which voxels are forgotten after forget_after. all: both classes. occupied: obstacles that "
+       "nobody sees any "
+       "more; the space that was found free stays. free: space that was free long ago; obstacles "
+       "stay."},
+      {"moving_points", "",
+       oneOf<MovingPoints>({MovingPoints::kIgnore, MovingPoints::kPublish, MovingPoints::kLeaveOut},
+                           [](P& p) -> MovingPoints& { return p.moving_points; }),
+       "Points where earlier clouds have seen that nothing stands, which are of things that move. "
+       "ignore: "
+       "nobody looks for them. publish: they are published as moving_points. leave_out: they are "
+       "published, "
+       "and do not make voxels occupied."},
       {"fusion", "",
        oneOf<FusionKind>({FusionKind::kClass, FusionKind::kGrowth, FusionKind::kNone},
                          [](P& p) -> FusionKind& { return p.map.fusion; }),

@@ -85,6 +85,22 @@ struct SourceParameters {
       false;  ///< Whether each point has the pose of its own time; else that of the stamp.
 };
 
+/// Which voxels are forgotten, see Forgetting.
+enum class ForgetClass : unsigned char { kAll, kOccupied, kFree };
+
+/// The name of the parameter's value, as "occupied".
+[[nodiscard]] const char* toString(ForgetClass forgotten);
+
+/// What becomes of points where nothing can be that stands still, see MovingFilter.
+enum class MovingPoints : unsigned char {
+  kIgnore,   ///< Nobody looks for them.
+  kPublish,  ///< They are published, and go into the map.
+  kLeaveOut  ///< They are published, and do not go into the map.
+};
+
+/// The name of the parameter's value, as "leave_out".
+[[nodiscard]] const char* toString(MovingPoints moving);
+
 /// What belongs to the robot, and what becomes of the points on it.
 struct SelfFilterParameters {
   XmlRpc::XmlRpcValue box_list;   ///< As it was given.
@@ -112,7 +128,9 @@ struct NodeParameters {
   std::string sensor_frame;  ///< Its origin is where beams start; "": the cloud's frame.
   cuboid_mapping::MapConfig map;
   double forget_after_s = 0.0;  ///< See Forgetting; 0: never.
-  int threads = 0;              ///< For the work on a cloud; 0: as many as the machine has cores.
+  ForgetClass forget_class = ForgetClass::kAll;
+  MovingPoints moving_points = MovingPoints::kIgnore;
+  int threads = 0;  ///< For the work on a cloud; 0: as many as the machine has cores.
   double max_range_m = std::numeric_limits<double>::infinity();  ///< Beams are cut there.
   double end_margin_m = 0.0;       ///< See cuboid_mapping::BeamRanges.
   double min_range_m = 0.0;        ///< Nearer points are left out wholly; 0: none.

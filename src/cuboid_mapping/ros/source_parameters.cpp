@@ -183,6 +183,24 @@ const char* toString(SourceUse use) {
   return "clear";
 }
 
+const char* toString(ForgetClass forgotten) {
+  switch (forgotten) {
+    case ForgetClass::kAll: return "all";
+    case ForgetClass::kOccupied: return "occupied";
+    case ForgetClass::kFree: break;
+  }
+  return "free";
+}
+
+const char* toString(MovingPoints moving) {
+  switch (moving) {
+    case MovingPoints::kIgnore: return "ignore";
+    case MovingPoints::kPublish: return "publish";
+    case MovingPoints::kLeaveOut: break;
+  }
+  return "leave_out";
+}
+
 bool isOfSource(const std::string& key) {
   return key.rfind("pointcloud_", 0) == 0 ||
          std::any_of(kSourceKeys.begin(), kSourceKeys.end(), [&key](const std::string& group) {

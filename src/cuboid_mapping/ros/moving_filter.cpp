@@ -1,0 +1,79 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "cuboid_mapping/ros/moving_filter.h"
+
+#include <sensor_msgs/point_cloud2_iterator.h>
+
+namespace cuboid_mapping_ros {
+
+using cuboid_mapping::BrickMask;
+using cuboid_mapping::BrickUpdate;
+using cuboid_mapping::Cell;
+using cuboid_mapping::PackedVoxels;
+using cuboid_mapping::Scan;
+using cuboid_mapping::ScanUpdate;
+
+std::vector<Eigen::Vector3d> MovingFilter::findMoving(const std::vector<Scan>& scans) const {
+  std::vector<Eigen::Vector3d> moving;
+  if (is_reset_) return moving;
+  for (const Scan& scan : scans) {
+    for (const Eigen::Vector3f& point : scan.points) {
+      const Eigen::Vector3d point_map = scan.anchor_map + point.cast<double>();
+      const auto cell = grid_.toCell(point_map);
+      if (cell && void_space_.contains(*cell)) moving.push_back(point_map);
+    }
+  }
+  return moving;
+}
+
+const ScanUpdate& MovingFilter::take(const ScanUpdate& update) {
+  if (is_reset_.exchange(false)) void_space_ = {};
+  if (what_ == MovingPoints::kIgnore) return update;
+  const bool leaves_out = what_ == MovingPoints::kLeaveOut;
+  if (leaves_out) rest_ = void_space_.withoutMoving(update);
+  void_space_.add(update);
+  return leaves_out ? rest_ : update;
+}
+
+std::size_t freeVoidVoxels(const cuboid_mapping::VoidSpace& void_space,
+                           cuboid_mapping::CuboidMap& map) {
+  std::size_t num_freed = 0;
+  void_space.forEach([&](const Cell& brick, const BrickMask& mask) {
+    const PackedVoxels* voxels = map.voxels().find(brick);
+    if (voxels == nullptr) return;
+    std::vector<BrickUpdate> passed(1);
+    passed[0].brick = brick;
+    passed[0].misses = voxels->occupied() & mask;
+    passed = map.locked().without(passed);
+    if (passed[0].misses.isEmpty()) return;
+    const cuboid_mapping::SensorModel& model = map.sensorModel();
+    PackedVoxels free;
+    PackedVoxels().observe({}, passed[0].misses, model, free);
+    PackedVoxels changed = *voxels;
+    changed.replace(passed[0].misses, free, changed);
+    (void)map.replace(cuboid_mapping::brickBox(brick),
+                      std::vector<cuboid_mapping::VoxelBrick>{{brick, changed}});
+    num_freed += static_cast<std::size_t>(passed[0].misses.count());
+  });
+  return num_freed;
+}
+
+sensor_msgs::PointCloud2 toCloud(const std::vector<Eigen::Vector3d>& points,
+                                 const std::string& frame_id, const ros::Time& stamp) {
+  sensor_msgs::PointCloud2 cloud;
+  cloud.header.frame_id = frame_id;
+  cloud.header.stamp = stamp;
+  cloud.is_dense = true;
+  sensor_msgs::PointCloud2Modifier modifier(cloud);
+  using Field = sensor_msgs::PointField;
+  modifier.setPointCloud2Fields(3, "x", 1, Field::FLOAT32, "y", 1, Field::FLOAT32, "z", 1,
+                                Field::FLOAT32);
+  modifier.resize(points.size());
+  sensor_msgs::PointCloud2Iterator<float> xyz(cloud, "x");
+  for (const Eigen::Vector3d& point : points) {
+    for (int axis = 0; axis < 3; ++axis) xyz[axis] = static_cast<float>(point[axis]);
+    ++xyz;
+  }
+  return cloud;
+}
+
+}  // namespace cuboid_mapping_ros

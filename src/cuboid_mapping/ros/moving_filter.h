@@ -1,0 +1,58 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include "cuboid_mapping/map/cuboid_map.h"
+#include "cuboid_mapping/ros/parameters.h"
+#include "cuboid_mapping/scan/scan.h"
+#include "cuboid_mapping/scan/void_space.h"
+
+#include <sensor_msgs/PointCloud2.h>
+#include <Eigen/Core>
+
+#include <atomic>
+#include <string>
+#include <vector>
+
+namespace cuboid_mapping_ros {
+
+/// What of the clouds is of things that move, by the clouds before: the same for a recording whenever it is played.
+///
+/// Memory: some 100 bytes for each brick of 8 x 8 x 8 voxels with void ones. Not thread-safe but for reset().
+class MovingFilter {
+ public:
+  /// @param what  With kIgnore, nothing is noted and no point moves.
+  MovingFilter(double resolution_m, MovingPoints what) : grid_(resolution_m), what_(what) {}
+
+  /// The points that are in void voxels, map frame, in metres. To be called before take().
+  [[nodiscard]] std::vector<Eigen::Vector3d> findMoving(
+      const std::vector<cuboid_mapping::Scan>& scans) const;
+
+  /// Notes a cloud. @return What of it goes into the map: all, or with kLeaveOut all but the hits in what was void
+  ///         before. Valid until the next call, and as long as `update`.
+  [[nodiscard]] const cuboid_mapping::ScanUpdate& take(const cuboid_mapping::ScanUpdate& update);
+
+  /// Of all clouds so far.
+  [[nodiscard]] const cuboid_mapping::VoidSpace& voidSpace() const { return void_space_; }
+
+  /// Forgets everything before the next cloud. Thread-safe.
+  void reset() { is_reset_ = true; }
+
+ private:
+  cuboid_mapping::Grid grid_;
+  MovingPoints what_;
+  cuboid_mapping::VoidSpace void_space_;
+  cuboid_mapping::ScanUpdate rest_;
+  std::atomic<bool> is_reset_{false};
+};
+
+/// Frees what is occupied in void voxels, but for locked ones, after a drive: what has passed there before it was known
+/// that the place is empty. Such a voxel is then as if a beam had passed it once.
+/// @return Number of voxels.
+std::size_t freeVoidVoxels(const cuboid_mapping::VoidSpace& void_space,
+                           cuboid_mapping::CuboidMap& map);
+
+/// Points as a cloud of float32.
+[[nodiscard]] sensor_msgs::PointCloud2 toCloud(const std::vector<Eigen::Vector3d>& points,
+                                               const std::string& frame_id, const ros::Time& stamp);
+
+}  // namespace cuboid_mapping_ros

@@ -1,0 +1,118 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "cuboid_mapping/scan/void_space.h"
+
+#include "cuboid_mapping/map/cuboid_map.h"
+#include "cuboid_mapping/scan/scan_update.h"
+#include "support/random_bricks.h"
+#include "support/voxel_map.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <set>
+
+namespace cuboid_mapping {
+namespace {
+
+using test::Random;
+
+/// Voxel by voxel, as the class says it.
+std::set<Cell> findVoid(const ScanUpdate& update) {
+  std::set<Cell> passed;
+  for (const BrickUpdate& brick : update.bricks) {
+    forEachCell(brick.brick, (brick.misses | brick.grazes).without(brick.hits),
+                [&](const Cell& cell) { passed.insert(cell); });
+  }
+  std::set<Cell> found;
+  for (const Cell& cell : passed) {
+    bool is_void = true;
+    test::visitCells({cell - Cell{1, 1, 1}, cell + Cell{2, 2, 2}},
+                     [&](const Cell& near) { is_void = is_void && passed.count(near) != 0; });
+    if (is_void) found.insert(cell);
+  }
+  return found;
+}
+
+std::set<Cell> cellsOf(const VoidSpace& space) {
+  std::set<Cell> cells;
+  space.forEach([&](const Cell& brick, const BrickMask& mask) {
+    EXPECT_EQ(space.of(brick), mask);
+    forEachCell(brick, mask, [&](const Cell& cell) {
+      EXPECT_TRUE(space.contains(cell));
+      cells.insert(cell);
+    });
+  });
+  return cells;
+}
+
+TEST(VoidSpace, IsWhatOneCloudHasPassedWithAllNeighbours) {
+  std::size_t num_void = 0;
+  for (std::uint64_t i = 0; i < 60; ++i) {
+    Random random(i);
+    VoidSpace space;
+    std::set<Cell> expected;
+    for (int cloud = 0; cloud < 3; ++cloud) {
+      ScanUpdate update = test::randomUpdate(random, {{-1, -1, -1}, {1, 1, 1}}, 12);
+      for (BrickUpdate& brick : update.bricks) {
+        if (random.chance(0.6)) brick.misses = BrickMask::all();
+        if (random.chance(0.6)) brick.hits = {};
+        if (random.chance(0.2)) std::swap(brick.misses, brick.grazes);
+      }
+      space.add(update);
+      expected.merge(findVoid(update));
+    }
+    EXPECT_EQ(cellsOf(space), expected) << test::seedNote(static_cast<int>(i));
+    num_void += expected.size();
+  }
+  EXPECT_GT(num_void, 10000U);
+}
+
+/// Beams from (0 0 0) to a wall at x = 2 m, or to what stands before it, at 0.1 m.
+Scan lookAtWall(double wall_m, double box_m) {
+  Scan scan;
+  scan.origin = {0.05F, 0.05F, 0.05F};
+  for (int y = -60; y <= 60; ++y) {
+    for (int z = -40; z <= 40; ++z) {
+      const double side = 0.01 * y;
+      const double up = 0.01 * z;
+      const bool meets_box = std::abs(side * box_m) < 0.15;
+      const double x = meets_box ? box_m : wall_m;
+      scan.points.emplace_back(static_cast<float>(x), static_cast<float>(0.05 + side * x),
+                               static_cast<float>(0.05 + up * x));
+    }
+  }
+  return scan;
+}
+
+TEST(VoidSpace, AnObjectThatPassesIsInItAndTheWallIsNot) {
+  const Grid grid(0.1);
+  ScanUpdater updater(grid);
+  VoidSpace space;
+  space.add(updater.compute(lookAtWall(2.05, 2.05)));
+  const ScanUpdate with_object = updater.compute(lookAtWall(2.05, 1.05));
+  const ScanUpdate rest = space.withoutMoving(with_object);
+  CuboidMap before{[] {
+    MapConfig config;
+    config.resolution_m = 0.1;
+    return config;
+  }()};
+  before.apply(rest);
+  EXPECT_EQ(before.voxels().at({10, 0, 0}), Occupancy::kUnknown) << "no hit, and nothing else";
+  EXPECT_EQ(before.voxels().at({5, 0, 0}), Occupancy::kFree) << "before the object";
+  EXPECT_EQ(before.voxels().at({20, 6, 0}), Occupancy::kOccupied) << "the wall";
+  // A wall that seems to be one voxel nearer, for a while, is still the wall.
+  for (const Eigen::Vector3f& point : lookAtWall(1.95, 1.95).points) {
+    EXPECT_FALSE(space.contains(*grid.toCell(point.cast<double>())));
+  }
+}
+
+TEST(VoidSpace, EmptyUpdatesLeaveItEmpty) {
+  VoidSpace space;
+  space.add(ScanUpdate());
+  EXPECT_TRUE(cellsOf(space).empty());
+  EXPECT_TRUE(space.withoutMoving(ScanUpdate()).bricks.empty());
+  EXPECT_FALSE(space.contains({0, 0, 0}));
+}
+
+}  // namespace
+}  // namespace cuboid_mapping
