@@ -65,14 +65,13 @@ varying float changed;
 varying float depth;
 varying vec4 figures;
 
-vec3 inMap() { return chunk.xyz + chunk.w * place; }
 void clip() {
-  vec3 p = inMap();
+  vec3 p = chunk.xyz + chunk.w * (place + 0.001 * inward);  // A face in the plane of a cut goes with its cuboid.
   if (any(lessThan(p, min_clip)) || any(greaterThan(p, max_clip)) || changed < oldest) discard;
 }
 )";
 
-/// With the macros MODE, and maybe EDGES, CLIPPED and COARSE: the fewer of them, the faster in software.
+/// With the macros MODE, and maybe EDGES, CLIPPED, CAPPED and COARSE: the fewer of them, the faster in software.
 constexpr const char* kColors = R"(
 uniform vec4 color;
 uniform vec2 color_span;
@@ -99,6 +98,12 @@ void main() {
   vec3 shade = rainbow(0.8 * (1.0 - figures.g));
 #else
   vec3 shade = color.rgb;
+#endif
+#ifdef CAPPED
+  if (!gl_FrontFacing) {  // Seen through a cut from inside: what is cut looks solid.
+    gl_FragColor = vec4(mix(vec3(0.3), shade, 0.35), color.a);
+    return;
+  }
 #endif
 #ifdef EDGES
   vec2 width = max(fwidth(corner), 1e-6);
@@ -191,10 +196,20 @@ Ogre::Pass* addPass(Ogre::Material& material, const std::string& scheme) {
   return pass;
 }
 
-bool isClipped(const FaceStyle& style) {
+bool isCut(const FaceStyle& style) {
   const FaceStyle whole;
-  return style.min_clip != whole.min_clip || style.max_clip != whole.max_clip ||
-         style.oldest_s != whole.oldest_s;
+  return style.min_clip != whole.min_clip || style.max_clip != whole.max_clip;
+}
+
+bool isClipped(const FaceStyle& style) {
+  return isCut(style) || style.oldest_s != FaceStyle().oldest_s;
+}
+
+bool isTransparent(const FaceStyle& style) { return style.alpha < 0.9998F; }
+
+/// Whether the inside of cuboids is drawn where a cut opens them.
+bool isCapped(const FaceStyle& style) {
+  return isCut(style) && !style.slice_m && !isTransparent(style);
 }
 
 /// A shader for each combination of what is asked for; compiled when it is first needed.
@@ -209,6 +224,7 @@ void setColorShader(Ogre::Pass& pass, const FaceStyle& style) {
   };
   add(style.has_edges && !style.is_coarse, "EDGES");
   add(isClipped(style), "CLIPPED");
+  add(isCapped(style), "CAPPED");
   add(style.is_coarse, "COARSE");
   setFragmentShader(pass, name, kColors, macros);
 }
@@ -247,9 +263,10 @@ void FaceMaterial::setStyle(const FaceStyle& style) {
     const float span[4] = {style.min_color_m, style.max_color_m, 0.0F, 0.0F};
     parameters->setNamedConstant("color_span", span, 1, 2);
     pass->getVertexProgramParameters()->setNamedConstant("slice", style.slice_m.value_or(0.0F));
-    pass->setCullingMode(style.slice_m ? Ogre::CULL_NONE : Ogre::CULL_CLOCKWISE);
+    const bool has_two_sides = style.slice_m || isCapped(style);
+    pass->setCullingMode(has_two_sides ? Ogre::CULL_NONE : Ogre::CULL_CLOCKWISE);
     if (i > 0) continue;
-    const bool is_transparent = style.alpha < 0.9998F;
+    const bool is_transparent = isTransparent(style);
     pass->setSceneBlending(is_transparent ? Ogre::SBT_TRANSPARENT_ALPHA : Ogre::SBT_REPLACE);
     pass->setDepthWriteEnabled(!is_transparent);
   }

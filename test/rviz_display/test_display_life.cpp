@@ -18,8 +18,10 @@
 #include <OgreSceneManager.h>
 #include <OgreSceneNode.h>
 
+#include <array>
 #include <memory>
 #include <string>
+#include <vector>
 
 namespace cuboid_mapping_rviz {
 namespace {
@@ -106,6 +108,35 @@ std::size_t countMaterials() {
     count += item.second->getName().find("cuboid_mapping") == 0 ? 1 : 0;
   }
   return count;
+}
+
+/// In the middle of the picture.
+std::array<unsigned char, 3> middleOf(test::RvizWindow& window) {
+  window.drawFrame_s();
+  const std::vector<unsigned char> pixels = window.readPixels();
+  const std::size_t first = 3 * (320 * 120 + 160);
+  return {pixels[first], pixels[first + 1], pixels[first + 2]};
+}
+
+TEST_F(DisplayLife, CutCuboidsLookSolid) {
+  CuboidMap map = makeMap(0);
+  map.replace(kAllCells, {{{{-8, -8, -8}, {8, 8, 8}}, 1.0F}});
+  CuboidMapDisplay* display = add("nowhere");
+  display->subProp("Map file")->setValue(QString::fromStdString(writeMap(map)));
+  window().look(8.0, 0.0, 1.5);  // From above.
+  ASSERT_TRUE(window().updateUntil([&] { return isDrawn(*display); }));
+  const auto whole = middleOf(window());
+  display->subProp("Height range")->setValue(true);
+  display->subProp("Height range")->subProp("Min")->setValue(-5.0);
+  display->subProp("Height range")->subProp("Max")->setValue(0.3);
+  const auto cut = middleOf(window());
+  display->subProp("Height range")->subProp("Max")->setValue(-9.0);
+  display->subProp("Height range")->subProp("Min")->setValue(-10.0);
+  const auto nothing = middleOf(window());
+  EXPECT_NE(whole, nothing);
+  EXPECT_NE(cut, nothing) << "the inside of the block is seen through the cut";
+  EXPECT_NE(cut, whole);
+  delete display;
 }
 
 TEST_F(DisplayLife, leavesNothingBehindWhenAddedAndRemoved100Times) {
