@@ -216,7 +216,8 @@ add_library(cuboid_mapping_ros
   cuboid_mapping/ros/sweep.cpp
   cuboid_mapping/ros/tf_lookup.cpp
   cuboid_mapping/ros/tf_receiver.cpp
-  cuboid_mapping/ros/time_jump.cpp)
+  cuboid_mapping/ros/time_jump.cpp
+  cuboid_mapping/ros/window_parameters.cpp)
 cuboid_mapping_configure(cuboid_mapping_ros)
 target_include_directories(cuboid_mapping_ros
   SYSTEM PUBLIC ${catkin_INCLUDE_DIRS} ${octomap_msgs_INCLUDE_DIRS}

@@ -146,15 +146,16 @@ void BagClouds::walkOne(const SensorMessage& cloud, const Take& take) {
   ++statistics_.num_received;
   watch_->noteReceived(cloud.header().stamp.toSec());
   Stopwatch stopwatch;
-  const cuboid_mapping::ScanUpdate* update = compute(cloud);
+  Origin origin{cloud.header().stamp, cloud.source};
+  const cuboid_mapping::ScanUpdate* update = compute(cloud, origin);
   if (update != nullptr) ++statistics_.num_inserted;
-  take(update, {cloud.header().stamp, cloud.source});
+  take(update, origin);
   if (update == nullptr) return;
   watch_->noteInserted(1e-3 * stopwatch.lap(), statistics_.reach_m);
   suggestOnce();
 }
 
-const cuboid_mapping::ScanUpdate* BagClouds::compute(const SensorMessage& cloud) {
+const cuboid_mapping::ScanUpdate* BagClouds::compute(const SensorMessage& cloud, Origin& origin) {
   Source& source = *sources_.at(cloud.source);
   std::string tf_error;
   const auto poses = lookupPoses(tf_, source.parameters, cloud, tf_error);
@@ -162,6 +163,7 @@ const cuboid_mapping::ScanUpdate* BagClouds::compute(const SensorMessage& cloud)
     leaveOut(DropReason::kNoTransform, tf_error);
     return nullptr;
   }
+  origin.window_center_map = poses->window_center_map;
   std::optional<CloudError> error;
   const auto* update = source.pipeline.compute(cloud, *poses, statistics_, error);
   if (update == nullptr) leaveOut(toDropReason(error->defect), error->text);

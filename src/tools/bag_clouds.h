@@ -54,10 +54,11 @@ struct LeftOutClouds {
 /// what they say about it. Errors, warnings and advice go to stderr, behind the name of the program.
 class BagClouds {
  public:
-  /// Stamp of a cloud, and the number of its source.
+  /// Stamp of a cloud, the number of its source, and where the robot was.
   struct Origin {
     ros::Time stamp;
     std::size_t source = 0;
+    Eigen::Vector3d window_center_map = Eigen::Vector3d::Zero();  ///< See CloudPoses.
   };
   /// What a cloud says, null when it is left out, and where it is from. Valid during the call.
   using Take = std::function<void(const cuboid_mapping::ScanUpdate*, const Origin& origin)>;
@@ -93,7 +94,8 @@ class BagClouds {
  private:
   void readTransforms();
   void walkOne(const SensorMessage& cloud, const Take& take);
-  [[nodiscard]] const cuboid_mapping::ScanUpdate* compute(const SensorMessage& cloud);
+  [[nodiscard]] const cuboid_mapping::ScanUpdate* compute(const SensorMessage& cloud,
+                                                          Origin& origin);
   void suggestOnce();
   void leaveOut(DropReason reason, const std::string& text);
 

@@ -1,40 +1,88 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Makes a map of the clouds in rosbags, without a roscore, as fast as the machine.
 #include "bag_clouds.h"
+#include "cuboid_mapping/io/file_replacement.h"
 #include "cuboid_mapping/io/text.h"
 #include "cuboid_mapping/ros/forgetting.h"
 #include "cuboid_mapping/ros/moving_filter.h"
+#include "cuboid_mapping/ros/window_parameters.h"
 #include "map_content.h"
 #include "progress_bar.h"
 
 #include <chrono>
+#include <filesystem>
 #include <iomanip>
 #include <iostream>
+#include <memory>
 #include <stdexcept>
+#include <string>
 
 namespace cuboid_mapping_ros {
 namespace {
 
 using cuboid_mapping::counted;
 
-/// @param frees_passed  Whether what has passed goes out of the map at the end.
-int makeMap(const BagOptions& options, bool frees_passed) {
-  const auto start = std::chrono::steady_clock::now();
-  const cuboid_mapping::MapFormat format = checkOutput(options);
-  BagClouds clouds("bag_to_map", options);
-  cuboid_mapping::CuboidMap map(makeMapConfig(clouds.parameters()));
-  Forgetting forgetting(clouds.parameters().forget_after_s, clouds.parameters().forget_class);
-  const MovingPoints what = clouds.parameters().moving_points;
-  MovingFilter moving(
-      clouds.parameters().map.resolution_m,
-      what == MovingPoints::kIgnore && frees_passed ? MovingPoints::kPublish : what);
+/// The map of the clouds of bags, with a window or without.
+class BagMap {
+ public:
+  /// @param frees_passed  Whether freePassed() will be called.
+  BagMap(const NodeParameters& parameters, bool frees_passed)
+      : map_(makeMapConfig(parameters)),
+        forgetting_(parameters.forget_after_s, parameters.forget_class),
+        moving_(parameters.map.resolution_m,
+                frees_passed && parameters.moving_points == MovingPoints::kIgnore
+                    ? MovingPoints::kPublish
+                    : parameters.moving_points),
+        window_(makeWindow(parameters, map_)) {}
+
+  void put(const cuboid_mapping::ScanUpdate& update, const BagClouds::Origin& origin,
+           const cuboid_mapping::SensorModel& model) {
+    const auto apply = [&](const cuboid_mapping::ScanUpdate& part) {
+      return map_.apply(part, model);
+    };
+    if (window_) {
+      window_->integrate(moving_.take(update), origin.window_center_map, map_, apply);
+    } else {
+      apply(moving_.take(update));
+    }
+    throwIfFailed();
+    forgetting_.note(update, origin.stamp);
+    forgetting_.forget(map_);
+  }
+
+  /// The whole map is in the store afterwards, which is closed. @return Its pages.
+  std::size_t finishStore() {
+    (void)window_->save(map_);
+    throwIfFailed();
+    const auto figures = window_->figures();
+    window_.reset();
+    return figures.num_in_memory + figures.num_on_disk_only;
+  }
+
+  /// Frees what has passed. @return Voxels.
+  std::size_t freePassed() { return freeVoidVoxels(moving_.voidSpace(), map_); }
+
+  [[nodiscard]] const cuboid_mapping::CuboidMap& map() const { return map_; }
+
+ private:
+  /// A node goes on, and says so; here it would end with less than the map.
+  void throwIfFailed() const {
+    if (window_ && window_->figures().num_failures > 0) {
+      throw std::runtime_error(window_->figures().last_failure);
+    }
+  }
+
+  cuboid_mapping::CuboidMap map_;
+  Forgetting forgetting_;
+  MovingFilter moving_;
+  std::unique_ptr<cuboid_mapping::MapWindow> window_;
+};
+
+void putAll(BagClouds& clouds, BagMap& map) {
   clouds.walk(
       {},
       [&](const cuboid_mapping::ScanUpdate* update, const BagClouds::Origin& origin) {
-        if (update == nullptr) return;
-        map.apply(moving.take(*update), clouds.sensorModel(origin.source));
-        forgetting.note(*update, origin.stamp);
-        forgetting.forget(map);
+        if (update != nullptr) map.put(*update, origin, clouds.sensorModel(origin.source));
       },
       cuboid_mapping::showProgress("clouds"));
   clouds.report(clouds.leftOut());
@@ -46,20 +94,63 @@ int makeMap(const BagOptions& options, bool frees_passed) {
     throw std::runtime_error("none of " + counted(statistics.num_received, "cloud") +
                              " could be used: nothing was written");
   }
-  const std::size_t num_freed = frees_passed ? freeVoidVoxels(moving.voidSpace(), map) : 0;
+}
+
+/// Writes a file of the map in memory. @return What it holds.
+std::string makeFile(BagClouds& clouds, const std::string& output, bool frees_passed) {
+  BagMap map(clouds.parameters(), frees_passed);
+  putAll(clouds, map);
+  const std::size_t num_freed = frees_passed ? map.freePassed() : 0;
   const cuboid_mapping::MapSnapshot snapshot =
-      takeSnapshot(map, withoutSlash(clouds.parameters().frame_id));
+      takeSnapshot(map.map(), withoutSlash(clouds.parameters().frame_id));
   cuboid_mapping::throwIfInterrupted();
-  const std::size_t num_bytes = cuboid_mapping::writeMapFile(options.output, snapshot);
+  cuboid_mapping::writeMapFile(output, snapshot);
+  std::string content = describeContent(snapshot, *cuboid_mapping::formatOfName(output));
+  if (frees_passed) {
+    content += ", " + counted(num_freed, "occupied voxel") + " of what has passed freed";
+  }
+  return content;
+}
+
+/// The output is the store of the window. @return What it holds.
+std::string makeStore(BagClouds& clouds, const std::string& output) {
+  if (cuboid_mapping::formatOfName(output) != cuboid_mapping::MapFormat::kStore) {
+    throw std::runtime_error(output +
+                             ": with window/outside: keep its name must end in .sqlite; "
+                             "map_convert makes other files of it");
+  }
+  std::size_t num_pages = 0;
+  cuboid_mapping::replaceFile(output, [&](const std::string& partial) {
+    NodeParameters parameters = clouds.parameters();
+    parameters.window.file = partial;
+    BagMap map(parameters, false);
+    putAll(clouds, map);
+    num_pages = map.finishStore();
+    // Of a store that is replaced, and whose program was killed.
+    std::filesystem::remove(output + "-wal");
+  });
+  return counted(num_pages, "page");
+}
+
+/// @param frees_passed  Whether what has passed goes out of the map at the end.
+int makeMap(const BagOptions& options, bool frees_passed) {
+  const auto start = std::chrono::steady_clock::now();
+  (void)checkOutput(options);
+  BagClouds clouds("bag_to_map", options);
+  const bool is_store = clouds.parameters().window.keeps();
+  if (is_store && frees_passed) {
+    throw std::runtime_error(
+        "--free-passed needs the whole map in memory: it does not go with window/outside: keep");
+  }
+  const std::string content =
+      is_store ? makeStore(clouds, options.output) : makeFile(clouds, options.output, frees_passed);
+  const NodeStatistics& statistics = clouds.statistics();
   const std::chrono::duration<double> time = std::chrono::steady_clock::now() - start;
   std::cout << std::fixed << std::setprecision(1) << options.output << ": "
             << statistics.num_inserted << " of " << counted(statistics.num_received, "cloud")
-            << ", " << counted(statistics.num_points, "point") << ", "
-            << cuboid_mapping::describeContent(snapshot, format) << ", " << num_bytes
-            << " bytes, in " << time.count() << " s" << std::endl;
-  if (frees_passed) {
-    std::cout << counted(num_freed, "occupied voxel") << " of what has passed freed" << std::endl;
-  }
+            << ", " << counted(statistics.num_points, "point") << ", " << content << ", "
+            << std::filesystem::file_size(options.output) << " bytes, in " << time.count() << " s"
+            << std::endl;
   return 0;
 }
 

@@ -98,6 +98,10 @@ std::unique_ptr<BagClouds> openClouds(const MpiRanks& ranks, const BagOptions& o
             "bag_to_map_mpi cannot leave moving points out: set moving_points to ignore, or use "
             "bag_to_map");
       }
+      if (clouds->parameters().window.isOn()) {
+        throw std::runtime_error(
+            "bag_to_map_mpi has no window: set window/frame to \"\", or use bag_to_map");
+      }
       error = checkpoint.findFault();
     } catch (const std::exception& exception) {
       error = exception.what();

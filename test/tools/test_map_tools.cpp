@@ -408,6 +408,33 @@ TEST_F(BagToMap, takesTheParametersOfTheNode) {
   }
 }
 
+TEST_F(BagToMap, makesAStoreThatIsTheMapWithoutAWindow) {
+  const std::vector<std::string> near{"--set", "resolution=0.02", "--set",
+                                      "sensor_model/max_range=1.0"};
+  std::vector<std::string> keep = near;
+  for (const char* setting : {"window/frame=base_link", "window/size=1.0", "window/margin=0.0",
+                              "window/outside=keep", "window/file=is_not_used"}) {
+    keep.insert(keep.end(), {"--set", setting});
+  }
+  const std::string plain = *folder / "plain.cuboids";
+  const std::string store = *folder / "window.sqlite";
+  ASSERT_EQ(convert(plain, near).status, 0);
+  const ProgramEnd end = convert(store, keep);
+  ASSERT_EQ(end.status, 0) << end.err;
+  EXPECT_TRUE(contains(end.out, " pages, ")) << end.out;
+  EXPECT_FALSE(std::filesystem::exists("is_not_used"));
+  EXPECT_FALSE(std::filesystem::exists(store + ".partial"));
+  EXPECT_EQ(test::voxelsOf(readMapFile(store).snapshot.bricks),
+            test::voxelsOf(readMapFile(plain).snapshot.bricks));
+  EXPECT_TRUE(contains(convert(*folder / "a.cuboids", keep).err, "must end in .sqlite"));
+  keep.insert(keep.end(), {"--set", "window/outside=forget"});
+  ASSERT_EQ(convert(*folder / "forgot.cuboids", keep).status, 0);
+  EXPECT_LT(readMapFile(*folder / "forgot.cuboids").snapshot.bricks.size(),
+            readMapFile(plain).snapshot.bricks.size());
+  keep.insert(keep.end(), {"--set", "window/outside=keep", "--set", "forget_after=10.0"});
+  EXPECT_TRUE(contains(convert(store, keep).err, "forget_after: does not go with")) << "together";
+}
+
 TEST_F(BagToMap, checksWhereItWritesBeforeItWorks) {
   const ProgramEnd end =
       runProgram({BAG_TO_MAP_PROGRAM, *folder / "no.bag", "-o", *folder / "no/folder/map.cuboids"});

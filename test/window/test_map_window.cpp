@@ -175,6 +175,7 @@ TEST(MapWindow, tellsOfAllThatComesAndLeaves) {
   }
   EXPECT_EQ(seen, test::voxelsOf(pair.map));
   EXPECT_GT(pair.window->figures().num_on_disk_only, 20U);
+  EXPECT_EQ(pair.window->countNotLoaded(kAllCells), pair.window->figures().num_on_disk_only);
 }
 
 MapConfig tenthOfAMetre() {

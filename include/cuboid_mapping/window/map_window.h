@@ -110,8 +110,8 @@ class MapWindow {
   /// Adds the bricks that are in the store alone to a snapshot of the map. @throws MapFileError  as readStore().
   void addStored(const SnapshotLimits& limits, MapSnapshot& snapshot) const;
 
-  /// Takes another sensor model into the store. Fails as save().
-  void setHead(const MapSnapshot& head);
+  /// Takes the sensor model of the map into the store. Fails as save().
+  void saveHead(const CuboidMap& map);
 
   /// See WindowFigures.
   [[nodiscard]] WindowFigures figures() const;

@@ -22,6 +22,7 @@ using cuboid_mapping::CheckPath;
 using cuboid_mapping::CuboidFilter;
 using cuboid_mapping::CuboidMap;
 using cuboid_mapping::CuboidOutput;
+using cuboid_mapping::MetricBox;
 using cuboid_mapping::Occupancy;
 using cuboid_mapping::RayEnd;
 using cuboid_mapping::UnknownPolicy;
@@ -245,8 +246,12 @@ CheckPath::Response answerCheckPath(const MapInFrame& map, const CheckPath::Requ
   const Eigen::Vector3d size_m = reader.size(request.size, request.inflation);
   const std::vector<Path> paths = splitPaths(reader, request);
   for (const Path& path : paths) {
-    for (const Eigen::Vector3d& point : path) {
-      (void)reader.cells(cuboid_mapping::boxAround(point, size_m));
+    for (std::size_t i = 0; i < path.size(); ++i) {  // Each with the way to it.
+      MetricBox box = cuboid_mapping::boxAround(path[i], size_m);
+      const MetricBox before = cuboid_mapping::boxAround(path[i == 0 ? i : i - 1], size_m);
+      box.min_m = box.min_m.cwiseMin(before.min_m);
+      box.max_m = box.max_m.cwiseMax(before.max_m);
+      (void)reader.cells(box);
     }
   }
   if (!reader.isGood()) return refuse<CheckPath::Response>(reader.error());

@@ -93,6 +93,7 @@ std::vector<std::string> neededFrames(const NodeParameters& parameters) {
   if (parameters.octomap_server.filter_ground) {
     frame_ids.push_back(parameters.octomap_server.base_frame_id);
   }
+  if (parameters.window.isOn()) frame_ids.push_back(parameters.window.frame_id);
   for (const RobotPart& part : parameters.self_filter.parts) frame_ids.push_back(part.frame_id);
   return frame_ids;
 }
@@ -112,6 +113,9 @@ std::optional<CloudPoses> lookupPoses(const tf2::BufferCore& tf, const NodeParam
       parameters.sensor_frame.empty() ? poses.T_map_cloud : lookup(parameters.sensor_frame);
   if (parameters.octomap_server.filter_ground) {
     poses.T_map_base = lookup(parameters.octomap_server.base_frame_id);
+  }
+  if (parameters.window.isOn()) {
+    poses.window_center_map = lookup(parameters.window.frame_id).translation();
   }
   const bool is_cloud_complete = is_complete;
   for (const RobotPart& part : parameters.self_filter.parts) {

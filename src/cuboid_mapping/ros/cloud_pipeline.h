@@ -26,6 +26,8 @@ struct CloudPoses {
   Eigen::Isometry3d T_map_sensor;  ///< Its translation is where the beams start.
   /// Of the robot's base; only with filter_ground.
   std::optional<Eigen::Isometry3d> T_map_base;
+  /// Middle of the window; 0 without one.
+  Eigen::Vector3d window_center_map = Eigen::Vector3d::Zero();
   /// Of the frames of self_filter.parts, in their order.
   std::vector<Eigen::Isometry3d> T_map_parts;
   /// With deskew: the slices of the message, and the poses in the middle of each. Empty where it has no times.

@@ -144,6 +144,23 @@ MapSummary readFigures(const cuboid_mapping::CuboidMap& map) {
   return summary;
 }
 
+void addWindow(const NodeReport& report, diagnostic_updater::DiagnosticStatusWrapper& status) {
+  const cuboid_mapping::WindowFigures& window = *report.window;
+  status.add("window parts in memory", window.num_in_memory);
+  status.add("window parts on disk only", window.num_on_disk_only);
+  status.add("window parts read", window.num_loads);
+  status.add("window parts written", window.num_writes);
+  status.add("window parts forgotten", window.num_forgotten);
+  status.add("window bricks refused", window.num_refused);
+  status.add("window bricks lost to unreadable parts", window.num_unreadable);
+  status.add("window failures", window.num_failures);
+  if (window.num_failures > 0) status.add("window failures, last", window.last_failure);
+  if (report.num_new_window_failures > 0) {
+    status.mergeSummary(diagnostic_msgs::DiagnosticStatus::ERROR,
+                        "the map on disk: " + window.last_failure);
+  }
+}
+
 }  // namespace
 
 MapSummary summarize(const cuboid_mapping::CuboidMap& map) {
@@ -270,6 +287,7 @@ void fillStatus(const NodeReport& report, const NodeStatistics& last_report,
   status.addf("voxels occupied", "%.0f", report.map.occupied.num_voxels);
   status.add("map bytes", report.map.num_bytes);
   status.add("map revision", report.map.revision);
+  if (report.window) addWindow(report, status);
   status.add("octomap_server messages built", report.num_built);
   status.add("callbacks failed", report.num_failures);
   if (report.num_failures > 0) status.add("callbacks failed, last", report.last_failure);

@@ -4,6 +4,7 @@
 #include "cuboid_mapping/map/cuboid_map.h"
 #include "cuboid_mapping/ros/node_statistics.h"
 #include "cuboid_mapping/ros/speed_advice.h"
+#include "cuboid_mapping/window/map_window.h"
 
 #include <diagnostic_updater/DiagnosticStatusWrapper.h>
 
@@ -69,7 +70,9 @@ struct NodeReport {
   std::string cloud_topic;  ///< As it is after remapping; those of several sources with commas.
   std::string frame_id;     ///< Of the map.
   std::optional<LastCloud> last_cloud;
-  std::size_t num_publishers = 0;  ///< Of the cloud topics.
+  std::optional<cuboid_mapping::WindowFigures> window;  ///< Where there is one.
+  std::uint64_t num_new_window_failures = 0;            ///< Since the last report.
+  std::size_t num_publishers = 0;                       ///< Of the cloud topics.
   /// Clouds that went into the map after a later one of another source.
   std::uint64_t num_out_of_order = 0;
   bool is_simulated_time = false;  ///< use_sim_time, as with bags.
@@ -120,8 +123,8 @@ struct ReportSummary {
 /// What to do about clouds that are dropped, as a clause that follows "dropped: ".
 [[nodiscard]] const char* toAdvice(DropReason reason);
 
-/// Writes a report; one key for each figure. An error when callbacks have failed since the last one, a
-/// warning when messages were refused, whatever summarize() says.
+/// Writes a report; one key for each figure. An error when callbacks have failed since the last one, or the store of a
+/// window, a warning when messages were refused, whatever summarize() says.
 void fillStatus(const NodeReport& report, const NodeStatistics& last_report,
                 diagnostic_updater::DiagnosticStatusWrapper& status);
 

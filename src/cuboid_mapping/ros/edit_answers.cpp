@@ -95,7 +95,7 @@ void setBox(GuardedMap& map, const CellBox& box, const Request& request, Budget&
   const bool is_divided = numBricks(box) <= kMaxSetBricks;
   for (const CellBox& part : is_divided ? divide(box) : std::vector<CellBox>{box}) {
     if (!budget.lookNow()) return;
-    map.edit([&](CuboidMap& content, const ros::Time& /*stamp*/) {
+    map.editIn(part, [&](CuboidMap& content, const ros::Time& /*stamp*/) {
       return setPart(content, part, request);
     });
   }

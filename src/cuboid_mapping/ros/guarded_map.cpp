@@ -15,6 +15,47 @@ constexpr std::size_t kMaxGoneBricks = 100000;
 
 }  // namespace
 
+std::size_t GuardedMap::countNotLoaded(const cuboid_mapping::CellBox& box) const {
+  return readWithWindow([&](const auto& /*map*/, const cuboid_mapping::MapWindow* window) {
+    return window == nullptr ? std::size_t{0} : window->countNotLoaded(box);
+  });
+}
+
+std::optional<cuboid_mapping::CellBox> GuardedMap::regionOfSearch() const {
+  using Region = std::optional<cuboid_mapping::CellBox>;
+  return readWithWindow([](const auto& /*map*/, const cuboid_mapping::MapWindow* window) {
+    const bool is_whole = window == nullptr || window->figures().num_on_disk_only == 0;
+    return is_whole ? Region() : Region(window->window());
+  });
+}
+
+void GuardedMap::load(const cuboid_mapping::CellBox& box) {
+  editIn(box, [](const cuboid_mapping::CuboidMap& map, const ros::Time& /*stamp*/) {
+    return cuboid_mapping::ChangeSet{map.revision(), false, {}};
+  });
+}
+
+std::optional<cuboid_mapping::WindowFigures> GuardedMap::windowFigures() const {
+  using Figures = std::optional<cuboid_mapping::WindowFigures>;
+  return readWithWindow([](const auto& /*map*/, const cuboid_mapping::MapWindow* window) {
+    return window == nullptr ? Figures() : Figures(window->figures());
+  });
+}
+
+void GuardedMap::save() {
+  if (!window_) return;
+  constexpr int kMaxTurns = 100000;  // Clouds change the map meanwhile.
+  for (int turn = 0; turn < kMaxTurns; ++turn) {
+    const auto lock = waitFor<std::unique_lock<std::shared_mutex>>();
+    if (!window_->saveSome(map_)) return;
+  }
+}
+
+void GuardedMap::saveHead() {
+  const auto lock = waitFor<std::unique_lock<std::shared_mutex>>();
+  if (window_) window_->saveHead(map_);
+}
+
 bool GuardedMap::fuseSome() {
   const auto lock = waitFor<std::unique_lock<std::shared_mutex>>();
   return !map_.fuse(kFuseBricks);

@@ -3,16 +3,31 @@
 
 #include "cuboid_mapping/map/cuboid_map.h"
 #include "cuboid_mapping/query/budget.h"
+#include "cuboid_mapping/window/map_window.h"
 
 #include <ros/time.h>
 
 #include <atomic>
+#include <memory>
 #include <mutex>
+#include <optional>
 #include <shared_mutex>
 #include <string>
 #include <utility>
 
 namespace cuboid_mapping_ros {
+
+/// As long as it lives, no part of a map leaves the memory.
+class PageHold {
+ public:
+  explicit PageHold(std::atomic<int>& count) : count_(count) { ++count_; }
+  ~PageHold() { --count_; }
+  PageHold(const PageHold&) = delete;
+  PageHold& operator=(const PageHold&) = delete;
+
+ private:
+  std::atomic<int>& count_;
+};
 
 /// A map that one thread fills while others look at it. Thread-safe.
 ///
@@ -24,6 +39,46 @@ class GuardedMap {
   explicit GuardedMap(const cuboid_mapping::MapConfig& config) : map_(config) {}
 
   [[nodiscard]] const cuboid_mapping::Grid& grid() const { return map_.grid(); }
+
+  /// From now on a window of the map stays in memory. To be called before others use the map.
+  void setWindow(std::unique_ptr<cuboid_mapping::MapWindow> window) { window_ = std::move(window); }
+
+  /// Puts what a cloud has seen into the map: what lies outside the window comes back before, or is left out, as the
+  /// window has it. Else as change().
+  /// @param window_center_map  Not looked at without a window.
+  /// @param apply  (const ScanUpdate&, CuboidMap&) -> ChangeSet.
+  template <typename ApplyT>
+  void integrate(const ros::Time& stamp, const cuboid_mapping::ScanUpdate& update,
+                 const Eigen::Vector3d& window_center_map, const ApplyT& apply) {
+    change(stamp, [&](cuboid_mapping::CuboidMap& map) {
+      if (!window_) return apply(update, map);
+      window_->hold(num_holds_ > 0);
+      return window_->integrate(update, window_center_map, map,
+                                [&](const auto& part) { return apply(part, map); });
+    });
+  }
+
+  /// Changes voxels of a box, which are brought back before. Else as edit().
+  /// @throws cuboid_mapping::MapFileError  where they cannot be: the map is as before.
+  template <typename WorkT>
+  void editIn(const cuboid_mapping::CellBox& box, const WorkT& work) {
+    const auto lock = waitFor<std::unique_lock<std::shared_mutex>>();
+    if (window_) noteChangesOf([&] { return window_->load(box, map_); });
+    noteChangesOf([&] {
+      const cuboid_mapping::ChangeSet changes = work(map_, std::as_const(stamp_));
+      if (window_) window_->note(changes);
+      return changes;
+    });
+  }
+
+  /// Puts another map in the place of the whole one, in memory and on disk. Else as edit(), and the stamp may be set.
+  /// @param work  (CuboidMap&, ros::Time& stamp) -> ChangeSet.
+  template <typename WorkT>
+  void replaceAll(const WorkT& work) {
+    const auto lock = waitFor<std::unique_lock<std::shared_mutex>>();
+    noteChangesOf([&] { return work(map_, stamp_); });
+    if (window_) window_->noteReplaced(map_);
+  }
 
   /// Changes the map. What the work throws is passed on: the map is then as the work has left it, its stamp
   /// as before, and takeChanges() tells that everything has changed.
@@ -50,6 +105,14 @@ class GuardedMap {
     return work(std::as_const(map_), stamp_);
   }
 
+  /// As read(), with the window: null where all of the map is in memory.
+  /// @param work  (const CuboidMap&, const MapWindow*) -> any.
+  template <typename WorkT>
+  auto readWithWindow(const WorkT& work) const {
+    const auto lock = waitFor<std::shared_lock<std::shared_mutex>>();
+    return work(std::as_const(map_), static_cast<const cuboid_mapping::MapWindow*>(window_.get()));
+  }
+
   /// Reads the map for long: where the work lets them (Budget::spendAndYield()), others get their turn, and the map
   /// may be another one afterwards.
   /// @param work  (const CuboidMap&, const ros::Time& stamp, Budget&) -> any; the stamp is that of
@@ -73,6 +136,22 @@ class GuardedMap {
   void setProgress(std::string progress) { progress_ = std::move(progress); }
   [[nodiscard]] const std::string& progress() const { return progress_; }
   ///@}
+
+  /// What is in memory, or is brought back, stays there as long as the hold lives.
+  [[nodiscard]] PageHold hold() { return PageHold(num_holds_); }
+  /// Pages of a box that are on disk only; always 0 without a window. @complexity O(pages of the box).
+  [[nodiscard]] std::size_t countNotLoaded(const cuboid_mapping::CellBox& box) const;
+  /// Where those may search who are given no region: in the window, if parts of the map are on disk only; else anywhere.
+  [[nodiscard]] std::optional<cuboid_mapping::CellBox> regionOfSearch() const;
+  /// Brings them back. @throws cuboid_mapping::MapFileError
+  void load(const cuboid_mapping::CellBox& box);
+  /// Nothing without a window.
+  [[nodiscard]] std::optional<cuboid_mapping::WindowFigures> windowFigures() const;
+  /// Writes what has changed to the disk, some pages at a time, so that others get their turn. Failures are in the figures
+  /// of the window.
+  void save();
+  /// Takes the sensor model of the map into the store.
+  void saveHead();
 
   /// Brings some of the cuboids that wait into the R-tree.
   /// @return Whether more wait.
@@ -125,6 +204,8 @@ class GuardedMap {
   mutable std::mutex turn_;  ///< Of the one who waits for the map next.
   mutable std::shared_mutex mutex_;
   cuboid_mapping::CuboidMap map_;
+  std::unique_ptr<cuboid_mapping::MapWindow> window_;  ///< May be null.
+  std::atomic<int> num_holds_{0};
   ros::Time stamp_;  ///< Of the last cloud in the map; 0 when there is none.
   std::string progress_;
   std::mutex changes_mutex_;

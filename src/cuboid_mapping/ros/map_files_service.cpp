@@ -60,7 +60,7 @@ MapFilesService::MapFilesService(const ros::NodeHandle& private_nh,
       thread_(guard, "files") {
   ros::NodeHandle nh = withQueue(private_nh, thread_.queue());
   advertise(nh);
-  if (!autosave_file_.empty()) {
+  if (!autosave_file_.empty() || parameters.window.keeps()) {
     autosave_timer_ = nh.createWallTimer(ros::WallDuration(parameters.autosave_period_s),
                                          [this](const ros::WallTimerEvent&) { autosave(); });
   }
@@ -69,13 +69,13 @@ MapFilesService::MapFilesService(const ros::NodeHandle& private_nh,
 
 MapFilesService::~MapFilesService() {
   thread_.stop();
-  if (!autosave_file_.empty()) guard_.run("autosave at the end", [this] { autosave(); });
+  guard_.run("autosave at the end", [this] { autosave(); });
 }
 
 void MapFilesService::advertise(ros::NodeHandle nh) {
   save_server_ = advertiseGuarded<SaveMap::Request, SaveMap::Response>(
       nh, kSaveMapService, [this](SaveMap::Request& request, SaveMap::Response& response) {
-        const StorageAnswer answer = saveMap(map_, frame_id_, request.filename);
+        const StorageAnswer answer = saveMap(map_, frame_id_, request.filename, limits_);
         logAnswer("saved to", request.filename, answer);
         response.success = static_cast<std::uint8_t>(answer.error.empty());
         response.message = answer.error;
@@ -108,8 +108,9 @@ StorageAnswer MapFilesService::load(const LoadMap::Request& request) {
 }
 
 void MapFilesService::autosave() {
-  if (revisionOf(map_) == saved_revision_) return;
-  const StorageAnswer answer = saveMap(map_, frame_id_, autosave_file_);
+  map_.save();
+  if (autosave_file_.empty() || revisionOf(map_) == saved_revision_) return;
+  const StorageAnswer answer = saveMap(map_, frame_id_, autosave_file_, limits_);
   logAnswer("saved to", autosave_file_, answer);
   if (answer.error.empty()) saved_revision_ = answer.revision;
   const std::lock_guard<std::mutex> lock(error_mutex_);

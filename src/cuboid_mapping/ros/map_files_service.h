@@ -17,8 +17,8 @@
 
 namespace cuboid_mapping_ros {
 
-/// ~save_map, ~load_map, and the saves to autosave_file: each period in which the map has changed,
-/// and at the end of the node.
+/// ~save_map, ~load_map, and the saves to autosave_file and of the window to its store: each period in which the map has
+/// changed, and at the end of the node.
 ///
 /// Thread rule: all of it comes one after the other in a thread of its own, so that neither clouds
 /// nor queries wait for a disk.

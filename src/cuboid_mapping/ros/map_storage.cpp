@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "cuboid_mapping/ros/map_storage.h"
 
+#include "cuboid_mapping/fusion/brick_division.h"
 #include "cuboid_mapping/io/map_files.h"
 #include "cuboid_mapping/io/map_store.h"
 #include "cuboid_mapping/map/cuboid_search.h"
@@ -13,12 +14,14 @@
 namespace cuboid_mapping_ros {
 namespace {
 
+using cuboid_mapping::CellBox;
 using cuboid_mapping::CuboidMap;
 using cuboid_mapping::MapConfig;
 using cuboid_mapping::MapFile;
 using cuboid_mapping::MapFileDefect;
 using cuboid_mapping::MapFileError;
 using cuboid_mapping::MapSnapshot;
+using cuboid_mapping::MapWindow;
 using cuboid_mapping::MergeRule;
 using cuboid_mapping::SensorModelConfig;
 using cuboid_mapping::SnapshotLimits;
@@ -57,13 +60,30 @@ MapFile readFileWithin(const std::string& file, const SensorModelConfig& model,
   }
 }
 
+/// As they are with FusionKind::kClass.
+std::size_t countCuboids(const MapSnapshot& snapshot) {
+  std::vector<cuboid_mapping::Cuboid> cuboids;
+  for (const cuboid_mapping::VoxelBrick& brick : snapshot.bricks) divideBrick(brick, cuboids);
+  return cuboids.size();
+}
+
+/// Around all bricks; empty when there are none.
+CellBox boundsOf(const MapSnapshot& snapshot) {
+  CellBox bounds;
+  for (const cuboid_mapping::VoxelBrick& brick : snapshot.bricks) {
+    const CellBox box = cuboid_mapping::brickBox(brick.brick);
+    bounds = bounds.isEmpty() ? box : unite(bounds, box);
+  }
+  return bounds;
+}
+
 void putInPlace(GuardedMap& map, const MapConfig& config, const MapSnapshot& snapshot,
                 StorageAnswer& answer) {
   CuboidMap fresh(config);  // Built while the other one is in use, and freed after it.
   restoreSnapshot(snapshot, fresh);
   fresh.fuse();
   answer.num_cuboids = countCuboids(fresh).total();
-  map.edit([&](CuboidMap& content, const ros::Time& /*stamp*/) {
+  map.replaceAll([&](CuboidMap& content, const ros::Time& /*stamp*/) {
     // It may have been reconfigured meanwhile.
     if (content.config().sensor_model != config.sensor_model) {
       fresh.setSensorModel(content.config().sensor_model);
@@ -74,7 +94,7 @@ void putInPlace(GuardedMap& map, const MapConfig& config, const MapSnapshot& sna
 
 void mergeInto(GuardedMap& map, const MapSnapshot& snapshot, MergeRule rule,
                StorageAnswer& answer) {
-  map.edit([&](CuboidMap& content, const ros::Time& /*stamp*/) {
+  map.editIn(boundsOf(snapshot), [&](CuboidMap& content, const ros::Time& /*stamp*/) {
     MapSnapshot merged = takeSnapshot(content, "");
     answer.notes += describe(mergeMaps(snapshot, rule, merged), rule);
     auto changes = content.replace(cuboid_mapping::kAllCells, merged.bricks);
@@ -89,14 +109,18 @@ SnapshotLimits makeSnapshotLimits(const NodeParameters& parameters) {
   return SnapshotLimits::ofMemory(static_cast<std::uint64_t>(parameters.file_memory_mb) * 1000000);
 }
 
-StorageAnswer saveMap(GuardedMap& map, const std::string& frame_id, const std::string& file) {
+StorageAnswer saveMap(GuardedMap& map, const std::string& frame_id, const std::string& file,
+                      const SnapshotLimits& limits) {
   return guard([&](StorageAnswer& answer) {
     MapSnapshot snapshot;
-    map.read([&](const CuboidMap& content, const ros::Time& /*stamp*/) {
+    map.readWithWindow([&](const CuboidMap& content, const MapWindow* window) {
       snapshot = takeSnapshot(content, withoutSlash(frame_id));
       snapshot.progress = map.progress();
       answer.revision = content.revision();
       answer.num_cuboids = countCuboids(content).total();
+      const std::size_t num_bricks = snapshot.bricks.size();
+      if (window != nullptr) window->addStored(limits, snapshot);
+      if (snapshot.bricks.size() > num_bricks) answer.num_cuboids = countCuboids(snapshot);
       return 0;
     });
     answer.num_bytes = writeMapFile(file, snapshot);

@@ -24,9 +24,11 @@ struct StorageAnswer {
 };
 
 /// Saves the map as the last cloud has left it; the ending of the file chooses the format. The map
-/// is held while its cuboids are copied only. @param frame_id  Of the map, for the file.
+/// is held while its cuboids are copied only, and what a window has on disk is read.
+/// @param frame_id  Of the map, for the file. @param limits  With more on disk nothing is saved.
 [[nodiscard]] StorageAnswer saveMap(GuardedMap& map, const std::string& frame_id,
-                                    const std::string& file);
+                                    const std::string& file,
+                                    const cuboid_mapping::SnapshotLimits& limits = {});
 
 /// How much reading a file may take: parameter file_memory.
 [[nodiscard]] cuboid_mapping::SnapshotLimits makeSnapshotLimits(const NodeParameters& parameters);

@@ -82,6 +82,9 @@ MappingNode::MappingNode(const ros::NodeHandle& nh, const ros::NodeHandle& priva
       return restoreSnapshot(*start_map, map);
     });
   }
+  map_.setWindow(map_.read([&](const cuboid_mapping::CuboidMap& map, const ros::Time& /*stamp*/) {
+    return makeWindow(parameters, map);
+  }));
   advertiseServices();
   map_files_.emplace(private_nh_, parameters, map_, guard_);
   reconfigure_server_.emplace(private_nh_, parameters,
@@ -262,8 +265,10 @@ void MappingNode::integrate(const SensorMessage& cloud, const CloudPoses& poses)
   }
   Stopwatch stopwatch;
   const auto& taken = takeMoving(*update, source, cloud.header().stamp);
-  map_.change(cloud.header().stamp,
-              [&](cuboid_mapping::CuboidMap& map) { return source.apply(taken, map); });
+  map_.integrate(cloud.header().stamp, taken, poses.window_center_map,
+                 [&](const cuboid_mapping::ScanUpdate& part, cuboid_mapping::CuboidMap& map) {
+                   return source.apply(part, map);
+                 });
   statistics_.apply_time.add(stopwatch.lap());
   ++statistics_.num_inserted;
   sources_.noteInserted(cloud.source);
@@ -333,6 +338,7 @@ void MappingNode::reconfigure(const NodeParameters& parameters) {
   map_.edit([&](cuboid_mapping::CuboidMap& map, const ros::Time& /*stamp*/) {
     return map.setSensorModel(parameters.map.sensor_model);
   });
+  map_.saveHead();
   has_color_span_ = parameters.color_period_m == 0.0;
   occupied_publisher_.setColors(parameters.color_by, parameters.color_period_m);
   octomap_server_.setParameters(parameters.octomap_server);
@@ -375,7 +381,10 @@ void MappingNode::publish() {
 }
 
 void MappingNode::onReset() {
-  map_.change(ros::Time(), [](cuboid_mapping::CuboidMap& map) { return map.clear(); });
+  map_.replaceAll([](cuboid_mapping::CuboidMap& map, ros::Time& stamp) {
+    stamp = ros::Time();
+    return map.clear();
+  });
   moving_filter_.reset();
   publish();
   ROS_INFO_NAMED(kNodeName, "map cleared");

@@ -26,6 +26,11 @@ void MappingNode::reportDiagnostics(diagnostic_updater::DiagnosticStatusWrapper&
   report.map = map_.read([this](const cuboid_mapping::CuboidMap& map, const ros::Time& /*stamp*/) {
     return map_watch_.summarize(map);
   });
+  report.window = map_.windowFigures();
+  if (report.window) {
+    report.num_new_window_failures = report.window->num_failures - num_reported_window_failures_;
+    num_reported_window_failures_ = report.window->num_failures;
+  }
   report.cloud_topic = merger_ ? merger_->topics() : sources_.topics();
   report.frame_id = withoutSlash(parameters_.frame_id);
   if (statistics_.num_received > 0) report.last_cloud = describeLastCloud();

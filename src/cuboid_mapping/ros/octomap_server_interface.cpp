@@ -55,8 +55,9 @@ std::string clearBox(GuardedMap& map, const MetricBox& box_map) {
     return "box from " + toText(box_map.min_m) + " to " + toText(box_map.max_m) +
            ": corners must be finite and inside the map's range, and min not above max";
   }
-  map.edit(
-      [&](CuboidMap& content, const ros::Time& /*stamp*/) { return clearCells(content, *cells); });
+  map.editIn(*cells, [&](CuboidMap& content, const ros::Time& /*stamp*/) {
+    return clearCells(content, *cells);
+  });
   return {};
 }
 

@@ -342,8 +342,8 @@ const std::vector<ParameterDeclaration>& parameterTable() {
     std::vector<ParameterDeclaration> table = declareMap();
     for (const auto& part :
          {declareSources(), declareSelfFilter(), declareGrowth(), declareSensorModel(),
-          declareCrop(), declareTopics(), declareFiles(), declareQueries(), declareRobotGrid(),
-          declareFleet(), declareOctomapServer()}) {
+          declareCrop(), declareTopics(), declareFiles(), declareWindow(), declareQueries(),
+          declareRobotGrid(), declareFleet(), declareOctomapServer()}) {
       table.insert(table.end(), part.begin(), part.end());
     }
     return table;

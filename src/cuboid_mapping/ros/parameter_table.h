@@ -125,6 +125,12 @@ struct RetiredParameter {
 /// Those of FleetParameters, for parameterTable().
 [[nodiscard]] std::vector<ParameterDeclaration> declareFleet();
 
+/// Those of WindowParameters, for parameterTable().
+[[nodiscard]] std::vector<ParameterDeclaration> declareWindow();
+
+/// What of the window does not go with other parameters, or is missing.
+[[nodiscard]] std::vector<ParameterError> checkWindow(const NodeParameters& parameters);
+
 /// All parameters; keys with the same part before the slash are neighbours.
 [[nodiscard]] const std::vector<ParameterDeclaration>& parameterTable();
 

@@ -235,6 +235,7 @@ void checkSets(LoadedParameters& loaded) {
                                     (is_depth ? "type: depth_image" : "filter_ground") +
                                     ": switch one of them off"});
   }
+  for (ParameterError& error : checkWindow(loaded.parameters)) errors.push_back(std::move(error));
   loaded.errors.insert(loaded.errors.end(), errors.begin(), errors.end());
 }
 

@@ -8,6 +8,7 @@
 #include "cuboid_mapping/ros/names.h"
 #include "cuboid_mapping/ros/query_box.h"
 #include "cuboid_mapping/ros/robot_parts.h"
+#include "cuboid_mapping/ros/window_parameters.h"
 
 #include <ros/node_handle.h>
 #include <xmlrpcpp/XmlRpcValue.h>
@@ -156,6 +157,7 @@ struct NodeParameters {
   int file_memory_mb = 4000;  ///< Bound of the memory for reading a map, in MB.
   ServiceLimits service_limits;
   FleetParameters fleet;
+  WindowParameters window;
   OctomapServerParameters octomap_server;
   RobotGridParameters robot_grid;
   SelfFilterParameters self_filter;

@@ -59,6 +59,15 @@ struct BoxAnswer {
   std::string cut;  ///< Not empty: which limit has cut the answer short, and what to do.
 };
 
+/// What becomes of a call about parts of the map that are on disk only, see MapWindow.
+enum class QueriesOutside : unsigned char {
+  kRefuse,  ///< It is refused.
+  kLoad     ///< They are brought back first.
+};
+
+/// "refuse" or "load".
+[[nodiscard]] const char* toString(QueriesOutside outside);
+
 /// How much one call of a service may do.
 struct ServiceLimits {
   double max_time_s = 5.0;  ///< From when it has the map on.
@@ -66,6 +75,7 @@ struct ServiceLimits {
   int max_bricks = 20000000;
   int max_entries = 1000000;  ///< Of a request, and of its answer.
   int max_answer_mb = 100;    ///< Of the answer, MB.
+  QueriesOutside outside = QueriesOutside::kRefuse;
 };
 
 /// A map and how its frame gets its name.

@@ -16,7 +16,12 @@ using cuboid_mapping::UnknownPolicy;
 
 }  // namespace
 
-RequestReader::RequestReader(const MapInFrame& map, const std_msgs::Header& header) : map_(map) {
+const char* toString(QueriesOutside outside) {
+  return outside == QueriesOutside::kLoad ? "load" : "refuse";
+}
+
+RequestReader::RequestReader(const MapInFrame& map, const std_msgs::Header& header)
+    : map_(map), hold_(map.map.hold()) {
   const std::string frame_id = withoutSlash(header.frame_id);
   if (frame_id.empty() || frame_id == withoutSlash(map.frame_id)) return;
   const TfLookup lookup = lookupTransform(map.tf, map.frame_id, frame_id, header.stamp);
@@ -116,7 +121,34 @@ CellBox RequestReader::cells(const MetricBox& box_map) {
                                " in frame '" + map_.frame_id +
                                "' reaches beyond the map: keep coordinates within " +
                                toText(limit_m) + " m of the origin");
-  return box.value_or(CellBox{});
+  if (!box) return {};
+  requireLoaded(*box);
+  return *box;
+}
+
+void RequestReader::requireLoaded(const CellBox& box) {
+  if (!isGood()) return;
+  const std::size_t num_pages = map_.map.countNotLoaded(box);
+  if (num_pages == 0) return;
+  const std::string pages =
+      cuboid_mapping::counted(num_pages, "part") + " of the map, of 64 x 64 x 64 voxels, ";
+  constexpr double kPageBricks = 512.0;
+  if (map_.limits.outside == QueriesOutside::kRefuse) {
+    require(false,
+            "not loaded: " + pages +
+                "would have to be read from the disk. Ask about a place nearer to the robot, "
+                "or set the parameter window/queries to load");
+  } else if (kPageBricks * static_cast<double>(num_pages) > map_.limits.max_bricks) {
+    require(false, "not loaded: " + pages +
+                       "would have to be read from the disk, which is more than query/max_bricks "
+                       "allows: ask for less at once");
+  } else {
+    try {
+      map_.map.load(box);
+    } catch (const cuboid_mapping::MapFileError& error) {
+      require(false, std::string("not loaded: ") + error.what());
+    }
+  }
 }
 
 double RequestReader::notNegative(double value, const std::string& name) {

@@ -50,14 +50,17 @@ class RequestReader {
   std::vector<cuboid_mapping::CellBox> boxes(const std::vector<geometry_msgs::Point>& min,
                                              const std::vector<geometry_msgs::Point>& max,
                                              double inflation_m);
-  /// The voxels that a box in metres overlaps, map frame.
+  /// The voxels that a box in metres overlaps, map frame; see requireLoaded().
   cuboid_mapping::CellBox cells(const cuboid_mapping::MetricBox& box_map);
+  /// Refuses a request about cells that are on disk only, or brings them back, as the limits say.
+  void requireLoaded(const cuboid_mapping::CellBox& box);
   /// A finite number >= 0.
   double notNegative(double value, const std::string& name);
   cuboid_mapping::UnknownPolicy policy(std::uint8_t unknown);
 
  private:
   const MapInFrame& map_;
+  PageHold hold_;  ///< So that what was there at the beginning is there at the end.
   Eigen::Isometry3d to_map_ = Eigen::Isometry3d::Identity();  ///< From the request's frame.
   std::string error_;
 };

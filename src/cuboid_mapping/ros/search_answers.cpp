@@ -87,7 +87,8 @@ void noteCut(const MapInFrame& map, const Budget& budget, bool is_cut, ResponseT
   noteEnd(map, budget, "ask for a smaller region, or region by region", response);
 }
 
-CorridorTask readTask(RequestReader& reader, const FindCorridor::Request& request) {
+CorridorTask readTask(const MapInFrame& map, RequestReader& reader,
+                      const FindCorridor::Request& request) {
   CorridorTask task;
   task.start_map = reader.point(request.start, "start");
   task.goal_map = reader.point(request.goal, "goal");
@@ -97,6 +98,8 @@ CorridorTask readTask(RequestReader& reader, const FindCorridor::Request& reques
   for (const Eigen::Vector3d& point : {task.start_map, task.goal_map}) {
     (void)reader.cells(cuboid_mapping::boxAround(point, task.size_m));
   }
+  if (request.use_region == 0) task.region = map.map.regionOfSearch();
+  if (task.region) reader.requireLoaded(*task.region);
   return task;
 }
 
@@ -145,6 +148,12 @@ FindNearest::Response answerFindNearest(const MapInFrame& map,
   double max_m = reader.notNegative(request.max_distance, "max_distance");
   max_m = max_m == 0.0 ? std::numeric_limits<double>::infinity() : max_m + inflation_m;
   reader.require(request.k > 0, "k is 0: ask for at least one cuboid");
+  for (const Eigen::Vector3d& point : points) {
+    const auto box = std::isfinite(max_m) ? map.map.grid().toCellBox(cuboid_mapping::boxAround(
+                                                point, Eigen::Vector3d::Constant(2.0 * max_m)))
+                                          : std::nullopt;
+    reader.requireLoaded(box.value_or(kAllCells));
+  }
   if (!reader.isGood()) return refuse<FindNearest::Response>(reader.error());
   FindNearest::Response response;
   readWithin(
@@ -203,6 +212,7 @@ GetCuboids::Response answerGetCuboids(const MapInFrame& map, const GetCuboids::R
       request.everything != 0 ? kAllCells : reader.box(request.min, request.max, request.inflation);
   cuboid_mapping::CuboidSelection selection;
   selection.filter = readClasses(reader, request.classes);
+  reader.requireLoaded(region);
   const double min_edge = std::ceil(
       reader.notNegative(request.min_edge, "min_edge") / map.map.grid().resolution() - 1e-6);
   if (!reader.isGood()) return refuse<GetCuboids::Response>(reader.error());
@@ -257,7 +267,7 @@ GetFreeGraph::Response answerGetFreeGraph(const MapInFrame& map,
 FindCorridor::Response answerFindCorridor(const MapInFrame& map,
                                           const FindCorridor::Request& request) {
   RequestReader reader(map, request.header);
-  const CorridorTask task = readTask(reader, request);
+  const CorridorTask task = readTask(map, reader, request);
   double time_limit_s = reader.notNegative(request.time_limit, "time_limit");
   if (time_limit_s == 0.0) time_limit_s = kTimeLimit_s;
   if (!reader.isGood()) return refuse<FindCorridor::Response>(reader.error());

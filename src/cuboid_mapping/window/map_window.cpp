@@ -50,8 +50,8 @@ std::vector<VoxelBrick> bricksOf(const CuboidMap& map, const Cell& page) {
 double numPages(const CellBox& box) {
   double count = 1.0;
   for (int axis = 0; axis < 3; ++axis) {
-    const std::int32_t span = pageOf(box.max)[axis] - pageOf(box.min)[axis];
-    count *= 1.0 + 1.0 * span / kPageEdge;
+    // In double: a box may be wider than an int32 can say.
+    count *= 1.0 + (1.0 * pageOf(box.max)[axis] - pageOf(box.min)[axis]) / kPageEdge;
   }
   return count;
 }
@@ -331,9 +331,13 @@ std::vector<Cell> MapWindow::findChanged() const {
 bool MapWindow::saveSome(const CuboidMap& map) {
   if (!store_) return false;
   std::vector<Cell> changed = findChanged();
-  const bool is_more = changed.size() > kPagesAStep;
-  changed.resize(std::min(changed.size(), kPagesAStep));
-  return write(changed, map) && is_more;
+  if (changed.size() <= kPagesAStep) {
+    (void)save(map);
+    return false;
+  }
+  changed.resize(kPagesAStep);
+  next_write_ = step_;
+  return write(changed, map);
 }
 
 bool MapWindow::save(const CuboidMap& map) {
@@ -362,10 +366,10 @@ void MapWindow::addStored(const SnapshotLimits& limits, MapSnapshot& snapshot) c
   sortBricks(snapshot.bricks);
 }
 
-void MapWindow::setHead(const MapSnapshot& head) {
+void MapWindow::saveHead(const CuboidMap& map) {
   if (!store_) return;
   try {
-    store_->setHead(head);
+    store_->setHead(headOf(map, *store_));
   } catch (const MapFileError& error) {
     noteFailure(error.what());
   }

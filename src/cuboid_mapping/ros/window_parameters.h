@@ -1,0 +1,31 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include "cuboid_mapping/window/map_window.h"
+
+#include <memory>
+#include <string>
+
+namespace cuboid_mapping_ros {
+
+struct NodeParameters;
+
+/// Which part of the map stays in memory.
+struct WindowParameters {
+  std::string frame_id;  ///< That the window moves with; empty: there is no window.
+  cuboid_mapping::WindowConfig config;
+  std::string file;  ///< Of the store.
+
+  [[nodiscard]] bool isOn() const { return !frame_id.empty(); }
+  /// Whether there is a store.
+  [[nodiscard]] bool keeps() const {
+    return isOn() && config.outside == cuboid_mapping::OutsideWindow::kKeep;
+  }
+};
+
+/// The window of the parameters, with its store opened or made; null without one.
+/// @throws cuboid_mapping::MapFileError  as openStoreOf(), and std::runtime_error for parameters that do not go together.
+[[nodiscard]] std::unique_ptr<cuboid_mapping::MapWindow> makeWindow(
+    const NodeParameters& parameters, const cuboid_mapping::CuboidMap& map);
+
+}  // namespace cuboid_mapping_ros
