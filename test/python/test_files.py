@@ -70,5 +70,5 @@ def test_what_cannot_be_read_or_written_is_said(mapper, tmp_path):
     with pytest.raises(OSError, match='damaged.cuboids'):
         cuboid_map.Mapper.load(str(damaged))
     for call in (lambda: mapper.save(str(tmp_path / 'map.xyz')), lambda: cuboid_map.convert(missing, 'map.xyz')):
-        with pytest.raises(ValueError, match=r'must end in one of \.cuboids, \.ot, \.bt'):
+        with pytest.raises(ValueError, match=r'must end in one of \.cuboids, \.sqlite, \.ot, \.bt'):
             call()

@@ -65,7 +65,7 @@ class GuardedMap {
     const auto lock = waitFor<std::unique_lock<std::shared_mutex>>();
     if (window_) noteChangesOf([&] { return window_->load(box, map_); });
     noteChangesOf([&] {
-      const cuboid_mapping::ChangeSet changes = work(map_, std::as_const(stamp_));
+      cuboid_mapping::ChangeSet changes = work(map_, std::as_const(stamp_));
       if (window_) window_->note(changes);
       return changes;
     });
