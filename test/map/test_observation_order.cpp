@@ -76,8 +76,7 @@ TEST(ObservationOrder, GoesOnInAnotherProgramWithWhatIsInTheMap) {
   ObservationOrder after(1.0);
   after.start(before.progress(), 100.0);
   EXPECT_EQ(after.counts().num_received, 2U);
-  EXPECT_TRUE(after.findQuestions(100.0).empty());
-  std::vector<ObservationQuestion> questions = after.findQuestions(102.0);
+  std::vector<ObservationQuestion> questions = after.findQuestions(100.0);
   ASSERT_EQ(questions.size(), 2U);
   EXPECT_EQ(questions[0].robot, "a");
   EXPECT_EQ(questions[0].first, 3U);
@@ -87,11 +86,32 @@ TEST(ObservationOrder, GoesOnInAnotherProgramWithWhatIsInTheMap) {
   EXPECT_TRUE(after.put(makeObservation("a", 4, 0.4), 102.0));
   EXPECT_TRUE(after.put(makeObservation("a", 3, 0.3), 102.0));
   EXPECT_TRUE(after.put(makeObservation("b", 1, 10.0), 102.0));
+  EXPECT_TRUE(after.takeDue(102.0).empty()) << "robots may have more to tell";
+  after.noteAnswered(questions[0], 4);
+  after.noteAnswered(questions[1], 1);
+  questions = after.findQuestions(102.0);
+  ASSERT_EQ(questions.size(), 2U);
+  EXPECT_EQ(questions[0].first, 5U);
+  after.noteAnswered(questions[0], 4);
+  EXPECT_TRUE(after.takeDue(102.0).empty()) << "b may have more to tell";
+  after.noteAnswered(questions[1], 0);  // Was started again.
+  EXPECT_TRUE(after.findQuestions(102.0).empty());
   const std::vector<RobotObservation> left = after.takeDue(102.0);
   ASSERT_EQ(left.size(), 2U);
   EXPECT_EQ(left[0].sequence, 3U);
   EXPECT_EQ(left[1].sequence, 4U);
   EXPECT_EQ(after.counts().num_late, 0U);
+}
+
+TEST(ObservationOrder, WaitsTenSecondsForRobotsThatDoNotAnswer) {
+  ObservationOrder before(1.0);
+  before.put(makeObservation("a", 1, 0.1), 0.0);
+  for (const RobotObservation& observation : before.takeDue(5.0)) before.noteApplied(observation);
+  ObservationOrder after(1.0);
+  after.start(before.progress(), 100.0);
+  after.put(makeObservation("b", 1, 20.0), 100.0);
+  EXPECT_TRUE(after.takeDue(109.0).empty());
+  EXPECT_EQ(after.takeDue(111.0).size(), 1U);
 }
 
 /// A robot that keeps what it has sent, and messages on their way.

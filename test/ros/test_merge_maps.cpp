@@ -150,10 +150,16 @@ class MergeMaps : public ::testing::Test {
         std::vector<std::string>{CUBOID_MAPPING_NODE, "__ns:=/with_store", "__name:=merge_maps"});
   }
 
-  void stop(int robot) {
-    Program& program = *robots_[static_cast<std::size_t>(robot - 1)];
-    program.send(SIGINT);
-    EXPECT_EQ(program.finish().status, 0);
+  void TearDown() override {
+    for (auto& robot : robots_) stop(robot);
+    stop(merger_with_store_);
+  }
+
+  static void stop(std::unique_ptr<Program>& program) {
+    if (program == nullptr) return;
+    program->send(SIGINT);
+    EXPECT_EQ(program->finish().status, 0);
+    program.reset();
   }
 
   bool waitUntilConnected() {
@@ -212,6 +218,7 @@ class MergeMaps : public ::testing::Test {
   DiagnosticsProbe diagnostics_{kMerger};
   DiagnosticsProbe merging_{kMerger, "merging"};
   std::vector<std::unique_ptr<Program>> robots_;
+  std::unique_ptr<Program> merger_with_store_;
 };
 
 /// All observations in one map, in the order of their stamps.
@@ -240,7 +247,7 @@ TEST_F(MergeMaps, IsTheMapOfAllCloudsInTheOrderOfStampsWhateverTheNetworkDoes) {
   for (int i = kClouds - 2; i < kClouds; ++i) publishClouds(i);
   ASSERT_TRUE(waitForSent(static_cast<std::size_t>(num_robots_ * kClouds)));
   ros::WallDuration(2.0).sleep();
-  stop(3);
+  stop(robots_[2]);
   robots_[2] = start(3);
   ASSERT_TRUE(waitUntilConnected());
   network_.setReliable(false);
@@ -286,24 +293,23 @@ TEST_F(MergeMaps, IsTheMapOfAllCloudsInTheOrderOfStampsWhateverTheNetworkDoes) {
   late.resolution = 0.2;
   network_.sendAs(1, late);
   EXPECT_TRUE(waitFor([this] { return merging_.status().number("observations refused") == 1; }));
-  for (int robot = 1; robot <= num_robots_; ++robot) stop(robot);
 }
 
 TEST_F(MergeMaps, GoesOnWithItsStoreAfterKill) {
-  if (num_robots_ > 3) GTEST_SKIP() << "is tested with three robots";
   const TemporaryFolder folder;
   const std::string store = folder / "merged.sqlite";
   DiagnosticsProbe merging(kMergerWithStore, "merging");
-  std::unique_ptr<Program> merger = startMerger(store);
   ASSERT_TRUE(waitUntilConnected());
+  if (num_robots_ > 3) GTEST_SKIP() << "is tested with three robots";
+  merger_with_store_ = startMerger(store);
   ASSERT_TRUE(waitFor([this] { return network_.numListeners() == 2 * num_robots_; }));
   int number = 0;
   // Not when all is in the map and saved: there is always something under way.
   while (!std::filesystem::exists(store) || number < kClouds) publishClouds(number++);
-  merger->send(SIGKILL);
-  EXPECT_NE(merger->finish().status, 0);
+  merger_with_store_->send(SIGKILL);
+  EXPECT_NE(merger_with_store_->finish().status, 0);
   for (int i = 0; i < kClouds; ++i) publishClouds(number++);
-  merger = startMerger(store);
+  merger_with_store_ = startMerger(store);
   const auto num_all = static_cast<double>(waitUntilAllIsSent());
   EXPECT_GE(num_all, 2 * num_robots_ * kClouds);
   ASSERT_TRUE(waitFor([&] {
@@ -318,11 +324,9 @@ TEST_F(MergeMaps, GoesOnWithItsStoreAfterKill) {
   config.resolution_m = kResolution_m;
   CuboidMap reference(config);
   applyAll(network_.sent(), reference);
-  merger->send(SIGINT);
-  EXPECT_EQ(merger->finish().status, 0);
+  stop(merger_with_store_);
   const auto file = cuboid_mapping::readMapFile(store);
   EXPECT_TRUE(voxelsOf(reference) == voxelsOf(file.snapshot.bricks));
-  for (int robot = 1; robot <= num_robots_; ++robot) stop(robot);
 }
 
 }  // namespace

@@ -10,6 +10,8 @@ namespace cuboid_mapping {
 namespace {
 
 constexpr double kSilence_s = 1.0;
+/// For robots to tell what they have seen before start().
+constexpr double kPatience_s = 10.0;
 
 }  // namespace
 
@@ -75,6 +77,7 @@ bool ObservationOrder::put(RobotObservation observation, double now_s) {
 }
 
 std::vector<RobotObservation> ObservationOrder::takeDue(double now_s) {
+  if (!behind_.empty() && now_s - start_s_ < kPatience_s) return {};
   const auto delay_ns = static_cast<std::int64_t>(1e9 * delay_s_);
   const bool is_silent = now_s - last_received_s_ >= delay_s_;
   std::vector<RobotObservation> due;
@@ -99,7 +102,7 @@ std::vector<ObservationQuestion> ObservationOrder::findQuestions(double now_s) c
     if (newest_session_.at(name.first) != name.second) continue;
     const std::uint64_t first = session.received.firstMissing(session.asked_to);
     const bool is_gap = first < session.received.newest();
-    if (is_gap || now_s - session.last_received_s >= kSilence_s) {
+    if (is_gap || behind_.count(name) > 0 || now_s - session.last_received_s >= kSilence_s) {
       questions.push_back({name.first, name.second, first});
     }
   }
@@ -108,6 +111,7 @@ std::vector<ObservationQuestion> ObservationOrder::findQuestions(double now_s) c
 
 void ObservationOrder::noteAnswered(const ObservationQuestion& question,
                                     std::uint64_t complete_to) {
+  if (complete_to < question.first) behind_.erase({question.robot, question.session});
   const auto session = sessions_.find({question.robot, question.session});
   if (session == sessions_.end()) return;
   session->second.asked_to = std::max(session->second.asked_to, complete_to);
@@ -140,6 +144,8 @@ void ObservationOrder::start(const MergeProgress& progress, double now_s) {
     newest_session = std::max(newest_session, session.session);
     counts_.num_received += session.applied.count();
   }
+  start_s_ = now_s;
+  behind_.insert(newest_session_.begin(), newest_session_.end());
 }
 
 MergeCounts ObservationOrder::counts() const {

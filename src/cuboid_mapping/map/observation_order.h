@@ -6,6 +6,7 @@
 
 #include <cstdint>
 #include <map>
+#include <set>
 #include <string>
 #include <tuple>
 #include <vector>
@@ -96,7 +97,7 @@ class ObservationOrder {
   /// silent for a second.
   [[nodiscard]] std::vector<ObservationQuestion> findQuestions(double now_s) const;
   /// The robot has sent what it still has, up to and including this sequence: it is not asked again for what is missing
-  /// there. Should it come nevertheless, it is taken.
+  /// there. Should it come nevertheless, it is taken. With 0, it has nothing of this session any more.
   void noteAnswered(const ObservationQuestion& question, std::uint64_t complete_to);
 
   [[nodiscard]] MergeCounts counts() const;
@@ -105,7 +106,8 @@ class ObservationOrder {
   void noteApplied(const RobotObservation& observation);
   /// What the map has. Whoever keeps it with the map can go on with both in another program: start().
   [[nodiscard]] MergeProgress progress() const;
-  /// Begins where another program has stopped: what it had not applied is asked for.
+  /// Begins where another program has stopped: what it had not applied is asked for. Until all robots have
+  /// answered, for ten seconds at most, nothing is given out: their answers would be in no order.
   /// @pre Nothing has come yet.
   void start(const MergeProgress& progress, double now_s);
 
@@ -122,6 +124,8 @@ class ObservationOrder {
   double delay_s_;
   std::map<Key, RobotObservation> waiting_;
   std::map<std::pair<std::string, std::uint64_t>, Session> sessions_;
+  std::set<std::pair<std::string, std::uint64_t>> behind_;  ///< Have more to tell since start().
+  double start_s_ = 0.0;
   std::map<std::string, std::uint64_t>
       newest_session_;  ///< By robot: it cannot be asked for others.
   Key last_given_;

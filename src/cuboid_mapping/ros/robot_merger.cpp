@@ -175,7 +175,7 @@ void RobotMerger::askFor(const ObservationQuestion& question) {
   std::string error;  // A robot that does not answer now is asked again.
   if (!callChecked(asking_nh_, question.robot + '/' + kGetObservationsService, service, error))
     return;
-  if (service.response.session != question.session) return;
+  if (service.response.session != question.session) service.response.complete_to = 0;
   for (const Observation& observation : service.response.observations) take(observation);
   const std::lock_guard<std::mutex> lock(mutex_);
   num_asked_for_ += service.response.observations.size();
