@@ -1,13 +1,18 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: BSD-3-Clause
 """Launch files that set /use_sim_time take it back when they end."""
+import pathlib
 import signal
 import subprocess
+import sys
+import time
 import unittest
 
 import rospy
 import rostest
 from waiting import wait_for
+
+PROGRAM = pathlib.Path(__file__).resolve().parents[2] / 'python/forget_sim_time'
 
 
 class SimTimeTest(unittest.TestCase):
@@ -23,6 +28,20 @@ class SimTimeTest(unittest.TestCase):
             launch.send_signal(signal.SIGINT)
             launch.wait()
         self.assertFalse(rospy.has_param('/use_sim_time'))
+
+    def test_it_ends_whenever_it_is_stopped(self):
+        for delay_s in (0.0, 0.001, 0.002, 0.005, 0.01):  # rospy is still starting.
+            self.assertTrue(wait_for(lambda: '/forget_sim_time' not in nodes()))
+            rospy.set_param('/use_sim_time', True)
+            node = subprocess.Popen([sys.executable, PROGRAM])
+            try:
+                self.assertTrue(wait_for(lambda: '/forget_sim_time' in nodes()))
+                time.sleep(delay_s)
+                node.send_signal(signal.SIGINT)
+                node.wait(timeout=20)
+                self.assertFalse(rospy.has_param('/use_sim_time'))
+            finally:
+                node.kill()
 
 
 def nodes():
