@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // A drive of many laps with a window and a store, beside the same one without: time per cloud, memory, pages, and
-// whether the maps are equal in the end.
+// whether the maps are equal in the end and no more pages came and went than the drive asks for.
 #include "command_line.h"
+#include "page_budget.h"
 #include "timing.h"
 
 #include "cuboid_mapping/io/scan_dataset.h"
@@ -33,6 +34,7 @@ struct Options {
   double clouds_a_metre = 1.0;
   WindowConfig window;
   bool has_plain = true;
+  double budget = 1.0;  ///< Pages that may come and go, as a multiple of what the drive asks for.
 };
 
 /// The clouds of a lap of the simulated lidar.
@@ -101,12 +103,16 @@ struct LapFigures {
 
 /// The two maps.
 struct Drive {
-  Drive(const MapConfig& config, double max_range_m)
-      : plain(config), map(config), updater(map.grid(), max_range_m) {}
+  Drive(const MapConfig& config, const Options& options)
+      : plain(config),
+        map(config),
+        updater(map.grid(), options.max_range_m),
+        budget(options.window, map.grid()) {}
 
   CuboidMap plain;
   CuboidMap map;
   ScanUpdater updater;
+  PageBudget budget;
   std::unique_ptr<MapWindow> window;
 };
 
@@ -117,8 +123,10 @@ LapFigures driveLap(const std::vector<Scan>& scans, bool has_plain, Drive& drive
     const ScanUpdate* update = nullptr;
     lap.walk += timeOf([&] { update = &drive.updater.compute(scan); });
     if (has_plain) lap.plain += timeOf([&] { drive.plain.apply(*update); });
+    const Eigen::Vector3d center_map = scan.anchor_map + scan.origin.cast<double>();
+    drive.budget.note(*update, center_map);
     const Timing step = timeOf([&] {
-      drive.window->integrate(*update, scan.anchor_map + scan.origin.cast<double>(), drive.map,
+      drive.window->integrate(*update, center_map, drive.map,
                               [&](const ScanUpdate& part) { return drive.map.apply(part); });
     });
     lap.window += step;
@@ -156,10 +164,22 @@ void printLap(int number, std::size_t num_clouds, const LapFigures& lap,
             << std::endl;
 }
 
+/// Says how many pages came and went. @return Whether there were no more than are allowed.
+bool checkTraffic(const WindowFigures& pages, const PageBudget& budget, double factor) {
+  const auto line = [&](const char* name, std::uint64_t count, std::uint64_t asked) {
+    const bool is_within = static_cast<double>(count) <= factor * static_cast<double>(asked);
+    std::cout << "pages " << name << ": " << count << ", the drive asks for " << asked
+              << (is_within ? "" : ": TOO MANY") << std::endl;
+    return is_within;
+  };
+  const bool are_reads_within = line("read", pages.num_loads, budget.numReads());
+  return line("written", pages.num_writes, budget.numWrites()) && are_reads_within;
+}
+
 int drive(const Options& options) {
   MapConfig config;
   config.resolution_m = options.resolution_m;
-  Drive drive(config, options.max_range_m);
+  Drive drive(config, options);
   std::filesystem::remove(options.store);
   drive.window = std::make_unique<MapWindow>(
       options.window, openStoreOf(takeSnapshot(drive.map, "map"), options.store), drive.map);
@@ -176,13 +196,14 @@ int drive(const Options& options) {
     all.plain += figures.plain;
     all.window += figures.window;
   }
+  const bool is_within = checkTraffic(drive.window->figures(), drive.budget, options.budget);
   if (!drive.window->save(drive.map)) {
     throw std::runtime_error(drive.window->figures().last_failure);
   }
   drive.window.reset();
   std::cout << "store: " << 1e-6 * static_cast<double>(std::filesystem::file_size(options.store))
             << " MB\n";
-  if (!options.has_plain) return 0;
+  if (!options.has_plain) return is_within ? 0 : 1;
   std::cout << "map without a window: " << 1e-6 * static_cast<double>(drive.plain.numBytes())
             << " MB\ntime with window / without, ray walk included: "
             << (all.walk.wall_s + all.window.wall_s) / (all.walk.wall_s + all.plain.wall_s)
@@ -191,7 +212,7 @@ int drive(const Options& options) {
             << " (CPU)\n";
   const bool is_equal = isEqual(drive.plain, options.store);
   std::cout << (is_equal ? "the maps are equal, voxel by voxel" : "THE MAPS DIFFER") << std::endl;
-  return is_equal ? 0 : 1;
+  return is_equal && is_within ? 0 : 1;
 }
 
 int run(int argc, char** argv) {
@@ -208,6 +229,9 @@ int run(int argc, char** argv) {
   line.addNumber("clouds-a-metre", options.clouds_a_metre, "of the simulation", {0.01, 100});
   line.addNumber("size", options.window.size_m, "edge of the window in metres", {0.1, 1e6});
   line.addNumber("margin", options.window.margin_m, "metres around it", {0.0, 1e6});
+  line.addNumber("budget", options.budget,
+                 "pages that may be read and written, as a multiple of what the drive asks for",
+                 {0.0, 1e3});
   line.addFlag("alone", is_alone, "without the other map, for the memory of the process");
   if (const auto status = line.parse(argc, argv)) return *status;
   options.has_plain = !is_alone;

@@ -15,7 +15,8 @@ catkin_python_setup()
 add_message_files(FILES CuboidBricks.msg CuboidMapUpdate.msg FullCuboidMap.msg MapCuboid.msg Observation.msg)
 add_service_files(FILES
   CastRays.srv CheckBoxes.srv CheckPath.srv FindCorridor.srv FindNearest.srv FindNearestFree.srv
-  GetCuboids.srv GetFreeGraph.srv GetMap.srv GetObservations.srv LoadMap.srv QueryBox.srv SaveMap.srv SetBox.srv)
+  GetCuboids.srv GetFreeGraph.srv GetMap.srv GetObservations.srv LoadMap.srv MoveMap.srv
+  QueryBox.srv SaveMap.srv SetBox.srv)
 generate_messages(DEPENDENCIES geometry_msgs nav_msgs std_msgs)
 
 set(exported cuboid_mapping_core cuboid_mapping_client)

@@ -9,6 +9,7 @@ cuboid_mapping_add_part(core
   cuboid_mapping/fusion/search_directions.cpp
   cuboid_mapping/fusion/settling_cells.cpp
   cuboid_mapping/geometry/grid.cpp
+  cuboid_mapping/geometry/voxel_motion.cpp
   cuboid_mapping/map/config_check.cpp
   cuboid_mapping/map/cuboid_map.cpp
   cuboid_mapping/map/locked_boxes.cpp
@@ -176,6 +177,7 @@ add_library(cuboid_mapping_ros
   cuboid_mapping/ros/map_publisher.cpp
   cuboid_mapping/ros/mapping_node.cpp
   cuboid_mapping/ros/mapping_node_report.cpp
+  cuboid_mapping/ros/mapping_node_services.cpp
   cuboid_mapping/ros/marker_cache.cpp
   cuboid_mapping/ros/marker_colors.cpp
   cuboid_mapping/ros/marker_publisher.cpp

@@ -31,12 +31,17 @@ if(NOT CUBOID_MAPPING_NODE)
   return()
 endif()
 
-# Input for the node: a simulated lidar, and data sets of scans as rosbags.
+# Input for the node: a simulated lidar, and data sets of scans as messages, and as rosbags.
+add_library(cuboid_mapping_scan_messages STATIC tools/scan_messages.cpp)
+cuboid_mapping_configure(cuboid_mapping_scan_messages)
+target_include_directories(cuboid_mapping_scan_messages SYSTEM PUBLIC ${catkin_INCLUDE_DIRS})
+target_link_libraries(cuboid_mapping_scan_messages PUBLIC cuboid_mapping::scans ${roscpp_LIBRARIES})
 add_executable(simulated_lidar
   tools/bag_output.cpp
   tools/simulated_drive.cpp
   tools/simulated_lidar.cpp
-  tools/simulated_lidar_node.cpp)
+  tools/simulated_lidar_node.cpp
+  tools/simulated_sensors.cpp)
 add_executable(scans_to_bag
   tools/bag_output.cpp
   tools/scans_to_bag.cpp)
@@ -48,7 +53,7 @@ target_link_libraries(simulated_lidar
   cuboid_mapping_simulation cuboid_mapping_command_line
   ${roscpp_LIBRARIES} ${rosbag_storage_LIBRARIES} ${tf2_ros_LIBRARIES})
 target_link_libraries(scans_to_bag
-  cuboid_mapping::io cuboid_mapping::scans cuboid_mapping_command_line
+  cuboid_mapping::io cuboid_mapping_scan_messages cuboid_mapping_command_line
   ${roscpp_LIBRARIES} ${rosbag_storage_LIBRARIES} ${tf2_ros_LIBRARIES})
 
 # A bag into a file of a map.
@@ -59,13 +64,18 @@ add_library(cuboid_mapping_bag_clouds STATIC
 cuboid_mapping_configure(cuboid_mapping_bag_clouds)
 target_include_directories(cuboid_mapping_bag_clouds SYSTEM PRIVATE ${YAML_CPP_INCLUDE_DIR})
 target_link_libraries(cuboid_mapping_bag_clouds
-  PUBLIC cuboid_mapping_ros cuboid_mapping_map_tools cuboid_mapping_command_line
+  PUBLIC cuboid_mapping_ros cuboid_mapping_map_tools cuboid_mapping_command_line cuboid_mapping_scan_messages
   PRIVATE ${YAML_CPP_LIBRARIES})
 add_executable(bag_to_map tools/bag_to_map.cpp)
 cuboid_mapping_configure(bag_to_map)
 target_link_libraries(bag_to_map PRIVATE cuboid_mapping_bag_clouds)
 if(MPI_C_FOUND)
-  add_executable(bag_to_map_mpi tools/bag_to_map_mpi.cpp tools/brick_owner.cpp tools/mpi_checkpoint.cpp tools/mpi_ranks.cpp)
+  add_executable(bag_to_map_mpi
+    tools/bag_to_map_mpi.cpp
+    tools/brick_owner.cpp
+    tools/mpi_checkpoint.cpp
+    tools/mpi_output.cpp
+    tools/mpi_ranks.cpp)
   cuboid_mapping_configure(bag_to_map_mpi)
   target_compile_definitions(bag_to_map_mpi PRIVATE OMPI_SKIP_MPICXX)  # Its C++ interface is none of MPI 3.
   target_link_libraries(bag_to_map_mpi PRIVATE cuboid_mapping_bag_clouds nlohmann_json::nlohmann_json MPI::MPI_C)

@@ -3,18 +3,32 @@
 
 #include "cuboid_mapping/io/file_replacement.h"
 #include "cuboid_mapping/io/text.h"
+#include "cuboid_mapping/ros/point_cloud.h"
 #include "cuboid_mapping/ros/self_filter.h"
+#include "stamps.h"
 #include "yaml_parameters.h"
 
 #include <rosbag/view.h>
 #include <tf2_msgs/TFMessage.h>
+#include <boost/make_shared.hpp>
 
+#include <algorithm>
 #include <iostream>
 #include <stdexcept>
 #include <utility>
 
 namespace cuboid_mapping_ros {
 namespace {
+
+/// Nothing when there are bags.
+std::optional<ScanFolders> openFolders(const std::vector<std::string>& paths) {
+  const auto count = std::count_if(paths.begin(), paths.end(), ScanFolders::isOne);
+  if (count == 0) return std::nullopt;
+  if (static_cast<std::size_t>(count) < paths.size()) {
+    throw std::runtime_error("rosbags and scan folders do not go together: map one kind of them");
+  }
+  return ScanFolders(paths);
+}
 
 Bags openBags(const std::vector<std::string>& files) {
   Bags bags;
@@ -41,11 +55,28 @@ NodeParameters readOptionParameters(const std::string& program, const BagOptions
   return loaded.parameters;
 }
 
+/// @throws std::runtime_error  for what only bags have.
+NodeParameters checkForFolders(const NodeParameters& parameters, const BagOptions& options) {
+  if (!options.topics.empty()) throw std::runtime_error("--topic does not go with scan folders");
+  if (!parameters.sources.empty() || parameters.source.type != SourceType::kPointCloud) {
+    throw std::runtime_error("scan folders are one source of clouds: set no sources and no type");
+  }
+  if (parameters.source.max_rate_hz > 0.0) {
+    throw std::runtime_error("scan folders have no stamps: set max_rate to 0");
+  }
+  if (withoutSlash(parameters.frame_id) == ScanNames().sensor_frame) {
+    throw std::runtime_error("frame_id: this is the frame of the clouds of scan folders");
+  }
+  return parameters;
+}
+
 /// The parameters, with topics of the bags.
-NodeParameters readAll(const std::string& program, const BagOptions& options, const Bags& bags) {
+NodeParameters readAll(const std::string& program, const BagOptions& options, bool are_folders,
+                       const Bags& bags) {
   std::vector<std::string> missing;
-  NodeParameters parameters =
-      chooseSources(bags, readOptionParameters(program, options), options.topics, missing);
+  const NodeParameters read = readOptionParameters(program, options);
+  NodeParameters parameters = are_folders ? checkForFolders(read, options)
+                                          : chooseSources(bags, read, options.topics, missing);
   for (const std::string& topic : missing) {
     std::cerr << program << ": the bags have no topic " << topic << std::endl;
   }
@@ -61,7 +92,9 @@ NodeParameters readAll(const std::string& program, const BagOptions& options, co
 
 std::optional<int> parseBagOptions(cuboid_mapping::CommandLine& line, int argc, char** argv,
                                    BagOptions& options) {
-  line.addArgument("bags", options.bags, "rosbags with sensor_msgs/PointCloud2 and tf");
+  line.addArgument("inputs", options.inputs,
+                   "rosbags with sensor_msgs/PointCloud2 and tf, or folders with poses.txt and "
+                   "scans/NNNN.pcd, or OctoMap .graph files");
   line.addText("output,o", options.output, "map to write: " + cuboid_mapping::knownEndings());
   line.addTexts("topic", options.topics, "topics of the clouds; without it, all of them");
   line.addText("params", options.parameter_file,
@@ -86,8 +119,9 @@ cuboid_mapping::MapFormat checkOutput(const BagOptions& options) {
 
 BagClouds::BagClouds(std::string program, const BagOptions& options)
     : program_(std::move(program)),
-      bags_(openBags(options.bags)),
-      parameters_(readAll(program_, options, bags_)),
+      folders_(openFolders(options.inputs)),
+      bags_(folders_ ? Bags() : openBags(options.inputs)),
+      parameters_(readAll(program_, options, folders_.has_value(), bags_)),
       messages_(bags_, parameters_) {
   if (messages_.numWithoutCamera() == 0) return;
   std::cerr << program_ << ": "
@@ -101,7 +135,7 @@ void BagClouds::setThreads(int threads) {
 }
 
 cuboid_mapping::SensorModel BagClouds::sensorModel(std::size_t source) const {
-  const cuboid_mapping::MapConfig& map = sourcesOf(parameters_).at(source).map;
+  const cuboid_mapping::MapConfig map = sourcesOf(parameters_).at(source).map;
   return cuboid_mapping::SensorModel(map.sensor_model, map.environment);
 }
 
@@ -129,17 +163,29 @@ void BagClouds::walk(const CloudShare& share, const Take& take,
   sources_ = makeSources(parameters_);
   watch_.emplace(parameters_.map.resolution_m, parameters_.max_range_m);
   readTransforms();
-  for (std::size_t number = share.begin; number < messages_.size(); ++number) {
+  for (std::uint64_t number = share.begin; number < numClouds(); ++number) {
     cuboid_mapping::throwIfInterrupted();
     if (number % share.step == share.first) {
-      if (const auto cloud = messages_.read(number)) {
+      if (const auto cloud = read(number)) {
         walkOne(*cloud, take);
       } else {
         take(nullptr, {});
       }
     }
-    if (listener) listener(number + 1, messages_.size());
+    if (listener) listener(number + 1, numClouds());
   }
+}
+
+/// A scan brings its transform along.
+std::optional<SensorMessage> BagClouds::read(std::uint64_t number) {
+  if (!folders_) return messages_.read(number);
+  const cuboid_mapping::ScanDataset::Item scan = folders_->read(number);
+  const ros::Time stamp = computeStamp(kFirstStamp, number, kScanRate_hz);
+  ScanNames names;
+  names.map_frame = withoutSlash(parameters_.frame_id);
+  tf_.setTransform(toTransformMessage(scan.T_map_sensor, stamp, names), "scans");
+  return SensorMessage{boost::make_shared<sensor_msgs::PointCloud2>(
+      toCloud(scan.points_sensor, makeHeader(names.sensor_frame, stamp)))};
 }
 
 void BagClouds::walkOne(const SensorMessage& cloud, const Take& take) {

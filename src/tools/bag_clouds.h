@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What bag_to_map and bag_to_map_mpi have in common: options, and clouds of rosbags.
+// What bag_to_map and bag_to_map_mpi have in common: options, and clouds of rosbags or scan folders.
 #pragma once
 
 #include "bag_sources.h"
@@ -8,6 +8,7 @@
 #include "cuboid_mapping/io/progress_listener.h"
 #include "cuboid_mapping/ros/source.h"
 #include "cuboid_mapping/ros/speed_advice.h"
+#include "scan_messages.h"
 
 #include <rosbag/bag.h>
 
@@ -23,7 +24,7 @@ namespace cuboid_mapping_ros {
 
 /// What the programs are told.
 struct BagOptions {
-  std::vector<std::string> bags;
+  std::vector<std::string> inputs;  ///< Rosbags; or all are scan folders, see ScanFolders::isOne().
   std::string output;
   std::vector<std::string> topics;  ///< Empty: all.
   std::string parameter_file;
@@ -51,7 +52,8 @@ struct LeftOutClouds {
 };
 
 /// The clouds of some bags, which are messages of any source, in the order in which the node puts them into the map, and
-/// what they say about it. Errors, warnings and advice go to stderr, behind the name of the program.
+/// what they say about it; or those of scan folders, as scans_to_bag would write them to a bag, in the map's frame. Errors,
+/// warnings and advice go to stderr, behind the name of the program.
 class BagClouds {
  public:
   /// Stamp of a cloud, the number of its source, and where the robot was.
@@ -63,8 +65,8 @@ class BagClouds {
   /// What a cloud says, null when it is left out, and where it is from. Valid during the call.
   using Take = std::function<void(const cuboid_mapping::ScanUpdate*, const Origin& origin)>;
 
-  /// Opens the bags. @throws std::runtime_error for bad parameters, a bag that cannot be read, topics
-  /// that are not there.
+  /// Opens the inputs. @throws std::runtime_error for bad parameters, an input that cannot be read, topics
+  /// that are not there, and for parameters and options that scan folders cannot have.
   BagClouds(std::string program, const BagOptions& options);
 
   /// As the options have them, with topics of the bags for sources. Number of threads: of the parameter, unless set.
@@ -72,7 +74,9 @@ class BagClouds {
   [[nodiscard]] const NodeParameters& parameters() const { return parameters_; }
   void setThreads(int threads);
   ///@}
-  [[nodiscard]] std::uint64_t numClouds() const { return messages_.size(); }
+  [[nodiscard]] std::uint64_t numClouds() const {
+    return folders_ ? folders_->size() : messages_.size();
+  }
   /// What the clouds of a source are put in with.
   [[nodiscard]] cuboid_mapping::SensorModel sensorModel(std::size_t source) const;
 
@@ -93,6 +97,7 @@ class BagClouds {
 
  private:
   void readTransforms();
+  [[nodiscard]] std::optional<SensorMessage> read(std::uint64_t number);
   void walkOne(const SensorMessage& cloud, const Take& take);
   [[nodiscard]] const cuboid_mapping::ScanUpdate* compute(const SensorMessage& cloud,
                                                           Origin& origin);
@@ -100,6 +105,7 @@ class BagClouds {
   void leaveOut(DropReason reason, const std::string& text);
 
   std::string program_;
+  std::optional<ScanFolders> folders_;  ///< In the place of bags.
   Bags bags_;
   NodeParameters parameters_;
   BagMessages messages_;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Makes a map of the clouds in rosbags, without a roscore, as fast as the machine.
+// Makes a map of the clouds in rosbags or scan folders, without a roscore, as fast as the machine.
 #include "bag_clouds.h"
 #include "cuboid_mapping/io/file_replacement.h"
 #include "cuboid_mapping/io/text.h"
@@ -28,7 +28,7 @@ class BagMap {
   /// @param frees_passed  Whether freePassed() will be called.
   BagMap(const NodeParameters& parameters, bool frees_passed)
       : map_(makeMapConfig(parameters)),
-        forgetting_(parameters.forget_after_s, parameters.forget_class),
+        forgetting_(parameters),
         moving_(parameters.map.resolution_m,
                 frees_passed && parameters.moving_points == MovingPoints::kIgnore
                     ? MovingPoints::kPublish
@@ -46,7 +46,7 @@ class BagMap {
       apply(moving_.take(update));
     }
     throwIfFailed();
-    forgetting_.note(update, origin.stamp);
+    forgetting_.note(update, origin.stamp, origin.source);
     forgetting_.forget(map_);
   }
 
@@ -157,8 +157,8 @@ int makeMap(const BagOptions& options, bool frees_passed) {
 int run(int argc, char** argv) {
   BagOptions options;
   cuboid_mapping::CommandLine line("bag_to_map",
-                                   "Maps the clouds in rosbags, without a roscore. The result is "
-                                   "the same as the node's, byte for byte.");
+                                   "Maps the clouds in rosbags, or in scan folders, without a "
+                                   "roscore. The result is the same as the node's, byte for byte.");
   bool frees_passed = false;
   line.addFlag("free-passed", frees_passed,
                "at the end, free what has passed through places that were empty at some time");

@@ -1,20 +1,22 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// bag_to_map on several processes and machines: mpirun -n N bag_to_map_mpi BAG... -o FILE
+// bag_to_map on several processes and machines: mpirun -n N bag_to_map_mpi INPUT... -o FILE
 #include "bag_clouds.h"
 #include "brick_owner.h"
 #include "cuboid_mapping/io/file_replacement.h"
-#include "cuboid_mapping/io/native_format.h"
 #include "cuboid_mapping/io/text.h"
-#include "map_content.h"
+#include "cuboid_mapping/ros/forgetting.h"
 #include "mpi_checkpoint.h"
+#include "mpi_output.h"
 #include "progress_bar.h"
+
+#include <sys/resource.h>
 
 #include <algorithm>
 #include <chrono>
+#include <ctime>
 #include <filesystem>
 #include <iomanip>
 #include <iostream>
-#include <limits>
 #include <memory>
 #include <optional>
 #include <stdexcept>
@@ -43,9 +45,11 @@ struct Options {
 /// What the map depends on: a run goes on only from one with the same.
 std::string describeRun(const BagOptions& options) {
   std::string run;
-  for (const std::string& bag : options.bags) {
+  for (const std::string& input : options.inputs) {
     std::error_code error;
-    run += bag + ' ' + std::to_string(std::filesystem::file_size(bag, error)) + '\n';
+    const bool is_folder = std::filesystem::is_directory(input, error);
+    const std::string file = is_folder ? input + "/poses.txt" : input;
+    run += input + ' ' + std::to_string(std::filesystem::file_size(file, error)) + '\n';
   }
   for (const std::string& topic : options.topics) run += "topic " + topic + '\n';
   for (const std::string& setting : options.settings) run += "set " + setting + '\n';
@@ -89,7 +93,7 @@ std::unique_ptr<BagClouds> openClouds(const MpiRanks& ranks, const BagOptions& o
     try {
       (void)checkOutput(options);
       clouds = std::make_unique<BagClouds>(kProgram, options);
-      if (clouds->parameters().forget_after_s > 0.0) {
+      if (Forgetting(clouds->parameters()).isOn()) {
         throw std::runtime_error(
             "bag_to_map_mpi cannot forget: set forget_after to 0, or use bag_to_map");
       }
@@ -145,17 +149,14 @@ LeftOutClouds gatherLeftOut(const MpiRanks& ranks, const LeftOutClouds& own) {
   return all;
 }
 
-MapSnapshot takeOwnPart(const BagClouds& clouds, const BrickOwner& owner) {
+/// The map without bricks.
+MapSnapshot headOf(const BagClouds& clouds) {
   const cuboid_mapping::MapConfig& config = clouds.parameters().map;
-  MapSnapshot map{config.resolution_m,
-                  config.sensor_model,
-                  config.environment,
-                  withoutSlash(clouds.parameters().frame_id),
-                  {}};
-  owner.voxels().forEach(
-      [&map](const cuboid_mapping::VoxelBrick& brick) { map.bricks.push_back(brick); });
-  cuboid_mapping::sortBricks(map.bricks);
-  return map;
+  return {config.resolution_m,
+          config.sensor_model,
+          config.environment,
+          withoutSlash(clouds.parameters().frame_id),
+          {}};
 }
 
 /// How far all have come, in this run and the ones before.
@@ -192,7 +193,7 @@ MpiProgress walkAll(const MpiRanks& ranks, BagClouds& clouds, BrickOwner& owner,
     if (!checkpoint.isDue()) return;
     MpiProgress progress = gatherProgress(ranks, clouds, owner, before);
     progress.num_rounds = num_done;
-    checkpoint.write(progress, takeOwnPart(clouds, owner));
+    checkpoint.write(progress, takePart(headOf(clouds), owner.voxels()));
   };
   const auto take = [&](const cuboid_mapping::ScanUpdate* update, const BagClouds::Origin& origin) {
     if (owner.add(update, origin.source)) end_round();
@@ -203,20 +204,57 @@ MpiProgress walkAll(const MpiRanks& ranks, BagClouds& clouds, BrickOwner& owner,
   return gatherProgress(ranks, clouds, owner, before);
 }
 
-/// The whole map, at rank 0; nothing elsewhere.
-std::optional<MapSnapshot> gatherMap(const MpiRanks& ranks, MapSnapshot part) {
-  if (ranks.rank() != 0) {
-    ranks.sendToFirst(toNativeFormat(part));
-    return std::nullopt;
+/// Memory that this process has taken, at most.
+double peakMemoryInMb() {
+  rusage usage{};
+  getrusage(RUSAGE_SELF, &usage);
+  return 1.024e-3 * static_cast<double>(usage.ru_maxrss);
+}
+
+/// Of all ranks.
+struct Figures {
+  double rounds_s = 0.0;    ///< Until all clouds are in.
+  double exchange_s = 0.0;  ///< Of the rank that has waited and sent for longest.
+  double peak_mb = 0.0;     ///< Of the rank that has taken most.
+  double part = 0.0;        ///< Of the map, of the rank that has most of it.
+  CpuTimes cpu;             ///< Sums over ranks.
+  double cpu_s = 0.0;       ///< The same of everything, from the start to the end of the rounds.
+};
+
+/// @param start  Of this run.
+Figures gatherFigures(const MpiRanks& ranks, const BrickOwner& owner, Clock::time_point start) {
+  const CpuTimes& own = owner.cpuTimes();
+  const double own_cpu_s = static_cast<double>(std::clock()) / CLOCKS_PER_SEC;
+  std::vector<std::uint64_t> times_us;
+  for (const double time_s : {own.pack_s, own.exchange_s, own.apply_s, own_cpu_s}) {
+    times_us.push_back(static_cast<std::uint64_t>(1e6 * time_s));
   }
-  const cuboid_mapping::SnapshotLimits no_limits{std::numeric_limits<std::size_t>::max() / 8,
-                                                 std::numeric_limits<std::uint64_t>::max() / 8};
-  for (int rank = 1; rank < ranks.size(); ++rank) {
-    MapSnapshot other = cuboid_mapping::fromNativeFormat(ranks.receive(rank), no_limits);
-    std::move(other.bricks.begin(), other.bricks.end(), std::back_inserter(part.bricks));
-  }
-  cuboid_mapping::sortBricks(part.bricks);
-  return part;
+  times_us = ranks.sum(times_us);
+  const auto seconds = [&times_us](std::size_t i) {
+    return 1e-6 * static_cast<double>(times_us[i]);
+  };
+  Figures figures;
+  figures.rounds_s = secondsSince(start);
+  figures.exchange_s = ranks.greatest(owner.exchangeTime_s());
+  figures.cpu = {seconds(0), seconds(1), seconds(2)};
+  figures.cpu_s = seconds(3);
+  const auto num_bricks = static_cast<double>(ranks.sum({owner.voxels().size()}).front());
+  figures.part = ranks.greatest(static_cast<double>(owner.voxels().size())) / num_bricks;
+  return figures;
+}
+
+void printFigures(const Figures& figures, double time_s, double kb_a_cloud) {
+  const CpuTimes& cpu = figures.cpu;
+  std::cout << std::setprecision(2) << "sent " << kb_a_cloud
+            << " kB a cloud; waited for each other and sent for "
+            << 100.0 * figures.exchange_s / figures.rounds_s << " % of the time, and took "
+            << figures.peak_mb << " MB, at most; the one with most has " << 100.0 * figures.part
+            << " % of the map; writing took " << time_s - figures.rounds_s
+            << " s\nCPU time of all ranks: "
+            << figures.cpu_s - cpu.pack_s - cpu.exchange_s - cpu.apply_s
+            << " s to start, read and walk, " << cpu.pack_s << " s to pack and unpack, "
+            << cpu.exchange_s << " s to send and wait, " << cpu.apply_s << " s to put into the map"
+            << std::endl;
 }
 
 int makeMap(const MpiRanks& ranks, const Options& options) {
@@ -230,27 +268,24 @@ int makeMap(const MpiRanks& ranks, const Options& options) {
   }
   BrickOwner owner(ranks, models, makeMapConfig(clouds->parameters()).threads);
   const MpiProgress progress = walkAll(ranks, *clouds, owner, checkpoint);
-  const double time_s = secondsSince(start);
+  Figures figures = gatherFigures(ranks, owner, start);
   if (ranks.rank() == 0) clouds->report(progress.left_out);
   const std::vector<std::uint64_t>& sums = progress.sums;
-  const double exchange_s = ranks.greatest(owner.exchangeTime_s());
   if (sums[1] == 0) {
     throw EndOfAll{1,
                    "none of " + counted(sums[0], "cloud") + " could be used: nothing was written"};
   }
-  const auto map = gatherMap(ranks, takeOwnPart(*clouds, owner));
-  if (!map) return 0;
   const std::string& output = options.bags.output;
-  const std::size_t num_bytes = cuboid_mapping::writeMapFile(output, *map);
+  const std::string content = writeMapOfAll(ranks, headOf(*clouds), owner.voxels(), output);
+  figures.peak_mb = ranks.greatest(peakMemoryInMb());
+  if (ranks.rank() != 0) return 0;
   checkpoint.remove();
+  const double time_s = secondsSince(start);
   std::cout << std::fixed << std::setprecision(1) << output << ": " << sums[1] << " of "
-            << counted(sums[0], "cloud") << ", " << counted(sums[2], "point") << ", "
-            << describeContent(*map, *cuboid_mapping::formatOfName(output)) << ", " << num_bytes
-            << " bytes, in " << secondsSince(start) << " s; "
-            << counted(static_cast<std::uint64_t>(ranks.size()), "rank") << ", which sent "
-            << 1e-3 * static_cast<double>(sums[3]) / static_cast<double>(sums[1])
-            << " kB a cloud and waited for each other " << 100.0 * exchange_s / time_s
-            << " % of the time at most" << std::endl;
+            << counted(sums[0], "cloud") << ", " << counted(sums[2], "point") << ", " << content
+            << ", " << std::filesystem::file_size(output) << " bytes, in " << time_s << " s; "
+            << counted(static_cast<std::uint64_t>(ranks.size()), "rank") << ", which ";
+  printFigures(figures, time_s, 1e-3 * static_cast<double>(sums[3]) / static_cast<double>(sums[1]));
   return 0;
 }
 
@@ -260,7 +295,7 @@ Options readOptions(const MpiRanks& ranks, int argc, char** argv) {
   Options options;
   cuboid_mapping::CommandLine line(
       kProgram,
-      "bag_to_map on several processes and machines: mpirun -n N bag_to_map_mpi BAG... -o FILE.\n"
+      "bag_to_map on several processes and machines: mpirun -n N bag_to_map_mpi INPUT... -o FILE.\n"
       "The file is the same, byte for byte, whatever N.");
   line.addNumber(
       "checkpoint", options.checkpoint_period_s,

@@ -5,6 +5,7 @@
 #include "cuboid_mapping/io/scan_update_codec.h"
 
 #include <chrono>
+#include <ctime>
 #include <limits>
 #include <stdexcept>
 #include <utility>
@@ -20,6 +21,19 @@ using cuboid_mapping::ScanUpdate;
 
 constexpr std::size_t kAnyNumber = std::numeric_limits<std::uint32_t>::max();
 
+/// Adds the CPU time from its beginning to its end.
+class CpuStopwatch {
+ public:
+  explicit CpuStopwatch(double& sum_s) : sum_s_(sum_s), start_(std::clock()) {}
+  ~CpuStopwatch() { sum_s_ += static_cast<double>(std::clock() - start_) / CLOCKS_PER_SEC; }
+  CpuStopwatch(const CpuStopwatch&) = delete;
+  CpuStopwatch& operator=(const CpuStopwatch&) = delete;
+
+ private:
+  double& sum_s_;
+  std::clock_t start_;
+};
+
 }  // namespace
 
 BrickOwner::BrickOwner(const MpiRanks& ranks, std::vector<cuboid_mapping::SensorModel> models,
@@ -30,10 +44,12 @@ BrickOwner::BrickOwner(const MpiRanks& ranks, std::vector<cuboid_mapping::Sensor
       to_(static_cast<std::size_t>(ranks.size())) {}
 
 std::size_t BrickOwner::ownerOf(const Cell& brick) const {
-  return cuboid_mapping::CellHash()(cuboid_mapping::groupOf(brick)) % to_.size();
+  // By the upper ones of its 32 bits: the lower ones know little of z.
+  return cuboid_mapping::CellHash()(cuboid_mapping::groupOf(brick)) * to_.size() >> 32;
 }
 
 bool BrickOwner::add(const ScanUpdate* update, std::size_t source) {
+  const CpuStopwatch stopwatch(cpu_times_.pack_s);
   std::vector<ScanUpdate> parts(to_.size());
   if (update != nullptr) {
     for (const BrickUpdate& brick : update->bricks) {
@@ -55,11 +71,17 @@ bool BrickOwner::add(const ScanUpdate* update, std::size_t source) {
   return own_.size() == kCloudsOfRound;
 }
 
-void BrickOwner::exchange() {
+std::vector<std::string> BrickOwner::sendAll() {
+  const CpuStopwatch stopwatch(cpu_times_.exchange_s);
   const auto start = std::chrono::steady_clock::now();
-  const std::vector<std::string> from = ranks_.exchange(to_);
+  std::vector<std::string> from = ranks_.exchange(to_);
   const std::chrono::duration<double> time = std::chrono::steady_clock::now() - start;
   exchange_time_s_ += time.count();
+  return from;
+}
+
+void BrickOwner::exchange() {
+  const std::vector<std::string> from = sendAll();
   for (std::string& bytes : to_) {
     num_sent_bytes_ += bytes.size();
     bytes.clear();
@@ -75,7 +97,7 @@ void BrickOwner::exchange() {
       const std::uint64_t source = readers[rank].readU64();
       const std::string_view bytes = readers[rank].readBytes(readers[rank].readU64());
       if (bytes.empty()) continue;
-      const auto update = cuboid_mapping::scanUpdateOfBytes(bytes, kAnyNumber);
+      const auto update = unpack(bytes);
       if (!update || source >= models_.size()) {
         throw std::runtime_error("what rank " + std::to_string(rank) + " has sent is damaged");
       }
@@ -85,11 +107,17 @@ void BrickOwner::exchange() {
   own_.clear();
 }
 
+std::optional<ScanUpdate> BrickOwner::unpack(std::string_view bytes) {
+  const CpuStopwatch stopwatch(cpu_times_.pack_s);
+  return cuboid_mapping::scanUpdateOfBytes(bytes, kAnyNumber);
+}
+
 void BrickOwner::restore(const std::vector<cuboid_mapping::VoxelBrick>& bricks) {
   voxels_.replace(cuboid_mapping::kAllCells, bricks);
 }
 
 void BrickOwner::apply(const ScanUpdate& update, std::size_t source) {
+  const CpuStopwatch stopwatch(cpu_times_.apply_s);
   voxels_.apply(update.bricks, models_[source], threads_);
 }
 

@@ -6,10 +6,19 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 namespace cuboid_mapping_ros {
+
+/// CPU seconds of a process, all threads, spent on what its clouds say.
+struct CpuTimes {
+  double pack_s = 0.0;      ///< Dividing and packing for others, unpacking what others have sent.
+  double exchange_s = 0.0;  ///< Sending, and waiting as far as that takes CPU time.
+  double apply_s = 0.0;     ///< Putting it into the map.
+};
 
 /// One rank's part of a map that is divided among ranks, and what it sends to the others.
 ///
@@ -39,6 +48,8 @@ class BrickOwner {
   [[nodiscard]] std::uint64_t numSentBytes() const { return num_sent_bytes_; }
   /// In exchanges: waiting for slower ranks, and sending.
   [[nodiscard]] double exchangeTime_s() const { return exchange_time_s_; }
+  /// Of this process, so far.
+  [[nodiscard]] const CpuTimes& cpuTimes() const { return cpu_times_; }
 
  private:
   struct OwnPart {
@@ -47,6 +58,9 @@ class BrickOwner {
   };
 
   [[nodiscard]] std::size_t ownerOf(const cuboid_mapping::Cell& brick) const;
+  /// @return What came, by rank.
+  [[nodiscard]] std::vector<std::string> sendAll();
+  [[nodiscard]] std::optional<cuboid_mapping::ScanUpdate> unpack(std::string_view bytes);
   void apply(const cuboid_mapping::ScanUpdate& update, std::size_t source);
 
   const MpiRanks& ranks_;
@@ -57,6 +71,7 @@ class BrickOwner {
   std::vector<std::string> to_;  ///< By owner, cloud by cloud: source, length and bytes.
   std::uint64_t num_sent_bytes_ = 0;
   double exchange_time_s_ = 0.0;
+  CpuTimes cpu_times_;
 };
 
 }  // namespace cuboid_mapping_ros

@@ -95,7 +95,8 @@ std::vector<std::string> MpiRanks::exchange(const std::vector<std::string>& to) 
 
 void MpiRanks::sendToFirst(const std::string& bytes) const {
   std::uint64_t size = bytes.size();
-  MPI_Send(&size, 1, MPI_UINT64_T, 0, 0, MPI_COMM_WORLD);
+  // Synchronous: what rank 0 has not come to would pile up there.
+  MPI_Ssend(&size, 1, MPI_UINT64_T, 0, 0, MPI_COMM_WORLD);
   for (std::size_t i = 0; i < bytes.size(); i += kMaxMessage_bytes) {
     const int count = checkedCount(std::min(kMaxMessage_bytes, bytes.size() - i));
     MPI_Send(&bytes[i], count, MPI_CHAR, 0, 0, MPI_COMM_WORLD);

@@ -33,7 +33,7 @@ class MpiRanks {
 
   /// Sends bytes to each rank. @param to  By rank; less than 2 GB in all. @return What came, by rank.
   [[nodiscard]] std::vector<std::string> exchange(const std::vector<std::string>& to) const;
-  /// Sends bytes of any length to rank 0. Does not wait for the other ranks.
+  /// Sends bytes of any length to rank 0, when it calls receive(). Does not wait for the others.
   void sendToFirst(const std::string& bytes) const;
   /// What a rank has sent. Does not wait for the other ranks.
   [[nodiscard]] std::string receive(int from) const;

@@ -18,12 +18,36 @@ using cuboid_mapping::LidarConfig;
 using cuboid_mapping::LidarPoint;
 using cuboid_mapping::RangeCheck;
 
+constexpr char kLidarFrame[] = "lidar";
+
 /// T_base_lidar: on a mast.
 const Eigen::Isometry3d kMount(Eigen::Translation3d(0.1, 0.0, 1.0));
 
 LidarConfig withSeed(LidarConfig lidar, std::uint64_t seed) {
   lidar.seed = seed;
   return lidar;
+}
+
+}  // namespace
+
+std::vector<std::string> checkDriveConfig(const DriveConfig& config) {
+  RangeCheck check;
+  check("cloud_rate", config.cloud_rate_hz, 0.01, 100.0);
+  check("duration", config.duration_s, 0.0, 1e6);
+  check("head_start", config.head_start_m, 0.0, 1e6);
+  std::vector<std::string> errors = cuboid_mapping::checkLidarConfig(config.lidar);
+  errors.insert(errors.end(), check.errors().begin(), check.errors().end());
+  if (!config.robot.empty() && config.robot.front() == '/') {
+    errors.push_back("robot = " + config.robot + ": must not start with /");
+  }
+  return errors;
+}
+
+std::uint64_t computeNumClouds(const DriveConfig& config) {
+  if (config.duration_s == 0.0) return 0;
+  // A hair less, so that the rounding of 0.3 s * 10 Hz gives no fourth cloud.
+  const double count = std::ceil(config.duration_s * config.cloud_rate_hz - 1e-6);
+  return static_cast<std::uint64_t>(std::max(1.0, count));
 }
 
 geometry_msgs::TransformStamped toMessage(const Eigen::Isometry3d& T_parent_child,
@@ -36,44 +60,11 @@ geometry_msgs::TransformStamped toMessage(const Eigen::Isometry3d& T_parent_chil
   return message;
 }
 
-}  // namespace
-
-std::vector<std::string> checkDriveConfig(const DriveConfig& config) {
-  RangeCheck check;
-  check("cloud_rate", config.cloud_rate_hz, 0.01, 100.0);
-  check("duration", config.duration_s, 0.0, 1e6);
-  std::vector<std::string> errors = cuboid_mapping::checkLidarConfig(config.lidar);
-  errors.insert(errors.end(), check.errors().begin(), check.errors().end());
-  return errors;
-}
-
-std::uint64_t computeNumClouds(const DriveConfig& config) {
-  if (config.duration_s == 0.0) return 0;
-  // A hair less, so that the rounding of 0.3 s * 10 Hz gives no fourth cloud.
-  const double count = std::ceil(config.duration_s * config.cloud_rate_hz - 1e-6);
-  return static_cast<std::uint64_t>(std::max(1.0, count));
-}
-
-SimulatedDrive::SimulatedDrive(const DriveConfig& config)
-    : config_(config), world_(config.seed), lidar_(withSeed(config.lidar, config.seed)) {}
-
-geometry_msgs::TransformStamped SimulatedDrive::toMountMessage(const ros::Time& stamp) const {
-  return toMessage(kMount, stamp, "base_link", "lidar");
-}
-
-geometry_msgs::TransformStamped SimulatedDrive::toPoseMessage(std::uint64_t index,
-                                                              const ros::Time& stamp) const {
-  return toMessage(world_.computeRobotPose(timeOf(index)), stamp, "map", "base_link");
-}
-
-sensor_msgs::PointCloud2 SimulatedDrive::toCloudMessage(std::uint64_t index,
-                                                        const ros::Time& stamp) const {
-  const double time_s = timeOf(index);
-  const LidarCloud cloud = lidar_.computeCloud(world_.computeSolids(time_s),
-                                               world_.computeRobotPose(time_s) * kMount, index);
+sensor_msgs::PointCloud2 toMessage(const LidarCloud& cloud, const ros::Time& stamp,
+                                   const std::string& frame_id) {
   sensor_msgs::PointCloud2 message;
   message.header.stamp = stamp;
-  message.header.frame_id = "lidar";
+  message.header.frame_id = frame_id;
   message.is_dense = false;
   sensor_msgs::PointCloud2Modifier modifier(message);
   using Field = sensor_msgs::PointField;
@@ -88,8 +79,37 @@ sensor_msgs::PointCloud2 SimulatedDrive::toCloudMessage(std::uint64_t index,
   return message;
 }
 
+SimulatedDrive::SimulatedDrive(const DriveConfig& config)
+    : config_(config), world_(config.seed), lidar_(withSeed(config.lidar, config.seed)) {}
+
+geometry_msgs::TransformStamped SimulatedDrive::toMountMessage(const ros::Time& stamp) const {
+  return toMessage(kMount, stamp, frameOf(kBaseFrame), frameOf(kLidarFrame));
+}
+
+geometry_msgs::TransformStamped SimulatedDrive::toPoseMessage(std::uint64_t index,
+                                                              const ros::Time& stamp) const {
+  return toMessage(computePose(timeOf(index)), stamp, "map", frameOf(kBaseFrame));
+}
+
+sensor_msgs::PointCloud2 SimulatedDrive::toCloudMessage(std::uint64_t index,
+                                                        const ros::Time& stamp) const {
+  const double time_s = timeOf(index);
+  return toMessage(
+      lidar_.computeCloud(world_.computeSolids(time_s), computePose(time_s) * kMount, index), stamp,
+      frameOf(kLidarFrame));
+}
+
 double SimulatedDrive::timeOf(std::uint64_t index) const {
   return static_cast<double>(index) / config_.cloud_rate_hz;
+}
+
+Eigen::Isometry3d SimulatedDrive::computePose(double time_s) const {
+  return world_.computeRobotPose(time_s +
+                                 config_.head_start_m / cuboid_mapping::World::kRobotSpeed);
+}
+
+std::string SimulatedDrive::frameOf(const std::string& part) const {
+  return config_.robot.empty() ? part : config_.robot + '/' + part;
 }
 
 }  // namespace cuboid_mapping_ros

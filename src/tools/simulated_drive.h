@@ -21,6 +21,8 @@ struct DriveConfig {
   cuboid_mapping::LidarConfig lidar;
   double cloud_rate_hz = 10.0;  ///< Clouds per second of simulated time, 0.01 to 100.
   double duration_s = 0.0;      ///< Of simulated time, 0 to 1e6; 0: for ever.
+  std::string robot;            ///< Its frames are NAME/base_link and NAME/lidar; empty: without.
+  double head_start_m = 0.0;    ///< So far on its way the robot is at time 0, 0 to 1e6.
 };
 
 /// What is wrong with a configuration, a line each: key, value, allowed range. Empty if nothing is.
@@ -29,9 +31,23 @@ struct DriveConfig {
 /// Number of clouds in the configured duration, at least one; 0 where it goes on for ever.
 [[nodiscard]] std::uint64_t computeNumClouds(const DriveConfig& config);
 
+/// Of the robot.
+constexpr char kBaseFrame[] = "base_link";
+
+/// Where a frame is in another one.
+[[nodiscard]] geometry_msgs::TransformStamped toMessage(const Eigen::Isometry3d& T_parent_child,
+                                                        const ros::Time& stamp,
+                                                        const std::string& parent,
+                                                        const std::string& child);
+
+/// Organized, float32 fields x, y, z and intensity, NaN without return.
+[[nodiscard]] sensor_msgs::PointCloud2 toMessage(const cuboid_mapping::LidarCloud& cloud,
+                                                 const ros::Time& stamp,
+                                                 const std::string& frame_id);
+
 /// The messages of a lidar on a robot that drives through the simulated building, lap after lap.
 ///
-/// The frames are map -> base_link -> lidar. The same configuration, index and stamp give the same
+/// The frames are map -> base_link -> lidar, the latter two behind the name of the robot. The same configuration, index and stamp give the same
 /// bytes. Thread-safe: const.
 class SimulatedDrive {
  public:
@@ -48,6 +64,11 @@ class SimulatedDrive {
   /// Cloud `index`: organized, float32 fields x, y, z and intensity, NaN without return.
   [[nodiscard]] sensor_msgs::PointCloud2 toCloudMessage(std::uint64_t index,
                                                         const ros::Time& stamp) const;
+
+  /// T_map_base at a time.
+  [[nodiscard]] Eigen::Isometry3d computePose(double time_s) const;
+  /// The frame of a part of the robot, behind its name.
+  [[nodiscard]] std::string frameOf(const std::string& part) const;
 
  private:
   [[nodiscard]] double timeOf(std::uint64_t index) const;

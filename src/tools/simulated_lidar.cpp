@@ -6,6 +6,7 @@
 #include "progress_bar.h"
 #include "simulated_drive.h"
 #include "simulated_lidar_node.h"
+#include "simulated_sensors.h"
 #include "stamps.h"
 
 #include <ros/ros.h>
@@ -29,12 +30,35 @@ void checkBagConfig(const DriveConfig& config) {
   if (!text.empty()) throw std::runtime_error(text.substr(0, text.size() - 2));
 }
 
-int writeBag(const std::string& file, const DriveConfig& config) {
+/// What the other sensors say from one cloud of the drive to the next.
+void writeOthers(const SimulatedSensors& sensors, std::uint64_t cloud, BagOutput& bag) {
+  const std::uint64_t begin = cloud * SimulatedSensors::kTicksACloud;
+  for (std::uint64_t tick = begin; tick < begin + SimulatedSensors::kTicksACloud; ++tick) {
+    const ros::Time stamp = computeStamp(kFirstStamp, tick, sensors.tickRate());
+    tf2_msgs::TFMessage pose;
+    pose.transforms.push_back(sensors.toPoseMessage(tick, stamp));
+    if (tick > begin) bag.write("/tf", stamp, pose);
+    if (SimulatedSensors::hasCloud(tick)) {
+      bag.write("/rear/cloud", stamp, sensors.toCloudMessage(tick, stamp));
+    }
+    if (SimulatedSensors::hasScan(tick)) {
+      bag.write("/scan", stamp, sensors.toScanMessage(tick, stamp));
+    }
+    if (SimulatedSensors::hasImage(tick)) {
+      bag.write("/camera/depth/image_rect_raw", stamp, sensors.toImageMessage(tick, stamp));
+      bag.write("/camera/depth/camera_info", stamp, sensors.toCameraMessage(stamp));
+    }
+  }
+}
+
+int writeBag(const std::string& file, const DriveConfig& config, bool has_all_sensors) {
   checkBagConfig(config);
   const SimulatedDrive drive(config);
+  const SimulatedSensors others(config);
   const std::uint64_t count = computeNumClouds(config);
   BagOutput bag(file);
   tf2_msgs::TFMessage mount;
+  if (has_all_sensors) mount.transforms = others.toMountMessages(kFirstStamp);
   mount.transforms.push_back(drive.toMountMessage(kFirstStamp));
   bag.writeLatched("/tf_static", kFirstStamp, mount, std::string("/") + kName);
   {
@@ -45,6 +69,7 @@ int writeBag(const std::string& file, const DriveConfig& config) {
       tf2_msgs::TFMessage pose;
       pose.transforms.push_back(drive.toPoseMessage(i, stamp));
       bag.writeCloud("/cloud", drive.toCloudMessage(i, stamp), pose);
+      if (has_all_sensors) writeOthers(others, i, bag);
       progress.update(i + 1);
     }
   }
@@ -68,11 +93,13 @@ int runNode(int argc, char** argv) {
 int runBag(int argc, char** argv) {
   std::string file;
   DriveConfig config;
+  bool has_all_sensors = false;
   cuboid_mapping::CommandLine line(
       kName,
       "A lidar that drives through a simulated building.\n"
       "Without --bag it is a ROS node; its private parameters are seed, rings, columns, noise,\n"
-      "max_range, cloud_rate, duration, publish_clock and rate, as in _seed:=2.\n"
+      "max_range, cloud_rate, duration, robot, head_start, publish_clock and rate, as in "
+      "_seed:=2.\n"
       "With --bag it writes the same messages to a file, and needs no ROS master.");
   line.addText("bag", file, "rosbag to write, or to replace");
   line.addNumber("duration", config.duration_s, "seconds of simulated time, more than 0");
@@ -82,10 +109,15 @@ int runBag(int argc, char** argv) {
   line.addNumber("noise", config.lidar.range_noise_m, "standard deviation of ranges in m");
   line.addNumber("max-range", config.lidar.max_range_m, "longest range with a return in m");
   line.addNumber("cloud-rate", config.cloud_rate_hz, "clouds per second");
+  line.addText("robot", config.robot, "name of the robot, in front of its frames");
+  line.addNumber("head-start", config.head_start_m, "metres that the robot has come at the start");
+  line.addFlag("all-sensors", has_all_sensors,
+               "with a second lidar, a planar laser at twice the rate, and a depth camera at three "
+               "times the rate");
   if (const auto status = line.parse(argc, argv)) return *status;
   if (file.empty()) throw std::runtime_error(argv[1] + std::string(" requires --bag"));
   cuboid_mapping::catchInterrupts();
-  return writeBag(file, config);
+  return writeBag(file, config, has_all_sensors);
 }
 
 /// A node is started with nothing, or with arguments of ROS only: NAME:=VALUE.

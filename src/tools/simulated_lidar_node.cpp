@@ -49,6 +49,14 @@ class ParameterReader {
     }
   }
 
+  void read(const std::string& key, std::string& value) {
+    if (const auto given = find(key)) {
+      if (hasType(key, *given, XmlRpc::XmlRpcValue::TypeString, "a text")) {
+        value = static_cast<std::string>(*given);
+      }
+    }
+  }
+
   /// Complains about private parameters that nobody asked for.
   void refuseOthers() {
     std::vector<std::string> names;
@@ -194,6 +202,8 @@ SimulatedLidarParameters loadParameters(const ros::NodeHandle& private_node,
   reader.read("max_range", drive.lidar.max_range_m);
   reader.read("cloud_rate", drive.cloud_rate_hz);
   reader.read("duration", drive.duration_s);
+  reader.read("robot", drive.robot);
+  reader.read("head_start", drive.head_start_m);
   reader.read("publish_clock", parameters.publish_clock);
   reader.read("rate", parameters.rate);
   reader.refuseOthers();

@@ -12,7 +12,8 @@ namespace cuboid_mapping_ros {
 
 /// Parameters of the node simulated_lidar.
 struct SimulatedLidarParameters {
-  DriveConfig drive;           ///< ~seed ~rings ~columns ~noise ~max_range ~cloud_rate ~duration
+  /// ~seed ~rings ~columns ~noise ~max_range ~cloud_rate ~duration ~robot ~head_start
+  DriveConfig drive;
   bool publish_clock = false;  ///< ~publish_clock: the node is the source of ROS time.
   double rate = 1.0;           ///< ~rate: seconds of ROS time per second; needs ~publish_clock.
 };

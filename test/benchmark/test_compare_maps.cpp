@@ -2,12 +2,13 @@
 #include "../tools/run_program.h"
 #include "room_scans.h"
 
+#include "cuboid_mapping/ros/point_cloud.h"
+
 #include <Eigen/Geometry>
 
 #include <geometry_msgs/TransformStamped.h>
 #include <gtest/gtest.h>
 #include <rosbag/bag.h>
-#include <sensor_msgs/point_cloud2_iterator.h>
 #include <tf2_eigen/tf2_eigen.h>
 #include <tf2_msgs/TFMessage.h>
 #include <nlohmann/json.hpp>
@@ -36,18 +37,8 @@ tf2_msgs::TFMessage makeTransform(const Eigen::Isometry3d& T_parent_child, ros::
 }
 
 sensor_msgs::PointCloud2 makeCloud(int scan, ros::Time stamp) {
-  sensor_msgs::PointCloud2 message;
-  message.header.stamp = stamp;
-  message.header.frame_id = "lidar";
-  sensor_msgs::PointCloud2Modifier modifier(message);
-  modifier.setPointCloud2FieldsByString(1, "xyz");
-  modifier.resize(kNumPoints);
-  sensor_msgs::PointCloud2Iterator<float> xyz(message, "x");
-  for (const Eigen::Vector3f& point : makePoints(scan)) {
-    std::copy_n(point.data(), 3, &xyz[0]);
-    ++xyz;
-  }
-  return message;
+  return cuboid_mapping_ros::toCloud(makePoints(scan),
+                                     cuboid_mapping_ros::makeHeader("lidar", stamp));
 }
 
 /// map -> base on /tf, behind the clouds; base -> lidar on /tf_static. One cloud comes before all

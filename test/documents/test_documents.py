@@ -107,7 +107,7 @@ class DocumentsTest(unittest.TestCase):
         elif program == 'rosservice':
             service = words[1].split('/')[-1]
             self.assertIn(service, (ROOT / 'src/cuboid_mapping/ros/names.h').read_text() + ' set_parameters')
-        elif program.startswith('scripts/'):
+        elif program.startswith(('scripts/', 'campaign/')):
             self.assertTrue(os.access(ROOT / program, os.X_OK))
         elif program.startswith('build-fuzz/'):
             self.assertIn(pathlib.Path(program).name, built)

@@ -2,12 +2,13 @@
 // What the tests of the running node have in common: a lidar in a room, tf, diagnostics.
 #pragma once
 
+#include "cuboid_mapping/ros/point_cloud.h"
+
 #include <diagnostic_msgs/DiagnosticArray.h>
 #include <geometry_msgs/TransformStamped.h>
 #include <gtest/gtest.h>
 #include <ros/ros.h>
 #include <sensor_msgs/PointCloud2.h>
-#include <sensor_msgs/point_cloud2_iterator.h>
 #include <std_srvs/Empty.h>
 #include <tf2_eigen/tf2_eigen.h>
 #include <tf2_ros/static_transform_broadcaster.h>
@@ -79,18 +80,7 @@ inline std::vector<Eigen::Vector3d> makeRoom(const Eigen::Vector3d& half_size_m)
 /// A cloud of these points, given in its frame.
 inline sensor_msgs::PointCloud2 makeCloud(const std::string& frame_id, const ros::Time& stamp,
                                           const std::vector<Eigen::Vector3d>& points) {
-  sensor_msgs::PointCloud2 cloud;
-  cloud.header.frame_id = frame_id;
-  cloud.header.stamp = stamp;
-  sensor_msgs::PointCloud2Modifier modifier(cloud);
-  modifier.setPointCloud2FieldsByString(1, "xyz");
-  modifier.resize(points.size());
-  sensor_msgs::PointCloud2Iterator<float> xyz(cloud, "x");
-  for (const Eigen::Vector3d& point : points) {
-    for (int axis = 0; axis < 3; ++axis) xyz[axis] = static_cast<float>(point[axis]);
-    ++xyz;
-  }
-  return cloud;
+  return toCloud(points, makeHeader(frame_id, stamp));
 }
 
 inline geometry_msgs::TransformStamped makeTransform(const std::string& parent,

@@ -2,6 +2,7 @@
 #include "cuboid_mapping/ros/cloud_conversions.h"
 
 #include "cloud_messages.h"
+#include "cuboid_mapping/ros/point_cloud.h"
 #include "support/random.h"
 
 #include <gtest/gtest.h>
@@ -75,6 +76,17 @@ TEST(CloudConversions, CloudsOfPclGiveWhatPclReads) {
     expected.emplace_back(point.getVector3fMap());
   }
   EXPECT_EQ(convertGood(message).points, expected);
+}
+
+TEST(CloudConversions, PointsBecomeACloudAndBack) {
+  std::vector<Eigen::Vector3f> points{{1.0F, 2.0F, 3.0F}, {4.0F, 5.0F, 6.5F}};
+  const PointCloud2 cloud = toCloud(points, makeHeader("map", ros::Time(7.0)));
+  EXPECT_EQ(cloud.header.frame_id, "map");
+  EXPECT_EQ(cloud.header.stamp, ros::Time(7.0));
+  EXPECT_TRUE(cloud.is_dense != 0);
+  EXPECT_EQ(convertGood(cloud).points, points);
+  points[0].y() = std::numeric_limits<float>::quiet_NaN();
+  EXPECT_FALSE(toCloud(points, {}).is_dense != 0);
 }
 
 TEST(CloudConversions, FieldsAreFoundByNameAmongOthers) {

@@ -3,11 +3,15 @@
 
 #include "cuboid_mapping/io/file_replacement.h"
 #include "cuboid_mapping/io/map_files.h"
+#include "cuboid_mapping/map/cuboid_search.h"
 #include "cuboid_mapping/voxels/uniform_boxes.h"
 #include "ros/random_guarded_map.h"
 #include "tools/run_program.h"
 
 #include <gtest/gtest.h>
+
+#include <atomic>
+#include <thread>
 
 namespace cuboid_mapping_ros {
 namespace {
@@ -93,6 +97,97 @@ TEST(MapStorage, putsAMapIntoAnotherOneByRuleAndTransform) {
   T_map_file.linear() *= 2.0;
   EXPECT_NE(loadMap(map, folder / "other.cuboids", {}, {rule, T_map_file}).error, "");
   EXPECT_EQ(voxelsOf(map), cuboid_mapping::test::voxelsOf(moved.bricks));
+}
+
+Eigen::Isometry3d makeQuarterTurn(const Eigen::Vector3d& shift_m) {
+  Eigen::Isometry3d turn(Eigen::AngleAxisd(M_PI / 2.0, Eigen::Vector3d::UnitZ()));
+  turn.translation() = shift_m;
+  return turn;
+}
+
+TEST(MapStorage, movesAWholeMapWithItsLocks) {
+  Random random(101);
+  for (const auto fusion :
+       {cuboid_mapping::FusionKind::kClass, cuboid_mapping::FusionKind::kGrowth}) {
+    MapConfig config = makeConfig();
+    config.fusion = fusion;
+    GuardedMap map(config);
+    fill(map, random);
+    map.edit([&](CuboidMap& content, const ros::Time&) {
+      content.lock({{0, 0, 0}, {9, 5, 2}});
+      content.lock({{-100, 0, 0}, {-99, 1, 1}});
+      return cuboid_mapping::ChangeSet{content.revision(), false, {}};
+    });
+    const auto before = voxelsOf(map);
+    (void)map.takeChanges();
+    const auto motion = cuboid_mapping::VoxelMotion::of(makeQuarterTurn({0.3, 0.0, -0.1}), 0.1);
+    const StorageAnswer answer = moveWholeMap(map, *motion);
+    EXPECT_EQ(answer.error, "");
+    std::map<cuboid_mapping::Cell, float> expected;
+    for (const auto& [cell, value] : before) expected[{2 - cell.y, cell.x, cell.z - 1}] = value;
+    EXPECT_EQ(voxelsOf(map), expected);
+    EXPECT_TRUE(map.takeChanges().is_everything) << "so that all who follow get all";
+    map.read([&](const CuboidMap& content, const ros::Time& stamp) {
+      const std::vector<cuboid_mapping::CellBox> locked{{{2, -100, -1}, {3, -99, 0}},
+                                                        {{-2, 0, -1}, {3, 9, 1}}};
+      EXPECT_EQ(content.locked().boxes(), locked);
+      EXPECT_EQ(stamp, ros::Time(3.0));
+      EXPECT_EQ(answer.num_cuboids, countCuboids(content).total());
+    });
+  }
+}
+
+TEST(MapStorage, movesNoMapBeyondItsLimits) {
+  Random random(102);
+  GuardedMap map(makeConfig());
+  fill(map, random);
+  const auto before = voxelsOf(map);
+  const Eigen::Isometry3d far(Eigen::Translation3d(0.0, 0.1 * 2147483000.0, 0.0));
+  EXPECT_NE(moveWholeMap(map, *cuboid_mapping::VoxelMotion::of(far, 0.1)).error.find("beyond"),
+            std::string::npos);
+  EXPECT_EQ(voxelsOf(map), before);
+}
+
+/// Somebody edits all the time: none of his edits is lost.
+TEST(MapStorage, movesNoMapThatIsChangedMeanwhile) {
+  Random random(103);
+  GuardedMap map(makeConfig());
+  fill(map, random);
+  const auto nowhere = cuboid_mapping::VoxelMotion::of(Eigen::Isometry3d::Identity(), 0.1);
+  const cuboid_mapping::CellBox voxel{{77, 0, 0}, {78, 1, 1}};
+  std::atomic<bool> is_done{false};
+  std::thread editor([&] {
+    for (int i = 1; !is_done; ++i) {
+      const auto value = static_cast<float>(i % 100 + 1);
+      map.edit([&](CuboidMap& content, const ros::Time&) {
+        return content.replace(voxel, std::vector<cuboid_mapping::UniformBox>{{voxel, value}});
+      });
+      const float found = map.read([&](const CuboidMap& content, const ros::Time&) {
+        return content.voxels().logOddsAt(voxel.min).value_or(0.0F);
+      });
+      EXPECT_EQ(found, value) << i;
+    }
+  });
+  std::string error;
+  for (int i = 0; i < 10000 && error.empty(); ++i) error = moveWholeMap(map, *nowhere).error;
+  is_done = true;
+  editor.join();
+  EXPECT_NE(error.find("call again"), std::string::npos) << error;
+}
+
+TEST(MapStorage, saysWhichTransformWouldBeExact) {
+  const auto advice = [](const Eigen::Isometry3d& transform) {
+    return describeRefusal(transform, 0.1);
+  };
+  const std::string shifted = advice(makeQuarterTurn({0.32, -0.07, 5.0}));
+  EXPECT_NE(shifted.find("translation (0.3, -0.1, 5)"), std::string::npos) << shifted;
+  const std::string turned =
+      advice(Eigen::Isometry3d(Eigen::AngleAxisd(0.1, Eigen::Vector3d::UnitZ())));
+  EXPECT_EQ(turned.find("nearest"), std::string::npos) << turned;
+  for (const std::string& text : {shifted, turned}) {
+    EXPECT_NE(text.find("~load_map"), std::string::npos);
+    EXPECT_NE(text.find("multiples of 0.1 m"), std::string::npos);
+  }
 }
 
 TEST(MapStorage, namesTheParameterThatAllowsALargerFile) {

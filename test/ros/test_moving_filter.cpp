@@ -2,7 +2,6 @@
 #include "cuboid_mapping/ros/moving_filter.h"
 
 #include <gtest/gtest.h>
-#include <sensor_msgs/point_cloud2_iterator.h>
 
 namespace cuboid_mapping_ros {
 namespace {
@@ -82,16 +81,6 @@ TEST(MovingFilter, FreesWhatHasPassedBeforeButForLockedVoxels) {
   EXPECT_EQ(map.voxels().at(kAtBorder), Occupancy::kOccupied);
   EXPECT_EQ(map.voxels().at(locked), Occupancy::kOccupied);
   EXPECT_EQ(freeVoidVoxels(filter.voidSpace(), map), 0U);
-}
-
-TEST(MovingFilter, PointsBecomeACloud) {
-  const auto cloud = toCloud({{1.0, 2.0, 3.0}, {4.0, 5.0, 6.5}}, "map", ros::Time(7.0));
-  EXPECT_EQ(cloud.header.frame_id, "map");
-  EXPECT_EQ(cloud.header.stamp, ros::Time(7.0));
-  EXPECT_EQ(cloud.width * cloud.height, 2U);
-  sensor_msgs::PointCloud2ConstIterator<float> z(cloud, "z");
-  EXPECT_EQ(*z, 3.0F);
-  EXPECT_EQ(*++z, 6.5F);
 }
 
 }  // namespace

@@ -112,7 +112,7 @@ TEST(Parameters, EveryBadValueGivesExactlyItsErrorAndKeepsTheDefault) {
       ++num_checked;
     }
   }
-  EXPECT_EQ(num_checked, 380U);
+  EXPECT_EQ(num_checked, 383U);
 }
 
 TEST(Parameters, AnErrorSaysValueRangeAndWhatToDo) {

@@ -3,6 +3,7 @@
 
 #include "cuboid_mapping/interop/octomap_parity.h"
 #include "cuboid_mapping/ros/source.h"
+#include "ros/cloud_messages.h"
 #include "support/random.h"
 
 #include <gtest/gtest.h>
@@ -258,6 +259,19 @@ void expectParity(const SensorMessage& message, SourceType type,
   const cuboid_mapping::Agreement agreement = cuboid_mapping::compareWithOctomap(map, tree);
   EXPECT_TRUE(agreement.isExact());
   EXPECT_GT(agreement.voxels, 5000.0);
+}
+
+TEST(SensorConversions, ACloudMakesTheMapThatOctomapMakesOfItsRays) {
+  Random random;
+  CloudSpec spec;
+  spec.width = 400;
+  std::vector<Eigen::Vector3d> points;
+  std::vector<Eigen::Vector3f> rays;
+  for (std::uint32_t i = 0; i < spec.width; ++i) {
+    rays.emplace_back(random.real(-9, 9), random.real(-9, 9), random.real(-2, 2));
+    points.push_back(rays.back().cast<double>());
+  }
+  expectParity(makeSensorMessage(spec, points), SourceType::kPointCloud, rays);
 }
 
 TEST(SensorConversions, AScanMakesTheMapThatOctomapMakesOfItsRays) {

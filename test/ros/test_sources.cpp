@@ -48,6 +48,7 @@ XmlRpcValue twoSources() {
   laser["type"] = "laser_scan";
   laser["use"] = "clear";
   laser["max_rate"] = 5;
+  laser["forget_after"] = 3.0;
   laser["sensor_frame"] = "/laser_link";
   laser["sensor_model"]["hit"] = 0.6;
   laser["sensor_model"]["max_range"] = 8.0;
@@ -87,6 +88,8 @@ TEST(Sources, OfAListHaveTheirOwnValuesAndElseThoseOutsideIt) {
   EXPECT_EQ(sources[1].source.type, SourceType::kLaserScan);
   EXPECT_EQ(sources[1].source.use, SourceUse::kClear);
   EXPECT_EQ(sources[1].source.max_rate_hz, 5.0);
+  EXPECT_EQ(sources[1].forget_after_s, 3.0);
+  EXPECT_EQ(sources[0].forget_after_s, 0.0);
   EXPECT_EQ(sources[1].sensor_frame, "laser_link");
   EXPECT_EQ(sources[1].map.sensor_model.hit, 0.6);
   EXPECT_EQ(sources[1].map.sensor_model.miss, 0.3);

@@ -233,6 +233,26 @@ TEST_F(WindowAnswers, AFileIsPutInTheMapAndInThePlaceOfIt) {
   EXPECT_EQ(loaded, expected);
 }
 
+TEST_F(WindowAnswers, AMapIsMovedWithWhatIsOnDisk) {
+  const std::map<Cell, float> before = voxelsOfSaved(map_, folder_ / "before.cuboids");
+  const double resolution_m = map_.grid().resolution();
+  const Eigen::Isometry3d T_new_old(Eigen::Translation3d(resolution_m * 3.0, 0.0, 0.0));
+  const auto motion = cuboid_mapping::VoxelMotion::of(T_new_old, resolution_m);
+  cuboid_mapping::SnapshotLimits limits;
+  limits.max_bricks = 1;
+  EXPECT_NE(moveWholeMap(map_, *motion, limits).error.find("file_memory"), std::string::npos);
+  EXPECT_EQ(voxelsOfSaved(map_, folder_ / "refused.cuboids"), before);
+  ASSERT_EQ(numOnDisk(), 1U);
+  EXPECT_EQ(moveWholeMap(map_, *motion).error, "");
+  std::map<Cell, float> expected;
+  for (const auto& [cell, value] : before) expected[cell + Cell{3, 0, 0}] = value;
+  EXPECT_EQ(voxelsOfSaved(map_, folder_ / "after.cuboids"), expected);
+  // The file is of the new frame at once: a node that is killed goes on there.
+  map_.setWindow(nullptr);
+  EXPECT_EQ(cuboid_mapping::test::voxelsOf(cuboid_mapping::readMapFile(file_).snapshot.bricks),
+            expected);
+}
+
 std::vector<std::string> errorsOf(const std::function<void(XmlRpc::XmlRpcValue&)>& change) {
   XmlRpc::XmlRpcValue group;
   group["window"]["frame"] = "base";
@@ -251,6 +271,12 @@ TEST(WindowParameters, GoTogether) {
             Keys{"window/file"});
   EXPECT_EQ(errorsOf([](XmlRpcValue& group) { group["forget_after"] = 10.0; }),
             Keys{"forget_after"});
+  EXPECT_EQ(errorsOf([](XmlRpcValue& group) {
+              group["sources"].setSize(1);
+              group["sources"][0]["topic"] = "/points";
+              group["sources"][0]["forget_after"] = 10.0;
+            }),
+            Keys{"sources[0]/forget_after"});
   EXPECT_EQ(errorsOf([](XmlRpcValue& group) { group["map_file"] = "a.cuboids"; }),
             Keys{"map_file"});
   EXPECT_EQ(errorsOf([](XmlRpcValue& group) { group["merge"]["robots"] = "/a"; }),

@@ -106,6 +106,22 @@ TEST(VoidSpace, AnObjectThatPassesIsInItAndTheWallIsNot) {
   }
 }
 
+TEST(VoidSpace, IsTakenToAnotherFrameVoxelByVoxel) {
+  VoidSpace space;
+  ScanUpdate update;
+  update.bricks.push_back({{8, 0, 0}, {}, BrickMask::all(), 0});
+  space.add(update);
+  const std::set<Cell> before = cellsOf(space);
+  ASSERT_EQ(before.size(), 6U * 6U * 6U);
+  Eigen::Isometry3d T_new_old(Eigen::AngleAxisd(M_PI / 2.0, Eigen::Vector3d::UnitZ()));
+  T_new_old.translation() = Eigen::Vector3d(5.0, 0.0, -3.0);
+  const VoidSpace moved = space.moved(*VoxelMotion::of(T_new_old, 1.0));
+  std::set<Cell> expected;
+  for (const Cell& cell : before) expected.insert({4 - cell.y, cell.x, cell.z - 3});
+  EXPECT_EQ(cellsOf(moved), expected);
+  EXPECT_EQ(cellsOf(moved.moved(*VoxelMotion::of(T_new_old.inverse(), 1.0))), before);
+}
+
 TEST(VoidSpace, EmptyUpdatesLeaveItEmpty) {
   VoidSpace space;
   space.add(ScanUpdate());

@@ -61,7 +61,7 @@ class BagToMapMpi : public testing::Test {
     const std::string one = *folder / ("one." + ending);
     const ProgramEnd end_of_one = runProgram(Words{BAG_TO_MAP_PROGRAM, bags, "-o", one} + options);
     ASSERT_EQ(end_of_one.status, 0) << end_of_one.err;
-    for (const int ranks : {1, 2, 3, 4}) {
+    for (const int ranks : {1, 2, 3, 4, 8}) {
       const std::string many = *folder / ("many." + ending);
       const ProgramEnd end = runRanks(ranks, Words{bags, "-o", many} + options);
       ASSERT_EQ(end.status, 0) << end.err;
@@ -84,15 +84,45 @@ TEST_F(BagToMapMpi, givesTheBytesOfBagToMapWhateverTheRanks) {
                         "sensor_model/max_range=8", "sensor_model/hit=0.8"});
   expectSameBytes(bag, {"--set", "resolution=0.2", "filter_ground=true", "base_frame_id=base_link"},
                   "bt");
+  expectSameBytes(bag, {"--set", "resolution=0.1"}, "sqlite");
 }
 
 TEST_F(BagToMapMpi, givesTheSameBytesOfRealScans) {
   const char* data = std::getenv("CUBOID_DATA_DIR");
   if (data == nullptr) GTEST_SKIP() << "CUBOID_DATA_DIR is not set";
-  const std::string real = *folder / "real.bag";
-  ASSERT_EQ(runProgram({SCANS_TO_BAG_PROGRAM, std::string(data) + "/kitti_0005_city", real}).status,
-            0);
-  expectSameBytes(real, {"--set", "resolution=0.2"});
+  const std::string folder_of_scans = std::string(data) + "/kitti_0005_city";
+  expectSameBytes(folder_of_scans, {"--set", "resolution=0.2"});
+}
+
+/// Data that a process may have, not counting what it shares.
+std::function<void()> allowMpiWithin(std::size_t size_bytes) {
+  return [size_bytes] {
+    allowMpi();
+    const rlimit limit{size_bytes, size_bytes};
+    setrlimit(RLIMIT_DATA, &limit);
+  };
+}
+
+TEST_F(BagToMapMpi, writesAStoreOfAMapThatNoRankCouldHold) {
+  const std::string lap = *folder / "lap.bag";
+  ASSERT_EQ(
+      runProgram({SIMULATED_LIDAR_PROGRAM, "--bag", lap, "--duration", "72", "--cloud-rate", "0.5"})
+          .status,
+      0);
+  const std::string store = *folder / "large.sqlite";
+  const Words arguments{lap, "-o", store, "--set", "resolution=0.025", "threads=1"};
+  ASSERT_EQ(runProgram(Words{BAG_TO_MAP_PROGRAM} + arguments).status, 0);
+  const std::string whole = readFile(store);
+  std::filesystem::remove(store);
+  // One rank needs 170 MB, one of eight 90 MB.
+  const auto limited = allowMpiWithin(std::size_t{128} << 20);
+  const ProgramEnd one = runProgram(commandOf(1, arguments), limited);
+  EXPECT_NE(one.status, 0);
+  EXPECT_NE(one.err.find("bad_alloc"), std::string::npos) << one.err;
+  EXPECT_FALSE(std::filesystem::exists(store));
+  const ProgramEnd many = runProgram(commandOf(8, arguments), limited);
+  EXPECT_EQ(many.status, 0) << many.err;
+  EXPECT_TRUE(whole == readFile(store));
 }
 
 TEST_F(BagToMapMpi, someRanksMayHaveNoCloud) {
@@ -104,6 +134,7 @@ TEST_F(BagToMapMpi, someRanksMayHaveNoCloud) {
 
 TEST_F(BagToMapMpi, saysOnceWhatIsWrong) {
   const std::string map = *folder / "none.cuboids";
+  std::filesystem::create_directory(*folder / "no_scans");
   const std::string mars = "frame_id=mars";
   struct Case {
     Words arguments;
@@ -111,6 +142,7 @@ TEST_F(BagToMapMpi, saysOnceWhatIsWrong) {
   };
   for (const Case& wrong :
        {Case{{bag}, "--output is missing"}, Case{{*folder / "no.bag", "-o", map}, "cannot read"},
+        Case{{*folder / "no_scans", "-o", map}, "cannot open"},
         Case{{bag, "-o", map, "--set", "resolutoin=1"}, "resolutoin"},
         Case{{bag, "-o", map, "--topic", "/no"}, "no clouds on /no"},
         Case{{bag, "-o", *folder / "no/map.cuboids"}, "cannot write"},
@@ -134,6 +166,28 @@ std::vector<pid_t> childrenOf(pid_t parent, const std::string& name) {
     if (std::stoi(stat.substr(end + 4)) == parent) children.push_back(std::stoi(stat));
   }
   return children;
+}
+
+TEST_F(BagToMapMpi, waitsForSlowRanks) {
+  const Words settings{"--set", "resolution=0.05", "threads=1"};
+  const std::string one = *folder / "one.cuboids";
+  const std::string map = *folder / "slow.cuboids";
+  ASSERT_EQ(runProgram(Words{BAG_TO_MAP_PROGRAM, bag, "-o", one} + settings).status, 0);
+  Program run(commandOf(3, Words{bag, "-o", map} + settings), allowMpi);
+  int num_stops = 0;
+  for (int i = 0; i < 100 && !std::filesystem::exists(map); ++i) {
+    for (const pid_t rank : childrenOf(run.pid(), "bag_to_map_mpi")) {
+      kill(rank, SIGSTOP);
+      std::this_thread::sleep_for(std::chrono::milliseconds(100));
+      kill(rank, SIGCONT);
+      ++num_stops;
+    }
+    std::this_thread::sleep_for(std::chrono::milliseconds(20));
+  }
+  const ProgramEnd end = run.finish();
+  EXPECT_EQ(end.status, 0) << end.err;
+  EXPECT_GT(num_stops, 3);
+  EXPECT_TRUE(readFile(one) == readFile(map));
 }
 
 /// A run that takes long, once all of its ranks are there and catch signals.

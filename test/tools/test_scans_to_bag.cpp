@@ -204,6 +204,54 @@ TEST_F(ScansToBag, refusesBadOptions) {
   EXPECT_EQ(runProgram({SCANS_TO_BAG_PROGRAM, dataset_}).status, 1);
 }
 
+ProgramEnd mapInputs(const std::vector<std::string>& inputs, const std::string& map,
+                     const std::vector<std::string>& options = {}) {
+  std::vector<std::string> arguments = {BAG_TO_MAP_PROGRAM};
+  arguments.insert(arguments.end(), inputs.begin(), inputs.end());
+  arguments.insert(arguments.end(), {"-o", map});
+  arguments.insert(arguments.end(), options.begin(), options.end());
+  return runProgram(arguments);
+}
+
+TEST_F(ScansToBag, isNotNeededToMapScans) {
+  const std::string graph = input_ / "scans.graph";
+  writeScanGraph(graph);
+  for (const std::string& dataset : {dataset_, graph}) {
+    ASSERT_EQ(convert(dataset, bag_, {"--map-frame", "odom"}).status, 0);
+    const std::string of_bag = output_ / "bag.cuboids";
+    const std::string of_scans = output_ / "scans.cuboids";
+    ASSERT_EQ(mapInputs({bag_}, of_bag, {"--set", "frame_id=odom"}).status, 0);
+    const ProgramEnd end = mapInputs({dataset}, of_scans, {"--set", "frame_id=odom"});
+    EXPECT_EQ(end.status, 0) << end.err;
+    EXPECT_NE(end.out.find("3 of 3 clouds, 15 points"), std::string::npos) << end.out;
+    EXPECT_GT(readFile(of_bag).size(), 500U);
+    EXPECT_TRUE(readFile(of_bag) == readFile(of_scans)) << dataset;
+  }
+  const ProgramEnd both = mapInputs({dataset_, graph}, output_ / "both.cuboids");
+  EXPECT_NE(both.out.find("6 of 6 clouds, 30 points"), std::string::npos) << both.out << both.err;
+}
+
+TEST_F(ScansToBag, saysWhatOnlyBagsCanHave) {
+  ASSERT_EQ(convert(dataset_, bag_).status, 0);
+  const std::string map = output_ / "none.cuboids";
+  struct Case {
+    std::vector<std::string> inputs;
+    std::vector<std::string> options;
+    std::string text;
+  };
+  for (const Case& wrong : {Case{{dataset_, bag_}, {}, "do not go together"},
+                            Case{{dataset_}, {"--topic", "/cloud"}, "--topic does not go"},
+                            Case{{dataset_}, {"--set", "max_rate=2"}, "max_rate"},
+                            Case{{dataset_}, {"--set", "type=laser_scan"}, "type"},
+                            Case{{dataset_}, {"--set", "frame_id=sensor"}, "frame_id"},
+                            Case{{input_ / "nowhere.graph"}, {}, "nowhere.graph"}}) {
+    const ProgramEnd end = mapInputs(wrong.inputs, map, wrong.options);
+    EXPECT_EQ(end.status, 1) << wrong.text;
+    EXPECT_NE(end.err.find(wrong.text), std::string::npos) << end.err;
+    EXPECT_FALSE(std::filesystem::exists(map));
+  }
+}
+
 TEST_F(ScansToBag, leavesNothingBehindWhereItCannotWrite) {
   const ProgramEnd full = convert(dataset_, bag_, {}, [] { limitFileSize(5000); });
   EXPECT_EQ(full.status, 1);

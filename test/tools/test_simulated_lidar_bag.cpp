@@ -84,6 +84,22 @@ TEST_F(SimulatedLidarBag, hasPosesOfTheDriveAndOneLatchedMount) {
   }
 }
 
+TEST_F(SimulatedLidarBag, isOfARobotWithANameThatIsAhead) {
+  const std::string ahead = folder_ / "ahead.bag";
+  ASSERT_EQ(writeBag(bag_, kSmall).status, 0);
+  ASSERT_EQ(writeBag(ahead, smallWith({"--robot", "robot2", "--head-start", "1.5"})).status, 0);
+  const BagContents contents = readBag(ahead);
+  ASSERT_EQ(contents.clouds.size(), 20U);
+  EXPECT_EQ(contents.clouds[0].message.header.frame_id, "robot2/lidar");
+  EXPECT_TRUE(contents.clouds[0].has_transform);
+  EXPECT_EQ(contents.static_transforms.at(0).transforms.at(0).header.frame_id, "robot2/base_link");
+  const Eigen::Isometry3d start = World(1).computeRobotPose(1.5);
+  const auto& pose = contents.transforms[0].transforms.at(0);
+  EXPECT_EQ(pose.child_frame_id, "robot2/base_link");
+  EXPECT_TRUE(tf2::transformToEigen(pose).isApprox(start, 1e-9));
+  EXPECT_FALSE(contents.clouds[0].message.data == readBag(bag_).clouds[0].message.data);
+}
+
 TEST_F(SimulatedLidarBag, hasPointsOnTheSurfacesOfTheWorld) {
   ASSERT_EQ(writeBag(bag_, smallWith({"--seed", "4", "--noise", "0"})).status, 0);
   const World world(4);
@@ -185,6 +201,8 @@ TEST_F(SimulatedLidarBag, refusesBadValues) {
       {{"--duration", "1", "--cloud-rate", "0"}, "cloud_rate = 0"},
       {{"--duration", "1", "--noise", "-0.01"}, "noise = -0.01"},
       {{"--duration", "1", "--max-range", "inf"}, "max_range = inf"},
+      {{"--duration", "1", "--head-start", "-1"}, "head_start = -1"},
+      {{"--duration", "1", "--robot", "/robot"}, "robot = /robot"},
       {{"--duration", "1", "--seed", "-1"}, "--seed -1"},
       {{"--duration", "1", "_rings:=4"}, "_rings:=4"},
       {{"--duration", "1", "--fast"}, "--fast"},

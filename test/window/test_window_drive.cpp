@@ -1,5 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // A simulated lidar goes round a building several times, with a window and without.
+#include "page_budget.h"
+
 #include "cuboid_mapping/scan/scan_update.h"
 #include "cuboid_mapping/simulation/lidar.h"
 #include "cuboid_mapping/simulation/world.h"
@@ -50,7 +52,9 @@ TEST(WindowDrive, ofSeveralLapsHasTheSameMapInMemoryThatStaysAsItIs) {
   CuboidMap plain(config);
   CuboidMap map(config);
   auto store = openStoreOf(takeSnapshot(map, "map"), folder / "map.sqlite");
-  MapWindow window({4.0, 1.0, OutsideWindow::kKeep}, std::move(store), map);
+  const WindowConfig window_config{4.0, 1.0, OutsideWindow::kKeep};
+  MapWindow window(window_config, std::move(store), map);
+  bench::PageBudget budget(window_config, map.grid());
   ScanUpdater updater(map.grid());
   const std::vector<Scan> lap = takeLap(World(3));
   std::vector<std::size_t> most_bricks;
@@ -60,12 +64,16 @@ TEST(WindowDrive, ofSeveralLapsHasTheSameMapInMemoryThatStaysAsItIs) {
     const WindowFigures before = window.figures();
     for (const Scan& scan : lap) {
       const ScanUpdate& update = updater.compute(scan);
+      const Eigen::Vector3d center_map = scan.anchor_map + scan.origin.cast<double>();
       plain.apply(update);
-      window.integrate(update, scan.anchor_map + scan.origin.cast<double>(), map,
+      budget.note(update, center_map);
+      window.integrate(update, center_map, map,
                        [&](const ScanUpdate& part) { return map.apply(part); });
       most_bricks.back() = std::max(most_bricks.back(), map.voxels().size());
     }
     const WindowFigures after = window.figures();
+    EXPECT_LE(after.num_loads, budget.numReads());
+    EXPECT_LE(after.num_writes, budget.numWrites());
     num_moved.push_back(after.num_loads + after.num_writes - before.num_loads - before.num_writes);
   }
   // From the second lap on all laps are alike.
@@ -73,12 +81,30 @@ TEST(WindowDrive, ofSeveralLapsHasTheSameMapInMemoryThatStaysAsItIs) {
     EXPECT_LE(most_bricks[i], most_bricks[1] + most_bricks[1] / 20);
     EXPECT_LE(num_moved[i], num_moved[1] + num_moved[1] / 10);
   }
+  EXPECT_GT(window.figures().num_loads, budget.numReads() / 2) << "else it is no bound";
   EXPECT_LT(most_bricks.back(), plain.voxels().size() * 3 / 4);
   ASSERT_TRUE(window.save(map));
   MapSnapshot whole = takeSnapshot(map, "map");
   window.addStored({}, whole);
   EXPECT_EQ(test::voxelsOf(whole.bricks), test::voxelsOf(plain));
 }
+
+#ifdef WINDOW_DRIVE_PROGRAM  // It is built with the node.
+TEST(WindowDrive, ofTheProgramFailsWhereMorePagesComeAndGoThanAreAllowed) {
+  const test::TemporaryFolder folder;
+  const auto drive = [&](const std::string& budget) {
+    return test::runProgram({WINDOW_DRIVE_PROGRAM, "--store", folder / "map.sqlite", "--laps", "2",
+                             "--resolution", "0.2", "--size", "10", "--margin", "2", "--max-range",
+                             "6", "--clouds-a-metre", "0.5", "--budget", budget});
+  };
+  const test::ProgramEnd good = drive("1");
+  EXPECT_EQ(good.status, 0) << good.out << good.err;
+  EXPECT_NE(good.out.find("the drive asks for"), std::string::npos) << good.out;
+  const test::ProgramEnd bad = drive("0.1");
+  EXPECT_EQ(bad.status, 1) << bad.err;
+  EXPECT_NE(bad.out.find("TOO MANY"), std::string::npos) << bad.out;
+}
+#endif
 
 }  // namespace
 }  // namespace cuboid_mapping

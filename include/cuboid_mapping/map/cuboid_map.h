@@ -105,7 +105,9 @@ class CuboidMap {
   void lock(const CellBox& box) { locked_.add(box); }
   /// Undoes lock() for the voxels of a box, whatever boxes they were locked with.
   void unlock(const CellBox& box) { locked_.remove(box); }
-  /// What is locked; changed through lock() and unlock() only.
+  /// Locks these voxels, and no others.
+  void setLocked(LockedBoxes locked) { locked_ = std::move(locked); }
+  /// What is locked; changed through lock(), unlock() and setLocked() only.
   [[nodiscard]] const LockedBoxes& locked() const { return locked_; }
 
   /// Takes another sensor model for the clouds to come. Log-odds stay as they are, also beyond new

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "cuboid_mapping/map/map_merge.h"
 
+#include "cuboid_mapping/geometry/voxel_motion.h"
+
 #include <algorithm>
 #include <cmath>
 #include <sstream>
@@ -10,9 +12,6 @@
 namespace cuboid_mapping {
 namespace {
 
-constexpr double kTurnTolerance = 1e-9;
-constexpr double kShiftTolerance = 1e-6;  // Voxels.
-
 /// A transform in units of voxels, to a grid from a grid.
 struct CellMotion {
   Eigen::Isometry3d T_target_map;
@@ -20,19 +19,15 @@ struct CellMotion {
 };
 
 CellMotion toCellMotion(const Eigen::Isometry3d& T_target_map, double resolution_m) {
-  const Eigen::Matrix3d turn = T_target_map.linear();
-  const Eigen::Vector3d shift_cells = T_target_map.translation() / resolution_m;
-  if (!turn.allFinite() || !shift_cells.allFinite() || !turn.isUnitary(1e-6) ||
-      turn.determinant() < 0.0) {
+  if (const auto exact = VoxelMotion::of(T_target_map, resolution_m)) {
+    return {exact->transform(), true};
+  }
+  CellMotion motion{T_target_map, false};
+  motion.T_target_map.translation() /= resolution_m;
+  if (!motion.T_target_map.matrix().allFinite() || !T_target_map.linear().isUnitary(1e-6) ||
+      T_target_map.linear().determinant() < 0.0) {
     throw std::invalid_argument("the transform is no turn and shift in finite numbers");
   }
-  const Eigen::Matrix3d whole_turn = turn.array().round();
-  const Eigen::Vector3d whole_shift = shift_cells.array().round();
-  CellMotion motion{Eigen::Isometry3d::Identity(), false};
-  motion.is_exact = (turn - whole_turn).cwiseAbs().maxCoeff() <= kTurnTolerance &&
-                    (shift_cells - whole_shift).cwiseAbs().maxCoeff() <= kShiftTolerance;
-  motion.T_target_map.linear() = motion.is_exact ? whole_turn : turn;
-  motion.T_target_map.translation() = motion.is_exact ? whole_shift : shift_cells;
   return motion;
 }
 

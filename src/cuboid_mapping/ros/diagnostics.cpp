@@ -238,6 +238,9 @@ const char* toAdvice(DropReason reason) {
     case DropReason::kTooOldForTf:
       return "check that the clocks of all machines agree, and use_sim_time with recorded data";
     case DropReason::kPaused: return "call ~pause with data: false to resume";
+    case DropReason::kBeforeJump:
+      return "they are older than the jump of which ~move_map was told; call ~reset if a recording "
+             "has started again";
     case DropReason::kInternalError:
       return "see the log; a coarser resolution or a smaller sensor_model/max_range needs less "
              "memory";

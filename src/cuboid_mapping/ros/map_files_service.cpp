@@ -6,11 +6,9 @@
 #include "cuboid_mapping/io/text.h"
 #include "cuboid_mapping/ros/checked_messages.h"
 #include "cuboid_mapping/ros/names.h"
+#include "cuboid_mapping/ros/request_reader.h"
 
 #include <ros/console.h>
-#include <tf2_eigen/tf2_eigen.h>
-
-#include <cmath>
 
 namespace cuboid_mapping_ros {
 namespace {
@@ -23,17 +21,6 @@ std::uint64_t revisionOf(const GuardedMap& map) {
   return map.read([](const cuboid_mapping::CuboidMap& content, const ros::Time& /*stamp*/) {
     return content.revision();
   });
-}
-
-/// A quaternion of few digits is made one of length 1; all zeros are no turn; others stay what they are, for moveMap() to
-/// refuse.
-Eigen::Isometry3d toIsometry(geometry_msgs::Transform transform) {
-  Eigen::Quaterniond turn;
-  tf2::fromMsg(transform.rotation, turn);
-  if (turn.norm() == 0.0) turn.setIdentity();
-  if (std::abs(turn.norm() - 1.0) < 0.01) turn.normalize();
-  transform.rotation = tf2::toMsg(turn);
-  return tf2::transformToEigen(transform);
 }
 
 void logAnswer(const char* action, const std::string& file, const StorageAnswer& answer) {

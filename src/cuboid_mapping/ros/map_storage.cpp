@@ -4,12 +4,16 @@
 #include "cuboid_mapping/fusion/brick_division.h"
 #include "cuboid_mapping/io/map_files.h"
 #include "cuboid_mapping/io/map_store.h"
+#include "cuboid_mapping/io/text.h"
 #include "cuboid_mapping/map/cuboid_search.h"
 #include "cuboid_mapping/ros/tf_lookup.h"
 
 #include <cmath>
 #include <exception>
 #include <sstream>
+#include <stdexcept>
+#include <utility>
+#include <vector>
 
 namespace cuboid_mapping_ros {
 namespace {
@@ -48,16 +52,29 @@ std::string compareResolutions(double of_file_m, double of_map_m, const std::str
   return text.str();
 }
 
-/// readMapFile(), whose errors name the parameter that allows more.
-MapFile readFileWithin(const std::string& file, const SensorModelConfig& model,
-                       const SnapshotLimits& limits) {
+/// What a work gives that reads a map; its errors name the parameter that allows more.
+template <typename WorkT>
+auto readWithin(const WorkT& work) {
   try {
-    return cuboid_mapping::readMapFile(file, model, limits);
+    return work();
   } catch (const MapFileError& error) {
     if (error.defect() != MapFileDefect::kTooBig) throw;
     throw MapFileError(error.defect(), std::string(error.what()) +
                                            ". For a larger map set the parameter file_memory");
   }
+}
+
+MapFile readFileWithin(const std::string& file, const SensorModelConfig& model,
+                       const SnapshotLimits& limits) {
+  return readWithin([&] { return cuboid_mapping::readMapFile(file, model, limits); });
+}
+
+/// All voxels, in memory and on disk.
+MapSnapshot takeWholeSnapshot(const CuboidMap& map, const MapWindow* window,
+                              const std::string& frame_id, const SnapshotLimits& limits) {
+  MapSnapshot snapshot = takeSnapshot(map, frame_id);
+  if (window != nullptr) readWithin([&] { window->addStored(limits, snapshot); });
+  return snapshot;
 }
 
 /// As they are with FusionKind::kClass.
@@ -77,6 +94,12 @@ CellBox boundsOf(const MapSnapshot& snapshot) {
   return bounds;
 }
 
+/// A map may be reconfigured while another one is built beside it.
+void followSensorModel(const CuboidMap& map, CuboidMap& fresh) {
+  const SensorModelConfig& model = map.config().sensor_model;
+  if (fresh.config().sensor_model != model) fresh.setSensorModel(model);
+}
+
 void putInPlace(GuardedMap& map, const MapConfig& config, const MapSnapshot& snapshot,
                 StorageAnswer& answer) {
   CuboidMap fresh(config);  // Built while the other one is in use, and freed after it.
@@ -84,10 +107,7 @@ void putInPlace(GuardedMap& map, const MapConfig& config, const MapSnapshot& sna
   fresh.fuse();
   answer.num_cuboids = countCuboids(fresh).total();
   map.replaceAll([&](CuboidMap& content, const ros::Time& /*stamp*/) {
-    // It may have been reconfigured meanwhile.
-    if (content.config().sensor_model != config.sensor_model) {
-      fresh.setSensorModel(content.config().sensor_model);
-    }
+    followSensorModel(content, fresh);
     return content.exchange(fresh);
   });
 }
@@ -114,13 +134,11 @@ StorageAnswer saveMap(GuardedMap& map, const std::string& frame_id, const std::s
   return guard([&](StorageAnswer& answer) {
     MapSnapshot snapshot;
     map.readWithWindow([&](const CuboidMap& content, const MapWindow* window) {
-      snapshot = takeSnapshot(content, withoutSlash(frame_id));
+      snapshot = takeWholeSnapshot(content, window, withoutSlash(frame_id), limits);
       snapshot.progress = map.progress();
       answer.revision = content.revision();
-      answer.num_cuboids = countCuboids(content).total();
-      const std::size_t num_bricks = snapshot.bricks.size();
-      if (window != nullptr) window->addStored(limits, snapshot);
-      if (snapshot.bricks.size() > num_bricks) answer.num_cuboids = countCuboids(snapshot);
+      const bool is_in_memory = snapshot.bricks.size() == content.voxels().size();
+      answer.num_cuboids = is_in_memory ? countCuboids(content).total() : countCuboids(snapshot);
       return 0;
     });
     answer.num_bytes = writeMapFile(file, snapshot);
@@ -145,6 +163,57 @@ StorageAnswer loadMap(GuardedMap& map, const std::string& file, const SnapshotLi
       putInPlace(map, config, read.snapshot, answer);
     }
   });
+}
+
+StorageAnswer moveWholeMap(GuardedMap& map, const cuboid_mapping::VoxelMotion& motion,
+                           const SnapshotLimits& limits) {
+  return guard([&](StorageAnswer& answer) {
+    MapConfig config;
+    MapSnapshot snapshot;
+    std::vector<CellBox> locked;
+    map.readWithWindow([&](const CuboidMap& content, const MapWindow* window) {
+      config = content.config();
+      snapshot = takeWholeSnapshot(content, window, "", limits);
+      locked = content.locked().boxes();
+      answer.revision = content.revision();
+      return 0;
+    });
+    Eigen::Isometry3d T_new_old = motion.transform();
+    T_new_old.translation() *= config.resolution_m;
+    moveMap(T_new_old, snapshot);
+    CuboidMap fresh(config);
+    restoreSnapshot(snapshot, fresh);
+    fresh.fuse();
+    cuboid_mapping::LockedBoxes moved_locks;
+    for (const CellBox& box : locked) moved_locks.add(motion(box));
+    answer.num_cuboids = countCuboids(fresh).total();
+    map.replaceAll([&](CuboidMap& content, const ros::Time& /*stamp*/) {
+      if (content.revision() != answer.revision || content.locked().boxes() != locked) {
+        throw std::runtime_error("the map was changed meanwhile, by another call: call again");
+      }
+      followSensorModel(content, fresh);
+      content.setLocked(std::move(moved_locks));
+      return content.exchange(fresh);
+    });
+  });
+}
+
+std::string describeRefusal(const Eigen::Isometry3d& T_target_map, double resolution_m) {
+  std::ostringstream text;
+  text << "the transform does not take voxels to voxels: only turns by multiples of 90 degrees "
+          "about the axes with shifts by multiples of "
+       << resolution_m << " m are exact. ";
+  Eigen::Isometry3d nearest = T_target_map;
+  nearest.translation() =
+      resolution_m * (T_target_map.translation() / resolution_m).array().round();
+  if (cuboid_mapping::VoxelMotion::of(nearest, resolution_m)) {
+    text << "The nearest exact one has the translation "
+         << cuboid_mapping::toText(nearest.translation()) << ". ";
+  }
+  text << "Or resample the map: ~save_map, then ~load_map of that file with this transform. Or map "
+          "a "
+          "recording again, with the new poses: bag_to_map";
+  return text.str();
 }
 
 std::optional<MapSnapshot> readStartMap(NodeParameters& parameters) {

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Saving and loading the map of a running node. Functions that throw nothing.
+// Saving, loading and moving the map of a running node. Functions that throw nothing.
 #pragma once
 
+#include "cuboid_mapping/geometry/voxel_motion.h"
 #include "cuboid_mapping/map/map_merge.h"
 #include "cuboid_mapping/map/map_snapshot.h"
 #include "cuboid_mapping/ros/guarded_map.h"
@@ -49,6 +50,18 @@ struct LoadPlacement {
 [[nodiscard]] StorageAnswer loadMap(GuardedMap& map, const std::string& file,
                                     const cuboid_mapping::SnapshotLimits& limits = {},
                                     const LoadPlacement& placement = {});
+
+/// Takes a whole map, with its locks and what its window has on disk, to another frame. Cuboids of FusionKind::kGrowth
+/// grow anew. The new map is built beside the old one, which is held for the exchange only.
+///
+/// Refused, and all is as it was: what is on disk is more than the limits or cannot be read, the map would reach beyond
+/// kAllCells, there is no memory, or the map was changed meanwhile.
+[[nodiscard]] StorageAnswer moveWholeMap(GuardedMap& map, const cuboid_mapping::VoxelMotion& motion,
+                                         const cuboid_mapping::SnapshotLimits& limits = {});
+
+/// Why a transform that is no VoxelMotion cannot be taken, and what to do.
+[[nodiscard]] std::string describeRefusal(const Eigen::Isometry3d& T_target_map,
+                                          double resolution_m);
 
 /// The map of `map_file`; of a node that merges robots' maps and has none, that of its `autosave_file`, if it is a store
 /// (.sqlite) that exists. Nothing when there is none. The resolution of the parameters becomes that

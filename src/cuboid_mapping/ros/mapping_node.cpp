@@ -2,10 +2,9 @@
 #include "cuboid_mapping/ros/mapping_node.h"
 
 #include "cuboid_mapping/query/height_range.h"
-#include "cuboid_mapping/ros/checked_messages.h"
 #include "cuboid_mapping/ros/function_callback.h"
 #include "cuboid_mapping/ros/names.h"
-#include "cuboid_mapping/ros/query_box_service.h"
+#include "cuboid_mapping/ros/point_cloud.h"
 #include "cuboid_mapping/ros/tf_lookup.h"
 
 #include <ros/console.h>
@@ -58,7 +57,7 @@ MappingNode::MappingNode(const ros::NodeHandle& nh, const ros::NodeHandle& priva
       private_nh_(withQueue(private_nh, cloud_callbacks_)),
       parameters_(parameters),
       sources_(parameters),
-      forgetting_(parameters.forget_after_s, parameters.forget_class),
+      forgetting_(parameters),
       moving_filter_(parameters.map.resolution_m, parameters.moving_points),
       map_(makeMapConfig(parameters)),
       has_color_span_(parameters.color_period_m == 0.0),
@@ -132,24 +131,6 @@ void MappingNode::startTimers() {
                           [this](const ros::WallTimerEvent&) { diagnostics_.force_update(); });
 }
 
-void MappingNode::advertiseServices() {
-  ros::NodeHandle query_nh = withQueue(private_nh_, query_threads_.queue());
-  const MapInFrame map{map_, parameters_.frame_id, tf_buffer_, parameters_.service_limits,
-                       &is_stopping_};
-  query_box_server_ = advertiseQueryBox(
-      query_nh, withoutSlash(parameters_.frame_id),
-      [map](const BoxRequest& request) { return answerBoxRequest(map, request); });
-  ros::NodeHandle edit_nh = withQueue(private_nh_, publish_thread_.queue());
-  using std_srvs::Empty;
-  reset_server_ = advertiseGuarded<Empty::Request, Empty::Response>(
-      edit_nh, kResetService, [this](Empty::Request& /*request*/, Empty::Response& /*response*/) {
-        onReset();
-        return true;
-      });
-  planner_services_.emplace(query_nh, map);
-  edit_services_.emplace(edit_nh, map, [this] { publish(); });
-}
-
 void MappingNode::subscribe() {
   tf_changes_ = tf_buffer_._addTransformsChangedListener([this] { onTfChanged(); });
   tf_receiver_.emplace(withQueue(nh_, tf_thread_.queue()), tf_buffer_);
@@ -176,7 +157,7 @@ void MappingNode::mergeRobots() {
       return drop(0, DropReason::kPaused, [] { return toAdvice(DropReason::kPaused); });
     }
     ++statistics_.num_inserted;
-    forget(observation.update, last_header_.stamp);
+    forget(observation.update, last_header_.stamp, 0);
   };
   last_header_.frame_id = withoutSlash(parameters_.frame_id);
   merger_.emplace(nh_, withQueue(nh_, asking_thread_.queue()), parameters_, map_,
@@ -243,6 +224,11 @@ void MappingNode::onCloudInTurn(const SensorMessage& cloud, const CloudPoses& po
   if (edit_services_->isPaused()) {
     return drop(cloud.source, DropReason::kPaused, [] { return toAdvice(DropReason::kPaused); });
   }
+  const ros::Time& stamp = cloud.header().stamp;
+  if (!stamp.isZero() && stamp.toNSec() < first_stamp_ns_) {
+    return drop(cloud.source, DropReason::kBeforeJump,
+                [] { return toAdvice(DropReason::kBeforeJump); });
+  }
   try {
     integrate(cloud, poses);
   } catch (const std::exception& exception) {
@@ -278,7 +264,7 @@ void MappingNode::integrate(const SensorMessage& cloud, const CloudPoses& poses)
     speed_watch_.noteInserted(1e-3 * whole.lap(), statistics_.reach_m);
     giveAdvice();
   });
-  forget(*update, cloud.header().stamp);
+  forget(*update, cloud.header().stamp, cloud.source);
   guard_.run(kObservationsTopic, [&] {
     observation_publisher_.publish(cloud.header().stamp, poses.T_map_sensor.translation(),
                                    source.parameters.map.sensor_model, taken);
@@ -295,15 +281,16 @@ const cuboid_mapping::ScanUpdate& MappingNode::takeMoving(const cuboid_mapping::
                                                           const ros::Time& stamp) {
   if (moving_points_ && moving_points_.getNumSubscribers() > 0) {
     moving_points_.publish(toCloud(moving_filter_.findMoving(source.pipeline.scans()),
-                                   withoutSlash(parameters_.frame_id), stamp));
+                                   makeHeader(withoutSlash(parameters_.frame_id), stamp)));
   }
   return moving_filter_.take(update);
 }
 
-void MappingNode::forget(const cuboid_mapping::ScanUpdate& update, const ros::Time& stamp) {
+void MappingNode::forget(const cuboid_mapping::ScanUpdate& update, const ros::Time& stamp,
+                         std::size_t source) {
   guard_.run("forgetting", [&] {
-    forgetting_.note(update, stamp);
-    if (parameters_.forget_after_s == 0.0) return;
+    forgetting_.note(update, stamp, source);
+    if (!forgetting_.isOn()) return;
     map_.edit([this](cuboid_mapping::CuboidMap& map, const ros::Time& /*stamp*/) {
       return forgetting_.forget(map);
     });
@@ -378,16 +365,6 @@ void MappingNode::publish() {
     octomap_server_.publish();
   });
   if (robot_grid_) guard_.run(kRobotGridTopic, [&] { robot_grid_->publish(); });
-}
-
-void MappingNode::onReset() {
-  map_.replaceAll([](cuboid_mapping::CuboidMap& map, ros::Time& stamp) {
-    stamp = ros::Time();
-    return map.clear();
-  });
-  moving_filter_.reset();
-  publish();
-  ROS_INFO_NAMED(kNodeName, "map cleared");
 }
 
 void MappingNode::drop(std::size_t source, DropReason reason,

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include "cuboid_mapping/MoveMap.h"
 #include "cuboid_mapping/ros/callback_guard.h"
 #include "cuboid_mapping/ros/cloud_inbox.h"
 #include "cuboid_mapping/ros/cloud_intake.h"
@@ -10,6 +11,7 @@
 #include "cuboid_mapping/ros/guarded_map.h"
 #include "cuboid_mapping/ros/map_files_service.h"
 #include "cuboid_mapping/ros/map_publisher.h"
+#include "cuboid_mapping/ros/map_storage.h"
 #include "cuboid_mapping/ros/marker_publisher.h"
 #include "cuboid_mapping/ros/moving_filter.h"
 #include "cuboid_mapping/ros/node_sources.h"
@@ -79,8 +81,8 @@ class MappingNode {
   void onTfChanged();
   void updateWaitingClouds();
   void integrate(const SensorMessage& cloud, const CloudPoses& poses);
-  /// Notes what a cloud has seen, and makes unknown what none has seen for too long.
-  void forget(const cuboid_mapping::ScanUpdate& update, const ros::Time& stamp);
+  /// Notes what a cloud has seen, and forgets what none has seen for too long.
+  void forget(const cuboid_mapping::ScanUpdate& update, const ros::Time& stamp, std::size_t source);
   /// Publishes what moves. @return What of the cloud goes into the map.
   const cuboid_mapping::ScanUpdate& takeMoving(const cuboid_mapping::ScanUpdate& update,
                                                const Source& source, const ros::Time& stamp);
@@ -94,6 +96,10 @@ class MappingNode {
   /// Takes parameters that were changed while the node runs; see reconfigure.h.
   void reconfigure(const NodeParameters& parameters);
   void onReset();
+  void onMoveMap(const cuboid_mapping::MoveMap::Request& request,
+                 cuboid_mapping::MoveMap::Response& response);
+  /// @param jump  Stamp from which on poses are of the new frame; 0: now.
+  [[nodiscard]] StorageAnswer moveMap(const Eigen::Isometry3d& T_new_old, const ros::Time& jump);
   /// Counts a cloud that goes, and logs why. Throws nothing. @param text  May throw.
   void drop(std::size_t source, DropReason reason, const std::function<std::string()>& text);
   /// Logs what would keep up, now and then while the node does not; once what suits the sensor.
@@ -116,6 +122,8 @@ class MappingNode {
 
   NodeParameters parameters_;
   NodeSources sources_;  ///< As reconfigured.
+  std::atomic<std::uint64_t> first_stamp_ns_{
+      0};  ///< Earlier clouds are of a frame before ~move_map.
   Forgetting forgetting_;
   MovingFilter moving_filter_;
   GuardedMap map_;
@@ -147,6 +155,7 @@ class MappingNode {
   diagnostic_updater::Updater diagnostics_;
   ros::ServiceServer query_box_server_;
   ros::ServiceServer reset_server_;
+  ros::ServiceServer move_server_;
   std::optional<PlannerServices> planner_services_;
   std::optional<EditServices> edit_services_;
   ros::WallTimer publish_timer_;

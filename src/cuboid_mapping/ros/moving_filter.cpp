@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "cuboid_mapping/ros/moving_filter.h"
 
-#include <sensor_msgs/point_cloud2_iterator.h>
-
 namespace cuboid_mapping_ros {
 
 using cuboid_mapping::BrickMask;
@@ -55,25 +53,6 @@ std::size_t freeVoidVoxels(const cuboid_mapping::VoidSpace& void_space,
     num_freed += static_cast<std::size_t>(passed[0].misses.count());
   });
   return num_freed;
-}
-
-sensor_msgs::PointCloud2 toCloud(const std::vector<Eigen::Vector3d>& points,
-                                 const std::string& frame_id, const ros::Time& stamp) {
-  sensor_msgs::PointCloud2 cloud;
-  cloud.header.frame_id = frame_id;
-  cloud.header.stamp = stamp;
-  cloud.is_dense = true;
-  sensor_msgs::PointCloud2Modifier modifier(cloud);
-  using Field = sensor_msgs::PointField;
-  modifier.setPointCloud2Fields(3, "x", 1, Field::FLOAT32, "y", 1, Field::FLOAT32, "z", 1,
-                                Field::FLOAT32);
-  modifier.resize(points.size());
-  sensor_msgs::PointCloud2Iterator<float> xyz(cloud, "x");
-  for (const Eigen::Vector3d& point : points) {
-    for (int axis = 0; axis < 3; ++axis) xyz[axis] = static_cast<float>(point[axis]);
-    ++xyz;
-  }
-  return cloud;
 }
 
 }  // namespace cuboid_mapping_ros

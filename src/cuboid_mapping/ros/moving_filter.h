@@ -6,11 +6,10 @@
 #include "cuboid_mapping/scan/scan.h"
 #include "cuboid_mapping/scan/void_space.h"
 
-#include <sensor_msgs/PointCloud2.h>
 #include <Eigen/Core>
 
 #include <atomic>
-#include <string>
+#include <utility>
 #include <vector>
 
 namespace cuboid_mapping_ros {
@@ -34,6 +33,9 @@ class MovingFilter {
   /// Of all clouds so far.
   [[nodiscard]] const cuboid_mapping::VoidSpace& voidSpace() const { return void_space_; }
 
+  /// Puts what is void in another frame in the place of what is void so far.
+  void setVoidSpace(cuboid_mapping::VoidSpace void_space) { void_space_ = std::move(void_space); }
+
   /// Forgets everything before the next cloud. Thread-safe.
   void reset() { is_reset_ = true; }
 
@@ -50,9 +52,5 @@ class MovingFilter {
 /// @return Number of voxels.
 std::size_t freeVoidVoxels(const cuboid_mapping::VoidSpace& void_space,
                            cuboid_mapping::CuboidMap& map);
-
-/// Points as a cloud of float32.
-[[nodiscard]] sensor_msgs::PointCloud2 toCloud(const std::vector<Eigen::Vector3d>& points,
-                                               const std::string& frame_id, const ros::Time& stamp);
 
 }  // namespace cuboid_mapping_ros

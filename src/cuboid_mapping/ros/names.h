@@ -48,6 +48,7 @@ constexpr char kFuseNowService[] = "fuse_now";                   ///< std_srvs/T
 constexpr char kPauseService[] = "pause";                        ///< std_srvs/SetBool
 constexpr char kClearBoxService[] = "clear_bbx";                 ///< octomap_msgs/BoundingBoxQuery
 constexpr char kLoadMapService[] = "load_map";                   ///< cuboid_mapping/LoadMap
+constexpr char kMoveMapService[] = "move_map";                   ///< cuboid_mapping/MoveMap
 constexpr char kSaveMapService[] = "save_map";                   ///< cuboid_mapping/SaveMap
 
 // In the private namespace, those of dynamic_reconfigure.

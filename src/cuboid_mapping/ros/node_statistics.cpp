@@ -21,6 +21,7 @@ const char* toString(DropReason reason) {
     case DropReason::kNoTransform: return "no transform";
     case DropReason::kTooOldForTf: return "too old for tf";
     case DropReason::kPaused: return "paused";
+    case DropReason::kBeforeJump: return "before a jump";
     case DropReason::kInternalError: return "internal error";
     default: return toString(static_cast<CloudDefect>(reason));
   }

@@ -25,11 +25,12 @@ enum class DropReason : unsigned char {
   kNoTransform,   ///< tf did not come before the queue of waiting clouds was full.
   kTooOldForTf,   ///< Older than the transforms that tf keeps.
   kPaused,        ///< By ~pause.
+  kBeforeJump,    ///< Older than the jump of which ~move_map was told.
   kInternalError  ///< An exception, as when there is no memory.
 };
 
 /// Number of enumerators of DropReason.
-constexpr std::size_t kNumDropReasons = 13;
+constexpr std::size_t kNumDropReasons = 14;
 
 /// The reason to drop a cloud with a defect.
 [[nodiscard]] DropReason toDropReason(CloudDefect defect);

@@ -2,8 +2,8 @@
 #include "cuboid_mapping/ros/octomap_products.h"
 
 #include "cuboid_mapping/ros/marker_colors.h"
-
-#include <sensor_msgs/point_cloud2_iterator.h>
+#include "cuboid_mapping/ros/point_cloud.h"
+#include "cuboid_mapping/ros/points.h"
 
 #include <algorithm>
 #include <limits>
@@ -166,23 +166,10 @@ visualization_msgs::MarkerArray toCellMarkers(const MapSnapshot& map, ShownCells
 
 sensor_msgs::PointCloud2 toCenters(const std::vector<OctreeLeaf>& leaves, double resolution_m,
                                    const std_msgs::Header& header) {
-  sensor_msgs::PointCloud2 cloud;
-  cloud.header = header;
-  cloud.is_dense = 1;
-  sensor_msgs::PointCloud2Modifier modifier(cloud);
-  using Field = sensor_msgs::PointField;
-  modifier.setPointCloud2Fields(3, "x", 1, Field::FLOAT32, "y", 1, Field::FLOAT32, "z", 1,
-                                Field::FLOAT32);
-  modifier.resize(leaves.size());
-  sensor_msgs::PointCloud2Iterator<float> xyz(cloud, "x");
-  for (const OctreeLeaf& leaf : leaves) {
-    const geometry_msgs::Point center = centerOf(leaf, resolution_m);
-    xyz[0] = static_cast<float>(center.x);
-    xyz[1] = static_cast<float>(center.y);
-    xyz[2] = static_cast<float>(center.z);
-    ++xyz;
-  }
-  return cloud;
+  std::vector<Eigen::Vector3d> centers;
+  centers.reserve(leaves.size());
+  for (const OctreeLeaf& leaf : leaves) centers.push_back(toVector(centerOf(leaf, resolution_m)));
+  return toCloud(centers, header);
 }
 
 }  // namespace cuboid_mapping_ros

@@ -30,35 +30,35 @@ std::vector<ParameterDeclaration> declareMap() {
       {"environment", "",
        oneOf<Environment>({Environment::kDynamic, Environment::kStatic},
                           [](P& p) -> Environment& { return p.map.environment; }),
-       "dynamic: every observation counts. static: a cell is no longer updated once it has reached "
-       "sensor_model/min or sensor_model/max."},
+       "dynamic: every observation counts. static: a cell is no longer updated once it has "
+       "reached sensor_model/min or sensor_model/max."},
       {"forget_after", "s", NumberKind{[](P& p) -> double& { return p.forget_after_s; }, 0.0, 1e6},
-       "What no cloud has seen for this time becomes unknown again, by the stamps of the clouds "
-       "and in "
-       "blocks of 8 x 8 x 8 voxels. Locked boxes stay, and so does what comes from files and "
-       "services "
-       "alone. 0: never."},
+       "What no cloud has seen for this time is forgotten, by the stamps of the clouds and in "
+       "blocks of 8 x 8 x 8 voxels; of several sources, what none remembers that has seen it. "
+       "Locked boxes stay, and what comes from files and services alone. 0: never."},
       {"forget_class", "",
        oneOf<ForgetClass>({ForgetClass::kAll, ForgetClass::kOccupied, ForgetClass::kFree},
                           [](P& p) -> ForgetClass& { return p.forget_class; }),
-       "Which voxels are forgotten after forget_after. all: both classes. occupied: obstacles that "
-       "nobody sees any "
-       "more; the space that was found free stays. free: space that was free long ago; obstacles "
-       "stay."},
+       "Which voxels are forgotten after forget_after. all: both classes. occupied: obstacles "
+       "that nobody sees any more; the space that was found free stays. free: space that was free "
+       "long ago; obstacles stay."},
+      {"forget_to", "",
+       oneOf<ForgetTo>({ForgetTo::kUnknown, ForgetTo::kSeenOnce},
+                       [](P& p) -> ForgetTo& { return p.forget_to; }),
+       "What forgotten voxels become. unknown: unknown. seen_once: they keep their class, as if "
+       "seen once; the next cloud can change it."},
       {"moving_points", "",
        oneOf<MovingPoints>({MovingPoints::kIgnore, MovingPoints::kPublish, MovingPoints::kLeaveOut},
                            [](P& p) -> MovingPoints& { return p.moving_points; }),
        "Points where earlier clouds have seen that nothing stands, which are of things that move. "
-       "ignore: "
-       "nobody looks for them. publish: they are published as moving_points. leave_out: they are "
-       "published, "
-       "and do not make voxels occupied."},
+       "ignore: nobody looks for them. publish: they are published as moving_points. leave_out: "
+       "they are published, and do not make voxels occupied."},
       {"fusion", "",
        oneOf<FusionKind>({FusionKind::kClass, FusionKind::kGrowth, FusionKind::kNone},
                          [](P& p) -> FusionKind& { return p.map.fusion; }),
        "How voxels are merged into cuboids. class: large boxes of free or of occupied voxels, in "
-       "blocks of 8 x 8 x 8. growth: the method of the paper, see growth/*. none: every voxel is a "
-       "cuboid. In any case, every voxel keeps its own probability."},
+       "blocks of 8 x 8 x 8. growth: the method of the paper, see growth/*. none: every voxel is "
+       "a cuboid. In any case, every voxel keeps its own probability."},
       {"rtree/max_branches", "",
        IntegerKind{[](P& p) -> int& { return p.map.rtree.max_branches; }, 2,
                    cuboid_mapping::RTreeConfig::kMaxBranchesLimit},
@@ -109,8 +109,7 @@ std::vector<ParameterDeclaration> declareGrowth() {
       {"growth/settle_clouds", "clouds",
        IntegerKind{[](P& p) -> int& { return p.map.growth.settle_clouds; }, 0, 10000},
        "A voxel that was split out of a cuboid can fuse again once it has kept its value for this "
-       "many "
-       "clouds."},
+       "many clouds."},
   };
 }
 
@@ -136,9 +135,8 @@ std::vector<ParameterDeclaration> declareSensorModel() {
       {"sensor_model/end_margin", "m",
        NumberKind{[](P& p) -> double& { return p.end_margin_m; }, 0.0, 1000.0},
        "In the last metres before a return, a beam clears only what is unknown, so that beams "
-       "along the "
-       "ground or a wall do not clear what others have hit. 0: it clears all up to its end, as in "
-       "OctoMap."},
+       "along the ground or a wall do not clear what others have hit. 0: it clears all up to its "
+       "end, as in OctoMap."},
       {"sensor_model/min_range", "m",
        NumberKind{[](P& p) -> double& { return p.min_range_m; }, 0.0, kInfinity, 0.0},
        "Points closer to the sensor than this are ignored. 0 or -1: no limit."},
@@ -156,11 +154,10 @@ std::vector<ParameterDeclaration> declareSensorModel() {
            },
            [](const P& p) { return toText(p.no_return_points); }},
        "Which readings of a scan, of a depth image or of an organized cloud say that a beam met "
-       "nothing; the others that are no return are ignored. plus_inf: +inf, in any coordinate of a "
-       "point without -inf and NaN. nan: NaN. zero: 0, or the point (0, 0, 0). minus_inf: -inf, "
-       "which "
-       "REP 117 uses for things that are too close. rep_117: plus_inf. with_nan: plus_inf and nan. "
-       "with_zero: plus_inf and zero."},
+       "nothing; the others that are no return are ignored. plus_inf: +inf, in any coordinate of "
+       "a point without -inf and NaN. nan: NaN. zero: 0, or the point (0, 0, 0). minus_inf: -inf, "
+       "which REP 117 uses for things that are too close. rep_117: plus_inf. with_nan: plus_inf "
+       "and nan. with_zero: plus_inf and zero."},
   };
 }
 
@@ -189,8 +186,8 @@ std::vector<ParameterDeclaration> declareTopics() {
       {"queue_size", "clouds", IntegerKind{[](P& p) -> int& { return p.queue_size; }, 1, 1000},
        "Maximum number of clouds that wait for their turn, and for their transform."},
       {"queue_memory", "MB", IntegerKind{[](P& p) -> int& { return p.queue_memory_mb; }, 1, 65536},
-       "Memory for clouds that wait. When it is full, the oldest are dropped; one cloud may always "
-       "wait."},
+       "Memory for clouds that wait. When it is full, the oldest are dropped; one cloud may "
+       "always wait."},
       {"tf_wait", "s", NumberKind{[](P& p) -> double& { return p.tf_wait_s; }, 0.01, 3600.0},
        "A cloud is dropped if its transforms have not arrived after this time."},
       {"publish_rate", "Hz",
@@ -201,15 +198,14 @@ std::vector<ParameterDeclaration> declareTopics() {
       {"marker_period", "s",
        NumberKind{[](P& p) -> double& { return p.marker_period_s; }, 0.0, 86400.0},
        "After changes, occupied_cuboids and free_cuboids are sent again as a whole, a few times "
-       "and "
-       "this long apart, so that a listener that has lost messages catches up. 0: never."},
+       "and this long apart, so that a listener that has lost messages catches up. 0: never."},
       {"publish_values", "", BooleanKind{[](P& p) -> bool& { return p.publish_values; }},
        "true: cuboid_map and cuboid_map_updates carry the log-odds of every voxel. false: only "
        "classes, which is what planners need."},
       {"map_part_size", "MB",
        NumberKind{[](P& p) -> double& { return p.map_part_size_mb; }, 0.001, 500.0},
-       "A map above this size is sent in several messages (cuboid_map, ~get_map). The size is that "
-       "before compression, which leaves about a third."},
+       "A map above this size is sent in several messages (cuboid_map, ~get_map). The size is "
+       "that before compression, which leaves about a third."},
       {"color_by", "",
        oneOf<ColorBy>({ColorBy::kHeight, ColorBy::kProbability},
                       [](P& p) -> ColorBy& { return p.color_by; }),
@@ -217,8 +213,7 @@ std::vector<ParameterDeclaration> declareTopics() {
       {"color_period", "m",
        NumberKind{[](P& p) -> double& { return p.color_period_m; }, 0.0, kInfinity},
        "Height over which the colours repeat, with color_by: height. 0: they run once, from blue "
-       "to "
-       "red, over the heights of the map without the lowest and the highest 2 %."},
+       "to red, over the heights of the map without the lowest and the highest 2 %."},
   };
 }
 
@@ -229,9 +224,8 @@ std::vector<ParameterDeclaration> declareFiles() {
        "resolution."},
       {"autosave_file", "", FileKind{[](P& p) -> std::string& { return p.autosave_file; }},
        "The map is saved to this file after changes and when the node stops. A node with "
-       "merge/robots goes on "
-       "with it when it starts, if it is a store (.sqlite). The extension selects "
-       "the format, as with ~save_map. Empty: the map is not saved."},
+       "merge/robots goes on with it when it starts, if it is a store (.sqlite). The extension "
+       "selects the format, as with ~save_map. Empty: the map is not saved."},
       {"autosave_period", "s",
        NumberKind{[](P& p) -> double& { return p.autosave_period_s; }, 1.0, 86400.0},
        "Time between two saves to autosave_file."},
@@ -246,8 +240,7 @@ std::vector<ParameterDeclaration> declareQueries() {
       {"query/max_time", "s",
        NumberKind{[](P& p) -> double& { return p.service_limits.max_time_s; }, 1e-3, 3600.0},
        "Maximum time spent on one service call. Clouds and other calls come in between. What is "
-       "not "
-       "answered by then is left out, and the answer says so."},
+       "not answered by then is left out, and the answer says so."},
       {"query/max_bricks", "",
        IntegerKind{[](P& p) -> int& { return p.service_limits.max_bricks; }, 1000, 2000000000},
        "Maximum number of blocks of 8 x 8 x 8 voxels and of cuboids that a call may visit. Those "
@@ -355,8 +348,7 @@ const std::vector<RetiredParameter>& retiredParameters() {
   static const std::vector<RetiredParameter> kRetired{
       {"hot_bricks", "there is nothing to limit any more: remove it"},
       {"published_cuboids",
-       "the marker topics show the cuboids of the map, which are boxes of one "
-       "class: remove it"}};
+       "the marker topics show the cuboids of the map, which are boxes of one class: remove it"}};
   return kRetired;
 }
 

@@ -92,6 +92,15 @@ enum class ForgetClass : unsigned char { kAll, kOccupied, kFree };
 /// The name of the parameter's value, as "occupied".
 [[nodiscard]] const char* toString(ForgetClass forgotten);
 
+/// What becomes of voxels that are forgotten.
+enum class ForgetTo : unsigned char {
+  kUnknown,  ///< They become unknown.
+  kSeenOnce  ///< They keep their class, but the next observation of the other class wins.
+};
+
+/// The name of the parameter's value, as "seen_once".
+[[nodiscard]] const char* toString(ForgetTo forget_to);
+
 /// What becomes of points where nothing can be that stands still, see MovingFilter.
 enum class MovingPoints : unsigned char {
   kIgnore,   ///< Nobody looks for them.
@@ -128,8 +137,9 @@ struct NodeParameters {
       0.2;                   ///< Longest time that a cloud waits for earlier ones of other sources.
   std::string sensor_frame;  ///< Its origin is where beams start; "": the cloud's frame.
   cuboid_mapping::MapConfig map;
-  double forget_after_s = 0.0;  ///< See Forgetting; 0: never.
+  double forget_after_s = 0.0;  ///< Of a source, see Forgetting; 0: never.
   ForgetClass forget_class = ForgetClass::kAll;
+  ForgetTo forget_to = ForgetTo::kUnknown;
   MovingPoints moving_points = MovingPoints::kIgnore;
   int threads = 0;  ///< For the work on a cloud; 0: as many as the machine has cores.
   double max_range_m = std::numeric_limits<double>::infinity();  ///< Beams are cut there.

@@ -4,6 +4,8 @@
 #include "cuboid_mapping/io/text.h"
 #include "cuboid_mapping/ros/service_limits.h"
 
+#include <tf2_eigen/tf2_eigen.h>
+
 #include <cmath>
 
 namespace cuboid_mapping_ros {
@@ -161,6 +163,15 @@ UnknownPolicy RequestReader::policy(std::uint8_t unknown) {
   require(unknown <= 1, "unknown is " + std::to_string(unknown) +
                             ": use UNKNOWN_BLOCKS (0) or UNKNOWN_PASSES (1)");
   return unknown == 0 ? UnknownPolicy::kStop : UnknownPolicy::kPass;
+}
+
+Eigen::Isometry3d toIsometry(geometry_msgs::Transform transform) {
+  Eigen::Quaterniond turn;
+  tf2::fromMsg(transform.rotation, turn);
+  if (turn.norm() == 0.0) turn.setIdentity();
+  if (std::abs(turn.norm() - 1.0) < 0.01) turn.normalize();
+  transform.rotation = tf2::toMsg(turn);
+  return tf2::transformToEigen(transform);
 }
 
 }  // namespace cuboid_mapping_ros

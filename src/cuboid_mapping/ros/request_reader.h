@@ -8,7 +8,10 @@
 #include "cuboid_mapping/ros/query_box.h"
 #include "cuboid_mapping/ros/tf_lookup.h"
 
+#include <geometry_msgs/Transform.h>
 #include <std_msgs/Header.h>
+
+#include <Eigen/Geometry>
 
 #include <string>
 #include <vector>
@@ -64,6 +67,10 @@ class RequestReader {
   Eigen::Isometry3d to_map_ = Eigen::Isometry3d::Identity();  ///< From the request's frame.
   std::string error_;
 };
+
+/// The transform of a request. A quaternion of few digits is made one of length 1; all zeros are no turn; others stay what
+/// they are, for others to refuse.
+[[nodiscard]] Eigen::Isometry3d toIsometry(geometry_msgs::Transform transform);
 
 /// An answer that says why there is none.
 template <typename ResponseT>

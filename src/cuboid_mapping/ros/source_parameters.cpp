@@ -20,13 +20,14 @@ constexpr char kListKey[] = "sources";
 constexpr char kNameKey[] = "name";
 
 /// Groups of keys that a source may have of its own; a group is a key, or all that begins with it and a slash.
-constexpr std::array<const char*, 16> kSourceKeys{"topic",
+constexpr std::array<const char*, 17> kSourceKeys{"topic",
                                                   "type",
                                                   "camera_info",
                                                   "use",
                                                   "max_rate",
                                                   "deskew",
                                                   "sensor_frame",
+                                                  "forget_after",
                                                   "sensor_model/hit",
                                                   "sensor_model/miss",
                                                   "sensor_model/max_range",
@@ -192,6 +193,10 @@ const char* toString(ForgetClass forgotten) {
   return "free";
 }
 
+const char* toString(ForgetTo forget_to) {
+  return forget_to == ForgetTo::kUnknown ? "unknown" : "seen_once";
+}
+
 const char* toString(MovingPoints moving) {
   switch (moving) {
     case MovingPoints::kIgnore: return "ignore";
@@ -217,12 +222,10 @@ std::vector<ParameterDeclaration> declareSources() {
                          [](P& p) -> SourceType& { return p.source.type; }),
        "Type of its messages. point_cloud: sensor_msgs/PointCloud2. laser_scan: "
        "sensor_msgs/LaserScan. depth_image: sensor_msgs/Image, with a sensor_msgs/CameraInfo of "
-       "the "
-       "same stamp."},
+       "the same stamp."},
       {"camera_info", "", cameraInfoKind(),
        "Topic of the sensor_msgs/CameraInfo of a depth image. Empty: camera_info beside the topic "
-       "of "
-       "the image."},
+       "of the image."},
       {"use", "",
        oneOf<SourceUse>({SourceUse::kBoth, SourceUse::kMark, SourceUse::kClear},
                         [](P& p) -> SourceUse& { return p.source.use; }),
@@ -233,18 +236,16 @@ std::vector<ParameterDeclaration> declareSources() {
        "Maximum rate of its messages; those beyond it are ignored, by their stamps. 0: no limit."},
       {"deskew", "", BooleanKind{[](P& p) -> bool& { return p.source.deskew; }},
        "true: each point is put where the sensor was when it was measured, by tf: by the field "
-       "time, t, offset_time or "
-       "timestamp of a cloud, by time_increment of a scan. false: all as of the stamp."},
+       "time, t, offset_time or timestamp of a cloud, by time_increment of a scan. false: all as "
+       "of the stamp."},
       {kListKey, "", sourcesKind(),
        "Several sensors. Each element has a topic, maybe a name, and whatever differs from the "
        "values outside the list: type, camera_info, use, max_rate, deskew, sensor_frame, "
-       "sensor_model/hit, "
-       "miss, max_range, end_margin, min_range, no_return_range and no_return_points, "
-       "filter_ground, "
-       "ground_filter/*, pointcloud_*. See doc/sensors.md."},
+       "forget_after, sensor_model/hit, miss, max_range, end_margin, min_range, no_return_range "
+       "and no_return_points, filter_ground, ground_filter/*, pointcloud_*. See doc/sensors.md."},
       {"order_wait", "s", NumberKind{[](P& p) -> double& { return p.order_wait_s; }, 0.0, 10.0},
-       "Clouds of several sources are put into the map in the order of their stamps. A cloud waits "
-       "for earlier ones of other sources up to this time, in wall time."},
+       "Clouds of several sources are put into the map in the order of their stamps. A cloud "
+       "waits for earlier ones of other sources up to this time, in wall time."},
   };
 }
 

@@ -77,4 +77,15 @@ ScanUpdate VoidSpace::withoutMoving(const ScanUpdate& update) const {
   return rest;
 }
 
+VoidSpace VoidSpace::moved(const VoxelMotion& motion) const {
+  VoidSpace other;
+  for (const auto& [brick, mask] : bricks_) {
+    forEachCell(brick, mask, [&](const Cell& cell) {
+      const CellBox at = motion(CellBox::ofCell(cell));
+      if (!at.isEmpty()) other.bricks_[brickOf(at.min)].set(voxelIndex(at.min));
+    });
+  }
+  return other;
+}
+
 }  // namespace cuboid_mapping

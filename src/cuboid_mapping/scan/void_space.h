@@ -2,6 +2,7 @@
 #pragma once
 
 #include "cuboid_mapping/geometry/brick.h"
+#include "cuboid_mapping/geometry/voxel_motion.h"
 #include "cuboid_mapping/scan/brick_update.h"
 
 #include <cstddef>
@@ -32,6 +33,9 @@ class VoidSpace {
 
   /// What a cloud says without its hits in void voxels, which are then no observation at all.
   [[nodiscard]] ScanUpdate withoutMoving(const ScanUpdate& update) const;
+
+  /// The same in another frame. @complexity O(void voxels).
+  [[nodiscard]] VoidSpace moved(const VoxelMotion& motion) const;
 
   /// Calls visit(brick, mask) for each brick with void voxels, in no order.
   template <typename VisitorT>

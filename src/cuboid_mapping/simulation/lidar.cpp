@@ -8,6 +8,7 @@
 #include <cmath>
 #include <limits>
 #include <random>
+#include <utility>
 
 namespace cuboid_mapping {
 namespace {
@@ -56,6 +57,23 @@ Hit findHit(const std::vector<Target>& targets, const Beam& beam) {
   return hit;
 }
 
+/// Of a spinning lidar.
+std::vector<Eigen::Vector3d> makeDirections(const LidarConfig& config) {
+  const double step =
+      (config.max_elevation_rad - config.min_elevation_rad) / std::max(1, config.rings - 1);
+  std::vector<Eigen::Vector3d> directions;
+  directions.reserve(static_cast<std::size_t>(config.rings) * config.columns);
+  for (int ring = 0; ring < config.rings; ++ring) {
+    const double elevation = config.max_elevation_rad - ring * step;
+    for (int column = 0; column < config.columns; ++column) {
+      const double azimuth = 2 * M_PI * column / config.columns;
+      directions.emplace_back(std::cos(elevation) * std::cos(azimuth),
+                              std::cos(elevation) * std::sin(azimuth), std::sin(elevation));
+    }
+  }
+  return directions;
+}
+
 }  // namespace
 
 std::vector<std::string> checkLidarConfig(const LidarConfig& config) {
@@ -69,19 +87,12 @@ std::vector<std::string> checkLidarConfig(const LidarConfig& config) {
   return check.errors();
 }
 
-Lidar::Lidar(const LidarConfig& config) : config_(config) {
+Lidar::Lidar(const LidarConfig& config) : Lidar(config, makeDirections(config)) {}
+
+Lidar::Lidar(const LidarConfig& config, std::vector<Eigen::Vector3d> directions)
+    : config_(config), directions_lidar_(std::move(directions)) {
   assert(checkLidarConfig(config).empty());
-  const double step =
-      (config.max_elevation_rad - config.min_elevation_rad) / std::max(1, config.rings - 1);
-  directions_lidar_.reserve(static_cast<std::size_t>(config.rings) * config.columns);
-  for (int ring = 0; ring < config.rings; ++ring) {
-    const double elevation = config.max_elevation_rad - ring * step;
-    for (int column = 0; column < config.columns; ++column) {
-      const double azimuth = 2 * M_PI * column / config.columns;
-      directions_lidar_.emplace_back(std::cos(elevation) * std::cos(azimuth),
-                                     std::cos(elevation) * std::sin(azimuth), std::sin(elevation));
-    }
-  }
+  assert(directions_lidar_.size() == static_cast<std::size_t>(config.rings) * config.columns);
 }
 
 LidarCloud Lidar::computeCloud(const std::vector<Solid>& solids,

@@ -44,6 +44,9 @@ class Lidar {
  public:
   /// @pre checkLidarConfig(config) has no complaint.
   explicit Lidar(const LidarConfig& config);
+  /// A sensor with other beams, as a camera has them: its cloud is ordered as they are.
+  /// @param directions  Sensor frame, of length 1; rings * columns of them. Elevations are not looked at.
+  Lidar(const LidarConfig& config, std::vector<Eigen::Vector3d> directions);
 
   /// What the lidar sees.
   ///

@@ -1,0 +1,32 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include "cuboid_mapping/geometry/cell_box.h"
+
+#include <Eigen/Geometry>
+
+#include <optional>
+
+namespace cuboid_mapping {
+
+/// A turn by multiples of 90 degrees about the axes with a shift by whole voxels: takes voxels to voxels.
+class VoxelMotion {
+ public:
+  /// The motion that a transform is: its turn within 1e-9, its shift within 1e-6 voxels.
+  /// @param T_target_map  Metres. @return Nothing for other transforms, among them those that are not finite.
+  [[nodiscard]] static std::optional<VoxelMotion> of(const Eigen::Isometry3d& T_target_map,
+                                                     double resolution_m);
+
+  /// In units of voxels, with whole numbers.
+  [[nodiscard]] const Eigen::Isometry3d& transform() const { return transform_; }
+
+  /// Where the voxels of a box get to; what would lie outside kAllCells is cut off.
+  [[nodiscard]] CellBox operator()(const CellBox& box) const;
+
+ private:
+  explicit VoxelMotion(const Eigen::Isometry3d& T_target_map) : transform_(T_target_map) {}
+
+  Eigen::Isometry3d transform_;
+};
+
+}  // namespace cuboid_mapping

@@ -1,0 +1,68 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include "simulated_drive.h"
+
+#include <sensor_msgs/CameraInfo.h>
+#include <sensor_msgs/Image.h>
+#include <sensor_msgs/LaserScan.h>
+
+#include <cstdint>
+#include <vector>
+
+namespace cuboid_mapping_ros {
+
+/// Other sensors on the robot of a SimulatedDrive: a lidar behind, a planar laser in front, a depth camera that looks forward.
+///
+/// Time is counted in ticks, six to each cloud of the drive: at 10 clouds a second there are 10 clouds of the lidar behind, 20
+/// scans and 30 images. The frames are base_link -> rear_lidar, laser and camera. The same configuration, tick and stamp give
+/// the same bytes. Thread-safe: const.
+class SimulatedSensors {
+ public:
+  static constexpr std::uint64_t kTicksACloud = 6;
+
+  /// Which of them measure at a tick. The drive's lidar does at multiples of kTicksACloud.
+  ///@{
+  [[nodiscard]] static bool hasCloud(std::uint64_t tick) { return tick % kTicksACloud == 3; }
+  [[nodiscard]] static bool hasScan(std::uint64_t tick) { return tick % 3 == 1; }
+  [[nodiscard]] static bool hasImage(std::uint64_t tick) { return tick % 2 == 0; }
+  ///@}
+
+  /// @pre checkDriveConfig(config) has no complaint. @param config  Of the drive: its lidar is that behind, too.
+  explicit SimulatedSensors(const DriveConfig& config);
+
+  /// Ticks a second.
+  [[nodiscard]] double tickRate() const { return kTicksACloud * config_.cloud_rate_hz; }
+
+  /// base_link -> each sensor: static.
+  [[nodiscard]] std::vector<geometry_msgs::TransformStamped> toMountMessages(
+      const ros::Time& stamp) const;
+  /// map -> base_link.
+  [[nodiscard]] geometry_msgs::TransformStamped toPoseMessage(std::uint64_t tick,
+                                                              const ros::Time& stamp) const;
+  /// As that of the drive.
+  [[nodiscard]] sensor_msgs::PointCloud2 toCloudMessage(std::uint64_t tick,
+                                                        const ros::Time& stamp) const;
+  /// 270 degrees in steps of half a degree; +inf without return.
+  [[nodiscard]] sensor_msgs::LaserScan toScanMessage(std::uint64_t tick,
+                                                     const ros::Time& stamp) const;
+  /// 80 x 60 pixels, 16UC1; 0 without return.
+  [[nodiscard]] sensor_msgs::Image toImageMessage(std::uint64_t tick, const ros::Time& stamp) const;
+  [[nodiscard]] sensor_msgs::CameraInfo toCameraMessage(const ros::Time& stamp) const;
+
+ private:
+  /// @param lidar  With the beams of a sensor. @param T_base_sensor  Where it is.
+  [[nodiscard]] cuboid_mapping::LidarCloud measure(const cuboid_mapping::Lidar& lidar,
+                                                   const Eigen::Isometry3d& T_base_sensor,
+                                                   std::uint64_t tick) const;
+  [[nodiscard]] double timeOf(std::uint64_t tick) const;
+
+  DriveConfig config_;
+  cuboid_mapping::World world_;
+  SimulatedDrive drive_;
+  cuboid_mapping::Lidar rear_lidar_;
+  cuboid_mapping::Lidar laser_;
+  cuboid_mapping::Lidar camera_;
+};
+
+}  // namespace cuboid_mapping_ros
