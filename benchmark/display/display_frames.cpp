@@ -31,6 +31,7 @@ constexpr double kPatience_s = 300.0;
 constexpr int kTurns = 3;
 constexpr int kFrames = 8;
 constexpr double kMostOfTurn_s = 10.0;
+constexpr double kRest_s = 1.0;  // A view that has just moved may be drawn with less detail.
 
 /// Time on the clock, and of all threads of the process: the renderer's, too.
 struct Duration {
@@ -56,6 +57,12 @@ double medianOf(std::vector<double> values) {
   return values[values.size() / 2];
 }
 
+std::vector<double> partOf(const std::vector<Duration>& durations, double Duration::*part) {
+  std::vector<double> values;
+  for (const Duration& duration : durations) values.push_back(duration.*part);
+  return values;
+}
+
 /// What is seen: all of the map, or the surroundings of the robot, as rviz shows them when it starts.
 struct View {
   const char* name;
@@ -63,29 +70,40 @@ struct View {
 };
 
 /// Frames of one way and view.
-struct Frames {
-  std::vector<double> still_cpu_s;
-  std::vector<double> turned_cpu_s;
-  std::vector<double> turned_s;
-  Ogre::RenderTarget::FrameStats statistics;
+class Frames {
+ public:
+  std::vector<Duration> still;
+  std::vector<Duration> turned;
+  Ogre::RenderTarget::FrameStats statistics;  ///< Of a still frame.
+  std::size_t turned_triangles = 0;
 
-  void draw(test::RvizWindow& window, const View& view) {
+  void draw(test::RvizWindow& window, Way& way, const View& view) {
     window.look(view.distance_m, 0.7, 0.7);
-    window.drawFrame_s();
+    const Stopwatch rest;
+    while (rest.elapsed().wall_s < kRest_s) (void)drawOne(window, way);
+    for (int i = 0; i < kFrames && rest.elapsed().wall_s < kMostOfTurn_s; ++i) {
+      still.push_back(drawOne(window, way));
+    }
+    statistics = window.statistics();
     const Stopwatch turn;
     for (int i = 0; i < kFrames && turn.elapsed().wall_s < kMostOfTurn_s; ++i) {
-      const Stopwatch still;
-      window.drawFrame_s();
-      still_cpu_s.push_back(still.elapsed().cpu_s);
       window.look(view.distance_m, 0.7 + 0.2 * (i + 1), 0.7);
-      const Stopwatch turned;
-      window.drawFrame_s();
-      turned_cpu_s.push_back(turned.elapsed().cpu_s);
-      turned_s.push_back(turned.elapsed().wall_s);
-      window.look(view.distance_m, 0.7, 0.7);
-      statistics = window.statistics();
+      turned.push_back(drawOne(window, way));
     }
+    turned_triangles = window.statistics().triangleCount;
   }
+
+ private:
+  Duration drawOne(test::RvizWindow& window, Way& way) {
+    const Stopwatch frame;
+    way.update(last_frame_s_);
+    window.drawFrame();
+    const Duration duration = frame.elapsed();
+    last_frame_s_ = duration.wall_s;
+    return duration;
+  }
+
+  double last_frame_s_ = 0.0;
 };
 
 /// A way that has been loaded.
@@ -119,7 +137,9 @@ class Comparison {
     for (int turn = 0; turn < kTurns; ++turn) {
       for (Runner& runner : runners_) {
         runner.way->setVisible(true);
-        for (const View& view : views_) runner.frames[view.name].draw(window_, view);
+        for (const View& view : views_) {
+          runner.frames[view.name].draw(window_, *runner.way, view);
+        }
         runner.way->setVisible(false);
       }
     }
@@ -138,7 +158,7 @@ class Comparison {
 
   void load(std::unique_ptr<Way> way) {
     window_.look(views_.back().distance_m, 0.7, 0.7);
-    window_.drawFrame_s();  // Without the way before, for isDrawn().
+    window_.drawFrame();  // Without the way before, for isDrawn().
     const Stopwatch stopwatch;
     way->load(window_, map_);
     const bool is_drawn = window_.updateUntil([&] { return way->isDrawn(window_); }, kPatience_s);
@@ -156,13 +176,16 @@ class Comparison {
   void printFrames(const Runner& runner) const {
     for (const View& view : views_) {
       const Frames& frames = runner.frames.at(view.name);
-      const double still_s = medianOf(frames.still_cpu_s);
-      const double longest_s =
-          *std::max_element(frames.turned_cpu_s.begin(), frames.turned_cpu_s.end());
-      std::printf("| frame | %.0f | %s | %s | %.1f | %.0f | %.0f | %zu | %zu |\n", num_boxes_,
-                  view.name, runner.way->name(), 1.0 / medianOf(frames.turned_s),
-                  1e3 * medianOf(frames.turned_cpu_s), 1e3 * (longest_s - still_s),
-                  frames.statistics.triangleCount, frames.statistics.batchCount);
+      const std::vector<double> turned_cpu_s = partOf(frames.turned, &Duration::cpu_s);
+      const double still_cpu_s = medianOf(partOf(frames.still, &Duration::cpu_s));
+      const double longest_s = *std::max_element(turned_cpu_s.begin(), turned_cpu_s.end());
+      std::printf(
+          "| frame | %.0f | %s | %s | %.1f | %.0f | %.1f | %.0f | %.0f | %zu | %zu | %zu |\n",
+          num_boxes_, view.name, runner.way->name(),
+          1.0 / medianOf(partOf(frames.turned, &Duration::wall_s)), 1e3 * medianOf(turned_cpu_s),
+          1.0 / medianOf(partOf(frames.still, &Duration::wall_s)), 1e3 * still_cpu_s,
+          1e3 * (longest_s - still_cpu_s), frames.turned_triangles, frames.statistics.triangleCount,
+          frames.statistics.batchCount);
     }
   }
 
@@ -232,9 +255,10 @@ class Comparison {
 int compare(const std::vector<std::string>& scenes, bool is_display_only) {
   test::RvizWindow window({1280, 720});
   std::printf(
-      "| frame | boxes | view | shown by | frames/s | CPU of a frame (ms) | longest beyond a still "
-      "one (ms) "
-      "| triangles | draw calls |\n"
+      "| frame | boxes | view | shown by | turned: frames/s | CPU of one (ms) | still: frames/s | "
+      "CPU "
+      "of one (ms) | longest turned beyond a still one (CPU ms) | triangles: turned | still | draw "
+      "calls |\n"
       "| cost | boxes | shown by | until drawn (s) | CPU (s) | bytes/box | bytes/face | change to "
       "picture (ms) "
       "| CPU (ms) | uploaded for it (MB) |\n");

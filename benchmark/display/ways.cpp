@@ -6,9 +6,9 @@
 #include "cuboid_mapping/ros/map_messages.h"
 #include "cuboid_mapping/ros/marker_cache.h"
 #include "cuboid_mapping/ros/names.h"
+#include "cuboid_mapping/ros/point_cloud.h"
 
 #include <sensor_msgs/PointCloud2.h>
-#include <sensor_msgs/point_cloud2_iterator.h>
 
 #include <OgreSceneNode.h>
 
@@ -79,17 +79,7 @@ class CloudWay : public Way {
       return Visit::kContinue;
     });
     num_boxes_ = static_cast<double>(centers.size());
-    sensor_msgs::PointCloud2 cloud;
-    cloud.header = inMap();
-    sensor_msgs::PointCloud2Modifier modifier(cloud);
-    modifier.setPointCloud2FieldsByString(1, "xyz");
-    modifier.resize(centers.size());
-    sensor_msgs::PointCloud2Iterator<float> at(cloud, "x");
-    for (const Eigen::Vector3d& center : centers) {
-      for (int axis = 0; axis < 3; ++axis) at[axis] = static_cast<float>(center[axis]);
-      ++at;
-    }
-    publisher_.publish(cloud);
+    publisher_.publish(cuboid_mapping_ros::toCloud(centers, inMap()));
   }
 
   ros::Publisher publisher_;

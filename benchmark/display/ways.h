@@ -30,6 +30,8 @@ class Way {
   [[nodiscard]] virtual double numBytes() const;
   /// Uploaded so far, where that is counted.
   [[nodiscard]] virtual double numUploadedBytes() const { return 0.0; }
+  /// What rviz does with its display before a frame. @param frame_s  Since the frame before.
+  void update(double frame_s) { display_->update(static_cast<float>(frame_s), 0.0F); }
   /// Out of the scene, without any change of its data, or into it again.
   void setVisible(bool is_visible);
 

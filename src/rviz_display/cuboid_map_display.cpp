@@ -9,8 +9,11 @@
 #include <rviz/properties/float_property.h>
 #include <rviz/properties/string_property.h>
 #include <rviz/properties/vector_property.h>
+#include <rviz/view_controller.h>
+#include <rviz/view_manager.h>
 #include <pluginlib/class_list_macros.hpp>
 
+#include <OgreCamera.h>
 #include <OgreSceneNode.h>
 
 #include <algorithm>
@@ -29,6 +32,12 @@ constexpr double kBudget_s = 0.02;
 /// Where frames are slow anyway, so that a map is not drawn a hundred times before it is complete.
 constexpr double kMaxBudget_s = 0.25;
 constexpr std::chrono::milliseconds kReportPeriod{500};
+
+/// A view that has not moved for so long is at rest.
+constexpr std::chrono::milliseconds kRest{300};
+/// A view at rest whose frames take longer is drawn with coarser cells while it moves.
+constexpr float kSlowFrame_s = 0.05F;
+constexpr float kCoarserInMotion = 2.0F;
 
 constexpr std::array<const char*, 3> kSetNames{"Occupied", "Free", "Frontier"};
 
@@ -108,9 +117,10 @@ void CuboidMapDisplay::addColorProperties() {
   detail_property_ =
       new FloatProperty("Finest detail", 4.0F,
                         "In pixels: far away, cells of 2, 4 or 8 voxels are drawn in place of "
-                        "cuboids, as long as they are no larger than "
-                        "this; 0: always cuboids. Only with colors by height or class.",
-                        this, SLOT(updateStyles()));
+                        "cuboids, as long as they are no larger than this; twice as large while "
+                        "the view moves, where frames take more than 50 ms; 0: always cuboids. "
+                        "Only with colors by height or class.",
+                        this);
   detail_property_->setMin(0.0F);
 }
 
@@ -190,6 +200,7 @@ void CuboidMapDisplay::update(float wall_dt, float /*ros_dt*/) {
     scene_->noteChanges(changes, now_s());
     has_new_heights_ = true;
   }
+  chooseDetail(wall_dt);
   const bool is_placed = placeInFixedFrame();
   scene_node_->setVisible(is_placed);
   const Clock::time_point start = Clock::now();
@@ -203,6 +214,19 @@ void CuboidMapDisplay::update(float wall_dt, float /*ros_dt*/) {
   last_report_ = Clock::now();
   fitColorsToHeights();
   reportStatus();
+}
+
+void CuboidMapDisplay::chooseDetail(float frame_s) {
+  const rviz::ViewController* controller = context_->getViewManager()->getCurrent();
+  if (controller == nullptr) return;
+  const Ogre::Matrix4 view = controller->getCamera()->getViewMatrix();
+  const Clock::time_point now = Clock::now();
+  if (view != view_) last_motion_ = now;
+  view_ = view;
+  const bool is_moving = now - last_motion_ < kRest;
+  if (!is_moving) is_slow_at_rest_ = frame_s > kSlowFrame_s;
+  scene_->setMaxCellPixels(detail_property_->getFloat() *
+                           (is_moving && is_slow_at_rest_ ? kCoarserInMotion : 1.0F));
 }
 
 bool CuboidMapDisplay::placeInFixedFrame() {
@@ -255,7 +279,6 @@ void CuboidMapDisplay::updateShown() {
 
 void CuboidMapDisplay::updateStyles() {
   if (scene_ == nullptr) return;
-  scene_->setMaxCellPixels(detail_property_->getFloat());
   for (const FaceSet set : kFaceSets) scene_->setStyle(set, styleOf(set));
   context_->queueRender();
 }

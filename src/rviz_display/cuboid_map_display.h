@@ -10,6 +10,8 @@
 #include <rviz/display.h>
 #endif
 
+#include <OgreMatrix4.h>
+
 #include <chrono>
 #include <memory>
 
@@ -62,6 +64,8 @@ class CuboidMapDisplay : public rviz::Display {
   void addClipProperties();
   void disconnect();
   [[nodiscard]] float now_s() const;
+  /// While the view moves, a slow renderer gets coarser cells. @param frame_s  Time of the last frame.
+  void chooseDetail(float frame_s);
   [[nodiscard]] bool placeInFixedFrame();
   void fitColorsToHeights();
   [[nodiscard]] const SetProperties& propertiesOf(FaceSet set) const;
@@ -78,6 +82,9 @@ class CuboidMapDisplay : public rviz::Display {
   cuboid_mapping::HeightRange heights_;  ///< Of the map, for its colors.
   bool has_new_heights_ = false;
   double work_s_ = 0.0;  ///< Of the last update of the scene.
+  Ogre::Matrix4 view_ = Ogre::Matrix4::ZERO;
+  Clock::time_point last_motion_;
+  bool is_slow_at_rest_ = false;
 
   rviz::StringProperty* namespace_property_ = nullptr;
   rviz::StringProperty* server_property_ = nullptr;

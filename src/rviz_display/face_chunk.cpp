@@ -97,7 +97,7 @@ void FaceChunk::choosePart(const FaceMesh::Part& part) {
 }
 
 std::size_t FaceChunk::levelFor(const Ogre::Camera& camera) const {
-  if (style_->max_cell_pixels <= 0.0F) return 0;
+  if (!style_->has_coarse) return 0;
   const Ogre::Viewport* viewport = camera.getViewport();
   const bool is_picture = viewport != nullptr && viewport->getMaterialScheme() ==
                                                      Ogre::MaterialManager::DEFAULT_SCHEME_NAME;

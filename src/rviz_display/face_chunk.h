@@ -15,6 +15,7 @@ namespace cuboid_mapping_rviz {
 struct ChunkStyle {
   Ogre::MaterialPtr material;         ///< Of the faces of cuboids.
   Ogre::MaterialPtr coarse_material;  ///< Of coarse faces.
+  bool has_coarse = false;            ///< Whether they may be drawn.
   /// Coarse faces are drawn whose cells take so many pixels at most; 0: none are.
   float max_cell_pixels = 0.0F;
 };

@@ -71,9 +71,12 @@ void FaceScene::setStyle(FaceSet set, const FaceStyle& style) {
   coarse_style.is_coarse = true;
   shown.coarse_material.setStyle(coarse_style);
   // Coarse faces know no cuboid and no time.
-  const bool has_coarse = (style.mode == ColorMode::kHeight || style.mode == ColorMode::kFlat) &&
-                          style.oldest_s == FaceStyle().oldest_s;
-  shown.style.max_cell_pixels = has_coarse ? max_cell_pixels_ : 0.0F;
+  shown.style.has_coarse = (style.mode == ColorMode::kHeight || style.mode == ColorMode::kFlat) &&
+                           style.oldest_s == FaceStyle().oldest_s;
+}
+
+void FaceScene::setMaxCellPixels(float max_cell_pixels) {
+  for (Layer& layer : layers_) layer.style.max_cell_pixels = max_cell_pixels;
 }
 
 bool FaceScene::update(std::chrono::duration<double> budget) {

@@ -39,7 +39,7 @@ class FaceScene {
   /// Changes no vertex.
   void setStyle(FaceSet set, const FaceStyle& style);
   /// Coarse faces are drawn whose cells take so many pixels at most, where the style allows it; 0: none are.
-  void setMaxCellPixels(float max_cell_pixels) { max_cell_pixels_ = max_cell_pixels; }
+  void setMaxCellPixels(float max_cell_pixels);
 
   /// @param now_s  In the display's time, for FaceStyle::oldest_s. A map that is new as a whole has not changed.
   void noteChanges(const cuboid_mapping::ChangeSet& changes, float now_s);
@@ -89,7 +89,6 @@ class FaceScene {
   const MapSource& source_;
   std::array<Layer, kFaceSets.size()> layers_;
   FaceIndices indices_;
-  float max_cell_pixels_ = 0.0F;
   std::int32_t slice_layer_ = 0;
   std::uint64_t num_uploaded_bytes_ = 0;
   ByCell<float> changed_s_;  ///< By brick, since the whole map came.

@@ -56,11 +56,13 @@ bool RvizWindow::updateUntil(const std::function<bool()>& is_done, double most_s
   return true;
 }
 
-double RvizWindow::drawFrame_s() {
-  const auto start = Clock::now();
+void RvizWindow::updateFor(double seconds) {
+  (void)updateUntil([] { return false; }, seconds);
+}
+
+void RvizWindow::drawFrame() {
   panel_.getRenderWindow()->update(true);
   glFinish();
-  return std::chrono::duration<double>(Clock::now() - start).count();
 }
 
 Ogre::RenderTarget::FrameStats RvizWindow::statistics() {

@@ -29,8 +29,10 @@ class RvizWindow {
   void update();
   /// update() until is_done, for some seconds at most. @return is_done().
   bool updateUntil(const std::function<bool()>& is_done, double most_s = 60.0);
-  /// Draws a frame, and waits until it is drawn. @return How long that took.
-  double drawFrame_s();
+  /// update() for some seconds.
+  void updateFor(double seconds);
+  /// Draws a frame without turning anything else of rviz, and waits until it is drawn.
+  void drawFrame();
 
   [[nodiscard]] rviz::VisualizationManager& manager() { return manager_; }
   /// Of the last frame.

@@ -11,6 +11,7 @@
 
 #include <gtest/gtest.h>
 #include <ros/ros.h>
+#include <rviz/properties/property.h>
 #include <rviz/properties/status_list.h>
 #include <std_msgs/String.h>
 
@@ -19,8 +20,10 @@
 #include <OgreSceneNode.h>
 
 #include <array>
+#include <chrono>
 #include <memory>
 #include <string>
+#include <thread>
 #include <vector>
 
 namespace cuboid_mapping_rviz {
@@ -112,7 +115,7 @@ std::size_t countMaterials() {
 
 /// In the middle of the picture.
 std::array<unsigned char, 3> middleOf(test::RvizWindow& window) {
-  window.drawFrame_s();
+  window.drawFrame();
   const std::vector<unsigned char> pixels = window.readPixels();
   const std::size_t first = 3 * (320 * 120 + 160);
   return {pixels[first], pixels[first + 1], pixels[first + 2]};
@@ -192,7 +195,7 @@ TEST_F(DisplayLife, drawsFewerTrianglesFarAwayAndUploadsNothingForIt) {
   const std::uint64_t num_bytes = display->scene()->numUploadedBytes();
   const auto countTriangles = [](double distance_m) {
     window().look(distance_m, 0.7, 0.7);
-    window().update();
+    window().updateFor(0.5);  // While it moves, a slow renderer draws fewer.
     return window().statistics().triangleCount;
   };
   const std::size_t near = countTriangles(20.0);
@@ -204,6 +207,35 @@ TEST_F(DisplayLife, drawsFewerTrianglesFarAwayAndUploadsNothingForIt) {
   display->subProp("Finest detail")->setValue(0.0);
   EXPECT_EQ(countTriangles(200.0), near);
   EXPECT_EQ(display->scene()->numUploadedBytes(), num_bytes);
+  delete display;
+}
+
+TEST_F(DisplayLife, drawsCoarserCellsWhileTheViewMovesWhereFramesAreSlow) {
+  CuboidMapDisplay* display = add("");
+  display->subProp("Map file")->setValue(QString::fromStdString(writeMap(makeTiles())));
+  ASSERT_TRUE(window().updateUntil([&] { return isDrawn(*display); }));
+  const auto countTriangles = [](double yaw_rad) {
+    std::this_thread::sleep_for(std::chrono::milliseconds(60));
+    window().look(200.0, yaw_rad, 0.7);
+    window().update();
+    return window().statistics().triangleCount;
+  };
+  const auto countAtRest = [&] {
+    for (int i = 0; i < 8; ++i) (void)countTriangles(0.7);
+    return countTriangles(0.7);
+  };
+  rviz::Property* finest_detail = display->subProp("Finest detail");
+  finest_detail->setValue(0.0);
+  const std::size_t whole = countAtRest();
+  float pixels = 0.5F;  // So that twice as many make a difference.
+  for (; pixels < 100.0F; pixels *= 2.0F) {
+    finest_detail->setValue(2.0F * pixels);
+    if (countAtRest() < whole) break;
+  }
+  finest_detail->setValue(pixels);
+  EXPECT_EQ(countAtRest(), whole);
+  EXPECT_LT(countTriangles(0.701), whole);
+  EXPECT_EQ(countAtRest(), whole);
   delete display;
 }
 
