@@ -37,7 +37,7 @@ class PlainReplay {
     std::optional<CloudError> error;
     Source& source = *sources_.at(cloud.source);
     const auto* update = source.pipeline.compute(cloud, poses, statistics_, error);
-    if (update != nullptr) (void)source.apply(*update, map_);
+    if (update != nullptr) (void)map_.apply(*update, source.pipeline.sensorModel());
   }
   void setParameters(const NodeParameters& parameters) {
     sources_ = makeSources(parameters);
@@ -164,7 +164,8 @@ class SimulatedNode {
       ++statistics_.numDropped(toDropReason(error->defect));
       return;
     }
-    map_.change(cloud.header().stamp, [&](CuboidMap& map) { return source.apply(*update, map); });
+    map_.integrate(cloud.header().stamp, *update, source.pipeline.sensorModel(),
+                   poses.T_map_sensor.translation());
     ++statistics_.num_inserted;
     inserted_.push_back({cloud, poses});
   }

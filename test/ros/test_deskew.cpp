@@ -192,7 +192,7 @@ class MovingSensor : public ::testing::Test {
     const auto* update = source.pipeline.compute(message, *poses, statistics, error_);
     if (update == nullptr) return {};
     cuboid_mapping::CuboidMap map(makeMapConfig(parameters_));
-    (void)source.apply(*update, map);
+    (void)map.apply(*update, source.pipeline.sensorModel());
     return cuboid_mapping::test::voxelsOf(map);
   }
 

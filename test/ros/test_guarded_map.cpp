@@ -4,6 +4,7 @@
 #include "cuboid_mapping/query/box_query.h"
 #include "support/following_copy.h"
 #include "support/random_bricks.h"
+#include "support/snapshots.h"
 
 #include <gtest/gtest.h>
 
@@ -84,7 +85,7 @@ TEST(GuardedMap, ShowsReadersOneRevisionWhileCloudsComeIn) {
   int num_changes = 0;
   for (int cloud = 0; cloud < kClouds || num_reads < 20; ++cloud) {
     const ScanUpdate update = makeTwins(random);
-    map.change(ros::Time(cloud + 1.0), [&](CuboidMap& content) { return content.apply(update); });
+    map.integrate(ros::Time(cloud + 1.0), update, cuboid_mapping::SensorModel(), {});
     ++num_changes;
   }
   is_done = true;
@@ -99,6 +100,36 @@ TEST(GuardedMap, ShowsReadersOneRevisionWhileCloudsComeIn) {
     EXPECT_EQ(copy.cuboids(), test::allCuboids(content));
   });
   EXPECT_TRUE(map.takeChanges().bricks.empty());
+}
+
+TEST(GuardedMap, LosesNoEditWhileACloudIsWorkedOut) {
+  constexpr std::int32_t kFar = 100000;
+  constexpr std::int32_t kEdits = 300;
+  GuardedMap map(makeConfig());
+  CuboidMap expected(makeConfig());
+  const auto edit = [](CuboidMap& content, std::int32_t i) {
+    const CellBox box{{kFar, 0, 8 * i}, {kFar + 8, 8, 8 * i + 5}};
+    return content.replace(box, {cuboid_mapping::UniformBox{box, 1.0F}});
+  };
+  std::atomic<bool> is_done{false};
+  std::thread editor([&] {
+    for (std::int32_t i = 0; i < kEdits; ++i) {
+      map.edit([&](CuboidMap& content, const ros::Time&) { return edit(content, i); });
+      (void)map.fuseSome();
+    }
+    is_done = true;
+  });
+  test::Random random(44);
+  while (!is_done) {
+    const ScanUpdate update = test::randomUpdate(random, {{-9, -9, -9}, {9, 9, 9}}, 100);
+    map.integrate(ros::Time(1.0), update, cuboid_mapping::SensorModel(), {});
+    (void)expected.apply(update);
+  }
+  editor.join();
+  for (std::int32_t i = 0; i < kEdits; ++i) (void)edit(expected, i);
+  map.read([&](const CuboidMap& content, const ros::Time&) {
+    EXPECT_EQ(test::voxelsOf(content), test::voxelsOf(expected));
+  });
 }
 
 TEST(GuardedMap, FusesSomeBricksAtATimeWhichChangesNothingForReaders) {

@@ -251,7 +251,7 @@ void expectParity(const SensorMessage& message, SourceType type,
   const auto* update = source.pipeline.compute(message, poses, statistics, error);
   ASSERT_NE(update, nullptr) << error->text;
   cuboid_mapping::CuboidMap map(makeMapConfig(parameters));
-  (void)source.apply(*update, map);
+  (void)map.apply(*update, source.pipeline.sensorModel());
   octomap::OcTree tree = cuboid_mapping::makeOctomap(parameters.map);
   cuboid_mapping::insertIntoOctomap(
       cuboid_mapping::makeScan(poses.T_map_cloud, poses.T_map_sensor.translation(), points_sensor),

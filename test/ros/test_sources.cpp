@@ -219,7 +219,7 @@ Occupancy classAt(SourceUse use, const cuboid_mapping::Cell& cell, double* log_o
     config.resolution_m = 0.1;
     return config;
   }());
-  (void)source.apply(*update, map);
+  (void)map.apply(*update, source.pipeline.sensorModel());
   if (log_odds != nullptr) *log_odds = map.voxels().logOddsAt(cell).value_or(0.0F);
   return map.voxels().at(cell);
 }

@@ -77,6 +77,17 @@ class CuboidMap {
   /// @pre Thresholds and environment of `model` are those of sensorModel().
   ChangeSet apply(const ScanUpdate& update, const SensorModel& model);
 
+  /// The two halves of apply(), for those who let others read as long as possible.
+  /// @pre Nothing changes the map between them.
+  ///@{
+  /// Works out what becomes of the voxels, most of the time of apply(). Changes nothing: const
+  /// functions may run beside it. @throws std::bad_alloc
+  [[nodiscard]] VoxelStore::PendingChange prepare(const ScanUpdate& update,
+                                                  const SensorModel& model);
+  /// @param update  The same.
+  ChangeSet commit(const ScanUpdate& update, VoxelStore::PendingChange& change);
+  ///@}
+
   /// Brings cuboids that wait into the R-tree (paper, Section IV-B).
   /// @param max_bricks  After so many it is left to another call to go on.
   /// @return Whether all are there. @complexity O(c log n) for c cuboids of these bricks.

@@ -85,6 +85,10 @@ class VoxelStore {
   /// Bytes held from the allocator.
   [[nodiscard]] std::size_t numBytes() const;
 
+  /// A change that is worked out, and not made yet. Holds what it replaced once it is made, so that
+  /// the memory is given back when it goes.
+  class PendingChange;
+
   /// Told what is about to change, while everything is as it was.
   using Announce = std::function<void(const std::vector<BrickChange>&)>;
 
@@ -93,6 +97,17 @@ class VoxelStore {
   /// @throws std::bad_alloc, and what `announce` throws: nothing has changed then.
   std::vector<BrickChange> apply(const std::vector<BrickUpdate>& update, const SensorModel& model,
                                  int threads, const Announce& announce = {});
+
+  /// The two halves of apply(), for those who let others read as long as possible.
+  /// @pre Nothing changes the store between them.
+  ///@{
+  /// Changes nothing: const functions may run beside it. @throws std::bad_alloc
+  [[nodiscard]] PendingChange prepare(const std::vector<BrickUpdate>& update,
+                                      const SensorModel& model, int threads);
+  /// @return What has changed, as apply(); belongs to `change`.
+  /// @throws std::bad_alloc, and what `announce` throws: nothing has changed then.
+  const std::vector<BrickChange>& commit(PendingChange& change, const Announce& announce = {});
+  ///@}
 
   /// Puts voxels in the place of everything inside a box. @param bricks  Each once; voxels outside
   /// the box are not looked at. @return What has changed, along the Morton curve.
@@ -117,8 +132,7 @@ class VoxelStore {
   };
 
   template <typename BrickOfT, typename WorkT>
-  std::vector<BrickChange> change(std::size_t count, int threads, BrickOfT brick_of, WorkT work,
-                                  const Announce& announce);
+  PendingChange prepare(std::size_t count, int threads, BrickOfT brick_of, WorkT work);
   void commit(const Cell& cell, NewBrick& brick) noexcept;
   void computeBounds();
 
@@ -127,6 +141,13 @@ class VoxelStore {
   double num_occupied_ = 0.0;
   std::optional<CellBox> bounds_;
   bool is_shrinking_ = false;  ///< A brick that has gone touched the bounds.
+};
+
+class VoxelStore::PendingChange {
+  friend class VoxelStore;
+  std::vector<NewBrick> bricks_;
+  std::vector<BrickChange> changes_;  ///< Of those bricks that change, in their order.
+  std::size_t num_new_ = 0;           ///< Bricks that the store does not have yet.
 };
 
 }  // namespace cuboid_mapping

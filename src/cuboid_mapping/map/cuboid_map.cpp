@@ -17,12 +17,20 @@ CuboidMap::CuboidMap(const MapConfig& config)
                          sensor_model_)) {}
 
 ChangeSet CuboidMap::apply(const ScanUpdate& update, const SensorModel& model) {
+  VoxelStore::PendingChange change = prepare(update, model);
+  return commit(update, change);
+}
+
+VoxelStore::PendingChange CuboidMap::prepare(const ScanUpdate& update, const SensorModel& model) {
   assert(model.min() == sensor_model_.min() && model.max() == sensor_model_.max());
+  return voxels_.prepare(locked_.isEmpty() ? update.bricks : locked_.without(update.bricks), model,
+                         config_.threads);
+}
+
+ChangeSet CuboidMap::commit(const ScanUpdate& update, VoxelStore::PendingChange& change) {
   ChangeSet changes;
   const auto announce = [&](const auto& changed) { fusion_->announce(changed, changes); };
-  const std::vector<BrickChange> changed =
-      voxels_.apply(locked_.isEmpty() ? update.bricks : locked_.without(update.bricks), model,
-                    config_.threads, announce);
+  const std::vector<BrickChange>& changed = voxels_.commit(change, announce);
   fusion_->noteCloud(voxels_, update, changed, changes);
   return finish(!changed.empty(), std::move(changes));
 }

@@ -15,6 +15,23 @@ constexpr std::size_t kMaxGoneBricks = 100000;
 
 }  // namespace
 
+void GuardedMap::integrate(const ros::Time& stamp, const cuboid_mapping::ScanUpdate& update,
+                           const cuboid_mapping::SensorModel& model,
+                           const Eigen::Vector3d& window_center_map) {
+  if (window_) {
+    return change(stamp, [&](cuboid_mapping::CuboidMap& map) {
+      window_->hold(num_holds_ > 0);
+      return window_->integrate(update, window_center_map, map,
+                                [&](const auto& part) { return map.apply(part, model); });
+    });
+  }
+  const std::lock_guard<std::mutex> changing(change_);
+  auto pending = map_.prepare(update, model);  // Goes last, when others have the map again.
+  const auto alone = waitInTurn<WriteLock>();
+  noteChangesOf([&] { return map_.commit(update, pending); });
+  stamp_ = stamp;
+}
+
 std::size_t GuardedMap::countNotLoaded(const cuboid_mapping::CellBox& box) const {
   return readWithWindow([&](const auto& /*map*/, const cuboid_mapping::MapWindow* window) {
     return window == nullptr ? std::size_t{0} : window->countNotLoaded(box);
@@ -46,18 +63,18 @@ void GuardedMap::save() {
   if (!window_) return;
   constexpr int kMaxTurns = 100000;  // Clouds change the map meanwhile.
   for (int turn = 0; turn < kMaxTurns; ++turn) {
-    const auto lock = waitFor<std::unique_lock<std::shared_mutex>>();
+    const ChangeLock lock(*this);
     if (!window_->saveSome(map_)) return;
   }
 }
 
 void GuardedMap::saveHead() {
-  const auto lock = waitFor<std::unique_lock<std::shared_mutex>>();
+  const ChangeLock lock(*this);
   if (window_) window_->saveHead(map_);
 }
 
 bool GuardedMap::fuseSome() {
-  const auto lock = waitFor<std::unique_lock<std::shared_mutex>>();
+  const ChangeLock lock(*this);
   return !map_.fuse(kFuseBricks);
 }
 

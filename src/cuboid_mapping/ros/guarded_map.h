@@ -31,9 +31,10 @@ class PageHold {
 
 /// A map that one thread fills while others look at it. Thread-safe.
 ///
-/// Whoever changes the map has it alone, for one cloud, or for some bricks that are fused, which
-/// takes milliseconds; readers share it, and see it as the last change has left it. Waiting is in
-/// turn, so that neither a row of small changes nor a row of readers keeps somebody out.
+/// Whoever changes the map has it alone, for what a cloud has changed, or for some bricks that are
+/// fused, which takes milliseconds; readers share it, and see it as the last change has left it. While
+/// it is worked out what a cloud changes, readers go on. Waiting is in turn, so that neither a row of
+/// small changes nor a row of readers keeps somebody out.
 class GuardedMap {
  public:
   explicit GuardedMap(const cuboid_mapping::MapConfig& config) : map_(config) {}
@@ -44,25 +45,17 @@ class GuardedMap {
   void setWindow(std::unique_ptr<cuboid_mapping::MapWindow> window) { window_ = std::move(window); }
 
   /// Puts what a cloud has seen into the map: what lies outside the window comes back before, or is left out, as the
-  /// window has it. Else as change().
-  /// @param window_center_map  Not looked at without a window.
-  /// @param apply  (const ScanUpdate&, CuboidMap&) -> ChangeSet.
-  template <typename ApplyT>
+  /// window has it. Else as change(); readers wait for the second half only, or with a window for all of it.
+  /// @param model  Of the sensor, see CuboidMap::apply(). @param window_center_map  Not looked at without a window.
   void integrate(const ros::Time& stamp, const cuboid_mapping::ScanUpdate& update,
-                 const Eigen::Vector3d& window_center_map, const ApplyT& apply) {
-    change(stamp, [&](cuboid_mapping::CuboidMap& map) {
-      if (!window_) return apply(update, map);
-      window_->hold(num_holds_ > 0);
-      return window_->integrate(update, window_center_map, map,
-                                [&](const auto& part) { return apply(part, map); });
-    });
-  }
+                 const cuboid_mapping::SensorModel& model,
+                 const Eigen::Vector3d& window_center_map);
 
   /// Changes voxels of a box, which are brought back before. Else as edit().
   /// @throws cuboid_mapping::MapFileError  where they cannot be: the map is as before.
   template <typename WorkT>
   void editIn(const cuboid_mapping::CellBox& box, const WorkT& work) {
-    const auto lock = waitFor<std::unique_lock<std::shared_mutex>>();
+    const ChangeLock lock(*this);
     if (window_) noteChangesOf([&] { return window_->load(box, map_); });
     noteChangesOf([&] {
       cuboid_mapping::ChangeSet changes = work(map_, std::as_const(stamp_));
@@ -75,7 +68,7 @@ class GuardedMap {
   /// @param work  (CuboidMap&, ros::Time& stamp) -> ChangeSet.
   template <typename WorkT>
   void replaceAll(const WorkT& work) {
-    const auto lock = waitFor<std::unique_lock<std::shared_mutex>>();
+    const ChangeLock lock(*this);
     noteChangesOf([&] { return work(map_, stamp_); });
     if (window_) window_->noteReplaced(map_);
   }
@@ -85,7 +78,7 @@ class GuardedMap {
   /// @param work  (CuboidMap&) -> ChangeSet. @param stamp  Of the map after it.
   template <typename WorkT>
   void change(const ros::Time& stamp, const WorkT& work) {
-    const auto lock = waitFor<std::unique_lock<std::shared_mutex>>();
+    const ChangeLock lock(*this);
     noteChangesOf([&] { return work(map_); });
     stamp_ = stamp;
   }
@@ -94,14 +87,14 @@ class GuardedMap {
   /// @param work  (CuboidMap&, const ros::Time& stamp) -> ChangeSet.
   template <typename WorkT>
   void edit(const WorkT& work) {
-    const auto lock = waitFor<std::unique_lock<std::shared_mutex>>();
+    const ChangeLock lock(*this);
     noteChangesOf([&] { return work(map_, std::as_const(stamp_)); });
   }
 
   /// Reads the map. @param work  (const CuboidMap&, const ros::Time& stamp) -> any.
   template <typename WorkT>
   auto read(const WorkT& work) const {
-    const auto lock = waitFor<std::shared_lock<std::shared_mutex>>();
+    const auto lock = waitInTurn<ReadLock>();
     return work(std::as_const(map_), stamp_);
   }
 
@@ -109,7 +102,7 @@ class GuardedMap {
   /// @param work  (const CuboidMap&, const MapWindow*) -> any.
   template <typename WorkT>
   auto readWithWindow(const WorkT& work) const {
-    const auto lock = waitFor<std::shared_lock<std::shared_mutex>>();
+    const auto lock = waitInTurn<ReadLock>();
     return work(std::as_const(map_), static_cast<const cuboid_mapping::MapWindow*>(window_.get()));
   }
 
@@ -121,10 +114,10 @@ class GuardedMap {
   template <typename WorkT>
   auto readInTurns(const cuboid_mapping::QueryLimits& limits, const std::atomic<bool>* is_stopped,
                    const WorkT& work) const {
-    auto lock = waitFor<std::shared_lock<std::shared_mutex>>();
+    auto lock = waitInTurn<ReadLock>();
     const auto yield = [&] {
       lock.unlock();
-      lock = waitFor<std::shared_lock<std::shared_mutex>>();
+      lock = waitInTurn<ReadLock>();
     };
     cuboid_mapping::Budget budget(limits, {yield, kTurn_s, is_stopped});
     return work(std::as_const(map_), ros::Time(stamp_), budget);
@@ -167,7 +160,7 @@ class GuardedMap {
   ///              next call tells that everything has changed.
   template <typename WorkT>
   cuboid_mapping::ChangeSet takeChanges(const WorkT& work) {
-    const auto lock = waitFor<std::shared_lock<std::shared_mutex>>();
+    const auto lock = waitInTurn<ReadLock>();
     cuboid_mapping::ChangeSet changes = takeChanges();
     try {
       work(std::as_const(map_), stamp_, changes);
@@ -185,11 +178,25 @@ class GuardedMap {
   /// A long reader has the map for so long at a time: a fifth of the time between two clouds.
   static constexpr double kTurn_s = 0.02;
 
+  using ReadLock = std::shared_lock<std::shared_mutex>;
+  using WriteLock = std::unique_lock<std::shared_mutex>;
+
   template <typename LockT>
-  [[nodiscard]] LockT waitFor() const {
+  [[nodiscard]] LockT waitInTurn() const {
     const std::lock_guard<std::mutex> turn(turn_);
     return LockT(mutex_);
   }
+  /// Has the map alone.
+  class ChangeLock {
+   public:
+    explicit ChangeLock(const GuardedMap& map)
+        : change_(map.change_), alone_(map.waitInTurn<WriteLock>()) {}
+
+   private:
+    std::lock_guard<std::mutex> change_;
+    WriteLock alone_;
+  };
+
   template <typename WorkT>
   void noteChangesOf(const WorkT& work) {
     try {
@@ -201,7 +208,8 @@ class GuardedMap {
   }
   void note(const cuboid_mapping::ChangeSet& changes);
 
-  mutable std::mutex turn_;  ///< Of the one who waits for the map next.
+  mutable std::mutex change_;  ///< Of the one who changes the map, or works out what to change.
+  mutable std::mutex turn_;    ///< Of the one who waits for the map next.
   mutable std::shared_mutex mutex_;
   cuboid_mapping::CuboidMap map_;
   std::unique_ptr<cuboid_mapping::MapWindow> window_;  ///< May be null.

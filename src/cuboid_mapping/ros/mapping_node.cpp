@@ -251,10 +251,8 @@ void MappingNode::integrate(const SensorMessage& cloud, const CloudPoses& poses)
   }
   Stopwatch stopwatch;
   const auto& taken = takeMoving(*update, source, cloud.header().stamp);
-  map_.integrate(cloud.header().stamp, taken, poses.window_center_map,
-                 [&](const cuboid_mapping::ScanUpdate& part, cuboid_mapping::CuboidMap& map) {
-                   return source.apply(part, map);
-                 });
+  map_.integrate(cloud.header().stamp, taken, source.pipeline.sensorModel(),
+                 poses.window_center_map);
   statistics_.apply_time.add(stopwatch.lap());
   ++statistics_.num_inserted;
   sources_.noteInserted(cloud.source);

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
-#include "cuboid_mapping/map/cuboid_map.h"
 #include "cuboid_mapping/ros/cloud_pipeline.h"
 #include "cuboid_mapping/ros/parameters.h"
 #include "cuboid_mapping/ros/sensor_message.h"
@@ -34,12 +33,6 @@ class RateLimit {
 struct Source {
   explicit Source(const NodeParameters& source)
       : parameters(source), rate_limit(source.source.max_rate_hz), pipeline(source) {}
-
-  /// Puts what a message observes into the map.
-  cuboid_mapping::ChangeSet apply(const cuboid_mapping::ScanUpdate& update,
-                                  cuboid_mapping::CuboidMap& map) const {
-    return map.apply(update, pipeline.sensorModel());
-  }
 
   NodeParameters parameters;
   RateLimit rate_limit;

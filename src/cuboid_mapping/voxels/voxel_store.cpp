@@ -4,6 +4,7 @@
 #include "cuboid_mapping/parallel/parallel_for.h"
 
 #include <algorithm>
+#include <utility>
 
 namespace cuboid_mapping {
 namespace {
@@ -37,15 +38,17 @@ bool VoxelStore::isAnyOccupied(const CellBox& box) const {
   });
 }
 
-/// Works everything out beside the map, and puts it there when nothing can fail any more.
+/// Works everything out beside the map.
 /// @param brick_of  (std::size_t i) -> Cell, each brick once.
 /// @param work  (std::size_t i, const PackedVoxels& before, PackedVoxels& after) -> VoxelChange,
 ///              called side by side.
 template <typename BrickOfT, typename WorkT>
-std::vector<BrickChange> VoxelStore::change(std::size_t count, int threads, BrickOfT brick_of,
-                                            WorkT work, const Announce& announce) {
+VoxelStore::PendingChange VoxelStore::prepare(std::size_t count, int threads, BrickOfT brick_of,
+                                              WorkT work) {
   static const PackedVoxels kUnknown;
-  std::vector<NewBrick> bricks(count);
+  PendingChange pending;
+  std::vector<NewBrick>& bricks = pending.bricks_;
+  bricks.resize(count);
   parallelFor((count + kPartBricks - 1) / kPartBricks, threads, [&](std::size_t part) {
     const std::size_t end = std::min(count, (part + 1) * kPartBricks);
     for (std::size_t i = part * kPartBricks; i < end; ++i) {
@@ -61,22 +64,26 @@ std::vector<BrickChange> VoxelStore::change(std::size_t count, int threads, Bric
     }
   });
 
-  std::vector<BrickChange> changes;
-  changes.reserve(count);
-  std::size_t num_new = 0;
+  pending.changes_.reserve(count);
   for (std::size_t i = 0; i < count; ++i) {
     if (bricks[i].changed.isEmpty()) continue;
-    changes.push_back({brick_of(i), bricks[i].changed, bricks[i].is_reclassified});
-    if (bricks[i].place == nullptr) ++num_new;
+    pending.changes_.push_back({brick_of(i), bricks[i].changed, bricks[i].is_reclassified});
+    if (bricks[i].place == nullptr) ++pending.num_new_;
   }
-  bricks_.reserve(bricks_.size() + num_new);
-  if (announce) announce(changes);
-  auto change = changes.begin();
-  for (NewBrick& brick : bricks) {
-    if (!brick.changed.isEmpty()) commit((change++)->brick, brick);
+  return pending;
+}
+
+/// Puts it there when nothing can fail any more.
+const std::vector<BrickChange>& VoxelStore::commit(PendingChange& change,
+                                                   const Announce& announce) {
+  bricks_.reserve(bricks_.size() + change.num_new_);
+  if (announce) announce(change.changes_);
+  auto changed = change.changes_.begin();
+  for (NewBrick& brick : change.bricks_) {
+    if (!brick.changed.isEmpty()) commit((changed++)->brick, brick);
   }
   if (is_shrinking_) computeBounds();
-  return changes;
+  return change.changes_;
 }
 
 /// @pre There is room for it.
@@ -89,22 +96,28 @@ void VoxelStore::commit(const Cell& cell, NewBrick& brick) noexcept {
     return;
   }
   if (brick.place == nullptr) brick.place = &bricks_.at(cell);
-  brick.place->voxels = std::move(brick.voxels);
+  std::swap(brick.place->voxels, brick.voxels);
   if (!bounds_ || !bounds_->contains(cell)) {
     bounds_ = bounds_ ? unite(*bounds_, brickBox(cell)) : brickBox(cell);
   }
 }
 
-std::vector<BrickChange> VoxelStore::apply(const std::vector<BrickUpdate>& update,
-                                           const SensorModel& model, int threads,
-                                           const Announce& announce) {
-  return change(
+VoxelStore::PendingChange VoxelStore::prepare(const std::vector<BrickUpdate>& update,
+                                              const SensorModel& model, int threads) {
+  return prepare(
       update.size(), threads, [&](std::size_t i) { return update[i].brick; },
       [&](std::size_t i, const PackedVoxels& before, PackedVoxels& after) {
         const BrickMask misses = update[i].misses | update[i].grazes.without(before.known());
         return before.observe(update[i].hits, misses, model, after);
-      },
-      announce);
+      });
+}
+
+std::vector<BrickChange> VoxelStore::apply(const std::vector<BrickUpdate>& update,
+                                           const SensorModel& model, int threads,
+                                           const Announce& announce) {
+  PendingChange change = prepare(update, model, threads);
+  commit(change, announce);
+  return std::move(change.changes_);  // A copy could fail.
 }
 
 std::vector<BrickChange> VoxelStore::replace(const CellBox& box,
@@ -131,13 +144,14 @@ std::vector<BrickChange> VoxelStore::replace(const CellBox& box,
     if (count > 0 && sources[count - 1].brick == source.brick) --count;
     sources[count++] = source;
   }
-  return change(
+  PendingChange change = prepare(
       count, 1, [&](std::size_t i) { return sources[i].brick; },
       [&](std::size_t i, const PackedVoxels& before, PackedVoxels& after) {
         const CellBox part = intersect(brickBox(sources[i].brick), box);
         return before.replace(BrickMask::ofBox(part), *sources[i].voxels, after);
-      },
-      announce);
+      });
+  commit(change, announce);
+  return std::move(change.changes_);  // A copy could fail.
 }
 
 void VoxelStore::computeBounds() {
