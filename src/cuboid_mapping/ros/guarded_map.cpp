@@ -6,8 +6,8 @@
 namespace cuboid_mapping_ros {
 namespace {
 
-/// Bricks that are fused at a time: about a millisecond.
-constexpr std::size_t kFuseBricks = 256;
+/// Bricks that are fused at a time: below a millisecond.
+constexpr std::size_t kFuseBricks = 64;
 
 /// Changed bricks of which nothing is left in the map, as after edits, that are remembered. With more
 /// of them to tell that everything has changed is shorter.
