@@ -157,6 +157,24 @@ TEST(MapStore, findsAPageThatIsInThePlaceOfAnother) {
   }
 }
 
+TEST(MapStore, losesNoPageWhosePlaceIsDamagedWithoutAWord) {
+  const TemporaryFolder folder;
+  const std::string file = folder / "map.sqlite";
+  Random random(818);
+  const MapSnapshot snapshot = test::randomSnapshot(random);
+  // As a 32-bit number the first is the place that the page had; others are beyond the map, between pages, or none.
+  for (const std::string place :
+       {"x + 4294967296", "2147483584", "-2147483648", "x + 1", "x + 0.5", "NULL", "'here'"}) {
+    SCOPED_TRACE(place);
+    writeStore(file, snapshot);
+    runSql(file, "UPDATE pages SET x = " + place + " WHERE rowid = 1");
+    const MapStore store(file, StoreAccess::kRead);
+    const std::string words = "where none can be";
+    expectError(MapFileDefect::kCorrupted, file, words, [&] { (void)store.pages(); });
+    expectError(MapFileDefect::kCorrupted, file, words, [&] { (void)readStore(store); });
+  }
+}
+
 TEST(MapStore, refusesWhatIsNoStore) {
   const TemporaryFolder folder;
   Random random(817);

@@ -27,6 +27,16 @@ std::string nameOf(const Cell& page) {
   return text.str();
 }
 
+/// Whether the first three columns of a row name a page of a map.
+bool isPage(const SqliteStatement& row) {
+  for (int axis = 0; axis < 3; ++axis) {
+    const std::int64_t cell = row.number(axis);
+    const bool is_in_map = cell >= -Grid::kMaxCell && cell < Grid::kMaxCell;
+    if (!row.isInteger(axis) || !is_in_map || cell % kPageEdge != 0) return false;
+  }
+  return true;
+}
+
 void bindPage(SqliteStatement& statement, const Cell& page) {
   for (int axis = 0; axis < 3; ++axis) statement.bind(axis + 1, std::int64_t{page[axis]});
 }
@@ -153,6 +163,12 @@ std::vector<Cell> MapStore::pages() const {
   std::vector<Cell> pages;
   SqliteStatement statement(*database_, "SELECT x, y, z FROM pages");
   while (statement.step()) {
+    if (!isPage(statement)) {
+      throw MapFileError(MapFileDefect::kCorrupted,
+                         file_ +
+                             " is damaged: it has a page at a place where none can be. Take "
+                             "another copy of the file");
+    }
     Cell page;
     for (int axis = 0; axis < 3; ++axis) {
       page[axis] = static_cast<std::int32_t>(statement.number(axis));
