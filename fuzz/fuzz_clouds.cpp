@@ -3,7 +3,7 @@
 #include "cuboid_mapping/map/cuboid_map.h"
 #include "cuboid_mapping/ros/cloud_pipeline.h"
 
-#include "fuzz_input.h"
+#include "fuzz_cloud_message.h"
 
 #include <boost/make_shared.hpp>
 
@@ -14,48 +14,7 @@ namespace {
 
 using namespace cuboid_mapping_ros;
 using cuboid_mapping::FuzzInput;
-
-/// Small numbers that fit together mostly, and any other.
-std::uint32_t takeSize(FuzzInput& input, std::uint32_t usual) {
-  switch (input.upTo(7)) {
-    case 0: return input.take<std::uint32_t>();
-    case 1: return static_cast<std::uint32_t>(input.upTo(32));
-    default: return usual;
-  }
-}
-
-sensor_msgs::PointField takeField(FuzzInput& input, std::uint32_t index) {
-  const char* names[] = {"x", "y", "z", "rgb", ""};
-  sensor_msgs::PointField field;
-  field.name = names[input.chance() ? index : input.upTo(4)];
-  field.offset = takeSize(input, 4 * index);
-  field.count = takeSize(input, 1);
-  field.datatype = input.upTo(15) == 0 ? input.take<std::uint8_t>()
-                                       : std::uint8_t{sensor_msgs::PointField::FLOAT32};
-  return field;
-}
-
-sensor_msgs::PointCloud2 takeCloud(FuzzInput& input) {
-  sensor_msgs::PointCloud2 cloud;
-  cloud.header.frame_id = "lidar";
-  const auto num_fields = static_cast<std::uint32_t>(input.upTo(4));
-  for (std::uint32_t i = 0; i < num_fields; ++i) cloud.fields.push_back(takeField(input, i));
-  cloud.is_bigendian = static_cast<std::uint8_t>(input.chance());
-  cloud.height = takeSize(input, 1 + static_cast<std::uint32_t>(input.upTo(7)));
-  cloud.point_step = takeSize(input, 12);
-  cloud.width = takeSize(input, 1 + static_cast<std::uint32_t>(input.upTo(31)));
-  cloud.row_step = takeSize(input, cloud.width * cloud.point_step);
-  const std::string data = input.rest();
-  cloud.data.assign(data.begin(), data.end());
-  // So that most clouds have all their points, whatever the length of the input.
-  const std::size_t wanted = std::size_t{cloud.row_step} * cloud.height;
-  if (wanted > data.size() && wanted < 4096 && !data.empty()) {
-    for (std::size_t i = data.size(); i < wanted; ++i) {
-      cloud.data.push_back(static_cast<std::uint8_t>(data[i % data.size()]));
-    }
-  }
-  return cloud;
-}
+using cuboid_mapping::takeCloud;
 
 NodeParameters takeParameters(FuzzInput& input) {
   NodeParameters parameters;

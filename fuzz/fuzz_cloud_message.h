@@ -1,0 +1,59 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Clouds whose fields, sizes, strides and byte order say anything.
+#pragma once
+
+#include "fuzz_input.h"
+
+#include <sensor_msgs/PointCloud2.h>
+
+#include <cstdint>
+#include <string>
+
+namespace cuboid_mapping {
+
+/// Small numbers that fit together mostly, and any other.
+inline std::uint32_t takeSize(FuzzInput& input, std::uint32_t usual) {
+  switch (input.upTo(7)) {
+    case 0: return input.take<std::uint32_t>();
+    case 1: return static_cast<std::uint32_t>(input.upTo(32));
+    default: return usual;
+  }
+}
+
+inline sensor_msgs::PointField takeField(FuzzInput& input, std::uint32_t index) {
+  const char* names[] = {"x", "y", "z", "rgb", ""};
+  sensor_msgs::PointField field;
+  field.name = names[input.chance() ? index : input.upTo(4)];
+  field.offset = takeSize(input, 4 * index);
+  field.count = takeSize(input, 1);
+  field.datatype = input.upTo(15) == 0 ? input.take<std::uint8_t>()
+                                       : std::uint8_t{sensor_msgs::PointField::FLOAT32};
+  return field;
+}
+
+/// Gives a cloud its bytes: once more from the beginning, so that most clouds have all their points.
+inline void fillCloud(sensor_msgs::PointCloud2& cloud, const std::string& data) {
+  cloud.data.assign(data.begin(), data.end());
+  const std::size_t wanted = std::size_t{cloud.row_step} * cloud.height;
+  if (wanted > data.size() && wanted < 4096 && !data.empty()) {
+    for (std::size_t i = data.size(); i < wanted; ++i) {
+      cloud.data.push_back(static_cast<std::uint8_t>(data[i % data.size()]));
+    }
+  }
+}
+
+inline sensor_msgs::PointCloud2 takeCloud(FuzzInput& input) {
+  sensor_msgs::PointCloud2 cloud;
+  cloud.header.frame_id = "lidar";
+  const auto num_fields = static_cast<std::uint32_t>(input.upTo(4));
+  for (std::uint32_t i = 0; i < num_fields; ++i) cloud.fields.push_back(takeField(input, i));
+  cloud.is_bigendian = static_cast<std::uint8_t>(input.chance());
+  cloud.height = takeSize(input, 1 + static_cast<std::uint32_t>(input.upTo(7)));
+  cloud.point_step = takeSize(input, 12);
+  cloud.width = takeSize(input, 1 + static_cast<std::uint32_t>(input.upTo(31)));
+  cloud.row_step = takeSize(input, cloud.width * cloud.point_step);
+  fillCloud(cloud, input.rest());
+  return cloud;
+}
+
+}  // namespace cuboid_mapping
