@@ -81,6 +81,24 @@ TEST(CheckConfig, looksAtGrowthWhereItIsChosen) {
   EXPECT_EQ(fieldsOf(checkConfig(config)), expected);
 }
 
+TEST(CheckConfig, takesAnyOrderOfAllSixDirectionsAndNothingElse) {
+  MapConfig config;
+  config.fusion = FusionKind::kGrowth;
+  config.growth.search.order = SearchStrategy::Order::kFixed;
+  const SearchDirections order{{{2, -1}, {0, 1}, {1, 1}, {2, 1}, {0, -1}, {1, -1}}};
+  const auto is_taken = [&](const SearchDirections& directions) {
+    config.growth.search.directions = directions;
+    return checkConfig(config).empty();
+  };
+  EXPECT_TRUE(is_taken(order));
+  for (const SearchDirection wrong : {SearchDirection{-1, 1}, SearchDirection{3, 1},
+                                      SearchDirection{1, 0}, SearchDirection{1, 1}}) {
+    SearchDirections directions = order;
+    directions[5] = wrong;
+    EXPECT_FALSE(is_taken(directions)) << wrong.axis << ' ' << wrong.sign;
+  }
+}
+
 TEST(CheckConfig, saysAllErrorsAtOnce) {
   MapperConfig config;
   config.map.resolution_m = -0.1;
