@@ -156,6 +156,19 @@ TEST(CheckedService, SaysWhatAServiceHasThrown) {
   EXPECT_EQ(guard.numFailures(), 2U);
 }
 
+TEST(CheckedService, SaysWhatItRefusesWhichIsNoFailure) {
+  using std_srvs::Trigger;
+  CallbackGuard guard;
+  const auto refuse = [](Trigger::Request&, Trigger::Response&) -> bool {
+    throw RefusedCall("not loaded");
+  };
+  const Sent sent = call<Trigger>(guard, refuse, {});
+  EXPECT_FALSE(sent.is_answer);
+  EXPECT_EQ(sent.words, "not loaded");
+  EXPECT_EQ(guard.numFailures(), 0U);
+  EXPECT_EQ(guard.numRefused(), 0U) << "its bytes are in order";
+}
+
 TEST(CheckedSubscription, HandsNoDamagedMessageOn) {
   CallbackGuard guard;
   using Cloud = sensor_msgs::PointCloud2;

@@ -1,8 +1,11 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // A running node with a window: it drives away from a room and back, ends, is killed, and goes on.
+#include "cuboid_mapping/GetMap.h"
 #include "cuboid_mapping/QueryBox.h"
 #include "cuboid_mapping/io/map_files.h"
 #include "ros/driven_node.h"
+#include "ros/log_probe.h"
+#include "ros/octomap_probe.h"
 #include "support/snapshots.h"
 
 namespace cuboid_mapping_ros::test {
@@ -60,6 +63,44 @@ TEST_P(NodeWindow, KeepsWhatIsFarAwayAndGoesOnWithIt) {
   const auto later =
       cuboid_mapping::test::voxelsOf(cuboid_mapping::readMapFile(file_).snapshot.bricks);
   for (const auto& [cell, value] : all) ASSERT_EQ(later.count(cell), 1U) << cell;
+}
+
+/// Whether an octree knows the voxel of a place.
+bool isKnownIn(const OctomapMessage& message, double x) {
+  const auto cell_x = static_cast<std::int32_t>(std::floor(x / message.resolution));
+  for (const auto& leaf : contentOf(message).leaves) {
+    if (leaf.box.contains(cuboid_mapping::Cell{cell_x, 0, 0})) return true;
+  }
+  return false;
+}
+
+TEST_P(NodeWindow, OctreesOfServicesAreWholeOrRefused) {
+  start({"_window/file:=" + file_});
+  LogProbe log;
+  drive(0.0, 40.0);
+  GetOctomap octree;
+  for (const std::string service : {"/octomap_full", "/octomap_binary"}) {
+    ASSERT_TRUE(ros::service::waitForService(service, ros::Duration(kDeadline_s)));
+    EXPECT_FALSE(ros::service::call(service, octree)) << service;
+  }
+  EXPECT_TRUE(log.waitForLine("octomap_full: not loaded: "));
+  TopicProbe<OctomapMessage> topic("/octomap_full");
+  EXPECT_TRUE(topic.waitForMessage([](const auto& message) { return isKnownIn(message, 40.0); }));
+  EXPECT_FALSE(isKnownIn(topic.last(), 0.0)) << "the topic shows what is in memory";
+  cuboid_mapping::GetMap map;
+  ASSERT_TRUE(callService(std::string(kName) + "/get_map", map));
+  EXPECT_NE(map.response.message.find("on disk"), std::string::npos) << map.response.message;
+  EXPECT_TRUE(diagnostics_.waitForNextReport());
+  EXPECT_EQ(diagnostics_.status().values.at("topics show"), "what is in memory");
+  EXPECT_EQ(diagnostics_.status().number("callbacks failed"), 0);
+  end(SIGINT);
+
+  start({"_window/file:=" + file_, "_window/queries:=load"});
+  for (const std::string service : {"/octomap_full", "/octomap_binary"}) {
+    const OctomapMessage whole = callOctomap(service);
+    EXPECT_TRUE(isKnownIn(whole, 0.0) && isKnownIn(whole, 40.0)) << service;
+  }
+  EXPECT_GT(figure("window parts on disk only"), 0) << "they are read, and stay there";
 }
 
 TEST_P(NodeWindow, ForgetsWhatIsFarAway) {

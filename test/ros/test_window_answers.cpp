@@ -2,6 +2,7 @@
 // What services say about parts of the map that are on disk only, and which parameters of a window go together.
 #include "cuboid_mapping/io/map_files.h"
 #include "cuboid_mapping/ros/check_answers.h"
+#include "cuboid_mapping/ros/checked_messages.h"
 #include "cuboid_mapping/ros/edit_answers.h"
 #include "cuboid_mapping/ros/map_storage.h"
 #include "cuboid_mapping/ros/octomap_server_interface.h"
@@ -174,6 +175,36 @@ TEST_F(WindowAnswers, WhatIsAskedAboutStaysUntilItIsAnswered) {
   }
   goAway();
   EXPECT_EQ(numOnDisk(), 1U);
+}
+
+TEST_F(WindowAnswers, OfAnOctreeAreWholeOrRefused) {
+  const auto whole = [this](QueriesOutside outside, std::size_t max_bricks) {
+    cuboid_mapping::SnapshotLimits limits;
+    limits.max_bricks = max_bricks;
+    return viewWholeMap(map_, "/map", outside, limits);
+  };
+  constexpr std::size_t kMany = 1000;
+  const auto refusal = [&](QueriesOutside outside, std::size_t max_bricks) -> std::string {
+    try {
+      (void)whole(outside, max_bricks);
+    } catch (const RefusedCall& refused) {
+      return refused.what();
+    }
+    return "";
+  };
+  EXPECT_EQ(refusal(QueriesOutside::kRefuse, kMany).rfind("not loaded: 1 part of the map", 0), 0U);
+  EXPECT_NE(refusal(QueriesOutside::kRefuse, kMany).find("window/queries"), std::string::npos);
+  EXPECT_NE(refusal(QueriesOutside::kLoad, 2).find("file_memory"), std::string::npos);
+  const MapView view = whole(QueriesOutside::kLoad, kMany);
+  EXPECT_EQ(numOnDisk(), 1U) << "it stays there";
+  EXPECT_EQ(view.header.stamp, ros::Time(7.0));
+  EXPECT_EQ(view.header.frame_id, "map");
+  const auto voxels = cuboid_mapping::test::voxelsOf(view.map.bricks);
+  EXPECT_EQ(voxels.count({0, 0, 0}), 1U);
+  EXPECT_EQ(voxels.count({1000, 0, 0}), 1U);
+  in_frame_.limits.outside = QueriesOutside::kLoad;
+  EXPECT_EQ(answerBoxRequest(in_frame_, {"", {}, {{0.1, 0.1, 0.1}, {0.9, 0.9, 0.9}}}).error, "");
+  EXPECT_EQ(refusal(QueriesOutside::kRefuse, 2), "") << "all of it is in memory now";
 }
 
 std::map<Cell, float> voxelsOfSaved(GuardedMap& map, const std::string& file) {

@@ -9,6 +9,7 @@
 #include <cstdint>
 #include <functional>
 #include <memory>
+#include <mutex>
 #include <string>
 #include <unordered_map>
 #include <unordered_set>
@@ -148,6 +149,7 @@ class MapWindow {
   void noteFailure(const std::string& text);
 
   WindowConfig config_;
+  mutable std::mutex reading_;  ///< Of those who read the store side by side.
   std::unique_ptr<MapStore> store_;
   Pages pages_;              ///< In memory.
   PageSet stored_;           ///< Only in the store.

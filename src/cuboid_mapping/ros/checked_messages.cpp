@@ -1,6 +1,10 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "cuboid_mapping/ros/checked_messages.h"
 
+#include "cuboid_mapping/ros/names.h"
+
+#include <ros/console.h>
+
 namespace cuboid_mapping_ros {
 
 void CheckedStream::throwOverrun(std::uint32_t count, std::uint32_t num_bytes_left) {
@@ -11,6 +15,13 @@ void CheckedStream::throwOverrun(std::uint32_t count, std::uint32_t num_bytes_le
 
 ros::SerializedMessage makeRefusal(const std::string& why) {
   return ros::serialization::serializeServiceResponse(false, why);
+}
+
+void logRefusal(const std::string& name, const char* why) noexcept {
+  try {
+    ROS_ERROR_STREAM_NAMED(kNodeName, name << ": " << why);
+  } catch (...) {  // No memory for the line: the caller is told.
+  }
 }
 
 }  // namespace cuboid_mapping_ros

@@ -18,6 +18,7 @@
 
 #include <cstdint>
 #include <exception>
+#include <stdexcept>
 #include <string>
 #include <vector>
 
@@ -59,11 +60,21 @@ void readChecked(std::uint8_t* bytes, std::size_t num_bytes, MessageT& message) 
       .next(message);
 }
 
+/// Thrown by a service whose answer has no place for a message: the call fails, and its caller is told why. Unlike
+/// other exceptions it is no failure of the node's.
+class RefusedCall : public std::runtime_error {
+ public:
+  using std::runtime_error::runtime_error;
+};
+
 /// What is sent to the caller of a service that has failed.
 [[nodiscard]] ros::SerializedMessage makeRefusal(const std::string& why);
+/// An error of a service's name.
+void logRefusal(const std::string& name, const char* why) noexcept;
 
 /// Calls a service for roscpp. A request whose bytes are none is refused and counted, an exception of the
-/// service is counted; in both cases the caller is told that the call has failed, and why.
+/// service is counted unless it is a RefusedCall, which is logged; in all cases the caller is told that the call
+/// has failed, and why.
 template <typename RequestT, typename ResponseT>
 class CheckedService : public ros::ServiceCallbackHelper {
  public:
@@ -88,6 +99,9 @@ class CheckedService : public ros::ServiceCallbackHelper {
       if (!answer_(request, response)) return refuse(params, {});
       params.response = ros::serialization::serializeServiceResponse(true, response);
       return true;
+    } catch (const RefusedCall& refusal) {
+      logRefusal(name_, refusal.what());
+      return refuse(params, refusal.what());
     } catch (const std::exception& exception) {
       guard_.noteFailure(name_, exception.what());
       return refuse(params, exception.what());

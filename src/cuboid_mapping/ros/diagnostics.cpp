@@ -148,6 +148,7 @@ void addWindow(const NodeReport& report, diagnostic_updater::DiagnosticStatusWra
   const cuboid_mapping::WindowFigures& window = *report.window;
   status.add("window parts in memory", window.num_in_memory);
   status.add("window parts on disk only", window.num_on_disk_only);
+  status.add("topics show", window.num_on_disk_only > 0 ? "what is in memory" : "all of the map");
   status.add("window parts read", window.num_loads);
   status.add("window parts written", window.num_writes);
   status.add("window parts forgotten", window.num_forgotten);

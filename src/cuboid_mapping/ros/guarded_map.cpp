@@ -33,17 +33,19 @@ void GuardedMap::integrate(const ros::Time& stamp, const cuboid_mapping::ScanUpd
 }
 
 std::size_t GuardedMap::countNotLoaded(const cuboid_mapping::CellBox& box) const {
-  return readWithWindow([&](const auto& /*map*/, const cuboid_mapping::MapWindow* window) {
-    return window == nullptr ? std::size_t{0} : window->countNotLoaded(box);
-  });
+  return readWithWindow(
+      [&](const auto& /*map*/, const auto& /*stamp*/, const cuboid_mapping::MapWindow* window) {
+        return window == nullptr ? std::size_t{0} : window->countNotLoaded(box);
+      });
 }
 
 std::optional<cuboid_mapping::CellBox> GuardedMap::regionOfSearch() const {
   using Region = std::optional<cuboid_mapping::CellBox>;
-  return readWithWindow([](const auto& /*map*/, const cuboid_mapping::MapWindow* window) {
-    const bool is_whole = window == nullptr || window->figures().num_on_disk_only == 0;
-    return is_whole ? Region() : Region(window->window());
-  });
+  return readWithWindow(
+      [](const auto& /*map*/, const auto& /*stamp*/, const cuboid_mapping::MapWindow* window) {
+        const bool is_whole = window == nullptr || window->figures().num_on_disk_only == 0;
+        return is_whole ? Region() : Region(window->window());
+      });
 }
 
 void GuardedMap::load(const cuboid_mapping::CellBox& box) {
@@ -54,9 +56,10 @@ void GuardedMap::load(const cuboid_mapping::CellBox& box) {
 
 std::optional<cuboid_mapping::WindowFigures> GuardedMap::windowFigures() const {
   using Figures = std::optional<cuboid_mapping::WindowFigures>;
-  return readWithWindow([](const auto& /*map*/, const cuboid_mapping::MapWindow* window) {
-    return window == nullptr ? Figures() : Figures(window->figures());
-  });
+  return readWithWindow(
+      [](const auto& /*map*/, const auto& /*stamp*/, const cuboid_mapping::MapWindow* window) {
+        return window == nullptr ? Figures() : Figures(window->figures());
+      });
 }
 
 void GuardedMap::save() {

@@ -99,11 +99,12 @@ class GuardedMap {
   }
 
   /// As read(), with the window: null where all of the map is in memory.
-  /// @param work  (const CuboidMap&, const MapWindow*) -> any.
+  /// @param work  (const CuboidMap&, const ros::Time& stamp, const MapWindow*) -> any.
   template <typename WorkT>
   auto readWithWindow(const WorkT& work) const {
     const auto lock = waitInTurn<ReadLock>();
-    return work(std::as_const(map_), static_cast<const cuboid_mapping::MapWindow*>(window_.get()));
+    return work(std::as_const(map_), stamp_,
+                static_cast<const cuboid_mapping::MapWindow*>(window_.get()));
   }
 
   /// Reads the map for long: where the work lets them (Budget::spendAndYield()), others get their turn, and the map

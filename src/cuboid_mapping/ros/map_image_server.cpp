@@ -17,8 +17,8 @@ using cuboid_mapping::GetMap;
 using cuboid_mapping::MapDetail;
 
 MapImageServer::MapImageServer(ros::NodeHandle nh, ros::NodeHandle private_nh,
-                               const Options& options, Make make)
-    : options_(options), make_(std::move(make)) {
+                               const Options& options, Make make, Note note)
+    : options_(options), make_(std::move(make)), note_(std::move(note)) {
   publisher_ = nh.advertise<Message>(kCuboidMapTopic, 1,
                                      [this](const ros::SingleSubscriberPublisher& listener) {
                                        listener.publish(makeFirst(options_.topic_detail));
@@ -75,6 +75,7 @@ void MapImageServer::answer(const GetMap::Request& request, GetMap::Response& re
   const MapDetail detail = request.with_values != 0 ? MapDetail::kValues : MapDetail::kClasses;
   if (request.part == 0) {
     response.map = makeFirst(detail);
+    response.message = note_();
     response.success = static_cast<std::uint8_t>(true);
     return;
   }

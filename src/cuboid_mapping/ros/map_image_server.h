@@ -28,6 +28,7 @@ namespace cuboid_mapping_ros {
 class MapImageServer {
  public:
   using Make = std::function<ImageMessage(cuboid_mapping::MapDetail)>;
+  using Note = std::function<std::string()>;
 
   static constexpr std::size_t kKept = 2;
   static constexpr double kKeptFor_s = 60.0;
@@ -38,7 +39,9 @@ class MapImageServer {
   };
 
   /// @param nh, private_nh  Of the topic, and of the service. @param make  The whole map as it is now.
-  MapImageServer(ros::NodeHandle nh, ros::NodeHandle private_nh, const Options& options, Make make);
+  /// @param note  What callers of ~get_map are told of the map, empty for nothing.
+  MapImageServer(ros::NodeHandle nh, ros::NodeHandle private_nh, const Options& options, Make make,
+                 Note note);
   MapImageServer(const MapImageServer&) = delete;
   MapImageServer& operator=(const MapImageServer&) = delete;
 
@@ -65,6 +68,7 @@ class MapImageServer {
 
   Options options_;
   Make make_;
+  Note note_;
   std::deque<Kept> kept_;  ///< The newest last.
   ros::Publisher publisher_;
   ros::ServiceServer server_;

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "cuboid_mapping/ros/map_publisher.h"
 
+#include "cuboid_mapping/io/text.h"
 #include "cuboid_mapping/map/map_follower.h"
 #include "cuboid_mapping/ros/names.h"
 #include "cuboid_mapping/ros/tf_lookup.h"
@@ -32,8 +33,10 @@ MapPublisher::MapPublisher(ros::NodeHandle nh, const ros::NodeHandle& private_nh
       frame_id_(withoutSlash(parameters.frame_id)),
       detail_(parameters.publish_values ? MapDetail::kValues : MapDetail::kClasses),
       instance_(ros::WallTime::now().toNSec()),
-      images_(nh, private_nh, {detail_, partBytes(parameters)},
-              [this](MapDetail detail) { return makeImage(detail); }),
+      images_(
+          nh, private_nh, {detail_, partBytes(parameters)},
+          [this](MapDetail detail) { return makeImage(detail); },
+          [this] { return describeLeftOut(); }),
       delta_publisher_(advertiseDelta(nh, kCuboidMapUpdatesTopic)) {}
 
 ImageMessage MapPublisher::makeImage(MapDetail detail) const {
@@ -44,6 +47,14 @@ ImageMessage MapPublisher::makeImage(MapDetail detail) const {
     message.image = cuboid_mapping::makeImage(map, instance_, detail);
     return message;
   });
+}
+
+std::string MapPublisher::describeLeftOut() const {
+  const auto window = map_.windowFigures();
+  if (!window || window->num_on_disk_only == 0) return {};
+  return "this is what is in memory, as the topics show it, without " +
+         cuboid_mapping::counted(window->num_on_disk_only, "part") +
+         " of the map, of 64 x 64 x 64 voxels, on disk: ~save_map writes all";
 }
 
 ChangeSet MapPublisher::publish() {

@@ -32,6 +32,8 @@ class MapPublisher {
 
  private:
   [[nodiscard]] ImageMessage makeImage(cuboid_mapping::MapDetail detail) const;
+  /// What of the map a window has on disk only; empty: nothing.
+  [[nodiscard]] std::string describeLeftOut() const;
 
   GuardedMap& map_;
   std::string frame_id_;

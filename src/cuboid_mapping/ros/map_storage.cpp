@@ -69,14 +69,6 @@ MapFile readFileWithin(const std::string& file, const SensorModelConfig& model,
   return readWithin([&] { return cuboid_mapping::readMapFile(file, model, limits); });
 }
 
-/// All voxels, in memory and on disk.
-MapSnapshot takeWholeSnapshot(const CuboidMap& map, const MapWindow* window,
-                              const std::string& frame_id, const SnapshotLimits& limits) {
-  MapSnapshot snapshot = takeSnapshot(map, frame_id);
-  if (window != nullptr) readWithin([&] { window->addStored(limits, snapshot); });
-  return snapshot;
-}
-
 /// As they are with FusionKind::kClass.
 std::size_t countCuboids(const MapSnapshot& snapshot) {
   std::vector<cuboid_mapping::Cuboid> cuboids;
@@ -129,11 +121,19 @@ SnapshotLimits makeSnapshotLimits(const NodeParameters& parameters) {
   return SnapshotLimits::ofMemory(static_cast<std::uint64_t>(parameters.file_memory_mb) * 1000000);
 }
 
+MapSnapshot takeWholeSnapshot(const CuboidMap& map, const MapWindow* window,
+                              const std::string& frame_id, const SnapshotLimits& limits) {
+  MapSnapshot snapshot = takeSnapshot(map, frame_id);
+  if (window != nullptr) readWithin([&] { window->addStored(limits, snapshot); });
+  return snapshot;
+}
+
 StorageAnswer saveMap(GuardedMap& map, const std::string& frame_id, const std::string& file,
                       const SnapshotLimits& limits) {
   return guard([&](StorageAnswer& answer) {
     MapSnapshot snapshot;
-    map.readWithWindow([&](const CuboidMap& content, const MapWindow* window) {
+    map.readWithWindow([&](const CuboidMap& content, const auto& /*stamp*/,
+                           const MapWindow* window) {
       snapshot = takeWholeSnapshot(content, window, withoutSlash(frame_id), limits);
       snapshot.progress = map.progress();
       answer.revision = content.revision();
@@ -171,13 +171,14 @@ StorageAnswer moveWholeMap(GuardedMap& map, const cuboid_mapping::VoxelMotion& m
     MapConfig config;
     MapSnapshot snapshot;
     std::vector<CellBox> locked;
-    map.readWithWindow([&](const CuboidMap& content, const MapWindow* window) {
-      config = content.config();
-      snapshot = takeWholeSnapshot(content, window, "", limits);
-      locked = content.locked().boxes();
-      answer.revision = content.revision();
-      return 0;
-    });
+    map.readWithWindow(
+        [&](const CuboidMap& content, const auto& /*stamp*/, const MapWindow* window) {
+          config = content.config();
+          snapshot = takeWholeSnapshot(content, window, "", limits);
+          locked = content.locked().boxes();
+          answer.revision = content.revision();
+          return 0;
+        });
     Eigen::Isometry3d T_new_old = motion.transform();
     T_new_old.translation() *= config.resolution_m;
     moveMap(T_new_old, snapshot);

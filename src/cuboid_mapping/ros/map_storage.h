@@ -31,6 +31,12 @@ struct StorageAnswer {
                                     const std::string& file,
                                     const cuboid_mapping::SnapshotLimits& limits = {});
 
+/// All voxels of a map, in memory and on disk.
+/// @param window  Null: all of it is in memory. @throws cuboid_mapping::MapFileError  as MapWindow::addStored().
+[[nodiscard]] cuboid_mapping::MapSnapshot takeWholeSnapshot(
+    const cuboid_mapping::CuboidMap& map, const cuboid_mapping::MapWindow* window,
+    const std::string& frame_id, const cuboid_mapping::SnapshotLimits& limits);
+
 /// How much reading a file may take: parameter file_memory.
 [[nodiscard]] cuboid_mapping::SnapshotLimits makeSnapshotLimits(const NodeParameters& parameters);
 

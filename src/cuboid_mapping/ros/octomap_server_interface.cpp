@@ -3,6 +3,7 @@
 
 #include "cuboid_mapping/io/text.h"
 #include "cuboid_mapping/ros/checked_messages.h"
+#include "cuboid_mapping/ros/map_storage.h"
 #include "cuboid_mapping/ros/names.h"
 #include "cuboid_mapping/ros/tf_lookup.h"
 
@@ -22,6 +23,7 @@ using cuboid_mapping::CellBox;
 using cuboid_mapping::ChangeSet;
 using cuboid_mapping::counted;
 using cuboid_mapping::CuboidMap;
+using cuboid_mapping::MapWindow;
 using cuboid_mapping::MetricBox;
 using cuboid_mapping::OctreeKind;
 using cuboid_mapping::PackedVoxels;
@@ -42,7 +44,44 @@ ChangeSet clearCells(CuboidMap& map, const CellBox& box) {
   return map.replace(box, cleared);
 }
 
+OctomapMessage toOctree(const MapView& view, OctreeKind kind) {
+  double num_left_out = 0.0;
+  OctomapMessage message = toOctomapMessage(view.map, kind, view.header, num_left_out);
+  if (num_left_out > 0.0) {
+    ROS_WARN_STREAM_THROTTLE_NAMED(
+        kLogPeriod_s, kNodeName,
+        "an octree reaches 32768 voxels from the origin: octomap_full and octomap_binary leave out "
+            << counted(static_cast<std::uint64_t>(num_left_out), "voxel") << " beyond");
+  }
+  return message;
+}
+
 }  // namespace
+
+MapView viewWholeMap(const GuardedMap& map, const std::string& frame_id, QueriesOutside outside,
+                     const cuboid_mapping::SnapshotLimits& limits) {
+  MapView view;
+  view.header.frame_id = withoutSlash(frame_id);
+  try {
+    map.readWithWindow([&](const CuboidMap& content, const ros::Time& stamp,
+                           const MapWindow* window) {
+      const std::size_t num_elsewhere = window == nullptr ? 0 : window->figures().num_on_disk_only;
+      if (num_elsewhere > 0 && outside == QueriesOutside::kRefuse) {
+        throw RefusedCall("not loaded: " + counted(num_elsewhere, "part") +
+                          " of the map, of 64 x 64 x 64 voxels, would have to be read from the "
+                          "disk, and an octree without is not the map. Set the parameter "
+                          "window/queries to load; the topic of this name shows what is in "
+                          "memory");
+      }
+      view.map = takeWholeSnapshot(content, window, view.header.frame_id, limits);
+      view.header.stamp = stamp;
+      return 0;
+    });
+  } catch (const cuboid_mapping::MapFileError& error) {
+    throw RefusedCall(std::string("not loaded: ") + error.what());
+  }
+  return view;
+}
 
 std::string clearBox(GuardedMap& map, const MetricBox& box_map) {
   // A box without thickness names the voxels that it lies in, as with octomap_server.
@@ -67,6 +106,8 @@ OctomapServerInterface::OctomapServerInterface(const ros::NodeHandle& nh,
                                                Queues queues)
     : frame_id_(withoutSlash(parameters.frame_id)),
       is_latched_(parameters.latch),
+      outside_(parameters.service_limits.outside),
+      limits_(makeSnapshotLimits(parameters)),
       parameters_(parameters.octomap_server),
       map_(map),
       guard_(queues.topics.guard()),
@@ -117,7 +158,7 @@ void OctomapServerInterface::advertiseServices(ros::NodeHandle nh, ros::NodeHand
   const auto answer_with = [this](OctreeKind kind) {
     return boost::function<bool(GetOctomap::Request&, GetOctomap::Response&)>(
         [this, kind](GetOctomap::Request& /*request*/, GetOctomap::Response& response) {
-          response.map = makeOctomap(kind);
+          response.map = toOctree(viewWholeMap(map_, frame_id_, outside_, limits_), kind);
           return true;
         });
   };
@@ -127,8 +168,8 @@ void OctomapServerInterface::advertiseServices(ros::NodeHandle nh, ros::NodeHand
       [this](BoundingBoxQuery::Request& request, BoundingBoxQuery::Response& /*response*/) {
         const std::string error = clearBox(map_, {{request.min.x, request.min.y, request.min.z},
                                                   {request.max.x, request.max.y, request.max.z}});
-        if (!error.empty()) ROS_ERROR_STREAM_NAMED(kNodeName, "clear_bbx: " << error);
-        return error.empty();  // its answer has no place for a message
+        if (!error.empty()) throw RefusedCall(error);
+        return true;
       };
   clear_server_ = advertiseGuarded(private_nh, kClearBoxService, on_clear);
 }
@@ -162,8 +203,8 @@ void OctomapServerInterface::publish() {
   is_changed_ = false;
 }
 
-OctomapServerInterface::View OctomapServerInterface::look(Speckles speckles) const {
-  View view;
+MapView OctomapServerInterface::look(Speckles speckles) const {
+  MapView view;
   map_.read([&](const CuboidMap& map, const ros::Time& stamp) {
     view.map = takeSnapshot(map, frame_id_);
     view.header.stamp = stamp;
@@ -177,16 +218,7 @@ OctomapServerInterface::View OctomapServerInterface::look(Speckles speckles) con
 }
 
 OctomapMessage OctomapServerInterface::makeOctomap(OctreeKind kind) const {
-  const View view = look(Speckles::kKept);
-  double num_left_out = 0.0;
-  OctomapMessage message = toOctomapMessage(view.map, kind, view.header, num_left_out);
-  if (num_left_out > 0.0) {
-    ROS_WARN_STREAM_THROTTLE_NAMED(
-        kLogPeriod_s, kNodeName,
-        "an octree reaches 32768 voxels from the origin: octomap_full and octomap_binary leave out "
-            << counted(static_cast<std::uint64_t>(num_left_out), "voxel") << " beyond");
-  }
-  return message;
+  return toOctree(look(Speckles::kKept), kind);
 }
 
 visualization_msgs::MarkerArray OctomapServerInterface::makeMarkers(ShownCells cells) const {
@@ -194,17 +226,17 @@ visualization_msgs::MarkerArray OctomapServerInterface::makeMarkers(ShownCells c
     ROS_WARN_THROTTLE_NAMED(kLogPeriod_s, kNodeName,
                             "free_cells_vis_array has a subscriber, but stays empty: set "
                             "publish_free_space, or subscribe to free_cuboids");
-    View nothing;
+    MapView nothing;
     nothing.map.resolution_m = map_.grid().resolution();
     nothing.header.frame_id = frame_id_;
     return toCellMarkers(nothing.map, cells, parameters_, nothing.header);
   }
-  const View view = look(Speckles::kAsAsked);
+  const MapView view = look(Speckles::kAsAsked);
   return toCellMarkers(view.map, cells, parameters_, view.header);
 }
 
 sensor_msgs::PointCloud2 OctomapServerInterface::makeCenters() const {
-  const View view = look(Speckles::kAsAsked);
+  const MapView view = look(Speckles::kAsAsked);
   return toCenters(computeShownLeaves(view.map, ShownCells::kOccupied, parameters_),
                    view.map.resolution_m, view.header);
 }

@@ -26,7 +26,24 @@ namespace cuboid_mapping_ros {
 /// @return Why it cannot: a corner that is not finite, max below min, beyond the grid; else empty.
 [[nodiscard]] std::string clearBox(GuardedMap& map, const cuboid_mapping::MetricBox& box_map);
 
+/// A copy of a map, and its stamp.
+struct MapView {
+  cuboid_mapping::MapSnapshot map;
+  std_msgs::Header header;
+};
+
+/// The whole map, for octomap_binary and octomap_full as services: an octree has no word for "elsewhere".
+///
+/// What a window has on disk only is read into the copy, and stays on disk. The map is held meanwhile.
+/// @throws RefusedCall  where parts are on disk only, and `outside` is kRefuse, or they are more than the limits,
+///         or cannot be read.
+[[nodiscard]] MapView viewWholeMap(const GuardedMap& map, const std::string& frame_id,
+                                   QueriesOutside outside,
+                                   const cuboid_mapping::SnapshotLimits& limits);
+
 /// The topics and services of octomap_server, under their names; see names.h.
+///
+/// Of a map with a window the topics show what is in memory; the octrees of the services are whole, or refused.
 ///
 /// A topic is built only while somebody listens to it, after a change; with `latch` a new listener
 /// gets it as soon as it connects. Each message is made of one copy of the map's cuboids, taken
@@ -61,11 +78,6 @@ class OctomapServerInterface {
   [[nodiscard]] std::uint64_t numBuilt() const { return num_built_; }
 
  private:
-  /// A copy of the map, and its stamp.
-  struct View {
-    cuboid_mapping::MapSnapshot map;
-    std_msgs::Header header;
-  };
   struct Topic {
     std::function<void()> publish;
     ros::Publisher publisher;
@@ -78,7 +90,7 @@ class OctomapServerInterface {
   void advertiseServices(ros::NodeHandle nh, ros::NodeHandle private_nh);
   void takePendingParameters();
 
-  [[nodiscard]] View look(Speckles speckles) const;
+  [[nodiscard]] MapView look(Speckles speckles) const;
   [[nodiscard]] OctomapMessage makeOctomap(cuboid_mapping::OctreeKind kind) const;
   [[nodiscard]] visualization_msgs::MarkerArray makeMarkers(ShownCells cells) const;
   [[nodiscard]] sensor_msgs::PointCloud2 makeCenters() const;
@@ -89,6 +101,8 @@ class OctomapServerInterface {
 
   std::string frame_id_;
   bool is_latched_;
+  QueriesOutside outside_;
+  cuboid_mapping::SnapshotLimits limits_;  ///< Of the octrees of services.
   OctomapServerParameters parameters_;
   GuardedMap& map_;
   CallbackGuard& guard_;

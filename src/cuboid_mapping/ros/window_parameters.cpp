@@ -36,7 +36,8 @@ std::vector<ParameterDeclaration> declareWindow() {
        oneOf<QueriesOutside>({QueriesOutside::kRefuse, QueriesOutside::kLoad},
                              [](P& p) -> QueriesOutside& { return p.service_limits.outside; }),
        "Calls of services about parts of the map that are in window/file only. refuse: the answer "
-       "says so. load: these parts are brought back first."},
+       "says so, and octomap_full and octomap_binary fail. load: these parts are brought back "
+       "first, or read."},
   };
 }
 

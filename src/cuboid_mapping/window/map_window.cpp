@@ -355,6 +355,7 @@ bool MapWindow::save(const CuboidMap& map) {
 }
 
 void MapWindow::addStored(const SnapshotLimits& limits, MapSnapshot& snapshot) const {
+  const std::lock_guard<std::mutex> lock(reading_);
   for (const Cell& page : stored_) {
     for (VoxelBrick& brick : store_->read(page)) snapshot.bricks.push_back(std::move(brick));
     if (snapshot.bricks.size() > limits.max_bricks) {
