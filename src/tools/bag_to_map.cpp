@@ -32,7 +32,8 @@ class BagMap {
         moving_(parameters.map.resolution_m,
                 frees_passed && parameters.moving_points == MovingPoints::kIgnore
                     ? MovingPoints::kPublish
-                    : parameters.moving_points),
+                    : parameters.moving_points,
+                parameters.window),
         window_(makeWindow(parameters, map_)) {}
 
   void put(const cuboid_mapping::ScanUpdate& update, const BagClouds::Origin& origin,
@@ -40,10 +41,11 @@ class BagMap {
     const auto apply = [&](const cuboid_mapping::ScanUpdate& part) {
       return map_.apply(part, model);
     };
+    const auto& taken = moving_.take(update, origin.window_center_map);
     if (window_) {
-      window_->integrate(moving_.take(update), origin.window_center_map, map_, apply);
+      window_->integrate(taken, origin.window_center_map, map_, apply);
     } else {
-      apply(moving_.take(update));
+      apply(taken);
     }
     throwIfFailed();
     forgetting_.note(update, origin.stamp, origin.source);

@@ -3,6 +3,8 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+
 namespace cuboid_mapping_ros {
 namespace {
 
@@ -66,6 +68,59 @@ TEST(MovingFilter, LeavesHitsOutOfTheMapOnlyIfAsked) {
     EXPECT_EQ(map.voxels().at(kInside), is_left_out ? Occupancy::kFree : Occupancy::kOccupied);
     EXPECT_EQ(map.voxels().at(kAtBorder), Occupancy::kOccupied);
     EXPECT_EQ(filter.voidSpace().contains(kInside), what != MovingPoints::kIgnore);
+  }
+}
+
+/// Drives along x, 8 voxels a cloud, through the bricks of passBrick().
+std::size_t driveAlong(int num_clouds, MovingFilter& filter) {
+  std::size_t most = 0;
+  for (int i = 0; i < num_clouds; ++i) {
+    ScanUpdate update = passBrick();
+    update.bricks.front().brick.x = 8 * i;
+    (void)filter.take(update, Eigen::Vector3d(8.0 * i, 0.0, 0.0));
+    most = std::max(most, filter.voidSpace().numBricks());
+  }
+  return most;
+}
+
+TEST(MovingFilter, ForgetsWithAWindowWhatIsFarAway) {
+  WindowParameters window;
+  EXPECT_FALSE(window.isOn());
+  MovingFilter without(1.0, MovingPoints::kPublish, window);
+  EXPECT_EQ(driveAlong(1000, without), 1000U);
+  window.frame_id = "base";
+  window.config.size_m = 200.0;
+  window.config.margin_m = 20.0;
+  for (const auto outside :
+       {cuboid_mapping::OutsideWindow::kKeep, cuboid_mapping::OutsideWindow::kForget,
+        cuboid_mapping::OutsideWindow::kRefuse}) {
+    window.config.outside = outside;
+    MovingFilter filter(1.0, MovingPoints::kPublish, window);
+    // Behind the robot: half of the window, the margin, and a page that is cut.
+    EXPECT_LE(driveAlong(1000, filter), (100U + 20U + 64U) / 8U + 1U);
+    const Cell last{999 * 8 + 3, 3, 3};
+    EXPECT_EQ(filter.findMoving({scanTo(last)}).size(), 1U);
+    EXPECT_TRUE(filter.findMoving({scanTo(kInside)}).empty()) << "it has to be seen empty again";
+    (void)filter.take(passBrick(), Eigen::Vector3d::Zero());
+    EXPECT_EQ(filter.findMoving({scanTo(kInside)}).size(), 1U);
+  }
+}
+
+TEST(MovingFilter, KeepsOutsideTheWindowWhatCloudsTouchUnlessThatIsRefused) {
+  WindowParameters window;
+  window.frame_id = "base";
+  window.config.size_m = 10.0;
+  const Eigen::Vector3d far_away(5000.0, 0.0, 0.0);
+  for (const bool is_refused : {false, true}) {
+    window.config.outside = is_refused ? cuboid_mapping::OutsideWindow::kRefuse
+                                       : cuboid_mapping::OutsideWindow::kForget;
+    MovingFilter filter(1.0, MovingPoints::kPublish, window);
+    (void)filter.take(passBrick(), far_away);
+    EXPECT_EQ(filter.voidSpace().contains(kInside), !is_refused);
+    for (int i = 0; i < 20; ++i) (void)filter.take(passBrick({kAtBorder}), far_away);
+    EXPECT_EQ(filter.voidSpace().contains(kInside), !is_refused);
+    for (int i = 0; i < 10; ++i) (void)filter.take({}, far_away);
+    EXPECT_FALSE(filter.voidSpace().contains(kInside));
   }
 }
 

@@ -122,6 +122,53 @@ TEST(VoidSpace, IsTakenToAnotherFrameVoxelByVoxel) {
   EXPECT_EQ(cellsOf(moved.moved(*VoxelMotion::of(T_new_old.inverse(), 1.0))), before);
 }
 
+/// Passes all of one brick.
+ScanUpdate passing(const Cell& brick) {
+  ScanUpdate update;
+  update.bricks.push_back({brick, {}, BrickMask::all(), 0});
+  return update;
+}
+
+TEST(VoidSpace, ForgetsPagesOutsideABoxThatNoneOfTheLastCloudsHasTouched) {
+  const std::vector<Cell> bricks = {{-8, 0, 0}, {0, 0, 0}, {56, 56, 56}, {64, 0, 0}, {1000, 0, 0}};
+  const auto known = [&](const VoidSpace& space) {
+    std::vector<Cell> found;
+    for (const Cell& brick : bricks) {
+      if (!space.of(brick).isEmpty()) found.push_back(brick);
+    }
+    EXPECT_EQ(found.size(), space.numBricks());
+    return found;
+  };
+  VoidSpace space;
+  for (const Cell& brick : bricks) space.add(passing(brick));
+  space.forgetOutside({{63, 0, 0}, {65, 1, 1}}, 5);
+  EXPECT_EQ(known(space), bricks) << "all were touched by one of the last five clouds";
+  space.forgetOutside({{63, 0, 0}, {65, 1, 1}}, 4);
+  EXPECT_EQ(known(space), (std::vector<Cell>{{0, 0, 0}, {56, 56, 56}, {64, 0, 0}, {1000, 0, 0}}))
+      << "a page is whole, or goes";
+  ScanUpdate hit;
+  hit.bricks.push_back({{1008, 0, 0}, BrickMask::all(), {}, 0});
+  space.add(hit);
+  for (int i = 0; i < 3; ++i) space.add({});
+  space.forgetOutside({}, 4);
+  EXPECT_EQ(known(space), (std::vector<Cell>{{1000, 0, 0}})) << "a cloud ends in its page";
+  space.forgetOutside({}, 0);
+  EXPECT_EQ(space.numBricks(), 0U);
+}
+
+TEST(VoidSpace, IsAsYoungInAnotherFrame) {
+  VoidSpace space;
+  space.add(passing({0, 0, 0}));
+  for (int i = 0; i < 20; ++i) space.add({});
+  const Eigen::Isometry3d T_new_old(Eigen::Translation3d(300.0, 0.0, 0.0));
+  VoidSpace moved = space.moved(*VoxelMotion::of(T_new_old, 1.0));
+  moved.forgetOutside({}, 1);
+  EXPECT_GT(moved.numBricks(), 0U) << "the next cloud may touch it";
+  moved.add({});
+  moved.forgetOutside({}, 1);
+  EXPECT_EQ(moved.numBricks(), 0U);
+}
+
 TEST(VoidSpace, EmptyUpdatesLeaveItEmpty) {
   VoidSpace space;
   space.add(ScanUpdate());

@@ -2,6 +2,7 @@
 // A map on disk that is read and written in parts.
 #pragma once
 
+#include "cuboid_mapping/geometry/page.h"
 #include "cuboid_mapping/io/map_file_error.h"
 #include "cuboid_mapping/map/map_snapshot.h"
 
@@ -15,19 +16,6 @@
 namespace cuboid_mapping {
 
 class SqliteDatabase;
-
-/// Edge in voxels of a page: an aligned cube of 8 x 8 x 8 bricks, named by its least cell.
-constexpr std::int32_t kPageEdge = 8 * kBrickEdge;
-
-/// Least cell of the page that holds a cell.
-[[nodiscard]] constexpr Cell pageOf(const Cell& cell) {
-  return {cell.x & ~(kPageEdge - 1), cell.y & ~(kPageEdge - 1), cell.z & ~(kPageEdge - 1)};
-}
-
-/// The voxels of a page as a cell box.
-[[nodiscard]] constexpr CellBox pageBox(const Cell& page) {
-  return {page, {page.x + kPageEdge, page.y + kPageEdge, page.z + kPageEdge}};
-}
 
 /// Version of the layout that is written; stores of a newer one are refused.
 constexpr int kStoreVersion = 1;

@@ -34,6 +34,10 @@ struct WindowConfig {
   OutsideWindow outside = OutsideWindow::kKeep;  ///< What becomes of the rest.
 };
 
+/// The cells around the middle of a window within which what is in memory stays there: the window and its margin.
+[[nodiscard]] CellBox cellsKeptAround(const Eigen::Vector3d& center_map, const WindowConfig& config,
+                                      const Grid& grid);
+
 /// What a window has done so far, and has now.
 struct WindowFigures {
   std::size_t num_in_memory = 0;     ///< Pages in memory now.
@@ -128,6 +132,10 @@ class MapWindow {
   /// A page outside that was touched stays for so many steps, so that what clouds reach does not come and go with
   /// each.
   static constexpr std::uint64_t kIdleSteps = 10;
+  /// The same of a window: with kRefuse it goes at once.
+  [[nodiscard]] static constexpr std::uint64_t idleSteps(const WindowConfig& config) {
+    return config.outside == OutsideWindow::kRefuse ? 0 : kIdleSteps;
+  }
 
  private:
   struct PageState {

@@ -58,7 +58,7 @@ MappingNode::MappingNode(const ros::NodeHandle& nh, const ros::NodeHandle& priva
       parameters_(parameters),
       sources_(parameters),
       forgetting_(parameters),
-      moving_filter_(parameters.map.resolution_m, parameters.moving_points),
+      moving_filter_(parameters.map.resolution_m, parameters.moving_points, parameters.window),
       map_(makeMapConfig(parameters)),
       has_color_span_(parameters.color_period_m == 0.0),
       speed_watch_(parameters.map.resolution_m, parameters.max_range_m),
@@ -250,7 +250,7 @@ void MappingNode::integrate(const SensorMessage& cloud, const CloudPoses& poses)
     return drop(cloud.source, toDropReason(error->defect), [&error] { return error->text; });
   }
   Stopwatch stopwatch;
-  const auto& taken = takeMoving(*update, source, cloud.header().stamp);
+  const auto& taken = takeMoving(*update, poses, source, cloud.header().stamp);
   map_.integrate(cloud.header().stamp, taken, source.pipeline.sensorModel(),
                  poses.window_center_map);
   statistics_.apply_time.add(stopwatch.lap());
@@ -275,13 +275,14 @@ void MappingNode::integrate(const SensorMessage& cloud, const CloudPoses& poses)
 }
 
 const cuboid_mapping::ScanUpdate& MappingNode::takeMoving(const cuboid_mapping::ScanUpdate& update,
+                                                          const CloudPoses& poses,
                                                           const Source& source,
                                                           const ros::Time& stamp) {
   if (moving_points_ && moving_points_.getNumSubscribers() > 0) {
     moving_points_.publish(toCloud(moving_filter_.findMoving(source.pipeline.scans()),
                                    makeHeader(withoutSlash(parameters_.frame_id), stamp)));
   }
-  return moving_filter_.take(update);
+  return moving_filter_.take(update, poses.window_center_map);
 }
 
 void MappingNode::forget(const cuboid_mapping::ScanUpdate& update, const ros::Time& stamp,

@@ -85,7 +85,8 @@ class MappingNode {
   void forget(const cuboid_mapping::ScanUpdate& update, const ros::Time& stamp, std::size_t source);
   /// Publishes what moves. @return What of the cloud goes into the map.
   const cuboid_mapping::ScanUpdate& takeMoving(const cuboid_mapping::ScanUpdate& update,
-                                               const Source& source, const ros::Time& stamp);
+                                               const CloudPoses& poses, const Source& source,
+                                               const ros::Time& stamp);
   void fuseUntilNextCloud();
   /// Makes the map of what other nodes say, in the place of clouds.
   void mergeRobots();

@@ -6,6 +6,7 @@ namespace cuboid_mapping_ros {
 using cuboid_mapping::BrickMask;
 using cuboid_mapping::BrickUpdate;
 using cuboid_mapping::Cell;
+using cuboid_mapping::MapWindow;
 using cuboid_mapping::PackedVoxels;
 using cuboid_mapping::Scan;
 using cuboid_mapping::ScanUpdate;
@@ -23,12 +24,17 @@ std::vector<Eigen::Vector3d> MovingFilter::findMoving(const std::vector<Scan>& s
   return moving;
 }
 
-const ScanUpdate& MovingFilter::take(const ScanUpdate& update) {
+const ScanUpdate& MovingFilter::take(const ScanUpdate& update,
+                                     const Eigen::Vector3d& window_center_map) {
   if (is_reset_.exchange(false)) void_space_ = {};
   if (what_ == MovingPoints::kIgnore) return update;
   const bool leaves_out = what_ == MovingPoints::kLeaveOut;
   if (leaves_out) rest_ = void_space_.withoutMoving(update);
   void_space_.add(update);
+  if (window_.isOn()) {
+    void_space_.forgetOutside(cellsKeptAround(window_center_map, window_.config, grid_),
+                              MapWindow::idleSteps(window_.config));
+  }
   return leaves_out ? rest_ : update;
 }
 

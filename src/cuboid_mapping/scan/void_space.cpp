@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <array>
 #include <cstdint>
+#include <optional>
 
 namespace cuboid_mapping {
 namespace {
@@ -51,6 +52,7 @@ BrickMask findInner(const Masks& masks, const Cell& brick) {
 }  // namespace
 
 void VoidSpace::add(const ScanUpdate& update) {
+  ++num_clouds_;
   Masks passed;
   passed.reserve(update.bricks.size());
   for (const BrickUpdate& brick : update.bricks) {
@@ -59,7 +61,33 @@ void VoidSpace::add(const ScanUpdate& update) {
   }
   for (const auto& [brick, mask] : passed) {
     const BrickMask inner = findInner(passed, brick);
-    if (!inner.isEmpty()) bricks_[brick] |= inner;
+    if (inner.isEmpty()) continue;
+    bricks_[brick] |= inner;
+    pages_[pageOf(brick)] = num_clouds_;
+  }
+  touch(update);
+}
+
+void VoidSpace::touch(const ScanUpdate& update) {
+  std::optional<Cell> last;  // Neighbours in the update are mostly of one page.
+  for (const BrickUpdate& brick : update.bricks) {
+    const Cell page = pageOf(brick.brick);
+    if (last == page) continue;
+    last = page;
+    const auto found = pages_.find(page);
+    if (found != pages_.end()) found->second = num_clouds_;
+  }
+}
+
+void VoidSpace::forgetOutside(const CellBox& box, std::uint64_t idle_clouds) {
+  for (auto page = pages_.begin(); page != pages_.end();) {
+    const CellBox cells = pageBox(page->first);
+    if (cells.intersects(box) || page->second + idle_clouds > num_clouds_) {
+      ++page;
+      continue;
+    }
+    forEachBrick(cells, [this](const Cell& brick) { bricks_.erase(brick); });
+    page = pages_.erase(page);
   }
 }
 
@@ -79,12 +107,14 @@ ScanUpdate VoidSpace::withoutMoving(const ScanUpdate& update) const {
 
 VoidSpace VoidSpace::moved(const VoxelMotion& motion) const {
   VoidSpace other;
+  other.num_clouds_ = num_clouds_;
   for (const auto& [brick, mask] : bricks_) {
     forEachCell(brick, mask, [&](const Cell& cell) {
       const CellBox at = motion(CellBox::ofCell(cell));
       if (!at.isEmpty()) other.bricks_[brickOf(at.min)].set(voxelIndex(at.min));
     });
   }
+  for (const auto& [brick, mask] : other.bricks_) other.pages_[pageOf(brick)] = num_clouds_;
   return other;
 }
 

@@ -2,10 +2,12 @@
 #pragma once
 
 #include "cuboid_mapping/geometry/brick.h"
+#include "cuboid_mapping/geometry/page.h"
 #include "cuboid_mapping/geometry/voxel_motion.h"
 #include "cuboid_mapping/scan/brick_update.h"
 
 #include <cstddef>
+#include <cstdint>
 #include <unordered_map>
 
 namespace cuboid_mapping {
@@ -15,11 +17,18 @@ namespace cuboid_mapping {
 ///
 /// A voxel becomes void by one cloud whose beams pass it and pass all of its 26 neighbours, and end in none of them. The
 /// neighbours see to it that neither a pose or a range that is slightly wrong, nor a beam that grazes a surface, makes
-/// the surface void. Once void, always void. Not thread-safe.
+/// the surface void. Once void, always void, until it is forgotten. Not thread-safe.
 class VoidSpace {
  public:
   /// Takes what a cloud observes. @complexity O(bricks of the update).
   void add(const ScanUpdate& update);
+
+  /// Forgets the pages (page.h) that share no voxel with a box, and that none of the last clouds has touched.
+  /// @param idle_clouds  How many clouds these are. @complexity O(pages with void voxels).
+  void forgetOutside(const CellBox& box, std::uint64_t idle_clouds);
+
+  /// Number of bricks with void voxels.
+  [[nodiscard]] std::size_t numBricks() const { return bricks_.size(); }
 
   /// The void voxels of a brick.
   [[nodiscard]] BrickMask of(const Cell& brick) const {
@@ -44,7 +53,11 @@ class VoidSpace {
   }
 
  private:
+  void touch(const ScanUpdate& update);
+
   std::unordered_map<Cell, BrickMask, CellHash> bricks_;
+  std::unordered_map<Cell, std::uint64_t, CellHash> pages_;  ///< The last cloud that touched each.
+  std::uint64_t num_clouds_ = 0;
 };
 
 }  // namespace cuboid_mapping

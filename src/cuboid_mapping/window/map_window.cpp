@@ -86,6 +86,12 @@ const char* toString(OutsideWindow outside) {
   }
 }
 
+CellBox cellsKeptAround(const Eigen::Vector3d& center_map, const WindowConfig& config,
+                        const Grid& grid) {
+  return cubeAround(grid.toCellUnits(center_map),
+                    (config.size_m + 2.0 * config.margin_m) / grid.resolution());
+}
+
 MapWindow::MapWindow(const WindowConfig& config, std::unique_ptr<MapStore> store,
                      const CuboidMap& map)
     : config_(config), store_(std::move(store)) {
@@ -142,7 +148,7 @@ ChangeSet MapWindow::integrate(const ScanUpdate& update, const Eigen::Vector3d& 
 void MapWindow::moveTo(const Eigen::Vector3d& center_map, const Grid& grid) {
   const Eigen::Vector3d center = grid.toCellUnits(center_map);
   window_ = cubeAround(center, config_.size_m / grid.resolution());
-  outer_ = cubeAround(center, (config_.size_m + 2.0 * config_.margin_m) / grid.resolution());
+  outer_ = cellsKeptAround(center_map, config_, grid);
   const CellBox pages{pageOf(window_.min), pageOf(window_.max)};
   if (step_ > 1 && pages == window_pages_) return;
   window_pages_ = pages;
@@ -210,11 +216,12 @@ void MapWindow::loadPage(const Cell& page, CuboidMap& map, ChangeSet& changes) {
 
 std::vector<Cell> MapWindow::findLeaving(const CuboidMap& map) const {
   const bool is_kept = config_.outside == OutsideWindow::kKeep;
-  const std::uint64_t idle_steps = config_.outside == OutsideWindow::kRefuse ? 0 : kIdleSteps;
   const std::vector<CellBox> locked = is_kept ? std::vector<CellBox>() : map.locked().boxes();
   std::vector<Cell> leaving;
   for (const auto& [page, state] : pages_) {
-    if (outer_.intersects(pageBox(page)) || state.last_use + idle_steps > step_) continue;
+    if (outer_.intersects(pageBox(page)) || state.last_use + idleSteps(config_) > step_) {
+      continue;
+    }
     if (!isAnyLocked(locked, page)) leaving.push_back(page);
   }
   std::sort(leaving.begin(), leaving.end());  // Whatever the order of the table.

@@ -1,0 +1,24 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Pages: the parts of a map that come and go with a window.
+#pragma once
+
+#include "cuboid_mapping/geometry/cell_box.h"
+
+#include <cstdint>
+
+namespace cuboid_mapping {
+
+/// Edge in voxels of a page: an aligned cube of 8 x 8 x 8 bricks, named by its least cell.
+constexpr std::int32_t kPageEdge = 64;
+
+/// Least cell of the page that holds a cell.
+[[nodiscard]] constexpr Cell pageOf(const Cell& cell) {
+  return {cell.x & ~(kPageEdge - 1), cell.y & ~(kPageEdge - 1), cell.z & ~(kPageEdge - 1)};
+}
+
+/// The voxels of a page as a cell box.
+[[nodiscard]] constexpr CellBox pageBox(const Cell& page) {
+  return {page, {page.x + kPageEdge, page.y + kPageEdge, page.z + kPageEdge}};
+}
+
+}  // namespace cuboid_mapping
