@@ -73,6 +73,7 @@ if(MPI_C_FOUND)
   add_executable(bag_to_map_mpi
     tools/bag_to_map_mpi.cpp
     tools/brick_owner.cpp
+    tools/cloud_parts.cpp
     tools/mpi_checkpoint.cpp
     tools/mpi_output.cpp
     tools/mpi_ranks.cpp)

@@ -188,9 +188,10 @@ MpiProgress walkAll(const MpiRanks& ranks, BagClouds& clouds, BrickOwner& owner,
   }
   std::uint64_t num_done = before.num_rounds;
   const auto end_round = [&] {
-    owner.exchange();
+    owner.endRound();
     ++num_done;
     if (!checkpoint.isDue()) return;
+    owner.finish();
     MpiProgress progress = gatherProgress(ranks, clouds, owner, before);
     progress.num_rounds = num_done;
     checkpoint.write(progress, takePart(headOf(clouds), owner.voxels()));
@@ -201,6 +202,7 @@ MpiProgress walkAll(const MpiRanks& ranks, BagClouds& clouds, BrickOwner& owner,
   clouds.walk({static_cast<std::uint64_t>(ranks.rank()), size, num_before}, take,
               tellProgress(ranks));
   while (num_done < num_rounds) end_round();
+  owner.finish();
   return gatherProgress(ranks, clouds, owner, before);
 }
 

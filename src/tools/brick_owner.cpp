@@ -1,12 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "brick_owner.h"
 
-#include "cuboid_mapping/io/byte_stream.h"
-#include "cuboid_mapping/io/scan_update_codec.h"
-
 #include <chrono>
 #include <ctime>
-#include <limits>
+#include <optional>
 #include <stdexcept>
 #include <utility>
 
@@ -14,12 +11,8 @@ namespace cuboid_mapping_ros {
 namespace {
 
 using cuboid_mapping::BrickUpdate;
-using cuboid_mapping::ByteReader;
-using cuboid_mapping::ByteWriter;
 using cuboid_mapping::Cell;
 using cuboid_mapping::ScanUpdate;
-
-constexpr std::size_t kAnyNumber = std::numeric_limits<std::uint32_t>::max();
 
 /// Adds the CPU time from its beginning to its end.
 class CpuStopwatch {
@@ -34,91 +27,124 @@ class CpuStopwatch {
   std::clock_t start_;
 };
 
+/// The same of the wall's.
+class Stopwatch {
+ public:
+  explicit Stopwatch(double& sum_s) : sum_s_(sum_s) {}
+  ~Stopwatch() {
+    sum_s_ += std::chrono::duration<double>(std::chrono::steady_clock::now() - start_).count();
+  }
+  Stopwatch(const Stopwatch&) = delete;
+  Stopwatch& operator=(const Stopwatch&) = delete;
+
+ private:
+  double& sum_s_;
+  std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
+};
+
 }  // namespace
 
 BrickOwner::BrickOwner(const MpiRanks& ranks, std::vector<cuboid_mapping::SensorModel> models,
                        int threads)
-    : ranks_(ranks),
-      models_(std::move(models)),
-      threads_(threads),
-      to_(static_cast<std::size_t>(ranks.size())) {}
+    : ranks_(ranks), models_(std::move(models)), threads_(threads) {
+  const auto size = static_cast<std::size_t>(ranks.size());
+  round_.to.resize(size);
+  last_.to.resize(size);
+  received_.resize(size);
+}
 
-std::size_t BrickOwner::ownerOf(const Cell& brick) const {
+std::size_t BrickOwner::ownerOf(const Cell& group) const {
   // By the upper ones of its 32 bits: the lower ones know little of z.
-  return cuboid_mapping::CellHash()(cuboid_mapping::groupOf(brick)) * to_.size() >> 32;
+  return cuboid_mapping::CellHash()(group) * round_.to.size() >> 32;
 }
 
 bool BrickOwner::add(const ScanUpdate* update, std::size_t source) {
   const CpuStopwatch stopwatch(cpu_times_.pack_s);
-  std::vector<ScanUpdate> parts(to_.size());
+  for (PartWriter& to : round_.to) to.beginCloud(source);
   if (update != nullptr) {
+    std::optional<Cell> group;  // Of bricks that lie behind each other most are of one.
+    std::size_t owner = 0;
     for (const BrickUpdate& brick : update->bricks) {
-      parts[ownerOf(brick.brick)].bricks.push_back(brick);
+      if (group != cuboid_mapping::groupOf(brick.brick)) {
+        group = cuboid_mapping::groupOf(brick.brick);
+        owner = ownerOf(*group);
+      }
+      round_.to[owner].add(brick);
     }
   }
-  const auto own_rank = static_cast<std::size_t>(ranks_.rank());
-  own_.push_back({std::move(parts[own_rank]), source});
-  for (std::size_t owner = 0; owner < to_.size(); ++owner) {
-    if (owner == own_rank) continue;
-    const bool is_empty = parts[owner].bricks.empty();
-    const std::string bytes = is_empty ? std::string() : toBytes(parts[owner]);
-    ByteWriter part;
-    part.writeU64(source);
-    part.writeU64(bytes.size());
-    part.writeBytes(bytes);
-    to_[owner] += part.bytes();
-  }
-  return own_.size() == kCloudsOfRound;
+  return ++round_.num_clouds == kCloudsOfRound;
 }
 
-std::vector<std::string> BrickOwner::sendAll() {
+void BrickOwner::endRound() {
+  startSending(round_);
+  takeAll(last_);
+  std::swap(round_, last_);
+}
+
+void BrickOwner::finish() { takeAll(last_); }
+
+void BrickOwner::startSending(Round& round) {
   const CpuStopwatch stopwatch(cpu_times_.exchange_s);
-  const auto start = std::chrono::steady_clock::now();
-  std::vector<std::string> from = ranks_.exchange(to_);
-  const std::chrono::duration<double> time = std::chrono::steady_clock::now() - start;
-  exchange_time_s_ += time.count();
-  return from;
+  const Stopwatch wall(exchange_time_s_);
+  std::vector<std::string_view> to;
+  for (const PartWriter& part : round.to) to.push_back(part.bytes());
+  for (std::size_t rank = 0; rank < to.size(); ++rank) {
+    if (rank != static_cast<std::size_t>(ranks_.rank())) num_sent_bytes_ += to[rank].size();
+  }
+  round.sends = ranks_.startSending(to);
+  round.is_sent = true;
 }
 
-void BrickOwner::exchange() {
-  const std::vector<std::string> from = sendAll();
-  for (std::string& bytes : to_) {
-    num_sent_bytes_ += bytes.size();
-    bytes.clear();
+void BrickOwner::takeAll(Round& round) {
+  if (!round.is_sent) return;
+  std::vector<PartReader> from;
+  {
+    const CpuStopwatch stopwatch(cpu_times_.exchange_s);
+    const Stopwatch wall(exchange_time_s_);
+    for (int rank = 0; rank < ranks_.size(); ++rank) {
+      const auto number = static_cast<std::size_t>(rank);
+      if (rank == ranks_.rank()) {
+        from.emplace_back(round.to[number].bytes());
+      } else {
+        ranks_.receiveNext(rank, received_[number]);
+        from.emplace_back(received_[number]);
+      }
+    }
+    round.sends.wait();
   }
-  std::vector<ByteReader> readers(from.begin(), from.end());
+  applyAll(from);
+  for (PartWriter& to : round.to) to.clear();
+  round.num_clouds = 0;
+  round.is_sent = false;
+}
+
+void BrickOwner::applyAll(std::vector<PartReader>& from) {
   for (std::size_t i = 0; i < kCloudsOfRound; ++i) {
-    for (std::size_t rank = 0; rank < readers.size(); ++rank) {
-      if (rank == static_cast<std::size_t>(ranks_.rank())) {
-        if (i < own_.size()) apply(own_[i].update, own_[i].source);
-        continue;
+    for (std::size_t rank = 0; rank < from.size(); ++rank) {
+      try {
+        applyNext(from[rank]);
+      } catch (const std::runtime_error& error) {
+        throw std::runtime_error("what rank " + std::to_string(rank) +
+                                 " has sent is damaged: " + error.what());
       }
-      if (readers[rank].numLeft() == 0) continue;  // It had fewer clouds.
-      const std::uint64_t source = readers[rank].readU64();
-      const std::string_view bytes = readers[rank].readBytes(readers[rank].readU64());
-      if (bytes.empty()) continue;
-      const auto update = unpack(bytes);
-      if (!update || source >= models_.size()) {
-        throw std::runtime_error("what rank " + std::to_string(rank) + " has sent is damaged");
-      }
-      apply(*update, source);
     }
   }
-  own_.clear();
 }
 
-std::optional<ScanUpdate> BrickOwner::unpack(std::string_view bytes) {
-  const CpuStopwatch stopwatch(cpu_times_.pack_s);
-  return cuboid_mapping::scanUpdateOfBytes(bytes, kAnyNumber);
+void BrickOwner::applyNext(PartReader& from) {
+  if (from.isAtEnd()) return;  // It had fewer clouds.
+  std::size_t source = 0;
+  {
+    const CpuStopwatch stopwatch(cpu_times_.pack_s);
+    source = from.read(part_);
+    if (source >= models_.size()) throw std::runtime_error("it names no source");
+  }
+  const CpuStopwatch stopwatch(cpu_times_.apply_s);
+  voxels_.apply(part_, models_[source], threads_);
 }
 
 void BrickOwner::restore(const std::vector<cuboid_mapping::VoxelBrick>& bricks) {
   voxels_.replace(cuboid_mapping::kAllCells, bricks);
-}
-
-void BrickOwner::apply(const ScanUpdate& update, std::size_t source) {
-  const CpuStopwatch stopwatch(cpu_times_.apply_s);
-  voxels_.apply(update.bricks, models_[source], threads_);
 }
 
 }  // namespace cuboid_mapping_ros

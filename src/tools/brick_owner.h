@@ -1,14 +1,13 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include "cloud_parts.h"
 #include "cuboid_mapping/map/cuboid_map.h"
 #include "mpi_ranks.h"
 
 #include <cstddef>
 #include <cstdint>
-#include <optional>
 #include <string>
-#include <string_view>
 #include <vector>
 
 namespace cuboid_mapping_ros {
@@ -24,8 +23,9 @@ struct CpuTimes {
 ///
 /// Each group of 4 x 4 x 4 bricks has an owner, by a hash of its place: so each cloud falls to all owners
 /// in about equal parts, whatever way the sensor drives. Clouds are walked in rounds: rank r has clouds r, r +
-/// size, ... of a round. At its end every owner gets what the clouds say about its bricks, and
-/// applies it in the order of the clouds. The voxels are those of one map with all clouds.
+/// size, ... of a round. At its end what the clouds say goes to the owners; each takes it at the end of the next round,
+/// so that nobody waits for a rank that is a little slower, and applies it in the order of the clouds. The voxels are
+/// those of one map with all clouds.
 class BrickOwner {
  public:
   /// Clouds of a rank in a round: so many that a slow cloud keeps the others waiting for less.
@@ -35,40 +35,50 @@ class BrickOwner {
   BrickOwner(const MpiRanks& ranks, std::vector<cuboid_mapping::SensorModel> models, int threads);
 
   /// Takes what the rank's next cloud says. @param update  Null when it says nothing.
-  /// @return Whether the round has all the clouds of this rank: exchange() is next.
+  /// @return Whether the round has all the clouds of this rank: endRound() is next.
   bool add(const cuboid_mapping::ScanUpdate* update, std::size_t source);
-  /// Ends the round; all ranks call it together. @throws std::runtime_error when something damaged came.
-  void exchange();
+  /// Ends the round, and applies the one before; all ranks call it equally often.
+  /// @throws std::runtime_error when something damaged came.
+  void endRound();
+  /// Applies the last round, too; all ranks call it after the same round. Throws as endRound().
+  void finish();
 
   /// Begins with these bricks of the rank: those of voxels() of an earlier run with as many ranks.
   void restore(const std::vector<cuboid_mapping::VoxelBrick>& bricks);
 
-  /// The rank's bricks.
+  /// The rank's bricks. @pre finish() was called.
   [[nodiscard]] const cuboid_mapping::VoxelStore& voxels() const { return voxels_; }
   [[nodiscard]] std::uint64_t numSentBytes() const { return num_sent_bytes_; }
-  /// In exchanges: waiting for slower ranks, and sending.
+  /// At ends of rounds: waiting for slower ranks, and sending.
   [[nodiscard]] double exchangeTime_s() const { return exchange_time_s_; }
   /// Of this process, so far.
   [[nodiscard]] const CpuTimes& cpuTimes() const { return cpu_times_; }
 
  private:
-  struct OwnPart {
-    cuboid_mapping::ScanUpdate update;
-    std::size_t source;
+  /// What the rank's clouds of a round say.
+  struct Round {
+    std::vector<PartWriter> to;  ///< By owner, itself included.
+    std::size_t num_clouds = 0;
+    bool is_sent = false;
+    MpiSends sends;
   };
 
-  [[nodiscard]] std::size_t ownerOf(const cuboid_mapping::Cell& brick) const;
-  /// @return What came, by rank.
-  [[nodiscard]] std::vector<std::string> sendAll();
-  [[nodiscard]] std::optional<cuboid_mapping::ScanUpdate> unpack(std::string_view bytes);
-  void apply(const cuboid_mapping::ScanUpdate& update, std::size_t source);
+  [[nodiscard]] std::size_t ownerOf(const cuboid_mapping::Cell& group) const;
+  void startSending(Round& round);
+  /// Takes what came, applies it, and clears the round. Nothing when it was not sent.
+  void takeAll(Round& round);
+  void applyAll(std::vector<PartReader>& from);
+  /// Applies the next part of a rank, if it has one.
+  void applyNext(PartReader& from);
 
   const MpiRanks& ranks_;
   std::vector<cuboid_mapping::SensorModel> models_;
   int threads_;
   cuboid_mapping::VoxelStore voxels_;
-  std::vector<OwnPart> own_;     ///< The rank's own part, cloud by cloud.
-  std::vector<std::string> to_;  ///< By owner, cloud by cloud: source, length and bytes.
+  Round round_;                                    ///< Under way.
+  Round last_;                                     ///< Sent, and not yet applied.
+  std::vector<std::string> received_;              ///< By rank.
+  std::vector<cuboid_mapping::BrickUpdate> part_;  ///< That is applied.
   std::uint64_t num_sent_bytes_ = 0;
   double exchange_time_s_ = 0.0;
   CpuTimes cpu_times_;

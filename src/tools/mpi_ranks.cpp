@@ -14,6 +14,9 @@ namespace {
 /// MPI counts bytes by int.
 constexpr std::size_t kMaxMessage_bytes = std::size_t{1} << 30;
 
+/// Of what receiveNext() takes; all else has 0.
+constexpr int kTagOfNext = 1;
+
 int checkedCount(std::size_t num_bytes) {
   if (num_bytes > static_cast<std::size_t>(std::numeric_limits<int>::max())) {
     throw std::length_error("clouds say more than MPI can send at once: use more ranks");
@@ -34,6 +37,20 @@ std::vector<int> toOffsets(const std::vector<int>& counts) {
 }
 
 }  // namespace
+
+struct MpiSends::Requests {
+  std::vector<MPI_Request> all;
+};
+
+MpiSends::MpiSends() : requests_(std::make_unique<Requests>()) {}
+MpiSends::~MpiSends() = default;
+MpiSends::MpiSends(MpiSends&& other) noexcept = default;
+MpiSends& MpiSends::operator=(MpiSends&& other) noexcept = default;
+
+void MpiSends::wait() {
+  MPI_Waitall(static_cast<int>(requests_->all.size()), requests_->all.data(), MPI_STATUSES_IGNORE);
+  requests_->all.clear();
+}
 
 MpiRanks::MpiRanks(int& argc, char**& argv) {
   int provided = 0;  // Threads are there, MPI is called by one.
@@ -91,6 +108,28 @@ std::vector<std::string> MpiRanks::exchange(const std::vector<std::string>& to) 
         in.substr(static_cast<std::size_t>(received_at[i]), static_cast<std::size_t>(received[i]));
   }
   return from;
+}
+
+MpiSends MpiRanks::startSending(const std::vector<std::string_view>& to) const {
+  MpiSends sends;
+  for (int rank = 0; rank < size_; ++rank) {
+    if (rank == rank_) continue;
+    const std::string_view bytes = to[static_cast<std::size_t>(rank)];
+    sends.requests_->all.push_back(MPI_REQUEST_NULL);
+    MPI_Isend(bytes.data(), checkedCount(bytes.size()), MPI_CHAR, rank, kTagOfNext, MPI_COMM_WORLD,
+              &sends.requests_->all.back());
+  }
+  return sends;
+}
+
+void MpiRanks::receiveNext(int from, std::string& bytes) const {
+  MPI_Message message = MPI_MESSAGE_NULL;
+  MPI_Status status;
+  MPI_Mprobe(from, kTagOfNext, MPI_COMM_WORLD, &message, &status);
+  int count = 0;
+  MPI_Get_count(&status, MPI_CHAR, &count);
+  bytes.resize(static_cast<std::size_t>(count));
+  MPI_Mrecv(bytes.data(), count, MPI_CHAR, &message, MPI_STATUS_IGNORE);
 }
 
 void MpiRanks::sendToFirst(const std::string& bytes) const {

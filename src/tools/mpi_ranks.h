@@ -4,10 +4,30 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <memory>
 #include <string>
+#include <string_view>
 #include <vector>
 
 namespace cuboid_mapping_ros {
+
+/// Bytes that are on their way to other ranks, see MpiRanks::startSending().
+class MpiSends {
+ public:
+  MpiSends();
+  ~MpiSends();
+  MpiSends(MpiSends&& other) noexcept;
+  MpiSends& operator=(MpiSends&& other) noexcept;
+
+  /// Waits until they have been taken.
+  void wait();
+
+ private:
+  friend class MpiRanks;
+  struct Requests;
+
+  std::unique_ptr<Requests> requests_;
+};
 
 /// The ranks of MPI_COMM_WORLD: programs that work side by side. An error of MPI ends all of them.
 ///
@@ -33,6 +53,11 @@ class MpiRanks {
 
   /// Sends bytes to each rank. @param to  By rank; less than 2 GB in all. @return What came, by rank.
   [[nodiscard]] std::vector<std::string> exchange(const std::vector<std::string>& to) const;
+  /// Begins to send bytes to all other ranks. Does not wait. @param to  By rank, less than 2 GB each; they must stay as
+  /// they are until the sends are waited for.
+  [[nodiscard]] MpiSends startSending(const std::vector<std::string_view>& to) const;
+  /// What another rank has begun to send, in its order. Waits for that rank alone.
+  void receiveNext(int from, std::string& bytes) const;
   /// Sends bytes of any length to rank 0, when it calls receive(). Does not wait for the others.
   void sendToFirst(const std::string& bytes) const;
   /// What a rank has sent. Does not wait for the other ranks.

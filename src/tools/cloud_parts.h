@@ -1,0 +1,64 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// What clouds say about the bricks of one rank, as bytes for that rank. Written and read many times as fast as
+// toBytes() of io/scan_update_codec.h, and twice as long: between ranks time counts more.
+#pragma once
+
+#include "cuboid_mapping/scan/brick_update.h"
+
+#include <cstddef>
+#include <cstdint>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace cuboid_mapping_ros {
+
+/// Writes parts of clouds, one behind the other. Memory is kept for the next ones.
+///
+/// A part is its source and the number of its bricks, 4 bytes each; then for each brick a byte, 1 if it is grazed; how
+/// far it lies from the one before, three varints; and of hits, misses and, if there are any, grazes: two
+/// bits for each slice, which say that it is empty (0), full (1) or follows (2), and the slices that follow.
+class PartWriter {
+ public:
+  /// Begins with the part of the next cloud.
+  void beginCloud(std::size_t source);
+  /// Adds a brick to it. A voxel that is hit and missed is hit afterwards, which means the same to a map.
+  void add(const cuboid_mapping::BrickUpdate& brick);
+
+  /// All parts since the last clear(). Valid until the next call.
+  [[nodiscard]] std::string_view bytes() const { return {bytes_.data(), end_}; }
+  void clear() { end_ = 0; }
+
+ private:
+  void reserve(std::size_t num_bytes);
+  void writeVarint(std::uint32_t value);
+  void writeMask(const cuboid_mapping::BrickMask& mask);
+
+  std::string bytes_;
+  std::size_t end_ = 0;    ///< Of what is written.
+  std::size_t begin_ = 0;  ///< Of the part.
+  cuboid_mapping::Cell last_;
+  std::uint32_t num_bricks_ = 0;  ///< Of the part.
+};
+
+/// Reads what a PartWriter has written.
+class PartReader {
+ public:
+  PartReader() = default;
+  explicit PartReader(std::string_view bytes) : bytes_(bytes) {}
+
+  [[nodiscard]] bool isAtEnd() const { return bytes_.empty(); }
+  /// Takes the next part. @param bricks  What it says; Morton numbers are 0. @return Its source.
+  /// @throws std::runtime_error  when the bytes end too early.
+  std::size_t read(std::vector<cuboid_mapping::BrickUpdate>& bricks);
+
+ private:
+  const char* take(std::size_t num_bytes);
+  std::uint32_t readU32();
+  std::uint32_t readVarint();
+  void readMask(cuboid_mapping::BrickMask& mask);
+
+  std::string_view bytes_;
+};
+
+}  // namespace cuboid_mapping_ros
