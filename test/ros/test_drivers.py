@@ -1,6 +1,7 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: BSD-3-Clause
 """The launch and configuration files of common drivers: their clouds get into the map."""
+import pathlib
 import unittest
 
 import rospy
@@ -67,6 +68,13 @@ class DriversTest(unittest.TestCase):
 
     def test_livox(self):
         self.check('/livox/livox_map', '/livox/lidar', LIVOX, (0.5, 50.0), 0.2)
+
+    def test_window(self):
+        self.check('/window/cuboid_mapping', '/window/cloud_in', XYZ, (1.0, 50.0), 0.2)
+        file = pathlib.Path(rospy.get_param('/window/cuboid_mapping/window/file'))
+        self.assertEqual(file.read_bytes()[:15], b'SQLite format 3')
+        for part in file.parent.glob(file.name + '*'):
+            part.unlink()
 
     def test_realsense(self):
         self.check('/realsense/cuboid_mapping', '/camera/depth/color/points', REALSENSE,
