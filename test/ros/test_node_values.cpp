@@ -49,8 +49,9 @@ class LossyServer {
   LossyServer(std::uint64_t instance, const MapImageServer::Options& options)
       : instance_(instance),
         detail_(options.topic_detail),
-        images_(nh_, ros::NodeHandle(nh_, "lossy"), options,
-                [this](MapDetail wanted) { return image(wanted); }) {
+        images_(
+            nh_, ros::NodeHandle(nh_, "lossy"), options,
+            [this](MapDetail wanted) { return image(wanted); }, [] { return std::string(); }) {
     delta_publisher_ = advertiseDelta(nh_, "cuboid_map_updates");
   }
 
