@@ -142,7 +142,7 @@ class VoxelStore {
   std::optional<CellBox> bounds_;
   bool is_shrinking_ = false;  ///< A brick that has gone touched the bounds.
 };
-
+/// See VoxelStore::prepare().
 class VoxelStore::PendingChange {
   friend class VoxelStore;
   std::vector<NewBrick> bricks_;
