@@ -31,6 +31,13 @@ inline sensor_msgs::PointField takeField(FuzzInput& input, std::uint32_t index) 
   return field;
 }
 
+/// Of most clouds; a cloud has rows and columns of 1 to so many points.
+struct CloudShape {
+  std::size_t max_height;
+  std::size_t max_width;
+  std::uint32_t point_step;
+};
+
 /// Gives a cloud its bytes: once more from the beginning, so that most clouds have all their points.
 inline void fillCloud(sensor_msgs::PointCloud2& cloud, const std::string& data) {
   cloud.data.assign(data.begin(), data.end());
@@ -42,17 +49,23 @@ inline void fillCloud(sensor_msgs::PointCloud2& cloud, const std::string& data) 
   }
 }
 
+/// Gives a cloud all but its fields.
+inline void takeContent(FuzzInput& input, const CloudShape& usual,
+                        sensor_msgs::PointCloud2& cloud) {
+  cloud.is_bigendian = static_cast<std::uint8_t>(input.chance());
+  cloud.height = takeSize(input, 1 + static_cast<std::uint32_t>(input.upTo(usual.max_height - 1)));
+  cloud.point_step = takeSize(input, usual.point_step);
+  cloud.width = takeSize(input, 1 + static_cast<std::uint32_t>(input.upTo(usual.max_width - 1)));
+  cloud.row_step = takeSize(input, cloud.width * cloud.point_step);
+  fillCloud(cloud, input.rest());
+}
+
 inline sensor_msgs::PointCloud2 takeCloud(FuzzInput& input) {
   sensor_msgs::PointCloud2 cloud;
   cloud.header.frame_id = "lidar";
   const auto num_fields = static_cast<std::uint32_t>(input.upTo(4));
   for (std::uint32_t i = 0; i < num_fields; ++i) cloud.fields.push_back(takeField(input, i));
-  cloud.is_bigendian = static_cast<std::uint8_t>(input.chance());
-  cloud.height = takeSize(input, 1 + static_cast<std::uint32_t>(input.upTo(7)));
-  cloud.point_step = takeSize(input, 12);
-  cloud.width = takeSize(input, 1 + static_cast<std::uint32_t>(input.upTo(31)));
-  cloud.row_step = takeSize(input, cloud.width * cloud.point_step);
-  fillCloud(cloud, input.rest());
+  takeContent(input, {8, 32, 12}, cloud);
   return cloud;
 }
 

@@ -8,12 +8,12 @@
 #include <boost/make_shared.hpp>
 
 #include <cmath>
-#include <cstdlib>
 
 namespace {
 
 using namespace cuboid_mapping_ros;
 using cuboid_mapping::FuzzInput;
+using cuboid_mapping::require;
 using cuboid_mapping::takeCloud;
 
 NodeParameters takeParameters(FuzzInput& input) {
@@ -24,10 +24,6 @@ NodeParameters takeParameters(FuzzInput& input) {
   parameters.no_return_range_m = input.chance() ? 15.0 : 0.0;
   parameters.no_return_points = static_cast<NoReturnPoints>(input.upTo(15));
   return parameters;
-}
-
-void require(bool holds) {
-  if (!holds) std::abort();
 }
 
 /// What convertCloud() promises.

@@ -3,11 +3,17 @@
 
 #include <array>
 #include <cstdint>
+#include <cstdlib>
 #include <cstring>
 #include <limits>
 #include <string>
 
 namespace cuboid_mapping {
+
+/// What has to hold whatever the bytes are: otherwise the fuzzer has found something.
+inline void require(bool holds) {
+  if (!holds) std::abort();
+}
 
 /// Takes values out of the bytes of a fuzzer one after the other; zeros when they are used up.
 class FuzzInput {

@@ -12,17 +12,12 @@
 #include <unistd.h>
 
 #include <algorithm>
-#include <cstdlib>
 #include <filesystem>
 #include <string>
 
 namespace {
 
 using namespace cuboid_mapping;
-
-void require(bool holds) {
-  if (!holds) std::abort();
-}
 
 /// A map of some boxes, which lie in a few pages, or in one.
 MapSnapshot takeMap(FuzzInput& input) {

@@ -9,19 +9,15 @@
 
 #include <array>
 #include <cmath>
-#include <cstdlib>
 
 namespace {
 
 using namespace cuboid_mapping_ros;
-using cuboid_mapping::fillCloud;
 using cuboid_mapping::FuzzInput;
+using cuboid_mapping::require;
+using cuboid_mapping::takeContent;
 using cuboid_mapping::takeSize;
 using sensor_msgs::PointField;
-
-void require(bool holds) {
-  if (!holds) std::abort();
-}
 
 sensor_msgs::PointCloud2 takeTimedCloud(FuzzInput& input) {
   constexpr std::array<const char*, 6> kNames{"time",      "t",          "offset_time",
@@ -40,12 +36,7 @@ sensor_msgs::PointCloud2 takeTimedCloud(FuzzInput& input) {
         input.upTo(7) == 0 ? input.take<std::uint8_t>() : kTypes.at(input.upTo(kTypes.size() - 1));
     cloud.fields.push_back(field);
   }
-  cloud.is_bigendian = static_cast<std::uint8_t>(input.chance());
-  cloud.height = takeSize(input, 1 + static_cast<std::uint32_t>(input.upTo(3)));
-  cloud.point_step = takeSize(input, 16);
-  cloud.width = takeSize(input, 1 + static_cast<std::uint32_t>(input.upTo(15)));
-  cloud.row_step = takeSize(input, cloud.width * cloud.point_step);
-  fillCloud(cloud, input.rest());
+  takeContent(input, {4, 16, 16}, cloud);
   return cloud;
 }
 
