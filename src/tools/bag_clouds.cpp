@@ -6,6 +6,7 @@
 #include "cuboid_mapping/ros/point_cloud.h"
 #include "cuboid_mapping/ros/self_filter.h"
 #include "stamps.h"
+#include "transform_message.h"
 #include "yaml_parameters.h"
 
 #include <rosbag/view.h>
@@ -181,9 +182,10 @@ std::optional<SensorMessage> BagClouds::read(std::uint64_t number) {
   if (!folders_) return messages_.read(number);
   const cuboid_mapping::ScanDataset::Item scan = folders_->read(number);
   const ros::Time stamp = computeStamp(kFirstStamp, number, kScanRate_hz);
-  ScanNames names;
-  names.map_frame = withoutSlash(parameters_.frame_id);
-  tf_.setTransform(toTransformMessage(scan.T_map_sensor, stamp, names), "scans");
+  const ScanNames names;
+  tf_.setTransform(toTransformMessage(scan.T_map_sensor, stamp, withoutSlash(parameters_.frame_id),
+                                      names.sensor_frame),
+                   "scans");
   return SensorMessage{boost::make_shared<sensor_msgs::PointCloud2>(
       toCloud(scan.points_sensor, makeHeader(names.sensor_frame, stamp)))};
 }

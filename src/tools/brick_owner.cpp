@@ -14,32 +14,24 @@ using cuboid_mapping::BrickUpdate;
 using cuboid_mapping::Cell;
 using cuboid_mapping::ScanUpdate;
 
-/// Adds the CPU time from its beginning to its end.
-class CpuStopwatch {
+double cpuTime_s() { return static_cast<double>(std::clock()) / CLOCKS_PER_SEC; }
+
+double wallTime_s() {
+  return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
+}
+
+/// Adds the time of a clock from its beginning to its end.
+class Lap {
  public:
-  explicit CpuStopwatch(double& sum_s) : sum_s_(sum_s), start_(std::clock()) {}
-  ~CpuStopwatch() { sum_s_ += static_cast<double>(std::clock() - start_) / CLOCKS_PER_SEC; }
-  CpuStopwatch(const CpuStopwatch&) = delete;
-  CpuStopwatch& operator=(const CpuStopwatch&) = delete;
+  Lap(double (*now_s)(), double& sum_s) : now_s_(now_s), sum_s_(sum_s), start_s_(now_s()) {}
+  ~Lap() { sum_s_ += now_s_() - start_s_; }
+  Lap(const Lap&) = delete;
+  Lap& operator=(const Lap&) = delete;
 
  private:
+  double (*now_s_)();
   double& sum_s_;
-  std::clock_t start_;
-};
-
-/// The same of the wall's.
-class Stopwatch {
- public:
-  explicit Stopwatch(double& sum_s) : sum_s_(sum_s) {}
-  ~Stopwatch() {
-    sum_s_ += std::chrono::duration<double>(std::chrono::steady_clock::now() - start_).count();
-  }
-  Stopwatch(const Stopwatch&) = delete;
-  Stopwatch& operator=(const Stopwatch&) = delete;
-
- private:
-  double& sum_s_;
-  std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
+  double start_s_;
 };
 
 }  // namespace
@@ -59,7 +51,7 @@ std::size_t BrickOwner::ownerOf(const Cell& group) const {
 }
 
 bool BrickOwner::add(const ScanUpdate* update, std::size_t source) {
-  const CpuStopwatch stopwatch(cpu_times_.pack_s);
+  const Lap cpu(cpuTime_s, cpu_times_.pack_s);
   for (PartWriter& to : round_.to) to.beginCloud(source);
   if (update != nullptr) {
     std::optional<Cell> group;  // Of bricks that lie behind each other most are of one.
@@ -84,8 +76,8 @@ void BrickOwner::endRound() {
 void BrickOwner::finish() { takeAll(last_); }
 
 void BrickOwner::startSending(Round& round) {
-  const CpuStopwatch stopwatch(cpu_times_.exchange_s);
-  const Stopwatch wall(exchange_time_s_);
+  const Lap cpu(cpuTime_s, cpu_times_.exchange_s);
+  const Lap wall(wallTime_s, exchange_time_s_);
   std::vector<std::string_view> to;
   for (const PartWriter& part : round.to) to.push_back(part.bytes());
   for (std::size_t rank = 0; rank < to.size(); ++rank) {
@@ -99,8 +91,8 @@ void BrickOwner::takeAll(Round& round) {
   if (!round.is_sent) return;
   std::vector<PartReader> from;
   {
-    const CpuStopwatch stopwatch(cpu_times_.exchange_s);
-    const Stopwatch wall(exchange_time_s_);
+    const Lap cpu(cpuTime_s, cpu_times_.exchange_s);
+    const Lap wall(wallTime_s, exchange_time_s_);
     for (int rank = 0; rank < ranks_.size(); ++rank) {
       const auto number = static_cast<std::size_t>(rank);
       if (rank == ranks_.rank()) {
@@ -135,11 +127,11 @@ void BrickOwner::applyNext(PartReader& from) {
   if (from.isAtEnd()) return;  // It had fewer clouds.
   std::size_t source = 0;
   {
-    const CpuStopwatch stopwatch(cpu_times_.pack_s);
+    const Lap cpu(cpuTime_s, cpu_times_.pack_s);
     source = from.read(part_);
     if (source >= models_.size()) throw std::runtime_error("it names no source");
   }
-  const CpuStopwatch stopwatch(cpu_times_.apply_s);
+  const Lap cpu(cpuTime_s, cpu_times_.apply_s);
   voxels_.apply(part_, models_[source], threads_);
 }
 

@@ -32,7 +32,8 @@ MapSnapshot withBricks(const MapSnapshot& head, std::vector<VoxelBrick> bricks) 
   return {head.resolution_m, head.sensor_model, head.environment, head.frame_id, std::move(bricks)};
 }
 
-void sortAlongMortonCurve(std::vector<Cell>& pages) {
+/// Along the Morton curve, each once.
+void sortUnique(std::vector<Cell>& pages) {
   std::sort(pages.begin(), pages.end(), cuboid_mapping::isBeforeOnMortonCurve);
   pages.erase(std::unique(pages.begin(), pages.end()), pages.end());
 }
@@ -43,7 +44,7 @@ std::vector<Cell> findPages(const VoxelStore& part) {
     const Cell page = cuboid_mapping::pageOf(brick.brick);
     if (pages.empty() || pages.back() != page) pages.push_back(page);
   });
-  sortAlongMortonCurve(pages);
+  sortUnique(pages);
   return pages;
 }
 
@@ -127,7 +128,7 @@ std::size_t writeStore(const MpiRanks& ranks, const MapSnapshot& head, const Vox
                        std::vector<PagesOfRank> pages, const std::string& file) {
   std::vector<Cell> all;
   for (const auto& rank : pages) all.insert(all.end(), rank.pages().begin(), rank.pages().end());
-  sortAlongMortonCurve(all);
+  sortUnique(all);
   const auto bricks_of = [&](const Cell& page) {
     cuboid_mapping::throwIfInterrupted();
     std::vector<VoxelBrick> bricks = bricksIn(part, page);

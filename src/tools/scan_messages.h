@@ -4,8 +4,6 @@
 
 #include "cuboid_mapping/io/scan_dataset.h"
 
-#include <geometry_msgs/TransformStamped.h>
-
 #include <cstddef>
 #include <memory>
 #include <string>
@@ -22,10 +20,6 @@ struct ScanNames {
 
 /// Clouds per second, where nothing else is said: scans have no stamps of their own.
 constexpr double kScanRate_hz = 10.0;
-
-/// Pose of a sensor in the map.
-[[nodiscard]] geometry_msgs::TransformStamped toTransformMessage(
-    const Eigen::Isometry3d& T_map_sensor, const ros::Time& stamp, const ScanNames& names);
 
 /// Data sets of scans, one behind the other.
 class ScanFolders {

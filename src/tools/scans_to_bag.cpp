@@ -7,6 +7,7 @@
 #include "progress_bar.h"
 #include "scan_messages.h"
 #include "stamps.h"
+#include "transform_message.h"
 
 #include <ros/names.h>
 
@@ -62,7 +63,8 @@ int convert(const Options& options) {
       const ScanDataset::Item scan = dataset->read(i);
       const ros::Time stamp = computeStamp(kFirstStamp, i, options.rate_hz);
       tf2_msgs::TFMessage tf;
-      tf.transforms.push_back(toTransformMessage(scan.T_map_sensor, stamp, options.names));
+      tf.transforms.push_back(toTransformMessage(scan.T_map_sensor, stamp, options.names.map_frame,
+                                                 options.names.sensor_frame));
       bag.writeCloud(options.names.topic,
                      toCloud(scan.points_sensor, makeHeader(options.names.sensor_frame, stamp)),
                      tf);

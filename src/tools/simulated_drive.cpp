@@ -2,9 +2,9 @@
 #include "simulated_drive.h"
 
 #include "cuboid_mapping/simulation/range_check.h"
+#include "transform_message.h"
 
 #include <sensor_msgs/point_cloud2_iterator.h>
-#include <tf2_eigen/tf2_eigen.h>
 
 #include <algorithm>
 #include <cmath>
@@ -50,21 +50,10 @@ std::uint64_t computeNumClouds(const DriveConfig& config) {
   return static_cast<std::uint64_t>(std::max(1.0, count));
 }
 
-geometry_msgs::TransformStamped toMessage(const Eigen::Isometry3d& T_parent_child,
-                                          const ros::Time& stamp, const std::string& parent,
-                                          const std::string& child) {
-  geometry_msgs::TransformStamped message = tf2::eigenToTransform(T_parent_child);
-  message.header.stamp = stamp;
-  message.header.frame_id = parent;
-  message.child_frame_id = child;
-  return message;
-}
-
 sensor_msgs::PointCloud2 toMessage(const LidarCloud& cloud, const ros::Time& stamp,
                                    const std::string& frame_id) {
   sensor_msgs::PointCloud2 message;
-  message.header.stamp = stamp;
-  message.header.frame_id = frame_id;
+  message.header = makeHeader(frame_id, stamp);
   message.is_dense = false;
   sensor_msgs::PointCloud2Modifier modifier(message);
   using Field = sensor_msgs::PointField;
@@ -83,12 +72,12 @@ SimulatedDrive::SimulatedDrive(const DriveConfig& config)
     : config_(config), world_(config.seed), lidar_(withSeed(config.lidar, config.seed)) {}
 
 geometry_msgs::TransformStamped SimulatedDrive::toMountMessage(const ros::Time& stamp) const {
-  return toMessage(kMount, stamp, frameOf(kBaseFrame), frameOf(kLidarFrame));
+  return toTransformMessage(kMount, stamp, frameOf(kBaseFrame), frameOf(kLidarFrame));
 }
 
 geometry_msgs::TransformStamped SimulatedDrive::toPoseMessage(std::uint64_t index,
                                                               const ros::Time& stamp) const {
-  return toMessage(computePose(timeOf(index)), stamp, "map", frameOf(kBaseFrame));
+  return toTransformMessage(computePose(timeOf(index)), stamp, "map", frameOf(kBaseFrame));
 }
 
 sensor_msgs::PointCloud2 SimulatedDrive::toCloudMessage(std::uint64_t index,

@@ -34,12 +34,6 @@ struct DriveConfig {
 /// Of the robot.
 constexpr char kBaseFrame[] = "base_link";
 
-/// Where a frame is in another one.
-[[nodiscard]] geometry_msgs::TransformStamped toMessage(const Eigen::Isometry3d& T_parent_child,
-                                                        const ros::Time& stamp,
-                                                        const std::string& parent,
-                                                        const std::string& child);
-
 /// Organized, float32 fields x, y, z and intensity, NaN without return.
 [[nodiscard]] sensor_msgs::PointCloud2 toMessage(const cuboid_mapping::LidarCloud& cloud,
                                                  const ros::Time& stamp,

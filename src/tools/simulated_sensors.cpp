@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "simulated_sensors.h"
 
+#include "transform_message.h"
+
 #include <cmath>
 #include <cstring>
 #include <limits>
@@ -83,7 +85,8 @@ SimulatedSensors::SimulatedSensors(const DriveConfig& config)
 std::vector<geometry_msgs::TransformStamped> SimulatedSensors::toMountMessages(
     const ros::Time& stamp) const {
   const auto mount = [&](const Eigen::Isometry3d& T_base_sensor, const char* frame) {
-    return toMessage(T_base_sensor, stamp, drive_.frameOf(kBaseFrame), drive_.frameOf(frame));
+    return toTransformMessage(T_base_sensor, stamp, drive_.frameOf(kBaseFrame),
+                              drive_.frameOf(frame));
   };
   return {mount(kRearMount, kRearFrame), mount(kLaserMount, kLaserFrame),
           mount(kCameraMount, kCameraFrame)};
@@ -91,7 +94,8 @@ std::vector<geometry_msgs::TransformStamped> SimulatedSensors::toMountMessages(
 
 geometry_msgs::TransformStamped SimulatedSensors::toPoseMessage(std::uint64_t tick,
                                                                 const ros::Time& stamp) const {
-  return toMessage(drive_.computePose(timeOf(tick)), stamp, "map", drive_.frameOf(kBaseFrame));
+  return toTransformMessage(drive_.computePose(timeOf(tick)), stamp, "map",
+                            drive_.frameOf(kBaseFrame));
 }
 
 sensor_msgs::PointCloud2 SimulatedSensors::toCloudMessage(std::uint64_t tick,
@@ -102,8 +106,7 @@ sensor_msgs::PointCloud2 SimulatedSensors::toCloudMessage(std::uint64_t tick,
 sensor_msgs::LaserScan SimulatedSensors::toScanMessage(std::uint64_t tick,
                                                        const ros::Time& stamp) const {
   sensor_msgs::LaserScan scan;
-  scan.header.stamp = stamp;
-  scan.header.frame_id = drive_.frameOf(kLaserFrame);
+  scan.header = makeHeader(drive_.frameOf(kLaserFrame), stamp);
   scan.angle_min = kScanBegin_rad;
   scan.angle_max = kScanBegin_rad + (kScanBeams - 1) * kScanStep_rad;
   scan.angle_increment = kScanStep_rad;
@@ -119,8 +122,7 @@ sensor_msgs::LaserScan SimulatedSensors::toScanMessage(std::uint64_t tick,
 sensor_msgs::Image SimulatedSensors::toImageMessage(std::uint64_t tick,
                                                     const ros::Time& stamp) const {
   sensor_msgs::Image image;
-  image.header.stamp = stamp;
-  image.header.frame_id = drive_.frameOf(kCameraFrame);
+  image.header = makeHeader(drive_.frameOf(kCameraFrame), stamp);
   image.width = kImageWidth;
   image.height = kImageHeight;
   image.encoding = "16UC1";
@@ -137,8 +139,7 @@ sensor_msgs::Image SimulatedSensors::toImageMessage(std::uint64_t tick,
 
 sensor_msgs::CameraInfo SimulatedSensors::toCameraMessage(const ros::Time& stamp) const {
   sensor_msgs::CameraInfo camera;
-  camera.header.stamp = stamp;
-  camera.header.frame_id = drive_.frameOf(kCameraFrame);
+  camera.header = makeHeader(drive_.frameOf(kCameraFrame), stamp);
   camera.width = kImageWidth;
   camera.height = kImageHeight;
   camera.K = {kFocalLength, 0, 0.5 * kImageWidth, 0, kFocalLength, 0.5 * kImageHeight, 0, 0, 1};
