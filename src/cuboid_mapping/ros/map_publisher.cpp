@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "cuboid_mapping/ros/map_publisher.h"
 
-#include "cuboid_mapping/io/text.h"
 #include "cuboid_mapping/map/map_follower.h"
 #include "cuboid_mapping/ros/names.h"
 #include "cuboid_mapping/ros/tf_lookup.h"
+#include "cuboid_mapping/ros/window_parameters.h"
 
 namespace cuboid_mapping_ros {
 
@@ -53,8 +53,7 @@ std::string MapPublisher::describeLeftOut() const {
   const auto window = map_.windowFigures();
   if (!window || window->num_on_disk_only == 0) return {};
   return "this is what is in memory, as the topics show it, without " +
-         cuboid_mapping::counted(window->num_on_disk_only, "part") +
-         " of the map, of 64 x 64 x 64 voxels, on disk: ~save_map writes all";
+         describePages(window->num_on_disk_only) + ", on disk: ~save_map writes all";
 }
 
 ChangeSet MapPublisher::publish() {

@@ -212,8 +212,7 @@ std::string describeRefusal(const Eigen::Isometry3d& T_target_map, double resolu
          << cuboid_mapping::toText(nearest.translation()) << ". ";
   }
   text << "Or resample the map: ~save_map, then ~load_map of that file with this transform. Or map "
-          "a "
-          "recording again, with the new poses: bag_to_map";
+          "a recording again, with the new poses: bag_to_map";
   return text.str();
 }
 

@@ -123,8 +123,8 @@ class MappingNode {
 
   NodeParameters parameters_;
   NodeSources sources_;  ///< As reconfigured.
-  std::atomic<std::uint64_t> first_stamp_ns_{
-      0};  ///< Earlier clouds are of a frame before ~move_map.
+  /// Earlier clouds are of a frame before ~move_map.
+  std::atomic<std::uint64_t> first_stamp_ns_{0};
   Forgetting forgetting_;
   MovingFilter moving_filter_;
   GuardedMap map_;

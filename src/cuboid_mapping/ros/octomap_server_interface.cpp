@@ -6,6 +6,7 @@
 #include "cuboid_mapping/ros/map_storage.h"
 #include "cuboid_mapping/ros/names.h"
 #include "cuboid_mapping/ros/tf_lookup.h"
+#include "cuboid_mapping/ros/window_parameters.h"
 
 #include <ros/console.h>
 #include <ros/single_subscriber_publisher.h>
@@ -67,8 +68,8 @@ MapView viewWholeMap(const GuardedMap& map, const std::string& frame_id, Queries
                            const MapWindow* window) {
       const std::size_t num_elsewhere = window == nullptr ? 0 : window->figures().num_on_disk_only;
       if (num_elsewhere > 0 && outside == QueriesOutside::kRefuse) {
-        throw RefusedCall("not loaded: " + counted(num_elsewhere, "part") +
-                          " of the map, of 64 x 64 x 64 voxels, would have to be read from the "
+        throw RefusedCall("not loaded: " + describePages(num_elsewhere) +
+                          ", would have to be read from the "
                           "disk, and an octree without is not the map. Set the parameter "
                           "window/queries to load; the topic of this name shows what is in "
                           "memory");

@@ -3,6 +3,7 @@
 
 #include "cuboid_mapping/io/text.h"
 #include "cuboid_mapping/ros/service_limits.h"
+#include "cuboid_mapping/ros/window_parameters.h"
 
 #include <tf2_eigen/tf2_eigen.h>
 
@@ -132,17 +133,16 @@ void RequestReader::requireLoaded(const CellBox& box) {
   if (!isGood()) return;
   const std::size_t num_pages = map_.map.countNotLoaded(box);
   if (num_pages == 0) return;
-  const std::string pages =
-      cuboid_mapping::counted(num_pages, "part") + " of the map, of 64 x 64 x 64 voxels, ";
+  const std::string pages = describePages(num_pages);
   constexpr double kPageBricks = 512.0;
   if (map_.limits.outside == QueriesOutside::kRefuse) {
     require(false,
             "not loaded: " + pages +
-                "would have to be read from the disk. Ask about a place nearer to the robot, "
+                ", would have to be read from the disk. Ask about a place nearer to the robot, "
                 "or set the parameter window/queries to load");
   } else if (kPageBricks * static_cast<double>(num_pages) > map_.limits.max_bricks) {
     require(false, "not loaded: " + pages +
-                       "would have to be read from the disk, which is more than query/max_bricks "
+                       ", would have to be read from the disk, which is more than query/max_bricks "
                        "allows: ask for less at once");
   } else {
     try {

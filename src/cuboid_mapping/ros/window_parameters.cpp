@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "cuboid_mapping/ros/window_parameters.h"
 
+#include "cuboid_mapping/io/text.h"
 #include "cuboid_mapping/ros/parameter_table.h"
 #include "cuboid_mapping/ros/tf_lookup.h"
 
@@ -67,6 +68,10 @@ std::vector<ParameterError> checkWindow(const NodeParameters& parameters) {
          "it, and make window/file of it with map_convert"});
   }
   return errors;
+}
+
+std::string describePages(std::size_t num_pages) {
+  return cuboid_mapping::counted(num_pages, "part") + " of the map, of 64 x 64 x 64 voxels";
 }
 
 std::unique_ptr<MapWindow> makeWindow(const NodeParameters& parameters,

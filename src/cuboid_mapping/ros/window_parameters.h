@@ -3,6 +3,7 @@
 
 #include "cuboid_mapping/window/map_window.h"
 
+#include <cstddef>
 #include <memory>
 #include <string>
 
@@ -22,6 +23,9 @@ struct WindowParameters {
     return isOn() && config.outside == cuboid_mapping::OutsideWindow::kKeep;
   }
 };
+
+/// "3 parts of the map, of 64 x 64 x 64 voxels": pages, for people.
+[[nodiscard]] std::string describePages(std::size_t num_pages);
 
 /// The window of the parameters, with its store opened or made; null without one.
 /// @throws cuboid_mapping::MapFileError  as openStoreOf(), and std::runtime_error for parameters that do not go together.
