@@ -3,7 +3,6 @@
 
 #include "cuboid_mapping/window/map_window.h"
 
-#include <cmath>
 #include <cstdint>
 #include <unordered_map>
 
@@ -26,8 +25,10 @@ class PageBudget {
       page.is_touched = true;
       page.last_use = step_;
     }
-    const CellBox window = cubeAround(center_map, config_.size_m);
-    const CellBox outer = cubeAround(center_map, config_.size_m + 2.0 * config_.margin_m);
+    WindowConfig without_margin = config_;
+    without_margin.margin_m = 0.0;
+    const CellBox window = cellsKeptAround(center_map, without_margin, grid_);
+    const CellBox outer = cellsKeptAround(center_map, config_, grid_);
     for (auto& [cell, page] : pages_) {
       if (!page.is_in && window.intersects(pageBox(cell))) {
         bringBack(page);
@@ -48,16 +49,6 @@ class PageBudget {
     bool is_touched = false;  ///< Since it came.
     std::uint64_t last_use = 0;
   };
-
-  [[nodiscard]] CellBox cubeAround(const Eigen::Vector3d& center_map, double edge_m) const {
-    const Eigen::Array3d center = grid_.toCellUnits(center_map).array();
-    const double half = 0.5 * edge_m / grid_.resolution();
-    const auto to_cell = [](const Eigen::Array3d& at) {
-      return Cell{static_cast<std::int32_t>(at.x()), static_cast<std::int32_t>(at.y()),
-                  static_cast<std::int32_t>(at.z())};
-    };
-    return {to_cell((center - half).floor()), to_cell((center + half).ceil())};
-  }
 
   void bringBack(Page& page) {
     if (!page.is_in && !page.is_new) ++num_reads_;

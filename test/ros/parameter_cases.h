@@ -60,6 +60,12 @@ inline std::vector<Case> mapCases() {
        "leave_out",
        [](const P& p) { return p.moving_points == MovingPoints::kLeaveOut; },
        {"", "remove", 1}},
+  };
+}
+
+inline std::vector<Case> fusionCases() {
+  using P = NodeParameters;
+  return {
       {"fusion",
        "none",
        [](const P& p) { return p.map.fusion == cuboid_mapping::FusionKind::kNone; },

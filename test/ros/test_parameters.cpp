@@ -54,8 +54,9 @@ bool hasText(const ParameterError& error, const std::string& text) {
 
 std::vector<Case> allCases() {
   std::vector<Case> cases = mapCases();
-  for (const auto& part : {sourceCases(), selfFilterCases(), sensorModelCases(), fleetCases(),
-                           windowCases(), limitCases(), otherCases(), octomapServerCases()}) {
+  for (const auto& part :
+       {fusionCases(), sourceCases(), selfFilterCases(), sensorModelCases(), fleetCases(),
+        windowCases(), limitCases(), otherCases(), octomapServerCases()}) {
     cases.insert(cases.end(), part.begin(), part.end());
   }
   return cases;
