@@ -155,10 +155,18 @@ void CoarseCells::appendRectangle(int side, const CellBox& cells,
   }
 }
 
-void CoarseCells::appendFaces(std::vector<FaceVertex>& vertices) const {
-  for (int side = 0; side < 6; ++side) {
-    for (int plane = 0; plane < size_; ++plane) appendPlane(side, plane, vertices);
+FaceMesh::Part CoarseCells::appendFaces(std::vector<FaceVertex>& vertices) const {
+  FaceMesh::Part part;
+  part.first = vertices.size() / 4;
+  part.is_coarse = true;
+  for (std::size_t i = 0; i < kSideOrder.size(); ++i) {
+    const int side = kSideOrder[i];
+    for (int plane = 0; plane < size_ && side != kSliceSide; ++plane) {
+      appendPlane(side, plane, vertices);
+    }
+    part.ends[i] = vertices.size() / 4 - part.first;
   }
+  return part;
 }
 
 }  // namespace cuboid_mapping_rviz

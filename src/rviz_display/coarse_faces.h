@@ -27,7 +27,7 @@ class CoarseCells {
   /// touch are joined to rectangles. Those between chunks are always there, because another chunk may be
   /// drawn with other cells. The probability of a vertex is 0; its size says by how many eighths of a voxel it lies
   /// above the voxels: only upper sides do.
-  void appendFaces(std::vector<FaceVertex>& vertices) const;
+  FaceMesh::Part appendFaces(std::vector<FaceVertex>& vertices) const;
 
  private:
   static constexpr int kSize = kChunkEdge / 2;

@@ -5,8 +5,10 @@
 #include "face_mesh.h"
 
 #include <OgreMaterial.h>
-#include <OgreSimpleRenderable.h>
+#include <OgreMovableObject.h>
+#include <OgreRenderable.h>
 
+#include <cstdint>
 #include <memory>
 
 namespace cuboid_mapping_rviz {
@@ -16,12 +18,14 @@ struct ChunkStyle {
   Ogre::MaterialPtr material;         ///< Of the faces of cuboids.
   Ogre::MaterialPtr coarse_material;  ///< Of coarse faces.
   bool has_coarse = false;            ///< Whether they may be drawn.
+  bool is_opaque = true;              ///< Near chunks are drawn first, and hide what lies behind.
+  bool has_two_sides = false;         ///< Faces are drawn that turn their back to the camera, too.
   /// Coarse faces are drawn whose cells take so many pixels at most; 0: none are.
   float max_cell_pixels = 0.0F;
 };
 
 /// The faces of one chunk on the graphics card: 16 bytes a vertex, 64 bytes a face.
-class FaceChunk : public Ogre::SimpleRenderable {
+class FaceChunk : public Ogre::MovableObject {
  public:
   /// Where a chunk lies.
   struct Place {
@@ -39,28 +43,55 @@ class FaceChunk : public Ogre::SimpleRenderable {
   std::size_t upload(const FaceMesh& mesh, FaceIndices& indices);
 
   /// Of cuboids, without the coarse ones.
-  [[nodiscard]] std::size_t numFaces() const { return levels_[0].count; }
+  [[nodiscard]] std::size_t numFaces() const { return levels_[0].count(); }
   [[nodiscard]] std::size_t numCuboids() const { return num_cuboids_; }
   /// Of the vertices on the card, with those of coarse faces.
   [[nodiscard]] std::size_t numBytes() const { return num_vertices_ * sizeof(FaceVertex); }
 
-  /// Chooses the faces for the distance of the camera. Those of the cuboids are always picked.
+  /// Chooses the faces for the place of the camera. Those of the cuboids are always picked.
   void _notifyCurrentCamera(Ogre::Camera* camera) override;
-  const Ogre::MaterialPtr& getMaterial() const override;
+  void _updateRenderQueue(Ogre::RenderQueue* queue) override;
+  void visitRenderables(Ogre::Renderable::Visitor* visitor, bool is_debug) override;
+  const Ogre::String& getMovableType() const override;
+  const Ogre::AxisAlignedBox& getBoundingBox() const override { return bounds_; }
   Ogre::Real getBoundingRadius() const override;
-  Ogre::Real getSquaredViewDepth(const Ogre::Camera* camera) const override;
 
  private:
-  void choosePart(const FaceMesh::Part& part);
+  /// Faces that lie next to each other: one draw call.
+  class Run : public Ogre::Renderable {
+   public:
+    explicit Run(const FaceChunk& chunk) : chunk_(&chunk) {}
+
+    const Ogre::MaterialPtr& getMaterial() const override;
+    void getRenderOperation(Ogre::RenderOperation& operation) override;
+    void getWorldTransforms(Ogre::Matrix4* transform) const override;
+    Ogre::Real getSquaredViewDepth(const Ogre::Camera* camera) const override;
+    const Ogre::LightList& getLights() const override { return chunk_->queryLights(); }
+
+    Ogre::IndexData indices;
+
+   private:
+    const FaceChunk* chunk_;
+  };
+
   [[nodiscard]] std::size_t levelFor(const Ogre::Camera& camera) const;
+  /// Which sides of cuboids are seen, by side.
+  using Sides = std::array<bool, kSideOrder.size()>;
+  [[nodiscard]] Sides sidesFor(const Ogre::Camera& camera) const;
+  [[nodiscard]] std::uint16_t drawOrderFor(const Ogre::Camera& camera) const;
+  void choose(const FaceMesh::Part& part, const Sides& sides);
+  void addRun(std::size_t begin, std::size_t end);
 
   Ogre::SceneNode* node_;
   const ChunkStyle* style_;
   double resolution_m_;
   std::unique_ptr<Ogre::VertexData> vertex_data_;
-  std::unique_ptr<Ogre::IndexData> index_data_;
+  std::array<Run, 3> runs_{Run(*this), Run(*this), Run(*this)};  ///< Enough for six sides.
+  std::size_t num_runs_ = 0;                                     ///< That are drawn.
+  Ogre::AxisAlignedBox bounds_;
   std::array<FaceMesh::Part, kNumDetailLevels> levels_;
   bool is_coarse_ = false;  ///< Of the level that is drawn.
+  std::uint16_t draw_order_ = 0;
   std::size_t num_vertices_ = 0;
   std::size_t num_cuboids_ = 0;
 };

@@ -9,6 +9,8 @@
 #include <OgreResourceGroupManager.h>
 #include <OgreTechnique.h>
 
+#include <algorithm>
+#include <array>
 #include <string>
 
 namespace cuboid_mapping_rviz {
@@ -20,6 +22,8 @@ uniform mat4 worldviewproj_matrix;
 uniform mat4 worldview_matrix;
 uniform vec4 chunk;  // least corner in the map frame, resolution
 uniform float slice; // height of cross sections in the map frame
+uniform vec2 color_scale;  // least height, color ranges a metre
+uniform float sinking;  // voxels that a face is shown too high, for a size of 1
 varying vec3 place;  // in cells from the chunk
 varying vec3 inward; // one cell into the cuboid
 varying vec2 corner;
@@ -27,6 +31,7 @@ varying float light;
 varying float changed;
 varying float depth;
 varying vec4 figures;
+varying float hue;  // for the height
 
 void main() {
   vec4 position = vec4(gl_Vertex.xyz, 1.0);
@@ -46,6 +51,8 @@ void main() {
   }
   changed = gl_MultiTexCoord0.x;
   figures = gl_Color;
+  float height = chunk.z + chunk.w * (place.z - sinking * figures.g);
+  hue = 4.0 - 4.0 * (height - color_scale.x) * color_scale.y;
   depth = -(worldview_matrix * position).z;
   gl_Position = worldviewproj_matrix * position;
 }
@@ -64,6 +71,7 @@ varying float light;
 varying float changed;
 varying float depth;
 varying vec4 figures;
+varying float hue;
 
 void clip() {
   vec3 p = chunk.xyz + chunk.w * (place + 0.001 * inward);  // A face in the plane of a cut goes with its cuboid.
@@ -71,14 +79,12 @@ void clip() {
 }
 )";
 
-/// With the macros MODE, and maybe EDGES, CLIPPED, CAPPED and COARSE: the fewer of them, the faster in software.
+/// With the macros MODE, and maybe EDGES, CLIPPED and CAPPED: the fewer of them, the faster in software.
 constexpr const char* kColors = R"(
 uniform vec4 color;
-uniform vec2 color_span;
 
-vec3 rainbow(float ratio) {  // red, yellow, green, cyan, blue
-  vec3 hue = abs(mod(4.0 * ratio + vec3(0.0, 4.0, 2.0), 6.0) - 3.0) - 1.0;
-  return clamp(hue, 0.0, 1.0);
+vec3 rainbow(float hue) {  // red, yellow, green, cyan, blue: 0 to 4
+  return clamp(vec3(2.0 - hue, min(hue, 4.0 - hue), hue - 2.0), 0.0, 1.0);
 }
 
 void main() {
@@ -86,16 +92,11 @@ void main() {
   clip();
 #endif
 #if MODE == 0
-  float height = chunk.z + chunk.w * place.z;
-#ifdef COARSE  // In the place of its voxels.
-  height -= chunk.w * figures.g * (255.0 / 8.0);
-#endif
-  float ratio = (height - color_span.x) / max(color_span.y - color_span.x, 1e-6);
-  vec3 shade = rainbow(1.0 - clamp(ratio, 0.0, 1.0));
+  vec3 shade = rainbow(hue);
 #elif MODE == 1
   vec3 shade = mix(vec3(0.1, 0.7, 0.2), vec3(0.85, 0.1, 0.1), figures.r);
 #elif MODE == 2
-  vec3 shade = rainbow(0.8 * (1.0 - figures.g));
+  vec3 shade = rainbow(3.2 * (1.0 - figures.g));
 #else
   vec3 shade = color.rgb;
 #endif
@@ -106,11 +107,11 @@ void main() {
   }
 #endif
 #ifdef EDGES
-  vec2 width = max(fwidth(corner), 1e-6);
-  vec2 pixels = min(corner, 1.0 - corner) / width;
-  float line = 1.0 - smoothstep(0.5, 1.5, min(pixels.x, pixels.y));
+  vec2 width = 1.0 / max(fwidth(corner), 1e-6);  // of the face, in pixels
+  vec2 pixels = min(corner, 1.0 - corner) * width;
+  float line = clamp(1.5 - min(pixels.x, pixels.y), 0.0, 1.0);
   // Where a face is a few pixels wide, its edges would be all of it.
-  line *= clamp(0.1 / max(width.x, width.y) - 0.3, 0.0, 1.0);
+  line *= clamp(0.1 * min(width.x, width.y) - 0.3, 0.0, 1.0);
   gl_FragColor = vec4(mix(light, 0.25, line) * shade, color.a);
 #else
   gl_FragColor = vec4(light * shade, color.a);
@@ -205,8 +206,6 @@ bool isClipped(const FaceStyle& style) {
   return isCut(style) || style.oldest_s != FaceStyle().oldest_s;
 }
 
-bool isTransparent(const FaceStyle& style) { return style.alpha < 0.9998F; }
-
 /// Whether the inside of cuboids is drawn where a cut opens them.
 bool isCapped(const FaceStyle& style) {
   return isCut(style) && !style.slice_m && !isTransparent(style);
@@ -225,11 +224,24 @@ void setColorShader(Ogre::Pass& pass, const FaceStyle& style) {
   add(style.has_edges && !style.is_coarse, "EDGES");
   add(isClipped(style), "CLIPPED");
   add(isCapped(style), "CAPPED");
-  add(style.is_coarse, "COARSE");
   setFragmentShader(pass, name, kColors, macros);
 }
 
+void setVertexParameters(Ogre::Pass& pass, const FaceStyle& style) {
+  const auto parameters = pass.getVertexProgramParameters();
+  parameters->setNamedConstant("slice", style.slice_m.value_or(0.0F));
+  const float range_m = std::max(style.max_color_m - style.min_color_m, 1e-6F);
+  const std::array<float, 4> scale{style.min_color_m, 1.0F / range_m, 0.0F, 0.0F};
+  parameters->setNamedConstant("color_scale", scale.data(), 1, 2);
+  // The size of a coarse face says by how many eighths of a voxel it is too high.
+  parameters->setNamedConstant("sinking", style.is_coarse ? 255.0F / 8.0F : 0.0F);
+}
+
 }  // namespace
+
+bool isTransparent(const FaceStyle& style) { return style.alpha < 0.9998F; }
+
+bool hasTwoSides(const FaceStyle& style) { return style.slice_m || isCapped(style); }
 
 FaceMaterial::FaceMaterial() {
   static int count = 0;
@@ -260,11 +272,8 @@ void FaceMaterial::setStyle(const FaceStyle& style) {
     Ogre::ColourValue color = style.color;
     color.a = style.alpha;
     parameters->setNamedConstant("color", color);
-    const float span[4] = {style.min_color_m, style.max_color_m, 0.0F, 0.0F};
-    parameters->setNamedConstant("color_span", span, 1, 2);
-    pass->getVertexProgramParameters()->setNamedConstant("slice", style.slice_m.value_or(0.0F));
-    const bool has_two_sides = style.slice_m || isCapped(style);
-    pass->setCullingMode(has_two_sides ? Ogre::CULL_NONE : Ogre::CULL_CLOCKWISE);
+    setVertexParameters(*pass, style);
+    pass->setCullingMode(hasTwoSides(style) ? Ogre::CULL_NONE : Ogre::CULL_CLOCKWISE);
     if (i > 0) continue;
     const bool is_transparent = isTransparent(style);
     pass->setSceneBlending(is_transparent ? Ogre::SBT_TRANSPARENT_ALPHA : Ogre::SBT_REPLACE);

@@ -32,6 +32,10 @@ struct FaceStyle {
   float oldest_s = -std::numeric_limits<float>::max();  ///< Changed before: not shown.
 };
 
+[[nodiscard]] bool isTransparent(const FaceStyle& style);
+/// Whether faces are drawn that turn their back to the camera, too.
+[[nodiscard]] bool hasTwoSides(const FaceStyle& style);
+
 /// Index of the custom parameter of a renderable that holds the least corner of its chunk in the map
 /// frame, and the resolution.
 constexpr std::size_t kChunkParameter = 20;

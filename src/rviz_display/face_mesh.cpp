@@ -8,6 +8,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
 #include <optional>
 
 namespace cuboid_mapping_rviz {
@@ -31,6 +32,32 @@ CellBox layerAt(const CellBox& box, int side) {
   layer.min[axis] = side % 2 == 0 ? box.min[axis] - 1 : box.max[axis];
   layer.max[axis] = layer.min[axis] + 1;
   return layer;
+}
+
+/// The smallest box around voxels of a brick. @pre There are some.
+CellBox boxAround(const Cell& brick, const BrickMask& voxels) {
+  constexpr std::int32_t kLast = kBrickEdge - 1;
+  CellBox box{brick + Cell{kLast, kLast, kLast}, brick};
+  forEachCell(brick, voxels, [&](const Cell& cell) {
+    for (int axis = 0; axis < 3; ++axis) {
+      box.min[axis] = std::min(box.min[axis], cell[axis]);
+      box.max[axis] = std::max(box.max[axis], cell[axis] + 1);
+    }
+  });
+  return box;
+}
+
+CellBox boundsOf(const std::vector<FaceVertex>& vertices) {
+  constexpr std::int16_t kFar = std::numeric_limits<std::int16_t>::max();
+  std::array<std::int16_t, 3> min{kFar, kFar, kFar};
+  std::array<std::int16_t, 3> max{-kFar, -kFar, -kFar};
+  for (const FaceVertex& vertex : vertices) {
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      min[axis] = std::min(min[axis], vertex.cell[axis]);
+      max[axis] = std::max(max[axis], vertex.cell[axis]);
+    }
+  }
+  return {{min[0], min[1], min[2]}, {max[0], max[1], max[2]}};
 }
 
 /// The corners of a side, counter-clockwise as seen from outside; bit i: upper end of axis i.
@@ -75,12 +102,27 @@ class FaceMaker {
     }
   }
   FaceMesh take() {
-    mesh_.levels.fill({0, mesh_.vertices.size() / 4, false});
+    sortBySide();
     if (set_ == FaceSet::kOccupied || set_ == FaceSet::kFree) addCoarseFaces();
+    mesh_.bounds = boundsOf(mesh_.vertices);
+    if (isSlice(set_)) ++mesh_.bounds.max.z;  // Cross sections are shown somewhere in their layer.
     return std::move(mesh_);
   }
 
  private:
+  void sortBySide() {
+    std::size_t num_vertices = 0;
+    for (const std::vector<FaceVertex>& faces : faces_) num_vertices += faces.size();
+    mesh_.vertices.reserve(num_vertices + num_vertices / 2);  // With coarse faces.
+    FaceMesh::Part& cuboids = mesh_.levels[0];
+    for (std::size_t i = 0; i < kSideOrder.size(); ++i) {
+      const std::vector<FaceVertex>& faces = faces_[static_cast<std::size_t>(kSideOrder[i])];
+      mesh_.vertices.insert(mesh_.vertices.end(), faces.begin(), faces.end());
+      cuboids.ends[i] = mesh_.vertices.size() / 4;
+    }
+    mesh_.levels.fill(cuboids);
+  }
+
   /// What a FaceVertex says of its cuboid.
   struct Look {
     std::uint8_t probability;
@@ -91,9 +133,10 @@ class FaceMaker {
     ++mesh_.num_cuboids;
     std::optional<Look> look;  // Wanted of those only that are seen.
     for (int side = 0; side < 6; ++side) {
-      if (isHidden(brick.brick, box, side)) continue;
+      const std::optional<CellBox> seen = seenPart(brick.brick, box, side);
+      if (!seen) continue;
       if (!look) look = lookOf(brick.voxels, box);
-      addFace(box, side, *look);
+      addFace(*seen, side, *look);
     }
   }
 
@@ -105,14 +148,26 @@ class FaceMaker {
     addFace(section, kSliceSide, lookOf(brick.voxels, box));
   }
 
-  [[nodiscard]] bool isHidden(const Cell& brick, const CellBox& box, int side) {
+  /// The part of a box whose side is not hidden, as a box: that far the side is drawn.
+  [[nodiscard]] std::optional<CellBox> seenPart(const Cell& brick, const CellBox& box, int side) {
     const CellBox layer = layerAt(box, side);
     const Cell other = brickOf(layer.min);
     const BrickMask voxels = BrickMask::ofBox(layer);
-    if (other == brick) return hiding_.contains(voxels);
+    const BrickMask open = voxels.without(hidingVoxelsAt(brick, other, side));
+    if (open.isEmpty()) return std::nullopt;
+    if (open == voxels) return box;
+    CellBox part = boxAround(other, open);
+    part.min[side / 2] = box.min[side / 2];
+    part.max[side / 2] = box.max[side / 2];
+    return part;
+  }
+
+  /// Of the current brick, or of the one beside it.
+  [[nodiscard]] const BrickMask& hidingVoxelsAt(const Cell& current, const Cell& brick, int side) {
+    if (brick == current) return hiding_;
     std::optional<BrickMask>& hiding = hiding_beside_[static_cast<std::size_t>(side)];
-    if (!hiding) hiding = hidingVoxelsOf(other);
-    return hiding->contains(voxels);
+    if (!hiding) hiding = hidingVoxelsOf(brick);
+    return *hiding;
   }
 
   [[nodiscard]] BrickMask hidingVoxelsOf(const Cell& brick) const {
@@ -122,21 +177,19 @@ class FaceMaker {
 
   void addCoarseFaces() {
     constexpr std::size_t kFewFaces = 16;  // Not worth it.
-    if (mesh_.levels[0].count < kFewFaces) return;
+    if (mesh_.numFaces() < kFewFaces) return;
     CoarseCells cells(chunk_, [&](const Cell& brick) { return hidingVoxelsOf(brick); });
     for (std::size_t level = 1; level < kNumDetailLevels; ++level) {
       if (level > 1) cells.coarsen();
       const FaceMesh::Part& finer = mesh_.levels[level - 1];
-      const std::size_t first = mesh_.vertices.size() / 4;
-      cells.appendFaces(mesh_.vertices);
-      const std::size_t count = mesh_.vertices.size() / 4 - first;
-      const bool is_worth_it = 2 * count <= finer.count;
-      const bool has_room = 2 * (first + count) <= 3 * mesh_.levels[0].count;
+      const FaceMesh::Part part = cells.appendFaces(mesh_.vertices);
+      const bool is_worth_it = 2 * part.count() <= finer.count();
+      const bool has_room = 2 * (part.first + part.count()) <= 3 * mesh_.numFaces();
       if (is_worth_it && has_room) {
-        mesh_.levels[level] = {first, count, true};
+        mesh_.levels[level] = part;
       } else {
         mesh_.levels[level] = finer;
-        mesh_.vertices.resize(4 * first);
+        mesh_.vertices.resize(4 * part.first);
       }
     }
   }
@@ -161,7 +214,8 @@ class FaceMaker {
     vertex.probability = look.probability;
     vertex.size = look.size;
     vertex.changed_s = changed_s_;
-    appendFace({box.min - chunk_, box.max - chunk_}, side, vertex, mesh_.vertices);
+    appendFace({box.min - chunk_, box.max - chunk_}, side, vertex,
+               faces_[static_cast<std::size_t>(side)]);
   }
 
   const CuboidMap& map_;
@@ -172,6 +226,7 @@ class FaceMaker {
   std::array<std::optional<BrickMask>, 6> hiding_beside_;  ///< Of the bricks beside it, by side.
   float changed_s_ = 0.0F;
   std::vector<Cuboid> cuboids_;
+  std::array<std::vector<FaceVertex>, kSideOrder.size()> faces_;  ///< Of cuboids, by side.
   FaceMesh mesh_;
 };
 

@@ -26,6 +26,10 @@ constexpr std::array<FaceSet, 5> kFaceSets{FaceSet::kOccupied, FaceSet::kFree, F
 /// As a side of a FaceVertex: a cross section, which the shader puts at the height of the slice.
 constexpr std::int16_t kSliceSide = 6;
 
+/// The order in which the faces of a chunk lie by their sides: from above, those that face the camera are mostly next to
+/// each other.
+constexpr std::array<int, 7> kSideOrder{4, 0, 2, 5, 1, 3, kSliceSide};
+
 /// Of bricks that have not changed since the whole map came.
 constexpr float kNever_s = -1e30F;
 
@@ -57,17 +61,21 @@ struct FaceMesh {
   /// Some of the faces.
   struct Part {
     std::size_t first = 0;
-    std::size_t count = 0;
+    /// Where those of each side in kSideOrder end, counted from the first.
+    std::array<std::size_t, kSideOrder.size()> ends{};
     bool is_coarse = false;
+
+    [[nodiscard]] std::size_t count() const { return ends.back(); }
   };
 
   std::vector<FaceVertex> vertices;
   /// The faces of each level; a level that would save too little has those of the finer one.
   std::array<Part, kNumDetailLevels> levels;
-  std::size_t num_cuboids = 0;  ///< Of the class, hidden ones too.
+  std::size_t num_cuboids = 0;     ///< Of the class, hidden ones too.
+  cuboid_mapping::CellBox bounds;  ///< Of the faces of all levels, in cells from the chunk.
 
   /// Of the cuboids.
-  [[nodiscard]] std::size_t numFaces() const { return levels[0].count; }
+  [[nodiscard]] std::size_t numFaces() const { return levels[0].count(); }
 };
 
 /// Appends a side of a box. @param box  In cells from the chunk. @param vertex  All but cell and code.
@@ -84,7 +92,7 @@ struct WantedFaces {
   std::int32_t slice_layer = 0;  ///< Height of the voxels that a slice cuts, in cells.
 };
 
-/// The exposed faces of a chunk: sides of which no part is seen are left out, others are drawn whole. Of a
+/// The exposed faces of a chunk: of each side the smallest rectangle around what is not covered, if anything. Of a
 /// slice: the cross sections of all cuboids in a layer of voxels. The frontier and slices have no coarse faces. @complexity O(cuboids of the chunk).
 [[nodiscard]] FaceMesh makeFaces(const cuboid_mapping::CuboidMap& map, const WantedFaces& wanted,
                                  const ChangeTimeOf& changed_s);

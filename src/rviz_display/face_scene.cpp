@@ -70,6 +70,8 @@ void FaceScene::setStyle(FaceSet set, const FaceStyle& style) {
   FaceStyle coarse_style = style;
   coarse_style.is_coarse = true;
   shown.coarse_material.setStyle(coarse_style);
+  shown.style.is_opaque = !isTransparent(style);
+  shown.style.has_two_sides = hasTwoSides(style);
   // Coarse faces know no cuboid and no time.
   shown.style.has_coarse = (style.mode == ColorMode::kHeight || style.mode == ColorMode::kFlat) &&
                            style.oldest_s == FaceStyle().oldest_s;

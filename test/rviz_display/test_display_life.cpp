@@ -95,8 +95,9 @@ class DisplayLife : public testing::Test {
            scene->numWaiting() == 0;
   }
 
-  static std::string writeMap(const CuboidMap& map = makeMap(5)) {
-    const std::string file = testing::TempDir() + "display_life.cuboids";
+  static std::string writeMap(const CuboidMap& map = makeMap(5),
+                              const std::string& name = "display_life.cuboids") {
+    std::string file = testing::TempDir() + name;
     writeMapFile(file, takeSnapshot(map, "map"));
     return file;
   }
@@ -198,15 +199,48 @@ TEST_F(DisplayLife, drawsFewerTrianglesFarAwayAndUploadsNothingForIt) {
     window().updateFor(0.5);  // While it moves, a slow renderer draws fewer.
     return window().statistics().triangleCount;
   };
-  const std::size_t near = countTriangles(20.0);
-  EXPECT_GT(near, 1000U);
-  EXPECT_LT(100 * countTriangles(200.0), near);
+  rviz::Property* finest_detail = display->subProp("Finest detail");
+  const QVariant usual_detail = finest_detail->getValue();
+  finest_detail->setValue(0.0);
+  const std::size_t whole = countTriangles(200.0);
+  EXPECT_GT(whole, 1000U);
+  finest_detail->setValue(usual_detail);
+  EXPECT_GE(countTriangles(20.0), whole);
+  EXPECT_LT(100 * countTriangles(200.0), whole);
   display->subProp("Color by")->setValue("Cuboid size");  // Of cuboids: coarse cells have none.
-  EXPECT_EQ(countTriangles(200.0), near);
-  display->subProp("Color by")->setValue("Height");
-  display->subProp("Finest detail")->setValue(0.0);
-  EXPECT_EQ(countTriangles(200.0), near);
+  EXPECT_EQ(countTriangles(200.0), whole);
   EXPECT_EQ(display->scene()->numUploadedBytes(), num_bytes);
+  delete display;
+}
+
+TEST_F(DisplayLife, drawsOnlySidesThatFaceTheCamera) {
+  CuboidMapDisplay* display = add("");
+  display->subProp("Map file")->setValue(QString::fromStdString(writeMap(makeTiles())));
+  ASSERT_TRUE(window().updateUntil([&] { return isDrawn(*display); }));
+  display->subProp("Finest detail")->setValue(0.0);
+  const std::size_t num_faces = display->scene()->counts(FaceSet::kOccupied).faces;
+  for (const double yaw_rad : {0.7, 2.3, 3.9, 5.5}) {  // Three of the six sides of each tile.
+    window().look(200.0, yaw_rad, 0.7);
+    window().updateFor(0.5);
+    EXPECT_EQ(window().statistics().triangleCount, num_faces) << yaw_rad;
+  }
+  delete display;
+}
+
+TEST_F(DisplayLife, showsWhatIsNewInAChunk) {
+  std::vector<UniformBox> voxels{{{{60, 60, 0}, {61, 61, 1}}, 1.0F}};
+  CuboidMap map = makeMap(0);
+  map.replace(kAllCells, voxels);
+  CuboidMapDisplay* display = add("");
+  window().look(1.0, 0.7, 0.7);
+  display->subProp("Map file")->setValue(QString::fromStdString(writeMap(map)));
+  ASSERT_TRUE(window().updateUntil([&] { return isDrawn(*display); }));
+  window().updateFor(0.2);
+  EXPECT_EQ(window().statistics().triangleCount, 0U);  // It is not in the picture.
+  voxels.push_back({{{0, 0, 0}, {1, 1, 1}}, 1.0F});
+  map.replace(kAllCells, voxels);
+  display->subProp("Map file")->setValue(QString::fromStdString(writeMap(map, "more.cuboids")));
+  EXPECT_TRUE(window().updateUntil([] { return window().statistics().triangleCount > 0; }, 10.0));
   delete display;
 }
 
