@@ -1,9 +1,4 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Measures the display for rviz against the marker topics and against a cloud of boxes, as other maps are shown, in one
-// window. Needs a screen and a roscore. Prints tables in Markdown.
-//
-// usage: display_frames [--display-only] [BOXES | MAP_FILE]...      e.g. display_frames 1e4 1e5 my.cuboids
-//        display_frames --updates MINUTES          memory, while a map of 100,000 boxes changes up to ten times a second
 #include "scenes.h"
 #include "soak.h"
 #include "ways.h"
@@ -24,6 +19,15 @@ namespace cuboid_mapping_rviz::bench {
 namespace {
 
 using namespace cuboid_mapping;
+
+constexpr const char* kUsage =
+    R"(Measures the display for rviz against the marker topics and against a cloud of boxes, as other maps
+are shown, in one window. Needs a screen and a roscore. Prints tables in Markdown.
+
+usage: display_frames [--display-only] [BOXES | MAP_FILE]...   e.g. display_frames 1e4 1e5 my.cuboids
+       display_frames --updates MINUTES   memory, while a map of 100,000 boxes changes up to ten times a second
+)";
+
 using Clock = std::chrono::steady_clock;
 
 constexpr double kPatience_s = 300.0;
@@ -275,6 +279,10 @@ int compare(const std::vector<std::string>& scenes, bool is_display_only) {
 
 int main(int argc, char** argv) {
   using namespace cuboid_mapping_rviz;
+  if (argc > 1 && (argv[1] == std::string("-h") || argv[1] == std::string("--help"))) {
+    std::fputs(bench::kUsage, stdout);
+    return 0;
+  }
   ros::init(argc, argv, "display_frames", ros::init_options::AnonymousName);
   const ros::NodeHandle nh;
   std::vector<std::string> scenes(argv + 1, argv + argc);
