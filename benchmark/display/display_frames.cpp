@@ -63,6 +63,7 @@ double medianOf(std::vector<double> values) {
 
 std::vector<double> partOf(const std::vector<Duration>& durations, double Duration::*part) {
   std::vector<double> values;
+  values.reserve(durations.size());
   for (const Duration& duration : durations) values.push_back(duration.*part);
   return values;
 }

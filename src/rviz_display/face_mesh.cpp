@@ -36,15 +36,22 @@ CellBox layerAt(const CellBox& box, int side) {
 
 /// The smallest box around voxels of a brick. @pre There are some.
 CellBox boxAround(const Cell& brick, const BrickMask& voxels) {
-  constexpr std::int32_t kLast = kBrickEdge - 1;
-  CellBox box{brick + Cell{kLast, kLast, kLast}, brick};
-  forEachCell(brick, voxels, [&](const Cell& cell) {
-    for (int axis = 0; axis < 3; ++axis) {
-      box.min[axis] = std::min(box.min[axis], cell[axis]);
-      box.max[axis] = std::max(box.max[axis], cell[axis] + 1);
-    }
-  });
-  return box;
+  CellBox box{{0, 0, kBrickEdge}, {0, 0, 0}};
+  std::uint64_t columns = 0;  // That have a voxel in any slice.
+  for (std::int32_t z = 0; z < kBrickEdge; ++z) {
+    if (voxels[z] == 0) continue;
+    columns |= voxels[z];
+    box.min.z = std::min(box.min.z, z);
+    box.max.z = z + 1;
+  }
+  box.min.y = __builtin_ctzll(columns) / kBrickEdge;
+  box.max.y = kBrickEdge - __builtin_clzll(columns) / kBrickEdge;
+  std::uint64_t row = columns | columns >> 32;
+  row |= row >> 16;
+  row = (row | row >> 8) & 0xff;
+  box.min.x = __builtin_ctzll(row);
+  box.max.x = 64 - __builtin_clzll(row);
+  return {brick + box.min, brick + box.max};
 }
 
 CellBox boundsOf(const std::vector<FaceVertex>& vertices) {
