@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """Follows the map of a node."""
+import collections
 import threading
 import time
 
@@ -12,6 +13,8 @@ from cuboid_mapping.srv import GetMap
 
 # Seconds for which a map that comes by itself is waited for.
 _PATIENCE_S = 3.0
+# Updates that wait for their map; those of some seconds.
+_MAX_EARLY_UPDATES = 100
 
 
 class CuboidMapClient:
@@ -30,6 +33,7 @@ class CuboidMapClient:
         self._turn = threading.RLock()
         self._arrived = threading.Event()
         self._awaited_since = None
+        self._early_updates = collections.deque(maxlen=_MAX_EARLY_UPDATES)  # Came before the map that is awaited.
         self._has_values = False  # Log-odds travel with the updates.
         self._map = MapFollower()
         self._on_change = on_change
@@ -130,6 +134,11 @@ class CuboidMapClient:
                 return
             self._arrived.set()
             self._tell()
+            early = list(self._early_updates)
+            self._early_updates.clear()
+            for update in early:
+                if update.instance == message.instance:
+                    self._take_update(update)
 
     def _fetch_other_parts(self, first):
         parts = [first]
@@ -148,8 +157,13 @@ class CuboidMapClient:
                 is_good = self._map.take_update(message)
             if self._map.revision != before:
                 self._tell()
-            if not is_good and not self._is_map_on_its_way(message):
+            if is_good:
+                return
+            if not self._is_map_on_its_way(message):
                 self._ask_for_map()
+            else:
+                # Updates may overtake the map. Without the oldest of too many, a gap is seen when it comes.
+                self._early_updates.append(message)
 
     def _is_map_on_its_way(self, message):
         """The node sends its map to each listener that connects, also when it was started anew: to ask

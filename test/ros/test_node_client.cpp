@@ -1,9 +1,14 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // The running node, and a client that follows its map.
+#include "cuboid_mapping/CuboidMapUpdate.h"
+#include "cuboid_mapping/FullCuboidMap.h"
 #include "cuboid_mapping/GetCuboids.h"
 #include "cuboid_mapping/SetBox.h"
+#include "cuboid_mapping/map/map_follower.h"
 #include "cuboid_mapping/query/box_query.h"
 #include "cuboid_mapping/ros/cuboid_map_client.h"
+#include "cuboid_mapping/ros/map_messages.h"
+#include "cuboid_mapping/ros/names.h"
 #include "cuboid_mapping/ros/request_reader.h"
 #include "ros/log_probe.h"
 #include "ros/node_probe.h"
@@ -124,6 +129,32 @@ TEST_F(NodeClientTest, TellsTheBricksThatHaveChanged) {
   for (const auto& changed : last.bricks) {
     EXPECT_TRUE(cuboid_mapping::brickBox(changed.brick).intersects(box));
   }
+}
+
+TEST_F(NodeClientTest, MissesNoUpdateThatOvertakesTheImage) {
+  using cuboid_mapping::MapDetail;
+  CuboidMap map;
+  map.replace({{0, 0, 0}, {9, 9, 9}}, {{{{0, 0, 0}, {9, 9, 9}}, 1.0F}});
+  const ImageMessage image{{}, cuboid_mapping::makeImage(map, 7, MapDetail::kClasses)};
+  const ChangeSet changes = map.replace({{0, 0, 0}, {2, 2, 2}}, {{{{0, 0, 0}, {2, 2, 2}}, -1.0F}});
+  const DeltaMessage delta{
+      {}, cuboid_mapping::makeDelta(map, changes, 7, image.image.revision, MapDetail::kClasses)};
+  ros::NodeHandle nh("early");
+  const auto images = nh.advertise<cuboid_mapping::FullCuboidMap>(kCuboidMapTopic, 1);
+  const auto deltas = nh.advertise<cuboid_mapping::CuboidMapUpdate>(kCuboidMapUpdatesTopic, 1);
+  const CuboidMapClient client(nh, "nobody");
+  ASSERT_TRUE(
+      waitFor([&] { return images.getNumSubscribers() > 0 && deltas.getNumSubscribers() > 0; }));
+  publishDelta(deltas, delta);
+  ros::WallDuration(0.3).sleep();
+  EXPECT_FALSE(client.hasMap());
+  images.publish(toMessage(image, image.image.content));
+  ASSERT_TRUE(waitFor([&] { return client.hasMap(); }));
+  ASSERT_TRUE(waitFor([&] { return client.revision() == map.revision(); }));
+  client.read([&](const CuboidMap& copy) {
+    EXPECT_EQ(copy.voxels().numFreeVoxels(), 8);
+    return true;
+  });
 }
 
 TEST_F(NodeClientTest, FollowsEditsAndResets) {

@@ -78,6 +78,23 @@ class PythonClientTest(unittest.TestCase):
                     self.expect_same_map(client)
                     client._get_map.assert_not_called()
 
+    def test_misses_no_update_that_overtakes_the_map(self):
+        updates = []
+        listener = rospy.Subscriber('cuboid_map_updates', CuboidMapUpdate, updates.append)
+        self.addCleanup(listener.unregister)
+        self.assertTrue(wait_for(lambda: listener.get_num_connections() > 0))
+        before = rospy.ServiceProxy(NODE + '/get_map', GetMap)().map
+        client = CuboidMapClient('nobody')
+        client.close()
+        client._map = MapFollower()
+        revision = self.set_box((0, 0, 0), (1, 1, 1 + 0.1 * (before.revision % 2)), SetBoxRequest.OCCUPIED)
+        self.assertTrue(wait_for(lambda: updates and updates[-1].revision >= revision))
+        for update in updates:
+            client._take_update(update)
+        self.assertFalse(client.has_map)
+        client._take_map(before)
+        self.expect_same_map(client)
+
     def test_calls_back_from_one_place_at_a_time_and_not_after_close(self):
         inside = threading.Semaphore(1)
         overlaps = []

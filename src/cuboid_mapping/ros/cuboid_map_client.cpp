@@ -10,6 +10,7 @@
 #include <ros/init.h>
 
 #include <algorithm>
+#include <deque>
 #include <mutex>
 #include <utility>
 
@@ -24,6 +25,8 @@ namespace {
 
 /// An image that comes by itself is waited for so long.
 constexpr double kImagePatience_s = 3.0;
+/// Updates that wait for their image; those of some seconds.
+constexpr std::size_t kMaxEarlyDeltas = 100;
 /// Between two lines of the log that say what a client waits for.
 constexpr double kReminderPeriod_s = 10.0;
 
@@ -85,6 +88,9 @@ struct CuboidMapClient::Implementation {
       header = message.header;
     }
     if (callback) callback({message.image.revision, true, {}});
+    for (const DeltaMessage& early : std::exchange(early_deltas, {})) {
+      if (early.delta.instance == message.image.instance) take(early);
+    }
   }
 
   void take(const DeltaMessage& message) {
@@ -104,7 +110,10 @@ struct CuboidMapClient::Implementation {
         ROS_WARN_THROTTLE(10.0, "received a damaged CuboidMapUpdate: asking for the whole map");
         [[fallthrough]];
       case FollowResult::kGap:
-        if (!isImageOnItsWay(message.delta)) askForImage();
+        if (!isImageOnItsWay(message.delta)) return askForImage();
+        // Updates may overtake the image. Without the oldest of too many, a gap is seen when it comes.
+        if (early_deltas.size() == kMaxEarlyDeltas) early_deltas.pop_front();
+        early_deltas.push_back(message);
     }
   }
 
@@ -148,9 +157,10 @@ struct CuboidMapClient::Implementation {
   mutable std::shared_mutex mutex;
   MapFollower follower;
   std_msgs::Header header;
-  bool has_values = false;      ///< Log-odds travel with the updates.
-  CuboidMap nothing;            ///< Before the first image.
-  ros::WallTime awaited_since;  ///< An image, which comes by itself; zero: none.
+  bool has_values = false;                ///< Log-odds travel with the updates.
+  CuboidMap nothing;                      ///< Before the first image.
+  ros::WallTime awaited_since;            ///< An image, which comes by itself; zero: none.
+  std::deque<DeltaMessage> early_deltas;  ///< Came before it.
   ros::WallTimer image_timer;
   ros::Subscriber delta_subscriber;
   ros::Subscriber image_subscriber;
