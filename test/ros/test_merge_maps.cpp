@@ -242,11 +242,13 @@ void applyAll(const std::vector<Observation>& sent, CuboidMap& map) {
 TEST_F(MergeMaps, IsTheMapOfAllCloudsInTheOrderOfStampsWhateverTheNetworkDoes) {
   ASSERT_TRUE(waitUntilConnected());
   for (int i = 0; i < kClouds - 2; ++i) publishClouds(i);
-  // What is lost just before a robot starts again cannot be asked for.
+  // What a robot has said before it starts again cannot be asked for: by then, all has to have arrived.
   network_.setReliable(true);
   for (int i = kClouds - 2; i < kClouds; ++i) publishClouds(i);
   ASSERT_TRUE(waitForSent(static_cast<std::size_t>(num_robots_ * kClouds)));
-  ros::WallDuration(2.0).sleep();
+  ASSERT_TRUE(waitFor([this] {
+    return merging_.status().number("observations received") >= num_robots_ * kClouds;
+  })) << merging_.status().number("observations received");
   stop(robots_[2]);
   robots_[2] = start(3);
   ASSERT_TRUE(waitUntilConnected());
