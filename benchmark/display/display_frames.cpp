@@ -3,13 +3,12 @@
 #include "soak.h"
 #include "ways.h"
 
+#include "command_line.h"
 #include "cuboid_mapping/map/cuboid_search.h"
 
 #include <algorithm>
 #include <chrono>
 #include <cstdio>
-#include <cstdlib>
-#include <cstring>
 #include <ctime>
 #include <map>
 #include <string>
@@ -19,14 +18,6 @@ namespace cuboid_mapping_rviz::bench {
 namespace {
 
 using namespace cuboid_mapping;
-
-constexpr const char* kUsage =
-    R"(Measures the display for rviz against the marker topics and against a cloud of boxes, as other maps
-are shown, in one window. Needs a screen and a roscore. Prints tables in Markdown.
-
-usage: display_frames [--display-only] [BOXES | MAP_FILE]...   e.g. display_frames 1e4 1e5 my.cuboids
-       display_frames --updates MINUTES   memory, while a map of 100,000 boxes changes up to ten times a second
-)";
 
 using Clock = std::chrono::steady_clock;
 
@@ -257,7 +248,15 @@ class Comparison {
   double num_boxes_ = 0.0;
 };
 
-int compare(const std::vector<std::string>& scenes, bool is_display_only) {
+/// What to measure.
+struct Options {
+  std::vector<double> boxes{1e4, 1e5, 1e6};
+  std::vector<std::string> maps;
+  bool is_display_only = false;
+  double updates_min = 0.0;
+};
+
+void compare(const Options& options) {
   test::RvizWindow window({1280, 720});
   std::printf(
       "| frame | boxes | view | shown by | turned: frames/s | CPU of one (ms) | still: frames/s | "
@@ -267,11 +266,35 @@ int compare(const std::vector<std::string>& scenes, bool is_display_only) {
       "| cost | boxes | shown by | until drawn (s) | CPU (s) | bytes/box | bytes/face | change to "
       "picture (ms) "
       "| CPU (ms) | uploaded for it (MB) |\n");
-  for (const std::string& scene : scenes) {
-    char* end = nullptr;
-    const double num_boxes = std::strtod(scene.c_str(), &end);
-    Comparison(window, *end == '\0' ? makeGround(num_boxes) : loadMap(scene)).run(is_display_only);
+  for (const std::string& map : options.maps) {
+    Comparison(window, loadMap(map)).run(options.is_display_only);
   }
+  if (!options.maps.empty()) return;
+  for (const double num_boxes : options.boxes) {
+    Comparison(window, makeGround(num_boxes)).run(options.is_display_only);
+  }
+}
+
+int run(int argc, char** argv) {
+  Options options;
+  CommandLine command_line(
+      "display_frames",
+      "Measures the display for rviz against the marker topics and against a cloud of "
+      "boxes, as other maps are shown, in one window. Needs a screen and a roscore. Prints "
+      "tables in Markdown.");
+  command_line.addList("boxes", options.boxes, "boxes of the ground that is shown, e.g. 1e4,1e5",
+                       {1.0, 1e8});
+  command_line.addTexts("map", options.maps, "show these files of maps in place of the ground");
+  command_line.addFlag("display-only", options.is_display_only, "leave out what it is compared to");
+  command_line.addNumber("updates", options.updates_min,
+                         "minutes: measure memory in place of frames, while a map of 100,000 boxes "
+                         "changes up to ten times a second",
+                         {0.0, 1e4});
+  if (const auto status = command_line.parse(argc, argv)) return *status;
+  ros::init(argc, argv, "display_frames", ros::init_options::AnonymousName);
+  const ros::NodeHandle nh;
+  if (options.updates_min > 0.0) return followUpdates(options.updates_min);
+  compare(options);
   return 0;
 }
 
@@ -279,24 +302,6 @@ int compare(const std::vector<std::string>& scenes, bool is_display_only) {
 }  // namespace cuboid_mapping_rviz::bench
 
 int main(int argc, char** argv) {
-  using namespace cuboid_mapping_rviz;
-  if (argc > 1 && (argv[1] == std::string("-h") || argv[1] == std::string("--help"))) {
-    std::fputs(bench::kUsage, stdout);
-    return 0;
-  }
-  ros::init(argc, argv, "display_frames", ros::init_options::AnonymousName);
-  const ros::NodeHandle nh;
-  std::vector<std::string> scenes(argv + 1, argv + argc);
-  try {
-    if (scenes.size() == 2 && scenes[0] == "--updates") {
-      return bench::followUpdates(std::stod(scenes[1]));
-    }
-    const bool is_display_only = !scenes.empty() && scenes[0] == "--display-only";
-    if (is_display_only) scenes.erase(scenes.begin());
-    if (scenes.empty()) scenes = {"1e4", "1e5", "1e6"};
-    return bench::compare(scenes, is_display_only);
-  } catch (const std::exception& exception) {
-    std::fprintf(stderr, "display_frames: %s\n", exception.what());
-    return 1;
-  }
+  return cuboid_mapping::runProgram("display_frames",
+                                    [&] { return cuboid_mapping_rviz::bench::run(argc, argv); });
 }
