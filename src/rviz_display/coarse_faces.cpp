@@ -23,19 +23,6 @@ std::uint32_t lowestRun(std::uint32_t bits) {
 
 }  // namespace
 
-CoarseCells::CoarseCells(const Cell& chunk, const DrawnVoxels& drawn) {
-  constexpr int kCells = kBrickEdge / 2;
-  for (int z = 0; z < kSize; z += kCells) {
-    for (int y = 0; y < kSize; y += kCells) {
-      for (int x = 0; x < kSize; x += kCells) {
-        const BrickMask voxels = drawn(chunk + Cell{2 * x, 2 * y, 2 * z});
-        if (!voxels.isEmpty()) addBrick(voxels, {x, y, z});
-      }
-    }
-  }
-  setColumns();
-}
-
 void CoarseCells::setColumns() {
   columns_ = {};
   for (int z = 0; z < size_; ++z) {
@@ -47,7 +34,8 @@ void CoarseCells::setColumns() {
   }
 }
 
-void CoarseCells::addBrick(const BrickMask& voxels, const std::array<int, 3>& first) {
+void CoarseCells::add(const Cell& brick, const BrickMask& voxels) {
+  const Cell first{brick.x / 2, brick.y / 2, brick.z / 2};
   constexpr std::uint64_t kCell = 0x0303;  // 2 x 2 voxels of a slice
   for (int z = 0; z < kBrickEdge / 2; ++z) {
     const std::uint64_t upper = voxels[2 * z + 1];
@@ -57,13 +45,13 @@ void CoarseCells::addBrick(const BrickMask& voxels, const std::array<int, 3>& fi
       const auto two_rows = static_cast<std::uint32_t>(any >> (16 * y) & 0xffff);
       const std::uint32_t row = two_rows | two_rows >> 8;
       const std::uint32_t cells = everySecondBit((row | row >> 1) & 0x55U);
-      cells_[at(first[2] + z)][at(first[1] + y)] |= cells << first[0];
+      cells_[at(first.z + z)][at(first.y + y)] |= cells << first.x;
       for (std::uint32_t left = cells; left != 0; left &= left - 1) {
         const int x = __builtin_ctz(left);
         const std::uint64_t cell = kCell << (16 * y + 2 * x);
         const int columns = __builtin_popcountll(any & cell);
         const int high = __builtin_popcountll(upper & cell);
-        top(first[0] + x, first[1] + y, first[2] + z) =
+        top(first.x + x, first.y + y, first.z + z) =
             static_cast<std::uint8_t>(8 * (columns + high) / columns);
       }
     }
@@ -102,7 +90,6 @@ void CoarseCells::coarsen() {
   }
   size_ /= 2;
   edge_ *= 2;
-  setColumns();
 }
 
 CoarseCells::Rows CoarseCells::exposed(int side, int plane) const {
@@ -155,14 +142,14 @@ void CoarseCells::appendRectangle(int side, const CellBox& cells,
   }
 }
 
-FaceMesh::Part CoarseCells::appendFaces(std::vector<FaceVertex>& vertices) const {
+FaceMesh::Part CoarseCells::appendFaces(std::vector<FaceVertex>& vertices) {
+  setColumns();
   FaceMesh::Part part;
   part.first = vertices.size() / 4;
   part.is_coarse = true;
   for (std::size_t i = 0; i < kSideOrder.size(); ++i) {
-    const int side = kSideOrder[i];
-    for (int plane = 0; plane < size_ && side != kSliceSide; ++plane) {
-      appendPlane(side, plane, vertices);
+    if (kSideOrder[i] != kSliceSide) {
+      for (int plane = 0; plane < size_; ++plane) appendPlane(kSideOrder[i], plane, vertices);
     }
     part.ends[i] = vertices.size() / 4 - part.first;
   }

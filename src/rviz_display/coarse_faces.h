@@ -7,18 +7,15 @@
 
 #include <array>
 #include <cstdint>
-#include <functional>
 
 namespace cuboid_mapping_rviz {
-
-/// The voxels of a brick that are drawn; none where there is no brick.
-using DrawnVoxels = std::function<cuboid_mapping::BrickMask(const cuboid_mapping::Cell& brick)>;
 
 /// Cells of 2, 4 or 8 voxels an edge, of a chunk. A cell is in the set if any of its voxels is.
 class CoarseCells {
  public:
-  /// With an edge of 2 voxels. @complexity O(bricks of the chunk).
-  CoarseCells(const cuboid_mapping::Cell& chunk, const DrawnVoxels& drawn);
+  /// Adds the voxels of a brick that are drawn, as cells with an edge of 2 voxels.
+  /// @param brick  From the chunk. @pre Not yet made coarser.
+  void add(const cuboid_mapping::Cell& brick, const cuboid_mapping::BrickMask& voxels);
 
   /// Makes cells of twice the edge.
   void coarsen();
@@ -27,13 +24,12 @@ class CoarseCells {
   /// touch are joined to rectangles. Those between chunks are always there, because another chunk may be
   /// drawn with other cells. The probability of a vertex is 0; its size says by how many eighths of a voxel it lies
   /// above the voxels: only upper sides do.
-  FaceMesh::Part appendFaces(std::vector<FaceVertex>& vertices) const;
+  FaceMesh::Part appendFaces(std::vector<FaceVertex>& vertices);
 
  private:
   static constexpr int kSize = kChunkEdge / 2;
   using Rows = std::array<std::uint32_t, kSize>;  ///< By y; bit x.
 
-  void addBrick(const cuboid_mapping::BrickMask& voxels, const std::array<int, 3>& first);
   void setColumns();
   [[nodiscard]] bool isSet(int x, int y, int z) const {
     return (cells_[at(z)][at(y)] >> x & 1) != 0;
@@ -55,7 +51,7 @@ class CoarseCells {
   int edge_ = 2;                       ///< Of a cell, in voxels.
   int size_ = kSize;                   ///< Cells along an axis.
   std::array<Rows, kSize> cells_{};    ///< By z.
-  std::array<Rows, kSize> columns_{};  ///< The same cells by x, then by z; bit y.
+  std::array<Rows, kSize> columns_{};  ///< The same cells by x, then by z; bit y. See setColumns().
   /// By z, y, x: mean height of the uppermost voxels above the floor of a cell, in eighths of a voxel.
   std::array<std::uint8_t, std::size_t{kSize} * kSize * kSize> tops_{};
 };

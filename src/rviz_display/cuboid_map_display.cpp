@@ -29,7 +29,9 @@ using rviz::StringProperty;
 
 /// Of each frame, for new faces: rviz stays smooth.
 constexpr double kBudget_s = 0.02;
-/// Where frames are slow anyway, so that a map is not drawn a hundred times before it is complete.
+/// Where frames are slow anyway, this many times what the rest of a frame takes, so that a map is not drawn a
+/// hundred times before it is complete.
+constexpr double kBudgetOfFrame = 2.0;
 constexpr double kMaxBudget_s = 0.25;
 constexpr std::chrono::milliseconds kReportPeriod{500};
 
@@ -205,8 +207,8 @@ void CuboidMapDisplay::update(float wall_dt, float /*ros_dt*/) {
   scene_node_->setVisible(is_placed);
   const Clock::time_point start = Clock::now();
   const double others_s = wall_dt - work_s_;
-  const bool is_changed =
-      scene_->update(std::chrono::duration<double>(std::clamp(others_s, kBudget_s, kMaxBudget_s)));
+  const bool is_changed = scene_->update(std::chrono::duration<double>(
+      std::clamp(kBudgetOfFrame * others_s, kBudget_s, kMaxBudget_s)));
   work_s_ = std::chrono::duration<double>(Clock::now() - start).count();
   if (recent_property_->getFloat() > 0.0F) updateStyles();  // Time goes on.
   if (is_changed) context_->queueRender();

@@ -33,14 +33,13 @@ Ogre::Vector3 toOgre(const cuboid_mapping::Cell& cell) {
   return {static_cast<float>(cell.x), static_cast<float>(cell.y), static_cast<float>(cell.z)};
 }
 
-/// Of a metre at the nearest point of a box.
-double pixelsPerMetre(const Ogre::Camera& camera, const Ogre::AxisAlignedBox& box) {
+double pixelsPerMetre(const Ogre::Camera& camera, double distance_m) {
   const double height_pixels = camera.getViewport()->getActualHeight();
   if (camera.getProjectionType() == Ogre::PT_ORTHOGRAPHIC) {
     return height_pixels / camera.getOrthoWindowHeight();
   }
-  const double distance_m = std::max<double>(box.distance(camera.getDerivedPosition()), 1e-3);
-  return height_pixels / (2.0 * std::tan(0.5 * camera.getFOVy().valueRadians()) * distance_m);
+  const double per_radian = height_pixels / (2.0 * std::tan(0.5 * camera.getFOVy().valueRadians()));
+  return per_radian / std::max(distance_m, 1e-3);
 }
 
 }  // namespace
@@ -94,13 +93,13 @@ std::size_t FaceChunk::upload(const FaceMesh& mesh, FaceIndices& indices) {
   return numBytes();
 }
 
-std::size_t FaceChunk::levelFor(const Ogre::Camera& camera) const {
+std::size_t FaceChunk::levelFor(const Ogre::Camera& camera, double distance_m) const {
   if (!style_->has_coarse) return 0;
   const Ogre::Viewport* viewport = camera.getViewport();
   const bool is_picture = viewport != nullptr && viewport->getMaterialScheme() ==
                                                      Ogre::MaterialManager::DEFAULT_SCHEME_NAME;
   if (!is_picture) return 0;
-  const double voxel_pixels = resolution_m_ * pixelsPerMetre(camera, node_->_getWorldAABB());
+  const double voxel_pixels = resolution_m_ * pixelsPerMetre(camera, distance_m);
   std::size_t level = 0;
   while (level + 1 < kNumDetailLevels &&
          voxel_pixels * static_cast<double>(2U << level) <= style_->max_cell_pixels) {
@@ -111,9 +110,8 @@ std::size_t FaceChunk::levelFor(const Ogre::Camera& camera) const {
 
 /// From front to back: a pixel that is hidden already costs no shader. Ogre itself sorts by depth only
 /// what is transparent.
-std::uint16_t FaceChunk::drawOrderFor(const Ogre::Camera& camera) const {
+std::uint16_t FaceChunk::drawOrderFor(double distance_m) const {
   if (!style_->is_opaque) return OGRE_RENDERABLE_DEFAULT_PRIORITY;
-  const double distance_m = node_->_getWorldAABB().distance(camera.getDerivedPosition());
   const double num_chunks = distance_m / (kEdge * resolution_m_);
   return static_cast<std::uint16_t>(std::min(num_chunks, kLastOpaque));
 }
@@ -160,8 +158,10 @@ void FaceChunk::addRun(std::size_t begin, std::size_t end) {
 }
 
 void FaceChunk::_notifyCurrentCamera(Ogre::Camera* camera) {
-  choose(levels_[levelFor(*camera)], sidesFor(*camera));
-  draw_order_ = drawOrderFor(*camera);
+  // To the nearest point of the faces.
+  const double distance_m = node_->_getWorldAABB().distance(camera->getDerivedPosition());
+  choose(levels_[levelFor(*camera, distance_m)], sidesFor(*camera));
+  draw_order_ = drawOrderFor(distance_m);
   MovableObject::_notifyCurrentCamera(camera);
 }
 

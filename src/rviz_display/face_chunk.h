@@ -74,11 +74,11 @@ class FaceChunk : public Ogre::MovableObject {
     const FaceChunk* chunk_;
   };
 
-  [[nodiscard]] std::size_t levelFor(const Ogre::Camera& camera) const;
+  [[nodiscard]] std::size_t levelFor(const Ogre::Camera& camera, double distance_m) const;
   /// Which sides of cuboids are seen, by side.
   using Sides = std::array<bool, kSideOrder.size()>;
   [[nodiscard]] Sides sidesFor(const Ogre::Camera& camera) const;
-  [[nodiscard]] std::uint16_t drawOrderFor(const Ogre::Camera& camera) const;
+  [[nodiscard]] std::uint16_t drawOrderFor(double distance_m) const;
   void choose(const FaceMesh::Part& part, const Sides& sides);
   void addRun(std::size_t begin, std::size_t end);
 

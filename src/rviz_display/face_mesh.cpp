@@ -58,10 +58,10 @@ CellBox boundsOf(const std::vector<FaceVertex>& vertices) {
   constexpr std::int16_t kFar = std::numeric_limits<std::int16_t>::max();
   std::array<std::int16_t, 3> min{kFar, kFar, kFar};
   std::array<std::int16_t, 3> max{-kFar, -kFar, -kFar};
-  for (const FaceVertex& vertex : vertices) {
+  for (std::size_t i = 0; i < vertices.size(); i += 2) {  // Two opposite corners of each face.
     for (std::size_t axis = 0; axis < 3; ++axis) {
-      min[axis] = std::min(min[axis], vertex.cell[axis]);
-      max[axis] = std::max(max[axis], vertex.cell[axis]);
+      min[axis] = std::min(min[axis], vertices[i].cell[axis]);
+      max[axis] = std::max(max[axis], vertices[i].cell[axis]);
     }
   }
   return {{min[0], min[1], min[2]}, {max[0], max[1], max[2]}};
@@ -76,6 +76,9 @@ constexpr std::array<std::array<int, 4>, 7> kCorners{{{0, 4, 6, 2},
                                                       {0, 2, 3, 1},
                                                       {4, 5, 7, 6},
                                                       {0, 1, 3, 2}}};
+
+/// Those sets whose hiding voxels are the voxels that they show.
+bool hasCoarseFaces(FaceSet set) { return set == FaceSet::kOccupied || set == FaceSet::kFree; }
 
 /// The class of whose cuboids a set shows faces.
 Occupancy classOf(FaceSet set) {
@@ -94,6 +97,7 @@ class FaceMaker {
   void add(const VoxelBrick& brick, float changed_s) {
     hiding_ = hidingVoxels(brick.voxels, set_);
     hiding_beside_.fill(std::nullopt);
+    if (hasCoarseFaces(set_)) coarse_cells_.add(brick.brick - chunk_, hiding_);
     changed_s_ = changed_s;
     const Occupancy wanted = classOf(set_);
     cuboids_.clear();
@@ -110,7 +114,7 @@ class FaceMaker {
   }
   FaceMesh take() {
     sortBySide();
-    if (set_ == FaceSet::kOccupied || set_ == FaceSet::kFree) addCoarseFaces();
+    if (hasCoarseFaces(set_)) addCoarseFaces();
     mesh_.bounds = boundsOf(mesh_.vertices);
     if (isSlice(set_)) ++mesh_.bounds.max.z;  // Cross sections are shown somewhere in their layer.
     return std::move(mesh_);
@@ -173,23 +177,20 @@ class FaceMaker {
   [[nodiscard]] const BrickMask& hidingVoxelsAt(const Cell& current, const Cell& brick, int side) {
     if (brick == current) return hiding_;
     std::optional<BrickMask>& hiding = hiding_beside_[static_cast<std::size_t>(side)];
-    if (!hiding) hiding = hidingVoxelsOf(brick);
+    if (!hiding) {
+      const PackedVoxels* voxels = map_.voxels().find(brick);
+      hiding = voxels == nullptr ? BrickMask() : hidingVoxels(*voxels, set_);
+    }
     return *hiding;
-  }
-
-  [[nodiscard]] BrickMask hidingVoxelsOf(const Cell& brick) const {
-    const PackedVoxels* voxels = map_.voxels().find(brick);
-    return voxels == nullptr ? BrickMask() : hidingVoxels(*voxels, set_);
   }
 
   void addCoarseFaces() {
     constexpr std::size_t kFewFaces = 16;  // Not worth it.
     if (mesh_.numFaces() < kFewFaces) return;
-    CoarseCells cells(chunk_, [&](const Cell& brick) { return hidingVoxelsOf(brick); });
     for (std::size_t level = 1; level < kNumDetailLevels; ++level) {
-      if (level > 1) cells.coarsen();
+      if (level > 1) coarse_cells_.coarsen();
       const FaceMesh::Part& finer = mesh_.levels[level - 1];
-      const FaceMesh::Part part = cells.appendFaces(mesh_.vertices);
+      const FaceMesh::Part part = coarse_cells_.appendFaces(mesh_.vertices);
       const bool is_worth_it = 2 * part.count() <= finer.count();
       const bool has_room = 2 * (part.first + part.count()) <= 3 * mesh_.numFaces();
       if (is_worth_it && has_room) {
@@ -233,6 +234,7 @@ class FaceMaker {
   std::array<std::optional<BrickMask>, 6> hiding_beside_;  ///< Of the bricks beside it, by side.
   float changed_s_ = 0.0F;
   std::vector<Cuboid> cuboids_;
+  CoarseCells coarse_cells_;
   std::array<std::vector<FaceVertex>, kSideOrder.size()> faces_;  ///< Of cuboids, by side.
   FaceMesh mesh_;
 };
