@@ -153,9 +153,9 @@ TEST(GrowthFusionScene, onlyCellsOfTheSetTStart) {
 
 TEST(GrowthFusionScene, theStepOfItsOwnWidthDoublesACell) {
   GrowthScene scene(withStep(GrowthStep::kOwnWidth));
-  scene.set(boxAt({0, 0, 0}, {7, 1, 1}), scene.stableFree());
+  scene.set(boxAt({9, 0, 0}, {7, 1, 1}), scene.stableFree());
   // 1, 2, 4; then 8 is too long, in both directions.
-  EXPECT_THAT(boxesOf(scene.fuse({{0, 0, 0}})), Contains(boxAt({0, 0, 0}, {4, 1, 1})));
+  EXPECT_THAT(boxesOf(scene.fuse({{9, 0, 0}})), Contains(boxAt({9, 0, 0}, {4, 1, 1})));
 }
 
 TEST(GrowthFusionScene, theStepOfANeighbourAbsorbsAFusedCuboid) {
@@ -215,6 +215,32 @@ TEST(GrowthFusionScene, aFlickeringVoxelWaitsUntilItHasSettled) {
   }
   // It settles: the cuboids around it absorb it without any starter.
   for (int i = 0; i < 4; ++i) EXPECT_EQ(scene.fuse({}).size(), 3U) << i;
+  EXPECT_EQ(scene.fuse({}).size(), 1U);
+}
+
+TEST(GrowthFusionScene, aVoxelThatDoesNotBecomeStableKeepsNoOtherWaiting) {
+  GrowthConfig config = withStep(GrowthStep::kNeighbour);
+  config.settle_clouds = 2;
+  GrowthScene scene(config);
+  for (const std::int32_t y : {-3, 0, 3}) {  // Whichever is looked at first.
+    scene.set(boxAt({0, y, 0}, {5, 1, 1}), scene.stableFree());
+  }
+  ASSERT_EQ(scene.fuse({{0, -3, 0}, {0, 0, 0}, {0, 3, 0}}).size(), 3U);
+  for (const std::int32_t y : {-3, 0, 3}) {
+    scene.set(CellBox::ofCell({2, y, 0}), scene.unstable());
+  }
+  ASSERT_EQ(scene.fuse({}).size(), 9U);
+  scene.set(CellBox::ofCell({2, 0, 0}), scene.stableFree());
+  for (int i = 0; i < 4; ++i) scene.write();
+  EXPECT_THAT(boxesOf(scene.fuse({})), Contains(boxAt({0, 0, 0}, {5, 1, 1})));
+  EXPECT_EQ(scene.fuse({}).size(), 7U);
+}
+
+TEST(GrowthFusionScene, aStableVoxelThatChangesStaysInItsCuboid) {
+  GrowthScene scene;
+  scene.set(boxAt({0, 0, 0}, {4, 4, 1}), scene.stableFree());
+  ASSERT_EQ(scene.fuse({{0, 0, 0}}).size(), 1U);
+  scene.set(CellBox::ofCell({1, 1, 0}), scene.stableFree() - 1.0F);
   EXPECT_EQ(scene.fuse({}).size(), 1U);
 }
 

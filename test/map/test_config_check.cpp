@@ -48,6 +48,8 @@ TEST(CheckConfig, takesTheBoundsOfTheRanges) {
     EXPECT_TRUE(checkConfig(config).empty());
     EXPECT_EQ(CuboidMap(config).config().resolution_m, resolution_m);
   }
+  config.rtree = {2, 1};
+  EXPECT_TRUE(checkConfig(config).empty());
 }
 
 TEST(CheckConfig, findsEachBadField) {

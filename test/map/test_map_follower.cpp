@@ -205,6 +205,23 @@ TEST(MapFollower, asksForAnImageOfAnotherInstanceOrAfterAGap) {
   EXPECT_EQ(it.follower.take(it.delta), FollowResult::kGap);
 }
 
+TEST(MapFollower, takesNoOlderImageExceptOfAnotherInstance) {
+  Fixture it;
+  ASSERT_EQ(it.follower.take(it.delta), FollowResult::kApplied);
+  CuboidMap other;
+  other.replace(kAllCells, {UniformBox{{{0, 0, 0}, {1, 1, 1}}, 1.0F}});
+  MapImage image = makeImage(other, kInstance, MapDetail::kValues);
+  ASSERT_LT(image.revision, it.follower.revision());
+  EXPECT_TRUE(it.follower.take(image));
+  EXPECT_EQ(it.follower.revision(), 2U) << "the copy is newer";
+  EXPECT_GT(it.follower.map()->voxels().numFreeVoxels(), 0.0);
+  image.instance = 5;
+  EXPECT_TRUE(it.follower.take(image));
+  EXPECT_EQ(it.follower.instance(), 5U) << "the server was started anew";
+  EXPECT_EQ(it.follower.revision(), 1U);
+  EXPECT_EQ(it.follower.map()->voxels().numFreeVoxels(), 0.0);
+}
+
 /// Whether a damaged delta is refused, and leaves the copy alone.
 template <typename DamageT>
 bool isRefused(MapDetail detail, DamageT damage) {

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "cuboid_mapping/query/corridor_query.h"
 
+#include "cuboid_mapping/query/corridor_boxes.h"
 #include "cuboid_mapping/query/path_query.h"
 #include "cuboid_mapping/query/place_graph.h"
 #include "support/dense_obstacles.h"
@@ -47,6 +48,27 @@ TEST(PartitionMask, dividesAMaskIntoDisjointBoxes) {
     ASSERT_EQ(covered, mask) << test::seedNote(i);
     ASSERT_EQ(num_voxels, mask.count()) << "disjoint" << test::seedNote(i);
   }
+}
+
+TEST(PartitionMask, makesOneBoxOfABox) {
+  const CellBox box{{17, -7, 25}, {22, -3, 31}};
+  std::vector<CellBox> boxes;
+  partitionMask({16, -8, 24}, BrickMask::ofBox(box), boxes);
+  EXPECT_EQ(boxes, std::vector<CellBox>{box});
+}
+
+TEST(PullTight, goesStraightWherePortalsAllowIt) {
+  CorridorPortals portals;
+  for (const double x : {4.0, 8.0}) {
+    portals.ranges_map.push_back({{x - 1.0, 0.0, 0.0}, {x + 1.0, 10.0, 2.0}});
+    portals.centers_map.emplace_back(x, 5.0, 1.0);
+  }
+  Budget budget;
+  const auto path = pullTight(portals, {0, 1, 1}, {12, 1, 1}, budget);
+  ASSERT_EQ(path.size(), 4U);
+  for (const Eigen::Vector3d& point : path) EXPECT_NEAR(point.y(), 1.0, 1e-3);
+  portals.ranges_map[1].min_m.y() = 3.0;  // Round a corner.
+  EXPECT_NEAR(pullTight(portals, {0, 1, 1}, {12, 1, 1}, budget)[2].y(), 3.0, 1e-3);
 }
 
 /// A room 20 x 8 x 4 with a wall at x = 10 that has a door, y from 2 on, all of the height.

@@ -52,6 +52,18 @@ TEST(PathQuery, doesNotCountFacesThatTouch) {
   EXPECT_TRUE(checkPath(map, Path{{1, 1, 1}, {2, 1, 1}}, wider, UnknownPolicy::kStop)->contact);
 }
 
+TEST(PathQuery, doesNotCountFacesThatTouchButForRounding) {
+  const Eigen::Vector3d cube = Eigen::Vector3d::Constant(0.3);
+  for (std::int32_t z = 0; z < 100; ++z) {
+    // The top of the box, (z + 1.5) * 0.1 + 0.15, is sometimes a little above that of the voxels.
+    CuboidMap map(configOf(0.1));
+    map.replace(kAllCells, {{{{0, 0, z}, {20, 3, z + 3}}, -1.0F}});
+    const double z_m = (z + 1.5) * 0.1;
+    const Path path{{0.5, 0.15, z_m}, {1.5, 0.15, z_m}};
+    EXPECT_FALSE(checkPath(map, path, cube, UnknownPolicy::kStop)->contact) << z;
+  }
+}
+
 TEST(PathQuery, looksAtOneWaypointAsABoxThatStands) {
   const auto blocked = checkPath(tunnel(), Path{{9.5, 1, 1}}, kCube, UnknownPolicy::kStop);
   ASSERT_TRUE(blocked && blocked->contact);

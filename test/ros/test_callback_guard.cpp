@@ -5,6 +5,7 @@
 #include "cuboid_mapping/ros/function_callback.h"
 
 #include <gtest/gtest.h>
+#include <ros/console.h>
 #include <boost/make_shared.hpp>
 
 #include <filesystem>
@@ -14,9 +15,26 @@
 #include <set>
 #include <stdexcept>
 #include <string>
+#include <vector>
 
 namespace cuboid_mapping_ros {
 namespace {
+
+/// What is logged while it lives.
+class LoggedLines : public ros::console::LogAppender {
+ public:
+  LoggedLines() { ros::console::register_appender(this); }
+  ~LoggedLines() override { ros::console::deregister_appender(this); }
+  LoggedLines(const LoggedLines&) = delete;
+  LoggedLines& operator=(const LoggedLines&) = delete;
+
+  void log(ros::console::Level /*level*/, const char* text, const char* /*file*/,
+           const char* /*function*/, int /*line*/) override {
+    lines.emplace_back(text);
+  }
+
+  std::vector<std::string> lines;
+};
 
 TEST(CallbackGuard, CountsWhatFailsAndSaysWhatItWas) {
   CallbackGuard guard;
@@ -37,6 +55,18 @@ TEST(CallbackGuard, CountsWhatWasRefusedApart) {
   EXPECT_EQ(guard.numRefused(), 2U);
   EXPECT_EQ(guard.lastRefused(), "/tf: nor is this");
   EXPECT_EQ(guard.numFailures(), 0U);
+}
+
+TEST(CallbackGuard, LogsWhatFailsAgainAndAgainOnce) {
+  CallbackGuard guard;
+  LoggedLines log;
+  for (int i = 0; i < 5; ++i) guard.noteFailure("timer", "no memory");
+  EXPECT_EQ(log.lines.size(), 1U);
+  guard.noteFailure("timer", "no thread");
+  ASSERT_EQ(log.lines.size(), 2U) << "another failure";
+  EXPECT_NE(log.lines[1].find("timer: no thread (6 so far)"), std::string::npos) << log.lines[1];
+  for (const char* words : {"no message", "nor is this"}) guard.noteRefused("/tf", words);
+  EXPECT_EQ(log.lines.size(), 3U) << "senders choose these words";
 }
 
 TEST(CallbackGuard, NoExceptionLeavesACallbackOfAGuardedQueue) {

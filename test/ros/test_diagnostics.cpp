@@ -82,7 +82,7 @@ TEST(Diagnostics, WarnsOfCloudsThatGoOnWaitingForTf) {
 
 TEST(Diagnostics, WarnsWhenCloudsDoNotComeAnyMore) {
   NodeReport report = makeReport(5, 5);
-  report.silence_s = kMaxSilence_s - 0.1;
+  report.silence_s = kMaxSilence_s;
   EXPECT_TRUE(isOk(summarize(report, report.statistics)));
   report.silence_s = 12.5;
   expectWarning(summarize(report, report.statistics), {"no cloud on /points for 12 s"});
@@ -282,6 +282,8 @@ TEST(Diagnostics, EveryReasonHasItsOwnKeyAndAdvice) {
   EXPECT_EQ(values["cloud age when received [s]"], "0.125");
   EXPECT_EQ(values["cloud rate [Hz]"], "10.00");
   EXPECT_EQ(values["damaged messages refused"], "0");
+  EXPECT_EQ(values.count("damaged messages refused, last"), 0U) << "there was none";
+  EXPECT_EQ(values.count("callbacks failed, last"), 0U) << "there was none";
 }
 
 TEST(Diagnostics, WarnOfDamagedMessages) {

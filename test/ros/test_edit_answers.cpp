@@ -40,6 +40,8 @@ TEST_F(EditAnswers, MakeABoxFreeOccupiedOrUnknownAndNothingElse) {
   EXPECT_TRUE(response.success) << response.message;
   EXPECT_EQ(response.revision, 2U);
   EXPECT_EQ(response.header.stamp, ros::Time(7.0)) << "that of the last cloud";
+  ASSERT_EQ(response.min.size(), 1U) << "one for each box";
+  ASSERT_EQ(response.max.size(), 1U);
   expectNear(response.min[0], 0.9, 0.0, 0.0);
   expectNear(response.max[0], 1.2, 1.0, 1.0);
   EXPECT_EQ(numOccupiedVoxels(), 0.0);

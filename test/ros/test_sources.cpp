@@ -11,6 +11,7 @@
 #include <boost/make_shared.hpp>
 
 #include <algorithm>
+#include <map>
 #include <string>
 #include <vector>
 
@@ -303,6 +304,26 @@ TEST(SourceReport, SaysWhatIsWrongWithOneSource) {
   report.statistics.last_drop = "no transform";
   EXPECT_EQ(summarize(report, none).message, "1 message dropped: no transform");
   EXPECT_EQ(summarize(report, report.statistics).level, ReportLevel::kOk) << "that was before";
+}
+
+TEST(SourceReport, HasTheNumbersOfOneSource) {
+  SourceReport report;
+  report.topic = "/scan";
+  report.type = "laser_scan";
+  report.statistics.num_received = 9;
+  report.statistics.num_inserted = 5;
+  report.statistics.num_dropped = 3;
+  report.statistics.num_ignored = 1;
+  diagnostic_updater::DiagnosticStatusWrapper status;
+  fillStatus(report, {}, status);
+  std::map<std::string, std::string> values;
+  for (const auto& value : status.values) values[value.key] = value.value;
+  EXPECT_EQ(values["topic"], "/scan");
+  EXPECT_EQ(values["type"], "laser_scan");
+  EXPECT_EQ(values["messages received"], "9");
+  EXPECT_EQ(values["messages inserted"], "5");
+  EXPECT_EQ(values["messages dropped"], "3");
+  EXPECT_EQ(values["messages ignored, max_rate"], "1");
 }
 
 }  // namespace
