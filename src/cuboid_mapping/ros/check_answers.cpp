@@ -213,9 +213,8 @@ std::vector<Ray> readRays(RequestReader& reader, const CastRays::Request& reques
                      ": give one of each for every ray");
   std::vector<Ray> rays;
   for (std::size_t i = 0; reader.isGood() && i < request.origins.size(); ++i) {
-    const std::string number = "[" + std::to_string(i) + "]";
-    rays.push_back({reader.point(request.origins[i], "origins" + number),
-                    reader.direction(request.directions[i], "directions" + number)});
+    rays.push_back({reader.point(request.origins[i], {"origins", i}),
+                    reader.direction(request.directions[i], {"directions", i})});
     rays.back().direction_map.stableNormalize();
   }
   return rays;

@@ -17,10 +17,18 @@ using cuboid_mapping::MetricBox;
 using cuboid_mapping::toText;
 using cuboid_mapping::UnknownPolicy;
 
+std::string describe(const MetricBox& box) {
+  return "min " + toText(box.min_m) + ", max " + toText(box.max_m);
+}
+
 }  // namespace
 
 const char* toString(QueriesOutside outside) {
   return outside == QueriesOutside::kLoad ? "load" : "refuse";
+}
+
+std::string toText(const FieldName& field) {
+  return field.element ? field.name + '[' + std::to_string(*field.element) + ']' : field.name;
 }
 
 RequestReader::RequestReader(const MapInFrame& map, const std_msgs::Header& header)
@@ -50,11 +58,12 @@ void RequestReader::requireFew(std::size_t num_entries, const std::string& name,
               " are answered (parameters query/max_entries and query/max_answer), so ask in parts");
 }
 
-Eigen::Vector3d RequestReader::point(const geometry_msgs::Point& point, const std::string& name) {
+Eigen::Vector3d RequestReader::point(const geometry_msgs::Point& point, const FieldName& field) {
   const Eigen::Vector3d vector = toVector(point);
-  require(vector.allFinite(),
-          name + " " + toText(vector) +
-              ": a coordinate is NaN or infinite; all must be numbers in metres");
+  require(vector.allFinite(), [&] {
+    return toText(field) + " " + toText(vector) +
+           ": a coordinate is NaN or infinite; all must be numbers in metres";
+  });
   return to_map_ * vector;
 }
 
@@ -64,16 +73,16 @@ std::vector<Eigen::Vector3d> RequestReader::points(const std::vector<geometry_ms
   result.reserve(points.size());
   for (const geometry_msgs::Point& each : points) {
     if (!isGood()) break;
-    result.push_back(point(each, name + "[" + std::to_string(result.size()) + "]"));
+    result.push_back(point(each, {name, result.size()}));
   }
   return result;
 }
 
 Eigen::Vector3d RequestReader::direction(const geometry_msgs::Vector3& direction,
-                                         const std::string& name) {
+                                         const FieldName& field) {
   const Eigen::Vector3d vector(direction.x, direction.y, direction.z);
   require(vector.allFinite() && !vector.isZero(0.0),
-          name + " " + toText(vector) + ": must be finite and not zero");
+          [&] { return toText(field) + " " + toText(vector) + ": must be finite and not zero"; });
   return to_map_.linear() * vector;
 }
 
@@ -88,11 +97,11 @@ Eigen::Vector3d RequestReader::size(const geometry_msgs::Vector3& size, double i
 CellBox RequestReader::box(const geometry_msgs::Point& min, const geometry_msgs::Point& max,
                            double inflation_m) {
   const MetricBox box{toVector(min), toVector(max)};
-  const std::string text = "min " + toText(box.min_m) + ", max " + toText(box.max_m);
-  require(box.min_m.allFinite() && box.max_m.allFinite(),
-          text + ": a coordinate is NaN or infinite; all must be numbers in metres");
+  require(box.min_m.allFinite() && box.max_m.allFinite(), [&] {
+    return describe(box) + ": a coordinate is NaN or infinite; all must be numbers in metres";
+  });
   require((box.min_m.array() < box.max_m.array()).all(),
-          text + ": min must be less than max on every axis");
+          [&] { return describe(box) + ": min must be less than max on every axis"; });
   const double inflation = notNegative(inflation_m, "inflation");
   if (!isGood()) return {};
   MetricBox box_map = computeEnclosingBox(to_map_, box);
@@ -119,11 +128,12 @@ std::vector<CellBox> RequestReader::boxes(const std::vector<geometry_msgs::Point
 CellBox RequestReader::cells(const MetricBox& box_map) {
   if (!isGood()) return {};
   const auto box = map_.map.grid().toCellBox(box_map);
-  const double limit_m = cuboid_mapping::Grid::kMaxCell * map_.map.grid().resolution();
-  require(box.has_value(), "min " + toText(box_map.min_m) + ", max " + toText(box_map.max_m) +
-                               " in frame '" + map_.frame_id +
-                               "' reaches beyond the map: keep coordinates within " +
-                               toText(limit_m) + " m of the origin");
+  require(box.has_value(), [&] {
+    const double limit_m = cuboid_mapping::Grid::kMaxCell * map_.map.grid().resolution();
+    return describe(box_map) + " in frame '" + map_.frame_id +
+           "' reaches beyond the map: keep coordinates within " + toText(limit_m) +
+           " m of the origin";
+  });
   if (!box) return {};
   requireLoaded(*box);
   return *box;
@@ -155,7 +165,7 @@ void RequestReader::requireLoaded(const CellBox& box) {
 
 double RequestReader::notNegative(double value, const std::string& name) {
   require(std::isfinite(value) && value >= 0.0,
-          name + " is " + toText(value) + ": must be a number of at least 0");
+          [&] { return name + " is " + toText(value) + ": must be a number of at least 0"; });
   return value;
 }
 

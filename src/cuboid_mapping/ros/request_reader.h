@@ -13,10 +13,19 @@
 
 #include <Eigen/Geometry>
 
+#include <optional>
 #include <string>
+#include <type_traits>
 #include <vector>
 
 namespace cuboid_mapping_ros {
+
+/// A field of a request, or one of its elements: "size", "origins[3]".
+struct FieldName {
+  std::string name;
+  std::optional<std::size_t> element = std::nullopt;
+};
+[[nodiscard]] std::string toText(const FieldName& field);
 
 /// Reads a request: checks its values and takes them to the frame of the map.
 ///
@@ -33,17 +42,22 @@ class RequestReader {
 
   /// Says what is wrong unless the condition holds.
   void require(bool condition, const std::string& text);
+  /// The same for each of many entries: the text is made only if it is needed, which takes longer than all else.
+  template <typename MakeTextT, typename = std::enable_if_t<std::is_invocable_v<MakeTextT>>>
+  void require(bool condition, const MakeTextT& make_text) {
+    if (!condition && error_.empty()) error_ = make_text();
+  }
 
   /// Refuses a request with more entries than the limits allow. @param name  Of them, as "boxes".
   /// @param entry_bytes  Of the answer to each.
   void requireFew(std::size_t num_entries, const std::string& name, std::size_t entry_bytes);
 
   /// A finite point.
-  Eigen::Vector3d point(const geometry_msgs::Point& point, const std::string& name);
+  Eigen::Vector3d point(const geometry_msgs::Point& point, const FieldName& field);
   std::vector<Eigen::Vector3d> points(const std::vector<geometry_msgs::Point>& points,
                                       const std::string& name);
   /// A finite direction that is not zero.
-  Eigen::Vector3d direction(const geometry_msgs::Vector3& direction, const std::string& name);
+  Eigen::Vector3d direction(const geometry_msgs::Vector3& direction, const FieldName& field);
   /// Edges, > 0, of the smallest box of the map's axes that covers one of these edges, and
   /// inflation on all sides.
   Eigen::Vector3d size(const geometry_msgs::Vector3& size, double inflation_m);

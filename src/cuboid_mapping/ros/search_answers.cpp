@@ -90,8 +90,8 @@ void noteCut(const MapInFrame& map, const Budget& budget, bool is_cut, ResponseT
 CorridorTask readTask(const MapInFrame& map, RequestReader& reader,
                       const FindCorridor::Request& request) {
   CorridorTask task;
-  task.start_map = reader.point(request.start, "start");
-  task.goal_map = reader.point(request.goal, "goal");
+  task.start_map = reader.point(request.start, {"start"});
+  task.goal_map = reader.point(request.goal, {"goal"});
   task.size_m = reader.size(request.size, request.inflation);
   task.policy = reader.policy(request.unknown);
   if (request.use_region != 0) task.region = reader.box(request.min, request.max, 0.0);
