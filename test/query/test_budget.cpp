@@ -102,6 +102,16 @@ TEST(Budget, letsOthersHaveTheirTurnNowAndThenAndOnlyWhereAsked) {
   EXPECT_GE(std::chrono::steady_clock::now() - begin, std::chrono::microseconds(200));
 }
 
+/// A search looks at hundreds of bricks between two places where others can have their turn.
+TEST(Budget, remembersATurnThatIsDueUntilOthersCanHaveIt) {
+  int num_turns = 0;
+  Budget budget({}, {[&] { ++num_turns; }, 1e-4, nullptr});
+  std::this_thread::sleep_for(std::chrono::milliseconds(1));
+  for (int i = 0; i < 300; ++i) ASSERT_TRUE(budget.spend());
+  ASSERT_TRUE(budget.spendAndYield());
+  EXPECT_EQ(num_turns, 1);
+}
+
 TEST(Budget, endsWhenToldTo) {
   std::atomic<bool> is_stopped{false};
   Budget budget({}, {[] {}, 1.0, &is_stopped});

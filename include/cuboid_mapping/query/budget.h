@@ -62,7 +62,7 @@ class Budget {
   /// As spend(), for places where a query holds no reference into the map: now and then others get
   /// their turn here, and the map may be another one afterwards.
   [[nodiscard]] bool spendAndYield(std::uint64_t bricks = 1) {
-    if (bricks < until_look_) {
+    if (bricks < until_look_ && !is_yield_due_) {
       until_look_ -= bricks;
       return true;
     }
