@@ -1,0 +1,42 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""A service of a node, called by bytes."""
+import io
+import socket
+import struct
+
+import rosgraph
+import rospy
+import rosservice
+
+
+def to_bytes(message):
+    buffer = io.BytesIO()
+    message.serialize(buffer)
+    return buffer.getvalue()
+
+
+class RawService:
+    def __init__(self, name, patience_s):
+        """@param patience_s  socket.timeout is raised when the node is silent for longer."""
+        self.name = name
+        self.patience_s = patience_s
+        self.type = rosservice.get_service_class_by_name(name)
+        self.address = rosgraph.Master(rospy.get_name()).lookupService(name)[len('rosrpc://'):].split(':')
+
+    def call(self, request):
+        """@return 'answer', 'refused' or 'closed'; and the bytes that have come with the first two."""
+        fields = [f'callerid={rospy.get_name()}', f'service={self.name}', 'md5sum=*',
+                  'persistent=0']
+        header = b''.join(struct.pack('<I', len(field)) + field.encode() for field in fields)
+        with socket.create_connection((self.address[0], int(self.address[1])), self.patience_s) as link, \
+                link.makefile('rb') as stream:
+            link.sendall(struct.pack('<I', len(header)) + header)
+            self.receive(stream)
+            link.sendall(struct.pack('<I', len(request)) + request)
+            how = {b'\x01': 'answer', b'\x00': 'refused'}.get(stream.read(1), 'closed')
+            return how, b'' if how == 'closed' else self.receive(stream)
+
+    @staticmethod
+    def receive(stream):
+        size = struct.unpack('<I', stream.read(4))[0]
+        return stream.read(size)
