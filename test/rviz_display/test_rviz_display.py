@@ -42,6 +42,8 @@ def start(*command, **environment):
 
 
 def stop(process):
+    if process.poll() is not None:
+        return
     os.killpg(process.pid, signal.SIGTERM)
     try:
         process.wait(10.0)
@@ -101,7 +103,7 @@ class TestDisplay(unittest.TestCase):
         try:
             while time.monotonic() < end:
                 time.sleep(1.0)
-                self.assertIsNone(viewer.poll(), 'rviz has ended')
+                self.assertIsNone(viewer.poll(), 'rviz has ended by itself')
                 if subprocess.run(['import', '-display', self.screen, '-window', 'root', '-crop',
                                    '720x440+40+100', '+repage', '-resize', '25%', picture],
                                   stderr=subprocess.DEVNULL, check=False).returncode != 0:
