@@ -79,7 +79,7 @@ def insertion_block(reports):
                      gain(report, 'openvdb', cpu_s), f"{own['ray_walk_cpu_s'] / cpu_s(own):.0%}",
                      f"{own['per_cloud_ms']['p50']:.0f}, {own['per_cloud_ms']['p99']:.0f} ms"])
     return table(['data set', 'clouds, points', 'here', 'OctoMap', 'times', 'OpenVDB', 'times',
-                  'ray walk', 'per cloud: p50, p99'], rows)
+                  'ray walk', 'per cloud, wall: p50, p99'], rows)
 
 
 def variants_block(reports):
@@ -114,9 +114,11 @@ def memory_block(reports):
         for peer in PEERS:
             row += [f'{heap(report[peer]) / 1e6:.1f} MB' if peer in report else '-',
                     gain(report, peer, heap)]
-        rows.append([*row, f"{own['bytes_own'] / max(1, heap(own)):.1%}"])
+        buffers = [f"{report[part]['bytes_scratch'] / 1e6:.1f}" if part in report else '-' for part in ('cuboid_mapping', 'openvdb')]
+        rows.append([*row, f"{own['bytes_own'] / max(1, heap(own)):.1%}", f'{", ".join(buffers)} MB'])
     return table(['data set', 'cuboids', "times in OctoMap's leaves", "times in OpenVDB's voxels",
-                  'heap here', 'OctoMap', 'times', 'OpenVDB', 'times', 'own figure over heap'], rows)
+                  'heap here', 'OctoMap', 'times', 'OpenVDB', 'times', 'own figure over heap',
+                  'buffers of insertion: here, OpenVDB'], rows)
 
 
 QUERIES = [(kind, place) for kind in ('point', 'box', 'ray') for place in ('uniform', 'near_surface')]
