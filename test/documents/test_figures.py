@@ -61,9 +61,15 @@ class FiguresTest(unittest.TestCase):
     def test_the_range_of_the_queries_is_that_of_all_tables(self):
         ratios = [number(cell.split(': ')[1]) for row in read_block('queries')[1:] for cell in row[2:]]
         self.assertEqual(len(ratios), 36)
-        least, greatest = re.search(r'are (\d+) to (\d+) times as fast', self.figures).groups()
-        self.assertEqual(int(least), round(min(ratios)))
+        least, greatest = re.search(r'are ([\d.]+) to (\d+) times as fast', self.figures).groups()
+        self.assertEqual(float(least), round(min(ratios), 1))
         self.assertEqual(int(greatest), round(max(ratios)))
+
+    def test_the_range_of_memory_is_that_of_all_rows(self):
+        words = {12: 'a twelfth', 18: 'an eighteenth'}
+        least, greatest = re.search(r'the finished map takes (\w+ \w+) to (\w+ \w+) of OctoMap', self.text).groups()
+        ratios = [number(row[6]) for row in read_block('memory')[1:]]
+        self.assertEqual([least, greatest], [words[round(min(ratios))], words[round(max(ratios))]])
 
 
 class EvaluationTest(unittest.TestCase):
@@ -78,7 +84,7 @@ class EvaluationTest(unittest.TestCase):
         shares = [number(cell) for row in read_block('resolutions', 'evaluation') if row[1] == 'class'
                   for cell in row[2:] if cell != '-']
         self.assertEqual(len(shares), 26)
-        least, greatest = re.search(r'\[(\d+) to (\d+) %\]\(doc/evaluation.md\)', (ROOT / 'README.md').read_text()).groups()
+        least, greatest = re.search(r'\[(\d+) to (\d+) %\]\(doc/evaluation.md#[^)]*\)', (ROOT / 'README.md').read_text()).groups()
         self.assertEqual([int(least), int(greatest)], [round(min(shares)), round(max(shares))])
 
     def test_what_the_paper_to_the_letter_saves_is_that_of_the_readings(self):
