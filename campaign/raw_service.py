@@ -38,5 +38,12 @@ class RawService:
 
     @staticmethod
     def receive(stream):
-        size = struct.unpack('<I', stream.read(4))[0]
-        return stream.read(size)
+        size = struct.unpack('<I', RawService.read(stream, 4))[0]
+        return RawService.read(stream, size)
+
+    @staticmethod
+    def read(stream, size):
+        data = stream.read(size)
+        if len(data) < size:
+            raise ConnectionError('the node has closed the connection')
+        return data

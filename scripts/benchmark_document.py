@@ -118,7 +118,7 @@ def memory_block(reports):
         rows.append([*row, f"{own['bytes_own'] / max(1, heap(own)):.1%}", f'{", ".join(buffers)} MB'])
     return table(['data set', 'cuboids', "times in OctoMap's leaves", "times in OpenVDB's voxels",
                   'heap here', 'OctoMap', 'times', 'OpenVDB', 'times', 'own figure over heap',
-                  'buffers of insertion: here, OpenVDB'], rows)
+                  'buffers kept for insertion: here, OpenVDB'], rows)
 
 
 QUERIES = [(kind, place) for kind in ('point', 'box', 'ray') for place in ('uniform', 'near_surface')]

@@ -290,8 +290,8 @@ int run(int argc, char** argv) {
                          "minutes: measure memory in place of frames, while a map of 100,000 boxes "
                          "changes up to ten times a second",
                          {0.0, 1e4});
-  if (const auto status = command_line.parse(argc, argv)) return *status;
   ros::init(argc, argv, "display_frames", ros::init_options::AnonymousName);
+  if (const auto status = command_line.parse(argc, argv)) return *status;
   const ros::NodeHandle nh;
   if (options.updates_min > 0.0) return followUpdates(options.updates_min);
   compare(options);

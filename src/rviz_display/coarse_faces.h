@@ -48,10 +48,11 @@ class CoarseCells {
                        std::vector<FaceVertex>& vertices) const;
   static std::size_t at(int index) { return static_cast<std::size_t>(index); }
 
-  int edge_ = 2;                       ///< Of a cell, in voxels.
-  int size_ = kSize;                   ///< Cells along an axis.
-  std::array<Rows, kSize> cells_{};    ///< By z.
-  std::array<Rows, kSize> columns_{};  ///< The same cells by x, then by z; bit y. See setColumns().
+  int edge_ = 2;                     ///< Of a cell, in voxels.
+  int size_ = kSize;                 ///< Cells along an axis.
+  std::array<Rows, kSize> cells_{};  ///< By z.
+  std::array<Rows, kSize>
+      columns_{};  ///< The same cells by x, then by z; bit y. Made by appendFaces().
   /// By z, y, x: mean height of the uppermost voxels above the floor of a cell, in eighths of a voxel.
   std::array<std::uint8_t, std::size_t{kSize} * kSize * kSize> tops_{};
 };

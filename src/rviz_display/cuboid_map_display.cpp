@@ -27,11 +27,12 @@ using rviz::FloatProperty;
 using rviz::StatusProperty;
 using rviz::StringProperty;
 
-/// Of each frame, for new faces: rviz stays smooth.
+/// For new faces, of each frame at least.
 constexpr double kBudget_s = 0.02;
-/// Where frames are slow anyway, this many times what the rest of a frame takes, so that a map is not drawn a
-/// hundred times before it is complete.
+/// This many times what the frame takes besides, waiting included: a large map is not drawn a hundred times before it
+/// is complete.
 constexpr double kBudgetOfFrame = 2.0;
+/// At most: rviz goes on answering.
 constexpr double kMaxBudget_s = 0.25;
 constexpr std::chrono::milliseconds kReportPeriod{500};
 

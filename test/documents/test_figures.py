@@ -66,10 +66,11 @@ class FiguresTest(unittest.TestCase):
         self.assertEqual(int(greatest), round(max(ratios)))
 
     def test_the_range_of_memory_is_that_of_all_rows(self):
-        words = {12: 'a twelfth', 18: 'an eighteenth'}
+        words = {'a twelfth': 12, 'an eighteenth': 18}
         least, greatest = re.search(r'the finished map takes (\w+ \w+) to (\w+ \w+) of OctoMap', self.text).groups()
         ratios = [number(row[6]) for row in read_block('memory')[1:]]
-        self.assertEqual([least, greatest], [words[round(min(ratios))], words[round(max(ratios))]])
+        self.assertLessEqual(abs(words[least] - min(ratios)), 0.5)
+        self.assertLessEqual(abs(words[greatest] - max(ratios)), 0.5)
 
 
 class EvaluationTest(unittest.TestCase):

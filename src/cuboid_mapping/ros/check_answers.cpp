@@ -93,7 +93,8 @@ std::vector<Path> splitPaths(RequestReader& reader, const CheckPath::Request& re
   if (!reader.isGood()) return paths;
   auto first = all.begin();
   for (const std::uint32_t length : lengths) {
-    reader.require(length > 0, "lengths: every path must have at least one waypoint");
+    reader.require(length > 0,
+                   [] { return "lengths: every path must have at least one waypoint"; });
     paths.emplace_back(first, first + length);
     first += length;
   }

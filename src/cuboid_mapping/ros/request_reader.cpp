@@ -17,6 +17,10 @@ using cuboid_mapping::MetricBox;
 using cuboid_mapping::toText;
 using cuboid_mapping::UnknownPolicy;
 
+std::string describe(const FieldName& field) {
+  return field.element ? field.name + '[' + std::to_string(*field.element) + ']' : field.name;
+}
+
 std::string describe(const MetricBox& box) {
   return "min " + toText(box.min_m) + ", max " + toText(box.max_m);
 }
@@ -25,10 +29,6 @@ std::string describe(const MetricBox& box) {
 
 const char* toString(QueriesOutside outside) {
   return outside == QueriesOutside::kLoad ? "load" : "refuse";
-}
-
-std::string toText(const FieldName& field) {
-  return field.element ? field.name + '[' + std::to_string(*field.element) + ']' : field.name;
 }
 
 RequestReader::RequestReader(const MapInFrame& map, const std_msgs::Header& header)
@@ -61,7 +61,7 @@ void RequestReader::requireFew(std::size_t num_entries, const std::string& name,
 Eigen::Vector3d RequestReader::point(const geometry_msgs::Point& point, const FieldName& field) {
   const Eigen::Vector3d vector = toVector(point);
   require(vector.allFinite(), [&] {
-    return toText(field) + " " + toText(vector) +
+    return describe(field) + " " + toText(vector) +
            ": a coordinate is NaN or infinite; all must be numbers in metres";
   });
   return to_map_ * vector;
@@ -82,7 +82,7 @@ Eigen::Vector3d RequestReader::direction(const geometry_msgs::Vector3& direction
                                          const FieldName& field) {
   const Eigen::Vector3d vector(direction.x, direction.y, direction.z);
   require(vector.allFinite() && !vector.isZero(0.0),
-          [&] { return toText(field) + " " + toText(vector) + ": must be finite and not zero"; });
+          [&] { return describe(field) + " " + toText(vector) + ": must be finite and not zero"; });
   return to_map_.linear() * vector;
 }
 

@@ -13,6 +13,7 @@
 
 #include <Eigen/Geometry>
 
+#include <cstddef>
 #include <optional>
 #include <string>
 #include <type_traits>
@@ -25,7 +26,6 @@ struct FieldName {
   std::string name;
   std::optional<std::size_t> element = std::nullopt;
 };
-[[nodiscard]] std::string toText(const FieldName& field);
 
 /// Reads a request: checks its values and takes them to the frame of the map.
 ///
@@ -42,7 +42,7 @@ class RequestReader {
 
   /// Says what is wrong unless the condition holds.
   void require(bool condition, const std::string& text);
-  /// The same for each of many entries: the text is made only if it is needed, which takes longer than all else.
+  /// The same for checks of each entry: making the text would take longer than the check.
   template <typename MakeTextT, typename = std::enable_if_t<std::is_invocable_v<MakeTextT>>>
   void require(bool condition, const MakeTextT& make_text) {
     if (!condition && error_.empty()) error_ = make_text();
