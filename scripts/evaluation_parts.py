@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """Tables and plots of doc/evaluation.md about parts of the map, corridors and moving objects."""
+import csv
 import statistics
 
 from benchmark_document import Plot, table
@@ -165,9 +166,17 @@ def store_rows(reports):
     return rows
 
 
-def stores_block(reports):
+def read_store_rows(file):
+    """The rows of store_rows(), as they were written to a file."""
+    with file.open(newline='') as rows:
+        return [{**row, **{key: float(row[key]) for key in ('resolution_m', 'insert_cpu_s', 'ray_walk_cpu_s')},
+                 **{key: int(row[key]) for key in ('run', 'cells', 'bytes_heap', 'bytes_cache')},
+                 'every_cloud': row['every_cloud'] == 'True'} for row in csv.DictReader(rows)]
+
+
+def stores_block(store_runs):
     groups = {}
-    for row in store_rows(reports):
+    for row in store_runs:
         key = (row['dataset'], row['resolution_m'], row['every_cloud'])
         groups.setdefault(key, {'old': [], 'new': []})[row['store']].append(row)
     rows = []
