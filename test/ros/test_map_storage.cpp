@@ -3,6 +3,7 @@
 
 #include "cuboid_mapping/io/file_replacement.h"
 #include "cuboid_mapping/io/map_files.h"
+#include "cuboid_mapping/io/map_store.h"
 #include "cuboid_mapping/map/cuboid_search.h"
 #include "cuboid_mapping/voxels/uniform_boxes.h"
 #include "ros/random_guarded_map.h"
@@ -269,6 +270,40 @@ TEST(MapStorage, startsFromAFileWithItsResolution) {
   EXPECT_EQ(start->bricks.size(), 1U);
   parameters.map_file = folder / "none.bt";
   EXPECT_THROW((void)readStartMap(parameters), cuboid_mapping::MapFileError);
+}
+
+/// A merging node goes on with its store, or begins with none when it was killed while it made it.
+TEST(MapStorage, startsFromAStoreThatWasMadeWhenItsNodeWasKilled) {
+  const TemporaryFolder folder;
+  Random random(98);
+  GuardedMap map(makeConfig());
+  fill(map, random);
+  const auto voxels = voxelsOf(map);
+  NodeParameters parameters;
+  parameters.fleet.robots = {"/robot1"};
+  int num_made = 0;
+  for (int kills = 0; kills < 60; ++kills) {
+    parameters.autosave_file = folder / ("site" + std::to_string(kills) + ".sqlite");
+    const pid_t child = fork();
+    if (child == 0) {
+      (void)saveMap(map, "map", parameters.autosave_file);
+      for (;;) pause();
+    }
+    usleep(static_cast<useconds_t>(1500 * kills));  // At first too soon, in the end late enough.
+    kill(child, SIGKILL);
+    int state = 0;
+    ASSERT_EQ(waitpid(child, &state, 0), child);
+    const auto found = readStartMap(parameters);
+    num_made += found ? 1 : 0;
+    if (found) {
+      ASSERT_EQ(cuboid_mapping::test::voxelsOf(found->bricks), voxels);
+    }
+  }
+  EXPECT_GT(num_made, 0);
+  EXPECT_LT(num_made, 60);
+  parameters.autosave_file = folder / "tables.sqlite";
+  cuboid_mapping::MapStore(parameters.autosave_file, cuboid_mapping::StoreAccess::kWrite);
+  EXPECT_FALSE(readStartMap(parameters)) << "a store with tables only";
 }
 
 /// Kills a process that saves again and again, 200 times at any moment: the file is always whole.

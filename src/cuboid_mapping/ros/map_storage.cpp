@@ -115,6 +115,15 @@ void mergeInto(GuardedMap& map, const MapSnapshot& snapshot, MergeRule rule,
   });
 }
 
+/// Whether there is a map in the store that a merging node keeps. None where it was killed before it had
+/// saved one; to write is asked for, since what was not finished then has to be taken back.
+bool hasOwnStore(const NodeParameters& parameters) {
+  return !parameters.fleet.robots.empty() &&
+         cuboid_mapping::isSqliteFile(parameters.autosave_file) &&
+         cuboid_mapping::MapStore(parameters.autosave_file, cuboid_mapping::StoreAccess::kWrite)
+             .head();
+}
+
 }  // namespace
 
 SnapshotLimits makeSnapshotLimits(const NodeParameters& parameters) {
@@ -217,10 +226,8 @@ std::string describeRefusal(const Eigen::Isometry3d& T_target_map, double resolu
 }
 
 std::optional<MapSnapshot> readStartMap(NodeParameters& parameters) {
-  const std::string& autosaved = parameters.autosave_file;
-  const bool goes_on = parameters.map_file.empty() && !parameters.fleet.robots.empty() &&
-                       cuboid_mapping::isSqliteFile(autosaved);
-  const std::string& name = goes_on ? autosaved : parameters.map_file;
+  const bool goes_on = parameters.map_file.empty() && hasOwnStore(parameters);
+  const std::string& name = goes_on ? parameters.autosave_file : parameters.map_file;
   if (name.empty()) return std::nullopt;
   MapFile file = readFileWithin(name, parameters.map.sensor_model, makeSnapshotLimits(parameters));
   parameters.map.resolution_m = file.snapshot.resolution_m;
