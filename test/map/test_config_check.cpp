@@ -65,6 +65,7 @@ TEST(CheckConfig, findsEachBadField) {
   expectError("rtree.max_branches", [](MapConfig& c) { c.rtree.max_branches = 65; });
   expectError("rtree.min_branches", [](MapConfig& c) { c.rtree.min_branches = 17; });
   expectError("rtree.min_branches", [](MapConfig& c) { c.rtree.min_branches = 0; });
+  expectError("rtree.min_branches", [](MapConfig& c) { c.rtree = {2, 2}; });
   expectError("threads", [](MapConfig& c) { c.threads = 0; });
 }
 

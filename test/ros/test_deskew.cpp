@@ -90,6 +90,22 @@ TEST(PointTimes, AreThoseOfTheDriversFields) {
       {kStamp_s, 0.0});
 }
 
+TEST(PointTimes, OfRowsAreReadRowByRow) {
+  const Times times_s = {0.0, 0.1, 0.2, 0.3};
+  PointCloud2 cloud = makeTimedCloud("time", PointField::FLOAT32, times_s, anyPoints(4));
+  cloud.width = 2;
+  cloud.height = 2;
+  cloud.row_step = 2 * cloud.point_step;
+  expectTimes(toMessage(cloud), times_s);
+  const auto second_row = cloud.data.begin() + cloud.row_step;
+  cloud.data.insert(second_row, 8, std::uint8_t{0xFF});  // Rows may end with bytes of no point.
+  cloud.data.insert(cloud.data.end(), 8, std::uint8_t{0xFF});
+  cloud.row_step += 8;
+  expectTimes(toMessage(cloud), times_s);
+  cloud.row_step = cloud.point_step;  // Too little for a row.
+  EXPECT_FALSE(readPointTimes(toMessage(cloud)));
+}
+
 TEST(PointTimes, OfAScanGoFromRangeToRange) {
   sensor_msgs::LaserScan scan;
   scan.ranges = {1.0F, 2.0F, 3.0F};

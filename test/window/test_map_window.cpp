@@ -267,6 +267,8 @@ TEST(MapWindow, thatForgetsHasWhatCloudsReach) {
   EXPECT_EQ(pair.map.voxels().at(locked), Occupancy::kOccupied);
   EXPECT_GE(pair.window->figures().num_forgotten, 25U);
   EXPECT_LE(pair.window->figures().num_in_memory, 8U);
+  EXPECT_FALSE(pair.window->saveSome(pair.map));  // Nothing to do.
+  EXPECT_TRUE(pair.window->save(pair.map));
 }
 
 TEST(MapWindow, thatRefusesTakesNothingFromOutside) {
