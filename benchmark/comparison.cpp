@@ -172,7 +172,7 @@ Comparison compareMaps(const Options& options, const std::vector<Scan>& scans) {
   checkScans(options, scans);
   Comparison comparison;
   std::optional<ByPlace<QuerySet>> queries;
-  std::vector<std::vector<MapResult>> runs;
+  std::vector<std::vector<MapResult>>& runs = comparison.repetitions;
   const auto repeat = static_cast<std::size_t>(options.repeat);
   const std::size_t steps_of_run = scans.size() * makeMaps(options).all().size();
   ProgressBar progress("clouds", repeat * steps_of_run);

@@ -20,7 +20,7 @@ struct CloudTimes {
   double mean_of_last_third_ms = 0.0;
 };
 
-/// What was measured of one map; each figure that is a time is the median of the repetitions.
+/// What was measured of one map.
 struct MapResult {
   std::string name;
   Timing insertion;  ///< With all fusion.
@@ -40,7 +40,9 @@ struct PeerAgreement {
 };
 
 struct Comparison {
-  std::vector<MapResult> maps;  ///< cuboid_mapping first.
+  /// cuboid_mapping first; each figure that is a time is the median of the repetitions.
+  std::vector<MapResult> maps;
+  std::vector<std::vector<MapResult>> repetitions;  ///< By repetition, then by map.
   std::vector<PeerAgreement> agreements;
 };
 

@@ -48,29 +48,35 @@ Json toJson(const ByPlace<QueryRates>& queries, double QueryRates::*rate) {
   return {{"uniform", queries.uniform.*rate}, {"near_surface", queries.near_surface.*rate}};
 }
 
-Json toJson(const MapResult& result) {
-  const MapFigures& figures = result.figures;
+/// What differs from one repetition to the next.
+Json timesToJson(const MapResult& result) {
   return {{"insert_s", result.insertion.wall_s},
           {"insert_cpu_s", result.insertion.cpu_s},
-          {"ray_walk_cpu_s", toJson(figures.ray_walk_cpu_s)},
+          {"ray_walk_cpu_s", toJson(result.figures.ray_walk_cpu_s)},
           {"per_cloud_ms",
            {{"p50", result.per_cloud.p50_ms},
             {"p99", result.per_cloud.p99_ms},
             {"max", result.per_cloud.max_ms},
             {"mean_of_first_third", result.per_cloud.mean_of_first_third_ms},
             {"mean_of_last_third", result.per_cloud.mean_of_last_third_ms}}},
-          {"cells", figures.cells},
-          {"occupied_cells", figures.occupied_cells},
-          {"free_cells", figures.free_cells},
-          {"leaf_nodes", figures.leaf_nodes},
-          {"inner_nodes", figures.inner_nodes},
-          {"bytes_own", figures.bytes_own},
-          {"bytes_heap", result.bytes_heap},
-          {"bytes_scratch", result.bytes_scratch},
           {"access_occupied_s", result.access_occupied_s},
           {"point_queries_per_s", toJson(result.queries, &QueryRates::points_per_s)},
           {"box_queries_per_s", toJson(result.queries, &QueryRates::boxes_per_s)},
           {"ray_queries_per_s", toJson(result.queries, &QueryRates::rays_per_s)}};
+}
+
+Json toJson(const MapResult& result) {
+  const MapFigures& figures = result.figures;
+  Json json = timesToJson(result);
+  json.update({{"cells", figures.cells},
+               {"occupied_cells", figures.occupied_cells},
+               {"free_cells", figures.free_cells},
+               {"leaf_nodes", figures.leaf_nodes},
+               {"inner_nodes", figures.inner_nodes},
+               {"bytes_own", figures.bytes_own},
+               {"bytes_heap", result.bytes_heap},
+               {"bytes_scratch", result.bytes_scratch}});
+  return json;
 }
 
 Json toJson(const Differences& differences) {
@@ -104,6 +110,11 @@ std::string makeJsonReport(const Options& options, const std::vector<Scan>& scan
   report.update(toJson(options));
   report["machine"] = toJson(describeMachine());
   for (const MapResult& result : comparison.maps) report[result.name] = toJson(result);
+  for (const std::vector<MapResult>& results : comparison.repetitions) {
+    for (const MapResult& result : results) {
+      report[result.name]["repetitions"].push_back(timesToJson(result));
+    }
+  }
   report["agreement"] = Json::object();
   for (const PeerAgreement& agreement : comparison.agreements) {
     report["agreement"][agreement.name] = toJson(agreement);

@@ -49,12 +49,34 @@ def times(value):
     return f'{value:.0f}' if value >= 20 else f'{value:.1f}' if value >= 10 else f'{value:.2f}'
 
 
+def spread(values, say):
+    """Least and greatest of repetitions, to stand behind their median: ' (1.2 to 1.4)'."""
+    return f' ({say(min(values))} to {say(max(values))})' if len(values) > 1 else ''
+
+
+def per_repetition(report, name, figure):
+    """A figure of each repetition of a map."""
+    return [figure(figures) for figures in report[name].get('repetitions', [])]
+
+
 def gain(report, peer, figure):
     """How many times more the peer has of a figure; '-' without the peer."""
     if peer not in report:
         return '-'
     own = figure(report['cuboid_mapping'])
     return times(figure(report[peer]) / own) if own > 0 else '-'
+
+
+def speed(report, peer, time_of):
+    """How many times as fast this map is as a peer; under 2 with the spread of the repetitions."""
+    def ratio(own, other):
+        return time_of(other) / time_of(own)
+
+    if peer not in report or time_of(report['cuboid_mapping']) <= 0:
+        return '-'
+    value = ratio(report['cuboid_mapping'], report[peer])
+    pairs = zip(report['cuboid_mapping'].get('repetitions', []), report[peer].get('repetitions', []))
+    return times(value) + (spread([ratio(*pair) for pair in pairs], times) if value < 2 else '')
 
 
 def machine_block(reports):
@@ -75,8 +97,8 @@ def insertion_block(reports):
         own = report['cuboid_mapping']
         peers_s = [f'{cpu_s(report[peer]):.3g} s' if peer in report else '-' for peer in PEERS]
         rows.append([title_of(report), f"{report['clouds']}, {report['points']:,}",
-                     f'{cpu_s(own):.3g} s', peers_s[0], gain(report, 'octomap', cpu_s), peers_s[1],
-                     gain(report, 'openvdb', cpu_s), f"{own['ray_walk_cpu_s'] / cpu_s(own):.0%}",
+                     f'{cpu_s(own):.3g} s', peers_s[0], speed(report, 'octomap', cpu_s), peers_s[1],
+                     speed(report, 'openvdb', cpu_s), f"{own['ray_walk_cpu_s'] / cpu_s(own):.0%}",
                      f"{own['per_cloud_ms']['p50']:.0f}, {own['per_cloud_ms']['p99']:.0f} ms"])
     return table(['data set', 'clouds, points', 'here', 'OctoMap', 'times', 'OpenVDB', 'times',
                   'ray walk', 'per cloud, wall: p50, p99'], rows)
@@ -84,7 +106,7 @@ def insertion_block(reports):
 
 def variants_block(reports):
     rows = []
-    for dataset, resolution, _ in HEADLINES[:3]:
+    for dataset, resolution in HEADLINES[:3]:
         headline = reports.get(Run(dataset, resolution))
         plain, fused, threads = (
             reports.get(Run(dataset, resolution, peers='none', **options)) for options in
@@ -96,8 +118,12 @@ def variants_block(reports):
             own_s = report['cuboid_mapping']['insert_cpu_s']
             row.append(f'{own_s:.3g} s')
             row.append(times(headline['octomap']['insert_cpu_s'] / own_s) if 'octomap' in headline else '-')
-        one_s, two_s = (report['cuboid_mapping']['insert_s'] for report in (plain, threads))
-        rows.append([*row, f'{one_s:.3g} s', f'{two_s:.3g} s', times(one_s / two_s)])
+        one, two = ((report['cuboid_mapping']['insert_s'],
+                     per_repetition(report, 'cuboid_mapping', lambda f: f['insert_s'])) for report in (plain, threads))
+        # Processes of their own, so that no repetition of the one belongs to one of the other.
+        ratios = [one_s / two_s for one_s in one[1] for two_s in two[1]]
+        rows.append([*row, *(f'{median_s:.3g} s{spread(all_s, "{:.3g}".format)}' for median_s, all_s in (one, two)),
+                     times(one[0] / two[0]) + spread(ratios, times)])
     return table(['data set', 'fused when bricks go cold', "times OctoMap's speed", 'fused after every cloud',
                   'times', 'one thread, wall', 'two threads, wall', 'times'], rows)
 
@@ -130,12 +156,12 @@ def queries_block(reports):
         own = report['cuboid_mapping']
         visit_ms = 1e3 * own['access_occupied_s']
         row = [title_of(report), f'{visit_ms:.3g} ms: ' + ' / '.join(
-            gain(report, peer, lambda f: f['access_occupied_s']) for peer in PEERS)]
+            speed(report, peer, lambda f: f['access_occupied_s']) for peer in PEERS)]
         for kind, place in QUERIES:
-            own_rate = own[f'{kind}_queries_per_s'][place]
-            gains = [times(own_rate / report[peer][f'{kind}_queries_per_s'][place])
-                     if peer in report else '-' for peer in PEERS]
-            row.append(f"{rate(own_rate)}: {' / '.join(gains)}")
+            def time_of(figures, kind=kind, place=place):
+                return 1 / figures[f'{kind}_queries_per_s'][place]
+
+            row.append(f"{rate(1 / time_of(own))}: {' / '.join(speed(report, peer, time_of) for peer in PEERS)}")
         rows.append(row)
     return table(['data set', 'visit occupied', 'points, uniform', 'points, surfaces', 'boxes, uniform',
                   'boxes, surfaces', 'rays, uniform', 'rays, surfaces'], rows)
@@ -158,10 +184,16 @@ def agreement_block(reports):
 def growth_block(reports):
     rows = []
     for report in reports.of(list(long_drives())):
-        clouds = report['cuboid_mapping']['per_cloud_ms']
-        first_ms, last_ms = clouds['mean_of_first_third'], clouds['mean_of_last_third']
-        rows.append([title_of(report), f"{report['clouds']}", f'{first_ms:.1f} ms', f'{last_ms:.1f} ms',
-                     times(last_ms / first_ms)])
+        def thirds(figures):
+            return [figures['per_cloud_ms'][f'mean_of_{third}_third'] for third in ('first', 'last')]
+
+        def growth(figures):
+            first_ms, last_ms = thirds(figures)
+            return last_ms / first_ms
+
+        own = report['cuboid_mapping']
+        rows.append([title_of(report), f"{report['clouds']}", *(f'{ms:.1f} ms' for ms in thirds(own)),
+                     times(growth(own)) + spread(per_repetition(report, 'cuboid_mapping', growth), times)])
     return table(['data set', 'clouds of all laps', 'first third', 'last third', 'times'], rows)
 
 
