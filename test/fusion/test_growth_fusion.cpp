@@ -230,9 +230,13 @@ TEST(GrowthFusionScene, aVoxelThatDoesNotBecomeStableKeepsNoOtherWaiting) {
     scene.set(CellBox::ofCell({2, y, 0}), scene.unstable());
   }
   ASSERT_EQ(scene.fuse({}).size(), 9U);
-  scene.set(CellBox::ofCell({2, 0, 0}), scene.stableFree());
+  // All change at once, so that they are due at once; the last of them becomes stable.
+  for (const std::int32_t y : {-3, 0}) {
+    scene.set(CellBox::ofCell({2, y, 0}), scene.unstable() + 0.1F);
+  }
+  scene.set(CellBox::ofCell({2, 3, 0}), scene.stableFree());
   for (int i = 0; i < 4; ++i) scene.write();
-  EXPECT_THAT(boxesOf(scene.fuse({})), Contains(boxAt({0, 0, 0}, {5, 1, 1})));
+  EXPECT_THAT(boxesOf(scene.fuse({})), Contains(boxAt({0, 3, 0}, {5, 1, 1})));
   EXPECT_EQ(scene.fuse({}).size(), 7U);
 }
 
