@@ -1,8 +1,11 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: BSD-3-Clause
-"""Figures that README and the text of doc/evaluation.md quote stand in generated tables."""
+"""Figures that README and the text of doc/evaluation.md quote stand in generated tables, and these in the kept runs."""
 import pathlib
 import re
+import subprocess
+import sys
+import tempfile
 import unittest
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
@@ -95,6 +98,26 @@ class EvaluationTest(unittest.TestCase):
         self.assertEqual([float(value) for value in saved],
                          [round(value, 1) for value in (100 - written['muehlburger_tor_standing'], 100 - written['sim_fr079'],
                                                         100 - written['rgbd_7scenes'], written['kitti_0005_city'] - 100)])
+
+
+class KeptRunsTest(unittest.TestCase):
+
+    def expect_document(self, name, script, *options):
+        """A document whose tables were taken out is the same again, made of the runs that are kept."""
+        original = (ROOT / f'doc/{name}.md').read_text()
+        with tempfile.TemporaryDirectory() as folder:
+            document = pathlib.Path(folder) / f'{name}.md'
+            document.write_text(re.sub(r'(<!-- benchmark:begin \w+ -->\n).*?(?=<!-- benchmark:end -->)', r'\1', original, flags=re.DOTALL))
+            subprocess.run([sys.executable, ROOT / 'scripts' / script, *options, '--document', document], check=True,
+                           stdout=subprocess.DEVNULL)
+            self.assertEqual(document.read_text(), original)
+
+    def test_performance_md_is_made_of_the_reports_that_it_names(self):
+        (commit,) = re.findall(r'commit `(\w+)`', (ROOT / 'doc/performance.md').read_text().split('## Insertion')[0])
+        self.expect_document('performance', 'benchmark', '--only-document', '--results', ROOT / 'doc/performance', '--commit', commit)
+
+    def test_evaluation_md_is_made_of_the_runs_beside_it(self):
+        self.expect_document('evaluation', 'evaluate', '--kept')
 
 
 if __name__ == '__main__':
