@@ -49,7 +49,7 @@ def times(value):
     return f'{value:.0f}' if value >= 20 else f'{value:.1f}' if value >= 10 else f'{value:.2f}'
 
 
-def spread(values, say):
+def extent(values, say):
     """Least and greatest of repetitions, to stand behind their median: ' (1.2 to 1.4)'."""
     return f' ({say(min(values))} to {say(max(values))})' if len(values) > 1 else ''
 
@@ -76,7 +76,7 @@ def speed(report, peer, time_of):
         return '-'
     value = ratio(report['cuboid_mapping'], report[peer])
     pairs = zip(report['cuboid_mapping'].get('repetitions', []), report[peer].get('repetitions', []))
-    return times(value) + (spread([ratio(*pair) for pair in pairs], times) if value < 2 else '')
+    return times(value) + (extent([ratio(*pair) for pair in pairs], times) if value < 2 else '')
 
 
 def machine_block(reports):
@@ -122,8 +122,8 @@ def variants_block(reports):
                      per_repetition(report, 'cuboid_mapping', lambda f: f['insert_s'])) for report in (plain, threads))
         # Processes of their own, so that no repetition of the one belongs to one of the other.
         ratios = [one_s / two_s for one_s in one[1] for two_s in two[1]]
-        rows.append([*row, *(f'{median_s:.3g} s{spread(all_s, "{:.3g}".format)}' for median_s, all_s in (one, two)),
-                     times(one[0] / two[0]) + spread(ratios, times)])
+        rows.append([*row, *(f'{median_s:.3g} s{extent(all_s, "{:.3g}".format)}' for median_s, all_s in (one, two)),
+                     times(one[0] / two[0]) + extent(ratios, times)])
     return table(['data set', 'fused when bricks go cold', "times OctoMap's speed", 'fused after every cloud',
                   'times', 'one thread, wall', 'two threads, wall', 'times'], rows)
 
@@ -158,10 +158,11 @@ def queries_block(reports):
         row = [title_of(report), f'{visit_ms:.3g} ms: ' + ' / '.join(
             speed(report, peer, lambda f: f['access_occupied_s']) for peer in PEERS)]
         for kind, place in QUERIES:
-            def time_of(figures, kind=kind, place=place):
-                return 1 / figures[f'{kind}_queries_per_s'][place]
+            def per_s(figures, kind=kind, place=place):
+                return figures[f'{kind}_queries_per_s'][place]
 
-            row.append(f"{rate(1 / time_of(own))}: {' / '.join(speed(report, peer, time_of) for peer in PEERS)}")
+            gains = [speed(report, peer, lambda f, per_s=per_s: 1 / per_s(f)) for peer in PEERS]
+            row.append(f"{rate(per_s(own))}: {' / '.join(gains)}")
         rows.append(row)
     return table(['data set', 'visit occupied', 'points, uniform', 'points, surfaces', 'boxes, uniform',
                   'boxes, surfaces', 'rays, uniform', 'rays, surfaces'], rows)
@@ -182,18 +183,18 @@ def agreement_block(reports):
 
 
 def growth_block(reports):
+    def thirds(figures):
+        return [figures['per_cloud_ms'][f'mean_of_{third}_third'] for third in ('first', 'last')]
+
+    def growth(figures):
+        first_ms, last_ms = thirds(figures)
+        return last_ms / first_ms
+
     rows = []
     for report in reports.of(list(long_drives())):
-        def thirds(figures):
-            return [figures['per_cloud_ms'][f'mean_of_{third}_third'] for third in ('first', 'last')]
-
-        def growth(figures):
-            first_ms, last_ms = thirds(figures)
-            return last_ms / first_ms
-
         own = report['cuboid_mapping']
         rows.append([title_of(report), f"{report['clouds']}", *(f'{ms:.1f} ms' for ms in thirds(own)),
-                     times(growth(own)) + spread(per_repetition(report, 'cuboid_mapping', growth), times)])
+                     times(growth(own)) + extent(per_repetition(report, 'cuboid_mapping', growth), times)])
     return table(['data set', 'clouds of all laps', 'first third', 'last third', 'times'], rows)
 
 

@@ -8,13 +8,13 @@ KITTI, TOR, FR079, RGBD = SHORT_NAMES
 
 # (data set, resolution).
 HEADLINES = [(KITTI, 0.2), (TOR, 0.2), (FR079, 0.05), (FR079, 0.1), (RGBD, 0.05), (RGBD, 0.02)]
-REPETITIONS = 3  # Where a ratio may be under 2.
+REPETITIONS = 3  # One for what only plots show.
 
 
 class Run:
     """One run of compare_maps; its name says its options and is that of its report."""
 
-    def __init__(self, dataset, resolution, repeat=1, **options):
+    def __init__(self, dataset, resolution, repeat=REPETITIONS, **options):
         self.dataset = dataset
         self.resolution = resolution
         self.repeat = repeat  # Not in the name: reports of fewer repetitions serve as well.
@@ -37,21 +37,21 @@ class Run:
 
 
 def headlines():
-    return [Run(dataset, resolution, REPETITIONS) for dataset, resolution in HEADLINES]
+    return [Run(dataset, resolution) for dataset, resolution in HEADLINES]
 
 
 def fine_voxels():
     """Outdoors, where OctoMap would need minutes."""
-    yield Run(KITTI, 0.1, REPETITIONS, peers='openvdb')
-    yield Run(KITTI, 0.05, REPETITIONS, peers='openvdb', max_range=30)
+    yield Run(KITTI, 0.1, peers='openvdb')
+    yield Run(KITTI, 0.05, peers='openvdb', max_range=30)
 
 
 def variants():
     """Of the headlines outdoors and in the corridor, compared with those."""
     for dataset, resolution in HEADLINES[:3]:
-        yield Run(dataset, resolution, REPETITIONS, peers='none')
-        yield Run(dataset, resolution, REPETITIONS, peers='none', fuse_every_cloud=True)
-        yield Run(dataset, resolution, REPETITIONS, peers='none', threads=2)
+        yield Run(dataset, resolution, peers='none')
+        yield Run(dataset, resolution, peers='none', fuse_every_cloud=True)
+        yield Run(dataset, resolution, peers='none', threads=2)
 
 
 def resolution_sweep(dataset):
@@ -65,26 +65,26 @@ def resolution_sweep(dataset):
 
 def range_sweep():
     for max_range in (5, 10, 20, 40, 80):
-        yield Run(KITTI, 0.2, clouds=6, max_range=max_range)
+        yield Run(KITTI, 0.2, 1, clouds=6, max_range=max_range)
 
 
 def cloud_sweep():
     for clouds in (11, 22, 44):
-        yield Run(TOR, 0.2, clouds=clouds)
+        yield Run(TOR, 0.2, 1, clouds=clouds)
     yield Run(TOR, 0.2)
 
 
 def long_drives():
     """Many times as long as the headlines, in surroundings of the same form."""
-    yield Run(KITTI, 0.2, REPETITIONS, laps=3, peers='none')
-    yield Run(KITTI, 0.2, REPETITIONS, laps=9, peers='none')
-    yield Run(TOR, 0.2, REPETITIONS, clouds=22, laps=3, peers='none')
-    yield Run(FR079, 0.05, REPETITIONS, laps=3, peers='none')
+    yield Run(KITTI, 0.2, laps=3, peers='none')
+    yield Run(KITTI, 0.2, laps=9, peers='none')
+    yield Run(TOR, 0.2, clouds=22, laps=3, peers='none')
+    yield Run(FR079, 0.05, laps=3, peers='none')
 
 
 def branching_sweep():
     for branching in (4, 8, 16, 24, 32, 48, 64):
-        yield Run(KITTI, 0.2, clouds=13, branching=branching, peers='none')
+        yield Run(KITTI, 0.2, 1, clouds=13, branching=branching, peers='none')
 
 
 def all_runs(is_quick):

@@ -3,7 +3,7 @@
 import json
 import statistics
 
-from benchmark_document import table
+from benchmark_document import extent, table
 
 REFERENCE_M = 0.2
 FITTED = 'muehlburger_tor_standing'  # The one data set that the model of stable voxels is fitted to.
@@ -52,8 +52,7 @@ def share(run, octomap):
 
 def spread(values, form, unit=''):
     """Median (least to greatest), or the only value. @param form  As of format()."""
-    middle = f'{statistics.median(values):{form}}{unit}'
-    return middle if len(values) == 1 else f'{middle} ({min(values):{form}} to {max(values):{form}})'
+    return f'{statistics.median(values):{form}}{unit}' + extent(values, f'{{:{form}}}'.format)
 
 
 def summary_block(runs):

@@ -264,8 +264,9 @@ TEST_F(OctomapServerTest, ParametersChangeWhileItRuns) {
   EXPECT_EQ(reconfigure({{"occupancy_max_z", 0.5}}, "occupancy_max_z"), 0.5);
   EXPECT_TRUE(centers.waitForMessage([&](const auto& cloud) { return cloud.width == num_below; }));
   double on_server = 0.0;
-  EXPECT_TRUE(ros::param::get(std::string(kNode) + "/occupancy_max_z", on_server));
-  EXPECT_EQ(on_server, 0.5);
+  EXPECT_TRUE(waitFor([&] {  // It is written a little after the answer.
+    return ros::param::get(std::string(kNode) + "/occupancy_max_z", on_server) && on_server == 0.5;
+  })) << on_server;
   // With other values in the same request nothing counts.
   EXPECT_EQ(reconfigure({{"occupancy_max_z", 7.0}, {"resolution", 0.3}}, "occupancy_max_z"), 0.5);
   EXPECT_EQ(reconfigure({{"resolution", 0.3}}, "resolution"), 0.1);
