@@ -5,8 +5,8 @@
 #include "progress_bar.h"
 
 #include "cuboid_mapping/io/text.h"
-#include "cuboid_mapping/ros/cloud_conversions.h"
-#include "cuboid_mapping/ros/tf_lookup.h"
+#include "cuboid_mapping/ros/conversions/cloud_conversions.h"
+#include "cuboid_mapping/ros/middleware/tf_lookup.h"
 
 #include <rosbag/bag.h>
 #include <rosbag/view.h>

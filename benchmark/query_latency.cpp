@@ -5,7 +5,7 @@
 #include "command_line.h"
 
 #include "cuboid_mapping/QueryBox.h"
-#include "cuboid_mapping/ros/points.h"
+#include "cuboid_mapping/ros/conversions/points.h"
 
 #include <ros/ros.h>
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Clouds whose fields, sizes, strides and byte order say anything, from the message to the map.
 #include "cuboid_mapping/map/cuboid_map.h"
-#include "cuboid_mapping/ros/cloud_pipeline.h"
+#include "cuboid_mapping/ros/clouds/cloud_pipeline.h"
 
 #include "fuzz_cloud_message.h"
 

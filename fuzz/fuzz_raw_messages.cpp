@@ -7,7 +7,7 @@
 #include "cuboid_mapping/FullCuboidMap.h"
 #include "cuboid_mapping/GetMap.h"
 #include "cuboid_mapping/SetBox.h"
-#include "cuboid_mapping/ros/checked_messages.h"
+#include "cuboid_mapping/ros/middleware/checked_messages.h"
 
 #include <dynamic_reconfigure/Reconfigure.h>
 #include <sensor_msgs/PointCloud2.h>

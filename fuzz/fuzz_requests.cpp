@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Requests to all services that answer from the map, with any numbers in them.
-#include "cuboid_mapping/ros/check_answers.h"
-#include "cuboid_mapping/ros/edit_answers.h"
-#include "cuboid_mapping/ros/guarded_map.h"
-#include "cuboid_mapping/ros/search_answers.h"
+#include "cuboid_mapping/ros/map/guarded_map.h"
+#include "cuboid_mapping/ros/services/check_answers.h"
+#include "cuboid_mapping/ros/services/edit_answers.h"
+#include "cuboid_mapping/ros/services/search_answers.h"
 
 #include "fuzz_input.h"
 

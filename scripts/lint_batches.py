@@ -26,7 +26,7 @@ FOLDER = BUILD / 'lint'
 LINES_OF_BATCH = 5000
 # Have names that others have with another meaning, or are not part of this build.
 ALONE = {'benchmark/micro_benchmarks.cpp', 'benchmark/openvdb_adapter_missing.cpp', 'src/cuboid_mapping/query/corridor_query.cpp',
-         'src/cuboid_mapping/ros/map_messages.cpp', 'test/ros/test_search_answers.cpp', 'test/ros/test_troubleshooting.cpp'}
+         'src/cuboid_mapping/ros/conversions/map_messages.cpp', 'test/ros/services/test_search_answers.cpp', 'test/ros/test_troubleshooting.cpp'}
 OWN = rf'^{re.escape(str(ROOT))}/(include|src|test|benchmark|python)/'
 DECLARATION = re.compile(
     r'^(?=\S)(?:\[\[\w+\]\] )?'

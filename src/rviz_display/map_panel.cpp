@@ -4,7 +4,7 @@
 #include "cuboid_mapping/LoadMap.h"
 #include "cuboid_mapping/SaveMap.h"
 #include "cuboid_mapping/SetBox.h"
-#include "cuboid_mapping/ros/names.h"
+#include "cuboid_mapping/ros/middleware/names.h"
 
 #include <ros/names.h>
 #include <ros/service.h>

@@ -3,8 +3,8 @@
 
 #include "cuboid_mapping/io/file_replacement.h"
 #include "cuboid_mapping/io/text.h"
-#include "cuboid_mapping/ros/point_cloud.h"
-#include "cuboid_mapping/ros/self_filter.h"
+#include "cuboid_mapping/ros/clouds/self_filter.h"
+#include "cuboid_mapping/ros/conversions/point_cloud.h"
 #include "stamps.h"
 #include "transform_message.h"
 #include "yaml_parameters.h"

@@ -6,8 +6,8 @@
 #include "command_line.h"
 #include "cuboid_mapping/io/map_files.h"
 #include "cuboid_mapping/io/progress_listener.h"
-#include "cuboid_mapping/ros/source.h"
-#include "cuboid_mapping/ros/speed_advice.h"
+#include "cuboid_mapping/ros/clouds/source.h"
+#include "cuboid_mapping/ros/diagnostics/speed_advice.h"
 #include "scan_messages.h"
 
 #include <rosbag/bag.h>

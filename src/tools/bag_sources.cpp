@@ -2,8 +2,8 @@
 #include "bag_sources.h"
 
 #include "cuboid_mapping/io/text.h"
-#include "cuboid_mapping/ros/source.h"
-#include "cuboid_mapping/ros/source_subscriber.h"
+#include "cuboid_mapping/ros/clouds/source.h"
+#include "cuboid_mapping/ros/clouds/source_subscriber.h"
 
 #include <ros/serialization.h>
 #include <rosbag/view.h>

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
-#include "cuboid_mapping/ros/parameters.h"
-#include "cuboid_mapping/ros/sensor_message.h"
+#include "cuboid_mapping/ros/conversions/sensor_message.h"
+#include "cuboid_mapping/ros/parameters/parameters.h"
 
 #include <rosbag/bag.h>
 #include <rosbag/message_instance.h>

@@ -3,9 +3,9 @@
 #include "bag_clouds.h"
 #include "cuboid_mapping/io/file_replacement.h"
 #include "cuboid_mapping/io/text.h"
-#include "cuboid_mapping/ros/forgetting.h"
-#include "cuboid_mapping/ros/moving_filter.h"
-#include "cuboid_mapping/ros/window_parameters.h"
+#include "cuboid_mapping/ros/clouds/moving_filter.h"
+#include "cuboid_mapping/ros/map/forgetting.h"
+#include "cuboid_mapping/ros/parameters/window_parameters.h"
 #include "map_content.h"
 #include "progress_bar.h"
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Prints the parameters of the node for its documents: doc/parameters.md, config/default.yaml.
 #include "command_line.h"
-#include "cuboid_mapping/ros/parameters.h"
+#include "cuboid_mapping/ros/parameters/parameters.h"
 
 #include <iostream>
 #include <stdexcept>

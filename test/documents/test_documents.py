@@ -64,6 +64,22 @@ class DocumentsTest(unittest.TestCase):
                 self.assertTrue((page.parent / link).exists(), f'{page.name}: {link}')
         self.assertGreater(num_links, 20)
 
+    def test_folders_use_those_above_them_only(self):
+        folders = re.findall(r'^\| `([a-z_/]+)/` \|', (ROOT / 'doc/design.md').read_text(), re.MULTILINE)
+        num_uses = 0
+        for root in (ROOT / 'src/cuboid_mapping', ROOT / 'include/cuboid_mapping'):
+            for file in sorted([*root.rglob('*.h'), *root.rglob('*.cpp')]):
+                text = file.read_text()
+                folder = str(file.parent.relative_to(root))
+                self.assertIn(folder, folders, 'a folder without a row in doc/design.md')
+                allowed = folders[:folders.index(folder) + 1]
+                for used in re.findall(r'#include "cuboid_mapping/([\w/]+)/\w+\.h"', text):
+                    self.assertIn(used, allowed, f'{folder}/{file.name} uses it')
+                    num_uses += 1
+                if not folder.startswith('ros'):
+                    self.assertNotRegex(text, r'#include <(ros/|tf2|\w+_msgs/)', f'{folder}/{file.name}')
+        self.assertGreater(num_uses, 500)
+
     def test_programs_are_parts_of_examples(self):
         num_blocks = 0
         for page in PAGES:
@@ -106,7 +122,7 @@ class DocumentsTest(unittest.TestCase):
             self.assertRegex(built, rf'\b{words[1]}\b')
         elif program == 'rosservice':
             service = words[1].split('/')[-1]
-            self.assertIn(service, (ROOT / 'src/cuboid_mapping/ros/names.h').read_text() + ' set_parameters')
+            self.assertIn(service, (ROOT / 'src/cuboid_mapping/ros/middleware/names.h').read_text() + ' set_parameters')
         elif program.startswith(('scripts/', 'campaign/')):
             self.assertTrue(os.access(ROOT / program, os.X_OK))
         elif program.startswith('build-fuzz/'):

@@ -3,8 +3,8 @@
 
 // PointCloud2 messages of any layout, for the tests of their conversion.
 
-#include "cuboid_mapping/ros/cloud_conversions.h"
-#include "cuboid_mapping/ros/sensor_message.h"
+#include "cuboid_mapping/ros/conversions/cloud_conversions.h"
+#include "cuboid_mapping/ros/conversions/sensor_message.h"
 
 #include "support/random.h"
 

@@ -2,9 +2,9 @@
 // A guarded map with a frame, and tf, for tests of answers.
 #pragma once
 
-#include "cuboid_mapping/ros/guarded_map.h"
-#include "cuboid_mapping/ros/query_box.h"
-#include "cuboid_mapping/ros/request_reader.h"
+#include "cuboid_mapping/ros/map/guarded_map.h"
+#include "cuboid_mapping/ros/services/query_box.h"
+#include "cuboid_mapping/ros/services/request_reader.h"
 
 #include <geometry_msgs/TransformStamped.h>
 #include <gtest/gtest.h>

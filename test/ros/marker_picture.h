@@ -4,8 +4,8 @@
 
 #include "cuboid_mapping/map/cuboid_search.h"
 #include "cuboid_mapping/query/value_query.h"
-#include "cuboid_mapping/ros/marker_cache.h"
-#include "cuboid_mapping/ros/marker_colors.h"
+#include "cuboid_mapping/ros/publishers/marker_cache.h"
+#include "cuboid_mapping/ros/publishers/marker_colors.h"
 
 #include <gtest/gtest.h>
 #include <visualization_msgs/MarkerArray.h>

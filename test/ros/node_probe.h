@@ -2,7 +2,7 @@
 // What the tests of the running node have in common: a lidar in a room, tf, diagnostics.
 #pragma once
 
-#include "cuboid_mapping/ros/point_cloud.h"
+#include "cuboid_mapping/ros/conversions/point_cloud.h"
 
 #include <diagnostic_msgs/DiagnosticArray.h>
 #include <geometry_msgs/TransformStamped.h>

@@ -3,7 +3,7 @@
 #pragma once
 
 #include "cuboid_mapping/io/octree_stream.h"
-#include "cuboid_mapping/ros/octomap_messages.h"
+#include "cuboid_mapping/ros/conversions/octomap_messages.h"
 #include "ros/node_probe.h"
 
 #include <string>

@@ -2,7 +2,7 @@
 // Every parameter of the node, with values that are taken and values that are refused.
 #pragma once
 
-#include "cuboid_mapping/ros/parameters.h"
+#include "cuboid_mapping/ros/parameters/parameters.h"
 
 #include <functional>
 #include <limits>

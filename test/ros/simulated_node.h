@@ -4,12 +4,12 @@
 
 #include "cuboid_mapping/io/map_files.h"
 #include "cuboid_mapping/map/map_follower.h"
-#include "cuboid_mapping/ros/callback_guard.h"
-#include "cuboid_mapping/ros/cloud_inbox.h"
-#include "cuboid_mapping/ros/cloud_intake.h"
-#include "cuboid_mapping/ros/function_callback.h"
-#include "cuboid_mapping/ros/guarded_map.h"
-#include "cuboid_mapping/ros/source.h"
+#include "cuboid_mapping/ros/clouds/cloud_inbox.h"
+#include "cuboid_mapping/ros/clouds/cloud_intake.h"
+#include "cuboid_mapping/ros/clouds/source.h"
+#include "cuboid_mapping/ros/map/guarded_map.h"
+#include "cuboid_mapping/ros/middleware/callback_guard.h"
+#include "cuboid_mapping/ros/middleware/function_callback.h"
 
 #include <ros/callback_queue.h>
 #include <tf2/buffer_core.h>

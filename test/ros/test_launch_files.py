@@ -66,7 +66,7 @@ class LaunchFilesTest(unittest.TestCase):
         shown = [topic for panel in panels.values() for topic in panel.get('topics', {})]
         shown += [panel['topicToRender'] for panel in panels.values() if 'topicToRender' in panel]
         self.assertGreaterEqual(len(shown), 4)
-        names = (ROOT / 'src/cuboid_mapping/ros/names.h').read_text()
+        names = (ROOT / 'src/cuboid_mapping/ros/middleware/names.h').read_text()
         topics = re.findall(r'k\w+Topic\[\] = *"(\w+)"', names.replace('\n', ' ')) + ['diagnostics']
         for topic in shown:
             self.assertIn(topic.lstrip('/'), topics)

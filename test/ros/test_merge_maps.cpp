@@ -3,7 +3,7 @@
 #include "cuboid_mapping/Observation.h"
 #include "cuboid_mapping/SaveMap.h"
 #include "cuboid_mapping/io/map_files.h"
-#include "cuboid_mapping/ros/robot_merger.h"
+#include "cuboid_mapping/ros/fleet/robot_merger.h"
 #include "ros/node_probe.h"
 #include "support/random.h"
 #include "support/snapshots.h"

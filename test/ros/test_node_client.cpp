@@ -6,10 +6,10 @@
 #include "cuboid_mapping/SetBox.h"
 #include "cuboid_mapping/map/map_follower.h"
 #include "cuboid_mapping/query/box_query.h"
+#include "cuboid_mapping/ros/conversions/map_messages.h"
 #include "cuboid_mapping/ros/cuboid_map_client.h"
-#include "cuboid_mapping/ros/map_messages.h"
-#include "cuboid_mapping/ros/names.h"
-#include "cuboid_mapping/ros/request_reader.h"
+#include "cuboid_mapping/ros/middleware/names.h"
+#include "cuboid_mapping/ros/services/request_reader.h"
 #include "ros/log_probe.h"
 #include "ros/node_probe.h"
 

@@ -4,8 +4,8 @@
 #include "ros/node_probe.h"
 
 #include "cuboid_mapping/SetBox.h"
-#include "cuboid_mapping/ros/checked_messages.h"
-#include "cuboid_mapping/ros/points.h"
+#include "cuboid_mapping/ros/conversions/points.h"
+#include "cuboid_mapping/ros/middleware/checked_messages.h"
 
 #include <nav_msgs/OccupancyGrid.h>
 #include <visualization_msgs/MarkerArray.h>

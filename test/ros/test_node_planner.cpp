@@ -9,7 +9,7 @@
 #include "cuboid_mapping/GetCuboids.h"
 #include "cuboid_mapping/GetFreeGraph.h"
 #include "cuboid_mapping/SetBox.h"
-#include "cuboid_mapping/ros/request_reader.h"
+#include "cuboid_mapping/ros/services/request_reader.h"
 #include "ros/node_probe.h"
 
 #include <std_srvs/SetBool.h>

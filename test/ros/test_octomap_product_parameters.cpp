@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // What the parameters of octomap_server that say what is published, and how, do in the running node:
 // those of octomap_parameters.test.
-#include "cuboid_mapping/ros/marker_colors.h"
+#include "cuboid_mapping/ros/publishers/marker_colors.h"
 #include "ros/server_node.h"
 #include "tools/run_program.h"
 

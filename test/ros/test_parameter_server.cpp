@@ -2,7 +2,7 @@
 // Parameters on their way through YAML, roslaunch and the parameter server; see
 // parameter_server.test.
 
-#include "cuboid_mapping/ros/parameters.h"
+#include "cuboid_mapping/ros/parameters/parameters.h"
 
 #include <gtest/gtest.h>
 #include <ros/ros.h>

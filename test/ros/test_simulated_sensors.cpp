@@ -2,7 +2,7 @@
 // Two lidars, a planar laser and a depth camera, simulated: what they see is there, and node and bag_to_map make the
 // same map of them.
 #include "cuboid_mapping/SaveMap.h"
-#include "cuboid_mapping/ros/sensor_conversions.h"
+#include "cuboid_mapping/ros/conversions/sensor_conversions.h"
 #include "cuboid_mapping/simulation/world.h"
 #include "ros/node_probe.h"
 #include "tools/run_program.h"

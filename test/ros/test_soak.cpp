@@ -2,7 +2,7 @@
 // The node under load for a while: clouds at 10 Hz, listeners to everything, saves, edits, queries and
 // changes of parameters. No cloud is lost without a counted reason, no call fails, memory stays.
 #include "cuboid_mapping/SaveMap.h"
-#include "cuboid_mapping/ros/octomap_messages.h"
+#include "cuboid_mapping/ros/conversions/octomap_messages.h"
 #include "ros/node_probe.h"
 #include "tools/run_program.h"
 

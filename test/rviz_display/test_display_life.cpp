@@ -3,7 +3,7 @@
 // virtual screen.
 #include "cuboid_mapping/io/map_files.h"
 #include "cuboid_mapping/map/map_follower.h"
-#include "cuboid_mapping/ros/map_messages.h"
+#include "cuboid_mapping/ros/conversions/map_messages.h"
 #include "rviz_display/cuboid_map_display.h"
 #include "rviz_display/rviz_window.h"
 

@@ -2,9 +2,9 @@
 #include "cuboid_mapping/ros/cuboid_map_client.h"
 
 #include "cuboid_mapping/map/map_follower.h"
-#include "cuboid_mapping/ros/callback_guard.h"
-#include "cuboid_mapping/ros/map_messages.h"
-#include "cuboid_mapping/ros/names.h"
+#include "cuboid_mapping/ros/conversions/map_messages.h"
+#include "cuboid_mapping/ros/middleware/callback_guard.h"
+#include "cuboid_mapping/ros/middleware/names.h"
 
 #include <ros/console.h>
 #include <ros/init.h>

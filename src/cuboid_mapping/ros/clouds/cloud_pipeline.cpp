@@ -1,0 +1,305 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "cuboid_mapping/ros/clouds/cloud_pipeline.h"
+
+#include "cuboid_mapping/ros/conversions/point_times.h"
+#include "cuboid_mapping/ros/conversions/sensor_conversions.h"
+
+#include <algorithm>
+#include <iterator>
+#include <thread>
+#include <utility>
+#include <variant>
+
+namespace cuboid_mapping_ros {
+namespace {
+
+using cuboid_mapping::BrickUpdate;
+using cuboid_mapping::Scan;
+using cuboid_mapping::ScanUpdate;
+
+/// Takes the hits out: what is left are the voxels before the ends.
+void dropHits(ScanUpdate& update) {
+  for (BrickUpdate& brick : update.bricks) brick.hits = {};
+}
+
+/// Both as one observation. @pre Their scans have the same origin, so that bricks are numbered alike.
+ScanUpdate unite(const ScanUpdate& a, const ScanUpdate& b) {
+  ScanUpdate united;
+  united.num_points = a.num_points + b.num_points;
+  united.num_out_of_range = a.num_out_of_range + b.num_out_of_range;
+  united.num_too_far = a.num_too_far + b.num_too_far;
+  united.samples = a.samples;
+  united.samples.insert(united.samples.end(), b.samples.begin(), b.samples.end());
+  united.bricks.reserve(a.bricks.size() + b.bricks.size());
+  const auto is_before = [](const BrickUpdate& x, const BrickUpdate& y) {
+    return x.morton < y.morton;
+  };
+  std::merge(a.bricks.begin(), a.bricks.end(), b.bricks.begin(), b.bricks.end(),
+             std::back_inserter(united.bricks), is_before);
+  std::size_t count = 0;
+  for (const BrickUpdate& brick : united.bricks) {
+    if (count == 0 || united.bricks[count - 1].morton != brick.morton) {
+      united.bricks[count++] = brick;
+      continue;
+    }
+    united.bricks[count - 1].hits |= brick.hits;
+    united.bricks[count - 1].misses |= brick.misses;
+    united.bricks[count - 1].grazes |= brick.grazes;
+  }
+  united.bricks.resize(count);
+  return united;
+}
+
+/// See NodeStatistics::reach_m; from a sample of the points.
+double findReach(const CloudPoints& cloud, const Eigen::Vector3d& sensor_cloud) {
+  if (cloud.points.empty()) return 0.0;
+  constexpr std::size_t kSamples = 1000;
+  const std::size_t step = cloud.points.size() / kSamples + 1;
+  const Eigen::Vector3f origin = (sensor_cloud - cloud.anchor_cloud).cast<float>();
+  std::vector<float> ranges_m;
+  ranges_m.reserve(kSamples);
+  for (std::size_t i = 0; i < cloud.points.size(); i += step) {
+    ranges_m.push_back((cloud.points[i] - origin).norm());
+  }
+  const auto reach = ranges_m.begin() + static_cast<std::ptrdiff_t>(ranges_m.size() * 95 / 100);
+  std::nth_element(ranges_m.begin(), reach, ranges_m.end());
+  return static_cast<double>(*reach);
+}
+
+/// Earlier than that, slices could lie before time begins.
+constexpr double kMinStamp_s = 2.0;
+
+CloudError noTimesError(const SensorMessage& cloud) {
+  return {CloudDefect::kNoPointTimes, "message in frame '" + cloud.header().frame_id +
+                                          "': it has no time for each point within a second of its "
+                                          "stamp, as deskew needs: a field time, t, "
+                                          "offset_time or timestamp, or a time_increment. Have the "
+                                          "driver send it, or set deskew to false"};
+}
+
+/// With the ground filter the crop is not of the scan: see CloudPipeline::cropInBase().
+cuboid_mapping::ScanLimits makeScanLimits(const NodeParameters& parameters) {
+  cuboid_mapping::ScanLimits limits;
+  limits.min_range_m = parameters.min_range_m;
+  if (!parameters.octomap_server.filter_ground) limits.crop_map = parameters.crop;
+  return limits;
+}
+
+}  // namespace
+
+std::vector<std::string> neededFrames(const NodeParameters& parameters) {
+  std::vector<std::string> frame_ids;
+  if (!parameters.sensor_frame.empty()) frame_ids.push_back(parameters.sensor_frame);
+  if (parameters.octomap_server.filter_ground) {
+    frame_ids.push_back(parameters.octomap_server.base_frame_id);
+  }
+  if (parameters.window.isOn()) frame_ids.push_back(parameters.window.frame_id);
+  for (const RobotPart& part : parameters.self_filter.parts) frame_ids.push_back(part.frame_id);
+  return frame_ids;
+}
+
+std::optional<CloudPoses> lookupPoses(const tf2::BufferCore& tf, const NodeParameters& parameters,
+                                      const std_msgs::Header& header, std::string& error) {
+  bool is_complete = true;
+  const auto lookup = [&](const std::string& frame_id) {
+    const TfLookup result = lookupTransform(tf, parameters.frame_id, frame_id, header.stamp);
+    if (!result.T_target_source && is_complete) error = result.error;
+    is_complete = is_complete && result.T_target_source;
+    return result.T_target_source.value_or(Eigen::Isometry3d::Identity());
+  };
+  CloudPoses poses;
+  poses.T_map_cloud = lookup(header.frame_id);
+  poses.T_map_sensor =
+      parameters.sensor_frame.empty() ? poses.T_map_cloud : lookup(parameters.sensor_frame);
+  if (parameters.octomap_server.filter_ground) {
+    poses.T_map_base = lookup(parameters.octomap_server.base_frame_id);
+  }
+  if (parameters.window.isOn()) {
+    poses.window_center_map = lookup(parameters.window.frame_id).translation();
+  }
+  const bool is_cloud_complete = is_complete;
+  for (const RobotPart& part : parameters.self_filter.parts) {
+    poses.T_map_parts.push_back(lookup(part.frame_id));
+  }
+  if (is_complete) return poses;
+  if (is_cloud_complete) error += " (a frame of self_filter; see self_filter/ignored_links)";
+  return std::nullopt;
+}
+
+std::optional<CloudPoses> lookupPoses(const tf2::BufferCore& tf, const NodeParameters& parameters,
+                                      const SensorMessage& cloud, std::string& error) {
+  auto poses = lookupPoses(tf, parameters, cloud.header(), error);
+  if (!poses || !parameters.source.deskew) return poses;
+  const auto times_s = readPointTimes(cloud);
+  const auto slices = times_s ? findSlices(*times_s) : std::nullopt;
+  if (!slices || cloud.header().stamp.toSec() < kMinStamp_s) return poses;
+  std_msgs::Header header = cloud.header();
+  // From the last on: that is what tf may not have yet.
+  for (auto slice = slices->rbegin(); slice != slices->rend(); ++slice) {
+    header.stamp = cloud.header().stamp + middleOf(*slice);
+    auto slice_poses = lookupPoses(tf, parameters, header, error);
+    if (!slice_poses) return std::nullopt;
+    poses->slice_poses.push_back(*std::move(slice_poses));
+  }
+  std::reverse(poses->slice_poses.begin(), poses->slice_poses.end());
+  poses->slices = *slices;
+  return poses;
+}
+
+int numThreads(const NodeParameters& parameters) {
+  if (parameters.threads > 0) return parameters.threads;
+  return std::max(1, static_cast<int>(std::thread::hardware_concurrency()));
+}
+
+cuboid_mapping::MapConfig makeMapConfig(const NodeParameters& parameters) {
+  cuboid_mapping::MapConfig config = parameters.map;
+  config.threads = numThreads(parameters);
+  return config;
+}
+
+CloudPipeline::CloudPipeline(const NodeParameters& source)
+    : parameters_(source),
+      sensor_model_(source.map.sensor_model, source.map.environment),
+      scan_limits_(makeScanLimits(source)),
+      scan_updater_(cuboid_mapping::Grid(source.map.resolution_m),
+                    cuboid_mapping::BeamRanges{source.max_range_m, source.end_margin_m},
+                    numThreads(source), source.map.beamSampling()) {}
+
+const ScanUpdate* CloudPipeline::compute(const SensorMessage& cloud, const CloudPoses& poses,
+                                         NodeStatistics& statistics,
+                                         std::optional<CloudError>& error) {
+  Stopwatch stopwatch;
+  CloudOptions options;
+  options.no_return_range_m = parameters_.no_return_range_m;
+  options.no_return_points = parameters_.no_return_points;
+  options.T_cloud_sensor = poses.T_map_cloud.inverse() * poses.T_map_sensor;
+  options.wants_numbers = parameters_.source.deskew;
+  auto converted = convert(cloud, options);
+  if (const auto* defect = std::get_if<CloudError>(&converted)) {
+    error = *defect;
+    return nullptr;
+  }
+  if (parameters_.source.deskew && poses.slices.empty()) {
+    error = noTimesError(cloud);
+    return nullptr;
+  }
+  auto& points = std::get<CloudPoints>(converted);
+  statistics.num_invalid += points.num_invalid;
+  statistics.reach_m =
+      findReach(points, (poses.T_map_cloud.inverse() * poses.T_map_sensor).translation());
+  Scan ground;
+  scans_ = makeScans(cloud, points, poses, ground, statistics);
+  statistics.convert_time.add(stopwatch.lap());
+
+  const ScanUpdate& update = takeUse(computeUpdate(scans_, ground));
+  statistics.ray_walk_time.add(stopwatch.lap());
+  statistics.num_points += update.num_points;
+  statistics.num_out_of_range += update.num_out_of_range;
+  statistics.num_too_far += update.num_too_far;
+  return &update;
+}
+
+std::vector<Scan> CloudPipeline::makeScans(const SensorMessage& cloud, CloudPoints& points,
+                                           const CloudPoses& poses, Scan& ground,
+                                           NodeStatistics& statistics) const {
+  std::vector<Scan> scans;
+  if (parameters_.source.deskew) {
+    scans = makeSlices(cloud, points, poses, statistics);
+  } else {
+    leaveOutRobot(points, poses, statistics);
+    ground = takeGround(points, poses, statistics);
+    scans.push_back(makeScan(points, poses, statistics));
+  }
+  if (parameters_.self_filter.keep_free) {
+    scans.front().free_points = findRobotVoxels(parameters_.self_filter.parts, poses.T_map_parts,
+                                                cuboid_mapping::Grid(parameters_.map.resolution_m),
+                                                scans.front().anchor_map);
+  }
+  return scans;
+}
+
+std::vector<Scan> CloudPipeline::makeSlices(const SensorMessage& cloud, const CloudPoints& points,
+                                            const CloudPoses& poses,
+                                            NodeStatistics& statistics) const {
+  std::vector<Scan> scans;
+  std::vector<CloudPoints> parts = divideIntoSlices(points, *readPointTimes(cloud), poses.slices);
+  for (std::size_t i = 0; i < parts.size(); ++i) {
+    leaveOutRobot(parts[i], poses.slice_poses.at(i), statistics);
+    scans.push_back(makeScan(parts[i], poses.slice_poses.at(i), statistics));
+  }
+  return scans;
+}
+
+Scan CloudPipeline::makeScan(const CloudPoints& points, const CloudPoses& poses,
+                             NodeStatistics& statistics) const {
+  Scan scan = toScan(points, poses.T_map_cloud, poses.T_map_sensor.translation());
+  const cuboid_mapping::FilterCounts filtered = filterScan(scan, scan_limits_);
+  statistics.num_filtered += filtered.num_too_near + filtered.num_outside_crop;
+  return scan;
+}
+
+void CloudPipeline::leaveOutRobot(CloudPoints& points, const CloudPoses& poses,
+                                  NodeStatistics& statistics) const {
+  const Eigen::Isometry3d T_map_points =
+      poses.T_map_cloud * Eigen::Translation3d(points.anchor_cloud);
+  std::vector<Eigen::Isometry3d> T_part_points;
+  for (const Eigen::Isometry3d& T_map_part : poses.T_map_parts) {
+    T_part_points.push_back(T_map_part.inverse() * T_map_points);
+  }
+  statistics.num_on_robot +=
+      removePointsOnRobot(parameters_.self_filter.parts, T_part_points, points.points);
+}
+
+Scan CloudPipeline::takeGround(CloudPoints& points, const CloudPoses& poses,
+                               NodeStatistics& statistics) const {
+  if (!poses.T_map_base) return {};
+  const Eigen::Isometry3d T_base_points =
+      poses.T_map_base->inverse() * poses.T_map_cloud * Eigen::Translation3d(points.anchor_cloud);
+  cropInBase(points.points, T_base_points, statistics);
+  GroundSplit split =
+      splitGround(points.points, T_base_points, parameters_.octomap_server.ground_filter);
+  points.points = std::move(split.others);
+  CloudPoints ground;
+  ground.anchor_cloud = points.anchor_cloud;
+  ground.points = std::move(split.ground);
+  return makeScan(ground, poses, statistics);
+}
+
+void CloudPipeline::cropInBase(std::vector<Eigen::Vector3f>& points,
+                               const Eigen::Isometry3d& T_base_points,
+                               NodeStatistics& statistics) const {
+  const auto is_outside = [&](const Eigen::Vector3f& point) {
+    return !cuboid_mapping::isInside(parameters_.crop, T_base_points * point.cast<double>());
+  };
+  const auto end = std::remove_if(points.begin(), points.end(), is_outside);
+  statistics.num_filtered += static_cast<std::uint64_t>(std::distance(end, points.end()));
+  points.erase(end, points.end());
+}
+
+const ScanUpdate& CloudPipeline::computeUpdate(const std::vector<Scan>& scans, const Scan& ground) {
+  if (ground.points.empty()) return scan_updater_.compute(scans.data(), scans.size());
+  ScanUpdate free_only = scan_updater_.compute(ground);
+  dropHits(free_only);
+  with_ground_ = unite(free_only, scan_updater_.compute(scans.front()));
+  return with_ground_;
+}
+
+const ScanUpdate& CloudPipeline::takeUse(const ScanUpdate& update) {
+  if (parameters_.source.use == SourceUse::kBoth) return update;
+  used_ = update;
+  for (BrickUpdate& brick : used_.bricks) {
+    if (parameters_.source.use == SourceUse::kMark) {
+      brick.misses = {};
+      brick.grazes = {};
+    } else {
+      brick.misses = brick.misses.without(brick.hits);
+      brick.hits = {};
+    }
+  }
+  const auto is_empty = [](const BrickUpdate& brick) { return isEmpty(brick); };
+  used_.bricks.erase(std::remove_if(used_.bricks.begin(), used_.bricks.end(), is_empty),
+                     used_.bricks.end());
+  return used_;
+}
+
+}  // namespace cuboid_mapping_ros

@@ -1,0 +1,119 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include "cuboid_mapping/ros/conversions/cloud_conversions.h"
+#include "cuboid_mapping/ros/conversions/sensor_message.h"
+#include "cuboid_mapping/ros/conversions/sweep.h"
+#include "cuboid_mapping/ros/diagnostics/node_statistics.h"
+#include "cuboid_mapping/ros/middleware/tf_lookup.h"
+#include "cuboid_mapping/ros/parameters/parameters.h"
+#include "cuboid_mapping/scan/scan_filter.h"
+#include "cuboid_mapping/scan/scan_update.h"
+
+#include <tf2/buffer_core.h>
+
+#include <Eigen/Geometry>
+
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace cuboid_mapping_ros {
+
+/// Where a cloud was taken.
+struct CloudPoses {
+  Eigen::Isometry3d T_map_cloud;
+  Eigen::Isometry3d T_map_sensor;  ///< Its translation is where the beams start.
+  /// Of the robot's base; only with filter_ground.
+  std::optional<Eigen::Isometry3d> T_map_base;
+  /// Middle of the window; 0 without one.
+  Eigen::Vector3d window_center_map = Eigen::Vector3d::Zero();
+  /// Of the frames of self_filter.parts, in their order.
+  std::vector<Eigen::Isometry3d> T_map_parts;
+  /// With deskew: the slices of the message, and the poses in the middle of each. Empty where it has no times.
+  ///@{
+  Slices slices;
+  std::vector<CloudPoses> slice_poses;
+  ///@}
+};
+
+/// Frames that must have a transform to the map's, besides that of the cloud.
+[[nodiscard]] std::vector<std::string> neededFrames(const NodeParameters& parameters);
+
+/// The poses of a cloud at its stamp. Never waits.
+/// @return Nothing when tf does not have all of them: never a wrong pose. @param error  Says why.
+[[nodiscard]] std::optional<CloudPoses> lookupPoses(const tf2::BufferCore& tf,
+                                                    const NodeParameters& parameters,
+                                                    const std_msgs::Header& header,
+                                                    std::string& error);
+
+/// As above, with the poses of its slices where the parameters want to deskew it. @complexity O(points) then.
+[[nodiscard]] std::optional<CloudPoses> lookupPoses(const tf2::BufferCore& tf,
+                                                    const NodeParameters& parameters,
+                                                    const SensorMessage& cloud, std::string& error);
+
+/// Threads for the work on a cloud: those of the parameter, or one for each core.
+[[nodiscard]] int numThreads(const NodeParameters& parameters);
+
+/// The map of the parameters.
+[[nodiscard]] cuboid_mapping::MapConfig makeMapConfig(const NodeParameters& parameters);
+
+/// Of one source: from the message to the voxels that it observes: conversion, ground, filters, ray walk. The
+/// same for the node, and for bags without one. Not thread-safe.
+///
+/// Points on the robot (self_filter) are left out wholly, before all else. Beams to the ground (filter_ground) free
+/// the voxels before their end, and hit nothing.
+class CloudPipeline {
+ public:
+  /// @param source  One of sourcesOf().
+  explicit CloudPipeline(const NodeParameters& source);
+
+  /// @param statistics  Gets counts and times, also of a cloud that is refused.
+  /// @param error  Set when the cloud is refused.
+  /// @return Valid until the next call; null when the cloud is refused.
+  const cuboid_mapping::ScanUpdate* compute(const SensorMessage& cloud, const CloudPoses& poses,
+                                            NodeStatistics& statistics,
+                                            std::optional<CloudError>& error);
+
+  /// What the last cloud that was not refused has measured, filtered, map frame; one for each slice of it.
+  [[nodiscard]] const std::vector<cuboid_mapping::Scan>& scans() const { return scans_; }
+
+  /// The map's sensor model, with the source's hit and miss.
+  [[nodiscard]] const cuboid_mapping::SensorModel& sensorModel() const { return sensor_model_; }
+
+ private:
+  [[nodiscard]] cuboid_mapping::Scan makeScan(const CloudPoints& points, const CloudPoses& poses,
+                                              NodeStatistics& statistics) const;
+  void leaveOutRobot(CloudPoints& points, const CloudPoses& poses,
+                     NodeStatistics& statistics) const;
+  /// Takes the points of the ground out, of those that the crop leaves; none without filter_ground.
+  [[nodiscard]] cuboid_mapping::Scan takeGround(CloudPoints& points, const CloudPoses& poses,
+                                                NodeStatistics& statistics) const;
+  /// As octomap_server: what the limits leave out does not take part in the search for the ground.
+  void cropInBase(std::vector<Eigen::Vector3f>& points, const Eigen::Isometry3d& T_base_points,
+                  NodeStatistics& statistics) const;
+  /// One scan, or those of the slices; and that of the ground. Free points are in the first.
+  [[nodiscard]] std::vector<cuboid_mapping::Scan> makeScans(const SensorMessage& cloud,
+                                                            CloudPoints& points,
+                                                            const CloudPoses& poses,
+                                                            cuboid_mapping::Scan& ground,
+                                                            NodeStatistics& statistics) const;
+  /// A scan for each slice. @pre The poses have some.
+  [[nodiscard]] std::vector<cuboid_mapping::Scan> makeSlices(const SensorMessage& cloud,
+                                                             const CloudPoints& points,
+                                                             const CloudPoses& poses,
+                                                             NodeStatistics& statistics) const;
+  [[nodiscard]] const cuboid_mapping::ScanUpdate& computeUpdate(
+      const std::vector<cuboid_mapping::Scan>& scans, const cuboid_mapping::Scan& ground);
+  [[nodiscard]] const cuboid_mapping::ScanUpdate& takeUse(const cuboid_mapping::ScanUpdate& update);
+
+  NodeParameters parameters_;
+  cuboid_mapping::SensorModel sensor_model_;
+  cuboid_mapping::ScanLimits scan_limits_;
+  cuboid_mapping::ScanUpdater scan_updater_;
+  std::vector<cuboid_mapping::Scan> scans_;
+  cuboid_mapping::ScanUpdate with_ground_;
+  cuboid_mapping::ScanUpdate used_;  ///< What takeUse() has left.
+};
+
+}  // namespace cuboid_mapping_ros

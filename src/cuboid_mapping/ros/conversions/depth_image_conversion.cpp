@@ -1,0 +1,164 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "cuboid_mapping/ros/conversions/sensor_conversions.h"
+
+#include <sensor_msgs/image_encodings.h>
+#include <boost/endian/conversion.hpp>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <cstring>
+#include <optional>
+#include <string>
+
+namespace cuboid_mapping_ros {
+namespace {
+
+using sensor_msgs::CameraInfo;
+using sensor_msgs::Image;
+
+CloudError makeError(CloudDefect defect, const Image& image, const std::string& what,
+                     const std::string& advice) {
+  return {defect, "depth image in frame '" + image.header.frame_id + "': " + what + ". " + advice};
+}
+
+/// Where the pixel (u, v) looks: ((u - cx) / fx, (v - cy) / fy, 1).
+struct Pinhole {
+  double fx;
+  double fy;
+  double cx;
+  double cy;
+};
+
+/// As image_geometry::PinholeCameraModel, for pixels of the image as it is.
+Pinhole makePinhole(const CameraInfo& camera) {
+  const bool has_projection = camera.P[0] != 0.0;
+  Pinhole pinhole = has_projection ? Pinhole{camera.P[0], camera.P[5], camera.P[2], camera.P[6]}
+                                   : Pinhole{camera.K[0], camera.K[4], camera.K[2], camera.K[5]};
+  pinhole.cx -= camera.roi.x_offset;
+  pinhole.cy -= camera.roi.y_offset;
+  const double binning_x = std::max(1U, camera.binning_x);
+  const double binning_y = std::max(1U, camera.binning_y);
+  return {pinhole.fx / binning_x, pinhole.fy / binning_y, pinhole.cx / binning_x,
+          pinhole.cy / binning_y};
+}
+
+bool isUsable(const Pinhole& pinhole) {
+  return std::isfinite(pinhole.cx) && std::isfinite(pinhole.cy) && std::isnormal(pinhole.fx) &&
+         std::isnormal(pinhole.fy);
+}
+
+/// Bytes of a pixel; 0 for an encoding that is not of depths.
+std::size_t pixelBytes(const Image& image) {
+  namespace encodings = sensor_msgs::image_encodings;
+  if (image.encoding == encodings::TYPE_32FC1) return sizeof(float);
+  const bool is_16_bit =
+      image.encoding == encodings::TYPE_16UC1 || image.encoding == encodings::MONO16;
+  return is_16_bit ? sizeof(std::uint16_t) : 0;
+}
+
+std::optional<CloudError> checkImage(const Image& image, const Pinhole& pinhole) {
+  const std::string advice = "Its description is wrong: fix the program that makes it";
+  if (image.header.frame_id.empty()) {
+    return makeError(CloudDefect::kEmptyFrame, image, "header.frame_id is empty",
+                     "Set the frame of the sensor in its driver");
+  }
+  if (image.width == 0 || image.height == 0) {
+    return makeError(CloudDefect::kNoPoints, image, "it has no pixels",
+                     "Check the sensor and any filters before this node");
+  }
+  const std::size_t pixel_bytes = pixelBytes(image);
+  if (pixel_bytes == 0) {
+    return makeError(CloudDefect::kWrongDatatype, image,
+                     "its encoding is '" + image.encoding + "', but must be 16UC1 or 32FC1",
+                     "Connect the topic of the depth image, not that of colours");
+  }
+  const std::uint64_t row_bytes = image.width * pixel_bytes;
+  if (image.step < row_bytes) {
+    return makeError(CloudDefect::kBadLayout, image,
+                     "step " + std::to_string(image.step) + " is less than a row of " +
+                         std::to_string(row_bytes) + " bytes",
+                     advice);
+  }
+  const std::uint64_t num_bytes = (image.height - std::uint64_t{1}) * image.step + row_bytes;
+  if (image.data.size() < num_bytes) {
+    return makeError(CloudDefect::kShortData, image,
+                     "it has " + std::to_string(image.data.size()) + " bytes of data, but needs " +
+                         std::to_string(num_bytes),
+                     "Look for a driver or a relay that truncates it");
+  }
+  if (!isUsable(pinhole)) {
+    return makeError(CloudDefect::kBadLayout, image, "its camera_info has no focal length",
+                     "Calibrate the camera, or connect the camera_info of its driver");
+  }
+  return std::nullopt;
+}
+
+/// Reads depths of a checked image, in metres.
+class DepthReader {
+ public:
+  explicit DepthReader(const Image& image)
+      : image_(image),
+        pixel_bytes_(pixelBytes(image)),
+        is_other_order_((image.is_bigendian != 0) !=
+                        (boost::endian::order::native == boost::endian::order::big)) {}
+
+  [[nodiscard]] double read(std::size_t row, std::size_t column) const {
+    const std::uint8_t* pixel = image_.data.data() + row * image_.step + column * pixel_bytes_;
+    if (pixel_bytes_ == sizeof(std::uint16_t)) return 1e-3 * readBits<std::uint16_t>(pixel);
+    const auto bits = readBits<std::uint32_t>(pixel);
+    float depth_m = 0.0F;
+    std::memcpy(&depth_m, &bits, sizeof(depth_m));
+    return static_cast<double>(depth_m);
+  }
+
+ private:
+  template <typename BitsT>
+  [[nodiscard]] BitsT readBits(const std::uint8_t* data) const {
+    BitsT bits;
+    std::memcpy(&bits, data, sizeof(bits));
+    return is_other_order_ ? boost::endian::endian_reverse(bits) : bits;
+  }
+
+  const Image& image_;
+  std::size_t pixel_bytes_;
+  bool is_other_order_;
+};
+
+}  // namespace
+
+std::variant<CloudPoints, CloudError> convertDepthImage(const DepthImage& depth,
+                                                        const CloudOptions& options) {
+  const Image& image = *depth.image;
+  const Pinhole pinhole = makePinhole(*depth.camera);
+  if (auto error = checkImage(image, pinhole)) return *error;
+  const DepthReader reader(image);
+  CloudPoints cloud;
+  cloud.points.reserve(std::size_t{image.width} * image.height);
+  for (std::size_t row = 0; row < image.height; ++row) {
+    for (std::size_t column = 0; column < image.width; ++column) {
+      const double depth_m = reader.read(row, column);
+      const Eigen::Vector3d ray((static_cast<double>(column) - pinhole.cx) / pinhole.fx,
+                                (static_cast<double>(row) - pinhole.cy) / pinhole.fy, 1.0);
+      const NoReturnPoints reading = classifyReading(depth_m);
+      if (reading == NoReturnPoints::kNone && depth_m > 0.0) {
+        cloud.points.emplace_back((depth_m * ray).cast<float>());
+        continue;
+      }
+      ++cloud.num_invalid;
+      if (!contains(options.no_return_points, reading) || options.no_return_range_m <= 0.0)
+        continue;
+      cloud.no_returns.emplace_back((options.no_return_range_m * ray.normalized()).cast<float>());
+    }
+  }
+  cloud.num_skipped = cloud.num_invalid - cloud.no_returns.size();
+  if (cloud.points.empty() && cloud.no_returns.empty()) {
+    return makeError(
+        CloudDefect::kNoValidPoints, image,
+        "all of its " + std::to_string(cloud.num_invalid) + " pixels have no depth",
+        "Check that nothing covers the sensor, and check any filters before this node");
+  }
+  return cloud;
+}
+
+}  // namespace cuboid_mapping_ros

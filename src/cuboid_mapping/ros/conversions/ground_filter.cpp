@@ -1,0 +1,119 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "cuboid_mapping/ros/conversions/ground_filter.h"
+
+#include <pcl/console/print.h>
+#include <pcl/point_types.h>
+#include <pcl/sample_consensus/method_types.h>
+#include <pcl/sample_consensus/model_types.h>
+#include <pcl/segmentation/sac_segmentation.h>
+#include <pcl_ros/transforms.h>
+#include <tf2_eigen/tf2_eigen.h>
+
+#include <boost/make_shared.hpp>
+
+#include <cmath>
+
+namespace cuboid_mapping_ros {
+namespace {
+
+using Cloud = pcl::PointCloud<pcl::PointXYZ>;
+
+/// Fewer points tell no plane; octomap_server has the same bound.
+constexpr std::size_t kMinPoints = 50;
+/// With fewer points left no further plane is looked for.
+constexpr std::size_t kMinPointsLeft = 10;
+
+Cloud transformCloud(const std::vector<Eigen::Vector3f>& points_cloud,
+                     const Eigen::Isometry3d& T_base_cloud) {
+  Cloud cloud;
+  cloud.reserve(points_cloud.size());
+  for (const Eigen::Vector3f& point : points_cloud) {
+    cloud.push_back(pcl::PointXYZ(point.x(), point.y(), point.z()));
+  }
+  pcl_ros::transformPointCloud(cloud, cloud, tf2::eigenToTransform(T_base_cloud).transform);
+  return cloud;
+}
+
+/// Keeps PCL from writing to the terminal about every plane that it does not find.
+class Silence {
+ public:
+  Silence() { pcl::console::setVerbosityLevel(pcl::console::L_ALWAYS); }
+  ~Silence() { pcl::console::setVerbosityLevel(level_); }
+  Silence(const Silence&) = delete;
+  Silence& operator=(const Silence&) = delete;
+
+ private:
+  pcl::console::VERBOSITY_LEVEL level_ = pcl::console::getVerbosityLevel();
+};
+
+/// Looks for level planes among the points that no plane has taken yet.
+class PlaneSearch {
+ public:
+  PlaneSearch(const Cloud& points_base, const GroundFilterConfig& config)
+      : config_(config), input_(new Cloud(points_base)), left_(new std::vector<int>) {
+    segmentation_.setOptimizeCoefficients(true);
+    segmentation_.setModelType(pcl::SACMODEL_PERPENDICULAR_PLANE);
+    segmentation_.setMethodType(pcl::SAC_RANSAC);
+    segmentation_.setMaxIterations(200);
+    segmentation_.setDistanceThreshold(config.distance_m);
+    segmentation_.setAxis(Eigen::Vector3f::UnitZ());
+    segmentation_.setEpsAngle(config.angle_rad);
+    segmentation_.setInputCloud(input_);
+    for (int i = 0; i < static_cast<int>(input_->size()); ++i) left_->push_back(i);
+  }
+
+  /// Points of the ground's plane; none when there is no such plane.
+  std::vector<int> findGround() {
+    const Silence silence;
+    while (left_->size() > kMinPointsLeft) {
+      segmentation_.setIndices(left_);
+      pcl::PointIndices inliers;
+      pcl::ModelCoefficients plane;
+      segmentation_.segment(inliers, plane);
+      if (inliers.indices.empty()) break;
+      if (std::abs(plane.values[3]) < config_.plane_distance_m) return inliers.indices;
+      removeFromLeft(inliers.indices);
+    }
+    return {};
+  }
+
+ private:
+  void removeFromLeft(const std::vector<int>& indices) {
+    std::vector<bool> is_removed(input_->size(), false);
+    for (const int index : indices) is_removed[static_cast<std::size_t>(index)] = true;
+    const auto rest = boost::make_shared<std::vector<int>>();
+    for (const int index : *left_) {
+      if (!is_removed[static_cast<std::size_t>(index)]) rest->push_back(index);
+    }
+    left_->swap(*rest);
+  }
+
+  GroundFilterConfig config_;
+  Cloud::Ptr input_;
+  pcl::IndicesPtr left_;
+  pcl::SACSegmentation<pcl::PointXYZ> segmentation_{false};  // the same random numbers every time
+};
+
+}  // namespace
+
+GroundSplit splitGround(const std::vector<Eigen::Vector3f>& points_cloud,
+                        const Eigen::Isometry3d& T_base_cloud, const GroundFilterConfig& config) {
+  GroundSplit split;
+  if (points_cloud.size() < kMinPoints) {
+    split.others = points_cloud;
+    return split;
+  }
+  const Cloud points_base = transformCloud(points_cloud, T_base_cloud);
+  std::vector<bool> is_ground(points_cloud.size(), false);
+  for (const int index : PlaneSearch(points_base, config).findGround()) {
+    is_ground[static_cast<std::size_t>(index)] = true;
+    split.is_plane_found = true;
+  }
+  for (std::size_t i = 0; i < points_cloud.size(); ++i) {
+    if (!split.is_plane_found) is_ground[i] = std::abs(points_base[i].z) < config.plane_distance_m;
+    (is_ground[i] ? split.ground : split.others).push_back(points_cloud[i]);
+  }
+  return split;
+}
+
+}  // namespace cuboid_mapping_ros

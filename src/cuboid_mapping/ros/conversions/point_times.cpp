@@ -1,0 +1,109 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "cuboid_mapping/ros/conversions/point_times.h"
+
+#include "cuboid_mapping/ros/conversions/point_bytes.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdint>
+
+namespace cuboid_mapping_ros {
+namespace {
+
+using sensor_msgs::PointCloud2;
+using sensor_msgs::PointField;
+using Times = std::optional<std::vector<double>>;
+
+constexpr std::array<const char*, 6> kFieldNames{"time",      "t",          "offset_time",
+                                                 "timestamp", "time_stamp", "timeStamp"};
+/// Nobody scans that long.
+constexpr double kLeastTimeOfDay_s = 1e6;
+/// Seconds since 1970 are far less, nanoseconds far more.
+constexpr double kLeastNanoseconds = 1e15;
+
+const PointField* findTimeField(const PointCloud2& cloud) {
+  for (const char* name : kFieldNames) {
+    const auto field = std::find_if(cloud.fields.begin(), cloud.fields.end(),
+                                    [name](const PointField& f) { return f.name == name; });
+    if (field != cloud.fields.end()) return &*field;
+  }
+  return nullptr;
+}
+
+/// 0 for types that are no times.
+std::size_t sizeOf(const PointField& field) {
+  switch (field.datatype) {
+    case PointField::INT32:
+    case PointField::UINT32:
+    case PointField::FLOAT32: return 4;
+    case PointField::FLOAT64: return 8;
+    default: return 0;
+  }
+}
+
+/// In seconds. @pre sizeOf(field) bytes are there.
+double readTime(const PointField& field, const std::uint8_t* data, bool is_other_order) {
+  switch (field.datatype) {
+    case PointField::INT32: return 1e-9 * readAs<std::int32_t, std::uint32_t>(data, is_other_order);
+    case PointField::UINT32:
+      return 1e-9 * readAs<std::uint32_t, std::uint32_t>(data, is_other_order);
+    case PointField::FLOAT32: return readAs<float, std::uint32_t>(data, is_other_order);
+    default: return readAs<double, std::uint64_t>(data, is_other_order);
+  }
+}
+
+/// Whether all points are there, each with its field: nothing is read outside the data.
+bool isWhole(const PointCloud2& cloud, const PointField& field) {
+  if (sizeOf(field) == 0 || cloud.width == 0 || cloud.height == 0) return false;
+  if (field.offset + std::uint64_t{sizeOf(field)} > cloud.point_step) return false;
+  const std::uint64_t row_bytes = std::uint64_t{cloud.width} * cloud.point_step;
+  if (cloud.height > 1 && cloud.row_step < row_bytes) return false;
+  return numPointBytes(cloud) <= cloud.data.size();
+}
+
+struct TimesReader {
+  Times operator()(const PointCloud2::ConstPtr& cloud) const {
+    const PointField* field = findTimeField(*cloud);
+    if (field == nullptr || !isWhole(*cloud, *field)) return std::nullopt;
+    const bool is_other_order = isOtherOrder(*cloud);
+    const double stamp_s = cloud->header.stamp.toSec();
+    std::vector<double> times_s;
+    times_s.reserve(std::size_t{cloud->width} * cloud->height);
+    for (std::size_t row = 0; row < cloud->height; ++row) {
+      for (std::size_t column = 0; column < cloud->width; ++column) {
+        const std::size_t offset =
+            row * cloud->row_step + column * cloud->point_step + field->offset;
+        double time_s = readTime(*field, cloud->data.data() + offset, is_other_order);
+        if (time_s > kLeastNanoseconds) time_s *= 1e-9;
+        times_s.push_back(time_s > kLeastTimeOfDay_s ? time_s - stamp_s : time_s);
+      }
+    }
+    return times_s;
+  }
+
+  Times operator()(const sensor_msgs::LaserScan::ConstPtr& scan) const {
+    if (scan->time_increment == 0.0F) return std::nullopt;
+    std::vector<double> times_s;
+    times_s.reserve(scan->ranges.size());
+    for (std::size_t i = 0; i < scan->ranges.size(); ++i) {
+      times_s.push_back(static_cast<double>(i) * static_cast<double>(scan->time_increment));
+    }
+    return times_s;
+  }
+
+  Times operator()(const DepthImage& /*depth*/) const { return std::nullopt; }
+};
+
+}  // namespace
+
+std::optional<std::vector<double>> readPointTimes(const SensorMessage& message) {
+  Times times_s = std::visit(TimesReader{}, message.content);
+  if (!times_s) return times_s;
+  for (double& time_s : *times_s) {
+    if (!std::isfinite(time_s)) time_s = 0.0;
+  }
+  return times_s;
+}
+
+}  // namespace cuboid_mapping_ros

@@ -1,0 +1,118 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "cuboid_mapping/ros/conversions/sensor_conversions.h"
+
+#include <laser_geometry/laser_geometry.h>
+#include <sensor_msgs/point_cloud2_iterator.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <optional>
+#include <string>
+
+namespace cuboid_mapping_ros {
+namespace {
+
+using sensor_msgs::LaserScan;
+
+CloudError makeError(CloudDefect defect, const LaserScan& scan, const std::string& what,
+                     const std::string& advice) {
+  return {defect, "scan in frame '" + scan.header.frame_id + "': " + what + ". " + advice};
+}
+
+std::optional<CloudError> checkScan(const LaserScan& scan) {
+  if (scan.header.frame_id.empty()) {
+    return makeError(CloudDefect::kEmptyFrame, scan, "header.frame_id is empty",
+                     "Set the frame of the sensor in its driver");
+  }
+  if (scan.ranges.empty()) {
+    return makeError(CloudDefect::kNoPoints, scan, "it has no ranges",
+                     "Check the sensor and any filters before this node");
+  }
+  const auto num_ranges = static_cast<float>(scan.ranges.size());
+  if (!std::isfinite(scan.angle_min + scan.angle_increment * num_ranges)) {
+    return makeError(CloudDefect::kBadLayout, scan, "angle_min or angle_increment is no number",
+                     "Its description is wrong: fix the program that makes it");
+  }
+  return std::nullopt;
+}
+
+/// What takes part in a scan.
+struct LaserBeams {
+  LaserScan scan;             ///< Beams without return have their length, and what is nothing NaN.
+  std::vector<bool> returns;  ///< Whether a beam was reflected.
+  std::size_t num_invalid = 0;
+};
+
+LaserBeams chooseBeams(const LaserScan& scan, const CloudOptions& options) {
+  LaserBeams beams;
+  beams.scan = scan;
+  beams.scan.intensities.clear();
+  beams.scan.range_min = std::numeric_limits<float>::lowest();
+  beams.scan.range_max = std::numeric_limits<float>::max();
+  beams.returns.resize(scan.ranges.size());
+  for (std::size_t i = 0; i < scan.ranges.size(); ++i) {
+    float& range = beams.scan.ranges[i];
+    const NoReturnPoints reading = classifyReading(static_cast<double>(range));
+    beams.returns[i] =
+        reading == NoReturnPoints::kNone && range >= scan.range_min && range <= scan.range_max;
+    if (beams.returns[i]) continue;
+    ++beams.num_invalid;
+    const bool is_free =
+        contains(options.no_return_points, reading) && options.no_return_range_m > 0.0;
+    range = is_free ? static_cast<float>(options.no_return_range_m)
+                    : std::numeric_limits<float>::quiet_NaN();
+  }
+  return beams;
+}
+
+struct Converter {
+  const CloudOptions& options;
+
+  auto operator()(const sensor_msgs::PointCloud2::ConstPtr& cloud) const {
+    return convertCloud(*cloud, options);
+  }
+  auto operator()(const LaserScan::ConstPtr& scan) const {
+    return convertLaserScan(*scan, options);
+  }
+  auto operator()(const DepthImage& depth) const { return convertDepthImage(depth, options); }
+};
+
+}  // namespace
+
+std::variant<CloudPoints, CloudError> convertLaserScan(const LaserScan& scan,
+                                                       const CloudOptions& options) {
+  if (auto error = checkScan(scan)) return *error;
+  const LaserBeams beams = chooseBeams(scan, options);
+  sensor_msgs::PointCloud2 projected;
+  laser_geometry::LaserProjection().projectLaser(beams.scan, projected, -1.0,
+                                                 laser_geometry::channel_option::Index);
+  CloudPoints cloud;
+  cloud.points.reserve(projected.width);
+  sensor_msgs::PointCloud2ConstIterator<float> point(projected, "x");
+  sensor_msgs::PointCloud2ConstIterator<std::int32_t> index(projected, "index");
+  for (; point != point.end(); ++point, ++index) {
+    const auto number = static_cast<std::uint32_t>(*index);
+    const bool is_return = beams.returns.at(number);
+    (is_return ? cloud.points : cloud.no_returns).emplace_back(point[0], point[1], point[2]);
+    if (!options.wants_numbers) continue;
+    (is_return ? cloud.point_numbers : cloud.no_return_numbers).push_back(number);
+  }
+  cloud.num_invalid = beams.num_invalid;
+  cloud.num_skipped = cloud.num_invalid - cloud.no_returns.size();
+  if (cloud.points.empty() && cloud.no_returns.empty()) {
+    return makeError(
+        CloudDefect::kNoValidPoints, scan,
+        "none of its " + std::to_string(scan.ranges.size()) +
+            " ranges lies from range_min to range_max",
+        "Check that nothing covers the sensor, and check any filters before this node");
+  }
+  return cloud;
+}
+
+std::variant<CloudPoints, CloudError> convert(const SensorMessage& message,
+                                              const CloudOptions& options) {
+  return std::visit(Converter{options}, message.content);
+}
+
+}  // namespace cuboid_mapping_ros

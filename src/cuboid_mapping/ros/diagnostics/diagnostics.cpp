@@ -1,0 +1,311 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "cuboid_mapping/ros/diagnostics/diagnostics.h"
+
+#include "cuboid_mapping/io/text.h"
+#include "cuboid_mapping/map/cuboid_search.h"
+
+#include <diagnostic_msgs/DiagnosticStatus.h>
+
+#include <array>
+#include <cmath>
+#include <sstream>
+#include <string>
+#include <utility>
+
+namespace cuboid_mapping_ros {
+namespace {
+
+using cuboid_mapping::counted;
+
+/// Clouds dropped for a reason since the last report.
+std::uint64_t countNew(const NodeReport& report, const NodeStatistics& last, DropReason reason) {
+  return report.statistics.numDropped(reason) - last.numDropped(reason);
+}
+
+/// Where the clouds come from and go to, and how old they are.
+std::string describeFrames(const NodeReport& report) {
+  std::ostringstream text;
+  if (!report.last_cloud) return {};
+  text << "'" << report.last_cloud->frame_id << "' -> '" << report.frame_id << "'";
+  return text.str();
+}
+
+/// A duration that people can read: "0.32 s", "50 min", "3 h", "5 days".
+std::string describeAge(double age_s) {
+  constexpr std::array<std::pair<double, const char*>, 3> kUnits{
+      {{86400.0, " days"}, {3600.0, " h"}, {60.0, " min"}}};
+  const double size_s = std::abs(age_s);
+  for (const auto& [unit_s, name] : kUnits) {
+    if (size_s >= 2.0 * unit_s) return std::to_string(std::llround(size_s / unit_s)) + name;
+  }
+  std::ostringstream text;
+  text.precision(3);
+  text << size_s << " s";
+  return text.str();
+}
+
+/// Whether the stamps cannot be of this moment, and what to do then; empty when they can.
+std::string describeClock(const NodeReport& report) {
+  if (!report.last_cloud) return {};
+  const double age_s = report.last_cloud->age_s;
+  if (age_s < -kMaxAhead_s) {
+    return "the stamps of the clouds are " + describeAge(age_s) +
+           " ahead of this machine's clock: synchronize the clocks (chrony, ntp)";
+  }
+  constexpr double kOld_s = 60.0;
+  if (age_s > kOld_s) {
+    return "the clouds are " + describeAge(age_s) +
+           " old: set use_sim_time and play bags with --clock, or correct the driver's stamps";
+  }
+  return {};
+}
+
+std::string withClock(const std::string& text, const NodeReport& report) {
+  const std::string clock = describeClock(report);
+  return clock.empty() ? text : text + "; " + clock;
+}
+
+std::string describeTf(const NodeReport& report) {
+  std::string text = "no transform " + describeFrames(report) + ": ";
+  const bool is_missing = report.last_cloud && !report.last_cloud->tf_error.empty();
+  text += is_missing ? report.last_cloud->tf_error : toAdvice(DropReason::kNoTransform);
+  return withClock(text, report);
+}
+
+std::string adviseOn(DropReason reason, const NodeReport& report) {
+  if (reason == DropReason::kQueueFull && report.speed_advice) return *report.speed_advice;
+  if (reason == DropReason::kNoTransform) return describeTf(report);
+  if (reason == DropReason::kTooOldForTf) return withClock(toAdvice(reason), report);
+  return toAdvice(reason);
+}
+
+std::string describeDrops(const NodeReport& report, const NodeStatistics& last) {
+  DropReason most_frequent = DropReason::kEmptyFrame;
+  std::ostringstream text;
+  text << counted(report.statistics.numDropped() - last.numDropped(), "cloud") << " dropped (";
+  const char* separator = "";
+  for (std::size_t i = 0; i < kNumDropReasons; ++i) {
+    const auto reason = static_cast<DropReason>(i);
+    const std::uint64_t count = countNew(report, last, reason);
+    if (count == 0) continue;
+    text << separator << toString(reason) << ": " << count;
+    separator = ", ";
+    if (count > countNew(report, last, most_frequent)) most_frequent = reason;
+  }
+  text << "): " << adviseOn(most_frequent, report);
+  return text.str();
+}
+
+/// Of a fault that keeps clouds out of the map.
+ReportLevel levelOfFault(const NodeReport& report) {
+  return report.starved_s > kMaxStarved_s ? ReportLevel::kError : ReportLevel::kWarning;
+}
+
+std::string describeMap(const NodeReport& report) {
+  return counted(report.map.free.num_cuboids + report.map.occupied.num_cuboids, "cuboid") +
+         " from " + counted(report.statistics.num_inserted, "cloud");
+}
+
+ReportSummary summarizeSilence(const NodeReport& report) {
+  const bool has_publisher = report.num_publishers > 0;
+  if (!has_publisher && report.is_simulated_time) {
+    const std::uint64_t num_dropped = report.statistics.numDropped();
+    return {ReportLevel::kOk,
+            describeMap(report) +
+                (num_dropped == 0 ? "" : ", " + std::to_string(num_dropped) + " dropped") +
+                "; the recording has ended: nobody publishes " + report.cloud_topic + " any more"};
+  }
+  std::ostringstream text;
+  text << "no cloud on " << report.cloud_topic << " for " << static_cast<int>(report.silence_s)
+       << (has_publisher
+               ? " s: check that the sensor is running"
+               : " s, nobody publishes it any more: a bag has ended or the driver has stopped");
+  return {has_publisher && report.silence_s > kErrorSilence_s ? ReportLevel::kError
+                                                              : ReportLevel::kWarning,
+          text.str()};
+}
+
+void addStage(const char* name, const StageTime& time,
+              diagnostic_updater::DiagnosticStatusWrapper& status) {
+  const std::string prefix = std::string(name) + " time ";
+  status.addf(prefix + "last [ms]", "%.3f", time.lastMs());
+  status.addf(prefix + "mean [ms]", "%.3f", time.meanMs());
+  status.addf(prefix + "max [ms]", "%.3f", time.maxMs());
+}
+
+/// Everything but the counts of cuboids.
+MapSummary readFigures(const cuboid_mapping::CuboidMap& map) {
+  MapSummary summary;
+  summary.revision = map.revision();
+  summary.num_bytes = map.numBytes();
+  summary.free.num_voxels = map.voxels().numFreeVoxels();
+  summary.occupied.num_voxels = map.voxels().numOccupiedVoxels();
+  summary.num_waiting = map.fusion().numWaiting(map.voxels());
+  return summary;
+}
+
+void addWindow(const NodeReport& report, diagnostic_updater::DiagnosticStatusWrapper& status) {
+  const cuboid_mapping::WindowFigures& window = *report.window;
+  status.add("window parts in memory", window.num_in_memory);
+  status.add("window parts on disk only", window.num_on_disk_only);
+  status.add("topics show", window.num_on_disk_only > 0 ? "what is in memory" : "all of the map");
+  status.add("window parts read", window.num_loads);
+  status.add("window parts written", window.num_writes);
+  status.add("window parts forgotten", window.num_forgotten);
+  status.add("window bricks refused", window.num_refused);
+  status.add("window bricks lost to unreadable parts", window.num_unreadable);
+  status.add("window failures", window.num_failures);
+  if (window.num_failures > 0) status.add("window failures, last", window.last_failure);
+  if (report.num_new_window_failures > 0) {
+    status.mergeSummary(diagnostic_msgs::DiagnosticStatus::ERROR,
+                        "the map on disk: " + window.last_failure);
+  }
+}
+
+}  // namespace
+
+MapSummary summarize(const cuboid_mapping::CuboidMap& map) {
+  MapSummary summary = readFigures(map);
+  const cuboid_mapping::CuboidCounts counts = countCuboids(map);
+  summary.free.num_cuboids = counts.free;
+  summary.occupied.num_cuboids = counts.occupied;
+  return summary;
+}
+
+MapWatch::MapWatch(ClockS clock_s) : clock_s_(std::move(clock_s)) {}
+
+MapSummary MapWatch::summarize(const cuboid_mapping::CuboidMap& map) {
+  constexpr double kShare = 0.05;
+  MapSummary summary = readFigures(map);
+  const bool is_same = has_counted_ && counted_.revision == summary.revision &&
+                       counted_.num_waiting == summary.num_waiting;
+  const double begin_s = clock_s_();
+  const bool is_complete = summary.num_waiting == 0 && counted_.num_waiting > 0;
+  if (!is_same && (begin_s >= next_count_s_ || is_complete)) {
+    counted_ = cuboid_mapping_ros::summarize(map);
+    has_counted_ = true;
+    const double end_s = clock_s_();
+    next_count_s_ = end_s + (end_s - begin_s) / kShare;
+  }
+  summary.free.num_cuboids = counted_.free.num_cuboids;
+  summary.occupied.num_cuboids = counted_.occupied.num_cuboids;
+  return summary;
+}
+
+ReportSummary summarize(const NodeReport& report, const NodeStatistics& last_report) {
+  const NodeStatistics& now = report.statistics;
+  if (!report.autosave_error.empty()) {
+    return {ReportLevel::kError, "the map could not be saved: " + report.autosave_error};
+  }
+  if (now.num_received == 0) {
+    return {ReportLevel::kWarning,
+            "no cloud on " + report.cloud_topic + " yet" +
+                (report.num_publishers == 0 ? ", nobody publishes it" : "") +
+                ": check the topic name and its remapping, and that the sensor is running"};
+  }
+  if (now.numDropped() != last_report.numDropped()) {
+    const bool is_wanted = countNew(report, last_report, DropReason::kPaused) > 0;
+    return {is_wanted ? ReportLevel::kWarning : levelOfFault(report),
+            describeDrops(report, last_report)};
+  }
+  const bool is_stuck = now.numWaiting() > 0 && last_report.numWaiting() > 0 &&
+                        now.num_inserted == last_report.num_inserted;
+  if (is_stuck) {
+    const std::string clouds =
+        counted(now.numWaiting(), "cloud") + (now.numWaiting() == 1 ? " waits" : " wait");
+    // A cloud may take longer than the time between two reports.
+    if (report.speed_advice && report.last_cloud && report.last_cloud->tf_error.empty()) {
+      return {levelOfFault(report), clouds + ": " + *report.speed_advice};
+    }
+    return {levelOfFault(report), clouds + " for a transform: " + describeTf(report)};
+  }
+  if (report.silence_s > kMaxSilence_s) return summarizeSilence(report);
+  if (report.last_cloud && report.last_cloud->age_s < -kMaxAhead_s) {
+    return {ReportLevel::kWarning, describeMap(report) + "; " + describeClock(report)};
+  }
+  return {ReportLevel::kOk, describeMap(report)};
+}
+
+const char* toAdvice(DropReason reason) {
+  switch (reason) {
+    case DropReason::kQueueFull:
+      return "the node is too slow for this rate of clouds; use a coarser resolution or a smaller "
+             "sensor_model/max_range, or send fewer clouds";
+    case DropReason::kNoTransform:
+      return "check that tf has a path from the cloud's frame to frame_id at the cloud's stamp "
+             "(rosrun tf tf_echo)";
+    case DropReason::kNoPointTimes:
+      return "have the driver send the time of each point, or set deskew to false";
+    case DropReason::kTooOldForTf:
+      return "check that the clocks of all machines agree, and use_sim_time with recorded data";
+    case DropReason::kPaused: return "call ~pause with data: false to resume";
+    case DropReason::kBeforeJump:
+      return "they are older than the jump of which ~move_map was told; call ~reset if a recording "
+             "has started again";
+    case DropReason::kInternalError:
+      return "see the log; a coarser resolution or a smaller sensor_model/max_range needs less "
+             "memory";
+    default: return "check the driver that publishes the cloud; the log says what is wrong with it";
+  }
+}
+
+void fillStatus(const NodeReport& report, const NodeStatistics& last_report,
+                diagnostic_updater::DiagnosticStatusWrapper& status) {
+  using diagnostic_msgs::DiagnosticStatus;
+  static_assert(static_cast<int>(ReportLevel::kWarning) == DiagnosticStatus::WARN);
+  static_assert(static_cast<int>(ReportLevel::kError) == DiagnosticStatus::ERROR);
+  const ReportSummary summary = summarize(report, last_report);
+  status.summary(static_cast<unsigned char>(summary.level), summary.message);
+
+  const NodeStatistics& statistics = report.statistics;
+  status.add("paused", report.is_paused);
+  status.add("clouds received", statistics.num_received);
+  status.add("clouds inserted", statistics.num_inserted);
+  status.add("clouds waiting", statistics.numWaiting());
+  status.add("clouds dropped", statistics.numDropped());
+  for (std::size_t i = 0; i < kNumDropReasons; ++i) {
+    const auto reason = static_cast<DropReason>(i);
+    status.add(std::string("clouds dropped, ") + toString(reason), statistics.numDropped(reason));
+  }
+  status.add("clouds out of order", report.num_out_of_order);
+  status.add("points inserted", statistics.num_points);
+  status.add("points NaN or without return", statistics.num_invalid);
+  status.add("points filtered", statistics.num_filtered);
+  status.add("points on the robot", statistics.num_on_robot);
+  status.add("points out of range", statistics.num_out_of_range);
+  status.add("points too far", statistics.num_too_far);
+  if (report.last_cloud) {
+    status.add("frames", describeFrames(report));
+    status.addf("cloud age when received [s]", "%.3f", report.last_cloud->age_s);
+  }
+  if (report.rate_hz) status.addf("cloud rate [Hz]", "%.2f", *report.rate_hz);
+  if (report.speed_advice) status.add("advice", *report.speed_advice);
+  status.addf("cloud reach [m]", "%.1f", statistics.reach_m);
+  addStage("convert", statistics.convert_time, status);
+  addStage("ray walk", statistics.ray_walk_time, status);
+  addStage("apply", statistics.apply_time, status);
+  status.add("cuboids free", report.map.free.num_cuboids);
+  status.add("cuboids occupied", report.map.occupied.num_cuboids);
+  status.add("bricks waiting to be fused", report.map.num_waiting);
+  status.addf("voxels free", "%.0f", report.map.free.num_voxels);
+  status.addf("voxels occupied", "%.0f", report.map.occupied.num_voxels);
+  status.add("map bytes", report.map.num_bytes);
+  status.add("map revision", report.map.revision);
+  if (report.window) addWindow(report, status);
+  status.add("octomap_server messages built", report.num_built);
+  status.add("callbacks failed", report.num_failures);
+  if (report.num_failures > 0) status.add("callbacks failed, last", report.last_failure);
+  status.add("damaged messages refused", report.num_refused);
+  if (report.num_refused > 0) status.add("damaged messages refused, last", report.last_refused);
+  if (report.num_new_refused > 0) {
+    status.mergeSummary(DiagnosticStatus::WARN, "a damaged message was refused: " +
+                                                    report.last_refused + "; check who sends it");
+  }
+  if (report.num_new_failures > 0) {
+    status.mergeSummary(DiagnosticStatus::ERROR,
+                        "a callback failed: " + report.last_failure +
+                            "; the node keeps running; please report this");
+  }
+}
+
+}  // namespace cuboid_mapping_ros

@@ -1,0 +1,131 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include "cuboid_mapping/map/cuboid_map.h"
+#include "cuboid_mapping/ros/diagnostics/node_statistics.h"
+#include "cuboid_mapping/ros/diagnostics/speed_advice.h"
+#include "cuboid_mapping/window/map_window.h"
+
+#include <diagnostic_updater/DiagnosticStatusWrapper.h>
+
+#include <cstddef>
+#include <cstdint>
+#include <functional>
+#include <optional>
+#include <string>
+
+namespace cuboid_mapping_ros {
+
+/// Extent of the cuboids of one class.
+struct ClassSummary {
+  std::size_t num_cuboids = 0;
+  double num_voxels = 0.0;
+};
+
+/// Figures of the map for the diagnostics.
+struct MapSummary {
+  std::uint64_t revision = 0;
+  ClassSummary free;
+  ClassSummary occupied;
+  std::size_t num_waiting = 0;  ///< Bricks whose cuboids are not in the R-tree yet.
+  std::size_t num_bytes = 0;    ///< Of voxels and R-tree.
+};
+
+/// What the map says of itself. @complexity O(n).
+[[nodiscard]] MapSummary summarize(const cuboid_mapping::CuboidMap& map);
+
+/// Summaries of a map that changes, for one report after the other.
+///
+/// Counting cuboids reads all of them and divides the bricks that wait for fusion, while no cloud can
+/// be inserted and nothing fused. It therefore takes at most a twentieth of the time: in between, the
+/// counts are those of before. They are current again at once when nothing waits any more.
+class MapWatch {
+ public:
+  using ClockS = std::function<double()>;
+
+  /// @param clock_s  Seconds, of a clock that does not jump.
+  explicit MapWatch(ClockS clock_s);
+
+  /// @complexity O(n) where cuboids are counted.
+  [[nodiscard]] MapSummary summarize(const cuboid_mapping::CuboidMap& map);
+
+ private:
+  ClockS clock_s_;
+  MapSummary counted_;
+  bool has_counted_ = false;
+  double next_count_s_ = 0.0;
+};
+
+/// What is known of the last cloud that was received.
+struct LastCloud {
+  std::string frame_id;
+  double age_s = 0.0;    ///< When it was received, by its stamp; negative: the stamp lies ahead.
+  std::string tf_error;  ///< Why it has no pose in the map now; empty: it has one.
+};
+
+/// Everything that one report is about.
+struct NodeReport {
+  NodeStatistics statistics;
+  MapSummary map;
+  std::string cloud_topic;  ///< As it is after remapping; those of several sources with commas.
+  std::string frame_id;     ///< Of the map.
+  std::optional<LastCloud> last_cloud;
+  std::optional<cuboid_mapping::WindowFigures> window;  ///< Where there is one.
+  std::uint64_t num_new_window_failures = 0;            ///< Since the last report.
+  std::size_t num_publishers = 0;                       ///< Of the cloud topics.
+  /// Clouds that went into the map after a later one of another source.
+  std::uint64_t num_out_of_order = 0;
+  bool is_simulated_time = false;  ///< use_sim_time, as with bags.
+  bool is_paused = false;          ///< ~pause: clouds are ignored.
+  double silence_s = 0.0;          ///< Since the last cloud, or the start of the node.
+  double starved_s = 0.0;          ///< Since a cloud was inserted, or the first was received.
+  std::uint64_t num_built = 0;     ///< Messages on the topics of octomap_server.
+  std::optional<double> rate_hz;   ///< Of the clouds.
+  std::optional<std::string> speed_advice;  ///< See SpeedWatch::advice().
+  std::string autosave_error;               ///< Of the last save to autosave_file; empty: none.
+  std::uint64_t num_failures = 0;           ///< Callbacks that an exception has ended.
+  std::uint64_t num_new_failures = 0;       ///< Of them, since the last report.
+  std::string last_failure;                 ///< Of the last of them; see CallbackGuard.
+  std::uint64_t num_refused = 0;            ///< Messages and requests whose bytes are none.
+  std::uint64_t num_new_refused = 0;        ///< Of them, since the last report.
+  std::string last_refused;                 ///< The last of them, and why.
+};
+
+/// Clouds are missing when none has come for so long: a warning, and then an error.
+constexpr double kMaxSilence_s = 5.0;
+constexpr double kErrorSilence_s = 30.0;
+/// It is an error when clouds come and none gets into the map for so long.
+constexpr double kMaxStarved_s = 10.0;
+/// A warning when stamps are so far ahead of this machine's clock.
+constexpr double kMaxAhead_s = 0.5;
+
+/// Of a report, as diagnostic_msgs/DiagnosticStatus numbers them.
+enum class ReportLevel : unsigned char { kOk = 0, kWarning = 1, kError = 2 };
+
+/// Level and message of a report.
+struct ReportSummary {
+  ReportLevel level;
+  std::string message;  ///< What is wrong and what to do, or what the map holds.
+};
+
+/// The first of these that applies:
+///   - the map could not be saved to autosave_file: error;
+///   - no cloud has ever come: warning;
+///   - clouds were dropped since the last report: warning that names the most frequent reason, or
+///     error when none was inserted for kMaxStarved_s;
+///   - clouds wait for tf, as at the last report, and none was inserted since: likewise;
+///   - no cloud for kMaxSilence_s: warning, or error after kErrorSilence_s. With simulated time and no
+///     publisher any more, the recording has ended, and all is well;
+///   - stamps are ahead of the clock by more than kMaxAhead_s: warning;
+///   - else: all is well.
+[[nodiscard]] ReportSummary summarize(const NodeReport& report, const NodeStatistics& last_report);
+
+/// What to do about clouds that are dropped, as a clause that follows "dropped: ".
+[[nodiscard]] const char* toAdvice(DropReason reason);
+
+/// Writes a report; one key for each figure. An error when callbacks have failed since the last one, or the store of a
+/// window, a warning when messages were refused, whatever summarize() says.
+void fillStatus(const NodeReport& report, const NodeStatistics& last_report,
+                diagnostic_updater::DiagnosticStatusWrapper& status);
+
+}  // namespace cuboid_mapping_ros

@@ -1,0 +1,114 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "cuboid_mapping/ros/diagnostics/speed_advice.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <locale>
+#include <numeric>
+#include <sstream>
+#include <vector>
+
+namespace cuboid_mapping_ros {
+namespace {
+
+constexpr std::size_t kWindow = 20;  ///< Clouds that the rate and the time are taken from.
+
+/// Values that people choose.
+constexpr std::array<double, 9> kResolutions_m{0.02, 0.05, 0.1, 0.15, 0.2, 0.3, 0.5, 1.0, 2.0};
+constexpr std::array<double, 9> kRanges_m{5.0, 10.0, 15.0, 20.0, 30.0, 40.0, 50.0, 80.0, 100.0};
+
+/// A sensor that reaches farther looks around outdoors, or in a hall.
+constexpr double kIndoorReach_m = 25.0;
+constexpr double kOutdoorResolution_m = 0.2;
+constexpr double kOutdoorRange_m = 50.0;
+
+void append(std::deque<double>& values, double value) {
+  values.push_back(value);
+  if (values.size() > kWindow) values.pop_front();
+}
+
+/// A number with two digits that count: "4.3", "10", "0.25".
+std::string toText(double value) {
+  std::ostringstream out;
+  out.imbue(std::locale::classic());
+  out.precision(value >= 10.0 ? 3 : 2);
+  out << (value >= 10.0 ? std::round(value) : value);
+  return out.str();
+}
+
+std::string durationText(double duration_s) {
+  return duration_s >= 1.0 ? toText(duration_s) + " s" : toText(1e3 * duration_s) + " ms";
+}
+
+/// What "try" is followed by. The time of a cloud grows with the number of voxels that its beams
+/// pass, which is a volume: with the cube of the range in voxels.
+std::string remedy(double speedup, double resolution_m, double range_m) {
+  const double factor = std::cbrt(speedup);
+  const auto* resolution = std::lower_bound(kResolutions_m.begin(), kResolutions_m.end(),
+                                            std::max(0.95 * factor, 1.01) * resolution_m);
+  const auto* after = std::upper_bound(kRanges_m.begin(), kRanges_m.end(), 1.1 * range_m / factor);
+  std::string text;
+  if (resolution != kResolutions_m.end()) text = "resolution " + toText(*resolution);
+  if (after != kRanges_m.begin()) {
+    text += (text.empty() ? "" : " or ") + std::string("sensor_model/max_range ") +
+            toText(*(after - 1));
+  }
+  return text.empty() ? "fewer or smaller clouds" : text;
+}
+
+}  // namespace
+
+SpeedWatch::SpeedWatch(double resolution_m, double max_range_m)
+    : resolution_m_(resolution_m), max_range_m_(max_range_m) {}
+
+void SpeedWatch::noteReceived(double stamp_s) {
+  if (!stamps_s_.empty() && stamp_s == stamps_s_.back()) return;
+  if (!stamps_s_.empty() && stamp_s < stamps_s_.back()) stamps_s_.clear();
+  append(stamps_s_, stamp_s);
+}
+
+void SpeedWatch::noteInserted(double duration_s, double reach_m) {
+  append(durations_s_, duration_s);
+  reach_m_ = std::max(reach_m_, reach_m);
+  ++num_inserted_;
+}
+
+std::optional<double> SpeedWatch::rateHz() const {
+  if (stamps_s_.size() < 3) return std::nullopt;
+  std::vector<double> periods_s(stamps_s_.size());
+  std::adjacent_difference(stamps_s_.begin(), stamps_s_.end(), periods_s.begin());
+  const auto middle = periods_s.begin() + static_cast<std::ptrdiff_t>(periods_s.size() / 2);
+  std::nth_element(periods_s.begin() + 1, middle, periods_s.end());
+  return 1.0 / *middle;
+}
+
+std::optional<double> SpeedWatch::durationS() const {
+  if (durations_s_.empty()) return std::nullopt;
+  return std::accumulate(durations_s_.begin(), durations_s_.end(), 0.0) /
+         static_cast<double>(durations_s_.size());
+}
+
+std::optional<std::string> SpeedWatch::advice() const {
+  const auto rate_hz = rateHz();
+  const auto duration_s = durationS();
+  if (!rate_hz || !duration_s || *duration_s * *rate_hz <= 1.0) return std::nullopt;
+  return durationText(*duration_s) + " per cloud at " + toText(*rate_hz) + " Hz: try " +
+         remedy(*duration_s * *rate_hz, resolution_m_, std::min(max_range_m_, reach_m_));
+}
+
+std::optional<std::string> SpeedWatch::suggestion() const {
+  if (num_inserted_ < kFirstClouds || reach_m_ <= kIndoorReach_m) return std::nullopt;
+  std::string text;
+  if (resolution_m_ < 0.5 * kOutdoorResolution_m) {
+    text = "resolution " + toText(kOutdoorResolution_m) + " (now " + toText(resolution_m_) + ")";
+  }
+  if (std::isinf(max_range_m_) && reach_m_ > kOutdoorRange_m) {
+    text += (text.empty() ? "" : " and ") + std::string("sensor_model/max_range ") +
+            toText(kOutdoorRange_m) + " (now without limit)";
+  }
+  if (text.empty()) return std::nullopt;
+  return "the clouds reach " + toText(reach_m_) + " m; a good start for such a sensor: " + text;
+}
+
+}  // namespace cuboid_mapping_ros

@@ -1,0 +1,158 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "cuboid_mapping/ros/fleet/observation_publisher.h"
+
+#include "cuboid_mapping/io/scan_update_codec.h"
+#include "cuboid_mapping/ros/middleware/checked_messages.h"
+#include "cuboid_mapping/ros/middleware/names.h"
+#include "cuboid_mapping/ros/middleware/tf_lookup.h"
+
+#include <diagnostic_msgs/DiagnosticStatus.h>
+#include <ros/serialization.h>
+#include <boost/make_shared.hpp>
+
+#include <algorithm>
+#include <string>
+
+namespace cuboid_mapping_ros {
+namespace {
+
+using cuboid_mapping::GetObservations;
+using cuboid_mapping::Observation;
+
+/// Observations that may wait for a slow listener, or for the rate: some seconds of them.
+constexpr std::uint32_t kQueueSize = 50;
+/// Of an answer: the clouds of the node wait meanwhile.
+constexpr std::size_t kMaxAnswer_bytes = 8000000;
+constexpr double kSendPeriod_s = 0.05;
+
+double now_s() { return ros::SteadyTime::now().toSec(); }
+
+std::size_t bytesOf(const Observation& message) {
+  return ros::serialization::serializationLength(message);
+}
+
+}  // namespace
+
+ObservationPublisher::ObservationPublisher(ros::NodeHandle nh, ros::NodeHandle private_nh,
+                                           const NodeParameters& parameters)
+    : leaves_out_(parameters.fleet.observation_excess == ObservationExcess::kThin),
+      budget_(1e3 * parameters.fleet.observation_max_kb_s),
+      max_kept_bytes_(std::size_t{1000000} *
+                      static_cast<std::size_t>(parameters.fleet.observation_memory_mb)),
+      publisher_(nh.advertise<Observation>(kObservationsTopic, kQueueSize)) {
+  last_.header.frame_id = withoutSlash(parameters.frame_id);
+  last_.robot = private_nh.getNamespace();
+  last_.session = ros::WallTime::now().toNSec();
+  last_.resolution = parameters.map.resolution_m;
+  server_ = advertiseGuarded<GetObservations::Request, GetObservations::Response>(
+      private_nh, kGetObservationsService,
+      [this](GetObservations::Request& request, GetObservations::Response& response) {
+        answer(request, response);
+        return true;
+      });
+  if (parameters.fleet.observation_max_kb_s > 0.0) {
+    timer_ = private_nh.createWallTimer(ros::WallDuration(kSendPeriod_s),
+                                        [this](const ros::WallTimerEvent&) { sendDue(); });
+  }
+}
+
+void ObservationPublisher::publish(const ros::Time& stamp, const Eigen::Vector3d& origin_map,
+                                   const cuboid_mapping::SensorModelConfig& model,
+                                   const cuboid_mapping::ScanUpdate& update) {
+  const bool is_heard = publisher_.getNumSubscribers() > 0;
+  if (is_heard && leaves_out_ && !budget_.isFree(now_s())) {
+    ++last_.left_out;
+    return;
+  }
+  ++last_.sequence;
+  if (!is_heard && max_kept_bytes_ == 0) return;
+  const Message message = makeMessage(stamp, origin_map, model, update);
+  keep(message);
+  if (!is_heard) return;
+  waiting_.push_back(message);
+  sendDue();
+  if (waiting_.size() <= kQueueSize) return;
+  waiting_.pop_front();
+  ++num_overtaken_;
+}
+
+ObservationPublisher::Message ObservationPublisher::makeMessage(
+    const ros::Time& stamp, const Eigen::Vector3d& origin_map,
+    const cuboid_mapping::SensorModelConfig& model,
+    const cuboid_mapping::ScanUpdate& update) const {
+  const auto message = boost::make_shared<Observation>(last_);
+  message->header.stamp = stamp;
+  message->origin.x = origin_map.x();
+  message->origin.y = origin_map.y();
+  message->origin.z = origin_map.z();
+  message->hit = model.hit;
+  message->miss = model.miss;
+  message->min = model.alpha_min;
+  message->max = model.alpha_max;
+  const std::string bytes = toBytes(update);
+  message->data.assign(bytes.begin(), bytes.end());
+  return message;
+}
+
+void ObservationPublisher::keep(const Message& message) {
+  if (max_kept_bytes_ == 0) return;
+  kept_.push_back(message);
+  num_kept_bytes_ += bytesOf(*message);
+  while (num_kept_bytes_ > max_kept_bytes_) {
+    num_kept_bytes_ -= bytesOf(*kept_.front());
+    kept_.pop_front();
+  }
+}
+
+void ObservationPublisher::sendDue() {
+  if (publisher_.getNumSubscribers() == 0) waiting_.clear();
+  while (!waiting_.empty() && budget_.isFree(now_s())) {
+    publisher_.publish(waiting_.front());
+    const std::size_t num_bytes = bytesOf(*waiting_.front());
+    budget_.spend(num_bytes);
+    num_sent_bytes_ += num_bytes;
+    ++num_sent_;
+    waiting_.pop_front();
+  }
+}
+
+void ObservationPublisher::answer(const GetObservations::Request& request,
+                                  GetObservations::Response& response) {
+  response.session = last_.session;
+  if (request.session != last_.session) return;
+  // What waits will come by itself.
+  const std::uint64_t last = waiting_.empty() ? last_.sequence : waiting_.front()->sequence - 1;
+  response.complete_to = last;
+  if (kept_.empty()) return;
+  const std::uint64_t oldest = kept_.front()->sequence;
+  std::size_t num_bytes = 0;
+  for (std::uint64_t i = std::max(request.first, oldest); i <= last; ++i) {
+    const Message& message = kept_[i - oldest];
+    if (num_bytes > kMaxAnswer_bytes || !budget_.isFree(now_s())) {
+      response.complete_to = i - 1;
+      return;
+    }
+    num_bytes += bytesOf(*message);
+    budget_.spend(bytesOf(*message));
+    response.observations.push_back(*message);
+  }
+}
+
+void ObservationPublisher::report(diagnostic_updater::DiagnosticStatusWrapper& status) {
+  using diagnostic_msgs::DiagnosticStatus;
+  status.summary(DiagnosticStatus::OK, "observations are sent within observation_rate");
+  const std::uint64_t num_losses = last_.left_out + num_overtaken_;
+  if (num_losses > num_reported_losses_) {
+    status.summary(DiagnosticStatus::WARN,
+                   "observations are more than observation_rate: raise it, or make them fewer with "
+                   "a coarser resolution, a smaller sensor_model/max_range or fewer clouds");
+  }
+  num_reported_losses_ = num_losses;
+  status.add("observations sent", num_sent_);
+  status.add("bytes sent", num_sent_bytes_);
+  status.add("observations waiting", waiting_.size());
+  status.add("observations that gave up waiting", num_overtaken_);
+  status.add("clouds left out", last_.left_out);
+}
+
+}  // namespace cuboid_mapping_ros

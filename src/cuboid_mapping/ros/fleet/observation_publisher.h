@@ -1,0 +1,74 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include "cuboid_mapping/GetObservations.h"
+#include "cuboid_mapping/Observation.h"
+#include "cuboid_mapping/ros/middleware/byte_budget.h"
+#include "cuboid_mapping/ros/parameters/parameters.h"
+#include "cuboid_mapping/scan/brick_update.h"
+
+#include <diagnostic_updater/DiagnosticStatusWrapper.h>
+#include <ros/node_handle.h>
+#include <ros/publisher.h>
+#include <ros/service_server.h>
+#include <ros/wall_timer.h>
+
+#include <Eigen/Core>
+
+#include <cstddef>
+#include <cstdint>
+#include <deque>
+
+namespace cuboid_mapping_ros {
+
+/// The topic observations: what each cloud says about the map, for maps of several robots; and
+/// ~get_observations, for those who have missed some.
+///
+/// Observations are counted in any case; bytes are made while somebody listens, or they are to be kept. What is more
+/// than observation_rate allows waits, or is left out. Thread rule: all calls, and the callbacks of the private
+/// handle, one after the other.
+class ObservationPublisher {
+ public:
+  /// @param private_nh  Its namespace is the name of the robot.
+  ObservationPublisher(ros::NodeHandle nh, ros::NodeHandle private_nh,
+                       const NodeParameters& parameters);
+  ObservationPublisher(const ObservationPublisher&) = delete;
+  ObservationPublisher& operator=(const ObservationPublisher&) = delete;
+
+  /// Tells of a cloud that is in the map.
+  /// @param origin_map  Where its beams start. @param model  That it was put into the map with.
+  void publish(const ros::Time& stamp, const Eigen::Vector3d& origin_map,
+               const cuboid_mapping::SensorModelConfig& model,
+               const cuboid_mapping::ScanUpdate& update);
+
+  /// Figures, and a warning when clouds were left out since the last report.
+  void report(diagnostic_updater::DiagnosticStatusWrapper& status);
+
+ private:
+  using Message = cuboid_mapping::Observation::ConstPtr;
+
+  [[nodiscard]] Message makeMessage(const ros::Time& stamp, const Eigen::Vector3d& origin_map,
+                                    const cuboid_mapping::SensorModelConfig& model,
+                                    const cuboid_mapping::ScanUpdate& update) const;
+  void keep(const Message& message);
+  void sendDue();
+  void answer(const cuboid_mapping::GetObservations::Request& request,
+              cuboid_mapping::GetObservations::Response& response);
+
+  bool leaves_out_;  ///< What is too much; else it waits.
+  ByteBudget budget_;
+  std::size_t max_kept_bytes_;
+  std::deque<Message> kept_;  ///< By sequence, without gaps.
+  std::size_t num_kept_bytes_ = 0;
+  std::deque<Message> waiting_;       ///< By sequence.
+  cuboid_mapping::Observation last_;  ///< With what all have in common; without data.
+  std::uint64_t num_sent_ = 0;
+  std::uint64_t num_sent_bytes_ = 0;
+  std::uint64_t num_overtaken_ = 0;  ///< Gave up waiting.
+  std::uint64_t num_reported_losses_ = 0;
+  ros::Publisher publisher_;
+  ros::ServiceServer server_;
+  ros::WallTimer timer_;
+};
+
+}  // namespace cuboid_mapping_ros

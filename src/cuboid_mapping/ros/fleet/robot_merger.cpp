@@ -1,0 +1,220 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "cuboid_mapping/ros/fleet/robot_merger.h"
+
+#include "cuboid_mapping/GetObservations.h"
+#include "cuboid_mapping/io/scan_update_codec.h"
+#include "cuboid_mapping/io/text.h"
+#include "cuboid_mapping/ros/fleet/merge_progress.h"
+#include "cuboid_mapping/ros/middleware/checked_messages.h"
+#include "cuboid_mapping/ros/middleware/names.h"
+#include "cuboid_mapping/ros/middleware/tf_lookup.h"
+
+#include <diagnostic_msgs/DiagnosticStatus.h>
+#include <ros/console.h>
+
+#include <string_view>
+#include <utility>
+
+namespace cuboid_mapping_ros {
+namespace {
+
+using cuboid_mapping::CuboidMap;
+using cuboid_mapping::GetObservations;
+using cuboid_mapping::MergeCounts;
+using cuboid_mapping::Observation;
+using cuboid_mapping::ObservationQuestion;
+using cuboid_mapping::RobotObservation;
+using cuboid_mapping::SensorModelConfig;
+
+constexpr double kApplyPeriod_s = 0.05;
+constexpr double kAskPeriod_s = 0.5;
+/// Observations that wait to be read.
+constexpr std::uint32_t kQueueSize = 1000;
+
+double now_s() { return ros::SteadyTime::now().toSec(); }
+
+}  // namespace
+
+std::variant<RobotObservation, std::string> readObservation(const Observation& message,
+                                                            const NodeParameters& parameters) {
+  const std::string from =
+      "observation " + std::to_string(message.sequence) + " of " + message.robot;
+  const std::string frame_id = withoutSlash(parameters.frame_id);
+  if (withoutSlash(message.header.frame_id) != frame_id) {
+    return from + " is in frame '" + message.header.frame_id + "', the map in '" + frame_id +
+           "': all robots need the same frame_id";
+  }
+  if (message.resolution != parameters.map.resolution_m) {
+    return from + " has a resolution of " + cuboid_mapping::toText(message.resolution) +
+           " m, the map one of " + cuboid_mapping::toText(parameters.map.resolution_m) +
+           " m: they must be equal";
+  }
+  cuboid_mapping::MapConfig config = parameters.map;
+  config.sensor_model = {message.hit, message.miss, message.min, message.max};
+  const std::string_view bytes(reinterpret_cast<const char*>(message.data.data()),
+                               message.data.size());
+  auto update = cuboid_mapping::scanUpdateOfBytes(bytes);
+  if (!update || message.sequence == 0 || !checkConfig(config).empty()) return from + " is damaged";
+  return RobotObservation{message.robot,
+                          message.session,
+                          message.sequence,
+                          message.left_out,
+                          static_cast<std::int64_t>(message.header.stamp.toNSec()),
+                          config.sensor_model,
+                          std::move(*update)};
+}
+
+ros::Time stampOf(const RobotObservation& observation) {
+  ros::Time stamp;
+  stamp.fromNSec(static_cast<std::uint64_t>(observation.stamp_ns));
+  return stamp;
+}
+
+RobotMerger::RobotMerger(const ros::NodeHandle& nh, const ros::NodeHandle& asking_nh,
+                         const NodeParameters& parameters, GuardedMap& map, Callbacks callbacks)
+    : nh_(nh),
+      asking_nh_(asking_nh),
+      parameters_(parameters),
+      map_(map),
+      callbacks_(std::move(callbacks)),
+      order_(parameters.fleet.merge_delay_s) {
+  order_.start(map_.read([this](const CuboidMap& /*map*/, const ros::Time& /*stamp*/) {
+    return mergeProgressOfText(map_.progress());
+  }),
+               now_s());
+  for (const std::string& robot : parameters.fleet.robots) {
+    subscribers_.push_back(
+        subscribeGuarded<Observation>(nh_, robot + '/' + kObservationsTopic, {kQueueSize, false},
+                                      [this](const ros::MessageEvent<const Observation>& event) {
+                                        take(*event.getConstMessage());
+                                      }));
+  }
+  apply_timer_ = nh_.createWallTimer(ros::WallDuration(kApplyPeriod_s),
+                                     [this](const ros::WallTimerEvent&) { applyDue(); });
+  ask_timer_ = asking_nh_.createWallTimer(ros::WallDuration(kAskPeriod_s),
+                                          [this](const ros::WallTimerEvent&) { ask(); });
+}
+
+std::string RobotMerger::topics() const {
+  std::string topics;
+  for (const ros::Subscriber& subscriber : subscribers_) {
+    topics += (topics.empty() ? "" : " ") + subscriber.getTopic();
+  }
+  return topics;
+}
+
+std::size_t RobotMerger::numPublishers() const {
+  std::size_t count = 0;
+  for (const ros::Subscriber& subscriber : subscribers_) count += subscriber.getNumPublishers();
+  return count;
+}
+
+void RobotMerger::take(const Observation& message) {
+  auto read = readObservation(message, parameters_);
+  const std::lock_guard<std::mutex> lock(mutex_);
+  if (auto* observation = std::get_if<RobotObservation>(&read)) {
+    order_.put(std::move(*observation), now_s());
+    return;
+  }
+  ++num_refused_;
+  last_refusal_ = std::get<std::string>(read);
+  ROS_WARN_STREAM_THROTTLE_NAMED(10.0, kNodeName, last_refusal_);
+}
+
+void RobotMerger::applyDue() {
+  std::vector<RobotObservation> due;
+  {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    due = order_.takeDue(now_s());
+  }
+  for (const RobotObservation& observation : due) apply(observation);
+}
+
+void RobotMerger::apply(const RobotObservation& observation) {
+  const bool is_paused = callbacks_.is_paused();
+  if (!is_paused) {
+    const bool is_other_model = map_.read([&](const CuboidMap& map, const ros::Time& /*stamp*/) {
+      return map.config().sensor_model != observation.sensor_model;
+    });
+    if (is_other_model) {
+      map_.edit([&](CuboidMap& map, const ros::Time& /*stamp*/) {
+        return map.setSensorModel(observation.sensor_model);
+      });
+    }
+    map_.change(stampOf(observation), [&](CuboidMap& map) {
+      auto changes = map.apply(observation.update);
+      map_.setProgress(noteApplied(observation));
+      return changes;
+    });
+  } else {
+    (void)noteApplied(observation);
+  }
+  callbacks_.note(observation, !is_paused);
+}
+
+/// @return What is in the map with it.
+std::string RobotMerger::noteApplied(const RobotObservation& observation) {
+  const std::lock_guard<std::mutex> lock(mutex_);
+  order_.noteApplied(observation);
+  return toText(order_.progress());
+}
+
+void RobotMerger::ask() {
+  std::vector<ObservationQuestion> questions;
+  {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    questions = order_.findQuestions(now_s());
+  }
+  for (const ObservationQuestion& question : questions) askFor(question);
+}
+
+void RobotMerger::askFor(const ObservationQuestion& question) {
+  GetObservations service;
+  service.request.session = question.session;
+  service.request.first = question.first;
+  std::string error;  // A robot that does not answer now is asked again.
+  if (!callChecked(asking_nh_, question.robot + '/' + kGetObservationsService, service, error))
+    return;
+  if (service.response.session != question.session) service.response.complete_to = 0;
+  for (const Observation& observation : service.response.observations) take(observation);
+  const std::lock_guard<std::mutex> lock(mutex_);
+  num_asked_for_ += service.response.observations.size();
+  order_.noteAnswered(question, service.response.complete_to);
+}
+
+void RobotMerger::report(diagnostic_updater::DiagnosticStatusWrapper& status) {
+  using diagnostic_msgs::DiagnosticStatus;
+  const std::lock_guard<std::mutex> lock(mutex_);
+  const MergeCounts counts = order_.counts();
+  status.summary(DiagnosticStatus::OK, cuboid_mapping::counted(counts.num_received, "observation") +
+                                           " of " +
+                                           cuboid_mapping::counted(counts.num_sessions, "session"));
+  if (counts.num_missing > 0 && counts.num_missing >= reported_.num_missing) {
+    status.summary(
+        DiagnosticStatus::WARN,
+        cuboid_mapping::counted(counts.num_missing, "observation") +
+            " missing: give the robots' nodes observation_memory, so that they can be asked");
+  }
+  if (counts.num_late > reported_.num_late) {
+    status.summary(DiagnosticStatus::WARN,
+                   "observations come too late: give them more merge/delay");
+  }
+  if (counts.num_left_out > reported_.num_left_out) {
+    status.summary(DiagnosticStatus::WARN,
+                   "robots leave out clouds: their observation_rate does not suffice");
+  }
+  if (num_refused_ > num_reported_refused_) status.summary(DiagnosticStatus::WARN, last_refusal_);
+  status.add("observations received", counts.num_received);
+  status.add("observations waiting", counts.num_waiting);
+  status.add("observations late", counts.num_late);
+  status.add("observations missing", counts.num_missing);
+  status.add("clouds left out", counts.num_left_out);
+  status.add("observations repeated", counts.num_repeated);
+  status.add("observations refused", num_refused_);
+  status.add("observations asked for", num_asked_for_);
+  status.add("sessions", counts.num_sessions);
+  reported_ = counts;
+  num_reported_refused_ = num_refused_;
+}
+
+}  // namespace cuboid_mapping_ros

@@ -1,0 +1,83 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include "cuboid_mapping/Observation.h"
+#include "cuboid_mapping/map/observation_order.h"
+#include "cuboid_mapping/ros/map/guarded_map.h"
+#include "cuboid_mapping/ros/parameters/parameters.h"
+
+#include <diagnostic_updater/DiagnosticStatusWrapper.h>
+#include <ros/node_handle.h>
+#include <ros/subscriber.h>
+#include <ros/wall_timer.h>
+
+#include <cstdint>
+#include <functional>
+#include <mutex>
+#include <string>
+#include <variant>
+#include <vector>
+
+namespace cuboid_mapping_ros {
+
+/// An observation, or why it cannot be put into a map: it is damaged, or of a map of another frame or resolution.
+[[nodiscard]] std::variant<cuboid_mapping::RobotObservation, std::string> readObservation(
+    const cuboid_mapping::Observation& message, const NodeParameters& parameters);
+
+[[nodiscard]] ros::Time stampOf(const cuboid_mapping::RobotObservation& observation);
+
+/// Makes a map of what several robots say, in the order of the stamps; see ObservationOrder. Asks robots for
+/// what was lost on the way.
+///
+/// Thread rule: the callbacks of both node handles may run side by side; all other calls in the
+/// thread of the first.
+class RobotMerger {
+ public:
+  struct Callbacks {
+    std::function<bool()> is_paused;  ///< What is due then is left out.
+    /// One has gone into the map, or was left out.
+    std::function<void(const cuboid_mapping::RobotObservation&, bool is_in_map)> note;
+  };
+
+  /// @param nh  Of the thread that changes the map. @param asking_nh  Of a thread that may wait for
+  /// robots. @param map  Must outlive this object. Goes on where GuardedMap::progress() says that it is.
+  /// @throws std::runtime_error  when it says something else.
+  RobotMerger(const ros::NodeHandle& nh, const ros::NodeHandle& asking_nh,
+              const NodeParameters& parameters, GuardedMap& map, Callbacks callbacks);
+  RobotMerger(const RobotMerger&) = delete;
+  RobotMerger& operator=(const RobotMerger&) = delete;
+
+  /// "/robot1/observations /robot2/observations".
+  [[nodiscard]] std::string topics() const;
+  [[nodiscard]] std::size_t numPublishers() const;
+
+  /// Figures, and a warning when observations are missing, came too late, or were refused since the last report.
+  void report(diagnostic_updater::DiagnosticStatusWrapper& status);
+
+ private:
+  void take(const cuboid_mapping::Observation& message);
+  void applyDue();
+  void apply(const cuboid_mapping::RobotObservation& observation);
+  std::string noteApplied(const cuboid_mapping::RobotObservation& observation);
+  void ask();
+  void askFor(const cuboid_mapping::ObservationQuestion& question);
+
+  ros::NodeHandle nh_;
+  ros::NodeHandle asking_nh_;
+  NodeParameters parameters_;
+  GuardedMap& map_;
+  Callbacks callbacks_;
+  std::mutex mutex_;  ///< Of all up to the next line.
+  cuboid_mapping::ObservationOrder order_;
+  std::uint64_t num_refused_ = 0;
+  std::uint64_t num_asked_for_ = 0;  ///< Came as answers.
+  std::string last_refusal_;
+
+  cuboid_mapping::MergeCounts reported_;
+  std::uint64_t num_reported_refused_ = 0;
+  std::vector<ros::Subscriber> subscribers_;
+  ros::WallTimer apply_timer_;
+  ros::WallTimer ask_timer_;
+};
+
+}  // namespace cuboid_mapping_ros

@@ -1,0 +1,119 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "cuboid_mapping/ros/map/forgetting.h"
+
+#include <algorithm>
+#include <limits>
+#include <vector>
+
+namespace cuboid_mapping_ros {
+namespace {
+
+using cuboid_mapping::BrickMask;
+using cuboid_mapping::BrickUpdate;
+using cuboid_mapping::Cell;
+using cuboid_mapping::ChangeSet;
+using cuboid_mapping::CuboidMap;
+using cuboid_mapping::PackedVoxels;
+
+constexpr auto kForEver = std::numeric_limits<std::uint64_t>::max();
+
+BrickMask voxelsOf(const PackedVoxels& voxels, ForgetClass of_class) {
+  switch (of_class) {
+    case ForgetClass::kAll: return voxels.known();
+    case ForgetClass::kOccupied: return voxels.occupied();
+    case ForgetClass::kFree: break;
+  }
+  return voxels.free();
+}
+
+/// As a voxel of this class that was seen once.
+PackedVoxels seenOnce(const PackedVoxels& voxels, const cuboid_mapping::SensorModel& model) {
+  cuboid_mapping::VoxelValues values;
+  voxels.getValues(values);
+  voxels.known().forEach([&](int voxel) {
+    float& value = values[static_cast<std::size_t>(voxel)];
+    value = std::clamp(value, model.miss(), model.hit());
+  });
+  return {voxels.known(), values};
+}
+
+/// Forgets the voxels of a brick that are of a class, but for those that are locked.
+ChangeSet forgetBrick(const Cell& brick, ForgetClass of_class, ForgetTo forget_to, CuboidMap& map) {
+  const PackedVoxels* voxels = map.voxels().find(brick);
+  if (voxels == nullptr) return map.replace({}, std::vector<cuboid_mapping::VoxelBrick>{});
+  const PackedVoxels rest =
+      forget_to == ForgetTo::kSeenOnce ? seenOnce(*voxels, map.sensorModel()) : PackedVoxels();
+  BrickUpdate all;
+  all.brick = brick;
+  all.hits = voxelsOf(*voxels, of_class);
+  const std::vector<BrickUpdate> unlocked = map.locked().without({all});
+  PackedVoxels kept = *voxels;
+  for (const BrickUpdate& part : unlocked) kept.replace(part.hits, rest, kept);
+  return map.replace(cuboid_mapping::brickBox(brick),
+                     std::vector<cuboid_mapping::VoxelBrick>{{brick, kept}});
+}
+
+}  // namespace
+
+Forgetting::Forgetting(const NodeParameters& parameters)
+    : class_(parameters.forget_class), forget_to_(parameters.forget_to) {
+  for (const NodeParameters& source : sourcesOf(parameters)) {
+    const auto time_ns = static_cast<Time>(1e9 * source.forget_after_s);
+    times_ns_.push_back(time_ns);
+    if (time_ns > 0 && (!isOn() || time_ns < shortest_ns_)) shortest_ns_ = time_ns;
+  }
+}
+
+void Forgetting::note(const cuboid_mapping::ScanUpdate& update, const ros::Time& stamp,
+                      std::size_t source) {
+  if (!isOn() || stamp.isZero()) return;
+  const Time now = stamp.toNSec();
+  if (now + shortest_ns_ < now_) jumpBack(now);
+  now_ = now;
+  const Time time_ns = times_ns_.at(source);
+  const Time until = time_ns == 0 ? kForEver : now + time_ns;
+  for (const BrickUpdate& brick : update.bricks) {
+    Time& remembered = remembered_[brick.brick];
+    remembered = std::max(remembered, until);
+  }
+}
+
+void Forgetting::jumpBack(Time to) {
+  for (auto& [brick, until] : remembered_) {
+    if (until != kForEver) until = to + (std::max(until, now_) - now_);
+  }
+  last_sweep_ = to;
+}
+
+ChangeSet Forgetting::forget(CuboidMap& map) {
+  ChangeSet changes;
+  changes.revision = map.revision();
+  if (!isOn() || now_ <= last_sweep_ + shortest_ns_ / 10) return changes;
+  for (auto brick = remembered_.begin(); brick != remembered_.end();) {
+    if (now_ <= brick->second) {
+      ++brick;
+      continue;
+    }
+    const ChangeSet change = forgetBrick(brick->first, class_, forget_to_, map);
+    changes.bricks.insert(changes.bricks.end(), change.bricks.begin(), change.bricks.end());
+    changes.is_everything = changes.is_everything || change.is_everything;
+    changes.revision = change.revision;
+    brick = remembered_.erase(brick);
+  }
+  last_sweep_ = now_;
+  return changes;
+}
+
+Forgetting Forgetting::moved(const cuboid_mapping::VoxelMotion& motion) const {
+  Forgetting other = *this;
+  other.remembered_.clear();
+  for (const auto& entry : remembered_) {
+    forEachBrick(motion(cuboid_mapping::brickBox(entry.first)), [&](const Cell& brick) {
+      Time& until = other.remembered_[brick];
+      until = std::max(until, entry.second);
+    });
+  }
+  return other;
+}
+
+}  // namespace cuboid_mapping_ros

@@ -1,0 +1,128 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "cuboid_mapping/ros/map/guarded_map.h"
+
+#include <new>
+
+namespace cuboid_mapping_ros {
+namespace {
+
+/// Bricks that are fused at a time: below a millisecond.
+constexpr std::size_t kFuseBricks = 64;
+
+/// Changed bricks of which nothing is left in the map, as after edits, that are remembered. With more
+/// of them to tell that everything has changed is shorter.
+constexpr std::size_t kMaxGoneBricks = 100000;
+
+}  // namespace
+
+void GuardedMap::integrate(const ros::Time& stamp, const cuboid_mapping::ScanUpdate& update,
+                           const cuboid_mapping::SensorModel& model,
+                           const Eigen::Vector3d& window_center_map) {
+  if (window_) {
+    return change(stamp, [&](cuboid_mapping::CuboidMap& map) {
+      window_->hold(num_holds_ > 0);
+      return window_->integrate(update, window_center_map, map,
+                                [&](const auto& part) { return map.apply(part, model); });
+    });
+  }
+  const std::lock_guard<std::mutex> changing(change_);
+  auto pending = map_.prepare(update, model);  // Goes last, when others have the map again.
+  const auto alone = waitInTurn<WriteLock>();
+  noteChangesOf([&] { return map_.commit(update, pending); });
+  stamp_ = stamp;
+}
+
+std::size_t GuardedMap::countNotLoaded(const cuboid_mapping::CellBox& box) const {
+  return readWithWindow(
+      [&](const auto& /*map*/, const auto& /*stamp*/, const cuboid_mapping::MapWindow* window) {
+        return window == nullptr ? std::size_t{0} : window->countNotLoaded(box);
+      });
+}
+
+std::optional<cuboid_mapping::CellBox> GuardedMap::regionOfSearch() const {
+  using Region = std::optional<cuboid_mapping::CellBox>;
+  return readWithWindow(
+      [](const auto& /*map*/, const auto& /*stamp*/, const cuboid_mapping::MapWindow* window) {
+        const bool is_whole = window == nullptr || window->figures().num_on_disk_only == 0;
+        return is_whole ? Region() : Region(window->window());
+      });
+}
+
+void GuardedMap::load(const cuboid_mapping::CellBox& box) {
+  editIn(box, [](const cuboid_mapping::CuboidMap& map, const ros::Time& /*stamp*/) {
+    return cuboid_mapping::ChangeSet{map.revision(), false, {}};
+  });
+}
+
+std::optional<cuboid_mapping::WindowFigures> GuardedMap::windowFigures() const {
+  using Figures = std::optional<cuboid_mapping::WindowFigures>;
+  return readWithWindow(
+      [](const auto& /*map*/, const auto& /*stamp*/, const cuboid_mapping::MapWindow* window) {
+        return window == nullptr ? Figures() : Figures(window->figures());
+      });
+}
+
+void GuardedMap::save() {
+  if (!window_) return;
+  constexpr int kMaxTurns = 100000;  // Clouds change the map meanwhile.
+  for (int turn = 0; turn < kMaxTurns; ++turn) {
+    const ChangeLock lock(*this);
+    if (!window_->saveSome(map_)) return;
+  }
+}
+
+void GuardedMap::saveHead() {
+  const ChangeLock lock(*this);
+  if (window_) window_->saveHead(map_);
+}
+
+bool GuardedMap::fuseSome() {
+  const ChangeLock lock(*this);
+  return !map_.fuse(kFuseBricks);
+}
+
+void GuardedMap::fuse() {
+  // More turns would mean that clouds come faster than this goes.
+  constexpr int kMaxTurns = 10000;
+  for (int turn = 0; turn < kMaxTurns && fuseSome(); ++turn) {
+  }
+}
+
+void GuardedMap::note(const cuboid_mapping::ChangeSet& changes) {
+  const std::lock_guard<std::mutex> lock(changes_mutex_);
+  changed_revision_ = changes.revision;
+  if (changes.is_everything) {
+    is_everything_changed_ = true;
+    changed_.clear();
+  }
+  if (is_everything_changed_) return;
+  try {
+    for (const cuboid_mapping::ChangedBrick& brick : changes.bricks) {
+      changed_.at(brick.brick).has_new_cuboids |= brick.has_new_cuboids;
+    }
+  } catch (const std::bad_alloc&) {  // The map has changed: nobody may miss it.
+    is_everything_changed_ = true;
+    changed_.clear();
+  }
+  if (changed_.size() <= kMaxGoneBricks + map_.voxels().size()) return;
+  is_everything_changed_ = true;
+  changed_.clear();
+}
+
+void GuardedMap::noteEverything() noexcept {
+  const std::lock_guard<std::mutex> lock(changes_mutex_);
+  is_everything_changed_ = true;
+  changed_.clear();
+}
+
+cuboid_mapping::ChangeSet GuardedMap::takeChanges() {
+  const std::lock_guard<std::mutex> lock(changes_mutex_);
+  cuboid_mapping::ChangeSet changes{changed_revision_, is_everything_changed_, {}};
+  changes.bricks.reserve(changed_.size());
+  changed_.forEach([&changes](const auto& brick) { changes.bricks.push_back(brick); });
+  changed_.clear();
+  is_everything_changed_ = false;
+  return changes;
+}
+
+}  // namespace cuboid_mapping_ros

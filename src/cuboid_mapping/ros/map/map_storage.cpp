@@ -1,0 +1,237 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "cuboid_mapping/ros/map/map_storage.h"
+
+#include "cuboid_mapping/fusion/brick_division.h"
+#include "cuboid_mapping/io/map_files.h"
+#include "cuboid_mapping/io/map_store.h"
+#include "cuboid_mapping/io/text.h"
+#include "cuboid_mapping/map/cuboid_search.h"
+#include "cuboid_mapping/ros/middleware/tf_lookup.h"
+
+#include <cmath>
+#include <exception>
+#include <sstream>
+#include <stdexcept>
+#include <utility>
+#include <vector>
+
+namespace cuboid_mapping_ros {
+namespace {
+
+using cuboid_mapping::CellBox;
+using cuboid_mapping::CuboidMap;
+using cuboid_mapping::MapConfig;
+using cuboid_mapping::MapFile;
+using cuboid_mapping::MapFileDefect;
+using cuboid_mapping::MapFileError;
+using cuboid_mapping::MapSnapshot;
+using cuboid_mapping::MapWindow;
+using cuboid_mapping::MergeRule;
+using cuboid_mapping::SensorModelConfig;
+using cuboid_mapping::SnapshotLimits;
+
+/// Runs work that may throw; its exceptions become errors of the answer.
+template <typename WorkT>
+StorageAnswer guard(const WorkT& work) {
+  StorageAnswer answer;
+  try {
+    work(answer);
+  } catch (const std::bad_alloc&) {
+    answer.error = "there is not enough memory";
+  } catch (const std::exception& exception) {
+    answer.error = exception.what();
+  }
+  return answer;
+}
+
+std::string compareResolutions(double of_file_m, double of_map_m, const std::string& file) {
+  if (std::abs(of_file_m - of_map_m) <= 1e-9 * of_map_m) return {};
+  std::ostringstream text;
+  text << file << " has voxels of " << of_file_m << " m, but this map has voxels of " << of_map_m
+       << " m: start the node with resolution " << of_file_m << ", or with map_file";
+  return text.str();
+}
+
+/// What a work gives that reads a map; its errors name the parameter that allows more.
+template <typename WorkT>
+auto readWithin(const WorkT& work) {
+  try {
+    return work();
+  } catch (const MapFileError& error) {
+    if (error.defect() != MapFileDefect::kTooBig) throw;
+    throw MapFileError(error.defect(), std::string(error.what()) +
+                                           ". For a larger map set the parameter file_memory");
+  }
+}
+
+MapFile readFileWithin(const std::string& file, const SensorModelConfig& model,
+                       const SnapshotLimits& limits) {
+  return readWithin([&] { return cuboid_mapping::readMapFile(file, model, limits); });
+}
+
+/// As they are with FusionKind::kClass.
+std::size_t countCuboids(const MapSnapshot& snapshot) {
+  std::vector<cuboid_mapping::Cuboid> cuboids;
+  for (const cuboid_mapping::VoxelBrick& brick : snapshot.bricks) divideBrick(brick, cuboids);
+  return cuboids.size();
+}
+
+/// Around all bricks; empty when there are none.
+CellBox boundsOf(const MapSnapshot& snapshot) {
+  CellBox bounds;
+  for (const cuboid_mapping::VoxelBrick& brick : snapshot.bricks) {
+    const CellBox box = cuboid_mapping::brickBox(brick.brick);
+    bounds = bounds.isEmpty() ? box : unite(bounds, box);
+  }
+  return bounds;
+}
+
+/// A map may be reconfigured while another one is built beside it.
+void followSensorModel(const CuboidMap& map, CuboidMap& fresh) {
+  const SensorModelConfig& model = map.config().sensor_model;
+  if (fresh.config().sensor_model != model) fresh.setSensorModel(model);
+}
+
+void putInPlace(GuardedMap& map, const MapConfig& config, const MapSnapshot& snapshot,
+                StorageAnswer& answer) {
+  CuboidMap fresh(config);  // Built while the other one is in use, and freed after it.
+  restoreSnapshot(snapshot, fresh);
+  fresh.fuse();
+  answer.num_cuboids = countCuboids(fresh).total();
+  map.replaceAll([&](CuboidMap& content, const ros::Time& /*stamp*/) {
+    followSensorModel(content, fresh);
+    return content.exchange(fresh);
+  });
+}
+
+void mergeInto(GuardedMap& map, const MapSnapshot& snapshot, MergeRule rule,
+               StorageAnswer& answer) {
+  map.editIn(boundsOf(snapshot), [&](CuboidMap& content, const ros::Time& /*stamp*/) {
+    MapSnapshot merged = takeSnapshot(content, "");
+    answer.notes += describe(mergeMaps(snapshot, rule, merged), rule);
+    auto changes = content.replace(cuboid_mapping::kAllCells, merged.bricks);
+    answer.num_cuboids = countCuboids(content).total();
+    return changes;
+  });
+}
+
+/// Whether there is a map in the store that a merging node keeps. None where it was killed before it had
+/// saved one; to write is asked for, since what was not finished then has to be taken back.
+bool hasOwnStore(const NodeParameters& parameters) {
+  return !parameters.fleet.robots.empty() &&
+         cuboid_mapping::isSqliteFile(parameters.autosave_file) &&
+         cuboid_mapping::MapStore(parameters.autosave_file, cuboid_mapping::StoreAccess::kWrite)
+             .head();
+}
+
+}  // namespace
+
+SnapshotLimits makeSnapshotLimits(const NodeParameters& parameters) {
+  return SnapshotLimits::ofMemory(static_cast<std::uint64_t>(parameters.file_memory_mb) * 1000000);
+}
+
+MapSnapshot takeWholeSnapshot(const CuboidMap& map, const MapWindow* window,
+                              const std::string& frame_id, const SnapshotLimits& limits) {
+  MapSnapshot snapshot = takeSnapshot(map, frame_id);
+  if (window != nullptr) readWithin([&] { window->addStored(limits, snapshot); });
+  return snapshot;
+}
+
+StorageAnswer saveMap(GuardedMap& map, const std::string& frame_id, const std::string& file,
+                      const SnapshotLimits& limits) {
+  return guard([&](StorageAnswer& answer) {
+    MapSnapshot snapshot;
+    map.readWithWindow([&](const CuboidMap& content, const auto& /*stamp*/,
+                           const MapWindow* window) {
+      snapshot = takeWholeSnapshot(content, window, withoutSlash(frame_id), limits);
+      snapshot.progress = map.progress();
+      answer.revision = content.revision();
+      const bool is_in_memory = snapshot.bricks.size() == content.voxels().size();
+      answer.num_cuboids = is_in_memory ? countCuboids(content).total() : countCuboids(snapshot);
+      return 0;
+    });
+    answer.num_bytes = writeMapFile(file, snapshot);
+  });
+}
+
+StorageAnswer loadMap(GuardedMap& map, const std::string& file, const SnapshotLimits& limits,
+                      const LoadPlacement& placement) {
+  return guard([&](StorageAnswer& answer) {
+    const MapConfig config = map.read(
+        [](const CuboidMap& content, const ros::Time& /*stamp*/) { return content.config(); });
+    MapFile read = readFileWithin(file, config.sensor_model, limits);
+    answer.error = compareResolutions(read.snapshot.resolution_m, map.grid().resolution(), file);
+    if (!answer.error.empty()) return;
+    if (placement.T_map_file) {
+      answer.notes = describe(cuboid_mapping::moveMap(*placement.T_map_file, read.snapshot)) + ". ";
+    }
+    answer.num_bytes = read.num_bytes;
+    if (placement.rule) {
+      mergeInto(map, read.snapshot, *placement.rule, answer);
+    } else {
+      putInPlace(map, config, read.snapshot, answer);
+    }
+  });
+}
+
+StorageAnswer moveWholeMap(GuardedMap& map, const cuboid_mapping::VoxelMotion& motion,
+                           const SnapshotLimits& limits) {
+  return guard([&](StorageAnswer& answer) {
+    MapConfig config;
+    MapSnapshot snapshot;
+    std::vector<CellBox> locked;
+    map.readWithWindow(
+        [&](const CuboidMap& content, const auto& /*stamp*/, const MapWindow* window) {
+          config = content.config();
+          snapshot = takeWholeSnapshot(content, window, "", limits);
+          locked = content.locked().boxes();
+          answer.revision = content.revision();
+          return 0;
+        });
+    Eigen::Isometry3d T_new_old = motion.transform();
+    T_new_old.translation() *= config.resolution_m;
+    moveMap(T_new_old, snapshot);
+    CuboidMap fresh(config);
+    restoreSnapshot(snapshot, fresh);
+    fresh.fuse();
+    cuboid_mapping::LockedBoxes moved_locks;
+    for (const CellBox& box : locked) moved_locks.add(motion(box));
+    answer.num_cuboids = countCuboids(fresh).total();
+    map.replaceAll([&](CuboidMap& content, const ros::Time& /*stamp*/) {
+      if (content.revision() != answer.revision || content.locked().boxes() != locked) {
+        throw std::runtime_error("the map was changed meanwhile, by another call: call again");
+      }
+      followSensorModel(content, fresh);
+      content.setLocked(std::move(moved_locks));
+      return content.exchange(fresh);
+    });
+  });
+}
+
+std::string describeRefusal(const Eigen::Isometry3d& T_target_map, double resolution_m) {
+  std::ostringstream text;
+  text << "the transform does not take voxels to voxels: only turns by multiples of 90 degrees "
+          "about the axes with shifts by multiples of "
+       << resolution_m << " m are exact. ";
+  Eigen::Isometry3d nearest = T_target_map;
+  nearest.translation() =
+      resolution_m * (T_target_map.translation() / resolution_m).array().round();
+  if (cuboid_mapping::VoxelMotion::of(nearest, resolution_m)) {
+    text << "The nearest exact one has the translation "
+         << cuboid_mapping::toText(nearest.translation()) << ". ";
+  }
+  text << "Or resample the map: ~save_map, then ~load_map of that file with this transform. Or map "
+          "a recording again, with the new poses: bag_to_map";
+  return text.str();
+}
+
+std::optional<MapSnapshot> readStartMap(NodeParameters& parameters) {
+  const bool goes_on = parameters.map_file.empty() && hasOwnStore(parameters);
+  const std::string& name = goes_on ? parameters.autosave_file : parameters.map_file;
+  if (name.empty()) return std::nullopt;
+  MapFile file = readFileWithin(name, parameters.map.sensor_model, makeSnapshotLimits(parameters));
+  parameters.map.resolution_m = file.snapshot.resolution_m;
+  return std::move(file.snapshot);
+}
+
+}  // namespace cuboid_mapping_ros

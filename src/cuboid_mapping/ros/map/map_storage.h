@@ -1,0 +1,78 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Saving, loading and moving the map of a running node. Functions that throw nothing.
+#pragma once
+
+#include "cuboid_mapping/geometry/voxel_motion.h"
+#include "cuboid_mapping/map/map_merge.h"
+#include "cuboid_mapping/map/map_snapshot.h"
+#include "cuboid_mapping/ros/map/guarded_map.h"
+#include "cuboid_mapping/ros/parameters/parameters.h"
+
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <string>
+
+namespace cuboid_mapping_ros {
+
+/// What has become of a save or a load.
+struct StorageAnswer {
+  std::string error;  ///< Empty: it is done.
+  std::string notes;  ///< Of a map that was moved or put into another one: how exactly.
+  std::size_t num_cuboids = 0;
+  std::size_t num_bytes = 0;
+  std::uint64_t revision = 0;  ///< Of the map that was saved.
+};
+
+/// Saves the map as the last cloud has left it; the ending of the file chooses the format. The map
+/// is held while its cuboids are copied only, and what a window has on disk is read.
+/// @param frame_id  Of the map, for the file. @param limits  With more on disk nothing is saved.
+[[nodiscard]] StorageAnswer saveMap(GuardedMap& map, const std::string& frame_id,
+                                    const std::string& file,
+                                    const cuboid_mapping::SnapshotLimits& limits = {});
+
+/// All voxels of a map, in memory and on disk.
+/// @param window  Null: all of it is in memory. @throws cuboid_mapping::MapFileError  as MapWindow::addStored().
+[[nodiscard]] cuboid_mapping::MapSnapshot takeWholeSnapshot(
+    const cuboid_mapping::CuboidMap& map, const cuboid_mapping::MapWindow* window,
+    const std::string& frame_id, const cuboid_mapping::SnapshotLimits& limits);
+
+/// How much reading a file may take: parameter file_memory.
+[[nodiscard]] cuboid_mapping::SnapshotLimits makeSnapshotLimits(const NodeParameters& parameters);
+
+/// How the map of a file gets into another one.
+struct LoadPlacement {
+  std::optional<cuboid_mapping::MergeRule> rule;  ///< Nothing: in the place of all that is there.
+  std::optional<Eigen::Isometry3d> T_map_file;    ///< Nothing: both have one frame.
+};
+
+/// Puts a map from a file in the place of everything in the map, or into it; see moveMap() and mergeMaps(). Locks stay.
+/// After any error all is as it was: an unreadable or bad file, another resolution, a bad transform, too much for the
+/// limits, no memory.
+///
+/// In the place of everything: the new map is built beside the old one, which is held for the exchange only: clouds
+/// that come in until then are lost with it. Into it: the map is held while the two are put together, and no cloud is
+/// lost.
+[[nodiscard]] StorageAnswer loadMap(GuardedMap& map, const std::string& file,
+                                    const cuboid_mapping::SnapshotLimits& limits = {},
+                                    const LoadPlacement& placement = {});
+
+/// Takes a whole map, with its locks and what its window has on disk, to another frame. Cuboids of FusionKind::kGrowth
+/// grow anew. The new map is built beside the old one, which is held for the exchange only.
+///
+/// Refused, and all is as it was: what is on disk is more than the limits or cannot be read, the map would reach beyond
+/// kAllCells, there is no memory, or the map was changed meanwhile.
+[[nodiscard]] StorageAnswer moveWholeMap(GuardedMap& map, const cuboid_mapping::VoxelMotion& motion,
+                                         const cuboid_mapping::SnapshotLimits& limits = {});
+
+/// Why a transform that is no VoxelMotion cannot be taken, and what to do.
+[[nodiscard]] std::string describeRefusal(const Eigen::Isometry3d& T_target_map,
+                                          double resolution_m);
+
+/// The map of `map_file`; of a node that merges robots' maps and has none, that of its `autosave_file`, if it is a store
+/// (.sqlite) that exists. Nothing when there is none. The resolution of the parameters becomes that
+/// of the file, as with octomap_server.
+/// @throws cuboid_mapping::MapFileError naming the file.
+[[nodiscard]] std::optional<cuboid_mapping::MapSnapshot> readStartMap(NodeParameters& parameters);
+
+}  // namespace cuboid_mapping_ros

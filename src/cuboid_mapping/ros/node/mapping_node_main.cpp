@@ -1,0 +1,71 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// The node: runs the nodelet in a process of its own, under the name of the node.
+#include "cuboid_mapping/ros/middleware/names.h"
+#include "cuboid_mapping/ros/node/mapping_nodelet.h"
+
+#include <nodelet/loader.h>
+#include <ros/init.h>
+#include <ros/this_node.h>
+#include <boost/make_shared.hpp>
+#include <boost/shared_ptr.hpp>
+#include <boost/weak_ptr.hpp>
+
+#include <cstdlib>
+#include <iostream>
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace {
+
+constexpr const char* kUsage =
+    "Usage: cuboid_mapping_node [MAP] [cloud_in:=TOPIC] [_PARAMETER:=VALUE]...\n\n"
+    "Builds a 3D occupancy map from point clouds, and answers questions about it.\n\n"
+    "  MAP                 map to start with: .cuboids, .sqlite, .ot or .bt\n"
+    "  cloud_in:=TOPIC     topic of the clouds, sensor_msgs/PointCloud2\n"
+    "  _PARAMETER:=VALUE   a parameter, such as _resolution:=0.1\n\n"
+    "All parameters: rosrun cuboid_mapping print_parameters --yaml\n";
+
+/// Answers --help and refuses what is not understood: the exit status. Nothing when the node can
+/// start.
+std::optional<int> checkArguments(const std::vector<std::string>& arguments) {
+  for (const std::string& argument : arguments) {
+    if (argument == "-h" || argument == "--help") {
+      std::cout << kUsage;
+      return EXIT_SUCCESS;
+    }
+  }
+  for (const std::string& argument : arguments) {
+    if (arguments.size() == 1 && argument.rfind('-', 0) != 0) continue;
+    std::cerr << "cuboid_mapping_node: "
+              << (arguments.size() > 1 ? "more than one argument" : "unknown option " + argument)
+              << "\n\n"
+              << kUsage;
+    return EXIT_FAILURE;
+  }
+  return std::nullopt;
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  using cuboid_mapping_ros::MappingNodelet;
+  ros::init(argc, argv, cuboid_mapping_ros::kNodeName);
+  const std::vector<std::string> arguments(argv + 1, argv + argc);
+  if (const auto status = checkArguments(arguments)) return *status;
+
+  // The loader owns the nodelet; this is only to ask whether it accepted its parameters.
+  boost::weak_ptr<MappingNodelet> mapping;
+  nodelet::Loader loader([&mapping](const std::string& /*type*/) {
+    const auto instance = boost::make_shared<MappingNodelet>();
+    mapping = instance;
+    return boost::shared_ptr<nodelet::Nodelet>(instance);
+  });
+  // Remappings of the command line hold for the whole process already.
+  const bool is_loaded = loader.load(ros::this_node::getName(),
+                                     cuboid_mapping_ros::kMappingNodeletType, {}, arguments);
+  const auto instance = mapping.lock();
+  if (!is_loaded || !instance || !instance->isRunning()) return EXIT_FAILURE;
+  ros::spin();
+  return EXIT_SUCCESS;
+}

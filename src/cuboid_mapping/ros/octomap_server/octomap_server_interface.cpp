@@ -1,0 +1,268 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "cuboid_mapping/ros/octomap_server/octomap_server_interface.h"
+
+#include "cuboid_mapping/io/text.h"
+#include "cuboid_mapping/ros/map/map_storage.h"
+#include "cuboid_mapping/ros/middleware/checked_messages.h"
+#include "cuboid_mapping/ros/middleware/names.h"
+#include "cuboid_mapping/ros/middleware/tf_lookup.h"
+#include "cuboid_mapping/ros/parameters/window_parameters.h"
+
+#include <ros/console.h>
+#include <ros/single_subscriber_publisher.h>
+
+#include <boost/function.hpp>
+
+#include <algorithm>
+#include <utility>
+#include <vector>
+
+namespace cuboid_mapping_ros {
+namespace {
+
+using cuboid_mapping::CellBox;
+using cuboid_mapping::ChangeSet;
+using cuboid_mapping::counted;
+using cuboid_mapping::CuboidMap;
+using cuboid_mapping::MapWindow;
+using cuboid_mapping::MetricBox;
+using cuboid_mapping::OctreeKind;
+using cuboid_mapping::PackedVoxels;
+using cuboid_mapping::toText;
+using cuboid_mapping::VoxelBrick;
+
+/// Half a minute: the log repeats what a topic leaves out no more often.
+constexpr double kLogPeriod_s = 30.0;
+
+/// Of projected_map_updates: one that is lost would leave the listener's map wrong there.
+constexpr std::uint32_t kUpdatesQueueSize = 100;
+
+ChangeSet clearCells(CuboidMap& map, const CellBox& box) {
+  std::vector<VoxelBrick> cleared;
+  map.voxels().forEachIn(box, [&](const VoxelBrick& brick) {
+    cleared.push_back({brick.brick, PackedVoxels(brick.voxels.known(), map.sensorModel().min())});
+  });
+  return map.replace(box, cleared);
+}
+
+OctomapMessage toOctree(const MapView& view, OctreeKind kind) {
+  double num_left_out = 0.0;
+  OctomapMessage message = toOctomapMessage(view.map, kind, view.header, num_left_out);
+  if (num_left_out > 0.0) {
+    ROS_WARN_STREAM_THROTTLE_NAMED(
+        kLogPeriod_s, kNodeName,
+        "an octree reaches 32768 voxels from the origin: octomap_full and octomap_binary leave out "
+            << counted(static_cast<std::uint64_t>(num_left_out), "voxel") << " beyond");
+  }
+  return message;
+}
+
+}  // namespace
+
+MapView viewWholeMap(const GuardedMap& map, const std::string& frame_id, QueriesOutside outside,
+                     const cuboid_mapping::SnapshotLimits& limits) {
+  MapView view;
+  view.header.frame_id = withoutSlash(frame_id);
+  try {
+    map.readWithWindow([&](const CuboidMap& content, const ros::Time& stamp,
+                           const MapWindow* window) {
+      const std::size_t num_elsewhere = window == nullptr ? 0 : window->figures().num_on_disk_only;
+      if (num_elsewhere > 0 && outside == QueriesOutside::kRefuse) {
+        throw RefusedCall("not loaded: " + describePages(num_elsewhere) +
+                          ", would have to be read from the "
+                          "disk, and an octree without is not the map. Set the parameter "
+                          "window/queries to load; the topic of this name shows what is in "
+                          "memory");
+      }
+      view.map = takeWholeSnapshot(content, window, view.header.frame_id, limits);
+      view.header.stamp = stamp;
+      return 0;
+    });
+  } catch (const cuboid_mapping::MapFileError& error) {
+    throw RefusedCall(std::string("not loaded: ") + error.what());
+  }
+  return view;
+}
+
+std::string clearBox(GuardedMap& map, const MetricBox& box_map) {
+  // A box without thickness names the voxels that it lies in, as with octomap_server.
+  MetricBox box = box_map;
+  const double thinnest_m = 1e-3 * map.grid().resolution();
+  box.max_m = box.max_m.cwiseMax(box.min_m + Eigen::Vector3d::Constant(thinnest_m));
+  const bool is_ordered = (box_map.min_m.array() <= box_map.max_m.array()).all();
+  const auto cells = is_ordered ? map.grid().toCellBox(box) : std::nullopt;
+  if (!cells) {
+    return "box from " + toText(box_map.min_m) + " to " + toText(box_map.max_m) +
+           ": corners must be finite and inside the map's range, and min not above max";
+  }
+  map.editIn(*cells, [&](CuboidMap& content, const ros::Time& /*stamp*/) {
+    return clearCells(content, *cells);
+  });
+  return {};
+}
+
+OctomapServerInterface::OctomapServerInterface(const ros::NodeHandle& nh,
+                                               const ros::NodeHandle& private_nh,
+                                               const NodeParameters& parameters, GuardedMap& map,
+                                               Queues queues)
+    : frame_id_(withoutSlash(parameters.frame_id)),
+      is_latched_(parameters.latch),
+      outside_(parameters.service_limits.outside),
+      limits_(makeSnapshotLimits(parameters)),
+      parameters_(parameters.octomap_server),
+      map_(map),
+      guard_(queues.topics.guard()),
+      projection_(parameters.octomap_server) {
+  if (parameters_.is_colored_map) {
+    ROS_WARN_NAMED(kNodeName, "colored_map has no effect: cells have no colours in this map");
+  }
+  advertiseTopics(withQueue(nh, queues.topics));
+  advertiseServices(withQueue(nh, queues.services), withQueue(private_nh, queues.services));
+}
+
+template <typename MessageT>
+void OctomapServerInterface::advertise(ros::NodeHandle& nh, const char* name,
+                                       std::function<MessageT()> make) {
+  const auto build = [this, make] {
+    ++num_built_;
+    return make();
+  };
+  topics_.emplace_back();
+  Topic& topic = topics_.back();
+  topic.publish = [&topic, build] { topic.publisher.publish(build()); };
+  // Not latched by ROS: that would build messages while nobody listens.
+  topic.publisher = nh.advertise<MessageT>(
+      name, 1, [this, build](const ros::SingleSubscriberPublisher& listener) {
+        if (is_latched_) listener.publish(build());
+      });
+}
+
+void OctomapServerInterface::advertiseTopics(ros::NodeHandle nh) {
+  advertise<OctomapMessage>(nh, kOctomapBinaryTopic,
+                            [this] { return makeOctomap(OctreeKind::kBinary); });
+  advertise<OctomapMessage>(nh, kOctomapFullTopic,
+                            [this] { return makeOctomap(OctreeKind::kFull); });
+  advertise<visualization_msgs::MarkerArray>(nh, kOccupiedCellsTopic,
+                                             [this] { return makeMarkers(ShownCells::kOccupied); });
+  advertise<visualization_msgs::MarkerArray>(nh, kFreeCellsTopic,
+                                             [this] { return makeMarkers(ShownCells::kFree); });
+  advertise<sensor_msgs::PointCloud2>(nh, kPointCloudCentersTopic,
+                                      [this] { return makeCenters(); });
+  advertise<nav_msgs::OccupancyGrid>(nh, kProjectedMapTopic, [this] { return makeProjection(); });
+  Topic& projection = topics_.back();
+  projection.publish = [this, &projection] { publishProjection(projection.publisher); };
+  projection_updates_ =
+      nh.advertise<map_msgs::OccupancyGridUpdate>(kProjectedMapUpdatesTopic, kUpdatesQueueSize);
+}
+
+void OctomapServerInterface::advertiseServices(ros::NodeHandle nh, ros::NodeHandle private_nh) {
+  const auto answer_with = [this](OctreeKind kind) {
+    return boost::function<bool(GetOctomap::Request&, GetOctomap::Response&)>(
+        [this, kind](GetOctomap::Request& /*request*/, GetOctomap::Response& response) {
+          response.map = toOctree(viewWholeMap(map_, frame_id_, outside_, limits_), kind);
+          return true;
+        });
+  };
+  binary_server_ = advertiseGuarded(nh, kOctomapBinaryTopic, answer_with(OctreeKind::kBinary));
+  full_server_ = advertiseGuarded(nh, kOctomapFullTopic, answer_with(OctreeKind::kFull));
+  const boost::function<bool(BoundingBoxQuery::Request&, BoundingBoxQuery::Response&)> on_clear =
+      [this](BoundingBoxQuery::Request& request, BoundingBoxQuery::Response& /*response*/) {
+        const std::string error = clearBox(map_, {{request.min.x, request.min.y, request.min.z},
+                                                  {request.max.x, request.max.y, request.max.z}});
+        if (!error.empty()) throw RefusedCall(error);
+        return true;
+      };
+  clear_server_ = advertiseGuarded(private_nh, kClearBoxService, on_clear);
+}
+
+void OctomapServerInterface::noteChanges(const ChangeSet& changes) {
+  is_changed_ |= changes.is_everything || !changes.bricks.empty();
+  projection_.noteChanges(changes);
+}
+
+void OctomapServerInterface::setParameters(const OctomapServerParameters& parameters) {
+  const std::lock_guard<std::mutex> lock(pending_mutex_);
+  pending_ = parameters;
+}
+
+void OctomapServerInterface::takePendingParameters() {
+  const std::lock_guard<std::mutex> lock(pending_mutex_);
+  if (!pending_) return;
+  parameters_ = *pending_;
+  projection_ = ProjectedMap(parameters_);
+  pending_.reset();
+  is_changed_ = true;
+}
+
+void OctomapServerInterface::publish() {
+  takePendingParameters();
+  if (!is_changed_) return;
+  for (const Topic& topic : topics_) {
+    if (topic.publisher.getNumSubscribers() == 0) continue;
+    guard_.run(topic.publisher.getTopic(), topic.publish);  // The others go on.
+  }
+  is_changed_ = false;
+}
+
+MapView OctomapServerInterface::look(Speckles speckles) const {
+  MapView view;
+  map_.read([&](const CuboidMap& map, const ros::Time& stamp) {
+    view.map = takeSnapshot(map, frame_id_);
+    view.header.stamp = stamp;
+    if (speckles == Speckles::kAsAsked && parameters_.filter_speckles) {
+      removeSpeckles(map.voxels(), view.map.bricks);
+    }
+    return 0;
+  });
+  view.header.frame_id = frame_id_;
+  return view;
+}
+
+OctomapMessage OctomapServerInterface::makeOctomap(OctreeKind kind) const {
+  return toOctree(look(Speckles::kKept), kind);
+}
+
+visualization_msgs::MarkerArray OctomapServerInterface::makeMarkers(ShownCells cells) const {
+  if (cells == ShownCells::kFree && !parameters_.publish_free_space) {
+    ROS_WARN_THROTTLE_NAMED(kLogPeriod_s, kNodeName,
+                            "free_cells_vis_array has a subscriber, but stays empty: set "
+                            "publish_free_space, or subscribe to free_cuboids");
+    MapView nothing;
+    nothing.map.resolution_m = map_.grid().resolution();
+    nothing.header.frame_id = frame_id_;
+    return toCellMarkers(nothing.map, cells, parameters_, nothing.header);
+  }
+  const MapView view = look(Speckles::kAsAsked);
+  return toCellMarkers(view.map, cells, parameters_, view.header);
+}
+
+sensor_msgs::PointCloud2 OctomapServerInterface::makeCenters() const {
+  const MapView view = look(Speckles::kAsAsked);
+  return toCenters(computeShownLeaves(view.map, ShownCells::kOccupied, parameters_),
+                   view.map.resolution_m, view.header);
+}
+
+nav_msgs::OccupancyGrid OctomapServerInterface::makeProjection() {
+  std_msgs::Header header;
+  header.frame_id = frame_id_;
+  map_.read([&](const CuboidMap& map, const ros::Time& stamp) {
+    header.stamp = stamp;
+    projection_.update(map);
+    return 0;
+  });
+  return projection_.makeGrid(header, map_.grid().resolution());
+}
+
+void OctomapServerInterface::publishProjection(const ros::Publisher& publisher) {
+  ++num_built_;
+  const std::uint32_t num_updated = projection_updates_.getNumSubscribers();
+  nav_msgs::OccupancyGrid grid = makeProjection();
+  const auto update = sent_projection_ ? findGridUpdate(*sent_projection_, grid) : std::nullopt;
+  const bool do_all_take_updates = is_latched_ && num_updated >= publisher.getNumSubscribers();
+  if (!update || !do_all_take_updates) publisher.publish(grid);
+  if (update && !update->data.empty()) projection_updates_.publish(*update);
+  sent_projection_.reset();
+  if (num_updated > 0) sent_projection_ = std::move(grid);
+}
+
+}  // namespace cuboid_mapping_ros

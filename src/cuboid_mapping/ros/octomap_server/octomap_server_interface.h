@@ -1,0 +1,122 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include "cuboid_mapping/ros/map/guarded_map.h"
+#include "cuboid_mapping/ros/middleware/callback_guard.h"
+#include "cuboid_mapping/ros/octomap_server/octomap_products.h"
+#include "cuboid_mapping/ros/octomap_server/projected_map.h"
+#include "cuboid_mapping/ros/parameters/parameters.h"
+
+#include <ros/node_handle.h>
+#include <ros/publisher.h>
+#include <ros/service_server.h>
+
+#include <atomic>
+#include <cstdint>
+#include <functional>
+#include <list>
+#include <memory>
+#include <mutex>
+#include <optional>
+
+namespace cuboid_mapping_ros {
+
+/// Sets the known voxels that a box overlaps to free, with the least probability of the sensor
+/// model; unknown ones stay unknown, and nothing outside the box changes: ~clear_bbx.
+/// @return Why it cannot: a corner that is not finite, max below min, beyond the grid; else empty.
+[[nodiscard]] std::string clearBox(GuardedMap& map, const cuboid_mapping::MetricBox& box_map);
+
+/// A copy of a map, and its stamp.
+struct MapView {
+  cuboid_mapping::MapSnapshot map;
+  std_msgs::Header header;
+};
+
+/// The whole map, for octomap_binary and octomap_full as services: an octree has no word for "elsewhere".
+///
+/// What a window has on disk only is read into the copy, and stays on disk. The map is held meanwhile.
+/// @throws RefusedCall  where parts are on disk only, and `outside` is kRefuse, or they are more than the limits,
+///         or cannot be read.
+[[nodiscard]] MapView viewWholeMap(const GuardedMap& map, const std::string& frame_id,
+                                   QueriesOutside outside,
+                                   const cuboid_mapping::SnapshotLimits& limits);
+
+/// The topics and services of octomap_server, under their names; see names.h.
+///
+/// Of a map with a window the topics show what is in memory; the octrees of the services are whole, or refused.
+///
+/// A topic is built only while somebody listens to it, after a change; with `latch` a new listener
+/// gets it as soon as it connects. Each message is made of one copy of the map's cuboids, taken
+/// while the map is held for some milliseconds.
+///
+/// Thread rule: noteChanges(), publish() and the topics' callbacks belong to one queue; the
+/// services have a queue of their own.
+class OctomapServerInterface {
+ public:
+  /// Queues for callbacks.
+  struct Queues {
+    GuardedQueue& topics;
+    GuardedQueue& services;
+  };
+
+  /// @param map  Must outlive this object.
+  OctomapServerInterface(const ros::NodeHandle& nh, const ros::NodeHandle& private_nh,
+                         const NodeParameters& parameters, GuardedMap& map, Queues queues);
+  OctomapServerInterface(const OctomapServerInterface&) = delete;
+  OctomapServerInterface& operator=(const OctomapServerInterface&) = delete;
+
+  /// To be called with every change of the R-tree.
+  void noteChanges(const cuboid_mapping::ChangeSet& changes);
+
+  /// Takes other parameters, from the next publish() on. Thread-safe.
+  void setParameters(const OctomapServerParameters& parameters);
+
+  /// Publishes what has changed and is listened to.
+  void publish();
+
+  /// Messages of all topics that have been built so far. Thread-safe.
+  [[nodiscard]] std::uint64_t numBuilt() const { return num_built_; }
+
+ private:
+  struct Topic {
+    std::function<void()> publish;
+    ros::Publisher publisher;
+  };
+  enum class Speckles : unsigned char { kKept, kAsAsked };
+
+  template <typename MessageT>
+  void advertise(ros::NodeHandle& nh, const char* name, std::function<MessageT()> make);
+  void advertiseTopics(ros::NodeHandle nh);
+  void advertiseServices(ros::NodeHandle nh, ros::NodeHandle private_nh);
+  void takePendingParameters();
+
+  [[nodiscard]] MapView look(Speckles speckles) const;
+  [[nodiscard]] OctomapMessage makeOctomap(cuboid_mapping::OctreeKind kind) const;
+  [[nodiscard]] visualization_msgs::MarkerArray makeMarkers(ShownCells cells) const;
+  [[nodiscard]] sensor_msgs::PointCloud2 makeCenters() const;
+  [[nodiscard]] nav_msgs::OccupancyGrid makeProjection();
+  /// Sends what has changed in the projection, and the whole of it when its size or origin is another one, or
+  /// somebody listens who does not take updates.
+  void publishProjection(const ros::Publisher& publisher);
+
+  std::string frame_id_;
+  bool is_latched_;
+  QueriesOutside outside_;
+  cuboid_mapping::SnapshotLimits limits_;  ///< Of the octrees of services.
+  OctomapServerParameters parameters_;
+  GuardedMap& map_;
+  CallbackGuard& guard_;
+  ProjectedMap projection_;
+  ros::Publisher projection_updates_;
+  std::optional<nav_msgs::OccupancyGrid> sent_projection_;  ///< What those who take updates have.
+  bool is_changed_ = false;
+  std::atomic<std::uint64_t> num_built_{0};
+  std::mutex pending_mutex_;
+  std::optional<OctomapServerParameters> pending_;  ///< To be taken by publish().
+  ros::ServiceServer binary_server_;
+  ros::ServiceServer full_server_;
+  ros::ServiceServer clear_server_;
+  std::list<Topic> topics_;  ///< Last: their callbacks end before the rest goes.
+};
+
+}  // namespace cuboid_mapping_ros

@@ -1,0 +1,174 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "cuboid_mapping/ros/octomap_server/projected_map.h"
+
+#include "cuboid_mapping/ros/octomap_server/octomap_products.h"
+
+#include <algorithm>
+#include <cmath>
+#include <vector>
+
+namespace cuboid_mapping_ros {
+namespace {
+
+using cuboid_mapping::BrickMask;
+using cuboid_mapping::Cell;
+using cuboid_mapping::CellBox;
+using cuboid_mapping::ChangeSet;
+using cuboid_mapping::CuboidMap;
+using cuboid_mapping::Grid;
+using cuboid_mapping::kAllCells;
+using cuboid_mapping::VoxelBrick;
+
+/// Visits the least cells of the tiles that a box lies over. @param margin  Cells around the box.
+template <typename VisitorT>
+void visitTiles(const CellBox& box, std::int32_t margin, VisitorT visit) {
+  const Cell first = cuboid_mapping::brickOf(box.min - Cell{margin, margin, 0});
+  for (std::int32_t y = first.y; y < box.max.y + margin; y += cuboid_mapping::kBrickEdge) {
+    for (std::int32_t x = first.x; x < box.max.x + margin; x += cuboid_mapping::kBrickEdge) {
+      visit(Cell{x, y, 0});
+    }
+  }
+}
+
+std::int32_t toLayer(double z_cells) {
+  constexpr double kMax = Grid::kMaxCell;
+  return static_cast<std::int32_t>(std::clamp(z_cells, -kMax, kMax));
+}
+
+}  // namespace
+
+void ProjectedMap::noteChanges(const ChangeSet& changes) {
+  if (changes.is_everything) release();
+  if (is_everything_dirty_) return;
+  // A voxel beside a change may have become a speckle, or be none any more.
+  for (const cuboid_mapping::ChangedBrick& changed : changes.bricks) {
+    if (!changed.has_new_cuboids) continue;
+    visitTiles(brickBox(changed.brick), 1, [this](const Cell& tile) { dirty_.insert(tile); });
+  }
+}
+
+void ProjectedMap::release() {
+  tiles_ = Tiles();
+  dirty_.clear();
+  is_everything_dirty_ = true;
+}
+
+void ProjectedMap::update(const CuboidMap& map) {
+  if (is_everything_dirty_) {
+    map.voxels().forEach([this](const VoxelBrick& brick) {
+      dirty_.insert({brick.brick.x, brick.brick.y, 0});
+    });
+    is_everything_dirty_ = false;
+  }
+  for (const Cell& tile : dirty_) updateTile(map, tile);
+  dirty_.clear();
+}
+
+void ProjectedMap::updateTile(const CuboidMap& map, const Cell& tile) {
+  CellBox column{tile, tile + Cell{kTileEdge, kTileEdge, 0}};
+  const double resolution_m = map.grid().resolution();
+  column.min.z = toLayer(std::floor(parameters_.occupancy_min_z_m / resolution_m + 1e-6));
+  column.max.z = toLayer(std::ceil(parameters_.occupancy_max_z_m / resolution_m - 1e-6));
+  Tile values;
+  values.fill(kUnknownCell);
+  if (const auto& bounds = map.voxels().bounds()) column = intersect(column, *bounds);
+  if (!column.isEmpty()) {
+    map.voxels().forEachIn(column, [&](const VoxelBrick& brick) {
+      BrickMask seen = BrickMask::ofBox(intersect(column, brickBox(brick.brick)));
+      if (parameters_.filter_speckles) seen &= ~findSpeckles(map.voxels(), brick);
+      (brick.voxels.known() & seen).forEach([&](int voxel) {
+        const bool is_occupied = brick.voxels.occupied().test(voxel);
+        auto& cell = values[static_cast<std::size_t>(voxel & 63)];  // x runs first, then y
+        cell = std::max(cell, is_occupied ? kOccupiedCell : kFreeCell);
+      });
+    });
+  }
+  if (std::all_of(values.begin(), values.end(), [](std::int8_t v) { return v == kUnknownCell; })) {
+    tiles_.erase(tile);
+  } else {
+    tiles_[tile] = values;
+  }
+}
+
+CellBox ProjectedMap::findExtent(double resolution_m) const {
+  const auto half = [resolution_m](double size_m) {
+    return static_cast<std::int32_t>(std::ceil(0.5 * size_m / resolution_m - 1e-6));
+  };
+  const std::int32_t half_x = half(parameters_.min_x_size_m);
+  const std::int32_t half_y = half(parameters_.min_y_size_m);
+  CellBox extent{{-half_x, -half_y, 0}, {half_x, half_y, 1}};
+  for (const auto& [tile, values] : tiles_) {
+    for (std::int32_t i = 0; i < kTileEdge * kTileEdge; ++i) {
+      if (values[static_cast<std::size_t>(i)] == kUnknownCell) continue;
+      const CellBox cell = CellBox::ofCell(tile + Cell{i % kTileEdge, i / kTileEdge, 0});
+      extent = extent.isEmpty() ? cell : unite(extent, cell);
+    }
+  }
+  return extent;
+}
+
+nav_msgs::OccupancyGrid ProjectedMap::makeGrid(const std_msgs::Header& header,
+                                               double resolution_m) const {
+  nav_msgs::OccupancyGrid grid;
+  grid.header = header;
+  grid.info.map_load_time = header.stamp;
+  grid.info.resolution = static_cast<float>(resolution_m);
+  grid.info.origin.orientation.w = 1.0;
+  const CellBox extent = findExtent(resolution_m);
+  if (extent.isEmpty()) return grid;
+  const Cell size = extent.size();
+  grid.info.width = static_cast<std::uint32_t>(size.x);
+  grid.info.height = static_cast<std::uint32_t>(size.y);
+  grid.info.origin.position.x = extent.min.x * resolution_m;
+  grid.info.origin.position.y = extent.min.y * resolution_m;
+  grid.data.assign(std::size_t{grid.info.width} * grid.info.height, kUnknownCell);
+  for (const auto& [tile, values] : tiles_) {
+    for (std::int32_t i = 0; i < kTileEdge * kTileEdge; ++i) {
+      const std::int8_t value = values[static_cast<std::size_t>(i)];
+      if (value == kUnknownCell) continue;
+      const Cell at = tile + Cell{i % kTileEdge, i / kTileEdge, 0} - extent.min;
+      grid.data[static_cast<std::size_t>(at.y) * grid.info.width + static_cast<std::size_t>(at.x)] =
+          value;
+    }
+  }
+  return grid;
+}
+
+std::optional<map_msgs::OccupancyGridUpdate> findGridUpdate(const nav_msgs::OccupancyGrid& older,
+                                                            const nav_msgs::OccupancyGrid& grid) {
+  const nav_msgs::MapMetaData& info = grid.info;
+  const bool is_same_place = older.header.frame_id == grid.header.frame_id &&
+                             older.info.width == info.width && older.info.height == info.height &&
+                             older.info.resolution == info.resolution &&
+                             older.info.origin.position.x == info.origin.position.x &&
+                             older.info.origin.position.y == info.origin.position.y;
+  if (!is_same_place) return std::nullopt;
+  map_msgs::OccupancyGridUpdate update;
+  update.header = grid.header;
+  const auto width = static_cast<std::ptrdiff_t>(info.width);
+  std::ptrdiff_t min_x = width;
+  std::ptrdiff_t max_x = -1;
+  std::ptrdiff_t min_y = -1;
+  std::ptrdiff_t max_y = -1;
+  const auto size = static_cast<std::ptrdiff_t>(grid.data.size());
+  for (std::ptrdiff_t i = 0; i < size; ++i) {
+    const auto at = static_cast<std::size_t>(i);
+    if (grid.data[at] == older.data[at]) continue;
+    min_x = std::min(min_x, i % width);
+    max_x = std::max(max_x, i % width);
+    if (min_y < 0) min_y = i / width;
+    max_y = i / width;
+  }
+  if (max_x < 0) return update;
+  update.x = static_cast<std::int32_t>(min_x);
+  update.y = static_cast<std::int32_t>(min_y);
+  update.width = static_cast<std::uint32_t>(max_x - min_x + 1);
+  update.height = static_cast<std::uint32_t>(max_y - min_y + 1);
+  for (std::ptrdiff_t y = min_y; y <= max_y; ++y) {
+    const auto row = grid.data.begin() + y * width;
+    update.data.insert(update.data.end(), row + min_x, row + max_x + 1);
+  }
+  return update;
+}
+
+}  // namespace cuboid_mapping_ros

@@ -1,0 +1,69 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include "cuboid_mapping/map/cuboid_map.h"
+#include "cuboid_mapping/ros/parameters/parameters.h"
+
+#include <map_msgs/OccupancyGridUpdate.h>
+#include <nav_msgs/OccupancyGrid.h>
+#include <std_msgs/Header.h>
+
+#include <array>
+#include <cstdint>
+#include <optional>
+#include <unordered_map>
+#include <unordered_set>
+
+namespace cuboid_mapping_ros {
+
+/// What the cells of a nav_msgs/OccupancyGrid hold.
+///@{
+constexpr std::int8_t kUnknownCell = -1;
+constexpr std::int8_t kFreeCell = 0;
+constexpr std::int8_t kOccupiedCell = 100;
+///@}
+
+/// projected_map of octomap_server: the map seen from above, kept up with the changes of the map.
+///
+/// A cell is 100 when any voxel above it is occupied, else 0 when any is free, else -1; voxels whose
+/// height is outside of [occupancy_min_z, occupancy_max_z] do not count, nor do speckles with
+/// filter_speckles. Not thread-safe.
+class ProjectedMap {
+ public:
+  explicit ProjectedMap(const OctomapServerParameters& parameters) : parameters_(parameters) {}
+
+  /// To be called with every change of the R-tree.
+  void noteChanges(const cuboid_mapping::ChangeSet& changes);
+
+  /// Looks at the columns that have changed. @complexity O(cuboids in them).
+  void update(const cuboid_mapping::CuboidMap& map);
+
+  /// The grid: from the least to the greatest cell that is known, and at least min_x_size by
+  /// min_y_size around the origin. Empty when nothing is known and no least size is asked for.
+  [[nodiscard]] nav_msgs::OccupancyGrid makeGrid(const std_msgs::Header& header,
+                                                 double resolution_m) const;
+
+  /// Forgets everything and its memory; the next update() looks at the whole map.
+  void release();
+
+ private:
+  static constexpr std::int32_t kTileEdge = 8;
+  using Tile = std::array<std::int8_t, kTileEdge * kTileEdge>;
+  using Tiles = std::unordered_map<cuboid_mapping::Cell, Tile, cuboid_mapping::CellHash>;
+
+  void updateTile(const cuboid_mapping::CuboidMap& map, const cuboid_mapping::Cell& tile);
+  [[nodiscard]] cuboid_mapping::CellBox findExtent(double resolution_m) const;
+
+  OctomapServerParameters parameters_;
+  bool is_everything_dirty_ = true;
+  /// Tiles and dirty columns of bricks are named by their least cell, with z 0.
+  std::unordered_set<cuboid_mapping::Cell, cuboid_mapping::CellHash> dirty_;
+  Tiles tiles_;
+};
+
+/// The least rectangle of a grid with all cells that differ from an older one; its data are empty when
+/// none does. Nothing when the grids have other sizes, origins or frames: an update cannot say that.
+[[nodiscard]] std::optional<map_msgs::OccupancyGridUpdate> findGridUpdate(
+    const nav_msgs::OccupancyGrid& older, const nav_msgs::OccupancyGrid& grid);
+
+}  // namespace cuboid_mapping_ros

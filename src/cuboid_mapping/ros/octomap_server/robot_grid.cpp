@@ -1,0 +1,120 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "cuboid_mapping/ros/octomap_server/robot_grid.h"
+
+#include "cuboid_mapping/ros/middleware/names.h"
+#include "cuboid_mapping/ros/middleware/tf_lookup.h"
+#include "cuboid_mapping/ros/octomap_server/projected_map.h"
+
+#include <ros/console.h>
+#include <ros/single_subscriber_publisher.h>
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+namespace cuboid_mapping_ros {
+namespace {
+
+using cuboid_mapping::BrickMask;
+using cuboid_mapping::Cell;
+using cuboid_mapping::CellBox;
+using cuboid_mapping::CuboidMap;
+using cuboid_mapping::kBrickEdge;
+using cuboid_mapping::MetricBox;
+using cuboid_mapping::VoxelBrick;
+
+constexpr double kLogPeriod_s = 30.0;
+/// One that is lost would leave a listener's grid wrong there.
+constexpr std::uint32_t kUpdatesQueueSize = 100;
+
+/// The voxels that the grid shows.
+std::optional<CellBox> findBand(const CuboidMap& map, const RobotGridParameters& parameters,
+                                const Eigen::Vector3d& robot_map) {
+  const double resolution_m = map.grid().resolution();
+  const auto half =
+      kBrickEdge * std::max(1, static_cast<std::int32_t>(std::ceil(
+                                   0.5 * parameters.size_m / (kBrickEdge * resolution_m) - 1e-6)));
+  // The nearest border of bricks.
+  const Eigen::Vector3d shift(0.5 * kBrickEdge * resolution_m, 0.5 * kBrickEdge * resolution_m,
+                              0.0);
+  const auto cell = map.grid().toCell(robot_map + shift);
+  const auto heights = map.grid().toCellBox(
+      {robot_map + Eigen::Vector3d(0.0, 0.0, parameters.min_z_m),
+       robot_map + Eigen::Vector3d(resolution_m, resolution_m, parameters.max_z_m)});
+  if (!cell || !heights) return std::nullopt;
+  const Cell centre = cuboid_mapping::brickOf(*cell);
+  return CellBox{{centre.x - half, centre.y - half, heights->min.z},
+                 {centre.x + half, centre.y + half, heights->max.z}};
+}
+
+}  // namespace
+
+nav_msgs::OccupancyGrid makeRobotGrid(const CuboidMap& map, const RobotGridParameters& parameters,
+                                      const Eigen::Vector3d& robot_map) {
+  nav_msgs::OccupancyGrid grid;
+  grid.info.resolution = static_cast<float>(map.grid().resolution());
+  grid.info.origin.orientation.w = 1.0;
+  const auto band = findBand(map, parameters, robot_map);
+  if (!band) return grid;
+  const Cell size = band->size();
+  const Eigen::Vector3d corner_m = map.grid().toMetricBox(*band).min_m;
+  grid.info.origin.position.x = corner_m.x();
+  grid.info.origin.position.y = corner_m.y();
+  grid.info.width = static_cast<std::uint32_t>(size.x);
+  grid.info.height = static_cast<std::uint32_t>(size.y);
+  grid.data.assign(std::size_t{grid.info.width} * grid.info.height, kUnknownCell);
+  map.voxels().forEachIn(*band, [&](const VoxelBrick& brick) {
+    const BrickMask seen = BrickMask::ofBox(intersect(*band, brickBox(brick.brick)));
+    (brick.voxels.known() & seen).forEach([&](int voxel) {
+      const Cell at = brick.brick + Cell{voxel & 7, voxel >> 3 & 7, 0} - band->min;
+      auto& value = grid.data[static_cast<std::size_t>(at.y) * grid.info.width +
+                              static_cast<std::size_t>(at.x)];
+      value = std::max(value, brick.voxels.occupied().test(voxel) ? kOccupiedCell : kFreeCell);
+    });
+  });
+  return grid;
+}
+
+RobotGrid::RobotGrid(ros::NodeHandle nh, const NodeParameters& parameters, const GuardedMap& map,
+                     const tf2::BufferCore& buffer)
+    : frame_id_(withoutSlash(parameters.frame_id)),
+      parameters_(parameters.robot_grid),
+      map_(map),
+      buffer_(buffer),
+      updates_publisher_(
+          nh.advertise<map_msgs::OccupancyGridUpdate>(kRobotGridUpdatesTopic, kUpdatesQueueSize)),
+      publisher_(nh.advertise<nav_msgs::OccupancyGrid>(
+          kRobotGridTopic, 1,
+          [this](const ros::SingleSubscriberPublisher& /*listener*/) { sent_.reset(); })) {}
+
+void RobotGrid::publish() {
+  if (publisher_.getNumSubscribers() + updates_publisher_.getNumSubscribers() == 0) {
+    sent_.reset();
+    return;
+  }
+  const TfLookup lookup = lookupTransform(buffer_, frame_id_, parameters_.frame_id, ros::Time());
+  if (!lookup.T_target_source) {
+    ROS_WARN_STREAM_THROTTLE_NAMED(kLogPeriod_s, kNodeName,
+                                   "no " << kRobotGridTopic << ": " << lookup.error);
+    return;
+  }
+  const Eigen::Vector3d robot_map = lookup.T_target_source->translation();
+  send(map_.read([&](const CuboidMap& map, const ros::Time& stamp) {
+    nav_msgs::OccupancyGrid grid = makeRobotGrid(map, parameters_, robot_map);
+    grid.header.stamp = stamp;
+    return grid;
+  }));
+}
+
+void RobotGrid::send(nav_msgs::OccupancyGrid grid) {
+  grid.header.frame_id = frame_id_;
+  grid.info.map_load_time = grid.header.stamp;
+  const bool do_all_take_updates =
+      updates_publisher_.getNumSubscribers() >= publisher_.getNumSubscribers();
+  const auto update = sent_ ? findGridUpdate(*sent_, grid) : std::nullopt;
+  if (!update || (!do_all_take_updates && !update->data.empty())) publisher_.publish(grid);
+  if (update && !update->data.empty()) updates_publisher_.publish(*update);
+  sent_ = std::move(grid);
+}
+
+}  // namespace cuboid_mapping_ros

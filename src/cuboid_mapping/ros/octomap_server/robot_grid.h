@@ -1,0 +1,58 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include "cuboid_mapping/ros/map/guarded_map.h"
+#include "cuboid_mapping/ros/middleware/callback_guard.h"
+#include "cuboid_mapping/ros/parameters/parameters.h"
+
+#include <nav_msgs/OccupancyGrid.h>
+#include <ros/node_handle.h>
+#include <ros/publisher.h>
+#include <tf2/buffer_core.h>
+
+#include <Eigen/Core>
+
+#include <cstdint>
+#include <optional>
+#include <string>
+
+namespace cuboid_mapping_ros {
+
+/// A band of heights around a robot, as seen from above: 100 where any voxel in it is occupied, else 0 where
+/// any is free, else -1.
+///
+/// The grid is a square along the axes of the map, at least `size` wide, and begins at a multiple of 8 voxels: it moves in
+/// steps, and the robot is never farther than 4 voxels from its centre. Empty where that is beyond the map's range.
+/// @param robot_map  Origin of the robot's frame. @complexity O(bricks of the band).
+[[nodiscard]] nav_msgs::OccupancyGrid makeRobotGrid(const cuboid_mapping::CuboidMap& map,
+                                                    const RobotGridParameters& parameters,
+                                                    const Eigen::Vector3d& robot_map);
+
+/// The topics robot_grid and robot_grid_updates: a grid that moves along with the robot.
+///
+/// While all listeners take updates, the whole grid is sent only when it has moved, or somebody connects.
+/// Thread rule: all calls, and the queue of the node handle, are of one thread.
+class RobotGrid {
+ public:
+  /// @param nh  With the queue of the thread. @param map, buffer  Must outlive this object.
+  RobotGrid(ros::NodeHandle nh, const NodeParameters& parameters, const GuardedMap& map,
+            const tf2::BufferCore& buffer);
+  RobotGrid(const RobotGrid&) = delete;
+  RobotGrid& operator=(const RobotGrid&) = delete;
+
+  /// Publishes what has changed, where somebody listens; nothing while there is no transform.
+  void publish();
+
+ private:
+  void send(nav_msgs::OccupancyGrid grid);
+
+  std::string frame_id_;
+  RobotGridParameters parameters_;
+  const GuardedMap& map_;
+  const tf2::BufferCore& buffer_;
+  std::optional<nav_msgs::OccupancyGrid> sent_;  ///< What all listeners have; nothing: not all.
+  ros::Publisher updates_publisher_;
+  ros::Publisher publisher_;  ///< Last: it calls back.
+};
+
+}  // namespace cuboid_mapping_ros

@@ -1,0 +1,70 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "cuboid_mapping/ros/parameters/nearest_key.h"
+
+#include <algorithm>
+#include <cstddef>
+#include <numeric>
+
+namespace cuboid_mapping_ros {
+namespace {
+
+/// Number of characters to insert, remove or replace (Levenshtein).
+std::size_t editDistance(const std::string& a, const std::string& b) {
+  std::vector<std::size_t> row(b.size() + 1);
+  std::iota(row.begin(), row.end(), std::size_t{0});
+  for (std::size_t i = 0; i < a.size(); ++i) {
+    std::size_t diagonal = row[0];
+    row[0] = i + 1;
+    for (std::size_t j = 0; j < b.size(); ++j) {
+      const std::size_t replaced = diagonal + (a[i] == b[j] ? 0 : 1);
+      diagonal = row[j + 1];
+      row[j + 1] = std::min({replaced, row[j] + 1, diagonal + 1});
+    }
+  }
+  return row[b.size()];
+}
+
+/// The words of a key, in alphabetical order.
+std::vector<std::string> wordsOf(const std::string& key) {
+  std::vector<std::string> words(1);
+  for (const char c : key) {
+    if (c == '/' || c == '_') {
+      words.emplace_back();
+    } else {
+      words.back() += c;
+    }
+  }
+  std::sort(words.begin(), words.end());
+  return words;
+}
+
+/// How far two keys are apart, as a whole or in what follows the last slash. A key whose words are
+/// all in the other one is near: max_sensor_range was octomap_server's sensor_model/max_range once.
+std::size_t distanceBetween(const std::string& key, const std::string& known) {
+  const auto words = wordsOf(key);
+  const auto known_words = wordsOf(known);
+  const bool is_part =
+      std::includes(known_words.begin(), known_words.end(), words.begin(), words.end());
+  return std::min({editDistance(key, known), editDistance(lastPart(key), lastPart(known)),
+                   is_part ? std::size_t{1} : key.size()});
+}
+
+}  // namespace
+
+std::string lastPart(const std::string& key) { return key.substr(key.rfind('/') + 1); }
+
+std::optional<std::string> findNearestKey(const std::string& key,
+                                          const std::vector<std::string>& known_keys) {
+  std::optional<std::string> nearest;
+  const std::size_t length = lastPart(key).size();
+  std::size_t limit = std::min(length, std::max<std::size_t>(2, length / 3) + 1);
+  for (const std::string& known : known_keys) {
+    const std::size_t distance = distanceBetween(key, known);
+    if (distance >= limit) continue;
+    nearest = known;
+    limit = distance;
+  }
+  return nearest;
+}
+
+}  // namespace cuboid_mapping_ros

@@ -1,0 +1,146 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "cuboid_mapping/ros/parameters/parameter_table.h"
+
+#include <set>
+
+namespace cuboid_mapping_ros {
+namespace {
+
+using P = NodeParameters;
+
+std::vector<ParameterDeclaration> declareGround() {
+  return {
+      {"base_frame_id", "",
+       FrameKind{[](P& p) -> std::string& { return p.octomap_server.base_frame_id; }, false},
+       "Frame of the robot with z = 0 on the ground. Only used with filter_ground."},
+      {"filter_ground", "",
+       BooleanKind{[](P& p) -> bool& { return p.octomap_server.filter_ground; }},
+       "true: points on the ground clear the space in front of them and are not mapped as "
+       "obstacles."},
+      {"ground_filter/distance", "m",
+       NumberKind{[](P& p) -> double& { return p.octomap_server.ground_filter.distance_m; }, 0.001,
+                  1.0},
+       "Points closer to the ground plane than this belong to the ground."},
+      {"ground_filter/angle", "rad",
+       NumberKind{[](P& p) -> double& { return p.octomap_server.ground_filter.angle_rad; }, 0.001,
+                  15.0},
+       "Largest angle between the ground plane and the xy plane of base_frame_id."},
+      {"ground_filter/plane_distance", "m",
+       NumberKind{[](P& p) -> double& { return p.octomap_server.ground_filter.plane_distance_m; },
+                  0.001, 1.0},
+       "Largest height of the ground plane above or below z = 0 of base_frame_id."},
+  };
+}
+
+std::vector<ParameterDeclaration> declareProducts() {
+  return {
+      {"occupancy_min_z", "m",
+       NumberKind{[](P& p) -> double& { return p.octomap_server.occupancy_min_z_m; }},
+       "Cells below this height are left out of octomap_server's markers, points and "
+       "projected_map."},
+      {"occupancy_max_z", "m",
+       NumberKind{[](P& p) -> double& { return p.octomap_server.occupancy_max_z_m; }},
+       "Cells above this height are left out of octomap_server's markers, points and "
+       "projected_map."},
+      {"min_x_size", "m",
+       NumberKind{[](P& p) -> double& { return p.octomap_server.min_x_size_m; }, 0.0, 1e4},
+       "Minimum extent of projected_map along x, centred on the origin."},
+      {"min_y_size", "m",
+       NumberKind{[](P& p) -> double& { return p.octomap_server.min_y_size_m; }, 0.0, 1e4},
+       "Minimum extent of projected_map along y, centred on the origin."},
+      {"filter_speckles", "",
+       BooleanKind{[](P& p) -> bool& { return p.octomap_server.filter_speckles; }},
+       "true: occupied voxels without an occupied neighbour (of 26) are left out of "
+       "octomap_server's markers, points and projected_map."},
+      {"publish_free_space", "",
+       BooleanKind{[](P& p) -> bool& { return p.octomap_server.publish_free_space; }},
+       "true: free_cells_vis_array is published. free_cuboids always is."},
+      {"incremental_2D_projection", "",
+       BooleanKind{[](P& p) -> bool& { return p.octomap_server.is_projection_incremental; }},
+       "Has no effect here: projected_map is always updated incrementally."},
+      {"compress_map", "", BooleanKind{[](P& p) -> bool& { return p.octomap_server.compress_map; }},
+       "Has no effect here: octrees are always pruned."},
+  };
+}
+
+/// The channels of a colour; `Field` gives the array of the parameters.
+template <std::array<double, 4> OctomapServerParameters::*Field>
+std::vector<ParameterDeclaration> declareColor(const std::string& key, const std::string& what) {
+  return {
+      {key + "/r", "",
+       NumberKind{[](P& p) -> double& { return (p.octomap_server.*Field)[0]; }, 0, 1},
+       "Red of " + what},
+      {key + "/g", "",
+       NumberKind{[](P& p) -> double& { return (p.octomap_server.*Field)[1]; }, 0, 1},
+       "Green of " + what},
+      {key + "/b", "",
+       NumberKind{[](P& p) -> double& { return (p.octomap_server.*Field)[2]; }, 0, 1},
+       "Blue of " + what},
+      {key + "/a", "",
+       NumberKind{[](P& p) -> double& { return (p.octomap_server.*Field)[3]; }, 0, 1},
+       "Opacity of " + what},
+  };
+}
+
+std::vector<ParameterDeclaration> declareColors() {
+  return {
+      {"height_map", "", BooleanKind{[](P& p) -> bool& { return p.octomap_server.is_height_map; }},
+       "true: occupied_cells_vis_array is coloured by height."},
+      {"color_factor", "",
+       NumberKind{[](P& p) -> double& { return p.octomap_server.color_factor; }, 0.0, 1.0},
+       "Part of the colour circle that spans the height of the map, with height_map."},
+      {"colored_map", "",
+       BooleanKind{[](P& p) -> bool& { return p.octomap_server.is_colored_map; }},
+       "Has no effect here: cells have no colours of their own."},
+  };
+}
+
+}  // namespace
+
+bool isOfOctomapServer(const std::string& key) {
+  static const std::set<std::string> kShared{"frame_id",
+                                             "resolution",
+                                             "sensor_model/hit",
+                                             "sensor_model/max",
+                                             "sensor_model/min",
+                                             "sensor_model/miss",
+                                             "latch",
+                                             "map_file",
+                                             "sensor_model/max_range",
+                                             "sensor_model/min_range"};
+  static const std::set<std::string> kTheirs = [] {
+    std::set<std::string> keys;
+    for (const ParameterDeclaration& declaration : declareOctomapServer()) {
+      keys.insert(declaration.key);
+    }
+    return keys;
+  }();
+  return kShared.count(key) > 0 || kTheirs.count(key) > 0 || key.rfind("pointcloud_", 0) == 0;
+}
+
+const std::map<std::string, std::string>& octomapServerOnly() {
+  static const std::string kChanges = "changes are published on cuboid_map_updates";
+  static const std::map<std::string, std::string> kNames = {
+      {"max_depth", "cells of all sizes are shown"},
+      {"track_changes", kChanges},
+      {"listen_changes", kChanges},
+      {"topic_changes", kChanges},
+      {"change_id_frame", kChanges},
+      {"min_change_pub", kChanges},
+  };
+  return kNames;
+}
+
+std::vector<ParameterDeclaration> declareOctomapServer() {
+  std::vector<ParameterDeclaration> table = declareGround();
+  using S = OctomapServerParameters;
+  for (const auto& part :
+       {declareProducts(), declareColors(),
+        declareColor<&S::color>("color", "occupied_cells_vis_array, without height_map."),
+        declareColor<&S::color_free>("color_free", "free_cells_vis_array.")}) {
+    table.insert(table.end(), part.begin(), part.end());
+  }
+  return table;
+}
+
+}  // namespace cuboid_mapping_ros

@@ -1,0 +1,128 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "cuboid_mapping/ros/parameters/parameters.h"
+
+#include "cuboid_mapping/ros/parameters/parameter_table.h"
+
+#include <sstream>
+
+namespace cuboid_mapping_ros {
+namespace {
+
+/// Breaks a text into comment lines of at most 100 characters.
+void writeComment(std::ostream& out, const std::string& text, const std::string& indent) {
+  constexpr std::size_t kMaxWidth = 100;
+  std::istringstream words(text);
+  std::string line = indent + "#";
+  for (std::string word; words >> word;) {
+    if (line.size() + 1 + word.size() > kMaxWidth) {
+      out << line << '\n';
+      line = indent + "#";
+    }
+    line += ' ' + word;
+  }
+  out << line << '\n';
+}
+
+constexpr char kTableHead[] =
+    "| parameter | default | unit | allowed | meaning |\n| --- | --- | --- | --- | --- |\n";
+
+/// The rows of octomap_server, or all others.
+void writeRows(std::ostream& out, bool of_octomap_server) {
+  out << kTableHead;
+  for (const ParameterDeclaration& declaration : parameterTable()) {
+    if (isOfOctomapServer(declaration.key) != of_octomap_server) continue;
+    out << "| `" << declaration.key << "` | `" << formatValue(declaration, {}) << "` | "
+        << declaration.unit << " | " << formatAllowed(declaration) << " | " << declaration.help
+        << " |\n";
+  }
+}
+
+std::string inUnit(const ParameterDeclaration& declaration) {
+  return declaration.unit.empty() ? "" : " [" + declaration.unit + "]";
+}
+
+}  // namespace
+
+std::vector<std::string> toLogLines(const NodeParameters& parameters) {
+  std::vector<std::string> lines;
+  for (const ParameterDeclaration& declaration : parameterTable()) {
+    const std::string value = formatValue(declaration, parameters);
+    const bool is_default = value == formatValue(declaration, {});
+    lines.push_back(declaration.key + ": " + value + inUnit(declaration) +
+                    (is_default ? " (default)" : ""));
+  }
+  return lines;
+}
+
+std::vector<std::string> toDifferenceLines(const NodeParameters& parameters,
+                                           const NodeParameters& others, const std::string& word) {
+  std::vector<std::string> lines;
+  for (const ParameterDeclaration& declaration : parameterTable()) {
+    const std::string value = formatValue(declaration, parameters);
+    const std::string other = formatValue(declaration, others);
+    if (value == other) continue;
+    std::ostringstream line;
+    line << declaration.key << ": " << value << inUnit(declaration) << " (" << word << ": " << other
+         << ")";
+    lines.push_back(line.str());
+  }
+  return lines;
+}
+
+std::vector<std::string> toSourceLines(const NodeParameters& parameters) {
+  NodeParameters outside = parameters;
+  outside.sources.clear();
+  std::vector<std::string> lines;
+  for (const NodeParameters& source : parameters.sources) {
+    for (const std::string& line : toDifferenceLines(source, outside, "outside the list")) {
+      lines.push_back("source " + nameOf(source) + ": " + line);
+    }
+  }
+  return lines;
+}
+
+std::string toMarkdownTable() {
+  std::ostringstream out;
+  out << "# Parameters\n\n"
+         "<!-- Written by `rosrun cuboid_mapping print_parameters --markdown`. -->\n\n"
+         "All are private parameters of the node. With a bad value or an unknown name the node "
+         "does not start, and "
+         "lists\neverything that is wrong. If its name contains `octomap`, unknown names are only "
+         "warnings, because "
+         "octomap_server\nignores them.\n"
+         "[config/default.yaml](../config/default.yaml) holds all defaults.\n\n"
+         "## Parameters of this node\n\n";
+  writeRows(out, false);
+  out << "\n## Parameters of octomap_server\n\n"
+         "They have the same names and the same meaning as in octomap_server.\n\n";
+  writeRows(out, true);
+  out << "\n## Parameters of libraries\n\n" << kTableHead;
+  for (const LibraryParameter& parameter : libraryParameters()) {
+    out << "| `" << parameter.key << "` | `" << parameter.default_text << "` | " << parameter.unit
+        << " |  | " << parameter.help << " |\n";
+  }
+  return out.str();
+}
+
+std::string toYaml() {
+  std::ostringstream out;
+  out << "# Parameters of cuboid_mapping with their defaults. Written by\n"
+         "#   rosrun cuboid_mapping print_parameters --yaml\n";
+  std::string group;
+  for (const ParameterDeclaration& declaration : parameterTable()) {
+    const std::size_t slash = declaration.key.find('/');
+    const bool is_nested = slash != std::string::npos;
+    const std::string own_group = is_nested ? declaration.key.substr(0, slash) : "";
+    out << '\n';
+    if (own_group != group && is_nested) out << own_group << ":\n";
+    group = own_group;
+    const std::string indent = is_nested ? "  " : "";
+    writeComment(out, declaration.help, indent);
+    writeComment(out, "Allowed: " + formatAllowed(declaration) + inUnit(declaration) + ".", indent);
+    out << indent << declaration.key.substr(is_nested ? slash + 1 : 0) << ": "
+        << formatValue(declaration, {}) << '\n';
+  }
+  return out.str();
+}
+
+}  // namespace cuboid_mapping_ros

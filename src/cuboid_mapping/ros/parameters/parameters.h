@@ -1,0 +1,251 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include "cuboid_mapping/map/cuboid_map.h"
+#include "cuboid_mapping/ros/conversions/cloud_conversions.h"
+#include "cuboid_mapping/ros/conversions/ground_filter.h"
+#include "cuboid_mapping/ros/middleware/names.h"
+#include "cuboid_mapping/ros/parameters/fleet_parameters.h"
+#include "cuboid_mapping/ros/parameters/robot_parts.h"
+#include "cuboid_mapping/ros/parameters/service_limits.h"
+#include "cuboid_mapping/ros/parameters/window_parameters.h"
+
+#include <ros/node_handle.h>
+#include <xmlrpcpp/XmlRpcValue.h>
+
+#include <array>
+#include <limits>
+#include <string>
+#include <vector>
+
+namespace cuboid_mapping_ros {
+
+/// Parameters that octomap_server has, and that concern its topics and its filter of the ground.
+struct OctomapServerParameters {
+  std::string base_frame_id = "base_footprint";  ///< Of the robot, z = 0 on the ground.
+  bool filter_ground = false;  ///< Whether points of the ground free space, and are no obstacles.
+  GroundFilterConfig ground_filter;
+  bool filter_speckles = false;     ///< Leave out occupied voxels without occupied neighbours.
+  bool publish_free_space = false;  ///< Whether free_cells_vis_array is published.
+  double occupancy_min_z_m = -1e9;  ///< Cells below are in no topic of octomap_server.
+  double occupancy_max_z_m = 1e9;   ///< Cells above are in no topic of octomap_server.
+  double min_x_size_m = 0.0;        ///< Least size of projected_map.
+  double min_y_size_m = 0.0;        ///< Least size of projected_map.
+  bool is_projection_incremental = false;  ///< Accepted: the projection always is.
+  bool compress_map = true;                ///< Accepted: octrees are always pruned.
+  bool is_height_map = true;               ///< Colour of occupied cells by height; else `color`.
+  double color_factor = 0.8;    ///< Share of the circle of hues that the height runs through.
+  bool is_colored_map = false;  ///< Accepted: cells have no colours.
+  std::array<double, 4> color = {0.0, 0.0, 1.0, 1.0};       ///< r, g, b, a of occupied cells.
+  std::array<double, 4> color_free = {0.0, 1.0, 0.0, 1.0};  ///< r, g, b, a of free cells.
+};
+
+/// The grid that moves along with the robot.
+struct RobotGridParameters {
+  std::string frame_id;  ///< Of the robot; "": there is no grid.
+  double size_m = 20.0;  ///< Least edge of the grid.
+  double min_z_m = 0.1;  ///< Lower end of its heights, above the origin of the frame.
+  double max_z_m = 1.5;  ///< Upper end.
+};
+
+/// What the colour of an occupied cuboid stands for.
+enum class ColorBy : unsigned char { kHeight, kProbability };
+
+/// The name of the parameter's value, as "height".
+[[nodiscard]] const char* toString(ColorBy color_by);
+
+/// What the messages of a source are.
+enum class SourceType : unsigned char {
+  kPointCloud,  ///< sensor_msgs/PointCloud2
+  kLaserScan,   ///< sensor_msgs/LaserScan
+  kDepthImage   ///< sensor_msgs/Image with its sensor_msgs/CameraInfo
+};
+
+/// The name of the parameter's value, as "laser_scan".
+[[nodiscard]] const char* toString(SourceType type);
+
+/// What the beams of a source do to the map.
+enum class SourceUse : unsigned char {
+  kBoth,  ///< They mark their end as occupied, and clear the space before it.
+  kMark,  ///< Only the former.
+  kClear  ///< Only the latter: where a beam of the source ends, it changes nothing.
+};
+
+/// The name of the parameter's value, as "mark".
+[[nodiscard]] const char* toString(SourceUse use);
+
+/// Where a source's messages come from. Its other parameters are fields of NodeParameters.
+struct SourceParameters {
+  std::string name;                 ///< Of diagnostics and messages; empty: the topic.
+  std::string topic = kCloudTopic;  ///< Before remapping, in the namespace of the node.
+  SourceType type = SourceType::kPointCloud;
+  std::string camera_info;  ///< Topic, of depth images; empty: beside that of the image.
+  SourceUse use = SourceUse::kBoth;
+  double max_rate_hz = 0.0;  ///< Of messages, more are ignored; 0: no limit.
+  bool deskew =
+      false;  ///< Whether each point has the pose of its own time; else that of the stamp.
+};
+
+/// Which voxels are forgotten, see Forgetting.
+enum class ForgetClass : unsigned char { kAll, kOccupied, kFree };
+
+/// The name of the parameter's value, as "occupied".
+[[nodiscard]] const char* toString(ForgetClass forgotten);
+
+/// What becomes of voxels that are forgotten.
+enum class ForgetTo : unsigned char {
+  kUnknown,  ///< They become unknown.
+  kSeenOnce  ///< They keep their class, but the next observation of the other class wins.
+};
+
+/// The name of the parameter's value, as "seen_once".
+[[nodiscard]] const char* toString(ForgetTo forget_to);
+
+/// What becomes of points where nothing can be that stands still, see MovingFilter.
+enum class MovingPoints : unsigned char {
+  kIgnore,   ///< Nobody looks for them.
+  kPublish,  ///< They are published, and go into the map.
+  kLeaveOut  ///< They are published, and do not go into the map.
+};
+
+/// The name of the parameter's value, as "leave_out".
+[[nodiscard]] const char* toString(MovingPoints moving);
+
+/// What belongs to the robot, and what becomes of the points on it.
+struct SelfFilterParameters {
+  XmlRpc::XmlRpcValue box_list;   ///< As it was given.
+  RobotParts boxes;               ///< Of the list.
+  std::string robot_description;  ///< Name of a parameter with a URDF; empty: none.
+  std::string urdf_file;          ///< In place of it; empty: none.
+  double padding_m = 0.05;        ///< Of the shapes of the URDF.
+  std::string ignored_links;      ///< Of the URDF, with spaces in between.
+  bool keep_free = false;  ///< Whether each cloud says that the voxels of the robot are free.
+  RobotParts parts;        ///< All, once loadRobotParts() has read them.
+};
+
+/// Parameters of the node, valid together when they come from readParameters() without an error.
+///
+/// Keys, units, ranges and help are declared once, in src/ros/parameter_table.cpp; the defaults are
+/// those of this struct. Names that octomap_server has are kept.
+struct NodeParameters {
+  std::string frame_id = "map";  ///< Frame of the map.
+  SourceParameters source;
+  /// As it was given, see sourcesOf(); no list: there is one source, of the parameters here.
+  XmlRpc::XmlRpcValue source_list;
+  std::vector<NodeParameters> sources;  ///< Of the list: each with its own values in their places.
+  double order_wait_s =
+      0.2;                   ///< Longest time that a cloud waits for earlier ones of other sources.
+  std::string sensor_frame;  ///< Its origin is where beams start; "": the cloud's frame.
+  cuboid_mapping::MapConfig map;
+  double forget_after_s = 0.0;  ///< Of a source, see Forgetting; 0: never.
+  ForgetClass forget_class = ForgetClass::kAll;
+  ForgetTo forget_to = ForgetTo::kUnknown;
+  MovingPoints moving_points = MovingPoints::kIgnore;
+  int threads = 0;  ///< For the work on a cloud; 0: as many as the machine has cores.
+  double max_range_m = std::numeric_limits<double>::infinity();  ///< Beams are cut there.
+  double end_margin_m = 0.0;       ///< See cuboid_mapping::BeamRanges.
+  double min_range_m = 0.0;        ///< Nearer points are left out wholly; 0: none.
+  double no_return_range_m = 0.0;  ///< Beams without return free space up to it; 0: are skipped.
+  NoReturnPoints no_return_points = NoReturnPoints::kRep117;  ///< What is such a beam.
+  /// Points outside are left out wholly; in the map's frame, with filter_ground in the base's.
+  cuboid_mapping::MetricBox crop = {Eigen::Vector3d::Constant(-1e9),
+                                    Eigen::Vector3d::Constant(1e9)};
+  int queue_size = 10;            ///< Clouds that wait, on cloud_in and for a transform.
+  int queue_memory_mb = 256;      ///< Bound of the memory of clouds that wait, in MB.
+  double tf_wait_s = 10.0;        ///< Longest time that a cloud waits for its transforms.
+  double publish_rate_hz = 1.0;   ///< Greatest rate of the map topics.
+  bool latch = true;              ///< Whether the map topics are latched.
+  double marker_period_s = 10.0;  ///< Markers are sent as a whole again after it; 0: never.
+  bool publish_values = false;    ///< Whether cuboid_map carries log-odds, or classes alone.
+  ColorBy color_by = ColorBy::kHeight;
+  double color_period_m = 0.0;  ///< Height over which the colours repeat; 0: they fit the map.
+  std::string map_file;         ///< Loaded at the start; empty: none.
+  std::string autosave_file;    ///< Saved to now and then; empty: none.
+  double autosave_period_s = 60.0;
+  double map_part_size_mb =
+      250.0;                  ///< Bound of a message of cuboid_map, before it is deflated, in MB.
+  int file_memory_mb = 4000;  ///< Bound of the memory for reading a map, in MB.
+  ServiceLimits service_limits;
+  FleetParameters fleet;
+  WindowParameters window;
+  OctomapServerParameters octomap_server;
+  RobotGridParameters robot_grid;
+  SelfFilterParameters self_filter;
+};
+
+/// One element for each source, with its parameters in their places; never empty. Of one source without a list
+/// it is the parameters themselves.
+[[nodiscard]] std::vector<NodeParameters> sourcesOf(const NodeParameters& parameters);
+
+/// The name of a source in diagnostics and messages.
+[[nodiscard]] const std::string& nameOf(const NodeParameters& source);
+
+/// One thing that is wrong with the parameters.
+struct ParameterError {
+  std::string key;      ///< Relative to the private namespace, as "sensor_model/hit".
+  std::string message;  ///< The value, what is allowed, and what to do.
+};
+
+/// Parameters and everything that is wrong with them; only to be used when `errors` is empty.
+struct LoadedParameters {
+  NodeParameters parameters;
+  std::vector<ParameterError> errors;
+  /// What the node can live with: keys that are ignored, or taken for others.
+  std::vector<ParameterError> warnings;
+};
+
+/// What to do about keys that no parameter has.
+enum class UnknownKeys : unsigned char {
+  kRefuse,  ///< They are errors, which name the nearest known key.
+  kIgnore   ///< They are warnings, which name the nearest known key: octomap_server ignores them.
+};
+
+/// Reads and checks all parameters; those that are missing keep their defaults.
+///
+/// Cases:
+///   - a whole number is taken for a number (YAML `1`), never a number for a whole number, nor
+///     anything else for a boolean;
+///   - NaN and infinity are out of range everywhere;
+///   - a value of the wrong type or out of range keeps its default; sets of parameters are checked
+///     against each other only when each of them is good;
+///   - keys that libraries read from the same namespace (diagnostic_period, num_worker_threads) are
+///     left alone;
+///   - a frame loses a slash at its start, with a warning;
+///   - names that only octomap_server has (max_depth, ...) are ignored with a warning. Those that its
+///     dynamic_reconfigure leaves on the parameter server, as sensor_model_max_range, give a warning
+///     and stand for sensor_model/max_range where that is not set;
+///   - an element of `sources` is a group of its own: `name`, and of the other parameters those that
+///     concern a source; what it leaves out is as outside the list. Errors name its index and its name;
+///   - other keys that are not known are treated as `unknown_keys` says.
+///
+/// @param private_namespace  A struct, nested for keys with a slash. Not set, or an empty string
+///                           (which `nodelet load` leaves when there is no parameter): all
+///                           defaults.
+/// @return Errors in the order of the table, then of sets, then of sources, then of unknown keys.
+[[nodiscard]] LoadedParameters readParameters(const XmlRpc::XmlRpcValue& private_namespace,
+                                              UnknownKeys unknown_keys = UnknownKeys::kRefuse);
+
+/// readParameters() of everything in the namespace of a node handle. Unknown keys are ignored where
+/// the node stands in for octomap_server: where "octomap" is in its name.
+[[nodiscard]] LoadedParameters loadParameters(const ros::NodeHandle& private_handle);
+
+/// One line for each parameter: "key: value unit", and "(default)" where it is so. For the log.
+[[nodiscard]] std::vector<std::string> toLogLines(const NodeParameters& parameters);
+
+/// One line for each parameter of a source that differs from those outside the list.
+[[nodiscard]] std::vector<std::string> toSourceLines(const NodeParameters& parameters);
+
+/// One line for each parameter that differs from another set: "key: value unit (word: other value)".
+/// @param word  What the other set is, as "default" or "was".
+[[nodiscard]] std::vector<std::string> toDifferenceLines(const NodeParameters& parameters,
+                                                         const NodeParameters& others,
+                                                         const std::string& word);
+
+/// doc/parameters.md: key, default, unit, allowed values and help of each parameter, those of
+/// octomap_server apart from the others.
+[[nodiscard]] std::string toMarkdownTable();
+
+/// config/default.yaml: every parameter with its default, help as comments.
+[[nodiscard]] std::string toYaml();
+
+}  // namespace cuboid_mapping_ros

@@ -1,0 +1,95 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "cuboid_mapping/ros/parameters/reconfigure_server.h"
+
+#include "cuboid_mapping/ros/middleware/checked_messages.h"
+#include "cuboid_mapping/ros/middleware/function_callback.h"
+#include "cuboid_mapping/ros/middleware/names.h"
+#include "cuboid_mapping/ros/parameters/reconfigure.h"
+
+#include <ros/console.h>
+#include <ros/master.h>
+#include <ros/this_node.h>
+#include <xmlrpcpp/XmlRpcValue.h>
+
+#include <algorithm>
+#include <utility>
+
+namespace cuboid_mapping_ros {
+
+ReconfigureServer::ReconfigureServer(const ros::NodeHandle& private_nh,
+                                     const NodeParameters& parameters,
+                                     std::function<void(const NodeParameters&)> apply)
+    : private_nh_(private_nh),
+      parameters_(parameters),
+      apply_(std::move(apply)),
+      master_thread_(guardOf(private_nh), "parameters for the master") {
+  using dynamic_reconfigure::ConfigDescription;
+  descriptions_ = private_nh_.advertise<ConfigDescription>(kParameterDescriptionsTopic, 1, true);
+  descriptions_.publish(describeConfig());
+  updates_ = private_nh_.advertise<dynamic_reconfigure::Config>(kParameterUpdatesTopic, 1, true);
+  updates_.publish(toConfig(parameters_));
+  using dynamic_reconfigure::ReconfigureRequest;
+  using dynamic_reconfigure::ReconfigureResponse;
+  server_ = advertiseGuarded<ReconfigureRequest, ReconfigureResponse>(
+      private_nh_, kSetParametersService,
+      [this](ReconfigureRequest& request, ReconfigureResponse& response) {
+        return onRequest(request, response);
+      });
+  master_thread_.start();
+}
+
+ReconfigureServer::~ReconfigureServer() { master_thread_.stop(); }
+
+/// As dynamic_reconfigure::Server does, so that the parameter server says what is in force.
+void ReconfigureServer::tellMaster() {
+  post(master_thread_.queue(), this, [values = runtimeValues(parameters_), nh = private_nh_] {
+    for (const auto& [key, value] : values) {
+      XmlRpc::XmlRpcValue request;
+      XmlRpc::XmlRpcValue response;
+      XmlRpc::XmlRpcValue payload;
+      request[0] = ros::this_node::getName();
+      request[1] = nh.resolveName(key);
+      request[2] = value;
+      // Not NodeHandle::setParam(), which waits until there is a master.
+      if (!ros::master::execute("setParam", request, response, payload, false)) return;
+    }
+  });
+}
+
+bool ReconfigureServer::onRequest(dynamic_reconfigure::ReconfigureRequest& request,
+                                  dynamic_reconfigure::ReconfigureResponse& response) {
+  for (const auto& number : request.config.ints) {
+    if (number.name != kMaxDepthName) continue;
+    ROS_WARN_STREAM_NAMED(
+        kNodeName,
+        "set_parameters: " << kMaxDepthName << " has no effect: cells of all sizes are shown");
+  }
+  const LoadedParameters loaded = applyConfig(parameters_, request.config);
+  for (const ParameterError& error : loaded.errors) {
+    ROS_ERROR_STREAM_NAMED(kNodeName, "set_parameters: " << error.key << ' ' << error.message
+                                                         << ". The whole request is refused");
+  }
+  const auto differences = toDifferenceLines(loaded.parameters, parameters_, "was");
+  if (loaded.errors.empty() && !differences.empty()) {
+    for (const std::string& line : differences) {
+      ROS_INFO_STREAM_NAMED(kNodeName, "set_parameters: " << line);
+    }
+    parameters_ = loaded.parameters;
+    apply_(parameters_);
+    tellMaster();
+    updates_.publish(toConfig(parameters_));
+  }
+  response.config = toConfig(parameters_);
+  if (!loaded.errors.empty()) {
+    // The message has no field for it, and clients leave alone what they do not know.
+    response.config.strs.emplace_back();
+    response.config.strs.back().name = kRefusedName;
+    for (const ParameterError& error : loaded.errors) {
+      std::string& text = response.config.strs.back().value;
+      text += (text.empty() ? "" : "; ") + error.key + ' ' + error.message;
+    }
+  }
+  return true;
+}
+
+}  // namespace cuboid_mapping_ros

@@ -1,0 +1,97 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "cuboid_mapping/ros/parameters/window_parameters.h"
+
+#include "cuboid_mapping/io/text.h"
+#include "cuboid_mapping/ros/middleware/tf_lookup.h"
+#include "cuboid_mapping/ros/parameters/parameter_table.h"
+
+#include <stdexcept>
+
+namespace cuboid_mapping_ros {
+
+using cuboid_mapping::MapWindow;
+using cuboid_mapping::OutsideWindow;
+using P = NodeParameters;
+
+std::vector<ParameterDeclaration> declareWindow() {
+  return {
+      {"window/frame", "", FrameKind{[](P& p) -> std::string& { return p.window.frame_id; }, true},
+       "Frame of the robot around which a part of the map stays in memory, by the stamps of the "
+       "clouds. Empty: all of the map stays."},
+      {"window/size", "m",
+       NumberKind{[](P& p) -> double& { return p.window.config.size_m; }, 0.1, 1e6},
+       "Edge of the window, a cube along the axes of the map."},
+      {"window/margin", "m",
+       NumberKind{[](P& p) -> double& { return p.window.config.margin_m; }, 0.0, 1e6},
+       "What is in memory stays there up to this distance from the window."},
+      {"window/outside", "",
+       oneOf<OutsideWindow>({OutsideWindow::kKeep, OutsideWindow::kForget, OutsideWindow::kRefuse},
+                            [](P& p) -> OutsideWindow& { return p.window.config.outside; }),
+       "What becomes of the map outside. keep: it is in window/file, and comes back before a beam "
+       "reaches it. forget: it becomes unknown. refuse: it becomes unknown, and what clouds see "
+       "there is not taken."},
+      {"window/file", "", FileKind{[](P& p) -> std::string& { return p.window.file; }},
+       "SQLite file of the map, with window/outside: keep. The node goes on with the map that it "
+       "has; a new one is made. bag_to_map writes its output instead."},
+      {"window/queries", "",
+       oneOf<QueriesOutside>({QueriesOutside::kRefuse, QueriesOutside::kLoad},
+                             [](P& p) -> QueriesOutside& { return p.service_limits.outside; }),
+       "Calls of services about parts of the map that are in window/file only. refuse: the answer "
+       "says so, and octomap_full and octomap_binary fail. load: these parts are brought back "
+       "first, or read."},
+  };
+}
+
+std::vector<ParameterError> checkWindow(const NodeParameters& parameters) {
+  if (!parameters.window.isOn()) return {};
+  std::vector<ParameterError> errors;
+  if (!parameters.fleet.robots.empty()) {
+    errors.push_back({"window/frame",
+                      "does not go with merge/robots: their clouds have several places. Remove one "
+                      "of them"});
+  }
+  if (!parameters.window.keeps()) return errors;
+  if (parameters.window.file.empty()) {
+    errors.push_back({"window/file",
+                      "is empty, but window/outside is keep: name a file, or set window/outside to "
+                      "forget"});
+  }
+  if (parameters.forget_after_s > 0.0) {
+    errors.push_back({"forget_after",
+                      "does not go with window/outside: keep, because what is on disk would not be "
+                      "forgotten: set one of them otherwise"});
+  }
+  if (!parameters.map_file.empty()) {
+    errors.push_back(
+        {"map_file",
+         "does not go with window/outside: keep, which starts with window/file: remove "
+         "it, and make window/file of it with map_convert"});
+  }
+  return errors;
+}
+
+std::string describePages(std::size_t num_pages) {
+  return cuboid_mapping::counted(num_pages, "part") + " of the map, of 64 x 64 x 64 voxels";
+}
+
+std::unique_ptr<MapWindow> makeWindow(const NodeParameters& parameters,
+                                      const cuboid_mapping::CuboidMap& map) {
+  const WindowParameters& window = parameters.window;
+  if (!window.isOn()) return nullptr;
+  // Again: a map to start with may come from the command line.
+  for (const ParameterError& error : checkWindow(parameters)) {
+    throw std::runtime_error(error.key + ' ' + error.message);
+  }
+  std::unique_ptr<cuboid_mapping::MapStore> store;
+  if (window.keeps()) {
+    store = cuboid_mapping::openStoreOf({map.config().resolution_m,
+                                         map.config().sensor_model,
+                                         map.config().environment,
+                                         withoutSlash(parameters.frame_id),
+                                         {}},
+                                        window.file);
+  }
+  return std::make_unique<MapWindow>(window.config, std::move(store), map);
+}
+
+}  // namespace cuboid_mapping_ros

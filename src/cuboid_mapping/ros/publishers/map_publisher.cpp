@@ -1,0 +1,87 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "cuboid_mapping/ros/publishers/map_publisher.h"
+
+#include "cuboid_mapping/map/map_follower.h"
+#include "cuboid_mapping/ros/middleware/names.h"
+#include "cuboid_mapping/ros/middleware/tf_lookup.h"
+#include "cuboid_mapping/ros/parameters/window_parameters.h"
+
+namespace cuboid_mapping_ros {
+
+using cuboid_mapping::ChangeSet;
+using cuboid_mapping::CuboidMap;
+using cuboid_mapping::MapDetail;
+
+namespace {
+
+/// So many bricks make a message of some 100 MB: to fetch the map anew is not much more.
+constexpr std::size_t kMaxDeltaBricks = 200000;
+
+bool isTooMuch(const ChangeSet& changes) { return changes.bricks.size() > kMaxDeltaBricks; }
+
+std::size_t partBytes(const NodeParameters& parameters) {
+  return static_cast<std::size_t>(1e6 * parameters.map_part_size_mb);
+}
+
+ChangeSet everythingOf(const ChangeSet& changes) { return {changes.revision, true, {}}; }
+
+}  // namespace
+
+MapPublisher::MapPublisher(ros::NodeHandle nh, const ros::NodeHandle& private_nh,
+                           const NodeParameters& parameters, GuardedMap& map)
+    : map_(map),
+      frame_id_(withoutSlash(parameters.frame_id)),
+      detail_(parameters.publish_values ? MapDetail::kValues : MapDetail::kClasses),
+      instance_(ros::WallTime::now().toNSec()),
+      images_(
+          nh, private_nh, {detail_, partBytes(parameters)},
+          [this](MapDetail detail) { return makeImage(detail); },
+          [this] { return describeLeftOut(); }),
+      delta_publisher_(advertiseDelta(nh, kCuboidMapUpdatesTopic)) {}
+
+ImageMessage MapPublisher::makeImage(MapDetail detail) const {
+  return map_.read([&](const CuboidMap& map, const ros::Time& stamp) {
+    ImageMessage message;
+    message.header.frame_id = frame_id_;
+    message.header.stamp = stamp;
+    message.image = cuboid_mapping::makeImage(map, instance_, detail);
+    return message;
+  });
+}
+
+std::string MapPublisher::describeLeftOut() const {
+  const auto window = map_.windowFigures();
+  if (!window || window->num_on_disk_only == 0) return {};
+  return "this is what is in memory, as the topics show it, without " +
+         describePages(window->num_on_disk_only) + ", on disk: ~save_map writes all";
+}
+
+ChangeSet MapPublisher::publish() {
+  images_.forgetOld();
+  const bool is_heard = delta_publisher_.getNumSubscribers() > 0;
+  map_.fuse();
+  DeltaMessage message;
+  message.header.frame_id = frame_id_;
+  // Neither more nor less than the map has, while nobody changes it.
+  ChangeSet changes =
+      map_.takeChanges([&](const CuboidMap& map, const ros::Time& stamp, const ChangeSet& taken) {
+        message.header.stamp = stamp;
+        if (is_heard) {
+          message.delta = makeDelta(map, isTooMuch(taken) ? everythingOf(taken) : taken, instance_,
+                                    published_revision_, detail_);
+        }
+        message.delta.revision = map.revision();
+        message.delta.is_everything = taken.is_everything || isTooMuch(taken);
+      });
+  try {
+    published_revision_ = message.delta.revision;
+    if (is_heard) publishDelta(delta_publisher_, message);
+    if (message.delta.is_everything && images_.numListeners() > 0) images_.publish();
+  } catch (...) {
+    map_.noteEverything();  // It did not arrive.
+    throw;
+  }
+  return changes;
+}
+
+}  // namespace cuboid_mapping_ros

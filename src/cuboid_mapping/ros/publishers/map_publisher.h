@@ -1,0 +1,47 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include "cuboid_mapping/ros/conversions/map_messages.h"
+#include "cuboid_mapping/ros/map/guarded_map.h"
+#include "cuboid_mapping/ros/parameters/parameters.h"
+#include "cuboid_mapping/ros/publishers/map_image_server.h"
+
+#include <string>
+
+namespace cuboid_mapping_ros {
+
+/// The topics cuboid_map and cuboid_map_updates, and the service ~get_map.
+///
+/// A listener to cuboid_map is sent the map when it connects, all of them again when the map was
+/// replaced as a whole. Updates carry what has changed since the one before; see
+/// msg/CuboidMapUpdate.msg. While nobody listens nothing is built.
+/// Thread rule: all calls, and the callbacks of the node handles' queue, one after the other.
+class MapPublisher {
+ public:
+  /// @param map  Must outlive this object.
+  MapPublisher(ros::NodeHandle nh, const ros::NodeHandle& private_nh,
+               const NodeParameters& parameters, GuardedMap& map);
+  MapPublisher(const MapPublisher&) = delete;
+  MapPublisher& operator=(const MapPublisher&) = delete;
+
+  /// Brings cuboids that wait into the R-tree, and publishes what has changed since the last call; when nothing has, a
+  /// message that says so.
+  /// @return What has changed, for others to publish. When it throws, the next call tells the listeners to
+  /// fetch the map anew.
+  cuboid_mapping::ChangeSet publish();
+
+ private:
+  [[nodiscard]] ImageMessage makeImage(cuboid_mapping::MapDetail detail) const;
+  /// What of the map a window has on disk only; empty: nothing.
+  [[nodiscard]] std::string describeLeftOut() const;
+
+  GuardedMap& map_;
+  std::string frame_id_;
+  cuboid_mapping::MapDetail detail_;  ///< Of the topics.
+  std::uint64_t instance_;
+  std::uint64_t published_revision_ = 0;
+  MapImageServer images_;
+  ros::Publisher delta_publisher_;
+};
+
+}  // namespace cuboid_mapping_ros

@@ -1,0 +1,248 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "cuboid_mapping/ros/publishers/marker_cache.h"
+
+#include "cuboid_mapping/query/value_query.h"
+#include "cuboid_mapping/ros/conversions/points.h"
+#include "cuboid_mapping/ros/publishers/marker_colors.h"
+
+#include <algorithm>
+#include <cstddef>
+#include <iterator>
+#include <utility>
+
+namespace cuboid_mapping_ros {
+namespace {
+
+using cuboid_mapping::Cell;
+using cuboid_mapping::CellBox;
+using cuboid_mapping::Cuboid;
+using cuboid_mapping::CuboidFilter;
+using cuboid_mapping::CuboidMap;
+using cuboid_mapping::RTree;
+using visualization_msgs::Marker;
+using visualization_msgs::MarkerArray;
+
+constexpr std::int32_t kMaxEdge = 8;  ///< Of a cube, in voxels.
+
+Cell chunkOf(const Cell& cell) {
+  constexpr std::int32_t kMask = ~(MarkerCache::kChunkEdge - 1);
+  return {cell.x & kMask, cell.y & kMask, cell.z & kMask};
+}
+
+CellBox chunkBox(const Cell& chunk) {
+  constexpr std::int32_t kEdge = MarkerCache::kChunkEdge;
+  return {chunk, chunk + Cell{kEdge, kEdge, kEdge}};
+}
+
+int toSizeId(const Cell& size) {
+  return (size.x - 1) + kMaxEdge * (size.y - 1) + kMaxEdge * kMaxEdge * (size.z - 1);
+}
+
+Cell toSize(int size_id) {
+  return {size_id % kMaxEdge + 1, size_id / kMaxEdge % kMaxEdge + 1,
+          size_id / (kMaxEdge * kMaxEdge) + 1};
+}
+
+/// Where the piece that starts at `begin` ends, when [.., end) is cut at the multiples of 8.
+std::int32_t endOfPiece(std::int32_t begin, std::int32_t end, bool is_cut) {
+  return is_cut ? std::min(end, (begin & ~(kMaxEdge - 1)) + kMaxEdge) : end;
+}
+
+}  // namespace
+
+MarkerStyle makeOccupiedStyle(const NodeParameters& parameters) {
+  return {CuboidFilter::kOccupied, "occupied", parameters.color_by, parameters.color_period_m,
+          std::nullopt};
+}
+
+MarkerStyle makeFreeStyle() {
+  MarkerStyle style;
+  style.filter = CuboidFilter::kFree;
+  style.marker_namespace = "free";
+  return style;
+}
+
+MarkerCache::MarkerCache(const cuboid_mapping::Grid& grid, const MarkerStyle& style)
+    : grid_(grid), style_(style) {}
+
+void MarkerCache::noteChanges(const cuboid_mapping::ChangeSet& changes) {
+  if (is_everything_dirty_) return;
+  if (changes.is_everything) {
+    is_everything_dirty_ = true;
+    dirty_.clear();
+    return;
+  }
+  for (const cuboid_mapping::ChangedBrick& changed : changes.bricks) {
+    if (changed.has_new_cuboids || showsProbability()) dirty_.insert(chunkOf(changed.brick));
+  }
+}
+
+void MarkerCache::read(const CuboidMap& map) {
+  if (is_everything_dirty_) markEverything(map);
+  for (const Cell& chunk : dirty_) readChunk(map, chunk);
+  is_everything_dirty_ = false;
+  dirty_.clear();
+}
+
+void MarkerCache::setColors(ColorBy color_by, double color_period_m) {
+  if (style_.color_by == color_by && style_.color_period_m == color_period_m) return;
+  if (style_.color_by != color_by) is_everything_dirty_ = true;  // Other probabilities are kept.
+  style_.color_by = color_by;
+  style_.color_period_m = color_period_m;
+  for (std::size_t size_id = 0; size_id < cubes_.size(); ++size_id) {
+    if (!cubes_[size_id].empty()) changed_.set(size_id);
+  }
+}
+
+void MarkerCache::setColorSpan(const std::optional<HeightSpan>& span) {
+  style_.color_span = span;
+  if (style_.color_by != ColorBy::kHeight) return;
+  for (std::size_t size_id = 0; size_id < cubes_.size(); ++size_id) {
+    if (!cubes_[size_id].empty()) changed_.set(size_id);
+  }
+}
+
+MarkerArray MarkerCache::takeDifference(const std_msgs::Header& header) {
+  MarkerArray array;
+  array.markers.reserve(changed_.count());
+  for (int size_id = 0; size_id < kNumSizes; ++size_id) {
+    if (changed_[static_cast<std::size_t>(size_id)]) {
+      array.markers.push_back(makeMarker(size_id, header));
+    }
+  }
+  changed_.reset();
+  return array;
+}
+
+MarkerArray MarkerCache::makePicture(const std_msgs::Header& header) const {
+  MarkerArray array;
+  Marker delete_all;
+  delete_all.header = header;
+  delete_all.action = Marker::DELETEALL;
+  delete_all.pose.orientation.w = 1.0;
+  array.markers.push_back(delete_all);
+  for (int size_id = 0; size_id < kNumSizes; ++size_id) {
+    if (!cubes_[static_cast<std::size_t>(size_id)].empty()) {
+      array.markers.push_back(makeMarker(size_id, header));
+    }
+  }
+  return array;
+}
+
+void MarkerCache::release() {
+  for (CubesByChunk& chunks : cubes_) chunks.clear();
+  sizes_in_chunk_.clear();
+  dirty_.clear();
+  is_everything_dirty_ = true;
+  changed_.reset();
+}
+
+void MarkerCache::appendCubes(const CellBox& box, float probability,
+                              std::vector<SizedCube>& cubes) {
+  const Cell size = box.size();
+  Cell min;
+  Cell max;
+  for (min.z = box.min.z; min.z < box.max.z; min.z = max.z) {
+    max.z = endOfPiece(min.z, box.max.z, size.z > kMaxEdge);
+    for (min.y = box.min.y; min.y < box.max.y; min.y = max.y) {
+      max.y = endOfPiece(min.y, box.max.y, size.y > kMaxEdge);
+      for (min.x = box.min.x; min.x < box.max.x; min.x = max.x) {
+        max.x = endOfPiece(min.x, box.max.x, size.x > kMaxEdge);
+        cubes.push_back({toSizeId(max - min), {min, probability}});
+      }
+    }
+  }
+}
+
+void MarkerCache::readChunk(const CuboidMap& map, const Cell& chunk) {
+  const CellBox box = chunkBox(chunk);
+  std::vector<SizedCube> cubes;
+  visitBox(map, box, style_.filter, [&](const Cuboid& cuboid) {
+    if (!box.contains(cuboid.box.min)) return cuboid_mapping::Visit::kContinue;
+    const double probability =
+        showsProbability() ? meanProbability(map, cuboid.box).value_or(0.0) : 0.0;
+    appendCubes(cuboid.box, static_cast<float>(probability), cubes);
+    return cuboid_mapping::Visit::kContinue;
+  });
+  replaceChunk(chunk, std::move(cubes), changed_);
+}
+
+/// Marks all chunks in which there is something, or was.
+void MarkerCache::markEverything(const CuboidMap& map) {
+  for (const auto& [chunk, sizes] : sizes_in_chunk_) dirty_.insert(chunk);
+  map.voxels().forEach(
+      [this](const cuboid_mapping::VoxelBrick& brick) { dirty_.insert(chunkOf(brick.brick)); });
+}
+
+void MarkerCache::replaceChunk(const Cell& chunk, std::vector<SizedCube> cubes, SizeSet& changed) {
+  // In an order that depends on the cubes only: what is as it was compares equal.
+  std::sort(cubes.begin(), cubes.end(), [](const SizedCube& a, const SizedCube& b) {
+    return a.size_id != b.size_id ? a.size_id < b.size_id : a.cube.min < b.cube.min;
+  });
+  std::vector<int> sizes;
+  for (auto first = cubes.cbegin(); first != cubes.cend();) {
+    const int size_id = first->size_id;
+    std::vector<Cube> list;
+    for (; first != cubes.cend() && first->size_id == size_id; ++first) list.push_back(first->cube);
+    sizes.push_back(size_id);
+    replaceList(size_id, chunk, std::move(list), changed);
+  }
+
+  std::vector<int>& known_sizes = sizes_in_chunk_[chunk];
+  std::vector<int> vanished;
+  std::set_difference(known_sizes.begin(), known_sizes.end(), sizes.begin(), sizes.end(),
+                      std::back_inserter(vanished));
+  for (const int size_id : vanished) {
+    cubes_[static_cast<std::size_t>(size_id)].erase(chunk);
+    changed.set(static_cast<std::size_t>(size_id));
+  }
+  known_sizes = std::move(sizes);
+  if (known_sizes.empty()) sizes_in_chunk_.erase(chunk);
+}
+
+void MarkerCache::replaceList(int size_id, const Cell& chunk, std::vector<Cube> cubes,
+                              SizeSet& changed) {
+  std::vector<Cube>& known_cubes = cubes_[static_cast<std::size_t>(size_id)][chunk];
+  if (known_cubes == cubes) return;
+  known_cubes = std::move(cubes);
+  changed.set(static_cast<std::size_t>(size_id));
+}
+
+Marker MarkerCache::makeMarker(int size_id, const std_msgs::Header& header) const {
+  const CubesByChunk& chunks = cubes_[static_cast<std::size_t>(size_id)];
+  Marker marker;
+  marker.header = header;
+  marker.ns = style_.marker_namespace;
+  marker.id = size_id;
+  marker.action = chunks.empty() ? Marker::DELETE : Marker::ADD;
+  marker.type = Marker::CUBE_LIST;
+  marker.pose.orientation.w = 1.0;
+  // Else rviz loses it in another fixed frame, when tf has forgotten the stamp.
+  marker.frame_locked = static_cast<std::uint8_t>(true);
+  const Cell size = toSize(size_id);
+  marker.scale.x = size.x * grid_.resolution();
+  marker.scale.y = size.y * grid_.resolution();
+  marker.scale.z = size.z * grid_.resolution();
+  marker.color = freeColor();
+
+  std::size_t num_cubes = 0;
+  for (const auto& [chunk, cubes] : chunks) num_cubes += cubes.size();
+  const bool has_colors = style_.filter == CuboidFilter::kOccupied;
+  marker.points.reserve(num_cubes);
+  if (has_colors) marker.colors.reserve(num_cubes);
+  for (const auto& [chunk, cubes] : chunks) {
+    for (const Cube& cube : cubes) {
+      const Eigen::Vector3d center = grid_.centerOf({cube.min, cube.min + size});
+      marker.points.push_back(toPoint(center));
+      if (!has_colors) continue;
+      marker.colors.push_back(style_.color_by == ColorBy::kHeight
+                                  ? (style_.color_span
+                                         ? toSpanColor(center.z(), *style_.color_span)
+                                         : toHeightColor(center.z(), style_.color_period_m))
+                                  : toProbabilityColor(cube.probability));
+    }
+  }
+  return marker;
+}
+
+}  // namespace cuboid_mapping_ros

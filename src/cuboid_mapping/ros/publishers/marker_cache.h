@@ -1,0 +1,131 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include "cuboid_mapping/geometry/grid.h"
+#include "cuboid_mapping/map/cuboid_search.h"
+#include "cuboid_mapping/ros/parameters/parameters.h"
+#include "cuboid_mapping/ros/publishers/marker_colors.h"
+
+#include <std_msgs/Header.h>
+#include <visualization_msgs/MarkerArray.h>
+
+#include <array>
+#include <bitset>
+#include <map>
+#include <optional>
+#include <set>
+#include <string>
+#include <vector>
+
+namespace cuboid_mapping_ros {
+
+/// Which cuboids become markers, and what they look like.
+struct MarkerStyle {
+  cuboid_mapping::CuboidFilter filter = cuboid_mapping::CuboidFilter::kOccupied;
+  std::string marker_namespace = "occupied";
+  /// Of occupied cuboids; free ones all have freeColor().
+  ColorBy color_by = ColorBy::kHeight;
+  double color_period_m = 10.0;          ///< > 0; only used by kHeight, without a span.
+  std::optional<HeightSpan> color_span;  ///< Of kHeight: colours run once, and do not repeat.
+};
+
+/// The style of each of the two marker topics.
+[[nodiscard]] MarkerStyle makeOccupiedStyle(const NodeParameters& parameters);
+[[nodiscard]] MarkerStyle makeFreeStyle();
+
+/// The cuboids of one class as markers: one CUBE_LIST for each size of cuboid, brought up to date
+/// by what has changed.
+///
+/// A listener that applies every array that update() returns, in order, by (ns, id), has the same
+/// markers as makePicture(): ADD stands for the whole list of a size, DELETE for a size of which
+/// there is none any more. The id of a size is (x - 1) + 8 * (y - 1) + 64 * (z - 1), in voxels. A
+/// cuboid longer than 8 voxels on an axis is cut at the multiples of 8 on that axis, so that there
+/// are never more than 512 markers: viewers become slow with many markers, not with many cubes.
+///
+/// The space is divided into chunks of 64 x 64 x 64 voxels; a cuboid belongs to the chunk of its
+/// least corner. Only chunks in which something has changed are read again. Not thread-safe.
+class MarkerCache {
+ public:
+  static constexpr std::int32_t kChunkEdge = 64;
+  static constexpr int kNumSizes = 512;
+
+  /// @param grid  That of the map.
+  MarkerCache(const cuboid_mapping::Grid& grid, const MarkerStyle& style);
+
+  /// Remembers which chunks to read again. @complexity O(bricks), log in the number of chunks; O(1)
+  /// after release().
+  void noteChanges(const cuboid_mapping::ChangeSet& changes);
+
+  /// Takes other colours; markers that they change are different for takeDifference().
+  void setColors(ColorBy color_by, double color_period_m);
+  /// Likewise. Nothing: colours repeat.
+  void setColorSpan(const std::optional<HeightSpan>& span);
+
+  /// Whether read() has something to look at, or takeDifference() has something to give.
+  [[nodiscard]] bool hasChanges() const {
+    return is_everything_dirty_ || !dirty_.empty() || changed_.any();
+  }
+
+  /// Reads the chunks that have changed. @complexity O(cuboids of these chunks).
+  void read(const cuboid_mapping::CuboidMap& map);
+
+  /// The markers that read() has found different since the last call; no marker when none is.
+  /// @complexity O(cubes of these markers).
+  [[nodiscard]] visualization_msgs::MarkerArray takeDifference(const std_msgs::Header& header);
+
+  /// Both in one.
+  visualization_msgs::MarkerArray update(const cuboid_mapping::CuboidMap& map,
+                                         const std_msgs::Header& header) {
+    read(map);
+    return takeDifference(header);
+  }
+
+  /// All markers as of the last read(), for a listener that has none of them yet: DELETEALL
+  /// first, for what it may have kept from an earlier run of the node, then one ADD per size.
+  [[nodiscard]] visualization_msgs::MarkerArray makePicture(const std_msgs::Header& header) const;
+
+  /// Gives the memory back; the next read() reads the whole map. For when nobody listens.
+  void release();
+
+ private:
+  /// A cube of a known size.
+  struct Cube {
+    cuboid_mapping::Cell min;
+    float probability;  ///< Mean of the cuboid's voxels; 0 where no colour stands for it.
+  };
+  struct SizedCube {
+    int size_id;
+    Cube cube;
+  };
+  friend bool operator==(const Cube& a, const Cube& b) {
+    return a.min == b.min && a.probability == b.probability;
+  }
+  using CubesByChunk = std::map<cuboid_mapping::Cell, std::vector<Cube>>;
+  using SizeSet = std::bitset<kNumSizes>;
+
+  static void appendCubes(const cuboid_mapping::CellBox& box, float probability,
+                          std::vector<SizedCube>& cubes);
+  /// Whether the colour of a cuboid stands for its probability.
+  [[nodiscard]] bool showsProbability() const {
+    return style_.color_by == ColorBy::kProbability &&
+           style_.filter == cuboid_mapping::CuboidFilter::kOccupied;
+  }
+  void readChunk(const cuboid_mapping::CuboidMap& map, const cuboid_mapping::Cell& chunk);
+  void markEverything(const cuboid_mapping::CuboidMap& map);
+  void replaceChunk(const cuboid_mapping::Cell& chunk, std::vector<SizedCube> cubes,
+                    SizeSet& changed);
+  void replaceList(int size_id, const cuboid_mapping::Cell& chunk, std::vector<Cube> cubes,
+                   SizeSet& changed);
+  [[nodiscard]] visualization_msgs::Marker makeMarker(int size_id,
+                                                      const std_msgs::Header& header) const;
+
+  cuboid_mapping::Grid grid_;
+  MarkerStyle style_;
+  std::array<CubesByChunk, kNumSizes> cubes_;                        ///< By size; no list is empty.
+  std::map<cuboid_mapping::Cell, std::vector<int>> sizes_in_chunk_;  ///< Sorted.
+  std::set<cuboid_mapping::Cell> dirty_;                             ///< Least cells of chunks.
+  bool is_everything_dirty_ = true;
+  SizeSet changed_;  ///< Since the last takeDifference().
+};
+
+}  // namespace cuboid_mapping_ros

@@ -1,0 +1,112 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "cuboid_mapping/ros/services/map_files_service.h"
+
+#include "cuboid_mapping/LoadMap.h"
+#include "cuboid_mapping/SaveMap.h"
+#include "cuboid_mapping/io/text.h"
+#include "cuboid_mapping/ros/middleware/checked_messages.h"
+#include "cuboid_mapping/ros/middleware/names.h"
+#include "cuboid_mapping/ros/services/request_reader.h"
+
+#include <ros/console.h>
+
+namespace cuboid_mapping_ros {
+namespace {
+
+using cuboid_mapping::counted;
+using cuboid_mapping::LoadMap;
+using cuboid_mapping::SaveMap;
+
+std::uint64_t revisionOf(const GuardedMap& map) {
+  return map.read([](const cuboid_mapping::CuboidMap& content, const ros::Time& /*stamp*/) {
+    return content.revision();
+  });
+}
+
+void logAnswer(const char* action, const std::string& file, const StorageAnswer& answer) {
+  if (answer.error.empty()) {
+    ROS_INFO_STREAM_NAMED(kNodeName, "map " << action << ' ' << file << ": "
+                                            << counted(answer.num_cuboids, "cuboid") << ", "
+                                            << counted(answer.num_bytes, "byte"));
+  } else {
+    ROS_ERROR_STREAM_NAMED(kNodeName, "map not " << action << ' ' << file << ": " << answer.error);
+  }
+}
+
+}  // namespace
+
+MapFilesService::MapFilesService(const ros::NodeHandle& private_nh,
+                                 const NodeParameters& parameters, GuardedMap& map,
+                                 CallbackGuard& guard)
+    : map_(map),
+      guard_(guard),
+      frame_id_(parameters.frame_id),
+      limits_(makeSnapshotLimits(parameters)),
+      autosave_file_(parameters.autosave_file),
+      saved_revision_(revisionOf(map)),
+      thread_(guard, "files") {
+  ros::NodeHandle nh = withQueue(private_nh, thread_.queue());
+  advertise(nh);
+  if (!autosave_file_.empty() || parameters.window.keeps()) {
+    autosave_timer_ = nh.createWallTimer(ros::WallDuration(parameters.autosave_period_s),
+                                         [this](const ros::WallTimerEvent&) { autosave(); });
+  }
+  thread_.start();
+}
+
+MapFilesService::~MapFilesService() {
+  thread_.stop();
+  guard_.run("autosave at the end", [this] { autosave(); });
+}
+
+void MapFilesService::advertise(ros::NodeHandle nh) {
+  save_server_ = advertiseGuarded<SaveMap::Request, SaveMap::Response>(
+      nh, kSaveMapService, [this](SaveMap::Request& request, SaveMap::Response& response) {
+        const StorageAnswer answer = saveMap(map_, frame_id_, request.filename, limits_);
+        logAnswer("saved to", request.filename, answer);
+        response.success = static_cast<std::uint8_t>(answer.error.empty());
+        response.message = answer.error;
+        response.cuboids = answer.num_cuboids;
+        response.bytes = answer.num_bytes;
+        return true;
+      });
+  load_server_ = advertiseGuarded<LoadMap::Request, LoadMap::Response>(
+      nh, kLoadMapService, [this](LoadMap::Request& request, LoadMap::Response& response) {
+        const StorageAnswer answer = load(request);
+        logAnswer("loaded from", request.filename, answer);
+        response.success = static_cast<std::uint8_t>(answer.error.empty());
+        response.message = answer.error.empty() ? answer.notes : answer.error;
+        response.cuboids = answer.num_cuboids;
+        return true;
+      });
+}
+
+StorageAnswer MapFilesService::load(const LoadMap::Request& request) {
+  LoadPlacement placement{cuboid_mapping::mergeRuleOfName(request.rule), std::nullopt};
+  if (!placement.rule && !request.rule.empty()) {
+    StorageAnswer answer;
+    answer.error = "the rule '" + request.rule + "' is not known: say sum, later, occupied or none";
+    return answer;
+  }
+  if (request.transform != geometry_msgs::Transform()) {
+    placement.T_map_file = toIsometry(request.transform);
+  }
+  return loadMap(map_, request.filename, limits_, placement);
+}
+
+void MapFilesService::autosave() {
+  map_.save();
+  if (autosave_file_.empty() || revisionOf(map_) == saved_revision_) return;
+  const StorageAnswer answer = saveMap(map_, frame_id_, autosave_file_, limits_);
+  logAnswer("saved to", autosave_file_, answer);
+  if (answer.error.empty()) saved_revision_ = answer.revision;
+  const std::lock_guard<std::mutex> lock(error_mutex_);
+  autosave_error_ = answer.error;
+}
+
+std::string MapFilesService::autosaveError() const {
+  const std::lock_guard<std::mutex> lock(error_mutex_);
+  return autosave_error_;
+}
+
+}  // namespace cuboid_mapping_ros

@@ -1,0 +1,56 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include "cuboid_mapping/LoadMap.h"
+#include "cuboid_mapping/ros/map/guarded_map.h"
+#include "cuboid_mapping/ros/map/map_storage.h"
+#include "cuboid_mapping/ros/middleware/callback_guard.h"
+#include "cuboid_mapping/ros/parameters/parameters.h"
+
+#include <ros/node_handle.h>
+#include <ros/service_server.h>
+#include <ros/wall_timer.h>
+
+#include <cstdint>
+#include <mutex>
+#include <string>
+
+namespace cuboid_mapping_ros {
+
+/// ~save_map, ~load_map, and the saves to autosave_file and of the window to its store: each period in which the map has
+/// changed, and at the end of the node.
+///
+/// Thread rule: all of it comes one after the other in a thread of its own, so that neither clouds
+/// nor queries wait for a disk.
+class MapFilesService {
+ public:
+  /// @param map, guard  Must outlive this object.
+  MapFilesService(const ros::NodeHandle& private_nh, const NodeParameters& parameters,
+                  GuardedMap& map, CallbackGuard& guard);
+  ~MapFilesService();
+  MapFilesService(const MapFilesService&) = delete;
+  MapFilesService& operator=(const MapFilesService&) = delete;
+
+  /// Why the last save to autosave_file failed; empty: it did not. Of any thread.
+  [[nodiscard]] std::string autosaveError() const;
+
+ private:
+  void advertise(ros::NodeHandle nh);
+  StorageAnswer load(const cuboid_mapping::LoadMap::Request& request);
+  void autosave();
+
+  GuardedMap& map_;
+  CallbackGuard& guard_;
+  std::string frame_id_;
+  cuboid_mapping::SnapshotLimits limits_;  ///< Of files that are loaded.
+  std::string autosave_file_;
+  std::uint64_t saved_revision_;
+  mutable std::mutex error_mutex_;
+  std::string autosave_error_;
+  GuardedThread thread_;
+  ros::ServiceServer save_server_;
+  ros::ServiceServer load_server_;
+  ros::WallTimer autosave_timer_;
+};
+
+}  // namespace cuboid_mapping_ros

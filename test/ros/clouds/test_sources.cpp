@@ -1,0 +1,330 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "cuboid_mapping/ros/clouds/source.h"
+#include "cuboid_mapping/ros/clouds/source_report.h"
+#include "cuboid_mapping/ros/conversions/depth_pairs.h"
+#include "cuboid_mapping/ros/parameters/reconfigure.h"
+#include "ros/cloud_messages.h"
+#include "tools/run_program.h"
+#include "yaml_parameters.h"
+
+#include <gtest/gtest.h>
+#include <boost/make_shared.hpp>
+
+#include <algorithm>
+#include <map>
+#include <string>
+#include <vector>
+
+namespace cuboid_mapping_ros {
+namespace {
+
+using cuboid_mapping::Occupancy;
+using XmlRpc::XmlRpcValue;
+
+XmlRpcValue makeSource(const std::string& name, const std::string& topic) {
+  XmlRpcValue source;
+  source["name"] = name;
+  source["topic"] = topic;
+  return source;
+}
+
+XmlRpcValue makeList(const std::vector<XmlRpcValue>& elements) {
+  XmlRpcValue list;
+  list.setSize(static_cast<int>(elements.size()));
+  for (int i = 0; i < list.size(); ++i) list[i] = elements[static_cast<std::size_t>(i)];
+  XmlRpcValue group;
+  group["sources"] = list;
+  return group;
+}
+
+std::vector<std::string> textsOf(const std::vector<ParameterError>& errors) {
+  std::vector<std::string> texts;
+  for (const ParameterError& error : errors) texts.push_back(error.key + ' ' + error.message);
+  return texts;
+}
+
+/// Two sources, of which the second differs in much.
+XmlRpcValue twoSources() {
+  XmlRpcValue laser = makeSource("laser", "/scan");
+  laser["type"] = "laser_scan";
+  laser["use"] = "clear";
+  laser["max_rate"] = 5;
+  laser["forget_after"] = 3.0;
+  laser["sensor_frame"] = "/laser_link";
+  laser["sensor_model"]["hit"] = 0.6;
+  laser["sensor_model"]["max_range"] = 8.0;
+  laser["sensor_model"]["end_margin"] = 0.25;
+  laser["sensor_model"]["no_return_points"] = "nan zero";
+  laser["filter_ground"] = true;
+  XmlRpcValue group = makeList({makeSource("lidar", "points"), laser});
+  group["sensor_model"]["hit"] = 0.8;
+  group["sensor_model"]["miss"] = 0.3;
+  group["sensor_model"]["max_range"] = 40.0;
+  group["sensor_model"]["end_margin"] = 0.5;
+  return group;
+}
+
+TEST(Sources, WithoutAListThereIsOneOfTheParametersThemselves) {
+  NodeParameters parameters;
+  parameters.max_range_m = 3.0;
+  const auto sources = sourcesOf(parameters);
+  ASSERT_EQ(sources.size(), 1U);
+  EXPECT_EQ(sources[0].max_range_m, 3.0);
+  EXPECT_EQ(nameOf(sources[0]), "cloud_in");
+}
+
+TEST(Sources, OfAListHaveTheirOwnValuesAndElseThoseOutsideIt) {
+  const LoadedParameters loaded = readParameters(twoSources());
+  EXPECT_EQ(textsOf(loaded.errors), std::vector<std::string>{});
+  const auto sources = sourcesOf(loaded.parameters);
+  ASSERT_EQ(sources.size(), 2U);
+  EXPECT_EQ(nameOf(sources[0]), "lidar");
+  EXPECT_EQ(sources[0].source.topic, "points");
+  EXPECT_EQ(sources[0].source.type, SourceType::kPointCloud);
+  EXPECT_EQ(sources[0].source.use, SourceUse::kBoth);
+  EXPECT_EQ(sources[0].map.sensor_model.hit, 0.8);
+  EXPECT_EQ(sources[0].max_range_m, 40.0);
+  EXPECT_EQ(sources[0].end_margin_m, 0.5);
+  EXPECT_EQ(sources[1].end_margin_m, 0.25);
+  EXPECT_EQ(sources[1].source.type, SourceType::kLaserScan);
+  EXPECT_EQ(sources[1].source.use, SourceUse::kClear);
+  EXPECT_EQ(sources[1].source.max_rate_hz, 5.0);
+  EXPECT_EQ(sources[1].forget_after_s, 3.0);
+  EXPECT_EQ(sources[0].forget_after_s, 0.0);
+  EXPECT_EQ(sources[1].sensor_frame, "laser_link");
+  EXPECT_EQ(sources[1].map.sensor_model.hit, 0.6);
+  EXPECT_EQ(sources[1].map.sensor_model.miss, 0.3);
+  EXPECT_EQ(sources[1].max_range_m, 8.0);
+  EXPECT_EQ(toText(sources[1].no_return_points), "nan zero");
+  EXPECT_TRUE(sources[1].octomap_server.filter_ground);
+  EXPECT_FALSE(sources[0].octomap_server.filter_ground);
+  EXPECT_EQ(loaded.parameters.map.sensor_model.hit, 0.8)
+      << "that of the map is as outside the list";
+  const auto lines = toSourceLines(loaded.parameters);
+  EXPECT_EQ(std::count(lines.begin(), lines.end(),
+                       "source laser: sensor_model/hit: 0.6 [probability] (outside the list: 0.8)"),
+            1);
+}
+
+TEST(Sources, EverythingThatIsWrongWithThemIsSaidAtOnce) {
+  XmlRpcValue bad = makeSource("laser", "/scan");
+  bad["type"] = "lidar";
+  bad["sensor_model"]["hit"] = 2.0;
+  bad["sensor_model"]["min"] = 0.1;
+  bad["max_rat"] = 3;
+  bad["sensor_model"]["min_range"] = 50.0;
+  bad["sensor_model"]["max_range"] = 20.0;
+  XmlRpcValue without_topic;
+  without_topic["name"] = "laser";
+  XmlRpcValue group = makeList({bad, without_topic, XmlRpcValue(5)});
+  group["resolution"] = -1.0;
+  const std::vector<std::string> expected{
+      "resolution is -1.0, but must be a number from 0.001 to 100.0: correct it, or remove it to "
+      "get the default 0.05",
+      "sources[0]/type is \"lidar\", but must be point_cloud, laser_scan or depth_image: choose "
+      "one "
+      "of the names, or remove it to get the default point_cloud (source laser)",
+      "sources[0]/sensor_model/hit is 2.0, but must be a number from 0.501 to 0.999: correct it, "
+      "or "
+      "remove it to get the default 0.7 (source laser)",
+      "sources[0]/sensor_model/min_range is 50.0, but must be less than sensor_model/max_range "
+      "(20.0): change one of them (source laser)",
+      "sources[0]/max_rat is 3, but a source has no such parameter: did you mean max_rate? Correct "
+      "the key, or remove it (source laser)",
+      "sources[0]/sensor_model/min concerns the whole map: write it outside the list (source "
+      "laser)",
+      "sources[1]/topic is missing: name the topic of this source (source laser)",
+      "sources[1]/name is that of another source, too: give each source a name of its own (source "
+      "laser)",
+      "sources[2] is 5, but must be a group of keys (source cloud_in)"};
+  EXPECT_EQ(textsOf(readParameters(group).errors), expected);
+  XmlRpcValue no_list;
+  no_list["sources"] = "front";
+  EXPECT_EQ(readParameters(no_list).errors.at(0).message,
+            "is \"front\", but must be a list of groups of keys: begin each source with a dash, or "
+            "remove it to get the default []");
+}
+
+TEST(Sources, StayWhenOtherParametersAreChanged) {
+  const LoadedParameters loaded = readParameters(twoSources());
+  dynamic_reconfigure::Config request;
+  request.doubles.emplace_back();
+  request.doubles.back().name = "sensor_model_miss";
+  request.doubles.back().value = 0.2;
+  const LoadedParameters changed = applyConfig(loaded.parameters, request);
+  EXPECT_EQ(textsOf(changed.errors), std::vector<std::string>{});
+  const auto sources = sourcesOf(changed.parameters);
+  ASSERT_EQ(sources.size(), 2U);
+  EXPECT_EQ(sources[1].map.sensor_model.miss, 0.2) << "what it has not of its own follows";
+  EXPECT_EQ(sources[1].map.sensor_model.hit, 0.6);
+}
+
+TEST(Sources, FollowTheResolutionOfALoadedMap) {
+  NodeParameters parameters = readParameters(twoSources()).parameters;
+  parameters.map.resolution_m = 0.25;
+  EXPECT_EQ(sourcesOf(parameters)[1].map.resolution_m, 0.25);
+  EXPECT_EQ(sourcesOf(parameters)[1].map.sensor_model.hit, 0.6);
+}
+
+TEST(Sources, AtMostSoManyMessagesASecondPass) {
+  RateLimit limit(10.0);
+  int num_passed = 0;
+  for (int i = 0; i < 300; ++i) num_passed += limit.lets(ros::Time(1000.0 + i / 30.0)) ? 1 : 0;
+  EXPECT_EQ(num_passed, 100);
+  EXPECT_TRUE(limit.lets(ros::Time(50.0))) << "a recording has started again";
+  EXPECT_FALSE(limit.lets(ros::Time(50.05)));
+  EXPECT_TRUE(limit.lets(ros::Time()));
+  RateLimit none(0.0);
+  EXPECT_TRUE(none.lets(ros::Time(1.0)) && none.lets(ros::Time(1.0)));
+}
+
+TEST(Sources, OfTheDocumentAndTheExampleAreTaken) {
+  using cuboid_mapping::test::readFile;
+  const std::string root = std::string(CUBOID_MAPPING_SOURCE_DIR) + '/';
+  const std::string page = readFile(root + "doc/sensors.md");
+  const cuboid_mapping::test::TemporaryFolder folder;
+  std::vector<std::string> files{root + "config/sensors.yaml"};
+  const std::string fence = "```yaml\n";
+  for (auto at = page.find(fence); at != std::string::npos; at = page.find(fence, at + 1)) {
+    const std::size_t begin = at + fence.size();
+    files.push_back(folder / (std::to_string(files.size()) + ".yaml"));
+    std::ofstream(files.back()) << page.substr(begin, page.find("```", begin) - begin);
+  }
+  EXPECT_GE(files.size(), 6U);
+  for (const std::string& file : files) {
+    const LoadedParameters loaded = readParameters(loadYamlParameters(file, {}));
+    EXPECT_EQ(textsOf(loaded.errors), std::vector<std::string>{}) << file;
+    EXPECT_EQ(textsOf(loaded.warnings), std::vector<std::string>{}) << file;
+  }
+}
+
+/// The map of two beams along x from the middle of a voxel, of which the shorter ends on the longer one's way.
+Occupancy classAt(SourceUse use, const cuboid_mapping::Cell& cell, double* log_odds = nullptr) {
+  NodeParameters parameters;
+  parameters.map.resolution_m = 0.1;
+  parameters.source.use = use;
+  parameters.map.sensor_model.hit = 0.9;
+  Source source(parameters);
+  CloudSpec spec;
+  spec.width = 2;
+  CloudPoses poses;
+  poses.T_map_cloud = Eigen::Translation3d(0.05, 0.05, 0.05);
+  poses.T_map_sensor = poses.T_map_cloud;
+  NodeStatistics statistics;
+  std::optional<CloudError> error;
+  const auto* update = source.pipeline.compute(
+      makeSensorMessage(spec, {{1.0, 0.0, 0.0}, {2.0, 0.0, 0.0}}), poses, statistics, error);
+  // A map of another hit: what counts is the source's.
+  cuboid_mapping::CuboidMap map([] {
+    cuboid_mapping::MapConfig config;
+    config.resolution_m = 0.1;
+    return config;
+  }());
+  (void)map.apply(*update, source.pipeline.sensorModel());
+  if (log_odds != nullptr) *log_odds = map.voxels().logOddsAt(cell).value_or(0.0F);
+  return map.voxels().at(cell);
+}
+
+TEST(Sources, MarkAndClearAsTheyAreUsed) {
+  const auto classes = [](SourceUse use) {
+    return std::vector<Occupancy>{classAt(use, {5, 0, 0}), classAt(use, {10, 0, 0}),
+                                  classAt(use, {15, 0, 0}), classAt(use, {20, 0, 0})};
+  };
+  using Classes = std::vector<Occupancy>;
+  constexpr auto kFree = Occupancy::kFree;
+  constexpr auto kOccupied = Occupancy::kOccupied;
+  constexpr auto kUnknown = Occupancy::kUnknown;
+  EXPECT_EQ(classes(SourceUse::kBoth), (Classes{kFree, kOccupied, kFree, kOccupied}));
+  EXPECT_EQ(classes(SourceUse::kMark), (Classes{kUnknown, kOccupied, kUnknown, kOccupied}));
+  EXPECT_EQ(classes(SourceUse::kClear), (Classes{kFree, kUnknown, kFree, kUnknown}))
+      << "where a beam ends, another that passes does not clear";
+}
+
+TEST(Sources, HitAndMissAreTheirOwn) {
+  double log_odds = 0.0;
+  EXPECT_EQ(classAt(SourceUse::kBoth, {10, 0, 0}, &log_odds), Occupancy::kOccupied);
+  EXPECT_NEAR(log_odds, std::log(0.9 / 0.1), 1e-5);
+}
+
+TEST(DepthPairs, BringsImageAndCameraOfOneStampTogether) {
+  std::vector<double> taken;
+  int num_dropped = 0;
+  DepthPairs pairs({[&](const DepthImage& depth) {
+                      EXPECT_EQ(depth.image->header.stamp, depth.camera->header.stamp);
+                      taken.push_back(depth.image->header.stamp.toSec());
+                    },
+                    [&] { ++num_dropped; }});
+  const auto image = [&](double stamp_s) {
+    const auto message = boost::make_shared<sensor_msgs::Image>();
+    message->header.stamp = ros::Time(stamp_s);
+    pairs.add(sensor_msgs::Image::ConstPtr(message));
+  };
+  const auto camera = [&](double stamp_s) {
+    const auto message = boost::make_shared<sensor_msgs::CameraInfo>();
+    message->header.stamp = ros::Time(stamp_s);
+    pairs.add(sensor_msgs::CameraInfo::ConstPtr(message));
+  };
+  image(1.0);
+  EXPECT_TRUE(taken.empty());
+  camera(1.0);
+  camera(2.0);
+  image(2.0);
+  EXPECT_EQ(taken, (std::vector<double>{1.0, 2.0}));
+  image(3.0);
+  image(4.0);
+  camera(4.0);
+  EXPECT_EQ(taken.back(), 4.0);
+  EXPECT_EQ(num_dropped, 0);
+  for (int i = 0; i < 20; ++i) image(10.0 + i);
+  EXPECT_EQ(num_dropped, 11) << "ten may wait, and that of 3.0 was the oldest";
+  camera(5.0);
+  image(5.0);
+  EXPECT_EQ(taken.back(), 5.0) << "time has jumped back";
+}
+
+TEST(SourceReport, SaysWhatIsWrongWithOneSource) {
+  SourceReport report;
+  report.topic = "/scan";
+  report.type = "laser_scan";
+  report.num_publishers = 1;
+  report.statistics.num_received = 3;
+  report.statistics.num_inserted = 3;
+  const SourceStatistics none;
+  EXPECT_EQ(summarize(report, none).level, ReportLevel::kOk);
+  EXPECT_EQ(summarize(report, none).message, "3 messages in the map");
+  report.silence_s = 7.5;
+  EXPECT_EQ(summarize(report, none).message,
+            "no laser_scan on /scan for 7 s: check the topic and that the sensor is running");
+  report.num_publishers = 0;
+  report.is_simulated_time = true;
+  EXPECT_EQ(summarize(report, none).level, ReportLevel::kOk) << "a bag has ended";
+  report.statistics.num_without_camera = 2;
+  EXPECT_EQ(summarize(report, none).level, ReportLevel::kWarning);
+  report.statistics.num_dropped = 1;
+  report.statistics.last_drop = "no transform";
+  EXPECT_EQ(summarize(report, none).message, "1 message dropped: no transform");
+  EXPECT_EQ(summarize(report, report.statistics).level, ReportLevel::kOk) << "that was before";
+}
+
+TEST(SourceReport, HasTheNumbersOfOneSource) {
+  SourceReport report;
+  report.topic = "/scan";
+  report.type = "laser_scan";
+  report.statistics.num_received = 9;
+  report.statistics.num_inserted = 5;
+  report.statistics.num_dropped = 3;
+  report.statistics.num_ignored = 1;
+  diagnostic_updater::DiagnosticStatusWrapper status;
+  fillStatus(report, {}, status);
+  std::map<std::string, std::string> values;
+  for (const auto& value : status.values) values[value.key] = value.value;
+  EXPECT_EQ(values["topic"], "/scan");
+  EXPECT_EQ(values["type"], "laser_scan");
+  EXPECT_EQ(values["messages received"], "9");
+  EXPECT_EQ(values["messages inserted"], "5");
+  EXPECT_EQ(values["messages dropped"], "3");
+  EXPECT_EQ(values["messages ignored, max_rate"], "1");
+}
+
+}  // namespace
+}  // namespace cuboid_mapping_ros

@@ -1,0 +1,333 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "cuboid_mapping/ros/conversions/sensor_conversions.h"
+
+#include "cuboid_mapping/interop/octomap_parity.h"
+#include "cuboid_mapping/ros/clouds/source.h"
+#include "ros/cloud_messages.h"
+#include "support/random.h"
+
+#include <gtest/gtest.h>
+#include <boost/endian/conversion.hpp>
+#include <boost/make_shared.hpp>
+
+#include <cmath>
+#include <cstring>
+#include <limits>
+#include <string>
+#include <vector>
+
+namespace cuboid_mapping_ros {
+namespace {
+
+using cuboid_mapping::test::Random;
+using sensor_msgs::CameraInfo;
+using sensor_msgs::Image;
+using sensor_msgs::LaserScan;
+
+constexpr float kNan = std::numeric_limits<float>::quiet_NaN();
+constexpr float kInf = std::numeric_limits<float>::infinity();
+
+LaserScan makeScan(const std::vector<float>& ranges) {
+  LaserScan scan;
+  scan.header.frame_id = "laser";
+  scan.angle_min = -1.5F;
+  scan.angle_increment = 0.01F;
+  scan.range_min = 0.1F;
+  scan.range_max = 30.0F;
+  scan.ranges = ranges;
+  scan.intensities.assign(ranges.size(), 1.0F);
+  return scan;
+}
+
+Eigen::Vector3d directionOf(const LaserScan& scan, std::size_t index) {
+  const double angle = static_cast<double>(scan.angle_min) +
+                       static_cast<double>(index) * static_cast<double>(scan.angle_increment);
+  return {std::cos(angle), std::sin(angle), 0.0};
+}
+
+/// 32FC1, little-endian, focal lengths 50 and 40 pixels.
+DepthImage makeDepth(const std::vector<float>& depths_m, std::uint32_t width) {
+  const auto image = boost::make_shared<Image>();
+  image->header.frame_id = "camera";
+  image->width = width;
+  image->height = static_cast<std::uint32_t>(depths_m.size()) / width;
+  image->encoding = "32FC1";
+  image->step = width * 4;
+  image->data.resize(depths_m.size() * 4);
+  std::memcpy(image->data.data(), depths_m.data(), image->data.size());
+  const auto camera = boost::make_shared<CameraInfo>();
+  camera->P[0] = 50.0;
+  camera->P[5] = 40.0;
+  camera->P[2] = 0.5 * width;
+  camera->P[6] = 0.5 * image->height;
+  return {image, camera};
+}
+
+CloudPoints expectGood(const std::variant<CloudPoints, CloudError>& result) {
+  if (const auto* error = std::get_if<CloudError>(&result)) {
+    ADD_FAILURE() << error->text;
+    return {};
+  }
+  return std::get<CloudPoints>(result);
+}
+
+CloudDefect defectOf(const std::variant<CloudPoints, CloudError>& result) {
+  const auto* error = std::get_if<CloudError>(&result);
+  EXPECT_NE(error, nullptr);
+  if (error == nullptr) return {};
+  EXPECT_GT(error->text.size(), 40U);
+  return error->defect;
+}
+
+/// A reading, and whether it frees the space before it for each of the four that can be chosen.
+struct ReadingCase {
+  float reading;
+  NoReturnPoints frees_with;  ///< The choice with which it does; kNone: with none.
+};
+
+/// REP 117: each of NaN, +inf, -inf and 0 means what the parameter says, alone.
+TEST(SensorConversions, EachReadingOfRep117MeansWhatIsChosen) {
+  const std::vector<ReadingCase> cases{{kInf, NoReturnPoints::kPlusInf},
+                                       {kNan, NoReturnPoints::kNan},
+                                       {0.0F, NoReturnPoints::kZero},
+                                       {-kInf, NoReturnPoints::kMinusInf},
+                                       {-1.0F, NoReturnPoints::kNone}};
+  for (const ReadingCase& test_case : cases) {
+    for (unsigned set = 0; set <= static_cast<unsigned>(NoReturnPoints::kAll); ++set) {
+      CloudOptions options;
+      options.no_return_range_m = 7.0;
+      options.no_return_points = static_cast<NoReturnPoints>(set);
+      const bool frees = contains(options.no_return_points, test_case.frees_with);
+      SCOPED_TRACE(std::to_string(test_case.reading) + " with " + toText(options.no_return_points));
+      const LaserScan scan = makeScan({5.0F, test_case.reading});
+      const DepthImage depth = makeDepth({5.0F, test_case.reading}, 2);
+      for (const CloudPoints& cloud : {expectGood(convertLaserScan(scan, options)),
+                                       expectGood(convertDepthImage(depth, options))}) {
+        EXPECT_EQ(cloud.points.size(), 1U);
+        EXPECT_EQ(cloud.num_invalid, 1U);
+        EXPECT_EQ(cloud.no_returns.size(), frees ? 1U : 0U);
+        EXPECT_EQ(cloud.num_skipped, frees ? 0U : 1U);
+        for (const Eigen::Vector3f& end : cloud.no_returns) EXPECT_NEAR(end.norm(), 7.0F, 1e-4F);
+      }
+      options.no_return_range_m = 0.0;
+      EXPECT_TRUE(expectGood(convertLaserScan(scan, options)).no_returns.empty());
+      EXPECT_TRUE(expectGood(convertDepthImage(depth, options)).no_returns.empty());
+    }
+  }
+}
+
+TEST(SensorConversions, TheChoiceOfReadingsIsReadAndWritten) {
+  for (unsigned set = 0; set <= static_cast<unsigned>(NoReturnPoints::kAll); ++set) {
+    const auto points = static_cast<NoReturnPoints>(set);
+    EXPECT_EQ(parseNoReturnPoints(toText(points)), points) << toText(points);
+  }
+  EXPECT_EQ(toText(NoReturnPoints::kWithNan), "with_nan");
+  EXPECT_EQ(parseNoReturnPoints("zero nan"), parseNoReturnPoints("nan zero"));
+  for (const char* bad : {"", " ", "inf", "nan, zero", "with_nan zero"}) {
+    EXPECT_FALSE(parseNoReturnPoints(bad)) << bad;
+  }
+}
+
+TEST(SensorConversions, RangesBeyondTheLimitsOfAScanAreNeither) {
+  CloudOptions options;
+  options.no_return_range_m = 7.0;
+  options.no_return_points = NoReturnPoints::kAll;
+  const CloudPoints cloud =
+      expectGood(convertLaserScan(makeScan({0.05F, 0.1F, 30.0F, 30.1F}), options));
+  EXPECT_EQ(cloud.points.size(), 2U);
+  EXPECT_TRUE(cloud.no_returns.empty());
+  EXPECT_EQ(cloud.num_skipped, 2U);
+}
+
+TEST(SensorConversions, BeamsOfAScanLieWhereItsAnglesSay) {
+  Random random;
+  CloudOptions options;
+  options.no_return_range_m = 20.0;
+  std::vector<float> ranges;
+  for (int i = 0; i < 300; ++i) {
+    ranges.push_back(i % 3 == 0 ? kInf : static_cast<float>(random.real(0.2, 29.0)));
+  }
+  const LaserScan scan = makeScan(ranges);
+  const CloudPoints cloud = expectGood(convertLaserScan(scan, options));
+  ASSERT_EQ(cloud.points.size(), 200U);
+  ASSERT_EQ(cloud.no_returns.size(), 100U);
+  for (std::size_t i = 0; i < 300; ++i) {
+    const bool is_return = i % 3 != 0;
+    const Eigen::Vector3d expected =
+        (is_return ? static_cast<double>(ranges[i]) : 20.0) * directionOf(scan, i);
+    const Eigen::Vector3f& end = is_return ? cloud.points[i - i / 3 - 1] : cloud.no_returns[i / 3];
+    EXPECT_LT((end.cast<double>() - expected).norm(), 1e-4);
+  }
+}
+
+TEST(SensorConversions, PixelsLieWhereTheCameraSays) {
+  const std::vector<float> depths_m{1.0F, 2.0F, 3.0F, 4.0F, 5.0F, 6.0F};
+  const DepthImage depth = makeDepth(depths_m, 3);
+  const auto expect_points = [&](const DepthImage& of, double fx, double cx, double cy) {
+    const CloudPoints cloud = expectGood(convertDepthImage(of));
+    ASSERT_EQ(cloud.points.size(), 6U);
+    for (int i = 0; i < 6; ++i) {
+      const double z = depths_m[static_cast<std::size_t>(i)];
+      const Eigen::Vector3d expected((i % 3 - cx) / fx * z, (i / 3 - cy) / (0.8 * fx) * z, z);
+      EXPECT_LT((cloud.points[static_cast<std::size_t>(i)].cast<double>() - expected).norm(), 1e-5);
+    }
+  };
+  expect_points(depth, 50.0, 1.5, 1.0);
+
+  auto intrinsics = boost::make_shared<CameraInfo>();
+  intrinsics->K[0] = 50.0;
+  intrinsics->K[4] = 40.0;
+  intrinsics->K[2] = 1.5;
+  intrinsics->K[5] = 1.0;
+  expect_points({depth.image, intrinsics}, 50.0, 1.5, 1.0);
+
+  auto part = boost::make_shared<CameraInfo>(*depth.camera);
+  part->roi.x_offset = 1;
+  part->roi.y_offset = 2;
+  part->binning_x = 2;
+  part->binning_y = 2;
+  expect_points({depth.image, part}, 25.0, 0.25, -0.5);
+
+  auto padded = boost::make_shared<Image>();
+  padded->header.frame_id = "camera";
+  padded->width = 3;
+  padded->height = 2;
+  padded->encoding = "16UC1";
+  padded->is_bigendian = 1;
+  padded->step = 8;
+  for (int i = 0; i < 6; ++i) {
+    std::uint16_t millimetres =
+        boost::endian::native_to_big(static_cast<std::uint16_t>(1000 * (i + 1)));
+    const auto* bytes = reinterpret_cast<const std::uint8_t*>(&millimetres);
+    padded->data.insert(padded->data.end(), bytes, bytes + 2);
+    if (i == 2) padded->data.insert(padded->data.end(), 2, 0xAB);
+  }
+  expect_points({padded, depth.camera}, 50.0, 1.5, 1.0);
+}
+
+TEST(SensorConversions, WhatCannotBeUsedIsRefusedWithTheReason) {
+  EXPECT_EQ(defectOf(convertLaserScan(makeScan({}))), CloudDefect::kNoPoints);
+  EXPECT_EQ(defectOf(convertLaserScan(makeScan({kNan, 50.0F}))), CloudDefect::kNoValidPoints);
+  LaserScan scan = makeScan({1.0F});
+  scan.angle_increment = kNan;
+  EXPECT_EQ(defectOf(convertLaserScan(scan)), CloudDefect::kBadLayout);
+  scan.header.frame_id.clear();
+  EXPECT_EQ(defectOf(convertLaserScan(scan)), CloudDefect::kEmptyFrame);
+
+  const DepthImage depth = makeDepth({1.0F, 2.0F}, 2);
+  const auto refused = [&](const std::function<void(Image&, CameraInfo&)>& spoil) {
+    const auto image = boost::make_shared<Image>(*depth.image);
+    const auto camera = boost::make_shared<CameraInfo>(*depth.camera);
+    spoil(*image, *camera);
+    return defectOf(convertDepthImage({image, camera}));
+  };
+  EXPECT_EQ(refused([](Image& image, CameraInfo&) { image.header.frame_id.clear(); }),
+            CloudDefect::kEmptyFrame);
+  EXPECT_EQ(refused([](Image& image, CameraInfo&) { image.width = 0; }), CloudDefect::kNoPoints);
+  EXPECT_EQ(refused([](Image& image, CameraInfo&) { image.encoding = "bgr8"; }),
+            CloudDefect::kWrongDatatype);
+  EXPECT_EQ(refused([](Image& image, CameraInfo&) { image.step = 7; }), CloudDefect::kBadLayout);
+  EXPECT_EQ(refused([](Image& image, CameraInfo&) { image.height = 4000000000U; }),
+            CloudDefect::kShortData);
+  EXPECT_EQ(refused([](Image&, CameraInfo& camera) { camera.P[0] = 0.0; }),
+            CloudDefect::kBadLayout);
+  EXPECT_EQ(refused([](Image& image, CameraInfo&) { image.data.assign(8, 0); }),
+            CloudDefect::kNoValidPoints);
+}
+
+/// The map of one message, and OctoMap's of the same rays, at 5 cm.
+void expectParity(const SensorMessage& message, SourceType type,
+                  const std::vector<Eigen::Vector3f>& points_sensor) {
+  NodeParameters parameters;
+  parameters.source.type = type;
+  parameters.max_range_m = 12.0;
+  CloudPoses poses;
+  poses.T_map_cloud = Eigen::Translation3d(1.0, 2.0, 0.5) *
+                      Eigen::AngleAxisd(0.3, Eigen::Vector3d(0.2, 0.5, 1.0).normalized());
+  poses.T_map_sensor = poses.T_map_cloud;
+  Source source(parameters);
+  NodeStatistics statistics;
+  std::optional<CloudError> error;
+  const auto* update = source.pipeline.compute(message, poses, statistics, error);
+  ASSERT_NE(update, nullptr) << error->text;
+  cuboid_mapping::CuboidMap map(makeMapConfig(parameters));
+  (void)map.apply(*update, source.pipeline.sensorModel());
+  octomap::OcTree tree = cuboid_mapping::makeOctomap(parameters.map);
+  cuboid_mapping::insertIntoOctomap(
+      cuboid_mapping::makeScan(poses.T_map_cloud, poses.T_map_sensor.translation(), points_sensor),
+      parameters.max_range_m, tree);
+  const cuboid_mapping::Agreement agreement = cuboid_mapping::compareWithOctomap(map, tree);
+  EXPECT_TRUE(agreement.isExact());
+  EXPECT_GT(agreement.voxels, 5000.0);
+}
+
+TEST(SensorConversions, ACloudMakesTheMapThatOctomapMakesOfItsRays) {
+  Random random;
+  CloudSpec spec;
+  spec.width = 400;
+  std::vector<Eigen::Vector3d> points;
+  std::vector<Eigen::Vector3f> rays;
+  for (std::uint32_t i = 0; i < spec.width; ++i) {
+    rays.emplace_back(random.real(-9, 9), random.real(-9, 9), random.real(-2, 2));
+    points.push_back(rays.back().cast<double>());
+  }
+  expectParity(makeSensorMessage(spec, points), SourceType::kPointCloud, rays);
+}
+
+TEST(SensorConversions, AScanMakesTheMapThatOctomapMakesOfItsRays) {
+  Random random;
+  std::vector<float> ranges;
+  for (int i = 0; i < 300; ++i) ranges.push_back(static_cast<float>(random.real(0.2, 15.0)));
+  const LaserScan scan = makeScan(ranges);
+  std::vector<Eigen::Vector3f> points;
+  for (std::size_t i = 0; i < ranges.size(); ++i) {
+    points.push_back((static_cast<double>(ranges[i]) * directionOf(scan, i)).cast<float>());
+  }
+  expectParity({boost::make_shared<LaserScan>(scan)}, SourceType::kLaserScan, points);
+}
+
+TEST(SensorConversions, TheEndMarginOfASourceIsOfItsBeamsThatClear) {
+  for (const SourceUse use : {SourceUse::kBoth, SourceUse::kMark, SourceUse::kClear}) {
+    NodeParameters parameters;
+    parameters.source.type = SourceType::kLaserScan;
+    parameters.source.use = use;
+    parameters.end_margin_m = 1.0;
+    Source source(parameters);
+    CloudPoses poses;
+    poses.T_map_cloud = poses.T_map_sensor = Eigen::Isometry3d::Identity();
+    NodeStatistics statistics;
+    std::optional<CloudError> error;
+    const SensorMessage scan{
+        boost::make_shared<LaserScan>(makeScan(std::vector<float>(300, 4.0F)))};
+    const auto* update = source.pipeline.compute(scan, poses, statistics, error);
+    ASSERT_NE(update, nullptr) << error->text;
+    int hits = 0;
+    int misses = 0;
+    int grazes = 0;
+    for (const auto& brick : update->bricks) {
+      hits += brick.hits.count();
+      misses += brick.misses.count();
+      grazes += brick.grazes.count();
+    }
+    EXPECT_EQ(hits > 0, use != SourceUse::kClear);
+    EXPECT_EQ(misses > 0, use != SourceUse::kMark);
+    EXPECT_EQ(grazes > 0, use != SourceUse::kMark);
+  }
+}
+
+TEST(SensorConversions, ADepthImageMakesTheMapThatOctomapMakesOfItsRays) {
+  Random random;
+  std::vector<float> depths_m;
+  for (int i = 0; i < 40 * 30; ++i) depths_m.push_back(static_cast<float>(random.real(0.5, 8.0)));
+  const DepthImage depth = makeDepth(depths_m, 40);
+  std::vector<Eigen::Vector3f> points;
+  for (int i = 0; i < 40 * 30; ++i) {
+    const auto z = static_cast<double>(depths_m[static_cast<std::size_t>(i)]);
+    const Eigen::Vector3d ray((i % 40 - 20.0) / 50.0, (i / 40 - 15.0) / 40.0, 1.0);
+    points.push_back((z * ray).cast<float>());
+  }
+  expectParity({depth}, SourceType::kDepthImage, points);
+}
+
+}  // namespace
+}  // namespace cuboid_mapping_ros

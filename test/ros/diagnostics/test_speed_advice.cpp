@@ -1,0 +1,65 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "cuboid_mapping/ros/diagnostics/speed_advice.h"
+
+#include <gtest/gtest.h>
+
+#include <string>
+
+namespace cuboid_mapping_ros {
+namespace {
+
+/// After so many clouds of a sensor.
+SpeedWatch makeWatch(double resolution_m, double duration_s, double rate_hz, double reach_m,
+                     std::size_t num_clouds = 10) {
+  SpeedWatch watch(resolution_m);
+  for (std::size_t i = 0; i < num_clouds; ++i) {
+    watch.noteReceived(100.0 + static_cast<double>(i) / rate_hz);
+    watch.noteInserted(duration_s, reach_m);
+  }
+  return watch;
+}
+
+TEST(SpeedAdvice, SaysWhatWouldKeepUp) {
+  EXPECT_EQ(makeWatch(0.05, 4.3, 10.0, 100.0).advice(),
+            "4.3 s per cloud at 10 Hz: try resolution 0.2 or sensor_model/max_range 30");
+  EXPECT_EQ(makeWatch(0.05, 0.25, 10.0, 6.0).advice(),
+            "250 ms per cloud at 10 Hz: try resolution 0.1");
+}
+
+TEST(SpeedAdvice, IsSilentWhileTheNodeKeepsUp) {
+  EXPECT_FALSE(makeWatch(0.05, 0.09, 10.0, 100.0).advice());
+  EXPECT_FALSE(makeWatch(0.05, 4.3, 10.0, 100.0, 2).advice()) << "too early to know the rate";
+}
+
+TEST(SpeedAdvice, AlwaysSuggestsLessThanIsInUse) {
+  for (const double resolution_m : {0.02, 0.05, 0.1, 0.2, 0.25, 0.5}) {
+    for (const double duration_s : {0.101, 0.2, 1.0, 10.0}) {
+      const auto advice = makeWatch(resolution_m, duration_s, 10.0, 3.0).advice();
+      ASSERT_TRUE(advice);
+      const std::size_t at = advice->find("resolution ");
+      if (at == std::string::npos) continue;
+      EXPECT_GT(std::stod(advice->substr(at + 11)), resolution_m) << *advice;
+    }
+  }
+}
+
+TEST(SpeedAdvice, TheRateOutlivesLostCloudsAndARecordingThatStartsAgain) {
+  SpeedWatch watch(0.1);
+  for (const double stamp_s : {5.0, 5.1, 5.2, 6.2, 6.3, 6.4, 6.5}) watch.noteReceived(stamp_s);
+  ASSERT_TRUE(watch.rateHz());
+  EXPECT_NEAR(*watch.rateHz(), 10.0, 1e-6);
+  watch.noteReceived(5.0);
+  EXPECT_FALSE(watch.rateHz());
+}
+
+TEST(SpeedAdvice, SuggestsParametersForASensorThatReachesFar) {
+  EXPECT_EQ(makeWatch(0.05, 0.01, 10.0, 78.0).suggestion(),
+            "the clouds reach 78 m; a good start for such a sensor: resolution 0.2 (now 0.05) and "
+            "sensor_model/max_range 50 (now without limit)");
+  EXPECT_FALSE(makeWatch(0.05, 0.01, 10.0, 78.0, SpeedWatch::kFirstClouds - 1).suggestion());
+  EXPECT_FALSE(makeWatch(0.05, 0.01, 10.0, 12.0).suggestion()) << "indoors";
+  EXPECT_FALSE(makeWatch(0.2, 0.01, 10.0, 40.0).suggestion()) << "is what it would suggest";
+}
+
+}  // namespace
+}  // namespace cuboid_mapping_ros

@@ -1,0 +1,347 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "cuboid_mapping/ros/map/map_storage.h"
+
+#include "cuboid_mapping/io/file_replacement.h"
+#include "cuboid_mapping/io/map_files.h"
+#include "cuboid_mapping/io/map_store.h"
+#include "cuboid_mapping/map/cuboid_search.h"
+#include "cuboid_mapping/voxels/uniform_boxes.h"
+#include "ros/random_guarded_map.h"
+#include "tools/run_program.h"
+
+#include <gtest/gtest.h>
+
+#include <atomic>
+#include <thread>
+
+namespace cuboid_mapping_ros {
+namespace {
+
+using cuboid_mapping::CuboidMap;
+using cuboid_mapping::MapConfig;
+using cuboid_mapping::MapSnapshot;
+using cuboid_mapping::test::Random;
+using cuboid_mapping::test::TemporaryFolder;
+using test::fill;
+using test::makeConfig;
+using test::voxelsOf;
+
+TEST(MapStorage, savesWhatTheLastCloudHasLeftAndLoadsIt) {
+  const TemporaryFolder folder;
+  Random random(95);
+  for (const std::string name : {"map.cuboids", "map.ot"}) {
+    GuardedMap map(makeConfig());
+    fill(map, random);
+    const StorageAnswer saved = saveMap(map, "/odom", folder / name);
+    EXPECT_EQ(saved.error, "");
+    EXPECT_GT(saved.num_cuboids, 100U);
+    EXPECT_EQ(saved.num_bytes, std::filesystem::file_size(folder / name));
+    GuardedMap other(makeConfig());
+    fill(other, random);
+    (void)other.takeChanges();
+    const StorageAnswer loaded = loadMap(other, folder / name);
+    EXPECT_EQ(loaded.error, "");
+    EXPECT_EQ(voxelsOf(other), voxelsOf(map)) << name;
+    EXPECT_TRUE(other.takeChanges().is_everything);
+  }
+  EXPECT_EQ(cuboid_mapping::readMapFile(folder / "map.cuboids").snapshot.frame_id, "odom");
+}
+
+TEST(MapStorage, keepsLocksWhenAMapIsLoaded) {
+  const TemporaryFolder folder;
+  Random random(98);
+  GuardedMap map(makeConfig());
+  fill(map, random);
+  ASSERT_EQ(saveMap(map, "map", folder / "map.cuboids").error, "");
+  const cuboid_mapping::CellBox zone{{0, 0, 0}, {9, 9, 9}};
+  map.edit([&](CuboidMap& content, const ros::Time&) {
+    content.lock(zone);
+    return cuboid_mapping::ChangeSet{content.revision(), false, {}};
+  });
+  ASSERT_EQ(loadMap(map, folder / "map.cuboids").error, "");
+  map.read([&](const CuboidMap& content, const ros::Time&) {
+    EXPECT_EQ(content.locked().boxes(), std::vector<cuboid_mapping::CellBox>{zone});
+  });
+}
+
+TEST(MapStorage, putsAMapIntoAnotherOneByRuleAndTransform) {
+  const TemporaryFolder folder;
+  Random random(100);
+  GuardedMap map(makeConfig());
+  fill(map, random);
+  GuardedMap other(makeConfig());
+  fill(other, random);
+  ASSERT_EQ(saveMap(other, "map", folder / "other.cuboids").error, "");
+  MapSnapshot expected = map.read(
+      [](const CuboidMap& content, const ros::Time&) { return takeSnapshot(content, ""); });
+  MapSnapshot moved = cuboid_mapping::readMapFile(folder / "other.cuboids").snapshot;
+  Eigen::Isometry3d T_map_file(Eigen::AngleAxisd(M_PI / 2.0, Eigen::Vector3d::UnitZ()));
+  T_map_file.translation() = Eigen::Vector3d(0.3, 0.0, -0.1);
+  ASSERT_TRUE(moveMap(T_map_file, moved).is_exact);
+  const auto rule = cuboid_mapping::MergeRule::kSum;
+  const auto overlap = mergeMaps(moved, rule, expected);
+  EXPECT_GT(overlap.known_to_both, 10.0);
+  const cuboid_mapping::CellBox zone{{0, 0, 0}, {9, 9, 9}};
+  map.edit([&](CuboidMap& content, const ros::Time&) {
+    content.lock(zone);
+    return cuboid_mapping::ChangeSet{content.revision(), false, {}};
+  });
+  const StorageAnswer answer = loadMap(map, folder / "other.cuboids", {}, {rule, T_map_file});
+  EXPECT_EQ(answer.error, "");
+  EXPECT_EQ(answer.notes, "moved by whole voxels: exact. " + describe(overlap, rule));
+  EXPECT_EQ(voxelsOf(map), cuboid_mapping::test::voxelsOf(expected.bricks));
+  map.read([&](const CuboidMap& content, const ros::Time&) {
+    EXPECT_EQ(content.locked().boxes(), std::vector<cuboid_mapping::CellBox>{zone});
+  });
+  EXPECT_EQ(loadMap(map, folder / "other.cuboids", {}, {std::nullopt, T_map_file}).error, "");
+  EXPECT_EQ(voxelsOf(map), cuboid_mapping::test::voxelsOf(moved.bricks)) << "in the place of all";
+  T_map_file.linear() *= 2.0;
+  EXPECT_NE(loadMap(map, folder / "other.cuboids", {}, {rule, T_map_file}).error, "");
+  EXPECT_EQ(voxelsOf(map), cuboid_mapping::test::voxelsOf(moved.bricks));
+}
+
+Eigen::Isometry3d makeQuarterTurn(const Eigen::Vector3d& shift_m) {
+  Eigen::Isometry3d turn(Eigen::AngleAxisd(M_PI / 2.0, Eigen::Vector3d::UnitZ()));
+  turn.translation() = shift_m;
+  return turn;
+}
+
+TEST(MapStorage, movesAWholeMapWithItsLocks) {
+  Random random(101);
+  for (const auto fusion :
+       {cuboid_mapping::FusionKind::kClass, cuboid_mapping::FusionKind::kGrowth}) {
+    MapConfig config = makeConfig();
+    config.fusion = fusion;
+    GuardedMap map(config);
+    fill(map, random);
+    map.edit([&](CuboidMap& content, const ros::Time&) {
+      content.lock({{0, 0, 0}, {9, 5, 2}});
+      content.lock({{-100, 0, 0}, {-99, 1, 1}});
+      return cuboid_mapping::ChangeSet{content.revision(), false, {}};
+    });
+    const auto before = voxelsOf(map);
+    (void)map.takeChanges();
+    const auto motion = cuboid_mapping::VoxelMotion::of(makeQuarterTurn({0.3, 0.0, -0.1}), 0.1);
+    const StorageAnswer answer = moveWholeMap(map, *motion);
+    EXPECT_EQ(answer.error, "");
+    std::map<cuboid_mapping::Cell, float> expected;
+    for (const auto& [cell, value] : before) expected[{2 - cell.y, cell.x, cell.z - 1}] = value;
+    EXPECT_EQ(voxelsOf(map), expected);
+    EXPECT_TRUE(map.takeChanges().is_everything) << "so that all who follow get all";
+    map.read([&](const CuboidMap& content, const ros::Time& stamp) {
+      const std::vector<cuboid_mapping::CellBox> locked{{{2, -100, -1}, {3, -99, 0}},
+                                                        {{-2, 0, -1}, {3, 9, 1}}};
+      EXPECT_EQ(content.locked().boxes(), locked);
+      EXPECT_EQ(stamp, ros::Time(3.0));
+      EXPECT_EQ(answer.num_cuboids, countCuboids(content).total());
+    });
+  }
+}
+
+TEST(MapStorage, movesNoMapBeyondItsLimits) {
+  Random random(102);
+  GuardedMap map(makeConfig());
+  fill(map, random);
+  const auto before = voxelsOf(map);
+  const Eigen::Isometry3d far(Eigen::Translation3d(0.0, 0.1 * 2147483000.0, 0.0));
+  EXPECT_NE(moveWholeMap(map, *cuboid_mapping::VoxelMotion::of(far, 0.1)).error.find("beyond"),
+            std::string::npos);
+  EXPECT_EQ(voxelsOf(map), before);
+}
+
+/// Somebody edits all the time: none of his edits is lost.
+TEST(MapStorage, movesNoMapThatIsChangedMeanwhile) {
+  Random random(103);
+  GuardedMap map(makeConfig());
+  fill(map, random);
+  const auto nowhere = cuboid_mapping::VoxelMotion::of(Eigen::Isometry3d::Identity(), 0.1);
+  const cuboid_mapping::CellBox voxel{{77, 0, 0}, {78, 1, 1}};
+  std::atomic<bool> is_done{false};
+  std::thread editor([&] {
+    for (int i = 1; !is_done; ++i) {
+      const auto value = static_cast<float>(i % 100 + 1);
+      map.edit([&](CuboidMap& content, const ros::Time&) {
+        return content.replace(voxel, std::vector<cuboid_mapping::UniformBox>{{voxel, value}});
+      });
+      const float found = map.read([&](const CuboidMap& content, const ros::Time&) {
+        return content.voxels().logOddsAt(voxel.min).value_or(0.0F);
+      });
+      EXPECT_EQ(found, value) << i;
+    }
+  });
+  std::string error;
+  for (int i = 0; i < 10000 && error.empty(); ++i) error = moveWholeMap(map, *nowhere).error;
+  is_done = true;
+  editor.join();
+  EXPECT_NE(error.find("call again"), std::string::npos) << error;
+}
+
+TEST(MapStorage, saysWhichTransformWouldBeExact) {
+  const auto advice = [](const Eigen::Isometry3d& transform) {
+    return describeRefusal(transform, 0.1);
+  };
+  const std::string shifted = advice(makeQuarterTurn({0.32, -0.07, 5.0}));
+  EXPECT_NE(shifted.find("translation (0.3, -0.1, 5)"), std::string::npos) << shifted;
+  const std::string turned =
+      advice(Eigen::Isometry3d(Eigen::AngleAxisd(0.1, Eigen::Vector3d::UnitZ())));
+  EXPECT_EQ(turned.find("nearest"), std::string::npos) << turned;
+  for (const std::string& text : {shifted, turned}) {
+    EXPECT_NE(text.find("~load_map"), std::string::npos);
+    EXPECT_NE(text.find("multiples of 0.1 m"), std::string::npos);
+  }
+}
+
+TEST(MapStorage, namesTheParameterThatAllowsALargerFile) {
+  const TemporaryFolder folder;
+  Random random(99);
+  GuardedMap map(makeConfig());
+  fill(map, random);
+  ASSERT_EQ(saveMap(map, "map", folder / "map.cuboids").error, "");
+  cuboid_mapping::SnapshotLimits limits;
+  limits.max_bricks = 2;
+  const auto before = voxelsOf(map);
+  EXPECT_NE(loadMap(map, folder / "map.cuboids", limits).error.find("file_memory"),
+            std::string::npos);
+  EXPECT_EQ(voxelsOf(map), before);
+}
+
+TEST(MapStorage, leavesTheMapAsItWasWhenAFileIsBad) {
+  const TemporaryFolder folder;
+  Random random(96);
+  GuardedMap map(makeConfig());
+  fill(map, random);
+  const auto before = voxelsOf(map);
+  ASSERT_EQ(saveMap(map, "map", folder / "good.cuboids").error, "");
+  const std::string good = cuboid_mapping::readFile(folder / "good.cuboids");
+  std::string newer = good;
+  newer[8] = 99;
+  std::string damaged = good;
+  damaged[good.size() / 2] ^= 1;
+  const std::string whole("# Octomap OcTree file\nid OcTree\nsize 1\nres 0.1\ndata\n\0\0\0\0\0",
+                          57);
+  const std::vector<std::pair<std::string, std::string>> files{
+      {"poem", "is not a map"},   {good.substr(0, good.size() - 5), "ends too early"},
+      {newer, "newer"},           {damaged, "damaged"},
+      {whole, "bricks of 8 x 8"}, {"", "is empty"}};
+  for (const auto& [bytes, reason] : files) {
+    const std::string file = folder / "bad";
+    cuboid_mapping::replaceFile(file, bytes);
+    const StorageAnswer answer = loadMap(map, file);
+    const std::string text = reason == "newer" ? "update cuboid_mapping" : reason;
+    EXPECT_NE(answer.error.find(text), std::string::npos) << answer.error;
+    EXPECT_EQ(answer.error.find(file), 0U) << answer.error;
+    EXPECT_EQ(voxelsOf(map), before);
+  }
+  EXPECT_NE(loadMap(map, folder / "none").error.find("No such file"), std::string::npos);
+  EXPECT_NE(loadMap(map, folder / ".").error.find("Is a directory"), std::string::npos);
+  MapSnapshot coarse;
+  coarse.resolution_m = 0.2;
+  writeMapFile(folder / "coarse.cuboids", coarse);
+  EXPECT_NE(loadMap(map, folder / "coarse.cuboids").error.find("resolution 0.2"),
+            std::string::npos);
+  EXPECT_EQ(voxelsOf(map), before);
+}
+
+TEST(MapStorage, saysWhyItCannotSave) {
+  const TemporaryFolder folder;
+  GuardedMap map(makeConfig());
+  EXPECT_NE(saveMap(map, "map", folder / "no/map.ot").error.find("No such file"),
+            std::string::npos);
+  EXPECT_NE(saveMap(map, "map", folder / "map").error.find(".cuboids"), std::string::npos);
+  EXPECT_NE(saveMap(map, "map", "/proc/map.bt").error, "");
+  EXPECT_NE(saveMap(map, "map", "").error, "");
+  std::filesystem::create_directory(folder / "x.cuboids");
+  EXPECT_NE(saveMap(map, "map", folder / "x.cuboids").error.find("Is a directory"),
+            std::string::npos);
+}
+
+TEST(MapStorage, startsFromAFileWithItsResolution) {
+  const TemporaryFolder folder;
+  NodeParameters parameters;
+  EXPECT_FALSE(readStartMap(parameters));
+  MapSnapshot snapshot;
+  snapshot.resolution_m = 0.25;
+  snapshot.bricks = cuboid_mapping::toBricks({{{{0, 0, 0}, {2, 2, 2}}, 1.0F}}).bricks;
+  writeMapFile(folder / "start.bt", snapshot);
+  parameters.map_file = folder / "start.bt";
+  const auto start = readStartMap(parameters);
+  ASSERT_TRUE(start);
+  EXPECT_EQ(parameters.map.resolution_m, 0.25);
+  EXPECT_EQ(start->bricks.size(), 1U);
+  parameters.map_file = folder / "none.bt";
+  EXPECT_THROW((void)readStartMap(parameters), cuboid_mapping::MapFileError);
+}
+
+/// A merging node goes on with its store, or begins with none when it was killed while it made it.
+TEST(MapStorage, startsFromAStoreThatWasMadeWhenItsNodeWasKilled) {
+  const TemporaryFolder folder;
+  Random random(98);
+  GuardedMap map(makeConfig());
+  fill(map, random);
+  const auto voxels = voxelsOf(map);
+  NodeParameters parameters;
+  parameters.fleet.robots = {"/robot1"};
+  int num_made = 0;
+  for (int kills = 0; kills < 60; ++kills) {
+    parameters.autosave_file = folder / ("site" + std::to_string(kills) + ".sqlite");
+    const pid_t child = fork();
+    if (child == 0) {
+      (void)saveMap(map, "map", parameters.autosave_file);
+      for (;;) pause();
+    }
+    usleep(static_cast<useconds_t>(1500 * kills));  // At first too soon, in the end late enough.
+    kill(child, SIGKILL);
+    int state = 0;
+    ASSERT_EQ(waitpid(child, &state, 0), child);
+    const auto found = readStartMap(parameters);
+    num_made += found ? 1 : 0;
+    if (found) {
+      ASSERT_EQ(cuboid_mapping::test::voxelsOf(found->bricks), voxels);
+    }
+  }
+  EXPECT_GT(num_made, 0);
+  EXPECT_LT(num_made, 60);
+  parameters.autosave_file = folder / "tables.sqlite";
+  cuboid_mapping::MapStore(parameters.autosave_file, cuboid_mapping::StoreAccess::kWrite);
+  EXPECT_FALSE(readStartMap(parameters)) << "a store with tables only";
+}
+
+/// Kills a process that saves again and again, 200 times at any moment: the file is always whole.
+TEST(MapStorage, leavesAWholeFileWhateverKillsIt) {
+  const TemporaryFolder folder;
+  const std::string file = folder / "map.cuboids";
+  Random random(97);
+  GuardedMap map(makeConfig());
+  fill(map, random);
+  ASSERT_EQ(saveMap(map, "map", file).error, "");
+  GuardedMap other(makeConfig());
+  fill(other, random);
+  const auto first = voxelsOf(map);
+  const auto second = voxelsOf(other);
+  ASSERT_NE(first, second);
+  int num_first = 0;
+  for (int kills = 0; kills < 200; ++kills) {
+    const pid_t child = fork();
+    if (child == 0) {
+      for (;;) {
+        (void)saveMap(other, "map", file);
+        (void)saveMap(map, "map", file);
+      }
+    }
+    usleep(static_cast<useconds_t>(random.integer(0, 8000)));
+    kill(child, SIGKILL);
+    int state = 0;
+    ASSERT_EQ(waitpid(child, &state, 0), child);
+    ASSERT_TRUE(WIFSIGNALED(state));
+    const auto found =
+        cuboid_mapping::test::voxelsOf(cuboid_mapping::readMapFile(file).snapshot.bricks);
+    ASSERT_TRUE(found == first || found == second)
+        << cuboid_mapping::test::seedNote(static_cast<std::size_t>(kills));
+    num_first += found == first ? 1 : 0;
+  }
+  EXPECT_GT(num_first, 0);
+  EXPECT_LT(num_first, 200) << "some kills came after a save";
+}
+
+}  // namespace
+}  // namespace cuboid_mapping_ros

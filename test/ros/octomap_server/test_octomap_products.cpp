@@ -1,0 +1,408 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// What octomap_server would publish, beside OctoMap itself and beside single voxels.
+#include "cuboid_mapping/ros/octomap_server/octomap_products.h"
+
+#include "cuboid_mapping/interop/octomap_parity.h"
+#include "cuboid_mapping/ros/octomap_server/octomap_server_interface.h"
+#include "cuboid_mapping/ros/octomap_server/projected_map.h"
+#include "support/snapshots.h"
+
+#include <gtest/gtest.h>
+#include <sensor_msgs/point_cloud2_iterator.h>
+
+#include <array>
+#include <cmath>
+#include <set>
+#include <sstream>
+
+namespace cuboid_mapping_ros {
+namespace {
+
+using cuboid_mapping::Cell;
+using cuboid_mapping::CellBox;
+using cuboid_mapping::CuboidMap;
+using cuboid_mapping::MapConfig;
+using cuboid_mapping::MapSnapshot;
+using cuboid_mapping::Occupancy;
+using cuboid_mapping::OctreeKind;
+using cuboid_mapping::UniformBox;
+using cuboid_mapping::VoxelBrick;
+using cuboid_mapping::test::Random;
+using cuboid_mapping::test::seedNote;
+using cuboid_mapping::test::visitCells;
+
+std::unique_ptr<octomap::OcTree> toTree(const OctomapMessage& message) {
+  auto tree = std::make_unique<octomap::OcTree>(message.resolution);
+  std::stringstream data;
+  data.write(reinterpret_cast<const char*>(message.data.data()),
+             static_cast<std::streamsize>(message.data.size()));
+  if (message.data.empty()) return tree;
+  if (message.binary != 0) {
+    tree->readBinaryData(data);
+  } else {
+    tree->readData(data);
+  }
+  return tree;
+}
+
+TEST(OctomapMessages, areTheTreeThatOctomapServerWouldSend) {
+  Random random(91);
+  MapConfig config;
+  config.resolution_m = 0.1;
+  cuboid_mapping::test::ScanShape shape;
+  shape.num_points = 400;
+  shape.num_no_returns = 0;
+  for (int i = 0; i < 10; ++i) {
+    CuboidMap map(config);
+    cuboid_mapping::ScanUpdater updater(map.grid(), 2.5);
+    octomap::OcTree theirs = cuboid_mapping::makeOctomap(config);
+    for (int cloud = 0; cloud < 6; ++cloud) {
+      const auto scan = randomScan(random, shape);
+      map.apply(updater.compute(scan));
+      insertIntoOctomap(scan, 2.5, theirs);
+    }
+    double num_left_out = -1.0;
+    std_msgs::Header header;
+    header.frame_id = "map";
+    const MapSnapshot snapshot = takeSnapshot(map, "map");
+    const auto full = toOctomapMessage(snapshot, OctreeKind::kFull, header, num_left_out);
+    EXPECT_EQ(num_left_out, 0.0);
+    EXPECT_EQ(full.id, "OcTree");
+    EXPECT_EQ(full.header.frame_id, "map");
+    const auto tree = toTree(full);
+    EXPECT_TRUE(compareWithOctomap(map, *tree).isExact());
+    EXPECT_TRUE(compareWithOctomap(map, theirs).isExact());
+    theirs.updateInnerOccupancy();
+    for (auto leaf = theirs.begin_leafs(); leaf != theirs.end_leafs(); ++leaf) {
+      const auto* node = tree->search(leaf.getKey());
+      ASSERT_NE(node, nullptr) << seedNote(i);
+      ASSERT_NEAR(node->getLogOdds(), leaf->getLogOdds(), 1e-3) << seedNote(i);
+    }
+    // The same bytes when OctoMap writes it again.
+    std::ostringstream again;
+    tree->writeData(again);
+    EXPECT_TRUE(again.str() == std::string(full.data.begin(), full.data.end()));
+    const auto binary = toOctomapMessage(snapshot, OctreeKind::kBinary, header, num_left_out);
+    const auto classes = toTree(binary);
+    std::ostringstream binary_again;
+    classes->writeBinaryData(binary_again);
+    EXPECT_TRUE(binary_again.str() == std::string(binary.data.begin(), binary.data.end()));
+    for (auto leaf = theirs.begin_leafs(); leaf != theirs.end_leafs(); ++leaf) {
+      const auto* node = classes->search(leaf.getKey());
+      ASSERT_NE(node, nullptr);
+      ASSERT_EQ(classes->isNodeOccupied(node), theirs.isNodeOccupied(*leaf));
+    }
+  }
+}
+
+/// A map of these voxels.
+CuboidMap makeMap(const std::vector<UniformBox>& boxes) {
+  MapConfig config;
+  config.resolution_m = 0.5;
+  CuboidMap map(config);
+  map.replace(cuboid_mapping::kAllCells, boxes);
+  return map;
+}
+
+TEST(OctomapProducts, leaveSpecklesOutWhenAsked) {
+  // Two occupied voxels that touch in a corner, one alone, one alone beside free space.
+  const CuboidMap map = makeMap({{CellBox::ofCell({0, 0, 0}), 1.0F},
+                                 {CellBox::ofCell({1, 1, 1}), 1.0F},
+                                 {CellBox::ofCell({7, 7, 7}), 1.0F},
+                                 {CellBox::ofCell({20, 0, 0}), 1.0F},
+                                 {{{21, 0, 0}, {24, 1, 1}}, -1.0F},
+                                 {{{40, 0, 0}, {42, 1, 1}}, 1.0F}});
+  std::vector<VoxelBrick> bricks = takeSnapshot(map, "").bricks;
+  removeSpeckles(map.voxels(), bricks);
+  std::set<Cell> left;
+  for (const auto& [cell, log_odds] : cuboid_mapping::test::voxelsOf(bricks)) left.insert(cell);
+  EXPECT_EQ(left,
+            (std::set<Cell>{
+                {0, 0, 0}, {1, 1, 1}, {21, 0, 0}, {22, 0, 0}, {23, 0, 0}, {40, 0, 0}, {41, 0, 0}}));
+}
+
+TEST(OctomapProducts, knowSpecklesFromNeighboursInOtherBricks) {
+  Random random(94);
+  std::size_t num_speckles = 0;
+  for (int i = 0; i < 20; ++i) {
+    MapConfig config;
+    CuboidMap map(config);
+    for (int update = 0; update < 3; ++update) {
+      map.apply(cuboid_mapping::test::randomUpdate(random, {{-1, -1, -1}, {1, 1, 1}}, 8));
+    }
+    std::map<Cell, float> expected = cuboid_mapping::test::voxelsOf(map);
+    const auto is_speckle = [&map](const Cell& cell) {
+      int num_occupied = 0;
+      visitCells({cell - Cell{1, 1, 1}, cell + Cell{2, 2, 2}}, [&](const Cell& other) {
+        num_occupied += map.voxels().at(other) == Occupancy::kOccupied ? 1 : 0;
+      });
+      return map.voxels().at(cell) == Occupancy::kOccupied && num_occupied == 1;
+    };
+    for (auto voxel = expected.begin(); voxel != expected.end();) {
+      num_speckles += is_speckle(voxel->first) ? 1 : 0;
+      voxel = is_speckle(voxel->first) ? expected.erase(voxel) : std::next(voxel);
+    }
+    std::vector<VoxelBrick> bricks = takeSnapshot(map, "").bricks;
+    removeSpeckles(map.voxels(), bricks);
+    ASSERT_EQ(cuboid_mapping::test::voxelsOf(bricks), expected) << seedNote(i);
+  }
+  EXPECT_GT(num_speckles, 20U);
+}
+
+TEST(OctomapProducts, showCellsOfOneClassBetweenTwoHeights) {
+  const MapSnapshot snapshot = takeSnapshot(makeMap({{{{0, 0, 0}, {8, 8, 8}}, 1.0F},
+                                                     {{{8, 0, 0}, {9, 1, 1}}, 1.0F},
+                                                     {{{0, 0, 16}, {2, 2, 18}}, 1.0F},
+                                                     {{{16, 0, 0}, {24, 8, 8}}, -1.0F}}),
+                                            "");
+  OctomapServerParameters parameters;
+  EXPECT_EQ(computeShownLeaves(snapshot, ShownCells::kOccupied, parameters).size(), 3U);
+  EXPECT_EQ(computeShownLeaves(snapshot, ShownCells::kFree, parameters).size(), 1U);
+  parameters.occupancy_max_z_m = 8.0;
+  const auto low = computeShownLeaves(snapshot, ShownCells::kOccupied, parameters);
+  EXPECT_EQ(low.size(), 2U);
+  parameters.occupancy_min_z_m = 0.5;
+  EXPECT_EQ(computeShownLeaves(snapshot, ShownCells::kOccupied, parameters).size(), 1U);
+  parameters.occupancy_min_z_m = -1.0;
+
+  std_msgs::Header header;
+  header.frame_id = "map";
+  parameters.is_height_map = false;
+  parameters.color = {0.1, 0.2, 0.3, 0.4};
+  const auto markers = toCellMarkers(snapshot, ShownCells::kOccupied, parameters, header).markers;
+  ASSERT_EQ(markers.size(), 17U);
+  for (std::size_t depth = 0; depth < markers.size(); ++depth) {
+    const auto& marker = markers[depth];
+    EXPECT_EQ(marker.id, static_cast<int>(depth));
+    EXPECT_EQ(marker.ns, "map");
+    EXPECT_EQ(marker.header.frame_id, "map");
+    EXPECT_EQ(marker.points.size(), depth == 13 || depth == 16 ? 1U : 0U) << depth;
+    using Marker = visualization_msgs::Marker;
+    EXPECT_EQ(marker.action, marker.points.empty() ? Marker::DELETE : Marker::ADD) << depth;
+    EXPECT_TRUE(marker.colors.empty());
+    EXPECT_FLOAT_EQ(marker.color.g, 0.2F);
+  }
+  EXPECT_EQ(markers[13].scale.x, 4.0);
+  EXPECT_EQ(markers[13].points[0].x, 2.0);
+  EXPECT_EQ(markers[16].points[0].x, 4.25);
+  sensor_msgs::PointCloud2 cloud = toCenters(low, 0.5, header);
+  EXPECT_EQ(cloud.width * cloud.height, 2U);
+  const sensor_msgs::PointCloud2Iterator<float> x(cloud, "x");
+  EXPECT_EQ(*x, 2.0F);
+}
+
+/// Colour of a height as octomap_server computes it: OctomapServer::publishAll, heightMapColor.
+std_msgs::ColorRGBA theirHeightColor(double z_m, double min_m, double max_m, double color_factor) {
+  double h = (1.0 - std::min(std::max((z_m - min_m) / (max_m - min_m), 0.0), 1.0)) * color_factor;
+  h -= std::floor(h);
+  h *= 6;
+  const int i = static_cast<int>(std::floor(h));
+  const double f = (i & 1) != 0 ? h - i : 1 - (h - i);
+  const auto n = static_cast<float>(1 - f);
+  const std::array<std::array<float, 3>, 6> by_sixth{
+      {{1, n, 0}, {n, 1, 0}, {0, 1, n}, {0, n, 1}, {n, 0, 1}, {1, 0, n}}};
+  const auto& rgb = by_sixth[static_cast<std::size_t>(i % 6)];
+  std_msgs::ColorRGBA color;
+  color.r = rgb[0];
+  color.g = rgb[1];
+  color.b = rgb[2];
+  color.a = 1.0F;
+  return color;
+}
+
+TEST(OctomapProducts, heightsHaveTheColoursOfOctomapServer) {
+  // Ten occupied voxels one above the other, and free space that reaches further up and down.
+  std::vector<UniformBox> boxes{{{{5, 0, -7}, {6, 1, 20}}, -1.0F}};
+  for (std::int32_t z = 0; z < 20; z += 2) boxes.push_back({CellBox::ofCell({0, 0, z}), 1.0F});
+  const MapSnapshot snapshot = takeSnapshot(makeMap(boxes), "");
+  for (const double color_factor : {0.0, 0.3, 0.8, 1.0}) {
+    OctomapServerParameters parameters;
+    parameters.color_factor = color_factor;
+    const auto markers = toCellMarkers(snapshot, ShownCells::kOccupied, parameters, {}).markers;
+    ASSERT_EQ(markers[16].colors.size(), 10U);
+    for (std::size_t i = 0; i < markers[16].colors.size(); ++i) {
+      const double z_m = markers[16].points[i].z;
+      const auto expected = theirHeightColor(z_m, -3.5, 10.0, color_factor);
+      EXPECT_NEAR(markers[16].colors[i].r, expected.r, 1e-6) << z_m << ' ' << color_factor;
+      EXPECT_NEAR(markers[16].colors[i].g, expected.g, 1e-6) << z_m << ' ' << color_factor;
+      EXPECT_NEAR(markers[16].colors[i].b, expected.b, 1e-6) << z_m << ' ' << color_factor;
+      EXPECT_EQ(markers[16].colors[i].a, 1.0F);
+    }
+  }
+}
+
+/// What each cell of a grid ought to be: looks at every voxel.
+std::int8_t projectVoxels(const CuboidMap& map, std::int32_t x, std::int32_t y, std::int32_t min_z,
+                          std::int32_t max_z) {
+  std::int8_t value = -1;
+  for (std::int32_t z = min_z; z < max_z; ++z) {
+    const Occupancy occupancy = map.voxels().at({x, y, z});
+    if (occupancy == Occupancy::kOccupied) return 100;
+    if (occupancy == Occupancy::kFree) value = 0;
+  }
+  return value;
+}
+
+TEST(ProjectedMap, isWhatEveryVoxelSaysAfterEveryChange) {
+  Random random(92);
+  MapConfig config;
+  config.resolution_m = 0.5;
+  CuboidMap map(config);
+  OctomapServerParameters parameters;
+  parameters.occupancy_min_z_m = -4.0;
+  parameters.occupancy_max_z_m = 4.0;
+  ProjectedMap projection(parameters);
+  std::size_t num_cells = 0;
+  for (int i = 0; i < 40; ++i) {
+    if (i == 20) {
+      projection.noteChanges(map.clear());
+    } else if (i % 7 == 6) {
+      const CellBox box =
+          cuboid_mapping::test::randomBox(random, {{-20, -20, -20}, {20, 20, 20}}, 15);
+      projection.noteChanges(map.replace(box, std::vector<UniformBox>{}));
+    } else {
+      projection.noteChanges(
+          map.apply(cuboid_mapping::test::randomUpdate(random, {{-3, -3, -2}, {3, 3, 2}}, 5)));
+    }
+    projection.update(map);
+    const auto grid = projection.makeGrid({}, 0.5);
+    const auto x0 = static_cast<std::int32_t>(std::lround(grid.info.origin.position.x / 0.5));
+    const auto y0 = static_cast<std::int32_t>(std::lround(grid.info.origin.position.y / 0.5));
+    ASSERT_EQ(grid.data.size(), grid.info.width * grid.info.height);
+    for (std::int32_t y = -30; y < 30; ++y) {
+      for (std::int32_t x = -30; x < 30; ++x) {
+        const bool is_inside = x >= x0 && x < x0 + static_cast<std::int32_t>(grid.info.width) &&
+                               y >= y0 && y < y0 + static_cast<std::int32_t>(grid.info.height);
+        const auto at =
+            static_cast<std::size_t>((y - y0)) * grid.info.width + static_cast<std::size_t>(x - x0);
+        const std::int8_t value = is_inside ? grid.data[at] : std::int8_t{-1};
+        ASSERT_EQ(value, projectVoxels(map, x, y, -8, 8)) << seedNote(i) << ' ' << x << ' ' << y;
+        num_cells += value >= 0 ? 1 : 0;
+      }
+    }
+  }
+  EXPECT_GT(num_cells, 5000U);
+}
+
+TEST(ProjectedMap, isAtLeastSoWideAndEmptyWithoutAnything) {
+  const CuboidMap map = makeMap({});
+  OctomapServerParameters parameters;
+  ProjectedMap empty(parameters);
+  empty.update(map);
+  EXPECT_EQ(empty.makeGrid({}, 0.5).data.size(), 0U);
+  parameters.min_x_size_m = 3.0;
+  parameters.min_y_size_m = 2.0;
+  ProjectedMap wide(parameters);
+  wide.update(map);
+  const auto grid = wide.makeGrid({}, 0.5);
+  EXPECT_EQ(grid.info.width, 6U);
+  EXPECT_EQ(grid.info.height, 4U);
+  EXPECT_EQ(grid.info.origin.position.x, -1.5);
+  EXPECT_EQ(std::count(grid.data.begin(), grid.data.end(), -1), 24);
+}
+
+/// As costmap_2d's static layer does it, which keeps the size of the whole map.
+void applyUpdate(const map_msgs::OccupancyGridUpdate& update, nav_msgs::OccupancyGrid& grid) {
+  ASSERT_EQ(update.header.frame_id, grid.header.frame_id);
+  ASSERT_EQ(update.data.size(), std::size_t{update.width} * update.height);
+  std::size_t next = 0;
+  for (std::size_t y = 0; y < update.height; ++y) {
+    for (std::size_t x = 0; x < update.width; ++x) {
+      const std::size_t row = static_cast<std::size_t>(update.y) + y;
+      grid.data.at(row * grid.info.width + static_cast<std::size_t>(update.x) + x) =
+          update.data[next++];
+    }
+  }
+}
+
+TEST(ProjectedMap, isKeptUpWithUpdatesAsAStaticLayerTakesThem) {
+  Random random(94);
+  MapConfig config;
+  config.resolution_m = 0.5;
+  CuboidMap map(config);
+  OctomapServerParameters parameters;
+  parameters.min_x_size_m = parameters.min_y_size_m = 30.0;  // No cloud reaches beyond.
+  ProjectedMap projection(parameters);
+  nav_msgs::OccupancyGrid layer;
+  std::size_t num_sent = 0;
+  std::size_t num_cells = 0;
+  for (int i = 0; i < 200; ++i) {
+    projection.noteChanges(
+        map.apply(cuboid_mapping::test::randomUpdate(random, {{-3, -3, -2}, {2, 2, 2}}, 1)));
+    projection.update(map);
+    const auto grid = projection.makeGrid({}, 0.5);
+    if (i == 0) layer = grid;
+    const auto update = findGridUpdate(layer, grid);
+    ASSERT_TRUE(update);
+    applyUpdate(*update, layer);
+    ASSERT_EQ(layer.data, grid.data) << seedNote(static_cast<std::size_t>(i));
+    num_sent += update->data.empty() ? 0 : 1;
+    num_cells += update->data.size();
+    EXPECT_TRUE(findGridUpdate(layer, grid)->data.empty());
+  }
+  EXPECT_GT(num_sent, 50U);
+  EXPECT_LT(num_cells, num_sent * layer.data.size() / 10)
+      << "rectangles are as small as they can be";
+}
+
+TEST(ProjectedMap, cannotBeUpdatedWhenItsPlaceHasChanged) {
+  nav_msgs::OccupancyGrid grid;
+  grid.header.frame_id = "map";
+  grid.info.width = grid.info.height = 2;
+  grid.data.assign(4, 0);
+  EXPECT_TRUE(findGridUpdate(grid, grid));
+  auto other = grid;
+  other.info.origin.position.y = 0.5;
+  EXPECT_FALSE(findGridUpdate(grid, other));
+  other = grid;
+  other.header.frame_id = "odom";
+  EXPECT_FALSE(findGridUpdate(grid, other));
+  other = grid;
+  other.info.height = 3;
+  other.data.assign(6, 0);
+  EXPECT_FALSE(findGridUpdate(grid, other));
+}
+
+TEST(ClearBox, freesKnownVoxelsInsideTheBoxAndNothingElse) {
+  Random random(93);
+  MapConfig config;
+  config.resolution_m = 0.1;
+  for (int i = 0; i < 10; ++i) {
+    GuardedMap map(config);
+    for (int update = 0; update < 6; ++update) {
+      const auto bricks = cuboid_mapping::test::randomUpdate(random, {{-2, -2, -2}, {2, 2, 2}}, 8);
+      map.change(ros::Time(7.0), [&](CuboidMap& content) { return content.apply(bricks); });
+    }
+    const auto voxels_of = [&map] {
+      return map.read([](const CuboidMap& content, const ros::Time&) {
+        return cuboid_mapping::test::voxelsOf(content);
+      });
+    };
+    auto expected = voxels_of();
+    const CellBox box =
+        cuboid_mapping::test::randomBox(random, {{-12, -12, -12}, {12, 12, 12}}, 12);
+    const float free = cuboid_mapping::SensorModel(config.sensor_model).min();
+    for (auto& [cell, log_odds] : expected) {
+      if (box.contains(cell)) log_odds = free;
+    }
+    EXPECT_EQ(clearBox(map, map.grid().toMetricBox(box)), "");
+    EXPECT_EQ(voxels_of(), expected) << seedNote(i);
+    map.read([](const CuboidMap&, const ros::Time& stamp) {
+      EXPECT_EQ(stamp, ros::Time(7.0));
+      return 0;
+    });
+  }
+}
+
+TEST(ClearBox, refusesBoxesThatAreNone) {
+  GuardedMap map({});
+  const double nan = std::numeric_limits<double>::quiet_NaN();
+  EXPECT_EQ(
+      clearBox(map, {{0, 0, 0}, {-nan, 1, 1}}).rfind("box from (0, 0, 0) to (NaN, 1, 1): ", 0), 0U);
+  EXPECT_NE(clearBox(map, {{1, 0, 0}, {0, 1, 1}}), "");
+  EXPECT_NE(clearBox(map, {{0, 0, 0}, {1, 1, 1e15}}), "");
+  EXPECT_EQ(clearBox(map, {{0, 0, 0}, {0, 1, 1}}), "") << "a box without thickness";
+}
+
+}  // namespace
+}  // namespace cuboid_mapping_ros

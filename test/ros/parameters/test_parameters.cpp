@@ -1,0 +1,441 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "cuboid_mapping/ros/parameters/parameters.h"
+
+#include "ros/parameter_cases.h"
+#include "ros/window_cases.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <fstream>
+#include <functional>
+#include <limits>
+#include <sstream>
+#include <string>
+#include <vector>
+
+namespace cuboid_mapping_ros {
+namespace {
+
+/// Sets a key with slashes in nested structs.
+void set(XmlRpcValue& group, const std::string& key, const XmlRpcValue& value) {
+  const std::size_t slash = key.find('/');
+  if (slash == std::string::npos) {
+    group[key] = value;
+  } else {
+    set(group[key.substr(0, slash)], key.substr(slash + 1), value);
+  }
+}
+
+XmlRpcValue makeGroup(const std::vector<std::pair<std::string, XmlRpcValue>>& values) {
+  XmlRpcValue group;
+  for (const auto& [key, value] : values) set(group, key, value);
+  return group;
+}
+
+std::string readFile(const std::string& path) {
+  std::ifstream in(std::string(CUBOID_MAPPING_SOURCE_DIR) + '/' + path);
+  std::ostringstream text;
+  text << in.rdbuf();
+  return text.str();
+}
+
+std::vector<std::string> keysOf(const std::vector<ParameterError>& errors) {
+  std::vector<std::string> keys;
+  keys.reserve(errors.size());
+  for (const ParameterError& error : errors) keys.push_back(error.key);
+  return keys;
+}
+
+bool hasText(const ParameterError& error, const std::string& text) {
+  return error.message.find(text) != std::string::npos;
+}
+
+std::vector<Case> allCases() {
+  std::vector<Case> cases = mapCases();
+  for (const auto& part :
+       {fusionCases(), sourceCases(), selfFilterCases(), sensorModelCases(), fleetCases(),
+        windowCases(), limitCases(), otherCases(), octomapServerCases()}) {
+    cases.insert(cases.end(), part.begin(), part.end());
+  }
+  return cases;
+}
+
+TEST(Parameters, NoneGivesTheDefaultsWithoutError) {
+  // `nodelet load` leaves an empty string where there is no parameter.
+  for (const XmlRpcValue& none : {XmlRpcValue(), XmlRpcValue(""), makeGroup({})}) {
+    const LoadedParameters loaded = readParameters(none);
+    EXPECT_TRUE(loaded.errors.empty());
+    EXPECT_EQ(toLogLines(loaded.parameters), toLogLines(NodeParameters{}));
+  }
+}
+
+TEST(Parameters, EveryParameterHasACaseInThisTest) {
+  const std::vector<std::string> lines = toLogLines({});
+  EXPECT_EQ(lines.size(), allCases().size());
+  for (const Case& c : allCases()) {
+    const auto is_own = [&c](const std::string& line) { return line.rfind(c.key + ": ", 0) == 0; };
+    EXPECT_EQ(std::count_if(lines.begin(), lines.end(), is_own), 1) << c.key;
+  }
+}
+
+TEST(Parameters, EveryGoodValueArrivesInItsFieldAndInTheLog) {
+  const std::vector<std::string> defaults = toLogLines({});
+  for (const Case& c : allCases()) {
+    SCOPED_TRACE(c.key);
+    EXPECT_FALSE(c.arrives(NodeParameters{})) << "the case does not differ from the default";
+    const LoadedParameters loaded = readParameters(makeGroup({{c.key, c.good}}));
+    // A frame of the window alone is not enough: see test_window_answers.cpp.
+    EXPECT_EQ(keysOf(loaded.errors),
+              std::vector<std::string>(c.key == "window/frame" ? 1 : 0, "window/file"));
+    EXPECT_TRUE(c.arrives(loaded.parameters));
+    const std::vector<std::string> lines = toLogLines(loaded.parameters);
+    for (std::size_t i = 0; i < lines.size(); ++i) {
+      const bool is_own = lines[i].rfind(c.key + ": ", 0) == 0;
+      EXPECT_EQ(lines[i] != defaults[i], is_own) << lines[i];
+      EXPECT_EQ(lines[i].find("(default)") == std::string::npos, is_own) << lines[i];
+    }
+  }
+}
+
+TEST(Parameters, EveryBadValueGivesExactlyItsErrorAndKeepsTheDefault) {
+  std::size_t num_checked = 0;
+  for (const Case& c : allCases()) {
+    for (const XmlRpcValue& bad : c.bad) {
+      SCOPED_TRACE(c.key + " " + bad.toXml());
+      const LoadedParameters loaded = readParameters(makeGroup({{c.key, bad}}));
+      EXPECT_EQ(keysOf(loaded.errors), std::vector<std::string>{c.key});
+      if (loaded.errors.empty()) continue;
+      EXPECT_TRUE(hasText(loaded.errors[0], "but must be ")) << loaded.errors[0].message;
+      EXPECT_TRUE(hasText(loaded.errors[0], "the default ")) << loaded.errors[0].message;
+      EXPECT_EQ(toLogLines(loaded.parameters), toLogLines({}));
+      ++num_checked;
+    }
+  }
+  EXPECT_EQ(num_checked, 383U);
+}
+
+TEST(Parameters, AnErrorSaysValueRangeAndWhatToDo) {
+  const auto message_of = [](const std::string& key, const XmlRpcValue& value) {
+    return readParameters(makeGroup({{key, value}})).errors.at(0).message;
+  };
+  EXPECT_EQ(message_of("sensor_model/hit", 1.7),
+            "is 1.7, but must be a number from 0.501 to 0.999: correct it, or remove it to get the "
+            "default 0.7");
+  EXPECT_EQ(message_of("pointcloud_max_z", "1e9"),
+            "is \"1e9\", but must be a number: write it without quotes, an exponent as in 1.0e+9, "
+            "or remove it to get the default 1.0e+09");
+  EXPECT_EQ(message_of("fusion", "bricks"),
+            "is \"bricks\", but must be class, growth or none: choose one of the names, or "
+            "remove it to get the default class");
+  EXPECT_EQ(message_of("sensor_model/max_range", 0),
+            "is 0, but must be -1, or a number of at least 0.01: correct it, or remove it to get "
+            "the default -1.0");
+}
+
+TEST(Parameters, WhatIsOfAnEarlierVersionIsRefusedWithWhatToDo) {
+  const auto errors_of = [](const std::string& key, const XmlRpcValue& value) {
+    return readParameters(makeGroup({{key, value}})).errors;
+  };
+  const auto of_bricks = errors_of("hot_bricks", 64);
+  ASSERT_EQ(keysOf(of_bricks), std::vector<std::string>{"hot_bricks"});
+  EXPECT_EQ(of_bricks[0].message,
+            "belongs to an earlier version: there is nothing to limit any more: remove it");
+  const auto of_cuboids = errors_of("published_cuboids", "class");
+  ASSERT_EQ(keysOf(of_cuboids), std::vector<std::string>{"published_cuboids"});
+  EXPECT_TRUE(hasText(of_cuboids[0], "boxes of one class: remove it")) << of_cuboids[0].message;
+  const auto of_fusion = errors_of("fusion", "brick");
+  ASSERT_EQ(keysOf(of_fusion), std::vector<std::string>{"fusion"});
+  EXPECT_TRUE(hasText(of_fusion[0], "write class")) << of_fusion[0].message;
+}
+
+TEST(Parameters, AWholeNumberIsTakenForANumber) {
+  const LoadedParameters loaded =
+      readParameters(makeGroup({{"publish_rate", 2}, {"sensor_model/max_range", 80}}));
+  EXPECT_TRUE(loaded.errors.empty());
+  EXPECT_EQ(loaded.parameters.publish_rate_hz, 2.0);
+  EXPECT_EQ(loaded.parameters.max_range_m, 80.0);
+}
+
+TEST(Parameters, MinusOneMeansNoRangeLimitAsWithOctomapServer) {
+  for (const XmlRpcValue& minus_one : {XmlRpcValue(-1), XmlRpcValue(-1.0)}) {
+    const LoadedParameters loaded = readParameters(
+        makeGroup({{"sensor_model/max_range", minus_one}, {"sensor_model/min_range", minus_one}}));
+    EXPECT_TRUE(loaded.errors.empty());
+    EXPECT_EQ(loaded.parameters.max_range_m, kInfinity);
+    EXPECT_EQ(loaded.parameters.min_range_m, 0.0);
+  }
+}
+
+TEST(Parameters, SetsThatDoNotFitAreRefused) {
+  using Values = std::vector<std::pair<std::string, XmlRpcValue>>;
+  const std::vector<std::pair<Values, std::string>> cases{
+      {{{"rtree/max_branches", 16}}, "rtree/min_branches"},
+      {{{"rtree/min_branches", 17}}, "rtree/min_branches"},
+      {{{"rtree/max_branches", 9}, {"rtree/min_branches", 5}}, "rtree/min_branches"},
+      {{{"pointcloud_min_x", 1.0}, {"pointcloud_max_x", 1.0}}, "pointcloud_min_x"},
+      {{{"pointcloud_min_y", 2.0}, {"pointcloud_max_y", 1.0}}, "pointcloud_min_y"},
+      {{{"pointcloud_max_z", -2e9}}, "pointcloud_min_z"},
+      {{{"sensor_model/min_range", 5.0}, {"sensor_model/max_range", 5.0}},
+       "sensor_model/min_range"},
+  };
+  for (const auto& [values, key] : cases) {
+    const LoadedParameters loaded = readParameters(makeGroup(values));
+    EXPECT_EQ(keysOf(loaded.errors), std::vector<std::string>{key});
+  }
+  EXPECT_EQ(readParameters(makeGroup({{"rtree/max_branches", 16}})).errors.at(0).message,
+            "is 12, but must be at most half of max_branches (16): set it to at most 8, or "
+            "max_branches to at least 24");
+  EXPECT_EQ(readParameters(makeGroup({{"pointcloud_min_y", 2}, {"pointcloud_max_y", 1.5}}))
+                .errors.at(0)
+                .message,
+            "is 2.0, but must be less than pointcloud_max_y (1.5): change one of them");
+}
+
+TEST(Parameters, SetsAreNotJudgedByAValueThatIsBadItself) {
+  const LoadedParameters loaded =
+      readParameters(makeGroup({{"rtree/max_branches", 1}, {"rtree/min_branches", 20}}));
+  EXPECT_EQ(keysOf(loaded.errors), std::vector<std::string>{"rtree/max_branches"});
+}
+
+TEST(Parameters, AllErrorsAreListedAtOnce) {
+  const LoadedParameters loaded = readParameters(makeGroup({{"resolution", 0.0},
+                                                            {"frame_id", ""},
+                                                            {"sensor_model/hit", 2.0},
+                                                            {"rtree/max_branches", 8},
+                                                            {"latch", "yes"},
+                                                            {"pointcloud_min_x", kNan},
+                                                            {"pointcloud_min_z", 3.0},
+                                                            {"pointcloud_max_z", 1.0},
+                                                            {"sensor_model/hitt", 0.7},
+                                                            {"publish_rates", 1.0}}));
+  const std::vector<std::string> expected{"frame_id",         "resolution",    "sensor_model/hit",
+                                          "pointcloud_min_x", "latch",         "rtree/min_branches",
+                                          "pointcloud_min_z", "publish_rates", "sensor_model/hitt"};
+  EXPECT_EQ(keysOf(loaded.errors), expected);
+}
+
+TEST(Parameters, AllThatOctomapServerHasAreTaken) {
+  const XmlRpcValue theirs = makeGroup({{"frame_id", "map"},
+                                        {"base_frame_id", "base_footprint"},
+                                        {"resolution", 0.05},
+                                        {"height_map", true},
+                                        {"colored_map", false},
+                                        {"color_factor", 0.8},
+                                        {"color/r", 0.0},
+                                        {"color/g", 0.0},
+                                        {"color/b", 1.0},
+                                        {"color/a", 1.0},
+                                        {"color_free/r", 0.0},
+                                        {"color_free/g", 1.0},
+                                        {"color_free/b", 0.0},
+                                        {"color_free/a", 1.0},
+                                        {"publish_free_space", false},
+                                        {"latch", true},
+                                        {"pointcloud_min_x", -100.0},
+                                        {"pointcloud_max_x", 100.0},
+                                        {"pointcloud_min_y", -100.0},
+                                        {"pointcloud_max_y", 100.0},
+                                        {"pointcloud_min_z", -100.0},
+                                        {"pointcloud_max_z", 100.0},
+                                        {"occupancy_min_z", -100.0},
+                                        {"occupancy_max_z", 100.0},
+                                        {"min_x_size", 0.0},
+                                        {"min_y_size", 0.0},
+                                        {"filter_speckles", false},
+                                        {"filter_ground", false},
+                                        {"ground_filter/distance", 0.04},
+                                        {"ground_filter/angle", 0.15},
+                                        {"ground_filter/plane_distance", 0.07},
+                                        {"sensor_model/max_range", -1.0},
+                                        {"sensor_model/min_range", -1.0},
+                                        {"sensor_model/hit", 0.7},
+                                        {"sensor_model/miss", 0.4},
+                                        {"sensor_model/min", 0.12},
+                                        {"sensor_model/max", 0.97},
+                                        {"compress_map", true},
+                                        {"incremental_2D_projection", false},
+                                        {"map_file", ""}});
+  EXPECT_TRUE(readParameters(theirs).errors.empty());
+}
+
+TEST(Parameters, AnUnknownKeyIsRefusedWithTheNearestKnownOne) {
+  const std::vector<std::pair<std::string, std::string>> cases{
+      {"resolutoin", "resolution"},
+      {"Resolution", "resolution"},
+      {"frameid", "frame_id"},
+      {"max_range", "sensor_model/max_range"},
+      {"sensor_model/max_rang", "sensor_model/max_range"},
+      {"sensor_modl/hit", "sensor_model/hit"},
+      {"sensor_model_mis", "sensor_model/miss"},
+      {"pointcloud_max_zz", "pointcloud_max_z"},
+      {"rtree/frame_id", "frame_id"},
+      {"max_sensor_range", "sensor_model/max_range"},
+  };
+  for (const auto& [key, nearest] : cases) {
+    const LoadedParameters loaded = readParameters(makeGroup({{key, 0.5}}));
+    ASSERT_EQ(keysOf(loaded.errors), std::vector<std::string>{key});
+    EXPECT_EQ(loaded.errors[0].message, "is 0.5, but there is no such parameter: did you mean " +
+                                            nearest + "? Correct the key, or remove it");
+  }
+}
+
+TEST(Parameters, NothingIsSuggestedForAKeyThatIsLikeNoOther) {
+  for (const char* key : {"my_own_name", "camera/model", "x"}) {
+    const LoadedParameters loaded = readParameters(makeGroup({{key, 3}}));
+    ASSERT_EQ(keysOf(loaded.errors), std::vector<std::string>{key});
+    EXPECT_EQ(loaded.errors[0].message,
+              "is 3, but there is no such parameter. Correct the key, or remove it");
+  }
+}
+
+TEST(Parameters, TheLogSaysWhatDiffers) {
+  NodeParameters parameters;
+  EXPECT_TRUE(toDifferenceLines(parameters, {}, "default").empty());
+  parameters.max_range_m = 50.0;
+  parameters.map.resolution_m = 0.2;
+  const std::vector<std::string> expected{"resolution: 0.2 [m] (default: 0.05)",
+                                          "sensor_model/max_range: 50.0 [m] (default: -1.0)"};
+  EXPECT_EQ(toDifferenceLines(parameters, {}, "default"), expected);
+  EXPECT_EQ(toDifferenceLines({}, parameters, "was").front(), "resolution: 0.05 [m] (was: 0.2)");
+}
+
+/// What the node says about a key; empty when it says nothing.
+std::string warningOf(const LoadedParameters& loaded, const std::string& key) {
+  std::string text;
+  for (const ParameterError& warning : loaded.warnings) {
+    if (warning.key == key) text += warning.message;
+  }
+  return text;
+}
+
+TEST(Parameters, AFrameLosesItsSlashWithAWarning) {
+  const LoadedParameters loaded = readParameters(
+      makeGroup({{"frame_id", "/map"}, {"base_frame_id", "/base"}, {"sensor_frame", "lidar"}}));
+  EXPECT_TRUE(loaded.errors.empty());
+  EXPECT_EQ(loaded.parameters.frame_id, "map");
+  EXPECT_EQ(loaded.parameters.octomap_server.base_frame_id, "base");
+  EXPECT_EQ(loaded.warnings.size(), 2U);
+  EXPECT_EQ(warningOf(loaded, "frame_id"),
+            "is \"/map\" and is read as \"map\": tf2 frames have no slash at the start");
+}
+
+/// What dynamic_reconfigure of octomap_server 0.6.7 leaves, with its defaults.
+XmlRpcValue leftoversOfOctomapServer() {
+  return makeGroup({{"max_depth", 16},
+                    {"pointcloud_min_z", -100.0},
+                    {"pointcloud_max_z", 100.0},
+                    {"occupancy_min_z", -100.0},
+                    {"occupancy_max_z", 100.0},
+                    {"filter_speckles", false},
+                    {"filter_ground", false},
+                    {"ground_filter_distance", 0.04},
+                    {"ground_filter_angle", 0.15},
+                    {"ground_filter_plane_distance", 0.07},
+                    {"compress_map", true},
+                    {"incremental_2D_projection", false},
+                    {"sensor_model_max_range", -1.0},
+                    {"sensor_model_min_range", -1.0},
+                    {"sensor_model_hit", 0.7},
+                    {"sensor_model_miss", 0.4},
+                    {"sensor_model_min", 0.12},
+                    {"sensor_model_max", 0.97}});
+}
+
+TEST(Parameters, LeftoversOfOctomapServerAreTakenWithAWarning) {
+  XmlRpcValue values = leftoversOfOctomapServer();
+  const LoadedParameters defaults = readParameters(values);
+  EXPECT_TRUE(defaults.errors.empty());
+  EXPECT_EQ(defaults.warnings.size(), 10U);
+  EXPECT_EQ(warningOf(defaults, "max_depth"), "is 16 and is ignored: cells of all sizes are shown");
+
+  set(values, "sensor_model_max_range", 20.0);
+  set(values, "sensor_model_hit", 0.8);
+  set(values, "sensor_model/hit", 0.6);
+  set(values, "sensor_model_miss", 0.9);
+  const LoadedParameters loaded = readParameters(values);
+  EXPECT_TRUE(loaded.errors.empty());
+  EXPECT_EQ(loaded.parameters.max_range_m, 20.0);
+  EXPECT_EQ(loaded.parameters.map.sensor_model.hit, 0.6) << "what is written with a slash counts";
+  EXPECT_EQ(loaded.parameters.map.sensor_model.miss, 0.4) << "a bad leftover does no harm";
+  EXPECT_NE(warningOf(loaded, "sensor_model_max_range")
+                .find("is 20.0 and is used for sensor_model/max_range"),
+            std::string::npos);
+  EXPECT_NE(warningOf(loaded, "sensor_model_hit").find("ignored: sensor_model/hit is set"),
+            std::string::npos);
+  EXPECT_NE(warningOf(loaded, "sensor_model_miss").find("must be a number from 0.001 to 0.499"),
+            std::string::npos);
+}
+
+TEST(Parameters, InThePlaceOfOctomapServerUnknownKeysAreWarnings) {
+  const XmlRpcValue values = makeGroup({{"resolutoin", 0.2}, {"camera/model", "x"}});
+  EXPECT_EQ(readParameters(values).errors.size(), 2U);
+  const LoadedParameters loaded = readParameters(values, UnknownKeys::kIgnore);
+  EXPECT_TRUE(loaded.errors.empty());
+  EXPECT_EQ(warningOf(loaded, "resolutoin"),
+            "is 0.2, but there is no such parameter: did you mean resolution? It is ignored, as "
+            "octomap_server does");
+  EXPECT_EQ(warningOf(loaded, "camera/model").find("is \"x\", but"), 0U);
+}
+
+TEST(Parameters, NamesThatOnlyOctomapServerHasAreIgnored) {
+  for (const char* key : {"max_depth", "track_changes", "listen_changes", "topic_changes",
+                          "change_id_frame", "min_change_pub"}) {
+    const LoadedParameters loaded = readParameters(makeGroup({{key, 1}}));
+    EXPECT_TRUE(loaded.errors.empty()) << key;
+    EXPECT_EQ(warningOf(loaded, key).find("is 1 and is ignored: "), 0U) << key;
+  }
+}
+
+TEST(Parameters, KeysThatLibrariesReadAreAllowed) {
+  EXPECT_TRUE(readParameters(makeGroup({{"diagnostic_period", 0.5}, {"num_worker_threads", 2}}))
+                  .errors.empty());
+}
+
+TEST(Parameters, GroupsAndValuesAreNotMixedUp) {
+  EXPECT_EQ(keysOf(readParameters(makeGroup({{"sensor_model", 0.7}})).errors),
+            std::vector<std::string>{"sensor_model"});
+  const LoadedParameters group_for_value = readParameters(makeGroup({{"resolution/x", 0.1}}));
+  ASSERT_EQ(keysOf(group_for_value.errors), std::vector<std::string>{"resolution"});
+  EXPECT_TRUE(hasText(group_for_value.errors[0], "is a group of keys, but must be a number"));
+  EXPECT_EQ(keysOf(readParameters(XmlRpcValue(5)).errors), std::vector<std::string>{"~"});
+  EXPECT_EQ(keysOf(readParameters(makeList()).errors), std::vector<std::string>{"~"});
+}
+
+TEST(Parameters, DefaultYamlIsWhatPrintParametersWrites) {
+  EXPECT_EQ(readFile("config/default.yaml"), toYaml())
+      << "Write it anew: rosrun cuboid_mapping print_parameters --yaml > config/default.yaml";
+}
+
+TEST(Parameters, TheDocumentIsWhatPrintParametersWrites) {
+  EXPECT_EQ(readFile("doc/parameters.md"), toMarkdownTable())
+      << "Write it anew: rosrun cuboid_mapping print_parameters --markdown > doc/parameters.md";
+}
+
+TEST(Parameters, TheDocumentHasOneRowForEachParameterAndLibraryKey) {
+  std::istringstream lines(toMarkdownTable());
+  std::size_t num_rows = 0;
+  for (std::string line; std::getline(lines, line);) {
+    if (line.rfind("| `", 0) != 0) continue;
+    ++num_rows;
+    EXPECT_EQ(std::count(line.begin(), line.end(), '|'), 6) << line;
+  }
+  EXPECT_EQ(num_rows, allCases().size() + 2);
+}
+
+TEST(Parameters, TheDocumentKeepsOursApartFromThoseOfOctomapServer) {
+  const std::string page = toMarkdownTable();
+  const std::size_t theirs = page.find("## Parameters of octomap_server");
+  ASSERT_NE(theirs, std::string::npos);
+  for (const char* key : {"fusion", "threads", "publish_rate", "sensor_model/no_return_range"}) {
+    EXPECT_LT(page.find("| `" + std::string(key) + "`"), theirs) << key;
+  }
+  for (const char* key : {"resolution", "sensor_model/max_range", "latch", "pointcloud_min_x",
+                          "color/r", "map_file", "filter_ground"}) {
+    EXPECT_GT(page.find("| `" + std::string(key) + "`"), theirs) << key;
+  }
+}
+
+}  // namespace
+}  // namespace cuboid_mapping_ros

@@ -1,0 +1,186 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "cuboid_mapping/ros/services/query_box.h"
+
+#include "cuboid_mapping/ros/map/guarded_map.h"
+#include "cuboid_mapping/scan/scan_update.h"
+
+#include <geometry_msgs/TransformStamped.h>
+#include <gtest/gtest.h>
+#include <tf2/buffer_core.h>
+#include <tf2_eigen/tf2_eigen.h>
+
+#include <cmath>
+#include <limits>
+#include <string>
+
+namespace cuboid_mapping_ros {
+namespace {
+
+using cuboid_mapping::MapConfig;
+using cuboid_mapping::MetricBox;
+using cuboid_mapping::Occupancy;
+
+constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
+constexpr double kInfinity = std::numeric_limits<double>::infinity();
+
+/// A beam along x from (0.05, 0.05, 0.05), which ends in the voxel [1, 1.1) at 0.1 m: ten free
+/// voxels and an occupied one, seen twice.
+class QueryBoxTest : public ::testing::Test {
+ protected:
+  QueryBoxTest() : map_(makeConfig()) {
+    cuboid_mapping::Scan scan;
+    scan.origin = {0.05F, 0.05F, 0.05F};
+    scan.points = {{1.05F, 0.05F, 0.05F}};
+    cuboid_mapping::ScanUpdater updater(map_.grid());
+    const cuboid_mapping::ScanUpdate& update = updater.compute(scan);
+    for (int i = 0; i < 2; ++i) {
+      map_.change(ros::Time(i + 1.0),
+                  [&update](cuboid_mapping::CuboidMap& map) { return map.apply(update); });
+    }
+  }
+
+  static MapConfig makeConfig() {
+    MapConfig config;
+    config.resolution_m = 0.1;
+    return config;
+  }
+
+  void setTransform(const std::string& child, const Eigen::Isometry3d& T_map_child, double stamp) {
+    geometry_msgs::TransformStamped transform = tf2::eigenToTransform(T_map_child);
+    transform.header.frame_id = "map";
+    transform.header.stamp = ros::Time(stamp);
+    transform.child_frame_id = child;
+    ASSERT_TRUE(tf_.setTransform(transform, "test"));
+  }
+
+  BoxAnswer ask(const BoxRequest& request) { return answerBoxRequest({map_, "map", tf_}, request); }
+
+  void expectError(const BoxRequest& request, const std::string& part) {
+    const BoxAnswer answer = ask(request);
+    EXPECT_NE(answer.error.find(part), std::string::npos) << "answered: '" << answer.error << "'";
+  }
+
+  static BoxRequest makeRequest() {
+    BoxRequest request;
+    request.box = {{0.9, 0.0, 0.0}, {1.2, 0.1, 0.1}};
+    return request;
+  }
+
+  GuardedMap map_;
+  tf2::BufferCore tf_;
+};
+
+TEST_F(QueryBoxTest, AnswersWithVolumesAndCuboids) {
+  BoxRequest request = makeRequest();
+  request.wanted_cuboids = static_cast<std::uint8_t>(WantedCuboids::kAll);
+  const BoxAnswer answer = ask(request);
+  EXPECT_EQ(answer.error, "");
+  EXPECT_EQ(answer.revision, 2U);
+  EXPECT_EQ(answer.stamp, ros::Time(2.0));
+  EXPECT_NEAR(answer.free_volume_m3, 0.001, 1e-12);
+  EXPECT_NEAR(answer.occupied_volume_m3, 0.001, 1e-12);
+  EXPECT_NEAR(answer.unknown_volume_m3, 0.001, 1e-12);
+  EXPECT_EQ(answer.occupancy, Occupancy::kOccupied);
+  // Two hits of 0.7: odds (7 / 3)^2.
+  EXPECT_NEAR(answer.max_probability, 49.0 / 58.0, 1e-5);
+  EXPECT_NEAR((answer.box_map.max_m - Eigen::Vector3d(1.2, 0.1, 0.1)).norm(), 0.0, 1e-12);
+  // The free voxels of the second brick, [0.8, 1) m, and the occupied one.
+  ASSERT_EQ(answer.cuboids.size(), 2U);
+  for (const AnswerCuboid& cuboid : answer.cuboids) {
+    const bool is_occupied = cuboid.occupancy == Occupancy::kOccupied;
+    EXPECT_NEAR(cuboid.box_map.min_m.x(), is_occupied ? 1.0 : 0.8, 1e-12);
+    EXPECT_NEAR(cuboid.box_map.max_m.x(), is_occupied ? 1.1 : 1.0, 1e-12);
+    EXPECT_NEAR(cuboid.probability, is_occupied ? 49.0 / 58.0 : 4.0 / 13.0, 1e-5);
+  }
+}
+
+TEST_F(QueryBoxTest, ReturnsTheWantedCuboidsOnly) {
+  BoxRequest request = makeRequest();
+  const auto count = [&](WantedCuboids wanted) {
+    request.wanted_cuboids = static_cast<std::uint8_t>(wanted);
+    return ask(request).cuboids.size();
+  };
+  EXPECT_EQ(count(WantedCuboids::kNone), 0U);
+  EXPECT_EQ(count(WantedCuboids::kFree), 1U);
+  EXPECT_EQ(count(WantedCuboids::kOccupied), 1U);
+  EXPECT_EQ(count(WantedCuboids::kAll), 2U);
+
+  request.wanted_cuboids = static_cast<std::uint8_t>(WantedCuboids::kFree);
+  request.is_clipped = true;
+  EXPECT_NEAR(ask(request).cuboids.front().box_map.min_m.x(), 0.9, 1e-12);
+}
+
+TEST_F(QueryBoxTest, UnknownSpaceHasNoProbability) {
+  BoxRequest request;
+  request.box = {{5.0, 5.0, 5.0}, {6.0, 6.0, 6.0}};
+  const BoxAnswer answer = ask(request);
+  EXPECT_EQ(answer.error, "");
+  EXPECT_EQ(answer.occupancy, Occupancy::kUnknown);
+  EXPECT_TRUE(std::isnan(answer.max_probability));
+  EXPECT_NEAR(answer.unknown_volume_m3, 1.0, 1e-9);
+}
+
+TEST_F(QueryBoxTest, TakesBoxesInAnyFrame) {
+  // The child's x is the map's y; a box of one voxel stays one voxel.
+  Eigen::Isometry3d T_map_child = Eigen::Isometry3d::Identity();
+  T_map_child.translate(Eigen::Vector3d(1.0, 2.0, 3.0));
+  T_map_child.rotate(Eigen::AngleAxisd(M_PI / 2.0, Eigen::Vector3d::UnitZ()));
+  setTransform("child", T_map_child, 5.0);
+  BoxRequest request;
+  request.box = {{-2.0, -0.1, -3.0}, {-1.9, 0.0, -2.9}};
+  for (const std::string frame_id : {"child", "/child"}) {
+    request.frame_id = frame_id;
+    const BoxAnswer answer = ask(request);
+    EXPECT_EQ(answer.error, "");
+    EXPECT_NEAR((answer.box_map.min_m - Eigen::Vector3d(1.0, 0.0, 0.0)).norm(), 0.0, 1e-12);
+    EXPECT_NEAR((answer.box_map.max_m - Eigen::Vector3d(1.1, 0.1, 0.1)).norm(), 0.0, 1e-12);
+    EXPECT_NEAR(answer.occupied_volume_m3, 0.001, 1e-12);
+    EXPECT_NEAR(answer.unknown_volume_m3, 0.0, 1e-12);
+  }
+}
+
+TEST_F(QueryBoxTest, TheMapsFrameNeedsNoTf) {
+  BoxRequest request = makeRequest();
+  for (const std::string frame_id : {"", "map", "/map"}) {
+    request.frame_id = frame_id;
+    request.stamp = ros::Time(1e6);
+    EXPECT_EQ(ask(request).error, "");
+  }
+}
+
+TEST_F(QueryBoxTest, RefusesBadRequestsAndSaysWhatToDo) {
+  BoxRequest request = makeRequest();
+  request.wanted_cuboids = 4;
+  expectError(request, "CUBOIDS_*");
+  for (const double bad : {kNan, -kNan, kInfinity, -kInfinity}) {
+    for (int axis = 0; axis < 3; ++axis) {
+      request = makeRequest();
+      request.box.max_m[axis] = bad;
+      expectError(request, "NaN or infinite");
+      EXPECT_EQ(ask(request).error.find("nan"), std::string::npos) << ask(request).error;
+      request = makeRequest();
+      request.box.min_m[axis] = bad;
+      expectError(request, "NaN or infinite");
+    }
+  }
+  for (int axis = 0; axis < 3; ++axis) {
+    request = makeRequest();
+    request.box.min_m[axis] = request.box.max_m[axis];
+    expectError(request, "min must be less than max");
+    request.box.min_m[axis] += 1.0;
+    expectError(request, "min must be less than max");
+  }
+  request = makeRequest();
+  request.box.max_m.x() = 1e300;
+  expectError(request, "reaches beyond the map: keep coordinates within 107374182 m of the origin");
+  request = makeRequest();
+  request.frame_id = "nowhere";
+  expectError(request, "no transform from frame 'nowhere' to 'map'");
+  setTransform("child", Eigen::Isometry3d::Identity(), 5.0);
+  request.frame_id = "child";
+  request.stamp = ros::Time(7.0);
+  expectError(request, "with stamp 0, the latest");
+}
+
+}  // namespace
+}  // namespace cuboid_mapping_ros

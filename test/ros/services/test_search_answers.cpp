@@ -1,0 +1,208 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "cuboid_mapping/ros/services/search_answers.h"
+
+#include "ros/map_in_frame.h"
+
+#include <cmath>
+
+namespace cuboid_mapping_ros {
+namespace {
+
+using cuboid_mapping::FindCorridor;
+using cuboid_mapping::FindNearest;
+using cuboid_mapping::FindNearestFree;
+using cuboid_mapping::GetCuboids;
+using cuboid_mapping::GetFreeGraph;
+
+double volumeOf(const GetCuboids::Response& cuboids) {
+  double volume = 0.0;
+  for (std::size_t i = 0; i < cuboids.min.size(); ++i) {
+    const auto& min = cuboids.min[i];
+    const auto& max = cuboids.max[i];
+    volume += (max.x - min.x) * (max.y - min.y) * (max.z - min.z);
+  }
+  return volume;
+}
+
+class SearchAnswers : public test::MapInFrameTest {
+ protected:
+  static FindCorridor::Request makeTask() {
+    FindCorridor::Request request;
+    request.start = point(0.5, 0.5, 0.5);
+    request.goal = point(1.5, 0.5, 0.5);
+    request.size = vector(0.3, 0.3, 0.3);
+    return request;
+  }
+};
+
+TEST_F(SearchAnswers, TellTheNearestCuboidsOfAClass) {
+  FindNearest::Request request;
+  request.points = {point(0.5, 0.1, 0.5), point(0.5, 0.9, 0.5)};
+  request.classes = FindNearest::Request::OCCUPIED;
+  request.k = 2;
+  const auto response = answerFindNearest(in_frame_, request);
+  expectHead(response);
+  EXPECT_EQ(response.counts, (std::vector<std::uint32_t>{2, 2}));
+  EXPECT_NEAR(response.distance[0], 0.5, 1e-9);
+  expectNear(response.closest[0], 1.0, 0.1, 0.5);
+  EXPECT_NEAR(response.direction[0].x, 1.0, 1e-9);
+  expectNear(response.min[0], 1.0, 0.0, 0.0);
+  expectNear(response.max[2], 1.1, 1.0, 0.8);  // Bricks end at 0.8 m.
+  EXPECT_EQ(response.occupancy[3], FindNearest::Response::OCCUPIED);
+  EXPECT_NEAR(response.probability[3], 1.0 / (1.0 + std::exp(-1.0)), 1e-6);
+
+  request.inflation = 0.2;
+  EXPECT_NEAR(answerFindNearest(in_frame_, request).distance[0], 0.3, 1e-9);
+  request.max_distance = 0.305;
+  EXPECT_EQ(answerFindNearest(in_frame_, request).counts, (std::vector<std::uint32_t>{1, 1}));
+}
+
+TEST_F(SearchAnswers, RefuseToLookForNothing) {
+  FindNearest::Request request;
+  request.points = {point(0, 0, 0)};
+  request.k = 1;
+  expectRefusal(answerFindNearest(in_frame_, request), "classes is 0");
+  request.classes = FindNearest::Request::ALL;
+  request.k = 0;
+  expectRefusal(answerFindNearest(in_frame_, request), "k is 0");
+  request.k = 1;
+  request.points[0].x = std::nan("");
+  expectRefusal(answerFindNearest(in_frame_, request), "points[0]");
+}
+
+TEST_F(SearchAnswers, TellTheNearestPlaceOfABox) {
+  FindNearestFree::Request request;
+  request.points = {point(1.05, 0.45, 0.5), point(1.05, 0.1, 0.5), point(9, 9, 9)};
+  request.size = vector(0.3, 0.3, 0.3);
+  request.max_distance = 1.0;
+  auto response = answerFindNearestFree(in_frame_, request);
+  expectHead(response);
+  EXPECT_EQ(response.found, (std::vector<std::uint8_t>{1, 1, 0}));
+  expectNear(response.place[0], 1.05, 0.45, 0.5);
+  EXPECT_NEAR(response.distance[1], std::hypot(0.2, 0.05), 1e-6);
+  EXPECT_EQ(response.distance[2], INFINITY);
+  request.unknown = FindNearestFree::Request::UNKNOWN_PASSES;
+  EXPECT_TRUE(answerFindNearestFree(in_frame_, request).found[2]);
+  request.max_distance = 0.0;
+  expectRefusal(answerFindNearestFree(in_frame_, request), "max_distance");
+  request.max_distance = 1.0;
+  request.size.x = -1.0;
+  expectRefusal(answerFindNearestFree(in_frame_, request), "every edge");
+}
+
+TEST_F(SearchAnswers, GiveTheCuboidsOfARegion) {
+  GetCuboids::Request request;
+  request.everything = true;
+  request.classes = GetCuboids::Request::ALL;
+  auto response = answerGetCuboids(in_frame_, request);
+  expectHead(response);
+  EXPECT_EQ(response.min.size(), 24U);
+  EXPECT_NEAR(volumeOf(response), 2.0, 1e-9) << "each voxel of the room once";
+  EXPECT_FALSE(response.truncated);
+  request.limit = 3;
+  response = answerGetCuboids(in_frame_, request);
+  EXPECT_EQ(response.max.size(), 3U);
+  EXPECT_TRUE(response.truncated);
+  request.limit = 0;
+  request.min_edge = 0.11;
+  request.classes = GetCuboids::Request::FREE;
+  EXPECT_EQ(answerGetCuboids(in_frame_, request).min.size(), 16U) << "without the door";
+  request.min_edge = 0.0;
+
+  request.everything = false;
+  request.min = point(0.5, 0.2, 0.2);
+  request.max = point(0.8, 0.4, 0.4);
+  request.clip = true;
+  response = answerGetCuboids(in_frame_, request);
+  ASSERT_EQ(response.min.size(), 1U);
+  expectNear(response.min[0], 0.5, 0.2, 0.2);
+  expectNear(response.max[0], 0.8, 0.4, 0.4);
+  EXPECT_EQ(response.occupancy[0], GetCuboids::Response::FREE);
+  request.max.x = 0.5;
+  expectRefusal(answerGetCuboids(in_frame_, request), "less than max");
+}
+
+TEST_F(SearchAnswers, GiveTheMeanProbabilityOfTheVoxelsOfACuboid) {
+  map_.change(ros::Time(7.0), [](cuboid_mapping::CuboidMap& map) {
+    const cuboid_mapping::CellBox half{{0, 0, 0}, {4, 8, 8}};
+    return map.replace(half, {cuboid_mapping::UniformBox{half, -2.0F}});
+  });
+  GetCuboids::Request request;
+  request.classes = GetCuboids::Request::ALL;
+  request.max = point(0.8, 0.8, 0.8);
+  const auto response = answerGetCuboids(in_frame_, request);
+  ASSERT_EQ(response.probability.size(), 1U) << "one class, one cuboid";
+  const double mean = 0.5 / (1.0 + std::exp(1.0)) + 0.5 / (1.0 + std::exp(2.0));
+  EXPECT_NEAR(response.probability[0], mean, 1e-6);
+}
+
+TEST_F(SearchAnswers, GiveTheFreeGraph) {
+  GetFreeGraph::Request request;
+  request.min = point(0.8, 0, 0);  // One brick.
+  request.max = point(1.6, 0.8, 0.8);
+  auto response = answerGetFreeGraph(in_frame_, request);
+  expectHead(response);
+  EXPECT_EQ(response.min.size(), 3U);
+  ASSERT_EQ(response.first.size(), 2U);
+  for (std::size_t i = 0; i < 2; ++i) {
+    EXPECT_EQ(response.portal_min[i].x, response.portal_max[i].x);
+    EXPECT_NEAR(response.portal_max[i].y - response.portal_min[i].y, 0.3, 1e-9);
+    EXPECT_LT(response.min[response.first[i]].x, response.min[response.second[i]].x);
+  }
+  request.size = vector(0.5, 0.3, 0.8);
+  EXPECT_EQ(answerGetFreeGraph(in_frame_, request).first.size(), 2U) << "just as wide";
+  request.size.y = 0.31;
+  EXPECT_TRUE(answerGetFreeGraph(in_frame_, request).first.empty()) << "wider";
+  request.limit = 1;
+  EXPECT_TRUE(answerGetFreeGraph(in_frame_, request).truncated);
+  request.size.y = -0.3;
+  expectRefusal(answerGetFreeGraph(in_frame_, request), "every edge");
+}
+
+TEST_F(SearchAnswers, GiveACorridor) {
+  const auto response = answerFindCorridor(in_frame_, makeTask());
+  expectHead(response);
+  EXPECT_EQ(response.result, FindCorridor::Response::FOUND);
+  EXPECT_EQ(response.message, "");
+  ASSERT_EQ(response.min.size(), 3U);
+  EXPECT_EQ(response.max.size(), 3U);
+  EXPECT_EQ(response.portals.size(), 2U);
+  ASSERT_EQ(response.path.poses.size(), 4U);
+  EXPECT_EQ(response.path.header.frame_id, "map");
+  expectNear(response.path.poses.front().pose.position, 0.5, 0.5, 0.5);
+  expectNear(response.path.poses.back().pose.position, 1.5, 0.5, 0.5);
+  EXPECT_GE(response.length, 1.0);
+}
+
+TEST_F(SearchAnswers, SayWhyThereIsNoCorridor) {
+  auto request = makeTask();
+  request.inflation = 0.05;
+  auto response = answerFindCorridor(in_frame_, request);
+  expectHead(response);
+  EXPECT_EQ(response.result, FindCorridor::Response::NO_WAY);
+  EXPECT_NE(response.message.find("no way"), std::string::npos);
+  EXPECT_TRUE(response.min.empty());
+  request = makeTask();
+  request.start = point(1.05, 0.1, 0.5);
+  EXPECT_EQ(answerFindCorridor(in_frame_, request).result, FindCorridor::Response::START_BLOCKED);
+  request = makeTask();
+  request.goal = point(5, 5, 5);
+  EXPECT_EQ(answerFindCorridor(in_frame_, request).result, FindCorridor::Response::GOAL_BLOCKED);
+  request.unknown = FindCorridor::Request::UNKNOWN_PASSES;
+  EXPECT_EQ(answerFindCorridor(in_frame_, request).result, FindCorridor::Response::FOUND);
+  request.use_region = true;
+  request.min = point(0, 0, 0);
+  request.max = point(2, 1, 1);
+  EXPECT_EQ(answerFindCorridor(in_frame_, request).result, FindCorridor::Response::GOAL_BLOCKED);
+  request.max.x = 0.0;
+  expectRefusal(answerFindCorridor(in_frame_, request), "less than max");
+  request = makeTask();
+  request.goal.z = std::nan("");
+  expectRefusal(answerFindCorridor(in_frame_, request), "goal");
+  request = makeTask();
+  request.time_limit = std::nan("");
+  expectRefusal(answerFindCorridor(in_frame_, request), "time_limit");
+}
+
+}  // namespace
+}  // namespace cuboid_mapping_ros
