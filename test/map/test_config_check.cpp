@@ -66,6 +66,11 @@ TEST(CheckConfig, findsEachBadField) {
   expectError("rtree.min_branches", [](MapConfig& c) { c.rtree.min_branches = 17; });
   expectError("rtree.min_branches", [](MapConfig& c) { c.rtree.min_branches = 0; });
   expectError("rtree.min_branches", [](MapConfig& c) { c.rtree = {2, 2}; });
+  constexpr int kLimit = RTreeConfig::kMaxBranchesLimit;
+  expectError("rtree.min_branches", [](MapConfig& c) { c.rtree = {kLimit, kLimit / 2 + 1}; });
+  // The least number of branches is not blamed for a bad greatest one.
+  expectError("rtree.max_branches", [](MapConfig& c) { c.rtree = {1, 1}; });
+  expectError("rtree.max_branches", [](MapConfig& c) { c.rtree = {2 * kLimit, 2 * kLimit}; });
   expectError("threads", [](MapConfig& c) { c.threads = 0; });
 }
 

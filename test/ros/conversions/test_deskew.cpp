@@ -104,6 +104,10 @@ TEST(PointTimes, OfRowsAreReadRowByRow) {
   expectTimes(toMessage(cloud), times_s);
   cloud.row_step = cloud.point_step;  // Too little for a row.
   EXPECT_FALSE(readPointTimes(toMessage(cloud)));
+  cloud.width = 1;
+  cloud.height = 1;
+  cloud.row_step = 0;  // Of a single row it does not matter.
+  expectTimes(toMessage(cloud), {0.0});
 }
 
 TEST(PointTimes, OfAScanGoFromRangeToRange) {
