@@ -194,13 +194,12 @@ class Stream {
     reference_.erase(box);
     if (random_.chance(0.3)) return editWithBricks(box, part);
     std::vector<UniformBox> boxes;
-    if (random_.chance(0.7)) boxes.push_back({part, randomValue()});
     if (random_.chance(0.5)) {  // One behind the other.
-      CellBox& first =
-          boxes.empty() ? boxes.emplace_back(UniformBox{part, 0.0F}).box : boxes[0].box;
-      const std::int32_t middle = random_.integer(first.min.x, first.max.x);
-      boxes.push_back({{{middle, first.min.y, first.min.z}, first.max}, randomValue()});
-      first.max.x = middle;
+      const std::int32_t middle = random_.integer(part.min.x, part.max.x);
+      boxes.push_back({{part.min, {middle, part.max.y, part.max.z}}, randomValue()});
+      boxes.push_back({{{middle, part.min.y, part.min.z}, part.max}, randomValue()});
+    } else if (random_.chance(0.7)) {
+      boxes.push_back({part, randomValue()});
     }
     for (const UniformBox& uniform : boxes) {
       test::visitCells(uniform.box,
