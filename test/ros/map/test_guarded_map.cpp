@@ -9,6 +9,8 @@
 #include <gtest/gtest.h>
 
 #include <atomic>
+#include <chrono>
+#include <functional>
 #include <new>
 #include <thread>
 #include <vector>
@@ -130,6 +132,36 @@ TEST(GuardedMap, LosesNoEditWhileACloudIsWorkedOut) {
   map.read([&](const CuboidMap& content, const ros::Time&) {
     EXPECT_EQ(test::voxelsOf(content), test::voxelsOf(expected));
   });
+}
+
+TEST(GuardedMap, WhoWaitsToChangeItComesBeforeWhoHasJustDone) {
+  GuardedMap map(makeConfig());
+  constexpr int kRounds = 20;
+  int num_next = 0;
+  for (int round = 0; round < kRounds; ++round) {
+    std::vector<char> order;
+    std::atomic<bool> is_waiting{false};
+    std::thread other;
+    const auto edit = [&](char who, const std::function<void()>& work) {
+      map.edit([&](const CuboidMap& content, const ros::Time&) {
+        order.push_back(who);
+        work();
+        return cuboid_mapping::ChangeSet{content.revision(), false, {}};
+      });
+    };
+    edit('a', [&] {
+      other = std::thread([&] {
+        is_waiting = true;
+        edit('b', [] {});
+      });
+      while (!is_waiting) std::this_thread::yield();
+      std::this_thread::sleep_for(std::chrono::milliseconds(5));
+    });
+    for (int i = 0; i < 10; ++i) edit('a', [] {});
+    other.join();
+    num_next += order[1] == 'b' ? 1 : 0;
+  }
+  EXPECT_GT(num_next, kRounds / 2) << "a busy machine may start 'b' late";
 }
 
 TEST(GuardedMap, FusesSomeBricksAtATimeWhichChangesNothingForReaders) {

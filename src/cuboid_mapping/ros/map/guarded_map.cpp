@@ -25,7 +25,7 @@ void GuardedMap::integrate(const ros::Time& stamp, const cuboid_mapping::ScanUpd
                                 [&](const auto& part) { return map.apply(part, model); });
     });
   }
-  const std::lock_guard<std::mutex> changing(change_);
+  const auto changing = waitToChange();
   auto pending = map_.prepare(update, model);  // Goes last, when others have the map again.
   const auto alone = waitInTurn<WriteLock>();
   noteChangesOf([&] { return map_.commit(update, pending); });
@@ -33,10 +33,10 @@ void GuardedMap::integrate(const ros::Time& stamp, const cuboid_mapping::ScanUpd
 }
 
 std::size_t GuardedMap::countNotLoaded(const cuboid_mapping::CellBox& box) const {
-  return readWithWindow(
-      [&](const auto& /*map*/, const auto& /*stamp*/, const cuboid_mapping::MapWindow* window) {
-        return window == nullptr ? std::size_t{0} : window->countNotLoaded(box);
-      });
+  if (!window_) return 0;
+  return readWithWindow([&](const auto& /*map*/, const auto& /*stamp*/, const auto* window) {
+    return window->countNotLoaded(box);
+  });
 }
 
 std::optional<cuboid_mapping::CellBox> GuardedMap::regionOfSearch() const {

@@ -187,14 +187,18 @@ class GuardedMap {
     const std::lock_guard<std::mutex> turn(turn_);
     return LockT(mutex_);
   }
+  [[nodiscard]] std::unique_lock<std::mutex> waitToChange() const {
+    const std::lock_guard<std::mutex> turn(change_turn_);
+    return std::unique_lock<std::mutex>(change_);
+  }
   /// Has the map alone.
   class ChangeLock {
    public:
     explicit ChangeLock(const GuardedMap& map)
-        : change_(map.change_), alone_(map.waitInTurn<WriteLock>()) {}
+        : change_(map.waitToChange()), alone_(map.waitInTurn<WriteLock>()) {}
 
    private:
-    std::lock_guard<std::mutex> change_;
+    std::unique_lock<std::mutex> change_;
     WriteLock alone_;
   };
 
@@ -210,7 +214,8 @@ class GuardedMap {
   void note(const cuboid_mapping::ChangeSet& changes);
 
   mutable std::mutex change_;  ///< Of the one who changes the map, or works out what to change.
-  mutable std::mutex turn_;    ///< Of the one who waits for the map next.
+  mutable std::mutex change_turn_;  ///< Of the one who waits for that next.
+  mutable std::mutex turn_;         ///< Of the one who waits for the map next.
   mutable std::shared_mutex mutex_;
   cuboid_mapping::CuboidMap map_;
   std::unique_ptr<cuboid_mapping::MapWindow> window_;  ///< May be null.
