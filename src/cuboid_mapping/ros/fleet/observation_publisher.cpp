@@ -123,18 +123,19 @@ void ObservationPublisher::answer(const GetObservations::Request& request,
   // What waits will come by itself.
   const std::uint64_t last = waiting_.empty() ? last_.sequence : waiting_.front()->sequence - 1;
   response.complete_to = last;
-  if (kept_.empty()) return;
-  const std::uint64_t oldest = kept_.front()->sequence;
+  const auto is_before = [](const Message& message, std::uint64_t sequence) {
+    return message->sequence < sequence;
+  };
   std::size_t num_bytes = 0;
-  for (std::uint64_t i = std::max(request.first, oldest); i <= last; ++i) {
-    const Message& message = kept_[i - oldest];
+  for (auto kept = std::lower_bound(kept_.begin(), kept_.end(), request.first, is_before);
+       kept != kept_.end() && (*kept)->sequence <= last; ++kept) {
     if (num_bytes > kMaxAnswer_bytes || !budget_.isFree(now_s())) {
-      response.complete_to = i - 1;
+      response.complete_to = (*kept)->sequence - 1;
       return;
     }
-    num_bytes += bytesOf(*message);
-    budget_.spend(bytesOf(*message));
-    response.observations.push_back(*message);
+    num_bytes += bytesOf(**kept);
+    budget_.spend(bytesOf(**kept));
+    response.observations.push_back(**kept);
   }
 }
 

@@ -58,7 +58,7 @@ class ObservationPublisher {
   bool leaves_out_;  ///< What is too much; else it waits.
   ByteBudget budget_;
   std::size_t max_kept_bytes_;
-  std::deque<Message> kept_;  ///< By sequence, without gaps.
+  std::deque<Message> kept_;  ///< By sequence; one that memory did not suffice for is missing.
   std::size_t num_kept_bytes_ = 0;
   std::deque<Message> waiting_;       ///< By sequence.
   cuboid_mapping::Observation last_;  ///< With what all have in common; without data.

@@ -12,6 +12,7 @@
 #include <diagnostic_msgs/DiagnosticStatus.h>
 #include <ros/console.h>
 
+#include <exception>
 #include <string_view>
 #include <utility>
 
@@ -127,7 +128,17 @@ void RobotMerger::applyDue() {
     const std::lock_guard<std::mutex> lock(mutex_);
     due = order_.takeDue(now_s());
   }
-  for (const RobotObservation& observation : due) apply(observation);
+  std::exception_ptr failure;  // Of one: the others go into the map all the same.
+  for (const RobotObservation& observation : due) {
+    try {
+      apply(observation);
+    } catch (...) {
+      failure = std::current_exception();
+      const std::lock_guard<std::mutex> lock(mutex_);
+      ++num_failed_;
+    }
+  }
+  if (failure) std::rethrow_exception(failure);
 }
 
 void RobotMerger::apply(const RobotObservation& observation) {
@@ -211,6 +222,7 @@ void RobotMerger::report(diagnostic_updater::DiagnosticStatusWrapper& status) {
   status.add("clouds left out", counts.num_left_out);
   status.add("observations repeated", counts.num_repeated);
   status.add("observations refused", num_refused_);
+  status.add("observations that failed", num_failed_);
   status.add("observations asked for", num_asked_for_);
   status.add("sessions", counts.num_sessions);
   reported_ = counts;

@@ -67,9 +67,10 @@ class RobotMerger {
   NodeParameters parameters_;
   GuardedMap& map_;
   Callbacks callbacks_;
-  std::mutex mutex_;  ///< Of all up to the next line.
+  std::mutex mutex_;  ///< Guards order_ to last_refusal_.
   cuboid_mapping::ObservationOrder order_;
   std::uint64_t num_refused_ = 0;
+  std::uint64_t num_failed_ = 0;     ///< Could not be put into the map, for want of memory.
   std::uint64_t num_asked_for_ = 0;  ///< Came as answers.
   std::string last_refusal_;
 
