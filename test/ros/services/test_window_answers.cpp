@@ -164,6 +164,24 @@ TEST_F(WindowAnswers, RefuseMoreThanMayBeBroughtBack) {
   expectRefusal(answerGetCuboids(in_frame_, request), "query/max_bricks");
 }
 
+TEST_F(WindowAnswers, RefuseMoreThanMayBeBroughtBackForAllBoxesOfARequest) {
+  ScanUpdate update;
+  update.bricks.push_back({{504, 0, 0}, {}, BrickMask::all(), 0});
+  map_.integrate(ros::Time(7.0), update, cuboid_mapping::SensorModel(), {50.0, 0.0, 0.0});
+  goAway();
+  ASSERT_EQ(numOnDisk(), 2U);
+  in_frame_.limits.outside = QueriesOutside::kLoad;
+  in_frame_.limits.max_bricks = 600;  // One part has 512.
+  cuboid_mapping::CheckBoxes::Request request;
+  request.min = {point(0.1, 0.1, 0.1), point(50.5, 0.1, 0.1)};
+  request.max = {point(0.9, 0.9, 0.9), point(50.9, 0.4, 0.4)};
+  expectRefusal(answerCheckBoxes(in_frame_, request), "query/max_bricks");
+  EXPECT_EQ(numOnDisk(), 1U);
+  request.min.erase(request.min.begin());
+  request.max.erase(request.max.begin());
+  EXPECT_TRUE(answerCheckBoxes(in_frame_, request).success);
+}
+
 TEST_F(WindowAnswers, WhatIsAskedAboutStaysUntilItIsAnswered) {
   in_frame_.limits.outside = QueriesOutside::kLoad;
   {
@@ -223,7 +241,9 @@ TEST_F(WindowAnswers, EditsAreMadeInAPartThatIsOnDisk) {
   ask(answerSetBox, request);
   goAway();
   EXPECT_EQ(numOnDisk(), 1U);
-  EXPECT_EQ(clearBox(map_, {{0.0, 0.0, 0.0}, {0.2, 0.2, 0.2}}), "");
+  const cuboid_mapping::MetricBox corner{{0.0, 0.0, 0.0}, {0.2, 0.2, 0.2}};
+  EXPECT_EQ(clearBox(map_, corner).rfind("not loaded: 1 part of the map", 0), 0U);
+  EXPECT_EQ(clearBox(map_, corner, in_frame_.limits), "");
   goAway();
   std::map<Cell, float> expected = before;
   const auto set = [&](const cuboid_mapping::CellBox& box, float value) {

@@ -7,6 +7,7 @@
 #include "cuboid_mapping/ros/middleware/names.h"
 #include "cuboid_mapping/ros/middleware/tf_lookup.h"
 #include "cuboid_mapping/ros/parameters/window_parameters.h"
+#include "cuboid_mapping/ros/services/request_reader.h"
 
 #include <ros/console.h>
 #include <ros/single_subscriber_publisher.h>
@@ -84,7 +85,7 @@ MapView viewWholeMap(const GuardedMap& map, const std::string& frame_id, Queries
   return view;
 }
 
-std::string clearBox(GuardedMap& map, const MetricBox& box_map) {
+std::string clearBox(GuardedMap& map, const MetricBox& box_map, const ServiceLimits& limits) {
   // A box without thickness names the voxels that it lies in, as with octomap_server.
   MetricBox box = box_map;
   const double thinnest_m = 1e-3 * map.grid().resolution();
@@ -95,6 +96,10 @@ std::string clearBox(GuardedMap& map, const MetricBox& box_map) {
     return "box from " + toText(box_map.min_m) + " to " + toText(box_map.max_m) +
            ": corners must be finite and inside the map's range, and min not above max";
   }
+  const PageHold hold = map.hold();
+  std::size_t num_pages = 0;
+  std::string error = loadPages(map, *cells, limits, num_pages);
+  if (!error.empty()) return error;
   map.editIn(*cells, [&](CuboidMap& content, const ros::Time& /*stamp*/) {
     return clearCells(content, *cells);
   });
@@ -107,8 +112,8 @@ OctomapServerInterface::OctomapServerInterface(const ros::NodeHandle& nh,
                                                Queues queues)
     : frame_id_(withoutSlash(parameters.frame_id)),
       is_latched_(parameters.latch),
-      outside_(parameters.service_limits.outside),
-      limits_(makeSnapshotLimits(parameters)),
+      limits_(parameters.service_limits),
+      octree_limits_(makeSnapshotLimits(parameters)),
       parameters_(parameters.octomap_server),
       map_(map),
       guard_(queues.topics.guard()),
@@ -159,7 +164,8 @@ void OctomapServerInterface::advertiseServices(ros::NodeHandle nh, ros::NodeHand
   const auto answer_with = [this](OctreeKind kind) {
     return boost::function<bool(GetOctomap::Request&, GetOctomap::Response&)>(
         [this, kind](GetOctomap::Request& /*request*/, GetOctomap::Response& response) {
-          response.map = toOctree(viewWholeMap(map_, frame_id_, outside_, limits_), kind);
+          response.map =
+              toOctree(viewWholeMap(map_, frame_id_, limits_.outside, octree_limits_), kind);
           return true;
         });
   };
@@ -167,8 +173,10 @@ void OctomapServerInterface::advertiseServices(ros::NodeHandle nh, ros::NodeHand
   full_server_ = advertiseGuarded(nh, kOctomapFullTopic, answer_with(OctreeKind::kFull));
   const boost::function<bool(BoundingBoxQuery::Request&, BoundingBoxQuery::Response&)> on_clear =
       [this](BoundingBoxQuery::Request& request, BoundingBoxQuery::Response& /*response*/) {
-        const std::string error = clearBox(map_, {{request.min.x, request.min.y, request.min.z},
-                                                  {request.max.x, request.max.y, request.max.z}});
+        const std::string error = clearBox(map_,
+                                           {{request.min.x, request.min.y, request.min.z},
+                                            {request.max.x, request.max.y, request.max.z}},
+                                           limits_);
         if (!error.empty()) throw RefusedCall(error);
         return true;
       };
@@ -197,11 +205,12 @@ void OctomapServerInterface::takePendingParameters() {
 void OctomapServerInterface::publish() {
   takePendingParameters();
   if (!is_changed_) return;
+  is_changed_ = false;
   for (const Topic& topic : topics_) {
     if (topic.publisher.getNumSubscribers() == 0) continue;
-    guard_.run(topic.publisher.getTopic(), topic.publish);  // The others go on.
+    // The others go on; all are sent again if one fails.
+    is_changed_ |= !guard_.run(topic.publisher.getTopic(), topic.publish);
   }
-  is_changed_ = false;
 }
 
 MapView OctomapServerInterface::look(Speckles speckles) const {

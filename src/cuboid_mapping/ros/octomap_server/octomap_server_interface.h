@@ -23,8 +23,9 @@ namespace cuboid_mapping_ros {
 
 /// Sets the known voxels that a box overlaps to free, with the least probability of the sensor
 /// model; unknown ones stay unknown, and nothing outside the box changes: ~clear_bbx.
-/// @return Why it cannot: a corner that is not finite, max below min, beyond the grid; else empty.
-[[nodiscard]] std::string clearBox(GuardedMap& map, const cuboid_mapping::MetricBox& box_map);
+/// @return Why it cannot: a corner that is not finite, max below min, beyond the grid, see loadPages(); else empty.
+[[nodiscard]] std::string clearBox(GuardedMap& map, const cuboid_mapping::MetricBox& box_map,
+                                   const ServiceLimits& limits = {});
 
 /// A copy of a map, and its stamp.
 struct MapView {
@@ -101,8 +102,8 @@ class OctomapServerInterface {
 
   std::string frame_id_;
   bool is_latched_;
-  QueriesOutside outside_;
-  cuboid_mapping::SnapshotLimits limits_;  ///< Of the octrees of services.
+  ServiceLimits limits_;
+  cuboid_mapping::SnapshotLimits octree_limits_;  ///< Of those of services.
   OctomapServerParameters parameters_;
   GuardedMap& map_;
   CallbackGuard& guard_;

@@ -42,11 +42,14 @@ void MarkerPublisher::publish() {
   if (num_listeners_ == 0) return;
   if (cache_.hasChanges()) publishDifference();
   const bool is_due = ros::WallTime::now() - last_picture_ >= picture_period_;
-  if (num_pictures_left_ > 0 && is_due && !picture_period_.isZero()) publishPicture();
+  if (num_pictures_left_ == 0 || !is_due || picture_period_.isZero()) return;
+  publishPicture();
+  --num_pictures_left_;
 }
 
 void MarkerPublisher::publishDifference() {
   readMap();
+  num_pictures_left_ = kNumPictures;  // Also when what follows fails: a picture mends it.
   const visualization_msgs::MarkerArray difference = cache_.takeDifference(header_);
   if (difference.markers.empty()) return;
   if (is_picture_due_) {
@@ -54,14 +57,12 @@ void MarkerPublisher::publishDifference() {
   } else {
     publisher_.publish(difference);
   }
-  num_pictures_left_ = kNumPictures;
 }
 
 void MarkerPublisher::publishPicture() {
   publisher_.publish(cache_.makePicture(header_));
   is_picture_due_ = false;
   last_picture_ = ros::WallTime::now();
-  --num_pictures_left_;
 }
 
 void MarkerPublisher::onConnect(const ros::SingleSubscriberPublisher& listener) {

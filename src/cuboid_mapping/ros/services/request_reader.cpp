@@ -137,26 +137,31 @@ CellBox RequestReader::cells(const MetricBox& box_map) {
 
 void RequestReader::requireLoaded(const CellBox& box) {
   if (!isGood()) return;
-  const std::size_t num_pages = map_.map.countNotLoaded(box);
-  if (num_pages == 0) return;
-  const std::string pages = describePages(num_pages);
-  constexpr double kPageBricks = 512.0;
-  if (map_.limits.outside == QueriesOutside::kRefuse) {
-    require(false,
-            "not loaded: " + pages +
-                ", would have to be read from the disk. Ask about a place nearer to the robot, "
-                "or set the parameter window/queries to load");
-  } else if (kPageBricks * static_cast<double>(num_pages) > map_.limits.max_bricks) {
-    require(false, "not loaded: " + pages +
-                       ", would have to be read from the disk, which is more than query/max_bricks "
-                       "allows: ask for less at once");
-  } else {
-    try {
-      map_.map.load(box);
-    } catch (const cuboid_mapping::MapFileError& error) {
-      require(false, std::string("not loaded: ") + error.what());
-    }
+  const std::string error = loadPages(map_.map, box, map_.limits, num_pages_);
+  require(error.empty(), error);
+}
+
+std::string loadPages(GuardedMap& map, const CellBox& box, const ServiceLimits& limits,
+                      std::size_t& num_pages) {
+  const std::size_t num_missing = map.countNotLoaded(box);
+  if (num_missing == 0) return {};
+  num_pages += num_missing;
+  const std::string pages =
+      "not loaded: " + describePages(num_pages) + ", would have to be read from the disk";
+  if (limits.outside == QueriesOutside::kRefuse) {
+    return pages +
+           ". Ask about a place nearer to the robot, or set the parameter window/queries to load";
   }
+  constexpr double kPageBricks = 512.0;
+  if (kPageBricks * static_cast<double>(num_pages) > limits.max_bricks) {
+    return pages + ", which is more than query/max_bricks allows: ask for less at once";
+  }
+  try {
+    map.load(box);
+  } catch (const cuboid_mapping::MapFileError& error) {
+    return std::string("not loaded: ") + error.what();
+  }
+  return {};
 }
 
 double RequestReader::notNegative(double value, const std::string& name) {

@@ -77,10 +77,17 @@ class RequestReader {
 
  private:
   const MapInFrame& map_;
-  PageHold hold_;  ///< So that what was there at the beginning is there at the end.
+  PageHold hold_;              ///< So that what was there at the beginning is there at the end.
+  std::size_t num_pages_ = 0;  ///< That were brought back for the request.
   Eigen::Isometry3d to_map_ = Eigen::Isometry3d::Identity();  ///< From the request's frame.
   std::string error_;
 };
+
+/// Brings the parts of a box back that are on disk only, if the limits allow it.
+/// @param num_pages  Of the call: those of the box are added.
+/// @return Why they are not there, and what to do; empty: they are.
+[[nodiscard]] std::string loadPages(GuardedMap& map, const cuboid_mapping::CellBox& box,
+                                    const ServiceLimits& limits, std::size_t& num_pages);
 
 /// The transform of a request. A quaternion of few digits is made one of length 1; all zeros are no turn; others stay what
 /// they are, for others to refuse.
