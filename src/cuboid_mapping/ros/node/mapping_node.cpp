@@ -93,6 +93,7 @@ MappingNode::MappingNode(const ros::NodeHandle& nh, const ros::NodeHandle& priva
   }
   startTimers();
   subscribe();
+  startDiagnostics();  // Which looks at what subscribe() makes.
   query_threads_.start();
   publish_thread_.start();
 }
@@ -120,6 +121,9 @@ void MappingNode::startTimers() {
   waiting_timer_ =
       nh_.createWallTimer(ros::WallDuration(kWaitingPeriod_s),
                           [this](const ros::WallTimerEvent&) { updateWaitingClouds(); });
+}
+
+void MappingNode::startDiagnostics() {
   diagnostics_.setHardwareID("none");
   diagnostics_.add("mapping", this, &MappingNode::reportDiagnostics);
   sources_.addDiagnostics(diagnostics_);

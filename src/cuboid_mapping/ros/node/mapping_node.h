@@ -74,6 +74,7 @@ class MappingNode {
   [[nodiscard]] CloudInbox::Callbacks inboxCallbacks();
   [[nodiscard]] CloudIntake::Callbacks intakeCallbacks();
   void startTimers();
+  void startDiagnostics();
   void subscribe();
   void onCloudReceived(const SensorMessage& cloud);
   void onCloudInTurn(const SensorMessage& cloud, const CloudPoses& poses);
