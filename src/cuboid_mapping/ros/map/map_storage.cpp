@@ -141,15 +141,17 @@ StorageAnswer saveMap(GuardedMap& map, const std::string& frame_id, const std::s
                       const SnapshotLimits& limits) {
   return guard([&](StorageAnswer& answer) {
     MapSnapshot snapshot;
-    map.readWithWindow([&](const CuboidMap& content, const auto& /*stamp*/,
-                           const MapWindow* window) {
-      snapshot = takeWholeSnapshot(content, window, withoutSlash(frame_id), limits);
-      snapshot.progress = map.progress();
-      answer.revision = content.revision();
-      const bool is_in_memory = snapshot.bricks.size() == content.voxels().size();
-      answer.num_cuboids = is_in_memory ? countCuboids(content).total() : countCuboids(snapshot);
-      return 0;
-    });
+    bool is_in_memory = true;
+    map.readWithWindow(
+        [&](const CuboidMap& content, const auto& /*stamp*/, const MapWindow* window) {
+          snapshot = takeWholeSnapshot(content, window, withoutSlash(frame_id), limits);
+          snapshot.progress = map.progress();
+          answer.revision = content.revision();
+          is_in_memory = snapshot.bricks.size() == content.voxels().size();
+          if (is_in_memory) answer.num_cuboids = countCuboids(content).total();
+          return 0;
+        });
+    if (!is_in_memory) answer.num_cuboids = countCuboids(snapshot);
     answer.num_bytes = writeMapFile(file, snapshot);
   });
 }
