@@ -49,8 +49,8 @@ struct CloudLimits {
 /// has sent one that is not earlier, and until tf has the poses of those before it; but no longer than
 /// order_wait_s from when its own poses are there. One that comes after that goes too late, and is counted.
 ///
-/// Where too many wait, the oldest of them is
-/// dropped; with too many bytes it is the oldest that waits for tf, and otherwise the oldest.
+/// Where too many wait, the oldest of them is dropped. Where they have too many bytes, the oldest that waits for tf is
+/// dropped, or the oldest if none does.
 ///
 /// One turn handles one cloud, and the next turn comes after all that was in the callback queue
 /// before: services are answered, and new clouds are received, between two clouds.

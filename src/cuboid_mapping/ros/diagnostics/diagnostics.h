@@ -86,7 +86,7 @@ struct NodeReport {
   std::uint64_t num_failures = 0;           ///< Callbacks that an exception has ended.
   std::uint64_t num_new_failures = 0;       ///< Of them, since the last report.
   std::string last_failure;                 ///< Of the last of them; see CallbackGuard.
-  std::uint64_t num_refused = 0;            ///< Messages and requests whose bytes are none.
+  std::uint64_t num_refused = 0;            ///< That could not be deserialized.
   std::uint64_t num_new_refused = 0;        ///< Of them, since the last report.
   std::string last_refused;                 ///< The last of them, and why.
 };

@@ -22,7 +22,7 @@ enum class DropReason : unsigned char {
   kNoValidPoints,
   kNoPointTimes,
   kQueueFull,     ///< The node was busy with the clouds before it.
-  kNoTransform,   ///< tf did not come before the queue of waiting clouds was full.
+  kNoTransform,   ///< tf did not come within tf_wait, or before the queue was full.
   kTooOldForTf,   ///< Older than the transforms that tf keeps.
   kPaused,        ///< By ~pause.
   kBeforeJump,    ///< Older than the jump of which ~move_map was told.

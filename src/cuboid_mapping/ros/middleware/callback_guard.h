@@ -43,7 +43,7 @@ class CallbackGuard {
   /// Name and exception of the last one; empty before the first.
   [[nodiscard]] std::string lastFailure() const;
 
-  /// Counts a message or request that was refused, because its bytes are none; no failure of the node's.
+  /// Counts a message or request that was refused, because it cannot be deserialized; no failure of the node's.
   /// Logged every 10 s at most.
   void noteRefused(const std::string& name, const char* what) noexcept;
   [[nodiscard]] std::uint64_t numRefused() const;

@@ -72,7 +72,7 @@ class RefusedCall : public std::runtime_error {
 /// An error of a service's name.
 void logRefusal(const std::string& name, const char* why) noexcept;
 
-/// Calls a service for roscpp. A request whose bytes are none is refused and counted, an exception of the
+/// Calls a service for roscpp. A request that cannot be deserialized is refused and counted, an exception of the
 /// service is counted unless it is a RefusedCall, which is logged; in all cases the caller is told that the call
 /// has failed, and why.
 template <typename RequestT, typename ResponseT>
@@ -122,7 +122,7 @@ class CheckedService : public ros::ServiceCallbackHelper {
   Answer answer_;
 };
 
-/// Hands messages of a topic on. One whose bytes are none is refused and counted.
+/// Hands messages of a topic on. One that cannot be deserialized is refused and counted.
 template <typename MessageT>
 class CheckedSubscription
     : public ros::SubscriptionCallbackHelperT<const ros::MessageEvent<const MessageT>&> {

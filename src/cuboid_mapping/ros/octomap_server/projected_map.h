@@ -35,7 +35,7 @@ class ProjectedMap {
   /// To be called with every change of the R-tree.
   void noteChanges(const cuboid_mapping::ChangeSet& changes);
 
-  /// Looks at the columns that have changed. @complexity O(cuboids in them).
+  /// Looks at the columns that have changed. @complexity O(voxels in them).
   void update(const cuboid_mapping::CuboidMap& map);
 
   /// The grid: from the least to the greatest cell that is known, and at least min_x_size by

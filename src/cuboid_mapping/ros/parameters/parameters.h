@@ -125,8 +125,8 @@ struct SelfFilterParameters {
 
 /// Parameters of the node, valid together when they come from readParameters() without an error.
 ///
-/// Keys, units, ranges and help are declared once, in src/ros/parameter_table.cpp; the defaults are
-/// those of this struct. Names that octomap_server has are kept.
+/// Keys, units, ranges and help are declared once, see parameterTable(); the defaults are those of
+/// this struct. Names that octomap_server has are kept.
 struct NodeParameters {
   std::string frame_id = "map";  ///< Frame of the map.
   SourceParameters source;

@@ -14,7 +14,7 @@ namespace cuboid_mapping_ros {
 // MapInFrame, wait for changes that are under way, never for tf, and do not throw but for want of
 // memory.
 
-/// @complexity O(log n + k) for each box of k cuboids.
+/// @complexity O(bricks of the box) for each.
 [[nodiscard]] cuboid_mapping::CheckBoxes::Response answerCheckBoxes(
     const MapInFrame& map, const cuboid_mapping::CheckBoxes::Request& request);
 

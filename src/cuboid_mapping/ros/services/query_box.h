@@ -77,7 +77,7 @@ struct MapInFrame {
 ///   - the box reaches beyond the cells that a map can have.
 /// With more in the box than the limits allow, voxels that were not looked at count as unknown, cuboids are
 /// missing, and `cut` says so.
-/// @complexity O(log n + k) for k cuboids in the box.
+/// @complexity As cuboid_mapping::queryBox().
 [[nodiscard]] BoxAnswer answerBoxRequest(const MapInFrame& map, const BoxRequest& request);
 
 }  // namespace cuboid_mapping_ros
