@@ -5,10 +5,13 @@
 #include "cuboid_mapping/io/map_files.h"
 #include "cuboid_mapping/io/scan_update_codec.h"
 #include "cuboid_mapping/ros/fleet/robot_merger.h"
+#include "cuboid_mapping/ros/middleware/callback_guard.h"
 #include "ros/node_probe.h"
 #include "support/random.h"
 #include "support/snapshots.h"
 #include "tools/run_program.h"
+
+#include <ros/callback_queue.h>
 
 #include <algorithm>
 #include <csignal>

@@ -76,6 +76,18 @@ TEST_F(CloudIntakeTest, CloudsThatTfKnowsAreHandled) {
   EXPECT_EQ(intake_->numWaiting(), 0U);
 }
 
+TEST_F(CloudIntakeTest, ACloudThatWaitsForTfHasNoTurn) {
+  receive(112.0);
+  EXPECT_EQ(intake_->numWaiting(), 1U);
+  EXPECT_FALSE(intake_->hasTurn());
+  for (const double stamp_s : {110.0, 120.0}) setTransform(stamp_s);
+  intake_->update(now_);
+  EXPECT_TRUE(intake_->hasTurn());
+  callAll();
+  EXPECT_EQ(handled_, std::vector<double>{112.0});
+  EXPECT_FALSE(intake_->hasTurn());
+}
+
 TEST_F(CloudIntakeTest, ACloudThatMayBeTheFirstAfterAJumpIsHeld) {
   driveUntilALateCloud();
   pass(0.5 * parameters_.tf_wait_s);

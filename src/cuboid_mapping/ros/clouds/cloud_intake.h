@@ -45,6 +45,8 @@ class CloudIntake {
 
   /// Clouds that have neither been handled nor dropped.
   [[nodiscard]] std::size_t numWaiting() const;
+  /// Whether one of them is about to be handled.
+  [[nodiscard]] bool hasTurn() const { return queue_.hasTurn(); }
   /// See CloudQueue.
   [[nodiscard]] std::uint64_t numOutOfOrder() const { return queue_.numOutOfOrder(); }
   /// Whether one of them would go on with a change of tf.

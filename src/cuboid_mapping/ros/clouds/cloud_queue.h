@@ -93,6 +93,8 @@ class CloudQueue {
   [[nodiscard]] std::uint64_t numOutOfOrder() const { return num_out_of_order_; }
   /// Of those that wait, the ones that wait for tf.
   [[nodiscard]] std::size_t numWaitingForTf() const;
+  /// Whether a turn is on the callback queue.
+  [[nodiscard]] bool hasTurn() const { return has_turn_; }
   /// Of the oldest cloud that waits for tf: why; empty when none does.
   [[nodiscard]] std::string whyItWaits() const;
 

@@ -162,6 +162,7 @@ void MappingNode::mergeRobots() {
     }
     ++statistics_.num_inserted;
     forget(observation.update, last_header_.stamp, 0);
+    fuseMeanwhile();
   };
   last_header_.frame_id = withoutSlash(parameters_.frame_id);
   merger_.emplace(nh_, withQueue(nh_, asking_thread_.queue()), parameters_, map_,
@@ -178,6 +179,7 @@ CloudInbox::Callbacks MappingNode::inboxCallbacks() {
       drop(cloud.source, DropReason::kInternalError,
            [] { return toAdvice(DropReason::kInternalError); });
     }
+    fuseMeanwhile();  // It may wait for tf.
   };
   callbacks.drop = [this](std::size_t source, std::size_t count) {
     statistics_.num_received += count;
@@ -194,6 +196,7 @@ CloudIntake::Callbacks MappingNode::intakeCallbacks() {
   CloudIntake::Callbacks callbacks;
   callbacks.handle = [this](const SensorMessage& cloud, const CloudPoses& poses) {
     onCloudInTurn(cloud, poses);
+    fuseMeanwhile();
   };
   callbacks.drop = [this](std::size_t source, DropReason reason, const std::string& text) {
     drop(source, reason, [&text] { return text; });
@@ -271,11 +274,6 @@ void MappingNode::integrate(const SensorMessage& cloud, const CloudPoses& poses)
     observation_publisher_.publish(cloud.header().stamp, poses.T_map_sensor.translation(),
                                    source.parameters.map.sensor_model, taken);
   });
-  is_cloud_waiting_ = cloud_inbox_.numBytes() > 0 || cloud_intake_.numWaiting() > 0;
-  guard_.run("fusion after a cloud", [this] {
-    fuse_timer_.stop();
-    fuse_timer_.start();
-  });
 }
 
 const cuboid_mapping::ScanUpdate& MappingNode::takeMoving(const cuboid_mapping::ScanUpdate& update,
@@ -300,8 +298,16 @@ void MappingNode::forget(const cuboid_mapping::ScanUpdate& update, const ros::Ti
   });
 }
 
-/// Cells fuse after every cloud, in the time until the next one comes; what is left then waits, at
+/// Cells fuse after every cloud, in the time until the next one can go in; what is left then waits, at
 /// most until the next publish.
+void MappingNode::fuseMeanwhile() {
+  is_cloud_waiting_ = cloud_inbox_.numBytes() > 0 || cloud_intake_.hasTurn();
+  guard_.run("fusion after a cloud", [this] {
+    fuse_timer_.stop();
+    if (!is_cloud_waiting_) fuse_timer_.start();
+  });
+}
+
 void MappingNode::fuseUntilNextCloud() {
   while (!is_cloud_waiting_ && map_.fuseSome()) {
   }

@@ -88,6 +88,7 @@ class MappingNode {
   const cuboid_mapping::ScanUpdate& takeMoving(const cuboid_mapping::ScanUpdate& update,
                                                const CloudPoses& poses, const Source& source,
                                                const ros::Time& stamp);
+  void fuseMeanwhile();
   void fuseUntilNextCloud();
   /// Makes the map of what other nodes say, in the place of clouds.
   void mergeRobots();
