@@ -301,6 +301,20 @@ TEST(ProjectedMap, isAtLeastSoWideAndEmptyWithoutAnything) {
   EXPECT_EQ(std::count(grid.data.begin(), grid.data.end(), -1), 24);
 }
 
+TEST(ProjectedMap, isRefusedWhereNoMessageCanHoldIt) {
+  OctomapServerParameters parameters;
+  parameters.min_x_size_m = 20000.0;
+  parameters.min_y_size_m = 12500.0;
+  const CuboidMap map = makeMap({});
+  ProjectedMap largest(parameters);
+  largest.update(map);
+  EXPECT_EQ(largest.makeGrid({}, 0.5).data.size(), 1000000000U);
+  parameters.min_x_size_m = 20001.0;
+  ProjectedMap larger(parameters);
+  larger.update(map);
+  EXPECT_THROW((void)larger.makeGrid({}, 0.5), std::length_error);
+}
+
 /// As costmap_2d's static layer does it, which keeps the size of the whole map.
 void applyUpdate(const map_msgs::OccupancyGridUpdate& update, nav_msgs::OccupancyGrid& grid) {
   ASSERT_EQ(update.header.frame_id, grid.header.frame_id);

@@ -205,12 +205,11 @@ void OctomapServerInterface::takePendingParameters() {
 void OctomapServerInterface::publish() {
   takePendingParameters();
   if (!is_changed_) return;
-  is_changed_ = false;
   for (const Topic& topic : topics_) {
     if (topic.publisher.getNumSubscribers() == 0) continue;
-    // The others go on; all are sent again if one fails.
-    is_changed_ |= !guard_.run(topic.publisher.getTopic(), topic.publish);
+    guard_.run(topic.publisher.getTopic(), topic.publish);  // The others go on.
   }
+  is_changed_ = false;
 }
 
 MapView OctomapServerInterface::look(Speckles speckles) const {

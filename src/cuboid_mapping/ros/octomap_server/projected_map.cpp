@@ -5,6 +5,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <stdexcept>
+#include <string>
 #include <vector>
 
 namespace cuboid_mapping_ros {
@@ -18,6 +20,9 @@ using cuboid_mapping::CuboidMap;
 using cuboid_mapping::Grid;
 using cuboid_mapping::kAllCells;
 using cuboid_mapping::VoxelBrick;
+
+/// roscpp refuses messages of a gigabyte.
+constexpr double kMaxCells = 1e9;
 
 /// Visits the least cells of the tiles that a box lies over. @param margin  Cells around the box.
 template <typename VisitorT>
@@ -117,6 +122,13 @@ nav_msgs::OccupancyGrid ProjectedMap::makeGrid(const std_msgs::Header& header,
   const CellBox extent = findExtent(resolution_m);
   if (extent.isEmpty()) return grid;
   const Cell size = extent.size();
+  const double num_cells = static_cast<double>(size.x) * size.y;
+  if (num_cells > kMaxCells) {
+    throw std::length_error(
+        "projected_map would have " + std::to_string(size.x) + " x " + std::to_string(size.y) +
+        " cells, and ROS takes messages below 1 GB: remove what lies far away, as "
+        "with ~set_box, or lower min_x_size and min_y_size");
+  }
   grid.info.width = static_cast<std::uint32_t>(size.x);
   grid.info.height = static_cast<std::uint32_t>(size.y);
   grid.info.origin.position.x = extent.min.x * resolution_m;

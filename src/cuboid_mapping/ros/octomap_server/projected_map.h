@@ -40,6 +40,7 @@ class ProjectedMap {
 
   /// The grid: from the least to the greatest cell that is known, and at least min_x_size by
   /// min_y_size around the origin. Empty when nothing is known and no least size is asked for.
+  /// @throws std::length_error  for more than 10^9 cells: no message can hold them.
   [[nodiscard]] nav_msgs::OccupancyGrid makeGrid(const std_msgs::Header& header,
                                                  double resolution_m) const;
 
