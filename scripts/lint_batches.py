@@ -101,7 +101,7 @@ def write_batch(file, sources, header_types):
         text = (ROOT / source).read_text()
         for include in re.findall(r'^#include ([<"].*[>"])$', text, re.MULTILINE):
             beside = ROOT / source.parent / include[1:-1]
-            includes[f'"{beside.resolve()}"' if beside.exists() else include] = None
+            includes[f'"{beside.resolve()}"' if beside.is_file() else include] = None
         names = local_names(text)
         renamed = sorted(names & taken)
         taken |= names

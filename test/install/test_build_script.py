@@ -97,7 +97,7 @@ class BuildScript(unittest.TestCase):
         shutil.rmtree(self.root / 'build')
         self.assertEqual(self.build().returncode, 0)
         self.run_script('test')
-        self.assertIn('CMAKE_EXPORT_COMPILE_COMMANDS:UNINITIALIZED=ON', cache.read_text())
+        self.assertIn('CATKIN_ENABLE_TESTING:UNINITIALIZED=ON', cache.read_text())
         self.assertNotIn('WERROR', cache.read_text())
 
     def test_shows_errors_in_full(self):
