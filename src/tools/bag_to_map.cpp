@@ -49,7 +49,7 @@ class BagMap {
     }
     throwIfFailed();
     forgetting_.note(update, origin.stamp, origin.source);
-    forgetting_.forget(map_);
+    while (forgetting_.hasDue()) forgetting_.forgetSome(map_);
   }
 
   /// The whole map is in the store afterwards, which is closed. @return Its pages.

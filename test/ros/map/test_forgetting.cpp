@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include <numeric>
 #include <vector>
 
 namespace cuboid_mapping_ros {
@@ -38,7 +39,7 @@ class ForgettingTest : public ::testing::Test {
     }
     map_.apply(update);
     forgetting_.note(update, ros::Time(stamp_s), source);
-    changes_ = forgetting_.forget(map_);
+    changes_ = forgetting_.forgetSome(map_);
   }
 
   [[nodiscard]] std::vector<int> known() const {
@@ -139,6 +140,21 @@ TEST_F(ForgettingTest, BeginsAnewWhenStampsJumpBack) {
   EXPECT_EQ(known(), (Bricks{0, 1}));
   see(61.1, {1});
   EXPECT_EQ(known(), (Bricks{1}));
+}
+
+TEST_F(ForgettingTest, ManyAreForgottenSomeAtATimeButNotWhatIsSeenInBetween) {
+  Bricks bricks(2500);
+  std::iota(bricks.begin(), bricks.end(), 0);
+  see(1000.0, bricks);
+  see(1020.0, {});
+  EXPECT_LT(changes_.bricks.size(), bricks.size()) << "others have the map in between";
+  ASSERT_TRUE(forgetting_.hasDue());
+  see(1020.5, bricks);
+  while (forgetting_.hasDue()) forgetting_.forgetSome(map_);
+  EXPECT_EQ(map_.voxels().size(), bricks.size());
+  see(1040.0, {});
+  while (forgetting_.hasDue()) forgetting_.forgetSome(map_);
+  EXPECT_EQ(map_.voxels().size(), 0U);
 }
 
 TEST_F(ForgettingTest, NothingIsForgottenWithoutATimeOrAStamp) {

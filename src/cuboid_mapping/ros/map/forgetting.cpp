@@ -15,6 +15,8 @@ using cuboid_mapping::ChangeSet;
 using cuboid_mapping::CuboidMap;
 using cuboid_mapping::PackedVoxels;
 
+/// Bricks that are forgotten at a time: some milliseconds.
+constexpr std::size_t kForgetBricks = 1000;
 constexpr auto kForEver = std::numeric_limits<std::uint64_t>::max();
 
 BrickMask voxelsOf(const PackedVoxels& voxels, ForgetClass of_class) {
@@ -76,6 +78,7 @@ void Forgetting::note(const cuboid_mapping::ScanUpdate& update, const ros::Time&
     Time& remembered = remembered_[brick.brick];
     remembered = std::max(remembered, until);
   }
+  findDue();
 }
 
 void Forgetting::jumpBack(Time to) {
@@ -85,28 +88,33 @@ void Forgetting::jumpBack(Time to) {
   last_sweep_ = to;
 }
 
-ChangeSet Forgetting::forget(CuboidMap& map) {
+void Forgetting::findDue() {
+  if (now_ <= last_sweep_ + shortest_ns_ / 10) return;
+  for (const auto& [brick, until] : remembered_) {
+    if (until < now_) due_.push_back(brick);
+  }
+  last_sweep_ = now_;
+}
+
+ChangeSet Forgetting::forgetSome(CuboidMap& map) {
   ChangeSet changes;
   changes.revision = map.revision();
-  if (!isOn() || now_ <= last_sweep_ + shortest_ns_ / 10) return changes;
-  for (auto brick = remembered_.begin(); brick != remembered_.end();) {
-    if (now_ <= brick->second) {
-      ++brick;
-      continue;
-    }
-    const ChangeSet change = forgetBrick(brick->first, class_, forget_to_, map);
+  for (std::size_t count = 0; count < kForgetBricks && hasDue(); ++count, due_.pop_back()) {
+    const auto remembered = remembered_.find(due_.back());
+    if (remembered == remembered_.end() || now_ <= remembered->second) continue;
+    const ChangeSet change = forgetBrick(due_.back(), class_, forget_to_, map);
     changes.bricks.insert(changes.bricks.end(), change.bricks.begin(), change.bricks.end());
     changes.is_everything = changes.is_everything || change.is_everything;
     changes.revision = change.revision;
-    brick = remembered_.erase(brick);
+    remembered_.erase(remembered);
   }
-  last_sweep_ = now_;
   return changes;
 }
 
 Forgetting Forgetting::moved(const cuboid_mapping::VoxelMotion& motion) const {
   Forgetting other = *this;
   other.remembered_.clear();
+  other.due_.clear();
   for (const auto& entry : remembered_) {
     forEachBrick(motion(cuboid_mapping::brickBox(entry.first)), [&](const Cell& brick) {
       Time& until = other.remembered_[brick];

@@ -25,20 +25,23 @@ namespace cuboid_mapping_ros {
 /// back by more than the shortest time, all is remembered for as long as it was to be. Not thread-safe.
 class Forgetting {
  public:
-  /// @param parameters  With those of the sources. Where none forgets, note() and forget() do nothing.
+  /// @param parameters  With those of the sources. Where none forgets, note() does nothing.
   explicit Forgetting(const NodeParameters& parameters);
 
   /// Whether any source forgets.
   [[nodiscard]] bool isOn() const { return shortest_ns_ > 0; }
 
-  /// Notes what a cloud of a source has seen. A stamp of 0 says nothing. @complexity O(bricks of the update).
+  /// Notes what a cloud of a source has seen, and finds what is due, at most ten times in the shortest time. A stamp of
+  /// 0 says nothing.
+  /// @complexity O(bricks of the update); where it is time, O(bricks remembered).
   void note(const cuboid_mapping::ScanUpdate& update, const ros::Time& stamp,
             std::size_t source = 0);
 
-  /// Forgets what is due, at most ten times in the shortest time. To be called after each note().
-  /// @return What has changed in the map.
-  /// @complexity O(bricks remembered) where it is time; else O(1).
-  cuboid_mapping::ChangeSet forget(cuboid_mapping::CuboidMap& map);
+  /// Whether something is to be forgotten.
+  [[nodiscard]] bool hasDue() const { return !due_.empty(); }
+  /// Forgets some of what is due, so that others can have the map in between.
+  /// @return What has changed in the map. @complexity O(1).
+  cuboid_mapping::ChangeSet forgetSome(cuboid_mapping::CuboidMap& map);
 
   /// The same in another frame: a brick is remembered as long as any of those that come to lie in it.
   /// @complexity O(bricks remembered).
@@ -49,6 +52,7 @@ class Forgetting {
   using Time = std::uint64_t;
 
   void jumpBack(Time to);
+  void findDue();
 
   ForgetClass class_;
   ForgetTo forget_to_;
@@ -58,6 +62,7 @@ class Forgetting {
   Time last_sweep_ = 0;
   /// Last time at which a brick is remembered, by its least cell.
   std::unordered_map<cuboid_mapping::Cell, Time, cuboid_mapping::CellHash> remembered_;
+  std::vector<cuboid_mapping::Cell> due_;  ///< To be forgotten, if nothing has seen them since.
 };
 
 }  // namespace cuboid_mapping_ros

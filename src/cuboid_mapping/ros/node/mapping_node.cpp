@@ -291,10 +291,11 @@ void MappingNode::forget(const cuboid_mapping::ScanUpdate& update, const ros::Ti
                          std::size_t source) {
   guard_.run("forgetting", [&] {
     forgetting_.note(update, stamp, source);
-    if (!forgetting_.isOn()) return;
-    map_.edit([this](cuboid_mapping::CuboidMap& map, const ros::Time& /*stamp*/) {
-      return forgetting_.forget(map);
-    });
+    while (forgetting_.hasDue()) {
+      map_.edit([this](cuboid_mapping::CuboidMap& map, const ros::Time& /*stamp*/) {
+        return forgetting_.forgetSome(map);
+      });
+    }
   });
 }
 
