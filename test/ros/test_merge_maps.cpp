@@ -3,21 +3,16 @@
 #include "cuboid_mapping/Observation.h"
 #include "cuboid_mapping/SaveMap.h"
 #include "cuboid_mapping/io/map_files.h"
-#include "cuboid_mapping/io/scan_update_codec.h"
 #include "cuboid_mapping/ros/fleet/robot_merger.h"
-#include "cuboid_mapping/ros/middleware/callback_guard.h"
 #include "ros/node_probe.h"
 #include "support/random.h"
 #include "support/snapshots.h"
 #include "tools/run_program.h"
 
-#include <ros/callback_queue.h>
-
 #include <algorithm>
 #include <csignal>
 #include <filesystem>
 #include <memory>
-#include <new>
 
 namespace cuboid_mapping_ros::test {
 namespace {
@@ -334,55 +329,6 @@ TEST_F(MergeMaps, GoesOnWithItsStoreAfterKill) {
   stop(merger_with_store_);
   const auto file = cuboid_mapping::readMapFile(store);
   EXPECT_TRUE(voxelsOf(reference) == voxelsOf(file.snapshot.bricks));
-}
-
-/// What a robot says of a cloud that has passed one brick.
-Observation makeObservation(const NodeParameters& parameters, int sequence) {
-  Observation message;
-  message.header.frame_id = parameters.frame_id;
-  message.header.stamp = ros::Time(100.0 + 0.01 * sequence);
-  message.robot = "/alone";
-  message.session = 1;
-  message.sequence = static_cast<std::uint64_t>(sequence);
-  message.resolution = parameters.map.resolution_m;
-  message.hit = parameters.map.sensor_model.hit;
-  message.miss = parameters.map.sensor_model.miss;
-  message.min = parameters.map.sensor_model.alpha_min;
-  message.max = parameters.map.sensor_model.alpha_max;
-  cuboid_mapping::ScanUpdate update;
-  update.bricks.push_back({{8 * sequence, 0, 0}, {}, cuboid_mapping::BrickMask::all(), 0});
-  const std::string bytes = toBytes(update);
-  message.data.assign(bytes.begin(), bytes.end());
-  return message;
-}
-
-TEST(RobotMergerAlone, PutsTheOthersIntoTheMapWhenOneFails) {
-  ros::CallbackQueue callbacks;
-  CallbackGuard guard;
-  GuardedQueue queue(callbacks, guard, "merger");
-  const ros::NodeHandle nh = withQueue(ros::NodeHandle(), queue);
-  NodeParameters parameters;
-  parameters.fleet.robots = {"/alone"};
-  parameters.fleet.merge_delay_s = 0.5;
-  GuardedMap map(parameters.map);
-  int num_noted = 0;
-  const RobotMerger merger(nh, nh, parameters, map,
-                           {[] { return false; },
-                            [&num_noted](const RobotObservation& /*observation*/, bool) {
-                              if (++num_noted == 2) throw std::bad_alloc();
-                            }});
-  const ros::Publisher publisher =
-      ros::NodeHandle().advertise<Observation>("/alone/observations", 10);
-  ASSERT_TRUE(waitFor([&] { return publisher.getNumSubscribers() > 0; }));
-  EXPECT_TRUE(waitFor([&] {  // roscpp may lose the first ones; what comes twice is left out.
-    for (int i = 1; i <= 3; ++i) publisher.publish(makeObservation(parameters, i));
-    callbacks.callAvailable();
-    return num_noted == 3;
-  }));
-  EXPECT_EQ(guard.numFailures(), 1U);
-  EXPECT_EQ(
-      map.read([](const CuboidMap& content, const ros::Time&) { return content.voxels().size(); }),
-      3U);
 }
 
 }  // namespace

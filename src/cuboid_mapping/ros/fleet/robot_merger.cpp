@@ -6,6 +6,7 @@
 #include "cuboid_mapping/io/text.h"
 #include "cuboid_mapping/ros/fleet/merge_progress.h"
 #include "cuboid_mapping/ros/middleware/checked_messages.h"
+#include "cuboid_mapping/ros/middleware/function_callback.h"
 #include "cuboid_mapping/ros/middleware/names.h"
 #include "cuboid_mapping/ros/middleware/tf_lookup.h"
 
@@ -96,6 +97,8 @@ RobotMerger::RobotMerger(const ros::NodeHandle& nh, const ros::NodeHandle& askin
                                           [this](const ros::WallTimerEvent&) { ask(); });
 }
 
+RobotMerger::~RobotMerger() { removePosted(*asking_nh_.getCallbackQueue(), this); }
+
 std::string RobotMerger::topics() const {
   std::string topics;
   for (const ros::Subscriber& subscriber : subscribers_) {
@@ -171,15 +174,24 @@ std::string RobotMerger::noteApplied(const RobotObservation& observation) {
 }
 
 void RobotMerger::ask() {
-  std::vector<ObservationQuestion> questions;
-  {
-    const std::lock_guard<std::mutex> lock(mutex_);
-    questions = order_.findQuestions(now_s());
+  const std::lock_guard<std::mutex> lock(mutex_);
+  for (const ObservationQuestion& question : order_.findQuestions(now_s())) {
+    if (asked_.count(question.robot) > 0) continue;
+    post(*asking_nh_.getCallbackQueue(), this, [this, question] { askFor(question); });
+    asked_.insert(question.robot);
   }
-  for (const ObservationQuestion& question : questions) askFor(question);
 }
 
 void RobotMerger::askFor(const ObservationQuestion& question) {
+  struct Asking {  // Until an answer is there, or an exception.
+    ~Asking() {
+      const std::lock_guard<std::mutex> lock(merger.mutex_);
+      merger.asked_.erase(robot);
+    }
+    RobotMerger& merger;
+    const std::string& robot;
+  };
+  const Asking asking{*this, question.robot};
   GetObservations service;
   service.request.session = question.session;
   service.request.first = question.first;

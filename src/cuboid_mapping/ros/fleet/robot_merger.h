@@ -14,6 +14,7 @@
 #include <cstdint>
 #include <functional>
 #include <mutex>
+#include <set>
 #include <string>
 #include <variant>
 #include <vector>
@@ -39,11 +40,13 @@ class RobotMerger {
     std::function<void(const cuboid_mapping::RobotObservation&, bool is_in_map)> note;
   };
 
-  /// @param nh  Of the thread that changes the map. @param asking_nh  Of a thread that may wait for
-  /// robots. @param map  Must outlive this object. Goes on where GuardedMap::progress() says that it is.
+  /// @param nh  Of the thread that changes the map. @param asking_nh  Of threads that may wait for robots, one more
+  /// than there are robots: one that is silent then keeps nobody from asking the others. @param map  Must outlive
+  /// this object. Goes on where GuardedMap::progress() says that it is.
   /// @throws std::runtime_error  when it says something else.
   RobotMerger(const ros::NodeHandle& nh, const ros::NodeHandle& asking_nh,
               const NodeParameters& parameters, GuardedMap& map, Callbacks callbacks);
+  ~RobotMerger();
   RobotMerger(const RobotMerger&) = delete;
   RobotMerger& operator=(const RobotMerger&) = delete;
 
@@ -69,6 +72,7 @@ class RobotMerger {
   Callbacks callbacks_;
   std::mutex mutex_;  ///< Guards order_ to last_refusal_.
   cuboid_mapping::ObservationOrder order_;
+  std::set<std::string> asked_;  ///< Robots that have not answered yet.
   std::uint64_t num_refused_ = 0;
   std::uint64_t num_failed_ = 0;     ///< Could not be put into the map, for want of memory.
   std::uint64_t num_asked_for_ = 0;  ///< Came as answers.

@@ -24,4 +24,19 @@ void logRefusal(const std::string& name, const char* why) noexcept {
   }
 }
 
+CallDeadline::CallDeadline(ros::ServiceClient client, std::chrono::milliseconds limit)
+    : thread_([client, limit, is_over = is_over_.get_future()]() mutable {
+        while (is_over.wait_for(limit) == std::future_status::timeout) {
+          try {
+            client.shutdown();
+          } catch (...) {  // For want of memory: the next one ends the call.
+          }
+        }
+      }) {}
+
+CallDeadline::~CallDeadline() {
+  is_over_.set_value();
+  thread_.join();
+}
+
 }  // namespace cuboid_mapping_ros

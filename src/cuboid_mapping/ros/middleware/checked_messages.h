@@ -9,6 +9,7 @@
 #include <ros/message_event.h>
 #include <ros/node_handle.h>
 #include <ros/serialization.h>
+#include <ros/service_client.h>
 #include <ros/service_server.h>
 #include <ros/subscribe_options.h>
 #include <ros/subscriber.h>
@@ -16,10 +17,13 @@
 #include <boost/function.hpp>
 #include <boost/make_shared.hpp>
 
+#include <chrono>
 #include <cstdint>
 #include <exception>
+#include <future>
 #include <stdexcept>
 #include <string>
+#include <thread>
 #include <vector>
 
 namespace cuboid_mapping_ros {
@@ -166,15 +170,35 @@ template <typename RequestT, typename ResponseT>
   return nh.advertiseService(options);
 }
 
+/// How long a service that has taken a request may be silent.
+constexpr std::chrono::seconds kCallLimit{10};
+
+/// Ends calls of a service that last too long: roscpp waits for ever for one that is connected and silent.
+class CallDeadline {
+ public:
+  /// @param client  A persistent one: only these can be disconnected while they wait.
+  /// @throws std::system_error  when there is no thread for it.
+  CallDeadline(ros::ServiceClient client, std::chrono::milliseconds limit);
+  ~CallDeadline();
+  CallDeadline(const CallDeadline&) = delete;
+  CallDeadline& operator=(const CallDeadline&) = delete;
+
+ private:
+  std::promise<void> is_over_;
+  std::thread thread_;
+};
+
 /// Calls a service. @param error  Why there is no answer.
-/// @return false when nobody has answered, or what came is none.
+/// @return false when nobody has answered within the limit, or what came is none.
 template <typename ServiceT>
 [[nodiscard]] bool callChecked(ros::NodeHandle& nh, const std::string& name, ServiceT& service,
-                               std::string& error) {
+                               std::string& error, std::chrono::milliseconds limit = kCallLimit) {
   namespace traits = ros::service_traits;
+  ros::ServiceClient client = nh.serviceClient<ServiceT>(name, /*persistent=*/true);
+  const CallDeadline deadline(client, limit);
   ros::SerializedMessage answer;
-  if (!nh.serviceClient<ServiceT>(name).call(ros::serialization::serializeMessage(service.request),
-                                             answer, traits::md5sum<ServiceT>())) {
+  if (!client.call(ros::serialization::serializeMessage(service.request), answer,
+                   traits::md5sum<ServiceT>())) {
     error = "no answer from " + nh.resolveName(name);
     return false;
   }

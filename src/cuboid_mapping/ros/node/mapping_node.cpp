@@ -51,7 +51,8 @@ MappingNode::MappingNode(const ros::NodeHandle& nh, const ros::NodeHandle& priva
       arrival_callbacks_(arrivals_, guard_, "receiving"),
       tf_thread_(guard_, "tf"),
       query_threads_(guard_, "queries", kQueryThreads),
-      asking_thread_(guard_, "asking robots"),
+      asking_threads_(guard_, "asking robots",
+                      static_cast<std::uint32_t>(parameters.fleet.robots.size()) + 1),
       publish_thread_(guard_, "publishing"),
       nh_(withQueue(nh, cloud_callbacks_)),
       private_nh_(withQueue(private_nh, cloud_callbacks_)),
@@ -102,7 +103,7 @@ MappingNode::MappingNode(const ros::NodeHandle& nh, const ros::NodeHandle& priva
 MappingNode::~MappingNode() {
   is_stopping_ = true;
   sources_.stopListening();
-  for (GuardedThread* thread : {&tf_thread_, &query_threads_, &asking_thread_, &publish_thread_}) {
+  for (GuardedThread* thread : {&tf_thread_, &query_threads_, &asking_threads_, &publish_thread_}) {
     thread->stop();
   }
   tf_changes_.disconnect();
@@ -165,10 +166,10 @@ void MappingNode::mergeRobots() {
     fuseMeanwhile();
   };
   last_header_.frame_id = withoutSlash(parameters_.frame_id);
-  merger_.emplace(nh_, withQueue(nh_, asking_thread_.queue()), parameters_, map_,
+  merger_.emplace(nh_, withQueue(nh_, asking_threads_.queue()), parameters_, map_,
                   std::move(callbacks));
   diagnostics_.add("merging", &*merger_, &RobotMerger::report);
-  asking_thread_.start();
+  asking_threads_.start();
 }
 
 CloudInbox::Callbacks MappingNode::inboxCallbacks() {

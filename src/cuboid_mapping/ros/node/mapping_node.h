@@ -118,7 +118,7 @@ class MappingNode {
   GuardedQueue arrival_callbacks_;  ///< Of the sources.
   GuardedThread tf_thread_;
   GuardedThread query_threads_;
-  GuardedThread asking_thread_;   ///< Waits for robots.
+  GuardedThread asking_threads_;  ///< Wait for robots.
   GuardedThread publish_thread_;  ///< Also of ~reset, so that it is published at once.
   ros::NodeHandle nh_;
   ros::NodeHandle private_nh_;

@@ -1,0 +1,152 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// The part of a node that merges, alone: one message fails, one robot is silent.
+#include "cuboid_mapping/GetObservations.h"
+#include "cuboid_mapping/Observation.h"
+#include "cuboid_mapping/io/scan_update_codec.h"
+#include "cuboid_mapping/ros/fleet/robot_merger.h"
+#include "cuboid_mapping/ros/middleware/callback_guard.h"
+#include "cuboid_mapping/ros/middleware/checked_messages.h"
+#include "ros/node_probe.h"
+
+#include <ros/callback_queue.h>
+
+#include <atomic>
+#include <chrono>
+#include <future>
+#include <memory>
+#include <new>
+
+namespace cuboid_mapping_ros::test {
+namespace {
+
+using cuboid_mapping::CuboidMap;
+using cuboid_mapping::GetObservations;
+using cuboid_mapping::Observation;
+using cuboid_mapping::RobotObservation;
+
+/// What a robot says of a cloud that has passed one brick.
+Observation makeObservation(const NodeParameters& parameters, int sequence,
+                            const std::string& robot = "/alone") {
+  Observation message;
+  message.header.frame_id = parameters.frame_id;
+  message.header.stamp = ros::Time(100.0 + 0.01 * sequence);
+  message.robot = robot;
+  message.session = 1;
+  message.sequence = static_cast<std::uint64_t>(sequence);
+  message.resolution = parameters.map.resolution_m;
+  message.hit = parameters.map.sensor_model.hit;
+  message.miss = parameters.map.sensor_model.miss;
+  message.min = parameters.map.sensor_model.alpha_min;
+  message.max = parameters.map.sensor_model.alpha_max;
+  cuboid_mapping::ScanUpdate update;
+  update.bricks.push_back({{8 * sequence, 0, 0}, {}, cuboid_mapping::BrickMask::all(), 0});
+  const std::string bytes = toBytes(update);
+  message.data.assign(bytes.begin(), bytes.end());
+  return message;
+}
+
+TEST(RobotMergerTest, PutsTheOthersIntoTheMapWhenOneFails) {
+  ros::CallbackQueue callbacks;
+  CallbackGuard guard;
+  GuardedQueue queue(callbacks, guard, "merger");
+  const ros::NodeHandle nh = withQueue(ros::NodeHandle(), queue);
+  NodeParameters parameters;
+  parameters.fleet.robots = {"/alone"};
+  parameters.fleet.merge_delay_s = 0.5;
+  GuardedMap map(parameters.map);
+  int num_noted = 0;
+  const RobotMerger merger(nh, nh, parameters, map,
+                           {[] { return false; },
+                            [&num_noted](const RobotObservation& /*observation*/, bool) {
+                              if (++num_noted == 2) throw std::bad_alloc();
+                            }});
+  const ros::Publisher publisher =
+      ros::NodeHandle().advertise<Observation>("/alone/observations", 10);
+  ASSERT_TRUE(waitFor([&] { return publisher.getNumSubscribers() > 0; }));
+  EXPECT_TRUE(waitFor([&] {  // roscpp may lose the first ones; what comes twice is left out.
+    for (int i = 1; i <= 3; ++i) publisher.publish(makeObservation(parameters, i));
+    callbacks.callAvailable();
+    return num_noted == 3;
+  }));
+  EXPECT_EQ(guard.numFailures(), 1U);
+  EXPECT_EQ(
+      map.read([](const CuboidMap& content, const ros::Time&) { return content.voxels().size(); }),
+      3U);
+}
+
+/// Robots whose services have taken a request and do not answer.
+class SilentRobots {
+ public:
+  ~SilentRobots() { speak_.set_value(); }
+
+  void add(const std::string& robot) {
+    ros::NodeHandle nh = withQueue(ros::NodeHandle(), threads_.queue());
+    services_.push_back(advertiseGuarded<GetObservations::Request, GetObservations::Response>(
+        nh, robot + "/get_observations",
+        [speaks = speak_.get_future().share()](GetObservations::Request&,
+                                               GetObservations::Response&) {
+          speaks.wait();
+          return true;
+        }));
+    threads_.start();
+  }
+
+ private:
+  CallbackGuard guard_;
+  GuardedThread threads_{guard_, "silent robots"};
+  std::promise<void> speak_;
+  std::vector<ros::ServiceServer> services_;
+};
+
+TEST(CallCheckedTest, ASilentServiceIsGivenUp) {
+  SilentRobots silent;
+  silent.add("/silent");
+  ros::NodeHandle nh;
+  GetObservations service;
+  std::string error;
+  const auto begin = std::chrono::steady_clock::now();
+  EXPECT_FALSE(
+      callChecked(nh, "/silent/get_observations", service, error, std::chrono::milliseconds(300)));
+  EXPECT_LT(std::chrono::steady_clock::now() - begin, std::chrono::seconds(8));
+  EXPECT_EQ(error, "no answer from /silent/get_observations");
+}
+
+TEST(RobotMergerTest, ASilentRobotKeepsNobodyFromAskingTheOthers) {
+  auto silent = std::make_unique<SilentRobots>();
+  silent->add("/silent");
+  CallbackGuard guard;
+  GuardedThread thread(guard, "merger");
+  GuardedThread asking_threads(guard, "asking", 3);
+  ros::NodeHandle nh = withQueue(ros::NodeHandle(), thread.queue());
+  NodeParameters parameters;
+  parameters.fleet.robots = {"/silent", "/talking"};
+  std::atomic<int> num_asked{0};
+  const auto server = advertiseGuarded<GetObservations::Request, GetObservations::Response>(
+      nh, "/talking/get_observations",
+      [&](GetObservations::Request& request, GetObservations::Response& response) {
+        ++num_asked;
+        response.session = request.session;
+        return true;
+      });
+  GuardedMap map(parameters.map);
+  RobotMerger merger(nh, withQueue(nh, asking_threads.queue()), parameters, map,
+                     {[] { return false; }, [](const RobotObservation&, bool) {}});
+  thread.start();
+  asking_threads.start();
+  std::vector<ros::Publisher> publishers;
+  for (const std::string& robot : parameters.fleet.robots) {
+    publishers.push_back(ros::NodeHandle().advertise<Observation>(robot + "/observations", 10));
+  }
+  EXPECT_TRUE(waitFor([&] {  // The first one of each is missing.
+    for (std::size_t i = 0; i < publishers.size(); ++i) {
+      publishers[i].publish(makeObservation(parameters, 2, parameters.fleet.robots[i]));
+    }
+    return num_asked >= 3;
+  })) << num_asked;
+  silent.reset();
+  thread.stop();
+  asking_threads.stop();
+}
+
+}  // namespace
+}  // namespace cuboid_mapping_ros::test
