@@ -314,6 +314,20 @@ TEST(MapWindow, losesNothingWhenTheDiskIsFull) {
   EXPECT_EQ(pair.voxels(), test::voxelsOf(pair.plain));
 }
 
+TEST(MapWindow, bringsPagesBackSomeAtATime) {
+  const TemporaryFolder folder;
+  Pair pair(tenthOfAMetre(), {6.4, 0.0, OutsideWindow::kKeep}, folder / "map.sqlite");
+  for (int page = 0; page < 40; ++page) {
+    pair.replace(brickBox({64 * page, 0, 0}), {{brickBox({64 * page, 0, 0}), 1.0F}});
+  }
+  pair.startAgain();
+  for (const std::size_t num_left : {24U, 8U, 0U, 0U}) {
+    pair.window->loadSome(kAllCells, pair.map);
+    EXPECT_EQ(pair.window->countNotLoaded(kAllCells), num_left);
+  }
+  EXPECT_EQ(pair.voxels(), test::voxelsOf(pair.plain));
+}
+
 TEST(MapWindow, takesNothingInAPageThatCannotBeRead) {
   const TemporaryFolder folder;
   Pair pair(tenthOfAMetre(), {6.4, 0.0, OutsideWindow::kKeep}, folder / "map.sqlite");

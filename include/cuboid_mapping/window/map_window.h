@@ -93,7 +93,10 @@ class MapWindow {
 
   /// Brings back the pages that share a cell with a box; they stay for kIdleSteps steps at least.
   /// @throws MapFileError  when one cannot be read: those before it are there.
-  ChangeSet load(const CellBox& box, CuboidMap& map);
+  ChangeSet load(const CellBox& box, CuboidMap& map) { return load(box, stored_.size(), map); }
+
+  /// As load(), but kPagesAStep pages at most.
+  ChangeSet loadSome(const CellBox& box, CuboidMap& map) { return load(box, kPagesAStep, map); }
 
   /// To be told of each change that was made without integrate(). @pre It was within pages that were
   /// in memory, or new.
@@ -149,6 +152,7 @@ class MapWindow {
   [[nodiscard]] PageSet bringBack(const std::vector<Cell>& touched, CuboidMap& map,
                                   ChangeSet& changes);
   void bringAhead(CuboidMap& map, ChangeSet& changes);
+  ChangeSet load(const CellBox& box, std::size_t max_pages, CuboidMap& map);
   void loadPage(const Cell& page, CuboidMap& map, ChangeSet& changes);
   [[nodiscard]] std::vector<Cell> findLeaving(const CuboidMap& map) const;
   void letLeave(std::vector<Cell> pages, CuboidMap& map, ChangeSet& changes);

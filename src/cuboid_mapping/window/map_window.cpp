@@ -292,9 +292,10 @@ std::size_t MapWindow::countNotLoaded(const CellBox& box) const {
   return count;
 }
 
-ChangeSet MapWindow::load(const CellBox& box, CuboidMap& map) {
+ChangeSet MapWindow::load(const CellBox& box, std::size_t max_pages, CuboidMap& map) {
   std::vector<Cell> pages;
   for (const Cell& page : stored_) {
+    if (pages.size() == max_pages) break;
     if (box.intersects(pageBox(page))) pages.push_back(page);
   }
   ChangeSet changes;

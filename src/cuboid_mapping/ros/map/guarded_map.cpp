@@ -49,9 +49,11 @@ std::optional<cuboid_mapping::CellBox> GuardedMap::regionOfSearch() const {
 }
 
 void GuardedMap::load(const cuboid_mapping::CellBox& box) {
-  editIn(box, [](const cuboid_mapping::CuboidMap& map, const ros::Time& /*stamp*/) {
-    return cuboid_mapping::ChangeSet{map.revision(), false, {}};
-  });
+  const PageHold come_back = hold();
+  while (countNotLoaded(box) > 0) {
+    const ChangeLock lock(*this);
+    noteChangesOf([&] { return window_->loadSome(box, map_); });
+  }
 }
 
 std::optional<cuboid_mapping::WindowFigures> GuardedMap::windowFigures() const {

@@ -137,7 +137,8 @@ class GuardedMap {
   [[nodiscard]] std::size_t countNotLoaded(const cuboid_mapping::CellBox& box) const;
   /// Where those may search who are given no region: in the window, if parts of the map are on disk only; else anywhere.
   [[nodiscard]] std::optional<cuboid_mapping::CellBox> regionOfSearch() const;
-  /// Brings them back. @throws cuboid_mapping::MapFileError
+  /// Brings them back, some at a time, so that others get their turn.
+  /// @throws cuboid_mapping::MapFileError  where one cannot be: those before it are there.
   void load(const cuboid_mapping::CellBox& box);
   /// Nothing without a window.
   [[nodiscard]] std::optional<cuboid_mapping::WindowFigures> windowFigures() const;
