@@ -3,6 +3,7 @@
 #include "cuboid_mapping/ros/map/guarded_map.h"
 #include "cuboid_mapping/ros/services/check_answers.h"
 #include "cuboid_mapping/ros/services/edit_answers.h"
+#include "cuboid_mapping/ros/services/query_box.h"
 #include "cuboid_mapping/ros/services/search_answers.h"
 
 #include "fuzz_input.h"
@@ -101,20 +102,6 @@ void ask(ResponseT (*answer)(const MapInFrame&, const RequestT&), const MapInFra
   if (response.success == 0 && response.message.empty()) std::abort();
 }
 
-void askBox(const MapInFrame& map, FuzzInput& input) {
-  const char* frames[] = {"", "map", "turned", "nowhere"};
-  BoxRequest r;
-  r.frame_id = frames[input.upTo(3)];
-  for (int axis = 0; axis < 3; ++axis) {
-    r.box.min_m[axis] = input.number();
-    r.box.max_m[axis] = input.number();
-  }
-  Taker take(input);
-  take(r.wanted_cuboids);
-  r.is_clipped = input.chance();
-  (void)answerBoxRequest(map, r);
-}
-
 void askOne(const MapInFrame& map, FuzzInput& input) {
   switch (input.upTo(9)) {
     case 0:
@@ -155,7 +142,10 @@ void askOne(const MapInFrame& map, FuzzInput& input) {
       return ask(answerSetBox, map, input, [](Taker& take, auto& r) {
         take(r.header, r.min, r.max, r.inflation, r.occupancy, r.probability, r.lock);
       });
-    default: return askBox(map, input);
+    default:
+      return ask(answerQueryBox, map, input, [](Taker& take, QueryBox::Request& r) {
+        take(r.header, r.min, r.max, r.cuboids, r.clip);
+      });
   }
 }
 

@@ -197,7 +197,6 @@ add_library(cuboid_mapping_ros
   cuboid_mapping/ros/conversions/point_times.cpp
   cuboid_mapping/ros/octomap_server/projected_map.cpp
   cuboid_mapping/ros/services/query_box.cpp
-  cuboid_mapping/ros/services/query_box_service.cpp
   cuboid_mapping/ros/parameters/reconfigure.cpp
   cuboid_mapping/ros/parameters/reconfigure_server.cpp
   cuboid_mapping/ros/services/request_reader.cpp

@@ -3,7 +3,7 @@
 #pragma once
 
 #include "cuboid_mapping/ros/map/guarded_map.h"
-#include "cuboid_mapping/ros/services/query_box.h"
+#include "cuboid_mapping/ros/services/map_in_frame.h"
 #include "cuboid_mapping/ros/services/request_reader.h"
 
 #include <geometry_msgs/TransformStamped.h>

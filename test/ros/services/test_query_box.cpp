@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "cuboid_mapping/ros/services/query_box.h"
 
+#include "cuboid_mapping/ros/conversions/points.h"
 #include "cuboid_mapping/ros/map/guarded_map.h"
 #include "cuboid_mapping/scan/scan_update.h"
 
@@ -17,11 +18,13 @@ namespace cuboid_mapping_ros {
 namespace {
 
 using cuboid_mapping::MapConfig;
-using cuboid_mapping::MetricBox;
-using cuboid_mapping::Occupancy;
+using Point = geometry_msgs::Point;
+using Request = cuboid_mapping::QueryBox::Request;
+using Response = cuboid_mapping::QueryBox::Response;
 
 constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
+constexpr double Point::*kAxes[] = {&Point::x, &Point::y, &Point::z};
 
 /// A beam along x from (0.05, 0.05, 0.05), which ends in the voxel [1, 1.1) at 0.1 m: ten free
 /// voxels and an occupied one, seen twice.
@@ -53,16 +56,20 @@ class QueryBoxTest : public ::testing::Test {
     ASSERT_TRUE(tf_.setTransform(transform, "test"));
   }
 
-  BoxAnswer ask(const BoxRequest& request) { return answerBoxRequest({map_, "map", tf_}, request); }
+  Response ask(const Request& request) { return answerQueryBox({map_, "map", tf_}, request); }
 
-  void expectError(const BoxRequest& request, const std::string& part) {
-    const BoxAnswer answer = ask(request);
-    EXPECT_NE(answer.error.find(part), std::string::npos) << "answered: '" << answer.error << "'";
+  void expectError(const Request& request, const std::string& part) {
+    const Response answer = ask(request);
+    EXPECT_FALSE(answer.success);
+    EXPECT_NE(answer.message.find(part), std::string::npos)
+        << "answered: '" << answer.message << "'";
   }
 
-  static BoxRequest makeRequest() {
-    BoxRequest request;
-    request.box = {{0.9, 0.0, 0.0}, {1.2, 0.1, 0.1}};
+  static Request makeRequest(const Eigen::Vector3d& min = {0.9, 0.0, 0.0},
+                             const Eigen::Vector3d& max = {1.2, 0.1, 0.1}) {
+    Request request;
+    request.min = toPoint(min);
+    request.max = toPoint(max);
     return request;
   }
 
@@ -71,53 +78,53 @@ class QueryBoxTest : public ::testing::Test {
 };
 
 TEST_F(QueryBoxTest, AnswersWithVolumesAndCuboids) {
-  BoxRequest request = makeRequest();
-  request.wanted_cuboids = static_cast<std::uint8_t>(WantedCuboids::kAll);
-  const BoxAnswer answer = ask(request);
-  EXPECT_EQ(answer.error, "");
+  Request request = makeRequest();
+  request.cuboids = Request::CUBOIDS_ALL;
+  const Response answer = ask(request);
+  EXPECT_TRUE(answer.success) << answer.message;
+  EXPECT_FALSE(answer.truncated);
   EXPECT_EQ(answer.revision, 2U);
-  EXPECT_EQ(answer.stamp, ros::Time(2.0));
-  EXPECT_NEAR(answer.free_volume_m3, 0.001, 1e-12);
-  EXPECT_NEAR(answer.occupied_volume_m3, 0.001, 1e-12);
-  EXPECT_NEAR(answer.unknown_volume_m3, 0.001, 1e-12);
-  EXPECT_EQ(answer.occupancy, Occupancy::kOccupied);
+  EXPECT_EQ(answer.header.stamp, ros::Time(2.0));
+  EXPECT_EQ(answer.header.frame_id, "map");
+  EXPECT_NEAR(answer.free_volume, 0.001, 1e-12);
+  EXPECT_NEAR(answer.occupied_volume, 0.001, 1e-12);
+  EXPECT_NEAR(answer.unknown_volume, 0.001, 1e-12);
+  EXPECT_EQ(answer.occupancy, Response::OCCUPIED);
   // Two hits of 0.7: odds (7 / 3)^2.
   EXPECT_NEAR(answer.max_probability, 49.0 / 58.0, 1e-5);
-  EXPECT_NEAR((answer.box_map.max_m - Eigen::Vector3d(1.2, 0.1, 0.1)).norm(), 0.0, 1e-12);
+  EXPECT_NEAR((toVector(answer.max) - Eigen::Vector3d(1.2, 0.1, 0.1)).norm(), 0.0, 1e-12);
   // The free voxels of the second brick, [0.8, 1) m, and the occupied one.
   ASSERT_EQ(answer.cuboids.size(), 2U);
-  for (const AnswerCuboid& cuboid : answer.cuboids) {
-    const bool is_occupied = cuboid.occupancy == Occupancy::kOccupied;
-    EXPECT_NEAR(cuboid.box_map.min_m.x(), is_occupied ? 1.0 : 0.8, 1e-12);
-    EXPECT_NEAR(cuboid.box_map.max_m.x(), is_occupied ? 1.1 : 1.0, 1e-12);
+  for (const cuboid_mapping::MapCuboid& cuboid : answer.cuboids) {
+    const bool is_occupied = cuboid.occupancy == Response::OCCUPIED;
+    EXPECT_NEAR(cuboid.min.x, is_occupied ? 1.0 : 0.8, 1e-12);
+    EXPECT_NEAR(cuboid.max.x, is_occupied ? 1.1 : 1.0, 1e-12);
     EXPECT_NEAR(cuboid.probability, is_occupied ? 49.0 / 58.0 : 4.0 / 13.0, 1e-5);
   }
 }
 
 TEST_F(QueryBoxTest, ReturnsTheWantedCuboidsOnly) {
-  BoxRequest request = makeRequest();
-  const auto count = [&](WantedCuboids wanted) {
-    request.wanted_cuboids = static_cast<std::uint8_t>(wanted);
+  Request request = makeRequest();
+  const auto count = [&](std::uint8_t wanted) {
+    request.cuboids = wanted;
     return ask(request).cuboids.size();
   };
-  EXPECT_EQ(count(WantedCuboids::kNone), 0U);
-  EXPECT_EQ(count(WantedCuboids::kFree), 1U);
-  EXPECT_EQ(count(WantedCuboids::kOccupied), 1U);
-  EXPECT_EQ(count(WantedCuboids::kAll), 2U);
+  EXPECT_EQ(count(Request::CUBOIDS_NONE), 0U);
+  EXPECT_EQ(count(Request::CUBOIDS_FREE), 1U);
+  EXPECT_EQ(count(Request::CUBOIDS_OCCUPIED), 1U);
+  EXPECT_EQ(count(Request::CUBOIDS_ALL), 2U);
 
-  request.wanted_cuboids = static_cast<std::uint8_t>(WantedCuboids::kFree);
-  request.is_clipped = true;
-  EXPECT_NEAR(ask(request).cuboids.front().box_map.min_m.x(), 0.9, 1e-12);
+  request.cuboids = Request::CUBOIDS_FREE;
+  request.clip = 1;
+  EXPECT_NEAR(ask(request).cuboids.front().min.x, 0.9, 1e-12);
 }
 
 TEST_F(QueryBoxTest, UnknownSpaceHasNoProbability) {
-  BoxRequest request;
-  request.box = {{5.0, 5.0, 5.0}, {6.0, 6.0, 6.0}};
-  const BoxAnswer answer = ask(request);
-  EXPECT_EQ(answer.error, "");
-  EXPECT_EQ(answer.occupancy, Occupancy::kUnknown);
+  const Response answer = ask(makeRequest({5.0, 5.0, 5.0}, {6.0, 6.0, 6.0}));
+  EXPECT_TRUE(answer.success) << answer.message;
+  EXPECT_EQ(answer.occupancy, Response::UNKNOWN);
   EXPECT_TRUE(std::isnan(answer.max_probability));
-  EXPECT_NEAR(answer.unknown_volume_m3, 1.0, 1e-9);
+  EXPECT_NEAR(answer.unknown_volume, 1.0, 1e-9);
 }
 
 TEST_F(QueryBoxTest, TakesBoxesInAnyFrame) {
@@ -126,59 +133,58 @@ TEST_F(QueryBoxTest, TakesBoxesInAnyFrame) {
   T_map_child.translate(Eigen::Vector3d(1.0, 2.0, 3.0));
   T_map_child.rotate(Eigen::AngleAxisd(M_PI / 2.0, Eigen::Vector3d::UnitZ()));
   setTransform("child", T_map_child, 5.0);
-  BoxRequest request;
-  request.box = {{-2.0, -0.1, -3.0}, {-1.9, 0.0, -2.9}};
+  Request request = makeRequest({-2.0, -0.1, -3.0}, {-1.9, 0.0, -2.9});
   for (const std::string frame_id : {"child", "/child"}) {
-    request.frame_id = frame_id;
-    const BoxAnswer answer = ask(request);
-    EXPECT_EQ(answer.error, "");
-    EXPECT_NEAR((answer.box_map.min_m - Eigen::Vector3d(1.0, 0.0, 0.0)).norm(), 0.0, 1e-12);
-    EXPECT_NEAR((answer.box_map.max_m - Eigen::Vector3d(1.1, 0.1, 0.1)).norm(), 0.0, 1e-12);
-    EXPECT_NEAR(answer.occupied_volume_m3, 0.001, 1e-12);
-    EXPECT_NEAR(answer.unknown_volume_m3, 0.0, 1e-12);
+    request.header.frame_id = frame_id;
+    const Response answer = ask(request);
+    EXPECT_TRUE(answer.success) << answer.message;
+    EXPECT_NEAR((toVector(answer.min) - Eigen::Vector3d(1.0, 0.0, 0.0)).norm(), 0.0, 1e-12);
+    EXPECT_NEAR((toVector(answer.max) - Eigen::Vector3d(1.1, 0.1, 0.1)).norm(), 0.0, 1e-12);
+    EXPECT_NEAR(answer.occupied_volume, 0.001, 1e-12);
+    EXPECT_NEAR(answer.unknown_volume, 0.0, 1e-12);
   }
 }
 
 TEST_F(QueryBoxTest, TheMapsFrameNeedsNoTf) {
-  BoxRequest request = makeRequest();
+  Request request = makeRequest();
   for (const std::string frame_id : {"", "map", "/map"}) {
-    request.frame_id = frame_id;
-    request.stamp = ros::Time(1e6);
-    EXPECT_EQ(ask(request).error, "");
+    request.header.frame_id = frame_id;
+    request.header.stamp = ros::Time(1e6);
+    EXPECT_TRUE(ask(request).success);
   }
 }
 
 TEST_F(QueryBoxTest, RefusesBadRequestsAndSaysWhatToDo) {
-  BoxRequest request = makeRequest();
-  request.wanted_cuboids = 4;
+  Request request = makeRequest();
+  request.cuboids = 4;
   expectError(request, "CUBOIDS_*");
   for (const double bad : {kNan, -kNan, kInfinity, -kInfinity}) {
-    for (int axis = 0; axis < 3; ++axis) {
+    for (const auto axis : kAxes) {
       request = makeRequest();
-      request.box.max_m[axis] = bad;
+      request.max.*axis = bad;
       expectError(request, "NaN or infinite");
-      EXPECT_EQ(ask(request).error.find("nan"), std::string::npos) << ask(request).error;
+      EXPECT_EQ(ask(request).message.find("nan"), std::string::npos) << ask(request).message;
       request = makeRequest();
-      request.box.min_m[axis] = bad;
+      request.min.*axis = bad;
       expectError(request, "NaN or infinite");
     }
   }
-  for (int axis = 0; axis < 3; ++axis) {
+  for (const auto axis : kAxes) {
     request = makeRequest();
-    request.box.min_m[axis] = request.box.max_m[axis];
+    request.min.*axis = request.max.*axis;
     expectError(request, "min must be less than max");
-    request.box.min_m[axis] += 1.0;
+    request.min.*axis += 1.0;
     expectError(request, "min must be less than max");
   }
   request = makeRequest();
-  request.box.max_m.x() = 1e300;
+  request.max.x = 1e300;
   expectError(request, "reaches beyond the map: keep coordinates within 107374182 m of the origin");
   request = makeRequest();
-  request.frame_id = "nowhere";
+  request.header.frame_id = "nowhere";
   expectError(request, "no transform from frame 'nowhere' to 'map'");
   setTransform("child", Eigen::Isometry3d::Identity(), 5.0);
-  request.frame_id = "child";
-  request.stamp = ros::Time(7.0);
+  request.header.frame_id = "child";
+  request.header.stamp = ros::Time(7.0);
   expectError(request, "with stamp 0, the latest");
 }
 

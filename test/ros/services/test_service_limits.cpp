@@ -4,6 +4,7 @@
 
 #include "cuboid_mapping/ros/services/check_answers.h"
 #include "cuboid_mapping/ros/services/edit_answers.h"
+#include "cuboid_mapping/ros/services/query_box.h"
 #include "cuboid_mapping/ros/services/search_answers.h"
 #include "ros/map_in_frame.h"
 
@@ -24,6 +25,7 @@ using cuboid_mapping::FindNearest;
 using cuboid_mapping::FindNearestFree;
 using cuboid_mapping::GetCuboids;
 using cuboid_mapping::GetFreeGraph;
+using cuboid_mapping::QueryBox;
 using cuboid_mapping::SetBox;
 
 class ServiceLimitsTest : public test::MapInFrameTest {
@@ -161,17 +163,18 @@ TEST_F(ServiceLimitsTest, CutCuboidsAndGraphs) {
 }
 
 TEST_F(ServiceLimitsTest, CutTheCuboidsOfABox) {
-  BoxRequest request;
-  request.box = {{0, 0, 0}, {2, 1, 1}};
-  request.wanted_cuboids = static_cast<std::uint8_t>(WantedCuboids::kAll);
-  EXPECT_EQ(answerBoxRequest(in_frame_, request).cut, "");
-  const BoxAnswer cut = answerBoxRequest(withEntries(2), request);
+  QueryBox::Request request;
+  request.min = point(0, 0, 0);
+  request.max = point(2, 1, 1);
+  request.cuboids = QueryBox::Request::CUBOIDS_ALL;
+  EXPECT_FALSE(answerQueryBox(in_frame_, request).truncated);
+  const QueryBox::Response cut = answerQueryBox(withEntries(2), request);
+  expectCut(cut, "query/max_entries");
   EXPECT_LE(cut.cuboids.size(), 2U);
-  EXPECT_NE(cut.cut.find("query/max_entries"), std::string::npos);
-  EXPECT_NEAR(cut.free_volume_m3, 1.93, 1e-9) << "volumes were looked at before";
-  const BoxAnswer nothing = answerBoxRequest(withBricks(1), request);
-  EXPECT_EQ(nothing.occupancy, cuboid_mapping::Occupancy::kUnknown);
-  EXPECT_NE(nothing.cut.find("query/max_bricks"), std::string::npos);
+  EXPECT_NEAR(cut.free_volume, 1.93, 1e-9) << "volumes were looked at before";
+  const QueryBox::Response nothing = answerQueryBox(withBricks(1), request);
+  EXPECT_EQ(nothing.occupancy, QueryBox::Response::UNKNOWN);
+  expectCut(nothing, "query/max_bricks");
 }
 
 TEST_F(ServiceLimitsTest, EndTheSearchForACorridor) {

@@ -7,6 +7,7 @@
 #include "cuboid_mapping/ros/parameters/parameters.h"
 #include "cuboid_mapping/ros/services/check_answers.h"
 #include "cuboid_mapping/ros/services/edit_answers.h"
+#include "cuboid_mapping/ros/services/query_box.h"
 #include "cuboid_mapping/ros/services/search_answers.h"
 #include "ros/map_in_frame.h"
 #include "support/random_bricks.h"
@@ -23,6 +24,7 @@ namespace {
 using cuboid_mapping::BrickMask;
 using cuboid_mapping::Cell;
 using cuboid_mapping::CuboidMap;
+using cuboid_mapping::QueryBox;
 using cuboid_mapping::ScanUpdate;
 using cuboid_mapping::SetBox;
 
@@ -67,16 +69,21 @@ class WindowAnswers : public test::MapInFrameTest {
   std::string file_ = folder_ / "map.sqlite";
 };
 
+QueryBox::Request boxRequest(const Eigen::Vector3d& min, const Eigen::Vector3d& max) {
+  QueryBox::Request request;
+  request.min = toPoint(min);
+  request.max = toPoint(max);
+  return request;
+}
+
 TEST_F(WindowAnswers, OfABox) {
-  const BoxRequest request{"", {}, {{0.1, 0.1, 0.1}, {0.9, 0.9, 0.9}}};
-  EXPECT_EQ(answerBoxRequest(in_frame_, request).error.rfind("not loaded: ", 0), 0U);
-  in_frame_.limits.outside = QueriesOutside::kLoad;
-  EXPECT_EQ(answerBoxRequest(in_frame_, request).occupancy, cuboid_mapping::Occupancy::kFree);
+  const auto room = boxRequest({0.1, 0.1, 0.1}, {0.9, 0.9, 0.9});
+  EXPECT_EQ(ask(answerQueryBox, room).occupancy, QueryBox::Response::FREE);
   // Near the robot nothing is in the way of an answer.
   goAway();
   in_frame_.limits.outside = QueriesOutside::kRefuse;
-  const BoxRequest near{"", {}, {{100.1, 0.1, 0.1}, {100.5, 0.5, 0.5}}};
-  EXPECT_EQ(answerBoxRequest(in_frame_, near).occupancy, cuboid_mapping::Occupancy::kFree);
+  const auto near = boxRequest({100.1, 0.1, 0.1}, {100.5, 0.5, 0.5});
+  EXPECT_EQ(answerQueryBox(in_frame_, near).occupancy, QueryBox::Response::FREE);
 }
 
 TEST_F(WindowAnswers, OfBoxes) {
@@ -221,7 +228,7 @@ TEST_F(WindowAnswers, OfAnOctreeAreWholeOrRefused) {
   EXPECT_EQ(voxels.count({0, 0, 0}), 1U);
   EXPECT_EQ(voxels.count({1000, 0, 0}), 1U);
   in_frame_.limits.outside = QueriesOutside::kLoad;
-  EXPECT_EQ(answerBoxRequest(in_frame_, {"", {}, {{0.1, 0.1, 0.1}, {0.9, 0.9, 0.9}}}).error, "");
+  EXPECT_TRUE(answerQueryBox(in_frame_, boxRequest({0.1, 0.1, 0.1}, {0.9, 0.9, 0.9})).success);
   EXPECT_EQ(refusal(QueriesOutside::kRefuse, 2), "") << "all of it is in memory now";
 }
 

@@ -156,7 +156,6 @@ class MappingNode {
   MarkerPublisher free_publisher_;
   OctomapServerInterface octomap_server_;
   diagnostic_updater::Updater diagnostics_;
-  ros::ServiceServer query_box_server_;
   ros::ServiceServer reset_server_;
   ros::ServiceServer move_server_;
   std::optional<PlannerServices> planner_services_;

@@ -3,9 +3,7 @@
 #include "cuboid_mapping/ros/map/map_storage.h"
 #include "cuboid_mapping/ros/middleware/checked_messages.h"
 #include "cuboid_mapping/ros/middleware/names.h"
-#include "cuboid_mapping/ros/middleware/tf_lookup.h"
 #include "cuboid_mapping/ros/node/mapping_node.h"
-#include "cuboid_mapping/ros/services/query_box_service.h"
 #include "cuboid_mapping/ros/services/request_reader.h"
 
 #include <ros/console.h>
@@ -21,9 +19,6 @@ void MappingNode::advertiseServices() {
   ros::NodeHandle query_nh = withQueue(private_nh_, query_threads_.queue());
   const MapInFrame map{map_, parameters_.frame_id, tf_buffer_, parameters_.service_limits,
                        &is_stopping_};
-  query_box_server_ = advertiseQueryBox(
-      query_nh, withoutSlash(parameters_.frame_id),
-      [map](const BoxRequest& request) { return answerBoxRequest(map, request); });
   ros::NodeHandle edit_nh = withQueue(private_nh_, publish_thread_.queue());
   using std_srvs::Empty;
   reset_server_ = advertiseGuarded<Empty::Request, Empty::Response>(

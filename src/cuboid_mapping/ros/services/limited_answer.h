@@ -5,7 +5,7 @@
 #include "cuboid_mapping/query/budget.h"
 #include "cuboid_mapping/ros/map/guarded_map.h"
 #include "cuboid_mapping/ros/parameters/service_limits.h"
-#include "cuboid_mapping/ros/services/query_box.h"
+#include "cuboid_mapping/ros/services/map_in_frame.h"
 
 #include <algorithm>
 #include <cstddef>

@@ -8,6 +8,7 @@
 #include "cuboid_mapping/ros/middleware/names.h"
 #include "cuboid_mapping/ros/services/check_answers.h"
 #include "cuboid_mapping/ros/services/edit_answers.h"
+#include "cuboid_mapping/ros/services/query_box.h"
 #include "cuboid_mapping/ros/services/request_reader.h"
 #include "cuboid_mapping/ros/services/search_answers.h"
 
@@ -51,6 +52,7 @@ ros::ServiceServer advertise(ros::NodeHandle& nh, const char* name, const MapInF
 PlannerServices::PlannerServices(const ros::NodeHandle& private_nh, const MapInFrame& map)
     : map_(map) {
   ros::NodeHandle nh(private_nh);
+  servers_.push_back(advertise(nh, kQueryBoxService, map_, answerQueryBox));
   servers_.push_back(advertise(nh, kCheckBoxesService, map_, answerCheckBoxes));
   servers_.push_back(advertise(nh, kCheckPathService, map_, answerCheckPath));
   servers_.push_back(advertise(nh, kCastRaysService, map_, answerCastRays));

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
-#include "cuboid_mapping/ros/services/query_box.h"
+#include "cuboid_mapping/ros/services/map_in_frame.h"
 
 #include <ros/node_handle.h>
 #include <ros/service_server.h>
@@ -14,7 +14,7 @@
 
 namespace cuboid_mapping_ros {
 
-/// The services that planners ask: ~check_boxes, ~check_path, ~cast_rays, ~nearest, ~nearest_free,
+/// The services that planners ask: ~query_box, ~check_boxes, ~check_path, ~cast_rays, ~nearest, ~nearest_free,
 /// ~get_cuboids, ~get_free_graph, ~find_corridor. Served from the queue of the node handle.
 class PlannerServices {
  public:

@@ -6,7 +6,7 @@
 #include "cuboid_mapping/ros/conversions/points.h"
 #include "cuboid_mapping/ros/map/guarded_map.h"
 #include "cuboid_mapping/ros/middleware/tf_lookup.h"
-#include "cuboid_mapping/ros/services/query_box.h"
+#include "cuboid_mapping/ros/services/map_in_frame.h"
 
 #include <geometry_msgs/Transform.h>
 #include <std_msgs/Header.h>

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
-#include "cuboid_mapping/ros/services/query_box.h"
+#include "cuboid_mapping/ros/services/map_in_frame.h"
 
 #include <cuboid_mapping/FindCorridor.h>
 #include <cuboid_mapping/FindNearest.h>

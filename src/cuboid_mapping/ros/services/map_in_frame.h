@@ -1,0 +1,24 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include "cuboid_mapping/ros/parameters/service_limits.h"
+
+#include <tf2/buffer_core.h>
+
+#include <atomic>
+#include <string>
+
+namespace cuboid_mapping_ros {
+
+class GuardedMap;
+
+/// A map and how its frame gets its name.
+struct MapInFrame {
+  GuardedMap& map;                                ///< The map and its lock.
+  std::string frame_id;                           ///< Of the map.
+  const tf2::BufferCore& tf;                      ///< For requests in other frames.
+  ServiceLimits limits = {};                      ///< Of each call.
+  const std::atomic<bool>* is_stopped = nullptr;  ///< true ends the work on all calls.
+};
+
+}  // namespace cuboid_mapping_ros
