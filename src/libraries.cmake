@@ -195,6 +195,7 @@ add_library(cuboid_mapping_ros
   cuboid_mapping/ros/parameters/parameters.cpp
   cuboid_mapping/ros/services/planner_services.cpp
   cuboid_mapping/ros/conversions/point_times.cpp
+  cuboid_mapping/ros/octomap_server/grid_publisher.cpp
   cuboid_mapping/ros/octomap_server/projected_map.cpp
   cuboid_mapping/ros/services/query_box.cpp
   cuboid_mapping/ros/parameters/reconfigure.cpp

@@ -35,9 +35,6 @@ using cuboid_mapping::VoxelBrick;
 /// Half a minute: the log repeats what a topic leaves out no more often.
 constexpr double kLogPeriod_s = 30.0;
 
-/// Of projected_map_updates: one that is lost would leave the listener's map wrong there.
-constexpr std::uint32_t kUpdatesQueueSize = 100;
-
 ChangeSet clearCells(CuboidMap& map, const CellBox& box) {
   std::vector<VoxelBrick> cleared;
   map.voxels().forEachIn(box, [&](const VoxelBrick& brick) {
@@ -138,7 +135,9 @@ void OctomapServerInterface::advertise(ros::NodeHandle& nh, const char* name,
   // Not latched by ROS: that would build messages while nobody listens.
   topic.publisher = nh.advertise<MessageT>(
       name, 1, [this, build](const ros::SingleSubscriberPublisher& listener) {
+        views_ = {};
         if (is_latched_) listener.publish(build());
+        views_ = {};
       });
 }
 
@@ -153,11 +152,9 @@ void OctomapServerInterface::advertiseTopics(ros::NodeHandle nh) {
                                              [this] { return makeMarkers(ShownCells::kFree); });
   advertise<sensor_msgs::PointCloud2>(nh, kPointCloudCentersTopic,
                                       [this] { return makeCenters(); });
-  advertise<nav_msgs::OccupancyGrid>(nh, kProjectedMapTopic, [this] { return makeProjection(); });
-  Topic& projection = topics_.back();
-  projection.publish = [this, &projection] { publishProjection(projection.publisher); };
-  projection_updates_ =
-      nh.advertise<map_msgs::OccupancyGridUpdate>(kProjectedMapUpdatesTopic, kUpdatesQueueSize);
+  projection_publisher_.emplace(
+      nh, GridPublisher::Topics{kProjectedMapTopic, kProjectedMapUpdatesTopic}, is_latched_,
+      [this] { return makeProjection(); });
 }
 
 void OctomapServerInterface::advertiseServices(ros::NodeHandle nh, ros::NodeHandle private_nh) {
@@ -205,32 +202,36 @@ void OctomapServerInterface::takePendingParameters() {
 void OctomapServerInterface::publish() {
   takePendingParameters();
   if (!is_changed_) return;
+  views_ = {};
   for (const Topic& topic : topics_) {
     if (topic.publisher.getNumSubscribers() == 0) continue;
     guard_.run(topic.publisher.getTopic(), topic.publish);  // The others go on.
   }
+  guard_.run(kProjectedMapTopic, [this] { projection_publisher_->publish(); });
+  views_ = {};
   is_changed_ = false;
 }
 
-MapView OctomapServerInterface::look(Speckles speckles) const {
-  MapView view;
-  map_.read([&](const CuboidMap& map, const ros::Time& stamp) {
-    view.map = takeSnapshot(map, frame_id_);
-    view.header.stamp = stamp;
-    if (speckles == Speckles::kAsAsked && parameters_.filter_speckles) {
-      removeSpeckles(map.voxels(), view.map.bricks);
-    }
-    return 0;
+const MapView& OctomapServerInterface::look(Speckles speckles) {
+  const bool is_filtered = speckles == Speckles::kAsAsked && parameters_.filter_speckles;
+  std::optional<MapView>& view = views_.at(is_filtered ? 1 : 0);
+  if (view) return *view;
+  view = map_.read([&](const CuboidMap& map, const ros::Time& stamp) {
+    MapView now;
+    now.map = takeSnapshot(map, frame_id_);
+    now.header.stamp = stamp;
+    now.header.frame_id = frame_id_;
+    if (is_filtered) removeSpeckles(map.voxels(), now.map.bricks);
+    return now;
   });
-  view.header.frame_id = frame_id_;
-  return view;
+  return *view;
 }
 
-OctomapMessage OctomapServerInterface::makeOctomap(OctreeKind kind) const {
+OctomapMessage OctomapServerInterface::makeOctomap(OctreeKind kind) {
   return toOctree(look(Speckles::kKept), kind);
 }
 
-visualization_msgs::MarkerArray OctomapServerInterface::makeMarkers(ShownCells cells) const {
+visualization_msgs::MarkerArray OctomapServerInterface::makeMarkers(ShownCells cells) {
   if (cells == ShownCells::kFree && !parameters_.publish_free_space) {
     ROS_WARN_THROTTLE_NAMED(kLogPeriod_s, kNodeName,
                             "free_cells_vis_array has a subscriber, but stays empty: set "
@@ -240,17 +241,18 @@ visualization_msgs::MarkerArray OctomapServerInterface::makeMarkers(ShownCells c
     nothing.header.frame_id = frame_id_;
     return toCellMarkers(nothing.map, cells, parameters_, nothing.header);
   }
-  const MapView view = look(Speckles::kAsAsked);
+  const MapView& view = look(Speckles::kAsAsked);
   return toCellMarkers(view.map, cells, parameters_, view.header);
 }
 
-sensor_msgs::PointCloud2 OctomapServerInterface::makeCenters() const {
-  const MapView view = look(Speckles::kAsAsked);
+sensor_msgs::PointCloud2 OctomapServerInterface::makeCenters() {
+  const MapView& view = look(Speckles::kAsAsked);
   return toCenters(computeShownLeaves(view.map, ShownCells::kOccupied, parameters_),
                    view.map.resolution_m, view.header);
 }
 
 nav_msgs::OccupancyGrid OctomapServerInterface::makeProjection() {
+  ++num_built_;
   std_msgs::Header header;
   header.frame_id = frame_id_;
   map_.read([&](const CuboidMap& map, const ros::Time& stamp) {
@@ -259,18 +261,6 @@ nav_msgs::OccupancyGrid OctomapServerInterface::makeProjection() {
     return 0;
   });
   return projection_.makeGrid(header, map_.grid().resolution());
-}
-
-void OctomapServerInterface::publishProjection(const ros::Publisher& publisher) {
-  ++num_built_;
-  const std::uint32_t num_updated = projection_updates_.getNumSubscribers();
-  nav_msgs::OccupancyGrid grid = makeProjection();
-  const auto update = sent_projection_ ? findGridUpdate(*sent_projection_, grid) : std::nullopt;
-  const bool do_all_take_updates = is_latched_ && num_updated >= publisher.getNumSubscribers();
-  if (!update || !do_all_take_updates) publisher.publish(grid);
-  if (update && !update->data.empty()) projection_updates_.publish(*update);
-  sent_projection_.reset();
-  if (num_updated > 0) sent_projection_ = std::move(grid);
 }
 
 }  // namespace cuboid_mapping_ros

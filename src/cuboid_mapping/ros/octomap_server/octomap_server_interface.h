@@ -3,6 +3,7 @@
 
 #include "cuboid_mapping/ros/map/guarded_map.h"
 #include "cuboid_mapping/ros/middleware/callback_guard.h"
+#include "cuboid_mapping/ros/octomap_server/grid_publisher.h"
 #include "cuboid_mapping/ros/octomap_server/octomap_products.h"
 #include "cuboid_mapping/ros/octomap_server/projected_map.h"
 #include "cuboid_mapping/ros/parameters/parameters.h"
@@ -11,6 +12,7 @@
 #include <ros/publisher.h>
 #include <ros/service_server.h>
 
+#include <array>
 #include <atomic>
 #include <cstdint>
 #include <functional>
@@ -47,8 +49,8 @@ struct MapView {
 /// Of a map with a window the topics show what is in memory; the octrees of the services are whole, or refused.
 ///
 /// A topic is built only while somebody listens to it, after a change; with `latch` a new listener
-/// gets it as soon as it connects. Each message is made of one copy of the map's cuboids, taken
-/// while the map is held for some milliseconds.
+/// gets it as soon as it connects. What publish() sends is made of one copy of the map's voxels, or of two with
+/// filter_speckles, taken while the map is held for some milliseconds.
 ///
 /// Thread rule: noteChanges(), publish() and the topics' callbacks belong to one queue; the
 /// services have a queue of their own.
@@ -91,14 +93,12 @@ class OctomapServerInterface {
   void advertiseServices(ros::NodeHandle nh, ros::NodeHandle private_nh);
   void takePendingParameters();
 
-  [[nodiscard]] MapView look(Speckles speckles) const;
-  [[nodiscard]] OctomapMessage makeOctomap(cuboid_mapping::OctreeKind kind) const;
-  [[nodiscard]] visualization_msgs::MarkerArray makeMarkers(ShownCells cells) const;
-  [[nodiscard]] sensor_msgs::PointCloud2 makeCenters() const;
+  /// The map now, for what is made until views_ is cleared.
+  [[nodiscard]] const MapView& look(Speckles speckles);
+  [[nodiscard]] OctomapMessage makeOctomap(cuboid_mapping::OctreeKind kind);
+  [[nodiscard]] visualization_msgs::MarkerArray makeMarkers(ShownCells cells);
+  [[nodiscard]] sensor_msgs::PointCloud2 makeCenters();
   [[nodiscard]] nav_msgs::OccupancyGrid makeProjection();
-  /// Sends what has changed in the projection, and the whole of it when its size or origin is another one, or
-  /// somebody listens who does not take updates.
-  void publishProjection(const ros::Publisher& publisher);
 
   std::string frame_id_;
   bool is_latched_;
@@ -108,8 +108,7 @@ class OctomapServerInterface {
   GuardedMap& map_;
   CallbackGuard& guard_;
   ProjectedMap projection_;
-  ros::Publisher projection_updates_;
-  std::optional<nav_msgs::OccupancyGrid> sent_projection_;  ///< What those who take updates have.
+  std::array<std::optional<MapView>, 2> views_;  ///< Without and with removed speckles.
   bool is_changed_ = false;
   std::atomic<std::uint64_t> num_built_{0};
   std::mutex pending_mutex_;
@@ -117,7 +116,9 @@ class OctomapServerInterface {
   ros::ServiceServer binary_server_;
   ros::ServiceServer full_server_;
   ros::ServiceServer clear_server_;
-  std::list<Topic> topics_;  ///< Last: their callbacks end before the rest goes.
+  // Last: their callbacks end before the rest goes.
+  std::list<Topic> topics_;
+  std::optional<GridPublisher> projection_publisher_;
 };
 
 }  // namespace cuboid_mapping_ros

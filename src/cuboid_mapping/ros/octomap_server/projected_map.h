@@ -4,13 +4,11 @@
 #include "cuboid_mapping/map/cuboid_map.h"
 #include "cuboid_mapping/ros/parameters/parameters.h"
 
-#include <map_msgs/OccupancyGridUpdate.h>
 #include <nav_msgs/OccupancyGrid.h>
 #include <std_msgs/Header.h>
 
 #include <array>
 #include <cstdint>
-#include <optional>
 #include <unordered_map>
 #include <unordered_set>
 
@@ -61,10 +59,5 @@ class ProjectedMap {
   std::unordered_set<cuboid_mapping::Cell, cuboid_mapping::CellHash> dirty_;
   Tiles tiles_;
 };
-
-/// The least rectangle of a grid with all cells that differ from an older one; its data are empty when
-/// none does. Nothing when the grids have other sizes, origins or frames: an update cannot say that.
-[[nodiscard]] std::optional<map_msgs::OccupancyGridUpdate> findGridUpdate(
-    const nav_msgs::OccupancyGrid& older, const nav_msgs::OccupancyGrid& grid);
 
 }  // namespace cuboid_mapping_ros

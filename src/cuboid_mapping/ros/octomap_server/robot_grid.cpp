@@ -6,11 +6,9 @@
 #include "cuboid_mapping/ros/octomap_server/projected_map.h"
 
 #include <ros/console.h>
-#include <ros/single_subscriber_publisher.h>
 
 #include <algorithm>
 #include <cmath>
-#include <utility>
 
 namespace cuboid_mapping_ros {
 namespace {
@@ -24,8 +22,6 @@ using cuboid_mapping::MetricBox;
 using cuboid_mapping::VoxelBrick;
 
 constexpr double kLogPeriod_s = 30.0;
-/// One that is lost would leave a listener's grid wrong there.
-constexpr std::uint32_t kUpdatesQueueSize = 100;
 
 /// The voxels that the grid shows.
 std::optional<CellBox> findBand(const CuboidMap& map, const RobotGridParameters& parameters,
@@ -75,46 +71,29 @@ nav_msgs::OccupancyGrid makeRobotGrid(const CuboidMap& map, const RobotGridParam
   return grid;
 }
 
-RobotGrid::RobotGrid(ros::NodeHandle nh, const NodeParameters& parameters, const GuardedMap& map,
-                     const tf2::BufferCore& buffer)
+RobotGrid::RobotGrid(const ros::NodeHandle& nh, const NodeParameters& parameters,
+                     const GuardedMap& map, const tf2::BufferCore& buffer)
     : frame_id_(withoutSlash(parameters.frame_id)),
       parameters_(parameters.robot_grid),
       map_(map),
       buffer_(buffer),
-      updates_publisher_(
-          nh.advertise<map_msgs::OccupancyGridUpdate>(kRobotGridUpdatesTopic, kUpdatesQueueSize)),
-      publisher_(nh.advertise<nav_msgs::OccupancyGrid>(
-          kRobotGridTopic, 1,
-          [this](const ros::SingleSubscriberPublisher& /*listener*/) { sent_.reset(); })) {}
+      publisher_(nh, {kRobotGridTopic, kRobotGridUpdatesTopic}, /*is_latched=*/false,
+                 [this] { return makeGrid(); }) {}
 
-void RobotGrid::publish() {
-  if (publisher_.getNumSubscribers() + updates_publisher_.getNumSubscribers() == 0) {
-    sent_.reset();
-    return;
-  }
+std::optional<nav_msgs::OccupancyGrid> RobotGrid::makeGrid() const {
   const TfLookup lookup = lookupTransform(buffer_, frame_id_, parameters_.frame_id, ros::Time());
   if (!lookup.T_target_source) {
     ROS_WARN_STREAM_THROTTLE_NAMED(kLogPeriod_s, kNodeName,
                                    "no " << kRobotGridTopic << ": " << lookup.error);
-    return;
+    return std::nullopt;
   }
   const Eigen::Vector3d robot_map = lookup.T_target_source->translation();
-  send(map_.read([&](const CuboidMap& map, const ros::Time& stamp) {
+  return map_.read([&](const CuboidMap& map, const ros::Time& stamp) {
     nav_msgs::OccupancyGrid grid = makeRobotGrid(map, parameters_, robot_map);
-    grid.header.stamp = stamp;
+    grid.header.frame_id = frame_id_;
+    grid.header.stamp = grid.info.map_load_time = stamp;
     return grid;
-  }));
-}
-
-void RobotGrid::send(nav_msgs::OccupancyGrid grid) {
-  grid.header.frame_id = frame_id_;
-  grid.info.map_load_time = grid.header.stamp;
-  const bool do_all_take_updates =
-      updates_publisher_.getNumSubscribers() >= publisher_.getNumSubscribers();
-  const auto update = sent_ ? findGridUpdate(*sent_, grid) : std::nullopt;
-  if (!update || (!do_all_take_updates && !update->data.empty())) publisher_.publish(grid);
-  if (update && !update->data.empty()) updates_publisher_.publish(*update);
-  sent_ = std::move(grid);
+  });
 }
 
 }  // namespace cuboid_mapping_ros

@@ -2,12 +2,11 @@
 #pragma once
 
 #include "cuboid_mapping/ros/map/guarded_map.h"
-#include "cuboid_mapping/ros/middleware/callback_guard.h"
+#include "cuboid_mapping/ros/octomap_server/grid_publisher.h"
 #include "cuboid_mapping/ros/parameters/parameters.h"
 
 #include <nav_msgs/OccupancyGrid.h>
 #include <ros/node_handle.h>
-#include <ros/publisher.h>
 #include <tf2/buffer_core.h>
 
 #include <Eigen/Core>
@@ -30,29 +29,27 @@ namespace cuboid_mapping_ros {
 
 /// The topics robot_grid and robot_grid_updates: a grid that moves along with the robot.
 ///
-/// While all listeners take updates, the whole grid is sent only when it has moved, or somebody connects.
+/// See GridPublisher: the whole grid is sent when it has moved.
 /// Thread rule: all calls, and the queue of the node handle, are of one thread.
 class RobotGrid {
  public:
   /// @param nh  With the queue of the thread. @param map, buffer  Must outlive this object.
-  RobotGrid(ros::NodeHandle nh, const NodeParameters& parameters, const GuardedMap& map,
+  RobotGrid(const ros::NodeHandle& nh, const NodeParameters& parameters, const GuardedMap& map,
             const tf2::BufferCore& buffer);
   RobotGrid(const RobotGrid&) = delete;
   RobotGrid& operator=(const RobotGrid&) = delete;
 
-  /// Publishes what has changed, where somebody listens; nothing while there is no transform.
-  void publish();
+  /// Publishes the grid, where somebody listens; nothing while there is no transform.
+  void publish() { publisher_.publish(); }
 
  private:
-  void send(nav_msgs::OccupancyGrid grid);
+  [[nodiscard]] std::optional<nav_msgs::OccupancyGrid> makeGrid() const;
 
   std::string frame_id_;
   RobotGridParameters parameters_;
   const GuardedMap& map_;
   const tf2::BufferCore& buffer_;
-  std::optional<nav_msgs::OccupancyGrid> sent_;  ///< What all listeners have; nothing: not all.
-  ros::Publisher updates_publisher_;
-  ros::Publisher publisher_;  ///< Last: it calls back.
+  GridPublisher publisher_;  ///< Last: it calls back.
 };
 
 }  // namespace cuboid_mapping_ros
