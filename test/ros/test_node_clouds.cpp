@@ -66,6 +66,8 @@ TEST_F(NodeCloudsTest, CloudsWithoutATransformAreCountedAndTold) {
   EXPECT_EQ(countNew("clouds dropped, no transform"), 3);
   EXPECT_EQ(countNew("clouds inserted"), 0);
   EXPECT_EQ(diagnostics_.status().number("clouds waiting"), kQueueSize);
+  EXPECT_NE(diagnostics_.status().values.at("clouds waiting, oldest").find("nowhere"),
+            std::string::npos);
 
   cloud_publisher_.publish(makeSmallCloud("lidar", ros::Time(100.0)));
   EXPECT_TRUE(waitForInserted(1)) << "others are not held up";

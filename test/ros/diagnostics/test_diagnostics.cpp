@@ -252,6 +252,7 @@ TEST(Diagnostics, EveryReasonHasItsOwnKeyAndAdvice) {
   report.last_cloud = LastCloud{"lidar", 0.125, ""};
   report.rate_hz = 10.0;
   report.statistics.reach_m = 78.25;
+  report.why_waiting = "map <- lidar";
   diagnostic_updater::DiagnosticStatusWrapper status;
   fillStatus(report, {}, status);
   EXPECT_EQ(status.level, static_cast<int>(diagnostic_msgs::DiagnosticStatus::WARN));
@@ -267,6 +268,7 @@ TEST(Diagnostics, EveryReasonHasItsOwnKeyAndAdvice) {
   EXPECT_EQ(values["clouds inserted"], "10");
   EXPECT_EQ(values["clouds dropped"], "105");
   EXPECT_EQ(values["clouds waiting"], "12");
+  EXPECT_EQ(values["clouds waiting, oldest"], "map <- lidar");
   EXPECT_EQ(values["convert time last [ms]"], "4.000");
   EXPECT_EQ(values["convert time mean [ms]"], "2.500");
   EXPECT_EQ(values["convert time max [ms]"], "4.000");

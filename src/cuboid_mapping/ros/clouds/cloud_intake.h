@@ -48,7 +48,10 @@ class CloudIntake {
   /// Whether one of them is about to be handled.
   [[nodiscard]] bool hasTurn() const { return queue_.hasTurn(); }
   /// See CloudQueue.
+  ///@{
   [[nodiscard]] std::uint64_t numOutOfOrder() const { return queue_.numOutOfOrder(); }
+  [[nodiscard]] std::string whyItWaits() const { return queue_.whyItWaits(); }
+  ///@}
   /// Whether one of them would go on with a change of tf.
   [[nodiscard]] bool awaitsTf() const;
 

@@ -262,6 +262,7 @@ void fillStatus(const NodeReport& report, const NodeStatistics& last_report,
   status.add("clouds received", statistics.num_received);
   status.add("clouds inserted", statistics.num_inserted);
   status.add("clouds waiting", statistics.numWaiting());
+  if (!report.why_waiting.empty()) status.add("clouds waiting, oldest", report.why_waiting);
   status.add("clouds dropped", statistics.numDropped());
   for (std::size_t i = 0; i < kNumDropReasons; ++i) {
     const auto reason = static_cast<DropReason>(i);

@@ -75,6 +75,7 @@ struct NodeReport {
   std::size_t num_publishers = 0;                       ///< Of the cloud topics.
   /// Clouds that went into the map after a later one of another source.
   std::uint64_t num_out_of_order = 0;
+  std::string why_waiting;         ///< Of the oldest cloud that waits for tf; empty: none does.
   bool is_simulated_time = false;  ///< use_sim_time, as with bags.
   bool is_paused = false;          ///< ~pause: clouds are ignored.
   double silence_s = 0.0;          ///< Since the last cloud, or the start of the node.

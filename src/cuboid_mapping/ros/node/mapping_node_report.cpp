@@ -42,6 +42,7 @@ void MappingNode::reportDiagnostics(diagnostic_updater::DiagnosticStatusWrapper&
     report.silence_s = ros::Time::now().toSec() - last_arrival_.toSec();  // a bag may be paused
   }
   report.num_out_of_order = cloud_intake_.numOutOfOrder();
+  report.why_waiting = cloud_intake_.whyItWaits();
   report.starved_s = seconds_since(last_progress_);
   report.num_built = octomap_server_.numBuilt();
   report.rate_hz = speed_watch_.rateHz();
