@@ -2,6 +2,7 @@
 // A running node whose robot drives along x.
 #pragma once
 
+#include "ros/node_command.h"
 #include "ros/node_probe.h"
 #include "tools/run_program.h"
 
@@ -20,10 +21,7 @@ class DrivenNode : public ::testing::TestWithParam<bool> {
 
   /// Starts it, with parameters as "_key:=value".
   void start(const std::vector<std::string>& parameters) {
-    std::vector<std::string> command{CUBOID_MAPPING_NODE};
-    if (GetParam()) {
-      command = {"rosrun", "nodelet", "nodelet", "standalone", "cuboid_mapping/MappingNodelet"};
-    }
+    std::vector<std::string> command = commandOf(GetParam());
     command.insert(command.end(), {std::string("__name:=") + (kName + 1), "__log:=/dev/null",
                                    "_resolution:=0.1", "_queue_size:=1000"});
     command.insert(command.end(), parameters.begin(), parameters.end());

@@ -4,6 +4,7 @@
 #include "cuboid_mapping/SaveMap.h"
 #include "cuboid_mapping/SetBox.h"
 #include "cuboid_mapping/io/map_files.h"
+#include "ros/node_command.h"
 #include "ros/node_probe.h"
 #include "tools/run_program.h"
 
@@ -22,10 +23,7 @@ class NodeFiles : public ::testing::TestWithParam<bool> {
   /// Starts it, with parameters as "_key:=value".
   void start(const std::vector<std::string>& parameters,
              const std::function<void()>& prepare = {}) {
-    std::vector<std::string> command{CUBOID_MAPPING_NODE};
-    if (GetParam()) {
-      command = {"rosrun", "nodelet", "nodelet", "standalone", "cuboid_mapping/MappingNodelet"};
-    }
+    std::vector<std::string> command = commandOf(GetParam());
     command.insert(command.end(),
                    {std::string("__name:=") + (kName + 1), "__log:=/dev/null", "_resolution:=0.1"});
     command.insert(command.end(), parameters.begin(), parameters.end());
