@@ -164,7 +164,7 @@ add_library(cuboid_mapping_ros
   cuboid_mapping/ros/clouds/cloud_pipeline.cpp
   cuboid_mapping/ros/clouds/cloud_queue.cpp
   cuboid_mapping/ros/conversions/depth_image_conversion.cpp
-  cuboid_mapping/ros/conversions/depth_pairs.cpp
+  cuboid_mapping/ros/clouds/depth_pairs.cpp
   cuboid_mapping/ros/diagnostics/diagnostics.cpp
   cuboid_mapping/ros/services/edit_answers.cpp
   cuboid_mapping/ros/parameters/fleet_parameters.cpp
@@ -204,11 +204,12 @@ add_library(cuboid_mapping_ros
   ${robot_description}
   cuboid_mapping/ros/octomap_server/robot_grid.cpp
   cuboid_mapping/ros/fleet/robot_merger.cpp
-  cuboid_mapping/ros/parameters/robot_parts.cpp
+  cuboid_mapping/ros/clouds/robot_filter.cpp
   cuboid_mapping/ros/services/search_answers.cpp
   cuboid_mapping/ros/clouds/self_filter.cpp
   cuboid_mapping/ros/conversions/sensor_conversions.cpp
   cuboid_mapping/ros/conversions/sensor_message.cpp
+  cuboid_mapping/ros/parameters/self_filter_parameters.cpp
   cuboid_mapping/ros/parameters/service_limits.cpp
   cuboid_mapping/ros/clouds/source.cpp
   cuboid_mapping/ros/parameters/source_parameters.cpp

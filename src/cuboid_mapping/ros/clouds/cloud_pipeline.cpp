@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "cuboid_mapping/ros/clouds/cloud_pipeline.h"
 
+#include "cuboid_mapping/ros/clouds/robot_filter.h"
 #include "cuboid_mapping/ros/conversions/point_times.h"
 #include "cuboid_mapping/ros/conversions/sensor_conversions.h"
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
-#include "cuboid_mapping/ros/conversions/depth_pairs.h"
+#include "cuboid_mapping/ros/clouds/depth_pairs.h"
 #include "cuboid_mapping/ros/conversions/sensor_message.h"
 #include "cuboid_mapping/ros/parameters/parameters.h"
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "cuboid_mapping/ros/parameters/robot_parts.h"
+#include "cuboid_mapping/ros/clouds/robot_filter.h"
 
 #include "cuboid_mapping/ros/middleware/tf_lookup.h"
 #include "cuboid_mapping/scan/scan_filter.h"
@@ -69,11 +69,6 @@ void addVoxels(const Solid& solid, const Eigen::Isometry3d& T_map_part, const Gr
 }
 
 }  // namespace
-
-RobotPart makeBoxPart(const std::string& frame_id, const MetricBox& box) {
-  const Solid solid{box, [](const Eigen::Vector3d& /*point*/) { return true; }};
-  return {frame_id, solid, solid};
-}
 
 std::size_t removePointsOnRobot(const RobotParts& parts,
                                 const std::vector<Eigen::Isometry3d>& T_part_points,

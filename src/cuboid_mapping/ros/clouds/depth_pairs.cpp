@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "cuboid_mapping/ros/conversions/depth_pairs.h"
+#include "cuboid_mapping/ros/clouds/depth_pairs.h"
 
 #include <algorithm>
 

@@ -1,0 +1,32 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include "cuboid_mapping/geometry/grid.h"
+#include "cuboid_mapping/ros/parameters/robot_parts.h"
+
+#include <Eigen/Core>
+#include <Eigen/Geometry>
+
+#include <cstddef>
+#include <vector>
+
+namespace cuboid_mapping_ros {
+
+/// Takes the points out that lie in padded parts. The others keep their order.
+/// @param T_part_points  For each part, what takes points to its frame.
+/// @return How many were taken out. @complexity O(points * parts); most points cost one comparison.
+std::size_t removePointsOnRobot(const RobotParts& parts,
+                                const std::vector<Eigen::Isometry3d>& T_part_points,
+                                std::vector<Eigen::Vector3f>& points);
+
+/// The voxels whose centre lies in a part, without padding; one that lies in two comes twice.
+/// @param T_map_part  For each part, its pose. @return Centres, relative to `anchor_map`.
+/// @complexity O(volume of the boxes around the parts in voxels), as turned in the map.
+[[nodiscard]] std::vector<Eigen::Vector3f> findRobotVoxels(
+    const RobotParts& parts, const std::vector<Eigen::Isometry3d>& T_map_part,
+    const cuboid_mapping::Grid& grid, const Eigen::Vector3d& anchor_map);
+
+/// Volume of the boxes around the parts, without padding, in cubic metres.
+[[nodiscard]] double boundsVolume(const RobotParts& parts);
+
+}  // namespace cuboid_mapping_ros
