@@ -210,6 +210,17 @@ TEST_F(CloudQueueTest, BeginsToWaitAnewWhenTimeJumpsBack) {
   EXPECT_EQ(numDrops(DropReason::kNoTransform), 1U);
 }
 
+TEST_F(CloudQueueTest, BeginsToWaitWhenSimulatedTimeBegins) {
+  now_ = ros::Time();  // Before the first /clock.
+  push(1, "nowhere");
+  now_ = ros::Time(1000.0);
+  for (int i = 0; i < 4; ++i, now_ += ros::Duration(3.0)) queue_->update(now_);
+  EXPECT_TRUE(drops_.empty());
+  now_ += ros::Duration(3.0);
+  queue_->update(now_);
+  EXPECT_EQ(numDrops(DropReason::kNoTransform), 1U);
+}
+
 TEST_F(CloudQueueTest, WaitsOnWhateverTheTimeIs) {
   for (const double now_s : {0.0, 2147483649.0, 1.0, 4294967290.0}) {
     now_ = ros::Time(now_s);

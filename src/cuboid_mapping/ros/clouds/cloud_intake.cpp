@@ -56,7 +56,7 @@ void CloudIntake::update(const ros::Time& now) {
 }
 
 bool CloudIntake::isHeldInVain(const ros::Time& now) {
-  if (now < held_since_) held_since_ = now;
+  beginAnew(held_since_, now);
   // No cloud comes any more that could tell.
   if (isOlder(held_since_, now, ros::Duration(sources_.front().tf_wait_s))) return true;
   // tf may have noticed a jump of time by itself meanwhile, by its clock.

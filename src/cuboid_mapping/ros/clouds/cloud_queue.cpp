@@ -116,7 +116,7 @@ void CloudQueue::update(const ros::Time& now) {
 }
 
 bool CloudQueue::hasExpired(Entry& entry, const ros::Time& now) const {
-  if (now < entry.since) entry.since = now;  // Time has jumped back: it begins to wait anew.
+  beginAnew(entry.since, now);
   return isOlder(entry.since, now, limits_.max_wait);
 }
 

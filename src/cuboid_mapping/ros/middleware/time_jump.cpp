@@ -5,6 +5,10 @@
 
 namespace cuboid_mapping_ros {
 
+void beginAnew(ros::Time& since, const ros::Time& now) {
+  if (now < since || since.isZero()) since = now;
+}
+
 bool isOlder(const ros::Time& stamp, const ros::Time& newest, const ros::Duration& tolerance) {
   // Up to 2^32 s each, so that 64 bits hold their nanoseconds and the difference.
   const auto age_ns =

@@ -10,6 +10,9 @@ namespace cuboid_mapping_ros {
 [[nodiscard]] bool isOlder(const ros::Time& stamp, const ros::Time& newest,
                            const ros::Duration& tolerance);
 
+/// Waiting begins anew when time has jumped back, or simulated time has come: it is 0 before the first /clock.
+void beginAnew(ros::Time& since, const ros::Time& now);
+
 /// How the stamp of a cloud follows those before it.
 enum class StampOrder : unsigned char {
   kInOrder,  ///< Not much older than the newest.
