@@ -2,12 +2,14 @@
 // The running node: messages and calls that made callbacks throw. A node that has ended inserts no
 // cloud any more.
 #include "ros/node_probe.h"
+#include "ros/octomap_probe.h"
 
 #include "cuboid_mapping/SetBox.h"
 #include "cuboid_mapping/ros/conversions/points.h"
 #include "cuboid_mapping/ros/middleware/checked_messages.h"
 
 #include <nav_msgs/OccupancyGrid.h>
+#include <sensor_msgs/PointCloud2.h>
 #include <visualization_msgs/MarkerArray.h>
 
 #include <stdexcept>
@@ -85,6 +87,26 @@ TEST_F(NodeFaultsTest, AMapTooWideForATopicStopsNoOther) {
     EXPECT_TRUE(waitFor([&] { return num_markers > 0; })) << "markers go on";
   }
   reset();
+}
+
+TEST_F(NodeFaultsTest, ATopicThatFailsIsTriedAgainAndNoOther) {
+  ASSERT_TRUE(setVoxel(1e6, 1e6));
+  ASSERT_TRUE(setVoxel(-1e6, -1e6));
+  TopicProbe<nav_msgs::OccupancyGrid> projected("projected_map");
+  TopicProbe<sensor_msgs::PointCloud2> centers("octomap_point_cloud_centers");
+  ASSERT_TRUE(projected.waitForConnection());
+  ASSERT_TRUE(setVoxel(10.0, 0.0));
+  // An octree of 0.1 m cannot hold the two voxels that are far away.
+  ASSERT_TRUE(centers.waitForMessage([](const auto& cloud) { return cloud.width == 1; }));
+  ASSERT_TRUE(diagnostics_.waitForNextReport());
+  const int num_centers = centers.count();
+  const int num_projected = projected.count();
+  const long num_failed = countNew("callbacks failed");
+  EXPECT_TRUE(waitFor([&] { return countNew("callbacks failed") >= num_failed + 3; }));
+  EXPECT_EQ(centers.count(), num_centers) << "nothing has changed";
+  EXPECT_EQ(projected.count(), num_projected);
+  reset();
+  EXPECT_TRUE(waitFor([&] { return projected.count() > num_projected; })) << "it fits again";
 }
 
 TEST_F(NodeFaultsTest, ServicesAreOfferedOnGuardedHandlesOnly) {

@@ -129,16 +129,16 @@ void OctomapServerInterface::advertise(ros::NodeHandle& nh, const char* name,
     ++num_built_;
     return make();
   };
-  topics_.emplace_back();
-  Topic& topic = topics_.back();
-  topic.publish = [&topic, build] { topic.publisher.publish(build()); };
   // Not latched by ROS: that would build messages while nobody listens.
-  topic.publisher = nh.advertise<MessageT>(
+  const ros::Publisher& publisher = publishers_.emplace_back(nh.advertise<MessageT>(
       name, 1, [this, build](const ros::SingleSubscriberPublisher& listener) {
         views_ = {};
         if (is_latched_) listener.publish(build());
         views_ = {};
-      });
+      }));
+  topics_.push_back({publisher.getTopic(), [&publisher, build] {
+                       if (publisher.getNumSubscribers() > 0) publisher.publish(build());
+                     }});
 }
 
 void OctomapServerInterface::advertiseTopics(ros::NodeHandle nh) {
@@ -155,6 +155,7 @@ void OctomapServerInterface::advertiseTopics(ros::NodeHandle nh) {
   projection_publisher_.emplace(
       nh, GridPublisher::Topics{kProjectedMapTopic, kProjectedMapUpdatesTopic}, is_latched_,
       [this] { return makeProjection(); });
+  topics_.push_back({kProjectedMapTopic, [this] { projection_publisher_->publish(); }});
 }
 
 void OctomapServerInterface::advertiseServices(ros::NodeHandle nh, ros::NodeHandle private_nh) {
@@ -181,7 +182,7 @@ void OctomapServerInterface::advertiseServices(ros::NodeHandle nh, ros::NodeHand
 }
 
 void OctomapServerInterface::noteChanges(const ChangeSet& changes) {
-  is_changed_ |= changes.is_everything || !changes.bricks.empty();
+  if (changes.is_everything || !changes.bricks.empty()) setAllDue();
   projection_.noteChanges(changes);
 }
 
@@ -196,20 +197,20 @@ void OctomapServerInterface::takePendingParameters() {
   parameters_ = *pending_;
   projection_ = ProjectedMap(parameters_);
   pending_.reset();
-  is_changed_ = true;
+  setAllDue();
+}
+
+void OctomapServerInterface::setAllDue() {
+  for (Topic& topic : topics_) topic.is_due = true;
 }
 
 void OctomapServerInterface::publish() {
   takePendingParameters();
-  if (!is_changed_) return;
   views_ = {};
-  for (const Topic& topic : topics_) {
-    if (topic.publisher.getNumSubscribers() == 0) continue;
-    guard_.run(topic.publisher.getTopic(), topic.publish);  // The others go on.
+  for (Topic& topic : topics_) {
+    if (topic.is_due) topic.is_due = !guard_.run(topic.name, topic.publish);  // The others go on.
   }
-  guard_.run(kProjectedMapTopic, [this] { projection_publisher_->publish(); });
   views_ = {};
-  is_changed_ = false;
 }
 
 const MapView& OctomapServerInterface::look(Speckles speckles) {

@@ -20,6 +20,8 @@
 #include <memory>
 #include <mutex>
 #include <optional>
+#include <string>
+#include <vector>
 
 namespace cuboid_mapping_ros {
 
@@ -48,8 +50,8 @@ struct MapView {
 ///
 /// Of a map with a window the topics show what is in memory; the octrees of the services are whole, or refused.
 ///
-/// A topic is built only while somebody listens to it, after a change; with `latch` a new listener
-/// gets it as soon as it connects. What publish() sends is made of one copy of the map's voxels, or of two with
+/// A topic is built only while somebody listens to it, after a change, and again while it fails; with `latch` a new
+/// listener gets it as soon as it connects. What publish() sends is made of one copy of the map's voxels, or of two with
 /// filter_speckles, taken while the map is held for some milliseconds.
 ///
 /// Thread rule: noteChanges(), publish() and the topics' callbacks belong to one queue; the
@@ -82,8 +84,9 @@ class OctomapServerInterface {
 
  private:
   struct Topic {
-    std::function<void()> publish;
-    ros::Publisher publisher;
+    std::string name;
+    std::function<void()> publish;  ///< Where somebody listens.
+    bool is_due = false;
   };
   enum class Speckles : unsigned char { kKept, kAsAsked };
 
@@ -92,6 +95,7 @@ class OctomapServerInterface {
   void advertiseTopics(ros::NodeHandle nh);
   void advertiseServices(ros::NodeHandle nh, ros::NodeHandle private_nh);
   void takePendingParameters();
+  void setAllDue();
 
   /// The map now, for what is made until views_ is cleared.
   [[nodiscard]] const MapView& look(Speckles speckles);
@@ -109,15 +113,15 @@ class OctomapServerInterface {
   CallbackGuard& guard_;
   ProjectedMap projection_;
   std::array<std::optional<MapView>, 2> views_;  ///< Without and with removed speckles.
-  bool is_changed_ = false;
   std::atomic<std::uint64_t> num_built_{0};
   std::mutex pending_mutex_;
   std::optional<OctomapServerParameters> pending_;  ///< To be taken by publish().
   ros::ServiceServer binary_server_;
   ros::ServiceServer full_server_;
   ros::ServiceServer clear_server_;
+  std::vector<Topic> topics_;
   // Last: their callbacks end before the rest goes.
-  std::list<Topic> topics_;
+  std::list<ros::Publisher> publishers_;
   std::optional<GridPublisher> projection_publisher_;
 };
 
