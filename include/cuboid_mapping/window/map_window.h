@@ -152,6 +152,9 @@ class MapWindow {
   [[nodiscard]] PageSet bringBack(const std::vector<Cell>& touched, CuboidMap& map,
                                   ChangeSet& changes);
   void bringAhead(CuboidMap& map, ChangeSet& changes);
+  /// Calls `visit(page)` for the pages in the store alone that share a cell with a box. @complexity As countNotLoaded().
+  template <typename VisitT>
+  void forEachStored(const CellBox& box, const VisitT& visit) const;
   ChangeSet load(const CellBox& box, std::size_t max_pages, CuboidMap& map);
   void loadPage(const Cell& page, CuboidMap& map, ChangeSet& changes);
   [[nodiscard]] std::vector<Cell> findLeaving(const CuboidMap& map) const;

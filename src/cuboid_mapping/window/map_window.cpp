@@ -275,29 +275,36 @@ void MapWindow::noteFailure(const std::string& text) {
   figures_.last_failure = text;
 }
 
-std::size_t MapWindow::countNotLoaded(const CellBox& box) const {
-  std::size_t count = 0;
-  if (box.isEmpty()) return count;
+template <typename VisitT>
+void MapWindow::forEachStored(const CellBox& box, const VisitT& visit) const {
+  if (box.isEmpty()) return;
   if (numPages(box) > static_cast<double>(stored_.size())) {
-    for (const Cell& page : stored_) count += box.intersects(pageBox(page)) ? 1 : 0;
-  } else {
-    const Cell first = pageOf(box.min);
-    for (std::int32_t z = first.z; z < box.max.z; z += kPageEdge) {
-      for (std::int32_t y = first.y; y < box.max.y; y += kPageEdge) {
-        for (std::int32_t x = first.x; x < box.max.x; x += kPageEdge)
-          count += stored_.count({x, y, z});
+    for (const Cell& page : stored_) {
+      if (box.intersects(pageBox(page))) visit(page);
+    }
+    return;
+  }
+  const Cell first = pageOf(box.min);
+  for (std::int32_t z = first.z; z < box.max.z; z += kPageEdge) {
+    for (std::int32_t y = first.y; y < box.max.y; y += kPageEdge) {
+      for (std::int32_t x = first.x; x < box.max.x; x += kPageEdge) {
+        if (stored_.count({x, y, z}) > 0) visit({x, y, z});
       }
     }
   }
+}
+
+std::size_t MapWindow::countNotLoaded(const CellBox& box) const {
+  std::size_t count = 0;
+  forEachStored(box, [&](const Cell& /*page*/) { ++count; });
   return count;
 }
 
 ChangeSet MapWindow::load(const CellBox& box, std::size_t max_pages, CuboidMap& map) {
   std::vector<Cell> pages;
-  for (const Cell& page : stored_) {
-    if (pages.size() == max_pages) break;
-    if (box.intersects(pageBox(page))) pages.push_back(page);
-  }
+  forEachStored(box, [&](const Cell& page) {
+    if (pages.size() < max_pages) pages.push_back(page);
+  });
   ChangeSet changes;
   changes.revision = map.revision();
   for (const Cell& page : pages) loadPage(page, map, changes);
