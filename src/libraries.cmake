@@ -131,11 +131,11 @@ if(NOT ZLIB_FOUND)
   message(FATAL_ERROR "cuboid_mapping::client needs ZLIB (install zlib1g-dev)")
 endif()
 cuboid_mapping_add_part(client
-  cuboid_mapping/ros/middleware/callback_guard.cpp
-  cuboid_mapping/ros/middleware/checked_messages.cpp
-  cuboid_mapping/ros/cuboid_map_client.cpp
   cuboid_mapping/io/brick_codec.cpp
-  cuboid_mapping/ros/conversions/map_messages.cpp)
+  cuboid_mapping/ros/cuboid_map_client.cpp
+  cuboid_mapping/ros/conversions/map_messages.cpp
+  cuboid_mapping/ros/middleware/callback_guard.cpp
+  cuboid_mapping/ros/middleware/checked_messages.cpp)
 add_dependencies(cuboid_mapping_client
   ${cuboid_mapping_EXPORTED_TARGETS} ${catkin_EXPORTED_TARGETS})
 target_include_directories(cuboid_mapping_client SYSTEM PUBLIC "$<BUILD_INTERFACE:${catkin_INCLUDE_DIRS}>")
@@ -157,70 +157,70 @@ endif()
 
 # The ROS layer: parameters, conversions, and what the nodelet is made of.
 add_library(cuboid_mapping_ros
-  cuboid_mapping/ros/services/check_answers.cpp
-  cuboid_mapping/ros/conversions/cloud_conversions.cpp
   cuboid_mapping/ros/clouds/cloud_inbox.cpp
   cuboid_mapping/ros/clouds/cloud_intake.cpp
   cuboid_mapping/ros/clouds/cloud_pipeline.cpp
   cuboid_mapping/ros/clouds/cloud_queue.cpp
-  cuboid_mapping/ros/conversions/depth_image_conversion.cpp
   cuboid_mapping/ros/clouds/depth_pairs.cpp
-  cuboid_mapping/ros/diagnostics/diagnostics.cpp
-  cuboid_mapping/ros/services/edit_answers.cpp
-  cuboid_mapping/ros/parameters/fleet_parameters.cpp
-  cuboid_mapping/ros/map/forgetting.cpp
+  cuboid_mapping/ros/clouds/moving_filter.cpp
+  cuboid_mapping/ros/clouds/node_sources.cpp
+  ${robot_description}
+  cuboid_mapping/ros/clouds/robot_filter.cpp
+  cuboid_mapping/ros/clouds/self_filter.cpp
+  cuboid_mapping/ros/clouds/source.cpp
+  cuboid_mapping/ros/clouds/source_report.cpp
+  cuboid_mapping/ros/clouds/source_subscriber.cpp
+  cuboid_mapping/ros/conversions/cloud_conversions.cpp
+  cuboid_mapping/ros/conversions/depth_image_conversion.cpp
   cuboid_mapping/ros/conversions/ground_filter.cpp
+  cuboid_mapping/ros/conversions/point_times.cpp
+  cuboid_mapping/ros/conversions/sensor_conversions.cpp
+  cuboid_mapping/ros/conversions/sensor_message.cpp
+  cuboid_mapping/ros/conversions/sweep.cpp
+  cuboid_mapping/ros/diagnostics/diagnostics.cpp
+  cuboid_mapping/ros/diagnostics/node_statistics.cpp
+  cuboid_mapping/ros/diagnostics/speed_advice.cpp
+  cuboid_mapping/ros/fleet/merge_progress.cpp
+  cuboid_mapping/ros/fleet/observation_publisher.cpp
+  cuboid_mapping/ros/fleet/robot_merger.cpp
+  cuboid_mapping/ros/map/forgetting.cpp
   cuboid_mapping/ros/map/guarded_map.cpp
-  cuboid_mapping/ros/services/map_files_service.cpp
-  cuboid_mapping/ros/publishers/map_image_server.cpp
   cuboid_mapping/ros/map/map_storage.cpp
-  cuboid_mapping/ros/publishers/map_publisher.cpp
+  cuboid_mapping/ros/middleware/tf_lookup.cpp
+  cuboid_mapping/ros/middleware/tf_receiver.cpp
+  cuboid_mapping/ros/middleware/time_jump.cpp
   cuboid_mapping/ros/node/mapping_node.cpp
   cuboid_mapping/ros/node/mapping_node_report.cpp
   cuboid_mapping/ros/node/mapping_node_services.cpp
-  cuboid_mapping/ros/publishers/marker_cache.cpp
-  cuboid_mapping/ros/publishers/marker_colors.cpp
-  cuboid_mapping/ros/publishers/marker_publisher.cpp
-  cuboid_mapping/ros/fleet/merge_progress.cpp
-  cuboid_mapping/ros/clouds/moving_filter.cpp
-  cuboid_mapping/ros/parameters/nearest_key.cpp
-  cuboid_mapping/ros/clouds/node_sources.cpp
-  cuboid_mapping/ros/diagnostics/node_statistics.cpp
-  cuboid_mapping/ros/fleet/observation_publisher.cpp
+  cuboid_mapping/ros/octomap_server/grid_publisher.cpp
   cuboid_mapping/ros/octomap_server/octomap_products.cpp
   cuboid_mapping/ros/octomap_server/octomap_server_interface.cpp
+  cuboid_mapping/ros/octomap_server/projected_map.cpp
+  cuboid_mapping/ros/octomap_server/robot_grid.cpp
+  cuboid_mapping/ros/parameters/fleet_parameters.cpp
+  cuboid_mapping/ros/parameters/nearest_key.cpp
   cuboid_mapping/ros/parameters/octomap_server_parameters.cpp
   cuboid_mapping/ros/parameters/parameter_table.cpp
   cuboid_mapping/ros/parameters/parameter_texts.cpp
   cuboid_mapping/ros/parameters/parameters.cpp
-  cuboid_mapping/ros/services/planner_services.cpp
-  cuboid_mapping/ros/conversions/point_times.cpp
-  cuboid_mapping/ros/octomap_server/grid_publisher.cpp
-  cuboid_mapping/ros/octomap_server/projected_map.cpp
-  cuboid_mapping/ros/services/query_box.cpp
   cuboid_mapping/ros/parameters/reconfigure.cpp
   cuboid_mapping/ros/parameters/reconfigure_server.cpp
-  cuboid_mapping/ros/services/request_reader.cpp
-  ${robot_description}
-  cuboid_mapping/ros/octomap_server/robot_grid.cpp
-  cuboid_mapping/ros/fleet/robot_merger.cpp
-  cuboid_mapping/ros/clouds/robot_filter.cpp
-  cuboid_mapping/ros/services/search_answers.cpp
-  cuboid_mapping/ros/clouds/self_filter.cpp
-  cuboid_mapping/ros/conversions/sensor_conversions.cpp
-  cuboid_mapping/ros/conversions/sensor_message.cpp
   cuboid_mapping/ros/parameters/self_filter_parameters.cpp
   cuboid_mapping/ros/parameters/service_limits.cpp
-  cuboid_mapping/ros/clouds/source.cpp
   cuboid_mapping/ros/parameters/source_parameters.cpp
-  cuboid_mapping/ros/clouds/source_report.cpp
-  cuboid_mapping/ros/clouds/source_subscriber.cpp
-  cuboid_mapping/ros/diagnostics/speed_advice.cpp
-  cuboid_mapping/ros/conversions/sweep.cpp
-  cuboid_mapping/ros/middleware/tf_lookup.cpp
-  cuboid_mapping/ros/middleware/tf_receiver.cpp
-  cuboid_mapping/ros/middleware/time_jump.cpp
-  cuboid_mapping/ros/parameters/window_parameters.cpp)
+  cuboid_mapping/ros/parameters/window_parameters.cpp
+  cuboid_mapping/ros/publishers/map_image_server.cpp
+  cuboid_mapping/ros/publishers/map_publisher.cpp
+  cuboid_mapping/ros/publishers/marker_cache.cpp
+  cuboid_mapping/ros/publishers/marker_colors.cpp
+  cuboid_mapping/ros/publishers/marker_publisher.cpp
+  cuboid_mapping/ros/services/check_answers.cpp
+  cuboid_mapping/ros/services/edit_answers.cpp
+  cuboid_mapping/ros/services/map_files_service.cpp
+  cuboid_mapping/ros/services/planner_services.cpp
+  cuboid_mapping/ros/services/query_box.cpp
+  cuboid_mapping/ros/services/request_reader.cpp
+  cuboid_mapping/ros/services/search_answers.cpp)
 cuboid_mapping_configure(cuboid_mapping_ros)
 target_include_directories(cuboid_mapping_ros
   SYSTEM PUBLIC ${catkin_INCLUDE_DIRS} ${octomap_msgs_INCLUDE_DIRS}
