@@ -128,7 +128,7 @@ class MergeMaps : public ::testing::Test {
   static std::unique_ptr<Program> start(int robot) {
     const std::string node = '/' + nameOf(robot) + "/cuboid_mapping/";
     ros::param::set(node + "resolution", kResolution_m);
-    ros::param::set(node + "observation_memory", 100);
+    ros::param::set(node + "observation_memory", 300);
     ros::param::set(node + "queue_size", 100);
     if (robot == 2) ros::param::set(node + "sensor_model/hit", 0.8);
     return std::make_unique<Program>(std::vector<std::string>{
@@ -141,7 +141,7 @@ class MergeMaps : public ::testing::Test {
     std::string robots;
     for (int robot = 1; robot <= numRobots(); ++robot) robots += " /lossy" + std::to_string(robot);
     ros::param::set(node + "merge/robots", robots);
-    ros::param::set(node + "merge/delay", 4.0);
+    ros::param::set(node + "merge/delay", 8.0);
     ros::param::set(node + "resolution", kResolution_m);
     ros::param::set(node + "autosave_file", store);
     ros::param::set(node + "autosave_period", 1.0);
