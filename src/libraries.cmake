@@ -186,6 +186,7 @@ add_library(cuboid_mapping_ros
   cuboid_mapping/ros/map/forgetting.cpp
   cuboid_mapping/ros/map/guarded_map.cpp
   cuboid_mapping/ros/map/map_storage.cpp
+  cuboid_mapping/ros/map/phase_fair_mutex.cpp
   cuboid_mapping/ros/middleware/tf_lookup.cpp
   cuboid_mapping/ros/middleware/tf_receiver.cpp
   cuboid_mapping/ros/middleware/time_jump.cpp

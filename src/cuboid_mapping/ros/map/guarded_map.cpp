@@ -27,7 +27,7 @@ void GuardedMap::integrate(const ros::Time& stamp, const cuboid_mapping::ScanUpd
   }
   const auto changing = waitToChange();
   auto pending = map_.prepare(update, model);  // Goes last, when others have the map again.
-  const auto alone = waitInTurn<WriteLock>();
+  const WriteLock alone(mutex_);
   noteChangesOf([&] { return map_.commit(update, pending); });
   stamp_ = stamp;
 }

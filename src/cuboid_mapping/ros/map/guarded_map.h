@@ -3,6 +3,7 @@
 
 #include "cuboid_mapping/map/cuboid_map.h"
 #include "cuboid_mapping/query/budget.h"
+#include "cuboid_mapping/ros/map/phase_fair_mutex.h"
 #include "cuboid_mapping/window/map_window.h"
 
 #include <ros/time.h>
@@ -11,7 +12,6 @@
 #include <memory>
 #include <mutex>
 #include <optional>
-#include <shared_mutex>
 #include <string>
 #include <utility>
 
@@ -33,8 +33,8 @@ class PageHold {
 ///
 /// Whoever changes the map has it alone, for what a cloud has changed, or for some bricks that are
 /// fused, which takes milliseconds; readers share it, and see it as the last change has left it. While
-/// it is worked out what a cloud changes, readers go on. Waiting is in turn, so that neither a row of
-/// small changes nor a row of readers keeps somebody out.
+/// it is worked out what a cloud changes, readers go on. Neither a row of small changes nor a row of
+/// readers keeps somebody out, and a long reader no other one, see PhaseFairMutex.
 class GuardedMap {
  public:
   explicit GuardedMap(const cuboid_mapping::MapConfig& config) : map_(config) {}
@@ -94,7 +94,7 @@ class GuardedMap {
   /// Reads the map. @param work  (const CuboidMap&, const ros::Time& stamp) -> any.
   template <typename WorkT>
   auto read(const WorkT& work) const {
-    const auto lock = waitInTurn<ReadLock>();
+    const ReadLock lock(mutex_);
     return work(std::as_const(map_), stamp_);
   }
 
@@ -102,7 +102,7 @@ class GuardedMap {
   /// @param work  (const CuboidMap&, const ros::Time& stamp, const MapWindow*) -> any.
   template <typename WorkT>
   auto readWithWindow(const WorkT& work) const {
-    const auto lock = waitInTurn<ReadLock>();
+    const ReadLock lock(mutex_);
     return work(std::as_const(map_), stamp_,
                 static_cast<const cuboid_mapping::MapWindow*>(window_.get()));
   }
@@ -115,11 +115,8 @@ class GuardedMap {
   template <typename WorkT>
   auto readInTurns(const cuboid_mapping::QueryLimits& limits, const std::atomic<bool>* is_stopped,
                    const WorkT& work) const {
-    auto lock = waitInTurn<ReadLock>();
-    const auto yield = [&] {
-      lock.unlock();
-      lock = waitInTurn<ReadLock>();
-    };
+    ReadLock lock(mutex_);
+    const auto yield = [&lock] { lock.yield(); };
     cuboid_mapping::Budget budget(limits, {yield, kTurn_s, is_stopped});
     return work(std::as_const(map_), ros::Time(stamp_), budget);
   }
@@ -162,7 +159,7 @@ class GuardedMap {
   ///              next call tells that everything has changed.
   template <typename WorkT>
   cuboid_mapping::ChangeSet takeChanges(const WorkT& work) {
-    const auto lock = waitInTurn<ReadLock>();
+    const ReadLock lock(mutex_);
     cuboid_mapping::ChangeSet changes = takeChanges();
     try {
       work(std::as_const(map_), stamp_, changes);
@@ -180,14 +177,26 @@ class GuardedMap {
   /// A long reader has the map for so long at a time: a fifth of the time between two clouds.
   static constexpr double kTurn_s = 0.02;
 
-  using ReadLock = std::shared_lock<std::shared_mutex>;
-  using WriteLock = std::unique_lock<std::shared_mutex>;
+  using WriteLock = std::lock_guard<PhaseFairMutex>;
 
-  template <typename LockT>
-  [[nodiscard]] LockT waitInTurn() const {
-    const std::lock_guard<std::mutex> turn(turn_);
-    return LockT(mutex_);
-  }
+  /// Shares the map with others who read.
+  class ReadLock {
+   public:
+    explicit ReadLock(PhaseFairMutex& mutex) : mutex_(mutex), generation_(mutex.lockShared()) {}
+    ~ReadLock() { mutex_.unlockShared(generation_); }
+    ReadLock(const ReadLock&) = delete;
+    ReadLock& operator=(const ReadLock&) = delete;
+
+    void yield() {
+      mutex_.unlockShared(generation_);
+      generation_ = mutex_.lockShared();
+    }
+
+   private:
+    PhaseFairMutex& mutex_;
+    int generation_;
+  };
+
   [[nodiscard]] std::unique_lock<std::mutex> waitToChange() const {
     const std::lock_guard<std::mutex> turn(change_turn_);
     return std::unique_lock<std::mutex>(change_);
@@ -195,8 +204,7 @@ class GuardedMap {
   /// Has the map alone.
   class ChangeLock {
    public:
-    explicit ChangeLock(const GuardedMap& map)
-        : change_(map.waitToChange()), alone_(map.waitInTurn<WriteLock>()) {}
+    explicit ChangeLock(const GuardedMap& map) : change_(map.waitToChange()), alone_(map.mutex_) {}
 
    private:
     std::unique_lock<std::mutex> change_;
@@ -216,8 +224,7 @@ class GuardedMap {
 
   mutable std::mutex change_;  ///< Of the one who changes the map, or works out what to change.
   mutable std::mutex change_turn_;  ///< Of the one who waits for that next.
-  mutable std::mutex turn_;         ///< Of the one who waits for the map next.
-  mutable std::shared_mutex mutex_;
+  mutable PhaseFairMutex mutex_;    ///< Written by whoever has `change_`.
   cuboid_mapping::CuboidMap map_;
   std::unique_ptr<cuboid_mapping::MapWindow> window_;  ///< May be null.
   std::atomic<int> num_holds_{0};

@@ -1,0 +1,49 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <array>
+#include <condition_variable>
+#include <cstdint>
+#include <mutex>
+
+namespace cuboid_mapping_ros {
+
+/// Lets many read, or one write. Nobody is kept out, whoever else comes:
+///   - who wants to read goes past a waiting writer as long as somebody reads who was there before the writer:
+///     a long reader makes the writer wait, but no short ones;
+///   - after that the writer comes next, when those have left who went past it;
+///   - after the writer come all who wait to read.
+///
+/// So a writer waits for two generations of readers at most; a reader for the writer and for those who went past it. As
+/// the phase-fair locks of Brandenburg and Anderson, "Spin-Based Reader-Writer Synchronization for Multiprocessor
+/// Real-Time Systems", 2010, where the writer waits for one generation and all new readers wait for that as well.
+class PhaseFairMutex {
+ public:
+  /// @pre One thread at a time has it, or waits for it, to write.
+  void lock();
+  void unlock();
+
+  /// @return The reader's generation, for unlockShared().
+  [[nodiscard]] int lockShared();
+  void unlockShared(int generation);
+
+ private:
+  [[nodiscard]] int& numEarlier() {
+    return num_readers_[static_cast<std::size_t>(1 - generation_)];
+  }
+  [[nodiscard]] int& numReaders(int generation) {
+    return num_readers_[static_cast<std::size_t>(generation)];
+  }
+
+  std::mutex mutex_;
+  std::condition_variable may_read_;
+  std::condition_variable may_write_;
+  std::array<int, 2> num_readers_{};  ///< Of each generation.
+  int generation_ = 0;       ///< Of those who come now. All are of it while no writer is there.
+  bool has_writer_ = false;  ///< One that waits, or writes.
+  bool is_closed_ = false;   ///< Whoever comes to read has to wait for the writer.
+  int num_waiting_ = 0;      ///< To read.
+  std::uint64_t num_written_ = 0;
+};
+
+}  // namespace cuboid_mapping_ros
