@@ -50,6 +50,7 @@ cuboid_mapping_add_part(core
   cuboid_mapping/scan/scan_filter.cpp
   cuboid_mapping/scan/scan_update.cpp
   cuboid_mapping/scan/slab_walk.cpp
+  cuboid_mapping/scan/slab_walk_avx2.cpp
   cuboid_mapping/scan/spherical_layout.cpp
   cuboid_mapping/scan/void_space.cpp
   cuboid_mapping/voxels/packed_voxels.cpp

@@ -16,6 +16,20 @@ std::uint64_t transpose(std::uint64_t word) {
   return word ^ swapped ^ swapped << 28;
 }
 
+/// Word of BrickMarks::slabs.
+constexpr std::size_t wordOfSlab(std::size_t slab) { return slab / 2 + slab % 2 * 4; }
+
+/// Byte z of the words of one slab each: the bytes become words.
+BrickMask turnSlabs(const BrickMask& slabs) {
+  BrickMask turned{};
+  for (std::size_t slab = 0; slab < kBrickEdge; ++slab) {
+    const std::uint64_t word = slabs[wordOfSlab(slab)];
+    for (std::size_t z = 0; z < kBrickEdge; ++z)
+      turned[z] |= (word >> (8 * z) & 0xFF) << (8 * slab);
+  }
+  return turned;
+}
+
 }  // namespace
 
 BrickMask BrickMarks::collectMisses() const {
@@ -28,6 +42,12 @@ BrickMask BrickMarks::collectMisses() const {
     const std::uint64_t rows = transpose(misses[2][y]);  // Bit 8 * z + x.
     for (std::size_t z = 0; z < kBrickEdge; ++z) all[z] |= (rows >> (8 * z) & 0xFF) << (8 * y);
   }
+  if (!slabs[0].isEmpty()) {
+    const BrickMask turned = turnSlabs(slabs[0]);  // Bit 8 * x + y.
+    for (std::size_t z = 0; z < kBrickEdge; ++z) all[z] |= transpose(turned[z]);
+  }
+  if (!slabs[1].isEmpty()) all |= turnSlabs(slabs[1]);
+  for (std::size_t z = 0; z < kBrickEdge; ++z) all[z] |= slabs[2][wordOfSlab(z)];
   return all;
 }
 

@@ -36,6 +36,15 @@ struct alignas(64) BrickMarks {
   /// y    | z    | 8 * x + y
   /// z    | y    | 8 * x + z
   std::array<BrickMask, 3> misses{};
+  /// More misses, as markSlabsAvx2() writes them, by the axis along which the beam is longest. A word
+  /// is a plane across that axis; those of slabs 0, 2, 4, 6 come before those of 1, 3, 5, 7.
+  ///
+  /// axis | bit
+  /// -----|----------
+  /// x    | 8 * z + y
+  /// y    | 8 * z + x
+  /// z    | 8 * y + x
+  std::array<BrickMask, 3> slabs{};
   BrickKey key = 0;  ///< Of the brick.
 
   /// All misses in the layout of BrickMask.

@@ -5,6 +5,7 @@
 #include "cuboid_mapping/scan/morton.h"
 #include "cuboid_mapping/scan/ray_walk.h"
 #include "cuboid_mapping/scan/slab_walk.h"
+#include "cuboid_mapping/scan/slab_walk_avx2.h"
 
 #include <algorithm>
 #include <array>
@@ -130,7 +131,10 @@ ScanUpdater::BeamFate ScanUpdater::setUpBeam(const RayOrigin& ray_origin,
 }
 
 void ScanUpdater::markBeam(const Ray& ray, bool is_hit, BeamMarks& marks) const {
-  if (!markSlabs(ray, ray.start - base_, marks)) {
+  const Cell local_start = ray.start - base_;
+  const bool is_marked = (hasSlabWalkAvx2() && markSlabsAvx2(ray, local_start, marks)) ||
+                         markSlabs(ray, local_start, marks);
+  if (!is_marked) {
     (void)walkRay(ray, BrickCursor(ray, base_, marks));
   }
   const Cell local_end = ray.end - base_;
@@ -288,7 +292,7 @@ void ScanUpdater::collectBricks() {
     }
   });
   const auto is_empty = [](const BrickUpdate& brick) {
-    return isEmpty(brick);  // A beam that went along its face.
+    return isEmpty(brick);  // A beam that went along its face, or past its edge.
   };
   update_.bricks.erase(std::remove_if(update_.bricks.begin(), update_.bricks.end(), is_empty),
                        update_.bricks.end());

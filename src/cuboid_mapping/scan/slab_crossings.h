@@ -2,7 +2,7 @@
 // In which of eight slabs of a brick a beam crosses borders across its longest axis.
 #pragma once
 
-#include "cuboid_mapping/scan/beam_marks.h"
+#include "cuboid_mapping/scan/slab_beam.h"
 
 #include <algorithm>
 #include <cstdint>
@@ -16,11 +16,9 @@ namespace cuboid_mapping {
 // A set of slabs of a brick is a byte.
 constexpr unsigned kAllSlabs = 0xFF;
 
-// Phases are fixed-point numbers of borders crossed: 16 bits before the point, 48 after it. In the
-// lanes of eight slabs, 1 bit and 15: whether their number is odd, and how far it is to the next.
-constexpr int kPhaseBits = 48;
+/// The phases of eight slabs have 1 bit before the point and 15 after it: whether the number of
+/// borders crossed is odd, and how far it is to the next.
 constexpr int kLaneBits = 15;
-constexpr std::int64_t kUnsure = 1LL << (kPhaseBits - 22);
 
 /// Eight slabs; the compiler knows vectors of the machine.
 using Lanes = std::uint16_t __attribute__((vector_size(16)));
@@ -49,21 +47,18 @@ inline Lanes multiplyHigh(const Lanes& a, const Lanes& b) {
 #endif
 }
 
-/// One of the two axes across the beam. Coordinates are mirrored where the beam goes down the axis,
-/// so that it always goes up.
-struct AcrossAxis {
-  int axis = 0;
-  double t_first = 0.0;  ///< Where the beam crosses the first border, as lengths of Ray.
-  double t_delta = 0.0;  ///< From one border to the next.
-  std::int64_t phase = 1LL << (kPhaseBits - 1);  ///< At the far end of the brick's first slab.
-  std::int64_t slope = 0;                        ///< Change of the phase per slab.
-  int num_borders = 0;                           ///< All that the beam crosses.
-  int num_crossed = 0;                           ///< Before it enters the current brick.
-  int voxel = 0;                                 ///< Where it enters the brick, mirrored: 0 to 7.
-  int mirror = 0;         ///< 7 where coordinates are mirrored: 7 - i is i ^ 7.
-  BrickKey key_step = 0;  ///< To the next brick.
-  Lanes lane_offsets{};   ///< Of the phase, from the first slab to each.
-  Lanes lane_slope{};     ///< With 16 bits after the point.
+/// An axis across the beam, on the way from brick to brick.
+struct CrossedAxis : AcrossAxis {
+  int num_crossed = 0;   ///< Borders that the beam crosses before it enters the current brick.
+  Lanes lane_offsets{};  ///< Of the phase, from the first slab to each.
+  Lanes lane_slope{};    ///< With 16 bits after the point.
+
+  void setUpLanes() {
+    constexpr Lanes kSlabs{0, 1, 2, 3, 4, 5, 6, 7};
+    lane_offsets = kSlabs * static_cast<std::uint16_t>(slope >> (kPhaseBits - kLaneBits));
+    constexpr std::int64_t kGreatest = 0xFFFF;
+    lane_slope += static_cast<std::uint16_t>(std::min(slope >> (kPhaseBits - 16), kGreatest));
+  }
 
   /// Rounding errors of the ray walk may let the beam cross two borders, or none, in a slab.
   [[nodiscard]] bool isDiagonal() const { return slope > (1LL << kPhaseBits) - 2 * kUnsure; }
@@ -88,7 +83,7 @@ struct SlabEnds {
   unsigned is_order_unsure;
 };
 
-inline SlabEnds computeSlabEnds(const AcrossAxis& row, const AcrossAxis& word) {
+inline SlabEnds computeSlabEnds(const CrossedAxis& row, const CrossedAxis& word) {
   const Lanes row_phases = row.lanePhases();
   const Lanes word_phases = word.lanePhases();
   // True phases are up to 8 units higher; one more on either side for what rounding may do.
