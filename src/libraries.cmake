@@ -45,10 +45,12 @@ cuboid_mapping_add_part(core
   cuboid_mapping/scan/beam_marks.cpp
   cuboid_mapping/scan/beam_samples.cpp
   cuboid_mapping/scan/no_return_beams.cpp
+  cuboid_mapping/scan/ray_batch_avx2.cpp
   cuboid_mapping/scan/ray_walk.cpp
   cuboid_mapping/scan/scan.cpp
   cuboid_mapping/scan/scan_filter.cpp
   cuboid_mapping/scan/scan_update.cpp
+  cuboid_mapping/scan/slab_beams_avx2.cpp
   cuboid_mapping/scan/slab_walk.cpp
   cuboid_mapping/scan/slab_walk_avx2.cpp
   cuboid_mapping/scan/spherical_layout.cpp

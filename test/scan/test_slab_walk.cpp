@@ -19,15 +19,15 @@ namespace {
 constexpr std::int32_t kBase = -(1 << 23);
 
 /// The cells that are marked, with the base at kBase on each axis.
-std::set<Cell> markedCells(const BeamMarks& marks) {
+std::set<Cell> markedCells(const BeamMarks& marks, MarkLayout layout) {
   std::set<Cell> cells;
   for (std::size_t i = 0; i < marks.size(); ++i) {
-    const BrickMask misses = marks[i].collectMisses();
+    const BrickMask misses = marks[i].collectMisses(layout);
     for (int voxel = 0; voxel < kBrickVoxels; ++voxel) {
       if ((misses[static_cast<std::size_t>(voxel >> 6)] >> (voxel & 63) & 1) == 0) continue;
       Cell cell;
       for (int axis = 0; axis < 3; ++axis) {
-        const auto brick = static_cast<std::int32_t>(marks[i].key >> (kBrickKeyBits * axis) &
+        const auto brick = static_cast<std::int32_t>(marks.key(i) >> (kBrickKeyBits * axis) &
                                                      ((1U << kBrickKeyBits) - 1));
         cell[axis] = kBase + brick * kBrickEdge + (voxel >> (3 * axis) & 7);
       }
@@ -40,9 +40,18 @@ std::set<Cell> markedCells(const BeamMarks& marks) {
 /// markSlabs() or markSlabsAvx2().
 using MarkFunction = bool (*)(const Ray&, const Cell&, BeamMarks&);
 
+bool markOneAvx2(const Ray& ray, const Cell& local_start, BeamMarks& marks) {
+  RayBatch one(ray);
+  return markSlabsAvx2(one, ray.start - local_start, marks) != 0;
+}
+
+MarkLayout layoutOf(MarkFunction mark) {
+  return mark == markSlabs ? MarkLayout::kPlanes : MarkLayout::kSlabs;
+}
+
 std::vector<MarkFunction> markFunctions() {
   std::vector<MarkFunction> functions{markSlabs};
-  if (hasSlabWalkAvx2()) functions.push_back(markSlabsAvx2);
+  if (hasAvx2()) functions.push_back(markOneAvx2);
   return functions;
 }
 
@@ -66,10 +75,11 @@ void checkBeam(MarkFunction mark, const Grid& grid, const Eigen::Vector3d& ancho
   BeamMarks marks;
   if (mark(*ray, ray->start - Cell{kBase, kBase, kBase}, marks)) {
     ++counts.marked;
-    ASSERT_EQ(markedCells(marks), expected);
+    ASSERT_EQ(markedCells(marks, layoutOf(mark)), expected);
   } else {
     ++counts.given_up;
-    for (const Cell& cell : markedCells(marks)) ASSERT_EQ(expected.count(cell), 1U) << cell;
+    for (const Cell& cell : markedCells(marks, layoutOf(mark)))
+      ASSERT_EQ(expected.count(cell), 1U) << cell;
   }
 }
 
@@ -165,7 +175,7 @@ TEST(BeamMarks, keepsTheMarksOfManyBricks) {
     for (std::int32_t i = 0; i < 5000; ++i) {
       const BrickKey key = toBrickKey({8 * i, 8 * (i % 7), 8 * (i % 13)});
       ASSERT_EQ(marks.at(key).hits[0], static_cast<std::uint64_t>(i) + round);
-      ASSERT_EQ(marks[static_cast<std::size_t>(i)].key, key);
+      ASSERT_EQ(marks.key(static_cast<std::size_t>(i)), key);
     }
     marks.clear();
     EXPECT_EQ(marks.size(), 0U);
@@ -174,25 +184,20 @@ TEST(BeamMarks, keepsTheMarksOfManyBricks) {
 
 TEST(BeamMarks, collectsMissesOfAllLayouts) {
   for (const Cell& cell : {Cell{0, 0, 0}, Cell{1, 2, 3}, Cell{7, 0, 5}, Cell{6, 7, 1}}) {
-    const int expected = voxelIndex(cell);
-    const int words[3] = {cell.z, cell.z, cell.y};
-    const int bits[3] = {8 * cell.y + cell.x, 8 * cell.x + cell.y, 8 * cell.x + cell.z};
-    const int slab_bits[3] = {8 * cell.z + cell.y, 8 * cell.z + cell.x, 8 * cell.y + cell.x};
-    for (std::size_t along = 0; along < 6; ++along) {
+    const auto check = [&cell](MarkLayout layout, std::size_t mask, int word, int bit) {
       BrickMarks marks;
-      if (along >= 3) {
-        const int slab = cell[static_cast<int>(along) - 3];
-        marks.slabs[along - 3][static_cast<std::size_t>(slab / 2 + slab % 2 * 4)] =
-            1ULL << slab_bits[along - 3];
-      } else
-        marks.misses[along][static_cast<std::size_t>(words[along])] = 1ULL << bits[along];
-      const BrickMask misses = marks.collectMisses();
-      for (int voxel = 0; voxel < kBrickVoxels; ++voxel) {
-        EXPECT_EQ(misses[static_cast<std::size_t>(voxel >> 6)] >> (voxel & 63) & 1,
-                  voxel == expected ? 1U : 0U)
-            << cell << " along axis " << along;
-      }
-    }
+      marks.misses[mask][word] = 1ULL << bit;
+      BrickMask expected;
+      expected.set(voxelIndex(cell));
+      EXPECT_EQ(marks.collectMisses(layout), expected) << cell << ", mask " << mask;
+    };
+    const auto& [x, y, z] = cell;
+    check(MarkLayout::kPlanes, 0, z, 8 * y + x);
+    check(MarkLayout::kPlanes, 1, z, 8 * x + y);
+    check(MarkLayout::kPlanes, 2, y, 8 * x + z);
+    check(MarkLayout::kSlabs, 0, z, 8 * y + x);
+    check(MarkLayout::kSlabs, 1, y, 8 * z + x);
+    check(MarkLayout::kSlabs, 2, x, 8 * z + y);
   }
 }
 

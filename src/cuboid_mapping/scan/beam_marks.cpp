@@ -16,48 +16,51 @@ std::uint64_t transpose(std::uint64_t word) {
   return word ^ swapped ^ swapped << 28;
 }
 
-/// Word of BrickMarks::slabs.
-constexpr std::size_t wordOfSlab(std::size_t slab) { return slab / 2 + slab % 2 * 4; }
+/// transpose() of each word.
+BrickMask transposeWords(BrickMask mask) {
+  for (std::size_t i = 0; i < kBrickEdge; ++i) mask[i] = transpose(mask[i]);
+  return mask;
+}
 
-/// Byte z of the words of one slab each: the bytes become words.
-BrickMask turnSlabs(const BrickMask& slabs) {
-  BrickMask turned{};
-  for (std::size_t slab = 0; slab < kBrickEdge; ++slab) {
-    const std::uint64_t word = slabs[wordOfSlab(slab)];
-    for (std::size_t z = 0; z < kBrickEdge; ++z)
-      turned[z] |= (word >> (8 * z) & 0xFF) << (8 * slab);
-  }
-  return turned;
+/// Byte j of word i goes to byte i of word j.
+BrickMask transposeBytes(BrickMask mask) {
+  const auto swap = [&mask](std::size_t distance, std::uint64_t low_bytes) {
+    for (std::size_t i = 0; i < kBrickEdge; ++i) {
+      if ((i & distance) != 0) continue;
+      const std::uint64_t swapped = (mask[i] >> (8 * distance) ^ mask[i + distance]) & low_bytes;
+      mask[i + distance] ^= swapped;
+      mask[i] ^= swapped << (8 * distance);
+    }
+  };
+  swap(4, 0x00000000FFFFFFFFULL);
+  swap(2, 0x0000FFFF0000FFFFULL);
+  swap(1, 0x00FF00FF00FF00FFULL);
+  return mask;
 }
 
 }  // namespace
 
-BrickMask BrickMarks::collectMisses() const {
+BrickMask BrickMarks::collectMisses(MarkLayout layout) const {
+  const bool are_planes = layout == MarkLayout::kPlanes;
   BrickMask all = misses[0];
-  for (std::size_t z = 0; z < kBrickEdge; ++z) {
-    if (misses[1][z] != 0) all[z] |= transpose(misses[1][z]);
+  if (!misses[1].isEmpty()) {
+    all |= are_planes ? transposeWords(misses[1]) : transposeBytes(misses[1]);
   }
-  for (std::size_t y = 0; y < kBrickEdge; ++y) {
-    if (misses[2][y] == 0) continue;
-    const std::uint64_t rows = transpose(misses[2][y]);  // Bit 8 * z + x.
-    for (std::size_t z = 0; z < kBrickEdge; ++z) all[z] |= (rows >> (8 * z) & 0xFF) << (8 * y);
+  if (!misses[2].isEmpty()) {
+    all |= are_planes ? transposeBytes(transposeWords(misses[2]))
+                      : transposeWords(transposeBytes(misses[2]));
   }
-  if (!slabs[0].isEmpty()) {
-    const BrickMask turned = turnSlabs(slabs[0]);  // Bit 8 * x + y.
-    for (std::size_t z = 0; z < kBrickEdge; ++z) all[z] |= transpose(turned[z]);
-  }
-  if (!slabs[1].isEmpty()) all |= turnSlabs(slabs[1]);
-  for (std::size_t z = 0; z < kBrickEdge; ++z) all[z] |= slabs[2][wordOfSlab(z)];
   return all;
 }
 
 void BeamMarks::clear() {
   std::fill(slots_.begin(), slots_.end(), Slot());
-  size_ = 0;
+  keys_.clear();
 }
 
 BrickMarks& BeamMarks::add(BrickKey key) {
-  if (4 * (size_ + 1) > slots_.size()) {
+  const std::size_t index = size();
+  if (4 * (index + 1) > slots_.size()) {
     std::vector<Slot> old(2 * slots_.size());
     old.swap(slots_);
     last_slot_ = slots_.size() - 1;
@@ -65,13 +68,12 @@ BrickMarks& BeamMarks::add(BrickKey key) {
       if (slot.marks != nullptr) slots_[slotOf(slot.key)] = slot;
     }
   }
-  if (size_ == blocks_.size() * kBlockBricks) {
+  if (index == blocks_.size() * kBlockBricks) {
     blocks_.push_back(std::make_unique<BrickMarks[]>(kBlockBricks));
   }
-  BrickMarks& marks = blocks_[size_ / kBlockBricks][size_ % kBlockBricks];
+  keys_.push_back(key);
+  BrickMarks& marks = blocks_[index / kBlockBricks][index % kBlockBricks];
   marks = BrickMarks();
-  marks.key = key;
-  ++size_;
   slots_[slotOf(key)] = {key, &marks};
   return marks;
 }

@@ -24,31 +24,25 @@ using BrickKey = std::uint64_t;
          static_cast<BrickKey>(local.z >> 3) << (2 * kBrickKeyBits);
 }
 
+/// How BrickMarks::misses[1] and [2] are laid out: as the function that marks beams writes them.
+enum class MarkLayout : unsigned char {
+  kPlanes,  ///< markSlabs(): [1] word z, bit 8 * x + y; [2] word y, bit 8 * x + z.
+  kSlabs,   ///< markSlabsAvx2(): [1] word y, bit 8 * z + x; [2] word x, bit 8 * z + y.
+};
+
 /// The voxels of one brick that the beams of a cloud have marked. Each mask is a cache line.
 struct alignas(64) BrickMarks {
   BrickMask hits{};  ///< Voxels in which a beam ends.
-  /// Misses, by the axis along which the beam is longest. In the masks of that axis a word is a
-  /// plane in which eight voxels along the axis are neighbouring bits:
-  ///
-  /// axis | word | bit
-  /// -----|------|----------
-  /// x    | z    | 8 * y + x: the layout of BrickMask
-  /// y    | z    | 8 * x + y
-  /// z    | y    | 8 * x + z
+  /// Misses, of beams that are longest along different axes; the first is as any BrickMask.
   std::array<BrickMask, 3> misses{};
-  /// More misses, as markSlabsAvx2() writes them, by the axis along which the beam is longest. A word
-  /// is a plane across that axis; those of slabs 0, 2, 4, 6 come before those of 1, 3, 5, 7.
-  ///
-  /// axis | bit
-  /// -----|----------
-  /// x    | 8 * z + y
-  /// y    | 8 * z + x
-  /// z    | 8 * y + x
-  std::array<BrickMask, 3> slabs{};
-  BrickKey key = 0;  ///< Of the brick.
 
-  /// All misses in the layout of BrickMask.
-  [[nodiscard]] BrickMask collectMisses() const;
+  /// All misses.
+  [[nodiscard]] BrickMask collectMisses(MarkLayout layout) const;
+  /// Asks the processor to fetch them. Inline: gcc drops calls of functions that do nothing else.
+  [[gnu::always_inline]] void prefetch() const {
+    __builtin_prefetch(&hits);
+    for (const BrickMask& mask : misses) __builtin_prefetch(&mask);
+  }
 };
 
 /// All bricks that beams have marked: a hash table by brick number.
@@ -61,11 +55,14 @@ class BeamMarks {
   }
 
   /// Bricks that were added since clear().
-  [[nodiscard]] std::size_t size() const { return size_; }
-  /// The marks of a brick. @param index  In the order in which the bricks were added.
+  [[nodiscard]] std::size_t size() const { return keys_.size(); }
+  /// A brick and its marks. @param index  In the order in which the bricks were added.
+  ///@{
+  [[nodiscard]] BrickKey key(std::size_t index) const { return keys_[index]; }
   [[nodiscard]] const BrickMarks& operator[](std::size_t index) const {
     return blocks_[index / kBlockBricks][index % kBlockBricks];
   }
+  ///@}
 
   /// Forgets all bricks, keeps the memory.
   void clear();
@@ -90,7 +87,7 @@ class BeamMarks {
   /// At most a quarter of them are taken: a search that goes on is hard to foresee.
   std::vector<Slot> slots_ = std::vector<Slot>(last_slot_ + 1);
   std::vector<std::unique_ptr<BrickMarks[]>> blocks_;
-  std::size_t size_ = 0;
+  std::vector<BrickKey> keys_;
 };
 
 }  // namespace cuboid_mapping

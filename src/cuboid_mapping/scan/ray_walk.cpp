@@ -48,4 +48,14 @@ bool RayOrigin::computeRay(const Eigen::Vector3f& end, Ray& ray) const {
   return true;
 }
 
+bool cutBeam(const Eigen::Vector3f& origin, double max_range_m, Eigen::Vector3f& end) {
+  const Eigen::Vector3f to_end = end - origin;
+  const float squared_length =
+      to_end.x() * to_end.x() + to_end.y() * to_end.y() + to_end.z() * to_end.z();
+  const double length_m = std::sqrt(static_cast<double>(squared_length));
+  if (!(length_m > max_range_m)) return false;
+  end = origin + to_end / static_cast<float>(length_m) * static_cast<float>(max_range_m);
+  return true;
+}
+
 }  // namespace cuboid_mapping

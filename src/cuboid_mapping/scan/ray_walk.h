@@ -43,6 +43,18 @@ class RayOrigin {
   /// Voxel of the origin; nothing when it is outside the grid or not finite.
   [[nodiscard]] const std::optional<Cell>& cell() const { return cell_; }
 
+  /// As given to the constructor.
+  ///@{
+  [[nodiscard]] const Grid& grid() const { return grid_; }
+  [[nodiscard]] const Eigen::Vector3d& anchor() const { return anchor_map_; }
+  [[nodiscard]] const Eigen::Vector3f& point() const { return origin_; }
+  ///@}
+
+  /// From the origin to the next border down or up an axis, in metres. @pre cell().
+  [[nodiscard]] double toBorder(int axis, bool is_up) const {
+    return to_border_[axis][is_up ? 1 : 0];
+  }
+
   /// Sets up the beam to a point. A beam so short that its length is rounded to 0 between two
   /// voxels (ends 1e-23 m off an edge) has no steps: it passes its first voxel only.
   /// @return false, with nothing to rely on in `ray`, when the end is outside the grid or not
@@ -58,6 +70,10 @@ class RayOrigin {
   /// Per axis, from the origin to the next border down and up, in metres.
   double to_border_[3][2];
 };
+
+/// Cuts a beam at a range, with the arithmetic of octomath::Vector3::normalized() and octomap_server.
+/// @return Whether it was longer.
+bool cutBeam(const Eigen::Vector3f& origin, double max_range_m, Eigen::Vector3f& end);
 
 /// Walks from the origin's voxel (included) to the end point's (excluded).
 ///

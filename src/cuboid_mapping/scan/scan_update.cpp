@@ -3,6 +3,7 @@
 
 #include "cuboid_mapping/parallel/parallel_for.h"
 #include "cuboid_mapping/scan/morton.h"
+#include "cuboid_mapping/scan/ray_batch.h"
 #include "cuboid_mapping/scan/ray_walk.h"
 #include "cuboid_mapping/scan/slab_walk.h"
 #include "cuboid_mapping/scan/slab_walk_avx2.h"
@@ -21,6 +22,8 @@ namespace {
 constexpr std::int32_t kBaseOffset = 1 << 23;
 static_assert(kMaxBeamVoxels + 2 * kGroupEdge < kBaseOffset, "every voxel of a beam has a number");
 constexpr std::size_t kPartsPerThread = 16;
+/// So many bricks before it is needed, one is fetched from memory.
+constexpr std::size_t kBricksAhead = 8;
 
 Cell baseOf(const Cell& origin) {
   Cell base;
@@ -110,30 +113,18 @@ ScanUpdater::ScanUpdater(const Grid& grid, const BeamRanges& ranges, int threads
 
 /// Sets up a beam. @return Whether it takes part.
 ScanUpdater::BeamFate ScanUpdater::setUpBeam(const RayOrigin& ray_origin,
-                                             const Eigen::Vector3f& origin,
                                              const Eigen::Vector3f& end, Beam& beam) const {
   Eigen::Vector3f last = end;
-  beam.is_cut = false;
-  if (std::isfinite(ranges_.max_range_m)) {
-    // As octomath::Vector3::normalized() and octomap_server compute it.
-    const Eigen::Vector3f to_end = end - origin;
-    const float squared_length =
-        to_end.x() * to_end.x() + to_end.y() * to_end.y() + to_end.z() * to_end.z();
-    const double length_m = std::sqrt(static_cast<double>(squared_length));
-    beam.is_cut = length_m > ranges_.max_range_m;
-    if (beam.is_cut) {
-      last =
-          origin + to_end / static_cast<float>(length_m) * static_cast<float>(ranges_.max_range_m);
-    }
-  }
+  beam.is_cut =
+      std::isfinite(ranges_.max_range_m) && cutBeam(ray_origin.point(), ranges_.max_range_m, last);
   if (!ray_origin.computeRay(last, beam.ray)) return BeamFate::kOutOfRange;
   return isWithinReach(beam.ray.start, beam.ray.end) ? BeamFate::kTaken : BeamFate::kTooFar;
 }
 
 void ScanUpdater::markBeam(const Ray& ray, bool is_hit, BeamMarks& marks) const {
-  const Cell local_start = ray.start - base_;
-  const bool is_marked = (hasSlabWalkAvx2() && markSlabsAvx2(ray, local_start, marks)) ||
-                         markSlabs(ray, local_start, marks);
+  RayBatch one(ray);
+  const bool is_marked =
+      hasAvx2() ? markSlabsAvx2(one, base_, marks) != 0 : markSlabs(ray, ray.start - base_, marks);
   if (!is_marked) {
     (void)walkRay(ray, BrickCursor(ray, base_, marks));
   }
@@ -160,32 +151,47 @@ void ScanUpdater::markWithMargin(const BeamSource& source, const Eigen::Vector3f
   }
 }
 
-/// Marks beams a few at a time: first all are set up, which the processor can do side by side, then
-/// they are walked.
+/// Adds those of some beams, at most RayBatch::kSize, that markSlabsAvx2() marks. @return The others.
+std::uint32_t ScanUpdater::addBatch(const RayOrigin& ray_origin, const Eigen::Vector3f* ends,
+                                    int count, bool are_returns, Share& share) const {
+  RayBatch rays;
+  computeRaysAvx2(ray_origin, ends, count, ranges_.max_range_m, rays);
+  const std::uint32_t marked = markSlabsAvx2(rays, base_, share.marks);
+  share.num_points += static_cast<std::size_t>(__builtin_popcount(marked));
+  for (std::uint32_t hits = are_returns ? marked & ~rays.cut : 0; hits != 0; hits &= hits - 1) {
+    const Cell local_end = rays.endOf(static_cast<std::size_t>(__builtin_ctz(hits))) - base_;
+    share.marks.at(toBrickKey(local_end)).hits.set(voxelIndex(local_end));
+  }
+  return ~marked & RayBatch::all(count);
+}
+
+void ScanUpdater::addBeam(const BeamSource& source, const Eigen::Vector3f& end, bool is_return,
+                          Share& share) const {
+  Beam beam;
+  const BeamFate fate = setUpBeam(source.ray_origin, end, beam);
+  if (fate == BeamFate::kOutOfRange) ++share.num_out_of_range;
+  if (fate == BeamFate::kTooFar) ++share.num_too_far;
+  if (fate != BeamFate::kTaken) return;
+  ++share.num_points;
+  const bool is_hit = is_return && !beam.is_cut;
+  if (is_hit && ranges_.end_margin_m > 0.0) {
+    markWithMargin(source, end, beam.ray, share);
+  } else {
+    markBeam(beam.ray, is_hit, share.marks);
+  }
+}
+
 void ScanUpdater::addBeams(const BeamSource& source, const Eigen::Vector3f* ends, std::size_t count,
                            bool are_returns, Share& share) const {
-  const bool has_margin = are_returns && ranges_.end_margin_m > 0.0;
-  constexpr std::size_t kBatch = 32;
-  std::array<const Eigen::Vector3f*, kBatch> beam_ends;
-  std::array<Beam, kBatch> beams;
+  const bool are_batches = hasAvx2() && !(are_returns && ranges_.end_margin_m > 0.0);
+  constexpr std::size_t kBatch = RayBatch::kSize;
   for (std::size_t first = 0; first < count; first += kBatch) {
-    std::size_t num_beams = 0;
-    const std::size_t last = std::min(first + kBatch, count);
-    for (std::size_t i = first; i < last; ++i) {
-      beam_ends[num_beams] = ends + i;
-      const BeamFate fate =
-          setUpBeam(source.ray_origin, source.scan.origin, ends[i], beams[num_beams]);
-      if (fate == BeamFate::kTaken) ++num_beams;
-      if (fate == BeamFate::kOutOfRange) ++share.num_out_of_range;
-      if (fate == BeamFate::kTooFar) ++share.num_too_far;
-    }
-    share.num_points += num_beams;
-    for (std::size_t i = 0; i < num_beams; ++i) {
-      if (has_margin && !beams[i].is_cut) {
-        markWithMargin(source, *beam_ends[i], beams[i].ray, share);
-      } else {
-        markBeam(beams[i].ray, are_returns && !beams[i].is_cut, share.marks);
-      }
+    const Eigen::Vector3f* batch = ends + first;
+    const auto num_beams = static_cast<int>(std::min(kBatch, count - first));
+    std::uint32_t left = RayBatch::all(num_beams);
+    if (are_batches) left = addBatch(source.ray_origin, batch, num_beams, are_returns, share);
+    for (; left != 0; left &= left - 1) {
+      addBeam(source, batch[__builtin_ctz(left)], are_returns, share);
     }
   }
 }
@@ -260,8 +266,8 @@ void ScanUpdater::sortMarks(Share& share) {
   share.order.clear();
   for (const BeamMarks* marks : {&share.marks, &share.grazes}) {
     for (std::size_t i = 0; i < marks->size(); ++i) {
-      const BrickMarks& brick = (*marks)[i];
-      share.order.push_back({toMorton(brick.key), &brick, marks == &share.grazes});
+      share.order.push_back(
+          {toMorton(marks->key(i)), marks->key(i), &(*marks)[i], marks == &share.grazes});
     }
   }
   std::sort(share.order.begin(), share.order.end(), isBefore);
@@ -288,6 +294,7 @@ void ScanUpdater::collectBricks() {
   parallelFor(num_parts, numThreads(), [&](std::size_t part) {
     const std::size_t end = update_.bricks.size() * (part + 1) / num_parts;
     for (std::size_t i = update_.bricks.size() * part / num_parts; i < end; ++i) {
+      order[std::min(firsts[i] + kBricksAhead, order.size() - 1)].marks->prefetch();
       update_.bricks[i] = unite(order.data() + firsts[i], order.data() + firsts[i + 1]);
     }
   });
@@ -299,10 +306,11 @@ void ScanUpdater::collectBricks() {
 }
 
 BrickUpdate ScanUpdater::unite(const PlacedMarks* first, const PlacedMarks* last) const {
-  BrickUpdate brick{toBrick(first->marks->key, base_), {}, {}, first->morton};
+  const MarkLayout layout = hasAvx2() ? MarkLayout::kSlabs : MarkLayout::kPlanes;
+  BrickUpdate brick{toBrick(first->key, base_), {}, {}, first->morton};
   for (; first != last; ++first) {
     brick.hits |= first->marks->hits;
-    (first->are_grazes ? brick.grazes : brick.misses) |= first->marks->collectMisses();
+    (first->are_grazes ? brick.grazes : brick.misses) |= first->marks->collectMisses(layout);
   }
   brick.grazes = brick.grazes.without(brick.hits | brick.misses);
   return brick;

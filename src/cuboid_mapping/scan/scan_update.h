@@ -46,6 +46,7 @@ class ScanUpdater {
   /// What one thread knows of a brick, and its place along the Morton curve.
   struct PlacedMarks {
     std::uint64_t morton;
+    BrickKey key;
     const BrickMarks* marks;
     bool are_grazes;
   };
@@ -73,11 +74,15 @@ class ScanUpdater {
     RayOrigin ray_origin;
   };
 
-  [[nodiscard]] BeamFate setUpBeam(const RayOrigin& ray_origin, const Eigen::Vector3f& origin,
-                                   const Eigen::Vector3f& end, Beam& beam) const;
+  [[nodiscard]] BeamFate setUpBeam(const RayOrigin& ray_origin, const Eigen::Vector3f& end,
+                                   Beam& beam) const;
   void markBeam(const Ray& ray, bool is_hit, BeamMarks& marks) const;
   void markWithMargin(const BeamSource& source, const Eigen::Vector3f& end, const Ray& ray,
                       Share& share) const;
+  [[nodiscard]] std::uint32_t addBatch(const RayOrigin& ray_origin, const Eigen::Vector3f* ends,
+                                       int count, bool are_returns, Share& share) const;
+  void addBeam(const BeamSource& source, const Eigen::Vector3f& end, bool is_return,
+               Share& share) const;
   void addBeams(const BeamSource& source, const Eigen::Vector3f* ends, std::size_t count,
                 bool are_returns, Share& share) const;
   /// Adds part `part` of `num_parts` of a scan.

@@ -2,7 +2,8 @@
 // In which of eight slabs of a brick a beam crosses borders across its longest axis.
 #pragma once
 
-#include "cuboid_mapping/scan/slab_beam.h"
+#include "cuboid_mapping/scan/beam_marks.h"
+#include "cuboid_mapping/scan/slab_phases.h"
 
 #include <algorithm>
 #include <cstdint>
@@ -47,11 +48,21 @@ inline Lanes multiplyHigh(const Lanes& a, const Lanes& b) {
 #endif
 }
 
-/// An axis across the beam, on the way from brick to brick.
-struct CrossedAxis : AcrossAxis {
-  int num_crossed = 0;   ///< Borders that the beam crosses before it enters the current brick.
-  Lanes lane_offsets{};  ///< Of the phase, from the first slab to each.
-  Lanes lane_slope{};    ///< With 16 bits after the point.
+/// One of the two axes across the beam, on the way from brick to brick. Coordinates are mirrored where
+/// the beam goes down the axis, so that it always goes up.
+struct CrossedAxis {
+  int axis = 0;
+  double t_first = 0.0;  ///< Where the beam crosses the first border, as lengths of Ray.
+  double t_delta = 0.0;  ///< From one border to the next.
+  std::int64_t phase = 1LL << (kPhaseBits - 1);  ///< At the far end of the brick's first slab.
+  std::int64_t slope = 0;                        ///< Change of the phase per slab.
+  int num_borders = 0;                           ///< All that the beam crosses.
+  int num_crossed = 0;    ///< Those of them before it enters the current brick.
+  int voxel = 0;          ///< Where it enters the brick, mirrored: 0 to 7.
+  int mirror = 0;         ///< 7 where coordinates are mirrored: 7 - i is i ^ 7.
+  BrickKey key_step = 0;  ///< To the next brick.
+  Lanes lane_offsets{};   ///< Of the phase, from the first slab to each.
+  Lanes lane_slope{};     ///< With 16 bits after the point.
 
   void setUpLanes() {
     constexpr Lanes kSlabs{0, 1, 2, 3, 4, 5, 6, 7};

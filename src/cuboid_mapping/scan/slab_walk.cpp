@@ -57,6 +57,74 @@ struct PlaneRows {
   bool has_ninth;  ///< The beam crosses a border in each slab: row 8, which the tables leave out.
 };
 
+/// A beam, set up for a walk from slab to slab: up the axis along which it is longest, whether that
+/// is from the origin to the end or back.
+struct SlabBeam {
+  int along = 0;             ///< The axis along which it is longest.
+  bool is_backward = false;  ///< The walk goes from the end to the origin.
+  double margin = 0.0;  ///< Lengths that are nearer than this may be in another order in walkRay().
+  int num_borders[3] = {0, 0, 0};
+  BrickKey key = 0;  ///< Of the brick where the walk begins.
+  int slab = 0;      ///< Of that brick, where the walk begins.
+  CrossedAxis row;
+  CrossedAxis word;
+
+  /// @param local_start  ray.start minus the base of the brick numbers: each in [0, 2^24).
+  /// @return false when the beam ends too near a border to say that it crosses it, or does not leave
+  /// its first slab.
+  [[nodiscard]] bool setUp(const Ray& ray, const Cell& local_start);
+
+ private:
+  void setUpAcross(CrossedAxis& across, const Ray& ray, int axis, const Cell& local_from) const;
+  [[nodiscard]] double firstCrossing(const Ray& ray, int axis) const;
+};
+
+double SlabBeam::firstCrossing(const Ray& ray, int axis) const {
+  if (!is_backward) return ray.t_max[axis];
+  return -(ray.t_max[axis] + (num_borders[axis] - 1) * ray.t_delta[axis]);
+}
+
+void SlabBeam::setUpAcross(CrossedAxis& across, const Ray& ray, int axis,
+                           const Cell& local_from) const {
+  across.axis = axis;
+  across.voxel = local_from[axis] & 7;
+  across.num_borders = num_borders[axis];
+  if (across.num_borders == 0) return;
+  across.mirror = (ray.step[axis] < 0) != is_backward ? 7 : 0;
+  across.voxel ^= across.mirror;
+  const BrickKey up = BrickKey{1} << (kBrickKeyBits * axis);
+  across.key_step = across.mirror != 0 ? -up : up;
+  across.t_first = firstCrossing(ray, axis);
+  across.t_delta = ray.t_delta[axis];
+  constexpr double kUnit = 1LL << kPhaseBits;
+  const double inverse_delta = 1.0 / across.t_delta;
+  const double phase = (firstCrossing(ray, along) - across.t_first) * inverse_delta + 1.0;
+  across.slope = static_cast<std::int64_t>(ray.t_delta[along] * inverse_delta * kUnit);
+  across.phase = static_cast<std::int64_t>(phase * kUnit) - slab * across.slope;
+}
+
+bool SlabBeam::setUp(const Ray& ray, const Cell& local_start) {
+  margin = ray.length_m * kUnsureShare;
+  for (int axis = 0; axis < 3; ++axis) {
+    num_borders[axis] = std::abs(ray.end[axis] - ray.start[axis]);
+    const double next = ray.t_max[axis] + num_borders[axis] * ray.t_delta[axis];
+    if (!(next > ray.length_m + margin)) return false;
+    if (num_borders[axis] == 0) continue;
+    const double last = ray.t_max[axis] + (num_borders[axis] - 1) * ray.t_delta[axis];
+    if (!(last < ray.length_m - margin)) return false;
+    if (ray.t_delta[axis] < ray.t_delta[along]) along = axis;
+  }
+  if (num_borders[along] < 1 || num_borders[along] > kMaxSlabs) return false;
+
+  is_backward = ray.step[along] < 0;
+  const Cell local_from = is_backward ? local_start + (ray.end - ray.start) : local_start;
+  key = toBrickKey(local_from);
+  slab = local_from[along] & 7;
+  setUpAcross(row, ray, along == 0 ? 1 : 0, local_from);
+  setUpAcross(word, ray, along == 2 ? 1 : 2, local_from);
+  return true;
+}
+
 /// Walks along one beam from brick to brick.
 class SlabWalk {
  public:
@@ -87,7 +155,7 @@ class SlabWalk {
   /// Of the next one across; nowhere_ when the beam does not get there.
   std::uint64_t* next_row_misses_ = nullptr;
   std::uint64_t nowhere_[8] = {};
-  SlabBeam<CrossedAxis> beam_;
+  SlabBeam beam_;
   int first_slab_ = 0;  ///< Of the brick, counted from that where the walk began.
 };
 

@@ -6,7 +6,8 @@
 
 namespace cuboid_mapping {
 
-/// Marks the voxels that walkRay() passes, and that of the end, as misses: eight slabs at a time.
+/// Marks the voxels that walkRay() passes, and that of the end, as misses: eight slabs at a time, as
+/// MarkLayout::kPlanes.
 ///
 /// A slab is the space between two neighbouring voxel borders on the axis along which the beam is
 /// longest. The beam crosses at most one border of each other axis in a slab, and which slabs of a

@@ -1,15 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "cuboid_mapping/scan/slab_walk_avx2.h"
 
-#include "cuboid_mapping/scan/slab_beam.h"
-
-#include <cstdint>
-
-// Clang has no such switch of instructions within a file that its linters understand.
-#if defined(__x86_64__) && defined(__GNUC__) && !defined(__clang__)
-#define CUBOID_MAPPING_HAS_AVX2 1
-#include <immintrin.h>
-#endif
+#include "cuboid_mapping/scan/avx2.h"
+#include "cuboid_mapping/scan/slab_beams.h"
+#include "cuboid_mapping/scan/slab_phases.h"
 
 namespace cuboid_mapping {
 
@@ -20,6 +14,8 @@ namespace cuboid_mapping {
 #pragma GCC target("avx2")
 
 namespace {
+
+using namespace avx2;
 
 /// Eight slabs.
 ///@{
@@ -38,11 +34,14 @@ constexpr std::int32_t kBelow = static_cast<std::int32_t>(kUnsure >> (kPhaseBits
 /// float holds 24 bits of them.
 constexpr float kOrderUnsure = 128.0F;
 
-constexpr Lanes kSlabs{0, 1, 2, 3, 4, 5, 6, 7};
+/// The slab of each lane: those in the lower halves of 64 bits are 0 to 3.
+constexpr Lanes kSlabs{0, 4, 1, 5, 2, 6, 3, 7};
 
 /// Bits of a voxel's place that say that it is in the next brick along the rows, or along the words.
-constexpr std::uint64_t kNextRow = 128;
-constexpr std::uint64_t kNextWord = 64;
+constexpr std::int32_t kNextRow = 128;
+constexpr std::int32_t kNextWord = 64;
+
+BrickKey keyUp(std::size_t axis) { return BrickKey{1} << (kBrickKeyBits * static_cast<int>(axis)); }
 
 bool hasAny(const Lanes& lanes) {
   const auto bits = reinterpret_cast<__m256i>(lanes);
@@ -63,21 +62,25 @@ struct WideAxis {
   BrickKey key_step;
   int first;  ///< Voxel where the beam enters the brick: 0 to 7.
   int last;   ///< Voxel where the beam ends, counted from this brick's first.
-  std::int32_t mirror;
   std::int32_t lane_slope;
   float order_slope;
+  Lanes mirrors;
+  Lanes next_mirrors;  ///< Of the rows 8 to 15, which are in the next brick.
   Lanes lane_offsets;
 
-  explicit WideAxis(const AcrossAxis& across)
-      : phase(across.phase + (std::int64_t{across.voxel} << kPhaseBits)),
-        slope(across.slope),
-        key_step(across.key_step),
-        first(across.voxel),
-        last(across.voxel + across.num_borders),
-        mirror(across.mirror),
-        lane_slope(static_cast<std::int32_t>(slope >> (kPhaseBits - kLaneBits))),
-        order_slope(static_cast<float>(lane_slope) / (1 << kLaneBits)),
-        lane_offsets(kSlabs * lane_slope) {}
+  WideAxis(const AcrossAxes& beams, std::size_t beam, int slab, BrickKey key_up)
+      : slope(static_cast<std::int64_t>(beams.slopes[beam])),
+        first(static_cast<int>(beams.voxels[beam])),
+        last(first + static_cast<int>(beams.num_borders[beam])),
+        mirrors(Lanes{} + static_cast<std::int32_t>(beams.mirrors[beam])),
+        next_mirrors(mirrors ^ 8 ^ kNextRow) {
+    phase = static_cast<std::int64_t>(beams.phases[beam]) - slab * slope +
+            (std::int64_t{first} << kPhaseBits);
+    key_step = beams.mirrors[beam] != 0 ? -key_up : key_up;
+    lane_slope = static_cast<std::int32_t>(slope >> (kPhaseBits - kLaneBits));
+    order_slope = static_cast<float>(lane_slope) / (1 << kLaneBits);
+    lane_offsets = kSlabs * lane_slope;
+  }
 
   /// At the far ends of the brick's slabs.
   [[nodiscard]] Lanes phases() const {
@@ -101,48 +104,61 @@ struct WideAxis {
 /// of both axes that it crosses, and where it leaves. They are the same without a border.
 ///
 /// A voxel's place is the number of its bit in the mask of the slab, 8 * word + row, and kNextRow and
-/// kNextWord. A place for each slab 0, 2, 4, 6, and 1, 3, 5, 7.
+/// kNextWord.
 struct SlabPlaces {
-  Masks even[3];
-  Masks odd[3];
+  Masks low[3];   ///< Of slabs 0 to 3.
+  Masks high[3];  ///< Of slabs 4 to 7.
 
   void set(int i, const Lanes& places) {
-    even[i] = reinterpret_cast<Masks>(places) & 0xFFFFFFFFU;
-    odd[i] = reinterpret_cast<Masks>(places) >> 32;
+    low[i] = reinterpret_cast<Masks>(places) & 0xFFFFFFFFU;
+    high[i] = reinterpret_cast<Masks>(places) >> 32;
   }
 };
 
 Lanes rowPlaces(const WideAxis& row, const Lanes& rows) {
-  const Lanes next = rows & 8;
-  return (rows + (next << 4) - next) ^ row.mirror;
+  const Lanes is_next = rows << 28;  // In the sign.
+  const __m256 places = _mm256_blendv_ps(reinterpret_cast<__m256>(rows ^ row.mirrors),
+                                         reinterpret_cast<__m256>(rows ^ row.next_mirrors),
+                                         reinterpret_cast<__m256>(is_next));
+  return reinterpret_cast<Lanes>(places);
 }
 
-Lanes wordPlaces(const WideAxis& word, const Lanes& words) { return words << 3 ^ word.mirror << 3; }
+Lanes wordPlaces(const WideAxis& word, const Lanes& words) {
+  return words << 3 ^ word.mirrors << 3;
+}
 
 /// What the beam does on one axis across it, in eight slabs.
 struct Crossings {
+  Lanes phases;     ///< At the far end of the slab.
   Lanes entered;    ///< Voxel where it enters the slab.
   Lanes left;       ///< Where it leaves.
   Lanes fractions;  ///< How far it has come in that voxel at the far end of the slab.
-  Lanes is_unsure;  ///< Rounding may have moved it across a border there.
 };
 
 /// @tparam kIsEnd  The beam begins in slab `first` of the brick, or ends in slab `last`, or both.
 template <bool kIsEnd>
 Crossings findCrossings(const WideAxis& axis, int first, int last) {
   const Lanes phases = axis.phases();
-  Crossings crossings{(phases - axis.lane_slope) >> kLaneBits, phases >> kLaneBits,
-                      phases & kFraction, ((phases + kBelow) & kFraction) <= 2 * kBelow};
+  Crossings crossings{phases, (phases - axis.lane_slope) >> kLaneBits, phases >> kLaneBits,
+                      phases & kFraction};
   if (kIsEnd) {
-    const Lanes is_last = kSlabs == last;
     crossings.entered = kSlabs == first ? Lanes{} + axis.first : crossings.entered;
-    crossings.left = is_last ? Lanes{} + axis.last : crossings.left;
+    crossings.left = kSlabs == last ? Lanes{} + axis.last : crossings.left;
     crossings.fractions = phases - (crossings.left << kLaneBits);
-    crossings.is_unsure &= ~is_last;
-  } else {
-    crossings.entered[0] = axis.first;
   }
   return crossings;
+}
+
+/// Whether rounding may have moved the end of a slab across a border of either axis.
+Lanes isUnsure(const Lanes& row_phases, const Lanes& word_phases) {
+  // Up to half a voxel above a border, and down to half below it, a shift leaves as much above and below 0.
+  const Lanes row_distance = row_phases << (32 - kLaneBits);
+  const Lanes word_distance = word_phases << (32 - kLaneBits);
+  const __m256i nearest =
+      _mm256_min_epu32(_mm256_abs_epi32(reinterpret_cast<__m256i>(row_distance)),
+                       _mm256_abs_epi32(reinterpret_cast<__m256i>(word_distance)));
+  const __m256i limit = _mm256_set1_epi32(kBelow << (32 - kLaneBits));
+  return reinterpret_cast<Lanes>(_mm256_cmpeq_epi32(_mm256_min_epu32(nearest, limit), nearest));
 }
 
 /// @tparam kIsEnd  As of findCrossings(). @return false when it cannot be told what the beam passes.
@@ -159,9 +175,11 @@ bool findPlaces(const WideAxis& row, const WideAxis& word, int first, int last,
   const Fractions word_way = __builtin_convertvector(words.fractions, Fractions) * row.order_slope;
   const Fractions lead = row_way - word_way;
   const Lanes is_row_first = lead > 0.0F;
-  const Lanes is_order_unsure = (lead < kOrderUnsure) & (lead > -kOrderUnsure);
-  const Lanes is_unsure = rows.is_unsure | words.is_unsure;
+  const auto lead_size = reinterpret_cast<Fractions>(reinterpret_cast<Lanes>(lead) & 0x7FFFFFFF);
+  const Lanes is_order_unsure = lead_size < kOrderUnsure;
+  Lanes is_unsure = isUnsure(rows.phases, words.phases);
   if (hasAny(is_unsure | is_order_unsure)) {
+    if (kIsEnd) is_unsure &= kSlabs != last;
     const Lanes crosses_both = (rows.left > rows.entered) & (words.left > words.entered);
     if (hasAny((is_unsure | (is_order_unsure & crosses_both)) & ~is_outside)) return false;
   }
@@ -180,26 +198,26 @@ bool findPlaces(const WideAxis& row, const WideAxis& word, int first, int last,
 }
 
 /// Marks the places that lie in one brick. @param next  Bits of places there.
-void markPlaces(const SlabPlaces& places, std::uint64_t next, BrickMask& slabs) {
-  Masks even{};
-  Masks odd{};
+void markPlaces(const SlabPlaces& places, std::int32_t next, BrickMask& slabs) {
+  Masks low{};
+  Masks high{};
   for (int i = 0; i < 3; ++i) {
-    even |= bitAt(places.even[i] ^ next);
-    odd |= bitAt(places.odd[i] ^ next);
+    low |= bitAt(places.low[i] ^ next);
+    high |= bitAt(places.high[i] ^ next);
   }
-  auto* masks = reinterpret_cast<__m256i*>(&slabs[0]);
-  _mm256_store_si256(masks, _mm256_load_si256(masks) | reinterpret_cast<__m256i>(even));
-  _mm256_store_si256(masks + 1, _mm256_load_si256(masks + 1) | reinterpret_cast<__m256i>(odd));
+  store(load<Masks>(&slabs[0]) | low, &slabs[0]);
+  store(load<Masks>(&slabs[4]) | high, &slabs[4]);
 }
 
-bool walkBricks(const SlabBeam<AcrossAxis>& beam, BeamMarks& marks) {
-  WideAxis row(beam.row);
-  WideAxis word(beam.word);
-  BrickKey key = beam.key;
-  const auto along = static_cast<std::size_t>(beam.along);
-  int first = beam.slab;
+bool walkBricks(const SlabBeams& beams, std::size_t beam, BeamMarks& marks) {
+  const auto along = static_cast<std::size_t>(beams.along[beam]);
+  const std::size_t mask = 2 - along;  // See MarkLayout::kSlabs; along z it is as any BrickMask.
+  int first = static_cast<int>(beams.slabs[beam]);
+  WideAxis row(beams.row, beam, first, keyUp(along == 0 ? 1 : 0));
+  WideAxis word(beams.word, beam, first, keyUp(along == 2 ? 1 : 2));
+  auto key = static_cast<BrickKey>(beams.keys[beam]);
   bool is_end = true;
-  for (int last = first + beam.num_borders[beam.along];; last -= 8) {
+  for (int last = first + static_cast<int>(beams.num_slabs[beam]);; last -= 8) {
     const bool is_last_brick = last < 8;
     is_end |= is_last_brick;
     SlabPlaces places;
@@ -209,69 +227,82 @@ bool walkBricks(const SlabBeam<AcrossAxis>& beam, BeamMarks& marks) {
     }
     const int left_row = row.leaves(is_last_brick);
     const int left_word = word.leaves(is_last_brick);
-    markPlaces(places, 0, marks.at(key).slabs[along]);
-    if (left_row > 7) markPlaces(places, kNextRow, marks.at(key + row.key_step).slabs[along]);
+    markPlaces(places, 0, marks.at(key).misses[mask]);
+    if (left_row > 7) markPlaces(places, kNextRow, marks.at(key + row.key_step).misses[mask]);
     if (left_word > 7) {
-      markPlaces(places, kNextWord, marks.at(key + word.key_step).slabs[along]);
+      markPlaces(places, kNextWord, marks.at(key + word.key_step).misses[mask]);
       if (left_row > 7) {
         markPlaces(places, kNextRow | kNextWord,
-                   marks.at(key + row.key_step + word.key_step).slabs[along]);
+                   marks.at(key + row.key_step + word.key_step).misses[mask]);
       }
     }
     if (is_last_brick) return true;
-    key += (BrickKey{1} << (kBrickKeyBits * beam.along)) + row.advance(left_row) +
-           word.advance(left_word);
+    key += keyUp(along) + row.advance(left_row) + word.advance(left_word);
     first = 0;
     is_end = false;
   }
 }
 
 /// The axis whose border walkRay() crosses next, see there.
-int nextAxis(const Ray& ray) {
-  const int axis = ray.t_max[0] < ray.t_max[1] ? 0 : 1;
-  return ray.t_max[axis] < ray.t_max[2] ? axis : 2;
+int nextAxis(const RayBatch& rays, std::size_t ray) {
+  const int axis = rays.t_max[0][ray] < rays.t_max[1][ray] ? 0 : 1;
+  return rays.t_max[axis][ray] < rays.t_max[2][ray] ? axis : 2;
 }
 
-/// Whether the origin lies on the border that the beam crosses first.
-bool isOnBorder(const Ray& ray) {
-  constexpr double kShare = 1e-6;
-  const int axis = nextAxis(ray);
-  return ray.t_max[axis] < kShare * ray.t_delta[axis];
+/// Share of the way from border to border that is none.
+constexpr double kBorderShare = 1e-6;
+
+/// Whether the origin may lie on the border that the beam crosses first; of four beams.
+Longs mayBeOnBorder(const RayBatch& rays, int first) {
+  Longs may_be{};
+  for (int axis = 0; axis < 3; ++axis) {
+    const auto t_max = load<Doubles>(&rays.t_max[axis][first]);
+    may_be |= t_max < kBorderShare * load<Doubles>(&rays.t_delta[axis][first]);
+  }
+  return may_be;
 }
 
-bool markFromVoxel(const Ray& ray, const Cell& local_start, BeamMarks& marks) {
-  SlabBeam<AcrossAxis> beam;
-  return beam.setUp(ray, local_start) && walkBricks(beam, marks);
+/// Takes walkRay()'s first steps, as long as the origin lies on borders.
+/// @return false when the beam ends there.
+bool stepOffBorders(RayBatch& rays, std::size_t ray, const Cell& base, BeamMarks& marks) {
+  for (int axis = nextAxis(rays, ray);
+       rays.t_max[axis][ray] < kBorderShare * rays.t_delta[axis][ray]; axis = nextAxis(rays, ray)) {
+    std::int32_t& start = rays.start[axis][ray];
+    if (start == rays.end[axis][ray]) return false;
+    const Cell local = rays.startOf(ray) - base;
+    marks.at(toBrickKey(local)).misses[0].set(voxelIndex(local));
+    start += start < rays.end[axis][ray] ? 1 : -1;
+    rays.t_max[axis][ray] += rays.t_delta[axis][ray];
+  }
+  return true;
 }
 
 }  // namespace
 
-bool markSlabsAvx2(const Ray& ray, const Cell& local_start, BeamMarks& marks) {
-  if (!isOnBorder(ray)) return markFromVoxel(ray, local_start, marks);
-  Ray rest = ray;
-  Cell local = local_start;
-  do {
-    const int axis = nextAxis(rest);
-    if (rest.start[axis] == rest.end[axis]) return false;
-    marks.at(toBrickKey(local)).misses[0].set(voxelIndex(local));
-    rest.start[axis] += rest.step[axis];
-    local[axis] += rest.step[axis];
-    rest.t_max[axis] += rest.t_delta[axis];
-  } while (isOnBorder(rest));
-  return markFromVoxel(rest, local, marks);
+std::uint32_t markSlabsAvx2(RayBatch& rays, const Cell& base, BeamMarks& marks) {
+  std::uint32_t left = rays.taken;
+  for (int first = 0; first < rays.count; first += 4) {
+    std::uint32_t bits = toBits(mayBeOnBorder(rays, first)) << first & rays.taken;
+    for (; bits != 0; bits &= bits - 1) {
+      const auto ray = static_cast<std::size_t>(__builtin_ctz(bits));
+      if (!stepOffBorders(rays, ray, base, marks)) left &= ~(1U << ray);
+    }
+  }
+  SlabBeams beams;
+  const std::uint32_t set_up = setUpSlabBeams(rays, base, beams);
+  std::uint32_t marked = 0;
+  for (std::uint32_t bits = set_up & left; bits != 0; bits &= bits - 1) {
+    const auto beam = static_cast<std::size_t>(__builtin_ctz(bits));
+    if (walkBricks(beams, beam, marks)) marked |= 1U << beam;
+  }
+  return marked;
 }
 
 #pragma GCC pop_options
 
-bool hasSlabWalkAvx2() {
-  static const bool has_avx2 = __builtin_cpu_supports("avx2") != 0;
-  return has_avx2;
-}
-
 #else
 
-bool hasSlabWalkAvx2() { return false; }
-bool markSlabsAvx2(const Ray&, const Cell&, BeamMarks&) { return false; }
+std::uint32_t markSlabsAvx2(RayBatch&, const Cell&, BeamMarks&) { return 0; }
 
 #endif
 

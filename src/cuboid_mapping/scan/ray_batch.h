@@ -1,0 +1,55 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include "cuboid_mapping/scan/ray_walk.h"
+
+#include <cstdint>
+
+namespace cuboid_mapping {
+
+/// Rays from one origin in arrays, so that a processor with AVX2 sets up four at once.
+struct RayBatch {
+  /// A set of rays is a word.
+  static constexpr int kSize = 32;
+
+  RayBatch() = default;
+  /// One ray.
+  explicit RayBatch(const Ray& ray);
+
+  int count = 0;
+  std::uint32_t taken = 0;  ///< Those that are set up, as RayOrigin::computeRay() does it.
+  std::uint32_t cut = 0;    ///< Those of them that end at the max range.
+  /// As in Ray, by axis and number. Those that are not taken say nothing.
+  ///@{
+  alignas(32) double t_max[3][kSize];
+  alignas(32) double t_delta[3][kSize];
+  alignas(32) double length_m[kSize];
+  alignas(16) std::int32_t start[3][kSize];
+  alignas(16) std::int32_t end[3][kSize];
+  ///@}
+
+  /// The first `count` rays. @pre 1 <= count <= kSize.
+  [[nodiscard]] static constexpr std::uint32_t all(int count) {
+    return 0xFFFFFFFFU >> (kSize - count);
+  }
+  [[nodiscard]] Cell startOf(std::size_t ray) const {
+    return {start[0][ray], start[1][ray], start[2][ray]};
+  }
+  [[nodiscard]] Cell endOf(std::size_t ray) const {
+    return {end[0][ray], end[1][ray], end[2][ray]};
+  }
+};
+
+/// Whether this processor, and the compiler that made the package, have what computeRaysAvx2() and
+/// markSlabsAvx2() need.
+[[nodiscard]] bool hasAvx2();
+
+/// Sets up beams to some points, with the same bits as RayOrigin::computeRay(). A beam that this
+/// function refuses, or of no length, is not taken.
+/// @param count  1 to RayBatch::kSize.
+/// @param max_range_m  Longer beams are cut, see cutBeam().
+/// @pre hasAvx2(), and origin.cell().
+void computeRaysAvx2(const RayOrigin& origin, const Eigen::Vector3f* ends, int count,
+                     double max_range_m, RayBatch& rays);
+
+}  // namespace cuboid_mapping
