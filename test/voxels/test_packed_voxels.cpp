@@ -7,6 +7,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <array>
 #include <map>
 #include <set>
 #include <utility>
@@ -20,24 +21,28 @@ using test::ModelledBrick;
 using test::observe;
 using test::Random;
 
-/// Bytes that any block has beside masks and log-odds.
-const std::size_t kFixedBytes = PackedVoxels(BrickMask::all(), 1.0F).numBytes() - sizeof(float);
-
-/// What a brick has to hold, at least: masks that do not follow from the rest, and each log-odds once.
+/// What a brick has to hold, at least: masks that do not follow from the rest, of slices with a known
+/// voxel, and each log-odds once.
 std::size_t fewestBytes(const ModelledBrick& model) {
   std::set<float> values[2];
-  bool is_all_known = true;
-  for (const auto& voxel : model) {
-    is_all_known = is_all_known && voxel;
-    if (voxel) values[*voxel >= 0.0F ? 1 : 0].insert(*voxel);
+  std::array<int, kBrickEdge> num_known{};
+  for (std::size_t voxel = 0; voxel < model.size(); ++voxel) {
+    if (!model[voxel]) continue;
+    values[*model[voxel] >= 0.0F ? 1 : 0].insert(*model[voxel]);
+    ++num_known[voxel / 64];
+  }
+  std::size_t num_slices = 0;
+  bool is_any_partly_known = false;
+  for (const int count : num_known) {
+    if (count > 0) ++num_slices;
+    is_any_partly_known |= count > 0 && count < 64;
   }
   const std::size_t most = std::max(values[0].size(), values[1].size());
-  if (most == 0) return 0;
-  std::size_t num_masks = is_all_known ? 0 : 1;
+  std::size_t num_masks = is_any_partly_known ? 1 : 0;
   if (!values[0].empty() && !values[1].empty()) ++num_masks;
   for (std::size_t count = 1; count < most; count *= 2) ++num_masks;
   const std::size_t num_values = values[0].size() + values[1].size();
-  return kFixedBytes + num_masks * sizeof(BrickMask) + num_values * sizeof(float);
+  return num_masks * num_slices * sizeof(std::uint64_t) + num_values * sizeof(float);
 }
 
 /// Each log-odds comes once, first those of free voxels, with all voxels that have it and no other.
@@ -135,6 +140,19 @@ TEST(PackedVoxels, ofOneLogOddsTakeSixteenBytesAtMost) {
     EXPECT_TRUE(agree(voxels, model));
     EXPECT_LE(voxels.numBytes(), 16U);
   }
+}
+
+TEST(PackedVoxels, haveNoMaskOfSlicesThatAreKnownAsAWhole) {
+  ModelledBrick model;
+  for (const int z : {1, 7}) {
+    for (int voxel = 64 * z; voxel < 64 * (z + 1); ++voxel) {
+      model[static_cast<std::size_t>(voxel)] = -0.5F;
+    }
+  }
+  const PackedVoxels voxels = test::toPacked(model);
+  EXPECT_TRUE(agree(voxels, model));
+  EXPECT_EQ(voxels.numBytes(), sizeof(float));
+  EXPECT_FALSE(voxels.isAllFree());
 }
 
 TEST(PackedVoxels, holdUpTo512DifferentLogOddsOfAnyClass) {

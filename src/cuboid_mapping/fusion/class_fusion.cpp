@@ -169,6 +169,7 @@ void ClassFusion::write(const VoxelStore& voxels, std::vector<Cell> bricks) {
     tree_.replace(change);
   }
   for (const Cell& brick : bricks) waiting_.erase(brick);
+  if (waiting_.isEmpty()) waiting_.clear();  // Gives its memory back.
 }
 
 void ClassFusion::compare(const VoxelStore& voxels, Batch& batch, Scratch& scratch) const {

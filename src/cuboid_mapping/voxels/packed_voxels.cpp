@@ -12,9 +12,6 @@
 namespace cuboid_mapping {
 namespace {
 
-constexpr BrickMask kNoVoxels;
-constexpr BrickMask kAllVoxels = BrickMask::all();
-constexpr int kMaxPlanes = 9;
 constexpr float kVacant = std::numeric_limits<float>::quiet_NaN();
 
 /// Planes in which the numbers below `count` can be written.
@@ -102,29 +99,31 @@ class Moves {
 
 }  // namespace
 
+PackedVoxels::Masks::Masks(const PackedVoxels& packed)
+    : known(packed.known()), occupied(packed.occupied()), num_planes(packed.shape_.num_planes) {
+  for (int i = 0; i < num_planes; ++i) {
+    planes[static_cast<std::size_t>(i)] = packed.maskOf(packed.firstPlane() + i);
+  }
+}
+
 /// Room for any content of a brick.
-struct PackedVoxels::Unpacked {
-  BrickMask known;
-  BrickMask occupied;
-  std::array<BrickMask, kMaxPlanes> planes;  ///< 0 for unknown voxels.
-  int num_planes = 0;
+struct PackedVoxels::Unpacked : Masks {
   std::array<Values, 2> values;  ///< Of free and of occupied voxels.
 
   Unpacked() = default;
-  explicit Unpacked(const PackedVoxels& packed)
-      : known(packed.known()), occupied(packed.occupied()) {
+  /// With the masks alone.
+  explicit Unpacked(const PackedVoxels& packed) : Masks(packed) {}
+  void setValues(const PackedVoxels& packed) {
     const Shape& shape = packed.shape_;
-    num_planes = shape.num_planes;
-    std::copy(packed.planes(), packed.planes() + num_planes, planes.begin());
     values[0].assign(packed.values(), shape.num_free_values);
     values[1].assign(packed.values() + shape.num_free_values, shape.num_occupied_values);
   }
 
   void flip(const BrickMask& voxels, int from, int to) {
+    while (to >> num_planes != 0) planes[static_cast<std::size_t>(num_planes++)] = BrickMask();
     for (int i = 0; from >> i != to >> i; ++i) {
       if (((from ^ to) >> i & 1) != 0) planes[static_cast<std::size_t>(i)] ^= voxels;
     }
-    while (to >> num_planes != 0) ++num_planes;
   }
 
   /// Gives voxels a log-odds. @param from  Number of the one they have; 0 for unknown ones.
@@ -133,15 +132,6 @@ struct PackedVoxels::Unpacked {
     flip(voxels, from, values[is_occupied ? 1 : 0].numberOf(log_odds, preferred));
     known |= voxels;
     occupied = is_occupied ? occupied | voxels : occupied.without(voxels);
-  }
-
-  [[nodiscard]] BrickMask voxelsOf(int number, const BrickMask& of_class) const {
-    BrickMask voxels = of_class;
-    for (int i = 0; i < num_planes; ++i) {
-      const BrickMask& plane = planes[static_cast<std::size_t>(i)];
-      voxels &= (number >> i & 1) != 0 ? plane : ~plane;
-    }
-    return voxels;
   }
 
   /// Gives vacant numbers to the last ones, and leaves out planes that are not needed any more.
@@ -194,22 +184,39 @@ PackedVoxels::PackedVoxels(const BrickMask& known, float log_odds) {
   pack(unpacked);
 }
 
-const BrickMask& PackedVoxels::known() const {
-  if (isEmpty()) return kNoVoxels;
-  return shape_.has_known ? masks()[0] : kAllVoxels;
+BrickMask PackedVoxels::maskOf(int mask) const {
+  const std::uint64_t* word = words(mask);
+  BrickMask all;
+  if (shape_.slices == kAllSlices) {
+    std::copy(word, word + kBrickEdge, &all[0]);
+    return all;
+  }
+  for (unsigned left = shape_.slices; left != 0; left &= left - 1) {
+    all[__builtin_ctz(left)] = *word++;
+  }
+  return all;
 }
 
-const BrickMask& PackedVoxels::occupied() const {
-  if (!isAnyOccupied()) return kNoVoxels;
-  if (shape_.has_occupied) return masks()[shape_.has_known ? 1 : 0];
-  return known();
+BrickMask PackedVoxels::known() const {
+  if (shape_.has_known) return maskOf(0);
+  BrickMask slices;
+  for (unsigned left = shape_.slices; left != 0; left &= left - 1) {
+    slices[__builtin_ctz(left)] = ~std::uint64_t{0};
+  }
+  return slices;
+}
+
+BrickMask PackedVoxels::occupied() const {
+  if (!isAnyOccupied()) return BrickMask();
+  return shape_.has_occupied ? maskOf(shape_.has_known ? 1 : 0) : known();
 }
 
 std::optional<float> PackedVoxels::at(int voxel) const {
-  if (!known().test(voxel)) return std::nullopt;
-  int number = occupied().test(voxel) ? shape_.num_free_values : 0;
+  const Occupancy occupancy = occupancyAt(voxel);
+  if (occupancy == Occupancy::kUnknown) return std::nullopt;
+  int number = occupancy == Occupancy::kOccupied ? shape_.num_free_values : 0;
   for (int i = 0; i < shape_.num_planes; ++i) {
-    number += static_cast<int>(planes()[i].test(voxel)) << i;
+    number += static_cast<int>(test(firstPlane() + i, voxel)) << i;
   }
   return values()[number];
 }
@@ -223,6 +230,7 @@ void PackedVoxels::getValues(VoxelValues& values) const {
 VoxelChange PackedVoxels::observe(const BrickMask& hits, const BrickMask& all_misses,
                                   const SensorModel& model, PackedVoxels& result) const {
   const BrickMask misses = all_misses.without(hits);
+  Unpacked unpacked(*this);
   struct Observation {
     const BrickMask& voxels;
     float log_odds;
@@ -245,9 +253,9 @@ VoxelChange PackedVoxels::observe(const BrickMask& hits, const BrickMask& all_mi
       if (to == log_odds) continue;
       const BrickMask seen = of_class & observation.voxels;
       if (seen.isEmpty()) continue;
-      const BrickMask voxels = voxelsOf(number, seen);
+      const BrickMask voxels = unpacked.voxelsOf(number, seen);
       if (voxels.isEmpty()) continue;
-      if (!is_looked_at) rest = voxelsOf(number, of_class);
+      if (!is_looked_at) rest = unpacked.voxelsOf(number, of_class);
       is_looked_at = true;
       rest &= ~voxels;
       move(voxels, to, is_occupied, number);
@@ -256,17 +264,17 @@ VoxelChange PackedVoxels::observe(const BrickMask& hits, const BrickMask& all_mi
   };
 
   for (const Observation& observation : observations) {
-    const BrickMask fresh = observation.voxels.without(known());
+    const BrickMask fresh = observation.voxels.without(unpacked.known);
     if (!fresh.isEmpty()) move(fresh, model.update(0.0F, observation.log_odds), false, -1);
   }
-  const BrickMask free_voxels = free();
+  const BrickMask free_voxels = unpacked.known.without(unpacked.occupied);
   for (int i = 0; i < shape_.num_free_values; ++i) observe(i, values()[i], free_voxels, false);
   for (int i = 0; i < shape_.num_occupied_values; ++i) {
-    observe(i, values()[shape_.num_free_values + i], occupied(), true);
+    observe(i, values()[shape_.num_free_values + i], unpacked.occupied, true);
   }
   if (moves.isEmpty()) return change;
 
-  Unpacked unpacked(*this);
+  unpacked.setValues(*this);
   moves.forEach([&](const Move& m) {
     if (m.is_last) unpacked.values[m.is_from_occupied ? 1 : 0].vacate(m.from);
   });
@@ -303,33 +311,43 @@ VoxelChange PackedVoxels::replace(const BrickMask& part, const PackedVoxels& oth
 }
 
 std::size_t PackedVoxels::numBytes(const Shape& shape) {
-  const std::size_t num_masks =
-      (shape.has_known ? 1U : 0U) + (shape.has_occupied ? 1U : 0U) + std::size_t{shape.num_planes};
+  const auto num_words = static_cast<std::size_t>(numMasks(shape) * countSlices(shape.slices));
   const std::size_t num_values =
       std::size_t{shape.num_free_values} + std::size_t{shape.num_occupied_values};
-  return num_masks * sizeof(BrickMask) + num_values * sizeof(float);
+  return num_words * sizeof(std::uint64_t) + num_values * sizeof(float);
 }
 
 void PackedVoxels::pack(const Unpacked& unpacked) {
-  if (unpacked.known.isEmpty()) {
+  Shape shape;
+  for (unsigned z = 0; z < kBrickEdge; ++z) {
+    if (unpacked.known[z] == 0) continue;
+    shape.slices = static_cast<std::uint8_t>(shape.slices | 1U << z);
+    shape.has_known |= unpacked.known[z] != ~std::uint64_t{0};
+  }
+  if (shape.slices == 0) {
     *this = PackedVoxels();
     return;
   }
-  const int num_free = unpacked.values[0].size();
-  const int num_occupied = unpacked.values[1].size();
-  const Shape shape{static_cast<std::uint16_t>(num_free), static_cast<std::uint16_t>(num_occupied),
-                    static_cast<std::uint8_t>(unpacked.num_planes), !unpacked.known.isFull(),
-                    num_free > 0 && num_occupied > 0};
+  const auto& [free_values, occupied_values] = unpacked.values;
+  shape.num_free_values = static_cast<std::uint16_t>(free_values.size());
+  shape.num_occupied_values = static_cast<std::uint16_t>(occupied_values.size());
+  shape.num_planes = static_cast<std::uint8_t>(unpacked.num_planes);
+  shape.has_occupied = free_values.size() > 0 && occupied_values.size() > 0;
   const std::size_t num_bytes = numBytes(shape);
   if (num_bytes != numBytes()) block_.reset(new std::byte[num_bytes]);
   shape_ = shape;
-  auto* mask = const_cast<BrickMask*>(masks());
-  if (shape.has_known) *mask++ = unpacked.known;
-  if (shape.has_occupied) *mask++ = unpacked.occupied;
-  mask = std::copy(unpacked.planes.begin(), unpacked.planes.begin() + shape.num_planes, mask);
-  auto* value = reinterpret_cast<float*>(mask);
-  value = std::copy(unpacked.values[0].data(), unpacked.values[0].data() + num_free, value);
-  std::copy(unpacked.values[1].data(), unpacked.values[1].data() + num_occupied, value);
+  auto* word = reinterpret_cast<std::uint64_t*>(block_.get());
+  const auto put = [&](const BrickMask& mask) {
+    for (unsigned left = shape.slices; left != 0; left &= left - 1) {
+      *word++ = mask[__builtin_ctz(left)];
+    }
+  };
+  if (shape.has_known) put(unpacked.known);
+  if (shape.has_occupied) put(unpacked.occupied);
+  for (int i = 0; i < shape.num_planes; ++i) put(unpacked.planes[static_cast<std::size_t>(i)]);
+  auto* value = reinterpret_cast<float*>(word);
+  value = std::copy(free_values.data(), free_values.data() + free_values.size(), value);
+  std::copy(occupied_values.data(), occupied_values.data() + occupied_values.size(), value);
 }
 
 bool operator==(const PackedVoxels& a, const PackedVoxels& b) {

@@ -50,10 +50,14 @@ VoxelStore::PendingChange VoxelStore::prepare(std::size_t count, int threads, Br
   std::vector<NewBrick>& bricks = pending.bricks_;
   bricks.resize(count);
   parallelFor((count + kPartBricks - 1) / kPartBricks, threads, [&](std::size_t part) {
-    const std::size_t end = std::min(count, (part + 1) * kPartBricks);
-    for (std::size_t i = part * kPartBricks; i < end; ++i) {
+    const std::size_t begin = part * kPartBricks;
+    const std::size_t end = std::min(count, begin + kPartBricks);
+    for (std::size_t i = begin; i < end; ++i) {  // So that the processor waits for many at a time.
+      bricks[i].place = bricks_.find(brick_of(i));
+      if (bricks[i].place != nullptr) bricks[i].place->voxels.prefetch();
+    }
+    for (std::size_t i = begin; i < end; ++i) {
       NewBrick& brick = bricks[i];
-      brick.place = bricks_.find(brick_of(i));
       const PackedVoxels& before = brick.place == nullptr ? kUnknown : brick.place->voxels;
       const VoxelChange change = work(i, before, brick.voxels);
       brick.changed = change.changed;
