@@ -181,15 +181,15 @@ std::optional<VoxelHit> walk(const CuboidMap& map, const Eigen::Vector3d& origin
       voxels.stepOverBrick();
       continue;
     }
-    const BrickMask& known = found->known();
-    const BrickMask& occupied = found->occupied();
+    const BrickMask occupied = found->occupied();
+    const BrickMask known = UnknownT::kIsAsked ? found->known() : BrickMask();
     do {
       const double leave = std::min(voxels.leave(), end);
       const int voxel = voxelIndex(voxels.cell());
       if (occupied.test(voxel) && leave - voxels.enter() > kTouch) {
         return VoxelHit{voxels.cell(), voxels.enter()};
       }
-      if (!known.test(voxel) && unknown.pass(voxels.enter(), leave)) {
+      if (UnknownT::kIsAsked && !known.test(voxel) && unknown.pass(voxels.enter(), leave)) {
         return std::nullopt;
       }
       voxels.stepOverVoxel();

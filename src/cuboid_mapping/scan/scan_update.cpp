@@ -9,7 +9,6 @@
 #include "cuboid_mapping/scan/slab_walk_avx2.h"
 
 #include <algorithm>
-#include <array>
 #include <atomic>
 #include <cassert>
 #include <cmath>
@@ -111,16 +110,6 @@ ScanUpdater::ScanUpdater(const Grid& grid, const BeamRanges& ranges, int threads
   assert(threads > 0);
 }
 
-/// Sets up a beam. @return Whether it takes part.
-ScanUpdater::BeamFate ScanUpdater::setUpBeam(const RayOrigin& ray_origin,
-                                             const Eigen::Vector3f& end, Beam& beam) const {
-  Eigen::Vector3f last = end;
-  beam.is_cut =
-      std::isfinite(ranges_.max_range_m) && cutBeam(ray_origin.point(), ranges_.max_range_m, last);
-  if (!ray_origin.computeRay(last, beam.ray)) return BeamFate::kOutOfRange;
-  return isWithinReach(beam.ray.start, beam.ray.end) ? BeamFate::kTaken : BeamFate::kTooFar;
-}
-
 void ScanUpdater::markBeam(const Ray& ray, bool is_hit, BeamMarks& marks) const {
   RayBatch one(ray);
   const bool is_marked =
@@ -167,17 +156,19 @@ std::uint32_t ScanUpdater::addBatch(const RayOrigin& ray_origin, const Eigen::Ve
 
 void ScanUpdater::addBeam(const BeamSource& source, const Eigen::Vector3f& end, bool is_return,
                           Share& share) const {
-  Beam beam;
-  const BeamFate fate = setUpBeam(source.ray_origin, end, beam);
-  if (fate == BeamFate::kOutOfRange) ++share.num_out_of_range;
-  if (fate == BeamFate::kTooFar) ++share.num_too_far;
-  if (fate != BeamFate::kTaken) return;
-  ++share.num_points;
-  const bool is_hit = is_return && !beam.is_cut;
-  if (is_hit && ranges_.end_margin_m > 0.0) {
-    markWithMargin(source, end, beam.ray, share);
+  Eigen::Vector3f last = end;
+  const bool is_cut =
+      std::isfinite(ranges_.max_range_m) && cutBeam(source.scan.origin, ranges_.max_range_m, last);
+  Ray ray;
+  if (!source.ray_origin.computeRay(last, ray)) {
+    ++share.num_out_of_range;
+  } else if (!isWithinReach(ray.start, ray.end)) {
+    ++share.num_too_far;
   } else {
-    markBeam(beam.ray, is_hit, share.marks);
+    ++share.num_points;
+    const bool is_hit = is_return && !is_cut;
+    if (is_hit && ranges_.end_margin_m > 0.0) return markWithMargin(source, end, ray, share);
+    markBeam(ray, is_hit, share.marks);
   }
 }
 

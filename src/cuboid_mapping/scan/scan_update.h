@@ -61,21 +61,12 @@ class ScanUpdater {
     std::size_t num_too_far = 0;
   };
 
-  enum class BeamFate : unsigned char { kTaken, kOutOfRange, kTooFar };
-
-  struct Beam {
-    Ray ray;
-    bool is_cut;  ///< At the max range.
-  };
-
   /// A scan, as all its beams need it.
   struct BeamSource {
     const Scan& scan;
     RayOrigin ray_origin;
   };
 
-  [[nodiscard]] BeamFate setUpBeam(const RayOrigin& ray_origin, const Eigen::Vector3f& end,
-                                   Beam& beam) const;
   void markBeam(const Ray& ray, bool is_hit, BeamMarks& marks) const;
   void markWithMargin(const BeamSource& source, const Eigen::Vector3f& end, const Ray& ray,
                       Share& share) const;
