@@ -311,10 +311,10 @@ VoxelChange PackedVoxels::replace(const BrickMask& part, const PackedVoxels& oth
 }
 
 std::size_t PackedVoxels::numBytes(const Shape& shape) {
-  const auto num_words = static_cast<std::size_t>(numMasks(shape) * countSlices(shape.slices));
+  const int num_words = numMasks(shape) * countSlices(shape.slices);
   const std::size_t num_values =
       std::size_t{shape.num_free_values} + std::size_t{shape.num_occupied_values};
-  return num_words * sizeof(std::uint64_t) + num_values * sizeof(float);
+  return static_cast<std::size_t>(num_words) * sizeof(std::uint64_t) + num_values * sizeof(float);
 }
 
 void PackedVoxels::pack(const Unpacked& unpacked) {
