@@ -196,6 +196,18 @@ TEST(BeamBounds, aLongerBeamIsLeftOutAndCounted) {
   }
 }
 
+TEST(BeamBounds, aBeamThatIsLeftOutMarksNothingOnItsWayEither) {
+  // From a border of voxels: the walk's first steps are taken before all others.
+  Scan scan;
+  scan.points = {{-4000.0F, 1.0F, 1.0F}};
+  for (const double end_margin_m : {0.0, 1.0}) {
+    ScanUpdater updater(Grid(0.05), BeamRanges{kNoLimit, end_margin_m});
+    const ScanUpdate& update = updater.compute(scan);
+    EXPECT_EQ(update.num_too_far, 1U);
+    EXPECT_TRUE(update.bricks.empty());
+  }
+}
+
 TEST(BeamBounds, aLongerBeamIsNotSampledEither) {
   Scan scan;
   scan.points = {{1e6F, 0.0F, 0.0F}};

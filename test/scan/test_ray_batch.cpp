@@ -23,7 +23,8 @@ int checkBatch(const RayOrigin& origin, const std::vector<Eigen::Vector3f>& ends
     Eigen::Vector3f end = ends[i];
     const bool is_cut = std::isfinite(max_range_m) && cutBeam(origin.point(), max_range_m, end);
     Ray ray;
-    const bool is_taken = origin.computeRay(end, ray) && ray.length_m > 0.0;
+    const bool is_taken =
+        origin.computeRay(end, ray) && ray.length_m > 0.0 && isWithinReach(ray.start, ray.end);
     EXPECT_EQ(rays.taken >> i & 1U, is_taken ? 1U : 0U) << end.transpose();
     if (!is_taken) continue;
     EXPECT_EQ(rays.cut >> i & 1U, is_cut ? 1U : 0U);

@@ -45,7 +45,7 @@ struct RayBatch {
 [[nodiscard]] bool hasAvx2();
 
 /// Sets up beams to some points, with the same bits as RayOrigin::computeRay(). A beam that this
-/// function refuses, or of no length, is not taken.
+/// function refuses, of no length, or not within reach is not taken.
 /// @param count  1 to RayBatch::kSize.
 /// @param max_range_m  Longer beams are cut, see cutBeam().
 /// @pre hasAvx2(), and origin.cell().

@@ -87,9 +87,13 @@ Longs computeRays(const RayOrigin& origin, const FloatVectors& ends, int first, 
   for (int axis = 0; axis < 3; ++axis) {
     const Doubles cells =
         (origin.anchor()[axis] + toDoubles(ends.axis[axis])) * origin.grid().inverseResolution();
-    is_taken &= (cells >= -kEnd) & (cells < kEnd);
-    const __m128i floors = _mm256_cvttpd_epi32(_mm256_floor_pd(reinterpret_cast<__m256d>(cells)));
-    store(reinterpret_cast<Ints>(floors), &rays.end[axis][first]);
+    const auto floors =
+        reinterpret_cast<Doubles>(_mm256_floor_pd(reinterpret_cast<__m256d>(cells)));
+    const Doubles voxels = floors - (*origin.cell())[axis];
+    is_taken &= (cells >= -kEnd) & (cells < kEnd) & (voxels <= kMaxBeamVoxels) &
+                (voxels >= -kMaxBeamVoxels);
+    const __m128i end = _mm256_cvttpd_epi32(reinterpret_cast<__m256d>(floors));
+    store(reinterpret_cast<Ints>(end), &rays.end[axis][first]);
     store(Ints{} + (*origin.cell())[axis], &rays.start[axis][first]);
 
     const Doubles component = toDoubles(ways.axis[axis] / lengths);
