@@ -41,7 +41,8 @@ if(NOT CUBOID_MAPPING_NODE)
   return()
 endif()
 
-catkin_install_python(PROGRAMS python/show_map python/forget_sim_time python/map_view
+catkin_install_python(PROGRAMS python/show_map python/forget_sim_time python/map_view python/check_arguments
+  python/publish_transforms
   DESTINATION ${CATKIN_PACKAGE_BIN_DESTINATION})
 install(DIRECTORY launch config rviz DESTINATION ${CATKIN_PACKAGE_SHARE_DESTINATION})
 install(FILES nodelet_plugins.xml rviz_plugins.xml DESTINATION ${CATKIN_PACKAGE_SHARE_DESTINATION})

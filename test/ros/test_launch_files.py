@@ -50,6 +50,27 @@ class LaunchFilesTest(unittest.TestCase):
         self.assertEqual(roslaunch('--nodes', mapping, 'name:=rear', 'nodelet:=true').split(),
                          ['/rear_manager', '/rear'])
 
+    def test_unknown_arguments_are_refused(self):
+        for file, wrong in (('mapping.launch', 'max_rang:=3'), ('replay.launch', 'cloudd:=/points')):
+            for call in ([ROOT / 'launch' / file], ['cuboid_mapping', file]):
+                end = subprocess.run(['roslaunch', '--nodes', *map(str, call), 'bag:=x.bag' if 'replay' in file else 'cloud:=/x',
+                                      wrong], capture_output=True, text=True)
+                self.assertNotEqual(end.returncode, 0)
+                self.assertIn(f'{file} has no argument {wrong.partition(":=")[0]}', end.stderr)
+
+    def test_a_transform_is_published(self):
+        mapping = ROOT / 'launch/mapping.launch'
+        transform = 'transform:=map base 0 0 1 0 0 0; base lidar 1 0 0 0 0 0 1'
+        self.assertEqual(set(roslaunch('--nodes', mapping, transform).split()),
+                         {'/cuboid_mapping', '/cuboid_mapping_transforms'})
+        words = roslaunch('--args', '/cuboid_mapping_transforms', mapping, transform, 'tf:=/robot1/tf').split()
+        self.assertIn('/tf_static:=/robot1/tf_static', words)
+        self.assertEqual(words[1:9], ['map', 'base', '0', '0', '1', '0', '0', '0;'])
+
+    def test_the_type_of_the_sensor_is_an_argument(self):
+        dump = roslaunch('--dump-params', ROOT / 'launch/replay.launch', 'bag:=x.bag', 'type:=laser_scan')
+        self.assertEqual(yaml.safe_load(dump)['/cuboid_mapping/type'], 'laser_scan')
+
     def test_topics_of_rviz_follow_its_namespace(self):
         files = sorted((ROOT / 'rviz').glob('*.rviz'))
         self.assertGreaterEqual(len(files), 3)
