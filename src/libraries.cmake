@@ -59,6 +59,10 @@ cuboid_mapping_add_part(core
   cuboid_mapping/voxels/uniform_boxes.cpp
   cuboid_mapping/voxels/voxel_store.cpp)
 target_link_libraries(cuboid_mapping_core PUBLIC Eigen3::Eigen Threads::Threads)
+# Each alone: sources for AVX2, and the work on a cloud, whose speed depends on what the compiler inlines.
+get_target_property(alone cuboid_mapping_core SOURCES)
+list(FILTER alone INCLUDE REGEX "/(scan|voxels)/")
+set_source_files_properties(${alone} PROPERTIES SKIP_UNITY_BUILD_INCLUSION ON)
 
 # Files of maps, and windows with a store on disk.
 if(zstd_FOUND AND ZLIB_FOUND AND SQLite3_FOUND)

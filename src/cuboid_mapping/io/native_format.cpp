@@ -23,7 +23,7 @@ constexpr std::uint64_t kCuboidBytes = 7;
 /// Bytes of a brick before compression, at least: its place, its mask, and a voxel.
 constexpr std::uint64_t kBrickBytes = 3 + sizeof(BrickMask) + 1;
 
-[[noreturn]] void fail(MapFileDefect defect, const std::string& text) {
+[[noreturn]] void failWith(MapFileDefect defect, const std::string& text) {
   throw MapFileError(defect, text);
 }
 
@@ -99,13 +99,13 @@ std::uint32_t readVersion(std::string_view bytes, ByteReader& reader) {
   if (!isNativeFormat(bytes)) {
     const bool is_start = !bytes.empty() && kMagic.substr(0, bytes.size()) == bytes;
     if (is_start) (void)reader.readBytes(kMagic.size());
-    fail(MapFileDefect::kForeign,
+    failWith(MapFileDefect::kForeign,
          "is not a map of cuboid_mapping: it does not start with the format's magic number");
   }
   (void)reader.readBytes(kMagic.size());
   const std::uint32_t version = reader.readU32();
   if (version > kNativeFormatVersion) {
-    fail(MapFileDefect::kNewerVersion,
+    failWith(MapFileDefect::kNewerVersion,
          "has version " + std::to_string(version) +
              " of the format, but this program only reads versions up to " +
              std::to_string(kNativeFormatVersion) + ": update cuboid_mapping");
@@ -142,20 +142,20 @@ Sizes decodeHeader(std::string_view bytes, ByteReader& reader, MapSnapshot& snap
 /// @param item_bytes  Of an item before compression, at least.
 void checkClaims(const Sizes& sizes, std::uint64_t item_bytes, const SnapshotLimits& limits) {
   if (sizes.payload_bytes > limits.max_bytes) {
-    fail(MapFileDefect::kTooBig, "claims to hold " + std::to_string(sizes.payload_bytes) +
+    failWith(MapFileDefect::kTooBig, "claims to hold " + std::to_string(sizes.payload_bytes) +
                                      " bytes, more than the " + std::to_string(limits.max_bytes) +
                                      " allowed: it is damaged, or not a map file");
   }
   // A cuboid of version 1 takes a part of the memory of a brick.
   const std::uint64_t max_items = limits.max_bricks * (item_bytes == kCuboidBytes ? 4 : 1);
   if (sizes.num_items > max_items) {
-    fail(MapFileDefect::kTooBig, "claims to hold " + std::to_string(sizes.num_items) +
+    failWith(MapFileDefect::kTooBig, "claims to hold " + std::to_string(sizes.num_items) +
                                      " bricks or cuboids, more than the " +
                                      std::to_string(max_items) + " allowed");
   }
   if (sizes.num_items > sizes.payload_bytes / item_bytes ||
       sizes.num_log_odds > sizes.payload_bytes / sizeof(float)) {
-    fail(MapFileDefect::kTooBig,
+    failWith(MapFileDefect::kTooBig,
          "claims " + std::to_string(sizes.num_items) + " bricks or cuboids in " +
              std::to_string(sizes.payload_bytes) +
              " bytes, which is impossible: it is damaged, or not a map file");

@@ -14,7 +14,7 @@ namespace {
 constexpr std::string_view kFullFirstLine = "# Octomap OcTree file";
 constexpr std::string_view kBinaryFirstLine = "# Octomap OcTree binary file";
 
-[[noreturn]] void fail(MapFileDefect defect, const std::string& text) {
+[[noreturn]] void failToRead(MapFileDefect defect, const std::string& text) {
   throw MapFileError(defect, text);
 }
 
@@ -41,7 +41,7 @@ struct OctreeHeader {
 std::string_view takeLine(std::string_view bytes, std::size_t& position) {
   const std::size_t end = bytes.find('\n', position);
   if (end == std::string_view::npos) {
-    fail(MapFileDefect::kTruncated, "ends in its header: it was not copied or written completely");
+    failToRead(MapFileDefect::kTruncated, "ends in its header: it was not copied or written completely");
   }
   std::string_view line = bytes.substr(position, end - position);
   position = end + 1;
@@ -72,7 +72,7 @@ OctreeHeader readHeader(std::string_view bytes) {
     if (key == "res") header.resolution_m = parseNumber<double>(value);
   }
   if (header.id.empty() || !header.num_nodes || !header.resolution_m) {
-    fail(MapFileDefect::kCorrupted, "is damaged: id, size or res is missing in its header");
+    failToRead(MapFileDefect::kCorrupted, "is damaged: id, size or res is missing in its header");
   }
   return header;
 }
@@ -81,7 +81,7 @@ OctreeHeader readHeader(std::string_view bytes) {
 std::size_t extraBytesOf(const std::string& id) {
   if (id == "OcTree" || id == "OcTreeStamped") return 0;
   if (id == "ColorOcTree") return 3;
-  fail(MapFileDefect::kForeign,
+  failToRead(MapFileDefect::kForeign,
        "holds an octree of type '" + id + "': only OcTree, OcTreeStamped and ColorOcTree are read");
 }
 
@@ -93,7 +93,7 @@ OctreeContent readNodes(const OctreeHeader& header, std::string_view nodes,
       header.is_binary ? nodes.size() * 4 + 1 : nodes.size() / (5 + extra_bytes);
   if (*header.num_nodes > most) {
     const bool is_plausible = *header.num_nodes <= std::uint64_t{1} << 32;
-    fail(is_plausible ? MapFileDefect::kTruncated : MapFileDefect::kTooBig,
+    failToRead(is_plausible ? MapFileDefect::kTruncated : MapFileDefect::kTooBig,
          "claims " + std::to_string(*header.num_nodes) + " nodes in " +
              counted(nodes.size(), "byte") +
              ": it was not copied or written completely, or is damaged");
@@ -114,7 +114,7 @@ bool isOctomapFile(std::string_view bytes) {
 std::string toOctomapFile(const MapSnapshot& snapshot, OctreeKind kind) {
   const OctreeStream tree = toOctreeStream(snapshot.bricks, kind);
   if (tree.num_left_out > 0.0) {
-    fail(MapFileDefect::kTooBig,
+    failToRead(MapFileDefect::kTooBig,
          "OctoMap's files reach 32768 voxels from the origin, and the map has " +
              counted(static_cast<std::uint64_t>(tree.num_left_out), "voxel") +
              " beyond: use the native format");
@@ -129,7 +129,7 @@ std::string toOctomapFile(const MapSnapshot& snapshot, OctreeKind kind) {
 MapSnapshot fromOctomapFile(std::string_view bytes, const SensorModelConfig& model,
                             const SnapshotLimits& limits) {
   if (!isOctomapFile(bytes)) {
-    fail(MapFileDefect::kForeign, "is not an OctoMap file: its first line is not OctoMap's");
+    failToRead(MapFileDefect::kForeign, "is not an OctoMap file: its first line is not OctoMap's");
   }
   const OctreeHeader header = readHeader(bytes);
   MapSnapshot snapshot;
@@ -138,7 +138,7 @@ MapSnapshot fromOctomapFile(std::string_view bytes, const SensorModelConfig& mod
   const OctreeContent content =
       readNodes(header, bytes.substr(header.end), SensorModel(snapshot.sensor_model), limits);
   if (content.num_nodes != *header.num_nodes) {
-    fail(MapFileDefect::kCorrupted, "is damaged: its header says " +
+    failToRead(MapFileDefect::kCorrupted, "is damaged: its header says " +
                                         std::to_string(*header.num_nodes) + " nodes, but has " +
                                         std::to_string(content.num_nodes));
   }

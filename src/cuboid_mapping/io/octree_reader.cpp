@@ -25,7 +25,7 @@ struct Place {
 
 constexpr Place kRoot{kOctreeCells.min, 0};
 
-[[noreturn]] void fail(const std::string& what) {
+[[noreturn]] void failInOctree(const std::string& what) {
   throw MapFileError(MapFileDefect::kCorrupted, "is damaged: " + what);
 }
 
@@ -39,7 +39,7 @@ class OctreeReader {
     (void)reader_.readBytes(extra_bytes);
     const auto children = static_cast<unsigned char>(reader_.readBytes(1)[0]);
     countNode();
-    if (!std::isfinite(log_odds)) fail("a node of the octree has no finite log-odds");
+    if (!std::isfinite(log_odds)) failInOctree("a node of the octree has no finite log-odds");
     if (children == 0) return addLeaf(place, log_odds);
     checkDepth(place);
     for (unsigned i = 0; i < 8; ++i) {
@@ -53,7 +53,7 @@ class OctreeReader {
     const unsigned children = static_cast<unsigned char>(bytes[0]) |
                               static_cast<unsigned>(static_cast<unsigned char>(bytes[1])) << 8;
     countNode();
-    if (children == 0) fail("an inner node of the octree has no children");
+    if (children == 0) failInOctree("an inner node of the octree has no children");
     for (unsigned i = 0; i < 8; ++i) {
       const unsigned child = children >> (2 * i) & 3U;
       if (child == 3) {
@@ -66,7 +66,7 @@ class OctreeReader {
   }
 
   OctreeContent finish() {
-    if (reader_.numLeft() != 0) fail("there is more data after the octree");
+    if (reader_.numLeft() != 0) failInOctree("there is more data after the octree");
     return std::move(content_);
   }
 
@@ -78,7 +78,7 @@ class OctreeReader {
   }
 
   static void checkDepth(const Place& place) {
-    if (place.depth == kOctreeDepth) fail("the octree has more than 16 levels");
+    if (place.depth == kOctreeDepth) failInOctree("the octree has more than 16 levels");
   }
 
   void addLeaf(const Place& place, float log_odds) {

@@ -13,7 +13,7 @@ namespace {
 
 /// Of the two formats: without grazes and with them. A message of another one is refused.
 ///@{
-constexpr std::uint32_t kMagic = 0x31534243;            // "CBS1"
+constexpr std::uint32_t kUpdateMagic = 0x31534243;            // "CBS1"
 constexpr std::uint32_t kMagicWithGrazes = 0x32534243;  // "CBS2"
 ///@}
 constexpr int kFast = 1;
@@ -103,7 +103,7 @@ struct Head {
   }
 };
 
-ScanUpdate decodeBricks(std::string_view bytes, const Head& head) {
+ScanUpdate decodeUpdate(std::string_view bytes, const Head& head) {
   ByteReader payload(bytes);
   ScanUpdate update;
   update.num_points = payload.readVarint64();
@@ -143,7 +143,7 @@ ScanUpdate decodeBricks(std::string_view bytes, const Head& head) {
 std::string toBytes(const ScanUpdate& update) {
   const std::string payload = encodeBricks(update);
   ByteWriter bytes;
-  bytes.writeU32(hasGrazes(update) ? kMagicWithGrazes : kMagic);
+  bytes.writeU32(hasGrazes(update) ? kMagicWithGrazes : kUpdateMagic);
   bytes.writeU32(static_cast<std::uint32_t>(update.bricks.size()));
   bytes.writeU32(static_cast<std::uint32_t>(update.samples.size()));
   bytes.writeU64(payload.size());
@@ -156,7 +156,7 @@ std::optional<ScanUpdate> scanUpdateOfBytes(std::string_view bytes, std::size_t 
   try {
     ByteReader reader(bytes);
     const std::uint32_t magic = reader.readU32();
-    if (magic != kMagic && magic != kMagicWithGrazes) return std::nullopt;
+    if (magic != kUpdateMagic && magic != kMagicWithGrazes) return std::nullopt;
     Head head{magic == kMagicWithGrazes, 0, 0};
     head.num_bricks = reader.readU32();
     head.num_samples = reader.readU32();
@@ -169,7 +169,7 @@ std::optional<ScanUpdate> scanUpdateOfBytes(std::string_view bytes, std::size_t 
     const std::string_view compressed = reader.readBytes(reader.numLeft() - sizeof(std::uint32_t));
     const std::size_t end = reader.position();
     if (reader.readU32() != computeChecksum(bytes.substr(0, end))) return std::nullopt;
-    return decodeBricks(decompress(compressed, payload_bytes), head);
+    return decodeUpdate(decompress(compressed, payload_bytes), head);
   } catch (const MapFileError&) {
     return std::nullopt;
   }

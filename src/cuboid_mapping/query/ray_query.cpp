@@ -9,7 +9,7 @@ namespace cuboid_mapping {
 namespace {
 
 /// A stretch of a ray shorter than this is a touch, or a rounding error, in voxels.
-constexpr double kTouch = 1e-9;
+constexpr double kNoStretch = 1e-9;
 /// A ray that goes less per voxel of its length does not move along an axis.
 constexpr double kStandstill = 1e-100;
 constexpr double kNever = std::numeric_limits<double>::infinity();
@@ -128,7 +128,7 @@ class UnknownMeter {
   /// Adds a stretch. @return Whether the ray ends where it begins.
   bool pass(double enter, double leave) {
     const double stretch = std::min(leave, range_) - enter;
-    if (stretch <= kTouch) return false;
+    if (stretch <= kNoStretch) return false;
     if (!first_) first_ = enter;
     if (policy_ == UnknownPolicy::kStop) {
       is_stopped_ = true;
@@ -186,7 +186,7 @@ std::optional<VoxelHit> walk(const CuboidMap& map, const Eigen::Vector3d& origin
     do {
       const double leave = std::min(voxels.leave(), end);
       const int voxel = voxelIndex(voxels.cell());
-      if (occupied.test(voxel) && leave - voxels.enter() > kTouch) {
+      if (occupied.test(voxel) && leave - voxels.enter() > kNoStretch) {
         return VoxelHit{voxels.cell(), voxels.enter()};
       }
       if (UnknownT::kIsAsked && !known.test(voxel) && unknown.pass(voxels.enter(), leave)) {

@@ -21,7 +21,7 @@ constexpr double kMostSharedFill = 0.95;
 /// leaves that lie apart would overlap others afterwards.
 constexpr double kMostWaste = 0.5;
 
-Branch toBranch(const Cuboid& cuboid) { return {cuboid.box, cuboid.isOccupied(), kNoNode}; }
+Branch branchOf(const Cuboid& cuboid) { return {cuboid.box, cuboid.isOccupied(), kNoNode}; }
 
 void appendBranches(const Node& node, std::vector<Branch>& branches) {
   for (int slot = 0; slot < node.count(); ++slot) branches.push_back(node.branch(slot));
@@ -81,16 +81,16 @@ RTree::ReplacePlan RTree::planReplace(const TreeChange& change) {
       const LeafSlot& slot = change.removed[out];
       last_leaf = slot.leaf;
       if (in < part.added_end) {
-        plan.overwrites.push_back({slot, toBranch(change.added[in++])});
+        plan.overwrites.push_back({slot, branchOf(change.added[in++])});
       } else {
         plan.vacated.push_back(slot);
       }
     }
     for (; in < part.added_end; ++in) {
       if (last_leaf == kNoNode) {
-        plan.fresh.push_back(toBranch(change.added[in]));
+        plan.fresh.push_back(branchOf(change.added[in]));
       } else {
-        plan.refills.push_back({last_leaf, toBranch(change.added[in])});
+        plan.refills.push_back({last_leaf, branchOf(change.added[in])});
       }
     }
   }

@@ -32,7 +32,7 @@ const PointField* findTimeField(const PointCloud2& cloud) {
 }
 
 /// 0 for types that are no times.
-std::size_t sizeOf(const PointField& field) {
+std::size_t numBytes(const PointField& field) {
   switch (field.datatype) {
     case PointField::INT32:
     case PointField::UINT32:
@@ -42,7 +42,7 @@ std::size_t sizeOf(const PointField& field) {
   }
 }
 
-/// In seconds. @pre sizeOf(field) bytes are there.
+/// In seconds. @pre numBytes(field) bytes are there.
 double readTime(const PointField& field, const std::uint8_t* data, bool is_other_order) {
   switch (field.datatype) {
     case PointField::INT32: return 1e-9 * readAs<std::int32_t, std::uint32_t>(data, is_other_order);
@@ -55,8 +55,8 @@ double readTime(const PointField& field, const std::uint8_t* data, bool is_other
 
 /// Whether all points are there, each with its field: nothing is read outside the data.
 bool isWhole(const PointCloud2& cloud, const PointField& field) {
-  if (sizeOf(field) == 0 || cloud.width == 0 || cloud.height == 0) return false;
-  if (field.offset + std::uint64_t{sizeOf(field)} > cloud.point_step) return false;
+  if (numBytes(field) == 0 || cloud.width == 0 || cloud.height == 0) return false;
+  if (field.offset + std::uint64_t{numBytes(field)} > cloud.point_step) return false;
   const std::uint64_t row_bytes = std::uint64_t{cloud.width} * cloud.point_step;
   if (cloud.height > 1 && cloud.row_step < row_bytes) return false;
   return numPointBytes(cloud) <= cloud.data.size();

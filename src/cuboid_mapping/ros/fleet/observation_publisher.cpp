@@ -20,12 +20,12 @@ using cuboid_mapping::GetObservations;
 using cuboid_mapping::Observation;
 
 /// Observations that may wait for a slow listener, or for the rate: some seconds of them.
-constexpr std::uint32_t kQueueSize = 50;
+constexpr std::uint32_t kMaxWaiting = 50;
 /// Of an answer: the clouds of the node wait meanwhile.
 constexpr std::size_t kMaxAnswer_bytes = 8000000;
 constexpr double kSendPeriod_s = 0.05;
 
-double now_s() { return ros::SteadyTime::now().toSec(); }
+double sendTime_s() { return ros::SteadyTime::now().toSec(); }
 
 std::size_t bytesOf(const Observation& message) {
   return ros::serialization::serializationLength(message);
@@ -39,7 +39,7 @@ ObservationPublisher::ObservationPublisher(ros::NodeHandle nh, ros::NodeHandle p
       budget_(1e3 * parameters.fleet.observation_max_kb_s),
       max_kept_bytes_(std::size_t{1000000} *
                       static_cast<std::size_t>(parameters.fleet.observation_memory_mb)),
-      publisher_(nh.advertise<Observation>(kObservationsTopic, kQueueSize)) {
+      publisher_(nh.advertise<Observation>(kObservationsTopic, kMaxWaiting)) {
   last_.header.frame_id = withoutSlash(parameters.frame_id);
   last_.robot = private_nh.getNamespace();
   last_.session = ros::WallTime::now().toNSec();
@@ -60,7 +60,7 @@ void ObservationPublisher::publish(const ros::Time& stamp, const Eigen::Vector3d
                                    const cuboid_mapping::SensorModelConfig& model,
                                    const cuboid_mapping::ScanUpdate& update) {
   const bool is_heard = publisher_.getNumSubscribers() > 0;
-  if (is_heard && leaves_out_ && !budget_.isFree(now_s())) {
+  if (is_heard && leaves_out_ && !budget_.isFree(sendTime_s())) {
     ++last_.left_out;
     return;
   }
@@ -71,7 +71,7 @@ void ObservationPublisher::publish(const ros::Time& stamp, const Eigen::Vector3d
   if (!is_heard) return;
   waiting_.push_back(message);
   sendDue();
-  if (waiting_.size() <= kQueueSize) return;
+  if (waiting_.size() <= kMaxWaiting) return;
   waiting_.pop_front();
   ++num_overtaken_;
 }
@@ -106,7 +106,7 @@ void ObservationPublisher::keep(const Message& message) {
 
 void ObservationPublisher::sendDue() {
   if (publisher_.getNumSubscribers() == 0) waiting_.clear();
-  while (!waiting_.empty() && budget_.isFree(now_s())) {
+  while (!waiting_.empty() && budget_.isFree(sendTime_s())) {
     publisher_.publish(waiting_.front());
     const std::size_t num_bytes = bytesOf(*waiting_.front());
     budget_.spend(num_bytes);
@@ -129,7 +129,7 @@ void ObservationPublisher::answer(const GetObservations::Request& request,
   std::size_t num_bytes = 0;
   for (auto kept = std::lower_bound(kept_.begin(), kept_.end(), request.first, is_before);
        kept != kept_.end() && (*kept)->sequence <= last; ++kept) {
-    if (num_bytes > kMaxAnswer_bytes || !budget_.isFree(now_s())) {
+    if (num_bytes > kMaxAnswer_bytes || !budget_.isFree(sendTime_s())) {
       response.complete_to = (*kept)->sequence - 1;
       return;
     }

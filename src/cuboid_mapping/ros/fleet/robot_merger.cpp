@@ -33,7 +33,7 @@ constexpr double kAskPeriod_s = 0.5;
 /// Observations that wait to be read.
 constexpr std::uint32_t kQueueSize = 1000;
 
-double now_s() { return ros::SteadyTime::now().toSec(); }
+double mergeTime_s() { return ros::SteadyTime::now().toSec(); }
 
 }  // namespace
 
@@ -83,7 +83,7 @@ RobotMerger::RobotMerger(const ros::NodeHandle& nh, const ros::NodeHandle& askin
   order_.start(map_.read([this](const CuboidMap& /*map*/, const ros::Time& /*stamp*/) {
     return mergeProgressOfText(map_.progress());
   }),
-               now_s());
+               mergeTime_s());
   for (const std::string& robot : parameters.fleet.robots) {
     subscribers_.push_back(
         subscribeGuarded<Observation>(nh_, robot + '/' + kObservationsTopic, {kQueueSize, false},
@@ -117,7 +117,7 @@ void RobotMerger::take(const Observation& message) {
   auto read = readObservation(message, parameters_);
   const std::lock_guard<std::mutex> lock(mutex_);
   if (auto* observation = std::get_if<RobotObservation>(&read)) {
-    order_.put(std::move(*observation), now_s());
+    order_.put(std::move(*observation), mergeTime_s());
     return;
   }
   ++num_refused_;
@@ -129,7 +129,7 @@ void RobotMerger::applyDue() {
   std::vector<RobotObservation> due;
   {
     const std::lock_guard<std::mutex> lock(mutex_);
-    due = order_.takeDue(now_s());
+    due = order_.takeDue(mergeTime_s());
   }
   std::exception_ptr failure;  // Of one: the others go into the map all the same.
   for (const RobotObservation& observation : due) {
@@ -175,7 +175,7 @@ std::string RobotMerger::noteApplied(const RobotObservation& observation) {
 
 void RobotMerger::ask() {
   const std::lock_guard<std::mutex> lock(mutex_);
-  for (const ObservationQuestion& question : order_.findQuestions(now_s())) {
+  for (const ObservationQuestion& question : order_.findQuestions(mergeTime_s())) {
     if (asked_.count(question.robot) > 0) continue;
     post(*asking_nh_.getCallbackQueue(), this, [this, question] { askFor(question); });
     asked_.insert(question.robot);

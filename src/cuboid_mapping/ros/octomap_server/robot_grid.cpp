@@ -21,7 +21,7 @@ using cuboid_mapping::kBrickEdge;
 using cuboid_mapping::MetricBox;
 using cuboid_mapping::VoxelBrick;
 
-constexpr double kLogPeriod_s = 30.0;
+constexpr double kGridLogPeriod_s = 30.0;
 
 /// The voxels that the grid shows.
 std::optional<CellBox> findBand(const CuboidMap& map, const RobotGridParameters& parameters,
@@ -83,7 +83,7 @@ RobotGrid::RobotGrid(const ros::NodeHandle& nh, const NodeParameters& parameters
 std::optional<nav_msgs::OccupancyGrid> RobotGrid::makeGrid() const {
   const TfLookup lookup = lookupTransform(buffer_, frame_id_, parameters_.frame_id, ros::Time());
   if (!lookup.T_target_source) {
-    ROS_WARN_STREAM_THROTTLE_NAMED(kLogPeriod_s, kNodeName,
+    ROS_WARN_STREAM_THROTTLE_NAMED(kGridLogPeriod_s, kNodeName,
                                    "no " << kRobotGridTopic << ": " << lookup.error);
     return std::nullopt;
   }

@@ -26,7 +26,7 @@ using cuboid_mapping::UniformBox;
 using Request = SetBox::Request;
 
 /// Of the answer to each box.
-constexpr std::size_t kBoxBytes = 48;
+constexpr std::size_t kEditBytes = 48;
 
 bool isFilled(const Request& request) {
   return request.occupancy == Request::FREE || request.occupancy == Request::OCCUPIED;
@@ -106,7 +106,7 @@ void setBox(GuardedMap& map, const CellBox& box, const Request& request, Budget&
 SetBox::Response answerSetBox(const MapInFrame& map, const SetBox::Request& request) {
   RequestReader reader(map, request.header);
   checkOccupancy(reader, request);
-  reader.requireFew(request.min.size(), "boxes", kBoxBytes);
+  reader.requireFew(request.min.size(), "boxes", kEditBytes);
   const std::vector<CellBox> boxes = reader.boxes(request.min, request.max, request.inflation);
   double num_bricks = 0.0;
   for (const CellBox& box : boxes) num_bricks += isFilled(request) ? numBricks(box) : 0.0;

@@ -30,7 +30,7 @@ static_assert(QueryBox::Response::OCCUPIED == static_cast<int>(Occupancy::kOccup
 static_assert(MapCuboid::FREE == static_cast<int>(Occupancy::kFree));
 static_assert(MapCuboid::OCCUPIED == static_cast<int>(Occupancy::kOccupied));
 
-constexpr std::size_t kCuboidBytes = 53;
+constexpr std::size_t kContentBytes = 53;
 
 CuboidOutput toOutput(const QueryBox::Request& request) {
   if (request.cuboids == QueryBox::Request::CUBOIDS_NONE) return CuboidOutput::kNone;
@@ -86,7 +86,7 @@ QueryBox::Response answerQueryBox(const MapInFrame& map, const QueryBox::Request
   if (!reader.isGood()) return refuse<QueryBox::Response>(reader.error());
   QueryBox::Response response;
   readWithin(
-      map, kCuboidBytes, [&](const CuboidMap& content, const ros::Time& stamp, Budget& budget) {
+      map, kContentBytes, [&](const CuboidMap& content, const ros::Time& stamp, Budget& budget) {
         fillHead(map, content, stamp, response);
         const auto result = queryBox(content, box, toOutput(request), toFilter(request), budget);
         fill(content, result, budget, response);
