@@ -41,17 +41,50 @@ ObservedCells observeWithOctomap(const Scan& scan, double resolution_m, double m
     bool& was_hit = cells[{key[0] - 32768, key[1] - 32768, key[2] - 32768}];
     was_hit = was_hit || is_hit;
   };
-  const auto addBeam = [&](const Eigen::Vector3f& point, bool is_return) {
+  const auto addBeam = [&](const Eigen::Vector3f& point, bool is_return, bool is_open = false) {
     octomap::point3d end(point.x(), point.y(), point.z());
     const bool is_cut = (end - origin).norm() > max_range_m;
     if (is_cut) end = origin + (end - origin).normalized() * static_cast<float>(max_range_m);
     EXPECT_TRUE(tree.computeRayKeys(origin, end, keys));
     for (const octomap::OcTreeKey& key : keys) mark(key, false);
-    mark(tree.coordToKey(end), is_return && !is_cut);
+    if (!is_open || is_cut) mark(tree.coordToKey(end), is_return && !is_cut);
   };
   for (const Eigen::Vector3f& point : scan.points) addBeam(point, true);
   for (const Eigen::Vector3f& end : scan.no_returns) addBeam(end, false);
+  for (const Eigen::Vector3f& end : scan.open_ends) addBeam(end, false, true);
   return cells;
+}
+
+/// As the beams to the ground: one that passes where another ends frees that voxel all the same.
+TEST(ScanUpdate, ofOpenEndsLeavesTheirVoxelsAlone) {
+  test::Random random(95);
+  for (const int threads : {1, 3}) {
+    Scan scan;
+    scan.origin = {0.05F, 0.05F, 1.25F};
+    for (int i = 0; i < 3000; ++i) {
+      scan.open_ends.emplace_back(static_cast<float>(random.real(-9, 9)),
+                                  static_cast<float>(random.real(-3, 3)),
+                                  static_cast<float>(random.real(0.0, 0.09)));
+    }
+    scan.points = {{2.0F, 1.0F, 0.5F}};
+    ScanUpdater updater(Grid(0.1), 8.0, threads);
+    const ScanUpdate& update = updater.compute(scan);
+    EXPECT_EQ(update.num_points, 3001U);
+    EXPECT_EQ(test::toObservedCells(update), observeWithOctomap(scan, 0.1, 8.0));
+  }
+}
+
+TEST(ScanUpdate, ofAnOpenEndWithAMarginLeavesItsVoxelAlone) {
+  for (const double margin_m : {0.2, 0.8, 1.5, 9.0}) {
+    Scan scan = scanFromVoxelZero();
+    scan.open_ends = {{4.4F, 0.5F, 0.5F}};
+    ScanUpdater updater(Grid(1.0), BeamRanges{kNoLimit, margin_m});
+    for (const BrickUpdate& brick : updater.compute(scan).bricks) {
+      EXPECT_TRUE(brick.hits.isEmpty());
+      const BrickMask seen = brick.misses | brick.grazes;
+      for (int x = 0; x < 8; ++x) EXPECT_EQ(seen.test(x), x < 4) << x << ", margin " << margin_m;
+    }
+  }
 }
 
 TEST(ScanUpdate, ofScansFromSeveralPlacesIsOneObservation) {

@@ -21,6 +21,9 @@ struct Scan {
   /// End points of beams that were not reflected, as far as they are known to be free: every voxel
   /// up to and including that of the end point is a miss.
   std::vector<Eigen::Vector3f> no_returns;
+  /// End points of beams that were reflected by what is no obstacle, as the ground: every voxel up to that of the end
+  /// point is a miss, and of that one nothing is said.
+  std::vector<Eigen::Vector3f> open_ends;
   /// Points that are known to be free without a beam, as those inside the robot: the voxel of each is a miss.
   std::vector<Eigen::Vector3f> free_points;
 };

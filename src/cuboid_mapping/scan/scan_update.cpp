@@ -123,21 +123,29 @@ void ScanUpdater::markBeam(const Ray& ray, bool is_hit, BeamMarks& marks) const 
   (is_hit ? last_marks.hits : last_marks.misses[0]).set(voxel);
 }
 
+/// All but the last voxel. By walkRay() alone: the slab walks mark the last one, too.
+void ScanUpdater::markOpenBeam(const Ray& ray, BeamMarks& marks) const {
+  (void)walkRay(ray, BrickCursor(ray, base_, marks));
+}
+
 /// Marks a beam with a return in two parts: misses up to the margin, grazes from there on.
 /// @param ray  Of the whole beam, which is not cut.
 void ScanUpdater::markWithMargin(const BeamSource& source, const Eigen::Vector3f& end,
-                                 const Ray& ray, Share& share) const {
+                                 const Ray& ray, bool is_hit, Share& share) const {
   const Cell local_end = ray.end - base_;
-  share.marks.at(toBrickKey(local_end)).hits.set(voxelIndex(local_end));
-  if (ray.length_m <= ranges_.end_margin_m) return markBeam(ray, false, share.grazes);
+  if (is_hit) share.marks.at(toBrickKey(local_end)).hits.set(voxelIndex(local_end));
+  // An open end must not be marked; one that is hit may, since a hit wins.
+  const auto mark = [&](const Ray& part_of_ray, BeamMarks& marks) {
+    if (is_hit || part_of_ray.end != ray.end) return markBeam(part_of_ray, false, marks);
+    markOpenBeam(part_of_ray, marks);
+  };
+  if (ray.length_m <= ranges_.end_margin_m) return mark(ray, share.grazes);
   const auto part = static_cast<float>(1.0 - ranges_.end_margin_m / ray.length_m);
   const Eigen::Vector3f margin = source.scan.origin + (end - source.scan.origin) * part;
   Ray ray_part;
-  if (source.ray_origin.computeRay(margin, ray_part)) markBeam(ray_part, false, share.marks);
+  if (source.ray_origin.computeRay(margin, ray_part)) mark(ray_part, share.marks);
   const RayOrigin margin_origin(grid_, source.scan.anchor_map, margin);
-  if (margin_origin.cell() && margin_origin.computeRay(end, ray_part)) {
-    markBeam(ray_part, false, share.grazes);
-  }
+  if (margin_origin.cell() && margin_origin.computeRay(end, ray_part)) mark(ray_part, share.grazes);
 }
 
 /// Adds those of some beams, at most RayBatch::kSize, that markSlabsAvx2() marks. @return The others.
@@ -154,10 +162,10 @@ std::uint32_t ScanUpdater::addBatch(const RayOrigin& ray_origin, const Eigen::Ve
   return ~marked & RayBatch::all(count);
 }
 
-void ScanUpdater::addBeam(const BeamSource& source, const Eigen::Vector3f& end, bool is_return,
-                          Share& share) const {
+std::optional<Ray> ScanUpdater::cutRay(const BeamSource& source, const Eigen::Vector3f& end,
+                                       bool& is_cut, Share& share) const {
   Eigen::Vector3f last = end;
-  const bool is_cut =
+  is_cut =
       std::isfinite(ranges_.max_range_m) && cutBeam(source.scan.origin, ranges_.max_range_m, last);
   Ray ray;
   if (!source.ray_origin.computeRay(last, ray)) {
@@ -166,10 +174,29 @@ void ScanUpdater::addBeam(const BeamSource& source, const Eigen::Vector3f& end, 
     ++share.num_too_far;
   } else {
     ++share.num_points;
-    const bool is_hit = is_return && !is_cut;
-    if (is_hit && ranges_.end_margin_m > 0.0) return markWithMargin(source, end, ray, share);
-    markBeam(ray, is_hit, share.marks);
+    return ray;
   }
+  return std::nullopt;
+}
+
+void ScanUpdater::addBeam(const BeamSource& source, const Eigen::Vector3f& end, bool is_return,
+                          Share& share) const {
+  bool is_cut = false;
+  const auto ray = cutRay(source, end, is_cut, share);
+  if (!ray) return;
+  const bool is_hit = is_return && !is_cut;
+  if (is_hit && ranges_.end_margin_m > 0.0) return markWithMargin(source, end, *ray, true, share);
+  markBeam(*ray, is_hit, share.marks);
+}
+
+void ScanUpdater::addOpenBeam(const BeamSource& source, const Eigen::Vector3f& end,
+                              Share& share) const {
+  bool is_cut = false;
+  const auto ray = cutRay(source, end, is_cut, share);
+  if (!ray) return;
+  if (is_cut) return markBeam(*ray, false, share.marks);
+  if (ranges_.end_margin_m > 0.0) return markWithMargin(source, end, *ray, false, share);
+  markOpenBeam(*ray, share.marks);
 }
 
 void ScanUpdater::addBeams(const BeamSource& source, const Eigen::Vector3f* ends, std::size_t count,
@@ -202,7 +229,8 @@ void ScanUpdater::addScan(const Scan& scan, std::size_t part, std::size_t num_pa
                           Share& share) const {
   const BeamSource source{scan, RayOrigin(grid_, scan.anchor_map, scan.origin)};
   const RayOrigin& ray_origin = source.ray_origin;
-  const std::size_t num_points = scan.points.size() + scan.no_returns.size();
+  const std::size_t num_points =
+      scan.points.size() + scan.no_returns.size() + scan.open_ends.size();
   if (!ray_origin.cell() || !hasNumbers(*ray_origin.cell(), base_)) {
     if (part == 0) (ray_origin.cell() ? share.num_too_far : share.num_out_of_range) += num_points;
     return;
@@ -215,6 +243,10 @@ void ScanUpdater::addScan(const Scan& scan, std::size_t part, std::size_t num_pa
   };
   add_part(scan.points, true);
   add_part(scan.no_returns, false);
+  const std::size_t num_open = scan.open_ends.size();
+  for (std::size_t i = num_open * part / num_parts; i < num_open * (part + 1) / num_parts; ++i) {
+    addOpenBeam(source, scan.open_ends[i], share);
+  }
 }
 
 const ScanUpdate& ScanUpdater::compute(const Scan* first, std::size_t count) {

@@ -10,6 +10,7 @@
 
 #include <cstdint>
 #include <limits>
+#include <optional>
 #include <utility>
 #include <vector>
 
@@ -68,16 +69,21 @@ class ScanUpdater {
   };
 
   void markBeam(const Ray& ray, bool is_hit, BeamMarks& marks) const;
+  void markOpenBeam(const Ray& ray, BeamMarks& marks) const;
   void markWithMargin(const BeamSource& source, const Eigen::Vector3f& end, const Ray& ray,
-                      Share& share) const;
+                      bool is_hit, Share& share) const;
   [[nodiscard]] std::uint32_t addBatch(const RayOrigin& ray_origin, const Eigen::Vector3f* ends,
                                        int count, bool are_returns, Share& share) const;
+  /// The beam to a point, cut at the greatest range. @return Nothing when it is too far, which is counted.
+  [[nodiscard]] std::optional<Ray> cutRay(const BeamSource& source, const Eigen::Vector3f& end,
+                                          bool& is_cut, Share& share) const;
   void addBeam(const BeamSource& source, const Eigen::Vector3f& end, bool is_return,
                Share& share) const;
   void addBeams(const BeamSource& source, const Eigen::Vector3f* ends, std::size_t count,
                 bool are_returns, Share& share) const;
   /// Adds part `part` of `num_parts` of a scan.
   void addScan(const Scan& scan, std::size_t part, std::size_t num_parts, Share& share) const;
+  void addOpenBeam(const BeamSource& source, const Eigen::Vector3f& end, Share& share) const;
   void addFreePoints(const RayOrigin& ray_origin, const std::vector<Eigen::Vector3f>& points,
                      BeamMarks& marks) const;
   static bool isBefore(const PlacedMarks& a, const PlacedMarks& b) { return a.morton < b.morton; }
