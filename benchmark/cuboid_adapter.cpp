@@ -15,24 +15,20 @@ namespace {
 MapperConfig makeConfig(const InsertionConfig& insertion, const EngineOptions& engine) {
   MapperConfig config{insertion.map, insertion.max_range_m};
   config.map.threads = engine.threads;
+  config.map.fuse = engine.fuses_every_cloud ? FusionTime::kEveryCloud : FusionTime::kWhenRead;
   return config;
 }
 
 }  // namespace
 
 CuboidAdapter::CuboidAdapter(const InsertionConfig& config, const EngineOptions& engine)
-    : config_(makeConfig(config, engine)),
-      fuses_every_cloud_(engine.fuses_every_cloud),
-      mapper_(std::make_unique<Mapper>(config_)) {}
+    : config_(makeConfig(config, engine)), mapper_(std::make_unique<Mapper>(config_)) {}
 
-void CuboidAdapter::insert(const Scan& scan) {
-  mapper_->integrate(scan);
-  if (fuses_every_cloud_) mapper_->map().fuse();
-}
+void CuboidAdapter::insert(const Scan& scan) { mapper_->integrate(scan); }
 
 void CuboidAdapter::finish() {
   map_ = &mapper_->map();
-  map_->fuse();
+  (void)countCuboids(*map_);  // Divides what nobody has read.
 }
 
 double CuboidAdapter::walkAgain_s(const std::vector<Scan>& scans) const {
@@ -49,14 +45,14 @@ void CuboidAdapter::dropScratch() {
 }
 
 MapFigures CuboidAdapter::figures() const {
-  const RTree& tree = map_->tree();
+  const TreeSize tree = measureTree(*map_);
   MapFigures figures;
-  figures.cells = tree.size();
   const CuboidCounts counts = countCuboids(*map_);
+  figures.cells = counts.total();
   figures.occupied_cells = counts.occupied;
   figures.free_cells = counts.free;
-  figures.leaf_nodes = tree.numLeafNodes();
-  figures.inner_nodes = tree.numInnerNodes();
+  figures.leaf_nodes = tree.leaf_nodes;
+  figures.inner_nodes = tree.inner_nodes;
   figures.bytes_own = map_->numBytes();
   return figures;
 }

@@ -35,7 +35,6 @@ class CuboidAdapter : public MapAdapter {
 
  private:
   MapperConfig config_;
-  bool fuses_every_cloud_;
   std::unique_ptr<Mapper> mapper_;
   CuboidMap* map_ = nullptr;             ///< All scans are in it, after finish().
   std::unique_ptr<CuboidMap> kept_map_;  ///< After dropScratch().

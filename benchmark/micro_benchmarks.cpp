@@ -77,7 +77,6 @@ const CuboidMap& streetMap() {
     CuboidMap map(config);
     ScanUpdater updater(map.grid());
     map.apply(updater.compute(scanOf(true)));
-    map.fuse();
     return map;
   }();
   return kMap;
@@ -193,28 +192,18 @@ void treeInsert(benchmark::State& state) {
 }
 BENCHMARK(treeInsert)->Arg(8)->Arg(32)->Arg(64)->Unit(benchmark::kMillisecond);
 
-TreeChange changeOf(std::vector<LeafSlot> removed, std::vector<Cuboid> added) {
-  TreeChange change{std::move(removed), std::move(added), {}};
-  change.endPart();
-  return change;
-}
-
-/// The cuboids of one brick after the other by themselves, as a change of all values would.
+/// One cuboid after the other goes and comes again.
 void treeReplace(benchmark::State& state) {
   RTree tree;
-  tree.replace(changeOf({}, cuboidsOf(streetMap())));
   const std::vector<Cuboid> places = shuffledCuboids();
-  Selection selection;
+  for (const Cuboid& cuboid : places) tree.insert(cuboid);
   std::size_t place = 0;
-  std::int64_t replaced = 0;
   for (auto _ : state) {
-    selection.clear();
-    tree.select(brickBox(brickOf(places[place].box.min)), selection);
-    tree.replace(changeOf(selection.slots, selection.cuboids));
-    replaced += static_cast<std::int64_t>(selection.cuboids.size());
+    tree.remove(places[place].box);
+    tree.insert(places[place]);
     place = (place + 1) % places.size();
   }
-  state.SetItemsProcessed(replaced);
+  state.SetItemsProcessed(state.iterations());
 }
 BENCHMARK(treeReplace);
 

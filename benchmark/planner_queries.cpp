@@ -50,7 +50,6 @@ Scene makeScene(const Options& options) {
     scene.map.apply(updater.compute(makeScan(item.T_map_sensor, origin, item.points_sensor)));
     scene.poses_map.push_back(origin);
   }
-  scene.map.fuse();
   return scene;
 }
 
@@ -58,9 +57,7 @@ Scene makeScene(const Options& options) {
 class Places {
  public:
   Places(const Scene& scene, unsigned int seed)
-      : scene_(scene),
-        bounds_(scene.map.grid().toMetricBox(*scene.map.voxels().bounds())),
-        engine_(seed) {}
+      : scene_(scene), bounds_(scene.map.grid().toMetricBox(*scene.map.bounds())), engine_(seed) {}
 
   /// Anywhere in the bounds of the map.
   Eigen::Vector3d inBounds() {

@@ -58,7 +58,7 @@ class QueryMaker {
  public:
   QueryMaker(const CuboidMap& map, const std::vector<Scan>& scans)
       : grid_(map.grid()), scans_(scans), edge_cells_(roundToCells(kQueryBox_m)) {
-    const auto& bounds = map.voxels().bounds();
+    const auto bounds = map.bounds();
     visitAll(map, CuboidFilter::kOccupied, [this](const Cuboid& cuboid) {
       surfaces_.push_back(cuboid.box);
       return Visit::kContinue;

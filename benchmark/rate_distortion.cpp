@@ -8,7 +8,7 @@
 #include "result_file.h"
 
 #include "cuboid_mapping/io/native_format.h"
-#include "cuboid_mapping/rtree/traversal.h"
+#include "cuboid_mapping/map/cuboid_search.h"
 #include "cuboid_mapping/scan/scan_update.h"
 
 #include <nlohmann/json.hpp>
@@ -36,21 +36,19 @@ CuboidMap makeMap(const MapConfig& config, const std::vector<Scan>& scans) {
     throwIfInterrupted();
     map.apply(updater.compute(scan));
   }
-  map.fuse();
   return map;
 }
 
 /// The map with the clamping threshold of its class in every voxel, as octomap's toMaxLikelihood().
 CuboidMap keepClasses(const CuboidMap& map) {
   std::vector<UniformBox> boxes;
-  visitAll(map.fusion().tree(), CuboidFilter::kAll, [&](const Cuboid& cuboid) {
+  visitAll(map, CuboidFilter::kAll, [&](const Cuboid& cuboid) {
     boxes.push_back(
         {cuboid.box, cuboid.isOccupied() ? map.sensorModel().max() : map.sensorModel().min()});
     return Visit::kContinue;
   });
   CuboidMap classes(map.config());
   classes.replace(kAllCells, boxes);
-  classes.fuse();
   return classes;
 }
 
@@ -148,11 +146,11 @@ json measure(const Options& options) {
     config.resolution_m = options.resolution_m * scale;
     const CuboidMap map = makeMap(config, scans);
     const CuboidMap kept = keepClasses(map);
-    const Row exact{"cuboid_mapping", config.resolution_m, map.fusion().tree().size(),
+    const Row exact{"cuboid_mapping", config.resolution_m, countCuboids(map).total(),
                     map.numBytes(),   nativeBytes(map),    lostBits(finest, map, scale)};
-    const Row classes{"cuboid_mapping, classes",   config.resolution_m,
-                      kept.fusion().tree().size(), kept.numBytes(),
-                      nativeBytes(kept),           lostBits(finest, kept, scale)};
+    const Row classes{"cuboid_mapping, classes",  config.resolution_m,
+                      countCuboids(kept).total(), kept.numBytes(),
+                      nativeBytes(kept),          lostBits(finest, kept, scale)};
     rows.push_back(toJson(exact));
     rows.push_back(toJson(classes));
     addOctomap(scans, exact, classes, rows);

@@ -105,12 +105,12 @@ void printReport(const Options& options, const std::vector<Scan>& scans,
   std::printf("map         %g m voxels, max range %g m, fusion %s, %s, (d, M) = (%d, %d)\n",
               map.resolution_m, options.insertion.max_range_m, toString(map.fusion),
               toString(map.environment), map.rtree.min_branches, map.rtree.max_branches);
-  std::printf(
-      "run         %d threads, %s, median of %d; commit %s; %s, %u cores; %s, %s\n",
-      options.engine.threads,
-      options.engine.fuses_every_cloud ? "fused after every cloud" : "fused when bricks are cold",
-      options.repeat, machine.commit.c_str(), machine.cpu.c_str(), machine.cores,
-      machine.compiler.c_str(), machine.build_type.c_str());
+  std::printf("run         %d threads, %s, median of %d; commit %s; %s, %u cores; %s, %s\n",
+              options.engine.threads,
+              options.engine.fuses_every_cloud ? "fused after every cloud"
+                                               : "divided when read, at the end",
+              options.repeat, machine.commit.c_str(), machine.cpu.c_str(), machine.cores,
+              machine.compiler.c_str(), machine.build_type.c_str());
   printTable(comparison.maps);
   for (const PeerAgreement& agreement : comparison.agreements) printAgreement(agreement);
 }

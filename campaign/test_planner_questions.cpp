@@ -247,7 +247,7 @@ TEST(PlannerQuestions, areAnsweredAsEveryVoxelTells) {
     const auto scene = test::readScene(set.name, set.resolution_m);
     if (!scene) GTEST_SKIP() << "CUBOID_DATA_DIR is not set: no real scans to test with";
     Random random(141);
-    const CellBox area = *scene->map.voxels().bounds();
+    const CellBox area = *scene->map.bounds();
     for (const UnknownPolicy policy : {UnknownPolicy::kStop, UnknownPolicy::kPass}) {
       Room room{*scene, policy, area, test::makeObstacles(scene->map, area, policy), random};
       for (std::size_t i = 0; i < (numQuestions() + 1) / 2; ++i) {

@@ -5,13 +5,13 @@ cuboid_mapping_add_part(core
   cuboid_mapping/fusion/fusion_kind.cpp
   cuboid_mapping/fusion/growth_cells.cpp
   cuboid_mapping/fusion/growth_fusion.cpp
-  cuboid_mapping/fusion/make_fusion.cpp
   cuboid_mapping/fusion/search_directions.cpp
   cuboid_mapping/fusion/settling_cells.cpp
   cuboid_mapping/geometry/grid.cpp
   cuboid_mapping/geometry/voxel_motion.cpp
   cuboid_mapping/map/config_check.cpp
   cuboid_mapping/map/cuboid_map.cpp
+  cuboid_mapping/map/cuboid_search.cpp
   cuboid_mapping/map/locked_boxes.cpp
   cuboid_mapping/map/map_follower.cpp
   cuboid_mapping/map/map_merge.cpp
@@ -36,11 +36,9 @@ cuboid_mapping_add_part(core
   cuboid_mapping/query/ray_query.cpp
   cuboid_mapping/query/value_query.cpp
   cuboid_mapping/rtree/block_pool.cpp
+  cuboid_mapping/rtree/inner_tree.cpp
   cuboid_mapping/rtree/node.cpp
-  cuboid_mapping/rtree/node_pool.cpp
-  cuboid_mapping/rtree/pack.cpp
   cuboid_mapping/rtree/quadratic_split.cpp
-  cuboid_mapping/rtree/replace.cpp
   cuboid_mapping/rtree/rtree.cpp
   cuboid_mapping/scan/beam_marks.cpp
   cuboid_mapping/scan/beam_samples.cpp
@@ -55,6 +53,7 @@ cuboid_mapping_add_part(core
   cuboid_mapping/scan/slab_walk_avx2.cpp
   cuboid_mapping/scan/spherical_layout.cpp
   cuboid_mapping/scan/void_space.cpp
+  cuboid_mapping/voxels/brick_cuboids.cpp
   cuboid_mapping/voxels/packed_voxels.cpp
   cuboid_mapping/voxels/uniform_boxes.cpp
   cuboid_mapping/voxels/voxel_store.cpp)

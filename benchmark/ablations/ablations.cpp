@@ -56,19 +56,20 @@ struct Insertion {
 };
 
 std::vector<Insertion> makeInsertions(const MapConfig& config) {
-  const auto with_map = [config](auto each, auto last) {
-    return [config, each, last](const std::vector<Scan>& scans) {
-      CuboidMap map(config);
+  const auto with_map = [](MapConfig map_config) {
+    return [map_config](const std::vector<Scan>& scans) {
+      CuboidMap map(map_config);
       ScanUpdater updater(map.grid());
-      for (const Scan& scan : scans) {
-        map.apply(updater.compute(scan));
-        each(map);
-      }
-      last(map);
+      for (const Scan& scan : scans) map.apply(updater.compute(scan));
+      if (map_config.fuse == FusionTime::kWhenRead) (void)countCuboids(map);
     };
   };
-  const auto nothing = [](CuboidMap& /*map*/) {};
-  const auto fuse = [](CuboidMap& map) { map.fuse(); };
+  MapConfig without_fusion = config;
+  without_fusion.fusion = FusionKind::kNone;
+  MapConfig when_read = config;
+  when_read.fuse = FusionTime::kWhenRead;
+  MapConfig every_cloud = config;
+  every_cloud.fuse = FusionTime::kEveryCloud;
   return {{"octomap",
            [config](const std::vector<Scan>& scans) {
              OcTree tree = makeOctomap(config);
@@ -85,9 +86,9 @@ std::vector<Insertion> makeInsertions(const MapConfig& config) {
              ScanUpdater updater{Grid(config.resolution_m)};
              for (const Scan& scan : scans) updater.compute(scan);
            }},
-          {"voxels_without_tree", with_map(nothing, nothing)},
-          {"fused_at_the_end", with_map(nothing, fuse)},
-          {"fused_after_every_cloud", with_map(fuse, fuse)}};
+          {"voxels_without_tree", with_map(without_fusion)},  // As kept reports name it.
+          {"fused_at_the_end", with_map(when_read)},
+          {"fused_after_every_cloud", with_map(every_cloud)}};
 }
 
 json describe(std::vector<double> times_s) {

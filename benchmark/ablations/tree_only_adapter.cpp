@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "tree_only_adapter.h"
 
-#include "cuboid_mapping/rtree/traversal.h"
+#include "cuboid_mapping/fusion/cuboid_tree.h"
+#include "cuboid_mapping/map/cuboid_search.h"
 
 #include <algorithm>
 
@@ -28,15 +29,20 @@ double enter(const CellRay& ray, const CellBox& box, double end) {
 }
 
 /// Distance of the first occupied cuboid below a node, at most `nearest`.
-double findNearest(const RTree& tree, int level, NodeIndex index, const CellRay& ray,
+double findNearest(const CuboidMap& map, NodeIndex index, int level, const CellRay& ray,
                    double nearest) {
-  const Node& node = tree.node(level, index);
+  const Node& node = map.cuboids().inner().node(index);
   for (SlotSet slots = node.occupiedSlots(); slots != 0; slots = withoutFirst(slots)) {
     const int slot = firstSlot(slots);
-    const double distance = enter(ray, node.box(slot), nearest);
-    if (distance >= nearest) continue;
-    nearest =
-        level == 0 ? distance : findNearest(tree, level - 1, node.child()[slot], ray, nearest);
+    if (enter(ray, node.box(slot), nearest) >= nearest) continue;
+    if (level > 1) {
+      nearest = findNearest(map, node.child()[slot], level - 1, ray, nearest);
+      continue;
+    }
+    visitBox(map, node.box(slot), CuboidFilter::kOccupied, [&](const Cuboid& cuboid) {
+      nearest = std::min(nearest, enter(ray, cuboid.box, nearest));
+      return Visit::kContinue;
+    });
   }
   return nearest;
 }
@@ -45,7 +51,7 @@ double findNearest(const RTree& tree, int level, NodeIndex index, const CellRay&
 
 double TreeOnlyAdapter::visitOccupied() const {
   double sum = 0.0;
-  visitAll(tree_, CuboidFilter::kOccupied, [&sum](const Cuboid& cuboid) {
+  visitAll(map_, CuboidFilter::kOccupied, [&sum](const Cuboid& cuboid) {
     sum += cuboid.box.min.x;
     return Visit::kContinue;
   });
@@ -54,9 +60,9 @@ double TreeOnlyAdapter::visitOccupied() const {
 
 Occupancy TreeOnlyAdapter::classifyPoint(const Eigen::Vector3d& point_map) const {
   Occupancy occupancy = Occupancy::kUnknown;
-  const auto cell = grid_.toCell(point_map);
+  const auto cell = map_.grid().toCell(point_map);
   if (!cell) return occupancy;
-  visitCell(tree_, *cell, [&occupancy](const Cuboid& cuboid) {
+  visitBox(map_, CellBox::ofCell(*cell), CuboidFilter::kAll, [&occupancy](const Cuboid& cuboid) {
     occupancy = cuboid.occupancy;
     return Visit::kStop;
   });
@@ -65,7 +71,7 @@ Occupancy TreeOnlyAdapter::classifyPoint(const Eigen::Vector3d& point_map) const
 
 bool TreeOnlyAdapter::isAnyOccupied(const CellBox& box) const {
   bool is_any = false;
-  visitBox(tree_, box, CuboidFilter::kOccupied, [&is_any](const Cuboid&) {
+  visitBox(map_, box, CuboidFilter::kOccupied, [&is_any](const Cuboid&) {
     is_any = true;
     return Visit::kStop;
   });
@@ -73,10 +79,12 @@ bool TreeOnlyAdapter::isAnyOccupied(const CellBox& box) const {
 }
 
 std::optional<double> TreeOnlyAdapter::castRay(const RayQuery& ray) const {
-  const double resolution_m = grid_.resolution();
+  const double resolution_m = map_.grid().resolution();
   const double range = kRayRange_m / resolution_m;
   const CellRay in_cells{ray.origin_map / resolution_m, ray.direction};
-  const double nearest = findNearest(tree_, tree_.height() - 1, tree_.root(), in_cells, range);
+  const InnerTree& tree = map_.cuboids().inner();
+  if (tree.height() < 2) return std::nullopt;  // A brick at the most.
+  const double nearest = findNearest(map_, tree.root(), tree.height() - 1, in_cells, range);
   if (nearest >= range) return std::nullopt;
   return nearest * resolution_m;
 }

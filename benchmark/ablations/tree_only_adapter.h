@@ -8,8 +8,8 @@ namespace cuboid_mapping::bench {
 /// A map that answers from the cuboids of its R-tree alone, without the masks of its voxels.
 class TreeOnlyAdapter : public MapAdapter {
  public:
-  /// @pre `map` is fused, and stays as it is.
-  explicit TreeOnlyAdapter(const CuboidMap& map) : grid_(map.grid()), tree_(map.fusion().tree()) {}
+  /// @pre `map` stays as it is.
+  explicit TreeOnlyAdapter(const CuboidMap& map) : map_(map) {}
 
   [[nodiscard]] std::string name() const override { return "tree_only"; }
   void insert(const Scan& /*scan*/) override {}
@@ -22,8 +22,7 @@ class TreeOnlyAdapter : public MapAdapter {
   [[nodiscard]] std::optional<double> castRay(const RayQuery& ray) const override;
 
  private:
-  const Grid& grid_;
-  const RTree& tree_;
+  const CuboidMap& map_;
 };
 
 }  // namespace cuboid_mapping::bench

@@ -65,7 +65,6 @@ Maps makeMaps(const Options& options) {
     maps.ours.apply(update);
     updateOctomap(update, maps.octomap);
   }
-  maps.ours.fuse();
   return maps;
 }
 

@@ -210,7 +210,6 @@ class Comparison {
         static_cast<std::int32_t>(32 * runners_.size());  // Each way finds untouched ground.
     const CellBox place{{x - 8, -8, 0}, {x + 8, 8, 40}};
     ChangeSet changes = map_.replace(place, {{place, 1.0F}});
-    map_.fuse();
     const double bytes_before = way.numUploadedBytes();
     const Stopwatch stopwatch;
     const std::optional<double> sent_bytes = way.send(map_, changes);
@@ -218,7 +217,6 @@ class Comparison {
     const Duration delay = stopwatch.elapsed();
     uploaded_bytes = sent_bytes.value_or(way.numUploadedBytes() - bytes_before);
     changes = map_.replace(place, std::vector<UniformBox>());
-    map_.fuse();
     way.send(map_, changes);
     return delay;
   }

@@ -32,7 +32,6 @@ CuboidMap makePatches(std::int32_t num_patches) {
   config.resolution_m = 0.1;
   CuboidMap map(config);
   map.replace(kAllCells, columns);
-  map.fuse();
   return map;
 }
 
@@ -51,7 +50,6 @@ CuboidMap loadMap(const std::string& file) {
   config.resolution_m = snapshot.resolution_m;
   CuboidMap map(config);
   restoreSnapshot(snapshot, map);
-  map.fuse();
   return map;
 }
 

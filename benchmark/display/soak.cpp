@@ -33,7 +33,6 @@ ChangeSet changeSomething(CuboidMap& map, std::mt19937& random) {
   std::vector<UniformBox> content;
   if (random() % 2 == 0) content.push_back({box, 1.0F});
   ChangeSet changes = map.replace(box, content);
-  map.fuse();
   return changes;
 }
 

@@ -1,18 +1,18 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
-#include "cuboid_mapping/rtree/rtree.h"
+#include "cuboid_mapping/map/cuboid_search.h"
 
 #include <unordered_map>
 #include <unordered_set>
 
 namespace cuboid_mapping::bench {
 
-/// What becomes of cuboids, told from the tree after each cloud, whatever the fusion.
+/// What becomes of cuboids, told from the map after each cloud, whatever the fusion.
 class CuboidHistory {
  public:
-  /// Takes note of all cuboids. @pre None waits for fusion. @complexity O(n log n) for n cuboids.
-  void note(const RTree& tree);
+  /// Takes note of all cuboids. @complexity O(n log n) for n cuboids.
+  void note(const CuboidMap& map);
 
   /// Cuboids of several voxels that are gone, and in no larger one.
   [[nodiscard]] std::size_t numSplits() const { return num_splits_; }
@@ -22,7 +22,7 @@ class CuboidHistory {
  private:
   using Cuboids = std::unordered_map<Cell, CellBox, CellHash>;
 
-  void noteSplit(const RTree& tree, const CellBox& gone);
+  void noteSplit(const CuboidMap& map, const CellBox& gone);
 
   Cuboids cuboids_;                           ///< Those of several voxels, by their least one.
   std::unordered_set<Cell, CellHash> alone_;  ///< Left alone by a split.

@@ -23,18 +23,16 @@ void PaperGrid::observe(const Cell& voxel, float observation) {
     return;
   }
   // A fused cell is stable, and so is not updated.
-  float& log_odds = log_odds_.at(cell->cuboid.box.min);
+  float& log_odds = log_odds_.at(cell->box.min);
   log_odds = model_.update(log_odds, observation);
-  if (classify(log_odds) == cell->cuboid.occupancy) return;
-  TreeChange change{{cell->place}, {{cell->cuboid.box, classify(log_odds)}}, {}};
-  change.endPart();
-  tree_.replace(change);
+  if (classify(log_odds) == cell->occupancy) return;
+  (void)tree_.replace(cell->box, {cell->box, classify(log_odds)});
 }
 
-std::optional<PaperGrid::PlacedCell> PaperGrid::find(const Cell& voxel) const {
-  std::optional<PlacedCell> found;
-  visitLeafSlots(tree_, CellBox::ofCell(voxel), CuboidFilter::kAll, [&](NodeIndex leaf, int slot) {
-    found = PlacedCell{tree_.node(0, leaf).cuboid(slot), {leaf, slot}};
+std::optional<Cuboid> PaperGrid::find(const Cell& voxel) const {
+  std::optional<Cuboid> found;
+  visitCell(tree_, voxel, [&found](const Cuboid& cell) {
+    found = cell;
     return Visit::kStop;
   });
   return found;
@@ -48,8 +46,8 @@ bool PaperGrid::isStable(const Cuboid& cell) const {
 void PaperGrid::fuse(const std::vector<Cell>& starters) {
   for (const Cell& starter : starters) {
     const auto start = find(starter);
-    if (!start || !isStable(start->cuboid)) continue;
-    Cuboid cell = start->cuboid;
+    if (!start || !isStable(*start)) continue;
+    Cuboid cell = *start;
     while (expand(cell)) {
     }
   }

@@ -49,13 +49,8 @@ class PaperGrid {
   [[nodiscard]] double numVoxels() const;
 
  private:
-  struct PlacedCell {
-    Cuboid cuboid;
-    LeafSlot place;
-  };
-
   void observe(const Cell& voxel, float observation);
-  [[nodiscard]] std::optional<PlacedCell> find(const Cell& voxel) const;
+  [[nodiscard]] std::optional<Cuboid> find(const Cell& voxel) const;
   [[nodiscard]] bool isStable(const Cuboid& cell) const;
   [[nodiscard]] bool expand(Cuboid& cell);
   [[nodiscard]] bool absorb(const CellBox& slab, Cuboid& cell);

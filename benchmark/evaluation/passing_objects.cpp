@@ -18,7 +18,7 @@ namespace {
 
 using nlohmann::json;
 
-constexpr double kNoLimit = std::numeric_limits<double>::infinity();
+constexpr double kUnlimited = std::numeric_limits<double>::infinity();
 constexpr double kPeriod_s = 0.2;
 constexpr int kCloudsWithWalker = 250;  ///< 50 s: the walker's way and back.
 constexpr int kCloudsWithout = 50;
@@ -130,7 +130,7 @@ struct Drive {
 
 CuboidMap makeReference(const MapConfig& config, const Drive& clouds) {
   CuboidMap map(config);
-  ScanUpdater updater(map.grid(), kNoLimit, 1, config.beamSampling());
+  ScanUpdater updater(map.grid(), kUnlimited, 1, config.beamSampling());
   for (const Scan& scan : clouds.without) map.apply(updater.compute(scan));
   return map;
 }
@@ -142,7 +142,7 @@ json runOctomap(std::uint64_t seed, const Drive& clouds, double resolution_m) {
   octomap::OcTree octomap = makeOctomap(config);
   Remains remains;
   drive(
-      clouds.with_walker, [&](const Scan& scan) { insertIntoOctomap(scan, kNoLimit, octomap); },
+      clouds.with_walker, [&](const Scan& scan) { insertIntoOctomap(scan, kUnlimited, octomap); },
       [&](const Step& step) {
         if (!step.isKept()) return;
         remains.over_time.push_back(toJson(step, octomap.getNumLeafNodes()));
@@ -157,19 +157,15 @@ json runOctomap(std::uint64_t seed, const Drive& clouds, double resolution_m) {
 json runOurs(const MapConfig& config, std::uint64_t seed, const Drive& clouds) {
   const CuboidMap reference = makeReference(config, clouds);
   CuboidMap map(config);
-  ScanUpdater updater(map.grid(), kNoLimit, 1, config.beamSampling());
+  ScanUpdater updater(map.grid(), kUnlimited, 1, config.beamSampling());
   CuboidHistory history;
   Remains remains;
   drive(
-      clouds.with_walker,
-      [&](const Scan& scan) {
-        map.apply(updater.compute(scan));
-        map.fuse();
-      },
+      clouds.with_walker, [&](const Scan& scan) { map.apply(updater.compute(scan)); },
       [&](const Step& step) {
-        history.note(map.tree());
+        history.note(map);
         if (!step.isKept()) return;
-        remains.over_time.push_back(toJson(step, map.tree().size()));
+        remains.over_time.push_back(toJson(step, countCuboids(map).total()));
         remains.over_time.back()["splits"] = history.numSplits();
         remains.over_time.back()["fused_again"] = history.numFusedAgain();
         if (step.clouds == kCloudsWithWalker) remains.left_voxels = countRemains(map, reference);

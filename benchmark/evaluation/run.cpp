@@ -5,8 +5,10 @@
 #include "machine.h"
 #include "timing.h"
 
+#include "cuboid_mapping/fusion/cuboid_tree.h"
 #include "cuboid_mapping/interop/octomap_parity.h"
 #include "cuboid_mapping/map/cuboid_search.h"
+#include "cuboid_mapping/rtree/traversal.h"
 #include "cuboid_mapping/scan/scan_update.h"
 
 #include <Eigen/Geometry>
@@ -92,7 +94,8 @@ double visitOccupied(const octomap::OcTree& tree) {
   return sum;
 }
 
-double visitOccupied(const RTree& tree) {
+template <typename TreeT>
+double visitOccupied(const TreeT& tree) {
   double sum = 0.0;
   visitAll(tree, CuboidFilter::kOccupied, [&sum](const Cuboid& cuboid) {
     sum += cuboid.box.min.x;
@@ -101,45 +104,60 @@ double visitOccupied(const RTree& tree) {
   return sum;
 }
 
-std::size_t nodesOfPointQuery(const RTree& tree, int level, NodeIndex index, const CellBox& voxel) {
+std::size_t nodesOfPointQuery(const InnerTree& tree, int level, NodeIndex index,
+                              const CellBox& voxel) {
   std::size_t num_nodes = 1;
   if (level == 0) return num_nodes;
-  const Node& node = tree.node(level, index);
+  const Node& node = tree.node(index);
   for (SlotSet slots = node.findOverlapping(voxel); slots != 0; slots = withoutFirst(slots)) {
     num_nodes += nodesOfPointQuery(tree, level - 1, node.child()[firstSlot(slots)], voxel);
   }
   return num_nodes;
 }
 
+const InnerTree& innerOf(const RTree& tree) { return tree.inner(); }
+const InnerTree& innerOf(const CuboidMap& map) { return map.cuboids().inner(); }
+
+TreeSize sizeOf(const RTree& tree) {
+  return {tree.height(), tree.numLeafNodes(), tree.inner().size(), tree.numBytes()};
+}
+
 /// Nodes that a search for one voxel looks into, on average over the least voxels of the cells; the
 /// height of the tree if no boxes of nodes overlapped.
-double meanNodesOfPointQuery(const RTree& tree) {
-  std::size_t num_nodes = 0;
+template <typename TreeT>
+double meanNodesOfPointQuery(const TreeT& tree) {
+  const InnerTree& inner = innerOf(tree);
+  double num_nodes = 0.0;
+  double num_cells = 0.0;
   visitAll(tree, CuboidFilter::kAll, [&](const Cuboid& cuboid) {
-    num_nodes +=
-        nodesOfPointQuery(tree, tree.height() - 1, tree.root(), CellBox::ofCell(cuboid.box.min));
+    num_nodes += static_cast<double>(nodesOfPointQuery(inner, inner.height() - 1, inner.root(),
+                                                       CellBox::ofCell(cuboid.box.min)));
+    ++num_cells;
     return Visit::kContinue;
   });
-  return static_cast<double>(num_nodes) / static_cast<double>(tree.size());
+  return num_nodes / num_cells;
 }
 
 /// What can be said of the R-tree when all clouds are in.
-void addTree(const RTree& tree, json& run) {
+template <typename TreeT>
+void addTree(const TreeT& tree, const TreeSize& size, json& run) {
   SizeHistogram sizes;
+  std::size_t num_cells = 0;
   std::size_t num_occupied = 0;
   double num_voxels = 0.0;
   visitAll(tree, CuboidFilter::kAll, [&](const Cuboid& cuboid) {
     sizes.count(cuboid.box.numVoxels());
+    ++num_cells;
     num_voxels += cuboid.box.numVoxels();
     num_occupied += cuboid.isOccupied() ? 1 : 0;
     return Visit::kContinue;
   });
-  run["cells"] = tree.size();
+  run["cells"] = num_cells;
   run["occupied_cells"] = num_occupied;
-  run["free_cells"] = tree.size() - num_occupied;
+  run["free_cells"] = num_cells - num_occupied;
   run["voxels"] = num_voxels;
-  run["hierarchy_nodes"] = tree.numLeafNodes() + tree.numInnerNodes();
-  run["height"] = tree.height();
+  run["hierarchy_nodes"] = size.leaf_nodes + size.inner_nodes;
+  run["height"] = size.height;
   run["nodes_of_point_query"] = meanNodesOfPointQuery(tree);
   run["access_occupied_ms"] = 1e3 * cpuTimeOfOne_s([&] { return visitOccupied(tree); });
   run["size_histogram"] = sizes.counts();
@@ -239,15 +257,12 @@ json runCuboidMap(const RunSpec& spec, const std::vector<Scan>& scans,
   json cells_over_time = json::array();
   for (const Scan& scan : scans) {
     throwIfInterrupted();
-    cpu_s += timeOf([&] {
-               map.apply(updater.compute(scan));
-               map.fuse();
-             }).cpu_s;
-    cells_over_time.push_back(map.tree().size());
+    cpu_s += timeOf([&] { map.apply(updater.compute(scan)); }).cpu_s;
+    cells_over_time.push_back(countCuboids(map).total());
   }
   addInsertion(cpu_s, run);
   run["cells_over_time"] = std::move(cells_over_time);
-  addTree(map.tree(), run);
+  addTree(map, measureTree(map), run);
   run["bytes"] = map.numBytes();
   if (config.environment == Environment::kDynamic) {
     const Agreement agreement = compareWithOctomap(map, octomap);
@@ -278,7 +293,7 @@ json runPaperGrid(const RunSpec& spec, const std::vector<Scan>& scans) {
   }
   addInsertion(cpu_s, run);
   run["cells_over_time"] = std::move(cells_over_time);
-  addTree(paper.tree(), run);
+  addTree(paper.tree(), sizeOf(paper.tree()), run);
   return run;
 }
 

@@ -18,6 +18,7 @@ namespace {
 namespace py = pybind11;
 using cuboid_mapping::Environment;
 using cuboid_mapping::FusionKind;
+using cuboid_mapping::FusionTime;
 using cuboid_mapping::GrowthStarters;
 using cuboid_mapping::GrowthStep;
 using cuboid_mapping::MapperConfig;
@@ -127,6 +128,7 @@ void readMap(ConfigReader& reader, cuboid_mapping::MapConfig& map) {
   reader.number("alpha_max", map.sensor_model.alpha_max);
   reader.choice("environment", map.environment, {Environment::kDynamic, Environment::kStatic});
   reader.choice("fusion", map.fusion, {FusionKind::kClass, FusionKind::kGrowth, FusionKind::kNone});
+  reader.choice("fuse", map.fuse, {FusionTime::kEveryCloud, FusionTime::kWhenRead});
   reader.integer("max_branches", map.rtree.max_branches);
   reader.integer("min_branches", map.rtree.min_branches);
   reader.integer("threads", map.threads);
@@ -176,6 +178,7 @@ Keyword arguments, with their defaults:
   environment='dynamic': every observation counts; 'static': voxels at a threshold stay as they are.
   fusion='class': large boxes of one class in bricks of 8 x 8 x 8 voxels; 'growth': that of the
     paper; 'none': every voxel is a cuboid.
+  fuse='every_cloud': changed bricks are divided with each scan; 'when_read': when their cuboids are read.
   threads=1: for one scan; 0: one for each core. The map does not depend on it.
   max_branches=32, min_branches=12: order of the R-tree.
   growth_step='cell', growth_search='paper', growth_starters='sampled', growth_samples=0.1,

@@ -157,10 +157,6 @@ With threads > 1, the scan is put into the map beside what comes next; questions
 boxes: (n, 6), metres, map frame; every voxel that a box overlaps.
 occupancy: 'free', 'occupied' (at the clamping thresholds) or 'unknown', or an Occupancy.)");
   mapper.def(
-      "fuse", [](MapperAccess& access) { access.edit([](CuboidMap& map) { map.fuse(); }); },
-      R"(Puts all cuboids into the R-tree. Never needed: questions give the same answers before. It makes
-those for cuboids faster when many of them follow, without a scan in between.)");
-  mapper.def(
       "clear", [](MapperAccess& access) { access.edit([](CuboidMap& map) { map.clear(); }); },
       "Forgets everything.");
 }

@@ -22,12 +22,17 @@ namespace {
 
 using cuboid_mapping::counted;
 
+cuboid_mapping::MapConfig readAtTheEnd(cuboid_mapping::MapConfig config) {
+  config.fuse = cuboid_mapping::FusionTime::kWhenRead;
+  return config;
+}
+
 /// The map of the clouds of bags, with a window or without.
 class BagMap {
  public:
   /// @param frees_passed  Whether freePassed() will be called.
   BagMap(const NodeParameters& parameters, bool frees_passed)
-      : map_(makeMapConfig(parameters)),
+      : map_(readAtTheEnd(makeMapConfig(parameters))),
         forgetting_(parameters),
         moving_(parameters.map.resolution_m,
                 frees_passed && parameters.moving_points == MovingPoints::kIgnore

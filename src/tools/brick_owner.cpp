@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "brick_owner.h"
 
+#include "cuboid_mapping/voxels/brick_store.h"
+
 #include <chrono>
 #include <ctime>
 #include <optional>
@@ -132,11 +134,13 @@ void BrickOwner::applyNext(PartReader& from) {
     if (source >= models_.size()) throw std::runtime_error("it names no source");
   }
   const Lap cpu(cpuTime_s, cpu_times_.apply_s);
-  voxels_.apply(part_, models_[source], threads_);
+  voxels_.apply(part_, models_[source], {threads_, false});
 }
 
 void BrickOwner::restore(const std::vector<cuboid_mapping::VoxelBrick>& bricks) {
-  voxels_.replace(cuboid_mapping::kAllCells, bricks);
+  auto change = voxels_.prepareReplace(cuboid_mapping::kAllCells, bricks, {threads_, false});
+  voxels_.reserve(change);
+  voxels_.commit(change, [](const auto& /*brick*/) {});
 }
 
 }  // namespace cuboid_mapping_ros

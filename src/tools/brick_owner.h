@@ -31,7 +31,7 @@ class BrickOwner {
   /// Clouds of a rank in a round: so many that a slow cloud keeps the others waiting for less.
   static constexpr std::size_t kCloudsOfRound = 4;
 
-  /// @param ranks  Must outlive this object. @param models  Of each source. @param threads  See VoxelStore::apply().
+  /// @param ranks  Must outlive this object. @param models  Of each source. @param threads  See VoxelStore::Work.
   BrickOwner(const MpiRanks& ranks, std::vector<cuboid_mapping::SensorModel> models, int threads);
 
   /// Takes what the rank's next cloud says. @param update  Null when it says nothing.

@@ -154,7 +154,7 @@ class ExamplePlanner {
 
   /// All of the map at the height of start and goal: the robot does not fly.
   std::optional<CellBox> floorAround(const CuboidMap& map, const CorridorTask& task) const {
-    MetricBox region = map.grid().toMetricBox(map.voxels().bounds().value_or(CellBox::ofCell({})));
+    MetricBox region = map.grid().toMetricBox(map.bounds().value_or(CellBox::ofCell({})));
     for (const Eigen::Vector3d& place : {task.start_map, task.goal_map}) {
       region.min_m = region.min_m.cwiseMin(place - size_m_);
       region.max_m = region.max_m.cwiseMax(place + size_m_);

@@ -95,7 +95,6 @@ int render(const Options& options) {
   const int threads = std::max(1, static_cast<int>(std::thread::hardware_concurrency()));
   const Camera camera = makeCamera(map, options);
   style.heights = findHeightRange(map);
-  map.fuse();  // The cuboids of all pixels are asked for.
   Picture picture =
       renderMap(map, camera, style, options.size, threads, showProgress("rows drawn"));
   drawLegend(picture, style, camera.ortho_height_m);

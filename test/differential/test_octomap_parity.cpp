@@ -41,7 +41,7 @@ class Pair {
     EXPECT_EQ(agreement.class_mismatch, 0.0);
     EXPECT_LE(agreement.max_log_odds_difference, 1e-3);
     EXPECT_EQ(checkMap(map_), std::vector<std::string>{});
-    const CellBox bounds = *map_.voxels().bounds();
+    const CellBox bounds = *map_.bounds();
     const BoxQueryResult all = queryBox(map_, bounds);
     const double voxel_m3 = map_.grid().voxelVolume();
     EXPECT_NEAR((all.free_volume_m3 + all.occupied_volume_m3) / voxel_m3, agreement.voxels, 0.5);
@@ -54,7 +54,7 @@ class Pair {
   /// All cuboids are in the tree, and are as many as were told before.
   void expectFusion() {
     const CuboidCounts counts = countCuboids(map_);
-    EXPECT_EQ(counts.free + counts.occupied, map_.tree().size());
+    EXPECT_EQ(counts.free + counts.occupied, countCuboids(map_).total());
     expectAgreement();
   }
 

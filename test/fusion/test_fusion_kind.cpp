@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "cuboid_mapping/fusion/make_fusion.h"
+#include "cuboid_mapping/fusion/fusion_kind.h"
 
-#include "cuboid_mapping/fusion/class_fusion.h"
 #include "cuboid_mapping/fusion/growth_fusion.h"
+#include "cuboid_mapping/map/cuboid_map.h"
 
 #include <gtest/gtest.h>
 
@@ -15,27 +15,31 @@ constexpr FusionKind kKinds[] = {FusionKind::kClass, FusionKind::kGrowth, Fusion
 
 TEST(FusionKind, isReadFromItsName) {
   for (const FusionKind kind : kKinds) EXPECT_EQ(parseFusionKind(toString(kind)), kind);
-  EXPECT_EQ(parseFusionKind("class"), FusionConfig().kind) << "the default";
+  EXPECT_EQ(parseFusionKind("class"), MapConfig().fusion) << "the default";
   for (const char* text : {"", "Class", "class ", "brick", "nothing"}) {
     EXPECT_FALSE(parseFusionKind(text)) << text;
   }
 }
 
-TEST(FusionKind, makesItsBackEndWithATreeOfTheGivenOrder) {
+TEST(FusionKind, makesAnRTreeOfTheGivenOrder) {
   for (const FusionKind kind : kKinds) {
-    FusionConfig config;
-    config.kind = kind;
+    MapConfig config;
+    config.fusion = kind;
     config.rtree = {8, 3};
-    const std::unique_ptr<Fusion> fusion = makeFusion(config, SensorModel());
-    ASSERT_NE(fusion, nullptr);
-    EXPECT_EQ(dynamic_cast<const GrowthFusion*>(fusion.get()) != nullptr,
+    const CuboidMap map(config);
+    EXPECT_EQ(dynamic_cast<const GrowthFusion*>(&map.cuboids()) != nullptr,
               kind == FusionKind::kGrowth);
-    EXPECT_EQ(dynamic_cast<const ClassFusion*>(fusion.get()) != nullptr,
-              kind != FusionKind::kGrowth);
-    EXPECT_EQ(fusion->tree().config().max_branches, 8);
-    EXPECT_TRUE(fusion->tree().isEmpty());
-    EXPECT_FALSE(fusion->isAnyWaiting());
+    EXPECT_EQ(map.cuboids().inner().config().max_branches, 8);
+    EXPECT_TRUE(map.cuboids().inner().isEmpty());
   }
+}
+
+TEST(FusionTime, isReadFromItsName) {
+  for (const FusionTime time : {FusionTime::kEveryCloud, FusionTime::kWhenRead}) {
+    EXPECT_EQ(parseFusionTime(toString(time)), time);
+  }
+  EXPECT_EQ(parseFusionTime("every_cloud"), MapConfig().fuse) << "the default, as in the paper";
+  EXPECT_FALSE(parseFusionTime("cold"));
 }
 
 }  // namespace

@@ -255,7 +255,6 @@ TEST(GrowthFusionScene, stableVoxelsOfAnEditAreLargeBoxesAtOnce) {
   const auto cuboids = scene.edit();
   EXPECT_EQ(cuboids.size(), 1U + 64U);
   EXPECT_THAT(boxesOf(cuboids), Contains(boxAt({0, 0, 0}, {8, 8, 4})));
-  EXPECT_EQ(scene.growth().numWaiting(scene.voxels()), 0U);
   scene.forget(boxAt({0, 0, 0}, {8, 8, 1}));
   EXPECT_THAT(boxesOf(scene.edit()), Contains(boxAt({0, 0, 1}, {8, 8, 3})));
   scene.forget(boxAt({0, 0, 0}, {8, 8, 8}));

@@ -79,7 +79,7 @@ TEST(CheckConfig, looksAtGrowthWhereItIsChosen) {
   config.growth.step = static_cast<GrowthStep>(7);
   config.growth.search.order = SearchStrategy::Order::kFixed;  // Without directions.
   config.growth.starters = static_cast<GrowthStarters>(7);
-  config.growth.sampling.per_m = -1.0;
+  config.growth.sampling.per_m = 1e9;
   config.growth.settle_clouds = -1;
   EXPECT_TRUE(checkConfig(config).empty());
   config.fusion = FusionKind::kGrowth;

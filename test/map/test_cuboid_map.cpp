@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "cuboid_mapping/map/cuboid_map.h"
 
+#include "cuboid_mapping/fusion/cuboid_tree.h"
 #include "support/following_copy.h"
 #include "support/modelled_map.h"
 
@@ -45,8 +46,7 @@ const CellBox kBrick = brickBox({0, 0, 0});
 TEST(CuboidMap, isEmptyAtFirst) {
   const CuboidMap map;
   EXPECT_TRUE(test::allCuboids(map).empty());
-  EXPECT_FALSE(map.fusion().isAnyWaiting());
-  EXPECT_FALSE(map.voxels().bounds().has_value());
+  EXPECT_FALSE(map.bounds().has_value());
   EXPECT_EQ(map.revision(), 0U);
   EXPECT_EQ(map.config().fusion, FusionKind::kClass);
   EXPECT_EQ(map.sensorModel().environment(), Environment::kDynamic);
@@ -75,21 +75,21 @@ TEST(CuboidMap, hasTheConfigItIsGiven) {
   EXPECT_EQ(map.grid().resolution(), 0.1);
   EXPECT_EQ(map.sensorModel().environment(), Environment::kStatic);
   EXPECT_NEAR(toProbability(map.sensorModel().hit()), 0.9, 1e-6);
-  EXPECT_EQ(map.fusion().tree().config().max_branches, 8);
-  EXPECT_EQ(map.fusion().tree().config().min_branches, 3);
+  EXPECT_EQ(map.cuboids().inner().config().max_branches, 8);
+  EXPECT_EQ(map.cuboids().inner().config().min_branches, 3);
 }
 
 TEST(CuboidMap, fusesABrickSeenAtOnceIntoOneCuboid) {
   CuboidMap map(configOf(Environment::kDynamic, FusionKind::kClass));
   map.apply(updateOf({}, {kBrick}));
-  EXPECT_EQ(test::allCuboids(map.tree()), (std::vector<Cuboid>{{kBrick, Occupancy::kFree}}));
+  EXPECT_EQ(test::allCuboids(map), (std::vector<Cuboid>{{kBrick, Occupancy::kFree}}));
   EXPECT_EQ(map.voxels().logOddsAt({3, 4, 5}), map.sensorModel().miss());
 }
 
 TEST(CuboidMap, letsAHitWinOverAMissOfTheSameUpdate) {
   CuboidMap map(configOf(Environment::kDynamic, FusionKind::kClass));
   map.apply(updateOf({kBrick}, {kBrick}));
-  EXPECT_EQ(test::allCuboids(map.tree()), (std::vector<Cuboid>{{kBrick, Occupancy::kOccupied}}));
+  EXPECT_EQ(test::allCuboids(map), (std::vector<Cuboid>{{kBrick, Occupancy::kOccupied}}));
   EXPECT_EQ(map.voxels().logOddsAt({3, 4, 5}), map.sensorModel().hit());
 }
 
@@ -100,7 +100,7 @@ TEST(CuboidMap, keepsACuboidWholeWhileItsVoxelsDifferInLogOddsOnly) {
   const ChangeSet changes = map.apply(updateOf({voxel}, {}));
   ASSERT_EQ(changes.bricks.size(), 1U);
   EXPECT_FALSE(changes.bricks[0].has_new_cuboids);
-  EXPECT_EQ(test::allCuboids(map.tree()), (std::vector<Cuboid>{{kBrick, Occupancy::kFree}}));
+  EXPECT_EQ(test::allCuboids(map), (std::vector<Cuboid>{{kBrick, Occupancy::kFree}}));
   const SensorModel& model = map.sensorModel();
   EXPECT_EQ(map.voxels().logOddsAt({3, 4, 5}), model.update(model.min(), model.hit()));
   EXPECT_EQ(map.voxels().logOddsAt({4, 4, 5}), model.min());
@@ -109,17 +109,17 @@ TEST(CuboidMap, keepsACuboidWholeWhileItsVoxelsDifferInLogOddsOnly) {
 TEST(CuboidMap, splitsAStableCuboidThatIsContradictedWhenDynamic) {
   CuboidMap map(configOf(Environment::kDynamic, FusionKind::kClass));
   for (int i = 0; i < 10; ++i) map.apply(updateOf({}, {kBrick}));
-  ASSERT_EQ(test::allCuboids(map.tree()), (std::vector<Cuboid>{{kBrick, Occupancy::kFree}}));
+  ASSERT_EQ(test::allCuboids(map), (std::vector<Cuboid>{{kBrick, Occupancy::kFree}}));
 
   const CellBox voxel = CellBox::ofCell({3, 4, 5});
   for (int i = 0; i < 10; ++i) map.apply(updateOf({voxel}, {}));
-  const std::vector<Cuboid> cuboids = test::allCuboids(map.tree());
+  const std::vector<Cuboid> cuboids = test::allCuboids(map);
   EXPECT_EQ(std::count(cuboids.begin(), cuboids.end(), Cuboid{voxel, Occupancy::kOccupied}), 1);
   EXPECT_LE(cuboids.size(), 8U) << "the voxel and few pieces around it";
   EXPECT_EQ(checkMap(map), std::vector<std::string>{});
 
   for (int i = 0; i < 20; ++i) map.apply(updateOf({}, {voxel}));
-  EXPECT_EQ(test::allCuboids(map.tree()), (std::vector<Cuboid>{{kBrick, Occupancy::kFree}}))
+  EXPECT_EQ(test::allCuboids(map), (std::vector<Cuboid>{{kBrick, Occupancy::kFree}}))
       << "fused again";
 }
 
@@ -130,7 +130,7 @@ TEST(CuboidMap, leavesAStableCuboidAloneWhenStatic) {
   const ChangeSet changes = map.apply(updateOf({CellBox::ofCell({3, 4, 5})}, {}));
   EXPECT_TRUE(changes.bricks.empty());
   EXPECT_EQ(map.revision(), revision);
-  EXPECT_EQ(test::allCuboids(map.tree()), (std::vector<Cuboid>{{kBrick, Occupancy::kFree}}));
+  EXPECT_EQ(test::allCuboids(map), (std::vector<Cuboid>{{kBrick, Occupancy::kFree}}));
   EXPECT_EQ(map.voxels().logOddsAt({3, 4, 5}), map.sensorModel().min());
 }
 
@@ -155,20 +155,35 @@ TEST(CuboidMap, doesNotChangeByAnEmptyUpdate) {
   EXPECT_EQ(map.revision(), 0U);
 }
 
+TEST(CuboidMap, countsABrickOnceThatComesTwiceInAnUpdate) {
+  ScanUpdate twice;
+  const BrickMask left = BrickMask::ofBox({{0, 0, 0}, {4, 8, 8}});
+  const BrickMask all = BrickMask::all();
+  twice.bricks.push_back({{8, 0, 0}, {}, left, 0});
+  twice.bricks.push_back({{0, 0, 0}, {}, all, 0});
+  twice.bricks.push_back({{8, 0, 0}, left, all, 0});
+  CuboidMap map;
+  const ChangeSet changes = map.apply(twice);
+  EXPECT_EQ(changes.bricks.size(), 2U);
+  EXPECT_EQ(map.voxels().numFreeVoxels(), 512.0 + 256.0);
+  EXPECT_EQ(map.voxels().numOccupiedVoxels(), 256.0);
+  EXPECT_EQ(checkMap(map), std::vector<std::string>{});
+}
+
 TEST(CuboidMap, forgetsEverythingWhenCleared) {
   CuboidMap map(configOf(Environment::kDynamic, FusionKind::kClass));
   map.apply(updateOf({}, {kBrick}));
   const std::uint64_t revision = map.revision();
   const ChangeSet changes = map.clear();
-  EXPECT_TRUE(map.tree().isEmpty());
+  EXPECT_TRUE((countCuboids(map).total() == 0));
   EXPECT_EQ(countCuboids(map).free, 0U);
   EXPECT_EQ(map.voxels().numFreeVoxels(), 0.0);
-  EXPECT_FALSE(map.voxels().bounds().has_value());
+  EXPECT_FALSE(map.bounds().has_value());
   EXPECT_TRUE(changes.is_everything);
   EXPECT_GT(map.revision(), revision);
   EXPECT_EQ(changes.revision, map.revision());
   map.apply(updateOf({}, {kBrick}));
-  EXPECT_EQ(test::allCuboids(map.tree()), (std::vector<Cuboid>{{kBrick, Occupancy::kFree}}));
+  EXPECT_EQ(test::allCuboids(map), (std::vector<Cuboid>{{kBrick, Occupancy::kFree}}));
 }
 
 /// Whether a voxel of the brick has another value, or another class.
@@ -285,8 +300,7 @@ TEST_P(CuboidMapModel, isVoxelByVoxelTheReferenceAndToldByItsChangeSets) {
         << test::seedNote(i);
     if (i % 3 != 2) continue;  // Else the bricks wait, up to a few clouds.
     const std::vector<Cuboid> unfused = test::allCuboids(model.map);
-    ASSERT_EQ(test::allCuboids(model.map.tree()), unfused) << test::seedNote(i);
-    ASSERT_FALSE(model.map.fusion().isAnyWaiting());
+    ASSERT_EQ(test::allCuboids(model.map), unfused) << test::seedNote(i);
   }
   EXPECT_GT(greatest_size, 100U);
   EXPECT_GE(num_without_change, 5U);
@@ -310,7 +324,7 @@ INSTANTIATE_TEST_SUITE_P(
 std::vector<Cuboid> cuboidsAfter(const MapConfig& config, const std::vector<ScanUpdate>& updates) {
   CuboidMap map(config);
   for (const ScanUpdate& update : updates) map.apply(update);
-  return test::allCuboids(map.tree());
+  return test::allCuboids(map);
 }
 
 TEST(CuboidMapCanonical, isTheSameWhateverTheOrderOfTheClouds) {

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// A map that is fused now and then beside one that is fused after every change.
-#include "cuboid_mapping/fusion/class_fusion.h"
+// A map whose bricks are divided when they are read beside one that divides them with every cloud.
 #include "cuboid_mapping/query/box_query.h"
 #include "cuboid_mapping/query/cuboid_query.h"
 #include "cuboid_mapping/query/nearest_query.h"
@@ -13,6 +12,7 @@
 
 #include <limits>
 #include <string>
+#include <thread>
 #include <tuple>
 
 namespace cuboid_mapping {
@@ -20,7 +20,7 @@ namespace {
 
 using test::Random;
 
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
+constexpr double kAnyDistance = std::numeric_limits<double>::infinity();
 
 using OrderParam = std::tuple<FusionKind, Environment, int>;
 
@@ -34,6 +34,7 @@ class FusionOrder : public testing::TestWithParam<OrderParam> {
     lazy_config_ = config_;
     lazy_config_.threads = std::get<2>(GetParam());
     lazy_config_.rtree = {32, 12};
+    lazy_config_.fuse = FusionTime::kWhenRead;
   }
 
   MapConfig config_;
@@ -96,8 +97,8 @@ void checkReaders(const CuboidMap& lazy, const CuboidMap& fused, Random& random)
   ASSERT_EQ(some.cuboids.size(), std::min(selected.size(), selection.max_cuboids));
 
   const Eigen::Vector3d point = test::randomPoint(random, 7.0);
-  checkNearest(lazy, fused, point, filter, random.chance(0.5) ? kInfinity : 2.0);
-  ASSERT_EQ(visitedNearest(lazy, 10.0 * point, kInfinity, filter), all);
+  checkNearest(lazy, fused, point, filter, random.chance(0.5) ? kAnyDistance : 2.0);
+  ASSERT_EQ(visitedNearest(lazy, 10.0 * point, kAnyDistance, filter), all);
   ASSERT_EQ(visitedNearest(lazy, 10.0 * point, 15.0, filter),
             visitedNearest(fused, 10.0 * point, 15.0, filter));
 }
@@ -109,10 +110,8 @@ TEST_P(FusionOrder, makesNoDifferenceToAnyReader) {
   test::FollowingCopy copy;
   const CellBox bricks{{-8, -8, -8}, {8, 8, 8}};
   constexpr std::size_t kUpdates = 160;
-  std::size_t num_fused = 0;
-  std::size_t most_waiting = 0;
   for (std::size_t i = 0; i < kUpdates; ++i) {
-    // A sensor that moves on: bricks grow cold behind it.
+    // A sensor that moves on.
     const auto at = static_cast<std::int32_t>(i / 20) - 4;
     const CellBox area{{2 * at, -2, -2}, {2 * at + 3, 2, 2}};
     const ScanUpdate update = test::randomUpdate(random, random.chance(0.8) ? area : bricks, 12);
@@ -124,22 +123,10 @@ TEST_P(FusionOrder, makesNoDifferenceToAnyReader) {
       map.replace(box, boxes);
       copy.follow(lazy, lazy.replace(box, boxes));
     }
-    map.fuse();
-    ASSERT_FALSE(map.fusion().isAnyWaiting());
     ASSERT_EQ(lazy.revision(), map.revision()) << test::seedNote(i);
-    most_waiting = std::max(most_waiting, lazy.fusion().numWaiting(lazy.voxels()));
     if (random.chance(0.3)) {
       checkReaders(lazy, map, random);
       ASSERT_FALSE(HasFailure()) << test::seedNote(i);
-    }
-    if (random.chance(0.3)) {
-      const std::size_t num_waiting = lazy.fusion().numWaiting(lazy.voxels());
-      const std::size_t max_bricks = random.index(num_waiting + 3);
-      ASSERT_EQ(lazy.fuse(max_bricks), max_bricks >= num_waiting) << test::seedNote(i);
-      ASSERT_EQ(lazy.fusion().numWaiting(lazy.voxels()),
-                num_waiting - std::min(num_waiting, max_bricks));
-      ASSERT_EQ(lazy.revision(), map.revision()) << "no voxel has changed";
-      ++num_fused;
     }
     if (i % 8 == 0) {
       ASSERT_EQ(copy.cuboids(), test::allCuboids(lazy)) << test::seedNote(i);
@@ -150,17 +137,13 @@ TEST_P(FusionOrder, makesNoDifferenceToAnyReader) {
       copy.follow(lazy, lazy.clear());
     }
   }
-  EXPECT_EQ(test::allCuboids(lazy.tree()), test::allCuboids(map.tree()));
+  EXPECT_EQ(test::allCuboids(lazy), test::allCuboids(map));
   EXPECT_EQ(checkMap(lazy), std::vector<std::string>{});
   EXPECT_EQ(checkMap(map), std::vector<std::string>{});
-  EXPECT_GT(map.tree().size(), 1000U);
-  EXPECT_GT(num_fused, 20U);
-  if (config_.fusion != FusionKind::kGrowth) {
-    EXPECT_GT(most_waiting, 40U);
-  }
+  EXPECT_GT(countCuboids(map).total(), 1000U);
 }
 
-std::string nameOf(const testing::TestParamInfo<OrderParam>& info) {
+std::string orderName(const testing::TestParamInfo<OrderParam>& info) {
   const auto& [fusion, environment, threads] = info.param;
   return toString(fusion) +
          std::string(environment == Environment::kStatic ? "Static" : "Dynamic") + "With" +
@@ -172,7 +155,7 @@ INSTANTIATE_TEST_SUITE_P(
     testing::Combine(testing::Values(FusionKind::kClass, FusionKind::kGrowth, FusionKind::kNone),
                      testing::Values(Environment::kDynamic, Environment::kStatic),
                      testing::Values(1, 4)),
-    nameOf);
+    orderName);
 
 /// An update of one voxel of a brick of its own.
 ScanUpdate missIn(const Cell& brick) {
@@ -181,68 +164,48 @@ ScanUpdate missIn(const Cell& brick) {
   return update;
 }
 
-TEST(WaitingBricks, areNotInTheTreeUntilTheyAreFused) {
-  CuboidMap map;
+TEST(StaleBricks, areInTheTreeAndAreDividedByTheirReaders) {
+  MapConfig config;
+  config.fuse = FusionTime::kWhenRead;
+  CuboidMap map(config);
   const ChangeSet changes = map.apply(missIn({0, 0, 0}));
   ASSERT_EQ(changes.bricks.size(), 1U);
-  EXPECT_TRUE(changes.bricks[0].has_new_cuboids) << "readers see them";
-  EXPECT_TRUE(map.fusion().tree().isEmpty());
+  EXPECT_TRUE(changes.bricks[0].has_new_cuboids);
+  EXPECT_EQ(measureTree(map).leaf_nodes, 1U);
+  EXPECT_EQ(map.bounds(), CellBox::ofCell({0, 0, 0}));
   EXPECT_EQ(test::allCuboids(map),
             (std::vector<Cuboid>{{CellBox::ofCell({0, 0, 0}), Occupancy::kFree}}));
-  EXPECT_TRUE(map.fusion().tree().isEmpty()) << "a const reader changes nothing";
-  EXPECT_TRUE(map.fuse());
-  EXPECT_EQ(map.fusion().tree().size(), 1U);
-  EXPECT_EQ(map.revision(), 1U) << "no voxel has changed";
-  EXPECT_TRUE(map.fuse()) << "nothing is left";
+  EXPECT_EQ(map.revision(), 1U) << "readers change nothing";
 }
 
-TEST(WaitingBricks, areFusedAFewAtATimeThoseFirstThatHaveWaitedLongest) {
+TEST(StaleBricks, areDividedByManyReadersAtOnce) {
+  MapConfig config;
+  config.fuse = FusionTime::kWhenRead;
+  CuboidMap lazy(config);
   CuboidMap map;
-  for (std::int32_t i = 0; i < 7; ++i) map.apply(missIn({40 * i, 0, 0}));
-  EXPECT_FALSE(map.fuse(0));
-  EXPECT_TRUE(map.fusion().tree().isEmpty());
-  for (const std::size_t expected : {3U, 6U, 7U, 7U}) {
-    EXPECT_EQ(map.fuse(3), expected == 7U);
-    EXPECT_EQ(map.fusion().tree().size(), expected);
-    EXPECT_EQ(map.fusion().tree().bounds()->min.x, 0);
-    EXPECT_EQ(map.fusion().tree().bounds()->max.x, 40 * static_cast<std::int32_t>(expected) - 39);
-  }
-}
-
-TEST(WaitingBricks, areFusedWhenTheyAreCold) {
-  CuboidMap map;
-  map.apply(missIn({0, 0, 0}));
-  std::size_t num_clouds = 0;
-  while (map.fusion().tree().isEmpty() && num_clouds < 1000) {
-    map.apply(missIn({800, 0, 0}));
-    ++num_clouds;
-  }
-  EXPECT_EQ(num_clouds, ClassFusion::kColdClouds);
-}
-
-TEST(WaitingBricks, stayWarmWhileCloudsChangeClassesInThem) {
-  CuboidMap map;
-  ScanUpdate update = missIn({0, 0, 0});
-  const BrickMask voxel = update.bricks[0].misses;
-  for (std::uint64_t i = 0; i < 5 * ClassFusion::kColdClouds; ++i) {
-    update.bricks[0].hits = i % 18 < 4 ? voxel : BrickMask();  // Free, then occupied.
+  Random random(5);
+  for (int i = 0; i < 20; ++i) {
+    const ScanUpdate update = test::randomUpdate(random, {{-4, -4, -4}, {4, 4, 4}}, 60);
+    lazy.apply(update);
     map.apply(update);
-    ASSERT_TRUE(map.fusion().tree().isEmpty()) << i;
   }
-  for (std::uint64_t i = 0; i <= ClassFusion::kColdClouds; ++i) map.apply(ScanUpdate{});
-  EXPECT_EQ(map.fusion().tree().size(), 1U);
+  const std::vector<Cuboid> expected = test::allCuboids(map);
+  std::vector<std::vector<Cuboid>> seen(4);
+  std::vector<std::thread> readers;
+  for (auto& cuboids : seen) {
+    readers.emplace_back([&cuboids, &lazy] { cuboids = test::allCuboids(lazy); });
+  }
+  for (std::thread& reader : readers) reader.join();
+  for (const auto& cuboids : seen) EXPECT_EQ(cuboids, expected);
 }
 
-TEST(WaitingBricks, thatBecomeUnknownLeaveTheTreeToo) {
+TEST(StaleBricks, thatBecomeUnknownLeaveTheTree) {
   CuboidMap map;
   map.apply(missIn({0, 0, 0}));
-  map.fuse();
   map.replace(kAllCells, std::vector<UniformBox>{});
-  EXPECT_EQ(map.fusion().tree().size(), 1U);
+  EXPECT_EQ(measureTree(map).height, 0);
   EXPECT_TRUE(test::allCuboids(map).empty());
   EXPECT_TRUE(findNearest(map, {0.0, 0.0, 0.0}, 1, CuboidFilter::kAll).empty());
-  EXPECT_TRUE(map.fuse());
-  EXPECT_TRUE(map.fusion().tree().isEmpty());
 }
 
 }  // namespace

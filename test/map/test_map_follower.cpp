@@ -34,7 +34,6 @@ class Server {
     for (int i = 0; i < num_changes; ++i) {
       random_.chance(0.7) ? applyCloud() : edit();
     }
-    if (random_.chance(0.3)) model_.map.fuse(random_.index(20));
     const MapDelta delta = makeDelta(model_.map, changes_, kInstance, told_, detail_);
     changes_ = {};
     told_ = model_.map.revision();

@@ -12,7 +12,7 @@ namespace {
 
 using test::Random;
 
-MapConfig configOf(const MapSnapshot& snapshot) {
+MapConfig configFor(const MapSnapshot& snapshot) {
   MapConfig config;
   config.resolution_m = snapshot.resolution_m;
   config.sensor_model = snapshot.sensor_model;
@@ -23,7 +23,7 @@ TEST(MapSnapshot, bringsAMapBack) {
   Random random(51);
   for (int i = 0; i < 15; ++i) {
     MapSnapshot snapshot = test::randomSnapshot(random);
-    MapConfig config = configOf(snapshot);
+    MapConfig config = configFor(snapshot);
     config.fusion = i % 2 == 0 ? FusionKind::kClass : FusionKind::kGrowth;
     CuboidMap map(config);
     map.apply(test::randomUpdate(random, {{-3, -3, -3}, {3, 3, 3}}, 9));
@@ -39,12 +39,12 @@ TEST(MapSnapshot, bringsAMapBack) {
     const MapSnapshot restored = takeSnapshot(map, "odom");
     CuboidMap again(config);
     restoreSnapshot(restored, again);
-    EXPECT_EQ(test::allCuboids(again.tree()), test::allCuboids(map.tree()));
+    EXPECT_EQ(test::allCuboids(again), test::allCuboids(map));
     // And goes on as the first one would have gone on.
     const ScanUpdate update = test::randomUpdate(random, {{-2, -2, -2}, {2, 2, 2}}, 9);
     map.apply(update);
     again.apply(update);
-    EXPECT_EQ(test::allCuboids(again.tree()), test::allCuboids(map.tree()));
+    EXPECT_EQ(test::allCuboids(again), test::allCuboids(map));
   }
 }
 
@@ -52,9 +52,9 @@ TEST(MapSnapshot, comesBackExactlyAlsoBeyondTheThresholds) {
   MapSnapshot snapshot;
   snapshot.bricks = {{{-8, 0, 0}, PackedVoxels(BrickMask::all(), 100.0F)},
                      {{0, 8, 0}, PackedVoxels(BrickMask::all(), -100.0F)}};
-  CuboidMap map(configOf(snapshot));
+  CuboidMap map(configFor(snapshot));
   restoreSnapshot(snapshot, map);
-  EXPECT_EQ(map.tree().size(), 2U);
+  EXPECT_EQ(countCuboids(map).total(), 2U);
   EXPECT_EQ(map.voxels().numOccupiedVoxels(), 512.0);
   EXPECT_EQ(map.voxels().logOddsAt({-1, 0, 0}), 100.0F);
   EXPECT_EQ(map.voxels().logOddsAt({0, 8, 0}), -100.0F);

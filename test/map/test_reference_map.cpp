@@ -114,7 +114,7 @@ class Stream {
     } else if (kind < 70) {
       lock();
     } else if (kind < 80) {
-      map_.fuse(random_.index(9));
+      window();
     } else if (kind < 86) {
       read();
     } else if (kind < 94) {
@@ -235,12 +235,22 @@ class Stream {
 
   void read() {
     if (random_.chance(0.5)) {
-      EXPECT_EQ(map_.tree().size(), test::allCuboids(map_).size());
-      EXPECT_FALSE(map_.fusion().isAnyWaiting());
+      EXPECT_EQ(countCuboids(map_).total(), test::allCuboids(map_).size());
       return;
     }
     const auto nearest = findNearest(map_, test::randomPoint(random_, 6.0), 1, CuboidFilter::kAll);
     EXPECT_EQ(nearest.empty(), reference_.voxels.empty());
+  }
+
+  /// All cuboids of a part are those of the whole that lie there.
+  void window() {
+    const CellBox box = test::randomBox(random_, kArea, 6);
+    std::vector<Cuboid> expected = test::allCuboids(map_);
+    expected.erase(
+        std::remove_if(expected.begin(), expected.end(),
+                       [&](const Cuboid& cuboid) { return !cuboid.box.intersects(box); }),
+        expected.end());
+    EXPECT_EQ(test::cuboidsIn(map_, box), expected);
   }
 
   void forgetAll() {

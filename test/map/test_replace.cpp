@@ -8,7 +8,9 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <limits>
 #include <set>
+#include <stdexcept>
 #include <string>
 #include <tuple>
 #include <vector>
@@ -94,7 +96,6 @@ TEST_P(Replace, isVoxelByVoxelTheReferenceAndToldByItsChangeSets) {
       ASSERT_EQ(changes.revision, map.revision()) << "twice is once";
     }
     if (i % 4 != 3) continue;
-    if (random.chance(0.3)) map.fuse();
     ASSERT_TRUE(hasVoxels(map, voxels)) << test::seedNote(i);
     ASSERT_TRUE(hasRightBookkeeping(map, voxels, area)) << test::seedNote(i);
     ASSERT_EQ(checkMap(map), std::vector<std::string>{}) << test::seedNote(i);
@@ -131,7 +132,7 @@ TEST(ReplaceInCuboidMap, cutsACuboidAtTheFacesOfTheBox) {
   CuboidMap map;
   map.replace(kAllCells, {UniformBox{{{0, 0, 0}, {8, 1, 1}}, -1.0F}});
   const ChangeSet changes = map.replace({{4, -5, -5}, {6, 5, 5}}, std::vector<UniformBox>{});
-  EXPECT_EQ(test::allCuboids(map.tree()),
+  EXPECT_EQ(test::allCuboids(map),
             (std::vector<Cuboid>{{{{0, 0, 0}, {4, 1, 1}}, Occupancy::kFree},
                                  {{{6, 0, 0}, {8, 1, 1}}, Occupancy::kFree}}));
   EXPECT_EQ(bricksOf(changes), (std::set<Cell>{{0, 0, 0}}));
@@ -143,7 +144,7 @@ TEST(ReplaceInCuboidMap, doesNothingForAnEmptyBox) {
   map.replace(kAllCells, {UniformBox{{{0, 0, 0}, {8, 1, 1}}, -1.0F}});
   EXPECT_TRUE(map.replace({{4, 0, 0}, {4, 1, 1}}, std::vector<UniformBox>{}).bricks.empty());
   EXPECT_EQ(map.revision(), 1U);
-  EXPECT_EQ(map.tree().size(), 1U);
+  EXPECT_EQ(countCuboids(map).total(), 1U);
 }
 
 TEST(ReplaceInCuboidMap, doesNotLookAtVoxelsOutsideTheBox) {
@@ -157,12 +158,11 @@ TEST(ReplaceInCuboidMap, doesNotLookAtVoxelsOutsideTheBox) {
 TEST(ReplaceInCuboidMap, leavesNoTraceOfBricksThatBecomeUnknown) {
   CuboidMap map;
   map.replace(kAllCells, {UniformBox{{{-90, 0, 0}, {90, 30, 30}}, -1.0F}});
-  map.fuse();
   map.replace(kAllCells, std::vector<UniformBox>{});
   EXPECT_EQ(map.voxels().size(), 0U);
-  EXPECT_FALSE(map.voxels().bounds().has_value());
+  EXPECT_FALSE(map.bounds().has_value());
   EXPECT_TRUE(test::allCuboids(map).empty());
-  EXPECT_TRUE(map.tree().isEmpty());
+  EXPECT_EQ(measureTree(map).inner_nodes, 0U);
 }
 
 TEST(ReplaceInCuboidMap, makesACopyOfAnotherMap) {
@@ -177,6 +177,28 @@ TEST(ReplaceInCuboidMap, makesACopyOfAnotherMap) {
   EXPECT_EQ(test::allCuboids(map), test::allCuboids(model.map));
   EXPECT_EQ(checkMap(map), std::vector<std::string>{});
   EXPECT_TRUE(hasRightBookkeeping(map, model.voxels, {{-24, -24, -24}, {24, 24, 24}}));
+}
+
+TEST(ReplaceInCuboidMap, refusesLogOddsThatAreNotFinite) {
+  for (const float wrong :
+       {std::numeric_limits<float>::quiet_NaN(), std::numeric_limits<float>::infinity()}) {
+    for (const std::int32_t edge : {1, 2, 8, 9}) {
+      CuboidMap map;
+      const CellBox box{{0, 0, 0}, {edge, edge, 1}};
+      EXPECT_THROW(map.replace(box, {UniformBox{box, wrong}}), std::invalid_argument) << edge;
+      EXPECT_EQ(map.revision(), 0U);
+      EXPECT_EQ(map.voxels().size(), 0U);
+    }
+  }
+}
+
+TEST(ReplaceInCuboidMap, shrinksTheBoundsWithWhatIsErased) {
+  CuboidMap map;
+  const CellBox far{{80, 0, -40}, {83, 2, -39}};
+  map.replace(kAllCells, {UniformBox{{{1, 2, 3}, {4, 5, 6}}, -1.0F}, UniformBox{far, 1.0F}});
+  EXPECT_EQ(map.bounds(), (CellBox{{1, 0, -40}, {83, 5, 6}})) << "tight, not by bricks";
+  map.replace(far, std::vector<UniformBox>{});
+  EXPECT_EQ(map.bounds(), (CellBox{{1, 2, 3}, {4, 5, 6}}));
 }
 
 }  // namespace

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // A static map against a model written from the paper's sentences: a dense grid of probabilities.
-#include "cuboid_mapping/map/cuboid_map.h"
+#include "cuboid_mapping/map/cuboid_search.h"
 
 #include "support/cuboid_set.h"
 #include "support/random.h"
@@ -58,7 +58,7 @@ TEST_P(StaticReference, agreesInEveryVoxel) {
   }
   std::size_t num_voxels = 0;
   std::size_t num_stable = 0;
-  for (const Cuboid& cuboid : test::allCuboids(map.tree())) {
+  for (const Cuboid& cuboid : test::allCuboids(map)) {
     test::visitCells(cuboid.box, [&](const Cell& cell) {
       ++num_voxels;
       const auto found = grid.cells().find(cell);

@@ -145,7 +145,6 @@ def test_everything_that_is_wrong_with_a_configuration_is_said_at_once():
 def test_voxels_do_not_depend_on_fusion_tree_and_threads(config):
     expected = map_of_room()
     mapper = map_of_room(**config)
-    mapper.fuse()
     assert voxels_of(mapper.cuboids()) == voxels_of(expected.cuboids())
     cells = np.argwhere(expected.dense(ROOM)) * 0.1 + ROOM[:3]
     np.testing.assert_array_equal(mapper.log_odds(cells), expected.log_odds(cells))

@@ -19,7 +19,7 @@ namespace {
 using test::DenseObstacles;
 using test::Random;
 
-constexpr CellBox kArea{{-20, -20, -6}, {20, 20, 6}};
+constexpr CellBox kCorridorArea{{-20, -20, -6}, {20, 20, 6}};
 
 MapConfig oneMetre() {
   MapConfig config;
@@ -197,17 +197,17 @@ TEST(CorridorQuery, takesTheWayThatIsShorterInMetres) {
 test::ModelledMap randomMaze(Random& random) {
   test::ModelledMap maze(oneMetre());
   const auto fill = [&](const CellBox& asked, const std::optional<float>& log_odds) {
-    const CellBox box = intersect(asked, kArea);
+    const CellBox box = intersect(asked, kCorridorArea);
     if (box.isEmpty()) return;
     std::vector<UniformBox> boxes;
     if (log_odds) boxes.push_back({box, *log_odds});
     maze.map.replace(box, boxes);
     test::visitCells(box, [&](const Cell& cell) { maze.voxels.set(cell, log_odds); });
   };
-  fill(kArea, -1.0F);
+  fill(kCorridorArea, -1.0F);
   for (int axis = 0; axis < 2; ++axis) {
     for (int at = -12; at <= 12; at += random.integer(5, 9)) {
-      CellBox wall = kArea;
+      CellBox wall = kCorridorArea;
       wall.min[axis] = at;
       wall.max[axis] = at + random.integer(1, 2);
       fill(wall, 1.0F);
@@ -215,13 +215,13 @@ test::ModelledMap randomMaze(Random& random) {
   }
   const int num_doors = random.integer(15, 50);
   for (int i = 0; i < num_doors; ++i) {
-    const Cell min = test::randomCell(random, kArea);
+    const Cell min = test::randomCell(random, kCorridorArea);
     fill({min, min + Cell{random.integer(2, 7), random.integer(2, 7), random.integer(2, 8)}},
          -1.5F);
   }
   const int num_clutter = random.integer(0, 15);
   for (int i = 0; i < num_clutter; ++i) {
-    fill(test::randomBox(random, kArea, 3),
+    fill(test::randomBox(random, kCorridorArea, 3),
          random.chance(0.3) ? std::nullopt : std::optional<float>(1.0F));
   }
   return maze;
@@ -298,8 +298,8 @@ TEST(CorridorQuery, findsOneIfAndOnlyIfThereIsAWayFromVoxelToVoxel) {
     const test::ModelledMap maze = randomMaze(random);
     CorridorTask task;
     task.policy = random.chance(0.7) ? UnknownPolicy::kStop : UnknownPolicy::kPass;
-    task.region = kArea;
-    DenseObstacles obstacles(maze.voxels, kArea, task.policy);
+    task.region = kCorridorArea;
+    DenseObstacles obstacles(maze.voxels, kCorridorArea, task.policy);
     for (int i = 0; i < 40; ++i) {
       for (int axis = 0; axis < 3; ++axis) task.size_m[axis] = random.real(0.6, 4.0);
       if (i % 2 == 0) task.size_m = Eigen::Vector3d::Constant(random.integer(1, 4));
@@ -311,7 +311,7 @@ TEST(CorridorQuery, findsOneIfAndOnlyIfThereIsAWayFromVoxelToVoxel) {
       const CellBox start = *grid.toCellBox(boxAround(task.start_map, task.size_m));
       const CellBox goal = *grid.toCellBox(boxAround(task.goal_map, task.size_m));
       const auto is_blocked = [&](const CellBox& box) {
-        return !kArea.contains(box) || obstacles.isAny(box);
+        return !kCorridorArea.contains(box) || obstacles.isAny(box);
       };
       ASSERT_EQ(corridor.end == CorridorEnd::kStartBlocked, is_blocked(start));
       if (is_blocked(start)) continue;
@@ -319,7 +319,7 @@ TEST(CorridorQuery, findsOneIfAndOnlyIfThereIsAWayFromVoxelToVoxel) {
       if (is_blocked(goal)) continue;
       const Cell size = *grid.toSizeInCells(task.size_m);
       ASSERT_EQ(corridor.end == CorridorEnd::kFound,
-                isConnected(obstacles, size, start, goal, kArea))
+                isConnected(obstacles, size, start, goal, kCorridorArea))
           << test::seedNote(40 * m + static_cast<std::size_t>(i));
       if (corridor.end != CorridorEnd::kFound) continue;
       ASSERT_TRUE(isCorridor(corridor, task, obstacles, grid))

@@ -18,7 +18,7 @@ using test::Random;
 
 constexpr CellBox kArea{{-16, -16, -16}, {16, 16, 16}};
 
-MapConfig oneMetre() {
+MapConfig fitConfig() {
   MapConfig config;
   config.resolution_m = 1.0;
   return config;
@@ -26,7 +26,7 @@ MapConfig oneMetre() {
 
 TEST(Obstacles, areThoseOfEveryVoxel) {
   Random random(81);
-  const test::ModelledMap model = test::randomRooms(random, oneMetre(), kArea);
+  const test::ModelledMap model = test::randomRooms(random, fitConfig(), kArea);
   std::size_t num_any = 0;
   for (const UnknownPolicy policy : {UnknownPolicy::kStop, UnknownPolicy::kPass}) {
     DenseObstacles expected(model.voxels, kArea, policy);
@@ -59,7 +59,7 @@ TEST(FitField, hasThePlacesWhereTheBoxMeetsNothing) {
   std::size_t num_cases = 0;
   for (int m = 0; m < 40; ++m) {
     const UnknownPolicy policy = m % 2 == 0 ? UnknownPolicy::kStop : UnknownPolicy::kPass;
-    const test::ModelledMap model = test::randomRooms(random, oneMetre(), kArea);
+    const test::ModelledMap model = test::randomRooms(random, fitConfig(), kArea);
     DenseObstacles expected(model.voxels, kArea, policy);
     const Obstacles obstacles(model.map, policy);
     const int max_edge = m % 4 == 3 ? 20 : 5;
@@ -80,7 +80,7 @@ TEST(FitField, hasThePlacesWhereTheBoxMeetsNothing) {
 }
 
 TEST(FitQuery, isThePointItselfWhereTheBoxFits) {
-  CuboidMap map(oneMetre());
+  CuboidMap map(fitConfig());
   map.replace(kAllCells, {{{{0, 0, 0}, {10, 10, 10}}, -1.0F}});
   const Eigen::Vector3d point(3.3, 4.4, 5.5);
   const auto found = findNearestFit(map, point, {2, 2, 2}, UnknownPolicy::kStop, 0.0);
@@ -89,7 +89,7 @@ TEST(FitQuery, isThePointItselfWhereTheBoxFits) {
 }
 
 TEST(FitQuery, isAtTheWallForABoxThatWouldReachBehindIt) {
-  CuboidMap map(oneMetre());
+  CuboidMap map(fitConfig());
   map.replace(kAllCells, {{{{0, 0, 0}, {10, 10, 10}}, -1.0F}});
   const auto found = findNearestFit(map, {-1.0, 5.0, 9.9}, {2, 3, 1.5}, UnknownPolicy::kStop, 20.0);
   ASSERT_TRUE(found.has_value());
@@ -97,7 +97,7 @@ TEST(FitQuery, isAtTheWallForABoxThatWouldReachBehindIt) {
 }
 
 TEST(FitQuery, isNothingWhereNoneIsNearOrTheQuestionIsBad) {
-  CuboidMap map(oneMetre());
+  CuboidMap map(fitConfig());
   map.replace(kAllCells, {{{{0, 0, 0}, {10, 10, 10}}, -1.0F}});
   const auto find = [&](const Eigen::Vector3d& point, const Eigen::Vector3d& size_m, double max_m) {
     return findNearestFit(map, point, size_m, UnknownPolicy::kStop, max_m).has_value();
@@ -157,7 +157,7 @@ TEST(FitQuery, agreesWithALookAtEveryPlace) {
   std::size_t num_none = 0;
   for (int m = 0; m < 20; ++m) {
     const UnknownPolicy policy = m % 2 == 0 ? UnknownPolicy::kStop : UnknownPolicy::kPass;
-    const test::ModelledMap model = test::randomRooms(random, oneMetre(), kArea);
+    const test::ModelledMap model = test::randomRooms(random, fitConfig(), kArea);
     DenseObstacles obstacles(model.voxels, kArea, policy);
     for (int i = 0; i < 500; ++i, ++num_cases) {
       const Eigen::Vector3d point = test::randomPoint(random, 18.0);

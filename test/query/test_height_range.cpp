@@ -9,7 +9,7 @@ namespace cuboid_mapping {
 namespace {
 
 /// With voxels of 1 m.
-CuboidMap makeMap(const std::vector<UniformBox>& boxes) {
+CuboidMap makeHeightMap(const std::vector<UniformBox>& boxes) {
   MapConfig config;
   config.resolution_m = 1.0;
   CuboidMap map(config);
@@ -18,18 +18,18 @@ CuboidMap makeMap(const std::vector<UniformBox>& boxes) {
 }
 
 TEST(HeightRange, OfAMapWithoutOccupiedVoxelsIsOneMetre) {
-  const HeightRange of_nothing = findHeightRange(makeMap({}));
+  const HeightRange of_nothing = findHeightRange(makeHeightMap({}));
   EXPECT_DOUBLE_EQ(0.0, of_nothing.min_m);
   EXPECT_DOUBLE_EQ(1.0, of_nothing.max_m);
-  const HeightRange of_free = findHeightRange(makeMap({{{{0, 0, 5}, {8, 8, 9}}, -1.0F}}));
+  const HeightRange of_free = findHeightRange(makeHeightMap({{{{0, 0, 5}, {8, 8, 9}}, -1.0F}}));
   EXPECT_DOUBLE_EQ(1.0, of_free.max_m);
 }
 
 TEST(HeightRange, LeavesOutTheLowestAndTheHighestVoxels) {
   // A wall 100 voxels high, with a point far below and one far above.
-  const HeightRange range = findHeightRange(makeMap({{{{0, 0, 0}, {1, 10, 100}}, 1.0F},
-                                                     {{{0, 0, -500}, {1, 1, -499}}, 1.0F},
-                                                     {{{0, 0, 700}, {1, 1, 701}}, 1.0F}}));
+  const HeightRange range = findHeightRange(makeHeightMap({{{{0, 0, 0}, {1, 10, 100}}, 1.0F},
+                                                           {{{0, 0, -500}, {1, 1, -499}}, 1.0F},
+                                                           {{{0, 0, 700}, {1, 1, 701}}, 1.0F}}));
   EXPECT_NEAR(2.0, range.min_m, 0.2);
   EXPECT_NEAR(98.0, range.max_m, 0.2);
 }
@@ -43,14 +43,14 @@ TEST(HeightRange, OfALargeMapIsThatOfAPartOfItsBricks) {
       voxels.push_back({{cell, cell + Cell{1, 1, 1}}, 1.0F});
     }
   }
-  const HeightRange range = findHeightRange(makeMap(voxels));
+  const HeightRange range = findHeightRange(makeHeightMap(voxels));
   EXPECT_NEAR(0.02 * 320.0, range.min_m, 1.0);
   EXPECT_NEAR(0.98 * 320.0, range.max_m, 1.0);
 }
 
 TEST(HeightRange, FindsTheOnlyOccupiedVoxelOfALargeMap) {
-  const HeightRange range = findHeightRange(
-      makeMap({{{{0, 0, 0}, {8 * 400, 8 * 400, 1}}, -1.0F}, {{{5, 5, 40}, {6, 6, 41}}, 1.0F}}));
+  const HeightRange range = findHeightRange(makeHeightMap(
+      {{{{0, 0, 0}, {8 * 400, 8 * 400, 1}}, -1.0F}, {{{5, 5, 40}, {6, 6, 41}}, 1.0F}}));
   EXPECT_NEAR(40.0, range.min_m, 0.1);
   EXPECT_NEAR(41.0, range.max_m, 0.5);
 }

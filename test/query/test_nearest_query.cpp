@@ -22,7 +22,7 @@ using test::Random;
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
 /// A map at 0.5 m: voxel x = 0 free, x = 4 and x = 7 occupied, of y = z = 0.
-CuboidMap threeVoxels() {
+CuboidMap threeInARow() {
   MapConfig config;
   config.resolution_m = 0.5;
   CuboidMap map(config);
@@ -36,7 +36,7 @@ CuboidMap threeVoxels() {
 }
 
 TEST(NearestQuery, givesTheNearestFirstWithItsClosestPoint) {
-  const auto nearest = findNearest(threeVoxels(), {0.25, 0.25, 0.25}, 2, CuboidFilter::kOccupied);
+  const auto nearest = findNearest(threeInARow(), {0.25, 0.25, 0.25}, 2, CuboidFilter::kOccupied);
   ASSERT_EQ(nearest.size(), 2U);
   EXPECT_EQ(nearest[0].cuboid.box, CellBox::ofCell({4, 0, 0}));
   EXPECT_NEAR(nearest[0].distance_m, 1.75, 1e-12);
@@ -48,7 +48,7 @@ TEST(NearestQuery, givesTheNearestFirstWithItsClosestPoint) {
 TEST(NearestQuery, isAtDistanceZeroInACuboidAndOnItsFace) {
   for (const double x_m : {2.0, 2.25, 2.5}) {
     const Eigen::Vector3d point(x_m, 0.25, 0.25);
-    const auto nearest = findNearest(threeVoxels(), point, 1, CuboidFilter::kAll);
+    const auto nearest = findNearest(threeInARow(), point, 1, CuboidFilter::kAll);
     ASSERT_EQ(nearest.size(), 1U);
     EXPECT_EQ(nearest[0].cuboid.box, CellBox::ofCell({4, 0, 0})) << x_m;
     EXPECT_EQ(nearest[0].distance_m, 0.0) << x_m;
@@ -57,7 +57,7 @@ TEST(NearestQuery, isAtDistanceZeroInACuboidAndOnItsFace) {
 }
 
 TEST(NearestQuery, givesAsManyAsThereAre) {
-  const CuboidMap map = threeVoxels();
+  const CuboidMap map = threeInARow();
   const Eigen::Vector3d point(0.25, 0.25, 0.25);
   EXPECT_EQ(findNearest(map, point, 10, CuboidFilter::kAll).size(), 3U);
   EXPECT_EQ(findNearest(map, point, 10, CuboidFilter::kFree).size(), 1U);
@@ -68,19 +68,19 @@ TEST(NearestQuery, givesAsManyAsThereAre) {
 }
 
 TEST(NearestQuery, needNotStartInTheMap) {
-  const CuboidMap map = threeVoxels();
+  const CuboidMap map = threeInARow();
   EXPECT_EQ(findNearest(map, {1e12, 0.0, 0.0}, 1, CuboidFilter::kAll).size(), 1U);
   EXPECT_TRUE(findNearest(map, {100.0, 0.0, 0.0}, 1, CuboidFilter::kAll, 5.0).empty());
 }
 
 TEST(NearestQuery, includesTheCuboidOfThePointAtMaxDistanceZero) {
-  const auto nearest = findNearest(threeVoxels(), {2.25, 0.25, 0.25}, 5, CuboidFilter::kAll, 0.0);
+  const auto nearest = findNearest(threeInARow(), {2.25, 0.25, 0.25}, 5, CuboidFilter::kAll, 0.0);
   ASSERT_EQ(nearest.size(), 1U);
   EXPECT_EQ(nearest[0].cuboid.box, CellBox::ofCell({4, 0, 0}));
 }
 
 TEST(NearestQuery, isNothingForWhatIsNoQuery) {
-  const CuboidMap map = threeVoxels();
+  const CuboidMap map = threeInARow();
   const Eigen::Vector3d point(0.25, 0.25, 0.25);
   EXPECT_TRUE(findNearest(map, point, 0, CuboidFilter::kAll).empty());
   EXPECT_TRUE(findNearest(map, point, 1, CuboidFilter::kAll, -0.1).empty());

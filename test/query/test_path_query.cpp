@@ -16,7 +16,7 @@ using test::DenseObstacles;
 using test::Random;
 using Path = std::vector<Eigen::Vector3d>;
 
-constexpr CellBox kArea{{-16, -16, -16}, {16, 16, 16}};
+constexpr CellBox kPathArea{{-16, -16, -16}, {16, 16, 16}};
 
 MapConfig configOf(double resolution_m) {
   MapConfig config;
@@ -140,8 +140,8 @@ TEST(PathQuery, agreesWithALookAtEveryVoxel) {
   std::size_t num_blocked_on_the_way = 0;
   for (std::size_t m = 0; m < kMaps; ++m) {
     const UnknownPolicy policy = m % 2 == 0 ? UnknownPolicy::kStop : UnknownPolicy::kPass;
-    const test::ModelledMap model = test::randomRooms(random, configOf(1.0), kArea);
-    DenseObstacles obstacles(model.voxels, kArea, policy);
+    const test::ModelledMap model = test::randomRooms(random, configOf(1.0), kPathArea);
+    DenseObstacles obstacles(model.voxels, kPathArea, policy);
     for (int i = 0; i < 200; ++i, ++num_cases) {
       const Path path = randomPath(random);
       const Eigen::Vector3d size_m(random.real(0.1, 3.0), random.real(0.1, 3.0),
@@ -175,8 +175,8 @@ TEST(PathQuery, agreesWithALookAtEveryVoxel) {
 
 TEST(PathQuery, isExactForMotionAlongAnAxis) {
   Random random(72);
-  const test::ModelledMap model = test::randomRooms(random, configOf(1.0), kArea);
-  DenseObstacles obstacles(model.voxels, kArea, UnknownPolicy::kStop);
+  const test::ModelledMap model = test::randomRooms(random, configOf(1.0), kPathArea);
+  DenseObstacles obstacles(model.voxels, kPathArea, UnknownPolicy::kStop);
   std::size_t num_free = 0;
   constexpr std::size_t kCases = 10000;
   for (std::size_t i = 0; i < kCases; ++i) {

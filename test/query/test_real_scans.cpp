@@ -72,7 +72,7 @@ TEST(RealScans, haveACorridorIfAndOnlyIfThereIsAWayFromVoxelToVoxel) {
   if (!scene) GTEST_SKIP() << "CUBOID_DATA_DIR is not set: no real scans to test with";
   Random random(131);
   const Grid& grid = scene->map.grid();
-  const CellBox area = *scene->map.voxels().bounds();
+  const CellBox area = *scene->map.bounds();
   std::size_t num_found = 0;
   std::size_t num_none = 0;
   for (const UnknownPolicy policy : {UnknownPolicy::kStop, UnknownPolicy::kPass}) {
@@ -112,7 +112,7 @@ TEST(RealScans, areAnsweredForAsALookAtEveryVoxelTells) {
   const auto scene = readScene("kitti_0005_city", 0.2);
   if (!scene) GTEST_SKIP() << "CUBOID_DATA_DIR is not set: no real scans to test with";
   Random random(132);
-  const CellBox area = *scene->map.voxels().bounds();
+  const CellBox area = *scene->map.bounds();
   std::size_t num_blocked = 0;
   std::size_t num_placed = 0;
   constexpr std::size_t kCases = 5000;

@@ -27,7 +27,7 @@ TEST(ValueQuery, saysOfACuboidWhatItsVoxelsSay) {
   CuboidMap map;
   map.replace(kAllCells, {UniformBox{{{0, 0, 0}, {3, 1, 1}}, toLogOdds(0.2)},
                           UniformBox{{{3, 0, 0}, {4, 1, 1}}, toLogOdds(0.4)}});
-  ASSERT_EQ(map.tree().size(), 1U) << "free all";
+  ASSERT_EQ(countCuboids(map).total(), 1U) << "free all";
   EXPECT_NEAR(meanProbability(map, {{0, 0, 0}, {4, 1, 1}}).value(), 0.25, 1e-6);
   EXPECT_EQ(maxLogOdds(map, {{0, 0, 0}, {4, 1, 1}}), toLogOdds(0.4));
   EXPECT_EQ(maxLogOdds(map, {{0, 0, 0}, {3, 1, 1}}), toLogOdds(0.2));

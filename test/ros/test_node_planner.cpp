@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The running node: what planners ask, in a known room; edits, ~fuse_now and ~pause.
+// The running node: what planners ask, in a known room; edits and ~pause.
 #include "cuboid_mapping/CastRays.h"
 #include "cuboid_mapping/CheckBoxes.h"
 #include "cuboid_mapping/CheckPath.h"
@@ -140,12 +140,6 @@ TEST_F(NodePlannerTest, LeavesCloudsOutWhilePaused) {
   call("pause", pause);
   sendRoom(103.5);
   EXPECT_TRUE(waitForInserted(2));
-}
-
-TEST_F(NodePlannerTest, FusesNow) {
-  std_srvs::Trigger fuse;
-  call("fuse_now", fuse);
-  EXPECT_NE(fuse.response.message.find("cuboids"), std::string::npos) << fuse.response.message;
 }
 
 }  // namespace

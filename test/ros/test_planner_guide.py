@@ -80,7 +80,7 @@ class PlannerGuideTest(unittest.TestCase):
         (program,) = re.findall(r'^```python ros\n(.*?)^```', (ROOT / 'doc/python.md').read_text(),
                                 re.MULTILINE | re.DOTALL)
         said = self.run_program(sys.executable, '-c', program)
-        # As many cuboids as ~fuse_now tells. What the callback's thread prints may stand between the words of a line.
+        # As many cuboids as the map has. What the callback's thread prints may stand between the words of a line.
         self.assertRegex(said, r'(?<!\d)40(?!\d)')
         self.assertIn('occupied_volume=array([0.1])', said)
 

@@ -234,7 +234,7 @@ class Schedule {
     }
     ASSERT_EQ(loadMap(node_.map(), file_).error, "");
     CuboidMap& replayed = node_.replay().map();
-    const std::vector<CellBox> locks = replayed.locked().boxes();
+    const std::vector<CellBox> locks = replayed.lockedBoxes();
     (void)restoreSnapshot(*saved_, replayed);
     for (const CellBox& box : locks) replayed.lock(box);  // Loading a map keeps them.
   }

@@ -44,32 +44,40 @@ TEST(BlockPool, keepsEachItemApartThroughRandomChanges) {
   }
 }
 
-TEST(BlockPool, givesBackBlocksWithoutItems) {
+TEST(BlockPool, givesBackBlocksWithoutItemsWhenItIsTrimmed) {
   BlockPool pool(kItemBytes);
   std::vector<std::uint32_t> indices;
   for (int i = 0; i < 1000; ++i) indices.push_back(pool.allocate());
   const std::size_t bytes_of_all = pool.numBytes();
   EXPECT_GE(bytes_of_all, 1000 * kItemBytes);
   for (const std::uint32_t index : indices) pool.release(index);
-  EXPECT_LT(pool.numBytes(), bytes_of_all / 20) << "only the list of blocks is left";
+  EXPECT_EQ(pool.numBytes(), bytes_of_all) << "they may be wanted again";
+  pool.trim();
+  EXPECT_LT(pool.numBytes(), bytes_of_all / 4) << "only the lists of blocks are left";
   for (int i = 0; i < 1000; ++i) (void)pool.allocate();
   EXPECT_LT(pool.numBytes(), bytes_of_all + bytes_of_all / 20) << "their indices are used again";
 }
 
-TEST(BlockPool, startsAnewInTheBlockThatItKeeps) {
-  BlockPool pool(kItemBytes, true);
-  std::vector<std::uint32_t> indices;
-  for (int i = 0; i < 1000; ++i) indices.push_back(pool.allocate());
-  for (const std::uint32_t index : indices) pool.release(index);
-  pool.clear();
-  EXPECT_EQ(pool.numItems(), 0U);
-  const std::size_t bytes_of_one = pool.numBytes();
-  EXPECT_GE(bytes_of_one, 64 * kItemBytes);
-  std::set<std::uint32_t> again;
-  for (int i = 0; i < 64; ++i) EXPECT_TRUE(again.insert(pool.allocate()).second);
-  EXPECT_EQ(pool.numBytes(), bytes_of_one);
+TEST(BlockPool, needsNoMemoryForWhatIsReserved) {
+  BlockPool pool(kItemBytes);
+  for (int i = 0; i < 5; ++i) (void)pool.allocate();
+  pool.reserve(1000);
+  const std::size_t bytes = pool.numBytes();
+  EXPECT_GE(pool.endIndex(), 1005U);
+  std::set<std::uint32_t> indices;
+  for (int i = 0; i < 1000; ++i) EXPECT_TRUE(indices.insert(pool.allocate()).second);
+  EXPECT_EQ(pool.numBytes(), bytes);
+  EXPECT_LT(*indices.rbegin(), pool.endIndex());
+}
+
+TEST(BlockPool, takesReservedMemoryOutOfTheBlocksInUseFirst) {
+  BlockPool pool(kItemBytes);
   (void)pool.allocate();
-  EXPECT_GT(pool.numBytes(), bytes_of_one);
+  const std::size_t bytes_of_one = pool.numBytes();
+  pool.reserve(1000);
+  (void)pool.allocate();
+  pool.trim();
+  EXPECT_LT(pool.numBytes(), bytes_of_one + 2000) << "only the lists of blocks have grown";
 }
 
 }  // namespace

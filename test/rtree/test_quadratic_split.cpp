@@ -13,15 +13,15 @@ namespace cuboid_mapping {
 namespace {
 
 /// Branches whose children are numbered, so that they can be told apart.
-std::vector<Branch> toBranches(const std::vector<CellBox>& boxes) {
-  std::vector<Branch> branches;
+BranchList toBranches(const std::vector<CellBox>& boxes) {
+  BranchList branches;
   for (const CellBox& box : boxes) {
-    branches.push_back({box, false, static_cast<NodeIndex>(branches.size())});
+    branches.push({box, false, static_cast<NodeIndex>(branches.size())});
   }
   return branches;
 }
 
-std::set<NodeIndex> numbersOf(const std::vector<Branch>& branches) {
+std::set<NodeIndex> numbersOf(const BranchList& branches) {
   std::set<NodeIndex> numbers;
   for (const Branch& branch : branches) EXPECT_TRUE(numbers.insert(branch.child).second);
   return numbers;
@@ -80,14 +80,16 @@ TEST(QuadraticSplit, dividesEqualBoxes) {
 }
 
 TEST(QuadraticSplit, keepsBoxClassAndChildOfEachBranch) {
-  std::vector<Branch> branches = toBranches({cube(0), cube(5, 3), cube(100)});
-  branches[1].has_occupied = true;
+  BranchList branches;
+  for (const Branch& branch : toBranches({cube(0), cube(5, 3), cube(100)})) {
+    branches.push({branch.box, branch.child == 1, branch.child});
+  }
   const SplitGroups groups = splitQuadratic(branches, 1);
-  std::vector<Branch> all = groups.first;
+  std::vector<Branch> all(groups.first.begin(), groups.first.end());
   all.insert(all.end(), groups.second.begin(), groups.second.end());
   for (const Branch& branch : all) {
-    EXPECT_EQ(branch.box, branches[branch.child].box);
-    EXPECT_EQ(branch.has_occupied, branches[branch.child].has_occupied);
+    EXPECT_EQ(branch.box, branches[static_cast<int>(branch.child)].box);
+    EXPECT_EQ(branch.has_occupied, branches[static_cast<int>(branch.child)].has_occupied);
   }
 }
 

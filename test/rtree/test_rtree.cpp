@@ -25,7 +25,7 @@ Cuboid rectangle(int min_x, int min_y, int max_x, int max_y) {
 /// The cuboids of a node's leaf child, sorted.
 std::vector<Cuboid> cuboidsOfLeaf(const RTree& tree, NodeIndex leaf) {
   std::vector<Cuboid> cuboids;
-  const Node& node = tree.node(0, leaf);
+  const Node& node = tree.leaf(leaf);
   for (int slot = 0; slot < node.count(); ++slot) cuboids.push_back(node.cuboid(slot));
   return test::sorted(std::move(cuboids));
 }
@@ -39,20 +39,13 @@ std::vector<Cuboid> diagonal(int count) {
   return cuboids;
 }
 
-/// Removes and adds cuboids in one part.
-void replace(RTree& tree, std::vector<LeafSlot> removed, std::vector<Cuboid> added) {
-  TreeChange change{std::move(removed), std::move(added), {}};
-  change.endPart();
-  tree.replace(change);
-}
-
-TEST(RTreeEmpty, holdsNothingInOneLeaf) {
+TEST(RTreeEmpty, hasNoNode) {
   const RTree tree;
   EXPECT_EQ(tree.size(), 0U);
   EXPECT_TRUE(tree.isEmpty());
-  EXPECT_EQ(tree.height(), 1);
-  EXPECT_EQ(tree.numLeafNodes(), 1U);
-  EXPECT_EQ(tree.numInnerNodes(), 0U);
+  EXPECT_EQ(tree.height(), 0);
+  EXPECT_EQ(tree.numLeafNodes(), 0U);
+  EXPECT_EQ(tree.inner().size(), 0U);
   EXPECT_FALSE(tree.bounds().has_value());
   EXPECT_EQ(checkTree(tree), kNoViolations);
   EXPECT_TRUE(test::allCuboids(tree).empty());
@@ -68,16 +61,12 @@ TEST(RTreeEmpty, givesNothingToAnySearch) {
   visitCell(tree, {0, 0, 0}, fail);
   visitNearest(tree, {0.0, 0.0, 0.0}, 100.0, CuboidFilter::kAll,
                [&](const Cuboid& cuboid, double) { return fail(cuboid); });
-  Selection selection;
-  tree.select({{-9, -9, -9}, {9, 9, 9}}, selection);
-  EXPECT_TRUE(selection.cuboids.empty());
 }
 
 TEST(RTreeEmpty, canBeChangedByNothing) {
   RTree tree;
   EXPECT_FALSE(tree.remove(CellBox::ofCell({0, 0, 0})));
-  tree.replace({});
-  replace(tree, {}, {});
+  EXPECT_FALSE(tree.replace(CellBox::ofCell({0, 0, 0}), rectangle(0, 0, 1, 1)));
   tree.clear();
   EXPECT_TRUE(tree.isEmpty());
   EXPECT_EQ(checkTree(tree), kNoViolations);
@@ -96,7 +85,7 @@ TEST(RTreeGrowth, isThatOfThePapersFigure2) {
   EXPECT_EQ(tree.height(), 2) << "C splits it";
   tree.insert(d);
   ASSERT_EQ(tree.height(), 2) << "D goes to C";
-  const Node& root = tree.node(1, tree.root());
+  const Node& root = tree.inner().node(tree.inner().root());
   ASSERT_EQ(root.count(), 2);
   const int first = root.box(0).min.x == 0 ? 0 : 1;
   EXPECT_EQ(root.box(first), (CellBox{{0, 0, 0}, {5, 3, 1}})) << "E";
@@ -111,7 +100,7 @@ TEST(RTreeGrowth, needsOneNodeForThatFigureWithFourBranches) {
   for (const int x : {0, 3, 20, 23}) tree.insert(rectangle(x, 0, x + 2, 2));
   EXPECT_EQ(tree.height(), 1);
   EXPECT_EQ(tree.numLeafNodes(), 1U);
-  EXPECT_EQ(tree.numInnerNodes(), 0U);
+  EXPECT_EQ(tree.inner().size(), 0U);
 }
 
 TEST(RTreeGrowth, splitsANodeWhenItHasMoreThanMBranches) {
@@ -123,7 +112,7 @@ TEST(RTreeGrowth, splitsANodeWhenItHasMoreThanMBranches) {
     tree.insert(cuboids.back());
     EXPECT_EQ(tree.height(), 2) << "M = " << order.max_branches;
     EXPECT_EQ(tree.numLeafNodes(), 2U);
-    EXPECT_EQ(tree.numInnerNodes(), 1U);
+    EXPECT_EQ(tree.inner().size(), 1U);
     EXPECT_EQ(checkTree(tree), kNoViolations);
     EXPECT_EQ(test::allCuboids(tree), test::sorted(cuboids));
   }
@@ -145,7 +134,7 @@ TEST(RTreeInsert, goesToTheLeafThatExpandsLeast) {
   ASSERT_EQ(tree.height(), 2);
   const Cuboid near_first = rectangle(20, 0, 22, 2);
   tree.insert(near_first);
-  const Node& root = tree.node(1, tree.root());
+  const Node& root = tree.inner().node(tree.inner().root());
   const int first = root.box(0).min.x == 0 ? 0 : 1;
   EXPECT_EQ(root.box(first), (CellBox{{0, 0, 0}, {22, 2, 1}}));
   EXPECT_EQ(root.box(1 - first), (CellBox{{100, 0, 0}, {110, 2, 1}}));
@@ -161,7 +150,7 @@ TEST(RTreeInsert, goesToTheSmallerOfTwoLeavesThatNeedNotExpand) {
   }
   tree.insert(rectangle(54, 54, 55, 55));  // The first leaf is split: one half has the large one.
   ASSERT_EQ(tree.height(), 2);
-  const Node& root = tree.node(1, tree.root());
+  const Node& root = tree.inner().node(tree.inner().root());
   ASSERT_EQ(root.count(), 3);
   for (int slot = 0; slot < root.count(); ++slot) {
     const std::vector<Cuboid> cuboids = cuboidsOfLeaf(tree, root.child()[slot]);
@@ -210,9 +199,9 @@ TEST(RTreeRemove, shrinksTheRootUntilOneLeafIsLeft) {
       const int next = 2 * static_cast<int>(i + 1);
       ASSERT_EQ(tree.bounds()->min, (Cell{next, next, next})) << "the bounds have not shrunk";
     }
-    EXPECT_EQ(tree.height(), 1);
-    EXPECT_EQ(tree.numLeafNodes(), 1U);
-    EXPECT_EQ(tree.numInnerNodes(), 0U);
+    EXPECT_EQ(tree.height(), 0);
+    EXPECT_EQ(tree.numLeafNodes(), 0U);
+    EXPECT_EQ(tree.inner().size(), 0U);
   }
 }
 
@@ -221,7 +210,7 @@ TEST(RTreeClass, isOccupiedAboveAnOccupiedCuboidOnly) {
   for (const Cuboid& cuboid : diagonal(50)) tree.insert(cuboid);
   const Cuboid occupied{CellBox::ofCell({7, 7, 7}), Occupancy::kOccupied};
   const auto hasOccupied = [&tree] {
-    return tree.node(tree.height() - 1, tree.root()).summary().has_occupied;
+    return tree.inner().node(tree.inner().root()).summary().has_occupied;
   };
   EXPECT_FALSE(hasOccupied());
   tree.insert(occupied);
@@ -232,101 +221,30 @@ TEST(RTreeClass, isOccupiedAboveAnOccupiedCuboidOnly) {
   EXPECT_TRUE(test::allCuboids(tree, CuboidFilter::kOccupied).empty());
 }
 
-/// All places of a tree.
-Selection selectAll(const RTree& tree) {
-  Selection selection;
-  if (tree.bounds()) tree.select(*tree.bounds(), selection);
-  return selection;
-}
-
-TEST(RTreeReplace, appendsToASelection) {
-  RTree tree;
-  tree.insert(rectangle(0, 0, 1, 1));
-  Selection selection = selectAll(tree);
-  tree.select({{0, 0, 0}, {1, 1, 1}}, selection);
-  EXPECT_EQ(selection.cuboids.size(), 2U);
-  selection.clear();
-  EXPECT_TRUE(selection.cuboids.empty() && selection.slots.empty());
-}
-
 TEST(RTreeReplace, changesClassesInTheirPlaces) {
   RTree tree(RTreeConfig{4, 2});
   for (const Cuboid& cuboid : diagonal(100)) tree.insert(cuboid);
   const std::size_t num_leaves = tree.numLeafNodes();
-  const Selection selection = selectAll(tree);
-  std::vector<Cuboid> added = selection.cuboids;
-  for (Cuboid& cuboid : added) cuboid.occupancy = Occupancy::kOccupied;
-  replace(tree, selection.slots, added);
-  EXPECT_EQ(test::allCuboids(tree), test::sorted(added));
+  std::vector<Cuboid> occupied = diagonal(100);
+  for (Cuboid& cuboid : occupied) {
+    cuboid.occupancy = Occupancy::kOccupied;
+    EXPECT_TRUE(tree.replace(cuboid.box, cuboid));
+  }
+  EXPECT_EQ(test::allCuboids(tree), test::sorted(occupied));
   EXPECT_EQ(tree.numLeafNodes(), num_leaves);
   EXPECT_EQ(checkTree(tree), kNoViolations);
 }
 
-TEST(RTreeReplace, leavesAnEmptyTreeWhenItRemovesAll) {
+TEST(RTreeReplace, updatesTheBoxesAboveACuboidThatGrowsOrShrinks) {
   RTree tree(RTreeConfig{4, 2});
-  for (const Cuboid& cuboid : diagonal(300)) tree.insert(cuboid);
-  replace(tree, selectAll(tree).slots, {});
-  EXPECT_TRUE(tree.isEmpty());
-  EXPECT_EQ(tree.height(), 1);
+  for (const Cuboid& cuboid : diagonal(50)) tree.insert(cuboid);
+  const Cuboid grown{{{0, 0, 0}, {1, 1, 200}}, Occupancy::kFree};
+  EXPECT_TRUE(tree.replace(CellBox::ofCell({0, 0, 0}), grown));
+  EXPECT_EQ(tree.bounds()->max.z, 200);
   EXPECT_EQ(checkTree(tree), kNoViolations);
-}
-
-TEST(RTreeReplace, fillsAnEmptyTreeInOneGo) {
-  for (const int count : {1, 31, 32, 33, 48, 1000, 5000}) {
-    RTree tree;
-    replace(tree, {}, diagonal(count));
-    EXPECT_EQ(checkTree(tree), kNoViolations) << count;
-    EXPECT_EQ(test::allCuboids(tree), test::sorted(diagonal(count))) << count;
-  }
-}
-
-TEST(RTreeReplace, fillsNewLeavesInTheOrderOfTheParts) {
-  const std::vector<Cuboid> cuboids = diagonal(1000);
-  RTree tree(RTreeConfig{8, 3});
-  TreeChange change;
-  for (std::size_t i = 0; i < cuboids.size(); ++i) {
-    change.added.push_back(cuboids[i]);
-    if (i % 3 == 2) change.endPart();
-  }
-  change.endPart();
-  tree.replace(change);
+  EXPECT_TRUE(tree.replace(grown.box, {CellBox::ofCell({0, 0, 0}), Occupancy::kFree}));
+  EXPECT_EQ(tree.bounds()->max.z, 99);
   EXPECT_EQ(checkTree(tree), kNoViolations);
-  EXPECT_EQ(test::allCuboids(tree), test::sorted(cuboids));
-  EXPECT_LE(tree.numLeafNodes(), 1000U / 7 + 1) << "they are not full";
-  visitLeafSlots(tree, *tree.bounds(), CuboidFilter::kAll, [&](NodeIndex leaf, int /*slot*/) {
-    const CellBox box = tree.node(0, leaf).summary().box;
-    EXPECT_EQ(box.size().x, 2 * tree.node(0, leaf).count() - 1) << "there is one of others between";
-    return Visit::kContinue;
-  });
-}
-
-TEST(RTreeReplace, givesThePlacesOfAPartToCuboidsOfThatPart) {
-  RTree tree(RTreeConfig{4, 2});
-  const Cuboid old_left = rectangle(0, 0, 1, 1);
-  const Cuboid old_right = rectangle(1000, 0, 1001, 1);
-  for (const Cuboid& cuboid : {old_left, rectangle(2, 0, 3, 1), rectangle(4, 0, 5, 1), old_right,
-                               rectangle(1002, 0, 1003, 1), rectangle(1004, 0, 1005, 1)}) {
-    tree.insert(cuboid);
-  }
-  ASSERT_EQ(tree.height(), 2);
-  const Cuboid left = rectangle(0, 0, 1, 2);
-  const Cuboid right = rectangle(1000, 0, 1001, 2);
-  const auto changeOf = [&tree](const Cuboid& before, const Cuboid& after) {
-    Selection selection;
-    tree.select(before.box, selection);
-    TreeChange change{selection.slots, {after}, {}};
-    change.endPart();
-    return change;
-  };
-  TreeChange change = changeOf(old_right, right);
-  change.append(changeOf(old_left, left));
-  tree.replace(change);
-  EXPECT_EQ(checkTree(tree), kNoViolations);
-  const Node& root = tree.node(1, tree.root());
-  ASSERT_EQ(root.count(), 2);
-  for (int slot = 0; slot < root.count(); ++slot) {
-    EXPECT_EQ(root.box(slot).size(), (Cell{5, 2, 1})) << "a cuboid went to the other side";
-  }
 }
 
 TEST(RTreeClear, leavesATreeThatCanBeFilledAgain) {
@@ -337,7 +255,7 @@ TEST(RTreeClear, leavesATreeThatCanBeFilledAgain) {
     EXPECT_EQ(checkTree(tree), kNoViolations);
     tree.clear();
     EXPECT_TRUE(tree.isEmpty());
-    EXPECT_EQ(tree.height(), 1);
+    EXPECT_EQ(tree.height(), 0);
     EXPECT_FALSE(tree.bounds().has_value());
     EXPECT_EQ(checkTree(tree), kNoViolations);
   }
@@ -347,10 +265,9 @@ TEST(RTreeMemory, isUsedAgainAfterRemovals) {
   RTree tree(RTreeConfig{8, 3});
   std::size_t bytes_after_two = 0;
   for (int round = 0; round < 20; ++round) {
-    replace(tree, {}, diagonal(500));
-    replace(tree, selectAll(tree).slots, {});
     for (const Cuboid& cuboid : diagonal(500)) tree.insert(cuboid);
     for (const Cuboid& cuboid : diagonal(500)) ASSERT_TRUE(tree.remove(cuboid.box));
+    tree.trim();
     if (round == 1) bytes_after_two = tree.numBytes();
   }
   EXPECT_GT(bytes_after_two, 0U);

@@ -3,6 +3,8 @@
 #pragma once
 
 #include "cuboid_mapping/fusion/growth_fusion.h"
+#include "cuboid_mapping/rtree/traversal.h"
+#include "cuboid_mapping/voxels/brick_store.h"
 #include "support/cuboid_set.h"
 
 #include <map>
@@ -32,22 +34,25 @@ class GrowthScene {
   std::vector<Cuboid> fuse(const std::vector<Cell>& starters) {
     ScanUpdate update;
     update.samples = starters;
-    changes_ = {};
-    growth_.noteCloud(voxels_, update, takePainted(), changes_);
+    VoxelStore::PendingChange change = takePainted();
+    const CellWrites writes = write(change, false);
+    growth_.grow(voxels_, update, writes, changes_);
     return allCuboids(tree());
   }
 
   /// Writes what was painted to the tree, as an edit.
   std::vector<Cuboid> edit() {
-    changes_ = {};
-    growth_.noteEdit(voxels_, takePainted(), changes_);
+    VoxelStore::PendingChange change = takePainted();
+    (void)write(change, true);
     return allCuboids(tree());
   }
 
   std::vector<Cuboid> setSensorModel(const SensorModelConfig& config) {
     model_ = SensorModel(config);
-    changes_ = {};
-    growth_.setSensorModel(voxels_, model_, changes_);
+    const CellWrites writes = growth_.prepare(voxels_, model_);
+    note(writes);
+    growth_.commit(writes);
+    growth_.setSensorModel(model_);
     return allCuboids(tree());
   }
 
@@ -70,10 +75,27 @@ class GrowthScene {
     });
   }
 
-  std::vector<BrickChange> takePainted() {
+  VoxelStore::PendingChange takePainted() {
     std::vector<VoxelBrick> bricks;
     for (const auto& [brick, voxels] : painted_) bricks.push_back({brick, voxels});
-    return voxels_.replace({{-1000, -1000, -1000}, {1000, 1000, 1000}}, bricks);
+    return voxels_.prepareReplace({{-1000, -1000, -1000}, {1000, 1000, 1000}}, bricks, {});
+  }
+
+  CellWrites write(VoxelStore::PendingChange& change, bool is_edit) {
+    CellWrites writes = growth_.prepare(change, is_edit);
+    voxels_.reserve(change);
+    voxels_.commit(change, [](const auto& /*brick*/) {});
+    growth_.commit(writes);
+    note(writes);
+    return writes;
+  }
+
+  void note(const CellWrites& writes) {
+    changes_ = {};
+    for (const auto& brick : writes.bricks) {
+      changes_.bricks.push_back({brick.brick, brick.is_reclassified});
+    }
+    for (const CellBox& box : writes.split) changes_.addCuboidsIn(box);
   }
 
   SensorModel model_;

@@ -2,7 +2,10 @@
 #include "support/map_invariants.h"
 
 #include "cuboid_mapping/fusion/brick_division.h"
+#include "cuboid_mapping/fusion/growth_fusion.h"
 #include "cuboid_mapping/map/cuboid_search.h"
+#include "cuboid_mapping/rtree/traversal.h"
+#include "cuboid_mapping/voxels/brick_store.h"
 #include "support/tree_invariants.h"
 
 #include <algorithm>
@@ -23,8 +26,10 @@ class MapChecker {
   explicit MapChecker(const CuboidMap& map) : map_(map), voxels_(map.voxels()) {}
 
   std::vector<std::string> check() {
-    add(checkTree(map_.fusion().tree()));
-    add(checkDisjoint(map_.fusion().tree()));
+    const CuboidTree& tree = map_.cuboids();
+    add(checkNodes(tree.inner(), [&](NodeIndex leaf) { return summaryOf(leaf); }));
+    expect(numLeaves() == tree.numLeafNodes(voxels_), "leaf nodes are lost", numLeaves());
+    if (const auto* grown = dynamic_cast<const GrowthFusion*>(&tree)) add(checkTree(grown->tree()));
     checkStore();
     visitAll(map_, CuboidFilter::kAll, [&](const Cuboid& cuboid) {
       cover(cuboid);
@@ -34,8 +39,6 @@ class MapChecker {
     voxels_.forEach([&](const VoxelBrick& brick) {
       expect(covers_.find(brick.brick) != nullptr, "brick without cuboids", brick.brick);
     });
-    expect(map_.config().fusion != FusionKind::kGrowth || !map_.fusion().isAnyWaiting(),
-           "a brick waits", "growth");
     return std::move(violations_);
   }
 
@@ -63,19 +66,48 @@ class MapChecker {
     double num_free = 0.0;
     double num_occupied = 0.0;
     std::size_t num_bricks = 0;
-    std::optional<CellBox> bounds;
     voxels_.forEach([&](const VoxelBrick& brick) {
       checkVoxels(brick);
       num_free += brick.voxels.free().count();
       num_occupied += brick.voxels.occupied().count();
       ++num_bricks;
-      bounds = bounds ? unite(*bounds, brickBox(brick.brick)) : brickBox(brick.brick);
+      const CellBox known = boundsOf(brick);
+      bounds_ = bounds_ ? unite(*bounds_, known) : known;
     });
     expect(num_bricks == voxels_.size(), "size() is not the number of bricks", voxels_.size());
     expect(num_free == voxels_.numFreeVoxels(), "wrong number of free voxels", num_free);
     expect(num_occupied == voxels_.numOccupiedVoxels(), "wrong number of occupied voxels",
            num_occupied);
-    expect(bounds == voxels_.bounds(), "wrong bounds", bounds.value_or(CellBox()));
+    expect(bounds_ == map_.bounds(), "wrong bounds", bounds_.value_or(CellBox()));
+  }
+
+  /// Box around the known voxels of a brick.
+  static CellBox boundsOf(const VoxelBrick& brick) {
+    std::optional<CellBox> bounds;
+    forEachCell(brick.brick, brick.voxels.known(), [&](const Cell& cell) {
+      const CellBox box = CellBox::ofCell(cell);
+      bounds = bounds ? unite(*bounds, box) : box;
+    });
+    return bounds.value_or(CellBox());
+  }
+
+  /// What the inner nodes have to say of a leaf node.
+  [[nodiscard]] Branch summaryOf(NodeIndex leaf) const {
+    if (const auto* grown = dynamic_cast<const GrowthFusion*>(&map_.cuboids())) {
+      return grown->tree().leaf(leaf).summary();
+    }
+    const Brick& brick = voxels_.bricks().item(leaf);
+    return {boundsOf(brick), brick.voxels.isAnyOccupied(), leaf};
+  }
+  [[nodiscard]] std::size_t numLeaves() const {
+    std::size_t count = 0;
+    visitLeaves(
+        map_.cuboids().inner(), kEverywhere, CuboidFilter::kAll, [](NodeIndex, int) {},
+        [&](NodeIndex) {
+          ++count;
+          return Visit::kContinue;
+        });
+    return count;
   }
 
   void checkVoxels(const VoxelBrick& brick) {
@@ -150,6 +182,7 @@ class MapChecker {
   const CuboidMap& map_;
   const VoxelStore& voxels_;
   BrickTable<Cover> covers_;
+  std::optional<CellBox> bounds_;
   std::vector<std::string> violations_;
 };
 

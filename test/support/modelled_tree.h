@@ -2,7 +2,7 @@
 // Random changes of an R-tree, done to a plain list of cuboids as well.
 #pragma once
 
-#include "cuboid_mapping/rtree/rtree.h"
+#include "cuboid_mapping/rtree/traversal.h"
 #include "support/cuboid_set.h"
 #include "support/random_shapes.h"
 
@@ -77,6 +77,7 @@ class ModelledTree {
       removeSome(random);
     } else if (choice < 0.60) {
       removeUnknown(random);
+      replaceOne(random);
     } else if (choice < 0.90) {
       replaceGroup(random, is_full);
     } else if (choice < 0.94) {
@@ -86,7 +87,7 @@ class ModelledTree {
     } else if (choice < 0.99) {
       addBatch(random, is_full ? 0 : max_size_ / 3);
     } else if (choice < 0.995) {
-      replaceEverything(random);
+      while (!cuboids_.empty()) removeOneOf(cuboids_.front().box);
     } else {
       tree_.clear();
       cuboids_.clear();
@@ -136,8 +137,10 @@ class ModelledTree {
   }
 
   void removeSome(Random& random) {
-    if (cuboids_.empty()) return;
-    const CellBox box = knownBox(random);
+    if (!cuboids_.empty()) removeOneOf(knownBox(random));
+  }
+
+  void removeOneOf(const CellBox& box) {
     ASSERT_TRUE(tree_.remove(box));
     // Any one of twins may go: see which one is gone.
     std::vector<Cuboid> left;
@@ -161,58 +164,33 @@ class ModelledTree {
     ASSERT_TRUE(!twinsInModel(box).empty() || !tree_.remove(box));
   }
 
-  /// Takes some of the selected cuboids out of the model; returns their places.
-  std::vector<LeafSlot> takeOut(Random& random, const Selection& selection, double ratio) {
-    std::vector<LeafSlot> removed;
-    for (std::size_t i = 0; i < selection.slots.size(); ++i) {
-      if (!random.chance(ratio)) continue;
-      removed.push_back(selection.slots[i]);
-      removeFromModel(selection.cuboids[i]);
-    }
-    random.shuffle(removed);
-    return removed;
+  /// Cuboids in or near a box, each with some probability, which leave the model.
+  std::vector<Cuboid> takeOut(Random& random, const CellBox& box, int margin, double ratio) {
+    std::vector<Cuboid> found;
+    visitBox(tree_,
+             {box.min - Cell{margin, margin, margin}, box.max + Cell{margin, margin, margin}},
+             CuboidFilter::kAll, [&](const Cuboid& cuboid) {
+               if (random.chance(ratio)) found.push_back(cuboid);
+               return Visit::kContinue;
+             });
+    random.shuffle(found);
+    return found;
   }
 
-  [[nodiscard]] Selection selectAround(const CellBox& box, int margin) const {
-    Selection selection;
-    tree_.select({box.min - Cell{margin, margin, margin}, box.max + Cell{margin, margin, margin}},
-                 selection);
-    return selection;
-  }
-
-  /// In one part, or in several: of both lists, of one, or of none.
-  void replace(Random& random, const std::vector<LeafSlot>& removed,
-               const std::vector<Cuboid>& added) {
-    TreeChange change{removed, added, {}};
-    const int num_cuts = random.chance(0.5) ? 0 : random.integer(1, 6);
-    for (int i = 0; i < num_cuts; ++i) {
-      const TreeChange::Part last =
-          change.parts.empty() ? TreeChange::Part{0, 0} : change.parts.back();
-      change.parts.push_back(
-          {last.removed_end + random.index(removed.size() - last.removed_end + 1),
-           last.added_end + random.index(added.size() - last.added_end + 1)});
-    }
-    change.endPart();
-    tree_.replace(change);
-  }
-
-  /// What a map does: some cuboids of a small region give way to others.
+  /// What a map does: some cuboids of a small region give way to others, for which there is room.
   void replaceGroup(Random& random, bool is_full) {
-    const Selection selection = selectAround(knownBox(random), random.integer(0, 8));
     constexpr double kRatios[] = {0.0, 0.3, 0.8, 1.0};
-    const std::vector<LeafSlot> removed =
-        takeOut(random, selection, is_full ? 1.0 : kRatios[random.index(4)]);
-    std::vector<Cuboid> added;
+    const std::vector<Cuboid> removed = takeOut(random, knownBox(random), random.integer(0, 8),
+                                                is_full ? 1.0 : kRatios[random.index(4)]);
     const std::size_t num_wanted = is_full ? removed.size() / 2 : random.index(12);
+    tree_.reserve(num_wanted, removed.size());
+    for (const Cuboid& cuboid : removed) removeTold(cuboid);
+    std::vector<Cuboid> added;
     for (std::size_t i = 0; i < num_wanted; ++i) {
-      if (selection.cuboids.empty() || random.chance(0.2)) {
-        addToModel(random, randomBoxIn(random, world_), added);
-      } else {  // In the region: the same box again, or a part of it.
-        const CellBox& old = selection.cuboids[random.index(selection.cuboids.size())].box;
-        addToModel(random, random.chance(0.4) ? old : randomBoxInside(random, old), added);
-      }
+      addToModel(random, randomBoxIn(random, world_), added);
     }
-    replace(random, removed, added);
+    for (const Cuboid& cuboid : added) tree_.insertReserved(cuboid);
+    if (random.chance(0.5)) tree_.trim();
   }
 
   void addBatch(Random& random, std::size_t count) {
@@ -220,25 +198,30 @@ class ModelledTree {
     for (std::size_t i = 0; i < count; ++i) {
       addToModel(random, randomBoxIn(random, world_), added);
     }
-    replace(random, {}, added);
+    for (const Cuboid& cuboid : added) tree_.insert(cuboid);
   }
 
   void removeBatch(Random& random) {
-    const Selection selection = selectAround(knownBox(random), random.integer(0, 40));
-    replace(random, takeOut(random, selection, random.chance(0.5) ? 1.0 : 0.5), {});
+    const double ratio = random.chance(0.5) ? 1.0 : 0.5;
+    for (const Cuboid& cuboid : takeOut(random, knownBox(random), random.integer(0, 40), ratio)) {
+      removeTold(cuboid);
+    }
   }
 
-  void replaceEverything(Random& random) {
-    Selection all;
-    if (tree_.bounds()) tree_.select(*tree_.bounds(), all);
-    ASSERT_EQ(all.slots.size(), size());
-    const std::vector<LeafSlot> removed = takeOut(random, all, 1.0);
-    std::vector<Cuboid> added;
-    const int num_added = random.chance(0.5) ? 0 : random.integer(1, 100);
-    for (int i = 0; i < num_added; ++i) {
-      addToModel(random, randomBoxIn(random, world_), added);
-    }
-    replace(random, removed, added);
+  /// Removes one cuboid of a box, whichever it is.
+  void removeTold(const Cuboid& cuboid) { removeOneOf(cuboid.box); }
+
+  /// A box that stays in its place gets another class, or another size.
+  void replaceOne(Random& random) {
+    if (cuboids_.empty()) return;
+    const CellBox box = knownBox(random);
+    if (twinsInModel(box).size() != 1) return;
+    const Cuboid old = twinsInModel(box).front();
+    const Occupancy other = old.isOccupied() ? Occupancy::kFree : Occupancy::kOccupied;
+    const Cuboid now{random.chance(0.5) ? box : randomBoxInside(random, box), other};
+    ASSERT_TRUE(tree_.replace(box, now));
+    removeFromModel(old);
+    cuboids_.push_back(now);
   }
 
   RTree tree_;

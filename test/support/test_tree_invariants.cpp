@@ -19,20 +19,16 @@ class CheckTree : public testing::Test {
   }
 
   void SetUp() override {
-    ASSERT_GE(tree_.height(), 3);
+    ASSERT_EQ(tree_.height(), 3);
     ASSERT_TRUE(checkTree(tree_).empty());
   }
 
-  Node& node(int level, NodeIndex index) { return const_cast<Node&>(tree_.node(level, index)); }
-  Node& root() { return node(tree_.height() - 1, tree_.root()); }
-  /// A node one level below the root.
-  Node& child() { return node(tree_.height() - 2, root().child()[0]); }
-  /// A leaf.
-  Node& leaf() {
-    NodeIndex index = tree_.root();
-    for (int level = tree_.height() - 1; level > 0; --level) index = node(level, index).child()[0];
-    return node(0, index);
-  }
+  Node& node(NodeIndex index) { return const_cast<Node&>(tree_.inner().node(index)); }
+  Node& root() { return node(tree_.inner().root()); }
+  /// A node one level below the root, above leaf nodes.
+  Node& child() { return node(root().child()[0]); }
+  /// A leaf node.
+  Node& leaf() { return const_cast<Node&>(tree_.leaf(child().child()[0])); }
 
   /// Whether one of the violations speaks of this.
   [[nodiscard]] bool reports(const std::string& text) const {
@@ -79,13 +75,19 @@ TEST_F(CheckTree, seesAWrongParent) {
 }
 
 TEST_F(CheckTree, seesANodeWithTooFewBranches) {
-  while (leaf().count() > 1) leaf().remove(0);
+  while (child().count() > 1) child().remove(1);
   EXPECT_TRUE(reports("too few branches"));
   EXPECT_TRUE(reports("number of cuboids"));
 }
 
+TEST_F(CheckTree, seesALeafNodeWithTooFewCuboids) {
+  while (leaf().count() > 1) leaf().remove(0);
+  EXPECT_TRUE(reports("too few cuboids"));
+  EXPECT_TRUE(reports("number of cuboids"));
+}
+
 TEST_F(CheckTree, seesANodeWithoutBranches) {
-  leaf().clear();
+  child().clear();
   EXPECT_TRUE(reports("without branches"));
 }
 
@@ -96,20 +98,20 @@ TEST_F(CheckTree, seesARootWithOneBranch) {
 }
 
 TEST_F(CheckTree, seesAnEmptyBox) {
-  Branch branch = leaf().branch(0);
+  Branch branch = child().branch(0);
   branch.box.max.y = branch.box.min.y;
-  leaf().set(0, branch);
+  child().set(0, branch);
   EXPECT_TRUE(reports("empty box"));
 }
 
-TEST(CheckTreeOfOneLeaf, seesALeafThatIsWideWithoutNeed) {
+TEST(CheckTreeOfOneLeaf, seesABoxThatIsTooLarge) {
   RTree tree(RTreeConfig{4, 2});
   for (const int x : {0, 5, 300}) tree.insert({CellBox::ofCell({x, 0, 0}), Occupancy::kFree});
   EXPECT_TRUE(checkTree(tree).empty());
-  const_cast<Node&>(tree.node(0, tree.root())).remove(2);
+  const_cast<Node&>(tree.leaf(tree.inner().root())).remove(2);
   const std::vector<std::string> violations = checkTree(tree);
   ASSERT_EQ(violations.size(), 2U);
-  EXPECT_NE(violations[0].find("wide without need"), std::string::npos);
+  EXPECT_NE(violations[0].find("minimum bounding box"), std::string::npos);
   EXPECT_NE(violations[1].find("number of cuboids"), std::string::npos);
 }
 

@@ -3,87 +3,102 @@
 
 #include "cuboid_mapping/rtree/traversal.h"
 
-#include <algorithm>
-#include <cstdint>
 #include <sstream>
 
 namespace cuboid_mapping {
 namespace {
 
-/// Walks the tree and collects violations.
-class TreeChecker {
+std::string describe(const char* text, int level, NodeIndex index) {
+  std::ostringstream out;
+  out << text << " (level " << level << ", node " << index << ")";
+  return out.str();
+}
+
+/// Walks inner nodes and collects violations.
+class NodeChecker {
  public:
-  explicit TreeChecker(const RTree& tree) : tree_(tree) {}
+  NodeChecker(const InnerTree& tree, const std::function<Branch(NodeIndex)>& leaf_summary)
+      : tree_(tree), leaf_summary_(leaf_summary) {}
 
   std::vector<std::string> check() {
-    checkNode(tree_.root(), tree_.height() - 1);
-    expect(num_cuboids_ == tree_.size(), "size() is not the number of cuboids", 0, 0);
-    expect(num_leaves_ == tree_.numLeafNodes(), "leaf nodes are lost", 0, 0);
-    expect(num_wide_leaves_ == tree_.numWideLeaves(), "boxes of wide leaves are lost", 0, 0);
-    expect(num_inner_ == tree_.numInnerNodes(), "inner nodes are lost", 0, 0);
+    if (tree_.height() == 1) {
+      checkBranch(tree_.onlyLeaf(), leaf_summary_(tree_.root()), 0, tree_.root());
+      expect(tree_.parentOf(tree_.root()) == kNoNode, "root with a parent", 0, tree_.root());
+    }
+    if (tree_.height() > 1) checkNode(tree_.root(), tree_.height() - 1);
+    expect(num_nodes_ == tree_.size(), "inner nodes are lost", 0, 0);
     return std::move(violations_);
   }
 
  private:
   void expect(bool holds, const char* text, int level, NodeIndex index) {
-    if (holds) return;
-    std::ostringstream out;
-    out << text << " (level " << level << ", node " << index << ")";
-    violations_.push_back(out.str());
+    if (!holds) violations_.push_back(describe(text, level, index));
   }
 
   void checkNode(NodeIndex index, int level) {
-    const Node& node = tree_.node(level, index);
-    const bool is_root = index == tree_.root() && level == tree_.height() - 1;
-    const int fewest = is_root ? (level == 0 ? 0 : 2) : tree_.config().min_branches;
+    const Node& node = tree_.node(index);
+    const bool is_root = level == tree_.height() - 1;
+    const int fewest = is_root ? 2 : tree_.config().min_branches;
     expect(node.count() >= fewest, "too few branches", level, index);
     expect(node.count() <= tree_.config().max_branches, "too many branches", level, index);
-    expect(node.isLeaf() == (level == 0), "leaf at a wrong level", level, index);
-    ++(level == 0 ? num_leaves_ : num_inner_);
-    for (int slot = 0; slot < node.count(); ++slot) {
-      expect(!node.box(slot).isEmpty(), "empty box", level, index);
-      if (level > 0) checkChild(node, slot, level, index);
-    }
-    if (level == 0) checkLeaf(node, index);
+    ++num_nodes_;
+    for (int slot = 0; slot < node.count(); ++slot) checkChild(node.branch(slot), level, index);
   }
 
-  void checkLeaf(const Node& leaf, NodeIndex index) {
-    num_cuboids_ += static_cast<std::size_t>(leaf.count());
-    if (leaf.kind() != NodeKind::kWideLeaf) return;
-    ++num_wide_leaves_;
-    if (leaf.count() == 0) return;
-    const CellBox box = leaf.summary().box;
-    std::int64_t longest = 0;
-    for (int axis = 0; axis < 3; ++axis) {
-      longest = std::max(longest, std::int64_t{box.max[axis]} - box.min[axis]);
+  void checkChild(const Branch& branch, int level, NodeIndex index) {
+    expect(!branch.box.isEmpty(), "empty box", level, index);
+    if (level == 1) {
+      expect(tree_.parentOf(branch.child) == index, "child with another parent", level, index);
+      checkBranch(branch, leaf_summary_(branch.child), level, index);
+      return;
     }
-    expect(longest > Node::kMaxOffset, "leaf is wide without need", 0, index);
-  }
-
-  void checkChild(const Node& node, int slot, int level, NodeIndex index) {
-    const Branch branch = node.branch(slot);
-    const Node& child = tree_.node(level - 1, branch.child);
+    const Node& child = tree_.node(branch.child);
     expect(child.parent == index, "child with another parent", level, index);
     expect(child.count() > 0, "child without branches", level, index);
     if (child.count() == 0) return;
-    const Branch summary = child.summary();
-    expect(branch.box == summary.box, "box is not the minimum bounding box", level, index);
-    expect(branch.has_occupied == summary.has_occupied, "occupied cuboids are told wrongly", level,
-           index);
+    checkBranch(branch, child.summary(), level, index);
     checkNode(branch.child, level - 1);
   }
 
-  const RTree& tree_;
-  std::size_t num_cuboids_ = 0;
-  std::size_t num_leaves_ = 0;
-  std::size_t num_wide_leaves_ = 0;
-  std::size_t num_inner_ = 0;
+  void checkBranch(const Branch& branch, const Branch& summary, int level, NodeIndex index) {
+    expect(branch.box == summary.box, "box is not the minimum bounding box", level, index);
+    expect(branch.has_occupied == summary.has_occupied, "occupied cuboids are told wrongly", level,
+           index);
+  }
+
+  const InnerTree& tree_;
+  const std::function<Branch(NodeIndex)>& leaf_summary_;
+  std::size_t num_nodes_ = 0;
   std::vector<std::string> violations_;
 };
 
 }  // namespace
 
-std::vector<std::string> checkTree(const RTree& tree) { return TreeChecker(tree).check(); }
+std::vector<std::string> checkNodes(const InnerTree& tree,
+                                    const std::function<Branch(NodeIndex)>& leaf_summary) {
+  return NodeChecker(tree, leaf_summary).check();
+}
+
+std::vector<std::string> checkTree(const RTree& tree) {
+  const InnerTree& inner = tree.inner();
+  std::vector<std::string> violations =
+      checkNodes(inner, [&tree](NodeIndex leaf) { return tree.leaf(leaf).summary(); });
+  std::size_t num_cuboids = 0;
+  std::size_t num_leaves = 0;
+  visitLeaves(
+      inner, kEverywhere, CuboidFilter::kAll, [](NodeIndex, int) {},
+      [&](NodeIndex index) {
+        const int count = tree.leaf(index).count();
+        const int fewest = inner.height() == 1 ? 1 : inner.config().min_branches;
+        if (count < fewest) violations.push_back(describe("too few cuboids", 0, index));
+        num_cuboids += static_cast<std::size_t>(count);
+        ++num_leaves;
+        return Visit::kContinue;
+      });
+  if (num_cuboids != tree.size()) violations.emplace_back("size() is not the number of cuboids");
+  if (num_leaves != tree.numLeafNodes()) violations.emplace_back("leaf nodes are lost");
+  return violations;
+}
 
 std::vector<std::string> checkDisjoint(const RTree& tree) {
   std::vector<std::string> violations;

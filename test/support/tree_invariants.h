@@ -3,17 +3,22 @@
 
 #include "cuboid_mapping/rtree/rtree.h"
 
+#include <functional>
 #include <string>
 #include <vector>
 
 namespace cuboid_mapping {
 
-/// Every way in which a tree is not an R-tree of its order; empty when it is one.
+/// Every way in which inner nodes are not those of an R-tree of their order; empty when they are.
 ///
-/// Checked: branches of a node within (d, M), the root with at least two unless it is a leaf; all
-/// leaves at one level; parents; every inner branch is the minimum bounding box of its
-/// child, and tells whether something below is occupied; no leaf wide without need; number of cuboids and of nodes.
-/// @complexity O(n). For tests.
+/// Checked: branches of a node within (d, M), the root with at least two; all leaf nodes at one level;
+/// parents; every branch is the minimum bounding box of its child, and tells whether something below
+/// is occupied; the number of nodes. @param leaf_summary  What a leaf node's branch has to be; its
+/// child does not count. @complexity O(n). For tests.
+[[nodiscard]] std::vector<std::string> checkNodes(
+    const InnerTree& tree, const std::function<Branch(NodeIndex)>& leaf_summary);
+
+/// As above, of a tree of cuboids: leaf nodes have d to M cuboids, too, unless there is only one.
 [[nodiscard]] std::vector<std::string> checkTree(const RTree& tree);
 
 /// Every pair of cuboids that share a cell. @complexity O(n log n) for few. For tests.

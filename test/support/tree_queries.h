@@ -10,8 +10,6 @@
 #include <cmath>
 #include <limits>
 #include <optional>
-#include <set>
-#include <utility>
 #include <vector>
 
 namespace cuboid_mapping::test {
@@ -34,7 +32,7 @@ inline std::vector<Cuboid> findInBox(const std::vector<Cuboid>& cuboids, const C
   return sorted(std::move(found));
 }
 
-/// visitBox with every filter, and select.
+/// visitBox with every filter.
 inline void checkBoxSearch(const RTree& tree, const std::vector<Cuboid>& cuboids,
                            const CellBox& window) {
   for (const CuboidFilter filter : kFilters) {
@@ -45,16 +43,6 @@ inline void checkBoxSearch(const RTree& tree, const std::vector<Cuboid>& cuboids
     });
     EXPECT_EQ(sorted(std::move(found)), findInBox(cuboids, window, filter)) << window;
   }
-  Selection selection;
-  tree.select(window, selection);
-  ASSERT_EQ(selection.cuboids.size(), selection.slots.size());
-  std::set<std::pair<NodeIndex, int>> slots;
-  for (std::size_t i = 0; i < selection.slots.size(); ++i) {
-    const LeafSlot& slot = selection.slots[i];
-    EXPECT_TRUE(slots.insert({slot.leaf, slot.slot}).second) << "a place is selected twice";
-    EXPECT_EQ(tree.node(0, slot.leaf).cuboid(slot.slot), selection.cuboids[i]);
-  }
-  EXPECT_EQ(sorted(selection.cuboids), findInBox(cuboids, window, CuboidFilter::kAll)) << window;
 }
 
 inline void checkCellSearch(const RTree& tree, const std::vector<Cuboid>& cuboids,

@@ -281,7 +281,7 @@ TEST(MapWindow, thatRefusesTakesNothingFromOutside) {
     // A page belongs to it that shares a voxel with it, or with its margin of 20 voxels.
     const Cell edge = Cell{20, 20, 20} + Cell{kPageEdge, kPageEdge, kPageEdge};
     const CellBox limit{window.min - edge, window.max + edge};
-    ASSERT_TRUE(pair.map.voxels().size() == 0 || limit.contains(*pair.map.voxels().bounds()));
+    ASSERT_TRUE(pair.map.voxels().size() == 0 || limit.contains(*pair.map.bounds()));
     const CellBox inner{window.min + Cell{40, 40, 40}, window.max - Cell{40, 40, 40}};
     if (inner.isEmpty()) continue;
     for (const auto& [cell, value] : voxelsIn(pair.map, inner)) {

@@ -1,19 +1,18 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
-#include "cuboid_mapping/fusion/fusion.h"
 #include "cuboid_mapping/fusion/fusion_kind.h"
 #include "cuboid_mapping/fusion/growth_config.h"
 #include "cuboid_mapping/geometry/grid.h"
 #include "cuboid_mapping/map/config_check.h"
-#include "cuboid_mapping/map/locked_boxes.h"
 #include "cuboid_mapping/occupancy/cuboid.h"
 #include "cuboid_mapping/occupancy/sensor_model.h"
+#include "cuboid_mapping/rtree/rtree_config.h"
 #include "cuboid_mapping/voxels/change_set.h"
 #include "cuboid_mapping/voxels/voxel_store.h"
 
-#include <limits>
 #include <memory>
+#include <optional>
 #include <vector>
 
 /// A 3D occupancy map of cuboids: the library, which does not need ROS. Cells count voxels, figures
@@ -34,6 +33,7 @@ struct MapConfig {
   SensorModelConfig sensor_model;  ///< Probabilities of hit and miss, and clamping thresholds.
   Environment environment = Environment::kDynamic;  ///< Whether stable voxels are updated.
   FusionKind fusion = FusionKind::kClass;           ///< How voxels become cuboids.
+  FusionTime fuse = FusionTime::kEveryCloud;        ///< When bricks are divided.
   GrowthConfig growth;                              ///< Of FusionKind::kGrowth.
   RTreeConfig rtree;                                ///< Order (d, M) of the R-tree.
   int threads = 1;  ///< For changes of the map, 1 to kMaxThreads. The result does not depend on it.
@@ -50,28 +50,37 @@ struct MapConfig {
 constexpr CellBox kAllCells{{-Grid::kMaxCell, -Grid::kMaxCell, -Grid::kMaxCell},
                             {Grid::kMaxCell, Grid::kMaxCell, Grid::kMaxCell}};
 
+class ClassFusion;
+class CuboidTree;
+class GrowthFusion;
+class LockedBoxes;
+
 /// The map: the exact log-odds of all known voxels, and disjoint cuboids of one class in an R-tree
 /// (paper, Section IV). This class is the one door through which a map changes.
 ///
-/// Voxels and their classes are always current. Cuboids are put into the R-tree by fuse(), at the
-/// latest when no cloud has changed a class in their brick for some time; those who read cuboids
-/// (cuboid_search.h) get the current ones in any case, because a brick that waits is divided
-/// for them. With FusionKind::kClass and kNone the cuboids are a function of the classes of the
-/// voxels alone.
+/// Voxels, cuboids and the R-tree are always current; cuboids are read through cuboid_search.h. With
+/// FusionKind::kClass and kNone the cuboids are a function of the classes of the voxels alone, and the
+/// leaf nodes of the R-tree are the bricks.
 ///
 /// A change that throws std::bad_alloc has not been made: voxels, cuboids, locks and revision are as
-/// they were. Where memory runs out later, while cuboids are put into the R-tree, voxels and answers
-/// stay right: cuboids are made anew from the voxels when there is memory again.
+/// they were.
 ///
 /// Const functions may run side by side; a change needs exclusive access.
 class CuboidMap {
  public:
   /// @throws std::invalid_argument  with everything that checkConfig() finds.
   explicit CuboidMap(const MapConfig& config = {});
+  /// Takes over another map, which may only be destroyed or assigned afterwards.
+  ///@{
+  CuboidMap(CuboidMap&& other) noexcept;
+  CuboidMap& operator=(CuboidMap&& other) noexcept;
+  ///@}
+  ~CuboidMap();
 
   /// Updates the observed voxels (paper, Section IV-A).
-  /// @complexity O(b v + c log n) for b touched bricks of v different log-odds, and c cuboids of
-  /// bricks that have gone cold.
+  /// @param update  A brick that comes twice counts as one with the voxels of both.
+  /// @complexity O(b v + r log n) for b touched bricks of v different log-odds, and r of them that are new or
+  /// have other classes.
   ChangeSet apply(const ScanUpdate& update) { return apply(update, sensor_model_); }
   /// As above, with the hit and miss of another sensor.
   /// @pre Thresholds and environment of `model` are those of sensorModel().
@@ -83,15 +92,10 @@ class CuboidMap {
   /// Works out what becomes of the voxels, most of the time of apply(). Changes nothing: const
   /// functions may run beside it. @throws std::bad_alloc
   [[nodiscard]] VoxelStore::PendingChange prepare(const ScanUpdate& update,
-                                                  const SensorModel& model);
+                                                  const SensorModel& model) const;
   /// @param update  The same.
   ChangeSet commit(const ScanUpdate& update, VoxelStore::PendingChange& change);
   ///@}
-
-  /// Brings cuboids that wait into the R-tree (paper, Section IV-B).
-  /// @param max_bricks  After so many it is left to another call to go on.
-  /// @return Whether all are there. @complexity O(c log n) for c cuboids of these bricks.
-  bool fuse(std::size_t max_bricks = std::numeric_limits<std::size_t>::max());
 
   /// Puts voxels in the place of everything inside a box, exactly. For edits, loading, and copies
   /// that follow another map. Locked voxels are replaced, too.
@@ -113,13 +117,15 @@ class CuboidMap {
   ChangeSet exchange(CuboidMap& other);
 
   /// Keeps clouds from changing the voxels of a box, known or not; replace() and clear() still do.
-  void lock(const CellBox& box) { locked_.add(box); }
+  void lock(const CellBox& box);
   /// Undoes lock() for the voxels of a box, whatever boxes they were locked with.
-  void unlock(const CellBox& box) { locked_.remove(box); }
-  /// Locks these voxels, and no others.
-  void setLocked(LockedBoxes locked) { locked_ = std::move(locked); }
-  /// What is locked; changed through lock(), unlock() and setLocked() only.
-  [[nodiscard]] const LockedBoxes& locked() const { return locked_; }
+  void unlock(const CellBox& box);
+  /// Locks the voxels of these boxes, and no others.
+  void setLocked(const std::vector<CellBox>& boxes);
+  /// The locked voxels.
+  [[nodiscard]] const LockedBoxes& locked() const { return *locked_; }
+  /// The locked voxels as disjoint boxes, in no particular order. @complexity O(their number).
+  [[nodiscard]] std::vector<CellBox> lockedBoxes() const;
 
   /// Takes another sensor model for the clouds to come. Log-odds stay as they are, also beyond new
   /// clamping thresholds, until a cloud touches them. With FusionKind::kGrowth, voxels that are not
@@ -127,7 +133,7 @@ class CuboidMap {
   /// then as it was.
   ChangeSet setSensorModel(const SensorModelConfig& sensor_model);
 
-  /// Forgets everything, locks too.
+  /// Forgets everything, locks too. @throws std::bad_alloc  Nothing has changed then.
   ChangeSet clear();
 
   /// As given to the constructor, with the sensor model that counts now.
@@ -140,25 +146,26 @@ class CuboidMap {
   [[nodiscard]] std::uint64_t revision() const { return revision_; }
   /// The known voxels, always current.
   [[nodiscard]] const VoxelStore& voxels() const { return voxels_; }
-  /// The cuboids, current or waiting; to be read through cuboid_search.h.
-  [[nodiscard]] const Fusion& fusion() const { return *fusion_; }
-  /// The R-tree with all cuboids, after fuse().
-  [[nodiscard]] const RTree& tree() {
-    fuse();
-    return fusion_->tree();
-  }
+  /// The R-tree with all cuboids; to be read through cuboid_search.h.
+  [[nodiscard]] const CuboidTree& cuboids() const;
+  /// Box around all known voxels: that of the root of the R-tree; nothing when none is known.
+  /// @complexity O(M).
+  [[nodiscard]] std::optional<CellBox> bounds() const;
   /// Bytes held from the allocator.
-  [[nodiscard]] std::size_t numBytes() const { return voxels_.numBytes() + fusion_->numBytes(); }
+  [[nodiscard]] std::size_t numBytes() const;
 
  private:
+  [[nodiscard]] VoxelStore::Work work() const;
+  ChangeSet commit(VoxelStore::PendingChange& change, const ScanUpdate* cloud);
   ChangeSet finish(bool is_changed, ChangeSet changes);
 
   MapConfig config_;
   Grid grid_;
   SensorModel sensor_model_;
   VoxelStore voxels_;
-  std::unique_ptr<Fusion> fusion_;
-  LockedBoxes locked_;
+  std::unique_ptr<ClassFusion> by_class_;  ///< Of kClass and kNone.
+  std::unique_ptr<GrowthFusion> growth_;   ///< Of kGrowth.
+  std::unique_ptr<LockedBoxes> locked_;
   std::uint64_t revision_ = 0;
 };
 

@@ -1,13 +1,12 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include "cuboid_mapping/geometry/function_ref.h"
 #include "cuboid_mapping/scan/brick_update.h"
-#include "cuboid_mapping/voxels/brick_table.h"
 #include "cuboid_mapping/voxels/packed_voxels.h"
 
-#include <algorithm>
 #include <cstdint>
-#include <functional>
+#include <memory>
 #include <optional>
 #include <vector>
 
@@ -26,10 +25,24 @@ struct BrickChange {
   bool is_reclassified = false;  ///< Some have another class.
 };
 
-/// All known voxels with their exact log-odds, by brick. A brick without a known voxel leaves no
-/// trace. Const functions may run side by side; a change needs exclusive access.
+struct Brick;
+template <typename ItemT>
+class BrickTable;
+
+/// All known voxels with their exact log-odds, by brick, and with each brick the cuboids that it is
+/// divided into. A brick without a known voxel leaves no trace. Const functions may run side by side;
+/// a change needs exclusive access.
 class VoxelStore {
  public:
+  /// No voxel is known.
+  VoxelStore();
+  /// Takes over the voxels of another store, which may only be destroyed or assigned afterwards.
+  ///@{
+  VoxelStore(VoxelStore&& other) noexcept;
+  VoxelStore& operator=(VoxelStore&& other) noexcept;
+  ///@}
+  ~VoxelStore();
+
   /// The voxels of a brick, without or with its name; null when none is known. Valid until the
   /// brick changes. @complexity O(1).
   ///@{
@@ -37,7 +50,7 @@ class VoxelStore {
     const VoxelBrick* found = findBrick(brick);
     return found == nullptr ? nullptr : &found->voxels;
   }
-  [[nodiscard]] const VoxelBrick* findBrick(const Cell& brick) const { return bricks_.find(brick); }
+  [[nodiscard]] const VoxelBrick* findBrick(const Cell& brick) const;
   ///@}
 
   /// Class of a voxel. @complexity O(1).
@@ -56,98 +69,90 @@ class VoxelStore {
   /// @complexity O(bricks that the box shares a cell with, or all known bricks if these are fewer).
   [[nodiscard]] bool isAnyOccupied(const CellBox& box) const;
 
-  /// Calls visit(const VoxelBrick&) for each brick with a known voxel, in no particular order.
-  template <typename VisitorT>
-  void forEach(VisitorT visit) const {
-    bricks_.forEach(visit);
-  }
+  /// Calls visit for each brick with a known voxel, in no particular order.
+  void forEach(FunctionRef<void(const VoxelBrick&)> visit) const;
   /// As forEach() for the bricks that share a cell with a box.
   /// @complexity O(bricks of the box, or all known bricks if these are fewer).
-  template <typename VisitorT>
-  void forEachIn(const CellBox& box, VisitorT visit) const {
-    bricks_.forEachIn(box, visit);
-  }
+  void forEachIn(const CellBox& box, FunctionRef<void(const VoxelBrick&)> visit) const;
 
   /// Bricks that forEachIn() looks at, at most.
-  [[nodiscard]] std::uint64_t countLooks(const CellBox& box) const {
-    return static_cast<std::uint64_t>(std::min(numBricks(box), static_cast<double>(size())));
-  }
+  [[nodiscard]] std::uint64_t countLooks(const CellBox& box) const;
 
   /// Bricks with a known voxel.
-  [[nodiscard]] std::size_t size() const { return bricks_.size(); }
+  [[nodiscard]] std::size_t size() const;
   /// Voxels of a class; exact up to 2^53.
   ///@{
   [[nodiscard]] double numFreeVoxels() const { return num_free_; }
   [[nodiscard]] double numOccupiedVoxels() const { return num_occupied_; }
   ///@}
-  /// Box around all known bricks; nothing when there is none.
-  [[nodiscard]] const std::optional<CellBox>& bounds() const { return bounds_; }
-  /// Bytes held from the allocator.
+  /// Bytes held from the allocator, those of cuboids included.
   [[nodiscard]] std::size_t numBytes() const;
+  /// The bricks by number, with their cuboids.
+  [[nodiscard]] const BrickTable<Brick>& bricks() const { return *bricks_; }
 
   /// A change that is worked out, and not made yet. Holds what it replaced once it is made, so that
   /// the memory is given back when it goes.
-  class PendingChange;
+  class PendingChange {
+   public:
+    /// A brick's share of it: internal.
+    struct NewBrick;
+    /// Of no brick.
+    PendingChange();
+    /// A change can be made once.
+    ///@{
+    PendingChange(PendingChange&& other) noexcept;
+    PendingChange& operator=(PendingChange&& other) noexcept;
+    ///@}
+    ~PendingChange();
 
-  /// Told what is about to change, while everything is as it was.
-  using Announce = std::function<void(const std::vector<BrickChange>&)>;
+    /// All bricks that were looked at, also those that do not change: internal.
+    std::vector<NewBrick> bricks;        // NOLINT: NewBrick is not known here
+    std::vector<std::uint32_t> changed;  ///< Numbers of those of them that change. NOLINT: as above
+    std::size_t num_new = 0;   ///< Bricks that the store does not have yet. NOLINT: as above
+    std::size_t num_gone = 0;  ///< Bricks that it will not have any more. NOLINT: as above
+  };
 
-  /// Observes voxels, see PackedVoxels::observe(). @param threads  The result does not depend on it.
-  /// @return What has changed, brick by brick in the order of the update.
-  /// @throws std::bad_alloc, and what `announce` throws: nothing has changed then.
-  std::vector<BrickChange> apply(const std::vector<BrickUpdate>& update, const SensorModel& model,
-                                 int threads, const Announce& announce = {});
+  /// How a change is worked out. The result does not depend on it.
+  struct Work {
+    int threads = 1;  ///< >= 1.
+    bool divides =
+        false;  ///< Bricks with other classes are divided into cuboids; else they are stale.
+  };
 
-  /// The two halves of apply(), for those who let others read as long as possible.
-  /// @pre Nothing changes the store between them.
-  ///@{
-  /// Changes nothing: const functions may run beside it. @throws std::bad_alloc
+  /// Works out what comes of observing voxels, see PackedVoxels::observe(). Changes nothing: const
+  /// functions may run beside it. @throws std::bad_alloc
   [[nodiscard]] PendingChange prepare(const std::vector<BrickUpdate>& update,
-                                      const SensorModel& model, int threads);
-  /// @return What has changed, as apply(); belongs to `change`.
-  /// @throws std::bad_alloc, and what `announce` throws: nothing has changed then.
-  const std::vector<BrickChange>& commit(PendingChange& change, const Announce& announce = {});
-  ///@}
-
-  /// Puts voxels in the place of everything inside a box. @param bricks  Each once; voxels outside
-  /// the box are not looked at. @return What has changed, along the Morton curve.
-  /// @throws As apply().
+                                      const SensorModel& model, const Work& work) const;
+  /// Works out what comes of putting voxels in the place of everything inside a box.
+  /// @param bricks  Those in the box; of two with one brick the later one counts. Voxels outside the
+  ///                box are not looked at. @throws std::bad_alloc
   /// @complexity O(bricks that the box shares a cell with, or all known bricks if these are fewer,
   /// and `bricks`).
-  std::vector<BrickChange> replace(const CellBox& box, const std::vector<VoxelBrick>& bricks,
-                                   const Announce& announce = {});
+  [[nodiscard]] PendingChange prepareReplace(const CellBox& box,
+                                             const std::vector<VoxelBrick>& bricks,
+                                             const Work& work) const;
+  /// Makes room for a change. @throws std::bad_alloc  Nothing has changed then.
+  void reserve(const PendingChange& change);
+  /// Makes a change. @pre It was worked out for this store as it is, and there is room for it.
+  /// @param follow  Called for each brick that changes, after it; must not throw.
+  void commit(PendingChange& change,
+              FunctionRef<void(const PendingChange::NewBrick&)> follow) noexcept;
 
-  /// Forgets all voxels, and gives the memory back.
+  /// prepare(), reserve() and commit() in one. @throws std::bad_alloc  Nothing has changed then.
+  void apply(const std::vector<BrickUpdate>& update, const SensorModel& model, const Work& work);
+
+  /// Forgets all voxels, and gives the memory back. @throws std::bad_alloc  Nothing has changed then.
   void clear() { *this = VoxelStore(); }
 
  private:
-  /// What becomes of a brick.
-  struct NewBrick {
-    VoxelBrick* place = nullptr;  ///< Null: it is new.
-    PackedVoxels voxels;
-    BrickMask changed;
-    bool is_reclassified = false;
-    int free = 0;  ///< Voxels that become free, less those that do not stay so.
-    int occupied = 0;
-  };
-
   template <typename BrickOfT, typename WorkT>
-  PendingChange prepare(std::size_t count, int threads, BrickOfT brick_of, WorkT work);
-  void commit(const Cell& cell, NewBrick& brick) noexcept;
-  void computeBounds();
+  PendingChange prepare(std::size_t count, const Work& work, BrickOfT brick_of,
+                        WorkT change_of) const;
+  void commit(PendingChange::NewBrick& brick) noexcept;
 
-  BrickTable<VoxelBrick> bricks_;
+  std::unique_ptr<BrickTable<Brick>> bricks_;
   double num_free_ = 0.0;
   double num_occupied_ = 0.0;
-  std::optional<CellBox> bounds_;
-  bool is_shrinking_ = false;  ///< A brick that has gone touched the bounds.
-};
-/// See VoxelStore::prepare().
-class VoxelStore::PendingChange {
-  friend class VoxelStore;
-  std::vector<NewBrick> bricks_;
-  std::vector<BrickChange> changes_;  ///< Of those bricks that change, in their order.
-  std::size_t num_new_ = 0;           ///< Bricks that the store does not have yet.
 };
 
 }  // namespace cuboid_mapping

@@ -40,7 +40,7 @@ class Map:
 class Mapper(Map):
     def __init__(
         self, *, resolution: float = ..., max_range: float = ..., end_margin: float = ..., hit: float = ..., miss: float = ...,
-        alpha_min: float = ..., alpha_max: float = ..., environment: str = ..., fusion: str = ..., threads: int = ...,
+        alpha_min: float = ..., alpha_max: float = ..., environment: str = ..., fusion: str = ..., fuse: str = ..., threads: int = ...,
         max_branches: int = ..., min_branches: int = ..., growth_step: str = ..., growth_search: str = ...,
         growth_starters: str = ..., growth_samples: float = ..., growth_seed: int = ...,
         growth_settle_clouds: int = ...) -> None: ...
@@ -50,7 +50,6 @@ class Mapper(Map):
         self, points: ArrayLike, pose: typing.Optional[ArrayLike] = ..., origin: typing.Optional[ArrayLike] = ...,
         no_returns: typing.Optional[ArrayLike] = ...) -> IntegratedScan: ...
     def set_boxes(self, boxes: ArrayLike, occupancy: typing.Union[str, int, Occupancy]) -> None: ...
-    def fuse(self) -> None: ...
     def clear(self) -> None: ...
 
 class MapFollower(Map):

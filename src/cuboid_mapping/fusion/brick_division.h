@@ -12,7 +12,7 @@ namespace cuboid_mapping {
 ///
 /// The least voxel that is left (in the order z, y, x) takes the largest box of which it is the
 /// least corner; ties go to the lower box. The result depends on the set only.
-void divideVoxels(const Cell& brick, BrickMask voxels, Occupancy occupancy,
+void divideVoxels(const Cell& brick, const BrickMask& voxels, Occupancy occupancy,
                   std::vector<Cuboid>& cuboids);
 
 /// The cuboids of a brick, occupied ones first, appended: the voxels of each class as

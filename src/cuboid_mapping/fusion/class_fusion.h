@@ -1,66 +1,47 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
-#include "cuboid_mapping/fusion/fusion.h"
-
-#include <cstdint>
-#include <map>
-#include <vector>
+#include "cuboid_mapping/fusion/cuboid_tree.h"
 
 namespace cuboid_mapping {
 
-/// How ClassFusion divides the voxels of a brick.
-enum class BrickDivision : unsigned char {
-  kBoxes,   ///< Into large boxes of one class, see divideBrick().
-  kVoxels,  ///< Not at all: every voxel is a cuboid.
-};
-
-/// Fusion by class inside bricks: the cuboids of a brick are a function of the classes of its voxels
-/// alone, so they depend neither on the order of clouds and reads, nor on threads, nor on the tree.
+/// Fusion by class inside bricks, or none: the leaf nodes of the R-tree are the bricks, each with the
+/// cuboids that it is divided into and their tight MBR. The cuboids of a brick are a function of the
+/// classes of its voxels alone, so they depend neither on the order of clouds and reads, nor on
+/// threads, nor on the tree.
 ///
-/// A brick that a cloud has changed waits until fuse(), at most until no cloud has changed a class
-/// in it for kColdClouds clouds.
-class ClassFusion : public Fusion {
+/// A brick whose cuboids are stale is divided by those who read it. Its MBR is that of its known
+/// voxels, which are those of its cuboids: the tree is never stale.
+class ClassFusion : public CuboidTree {
  public:
-  static constexpr std::uint64_t kColdClouds = 20;
+  /// @param is_fused  Else every voxel is a cuboid.
+  ClassFusion(const RTreeConfig& rtree, bool is_fused) : inner_(rtree), is_fused_(is_fused) {}
 
-  /// @param threads  >= 1; the result does not depend on it.
-  ClassFusion(BrickDivision division, const RTreeConfig& rtree, int threads)
-      : Fusion(rtree), division_(division), threads_(threads) {}
+  /// Makes room for a change. @param voxels  There is room for the change in them.
+  /// @throws std::bad_alloc  Nothing has changed then.
+  void reserve(const VoxelStore& voxels, const VoxelStore::PendingChange& change);
+  /// Follows the change of a brick that was committed, for which there is room.
+  void follow(const VoxelStore::PendingChange::NewBrick& brick) noexcept;
+  /// Gives back memory that was reserved and is not needed.
+  void trim() noexcept { inner_.trim(); }
 
-  void announce(const std::vector<BrickChange>& changed, ChangeSet& changes) override;
-  void noteCloud(const VoxelStore& voxels, const ScanUpdate& update,
-                 const std::vector<BrickChange>& changed, ChangeSet& changes) noexcept override;
-  void noteEdit(const VoxelStore& /*voxels*/, const std::vector<BrickChange>& /*changed*/,
-                ChangeSet& /*changes*/) noexcept override {}
-  void setSensorModel(const VoxelStore& /*voxels*/, const SensorModel& /*model*/,
-                      ChangeSet& /*changes*/) noexcept override {}
-  void fuse(const VoxelStore& voxels, std::size_t max_bricks) override;
-  void divide(const VoxelBrick& brick, std::vector<Cuboid>& cuboids) const override;
-  void clear() noexcept override;
-  [[nodiscard]] std::size_t numBytes() const override;
+  void visitBox(const VoxelStore& voxels, const CellBox& window, CuboidFilter filter,
+                CuboidVisitor visit) const override;
+  void visitNearest(const VoxelStore& voxels, const Eigen::Vector3d& point, double max_distance,
+                    CuboidFilter filter, DistanceVisitor visit) const override;
+  [[nodiscard]] const InnerTree& inner() const override { return inner_; }
+  [[nodiscard]] std::size_t numLeafNodes(const VoxelStore& voxels) const override {
+    return voxels.size();
+  }
+  [[nodiscard]] std::size_t numBytes() const override { return inner_.numBytes(); }
 
  private:
-  /// Waiting bricks of one group that are put into the tree together.
-  struct Batch {
-    const Cell* first;
-    const Cell* last;
-    TreeChange change;
-  };
+  template <typename VisitT>
+  Visit visitBrick(const VoxelStore& voxels, NodeIndex leaf, CuboidFilter filter,
+                   VisitT visit) const;
 
-  struct Scratch;
-
-  void fuseCold(const VoxelStore& voxels);
-  void queueAll(const VoxelStore& voxels);
-  std::vector<Cell> takeDue(std::size_t max_bricks);
-  void write(const VoxelStore& voxels, std::vector<Cell> bricks);
-  void compare(const VoxelStore& voxels, Batch& batch, Scratch& scratch) const;
-
-  BrickDivision division_;
-  int threads_;
-  std::uint64_t num_clouds_ = 0;
-  /// Each waiting brick once, by the cloud after which to look whether it is cold.
-  std::map<std::uint64_t, std::vector<Cell>> due_;
+  InnerTree inner_;
+  bool is_fused_;
 };
 
 }  // namespace cuboid_mapping

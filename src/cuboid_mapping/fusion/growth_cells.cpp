@@ -2,12 +2,13 @@
 // The part of GrowthFusion that brings voxels into the R-tree, before anything grows.
 #include "cuboid_mapping/fusion/brick_division.h"
 #include "cuboid_mapping/fusion/growth_fusion.h"
+#include "cuboid_mapping/rtree/traversal.h"
+#include "cuboid_mapping/voxels/brick_store.h"
 
 #include <algorithm>
 #include <array>
 #include <iterator>
 #include <map>
-#include <new>
 #include <utility>
 
 namespace cuboid_mapping {
@@ -56,166 +57,150 @@ void divideFresh(const VoxelBrick& brick, const BrickMask& fresh, const BrickMas
   divideVoxels(brick.brick, fresh & fusible & voxels.occupied(), Occupancy::kOccupied, cuboids);
 }
 
-/// Writes the changed voxels of a few neighbouring bricks.
+/// Finds out what changed voxels change in the tree.
 class CellWriter {
  public:
-  CellWriter(const RTree& tree, const CellBox& window) { tree.select(window, selection_); }
-
-  /// @param after  The brick as it is now. @param stable  Of these.
   /// @param is_edit  Stable voxels that were unknown may be cuboids of several voxels.
+  CellWriter(const RTree& tree, bool is_edit) : tree_(tree), is_edit_(is_edit) {}
+
+  /// @param after  The brick as it will be. @param stable  Of its voxels.
   /// @return The voxels that are split out of a cuboid.
-  BrickMask write(const BrickChange& change, const VoxelBrick& after, const BrickMask& stable,
-                  bool is_edit) {
-    findOwners(change.brick);
+  BrickMask write(const VoxelBrick& after, const BrickMask& changed, const BrickMask& stable) {
+    findOwners(after.brick);
     BrickMask split;
     BrickMask fresh;
-    forEachCell(change.brick, change.changed, [&](const Cell& cell) {
+    forEachCell(after.brick, changed, [&](const Cell& cell) {
       const int voxel = voxelIndex(cell);
       const std::uint32_t owner = owners_[static_cast<std::size_t>(voxel)];
       const Occupancy occupancy = after.voxels.occupancyAt(voxel);
       if (owner == kNobody) return fresh.set(voxel);
-      const Cuboid& old = selection_.cuboids[owner];
+      const Cuboid& old = cuboids_[owner];
       const bool is_single = old.box == CellBox::ofCell(cell);
       if (old.occupancy == occupancy && (is_single || stable.test(voxel))) return;
-      if (!is_single) split.set(voxel);
-      cut_[owner].push_back(cell);
-      if (occupancy != Occupancy::kUnknown)
-        result_.added.push_back({CellBox::ofCell(cell), occupancy});
+      if (is_single) return rewrite(old.box, occupancy);
+      split.set(voxel);
+      Cut& cut = cuts_[old.box.min];
+      cut.cuboid = old;
+      cut.cells.push_back(cell);
+      if (occupancy != Occupancy::kUnknown) {
+        writes_.added.push_back({CellBox::ofCell(cell), occupancy});
+      }
     });
-    divideFresh(after, fresh, is_edit ? stable : BrickMask(), result_.added);
-    result_.endPart();
+    divideFresh(after, fresh, is_edit_ ? stable : BrickMask(), writes_.added);
     return split;
   }
 
-  /// @param changes  Gets the bricks of cuboids that are split.
-  [[nodiscard]] TreeChange finish(ChangeSet& changes) {
-    for (const auto& [owner, cells] : cut_) {
-      const Cuboid& old = selection_.cuboids[owner];
-      result_.removed.push_back(selection_.slots[owner]);
-      cutOut(old, cells, result_.added);
-      changes.addCuboidsIn(old.box);
+  [[nodiscard]] CellWrites finish() {
+    for (auto& [min, cut] : cuts_) {
+      std::vector<Cuboid> pieces;
+      cutOut(cut.cuboid, std::move(cut.cells), pieces);
+      writes_.split.push_back(cut.cuboid.box);
+      if (pieces.empty()) {
+        writes_.removed.push_back(cut.cuboid.box);
+        continue;
+      }
+      writes_.replaced.emplace_back(cut.cuboid.box, pieces.front());
+      writes_.added.insert(writes_.added.end(), pieces.begin() + 1, pieces.end());
     }
-    result_.endPart();
-    return std::move(result_);
+    return std::move(writes_);
   }
+
+  std::vector<CellWrites::BrickWrite>& bricks() { return writes_.bricks; }
 
  private:
   static constexpr std::uint32_t kNobody = 0xFFFFFFFFU;
 
-  void findOwners(const Cell& brick) {
-    owners_.fill(kNobody);
-    for (std::uint32_t i = 0; i < selection_.cuboids.size(); ++i) {
-      const CellBox part = intersect(selection_.cuboids[i].box, brickBox(brick));
-      if (part.isEmpty()) continue;
-      BrickMask::ofBox(part).forEach(
-          [&](int voxel) { owners_[static_cast<std::size_t>(voxel)] = i; });
+  /// A cuboid of several voxels, and cells that leave it.
+  struct Cut {
+    Cuboid cuboid;
+    std::vector<Cell> cells;
+  };
+
+  void rewrite(const CellBox& single, Occupancy occupancy) {
+    if (occupancy == Occupancy::kUnknown) {
+      writes_.removed.push_back(single);
+    } else {
+      writes_.replaced.emplace_back(single, Cuboid{single, occupancy});
     }
   }
 
-  Selection selection_;
-  std::array<std::uint32_t, kBrickVoxels> owners_;  ///< Of the brick at hand.
-  std::map<std::uint32_t, std::vector<Cell>> cut_;  ///< Cells that leave their owner.
-  TreeChange result_;
+  void findOwners(const Cell& brick) {
+    owners_.fill(kNobody);
+    cuboids_.clear();
+    visitBox(tree_, brickBox(brick), CuboidFilter::kAll, [&](const Cuboid& cuboid) {
+      const auto owner = static_cast<std::uint32_t>(cuboids_.size());
+      cuboids_.push_back(cuboid);
+      BrickMask::ofBox(intersect(cuboid.box, brickBox(brick))).forEach([&](int voxel) {
+        owners_[static_cast<std::size_t>(voxel)] = owner;
+      });
+      return Visit::kContinue;
+    });
+  }
+
+  const RTree& tree_;
+  bool is_edit_;
+  std::vector<Cuboid> cuboids_;                     ///< That share voxels with the brick at hand.
+  std::array<std::uint32_t, kBrickVoxels> owners_;  ///< Which of them holds a voxel of it.
+  std::map<Cell, Cut> cuts_;                        ///< By the least cell of the cuboid.
+  CellWrites writes_;
 };
 
 }  // namespace
 
 /// Brings voxels up to date cell by cell, and leaves all other cuboids as they are (paper, Section
 /// VI: a contradicted cell is split at the resolution of the grid).
-std::vector<GrowthFusion::CellChange> GrowthFusion::writeCells(
-    const VoxelStore& voxels, const std::vector<BrickChange>& changed, bool is_edit,
-    ChangeSet& changes) {
-  std::vector<CellChange> cell_changes;
-  for (auto first = changed.begin(); first != changed.end();) {
-    const Cell group = groupOf(first->brick);
-    CellBox window = brickBox(first->brick);
-    auto last = first;
-    for (; last != changed.end() && groupOf(last->brick) == group; ++last) {
-      window = unite(window, brickBox(last->brick));
-    }
-    CellWriter writer(tree_, window);
-    for (; first != last; ++first) {
-      const VoxelBrick unknown{first->brick, {}};
-      const VoxelBrick* found = voxels.findBrick(first->brick);
-      const VoxelBrick& after = found == nullptr ? unknown : *found;
-      const BrickMask stable = findStable(after.voxels, model_);
-      const BrickMask split = writer.write(*first, after, stable, is_edit);
-      cell_changes.push_back({first->brick, first->changed, split});
-      changes.bricks.push_back({first->brick, first->is_reclassified});
-    }
-    tree_.replace(writer.finish(changes));
+CellWrites GrowthFusion::prepare(const VoxelStore::PendingChange& change, bool is_edit) {
+  CellWriter writer(tree_, is_edit);
+  for (const std::uint32_t i : change.changed) {
+    const VoxelStore::PendingChange::NewBrick& brick = change.bricks[i];
+    const VoxelBrick after{brick.brick, brick.voxels};
+    const BrickMask stable = findStable(after.voxels, model_);
+    const BrickMask split = writer.write(after, brick.changed, stable);
+    BrickMask fusible = stable.without(settling_.heldIn(brick.brick));
+    if (!is_edit && config_.settle_clouds > 0) fusible &= ~split;
+    writer.bricks().push_back({brick.brick, brick.changed, split, fusible, brick.is_reclassified});
   }
-  return cell_changes;
+  CellWrites writes = writer.finish();
+  reserve(writes);
+  return writes;
 }
 
-void GrowthFusion::updateFusible(const VoxelStore& voxels, const Cell& brick) {
-  const PackedVoxels* found = voxels.find(brick);
-  const BrickMask fusible =
-      found == nullptr ? BrickMask() : findStable(*found, model_).without(settling_.heldIn(brick));
-  if (fusible.isEmpty()) {
-    fusible_.erase(brick);
-  } else {
-    fusible_.at(brick).fusible = fusible;
-  }
-}
-
-void GrowthFusion::divide(const VoxelBrick& brick, std::vector<Cuboid>& cuboids) const {
-  divideFresh(brick, brick.voxels.known(), findStable(brick.voxels, model_), cuboids);
-}
-
-void GrowthFusion::writeEdit(const VoxelStore& voxels, const std::vector<BrickChange>& changed,
-                             ChangeSet& changes) {
-  for (const CellChange& change : writeCells(voxels, changed, true, changes)) {
-    updateFusible(voxels, change.brick);
-  }
-}
-
-/// Makes the tree anew of all voxels, as if they came in an edit.
-void GrowthFusion::writeAll(const VoxelStore& voxels) {
-  std::vector<BrickChange> all;
-  voxels.forEach([&all](const VoxelBrick& brick) {
-    all.push_back({brick.brick, brick.voxels.known(), true});
+CellWrites GrowthFusion::prepare(const VoxelStore& voxels, const SensorModel& model) {
+  CellWriter writer(tree_, true);
+  std::vector<BrickChange> changed;
+  voxels.forEach([&](const VoxelBrick& brick) {
+    const BrickMask other = findStable(brick.voxels, model_) ^ findStable(brick.voxels, model);
+    if (!other.isEmpty()) changed.push_back({brick.brick, other, false});
   });
-  sortBricks(all);
-  ChangeSet ignored;
-  do_all_wait_ = false;
-  writeEdit(voxels, all, ignored);
+  sortBricks(changed);
+  for (const BrickChange& brick : changed) {
+    const VoxelBrick& now = *voxels.findBrick(brick.brick);
+    const BrickMask stable = findStable(now.voxels, model);
+    const BrickMask split = writer.write(now, brick.changed, stable);
+    writer.bricks().push_back(
+        {brick.brick, brick.changed, split, stable.without(settling_.heldIn(brick.brick)), false});
+  }
+  CellWrites writes = writer.finish();
+  reserve(writes);
+  return writes;
 }
 
-/// Lets the tree follow the voxels. @param work  What is to be done when it is not lost.
-template <typename WorkT>
-void GrowthFusion::follow(const VoxelStore& voxels, ChangeSet& changes, WorkT work) noexcept {
-  changes.is_everything |= do_all_wait_;
-  changes.is_everything |= !changeTree([&] { do_all_wait_ ? writeAll(voxels) : work(); });
+void GrowthFusion::reserve(const CellWrites& writes) {
+  fusible_.reserve(fusible_.size() + writes.bricks.size());
+  tree_.reserve(writes.added.size(), writes.removed.size());
 }
 
-void GrowthFusion::noteCloud(const VoxelStore& voxels, const ScanUpdate& update,
-                             const std::vector<BrickChange>& changed, ChangeSet& changes) noexcept {
-  ++num_clouds_;
-  follow(voxels, changes, [&] { writeAndGrow(voxels, update, changed, changes); });
-}
-
-void GrowthFusion::noteEdit(const VoxelStore& voxels, const std::vector<BrickChange>& changed,
-                            ChangeSet& changes) noexcept {
-  follow(voxels, changes, [&] { writeEdit(voxels, changed, changes); });
-}
-
-void GrowthFusion::setSensorModel(const VoxelStore& voxels, const SensorModel& model,
-                                  ChangeSet& changes) noexcept {
-  const SensorModel old = std::exchange(model_, model);
-  follow(voxels, changes, [&] {
-    std::vector<BrickChange> changed;
-    voxels.forEach([&](const VoxelBrick& brick) {
-      const BrickMask other = findStable(brick.voxels, old) ^ findStable(brick.voxels, model);
-      if (!other.isEmpty()) changed.push_back({brick.brick, other, false});
-    });
-    sortBricks(changed);
-    writeEdit(voxels, changed, changes);
-  });
-}
-
-void GrowthFusion::fuse(const VoxelStore& voxels, std::size_t /*max_bricks*/) {
-  if (do_all_wait_ && !changeTree([&] { writeAll(voxels); })) throw std::bad_alloc();
+void GrowthFusion::commit(const CellWrites& writes) noexcept {
+  for (const auto& [box, cuboid] : writes.replaced) (void)tree_.replace(box, cuboid);
+  for (const CellBox& box : writes.removed) (void)tree_.removeReserved(box);
+  for (const Cuboid& cuboid : writes.added) tree_.insertReserved(cuboid);
+  for (const CellWrites::BrickWrite& brick : writes.bricks) {
+    if (brick.fusible.isEmpty()) {
+      fusible_.erase(brick.brick);
+    } else {
+      fusible_.at(brick.brick).fusible = brick.fusible;
+    }
+  }
 }
 
 }  // namespace cuboid_mapping

@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <cassert>
+#include <new>
 #include <optional>
 #include <random>
 #include <utility>
@@ -13,15 +14,10 @@
 namespace cuboid_mapping {
 namespace {
 
-struct PlacedCuboid {
-  Cuboid cuboid;
-  LeafSlot place;
-};
-
-std::optional<PlacedCuboid> findCuboid(const RTree& tree, const Cell& cell) {
-  std::optional<PlacedCuboid> found;
-  visitLeafSlots(tree, CellBox::ofCell(cell), CuboidFilter::kAll, [&](NodeIndex leaf, int slot) {
-    found = PlacedCuboid{tree.node(0, leaf).cuboid(slot), {leaf, slot}};
+std::optional<Cuboid> findCuboid(const RTree& tree, const Cell& cell) {
+  std::optional<Cuboid> found;
+  visitBox(tree, CellBox::ofCell(cell), CuboidFilter::kAll, [&](const Cuboid& cuboid) {
+    found = cuboid;
     return Visit::kStop;
   });
   return found;
@@ -46,24 +42,40 @@ const char* toString(GrowthStarters starters) {
 struct GrowthFusion::Growth {
   CellBox box;
   Occupancy occupancy;
-  std::vector<LeafSlot> places;  ///< Of the cuboids that it consists of, itself first.
+  std::vector<CellBox> parts;  ///< The cuboids that it consists of, itself first.
 };
 
-void GrowthFusion::clear() noexcept {
-  Fusion::clear();
-  fusible_.clear();
-  settling_.clear();
+void GrowthFusion::visitBox(const VoxelStore& /*voxels*/, const CellBox& window,
+                            CuboidFilter filter, CuboidVisitor visit) const {
+  cuboid_mapping::visitBox(tree_, window, filter, visit);
 }
 
-void GrowthFusion::writeAndGrow(const VoxelStore& voxels, const ScanUpdate& update,
-                                const std::vector<BrickChange>& changed, ChangeSet& changes) {
+void GrowthFusion::visitNearest(const VoxelStore& /*voxels*/, const Eigen::Vector3d& point,
+                                double max_distance, CuboidFilter filter,
+                                DistanceVisitor visit) const {
+  cuboid_mapping::visitNearest(tree_, point, max_distance, filter, visit);
+}
+
+void GrowthFusion::grow(const VoxelStore& voxels, const ScanUpdate& update,
+                        const CellWrites& writes, ChangeSet& changes) noexcept {
+  ++num_clouds_;
+  try {
+    settleAndGrow(voxels, update, writes, changes);
+  } catch (const std::bad_alloc&) {
+    settling_.clear();
+    changes.is_everything = true;
+  }
+  tree_.trim();
+}
+
+void GrowthFusion::settleAndGrow(const VoxelStore& voxels, const ScanUpdate& update,
+                                 const CellWrites& writes, ChangeSet& changes) {
   std::vector<Cell> observed;  // The paper's set T.
-  for (const CellChange& change : writeCells(voxels, changed, false, changes)) {
-    settling_.noteChanges(change.brick, change.changed, num_clouds_);
-    settling_.hold(change.brick, change.split, num_clouds_);
-    updateFusible(voxels, change.brick);
+  for (const CellWrites::BrickWrite& write : writes.bricks) {
+    settling_.noteChanges(write.brick, write.changed, num_clouds_);
+    settling_.hold(write.brick, write.split, num_clouds_);
     if (config_.starters != GrowthStarters::kChanged) continue;
-    forEachCell(change.brick, change.changed, [&](const Cell& cell) { observed.push_back(cell); });
+    forEachCell(write.brick, write.changed, [&](const Cell& cell) { observed.push_back(cell); });
   }
   if (config_.starters != GrowthStarters::kChanged) {
     for (const BrickUpdate& brick : update.bricks) {
@@ -71,7 +83,9 @@ void GrowthFusion::writeAndGrow(const VoxelStore& voxels, const ScanUpdate& upda
     }
     observed.insert(observed.end(), update.samples.begin(), update.samples.end());
   }
-  for (const CellBox& box : grow(voxels, observed)) changes.addCuboidsIn(box);
+  std::vector<CellBox> fused;
+  grow(voxels, observed, fused);
+  for (const CellBox& box : fused) changes.addCuboidsIn(box);
 }
 
 bool GrowthFusion::isFusible(const Cell& cell) const {
@@ -94,20 +108,18 @@ bool GrowthFusion::isAllFusible(const VoxelStore& voxels, const CellBox& box,
 
 /// Lets the starters grow, and grow again, until none of them can: in one pass every starter is
 /// tried once; those beside something that has fused are tried again in the next one.
-/// @return What has been fused, also what has been absorbed on the way.
-std::vector<CellBox> GrowthFusion::grow(const VoxelStore& voxels,
-                                        const std::vector<Cell>& observed) {
+/// @param fused  Gets what has been fused, also what has been absorbed on the way.
+void GrowthFusion::grow(const VoxelStore& voxels, const std::vector<Cell>& observed,
+                        std::vector<CellBox>& fused) {
   starters_.clear();
   std::vector<Cell> cells = releaseSettled(voxels);
   cells.insert(cells.end(), observed.begin(), observed.end());
-  std::vector<CellBox> fused;
   while (!cells.empty()) {
     const std::size_t num_before = fused.size();
     tried_.clear();
     for (const Cell& cell : cells) tryCell(voxels, cell, fused);
     cells = findStartersBeside(fused, num_before);
   }
-  return fused;
 }
 
 /// Makes the cells fusible that have settled. @return These, and the cuboids around them, which
@@ -115,9 +127,13 @@ std::vector<CellBox> GrowthFusion::grow(const VoxelStore& voxels,
 std::vector<Cell> GrowthFusion::releaseSettled(const VoxelStore& voxels) {
   std::vector<Cell> cells;
   for (const Cell& cell : settling_.release(num_clouds_)) {
-    updateFusible(voxels, brickOf(cell));
-    if (!isFusible(cell)) continue;
-    visitBox(tree_, dilate(CellBox::ofCell(cell)), CuboidFilter::kAll, [&](const Cuboid& cuboid) {
+    const PackedVoxels* voxels_now = voxels.find(brickOf(cell));
+    if (voxels_now == nullptr) continue;
+    const std::optional<float> log_odds = voxels_now->at(voxelIndex(cell));
+    if (!log_odds || !model_.isStable(*log_odds)) continue;
+    fusible_.at(brickOf(cell)).fusible.set(voxelIndex(cell));
+    const CellBox around = dilate(CellBox::ofCell(cell));
+    cuboid_mapping::visitBox(tree_, around, CuboidFilter::kAll, [&](const Cuboid& cuboid) {
       cells.push_back(cuboid.box.min);
       return Visit::kContinue;
     });
@@ -133,19 +149,18 @@ void GrowthFusion::tryCell(const VoxelStore& voxels, const Cell& cell,
   if (!isFusible(cell)) return;
   const auto start = findCuboid(tree_, cell);
   assert(start);
-  const CellBox& box = start->cuboid.box;
-  starters_.insert(box.min);
-  if (tried_.count(box.min) != 0) return;
-  Growth growth{box, start->cuboid.occupancy, {start->place}};
+  starters_.insert(start->box.min);
+  if (tried_.count(start->box.min) != 0) return;
+  Growth growth{start->box, start->occupancy, {start->box}};
   while (expand(voxels, growth)) {
   }
   starters_.insert(growth.box.min);
   tried_.insert(growth.box.min);
-  if (growth.places.size() == 1) return;
-  TreeChange change{std::move(growth.places), {{growth.box, growth.occupancy}}, {}};
-  change.endPart();
-  tree_.replace(change);
+  if (growth.parts.size() == 1) return;
   fused.push_back(growth.box);
+  tree_.reserve(0, growth.parts.size() - 1);  // From here on nothing can fail.
+  for (std::size_t i = 1; i < growth.parts.size(); ++i) (void)tree_.removeReserved(growth.parts[i]);
+  (void)tree_.replace(growth.parts.front(), {growth.box, growth.occupancy});
 }
 
 /// One expansion (equation 5). @return Whether there was one that succeeds.
@@ -164,11 +179,11 @@ bool GrowthFusion::expandMost(const VoxelStore& voxels, Growth& growth) const {
   for (const SearchDirection direction : paperDirections(growth.box.size())) {
     Growth part{growth.box, growth.occupancy, {}};
     if (!absorb(voxels, direction, part)) continue;
-    if (!best || part.places.size() > best->places.size()) best = std::move(part);
+    if (!best || part.parts.size() > best->parts.size()) best = std::move(part);
   }
   if (!best) return false;
   growth.box = best->box;
-  growth.places.insert(growth.places.end(), best->places.begin(), best->places.end());
+  growth.parts.insert(growth.parts.end(), best->parts.begin(), best->parts.end());
   return true;
 }
 
@@ -181,7 +196,7 @@ std::optional<CellBox> GrowthFusion::findSlab(const VoxelStore& voxels, SearchDi
   if (config_.step == GrowthStep::kCell) return next;
   std::int32_t depth = growth.box.max[axis] - growth.box.min[axis];
   if (config_.step == GrowthStep::kNeighbour) {
-    const CellBox neighbour = findCuboid(tree_, next.min)->cuboid.box;
+    const CellBox neighbour = findCuboid(tree_, next.min)->box;
     depth = direction.sign > 0 ? neighbour.max[axis] - growth.box.max[axis]
                                : growth.box.min[axis] - neighbour.min[axis];
   }
@@ -196,16 +211,16 @@ bool GrowthFusion::absorb(const VoxelStore& voxels, SearchDirection direction,
   const auto found_slab = findSlab(voxels, direction, growth);
   if (!found_slab) return false;
   const CellBox& slab = *found_slab;
-  const std::size_t num_before = growth.places.size();
+  const std::size_t num_before = growth.parts.size();
   bool is_tiled = true;
-  visitLeafSlots(tree_, slab, CuboidFilter::kAll, [&](NodeIndex leaf, int slot) {
-    is_tiled = slab.contains(tree_.node(0, leaf).box(slot));
+  cuboid_mapping::visitBox(tree_, slab, CuboidFilter::kAll, [&](const Cuboid& cuboid) {
+    is_tiled = slab.contains(cuboid.box);
     if (!is_tiled) return Visit::kStop;
-    growth.places.push_back({leaf, slot});
+    growth.parts.push_back(cuboid.box);
     return Visit::kContinue;
   });
   if (!is_tiled) {
-    growth.places.resize(num_before);
+    growth.parts.resize(num_before);
     return false;
   }
   growth.box = unite(growth.box, slab);
@@ -238,7 +253,8 @@ std::vector<Cell> GrowthFusion::findStartersBeside(const std::vector<CellBox>& f
     cells.assign(starters_.begin(), starters_.end());
   }
   for (std::size_t i = first; i < fused.size() && config_.step == GrowthStep::kCell; ++i) {
-    visitBox(tree_, dilate(fused[i]), CuboidFilter::kAll, [&](const Cuboid& cuboid) {
+    const CellBox around = dilate(fused[i]);
+    cuboid_mapping::visitBox(tree_, around, CuboidFilter::kAll, [&](const Cuboid& cuboid) {
       if (starters_.count(cuboid.box.min) != 0) cells.push_back(cuboid.box.min);
       return Visit::kContinue;
     });

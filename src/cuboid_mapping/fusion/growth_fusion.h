@@ -1,17 +1,38 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
-#include "cuboid_mapping/fusion/fusion.h"
+#include "cuboid_mapping/fusion/cuboid_tree.h"
 #include "cuboid_mapping/fusion/growth_config.h"
 #include "cuboid_mapping/fusion/settling_cells.h"
 #include "cuboid_mapping/occupancy/sensor_model.h"
+#include "cuboid_mapping/rtree/rtree.h"
+#include "cuboid_mapping/voxels/brick_table.h"
+#include "cuboid_mapping/voxels/change_set.h"
 
 #include <cstdint>
 #include <optional>
 #include <unordered_set>
+#include <utility>
 #include <vector>
 
 namespace cuboid_mapping {
+
+/// What a change of voxels changes in the tree, before any cell grows.
+struct CellWrites {
+  /// A brick with changed voxels.
+  struct BrickWrite {
+    Cell brick;
+    BrickMask changed;  ///< Voxels with another value.
+    BrickMask split;    ///< Those of them that were in a cuboid of several voxels.
+    BrickMask fusible;  ///< Stable voxels that do not settle, afterwards.
+    bool is_reclassified;
+  };
+  std::vector<BrickWrite> bricks;                    ///< In the order of the change.
+  std::vector<std::pair<CellBox, Cuboid>> replaced;  ///< A cuboid, and what takes its place.
+  std::vector<CellBox> removed;                      ///< Cuboids.
+  std::vector<Cuboid> added;                         ///< Cuboids.
+  std::vector<CellBox> split;  ///< Cuboids of several voxels that cells leave.
+};
 
 /// Adaptation of the cell resolution by growth (paper, Section IV-B and Figure 5): a stable cell
 /// expands in one search direction after the other; an expansion succeeds when the slab that it
@@ -20,27 +41,41 @@ namespace cuboid_mapping {
 ///
 /// Cells that are not stable stay single: a voxel of a fused cuboid that stops being stable, or gets
 /// another class, is split out. After an edit, stable voxels that were unknown are put into the tree
-/// as large boxes, brick by brick; so are all after memory ran out. Else nothing waits. The result
-/// does not depend on the order (d, M) of the R-tree.
-class GrowthFusion : public Fusion {
+/// as large boxes, brick by brick. The result does not depend on the order (d, M) of the R-tree.
+class GrowthFusion : public CuboidTree {
  public:
   /// @param model  That of the map: its clamping thresholds say which voxels are stable.
   GrowthFusion(const GrowthConfig& config, const RTreeConfig& rtree, const SensorModel& model)
-      : Fusion(rtree), config_(config), model_(model), settling_(config.settle_clouds) {}
+      : config_(config), model_(model), tree_(rtree), settling_(config.settle_clouds) {}
 
-  void announce(const std::vector<BrickChange>& /*changed*/, ChangeSet& /*changes*/) override {}
-  void noteCloud(const VoxelStore& voxels, const ScanUpdate& update,
-                 const std::vector<BrickChange>& changed, ChangeSet& changes) noexcept override;
-  void noteEdit(const VoxelStore& voxels, const std::vector<BrickChange>& changed,
-                ChangeSet& changes) noexcept override;
-  void setSensorModel(const VoxelStore& voxels, const SensorModel& model,
-                      ChangeSet& changes) noexcept override;
-  void fuse(const VoxelStore& voxels, std::size_t max_bricks) override;
-  void divide(const VoxelBrick& brick, std::vector<Cuboid>& cuboids) const override;
-  void clear() noexcept override;
+  /// What a change of the voxels changes in the tree, for which there is room afterwards.
+  /// @param is_edit  Stable voxels that were unknown may be cuboids of several voxels.
+  /// @throws std::bad_alloc  Nothing has changed then.
+  [[nodiscard]] CellWrites prepare(const VoxelStore::PendingChange& change, bool is_edit);
+  /// The same for other clamping thresholds.
+  [[nodiscard]] CellWrites prepare(const VoxelStore& voxels, const SensorModel& model);
+  /// Writes it to the tree. @pre Nothing has changed since.
+  void commit(const CellWrites& writes) noexcept;
+  /// Takes other clamping thresholds, for which everything is written.
+  void setSensorModel(const SensorModel& model) noexcept { model_ = model; }
+  /// Lets cells grow after a cloud that is written. Where memory runs out, they stop.
+  /// @param changes  Gets the bricks of cells that have grown.
+  void grow(const VoxelStore& voxels, const ScanUpdate& update, const CellWrites& writes,
+            ChangeSet& changes) noexcept;
+
+  /// The cuboids.
+  [[nodiscard]] const RTree& tree() const { return tree_; }
+  void visitBox(const VoxelStore& voxels, const CellBox& window, CuboidFilter filter,
+                CuboidVisitor visit) const override;
+  void visitNearest(const VoxelStore& voxels, const Eigen::Vector3d& point, double max_distance,
+                    CuboidFilter filter, DistanceVisitor visit) const override;
+  [[nodiscard]] const InnerTree& inner() const override { return tree_.inner(); }
+  [[nodiscard]] std::size_t numLeafNodes(const VoxelStore& /*voxels*/) const override {
+    return tree_.numLeafNodes();
+  }
   /// Without those of cells that settle.
   [[nodiscard]] std::size_t numBytes() const override {
-    return Fusion::numBytes() + fusible_.numBytes();
+    return tree_.numBytes() + fusible_.numBytes();
   }
 
  private:
@@ -49,28 +84,15 @@ class GrowthFusion : public Fusion {
     Cell brick;
     BrickMask fusible;
   };
-  /// Voxels of a brick that have changed, and those of them that were in a cuboid of several.
-  struct CellChange {
-    Cell brick;
-    BrickMask changed;
-    BrickMask split;
-  };
 
-  template <typename WorkT>
-  void follow(const VoxelStore& voxels, ChangeSet& changes, WorkT work) noexcept;
-  void writeAll(const VoxelStore& voxels);
-  void writeEdit(const VoxelStore& voxels, const std::vector<BrickChange>& changed,
-                 ChangeSet& changes);
-  std::vector<CellChange> writeCells(const VoxelStore& voxels,
-                                     const std::vector<BrickChange>& changed, bool is_edit,
-                                     ChangeSet& changes);
-  void updateFusible(const VoxelStore& voxels, const Cell& brick);
-  void writeAndGrow(const VoxelStore& voxels, const ScanUpdate& update,
-                    const std::vector<BrickChange>& changed, ChangeSet& changes);
+  void reserve(const CellWrites& writes);
+  void settleAndGrow(const VoxelStore& voxels, const ScanUpdate& update, const CellWrites& writes,
+                     ChangeSet& changes);
   [[nodiscard]] bool isAllFusible(const VoxelStore& voxels, const CellBox& box,
                                   Occupancy occupancy) const;
   [[nodiscard]] bool isFusible(const Cell& cell) const;
-  std::vector<CellBox> grow(const VoxelStore& voxels, const std::vector<Cell>& observed);
+  void grow(const VoxelStore& voxels, const std::vector<Cell>& observed,
+            std::vector<CellBox>& fused);
   [[nodiscard]] std::vector<Cell> releaseSettled(const VoxelStore& voxels);
   void tryCell(const VoxelStore& voxels, const Cell& cell, std::vector<CellBox>& fused);
   [[nodiscard]] bool expand(const VoxelStore& voxels, Growth& growth) const;
@@ -87,6 +109,7 @@ class GrowthFusion : public Fusion {
 
   GrowthConfig config_;
   SensorModel model_;
+  RTree tree_;
   std::uint64_t num_clouds_ = 0;
   BrickTable<FusibleBrick> fusible_;  ///< Stable voxels that do not settle.
   SettlingCells settling_;

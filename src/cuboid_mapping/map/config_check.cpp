@@ -60,8 +60,7 @@ void check(const GrowthConfig& growth, Checker& checker) {
                  "growth.search.directions", "no order of all six", "each direction once");
   checker.expectEnumerator("growth.starters", growth.starters, GrowthStarters::kChanged);
   const double per_m = growth.sampling.per_m;
-  checker.expect(per_m >= 0.0 && std::isfinite(per_m), "growth.sampling.per_m", per_m,
-                 "0 or more, and finite");
+  checker.expect(per_m >= 0.0 && per_m <= 100.0, "growth.sampling.per_m", per_m, "0 to 100");
   checker.expect(growth.settle_clouds >= 0, "growth.settle_clouds", growth.settle_clouds,
                  "0 or more");
 }

@@ -130,7 +130,8 @@ MapDelta makeDelta(const CuboidMap& map, const ChangeSet& changes, std::uint64_t
     if (detail == MapDetail::kClasses && !changed.has_new_cuboids) continue;
     if (!done.insert(changed.brick).second) continue;
     const VoxelBrick* brick = map.voxels().findBrick(changed.brick);
-    append(brick == nullptr ? VoxelBrick{changed.brick, {}} : *brick, delta.content);
+    const VoxelBrick unknown{changed.brick, {}};
+    append(brick == nullptr ? unknown : *brick, delta.content);
   }
   return delta;
 }

@@ -71,7 +71,9 @@ class Sampler {
  public:
   Sampler(const std::vector<VoxelBrick>& bricks, const Eigen::Isometry3d& T_target_map)
       : to_source_(T_target_map.inverse()) {
-    voxels_.replace(kAllCells, bricks);
+    VoxelStore::PendingChange change = voxels_.prepareReplace(kAllCells, bricks, {});
+    voxels_.reserve(change);
+    voxels_.commit(change, [](const auto& /*brick*/) {});
   }
 
   [[nodiscard]] PackedVoxels sample(const Cell& brick) {

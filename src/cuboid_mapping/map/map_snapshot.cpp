@@ -49,7 +49,7 @@ MapSnapshot takeSnapshot(const CuboidMap& map, const std::string& frame_id) {
 ChangeSet restoreSnapshot(const MapSnapshot& snapshot, CuboidMap& map) {
   CuboidMap restored(map.config());
   restored.replace(kAllCells, snapshot.bricks);
-  map.clear();  // From here on nothing throws.
+  map.setLocked({});  // From here on nothing throws.
   return map.exchange(restored);
 }
 

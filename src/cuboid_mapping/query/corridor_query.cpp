@@ -128,7 +128,7 @@ std::optional<Ends> findEnds(const Grid& grid, const CorridorTask& task) {
 CellBox findRegion(const CuboidMap& map, const CorridorTask& task, const Ends& ends) {
   if (task.region) return *task.region;
   CellBox region = unite(ends.start, ends.goal);
-  if (const auto& bounds = map.voxels().bounds()) region = unite(region, *bounds);
+  if (const auto& bounds = map.bounds()) region = unite(region, *bounds);
   const Cell room = ends.size + Cell{1, 1, 1};
   return intersect({region.min - room, region.max + room}, kAllCells);
 }

@@ -132,6 +132,15 @@ std::optional<Eigen::Vector3d> findNearestFit(const CuboidMap& map,
                         grid.toCellBox(boxAround(
                             point_map, size_m + Eigen::Vector3d::Constant(2.0 * max_distance_m)));
   if (!is_valid) return std::nullopt;
+  if (policy == UnknownPolicy::kStop) {  // Nothing fits beyond the known voxels.
+    const auto bounds = map.bounds();
+    if (!bounds) return std::nullopt;
+    const Eigen::Vector3d point = grid.toCellUnits(point_map);
+    const Eigen::Vector3d farthest = (point - toVector(bounds->min))
+                                         .cwiseAbs()
+                                         .cwiseMax((point - toVector(bounds->max)).cwiseAbs());
+    max_distance_m = std::min(max_distance_m, farthest.norm() * grid.resolution());
+  }
   const Obstacles obstacles(map, policy, budget);
   FitField field(obstacles, *size);
   const auto found = NearestFitSearch(field, grid.toCellUnits(point_map), grid.toCellUnits(size_m),

@@ -2,19 +2,13 @@
 #include "cuboid_mapping/query/nearest_query.h"
 
 namespace cuboid_mapping {
-namespace {
-
-/// Bricks that wait to be fused are sorted by their distance first, so many in the time of one other.
-constexpr std::size_t kWaitingPerBrick = 8;
-
-}  // namespace
 
 std::vector<NearestCuboid> findNearest(const CuboidMap& map, const Eigen::Vector3d& point_map,
                                        std::size_t k, CuboidFilter filter, double max_distance_m,
                                        Budget& budget) {
   std::vector<NearestCuboid> nearest;
   if (k == 0 || !point_map.allFinite() || !(max_distance_m >= 0.0)) return nearest;
-  if (!budget.spend(1 + map.fusion().numWaiting(map.voxels()) / kWaitingPerBrick)) return nearest;
+  if (!budget.spend()) return nearest;
   const Grid& grid = map.grid();
   visitNearest(map, grid.toCellUnits(point_map), max_distance_m / grid.resolution(), filter,
                [&](const Cuboid& cuboid, double distance) {

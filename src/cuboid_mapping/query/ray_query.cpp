@@ -101,7 +101,7 @@ struct RayInterval {
 /// The part of a ray that can meet the map; empty when it does not.
 RayInterval clipToMap(const CuboidMap& map, const Eigen::Vector3d& origin,
                       const Eigen::Vector3d& unit, double range) {
-  const std::optional<CellBox>& bounds = map.voxels().bounds();
+  const std::optional<CellBox> bounds = map.bounds();
   if (!bounds) return {range, range};
   RayInterval interval{0.0, range};
   for (int axis = 0; axis < 3; ++axis) {

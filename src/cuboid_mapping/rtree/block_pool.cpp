@@ -3,86 +3,75 @@
 
 #include <algorithm>
 #include <cassert>
-#include <utility>
 
 namespace cuboid_mapping {
 
-std::uint32_t BlockPool::allocate() {
-  const std::uint32_t number = findOpenBlock();
-  Block& block = blocks_[number];
-  if (block.bytes == nullptr) acquire(block);
-  const std::uint32_t index = number << kBlockBits | block.first_free;
-  block.first_free = std::to_integer<std::uint8_t>(*(*this)[index]);
-  ++block.num_used;
-  ++num_items_;
-  return index;
+void BlockPool::reserve(std::size_t num_items) {
+  while ((blocks_.size() - absent_.size()) * kBlockItems - num_items_ < num_items) addBlock();
 }
 
-void BlockPool::release(std::uint32_t index) {
+/// A block with memory, whose items are all free.
+void BlockPool::addBlock() {
+  auto bytes = std::unique_ptr<std::byte[]>(new std::byte[kBlockItems * item_bytes_]);
+  if (absent_.empty()) {  // Room for every block in each list: nothing else needs memory.
+    if (blocks_.size() == blocks_.capacity()) {
+      const std::size_t capacity = std::max<std::size_t>(8, blocks_.size() * 3 / 2);
+      open_.reserve(capacity);
+      absent_.reserve(capacity);
+      blocks_.reserve(capacity);
+    }
+    absent_.push_back(static_cast<std::uint32_t>(blocks_.size()));
+    blocks_.emplace_back();
+  }
+  const std::uint32_t number = absent_.back();
+  absent_.pop_back();
+  blocks_[number] = {std::move(bytes), 0, kBlockItems, kNone};
+  open_.insert(open_.begin(), number);  // Those in use are filled first.
+}
+
+void BlockPool::trim() noexcept {
+  const auto end = std::remove_if(open_.begin(), open_.end(), [this](std::uint32_t number) {
+    Block& block = blocks_[number];
+    if (block.num_used > 0) return false;
+    block.bytes.reset();
+    absent_.push_back(number);
+    return true;
+  });
+  open_.erase(end, open_.end());
+}
+
+std::uint32_t BlockPool::allocate() {
+  if (open_.empty()) addBlock();
+  const std::uint32_t number = open_.back();
+  Block& block = blocks_[number];
+  std::uint32_t item = block.first_free;
+  if (item == kNone) {
+    item = kBlockItems - block.num_fresh--;
+  } else {
+    block.first_free = std::to_integer<std::uint8_t>(block.bytes[item * item_bytes_]);
+  }
+  ++num_items_;
+  if (++block.num_used == kBlockItems) open_.pop_back();
+  return number << kBlockBits | item;
+}
+
+void BlockPool::release(std::uint32_t index) noexcept {
   const std::uint32_t number = index >> kBlockBits;
   Block& block = blocks_[number];
   assert(block.num_used > 0);
-  *(*this)[index] = std::byte{block.first_free};
-  block.first_free = static_cast<std::uint8_t>(index & (kBlockItems - 1));
-  --block.num_used;
+  if (block.num_used-- == kBlockItems) open_.push_back(number);
+  const std::uint32_t item = index & (kBlockItems - 1);
+  block.bytes[item * item_bytes_] = std::byte{block.first_free};
+  block.first_free = static_cast<std::uint8_t>(item);
   --num_items_;
-  if (!block.is_open) {
-    block.is_open = true;
-    open_blocks_.push_back(number);
-  }
-  if (block.num_used == 0 && !(keeps_block_ && num_held_blocks_ == 1)) {
-    block.bytes.reset();
-    --num_held_blocks_;
-  }
 }
 
-void BlockPool::clear() noexcept {
-  const auto held = std::find_if(blocks_.begin(), blocks_.end(),
-                                 [](const Block& block) { return block.bytes != nullptr; });
-  if (!keeps_block_ || held == blocks_.end()) {
-    *this = BlockPool(item_bytes_, keeps_block_);
-    return;
-  }
-  std::swap(blocks_.front(), *held);
-  blocks_.resize(1);
-  blocks_.front().num_used = 0;
-  blocks_.front().is_open = true;
-  linkItems(blocks_.front());
-  open_blocks_.assign(1, 0);
-  num_items_ = 0;
-  num_held_blocks_ = 1;
-}
+void BlockPool::clear() noexcept { *this = BlockPool(item_bytes_); }
 
 std::size_t BlockPool::numBytes() const {
-  return num_held_blocks_ * kBlockItems * item_bytes_ + blocks_.capacity() * sizeof(Block) +
-         open_blocks_.capacity() * sizeof(std::uint32_t);
-}
-
-std::uint32_t BlockPool::findOpenBlock() {
-  while (!open_blocks_.empty()) {
-    const std::uint32_t number = open_blocks_.back();
-    if (blocks_[number].num_used < kBlockItems) return number;
-    blocks_[number].is_open = false;
-    open_blocks_.pop_back();
-  }
-  const auto number = static_cast<std::uint32_t>(blocks_.size());
-  blocks_.emplace_back();
-  blocks_.back().is_open = true;
-  open_blocks_.push_back(number);
-  return number;
-}
-
-void BlockPool::acquire(Block& block) {
-  block.bytes = std::make_unique<std::byte[]>(kBlockItems * item_bytes_);
-  linkItems(block);
-  ++num_held_blocks_;
-}
-
-void BlockPool::linkItems(Block& block) {
-  block.first_free = 0;
-  for (std::uint32_t i = 0; i < kBlockItems; ++i) {
-    block.bytes[i * item_bytes_] = static_cast<std::byte>(i + 1);
-  }
+  return (blocks_.size() - absent_.size()) * kBlockItems * item_bytes_ +
+         blocks_.capacity() * sizeof(Block) +
+         (open_.capacity() + absent_.capacity()) * sizeof(std::uint32_t);
 }
 
 }  // namespace cuboid_mapping

@@ -10,14 +10,18 @@ namespace cuboid_mapping {
 namespace {
 
 /// PickSeeds: the pair with the largest volume wasted by a common bounding box.
-std::pair<std::size_t, std::size_t> pickSeeds(const std::vector<Branch>& branches) {
-  std::pair<std::size_t, std::size_t> seeds{0, 1};
+std::pair<int, int> pickSeeds(const BranchList& branches) {
+  std::array<double, kMaxSlots + 1> volumes{};
+  for (int i = 0; i < branches.size(); ++i) {
+    volumes[static_cast<std::size_t>(i)] = branches[i].box.numVoxels();
+  }
+  std::pair<int, int> seeds{0, 1};
   double most_waste = -std::numeric_limits<double>::infinity();
-  for (std::size_t i = 0; i + 1 < branches.size(); ++i) {
-    const double volume = branches[i].box.numVoxels();
-    for (std::size_t j = i + 1; j < branches.size(); ++j) {
-      const double waste = unite(branches[i].box, branches[j].box).numVoxels() - volume -
-                           branches[j].box.numVoxels();
+  for (int i = 0; i + 1 < branches.size(); ++i) {
+    for (int j = i + 1; j < branches.size(); ++j) {
+      const double waste = unite(branches[i].box, branches[j].box).numVoxels() -
+                           volumes[static_cast<std::size_t>(i)] -
+                           volumes[static_cast<std::size_t>(j)];
       if (waste > most_waste) {
         most_waste = waste;
         seeds = {i, j};
@@ -27,31 +31,44 @@ std::pair<std::size_t, std::size_t> pickSeeds(const std::vector<Branch>& branche
   return seeds;
 }
 
-/// A group while branches are given to it.
-struct Group {
-  explicit Group(const Branch& seed) : branches{seed}, box(seed.box), volume(box.numVoxels()) {}
-
-  [[nodiscard]] double expansion(const CellBox& other) const {
-    return unite(box, other).numVoxels() - volume;
+/// A group while branches are given to it, and by how much each other branch would expand it.
+class Group {
+ public:
+  Group(const Branch& seed, BranchList& members) : members_(members), box_(seed.box) {
+    members_.push(seed);
   }
+
+  /// Takes a branch; its place in `rest` was `i`, which the last one has now.
   void add(const Branch& branch) {
-    branches.push_back(branch);
-    box = unite(box, branch.box);
-    volume = box.numVoxels();
+    members_.push(branch);
+    box_ = unite(box_, branch.box);
   }
+  void computeExpansions(const BranchList& rest) {
+    volume_ = box_.numVoxels();
+    for (int i = 0; i < rest.size(); ++i) {
+      expansions_[static_cast<std::size_t>(i)] = unite(box_, rest[i].box).numVoxels() - volume_;
+    }
+  }
+  void dropExpansion(int i, int last) {
+    expansions_[static_cast<std::size_t>(i)] = expansions_[static_cast<std::size_t>(last)];
+  }
+  [[nodiscard]] double expansion(int i) const { return expansions_[static_cast<std::size_t>(i)]; }
+  [[nodiscard]] double volume() const { return volume_; }
+  [[nodiscard]] int size() const { return members_.size(); }
 
-  std::vector<Branch> branches;
-  CellBox box;
-  double volume;
+ private:
+  BranchList& members_;
+  CellBox box_;
+  double volume_ = 0.0;
+  std::array<double, kMaxSlots + 1> expansions_{};
 };
 
 /// PickNext: the branch with the greatest difference between the expansions of the two groups.
-std::size_t pickNext(const std::vector<Branch>& rest, const Group& first, const Group& second) {
-  std::size_t next = 0;
+int pickNext(int count, const Group& first, const Group& second) {
+  int next = 0;
   double greatest = -1.0;
-  for (std::size_t i = 0; i < rest.size(); ++i) {
-    const double preference =
-        std::abs(first.expansion(rest[i].box) - second.expansion(rest[i].box));
+  for (int i = 0; i < count; ++i) {
+    const double preference = std::abs(first.expansion(i) - second.expansion(i));
     if (preference > greatest) {
       greatest = preference;
       next = i;
@@ -61,37 +78,36 @@ std::size_t pickNext(const std::vector<Branch>& rest, const Group& first, const 
 }
 
 /// Least expansion; ties go to the smaller volume, then to the group with fewer branches.
-bool belongsToFirst(const CellBox& box, const Group& first, const Group& second) {
-  const double into_first = first.expansion(box);
-  const double into_second = second.expansion(box);
-  if (into_first != into_second) return into_first < into_second;
-  if (first.volume != second.volume) return first.volume < second.volume;
-  return first.branches.size() <= second.branches.size();
+bool belongsToFirst(int i, const Group& first, const Group& second) {
+  if (first.expansion(i) != second.expansion(i)) return first.expansion(i) < second.expansion(i);
+  if (first.volume() != second.volume()) return first.volume() < second.volume();
+  return first.size() <= second.size();
 }
 
 }  // namespace
 
-SplitGroups splitQuadratic(const std::vector<Branch>& branches, int min_branches) {
-  const auto fewest = static_cast<std::size_t>(min_branches);
-  assert(branches.size() >= 2 * fewest && branches.size() >= 2);
+SplitGroups splitQuadratic(const BranchList& branches, int min_branches) noexcept {
+  assert(branches.size() >= 2 * min_branches && branches.size() >= 2);
+  SplitGroups groups;
+  BranchList rest = branches;
   const auto [first_seed, second_seed] = pickSeeds(branches);
-  Group first(branches[first_seed]);
-  Group second(branches[second_seed]);
-  std::vector<Branch> rest = branches;
-  rest.erase(rest.begin() + static_cast<std::ptrdiff_t>(second_seed));
-  rest.erase(rest.begin() + static_cast<std::ptrdiff_t>(first_seed));
-  while (!rest.empty()) {
-    std::size_t next = rest.size() - 1;
-    bool to_first = first.branches.size() + rest.size() <= fewest;
-    if (!to_first && second.branches.size() + rest.size() > fewest) {
-      next = pickNext(rest, first, second);
-      to_first = belongsToFirst(rest[next].box, first, second);
+  Group second(rest.take(second_seed), groups.second);  // The later one, so that the other stays.
+  Group first(rest.take(first_seed), groups.first);
+  first.computeExpansions(rest);
+  second.computeExpansions(rest);
+  while (rest.size() > 0) {
+    int next = rest.size() - 1;
+    bool to_first = first.size() + rest.size() <= min_branches;
+    if (!to_first && second.size() + rest.size() > min_branches) {
+      next = pickNext(rest.size(), first, second);
+      to_first = belongsToFirst(next, first, second);
     }
-    (to_first ? first : second).add(rest[next]);
-    rest[next] = rest.back();
-    rest.pop_back();
+    Group& group = to_first ? first : second;
+    (to_first ? second : first).dropExpansion(next, rest.size() - 1);
+    group.add(rest.take(next));
+    group.computeExpansions(rest);
   }
-  return {std::move(first.branches), std::move(second.branches)};
+  return groups;
 }
 
 }  // namespace cuboid_mapping

@@ -3,14 +3,37 @@
 
 #include "cuboid_mapping/rtree/node.h"
 
-#include <vector>
+#include <array>
 
 namespace cuboid_mapping {
 
+/// Up to M + 1 branches; needs no memory from the allocator.
+class BranchList {
+ public:
+  /// @pre size() <= kMaxSlots.
+  void push(const Branch& branch) { branches_[static_cast<std::size_t>(size_++)] = branch; }
+  /// Takes a branch out; the last one takes its place.
+  Branch take(int i) {
+    const Branch taken = (*this)[i];
+    branches_[static_cast<std::size_t>(i)] = (*this)[--size_];
+    return taken;
+  }
+  [[nodiscard]] int size() const { return size_; }
+  [[nodiscard]] const Branch& operator[](int i) const {
+    return branches_[static_cast<std::size_t>(i)];
+  }
+  [[nodiscard]] const Branch* begin() const { return branches_.data(); }
+  [[nodiscard]] const Branch* end() const { return branches_.data() + size_; }
+
+ private:
+  std::array<Branch, kMaxSlots + 1> branches_;
+  int size_ = 0;
+};
+
 /// The two groups into which an overfull node is split.
 struct SplitGroups {
-  std::vector<Branch> first;
-  std::vector<Branch> second;
+  BranchList first;
+  BranchList second;
 };
 
 /// Guttman's quadratic split: the two branches that would waste most volume together start the
@@ -19,6 +42,6 @@ struct SplitGroups {
 /// @param branches  At least 2 * min_branches.
 /// @param min_branches  Each group gets at least as many (d of the paper).
 /// @complexity O(n^2). Pure. A. Guttman, "R-trees", 1984, Section 3.5.2.
-[[nodiscard]] SplitGroups splitQuadratic(const std::vector<Branch>& branches, int min_branches);
+[[nodiscard]] SplitGroups splitQuadratic(const BranchList& branches, int min_branches) noexcept;
 
 }  // namespace cuboid_mapping

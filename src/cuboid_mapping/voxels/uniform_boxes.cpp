@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "cuboid_mapping/voxels/uniform_boxes.h"
 
+#include "cuboid_mapping/voxels/brick_table.h"
+
 namespace cuboid_mapping {
 namespace {
 

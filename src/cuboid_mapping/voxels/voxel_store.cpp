@@ -2,6 +2,7 @@
 #include "cuboid_mapping/voxels/voxel_store.h"
 
 #include "cuboid_mapping/parallel/parallel_for.h"
+#include "cuboid_mapping/voxels/brick_store.h"
 
 #include <algorithm>
 #include <utility>
@@ -12,14 +13,61 @@ namespace {
 /// Bricks that a thread takes at a time.
 constexpr std::size_t kPartBricks = 64;
 
-bool touches(const CellBox& bounds, const CellBox& box) {
-  for (int axis = 0; axis < 3; ++axis) {
-    if (box.min[axis] == bounds.min[axis] || box.max[axis] == bounds.max[axis]) return true;
+/// Box around the voxels of a set. @pre It is not empty.
+CellBox boundsOf(const Cell& brick, const BrickMask& mask) {
+  std::uint64_t slices = 0;  // Voxels that are in some slice.
+  int first = kBrickEdge;
+  int last = 0;
+  for (int z = 0; z < kBrickEdge; ++z) {
+    if (mask[z] == 0) continue;
+    slices |= mask[z];
+    first = std::min(first, z);
+    last = z;
   }
-  return false;
+  std::uint64_t row = slices | slices >> 32;
+  row |= row >> 16;
+  row |= row >> 8;
+  row &= 0xFF;
+  const int least_row = __builtin_ctzll(slices) >> 3;
+  const int last_row = (63 - __builtin_clzll(slices)) >> 3;
+  return {brick + Cell{__builtin_ctzll(row), least_row, first},
+          brick + Cell{64 - __builtin_clzll(row), last_row + 1, last + 1}};
+}
+
+using NewBrick = VoxelStore::PendingChange::NewBrick;
+
+/// What follows from new voxels.
+void complete(const PackedVoxels& before, const VoxelStore::Work& work, NewBrick& brick) {
+  brick.is_gone = brick.voxels.isEmpty();
+  const BrickMask occupied = brick.voxels.occupied();
+  const BrickMask free = brick.voxels.known().without(occupied);
+  brick.free = free.count() - before.free().count();
+  brick.occupied = occupied.count() - before.occupied().count();
+  if (brick.is_gone) return;
+  const BrickMask known = free | occupied;
+  brick.bounds = boundsOf(brick.brick, known);
+  brick.has_occupied = brick.voxels.isAnyOccupied();
+  const BrickMask known_before = before.known();
+  brick.has_other_branch =
+      brick.is_new || brick.has_occupied != before.isAnyOccupied() ||
+      (known != known_before && brick.bounds != boundsOf(brick.brick, known_before));
+  if (work.divides) brick.cuboids = BrickCuboids(divide(occupied, free));
 }
 
 }  // namespace
+
+VoxelStore::PendingChange::PendingChange() = default;
+VoxelStore::PendingChange::PendingChange(PendingChange&& other) noexcept = default;
+VoxelStore::PendingChange& VoxelStore::PendingChange::operator=(PendingChange&& other) noexcept =
+    default;
+VoxelStore::PendingChange::~PendingChange() = default;
+
+VoxelStore::VoxelStore() : bricks_(std::make_unique<BrickTable<Brick>>()) {}
+VoxelStore::VoxelStore(VoxelStore&& other) noexcept = default;
+VoxelStore& VoxelStore::operator=(VoxelStore&& other) noexcept = default;
+VoxelStore::~VoxelStore() = default;
+
+const VoxelBrick* VoxelStore::findBrick(const Cell& brick) const { return bricks_->find(brick); }
 
 bool VoxelStore::isAnyOccupied(const CellBox& box) const {
   const auto is_occupied = [&box](const VoxelBrick& brick) {
@@ -27,106 +75,88 @@ bool VoxelStore::isAnyOccupied(const CellBox& box) const {
     const CellBox part = intersect(box, brickBox(brick.brick));
     return brick.voxels.occupied().intersects(BrickMask::ofBox(part));
   };
-  if (numBricks(box) > static_cast<double>(bricks_.size())) {
+  if (numBricks(box) > static_cast<double>(size())) {
     bool found = false;
-    forEachIn(box, [&](const VoxelBrick& brick) { found = found || is_occupied(brick); });
+    bricks_->forEachIn(box, [&](const Brick& brick) { found = found || is_occupied(brick); });
     return found;
   }
   return anyBrick(box, [&](const Cell& brick) {
-    const VoxelBrick* found = bricks_.find(brick);
+    const Brick* found = bricks_->find(brick);
     return found != nullptr && is_occupied(*found);
   });
 }
 
+void VoxelStore::forEach(FunctionRef<void(const VoxelBrick&)> visit) const {
+  std::as_const(*bricks_).forEach(visit);
+}
+
+void VoxelStore::forEachIn(const CellBox& box, FunctionRef<void(const VoxelBrick&)> visit) const {
+  bricks_->forEachIn(box, visit);
+}
+
+std::uint64_t VoxelStore::countLooks(const CellBox& box) const {
+  return static_cast<std::uint64_t>(std::min(numBricks(box), static_cast<double>(size())));
+}
+
+std::size_t VoxelStore::size() const { return bricks_->size(); }
+
 /// Works everything out beside the map.
 /// @param brick_of  (std::size_t i) -> Cell, each brick once.
-/// @param work  (std::size_t i, const PackedVoxels& before, PackedVoxels& after) -> VoxelChange,
-///              called side by side.
+/// @param change_of  (std::size_t i, const PackedVoxels& before, PackedVoxels& after) -> VoxelChange,
+///                   called side by side.
 template <typename BrickOfT, typename WorkT>
-VoxelStore::PendingChange VoxelStore::prepare(std::size_t count, int threads, BrickOfT brick_of,
-                                              WorkT work) {
+VoxelStore::PendingChange VoxelStore::prepare(std::size_t count, const Work& work,
+                                              BrickOfT brick_of, WorkT change_of) const {
   static const PackedVoxels kUnknown;
   PendingChange pending;
-  std::vector<NewBrick>& bricks = pending.bricks_;
-  bricks.resize(count);
-  parallelFor((count + kPartBricks - 1) / kPartBricks, threads, [&](std::size_t part) {
+  pending.bricks.resize(count);
+  const BrickTable<Brick>& table = *bricks_;
+  parallelFor((count + kPartBricks - 1) / kPartBricks, work.threads, [&](std::size_t part) {
     const std::size_t begin = part * kPartBricks;
     const std::size_t end = std::min(count, begin + kPartBricks);
-    for (std::size_t i = begin; i < end; ++i) {  // So that the processor waits for many at a time.
-      bricks[i].place = bricks_.find(brick_of(i));
-      if (bricks[i].place != nullptr) bricks[i].place->voxels.prefetch();
+    // So that the processor waits for many at a time.
+    for (std::size_t i = begin; i < end; ++i) table.prefetchSlot(brick_of(i));
+    for (std::size_t i = begin; i < end; ++i) table.prefetchItem(brick_of(i));
+    for (std::size_t i = begin; i < end; ++i) {
+      NewBrick& brick = pending.bricks[i];
+      brick.brick = brick_of(i);
+      brick.index = table.indexOf(brick.brick);
+      brick.is_new = brick.index == NewBrick::kNoIndex;
+      if (!brick.is_new) table.item(brick.index).voxels.prefetch();
     }
     for (std::size_t i = begin; i < end; ++i) {
-      NewBrick& brick = bricks[i];
-      const PackedVoxels& before = brick.place == nullptr ? kUnknown : brick.place->voxels;
-      const VoxelChange change = work(i, before, brick.voxels);
+      NewBrick& brick = pending.bricks[i];
+      const PackedVoxels& before = brick.is_new ? kUnknown : table.item(brick.index).voxels;
+      const VoxelChange change = change_of(i, before, brick.voxels);
       brick.changed = change.changed;
       brick.is_reclassified = !change.reclassified.isEmpty();
-      if (!brick.is_reclassified) continue;
-      brick.free = brick.voxels.free().count() - before.free().count();
-      brick.occupied = brick.voxels.occupied().count() - before.occupied().count();
+      if (brick.is_reclassified) complete(before, work, brick);
     }
   });
-
-  pending.changes_.reserve(count);
+  pending.changed.reserve(count);
   for (std::size_t i = 0; i < count; ++i) {
-    if (bricks[i].changed.isEmpty()) continue;
-    pending.changes_.push_back({brick_of(i), bricks[i].changed, bricks[i].is_reclassified});
-    if (bricks[i].place == nullptr) ++pending.num_new_;
+    const NewBrick& brick = pending.bricks[i];
+    if (brick.changed.isEmpty()) continue;
+    pending.changed.push_back(static_cast<std::uint32_t>(i));
+    pending.num_new += brick.is_new ? 1 : 0;
+    pending.num_gone += brick.is_gone ? 1 : 0;
   }
   return pending;
 }
 
-/// Puts it there when nothing can fail any more.
-const std::vector<BrickChange>& VoxelStore::commit(PendingChange& change,
-                                                   const Announce& announce) {
-  bricks_.reserve(bricks_.size() + change.num_new_);
-  if (announce) announce(change.changes_);
-  auto changed = change.changes_.begin();
-  for (NewBrick& brick : change.bricks_) {
-    if (!brick.changed.isEmpty()) commit((changed++)->brick, brick);
-  }
-  if (is_shrinking_) computeBounds();
-  return change.changes_;
-}
-
-/// @pre There is room for it.
-void VoxelStore::commit(const Cell& cell, NewBrick& brick) noexcept {
-  num_free_ += brick.free;
-  num_occupied_ += brick.occupied;
-  if (brick.voxels.isEmpty()) {
-    bricks_.erase(cell);
-    is_shrinking_ |= touches(*bounds_, brickBox(cell));
-    return;
-  }
-  if (brick.place == nullptr) brick.place = &bricks_.at(cell);
-  std::swap(brick.place->voxels, brick.voxels);
-  if (!bounds_ || !bounds_->contains(cell)) {
-    bounds_ = bounds_ ? unite(*bounds_, brickBox(cell)) : brickBox(cell);
-  }
-}
-
 VoxelStore::PendingChange VoxelStore::prepare(const std::vector<BrickUpdate>& update,
-                                              const SensorModel& model, int threads) {
+                                              const SensorModel& model, const Work& work) const {
   return prepare(
-      update.size(), threads, [&](std::size_t i) { return update[i].brick; },
+      update.size(), work, [&](std::size_t i) { return update[i].brick; },
       [&](std::size_t i, const PackedVoxels& before, PackedVoxels& after) {
         const BrickMask misses = update[i].misses | update[i].grazes.without(before.known());
         return before.observe(update[i].hits, misses, model, after);
       });
 }
 
-std::vector<BrickChange> VoxelStore::apply(const std::vector<BrickUpdate>& update,
-                                           const SensorModel& model, int threads,
-                                           const Announce& announce) {
-  PendingChange change = prepare(update, model, threads);
-  commit(change, announce);
-  return std::move(change.changes_);  // A copy could fail.
-}
-
-std::vector<BrickChange> VoxelStore::replace(const CellBox& box,
-                                             const std::vector<VoxelBrick>& bricks,
-                                             const Announce& announce) {
+VoxelStore::PendingChange VoxelStore::prepareReplace(const CellBox& box,
+                                                     const std::vector<VoxelBrick>& bricks,
+                                                     const Work& work) const {
   struct Source {
     Cell brick;
     const PackedVoxels* voxels;
@@ -148,27 +178,54 @@ std::vector<BrickChange> VoxelStore::replace(const CellBox& box,
     if (count > 0 && sources[count - 1].brick == source.brick) --count;
     sources[count++] = source;
   }
-  PendingChange change = prepare(
-      count, 1, [&](std::size_t i) { return sources[i].brick; },
+  return prepare(
+      count, work, [&](std::size_t i) { return sources[i].brick; },
       [&](std::size_t i, const PackedVoxels& before, PackedVoxels& after) {
         const CellBox part = intersect(brickBox(sources[i].brick), box);
         return before.replace(BrickMask::ofBox(part), *sources[i].voxels, after);
       });
-  commit(change, announce);
-  return std::move(change.changes_);  // A copy could fail.
 }
 
-void VoxelStore::computeBounds() {
-  is_shrinking_ = false;
-  bounds_.reset();
-  forEach([this](const VoxelBrick& brick) {
-    bounds_ = bounds_ ? unite(*bounds_, brickBox(brick.brick)) : brickBox(brick.brick);
-  });
+void VoxelStore::reserve(const PendingChange& change) {
+  if (change.num_new > 0) bricks_->reserve(size() + change.num_new);
+}
+
+void VoxelStore::commit(PendingChange& change, FunctionRef<void(const NewBrick&)> follow) noexcept {
+  for (const std::uint32_t i : change.changed) {
+    commit(change.bricks[i]);
+    follow(change.bricks[i]);
+  }
+}
+
+void VoxelStore::commit(NewBrick& brick) noexcept {
+  num_free_ += brick.free;
+  num_occupied_ += brick.occupied;
+  if (brick.is_gone) {
+    std::swap(bricks_->item(brick.index).voxels, brick.voxels);
+    bricks_->erase(brick.brick);
+    return;
+  }
+  if (brick.is_new) {
+    bricks_->at(brick.brick);
+    brick.index = bricks_->indexOf(brick.brick);
+  }
+  Brick& now = bricks_->item(brick.index);
+  std::swap(now.voxels, brick.voxels);
+  if (brick.is_reclassified) now.cuboids.swap(brick.cuboids);
+}
+
+void VoxelStore::apply(const std::vector<BrickUpdate>& update, const SensorModel& model,
+                       const Work& work) {
+  PendingChange change = prepare(update, model, work);
+  reserve(change);
+  commit(change, [](const NewBrick& /*brick*/) {});
 }
 
 std::size_t VoxelStore::numBytes() const {
-  std::size_t num_bytes = bricks_.numBytes();
-  forEach([&num_bytes](const VoxelBrick& brick) { num_bytes += brick.voxels.numBytes(); });
+  std::size_t num_bytes = bricks_->numBytes();
+  std::as_const(*bricks_).forEach([&num_bytes](const Brick& brick) {
+    num_bytes += brick.voxels.numBytes() + brick.cuboids.numBytes();
+  });
   return num_bytes;
 }
 

@@ -216,7 +216,7 @@ void MapWindow::loadPage(const Cell& page, CuboidMap& map, ChangeSet& changes) {
 
 std::vector<Cell> MapWindow::findLeaving(const CuboidMap& map) const {
   const bool is_kept = config_.outside == OutsideWindow::kKeep;
-  const std::vector<CellBox> locked = is_kept ? std::vector<CellBox>() : map.locked().boxes();
+  const std::vector<CellBox> locked = is_kept ? std::vector<CellBox>() : map.lockedBoxes();
   std::vector<Cell> leaving;
   for (const auto& [page, state] : pages_) {
     if (outer_.intersects(pageBox(page)) || state.last_use + idleSteps(config_) > step_) {

@@ -20,7 +20,7 @@ namespace {
 using cuboid_mapping::test::Random;
 using cuboid_mapping::test::seedNote;
 
-constexpr std::uint32_t kMaxUint32 = std::numeric_limits<std::uint32_t>::max();
+constexpr std::uint32_t kHuge = std::numeric_limits<std::uint32_t>::max();
 
 PointCloud2 makeSmallMessage() {
   CloudSpec spec;
@@ -54,7 +54,7 @@ std::vector<Damage> makeDamages() {
       {"point_step 0", [](M& m) { m.point_step = 0; }, D::kBadLayout, "beyond point_step 0"},
       {"point_step 11", [](M& m) { m.point_step = 11; }, D::kBadLayout, "field z at offset 8"},
       {"offset", [](M& m) { m.fields[0].offset = 9; }, D::kBadLayout, "field x at offset 9"},
-      {"offset wraps", [](M& m) { m.fields[0].offset = kMaxUint32 - 1; }, D::kBadLayout, "429496"},
+      {"offset wraps", [](M& m) { m.fields[0].offset = kHuge - 1; }, D::kBadLayout, "429496"},
       {"FLOAT64 does not fit", [](M& m) { m.fields[2].datatype = PointField::FLOAT64; },
        D::kBadLayout, "field z at offset 8"},
       {"row_step 0", [](M& m) { m.row_step = 0; }, D::kBadLayout, "row_step 0"},
@@ -65,12 +65,12 @@ std::vector<Damage> makeDamages() {
       {"nothing but zeros", [](M& m) { std::fill(m.data.begin(), m.data.end(), 0); },
        D::kNoValidPoints, "all of its 12 points"},
       {"row too many", [](M& m) { m.height = 4; }, D::kShortData, "need 192"},
-      {"height wraps", [](M& m) { m.height = kMaxUint32; }, D::kShortData, "4 x 4294967295"},
-      {"row_step", [](M& m) { m.row_step = kMaxUint32; }, D::kShortData, "need 8589934638"},
+      {"height wraps", [](M& m) { m.height = kHuge; }, D::kShortData, "4 x 4294967295"},
+      {"row_step", [](M& m) { m.row_step = kHuge; }, D::kShortData, "need 8589934638"},
       {"all at their greatest",
-       [](M& m) { m.width = m.height = m.row_step = m.point_step = kMaxUint32; }, D::kBadLayout,
+       [](M& m) { m.width = m.height = m.row_step = m.point_step = kHuge; }, D::kBadLayout,
        "4294967295"},
-      {"a row of 2^64 bytes", [](M& m) { m.height = 1, m.width = m.point_step = kMaxUint32; },
+      {"a row of 2^64 bytes", [](M& m) { m.height = 1, m.width = m.point_step = kHuge; },
        D::kShortData, "18446744065119617025"},
   };
 }
@@ -129,7 +129,7 @@ PointCloud2 makeRandomMessage(Random& random) {
 std::uint32_t makeNastyNumber(Random& random) {
   switch (random.integer(0, 4)) {
     case 0: return random.chance(0.3) ? 0 : static_cast<std::uint32_t>(random.integer(1, 40));
-    case 1: return kMaxUint32 - static_cast<std::uint32_t>(random.integer(0, 40));
+    case 1: return kHuge - static_cast<std::uint32_t>(random.integer(0, 40));
     case 2: return 1U << random.integer(0, 31);
     case 3: return (1U << random.integer(0, 31)) - 1;
     default: return static_cast<std::uint32_t>(random.bits());

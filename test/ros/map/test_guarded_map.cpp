@@ -97,7 +97,6 @@ TEST(GuardedMap, ShowsReadersOneRevisionWhileCloudsComeIn) {
 
   const ChangeSet changes = map.takeChanges();
   map.read([&](const CuboidMap& content, const ros::Time& /*stamp*/) {
-    EXPECT_TRUE(content.fusion().isAnyWaiting());
     copy.follow(content, changes);
     EXPECT_EQ(copy.cuboids(), test::allCuboids(content));
   });
@@ -117,7 +116,6 @@ TEST(GuardedMap, LosesNoEditWhileACloudIsWorkedOut) {
   std::thread editor([&] {
     for (std::int32_t i = 0; i < kEdits; ++i) {
       map.edit([&](CuboidMap& content, const ros::Time&) { return edit(content, i); });
-      (void)map.fuseSome();
     }
     is_done = true;
   });
@@ -162,41 +160,6 @@ TEST(GuardedMap, WhoWaitsToChangeItComesBeforeWhoHasJustDone) {
     num_next += order[1] == 'b' ? 1 : 0;
   }
   EXPECT_GT(num_next, kRounds / 2) << "a busy machine may start 'b' late";
-}
-
-TEST(GuardedMap, FusesSomeBricksAtATimeWhichChangesNothingForReaders) {
-  GuardedMap map(makeConfig());
-  test::Random random(43);
-  const auto cuboids = [&map] {
-    return map.read(
-        [](const CuboidMap& content, const ros::Time&) { return test::allCuboids(content); });
-  };
-  const auto num_waiting = [&map] {
-    return map.read([](const CuboidMap& content, const ros::Time&) {
-      return content.fusion().numWaiting(content.voxels());
-    });
-  };
-  for (int i = 0; i < 4; ++i) {
-    map.change(ros::Time(1.0), [&](CuboidMap& content) {
-      return content.apply(test::randomUpdate(random, {{-9, -9, -9}, {9, 9, 9}}, 1000));
-    });
-  }
-  const std::vector<Cuboid> before = cuboids();
-  (void)map.takeChanges();
-  std::size_t waiting = num_waiting();
-  ASSERT_GT(waiting, 1000U);
-  int num_calls = 0;
-  for (bool is_more = true; is_more; ++num_calls) {
-    is_more = map.fuseSome();
-    EXPECT_LT(num_waiting(), waiting);
-    waiting = num_waiting();
-    EXPECT_EQ(is_more, waiting > 0);
-  }
-  EXPECT_GT(num_calls, 1) << "others get their turn in between";
-  EXPECT_EQ(waiting, 0U);
-  EXPECT_EQ(cuboids(), before);
-  EXPECT_TRUE(map.takeChanges().bricks.empty()) << "no news";
-  EXPECT_FALSE(map.fuseSome());
 }
 
 TEST(GuardedMap, TellsEachBrickOnceAndWhetherItHasNewCuboids) {
@@ -286,10 +249,8 @@ TEST(GuardedMap, TellsThatEverythingHasChangedAfterClear) {
   apply();
   map.change(ros::Time(), [](CuboidMap& content) { return content.clear(); });
   apply();
-  map.fuse();
   EXPECT_TRUE(map.takeChanges().is_everything);
   apply();
-  map.fuse();
   const ChangeSet changes = map.takeChanges();
   EXPECT_FALSE(changes.is_everything);
   EXPECT_FALSE(changes.bricks.empty());

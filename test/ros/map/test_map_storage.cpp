@@ -60,7 +60,7 @@ TEST(MapStorage, keepsLocksWhenAMapIsLoaded) {
   });
   ASSERT_EQ(loadMap(map, folder / "map.cuboids").error, "");
   map.read([&](const CuboidMap& content, const ros::Time&) {
-    EXPECT_EQ(content.locked().boxes(), std::vector<cuboid_mapping::CellBox>{zone});
+    EXPECT_EQ(content.lockedBoxes(), std::vector<cuboid_mapping::CellBox>{zone});
   });
 }
 
@@ -91,7 +91,7 @@ TEST(MapStorage, putsAMapIntoAnotherOneByRuleAndTransform) {
   EXPECT_EQ(answer.notes, "moved by whole voxels: exact. " + describe(overlap, rule));
   EXPECT_EQ(voxelsOf(map), cuboid_mapping::test::voxelsOf(expected.bricks));
   map.read([&](const CuboidMap& content, const ros::Time&) {
-    EXPECT_EQ(content.locked().boxes(), std::vector<cuboid_mapping::CellBox>{zone});
+    EXPECT_EQ(content.lockedBoxes(), std::vector<cuboid_mapping::CellBox>{zone});
   });
   EXPECT_EQ(loadMap(map, folder / "other.cuboids", {}, {std::nullopt, T_map_file}).error, "");
   EXPECT_EQ(voxelsOf(map), cuboid_mapping::test::voxelsOf(moved.bricks)) << "in the place of all";
@@ -131,7 +131,7 @@ TEST(MapStorage, movesAWholeMapWithItsLocks) {
     map.read([&](const CuboidMap& content, const ros::Time& stamp) {
       const std::vector<cuboid_mapping::CellBox> locked{{{2, -100, -1}, {3, -99, 0}},
                                                         {{-2, 0, -1}, {3, 9, 1}}};
-      EXPECT_EQ(content.locked().boxes(), locked);
+      EXPECT_EQ(content.lockedBoxes(), locked);
       EXPECT_EQ(stamp, ros::Time(3.0));
       EXPECT_EQ(answer.num_cuboids, countCuboids(content).total());
     });

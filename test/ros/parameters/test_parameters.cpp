@@ -113,7 +113,7 @@ TEST(Parameters, EveryBadValueGivesExactlyItsErrorAndKeepsTheDefault) {
       ++num_checked;
     }
   }
-  EXPECT_EQ(num_checked, 383U);
+  EXPECT_EQ(num_checked, 386U);
 }
 
 TEST(Parameters, AnErrorSaysValueRangeAndWhatToDo) {

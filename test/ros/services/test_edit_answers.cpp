@@ -75,7 +75,7 @@ TEST_F(EditAnswers, SetTheProbabilityWithinTheClampingThresholds) {
 
 TEST_F(EditAnswers, LockAndUnlock) {
   const auto lockedBoxes = [&] {
-    return map_.read([](const CuboidMap& map, const ros::Time&) { return map.locked().boxes(); });
+    return map_.read([](const CuboidMap& map, const ros::Time&) { return map.lockedBoxes(); });
   };
   auto request = makeRequest(SetBox::Request::KEEP);
   request.lock = true;

@@ -261,7 +261,7 @@ TEST_F(ServiceLimitsTest, LetCloudsInWhileALargeBoxIsSet) {
   EXPECT_GT(response.revision, 10U) << "in parts";
   map_.read([&](const CuboidMap& map, const ros::Time&) {
     EXPECT_EQ(map.voxels().numOccupiedVoxels(), 70.0 + 298.0 * 294.0 * 199.0);
-    EXPECT_EQ(map.locked().boxes().size(), 1U);
+    EXPECT_EQ(map.lockedBoxes().size(), 1U);
     return 0;
   });
 }

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "cuboid_mapping/ros/clouds/moving_filter.h"
 
+#include "cuboid_mapping/map/locked_boxes.h"
 namespace cuboid_mapping_ros {
 
 using cuboid_mapping::BrickMask;

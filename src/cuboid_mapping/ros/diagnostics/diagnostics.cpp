@@ -140,7 +140,6 @@ MapSummary readFigures(const cuboid_mapping::CuboidMap& map) {
   summary.num_bytes = map.numBytes();
   summary.free.num_voxels = map.voxels().numFreeVoxels();
   summary.occupied.num_voxels = map.voxels().numOccupiedVoxels();
-  summary.num_waiting = map.fusion().numWaiting(map.voxels());
   return summary;
 }
 
@@ -177,11 +176,9 @@ MapWatch::MapWatch(ClockS clock_s) : clock_s_(std::move(clock_s)) {}
 MapSummary MapWatch::summarize(const cuboid_mapping::CuboidMap& map) {
   constexpr double kShare = 0.05;
   MapSummary summary = readFigures(map);
-  const bool is_same = has_counted_ && counted_.revision == summary.revision &&
-                       counted_.num_waiting == summary.num_waiting;
+  const bool is_same = has_counted_ && counted_.revision == summary.revision;
   const double begin_s = clock_s_();
-  const bool is_complete = summary.num_waiting == 0 && counted_.num_waiting > 0;
-  if (!is_same && (begin_s >= next_count_s_ || is_complete)) {
+  if (!is_same && begin_s >= next_count_s_) {
     counted_ = cuboid_mapping_ros::summarize(map);
     has_counted_ = true;
     const double end_s = clock_s_();
@@ -287,7 +284,6 @@ void fillStatus(const NodeReport& report, const NodeStatistics& last_report,
   addStage("apply", statistics.apply_time, status);
   status.add("cuboids free", report.map.free.num_cuboids);
   status.add("cuboids occupied", report.map.occupied.num_cuboids);
-  status.add("bricks waiting to be fused", report.map.num_waiting);
   status.addf("voxels free", "%.0f", report.map.free.num_voxels);
   status.addf("voxels occupied", "%.0f", report.map.occupied.num_voxels);
   status.add("map bytes", report.map.num_bytes);

@@ -27,8 +27,7 @@ struct MapSummary {
   std::uint64_t revision = 0;
   ClassSummary free;
   ClassSummary occupied;
-  std::size_t num_waiting = 0;  ///< Bricks whose cuboids are not in the R-tree yet.
-  std::size_t num_bytes = 0;    ///< Of voxels and R-tree.
+  std::size_t num_bytes = 0;  ///< Of voxels and R-tree.
 };
 
 /// What the map says of itself. @complexity O(n).
@@ -36,9 +35,8 @@ struct MapSummary {
 
 /// Summaries of a map that changes, for one report after the other.
 ///
-/// Counting cuboids reads all of them and divides the bricks that wait for fusion, while no cloud can
-/// be inserted and nothing fused. It therefore takes at most a twentieth of the time: in between, the
-/// counts are those of before. They are current again at once when nothing waits any more.
+/// Counting cuboids reads all of them, while no cloud can be inserted. It therefore takes at most a
+/// twentieth of the time: in between, the counts are those of before.
 class MapWatch {
  public:
   using ClockS = std::function<double()>;

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <limits>
 #include <vector>
+#include "cuboid_mapping/map/locked_boxes.h"
 
 namespace cuboid_mapping_ros {
 namespace {

@@ -6,9 +6,6 @@
 namespace cuboid_mapping_ros {
 namespace {
 
-/// Bricks that are fused at a time: below a millisecond.
-constexpr std::size_t kFuseBricks = 64;
-
 /// Changed bricks of which nothing is left in the map, as after edits, that are remembered. With more
 /// of them to tell that everything has changed is shorter.
 constexpr std::size_t kMaxGoneBricks = 100000;
@@ -76,18 +73,6 @@ void GuardedMap::save() {
 void GuardedMap::saveHead() {
   const ChangeLock lock(*this);
   if (window_) window_->saveHead(map_);
-}
-
-bool GuardedMap::fuseSome() {
-  const ChangeLock lock(*this);
-  return !map_.fuse(kFuseBricks);
-}
-
-void GuardedMap::fuse() {
-  // More turns would mean that clouds come faster than this goes.
-  constexpr int kMaxTurns = 10000;
-  for (int turn = 0; turn < kMaxTurns && fuseSome(); ++turn) {
-  }
 }
 
 void GuardedMap::note(const cuboid_mapping::ChangeSet& changes) {

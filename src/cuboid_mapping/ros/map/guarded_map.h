@@ -4,6 +4,7 @@
 #include "cuboid_mapping/map/cuboid_map.h"
 #include "cuboid_mapping/query/budget.h"
 #include "cuboid_mapping/ros/map/phase_fair_mutex.h"
+#include "cuboid_mapping/voxels/brick_table.h"
 #include "cuboid_mapping/window/map_window.h"
 
 #include <ros/time.h>
@@ -144,12 +145,6 @@ class GuardedMap {
   void save();
   /// Takes the sensor model of the map into the store.
   void saveHead();
-
-  /// Brings some of the cuboids that wait into the R-tree.
-  /// @return Whether more wait.
-  bool fuseSome();
-  /// Brings all that wait into the R-tree, some at a time, so that others get their turn.
-  void fuse();
 
   /// What has changed since the last call, each brick once.
   [[nodiscard]] cuboid_mapping::ChangeSet takeChanges();

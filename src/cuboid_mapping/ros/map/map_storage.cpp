@@ -96,7 +96,6 @@ void putInPlace(GuardedMap& map, const MapConfig& config, const MapSnapshot& sna
                 StorageAnswer& answer) {
   CuboidMap fresh(config);  // Built while the other one is in use, and freed after it.
   restoreSnapshot(snapshot, fresh);
-  fresh.fuse();
   answer.num_cuboids = countCuboids(fresh).total();
   map.replaceAll([&](CuboidMap& content, const ros::Time& /*stamp*/) {
     followSensorModel(content, fresh);
@@ -186,7 +185,7 @@ StorageAnswer moveWholeMap(GuardedMap& map, const cuboid_mapping::VoxelMotion& m
         [&](const CuboidMap& content, const auto& /*stamp*/, const MapWindow* window) {
           config = content.config();
           snapshot = takeWholeSnapshot(content, window, "", limits);
-          locked = content.locked().boxes();
+          locked = content.lockedBoxes();
           answer.revision = content.revision();
           return 0;
         });
@@ -195,16 +194,15 @@ StorageAnswer moveWholeMap(GuardedMap& map, const cuboid_mapping::VoxelMotion& m
     moveMap(T_new_old, snapshot);
     CuboidMap fresh(config);
     restoreSnapshot(snapshot, fresh);
-    fresh.fuse();
-    cuboid_mapping::LockedBoxes moved_locks;
-    for (const CellBox& box : locked) moved_locks.add(motion(box));
+    std::vector<CellBox> moved_locks;
+    for (const CellBox& box : locked) moved_locks.push_back(motion(box));
     answer.num_cuboids = countCuboids(fresh).total();
     map.replaceAll([&](CuboidMap& content, const ros::Time& /*stamp*/) {
-      if (content.revision() != answer.revision || content.locked().boxes() != locked) {
+      if (content.revision() != answer.revision || content.lockedBoxes() != locked) {
         throw std::runtime_error("the map was changed meanwhile, by another call: call again");
       }
       followSensorModel(content, fresh);
-      content.setLocked(std::move(moved_locks));
+      content.setLocked(moved_locks);
       return content.exchange(fresh);
     });
   });

@@ -44,7 +44,6 @@ constexpr char kFindCorridorService[] = "find_corridor";         ///< cuboid_map
 constexpr char kGetObservationsService[] = "get_observations";   ///< GetObservations
 constexpr char kGetMapService[] = "get_map";                     ///< cuboid_mapping/GetMap
 constexpr char kSetBoxService[] = "set_box";                     ///< cuboid_mapping/SetBox
-constexpr char kFuseNowService[] = "fuse_now";                   ///< std_srvs/Trigger
 constexpr char kPauseService[] = "pause";                        ///< std_srvs/SetBool
 constexpr char kClearBoxService[] = "clear_bbx";                 ///< octomap_msgs/BoundingBoxQuery
 constexpr char kLoadMapService[] = "load_map";                   ///< cuboid_mapping/LoadMap

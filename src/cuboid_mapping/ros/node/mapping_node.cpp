@@ -115,10 +115,6 @@ void MappingNode::startTimers() {
   publish_timer_ = withQueue(nh_, publish_thread_.queue())
                        .createWallTimer(ros::WallDuration(1.0 / parameters_.publish_rate_hz),
                                         [this](const ros::WallTimerEvent&) { publish(); });
-  fuse_timer_ = withQueue(nh_, publish_thread_.queue())
-                    .createWallTimer(
-                        ros::WallDuration(1e-3),
-                        [this](const ros::WallTimerEvent&) { fuseUntilNextCloud(); }, true, false);
   waiting_timer_ =
       nh_.createWallTimer(ros::WallDuration(kWaitingPeriod_s),
                           [this](const ros::WallTimerEvent&) { updateWaitingClouds(); });
@@ -144,10 +140,8 @@ void MappingNode::subscribe() {
   if (parameters_.moving_points != MovingPoints::kIgnore) {
     moving_points_ = nh_.advertise<sensor_msgs::PointCloud2>(kMovingPointsTopic, 10);
   }
-  sources_.listen(withQueue(nh_, arrival_callbacks_), [this](const SensorMessage& cloud) {
-    is_cloud_waiting_ = true;
-    cloud_inbox_.put(cloud);
-  });
+  sources_.listen(withQueue(nh_, arrival_callbacks_),
+                  [this](const SensorMessage& cloud) { cloud_inbox_.put(cloud); });
 }
 
 void MappingNode::mergeRobots() {
@@ -163,7 +157,6 @@ void MappingNode::mergeRobots() {
     }
     ++statistics_.num_inserted;
     forget(observation.update, last_header_.stamp, 0);
-    fuseMeanwhile();
   };
   last_header_.frame_id = withoutSlash(parameters_.frame_id);
   merger_.emplace(nh_, withQueue(nh_, asking_threads_.queue()), parameters_, map_,
@@ -180,7 +173,6 @@ CloudInbox::Callbacks MappingNode::inboxCallbacks() {
       drop(cloud.source, DropReason::kInternalError,
            [] { return toAdvice(DropReason::kInternalError); });
     }
-    fuseMeanwhile();  // It may wait for tf.
   };
   callbacks.drop = [this](std::size_t source, std::size_t count) {
     statistics_.num_received += count;
@@ -197,7 +189,6 @@ CloudIntake::Callbacks MappingNode::intakeCallbacks() {
   CloudIntake::Callbacks callbacks;
   callbacks.handle = [this](const SensorMessage& cloud, const CloudPoses& poses) {
     onCloudInTurn(cloud, poses);
-    fuseMeanwhile();
   };
   callbacks.drop = [this](std::size_t source, DropReason reason, const std::string& text) {
     drop(source, reason, [&text] { return text; });
@@ -298,21 +289,6 @@ void MappingNode::forget(const cuboid_mapping::ScanUpdate& update, const ros::Ti
       });
     }
   });
-}
-
-/// Cells fuse after every cloud, in the time until the next one can go in; what is left then waits, at
-/// most until the next publish.
-void MappingNode::fuseMeanwhile() {
-  is_cloud_waiting_ = cloud_inbox_.numBytes() > 0 || cloud_intake_.hasTurn();
-  guard_.run("fusion after a cloud", [this] {
-    fuse_timer_.stop();
-    if (!is_cloud_waiting_) fuse_timer_.start();
-  });
-}
-
-void MappingNode::fuseUntilNextCloud() {
-  while (!is_cloud_waiting_ && map_.fuseSome()) {
-  }
 }
 
 void MappingNode::giveAdvice() {

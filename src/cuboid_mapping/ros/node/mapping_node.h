@@ -88,8 +88,6 @@ class MappingNode {
   const cuboid_mapping::ScanUpdate& takeMoving(const cuboid_mapping::ScanUpdate& update,
                                                const CloudPoses& poses, const Source& source,
                                                const ros::Time& stamp);
-  void fuseMeanwhile();
-  void fuseUntilNextCloud();
   /// Makes the map of what other nodes say, in the place of clouds.
   void mergeRobots();
   void advertiseServices();
@@ -161,8 +159,6 @@ class MappingNode {
   std::optional<PlannerServices> planner_services_;
   std::optional<EditServices> edit_services_;
   ros::WallTimer publish_timer_;
-  ros::WallTimer fuse_timer_;  ///< Fires once after each cloud.
-  std::atomic<bool> is_cloud_waiting_{false};
   ros::WallTimer waiting_timer_;
   ros::WallTimer diagnostics_timer_;
 

@@ -76,7 +76,7 @@ void ProjectedMap::updateTile(const CuboidMap& map, const Cell& tile) {
   column.max.z = toLayer(std::ceil(parameters_.occupancy_max_z_m / resolution_m - 1e-6));
   Tile values;
   values.fill(kUnknownCell);
-  if (const auto& bounds = map.voxels().bounds()) column = intersect(column, *bounds);
+  if (const auto& bounds = map.bounds()) column = intersect(column, *bounds);
   if (!column.isEmpty()) {
     map.voxels().forEachIn(column, [&](const VoxelBrick& brick) {
       BrickMask seen = BrickMask::ofBox(intersect(column, brickBox(brick.brick)));

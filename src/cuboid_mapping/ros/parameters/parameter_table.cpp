@@ -13,6 +13,7 @@ namespace {
 
 using cuboid_mapping::Environment;
 using cuboid_mapping::FusionKind;
+using cuboid_mapping::FusionTime;
 using cuboid_mapping::GrowthStarters;
 using cuboid_mapping::GrowthStep;
 using P = NodeParameters;
@@ -59,6 +60,12 @@ std::vector<ParameterDeclaration> declareMap() {
        "How voxels are merged into cuboids. class: large boxes of free or of occupied voxels, in "
        "blocks of 8 x 8 x 8. growth: the method of the paper, see growth/*. none: every voxel is "
        "a cuboid. In any case, every voxel keeps its own probability."},
+      {"fuse", "",
+       oneOf<FusionTime>({FusionTime::kEveryCloud, FusionTime::kWhenRead},
+                         [](P& p) -> FusionTime& { return p.map.fuse; }),
+       "When changed blocks are divided into cuboids, with fusion: class. every_cloud: with each "
+       "cloud, by all threads. when_read: when somebody reads their cuboids. The cuboids are the "
+       "same."},
       {"rtree/max_branches", "",
        IntegerKind{[](P& p) -> int& { return p.map.rtree.max_branches; }, 2,
                    cuboid_mapping::RTreeConfig::kMaxBranchesLimit},

@@ -59,7 +59,6 @@ std::string MapPublisher::describeLeftOut() const {
 ChangeSet MapPublisher::publish() {
   images_.forgetOld();
   const bool is_heard = delta_publisher_.getNumSubscribers() > 0;
-  map_.fuse();
   DeltaMessage message;
   message.header.frame_id = frame_id_;
   // Neither more nor less than the map has, while nobody changes it.

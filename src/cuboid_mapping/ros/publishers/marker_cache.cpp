@@ -18,7 +18,6 @@ using cuboid_mapping::CellBox;
 using cuboid_mapping::Cuboid;
 using cuboid_mapping::CuboidFilter;
 using cuboid_mapping::CuboidMap;
-using cuboid_mapping::RTree;
 using visualization_msgs::Marker;
 using visualization_msgs::MarkerArray;
 

@@ -75,27 +75,10 @@ EditServices::EditServices(const ros::NodeHandle& private_nh, const MapInFrame& 
         return response;
       }));
   using std_srvs::SetBool;
-  using std_srvs::Trigger;
-  servers_.push_back(advertiseGuarded<Trigger::Request, Trigger::Response>(
-      nh, kFuseNowService, [this](Trigger::Request& request, Trigger::Response& response) {
-        return onFuseNow(request, response);
-      }));
   servers_.push_back(advertiseGuarded<SetBool::Request, SetBool::Response>(
       nh, kPauseService, [this](SetBool::Request& request, SetBool::Response& response) {
         return onPause(request, response);
       }));
-}
-
-bool EditServices::onFuseNow(std_srvs::Trigger::Request& /*request*/,
-                             std_srvs::Trigger::Response& response) {
-  publish_();  // Fuses everything.
-  const auto counts = map_.map.read([](const cuboid_mapping::CuboidMap& map,
-                                       const ros::Time& /*stamp*/) { return countCuboids(map); });
-  std::ostringstream text;
-  text << counts.free << " free and " << counts.occupied << " occupied cuboids";
-  response.success = static_cast<std::uint8_t>(true);
-  response.message = text.str();
-  return true;
 }
 
 bool EditServices::onPause(std_srvs::SetBool::Request& request,

@@ -28,7 +28,7 @@ class PlannerServices {
   std::vector<ros::ServiceServer> servers_;
 };
 
-/// The services that change the map: ~set_box, ~fuse_now, ~pause. Served from the queue of the node
+/// The services that change the map: ~set_box, ~pause. Served from the queue of the node
 /// handle.
 class EditServices {
  public:
@@ -43,7 +43,6 @@ class EditServices {
   [[nodiscard]] bool isPaused() const { return is_paused_; }
 
  private:
-  bool onFuseNow(std_srvs::Trigger::Request& request, std_srvs::Trigger::Response& response);
   bool onPause(std_srvs::SetBool::Request& request, std_srvs::SetBool::Response& response);
 
   MapInFrame map_;

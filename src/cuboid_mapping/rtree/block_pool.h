@@ -8,21 +8,23 @@
 
 namespace cuboid_mapping {
 
-/// Memory for items of one size, in blocks that never move, addressed by 32-bit indices.
-///
-/// Free items are used again; a block whose items are all free goes back to the allocator.
+/// Memory for items of one size, in blocks that never move, addressed by 32-bit indices. Free items
+/// are used again.
 class BlockPool {
  public:
   /// @param item_bytes  A multiple of the items' alignment, at least 4.
-  /// @param keeps_block  The last block stays, so that the item after clear() needs no memory.
-  explicit BlockPool(std::size_t item_bytes, bool keeps_block = false)
-      : item_bytes_(item_bytes), keeps_block_(keeps_block) {}
+  explicit BlockPool(std::size_t item_bytes) : item_bytes_(item_bytes) {}
 
-  /// Gives memory for one item: zeros, or what was left of an item that was there before.
+  /// Makes room: the next `num_items` calls of allocate() throw nothing. @throws std::bad_alloc
+  void reserve(std::size_t num_items);
+  /// Gives back the memory of blocks that have no item in use. @complexity O(blocks).
+  void trim() noexcept;
+
+  /// Gives memory for one item, with any content. @throws std::bad_alloc  Beyond what is reserved.
   [[nodiscard]] std::uint32_t allocate();
   /// Takes an item back. @pre It is from allocate(), and has not been released since.
-  void release(std::uint32_t index);
-  /// Releases all items.
+  void release(std::uint32_t index) noexcept;
+  /// Releases all items, and gives the memory back.
   void clear() noexcept;
 
   /// The bytes of an item; they stay where they are. @pre It is in use.
@@ -38,32 +40,32 @@ class BlockPool {
     for (std::size_t i = 0; i < item_bytes_; i += kCacheLine_bytes) __builtin_prefetch(item + i);
   }
 
+  /// One beyond the greatest index that an item has, or can have without more memory.
+  [[nodiscard]] std::size_t endIndex() const { return blocks_.size() * kBlockItems; }
   /// Items in use.
   [[nodiscard]] std::size_t numItems() const { return num_items_; }
   /// Bytes held from the allocator.
   [[nodiscard]] std::size_t numBytes() const;
 
  private:
-  static constexpr unsigned kBlockBits = 6;
+  static constexpr unsigned kBlockBits = 4;
   static constexpr std::uint32_t kBlockItems = 1U << kBlockBits;
+  static constexpr std::uint8_t kNone = 0xFF;
 
   struct Block {
     std::unique_ptr<std::byte[]> bytes;  ///< Nothing while no item is in use.
     std::uint8_t num_used = 0;
-    std::uint8_t first_free = 0;  ///< Each free item holds the number of the next.
-    bool is_open = false;         ///< In open_blocks_.
+    std::uint8_t num_fresh = 0;       ///< Items at the end that were never in use.
+    std::uint8_t first_free = kNone;  ///< Each free item holds the number of the next.
   };
 
-  [[nodiscard]] std::uint32_t findOpenBlock();
-  void acquire(Block& block);
-  void linkItems(Block& block);
+  void addBlock();
 
   std::size_t item_bytes_;
-  bool keeps_block_;
   std::vector<Block> blocks_;
-  std::vector<std::uint32_t> open_blocks_;  ///< All with a free item, some that are full.
+  std::vector<std::uint32_t> open_;    ///< Blocks that have memory and a free item.
+  std::vector<std::uint32_t> absent_;  ///< Blocks without memory.
   std::size_t num_items_ = 0;
-  std::size_t num_held_blocks_ = 0;
 };
 
 }  // namespace cuboid_mapping

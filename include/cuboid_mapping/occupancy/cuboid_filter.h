@@ -1,0 +1,19 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include "cuboid_mapping/occupancy/cuboid.h"
+
+namespace cuboid_mapping {
+
+/// What a visitor answers: go on with the search, or end it.
+enum class Visit : unsigned char { kContinue, kStop };
+
+/// Which cuboids a search visits. For kOccupied, subtrees without any are skipped.
+enum class CuboidFilter : unsigned char { kAll, kFree, kOccupied };
+
+/// Whether a cuboid passes a filter.
+[[nodiscard]] constexpr bool matches(CuboidFilter filter, const Cuboid& cuboid) {
+  return filter == CuboidFilter::kAll || cuboid.isOccupied() == (filter == CuboidFilter::kOccupied);
+}
+
+}  // namespace cuboid_mapping

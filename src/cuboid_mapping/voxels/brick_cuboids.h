@@ -1,0 +1,172 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include "cuboid_mapping/geometry/brick.h"
+#include "cuboid_mapping/occupancy/cuboid_filter.h"
+
+#include <array>
+#include <atomic>
+#include <cstdint>
+#include <cstring>
+#include <utility>
+
+namespace cuboid_mapping {
+
+/// A box inside a brick in 18 bits: its least voxel, and its edges less one.
+using PackedBox = std::uint32_t;
+
+/// @param brick  Least cell of the brick. @return The box in cells of the map.
+[[nodiscard]] constexpr CellBox unpackBox(const Cell& brick, PackedBox box) {
+  const auto bits = [box](int shift) { return static_cast<std::int32_t>(box >> shift & 7); };
+  const Cell min = brick + Cell{bits(0), bits(3), bits(6)};
+  return {min, min + Cell{bits(9) + 1, bits(12) + 1, bits(15) + 1}};
+}
+
+/// A brick that is divided into boxes of one class; occupied ones first.
+struct DividedBrick {
+  int num_occupied = 0;
+  int count = 0;
+  /// The first `count`. A union, so that the others are not set to 0 each time.
+  union {
+    std::array<PackedBox, kBrickVoxels> boxes;
+  };
+
+  DividedBrick() {}  // NOLINT(modernize-use-equals-default): because of the union
+
+  /// Divides voxels of one class into disjoint boxes that cover exactly these, appended.
+  ///
+  /// The least voxel that is left (in the order z, y, x) takes the largest box of which it is the
+  /// least corner; ties go to the lower box. The result depends on the set only.
+  void add(BrickMask voxels) noexcept;
+};
+
+/// Divides the voxels of both classes. @complexity About 1 us. Pure.
+[[nodiscard]] inline DividedBrick divide(const BrickMask& occupied,
+                                         const BrickMask& free) noexcept {
+  DividedBrick divided;
+  divided.add(occupied);
+  divided.num_occupied = divided.count;
+  divided.add(free);
+  return divided;
+}
+
+/// The cuboids of one brick, packed: in the object itself for up to three, else 3 bytes each. Or
+/// stale: the voxels have changed since, and the next reader divides them.
+///
+/// Const functions may run side by side, keep() too; a change needs exclusive access.
+class BrickCuboids {
+ public:
+  /// Stale.
+  BrickCuboids() = default;
+  /// @throws std::bad_alloc
+  explicit BrickCuboids(const DividedBrick& divided) : word_(pack(divided)) {}
+  BrickCuboids(BrickCuboids&& other) noexcept : word_(other.word_.exchange(kStale)) {}
+  BrickCuboids& operator=(BrickCuboids&& other) noexcept {
+    swap(other);
+    return *this;
+  }
+  ~BrickCuboids() { release(word_.load(std::memory_order_relaxed)); }
+
+  /// Whether the voxels have to be divided.
+  [[nodiscard]] bool isStale() const { return load() == kStale; }
+  void swap(BrickCuboids& other) noexcept {
+    const Word mine = word_.load(std::memory_order_relaxed);
+    word_.store(other.word_.exchange(mine, std::memory_order_relaxed), std::memory_order_relaxed);
+  }
+  /// Keeps what a reader of stale cuboids has divided, where there is memory for it.
+  void keep(const DividedBrick& divided) const noexcept;
+  /// Asks the processor to fetch what lies outside the object.
+  [[gnu::always_inline]] void prefetch() const {
+    const Word word = word_.load(std::memory_order_relaxed);
+    if ((word & kInline) == 0) __builtin_prefetch(reinterpret_cast<const void*>(word));
+  }
+
+  /// Number of cuboids of a class. @pre !isStale().
+  [[nodiscard]] int count(CuboidFilter filter) const {
+    const View view = look();
+    return rangeOf(filter, view.num_occupied, view.count).second -
+           rangeOf(filter, view.num_occupied, view.count).first;
+  }
+
+  /// Calls visit(PackedBox, Occupancy) -> Visit for each box that passes the filter.
+  /// @pre !isStale().
+  template <typename VisitT>
+  Visit visit(CuboidFilter filter, VisitT visit) const {
+    const View view = look();
+    const auto [first, end] = rangeOf(filter, view.num_occupied, view.count);
+    for (int i = first; i < end; ++i) {
+      const auto occupancy = i < view.num_occupied ? Occupancy::kOccupied : Occupancy::kFree;
+      if (visit(view.box(i), occupancy) == Visit::kStop) return Visit::kStop;
+    }
+    return Visit::kContinue;
+  }
+  /// As above, of a brick that was divided just now.
+  template <typename VisitT>
+  static Visit visit(const DividedBrick& divided, CuboidFilter filter, VisitT visit) {
+    const auto [first, end] = rangeOf(filter, divided.num_occupied, divided.count);
+    for (int i = first; i < end; ++i) {
+      const auto occupancy = i < divided.num_occupied ? Occupancy::kOccupied : Occupancy::kFree;
+      const PackedBox box = divided.boxes[static_cast<std::size_t>(i)];
+      if (visit(box, occupancy) == Visit::kStop) return Visit::kStop;
+    }
+    return Visit::kContinue;
+  }
+
+  /// Bytes outside the object.
+  [[nodiscard]] std::size_t numBytes() const;
+
+ private:
+  /// Stale, or up to three boxes with kInline set, or the address of a block.
+  using Word = std::uint64_t;
+  static constexpr Word kStale = 0;
+  static constexpr Word kInline = 1;
+  static constexpr int kMostInline = 3;
+  static constexpr int kBoxBits = 18;
+  static constexpr PackedBox kBoxMask = (1U << kBoxBits) - 1;
+  static constexpr std::size_t kBoxBytes = 3;
+
+  /// Head of a block; its boxes follow, 3 bytes each.
+  struct Head {
+    std::uint16_t num_occupied;
+    std::uint16_t count;
+  };
+  struct View {
+    int num_occupied;
+    int count;
+    Word inline_boxes;
+    const std::byte* boxes;  ///< Null: inline.
+
+    [[nodiscard]] PackedBox box(int i) const {
+      if (boxes == nullptr) return static_cast<PackedBox>(inline_boxes >> i * kBoxBits) & kBoxMask;
+      PackedBox box = 0;  // One byte more is there behind the last.
+      std::memcpy(&box, boxes + static_cast<std::size_t>(i) * kBoxBytes, sizeof(box));
+      return box & kBoxMask;
+    }
+  };
+
+  [[nodiscard]] static constexpr std::pair<int, int> rangeOf(CuboidFilter filter, int num_occupied,
+                                                             int count) {
+    return {filter == CuboidFilter::kFree ? num_occupied : 0,
+            filter == CuboidFilter::kOccupied ? num_occupied : count};
+  }
+  [[nodiscard]] static Word pack(const DividedBrick& divided);
+  [[nodiscard]] static std::size_t blockBytes(int count) {
+    return sizeof(Head) + static_cast<std::size_t>(count) * kBoxBytes + 1;
+  }
+  static void release(Word word) noexcept;
+  [[nodiscard]] Word load() const { return word_.load(std::memory_order_acquire); }
+  [[nodiscard]] View look() const {
+    const Word word = load();
+    if ((word & kInline) != 0) {
+      return {static_cast<int>(word >> 3 & 3), static_cast<int>(word >> 1 & 3), word >> 5, nullptr};
+    }
+    const auto* block = reinterpret_cast<const std::byte*>(word);
+    Head head;
+    std::memcpy(&head, block, sizeof(head));
+    return {head.num_occupied, head.count, 0, block + sizeof(head)};
+  }
+
+  mutable std::atomic<Word> word_{kStale};
+};
+
+}  // namespace cuboid_mapping

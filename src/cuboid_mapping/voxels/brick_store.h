@@ -1,0 +1,32 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// What a VoxelStore is made of, for those inside the library who follow its changes.
+#pragma once
+
+#include "cuboid_mapping/voxels/brick_cuboids.h"
+#include "cuboid_mapping/voxels/brick_table.h"
+#include "cuboid_mapping/voxels/voxel_store.h"
+
+namespace cuboid_mapping {
+
+/// A brick of a map, with its cuboids.
+struct Brick : VoxelBrick {
+  BrickCuboids cuboids;  ///< Of the voxels, or stale.
+};
+
+/// What becomes of a brick.
+struct VoxelStore::PendingChange::NewBrick : BrickChange {
+  static constexpr std::uint32_t kNoIndex = BrickTable<Brick>::kNoItem;
+
+  std::uint32_t index = kNoIndex;  ///< Number of the brick; of a new one after commit() only.
+  PackedVoxels voxels;   ///< Of a brick that changes: afterwards, and after commit() before.
+  BrickCuboids cuboids;  ///< The same, if it is reclassified.
+  CellBox bounds;        ///< Around the known voxels afterwards, if it is reclassified.
+  bool has_other_branch = false;  ///< One of the two differs from before, or the brick is new.
+  bool has_occupied = false;      ///< Afterwards, if it is reclassified.
+  bool is_new = false;            ///< No voxel is known before.
+  bool is_gone = false;           ///< No voxel is known afterwards.
+  int free = 0;                   ///< Voxels that become free, less those that do not stay so.
+  int occupied = 0;               ///< The same of occupied ones.
+};
+
+}  // namespace cuboid_mapping
