@@ -29,7 +29,7 @@ using ConstMapAccessor = openvdb::tree::ValueAccessor<const openvdb::FloatTree, 
 Coord toCoord(const Cell& cell) { return {cell.x, cell.y, cell.z}; }
 
 /// The voxels of a leaf node, which has the size of a brick.
-CellBox leafBox(const openvdb::FloatTree::LeafNodeType& leaf) {
+CellBox leafCells(const openvdb::FloatTree::LeafNodeType& leaf) {
   static_assert(openvdb::FloatTree::LeafNodeType::DIM == kBrickEdge, "a leaf is a brick");
   const Coord origin = leaf.origin();
   return brickBox({origin.x(), origin.y(), origin.z()});
@@ -202,7 +202,7 @@ class OpenvdbAdapter : public PeerAdapter {
     double known_to_both = 0.0;
     for (auto leaf = tree_->cbeginLeaf(); leaf; ++leaf) {
       agreement.voxels += static_cast<double>(leaf->onVoxelCount());
-      const Cell brick = leafBox(*leaf).min;
+      const Cell brick = leafCells(*leaf).min;
       static_assert(Leaf::DIM == kBrickEdge, "a leaf is a brick");
       const PackedVoxels* voxels = map.voxels().find(brick);
       if (voxels != nullptr) known_to_both += compareVoxels(*leaf, brick, *voxels, agreement);
@@ -216,7 +216,7 @@ class OpenvdbAdapter : public PeerAdapter {
   using Leaf = openvdb::FloatTree::LeafNodeType;
 
   [[nodiscard]] static bool isAnyOccupied(const Leaf& leaf, const CellBox& box) {
-    const bool is_whole = box.contains(leafBox(leaf));
+    const bool is_whole = box.contains(leafCells(leaf));
     for (auto voxel = leaf.cbeginValueOn(); voxel; ++voxel) {
       if (classify(*voxel) != Occupancy::kOccupied) continue;
       if (is_whole) return true;

@@ -111,9 +111,9 @@ def write_batch(file, sources, header_types):
     file.write_text('\n'.join([f'#include {name}' for name in includes] + body) + '\n')
 
 
-def run_clang_tidy(file, arguments, flags=()):
+def run_clang_tidy(file, flags):
     end = subprocess.run(['clang-tidy', '--quiet', '--warnings-as-errors=*', '--header-filter=' + OWN,
-                          *arguments, str(file), *flags], cwd=ROOT, capture_output=True, text=True)
+                          str(file), '--', *flags], cwd=ROOT, capture_output=True, text=True)
     return end.returncode == 0, end.stdout
 
 
@@ -126,7 +126,7 @@ def lint(name, sources, flags, header_types):
     good, text = True, ''
     while together:
         write_batch(file, together, header_types)
-        good, text = run_clang_tidy(file, [], ['--', *flags])
+        good, text = run_clang_tidy(file, flags)
         broken = {source for source in together
                   if re.search(rf'^{re.escape(str(ROOT / source))}:.*clang-diagnostic-error', text, re.MULTILINE)}
         if not broken:
@@ -134,7 +134,7 @@ def lint(name, sources, flags, header_types):
         alone += sorted(broken)
         together = [source for source in together if source not in broken]
     for source in alone:
-        fine, said = run_clang_tidy(source, ['-p', str(BUILD), '--extra-arg=-std=c++17'])
+        fine, said = run_clang_tidy(source, flags)
         good, text = good and fine, text + said
     together_text = f'{len(together)} sources together, {len(alone)} alone'
     return good, f'{name}: {together_text}\n{text}'

@@ -25,7 +25,7 @@ using cuboid_mapping::MapSnapshot;
 using cuboid_mapping::VoxelBrick;
 using cuboid_mapping::VoxelStore;
 
-constexpr cuboid_mapping::SnapshotLimits kNoLimits{std::numeric_limits<std::size_t>::max() / 8,
+constexpr cuboid_mapping::SnapshotLimits kWholeMap{std::numeric_limits<std::size_t>::max() / 8,
                                                    std::numeric_limits<std::uint64_t>::max() / 8};
 
 MapSnapshot withBricks(const MapSnapshot& head, std::vector<VoxelBrick> bricks) {
@@ -104,7 +104,7 @@ class PagesOfRank {
   void take(const MpiRanks& ranks, const Cell& page, std::vector<VoxelBrick>& bricks) {
     if (next_ == pages_.size() || pages_[next_] != page) return;
     if (next_ % kPagesOfMessage == 0) {
-      bricks_ = cuboid_mapping::fromNativeFormat(ranks.receive(rank_), kNoLimits).bricks;
+      bricks_ = cuboid_mapping::fromNativeFormat(ranks.receive(rank_), kWholeMap).bricks;
       next_brick_ = 0;
     }
     ++next_;
@@ -171,7 +171,7 @@ std::string writeWhole(const MpiRanks& ranks, MapSnapshot map, const std::string
     return {};
   }
   for (int rank = 1; rank < ranks.size(); ++rank) {
-    MapSnapshot other = cuboid_mapping::fromNativeFormat(ranks.receive(rank), kNoLimits);
+    MapSnapshot other = cuboid_mapping::fromNativeFormat(ranks.receive(rank), kWholeMap);
     std::move(other.bricks.begin(), other.bricks.end(), std::back_inserter(map.bricks));
   }
   cuboid_mapping::sortBricks(map.bricks);

@@ -46,20 +46,20 @@ void expectProgress(const WorkT& work) {
   give_up_after(1);
 }
 
-MapSnapshot makeSnapshot() {
+MapSnapshot makeOther() {
   Random random(81);
   return test::randomSnapshot(random);
 }
 
 TEST(Progress, isToldWhileMapsAreCompared) {
-  const MapSnapshot snapshot = makeSnapshot();
+  const MapSnapshot snapshot = makeOther();
   expectProgress([&](const ProgressListener& listener) {
     EXPECT_TRUE(compareMaps(snapshot, snapshot, listener).isSameByClass());
   });
 }
 
 TEST(Progress, isToldWhileAPictureIsDrawnByAnyNumberOfThreads) {
-  const MapSnapshot snapshot = makeSnapshot();
+  const MapSnapshot snapshot = makeOther();
   MapConfig config;
   config.resolution_m = snapshot.resolution_m;
   CuboidMap map(config);
@@ -75,7 +75,7 @@ TEST(Progress, isToldWhileAPictureIsDrawnByAnyNumberOfThreads) {
 }
 
 TEST(Progress, isToldWhileAFileIsWrittenWhichStaysAsItWasWhenGivenUp) {
-  const MapSnapshot snapshot = makeSnapshot();
+  const MapSnapshot snapshot = makeOther();
   for (const std::string ending : {"csv", "pcd", "ply"}) {
     const TemporaryFolder folder;
     const std::string file = folder / ("map." + ending);

@@ -18,7 +18,7 @@
 namespace cuboid_mapping {
 namespace {
 
-constexpr double kNoLimit = std::numeric_limits<double>::infinity();
+constexpr double kAnyRange = std::numeric_limits<double>::infinity();
 
 /// Steps of a walk between two cells: the least number, and two to spare on each axis, one because
 /// points lie anywhere in their cells, one for rounding.
@@ -103,7 +103,7 @@ TEST(BeamBounds, aBeamWhoseLengthIsRoundedToNothingPassesItsFirstVoxelOnly) {
 TEST(BeamBounds, aScanWithSuchABeamHitsTheVoxelOfItsEnd) {
   Scan scan;
   scan.points = {{-1e-30F, -1e-30F, 0.0F}};
-  for (const double max_range_m : {kNoLimit, 1.0}) {
+  for (const double max_range_m : {kAnyRange, 1.0}) {
     ScanUpdater updater(Grid(0.05), max_range_m);
     const test::ObservedCells expected{{{0, 0, 0}, false}, {{-1, -1, 0}, true}};
     EXPECT_EQ(test::toObservedCells(updater.compute(scan)), expected);
@@ -138,7 +138,7 @@ TEST(BeamBounds, everyWalkEndsAfterTheStepsBetweenItsCellsAndTwoPerAxis) {
 
 TEST(BeamBounds, everyScanOfSuchBeamsIsCounted) {
   test::Random random(8);
-  for (const double max_range_m : {kNoLimit, 5.0, 1e-30}) {
+  for (const double max_range_m : {kAnyRange, 5.0, 1e-30}) {
     ScanUpdater updater(Grid(0.05), max_range_m);
     for (std::size_t i = 0; i < 300; ++i) {
       Scan scan;
@@ -201,7 +201,7 @@ TEST(BeamBounds, aBeamThatIsLeftOutMarksNothingOnItsWayEither) {
   Scan scan;
   scan.points = {{-4000.0F, 1.0F, 1.0F}};
   for (const double end_margin_m : {0.0, 1.0}) {
-    ScanUpdater updater(Grid(0.05), BeamRanges{kNoLimit, end_margin_m});
+    ScanUpdater updater(Grid(0.05), BeamRanges{kAnyRange, end_margin_m});
     const ScanUpdate& update = updater.compute(scan);
     EXPECT_EQ(update.num_too_far, 1U);
     EXPECT_TRUE(update.bricks.empty());
@@ -213,7 +213,7 @@ TEST(BeamBounds, aLongerBeamIsNotSampledEither) {
   scan.points = {{1e6F, 0.0F, 0.0F}};
   BeamSampling sampling;
   sampling.per_m = 1.0;
-  ScanUpdater updater(Grid(1.0), kNoLimit, 1, sampling);
+  ScanUpdater updater(Grid(1.0), kAnyRange, 1, sampling);
   EXPECT_TRUE(updater.compute(scan).samples.empty());
   ScanUpdater cutting(Grid(1.0), 100.0, 1, sampling);
   EXPECT_FALSE(cutting.compute(scan).samples.empty());

@@ -15,7 +15,7 @@
 namespace cuboid_mapping {
 namespace {
 
-constexpr double kNoLimit = std::numeric_limits<double>::infinity();
+constexpr double kAnyLength = std::numeric_limits<double>::infinity();
 
 Scan scanOf(const std::vector<Eigen::Vector3f>& points) {
   Scan scan;
@@ -26,15 +26,15 @@ Scan scanOf(const std::vector<Eigen::Vector3f>& points) {
 
 TEST(SampleBeams, drawsNoneUnlessAsked) {
   const Scan scan = scanOf({{10.0F, 0.0F, 0.0F}});
-  EXPECT_TRUE(sampleBeams(Grid(0.1), scan, kNoLimit, {0.0, 1}, 0).empty());
+  EXPECT_TRUE(sampleBeams(Grid(0.1), scan, kAnyLength, {0.0, 1}, 0).empty());
 }
 
 TEST(SampleBeams, drawsTheSameForTheSameSeedAndScan) {
   const Scan scan = scanOf({{10.0F, 3.0F, 0.0F}, {-5.0F, 3.0F, 1.0F}});
-  const auto cells = sampleBeams(Grid(0.1), scan, kNoLimit, {2.0, 7}, 3);
-  EXPECT_EQ(sampleBeams(Grid(0.1), scan, kNoLimit, {2.0, 7}, 3), cells);
-  EXPECT_NE(sampleBeams(Grid(0.1), scan, kNoLimit, {2.0, 8}, 3), cells);
-  EXPECT_NE(sampleBeams(Grid(0.1), scan, kNoLimit, {2.0, 7}, 4), cells);
+  const auto cells = sampleBeams(Grid(0.1), scan, kAnyLength, {2.0, 7}, 3);
+  EXPECT_EQ(sampleBeams(Grid(0.1), scan, kAnyLength, {2.0, 7}, 3), cells);
+  EXPECT_NE(sampleBeams(Grid(0.1), scan, kAnyLength, {2.0, 8}, 3), cells);
+  EXPECT_NE(sampleBeams(Grid(0.1), scan, kAnyLength, {2.0, 7}, 4), cells);
   EXPECT_TRUE(std::is_sorted(cells.begin(), cells.end()));
 }
 
@@ -43,8 +43,8 @@ TEST(SampleBeams, drawsInProportionToTheLength) {
   std::size_t num_long = 0;
   const Grid grid(0.01);  // Fine: hardly a cell is drawn twice.
   for (std::uint64_t i = 0; i < 2000; ++i) {
-    num_short += sampleBeams(grid, scanOf({{2.05F, 0.05F, 0.05F}}), kNoLimit, {0.5, 1}, i).size();
-    num_long += sampleBeams(grid, scanOf({{0.05F, 8.05F, 0.05F}}), kNoLimit, {0.5, 1}, i).size();
+    num_short += sampleBeams(grid, scanOf({{2.05F, 0.05F, 0.05F}}), kAnyLength, {0.5, 1}, i).size();
+    num_long += sampleBeams(grid, scanOf({{0.05F, 8.05F, 0.05F}}), kAnyLength, {0.5, 1}, i).size();
   }
   EXPECT_NEAR(static_cast<double>(num_short), 2000.0, 150.0);
   EXPECT_NEAR(static_cast<double>(num_long), 8000.0, 300.0);
@@ -59,13 +59,13 @@ TEST(SampleBeams, staysWithinTheMaxRange) {
 TEST(SampleBeams, leavesOutBeamsThatAreNotObserved) {
   const float nan = std::numeric_limits<float>::quiet_NaN();
   const Scan scan = scanOf({{nan, 0.0F, 0.0F}, {0.0F, 3e38F, 0.0F}, {0.05F, 0.05F, 0.05F}});
-  EXPECT_TRUE(sampleBeams(Grid(0.1), scan, kNoLimit, {5.0, 1}, 0).empty());
+  EXPECT_TRUE(sampleBeams(Grid(0.1), scan, kAnyLength, {5.0, 1}, 0).empty());
 }
 
 TEST(SampleBeams, findsCellsThatTheScanObserves) {
   test::Random random(21);
   const Grid grid(0.1);
-  ScanUpdater updater(grid, kNoLimit, 1, {3.0, 5});
+  ScanUpdater updater(grid, kAnyLength, 1, {3.0, 5});
   test::ScanShape shape;
   std::size_t num_samples = 0;
   std::size_t num_observed = 0;

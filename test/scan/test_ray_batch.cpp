@@ -12,7 +12,7 @@
 namespace cuboid_mapping {
 namespace {
 
-constexpr double kNoLimit = std::numeric_limits<double>::infinity();
+constexpr double kNoRange = std::numeric_limits<double>::infinity();
 
 /// Every ray of a batch has the bits of RayOrigin::computeRay(). @return Rays that are taken.
 int checkBatch(const RayOrigin& origin, const std::vector<Eigen::Vector3f>& ends,
@@ -61,7 +61,7 @@ TEST_F(RayBatchAvx2, hasTheBitsOfSingleRays) {
     const RayOrigin origin(Grid(resolution_m), anchor_map, test::randomEndPoint(random, shape));
     std::vector<Eigen::Vector3f> ends(i % RayBatch::kSize + 1);
     for (Eigen::Vector3f& end : ends) end = test::randomEndPoint(random, shape);
-    num_taken += checkBatch(origin, ends, i % 2 == 0 ? kNoLimit : 100.0 * resolution_m);
+    num_taken += checkBatch(origin, ends, i % 2 == 0 ? kNoRange : 100.0 * resolution_m);
     ASSERT_FALSE(HasFailure()) << test::seedNote(i);
   }
   EXPECT_GT(num_taken, 30000);
@@ -78,7 +78,7 @@ TEST_F(RayBatchAvx2, leavesOutWhatIsNoRay) {
     }
   }
   const RayOrigin origin(Grid(0.001), Eigen::Vector3d::Zero(), point);
-  EXPECT_EQ(checkBatch(origin, ends, kNoLimit), 4) << "the second and those of 1e-30";
+  EXPECT_EQ(checkBatch(origin, ends, kNoRange), 4) << "the second and those of 1e-30";
   EXPECT_EQ(checkBatch(origin, ends, 10.0), 10) << "those of 1.1e6 and -1.1e6, which are cut, too";
 }
 

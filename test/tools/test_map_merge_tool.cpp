@@ -13,7 +13,7 @@ using test::ProgramEnd;
 using test::runProgram;
 using test::TemporaryFolder;
 
-bool contains(const std::string& text, const std::string& part) {
+bool says(const std::string& text, const std::string& part) {
   return text.find(part) != std::string::npos;
 }
 
@@ -40,8 +40,8 @@ TEST(MapTools, putMapsTogether) {
   };
   ProgramEnd end = merge({});
   EXPECT_EQ(end.status, 0) << end.err;
-  EXPECT_TRUE(contains(end.out, "8 voxels known to both (8 of another class)")) << end.out;
-  EXPECT_TRUE(contains(end.out, "not the map that one mapper with all clouds")) << end.out;
+  EXPECT_TRUE(says(end.out, "8 voxels known to both (8 of another class)")) << end.out;
+  EXPECT_TRUE(says(end.out, "not the map that one mapper with all clouds")) << end.out;
   EXPECT_EQ(voxels().at({0, 0, 0}), 0.5F);
   end = merge({"--rule", "later"});
   EXPECT_EQ(voxels().at({0, 0, 0}), -0.5F) << end.err;
@@ -49,21 +49,21 @@ TEST(MapTools, putMapsTogether) {
   EXPECT_EQ(voxels().at({0, 0, 0}), 1.0F) << end.err;
   // The box turns to x = -2 to 0, y = 0 to 4, and goes to x = 0 to 2.
   end = merge({"--turn", "0", "0", "90", "--shift", "1", "0", "0"});
-  EXPECT_TRUE(contains(end.out, "exact")) << end.out << end.err;
-  EXPECT_TRUE(contains(end.out, "4 voxels known to both")) << end.out;
+  EXPECT_TRUE(says(end.out, "exact")) << end.out << end.err;
+  EXPECT_TRUE(says(end.out, "4 voxels known to both")) << end.out;
   EXPECT_EQ(voxels().size(), 12U);
   EXPECT_EQ(voxels().count({1, 3, 0}), 1U);
   end = merge({"--turn", "0", "0", "30"});
-  EXPECT_TRUE(contains(end.out, "resampled: voxels lie 0.")) << end.out << end.err;
+  EXPECT_TRUE(says(end.out, "resampled: voxels lie 0.")) << end.out << end.err;
   write("b.cuboids", {{0, 0, 0}, {1, 1, 1}}, 1.0F, "odom");
   end = merge({});
   EXPECT_EQ(end.status, 1);
-  EXPECT_TRUE(contains(end.err, "'map' and 'odom'")) << end.err;
+  EXPECT_TRUE(says(end.err, "'map' and 'odom'")) << end.err;
   EXPECT_EQ(merge({"--shift", "0", "0", "0"}).status, 0);
   MapSnapshot coarse;
   coarse.resolution_m = 1.0;
   writeMapFile(folder / "b.cuboids", coarse);
-  EXPECT_TRUE(contains(merge({}).err, "different resolutions"));
+  EXPECT_TRUE(says(merge({}).err, "different resolutions"));
   EXPECT_EQ(merge({"--rule", "mean"}).status, 1);
 }
 

@@ -8,7 +8,7 @@
 namespace cuboid_mapping {
 namespace {
 
-constexpr double kNever = std::numeric_limits<double>::infinity();
+constexpr double kNoHit = std::numeric_limits<double>::infinity();
 
 /// A vector turned about the vertical axis.
 Eigen::Vector3d computeTurned(const Eigen::Vector3d& vector, double yaw_rad) {
@@ -31,22 +31,22 @@ double computeCylinderRange(const Cylinder& cylinder, const Beam& beam) {
   const double to_bottom = (cylinder.bottom_m - beam.start.z()) * beam.inverse_direction.z();
   const double to_top = (cylinder.top_m - beam.start.z()) * beam.inverse_direction.z();
   double enter = std::max(0.0, std::min(to_bottom, to_top));
-  double leave = std::min(kNever, std::max(to_bottom, to_top));
+  double leave = std::min(kNoHit, std::max(to_bottom, to_top));
 
   // |from_axis + t * direction|^2 = radius^2, as a t^2 + 2 b t + c = 0.
   const double a = direction.squaredNorm();
   const double c = from_axis.squaredNorm() - cylinder.radius_m * cylinder.radius_m;
   if (a == 0.0) {
-    if (c > 0.0) return kNever;  // parallel to the axis, outside
+    if (c > 0.0) return kNoHit;  // parallel to the axis, outside
   } else {
     const double b = from_axis.dot(direction);
     const double discriminant = b * b - a * c;
-    if (discriminant < 0.0) return kNever;
+    if (discriminant < 0.0) return kNoHit;
     const double root = std::sqrt(discriminant);
     enter = std::max(enter, (-b - root) / a);
     leave = std::min(leave, (-b + root) / a);
   }
-  return enter <= leave ? enter : kNever;
+  return enter <= leave ? enter : kNoHit;
 }
 
 struct RangeAlong {
