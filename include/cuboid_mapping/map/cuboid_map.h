@@ -109,7 +109,8 @@ class CuboidMap {
   /// @complexity O(bricks that the box shares a cell with, or all known bricks if these are fewer;
   /// and `bricks`).
   ChangeSet replace(const CellBox& box, const std::vector<VoxelBrick>& bricks);
-  /// As above. @param boxes  Disjoint, inside the box, with finite log-odds.
+  /// As above. @param boxes  Disjoint, inside the box.
+  /// @throws std::invalid_argument  Log-odds are not finite; the map is as it was.
   ChangeSet replace(const CellBox& box, const std::vector<UniformBox>& boxes);
 
   /// Exchanges all voxels and cuboids with another map, which may have been built while this one was
@@ -124,7 +125,7 @@ class CuboidMap {
   void setLocked(const std::vector<CellBox>& boxes);
   /// The locked voxels.
   [[nodiscard]] const LockedBoxes& locked() const { return *locked_; }
-  /// The locked voxels as disjoint boxes, in no particular order. @complexity O(their number).
+  /// The locked voxels as disjoint boxes, by their least cells. @complexity O(n log n) for n boxes.
   [[nodiscard]] std::vector<CellBox> lockedBoxes() const;
 
   /// Takes another sensor model for the clouds to come. Log-odds stay as they are, also beyond new

@@ -106,17 +106,17 @@ class VoxelStore {
     ~PendingChange();
 
     /// All bricks that were looked at, also those that do not change: internal.
-    std::vector<NewBrick> bricks;        // NOLINT: NewBrick is not known here
-    std::vector<std::uint32_t> changed;  ///< Numbers of those of them that change. NOLINT: as above
-    std::size_t num_new = 0;   ///< Bricks that the store does not have yet. NOLINT: as above
-    std::size_t num_gone = 0;  ///< Bricks that it will not have any more. NOLINT: as above
+    std::vector<NewBrick> bricks;
+    std::vector<std::uint32_t> changed;  ///< Numbers of those of them that change.
+    std::size_t num_new = 0;             ///< Bricks that the store does not have yet.
+    std::size_t num_gone = 0;            ///< Bricks that it will not have any more.
   };
 
   /// How a change is worked out. The result does not depend on it.
   struct Work {
     int threads = 1;  ///< >= 1.
-    bool divides =
-        false;  ///< Bricks with other classes are divided into cuboids; else they are stale.
+    /// Bricks with other classes are divided into cuboids; else their cuboids are stale.
+    bool divides = false;
   };
 
   /// Works out what comes of observing voxels, see PackedVoxels::observe(). Changes nothing: const
