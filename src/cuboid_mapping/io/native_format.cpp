@@ -100,15 +100,15 @@ std::uint32_t readVersion(std::string_view bytes, ByteReader& reader) {
     const bool is_start = !bytes.empty() && kMagic.substr(0, bytes.size()) == bytes;
     if (is_start) (void)reader.readBytes(kMagic.size());
     failWith(MapFileDefect::kForeign,
-         "is not a map of cuboid_mapping: it does not start with the format's magic number");
+             "is not a map of cuboid_mapping: it does not start with the format's magic number");
   }
   (void)reader.readBytes(kMagic.size());
   const std::uint32_t version = reader.readU32();
   if (version > kNativeFormatVersion) {
     failWith(MapFileDefect::kNewerVersion,
-         "has version " + std::to_string(version) +
-             " of the format, but this program only reads versions up to " +
-             std::to_string(kNativeFormatVersion) + ": update cuboid_mapping");
+             "has version " + std::to_string(version) +
+                 " of the format, but this program only reads versions up to " +
+                 std::to_string(kNativeFormatVersion) + ": update cuboid_mapping");
   }
   if (version == 0) failCorrupted("version 0 of the format does not exist");
   return version;
@@ -142,23 +142,23 @@ Sizes decodeHeader(std::string_view bytes, ByteReader& reader, MapSnapshot& snap
 /// @param item_bytes  Of an item before compression, at least.
 void checkClaims(const Sizes& sizes, std::uint64_t item_bytes, const SnapshotLimits& limits) {
   if (sizes.payload_bytes > limits.max_bytes) {
-    failWith(MapFileDefect::kTooBig, "claims to hold " + std::to_string(sizes.payload_bytes) +
-                                     " bytes, more than the " + std::to_string(limits.max_bytes) +
-                                     " allowed: it is damaged, or not a map file");
+    failWith(MapFileDefect::kTooBig,
+             "claims to hold " + std::to_string(sizes.payload_bytes) + " bytes, more than the " +
+                 std::to_string(limits.max_bytes) + " allowed: it is damaged, or not a map file");
   }
   // A cuboid of version 1 takes a part of the memory of a brick.
   const std::uint64_t max_items = limits.max_bricks * (item_bytes == kCuboidBytes ? 4 : 1);
   if (sizes.num_items > max_items) {
     failWith(MapFileDefect::kTooBig, "claims to hold " + std::to_string(sizes.num_items) +
-                                     " bricks or cuboids, more than the " +
-                                     std::to_string(max_items) + " allowed");
+                                         " bricks or cuboids, more than the " +
+                                         std::to_string(max_items) + " allowed");
   }
   if (sizes.num_items > sizes.payload_bytes / item_bytes ||
       sizes.num_log_odds > sizes.payload_bytes / sizeof(float)) {
     failWith(MapFileDefect::kTooBig,
-         "claims " + std::to_string(sizes.num_items) + " bricks or cuboids in " +
-             std::to_string(sizes.payload_bytes) +
-             " bytes, which is impossible: it is damaged, or not a map file");
+             "claims " + std::to_string(sizes.num_items) + " bricks or cuboids in " +
+                 std::to_string(sizes.payload_bytes) +
+                 " bytes, which is impossible: it is damaged, or not a map file");
   }
 }
 

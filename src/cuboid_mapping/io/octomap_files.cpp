@@ -41,7 +41,8 @@ struct OctreeHeader {
 std::string_view takeLine(std::string_view bytes, std::size_t& position) {
   const std::size_t end = bytes.find('\n', position);
   if (end == std::string_view::npos) {
-    failToRead(MapFileDefect::kTruncated, "ends in its header: it was not copied or written completely");
+    failToRead(MapFileDefect::kTruncated,
+               "ends in its header: it was not copied or written completely");
   }
   std::string_view line = bytes.substr(position, end - position);
   position = end + 1;
@@ -81,8 +82,8 @@ OctreeHeader readHeader(std::string_view bytes) {
 std::size_t extraBytesOf(const std::string& id) {
   if (id == "OcTree" || id == "OcTreeStamped") return 0;
   if (id == "ColorOcTree") return 3;
-  failToRead(MapFileDefect::kForeign,
-       "holds an octree of type '" + id + "': only OcTree, OcTreeStamped and ColorOcTree are read");
+  failToRead(MapFileDefect::kForeign, "holds an octree of type '" + id +
+                                          "': only OcTree, OcTreeStamped and ColorOcTree are read");
 }
 
 OctreeContent readNodes(const OctreeHeader& header, std::string_view nodes,
@@ -94,9 +95,9 @@ OctreeContent readNodes(const OctreeHeader& header, std::string_view nodes,
   if (*header.num_nodes > most) {
     const bool is_plausible = *header.num_nodes <= std::uint64_t{1} << 32;
     failToRead(is_plausible ? MapFileDefect::kTruncated : MapFileDefect::kTooBig,
-         "claims " + std::to_string(*header.num_nodes) + " nodes in " +
-             counted(nodes.size(), "byte") +
-             ": it was not copied or written completely, or is damaged");
+               "claims " + std::to_string(*header.num_nodes) + " nodes in " +
+                   counted(nodes.size(), "byte") +
+                   ": it was not copied or written completely, or is damaged");
   }
   // A leaf takes a part of the memory of a brick.
   const std::size_t max_nodes = 4 * limits.max_bricks;
@@ -115,9 +116,9 @@ std::string toOctomapFile(const MapSnapshot& snapshot, OctreeKind kind) {
   const OctreeStream tree = toOctreeStream(snapshot.bricks, kind);
   if (tree.num_left_out > 0.0) {
     failToRead(MapFileDefect::kTooBig,
-         "OctoMap's files reach 32768 voxels from the origin, and the map has " +
-             counted(static_cast<std::uint64_t>(tree.num_left_out), "voxel") +
-             " beyond: use the native format");
+               "OctoMap's files reach 32768 voxels from the origin, and the map has " +
+                   counted(static_cast<std::uint64_t>(tree.num_left_out), "voxel") +
+                   " beyond: use the native format");
   }
   std::string file(kind == OctreeKind::kFull ? kFullFirstLine : kBinaryFirstLine);
   file += "\n# (feel free to add / change comments, but leave the first line as it is!)\n#\n";
@@ -138,9 +139,9 @@ MapSnapshot fromOctomapFile(std::string_view bytes, const SensorModelConfig& mod
   const OctreeContent content =
       readNodes(header, bytes.substr(header.end), SensorModel(snapshot.sensor_model), limits);
   if (content.num_nodes != *header.num_nodes) {
-    failToRead(MapFileDefect::kCorrupted, "is damaged: its header says " +
-                                        std::to_string(*header.num_nodes) + " nodes, but has " +
-                                        std::to_string(content.num_nodes));
+    failToRead(MapFileDefect::kCorrupted,
+               "is damaged: its header says " + std::to_string(*header.num_nodes) +
+                   " nodes, but has " + std::to_string(content.num_nodes));
   }
   snapshot.bricks = bricksOf(content.leaves, limits);
   throwIfFaulty(snapshot, limits);

@@ -13,7 +13,7 @@ namespace {
 
 /// Of the two formats: without grazes and with them. A message of another one is refused.
 ///@{
-constexpr std::uint32_t kUpdateMagic = 0x31534243;            // "CBS1"
+constexpr std::uint32_t kUpdateMagic = 0x31534243;      // "CBS1"
 constexpr std::uint32_t kMagicWithGrazes = 0x32534243;  // "CBS2"
 ///@}
 constexpr int kFast = 1;
