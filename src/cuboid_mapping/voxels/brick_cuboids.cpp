@@ -83,7 +83,7 @@ BrickCuboids::Word BrickCuboids::pack(const DividedBrick& divided) {
 }
 
 void BrickCuboids::release(Word word) noexcept {
-  if (word != kStale && (word & kInline) == 0) delete[] reinterpret_cast<std::byte*>(word);
+  if (word != kStale && (word & kInline) == 0) delete[] blockOf(word);
 }
 
 void BrickCuboids::keep(const DividedBrick& divided) const noexcept {

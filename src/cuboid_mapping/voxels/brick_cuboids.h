@@ -78,7 +78,7 @@ class BrickCuboids {
   /// Asks the processor to fetch what lies outside the object.
   [[gnu::always_inline]] void prefetch() const {
     const Word word = word_.load(std::memory_order_relaxed);
-    if ((word & kInline) == 0) __builtin_prefetch(reinterpret_cast<const void*>(word));
+    if ((word & kInline) == 0) __builtin_prefetch(blockOf(word));
   }
 
   /// Number of cuboids of a class. @pre !isStale().
@@ -153,6 +153,13 @@ class BrickCuboids {
   [[nodiscard]] static std::size_t blockBytes(int count) {
     return sizeof(Head) + static_cast<std::size_t>(count) * kBoxBytes + 1;
   }
+  /// The block whose address a word is.
+  [[nodiscard]] static std::byte* blockOf(Word word) {
+    std::byte* block = nullptr;
+    static_assert(sizeof(block) <= sizeof(word) && __BYTE_ORDER__ == __ORDER_LITTLE_ENDIAN__);
+    std::memcpy(&block, &word, sizeof(block));
+    return block;
+  }
   static void release(Word word) noexcept;
   [[nodiscard]] Word load() const { return word_.load(std::memory_order_acquire); }
   [[nodiscard]] View look() const {
@@ -160,7 +167,7 @@ class BrickCuboids {
     if ((word & kInline) != 0) {
       return {static_cast<int>(word >> 3 & 3), static_cast<int>(word >> 1 & 3), word >> 5, nullptr};
     }
-    const auto* block = reinterpret_cast<const std::byte*>(word);
+    const std::byte* block = blockOf(word);
     Head head;
     std::memcpy(&head, block, sizeof(head));
     return {head.num_occupied, head.count, 0, block + sizeof(head)};
