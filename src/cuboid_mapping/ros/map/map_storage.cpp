@@ -195,6 +195,7 @@ StorageAnswer moveWholeMap(GuardedMap& map, const cuboid_mapping::VoxelMotion& m
     CuboidMap fresh(config);
     restoreSnapshot(snapshot, fresh);
     std::vector<CellBox> moved_locks;
+    moved_locks.reserve(locked.size());
     for (const CellBox& box : locked) moved_locks.push_back(motion(box));
     answer.num_cuboids = countCuboids(fresh).total();
     map.replaceAll([&](CuboidMap& content, const ros::Time& /*stamp*/) {
