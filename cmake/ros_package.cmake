@@ -45,7 +45,7 @@ catkin_install_python(PROGRAMS python/show_map python/forget_sim_time python/map
   python/publish_transforms
   DESTINATION ${CATKIN_PACKAGE_BIN_DESTINATION})
 install(DIRECTORY launch config rviz DESTINATION ${CATKIN_PACKAGE_SHARE_DESTINATION})
-install(FILES nodelet_plugins.xml rviz_plugins.xml DESTINATION ${CATKIN_PACKAGE_SHARE_DESTINATION})
+install(FILES nodelet_plugins.xml DESTINATION ${CATKIN_PACKAGE_SHARE_DESTINATION})
 
 if(CUBOID_MAPPING_TESTS)
   # Before the environment of the tests is written down: it leaves out folders that do not exist.

@@ -71,10 +71,10 @@ void CuboidMapDisplay::addSourceProperties() {
   namespace_property_ = new StringProperty(
       "Topic namespace", "", "Where the node publishes cuboid_map and cuboid_map_updates.", this,
       SLOT(connectAnew()));
-  server_property_ =
-      new StringProperty("Server", "cuboid_mapping",
-                         "Name of the node: the map is asked for again by its service get_map.",
-                         this, SLOT(connectAnew()));
+  server_property_ = new StringProperty(
+      "Server", "cuboid_mapping",
+      "Name of the node, for its service get_map, where its messages do not say it.", this,
+      SLOT(connectAnew()));
   file_property_ =
       new StringProperty("Map file", "", "Show this file (.cuboids, .bt, .ot) in place of a topic.",
                          this, SLOT(connectAnew()));
@@ -165,6 +165,11 @@ void CuboidMapDisplay::onDisable() { disconnect(); }
 void CuboidMapDisplay::reset() {
   Display::reset();
   connectAnew();
+}
+
+void CuboidMapDisplay::setTopic(const QString& topic, const QString& /*datatype*/) {
+  file_property_->setValue(QString());
+  namespace_property_->setValue(topic.section('/', 0, -2));
 }
 
 void CuboidMapDisplay::disconnect() {

@@ -36,6 +36,8 @@ class CuboidMapDisplay : public rviz::Display {
 
   void update(float wall_dt, float ros_dt) override;
   void reset() override;
+  /// rviz's "Add, by topic". @param topic  A cuboid_map, in the namespace that is followed.
+  void setTopic(const QString& topic, const QString& datatype) override;
 
   /// What is drawn; nothing while the display is off.
   [[nodiscard]] const FaceScene* scene() const { return scene_.get(); }

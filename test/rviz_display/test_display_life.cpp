@@ -122,6 +122,16 @@ std::array<unsigned char, 3> middleOf(test::RvizWindow& window) {
   return {pixels[first], pixels[first + 1], pixels[first + 2]};
 }
 
+TEST_F(DisplayLife, followsTheTopicThatItIsAddedBy) {
+  CuboidMapDisplay* display = add("elsewhere");
+  display->subProp("Map file")->setValue("/a.cuboids");
+  display->setTopic("/robot1/mapping/cuboid_map", "cuboid_mapping/FullCuboidMap");
+  EXPECT_EQ(display->subProp("Topic namespace")->getValue().toString().toStdString(),
+            "/robot1/mapping");
+  EXPECT_TRUE(display->subProp("Map file")->getValue().toString().isEmpty());
+  window().removeDisplay(display);
+}
+
 TEST_F(DisplayLife, CutCuboidsLookSolid) {
   CuboidMap map = makeMap(0);
   map.replace(kAllCells, {{{{-8, -8, -8}, {8, 8, 8}}, 1.0F}});
