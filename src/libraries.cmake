@@ -139,6 +139,7 @@ endif()
 cuboid_mapping_add_part(client
   cuboid_mapping/io/brick_codec.cpp
   cuboid_mapping/ros/cuboid_map_client.cpp
+  cuboid_mapping/ros/map/phase_fair_mutex.cpp
   cuboid_mapping/ros/conversions/map_messages.cpp
   cuboid_mapping/ros/middleware/callback_guard.cpp
   cuboid_mapping/ros/middleware/checked_messages.cpp)
@@ -192,7 +193,6 @@ add_library(cuboid_mapping_ros
   cuboid_mapping/ros/map/forgetting.cpp
   cuboid_mapping/ros/map/guarded_map.cpp
   cuboid_mapping/ros/map/map_storage.cpp
-  cuboid_mapping/ros/map/phase_fair_mutex.cpp
   cuboid_mapping/ros/middleware/tf_lookup.cpp
   cuboid_mapping/ros/middleware/tf_receiver.cpp
   cuboid_mapping/ros/middleware/time_jump.cpp

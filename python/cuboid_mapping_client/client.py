@@ -35,6 +35,7 @@ class CuboidMapClient:
         self._awaited_since = None
         self._early_updates = collections.deque(maxlen=_MAX_EARLY_UPDATES)  # Came before the map that is awaited.
         self._has_values = False  # Log-odds travel with the updates.
+        self._is_updated = False  # By the topic of updates, since the last map on the other one.
         self._map = MapFollower()
         self._on_change = on_change
         self._get_map = rospy.ServiceProxy(server + '/get_map', GetMap)
@@ -114,8 +115,13 @@ class CuboidMapClient:
                           'and does it run?', topic, service)
 
     def _take_map(self, message):
-        """message: FullCuboidMap, perhaps the first part only."""
+        """message: FullCuboidMap, perhaps a part only."""
         with self._turn:
+            if message.part > 0:  # Of a keyframe: the service has them all.
+                return
+            is_updated, self._is_updated = self._is_updated, False
+            if is_updated and message.instance == self._map.instance:
+                return  # While updates come, a keyframe brings nothing new.
             self._awaited_since = None
             if message.instance == self._map.instance and message.revision <= self._map.revision:
                 return
@@ -157,6 +163,7 @@ class CuboidMapClient:
                 is_good = self._map.take_update(message)
             if self._map.revision != before:
                 self._tell()
+            self._is_updated = is_good
             if is_good:
                 return
             if not self._is_map_on_its_way(message):

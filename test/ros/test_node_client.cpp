@@ -4,16 +4,20 @@
 #include "cuboid_mapping/FullCuboidMap.h"
 #include "cuboid_mapping/GetCuboids.h"
 #include "cuboid_mapping/SetBox.h"
+#include "cuboid_mapping/io/brick_codec.h"
 #include "cuboid_mapping/map/map_follower.h"
 #include "cuboid_mapping/query/box_query.h"
 #include "cuboid_mapping/ros/conversions/map_messages.h"
 #include "cuboid_mapping/ros/cuboid_map_client.h"
+#include "cuboid_mapping/ros/middleware/callback_guard.h"
 #include "cuboid_mapping/ros/middleware/names.h"
 #include "cuboid_mapping/ros/services/request_reader.h"
 #include "ros/log_probe.h"
 #include "ros/node_probe.h"
 
+#include <atomic>
 #include <cmath>
+#include <future>
 #include <mutex>
 #include <optional>
 #include <string>
@@ -96,6 +100,7 @@ class NodeClientTest : public NodeTest {
     return changes_;
   }
 
+  CallbackGuard guard_;
   std::mutex changes_mutex_;
   std::vector<ChangeSet> changes_;
   std::optional<cuboid_mapping_ros::CuboidMapClient> client_;
@@ -135,7 +140,8 @@ TEST_F(NodeClientTest, MissesNoUpdateThatOvertakesTheImage) {
   using cuboid_mapping::MapDetail;
   CuboidMap map;
   map.replace({{0, 0, 0}, {9, 9, 9}}, {{{{0, 0, 0}, {9, 9, 9}}, 1.0F}});
-  const ImageMessage image{{}, cuboid_mapping::makeImage(map, 7, MapDetail::kClasses)};
+  ImageMessage image;
+  image.image = cuboid_mapping::makeImage(map, 7, MapDetail::kClasses);
   const ChangeSet changes = map.replace({{0, 0, 0}, {2, 2, 2}}, {{{{0, 0, 0}, {2, 2, 2}}, -1.0F}});
   const DeltaMessage delta{
       {}, cuboid_mapping::makeDelta(map, changes, 7, image.image.revision, MapDetail::kClasses)};
@@ -157,6 +163,102 @@ TEST_F(NodeClientTest, MissesNoUpdateThatOvertakesTheImage) {
   });
 }
 
+/// Somebody who publishes a map as the node does, in a namespace of his own.
+class OtherServer {
+ public:
+  explicit OtherServer(const std::string& ns) : nh_(ns) {
+    map_.replace({{0, 0, 0}, {64, 9, 9}}, {{{{0, 0, 0}, {64, 9, 9}}, 1.0F}});
+  }
+
+  [[nodiscard]] const ros::NodeHandle& nh() const { return nh_; }
+  [[nodiscard]] const CuboidMap& map() const { return map_; }
+  bool waitForListener() {
+    return waitFor(
+        [&] { return images_.getNumSubscribers() > 0 && deltas_.getNumSubscribers() > 0; });
+  }
+
+  /// One part for each brick.
+  std::vector<cuboid_mapping::FullCuboidMap> parts(const std::string& server) {
+    ImageMessage image;
+    image.image = cuboid_mapping::makeImage(map_, 7, cuboid_mapping::MapDetail::kClasses);
+    image.server = server;
+    std::vector<cuboid_mapping::FullCuboidMap> parts;
+    cuboid_mapping::BrickSplitter splitter(image.image.content, 1);
+    do {
+      parts.push_back(toMessage(image, splitter.next()));
+      parts.back().part = static_cast<std::uint32_t>(parts.size() - 1);
+    } while (!splitter.isDone());
+    for (auto& part : parts) part.num_parts = static_cast<std::uint32_t>(parts.size());
+    return parts;
+  }
+  void publish(const cuboid_mapping::FullCuboidMap& part) { images_.publish(part); }
+  void publish(const DeltaMessage& delta) { publishDelta(deltas_, delta); }
+
+  /// An update that follows on others, which are lost.
+  DeltaMessage lateDelta(const std::string& server) {
+    DeltaMessage message;
+    message.server = server;
+    message.delta.instance = 7;
+    message.delta.base = map_.revision() + 5;
+    message.delta.revision = map_.revision() + 6;
+    message.delta.resolution_m = map_.grid().resolution();
+    return message;
+  }
+
+ private:
+  ros::NodeHandle nh_;
+  CuboidMap map_;
+  ros::Publisher images_ = nh_.advertise<cuboid_mapping::FullCuboidMap>(kCuboidMapTopic, 100);
+  ros::Publisher deltas_ =
+      nh_.advertise<cuboid_mapping::CuboidMapUpdate>(kCuboidMapUpdatesTopic, 9);
+};
+
+TEST_F(NodeClientTest, TakesAMapInPartsFromTheTopicAlone) {
+  OtherServer server("parts");
+  const CuboidMapClient client(server.nh(), "/nobody");
+  ASSERT_TRUE(server.waitForListener());
+  const auto parts = server.parts("/nobody");
+  ASSERT_GT(parts.size(), 8U);
+  for (const auto& part : parts) server.publish(part);
+  ASSERT_TRUE(waitFor([&] { return client.hasMap(); }));
+  EXPECT_EQ(client.read([](const CuboidMap& copy) { return copy.voxels().numOccupiedVoxels(); }),
+            64 * 9 * 9);
+}
+
+TEST_F(NodeClientTest, AsksTheServerThatTheMessagesNameHoweverLongItTakes) {
+  OtherServer server("slow");
+  const auto parts = server.parts("/slow/mapper");
+  GuardedThread thread(guard_, "slow server");
+  int num_calls = 0;
+  const boost::function<bool(cuboid_mapping::GetMap::Request&, cuboid_mapping::GetMap::Response&)>
+      answer = [&](cuboid_mapping::GetMap::Request& request,
+                   cuboid_mapping::GetMap::Response& response) {
+        if (++num_calls == 1) ros::WallDuration(11.0).sleep();
+        response.success = static_cast<std::uint8_t>(true);
+        response.map = parts[request.part];
+        return true;
+      };
+  ros::NodeHandle nh = withQueue(server.nh(), thread.queue());
+  const auto service = nh.advertiseService("mapper/get_map", answer);
+  thread.start();
+  const CuboidMapClient client(server.nh(), "/nobody");
+  ASSERT_TRUE(server.waitForListener());
+  server.publish(server.lateDelta("/slow/mapper"));
+  ASSERT_TRUE(waitFor([&] { return client.hasMap(); }));
+  EXPECT_EQ(num_calls, static_cast<int>(parts.size()));
+}
+
+TEST_F(NodeClientTest, SaysThatTwoNodesPublishAndFollowsOne) {
+  LogProbe log;
+  OtherServer server("two");
+  const CuboidMapClient client(server.nh(), "/nobody");
+  ASSERT_TRUE(server.waitForListener());
+  for (const auto& part : server.parts("/a")) server.publish(part);
+  ASSERT_TRUE(waitFor([&] { return client.hasMap(); }));
+  for (const auto& part : server.parts("/b")) server.publish(part);
+  EXPECT_TRUE(log.waitForLine("two nodes publish /two/cuboid_map: /a, which is followed, and /b"));
+}
+
 TEST_F(NodeClientTest, FollowsEditsAndResets) {
   sendRoom(0.0, 1);
   setBox(20.0, SetBox::Request::OCCUPIED);
@@ -168,6 +270,27 @@ TEST_F(NodeClientTest, FollowsEditsAndResets) {
   EXPECT_EQ(client_->read([](const CuboidMap& map) { return map.voxels().size(); }), 0U);
   sendRoom(0.2, 2);
   expectSameMap();
+}
+
+TEST_F(NodeClientTest, FollowsThoughSomebodyAlwaysReads) {
+  sendRoom(0.0, 1);
+  expectSameMap();
+  std::atomic<bool> is_over{false};
+  std::vector<std::future<void>> readers;
+  for (int i = 0; i < 3; ++i) {
+    readers.push_back(std::async(std::launch::async, [&] {
+      while (!is_over) {
+        client_->read([](const CuboidMap&) {
+          ros::WallDuration(0.02).sleep();
+          return 0;
+        });
+      }
+    }));
+  }
+  setBox(1.0, SetBox::Request::FREE);
+  const std::uint64_t revision = serverMap().revision;
+  EXPECT_TRUE(waitFor([&] { return client_->revision() >= revision; }));
+  is_over = true;
 }
 
 TEST_F(NodeClientTest, GetsTheMapWhenItComesLate) {

@@ -14,9 +14,11 @@
 
 #include <ros/callback_queue.h>
 
+#include <atomic>
 #include <chrono>
 #include <future>
 #include <memory>
+#include <mutex>
 #include <optional>
 
 namespace cuboid_mapping_ros::test {
@@ -50,29 +52,35 @@ class LossyServer {
       : instance_(instance),
         detail_(options.topic_detail),
         images_(
-            nh_, ros::NodeHandle(nh_, "lossy"), options,
+            nh_, ros::NodeHandle(nh_, "lossy"), guard_, options,
             [this](MapDetail wanted) { return image(wanted); }, [] { return std::string(); }) {
     delta_publisher_ = advertiseDelta(nh_, "cuboid_map_updates");
   }
 
   /// Changes the map. @param is_lost  Nobody is told.
   void change(const std::function<ChangeSet(CuboidMap&)>& work, bool is_lost) {
-    const std::uint64_t base = map_.revision();
-    const ChangeSet changes = work(map_);
     DeltaMessage message;
     message.header.frame_id = "map";
-    message.delta = makeDelta(map_, changes, instance_, base, detail_);
+    {
+      const std::lock_guard<std::mutex> lock(mutex_);
+      const std::uint64_t base = map_.revision();
+      const ChangeSet changes = work(map_);
+      message.delta = makeDelta(map_, changes, instance_, base, detail_);
+    }
+    images_.noteUpdate(map_.revision());
+    if (message.delta.is_everything) images_.publishSoon();
     if (!is_lost) publishDelta(delta_publisher_, message);
   }
 
   [[nodiscard]] bool hasListener() const {
-    return delta_publisher_.getNumSubscribers() > 0 && images_.numListeners() > 0;
+    return delta_publisher_.getNumSubscribers() > 0 && images_.hasListeners();
   }
   [[nodiscard]] const CuboidMap& map() const { return map_; }
   [[nodiscard]] int numAsked() const { return num_asked_; }
 
  private:
   [[nodiscard]] ImageMessage image(MapDetail detail) {
+    const std::lock_guard<std::mutex> lock(mutex_);
     ++num_asked_;
     ImageMessage message;
     message.header.frame_id = "map";
@@ -85,8 +93,9 @@ class LossyServer {
   ros::NodeHandle nh_ = withQueue(ros::NodeHandle("lossy"), queue_);
   std::uint64_t instance_;
   MapDetail detail_;
+  std::mutex mutex_;  ///< Of the map: images are made in a thread of their own.
   CuboidMap map_;
-  int num_asked_ = 0;
+  std::atomic<int> num_asked_{0};
   MapImageServer images_;
   ros::Publisher delta_publisher_;
 };
@@ -273,7 +282,8 @@ class NodeValues : public ::testing::Test {
   Voxels getMap(MapDetail detail) {
     ImageMessage message;
     std::string error;
-    EXPECT_TRUE(callGetMap(nh_, std::string(kName) + "/get_map", detail, message, error)) << error;
+    GetMapClient client(nh_);
+    EXPECT_TRUE(client.call(std::string(kName) + "/get_map", detail, message, error)) << error;
     cuboid_mapping::MapFollower follower;
     EXPECT_TRUE(follower.take(message.image));
     EXPECT_EQ(message.image.content.has_values, detail == MapDetail::kValues);

@@ -78,8 +78,8 @@ TEST(Products, TheProjectionIsAsWideAsAsked) {
   ServerNode products("products");
   products.insert(Pairs().all());
   const auto wide = products.show<OccupancyGrid>("projected_map");
-  EXPECT_EQ(wide.info.width, 200U);
-  EXPECT_EQ(wide.info.height, 100U);
+  EXPECT_EQ(wide.info.width, 201U) << "as octomap_server: with the cells of both ends";
+  EXPECT_EQ(wide.info.height, 101U);
   EXPECT_NEAR(wide.info.origin.position.x, -10.0, 1e-6);
   EXPECT_NEAR(wide.info.origin.position.y, -5.0, 1e-6);
   ServerNode plain("plain");

@@ -9,7 +9,6 @@
 #include <cstdint>
 #include <functional>
 #include <memory>
-#include <shared_mutex>
 #include <string>
 #include <utility>
 
@@ -53,14 +52,29 @@ class CuboidMapClient {
   /// @param work  (const CuboidMap&) -> any.
   template <typename WorkT>
   auto read(const WorkT& work) const {
-    const std::shared_lock<std::shared_mutex> lock(mutex());
+    const ReadLock lock(*this);
     return work(map());
   }
 
  private:
   struct Implementation;
 
-  [[nodiscard]] std::shared_mutex& mutex() const;
+  /// Keeps the map as it is. Readers that follow one another do not keep updates out.
+  class ReadLock {
+   public:
+    explicit ReadLock(const CuboidMapClient& client)
+        : client_(client), turn_(client.lockShared()) {}
+    ~ReadLock() { client_.unlockShared(turn_); }
+    ReadLock(const ReadLock&) = delete;
+    ReadLock& operator=(const ReadLock&) = delete;
+
+   private:
+    const CuboidMapClient& client_;
+    int turn_;
+  };
+
+  [[nodiscard]] int lockShared() const;
+  void unlockShared(int turn) const;
   [[nodiscard]] const cuboid_mapping::CuboidMap& map() const;
 
   std::unique_ptr<Implementation> implementation_;

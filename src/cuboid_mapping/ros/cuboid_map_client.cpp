@@ -3,6 +3,7 @@
 
 #include "cuboid_mapping/map/map_follower.h"
 #include "cuboid_mapping/ros/conversions/map_messages.h"
+#include "cuboid_mapping/ros/map/phase_fair_mutex.h"
 #include "cuboid_mapping/ros/middleware/callback_guard.h"
 #include "cuboid_mapping/ros/middleware/names.h"
 
@@ -12,6 +13,7 @@
 #include <algorithm>
 #include <deque>
 #include <mutex>
+#include <optional>
 #include <utility>
 
 namespace cuboid_mapping_ros {
@@ -29,6 +31,8 @@ constexpr double kImagePatience_s = 3.0;
 constexpr std::size_t kMaxEarlyDeltas = 100;
 /// Between two lines of the log that say what a client waits for.
 constexpr double kReminderPeriod_s = 10.0;
+/// A server that is silent for so long may be replaced by another one.
+constexpr double kServerPatience_s = 5.0;
 
 /// The bricks that a delta has brought.
 ChangeSet changesOf(const cuboid_mapping::MapDelta& delta) {
@@ -45,7 +49,7 @@ ChangeSet changesOf(const cuboid_mapping::MapDelta& delta) {
 /// What the client's thread works with.
 struct CuboidMapClient::Implementation {
   Implementation(const ros::NodeHandle& node, const std::string& server, Callback on_change)
-      : nh(node), get_map_name(server + "/" + kGetMapService), callback(std::move(on_change)) {
+      : nh(node), server_name(server), callback(std::move(on_change)) {
     nh = withQueue(node, thread.queue());
     // Updates first, so that none is missed between the image and them.
     delta_subscriber = subscribeDelta(nh, kCuboidMapUpdatesTopic,
@@ -56,16 +60,50 @@ struct CuboidMapClient::Implementation {
                                      [this](const ros::WallTimerEvent&) { askIfNoImageCame(); });
     thread.start();
   }
-  ~Implementation() { thread.stop(); }  // Before the rest goes.
+  ~Implementation() {
+    get_map.stop();
+    thread.stop();  // Before the rest goes.
+  }
 
-  /// @param message  Of the topic: perhaps the first part only.
-  void takeFromTopic(ImageMessage message) {
-    awaited_since = ros::WallTime();
-    if (isOld(message)) return;
-    std::string error;
-    if (fetchOtherParts(nh, get_map_name, message, error)) return take(message);
-    ROS_WARN_STREAM_THROTTLE(10.0, "cannot follow the map: " << error);
-    awaited_since = ros::WallTime::now();  // To be asked for later.
+  /// @param message  Of the topic: perhaps a part only.
+  void takeFromTopic(const ImageMessage& message) {
+    if (isOfOtherServer(message.server) || isKeyframeToSpare(message)) return;
+    if (message.part == 0) {
+      incoming = message;
+    } else if (!incoming || !appendPart(message, *incoming)) {
+      return;
+    }
+    awaited_since = ros::WallTime::now();  // Parts that do not come are asked for later.
+    if (incoming->part + 1 < incoming->num_parts) return;
+    take(*std::exchange(incoming, std::nullopt));
+  }
+
+  /// While updates come, a keyframe brings nothing new.
+  bool isKeyframeToSpare(const ImageMessage& message) {
+    const bool is_followed =
+        !is_behind && follower.map() != nullptr && message.image.instance == follower.instance();
+    return is_followed && std::exchange(is_updated, false);
+  }
+
+  /// Two nodes may publish to the same topics.
+  bool isOfOtherServer(const std::string& name) {
+    const ros::WallTime now = ros::WallTime::now();
+    if (!heard_server.empty() && name != heard_server &&
+        now - heard < ros::WallDuration(kServerPatience_s)) {
+      ROS_WARN_STREAM_THROTTLE(10.0, "two nodes publish "
+                                         << image_subscriber.getTopic() << ": " << heard_server
+                                         << ", which is followed, and " << name
+                                         << ": start each in a namespace of its own");
+      return true;
+    }
+    heard_server = name;
+    heard = now;
+    return false;
+  }
+
+  /// Named by its messages; those of older nodes name none.
+  std::string getMapName() const {
+    return (heard_server.empty() ? server_name : heard_server) + "/" + kGetMapService;
   }
 
   bool isOld(const ImageMessage& message) const {
@@ -75,6 +113,7 @@ struct CuboidMapClient::Implementation {
 
   void take(const ImageMessage& message) {
     awaited_since = ros::WallTime();
+    is_behind = false;
     // Only this thread changes the follower; readers wait for the exchange alone.
     if (isOld(message)) return;
     MapFollower fresh;
@@ -83,7 +122,7 @@ struct CuboidMapClient::Implementation {
       return;
     }
     {
-      const std::unique_lock<std::shared_mutex> lock(mutex);
+      const std::lock_guard<PhaseFairMutex> lock(mutex);
       std::swap(follower, fresh);
       header = message.header;
     }
@@ -94,22 +133,25 @@ struct CuboidMapClient::Implementation {
   }
 
   void take(const DeltaMessage& message) {
+    if (isOfOtherServer(message.server)) return;
     has_values = message.delta.content.has_values;
     FollowResult result = FollowResult::kGap;
     {
-      const std::unique_lock<std::shared_mutex> lock(mutex);
+      const std::lock_guard<PhaseFairMutex> lock(mutex);
       result = follower.take(message.delta);
       if (result == FollowResult::kApplied) header = message.header;
     }
     switch (result) {
       case FollowResult::kApplied:
+        is_updated = true;
         if (callback) callback(changesOf(message.delta));
         return;
-      case FollowResult::kOld: return;
+      case FollowResult::kOld: is_updated = true; return;
       case FollowResult::kDamaged:
         ROS_WARN_THROTTLE(10.0, "received a damaged CuboidMapUpdate: asking for the whole map");
         [[fallthrough]];
       case FollowResult::kGap:
+        is_behind = true;
         if (!isImageOnItsWay(message.delta)) return askForImage();
         // Updates may overtake the image. Without the oldest of too many, a gap is seen when it comes.
         if (early_deltas.size() == kMaxEarlyDeltas) early_deltas.pop_front();
@@ -137,9 +179,17 @@ struct CuboidMapClient::Implementation {
     const MapDetail detail = has_values ? MapDetail::kValues : MapDetail::kClasses;
     ImageMessage message;
     std::string error;
-    if (callGetMap(nh, get_map_name, detail, message, error)) return take(message);
-    ROS_WARN_STREAM_THROTTLE(
-        10.0, "cannot follow the map: " << error << "; check the name of the server");
+    // What came on the topic is completed, if something did.
+    const bool has_part = incoming.has_value();
+    if (has_part) message = *std::exchange(incoming, std::nullopt);
+    const bool has_all = has_part ? get_map.callForRest(getMapName(), message, error)
+                                  : get_map.call(getMapName(), detail, message, error);
+    if (has_all) return take(message);
+    awaited_since = ros::WallTime::now();
+    ROS_WARN_STREAM_THROTTLE(10.0, "cannot follow the map: " << error
+                                                             << "; it is asked for again, or comes "
+                                                                "with a keyframe on "
+                                                             << image_subscriber.getTopic());
   }
 
   void sayWhatIsMissing() const {
@@ -152,12 +202,18 @@ struct CuboidMapClient::Implementation {
   CallbackGuard guard;
   GuardedThread thread{guard, "cuboid map client"};
   ros::NodeHandle nh;
-  std::string get_map_name;
+  std::string server_name;
+  GetMapClient get_map{nh};
   Callback callback;
-  mutable std::shared_mutex mutex;
+  mutable PhaseFairMutex mutex;
   MapFollower follower;
   std_msgs::Header header;
+  std::optional<ImageMessage> incoming;   ///< The parts of an image that have come.
   bool has_values = false;                ///< Log-odds travel with the updates.
+  bool is_updated = false;                ///< By the topic of updates, since the last keyframe.
+  bool is_behind = false;                 ///< Updates were lost.
+  std::string heard_server;               ///< That is followed, ...
+  ros::WallTime heard;                    ///< ... and when it was heard last.
   CuboidMap nothing;                      ///< Before the first image.
   ros::WallTime awaited_since;            ///< An image, which comes by itself; zero: none.
   std::deque<DeltaMessage> early_deltas;  ///< Came before it.
@@ -172,7 +228,9 @@ CuboidMapClient::CuboidMapClient(const ros::NodeHandle& nh, const std::string& s
 
 CuboidMapClient::~CuboidMapClient() = default;
 
-std::shared_mutex& CuboidMapClient::mutex() const { return implementation_->mutex; }
+int CuboidMapClient::lockShared() const { return implementation_->mutex.lockShared(); }
+
+void CuboidMapClient::unlockShared(int turn) const { implementation_->mutex.unlockShared(turn); }
 
 const CuboidMap& CuboidMapClient::map() const {
   const CuboidMap* map = implementation_->follower.map();
@@ -180,7 +238,7 @@ const CuboidMap& CuboidMapClient::map() const {
 }
 
 bool CuboidMapClient::hasMap() const {
-  const std::shared_lock<std::shared_mutex> lock(mutex());
+  const ReadLock lock(*this);
   return implementation_->follower.map() != nullptr;
 }
 
@@ -201,17 +259,17 @@ bool CuboidMapClient::waitForMap(const ros::WallDuration& timeout) const {
 }
 
 std::uint64_t CuboidMapClient::revision() const {
-  const std::shared_lock<std::shared_mutex> lock(mutex());
+  const ReadLock lock(*this);
   return implementation_->follower.revision();
 }
 
 ros::Time CuboidMapClient::stamp() const {
-  const std::shared_lock<std::shared_mutex> lock(mutex());
+  const ReadLock lock(*this);
   return implementation_->header.stamp;
 }
 
 std::string CuboidMapClient::frameId() const {
-  const std::shared_lock<std::shared_mutex> lock(mutex());
+  const ReadLock lock(*this);
   return implementation_->header.frame_id;
 }
 

@@ -95,6 +95,11 @@ TEST(OctomapMessages, areTheTreeThatOctomapServerWouldSend) {
   }
 }
 
+nav_msgs::OccupancyGrid gridOf(const ProjectedMap& projection) {
+  FarTiles far;
+  return projection.makeGrid({}, 0.5, far);
+}
+
 /// A map of these voxels.
 CuboidMap makeMap(const std::vector<UniformBox>& boxes) {
   MapConfig config;
@@ -149,6 +154,51 @@ TEST(OctomapProducts, knowSpecklesFromNeighboursInOtherBricks) {
   EXPECT_GT(num_speckles, 20U);
 }
 
+std::vector<visualization_msgs::Marker> markersOf(const MapSnapshot& snapshot,
+                                                  const OctomapServerParameters& parameters,
+                                                  const std_msgs::Header& header) {
+  double num_left_out = -1.0;
+  auto markers =
+      toCellMarkers(snapshot, ShownCells::kOccupied, parameters, header, num_left_out).markers;
+  EXPECT_EQ(num_left_out, 0.0);
+  return markers;
+}
+
+/// In UTM, say.
+TEST(OctomapProducts, areExactFarAway) {
+  const Cell far{1000001, 10000003, 5};
+  const MapSnapshot snapshot = takeSnapshot(
+      makeMap({{CellBox::ofCell(far), 1.0F}, {CellBox::ofCell(far + Cell{9, 0, 0}), 1.0F}}), "");
+  const Eigen::Vector3d center = 0.5 * Eigen::Vector3d(far.x + 0.5, far.y + 0.5, far.z + 0.5);
+  OctomapServerParameters parameters;
+  const ShownLeaves shown =
+      computeShownLeaves(snapshot, ShownCells::kOccupied, parameters, OctreeKind::kFull);
+  ASSERT_EQ(shown.leaves.size(), 2U);
+  EXPECT_EQ(shown.num_left_out, 0.0);
+  sensor_msgs::PointCloud2 cloud = toCenters(shown.leaves, 0.5, {});
+  EXPECT_EQ(cloud.fields.at(0).datatype, sensor_msgs::PointField::FLOAT64);
+  const sensor_msgs::PointCloud2Iterator<double> xyz(cloud, "x");
+  EXPECT_EQ(Eigen::Vector3d(xyz[0], xyz[1], xyz[2]), center);
+  const auto marker = markersOf(snapshot, parameters, {}).at(16);
+  ASSERT_EQ(marker.points.size(), 2U);
+  EXPECT_LT(std::abs(marker.points[0].y), 1024.0) << "what is left fits into floats";
+  EXPECT_EQ(marker.points[0].x + marker.pose.position.x, center.x());
+  EXPECT_EQ(marker.points[0].y + marker.pose.position.y, center.y());
+  EXPECT_EQ(marker.points[0].z + marker.pose.position.z, center.z());
+}
+
+TEST(OctomapProducts, pointsAreThoseOfLeavesOfOneLogOdds) {
+  // As octomap_server's: eight voxels of one class and of two log-odds are no leaf.
+  const MapSnapshot snapshot =
+      takeSnapshot(makeMap({{{{0, 0, 0}, {2, 2, 1}}, 1.0F}, {{{0, 0, 1}, {2, 2, 2}}, 0.5F}}), "");
+  OctomapServerParameters parameters;
+  const auto count = [&](OctreeKind kind) {
+    return computeShownLeaves(snapshot, ShownCells::kOccupied, parameters, kind).leaves.size();
+  };
+  EXPECT_EQ(count(OctreeKind::kFull), 8U);
+  EXPECT_EQ(count(OctreeKind::kBinary), 1U);
+}
+
 TEST(OctomapProducts, showCellsOfOneClassBetweenTwoHeights) {
   const MapSnapshot snapshot = takeSnapshot(makeMap({{{{0, 0, 0}, {8, 8, 8}}, 1.0F},
                                                      {{{8, 0, 0}, {9, 1, 1}}, 1.0F},
@@ -156,20 +206,28 @@ TEST(OctomapProducts, showCellsOfOneClassBetweenTwoHeights) {
                                                      {{{16, 0, 0}, {24, 8, 8}}, -1.0F}}),
                                             "");
   OctomapServerParameters parameters;
-  EXPECT_EQ(computeShownLeaves(snapshot, ShownCells::kOccupied, parameters).size(), 3U);
-  EXPECT_EQ(computeShownLeaves(snapshot, ShownCells::kFree, parameters).size(), 1U);
+  const auto shown = [&](ShownCells cells) {
+    return computeShownLeaves(snapshot, cells, parameters, OctreeKind::kBinary).leaves;
+  };
+  EXPECT_EQ(shown(ShownCells::kOccupied).size(), 3U);
+  EXPECT_EQ(shown(ShownCells::kFree).size(), 1U);
   parameters.occupancy_max_z_m = 8.0;
-  const auto low = computeShownLeaves(snapshot, ShownCells::kOccupied, parameters);
+  const auto low = shown(ShownCells::kOccupied);
   EXPECT_EQ(low.size(), 2U);
   parameters.occupancy_min_z_m = 0.5;
-  EXPECT_EQ(computeShownLeaves(snapshot, ShownCells::kOccupied, parameters).size(), 1U);
+  double volume = 0.0;
+  for (const auto& leaf : shown(ShownCells::kOccupied)) {
+    EXPECT_GE(leaf.min.z, 1) << "what reaches out of the heights is divided";
+    volume += std::pow(leaf.edge(), 3);
+  }
+  EXPECT_EQ(volume, 8 * 8 * 7);
   parameters.occupancy_min_z_m = -1.0;
 
   std_msgs::Header header;
   header.frame_id = "map";
   parameters.is_height_map = false;
   parameters.color = {0.1, 0.2, 0.3, 0.4};
-  const auto markers = toCellMarkers(snapshot, ShownCells::kOccupied, parameters, header).markers;
+  const auto markers = markersOf(snapshot, parameters, header);
   ASSERT_EQ(markers.size(), 17U);
   for (std::size_t depth = 0; depth < markers.size(); ++depth) {
     const auto& marker = markers[depth];
@@ -265,7 +323,7 @@ TEST(ProjectedMap, isWhatEveryVoxelSaysAfterEveryChange) {
           map.apply(cuboid_mapping::test::randomUpdate(random, {{-3, -3, -2}, {3, 3, 2}}, 5)));
     }
     projection.update(map);
-    const auto grid = projection.makeGrid({}, 0.5);
+    const auto grid = gridOf(projection);
     const auto x0 = static_cast<std::int32_t>(std::lround(grid.info.origin.position.x / 0.5));
     const auto y0 = static_cast<std::int32_t>(std::lround(grid.info.origin.position.y / 0.5));
     ASSERT_EQ(grid.data.size(), grid.info.width * grid.info.height);
@@ -289,30 +347,48 @@ TEST(ProjectedMap, isAtLeastSoWideAndEmptyWithoutAnything) {
   OctomapServerParameters parameters;
   ProjectedMap empty(parameters);
   empty.update(map);
-  EXPECT_EQ(empty.makeGrid({}, 0.5).data.size(), 0U);
+  EXPECT_EQ(gridOf(empty).data.size(), 0U);
   parameters.min_x_size_m = 3.0;
   parameters.min_y_size_m = 2.0;
   ProjectedMap wide(parameters);
   wide.update(map);
-  const auto grid = wide.makeGrid({}, 0.5);
-  EXPECT_EQ(grid.info.width, 6U);
-  EXPECT_EQ(grid.info.height, 4U);
+  const auto grid = gridOf(wide);
+  // As octomap_server: with the cells in which both ends lie.
+  EXPECT_EQ(grid.info.width, 7U);
+  EXPECT_EQ(grid.info.height, 5U);
   EXPECT_EQ(grid.info.origin.position.x, -1.5);
-  EXPECT_EQ(std::count(grid.data.begin(), grid.data.end(), -1), 24);
+  EXPECT_EQ(std::count(grid.data.begin(), grid.data.end(), -1), 35);
 }
 
-TEST(ProjectedMap, isRefusedWhereNoMessageCanHoldIt) {
+TEST(ProjectedMap, isRefusedWhereItsLeastSizeIsTooLarge) {
   OctomapServerParameters parameters;
-  parameters.min_x_size_m = 20000.0;
-  parameters.min_y_size_m = 12500.0;
+  parameters.min_x_size_m = 5000.0;
+  parameters.min_y_size_m = 4000.0;
+  parameters.max_projection_mb = 81;
   const CuboidMap map = makeMap({});
   ProjectedMap largest(parameters);
   largest.update(map);
-  EXPECT_EQ(largest.makeGrid({}, 0.5).data.size(), 1000000000U);
-  parameters.min_x_size_m = 20001.0;
+  EXPECT_EQ(gridOf(largest).data.size(), 10001U * 8001U);
+  parameters.max_projection_mb = 80;
   ProjectedMap larger(parameters);
   larger.update(map);
-  EXPECT_THROW((void)larger.makeGrid({}, 0.5), std::length_error);
+  EXPECT_THROW((void)gridOf(larger), std::length_error);
+}
+
+TEST(ProjectedMap, leavesOutAFarReturnAndSaysWhereItIs) {
+  OctomapServerParameters parameters;
+  parameters.max_projection_mb = 1;
+  const CuboidMap map = makeMap(
+      {{{{100, 100, 0}, {140, 140, 2}}, 1.0F}, {CellBox::ofCell({60000, -40000, 0}), 1.0F}});
+  ProjectedMap projection(parameters);
+  projection.update(map);
+  FarTiles far;
+  const auto grid = projection.makeGrid({}, 0.5, far);
+  EXPECT_EQ(grid.info.width, 40U);
+  EXPECT_EQ(grid.info.height, 40U);
+  EXPECT_EQ(std::count(grid.data.begin(), grid.data.end(), 100), 1600);
+  EXPECT_EQ(far.count, 1U);
+  EXPECT_EQ(far.farthest_m, Eigen::Vector2d(30000.0, -20000.0));
 }
 
 /// As costmap_2d's static layer does it, which keeps the size of the whole map.
@@ -344,7 +420,7 @@ TEST(ProjectedMap, isKeptUpWithUpdatesAsAStaticLayerTakesThem) {
     projection.noteChanges(
         map.apply(cuboid_mapping::test::randomUpdate(random, {{-3, -3, -2}, {2, 2, 2}}, 1)));
     projection.update(map);
-    const auto grid = projection.makeGrid({}, 0.5);
+    const auto grid = gridOf(projection);
     if (i == 0) layer = grid;
     const auto update = findGridUpdate(layer, grid);
     ASSERT_TRUE(update);

@@ -33,7 +33,7 @@ TEST(Reconfigure, NamesAreKeysWithoutSlashesAndAllDifferent) {
   std::set<std::string> names;
   for (const std::string& key : runtimeKeys()) names.insert(toReconfigureName(key));
   EXPECT_EQ(names.size(), runtimeKeys().size());
-  // Those of octomap_server, except max_depth.
+  // Those of octomap_server; max_depth has no effect.
   for (const char* name :
        {"pointcloud_min_z", "pointcloud_max_z", "occupancy_min_z", "occupancy_max_z",
         "filter_speckles", "filter_ground", "ground_filter_distance", "ground_filter_angle",
@@ -42,6 +42,18 @@ TEST(Reconfigure, NamesAreKeysWithoutSlashesAndAllDifferent) {
         "compress_map", "incremental_2D_projection"}) {
     EXPECT_EQ(names.count(name), 1U) << name;
   }
+}
+
+TEST(Reconfigure, ClientsFindMaxDepthThoughItHasNoEffect) {
+  // That of Python refuses a request with a name that the description has not.
+  bool is_described = false;
+  for (const auto& parameter : describeConfig().groups.at(0).parameters) {
+    is_described = is_described || parameter.name == "max_depth";
+  }
+  EXPECT_TRUE(is_described);
+  ASSERT_FALSE(toConfig({}).ints.empty());
+  EXPECT_EQ(toConfig({}).ints.back().name, "max_depth");
+  EXPECT_EQ(toConfig({}).ints.back().value, 16);
 }
 
 TEST(Reconfigure, WhatIsInForceCanBeSentBackWithoutAnyChange) {

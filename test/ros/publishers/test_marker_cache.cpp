@@ -8,6 +8,7 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <iterator>
 #include <set>
 #include <string>
@@ -141,6 +142,21 @@ TEST(MarkerCache, DifferencesAddUpToTheWholeMap) {
   EXPECT_GT(num_compared, 300U);
   EXPECT_GT(num_cubes, 100'000U);
   EXPECT_GT(num_deletes, 50U);
+}
+
+TEST(MarkerCache, FarAwayPosesCarryWhatFloatsCannot) {
+  MapConfig config;
+  config.resolution_m = 0.5;
+  CuboidMap map(config);
+  const Cell far{1000001, 10000003, 5};
+  map.replace(CellBox::ofCell(far), std::vector<UniformBox>{{CellBox::ofCell(far), 1.0F}});
+  MarkerCache cache(map.grid(), MarkerStyle());
+  const MarkerArray array = cache.update(map, makeHeader());
+  ASSERT_EQ(array.markers.size(), 1U);
+  const Marker& marker = array.markers[0];
+  EXPECT_LT(std::abs(marker.points.at(0).y), 1024.0);
+  EXPECT_EQ(marker.points[0].x + marker.pose.position.x, 0.5 * (far.x + 0.5));
+  EXPECT_EQ(marker.points[0].y + marker.pose.position.y, 0.5 * (far.y + 0.5));
 }
 
 TEST(MarkerCache, PictureShowsALateListenerWhatTheOthersHave) {

@@ -3,7 +3,6 @@
 
 #include "cuboid_mapping/CuboidBricks.h"
 #include "cuboid_mapping/CuboidMapUpdate.h"
-#include "cuboid_mapping/GetMap.h"
 #include "cuboid_mapping/io/brick_codec.h"
 #include "cuboid_mapping/ros/middleware/checked_messages.h"
 
@@ -23,6 +22,8 @@ using cuboid_mapping::MapDetail;
 constexpr std::uint32_t kDeltaQueue = 20;
 /// Deltas that may wait while a listener fetches the parts of a map.
 constexpr std::uint32_t kReceivedDeltas = 500;
+/// Parts of a map that may wait.
+constexpr std::uint32_t kReceivedParts = 100;
 
 BricksType toMessage(const cuboid_mapping::BrickArrays& arrays) {
   cuboid_mapping::PackedBricks packed = packBricks(arrays);
@@ -41,17 +42,29 @@ bool fromMessage(const BricksType& message, cuboid_mapping::BrickArrays& arrays)
                       arrays);
 }
 
+/// Voxels of a map here lie at multiples of the resolution.
+bool isAtZero(const geometry_msgs::Point& origin) {
+  return origin.x == 0.0 && origin.y == 0.0 && origin.z == 0.0;
+}
+
 ImageMessage fromMessage(const ImageType& message) {
-  ImageMessage result{message.header, {message.instance, message.revision, message.resolution, {}}};
+  ImageMessage result;
+  result.header = message.header;
+  result.image = {message.instance, message.revision, message.resolution, {}};
   // Without a resolution no follower takes it.
-  if (!fromMessage(message.bricks, result.image.content)) result.image.resolution_m = 0.0;
+  if (!isAtZero(message.origin) || !fromMessage(message.bricks, result.image.content)) {
+    result.image.resolution_m = 0.0;
+  }
   result.num_parts = message.num_parts;
+  result.part = message.part;
+  result.server = message.server;
   return result;
 }
 
 DeltaType toMessage(const DeltaMessage& from) {
   DeltaType message;
   message.header = from.header;
+  message.server = from.server;
   message.instance = from.delta.instance;
   message.base = from.delta.base;
   message.revision = from.delta.revision;
@@ -69,19 +82,13 @@ DeltaMessage fromMessage(const DeltaType& message) {
   result.delta.revision = message.revision;
   result.delta.is_everything = message.everything != 0;
   result.delta.resolution_m = message.resolution;
+  result.server = message.server;
   // Damaged: that is as if everything had changed, the listener asks for the map.
-  result.delta.is_everything |= !fromMessage(message.bricks, result.delta.content);
+  result.delta.is_everything |=
+      !isAtZero(message.origin) || !fromMessage(message.bricks, result.delta.content);
   // In any case: tells the listener what to ask for.
   result.delta.content.has_values = message.bricks.has_values != 0;
   return result;
-}
-
-/// Calls GetMap for one part.
-bool callForPart(ros::NodeHandle& nh, const std::string& name, GetMap& service,
-                 std::string& error) {
-  if (!callChecked(nh, name, service, error)) return false;
-  error = service.response.message;
-  return service.response.success != 0;
 }
 
 }  // namespace
@@ -89,6 +96,7 @@ bool callForPart(ros::NodeHandle& nh, const std::string& name, GetMap& service,
 ImageType toMessage(const ImageMessage& from, const cuboid_mapping::BrickArrays& content) {
   ImageType message;
   message.header = from.header;
+  message.server = from.server;
   message.instance = from.image.instance;
   message.revision = from.image.revision;
   message.resolution = from.image.resolution_m;
@@ -110,7 +118,7 @@ std::size_t publishDelta(const ros::Publisher& publisher, const DeltaMessage& me
 ros::Subscriber subscribeImage(ros::NodeHandle& nh, const std::string& topic,
                                std::function<void(const ImageMessage&)> take) {
   return subscribeGuarded<ImageType>(
-      nh, topic, {1, false},
+      nh, topic, {kReceivedParts, false},
       [take = std::move(take)](const ros::MessageEvent<const ImageType>& event) {
         take(fromMessage(*event.getConstMessage()));
       });
@@ -125,35 +133,60 @@ ros::Subscriber subscribeDelta(ros::NodeHandle& nh, const std::string& topic,
       });
 }
 
-bool callGetMap(ros::NodeHandle& nh, const std::string& name, MapDetail detail,
-                ImageMessage& message, std::string& error) {
+bool GetMapClient::call(const std::string& name, MapDetail detail, ImageMessage& message,
+                        std::string& error) {
   GetMap service;
   service.request.with_values = static_cast<std::uint8_t>(detail == MapDetail::kValues);
-  if (!callForPart(nh, name, service, error)) return false;
+  if (!callForPart(name, service, error)) return false;
   message = fromMessage(service.response.map);
-  return fetchOtherParts(nh, name, message, error);
+  return callForRest(name, message, error);
 }
 
-bool fetchOtherParts(ros::NodeHandle& nh, const std::string& name, ImageMessage& message,
-                     std::string& error) {
+bool GetMapClient::callForRest(const std::string& name, ImageMessage& message, std::string& error) {
   GetMap service;
   service.request.with_values = static_cast<std::uint8_t>(message.image.content.has_values);
   service.request.revision = message.image.revision;
-  for (std::uint32_t part = 1; part < message.num_parts; ++part) {
-    service.request.part = part;
-    if (!callForPart(nh, name, service, error)) return false;
-    const ImageMessage other = fromMessage(service.response.map);
-    const bool is_of_it = service.response.map.part == part &&
-                          other.image.instance == message.image.instance &&
-                          other.image.revision == message.image.revision &&
-                          other.image.content.has_values == message.image.content.has_values;
-    if (!is_of_it || other.image.resolution_m != message.image.resolution_m) {
-      error = "part " + std::to_string(part) + " of the map is damaged";
+  while (message.part + 1 < message.num_parts) {
+    service.request.part = message.part + 1;
+    if (!callForPart(name, service, error)) return false;
+    if (!appendPart(fromMessage(service.response.map), message)) {
+      error = "part " + std::to_string(service.request.part) + " of the map is damaged";
       return false;
     }
-    appendBricks(other.image.content, message.image.content);
   }
-  message.num_parts = 1;
+  return true;
+}
+
+bool GetMapClient::callForPart(const std::string& name, GetMap& service, std::string& error) {
+  ros::ServiceClient client = nh_.serviceClient<GetMap>(name, /*persistent=*/true);
+  {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    if (is_stopped_) return false;
+    client_ = client;  // Only a persistent one can be ended while it waits.
+  }
+  if (!client.call(service)) {
+    error = "no answer from " + nh_.resolveName(name);
+    return false;
+  }
+  error = service.response.message;
+  return service.response.success != 0;
+}
+
+void GetMapClient::stop() {
+  const std::lock_guard<std::mutex> lock(mutex_);
+  is_stopped_ = true;
+  client_.shutdown();
+}
+
+bool appendPart(const ImageMessage& part, ImageMessage& message) {
+  const bool is_next = part.part == message.part + 1 && part.num_parts == message.num_parts &&
+                       part.image.instance == message.image.instance &&
+                       part.image.revision == message.image.revision &&
+                       part.image.resolution_m == message.image.resolution_m &&
+                       part.image.content.has_values == message.image.content.has_values;
+  if (!is_next) return false;
+  appendBricks(part.image.content, message.image.content);
+  message.part = part.part;
   return true;
 }
 

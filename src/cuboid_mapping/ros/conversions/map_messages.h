@@ -3,14 +3,18 @@
 #pragma once
 
 #include "cuboid_mapping/FullCuboidMap.h"
+#include "cuboid_mapping/GetMap.h"
 #include "cuboid_mapping/map/map_image.h"
 
 #include <ros/node_handle.h>
 #include <ros/publisher.h>
+#include <ros/service_client.h>
 #include <ros/subscriber.h>
 #include <std_msgs/Header.h>
 
+#include <cstdint>
 #include <functional>
+#include <mutex>
 #include <string>
 
 namespace cuboid_mapping_ros {
@@ -19,12 +23,15 @@ namespace cuboid_mapping_ros {
 struct ImageMessage {
   std_msgs::Header header;
   cuboid_mapping::MapImage image;
-  std::uint32_t num_parts = 1;  ///< More: `image` has the content of the first of them only.
+  std::uint32_t num_parts = 1;  ///< More: `image` has the content of `part` only.
+  std::uint32_t part = 0;
+  std::string server;  ///< Namespace of the services of the node.
 };
 /// Changes of a map, with the same.
 struct DeltaMessage {
   std_msgs::Header header;
   cuboid_mapping::MapDelta delta;
+  std::string server;
 };
 
 /// The message of an image. @param content  That is sent in place of the image's own.
@@ -40,14 +47,33 @@ std::size_t publishDelta(const ros::Publisher& publisher, const DeltaMessage& me
                                              std::function<void(const ImageMessage&)> take);
 [[nodiscard]] ros::Subscriber subscribeDelta(ros::NodeHandle& nh, const std::string& topic,
                                              std::function<void(const DeltaMessage&)> take);
-/// Calls the service GetMap for all parts of the map. @param error  Why it gave nothing.
-/// @return false when there is no answer, or none with a map.
-[[nodiscard]] bool callGetMap(ros::NodeHandle& nh, const std::string& name,
-                              cuboid_mapping::MapDetail detail, ImageMessage& message,
-                              std::string& error);
-/// Calls the service GetMap for all parts but the first, and puts them into the image.
-/// @return As callGetMap().
-[[nodiscard]] bool fetchOtherParts(ros::NodeHandle& nh, const std::string& name,
-                                   ImageMessage& message, std::string& error);
+/// Calls the service GetMap. A call lasts as long as the transfer takes. Thread-safe.
+class GetMapClient {
+ public:
+  /// @param nh  In whose namespace names of services are.
+  explicit GetMapClient(const ros::NodeHandle& nh) : nh_(nh) {}
+
+  /// Asks for all parts of the map. @param error  Why it gave nothing.
+  /// @return false when there is no answer, or none with a map.
+  [[nodiscard]] bool call(const std::string& name, cuboid_mapping::MapDetail detail,
+                          ImageMessage& message, std::string& error);
+  /// Asks for the parts that follow those in the image, of which `part` is the last. @return As call().
+  [[nodiscard]] bool callForRest(const std::string& name, ImageMessage& message,
+                                 std::string& error);
+  /// Ends the call that waits, and refuses others.
+  void stop();
+
+ private:
+  [[nodiscard]] bool callForPart(const std::string& name, cuboid_mapping::GetMap& service,
+                                 std::string& error);
+
+  ros::NodeHandle nh_;
+  std::mutex mutex_;
+  bool is_stopped_ = false;
+  ros::ServiceClient client_;
+};
+
+/// Puts the part that follows into an image. @return false when it is not that part.
+[[nodiscard]] bool appendPart(const ImageMessage& part, ImageMessage& message);
 
 }  // namespace cuboid_mapping_ros

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include "cuboid_mapping/ros/conversions/points.h"
+
 #include <sensor_msgs/PointCloud2.h>
 #include <sensor_msgs/point_cloud2_iterator.h>
 #include <std_msgs/Header.h>
@@ -21,26 +23,38 @@ namespace cuboid_mapping_ros {
   return header;
 }
 
-/// A cloud of x, y and z as 32-bit floats, in one row; it is dense unless a number is not finite.
-template <typename ScalarT>
-[[nodiscard]] sensor_msgs::PointCloud2 toCloud(
+/// A cloud of x, y and z as numbers of a type, in one row; it is dense unless a number is not finite.
+template <typename FieldT, typename ScalarT>
+[[nodiscard]] sensor_msgs::PointCloud2 toCloudOf(
     const std::vector<Eigen::Matrix<ScalarT, 3, 1>>& points, const std_msgs::Header& header) {
   sensor_msgs::PointCloud2 cloud;
   cloud.header = header;
   cloud.is_dense = 1;
   sensor_msgs::PointCloud2Modifier modifier(cloud);
   using Field = sensor_msgs::PointField;
-  modifier.setPointCloud2Fields(3, "x", 1, Field::FLOAT32, "y", 1, Field::FLOAT32, "z", 1,
-                                Field::FLOAT32);
+  const int type = sizeof(FieldT) == sizeof(double) ? Field::FLOAT64 : Field::FLOAT32;
+  modifier.setPointCloud2Fields(3, "x", 1, type, "y", 1, type, "z", 1, type);
   modifier.resize(points.size());
-  sensor_msgs::PointCloud2Iterator<float> xyz(cloud, "x");
+  sensor_msgs::PointCloud2Iterator<FieldT> xyz(cloud, "x");
   for (const auto& point : points) {
-    const Eigen::Vector3f& floats = point.template cast<float>();
-    std::copy_n(floats.data(), floats.size(), &xyz[0]);
+    const Eigen::Matrix<FieldT, 3, 1> numbers = point.template cast<FieldT>();
+    std::copy_n(numbers.data(), numbers.size(), &xyz[0]);
     if (!point.allFinite()) cloud.is_dense = 0;
     ++xyz;
   }
   return cloud;
+}
+
+/// toCloudOf() 32-bit floats; of doubles where a coordinate is beyond kFar_m, which floats would round by more than 1 mm.
+template <typename ScalarT>
+[[nodiscard]] sensor_msgs::PointCloud2 toCloud(
+    const std::vector<Eigen::Matrix<ScalarT, 3, 1>>& points, const std_msgs::Header& header) {
+  const bool is_far =
+      sizeof(ScalarT) == sizeof(double) &&
+      std::any_of(points.begin(), points.end(), [](const auto& point) {
+        return point.allFinite() && point.template lpNorm<Eigen::Infinity>() >= kFar_m;
+      });
+  return is_far ? toCloudOf<double>(points, header) : toCloudOf<float>(points, header);
 }
 
 }  // namespace cuboid_mapping_ros

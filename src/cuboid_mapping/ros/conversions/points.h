@@ -7,7 +7,19 @@
 #include <geometry_msgs/Vector3.h>
 #include <tf2_eigen/tf2_eigen.h>
 
+#include <cmath>
+
 namespace cuboid_mapping_ros {
+
+/// From here on, metres, viewers and clouds of 32-bit floats are a millimetre off.
+constexpr double kFar_m = 16384.0;
+
+/// What coordinates near a point are best counted from, so that they fit into 32-bit floats: on each axis 0, or far away
+/// the nearest multiple of 1024 m.
+[[nodiscard]] inline Eigen::Vector3d farAnchor(const Eigen::Vector3d& point) {
+  return point.unaryExpr(
+      [](double v) { return std::abs(v) < kFar_m ? 0.0 : 1024.0 * std::round(v / 1024.0); });
+}
 
 [[nodiscard]] inline geometry_msgs::Point toPoint(const Eigen::Vector3d& vector) {
   return tf2::toMsg(vector);

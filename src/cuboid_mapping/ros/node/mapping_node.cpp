@@ -31,9 +31,8 @@ constexpr std::uint32_t kQueryThreads = 4;
 
 MarkerTopic makeTopic(const char* name, const MarkerStyle& style,
                       const NodeParameters& parameters) {
-  return {name, withoutSlash(parameters.frame_id),
-          parameters.latch ? LateListener::kGetsPictureAtOnce : LateListener::kGetsPictureLater,
-          parameters.marker_period_s, style};
+  return {name, withoutSlash(parameters.frame_id), parameters.latch, parameters.keyframe_period_s,
+          style};
 }
 
 CloudLimits makeInboxLimits(const NodeParameters& parameters) {

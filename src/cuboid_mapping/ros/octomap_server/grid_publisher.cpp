@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "cuboid_mapping/ros/octomap_server/grid_publisher.h"
 
-#include <ros/single_subscriber_publisher.h>
-
 #include <algorithm>
 #include <cstddef>
 #include <cstdint>
@@ -13,6 +11,11 @@ namespace {
 
 /// One that is lost would leave a listener's grid wrong there.
 constexpr std::uint32_t kUpdatesQueueSize = 100;
+
+void removeOne(std::multiset<std::string>& names, const std::string& name) {
+  const auto found = names.find(name);
+  if (found != names.end()) names.erase(found);
+}
 
 }  // namespace
 
@@ -53,30 +56,52 @@ std::optional<map_msgs::OccupancyGridUpdate> findGridUpdate(const nav_msgs::Occu
   return update;
 }
 
-GridPublisher::GridPublisher(ros::NodeHandle nh, const Topics& topics, bool is_latched, Make make)
+GridPublisher::GridPublisher(const ros::NodeHandle& nh, const Options& options, Make make)
     : make_(std::move(make)),
-      updates_publisher_(
-          nh.advertise<map_msgs::OccupancyGridUpdate>(topics.updates, kUpdatesQueueSize)),
-      publisher_(nh.advertise<nav_msgs::OccupancyGrid>(
-          topics.grid, 1, [this, is_latched](const ros::SingleSubscriberPublisher& listener) {
+      keyframe_period_(options.keyframe_period_s),
+      updates_topic_(
+          nh, {options.updates, kUpdatesQueueSize, /*is_latched=*/false},
+          [this](const auto& node) { update_nodes_.insert(node.getSubscriberName()); },
+          [this](const auto& node) { removeOne(update_nodes_, node.getSubscriberName()); }),
+      topic_(
+          nh, {options.grid, 1, options.is_latched},
+          [this, is_latched = options.is_latched](const auto& node) {
+            nodes_.insert(node.getSubscriberName());
             sent_.reset();
             const auto grid = is_latched ? make_() : std::nullopt;
-            if (grid) listener.publish(*grid);
-          })) {}
+            if (grid && !grid->data.empty()) node.publish(*grid);
+          },
+          [this](const auto& node) { removeOne(nodes_, node.getSubscriberName()); }) {}
 
 void GridPublisher::publish() {
-  const std::uint32_t num_updated = updates_publisher_.getNumSubscribers();
-  const std::uint32_t num_whole = publisher_.getNumSubscribers();
-  if (num_updated + num_whole == 0) {
+  if (!topic_.hasListeners() && !updates_topic_.hasListeners()) {
     sent_.reset();
     return;
   }
   auto grid = make_();
   if (!grid) return;
   const auto update = sent_ ? findGridUpdate(*sent_, *grid) : std::nullopt;
-  if (!update || num_updated < num_whole) publisher_.publish(*grid);
-  if (update && !update->data.empty()) updates_publisher_.publish(*update);
+  if (update && !update->data.empty()) {
+    updates_topic_.publish(*update);
+    owes_keyframe_ = true;
+  }
+  if (!update || (!update->data.empty() && !allTakeUpdates())) publishWhole(*grid);
   sent_ = std::move(grid);
+}
+
+void GridPublisher::publishKeyframe() {
+  if (!owes_keyframe_ || !sent_ || keyframe_period_.isZero()) return;
+  if (ros::WallTime::now() - last_whole_ >= keyframe_period_) publishWhole(*sent_);
+}
+
+void GridPublisher::publishWhole(const nav_msgs::OccupancyGrid& grid) {
+  topic_.publish(grid);
+  last_whole_ = ros::WallTime::now();
+  owes_keyframe_ = false;
+}
+
+bool GridPublisher::allTakeUpdates() const {
+  return std::includes(update_nodes_.begin(), update_nodes_.end(), nodes_.begin(), nodes_.end());
 }
 
 }  // namespace cuboid_mapping_ros

@@ -1,13 +1,16 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include "cuboid_mapping/ros/publishers/latched_topic.h"
+
 #include <map_msgs/OccupancyGridUpdate.h>
 #include <nav_msgs/OccupancyGrid.h>
 #include <ros/node_handle.h>
-#include <ros/publisher.h>
+#include <ros/time.h>
 
 #include <functional>
 #include <optional>
+#include <set>
 #include <string>
 
 namespace cuboid_mapping_ros {
@@ -19,31 +22,43 @@ namespace cuboid_mapping_ros {
 
 /// Publishes a grid, whole or what of it has changed, as the static layer of costmap_2d takes it.
 ///
-/// The whole grid is sent when its size, origin or frame is another one, after somebody has connected, and each time
-/// as long as not all listeners take updates. While nobody listens nothing is built.
+/// The whole grid is sent when its size, origin or frame changes, to a new connection, with each change while a node
+/// that listens to it takes no updates, and as a keyframe. While nobody listens nothing is built.
 /// Thread rule: all calls, and the queue of the node handle, are of one thread.
 class GridPublisher {
  public:
   /// @return Nothing where there is no grid now.
   using Make = std::function<std::optional<nav_msgs::OccupancyGrid>()>;
-  struct Topics {
-    std::string grid;
-    std::string updates;
+  struct Options {
+    std::string grid;     ///< Topic.
+    std::string updates;  ///< Topic.
+    bool is_latched = true;
+    double keyframe_period_s = 0.0;  ///< 0: no keyframes.
   };
 
-  /// @param is_latched  Who connects is sent the grid at once.
-  GridPublisher(ros::NodeHandle nh, const Topics& topics, bool is_latched, Make make);
+  GridPublisher(const ros::NodeHandle& nh, const Options& options, Make make);
   GridPublisher(const GridPublisher&) = delete;
   GridPublisher& operator=(const GridPublisher&) = delete;
 
   /// Publishes the grid as it is now, where somebody listens.
   void publish();
+  /// To be called now and then: sends the whole grid when updates have been sent since it was, and the period is over.
+  void publishKeyframe();
 
  private:
+  void publishWhole(const nav_msgs::OccupancyGrid& grid);
+  [[nodiscard]] bool allTakeUpdates() const;
+
   Make make_;
   std::optional<nav_msgs::OccupancyGrid> sent_;  ///< What all listeners have; nothing: not all.
-  ros::Publisher updates_publisher_;
-  ros::Publisher publisher_;  ///< Last: it calls back.
+  std::multiset<std::string> nodes_;             ///< That listen to the grid, by connection.
+  std::multiset<std::string> update_nodes_;      ///< That listen to updates.
+  bool owes_keyframe_ = false;
+  ros::WallTime last_whole_;
+  ros::WallDuration keyframe_period_;
+  // Last: they call back.
+  LatchedTopic<map_msgs::OccupancyGridUpdate> updates_topic_;
+  LatchedTopic<nav_msgs::OccupancyGrid> topic_;
 };
 
 }  // namespace cuboid_mapping_ros

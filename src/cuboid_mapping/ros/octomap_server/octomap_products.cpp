@@ -6,7 +6,9 @@
 #include "cuboid_mapping/ros/publishers/marker_colors.h"
 
 #include <algorithm>
+#include <array>
 #include <limits>
+#include <optional>
 #include <utility>
 
 namespace cuboid_mapping_ros {
@@ -56,12 +58,59 @@ std_msgs::ColorRGBA toColor(const std::array<double, 4>& rgba) {
   return color;
 }
 
+/// Where an octree is centred that is to hold the map: at a multiple of 1024 voxels, so that leaves up to that size lie
+/// as they do in the octree at the origin. Nothing if that one holds all of it.
+std::optional<Cell> middleOf(const std::vector<VoxelBrick>& bricks) {
+  const bool fits = std::all_of(bricks.begin(), bricks.end(), [](const VoxelBrick& brick) {
+    return cuboid_mapping::kOctreeCells.contains(brick.brick);
+  });
+  if (fits) return std::nullopt;
+  // That of the bricks, not of their bounds: one far brick must not take the others' place.
+  std::vector<Cell> cells;
+  cells.reserve(bricks.size());
+  for (const VoxelBrick& brick : bricks) cells.push_back(brick.brick);
+  Cell middle;
+  for (const auto coordinate : {&Cell::x, &Cell::y, &Cell::z}) {
+    const auto half = cells.begin() + static_cast<std::ptrdiff_t>(cells.size() / 2);
+    std::nth_element(cells.begin(), half, cells.end(), [coordinate](const Cell& a, const Cell& b) {
+      return a.*coordinate < b.*coordinate;
+    });
+    middle.*coordinate = (*half).*coordinate & ~1023;
+  }
+  return middle;
+}
+
+/// Bricks as seen from a cell, without those that no octree there can hold.
+std::vector<VoxelBrick> moveBricks(const std::vector<VoxelBrick>& bricks, const Cell& middle,
+                                   double& num_left_out) {
+  std::vector<VoxelBrick> moved;
+  moved.reserve(bricks.size());
+  for (const VoxelBrick& brick : bricks) {
+    const Cell at = brick.brick - middle;
+    if (cuboid_mapping::kOctreeCells.contains(at)) {
+      moved.push_back({at, brick.voxels});
+    } else {
+      num_left_out += brick.voxels.known().count();
+    }
+  }
+  return moved;
+}
+
+std::array<OctreeLeaf, 8> childrenOf(const OctreeLeaf& leaf) {
+  std::array<OctreeLeaf, 8> children{};
+  const std::int32_t half = leaf.edge() / 2;
+  for (std::size_t i = 0; i < children.size(); ++i) {
+    const Cell offset{(i & 1) != 0 ? half : 0, (i & 2) != 0 ? half : 0, (i & 4) != 0 ? half : 0};
+    children.at(i) = {leaf.min + offset, leaf.depth + 1, leaf.log_odds};
+  }
+  return children;
+}
+
 /// Colours by height, between the lowest and the highest face of the known voxels.
 class HeightColors {
  public:
   HeightColors(const MapSnapshot& map, double color_factor) : color_factor_(color_factor) {
     for (const VoxelBrick& brick : map.bricks) {
-      if (!cuboid_mapping::kOctreeCells.contains(brick.brick)) continue;
       for (int z = 0; z < cuboid_mapping::kBrickEdge; ++z) {
         if (brick.voxels.known()[z] == 0) continue;
         min_m_ = std::min(min_m_, (brick.brick.z + z) * map.resolution_m);
@@ -130,33 +179,57 @@ void removeSpeckles(const VoxelStore& voxels, std::vector<VoxelBrick>& bricks) {
                bricks.end());
 }
 
-std::vector<OctreeLeaf> computeShownLeaves(const MapSnapshot& map, ShownCells cells,
-                                           const OctomapServerParameters& parameters) {
-  std::vector<OctreeLeaf> leaves = computeOctreeLeaves(map.bricks, OctreeKind::kBinary);
-  const auto is_hidden = [&](const OctreeLeaf& leaf) {
-    const bool is_occupied = leaf.log_odds >= 0.0F;
-    return is_occupied != (cells == ShownCells::kOccupied) ||
-           (leaf.min.z + leaf.edge()) * map.resolution_m <= parameters.occupancy_min_z_m ||
-           leaf.min.z * map.resolution_m >= parameters.occupancy_max_z_m;
+ShownLeaves computeShownLeaves(const MapSnapshot& map, ShownCells cells,
+                               const OctomapServerParameters& parameters, OctreeKind kind) {
+  const std::optional<Cell> far_middle = middleOf(map.bricks);
+  const Cell middle = far_middle.value_or(Cell{0, 0, 0});
+  ShownLeaves shown;
+  std::vector<VoxelBrick> moved;
+  if (far_middle) moved = moveBricks(map.bricks, middle, shown.num_left_out);
+  const auto add = [&](const OctreeLeaf& leaf, const auto& again) -> void {
+    const std::int32_t min_z = leaf.min.z + middle.z;
+    const bool is_in_band =
+        (min_z + leaf.edge()) * map.resolution_m > parameters.occupancy_min_z_m &&
+        min_z * map.resolution_m < parameters.occupancy_max_z_m;
+    if (!is_in_band) return;
+    const bool reaches_out =
+        (min_z + leaf.edge()) * map.resolution_m >=
+            parameters.occupancy_max_z_m + map.resolution_m ||
+        min_z * map.resolution_m <= parameters.occupancy_min_z_m - map.resolution_m;
+    if (reaches_out && leaf.depth < kOctreeDepth) {
+      for (const OctreeLeaf& child : childrenOf(leaf)) again(child, again);
+    } else {
+      shown.leaves.push_back({leaf.min + middle, leaf.depth, leaf.log_odds});
+    }
   };
-  leaves.erase(std::remove_if(leaves.begin(), leaves.end(), is_hidden), leaves.end());
-  return leaves;
+  for (const OctreeLeaf& leaf : computeOctreeLeaves(far_middle ? moved : map.bricks, kind)) {
+    if ((leaf.log_odds >= 0.0F) == (cells == ShownCells::kOccupied)) add(leaf, add);
+  }
+  return shown;
 }
 
 visualization_msgs::MarkerArray toCellMarkers(const MapSnapshot& map, ShownCells cells,
                                               const OctomapServerParameters& parameters,
-                                              const std_msgs::Header& header) {
+                                              const std_msgs::Header& header,
+                                              double& num_left_out) {
+  const ShownLeaves shown = computeShownLeaves(map, cells, parameters, OctreeKind::kBinary);
+  num_left_out = shown.num_left_out;
+  const Eigen::Vector3d anchor =
+      shown.leaves.empty() ? Eigen::Vector3d::Zero().eval()
+                           : farAnchor(toVector(centerOf(shown.leaves.front(), map.resolution_m)));
   visualization_msgs::MarkerArray array;
   array.markers = makeEmptyMarkers(map.resolution_m, header);
   const bool is_occupied = cells == ShownCells::kOccupied;
   const bool is_by_height = is_occupied && parameters.is_height_map;
   const HeightColors heights(map, parameters.color_factor);
-  for (const OctreeLeaf& leaf : computeShownLeaves(map, cells, parameters)) {
+  for (const OctreeLeaf& leaf : shown.leaves) {
     visualization_msgs::Marker& marker = array.markers[static_cast<std::size_t>(leaf.depth)];
-    marker.points.push_back(centerOf(leaf, map.resolution_m));
-    if (is_by_height) marker.colors.push_back(heights.at(marker.points.back().z));
+    const geometry_msgs::Point center = centerOf(leaf, map.resolution_m);
+    marker.points.push_back(toPoint(toVector(center) - anchor));
+    if (is_by_height) marker.colors.push_back(heights.at(center.z));
   }
   for (visualization_msgs::Marker& marker : array.markers) {
+    marker.pose.position = toPoint(anchor);
     marker.color = toColor(is_occupied ? parameters.color : parameters.color_free);
     marker.action = marker.points.empty() ? visualization_msgs::Marker::DELETE
                                           : visualization_msgs::Marker::ADD;

@@ -33,23 +33,33 @@ void removeSpeckles(const cuboid_mapping::VoxelStore& voxels,
 /// Which cells the markers and points of octomap_server show.
 enum class ShownCells : unsigned char { kOccupied, kFree };
 
-/// The leaves of one class in the octree of the map's classes that share a height with
-/// [occupancy_min_z, occupancy_max_z].
-[[nodiscard]] std::vector<cuboid_mapping::OctreeLeaf> computeShownLeaves(
-    const cuboid_mapping::MapSnapshot& map, ShownCells cells,
-    const OctomapServerParameters& parameters);
+/// Leaves of an octree, and how much of a map is not in them.
+struct ShownLeaves {
+  std::vector<cuboid_mapping::OctreeLeaf> leaves;
+  double num_left_out = 0.0;  ///< Voxels too far from the rest for one octree.
+};
+
+/// The leaves of one class that share a height with [occupancy_min_z, occupancy_max_z]; those that reach beyond are
+/// divided. The octree lies around the map, if that is not around the origin.
+/// @param kind  kBinary: leaves are of one class; kFull: of one log-odds, as octomap_server's.
+[[nodiscard]] ShownLeaves computeShownLeaves(const cuboid_mapping::MapSnapshot& map,
+                                             ShownCells cells,
+                                             const OctomapServerParameters& parameters,
+                                             cuboid_mapping::OctreeKind kind);
 
 /// occupied_cells_vis_array and free_cells_vis_array: 17 markers, one for each depth from 0 to 16,
 /// whose id it is; a CUBE_LIST, or DELETE where there is no leaf of that size.
 ///
-/// Colours: `color` or `color_free`; with height_map, occupied cells by the height of their centre
+/// Far from the origin the poses of the markers carry a multiple of 1024 m, see farAnchor(). Colours: `color` or `color_free`; with height_map, occupied cells by the height of their centre
 /// between the lowest and the highest face of all that is known: red at the top, from there
 /// `color_factor` of the circle of hues downwards, as octomap_server's.
+/// @param num_left_out  Gets that of ShownLeaves.
 [[nodiscard]] visualization_msgs::MarkerArray toCellMarkers(
     const cuboid_mapping::MapSnapshot& map, ShownCells cells,
-    const OctomapServerParameters& parameters, const std_msgs::Header& header);
+    const OctomapServerParameters& parameters, const std_msgs::Header& header,
+    double& num_left_out);
 
-/// octomap_point_cloud_centers: the centres of leaves, x, y, z as FLOAT32.
+/// octomap_point_cloud_centers: the centres of leaves, see toCloud().
 [[nodiscard]] sensor_msgs::PointCloud2 toCenters(
     const std::vector<cuboid_mapping::OctreeLeaf>& leaves, double resolution_m,
     const std_msgs::Header& header);

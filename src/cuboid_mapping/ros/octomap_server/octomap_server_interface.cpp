@@ -10,7 +10,6 @@
 #include "cuboid_mapping/ros/services/request_reader.h"
 
 #include <ros/console.h>
-#include <ros/single_subscriber_publisher.h>
 
 #include <boost/function.hpp>
 
@@ -50,9 +49,18 @@ OctomapMessage toOctree(const MapView& view, OctreeKind kind) {
     ROS_WARN_STREAM_THROTTLE_NAMED(
         kLogPeriod_s, kNodeName,
         "an octree reaches 32768 voxels from the origin: octomap_full and octomap_binary leave out "
-            << counted(static_cast<std::uint64_t>(num_left_out), "voxel") << " beyond");
+            << counted(static_cast<std::uint64_t>(num_left_out), "voxel")
+            << " beyond. occupied_cuboids and cuboid_map have all of them");
   }
   return message;
+}
+
+void noteLeftOut(const char* topic, double num_voxels) {
+  if (num_voxels == 0.0) return;
+  ROS_WARN_STREAM_THROTTLE_NAMED(
+      kLogPeriod_s, kNodeName,
+      topic << " leaves out " << counted(static_cast<std::uint64_t>(num_voxels), "voxel")
+            << ", which lie more than 32768 voxels from the middle of the map");
 }
 
 }  // namespace
@@ -118,30 +126,31 @@ OctomapServerInterface::OctomapServerInterface(const ros::NodeHandle& nh,
   if (parameters_.is_colored_map) {
     ROS_WARN_NAMED(kNodeName, "colored_map has no effect: cells have no colours in this map");
   }
-  advertiseTopics(withQueue(nh, queues.topics));
+  advertiseTopics(parameters, withQueue(nh, queues.topics));
   advertiseServices(withQueue(nh, queues.services), withQueue(private_nh, queues.services));
 }
 
 template <typename MessageT>
-void OctomapServerInterface::advertise(ros::NodeHandle& nh, const char* name,
+void OctomapServerInterface::advertise(const ros::NodeHandle& nh, const char* name,
                                        std::function<MessageT()> make) {
   const auto build = [this, make] {
     ++num_built_;
     return make();
   };
-  // Not latched by ROS: that would build messages while nobody listens.
-  const ros::Publisher& publisher = publishers_.emplace_back(nh.advertise<MessageT>(
-      name, 1, [this, build](const ros::SingleSubscriberPublisher& listener) {
+  const auto topic = std::make_shared<LatchedTopic<MessageT>>(
+      nh, typename LatchedTopic<MessageT>::Options{name, 1, is_latched_},
+      [this, build](const ros::SingleSubscriberPublisher& listener) {
         views_ = {};
-        if (is_latched_) listener.publish(build());
+        if (is_latched_ && hasContent()) listener.publish(build());
         views_ = {};
-      }));
-  topics_.push_back({publisher.getTopic(), [&publisher, build] {
-                       if (publisher.getNumSubscribers() > 0) publisher.publish(build());
+      });
+  topics_.push_back({topic->name(), [topic, build] {
+                       if (topic->hasListeners()) topic->publish(build());
                      }});
 }
 
-void OctomapServerInterface::advertiseTopics(ros::NodeHandle nh) {
+void OctomapServerInterface::advertiseTopics(const NodeParameters& parameters,
+                                             const ros::NodeHandle& nh) {
   advertise<OctomapMessage>(nh, kOctomapBinaryTopic,
                             [this] { return makeOctomap(OctreeKind::kBinary); });
   advertise<OctomapMessage>(nh, kOctomapFullTopic,
@@ -153,7 +162,9 @@ void OctomapServerInterface::advertiseTopics(ros::NodeHandle nh) {
   advertise<sensor_msgs::PointCloud2>(nh, kPointCloudCentersTopic,
                                       [this] { return makeCenters(); });
   projection_publisher_.emplace(
-      nh, GridPublisher::Topics{kProjectedMapTopic, kProjectedMapUpdatesTopic}, is_latched_,
+      nh,
+      GridPublisher::Options{kProjectedMapTopic, kProjectedMapUpdatesTopic, is_latched_,
+                             parameters.keyframe_period_s},
       [this] { return makeProjection(); });
   topics_.push_back({kProjectedMapTopic, [this] { projection_publisher_->publish(); }});
 }
@@ -182,8 +193,18 @@ void OctomapServerInterface::advertiseServices(ros::NodeHandle nh, ros::NodeHand
 }
 
 void OctomapServerInterface::noteChanges(const ChangeSet& changes) {
-  if (changes.is_everything || !changes.bricks.empty()) setAllDue();
   projection_.noteChanges(changes);
+  if (!changes.is_everything && changes.bricks.empty()) return;
+  setAllDue();
+  const ros::Time cloud =
+      map_.read([](const CuboidMap& /*map*/, const ros::Time& stamp) { return stamp; });
+  if (cloud == last_cloud_) edited_ = ros::Time::now();
+  if (cloud != last_cloud_) edited_ = ros::Time();
+  last_cloud_ = cloud;
+}
+
+ros::Time OctomapServerInterface::stampOf(const ros::Time& cloud) const {
+  return cloud == last_cloud_ && !edited_.isZero() ? edited_ : cloud;
 }
 
 void OctomapServerInterface::setParameters(const OctomapServerParameters& parameters) {
@@ -211,6 +232,12 @@ void OctomapServerInterface::publish() {
     if (topic.is_due) topic.is_due = !guard_.run(topic.name, topic.publish);  // The others go on.
   }
   views_ = {};
+  projection_publisher_->publishKeyframe();
+}
+
+bool OctomapServerInterface::hasContent() const {
+  return map_.read(
+      [](const CuboidMap& map, const ros::Time& /*stamp*/) { return map.voxels().size() > 0; });
 }
 
 const MapView& OctomapServerInterface::look(Speckles speckles) {
@@ -220,7 +247,7 @@ const MapView& OctomapServerInterface::look(Speckles speckles) {
   view = map_.read([&](const CuboidMap& map, const ros::Time& stamp) {
     MapView now;
     now.map = takeSnapshot(map, frame_id_);
-    now.header.stamp = stamp;
+    now.header.stamp = stampOf(stamp);
     now.header.frame_id = frame_id_;
     if (is_filtered) removeSpeckles(map.voxels(), now.map.bricks);
     return now;
@@ -240,16 +267,22 @@ visualization_msgs::MarkerArray OctomapServerInterface::makeMarkers(ShownCells c
     MapView nothing;
     nothing.map.resolution_m = map_.grid().resolution();
     nothing.header.frame_id = frame_id_;
-    return toCellMarkers(nothing.map, cells, parameters_, nothing.header);
+    double none = 0.0;
+    return toCellMarkers(nothing.map, cells, parameters_, nothing.header, none);
   }
   const MapView& view = look(Speckles::kAsAsked);
-  return toCellMarkers(view.map, cells, parameters_, view.header);
+  double num_left_out = 0.0;
+  auto markers = toCellMarkers(view.map, cells, parameters_, view.header, num_left_out);
+  noteLeftOut(cells == ShownCells::kFree ? kFreeCellsTopic : kOccupiedCellsTopic, num_left_out);
+  return markers;
 }
 
 sensor_msgs::PointCloud2 OctomapServerInterface::makeCenters() {
   const MapView& view = look(Speckles::kAsAsked);
-  return toCenters(computeShownLeaves(view.map, ShownCells::kOccupied, parameters_),
-                   view.map.resolution_m, view.header);
+  const ShownLeaves shown =
+      computeShownLeaves(view.map, ShownCells::kOccupied, parameters_, OctreeKind::kFull);
+  noteLeftOut(kPointCloudCentersTopic, shown.num_left_out);
+  return toCenters(shown.leaves, view.map.resolution_m, view.header);
 }
 
 nav_msgs::OccupancyGrid OctomapServerInterface::makeProjection() {
@@ -257,11 +290,23 @@ nav_msgs::OccupancyGrid OctomapServerInterface::makeProjection() {
   std_msgs::Header header;
   header.frame_id = frame_id_;
   map_.read([&](const CuboidMap& map, const ros::Time& stamp) {
-    header.stamp = stamp;
+    header.stamp = stampOf(stamp);
     projection_.update(map);
     return 0;
   });
-  return projection_.makeGrid(header, map_.grid().resolution());
+  FarTiles far;
+  auto grid = projection_.makeGrid(header, map_.grid().resolution(), far);
+  if (far.count > 0) {
+    ROS_WARN_STREAM_THROTTLE_NAMED(
+        kLogPeriod_s, kNodeName,
+        kProjectedMapTopic << " leaves out " << counted(far.count, "tile")
+                           << " of 8 x 8 cells far from the rest, the farthest at x = "
+                           << far.farthest_m.x() << " m, y = " << far.farthest_m.y()
+                           << " m: with them it would be larger than projected_map_memory. Stray "
+                              "returns are removed with ~set_box, or kept out with "
+                              "sensor_model/max_range");
+  }
+  return grid;
 }
 
 }  // namespace cuboid_mapping_ros

@@ -7,16 +7,15 @@
 #include "cuboid_mapping/ros/octomap_server/octomap_products.h"
 #include "cuboid_mapping/ros/octomap_server/projected_map.h"
 #include "cuboid_mapping/ros/parameters/parameters.h"
+#include "cuboid_mapping/ros/publishers/latched_topic.h"
 
 #include <ros/node_handle.h>
-#include <ros/publisher.h>
 #include <ros/service_server.h>
 
 #include <array>
 #include <atomic>
 #include <cstdint>
 #include <functional>
-#include <list>
 #include <memory>
 #include <mutex>
 #include <optional>
@@ -51,7 +50,7 @@ struct MapView {
 /// Of a map with a window the topics show what is in memory; the octrees of the services are whole, or refused.
 ///
 /// A topic is built only while somebody listens to it, after a change, and again while it fails; with `latch` a new
-/// listener gets it as soon as it connects. What publish() sends is made of one copy of the map's voxels, or of two with
+/// listener gets it as soon as it connects, unless the map is empty. What publish() sends is made of one copy of the map's voxels, or of two with
 /// filter_speckles, taken while the map is held for some milliseconds.
 ///
 /// Thread rule: noteChanges(), publish() and the topics' callbacks belong to one queue; the
@@ -91,11 +90,14 @@ class OctomapServerInterface {
   enum class Speckles : unsigned char { kKept, kAsAsked };
 
   template <typename MessageT>
-  void advertise(ros::NodeHandle& nh, const char* name, std::function<MessageT()> make);
-  void advertiseTopics(ros::NodeHandle nh);
+  void advertise(const ros::NodeHandle& nh, const char* name, std::function<MessageT()> make);
+  void advertiseTopics(const NodeParameters& parameters, const ros::NodeHandle& nh);
   void advertiseServices(ros::NodeHandle nh, ros::NodeHandle private_nh);
   void takePendingParameters();
   void setAllDue();
+  [[nodiscard]] bool hasContent() const;
+  /// Of a message: that of the last cloud, or as octomap_server's the time of an edit after it, or of a file.
+  [[nodiscard]] ros::Time stampOf(const ros::Time& cloud) const;
 
   /// The map now, for what is made until views_ is cleared.
   [[nodiscard]] const MapView& look(Speckles speckles);
@@ -112,6 +114,8 @@ class OctomapServerInterface {
   GuardedMap& map_;
   CallbackGuard& guard_;
   ProjectedMap projection_;
+  ros::Time last_cloud_;                         ///< In the map, at the last change.
+  ros::Time edited_;                             ///< Since then; 0: not.
   std::array<std::optional<MapView>, 2> views_;  ///< Without and with removed speckles.
   std::atomic<std::uint64_t> num_built_{0};
   std::mutex pending_mutex_;
@@ -119,10 +123,9 @@ class OctomapServerInterface {
   ros::ServiceServer binary_server_;
   ros::ServiceServer full_server_;
   ros::ServiceServer clear_server_;
-  std::vector<Topic> topics_;
   // Last: their callbacks end before the rest goes.
-  std::list<ros::Publisher> publishers_;
   std::optional<GridPublisher> projection_publisher_;
+  std::vector<Topic> topics_;
 };
 
 }  // namespace cuboid_mapping_ros

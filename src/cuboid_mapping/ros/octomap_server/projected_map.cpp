@@ -5,8 +5,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdlib>
 #include <stdexcept>
-#include <string>
+#include <utility>
 #include <vector>
 
 namespace cuboid_mapping_ros {
@@ -21,9 +22,6 @@ using cuboid_mapping::Grid;
 using cuboid_mapping::kAllCells;
 using cuboid_mapping::VoxelBrick;
 
-/// roscpp refuses messages of a gigabyte.
-constexpr double kMaxCells = 1e9;
-
 /// Visits the least cells of the tiles that a box lies over. @param margin  Cells around the box.
 template <typename VisitorT>
 void visitTiles(const CellBox& box, std::int32_t margin, VisitorT visit) {
@@ -33,6 +31,38 @@ void visitTiles(const CellBox& box, std::int32_t margin, VisitorT visit) {
       visit(Cell{x, y, 0});
     }
   }
+}
+
+/// Of the known cells of a tile.
+template <typename TileT>
+CellBox boundsOf(const Cell& tile, const TileT& values) {
+  constexpr std::int32_t kEdge = cuboid_mapping::kBrickEdge;
+  CellBox bounds;
+  for (std::int32_t i = 0; i < kEdge * kEdge; ++i) {
+    if (values[static_cast<std::size_t>(i)] == kUnknownCell) continue;
+    const CellBox cell = CellBox::ofCell(tile + Cell{i % kEdge, i / kEdge, 0});
+    bounds = bounds.isEmpty() ? cell : unite(bounds, cell);
+  }
+  return bounds;
+}
+
+/// From the middle of the tiles, where as many lie on one side as on the other.
+void sortByDistance(std::vector<Cell>& tiles) {
+  Cell middle{};
+  for (const auto coordinate : {&Cell::x, &Cell::y}) {
+    const auto half = tiles.begin() + static_cast<std::ptrdiff_t>(tiles.size() / 2);
+    std::nth_element(tiles.begin(), half, tiles.end(), [coordinate](const Cell& a, const Cell& b) {
+      return a.*coordinate < b.*coordinate;
+    });
+    middle.*coordinate = (*half).*coordinate;
+  }
+  const auto distance = [&middle](const Cell& tile) {
+    return std::max(std::abs(std::int64_t{tile.x} - middle.x),
+                    std::abs(std::int64_t{tile.y} - middle.y));
+  };
+  std::sort(tiles.begin(), tiles.end(), [&](const Cell& a, const Cell& b) {
+    return std::make_pair(distance(a), a) < std::make_pair(distance(b), b);
+  });
 }
 
 std::int32_t toLayer(double z_cells) {
@@ -95,40 +125,64 @@ void ProjectedMap::updateTile(const CuboidMap& map, const Cell& tile) {
   }
 }
 
-CellBox ProjectedMap::findExtent(double resolution_m) const {
-  const auto half = [resolution_m](double size_m) {
-    return static_cast<std::int32_t>(std::ceil(0.5 * size_m / resolution_m - 1e-6));
+CellBox ProjectedMap::leastExtent(double resolution_m) const {
+  if (parameters_.min_x_size_m == 0.0 && parameters_.min_y_size_m == 0.0) return {};
+  CellBox extent{{0, 0, 0}, {0, 0, 1}};
+  // As octomap_server: the cells of both ends belong to it.
+  const auto widen = [&](double size_m, std::int32_t& min, std::int32_t& max) {
+    min = static_cast<std::int32_t>(std::floor(-0.5 * size_m / resolution_m + 1e-6));
+    max = static_cast<std::int32_t>(std::floor(0.5 * size_m / resolution_m + 1e-6)) + 1;
   };
-  const std::int32_t half_x = half(parameters_.min_x_size_m);
-  const std::int32_t half_y = half(parameters_.min_y_size_m);
-  CellBox extent{{-half_x, -half_y, 0}, {half_x, half_y, 1}};
-  for (const auto& [tile, values] : tiles_) {
-    for (std::int32_t i = 0; i < kTileEdge * kTileEdge; ++i) {
-      if (values[static_cast<std::size_t>(i)] == kUnknownCell) continue;
-      const CellBox cell = CellBox::ofCell(tile + Cell{i % kTileEdge, i / kTileEdge, 0});
-      extent = extent.isEmpty() ? cell : unite(extent, cell);
+  widen(parameters_.min_x_size_m, extent.min.x, extent.max.x);
+  widen(parameters_.min_y_size_m, extent.min.y, extent.max.y);
+  return extent;
+}
+
+bool ProjectedMap::isTooLarge(const CellBox& extent) const {
+  const Cell size = extent.size();
+  return static_cast<double>(size.x) * size.y > 1e6 * parameters_.max_projection_mb;
+}
+
+CellBox ProjectedMap::findExtent(double resolution_m, FarTiles& far) const {
+  CellBox extent = leastExtent(resolution_m);
+  const auto add = [&extent](const CellBox& box) {
+    extent = extent.isEmpty() ? box : unite(extent, box);
+  };
+  for (const auto& [tile, values] : tiles_) add(boundsOf(tile, values));
+  if (!isTooLarge(extent)) return extent;
+
+  std::vector<Cell> tiles;
+  tiles.reserve(tiles_.size());
+  for (const auto& [tile, values] : tiles_) tiles.push_back(tile);
+  sortByDistance(tiles);
+  extent = leastExtent(resolution_m);
+  for (const Cell& tile : tiles) {
+    const CellBox box = boundsOf(tile, tiles_.at(tile));
+    if (isTooLarge(extent.isEmpty() ? box : unite(extent, box))) {
+      ++far.count;
+      far.farthest_m = resolution_m * Eigen::Vector2d(box.min.x, box.min.y);
+    } else {
+      add(box);
     }
   }
   return extent;
 }
 
-nav_msgs::OccupancyGrid ProjectedMap::makeGrid(const std_msgs::Header& header,
-                                               double resolution_m) const {
+nav_msgs::OccupancyGrid ProjectedMap::makeGrid(const std_msgs::Header& header, double resolution_m,
+                                               FarTiles& far) const {
   nav_msgs::OccupancyGrid grid;
   grid.header = header;
   grid.info.map_load_time = header.stamp;
   grid.info.resolution = static_cast<float>(resolution_m);
   grid.info.origin.orientation.w = 1.0;
-  const CellBox extent = findExtent(resolution_m);
+  const CellBox extent = findExtent(resolution_m, far);
   if (extent.isEmpty()) return grid;
-  const Cell size = extent.size();
-  const double num_cells = static_cast<double>(size.x) * size.y;
-  if (num_cells > kMaxCells) {
+  if (isTooLarge(extent)) {
     throw std::length_error(
-        "projected_map would have " + std::to_string(size.x) + " x " + std::to_string(size.y) +
-        " cells, and ROS takes messages below 1 GB: remove what lies far away, as "
-        "with ~set_box, or lower min_x_size and min_y_size");
+        "projected_map is larger than projected_map_memory by min_x_size and min_y_size alone: "
+        "lower these, or raise that");
   }
+  const Cell size = extent.size();
   grid.info.width = static_cast<std::uint32_t>(size.x);
   grid.info.height = static_cast<std::uint32_t>(size.y);
   grid.info.origin.position.x = extent.min.x * resolution_m;
@@ -138,7 +192,9 @@ nav_msgs::OccupancyGrid ProjectedMap::makeGrid(const std_msgs::Header& header,
     for (std::int32_t i = 0; i < kTileEdge * kTileEdge; ++i) {
       const std::int8_t value = values[static_cast<std::size_t>(i)];
       if (value == kUnknownCell) continue;
-      const Cell at = tile + Cell{i % kTileEdge, i / kTileEdge, 0} - extent.min;
+      const Cell cell = tile + Cell{i % kTileEdge, i / kTileEdge, 0};
+      if (!extent.contains(cell)) continue;  // Of a far tile.
+      const Cell at = cell - extent.min;
       grid.data[static_cast<std::size_t>(at.y) * grid.info.width + static_cast<std::size_t>(at.x)] =
           value;
     }

@@ -7,7 +7,10 @@
 #include <nav_msgs/OccupancyGrid.h>
 #include <std_msgs/Header.h>
 
+#include <Eigen/Core>
+
 #include <array>
+#include <cstddef>
 #include <cstdint>
 #include <unordered_map>
 #include <unordered_set>
@@ -20,6 +23,12 @@ constexpr std::int8_t kUnknownCell = -1;
 constexpr std::int8_t kFreeCell = 0;
 constexpr std::int8_t kOccupiedCell = 100;
 ///@}
+
+/// What a grid leaves out.
+struct FarTiles {
+  std::size_t count = 0;  ///< Tiles of 8 x 8 cells.
+  Eigen::Vector2d farthest_m = Eigen::Vector2d::Zero();
+};
 
 /// projected_map of octomap_server: the map seen from above, kept up with the changes of the map.
 ///
@@ -38,9 +47,10 @@ class ProjectedMap {
 
   /// The grid: from the least to the greatest cell that is known, and at least min_x_size by
   /// min_y_size around the origin. Empty when nothing is known and no least size is asked for.
-  /// @throws std::length_error  for more than 10^9 cells: no message can hold them.
+  /// @param far  Gets what lies so far from the rest that the grid would be larger than projected_map_memory.
+  /// @throws std::length_error  where the least size is larger than that.
   [[nodiscard]] nav_msgs::OccupancyGrid makeGrid(const std_msgs::Header& header,
-                                                 double resolution_m) const;
+                                                 double resolution_m, FarTiles& far) const;
 
   /// Forgets everything and its memory; the next update() looks at the whole map.
   void release();
@@ -51,7 +61,11 @@ class ProjectedMap {
   using Tiles = std::unordered_map<cuboid_mapping::Cell, Tile, cuboid_mapping::CellHash>;
 
   void updateTile(const cuboid_mapping::CuboidMap& map, const cuboid_mapping::Cell& tile);
-  [[nodiscard]] cuboid_mapping::CellBox findExtent(double resolution_m) const;
+  /// The least size; empty where none is asked for.
+  [[nodiscard]] cuboid_mapping::CellBox leastExtent(double resolution_m) const;
+  [[nodiscard]] bool isTooLarge(const cuboid_mapping::CellBox& extent) const;
+  /// Around all tiles, or those nearest to their middle.
+  [[nodiscard]] cuboid_mapping::CellBox findExtent(double resolution_m, FarTiles& far) const;
 
   OctomapServerParameters parameters_;
   bool is_everything_dirty_ = true;

@@ -77,8 +77,15 @@ RobotGrid::RobotGrid(const ros::NodeHandle& nh, const NodeParameters& parameters
       parameters_(parameters.robot_grid),
       map_(map),
       buffer_(buffer),
-      publisher_(nh, {kRobotGridTopic, kRobotGridUpdatesTopic}, /*is_latched=*/false,
-                 [this] { return makeGrid(); }) {}
+      publisher_(
+          nh,
+          {kRobotGridTopic, kRobotGridUpdatesTopic, parameters.latch, parameters.keyframe_period_s},
+          [this] { return makeGrid(); }) {}
+
+void RobotGrid::publish() {
+  publisher_.publish();
+  publisher_.publishKeyframe();
+}
 
 std::optional<nav_msgs::OccupancyGrid> RobotGrid::makeGrid() const {
   const TfLookup lookup = lookupTransform(buffer_, frame_id_, parameters_.frame_id, ros::Time());

@@ -40,7 +40,7 @@ class RobotGrid {
   RobotGrid& operator=(const RobotGrid&) = delete;
 
   /// Publishes the grid, where somebody listens; nothing while there is no transform.
-  void publish() { publisher_.publish(); }
+  void publish();
 
  private:
   [[nodiscard]] std::optional<nav_msgs::OccupancyGrid> makeGrid() const;

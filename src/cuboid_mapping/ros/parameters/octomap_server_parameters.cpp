@@ -48,6 +48,10 @@ std::vector<ParameterDeclaration> declareProducts() {
       {"min_y_size", "m",
        NumberKind{[](P& p) -> double& { return p.octomap_server.min_y_size_m; }, 0.0, 1e4},
        "Minimum extent of projected_map along y, centred on the origin."},
+      {"projected_map_memory", "MB",
+       IntegerKind{[](P& p) -> int& { return p.octomap_server.max_projection_mb; }, 1, 1000},
+       "Largest projected_map, of one byte for each cell. What lies farthest from the rest of the "
+       "map, such as one stray return, is left out of a larger one; the log says where it is."},
       {"filter_speckles", "",
        BooleanKind{[](P& p) -> bool& { return p.octomap_server.filter_speckles; }},
        "true: occupied voxels without an occupied neighbour (of 26) are left out of "

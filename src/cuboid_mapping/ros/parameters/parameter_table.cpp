@@ -202,10 +202,11 @@ std::vector<ParameterDeclaration> declareTopics() {
        "Maximum rate of the map topics, which are only published after a change."},
       {"latch", "", BooleanKind{[](P& p) -> bool& { return p.latch; }},
        "true: a new subscriber gets the current map at once."},
-      {"marker_period", "s",
-       NumberKind{[](P& p) -> double& { return p.marker_period_s; }, 0.0, 86400.0},
-       "After changes, occupied_cuboids and free_cuboids are sent again as a whole, a few times "
-       "and this long apart, so that a listener that has lost messages catches up. 0: never."},
+      {"keyframe_period", "s",
+       NumberKind{[](P& p) -> double& { return p.keyframe_period_s; }, 0.0, 86400.0},
+       "While they change, topics that carry differences (occupied_cuboids, free_cuboids, the "
+       "grids with updates, cuboid_map) are sent as a whole this long apart, and once "
+       "afterwards: for listeners that have lost messages, and bags. 0: never."},
       {"publish_values", "", BooleanKind{[](P& p) -> bool& { return p.publish_values; }},
        "true: cuboid_map and cuboid_map_updates carry the log-odds of every voxel. false: only "
        "classes, which is what planners need."},
@@ -354,6 +355,7 @@ const std::vector<ParameterDeclaration>& parameterTable() {
 const std::vector<RetiredParameter>& retiredParameters() {
   static const std::vector<RetiredParameter> kRetired{
       {"hot_bricks", "there is nothing to limit any more: remove it"},
+      {"marker_period", "keyframe_period takes its place, for all topics that carry differences"},
       {"published_cuboids",
        "the marker topics show the cuboids of the map, which are boxes of one class: remove it"}};
   return kRetired;

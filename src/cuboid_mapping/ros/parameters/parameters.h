@@ -31,6 +31,7 @@ struct OctomapServerParameters {
   double occupancy_max_z_m = 1e9;   ///< Cells above are in no topic of octomap_server.
   double min_x_size_m = 0.0;        ///< Least size of projected_map.
   double min_y_size_m = 0.0;        ///< Least size of projected_map.
+  int max_projection_mb = 100;      ///< Largest projected_map: a byte for each cell.
   bool is_projection_incremental = false;  ///< Accepted: the projection always is.
   bool compress_map = true;                ///< Accepted: octrees are always pruned.
   bool is_height_map = true;               ///< Colour of occupied cells by height; else `color`.
@@ -150,13 +151,13 @@ struct NodeParameters {
   /// Points outside are left out wholly; in the map's frame, with filter_ground in the base's.
   cuboid_mapping::MetricBox crop = {Eigen::Vector3d::Constant(-1e9),
                                     Eigen::Vector3d::Constant(1e9)};
-  int queue_size = 10;            ///< Clouds that wait, on cloud_in and for a transform.
-  int queue_memory_mb = 256;      ///< Bound of the memory of clouds that wait, in MB.
-  double tf_wait_s = 10.0;        ///< Longest time that a cloud waits for its transforms.
-  double publish_rate_hz = 1.0;   ///< Greatest rate of the map topics.
-  bool latch = true;              ///< Whether the map topics are latched.
-  double marker_period_s = 10.0;  ///< Markers are sent as a whole again after it; 0: never.
-  bool publish_values = false;    ///< Whether cuboid_map carries log-odds, or classes alone.
+  int queue_size = 10;              ///< Clouds that wait, on cloud_in and for a transform.
+  int queue_memory_mb = 256;        ///< Bound of the memory of clouds that wait, in MB.
+  double tf_wait_s = 10.0;          ///< Longest time that a cloud waits for its transforms.
+  double publish_rate_hz = 1.0;     ///< Greatest rate of the map topics.
+  bool latch = true;                ///< Whether the map topics are latched.
+  double keyframe_period_s = 10.0;  ///< Between whole messages of differences; 0: none.
+  bool publish_values = false;      ///< Whether cuboid_map carries log-odds, or classes alone.
   ColorBy color_by = ColorBy::kHeight;
   double color_period_m = 0.0;  ///< Height over which the colours repeat; 0: they fit the map.
   std::string map_file;         ///< Loaded at the start; empty: none.

@@ -24,6 +24,9 @@ constexpr std::array<const char*, 18> kRuntimeGroups{
     "color",           "color_free",         "compress_map",  "incremental_2D_projection",
     "color_by",        "color_period"};
 
+/// Of octomap_server's trees.
+constexpr int kMaxDepth = 16;
+
 /// Fixed, and yet in the description.
 constexpr std::array<const char*, 2> kExplainedKeys{"frame_id", "resolution"};
 
@@ -155,6 +158,13 @@ void addTopGroup(Config& config) {
   config.groups.back().state = 1;
 }
 
+/// Clients ask for a name only if the description has it.
+void addMaxDepth(int value, Config& config) {
+  config.ints.emplace_back();
+  config.ints.back().name = kMaxDepthName;
+  config.ints.back().value = value;
+}
+
 /// Values of a request by name.
 using Values = std::vector<std::pair<std::string, XmlRpcValue>>;
 
@@ -234,6 +244,12 @@ dynamic_reconfigure::ConfigDescription describeConfig() {
     addLimit(declaration, true, description.min);
     addLimit(declaration, false, description.max);
   }
+  group.parameters.emplace_back();
+  group.parameters.back().name = kMaxDepthName;
+  group.parameters.back().type = "int";
+  group.parameters.back().description = "Has no effect here: cells of all sizes are shown.";
+  addMaxDepth(1, description.min);
+  addMaxDepth(kMaxDepth, description.max);
   description.dflt = toConfig({});
   addTopGroup(description.min);
   addTopGroup(description.max);
@@ -247,6 +263,7 @@ Config toConfig(const NodeParameters& parameters) {
     std::visit(ConfigWriter{toReconfigureName(declaration.key), parameters, config},
                declaration.kind);
   }
+  addMaxDepth(kMaxDepth, config);
   addTopGroup(config);
   return config;
 }

@@ -59,7 +59,7 @@ void ReconfigureServer::tellMaster() {
 bool ReconfigureServer::onRequest(dynamic_reconfigure::ReconfigureRequest& request,
                                   dynamic_reconfigure::ReconfigureResponse& response) {
   for (const auto& number : request.config.ints) {
-    if (number.name != kMaxDepthName) continue;
+    if (number.name != kMaxDepthName || number.value == 16) continue;
     ROS_WARN_STREAM_NAMED(
         kNodeName,
         "set_parameters: " << kMaxDepthName << " has no effect: cells of all sizes are shown");

@@ -5,27 +5,39 @@
 #include "cuboid_mapping/ros/middleware/checked_messages.h"
 #include "cuboid_mapping/ros/middleware/names.h"
 
-#include <ros/single_subscriber_publisher.h>
-
 #include <algorithm>
 #include <exception>
 #include <utility>
 
 namespace cuboid_mapping_ros {
+namespace {
+
+/// Parts that wait for a slow listener; it asks the service for what it has lost.
+constexpr std::uint32_t kQueueSize = 2;
+/// Between two parts of a keyframe.
+constexpr double kTimerPeriod_s = 0.05;
+/// Images take no more of the time: a keyframe that takes a second comes every 20 s at most.
+constexpr double kShareOfTime = 0.05;
+
+}  // namespace
 
 using cuboid_mapping::GetMap;
 using cuboid_mapping::MapDetail;
 
-MapImageServer::MapImageServer(ros::NodeHandle nh, ros::NodeHandle private_nh,
-                               const Options& options, Make make, Note note)
-    : options_(options), make_(std::move(make)), note_(std::move(note)) {
-  publisher_ = nh.advertise<Message>(kCuboidMapTopic, 1,
-                                     [this](const ros::SingleSubscriberPublisher& listener) {
-                                       listener.publish(makeFirst(options_.topic_detail));
-                                     });
-  CallbackGuard& guard = guardOf(private_nh);
+MapImageServer::MapImageServer(const ros::NodeHandle& nh, const ros::NodeHandle& private_nh,
+                               CallbackGuard& guard, const Options& options, Make make, Note note)
+    : options_(options),
+      make_(std::move(make)),
+      note_(std::move(note)),
+      thread_(guard, "images of the map") {
+  ros::NodeHandle topic_nh = withQueue(nh, thread_.queue());
+  topic_.emplace(topic_nh, LatchedTopic<Message>::Options{kCuboidMapTopic, kQueueSize},
+                 [this](const auto& listener) {
+                   listener.publish(current(options_.topic_detail).parts.front());
+                 });
+  ros::NodeHandle service_nh = withQueue(private_nh, thread_.queue());
   server_ = advertiseGuarded<GetMap::Request, GetMap::Response>(
-      private_nh, kGetMapService,
+      service_nh, kGetMapService,
       [this, &guard](GetMap::Request& request, GetMap::Response& response) {
         try {
           answer(request, response);
@@ -36,9 +48,51 @@ MapImageServer::MapImageServer(ros::NodeHandle nh, ros::NodeHandle private_nh,
         }
         return true;
       });
+  timer_ = topic_nh.createWallTimer(ros::WallDuration(kTimerPeriod_s),
+                                    [this](const ros::WallTimerEvent&) { onTimer(); });
+  thread_.start();
 }
 
-void MapImageServer::publish() { publisher_.publish(makeFirst(options_.topic_detail)); }
+MapImageServer::~MapImageServer() { thread_.stop(); }
+
+void MapImageServer::onTimer() {
+  forgetOld();
+  if (!topic_->hasListeners()) {
+    outgoing_.clear();
+  } else if (!outgoing_.empty()) {
+    topic_->publish(outgoing_.front());
+    outgoing_.pop_front();
+  } else if (is_publish_due_ || isKeyframeDue()) {
+    is_publish_due_ = false;
+    const Kept& image = current(options_.topic_detail);
+    outgoing_.assign(image.parts.begin(), image.parts.end());
+    keyframe_revision_ = image.revision();
+    next_keyframe_ = std::max(image.good_until,
+                              ros::WallTime::now() + ros::WallDuration(options_.keyframe_period_s));
+  }
+}
+
+bool MapImageServer::isKeyframeDue() const {
+  return options_.keyframe_period_s > 0.0 && keyframe_revision_ != updated_revision_ &&
+         ros::WallTime::now() >= next_keyframe_;
+}
+
+MapImageServer::Kept& MapImageServer::current(MapDetail detail) {
+  const ros::WallTime start = ros::WallTime::now();
+  for (Kept& kept : kept_) {
+    const bool is_current = kept.revision() >= updated_revision_ && start < kept.good_until;
+    if (kept.detail != detail || !is_current) continue;
+    kept.used = start;
+    return kept;
+  }
+  const ImageMessage whole = make_(detail);
+  if (Kept* const kept = find(detail, whole.image.revision)) return *kept;
+  std::vector<Message> parts = makeParts(whole);
+  if (kept_.size() == kKept) kept_.pop_front();
+  const ros::WallTime end = ros::WallTime::now();
+  kept_.push_back({detail, std::move(parts), end, end + (end - start) * (1.0 / kShareOfTime)});
+  return kept_.back();
+}
 
 void MapImageServer::forgetOld() {
   const ros::WallTime now = ros::WallTime::now();
@@ -46,16 +100,6 @@ void MapImageServer::forgetOld() {
     return now - kept.used > ros::WallDuration(kKeptFor_s);
   };
   kept_.erase(std::remove_if(kept_.begin(), kept_.end(), is_old), kept_.end());
-}
-
-MapImageServer::Message MapImageServer::makeFirst(MapDetail detail) {
-  const ImageMessage whole = make_(detail);
-  if (Kept* const kept = find(detail, whole.image.revision)) return kept->parts.front();
-  std::vector<Message> parts = makeParts(whole);
-  if (parts.size() == 1) return std::move(parts.front());
-  if (kept_.size() == kKept) kept_.pop_front();
-  kept_.push_back({detail, std::move(parts), ros::WallTime::now()});
-  return kept_.back().parts.front();
 }
 
 std::vector<MapImageServer::Message> MapImageServer::makeParts(const ImageMessage& whole) const {
@@ -74,7 +118,7 @@ std::vector<MapImageServer::Message> MapImageServer::makeParts(const ImageMessag
 void MapImageServer::answer(const GetMap::Request& request, GetMap::Response& response) {
   const MapDetail detail = request.with_values != 0 ? MapDetail::kValues : MapDetail::kClasses;
   if (request.part == 0) {
-    response.map = makeFirst(detail);
+    response.map = current(detail).parts.front();
     response.message = note_();
     response.success = static_cast<std::uint8_t>(true);
     return;
@@ -91,7 +135,7 @@ void MapImageServer::answer(const GetMap::Request& request, GetMap::Response& re
 
 MapImageServer::Kept* MapImageServer::find(MapDetail detail, std::uint64_t revision) {
   for (Kept& kept : kept_) {
-    if (kept.detail != detail || kept.parts.front().revision != revision) continue;
+    if (kept.detail != detail || kept.revision() != revision) continue;
     kept.used = ros::WallTime::now();
     return &kept;
   }

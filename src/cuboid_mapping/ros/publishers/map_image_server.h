@@ -4,16 +4,20 @@
 #include "cuboid_mapping/FullCuboidMap.h"
 #include "cuboid_mapping/GetMap.h"
 #include "cuboid_mapping/ros/conversions/map_messages.h"
+#include "cuboid_mapping/ros/middleware/callback_guard.h"
+#include "cuboid_mapping/ros/publishers/latched_topic.h"
 
 #include <ros/node_handle.h>
-#include <ros/publisher.h>
 #include <ros/service_server.h>
 #include <ros/time.h>
+#include <ros/wall_timer.h>
 
+#include <atomic>
 #include <cstddef>
 #include <cstdint>
 #include <deque>
 #include <functional>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -21,10 +25,11 @@ namespace cuboid_mapping_ros {
 
 /// The topic cuboid_map and the service ~get_map: whole maps, in parts that fit into messages.
 ///
-/// The topic carries the first part of a map; listeners ask the service for the others, so that no queue
-/// grows by more than a message. What they ask for is kept meanwhile: kKept maps of several parts at most,
-/// each until nobody has asked for kKeptFor_s.
-/// Thread rule: all calls, and the callbacks of the node handles' queue, one after the other.
+/// A new connection is sent the first part of the map, and asks the service for the others. Keyframes bring all parts to
+/// all listeners, one after the other: after changes, a period apart, and so that they take no more than 5 % of the time.
+/// An image is kept for all who ask at about the same time, until updates go beyond it, and while somebody fetches its
+/// parts: kKept images at most, each until nobody has asked for kKeptFor_s.
+/// Thread rule: it has a thread of its own, so that neither publishing nor queries wait for an image. Calls are thread-safe.
 class MapImageServer {
  public:
   using Make = std::function<ImageMessage(cuboid_mapping::MapDetail)>;
@@ -36,20 +41,22 @@ class MapImageServer {
   struct Options {
     cuboid_mapping::MapDetail topic_detail = cuboid_mapping::MapDetail::kClasses;
     std::size_t max_part_bytes = 250000000;  ///< Before a part is deflated.
+    double keyframe_period_s = 0.0;          ///< 0: no keyframes.
   };
 
   /// @param nh, private_nh  Of the topic, and of the service. @param make  The whole map as it is now.
   /// @param note  What callers of ~get_map are told of the map, empty for nothing.
-  MapImageServer(ros::NodeHandle nh, ros::NodeHandle private_nh, const Options& options, Make make,
-                 Note note);
+  MapImageServer(const ros::NodeHandle& nh, const ros::NodeHandle& private_nh, CallbackGuard& guard,
+                 const Options& options, Make make, Note note);
+  ~MapImageServer();
   MapImageServer(const MapImageServer&) = delete;
   MapImageServer& operator=(const MapImageServer&) = delete;
 
-  [[nodiscard]] std::uint32_t numListeners() const { return publisher_.getNumSubscribers(); }
-  /// Sends the map to all listeners.
-  void publish();
-  /// To be called now and then: lets go what nobody asks for any more.
-  void forgetOld();
+  [[nodiscard]] bool hasListeners() const { return topic_->hasListeners(); }
+  /// @param revision  That updates have reached: followers need an image that is no older.
+  void noteUpdate(std::uint64_t revision) { updated_revision_ = revision; }
+  /// Sends the map to all listeners soon: it was replaced.
+  void publishSoon() { is_publish_due_ = true; }
 
  private:
   using Message = cuboid_mapping::FullCuboidMap;
@@ -57,12 +64,18 @@ class MapImageServer {
     cuboid_mapping::MapDetail detail;
     std::vector<Message> parts;
     ros::WallTime used;
+    ros::WallTime good_until;  ///< Longer for one that took longer to make.
+    [[nodiscard]] std::uint64_t revision() const { return parts.front().revision; }
   };
 
-  [[nodiscard]] Message makeFirst(cuboid_mapping::MapDetail detail);
+  void onTimer();
+  [[nodiscard]] bool isKeyframeDue() const;
+  /// The image of this detail that followers can use, made if it must be.
+  Kept& current(cuboid_mapping::MapDetail detail);
   [[nodiscard]] std::vector<Message> makeParts(const ImageMessage& whole) const;
   void answer(const cuboid_mapping::GetMap::Request& request,
               cuboid_mapping::GetMap::Response& response);
+  void forgetOld();
   /// nullptr when it is not kept.
   Kept* find(cuboid_mapping::MapDetail detail, std::uint64_t revision);
 
@@ -70,8 +83,15 @@ class MapImageServer {
   Make make_;
   Note note_;
   std::deque<Kept> kept_;  ///< The newest last.
-  ros::Publisher publisher_;
+  std::atomic<std::uint64_t> updated_revision_{0};
+  std::atomic<bool> is_publish_due_{false};
+  std::deque<Message> outgoing_;         ///< Parts of a keyframe.
+  std::uint64_t keyframe_revision_ = 0;  ///< Of the last one.
+  ros::WallTime next_keyframe_;          ///< At the earliest.
+  GuardedThread thread_;
   ros::ServiceServer server_;
+  std::optional<LatchedTopic<Message>> topic_;
+  ros::WallTimer timer_;
 };
 
 }  // namespace cuboid_mapping_ros

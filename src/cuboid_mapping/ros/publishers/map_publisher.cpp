@@ -30,18 +30,21 @@ ChangeSet everythingOf(const ChangeSet& changes) { return {changes.revision, tru
 MapPublisher::MapPublisher(ros::NodeHandle nh, const ros::NodeHandle& private_nh,
                            const NodeParameters& parameters, GuardedMap& map)
     : map_(map),
+      server_(private_nh.getNamespace()),
       frame_id_(withoutSlash(parameters.frame_id)),
       detail_(parameters.publish_values ? MapDetail::kValues : MapDetail::kClasses),
       instance_(ros::WallTime::now().toNSec()),
+      delta_publisher_(advertiseDelta(nh, kCuboidMapUpdatesTopic)),
       images_(
-          nh, private_nh, {detail_, partBytes(parameters)},
+          nh, private_nh, guardOf(nh),
+          {detail_, partBytes(parameters), parameters.keyframe_period_s},
           [this](MapDetail detail) { return makeImage(detail); },
-          [this] { return describeLeftOut(); }),
-      delta_publisher_(advertiseDelta(nh, kCuboidMapUpdatesTopic)) {}
+          [this] { return describeLeftOut(); }) {}
 
 ImageMessage MapPublisher::makeImage(MapDetail detail) const {
   return map_.read([&](const CuboidMap& map, const ros::Time& stamp) {
     ImageMessage message;
+    message.server = server_;
     message.header.frame_id = frame_id_;
     message.header.stamp = stamp;
     message.image = cuboid_mapping::makeImage(map, instance_, detail);
@@ -57,9 +60,9 @@ std::string MapPublisher::describeLeftOut() const {
 }
 
 ChangeSet MapPublisher::publish() {
-  images_.forgetOld();
   const bool is_heard = delta_publisher_.getNumSubscribers() > 0;
   DeltaMessage message;
+  message.server = server_;
   message.header.frame_id = frame_id_;
   // Neither more nor less than the map has, while nobody changes it.
   ChangeSet changes =
@@ -75,7 +78,8 @@ ChangeSet MapPublisher::publish() {
   try {
     published_revision_ = message.delta.revision;
     if (is_heard) publishDelta(delta_publisher_, message);
-    if (message.delta.is_everything && images_.numListeners() > 0) images_.publish();
+    images_.noteUpdate(published_revision_);
+    if (message.delta.is_everything) images_.publishSoon();
   } catch (...) {
     map_.noteEverything();  // It did not arrive.
     throw;

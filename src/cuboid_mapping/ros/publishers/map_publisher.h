@@ -13,9 +13,9 @@ namespace cuboid_mapping_ros {
 /// The topics cuboid_map and cuboid_map_updates, and the service ~get_map.
 ///
 /// A listener to cuboid_map is sent the map when it connects, all of them again when the map was
-/// replaced as a whole. Updates carry what has changed since the one before; see
+/// replaced as a whole, and as keyframes; see MapImageServer. Updates carry what has changed since the one before; see
 /// msg/CuboidMapUpdate.msg. While nobody listens nothing is built.
-/// Thread rule: all calls, and the callbacks of the node handles' queue, one after the other.
+/// Thread rule: all calls one after the other. Images have a thread of their own.
 class MapPublisher {
  public:
   /// @param map  Must outlive this object.
@@ -31,17 +31,19 @@ class MapPublisher {
   cuboid_mapping::ChangeSet publish();
 
  private:
+  // From the thread of the images.
   [[nodiscard]] ImageMessage makeImage(cuboid_mapping::MapDetail detail) const;
   /// What of the map a window has on disk only; empty: nothing.
   [[nodiscard]] std::string describeLeftOut() const;
 
   GuardedMap& map_;
+  std::string server_;  ///< Namespace of the services.
   std::string frame_id_;
   cuboid_mapping::MapDetail detail_;  ///< Of the topics.
   std::uint64_t instance_;
   std::uint64_t published_revision_ = 0;
-  MapImageServer images_;
   ros::Publisher delta_publisher_;
+  MapImageServer images_;
 };
 
 }  // namespace cuboid_mapping_ros

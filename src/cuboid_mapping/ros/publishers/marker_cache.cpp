@@ -88,6 +88,10 @@ void MarkerCache::setColors(ColorBy color_by, double color_period_m) {
   if (style_.color_by != color_by) is_everything_dirty_ = true;  // Other probabilities are kept.
   style_.color_by = color_by;
   style_.color_period_m = color_period_m;
+  markLists();
+}
+
+void MarkerCache::markLists() {
   for (std::size_t size_id = 0; size_id < cubes_.size(); ++size_id) {
     if (!cubes_[size_id].empty()) changed_.set(size_id);
   }
@@ -95,10 +99,7 @@ void MarkerCache::setColors(ColorBy color_by, double color_period_m) {
 
 void MarkerCache::setColorSpan(const std::optional<HeightSpan>& span) {
   style_.color_span = span;
-  if (style_.color_by != ColorBy::kHeight) return;
-  for (std::size_t size_id = 0; size_id < cubes_.size(); ++size_id) {
-    if (!cubes_[size_id].empty()) changed_.set(size_id);
-  }
+  if (style_.color_by == ColorBy::kHeight) markLists();
 }
 
 MarkerArray MarkerCache::takeDifference(const std_msgs::Header& header) {
@@ -168,6 +169,11 @@ void MarkerCache::readChunk(const CuboidMap& map, const Cell& chunk) {
 
 /// Marks all chunks in which there is something, or was.
 void MarkerCache::markEverything(const CuboidMap& map) {
+  if (const auto& bounds = map.bounds()) {
+    const Eigen::Vector3d anchor_map = farAnchor(grid_.centerOf(*bounds));
+    if (anchor_map != anchor_map_) markLists();
+    anchor_map_ = anchor_map;
+  }
   for (const auto& [chunk, sizes] : sizes_in_chunk_) dirty_.insert(chunk);
   map.voxels().forEach(
       [this](const cuboid_mapping::VoxelBrick& brick) { dirty_.insert(chunkOf(brick.brick)); });
@@ -216,6 +222,7 @@ Marker MarkerCache::makeMarker(int size_id, const std_msgs::Header& header) cons
   marker.action = chunks.empty() ? Marker::DELETE : Marker::ADD;
   marker.type = Marker::CUBE_LIST;
   marker.pose.orientation.w = 1.0;
+  marker.pose.position = toPoint(anchor_map_);
   // Else rviz loses it in another fixed frame, when tf has forgotten the stamp.
   marker.frame_locked = static_cast<std::uint8_t>(true);
   const Cell size = toSize(size_id);
@@ -232,7 +239,7 @@ Marker MarkerCache::makeMarker(int size_id, const std_msgs::Header& header) cons
   for (const auto& [chunk, cubes] : chunks) {
     for (const Cube& cube : cubes) {
       const Eigen::Vector3d center = grid_.centerOf({cube.min, cube.min + size});
-      marker.points.push_back(toPoint(center));
+      marker.points.push_back(toPoint(center - anchor_map_));
       if (!has_colors) continue;
       marker.colors.push_back(style_.color_by == ColorBy::kHeight
                                   ? (style_.color_span

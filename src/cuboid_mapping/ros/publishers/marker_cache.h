@@ -41,6 +41,7 @@ struct MarkerStyle {
 /// there is none any more. The id of a size is (x - 1) + 8 * (y - 1) + 64 * (z - 1), in voxels. A
 /// cuboid longer than 8 voxels on an axis is cut at the multiples of 8 on that axis, so that there
 /// are never more than 512 markers: viewers become slow with many markers, not with many cubes.
+/// Far from the origin the poses of the markers carry a multiple of 1024 m, and their points the rest.
 ///
 /// The space is divided into chunks of 64 x 64 x 64 voxels; a cuboid belongs to the chunk of its
 /// least corner. Only chunks in which something has changed are read again. Not thread-safe.
@@ -111,6 +112,8 @@ class MarkerCache {
            style_.filter == cuboid_mapping::CuboidFilter::kOccupied;
   }
   void readChunk(const cuboid_mapping::CuboidMap& map, const cuboid_mapping::Cell& chunk);
+  /// All markers are different for takeDifference().
+  void markLists();
   void markEverything(const cuboid_mapping::CuboidMap& map);
   void replaceChunk(const cuboid_mapping::Cell& chunk, std::vector<SizedCube> cubes,
                     SizeSet& changed);
@@ -125,7 +128,9 @@ class MarkerCache {
   std::map<cuboid_mapping::Cell, std::vector<int>> sizes_in_chunk_;  ///< Sorted.
   std::set<cuboid_mapping::Cell> dirty_;                             ///< Least cells of chunks.
   bool is_everything_dirty_ = true;
-  SizeSet changed_;  ///< Since the last takeDifference().
+  Eigen::Vector3d anchor_map_ =
+      Eigen::Vector3d::Zero();  ///< Of the markers' poses, see farAnchor().
+  SizeSet changed_;             ///< Since the last takeDifference().
 };
 
 }  // namespace cuboid_mapping_ros

@@ -5,18 +5,18 @@
 
 namespace cuboid_mapping_ros {
 
-MarkerPublisher::MarkerPublisher(ros::NodeHandle nh, const MarkerTopic& topic,
+MarkerPublisher::MarkerPublisher(const ros::NodeHandle& nh, const MarkerTopic& topic,
                                  const GuardedMap& map)
     : map_(map),
-      late_listener_(topic.late_listener),
+      is_latched_(topic.is_latched),
       cache_(map.grid(), topic.style),
-      picture_period_(topic.picture_period_s),
-      last_picture_(ros::WallTime::now()) {
+      keyframe_period_(topic.keyframe_period_s),
+      last_picture_(ros::WallTime::now()),
+      topic_(
+          nh, {topic.name, kQueueSize, topic.is_latched},
+          [this](const auto& listener) { onConnect(listener); },
+          [this](const auto& /*listener*/) { onDisconnect(); }) {
   header_.frame_id = topic.frame_id;
-  publisher_ = nh.advertise<visualization_msgs::MarkerArray>(
-      topic.name, kQueueSize,
-      [this](const ros::SingleSubscriberPublisher& listener) { onConnect(listener); },
-      [this](const ros::SingleSubscriberPublisher& /*listener*/) { onDisconnect(); });
 }
 
 void MarkerPublisher::readMap() {
@@ -41,33 +41,35 @@ void MarkerPublisher::publish() {
   takePendingColors();
   if (num_listeners_ == 0) return;
   if (cache_.hasChanges()) publishDifference();
-  const bool is_due = ros::WallTime::now() - last_picture_ >= picture_period_;
-  if (num_pictures_left_ == 0 || !is_due || picture_period_.isZero()) return;
-  publishPicture();
-  --num_pictures_left_;
+  if (isKeyframeDue()) publishPicture();
+}
+
+bool MarkerPublisher::isKeyframeDue() const {
+  return owes_keyframe_ && !keyframe_period_.isZero() &&
+         ros::WallTime::now() - last_picture_ >= keyframe_period_;
 }
 
 void MarkerPublisher::publishDifference() {
   readMap();
-  num_pictures_left_ = kNumPictures;  // Also when what follows fails: a picture mends it.
+  owes_keyframe_ = true;  // Also when what follows fails: a keyframe mends it.
   const visualization_msgs::MarkerArray difference = cache_.takeDifference(header_);
   if (difference.markers.empty()) return;
-  if (is_picture_due_) {
+  if (is_picture_due_ || isKeyframeDue()) {
     publishPicture();
   } else {
-    publisher_.publish(difference);
+    topic_.publish(difference);
   }
 }
 
 void MarkerPublisher::publishPicture() {
-  publisher_.publish(cache_.makePicture(header_));
-  is_picture_due_ = false;
+  topic_.publish(cache_.makePicture(header_));
+  is_picture_due_ = owes_keyframe_ = false;
   last_picture_ = ros::WallTime::now();
 }
 
 void MarkerPublisher::onConnect(const ros::SingleSubscriberPublisher& listener) {
   ++num_listeners_;
-  if (late_listener_ == LateListener::kGetsPictureLater) {
+  if (!is_latched_) {
     is_picture_due_ = true;
     return;
   }
@@ -83,7 +85,7 @@ void MarkerPublisher::onConnect(const ros::SingleSubscriberPublisher& listener) 
 void MarkerPublisher::onDisconnect() {
   if (--num_listeners_ > 0) return;
   cache_.release();
-  num_pictures_left_ = 0;
+  owes_keyframe_ = false;
 }
 
 }  // namespace cuboid_mapping_ros

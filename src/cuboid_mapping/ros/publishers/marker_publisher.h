@@ -2,12 +2,11 @@
 #pragma once
 
 #include "cuboid_mapping/ros/map/guarded_map.h"
+#include "cuboid_mapping/ros/publishers/latched_topic.h"
 #include "cuboid_mapping/ros/publishers/marker_cache.h"
 
 #include <ros/duration.h>
 #include <ros/node_handle.h>
-#include <ros/publisher.h>
-#include <ros/single_subscriber_publisher.h>
 #include <ros/time.h>
 #include <std_msgs/Header.h>
 
@@ -17,39 +16,29 @@
 
 namespace cuboid_mapping_ros {
 
-/// What a listener that comes late gets.
-enum class LateListener : unsigned char {
-  kGetsPictureAtOnce,  ///< The markers as they are: a latched topic.
-  kGetsPictureLater    ///< The whole picture, with the next message on the topic.
-};
-
 /// A topic of markers.
 struct MarkerTopic {
   std::string name;
-  std::string frame_id;  ///< Of the map.
-  LateListener late_listener = LateListener::kGetsPictureAtOnce;
-  double picture_period_s = 0.0;  ///< See MarkerPublisher; 0: never.
+  std::string frame_id;    ///< Of the map.
+  bool is_latched = true;  ///< false: a new listener gets the picture with the next message.
+  double keyframe_period_s = 0.0;  ///< 0: no keyframes.
   MarkerStyle style;
 };
 
 /// A topic of markers (visualization_msgs/MarkerArray) that carries differences, see MarkerCache.
 ///
-/// The topic is not latched by ROS: it would hand the last difference to a listener that comes
-/// late, which is wrong without all those before it. Instead every new listener is sent the whole
-/// picture, alone, when it connects; the others notice nothing. While nobody listens nothing is
-/// built and nothing is kept.
-///
-/// A listener that is more than kQueueSize messages behind loses some. All are therefore sent the whole
-/// picture again kNumPictures times after the last difference, each a period after the one before.
+/// A new connection is sent the whole picture, alone. All get it as a keyframe: while differences are sent, a
+/// period apart, and once after the last one. So a listener catches up that was more than kQueueSize messages behind, or
+/// that has only the message that ROS latches. While nobody listens nothing is built and nothing is kept.
 /// The map is held while cuboids are read from it, not while messages are made of them.
 /// Thread rule: all calls but setColors(), and the callbacks of the node handle's queue, one after the other.
 class MarkerPublisher {
  public:
-  static constexpr std::uint32_t kQueueSize = 50;
-  static constexpr int kNumPictures = 3;
+  /// Each may be as large as the picture, and waits in memory for a listener that has stopped.
+  static constexpr std::uint32_t kQueueSize = 4;
 
   /// @param map  Must outlive this object.
-  MarkerPublisher(ros::NodeHandle nh, const MarkerTopic& topic, const GuardedMap& map);
+  MarkerPublisher(const ros::NodeHandle& nh, const MarkerTopic& topic, const GuardedMap& map);
   MarkerPublisher(const MarkerPublisher&) = delete;
   MarkerPublisher& operator=(const MarkerPublisher&) = delete;
 
@@ -81,19 +70,20 @@ class MarkerPublisher {
   void readMap();
   void publishDifference();
   void publishPicture();
+  [[nodiscard]] bool isKeyframeDue() const;
 
   const GuardedMap& map_;
-  LateListener late_listener_;
+  bool is_latched_;
   MarkerCache cache_;
   std_msgs::Header header_;
   std::mutex pending_mutex_;
   std::optional<Colors> pending_;  ///< To be taken by publish().
   int num_listeners_ = 0;          ///< That onConnect has seen.
-  bool is_picture_due_ = false;
-  ros::WallDuration picture_period_;
+  bool is_picture_due_ = false;    ///< In place of the next difference.
+  bool owes_keyframe_ = false;     ///< Differences have been sent since the last picture.
+  ros::WallDuration keyframe_period_;
   ros::WallTime last_picture_;
-  int num_pictures_left_ = 0;  ///< To be sent for those who have lost differences.
-  ros::Publisher publisher_;   ///< Last: its callbacks end before the rest goes.
+  LatchedTopic<visualization_msgs::MarkerArray> topic_;  ///< Last: it calls back.
 };
 
 }  // namespace cuboid_mapping_ros

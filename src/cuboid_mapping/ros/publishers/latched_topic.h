@@ -1,0 +1,51 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <ros/advertise_options.h>
+#include <ros/node_handle.h>
+#include <ros/publisher.h>
+#include <ros/single_subscriber_publisher.h>
+
+#include <boost/function.hpp>
+
+#include <cstdint>
+#include <string>
+
+namespace cuboid_mapping_ros {
+
+/// A topic that ROS latches: a subscriber keeps the last message for others in its process, and recorders note the
+/// topic as latched. A new connection gets what `on_connect` sends.
+///
+/// roscpp would send a new connection the last message of its publisher, which is outdated after a time without
+/// listeners, when nothing is built. So the publisher that latches never publishes, and another one of the same topic does.
+template <typename MessageT>
+class LatchedTopic {
+ public:
+  using Callback = boost::function<void(const ros::SingleSubscriberPublisher&)>;
+
+  struct Options {
+    std::string name;
+    std::uint32_t queue_size = 1;
+    bool is_latched = true;
+  };
+
+  /// @param on_connect, on_disconnect  From the queue of the node handle. on_disconnect may be empty.
+  LatchedTopic(ros::NodeHandle nh, const Options& options, const Callback& on_connect,
+               const Callback& on_disconnect = {}) {
+    if (options.is_latched) {
+      latch_ = nh.advertise<MessageT>(options.name, options.queue_size, /*latch=*/true);
+    }
+    publisher_ =
+        nh.advertise<MessageT>(options.name, options.queue_size, on_connect, on_disconnect);
+  }
+
+  void publish(const MessageT& message) const { publisher_.publish(message); }
+  [[nodiscard]] bool hasListeners() const { return publisher_.getNumSubscribers() > 0; }
+  [[nodiscard]] std::string name() const { return publisher_.getTopic(); }
+
+ private:
+  ros::Publisher latch_;
+  ros::Publisher publisher_;
+};
+
+}  // namespace cuboid_mapping_ros
