@@ -50,6 +50,7 @@ MappingNode::MappingNode(const ros::NodeHandle& nh, const ros::NodeHandle& priva
       arrival_callbacks_(arrivals_, guard_, "receiving"),
       tf_thread_(guard_, "tf"),
       query_threads_(guard_, "queries", kQueryThreads),
+      edit_threads_(guard_, "edits", 2),
       asking_threads_(guard_, "asking robots",
                       static_cast<std::uint32_t>(parameters.fleet.robots.size()) + 1),
       publish_thread_(guard_, "publishing"),
@@ -95,6 +96,7 @@ MappingNode::MappingNode(const ros::NodeHandle& nh, const ros::NodeHandle& priva
   subscribe();
   startDiagnostics();  // Which looks at what subscribe() makes.
   query_threads_.start();
+  edit_threads_.start();
   publish_thread_.start();
 }
 
@@ -102,7 +104,8 @@ MappingNode::MappingNode(const ros::NodeHandle& nh, const ros::NodeHandle& priva
 MappingNode::~MappingNode() {
   is_stopping_ = true;
   sources_.stopListening();
-  for (GuardedThread* thread : {&tf_thread_, &query_threads_, &asking_threads_, &publish_thread_}) {
+  for (GuardedThread* thread :
+       {&tf_thread_, &query_threads_, &edit_threads_, &asking_threads_, &publish_thread_}) {
     thread->stop();
   }
   tf_changes_.disconnect();
@@ -331,6 +334,14 @@ void MappingNode::updateColorSpan() {
   if (color_span_ && !isOtherSpan(span, *color_span_)) return;
   color_span_ = span;
   occupied_publisher_.setColorSpan(span);
+}
+
+void MappingNode::publishSoon() {
+  if (is_publish_due_.exchange(true)) return;
+  post(publish_thread_.queue(), this, [this] {
+    is_publish_due_ = false;
+    publish();
+  });
 }
 
 void MappingNode::publish() {

@@ -92,6 +92,8 @@ class MappingNode {
   void mergeRobots();
   void advertiseServices();
   void publish();
+  /// Has the other thread publish a change that no cloud has made. Thread-safe.
+  void publishSoon();
   /// Fits the colours of heights to the map, when it has grown enough for that.
   void updateColorSpan();
   /// Takes parameters that were changed while the node runs; see reconfigure.h.
@@ -116,8 +118,9 @@ class MappingNode {
   GuardedQueue arrival_callbacks_;  ///< Of the sources.
   GuardedThread tf_thread_;
   GuardedThread query_threads_;
+  GuardedThread edit_threads_;    ///< Two, so that ~pause does not wait for a long ~set_box.
   GuardedThread asking_threads_;  ///< Wait for robots.
-  GuardedThread publish_thread_;  ///< Also of ~reset, so that it is published at once.
+  GuardedThread publish_thread_;
   ros::NodeHandle nh_;
   ros::NodeHandle private_nh_;
 
@@ -159,6 +162,7 @@ class MappingNode {
   std::optional<PlannerServices> planner_services_;
   std::optional<EditServices> edit_services_;
   ros::WallTimer publish_timer_;
+  std::atomic<bool> is_publish_due_{false};  ///< After an edit.
   ros::WallTimer waiting_timer_;
   ros::WallTimer diagnostics_timer_;
 

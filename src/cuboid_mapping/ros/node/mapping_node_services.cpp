@@ -19,7 +19,7 @@ void MappingNode::advertiseServices() {
   ros::NodeHandle query_nh = withQueue(private_nh_, query_threads_.queue());
   const MapInFrame map{map_, parameters_.frame_id, tf_buffer_, parameters_.service_limits,
                        &is_stopping_};
-  ros::NodeHandle edit_nh = withQueue(private_nh_, publish_thread_.queue());
+  ros::NodeHandle edit_nh = withQueue(private_nh_, edit_threads_.queue());
   using std_srvs::Empty;
   reset_server_ = advertiseGuarded<Empty::Request, Empty::Response>(
       edit_nh, kResetService, [this](Empty::Request& /*request*/, Empty::Response& /*response*/) {
@@ -33,7 +33,7 @@ void MappingNode::advertiseServices() {
         return true;
       });
   planner_services_.emplace(query_nh, map);
-  edit_services_.emplace(edit_nh, map, [this] { publish(); });
+  edit_services_.emplace(edit_nh, map, [this] { publishSoon(); });
 }
 
 void MappingNode::onReset() {
@@ -43,7 +43,7 @@ void MappingNode::onReset() {
   });
   moving_filter_.reset();
   first_stamp_ns_ = 0;
-  publish();
+  publishSoon();
   ROS_INFO_NAMED(kNodeName, "map cleared");
 }
 

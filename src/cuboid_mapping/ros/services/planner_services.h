@@ -33,7 +33,7 @@ class PlannerServices {
 class EditServices {
  public:
   /// @param map  What it refers to must outlive this object.
-  /// @param publish  Called after a change, from the same queue.
+  /// @param publish  Called after a change; returns at once. Thread-safe.
   EditServices(const ros::NodeHandle& private_nh, const MapInFrame& map,
                std::function<void()> publish);
   EditServices(const EditServices&) = delete;
