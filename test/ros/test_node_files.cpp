@@ -3,6 +3,7 @@
 #include "cuboid_mapping/LoadMap.h"
 #include "cuboid_mapping/SaveMap.h"
 #include "cuboid_mapping/SetBox.h"
+#include "cuboid_mapping/io/file_replacement.h"
 #include "cuboid_mapping/io/map_files.h"
 #include "ros/node_command.h"
 #include "ros/node_probe.h"
@@ -32,8 +33,8 @@ class NodeFiles : public ::testing::TestWithParam<bool> {
         ros::service::waitForService(std::string(kName) + "/set_box", ros::Duration(kDeadline_s)));
   }
 
-  void stop() {
-    node_->send(SIGINT);
+  void stop(int signal = SIGINT) {
+    node_->send(signal);
     const auto end = node_->finish();
     node_.reset();
     EXPECT_EQ(end.status, 0) << end.out << end.err;
@@ -44,8 +45,9 @@ class NodeFiles : public ::testing::TestWithParam<bool> {
   }
 
   /// Makes a box of its own occupied.
-  static void setBox(int number) {
+  static void setBox(int number, bool is_locked = false) {
     cuboid_mapping::SetBox set;
+    set.request.lock = static_cast<std::uint8_t>(is_locked);
     set.request.occupancy = cuboid_mapping::SetBox::Request::OCCUPIED;
     set.request.min.push_back(tf2::toMsg(Eigen::Vector3d(number, 0.0, 0.0)));
     set.request.max.push_back(tf2::toMsg(Eigen::Vector3d(number + 0.2, 0.2, 0.2)));
@@ -85,6 +87,74 @@ TEST_P(NodeFiles, AreSavedAtTheEnd) {
   setBox(1);
   stop();
   EXPECT_EQ(countVoxels(file), kVoxelsOfBox);
+}
+
+TEST_P(NodeFiles, AreSavedAtTheEndWhateverSignalAsksForIt) {
+  for (const int signal : {SIGTERM, SIGHUP}) {
+    const std::string file = folder_ / ("map" + std::to_string(signal) + ".cuboids");
+    start({"_autosave_file:=" + file, "_autosave_period:=86400"});
+    setBox(1);
+    stop(signal);
+    EXPECT_EQ(countVoxels(file), kVoxelsOfBox) << signal;
+  }
+}
+
+TEST_P(NodeFiles, GoOnWithTheMapOfTheRunBefore) {
+  const std::string file = folder_ / "map.cuboids";
+  for (int run = 1; run <= 3; ++run) {
+    start({"_autosave_file:=" + file, "_autosave_period:=86400"});
+    setBox(run, run == 1);
+    stop();
+    EXPECT_EQ(countVoxels(file), run * kVoxelsOfBox);
+    EXPECT_EQ(cuboid_mapping::readFile(file + ".locks").substr(0, 6), "10 0 0") << "still locked";
+  }
+  EXPECT_EQ(folder_.list().size(), 2U);
+}
+
+TEST_P(NodeFiles, DoNotStartWithAMapOfAnotherResolution) {
+  const std::string file = folder_ / "map.cuboids";
+  cuboid_mapping::MapSnapshot map;
+  map.resolution_m = 0.2;
+  writeMapFile(file, map);
+  cuboid_mapping::test::Program node({CUBOID_MAPPING_NODE, "__name:=coarse", "__log:=/dev/null",
+                                      "_resolution:=0.1", "_autosave_file:=" + file});
+  const auto end = node.finish();
+  EXPECT_NE(end.status, 0);
+  EXPECT_NE((end.out + end.err).find("set resume to false"), std::string::npos) << end.err;
+}
+
+TEST_P(NodeFiles, NeverReplaceWhatTheNodeHasNotRead) {
+  const std::string file = folder_ / "map.cuboids";
+  start({"_autosave_file:=" + file});
+  setBox(1);
+  stop();
+  for (const int run : {2, 3}) {
+    start({"_autosave_file:=" + file, "_resume:=false"});
+    setBox(2);
+    setBox(run + 1);
+    stop();
+    EXPECT_EQ(countVoxels(file), kVoxelsOfBox) << "as it was";
+    EXPECT_EQ(countVoxels(folder_ / ("map-" + std::to_string(run) + ".cuboids")), 2 * kVoxelsOfBox);
+  }
+}
+
+TEST_P(NodeFiles, SymbolicLinksStayAndTheirTargetsAreWritten) {
+  const std::string target = folder_ / "map7.cuboids";
+  const std::string link = folder_ / "map.cuboids";
+  std::filesystem::create_symlink("map7.cuboids", link);
+  start({"_autosave_file:=" + link, "_autosave_period:=86400"});
+  setBox(1);
+  stop();
+  EXPECT_TRUE(std::filesystem::is_symlink(link));
+  EXPECT_EQ(countVoxels(target), kVoxelsOfBox);
+}
+
+TEST_P(NodeFiles, APathThatCannotBeWrittenIsSaidAtTheStart) {
+  DiagnosticsProbe diagnostics(kName);
+  start({"_autosave_file:=" + (folder_ / "none/map.ot"), "_autosave_period:=86400"});
+  EXPECT_TRUE(waitFor([&] {
+    return diagnostics.status().message.find("the map could not be saved: ") == 0;
+  })) << diagnostics.status().message;
 }
 
 TEST_P(NodeFiles, AnAutosaveThatFailsIsAnErrorOfTheDiagnostics) {

@@ -2,6 +2,7 @@
 #include "cuboid_mapping/ros/map/map_storage.h"
 
 #include "cuboid_mapping/fusion/brick_division.h"
+#include "cuboid_mapping/io/file_replacement.h"
 #include "cuboid_mapping/io/map_files.h"
 #include "cuboid_mapping/io/map_store.h"
 #include "cuboid_mapping/io/text.h"
@@ -10,6 +11,7 @@
 
 #include <cmath>
 #include <exception>
+#include <filesystem>
 #include <sstream>
 #include <stdexcept>
 #include <utility>
@@ -18,6 +20,7 @@
 namespace cuboid_mapping_ros {
 namespace {
 
+using cuboid_mapping::Cell;
 using cuboid_mapping::CellBox;
 using cuboid_mapping::CuboidMap;
 using cuboid_mapping::MapConfig;
@@ -114,14 +117,7 @@ void mergeInto(GuardedMap& map, const MapSnapshot& snapshot, MergeRule rule,
   });
 }
 
-/// Whether there is a map in the store that a merging node keeps. None where it was killed before it had
-/// saved one; to write is asked for, since what was not finished then has to be taken back.
-bool hasOwnStore(const NodeParameters& parameters) {
-  return !parameters.fleet.robots.empty() &&
-         cuboid_mapping::isSqliteFile(parameters.autosave_file) &&
-         cuboid_mapping::MapStore(parameters.autosave_file, cuboid_mapping::StoreAccess::kWrite)
-             .head();
-}
+std::string locksFile(const std::string& map_file) { return map_file + ".locks"; }
 
 }  // namespace
 
@@ -151,7 +147,7 @@ StorageAnswer saveMap(GuardedMap& map, const std::string& frame_id, const std::s
           return 0;
         });
     if (!is_in_memory) answer.num_cuboids = countCuboids(snapshot);
-    answer.num_bytes = writeMapFile(file, snapshot);
+    answer.num_bytes = writeMapFile(followLinks(file), snapshot);
   });
 }
 
@@ -227,12 +223,94 @@ std::string describeRefusal(const Eigen::Isometry3d& T_target_map, double resolu
 }
 
 std::optional<MapSnapshot> readStartMap(NodeParameters& parameters) {
-  const bool goes_on = parameters.map_file.empty() && hasOwnStore(parameters);
+  // What robots have said already is known to a store alone.
+  const bool is_whole =
+      parameters.fleet.robots.empty() || cuboid_mapping::isSqliteFile(parameters.autosave_file);
+  const bool goes_on = parameters.map_file.empty() && parameters.resume && is_whole &&
+                       !parameters.window.keeps() && hasMap(parameters.autosave_file);
   const std::string& name = goes_on ? parameters.autosave_file : parameters.map_file;
   if (name.empty()) return std::nullopt;
   MapFile file = readFileWithin(name, parameters.map.sensor_model, makeSnapshotLimits(parameters));
+  if (goes_on) {
+    const std::string error =
+        compareResolutions(file.snapshot.resolution_m, parameters.map.resolution_m, name);
+    if (!error.empty()) {
+      throw MapFileError(MapFileDefect::kForeign,
+                         error + "; or name another autosave_file, or set resume to false");
+    }
+  }
   parameters.map.resolution_m = file.snapshot.resolution_m;
+  std::error_code ignored;
+  parameters.is_autosave_read =
+      goes_on || std::filesystem::equivalent(name, parameters.autosave_file, ignored);
   return std::move(file.snapshot);
+}
+
+// A store is opened for writing, since what was not finished has to be taken back.
+bool hasMap(const std::string& file) {
+  namespace fs = std::filesystem;
+  std::error_code ignored;
+  if (file.empty() || !fs::exists(file, ignored)) return false;
+  return !cuboid_mapping::isSqliteFile(file) ||
+         cuboid_mapping::MapStore(file, cuboid_mapping::StoreAccess::kWrite).head();
+}
+
+std::string followLinks(const std::string& file) {
+  namespace fs = std::filesystem;
+  constexpr int kMaxLinks = 40;  // As Linux does.
+  std::error_code error;
+  fs::path path = file;
+  for (int i = 0; i < kMaxLinks && fs::is_symlink(fs::symlink_status(path, error)); ++i) {
+    path = path.parent_path() / fs::read_symlink(path, error);
+  }
+  return path.string();
+}
+
+std::string nameBeside(const std::string& file) {
+  namespace fs = std::filesystem;
+  const fs::path path = file;
+  std::error_code ignored;
+  for (int number = 2;; ++number) {
+    fs::path name = path.parent_path() / path.stem();
+    name += "-" + std::to_string(number) + path.extension().string();
+    if (!fs::exists(fs::symlink_status(name, ignored))) return name.string();
+  }
+}
+
+void saveLocks(const GuardedMap& map, const std::string& map_file) {
+  const auto boxes = map.read(
+      [](const CuboidMap& content, const auto& /*stamp*/) { return content.lockedBoxes(); });
+  std::error_code ignored;
+  if (boxes.empty()) {
+    std::filesystem::remove(locksFile(map_file), ignored);
+    return;
+  }
+  std::ostringstream text;
+  for (const CellBox& box : boxes) {
+    for (const Cell& cell : {box.min, box.max})
+      text << cell.x << ' ' << cell.y << ' ' << cell.z << ' ';
+    text << '\n';
+  }
+  cuboid_mapping::replaceFile(locksFile(map_file), text.str());
+}
+
+std::vector<CellBox> readLocks(const std::string& map_file) {
+  const std::string file = locksFile(map_file);
+  std::error_code ignored;
+  if (!std::filesystem::exists(file, ignored)) return {};
+  std::istringstream text(cuboid_mapping::readFile(file));
+  std::vector<CellBox> boxes;
+  CellBox box;
+  while (text >> box.min.x >> box.min.y >> box.min.z >> box.max.x >> box.max.y >> box.max.z) {
+    if (box.isEmpty()) break;
+    boxes.push_back(box);
+  }
+  if (!text.eof()) {
+    throw MapFileError(MapFileDefect::kCorrupted,
+                       file + ": line " + std::to_string(boxes.size() + 1) +
+                           " is no box of six numbers: remove it, or the file, to unlock");
+  }
+  return boxes;
 }
 
 }  // namespace cuboid_mapping_ros

@@ -12,8 +12,26 @@
 #include <cstdint>
 #include <optional>
 #include <string>
+#include <vector>
 
 namespace cuboid_mapping_ros {
+
+/// Whether something is there under this name: not a store (.sqlite) whose first save has not ended.
+/// @throws cuboid_mapping::MapFileError  for a store that cannot be opened.
+[[nodiscard]] bool hasMap(const std::string& file);
+
+/// The file that a path leads to: what a symbolic link names, also where nothing is there.
+[[nodiscard]] std::string followLinks(const std::string& file);
+
+/// A name beside that of a file, as NAME-2.ext, under which there is nothing yet.
+[[nodiscard]] std::string nameBeside(const std::string& file);
+
+/// Locked boxes of a map, in a file beside that of the map: no format of maps has them. Without any the file goes.
+/// @throws cuboid_mapping::MapFileError naming the file.
+///@{
+void saveLocks(const GuardedMap& map, const std::string& map_file);
+[[nodiscard]] std::vector<cuboid_mapping::CellBox> readLocks(const std::string& map_file);
+///@}
 
 /// What has become of a save or a load.
 struct StorageAnswer {
@@ -69,10 +87,9 @@ struct LoadPlacement {
 [[nodiscard]] std::string describeRefusal(const Eigen::Isometry3d& T_target_map,
                                           double resolution_m);
 
-/// The map of `map_file`; of a node that merges robots' maps and has none, that of its `autosave_file`, if it is a store
-/// (.sqlite) that exists. Nothing when there is none. The resolution of the parameters becomes that
-/// of the file, as with octomap_server.
-/// @throws cuboid_mapping::MapFileError naming the file.
+/// The map of `map_file`, whose resolution becomes that of the parameters, as with octomap_server; without one and with
+/// `resume` that of `autosave_file`, where it is there. Nothing when there is none. Sets `is_autosave_read`.
+/// @throws cuboid_mapping::MapFileError naming the file; for an autosave_file of another resolution, too.
 [[nodiscard]] std::optional<cuboid_mapping::MapSnapshot> readStartMap(NodeParameters& parameters);
 
 }  // namespace cuboid_mapping_ros

@@ -79,7 +79,11 @@ MappingNode::MappingNode(const ros::NodeHandle& nh, const ros::NodeHandle& priva
   if (start_map) {
     map_.edit([&](cuboid_mapping::CuboidMap& map, const ros::Time& /*stamp*/) {
       map_.setProgress(start_map->progress);
-      return restoreSnapshot(*start_map, map);
+      auto changes = restoreSnapshot(*start_map, map);
+      if (parameters.is_autosave_read) {
+        for (const auto& box : readLocks(parameters.autosave_file)) map.lock(box);
+      }
+      return changes;
     });
   }
   map_.setWindow(map_.read([&](const cuboid_mapping::CuboidMap& map, const ros::Time& /*stamp*/) {

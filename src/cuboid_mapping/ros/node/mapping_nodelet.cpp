@@ -5,14 +5,30 @@
 #include "cuboid_mapping/ros/map/map_storage.h"
 #include "cuboid_mapping/ros/parameters/parameters.h"
 
+#include <ros/init.h>
 #include <pluginlib/class_list_macros.hpp>
 
+#include <csignal>
 #include <exception>
 #include <string>
 
 namespace cuboid_mapping_ros {
+namespace {
+
+void endNode(int /*signal*/) { ros::requestShutdown(); }
+
+/// A process that is told to end saves its map, as roscpp lets it with SIGINT alone.
+void endWithRosAt(int signal) {
+  struct sigaction action {};
+  if (sigaction(signal, nullptr, &action) != 0 || action.sa_handler != SIG_DFL) return;
+  action.sa_handler = &endNode;
+  sigaction(signal, &action, nullptr);
+}
+
+}  // namespace
 
 void MappingNodelet::onInit() {
+  for (const int signal : {SIGTERM, SIGHUP}) endWithRosAt(signal);
   try {
     LoadedParameters loaded = loadParameters(getPrivateNodeHandle());
     for (const ParameterError& warning : loaded.warnings) {
@@ -36,6 +52,9 @@ void MappingNodelet::onInit() {
     for (const std::string& line : toLogLines(loaded.parameters)) NODELET_DEBUG_STREAM(line);
     const double resolution_m = loaded.parameters.map.resolution_m;
     const auto start_map = readStartMap(loaded.parameters);
+    if (loaded.parameters.is_autosave_read) {
+      NODELET_INFO_STREAM("goes on with the map of " << loaded.parameters.autosave_file);
+    }
     if (loaded.parameters.map.resolution_m != resolution_m) {
       NODELET_WARN_STREAM("resolution is " << loaded.parameters.map.resolution_m
                                            << " m, that of map_file, not " << resolution_m << " m");

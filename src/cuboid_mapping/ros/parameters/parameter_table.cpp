@@ -231,9 +231,14 @@ std::vector<ParameterDeclaration> declareFiles() {
        "Map to start with: .cuboids, .sqlite, .ot or .bt. Its resolution replaces the parameter "
        "resolution."},
       {"autosave_file", "", FileKind{[](P& p) -> std::string& { return p.autosave_file; }},
-       "The map is saved to this file after changes and when the node stops. A node with "
-       "merge/robots goes on with it when it starts, if it is a store (.sqlite). The extension "
-       "selects the format, as with ~save_map. Empty: the map is not saved."},
+       "The map is saved to this file after changes and when the node stops. A file that is there "
+       "at the start and is not read then, see resume, is not replaced: saves go to a new file "
+       "beside it. The extension selects the format, as with ~save_map. Empty: the map is not "
+       "saved."},
+      {"resume", "", BooleanKind{[](P& p) -> bool& { return p.resume; }},
+       "true: the node goes on with the map of autosave_file and its locked boxes, where the file "
+       "is there and map_file is empty. It does not start if the file cannot be read, or has "
+       "another resolution."},
       {"autosave_period", "s",
        NumberKind{[](P& p) -> double& { return p.autosave_period_s; }, 1.0, 86400.0},
        "Time between two saves to autosave_file."},

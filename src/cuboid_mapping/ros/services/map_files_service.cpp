@@ -3,12 +3,18 @@
 
 #include "cuboid_mapping/LoadMap.h"
 #include "cuboid_mapping/SaveMap.h"
+#include "cuboid_mapping/io/file_replacement.h"
+#include "cuboid_mapping/io/map_files.h"
 #include "cuboid_mapping/io/text.h"
 #include "cuboid_mapping/ros/middleware/checked_messages.h"
 #include "cuboid_mapping/ros/middleware/names.h"
 #include "cuboid_mapping/ros/services/request_reader.h"
 
 #include <ros/console.h>
+
+#include <exception>
+#include <stdexcept>
+#include <utility>
 
 namespace cuboid_mapping_ros {
 namespace {
@@ -43,10 +49,12 @@ MapFilesService::MapFilesService(const ros::NodeHandle& private_nh,
       frame_id_(parameters.frame_id),
       limits_(makeSnapshotLimits(parameters)),
       autosave_file_(parameters.autosave_file),
+      is_autosave_own_(parameters.is_autosave_read),
       saved_revision_(revisionOf(map)),
       thread_(guard, "files") {
   ros::NodeHandle nh = withQueue(private_nh, thread_.queue());
   advertise(nh);
+  if (!autosave_file_.empty()) announceAutosave();
   if (!autosave_file_.empty() || parameters.window.keeps()) {
     autosave_timer_ = nh.createWallTimer(ros::WallDuration(parameters.autosave_period_s),
                                          [this](const ros::WallTimerEvent&) { autosave(); });
@@ -97,11 +105,50 @@ StorageAnswer MapFilesService::load(const LoadMap::Request& request) {
 void MapFilesService::autosave() {
   map_.save();
   if (autosave_file_.empty() || revisionOf(map_) == saved_revision_) return;
-  const StorageAnswer answer = saveMap(map_, frame_id_, autosave_file_, limits_);
+  chooseAutosaveFile();
+  StorageAnswer answer = saveMap(map_, frame_id_, autosave_file_, limits_);
+  if (answer.error.empty()) {
+    is_autosave_own_ = true;
+    try {
+      saveLocks(map_, autosave_file_);
+      saved_revision_ = answer.revision;
+    } catch (const std::exception& exception) {
+      answer.error = exception.what();
+    }
+  }
   logAnswer("saved to", autosave_file_, answer);
-  if (answer.error.empty()) saved_revision_ = answer.revision;
   const std::lock_guard<std::mutex> lock(error_mutex_);
   autosave_error_ = answer.error;
+}
+
+void MapFilesService::chooseAutosaveFile() {
+  if (is_autosave_own_) return;
+  try {
+    if (!hasMap(autosave_file_)) return;
+  } catch (const cuboid_mapping::MapFileError& error) {
+    ROS_WARN_STREAM_NAMED(kNodeName, error.what());
+  }
+  const std::string old = std::exchange(autosave_file_, nameBeside(autosave_file_));
+  ROS_WARN_STREAM_NAMED(kNodeName,
+                        old << " holds a map that this node has not read, and stays: saves go to "
+                            << autosave_file_
+                            << ". To go on with that map, start with resume: true and no "
+                               "map_file; to replace it, remove it before the start");
+}
+
+void MapFilesService::announceAutosave() {
+  chooseAutosaveFile();
+  try {
+    if (!cuboid_mapping::formatOfName(autosave_file_)) {
+      throw std::runtime_error(autosave_file_ + " must end in one of " +
+                               cuboid_mapping::knownEndings());
+    }
+    cuboid_mapping::checkReplaceable(followLinks(autosave_file_));
+  } catch (const std::exception& exception) {
+    autosave_error_ = exception.what();
+    ROS_ERROR_STREAM_NAMED(kNodeName,
+                           "the map cannot be saved to autosave_file: " << exception.what());
+  }
 }
 
 std::string MapFilesService::autosaveError() const {

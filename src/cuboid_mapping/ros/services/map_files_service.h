@@ -31,19 +31,24 @@ class MapFilesService {
   MapFilesService(const MapFilesService&) = delete;
   MapFilesService& operator=(const MapFilesService&) = delete;
 
-  /// Why the last save to autosave_file failed; empty: it did not. Of any thread.
+  /// Why the last save to autosave_file failed, or none can succeed; empty: neither. Of any thread.
   [[nodiscard]] std::string autosaveError() const;
 
  private:
   void advertise(ros::NodeHandle nh);
   StorageAnswer load(const cuboid_mapping::LoadMap::Request& request);
   void autosave();
+  /// Chooses another file where that one holds what this node has neither read nor written.
+  void chooseAutosaveFile();
+  /// Says at the start where saves go, and whether they cannot.
+  void announceAutosave();
 
   GuardedMap& map_;
   CallbackGuard& guard_;
   std::string frame_id_;
   cuboid_mapping::SnapshotLimits limits_;  ///< Of files that are loaded.
   std::string autosave_file_;
+  bool is_autosave_own_;  ///< It was read, or written.
   std::uint64_t saved_revision_;
   mutable std::mutex error_mutex_;
   std::string autosave_error_;
