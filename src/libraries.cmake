@@ -105,9 +105,12 @@ else()
   cuboid_mapping_left_out(fcl "libfcl-dev 0.6 or later")
 endif()
 
-# Data sets of scans: PCL reads .pcd, OctoMap .graph.
+# Data sets of scans, and clouds as maps: PCL reads .pcd, OctoMap .graph.
 if(PCL_FOUND AND octomap_FOUND)
-  cuboid_mapping_add_part(scans cuboid_mapping/io/scan_dataset.cpp)
+  cuboid_mapping_add_part(scans
+    cuboid_mapping/io/pcd_file.cpp
+    cuboid_mapping/io/point_cloud_map.cpp
+    cuboid_mapping/io/scan_dataset.cpp)
   target_include_directories(cuboid_mapping_scans SYSTEM
     PRIVATE ${PCL_INCLUDE_DIRS} ${OCTOMAP_INCLUDE_DIRS})
   target_link_libraries(cuboid_mapping_scans
@@ -177,6 +180,7 @@ add_library(cuboid_mapping_ros
   cuboid_mapping/ros/clouds/source.cpp
   cuboid_mapping/ros/clouds/source_report.cpp
   cuboid_mapping/ros/clouds/source_subscriber.cpp
+  cuboid_mapping/ros/conversions/cloud_checks.cpp
   cuboid_mapping/ros/conversions/cloud_conversions.cpp
   cuboid_mapping/ros/conversions/depth_image_conversion.cpp
   cuboid_mapping/ros/conversions/ground_filter.cpp
@@ -196,6 +200,7 @@ add_library(cuboid_mapping_ros
   cuboid_mapping/ros/middleware/tf_lookup.cpp
   cuboid_mapping/ros/middleware/tf_receiver.cpp
   cuboid_mapping/ros/middleware/time_jump.cpp
+  cuboid_mapping/ros/middleware/transforms.cpp
   cuboid_mapping/ros/node/mapping_node.cpp
   cuboid_mapping/ros/node/mapping_node_report.cpp
   cuboid_mapping/ros/node/mapping_node_services.cpp
@@ -236,7 +241,7 @@ target_compile_definitions(cuboid_mapping_ros
   PUBLIC CUBOID_MAPPING_HAS_OCTOMAP_MSGS=$<BOOL:${octomap_msgs_FOUND}>)
 target_link_libraries(cuboid_mapping_ros
   PUBLIC cuboid_mapping::client cuboid_mapping::io ${catkin_LIBRARIES}
-  PRIVATE ${PCL_LIBRARIES} ${urdf_LIBRARIES} ${geometric_shapes_LIBRARIES} nlohmann_json::nlohmann_json)
+  PRIVATE cuboid_mapping::scans ${PCL_LIBRARIES} ${urdf_LIBRARIES} ${geometric_shapes_LIBRARIES} nlohmann_json::nlohmann_json)
 
 # The nodelet, and the node that runs it.
 add_library(cuboid_mapping_nodelet cuboid_mapping/ros/node/mapping_nodelet.cpp)

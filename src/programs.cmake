@@ -25,6 +25,10 @@ foreach(target map_compare map_convert map_info map_merge map_render)
   cuboid_mapping_configure(${target})
   target_link_libraries(${target} PRIVATE cuboid_mapping_map_tools cuboid_mapping_command_line)
 endforeach()
+if(TARGET cuboid_mapping_scans)
+  target_compile_definitions(map_convert PRIVATE CUBOID_MAPPING_READS_CLOUDS)
+  target_link_libraries(map_convert PRIVATE cuboid_mapping::scans)
+endif()
 cuboid_mapping_install_programs(map_compare map_convert map_info map_merge map_render)
 
 if(NOT CUBOID_MAPPING_NODE)
@@ -59,7 +63,10 @@ target_link_libraries(scans_to_bag
 # A bag into a file of a map.
 add_library(cuboid_mapping_bag_clouds STATIC
   tools/bag_clouds.cpp
+  tools/bag_files.cpp
   tools/bag_sources.cpp
+  tools/bag_topics.cpp
+  tools/bag_transforms.cpp
   tools/yaml_parameters.cpp)
 cuboid_mapping_configure(cuboid_mapping_bag_clouds)
 target_include_directories(cuboid_mapping_bag_clouds SYSTEM PRIVATE ${YAML_CPP_INCLUDE_DIR})

@@ -20,8 +20,10 @@ constexpr double kMaxSetVoxels = 1e9;
 struct GivenScan {
   Eigen::Isometry3d T_map_sensor = Eigen::Isometry3d::Identity();
   Eigen::Vector3d origin_map = Eigen::Vector3d::Zero();
-  std::vector<Eigen::Vector3f> points_sensor;
-  std::vector<Eigen::Vector3f> no_returns_sensor;
+  /// The points are relative to it: zero, or near where the beams start, if that is far from the origin.
+  Eigen::Vector3d anchor_sensor = Eigen::Vector3d::Zero();
+  std::vector<Eigen::Vector3f> points_anchor;
+  std::vector<Eigen::Vector3f> no_returns_anchor;
 };
 
 class MapperAccess : public MapAccess {
@@ -38,12 +40,15 @@ class MapperAccess : public MapAccess {
   Counts integrate(const GivenScan& given) {
     return change([&] {
       is_settled_ = false;
-      mapper_.integrate(makeScan(given.T_map_sensor, given.origin_map, given.points_sensor,
-                                 given.no_returns_sensor));
+      mapper_.integrate(makeScan(given.T_map_sensor * Eigen::Translation3d(given.anchor_sensor),
+                                 given.origin_map, given.points_anchor, given.no_returns_anchor));
       const ScanUpdate& update = mapper_.lastUpdate();
       return Counts{update.num_points, update.num_out_of_range, update.num_too_far};
     });
   }
+
+  /// That of the grid, which nothing changes.
+  [[nodiscard]] double resolution_m() const { return map_.grid().resolution(); }
 
   template <typename WorkT>
   void edit(WorkT work) {
@@ -67,17 +72,52 @@ class MapperAccess : public MapAccess {
   bool is_settled_ = true;
 };
 
-py::object integrate(MapperAccess& access, const Floats& points, const py::object& pose,
+/// Beyond it, float32 steps are wider than 0.5 mm.
+constexpr double kMaxFloatRange_m = 8192.0;
+
+/// Near where the beams start: a multiple of 1024 m.
+Eigen::Vector3d findAnchor(const Eigen::Vector3d& origin_sensor) {
+  constexpr double kSpacing_m = 1024.0;
+  if (origin_sensor.cwiseAbs().maxCoeff() <= kMaxFloatRange_m) return Eigen::Vector3d::Zero();
+  return (origin_sensor / kSpacing_m).array().round().matrix() * kSpacing_m;
+}
+
+/// Points as float32 relative to an anchor. @throws Error for doubles that would move by a tenth of a voxel.
+std::vector<Eigen::Vector3f> toAnchor(const py::object& array, const char* name,
+                                      const Eigen::Vector3d& anchor, double resolution_m) {
+  if (anchor.isZero(0.0) && py::isinstance<py::array_t<float>>(array)) {
+    return toPoints(array.cast<Floats>(), name);
+  }
+  const std::vector<Eigen::Vector3d> points = toPoints(array.cast<Doubles>(), name);
+  const double max_range_m = 0.1 * resolution_m * (1 << 24);
+  std::vector<Eigen::Vector3f> points_anchor;
+  points_anchor.reserve(points.size());
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    const Eigen::Vector3d point = points[i] - anchor;
+    if (point.allFinite() && point.cwiseAbs().maxCoeff() > max_range_m) {
+      throw Error(std::string(name) + "[" + std::to_string(i) + "] is more than " +
+                  std::to_string(static_cast<long long>(max_range_m)) +
+                  " m from where the beams start, and would be rounded there by a tenth of a voxel "
+                  "or more: give pose, or origin, or leave it out");
+    }
+    points_anchor.emplace_back(point.cast<float>());
+  }
+  return points_anchor;
+}
+
+py::object integrate(MapperAccess& access, const py::object& points, const py::object& pose,
                      const py::object& origin, const py::object& no_returns) {
   GivenScan scan;
-  scan.points_sensor = toPoints(points, "points");
-  if (!no_returns.is_none()) {
-    scan.no_returns_sensor = toPoints(no_returns.cast<Floats>(), "no_returns");
-  }
   if (!pose.is_none()) scan.T_map_sensor = toPose(pose.cast<Doubles>(), "pose");
   scan.origin_map = scan.T_map_sensor.translation();
   if (!origin.is_none()) scan.origin_map = toVector(origin.cast<Doubles>(), "origin");
   if (!scan.origin_map.allFinite()) throw Error("origin must be finite");
+  const double resolution_m = access.resolution_m();
+  scan.anchor_sensor = findAnchor(scan.T_map_sensor.inverse() * scan.origin_map);
+  scan.points_anchor = toAnchor(points, "points", scan.anchor_sensor, resolution_m);
+  if (!no_returns.is_none()) {
+    scan.no_returns_anchor = toAnchor(no_returns, "no_returns", scan.anchor_sensor, resolution_m);
+  }
   const MapperAccess::Counts counts = access.integrate(scan);
   return makeResult("IntegratedScan", counts.num_taken, counts.num_out_of_range,
                     counts.num_too_far);
@@ -144,12 +184,14 @@ Raises MapFileError when the file cannot be read, ValueError for wrong arguments
              "no_returns"_a = py::none(),
              R"(Takes one scan: every voxel that its beams pass or end in is observed once.
 
-points: (n, 3), metres, in the frame of the sensor; best as float32 without a gap in memory. Points
-  that are not finite are left out, and counted.
+points: (n, 3), metres, in the frame of the sensor; best as float32 without a gap in memory. float64 is as exact
+  far from the origin as near it, where pose or origin say where the beams start. Points that are not finite are left
+  out, and counted.
 pose: (4, 4): takes points from the sensor's frame to the map's. None: they are in the map's frame.
 origin: (3,), metres, map frame: where the beams start. None: the translation of the pose.
 no_returns: (m, 3), as points: ends of beams that met nothing and are known to be free up to there.
-Returns results.IntegratedScan. Raises ValueError for a wrong shape, and a pose that is none.
+Returns results.IntegratedScan. Raises ValueError for a wrong shape, a pose that is none, and for float64 points too
+far from where the beams start to be exact.
 With threads > 1, the scan is put into the map beside what comes next; questions wait for it.)");
   mapper.def("set_boxes", setBoxes, "boxes"_a, "occupancy"_a,
              R"(Puts one class in the place of everything in boxes.

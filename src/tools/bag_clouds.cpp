@@ -5,16 +5,17 @@
 #include "cuboid_mapping/io/text.h"
 #include "cuboid_mapping/ros/clouds/self_filter.h"
 #include "cuboid_mapping/ros/conversions/point_cloud.h"
+#include "cuboid_mapping/ros/middleware/transforms.h"
 #include "stamps.h"
 #include "transform_message.h"
 #include "yaml_parameters.h"
 
-#include <rosbag/view.h>
-#include <tf2_msgs/TFMessage.h>
 #include <boost/make_shared.hpp>
 
 #include <algorithm>
+#include <filesystem>
 #include <iostream>
+#include <set>
 #include <stdexcept>
 #include <utility>
 
@@ -31,21 +32,16 @@ std::optional<ScanFolders> openFolders(const std::vector<std::string>& paths) {
   return ScanFolders(paths);
 }
 
-Bags openBags(const std::vector<std::string>& files) {
-  Bags bags;
-  for (const std::string& file : files) {
-    try {
-      bags.push_back(std::make_unique<rosbag::Bag>(file));
-    } catch (const rosbag::BagException& error) {
-      throw std::runtime_error("cannot read " + file + " as a rosbag: " + error.what());
-    }
-  }
-  return bags;
-}
+/// The parameters of the options, and which of them somebody has set.
+struct OptionParameters {
+  NodeParameters parameters;
+  bool has_frame = false;
+  bool has_type = false;
+};
 
-NodeParameters readOptionParameters(const std::string& program, const BagOptions& options) {
-  const LoadedParameters loaded =
-      readParameters(loadYamlParameters(options.parameter_file, options.settings));
+OptionParameters readOptionParameters(const std::string& program, const BagOptions& options) {
+  const XmlRpc::XmlRpcValue given = loadYamlParameters(options.parameter_file, options.settings);
+  const LoadedParameters loaded = readParameters(given);
   for (const ParameterError& warning : loaded.warnings) {
     std::cerr << program << ": parameter " << warning.key << ": " << warning.message << std::endl;
   }
@@ -53,12 +49,18 @@ NodeParameters readOptionParameters(const std::string& program, const BagOptions
     std::cerr << program << ": parameter " << error.key << ": " << error.message << std::endl;
   }
   if (!loaded.errors.empty()) throw std::runtime_error("bad parameters");
-  return loaded.parameters;
+  const auto has = [&given](const char* key) {
+    return given.getType() == XmlRpc::XmlRpcValue::TypeStruct && given.hasMember(key);
+  };
+  return {loaded.parameters, has("frame_id"), has("type")};
 }
 
 /// @throws std::runtime_error  for what only bags have.
-NodeParameters checkForFolders(const NodeParameters& parameters, const BagOptions& options) {
+void checkForFolders(const NodeParameters& parameters, const BagOptions& options) {
   if (!options.topics.empty()) throw std::runtime_error("--topic does not go with scan folders");
+  if (!options.tf.empty() || !options.transforms.empty()) {
+    throw std::runtime_error("--tf and --transform do not go with scan folders");
+  }
   if (!parameters.sources.empty() || parameters.source.type != SourceType::kPointCloud) {
     throw std::runtime_error("scan folders are one source of clouds: set no sources and no type");
   }
@@ -68,25 +70,14 @@ NodeParameters checkForFolders(const NodeParameters& parameters, const BagOption
   if (withoutSlash(parameters.frame_id) == ScanNames().sensor_frame) {
     throw std::runtime_error("frame_id: this is the frame of the clouds of scan folders");
   }
-  return parameters;
 }
 
-/// The parameters, with topics of the bags.
-NodeParameters readAll(const std::string& program, const BagOptions& options, bool are_folders,
-                       const Bags& bags) {
-  std::vector<std::string> missing;
-  const NodeParameters read = readOptionParameters(program, options);
-  NodeParameters parameters = are_folders ? checkForFolders(read, options)
-                                          : chooseSources(bags, read, options.topics, missing);
-  for (const std::string& topic : missing) {
-    std::cerr << program << ": the bags have no topic " << topic << std::endl;
-  }
-  loadRobotParts(parameters, [](const std::string& /*name*/) -> std::optional<std::string> {
-    throw std::runtime_error(
-        "self_filter/robot_description: there is no parameter server here; name a file in "
-        "self_filter/urdf_file");
-  });
-  return parameters;
+/// Of a map that has no name: that of its input.
+std::string nameOutput(const std::string& input) {
+  std::filesystem::path path(input);
+  if (path.filename().empty()) path = path.parent_path();  // of "folder/"
+  const std::filesystem::path name = path.filename();
+  return (std::filesystem::is_directory(path) ? name : name.stem()).string() + ".cuboids";
 }
 
 }  // namespace
@@ -94,17 +85,26 @@ NodeParameters readAll(const std::string& program, const BagOptions& options, bo
 std::optional<int> parseBagOptions(cuboid_mapping::CommandLine& line, int argc, char** argv,
                                    BagOptions& options) {
   line.addArgument("inputs", options.inputs,
-                   "rosbags with sensor_msgs/PointCloud2 and tf, or folders with poses.txt and "
-                   "scans/NNNN.pcd, or OctoMap .graph files");
-  line.addText("output,o", options.output, "map to write: " + cuboid_mapping::knownEndings());
-  line.addTexts("topic", options.topics, "topics of the clouds; without it, all of them");
+                   "rosbags with messages of sensors and tf; or folders of scans with poses, or "
+                   "OctoMap .graph files");
+  line.addText("output,o", options.output,
+               "map to write: " + cuboid_mapping::knownEndings() +
+                   "; without it, NAME.cuboids in the working folder");
+  line.addTexts("topic", options.topics,
+                "topics of sensors; without it, all clouds, else all planar scans, else all depth "
+                "images");
+  line.addText("tf", options.tf,
+               "topic of the transforms, such as /robot1/tf, which goes with /robot1/tf_static");
+  line.addTexts("transform", options.transforms,
+                "a static transform that the bags do not have: \"parent child x y z yaw pitch "
+                "roll\", metres and radians");
   line.addText("params", options.parameter_file,
                "YAML file with parameters of the node, such as config/default.yaml");
   line.addTexts(
       "set", options.settings,
       "a parameter as key=value: resolution=0.1, sensor_model/max_range=30; overrides --params");
   if (const auto status = line.parse(argc, argv)) return status;
-  if (options.output.empty()) throw std::runtime_error("--output is missing");
+  if (options.output.empty()) options.output = nameOutput(options.inputs.front());
   return std::nullopt;
 }
 
@@ -121,13 +121,50 @@ cuboid_mapping::MapFormat checkOutput(const BagOptions& options) {
 BagClouds::BagClouds(std::string program, const BagOptions& options)
     : program_(std::move(program)),
       folders_(openFolders(options.inputs)),
-      bags_(folders_ ? Bags() : openBags(options.inputs)),
-      parameters_(readAll(program_, options, folders_.has_value(), bags_)),
-      messages_(bags_, parameters_) {
-  if (messages_.numWithoutCamera() == 0) return;
-  std::cerr << program_ << ": "
-            << cuboid_mapping::counted(messages_.numWithoutCamera(), "depth image")
-            << " left out, which have no camera_info of the same stamp" << std::endl;
+      bags_(folders_ ? std::vector<std::string>() : options.inputs) {
+  const OptionParameters read = readOptionParameters(program_, options);
+  parameters_ = read.parameters;
+  if (folders_) {
+    checkForFolders(parameters_, options);
+  } else {
+    const BagTopics topics(bags_);
+    transforms_.read(bags_, topics, options.tf, options.transforms);
+    say(transforms_.notes());
+    if (!read.has_frame) chooseFrame(topics);
+    const ChosenSources chosen = chooseSources(topics, parameters_, read.has_type, options.topics);
+    say(chosen.notes);
+    parameters_ = chosen.parameters;
+  }
+  loadRobotParts(parameters_, [](const std::string& /*name*/) -> std::optional<std::string> {
+    throw std::runtime_error(
+        "self_filter/robot_description: there is no parameter server here; name a file in "
+        "self_filter/urdf_file");
+  });
+  if (folders_) return;
+  messages_.emplace(bags_, parameters_);
+  if (messages_->numWithoutCamera() == 0) return;
+  say({cuboid_mapping::counted(messages_->numWithoutCamera(), "depth image") +
+       " left out, which have no camera_info of the same stamp"});
+}
+
+/// Where nobody says so and there is no 'map', the root of the tree that all sensors are in.
+void BagClouds::chooseFrame(const BagTopics& topics) {
+  const tf2::BufferCore& tf = transforms_.buffer();
+  if (tf._frameExists(withoutSlash(parameters_.frame_id))) return;
+  std::set<std::string> roots;
+  for (const auto& [name, topic] : topics.all()) {
+    const auto root = topic.type ? findRoot(tf, topic.frame_id) : std::nullopt;
+    if (root) roots.insert(*root);
+  }
+  if (roots.size() != 1) return;
+  say({"there is no frame '" + parameters_.frame_id + "': maps in '" + *roots.begin() +
+       "', the root of the transforms (as --set frame_id=" + *roots.begin() + " does)"});
+  parameters_.frame_id = *roots.begin();
+  for (NodeParameters& source : parameters_.sources) source.frame_id = parameters_.frame_id;
+}
+
+void BagClouds::say(const std::vector<std::string>& lines) const {
+  for (const std::string& line : lines) std::cerr << program_ << ": " << line << std::endl;
 }
 
 void BagClouds::setThreads(int threads) {
@@ -140,36 +177,18 @@ cuboid_mapping::SensorModel BagClouds::sensorModel(std::size_t source) const {
   return cuboid_mapping::SensorModel(map.sensor_model, map.environment);
 }
 
-/// All transforms count, also those that were recorded behind a cloud.
-void BagClouds::readTransforms() {
-  const std::vector<std::string> topics{"/tf", "tf", "/tf_static", "tf_static"};
-  for (const auto& bag : bags_) {
-    rosbag::View view(*bag, rosbag::TopicQuery(topics));
-    for (const rosbag::MessageInstance& instance : view) {
-      cuboid_mapping::throwIfInterrupted();
-      const auto message = instance.instantiate<tf2_msgs::TFMessage>();
-      if (!message) continue;
-      const bool is_static = instance.getTopic().find("static") != std::string::npos;
-      for (geometry_msgs::TransformStamped transform : message->transforms) {
-        transform.header.frame_id = withoutSlash(transform.header.frame_id);
-        transform.child_frame_id = withoutSlash(transform.child_frame_id);
-        tf_.setTransform(transform, "bag", is_static);
-      }
-    }
-  }
-}
-
 void BagClouds::walk(const CloudShare& share, const Take& take,
                      const cuboid_mapping::ProgressListener& listener) {
   sources_ = makeSources(parameters_);
   watch_.emplace(parameters_.map.resolution_m, parameters_.max_range_m);
-  readTransforms();
   for (std::uint64_t number = share.begin; number < numClouds(); ++number) {
     cuboid_mapping::throwIfInterrupted();
     if (number % share.step == share.first) {
+      if (!folders_) transforms_.advance(messages_->recorded(number));
       if (const auto cloud = read(number)) {
         walkOne(*cloud, take);
       } else {
+        ++statistics_.num_received;
         take(nullptr, {});
       }
     }
@@ -179,13 +198,12 @@ void BagClouds::walk(const CloudShare& share, const Take& take,
 
 /// A scan brings its transform along.
 std::optional<SensorMessage> BagClouds::read(std::uint64_t number) {
-  if (!folders_) return messages_.read(number);
+  if (!folders_) return messages_->read(number);
   const cuboid_mapping::ScanDataset::Item scan = folders_->read(number);
   const ros::Time stamp = computeStamp(kFirstStamp, number, kScanRate_hz);
   const ScanNames names;
-  tf_.setTransform(toTransformMessage(scan.T_map_sensor, stamp, withoutSlash(parameters_.frame_id),
-                                      names.sensor_frame),
-                   "scans");
+  transforms_.set(toTransformMessage(scan.T_map_sensor, stamp, withoutSlash(parameters_.frame_id),
+                                     names.sensor_frame));
   return SensorMessage{boost::make_shared<sensor_msgs::PointCloud2>(
       toCloud(scan.points_sensor, makeHeader(names.sensor_frame, stamp)))};
 }
@@ -206,7 +224,7 @@ void BagClouds::walkOne(const SensorMessage& cloud, const Take& take) {
 const cuboid_mapping::ScanUpdate* BagClouds::compute(const SensorMessage& cloud, Origin& origin) {
   Source& source = *sources_.at(cloud.source);
   std::string tf_error;
-  const auto poses = lookupPoses(tf_, source.parameters, cloud, tf_error);
+  const auto poses = lookupPoses(transforms_.buffer(), source.parameters, cloud, tf_error);
   if (!poses) {
     leaveOut(DropReason::kNoTransform, tf_error);
     return nullptr;
@@ -214,6 +232,9 @@ const cuboid_mapping::ScanUpdate* BagClouds::compute(const SensorMessage& cloud,
   origin.window_center_map = poses->window_center_map;
   std::optional<CloudError> error;
   const auto* update = source.pipeline.compute(cloud, *poses, statistics_, error);
+  for (const std::string& warning : source.pipeline.takeWarnings()) {
+    say({"warning: " + nameOf(source.parameters) + ": " + warning});
+  }
   if (update == nullptr) leaveOut(toDropReason(error->defect), error->text);
   return update;
 }
@@ -238,6 +259,11 @@ void BagClouds::report(const LeftOutClouds& left_out) const {
               << " dropped, " << toString(static_cast<DropReason>(i)) << ": "
               << left_out.first_texts[i] << std::endl;
   }
+  if (statistics_.num_odd_times > 0) {
+    say({cuboid_mapping::counted(statistics_.num_odd_times, "point") +
+         " left out, whose time is not within the sweep of its cloud"});
+  }
+  say(bags_.describeDamage());
 }
 
 }  // namespace cuboid_mapping_ros

@@ -3,14 +3,13 @@
 #pragma once
 
 #include "bag_sources.h"
+#include "bag_transforms.h"
 #include "command_line.h"
 #include "cuboid_mapping/io/map_files.h"
 #include "cuboid_mapping/io/progress_listener.h"
 #include "cuboid_mapping/ros/clouds/source.h"
 #include "cuboid_mapping/ros/diagnostics/speed_advice.h"
 #include "scan_messages.h"
-
-#include <rosbag/bag.h>
 
 #include <array>
 #include <cstdint>
@@ -26,12 +25,14 @@ namespace cuboid_mapping_ros {
 struct BagOptions {
   std::vector<std::string> inputs;  ///< Rosbags; or all are scan folders, see ScanFolders::isOne().
   std::string output;
-  std::vector<std::string> topics;  ///< Empty: all.
+  std::vector<std::string> topics;      ///< Empty: see chooseSources().
+  std::string tf;                       ///< See BagTransforms::read().
+  std::vector<std::string> transforms;  ///< Static ones that the bags do not have.
   std::string parameter_file;
   std::vector<std::string> settings;
 };
 
-/// As CommandLine::parse(). @throws std::runtime_error without --output.
+/// As CommandLine::parse(). Without --output, the map gets the name of the first input, and lies in the working folder.
 [[nodiscard]] std::optional<int> parseBagOptions(cuboid_mapping::CommandLine& line, int argc,
                                                  char** argv, BagOptions& options);
 
@@ -75,12 +76,12 @@ class BagClouds {
   void setThreads(int threads);
   ///@}
   [[nodiscard]] std::uint64_t numClouds() const {
-    return folders_ ? folders_->size() : messages_.size();
+    return folders_ ? folders_->size() : messages_->size();
   }
   /// What the clouds of a source are put in with.
   [[nodiscard]] cuboid_mapping::SensorModel sensorModel(std::size_t source) const;
 
-  /// Reads all transforms, then the clouds one after the other. @param listener  Is told how many of all
+  /// Reads the clouds one after the other. To be called once. @param listener  Is told how many of all
   /// clouds are done.
   void walk(const CloudShare& share, const Take& take,
             const cuboid_mapping::ProgressListener& listener);
@@ -92,11 +93,12 @@ class BagClouds {
   [[nodiscard]] std::optional<std::string> advice() const { return watch_->advice(); }
   ///@}
 
-  /// A line on stderr for each reason to leave clouds out.
+  /// A line on stderr for each reason to leave clouds or points out.
   void report(const LeftOutClouds& left_out) const;
 
  private:
-  void readTransforms();
+  void chooseFrame(const BagTopics& topics);
+  void say(const std::vector<std::string>& lines) const;
   [[nodiscard]] std::optional<SensorMessage> read(std::uint64_t number);
   void walkOne(const SensorMessage& cloud, const Take& take);
   [[nodiscard]] const cuboid_mapping::ScanUpdate* compute(const SensorMessage& cloud,
@@ -106,10 +108,10 @@ class BagClouds {
 
   std::string program_;
   std::optional<ScanFolders> folders_;  ///< In the place of bags.
-  Bags bags_;
+  BagFiles bags_;
+  BagTransforms transforms_;
   NodeParameters parameters_;
-  BagMessages messages_;
-  tf2::BufferCore tf_{ros::Duration(1e6)};  // long enough for any bag
+  std::optional<BagMessages> messages_;  ///< Of bags.
   std::vector<std::unique_ptr<Source>> sources_;
   std::optional<SpeedWatch> watch_;
   NodeStatistics statistics_;

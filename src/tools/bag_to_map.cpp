@@ -9,6 +9,7 @@
 #include "map_content.h"
 #include "progress_bar.h"
 
+#include <algorithm>
 #include <chrono>
 #include <filesystem>
 #include <iomanip>
@@ -103,6 +104,19 @@ void putAll(BagClouds& clouds, BagMap& map) {
   }
 }
 
+/// A map without obstacles is seldom what somebody wants.
+void warnIfNothingIsOccupied(const cuboid_mapping::MapSnapshot& snapshot,
+                             const NodeStatistics& statistics) {
+  const bool has_occupied =
+      std::any_of(snapshot.bricks.begin(), snapshot.bricks.end(),
+                  [](const auto& brick) { return !brick.voxels.occupied().isEmpty(); });
+  if (has_occupied) return;
+  std::cerr << "bag_to_map: warning: nothing in the map is occupied. Of "
+            << counted(statistics.num_points, "point") << " that took part, none is within "
+            << "sensor_model/max_range; " << statistics.num_invalid << " were no returns, "
+            << statistics.num_filtered << " were cut off by min_range or pointcloud_*" << std::endl;
+}
+
 /// Writes a file of the map in memory. @return What it holds.
 std::string makeFile(BagClouds& clouds, const std::string& output, bool frees_passed) {
   BagMap map(clouds.parameters(), frees_passed);
@@ -110,6 +124,7 @@ std::string makeFile(BagClouds& clouds, const std::string& output, bool frees_pa
   const std::size_t num_freed = frees_passed ? map.freePassed() : 0;
   const cuboid_mapping::MapSnapshot snapshot =
       takeSnapshot(map.map(), withoutSlash(clouds.parameters().frame_id));
+  warnIfNothingIsOccupied(snapshot, clouds.statistics());
   cuboid_mapping::throwIfInterrupted();
   cuboid_mapping::writeMapFile(output, snapshot);
   std::string content = describeContent(snapshot, *cuboid_mapping::formatOfName(output));

@@ -4,6 +4,7 @@
 #include "cuboid_mapping/io/file_replacement.h"
 #include "cuboid_mapping/io/map_files.h"
 #include "cuboid_mapping/io/map_store.h"
+#include "cuboid_mapping/io/point_cloud_map.h"
 #include "cuboid_mapping/io/text.h"
 #include "map_content.h"
 #include "progress_bar.h"
@@ -20,6 +21,7 @@ struct Options {
   std::string input;
   std::string output;
   std::string frame_id;
+  double resolution_m = 0.0;  ///< Of a map of points.
   SensorModelConfig model;
   std::vector<double> min_m;
   std::vector<double> max_m;
@@ -66,6 +68,16 @@ int copyStore(const Options& options) {
 
 /// The map of a file; of a store only the pages that are asked for.
 MapFile readInput(const Options& options) {
+#ifdef CUBOID_MAPPING_READS_CLOUDS
+  if (isPointCloudFile(options.input)) {
+    if (options.resolution_m <= 0.0) {
+      throw std::runtime_error(options.input +
+                               " is a cloud of points: give the edge of a voxel with --resolution");
+    }
+    return {MapFormat::kPcd, readPointCloudMap(options.input, options.resolution_m, options.model),
+            0};
+  }
+#endif
   if (!isSqliteFile(options.input) || options.min_m.empty()) {
     return readMapFile(options.input, options.model);
   }
@@ -98,9 +110,12 @@ int run(int argc, char** argv) {
   CommandLine line("map_convert",
                    "Converts a map, or a part of it; the extension of the output selects the "
                    "format. A store (.sqlite) becomes another one page by page.");
-  line.addArgument("input", options.input, "map: .cuboids, .sqlite, .ot or .bt");
+  line.addArgument("input", options.input,
+                   "map: .cuboids, .sqlite, .ot or .bt; or a cloud of points, .pcd");
   line.addArgument("output", options.output, "one of " + knownEndings());
   line.addText("frame", options.frame_id, "name of the frame to store in a native file");
+  line.addNumber("resolution", options.resolution_m, "edge of a voxel in metres, for .pcd",
+                 {1e-3, 1e2});
   line.addNumber("sensor_model/min", options.model.alpha_min,
                  "lowest probability, for maps from OctoMap", {0.001, 0.499});
   line.addNumber("sensor_model/max", options.model.alpha_max,

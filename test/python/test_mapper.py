@@ -53,6 +53,27 @@ def test_points_are_moved_by_the_pose_and_seen_from_its_origin():
     assert len(set(voxels.items()) ^ set(others.items())) < 0.02 * len(voxels)
 
 
+def test_double_points_far_away_are_as_exact_as_near_the_origin():
+    far = np.array([5572094.15, 466880.25, 330.05])
+    points = np.column_stack([far[0] - 0.1 + 0.1 * np.arange(100), np.full(100, far[1] + 3.0), np.full(100, far[2])])
+    mapper = cuboid_map.Mapper(resolution=0.1)
+    mapper.integrate(points, origin=far)
+    assert (mapper.classify(points) == Occupancy.OCCUPIED).all()
+    no_returns = cuboid_map.Mapper(resolution=0.1)
+    no_returns.integrate(np.zeros((0, 3)), origin=far, no_returns=points)
+    assert (no_returns.classify(points) == Occupancy.FREE).all()
+
+
+def test_double_points_that_would_be_rounded_are_refused():
+    mapper = cuboid_map.Mapper(resolution=0.1)
+    points = np.array([(5.0, 0.0, 0.0), (5572094.05, 466880.25, 330.0)])
+    with pytest.raises(ValueError, match=r'points\[1\].*origin'):
+        mapper.integrate(points)
+    with pytest.raises(ValueError, match=r'no_returns\[1\]'):
+        mapper.integrate(points[:1], no_returns=points)
+    assert len(mapper.cuboids().cells) == 0
+
+
 def test_the_walls_of_a_room_are_found():
     mapper = map_of_room()
     found = mapper.cuboids(classes='occupied')

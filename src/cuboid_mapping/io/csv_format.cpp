@@ -33,7 +33,7 @@ std::string toCsv(const MapSnapshot& snapshot, const ProgressListener& listener)
     divideBrick(brick, cuboids);
     for (const Cuboid& cuboid : cuboids) {
       const MetricBox box = grid.toMetricBox(cuboid.box);
-      out.precision(10);
+      out.precision(12);  // Millimetres far from the origin, too.
       for (const Eigen::Vector3d& corner : {box.min_m, box.max_m}) {
         for (int axis = 0; axis < 3; ++axis) out << corner[axis] << ',';
       }

@@ -156,6 +156,47 @@ TEST(CloudConversions, RowStepOfAnUnorganizedCloudDoesNotMatter) {
   }
 }
 
+TEST(CloudConversions, NumbersThatCannotBeRightAreReplacedWhereTheSizeLeavesOneValue) {
+  CloudSpec spec;
+  spec.width = 2;
+  spec.height = 2;
+  const std::vector<Eigen::Vector3d> points{{1, 2, 3}, {4, 5, 6}, {7, 8, 9}, {10, 11, 12}};
+  const PointCloud2 good = makeMessage(spec, points);
+  for (const std::uint32_t row_step : {0U, 47U, 48U, kMaxUint32}) {
+    PointCloud2 message = good;
+    message.row_step = row_step;
+    EXPECT_EQ(convertGood(message).points, convertGood(good).points) << row_step;
+  }
+  PointCloud2 message = good;
+  message.point_step = 0;
+  EXPECT_EQ(convertGood(message).points, convertGood(good).points);
+  message = good;
+  message.width = 4;
+  message.height = 0;
+  EXPECT_EQ(convertGood(message).points, convertGood(good).points);
+}
+
+TEST(CloudConversions, NoSinglePointLeadsTheOthers) {
+  CloudSpec spec;
+  spec.datatypes.fill(PointField::FLOAT64);
+  spec.offsets = {0, 8, 16};
+  spec.point_step = 24;
+  spec.width = 5;
+  const std::vector<Eigen::Vector3d> near{{1.25, 2, 3}, {4, 5, 6}, {7, 8, 9}};
+  for (const Eigen::Vector3d& middle :
+       {Eigen::Vector3d(0, 0, 0), Eigen::Vector3d(5572094, 466880, 330)}) {
+    std::vector<Eigen::Vector3d> points{{1e9, -1e12, 1e20}};
+    for (const Eigen::Vector3d& point : near) points.push_back(middle + point);
+    points.emplace_back(-1e15, 0, 1);
+    const CloudPoints cloud = convertGood(makeMessage(spec, points));
+    ASSERT_EQ(cloud.points.size(), 5U);
+    for (std::size_t i = 0; i < near.size(); ++i) {
+      const Eigen::Vector3d point = cloud.anchor_cloud + cloud.points[i + 1].cast<double>();
+      EXPECT_LT((point - points[i + 1]).norm(), 1e-3);
+    }
+  }
+}
+
 TEST(CloudConversions, PaddingAfterTheLastRowMayBeMissing) {
   CloudSpec spec;
   spec.width = 2;

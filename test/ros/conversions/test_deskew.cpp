@@ -63,8 +63,10 @@ void expectTimes(const SensorMessage& message, const Times& expected_s) {
   const auto times_s = readPointTimes(message);
   ASSERT_TRUE(times_s);
   ASSERT_EQ(times_s->size(), expected_s.size());
-  for (std::size_t i = 0; i < expected_s.size(); ++i)
-    EXPECT_NEAR((*times_s)[i], expected_s[i], 1e-6);
+  for (std::size_t i = 0; i < expected_s.size(); ++i) {
+    EXPECT_EQ(std::isnan((*times_s)[i]), std::isnan(expected_s[i])) << i;
+    if (!std::isnan(expected_s[i])) EXPECT_NEAR((*times_s)[i], expected_s[i], 1e-6);
+  }
 }
 
 TEST(PointTimes, AreThoseOfTheDriversFields) {
@@ -87,7 +89,15 @@ TEST(PointTimes, AreThoseOfTheDriversFields) {
   expectTimes(
       toMessage(makeTimedCloud("time", PointField::FLOAT32,
                                {kStamp_s, std::numeric_limits<double>::quiet_NaN()}, anyPoints(2))),
-      {kStamp_s, 0.0});
+      {kStamp_s, std::numeric_limits<double>::quiet_NaN()});
+}
+
+TEST(PointTimes, OfPointsThatAreNoReturnsCountOnlyWhereTheyAreWanted) {
+  constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
+  const auto cloud = toMessage(
+      makeTimedCloud("time", PointField::FLOAT32, {0.0, 0.5}, {{1, 2, 3}, {kNan, kNan, kNan}}));
+  expectTimes(cloud, {0.0, kNan});
+  EXPECT_EQ(*readPointTimes(cloud, true), (Times{0.0, 0.5}));
 }
 
 TEST(PointTimes, OfRowsAreReadRowByRow) {
@@ -112,9 +122,12 @@ TEST(PointTimes, OfRowsAreReadRowByRow) {
 
 TEST(PointTimes, OfAScanGoFromRangeToRange) {
   sensor_msgs::LaserScan scan;
-  scan.ranges = {1.0F, 2.0F, 3.0F};
+  scan.ranges = {1.0F, 2.0F, 10.0F};
+  scan.range_max = 10.0F;
   scan.time_increment = 0.01F;
-  expectTimes({boost::make_shared<sensor_msgs::LaserScan>(scan)}, {0.0, 0.01, 0.02});
+  expectTimes({boost::make_shared<sensor_msgs::LaserScan>(scan)},
+              {0.0, 0.01, std::numeric_limits<double>::quiet_NaN()});
+  EXPECT_EQ(readPointTimes({boost::make_shared<sensor_msgs::LaserScan>(scan)}, true)->size(), 3U);
   scan.time_increment = 0.0F;
   EXPECT_FALSE(readPointTimes({boost::make_shared<sensor_msgs::LaserScan>(scan)}));
 }
@@ -132,7 +145,10 @@ TEST(PointTimes, NothingIsReadOutsideTheData) {
   EXPECT_FALSE(reads([](auto& cloud) { cloud.fields.back().offset = 0xFFFFFFFF; }));
   EXPECT_FALSE(reads([](auto& cloud) { cloud.fields.back().datatype = PointField::UINT8; }));
   EXPECT_FALSE(reads([](auto& cloud) { cloud.data.pop_back(); }));
-  EXPECT_FALSE(reads([](auto& cloud) { cloud.point_step = 0; }));
+  EXPECT_FALSE(reads([](auto& cloud) {
+    cloud.point_step = 0;
+    cloud.data.pop_back();
+  }));
   EXPECT_FALSE(reads([](auto& cloud) { cloud.width = 0; }));
   EXPECT_FALSE(reads([](auto& cloud) { cloud.width = 0xFFFFFFFF; }));
   EXPECT_FALSE(reads([](auto& cloud) { cloud.height = 2; }));
@@ -161,10 +177,26 @@ TEST(Sweep, IsDividedByTime) {
   EXPECT_EQ(parts[2].points,
             (std::vector<Eigen::Vector3f>{{1.0F, 0.0F, 0.0F}, {3.0F, 0.0F, 0.0F}}));
   EXPECT_EQ(parts[2].no_returns, cloud.no_returns);
-  EXPECT_FALSE(findSlices({0.0, 1.0}));
+  EXPECT_EQ(*findSlices({0.0, 1.0}), Slices{0});
+  EXPECT_FALSE(findSlices({0.0, 1.0, 3.6}));
   EXPECT_FALSE(findSlices({-1.5}));
+  EXPECT_FALSE(findSlices({std::numeric_limits<double>::quiet_NaN()}));
   EXPECT_TRUE(findSlices({0.9999, -0.9999}));
   EXPECT_TRUE(findSlices({std::nextafter(1.0, 0.0), std::nextafter(-1.0, 0.0)}));
+}
+
+TEST(Sweep, LeavesOutPointsOfOddTimes) {
+  Times times_s(200, 0.01);
+  times_s[7] = 0.9;
+  times_s[8] = 3.6;
+  times_s[9] = std::numeric_limits<double>::quiet_NaN();
+  const auto slices = findSlices(times_s);
+  ASSERT_TRUE(slices);
+  EXPECT_EQ(*slices, Slices{10});
+  CloudPoints cloud;
+  cloud.points.assign(times_s.size(), Eigen::Vector3f::Ones());
+  for (std::uint32_t i = 0; i < times_s.size(); ++i) cloud.point_numbers.push_back(i);
+  EXPECT_EQ(divideIntoSlices(cloud, times_s, *slices).at(0).points.size(), 197U);
 }
 
 /// A lidar that drives along x at 5 m/s and turns at 2 rad/s.

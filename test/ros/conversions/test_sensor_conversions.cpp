@@ -87,11 +87,11 @@ struct ReadingCase {
 
 /// REP 117: each of NaN, +inf, -inf and 0 means what the parameter says, alone.
 TEST(SensorConversions, EachReadingOfRep117MeansWhatIsChosen) {
-  const std::vector<ReadingCase> cases{{kInf, NoReturnPoints::kPlusInf},
-                                       {kNan, NoReturnPoints::kNan},
-                                       {0.0F, NoReturnPoints::kZero},
-                                       {-kInf, NoReturnPoints::kMinusInf},
-                                       {-1.0F, NoReturnPoints::kNone}};
+  const std::vector<ReadingCase> cases{
+      {kInf, NoReturnPoints::kPlusInf},   {kNan, NoReturnPoints::kNan},
+      {0.0F, NoReturnPoints::kZero},      {-kInf, NoReturnPoints::kMinusInf},
+      {30.0F, NoReturnPoints::kRangeMax}, {31.0F, NoReturnPoints::kRangeMax},
+      {-1.0F, NoReturnPoints::kNone}};
   for (const ReadingCase& test_case : cases) {
     for (unsigned set = 0; set <= static_cast<unsigned>(NoReturnPoints::kAll); ++set) {
       CloudOptions options;
@@ -101,8 +101,11 @@ TEST(SensorConversions, EachReadingOfRep117MeansWhatIsChosen) {
       SCOPED_TRACE(std::to_string(test_case.reading) + " with " + toText(options.no_return_points));
       const LaserScan scan = makeScan({5.0F, test_case.reading});
       const DepthImage depth = makeDepth({5.0F, test_case.reading}, 2);
-      for (const CloudPoints& cloud : {expectGood(convertLaserScan(scan, options)),
-                                       expectGood(convertDepthImage(depth, options))}) {
+      std::vector<CloudPoints> clouds{expectGood(convertLaserScan(scan, options))};
+      if (test_case.frees_with != NoReturnPoints::kRangeMax) {  // An image has no such limit.
+        clouds.push_back(expectGood(convertDepthImage(depth, options)));
+      }
+      for (const CloudPoints& cloud : clouds) {
         EXPECT_EQ(cloud.points.size(), 1U);
         EXPECT_EQ(cloud.num_invalid, 1U);
         EXPECT_EQ(cloud.no_returns.size(), frees ? 1U : 0U);
@@ -119,11 +122,18 @@ TEST(SensorConversions, EachReadingOfRep117MeansWhatIsChosen) {
 TEST(SensorConversions, TheChoiceOfReadingsIsReadAndWritten) {
   for (unsigned set = 0; set <= static_cast<unsigned>(NoReturnPoints::kAll); ++set) {
     const auto points = static_cast<NoReturnPoints>(set);
-    EXPECT_EQ(parseNoReturnPoints(toText(points)), points) << toText(points);
+    const auto read = parseNoReturnPoints(toText(points));
+    ASSERT_TRUE(read) << toText(points);
+    EXPECT_EQ(read->first, points);
+    EXPECT_TRUE(read->second.empty());
+    const auto with_ranges = parseNoReturnPoints(toText(points, {81.91, 5.0}));
+    ASSERT_TRUE(with_ranges) << toText(points, {81.91, 5.0});
+    EXPECT_EQ(with_ranges->first, points);
+    EXPECT_EQ(with_ranges->second, (NoReturnRanges{81.91, 5.0}));
   }
   EXPECT_EQ(toText(NoReturnPoints::kWithNan), "with_nan");
   EXPECT_EQ(parseNoReturnPoints("zero nan"), parseNoReturnPoints("nan zero"));
-  for (const char* bad : {"", " ", "inf", "nan, zero", "with_nan zero"}) {
+  for (const char* bad : {"", " ", "inf", "nan, zero", "with_nan zero", "-1", "0", "5 none all"}) {
     EXPECT_FALSE(parseNoReturnPoints(bad)) << bad;
   }
 }
@@ -131,12 +141,43 @@ TEST(SensorConversions, TheChoiceOfReadingsIsReadAndWritten) {
 TEST(SensorConversions, RangesBeyondTheLimitsOfAScanAreNeither) {
   CloudOptions options;
   options.no_return_range_m = 7.0;
-  options.no_return_points = NoReturnPoints::kAll;
   const CloudPoints cloud =
-      expectGood(convertLaserScan(makeScan({0.05F, 0.1F, 30.0F, 30.1F}), options));
+      expectGood(convertLaserScan(makeScan({0.05F, 0.1F, 29.9F, 30.0F, 30.1F}), options));
   EXPECT_EQ(cloud.points.size(), 2U);
   EXPECT_TRUE(cloud.no_returns.empty());
-  EXPECT_EQ(cloud.num_skipped, 2U);
+  EXPECT_EQ(cloud.num_skipped, 3U);
+}
+
+TEST(SensorConversions, NamedRangesAreNoReturnsOfKnownDirection) {
+  CloudOptions options;
+  options.no_return_range_m = 7.0;
+  options.no_return_points = NoReturnPoints::kNone;
+  options.no_return_ranges_m = {8.19};
+  const CloudPoints scan = expectGood(convertLaserScan(makeScan({5.0F, 8.19F, 8.2F}), options));
+  EXPECT_EQ(scan.points.size(), 2U);
+  ASSERT_EQ(scan.no_returns.size(), 1U);
+  EXPECT_NEAR(scan.no_returns[0].norm(), 7.0F, 1e-4F);
+  const CloudPoints depth = expectGood(convertDepthImage(makeDepth({5.0F, 8.19F}, 2), options));
+  EXPECT_EQ(depth.points.size(), 1U);
+  EXPECT_EQ(depth.no_returns.size(), 1U);
+  CloudSpec spec;
+  spec.width = 3;
+  const CloudPoints cloud = convertGood(
+      makeMessage(spec, {{0.0, 8.19 * 0.6, 8.19 * 0.8}, {1, 2, 3}, {1, 8.19, 2}}), options);
+  EXPECT_EQ(cloud.points.size(), 1U);
+  ASSERT_EQ(cloud.no_returns.size(), 2U);
+  EXPECT_LT((cloud.no_returns[0] - Eigen::Vector3f(0.0F, 4.2F, 5.6F)).norm(), 1e-4F);
+  options.no_return_range_m = 0.0;
+  EXPECT_TRUE(expectGood(convertLaserScan(makeScan({5.0F, 8.19F}), options)).no_returns.empty());
+}
+
+TEST(SensorConversions, AZeroThatHasMovedWithItsCloudIsNoReturn) {
+  CloudSpec spec;
+  spec.width = 2;
+  CloudOptions options;
+  options.T_cloud_sensor.translation() = Eigen::Vector3d(1.2, -0.1, 0.7);
+  EXPECT_EQ(convertGood(makeMessage(spec, {{1.2, -0.1, 0.7}, {1, 2, 3}}), options).points.size(),
+            1U);
 }
 
 TEST(SensorConversions, BeamsOfAScanLieWhereItsAnglesSay) {

@@ -67,6 +67,8 @@ double findReach(const CloudPoints& cloud, const Eigen::Vector3d& sensor_cloud) 
   return static_cast<double>(*reach);
 }
 
+bool wantsNoReturns(const NodeParameters& parameters) { return parameters.no_return_range_m > 0.0; }
+
 /// Earlier than that, slices could lie before time begins.
 constexpr double kMinStamp_s = 2.0;
 
@@ -131,7 +133,7 @@ std::optional<CloudPoses> lookupPoses(const tf2::BufferCore& tf, const NodeParam
                                       const SensorMessage& cloud, std::string& error) {
   auto poses = lookupPoses(tf, parameters, cloud.header(), error);
   if (!poses || !parameters.source.deskew) return poses;
-  const auto times_s = readPointTimes(cloud);
+  const auto times_s = readPointTimes(cloud, wantsNoReturns(parameters));
   const auto slices = times_s ? findSlices(*times_s) : std::nullopt;
   if (!slices || cloud.header().stamp.toSec() < kMinStamp_s) return poses;
   std_msgs::Header header = cloud.header();
@@ -160,6 +162,7 @@ cuboid_mapping::MapConfig makeMapConfig(const NodeParameters& parameters) {
 
 CloudPipeline::CloudPipeline(const NodeParameters& source)
     : parameters_(source),
+      checks_(source.source.type == SourceType::kDepthImage, source.max_range_m),
       sensor_model_(source.map.sensor_model, source.map.environment),
       scan_limits_(makeScanLimits(source)),
       scan_updater_(cuboid_mapping::Grid(source.map.resolution_m),
@@ -173,6 +176,8 @@ const ScanUpdate* CloudPipeline::compute(const SensorMessage& cloud, const Cloud
   CloudOptions options;
   options.no_return_range_m = parameters_.no_return_range_m;
   options.no_return_points = parameters_.no_return_points;
+  options.no_return_ranges_m = parameters_.no_return_ranges_m;
+  options.depth_unit_m = parameters_.source.depth_unit_m;
   options.T_cloud_sensor = poses.T_map_cloud.inverse() * poses.T_map_sensor;
   options.wants_numbers = parameters_.source.deskew;
   auto converted = convert(cloud, options);
@@ -186,8 +191,9 @@ const ScanUpdate* CloudPipeline::compute(const SensorMessage& cloud, const Cloud
   }
   auto& points = std::get<CloudPoints>(converted);
   statistics.num_invalid += points.num_invalid;
-  statistics.reach_m =
-      findReach(points, (poses.T_map_cloud.inverse() * poses.T_map_sensor).translation());
+  const Eigen::Vector3d sensor_cloud = options.T_cloud_sensor.translation();
+  statistics.reach_m = findReach(points, sensor_cloud);
+  checks_.note(points, sensor_cloud);
   Scan ground;
   scans_ = makeScans(cloud, points, poses, ground, statistics);
   statistics.convert_time.add(stopwatch.lap());
@@ -223,7 +229,12 @@ std::vector<Scan> CloudPipeline::makeSlices(const SensorMessage& cloud, const Cl
                                             const CloudPoses& poses,
                                             NodeStatistics& statistics) const {
   std::vector<Scan> scans;
-  std::vector<CloudPoints> parts = divideIntoSlices(points, *readPointTimes(cloud), poses.slices);
+  std::vector<CloudPoints> parts =
+      divideIntoSlices(points, *readPointTimes(cloud, wantsNoReturns(parameters_)), poses.slices);
+  statistics.num_odd_times += points.points.size() + points.no_returns.size();
+  for (const CloudPoints& part : parts) {
+    statistics.num_odd_times -= part.points.size() + part.no_returns.size();
+  }
   for (std::size_t i = 0; i < parts.size(); ++i) {
     leaveOutRobot(parts[i], poses.slice_poses.at(i), statistics);
     scans.push_back(makeScan(parts[i], poses.slice_poses.at(i), statistics));

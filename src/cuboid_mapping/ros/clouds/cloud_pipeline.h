@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include "cuboid_mapping/ros/conversions/cloud_checks.h"
 #include "cuboid_mapping/ros/conversions/cloud_conversions.h"
 #include "cuboid_mapping/ros/conversions/sensor_message.h"
 #include "cuboid_mapping/ros/conversions/sweep.h"
@@ -78,6 +79,9 @@ class CloudPipeline {
   /// What the last cloud that was not refused has measured, filtered, map frame; one for each slice of it.
   [[nodiscard]] const std::vector<cuboid_mapping::Scan>& scans() const { return scans_; }
 
+  /// What is suspicious about the clouds so far, each said once; see CloudChecks.
+  [[nodiscard]] std::vector<std::string> takeWarnings() { return checks_.takeWarnings(); }
+
   /// The map's sensor model, with the source's hit and miss.
   [[nodiscard]] const cuboid_mapping::SensorModel& sensorModel() const { return sensor_model_; }
 
@@ -108,6 +112,7 @@ class CloudPipeline {
   [[nodiscard]] const cuboid_mapping::ScanUpdate& takeUse(const cuboid_mapping::ScanUpdate& update);
 
   NodeParameters parameters_;
+  CloudChecks checks_;
   cuboid_mapping::SensorModel sensor_model_;
   cuboid_mapping::ScanLimits scan_limits_;
   cuboid_mapping::ScanUpdater scan_updater_;

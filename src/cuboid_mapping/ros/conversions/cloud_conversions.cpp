@@ -4,6 +4,8 @@
 #include "cuboid_mapping/ros/conversions/point_bytes.h"
 #include "cuboid_mapping/scan/no_return_beams.h"
 
+#include <boost/lexical_cast/try_lexical_convert.hpp>
+
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -74,8 +76,9 @@ std::optional<CloudError> checkFields(const PointCloud2& message, const XyzField
 
 std::optional<CloudError> checkLayout(const PointCloud2& message, const XyzFields& fields) {
   const std::string advice = "Its description is wrong: fix the program that makes it";
-  const std::uint64_t point_step = message.point_step;
-  const std::uint64_t row_step = message.row_step;
+  const CloudLayout layout = layoutOf(message);
+  const std::uint64_t point_step = layout.point_step;
+  const std::uint64_t row_step = layout.row_step;
   for (const PointField* field : fields) {
     if (field->offset + std::uint64_t{sizeOf(*field)} <= point_step) continue;
     return makeError(CloudDefect::kBadLayout, message,
@@ -83,15 +86,15 @@ std::optional<CloudError> checkLayout(const PointCloud2& message, const XyzField
                          " reaches beyond point_step " + std::to_string(point_step),
                      advice);
   }
-  const std::uint64_t row_bytes = message.width * point_step;
-  if (message.height > 1 && row_step < row_bytes) {
+  const std::uint64_t row_bytes = layout.width * point_step;
+  if (layout.height > 1 && row_step < row_bytes) {
     return makeError(CloudDefect::kBadLayout, message,
                      "row_step " + std::to_string(row_step) + " is less than a row of " +
                          std::to_string(message.width) + " points of " +
                          std::to_string(point_step) + " bytes",
                      advice);
   }
-  const std::uint64_t num_bytes = numPointBytes(message);
+  const std::uint64_t num_bytes = layout.numBytes();
   if (message.data.size() < num_bytes) {
     return makeError(CloudDefect::kShortData, message,
                      "it has " + std::to_string(message.data.size()) + " bytes of data, but " +
@@ -107,7 +110,8 @@ std::optional<CloudError> checkCloud(const PointCloud2& message, const XyzFields
     return makeError(CloudDefect::kEmptyFrame, message, "header.frame_id is empty",
                      "Set the frame of the sensor in its driver");
   }
-  if (message.width == 0 || message.height == 0) {
+  const CloudLayout layout = layoutOf(message);
+  if (layout.width == 0 || layout.height == 0) {
     return makeError(CloudDefect::kNoPoints, message,
                      "it has no points (" + std::to_string(message.width) + " x " +
                          std::to_string(message.height) + ")",
@@ -121,18 +125,20 @@ std::optional<CloudError> checkCloud(const PointCloud2& message, const XyzFields
 class PointReader {
  public:
   PointReader(const PointCloud2& message, const XyzFields& fields)
-      : message_(message), is_other_order_(isOtherOrder(message)) {
+      : message_(message), layout_(layoutOf(message)), is_other_order_(isOtherOrder(message)) {
     for (std::size_t axis = 0; axis < 3; ++axis) {
       offsets_[axis] = fields[axis]->offset;
       is_double_[axis] = fields[axis]->datatype == PointField::FLOAT64;
     }
   }
 
+  [[nodiscard]] const CloudLayout& layout() const { return layout_; }
+
   [[nodiscard]] bool hasDouble() const { return is_double_[0] || is_double_[1] || is_double_[2]; }
 
   [[nodiscard]] Eigen::Vector3d read(std::size_t row, std::size_t column) const {
     const std::uint8_t* point =
-        message_.data.data() + row * message_.row_step + column * message_.point_step;
+        message_.data.data() + row * layout_.row_step + column * layout_.point_step;
     Eigen::Vector3d xyz;
     for (std::size_t axis = 0; axis < 3; ++axis) {
       const std::uint8_t* data = point + offsets_[axis];
@@ -145,16 +151,18 @@ class PointReader {
 
  private:
   const PointCloud2& message_;
+  CloudLayout layout_;
   bool is_other_order_;
   std::array<std::size_t, 3> offsets_{};
   std::array<bool, 3> is_double_{};
 };
 
 using NamedReadings = std::pair<const char*, NoReturnPoints>;
-constexpr std::array<NamedReadings, 4> kReadings{{{"plus_inf", NoReturnPoints::kPlusInf},
+constexpr std::array<NamedReadings, 5> kReadings{{{"plus_inf", NoReturnPoints::kPlusInf},
                                                   {"nan", NoReturnPoints::kNan},
                                                   {"zero", NoReturnPoints::kZero},
-                                                  {"minus_inf", NoReturnPoints::kMinusInf}}};
+                                                  {"minus_inf", NoReturnPoints::kMinusInf},
+                                                  {"range_max", NoReturnPoints::kRangeMax}}};
 constexpr std::array<NamedReadings, 5> kSetsOfReadings{{{"rep_117", NoReturnPoints::kRep117},
                                                         {"with_nan", NoReturnPoints::kWithNan},
                                                         {"with_zero", NoReturnPoints::kWithZero},
@@ -178,54 +186,116 @@ bool isNoReturn(const Eigen::Vector3d& point, NoReturnPoints wanted) {
   return contains(wanted, is_minus ? NoReturnPoints::kMinusInf : NoReturnPoints::kPlusInf);
 }
 
-/// Calls visit(point) for every point, row by row, until it returns false.
+/// Calls visit(point) for every point, row by row.
 template <typename VisitorT>
-void visitPoints(const PointCloud2& message, const PointReader& reader, VisitorT visit) {
-  for (std::size_t row = 0; row < message.height; ++row) {
-    for (std::size_t column = 0; column < message.width; ++column) {
-      if (!visit(reader.read(row, column))) return;
+void visitPoints(const PointReader& reader, VisitorT visit) {
+  for (std::size_t row = 0; row < reader.layout().height; ++row) {
+    for (std::size_t column = 0; column < reader.layout().width; ++column) {
+      visit(reader.read(row, column));
     }
   }
 }
 
-/// See CloudPoints::anchor_cloud: multiples of 1024 m, near the first point.
-Eigen::Vector3d findAnchor(const PointCloud2& message, const PointReader& reader) {
-  Eigen::Vector3d anchor = Eigen::Vector3d::Zero();
-  if (!reader.hasDouble()) return anchor;
-  visitPoints(message, reader, [&anchor](const Eigen::Vector3d& point) {
-    if (!isReturn(point)) return true;
-    constexpr double kSpacing_m = 1024.0;
-    if (point.cwiseAbs().maxCoeff() > kMaxFloatRange_m) {
-      anchor = (point / kSpacing_m).array().round().matrix() * kSpacing_m;
+/// Component by component, of a sample of the returns; 0 without any.
+Eigen::Vector3d findMedian(const PointReader& reader) {
+  constexpr std::size_t kSamples = 1000;
+  const std::size_t step = reader.layout().width * reader.layout().height / kSamples + 1;
+  std::array<std::vector<double>, 3> samples;
+  std::size_t count = 0;
+  visitPoints(reader, [&](const Eigen::Vector3d& point) {
+    if (!isReturn(point) || count++ % step != 0) return;
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      samples[axis].push_back(point[static_cast<Eigen::Index>(axis)]);
     }
-    return false;
   });
-  return anchor;
+  Eigen::Vector3d median = Eigen::Vector3d::Zero();
+  for (std::size_t axis = 0; axis < 3 && !samples[axis].empty(); ++axis) {
+    const auto middle =
+        samples[axis].begin() + static_cast<std::ptrdiff_t>(samples[axis].size() / 2);
+    std::nth_element(samples[axis].begin(), middle, samples[axis].end());
+    median[static_cast<Eigen::Index>(axis)] = *middle;
+  }
+  return median;
 }
 
-void addNoReturns(const PointCloud2& message, const PointReader& reader,
-                  const CloudOptions& options, CloudPoints& cloud) {
-  const Eigen::Isometry3d T_sensor_cloud = options.T_cloud_sensor.inverse();
+/// See CloudPoints::anchor_cloud: multiples of 1024 m. No single point leads the others.
+Eigen::Vector3d findAnchor(const PointReader& reader, const Eigen::Vector3d& sensor_cloud) {
+  if (!reader.hasDouble()) return Eigen::Vector3d::Zero();
+  const Eigen::Vector3d median = findMedian(reader);
+  const bool is_near = (median - sensor_cloud).cwiseAbs().maxCoeff() <= kMaxFloatRange_m;
+  const Eigen::Vector3d reference = is_near ? sensor_cloud : median;
+  constexpr double kSpacing_m = 1024.0;
+  if (!(reference.cwiseAbs().maxCoeff() > kMaxFloatRange_m)) return Eigen::Vector3d::Zero();
+  return (reference / kSpacing_m).array().round().matrix() * kSpacing_m;
+}
+
+/// What points of a cloud are, by the options.
+class PointJudge {
+ public:
+  enum class Kind : unsigned char { kReturn, kOfNamedRange, kNothing };
+
+  explicit PointJudge(const CloudOptions& options)
+      : ranges_m_(options.no_return_ranges_m),
+        T_sensor_cloud_(options.T_cloud_sensor.inverse()),
+        sensor_cloud_(options.T_cloud_sensor.translation()),
+        is_elsewhere_(!options.T_cloud_sensor.matrix().isIdentity(0.0)) {}
+
+  [[nodiscard]] Kind judge(const Eigen::Vector3d& point) const {
+    if (!isReturn(point)) return Kind::kNothing;
+    if (!is_elsewhere_ && ranges_m_.empty()) return Kind::kReturn;
+    // A reading of zero has moved with the cloud; rounded to float by then.
+    constexpr double kAtSensor_m = 1e-4;
+    const double range_m = (point - sensor_cloud_).norm();
+    if (is_elsewhere_ && range_m < kAtSensor_m) return Kind::kNothing;
+    if (ranges_m_.empty()) return Kind::kReturn;
+    const double depth_m = (T_sensor_cloud_ * point).cwiseAbs().maxCoeff();
+    const bool is_named = contains(ranges_m_, range_m) || contains(ranges_m_, depth_m);
+    return is_named ? Kind::kOfNamedRange : Kind::kReturn;
+  }
+
+  [[nodiscard]] Eigen::Vector3d toSensor(const Eigen::Vector3d& point) const {
+    return T_sensor_cloud_ * point;
+  }
+
+ private:
+  const NoReturnRanges& ranges_m_;
+  Eigen::Isometry3d T_sensor_cloud_;
+  Eigen::Vector3d sensor_cloud_;
+  bool is_elsewhere_;
+};
+
+/// The end of a beam without return. @param direction_sensor  Of length 1.
+void addNoReturn(const Eigen::Vector3d& direction_sensor, std::uint32_t number,
+                 const CloudOptions& options, CloudPoints& cloud) {
+  const Eigen::Vector3d end_cloud =
+      options.T_cloud_sensor * (direction_sensor * options.no_return_range_m);
+  cloud.no_returns.emplace_back((end_cloud - cloud.anchor_cloud).cast<float>());
+  if (options.wants_numbers) cloud.no_return_numbers.push_back(number);
+}
+
+/// Those whose direction is to be estimated from their neighbours.
+void addNoReturns(const PointReader& reader, const PointJudge& judge, const CloudOptions& options,
+                  CloudPoints& cloud) {
+  const CloudLayout& layout = reader.layout();
   std::vector<Eigen::Vector3f> points_sensor;
   std::vector<bool> are_wanted;
-  points_sensor.reserve(std::size_t{message.width} * message.height);
+  points_sensor.reserve(layout.width * layout.height);
   are_wanted.reserve(points_sensor.capacity());
-  visitPoints(message, reader, [&](const Eigen::Vector3d& point) {
+  visitPoints(reader, [&](const Eigen::Vector3d& point) {
+    const bool is_nothing = judge.judge(point) == PointJudge::Kind::kNothing;
     points_sensor.push_back(Eigen::Vector3f::Zero());
-    if (isReturn(point)) points_sensor.back() = (T_sensor_cloud * point).cast<float>();
-    are_wanted.push_back(isNoReturn(point, options.no_return_points));
-    return true;
+    if (!is_nothing) points_sensor.back() = judge.toSensor(point).cast<float>();
+    const bool is_zero = is_nothing && isReturn(point);
+    are_wanted.push_back(is_zero ? contains(options.no_return_points, NoReturnPoints::kZero)
+                                 : isNoReturn(point, options.no_return_points));
   });
   const auto estimate =
-      cuboid_mapping::estimateNoReturnBeams(points_sensor, message.width, message.height);
+      cuboid_mapping::estimateNoReturnBeams(points_sensor, layout.width, layout.height);
   cloud.no_returns.reserve(estimate.beams.size());
   for (const auto& beam : estimate.beams) {
     if (!are_wanted[beam.index]) continue;
-    const Eigen::Vector3d end_sensor = beam.direction.cast<double>() * options.no_return_range_m;
-    const Eigen::Vector3d end_cloud = options.T_cloud_sensor * end_sensor;
-    cloud.no_returns.emplace_back((end_cloud - cloud.anchor_cloud).cast<float>());
-    if (options.wants_numbers)
-      cloud.no_return_numbers.push_back(static_cast<std::uint32_t>(beam.index));
+    addNoReturn(beam.direction.cast<double>(), static_cast<std::uint32_t>(beam.index), options,
+                cloud);
   }
 }
 
@@ -238,31 +308,58 @@ NoReturnPoints classifyReading(double number) {
   return number > kMaxCoordinate_m ? NoReturnPoints::kPlusInf : NoReturnPoints::kNone;
 }
 
-std::string toText(NoReturnPoints points) {
-  for (const auto& [name, set] : kSetsOfReadings) {
-    if (points == set) return name;
-  }
-  std::string text;
-  for (const auto& [name, reading] : kReadings) {
-    if (contains(points, reading)) text += (text.empty() ? "" : " ") + std::string(name);
-  }
-  return text;
+bool contains(const NoReturnRanges& ranges_m, double range_m) {
+  return std::any_of(ranges_m.begin(), ranges_m.end(), [range_m](double named_m) {
+    return std::abs(range_m - named_m) <= 5e-4 + 1e-6 * named_m;
+  });
 }
 
-std::optional<NoReturnPoints> parseNoReturnPoints(const std::string& text) {
-  for (const auto& [name, set] : kSetsOfReadings) {
-    if (text == name) return set;
+std::string toText(NoReturnPoints points, const NoReturnRanges& ranges_m) {
+  std::ostringstream text;
+  text.precision(9);
+  const auto named = std::find_if(kSetsOfReadings.begin(), kSetsOfReadings.end(),
+                                  [points](const auto& set) { return set.second == points; });
+  if (named != kSetsOfReadings.end()) {
+    text << named->first;
+  } else {
+    for (const auto& [name, reading] : kReadings) {
+      if (contains(points, reading)) text << (text.tellp() > 0 ? " " : "") << name;
+    }
   }
+  for (const double range_m : ranges_m) text << ' ' << range_m;
+  return text.str();
+}
+
+std::optional<std::pair<NoReturnPoints, NoReturnRanges>> parseNoReturnPoints(
+    const std::string& text) {
   unsigned set = 0;
+  NoReturnRanges ranges_m;
+  std::size_t num_words = 0;
+  bool has_name_of_set = false;
   std::istringstream words(text);
-  for (std::string word; words >> word;) {
-    const auto known = std::find_if(kReadings.begin(), kReadings.end(),
-                                    [&word](const auto& reading) { return word == reading.first; });
-    if (known == kReadings.end()) return std::nullopt;
-    set |= static_cast<unsigned>(known->second);
+  for (std::string word; words >> word; ++num_words) {
+    const auto is_word = [&word](const auto& named) { return word == named.first; };
+    const auto reading = std::find_if(kReadings.begin(), kReadings.end(), is_word);
+    const auto named_set = std::find_if(kSetsOfReadings.begin(), kSetsOfReadings.end(), is_word);
+    double range_m = 0.0;
+    if (reading != kReadings.end()) {
+      set |= static_cast<unsigned>(reading->second);
+    } else if (named_set != kSetsOfReadings.end()) {
+      if (set != 0 || has_name_of_set) return std::nullopt;
+      set = static_cast<unsigned>(named_set->second);
+      has_name_of_set = true;
+      continue;
+    } else if (boost::conversion::try_lexical_convert(word, range_m) && std::isfinite(range_m) &&
+               range_m > 0.0) {
+      ranges_m.push_back(range_m);
+      continue;
+    } else {
+      return std::nullopt;
+    }
+    if (has_name_of_set) return std::nullopt;
   }
-  if (set == 0) return std::nullopt;
-  return static_cast<NoReturnPoints>(set);
+  if (num_words == 0) return std::nullopt;
+  return std::make_pair(static_cast<NoReturnPoints>(set), ranges_m);
 }
 
 const char* toString(CloudDefect defect) {
@@ -284,31 +381,48 @@ std::variant<CloudPoints, CloudError> convertCloud(const sensor_msgs::PointCloud
   const XyzFields fields = findFields(message);
   if (auto error = checkCloud(message, fields)) return *error;
   const PointReader reader(message, fields);
+  const PointJudge judge(options);
+  const bool wants_no_returns = options.no_return_range_m > 0.0;
   CloudPoints cloud;
-  cloud.anchor_cloud = findAnchor(message, reader);
-  cloud.points.reserve(std::size_t{message.width} * message.height);
+  cloud.anchor_cloud = findAnchor(reader, options.T_cloud_sensor.translation());
+  cloud.points.reserve(reader.layout().width * reader.layout().height);
   std::uint32_t number = 0;
-  visitPoints(message, reader, [&](const Eigen::Vector3d& point) {
-    if (isReturn(point)) {
+  visitPoints(reader, [&](const Eigen::Vector3d& point) {
+    const PointJudge::Kind kind = judge.judge(point);
+    if (kind == PointJudge::Kind::kReturn) {
       cloud.points.emplace_back((point - cloud.anchor_cloud).cast<float>());
       if (options.wants_numbers) cloud.point_numbers.push_back(number);
     } else {
       ++cloud.num_invalid;
+      if (kind == PointJudge::Kind::kOfNamedRange && wants_no_returns) {
+        addNoReturn(judge.toSensor(point).normalized(), number, options, cloud);
+      }
     }
     ++number;
-    return true;
   });
-  if (message.height > 1 && cloud.num_invalid > 0 && options.no_return_range_m > 0.0) {
-    addNoReturns(message, reader, options, cloud);
+  if (reader.layout().height > 1 && cloud.num_invalid > 0 && wants_no_returns) {
+    addNoReturns(reader, judge, options, cloud);
   }
   if (cloud.points.empty() && cloud.no_returns.empty()) {
     return makeError(
         CloudDefect::kNoValidPoints, message,
-        "all of its " + std::to_string(cloud.num_invalid) + " points are NaN, infinite or zero",
+        "all of its " + std::to_string(cloud.num_invalid) + " points are NaN, infinite or zero" +
+            (options.no_return_ranges_m.empty() ? "" : ", or of a range of no_return_points"),
         "Check that nothing covers the sensor, and check any filters before this node");
   }
   cloud.num_skipped = cloud.num_invalid - cloud.no_returns.size();
   return cloud;
+}
+
+std::vector<bool> findReturns(const PointCloud2& message) {
+  const XyzFields fields = findFields(message);
+  std::vector<bool> are_returns;
+  if (checkCloud(message, fields)) return are_returns;
+  const PointReader reader(message, fields);
+  are_returns.reserve(reader.layout().width * reader.layout().height);
+  visitPoints(reader,
+              [&](const Eigen::Vector3d& point) { are_returns.push_back(isReturn(point)); });
+  return are_returns;
 }
 
 cuboid_mapping::Scan toScan(const CloudPoints& cloud, const Eigen::Isometry3d& T_map_cloud,

@@ -12,6 +12,7 @@
 #include <cstdint>
 #include <optional>
 #include <string>
+#include <utility>
 #include <variant>
 #include <vector>
 
@@ -20,7 +21,7 @@ namespace cuboid_mapping_ros {
 /// Why a cloud cannot be used, in the order in which it is checked.
 enum class CloudDefect : unsigned char {
   kEmptyFrame,     ///< header.frame_id is empty.
-  kNoPoints,       ///< width or height is 0.
+  kNoPoints,       ///< width or height is 0, see layoutOf().
   kNoXyzFields,    ///< There is no field x, y or z.
   kWrongDatatype,  ///< x, y or z is neither FLOAT32 nor FLOAT64.
   kBadLayout,      ///< point_step is 0, a field reaches beyond it, or row_step is less than a row.
@@ -41,21 +42,22 @@ struct CloudError {
   std::string text;  ///< For the log: the numbers, and what to do.
 };
 
-/// Which readings say that a beam met nothing up to the sensor's range; a set of the first four. REP 117
+/// Which readings say that a beam met nothing up to the sensor's range; a set of the first five. REP 117
 /// has +inf for that, -inf for a thing that is too near, and NaN for a measurement that failed.
 enum class NoReturnPoints : unsigned char {
   kPlusInf = 1,
   kNan = 2,
   kZero = 4,
   kMinusInf = 8,
+  kRangeMax = 16,  ///< Of a planar scan: its range_max, or more.
   kNone = 0,
   kRep117 = kPlusInf,
   kWithNan = kPlusInf | kNan,    ///< Of drivers that write NaN for every point without return.
   kWithZero = kPlusInf | kZero,  ///< Of drivers that write zeros.
-  kAll = kPlusInf | kNan | kZero | kMinusInf
+  kAll = kPlusInf | kNan | kZero | kMinusInf | kRangeMax
 };
 
-/// Whether a set holds a reading, which is one of the first four.
+/// Whether a set holds a reading, which is one of the first five.
 [[nodiscard]] constexpr bool contains(NoReturnPoints set, NoReturnPoints reading) {
   return (static_cast<unsigned>(set) & static_cast<unsigned>(reading)) != 0;
 }
@@ -63,16 +65,24 @@ enum class NoReturnPoints : unsigned char {
 /// What a number is that is no return; kNone for one that is.
 [[nodiscard]] NoReturnPoints classifyReading(double number);
 
-/// The value of the parameter: a name as "with_nan", or readings as "nan zero".
-[[nodiscard]] std::string toText(NoReturnPoints points);
+/// Ranges in metres that stand for no return, as the far clip of a simulated camera.
+using NoReturnRanges = std::vector<double>;
 
-/// Inverse of toText(), readings in any order; nothing for another text.
-[[nodiscard]] std::optional<NoReturnPoints> parseNoReturnPoints(const std::string& text);
+/// Whether a range is one of them, to within the rounding of floats and half a millimetre.
+[[nodiscard]] bool contains(const NoReturnRanges& ranges_m, double range_m);
+
+/// The value of the parameter: a name as "with_nan", or readings as "nan zero"; then ranges as "81.91".
+[[nodiscard]] std::string toText(NoReturnPoints points, const NoReturnRanges& ranges_m = {});
+
+/// Inverse of toText(), readings and ranges in any order; nothing for another text.
+[[nodiscard]] std::optional<std::pair<NoReturnPoints, NoReturnRanges>> parseNoReturnPoints(
+    const std::string& text);
 
 /// What a cloud holds, in metres in the cloud's frame.
 struct CloudPoints {
   /// A point p lies at anchor_cloud + p. Zero unless the coordinates are FLOAT64 and beyond 8 km,
-  /// where float32 would not do; see toScan().
+  /// where float32 would not do: near the sensor, or in the middle of the points where they are far from it; see
+  /// toScan().
   Eigen::Vector3d anchor_cloud = Eigen::Vector3d::Zero();
   std::vector<Eigen::Vector3f> points;      ///< Where a beam was reflected.
   std::vector<Eigen::Vector3f> no_returns;  ///< Ends of beams without return, see Scan::no_returns.
@@ -81,8 +91,9 @@ struct CloudPoints {
   std::vector<std::uint32_t> point_numbers;
   std::vector<std::uint32_t> no_return_numbers;
   ///@}
-  std::size_t num_invalid = 0;  ///< Points that are no return: NaN, beyond 1e30, or (0, 0, 0).
+  std::size_t num_invalid = 0;  ///< Points that are no return.
   std::size_t num_skipped = 0;  ///< Of these: left out, their beams not being known or not wanted.
+  std::string warning;          ///< Of a message that is unusual, but converted; else empty.
 };
 
 /// How to convert a message.
@@ -91,18 +102,22 @@ struct CloudOptions {
   double no_return_range_m = 0.0;
   /// Which readings stand for such a beam.
   NoReturnPoints no_return_points = NoReturnPoints::kRep117;
+  /// Readings of these ranges or depths are no returns, too, and stand for such a beam.
+  NoReturnRanges no_return_ranges_m;
   /// Pose of the sensor in the cloud's frame, for the directions of beams without return. Only to
   /// be set where the cloud has been transformed out of its sensor's frame.
   Eigen::Isometry3d T_cloud_sensor = Eigen::Isometry3d::Identity();
   bool wants_numbers = false;  ///< See CloudPoints::point_numbers.
+  double depth_unit_m = 1e-3;  ///< Of depth images of whole numbers.
 };
 
 /// Takes the points out of a message, whatever its numbers say: nothing is read outside its data.
 ///
 /// x, y and z are found by name, each with its own offset and datatype (FLOAT32 or FLOAT64); a
-/// count other than 1 stands for the first element. Both byte orders; organized or not. row_step
-/// counts where height > 1 only. is_dense is not looked at: every point is checked. A point at
-/// exactly (0, 0, 0) is no return: so drivers write that do without NaN.
+/// count other than 1 stands for the first element. Both byte orders; organized or not; see layoutOf().
+/// is_dense is not looked at: every point is checked. A point at exactly (0, 0, 0), or at the sensor where the
+/// cloud has been transformed out of its frame, is no return: so drivers write that do without NaN.
+/// So is one whose range or greatest coordinate from the sensor is of `no_return_ranges_m`: its beam is known.
 ///
 /// Points that are no return, in an organized cloud (height > 1) with `no_return_range_m` > 0,
 /// become no-returns when they are of `no_return_points`, as far as
@@ -114,6 +129,9 @@ struct CloudOptions {
 /// @complexity O(width * height).
 [[nodiscard]] std::variant<CloudPoints, CloudError> convertCloud(
     const sensor_msgs::PointCloud2& message, const CloudOptions& options = {});
+
+/// Which points of a message are finite and not (0, 0, 0), row by row; empty where it cannot be converted.
+[[nodiscard]] std::vector<bool> findReturns(const sensor_msgs::PointCloud2& message);
 
 /// cuboid_mapping::makeScan() of a converted cloud, with its anchor.
 ///

@@ -5,9 +5,11 @@
 #include <boost/endian/conversion.hpp>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstdint>
 #include <cstring>
+#include <limits>
 #include <optional>
 #include <string>
 
@@ -52,9 +54,38 @@ bool isUsable(const Pinhole& pinhole) {
 std::size_t pixelBytes(const Image& image) {
   namespace encodings = sensor_msgs::image_encodings;
   if (image.encoding == encodings::TYPE_32FC1) return sizeof(float);
-  const bool is_16_bit =
-      image.encoding == encodings::TYPE_16UC1 || image.encoding == encodings::MONO16;
+  const bool is_16_bit = image.encoding == encodings::TYPE_16UC1 ||
+                         image.encoding == encodings::TYPE_16SC1 ||
+                         image.encoding == encodings::MONO16;
   return is_16_bit ? sizeof(std::uint16_t) : 0;
+}
+
+/// Bytes from row to row: as the image says, unless this cannot be and the size of the data leaves one value only.
+std::uint64_t stepOf(const Image& image) {
+  const std::uint64_t row_bytes = std::uint64_t{image.width} * pixelBytes(image);
+  const bool has_no_gaps = row_bytes != 0 && image.data.size() % row_bytes == 0 &&
+                           image.data.size() / row_bytes == image.height;
+  return has_no_gaps ? row_bytes : image.step;
+}
+
+/// The size that images of a camera have; 0 where it does not say.
+std::array<std::uint64_t, 2> sizeOf(const CameraInfo& camera) {
+  const bool has_roi = camera.roi.width != 0 && camera.roi.height != 0;
+  return {(has_roi ? camera.roi.width : camera.width) / std::max(1U, camera.binning_x),
+          (has_roi ? camera.roi.height : camera.height) / std::max(1U, camera.binning_y)};
+}
+
+/// With the intrinsics of another size, points would lie elsewhere without a sign of it.
+std::optional<CloudError> checkSize(const Image& image, const CameraInfo& camera) {
+  const auto [width, height] = sizeOf(camera);
+  if (width == 0 || height == 0 || (width == image.width && height == image.height)) {
+    return std::nullopt;
+  }
+  return makeError(CloudDefect::kBadLayout, image,
+                   "it has " + std::to_string(image.width) + " x " + std::to_string(image.height) +
+                       " pixels, but its camera_info is of " + std::to_string(width) + " x " +
+                       std::to_string(height),
+                   "Name the camera_info of this image in camera_info, or correct its binning");
 }
 
 std::optional<CloudError> checkImage(const Image& image, const Pinhole& pinhole) {
@@ -74,13 +105,14 @@ std::optional<CloudError> checkImage(const Image& image, const Pinhole& pinhole)
                      "Connect the topic of the depth image, not that of colours");
   }
   const std::uint64_t row_bytes = image.width * pixel_bytes;
-  if (image.step < row_bytes) {
+  const std::uint64_t step = stepOf(image);
+  if (step < row_bytes) {
     return makeError(CloudDefect::kBadLayout, image,
-                     "step " + std::to_string(image.step) + " is less than a row of " +
+                     "step " + std::to_string(step) + " is less than a row of " +
                          std::to_string(row_bytes) + " bytes",
                      advice);
   }
-  const std::uint64_t num_bytes = (image.height - std::uint64_t{1}) * image.step + row_bytes;
+  const std::uint64_t num_bytes = (image.height - std::uint64_t{1}) * step + row_bytes;
   if (image.data.size() < num_bytes) {
     return makeError(CloudDefect::kShortData, image,
                      "it has " + std::to_string(image.data.size()) + " bytes of data, but needs " +
@@ -97,15 +129,27 @@ std::optional<CloudError> checkImage(const Image& image, const Pinhole& pinhole)
 /// Reads depths of a checked image, in metres.
 class DepthReader {
  public:
-  explicit DepthReader(const Image& image)
+  DepthReader(const Image& image, double unit_m)
       : image_(image),
+        unit_m_(unit_m),
+        greatest_(image.encoding == sensor_msgs::image_encodings::TYPE_16SC1 ? 0x7FFF : 0xFFFF),
+        step_(stepOf(image)),
         pixel_bytes_(pixelBytes(image)),
         is_other_order_((image.is_bigendian != 0) !=
                         (boost::endian::order::native == boost::endian::order::big)) {}
 
+  /// Whether its numbers are units, not metres.
+  [[nodiscard]] bool hasUnits() const { return pixel_bytes_ == sizeof(std::uint16_t); }
+
   [[nodiscard]] double read(std::size_t row, std::size_t column) const {
-    const std::uint8_t* pixel = image_.data.data() + row * image_.step + column * pixel_bytes_;
-    if (pixel_bytes_ == sizeof(std::uint16_t)) return 1e-3 * readBits<std::uint16_t>(pixel);
+    const std::uint8_t* pixel = image_.data.data() + row * step_ + column * pixel_bytes_;
+    if (pixel_bytes_ == sizeof(std::uint16_t)) {
+      const std::uint16_t number = readBits<std::uint16_t>(pixel);
+      // The greatest number is all that a sensor can say of what is beyond it; negative ones are none.
+      return number == greatest_  ? std::numeric_limits<double>::infinity()
+             : number < greatest_ ? unit_m_ * number
+                                  : -unit_m_;
+    }
     const auto bits = readBits<std::uint32_t>(pixel);
     float depth_m = 0.0F;
     std::memcpy(&depth_m, &bits, sizeof(depth_m));
@@ -121,6 +165,9 @@ class DepthReader {
   }
 
   const Image& image_;
+  double unit_m_;
+  std::uint16_t greatest_;
+  std::uint64_t step_;
   std::size_t pixel_bytes_;
   bool is_other_order_;
 };
@@ -132,8 +179,16 @@ std::variant<CloudPoints, CloudError> convertDepthImage(const DepthImage& depth,
   const Image& image = *depth.image;
   const Pinhole pinhole = makePinhole(*depth.camera);
   if (auto error = checkImage(image, pinhole)) return *error;
-  const DepthReader reader(image);
+  if (auto error = checkSize(image, *depth.camera)) return *error;
+  const DepthReader reader(image, options.depth_unit_m);
   CloudPoints cloud;
+  if (pinhole.fx < 0.0 || pinhole.fy < 0.0) {
+    cloud.warning =
+        "camera_info has a negative focal length: the points are mirrored, unless y of frame '" +
+        image.header.frame_id + "' points up. Make it positive for optical frames";
+  }
+  // A named depth may be a number of units, as 65534.
+  const bool has_units = reader.hasUnits();
   cloud.points.reserve(std::size_t{image.width} * image.height);
   for (std::size_t row = 0; row < image.height; ++row) {
     for (std::size_t column = 0; column < image.width; ++column) {
@@ -141,13 +196,16 @@ std::variant<CloudPoints, CloudError> convertDepthImage(const DepthImage& depth,
       const Eigen::Vector3d ray((static_cast<double>(column) - pinhole.cx) / pinhole.fx,
                                 (static_cast<double>(row) - pinhole.cy) / pinhole.fy, 1.0);
       const NoReturnPoints reading = classifyReading(depth_m);
-      if (reading == NoReturnPoints::kNone && depth_m > 0.0) {
+      const bool is_named =
+          contains(options.no_return_ranges_m, depth_m) ||
+          (has_units && contains(options.no_return_ranges_m, depth_m / options.depth_unit_m));
+      if (reading == NoReturnPoints::kNone && depth_m > 0.0 && !is_named) {
         cloud.points.emplace_back((depth_m * ray).cast<float>());
         continue;
       }
       ++cloud.num_invalid;
-      if (!contains(options.no_return_points, reading) || options.no_return_range_m <= 0.0)
-        continue;
+      const bool is_wanted = is_named || contains(options.no_return_points, reading);
+      if (!is_wanted || options.no_return_range_m <= 0.0) continue;
       cloud.no_returns.emplace_back((options.no_return_range_m * ray.normalized()).cast<float>());
     }
   }

@@ -16,11 +16,38 @@ namespace cuboid_mapping_ros {
   return (cloud.is_bigendian != 0) != (boost::endian::order::native == boost::endian::order::big);
 }
 
-/// Bytes from the first point of a cloud to the end of the last. @pre It has points.
-[[nodiscard]] inline std::uint64_t numPointBytes(const sensor_msgs::PointCloud2& cloud) {
-  // All of these are below 2^32, and a row of bytes is where there is more than one row: no overflow.
-  return (cloud.height - std::uint64_t{1}) * cloud.row_step +
-         std::uint64_t{cloud.width} * cloud.point_step;
+/// Where the points of a cloud are in its data.
+struct CloudLayout {
+  std::uint64_t width;
+  std::uint64_t height;
+  std::uint64_t point_step;
+  std::uint64_t row_step;
+
+  /// Bytes from the first point to the end of the last. @pre There are points.
+  [[nodiscard]] std::uint64_t numBytes() const {
+    // All of these are below 2^32, or divide the size of the data: no overflow.
+    return (height - 1) * row_step + width * point_step;
+  }
+};
+
+/// The layout that a message describes. A number that cannot be right is replaced where the size of the data
+/// leaves one value only: height 0 and point_step 0, and a row_step that is none, as 0 or the size of the whole cloud,
+/// where the rows have no gaps.
+[[nodiscard]] inline CloudLayout layoutOf(const sensor_msgs::PointCloud2& cloud) {
+  const std::uint64_t num_bytes = cloud.data.size();
+  CloudLayout layout{cloud.width, cloud.height, cloud.point_step, cloud.row_step};
+  if (num_bytes == 0 || layout.width == 0) return layout;
+  const std::uint64_t given_row_bytes = layout.width * layout.point_step;
+  if (layout.height == 0 && given_row_bytes == num_bytes) layout.height = 1;
+  if (layout.height == 0) return layout;
+  const std::uint64_t num_points = layout.width * layout.height;
+  if (layout.point_step == 0 && num_bytes % num_points == 0)
+    layout.point_step = num_bytes / num_points;
+  const std::uint64_t row_bytes = layout.width * layout.point_step;
+  if (row_bytes == 0) return layout;
+  const bool has_no_gaps = num_bytes % row_bytes == 0 && num_bytes / row_bytes == layout.height;
+  if (has_no_gaps) layout.row_step = row_bytes;
+  return layout;
 }
 
 /// Reads a number of type T that is stored as an unsigned integer of its size.

@@ -1,12 +1,14 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "cuboid_mapping/ros/conversions/point_times.h"
 
+#include "cuboid_mapping/ros/conversions/cloud_conversions.h"
 #include "cuboid_mapping/ros/conversions/point_bytes.h"
 
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstdint>
+#include <limits>
 
 namespace cuboid_mapping_ros {
 namespace {
@@ -55,30 +57,41 @@ double readTime(const PointField& field, const std::uint8_t* data, bool is_other
 
 /// Whether all points are there, each with its field: nothing is read outside the data.
 bool isWhole(const PointCloud2& cloud, const PointField& field) {
-  if (numBytes(field) == 0 || cloud.width == 0 || cloud.height == 0) return false;
-  if (field.offset + std::uint64_t{numBytes(field)} > cloud.point_step) return false;
-  const std::uint64_t row_bytes = std::uint64_t{cloud.width} * cloud.point_step;
-  if (cloud.height > 1 && cloud.row_step < row_bytes) return false;
-  return numPointBytes(cloud) <= cloud.data.size();
+  const CloudLayout layout = layoutOf(cloud);
+  if (numBytes(field) == 0 || layout.width == 0 || layout.height == 0) return false;
+  if (field.offset + std::uint64_t{numBytes(field)} > layout.point_step) return false;
+  if (layout.height > 1 && layout.row_step < layout.width * layout.point_step) return false;
+  return layout.numBytes() <= cloud.data.size();
+}
+
+/// The times of points that are no returns become NaN.
+void keepReturns(const std::vector<bool>& are_returns, std::vector<double>& times_s) {
+  for (std::size_t i = 0; i < std::min(are_returns.size(), times_s.size()); ++i) {
+    if (!are_returns[i]) times_s[i] = std::numeric_limits<double>::quiet_NaN();
+  }
 }
 
 struct TimesReader {
+  bool wants_no_returns;
+
   Times operator()(const PointCloud2::ConstPtr& cloud) const {
     const PointField* field = findTimeField(*cloud);
     if (field == nullptr || !isWhole(*cloud, *field)) return std::nullopt;
     const bool is_other_order = isOtherOrder(*cloud);
     const double stamp_s = cloud->header.stamp.toSec();
     std::vector<double> times_s;
-    times_s.reserve(std::size_t{cloud->width} * cloud->height);
-    for (std::size_t row = 0; row < cloud->height; ++row) {
-      for (std::size_t column = 0; column < cloud->width; ++column) {
+    const CloudLayout layout = layoutOf(*cloud);
+    times_s.reserve(layout.width * layout.height);
+    for (std::size_t row = 0; row < layout.height; ++row) {
+      for (std::size_t column = 0; column < layout.width; ++column) {
         const std::size_t offset =
-            row * cloud->row_step + column * cloud->point_step + field->offset;
+            row * layout.row_step + column * layout.point_step + field->offset;
         double time_s = readTime(*field, cloud->data.data() + offset, is_other_order);
         if (time_s > kLeastNanoseconds) time_s *= 1e-9;
         times_s.push_back(time_s > kLeastTimeOfDay_s ? time_s - stamp_s : time_s);
       }
     }
+    if (!wants_no_returns) keepReturns(findReturns(*cloud), times_s);
     return times_s;
   }
 
@@ -88,6 +101,10 @@ struct TimesReader {
     times_s.reserve(scan->ranges.size());
     for (std::size_t i = 0; i < scan->ranges.size(); ++i) {
       times_s.push_back(static_cast<double>(i) * static_cast<double>(scan->time_increment));
+      const float range_m = scan->ranges[i];
+      const bool is_return = range_m >= scan->range_min && range_m < scan->range_max;
+      if (!is_return && !wants_no_returns)
+        times_s.back() = std::numeric_limits<double>::quiet_NaN();
     }
     return times_s;
   }
@@ -97,13 +114,9 @@ struct TimesReader {
 
 }  // namespace
 
-std::optional<std::vector<double>> readPointTimes(const SensorMessage& message) {
-  Times times_s = std::visit(TimesReader{}, message.content);
-  if (!times_s) return times_s;
-  for (double& time_s : *times_s) {
-    if (!std::isfinite(time_s)) time_s = 0.0;
-  }
-  return times_s;
+std::optional<std::vector<double>> readPointTimes(const SensorMessage& message,
+                                                  bool wants_no_returns) {
+  return std::visit(TimesReader{wants_no_returns}, message.content);
 }
 
 }  // namespace cuboid_mapping_ros

@@ -17,10 +17,11 @@ namespace cuboid_mapping_ros {
 ///     numbers are seconds, those beyond 1e15 nanoseconds. What is beyond 1e6 s is a time of day, else it counts
 ///     from the stamp. Both byte orders;
 ///   - a scan: its time_increment times the number of the range;
-///   - a time that is NaN or infinite is 0.
+///   - NaN: the time is none, or the point is no return and those are not wanted.
 ///
 /// @return Nothing for a cloud without such a field, or with less data than it says; for a scan with
 ///         time_increment 0; for a depth image. @complexity O(points).
-[[nodiscard]] std::optional<std::vector<double>> readPointTimes(const SensorMessage& message);
+[[nodiscard]] std::optional<std::vector<double>> readPointTimes(const SensorMessage& message,
+                                                                bool wants_no_returns = false);
 
 }  // namespace cuboid_mapping_ros

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "cuboid_mapping/ros/conversions/sensor_conversions.h"
 
+#include "cuboid_mapping/io/text.h"
+
 #include <laser_geometry/laser_geometry.h>
 #include <sensor_msgs/point_cloud2_iterator.h>
 
@@ -37,6 +39,11 @@ std::optional<CloudError> checkScan(const LaserScan& scan) {
   return std::nullopt;
 }
 
+/// A float without digits that mean nothing.
+std::string toMillimetres(float range_m) {
+  return cuboid_mapping::toText(std::round(1e3 * static_cast<double>(range_m)) / 1e3);
+}
+
 /// What takes part in a scan.
 struct LaserBeams {
   LaserScan scan;             ///< Beams without return have their length, and what is nothing NaN.
@@ -53,13 +60,16 @@ LaserBeams chooseBeams(const LaserScan& scan, const CloudOptions& options) {
   beams.returns.resize(scan.ranges.size());
   for (std::size_t i = 0; i < scan.ranges.size(); ++i) {
     float& range = beams.scan.ranges[i];
-    const NoReturnPoints reading = classifyReading(static_cast<double>(range));
-    beams.returns[i] =
-        reading == NoReturnPoints::kNone && range >= scan.range_min && range <= scan.range_max;
+    NoReturnPoints reading = classifyReading(static_cast<double>(range));
+    const bool is_named = contains(options.no_return_ranges_m, static_cast<double>(range));
+    if (reading == NoReturnPoints::kNone && range >= scan.range_max) {
+      reading = NoReturnPoints::kRangeMax;
+    }
+    beams.returns[i] = reading == NoReturnPoints::kNone && !is_named && range >= scan.range_min;
     if (beams.returns[i]) continue;
     ++beams.num_invalid;
-    const bool is_free =
-        contains(options.no_return_points, reading) && options.no_return_range_m > 0.0;
+    const bool is_free = (is_named || contains(options.no_return_points, reading)) &&
+                         options.no_return_range_m > 0.0;
     range = is_free ? static_cast<float>(options.no_return_range_m)
                     : std::numeric_limits<float>::quiet_NaN();
   }
@@ -104,7 +114,8 @@ std::variant<CloudPoints, CloudError> convertLaserScan(const LaserScan& scan,
     return makeError(
         CloudDefect::kNoValidPoints, scan,
         "none of its " + std::to_string(scan.ranges.size()) +
-            " ranges lies from range_min to range_max",
+            " ranges is a return, from range_min, " + toMillimetres(scan.range_min) +
+            " m, to below range_max, " + toMillimetres(scan.range_max) + " m",
         "Check that nothing covers the sensor, and check any filters before this node");
   }
   return cloud;

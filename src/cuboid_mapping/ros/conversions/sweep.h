@@ -18,12 +18,13 @@ using Slices = std::vector<std::int32_t>;
 /// The middle of a slice, after the stamp.
 [[nodiscard]] ros::Duration middleOf(std::int32_t slice);
 
-/// The slices in which points were measured, in order.
-/// @param times_s  Of readPointTimes(). @return Nothing when these are no times of one sweep: a second or more from
-///                 the stamp. @complexity O(points).
+/// The slices in which points were measured, in order; not those of odd times, which are a second or more from the
+/// stamp, or of less than a hundredth of the points and 0.1 s away from all others.
+/// @param times_s  Of readPointTimes(); NaN counts for nothing. @return Nothing when more than half of the times are
+///                 odd, or there is none. @complexity O(points).
 [[nodiscard]] std::optional<Slices> findSlices(const std::vector<double>& times_s);
 
-/// The points of each slice, in the order of the message.
+/// The points of each slice, in the order of the message; those of other times are left out.
 /// @param cloud  With the numbers of its points. @param times_s, slices  Of its message.
 [[nodiscard]] std::vector<CloudPoints> divideIntoSlices(const CloudPoints& cloud,
                                                         const std::vector<double>& times_s,

@@ -268,6 +268,7 @@ void fillStatus(const NodeReport& report, const NodeStatistics& last_report,
   status.add("clouds out of order", report.num_out_of_order);
   status.add("points inserted", statistics.num_points);
   status.add("points NaN or without return", statistics.num_invalid);
+  status.add("points with an odd time", statistics.num_odd_times);
   status.add("points filtered", statistics.num_filtered);
   status.add("points on the robot", statistics.num_on_robot);
   status.add("points out of range", statistics.num_out_of_range);

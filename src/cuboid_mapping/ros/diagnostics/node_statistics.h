@@ -73,7 +73,8 @@ struct NodeStatistics {
 
   // Points of inserted clouds.
   std::uint64_t num_points = 0;        ///< That took part, beams without return included.
-  std::uint64_t num_invalid = 0;       ///< NaN, infinite or (0, 0, 0).
+  std::uint64_t num_invalid = 0;       ///< No returns, see CloudPoints.
+  std::uint64_t num_odd_times = 0;     ///< With deskew: measured at no time of the sweep.
   std::uint64_t num_filtered = 0;      ///< Too near, or outside the crop box.
   std::uint64_t num_on_robot = 0;      ///< Left out by self_filter.
   std::uint64_t num_out_of_range = 0;  ///< Outside the cells that a map can have.

@@ -5,6 +5,7 @@
 #include "cuboid_mapping/io/file_replacement.h"
 #include "cuboid_mapping/io/map_files.h"
 #include "cuboid_mapping/io/map_store.h"
+#include "cuboid_mapping/io/point_cloud_map.h"
 #include "cuboid_mapping/io/text.h"
 #include "cuboid_mapping/map/cuboid_search.h"
 #include "cuboid_mapping/ros/middleware/tf_lookup.h"
@@ -67,8 +68,14 @@ auto readWithin(const WorkT& work) {
   }
 }
 
-MapFile readFileWithin(const std::string& file, const SensorModelConfig& model,
+/// @param resolution_m  Of a cloud, which has none.
+MapFile readFileWithin(const std::string& file, double resolution_m, const SensorModelConfig& model,
                        const SnapshotLimits& limits) {
+  if (cuboid_mapping::isPointCloudFile(file)) {
+    return {cuboid_mapping::MapFormat::kPcd,
+            cuboid_mapping::readPointCloudMap(file, resolution_m, model),
+            std::filesystem::file_size(file)};
+  }
   return readWithin([&] { return cuboid_mapping::readMapFile(file, model, limits); });
 }
 
@@ -156,7 +163,7 @@ StorageAnswer loadMap(GuardedMap& map, const std::string& file, const SnapshotLi
   return guard([&](StorageAnswer& answer) {
     const MapConfig config = map.read(
         [](const CuboidMap& content, const ros::Time& /*stamp*/) { return content.config(); });
-    MapFile read = readFileWithin(file, config.sensor_model, limits);
+    MapFile read = readFileWithin(file, config.resolution_m, config.sensor_model, limits);
     answer.error = compareResolutions(read.snapshot.resolution_m, map.grid().resolution(), file);
     if (!answer.error.empty()) return;
     if (placement.T_map_file) {
@@ -230,7 +237,8 @@ std::optional<MapSnapshot> readStartMap(NodeParameters& parameters) {
                        !parameters.window.keeps() && hasMap(parameters.autosave_file);
   const std::string& name = goes_on ? parameters.autosave_file : parameters.map_file;
   if (name.empty()) return std::nullopt;
-  MapFile file = readFileWithin(name, parameters.map.sensor_model, makeSnapshotLimits(parameters));
+  MapFile file = readFileWithin(name, parameters.map.resolution_m, parameters.map.sensor_model,
+                                makeSnapshotLimits(parameters));
   if (goes_on) {
     const std::string error =
         compareResolutions(file.snapshot.resolution_m, parameters.map.resolution_m, name);

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "cuboid_mapping/ros/middleware/tf_lookup.h"
 
+#include "cuboid_mapping/ros/middleware/transforms.h"
+
 #include <tf2_eigen/tf2_eigen.h>
 
 #include <exception>
@@ -33,13 +35,15 @@ TfLookup lookupTransform(const tf2::BufferCore& buffer, const std::string& targe
     return result;
   }
   try {
-    result.T_target_source = roundTransform(
-        tf2::transformToEigen(buffer.lookupTransform(target_frame, source_frame, stamp)));
+    result.T_target_source = roundTransform(tf2::transformToEigen(
+        tidyTransform(buffer.lookupTransform(target_frame, source_frame, stamp))));
   } catch (const std::exception& exception) {  // Of tf; of ros::Time for stamps 2^31 s apart.
     result.error = exception.what();
     // tf2 leaves out what failed when its buffer was cleared, and goes on with ", when looking up".
     if (result.error.rfind(", ", 0) == 0) result.error.insert(0, "tf has no data yet");
     result.error.erase(result.error.find_last_not_of(" .") + 1);  // ". ." at the end of many
+    const std::string advice = adviseOnTree(buffer, target_frame, source_frame);
+    if (!advice.empty()) result.error += "; " + advice;
   }
   return result;
 }

@@ -2,6 +2,7 @@
 #include "cuboid_mapping/ros/middleware/tf_receiver.h"
 
 #include "cuboid_mapping/ros/middleware/checked_messages.h"
+#include "cuboid_mapping/ros/middleware/transforms.h"
 
 #include <ros/console.h>
 #include <tf2/exceptions.h>
@@ -32,7 +33,7 @@ void TfReceiver::take(const Event& event, bool is_static) {
   last_time_ = now;
   for (const auto& transform : event.getConstMessage()->transforms) {
     try {
-      buffer_.setTransform(transform, event.getPublisherName(), is_static);
+      buffer_.setTransform(tidyTransform(transform), event.getPublisherName(), is_static);
     } catch (const tf2::TransformException& exception) {
       ROS_ERROR_STREAM_THROTTLE(10.0, "a transform of '" << transform.child_frame_id
                                                          << "' is ignored: " << exception.what());

@@ -251,6 +251,9 @@ void MappingNode::integrate(const SensorMessage& cloud, const CloudPoses& poses)
   Source& source = sources_.at(cloud.source);
   std::optional<CloudError> error;
   const auto* update = source.pipeline.compute(cloud, poses, statistics_, error);
+  for (const std::string& warning : source.pipeline.takeWarnings()) {
+    ROS_WARN_STREAM(nameOf(source.parameters) << ": " << warning);
+  }
   if (update == nullptr) {
     return drop(cloud.source, toDropReason(error->defect), [&error] { return error->text; });
   }

@@ -7,6 +7,7 @@
 #include <cmath>
 #include <locale>
 #include <sstream>
+#include <tuple>
 
 namespace cuboid_mapping_ros {
 namespace {
@@ -152,19 +153,20 @@ std::vector<ParameterDeclaration> declareSensorModel() {
        "Beams without a return, see no_return_points, clear the space up to this range. 0: they "
        "are ignored."},
       {"sensor_model/no_return_points", "",
-       TextKind{
-           "rep_117, with_nan, with_zero, all, none, or some of \"plus_inf nan zero minus_inf\"",
-           [](P& p, const std::string& text) {
-             const auto points = parseNoReturnPoints(text);
-             if (points) p.no_return_points = *points;
-             return points.has_value();
-           },
-           [](const P& p) { return toText(p.no_return_points); }},
+       TextKind{"rep_117, with_nan, with_zero, all, none, or some of \"plus_inf nan zero minus_inf "
+                "range_max\"; and ranges in metres, as in \"rep_117 81.91\"",
+                [](P& p, const std::string& text) {
+                  const auto points = parseNoReturnPoints(text);
+                  if (points) std::tie(p.no_return_points, p.no_return_ranges_m) = *points;
+                  return points.has_value();
+                },
+                [](const P& p) { return toText(p.no_return_points, p.no_return_ranges_m); }},
        "Which readings of a scan, of a depth image or of an organized cloud say that a beam met "
        "nothing; the others that are no return are ignored. plus_inf: +inf, in any coordinate of "
        "a point without -inf and NaN. nan: NaN. zero: 0, or the point (0, 0, 0). minus_inf: -inf, "
-       "which REP 117 uses for things that are too close. rep_117: plus_inf. with_nan: plus_inf "
-       "and nan. with_zero: plus_inf and zero."},
+       "which REP 117 uses for things that are too close. range_max: range_max of a scan, and all "
+       "beyond. rep_117: plus_inf. with_nan: plus_inf and nan. with_zero: plus_inf and zero. A "
+       "range: readings of this range or depth, such as a far clip; they are never returns."},
   };
 }
 
@@ -228,8 +230,8 @@ std::vector<ParameterDeclaration> declareTopics() {
 std::vector<ParameterDeclaration> declareFiles() {
   return {
       {"map_file", "", FileKind{[](P& p) -> std::string& { return p.map_file; }},
-       "Map to start with: .cuboids, .sqlite, .ot or .bt. Its resolution replaces the parameter "
-       "resolution."},
+       "Map to start with: .cuboids, .sqlite, .ot or .bt, whose resolution replaces the parameter "
+       "resolution; or .pcd, points in the frame of the map, whose voxels become occupied."},
       {"autosave_file", "", FileKind{[](P& p) -> std::string& { return p.autosave_file; }},
        "The map is saved to this file after changes and when the node stops. A file that is there "
        "at the start and is not read then, see resume, is not replaced: saves go to a new file "

@@ -85,6 +85,7 @@ struct SourceParameters {
   double max_rate_hz = 0.0;  ///< Of messages, more are ignored; 0: no limit.
   bool deskew =
       false;  ///< Whether each point has the pose of its own time; else that of the stamp.
+  double depth_unit_m = 1e-3;  ///< Of depth images of whole numbers.
 };
 
 /// Which voxels are forgotten, see Forgetting.
@@ -148,6 +149,7 @@ struct NodeParameters {
   double min_range_m = 0.0;        ///< Nearer points are left out wholly; 0: none.
   double no_return_range_m = 0.0;  ///< Beams without return free space up to it; 0: are skipped.
   NoReturnPoints no_return_points = NoReturnPoints::kRep117;  ///< What is such a beam.
+  NoReturnRanges no_return_ranges_m;                          ///< Ranges that are such beams.
   /// Points outside are left out wholly; in the map's frame, with filter_ground in the base's.
   cuboid_mapping::MetricBox crop = {Eigen::Vector3d::Constant(-1e9),
                                     Eigen::Vector3d::Constant(1e9)};

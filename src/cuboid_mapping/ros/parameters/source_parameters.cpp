@@ -20,12 +20,13 @@ constexpr char kListKey[] = "sources";
 constexpr char kNameKey[] = "name";
 
 /// Groups of keys that a source may have of its own; a group is a key, or all that begins with it and a slash.
-constexpr std::array<const char*, 17> kSourceKeys{"topic",
+constexpr std::array<const char*, 18> kSourceKeys{"topic",
                                                   "type",
                                                   "camera_info",
                                                   "use",
                                                   "max_rate",
                                                   "deskew",
+                                                  "depth_unit",
                                                   "sensor_frame",
                                                   "forget_after",
                                                   "sensor_model/hit",
@@ -238,9 +239,14 @@ std::vector<ParameterDeclaration> declareSources() {
        "true: each point is put where the sensor was when it was measured, by tf: by the field "
        "time, t, offset_time or timestamp of a cloud, by time_increment of a scan. false: all as "
        "of the stamp."},
+      {"depth_unit", "m",
+       NumberKind{[](P& p) -> double& { return p.source.depth_unit_m; }, 1e-6, 1.0},
+       "What 1 stands for in a depth image of whole numbers (16UC1): 0.001 by REP 118; 0.0002 in "
+       "the data sets of TUM. 32FC1 is in metres."},
       {kListKey, "", sourcesKind(),
        "Several sensors. Each element has a topic, maybe a name, and whatever differs from the "
-       "values outside the list: type, camera_info, use, max_rate, deskew, sensor_frame, "
+       "values outside the list: type, camera_info, use, max_rate, deskew, depth_unit, "
+       "sensor_frame, "
        "forget_after, sensor_model/hit, miss, max_range, end_margin, min_range, no_return_range "
        "and no_return_points, filter_ground, ground_filter/*, pointcloud_*. See doc/sensors.md."},
       {"order_wait", "s", NumberKind{[](P& p) -> double& { return p.order_wait_s; }, 0.0, 10.0},

@@ -74,6 +74,11 @@ void MapFilesService::advertise(ros::NodeHandle nh) {
         logAnswer("saved to", request.filename, answer);
         response.success = static_cast<std::uint8_t>(answer.error.empty());
         response.message = answer.error;
+        if (answer.error.empty() && answer.num_cuboids == 0) {
+          response.message =
+              "the map is empty: no cloud has got into it, see the log or /diagnostics";
+          ROS_WARN_STREAM_NAMED(kNodeName, request.filename << ": " << response.message);
+        }
         response.cuboids = answer.num_cuboids;
         response.bytes = answer.num_bytes;
         return true;

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "cuboid_mapping/ros/services/search_answers.h"
 
+#include "cuboid_mapping/query/box_query.h"
 #include "cuboid_mapping/query/corridor_query.h"
 #include "cuboid_mapping/query/cuboid_query.h"
 #include "cuboid_mapping/query/fit_query.h"
@@ -103,15 +104,27 @@ CorridorTask readTask(const MapInFrame& map, RequestReader& reader,
   return task;
 }
 
-std::string explain(const Corridor& corridor) {
+/// What the robot's box meets where it is blocked: what to do depends on it.
+std::string explainBlocked(const CuboidMap& map, const CorridorTask& task, const std::string& end,
+                           const Eigen::Vector3d& center_map) {
+  const std::string subject = "the robot's box at the " + end + ' ';
+  const auto cells = map.grid().toCellBox(cuboid_mapping::boxAround(center_map, task.size_m));
+  if (!cells || (task.region && !task.region->contains(*cells))) {
+    return subject + "leaves the region: make the region larger";
+  }
+  if (cuboid_mapping::isAnyOccupied(map, *cells)) {
+    return subject + "touches an obstacle: ask ~nearest_free for a free place";
+  }
+  return subject +
+         "touches unknown space: ask ~nearest_free for a free place, or treat unknown "
+         "space as free";
+}
+
+std::string explain(const CuboidMap& map, const CorridorTask& task, const Corridor& corridor) {
   switch (corridor.end) {
     case CorridorEnd::kFound: return {};
-    case CorridorEnd::kStartBlocked:
-      return "the robot's box at the start touches an obstacle, unknown space or the border of the "
-             "region: ask ~nearest_free for a free place, or treat unknown space as free";
-    case CorridorEnd::kGoalBlocked:
-      return "the robot's box at the goal touches an obstacle, unknown space or the border of the "
-             "region: ask ~nearest_free for a free place, or treat unknown space as free";
+    case CorridorEnd::kStartBlocked: return explainBlocked(map, task, "start", task.start_map);
+    case CorridorEnd::kGoalBlocked: return explainBlocked(map, task, "goal", task.goal_map);
     case CorridorEnd::kNoWay:
       return "there is no way: everything that the robot can reach from the start was searched";
     case CorridorEnd::kBudgetSpent: return {};  // See noteEnd().
@@ -119,9 +132,11 @@ std::string explain(const Corridor& corridor) {
   }
 }
 
-FindCorridor::Response toMessage(const Grid& grid, const Corridor& corridor) {
+FindCorridor::Response toMessage(const CuboidMap& map, const CorridorTask& task,
+                                 const Corridor& corridor) {
+  const Grid& grid = map.grid();
   FindCorridor::Response response;
-  response.message = explain(corridor);
+  response.message = explain(map, task, corridor);
   response.result = static_cast<std::uint8_t>(corridor.end);
   response.length = corridor.length_m;
   for (const CellBox& box : corridor.boxes) addBox(grid, box, response);
@@ -276,7 +291,7 @@ FindCorridor::Response answerFindCorridor(const MapInFrame& map,
     FindCorridor::Response head;
     fillHead(map, content, stamp, head);
     const Corridor corridor = findCorridor(content, task, budget);
-    response = toMessage(content.grid(), corridor);
+    response = toMessage(content, task, corridor);
     response.success = head.success;
     response.header = head.header;
     response.revision = head.revision;

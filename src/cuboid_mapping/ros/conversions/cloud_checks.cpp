@@ -1,0 +1,91 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "cuboid_mapping/ros/conversions/cloud_checks.h"
+
+#include "cuboid_mapping/io/text.h"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+namespace cuboid_mapping_ros {
+namespace {
+
+using cuboid_mapping::toText;
+
+/// Points of a cloud that are looked at.
+constexpr std::size_t kCheckedPoints = 1000;
+/// So many points of a source must be known before it is judged.
+constexpr std::size_t kLeastJudgedPoints = 100;
+/// A source is judged by its first points: the table of ranges grows no more, and later clouds cost nothing.
+constexpr std::size_t kMaxJudgedPoints = 100000;
+/// Depth cameras see less far, but for single pixels.
+constexpr double kMaxUsualDepth_m = 8.0;
+
+std::string percentOf(std::size_t part, std::size_t whole) {
+  return std::to_string(100 * part / whole) + " %";
+}
+
+}  // namespace
+
+void CloudChecks::note(const CloudPoints& cloud, const Eigen::Vector3d& sensor_cloud) {
+  if (!cloud.warning.empty()) warnOnce(cloud.warning, cloud.warning);
+  if (num_points_ >= kMaxJudgedPoints) return;
+  const Eigen::Vector3f origin = (sensor_cloud - cloud.anchor_cloud).cast<float>();
+  const std::size_t step = cloud.points.size() / kCheckedPoints + 1;
+  std::vector<double> ranges_m;
+  for (std::size_t i = 0; i < cloud.points.size(); i += step) {
+    const Eigen::Vector3f beam = cloud.points[i] - origin;
+    ranges_m.push_back(static_cast<double>(is_depth_ ? beam.z() : beam.norm()));
+    const auto range_mm =
+        static_cast<std::int64_t>(std::llround(1e3 * std::min(ranges_m.back(), 1e9)));
+    ++counts_[range_mm];
+    if (static_cast<double>(beam.norm()) > max_range_m_) ++num_too_far_;
+  }
+  num_points_ += ranges_m.size();
+  if (num_points_ < kLeastJudgedPoints) return;
+  checkOneRange();
+  checkMaxRange();
+  checkUnit(ranges_m);
+}
+
+std::vector<std::string> CloudChecks::takeWarnings() { return std::exchange(warnings_, {}); }
+
+void CloudChecks::warnOnce(const std::string& kind, const std::string& text) {
+  if (!std::exchange(said_[kind], true)) warnings_.push_back(text);
+}
+
+/// A value that stands for no return is mostly the greatest of all. Planes before a camera have one depth, too.
+void CloudChecks::checkOneRange() {
+  const auto most =
+      std::max_element(counts_.begin(), counts_.end(),
+                       [](const auto& a, const auto& b) { return a.second < b.second; });
+  if (most == counts_.end() || 10 * most->second < num_points_) return;
+  const std::string range_m = toText(1e-3 * static_cast<double>(most->first));
+  warnOnce("one range", percentOf(most->second, num_points_) + " of the points have one " +
+                            (is_depth_ ? "depth" : "range") + ", " + range_m +
+                            " m. If this stands for no return, name it: "
+                            "sensor_model/no_return_points: \"rep_117 " +
+                            range_m + '"');
+}
+
+void CloudChecks::checkMaxRange() {
+  if (10 * num_too_far_ < 9 * num_points_) return;
+  warnOnce("max range", percentOf(num_too_far_, num_points_) +
+                            " of the points lie beyond sensor_model/max_range, " +
+                            toText(max_range_m_) + " m: nothing there becomes occupied. Raise it" +
+                            (is_depth_ ? ", or correct depth_unit, if the depths are not in "
+                                         "millimetres (1/5000 m: 0.0002)"
+                                       : ", if the points are in metres"));
+}
+
+void CloudChecks::checkUnit(std::vector<double>& ranges_m) {
+  if (!is_depth_ || ranges_m.empty()) return;
+  const auto median = ranges_m.begin() + static_cast<std::ptrdiff_t>(ranges_m.size() / 2);
+  std::nth_element(ranges_m.begin(), median, ranges_m.end());
+  if (*median <= kMaxUsualDepth_m) return;
+  warnOnce("unit", "half of the depths are above " + toText(std::floor(*median)) +
+                       " m, farther than most depth cameras measure. If they are not in "
+                       "millimetres, set depth_unit (1/5000 m: 0.0002)");
+}
+
+}  // namespace cuboid_mapping_ros

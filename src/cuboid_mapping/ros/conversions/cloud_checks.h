@@ -1,0 +1,44 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include "cuboid_mapping/ros/conversions/cloud_conversions.h"
+
+#include <Eigen/Core>
+
+#include <cstddef>
+#include <cstdint>
+#include <map>
+#include <string>
+#include <vector>
+
+namespace cuboid_mapping_ros {
+
+/// Looks for readings of one source that are hardly measurements: a range that a tenth of all points have, depths that no
+/// camera measures, hardly a point within the maximum range, and what the conversion warns of. Each is said once.
+class CloudChecks {
+ public:
+  /// @param is_depth  Of depth images: z counts, not the distance. @param max_range_m  Of beams.
+  CloudChecks(bool is_depth, double max_range_m) : is_depth_(is_depth), max_range_m_(max_range_m) {}
+
+  /// @param sensor_cloud  Where the beams start. @complexity O(1): of a sample of the points.
+  void note(const CloudPoints& cloud, const Eigen::Vector3d& sensor_cloud);
+
+  /// What has been found since the last call, and what to do.
+  [[nodiscard]] std::vector<std::string> takeWarnings();
+
+ private:
+  void warnOnce(const std::string& kind, const std::string& text);
+  void checkOneRange();
+  void checkMaxRange();
+  void checkUnit(std::vector<double>& ranges_m);
+
+  bool is_depth_;
+  double max_range_m_;
+  std::map<std::int64_t, std::size_t> counts_;  ///< Of the sample, by range in millimetres.
+  std::size_t num_points_ = 0;                  ///< In the sample.
+  std::size_t num_too_far_ = 0;
+  std::map<std::string, bool> said_;
+  std::vector<std::string> warnings_;
+};
+
+}  // namespace cuboid_mapping_ros

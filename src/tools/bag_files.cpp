@@ -1,0 +1,116 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "bag_files.h"
+
+#include "cuboid_mapping/io/text.h"
+
+#include <ros/serialization.h>
+#include <rosbag/view.h>
+#include <std_msgs/Header.h>
+
+#include <algorithm>
+#include <cmath>
+#include <stdexcept>
+
+namespace cuboid_mapping_ros {
+namespace {
+
+std::unique_ptr<rosbag::Bag> openBag(const std::string& file) {
+  const std::string subject = "cannot read " + file + " as a rosbag: ";
+  try {
+    return std::make_unique<rosbag::Bag>(file);
+  } catch (const rosbag::BagUnindexedException&) {
+    throw std::runtime_error(subject +
+                             "it has no index, since its recording was cut off. Make one "
+                             "with: rosbag reindex " +
+                             file);
+  } catch (const rosbag::BagFormatException& error) {
+    throw std::runtime_error(subject + error.what() +
+                             ". If it is a damaged bag, try: rosbag reindex " + file);
+  } catch (const std::exception& error) {
+    throw std::runtime_error(subject + error.what());
+  }
+}
+
+}  // namespace
+
+BagFiles::BagFiles(const std::vector<std::string>& files) {
+  for (const std::string& file : files) {
+    bags_.emplace_back();
+    bags_.back().bag = openBag(file);
+  }
+}
+
+std::vector<BagMessage> BagFiles::collect(const std::vector<std::string>& topics) const {
+  std::vector<BagMessage> messages;
+  for (std::size_t number = 0; number < bags_.size(); ++number) {
+    rosbag::View view(*bags_[number].bag, rosbag::TopicQuery(topics));
+    for (const rosbag::MessageInstance& instance : view) messages.push_back({number, instance});
+  }
+  // Each bag is in order. Instances cannot be assigned: their order is made apart from them.
+  std::vector<std::size_t> order(messages.size());
+  for (std::size_t i = 0; i < order.size(); ++i) order[i] = i;
+  std::stable_sort(order.begin(), order.end(), [&messages](std::size_t a, std::size_t b) {
+    return messages[a].instance.getTime() < messages[b].instance.getTime();
+  });
+  std::vector<BagMessage> sorted;
+  sorted.reserve(messages.size());
+  for (const std::size_t i : order) sorted.push_back(messages[i]);
+  return sorted;
+}
+
+ros::Time BagFiles::readStamp(const BagMessage& message) {
+  std_msgs::Header header;
+  access(message, [&] {
+    std::vector<std::uint8_t> bytes(message.instance.size());
+    ros::serialization::OStream out(bytes.data(), static_cast<std::uint32_t>(bytes.size()));
+    message.instance.write(out);
+    ros::serialization::IStream in(bytes.data(), static_cast<std::uint32_t>(bytes.size()));
+    ros::serialization::deserialize(in, header);
+  });
+  return header.stamp;
+}
+
+void BagFiles::noteFailure(const BagMessage& message, const std::string& error) {
+  File& file = bags_[message.bag];
+  if (file.failures.empty()) file.error = error;
+  file.failures.emplace(message.instance.getTime(), message.instance.getTopic());
+  if (!file.has_failed) refresh(file);
+  file.has_failed = true;
+}
+
+/// A bag that fails to decompress a chunk has overwritten the one before, and would still read from it. To read of others
+/// makes it forget that: the first chunk last, since it is not read any more later on.
+void BagFiles::refresh(File& file) {
+  if (file.ends.empty()) {
+    rosbag::View view(*file.bag);
+    file.begin = view.getBeginTime();
+    file.ends.push_back(*view.begin());
+    auto last = view.begin();
+    for (auto next = view.begin(); next != view.end(); ++next) last = next;
+    file.ends.push_back(*last);
+  }
+  for (auto end = file.ends.rbegin(); end != file.ends.rend(); ++end) {
+    try {
+      (void)end->size();
+    } catch (const std::exception&) {  // It is broken, too.
+    }
+  }
+}
+
+std::vector<std::string> BagFiles::describeDamage() const {
+  std::vector<std::string> lines;
+  for (const File& file : bags_) {
+    if (file.failures.empty()) continue;
+    const auto seconds = [&file](const ros::Time& time) {
+      return cuboid_mapping::toText(std::round(1e3 * (time - file.begin).toSec()) / 1e3);
+    };
+    lines.push_back(file.bag->getFileName() +
+                    " is damaged: " + cuboid_mapping::counted(file.failures.size(), "message") +
+                    " from " + seconds(file.failures.begin()->first) + " to " +
+                    seconds(file.failures.rbegin()->first) +
+                    " s after its start could not be read (" + file.error + "); the rest was used");
+  }
+  return lines;
+}
+
+}  // namespace cuboid_mapping_ros

@@ -1,0 +1,81 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Messages of rosbags, some of which may be damaged: what can be read is read, what cannot is counted.
+#pragma once
+
+#include <ros/time.h>
+#include <rosbag/bag.h>
+#include <rosbag/message_instance.h>
+
+#include <cstddef>
+#include <cstdint>
+#include <exception>
+#include <memory>
+#include <set>
+#include <string>
+#include <utility>
+#include <vector>
+
+namespace cuboid_mapping_ros {
+
+/// A message of one of some bags.
+struct BagMessage {
+  std::size_t bag;
+  rosbag::MessageInstance instance;
+};
+
+/// Rosbags that are read at the same time.
+class BagFiles {
+ public:
+  /// @throws std::runtime_error naming the file, what is wrong with it, and what to do.
+  explicit BagFiles(const std::vector<std::string>& files);
+
+  [[nodiscard]] std::size_t size() const { return bags_.size(); }
+  [[nodiscard]] const rosbag::Bag& operator[](std::size_t number) const {
+    return *bags_[number].bag;
+  }
+
+  /// The messages on some topics of all bags, as they were recorded.
+  [[nodiscard]] std::vector<BagMessage> collect(const std::vector<std::string>& topics) const;
+
+  /// Reads a message; null when it is of another type, or cannot be read, which is counted.
+  template <typename MessageT>
+  [[nodiscard]] boost::shared_ptr<MessageT> read(const BagMessage& message) {
+    boost::shared_ptr<MessageT> read;
+    access(message, [&] { read = message.instance.instantiate<MessageT>(); });
+    return read;
+  }
+
+  /// The stamp of a message that begins with a header; 0 when it cannot be read.
+  [[nodiscard]] ros::Time readStamp(const BagMessage& message);
+
+  /// A line for each bag with messages that could not be read.
+  [[nodiscard]] std::vector<std::string> describeDamage() const;
+
+ private:
+  struct File {
+    std::unique_ptr<rosbag::Bag> bag;
+    bool has_failed = false;  ///< In the last access.
+    std::set<std::pair<ros::Time, std::string>>
+        failures;       ///< When a message was recorded, and its topic.
+    std::string error;  ///< Of the first.
+    ros::Time begin;
+    std::vector<rosbag::MessageInstance>
+        ends;  ///< The first and the last message; once they were needed.
+  };
+
+  template <typename ReadT>
+  void access(const BagMessage& message, const ReadT& read_message) {
+    try {
+      read_message();
+      bags_[message.bag].has_failed = false;
+    } catch (const std::exception& error) {
+      noteFailure(message, error.what());
+    }
+  }
+  void noteFailure(const BagMessage& message, const std::string& error);
+  static void refresh(File& file);
+
+  std::vector<File> bags_;
+};
+
+}  // namespace cuboid_mapping_ros

@@ -1,0 +1,300 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "bag_topics.h"
+
+#include "cuboid_mapping/io/text.h"
+#include "cuboid_mapping/ros/clouds/source_subscriber.h"
+#include "cuboid_mapping/ros/middleware/tf_lookup.h"
+
+#include <rosbag/view.h>
+#include <sensor_msgs/Image.h>
+#include <sensor_msgs/LaserScan.h>
+#include <sensor_msgs/PointCloud2.h>
+
+#include <algorithm>
+#include <array>
+#include <set>
+#include <stdexcept>
+#include <utility>
+
+namespace cuboid_mapping_ros {
+namespace {
+
+using cuboid_mapping::counted;
+using cuboid_mapping::join;
+
+constexpr char kClouds[] = "sensor_msgs/PointCloud2";
+constexpr char kScans[] = "sensor_msgs/LaserScan";
+constexpr char kImages[] = "sensor_msgs/Image";
+
+const char* datatypeOf(SourceType type) {
+  switch (type) {
+    case SourceType::kPointCloud: return kClouds;
+    case SourceType::kLaserScan: return kScans;
+    case SourceType::kDepthImage: break;
+  }
+  return kImages;
+}
+
+/// What to do about topics of sensors that are not mapped.
+std::string adviseOn(const std::string& datatype) {
+  const std::array<std::pair<const char*, const char*>, 7> kAdvice{
+      {{"sensor_msgs/CompressedImage", "decompress it with image_transport republish"},
+       {"sensor_msgs/PointCloud", "convert it with point_cloud_converter"},
+       {"sensor_msgs/MultiEchoLaserScan", "take one echo of it with laser_proc"},
+       {"velodyne_msgs/VelodyneScan", "make clouds of its packets with velodyne_pointcloud"},
+       {"ouster_ros/PacketMsg", "make clouds of its packets with ouster_ros"},
+       {"livox_ros_driver/CustomMsg", "have the driver send PointCloud2 (xfer_format 0)"},
+       {"livox_ros_driver2/CustomMsg", "have the driver send PointCloud2 (xfer_format 0)"}}};
+  for (const auto& [name, advice] : kAdvice) {
+    if (datatype == name) return advice;
+  }
+  return "";
+}
+
+std::string describeTopic(const std::string& name, const BagTopic& topic) {
+  return name + " (" + topic.datatype + ", " + counted(topic.num_messages, "message") +
+         (topic.frame_id.empty() ? "" : ", frame '" + topic.frame_id + "'") + ')';
+}
+
+/// Of all topics, and what to do about those of sensors.
+std::string describeAll(const BagTopics& topics) {
+  std::vector<std::string> texts;
+  for (const auto& [name, topic] : topics.all()) {
+    const std::string advice = adviseOn(topic.datatype);
+    texts.push_back(name + " (" + topic.datatype + (advice.empty() ? "" : ": " + advice) + ')');
+  }
+  return texts.empty() ? "nothing" : join(texts, ", ");
+}
+
+bool isDepth(const std::string& topic, const std::string& encoding) {
+  const bool is_named_so = topic.find("depth") != std::string::npos;
+  return encoding == "16UC1" || encoding == "32FC1" ||
+         (is_named_so && (encoding == "mono16" || encoding == "16SC1"));
+}
+
+/// Reads the first message that can be read, and what it says of the topic.
+template <typename MessageT>
+boost::shared_ptr<MessageT> readFirst(BagFiles& bags, const std::string& name, BagTopic& topic) {
+  for (const BagMessage& message : bags.collect({name, name.substr(1)})) {
+    if (const auto first = bags.read<MessageT>(message)) {
+      topic.frame_id = withoutSlash(first->header.frame_id);
+      return first;
+    }
+  }
+  return nullptr;
+}
+
+NodeParameters withTopics(const NodeParameters& parameters, const BagTopics& topics,
+                          const std::vector<std::string>& names) {
+  const auto set = [&topics](const std::string& name, NodeParameters& source) {
+    source.source.topic = name;
+    source.source.type = topics.find(name)->type.value_or(source.source.type);
+  };
+  NodeParameters chosen = parameters;
+  set(names.front(), chosen);
+  if (names.size() == 1) return chosen;
+  for (const std::string& name : names) {
+    chosen.sources.push_back(parameters);
+    set(name, chosen.sources.back());
+  }
+  return chosen;
+}
+
+/// @throws std::runtime_error for topics that are not there, or cannot be mapped.
+std::vector<std::string> checkWanted(const BagTopics& topics, const NodeParameters& parameters,
+                                     bool is_type_set, const std::vector<std::string>& wanted) {
+  std::vector<std::string> names;
+  for (const std::string& name : wanted) {
+    const BagTopic* topic = topics.find(name);
+    if (topic == nullptr) {
+      throw std::runtime_error("the bags have no topic " + name +
+                               ". They have: " + describeAll(topics));
+    }
+    if (!topic->type) {
+      const std::string advice = adviseOn(topic->datatype);
+      throw std::runtime_error(describeTopic(name, *topic) + " cannot be mapped" +
+                               (advice.empty() ? "" : ": " + advice) +
+                               ". Clouds, planar scans and depth images can");
+    }
+    if (is_type_set && topic->type != parameters.source.type) {
+      throw std::runtime_error(describeTopic(name, *topic) + " is not of type " +
+                               toString(parameters.source.type) + ": set type to " +
+                               toString(*topic->type) + ", or leave it out");
+    }
+    names.push_back(withSlash(name));
+  }
+  return names;
+}
+
+/// Those of a type, the recorded maps apart from the others.
+struct Candidates {
+  std::vector<std::string> sensors;
+  std::vector<std::string> maps;
+};
+
+Candidates findCandidates(const BagTopics& topics, const NodeParameters& parameters,
+                          SourceType type) {
+  const bool has_sensor_frame = !parameters.sensor_frame.empty();
+  Candidates candidates;
+  for (const auto& [name, topic] : topics.all()) {
+    if (topic.type != type || topic.num_messages == 0) continue;
+    const bool has_camera =
+        !parameters.source.camera_info.empty() || topics.find(cameraInfoBeside(name)) != nullptr;
+    if (type == SourceType::kDepthImage && !has_camera) continue;
+    const bool is_map = type == SourceType::kPointCloud && !has_sensor_frame &&
+                        topic.frame_id == withoutSlash(parameters.frame_id);
+    (is_map ? candidates.maps : candidates.sensors).push_back(name);
+  }
+  return candidates;
+}
+
+std::vector<std::string> findTopics(const BagTopics& topics, const NodeParameters& parameters,
+                                    bool is_type_set) {
+  std::vector<SourceType> types{SourceType::kPointCloud, SourceType::kLaserScan,
+                                SourceType::kDepthImage};
+  if (is_type_set) types = {parameters.source.type};
+  std::vector<std::string> maps;
+  for (const SourceType type : types) {
+    const Candidates candidates = findCandidates(topics, parameters, type);
+    if (!candidates.sensors.empty()) return candidates.sensors;
+    if (maps.empty()) maps = candidates.maps;
+  }
+  return maps;
+}
+
+[[noreturn]] void refuseAll(const BagTopics& topics, const NodeParameters& parameters,
+                            bool is_type_set) {
+  std::string others;
+  for (const auto& [name, topic] : topics.all()) {
+    if (!topic.type) continue;
+    others += (others.empty() ? "" : ", or ") + std::string("--topic ") + name +
+              " --set type=" + toString(*topic.type);
+    if (topic.type == SourceType::kDepthImage && topics.find(cameraInfoBeside(name)) == nullptr) {
+      others += " camera_info=TOPIC, since there is no " + cameraInfoBeside(name);
+    }
+  }
+  const std::string what =
+      is_type_set ? std::string("no ") + datatypeOf(parameters.source.type) + " (type " +
+                        toString(parameters.source.type) + ')'
+                  : "no clouds (sensor_msgs/PointCloud2), planar scans (sensor_msgs/LaserScan) or "
+                    "depth images with camera_info";
+  throw std::runtime_error(
+      "the bags contain " + what + ". " +
+      (others.empty() ? "They have: " + describeAll(topics) : "Try " + others));
+}
+
+/// Frames that are fixed in the world by REP 105: no sensor is there.
+bool isWorldFrame(const std::string& frame_id) {
+  const std::set<std::string> kFrames{"map", "odom", "world", "earth", "utm"};
+  return kFrames.count(frame_id) > 0;
+}
+
+/// What is taken, and what is left.
+std::vector<std::string> makeNotes(const BagTopics& topics, const NodeParameters& parameters,
+                                   const std::vector<std::string>& names) {
+  std::vector<std::string> notes;
+  for (const std::string& name : names) {
+    const BagTopic& topic = *topics.find(name);
+    notes.push_back("takes " + describeTopic(name, topic));
+    const bool is_in_map = topic.frame_id == withoutSlash(parameters.frame_id);
+    if (!parameters.sensor_frame.empty() || !(is_in_map || isWorldFrame(topic.frame_id))) continue;
+    notes.push_back("warning: " + name + " is in the frame '" + topic.frame_id +
+                    "', in which nothing moves. If somebody has recorded a map, leave it out; if a "
+                    "sensor's clouds have been transformed, set sensor_frame: beams start at the "
+                    "origin of '" +
+                    topic.frame_id + "' otherwise");
+  }
+  for (const auto& [name, topic] : topics.all()) {
+    if (std::find(names.begin(), names.end(), name) != names.end()) continue;
+    const std::string advice = adviseOn(topic.datatype);
+    if (topic.type) {
+      const bool is_map = topic.type == SourceType::kPointCloud &&
+                          topic.frame_id == withoutSlash(parameters.frame_id);
+      notes.push_back((is_map ? "warning: leaves " : "leaves ") + describeTopic(name, topic) +
+                      (is_map ? ", which is in the frame of the map, as a recorded map is" : "") +
+                      "; --topic " + name + " takes it");
+    } else if (!advice.empty()) {
+      notes.push_back("leaves " + describeTopic(name, topic) + ": " + advice);
+    }
+  }
+  return notes;
+}
+
+/// Of a list of sources. @throws std::runtime_error with all that is of another type.
+ChosenSources checkSources(const BagTopics& topics, const NodeParameters& parameters) {
+  ChosenSources chosen{parameters, {}};
+  std::string errors;
+  std::vector<std::string> missing;
+  for (const NodeParameters& source : parameters.sources) {
+    const std::string name = withSlash(source.source.topic);
+    const BagTopic* topic = topics.find(name);
+    if (topic == nullptr) {
+      missing.push_back(name);
+    } else if (topic->datatype != datatypeOf(source.source.type)) {
+      errors += (errors.empty() ? "" : "; ") + name + " of source " + nameOf(source) + " is " +
+                topic->datatype + ", not " + datatypeOf(source.source.type);
+    } else {
+      chosen.notes.push_back("takes " + describeTopic(name, *topic));
+    }
+  }
+  if (!errors.empty()) throw std::runtime_error(errors);
+  if (missing.size() == parameters.sources.size()) {
+    throw std::runtime_error("the bags have none of the topics of the sources: " +
+                             join(missing, ", ") + ". They have: " + describeAll(topics));
+  }
+  for (const std::string& name : missing) chosen.notes.push_back("the bags have no topic " + name);
+  return chosen;
+}
+
+}  // namespace
+
+std::string withSlash(const std::string& topic) {
+  return topic.empty() || topic.front() != '/' ? '/' + topic : topic;
+}
+
+BagTopics::BagTopics(BagFiles& bags) {
+  for (std::size_t number = 0; number < bags.size(); ++number) {
+    rosbag::View view(bags[number]);
+    for (const rosbag::ConnectionInfo* connection : view.getConnections()) {
+      topics_[withSlash(connection->topic)].datatype = connection->datatype;
+    }
+  }
+  for (auto& [name, topic] : topics_) look(bags, name, topic);
+}
+
+void BagTopics::look(BagFiles& bags, const std::string& name, BagTopic& topic) const {
+  for (std::size_t number = 0; number < bags.size(); ++number) {
+    topic.num_messages +=
+        rosbag::View(bags[number], rosbag::TopicQuery({name, name.substr(1)})).size();
+  }
+  if (topic.datatype == kClouds) {
+    topic.type = SourceType::kPointCloud;
+    (void)readFirst<sensor_msgs::PointCloud2>(bags, name, topic);
+  } else if (topic.datatype == kScans) {
+    topic.type = SourceType::kLaserScan;
+    (void)readFirst<sensor_msgs::LaserScan>(bags, name, topic);
+  } else if (topic.datatype == kImages) {
+    const auto image = readFirst<sensor_msgs::Image>(bags, name, topic);
+    if (image && isDepth(name, image->encoding)) topic.type = SourceType::kDepthImage;
+  }
+}
+
+const BagTopic* BagTopics::find(const std::string& topic) const {
+  const auto found = topics_.find(withSlash(topic));
+  return found == topics_.end() ? nullptr : &found->second;
+}
+
+ChosenSources chooseSources(const BagTopics& topics, const NodeParameters& parameters,
+                            bool is_type_set, const std::vector<std::string>& wanted) {
+  if (!parameters.sources.empty()) {
+    if (!wanted.empty()) throw std::runtime_error("--topic does not go with a list of sources");
+    return checkSources(topics, parameters);
+  }
+  const std::vector<std::string> names = wanted.empty()
+                                             ? findTopics(topics, parameters, is_type_set)
+                                             : checkWanted(topics, parameters, is_type_set, wanted);
+  if (names.empty()) refuseAll(topics, parameters, is_type_set);
+  return {withTopics(parameters, topics, names), makeNotes(topics, parameters, names)};
+}
+
+}  // namespace cuboid_mapping_ros

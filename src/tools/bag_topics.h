@@ -1,0 +1,62 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Which topics of bags are mapped, where nobody says so.
+#pragma once
+
+#include "bag_files.h"
+#include "cuboid_mapping/ros/parameters/parameters.h"
+
+#include <cstdint>
+#include <map>
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace cuboid_mapping_ros {
+
+/// A name as recorders write it.
+[[nodiscard]] std::string withSlash(const std::string& topic);
+
+/// A topic of some bags.
+struct BagTopic {
+  std::string datatype;
+  std::uint64_t num_messages = 0;
+  // Of a topic of sensors, by its first message:
+  std::optional<SourceType> type;  ///< Nothing for what cannot be mapped.
+  std::string frame_id;
+};
+
+/// All topics, by their names with a slash.
+class BagTopics {
+ public:
+  /// Reads the first message of each topic of a sensor.
+  explicit BagTopics(BagFiles& bags);
+
+  [[nodiscard]] const BagTopic* find(const std::string& topic) const;
+  [[nodiscard]] const std::map<std::string, BagTopic>& all() const { return topics_; }
+
+ private:
+  void look(BagFiles& bags, const std::string& name, BagTopic& topic) const;
+
+  std::map<std::string, BagTopic> topics_;
+};
+
+/// What is chosen, and what there is to say about it.
+struct ChosenSources {
+  NodeParameters parameters;
+  std::vector<std::string> notes;  ///< Lines: topics that are taken, and left; warnings.
+};
+
+/// The parameters with the topics of bags for sources.
+///
+/// Cases:
+///   - with a list of sources: these, each of which is checked for being in the bags;
+///   - topics that are wanted: each is a source of its type, with the same parameters;
+///   - none are wanted: all clouds that are not in the frame of the map, else all planar scans, else all depth images with
+///     camera_info; with `is_type_set`, all of the parameters' type.
+///
+/// @throws std::runtime_error  for what is wanted and not there, or of another type, and where no topic is left; it says
+///                             what there is, and what to do.
+[[nodiscard]] ChosenSources chooseSources(const BagTopics& topics, const NodeParameters& parameters,
+                                          bool is_type_set, const std::vector<std::string>& wanted);
+
+}  // namespace cuboid_mapping_ros

@@ -1,0 +1,148 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "bag_transforms.h"
+
+#include "command_line.h"
+#include "cuboid_mapping/io/text.h"
+#include "cuboid_mapping/ros/middleware/transforms.h"
+
+#include <console_bridge/console.h>
+#include <tf2_msgs/TFMessage.h>
+
+#include <set>
+#include <stdexcept>
+
+namespace cuboid_mapping_ros {
+namespace {
+
+constexpr char kStaticEnding[] = "_static";
+
+bool endsWith(const std::string& text, const std::string& ending) {
+  return text.size() >= ending.size() &&
+         text.compare(text.size() - ending.size(), ending.size(), ending) == 0;
+}
+
+bool isStatic(const std::string& topic) { return endsWith(topic, kStaticEnding); }
+
+/// The name without _static.
+std::string mainTopic(const std::string& topic) {
+  return isStatic(topic) ? topic.substr(0, topic.size() - (sizeof(kStaticEnding) - 1)) : topic;
+}
+
+/// Counts what tf2 says while it takes transforms, in place of printing each line.
+class TfLog : public console_bridge::OutputHandler {
+ public:
+  TfLog() { console_bridge::useOutputHandler(this); }
+  ~TfLog() override { console_bridge::restorePreviousOutputHandler(); }
+  TfLog(const TfLog&) = delete;
+  TfLog& operator=(const TfLog&) = delete;
+
+  void log(const std::string& text, console_bridge::LogLevel /*level*/, const char* /*file*/,
+           int /*line*/) override {
+    auto& [count, first] = kinds_[text.substr(0, text.find(' '))];
+    if (count++ == 0) first = text;
+  }
+
+  [[nodiscard]] std::vector<std::string> describe() const {
+    std::vector<std::string> lines;
+    for (const auto& [kind, said] : kinds_) {
+      const std::string first = said.second.substr(0, said.second.find('\n'));
+      lines.push_back(
+          cuboid_mapping::counted(said.first, "transform") + " left out by tf, " + kind +
+          (kind == "TF_REPEATED_DATA" ? ", since it has one of this time already" : "") +
+          "; the first: " + first);
+    }
+    return lines;
+  }
+
+ private:
+  std::map<std::string, std::pair<std::uint64_t, std::string>> kinds_;
+};
+
+/// The topics without _static on which transforms were recorded.
+std::set<std::string> findMainTopics(const BagTopics& topics) {
+  std::set<std::string> found;
+  for (const auto& [name, topic] : topics.all()) {
+    const bool is_tf = topic.datatype == "tf2_msgs/TFMessage" || topic.datatype == "tf/tfMessage";
+    if (is_tf && topic.num_messages > 0) found.insert(mainTopic(name));
+  }
+  return found;
+}
+
+/// As it was given: a topic with or without _static, or a namespace.
+std::string completeTopic(const BagTopics& topics, const std::string& given) {
+  const std::string topic = withSlash(mainTopic(given));
+  return endsWith(topic, "/tf") || topics.find(topic) != nullptr ? topic : topic + "/tf";
+}
+
+}  // namespace
+
+void BagTransforms::read(BagFiles& bags, const BagTopics& topics, const std::string& topic,
+                         const std::vector<std::string>& added) {
+  const std::set<std::string> found = findMainTopics(topics);
+  std::string main_topic = topic.empty() ? "/tf" : completeTopic(topics, topic);
+  if (found.count(main_topic) == 0 && !found.empty()) {
+    const std::string others = cuboid_mapping::join(found, ", ");
+    if (!topic.empty()) {
+      throw std::runtime_error("the bags have no transforms on " + main_topic +
+                               "; they have some on: " + others);
+    }
+    if (found.size() == 1) {
+      main_topic = *found.begin();
+      notes_.push_back("takes transforms from " + main_topic + " and " + main_topic +
+                       kStaticEnding + ", since there are none on /tf (as --tf " + main_topic +
+                       " does; a node: /tf:=" + main_topic + " /tf_static:=" + main_topic +
+                       kStaticEnding + ')');
+    } else {
+      notes_.push_back("there are no transforms on /tf, but on " + others +
+                       ": choose one of them with --tf");
+    }
+  }
+  readTopics(bags, {main_topic, main_topic.substr(1), main_topic + kStaticEnding,
+                    main_topic.substr(1) + kStaticEnding});
+  for (const std::string& text : added) {
+    const auto transform = parseTransform(text);
+    if (!transform) {
+      throw std::runtime_error(
+          "--transform \"" + text +
+          "\": must be \"parent child x y z yaw pitch roll\", or \"parent child x "
+          "y z qx qy qz qw\", in metres and radians");
+    }
+    (void)tf_.setTransform(*transform, "option", true);
+  }
+}
+
+void BagTransforms::readTopics(BagFiles& bags, const std::vector<std::string>& topics) {
+  TfLog log;
+  for (const BagMessage& message : bags.collect(topics)) {
+    cuboid_mapping::throwIfInterrupted();
+    const auto transforms = bags.read<tf2_msgs::TFMessage>(message);
+    if (!transforms) continue;
+    const bool is_static = isStatic(message.instance.getTopic());
+    for (const geometry_msgs::TransformStamped& transform : transforms->transforms) {
+      if (is_static) {
+        statics_.push_back({message.instance.getTime(), tidyTransform(transform)});
+      } else {
+        (void)tf_.setTransform(tidyTransform(transform), "bag");
+      }
+    }
+  }
+  setFirstStatics();
+  const std::vector<std::string> left_out = log.describe();
+  notes_.insert(notes_.end(), left_out.begin(), left_out.end());
+}
+
+void BagTransforms::setFirstStatics() {
+  std::set<std::string> children;
+  for (const StaticTransform& item : statics_) {
+    if (!children.insert(item.transform.child_frame_id).second) continue;
+    (void)tf_.setTransform(item.transform, "bag", true);
+  }
+}
+
+void BagTransforms::advance(const ros::Time& time) {
+  for (; num_taken_ < statics_.size() && statics_[num_taken_].recorded <= time; ++num_taken_) {
+    (void)tf_.setTransform(statics_[num_taken_].transform, "bag", true);
+  }
+}
+
+}  // namespace cuboid_mapping_ros

@@ -1,0 +1,59 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include "bag_files.h"
+#include "bag_topics.h"
+
+#include <geometry_msgs/TransformStamped.h>
+#include <tf2/buffer_core.h>
+
+#include <cstddef>
+#include <cstdint>
+#include <map>
+#include <string>
+#include <utility>
+#include <vector>
+
+namespace cuboid_mapping_ros {
+
+/// The transforms of some bags. Those of /tf are all known at any time; those of /tf_static hold from when they were
+/// recorded until the next of the same frame, as in a node; before the first, the first holds.
+class BagTransforms {
+ public:
+  /// None yet.
+  BagTransforms() = default;
+
+  /// Reads all of them. @param topic  The topic of /tf, or its namespace, as "/robot1"; empty: /tf, or the only other one.
+  /// @param added  Static transforms as parseTransform() takes them. @throws std::runtime_error for one that is none.
+  void read(BagFiles& bags, const BagTopics& topics, const std::string& topic,
+            const std::vector<std::string>& added);
+
+  /// One more, of any time.
+  void set(const geometry_msgs::TransformStamped& transform) {
+    (void)tf_.setTransform(transform, "scans");
+  }
+
+  /// Takes the static transforms that were recorded up to a time. @pre Not earlier than at the last call.
+  void advance(const ros::Time& time);
+
+  [[nodiscard]] const tf2::BufferCore& buffer() const { return tf_; }
+
+  /// Lines: where they are from, what was left out and why.
+  [[nodiscard]] const std::vector<std::string>& notes() const { return notes_; }
+
+ private:
+  struct StaticTransform {
+    ros::Time recorded;
+    geometry_msgs::TransformStamped transform;
+  };
+
+  void readTopics(BagFiles& bags, const std::vector<std::string>& topics);
+  void setFirstStatics();
+
+  tf2::BufferCore tf_{ros::Duration(1e6)};  // long enough for any bag
+  std::vector<StaticTransform> statics_;    ///< In the order of their times.
+  std::size_t num_taken_ = 0;               ///< Of the static ones, by advance().
+  std::vector<std::string> notes_;
+};
+
+}  // namespace cuboid_mapping_ros

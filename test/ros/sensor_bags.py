@@ -1,0 +1,74 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Small messages of sensors and of tf, and bags of them."""
+import math
+
+import numpy as np
+import rosbag
+import rospy
+from geometry_msgs.msg import TransformStamped
+from sensor_msgs.msg import CameraInfo, Image, LaserScan, PointCloud2, PointField
+from tf2_msgs.msg import TFMessage
+
+START_S = 1600000000
+KINDS = {'<f4': PointField.FLOAT32, '<f8': PointField.FLOAT64, '<u4': PointField.UINT32}
+
+
+def at(time_s):
+    return rospy.Time.from_sec(START_S + time_s)
+
+
+def make_cloud(points, time_s=1.0, frame='lidar', kind='<f4', times_ns=None, **description):
+    """A cloud in one row; further arguments are fields of the message, such as height."""
+    points = np.asarray(points, float).reshape(-1, 3)
+    columns = [(axis, kind) for axis in 'xyz'] + ([('t', '<u4')] if times_ns is not None else [])
+    rows = np.zeros(len(points), columns)
+    for axis, values in zip('xyz', points.T):
+        rows[axis] = values
+    if times_ns is not None:
+        rows['t'] = times_ns
+    cloud = PointCloud2(width=len(rows), height=1, point_step=rows.itemsize, row_step=rows.nbytes, data=rows.tobytes())
+    cloud.fields = [PointField(name, rows.dtype.fields[name][1], KINDS[of], 1) for name, of in columns]
+    cloud.header.frame_id, cloud.header.stamp = frame, at(time_s)
+    for name, value in description.items():
+        setattr(cloud, name, value)
+    return cloud
+
+
+def make_scan(ranges, time_s=1.0, frame='lidar', range_max=10.0):
+    step = 2.0 * math.pi / len(ranges)
+    scan = LaserScan(angle_min=-math.pi, angle_max=math.pi - step, angle_increment=step, range_min=0.1,
+                     range_max=range_max, ranges=ranges)
+    scan.header.frame_id, scan.header.stamp = frame, at(time_s)
+    return scan
+
+
+def make_depth(depths, time_s=1.0, frame='lidar'):
+    depths = np.asarray(depths)
+    image = Image(height=depths.shape[0], width=depths.shape[1], step=depths.shape[1] * depths.itemsize,
+                  encoding='16UC1' if depths.dtype == np.uint16 else '32FC1', data=depths.tobytes())
+    image.header.frame_id, image.header.stamp = frame, at(time_s)
+    return image
+
+
+def make_camera(width, height, focal_length, time_s=1.0, frame='lidar'):
+    f, cx, cy = focal_length, (width - 1) / 2.0, (height - 1) / 2.0
+    camera = CameraInfo(width=width, height=height, K=[f, 0, cx, 0, f, cy, 0, 0, 1], R=[1, 0, 0, 0, 1, 0, 0, 0, 1],
+                        P=[f, 0, cx, 0, 0, f, cy, 0, 0, 0, 1, 0])
+    camera.header.frame_id, camera.header.stamp = frame, at(time_s)
+    return camera
+
+
+def make_tf(parent, child, time_s=0.0, position=(0.0, 0.0, 0.0), rotation=(0.0, 0.0, 0.0, 1.0)):
+    transform = TransformStamped()
+    transform.header.frame_id, transform.child_frame_id, transform.header.stamp = parent, child, at(time_s)
+    to, turn = transform.transform.translation, transform.transform.rotation
+    to.x, to.y, to.z = position
+    turn.x, turn.y, turn.z, turn.w = rotation
+    return TFMessage([transform])
+
+
+def write_bag(file, records, **options):
+    """records: (topic, message, when it was recorded, in seconds after the start)."""
+    with rosbag.Bag(file, 'w', **options) as bag:
+        for topic, message, time_s in records:
+            bag.write(topic, message, at(time_s))

@@ -1,0 +1,327 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: BSD-3-Clause
+"""Inputs of other people's sensors and bags: what bag_to_map makes of them, and that the node makes the same bytes."""
+import csv
+import os
+import pathlib
+import subprocess
+import tempfile
+import unittest
+
+import numpy as np
+import rospy
+import rostest
+from sensor_bags import make_camera, make_cloud, make_depth, make_scan, make_tf, write_bag
+from waiting import wait_for
+
+from cuboid_mapping.srv import SaveMap
+
+RESOLUTION_M = 0.1
+STATIC = ('/tf_static', make_tf('map', 'lidar'), 0.0)
+MOVING = [('/tf', make_tf('map', 'lidar', time_s), time_s) for time_s in (0.0, 5.0)]
+ROW = [(5.05, 0.05, 0.05), (5.05, 0.15, 0.05), (5.05, 0.25, 0.05), (5.05, 0.35, 0.05)]
+WALL = np.full((2, 2), 2000, np.uint16)
+
+
+def clouds(*messages):
+    return [('/points', message, 1.0 + 0.1 * number) for number, message in enumerate(messages)]
+
+
+def scan_of(*ranges):
+    return [STATIC, ('/scan', make_scan(list(ranges)), 1.0)]
+
+
+def depth_of(depths, camera=None):
+    camera = camera or make_camera(2, 2, 20.0)
+    return [STATIC, ('/camera/camera_info', camera, 1.0), ('/camera/depth', make_depth(depths), 1.0)]
+
+
+def read_voxels(file):
+    """The centres of the occupied voxels of a .csv map, as sets of numbers with two decimals."""
+    voxels = set()
+    with open(file, encoding='utf-8') as stream:
+        for row in csv.DictReader(stream):
+            if row['class'] != 'occupied':
+                continue
+            low = np.array([float(row['min_' + axis]) for axis in 'xyz'])
+            counts = np.rint((np.array([float(row['max_' + axis]) for axis in 'xyz']) - low) / RESOLUTION_M)
+            for index in np.ndindex(*counts.astype(int)):
+                center = low + (np.array(index) + 0.5) * RESOLUTION_M
+                voxels.add(tuple(float(x) for x in np.round(center, 2) + 0.0))
+    return voxels
+
+
+class OtherInputsTest(unittest.TestCase):
+
+    def setUp(self):
+        self.temporary = tempfile.TemporaryDirectory()
+        self.folder = pathlib.Path(self.temporary.name)
+        self.addCleanup(self.temporary.cleanup)
+
+    def map_bags(self, *arguments, status=0):
+        """Runs bag_to_map in the folder. Returns what it says."""
+        end = subprocess.run(['rosrun', 'cuboid_mapping', 'bag_to_map', *map(str, arguments)], cwd=self.folder,
+                             capture_output=True, text=True)
+        self.assertEqual(end.returncode, status, end.stderr)
+        return end.stderr
+
+    def map_records(self, records, *options, status=0):
+        """Maps a bag of records, with no more than its name and the options. Returns what was said."""
+        write_bag(self.folder / 'input.bag', records)
+        return self.map_bags('input.bag', *options, '--set', f'resolution={RESOLUTION_M}', status=status)
+
+    def voxels(self, name='input'):
+        subprocess.run(['rosrun', 'cuboid_mapping', 'map_convert', f'{name}.cuboids', 'map.csv'], cwd=self.folder,
+                       check=True, capture_output=True)
+        return read_voxels(self.folder / 'map.csv')
+
+    def expect_of_node(self, records, **parameters):
+        """The node makes the same bytes of the messages as bag_to_map of their bag."""
+        expected = (self.folder / 'input.cuboids').read_bytes()
+        topic = [name for name, _, _ in records if not name.startswith('/tf') and 'camera_info' not in name][0]
+        arguments = [f'_{key}:={value}' for key, value in {'resolution': RESOLUTION_M, **parameters}.items()]
+        node = subprocess.Popen(['rosrun', 'cuboid_mapping', 'cuboid_mapping_node', '__name:=others',
+                                 f'cloud_in:={topic}', *arguments])
+        try:
+            rospy.wait_for_service('/others/save_map', 60.0)
+            publishers = {}
+            for name, message, _ in records:
+                publishers.setdefault(name, rospy.Publisher(name, type(message), queue_size=10, latch=True))
+            for name, publisher in publishers.items():
+                self.assertTrue(wait_for(lambda p=publisher: p.get_num_connections() > 0), name)
+            for name, message, _ in records:
+                publishers[name].publish(message)
+                rospy.sleep(0.2)
+            save = rospy.ServiceProxy('/others/save_map', SaveMap)
+
+            def is_same():
+                saved = save(str(self.folder / 'node.cuboids'))
+                self.assertTrue(saved.success, saved.message)
+                return (self.folder / 'node.cuboids').read_bytes() == expected
+
+            self.assertTrue(wait_for(is_same, 10.0))
+            for publisher in publishers.values():
+                publisher.unregister()
+        finally:
+            node.terminate()
+            node.wait()
+
+    # What is no return.
+
+    def test_range_max_is_no_return(self):
+        records = scan_of(*[3.0, 10.0, 11.0, 10.5] * 9)
+        self.map_records(records)
+        self.assertTrue(all(np.hypot(x, y) < 4.0 for x, y, _ in self.voxels()))
+        self.expect_of_node(records, type='laser_scan')
+
+    def test_named_values_are_no_returns(self):
+        records = scan_of(*[3.0, 8.19] * 20)
+        said = self.map_records(records, '--set', 'sensor_model/no_return_points=rep_117 8.19',
+                                'sensor_model/no_return_range=5')
+        self.assertTrue(all(np.hypot(x, y) < 4.0 for x, y, _ in self.voxels()))
+        self.assertNotIn('8.19 m', said)
+        self.map_records(clouds(make_cloud(ROW + [(0.0, 30.0, 40.0)])) + [STATIC], '--set',
+                         'sensor_model/no_return_points=none 50')
+        self.assertEqual(self.voxels(), set(ROW))
+        self.map_records(depth_of(np.array([[2000, 65535], [65534, 7000]], np.uint16)), '--set',
+                         'sensor_model/no_return_points=none 65534 7')
+        self.assertEqual(len(self.voxels()), 1)
+
+    def test_one_range_of_a_tenth_of_the_points_is_named(self):
+        ranges = [3.0 + 0.01 * number for number in range(180)] + [8.19] * 20
+        said = self.map_records(scan_of(*ranges))
+        self.assertIn('10 % of the points have one range, 8.19 m', said)
+        self.assertIn('no_return_points: "rep_117 8.19"', said)
+
+    def test_depths_in_another_unit_are_noticed(self):
+        depths = (2000 * np.linspace(4.0, 8.0, 400)).astype(np.uint16).reshape(20, 20)
+        records = depth_of(depths, make_camera(20, 20, 20.0))
+        said = self.map_records(records)
+        self.assertIn('depth_unit', said)
+        said = self.map_records(records, '--set', 'sensor_model/max_range=5')
+        self.assertIn('beyond sensor_model/max_range', said)
+        self.assertIn('nothing in the map is occupied', said)
+        said = self.map_records(records, '--set', 'depth_unit=0.0002')
+        self.assertNotIn('depth_unit', said)
+        self.assertTrue(all(z < 3.5 for _, _, z in self.voxels()))
+        self.expect_of_node([records[0], records[2], records[1]], type='depth_image', depth_unit=0.0002)
+
+    def test_a_negative_focal_length_is_noticed(self):
+        camera = make_camera(2, 2, 20.0)
+        camera.P = camera.P[:5] + (-20.0,) + camera.P[6:] if isinstance(camera.P, tuple) else \
+            camera.P[:5] + [-20.0] + camera.P[6:]
+        self.assertIn('negative focal length', self.map_records(depth_of(WALL, camera)))
+
+    # One bad element.
+
+    def test_a_point_of_an_odd_time_is_left_out(self):
+        for times, points in [([0, 3604361924], ROW[:2]), ([0, 0xFFFFFFFF], [ROW[0], (np.nan,) * 3])]:
+            records = MOVING + clouds(make_cloud(points, times_ns=times))
+            said = self.map_records(records, '--set', 'deskew=true')
+            self.assertEqual(self.voxels(), {ROW[0]})
+            self.assertEqual('1 point left out' in said, points == ROW[:2], said)
+        self.expect_of_node(records, deskew='true')
+
+    def test_garbage_leads_no_other_point(self):
+        points = [(1e9, -1e12, 1e20), *[(5.05, 0.05 + 0.1 * number, 0.05) for number in range(20)]]
+        records = clouds(make_cloud(points, kind='<f8')) + [STATIC]
+        self.map_records(records, '--set', 'sensor_model/max_range=100')
+        self.assertEqual(self.voxels(), {tuple(np.round(point, 2)) for point in points[1:]})
+
+    # One reading only.
+
+    def test_a_row_step_of_the_whole_cloud_or_none_has_one_reading(self):
+        for description in [{'row_step': 48}, {'row_step': 0}, {'row_step': 7}]:
+            records = [STATIC] + clouds(make_cloud(ROW, width=2, height=2, **description))
+            self.map_records(records)
+            self.assertEqual(self.voxels(), set(ROW), description)
+        self.expect_of_node(records)
+        for description in [{'height': 0}, {'point_step': 0}]:
+            self.map_records([STATIC] + clouds(make_cloud(ROW, **description)))
+            self.assertEqual(self.voxels(), set(ROW), description)
+
+    def test_transforms_of_a_robot_are_found(self):
+        records = [('/r1' + STATIC[0], *STATIC[1:])] + clouds(make_cloud(ROW))
+        self.assertIn('/r1/tf_static', self.map_records(records))
+        self.assertEqual(self.voxels(), set(ROW))
+        records += [('/r2/tf_static', make_tf('map', 'lidar', position=(0.0, 0.0, 1.0)), 0.0)]
+        said = self.map_records(records, status=1)
+        self.assertIn('/r1/tf, /r2/tf', said)
+        self.map_records(records, '--tf', '/r2')
+        self.assertEqual(self.voxels(), {(x, y, 1.05) for x, y, _ in ROW})
+
+    # Two descriptions.
+
+    def test_a_camera_info_of_another_size_is_refused(self):
+        said = self.map_records(depth_of(WALL, make_camera(8, 8, 20.0)), status=1)
+        self.assertIn('2 x 2', said)
+        self.assertIn('8 x 8', said)
+
+    def test_a_quaternion_of_two_digits_is_a_rotation(self):
+        for rotation in [(0.0, 0.0, 0.71, 0.71), (0.0, 0.0, 0.7, 0.7)]:
+            records = [('/tf_static', make_tf('map', 'lidar', rotation=rotation), 0.0)] + \
+                clouds(make_cloud([(50.05, -0.05, 0.05)]))
+            self.map_records(records)
+            self.assertEqual(self.voxels(), {(0.05, 50.05, 0.05)})
+        self.expect_of_node(records)
+
+    def test_a_pcd_of_doubles_is_read(self):
+        (self.folder / 'doubles/pcd').mkdir(parents=True)
+        (self.folder / 'doubles/pcd/0.pcd').write_text(
+            'VERSION .7\nFIELDS x y z\nSIZE 8 8 8\nTYPE F F F\nCOUNT 1 1 1\nWIDTH 1\nHEIGHT 1\n'
+            'VIEWPOINT 5572094.15 466880.25 330 1 0 0 0\nPOINTS 1\nDATA ascii\n5572099.15 466880.25 330.05\n')
+        self.map_bags('doubles', '--set', f'resolution={RESOLUTION_M}')
+        self.assertEqual(self.voxels('doubles'), {(5572099.15, 466880.25, 330.05)})
+
+    # What varies.
+
+    def test_a_static_transform_holds_until_the_next(self):
+        first = clouds(make_cloud(ROW))
+        moved = ('/tf_static', make_tf('map', 'lidar', 3.0, (0.0, 0.0, 2.0)), 3.0)
+        records = [STATIC] + first + [moved, ('/points', make_cloud(ROW, 4.0), 4.0)]
+        self.map_records(records)
+        both = set(ROW) | {(x, y, 2.05) for x, y, _ in ROW}
+        self.assertEqual(self.voxels(), both)
+        self.expect_of_node(records)
+        write_bag(self.folder / 'a.bag', records[:2])
+        write_bag(self.folder / 'b.bag', records[2:])
+        self.map_bags('b.bag', 'a.bag', '-o', 'two.cuboids', '--set', f'resolution={RESOLUTION_M}')
+        self.assertEqual(self.voxels('two'), both)
+
+    def test_a_topic_can_mark_with_a_crop_and_clear_without(self):
+        beyond = [make_cloud([(4.1, 0.1, 0.22)], 2.0 + number) for number in range(3)]
+        records = [STATIC] + clouds(make_cloud([(2.05, 0.05, 0.11)]), *beyond)
+        self.map_records(records, '--set', 'pointcloud_max_x=3')
+        self.assertEqual(self.voxels(), {(2.05, 0.05, 0.15)})
+        self.map_records(records, '--set', 'sources=[{name: marks, topic: /points, use: mark, pointcloud_max_x: 3.0}, '
+                         '{name: clears, topic: /points, use: clear}]')
+        self.assertEqual(self.voxels(), set())
+
+    # What cannot be read.
+
+    def test_a_broken_chunk_costs_its_own_messages_alone(self):
+        records = [STATIC] + [('/points', make_cloud(np.tile([(5.05, 0.05 + 0.1 * k, 0.05)], (2000, 1)) +
+                                                     np.random.RandomState(k).uniform(-0.02, 0.02, (2000, 3)),
+                                                     1.0 + k), 1.0 + k) for k in range(20)]
+        for compression in ('none', 'bz2', 'lz4'):
+            file = self.folder / 'input.bag'
+            write_bag(file, records, compression=compression, chunk_threshold=48000)
+            content = bytearray(file.read_bytes())
+            middle = len(content) // 2
+            content[middle:middle + 64] = bytes(64)
+            file.write_bytes(content)
+            said = self.map_bags('input.bag', '--set', f'resolution={RESOLUTION_M}')
+            num_occupied = len(self.voxels())
+            self.assertGreaterEqual(num_occupied, 17, compression)
+            if compression != 'none':
+                self.assertRegex(said, r'input\.bag is damaged: \d messages? from [\d.]+ to [\d.]+ s after its start')
+
+    def test_a_bag_without_an_index_says_how_to_make_one(self):
+        write_bag(self.folder / 'whole.bag', [STATIC] + clouds(make_cloud(ROW)))
+        content = (self.folder / 'whole.bag').read_bytes()
+        header = content.index(b'index_pos=') + len(b'index_pos=')
+        (self.folder / 'cut.bag.active').write_bytes(content[:header] + bytes(8) + content[header + 8:])
+        self.assertIn('rosbag reindex cut.bag.active', self.map_bags('cut.bag.active', status=1))
+
+    def test_repeated_transforms_are_said_once(self):
+        records = MOVING * 50 + clouds(make_cloud(ROW))
+        said = self.map_records(records)
+        self.assertEqual(said.count('TF_REPEATED_DATA'), 2, said)  # The kind, and the first text of tf.
+        self.assertIn('98 transforms left out', said)
+
+    # The way in.
+
+    def test_the_topic_and_its_type_are_found(self):
+        said = self.map_records(scan_of(*[3.0] * 90))
+        self.assertIn('takes /scan (sensor_msgs/LaserScan, 1 message, frame \'lidar\')', said)
+        said = self.map_records(depth_of(WALL))
+        self.assertIn('takes /camera/depth (sensor_msgs/Image', said)
+        records = scan_of(*[3.0] * 90) + clouds(make_cloud(ROW))
+        said = self.map_records(records)
+        self.assertIn('takes /points', said)
+        self.assertIn('leaves /scan (sensor_msgs/LaserScan', said)
+        self.assertEqual(self.voxels(), set(ROW))
+        self.map_records(records, '--topic', '/points', '/scan')
+        self.assertGreater(len(self.voxels()), len(ROW))
+        said = self.map_records(scan_of(3.0), '--set', 'type=point_cloud', status=1)
+        self.assertIn('--topic /scan --set type=laser_scan', said)
+        said = self.map_records([STATIC], status=1)
+        self.assertIn('/tf_static', said)
+
+    def test_a_recorded_map_is_left_with_a_warning(self):
+        recorded = ('/laser_cloud_surround', make_cloud([(0.05, 9.05, 0.05)], frame='map'), 1.0)
+        said = self.map_records([STATIC, recorded] + clouds(make_cloud(ROW)))
+        self.assertIn('warning: leaves /laser_cloud_surround', said)
+        self.assertEqual(self.voxels(), set(ROW))
+        said = self.map_records([recorded])
+        self.assertIn('warning: /laser_cloud_surround is in the frame \'map\'', said)
+
+    def test_the_root_of_the_transforms_is_taken_or_named(self):
+        records = [('/tf_static', make_tf('odom', 'lidar'), 0.0)] + clouds(make_cloud(ROW))
+        said = self.map_records(records)
+        self.assertIn('--set frame_id=odom', said)
+        self.assertEqual(self.voxels(), set(ROW))
+        said = self.map_records(records, '--set', 'frame_id=map', status=1)
+        self.assertIn('roots of tf\'s trees are: odom', said)
+        self.map_records(records, '--set', 'frame_id=map', '--transform', 'map odom 0 0 1 0 0 0')
+        self.assertEqual(self.voxels(), {(x, y, 1.05) for x, y, _ in ROW})
+        said = self.map_records(clouds(make_cloud(ROW)), status=1)
+        self.assertIn('map lidar x y z yaw pitch roll', said)
+        self.map_records(clouds(make_cloud(ROW)), '--transform', 'map lidar 0 0 1 0 0 0 1')
+        self.assertEqual(self.voxels(), {(x, y, 1.05) for x, y, _ in ROW})
+        self.assertIn('must be', self.map_records(records, '--transform', 'map odom 0 0 1', status=1))
+
+    def test_scans_of_kitti_are_read(self):
+        (self.folder / 'drive/velodyne').mkdir(parents=True)
+        for number in range(2):
+            np.array([[*ROW[0], 0.5], [*ROW[1], 0.5]], np.float32).tofile(
+                self.folder / f'drive/velodyne/{number:06}.bin')
+        (self.folder / 'drive/poses.txt').write_text('1 0 0 0 0 1 0 0 0 0 1 0\n1 0 0 0 0 1 0 0 0 0 1 1\n')
+        self.map_bags('drive', '--set', f'resolution={RESOLUTION_M}')
+        self.assertEqual(self.voxels('drive'), set(ROW[:2]) | {(x, y, 1.05) for x, y, _ in ROW[:2]})
+
+
+if __name__ == '__main__':
+    os.environ['PYTHONUNBUFFERED'] = '1'
+    rospy.init_node('other_inputs')
+    rostest.rosrun('cuboid_mapping', 'other_inputs', OtherInputsTest)
