@@ -144,8 +144,8 @@ cuboid_mapping_add_part(client
   cuboid_mapping/ros/cuboid_map_client.cpp
   cuboid_mapping/ros/map/phase_fair_mutex.cpp
   cuboid_mapping/ros/conversions/map_messages.cpp
-  cuboid_mapping/ros/middleware/callback_guard.cpp
-  cuboid_mapping/ros/middleware/checked_messages.cpp)
+  cuboid_mapping/ros/map/phase_fair_mutex.cpp
+  cuboid_mapping/ros/middleware/callback_guard.cpp)
 add_dependencies(cuboid_mapping_client
   ${cuboid_mapping_EXPORTED_TARGETS} ${catkin_EXPORTED_TARGETS})
 target_include_directories(cuboid_mapping_client SYSTEM PUBLIC "$<BUILD_INTERFACE:${catkin_INCLUDE_DIRS}>")

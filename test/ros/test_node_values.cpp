@@ -20,6 +20,8 @@
 #include <memory>
 #include <mutex>
 #include <optional>
+#include <thread>
+#include <vector>
 
 namespace cuboid_mapping_ros::test {
 namespace {
@@ -139,6 +141,60 @@ class LossyServerTest : public ::testing::TestWithParam<MapImageServer::Options>
   Random random_{161};
   std::unique_ptr<LossyServer> server_;
 };
+
+TEST_P(LossyServerTest, IsFollowedWhileThreadsReadWithoutAPause) {
+  start(1);
+  const auto client = connectFirst();
+  std::atomic<bool> is_over{false};
+  std::vector<std::thread> readers;
+  for (int i = 0; i < 4; ++i) {
+    readers.emplace_back([&] {
+      while (!is_over) {
+        client->read([](const CuboidMap& /*map*/) {
+          std::this_thread::sleep_for(std::chrono::milliseconds(1));
+          return true;
+        });
+      }
+    });
+  }
+  for (int i = 0; i < 10; ++i) {
+    observe(false);
+    EXPECT_TRUE(waitFor([&] { return client->revision() == server_->map().revision(); }));
+  }
+  is_over = true;
+  for (std::thread& reader : readers) reader.join();
+  expectSame(*client);
+}
+
+/// A server that takes the request for its map and does not answer.
+TEST(CuboidMapClientTest, GoesWhileItsServerHangs) {
+  CallbackGuard guard;
+  GuardedThread thread(guard, "hung");
+  ros::NodeHandle nh = withQueue(ros::NodeHandle("hung"), thread.queue());
+  std::atomic<int> num_asked{0};
+  std::promise<void> speak;
+  const ros::ServiceServer server = nh.advertiseService<GetMap::Request, GetMap::Response>(
+      "server/get_map",
+      [&num_asked, speaks = speak.get_future().share()](GetMap::Request&, GetMap::Response&) {
+        ++num_asked;
+        speaks.wait();
+        return true;
+      });
+  const ros::Publisher deltas = advertiseDelta(nh, "cuboid_map_updates");
+  thread.start();
+  auto client = std::make_unique<CuboidMapClient>(ros::NodeHandle("hung"), "/hung/server");
+  DeltaMessage message;
+  message.header.frame_id = "map";
+  message.delta.instance = 1;
+  message.delta.resolution_m = 0.1;
+  EXPECT_TRUE(waitFor([&] {
+    message.delta.base = message.delta.revision++;
+    (void)publishDelta(deltas, message);
+    return num_asked > 0;
+  }));
+  client.reset();  // Returns while the server hangs.
+  speak.set_value();
+}
 
 TEST_P(LossyServerTest, IsFollowedWhateverIsLost) {
   start(1);

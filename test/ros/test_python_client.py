@@ -6,6 +6,7 @@ import time
 import unittest
 from unittest import mock
 
+import genpy
 import rospy
 import rostest
 from cuboid_map import MapFollower
@@ -17,6 +18,35 @@ from cuboid_mapping_client import CuboidMapClient, client as client_module
 from waiting import wait_for
 
 NODE = '/cuboid_mapping'
+
+
+class BoxRequest(genpy.Message):
+    """octomap_msgs/BoundingBoxQuery, which Debian does not have."""
+    _type = 'octomap_msgs/BoundingBoxQueryRequest'
+    _md5sum = '93aa3d73b866f04880927745f4aab303'
+    __slots__ = ['min', 'max']
+    _slot_types = ['geometry_msgs/Point', 'geometry_msgs/Point']
+
+    def serialize(self, buff):
+        self.min.serialize(buff)
+        self.max.serialize(buff)
+
+
+class BoxResponse(genpy.Message):
+    _type = 'octomap_msgs/BoundingBoxQueryResponse'
+    _md5sum = BoxRequest._md5sum
+    __slots__ = []
+    _slot_types = []
+
+    def deserialize(self, _):
+        return self
+
+
+class ClearBox:
+    _type = 'octomap_msgs/BoundingBoxQuery'
+    _md5sum = BoxRequest._md5sum
+    _request_class = BoxRequest
+    _response_class = BoxResponse
 
 
 class PythonClientTest(unittest.TestCase):
@@ -44,6 +74,12 @@ class PythonClientTest(unittest.TestCase):
         self.assertAlmostEqual(found.unknown_volume.sum(), 0.0)
         sizes = cuboids.boxes[:, 3:] - cuboids.boxes[:, :3]
         self.assertAlmostEqual(sizes.prod(axis=1).sum(), found.free_volume.sum() + found.occupied_volume.sum())
+
+    def test_a_service_that_throws_tells_why(self):
+        clear = rospy.ServiceProxy(NODE + '/clear_bbx', ClearBox)
+        with self.assertRaisesRegex(rospy.ServiceException, 'corners must be finite'):
+            clear(BoxRequest(Point(1, 0, 0), Point(0, 0, 0)))
+        clear(BoxRequest(Point(0, 0, 0), Point(1, 0, 0)))
 
     def test_follows_edits_from_the_beginning_and_late(self):
         changes = []

@@ -49,6 +49,7 @@ class CuboidMapClient {
   [[nodiscard]] std::string frameId() const;
 
   /// Reads the map, which does not change meanwhile; an empty one before the first has come.
+  /// Threads that read one after the other without a pause do not keep updates out.
   /// @param work  (const CuboidMap&) -> any.
   template <typename WorkT>
   auto read(const WorkT& work) const {
@@ -59,22 +60,19 @@ class CuboidMapClient {
  private:
   struct Implementation;
 
-  /// Keeps the map as it is. Readers that follow one another do not keep updates out.
+  /// Keeps the map as it is while it lives.
   class ReadLock {
    public:
-    explicit ReadLock(const CuboidMapClient& client)
-        : client_(client), turn_(client.lockShared()) {}
-    ~ReadLock() { client_.unlockShared(turn_); }
+    explicit ReadLock(const CuboidMapClient& client);
+    ~ReadLock();
     ReadLock(const ReadLock&) = delete;
     ReadLock& operator=(const ReadLock&) = delete;
 
    private:
-    const CuboidMapClient& client_;
-    int turn_;
+    const Implementation& implementation_;
+    int generation_;
   };
 
-  [[nodiscard]] int lockShared() const;
-  void unlockShared(int turn) const;
   [[nodiscard]] const cuboid_mapping::CuboidMap& map() const;
 
   std::unique_ptr<Implementation> implementation_;

@@ -228,9 +228,10 @@ CuboidMapClient::CuboidMapClient(const ros::NodeHandle& nh, const std::string& s
 
 CuboidMapClient::~CuboidMapClient() = default;
 
-int CuboidMapClient::lockShared() const { return implementation_->mutex.lockShared(); }
+CuboidMapClient::ReadLock::ReadLock(const CuboidMapClient& client)
+    : implementation_(*client.implementation_), generation_(implementation_.mutex.lockShared()) {}
 
-void CuboidMapClient::unlockShared(int turn) const { implementation_->mutex.unlockShared(turn); }
+CuboidMapClient::ReadLock::~ReadLock() { implementation_.mutex.unlockShared(generation_); }
 
 const CuboidMap& CuboidMapClient::map() const {
   const CuboidMap* map = implementation_->follower.map();

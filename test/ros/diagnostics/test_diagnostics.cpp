@@ -277,27 +277,7 @@ TEST(Diagnostics, EveryReasonHasItsOwnKeyAndAdvice) {
   EXPECT_EQ(values["frames"], "'lidar' -> 'map'");
   EXPECT_EQ(values["cloud age when received [s]"], "0.125");
   EXPECT_EQ(values["cloud rate [Hz]"], "10.00");
-  EXPECT_EQ(values["damaged messages refused"], "0");
-  EXPECT_EQ(values.count("damaged messages refused, last"), 0U) << "there was none";
   EXPECT_EQ(values.count("callbacks failed, last"), 0U) << "there was none";
-}
-
-TEST(Diagnostics, WarnOfDamagedMessages) {
-  NodeReport report = makeReport(7, 7);
-  const auto levelOf = [&report] {
-    diagnostic_updater::DiagnosticStatusWrapper status;
-    fillStatus(report, report.statistics, status);
-    return static_cast<int>(status.level);
-  };
-  report.num_refused = 3;
-  report.last_refused = "/tf: an array claims too much";
-  EXPECT_EQ(levelOf(), static_cast<int>(diagnostic_msgs::DiagnosticStatus::OK)) << "of old";
-  report.num_new_refused = 1;
-  EXPECT_EQ(levelOf(), static_cast<int>(diagnostic_msgs::DiagnosticStatus::WARN));
-  diagnostic_updater::DiagnosticStatusWrapper status;
-  fillStatus(report, report.statistics, status);
-  EXPECT_NE(status.message.find("/tf: an array claims too much"), std::string::npos)
-      << status.message;
 }
 
 }  // namespace

@@ -48,15 +48,6 @@ TEST(CallbackGuard, CountsWhatFailsAndSaysWhatItWas) {
   EXPECT_EQ(guard.numFailures(), 2U);
 }
 
-TEST(CallbackGuard, CountsWhatWasRefusedApart) {
-  CallbackGuard guard;
-  guard.noteRefused("/tf", "no message");
-  guard.noteRefused("/tf", "nor is this");
-  EXPECT_EQ(guard.numRefused(), 2U);
-  EXPECT_EQ(guard.lastRefused(), "/tf: nor is this");
-  EXPECT_EQ(guard.numFailures(), 0U);
-}
-
 TEST(CallbackGuard, LogsWhatFailsAgainAndAgainOnce) {
   CallbackGuard guard;
   LoggedLines log;
@@ -65,8 +56,6 @@ TEST(CallbackGuard, LogsWhatFailsAgainAndAgainOnce) {
   guard.noteFailure("timer", "no thread");
   ASSERT_EQ(log.lines.size(), 2U) << "another failure";
   EXPECT_NE(log.lines[1].find("timer: no thread (6 so far)"), std::string::npos) << log.lines[1];
-  for (const char* words : {"no message", "nor is this"}) guard.noteRefused("/tf", words);
-  EXPECT_EQ(log.lines.size(), 3U) << "senders choose these words";
 }
 
 TEST(CallbackGuard, NoExceptionLeavesACallbackOfAGuardedQueue) {
@@ -164,19 +153,10 @@ TEST(CallbackGuard, NodeHandlesAreMadeOfOthersOnly) {
             Files{"cuboid_map_client.h"});
 }
 
-TEST(CallbackGuard, WhatComesFromOutsideIsReadByCheckedMessages) {
-  const Files checked{"checked_messages.h"};
-  EXPECT_EQ(filesWith(R"(advertiseService\()"), checked);
-  EXPECT_EQ(filesWith(R"((\.|->)subscribe\b)"), checked);
-  EXPECT_EQ(filesWith(R"(serviceClient\b|service::call)"), checked);
-  EXPECT_EQ(filesWith(R"(TransformListener\b)"), Files{}) << "TfReceiver is checked";
-}
-
 TEST(CallbackGuard, ThreadsAreGuarded) {
   EXPECT_EQ(filesWith(R"(AsyncSpinner|MultiThreadedSpinner)"), Files{"callback_guard.h"});
   EXPECT_EQ(filesWith(R"(std::thread [a-z]|std::thread\(|std::async|boost::thread)"),
-            Files{"checked_messages.h"})
-      << "of CallDeadline, which catches all";
+            Files{});
   EXPECT_EQ(filesWith(R"(ros::spin\b)"), Files{"mapping_node_main.cpp"});
 }
 

@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "cuboid_mapping/ros/clouds/source_subscriber.h"
 
-#include "cuboid_mapping/ros/middleware/checked_messages.h"
-
 #include <utility>
 
 namespace cuboid_mapping_ros {
@@ -47,9 +45,10 @@ void SourceSubscriber::listenToDepth(const SourceParameters& source,
 template <typename MessageT, typename WorkT>
 void SourceSubscriber::listen(const std::string& topic, const WorkT& work) {
   // One by one, what comes while another is taken would stay.
-  subscribers_.push_back(subscribeGuarded<MessageT>(
-      nh_, topic, {kReceiveQueueSize, true},
-      [work](const ros::MessageEvent<const MessageT>& event) { work(event.getConstMessage()); }));
+  ros::SubscribeOptions options;
+  options.init<MessageT>(topic, kReceiveQueueSize, work);
+  options.allow_concurrent_callbacks = true;
+  subscribers_.push_back(nh_.subscribe(options));
 }
 
 }  // namespace cuboid_mapping_ros

@@ -4,7 +4,6 @@
 #include "cuboid_mapping/CuboidBricks.h"
 #include "cuboid_mapping/CuboidMapUpdate.h"
 #include "cuboid_mapping/io/brick_codec.h"
-#include "cuboid_mapping/ros/middleware/checked_messages.h"
 
 #include <string>
 #include <utility>
@@ -117,20 +116,16 @@ std::size_t publishDelta(const ros::Publisher& publisher, const DeltaMessage& me
 
 ros::Subscriber subscribeImage(ros::NodeHandle& nh, const std::string& topic,
                                std::function<void(const ImageMessage&)> take) {
-  return subscribeGuarded<ImageType>(
-      nh, topic, {kReceivedParts, false},
-      [take = std::move(take)](const ros::MessageEvent<const ImageType>& event) {
-        take(fromMessage(*event.getConstMessage()));
-      });
+  const boost::function<void(const ImageType::ConstPtr&)> callback =
+      [take = std::move(take)](const ImageType::ConstPtr& message) { take(fromMessage(*message)); };
+  return nh.subscribe(topic, kReceivedParts, callback);
 }
 
 ros::Subscriber subscribeDelta(ros::NodeHandle& nh, const std::string& topic,
                                std::function<void(const DeltaMessage&)> take) {
-  return subscribeGuarded<DeltaType>(
-      nh, topic, {kReceivedDeltas, false},
-      [take = std::move(take)](const ros::MessageEvent<const DeltaType>& event) {
-        take(fromMessage(*event.getConstMessage()));
-      });
+  const boost::function<void(const DeltaType::ConstPtr&)> callback =
+      [take = std::move(take)](const DeltaType::ConstPtr& message) { take(fromMessage(*message)); };
+  return nh.subscribe(topic, kReceivedDeltas, callback);
 }
 
 bool GetMapClient::call(const std::string& name, MapDetail detail, ImageMessage& message,
@@ -158,24 +153,12 @@ bool GetMapClient::callForRest(const std::string& name, ImageMessage& message, s
 }
 
 bool GetMapClient::callForPart(const std::string& name, GetMap& service, std::string& error) {
-  ros::ServiceClient client = nh_.serviceClient<GetMap>(name, /*persistent=*/true);
-  {
-    const std::lock_guard<std::mutex> lock(mutex_);
-    if (is_stopped_) return false;
-    client_ = client;  // Only a persistent one can be ended while it waits.
-  }
-  if (!client.call(service)) {
+  if (!calls_.call(nh_, name, service)) {
     error = "no answer from " + nh_.resolveName(name);
     return false;
   }
   error = service.response.message;
   return service.response.success != 0;
-}
-
-void GetMapClient::stop() {
-  const std::lock_guard<std::mutex> lock(mutex_);
-  is_stopped_ = true;
-  client_.shutdown();
 }
 
 bool appendPart(const ImageMessage& part, ImageMessage& message) {

@@ -5,16 +5,15 @@
 #include "cuboid_mapping/FullCuboidMap.h"
 #include "cuboid_mapping/GetMap.h"
 #include "cuboid_mapping/map/map_image.h"
+#include "cuboid_mapping/ros/middleware/service_calls.h"
 
 #include <ros/node_handle.h>
 #include <ros/publisher.h>
-#include <ros/service_client.h>
 #include <ros/subscriber.h>
 #include <std_msgs/Header.h>
 
 #include <cstdint>
 #include <functional>
-#include <mutex>
 #include <string>
 
 namespace cuboid_mapping_ros {
@@ -61,16 +60,14 @@ class GetMapClient {
   [[nodiscard]] bool callForRest(const std::string& name, ImageMessage& message,
                                  std::string& error);
   /// Ends the call that waits, and refuses others.
-  void stop();
+  void stop() { calls_.stop(); }
 
  private:
   [[nodiscard]] bool callForPart(const std::string& name, cuboid_mapping::GetMap& service,
                                  std::string& error);
 
   ros::NodeHandle nh_;
-  std::mutex mutex_;
-  bool is_stopped_ = false;
-  ros::ServiceClient client_;
+  ServiceCalls calls_;
 };
 
 /// Puts the part that follows into an image. @return false when it is not that part.

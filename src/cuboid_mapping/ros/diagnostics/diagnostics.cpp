@@ -293,12 +293,6 @@ void fillStatus(const NodeReport& report, const NodeStatistics& last_report,
   status.add("octomap_server messages built", report.num_built);
   status.add("callbacks failed", report.num_failures);
   if (report.num_failures > 0) status.add("callbacks failed, last", report.last_failure);
-  status.add("damaged messages refused", report.num_refused);
-  if (report.num_refused > 0) status.add("damaged messages refused, last", report.last_refused);
-  if (report.num_new_refused > 0) {
-    status.mergeSummary(DiagnosticStatus::WARN, "a damaged message was refused: " +
-                                                    report.last_refused + "; check who sends it");
-  }
   if (report.num_new_failures > 0) {
     status.mergeSummary(DiagnosticStatus::ERROR,
                         "a callback failed: " + report.last_failure +

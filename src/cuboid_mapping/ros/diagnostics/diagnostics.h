@@ -85,9 +85,6 @@ struct NodeReport {
   std::uint64_t num_failures = 0;           ///< Callbacks that an exception has ended.
   std::uint64_t num_new_failures = 0;       ///< Of them, since the last report.
   std::string last_failure;                 ///< Of the last of them; see CallbackGuard.
-  std::uint64_t num_refused = 0;            ///< That could not be deserialized.
-  std::uint64_t num_new_refused = 0;        ///< Of them, since the last report.
-  std::string last_refused;                 ///< The last of them, and why.
 };
 
 /// Clouds are missing when none has come for so long: a warning, and then an error.
@@ -123,7 +120,7 @@ struct ReportSummary {
 [[nodiscard]] const char* toAdvice(DropReason reason);
 
 /// Writes a report; one key for each figure. An error when callbacks have failed since the last one, or the store of a
-/// window, a warning when messages were refused, whatever summarize() says.
+/// window, whatever summarize() says.
 void fillStatus(const NodeReport& report, const NodeStatistics& last_report,
                 diagnostic_updater::DiagnosticStatusWrapper& status);
 

@@ -2,7 +2,6 @@
 #include "cuboid_mapping/ros/fleet/observation_publisher.h"
 
 #include "cuboid_mapping/io/scan_update_codec.h"
-#include "cuboid_mapping/ros/middleware/checked_messages.h"
 #include "cuboid_mapping/ros/middleware/names.h"
 #include "cuboid_mapping/ros/middleware/tf_lookup.h"
 
@@ -44,8 +43,8 @@ ObservationPublisher::ObservationPublisher(ros::NodeHandle nh, ros::NodeHandle p
   last_.robot = private_nh.getNamespace();
   last_.session = ros::WallTime::now().toNSec();
   last_.resolution = parameters.map.resolution_m;
-  server_ = advertiseGuarded<GetObservations::Request, GetObservations::Response>(
-      private_nh, kGetObservationsService,
+  server_ = private_nh.advertiseService<GetObservations::Request, GetObservations::Response>(
+      kGetObservationsService,
       [this](GetObservations::Request& request, GetObservations::Response& response) {
         answer(request, response);
         return true;

@@ -5,7 +5,6 @@
 #include "cuboid_mapping/io/scan_update_codec.h"
 #include "cuboid_mapping/io/text.h"
 #include "cuboid_mapping/ros/fleet/merge_progress.h"
-#include "cuboid_mapping/ros/middleware/checked_messages.h"
 #include "cuboid_mapping/ros/middleware/function_callback.h"
 #include "cuboid_mapping/ros/middleware/names.h"
 #include "cuboid_mapping/ros/middleware/tf_lookup.h"
@@ -85,11 +84,9 @@ RobotMerger::RobotMerger(const ros::NodeHandle& nh, const ros::NodeHandle& askin
   }),
                mergeTime_s());
   for (const std::string& robot : parameters.fleet.robots) {
-    subscribers_.push_back(
-        subscribeGuarded<Observation>(nh_, robot + '/' + kObservationsTopic, {kQueueSize, false},
-                                      [this](const ros::MessageEvent<const Observation>& event) {
-                                        take(*event.getConstMessage());
-                                      }));
+    const boost::function<void(const Observation::ConstPtr&)> callback =
+        [this](const Observation::ConstPtr& message) { take(*message); };
+    subscribers_.push_back(nh_.subscribe(robot + '/' + kObservationsTopic, kQueueSize, callback));
   }
   apply_timer_ = nh_.createWallTimer(ros::WallDuration(kApplyPeriod_s),
                                      [this](const ros::WallTimerEvent&) { applyDue(); });
@@ -97,7 +94,10 @@ RobotMerger::RobotMerger(const ros::NodeHandle& nh, const ros::NodeHandle& askin
                                           [this](const ros::WallTimerEvent&) { ask(); });
 }
 
-RobotMerger::~RobotMerger() { removePosted(*asking_nh_.getCallbackQueue(), this); }
+RobotMerger::~RobotMerger() {
+  stopAsking();
+  removePosted(*asking_nh_.getCallbackQueue(), this);
+}
 
 std::string RobotMerger::topics() const {
   std::string topics;
@@ -195,9 +195,8 @@ void RobotMerger::askFor(const ObservationQuestion& question) {
   GetObservations service;
   service.request.session = question.session;
   service.request.first = question.first;
-  std::string error;  // A robot that does not answer now is asked again.
-  if (!callChecked(asking_nh_, question.robot + '/' + kGetObservationsService, service, error))
-    return;
+  // A robot that does not answer now is asked again.
+  if (!calls_.call(asking_nh_, question.robot + '/' + kGetObservationsService, service)) return;
   if (service.response.session != question.session) service.response.complete_to = 0;
   for (const Observation& observation : service.response.observations) take(observation);
   const std::lock_guard<std::mutex> lock(mutex_);

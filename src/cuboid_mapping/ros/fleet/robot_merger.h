@@ -4,6 +4,7 @@
 #include "cuboid_mapping/Observation.h"
 #include "cuboid_mapping/map/observation_order.h"
 #include "cuboid_mapping/ros/map/guarded_map.h"
+#include "cuboid_mapping/ros/middleware/service_calls.h"
 #include "cuboid_mapping/ros/parameters/parameters.h"
 
 #include <diagnostic_updater/DiagnosticStatusWrapper.h>
@@ -50,6 +51,9 @@ class RobotMerger {
   RobotMerger(const RobotMerger&) = delete;
   RobotMerger& operator=(const RobotMerger&) = delete;
 
+  /// Ends the questions under way, and asks no more: before the threads of asking_nh are stopped.
+  void stopAsking() { calls_.stop(); }
+
   /// "/robot1/observations /robot2/observations".
   [[nodiscard]] std::string topics() const;
   [[nodiscard]] std::size_t numPublishers() const;
@@ -70,6 +74,7 @@ class RobotMerger {
   NodeParameters parameters_;
   GuardedMap& map_;
   Callbacks callbacks_;
+  ServiceCalls calls_;
   std::mutex mutex_;  ///< Guards order_ to last_refusal_.
   cuboid_mapping::ObservationOrder order_;
   std::set<std::string> asked_;  ///< Robots that have not answered yet.

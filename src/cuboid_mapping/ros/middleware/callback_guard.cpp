@@ -39,27 +39,18 @@ class GuardedCallback : public ros::CallbackInterface {
 }  // namespace
 
 void CallbackGuard::noteFailure(const std::string& name, const char* what) noexcept {
-  note(failures_, "a callback failed; the node keeps running", name, what);
-}
-
-void CallbackGuard::noteRefused(const std::string& name, const char* what) noexcept {
-  note(refused_, "a damaged message was refused", name, what);
-}
-
-void CallbackGuard::note(Tally& tally, const char* kind, const std::string& name,
-                         const char* what) noexcept {
   try {
     const std::lock_guard<std::mutex> lock(mutex_);
-    ++tally.count;
+    ++num_failures_;
     const std::string text = name + ": " + what;
     const ros::WallTime now = ros::WallTime::now();
-    // Others send as many damaged messages as they like, each with words of its own.
-    const bool is_same = text == tally.last || &tally == &refused_;
-    const bool is_repeated = is_same && now - tally.logged < ros::WallDuration(kLogPeriod_s);
-    tally.last = text;
+    const bool is_repeated =
+        text == last_failure_ && now - last_logged_ < ros::WallDuration(kLogPeriod_s);
+    last_failure_ = text;
     if (is_repeated) return;
-    tally.logged = now;
-    ROS_ERROR_STREAM(kind << ": " << text << " (" << tally.count << " so far)");
+    last_logged_ = now;
+    ROS_ERROR_STREAM("a callback failed; the node keeps running: " << text << " (" << num_failures_
+                                                                   << " so far)");
   } catch (...) {
     // There is no memory for words; it is counted.
   }
@@ -67,22 +58,12 @@ void CallbackGuard::note(Tally& tally, const char* kind, const std::string& name
 
 std::uint64_t CallbackGuard::numFailures() const {
   const std::lock_guard<std::mutex> lock(mutex_);
-  return failures_.count;
+  return num_failures_;
 }
 
 std::string CallbackGuard::lastFailure() const {
   const std::lock_guard<std::mutex> lock(mutex_);
-  return failures_.last;
-}
-
-std::uint64_t CallbackGuard::numRefused() const {
-  const std::lock_guard<std::mutex> lock(mutex_);
-  return refused_.count;
-}
-
-std::string CallbackGuard::lastRefused() const {
-  const std::lock_guard<std::mutex> lock(mutex_);
-  return refused_.last;
+  return last_failure_;
 }
 
 GuardedQueue::GuardedQueue(ros::CallbackQueueInterface& queue, CallbackGuard& guard,

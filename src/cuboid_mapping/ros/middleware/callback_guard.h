@@ -43,25 +43,11 @@ class CallbackGuard {
   /// Name and exception of the last one; empty before the first.
   [[nodiscard]] std::string lastFailure() const;
 
-  /// Counts a message or request that was refused, because it cannot be deserialized; no failure of the node's.
-  /// Logged every 10 s at most.
-  void noteRefused(const std::string& name, const char* what) noexcept;
-  [[nodiscard]] std::uint64_t numRefused() const;
-  /// Name and reason of the last one; empty before the first.
-  [[nodiscard]] std::string lastRefused() const;
-
  private:
-  struct Tally {
-    std::uint64_t count = 0;
-    std::string last;
-    ros::WallTime logged;
-  };
-
-  void note(Tally& tally, const char* kind, const std::string& name, const char* what) noexcept;
-
   mutable std::mutex mutex_;
-  Tally failures_;
-  Tally refused_;
+  std::uint64_t num_failures_ = 0;
+  std::string last_failure_;
+  ros::WallTime last_logged_;
 };
 
 /// Passes callbacks on to another queue, each within a guard: subscriptions, services, connections,

@@ -1,11 +1,13 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "cuboid_mapping/ros/middleware/tf_receiver.h"
 
-#include "cuboid_mapping/ros/middleware/checked_messages.h"
+#include "cuboid_mapping/ros/middleware/names.h"
 #include "cuboid_mapping/ros/middleware/transforms.h"
 
 #include <ros/console.h>
 #include <tf2/exceptions.h>
+
+#include <algorithm>
 
 namespace cuboid_mapping_ros {
 namespace {
@@ -16,21 +18,23 @@ constexpr std::uint32_t kTfQueueSize = 100;
 }  // namespace
 
 TfReceiver::TfReceiver(ros::NodeHandle nh, tf2::BufferCore& buffer)
-    : buffer_(buffer),
-      last_time_(ros::Time::now()),
-      subscriber_(subscribeGuarded<tf2_msgs::TFMessage>(
-          nh, "/tf", {kTfQueueSize, false}, [this](const Event& event) { take(event, false); })),
-      static_subscriber_(subscribeGuarded<tf2_msgs::TFMessage>(
-          nh, "/tf_static", {kTfQueueSize, false},
-          [this](const Event& event) { take(event, true); })) {}
+    : buffer_(buffer), latest_(ros::Time::now()) {
+  using Take = boost::function<void(const Event&)>;
+  subscriber_ = nh.subscribe<tf2_msgs::TFMessage>(
+      "/tf", kTfQueueSize, Take([this](const Event& event) { take(event, false); }));
+  static_subscriber_ = nh.subscribe<tf2_msgs::TFMessage>(
+      "/tf_static", kTfQueueSize, Take([this](const Event& event) { take(event, true); }));
+}
 
 void TfReceiver::take(const Event& event, bool is_static) {
   const ros::Time now = ros::Time::now();
-  if (now < last_time_) {
-    ROS_WARN("time has jumped back: tf is forgotten");
+  if (now.toSec() < latest_.toSec() - kMinJump_s) {
+    ROS_WARN_NAMED(kNodeName, "time has jumped back by %.1f s: tf is forgotten",
+                   latest_.toSec() - now.toSec());
     buffer_.clear();
+    latest_ = now;
   }
-  last_time_ = now;
+  latest_ = std::max(latest_, now);
   for (const auto& transform : event.getConstMessage()->transforms) {
     try {
       buffer_.setTransform(tidyTransform(transform), event.getPublisherName(), is_static);

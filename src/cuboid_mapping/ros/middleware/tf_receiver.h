@@ -10,12 +10,14 @@
 
 namespace cuboid_mapping_ros {
 
-/// Fills a buffer from /tf and /tf_static, as tf2_ros::TransformListener does, which would believe
-/// a message any length of its array. Empties it when time jumps back.
+/// Fills a buffer from /tf and /tf_static. Empties it when the node's time jumps back by more than kMinJump_s:
+/// tf2_ros::TransformListener empties it at any step back, as of two /clock messages that overtake each other.
 /// Thread rule: works in the queue of the node handle, which must have one thread.
 class TfReceiver {
  public:
-  /// @param nh  With a GuardedQueue. @param buffer  Must outlive this object.
+  static constexpr double kMinJump_s = 1.0;
+
+  /// @param buffer  Must outlive this object.
   TfReceiver(ros::NodeHandle nh, tf2::BufferCore& buffer);
   TfReceiver(const TfReceiver&) = delete;
   TfReceiver& operator=(const TfReceiver&) = delete;
@@ -26,7 +28,7 @@ class TfReceiver {
   void take(const Event& event, bool is_static);
 
   tf2::BufferCore& buffer_;
-  ros::Time last_time_;
+  ros::Time latest_;  ///< The node's time so far.
   ros::Subscriber subscriber_;
   ros::Subscriber static_subscriber_;
 };

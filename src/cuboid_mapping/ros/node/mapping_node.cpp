@@ -108,6 +108,7 @@ MappingNode::MappingNode(const ros::NodeHandle& nh, const ros::NodeHandle& priva
 MappingNode::~MappingNode() {
   is_stopping_ = true;
   sources_.stopListening();
+  if (merger_) merger_->stopAsking();
   for (GuardedThread* thread :
        {&tf_thread_, &query_threads_, &edit_threads_, &asking_threads_, &publish_thread_}) {
     thread->stop();

@@ -134,7 +134,6 @@ class MappingNode {
   NodeStatistics statistics_;
   NodeStatistics reported_statistics_;  ///< As of the last report.
   std::uint64_t num_reported_failures_ = 0;
-  std::uint64_t num_reported_refused_ = 0;
   std::uint64_t num_reported_window_failures_ = 0;
   std::array<std::optional<Clock::time_point>, kNumDropReasons> last_logged_;
   std::optional<Clock::time_point> last_advice_;

@@ -52,10 +52,6 @@ void MappingNode::reportDiagnostics(diagnostic_updater::DiagnosticStatusWrapper&
   report.num_new_failures = report.num_failures - num_reported_failures_;
   report.last_failure = guard_.lastFailure();
   num_reported_failures_ = report.num_failures;
-  report.num_refused = guard_.numRefused();
-  report.num_new_refused = report.num_refused - num_reported_refused_;
-  report.last_refused = guard_.lastRefused();
-  num_reported_refused_ = report.num_refused;
   fillStatus(report, reported_statistics_, status);
   reported_statistics_ = statistics_;
 }

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // The services of a MappingNode that are not made by others.
 #include "cuboid_mapping/ros/map/map_storage.h"
-#include "cuboid_mapping/ros/middleware/checked_messages.h"
 #include "cuboid_mapping/ros/middleware/names.h"
 #include "cuboid_mapping/ros/node/mapping_node.h"
 #include "cuboid_mapping/ros/services/request_reader.h"
@@ -21,14 +20,14 @@ void MappingNode::advertiseServices() {
                        &is_stopping_};
   ros::NodeHandle edit_nh = withQueue(private_nh_, edit_threads_.queue());
   using std_srvs::Empty;
-  reset_server_ = advertiseGuarded<Empty::Request, Empty::Response>(
-      edit_nh, kResetService, [this](Empty::Request& /*request*/, Empty::Response& /*response*/) {
+  reset_server_ = edit_nh.advertiseService<Empty::Request, Empty::Response>(
+      kResetService, [this](Empty::Request& /*request*/, Empty::Response& /*response*/) {
         onReset();
         return true;
       });
   // Among the clouds: none is worked on meanwhile.
-  move_server_ = advertiseGuarded<MoveMap::Request, MoveMap::Response>(
-      private_nh_, kMoveMapService, [this](MoveMap::Request& request, MoveMap::Response& response) {
+  move_server_ = private_nh_.advertiseService<MoveMap::Request, MoveMap::Response>(
+      kMoveMapService, [this](MoveMap::Request& request, MoveMap::Response& response) {
         onMoveMap(request, response);
         return true;
       });

@@ -3,7 +3,6 @@
 
 #include "cuboid_mapping/io/text.h"
 #include "cuboid_mapping/ros/map/map_storage.h"
-#include "cuboid_mapping/ros/middleware/checked_messages.h"
 #include "cuboid_mapping/ros/middleware/names.h"
 #include "cuboid_mapping/ros/middleware/tf_lookup.h"
 #include "cuboid_mapping/ros/parameters/window_parameters.h"
@@ -74,18 +73,18 @@ MapView viewWholeMap(const GuardedMap& map, const std::string& frame_id, Queries
                            const MapWindow* window) {
       const std::size_t num_elsewhere = window == nullptr ? 0 : window->figures().num_on_disk_only;
       if (num_elsewhere > 0 && outside == QueriesOutside::kRefuse) {
-        throw RefusedCall("not loaded: " + describePages(num_elsewhere) +
-                          ", would have to be read from the "
-                          "disk, and an octree without is not the map. Set the parameter "
-                          "window/queries to load; the topic of this name shows what is in "
-                          "memory");
+        throw std::runtime_error("not loaded: " + describePages(num_elsewhere) +
+                                 ", would have to be read from the "
+                                 "disk, and an octree without is not the map. Set the parameter "
+                                 "window/queries to load; the topic of this name shows what is in "
+                                 "memory");
       }
       view.map = takeWholeSnapshot(content, window, view.header.frame_id, limits);
       view.header.stamp = stamp;
       return 0;
     });
   } catch (const cuboid_mapping::MapFileError& error) {
-    throw RefusedCall(std::string("not loaded: ") + error.what());
+    throw std::runtime_error(std::string("not loaded: ") + error.what());
   }
   return view;
 }
@@ -178,18 +177,18 @@ void OctomapServerInterface::advertiseServices(ros::NodeHandle nh, ros::NodeHand
           return true;
         });
   };
-  binary_server_ = advertiseGuarded(nh, kOctomapBinaryTopic, answer_with(OctreeKind::kBinary));
-  full_server_ = advertiseGuarded(nh, kOctomapFullTopic, answer_with(OctreeKind::kFull));
+  binary_server_ = nh.advertiseService(kOctomapBinaryTopic, answer_with(OctreeKind::kBinary));
+  full_server_ = nh.advertiseService(kOctomapFullTopic, answer_with(OctreeKind::kFull));
   const boost::function<bool(BoundingBoxQuery::Request&, BoundingBoxQuery::Response&)> on_clear =
       [this](BoundingBoxQuery::Request& request, BoundingBoxQuery::Response& /*response*/) {
         const std::string error = clearBox(map_,
                                            {{request.min.x, request.min.y, request.min.z},
                                             {request.max.x, request.max.y, request.max.z}},
                                            limits_);
-        if (!error.empty()) throw RefusedCall(error);
+        if (!error.empty()) throw std::runtime_error(error);
         return true;
       };
-  clear_server_ = advertiseGuarded(private_nh, kClearBoxService, on_clear);
+  clear_server_ = private_nh.advertiseService(kClearBoxService, on_clear);
 }
 
 void OctomapServerInterface::noteChanges(const ChangeSet& changes) {

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "cuboid_mapping/ros/parameters/reconfigure_server.h"
 
-#include "cuboid_mapping/ros/middleware/checked_messages.h"
+#include "cuboid_mapping/ros/middleware/callback_guard.h"
 #include "cuboid_mapping/ros/middleware/function_callback.h"
 #include "cuboid_mapping/ros/middleware/names.h"
 #include "cuboid_mapping/ros/parameters/reconfigure.h"
@@ -30,9 +30,8 @@ ReconfigureServer::ReconfigureServer(const ros::NodeHandle& private_nh,
   updates_.publish(toConfig(parameters_));
   using dynamic_reconfigure::ReconfigureRequest;
   using dynamic_reconfigure::ReconfigureResponse;
-  server_ = advertiseGuarded<ReconfigureRequest, ReconfigureResponse>(
-      private_nh_, kSetParametersService,
-      [this](ReconfigureRequest& request, ReconfigureResponse& response) {
+  server_ = private_nh_.advertiseService<ReconfigureRequest, ReconfigureResponse>(
+      kSetParametersService, [this](ReconfigureRequest& request, ReconfigureResponse& response) {
         return onRequest(request, response);
       });
   master_thread_.start();

@@ -2,7 +2,7 @@
 #include "cuboid_mapping/ros/publishers/map_image_server.h"
 
 #include "cuboid_mapping/io/brick_codec.h"
-#include "cuboid_mapping/ros/middleware/checked_messages.h"
+#include "cuboid_mapping/ros/middleware/callback_guard.h"
 #include "cuboid_mapping/ros/middleware/names.h"
 
 #include <algorithm>
@@ -36,9 +36,8 @@ MapImageServer::MapImageServer(const ros::NodeHandle& nh, const ros::NodeHandle&
                    listener.publish(current(options_.topic_detail).parts.front());
                  });
   ros::NodeHandle service_nh = withQueue(private_nh, thread_.queue());
-  server_ = advertiseGuarded<GetMap::Request, GetMap::Response>(
-      service_nh, kGetMapService,
-      [this, &guard](GetMap::Request& request, GetMap::Response& response) {
+  server_ = service_nh.advertiseService<GetMap::Request, GetMap::Response>(
+      kGetMapService, [this, &guard](GetMap::Request& request, GetMap::Response& response) {
         try {
           answer(request, response);
         } catch (const std::exception& exception) {

@@ -6,7 +6,6 @@
 #include "cuboid_mapping/io/file_replacement.h"
 #include "cuboid_mapping/io/map_files.h"
 #include "cuboid_mapping/io/text.h"
-#include "cuboid_mapping/ros/middleware/checked_messages.h"
 #include "cuboid_mapping/ros/middleware/names.h"
 #include "cuboid_mapping/ros/services/request_reader.h"
 
@@ -68,8 +67,8 @@ MapFilesService::~MapFilesService() {
 }
 
 void MapFilesService::advertise(ros::NodeHandle nh) {
-  save_server_ = advertiseGuarded<SaveMap::Request, SaveMap::Response>(
-      nh, kSaveMapService, [this](SaveMap::Request& request, SaveMap::Response& response) {
+  save_server_ = nh.advertiseService<SaveMap::Request, SaveMap::Response>(
+      kSaveMapService, [this](SaveMap::Request& request, SaveMap::Response& response) {
         const StorageAnswer answer = saveMap(map_, frame_id_, request.filename, limits_);
         logAnswer("saved to", request.filename, answer);
         response.success = static_cast<std::uint8_t>(answer.error.empty());
@@ -83,8 +82,8 @@ void MapFilesService::advertise(ros::NodeHandle nh) {
         response.bytes = answer.num_bytes;
         return true;
       });
-  load_server_ = advertiseGuarded<LoadMap::Request, LoadMap::Response>(
-      nh, kLoadMapService, [this](LoadMap::Request& request, LoadMap::Response& response) {
+  load_server_ = nh.advertiseService<LoadMap::Request, LoadMap::Response>(
+      kLoadMapService, [this](LoadMap::Request& request, LoadMap::Response& response) {
         const StorageAnswer answer = load(request);
         logAnswer("loaded from", request.filename, answer);
         response.success = static_cast<std::uint8_t>(answer.error.empty());

@@ -4,7 +4,7 @@
 #include "cuboid_mapping/map/cuboid_search.h"
 
 #include "cuboid_mapping/ros/map/guarded_map.h"
-#include "cuboid_mapping/ros/middleware/checked_messages.h"
+#include "cuboid_mapping/ros/middleware/callback_guard.h"
 #include "cuboid_mapping/ros/middleware/names.h"
 #include "cuboid_mapping/ros/services/check_answers.h"
 #include "cuboid_mapping/ros/services/edit_answers.h"
@@ -36,7 +36,7 @@ ros::ServiceServer advertise(ros::NodeHandle& nh, const char* name, AnswerT answ
         }
         return true;
       };
-  return advertiseGuarded(nh, name, callback);
+  return nh.advertiseService(name, callback);
 }
 
 /// advertise() for a function of map and request.
@@ -75,8 +75,8 @@ EditServices::EditServices(const ros::NodeHandle& private_nh, const MapInFrame& 
         return response;
       }));
   using std_srvs::SetBool;
-  servers_.push_back(advertiseGuarded<SetBool::Request, SetBool::Response>(
-      nh, kPauseService, [this](SetBool::Request& request, SetBool::Response& response) {
+  servers_.push_back(nh.advertiseService<SetBool::Request, SetBool::Response>(
+      kPauseService, [this](SetBool::Request& request, SetBool::Response& response) {
         return onPause(request, response);
       }));
 }
