@@ -171,6 +171,37 @@ TEST(CloudPipeline, looksForTheGroundInsideTheLimitsGivenInTheFrameOfTheBase) {
   }
 }
 
+TEST(GroundFilter, KeepsTheFootOfAWallOnTheGround) {
+  NodeParameters parameters;
+  parameters.map.resolution_m = 0.1;
+  parameters.octomap_server.filter_ground = true;
+  CloudPoses poses;
+  poses.T_map_cloud = Eigen::Translation3d(0.05, 0.05, 1.05);
+  poses.T_map_sensor = poses.T_map_cloud;
+  poses.T_map_base = Eigen::Isometry3d::Identity();
+  CloudPipeline pipeline(parameters);
+  cuboid_mapping::CuboidMap map(makeMapConfig(parameters));
+  const auto insert = [&](double z) {
+    std::vector<Eigen::Vector3d> points_cloud;
+    for (int i = 0; i < 200; ++i) {
+      points_cloud.emplace_back(1.0 + 0.005 * i, 0.01 * (i % 20), -1.04);
+    }
+    for (int i = 0; i < 10; ++i) points_cloud.emplace_back(2.0, 0.02 * i, z - 1.05);
+    CloudSpec spec;
+    spec.width = static_cast<std::uint32_t>(points_cloud.size());
+    NodeStatistics statistics;
+    std::optional<CloudError> error;
+    const auto* update =
+        pipeline.compute(makeSensorMessage(spec, points_cloud), poses, statistics, error);
+    ASSERT_NE(update, nullptr);
+    (void)map.apply(*update);
+  };
+  insert(0.09);  // The foot of a wall, higher than the ground: an obstacle.
+  ASSERT_EQ(map.voxels().at({20, 0, 0}), Occupancy::kOccupied);
+  for (int i = 0; i < 30; ++i) insert(0.01);  // Beams that end at its foot, as on the ground.
+  EXPECT_EQ(map.voxels().at({20, 0, 0}), Occupancy::kOccupied);
+}
+
 TEST(CloudPipeline, needsTheTransformOfTheBase) {
   NodeParameters parameters;
   parameters.octomap_server.filter_ground = true;

@@ -18,39 +18,6 @@ using cuboid_mapping::BrickUpdate;
 using cuboid_mapping::Scan;
 using cuboid_mapping::ScanUpdate;
 
-/// Takes the hits out: what is left are the voxels before the ends.
-void dropHits(ScanUpdate& update) {
-  for (BrickUpdate& brick : update.bricks) brick.hits = {};
-}
-
-/// Both as one observation. @pre Their scans have the same origin, so that bricks are numbered alike.
-ScanUpdate unite(const ScanUpdate& a, const ScanUpdate& b) {
-  ScanUpdate united;
-  united.num_points = a.num_points + b.num_points;
-  united.num_out_of_range = a.num_out_of_range + b.num_out_of_range;
-  united.num_too_far = a.num_too_far + b.num_too_far;
-  united.samples = a.samples;
-  united.samples.insert(united.samples.end(), b.samples.begin(), b.samples.end());
-  united.bricks.reserve(a.bricks.size() + b.bricks.size());
-  const auto is_before = [](const BrickUpdate& x, const BrickUpdate& y) {
-    return x.morton < y.morton;
-  };
-  std::merge(a.bricks.begin(), a.bricks.end(), b.bricks.begin(), b.bricks.end(),
-             std::back_inserter(united.bricks), is_before);
-  std::size_t count = 0;
-  for (const BrickUpdate& brick : united.bricks) {
-    if (count == 0 || united.bricks[count - 1].morton != brick.morton) {
-      united.bricks[count++] = brick;
-      continue;
-    }
-    united.bricks[count - 1].hits |= brick.hits;
-    united.bricks[count - 1].misses |= brick.misses;
-    united.bricks[count - 1].grazes |= brick.grazes;
-  }
-  united.bricks.resize(count);
-  return united;
-}
-
 /// See NodeStatistics::reach_m; from a sample of the points.
 double findReach(const CloudPoints& cloud, const Eigen::Vector3d& sensor_cloud) {
   if (cloud.points.empty()) return 0.0;
@@ -194,11 +161,10 @@ const ScanUpdate* CloudPipeline::compute(const SensorMessage& cloud, const Cloud
   const Eigen::Vector3d sensor_cloud = options.T_cloud_sensor.translation();
   statistics.reach_m = findReach(points, sensor_cloud);
   checks_.note(points, sensor_cloud);
-  Scan ground;
-  scans_ = makeScans(cloud, points, poses, ground, statistics);
+  scans_ = makeScans(cloud, points, poses, statistics);
   statistics.convert_time.add(stopwatch.lap());
 
-  const ScanUpdate& update = takeUse(computeUpdate(scans_, ground));
+  const ScanUpdate& update = takeUse(scan_updater_.compute(scans_.data(), scans_.size()));
   statistics.ray_walk_time.add(stopwatch.lap());
   statistics.num_points += update.num_points;
   statistics.num_out_of_range += update.num_out_of_range;
@@ -207,15 +173,16 @@ const ScanUpdate* CloudPipeline::compute(const SensorMessage& cloud, const Cloud
 }
 
 std::vector<Scan> CloudPipeline::makeScans(const SensorMessage& cloud, CloudPoints& points,
-                                           const CloudPoses& poses, Scan& ground,
+                                           const CloudPoses& poses,
                                            NodeStatistics& statistics) const {
   std::vector<Scan> scans;
   if (parameters_.source.deskew) {
     scans = makeSlices(cloud, points, poses, statistics);
   } else {
     leaveOutRobot(points, poses, statistics);
-    ground = takeGround(points, poses, statistics);
+    const std::vector<Eigen::Vector3f> ground = takeGround(points, poses, statistics);
     scans.push_back(makeScan(points, poses, statistics));
+    scans.back().open_ends = ground;
   }
   if (parameters_.self_filter.keep_free) {
     scans.front().free_points = findRobotVoxels(parameters_.self_filter.parts, poses.T_map_parts,
@@ -262,8 +229,8 @@ void CloudPipeline::leaveOutRobot(CloudPoints& points, const CloudPoses& poses,
       removePointsOnRobot(parameters_.self_filter.parts, T_part_points, points.points);
 }
 
-Scan CloudPipeline::takeGround(CloudPoints& points, const CloudPoses& poses,
-                               NodeStatistics& statistics) const {
+std::vector<Eigen::Vector3f> CloudPipeline::takeGround(CloudPoints& points, const CloudPoses& poses,
+                                                       NodeStatistics& statistics) const {
   if (!poses.T_map_base) return {};
   const Eigen::Isometry3d T_base_points =
       poses.T_map_base->inverse() * poses.T_map_cloud * Eigen::Translation3d(points.anchor_cloud);
@@ -274,7 +241,7 @@ Scan CloudPipeline::takeGround(CloudPoints& points, const CloudPoses& poses,
   CloudPoints ground;
   ground.anchor_cloud = points.anchor_cloud;
   ground.points = std::move(split.ground);
-  return makeScan(ground, poses, statistics);
+  return makeScan(ground, poses, statistics).points;
 }
 
 void CloudPipeline::cropInBase(std::vector<Eigen::Vector3f>& points,
@@ -286,14 +253,6 @@ void CloudPipeline::cropInBase(std::vector<Eigen::Vector3f>& points,
   const auto end = std::remove_if(points.begin(), points.end(), is_outside);
   statistics.num_filtered += static_cast<std::uint64_t>(std::distance(end, points.end()));
   points.erase(end, points.end());
-}
-
-const ScanUpdate& CloudPipeline::computeUpdate(const std::vector<Scan>& scans, const Scan& ground) {
-  if (ground.points.empty()) return scan_updater_.compute(scans.data(), scans.size());
-  ScanUpdate free_only = scan_updater_.compute(ground);
-  dropHits(free_only);
-  with_ground_ = unite(free_only, scan_updater_.compute(scans.front()));
-  return with_ground_;
 }
 
 const ScanUpdate& CloudPipeline::takeUse(const ScanUpdate& update) {

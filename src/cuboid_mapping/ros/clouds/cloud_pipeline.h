@@ -63,7 +63,7 @@ struct CloudPoses {
 /// same for the node, and for bags without one. Not thread-safe.
 ///
 /// Points on the robot (self_filter) are left out wholly, before all else. Beams to the ground (filter_ground) free
-/// the voxels before their end, and hit nothing.
+/// the voxels before that of their end, and leave that one alone.
 class CloudPipeline {
  public:
   /// @param source  One of sourcesOf().
@@ -91,24 +91,22 @@ class CloudPipeline {
   void leaveOutRobot(CloudPoints& points, const CloudPoses& poses,
                      NodeStatistics& statistics) const;
   /// Takes the points of the ground out, of those that the crop leaves; none without filter_ground.
-  [[nodiscard]] cuboid_mapping::Scan takeGround(CloudPoints& points, const CloudPoses& poses,
-                                                NodeStatistics& statistics) const;
+  [[nodiscard]] std::vector<Eigen::Vector3f> takeGround(CloudPoints& points,
+                                                        const CloudPoses& poses,
+                                                        NodeStatistics& statistics) const;
   /// As octomap_server: what the limits leave out does not take part in the search for the ground.
   void cropInBase(std::vector<Eigen::Vector3f>& points, const Eigen::Isometry3d& T_base_points,
                   NodeStatistics& statistics) const;
-  /// One scan, or those of the slices; and that of the ground. Free points are in the first.
+  /// One scan, with the ends of beams to the ground, or those of the slices. Free points are in the first.
   [[nodiscard]] std::vector<cuboid_mapping::Scan> makeScans(const SensorMessage& cloud,
                                                             CloudPoints& points,
                                                             const CloudPoses& poses,
-                                                            cuboid_mapping::Scan& ground,
                                                             NodeStatistics& statistics) const;
   /// A scan for each slice. @pre The poses have some.
   [[nodiscard]] std::vector<cuboid_mapping::Scan> makeSlices(const SensorMessage& cloud,
                                                              const CloudPoints& points,
                                                              const CloudPoses& poses,
                                                              NodeStatistics& statistics) const;
-  [[nodiscard]] const cuboid_mapping::ScanUpdate& computeUpdate(
-      const std::vector<cuboid_mapping::Scan>& scans, const cuboid_mapping::Scan& ground);
   [[nodiscard]] const cuboid_mapping::ScanUpdate& takeUse(const cuboid_mapping::ScanUpdate& update);
 
   NodeParameters parameters_;
@@ -117,7 +115,6 @@ class CloudPipeline {
   cuboid_mapping::ScanLimits scan_limits_;
   cuboid_mapping::ScanUpdater scan_updater_;
   std::vector<cuboid_mapping::Scan> scans_;
-  cuboid_mapping::ScanUpdate with_ground_;
   cuboid_mapping::ScanUpdate used_;  ///< What takeUse() has left.
 };
 
