@@ -59,7 +59,7 @@ struct Scene {
     work();
   }
   void work() {
-    while (node.callOne()) {
+    while (node.mapOne()) {
     }
   }
   /// As a listener does.

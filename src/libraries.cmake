@@ -167,10 +167,9 @@ endif()
 
 # The ROS layer: parameters, conversions, and what the nodelet is made of.
 add_library(cuboid_mapping_ros
-  cuboid_mapping/ros/clouds/cloud_inbox.cpp
-  cuboid_mapping/ros/clouds/cloud_intake.cpp
+  cuboid_mapping/ros/clouds/cloud_buffer.cpp
   cuboid_mapping/ros/clouds/cloud_pipeline.cpp
-  cuboid_mapping/ros/clouds/cloud_queue.cpp
+  cuboid_mapping/ros/clouds/cloud_poses.cpp
   cuboid_mapping/ros/clouds/depth_pairs.cpp
   cuboid_mapping/ros/clouds/moving_filter.cpp
   cuboid_mapping/ros/clouds/node_sources.cpp
@@ -188,6 +187,7 @@ add_library(cuboid_mapping_ros
   cuboid_mapping/ros/conversions/sensor_conversions.cpp
   cuboid_mapping/ros/conversions/sensor_message.cpp
   cuboid_mapping/ros/conversions/sweep.cpp
+  cuboid_mapping/ros/diagnostics/cloud_ledger.cpp
   cuboid_mapping/ros/diagnostics/diagnostics.cpp
   cuboid_mapping/ros/diagnostics/node_statistics.cpp
   cuboid_mapping/ros/diagnostics/speed_advice.cpp
@@ -199,7 +199,6 @@ add_library(cuboid_mapping_ros
   cuboid_mapping/ros/map/map_storage.cpp
   cuboid_mapping/ros/middleware/tf_lookup.cpp
   cuboid_mapping/ros/middleware/tf_receiver.cpp
-  cuboid_mapping/ros/middleware/time_jump.cpp
   cuboid_mapping/ros/middleware/transforms.cpp
   cuboid_mapping/ros/node/mapping_node.cpp
   cuboid_mapping/ros/node/mapping_node_report.cpp

@@ -5,6 +5,7 @@
 #include "cuboid_mapping/io/text.h"
 #include "cuboid_mapping/ros/clouds/self_filter.h"
 #include "cuboid_mapping/ros/conversions/point_cloud.h"
+#include "cuboid_mapping/ros/middleware/tf_lookup.h"
 #include "cuboid_mapping/ros/middleware/transforms.h"
 #include "stamps.h"
 #include "transform_message.h"
@@ -144,7 +145,7 @@ BagClouds::BagClouds(std::string program, const BagOptions& options)
   messages_.emplace(bags_, parameters_);
   if (messages_->numWithoutCamera() == 0) return;
   say({cuboid_mapping::counted(messages_->numWithoutCamera(), "depth image") +
-       " left out, which have no camera_info of the same stamp"});
+       " left out, for which there is no camera_info"});
 }
 
 /// Where nobody says so and there is no 'map', the root of the tree that all sensors are in.
@@ -180,7 +181,7 @@ cuboid_mapping::SensorModel BagClouds::sensorModel(std::size_t source) const {
 void BagClouds::walk(const CloudShare& share, const Take& take,
                      const cuboid_mapping::ProgressListener& listener) {
   sources_ = makeSources(parameters_);
-  watch_.emplace(parameters_.map.resolution_m, parameters_.max_range_m);
+  watch_.emplace(parameters_.map.resolution_m, parameters_.max_range_m, sources_.size());
   for (std::uint64_t number = share.begin; number < numClouds(); ++number) {
     cuboid_mapping::throwIfInterrupted();
     if (number % share.step == share.first) {
@@ -210,21 +211,22 @@ std::optional<SensorMessage> BagClouds::read(std::uint64_t number) {
 
 void BagClouds::walkOne(const SensorMessage& cloud, const Take& take) {
   ++statistics_.num_received;
-  watch_->noteReceived(cloud.header().stamp.toSec());
+  watch_->noteReceived(cloud.header().stamp.toSec(), cloud.source);
   Stopwatch stopwatch;
   Origin origin{cloud.header().stamp, cloud.source};
   const cuboid_mapping::ScanUpdate* update = compute(cloud, origin);
   if (update != nullptr) ++statistics_.num_inserted;
   take(update, origin);
   if (update == nullptr) return;
-  watch_->noteInserted(1e-3 * stopwatch.lap(), statistics_.reach_m);
+  watch_->noteInserted(1e-3 * stopwatch.lap(), statistics_.reach_m, cloud.source);
   suggestOnce();
 }
 
 const cuboid_mapping::ScanUpdate* BagClouds::compute(const SensorMessage& cloud, Origin& origin) {
   Source& source = *sources_.at(cloud.source);
   std::string tf_error;
-  const auto poses = lookupPoses(transforms_.buffer(), source.parameters, cloud, tf_error);
+  const auto poses = lookupPoses(transforms_.buffer(), source.parameters, cloud.header(),
+                                 readSlices(cloud, source.parameters), tf_error);
   if (!poses) {
     leaveOut(DropReason::kNoTransform, tf_error);
     return nullptr;

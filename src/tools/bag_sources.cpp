@@ -2,14 +2,28 @@
 #include "bag_sources.h"
 
 #include "bag_topics.h"
-#include "cuboid_mapping/ros/clouds/source.h"
 #include "cuboid_mapping/ros/clouds/source_subscriber.h"
+#include "cuboid_mapping/ros/middleware/rate_limit.h"
 
 #include <algorithm>
+#include <iterator>
 #include <map>
 #include <utility>
 
 namespace cuboid_mapping_ros {
+namespace {
+
+/// The camera_info nearest to a stamp, as DepthPairs finds it. @pre There are some.
+std::size_t nearestCamera(const std::map<ros::Time, std::size_t>& cameras, const ros::Time& stamp) {
+  const auto after = cameras.lower_bound(stamp);
+  if (after == cameras.begin()) return after->second;
+  const auto before = std::prev(after);
+  const bool is_after = after != cameras.end() &&
+                        stampDistance(after->first, stamp) < stampDistance(before->first, stamp);
+  return (is_after ? after : before)->second;
+}
+
+}  // namespace
 
 BagMessages::BagMessages(BagFiles& bags, const NodeParameters& parameters)
     : bags_(bags), sources_(sourcesOf(parameters)) {
@@ -48,11 +62,10 @@ void BagMessages::add(std::size_t source) {
   RateLimit rate_limit(parameters.max_rate_hz);
   for (std::size_t i = range.first; i < range.second; ++i) {
     const ros::Time stamp = needs_stamp ? bags_.readStamp(instances_[i]) : ros::Time();
-    const auto camera = camera_at.find(stamp);
-    if (is_depth && camera == camera_at.end()) {
+    if (is_depth && camera_at.empty()) {
       ++num_without_camera_;
     } else if (rate_limit.lets(stamp)) {
-      messages_.push_back({source, i, is_depth ? camera->second : 0, stamp});
+      messages_.push_back({source, i, is_depth ? nearestCamera(camera_at, stamp) : 0, stamp});
     }
   }
 }

@@ -5,6 +5,7 @@
 #include "cuboid_mapping/io/file_replacement.h"
 #include "cuboid_mapping/io/text.h"
 #include "cuboid_mapping/ros/map/forgetting.h"
+#include "cuboid_mapping/ros/middleware/tf_lookup.h"
 #include "mpi_checkpoint.h"
 #include "mpi_output.h"
 #include "progress_bar.h"

@@ -4,16 +4,13 @@
 
 #include "cuboid_mapping/io/map_files.h"
 #include "cuboid_mapping/map/map_follower.h"
-#include "cuboid_mapping/ros/clouds/cloud_inbox.h"
-#include "cuboid_mapping/ros/clouds/cloud_intake.h"
+#include "cuboid_mapping/ros/clouds/cloud_buffer.h"
 #include "cuboid_mapping/ros/clouds/source.h"
 #include "cuboid_mapping/ros/map/guarded_map.h"
-#include "cuboid_mapping/ros/middleware/callback_guard.h"
-#include "cuboid_mapping/ros/middleware/function_callback.h"
 
-#include <ros/callback_queue.h>
 #include <tf2/buffer_core.h>
 
+#include <cmath>
 #include <functional>
 #include <memory>
 #include <vector>
@@ -57,41 +54,32 @@ class SimulatedNode {
   explicit SimulatedNode(const NodeParameters& parameters)
       : map_(makeMapConfig(parameters)),
         sources_(makeSources(parameters)),
-        queue_(callbacks_, guard_, "simulated"),
-        intake_(queue_, tf_, parameters,
-                {[this](const SensorMessage& cloud, const CloudPoses& poses) {
-                   countFailure([&] { handle(cloud, poses); });
-                 },
-                 [this](std::size_t, DropReason reason, const std::string&) {
-                   ++statistics_.numDropped(reason);
-                 }}),
-        inbox_(queue_, makeCloudLimits(parameters),
-               {[this](const SensorMessage& cloud) {
-                  ++statistics_.num_received;
-                  countFailure([&] { intake_.receive(cloud, now_); });
-                },
-                [this](std::size_t, std::size_t count) {
-                  statistics_.num_received += count;
-                  statistics_.numDropped(DropReason::kQueueFull) += count;
-                }}),
+        buffer_(makeCloudLimits(parameters), makeCallbacks(parameters)),
         replay_(parameters) {
     inserted_.reserve(1000);
   }
 
-  void receive(const SensorMessage& cloud) { inbox_.put(cloud); }
+  void receive(const SensorMessage& cloud) {
+    ++statistics_.num_received;
+    buffer_.put(cloud);
+  }
   void setTime(const ros::Time& now) {
+    clock_s_ += std::abs(now.toSec() - now_.toSec());
+    if (now < now_ - ros::Duration(1.0)) tf_.clear();  // As TfReceiver does.
     now_ = now;
-    post(queue_, this, [this] { intake_.update(now_); });
   }
   void setTransform(const geometry_msgs::TransformStamped& transform, bool is_static) {
     tf_.setTransform(transform, "simulated", is_static);
-    post(queue_, this, [this] { intake_.update(now_); });
   }
-  /// Lets one callback run. @return false when there is none.
-  bool callOne() { return callbacks_.callOne() == ros::CallbackQueue::Called; }
+  /// Maps one cloud. @return false when there is none.
+  bool mapOne() {
+    const auto next = buffer_.takeNext();
+    if (next) countFailure([&] { handle(next->message, next->poses); });
+    return next.has_value();
+  }
 
   void setParameters(const NodeParameters& parameters) {
-    intake_.setParameters(parameters, now_);
+    buffer_.setSearch(makeSearch(parameters));
     sources_ = makeSources(parameters);
     edit([&](CuboidMap& map) { return map.setSensorModel(parameters.map.sensor_model); });
     replay().setParameters(parameters);
@@ -127,8 +115,7 @@ class SimulatedNode {
     return replay_;
   }
   [[nodiscard]] const NodeStatistics& statistics() const { return statistics_; }
-  [[nodiscard]] std::size_t numWaiting() const { return intake_.numWaiting(); }
-  [[nodiscard]] const CallbackGuard& guard() const { return guard_; }
+  [[nodiscard]] std::size_t numWaiting() const { return buffer_.size(); }
 
  private:
   static constexpr std::uint64_t kInstance = 7;
@@ -137,6 +124,23 @@ class SimulatedNode {
     SensorMessage cloud;
     CloudPoses poses;
   };
+
+  CloudBuffer::FindPoses makeSearch(const NodeParameters& parameters) {
+    return [this, parameters](const SensorMessage& cloud, const Slices& slices) {
+      return findPoses(tf_, parameters, cloud.header(), slices);
+    };
+  }
+
+  CloudBuffer::Callbacks makeCallbacks(const NodeParameters& parameters) {
+    CloudBuffer::Callbacks callbacks;
+    callbacks.find_poses = makeSearch(parameters);
+    callbacks.drop = [this](std::size_t, DropReason reason, const std::string&) {
+      ++statistics_.numDropped(reason);
+    };
+    callbacks.clock_s = [this] { return clock_s_; };
+    callbacks.now = [this] { return now_; };
+    return callbacks;
+  }
 
   void edit(const std::function<ChangeSet(CuboidMap&)>& work) {
     map_.edit([&](CuboidMap& map, const ros::Time&) { return work(map); });
@@ -173,15 +177,12 @@ class SimulatedNode {
   GuardedMap map_;
   std::vector<std::unique_ptr<Source>> sources_;
   NodeStatistics statistics_;
-  ros::CallbackQueue callbacks_;
-  CallbackGuard guard_;
-  GuardedQueue queue_;
   tf2::BufferCore tf_;
   ros::Time now_{1000.0};
+  double clock_s_ = 0.0;
   bool is_paused_ = false;
   std::uint64_t published_revision_ = 0;
-  CloudIntake intake_;
-  CloudInbox inbox_;
+  CloudBuffer buffer_;
   PlainReplay replay_;
   std::vector<Inserted> inserted_;  ///< That the replay does not have yet.
 };

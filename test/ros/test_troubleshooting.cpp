@@ -66,7 +66,9 @@ TEST_F(TroubleshootingTest, NoCloudHasEverCome) {
 TEST_F(TroubleshootingTest, CloudsWithoutATransform) {
   listenTo(kNode);
   publishClouds(cloud_publisher_, "nowhere", kQueueSize + 1);
-  EXPECT_TRUE(waitFor([&] { return countNew("clouds dropped, no transform") == 1; }));
+  EXPECT_TRUE(log_.waitForLine("wait for tf: waited for", kNode)) << "before it is dropped";
+  EXPECT_TRUE(log_.has("the roots of tf are", kNode) || log_.has("tf has no frames", kNode));
+  EXPECT_TRUE(waitFor([&] { return countNew("clouds dropped, no transform") == kQueueSize + 1; }));
   EXPECT_TRUE(log_.waitForLine("cloud dropped, no transform: frame 'nowhere'", kNode));
   EXPECT_TRUE(log_.has("check that tf has a path from the cloud's frame to frame_id", kNode));
 }
@@ -82,10 +84,9 @@ TEST_F(TroubleshootingTest, CloudsOlderThanAllTransforms) {
   publish_cloud(1019.0);
   ASSERT_TRUE(waitForInserted(1));
   publish_cloud(1005.0);
-  publish_cloud(1019.1);  // only this one shows that it is not a recording that starts again
   EXPECT_TRUE(waitFor([&] { return countNew("clouds dropped, too old for tf") == 1; }));
   EXPECT_TRUE(log_.waitForLine("cloud dropped, too old for tf: frame 'moving'", kNode));
-  EXPECT_TRUE(log_.has("use_sim_time with recorded data", kNode));
+  EXPECT_TRUE(log_.has("with recorded data set use_sim_time", kNode));
 }
 
 TEST_F(TroubleshootingTest, TheGroundFilterWithoutItsBase) {
@@ -94,14 +95,13 @@ TEST_F(TroubleshootingTest, TheGroundFilterWithoutItsBase) {
   auto publisher = nh_.advertise<sensor_msgs::PointCloud2>("/ground/cloud_in", 20);
   ASSERT_TRUE(waitFor([&] { return publisher.getNumSubscribers() > 0; }));
   publishClouds(publisher, "lidar", kQueueSize + 1);
-  EXPECT_TRUE(
-      waitFor([&] { return diagnostics.status().number("clouds dropped, no transform") == 1; }));
+  EXPECT_TRUE(log_.waitForLine("wait for tf: waited for", kGroundNode));
   EXPECT_EQ(diagnostics.status().number("clouds inserted"), 0);
-  EXPECT_TRUE(log_.waitForLine("cloud dropped, no transform: frame 'lidar'", kGroundNode));
   EXPECT_TRUE(log_.has("robot", kGroundNode)) << "names base_frame_id";
   publishStaticTf(makeTransform("map", "robot", makeTranslation(0.0, 0.0, -1.0)));
-  EXPECT_TRUE(waitFor([&] { return diagnostics.status().number("clouds inserted") == kQueueSize; }))
-      << "with the transform, those that wait get in";
+  EXPECT_TRUE(waitFor([&] {
+    return diagnostics.status().number("clouds inserted") == kQueueSize + 1;
+  })) << "with the transform, those that wait get in";
 }
 
 TEST_F(TroubleshootingTest, FreeCellsThatNobodyAskedFor) {

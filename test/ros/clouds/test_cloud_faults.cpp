@@ -1,11 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Whichever allocation fails: every cloud is handed on once, or dropped and counted once.
-#include "cuboid_mapping/ros/clouds/cloud_inbox.h"
-#include "cuboid_mapping/ros/clouds/cloud_queue.h"
-#include "cuboid_mapping/ros/middleware/callback_guard.h"
+#include "cuboid_mapping/ros/clouds/cloud_buffer.h"
 
 #include <gtest/gtest.h>
-#include <ros/callback_queue.h>
 #include <boost/make_shared.hpp>
 
 #include <cstdlib>
@@ -76,73 +73,44 @@ int tryEachAllocation(const TrialT& trial) {
   return num_trials;
 }
 
-/// Four clouds come to a queue with room for one that waits for tf and one that waits for its turn.
-TEST(CloudFaults, LeaveNoCloudOfAQueueUncountedNorCountedTwice) {
+/// Clouds come to a buffer: some have poses, one waits for tf, one is too old for it, one has no frame.
+TEST(CloudFaults, LeaveNoCloudUncountedNorCountedTwice) {
   const int num_cases = tryEachAllocation([](long number) {
     bool has_failed = false;
     Counts counts;
-    CloudQueue::Callbacks counting;
-    counting.find_poses = [](const SensorMessage& cloud) -> PoseSearch {
-      const std_msgs::Header& header = cloud.header();
-      if (header.frame_id == "lidar") return {CloudPoses{}, {}, false};
-      return {std::nullopt, "a reason that does not fit into a string without an allocation",
-              header.frame_id == "old"};
+    ros::Time now(1000.0);
+    CloudBuffer::Callbacks callbacks;
+    callbacks.find_poses = [](const SensorMessage& cloud, const Slices&) {
+      PoseSearch search;
+      const std::string& frame_id = cloud.header().frame_id;
+      if (frame_id == "lidar") {
+        search.poses = CloudPoses{};
+      } else {
+        search.why = "a reason that does not fit into a string without an allocation";
+        search.is_too_old = frame_id == "old";
+      }
+      return search;
     };
-    counting.handle = [&](const SensorMessage&, const CloudPoses&) { ++counts.handled; };
-    counting.drop = [&](std::size_t, DropReason, const std::string&) { ++counts.dropped; };
-    ros::CallbackQueue callbacks;
-    CallbackGuard guard;
-    GuardedQueue guarded(callbacks, guard, "clouds");
-    CloudQueue queue(guarded, {1, 100000, ros::Duration(10.0)}, counting);
-    const ros::Time now(1000.0);
+    callbacks.drop = [&](std::size_t, DropReason, const std::string&) { ++counts.dropped; };
+    callbacks.now = [&now] { return now; };
+    CloudBuffer buffer({}, callbacks);
     const std::vector<SensorMessage> clouds{makeCloud("lidar"),  makeCloud("old"),
                                             makeCloud("camera"), makeCloud("camera"),
                                             makeCloud("lidar"),  makeCloud("")};
     {
       const FailingAllocation failing(number);
-      for (const auto& cloud : clouds) {
-        // As MappingNode: what push() throws is counted.
-        if (!guard.run("push", [&] { queue.push(cloud, now); })) ++counts.dropped;
-      }
-      // roscpp itself may fail, and keeps its callbacks then.
-      guard.run("calls", [&] { callbacks.callAvailable(); });
+      for (const auto& cloud : clouds) buffer.put(cloud);
+      while (buffer.takeNext()) ++counts.handled;
       has_failed = FailingAllocation::hasFailed();
     }
-    queue.update(now);
-    queue.update(now + ros::Duration(20.0));  // The one that waits for tf gives up.
-    callbacks.callAvailable();
-    EXPECT_EQ(queue.size(), 0U) << "allocation " << number;
+    while (buffer.takeNext()) ++counts.handled;
+    now += ros::Duration(20.0);  // The one that waits for tf gives up.
+    while (buffer.takeNext()) ++counts.handled;
+    EXPECT_EQ(buffer.size(), 0U) << "allocation " << number;
     EXPECT_EQ(counts.total(), 6) << "allocation " << number;
     return has_failed;
   });
   EXPECT_GT(num_cases, 10);
-}
-
-TEST(CloudFaults, LeaveNoCloudOfAnInboxUncountedNorCountedTwice) {
-  const int num_cases = tryEachAllocation([](long number) {
-    bool has_failed = false;
-    Counts counts;
-    ros::CallbackQueue callbacks;
-    CallbackGuard guard;
-    GuardedQueue guarded(callbacks, guard, "clouds");
-    CloudInbox inbox(
-        guarded, {2, 100000, ros::Duration(10.0)},
-        {[&](const SensorMessage&) { ++counts.handled; },
-         [&](std::size_t, std::size_t count) { counts.dropped += static_cast<int>(count); }});
-    const auto cloud = makeCloud("lidar");
-    {
-      const FailingAllocation failing(number);
-      for (int i = 0; i < 3; ++i) guard.run("put", [&] { inbox.put(cloud); });
-      // roscpp itself may fail, and keeps its callbacks then.
-      guard.run("calls", [&] { callbacks.callAvailable(); });
-      has_failed = FailingAllocation::hasFailed();
-    }
-    inbox.put(cloud);
-    callbacks.callAvailable();
-    EXPECT_EQ(counts.total(), 4) << "allocation " << number;
-    return has_failed;
-  });
-  EXPECT_GT(num_cases, 2);
 }
 
 }  // namespace

@@ -1,11 +1,10 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Clouds of several sources: they have their turn in the order of their stamps.
-#include "cuboid_mapping/ros/clouds/cloud_queue.h"
+#include "cuboid_mapping/ros/clouds/cloud_buffer.h"
 
 #include "support/random.h"
 
 #include <gtest/gtest.h>
-#include <ros/callback_queue.h>
 #include <boost/make_shared.hpp>
 
 #include <algorithm>
@@ -20,38 +19,36 @@ namespace {
 /// (stamp in seconds, source).
 using Clouds = std::vector<std::pair<double, std::size_t>>;
 
-/// A queue of three sources that waits 0.2 s for earlier clouds, at a clock of the test.
+/// A buffer of three sources that waits 0.2 s for earlier clouds, at a clock of the test.
 class CloudOrderTest : public ::testing::Test {
  protected:
   void push(double stamp_s, std::size_t source, const std::string& frame_id = "lidar") {
     const auto cloud = boost::make_shared<sensor_msgs::PointCloud2>();
     cloud->header.frame_id = frame_id;
     cloud->header.stamp = ros::Time(stamp_s);
-    queue_.push({cloud, source}, ros::Time(stamp_s));
+    buffer_.put({cloud, source});
     callAll();
   }
 
-  /// As the timer of the node.
   void pass(double seconds) {
     clock_s_ += seconds;
-    queue_.update(ros::Time(1000.0));
     callAll();
   }
 
   void callAll() {
-    while (callbacks_.callOne() == ros::CallbackQueue::Called) {
+    while (const auto next = buffer_.takeNext()) {
+      handled_.emplace_back(next->message.header().stamp.toSec(), next->message.source);
     }
   }
 
-  CloudQueue::Callbacks makeCallbacks() {
-    CloudQueue::Callbacks callbacks;
-    callbacks.find_poses = [this](const SensorMessage& cloud) -> PoseSearch {
-      if (known_frames_.count(cloud.header().frame_id) > 0) return {CloudPoses{}, {}, false};
-      return {std::nullopt, "there is none", false};
+  CloudBuffer::Callbacks makeCallbacks() {
+    CloudBuffer::Callbacks callbacks;
+    callbacks.find_poses = [this](const SensorMessage& cloud, const Slices&) {
+      PoseSearch search;
+      if (known_frames_.count(cloud.header().frame_id) > 0) search.poses = CloudPoses{};
+      return search;
     };
-    callbacks.handle = [this](const SensorMessage& cloud, const CloudPoses&) {
-      handled_.emplace_back(cloud.header().stamp.toSec(), cloud.source);
-    };
+    callbacks.now = [] { return ros::Time(1000.0); };
     callbacks.drop = [this](std::size_t, DropReason, const std::string&) { ++num_dropped_; };
     callbacks.clock_s = [this] { return clock_s_; };
     return callbacks;
@@ -59,7 +56,6 @@ class CloudOrderTest : public ::testing::Test {
 
   static CloudLimits makeLimits() {
     CloudLimits limits;
-    limits.max_clouds = 30;
     limits.num_sources = 3;
     return limits;
   }
@@ -68,8 +64,7 @@ class CloudOrderTest : public ::testing::Test {
   std::set<std::string> known_frames_{"lidar"};
   Clouds handled_;
   int num_dropped_ = 0;
-  ros::CallbackQueue callbacks_;
-  CloudQueue queue_{callbacks_, makeLimits(), makeCallbacks()};
+  CloudBuffer buffer_{makeLimits(), makeCallbacks()};
 };
 
 TEST_F(CloudOrderTest, ACloudGoesOnceEveryOtherSourceHasGoneOn) {
@@ -82,8 +77,8 @@ TEST_F(CloudOrderTest, ACloudGoesOnceEveryOtherSourceHasGoneOn) {
   EXPECT_EQ(handled_, (Clouds{{999.9, 2}, {1000.0, 0}}));
   push(1000.2, 0);
   EXPECT_EQ(handled_.back(), (Clouds::value_type{1000.1, 1}));
-  EXPECT_EQ(queue_.size(), 2U) << "both at 1000.2: the second source has not come so far";
-  EXPECT_EQ(queue_.numOutOfOrder(), 0U);
+  EXPECT_EQ(buffer_.size(), 2U) << "both at 1000.2: the second source has not come so far";
+  EXPECT_EQ(buffer_.numOutOfOrder(), 0U);
 }
 
 TEST_F(CloudOrderTest, OfOneStampTheFirstSourceGoesFirst) {
@@ -101,7 +96,7 @@ TEST_F(CloudOrderTest, ASourceThatIsSilentDelaysTheOthersOnlySoLong) {
   push(999.0, 2);
   pass(0.3);
   EXPECT_EQ(handled_.back(), (Clouds::value_type{999.0, 2})) << "late, but not lost";
-  EXPECT_EQ(queue_.numOutOfOrder(), 1U);
+  EXPECT_EQ(buffer_.numOutOfOrder(), 1U);
 }
 
 TEST_F(CloudOrderTest, ACloudWithoutTransformKeepsLaterOnesWaitingOnlySoLong) {
@@ -120,20 +115,19 @@ TEST_F(CloudOrderTest, ACloudWithoutTransformKeepsLaterOnesWaitingOnlySoLong) {
   push(1001.2, 2);
   pass(0.3);
   EXPECT_EQ(handled_.back(), (Clouds::value_type{1001.2, 2}));
-  EXPECT_EQ(queue_.size(), 1U);
+  EXPECT_EQ(buffer_.size(), 1U);
   EXPECT_EQ(num_dropped_, 0);
 }
 
 TEST_F(CloudOrderTest, BeginsAnewWhenStampsDo) {
   for (const std::size_t source : {0, 1, 2}) push(2000.0, source);
   EXPECT_EQ(handled_.size(), 3U);
-  queue_.forgetOrder();
   push(1000.0, 0);
   push(1000.1, 1);
   EXPECT_EQ(handled_.size(), 3U) << "what was sent before the jump says nothing";
   push(1000.2, 2);
   EXPECT_EQ(handled_.size(), 4U);
-  EXPECT_EQ(queue_.numOutOfOrder(), 0U);
+  EXPECT_EQ(buffer_.numOutOfOrder(), 0U);
 }
 
 /// Each source in order, the sources shifted against each other by less than the wait.
@@ -163,7 +157,7 @@ TEST_F(CloudOrderTest, WhateverTheDelaysTheOrderIsThatOfTheStamps) {
   pass(1.0);
   EXPECT_EQ(handled_.size(), arrivals.size());
   EXPECT_TRUE(std::is_sorted(handled_.begin(), handled_.end()));
-  EXPECT_EQ(queue_.numOutOfOrder(), 0U);
+  EXPECT_EQ(buffer_.numOutOfOrder(), 0U);
 }
 
 }  // namespace

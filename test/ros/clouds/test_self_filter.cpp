@@ -269,7 +269,7 @@ TEST(SelfFilter, NeedsTheTransformsOfTheRobot) {
   header.frame_id = "lidar";
   header.stamp = ros::Time(5.0);
   std::string error;
-  EXPECT_FALSE(lookupPoses(tf, parameters, header, error)) << "never with a wrong pose";
+  EXPECT_FALSE(lookupPoses(tf, parameters, header, {}, error)) << "never with a wrong pose";
   EXPECT_NE(error.find("arm"), std::string::npos) << error;
   EXPECT_NE(error.find("(a frame of self_filter; see self_filter/ignored_links)"),
             std::string::npos)
@@ -277,7 +277,7 @@ TEST(SelfFilter, NeedsTheTransformsOfTheRobot) {
   transform.child_frame_id = "arm";
   transform.transform.translation.x = 3.0;
   tf.setTransform(transform, "test", true);
-  const auto poses = lookupPoses(tf, parameters, header, error);
+  const auto poses = lookupPoses(tf, parameters, header, {}, error);
   ASSERT_TRUE(poses);
   ASSERT_EQ(poses->T_map_parts.size(), 1U);
   EXPECT_EQ(poses->T_map_parts[0].translation().x(), 3.0);

@@ -2,6 +2,7 @@
 #include "cuboid_mapping/ros/clouds/depth_pairs.h"
 #include "cuboid_mapping/ros/clouds/source.h"
 #include "cuboid_mapping/ros/clouds/source_report.h"
+#include "cuboid_mapping/ros/middleware/rate_limit.h"
 #include "cuboid_mapping/ros/parameters/reconfigure.h"
 #include "ros/cloud_messages.h"
 #include "tools/run_program.h"
@@ -12,7 +13,9 @@
 
 #include <algorithm>
 #include <map>
+#include <set>
 #include <string>
+#include <utility>
 #include <vector>
 
 namespace cuboid_mapping_ros {
@@ -246,40 +249,101 @@ TEST(Sources, HitAndMissAreTheirOwn) {
   EXPECT_NEAR(log_odds, std::log(0.9 / 0.1), 1e-5);
 }
 
-TEST(DepthPairs, BringsImageAndCameraOfOneStampTogether) {
-  std::vector<double> taken;
-  int num_dropped = 0;
-  DepthPairs pairs({[&](const DepthImage& depth) {
-                      EXPECT_EQ(depth.image->header.stamp, depth.camera->header.stamp);
-                      taken.push_back(depth.image->header.stamp.toSec());
-                    },
-                    [&] { ++num_dropped; }});
-  const auto image = [&](double stamp_s) {
+/// What becomes of images and of camera_info, by their stamps.
+class DepthPairsTest : public ::testing::Test {
+ protected:
+  using Pairs = std::vector<std::pair<double, double>>;
+
+  void image(double stamp_s) {
     const auto message = boost::make_shared<sensor_msgs::Image>();
     message->header.stamp = ros::Time(stamp_s);
-    pairs.add(sensor_msgs::Image::ConstPtr(message));
-  };
-  const auto camera = [&](double stamp_s) {
+    pairs_.add(sensor_msgs::Image::ConstPtr(message));
+  }
+  void camera(double stamp_s) {
     const auto message = boost::make_shared<sensor_msgs::CameraInfo>();
     message->header.stamp = ros::Time(stamp_s);
-    pairs.add(sensor_msgs::CameraInfo::ConstPtr(message));
-  };
+    pairs_.add(sensor_msgs::CameraInfo::ConstPtr(message));
+  }
+
+  Pairs taken_;
+  int num_dropped_ = 0;
+  DepthPairs pairs_{{[this](const DepthImage& depth) {
+                       taken_.emplace_back(depth.image->header.stamp.toSec(),
+                                           depth.camera->header.stamp.toSec());
+                     },
+                     [this] { ++num_dropped_; }}};
+};
+
+TEST_F(DepthPairsTest, BringImageAndCameraOfOneStampTogether) {
   image(1.0);
-  EXPECT_TRUE(taken.empty());
+  EXPECT_TRUE(taken_.empty());
   camera(1.0);
   camera(2.0);
   image(2.0);
-  EXPECT_EQ(taken, (std::vector<double>{1.0, 2.0}));
   image(3.0);
   image(4.0);
+  camera(3.0);
   camera(4.0);
-  EXPECT_EQ(taken.back(), 4.0);
-  EXPECT_EQ(num_dropped, 0);
-  for (int i = 0; i < 20; ++i) image(10.0 + i);
-  EXPECT_EQ(num_dropped, 11) << "ten may wait, and that of 3.0 was the oldest";
-  camera(5.0);
-  image(5.0);
-  EXPECT_EQ(taken.back(), 5.0) << "time has jumped back";
+  EXPECT_EQ(taken_, (Pairs{{1.0, 1.0}, {2.0, 2.0}, {3.0, 3.0}, {4.0, 4.0}}));
+  camera(0.5);
+  image(0.5);
+  EXPECT_EQ(taken_.back(), Pairs::value_type(0.5, 0.5)) << "time has jumped back";
+}
+
+TEST_F(DepthPairsTest, TakeACameraInfoThatComesALittleLater) {
+  for (int i = 1; i <= 20; ++i) {
+    image(i);
+    camera(i + 0.003);
+    ASSERT_EQ(taken_.size(), static_cast<std::size_t>(i)) << "without waiting for the next";
+    EXPECT_EQ(taken_.back().second, i + 0.003);
+  }
+  EXPECT_EQ(num_dropped_, 0);
+}
+
+TEST_F(DepthPairsTest, TakeACameraInfoWithoutStamp) {
+  image(1.0);
+  camera(0.0);
+  for (int i = 2; i <= 20; ++i) image(i);
+  EXPECT_EQ(taken_.size(), 20U);
+}
+
+TEST_F(DepthPairsTest, TakeACameraInfoThatComesOnce) {
+  camera(0.5);
+  for (int i = 1; i <= 20; ++i) image(i);
+  EXPECT_EQ(taken_.size(), 20U);
+  EXPECT_EQ(num_dropped_, 0);
+  image(21.0);
+  EXPECT_EQ(taken_.size(), 21U) << "at once";
+}
+
+TEST_F(DepthPairsTest, DropImagesWithoutAnyCameraInfo) {
+  for (int i = 1; i <= 30; ++i) image(i);
+  EXPECT_EQ(num_dropped_, 20);
+  camera(100.0);
+  EXPECT_EQ(taken_.size(), 10U) << "it comes late, but not too late for the last ones";
+}
+
+TEST(Sources, AtTheirOwnRateNoMessageIsLostToJitter) {
+  for (const double phase_s : {0.0, 0.025, 0.05, 0.075, 0.0999999}) {
+    RateLimit limit(10.0);
+    int num_passed = 0;
+    for (int i = 0; i < 100; ++i) {
+      const double jitter_s = i % 2 == 0 ? 1e-6 : -1e-6;
+      num_passed += limit.lets(ros::Time(1000.0 + 0.1 * i + phase_s + jitter_s)) ? 1 : 0;
+    }
+    EXPECT_EQ(num_passed, 100) << phase_s;
+  }
+}
+
+TEST(Sources, TheSameMessagesPassWhereverARecordingIsStarted) {
+  std::set<int> passed[2];
+  for (const int first : {0, 14}) {
+    RateLimit limit(10.0);
+    for (int i = first; i < 300; ++i) {
+      if (limit.lets(ros::Time(1000.0 + i / 30.0 + 0.001)) && i > 20) passed[first > 0].insert(i);
+    }
+  }
+  EXPECT_EQ(passed[0], passed[1]);
 }
 
 TEST(SourceReport, SaysWhatIsWrongWithOneSource) {
@@ -298,8 +362,6 @@ TEST(SourceReport, SaysWhatIsWrongWithOneSource) {
   report.num_publishers = 0;
   report.is_simulated_time = true;
   EXPECT_EQ(summarize(report, none).level, ReportLevel::kOk) << "a bag has ended";
-  report.statistics.num_without_camera = 2;
-  EXPECT_EQ(summarize(report, none).level, ReportLevel::kWarning);
   report.statistics.num_dropped = 1;
   report.statistics.last_drop = "no transform";
   EXPECT_EQ(summarize(report, none).message, "1 message dropped: no transform");

@@ -238,7 +238,8 @@ class MovingSensor : public ::testing::Test {
     Source source(parameters_);
     NodeStatistics statistics;
     std::string tf_error;
-    const auto poses = lookupPoses(tf_, parameters_, message, tf_error);
+    const auto poses =
+        lookupPoses(tf_, parameters_, message.header(), readSlices(message, parameters_), tf_error);
     EXPECT_TRUE(poses) << tf_error;
     if (!poses) return {};
     const auto* update = source.pipeline.compute(message, *poses, statistics, error_);
@@ -310,10 +311,11 @@ TEST_F(MovingSensor, ACloudWaitsForTheTransformOfItsLastPoint) {
   const SensorMessage cloud =
       toMessage(makeTimedCloud("t", PointField::UINT32, {0.0, 0.45e9}, seeWall(times_s)));
   std::string error;
-  EXPECT_FALSE(lookupPoses(tf_, parameters_, cloud, error));
+  const Slices slices = readSlices(cloud, parameters_);
+  EXPECT_FALSE(lookupPoses(tf_, parameters_, cloud.header(), slices, error));
   EXPECT_NE(error.find("extrapolation"), std::string::npos) << error;
   for (double t = 0.4; t < 0.5; t += 0.005) setPose(t);
-  const auto poses = lookupPoses(tf_, parameters_, cloud, error);
+  const auto poses = lookupPoses(tf_, parameters_, cloud.header(), slices, error);
   ASSERT_TRUE(poses);
   EXPECT_EQ(poses->slices, (Slices{0, 450}));
   EXPECT_NEAR(poses->slice_poses.at(1).T_map_cloud.translation().x(), 5.0 * 0.4505, 1e-3);

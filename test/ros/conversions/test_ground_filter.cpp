@@ -216,11 +216,11 @@ TEST(CloudPipeline, needsTheTransformOfTheBase) {
   header.frame_id = "lidar";
   header.stamp = ros::Time(5.0);
   std::string error;
-  EXPECT_FALSE(lookupPoses(tf, parameters, header, error)) << "never with a wrong pose";
+  EXPECT_FALSE(lookupPoses(tf, parameters, header, {}, error)) << "never with a wrong pose";
   EXPECT_NE(error.find("base_footprint"), std::string::npos) << error;
   transform.child_frame_id = "base_footprint";
   tf.setTransform(transform, "test", true);
-  EXPECT_TRUE(lookupPoses(tf, parameters, header, error));
+  EXPECT_TRUE(lookupPoses(tf, parameters, header, {}, error));
 }
 
 }  // namespace

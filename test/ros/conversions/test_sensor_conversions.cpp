@@ -272,6 +272,8 @@ TEST(SensorConversions, WhatCannotBeUsedIsRefusedWithTheReason) {
             CloudDefect::kShortData);
   EXPECT_EQ(refused([](Image&, CameraInfo& camera) { camera.P[0] = 0.0; }),
             CloudDefect::kBadLayout);
+  EXPECT_EQ(refused([](Image&, CameraInfo& camera) { camera.width = 1280; }),
+            CloudDefect::kBadLayout);
   EXPECT_EQ(refused([](Image& image, CameraInfo&) { image.data.assign(8, 0); }),
             CloudDefect::kNoValidPoints);
 }

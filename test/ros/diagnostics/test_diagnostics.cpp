@@ -91,7 +91,7 @@ TEST(Diagnostics, WarnsWhenCloudsDoNotComeAnyMore) {
 TEST(Diagnostics, AClockThatIsAheadIsNamed) {
   NodeReport report = makeReport(5, 5);
   report.frame_id = "map";
-  report.last_cloud = LastCloud{"lidar", -3.25, ""};
+  report.last_cloud = LastCloud{"lidar", -3.25, "", std::nullopt};
   expectWarning(summarize(report, report.statistics),
                 {"from 5 clouds", "3.25 s ahead of this machine's clock"});
   report.last_cloud->age_s = -0.9 * kMaxAhead_s;
@@ -101,7 +101,7 @@ TEST(Diagnostics, AClockThatIsAheadIsNamed) {
 TEST(Diagnostics, AMissingTransformIsNamedWithFramesAgeAndReason) {
   NodeReport report = makeReport(8, 5);
   report.frame_id = "map";
-  report.last_cloud = LastCloud{"lidar", 86400.0 * 30, "frame 'odom' does not exist"};
+  report.last_cloud = LastCloud{"lidar", 86400.0 * 30, "frame 'odom' does not exist", std::nullopt};
   expectWarning(summarize(report, makeReport(6, 5).statistics),
                 {"3 clouds wait for a transform", "'lidar' -> 'map'", "frame 'odom' does not exist",
                  "the clouds are 30 days old", "use_sim_time"});
@@ -117,7 +117,7 @@ TEST(Diagnostics, AgesAreInUnitsThatPeopleUse) {
                                     {7200.0, "2 h"},
                                     {86400.0, "24 h"},
                                     {172800.0, "2 days"}}) {
-    report.last_cloud = LastCloud{"lidar", age_s, "frame 'odom' does not exist"};
+    report.last_cloud = LastCloud{"lidar", age_s, "frame 'odom' does not exist", std::nullopt};
     expectWords(summarize(report, makeReport(6, 5).statistics), {std::string(" ") + text});
   }
 }
@@ -166,7 +166,7 @@ TEST(Diagnostics, AFullQueueSaysWhatWouldKeepUp) {
 
 TEST(Diagnostics, CloudsThatWaitForASlowNodeDoNotWaitForTf) {
   NodeReport report = makeReport(8, 5);
-  report.last_cloud = LastCloud{"lidar", 0.1, ""};
+  report.last_cloud = LastCloud{"lidar", 0.1, "", std::nullopt};
   report.speed_advice = "4.3 s per cloud at 10 Hz: try resolution 0.2";
   const ReportSummary summary = summarize(report, makeReport(6, 5).statistics);
   expectWarning(summary, {"3 clouds wait: 4.3 s per cloud", "try resolution 0.2"});
@@ -244,8 +244,8 @@ TEST(Diagnostics, EveryReasonHasItsOwnKeyAndAdvice) {
   report.map = {77, {5, 50.0}, {6, 6e10}, 8000};
   report.num_built = 31;
   report.frame_id = "map";
-  report.last_cloud = LastCloud{"lidar", 0.125, ""};
-  report.rate_hz = 10.0;
+  report.last_cloud = LastCloud{"lidar", 0.125, "", std::nullopt};
+  report.rates = {{"", 10.0}};
   report.statistics.reach_m = 78.25;
   report.why_waiting = "map <- lidar";
   diagnostic_updater::DiagnosticStatusWrapper status;

@@ -52,6 +52,29 @@ TEST(SpeedAdvice, TheRateOutlivesLostCloudsAndARecordingThatStartsAgain) {
   EXPECT_FALSE(watch.rateHz());
 }
 
+TEST(SpeedAdvice, SourcesHaveTheirOwnRatesAndOneLoad) {
+  SpeedWatch watch(0.05, 100.0, 2);
+  for (int i = 0; i < 30; ++i) {
+    for (const std::size_t source : {0, 1}) {
+      watch.noteReceived(100.0 + 0.1 * i + 3e-4 * static_cast<double>(source), source);
+      watch.noteInserted(0.02, 10.0, source);
+    }
+  }
+  EXPECT_NEAR(watch.rateHz(0).value_or(0.0), 10.0, 1e-6);
+  EXPECT_NEAR(watch.rateHz(1).value_or(0.0), 10.0, 1e-6);
+  EXPECT_FALSE(watch.advice()) << "20 clouds of 20 ms a second";
+  for (int i = 0; i < 30; ++i) watch.noteInserted(0.2, 10.0, 1);
+  EXPECT_TRUE(watch.advice());
+}
+
+TEST(SpeedAdvice, TwoSensorsOnOneTopicHaveTheRateOfBoth) {
+  SpeedWatch watch(0.05);
+  for (int i = 0; i < 30; ++i) {
+    for (const double late_s : {0.0, 3e-4}) watch.noteReceived(100.0 + 0.1 * i + late_s);
+  }
+  EXPECT_NEAR(watch.rateHz().value_or(0.0), 20.0, 2.0);
+}
+
 TEST(SpeedAdvice, SuggestsParametersForASensorThatReachesFar) {
   EXPECT_EQ(makeWatch(0.05, 0.01, 10.0, 78.0).suggestion(),
             "the clouds reach 78 m; a good start for such a sensor: resolution 0.2 (now 0.05) and "

@@ -36,9 +36,6 @@ double findReach(const CloudPoints& cloud, const Eigen::Vector3d& sensor_cloud) 
 
 bool wantsNoReturns(const NodeParameters& parameters) { return parameters.no_return_range_m > 0.0; }
 
-/// Earlier than that, slices could lie before time begins.
-constexpr double kMinStamp_s = 2.0;
-
 CloudError noTimesError(const SensorMessage& cloud) {
   return {CloudDefect::kNoPointTimes, "message in frame '" + cloud.header().frame_id +
                                           "': it has no time for each point within a second of its "
@@ -56,65 +53,6 @@ cuboid_mapping::ScanLimits makeScanLimits(const NodeParameters& parameters) {
 }
 
 }  // namespace
-
-std::vector<std::string> neededFrames(const NodeParameters& parameters) {
-  std::vector<std::string> frame_ids;
-  if (!parameters.sensor_frame.empty()) frame_ids.push_back(parameters.sensor_frame);
-  if (parameters.octomap_server.filter_ground) {
-    frame_ids.push_back(parameters.octomap_server.base_frame_id);
-  }
-  if (parameters.window.isOn()) frame_ids.push_back(parameters.window.frame_id);
-  for (const RobotPart& part : parameters.self_filter.parts) frame_ids.push_back(part.frame_id);
-  return frame_ids;
-}
-
-std::optional<CloudPoses> lookupPoses(const tf2::BufferCore& tf, const NodeParameters& parameters,
-                                      const std_msgs::Header& header, std::string& error) {
-  bool is_complete = true;
-  const auto lookup = [&](const std::string& frame_id) {
-    const TfLookup result = lookupTransform(tf, parameters.frame_id, frame_id, header.stamp);
-    if (!result.T_target_source && is_complete) error = result.error;
-    is_complete = is_complete && result.T_target_source;
-    return result.T_target_source.value_or(Eigen::Isometry3d::Identity());
-  };
-  CloudPoses poses;
-  poses.T_map_cloud = lookup(header.frame_id);
-  poses.T_map_sensor =
-      parameters.sensor_frame.empty() ? poses.T_map_cloud : lookup(parameters.sensor_frame);
-  if (parameters.octomap_server.filter_ground) {
-    poses.T_map_base = lookup(parameters.octomap_server.base_frame_id);
-  }
-  if (parameters.window.isOn()) {
-    poses.window_center_map = lookup(parameters.window.frame_id).translation();
-  }
-  const bool is_cloud_complete = is_complete;
-  for (const RobotPart& part : parameters.self_filter.parts) {
-    poses.T_map_parts.push_back(lookup(part.frame_id));
-  }
-  if (is_complete) return poses;
-  if (is_cloud_complete) error += " (a frame of self_filter; see self_filter/ignored_links)";
-  return std::nullopt;
-}
-
-std::optional<CloudPoses> lookupPoses(const tf2::BufferCore& tf, const NodeParameters& parameters,
-                                      const SensorMessage& cloud, std::string& error) {
-  auto poses = lookupPoses(tf, parameters, cloud.header(), error);
-  if (!poses || !parameters.source.deskew) return poses;
-  const auto times_s = readPointTimes(cloud, wantsNoReturns(parameters));
-  const auto slices = times_s ? findSlices(*times_s) : std::nullopt;
-  if (!slices || cloud.header().stamp.toSec() < kMinStamp_s) return poses;
-  std_msgs::Header header = cloud.header();
-  // From the last on: that is what tf may not have yet.
-  for (auto slice = slices->rbegin(); slice != slices->rend(); ++slice) {
-    header.stamp = cloud.header().stamp + middleOf(*slice);
-    auto slice_poses = lookupPoses(tf, parameters, header, error);
-    if (!slice_poses) return std::nullopt;
-    poses->slice_poses.push_back(*std::move(slice_poses));
-  }
-  std::reverse(poses->slice_poses.begin(), poses->slice_poses.end());
-  poses->slices = *slices;
-  return poses;
-}
 
 int numThreads(const NodeParameters& parameters) {
   if (parameters.threads > 0) return parameters.threads;

@@ -1,57 +1,21 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include "cuboid_mapping/ros/clouds/cloud_poses.h"
 #include "cuboid_mapping/ros/conversions/cloud_checks.h"
 #include "cuboid_mapping/ros/conversions/cloud_conversions.h"
 #include "cuboid_mapping/ros/conversions/sensor_message.h"
-#include "cuboid_mapping/ros/conversions/sweep.h"
 #include "cuboid_mapping/ros/diagnostics/node_statistics.h"
-#include "cuboid_mapping/ros/middleware/tf_lookup.h"
 #include "cuboid_mapping/ros/parameters/parameters.h"
 #include "cuboid_mapping/scan/scan_filter.h"
 #include "cuboid_mapping/scan/scan_update.h"
 
-#include <tf2/buffer_core.h>
-
 #include <Eigen/Geometry>
 
 #include <optional>
-#include <string>
 #include <vector>
 
 namespace cuboid_mapping_ros {
-
-/// Where a cloud was taken.
-struct CloudPoses {
-  Eigen::Isometry3d T_map_cloud;
-  Eigen::Isometry3d T_map_sensor;  ///< Its translation is where the beams start.
-  /// Of the robot's base; only with filter_ground.
-  std::optional<Eigen::Isometry3d> T_map_base;
-  /// Middle of the window; 0 without one.
-  Eigen::Vector3d window_center_map = Eigen::Vector3d::Zero();
-  /// Of the frames of self_filter.parts, in their order.
-  std::vector<Eigen::Isometry3d> T_map_parts;
-  /// With deskew: the slices of the message, and the poses in the middle of each. Empty where it has no times.
-  ///@{
-  Slices slices;
-  std::vector<CloudPoses> slice_poses;
-  ///@}
-};
-
-/// Frames that must have a transform to the map's, besides that of the cloud.
-[[nodiscard]] std::vector<std::string> neededFrames(const NodeParameters& parameters);
-
-/// The poses of a cloud at its stamp. Never waits.
-/// @return Nothing when tf does not have all of them: never a wrong pose. @param error  Says why.
-[[nodiscard]] std::optional<CloudPoses> lookupPoses(const tf2::BufferCore& tf,
-                                                    const NodeParameters& parameters,
-                                                    const std_msgs::Header& header,
-                                                    std::string& error);
-
-/// As above, with the poses of its slices where the parameters want to deskew it. @complexity O(points) then.
-[[nodiscard]] std::optional<CloudPoses> lookupPoses(const tf2::BufferCore& tf,
-                                                    const NodeParameters& parameters,
-                                                    const SensorMessage& cloud, std::string& error);
 
 /// Threads for the work on a cloud: those of the parameter, or one for each core.
 [[nodiscard]] int numThreads(const NodeParameters& parameters);

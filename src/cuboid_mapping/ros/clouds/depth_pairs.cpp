@@ -2,40 +2,47 @@
 #include "cuboid_mapping/ros/clouds/depth_pairs.h"
 
 #include <algorithm>
+#include <cmath>
 
 namespace cuboid_mapping_ros {
-namespace {
 
-/// Takes the message of a stamp out of those that wait; null when there is none.
-template <typename MessageT>
-MessageT takeOf(const ros::Time& stamp, std::deque<MessageT>& waiting) {
-  const auto found =
-      std::find_if(waiting.begin(), waiting.end(),
-                   [&stamp](const MessageT& message) { return message->header.stamp == stamp; });
-  if (found == waiting.end()) return {};
-  MessageT message = *found;
-  waiting.erase(found);
-  return message;
+double stampDistance(const ros::Time& camera, const ros::Time& image) {
+  return camera.isZero() ? 0.0 : std::abs(camera.toSec() - image.toSec());
 }
 
-}  // namespace
-
 void DepthPairs::add(const sensor_msgs::Image::ConstPtr& image) {
-  const std::lock_guard<std::mutex> lock(mutex_);
-  const auto camera = takeOf(image->header.stamp, cameras_);
-  if (camera) return callbacks_.take({image, camera});
   images_.push_back(image);
-  if (images_.size() <= kMaxWaiting) return;
-  images_.pop_front();
-  callbacks_.drop();
+  ++num_images_since_camera_;
+  const auto waits = [this] {
+    if (cameras_.empty()) return images_.size() <= kMaxCameras;
+    const ros::Time& newest = cameras_.back()->header.stamp;
+    const bool may_come = !newest.isZero() && newest < images_.front()->header.stamp &&
+                          num_images_since_camera_ <= kMaxWaiting;
+    return may_come && images_.size() <= kMaxWaiting;
+  };
+  while (!images_.empty() && !waits()) takeOldest();
 }
 
 void DepthPairs::add(const sensor_msgs::CameraInfo::ConstPtr& camera) {
-  const std::lock_guard<std::mutex> lock(mutex_);
-  const auto image = takeOf(camera->header.stamp, images_);
-  if (image) return callbacks_.take({image, camera});
   cameras_.push_back(camera);
-  if (cameras_.size() > kMaxWaiting) cameras_.pop_front();
+  if (cameras_.size() > kMaxCameras) cameras_.pop_front();
+  num_images_since_camera_ = 0;
+  const ros::Time& stamp = camera->header.stamp;
+  while (!images_.empty() && (stamp.isZero() || stamp >= images_.front()->header.stamp)) {
+    takeOldest();
+  }
+}
+
+void DepthPairs::takeOldest() {
+  const auto image = images_.front();
+  images_.pop_front();
+  if (cameras_.empty()) return callbacks_.drop();
+  const ros::Time& stamp = image->header.stamp;
+  const auto nearest =
+      std::min_element(cameras_.begin(), cameras_.end(), [&stamp](const auto& a, const auto& b) {
+        return stampDistance(a->header.stamp, stamp) < stampDistance(b->header.stamp, stamp);
+      });
+  callbacks_.take({image, *nearest});
 }
 
 }  // namespace cuboid_mapping_ros

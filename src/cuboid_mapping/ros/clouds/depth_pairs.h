@@ -6,37 +6,42 @@
 #include <cstddef>
 #include <deque>
 #include <functional>
-#include <mutex>
-#include <utility>
 
 namespace cuboid_mapping_ros {
 
-/// Brings depth images together with the camera_info of the same stamp, whichever comes first. Needs no
-/// master. Unlike message_filters::TimeSynchronizer it counts images that are left alone, and goes on when stamps
-/// jump back. Thread-safe; what it calls runs in the thread that adds.
+/// Finds the camera_info of each depth image. Needs no master.
+///
+/// That of the image's stamp, if there is one. Else one without stamp, or the nearest by stamp: of a camera that does not
+/// change they are the same, whether they come 3 ms later, or once. message_filters has no policy for these: its
+/// synchronizers want a pair of stamps for each image.
+///
+/// An image waits until a camera_info that is not earlier has come; no longer than for kMaxWaiting other images, and not
+/// at all when none has come since as many images. Before the first camera_info, kMaxCameras images wait. Not thread-safe.
 class DepthPairs {
  public:
   struct Callbacks {
     std::function<void(const DepthImage& depth)> take;
-    /// The oldest of too many images that wait for their camera_info has gone. Must not throw.
-    std::function<void()> drop;
+    std::function<void()> drop;  ///< An image, for want of any camera_info. Must not throw.
   };
 
-  /// Images, and camera_info, that wait for each other.
-  static constexpr std::size_t kMaxWaiting = 10;
+  static constexpr std::size_t kMaxWaiting = 3;
+  static constexpr std::size_t kMaxCameras = 10;
 
   explicit DepthPairs(Callbacks callbacks) : callbacks_(std::move(callbacks)) {}
-  DepthPairs(const DepthPairs&) = delete;
-  DepthPairs& operator=(const DepthPairs&) = delete;
 
   void add(const sensor_msgs::Image::ConstPtr& image);
   void add(const sensor_msgs::CameraInfo::ConstPtr& camera);
 
  private:
+  void takeOldest();
+
   Callbacks callbacks_;
-  std::mutex mutex_;
-  std::deque<sensor_msgs::Image::ConstPtr> images_;
+  std::deque<sensor_msgs::Image::ConstPtr> images_;  ///< That wait.
   std::deque<sensor_msgs::CameraInfo::ConstPtr> cameras_;
+  std::size_t num_images_since_camera_ = 0;
 };
+
+/// Seconds between the stamp of a camera_info and that of an image; 0 where the camera_info has none.
+[[nodiscard]] double stampDistance(const ros::Time& camera, const ros::Time& image);
 
 }  // namespace cuboid_mapping_ros

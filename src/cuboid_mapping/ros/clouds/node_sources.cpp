@@ -3,36 +3,21 @@
 
 #include <ros/time.h>
 
+#include <chrono>
+
 namespace cuboid_mapping_ros {
 
-NodeSources::NodeSources(const NodeParameters& parameters)
+NodeSources::NodeSources(const NodeParameters& parameters, const CloudLedger& ledger)
     : has_list_(!parameters.sources.empty()),
+      ledger_(ledger),
       sources_(makeSources(parameters)),
-      figures_(sources_.size()) {}
+      reported_(sources_.size()) {}
 
-void NodeSources::listen(const ros::NodeHandle& nh, const SourceSubscriber::Take& take) {
+void NodeSources::listen(const ros::NodeHandle& nh, const SourceSubscriber::Callbacks& callbacks) {
   for (std::size_t i = 0; i < sources_.size(); ++i) {
-    subscribers_.push_back(std::make_unique<SourceSubscriber>(nh, at(i).parameters, i, take));
+    subscribers_.push_back(std::make_unique<SourceSubscriber>(nh, at(i).parameters, i, callbacks));
     topics_ += (i == 0 ? "" : ", ") + subscribers_.back()->topic();
   }
-}
-
-bool NodeSources::receive(const SensorMessage& message) {
-  Figures& figures = figures_.at(message.source);
-  figures.last_received = Clock::now();
-  const bool is_wanted = at(message.source).rate_limit.lets(message.header().stamp);
-  ++(is_wanted ? figures.now.num_received : figures.now.num_ignored);
-  return is_wanted;
-}
-
-void NodeSources::noteLost(std::size_t source, std::size_t count) {
-  figures_.at(source).now.num_received += count;
-}
-
-void NodeSources::noteDropped(std::size_t source, const std::string& why) {
-  SourceStatistics& now = figures_.at(source).now;
-  ++now.num_dropped;
-  now.last_drop = why;
 }
 
 std::size_t NodeSources::numPublishers() const {
@@ -52,18 +37,18 @@ void NodeSources::addDiagnostics(diagnostic_updater::Updater& diagnostics) {
 
 void NodeSources::report(std::size_t source, diagnostic_updater::DiagnosticStatusWrapper& status) {
   if (source >= subscribers_.size()) return;  // The node is just starting, or stopping.
-  Figures& figures = figures_[source];
-  const SourceSubscriber& subscriber = *subscribers_[source];
+  const CloudLedger::Source noted = ledger_.page().sources.at(source);
+  const std::chrono::duration<double> silence = CloudLedger::Clock::now() - noted.last_received;
   SourceReport report;
-  figures.now.num_without_camera = subscriber.numWithoutCamera();
-  report.statistics = figures.now;
-  report.topic = subscriber.topic();
+  report.statistics = noted.statistics;
+  report.rate_hz = noted.rate_hz;
+  report.topic = subscribers_[source]->topic();
   report.type = toString(at(source).parameters.source.type);
-  report.num_publishers = subscriber.numPublishers();
-  report.silence_s = std::chrono::duration<double>(Clock::now() - figures.last_received).count();
+  report.num_publishers = subscribers_[source]->numPublishers();
+  report.silence_s = silence.count();
   report.is_simulated_time = ros::Time::isSimTime();
-  fillStatus(report, figures.reported, status);
-  figures.reported = figures.now;
+  fillStatus(report, reported_[source], status);
+  reported_[source] = noted.statistics;
 }
 
 }  // namespace cuboid_mapping_ros

@@ -4,11 +4,11 @@
 #include "cuboid_mapping/ros/clouds/source.h"
 #include "cuboid_mapping/ros/clouds/source_report.h"
 #include "cuboid_mapping/ros/clouds/source_subscriber.h"
+#include "cuboid_mapping/ros/diagnostics/cloud_ledger.h"
 
 #include <diagnostic_updater/diagnostic_updater.h>
 #include <ros/node_handle.h>
 
-#include <chrono>
 #include <cstddef>
 #include <memory>
 #include <string>
@@ -16,17 +16,15 @@
 
 namespace cuboid_mapping_ros {
 
-/// The sources of a node: their topics, what becomes of their messages, and what has become of them.
-///
-/// Thread rule: all calls run on the queue of the clouds, one after the other.
+/// The sources of a node: their topics, what becomes of their messages, and what has become of them. Not thread-safe.
 class NodeSources {
  public:
-  explicit NodeSources(const NodeParameters& parameters);
+  NodeSources(const NodeParameters& parameters, const CloudLedger& ledger);
   NodeSources(const NodeSources&) = delete;
   NodeSources& operator=(const NodeSources&) = delete;
 
-  /// @param nh  See SourceSubscriber. @param take  Is handed each message, side by side.
-  void listen(const ros::NodeHandle& nh, const SourceSubscriber::Take& take);
+  /// @param nh, callbacks  See SourceSubscriber.
+  void listen(const ros::NodeHandle& nh, const SourceSubscriber::Callbacks& callbacks);
   void stopListening() { subscribers_.clear(); }
 
   /// Takes other values; the list itself is as it was.
@@ -34,13 +32,7 @@ class NodeSources {
 
   [[nodiscard]] Source& at(std::size_t source) { return *sources_.at(source); }
   [[nodiscard]] const Source& at(std::size_t source) const { return *sources_.at(source); }
-
-  /// Counts a message. @return false: it is beyond max_rate, and to be ignored.
-  [[nodiscard]] bool receive(const SensorMessage& message);
-  void noteInserted(std::size_t source) { ++figures_.at(source).now.num_inserted; }
-  /// So many of a source have gone without being received, or after that.
-  void noteLost(std::size_t source, std::size_t count);
-  void noteDropped(std::size_t source, const std::string& why);
+  [[nodiscard]] std::size_t size() const { return sources_.size(); }
 
   /// Names after remapping, as "/front/points, /scan".
   [[nodiscard]] const std::string& topics() const { return topics_; }
@@ -51,19 +43,12 @@ class NodeSources {
   void addDiagnostics(diagnostic_updater::Updater& diagnostics);
 
  private:
-  using Clock = std::chrono::steady_clock;
-
-  struct Figures {
-    SourceStatistics now;
-    SourceStatistics reported;
-    Clock::time_point last_received = Clock::now();
-  };
-
   void report(std::size_t source, diagnostic_updater::DiagnosticStatusWrapper& status);
 
   bool has_list_;
+  const CloudLedger& ledger_;
   std::vector<std::unique_ptr<Source>> sources_;
-  std::vector<Figures> figures_;
+  std::vector<SourceStatistics> reported_;
   std::vector<std::unique_ptr<SourceSubscriber>> subscribers_;
   std::string topics_;
 };

@@ -13,12 +13,6 @@ ReportSummary summarize(const SourceReport& report, const SourceStatistics& last
   if (num_dropped > 0) {
     return {ReportLevel::kWarning, counted(num_dropped, "message") + " dropped: " + now.last_drop};
   }
-  const std::uint64_t num_alone = now.num_without_camera - last_report.num_without_camera;
-  if (num_alone > 0) {
-    return {ReportLevel::kWarning,
-            counted(num_alone, "depth image") +
-                " without a camera_info of the same stamp: check camera_info and its publisher"};
-  }
   const bool has_ended = report.is_simulated_time && report.num_publishers == 0;
   if (report.silence_s > kMaxSilence_s && !has_ended) {
     return {ReportLevel::kWarning,
@@ -42,9 +36,7 @@ void fillStatus(const SourceReport& report, const SourceStatistics& last_report,
   status.add("messages inserted", report.statistics.num_inserted);
   status.add("messages dropped", report.statistics.num_dropped);
   status.add("messages ignored, max_rate", report.statistics.num_ignored);
-  if (report.statistics.num_without_camera > 0) {
-    status.add("depth images without camera_info", report.statistics.num_without_camera);
-  }
+  if (report.rate_hz) status.addf("rate [Hz]", "%.2f", *report.rate_hz);
 }
 
 }  // namespace cuboid_mapping_ros

@@ -1,14 +1,16 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "cuboid_mapping/ros/clouds/source_subscriber.h"
 
+#include <boost/function.hpp>
+
 #include <utility>
 
 namespace cuboid_mapping_ros {
 namespace {
 
-/// Messages that roscpp keeps, and beyond which it drops them without telling. It never has that many:
-/// each is put into CloudInbox as it arrives, whose bounds are those that count.
-constexpr std::uint32_t kReceiveQueueSize = 100;
+/// Messages that roscpp keeps, and beyond which it drops them without telling. It never has that many: each is put into
+/// the CloudBuffer as it arrives, whose bounds are those that count.
+constexpr std::uint32_t kReceiveQueueSize = 1000;
 
 }  // namespace
 
@@ -17,38 +19,48 @@ std::string cameraInfoBeside(const std::string& image_topic) {
 }
 
 SourceSubscriber::SourceSubscriber(const ros::NodeHandle& nh, const NodeParameters& source,
-                                   std::size_t index, const Take& take)
-    : nh_(nh), topic_(nh.resolveName(source.source.topic)) {
-  const auto pass_on = [index, take](const auto& message) { take({message, index}); };
+                                   std::size_t index, Callbacks callbacks)
+    : nh_(nh),
+      index_(index),
+      callbacks_(std::move(callbacks)),
+      topic_(nh.resolveName(source.source.topic)) {
   switch (source.source.type) {
-    case SourceType::kPointCloud:
-      listen<sensor_msgs::PointCloud2>(source.source.topic, pass_on);
-      break;
-    case SourceType::kLaserScan:
-      listen<sensor_msgs::LaserScan>(source.source.topic, pass_on);
-      break;
-    case SourceType::kDepthImage: listenToDepth(source.source, pass_on); break;
+    case SourceType::kPointCloud: listen<sensor_msgs::PointCloud2>(); break;
+    case SourceType::kLaserScan: listen<sensor_msgs::LaserScan>(); break;
+    case SourceType::kDepthImage: listenToDepth(source.source); break;
   }
 }
 
-void SourceSubscriber::listenToDepth(const SourceParameters& source,
-                                     const std::function<void(const DepthImage&)>& take) {
-  pairs_ =
-      std::make_unique<DepthPairs>(DepthPairs::Callbacks{take, [this] { ++num_without_camera_; }});
-  const auto pair_up = [this](const auto& message) { pairs_->add(message); };
-  listen<sensor_msgs::Image>(source.topic, pair_up);
-  const bool is_beside = source.camera_info.empty();
-  listen<sensor_msgs::CameraInfo>(is_beside ? cameraInfoBeside(topic_) : source.camera_info,
-                                  pair_up);
+template <typename MessageT>
+void SourceSubscriber::listen() {
+  using Message = typename MessageT::ConstPtr;
+  const boost::function<void(const Message&)> take = [this](const Message& message) {
+    if (callbacks_.arrived(index_, message->header)) callbacks_.take({message, index_});
+  };
+  subscribers_.push_back(nh_.subscribe(topic_, kReceiveQueueSize, take));
 }
 
-template <typename MessageT, typename WorkT>
-void SourceSubscriber::listen(const std::string& topic, const WorkT& work) {
-  // One by one, what comes while another is taken would stay.
-  ros::SubscribeOptions options;
-  options.init<MessageT>(topic, kReceiveQueueSize, work);
-  options.allow_concurrent_callbacks = true;
-  subscribers_.push_back(nh_.subscribe(options));
+void SourceSubscriber::listenToDepth(const SourceParameters& source) {
+  const std::string camera_topic =
+      source.camera_info.empty() ? cameraInfoBeside(topic_) : nh_.resolveName(source.camera_info);
+  pairs_ = std::make_unique<DepthPairs>(DepthPairs::Callbacks{
+      [this](const DepthImage& depth) {
+        callbacks_.take({depth, index_});
+      },
+      [this, camera_topic] {
+        callbacks_.drop(index_, "nothing has come on " + camera_topic +
+                                    ": check its publisher, or name the topic in camera_info");
+      }});
+  using sensor_msgs::CameraInfo;
+  using sensor_msgs::Image;
+  const boost::function<void(const Image::ConstPtr&)> take_image =
+      [this](const Image::ConstPtr& image) {
+        if (callbacks_.arrived(index_, image->header)) pairs_->add(image);
+      };
+  const boost::function<void(const CameraInfo::ConstPtr&)> take_camera =
+      [this](const CameraInfo::ConstPtr& camera) { pairs_->add(camera); };
+  subscribers_.push_back(nh_.subscribe(topic_, kReceiveQueueSize, take_image));
+  subscribers_.push_back(nh_.subscribe(camera_topic, kReceiveQueueSize, take_camera));
 }
 
 }  // namespace cuboid_mapping_ros

@@ -8,9 +8,7 @@
 #include <ros/node_handle.h>
 #include <ros/subscriber.h>
 
-#include <atomic>
 #include <cstddef>
-#include <cstdint>
 #include <functional>
 #include <memory>
 #include <string>
@@ -24,30 +22,35 @@ namespace cuboid_mapping_ros {
 /// Listens to the topic of a source, whatever its type.
 class SourceSubscriber {
  public:
-  using Take = std::function<void(const SensorMessage& message)>;
+  struct Callbacks {
+    /// A message has arrived. @return Whether it is wanted.
+    std::function<bool(std::size_t source, const std_msgs::Header& header)> arrived;
+    std::function<void(const SensorMessage& message)> take;
+    /// A depth image that was wanted has no camera_info.
+    std::function<void(std::size_t source, const std::string& why)> drop;
+  };
 
-  /// @param nh  With a GuardedQueue. @param take  Called in the thread that receives, side by side.
+  /// @param nh  Of a thread of its own, in which the callbacks take some microseconds.
   SourceSubscriber(const ros::NodeHandle& nh, const NodeParameters& source, std::size_t index,
-                   const Take& take);
+                   Callbacks callbacks);
+  SourceSubscriber(const SourceSubscriber&) = delete;
+  SourceSubscriber& operator=(const SourceSubscriber&) = delete;
 
   /// As it is after remapping.
   [[nodiscard]] const std::string& topic() const { return topic_; }
   [[nodiscard]] std::size_t numPublishers() const {
     return subscribers_.front().getNumPublishers();
   }
-  /// Depth images that have been left without camera_info.
-  [[nodiscard]] std::uint64_t numWithoutCamera() const { return num_without_camera_; }
 
  private:
-  template <typename MessageT, typename WorkT>
-  void listen(const std::string& topic, const WorkT& work);
-
-  void listenToDepth(const SourceParameters& source,
-                     const std::function<void(const DepthImage& depth)>& take);
+  template <typename MessageT>
+  void listen();
+  void listenToDepth(const SourceParameters& source);
 
   ros::NodeHandle nh_;
+  std::size_t index_;
+  Callbacks callbacks_;
   std::string topic_;
-  std::atomic<std::uint64_t> num_without_camera_{0};
   std::unique_ptr<DepthPairs> pairs_;
   std::vector<ros::Subscriber> subscribers_;  ///< The first is that of the topic.
 };

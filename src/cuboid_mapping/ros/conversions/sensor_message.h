@@ -14,7 +14,7 @@ namespace cuboid_mapping_ros {
 /// A depth image, and where its pixels look.
 struct DepthImage {
   sensor_msgs::Image::ConstPtr image;
-  sensor_msgs::CameraInfo::ConstPtr camera;  ///< Of the same stamp.
+  sensor_msgs::CameraInfo::ConstPtr camera;  ///< See DepthPairs.
 };
 
 /// What one source has sent: what "cloud" means wherever the type of a source does not matter.

@@ -30,20 +30,6 @@ std::string describeFrames(const NodeReport& report) {
   return text.str();
 }
 
-/// A duration that people can read: "0.32 s", "50 min", "3 h", "5 days".
-std::string describeAge(double age_s) {
-  constexpr std::array<std::pair<double, const char*>, 3> kUnits{
-      {{86400.0, " days"}, {3600.0, " h"}, {60.0, " min"}}};
-  const double size_s = std::abs(age_s);
-  for (const auto& [unit_s, name] : kUnits) {
-    if (size_s >= 2.0 * unit_s) return std::to_string(std::llround(size_s / unit_s)) + name;
-  }
-  std::ostringstream text;
-  text.precision(3);
-  text << size_s << " s";
-  return text.str();
-}
-
 /// Whether the stamps cannot be of this moment, and what to do then; empty when they can.
 std::string describeClock(const NodeReport& report) {
   if (!report.last_cloud) return {};
@@ -69,6 +55,9 @@ std::string describeTf(const NodeReport& report) {
   std::string text = "no transform " + describeFrames(report) + ": ";
   const bool is_missing = report.last_cloud && !report.last_cloud->tf_error.empty();
   text += is_missing ? report.last_cloud->tf_error : toAdvice(DropReason::kNoTransform);
+  if (is_missing && report.last_cloud->tf_lead_s.value_or(0.0) > 0.0) {
+    text += "; the transforms come late: look at what publishes them, or raise tf_wait";
+  }
   return withClock(text, report);
 }
 
@@ -211,8 +200,10 @@ ReportSummary summarize(const NodeReport& report, const NodeStatistics& last_rep
     const std::string clouds =
         counted(now.numWaiting(), "cloud") + (now.numWaiting() == 1 ? " waits" : " wait");
     // A cloud may take longer than the time between two reports.
-    if (report.speed_advice && report.last_cloud && report.last_cloud->tf_error.empty()) {
-      return {levelOfFault(report), clouds + ": " + *report.speed_advice};
+    const bool has_tf =
+        report.last_cloud && report.last_cloud->tf_error.empty() && report.why_waiting.empty();
+    if (has_tf) {
+      return {levelOfFault(report), clouds + ": " + report.speed_advice.value_or("for their turn")};
     }
     return {levelOfFault(report), clouds + " for a transform: " + describeTf(report)};
   }
@@ -223,18 +214,38 @@ ReportSummary summarize(const NodeReport& report, const NodeStatistics& last_rep
   return {ReportLevel::kOk, describeMap(report)};
 }
 
+std::string describeAge(double age_s) {
+  constexpr std::array<std::pair<double, const char*>, 3> kUnits{
+      {{86400.0, " days"}, {3600.0, " h"}, {60.0, " min"}}};
+  const double size_s = std::abs(age_s);
+  for (const auto& [unit_s, name] : kUnits) {
+    if (size_s >= 2.0 * unit_s) return std::to_string(std::llround(size_s / unit_s)) + name;
+  }
+  std::ostringstream text;
+  text.precision(3);
+  text << size_s << " s";
+  return text.str();
+}
+
 const char* toAdvice(DropReason reason) {
   switch (reason) {
     case DropReason::kQueueFull:
-      return "the node is too slow for this rate of clouds; use a coarser resolution or a smaller "
-             "sensor_model/max_range, or send fewer clouds";
+      return "too many have come while others were worked on: where they come in bursts, raise "
+             "queue_size; "
+             "else use a coarser resolution or a smaller sensor_model/max_range, or send fewer "
+             "clouds";
     case DropReason::kNoTransform:
       return "check that tf has a path from the cloud's frame to frame_id at the cloud's stamp "
              "(rosrun tf tf_echo)";
     case DropReason::kNoPointTimes:
       return "have the driver send the time of each point, or set deskew to false";
     case DropReason::kTooOldForTf:
-      return "check that the clocks of all machines agree, and use_sim_time with recorded data";
+      return "check the clock of the sensor (its driver may stamp with the time since it was "
+             "switched on) and that "
+             "those of all machines agree; with recorded data set use_sim_time and play bags with "
+             "--clock";
+    case DropReason::kNoCameraInfo:
+      return "check the publisher of camera_info, or name its topic in camera_info";
     case DropReason::kPaused: return "call ~pause with data: false to resume";
     case DropReason::kBeforeJump:
       return "they are older than the jump of which ~move_map was told; call ~reset if a recording "
@@ -277,7 +288,10 @@ void fillStatus(const NodeReport& report, const NodeStatistics& last_report,
     status.add("frames", describeFrames(report));
     status.addf("cloud age when received [s]", "%.3f", report.last_cloud->age_s);
   }
-  if (report.rate_hz) status.addf("cloud rate [Hz]", "%.2f", *report.rate_hz);
+  for (const SourceRate& rate : report.rates) {
+    status.addf(rate.name.empty() ? "cloud rate [Hz]" : "cloud rate of " + rate.name + " [Hz]",
+                "%.2f", rate.rate_hz);
+  }
   if (report.speed_advice) status.add("advice", *report.speed_advice);
   status.addf("cloud reach [m]", "%.1f", statistics.reach_m);
   addStage("convert", statistics.convert_time, status);

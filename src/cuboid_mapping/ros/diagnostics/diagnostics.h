@@ -13,6 +13,7 @@
 #include <functional>
 #include <optional>
 #include <string>
+#include <vector>
 
 namespace cuboid_mapping_ros {
 
@@ -59,6 +60,13 @@ struct LastCloud {
   std::string frame_id;
   double age_s = 0.0;    ///< When it was received, by its stamp; negative: the stamp lies ahead.
   std::string tf_error;  ///< Why it has no pose in the map now; empty: it has one.
+  std::optional<double> tf_lead_s;  ///< See PoseSearch; only with an error.
+};
+
+/// How often a source sends.
+struct SourceRate {
+  std::string name;  ///< Empty: there is one source.
+  double rate_hz = 0.0;
 };
 
 /// Everything that one report is about.
@@ -79,7 +87,7 @@ struct NodeReport {
   double silence_s = 0.0;          ///< Since the last cloud, or the start of the node.
   double starved_s = 0.0;          ///< Since a cloud was inserted, or the first was received.
   std::uint64_t num_built = 0;     ///< Messages on the topics of octomap_server.
-  std::optional<double> rate_hz;   ///< Of the clouds.
+  std::vector<SourceRate> rates;   ///< Of the clouds of each source.
   std::optional<std::string> speed_advice;  ///< See SpeedWatch::advice().
   std::string autosave_error;               ///< Of the last save to autosave_file; empty: none.
   std::uint64_t num_failures = 0;           ///< Callbacks that an exception has ended.
@@ -115,6 +123,9 @@ struct ReportSummary {
 ///   - stamps are ahead of the clock by more than kMaxAhead_s: warning;
 ///   - else: all is well.
 [[nodiscard]] ReportSummary summarize(const NodeReport& report, const NodeStatistics& last_report);
+
+/// A duration that people can read, whatever its sign: "0.32 s", "50 min", "3 h", "5 days".
+[[nodiscard]] std::string describeAge(double age_s);
 
 /// What to do about clouds that are dropped, as a clause that follows "dropped: ".
 [[nodiscard]] const char* toAdvice(DropReason reason);

@@ -20,6 +20,7 @@ const char* toString(DropReason reason) {
     case DropReason::kQueueFull: return "queue full";
     case DropReason::kNoTransform: return "no transform";
     case DropReason::kTooOldForTf: return "too old for tf";
+    case DropReason::kNoCameraInfo: return "no camera_info";
     case DropReason::kPaused: return "paused";
     case DropReason::kBeforeJump: return "before a jump";
     case DropReason::kInternalError: return "internal error";
@@ -43,6 +44,14 @@ double Stopwatch::lap() {
   const std::chrono::duration<double, std::milli> duration = now - start_;
   start_ = now;
   return duration.count();
+}
+
+void NodeStatistics::takeWork(const NodeStatistics& work) {
+  NodeStatistics taken = work;
+  taken.num_received = num_received;
+  taken.num_inserted = num_inserted;
+  taken.num_dropped = num_dropped;
+  *this = taken;
 }
 
 std::uint64_t NodeStatistics::numDropped() const {

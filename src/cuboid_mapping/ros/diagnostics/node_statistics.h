@@ -22,15 +22,16 @@ enum class DropReason : unsigned char {
   kNoValidPoints,
   kNoPointTimes,
   kQueueFull,     ///< The node was busy with the clouds before it.
-  kNoTransform,   ///< tf did not come within tf_wait, or before the queue was full.
+  kNoTransform,   ///< tf did not come within tf_wait, or before the memory was full.
   kTooOldForTf,   ///< Older than the transforms that tf keeps.
+  kNoCameraInfo,  ///< A depth image.
   kPaused,        ///< By ~pause.
   kBeforeJump,    ///< Older than the jump of which ~move_map was told.
   kInternalError  ///< An exception, as when there is no memory.
 };
 
 /// Number of enumerators of DropReason.
-constexpr std::size_t kNumDropReasons = 14;
+constexpr std::size_t kNumDropReasons = 15;
 
 /// The reason to drop a cloud with a defect.
 [[nodiscard]] DropReason toDropReason(CloudDefect defect);
@@ -92,6 +93,8 @@ struct NodeStatistics {
   [[nodiscard]] std::uint64_t numDropped(DropReason reason) const {
     return num_dropped[static_cast<std::size_t>(reason)];
   }
+  /// Takes the figures of points and times from others; the counts of clouds stay.
+  void takeWork(const NodeStatistics& work);
   /// Sum over all reasons.
   [[nodiscard]] std::uint64_t numDropped() const;
   /// Clouds that were received and wait for tf, or for their turn.

@@ -7,12 +7,12 @@
 #include <locale>
 #include <numeric>
 #include <sstream>
-#include <vector>
 
 namespace cuboid_mapping_ros {
 namespace {
 
-constexpr std::size_t kWindow = 20;  ///< Clouds that the rate and the time are taken from.
+constexpr std::size_t kWindow =
+    20;  ///< Clouds of a source that the rate and the time are taken from.
 
 /// Values that people choose.
 constexpr std::array<double, 9> kResolutions_m{0.02, 0.05, 0.1, 0.15, 0.2, 0.3, 0.5, 1.0, 2.0};
@@ -59,42 +59,52 @@ std::string remedy(double speedup, double resolution_m, double range_m) {
 
 }  // namespace
 
-SpeedWatch::SpeedWatch(double resolution_m, double max_range_m)
-    : resolution_m_(resolution_m), max_range_m_(max_range_m) {}
+SpeedWatch::SpeedWatch(double resolution_m, double max_range_m, std::size_t num_sources)
+    : resolution_m_(resolution_m), max_range_m_(max_range_m), sources_(num_sources) {}
 
-void SpeedWatch::noteReceived(double stamp_s) {
-  if (!stamps_s_.empty() && stamp_s == stamps_s_.back()) return;
-  if (!stamps_s_.empty() && stamp_s < stamps_s_.back()) stamps_s_.clear();
-  append(stamps_s_, stamp_s);
+void SpeedWatch::noteReceived(double stamp_s, std::size_t source) {
+  std::deque<double>& stamps_s = sources_.at(source).stamps_s;
+  if (!stamps_s.empty() && stamp_s == stamps_s.back()) return;
+  if (!stamps_s.empty() && stamp_s < stamps_s.back()) stamps_s.clear();
+  append(stamps_s, stamp_s);
 }
 
-void SpeedWatch::noteInserted(double duration_s, double reach_m) {
-  append(durations_s_, duration_s);
+void SpeedWatch::noteInserted(double duration_s, double reach_m, std::size_t source) {
+  append(sources_.at(source).durations_s, duration_s);
   reach_m_ = std::max(reach_m_, reach_m);
   ++num_inserted_;
 }
 
-std::optional<double> SpeedWatch::rateHz() const {
-  if (stamps_s_.size() < 3) return std::nullopt;
-  std::vector<double> periods_s(stamps_s_.size());
-  std::adjacent_difference(stamps_s_.begin(), stamps_s_.end(), periods_s.begin());
-  const auto middle = periods_s.begin() + static_cast<std::ptrdiff_t>(periods_s.size() / 2);
-  std::nth_element(periods_s.begin() + 1, middle, periods_s.end());
-  return 1.0 / *middle;
-}
-
-std::optional<double> SpeedWatch::durationS() const {
-  if (durations_s_.empty()) return std::nullopt;
-  return std::accumulate(durations_s_.begin(), durations_s_.end(), 0.0) /
-         static_cast<double>(durations_s_.size());
+std::optional<double> SpeedWatch::rateHz(std::size_t source) const {
+  const std::deque<double>& stamps_s = sources_.at(source).stamps_s;
+  if (stamps_s.size() < 3) return std::nullopt;
+  const double span_s = stamps_s.back() - stamps_s.front();
+  const double gap_s = 3.0 * span_s / static_cast<double>(stamps_s.size() - 1);
+  double sum_s = 0.0;
+  std::size_t count = 0;
+  for (std::size_t i = 1; i < stamps_s.size(); ++i) {
+    const double period_s = stamps_s[i] - stamps_s[i - 1];
+    if (period_s > gap_s) continue;
+    sum_s += period_s;
+    ++count;
+  }
+  return static_cast<double>(count) / sum_s;
 }
 
 std::optional<std::string> SpeedWatch::advice() const {
-  const auto rate_hz = rateHz();
-  const auto duration_s = durationS();
-  if (!rate_hz || !duration_s || *duration_s * *rate_hz <= 1.0) return std::nullopt;
-  return durationText(*duration_s) + " per cloud at " + toText(*rate_hz) + " Hz: try " +
-         remedy(*duration_s * *rate_hz, resolution_m_, std::min(max_range_m_, reach_m_));
+  double rate_hz = 0.0;
+  double load = 0.0;
+  for (std::size_t i = 0; i < sources_.size(); ++i) {
+    const std::deque<double>& durations_s = sources_[i].durations_s;
+    const auto rate = rateHz(i);
+    if (!rate || durations_s.empty()) continue;
+    rate_hz += *rate;
+    load += *rate * std::accumulate(durations_s.begin(), durations_s.end(), 0.0) /
+            static_cast<double>(durations_s.size());
+  }
+  if (load <= 1.0) return std::nullopt;
+  return durationText(load / rate_hz) + " per cloud at " + toText(rate_hz) + " Hz: try " +
+         remedy(load, resolution_m_, std::min(max_range_m_, reach_m_));
 }
 
 std::optional<std::string> SpeedWatch::suggestion() const {

@@ -7,26 +7,26 @@
 #include <limits>
 #include <optional>
 #include <string>
+#include <vector>
 
 namespace cuboid_mapping_ros {
 
-/// How fast clouds come, how long they take and how far they reach, and what follows for the
+/// How fast the clouds of each source come, how long they take and how far they reach, and what follows for the
 /// parameters. Not thread-safe.
 class SpeedWatch {
  public:
   /// @param max_range_m  Of the beams; infinity: no limit.
   explicit SpeedWatch(double resolution_m,
-                      double max_range_m = std::numeric_limits<double>::infinity());
+                      double max_range_m = std::numeric_limits<double>::infinity(),
+                      std::size_t num_sources = 1);
 
   /// A cloud came, also one that is dropped later. Stamps that do not rise are ignored.
-  void noteReceived(double stamp_s);
+  void noteReceived(double stamp_s, std::size_t source = 0);
   /// A cloud is in the map. @param reach_m  See NodeStatistics::reach_m.
-  void noteInserted(double duration_s, double reach_m);
+  void noteInserted(double duration_s, double reach_m, std::size_t source = 0);
 
-  /// Median rate of the last clouds; nothing before the third.
-  [[nodiscard]] std::optional<double> rateHz() const;
-  /// Mean time of the last clouds; nothing before the first.
-  [[nodiscard]] std::optional<double> durationS() const;
+  /// Rate of a source over its last clouds, without gaps of lost ones; nothing before the third.
+  [[nodiscard]] std::optional<double> rateHz(std::size_t source = 0) const;
   [[nodiscard]] double reach_m() const { return reach_m_; }
 
   /// What would keep up, as "4.3 s per cloud at 10 Hz: try resolution 0.2 or sensor_model/max_range
@@ -42,8 +42,11 @@ class SpeedWatch {
  private:
   double resolution_m_;
   double max_range_m_;
-  std::deque<double> stamps_s_;
-  std::deque<double> durations_s_;
+  struct Source {
+    std::deque<double> stamps_s;
+    std::deque<double> durations_s;
+  };
+  std::vector<Source> sources_;
   std::size_t num_inserted_ = 0;
   double reach_m_ = 0.0;  ///< Greatest of all clouds.
 };

@@ -51,13 +51,17 @@ ObservationPublisher::ObservationPublisher(ros::NodeHandle nh, ros::NodeHandle p
       });
   if (parameters.fleet.observation_max_kb_s > 0.0) {
     timer_ = private_nh.createWallTimer(ros::WallDuration(kSendPeriod_s),
-                                        [this](const ros::WallTimerEvent&) { sendDue(); });
+                                        [this](const ros::WallTimerEvent&) {
+                                          const std::lock_guard<std::mutex> lock(mutex_);
+                                          sendDue();
+                                        });
   }
 }
 
 void ObservationPublisher::publish(const ros::Time& stamp, const Eigen::Vector3d& origin_map,
                                    const cuboid_mapping::SensorModelConfig& model,
                                    const cuboid_mapping::ScanUpdate& update) {
+  const std::lock_guard<std::mutex> lock(mutex_);
   const bool is_heard = publisher_.getNumSubscribers() > 0;
   if (is_heard && leaves_out_ && !budget_.isFree(sendTime_s())) {
     ++last_.left_out;
@@ -117,6 +121,7 @@ void ObservationPublisher::sendDue() {
 
 void ObservationPublisher::answer(const GetObservations::Request& request,
                                   GetObservations::Response& response) {
+  const std::lock_guard<std::mutex> lock(mutex_);
   response.session = last_.session;
   if (request.session != last_.session) return;
   // What waits will come by itself.
@@ -139,6 +144,7 @@ void ObservationPublisher::answer(const GetObservations::Request& request,
 }
 
 void ObservationPublisher::report(diagnostic_updater::DiagnosticStatusWrapper& status) {
+  const std::lock_guard<std::mutex> lock(mutex_);
   using diagnostic_msgs::DiagnosticStatus;
   status.summary(DiagnosticStatus::OK, "observations are sent within observation_rate");
   const std::uint64_t num_losses = last_.left_out + num_overtaken_;

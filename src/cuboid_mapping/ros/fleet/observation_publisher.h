@@ -18,6 +18,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <deque>
+#include <mutex>
 
 namespace cuboid_mapping_ros {
 
@@ -25,8 +26,7 @@ namespace cuboid_mapping_ros {
 /// ~get_observations, for those who have missed some.
 ///
 /// Observations are counted in any case; bytes are made while somebody listens, or they are to be kept. What is more
-/// than observation_rate allows waits, or is left out. Thread rule: all calls, and the callbacks of the private
-/// handle, one after the other.
+/// than observation_rate allows waits, or is left out. Thread-safe.
 class ObservationPublisher {
  public:
   /// @param private_nh  Its namespace is the name of the robot.
@@ -51,11 +51,13 @@ class ObservationPublisher {
                                     const cuboid_mapping::SensorModelConfig& model,
                                     const cuboid_mapping::ScanUpdate& update) const;
   void keep(const Message& message);
+  /// @pre mutex_ is held.
   void sendDue();
   void answer(const cuboid_mapping::GetObservations::Request& request,
               cuboid_mapping::GetObservations::Response& response);
 
-  bool leaves_out_;  ///< What is too much; else it waits.
+  std::mutex mutex_;  ///< Guards what follows.
+  bool leaves_out_;   ///< What is too much; else it waits.
   ByteBudget budget_;
   std::size_t max_kept_bytes_;
   std::deque<Message> kept_;  ///< By sequence; one that memory did not suffice for is missing.

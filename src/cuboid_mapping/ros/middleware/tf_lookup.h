@@ -16,7 +16,8 @@ namespace cuboid_mapping_ros {
 /// A transform, or why there is none.
 struct TfLookup {
   std::optional<Eigen::Isometry3d> T_target_source;
-  std::string error;  ///< In the words of tf; empty when there is a transform.
+  /// In the words of tf, with the roots of its tree where the frames are not connected; empty when there is a transform.
+  std::string error;
 };
 
 /// A frame without the leading slash that old drivers put there and tf2 does not take.

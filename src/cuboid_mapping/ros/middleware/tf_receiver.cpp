@@ -14,6 +14,8 @@ namespace {
 
 /// As tf2_ros::TransformListener has it.
 constexpr std::uint32_t kTfQueueSize = 100;
+/// Messages in a row that are older than what tf keeps: more are no sender whose clock is wrong beside others.
+constexpr int kMaxOld = 10;
 
 }  // namespace
 
@@ -28,11 +30,16 @@ TfReceiver::TfReceiver(ros::NodeHandle nh, tf2::BufferCore& buffer)
 
 void TfReceiver::take(const Event& event, bool is_static) {
   const ros::Time now = ros::Time::now();
+  if (!is_static && hasBegunAnew(*event.getConstMessage())) {
+    ROS_WARN_NAMED(kNodeName, "all transforms are older than before: tf is forgotten");
+    buffer_.clear();
+  }
   if (now.toSec() < latest_.toSec() - kMinJump_s) {
     ROS_WARN_NAMED(kNodeName, "time has jumped back by %.1f s: tf is forgotten",
                    latest_.toSec() - now.toSec());
     buffer_.clear();
     latest_ = now;
+    newest_s_ = 0.0;
   }
   latest_ = std::max(latest_, now);
   for (const auto& transform : event.getConstMessage()->transforms) {
@@ -43,6 +50,19 @@ void TfReceiver::take(const Event& event, bool is_static) {
                                                          << "' is ignored: " << exception.what());
     }
   }
+}
+
+bool TfReceiver::hasBegunAnew(const tf2_msgs::TFMessage& message) {
+  double newest_s = 0.0;
+  for (const auto& transform : message.transforms) {
+    newest_s = std::max(newest_s, transform.header.stamp.toSec());
+  }
+  const bool is_old = newest_s < newest_s_ - buffer_.getCacheLength().toSec();
+  num_old_ = is_old ? num_old_ + 1 : 0;
+  const bool is_anew = num_old_ > kMaxOld;
+  if (is_anew) num_old_ = 0;
+  newest_s_ = is_anew ? newest_s : std::max(newest_s_, newest_s);
+  return is_anew;
 }
 
 }  // namespace cuboid_mapping_ros

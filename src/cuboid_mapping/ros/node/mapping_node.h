@@ -2,20 +2,19 @@
 #pragma once
 
 #include "cuboid_mapping/MoveMap.h"
-#include "cuboid_mapping/ros/clouds/cloud_inbox.h"
-#include "cuboid_mapping/ros/clouds/cloud_intake.h"
+#include "cuboid_mapping/ros/clouds/cloud_buffer.h"
 #include "cuboid_mapping/ros/clouds/moving_filter.h"
 #include "cuboid_mapping/ros/clouds/node_sources.h"
+#include "cuboid_mapping/ros/diagnostics/cloud_ledger.h"
 #include "cuboid_mapping/ros/diagnostics/diagnostics.h"
 #include "cuboid_mapping/ros/diagnostics/node_statistics.h"
-#include "cuboid_mapping/ros/diagnostics/speed_advice.h"
 #include "cuboid_mapping/ros/fleet/observation_publisher.h"
 #include "cuboid_mapping/ros/fleet/robot_merger.h"
 #include "cuboid_mapping/ros/map/forgetting.h"
 #include "cuboid_mapping/ros/map/guarded_map.h"
 #include "cuboid_mapping/ros/map/map_storage.h"
 #include "cuboid_mapping/ros/middleware/callback_guard.h"
-#include "cuboid_mapping/ros/middleware/direct_queue.h"
+#include "cuboid_mapping/ros/middleware/fair_mutex.h"
 #include "cuboid_mapping/ros/middleware/tf_receiver.h"
 #include "cuboid_mapping/ros/octomap_server/octomap_server_interface.h"
 #include "cuboid_mapping/ros/octomap_server/robot_grid.h"
@@ -35,11 +34,9 @@
 
 #include <boost/signals2/connection.hpp>
 
-#include <array>
 #include <atomic>
 #include <chrono>
 #include <cstdint>
-#include <functional>
 #include <memory>
 #include <optional>
 #include <string>
@@ -52,11 +49,10 @@ namespace cuboid_mapping_ros {
 ///
 /// No exception leaves it: every callback comes from a GuardedQueue.
 ///
-/// Thread rule: clouds, and all that belongs to them, are worked on one after the other in the queue
-/// of the node handles, which must have one thread (a nodelet's getNodeHandle(), or a node's
-/// ros::spin()). They go into an inbox as they arrive. Queries have a queue and some
-/// threads, publishing another, and tf is received in a thread, too, into a buffer that is
-/// thread-safe. They meet in the map, which is guarded.
+/// Thread rule: a thread receives clouds and puts them into the CloudBuffer, another maps them one after the other. tf is
+/// received in a thread of its own, queries have some, publishing one. Diagnostics, changes of parameters and
+/// ~move_map come from the queue of the node handles, which must have one thread (a nodelet's getNodeHandle(), or a
+/// node's ros::spin()). They meet in the map, which is guarded, and in work_mutex_.
 class MappingNode {
  public:
   /// @param parameters  Valid, see readParameters().
@@ -71,16 +67,14 @@ class MappingNode {
  private:
   using Clock = std::chrono::steady_clock;
 
-  [[nodiscard]] CloudInbox::Callbacks inboxCallbacks();
-  [[nodiscard]] CloudIntake::Callbacks intakeCallbacks();
+  [[nodiscard]] CloudBuffer::Callbacks bufferCallbacks();
+  [[nodiscard]] CloudBuffer::FindPoses makeSearch(const NodeParameters& parameters);
   void startTimers();
   void startDiagnostics();
   void subscribe();
-  void onCloudReceived(const SensorMessage& cloud);
+  /// Waits for a cloud and puts it into the map. @return false when the node ends.
+  bool mapNextCloud();
   void onCloudInTurn(const SensorMessage& cloud, const CloudPoses& poses);
-  /// In the thread of tf: has clouds look whether what they wait for is there.
-  void onTfChanged();
-  void updateWaitingClouds();
   void integrate(const SensorMessage& cloud, const CloudPoses& poses);
   /// Notes what a cloud has seen, and forgets what none has seen for too long.
   void forget(const cuboid_mapping::ScanUpdate& update, const ros::Time& stamp, std::size_t source);
@@ -103,19 +97,15 @@ class MappingNode {
                  cuboid_mapping::MoveMap::Response& response);
   /// @param jump  Stamp from which on poses are of the new frame; 0: now.
   [[nodiscard]] StorageAnswer moveMap(const Eigen::Isometry3d& T_new_old, const ros::Time& jump);
-  /// Counts a cloud that goes, and logs why. Throws nothing. @param text  May throw.
-  void drop(std::size_t source, DropReason reason, const std::function<std::string()>& text);
-  /// Logs what would keep up, now and then while the node does not; once what suits the sensor.
-  void giveAdvice();
-  [[nodiscard]] LastCloud describeLastCloud() const;
+  void drop(std::size_t source, DropReason reason) noexcept;
+  [[nodiscard]] LastCloud describeLastCloud(const CloudLedger::Page& page);
   void reportDiagnostics(diagnostic_updater::DiagnosticStatusWrapper& status);
 
   // First, so that they outlive what has callbacks in them.
   CallbackGuard guard_;
   std::atomic<bool> is_stopping_{false};  ///< Ends the work on calls.
-  GuardedQueue cloud_callbacks_;
-  DirectQueue arrivals_;
-  GuardedQueue arrival_callbacks_;  ///< Of the sources.
+  GuardedQueue node_callbacks_;
+  GuardedThread receiving_thread_;  ///< Of clouds.
   GuardedThread tf_thread_;
   GuardedThread query_threads_;
   GuardedThread edit_threads_;    ///< Two, so that ~pause does not wait for a long ~set_box.
@@ -125,29 +115,22 @@ class MappingNode {
   ros::NodeHandle private_nh_;
 
   NodeParameters parameters_;
-  NodeSources sources_;  ///< As reconfigured.
+  CloudLedger ledger_;
+  FairMutex work_mutex_;  ///< Of what clouds are worked on with: sources_ to work_.
+  NodeSources sources_;   ///< As reconfigured.
   /// Earlier clouds are of a frame before ~move_map.
   std::atomic<std::uint64_t> first_stamp_ns_{0};
   Forgetting forgetting_;
   MovingFilter moving_filter_;
+  NodeStatistics work_;  ///< Figures of points and times.
   GuardedMap map_;
-  NodeStatistics statistics_;
   NodeStatistics reported_statistics_;  ///< As of the last report.
   std::uint64_t num_reported_failures_ = 0;
   std::uint64_t num_reported_window_failures_ = 0;
-  std::array<std::optional<Clock::time_point>, kNumDropReasons> last_logged_;
-  std::optional<Clock::time_point> last_advice_;
-  bool has_suggested_ = false;
   std::atomic<bool> has_color_span_;      ///< color_period is 0.
   std::optional<HeightSpan> color_span_;  ///< That is shown; of the thread that publishes.
-  SpeedWatch speed_watch_;
   MapWatch map_watch_{
       [] { return std::chrono::duration<double>(Clock::now().time_since_epoch()).count(); }};
-  Clock::time_point last_received_ = Clock::now();
-  Clock::time_point last_progress_ = Clock::now();  ///< A cloud was inserted, or the first came.
-  std_msgs::Header last_header_;                    ///< Of the last cloud that was received, ...
-  std::size_t last_source_ = 0;                     ///< ... who sent it, ...
-  ros::Time last_arrival_;                          ///< ... and when that was.
 
   ros::Publisher moving_points_;  ///< Only with the parameter of this name.
   MapPublisher map_publisher_;
@@ -162,20 +145,17 @@ class MappingNode {
   std::optional<EditServices> edit_services_;
   ros::WallTimer publish_timer_;
   std::atomic<bool> is_publish_due_{false};  ///< After an edit.
-  ros::WallTimer waiting_timer_;
   ros::WallTimer diagnostics_timer_;
 
   tf2_ros::Buffer tf_buffer_;
   std::optional<RobotGrid> robot_grid_;  ///< Where a frame is named.
-  CloudIntake cloud_intake_;
-  CloudInbox cloud_inbox_;
-  std::atomic<bool> is_tf_awaited_{false};  ///< Some cloud waits for it.
-  std::atomic<bool> is_update_due_{false};  ///< updateWaitingClouds() is on its way.
+  CloudBuffer buffer_;
   boost::signals2::scoped_connection tf_changes_;
   std::optional<RobotMerger> merger_;
   std::optional<ReconfigureServer> reconfigure_server_;
   std::optional<MapFilesService> map_files_;
   std::optional<TfReceiver> tf_receiver_;
+  GuardedLoop mapping_thread_;
 };
 
 }  // namespace cuboid_mapping_ros

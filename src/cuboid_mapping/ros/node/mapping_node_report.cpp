@@ -7,13 +7,15 @@
 
 namespace cuboid_mapping_ros {
 
-LastCloud MappingNode::describeLastCloud() const {
+LastCloud MappingNode::describeLastCloud(const CloudLedger::Page& page) {
   LastCloud cloud;
-  cloud.frame_id = last_header_.frame_id;
+  cloud.frame_id = page.last_header.frame_id;
   // Not by ros::Duration, which throws beyond 2^31 s.
-  cloud.age_s = last_arrival_.toSec() - last_header_.stamp.toSec();
-  // NOLINTNEXTLINE(bugprone-unused-return-value): only the reason for no pose is wanted.
-  (void)lookupPoses(tf_buffer_, sources_.at(last_source_).parameters, last_header_, cloud.tf_error);
+  cloud.age_s = page.last_arrival.toSec() - page.last_header.stamp.toSec();
+  const PoseSearch search =
+      findPoses(tf_buffer_, sources_.at(page.last_source).parameters, page.last_header, {});
+  cloud.tf_error = search.why;
+  cloud.tf_lead_s = search.lead_s;
   return cloud;
 }
 
@@ -22,7 +24,8 @@ void MappingNode::reportDiagnostics(diagnostic_updater::DiagnosticStatusWrapper&
     return std::chrono::duration<double>(Clock::now() - time).count();
   };
   NodeReport report;
-  report.statistics = statistics_;
+  const CloudLedger::Page page = ledger_.page();
+  report.statistics = page.statistics;
   report.map = map_.read([this](const cuboid_mapping::CuboidMap& map, const ros::Time& /*stamp*/) {
     return map_watch_.summarize(map);
   });
@@ -33,27 +36,30 @@ void MappingNode::reportDiagnostics(diagnostic_updater::DiagnosticStatusWrapper&
   }
   report.cloud_topic = merger_ ? merger_->topics() : sources_.topics();
   report.frame_id = withoutSlash(parameters_.frame_id);
-  if (statistics_.num_received > 0) report.last_cloud = describeLastCloud();
+  if (page.statistics.num_received > 0) report.last_cloud = describeLastCloud(page);
   report.is_simulated_time = ros::Time::isSimTime();
   report.is_paused = edit_services_->isPaused();
   report.num_publishers = merger_ ? merger_->numPublishers() : sources_.numPublishers();
-  report.silence_s = seconds_since(last_received_);
+  report.silence_s = seconds_since(page.last_received);
   if (report.is_simulated_time && report.num_publishers > 0) {
-    report.silence_s = ros::Time::now().toSec() - last_arrival_.toSec();  // a bag may be paused
+    report.silence_s = ros::Time::now().toSec() - page.last_arrival.toSec();  // a bag may be paused
   }
-  report.num_out_of_order = cloud_intake_.numOutOfOrder();
-  report.why_waiting = cloud_intake_.whyItWaits();
-  report.starved_s = seconds_since(last_progress_);
+  report.num_out_of_order = buffer_.numOutOfOrder();
+  report.why_waiting = buffer_.whyItWaits();
+  report.starved_s = seconds_since(page.last_progress);
   report.num_built = octomap_server_.numBuilt();
-  report.rate_hz = speed_watch_.rateHz();
-  report.speed_advice = speed_watch_.advice();
+  for (std::size_t i = 0; i < page.sources.size(); ++i) {
+    const std::string name = page.sources.size() == 1 ? "" : nameOf(sources_.at(i).parameters);
+    if (page.sources[i].rate_hz) report.rates.push_back({name, *page.sources[i].rate_hz});
+  }
+  report.speed_advice = page.speed_advice;
   report.autosave_error = map_files_->autosaveError();
   report.num_failures = guard_.numFailures();
   report.num_new_failures = report.num_failures - num_reported_failures_;
   report.last_failure = guard_.lastFailure();
   num_reported_failures_ = report.num_failures;
   fillStatus(report, reported_statistics_, status);
-  reported_statistics_ = statistics_;
+  reported_statistics_ = page.statistics;
 }
 
 }  // namespace cuboid_mapping_ros

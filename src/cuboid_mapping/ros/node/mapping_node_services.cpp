@@ -47,6 +47,7 @@ void MappingNode::onReset() {
 }
 
 void MappingNode::onMoveMap(const MoveMap::Request& request, MoveMap::Response& response) {
+  const std::lock_guard<FairMutex> lock(work_mutex_);
   const StorageAnswer answer = moveMap(toIsometry(request.transform), request.stamp);
   response.success = static_cast<std::uint8_t>(answer.error.empty());
   response.message = answer.error;

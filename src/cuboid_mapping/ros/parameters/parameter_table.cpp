@@ -193,10 +193,11 @@ std::vector<ParameterDeclaration> declareCrop() {
 std::vector<ParameterDeclaration> declareTopics() {
   return {
       {"queue_size", "clouds", IntegerKind{[](P& p) -> int& { return p.queue_size; }, 1, 1000},
-       "Maximum number of clouds that wait for their turn, and for their transform."},
+       "Maximum number of clouds of a source that wait for their turn, when the node is too slow; "
+       "bursts of a second may be larger."},
       {"queue_memory", "MB", IntegerKind{[](P& p) -> int& { return p.queue_memory_mb; }, 1, 65536},
-       "Memory for clouds that wait. When it is full, the oldest are dropped; one cloud may "
-       "always wait."},
+       "Memory for clouds that wait for their turn or for tf. When it is full, the newest is "
+       "dropped; one cloud may always wait."},
       {"tf_wait", "s", NumberKind{[](P& p) -> double& { return p.tf_wait_s; }, 0.01, 3600.0},
        "A cloud is dropped if its transforms have not arrived after this time."},
       {"publish_rate", "Hz",

@@ -222,8 +222,8 @@ std::vector<ParameterDeclaration> declareSources() {
        oneOf<SourceType>({SourceType::kPointCloud, SourceType::kLaserScan, SourceType::kDepthImage},
                          [](P& p) -> SourceType& { return p.source.type; }),
        "Type of its messages. point_cloud: sensor_msgs/PointCloud2. laser_scan: "
-       "sensor_msgs/LaserScan. depth_image: sensor_msgs/Image, with a sensor_msgs/CameraInfo of "
-       "the same stamp."},
+       "sensor_msgs/LaserScan. depth_image: sensor_msgs/Image, with the sensor_msgs/CameraInfo of "
+       "its stamp, or the nearest."},
       {"camera_info", "", cameraInfoKind(),
        "Topic of the sensor_msgs/CameraInfo of a depth image. Empty: camera_info beside the topic "
        "of the image."},

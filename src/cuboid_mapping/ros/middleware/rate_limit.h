@@ -1,0 +1,38 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <ros/time.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <optional>
+
+namespace cuboid_mapping_ros {
+
+/// Lets so many messages a second through, by their stamps: one in each slot of 1 / rate. The same messages therefore
+/// pass whenever a recording is played.
+///
+/// Stamps may jitter by a quarter of a slot: a sensor of that very rate loses none where they fall on the border of two.
+class RateLimit {
+ public:
+  /// @param max_rate_hz  >= 0; 0: no limit.
+  explicit RateLimit(double max_rate_hz) : max_rate_hz_(max_rate_hz) {}
+
+  /// To be called for every message. A stamp of 0 always passes.
+  [[nodiscard]] bool lets(const ros::Time& stamp) {
+    if (max_rate_hz_ == 0.0 || stamp.isZero()) return true;
+    const double place = stamp.toSec() * max_rate_hz_;
+    const auto slot = static_cast<std::int64_t>(std::floor(place));
+    if (next_ && slot < *next_ - 2) next_.reset();  // Stamps have jumped back.
+    if (next_ && place < static_cast<double>(*next_) - 0.25) return false;
+    next_ = std::max(next_.value_or(slot), slot) + 1;
+    return true;
+  }
+
+ private:
+  double max_rate_hz_;
+  std::optional<std::int64_t> next_;  ///< Slot whose message may pass next.
+};
+
+}  // namespace cuboid_mapping_ros

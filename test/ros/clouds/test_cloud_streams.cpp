@@ -1,0 +1,179 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Streams of clouds and of tf, late, and with clocks of their own, in simulated time: which clouds are mapped.
+#include "cuboid_mapping/ros/clouds/cloud_buffer.h"
+
+#include <gtest/gtest.h>
+#include <tf2/buffer_core.h>
+#include <boost/make_shared.hpp>
+
+#include <algorithm>
+#include <functional>
+#include <map>
+#include <memory>
+#include <string>
+#include <utility>
+#include <vector>
+
+namespace cuboid_mapping_ros {
+namespace {
+
+/// Messages of one kind that come at a rate.
+struct Stream {
+  double rate_hz = 10.0;
+  double offset_s = 0.0;   ///< Added to the stamp.
+  double latency_s = 0.0;  ///< From the time of the measurement to the arrival.
+  double begin_s = 0.0;
+};
+
+/// What a node makes of them.
+class CloudStreams : public ::testing::Test {
+ protected:
+  /// Lets sources and tf (map to lidar) send for some seconds, and some more pass.
+  void run(const std::vector<Stream>& sources, const Stream& tf, double duration_s,
+           CloudLimits limits = {}, double work_s = 0.0) {
+    limits.num_sources = sources.size();
+    num_inserted_.assign(sources.size(), 0);
+    num_sent_.assign(sources.size(), 0);
+    buffer_ = std::make_unique<CloudBuffer>(limits, makeCallbacks());
+    struct Event {
+      double time_s;
+      std::function<void()> act;
+    };
+    std::vector<Event> events;
+    for (std::size_t i = 0; i < sources.size(); ++i) {
+      const Stream& source = sources[i];
+      for (double t = source.begin_s; t < duration_s; t += 1.0 / source.rate_hz) {
+        events.push_back(
+            {t + source.latency_s,
+             [this, i, stamp_s = kStart_s + t + source.offset_s] { putCloud(i, stamp_s); }});
+      }
+    }
+    for (double t = -1.0; t < duration_s + 1.0; t += 1.0 / tf.rate_hz) {
+      events.push_back(
+          {t + tf.latency_s, [this, stamp_s = kStart_s + t + tf.offset_s] { putTf(stamp_s); }});
+    }
+    std::stable_sort(events.begin(), events.end(),
+                     [](const Event& a, const Event& b) { return a.time_s < b.time_s; });
+    double free_s = -10.0;
+    for (const Event& event : events) {
+      for (; time_s_ < event.time_s; time_s_ = std::min(time_s_ + 0.01, event.time_s)) {
+        work(free_s, work_s);
+      }
+      event.act();
+    }
+    for (int i = 0; i < 2000; ++i, time_s_ += 0.01) work(free_s, work_s);
+  }
+
+  void work(double& free_s, double work_s) {
+    while (time_s_ >= free_s) {
+      const auto next = buffer_->takeNext();
+      if (!next) return;
+      ++num_inserted_[next->message.source];
+      if (work_s > 0.0) free_s = time_s_ + work_s;
+    }
+  }
+
+  void putCloud(std::size_t source, double stamp_s) {
+    const auto cloud = boost::make_shared<sensor_msgs::PointCloud2>();
+    cloud->header.frame_id = "lidar";
+    cloud->header.stamp = ros::Time(stamp_s);
+    cloud->data.resize(num_bytes_);
+    ++num_sent_[source];
+    buffer_->put({cloud, source});
+  }
+
+  void putTf(double stamp_s) {
+    geometry_msgs::TransformStamped transform;
+    transform.header.frame_id = "map";
+    transform.header.stamp = ros::Time(stamp_s);
+    transform.child_frame_id = "lidar";
+    transform.transform.rotation.w = 1.0;
+    tf_.setTransform(transform, "test");
+  }
+
+  CloudBuffer::Callbacks makeCallbacks() {
+    CloudBuffer::Callbacks callbacks;
+    callbacks.find_poses = [this](const SensorMessage& cloud, const Slices& slices) {
+      return findPoses(tf_, parameters_, cloud.header(), slices);
+    };
+    callbacks.drop = [this](std::size_t source, DropReason reason, const std::string& text) {
+      ++num_dropped_[{source, reason}];
+      if (!text.empty()) texts_.push_back(text);
+    };
+    callbacks.clock_s = [this] { return time_s_; };
+    callbacks.now = [this] { return ros::Time(kStart_s + time_s_); };
+    return callbacks;
+  }
+
+  static constexpr double kStart_s = 1.7e9;
+  NodeParameters parameters_;
+  double time_s_ = -2.0;
+  std::size_t num_bytes_ = 0;
+  tf2::BufferCore tf_;
+  std::vector<int> num_inserted_;
+  std::vector<int> num_sent_;
+  std::map<std::pair<std::size_t, DropReason>, int> num_dropped_;
+  std::vector<std::string> texts_;
+  std::unique_ptr<CloudBuffer> buffer_;
+};
+
+TEST_F(CloudStreams, LateTfCostsNoCloud) {
+  run({{30.0}}, {50.0, 0.0, 0.5}, 20.0);
+  EXPECT_EQ(num_inserted_, num_sent_);
+}
+
+TEST_F(CloudStreams, VeryLateTfCostsNoCloud) {
+  run({{10.0}}, {50.0, 0.0, 6.0}, 20.0);
+  EXPECT_EQ(num_inserted_, num_sent_);
+}
+
+TEST_F(CloudStreams, VeryLateTfOfThreeFastSourcesCostsNoCloud) {
+  run({{60.0}, {30.0}, {20.0}}, {200.0, 0.0, 6.0}, 10.0);
+  EXPECT_EQ(num_inserted_, num_sent_);
+}
+
+TEST_F(CloudStreams, ASourceWithTheTimeSinceBootCostsTheOtherNothing) {
+  run({{20.0, 1868.0 - kStart_s}, {10.0, -0.04}}, {50.0}, 60.0);
+  EXPECT_EQ(num_inserted_[1], num_sent_[1]);
+  EXPECT_EQ(num_inserted_[0], 0);
+  EXPECT_EQ((num_dropped_[{0, DropReason::kTooOldForTf}]), num_sent_[0]);
+  ASSERT_EQ(texts_.size(), 1U) << "named once";
+  EXPECT_NE(texts_[0].find("its clock"), std::string::npos) << texts_[0];
+}
+
+TEST_F(CloudStreams, ASourceWhoseClockIsAMinuteSlowCostsTheOtherNothing) {
+  run({{10.0, 0.0, 0.08}, {20.0, -60.0}}, {20.0}, 15.0);
+  EXPECT_EQ(num_inserted_[0], num_sent_[0]);
+  EXPECT_EQ(num_inserted_[1], 0);
+}
+
+TEST_F(CloudStreams, ASourceWhoseClockIsAMinuteFastCostsTheOtherNothing) {
+  num_bytes_ = 1000000;
+  CloudLimits limits;
+  limits.max_bytes = 100000000;
+  run({{10.0, 0.0, 0.08}, {20.0, 60.0}}, {20.0}, 15.0, limits);
+  EXPECT_EQ(num_inserted_[0], num_sent_[0]);
+  EXPECT_EQ(num_inserted_[1], 0);
+}
+
+TEST_F(CloudStreams, ASourceThatNeverSpeaksCostsTheOthersNothing) {
+  run({{30.0}, {10.0, 0.0, 0.0, 1000.0}}, {50.0, 0.0, 0.3}, 10.0);
+  EXPECT_EQ(num_inserted_[0], num_sent_[0]);
+  EXPECT_EQ(buffer_->numOutOfOrder(), 0U);
+}
+
+TEST_F(CloudStreams, ReplayedTenTimesAsFastNoneIsLost) {
+  run({{300.0}}, {500.0, 0.0, 0.05}, 5.0, {}, 0.0005);
+  EXPECT_EQ(num_inserted_, num_sent_);
+}
+
+TEST_F(CloudStreams, ANodeThatIsTooSlowMapsAsManyAsItCan) {
+  run({{10.0}}, {50.0}, 20.0, {}, 0.2);
+  EXPECT_GT(num_inserted_[0], 100);
+  EXPECT_LT(num_inserted_[0], 130);
+  EXPECT_EQ(num_inserted_[0] + num_dropped_[std::make_pair(std::size_t{0}, DropReason::kQueueFull)],
+            num_sent_[0]);
+}
+
+}  // namespace
+}  // namespace cuboid_mapping_ros
