@@ -5,7 +5,8 @@ function(cuboid_mapping_configure target)
   target_include_directories(${target} PRIVATE ${PROJECT_SOURCE_DIR}/src)  # internal headers
   # No contraction to fused multiply-add: the ray walk has OctoMap's arithmetic to the last bit.
   target_compile_options(${target} PRIVATE -Wall -Wextra -Wpedantic -Wshadow -ffp-contract=off)
-  if(CUBOID_MAPPING_UNITY)
+  # The libraries where it was tried; the sources of others may share names.
+  if(CUBOID_MAPPING_UNITY AND target MATCHES "^cuboid_mapping_(core|io|client|ros)$")
     set_target_properties(${target} PROPERTIES UNITY_BUILD ON UNITY_BUILD_BATCH_SIZE 8)
     # Said of types in unnamed namespaces of every source that is not the unit itself.
     target_compile_options(${target} PRIVATE $<$<CXX_COMPILER_ID:GNU>:-Wno-subobject-linkage>)
@@ -56,6 +57,14 @@ endfunction()
 # An installed program.
 function(cuboid_mapping_install_programs)
   install(TARGETS ${ARGN} RUNTIME DESTINATION ${cuboid_mapping_bin_dir})
+endfunction()
+
+# Programs that few need: built with CUBOID_MAPPING_ALL, by tests that run them, or by name.
+function(cuboid_mapping_install_extras)
+  if(NOT CUBOID_MAPPING_ALL)
+    set_target_properties(${ARGN} PROPERTIES EXCLUDE_FROM_ALL ON)
+  endif()
+  install(TARGETS ${ARGN} RUNTIME DESTINATION ${cuboid_mapping_bin_dir} OPTIONAL)
 endfunction()
 
 # Headers, and the files with which find_package(cuboid_mapping) finds the parts; after all parts.

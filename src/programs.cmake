@@ -31,6 +31,12 @@ if(TARGET cuboid_mapping_scans)
 endif()
 cuboid_mapping_install_programs(map_compare map_convert map_info map_merge map_render)
 
+# A map without ROS and without a data set.
+add_executable(simulated_map tools/simulated_map.cpp)
+cuboid_mapping_configure(simulated_map)
+target_link_libraries(simulated_map PRIVATE cuboid_mapping::io cuboid_mapping_simulation cuboid_mapping_command_line)
+cuboid_mapping_install_programs(simulated_map)
+
 if(NOT CUBOID_MAPPING_NODE)
   return()
 endif()
@@ -76,6 +82,9 @@ target_link_libraries(cuboid_mapping_bag_clouds
 add_executable(bag_to_map tools/bag_to_map.cpp)
 cuboid_mapping_configure(bag_to_map)
 target_link_libraries(bag_to_map PRIVATE cuboid_mapping_bag_clouds)
+if(cuboid_mapping_has_extras)
+  find_package(MPI QUIET COMPONENTS C)
+endif()
 if(MPI_C_FOUND)
   add_executable(bag_to_map_mpi
     tools/bag_to_map_mpi.cpp
@@ -87,8 +96,8 @@ if(MPI_C_FOUND)
   cuboid_mapping_configure(bag_to_map_mpi)
   target_compile_definitions(bag_to_map_mpi PRIVATE OMPI_SKIP_MPICXX)  # Its C++ interface is none of MPI 3.
   target_link_libraries(bag_to_map_mpi PRIVATE cuboid_mapping_bag_clouds nlohmann_json::nlohmann_json MPI::MPI_C)
-  cuboid_mapping_install_programs(bag_to_map_mpi)
-else()
+  cuboid_mapping_install_extras(bag_to_map_mpi)
+elseif(cuboid_mapping_has_extras)
   cuboid_mapping_left_out(bag_to_map_mpi "libopenmpi-dev openmpi-bin")
 endif()
 

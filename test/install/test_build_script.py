@@ -46,8 +46,8 @@ class BuildScript(unittest.TestCase):
         return subprocess.run([self.root / 'scripts' / command[0], *command[1:]],
                               env={**os.environ, 'PATH': path}, capture_output=True, text=True)
 
-    def build(self):
-        return self.run_script('build')
+    def build(self, *options):
+        return self.run_script('build', *options)
 
     def test_scripts_explain_themselves_and_do_nothing_else(self):
         for script in ('build', 'test', 'demo'):
@@ -73,12 +73,27 @@ class BuildScript(unittest.TestCase):
         self.assertIn('asks sudo for your password, to install these packages', end.stdout)
         self.assertIn('xvfb zlib1g-dev', (self.root / 'asked').read_text())
 
+    def test_installs_what_is_built_alone(self):
+        self.stub('dpkg-query', 'echo not-installed')
+        self.stub('sudo', f'echo "$*" >{self.root}/asked; exit 1')
+        asked = {}
+        for option in ('--library', '--demo', '--all', '--tests'):
+            self.assertNotEqual(self.build(option).returncode, 0)
+            asked[option] = set((self.root / 'asked').read_text().split())
+        self.assertNotIn('libroscpp-dev', asked['--library'])
+        self.assertLess(asked['--library'], asked['--demo'])
+        for package in ('libopenvdb-dev', 'libopenmpi-dev', 'pybind11-dev', 'librostest-dev', 'doxygen'):
+            self.assertNotIn(package, asked['--demo'])
+            self.assertIn(package, asked['--all'])
+        self.assertEqual(asked['--tests'], asked['--all'])
+
     def test_shows_one_line_of_progress(self):
         self.make_project('echo chatter')
         end = self.build()
         self.assertEqual(end.returncode, 0, end.stderr)
-        self.assertEqual(end.stdout.count('\n'), 1, end.stdout)
-        self.assertTrue(end.stdout.startswith('scripts/build: building all'), end.stdout)
+        said, progress = end.stdout.splitlines()
+        self.assertIn('builds node, nodelet, client, programs and display (--all: ', said)
+        self.assertTrue(progress.startswith('scripts/build: building all'), end.stdout)
         self.assertIn('100%', end.stdout)
         self.assertEqual(end.stderr, '')
 
