@@ -2,7 +2,7 @@
 set(packages geometry_msgs message_generation nav_msgs roscpp std_msgs)
 if(CUBOID_MAPPING_NODE)
   list(APPEND packages
-    diagnostic_msgs diagnostic_updater dynamic_reconfigure laser_geometry map_msgs nodelet pcl_conversions pcl_ros
+    diagnostic_msgs diagnostic_updater dynamic_reconfigure laser_geometry map_msgs nodelet pcl_conversions
     pluginlib rosbag rosbag_storage rosgraph_msgs sensor_msgs std_srvs tf2 tf2_eigen tf2_msgs tf2_ros visualization_msgs)
 endif()
 # The GMock module of Debian 11 remembers that it has found GoogleTest, but defines its targets only

@@ -21,7 +21,7 @@ SYSTEM_KEYS = {
     'gtest': 'libgtest-dev',
     'imagemagick': 'imagemagick',
     'libboost-program-options-dev': 'libboost-program-options-dev',
-    'libpcl-all-dev': 'libpcl-ros-dev',
+    'libpcl-all-dev': 'libpcl-dev',
     'libpng-dev': 'libpng-dev',
     'libsqlite3-dev': 'libsqlite3-dev',
     'libzstd-dev': 'libzstd-dev',

@@ -1,13 +1,12 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "cuboid_mapping/ros/conversions/ground_filter.h"
 
+#include <boost/make_shared.hpp>
 #include <pcl/console/print.h>
 #include <pcl/point_types.h>
 #include <pcl/sample_consensus/method_types.h>
 #include <pcl/sample_consensus/model_types.h>
 #include <pcl/segmentation/sac_segmentation.h>
-#include <pcl_ros/transforms.h>
-#include <tf2_eigen/tf2_eigen.h>
 
 #include <boost/make_shared.hpp>
 
@@ -28,9 +27,9 @@ Cloud transformCloud(const std::vector<Eigen::Vector3f>& points_cloud,
   Cloud cloud;
   cloud.reserve(points_cloud.size());
   for (const Eigen::Vector3f& point : points_cloud) {
-    cloud.push_back(pcl::PointXYZ(point.x(), point.y(), point.z()));
+    const Eigen::Vector3f point_base = (T_base_cloud * point.cast<double>()).cast<float>();
+    cloud.push_back(pcl::PointXYZ(point_base.x(), point_base.y(), point_base.z()));
   }
-  pcl_ros::transformPointCloud(cloud, cloud, tf2::eigenToTransform(T_base_cloud).transform);
   return cloud;
 }
 
