@@ -183,6 +183,7 @@ add_library(cuboid_mapping_ros
   cuboid_mapping/ros/conversions/cloud_conversions.cpp
   cuboid_mapping/ros/conversions/depth_image_conversion.cpp
   cuboid_mapping/ros/conversions/ground_filter.cpp
+  cuboid_mapping/ros/conversions/no_return_points.cpp
   cuboid_mapping/ros/conversions/point_times.cpp
   cuboid_mapping/ros/conversions/sensor_conversions.cpp
   cuboid_mapping/ros/conversions/sensor_message.cpp

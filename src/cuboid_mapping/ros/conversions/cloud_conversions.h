@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include "cuboid_mapping/ros/conversions/no_return_points.h"
 #include "cuboid_mapping/scan/scan.h"
 
 #include <sensor_msgs/PointCloud2.h>
@@ -10,9 +11,7 @@
 
 #include <cstddef>
 #include <cstdint>
-#include <optional>
 #include <string>
-#include <utility>
 #include <variant>
 #include <vector>
 
@@ -41,42 +40,6 @@ struct CloudError {
   CloudDefect defect;
   std::string text;  ///< For the log: the numbers, and what to do.
 };
-
-/// Which readings say that a beam met nothing up to the sensor's range; a set of the first five. REP 117
-/// has +inf for that, -inf for a thing that is too near, and NaN for a measurement that failed.
-enum class NoReturnPoints : unsigned char {
-  kPlusInf = 1,
-  kNan = 2,
-  kZero = 4,
-  kMinusInf = 8,
-  kRangeMax = 16,  ///< Of a planar scan: its range_max, or more.
-  kNone = 0,
-  kRep117 = kPlusInf,
-  kWithNan = kPlusInf | kNan,    ///< Of drivers that write NaN for every point without return.
-  kWithZero = kPlusInf | kZero,  ///< Of drivers that write zeros.
-  kAll = kPlusInf | kNan | kZero | kMinusInf | kRangeMax
-};
-
-/// Whether a set holds a reading, which is one of the first five.
-[[nodiscard]] constexpr bool contains(NoReturnPoints set, NoReturnPoints reading) {
-  return (static_cast<unsigned>(set) & static_cast<unsigned>(reading)) != 0;
-}
-
-/// What a number is that is no return; kNone for one that is.
-[[nodiscard]] NoReturnPoints classifyReading(double number);
-
-/// Ranges in metres that stand for no return, as the far clip of a simulated camera.
-using NoReturnRanges = std::vector<double>;
-
-/// Whether a range is one of them, to within the rounding of floats and half a millimetre.
-[[nodiscard]] bool contains(const NoReturnRanges& ranges_m, double range_m);
-
-/// The value of the parameter: a name as "with_nan", or readings as "nan zero"; then ranges as "81.91".
-[[nodiscard]] std::string toText(NoReturnPoints points, const NoReturnRanges& ranges_m = {});
-
-/// Inverse of toText(), readings and ranges in any order; nothing for another text.
-[[nodiscard]] std::optional<std::pair<NoReturnPoints, NoReturnRanges>> parseNoReturnPoints(
-    const std::string& text);
 
 /// What a cloud holds, in metres in the cloud's frame.
 struct CloudPoints {
