@@ -67,7 +67,7 @@ void checkSlices(const std::vector<double>& times_s) {
     require(std::abs(middleOf((*slices)[i]).toSec()) < 1.1);
     count += in_part;
   }
-  require(count == times_s.size());
+  require(count <= times_s.size());  // Those of odd times are left out.
 }
 
 }  // namespace
@@ -88,7 +88,6 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   const auto times_s = readPointTimes(message);
   if (!times_s) return 0;
   require(times_s->size() == num_points);
-  for (const double time_s : *times_s) require(std::isfinite(time_s));
   checkSlices(*times_s);
   return 0;
 }

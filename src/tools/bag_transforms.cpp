@@ -36,8 +36,9 @@ class TfLog : public console_bridge::OutputHandler {
   TfLog(const TfLog&) = delete;
   TfLog& operator=(const TfLog&) = delete;
 
-  void log(const std::string& text, console_bridge::LogLevel /*level*/, const char* /*file*/,
+  void log(const std::string& text, console_bridge::LogLevel level, const char* /*file*/,
            int /*line*/) override {
+    if (level < console_bridge::CONSOLE_BRIDGE_LOG_WARN) return;  // rosbag's, of each message.
     auto& [count, first] = kinds_[text.substr(0, text.find(' '))];
     if (count++ == 0) first = text;
   }

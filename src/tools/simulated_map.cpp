@@ -64,11 +64,13 @@ int map(const Options& options) {
 
 int run(int argc, char** argv) {
   Options options;
-  CommandLine line("simulated_map",
-                   "Maps what a simulated lidar sees on its drive through a building; needs no ROS.");
+  CommandLine line(
+      "simulated_map",
+      "Maps what a simulated lidar sees on its drive through a building; needs no ROS.");
   line.addArgument("map", options.file, "map to write, such as map.cuboids");
   line.addNumber("duration", options.duration_s, "length of the drive in seconds", {0.1, 3600});
-  line.addNumber("resolution", options.resolution_m, "edge length of a voxel in metres", {0.02, 10});
+  line.addNumber("resolution", options.resolution_m, "edge length of a voxel in metres",
+                 {0.02, 10});
   line.addNumber("seed", options.seed, "seed of the building and of the noise");
   if (const auto status = line.parse(argc, argv)) return *status;
   return map(options);

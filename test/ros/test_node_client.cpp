@@ -143,8 +143,9 @@ TEST_F(NodeClientTest, MissesNoUpdateThatOvertakesTheImage) {
   ImageMessage image;
   image.image = cuboid_mapping::makeImage(map, 7, MapDetail::kClasses);
   const ChangeSet changes = map.replace({{0, 0, 0}, {2, 2, 2}}, {{{{0, 0, 0}, {2, 2, 2}}, -1.0F}});
-  const DeltaMessage delta{
-      {}, cuboid_mapping::makeDelta(map, changes, 7, image.image.revision, MapDetail::kClasses)};
+  DeltaMessage delta;
+  delta.delta =
+      cuboid_mapping::makeDelta(map, changes, 7, image.image.revision, MapDetail::kClasses);
   ros::NodeHandle nh("early");
   const auto images = nh.advertise<cuboid_mapping::FullCuboidMap>(kCuboidMapTopic, 1);
   const auto deltas = nh.advertise<cuboid_mapping::CuboidMapUpdate>(kCuboidMapUpdatesTopic, 1);
@@ -194,13 +195,13 @@ class OtherServer {
   void publish(const cuboid_mapping::FullCuboidMap& part) { images_.publish(part); }
   void publish(const DeltaMessage& delta) { publishDelta(deltas_, delta); }
 
-  /// An update that follows on others, which are lost.
+  /// The update after those in the parts.
   DeltaMessage lateDelta(const std::string& server) {
     DeltaMessage message;
     message.server = server;
     message.delta.instance = 7;
-    message.delta.base = map_.revision() + 5;
-    message.delta.revision = map_.revision() + 6;
+    message.delta.base = map_.revision();
+    message.delta.revision = map_.revision() + 1;
     message.delta.resolution_m = map_.grid().resolution();
     return message;
   }
@@ -257,6 +258,25 @@ TEST_F(NodeClientTest, SaysThatTwoNodesPublishAndFollowsOne) {
   ASSERT_TRUE(waitFor([&] { return client.hasMap(); }));
   for (const auto& part : server.parts("/b")) server.publish(part);
   EXPECT_TRUE(log.waitForLine("two nodes publish /two/cuboid_map: /a, which is followed, and /b"));
+}
+
+TEST_F(NodeClientTest, FollowsTheServerThatItNamesWhoeverElsePublishes) {
+  LogProbe log;
+  OtherServer server("named");
+  const CuboidMapClient client(server.nh(), "/b");
+  ASSERT_TRUE(server.waitForListener());
+  for (const auto& part : server.parts("/a")) server.publish(part);
+  ASSERT_TRUE(waitFor([&] { return client.hasMap(); })) << "there is nobody else";
+  for (auto part : server.parts("/b")) {
+    part.instance = 8;
+    part.header.frame_id = "of_b";
+    server.publish(part);
+  }
+  ASSERT_TRUE(waitFor([&] { return client.frameId() == "of_b"; }));
+  for (const auto& part : server.parts("/a")) server.publish(part);
+  EXPECT_TRUE(
+      log.waitForLine("two nodes publish /named/cuboid_map: /b, which is followed, and /a"));
+  EXPECT_EQ(client.frameId(), "of_b");
 }
 
 TEST_F(NodeClientTest, FollowsEditsAndResets) {

@@ -90,7 +90,9 @@ TEST_F(NodeCloudsTest, AnyNumberOfCloudsWaitsForTransformsThatComeLate) {
   constexpr int kClouds = 10 * kQueueSize;
   for (int i = 0; i < kClouds; ++i) {
     cloud_publisher_.publish(makeSmallCloud("very_late", ros::Time(7000.0 + 0.1 * i)));
-    if (i % 10 == 9) ASSERT_TRUE(waitFor([&] { return countNew("clouds received") == i + 1; }));
+    if (i % 10 == 9) {
+      ASSERT_TRUE(waitFor([&] { return countNew("clouds received") == i + 1; }));
+    }
   }
   EXPECT_EQ(countNew("clouds inserted"), 0);
   for (double t = -0.1; t < 0.1 * kClouds + 0.2; t += 0.1) {

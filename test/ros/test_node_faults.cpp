@@ -8,6 +8,7 @@
 #include "cuboid_mapping/ros/conversions/points.h"
 #include "cuboid_mapping/ros/middleware/callback_guard.h"
 
+#include <dynamic_reconfigure/Reconfigure.h>
 #include <nav_msgs/OccupancyGrid.h>
 #include <ros/console.h>
 #include <sensor_msgs/PointCloud2.h>
@@ -40,6 +41,17 @@ class NodeFaultsTest : public NodeTest {
     service.request.max.push_back(toPoint({x + kResolution_m, y + kResolution_m, kResolution_m}));
     service.request.occupancy = cuboid_mapping::SetBox::Request::OCCUPIED;
     return callService(std::string(kNode) + "/set_box", service) && service.response.success != 0;
+  }
+
+  /// 1e4 m: more cells than projected_map_memory holds.
+  static bool setProjectedSize(double size_m) {
+    dynamic_reconfigure::Reconfigure change;
+    for (const char* name : {"min_x_size", "min_y_size"}) {
+      change.request.config.doubles.emplace_back();
+      change.request.config.doubles.back().name = name;
+      change.request.config.doubles.back().value = size_m;
+    }
+    return callService(std::string(kNode) + "/set_parameters", change);
   }
 };
 
@@ -93,13 +105,11 @@ TEST_F(NodeFaultsTest, AMapTooWideForATopicStopsNoOther) {
 }
 
 TEST_F(NodeFaultsTest, ATopicThatFailsIsTriedAgainAndNoOther) {
-  ASSERT_TRUE(setVoxel(1e6, 1e6));
-  ASSERT_TRUE(setVoxel(-1e6, -1e6));
+  ASSERT_TRUE(setProjectedSize(1e4));
   TopicProbe<nav_msgs::OccupancyGrid> projected("projected_map");
   TopicProbe<sensor_msgs::PointCloud2> centers("octomap_point_cloud_centers");
   ASSERT_TRUE(projected.waitForConnection());
   ASSERT_TRUE(setVoxel(10.0, 0.0));
-  // An octree of 0.1 m cannot hold the two voxels that are far away.
   ASSERT_TRUE(centers.waitForMessage([](const auto& cloud) { return cloud.width == 1; }));
   ASSERT_TRUE(diagnostics_.waitForNextReport());
   const int num_centers = centers.count();
@@ -108,6 +118,7 @@ TEST_F(NodeFaultsTest, ATopicThatFailsIsTriedAgainAndNoOther) {
   EXPECT_TRUE(waitFor([&] { return countNew("callbacks failed") >= num_failed + 3; }));
   EXPECT_EQ(centers.count(), num_centers) << "nothing has changed";
   EXPECT_EQ(projected.count(), num_projected);
+  ASSERT_TRUE(setProjectedSize(0.0));
   reset();
   EXPECT_TRUE(waitFor([&] { return projected.count() > num_projected; })) << "it fits again";
 }

@@ -83,7 +83,7 @@ TEST_P(NodeWindow, OctreesOfServicesAreWholeOrRefused) {
     ASSERT_TRUE(ros::service::waitForService(service, ros::Duration(kDeadline_s)));
     EXPECT_FALSE(ros::service::call(service, octree)) << service;
   }
-  EXPECT_TRUE(log.waitForLine("octomap_full: not loaded: "));
+  EXPECT_TRUE(log.waitForLine("not loaded: ")) << "the caller gets the text";
   TopicProbe<OctomapMessage> topic("/octomap_full");
   EXPECT_TRUE(topic.waitForMessage([](const auto& message) { return isKnownIn(message, 40.0); }));
   EXPECT_FALSE(isKnownIn(topic.last(), 0.0)) << "the topic shows what is in memory";

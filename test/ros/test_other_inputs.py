@@ -80,13 +80,16 @@ class OtherInputsTest(unittest.TestCase):
         expected = (self.folder / 'input.cuboids').read_bytes()
         topic = [name for name, _, _ in records if not name.startswith('/tf') and 'camera_info' not in name][0]
         arguments = [f'_{key}:={value}' for key, value in {'resolution': RESOLUTION_M, **parameters}.items()]
+        if rospy.has_param('/others'):
+            rospy.delete_param('/others')  # Of the node before.
         node = subprocess.Popen(['rosrun', 'cuboid_mapping', 'cuboid_mapping_node', '__name:=others',
                                  f'cloud_in:={topic}', *arguments])
         try:
             rospy.wait_for_service('/others/save_map', 60.0)
             publishers = {}
             for name, message, _ in records:
-                publishers.setdefault(name, rospy.Publisher(name, type(message), queue_size=10, latch=True))
+                if name not in publishers:
+                    publishers[name] = rospy.Publisher(name, type(message), queue_size=10, latch=True)
             for name, publisher in publishers.items():
                 self.assertTrue(wait_for(lambda p=publisher: p.get_num_connections() > 0), name)
             for name, message, _ in records:
@@ -274,6 +277,7 @@ class OtherInputsTest(unittest.TestCase):
     def test_the_topic_and_its_type_are_found(self):
         said = self.map_records(scan_of(*[3.0] * 90))
         self.assertIn('takes /scan (sensor_msgs/LaserScan, 1 message, frame \'lidar\')', said)
+        self.assertNotIn('left out', said)
         said = self.map_records(depth_of(WALL))
         self.assertIn('takes /camera/depth (sensor_msgs/Image', said)
         records = scan_of(*[3.0] * 90) + clouds(make_cloud(ROW))

@@ -129,7 +129,7 @@ TEST_F(DisplayLife, followsTheTopicThatItIsAddedBy) {
   EXPECT_EQ(display->subProp("Topic namespace")->getValue().toString().toStdString(),
             "/robot1/mapping");
   EXPECT_TRUE(display->subProp("Map file")->getValue().toString().isEmpty());
-  window().removeDisplay(display);
+  delete display;
 }
 
 TEST_F(DisplayLife, CutCuboidsLookSolid) {

@@ -85,15 +85,18 @@ struct CuboidMapClient::Implementation {
     return is_followed && std::exchange(is_updated, false);
   }
 
-  /// Two nodes may publish to the same topics.
+  /// Two nodes may publish to the same topics: the named one is followed, or the one that was heard first.
   bool isOfOtherServer(const std::string& name) {
     const ros::WallTime now = ros::WallTime::now();
-    if (!heard_server.empty() && name != heard_server &&
-        now - heard < ros::WallDuration(kServerPatience_s)) {
-      ROS_WARN_STREAM_THROTTLE(10.0, "two nodes publish "
-                                         << image_subscriber.getTopic() << ": " << heard_server
-                                         << ", which is followed, and " << name
-                                         << ": start each in a namespace of its own");
+    const std::string named = nh.resolveName(server_name);
+    const bool is_kept =
+        heard_server == named || now - heard < ros::WallDuration(kServerPatience_s);
+    if (!heard_server.empty() && name != heard_server && name != named && is_kept) {
+      if (now - said_other < ros::WallDuration(kReminderPeriod_s)) return true;
+      said_other = now;
+      ROS_WARN_STREAM("two nodes publish " << image_subscriber.getTopic() << ": " << heard_server
+                                           << ", which is followed, and " << name
+                                           << ": start each in a namespace of its own");
       return true;
     }
     heard_server = name;
@@ -214,6 +217,7 @@ struct CuboidMapClient::Implementation {
   bool is_behind = false;                 ///< Updates were lost.
   std::string heard_server;               ///< That is followed, ...
   ros::WallTime heard;                    ///< ... and when it was heard last.
+  ros::WallTime said_other;               ///< When the log had that there is another one.
   CuboidMap nothing;                      ///< Before the first image.
   ros::WallTime awaited_since;            ///< An image, which comes by itself; zero: none.
   std::deque<DeltaMessage> early_deltas;  ///< Came before it.

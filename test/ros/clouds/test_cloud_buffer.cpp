@@ -20,7 +20,7 @@ struct Drop {
   std::string text;
 };
 
-/// A buffer of three clouds with poses, of 10 s and 10 kB, and a tf that knows some frames; what has become of the
+/// A buffer of three clouds with poses, of 10 s and 100 kB, and a tf that knows some frames; what has become of the
 /// clouds, by width.
 class CloudBufferTest : public ::testing::Test {
  protected:
@@ -78,7 +78,7 @@ class CloudBufferTest : public ::testing::Test {
   static CloudLimits makeLimits() {
     CloudLimits limits;
     limits.queue_size = 3;
-    limits.max_bytes = 10000;
+    limits.max_bytes = 100000;
     return limits;
   }
 
@@ -181,8 +181,8 @@ TEST_F(CloudBufferTest, SearchesAnewWhenOtherFramesAreNeeded) {
 
 TEST_F(CloudBufferTest, FullMemoryCostsTheNewestAndSaysWhatCuresIt) {
   lead_s_ = 6.0;
-  for (unsigned id = 1; id <= 6; ++id) put(id, "camera", 3000);
-  EXPECT_LE(buffer_.numBytes(), 10000U);
+  for (unsigned id = 1; id <= 6; ++id) put(id, "camera", 30000);
+  EXPECT_LE(buffer_.numBytes(), 100000U);
   EXPECT_EQ(numDrops(DropReason::kNoTransform), drops_.size());
   ASSERT_FALSE(drops_.empty());
   EXPECT_NE(drops_.back().text.find("queue_memory"), std::string::npos) << drops_.back().text;
@@ -190,7 +190,7 @@ TEST_F(CloudBufferTest, FullMemoryCostsTheNewestAndSaysWhatCuresIt) {
   const Ids taken = takeAll();
   EXPECT_EQ(taken.front(), 1U);
   EXPECT_EQ(taken.size() + drops_.size(), 6U);
-  put(7, "camera", 100000);
+  put(7, "camera", 1000000);
   EXPECT_EQ(takeAll(), (Ids{7})) << "one may come, whatever its size";
 }
 

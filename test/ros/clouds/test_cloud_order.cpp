@@ -81,6 +81,17 @@ TEST_F(CloudOrderTest, ACloudGoesOnceEveryOtherSourceHasGoneOn) {
   EXPECT_EQ(buffer_.numOutOfOrder(), 0U);
 }
 
+TEST_F(CloudOrderTest, SourcesThatHaveNotSpokenAreWaitedForFromTheFirstCloudOn) {
+  pass(30.0);  // The node runs, and a bag begins.
+  push(1000.0, 0);
+  pass(0.05);
+  push(1000.05, 0);
+  push(1000.0, 1);
+  push(1000.0, 2);
+  EXPECT_EQ(handled_, (Clouds{{1000.0, 0}, {1000.0, 1}, {1000.0, 2}}));
+  EXPECT_EQ(buffer_.numOutOfOrder(), 0U);
+}
+
 TEST_F(CloudOrderTest, OfOneStampTheFirstSourceGoesFirst) {
   for (const std::size_t source : {2, 0, 1}) push(1000.0, source);
   EXPECT_EQ(handled_, (Clouds{{1000.0, 0}, {1000.0, 1}, {1000.0, 2}}));

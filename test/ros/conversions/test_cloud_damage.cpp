@@ -2,6 +2,7 @@
 // Messages whose numbers do not fit together.
 
 #include "cuboid_mapping/ros/conversions/cloud_conversions.h"
+#include "cuboid_mapping/ros/conversions/point_bytes.h"
 
 #include "ros/cloud_messages.h"
 #include "support/random.h"
@@ -189,7 +190,8 @@ TEST(CloudDamage, CorruptedMessagesAreRefusedOrReadInside) {
       continue;
     }
     const CloudPoints& cloud = std::get<CloudPoints>(result);
-    EXPECT_EQ(cloud.points.size() + cloud.num_invalid, std::size_t{message.width} * message.height);
+    const CloudLayout layout = layoutOf(message);
+    EXPECT_EQ(cloud.points.size() + cloud.num_invalid, layout.width * layout.height);
     EXPECT_EQ(cloud.no_returns.size() + cloud.num_skipped, cloud.num_invalid);
     for (const Eigen::Vector3f& point : cloud.points) EXPECT_TRUE(point.allFinite());
     for (const Eigen::Vector3f& end : cloud.no_returns) EXPECT_TRUE(end.allFinite());

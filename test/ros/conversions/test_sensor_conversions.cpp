@@ -267,7 +267,11 @@ TEST(SensorConversions, WhatCannotBeUsedIsRefusedWithTheReason) {
   EXPECT_EQ(refused([](Image& image, CameraInfo&) { image.width = 0; }), CloudDefect::kNoPoints);
   EXPECT_EQ(refused([](Image& image, CameraInfo&) { image.encoding = "bgr8"; }),
             CloudDefect::kWrongDatatype);
-  EXPECT_EQ(refused([](Image& image, CameraInfo&) { image.step = 7; }), CloudDefect::kBadLayout);
+  EXPECT_EQ(refused([](Image& image, CameraInfo&) {
+              image.step = 7;
+              image.data.push_back(0);  // Or its size would say what the step is.
+            }),
+            CloudDefect::kBadLayout);
   EXPECT_EQ(refused([](Image& image, CameraInfo&) { image.height = 4000000000U; }),
             CloudDefect::kShortData);
   EXPECT_EQ(refused([](Image&, CameraInfo& camera) { camera.P[0] = 0.0; }),

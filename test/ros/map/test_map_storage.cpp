@@ -282,6 +282,7 @@ TEST(MapStorage, startsFromAStoreThatWasMadeWhenItsNodeWasKilled) {
   fill(map, random);
   const auto voxels = voxelsOf(map);
   NodeParameters parameters;
+  parameters.map = makeConfig();
   parameters.fleet.robots = {"/robot1"};
   int num_made = 0;
   for (int kills = 0; kills < 60; ++kills) {
@@ -317,7 +318,8 @@ TEST(MapStorage, leavesAWholeFileWhateverKillsIt) {
   fill(map, random);
   const auto start = std::chrono::steady_clock::now();
   ASSERT_EQ(saveMap(map, "map", file).error, "");
-  const std::chrono::duration<double, std::micro> save_us = std::chrono::steady_clock::now() - start;
+  const std::chrono::duration<double, std::micro> save_us =
+      std::chrono::steady_clock::now() - start;
   const int window_us = std::max(8000, static_cast<int>(4 * save_us.count()));
   GuardedMap other(makeConfig());
   fill(other, random);

@@ -276,7 +276,9 @@ TEST(OctomapProducts, heightsHaveTheColoursOfOctomapServer) {
   for (const double color_factor : {0.0, 0.3, 0.8, 1.0}) {
     OctomapServerParameters parameters;
     parameters.color_factor = color_factor;
-    const auto markers = toCellMarkers(snapshot, ShownCells::kOccupied, parameters, {}).markers;
+    double num_left_out = 0.0;
+    const auto markers =
+        toCellMarkers(snapshot, ShownCells::kOccupied, parameters, {}, num_left_out).markers;
     ASSERT_EQ(markers[16].colors.size(), 10U);
     for (std::size_t i = 0; i < markers[16].colors.size(); ++i) {
       const double z_m = markers[16].points[i].z;

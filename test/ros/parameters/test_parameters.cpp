@@ -113,7 +113,7 @@ TEST(Parameters, EveryBadValueGivesExactlyItsErrorAndKeepsTheDefault) {
       ++num_checked;
     }
   }
-  EXPECT_EQ(num_checked, 386U);
+  EXPECT_EQ(num_checked, 395U);
 }
 
 TEST(Parameters, AnErrorSaysValueRangeAndWhatToDo) {

@@ -84,10 +84,11 @@ TEST(Reconfigure, GraphicalClientsGetNamesToChooseFromAndRangesToDrag) {
 TEST(Reconfigure, EveryRuntimeParameterIsDescribedWithItsValueAndRange) {
   const auto description = describeConfig();
   ASSERT_EQ(description.groups.size(), 1U);
-  EXPECT_EQ(description.groups[0].parameters.size(), runtimeKeys().size() + 2);
+  const std::size_t num_parameters = runtimeKeys().size() + 3;  // frame_id, resolution, max_depth
+  EXPECT_EQ(description.groups[0].parameters.size(), num_parameters);
   for (const Config& config : {description.dflt, description.min, description.max}) {
     EXPECT_EQ(config.doubles.size() + config.ints.size() + config.bools.size() + config.strs.size(),
-              runtimeKeys().size() + 2);
+              num_parameters);
     EXPECT_EQ(config.groups.size(), 1U);
   }
   for (std::size_t i = 0; i < description.dflt.doubles.size(); ++i) {

@@ -49,25 +49,30 @@ double steadySeconds() {
 }
 
 CloudBuffer::CloudBuffer(const CloudLimits& limits, Callbacks callbacks)
-    : limits_(limits), callbacks_(std::move(callbacks)), sources_(limits.num_sources) {
-  for (Source& source : sources_) source.last_put_s = callbacks_.clock_s();
-}
+    : limits_(limits), callbacks_(std::move(callbacks)), sources_(limits.num_sources) {}
 
 void CloudBuffer::put(const SensorMessage& cloud) {
   const std::lock_guard<std::mutex> lock(mutex_);
   noteStamp(cloud, callbacks_.clock_s());
-  if (cloud.header().frame_id.empty()) {
-    return callbacks_.drop(cloud.source, DropReason::kEmptyFrame,
-                           "header.frame_id is empty; set it in the driver");
-  }
+  if (cloud.header().frame_id.empty()) return refuse(cloud.source, DropReason::kEmptyFrame);
   try {
     insert(cloud);
   } catch (const std::exception&) {
-    return callbacks_.drop(cloud.source, DropReason::kInternalError, {});
+    return refuse(cloud.source, DropReason::kInternalError);
   }
   makeRoom();
   has_news_ = true;
   wake_.notify_one();
+}
+
+void CloudBuffer::refuse(std::size_t source, DropReason reason) {
+  std::string text;
+  try {
+    text = toAdvice(reason);
+  } catch (const std::exception&) {
+    // There is no memory for words; it is counted.
+  }
+  callbacks_.drop(source, reason, text);
 }
 
 void CloudBuffer::noteStamp(const SensorMessage& cloud, double now_s) {
@@ -76,6 +81,10 @@ void CloudBuffer::noteStamp(const SensorMessage& cloud, double now_s) {
   if (secondsBetween(stamp, source.newest) > kRestart_s && !stamp.isZero()) {
     for (Source& other : sources_) other.newest = ros::Time();  // What came before says nothing.
     last_taken_ = ros::Time();
+  }
+  const auto has_spoken = [](const Source& other) { return other.has_spoken; };
+  if (std::none_of(sources_.begin(), sources_.end(), has_spoken)) {
+    for (Source& other : sources_) other.last_put_s = now_s;
   }
   source.gap_s = source.has_spoken ? now_s - source.last_put_s : 0.0;
   source.has_spoken = true;
@@ -235,8 +244,7 @@ bool CloudBuffer::updateEntry(Entry& entry, double now_s, DropReason& reason) {
     }
     if (entry.search.blocksLater()) source.blocked = &entry;
   } else if (entry.search.why.empty()) {
-    entry.search.lead_s = blocked->search.lead_s;
-    entry.search.why = blocked->search.why;
+    waitAs(*blocked, entry);
   }
   sayWaiting(entry, now_s);
   const ros::Time now = callbacks_.now();
@@ -253,6 +261,15 @@ void CloudBuffer::search(Entry& entry, double now_s) {
     if (entry.isReady()) entry.ready_since_s = now_s;
   } catch (const std::exception&) {
     entry.search = PoseSearch();
+  }
+}
+
+void CloudBuffer::waitAs(const Entry& blocked, Entry& entry) {
+  try {
+    entry.search.why = blocked.search.why;
+    entry.search.lead_s = blocked.search.lead_s;
+  } catch (const std::exception&) {
+    // There is no memory for words; the next update() tries again.
   }
 }
 

@@ -131,7 +131,7 @@ class CloudBuffer {
 
   struct Source {
     ros::Time newest;           ///< Its last stamp.
-    double last_put_s = 0.0;    ///< When that came, or the buffer was made.
+    double last_put_s = 0.0;    ///< When that came, or the first cloud of any.
     double gap_s = 0.0;         ///< Between its last two.
     std::size_t num_bytes = 0;  ///< That wait.
     bool has_spoken = false;
@@ -141,6 +141,7 @@ class CloudBuffer {
     const Entry* blocked = nullptr;  ///< In update(): tf does not reach it, nor what is later.
   };
 
+  void refuse(std::size_t source, DropReason reason);
   void insert(const SensorMessage& cloud);
   void noteStamp(const SensorMessage& cloud, double now_s);
   [[nodiscard]] Entries::iterator placeOf(const SensorMessage& cloud);
@@ -148,6 +149,7 @@ class CloudBuffer {
   /// @return false when the cloud has to go.
   [[nodiscard]] bool updateEntry(Entry& entry, double now_s, DropReason& reason);
   void search(Entry& entry, double now_s);
+  static void waitAs(const Entry& blocked, Entry& entry);
   void sayWaiting(const Entry& entry, double now_s);
   void dropOverload();
   void makeRoom();

@@ -216,7 +216,7 @@ class PointJudge {
 
   explicit PointJudge(const CloudOptions& options)
       : ranges_m_(options.no_return_ranges_m),
-        T_sensor_cloud_(options.T_cloud_sensor.inverse()),
+        sensor_from_cloud_(options.T_cloud_sensor.inverse()),
         sensor_cloud_(options.T_cloud_sensor.translation()),
         is_elsewhere_(!options.T_cloud_sensor.matrix().isIdentity(0.0)) {}
 
@@ -228,18 +228,18 @@ class PointJudge {
     const double range_m = (point - sensor_cloud_).norm();
     if (is_elsewhere_ && range_m < kAtSensor_m) return Kind::kNothing;
     if (ranges_m_.empty()) return Kind::kReturn;
-    const double depth_m = (T_sensor_cloud_ * point).cwiseAbs().maxCoeff();
+    const double depth_m = (sensor_from_cloud_ * point).cwiseAbs().maxCoeff();
     const bool is_named = contains(ranges_m_, range_m) || contains(ranges_m_, depth_m);
     return is_named ? Kind::kOfNamedRange : Kind::kReturn;
   }
 
   [[nodiscard]] Eigen::Vector3d toSensor(const Eigen::Vector3d& point) const {
-    return T_sensor_cloud_ * point;
+    return sensor_from_cloud_ * point;
   }
 
  private:
   const NoReturnRanges& ranges_m_;
-  Eigen::Isometry3d T_sensor_cloud_;
+  Eigen::Isometry3d sensor_from_cloud_;
   Eigen::Vector3d sensor_cloud_;
   bool is_elsewhere_;
 };

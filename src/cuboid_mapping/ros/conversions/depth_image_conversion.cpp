@@ -78,9 +78,9 @@ std::array<std::uint64_t, 2> sizeOf(const CameraInfo& camera) {
 /// With the intrinsics of another size, points would lie elsewhere without a sign of it.
 std::optional<CloudError> checkSize(const Image& image, const CameraInfo& camera) {
   const auto [width, height] = sizeOf(camera);
-  if (width == 0 || height == 0 || (width == image.width && height == image.height)) {
-    return std::nullopt;
-  }
+  const bool is_other =
+      (width != 0 && width != image.width) || (height != 0 && height != image.height);
+  if (!is_other) return std::nullopt;
   return makeError(CloudDefect::kBadLayout, image,
                    "it has " + std::to_string(image.width) + " x " + std::to_string(image.height) +
                        " pixels, but its camera_info is of " + std::to_string(width) + " x " +

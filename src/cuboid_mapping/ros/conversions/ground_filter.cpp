@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "cuboid_mapping/ros/conversions/ground_filter.h"
 
-#include <boost/make_shared.hpp>
 #include <pcl/console/print.h>
 #include <pcl/point_types.h>
 #include <pcl/sample_consensus/method_types.h>
 #include <pcl/sample_consensus/model_types.h>
 #include <pcl/segmentation/sac_segmentation.h>
+#include <boost/make_shared.hpp>
 
 #include <boost/make_shared.hpp>
 

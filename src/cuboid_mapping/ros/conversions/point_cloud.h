@@ -37,8 +37,7 @@ template <typename FieldT, typename ScalarT>
   modifier.resize(points.size());
   sensor_msgs::PointCloud2Iterator<FieldT> xyz(cloud, "x");
   for (const auto& point : points) {
-    const Eigen::Matrix<FieldT, 3, 1> numbers = point.template cast<FieldT>();
-    std::copy_n(numbers.data(), numbers.size(), &xyz[0]);
+    for (int axis = 0; axis < 3; ++axis) xyz[axis] = static_cast<FieldT>(point[axis]);
     if (!point.allFinite()) cloud.is_dense = 0;
     ++xyz;
   }

@@ -308,15 +308,17 @@ std::vector<CellBox> readLocks(const std::string& map_file) {
   if (!std::filesystem::exists(file, ignored)) return {};
   std::istringstream text(cuboid_mapping::readFile(file));
   std::vector<CellBox> boxes;
-  CellBox box;
-  while (text >> box.min.x >> box.min.y >> box.min.z >> box.max.x >> box.max.y >> box.max.z) {
-    if (box.isEmpty()) break;
+  for (std::string line; std::getline(text, line);) {
+    std::istringstream numbers(line);
+    CellBox box;
+    const bool is_box = static_cast<bool>(numbers >> box.min.x >> box.min.y >> box.min.z >>
+                                          box.max.x >> box.max.y >> box.max.z);
+    if (!is_box || box.isEmpty()) {
+      throw MapFileError(MapFileDefect::kCorrupted,
+                         file + ": line " + std::to_string(boxes.size() + 1) +
+                             " is no box of six numbers: remove it, or the file, to unlock");
+    }
     boxes.push_back(box);
-  }
-  if (!text.eof()) {
-    throw MapFileError(MapFileDefect::kCorrupted,
-                       file + ": line " + std::to_string(boxes.size() + 1) +
-                           " is no box of six numbers: remove it, or the file, to unlock");
   }
   return boxes;
 }

@@ -6,7 +6,6 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
-#include <optional>
 
 namespace cuboid_mapping_ros {
 
@@ -24,15 +23,15 @@ class RateLimit {
     if (max_rate_hz_ == 0.0 || stamp.isZero()) return true;
     const double place = stamp.toSec() * max_rate_hz_;
     const auto slot = static_cast<std::int64_t>(std::floor(place));
-    if (next_ && slot < *next_ - 2) next_.reset();  // Stamps have jumped back.
-    if (next_ && place < static_cast<double>(*next_) - 0.25) return false;
-    next_ = std::max(next_.value_or(slot), slot) + 1;
+    if (slot < next_ - 2) next_ = 0;  // Stamps have jumped back.
+    if (place < static_cast<double>(next_) - 0.25) return false;
+    next_ = std::max(next_, slot) + 1;
     return true;
   }
 
  private:
   double max_rate_hz_;
-  std::optional<std::int64_t> next_;  ///< Slot whose message may pass next.
+  std::int64_t next_ = 0;  ///< Slot whose message may pass next.
 };
 
 }  // namespace cuboid_mapping_ros

@@ -3,6 +3,7 @@
 
 #include "cuboid_mapping/query/height_range.h"
 #include "cuboid_mapping/ros/conversions/point_cloud.h"
+#include "cuboid_mapping/ros/middleware/function_callback.h"
 #include "cuboid_mapping/ros/middleware/names.h"
 #include "cuboid_mapping/ros/middleware/tf_lookup.h"
 

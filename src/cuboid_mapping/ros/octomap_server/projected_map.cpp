@@ -149,7 +149,7 @@ CellBox ProjectedMap::findExtent(double resolution_m, FarTiles& far) const {
     extent = extent.isEmpty() ? box : unite(extent, box);
   };
   for (const auto& [tile, values] : tiles_) add(boundsOf(tile, values));
-  if (!isTooLarge(extent)) return extent;
+  if (!isTooLarge(extent) || tiles_.empty()) return extent;
 
   std::vector<Cell> tiles;
   tiles.reserve(tiles_.size());
