@@ -37,7 +37,7 @@ const char* datatypeOf(SourceType type) {
 
 /// What to do about topics of sensors that are not mapped.
 std::string adviseOn(const std::string& datatype) {
-  const std::array<std::pair<const char*, const char*>, 7> kAdvice{
+  constexpr std::array<std::pair<const char*, const char*>, 7> kAdvice{
       {{"sensor_msgs/CompressedImage", "decompress it with image_transport republish"},
        {"sensor_msgs/PointCloud", "convert it with point_cloud_converter"},
        {"sensor_msgs/MultiEchoLaserScan", "take one echo of it with laser_proc"},
@@ -76,7 +76,7 @@ bool isDepth(const std::string& topic, const std::string& encoding) {
 template <typename MessageT>
 boost::shared_ptr<MessageT> readFirst(BagFiles& bags, const std::string& name, BagTopic& topic) {
   for (const BagMessage& message : bags.collect({name, name.substr(1)})) {
-    if (const auto first = bags.read<MessageT>(message)) {
+    if (auto first = bags.read<MessageT>(message)) {
       topic.frame_id = withoutSlash(first->header.frame_id);
       return first;
     }
@@ -185,8 +185,8 @@ std::vector<std::string> findTopics(const BagTopics& topics, const NodeParameter
 
 /// Frames that are fixed in the world by REP 105: no sensor is there.
 bool isWorldFrame(const std::string& frame_id) {
-  const std::set<std::string> kFrames{"map", "odom", "world", "earth", "utm"};
-  return kFrames.count(frame_id) > 0;
+  const std::set<std::string> fixed{"map", "odom", "world", "earth", "utm"};
+  return fixed.count(frame_id) > 0;
 }
 
 /// What is taken, and what is left.

@@ -46,11 +46,11 @@ class TfLog : public console_bridge::OutputHandler {
   [[nodiscard]] std::vector<std::string> describe() const {
     std::vector<std::string> lines;
     for (const auto& [kind, said] : kinds_) {
-      const std::string first = said.second.substr(0, said.second.find('\n'));
-      lines.push_back(
-          cuboid_mapping::counted(said.first, "transform") + " left out by tf, " + kind +
-          (kind == "TF_REPEATED_DATA" ? ", since it has one of this time already" : "") +
-          "; the first: " + first);
+      std::string line = cuboid_mapping::counted(said.first, "transform");
+      line += " left out by tf, " + kind;
+      if (kind == "TF_REPEATED_DATA") line += ", since it has one of this time already";
+      line += "; the first: " + said.second.substr(0, said.second.find('\n'));
+      lines.push_back(line);
     }
     return lines;
   }
