@@ -2,6 +2,7 @@
 // cuboid_map.Mapper: scans in, map out.
 #include "arrays.h"
 #include "config.h"
+#include "cuboid_mapping/geometry/float_anchor.h"
 #include "cuboid_mapping/io/map_files.h"
 #include "map_access.h"
 
@@ -72,16 +73,6 @@ class MapperAccess : public MapAccess {
   bool is_settled_ = true;
 };
 
-/// Beyond it, float32 steps are wider than 0.5 mm.
-constexpr double kMaxFloatRange_m = 8192.0;
-
-/// Near where the beams start: a multiple of 1024 m.
-Eigen::Vector3d findAnchor(const Eigen::Vector3d& origin_sensor) {
-  constexpr double kSpacing_m = 1024.0;
-  if (origin_sensor.cwiseAbs().maxCoeff() <= kMaxFloatRange_m) return Eigen::Vector3d::Zero();
-  return (origin_sensor / kSpacing_m).array().round().matrix() * kSpacing_m;
-}
-
 /// Points as float32 relative to an anchor. @throws Error for doubles that would move by a tenth of a voxel.
 std::vector<Eigen::Vector3f> toAnchor(const py::object& array, const char* name,
                                       const Eigen::Vector3d& anchor, double resolution_m) {
@@ -113,7 +104,7 @@ py::object integrate(MapperAccess& access, const py::object& points, const py::o
   if (!origin.is_none()) scan.origin_map = toVector(origin.cast<Doubles>(), "origin");
   if (!scan.origin_map.allFinite()) throw Error("origin must be finite");
   const double resolution_m = access.resolution_m();
-  scan.anchor_sensor = findAnchor(scan.T_map_sensor.inverse() * scan.origin_map);
+  scan.anchor_sensor = floatAnchor(scan.T_map_sensor.inverse() * scan.origin_map);
   scan.points_anchor = toAnchor(points, "points", scan.anchor_sensor, resolution_m);
   if (!no_returns.is_none()) {
     scan.no_returns_anchor = toAnchor(no_returns, "no_returns", scan.anchor_sensor, resolution_m);

@@ -5,9 +5,7 @@
 
 #include <algorithm>
 #include <chrono>
-#include <cmath>
 #include <exception>
-#include <iterator>
 #include <sstream>
 #include <utility>
 
@@ -26,6 +24,16 @@ constexpr std::chrono::seconds kIdlePeriod{1};
 /// Not by ros::Duration, which throws beyond 2^31 s.
 double secondsBetween(const ros::Time& from, const ros::Time& to) {
   return to.toSec() - from.toSec();
+}
+
+/// Words of make(); none where there is no memory for them.
+template <typename MakeT>
+std::string wordsOrNone(const MakeT& make) noexcept {
+  try {
+    return make();
+  } catch (const std::exception&) {
+    return {};
+  }
 }
 
 std::string megabytes(std::size_t num_bytes) {
@@ -66,13 +74,7 @@ void CloudBuffer::put(const SensorMessage& cloud) {
 }
 
 void CloudBuffer::refuse(std::size_t source, DropReason reason) {
-  std::string text;
-  try {
-    text = toAdvice(reason);
-  } catch (const std::exception&) {
-    // There is no memory for words; it is counted.
-  }
-  callbacks_.drop(source, reason, text);
+  callbacks_.drop(source, reason, wordsOrNone([&] { return std::string(toAdvice(reason)); }));
 }
 
 void CloudBuffer::noteStamp(const SensorMessage& cloud, double now_s) {
@@ -287,13 +289,7 @@ void CloudBuffer::sayWaiting(const Entry& entry, double now_s) {
 
 void CloudBuffer::drop(const Entries::iterator& entry, DropReason reason) {
   const Entry gone = take(entry);
-  std::string text;
-  try {
-    text = describe(gone, reason);
-  } catch (const std::exception&) {
-    // There is no memory for words; it is counted.
-  }
-  callbacks_.drop(gone.cloud.source, reason, text);
+  callbacks_.drop(gone.cloud.source, reason, wordsOrNone([&] { return describe(gone, reason); }));
 }
 
 std::string CloudBuffer::describe(const Entry& entry, DropReason reason) {

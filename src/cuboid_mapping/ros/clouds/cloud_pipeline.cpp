@@ -2,7 +2,6 @@
 #include "cuboid_mapping/ros/clouds/cloud_pipeline.h"
 
 #include "cuboid_mapping/ros/clouds/robot_filter.h"
-#include "cuboid_mapping/ros/conversions/point_times.h"
 #include "cuboid_mapping/ros/conversions/sensor_conversions.h"
 
 #include <algorithm>
@@ -33,8 +32,6 @@ double findReach(const CloudPoints& cloud, const Eigen::Vector3d& sensor_cloud) 
   std::nth_element(ranges_m.begin(), reach, ranges_m.end());
   return static_cast<double>(*reach);
 }
-
-bool wantsNoReturns(const NodeParameters& parameters) { return parameters.no_return_range_m > 0.0; }
 
 CloudError noTimesError(const SensorMessage& cloud) {
   return {CloudDefect::kNoPointTimes, "message in frame '" + cloud.header().frame_id +
@@ -135,7 +132,7 @@ std::vector<Scan> CloudPipeline::makeSlices(const SensorMessage& cloud, const Cl
                                             NodeStatistics& statistics) const {
   std::vector<Scan> scans;
   std::vector<CloudPoints> parts =
-      divideIntoSlices(points, *readPointTimes(cloud, wantsNoReturns(parameters_)), poses.slices);
+      divideIntoSlices(points, *readSourceTimes(cloud, parameters_), poses.slices);
   statistics.num_odd_times += points.points.size() + points.no_returns.size();
   for (const CloudPoints& part : parts) {
     statistics.num_odd_times -= part.points.size() + part.no_returns.size();

@@ -65,9 +65,14 @@ std::vector<std::string> neededFrames(const NodeParameters& parameters) {
   return frame_ids;
 }
 
+std::optional<std::vector<double>> readSourceTimes(const SensorMessage& cloud,
+                                                   const NodeParameters& parameters) {
+  return readPointTimes(cloud, parameters.no_return_range_m > 0.0);
+}
+
 Slices readSlices(const SensorMessage& cloud, const NodeParameters& parameters) {
   if (!parameters.source.deskew || cloud.header().stamp.toSec() < kMinStamp_s) return {};
-  const auto times_s = readPointTimes(cloud, parameters.no_return_range_m > 0.0);
+  const auto times_s = readSourceTimes(cloud, parameters);
   return times_s ? findSlices(*times_s).value_or(Slices()) : Slices();
 }
 

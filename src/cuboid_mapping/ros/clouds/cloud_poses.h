@@ -37,6 +37,10 @@ struct CloudPoses {
 /// Frames that must have a transform to the map's, besides that of the cloud.
 [[nodiscard]] std::vector<std::string> neededFrames(const NodeParameters& parameters);
 
+/// readPointTimes() of a source: with those of beams without return where the source maps them.
+[[nodiscard]] std::optional<std::vector<double>> readSourceTimes(const SensorMessage& cloud,
+                                                                 const NodeParameters& parameters);
+
 /// The slices of a cloud that is to be deskewed; none where the parameters do not want it, or its times are none.
 /// @complexity O(points).
 [[nodiscard]] Slices readSlices(const SensorMessage& cloud, const NodeParameters& parameters);

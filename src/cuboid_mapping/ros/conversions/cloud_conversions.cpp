@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "cuboid_mapping/ros/conversions/cloud_conversions.h"
 
+#include "cuboid_mapping/geometry/float_anchor.h"
 #include "cuboid_mapping/ros/conversions/point_bytes.h"
 #include "cuboid_mapping/scan/no_return_beams.h"
 
@@ -18,8 +19,6 @@ using sensor_msgs::PointCloud2;
 using sensor_msgs::PointField;
 
 constexpr std::array<const char*, 3> kAxisNames{"x", "y", "z"};
-/// Beyond it, float32 steps are wider than 0.5 mm.
-constexpr double kMaxFloatRange_m = 8192.0;
 
 /// Fields x, y and z.
 using XyzFields = std::array<const PointField*, 3>;
@@ -202,11 +201,9 @@ Eigen::Vector3d findMedian(const PointReader& reader) {
 Eigen::Vector3d findAnchor(const PointReader& reader, const Eigen::Vector3d& sensor_cloud) {
   if (!reader.hasDouble()) return Eigen::Vector3d::Zero();
   const Eigen::Vector3d median = findMedian(reader);
-  const bool is_near = (median - sensor_cloud).cwiseAbs().maxCoeff() <= kMaxFloatRange_m;
-  const Eigen::Vector3d reference = is_near ? sensor_cloud : median;
-  constexpr double kSpacing_m = 1024.0;
-  if (!(reference.cwiseAbs().maxCoeff() > kMaxFloatRange_m)) return Eigen::Vector3d::Zero();
-  return (reference / kSpacing_m).array().round().matrix() * kSpacing_m;
+  const double distance_m = (median - sensor_cloud).cwiseAbs().maxCoeff();
+  return cuboid_mapping::floatAnchor(distance_m <= cuboid_mapping::kMaxFloatRange_m ? sensor_cloud
+                                                                                    : median);
 }
 
 /// What points of a cloud are, by the options.

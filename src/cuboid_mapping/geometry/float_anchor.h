@@ -1,0 +1,19 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <Eigen/Core>
+
+namespace cuboid_mapping {
+
+/// Beyond it, float32 steps are wider than 0.5 mm.
+constexpr double kMaxFloatRange_m = 8192.0;
+
+/// What points near a reference are stored relative to, as float32: zero, or beyond kMaxFloatRange_m a multiple of 1024 m.
+/// @param reference  Metres. Where it has a NaN: zero.
+[[nodiscard]] inline Eigen::Vector3d floatAnchor(const Eigen::Vector3d& reference) {
+  constexpr double kSpacing_m = 1024.0;
+  if (!(reference.cwiseAbs().maxCoeff() > kMaxFloatRange_m)) return Eigen::Vector3d::Zero();
+  return (reference / kSpacing_m).array().round().matrix() * kSpacing_m;
+}
+
+}  // namespace cuboid_mapping
