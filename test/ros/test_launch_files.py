@@ -71,6 +71,20 @@ class LaunchFilesTest(unittest.TestCase):
         dump = roslaunch('--dump-params', ROOT / 'launch/replay.launch', 'bag:=x.bag', 'type:=laser_scan')
         self.assertEqual(yaml.safe_load(dump)['/cuboid_mapping/type'], 'laser_scan')
 
+    def test_a_sensor_has_its_topic_and_its_parameters(self):
+        mapping = ROOT / 'launch/mapping.launch'
+        for sensor, topic in (('velodyne', '/velodyne_points'), ('ouster', '/ouster/points'), ('livox', '/livox/lidar'),
+                              ('realsense', '/camera/depth/color/points')):
+            words = roslaunch('--args', '/cuboid_mapping', mapping, f'sensor:={sensor}').split()
+            self.assertIn(f'cloud_in:={topic}', words)
+            dump = yaml.safe_load(roslaunch('--dump-params', mapping, f'sensor:={sensor}', 'resolution:=0.3'))
+            for key, value in yaml.safe_load((ROOT / f'config/{sensor}.yaml').read_text()).items():
+                if key != 'resolution' and not isinstance(value, dict):
+                    self.assertEqual(dump[f'/cuboid_mapping/{key}'], value, f'{sensor}: {key}')
+            self.assertEqual(dump['/cuboid_mapping/resolution'], 0.3)
+        words = roslaunch('--args', '/cuboid_mapping', mapping, 'sensor:=ouster', 'cloud:=/mine').split()
+        self.assertIn('cloud_in:=/mine', words)
+
     def test_topics_of_rviz_follow_its_namespace(self):
         files = sorted((ROOT / 'rviz').glob('*.rviz'))
         self.assertGreaterEqual(len(files), 3)
