@@ -6,12 +6,12 @@
 #include "cuboid_mapping/io/brick_codec.h"
 #include "cuboid_mapping/io/scan_dataset.h"
 #include "cuboid_mapping/io/scan_update_codec.h"
-#include "cuboid_mapping/map/map_follower.h"
 #include "cuboid_mapping/query/box_query.h"
 #include "cuboid_mapping/query/path_query.h"
 #include "cuboid_mapping/query/ray_query.h"
 #include "cuboid_mapping/ros/map/guarded_map.h"
 #include "cuboid_mapping/scan/scan_update.h"
+#include "cuboid_mapping/sharing/map_follower.h"
 
 #include <algorithm>
 #include <atomic>

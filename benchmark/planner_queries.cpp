@@ -152,7 +152,7 @@ void timePlaces(const Scene& scene, const Options& options) {
     double blocked = 0.0;
     for (const Eigen::Vector3d& point : points) {
       const std::vector<Eigen::Vector3d> path{point, point + Eigen::Vector3d(8.0, 6.0, 0.0)};
-      blocked += checkPath(scene.map, path, robot_m, options.policy)->contact ? 1.0 : 0.0;
+      blocked += checkPath(scene.map, path, robot_m, options.policy).contact ? 1.0 : 0.0;
     }
     return blocked;
   });

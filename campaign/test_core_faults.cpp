@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // The map when memory or threads are missing: a change is in, as if nothing had failed, or it has thrown and
 // the map is as it was before; the same change can then be made again.
-#include "cuboid_mapping/map/map_follower.h"
 #include "cuboid_mapping/map/map_snapshot.h"
 #include "cuboid_mapping/map/mapper.h"
+#include "cuboid_mapping/sharing/map_follower.h"
 #include "fault_campaign.h"
 #include "support/modelled_map.h"
 #include "support/snapshots.h"
@@ -218,6 +218,7 @@ TEST(CoreFaults, aMapIsReplacedOrNot) {
   {
     Random random(10);
     snapshot = test::randomSnapshot(random);
+    snapshot.resolution_m = 0.1;  // That of the maps of tryWork().
   }
   EXPECT_GT(tryWork("clear", [](CuboidMap& map) { return map.clear(); }), 0U);
   EXPECT_GT(
@@ -246,17 +247,17 @@ TEST(CoreFaults, aScanIsInOrNot) {
 
       Mapper mapper(config);
       build(mapper, 2);
-      (void)mapper.map();  // Until the last scan is in.
+      mapper.settle();
       const bool has_thrown = act([&] {
         mapper.integrate(scans[2]);
-        (void)mapper.map();
+        mapper.settle();
       });
-      std::string wrong = compare(mapper.map(), has_thrown ? before : after);
+      std::string wrong = compare(mapper.settle(), has_thrown ? before : after);
       if (!wrong.empty()) return (has_thrown ? "after the exception " : "afterwards ") + wrong;
       if (has_thrown) mapper.integrate(scans[2]);
       mapper.integrate(scans[3]);
       plain.integrate(scans[3]);
-      return compare(mapper.map(), contentOf(plain.map()));
+      return compare(mapper.settle(), contentOf(plain.map()));
     };
     const std::string name = "integrate, " + std::to_string(threads) + " threads";
     EXPECT_GT(expectNothingWrong(name, FaultKind::kMemory, trial), 0U);
@@ -290,6 +291,26 @@ TEST(CoreFaults, aFollowerHasADeltaOrNot) {
     return checkMap(*follower.map()).empty() ? "" : "unsound";
   };
   EXPECT_GT(expectNothingWrong("follow", FaultKind::kMemory, trial), 0U);
+}
+
+/// A follower that cannot take an image has the map of before, and its revision.
+TEST(CoreFaults, aFollowerKeepsItsMapWhereItCannotTakeAnother) {
+  const Trial trial = [](const Act& act) -> std::string {
+    CuboidMap map;
+    fill(map);
+    const MapImage first = makeImage(map, 3, MapDetail::kValues);
+    const auto voxels_before = test::voxelsOf(map);
+    Random random(13);
+    map.apply(someUpdate(random));
+    const MapImage second = makeImage(map, 3, MapDetail::kValues);
+    MapFollower follower;
+    (void)follower.take(first);
+    const bool has_thrown = act([&] { (void)follower.take(second); });
+    if (follower.revision() != (has_thrown ? first : second).revision) return "another revision";
+    const auto expected = has_thrown ? voxels_before : test::voxelsOf(map);
+    return test::voxelsOf(*follower.map()) == expected ? "" : "another map";
+  };
+  EXPECT_GT(expectNothingWrong("take an image", FaultKind::kMemory, trial), 0U);
 }
 
 }  // namespace

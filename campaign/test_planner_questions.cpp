@@ -145,16 +145,16 @@ testing::AssertionResult checkPathQuestion(Room& room) {
   }
   const Eigen::Vector3d size_m = Eigen::Vector3d::Constant(room.random.real(0.1, 1.0));
   const auto answer = checkPath(room.map(), way, size_m, room.policy);
-  if (!answer) return wrong("no answer");
-  const bool is_blocked_at_once = answer->contact && answer->contact->distance_m == 0.0;
+  if (answer.answer == WayAnswer::kInvalid) return wrong("no answer");
+  const bool is_blocked_at_once = answer.contact && answer.contact->distance_m == 0.0;
   for (std::size_t i = 0; i + 1 < way.size() && !is_blocked_at_once; ++i) {
-    const bool is_last = answer->contact && answer->contact->segment == i;
-    const Eigen::Vector3d& to = is_last ? answer->contact->point_map : way[i + 1];
+    const bool is_last = answer.contact && answer.contact->segment == i;
+    const Eigen::Vector3d& to = is_last ? answer.contact->point_map : way[i + 1];
     if (isBlockedOnTheWay(room, way[i], to, size_m)) return wrong("blocked before the contact");
     if (is_last) break;
   }
-  if (!answer->contact) return testing::AssertionSuccess();
-  const PathContact& contact = *answer->contact;
+  if (!answer.contact) return testing::AssertionSuccess();
+  const PathContact& contact = *answer.contact;
   if (!room.obstacles.isAny(CellBox::ofCell(contact.voxel))) return wrong("no obstacle there");
   const CellBox met = *room.grid().toCellBox(boxAround(contact.point_map, size_m.array() + 2e-4));
   return met.contains(contact.voxel) ? testing::AssertionSuccess() : wrong("a contact far away");

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Messages of maps and of their changes, as they come over the network, and those who follow them.
 #include "cuboid_mapping/io/brick_codec.h"
-#include "cuboid_mapping/map/map_follower.h"
+#include "cuboid_mapping/sharing/map_follower.h"
 
 #include "fuzz_input.h"
 

@@ -13,11 +13,12 @@ cuboid_mapping_add_part(core
   cuboid_mapping/map/cuboid_map.cpp
   cuboid_mapping/map/cuboid_search.cpp
   cuboid_mapping/map/locked_boxes.cpp
-  cuboid_mapping/map/map_follower.cpp
+  cuboid_mapping/sharing/map_follower.cpp
   cuboid_mapping/map/map_merge.cpp
+  cuboid_mapping/map/map_edit.cpp
   cuboid_mapping/map/map_snapshot.cpp
   cuboid_mapping/map/mapper.cpp
-  cuboid_mapping/map/observation_order.cpp
+  cuboid_mapping/sharing/observation_order.cpp
   cuboid_mapping/occupancy/sensor_model.cpp
   cuboid_mapping/parallel/parallel_for.cpp
   cuboid_mapping/query/box_query.cpp

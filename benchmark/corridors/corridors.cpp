@@ -145,7 +145,7 @@ bool isRight(const Maps& maps, const Pair& pair, const Plan& plan) {
     if (obstacles.isAny(box) || countFree(maps.octomap, box) != box.numVoxels()) return false;
   }
   const auto swept = checkPath(maps.ours, plan.path_map, maps.robot_m(), UnknownPolicy::kStop);
-  return swept && !swept->contact && plan.path_map.front() == maps.centerOf(pair.start) &&
+  return swept.isFree() && plan.path_map.front() == maps.centerOf(pair.start) &&
          plan.path_map.back() == maps.centerOf(pair.goal);
 }
 
@@ -213,7 +213,7 @@ void replan(const Options& options, const Pair& pair, Maps& maps, Round& round) 
         std::any_of(before.boxes.begin(), before.boxes.end(),
                     [&](const CellBox& box) { return box.intersects(change); });
     row["is_path_hit"] = checkPath(maps.ours, before.path_map, maps.robot_m(), UnknownPolicy::kStop)
-                             ->contact.has_value();
+                             .contact.has_value();
     row["again"] = again.rows[i];
     if (update_ms.contains(kPlanners[i].map)) row["update_ms"] = update_ms[kPlanners[i].map];
   }

@@ -32,8 +32,8 @@ int main() {
   const Eigen::Vector3d size_m(0.5, 0.5, 0.5);  // Of the robot, a box that does not turn.
   const UnknownPolicy unknown = UnknownPolicy::kStop;
 
-  if (const auto path = checkPath(map, {start, goal}, size_m, unknown); path && path->contact) {
-    std::cout << "straight on: blocked after " << path->contact->distance_m << " m\n";
+  if (const auto path = checkPath(map, {start, goal}, size_m, unknown); path.contact) {
+    std::cout << "straight on: blocked after " << path.contact->distance_m << " m\n";
   }
   if (const auto ray = castRay(map, start, {1.0, 0.0, 0.0}, 10.0, unknown)) {
     std::cout << "ahead: an obstacle in " << ray->distance_m << " m\n";

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // cuboid_map.MapFollower: a copy of the map of another process.
-#include "cuboid_mapping/map/map_follower.h"
+#include "cuboid_mapping/sharing/map_follower.h"
 
 #include "arrays.h"
 #include "cuboid_mapping/io/brick_codec.h"

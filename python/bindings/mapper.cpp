@@ -29,7 +29,7 @@ struct GivenScan {
 
 class MapperAccess : public MapAccess {
  public:
-  explicit MapperAccess(const MapperConfig& config) : mapper_(config), map_(mapper_.map()) {}
+  explicit MapperAccess(const MapperConfig& config) : mapper_(config), map_(mapper_.settle()) {}
 
   /// What became of the points of a scan.
   struct Counts {
@@ -62,7 +62,7 @@ class MapperAccess : public MapAccess {
  protected:
   [[nodiscard]] bool isSettled() const override { return is_settled_; }
   void settle() override {
-    static_cast<void>(mapper_.map());  // Waits for the scan that is put into the map, if one is.
+    mapper_.settle();
     is_settled_ = true;
   }
   [[nodiscard]] const CuboidMap& map() const override { return map_; }

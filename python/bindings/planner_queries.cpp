@@ -108,13 +108,13 @@ py::object checkPaths(MapAccess& access, const Doubles& array, const Doubles& si
   access.read([&](const CuboidMap& map) {
     for (std::size_t i = 0; i < paths.size(); ++i) {
       const auto path = checkPath(map, paths[i], size, policy);
-      require(path.has_value(),
+      require(path.answer != cuboid_mapping::WayAnswer::kInvalid,
               element("paths", i) + " must be finite and within the range of the grid");
-      free[i] = static_cast<std::uint8_t>(!path->contact);
-      length[i] = path->length_m;
-      free_length[i] = path->contact ? path->contact->distance_m : path->length_m;
-      if (path->contact) segment[i] = static_cast<std::int64_t>(path->contact->segment);
-      append(points, path->contact ? path->contact->point_map : kNowhere);
+      free[i] = static_cast<std::uint8_t>(!path.contact);
+      length[i] = path.length_m;
+      free_length[i] = path.contact ? path.contact->distance_m : path.length_m;
+      if (path.contact) segment[i] = static_cast<std::int64_t>(path.contact->segment);
+      append(points, path.contact ? path.contact->point_map : kNowhere);
     }
   });
   return makeResult("Paths", toArray(std::move(free)).attr("astype")("bool"),

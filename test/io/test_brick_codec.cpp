@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "cuboid_mapping/io/brick_codec.h"
 
-#include "cuboid_mapping/map/map_follower.h"
+#include "cuboid_mapping/sharing/map_follower.h"
 #include "support/modelled_map.h"
 
 #include <gtest/gtest.h>

@@ -56,6 +56,36 @@ TEST(MapFiles, areReadBackByTheirBytes) {
   EXPECT_EQ(occupiedVoxels(read.snapshot).size(), occupiedVoxels(snapshot).size());
 }
 
+TEST(MapFiles, areMapsAgainAndNeverRescaled) {
+  const TemporaryFolder folder;
+  const MapSnapshot snapshot = makeSnapshot();
+  MapConfig config;
+  config.resolution_m = snapshot.resolution_m;
+  config.sensor_model = snapshot.sensor_model;
+  CuboidMap map(config);
+  restoreSnapshot(snapshot, map);
+  const std::string file = folder / "map.cuboids";
+  EXPECT_GT(saveMap(map, file, "odom"), 0U);
+  EXPECT_EQ(readMapFile(file).snapshot.frame_id, "odom");
+  const CuboidMap loaded = loadMap(file);
+  EXPECT_EQ(loaded.grid().resolution(), snapshot.resolution_m);
+  EXPECT_TRUE(loaded.config().sensor_model == snapshot.sensor_model);
+  EXPECT_EQ(test::voxelsOf(takeSnapshot(loaded, "").bricks), test::voxelsOf(snapshot.bricks));
+  CuboidMap same(config);
+  EXPECT_TRUE(loadMap(file, same).is_everything);
+  EXPECT_EQ(test::voxelsOf(takeSnapshot(same, "").bricks), test::voxelsOf(snapshot.bricks));
+  CuboidMap other;
+  try {
+    loadMap(file, other);
+    ADD_FAILURE() << "a file of 0.125 m in a map of 0.05 m";
+  } catch (const MapFileError& error) {
+    EXPECT_NE(std::string(error.what()).find("0.125 m, and the map of 0.05 m"), std::string::npos)
+        << error.what();
+  }
+  EXPECT_EQ(other.revision(), 0U);
+  EXPECT_THROW((void)loadMap(folder / "none.cuboids"), MapFileError);
+}
+
 TEST(MapFiles, ofTheNativeFormatAreSmallerThanOctomapsFullOnes) {
   const TemporaryFolder folder;
   const MapSnapshot snapshot = makeSnapshot();

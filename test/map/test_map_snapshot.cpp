@@ -6,6 +6,7 @@
 #include <gtest/gtest.h>
 
 #include <limits>
+#include <stdexcept>
 
 namespace cuboid_mapping {
 namespace {
@@ -46,6 +47,16 @@ TEST(MapSnapshot, bringsAMapBack) {
     again.apply(update);
     EXPECT_EQ(test::allCuboids(again), test::allCuboids(map));
   }
+}
+
+TEST(MapSnapshot, OfAnotherResolutionIsRefused) {
+  Random random(52);
+  const MapSnapshot snapshot = test::randomSnapshot(random);
+  MapConfig config;
+  config.resolution_m = 2.0 * snapshot.resolution_m;
+  CuboidMap map(config);
+  EXPECT_THROW(restoreSnapshot(snapshot, map), std::invalid_argument);
+  EXPECT_EQ(map.revision(), 0U);
 }
 
 TEST(MapSnapshot, comesBackExactlyAlsoBeyondTheThresholds) {

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Random streams of everything that changes a map, against one number for each voxel.
 #include "cuboid_mapping/io/native_format.h"
-#include "cuboid_mapping/map/map_follower.h"
 #include "cuboid_mapping/map/map_snapshot.h"
 #include "cuboid_mapping/query/nearest_query.h"
+#include "cuboid_mapping/sharing/map_follower.h"
 #include "support/map_invariants.h"
 
 #include "support/following_copy.h"

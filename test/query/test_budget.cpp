@@ -177,12 +177,12 @@ std::vector<Question> modestQuestions() {
       {"first hit",
        [](const CuboidMap& map, Budget& budget) {
          const auto ray = findFirstHit(map, {1, 1, 1}, {1, 0.1, 0.2}, 100, budget);
-         return ray ? std::to_string(ray->distance_m) : "none";
+         return ray.answer == WayAnswer::kBlocked ? std::to_string(ray.distance_m) : "none";
        }},
       {"path", [](const CuboidMap& map, Budget& budget) {
          const auto path = checkPath(map, {{5, 5, 5}, {15, 15, 15}, {35, 15, 15}}, {3, 3, 3},
                                      UnknownPolicy::kStop, budget);
-         return path && path->contact ? std::to_string(path->contact->distance_m) : "none";
+         return path.contact ? std::to_string(path.contact->distance_m) : "none";
        }}};
 }
 
@@ -249,7 +249,12 @@ TEST(QueriesWithABudget, giveNoAnswerThatWasCutForAWholeOne) {
   Budget budget(bricks(1));
   EXPECT_FALSE(castRay(map, {1, 1, 1}, {1, 0.1, 0.2}, 100, UnknownPolicy::kPass, budget));
   EXPECT_TRUE(budget.isSpent());
-  EXPECT_FALSE(checkPath(map, {{5, 5, 5}, {15, 15, 15}}, {3, 3, 3}, UnknownPolicy::kStop, budget));
+  EXPECT_EQ(
+      checkPath(map, {{5, 5, 5}, {15, 15, 15}}, {3, 3, 3}, UnknownPolicy::kStop, budget).answer,
+      WayAnswer::kBudgetSpent);
+  EXPECT_EQ(findFirstHit(map, {1, 1, 1}, {1, 0.1, 0.2}, 100, budget).answer,
+            WayAnswer::kBudgetSpent);
+  EXPECT_FALSE(isFree(map, {{5, 5, 5}, {6, 6, 6}}, UnknownPolicy::kPass, budget));
   EXPECT_FALSE(findNearestFit(map, {5, 5, 5}, {3, 3, 3}, UnknownPolicy::kStop, 20, budget));
   EXPECT_FALSE(maxLogOdds(map, kRoom, budget));
   EXPECT_TRUE(selectCuboids(map, kRoom, {}, budget).is_truncated);

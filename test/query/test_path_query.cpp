@@ -36,20 +36,22 @@ const Eigen::Vector3d kCube = Eigen::Vector3d::Constant(2.0);
 TEST(PathQuery, tellsWhereABoxFirstMeetsAnObstacle) {
   const auto result =
       checkPath(tunnel(), Path{{1, 1, 1}, {4, 1, 1}, {12, 1, 1}}, kCube, UnknownPolicy::kStop);
-  ASSERT_TRUE(result && result->contact);
-  EXPECT_DOUBLE_EQ(result->length_m, 11.0);
-  EXPECT_EQ(result->contact->segment, 1U);
-  EXPECT_NEAR(result->contact->distance_m, 8.0, 1e-5);
-  EXPECT_NEAR((result->contact->point_map - Eigen::Vector3d(9, 1, 1)).norm(), 0.0, 1e-5);
-  EXPECT_EQ(result->contact->voxel.x, 10);
+  ASSERT_TRUE(result.contact);
+  EXPECT_EQ(result.answer, WayAnswer::kBlocked);
+  EXPECT_FALSE(result.isFree());
+  EXPECT_DOUBLE_EQ(result.length_m, 11.0);
+  EXPECT_EQ(result.contact->segment, 1U);
+  EXPECT_NEAR(result.contact->distance_m, 8.0, 1e-5);
+  EXPECT_NEAR((result.contact->point_map - Eigen::Vector3d(9, 1, 1)).norm(), 0.0, 1e-5);
+  EXPECT_EQ(result.contact->voxel.x, 10);
 }
 
 TEST(PathQuery, doesNotCountFacesThatTouch) {
   const CuboidMap map = tunnel();
-  EXPECT_FALSE(checkPath(map, Path{{1, 1, 1}, {9, 1, 1}}, kCube, UnknownPolicy::kStop)->contact);
-  EXPECT_TRUE(checkPath(map, Path{{1, 1, 1}, {9.01, 1, 1}}, kCube, UnknownPolicy::kStop)->contact);
+  EXPECT_FALSE(checkPath(map, Path{{1, 1, 1}, {9, 1, 1}}, kCube, UnknownPolicy::kStop).contact);
+  EXPECT_TRUE(checkPath(map, Path{{1, 1, 1}, {9.01, 1, 1}}, kCube, UnknownPolicy::kStop).contact);
   const Eigen::Vector3d wider(2.0, 2.01, 2.0);
-  EXPECT_TRUE(checkPath(map, Path{{1, 1, 1}, {2, 1, 1}}, wider, UnknownPolicy::kStop)->contact);
+  EXPECT_TRUE(checkPath(map, Path{{1, 1, 1}, {2, 1, 1}}, wider, UnknownPolicy::kStop).contact);
 }
 
 TEST(PathQuery, doesNotCountFacesThatTouchButForRounding) {
@@ -60,33 +62,33 @@ TEST(PathQuery, doesNotCountFacesThatTouchButForRounding) {
     map.replace(kAllCells, {{{{0, 0, z}, {20, 3, z + 3}}, -1.0F}});
     const double z_m = (z + 1.5) * 0.1;
     const Path path{{0.5, 0.15, z_m}, {1.5, 0.15, z_m}};
-    EXPECT_FALSE(checkPath(map, path, cube, UnknownPolicy::kStop)->contact) << z;
+    EXPECT_FALSE(checkPath(map, path, cube, UnknownPolicy::kStop).contact) << z;
   }
 }
 
 TEST(PathQuery, looksAtOneWaypointAsABoxThatStands) {
   const auto blocked = checkPath(tunnel(), Path{{9.5, 1, 1}}, kCube, UnknownPolicy::kStop);
-  ASSERT_TRUE(blocked && blocked->contact);
-  EXPECT_EQ(blocked->contact->segment, 0U);
-  EXPECT_EQ(blocked->contact->distance_m, 0.0);
-  EXPECT_EQ(blocked->length_m, 0.0);
-  EXPECT_FALSE(checkPath(tunnel(), Path{{5, 1, 1}}, kCube, UnknownPolicy::kStop)->contact);
+  ASSERT_TRUE(blocked.contact);
+  EXPECT_EQ(blocked.contact->segment, 0U);
+  EXPECT_EQ(blocked.contact->distance_m, 0.0);
+  EXPECT_EQ(blocked.length_m, 0.0);
+  EXPECT_FALSE(checkPath(tunnel(), Path{{5, 1, 1}}, kCube, UnknownPolicy::kStop).contact);
 }
 
 TEST(PathQuery, meetsUnknownSpaceByPolicy) {
   const CuboidMap map = tunnel();
   const Path out{{5, 1, 1}, {5, 1, 100}};
-  EXPECT_FALSE(checkPath(map, out, kCube, UnknownPolicy::kPass)->contact);
+  EXPECT_FALSE(checkPath(map, out, kCube, UnknownPolicy::kPass).contact);
   const auto stopped = checkPath(map, out, kCube, UnknownPolicy::kStop);
-  ASSERT_TRUE(stopped && stopped->contact);
-  EXPECT_NEAR(stopped->contact->distance_m, 0.0, 1e-5);
-  EXPECT_EQ(stopped->contact->voxel.z, 2);
+  ASSERT_TRUE(stopped.contact);
+  EXPECT_NEAR(stopped.contact->distance_m, 0.0, 1e-5);
+  EXPECT_EQ(stopped.contact->voxel.z, 2);
 }
 
-TEST(PathQuery, isNothingForWhatIsNoPathOrNoBox) {
+TEST(PathQuery, isInvalidForWhatIsNoPathOrNoBox) {
   const CuboidMap map = tunnel();
   const auto is_refused = [&](const Path& path, const Eigen::Vector3d& size_m) {
-    return !checkPath(map, path, size_m, UnknownPolicy::kPass).has_value();
+    return checkPath(map, path, size_m, UnknownPolicy::kPass).answer == WayAnswer::kInvalid;
   };
   EXPECT_TRUE(is_refused({}, kCube));
   EXPECT_TRUE(is_refused({{1, 1, 1}}, {1, 0, 1}));
@@ -147,20 +149,20 @@ TEST(PathQuery, agreesWithALookAtEveryVoxel) {
       const Eigen::Vector3d size_m(random.real(0.1, 3.0), random.real(0.1, 3.0),
                                    random.chance(0.5) ? 1.0 : 3.0);
       const auto result = checkPath(model.map, path, size_m, policy);
-      ASSERT_TRUE(result.has_value());
-      const double free_m = result->contact ? result->contact->distance_m : result->length_m;
+      ASSERT_EQ(result.isFree(), !result.contact);
+      const double free_m = result.contact ? result.contact->distance_m : result.length_m;
       const Grid& grid = model.map.grid();
       // Where it is blocked from the start, nothing of it is free.
-      const int num_samples = result->contact && free_m == 0.0 ? -1 : 40;
+      const int num_samples = result.contact && free_m == 0.0 ? -1 : 40;
       for (int sample = 0; sample <= num_samples; ++sample) {
         const Eigen::Vector3d point = pointAt(path, free_m * sample / 40.0);
         ASSERT_FALSE(obstacles.isAny(voxelsAt(grid, point, size_m, -1e-4)))
             << point.transpose() << " " << test::seedNote(num_cases);
       }
-      if (!result->contact) continue;
+      if (!result.contact) continue;
       ++num_blocked;
       num_blocked_on_the_way += free_m > 0.0 ? 1 : 0;
-      const PathContact& contact = *result->contact;
+      const PathContact& contact = *result.contact;
       ASSERT_TRUE(obstacles.isAny(CellBox::ofCell(contact.voxel))) << test::seedNote(num_cases);
       ASSERT_TRUE(voxelsAt(grid, contact.point_map, size_m, 1e-4).contains(contact.voxel))
           << test::seedNote(num_cases);
@@ -187,7 +189,7 @@ TEST(PathQuery, isExactForMotionAlongAnAxis) {
     const MetricBox swept{from.cwiseMin(to) - 0.5 * size_m, from.cwiseMax(to) + 0.5 * size_m};
     const bool is_blocked = obstacles.isAny(*model.map.grid().toCellBox(swept));
     const auto result = checkPath(model.map, Path{from, to}, size_m, UnknownPolicy::kStop);
-    ASSERT_EQ(result->contact.has_value(), is_blocked) << test::seedNote(i);
+    ASSERT_EQ(result.contact.has_value(), is_blocked) << test::seedNote(i);
     num_free += is_blocked ? 0 : 1;
   }
   EXPECT_GT(num_free, kCases / 20);

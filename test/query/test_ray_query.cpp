@@ -134,7 +134,7 @@ TEST(RayQuery, isNothingForWhatIsNoRay) {
   const auto is_nothing = [&map](const Eigen::Vector3d& origin, const Eigen::Vector3d& along,
                                  double max_range_m) {
     return !castRay(map, origin, along, max_range_m, UnknownPolicy::kPass).has_value() &&
-           !findFirstHit(map, origin, along, max_range_m).has_value();
+           findFirstHit(map, origin, along, max_range_m).answer == WayAnswer::kInvalid;
   };
   ASSERT_FALSE(is_nothing(point, direction, 10.0));
   EXPECT_TRUE(is_nothing(point, Eigen::Vector3d::Zero(), 10.0));
@@ -279,11 +279,12 @@ void checkRay(const ModelledMap& model, const Eigen::Vector3d& origin,
 
   const Expected passing = stepThroughVoxels(model.voxels, ray, UnknownPolicy::kPass);
   const auto hit = findFirstHit(model.map, origin, direction, range_m);
-  ASSERT_EQ(hit.has_value(), passing.end == RayEnd::kOccupied);
-  if (!hit) return;
-  ASSERT_EQ(hit->voxel, passing.cell);
-  ASSERT_NEAR(hit->distance_m, 0.1 * passing.distance, 1e-7);
-  ASSERT_LT((hit->point_map - origin - hit->distance_m * direction.normalized()).norm(), 1e-8);
+  const bool is_hit = passing.end == RayEnd::kOccupied;
+  ASSERT_EQ(hit.answer, is_hit ? WayAnswer::kBlocked : WayAnswer::kFree);
+  if (!is_hit) return;
+  ASSERT_EQ(hit.voxel, passing.cell);
+  ASSERT_NEAR(hit.distance_m, 0.1 * passing.distance, 1e-7);
+  ASSERT_LT((hit.point_map - origin - hit.distance_m * direction.normalized()).norm(), 1e-8);
 }
 
 TEST(RayQuery, agreesWithSteppingThroughVoxels) {

@@ -128,7 +128,7 @@ TEST(RealScans, areAnsweredForAsALookAtEveryVoxelTells) {
       const bool is_blocked = obstacles.isAny(
           *grid.toCellBox({from.cwiseMin(to) - 0.5 * size_m, from.cwiseMax(to) + 0.5 * size_m}));
       const auto path = checkPath(scene->map, {from, to}, size_m, policy);
-      ASSERT_EQ(path->contact.has_value(), is_blocked) << test::seedNote(i);
+      ASSERT_EQ(path.contact.has_value(), is_blocked) << test::seedNote(i);
       num_blocked += is_blocked ? 1 : 0;
       if (i % 10 != 0) continue;
       const auto place = findNearestFit(scene->map, from, size_m, policy, 3.0);

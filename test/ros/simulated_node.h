@@ -3,10 +3,10 @@
 #pragma once
 
 #include "cuboid_mapping/io/map_files.h"
-#include "cuboid_mapping/map/map_follower.h"
 #include "cuboid_mapping/ros/clouds/cloud_buffer.h"
 #include "cuboid_mapping/ros/clouds/source.h"
 #include "cuboid_mapping/ros/map/guarded_map.h"
+#include "cuboid_mapping/sharing/map_follower.h"
 
 #include <tf2/buffer_core.h>
 

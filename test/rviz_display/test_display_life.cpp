@@ -2,8 +2,8 @@
 // The display in a scene of rviz, where nothing must crash or block. Run by test_rviz_display.py, on a
 // virtual screen.
 #include "cuboid_mapping/io/map_files.h"
-#include "cuboid_mapping/map/map_follower.h"
 #include "cuboid_mapping/ros/conversions/map_messages.h"
+#include "cuboid_mapping/sharing/map_follower.h"
 #include "rviz_display/cuboid_map_display.h"
 #include "rviz_display/rviz_window.h"
 

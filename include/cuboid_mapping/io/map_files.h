@@ -56,4 +56,18 @@ struct MapFile {
 std::size_t writeMapFile(const std::string& file, const MapSnapshot& snapshot,
                          const ProgressListener& listener = {});
 
+/// A map from a file of any known format, with the resolution, the sensor model and the environment of the file.
+/// @throws MapFileError as readMapFile().
+[[nodiscard]] CuboidMap loadMap(const std::string& file);
+
+/// Puts a file in the place of everything in a map, which keeps its sensor model and environment.
+/// @throws MapFileError as readMapFile(); kForeign for a file of another resolution: it is not rescaled. The map is then
+///         as it was.
+ChangeSet loadMap(const std::string& file, CuboidMap& map);
+
+/// Replaces a file by a map, as writeMapFile(). @param frame_id  Of the map. @return Bytes of the file.
+/// @throws MapFileError as writeMapFile().
+std::size_t saveMap(const CuboidMap& map, const std::string& file,
+                    const std::string& frame_id = "map");
+
 }  // namespace cuboid_mapping

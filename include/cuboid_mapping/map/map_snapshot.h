@@ -38,7 +38,7 @@ struct SnapshotLimits {
 
 /// Puts a snapshot in the place of everything in a map, locks too, exactly. The revision rises. When it
 /// throws, for want of memory, the map is as before.
-/// @pre findFault() finds none, and the resolutions are equal. @complexity O(n).
+/// @pre findFault() finds none. @throws std::invalid_argument  The resolutions differ. @complexity O(n).
 ChangeSet restoreSnapshot(const MapSnapshot& snapshot, CuboidMap& map);
 
 /// Why a snapshot cannot be a map.

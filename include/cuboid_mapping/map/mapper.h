@@ -21,7 +21,7 @@ struct MapperConfig {
 /// Scans in, map out: the way into the library.
 ///
 /// With map.threads > 1, a scan is put into the map beside the ray walk of the next one; the map does
-/// not depend on it. Not thread-safe: map() and integrate() belong to one thread.
+/// not depend on it. Not thread-safe: all calls belong to one thread.
 class Mapper {
  public:
   /// @throws std::invalid_argument  with everything that checkConfig() finds.
@@ -44,8 +44,16 @@ class Mapper {
   void apply(ScanUpdate update);
   ///@}
 
-  /// The map with all scans, for queries (query/), edits and files (io/).
+  /// The map with all scans, for queries (query/), edits and files (io/). From then on integrate() returns
+  /// when its scan is in the map: what map() gave may be kept, and read between two calls.
+  ///@{
   [[nodiscard]] CuboidMap& map();
+  [[nodiscard]] const CuboidMap& map() const;
+  ///@}
+
+  /// Waits until the last scan is in the map. The next one may be put in beside its caller, as before.
+  /// @return The map, to be read until the next call only. @throws std::bad_alloc  as integrate().
+  const CuboidMap& settle();
 
   /// What the last scan was: how many points took part, and how many could not.
   [[nodiscard]] const ScanUpdate& lastUpdate() const;

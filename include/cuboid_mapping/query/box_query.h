@@ -3,6 +3,7 @@
 
 #include "cuboid_mapping/map/cuboid_search.h"
 #include "cuboid_mapping/query/budget.h"
+#include "cuboid_mapping/query/unknown_policy.h"
 
 #include <optional>
 #include <vector>
@@ -50,6 +51,14 @@ struct BoxQueryResult {
                                       CuboidOutput output = CuboidOutput::kNone,
                                       CuboidFilter filter = CuboidFilter::kAll,
                                       Budget& budget = Budget::unlimited());
+
+/// Whether nothing is in a box in metres, map frame: every voxel that it overlaps is free, or unknown
+/// where the policy passes that. Stops at the first that is not.
+///
+/// false for what cannot be said, too: a box that queryBox() does not take, and a budget that is spent.
+/// @complexity O(bricks of the box).
+[[nodiscard]] bool isFree(const CuboidMap& map, const MetricBox& box_map, UnknownPolicy policy,
+                          Budget& budget = Budget::unlimited());
 
 /// Whether any voxel of the box is occupied; stops at the first.
 /// @complexity O(bricks of the box) for up to 64 bricks, else as visitBox() for occupied cuboids.

@@ -4,6 +4,7 @@
 #include "cuboid_mapping/map/cuboid_map.h"
 #include "cuboid_mapping/query/budget.h"
 #include "cuboid_mapping/query/unknown_policy.h"
+#include "cuboid_mapping/query/way_answer.h"
 
 #include <cstddef>
 #include <optional>
@@ -21,8 +22,12 @@ struct PathContact {
 
 /// Answer of checkPath.
 struct PathQueryResult {
-  double length_m = 0.0;               ///< Of the whole path.
-  std::optional<PathContact> contact;  ///< Nothing: the whole path is free.
+  WayAnswer answer = WayAnswer::kInvalid;
+  double length_m = 0.0;               ///< Of the whole path; 0 for kInvalid and kBudgetSpent.
+  std::optional<PathContact> contact;  ///< Of kBlocked.
+
+  /// Whether the whole path was looked at, and nothing is in the way.
+  [[nodiscard]] bool isFree() const { return answer == WayAnswer::kFree; }
 };
 
 /// Sweeps a box along the straight segments between waypoints, its faces parallel to the axes of
@@ -35,14 +40,15 @@ struct PathQueryResult {
 ///   - one waypoint: the box standing there, as segment 0 of no length;
 ///   - it starts in an obstacle: contact in segment 0 at distance 0;
 ///   - no waypoints, a number that is not finite, an edge that is not > 0, or a waypoint from
-///     which the box reaches out of the grid's range: nothing;
-///   - the budget is spent: nothing.
+///     which the box reaches out of the grid's range: kInvalid;
+///   - the budget is spent: kBudgetSpent.
 ///
 /// @param size_m  Edges of the box.
 /// @complexity O(bricks swept, and voxels in the way near them).
-[[nodiscard]] std::optional<PathQueryResult> checkPath(
-    const CuboidMap& map, const std::vector<Eigen::Vector3d>& waypoints_map,
-    const Eigen::Vector3d& size_m, UnknownPolicy policy, Budget& budget = Budget::unlimited());
+[[nodiscard]] PathQueryResult checkPath(const CuboidMap& map,
+                                        const std::vector<Eigen::Vector3d>& waypoints_map,
+                                        const Eigen::Vector3d& size_m, UnknownPolicy policy,
+                                        Budget& budget = Budget::unlimited());
 
 /// The box of this size around a point.
 [[nodiscard]] inline MetricBox boxAround(const Eigen::Vector3d& center_m,

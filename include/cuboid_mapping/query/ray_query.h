@@ -4,6 +4,7 @@
 #include "cuboid_mapping/map/cuboid_map.h"
 #include "cuboid_mapping/query/budget.h"
 #include "cuboid_mapping/query/unknown_policy.h"
+#include "cuboid_mapping/query/way_answer.h"
 
 #include <optional>
 
@@ -49,19 +50,21 @@ struct RayQueryResult {
 
 /// The occupied voxel that a ray hits first.
 struct RayHit {
-  Cell voxel;                 ///< The one that is hit.
-  double distance_m;          ///< From the origin to `point_map`.
-  Eigen::Vector3d point_map;  ///< On its face, metres; the origin when that lies in it.
+  WayAnswer answer = WayAnswer::kInvalid;
+  /// Of kBlocked.
+  ///@{
+  Cell voxel;               ///< The one that is hit.
+  double distance_m = 0.0;  ///< From the origin to `point_map`.
+  /// On its face, metres; the origin when that lies in it.
+  Eigen::Vector3d point_map = Eigen::Vector3d::Zero();
+  ///@}
 };
 
 /// What castRay() hits with UnknownPolicy::kPass, faster, without a look at unknown space.
-/// @return Nothing when nothing is in the way, the budget is spent, and for arguments that castRay()
-/// does not take.
+/// @return kInvalid for arguments that castRay() does not take.
 /// @complexity O(bricks passed, and voxels of those with an occupied one).
-[[nodiscard]] std::optional<RayHit> findFirstHit(const CuboidMap& map,
-                                                 const Eigen::Vector3d& origin_map,
-                                                 const Eigen::Vector3d& direction,
-                                                 double max_range_m,
-                                                 Budget& budget = Budget::unlimited());
+[[nodiscard]] RayHit findFirstHit(const CuboidMap& map, const Eigen::Vector3d& origin_map,
+                                  const Eigen::Vector3d& direction, double max_range_m,
+                                  Budget& budget = Budget::unlimited());
 
 }  // namespace cuboid_mapping

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
-#include "cuboid_mapping/map/map_image.h"
+#include "cuboid_mapping/sharing/map_image.h"
 
 #include <cstdint>
 #include <vector>

@@ -72,14 +72,11 @@ void writeAll(const Descriptor& descriptor, std::string_view bytes, const std::s
   }
 }
 
-/// Onto the disk, so that the new name never stands for bytes that are not there yet.
-void synchronize(const std::string& path, int flags, const std::string& file) {
+/// Onto the disk, where the file system can do that. @return Whether it is there; errno says why not.
+bool synchronize(const std::string& path, int flags) {
   Descriptor descriptor(path, flags);
-  // Some file systems cannot synchronize a folder, and say EINVAL.
-  if (!descriptor.isOpen() || (fsync(descriptor.get()) != 0 && errno != EINVAL) ||
-      !descriptor.close()) {
-    fail("cannot write", file, errno);
-  }
+  if (!descriptor.isOpen()) return false;
+  return (fsync(descriptor.get()) == 0 || errno == EINVAL) && descriptor.close();
 }
 
 /// A device or a pipe may never end, and must not be replaced.
@@ -149,11 +146,13 @@ void replaceFile(const std::string& file, const std::function<void(const std::st
   // Here, because not everything that writes files says why it cannot.
   if (!Descriptor(partial, kForWriting).isOpen()) fail("cannot write", file, errno);
   write(partial);
-  synchronize(partial, O_RDONLY | O_CLOEXEC, file);
+  // So that the new name never stands for bytes that are not there yet.
+  if (!synchronize(partial, O_RDONLY | O_CLOEXEC)) fail("cannot write", file, errno);
   if (std::rename(partial.c_str(), file.c_str()) != 0) fail("cannot write", file, errno);
   removal.cancel();
   const std::string folder = fs::path(file).parent_path().string();
-  synchronize(folder.empty() ? "." : folder, O_RDONLY | O_DIRECTORY | O_CLOEXEC, file);
+  // The new file is there, whether its folder can be synchronized or, as in some file systems, not.
+  (void)synchronize(folder.empty() ? "." : folder, O_RDONLY | O_DIRECTORY | O_CLOEXEC);
 }
 
 }  // namespace cuboid_mapping

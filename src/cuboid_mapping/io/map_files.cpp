@@ -7,6 +7,7 @@
 #include "cuboid_mapping/io/native_format.h"
 #include "cuboid_mapping/io/octomap_files.h"
 #include "cuboid_mapping/io/point_cloud_files.h"
+#include "cuboid_mapping/io/text.h"
 
 #include <algorithm>
 #include <cctype>
@@ -126,6 +127,33 @@ std::size_t writeMapFile(const std::string& file, const MapSnapshot& snapshot,
   }
   write(file, snapshot, *format, listener);
   return numBytesOf(file);
+}
+
+CuboidMap loadMap(const std::string& file) {
+  const MapSnapshot snapshot = readMapFile(file).snapshot;
+  MapConfig config;
+  config.resolution_m = snapshot.resolution_m;
+  config.sensor_model = snapshot.sensor_model;
+  config.environment = snapshot.environment;
+  CuboidMap map(config);
+  restoreSnapshot(snapshot, map);
+  return map;
+}
+
+ChangeSet loadMap(const std::string& file, CuboidMap& map) {
+  const MapSnapshot snapshot = readMapFile(file, map.config().sensor_model).snapshot;
+  const double resolution_m = map.grid().resolution();
+  if (snapshot.resolution_m != resolution_m) {
+    throw MapFileError(MapFileDefect::kForeign,
+                       file + " has voxels of " + toText(snapshot.resolution_m) +
+                           " m, and the map of " + toText(resolution_m) +
+                           " m: make the map with the resolution of the file");
+  }
+  return restoreSnapshot(snapshot, map);
+}
+
+std::size_t saveMap(const CuboidMap& map, const std::string& file, const std::string& frame_id) {
+  return writeMapFile(file, takeSnapshot(map, frame_id));
 }
 
 }  // namespace cuboid_mapping

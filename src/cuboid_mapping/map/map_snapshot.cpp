@@ -3,6 +3,7 @@
 
 #include <cmath>
 #include <sstream>
+#include <stdexcept>
 
 namespace cuboid_mapping {
 namespace {
@@ -47,6 +48,9 @@ MapSnapshot takeSnapshot(const CuboidMap& map, const std::string& frame_id) {
 }
 
 ChangeSet restoreSnapshot(const MapSnapshot& snapshot, CuboidMap& map) {
+  if (snapshot.resolution_m != map.config().resolution_m) {
+    throw std::invalid_argument("a snapshot of another resolution than that of the map");
+  }
   CuboidMap restored(map.config());
   restored.replace(kAllCells, snapshot.bricks);
   map.setLocked({});  // From here on nothing throws.

@@ -16,7 +16,7 @@ struct Mapper::Implementation {
 
   void startApply() {
     const auto apply = [this] { map.apply(update); };
-    if (map.config().threads > 1) {
+    if (map.config().threads > 1 && !is_map_given) {
       applying = BackgroundWork(apply);
     } else {
       apply();
@@ -25,8 +25,9 @@ struct Mapper::Implementation {
 
   CuboidMap map;
   ScanUpdater updater;
-  ScanUpdate update;        ///< Of the scan that is put into the map.
-  BackgroundWork applying;  ///< Last: it ends before what it works with goes.
+  ScanUpdate update;          ///< Of the scan that is put into the map.
+  bool is_map_given = false;  ///< Somebody may read it whenever no call is under way.
+  BackgroundWork applying;    ///< Last: it ends before what it works with goes.
 };
 
 Mapper::Mapper(const MapperConfig& config)
@@ -51,6 +52,18 @@ void Mapper::apply(ScanUpdate update) {
 }
 
 CuboidMap& Mapper::map() {
+  implementation_->is_map_given = true;
+  implementation_->applying.wait();
+  return implementation_->map;
+}
+
+const CuboidMap& Mapper::map() const {
+  implementation_->is_map_given = true;
+  implementation_->applying.wait();
+  return implementation_->map;
+}
+
+const CuboidMap& Mapper::settle() {
   implementation_->applying.wait();
   return implementation_->map;
 }

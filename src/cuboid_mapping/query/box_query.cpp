@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "cuboid_mapping/query/box_query.h"
 
+#include "cuboid_mapping/query/obstacles.h"
+
 namespace cuboid_mapping {
 namespace {
 
@@ -49,6 +51,11 @@ std::optional<BoxQueryResult> queryBox(const CuboidMap& map, const MetricBox& bo
   const auto box = map.grid().toCellBox(box_map);
   if (!box) return std::nullopt;
   return queryBox(map, *box, output, filter, budget);
+}
+
+bool isFree(const CuboidMap& map, const MetricBox& box_map, UnknownPolicy policy, Budget& budget) {
+  const auto box = map.grid().toCellBox(box_map);
+  return box && !Obstacles(map, policy, budget).isAny(*box) && !budget.isSpent();
 }
 
 bool isAnyOccupied(const CuboidMap& map, const CellBox& box) {

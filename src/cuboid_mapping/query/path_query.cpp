@@ -89,12 +89,10 @@ bool isValid(const Grid& grid, const std::vector<Eigen::Vector3d>& waypoints_map
 
 }  // namespace
 
-std::optional<PathQueryResult> checkPath(const CuboidMap& map,
-                                         const std::vector<Eigen::Vector3d>& waypoints_map,
-                                         const Eigen::Vector3d& size_m, UnknownPolicy policy,
-                                         Budget& budget) {
+PathQueryResult checkPath(const CuboidMap& map, const std::vector<Eigen::Vector3d>& waypoints_map,
+                          const Eigen::Vector3d& size_m, UnknownPolicy policy, Budget& budget) {
   const Grid& grid = map.grid();
-  if (!isValid(grid, waypoints_map, size_m)) return std::nullopt;
+  if (!isValid(grid, waypoints_map, size_m)) return {};
   const Obstacles obstacles(map, policy, budget);
   PathQueryResult result;
   const std::size_t num_segments = std::max<std::size_t>(1, waypoints_map.size() - 1);
@@ -111,8 +109,9 @@ std::optional<PathQueryResult> checkPath(const CuboidMap& map,
       }
     }
     result.length_m += length_m;
-    if (budget.isSpent()) return std::nullopt;
+    if (budget.isSpent()) return {WayAnswer::kBudgetSpent, 0.0, std::nullopt};
   }
+  result.answer = result.contact ? WayAnswer::kBlocked : WayAnswer::kFree;
   return result;
 }
 

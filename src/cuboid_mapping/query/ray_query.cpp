@@ -233,18 +233,24 @@ std::optional<RayQueryResult> castRay(const CuboidMap& map, const Eigen::Vector3
   return result;
 }
 
-std::optional<RayHit> findFirstHit(const CuboidMap& map, const Eigen::Vector3d& origin_map,
-                                   const Eigen::Vector3d& direction, double max_range_m,
-                                   Budget& budget) {
-  if (!isRay(origin_map, direction, max_range_m)) return std::nullopt;
+RayHit findFirstHit(const CuboidMap& map, const Eigen::Vector3d& origin_map,
+                    const Eigen::Vector3d& direction, double max_range_m, Budget& budget) {
+  RayHit result;
+  if (!isRay(origin_map, direction, max_range_m)) return result;
   const Eigen::Vector3d unit = direction.stableNormalized();
   const Grid& grid = map.grid();
   UnknownIgnored unknown;
   const auto hit = walk(map, grid.toCellUnits(origin_map), unit, max_range_m / grid.resolution(),
                         unknown, budget);
-  if (!hit) return std::nullopt;
-  const double distance_m = hit->distance * grid.resolution();
-  return RayHit{hit->voxel, distance_m, origin_map + distance_m * unit};
+  if (!hit) {
+    result.answer = budget.isSpent() ? WayAnswer::kBudgetSpent : WayAnswer::kFree;
+    return result;
+  }
+  result.answer = WayAnswer::kBlocked;
+  result.voxel = hit->voxel;
+  result.distance_m = hit->distance * grid.resolution();
+  result.point_map = origin_map + result.distance_m * unit;
+  return result;
 }
 
 }  // namespace cuboid_mapping

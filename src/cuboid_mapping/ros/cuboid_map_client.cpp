@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "cuboid_mapping/ros/cuboid_map_client.h"
 
-#include "cuboid_mapping/map/map_follower.h"
 #include "cuboid_mapping/ros/conversions/map_messages.h"
 #include "cuboid_mapping/ros/map/phase_fair_mutex.h"
 #include "cuboid_mapping/ros/middleware/callback_guard.h"
 #include "cuboid_mapping/ros/middleware/names.h"
+#include "cuboid_mapping/sharing/map_follower.h"
 
 #include <ros/console.h>
 #include <ros/init.h>

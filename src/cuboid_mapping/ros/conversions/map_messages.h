@@ -4,8 +4,8 @@
 
 #include "cuboid_mapping/FullCuboidMap.h"
 #include "cuboid_mapping/GetMap.h"
-#include "cuboid_mapping/map/map_image.h"
 #include "cuboid_mapping/ros/middleware/service_calls.h"
+#include "cuboid_mapping/sharing/map_image.h"
 
 #include <ros/node_handle.h>
 #include <ros/publisher.h>

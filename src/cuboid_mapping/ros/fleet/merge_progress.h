@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
-#include "cuboid_mapping/map/observation_order.h"
+#include "cuboid_mapping/sharing/observation_order.h"
 
 #include <string>
 

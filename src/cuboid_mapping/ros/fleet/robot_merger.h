@@ -2,10 +2,10 @@
 #pragma once
 
 #include "cuboid_mapping/Observation.h"
-#include "cuboid_mapping/map/observation_order.h"
 #include "cuboid_mapping/ros/map/guarded_map.h"
 #include "cuboid_mapping/ros/middleware/service_calls.h"
 #include "cuboid_mapping/ros/parameters/parameters.h"
+#include "cuboid_mapping/sharing/observation_order.h"
 
 #include <diagnostic_updater/DiagnosticStatusWrapper.h>
 #include <ros/node_handle.h>

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "cuboid_mapping/ros/publishers/map_publisher.h"
 
-#include "cuboid_mapping/map/map_follower.h"
 #include "cuboid_mapping/ros/middleware/names.h"
 #include "cuboid_mapping/ros/middleware/tf_lookup.h"
 #include "cuboid_mapping/ros/parameters/window_parameters.h"
+#include "cuboid_mapping/sharing/map_follower.h"
 
 namespace cuboid_mapping_ros {
 

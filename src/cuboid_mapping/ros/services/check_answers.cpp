@@ -122,16 +122,16 @@ struct AskedPath {
 void answer(const CuboidMap& map, const AskedPath& asked, Budget& budget,
             CheckPath::Response& response) {
   const auto result = checkPath(map, asked.path, asked.size_m, asked.policy, budget);
-  if (!result) return;
+  if (budget.isSpent()) return;
   const std::size_t i = asked.number;
-  const auto& contact = result->contact;
+  const auto& contact = result.contact;
   const Occupancy occupancy = contact ? map.voxels().at(contact->voxel) : Occupancy::kFree;
   response.free[i] = static_cast<std::uint8_t>(!contact);
   response.segment[i] = contact ? static_cast<std::int32_t>(contact->segment) : -1;
   response.point[i] = toPoint(contact ? contact->point_map : asked.path.back());
   response.occupancy[i] = static_cast<std::uint8_t>(occupancy);
-  response.free_length[i] = contact ? contact->distance_m : result->length_m;
-  response.length[i] = result->length_m;
+  response.free_length[i] = contact ? contact->distance_m : result.length_m;
+  response.length[i] = result.length_m;
 }
 
 struct Ray {
@@ -183,9 +183,9 @@ void answer(const CuboidMap& map, const AskedRay& asked, Budget& budget,
   if (limits.inflation_m > 0.0) {
     const Path path{ray.origin_map, ray.origin_map + range_m * ray.direction_map};
     const auto swept = checkPath(map, path, limits.thickness_m(), limits.policy, budget);
-    if (swept && swept->contact) {
-      range_m = swept->contact->distance_m;
-      const Occupancy met = map.voxels().at(swept->contact->voxel);
+    if (swept.contact) {
+      range_m = swept.contact->distance_m;
+      const Occupancy met = map.voxels().at(swept.contact->voxel);
       end = met == Occupancy::kOccupied ? RayEnd::kOccupied : RayEnd::kUnknown;
     }
   }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "cuboid_mapping/map/map_follower.h"
+#include "cuboid_mapping/sharing/map_follower.h"
 
 #include "support/modelled_map.h"
 

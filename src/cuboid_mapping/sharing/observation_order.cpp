@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "cuboid_mapping/map/observation_order.h"
+#include "cuboid_mapping/sharing/observation_order.h"
 
 #include <algorithm>
 #include <iterator>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "cuboid_mapping/map/map_follower.h"
+#include "cuboid_mapping/sharing/map_follower.h"
 
 #include "cuboid_mapping/fusion/brick_division.h"
 #include "cuboid_mapping/map/config_check.h"
@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <cmath>
 #include <unordered_set>
+#include <utility>
 
 namespace cuboid_mapping {
 namespace {
@@ -142,8 +143,9 @@ bool MapFollower::take(const MapImage& image) {
   MapConfig config;
   config.resolution_m = image.resolution_m;
   if (!bricks || !checkConfig(config).empty()) return false;
-  map_.emplace(config);
-  map_->replace(kAllCells, *bricks);
+  CuboidMap fresh(config);
+  fresh.replace(kAllCells, *bricks);
+  map_ = std::move(fresh);  // From here on nothing throws.
   instance_ = image.instance;
   revision_ = image.revision;
   return true;

@@ -2,7 +2,7 @@
 #pragma once
 
 #include "cuboid_mapping/map/cuboid_map.h"
-#include "cuboid_mapping/map/map_image.h"
+#include "cuboid_mapping/sharing/map_image.h"
 
 #include <optional>
 #include <string>
