@@ -143,7 +143,6 @@ endif()
 cuboid_mapping_add_part(client
   cuboid_mapping/io/brick_codec.cpp
   cuboid_mapping/ros/cuboid_map_client.cpp
-  cuboid_mapping/ros/map/phase_fair_mutex.cpp
   cuboid_mapping/ros/conversions/map_messages.cpp
   cuboid_mapping/ros/map/phase_fair_mutex.cpp
   cuboid_mapping/ros/middleware/callback_guard.cpp)
@@ -182,6 +181,7 @@ add_library(cuboid_mapping_ros
   cuboid_mapping/ros/clouds/source_subscriber.cpp
   cuboid_mapping/ros/conversions/cloud_checks.cpp
   cuboid_mapping/ros/conversions/cloud_conversions.cpp
+  cuboid_mapping/ros/conversions/compressed_depth.cpp
   cuboid_mapping/ros/conversions/depth_image_conversion.cpp
   cuboid_mapping/ros/conversions/ground_filter.cpp
   cuboid_mapping/ros/conversions/no_return_points.cpp
@@ -242,7 +242,8 @@ target_compile_definitions(cuboid_mapping_ros
   PUBLIC CUBOID_MAPPING_HAS_OCTOMAP_MSGS=$<BOOL:${octomap_msgs_FOUND}>)
 target_link_libraries(cuboid_mapping_ros
   PUBLIC cuboid_mapping::client cuboid_mapping::io ${catkin_LIBRARIES}
-  PRIVATE cuboid_mapping::scans ${PCL_LIBRARIES} ${urdf_LIBRARIES} ${geometric_shapes_LIBRARIES} nlohmann_json::nlohmann_json)
+  PRIVATE cuboid_mapping::scans PNG::PNG ${PCL_LIBRARIES} ${urdf_LIBRARIES} ${geometric_shapes_LIBRARIES}
+    nlohmann_json::nlohmann_json)
 
 # The nodelet, and the node that runs it.
 add_library(cuboid_mapping_nodelet cuboid_mapping/ros/node/mapping_nodelet.cpp)

@@ -3,6 +3,7 @@
 
 #include "bag_topics.h"
 #include "cuboid_mapping/ros/clouds/source_subscriber.h"
+#include "cuboid_mapping/ros/conversions/compressed_depth.h"
 #include "cuboid_mapping/ros/middleware/rate_limit.h"
 
 #include <algorithm>
@@ -21,6 +22,12 @@ std::size_t nearestCamera(const std::map<ros::Time, std::size_t>& cameras, const
   const bool is_after = after != cameras.end() &&
                         stampDistance(after->first, stamp) < stampDistance(before->first, stamp);
   return (is_after ? after : before)->second;
+}
+
+sensor_msgs::Image::ConstPtr readImage(BagFiles& bags, const BagMessage& instance) {
+  if (!isCompressed(instance.instance.getTopic())) return bags.read<sensor_msgs::Image>(instance);
+  const auto image = bags.read<sensor_msgs::CompressedImage>(instance);
+  return image ? toCompressedImage(*image) : nullptr;
 }
 
 }  // namespace
@@ -86,7 +93,7 @@ std::optional<SensorMessage> BagMessages::read(std::size_t number) const {
       return std::nullopt;
     case SourceType::kDepthImage: break;
   }
-  const auto image = bags_.read<sensor_msgs::Image>(instance);
+  const auto image = readImage(bags_, instance);
   const auto camera = bags_.read<sensor_msgs::CameraInfo>(instances_[message.camera]);
   if (!image || !camera) return std::nullopt;
   return SensorMessage{DepthImage{image, camera}, message.source};

@@ -3,9 +3,11 @@
 
 #include "cuboid_mapping/io/text.h"
 #include "cuboid_mapping/ros/clouds/source_subscriber.h"
+#include "cuboid_mapping/ros/conversions/compressed_depth.h"
 #include "cuboid_mapping/ros/middleware/tf_lookup.h"
 
 #include <rosbag/view.h>
+#include <sensor_msgs/CompressedImage.h>
 #include <sensor_msgs/Image.h>
 #include <sensor_msgs/LaserScan.h>
 #include <sensor_msgs/PointCloud2.h>
@@ -25,21 +27,22 @@ using cuboid_mapping::join;
 constexpr char kClouds[] = "sensor_msgs/PointCloud2";
 constexpr char kScans[] = "sensor_msgs/LaserScan";
 constexpr char kImages[] = "sensor_msgs/Image";
+constexpr char kCompressed[] = "sensor_msgs/CompressedImage";
 
-const char* datatypeOf(SourceType type) {
+/// Of the messages of a source on a topic.
+const char* datatypeOf(SourceType type, const std::string& topic = "") {
   switch (type) {
     case SourceType::kPointCloud: return kClouds;
     case SourceType::kLaserScan: return kScans;
     case SourceType::kDepthImage: break;
   }
-  return kImages;
+  return isCompressed(topic) ? kCompressed : kImages;
 }
 
 /// What to do about topics of sensors that are not mapped.
 std::string adviseOn(const std::string& datatype) {
-  constexpr std::array<std::pair<const char*, const char*>, 7> kAdvice{
-      {{"sensor_msgs/CompressedImage", "decompress it with image_transport republish"},
-       {"sensor_msgs/PointCloud", "convert it with point_cloud_converter"},
+  constexpr std::array<std::pair<const char*, const char*>, 6> kAdvice{
+      {{"sensor_msgs/PointCloud", "convert it with point_cloud_converter"},
        {"sensor_msgs/MultiEchoLaserScan", "take one echo of it with laser_proc"},
        {"velodyne_msgs/VelodyneScan", "make clouds of its packets with velodyne_pointcloud"},
        {"ouster_ros/PacketMsg", "make clouds of its packets with ouster_ros"},
@@ -126,6 +129,14 @@ std::vector<std::string> checkWanted(const BagTopics& topics, const NodeParamete
   return names;
 }
 
+/// Whether an image has been recorded in another transport, too: uncompressed, or else "compressedDepth".
+bool isSecondTransport(const BagTopics& topics, const std::string& name) {
+  const std::string image = withoutTransport(name);
+  if (image == name) return false;
+  const std::string depth = image + "/compressedDepth";
+  return topics.find(image) != nullptr || (name != depth && topics.find(depth) != nullptr);
+}
+
 /// Those of a type, the recorded maps apart from the others.
 struct Candidates {
   std::vector<std::string> sensors;
@@ -140,7 +151,9 @@ Candidates findCandidates(const BagTopics& topics, const NodeParameters& paramet
     if (topic.type != type || topic.num_messages == 0) continue;
     const bool has_camera =
         !parameters.source.camera_info.empty() || topics.find(cameraInfoBeside(name)) != nullptr;
-    if (type == SourceType::kDepthImage && !has_camera) continue;
+    if (type == SourceType::kDepthImage && (!has_camera || isSecondTransport(topics, name))) {
+      continue;
+    }
     const bool is_map = type == SourceType::kPointCloud && !has_sensor_frame &&
                         topic.frame_id == withoutSlash(parameters.frame_id);
     (is_map ? candidates.maps : candidates.sensors).push_back(name);
@@ -223,21 +236,22 @@ std::vector<std::string> makeNotes(const BagTopics& topics, const NodeParameters
 /// Of a list of sources. @throws std::runtime_error with all that is of another type.
 ChosenSources checkSources(const BagTopics& topics, const NodeParameters& parameters) {
   ChosenSources chosen{parameters, {}};
-  std::string errors;
+  std::vector<std::string> errors;
   std::vector<std::string> missing;
   for (const NodeParameters& source : parameters.sources) {
     const std::string name = withSlash(source.source.topic);
     const BagTopic* topic = topics.find(name);
     if (topic == nullptr) {
       missing.push_back(name);
-    } else if (topic->datatype != datatypeOf(source.source.type)) {
-      errors += (errors.empty() ? "" : "; ") + name + " of source " + nameOf(source) + " is " +
-                topic->datatype + ", not " + datatypeOf(source.source.type);
+    } else if (const std::string wanted = datatypeOf(source.source.type, name);
+               topic->datatype != wanted) {
+      errors.push_back(name + " of source " + nameOf(source) + " is " + topic->datatype + ", not " +
+                       wanted);
     } else {
       chosen.notes.push_back("takes " + describeTopic(name, *topic));
     }
   }
-  if (!errors.empty()) throw std::runtime_error(errors);
+  if (!errors.empty()) throw std::runtime_error(join(errors, "; "));
   if (missing.size() == parameters.sources.size()) {
     throw std::runtime_error("the bags have none of the topics of the sources: " +
                              join(missing, ", ") + ". They have: " + describeAll(topics));
@@ -276,6 +290,10 @@ void BagTopics::look(BagFiles& bags, const std::string& name, BagTopic& topic) c
   } else if (topic.datatype == kImages) {
     const auto image = readFirst<sensor_msgs::Image>(bags, name, topic);
     if (image && isDepth(name, image->encoding)) topic.type = SourceType::kDepthImage;
+  } else if (topic.datatype == kCompressed && isCompressed(name)) {
+    const auto image = readFirst<sensor_msgs::CompressedImage>(bags, name, topic);
+    const std::string encoding = image ? image->format.substr(0, image->format.find(';')) : "";
+    if (isDepth(name, encoding)) topic.type = SourceType::kDepthImage;
   }
 }
 

@@ -1,12 +1,14 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """Small messages of sensors and of tf, and bags of them."""
 import math
+import struct
+import zlib
 
 import numpy as np
 import rosbag
 import rospy
 from geometry_msgs.msg import TransformStamped
-from sensor_msgs.msg import CameraInfo, Image, LaserScan, PointCloud2, PointField
+from sensor_msgs.msg import CameraInfo, CompressedImage, Image, LaserScan, PointCloud2, PointField
 from tf2_msgs.msg import TFMessage
 
 START_S = 1600000000
@@ -48,6 +50,33 @@ def make_depth(depths, time_s=1.0, frame='lidar'):
                   encoding='16UC1' if depths.dtype == np.uint16 else '32FC1', data=depths.tobytes())
     image.header.frame_id, image.header.stamp = frame, at(time_s)
     return image
+
+
+def write_png(numbers):
+    """A PNG of 16 bits of grey, as OpenCV writes it: without gAMA."""
+    def chunk(name, data):
+        return struct.pack('>I', len(data)) + name + data + struct.pack('>I', zlib.crc32(name + data))
+    height, width = numbers.shape
+    rows = b''.join(b'\0' + row.astype('>u2').tobytes() for row in numbers)
+    return (b'\x89PNG\r\n\x1a\n' + chunk(b'IHDR', struct.pack('>IIBBBBB', width, height, 16, 0, 0, 0, 0)) +
+            chunk(b'IDAT', zlib.compress(rows)) + chunk(b'IEND', b''))
+
+
+def compress_depth(image, transport='compressedDepth'):
+    """As image_transport_plugins compress a depth image: 32FC1 becomes inverse depths, up to 10 m, of quantization 100."""
+    kind = np.uint16 if image.encoding == '16UC1' else np.float32
+    numbers = np.frombuffer(image.data, kind).reshape(image.height, image.width)
+    header = struct.pack('<iff', 0, 0.0, 0.0)
+    if kind is np.float32:
+        quant_a = 100.0 * 101.0
+        quant_b = 1.0 - quant_a / 10.0
+        header = struct.pack('<iff', 0, quant_a, quant_b)
+        numbers = np.where(numbers < 10.0, quant_a / numbers + quant_b, 0.0).astype(np.uint16)
+    message = CompressedImage(format=image.encoding + '; compressedDepth png', data=header + write_png(numbers))
+    if transport == 'compressed':
+        message.format, message.data = image.encoding + '; png compressed ', write_png(numbers)
+    message.header = image.header
+    return message
 
 
 def make_camera(width, height, focal_length, time_s=1.0, frame='lidar'):

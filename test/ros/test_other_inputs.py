@@ -11,7 +11,7 @@ import unittest
 import numpy as np
 import rospy
 import rostest
-from sensor_bags import make_camera, make_cloud, make_depth, make_scan, make_tf, write_bag
+from sensor_bags import compress_depth, make_camera, make_cloud, make_depth, make_scan, make_tf, write_bag
 from waiting import wait_for
 
 from cuboid_mapping.srv import SaveMap
@@ -291,6 +291,42 @@ class OtherInputsTest(unittest.TestCase):
         self.assertIn('--topic /scan --set type=laser_scan', said)
         said = self.map_records([STATIC], status=1)
         self.assertIn('/tf_static', said)
+
+    def test_compressed_depth_images_give_the_map_of_the_images(self):
+        depths = np.arange(1, 65536, 163, np.uint16)[:400].reshape(20, 20)  # Of all sizes.
+        records = depth_of(depths, make_camera(20, 20, 20.0))
+        self.map_records(records)
+        expected = (self.folder / 'input.cuboids').read_bytes()
+        for transport in ('compressedDepth', 'compressed'):
+            topic = f'/camera/depth/{transport}'
+            compressed = records[:2] + [(topic, compress_depth(records[2][1], transport), 1.0)]
+            said = self.map_records(compressed)
+            self.assertIn(f'takes {topic} (sensor_msgs/CompressedImage', said)
+            self.assertEqual((self.folder / 'input.cuboids').read_bytes(), expected)
+            self.expect_of_node(compressed, type='depth_image')
+            said = self.map_records(records + compressed[2:])
+            self.assertIn('takes /camera/depth (sensor_msgs/Image', said)
+            self.assertIn(f'leaves {topic}', said)
+            self.assertEqual((self.folder / 'input.cuboids').read_bytes(), expected)
+
+    def test_compressed_depths_in_metres_are_dequantized(self):
+        image = make_depth(np.array([[3.43, 0.52], [np.nan, 40.0]], np.float32))
+        camera = ('/camera/camera_info', make_camera(2, 2, 20.0), 1.0)
+        self.map_records([STATIC, camera, ('/camera/depth/compressedDepth', compress_depth(image), 1.0)])
+        self.assertEqual(sorted(z for _, _, z in self.voxels()), [0.55, 3.45])
+
+    def test_depths_that_cannot_be_decompressed_are_named(self):
+        good = depth_of(WALL)
+        whole = compress_depth(good[2][1])
+        for format_, data, words in (('16UC1; compressedDepth rvl', whole.data, 'Set the format of its image_transport to png'),
+                                     (whole.format, whole.data[:40], 'its PNG is damaged'),
+                                     (whole.format, whole.data[:5], 'it has no data'),
+                                     ('32FC1; png compressed', whole.data[12:], 'Use compressedDepth')):
+            bad = compress_depth(good[2][1])
+            bad.format, bad.data = format_, data
+            records = good[:2] + [('/camera/depth/compressedDepth', message, 1.0) for message in (whole, bad)]
+            self.assertIn(words, self.map_records(records))
+            self.assertEqual(len(self.voxels()), WALL.size)
 
     def test_a_recorded_map_is_left_with_a_warning(self):
         recorded = ('/laser_cloud_surround', make_cloud([(0.05, 9.05, 0.05)], frame='map'), 1.0)

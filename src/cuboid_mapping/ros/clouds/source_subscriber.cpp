@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "cuboid_mapping/ros/clouds/source_subscriber.h"
 
+#include "cuboid_mapping/ros/conversions/compressed_depth.h"
+
 #include <boost/function.hpp>
 
 #include <utility>
@@ -15,7 +17,8 @@ constexpr std::uint32_t kReceiveQueueSize = 1000;
 }  // namespace
 
 std::string cameraInfoBeside(const std::string& image_topic) {
-  return image_topic.substr(0, image_topic.rfind('/') + 1) + "camera_info";
+  const std::string topic = withoutTransport(image_topic);
+  return topic.substr(0, topic.rfind('/') + 1) + "camera_info";
 }
 
 SourceSubscriber::SourceSubscriber(const ros::NodeHandle& nh, const NodeParameters& source,
@@ -52,14 +55,21 @@ void SourceSubscriber::listenToDepth(const SourceParameters& source) {
                                     ": check its publisher, or name the topic in camera_info");
       }});
   using sensor_msgs::CameraInfo;
+  using sensor_msgs::CompressedImage;
   using sensor_msgs::Image;
   const boost::function<void(const Image::ConstPtr&)> take_image =
       [this](const Image::ConstPtr& image) {
         if (callbacks_.arrived(index_, image->header)) pairs_->add(image);
       };
+  const boost::function<void(const CompressedImage::ConstPtr&)> take_compressed =
+      [this](const CompressedImage::ConstPtr& image) {
+        if (callbacks_.arrived(index_, image->header)) pairs_->add(toCompressedImage(*image));
+      };
   const boost::function<void(const CameraInfo::ConstPtr&)> take_camera =
       [this](const CameraInfo::ConstPtr& camera) { pairs_->add(camera); };
-  subscribers_.push_back(nh_.subscribe(topic_, kReceiveQueueSize, take_image));
+  subscribers_.push_back(isCompressed(topic_)
+                             ? nh_.subscribe(topic_, kReceiveQueueSize, take_compressed)
+                             : nh_.subscribe(topic_, kReceiveQueueSize, take_image));
   subscribers_.push_back(nh_.subscribe(camera_topic, kReceiveQueueSize, take_camera));
 }
 

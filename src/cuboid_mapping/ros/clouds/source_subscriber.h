@@ -16,7 +16,7 @@
 
 namespace cuboid_mapping_ros {
 
-/// Beside the topic of an image, where drivers publish its camera_info.
+/// Beside the topic of an image, compressed or not, where drivers publish its camera_info.
 [[nodiscard]] std::string cameraInfoBeside(const std::string& image_topic);
 
 /// Listens to the topic of a source, whatever its type.

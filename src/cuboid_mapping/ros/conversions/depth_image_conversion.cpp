@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
+#include "cuboid_mapping/ros/conversions/compressed_depth.h"
 #include "cuboid_mapping/ros/conversions/sensor_conversions.h"
 
 #include <sensor_msgs/image_encodings.h>
@@ -19,9 +20,13 @@ namespace {
 using sensor_msgs::CameraInfo;
 using sensor_msgs::Image;
 
+CloudError makeError(CloudDefect defect, const Image& image, const std::string& text) {
+  return {defect, "depth image in frame '" + image.header.frame_id + "': " + text};
+}
+
 CloudError makeError(CloudDefect defect, const Image& image, const std::string& what,
                      const std::string& advice) {
-  return {defect, "depth image in frame '" + image.header.frame_id + "': " + what + ". " + advice};
+  return makeError(defect, image, what + ". " + advice);
 }
 
 /// Where the pixel (u, v) looks: ((u - cx) / fx, (v - cy) / fy, 1).
@@ -176,6 +181,13 @@ class DepthReader {
 
 std::variant<CloudPoints, CloudError> convertDepthImage(const DepthImage& depth,
                                                         const CloudOptions& options) {
+  if (isCompressed(*depth.image)) {
+    const auto image = decompress(*depth.image);
+    if (const auto* error = std::get_if<std::string>(&image)) {
+      return makeError(CloudDefect::kBadLayout, *depth.image, *error);
+    }
+    return convertDepthImage({std::get<Image::ConstPtr>(image), depth.camera}, options);
+  }
   const Image& image = *depth.image;
   const Pinhole pinhole = makePinhole(*depth.camera);
   if (auto error = checkImage(image, pinhole)) return *error;

@@ -28,6 +28,7 @@ namespace cuboid_mapping_ros {
 /// Cases:
 ///   - encoding 16UC1, 16SC1 or mono16: units of `depth_unit_m`, 0 is no measurement, and the greatest number is +inf;
 ///     32FC1: metres (REP 118). Both byte orders. A step that is none is replaced where the rows have no gaps;
+///   - compressed images of toCompressedImage() are decompressed first;
 ///   - an image of another size than the camera's is refused;
 ///   - the camera's projection matrix counts, or its intrinsics where there is none. Region of interest and
 ///     binning are taken into account; distortion is not: depth images are rectified;

@@ -13,7 +13,7 @@ namespace cuboid_mapping_ros {
 
 /// A depth image, and where its pixels look.
 struct DepthImage {
-  sensor_msgs::Image::ConstPtr image;
+  sensor_msgs::Image::ConstPtr image;        ///< May be compressed: see toCompressedImage().
   sensor_msgs::CameraInfo::ConstPtr camera;  ///< See DepthPairs.
 };
 

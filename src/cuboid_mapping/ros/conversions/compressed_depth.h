@@ -1,0 +1,39 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Depth images as image_transport's "compressedDepth" and "compressed" send them. Ours, because image_transport loads its
+// decoders as plugins of subscribers: Debian has none of them, and a bag has no subscriber.
+#pragma once
+
+#include <sensor_msgs/CompressedImage.h>
+#include <sensor_msgs/Image.h>
+
+#include <string>
+#include <variant>
+
+namespace cuboid_mapping_ros {
+
+/// The name of an image's topic without the name of a compressed transport: "/camera/depth" for
+/// "/camera/depth/compressedDepth".
+[[nodiscard]] std::string withoutTransport(const std::string& topic);
+
+/// Whether messages on this topic are sensor_msgs/CompressedImage, by its name.
+[[nodiscard]] bool isCompressed(const std::string& topic);
+
+/// The message as an image whose data is still compressed: of no size, and with the message's `format` for an encoding.
+[[nodiscard]] sensor_msgs::Image::ConstPtr toCompressedImage(
+    const sensor_msgs::CompressedImage& message);
+
+/// Whether the data of an image is compressed, by its encoding.
+[[nodiscard]] bool isCompressed(const sensor_msgs::Image& image);
+
+/// Decodes an image of toCompressedImage().
+///
+/// Cases:
+///   - "16UC1; compressedDepth", "... png" and "16UC1; png compressed": the same numbers as before compression;
+///   - "32FC1; compressedDepth": metres, as compressed_depth_image_transport quantizes the inverse of the depth. 0 is NaN;
+///   - RVL, JPEG, PNG of other than 16 bits of grey, and damaged data: refused.
+///
+/// @return The image, in the byte order of this machine; or what is wrong, and what to do. @complexity O(pixels).
+[[nodiscard]] std::variant<sensor_msgs::Image::ConstPtr, std::string> decompress(
+    const sensor_msgs::Image& compressed);
+
+}  // namespace cuboid_mapping_ros
