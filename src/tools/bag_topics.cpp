@@ -245,8 +245,9 @@ ChosenSources checkSources(const BagTopics& topics, const NodeParameters& parame
       missing.push_back(name);
     } else if (const std::string wanted = datatypeOf(source.source.type, name);
                topic->datatype != wanted) {
-      errors.push_back(name + " of source " + nameOf(source) + " is " + topic->datatype + ", not " +
-                       wanted);
+      std::string& error = errors.emplace_back(name);
+      error.append(" of source ").append(nameOf(source)).append(" is ");
+      error.append(topic->datatype).append(", not ").append(wanted);
     } else {
       chosen.notes.push_back("takes " + describeTopic(name, *topic));
     }

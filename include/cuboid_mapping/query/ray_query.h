@@ -50,7 +50,7 @@ struct RayQueryResult {
 
 /// The occupied voxel that a ray hits first.
 struct RayHit {
-  WayAnswer answer = WayAnswer::kInvalid;
+  WayAnswer answer = WayAnswer::kInvalid;  ///< Whether something is hit.
   /// Of kBlocked.
   ///@{
   Cell voxel;               ///< The one that is hit.
