@@ -1,5 +1,6 @@
 # The map: Eigen and threads, nothing else.
 cuboid_mapping_add_part(core
+  cuboid_mapping/boxes/joined_cuboids.cpp
   cuboid_mapping/fusion/brick_division.cpp
   cuboid_mapping/fusion/class_fusion.cpp
   cuboid_mapping/fusion/fusion_kind.cpp

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // cuboid_map.Map: what a map is, what is at points and in boxes, and files.
 #include "arrays.h"
+#include "cuboid_mapping/boxes/joined_cuboids.h"
 #include "cuboid_mapping/io/map_files.h"
 #include "cuboid_mapping/map/cuboid_search.h"
 #include "cuboid_mapping/query/box_query.h"
@@ -85,7 +86,7 @@ struct CuboidColumns {
 };
 
 py::object findCuboids(MapAccess& access, const py::object& box, const std::string& classes,
-                       bool is_clipped) {
+                       bool is_clipped, bool are_joined) {
   const CellBox region =
       box.is_none() ? kAllCells : toCellBox(gridOf(access), box.cast<Doubles>(), "box");
   CuboidSelection selection;
@@ -93,9 +94,9 @@ py::object findCuboids(MapAccess& access, const py::object& box, const std::stri
   selection.is_clipped = is_clipped;
   CuboidColumns columns;
   access.read([&](const CuboidMap& map) {
-    for (const Cuboid& cuboid : selectCuboids(map, region, selection).cuboids) {
-      columns.add(map, cuboid);
-    }
+    const std::vector<Cuboid> cuboids = are_joined ? joinCuboids(map, region, selection.filter)
+                                                   : selectCuboids(map, region, selection).cuboids;
+    for (const Cuboid& cuboid : cuboids) columns.add(map, cuboid);
   });
   return makeResult("Cuboids", toRows(std::move(columns.cells), 6),
                     toRows(std::move(columns.boxes), 6), toArray(std::move(columns.occupancy)),
@@ -160,11 +161,13 @@ Returns results.Boxes: arrays with an element for each box.
 Raises ValueError for a box that is flat, inverted, not finite, or out of range.
 O(bricks of 8 x 8 x 8 voxels in the box).)");
   map.def("cuboids", findCuboids, "box"_a = py::none(), "classes"_a = "all", "clip"_a = false,
-          R"(The cuboids of the map: disjoint boxes of voxels of one class.
+          "joined"_a = false, R"(The cuboids of the map: disjoint boxes of voxels of one class.
 
 box: (6,), metres, map frame: only those that share a voxel with it. None: all.
 classes: 'all', 'free' or 'occupied'.
 clip: cut them at the faces of the box.
+joined: join them across bricks, as walls and not as tiles of eight voxels; always cut at the faces of the
+  box, and the same for every order of scans.
 Returns results.Cuboids, in no particular order. O(log n + k) for k cuboids.)");
   map.def("dense", makeDense, "box"_a, R"(The classes of all voxels in a box as an array.
 

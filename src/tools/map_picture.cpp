@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "map_picture.h"
 
+#include "joined_lookup.h"
+
 #include "cuboid_mapping/map/cuboid_search.h"
 #include "cuboid_mapping/parallel/parallel_for.h"
 #include "cuboid_mapping/query/point_query.h"
@@ -55,6 +57,13 @@ Eigen::Vector3d rainbow(double ratio) {
   return {share(0.0), share(4.0), share(2.0)};
 }
 
+/// Of the edges of a cuboid to the longest.
+double sizeRatio(const Cell& edges, const PictureStyle& style) {
+  const double sum = edges.x + edges.y + edges.z;
+  if (style.joined == nullptr) return sum / style.longest_edges;
+  return std::log(sum / 3.0) / std::log(std::max(4, style.longest_edges) / 3.0);
+}
+
 /// The colour of an occupied voxel, before it is shaded; those of the display for rviz.
 Eigen::Vector3d ownColor(const CuboidMap& map, const RayQueryResult& seen,
                          const PictureStyle& style) {
@@ -62,12 +71,11 @@ Eigen::Vector3d ownColor(const CuboidMap& map, const RayQueryResult& seen,
   if (style.colors == PictureColors::kHeight) {
     return heightColor((seen.point_map.z() - heights.min_m) / (heights.max_m - heights.min_m));
   }
-  const auto cuboid = findCuboid(map, *seen.voxel);
+  const auto cuboid =
+      style.joined != nullptr ? style.joined->find(*seen.voxel) : findCuboid(map, *seen.voxel);
   if (style.colors == PictureColors::kClass || !cuboid) return {0.30, 0.55, 0.90};
   if (style.colors == PictureColors::kSize) {
-    const Cell edges = cuboid->box.size();
-    const double ratio = (edges.x + edges.y + edges.z) / (3.0 * kBrickEdge);
-    return rainbow(0.8 * (1.0 - std::min(1.0, ratio)));
+    return rainbow(0.8 * (1.0 - std::min(1.0, sizeRatio(cuboid->box.size(), style))));
   }
   const double probability = meanProbability(map, cuboid->box).value_or(0.5);
   return Eigen::Vector3d(0.1, 0.7, 0.2) * (1.0 - probability) +

@@ -57,14 +57,22 @@ struct PictureSize {
 enum class PictureColors : unsigned char {
   kHeight,       ///< Blue to red.
   kProbability,  ///< Mean of the cuboid: green at 0 to dark red at 1.
-  kSize,         ///< Edges of the cuboid, summed: violet (one voxel) to red (8 x 8 x 8).
-  kClass         ///< One colour.
+  /// Edges of the cuboid, summed: violet (one voxel) to red (8 x 8 x 8; of joined ones the largest, as
+  /// logarithms).
+  kSize,
+  kClass  ///< One colour.
 };
+
+class JoinedLookup;
 
 /// How a picture looks.
 struct PictureStyle {
   HeightRange heights;  ///< Where the colours by height begin and end.
   PictureColors colors = PictureColors::kHeight;
+  /// Cuboids joined across bricks; null: as they are in the map. Must outlive the picture's making.
+  const JoinedLookup* joined = nullptr;
+  int longest_edges =
+      3 * kBrickEdge;  ///< Where the colours by size end: the greatest sum of three edges.
 };
 
 /// From blue at 0 over green to red at 1; values outside count as the nearest one. Each 0 to 1.

@@ -3,6 +3,7 @@
 #include "command_line.h"
 #include "cuboid_mapping/io/file_replacement.h"
 #include "cuboid_mapping/io/map_files.h"
+#include "joined_lookup.h"
 #include "map_picture.h"
 #include "picture_legend.h"
 #include "progress_bar.h"
@@ -11,6 +12,7 @@
 #include <cmath>
 #include <iostream>
 #include <limits>
+#include <optional>
 #include <thread>
 
 namespace cuboid_mapping {
@@ -26,6 +28,7 @@ struct Options {
   double min_z_m = -std::numeric_limits<double>::infinity();
   double max_z_m = std::numeric_limits<double>::infinity();
   std::string colors = "height";
+  bool are_joined = false;
   PictureSize size;
 };
 
@@ -62,6 +65,15 @@ Camera makeCamera(const CuboidMap& map, const Options& options) {
   return camera;
 }
 
+int findLongestEdges(const std::vector<Cuboid>& cuboids) {
+  int longest = 0;
+  for (const Cuboid& cuboid : cuboids) {
+    const Cell edges = cuboid.box.size();
+    longest = std::max(longest, edges.x + edges.y + edges.z);
+  }
+  return longest;
+}
+
 bool isFinite(const std::vector<double>& numbers) {
   return std::all_of(numbers.begin(), numbers.end(), [](double x) { return std::isfinite(x); });
 }
@@ -72,6 +84,10 @@ void check(const Options& options) {
   }
   if (std::isnan(options.min_z_m) || std::isnan(options.max_z_m)) {
     throw std::runtime_error("--min-z and --max-z must be numbers");
+  }
+  if (options.are_joined && options.colors != "size" && options.colors != "probability") {
+    throw std::runtime_error(
+        "--joined shows in colours of cuboids only: add --color-by size or probability");
   }
   if (!isPictureName(options.picture)) {
     throw std::runtime_error(options.picture + ": its name must end in .png or .ppm");
@@ -95,6 +111,9 @@ int render(const Options& options) {
   const int threads = std::max(1, static_cast<int>(std::thread::hardware_concurrency()));
   const Camera camera = makeCamera(map, options);
   style.heights = findHeightRange(map);
+  std::optional<JoinedLookup> joined;
+  if (options.are_joined) style.joined = &joined.emplace(map);
+  if (options.are_joined) style.longest_edges = findLongestEdges(joined->cuboids());
   Picture picture =
       renderMap(map, camera, style, options.size, threads, showProgress("rows drawn"));
   drawLegend(picture, style, camera.ortho_height_m);
@@ -121,6 +140,9 @@ int run(int argc, char** argv) {
   line.addNumber("max-z", options.max_z_m,
                  "leave out everything above this height in metres, such as a ceiling");
   line.addText("color-by", options.colors, "what colours stand for", kColorNames);
+  line.addFlag(
+      "joined", options.are_joined,
+      "colour by cuboids that are joined across bricks, with --color-by size or probability");
   line.addNumber("width", options.size.width, "width of the picture in pixels", {1, 16384});
   line.addNumber("height", options.size.height, "height of the picture in pixels", {1, 16384});
   if (const auto status = line.parse(argc, argv)) return *status;

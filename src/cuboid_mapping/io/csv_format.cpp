@@ -2,6 +2,7 @@
 #include "cuboid_mapping/io/csv_format.h"
 
 #include "cuboid_mapping/fusion/brick_division.h"
+#include "cuboid_mapping/query/value_query.h"
 
 #include <locale>
 #include <sstream>
@@ -19,30 +20,55 @@ double meanProbability(const PackedVoxels& voxels, const CellBox& box) {
   return sum / box.numVoxels();
 }
 
+/// The lines of a file.
+class CsvText {
+ public:
+  explicit CsvText(double resolution_m) : grid_(resolution_m) {
+    out_.exceptions(
+        std::ios::badbit);  // Without memory it would leave the rest out, and say nothing.
+    out_.imbue(std::locale::classic());
+    out_ << "min_x,min_y,min_z,max_x,max_y,max_z,probability,class\n";
+  }
+
+  void add(const Cuboid& cuboid, double probability) {
+    const MetricBox box = grid_.toMetricBox(cuboid.box);
+    out_.precision(12);  // Millimetres far from the origin, too.
+    for (const Eigen::Vector3d& corner : {box.min_m, box.max_m}) {
+      for (int axis = 0; axis < 3; ++axis) out_ << corner[axis] << ',';
+    }
+    out_.precision(6);
+    out_ << probability << ',' << toString(cuboid.occupancy) << '\n';
+  }
+
+  [[nodiscard]] std::string take() const { return out_.str(); }
+
+ private:
+  Grid grid_;
+  std::ostringstream out_;
+};
+
 }  // namespace
 
 std::string toCsv(const MapSnapshot& snapshot, const ProgressListener& listener) {
-  const Grid grid(snapshot.resolution_m);
-  std::ostringstream out;
-  out.exceptions(std::ios::badbit);  // Without memory it would leave the rest out, and say nothing.
-  out.imbue(std::locale::classic());
-  out << "min_x,min_y,min_z,max_x,max_y,max_z,probability,class\n";
+  CsvText text(snapshot.resolution_m);
   ProgressCounter progress(listener, snapshot.bricks.size());
   for (const VoxelBrick& brick : snapshot.bricks) {
     std::vector<Cuboid> cuboids;
     divideBrick(brick, cuboids);
     for (const Cuboid& cuboid : cuboids) {
-      const MetricBox box = grid.toMetricBox(cuboid.box);
-      out.precision(12);  // Millimetres far from the origin, too.
-      for (const Eigen::Vector3d& corner : {box.min_m, box.max_m}) {
-        for (int axis = 0; axis < 3; ++axis) out << corner[axis] << ',';
-      }
-      out.precision(6);
-      out << meanProbability(brick.voxels, cuboid.box) << ',' << toString(cuboid.occupancy) << '\n';
+      text.add(cuboid, meanProbability(brick.voxels, cuboid.box));
     }
     progress.advance();
   }
-  return out.str();
+  return text.take();
+}
+
+std::string toCsv(const CuboidMap& map, const std::vector<Cuboid>& cuboids) {
+  CsvText text(map.grid().resolution());
+  for (const Cuboid& cuboid : cuboids) {
+    text.add(cuboid, cuboid_mapping::meanProbability(map, cuboid.box).value_or(0.5));
+  }
+  return text.take();
 }
 
 }  // namespace cuboid_mapping

@@ -2,9 +2,11 @@
 #pragma once
 
 #include "cuboid_mapping/io/progress_listener.h"
+#include "cuboid_mapping/map/cuboid_map.h"
 #include "cuboid_mapping/map/map_snapshot.h"
 
 #include <string>
+#include <vector>
 
 namespace cuboid_mapping {
 
@@ -12,5 +14,7 @@ namespace cuboid_mapping {
 /// "free" or "occupied". Sorted as by sortCuboids().
 /// @param listener  Is told of cuboids.
 [[nodiscard]] std::string toCsv(const MapSnapshot& snapshot, const ProgressListener& listener);
+/// The same for cuboids of a map, such as joined ones, in their order.
+[[nodiscard]] std::string toCsv(const CuboidMap& map, const std::vector<Cuboid>& cuboids);
 
 }  // namespace cuboid_mapping

@@ -1,0 +1,114 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Boxes for planners, of files of maps: how many joined cuboids there are, and what they take.
+#include "command_line.h"
+#include "cuboid_mapping/boxes/joined_cuboids.h"
+#include "cuboid_mapping/io/map_files.h"
+
+#include <algorithm>
+#include <array>
+#include <chrono>
+#include <iostream>
+#include <tuple>
+
+namespace cuboid_mapping {
+namespace {
+
+struct Options {
+  std::vector<std::string> maps;
+  int repetitions = 5;
+};
+
+/// Class, and extent across an axis: cuboids for which they are equal can be joined along it.
+auto keyAcross(const Cuboid& cuboid, int axis) {
+  const CellBox& box = cuboid.box;
+  const int second = (axis + 1) % 3;
+  const int third = (axis + 2) % 3;
+  return std::tuple(cuboid.occupancy, box.min[second], box.max[second], box.min[third],
+                    box.max[third]);
+}
+
+void joinAlong(int axis, std::vector<Cuboid>& cuboids) {
+  std::sort(cuboids.begin(), cuboids.end(), [axis](const Cuboid& a, const Cuboid& b) {
+    return std::pair(keyAcross(a, axis), a.box.min[axis]) <
+           std::pair(keyAcross(b, axis), b.box.min[axis]);
+  });
+  std::vector<Cuboid> joined;
+  for (const Cuboid& cuboid : cuboids) {
+    if (!joined.empty() && keyAcross(joined.back(), axis) == keyAcross(cuboid, axis) &&
+        joined.back().box.max[axis] == cuboid.box.min[axis]) {
+      joined.back().box.max[axis] = cuboid.box.max[axis];
+    } else {
+      joined.push_back(cuboid);
+    }
+  }
+  cuboids.swap(joined);
+}
+
+/// The least number of cuboids that the six orders of axes leave, each repeated until none can be joined.
+std::size_t countBestOfOrders(const std::vector<Cuboid>& all) {
+  std::size_t best = all.size();
+  std::array<int, 3> axes{0, 1, 2};
+  do {
+    std::vector<Cuboid> cuboids = all;
+    std::size_t num_before = 0;
+    do {
+      num_before = cuboids.size();
+      for (const int axis : axes) joinAlong(axis, cuboids);
+    } while (cuboids.size() < num_before);
+    best = std::min(best, cuboids.size());
+  } while (std::next_permutation(axes.begin(), axes.end()));
+  return best;
+}
+
+template <typename WorkT>
+double leastSeconds(int repetitions, WorkT work) {
+  double least_s = std::numeric_limits<double>::infinity();
+  for (int i = 0; i < repetitions; ++i) {
+    const auto begin = std::chrono::steady_clock::now();
+    work();
+    const std::chrono::duration<double> time = std::chrono::steady_clock::now() - begin;
+    least_s = std::min(least_s, time.count());
+  }
+  return least_s;
+}
+
+void measureJoined(const CuboidMap& map, const Options& options) {
+  std::vector<Cuboid> all;
+  visitAll(map, CuboidFilter::kAll, [&](const Cuboid& cuboid) {
+    all.push_back(cuboid);
+    return Visit::kContinue;
+  });
+  std::vector<Cuboid> joined;
+  const double time_s = leastSeconds(options.repetitions, [&] { joined = joinCuboids(map); });
+  double largest = 0.0;
+  for (const Cuboid& cuboid : joined) largest = std::max(largest, cuboid.box.numVoxels());
+  const std::size_t best = countBestOfOrders(all);
+  const auto count = static_cast<double>(all.size());
+  std::cout << "  cuboids " << all.size() << ", joined " << joined.size() << " ("
+            << 100.0 * (1.0 - static_cast<double>(joined.size()) / count)
+            << " % fewer), best of six orders " << best << " (ratio "
+            << static_cast<double>(joined.size()) / static_cast<double>(best) << ")\n  largest "
+            << largest << " voxels, " << 1e6 * time_s / count << " us a cuboid" << std::endl;
+}
+
+int run(int argc, char** argv) {
+  Options options;
+  CommandLine line("planner_boxes", "Counts and times joined cuboids of maps.");
+  line.addArgument("maps", options.maps, "maps: .cuboids, .sqlite, .ot or .bt");
+  line.addNumber("repetitions", options.repetitions, "runs of which the least time counts",
+                 {1, 1000});
+  if (const auto status = line.parse(argc, argv)) return *status;
+  for (const std::string& file : options.maps) {
+    const CuboidMap map = loadMap(file);
+    std::cout << file << ", " << map.grid().resolution() << " m" << std::endl;
+    measureJoined(map, options);
+  }
+  return 0;
+}
+
+}  // namespace
+}  // namespace cuboid_mapping
+
+int main(int argc, char** argv) {
+  return cuboid_mapping::runMain("planner_boxes", argc, argv, cuboid_mapping::run);
+}
