@@ -1,5 +1,9 @@
 # The map: Eigen and threads, nothing else.
 cuboid_mapping_add_part(core
+  cuboid_mapping/boxes/box_cover.cpp
+  cuboid_mapping/boxes/box_merger.cpp
+  cuboid_mapping/boxes/cover_exchange.cpp
+  cuboid_mapping/boxes/free_boxes.cpp
   cuboid_mapping/boxes/joined_cuboids.cpp
   cuboid_mapping/fusion/brick_division.cpp
   cuboid_mapping/fusion/class_fusion.cpp

@@ -1,0 +1,41 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include "cuboid_mapping/boxes/box_cover.h"
+
+#include <cstddef>
+#include <vector>
+
+namespace cuboid_mapping {
+
+/// What is asked of findFreeBoxes().
+struct FreeBoxesTask {
+  std::size_t max_boxes = 0;   ///< > 0.
+  CellBox region = kAllCells;  ///< Boxes stay inside.
+  bool may_overlap = false;    ///< Else no voxel lies in two boxes.
+};
+
+/// Answer of findFreeBoxes().
+struct FreeBoxes {
+  BoxesEnd end = BoxesEnd::kInvalid;
+  std::vector<CellBox> boxes;      ///< In the order in which they were found, of kFound.
+  double covered_volume_m3 = 0.0;  ///< Of the boxes, each voxel counted once.
+  double missing_volume_m3 = 0.0;  ///< Of the free voxels of the region in no box.
+};
+
+/// A few boxes of free voxels that hold much of the free space of a region.
+///
+/// The largest joined cuboids grow until each of their faces meets a voxel that is not free, or belongs to
+/// another box where they may not overlap; the box that gains the most is taken, again and again. Boxes that
+/// may overlap gain at least 63 % of what the best choice among the grown ones gains. Deterministic.
+///
+/// Cases:
+///   - nothing is free: kFound without boxes;
+///   - all free voxels are in fewer boxes: these.
+///
+/// @param budget  Bricks that are looked at; entries are boxes.
+/// @complexity O((1000 + n) g) for n boxes and g bricks on the faces of a growing box.
+[[nodiscard]] FreeBoxes findFreeBoxes(const CuboidMap& map, const FreeBoxesTask& task,
+                                      Budget& budget = Budget::unlimited());
+
+}  // namespace cuboid_mapping

@@ -1,0 +1,185 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "cuboid_mapping/boxes/cover_exchange.h"
+
+#include <algorithm>
+
+namespace cuboid_mapping {
+namespace {
+
+using OptionalBox = std::optional<CellBox>;
+
+void extend(OptionalBox& bounds, const CellBox& box) {
+  bounds = bounds ? unite(*bounds, box) : box;
+}
+
+double volumeOf(const OptionalBox& box) { return box ? box->numVoxels() : 0.0; }
+
+/// Bounds of the slices below and above each cut across an axis.
+struct Cuts {
+  std::vector<OptionalBox> below;
+  std::vector<OptionalBox> above;
+};
+
+Cuts makeCuts(const std::vector<OptionalBox>& slices) {
+  Cuts cuts{slices, slices};
+  for (std::size_t i = 1; i < slices.size(); ++i) {
+    if (cuts.below[i - 1]) extend(cuts.below[i], *cuts.below[i - 1]);
+    const std::size_t k = slices.size() - 1 - i;
+    if (cuts.above[k + 1]) extend(cuts.above[k], *cuts.above[k + 1]);
+  }
+  return cuts;
+}
+
+}  // namespace
+
+void CoverExchange::improve(std::size_t max_boxes) {
+  takeIfBetter(shrink(boxes_));
+  if (boxes_.size() > kMostBoxes) return;
+  for (std::size_t left = max_boxes; left > 0 && budget_.lookNow(); --left) {
+    const std::vector<Split> splits = findSplits();
+    const bool is_better = std::any_of(splits.begin(), splits.end(), [&](const Split& split) {
+      return tryExchange(split, max_boxes);
+    });
+    if (!is_better) return;
+  }
+}
+
+double CoverExchange::countAdded(const std::vector<CellBox>& boxes) const {
+  VoxelSet covered(budget_);
+  for (const CellBox& box : boxes) covered.add(box);
+  return covered.size() - occupied_.size();
+}
+
+template <typename VisitorT>
+void CoverExchange::forEachOwn(const std::vector<CellBox>& boxes, std::size_t box,
+                               VisitorT visit) const {
+  std::vector<CellBox> others;
+  for (std::size_t i = 0; i < boxes.size(); ++i) {
+    if (i != box && boxes[i].intersects(boxes[box])) others.push_back(boxes[i]);
+  }
+  occupied_.forEachBrickIn(boxes[box], [&](const Cell& brick, BrickMask voxels) {
+    for (const CellBox& other : others) {
+      const CellBox part = intersect(other, brickBox(brick));
+      if (!part.isEmpty()) voxels = voxels.without(BrickMask::ofBox(part));
+    }
+    forEachCell(brick, voxels, visit);
+  });
+}
+
+std::optional<CellBox> CoverExchange::findOwn(const std::vector<CellBox>& boxes,
+                                              std::size_t box) const {
+  OptionalBox own;
+  forEachOwn(boxes, box, [&](const Cell& cell) { extend(own, CellBox::ofCell(cell)); });
+  return own;
+}
+
+std::vector<CellBox> CoverExchange::shrink(std::vector<CellBox> boxes) const {
+  for (std::size_t i = 0; i < boxes.size();) {
+    if (const OptionalBox own = findOwn(boxes, i)) {
+      boxes[i++] = *own;
+    } else {
+      boxes.erase(boxes.begin() + static_cast<std::ptrdiff_t>(i));
+    }
+  }
+  return boxes;
+}
+
+CoverExchange::Split CoverExchange::findSplit(std::size_t box) const {
+  const CellBox& whole = boxes_[box];
+  std::array<std::vector<OptionalBox>, 3> slices;
+  for (int axis = 0; axis < 3; ++axis) {
+    slices[static_cast<std::size_t>(axis)].resize(static_cast<std::size_t>(whole.size()[axis]));
+  }
+  forEachOwn(boxes_, box, [&](const Cell& cell) {
+    for (int axis = 0; axis < 3; ++axis) {
+      const auto slice = static_cast<std::size_t>(cell[axis] - whole.min[axis]);
+      extend(slices[static_cast<std::size_t>(axis)][slice], CellBox::ofCell(cell));
+    }
+  });
+  Split best;
+  best.box = box;
+  for (const std::vector<OptionalBox>& along : slices) {
+    const Cuts cuts = makeCuts(along);
+    for (std::size_t i = 1; i < along.size(); ++i) {
+      if (!cuts.below[i - 1] || !cuts.above[i]) continue;
+      const double num_saved =
+          whole.numVoxels() - volumeOf(cuts.below[i - 1]) - volumeOf(cuts.above[i]);
+      if (num_saved <= best.num_saved) continue;
+      best = {num_saved, box, *cuts.below[i - 1], *cuts.above[i]};
+    }
+  }
+  return best;
+}
+
+/// The splits that save the most.
+std::vector<CoverExchange::Split> CoverExchange::findSplits() const {
+  std::vector<Split> splits;
+  for (std::size_t i = 0; i < boxes_.size() && budget_.spend(); ++i) {
+    const Split split = findSplit(i);
+    if (split.num_saved > 0.0) splits.push_back(split);
+  }
+  std::stable_sort(splits.begin(), splits.end(),
+                   [](const Split& a, const Split& b) { return a.num_saved > b.num_saved; });
+  splits.resize(std::min(splits.size(), kTriedSplits));
+  return splits;
+}
+
+bool CoverExchange::tryExchange(const Split& split, std::size_t max_boxes) {
+  std::vector<CellBox> boxes = boxes_;
+  boxes[split.box] = split.lower;
+  boxes.push_back(split.upper);
+  if (boxes.size() > max_boxes && !uniteBest(boxes)) return false;
+  return takeIfBetter(shrink(std::move(boxes)));
+}
+
+bool CoverExchange::takeIfBetter(std::vector<CellBox> boxes) {
+  const double num_added = countAdded(boxes);
+  if (budget_.isSpent() || num_added > num_added_) return false;
+  if (num_added == num_added_ && boxes.size() >= boxes_.size()) return false;
+  boxes_ = std::move(boxes);
+  num_added_ = num_added;
+  return true;
+}
+
+/// Unites the two boxes that add the fewest voxels. @return Whether there are two that may be.
+bool CoverExchange::uniteBest(std::vector<CellBox>& boxes) const {
+  struct Union {
+    double num_outside;
+    std::size_t first;
+    std::size_t second;
+  };
+  std::vector<Union> unions;
+  for (std::size_t i = 0; i < boxes.size(); ++i) {
+    for (std::size_t k = 0; k < i; ++k) {
+      const double num_outside = unite(boxes[i], boxes[k]).numVoxels() - boxes[i].numVoxels() -
+                                 boxes[k].numVoxels() + intersect(boxes[i], boxes[k]).numVoxels();
+      unions.push_back({num_outside, k, i});
+    }
+  }
+  const auto is_less = [](const Union& a, const Union& b) { return a.num_outside < b.num_outside; };
+  std::stable_sort(unions.begin(), unions.end(), is_less);
+  VoxelSet covered(budget_);
+  for (const CellBox& box : boxes) covered.add(box);
+  double least = std::numeric_limits<double>::infinity();
+  const Union* best = nullptr;
+  std::size_t num_tried = 0;
+  for (const Union& candidate : unions) {
+    const CellBox both = unite(boxes[candidate.first], boxes[candidate.second]);
+    if (isKeptFree(both)) continue;
+    const double num_added = both.numVoxels() - covered.count(both);
+    if (num_added < least) best = &candidate;
+    least = std::min(least, num_added);
+    if (++num_tried == kExactUnions) break;
+  }
+  if (best == nullptr) return false;
+  boxes[best->first] = unite(boxes[best->first], boxes[best->second]);
+  boxes.erase(boxes.begin() + static_cast<std::ptrdiff_t>(best->second));
+  return true;
+}
+
+bool CoverExchange::isKeptFree(const CellBox& box) const {
+  return std::any_of(keep_free_.begin(), keep_free_.end(),
+                     [&](const CellBox& kept) { return !intersect(box, kept).isEmpty(); });
+}
+
+}  // namespace cuboid_mapping

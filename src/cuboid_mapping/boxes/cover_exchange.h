@@ -1,0 +1,64 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include "cuboid_mapping/boxes/voxel_set.h"
+
+#include <optional>
+#include <vector>
+
+namespace cuboid_mapping {
+
+/// Lessens what a cover adds: boxes shrink to what no other box covers, and one box is split where two
+/// others can be united for less.
+class CoverExchange {
+ public:
+  /// @param occupied  The voxels that are covered. Must outlive this object, as keep_free and the budget.
+  CoverExchange(const VoxelSet& occupied, std::vector<CellBox> boxes,
+                const std::vector<CellBox>& keep_free, Budget& budget)
+      : occupied_(occupied),
+        keep_free_(keep_free),
+        budget_(budget),
+        boxes_(std::move(boxes)),
+        num_added_(countAdded(boxes_)) {}
+
+  /// Until no exchange lessens the added volume, or the budget is spent.
+  void improve(std::size_t max_boxes);
+
+  [[nodiscard]] const std::vector<CellBox>& boxes() const { return boxes_; }
+  /// Voxels of the boxes that are not occupied.
+  [[nodiscard]] double numAdded() const { return num_added_; }
+
+ private:
+  static constexpr std::size_t kMostBoxes = 1000;  ///< More are not exchanged: it takes too long.
+  static constexpr std::size_t kTriedSplits = 6;
+  static constexpr std::size_t kExactUnions = 8;
+
+  struct Split {
+    double num_saved = 0.0;
+    std::size_t box = 0;
+    CellBox lower;
+    CellBox upper;
+  };
+
+  [[nodiscard]] double countAdded(const std::vector<CellBox>& boxes) const;
+  /// @return The bounds of the covered voxels of a box that lie in no other one; nothing for none.
+  [[nodiscard]] std::optional<CellBox> findOwn(const std::vector<CellBox>& boxes,
+                                               std::size_t box) const;
+  template <typename VisitorT>
+  void forEachOwn(const std::vector<CellBox>& boxes, std::size_t box, VisitorT visit) const;
+  [[nodiscard]] std::vector<CellBox> shrink(std::vector<CellBox> boxes) const;
+  [[nodiscard]] std::vector<Split> findSplits() const;
+  [[nodiscard]] Split findSplit(std::size_t box) const;
+  [[nodiscard]] bool uniteBest(std::vector<CellBox>& boxes) const;
+  [[nodiscard]] bool isKeptFree(const CellBox& box) const;
+  bool tryExchange(const Split& split, std::size_t max_boxes);
+  bool takeIfBetter(std::vector<CellBox> boxes);
+
+  const VoxelSet& occupied_;
+  const std::vector<CellBox>& keep_free_;
+  Budget& budget_;
+  std::vector<CellBox> boxes_;
+  double num_added_;
+};
+
+}  // namespace cuboid_mapping

@@ -1,0 +1,91 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include "cuboid_mapping/query/budget.h"
+#include "cuboid_mapping/voxels/brick_table.h"
+
+namespace cuboid_mapping {
+
+/// A set of voxels, brick by brick. What a spent budget did not let it look at counts as not in the set.
+class VoxelSet {
+ public:
+  /// @param budget  Bricks that are looked at. Must outlive the set.
+  explicit VoxelSet(Budget& budget) : budget_(&budget) {}
+
+  /// Adds voxels.
+  ///@{
+  void add(const CellBox& box) {
+    change(box, [](BrickMask& mask, const BrickMask& part) { mask |= part; });
+  }
+  void add(const Cell& brick, const BrickMask& voxels) {
+    if (voxels.isEmpty()) return;
+    Item& item = items_.at(brick);
+    item.voxels |= voxels;
+    item.count = item.voxels.count();
+  }
+  ///@}
+  /// Takes voxels out.
+  void remove(const CellBox& box) {
+    change(box, [](BrickMask& mask, const BrickMask& part) { mask &= ~part; });
+  }
+
+  /// Voxels of the set in a box.
+  [[nodiscard]] double count(const CellBox& box) const {
+    double sum = 0.0;
+    visit(box, [&](const Item& item, const CellBox& part) {
+      const bool is_whole = part == brickBox(item.brick);
+      sum += is_whole ? item.count : (item.voxels & BrickMask::ofBox(part)).count();
+    });
+    return sum;
+  }
+  /// All voxels of the set.
+  [[nodiscard]] double size() const {
+    double sum = 0.0;
+    items_.forEach([&](const Item& item) { sum += item.count; });
+    return sum;
+  }
+  /// Whether all voxels of a box are in the set.
+  [[nodiscard]] bool contains(const CellBox& box) const {
+    return !anyBrick(box, [&](const Cell& brick) {
+      const Item* item = items_.find(brick);
+      return !budget_->spend() || item == nullptr ||
+             !item->voxels.contains(BrickMask::ofBox(intersect(box, brickBox(brick))));
+    });
+  }
+  /// Calls visit(brick, mask) for the voxels of the set in a box, in no particular order.
+  template <typename VisitorT>
+  void forEachBrickIn(const CellBox& box, VisitorT visit_mask) const {
+    visit(box, [&](const Item& item, const CellBox& part) {
+      const BrickMask voxels = item.voxels & BrickMask::ofBox(part);
+      if (!voxels.isEmpty()) visit_mask(item.brick, voxels);
+    });
+  }
+
+ private:
+  struct Item {
+    Cell brick;
+    BrickMask voxels;
+    int count = 0;
+  };
+
+  template <typename VisitorT>
+  void visit(const CellBox& box, VisitorT visit_part) const {
+    items_.forEachIn(box, [&](const Item& item) {
+      if (budget_->spend()) visit_part(item, intersect(box, brickBox(item.brick)));
+    });
+  }
+  template <typename ChangeT>
+  void change(const CellBox& box, ChangeT change_mask) {
+    forEachBrick(box, [&](const Cell& brick) {
+      if (!budget_->spend()) return;
+      Item& item = items_.at(brick);
+      change_mask(item.voxels, BrickMask::ofBox(intersect(box, brickBox(brick))));
+      item.count = item.voxels.count();
+    });
+  }
+
+  BrickTable<Item> items_;
+  Budget* budget_;
+};
+
+}  // namespace cuboid_mapping

@@ -1,0 +1,202 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "cuboid_mapping/boxes/box_cover.h"
+
+#include "cuboid_mapping/boxes/joined_cuboids.h"
+#include "support/random_shapes.h"
+#include "support/voxel_map.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <set>
+
+namespace cuboid_mapping {
+namespace {
+
+using test::Random;
+
+CuboidMap makeMap(const std::vector<CellBox>& occupied) {
+  CuboidMap map;
+  for (const CellBox& box : occupied) {
+    map.replace(box, std::vector<UniformBox>{{box, 1.0F}});
+  }
+  return map;
+}
+
+std::vector<CellBox> randomBoxes(Random& random, const CellBox& area, int max_boxes) {
+  std::vector<CellBox> boxes;
+  const int count = random.integer(1, max_boxes);
+  for (int i = 0; i < count; ++i) boxes.push_back(test::randomBox(random, area, 9));
+  return boxes;
+}
+
+std::set<Cell> cellsOf(const std::vector<CellBox>& boxes) {
+  std::set<Cell> cells;
+  for (const CellBox& box : boxes) {
+    test::visitCells(box, [&](const Cell& cell) { cells.insert(cell); });
+  }
+  return cells;
+}
+
+bool isAnyShared(const CellBox& box, const std::vector<CellBox>& others) {
+  return std::any_of(others.begin(), others.end(),
+                     [&](const CellBox& other) { return !intersect(box, other).isEmpty(); });
+}
+
+TEST(BoxCover, coversWhatIsOccupiedAndSaysWhatItAdds) {
+  Random random(3911);
+  std::size_t num_too_few = 0;
+  for (std::size_t i = 0; i < 300; ++i) {
+    SCOPED_TRACE(test::seedNote(i));
+    const CellBox area{{-20, -20, -10}, {20, 20, 10}};
+    const CuboidMap map = makeMap(randomBoxes(random, area, 40));
+    CoverTask task;
+    task.max_boxes = static_cast<std::size_t>(random.integer(1, 30));
+    if (random.chance(0.5)) task.region = test::randomBoxInside(random, area);
+    if (random.chance(0.5)) task.keep_free = randomBoxes(random, area, 3);
+    std::vector<CellBox> joined;
+    for (const Cuboid& c : joinCuboids(map, task.region, CuboidFilter::kOccupied))
+      joined.push_back(c.box);
+    std::set<Cell> expected = cellsOf(joined);
+    const auto num_occupied = static_cast<double>(expected.size());
+    for (const Cell& cell : cellsOf(task.keep_free)) expected.erase(cell);
+
+    const BoxCover cover = coverOccupied(map, task);
+    const double voxel = map.grid().voxelVolume();
+    const std::set<Cell> covered = cellsOf(cover.boxes);
+    ASSERT_TRUE(std::includes(covered.begin(), covered.end(), expected.begin(), expected.end()));
+    EXPECT_NEAR(cover.occupied_volume_m3 / voxel, static_cast<double>(expected.size()), 1e-6);
+    EXPECT_NEAR(cover.added_volume_m3 / voxel,
+                static_cast<double>(covered.size() - expected.size()), 1e-6);
+    EXPECT_NEAR(cover.left_out_volume_m3 / voxel,
+                num_occupied - static_cast<double>(expected.size()), 1e-6);
+    for (const CellBox& box : cover.boxes) {
+      EXPECT_FALSE(isAnyShared(box, task.keep_free)) << box;
+      EXPECT_TRUE(task.region.contains(box)) << box;
+    }
+    const bool is_found = cover.boxes.size() <= task.max_boxes;
+    EXPECT_EQ(cover.end, is_found ? BoxesEnd::kFound : BoxesEnd::kTooFewBoxes);
+    EXPECT_TRUE(is_found || !task.keep_free.empty());
+    num_too_few += is_found ? 0 : 1;
+  }
+  EXPECT_GT(num_too_few, 5U);
+}
+
+/// Voxels of a box of 4 x 3 x 2 as bits.
+using Bits = std::uint32_t;
+constexpr CellBox kSmall{{0, 0, 0}, {4, 3, 2}};
+
+Bits bitsOf(const CellBox& box) {
+  Bits bits = 0;
+  test::visitCells(
+      box, [&](const Cell& cell) { bits |= Bits{1} << (12 * cell.z + 4 * cell.y + cell.x); });
+  return bits;
+}
+
+std::vector<Bits> allBoxes() {
+  std::vector<Bits> boxes;
+  test::visitCells(kSmall, [&](const Cell& min) {
+    test::visitCells({min, kSmall.max}, [&](const Cell& last) {
+      boxes.push_back(bitsOf({min, last + Cell{1, 1, 1}}));
+    });
+  });
+  return boxes;
+}
+
+/// The fewest voxels that so many boxes add, by a look at all choices.
+int leastAdded(Bits occupied, Bits covered, std::size_t num_boxes, const std::vector<Bits>& boxes) {
+  const Bits missing = occupied & ~covered;
+  if (missing == 0) return __builtin_popcount(covered & ~occupied);
+  if (num_boxes == 0) return 1000;
+  const Bits first = missing & (~missing + 1);
+  int least = 1000;
+  for (const Bits box : boxes) {
+    if ((box & first) != 0)
+      least = std::min(least, leastAdded(occupied, covered | box, num_boxes - 1, boxes));
+  }
+  return least;
+}
+
+TEST(BoxCover, isCloseToTheBestOnSmallCases) {
+  Random random(3912);
+  const std::vector<Bits> boxes = allBoxes();
+  int num_added = 0;
+  int num_least = 0;
+  int num_best = 0;
+  constexpr int kCases = 200;
+  for (int i = 0; i < kCases; ++i) {
+    std::vector<CellBox> occupied;
+    const double share = random.real(0.1, 0.6);
+    test::visitCells(kSmall, [&](const Cell& cell) {
+      if (random.chance(share)) occupied.push_back(CellBox::ofCell(cell));
+    });
+    Bits bits = 0;
+    for (const CellBox& box : occupied) bits |= bitsOf(box);
+    CoverTask task;
+    task.max_boxes = 1 + random.index(3);
+    const CuboidMap map = makeMap(occupied);
+    const BoxCover cover = coverOccupied(map, task);
+    Bits covered = 0;
+    for (const CellBox& box : cover.boxes) covered |= bitsOf(box);
+    const int added = __builtin_popcount(covered & ~bits);
+    const int least = leastAdded(bits, 0, task.max_boxes, boxes);
+    ASSERT_GE(added, least) << test::seedNote(static_cast<std::size_t>(i));
+    num_added += added;
+    num_least += least;
+    num_best += added == least ? 1 : 0;
+  }
+  std::cout << num_added << " voxels added, least " << num_least << "; " << num_best << " of "
+            << kCases << " cases are the best" << std::endl;
+  EXPECT_LE(num_added, 1.15 * num_least);
+  EXPECT_GE(num_best, kCases * 2 / 3);
+}
+
+TEST(BoxCover, addsNothingWhereThereAreBoxesEnough) {
+  const CuboidMap map = makeMap({{{0, 0, 0}, {50, 1, 20}}, {{0, 0, 0}, {1, 50, 20}}});
+  CoverTask task;
+  task.max_boxes = 2;
+  const BoxCover cover = coverOccupied(map, task);
+  EXPECT_EQ(cover.end, BoxesEnd::kFound);
+  EXPECT_EQ(cover.boxes.size(), 2U);
+  EXPECT_EQ(cover.added_volume_m3, 0.0);
+}
+
+TEST(BoxCover, isTheSameAgain) {
+  Random random(3913);
+  const CuboidMap map = makeMap(randomBoxes(random, {{-60, -60, -10}, {60, 60, 10}}, 400));
+  CoverTask task;
+  task.max_boxes = 25;
+  const BoxCover cover = coverOccupied(map, task);
+  EXPECT_EQ(coverOccupied(map, task).boxes, cover.boxes);
+}
+
+TEST(BoxCover, refusesNoBoxesAndEmptyRegions) {
+  const CuboidMap map = makeMap({{{0, 0, 0}, {5, 5, 5}}});
+  CoverTask task;
+  EXPECT_EQ(coverOccupied(map, task).end, BoxesEnd::kInvalid);
+  task.max_boxes = 1;
+  EXPECT_EQ(coverOccupied(map, task).end, BoxesEnd::kFound);
+  task.region = {};
+  EXPECT_EQ(coverOccupied(map, task).end, BoxesEnd::kInvalid);
+  task.region = {{100, 100, 100}, {200, 200, 200}};
+  EXPECT_EQ(coverOccupied(map, task).end, BoxesEnd::kFound);
+  EXPECT_TRUE(coverOccupied(map, task).boxes.empty());
+}
+
+TEST(BoxCover, saysThatItsBudgetIsSpent) {
+  Random random(3914);
+  const CuboidMap map = makeMap(randomBoxes(random, {{-60, -60, -10}, {60, 60, 10}}, 100));
+  CoverTask task;
+  task.max_boxes = 3;
+  for (const std::uint64_t max_bricks : {1, 100, 1000}) {
+    QueryLimits limits;
+    limits.max_bricks = max_bricks;
+    Budget budget(limits);
+    const BoxCover cover = coverOccupied(map, task, budget);
+    EXPECT_EQ(cover.end, BoxesEnd::kBudgetSpent);
+    EXPECT_TRUE(cover.boxes.empty());
+  }
+}
+
+}  // namespace
+}  // namespace cuboid_mapping

@@ -1,0 +1,144 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "cuboid_mapping/boxes/free_boxes.h"
+
+#include "support/random_bricks.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <set>
+
+namespace cuboid_mapping {
+namespace {
+
+using test::Random;
+
+constexpr CellBox kArea{{-16, -16, -8}, {16, 16, 8}};
+
+CuboidMap randomMap(Random& random) {
+  CuboidMap map;
+  const int count = random.integer(1, 8);
+  for (int i = 0; i < count; ++i)
+    map.apply(test::randomUpdate(random, {{-2, -2, -1}, {2, 2, 1}}, 16));
+  return map;
+}
+
+double countFree(const CuboidMap& map, const CellBox& region) {
+  double count = 0.0;
+  test::visitCells(intersect(region, kArea), [&](const Cell& cell) {
+    count += map.voxels().at(cell) == Occupancy::kFree ? 1.0 : 0.0;
+  });
+  return count;
+}
+
+TEST(FreeBoxes, areFreeAndCountedRight) {
+  Random random(3931);
+  for (std::size_t i = 0; i < 200; ++i) {
+    SCOPED_TRACE(test::seedNote(i));
+    const CuboidMap map = randomMap(random);
+    FreeBoxesTask task;
+    task.max_boxes = static_cast<std::size_t>(random.integer(1, 40));
+    task.may_overlap = random.chance(0.5);
+    if (random.chance(0.5)) task.region = test::randomBoxInside(random, kArea);
+    const FreeBoxes found = findFreeBoxes(map, task);
+    ASSERT_EQ(found.end, BoxesEnd::kFound);
+    EXPECT_LE(found.boxes.size(), task.max_boxes);
+    std::set<Cell> covered;
+    for (const CellBox& box : found.boxes) {
+      EXPECT_TRUE(task.region.contains(box)) << box;
+      test::visitCells(box, [&](const Cell& cell) {
+        ASSERT_EQ(map.voxels().at(cell), Occupancy::kFree) << cell;
+        ASSERT_TRUE(covered.insert(cell).second || task.may_overlap) << cell << " lies in two";
+      });
+    }
+    const double voxel = map.grid().voxelVolume();
+    const double num_free = countFree(map, task.region);
+    EXPECT_NEAR(found.covered_volume_m3 / voxel, static_cast<double>(covered.size()), 1e-6);
+    EXPECT_NEAR(found.missing_volume_m3 / voxel, num_free - static_cast<double>(covered.size()),
+                1e-6);
+    EXPECT_TRUE(found.boxes.size() == task.max_boxes || found.missing_volume_m3 == 0.0);
+  }
+}
+
+/// Voxels of a box of 4 x 3 x 2 as bits.
+using Bits = std::uint32_t;
+constexpr CellBox kSmall{{0, 0, 0}, {4, 3, 2}};
+
+Bits bitsOf(const CellBox& box) {
+  Bits bits = 0;
+  test::visitCells(
+      box, [&](const Cell& cell) { bits |= Bits{1} << (12 * cell.z + 4 * cell.y + cell.x); });
+  return bits;
+}
+
+/// The most voxels that so many boxes hold, by a look at all choices.
+int mostCovered(Bits covered, std::size_t num_boxes, const std::vector<Bits>& boxes,
+                std::size_t first, bool may_overlap) {
+  int most = __builtin_popcount(covered);
+  for (std::size_t i = first; num_boxes > 0 && i < boxes.size(); ++i) {
+    if (!may_overlap && (boxes[i] & covered) != 0) continue;
+    most =
+        std::max(most, mostCovered(covered | boxes[i], num_boxes - 1, boxes, i + 1, may_overlap));
+  }
+  return most;
+}
+
+TEST(FreeBoxes, areCloseToTheBestOnSmallCases) {
+  Random random(3932);
+  int num_covered = 0;
+  int num_most = 0;
+  for (int i = 0; i < 200; ++i) {
+    CuboidMap map;
+    Bits free = 0;
+    const double share = random.real(0.3, 0.9);
+    std::vector<UniformBox> voxels;
+    test::visitCells(kSmall, [&](const Cell& cell) {
+      if (!random.chance(share)) return;
+      voxels.push_back({CellBox::ofCell(cell), -1.0F});
+      free |= bitsOf(CellBox::ofCell(cell));
+    });
+    map.replace(kAllCells, voxels);
+    std::vector<Bits> boxes;
+    test::visitCells(kSmall, [&](const Cell& min) {
+      test::visitCells({min, kSmall.max}, [&](const Cell& last) {
+        const Bits box = bitsOf({min, last + Cell{1, 1, 1}});
+        if ((box & ~free) == 0) boxes.push_back(box);
+      });
+    });
+    FreeBoxesTask task;
+    task.max_boxes = 1 + random.index(3);
+    task.may_overlap = random.chance(0.5);
+    Bits covered = 0;
+    for (const CellBox& box : findFreeBoxes(map, task).boxes) covered |= bitsOf(box);
+    const int most = mostCovered(0, task.max_boxes, boxes, 0, task.may_overlap);
+    ASSERT_LE(__builtin_popcount(covered), most) << test::seedNote(static_cast<std::size_t>(i));
+    num_covered += __builtin_popcount(covered);
+    num_most += most;
+  }
+  std::cout << num_covered << " voxels covered, most " << num_most << std::endl;
+  EXPECT_GE(num_covered, 0.9 * num_most);
+}
+
+TEST(FreeBoxes, refuseNoBoxesAndEmptyRegions) {
+  CuboidMap map;
+  FreeBoxesTask task;
+  EXPECT_EQ(findFreeBoxes(map, task).end, BoxesEnd::kInvalid);
+  task.max_boxes = 4;
+  EXPECT_EQ(findFreeBoxes(map, task).end, BoxesEnd::kFound);
+  task.region = {};
+  EXPECT_EQ(findFreeBoxes(map, task).end, BoxesEnd::kInvalid);
+}
+
+TEST(FreeBoxes, sayThatTheBudgetIsSpent) {
+  Random random(3933);
+  const CuboidMap map = randomMap(random);
+  FreeBoxesTask task;
+  task.max_boxes = 5;
+  QueryLimits limits;
+  limits.max_bricks = 3;
+  Budget budget(limits);
+  EXPECT_EQ(findFreeBoxes(map, task, budget).end, BoxesEnd::kBudgetSpent);
+}
+
+}  // namespace
+}  // namespace cuboid_mapping
