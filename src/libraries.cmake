@@ -72,6 +72,7 @@ set_source_files_properties(${alone} PROPERTIES SKIP_UNITY_BUILD_INCLUSION ON)
 # Files of maps, and windows with a store on disk.
 if(zstd_FOUND AND ZLIB_FOUND AND SQLite3_FOUND)
   cuboid_mapping_add_part(io
+  cuboid_mapping/interop/box_scenes.cpp
     cuboid_mapping/io/compression.cpp
     cuboid_mapping/io/csv_format.cpp
     cuboid_mapping/io/file_replacement.cpp

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Writes a map in another format.
+#include "box_output.h"
 #include "command_line.h"
+#include "cuboid_mapping/interop/box_scenes.h"
 #include "cuboid_mapping/io/file_replacement.h"
 #include "cuboid_mapping/io/map_files.h"
 #include "cuboid_mapping/io/map_store.h"
@@ -25,6 +27,7 @@ struct Options {
   SensorModelConfig model;
   std::vector<double> min_m;
   std::vector<double> max_m;
+  BoxOptions boxes;
 };
 
 /// The part of a map that is asked for; nothing for all of it.
@@ -32,7 +35,9 @@ std::optional<CellBox> partOf(const Options& options, double resolution_m) {
   if (options.min_m.empty()) return std::nullopt;
   const MetricBox box{Eigen::Vector3d(options.min_m.data()), Eigen::Vector3d(options.max_m.data())};
   const auto part = Grid(resolution_m).toCellBox(box);
-  if (!part) throw std::runtime_error("--min must be less than --max on every axis");
+  if (!part)
+    throw std::runtime_error(
+        "--min and --max must be finite, and --min less than --max on every axis");
   return part;
 }
 
@@ -86,12 +91,25 @@ MapFile readInput(const Options& options) {
   return {MapFormat::kStore, readStore(store, {}, *part), 0};
 }
 
+int convertToBoxes(const Options& options) {
+  MapSnapshot map = readInput(options).snapshot;
+  throwIfInterrupted();
+  if (!options.frame_id.empty()) map.frame_id = options.frame_id;
+  const auto part = partOf(options, map.resolution_m);
+  std::cout << options.output << ": " << writeBoxes(options.output, map, part, options.boxes)
+            << std::endl;
+  return 0;
+}
+
 int convert(const Options& options) {
   const auto format = formatOfName(options.output);
-  if (!format) {
-    throw std::runtime_error(options.output + ": its name must end in one of " + knownEndings());
+  const bool are_boxes = isBoxOutput(options.output, options.boxes);
+  if (!format && !are_boxes) {
+    throw std::runtime_error(options.output + ": its name must end in one of " + knownEndings() +
+                             "; or, for boxes, " + knownSceneEndings());
   }
   checkReplaceable(options.output);
+  if (are_boxes) return convertToBoxes(options);
   if (format == MapFormat::kStore && isSqliteFile(options.input)) return copyStore(options);
   MapFile input = readInput(options);
   throwIfInterrupted();
@@ -112,7 +130,9 @@ int run(int argc, char** argv) {
                    "format. A store (.sqlite) becomes another one page by page.");
   line.addArgument("input", options.input,
                    "map: .cuboids, .sqlite, .ot or .bt; or a cloud of points, .pcd");
-  line.addArgument("output", options.output, "one of " + knownEndings());
+  line.addArgument(
+      "output", options.output,
+      "one of " + knownEndings() + "; or, for occupied space as boxes, " + knownSceneEndings());
   line.addText("frame", options.frame_id, "name of the frame to store in a native file");
   line.addNumber("resolution", options.resolution_m, "edge of a voxel in metres, for .pcd",
                  {1e-3, 1e2});
@@ -122,6 +142,16 @@ int run(int argc, char** argv) {
                  "highest probability, for maps from OctoMap", {0.501, 0.999});
   line.addPoint("min", options.min_m, "only what lies above these x, y and z, in metres");
   line.addPoint("max", options.max_m, "only what lies below these x, y and z, in metres");
+  line.addFlag("joined", options.boxes.are_joined,
+               ".csv: cuboids joined across bricks, walls as walls");
+  line.addNumber("boxes", options.boxes.max_boxes,
+                 "at most so many boxes, which cover all that is occupied and add little volume; "
+                 "without it scenes have all joined cuboids",
+                 {1, 1e6});
+  line.addTexts(
+      "keep-free", options.boxes.keep_free,
+      "with --boxes: space that no box may touch, such as the robot, as 'x y z x y z', the "
+      "least and the greatest in metres");
   if (const auto status = line.parse(argc, argv)) return *status;
   if (options.min_m.empty() != options.max_m.empty()) {
     throw std::runtime_error("give both --min and --max, or neither");
