@@ -33,6 +33,7 @@ cuboid_mapping_add_part(core
   cuboid_mapping/query/cuboid_query.cpp
   cuboid_mapping/query/fit_field.cpp
   cuboid_mapping/query/fit_query.cpp
+  cuboid_mapping/query/frontier_query.cpp
   cuboid_mapping/query/height_range.cpp
   cuboid_mapping/query/nearest_query.cpp
   cuboid_mapping/query/obstacles.cpp

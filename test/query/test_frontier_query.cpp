@@ -1,0 +1,174 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "cuboid_mapping/query/frontier_query.h"
+
+#include "cuboid_mapping/query/box_query.h"
+#include "cuboid_mapping/query/fit_query.h"
+#include "cuboid_mapping/query/ray_query.h"
+#include "support/random_bricks.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <limits>
+#include <map>
+#include <set>
+
+namespace cuboid_mapping {
+namespace {
+
+using test::Random;
+
+constexpr CellBox kArea{{-16, -16, -8}, {16, 16, 8}};
+
+CuboidMap randomMap(Random& random) {
+  CuboidMap map;
+  const int count = random.integer(1, 8);
+  for (int i = 0; i < count; ++i)
+    map.apply(test::randomUpdate(random, {{-2, -2, -1}, {2, 2, 1}}, 16));
+  return map;
+}
+
+/// By a look at each voxel and its neighbours.
+std::set<Cell> findVoxels(const CuboidMap& map, const CellBox& region) {
+  std::set<Cell> found;
+  test::visitCells(intersect(region, kArea), [&](const Cell& cell) {
+    if (map.voxels().at(cell) != Occupancy::kFree) return;
+    for (int axis = 0; axis < 3; ++axis) {
+      for (const int step : {-1, 1}) {
+        Cell beside = cell;
+        beside[axis] += step;
+        if (map.voxels().at(beside) == Occupancy::kUnknown) found.insert(cell);
+      }
+    }
+  });
+  return found;
+}
+
+bool touch(const Cell& a, const Cell& b) {
+  return std::abs(a.x - b.x) <= 1 && std::abs(a.y - b.y) <= 1 && std::abs(a.z - b.z) <= 1;
+}
+
+/// Clusters by painting each voxel with the colours of those before it.
+std::set<std::set<Cell>> findClusters(const std::set<Cell>& voxels) {
+  std::set<std::set<Cell>> clusters;
+  for (const Cell& cell : voxels) {
+    std::set<Cell> joined{cell};
+    for (auto cluster = clusters.begin(); cluster != clusters.end();) {
+      const bool is_near = std::any_of(cluster->begin(), cluster->end(),
+                                       [&](const Cell& other) { return touch(cell, other); });
+      if (is_near) joined.insert(cluster->begin(), cluster->end());
+      cluster = is_near ? clusters.erase(cluster) : std::next(cluster);
+    }
+    clusters.insert(joined);
+  }
+  return clusters;
+}
+
+TEST(FrontierQuery, findsTheVoxelsBesideUnknownSpaceInClusters) {
+  Random random(3921);
+  std::size_t num_frontiers = 0;
+  for (std::size_t i = 0; i < 40; ++i) {
+    SCOPED_TRACE(test::seedNote(i));
+    const CuboidMap map = randomMap(random);
+    FrontierTask task;
+    task.view_range_m = 0.0;
+    if (random.chance(0.5)) task.region = test::randomBoxInside(random, kArea);
+    task.min_voxels = random.index(4);
+    std::set<std::set<Cell>> expected;
+    for (const std::set<Cell>& cluster : findClusters(findVoxels(map, task.region))) {
+      if (cluster.size() >= task.min_voxels) expected.insert(cluster);
+    }
+    const Frontiers found = findFrontiers(map, task);
+    ASSERT_TRUE(found.is_valid);
+    std::set<std::set<Cell>> clusters;
+    std::size_t last = std::numeric_limits<std::size_t>::max();
+    for (const Frontier& frontier : found.frontiers) {
+      clusters.insert({frontier.voxels.begin(), frontier.voxels.end()});
+      EXPECT_LE(frontier.voxels.size(), last) << "the largest first";
+      last = frontier.voxels.size();
+    }
+    ASSERT_EQ(clusters, expected);
+    num_frontiers += clusters.size();
+  }
+  EXPECT_GT(num_frontiers, 200U);
+}
+
+/// By a ray to the centre of each voxel in the range.
+double seeUnknown(const CuboidMap& map, const Eigen::Vector3d& from, double range_m) {
+  double volume_m3 = 0.0;
+  test::visitCells({{-36, -36, -28}, {36, 36, 28}}, [&](const Cell& cell) {
+    const Eigen::Vector3d to_cell = map.grid().centerOf(CellBox::ofCell(cell)) - from;
+    if (map.voxels().at(cell) != Occupancy::kUnknown || to_cell.norm() > range_m) return;
+    const auto ray = castRay(map, from, to_cell, to_cell.norm(), UnknownPolicy::kPass);
+    if (!ray || ray->end == RayEnd::kMaxRange) volume_m3 += map.grid().voxelVolume();
+  });
+  return volume_m3;
+}
+
+TEST(FrontierQuery, saysWhereToStandAndWhatIsSeenFromThere) {
+  Random random(3922);
+  std::size_t num_places = 0;
+  for (std::size_t i = 0; i < 12; ++i) {
+    SCOPED_TRACE(test::seedNote(i));
+    CuboidMap map = randomMap(random);
+    map.replace({{-6, -6, -6}, {6, 6, 6}},
+                std::vector<UniformBox>{{{{-6, -6, -6}, {6, 6, 6}}, -1.0F}});
+    FrontierTask task;
+    task.size_m = Eigen::Vector3d::Constant(0.09);
+    task.max_distance_m = 0.3;
+    task.view_range_m = random.real(0.2, 0.8);
+    const Frontiers found = findFrontiers(map, task);
+    for (std::size_t k = 0; k < std::min<std::size_t>(3, found.frontiers.size()); ++k) {
+      const Frontier& frontier = found.frontiers[k];
+      const auto place = findNearestFit(map, frontier.center_map, task.size_m, UnknownPolicy::kStop,
+                                        task.max_distance_m);
+      ASSERT_EQ(frontier.place_map, place);
+      if (!place) continue;
+      ++num_places;
+      EXPECT_LE((*place - frontier.center_map).norm(), task.max_distance_m + 1e-9);
+      EXPECT_NEAR(frontier.unknown_volume_m3, seeUnknown(map, *place, task.view_range_m), 1e-9);
+    }
+  }
+  EXPECT_GT(num_places, 10U);
+}
+
+TEST(FrontierQuery, refusesNumbersOutsideTheirRanges) {
+  const CuboidMap map;
+  const double nan = std::numeric_limits<double>::quiet_NaN();
+  FrontierTask task;
+  EXPECT_TRUE(findFrontiers(map, task).is_valid);
+  EXPECT_TRUE(findFrontiers(map, task).frontiers.empty());
+  for (const double wrong : {0.0, -1.0, nan, std::numeric_limits<double>::infinity()}) {
+    task.size_m.y() = wrong;
+    EXPECT_FALSE(findFrontiers(map, task).is_valid) << wrong;
+  }
+  task = {};
+  for (const double wrong : {-1.0, nan, std::numeric_limits<double>::infinity()}) {
+    task.view_range_m = wrong;
+    EXPECT_FALSE(findFrontiers(map, task).is_valid) << wrong;
+    task = {};
+    task.max_distance_m = wrong;
+    EXPECT_FALSE(findFrontiers(map, task).is_valid) << wrong;
+    task = {};
+  }
+  task.region = {};
+  EXPECT_FALSE(findFrontiers(map, task).is_valid) << "an empty region";
+}
+
+TEST(FrontierQuery, endsWithItsBudget) {
+  Random random(3923);
+  const CuboidMap map = randomMap(random);
+  QueryLimits limits;
+  limits.max_entries = 1;
+  Budget entries(limits);
+  const Frontiers one = findFrontiers(map, {}, entries);
+  EXPECT_TRUE(one.is_truncated);
+  EXPECT_EQ(one.frontiers.size(), 1U);
+  limits = {};
+  limits.max_bricks = 3;
+  Budget bricks(limits);
+  EXPECT_TRUE(findFrontiers(map, {}, bricks).is_truncated);
+}
+
+}  // namespace
+}  // namespace cuboid_mapping
