@@ -31,6 +31,7 @@ cuboid_mapping_add_part(core
   cuboid_mapping/query/corridor_boxes.cpp
   cuboid_mapping/query/corridor_query.cpp
   cuboid_mapping/query/cuboid_query.cpp
+  cuboid_mapping/query/distance_field.cpp
   cuboid_mapping/query/fit_field.cpp
   cuboid_mapping/query/fit_query.cpp
   cuboid_mapping/query/frontier_query.cpp

@@ -1,0 +1,98 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include "cuboid_mapping/map/cuboid_map.h"
+#include "cuboid_mapping/query/unknown_policy.h"
+
+#include <cstdint>
+#include <optional>
+#include <vector>
+
+namespace cuboid_mapping {
+
+class Obstacles;
+
+/// Distances of the voxels of a region to the nearest obstacle, exact, up to a bound; from centre to centre, as
+/// those of dynamicEDT3D. Obstacles outside the region count, too.
+///
+/// About five bytes a voxel of the region and of its surroundings up to the bound. Const functions may run side
+/// by side; a change needs exclusive access.
+class DistanceField {
+ public:
+  static constexpr double kMaxVoxels = 1e9;   ///< Of the region and its surroundings.
+  static constexpr double kMaxBound = 127.0;  ///< In voxels.
+
+  /// @param region  Not empty; with its surroundings up to the bound at most kMaxVoxels.
+  /// @param bound_m  > 0, at most kMaxBound voxels: farther obstacles are not seen.
+  /// @param policy  kStop: unknown voxels are obstacles, too.
+  /// @throws std::invalid_argument  with what to change.
+  DistanceField(const CuboidMap& map, const CellBox& region, double bound_m,
+                UnknownPolicy policy = UnknownPolicy::kPass);
+
+  /// Follows a change of the map; each has to be followed. @complexity O(voxels that have a changed obstacle
+  /// within the bound in y and z).
+  void update(const CuboidMap& map, const ChangeSet& changes);
+
+  /// The region.
+  [[nodiscard]] const CellBox& region() const { return region_; }
+
+  /// Metres from the centre of the voxel that holds a point to that of the nearest obstacle, 0 in an obstacle;
+  /// infinity where none is within the bound. Nothing outside the region, and for NaN. @complexity O(1).
+  [[nodiscard]] std::optional<double> distanceAt(const Eigen::Vector3d& point_map) const;
+
+  /// The obstacle nearest to a voxel: itself if it is one; of several one of them. Nothing where none is within
+  /// the bound, and outside the region. @complexity O(voxels of the bound).
+  [[nodiscard]] std::optional<Cell> findNearest(const Cell& cell) const;
+
+  /// Unit vector from the nearest obstacle to the voxel that holds a point, along which the distance grows the
+  /// fastest; zero in an obstacle and where none is within the bound. Nothing outside the region, and for NaN.
+  /// @complexity As findNearest().
+  [[nodiscard]] std::optional<Eigen::Vector3d> gradientAt(const Eigen::Vector3d& point_map) const;
+
+  /// Bytes held from the allocator.
+  [[nodiscard]] std::size_t numBytes() const;
+
+ private:
+  /// Values of a box, row by row along x.
+  template <typename T>
+  struct Rows {
+    CellBox box;
+    std::vector<T> values;
+
+    explicit Rows(const CellBox& of, T value)
+        : box(of), values(static_cast<std::size_t>(of.numVoxels()), value) {}
+    [[nodiscard]] T* row(std::int32_t y, std::int32_t z) { return &values[indexOf(y, z)]; }
+    [[nodiscard]] const T* row(std::int32_t y, std::int32_t z) const {
+      return &values[indexOf(y, z)];
+    }
+    [[nodiscard]] T at(const Cell& cell) const { return row(cell.y, cell.z)[cell.x - box.min.x]; }
+
+   private:
+    [[nodiscard]] std::size_t indexOf(std::int32_t y, std::int32_t z) const {
+      const Cell size = box.size();
+      return (static_cast<std::size_t>(z - box.min.z) * static_cast<std::size_t>(size.y) +
+              static_cast<std::size_t>(y - box.min.y)) *
+             static_cast<std::size_t>(size.x);
+    }
+  };
+
+  void computeBrickRows(const Obstacles& obstacles, std::int32_t brick_y, std::int32_t brick_z);
+  void computeLayers();
+  void computeSquares();
+
+  Grid grid_;
+  CellBox region_;
+  CellBox around_;      ///< The region and its surroundings up to the bound.
+  std::int32_t bound_;  ///< Voxels, rounded down.
+  std::int16_t max_square_;
+  UnknownPolicy policy_;
+  Rows<std::int8_t> offsets_;  ///< Along x to the nearest obstacle of the row; of all rows around.
+  Rows<std::int16_t>
+      layers_;  ///< Squared distance to the nearest obstacle of the layer; of all layers around.
+  Rows<std::int16_t> squares_;  ///< Squared distance to the nearest obstacle.
+  Rows<std::uint8_t>
+      changed_rows_;  ///< Of offsets_: 1 for each row that the last change has changed.
+  Rows<std::uint8_t> changed_layers_;  ///< The same of layers_.
+};
+
+}  // namespace cuboid_mapping
