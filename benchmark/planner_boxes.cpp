@@ -1,6 +1,10 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Boxes for planners, of files of maps: how many joined cuboids there are, and what they take.
+// Boxes for planners, of files of maps: how many joined cuboids there are and what they take, and what covers of
+// few boxes add.
 #include "command_line.h"
+#include "cover_search.h"
+#include "cuboid_mapping/boxes/box_cover.h"
+#include "cuboid_mapping/boxes/free_boxes.h"
 #include "cuboid_mapping/boxes/joined_cuboids.h"
 #include "cuboid_mapping/io/map_files.h"
 
@@ -16,6 +20,8 @@ namespace {
 struct Options {
   std::vector<std::string> maps;
   int repetitions = 5;
+  std::vector<int> boxes{50, 100, 200, 500, 1000};
+  double search_s = 0.0;
 };
 
 /// Class, and extent across an axis: cuboids for which they are equal can be joined along it.
@@ -91,17 +97,57 @@ void measureJoined(const CuboidMap& map, const Options& options) {
             << largest << " voxels, " << 1e6 * time_s / count << " us a cuboid" << std::endl;
 }
 
+/// Boxes against added volume, in cubic metres.
+void measureCovers(const CuboidMap& map, const Options& options) {
+  const double voxel_m3 = map.grid().voxelVolume();
+  std::cout << "  occupied " << map.voxels().numOccupiedVoxels() * voxel_m3
+            << " m3; added by covers: boxes, ours, seconds, octree, bisection"
+            << (options.search_s > 0.0 ? ", search from ours, search from bisection" : "")
+            << "; free boxes: share of the free volume, disjoint and overlapping" << std::endl;
+  for (const int count : options.boxes) {
+    const auto max_boxes = static_cast<std::size_t>(count);
+    CoverTask task;
+    task.max_boxes = max_boxes;
+    BoxCover cover;
+    const double time_s = leastSeconds(1, [&] { cover = coverOccupied(map, task); });
+    const auto bisection = bench::coverByBisection(map, max_boxes);
+    const auto added_m3 = [&](const std::vector<CellBox>& boxes) {
+      return bench::countAdded(map, boxes) * voxel_m3;
+    };
+    std::cout << "  " << count << ", " << cover.added_volume_m3 << ", " << time_s << ", "
+              << added_m3(bench::coverByOctree(map, max_boxes)) << ", " << added_m3(bisection);
+    if (options.search_s > 0.0) {
+      for (const auto& begin : {cover.boxes, bisection}) {
+        std::cout << ", " << added_m3(bench::searchCover(map, begin, options.search_s, 1));
+      }
+    }
+    std::cout << ";";
+    for (const bool may_overlap : {false, true}) {
+      const FreeBoxes free = findFreeBoxes(map, {max_boxes, kAllCells, may_overlap});
+      std::cout << " "
+                << free.covered_volume_m3 / (free.covered_volume_m3 + free.missing_volume_m3);
+    }
+    std::cout << std::endl;
+  }
+}
+
 int run(int argc, char** argv) {
   Options options;
-  CommandLine line("planner_boxes", "Counts and times joined cuboids of maps.");
+  CommandLine line("planner_boxes",
+                   "Counts and times joined cuboids of maps, and covers by few boxes.");
   line.addArgument("maps", options.maps, "maps: .cuboids, .sqlite, .ot or .bt");
   line.addNumber("repetitions", options.repetitions, "runs of which the least time counts",
                  {1, 1000});
+  line.addList("boxes", options.boxes, "covers of so many boxes", {1, 1e6});
+  line.addNumber("search", options.search_s,
+                 "seconds of a random search for better covers, from ours and from another one",
+                 {0, 1e6});
   if (const auto status = line.parse(argc, argv)) return *status;
   for (const std::string& file : options.maps) {
     const CuboidMap map = loadMap(file);
     std::cout << file << ", " << map.grid().resolution() << " m" << std::endl;
     measureJoined(map, options);
+    measureCovers(map, options);
   }
   return 0;
 }
