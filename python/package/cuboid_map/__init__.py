@@ -12,8 +12,9 @@ has all that can be asked. All lengths are in metres.
 from cuboid_map._core import (
     DamagedMessage, Map, MapFileError, MapFollower, Mapper, convert, find_no_return_beams)
 from cuboid_map.results import (
-    Boxes, Corridor, CorridorEnd, Cuboids, IntegratedScan, Nearest, Occupancy, Paths, RayEnd, Rays)
+    BoxCover, Boxes, Corridor, CorridorEnd, Cuboids, Distances, FreeBoxes, Frontiers, IntegratedScan, Nearest, Occupancy,
+    Paths, RayEnd, Rays)
 
 __all__ = [
-    'Boxes', 'Corridor', 'CorridorEnd', 'Cuboids', 'DamagedMessage', 'IntegratedScan', 'Map', 'MapFileError',
-    'MapFollower', 'Mapper', 'Nearest', 'Occupancy', 'Paths', 'RayEnd', 'Rays', 'convert', 'find_no_return_beams']
+    'BoxCover', 'Boxes', 'Corridor', 'CorridorEnd', 'Cuboids', 'DamagedMessage', 'Distances', 'FreeBoxes',
+    'Frontiers', 'IntegratedScan', 'Map', 'MapFileError', 'MapFollower', 'Mapper', 'Nearest', 'Occupancy', 'Paths', 'RayEnd', 'Rays', 'convert', 'find_no_return_beams']

@@ -4,7 +4,8 @@ import typing
 
 import numpy as np
 
-from cuboid_map.results import Boxes, Corridor, Cuboids, IntegratedScan, Nearest, Occupancy, Paths, Rays
+from cuboid_map.results import (
+    BoxCover, Boxes, Corridor, Cuboids, Distances, FreeBoxes, Frontiers, IntegratedScan, Nearest, Occupancy, Paths, Rays)
 
 # Whatever numpy.asarray() takes.
 ArrayLike = typing.Union[np.ndarray, typing.Sequence[typing.Any]]
@@ -36,6 +37,15 @@ class Map:
     def find_corridor(
         self, start: ArrayLike, goal: ArrayLike, size: ArrayLike, unknown: str = ..., time_limit: float = ...,
         region: typing.Optional[ArrayLike] = ...) -> Corridor: ...
+    def cover_occupied(
+        self, max_boxes: int, region: typing.Optional[ArrayLike] = ...,
+        keep_free: typing.Optional[ArrayLike] = ...) -> BoxCover: ...
+    def free_boxes(
+        self, max_boxes: int, region: typing.Optional[ArrayLike] = ..., overlap: bool = ...) -> FreeBoxes: ...
+    def find_frontiers(
+        self, size: ArrayLike, region: typing.Optional[ArrayLike] = ..., min_voxels: int = ..., max_distance: float = ...,
+        view_range: float = ...) -> Frontiers: ...
+    def distances(self, points: ArrayLike, bound: float, unknown: str = ...) -> Distances: ...
     def save(self, file: str) -> int: ...
 
 class Mapper(Map):

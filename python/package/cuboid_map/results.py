@@ -86,3 +86,33 @@ class Corridor(typing.NamedTuple):
     path: np.ndarray     # (p, 3) float64, metres: from start to goal, of the robot's centre.
     length: float        # Of the path, metres.
     num_visited: int     # Boxes that the search has looked at.
+
+
+class BoxCover(typing.NamedTuple):
+    """Boxes that cover all that is occupied; volumes in cubic metres, each voxel counted once."""
+    boxes: np.ndarray       # (n, 6) float64, metres: min x, y, z, max x, y, z; the largest first.
+    occupied_volume: float  # Of the occupied voxels in the boxes.
+    added_volume: float     # Of all other voxels in the boxes.
+    left_out_volume: float  # Of occupied voxels inside keep_free.
+
+
+class FreeBoxes(typing.NamedTuple):
+    """Boxes of free voxels; volumes in cubic metres, each voxel counted once."""
+    boxes: np.ndarray      # (n, 6) float64, metres: min x, y, z, max x, y, z.
+    covered_volume: float  # Of the boxes.
+    missing_volume: float  # Of the free voxels in no box.
+
+
+class Frontiers(typing.NamedTuple):
+    """n clusters of free voxels beside unknown ones, the largest first."""
+    center: np.ndarray          # (n, 3) float64, metres: of the voxel nearest to the mean of the cluster.
+    place: np.ndarray           # (n, 3) float64, metres: the nearest place where the robot fits; NaN: none.
+    unknown_volume: np.ndarray  # (n,) float64, cubic metres, that is seen from the place.
+    voxels: np.ndarray          # (m, 3) float64, metres: centres, cluster by cluster.
+    end: np.ndarray             # (n,) int64: cluster i has the voxels from end[i - 1] (0 for the first) to end[i].
+
+
+class Distances(typing.NamedTuple):
+    """From n points to the nearest obstacles."""
+    distance: np.ndarray  # (n,) float64, metres: 0 in an obstacle, inf where none is within the bound.
+    gradient: np.ndarray  # (n, 3) float64: unit vector away from the nearest obstacle; zero where there is none.

@@ -1,0 +1,165 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// cuboid_map.Map: boxes to a budget, frontiers, and distances.
+#include "arrays.h"
+#include "cuboid_mapping/boxes/box_cover.h"
+#include "cuboid_mapping/boxes/free_boxes.h"
+#include "cuboid_mapping/query/distance_field.h"
+#include "cuboid_mapping/query/frontier_query.h"
+#include "map_access.h"
+
+#include <cmath>
+
+namespace cuboid_map_python {
+namespace {
+
+using namespace cuboid_mapping;
+using py::literals::operator""_a;
+
+Grid gridOf(MapAccess& access) {
+  return access.read([](const CuboidMap& map) { return map.grid(); });
+}
+
+CellBox toRegion(MapAccess& access, const py::object& region) {
+  return region.is_none() ? kAllCells : toCellBox(gridOf(access), region.cast<Doubles>(), "region");
+}
+
+std::size_t toMaxBoxes(long max_boxes) {
+  if (max_boxes > 0) return static_cast<std::size_t>(max_boxes);
+  throw Error("max_boxes is " + std::to_string(max_boxes) + ": it must be > 0");
+}
+
+template <typename BoxesT>
+py::array_t<double> toMetres(MapAccess& access, const BoxesT& boxes) {
+  const Grid grid = gridOf(access);
+  std::vector<double> rows;
+  for (const CellBox& box : boxes) append(rows, grid.toMetricBox(box));
+  return toRows(std::move(rows), 6);
+}
+
+py::object cover(MapAccess& access, long max_boxes, const py::object& region,
+                 const py::object& keep_free) {
+  CoverTask task;
+  task.max_boxes = toMaxBoxes(max_boxes);
+  task.region = toRegion(access, region);
+  if (!keep_free.is_none()) {
+    task.keep_free = toCellBoxes(gridOf(access), keep_free.cast<Doubles>(), "keep_free");
+  }
+  const BoxCover found =
+      access.read([&](const CuboidMap& map) { return coverOccupied(map, task); });
+  if (found.end == BoxesEnd::kTooFewBoxes) {
+    throw Error("max_boxes is " + std::to_string(max_boxes) + ": beside keep_free " +
+                std::to_string(found.boxes.size()) + " are needed");
+  }
+  return makeResult("BoxCover", toMetres(access, found.boxes), found.occupied_volume_m3,
+                    found.added_volume_m3, found.left_out_volume_m3);
+}
+
+py::object findFree(MapAccess& access, long max_boxes, const py::object& region, bool overlap) {
+  FreeBoxesTask task;
+  task.max_boxes = toMaxBoxes(max_boxes);
+  task.region = toRegion(access, region);
+  task.may_overlap = overlap;
+  const FreeBoxes found =
+      access.read([&](const CuboidMap& map) { return findFreeBoxes(map, task); });
+  return makeResult("FreeBoxes", toMetres(access, found.boxes), found.covered_volume_m3,
+                    found.missing_volume_m3);
+}
+
+py::object frontiers(MapAccess& access, const Doubles& size, const py::object& region,
+                     std::size_t min_voxels, double max_distance_m, double view_range_m) {
+  FrontierTask task;
+  task.region = toRegion(access, region);
+  task.min_voxels = min_voxels;
+  task.size_m = toVector(size, "size");
+  task.max_distance_m = max_distance_m;
+  task.view_range_m = view_range_m;
+  const Frontiers found =
+      access.read([&](const CuboidMap& map) { return findFrontiers(map, task); });
+  if (!found.is_valid) {
+    throw Error("size must be three edges > 0, max_distance and view_range >= 0, all finite");
+  }
+  const Grid grid = gridOf(access);
+  std::vector<double> centers;
+  std::vector<double> places;
+  std::vector<double> volumes;
+  std::vector<double> voxels;
+  std::vector<std::int64_t> ends;
+  for (const Frontier& frontier : found.frontiers) {
+    append(centers, frontier.center_map);
+    append(places, frontier.place_map.value_or(Eigen::Vector3d::Constant(NAN)));
+    volumes.push_back(frontier.unknown_volume_m3);
+    for (const Cell& cell : frontier.voxels) append(voxels, grid.centerOf(CellBox::ofCell(cell)));
+    ends.push_back(static_cast<std::int64_t>(voxels.size() / 3));
+  }
+  return makeResult("Frontiers", toRows(std::move(centers), 3), toRows(std::move(places), 3),
+                    toArray(std::move(volumes)), toRows(std::move(voxels), 3),
+                    toArray(std::move(ends)));
+}
+
+/// The box around points, in voxels.
+CellBox boundsOf(const Grid& grid, const std::vector<Eigen::Vector3d>& points) {
+  std::optional<CellBox> bounds;
+  for (const Eigen::Vector3d& point : points) {
+    const auto cell = grid.toCell(point);
+    if (!cell) throw Error("points must be finite and within the range of the grid");
+    bounds = bounds ? unite(*bounds, CellBox::ofCell(*cell)) : CellBox::ofCell(*cell);
+  }
+  return *bounds;
+}
+
+py::object distances(MapAccess& access, const Doubles& array, double bound_m,
+                     const std::string& unknown) {
+  const std::vector<Eigen::Vector3d> points = toPoints(array, "points");
+  const UnknownPolicy policy = toUnknownPolicy(unknown);
+  std::vector<double> distance;
+  std::vector<double> gradient;
+  if (!points.empty()) {
+    const CellBox region = boundsOf(gridOf(access), points);
+    const DistanceField field = access.read(
+        [&](const CuboidMap& map) { return DistanceField(map, region, bound_m, policy); });
+    for (const Eigen::Vector3d& point : points) {
+      distance.push_back(*field.distanceAt(point));
+      append(gradient, *field.gradientAt(point));
+    }
+  }
+  return makeResult("Distances", toArray(std::move(distance)), toRows(std::move(gradient), 3));
+}
+
+}  // namespace
+
+void bindBoxQueries(MapClass& map) {
+  map.def("cover_occupied", cover, "max_boxes"_a, "region"_a = py::none(),
+          "keep_free"_a = py::none(),
+          R"(At most so many boxes that cover all that is occupied and add little volume.
+
+max_boxes: > 0. region: (6,), metres; None: the whole map.
+keep_free: (k, 6), metres: no box touches a voxel that one of these overlaps, such as the robot.
+Returns results.BoxCover, the largest box first; boxes may overlap. The least volume is not guaranteed.
+Raises ValueError where keep_free lies between so many voxels that more boxes are needed.)");
+  map.def("free_boxes", findFree, "max_boxes"_a, "region"_a = py::none(), "overlap"_a = false,
+          R"(At most so many free boxes that hold much of the free space.
+
+max_boxes: > 0. region: (6,), metres; None: the whole map.
+overlap: whether a voxel may lie in two boxes.
+Returns results.FreeBoxes. The most volume is not guaranteed.)");
+  map.def(
+      "find_frontiers", frontiers, "size"_a, "region"_a = py::none(), "min_voxels"_a = 1,
+      "max_distance"_a = 2.0, "view_range"_a = 2.0,
+      R"(Where a robot learns more: free voxels beside unknown ones, in clusters, the largest first.
+
+size: (3,), metres: the robot, a box that does not turn. region: (6,), metres; None: the whole map.
+min_voxels: smaller clusters are left out.
+max_distance: of a place to stand from its frontier, metres.
+view_range: how far is seen from there, metres; 0: what is seen is not computed.
+Returns results.Frontiers. O(frontier voxels), and a ray to each unknown voxel in the range of each place.)");
+  map.def(
+      "distances", distances, "points"_a, "bound"_a, "unknown"_a = "free",
+      R"(How far it is from points to the nearest obstacle, exact, from voxel centre to voxel centre.
+
+points: (n, 3), metres. bound: metres, at most 127 voxels: farther obstacles are not seen.
+unknown: 'obstacle' or 'free'.
+Returns results.Distances. O(voxels of the box around all points and the bound): ask for points that lie
+together in one call.)");
+}
+
+}  // namespace cuboid_map_python
