@@ -47,8 +47,9 @@ py::object cover(MapAccess& access, long max_boxes, const py::object& region,
   const BoxCover found =
       access.read([&](const CuboidMap& map) { return coverOccupied(map, task); });
   if (found.end == BoxesEnd::kTooFewBoxes) {
-    throw Error("max_boxes is " + std::to_string(max_boxes) + ": beside keep_free " +
-                std::to_string(found.boxes.size()) + " are needed");
+    throw Error("max_boxes is " + std::to_string(max_boxes) +
+                ": because of keep_free or of voxels far from all others " +
+                std::to_string(found.boxes.size()) + " are needed; or choose a region");
   }
   return makeResult("BoxCover", toMetres(access, found.boxes), found.occupied_volume_m3,
                     found.added_volume_m3, found.left_out_volume_m3);
@@ -76,7 +77,9 @@ py::object frontiers(MapAccess& access, const Doubles& size, const py::object& r
   const Frontiers found =
       access.read([&](const CuboidMap& map) { return findFrontiers(map, task); });
   if (!found.is_valid) {
-    throw Error("size must be three edges > 0, max_distance and view_range >= 0, all finite");
+    throw Error(
+        "size must be three edges > 0, max_distance and view_range >= 0, all finite, and "
+        "view_range at most 500 voxels");
   }
   const Grid grid = gridOf(access);
   std::vector<double> centers;
@@ -135,7 +138,7 @@ void bindBoxQueries(MapClass& map) {
 max_boxes: > 0. region: (6,), metres; None: the whole map.
 keep_free: (k, 6), metres: no box touches a voxel that one of these overlaps, such as the robot.
 Returns results.BoxCover, the largest box first; boxes may overlap. The least volume is not guaranteed.
-Raises ValueError where keep_free lies between so many voxels that more boxes are needed.)");
+Raises ValueError where more boxes are needed: keep_free lies between the voxels, or these are very far apart.)");
   map.def("free_boxes", findFree, "max_boxes"_a, "region"_a = py::none(), "overlap"_a = false,
           R"(At most so many free boxes that hold much of the free space.
 

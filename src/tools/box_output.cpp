@@ -45,7 +45,8 @@ BoxCover cover(const CuboidMap& map, const CellBox& region, const BoxOptions& op
   if (found.end == BoxesEnd::kTooFewBoxes) {
     throw std::runtime_error(
         "--boxes " + std::to_string(options.max_boxes) +
-        " is not enough beside --keep-free: " + std::to_string(found.boxes.size()) + " would be");
+        " is not enough, because of --keep-free or of voxels far from all others: " +
+        std::to_string(found.boxes.size()) + " would be; or choose a part with --min and --max");
   }
   return found;
 }

@@ -161,6 +161,18 @@ TEST(BoxCover, addsNothingWhereThereAreBoxesEnough) {
   EXPECT_EQ(cover.added_volume_m3, 0.0);
 }
 
+TEST(BoxCover, doesNotUniteVoxelsThatAreFarApart) {
+  const std::int32_t far = 1 << 29;
+  const CuboidMap map = makeMap({{{0, 0, 0}, {5, 5, 5}},
+                                 {{50, 0, 0}, {51, 5, 5}},
+                                 {{far, far, far}, {far + 1, far + 1, far + 1}}});
+  CoverTask task;
+  task.max_boxes = 1;
+  const BoxCover cover = coverOccupied(map, task);
+  EXPECT_EQ(cover.end, BoxesEnd::kTooFewBoxes);
+  EXPECT_EQ(cover.boxes.size(), 2U);
+}
+
 TEST(BoxCover, isTheSameAgain) {
   Random random(3913);
   const CuboidMap map = makeMap(randomBoxes(random, {{-60, -60, -10}, {60, 60, 10}}, 400));

@@ -72,6 +72,7 @@ TEST(FrontierQuery, findsTheVoxelsBesideUnknownSpaceInClusters) {
     const CuboidMap map = randomMap(random);
     FrontierTask task;
     task.view_range_m = 0.0;
+    task.max_distance_m = 0.0;
     if (random.chance(0.5)) task.region = test::randomBoxInside(random, kArea);
     task.min_voxels = random.index(4);
     std::set<std::set<Cell>> expected;
@@ -96,7 +97,7 @@ TEST(FrontierQuery, findsTheVoxelsBesideUnknownSpaceInClusters) {
 /// By a ray to the centre of each voxel in the range.
 double seeUnknown(const CuboidMap& map, const Eigen::Vector3d& from, double range_m) {
   double volume_m3 = 0.0;
-  test::visitCells({{-36, -36, -28}, {36, 36, 28}}, [&](const Cell& cell) {
+  test::visitCells({{-27, -27, -19}, {27, 27, 19}}, [&](const Cell& cell) {
     const Eigen::Vector3d to_cell = map.grid().centerOf(CellBox::ofCell(cell)) - from;
     if (map.voxels().at(cell) != Occupancy::kUnknown || to_cell.norm() > range_m) return;
     const auto ray = castRay(map, from, to_cell, to_cell.norm(), UnknownPolicy::kPass);
@@ -108,7 +109,7 @@ double seeUnknown(const CuboidMap& map, const Eigen::Vector3d& from, double rang
 TEST(FrontierQuery, saysWhereToStandAndWhatIsSeenFromThere) {
   Random random(3922);
   std::size_t num_places = 0;
-  for (std::size_t i = 0; i < 12; ++i) {
+  for (std::size_t i = 0; i < 8; ++i) {
     SCOPED_TRACE(test::seedNote(i));
     CuboidMap map = randomMap(random);
     map.replace({{-6, -6, -6}, {6, 6, 6}},
@@ -116,7 +117,7 @@ TEST(FrontierQuery, saysWhereToStandAndWhatIsSeenFromThere) {
     FrontierTask task;
     task.size_m = Eigen::Vector3d::Constant(0.09);
     task.max_distance_m = 0.3;
-    task.view_range_m = random.real(0.2, 0.8);
+    task.view_range_m = random.real(0.2, 0.5);
     const Frontiers found = findFrontiers(map, task);
     for (std::size_t k = 0; k < std::min<std::size_t>(3, found.frontiers.size()); ++k) {
       const Frontier& frontier = found.frontiers[k];
@@ -129,7 +130,7 @@ TEST(FrontierQuery, saysWhereToStandAndWhatIsSeenFromThere) {
       EXPECT_NEAR(frontier.unknown_volume_m3, seeUnknown(map, *place, task.view_range_m), 1e-9);
     }
   }
-  EXPECT_GT(num_places, 10U);
+  EXPECT_GT(num_places, 5U);
 }
 
 TEST(FrontierQuery, refusesNumbersOutsideTheirRanges) {
@@ -151,6 +152,9 @@ TEST(FrontierQuery, refusesNumbersOutsideTheirRanges) {
     EXPECT_FALSE(findFrontiers(map, task).is_valid) << wrong;
     task = {};
   }
+  task.view_range_m = 501 * map.grid().resolution();
+  EXPECT_FALSE(findFrontiers(map, task).is_valid) << "a kilometre of rays";
+  task = {};
   task.region = {};
   EXPECT_FALSE(findFrontiers(map, task).is_valid) << "an empty region";
 }

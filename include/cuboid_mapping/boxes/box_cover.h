@@ -18,15 +18,17 @@ struct CoverTask {
 
 /// How coverOccupied() and findFreeBoxes() have ended.
 enum class BoxesEnd : unsigned char {
-  kInvalid,      ///< max_boxes is 0, or the region is empty.
-  kFound,        ///< As asked for.
-  kTooFewBoxes,  ///< CoverTask::keep_free lies between so many voxels that max_boxes are not enough.
+  kInvalid,  ///< max_boxes is 0, or the region is empty.
+  kFound,    ///< As asked for.
+  /// max_boxes are not enough: CoverTask::keep_free lies between the voxels, or they are so far apart that a
+  /// box around them has more than 2^22 bricks.
+  kTooFewBoxes,
   kBudgetSpent,  ///< Before there was an answer.
 };
 
 /// Answer of coverOccupied().
 struct BoxCover {
-  BoxesEnd end = BoxesEnd::kInvalid;
+  BoxesEnd end = BoxesEnd::kInvalid;  ///< Whether there is an answer.
   /// Largest first; they may overlap. With kTooFewBoxes more than max_boxes, as few as were found; with
   /// kInvalid and kBudgetSpent none.
   std::vector<CellBox> boxes;

@@ -12,12 +12,15 @@ namespace cuboid_mapping {
 
 /// What is asked of findFrontiers().
 struct FrontierTask {
+  static constexpr double kMaxViewRange = 500.0;  ///< Bound of view_range_m, in voxels.
+
   CellBox region = kAllCells;  ///< Frontier voxels outside are left out.
   std::size_t min_voxels = 1;  ///< Smaller frontiers are left out.
   Eigen::Vector3d size_m =
       Eigen::Vector3d::Constant(0.5);  ///< Robot: a box that does not turn, > 0.
   double max_distance_m = 2.0;         ///< Of a place to stand from its frontier, >= 0.
-  double view_range_m = 2.0;  ///< How far is seen from there, >= 0; 0: the view is not computed.
+  double view_range_m =
+      2.0;  ///< How far is seen from there: 0 (not computed) to kMaxViewRange voxels.
 };
 
 /// Free voxels at the border of unknown space, a cluster in which each shares a face, an edge or a corner

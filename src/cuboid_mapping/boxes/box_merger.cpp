@@ -14,6 +14,13 @@ double countOutside(const CellBox& a, const CellBox& b) {
 
 }  // namespace
 
+bool isAllowed(const CellBox& both, const std::vector<CellBox>& keep_free) {
+  constexpr double kMostBricks = 1 << 22;
+  return numBricks(both) <= kMostBricks &&
+         std::none_of(keep_free.begin(), keep_free.end(),
+                      [&](const CellBox& kept) { return !intersect(both, kept).isEmpty(); });
+}
+
 BoxMerger::BoxMerger(const std::vector<CellBox>& boxes, const std::vector<CellBox>& keep_free,
                      Budget& budget)
     : boxes_(boxes),
@@ -83,7 +90,7 @@ void BoxMerger::findPartner(Index box) {
   for (const Index other : groups_[group_of_[box]]) {
     if (other == box || boxes_[other].isEmpty()) continue;
     const std::pair<double, Index> candidate{countOutside(mine, boxes_[other]), other};
-    if (!(candidate < best.back()) || isKeptFree(unite(mine, boxes_[other]))) continue;
+    if (!(candidate < best.back()) || !isAllowed(unite(mine, boxes_[other]), keep_free_)) continue;
     best.back() = candidate;
     for (std::size_t i = best.size() - 1; i > 0 && best[i] < best[i - 1]; --i) {
       std::swap(best[i], best[i - 1]);
@@ -141,11 +148,6 @@ void BoxMerger::removeGone() {
   boxes_.erase(std::remove_if(boxes_.begin(), boxes_.end(),
                               [](const CellBox& box) { return box.isEmpty(); }),
                boxes_.end());
-}
-
-bool BoxMerger::isKeptFree(const CellBox& box) const {
-  return std::any_of(keep_free_.begin(), keep_free_.end(),
-                     [&](const CellBox& kept) { return !intersect(box, kept).isEmpty(); });
 }
 
 }  // namespace cuboid_mapping

@@ -10,6 +10,10 @@
 
 namespace cuboid_mapping {
 
+/// Whether a union may be part of a cover: it meets no kept space, and has at most 2^22 bricks, so that voxels
+/// far from all others cost no memory.
+[[nodiscard]] bool isAllowed(const CellBox& both, const std::vector<CellBox>& keep_free);
+
 /// Unites boxes two by two, at each step two that add the fewest voxels to those that are covered.
 ///
 /// A box knows one partner, the best of those near it, and waits in a queue by what their union would add.
@@ -52,7 +56,6 @@ class BoxMerger {
   void mergeInGroups(std::size_t max_boxes);
   void merge(Index first, Index second);
   void removeGone();
-  [[nodiscard]] bool isKeptFree(const CellBox& box) const;
 
   std::vector<CellBox> boxes_;  ///< Empty: gone.
   const std::vector<CellBox>& keep_free_;

@@ -1,7 +1,11 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "cuboid_mapping/boxes/cover_exchange.h"
 
+#include "cuboid_mapping/boxes/box_merger.h"
+
 #include <algorithm>
+#include <array>
+#include <limits>
 
 namespace cuboid_mapping {
 namespace {
@@ -165,7 +169,7 @@ bool CoverExchange::uniteBest(std::vector<CellBox>& boxes) const {
   std::size_t num_tried = 0;
   for (const Union& candidate : unions) {
     const CellBox both = unite(boxes[candidate.first], boxes[candidate.second]);
-    if (isKeptFree(both)) continue;
+    if (!isAllowed(both, keep_free_)) continue;
     const double num_added = both.numVoxels() - covered.count(both);
     if (num_added < least) best = &candidate;
     least = std::min(least, num_added);
@@ -175,11 +179,6 @@ bool CoverExchange::uniteBest(std::vector<CellBox>& boxes) const {
   boxes[best->first] = unite(boxes[best->first], boxes[best->second]);
   boxes.erase(boxes.begin() + static_cast<std::ptrdiff_t>(best->second));
   return true;
-}
-
-bool CoverExchange::isKeptFree(const CellBox& box) const {
-  return std::any_of(keep_free_.begin(), keep_free_.end(),
-                     [&](const CellBox& kept) { return !intersect(box, kept).isEmpty(); });
 }
 
 }  // namespace cuboid_mapping

@@ -24,6 +24,7 @@ class CoverExchange {
   /// Until no exchange lessens the added volume, or the budget is spent.
   void improve(std::size_t max_boxes);
 
+  /// The cover as it is now.
   [[nodiscard]] const std::vector<CellBox>& boxes() const { return boxes_; }
   /// Voxels of the boxes that are not occupied.
   [[nodiscard]] double numAdded() const { return num_added_; }
@@ -50,7 +51,6 @@ class CoverExchange {
   [[nodiscard]] std::vector<Split> findSplits() const;
   [[nodiscard]] Split findSplit(std::size_t box) const;
   [[nodiscard]] bool uniteBest(std::vector<CellBox>& boxes) const;
-  [[nodiscard]] bool isKeptFree(const CellBox& box) const;
   bool tryExchange(const Split& split, std::size_t max_boxes);
   bool takeIfBetter(std::vector<CellBox> boxes);
 

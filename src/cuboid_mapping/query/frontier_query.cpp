@@ -143,17 +143,18 @@ double seeUnknown(const CuboidMap& map, const Eigen::Vector3d& from_map, double 
   return num_seen * map.grid().voxelVolume();
 }
 
-bool isValid(const FrontierTask& task) {
+bool isValid(const FrontierTask& task, const Grid& grid) {
   return !task.region.isEmpty() && task.size_m.allFinite() && task.size_m.minCoeff() > 0.0 &&
          std::isfinite(task.max_distance_m) && task.max_distance_m >= 0.0 &&
-         std::isfinite(task.view_range_m) && task.view_range_m >= 0.0;
+         task.view_range_m >= 0.0 &&
+         task.view_range_m <= FrontierTask::kMaxViewRange * grid.resolution();
 }
 
 }  // namespace
 
 Frontiers findFrontiers(const CuboidMap& map, const FrontierTask& task, Budget& budget) {
   Frontiers found;
-  found.is_valid = isValid(task);
+  found.is_valid = isValid(task, map.grid());
   if (!found.is_valid) return found;
   FrontierTable marked = markFrontiers(map, task.region, budget);
   if (!budget.isSpent()) found.frontiers = takeClusters(std::move(marked), task.min_voxels);
