@@ -12,7 +12,7 @@ find_package(catkin REQUIRED COMPONENTS ${packages})
 find_package(octomap_msgs QUIET)  # Debian has none: types of the same name on the wire are used
 
 catkin_python_setup()
-add_message_files(FILES CuboidBricks.msg CuboidMapUpdate.msg FullCuboidMap.msg MapCuboid.msg Observation.msg)
+add_message_files(FILES AnswerInfo.msg Box.msg CuboidBricks.msg CuboidMapUpdate.msg FullCuboidMap.msg MapCuboid.msg Observation.msg)
 add_service_files(FILES
   CastRays.srv CheckBoxes.srv CheckPath.srv FindCorridor.srv FindNearest.srv FindNearestFree.srv
   GetCuboids.srv GetFreeGraph.srv GetMap.srv GetObservations.srv LoadMap.srv MoveMap.srv

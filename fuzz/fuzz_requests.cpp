@@ -1,10 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Requests to all services that answer from the map, with any numbers in them.
 #include "cuboid_mapping/ros/map/guarded_map.h"
-#include "cuboid_mapping/ros/services/check_answers.h"
-#include "cuboid_mapping/ros/services/edit_answers.h"
-#include "cuboid_mapping/ros/services/query_box.h"
-#include "cuboid_mapping/ros/services/search_answers.h"
+#include "cuboid_mapping/ros/services/answers.h"
 
 #include "fuzz_input.h"
 
@@ -59,6 +56,7 @@ class Taker {
   }
   void operator()(geometry_msgs::Point& point) { takeXyz(point); }
   void operator()(geometry_msgs::Vector3& vector) { takeXyz(vector); }
+  void operator()(Box& box) { (*this)(box.min, box.max); }
   void operator()(double& number) { number = input_.number(); }
   void operator()(std::uint8_t& number) {
     number = input_.upTo(7) == 0 ? input_.take<std::uint8_t>()
@@ -90,60 +88,66 @@ class Taker {
   FuzzInput& input_;
 };
 
+template <typename ResponseT>
+bool isAnswer(const ResponseT& response) {
+  return response.info.success != 0 || !response.info.message.empty();
+}
+bool isAnswer(const QueryBox::Response& response) {
+  return response.success != 0 || !response.message.empty();
+}
+
 /// Asks what a service answers: with an answer, or a refusal that says why.
 /// @param fill  (Taker&, RequestT&): takes the fields of the request.
-template <typename ResponseT, typename RequestT, typename FillT>
-void ask(ResponseT (*answer)(const MapInFrame&, const RequestT&), const MapInFrame& map,
-         FuzzInput& input, const FillT& fill) {
-  RequestT request;
+template <typename ServiceT, typename FillT>
+void ask(const MapInFrame& map, FuzzInput& input, const FillT& fill) {
+  typename ServiceT::Request request;
   Taker take(input);
   fill(take, request);
-  const ResponseT response = answer(map, request);
-  if (response.success == 0 && response.message.empty()) std::abort();
+  if (!isAnswer(answer<ServiceT>(map, request))) std::abort();
 }
 
 void askOne(const MapInFrame& map, FuzzInput& input) {
   switch (input.upTo(9)) {
     case 0:
-      return ask(answerCheckBoxes, map, input, [](Taker& take, auto& r) {
-        take(r.header, r.min, r.max, r.inflation, r.unknown);
+      return ask<CheckBoxes>(map, input, [](Taker& take, auto& r) {
+        take(r.header, r.boxes, r.inflation, r.unknown);
       });
     case 1:
-      return ask(answerCheckPath, map, input, [](Taker& take, auto& r) {
+      return ask<CheckPath>(map, input, [](Taker& take, auto& r) {
         take(r.header, r.waypoints, r.lengths, r.size, r.inflation, r.unknown);
       });
     case 2:
-      return ask(answerCastRays, map, input, [](Taker& take, auto& r) {
+      return ask<CastRays>(map, input, [](Taker& take, auto& r) {
         take(r.header, r.origins, r.directions, r.max_range, r.inflation, r.unknown);
       });
     case 3:
-      return ask(answerFindNearest, map, input, [](Taker& take, auto& r) {
+      return ask<FindNearest>(map, input, [](Taker& take, auto& r) {
         take(r.header, r.points, r.classes, r.k, r.max_distance, r.inflation);
       });
     case 4:
-      return ask(answerFindNearestFree, map, input, [](Taker& take, auto& r) {
+      return ask<FindNearestFree>(map, input, [](Taker& take, auto& r) {
         take(r.header, r.points, r.size, r.inflation, r.unknown, r.max_distance);
       });
     case 5:
-      return ask(answerGetCuboids, map, input, [](Taker& take, auto& r) {
-        take(r.header, r.everything, r.min, r.max, r.inflation, r.classes);
+      return ask<GetCuboids>(map, input, [](Taker& take, auto& r) {
+        take(r.header, r.everything, r.region, r.inflation, r.classes);
         take(r.min_edge, r.clip, r.limit);
       });
     case 6:
-      return ask(answerGetFreeGraph, map, input, [](Taker& take, auto& r) {
-        take(r.header, r.min, r.max, r.size, r.inflation, r.limit);
+      return ask<GetFreeGraph>(map, input, [](Taker& take, auto& r) {
+        take(r.header, r.region, r.size, r.inflation, r.limit);
       });
     case 7:
-      return ask(answerFindCorridor, map, input, [](Taker& take, auto& r) {
+      return ask<FindCorridor>(map, input, [](Taker& take, auto& r) {
         take(r.header, r.start, r.goal, r.size, r.inflation, r.unknown, r.time_limit, r.use_region);
-        take(r.min, r.max);
+        take(r.region);
       });
     case 8:
-      return ask(answerSetBox, map, input, [](Taker& take, auto& r) {
-        take(r.header, r.min, r.max, r.inflation, r.occupancy, r.probability, r.lock);
+      return ask<SetBox>(map, input, [](Taker& take, auto& r) {
+        take(r.header, r.boxes, r.inflation, r.occupancy, r.probability, r.lock);
       });
     default:
-      return ask(answerQueryBox, map, input, [](Taker& take, QueryBox::Request& r) {
+      return ask<QueryBox>(map, input, [](Taker& take, QueryBox::Request& r) {
         take(r.header, r.min, r.max, r.cuboids, r.clip);
       });
   }

@@ -235,13 +235,13 @@ add_library(cuboid_mapping_ros
   cuboid_mapping/ros/publishers/marker_cache.cpp
   cuboid_mapping/ros/publishers/marker_colors.cpp
   cuboid_mapping/ros/publishers/marker_publisher.cpp
-  cuboid_mapping/ros/services/check_answers.cpp
+  cuboid_mapping/ros/services/box_answers.cpp
   cuboid_mapping/ros/services/edit_answers.cpp
   cuboid_mapping/ros/services/map_files_service.cpp
+  cuboid_mapping/ros/services/nearest_answers.cpp
   cuboid_mapping/ros/services/planner_services.cpp
-  cuboid_mapping/ros/services/query_box.cpp
-  cuboid_mapping/ros/services/request_reader.cpp
-  cuboid_mapping/ros/services/search_answers.cpp)
+  cuboid_mapping/ros/services/service_call.cpp
+  cuboid_mapping/ros/services/way_answers.cpp)
 cuboid_mapping_configure(cuboid_mapping_ros)
 target_include_directories(cuboid_mapping_ros
   SYSTEM PUBLIC ${catkin_INCLUDE_DIRS} ${octomap_msgs_INCLUDE_DIRS}

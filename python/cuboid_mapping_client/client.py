@@ -150,8 +150,8 @@ class CuboidMapClient:
         parts = [first]
         while len(parts) < first.num_parts:
             answer = self._get_map(with_values=first.bricks.has_values, part=len(parts), revision=first.revision)
-            if not answer.success:
-                raise rospy.ServiceException(answer.message)
+            if not answer.info.success:
+                raise rospy.ServiceException(answer.info.message)
             parts.append(answer.map)
         return parts
 
@@ -188,7 +188,7 @@ class CuboidMapClient:
         except rospy.ServiceException as error:
             rospy.logwarn_throttle(10.0, 'cannot follow the map: %s' % error)
             return
-        if answer.success:
+        if answer.info.success:
             self._take_map(answer.map)
 
     def _tell(self):

@@ -54,7 +54,7 @@ typename ServiceT::Response call(const std::string& name,
 
 template <typename ResponseT>
 std::string textOf(const ResponseT& response, const std::string& when_done) {
-  if (!response.success) throw std::runtime_error(response.message);
+  if (!response.info.success) throw std::runtime_error(response.info.message);
   return when_done;
 }
 
@@ -237,7 +237,8 @@ void MapPanel::pauseOrResume() {
   request.data = is_paused_ ? 0 : 1;
   start(is_paused_ ? "Resume" : "Pause", names::kPauseService, [request](const std::string& name) {
     const auto response = call<std_srvs::SetBool>(name, request);
-    return textOf(response, response.message);
+    if (!response.success) throw std::runtime_error(response.message);
+    return response.message;
   });
 }
 
@@ -299,14 +300,15 @@ void MapPanel::editBox(const char* what, const BoxEdit& edit) {
   }
   SetBox::Request request;
   request.header.frame_id = box_->frameId();
-  request.min.push_back(toPoint(box_->min()));
-  request.max.push_back(toPoint(box_->max()));
+  request.boxes.emplace_back();
+  request.boxes.back().min = toPoint(box_->min());
+  request.boxes.back().max = toPoint(box_->max());
   request.occupancy = edit.occupancy;
   request.lock = edit.is_locked ? 1 : 0;
   start(what, names::kSetBoxService,
         [request, when_done = edit.when_done](const std::string& name) {
           const auto response = call<SetBox>(name, request);
-          return textOf(response, response.truncated != 0 ? response.message : when_done);
+          return textOf(response, response.info.truncated != 0 ? response.info.message : when_done);
         });
 }
 

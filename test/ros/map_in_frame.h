@@ -3,8 +3,8 @@
 #pragma once
 
 #include "cuboid_mapping/ros/map/guarded_map.h"
+#include "cuboid_mapping/ros/services/answers.h"
 #include "cuboid_mapping/ros/services/map_in_frame.h"
-#include "cuboid_mapping/ros/services/request_reader.h"
 
 #include <geometry_msgs/TransformStamped.h>
 #include <gtest/gtest.h>
@@ -15,6 +15,20 @@
 #include <vector>
 
 namespace cuboid_mapping_ros::test {
+
+template <typename ResponseT>
+const cuboid_mapping::AnswerInfo& infoOf(const ResponseT& response) {
+  return response.info;
+}
+inline cuboid_mapping::AnswerInfo infoOf(const cuboid_mapping::QueryBox::Response& response) {
+  cuboid_mapping::AnswerInfo info;
+  info.success = response.success;
+  info.message = response.message;
+  info.header = response.header;
+  info.revision = response.revision;
+  info.truncated = response.truncated;
+  return info;
+}
 
 /// At 0.1 m: a free room from (0, 0, 0) to (2, 1, 1) m, in its middle a wall 0.1 m thick, from
 /// x = 1 on, with a door from y = 0.3 to 0.6; all else unknown. The frame "turned" is the map's, turned by
@@ -46,23 +60,31 @@ class MapInFrameTest : public ::testing::Test {
   }
 
   static geometry_msgs::Point point(double x, double y, double z) { return toPoint({x, y, z}); }
+  static cuboid_mapping::Box box(const Eigen::Vector3d& min, const Eigen::Vector3d& max) {
+    cuboid_mapping::Box box;
+    box.min = toPoint(min);
+    box.max = toPoint(max);
+    return box;
+  }
   static geometry_msgs::Vector3 vector(double x, double y, double z) {
     return toVector3({x, y, z});
   }
 
   template <typename ResponseT>
   static void expectHead(const ResponseT& response) {
-    EXPECT_TRUE(response.success) << response.message;
-    EXPECT_EQ(response.header.frame_id, "map");
-    EXPECT_EQ(response.header.stamp, ros::Time(7.0));
-    EXPECT_EQ(response.revision, 1U);
+    const auto info = infoOf(response);
+    EXPECT_TRUE(info.success) << info.message;
+    EXPECT_EQ(info.header.frame_id, "map");
+    EXPECT_EQ(info.header.stamp, ros::Time(7.0));
+    EXPECT_EQ(info.revision, 1U);
   }
 
   /// @param part  That the message has to have.
   template <typename ResponseT>
   static void expectRefusal(const ResponseT& response, const std::string& part) {
-    EXPECT_FALSE(response.success);
-    EXPECT_NE(response.message.find(part), std::string::npos) << "says: " << response.message;
+    const auto info = infoOf(response);
+    EXPECT_FALSE(info.success);
+    EXPECT_NE(info.message.find(part), std::string::npos) << "says: " << info.message;
   }
 
   static void expectNear(const geometry_msgs::Point& at, double x, double y, double z) {

@@ -12,6 +12,7 @@ from nav_msgs.msg import Path
 from rosgraph_msgs.msg import Log
 from visualization_msgs.msg import MarkerArray
 
+from cuboid_mapping.msg import Box
 from cuboid_mapping.srv import SetBox, SetBoxRequest
 
 DOOR = ((2, 1, 0), (2.2, 1.8, 2))
@@ -60,8 +61,8 @@ class ExamplePlannerTest(unittest.TestCase):
 
     def set_box(self, low, high, occupancy):
         answer = rospy.ServiceProxy('/cuboid_mapping/set_box', SetBox)(
-            min=[Point(*low)], max=[Point(*high)], occupancy=occupancy)
-        self.assertTrue(answer.success, answer.message)
+            boxes=[Box(Point(*low), Point(*high))], occupancy=occupancy)
+        self.assertTrue(answer.info.success, answer.info.message)
 
     def expect(self, condition):
         with self.changed:

@@ -10,7 +10,7 @@
 #include "cuboid_mapping/ros/cuboid_map_client.h"
 #include "cuboid_mapping/ros/middleware/callback_guard.h"
 #include "cuboid_mapping/ros/middleware/names.h"
-#include "cuboid_mapping/ros/services/request_reader.h"
+#include "cuboid_mapping/ros/services/service_call.h"
 #include "cuboid_mapping/sharing/map_follower.h"
 #include "ros/log_probe.h"
 #include "ros/node_probe.h"
@@ -58,11 +58,12 @@ class NodeClientTest : public NodeTest {
 
   static void setBox(double max_m, std::uint8_t occupancy) {
     SetBox box;
-    box.request.min = {toPoint({-max_m, -0.5, -0.5})};
-    box.request.max = {toPoint({max_m, 0.5, 0.5})};
+    box.request.boxes.emplace_back();
+    box.request.boxes.back().min = toPoint({-max_m, -0.5, -0.5});
+    box.request.boxes.back().max = toPoint({max_m, 0.5, 0.5});
     box.request.occupancy = occupancy;
     ASSERT_TRUE(callService(std::string(kNode) + "/set_box", box));
-    ASSERT_TRUE(box.response.success) << box.response.message;
+    ASSERT_TRUE(box.response.info.success) << box.response.info.message;
   }
 
   static GetCuboids::Response serverMap() {
@@ -76,16 +77,14 @@ class NodeClientTest : public NodeTest {
   /// Waits until the client has come as far as the server, and compares every voxel.
   void expectSameMap() {
     const GetCuboids::Response server = serverMap();
-    ASSERT_TRUE(waitFor([&] { return client_->revision() >= server.revision; }));
-    ASSERT_EQ(client_->revision(), server.revision);
+    ASSERT_TRUE(waitFor([&] { return client_->revision() >= server.info.revision; }));
+    ASSERT_EQ(client_->revision(), server.info.revision);
     client_->read([&](const CuboidMap& map) {
       double num_voxels = 0.0;
-      for (std::size_t i = 0; i < server.min.size(); ++i) {
-        const MetricBox box{{server.min[i].x, server.min[i].y, server.min[i].z},
-                            {server.max[i].x, server.max[i].y, server.max[i].z}};
-        const auto there = queryBox(map, box);
+      for (const cuboid_mapping::MapCuboid& cuboid : server.cuboids) {
+        const auto there = queryBox(map, MetricBox{toVector(cuboid.min), toVector(cuboid.max)});
         EXPECT_NEAR(there->unknown_volume_m3, 0.0, 1e-9);
-        const bool is_free = server.occupancy[i] == GetCuboids::Response::FREE;
+        const bool is_free = cuboid.occupancy == cuboid_mapping::MapCuboid::FREE;
         EXPECT_NEAR(is_free ? there->occupied_volume_m3 : there->free_volume_m3, 0.0, 1e-9);
         num_voxels += there->box.numVoxels();
       }
@@ -235,7 +234,7 @@ TEST_F(NodeClientTest, AsksTheServerThatTheMessagesNameHoweverLongItTakes) {
       answer = [&](cuboid_mapping::GetMap::Request& request,
                    cuboid_mapping::GetMap::Response& response) {
         if (++num_calls == 1) ros::WallDuration(11.0).sleep();
-        response.success = static_cast<std::uint8_t>(true);
+        response.info.success = static_cast<std::uint8_t>(true);
         response.map = parts[request.part];
         return true;
       };
@@ -308,7 +307,7 @@ TEST_F(NodeClientTest, FollowsThoughSomebodyAlwaysReads) {
     }));
   }
   setBox(1.0, SetBox::Request::FREE);
-  const std::uint64_t revision = serverMap().revision;
+  const std::uint64_t revision = serverMap().info.revision;
   EXPECT_TRUE(waitFor([&] { return client_->revision() >= revision; }));
   is_over = true;
 }

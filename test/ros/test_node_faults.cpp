@@ -37,10 +37,13 @@ class NodeFaultsTest : public NodeTest {
   /// Makes a voxel occupied, however far away.
   static bool setVoxel(double x, double y) {
     cuboid_mapping::SetBox service;
-    service.request.min.push_back(toPoint({x, y, 0.0}));
-    service.request.max.push_back(toPoint({x + kResolution_m, y + kResolution_m, kResolution_m}));
+    service.request.boxes.emplace_back();
+    service.request.boxes.back().min = toPoint({x, y, 0.0});
+    service.request.boxes.back().max =
+        toPoint({x + kResolution_m, y + kResolution_m, kResolution_m});
     service.request.occupancy = cuboid_mapping::SetBox::Request::OCCUPIED;
-    return callService(std::string(kNode) + "/set_box", service) && service.response.success != 0;
+    return callService(std::string(kNode) + "/set_box", service) &&
+           service.response.info.success != 0;
   }
 
   /// 1e4 m: more cells than projected_map_memory holds.

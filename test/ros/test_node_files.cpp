@@ -12,6 +12,8 @@
 namespace cuboid_mapping_ros::test {
 namespace {
 
+using cuboid_mapping::LoadMap;
+
 using cuboid_mapping::test::limitFileSize;
 using cuboid_mapping::test::Program;
 using cuboid_mapping::test::TemporaryFolder;
@@ -49,10 +51,11 @@ class NodeFiles : public ::testing::TestWithParam<bool> {
     cuboid_mapping::SetBox set;
     set.request.lock = static_cast<std::uint8_t>(is_locked);
     set.request.occupancy = cuboid_mapping::SetBox::Request::OCCUPIED;
-    set.request.min.push_back(tf2::toMsg(Eigen::Vector3d(number, 0.0, 0.0)));
-    set.request.max.push_back(tf2::toMsg(Eigen::Vector3d(number + 0.2, 0.2, 0.2)));
+    set.request.boxes.emplace_back();
+    set.request.boxes.back().min = tf2::toMsg(Eigen::Vector3d(number, 0.0, 0.0));
+    set.request.boxes.back().max = tf2::toMsg(Eigen::Vector3d(number + 0.2, 0.2, 0.2));
     ASSERT_TRUE(callService(std::string(kName) + "/set_box", set));
-    ASSERT_TRUE(set.response.success) << set.response.message;
+    ASSERT_TRUE(set.response.info.success) << set.response.info.message;
   }
 
   std::unique_ptr<Program> node_;
@@ -180,33 +183,34 @@ TEST_P(NodeFiles, ArePutIntoTheMapByRuleAndTransform) {
   cuboid_mapping::SaveMap save;
   save.request.filename = file;
   ASSERT_TRUE(callService(std::string(kName) + "/save_map", save));
-  const auto load = [&](const std::string& rule, double x, double quaternion_z) {
-    cuboid_mapping::LoadMap service;
+  const auto load = [&](std::uint8_t rule, double x, double quaternion_z) {
+    LoadMap service;
     service.request.filename = file;
     service.request.rule = rule;
     service.request.transform.translation.x = x;
     service.request.transform.rotation.z = quaternion_z;
     service.request.transform.rotation.w = quaternion_z;  // A quarter turn, or none.
     EXPECT_TRUE(ros::service::call(std::string(kName) + "/load_map", service));
-    return service.response;
+    return service.response.info;
   };
   // The box is at x = 1 to 1.2 m; a quarter turn takes it to y = 1 to 1.2 m, x = -0.2 to 0 m.
-  const auto both = load("sum", 0.0, 0.7071);
+  const auto both = load(LoadMap::Request::SUM, 0.0, 0.7071);
   EXPECT_TRUE(both.success) << both.message;
   EXPECT_NE(both.message.find("exact"), std::string::npos) << both.message;
   EXPECT_NE(both.message.find("0 voxels known to both"), std::string::npos) << both.message;
   EXPECT_NE(both.message.find("not the map"), std::string::npos) << both.message;
-  const auto shifted = load("later", 0.13, 0.0);
+  const auto shifted = load(LoadMap::Request::LATER, 0.13, 0.0);
   EXPECT_NE(shifted.message.find("resampled"), std::string::npos) << shifted.message;
   save.request.filename = folder_ / "both.cuboids";
   ASSERT_TRUE(callService(std::string(kName) + "/save_map", save));
   EXPECT_EQ(countVoxels(save.request.filename), 2.5 * kVoxelsOfBox) << "shifted by one voxel";
-  for (const auto& [rule, quaternion_z] : {std::pair{"mean", 0.0}, {"sum", 5.0}}) {
-    const auto refused = load(rule, 0.0, quaternion_z);
-    EXPECT_FALSE(refused.success);
-    EXPECT_FALSE(refused.message.empty());
-  }
-  const auto alone = load("", 0.0, 0.0);
+  const auto unknown = load(4, 0.0, 0.0);
+  EXPECT_FALSE(unknown.success);
+  EXPECT_NE(unknown.message.find("REPLACE (0)"), std::string::npos) << unknown.message;
+  const auto stretched = load(LoadMap::Request::SUM, 0.0, 5.0);
+  EXPECT_FALSE(stretched.success);
+  EXPECT_FALSE(stretched.message.empty());
+  const auto alone = load(LoadMap::Request::REPLACE, 0.0, 0.0);
   EXPECT_TRUE(alone.success) << alone.message;
   EXPECT_EQ(alone.message, "");
 }
@@ -225,9 +229,11 @@ TEST_P(NodeFiles, SayWhyTheyCannotBeWritten) {
     cuboid_mapping::SaveMap save;
     save.request.filename = file;
     ASSERT_TRUE(callService(std::string(kName) + "/save_map", save));
-    EXPECT_FALSE(save.response.success) << file;
-    EXPECT_NE(save.response.message.find(reason), std::string::npos) << save.response.message;
-    EXPECT_NE(save.response.message.find(file), std::string::npos) << save.response.message;
+    EXPECT_FALSE(save.response.info.success) << file;
+    EXPECT_NE(save.response.info.message.find(reason), std::string::npos)
+        << save.response.info.message;
+    EXPECT_NE(save.response.info.message.find(file), std::string::npos)
+        << save.response.info.message;
   }
   EXPECT_EQ(folder_.list(), std::vector<std::string>{"folder.ot"}) << "nothing half-written";
   setBox(2);  // it goes on

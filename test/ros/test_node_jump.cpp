@@ -35,7 +35,7 @@ class NodeJump : public DrivenNode {
     cuboid_mapping::SaveMap save;
     save.request.filename = folder_ / "saved.cuboids";
     EXPECT_TRUE(callService(std::string(kName) + "/save_map", save));
-    EXPECT_TRUE(save.response.success) << save.response.message;
+    EXPECT_TRUE(save.response.info.success) << save.response.info.message;
     return cuboid_mapping::test::voxelsOf(
         cuboid_mapping::readMapFile(save.request.filename).snapshot.bricks);
   }
@@ -44,10 +44,11 @@ class NodeJump : public DrivenNode {
     SetBox set;
     set.request.occupancy = SetBox::Request::OCCUPIED;
     set.request.lock = 1;
-    set.request.min.push_back(tf2::toMsg(min));
-    set.request.max.push_back(tf2::toMsg(max));
+    set.request.boxes.emplace_back();
+    set.request.boxes.back().min = tf2::toMsg(min);
+    set.request.boxes.back().max = tf2::toMsg(max);
     ASSERT_TRUE(callService(std::string(kName) + "/set_box", set));
-    ASSERT_TRUE(set.response.success) << set.response.message;
+    ASSERT_TRUE(set.response.info.success) << set.response.info.message;
   }
 
   [[nodiscard]] long numBeforeJump() { return figure("clouds dropped, before a jump"); }
@@ -76,7 +77,7 @@ TEST_P(NodeJump, TakesAllOfTheMapAlong) {
   T_map_start_.pretranslate(Eigen::Vector3d(3.0, -2.0, 0.5));
   const ros::Time jump(time_s_ + 0.05);
   const MoveMap::Response answer = move(T_map_start_, jump);
-  ASSERT_TRUE(answer.success) << answer.message;
+  ASSERT_TRUE(answer.info.success) << answer.info.message;
   EXPECT_GT(answer.cuboids, 100U);
   Voxels expected;
   for (const auto& [cell, value] : before) {
@@ -107,7 +108,7 @@ TEST_P(NodeJump, ACloudThatWaitsIsOfTheFrameAsItWas) {
   publishRoom(waiting);
   EXPECT_TRUE(waitFor([this] { return figure("clouds waiting") == 1; }));
   T_map_start_ = makeTranslation(0.0, 0.0, 0.3);
-  ASSERT_TRUE(move(T_map_start_, waiting + ros::Duration(0.1)).success);
+  ASSERT_TRUE(move(T_map_start_, waiting + ros::Duration(0.1)).info.success);
   publishPose(1.0, waiting);
   EXPECT_TRUE(waitFor([this] { return numBeforeJump() == 1; }));
   EXPECT_EQ(figure("clouds waiting"), 0);
@@ -124,11 +125,11 @@ TEST_P(NodeJump, IsRefusedWhereTheMapCannotBeTakenAlongExactly) {
   drive(0.0, 1.0);
   const Voxels before = saveMap();
   const auto shifted = move(makeTranslation(0.32, 0.0, 0.0), ros::Time(time_s_ + 1.0));
-  EXPECT_FALSE(shifted.success);
-  EXPECT_NE(shifted.message.find("(0.3, 0, 0)"), std::string::npos) << shifted.message;
+  EXPECT_FALSE(shifted.info.success);
+  EXPECT_NE(shifted.info.message.find("(0.3, 0, 0)"), std::string::npos) << shifted.info.message;
   const auto late = move(makeTranslation(0.3, 0.0, 0.0), ros::Time(time_s_));
-  EXPECT_FALSE(late.success);
-  EXPECT_NE(late.message.find("~pause"), std::string::npos) << late.message;
+  EXPECT_FALSE(late.info.success);
+  EXPECT_NE(late.info.message.find("~pause"), std::string::npos) << late.info.message;
   EXPECT_EQ(saveMap(), before);
   drive(1.0, 2.0);
   EXPECT_EQ(numBeforeJump(), 0);
@@ -139,8 +140,8 @@ TEST_P(NodeJump, IsRefusedByANodeThatMergesWhatRobotsSay) {
   cuboid_mapping::test::Program merger(
       {CUBOID_MAPPING_NODE, "__name:=merger", "__log:=/dev/null", "_merge/robots:=/nobody"});
   const auto answer = move(makeTranslation(1.0, 0.0, 0.0), ros::Time(), "/merger");
-  EXPECT_FALSE(answer.success);
-  EXPECT_NE(answer.message.find("map_merge"), std::string::npos) << answer.message;
+  EXPECT_FALSE(answer.info.success);
+  EXPECT_NE(answer.info.message.find("map_merge"), std::string::npos) << answer.info.message;
   merger.send(SIGINT);
   EXPECT_EQ(merger.finish().status, 0);
 }

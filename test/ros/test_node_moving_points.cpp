@@ -99,7 +99,7 @@ TEST_F(NodeMovingPointsTest, AreSaidAndLeftOutByTheNodeAndByBagToMap) {
   cuboid_mapping::SaveMap save;
   save.request.filename = folder_ / "node.cuboids";
   ASSERT_TRUE(callService(std::string(kNode) + "/save_map", save));
-  ASSERT_TRUE(save.response.success) << save.response.message;
+  ASSERT_TRUE(save.response.info.success) << save.response.info.message;
   EXPECT_EQ(classOf(save.request.filename, kInBox), Occupancy::kFree);
   EXPECT_EQ(classOf(save.request.filename, kInWall), Occupancy::kOccupied);
   const std::string map = mapOfBag(writeBag({makeRoom({2.0, 2.0, 1.0}), makeBox()}), {});

@@ -9,7 +9,7 @@
 #include "cuboid_mapping/GetCuboids.h"
 #include "cuboid_mapping/GetFreeGraph.h"
 #include "cuboid_mapping/SetBox.h"
-#include "cuboid_mapping/ros/services/request_reader.h"
+#include "cuboid_mapping/ros/services/service_call.h"
 #include "ros/node_probe.h"
 
 #include <std_srvs/SetBool.h>
@@ -40,23 +40,19 @@ class NodePlannerTest : public NodeTest {
   }
 
   template <typename ServiceT>
-  static void call(const std::string& name, ServiceT& service) {
-    ASSERT_TRUE(callService(std::string(kNode) + "/" + name, service));
-    EXPECT_TRUE(service.response.success) << name << ": " << service.response.message;
-  }
-  /// As call(), and looks at what every answer says of the map.
-  template <typename ServiceT>
   static void ask(const std::string& name, ServiceT& service) {
-    call(name, service);
-    EXPECT_EQ(service.response.header.frame_id, "map");
-    EXPECT_EQ(service.response.header.stamp, ros::Time(101.5));
-    EXPECT_GT(service.response.revision, 0U);
+    ASSERT_TRUE(callService(std::string(kNode) + "/" + name, service));
+    EXPECT_TRUE(service.response.info.success) << name << ": " << service.response.info.message;
+    EXPECT_EQ(service.response.info.header.frame_id, "map");
+    EXPECT_EQ(service.response.info.header.stamp, ros::Time(101.5));
+    EXPECT_GT(service.response.info.revision, 0U);
   }
   static double freeVolume() {
     CheckBoxes boxes;
-    boxes.request.min = {toPoint({-3, -3, -3})};
-    boxes.request.max = {toPoint({3, 3, 3})};
-    call("check_boxes", boxes);
+    boxes.request.boxes.emplace_back();
+    boxes.request.boxes.back().min = toPoint({-3, -3, -3});
+    boxes.request.boxes.back().max = toPoint({3, 3, 3});
+    EXPECT_TRUE(callService(std::string(kNode) + "/check_boxes", boxes));
     return boxes.response.free_volume.at(0);
   }
 };
@@ -96,11 +92,11 @@ TEST_F(NodePlannerTest, AnswersEveryQuestion) {
   cuboids.request.everything = true;
   cuboids.request.classes = GetCuboids::Request::OCCUPIED;
   ask("get_cuboids", cuboids);
-  EXPECT_GT(cuboids.response.min.size(), 50U);
+  EXPECT_GT(cuboids.response.cuboids.size(), 50U);
 
   GetFreeGraph graph;
-  graph.request.min = toPoint({-2, -2, -1});
-  graph.request.max = toPoint({2, 2, 1});
+  graph.request.region.min = toPoint({-2, -2, -1});
+  graph.request.region.max = toPoint({2, 2, 1});
   graph.request.size = toVector3({0.5, 0.5, 0.5});
   ask("get_free_graph", graph);
   EXPECT_GT(graph.response.first.size(), 10U);
@@ -111,14 +107,15 @@ TEST_F(NodePlannerTest, AnswersEveryQuestion) {
   corridor.request.size = toVector3({0.5, 0.5, 0.5});
   ask("find_corridor", corridor);
   EXPECT_EQ(corridor.response.result, FindCorridor::Response::FOUND);
-  EXPECT_EQ(corridor.response.min.size(), 1U) << "the room is one box";
+  EXPECT_EQ(corridor.response.boxes.size(), 1U) << "the room is one box";
 }
 
 TEST_F(NodePlannerTest, SetsAndLocksABox) {
   const double free_m3 = freeVolume();
   SetBox box;
-  box.request.min = {toPoint({-0.5, -0.5, -0.5})};
-  box.request.max = {toPoint({0.5, 0.5, 0.5})};
+  box.request.boxes.emplace_back();
+  box.request.boxes.back().min = toPoint({-0.5, -0.5, -0.5});
+  box.request.boxes.back().max = toPoint({0.5, 0.5, 0.5});
   box.request.occupancy = SetBox::Request::OCCUPIED;
   box.request.lock = true;
   ask("set_box", box);
@@ -133,11 +130,11 @@ TEST_F(NodePlannerTest, SetsAndLocksABox) {
 TEST_F(NodePlannerTest, LeavesCloudsOutWhilePaused) {
   std_srvs::SetBool pause;
   pause.request.data = true;
-  call("pause", pause);
+  EXPECT_TRUE(callService(std::string(kNode) + "/pause", pause));
   sendRoom(102.5);
   EXPECT_TRUE(waitFor([this] { return countNew("clouds dropped, paused") == 1; }));
   pause.request.data = false;
-  call("pause", pause);
+  EXPECT_TRUE(callService(std::string(kNode) + "/pause", pause));
   sendRoom(103.5);
   EXPECT_TRUE(waitForInserted(2));
 }

@@ -170,7 +170,7 @@ TEST_F(NodeSourcesTest, NodeAndBagToMapMakeTheSameMapOfThreeSensors) {
   cuboid_mapping::SaveMap save;
   save.request.filename = folder_ / "node.cuboids";
   ASSERT_TRUE(callService(std::string(kNode) + "/save_map", save));
-  ASSERT_TRUE(save.response.success) << save.response.message;
+  ASSERT_TRUE(save.response.info.success) << save.response.info.message;
   EXPECT_TRUE(offline == cuboid_mapping::test::readFile(save.request.filename));
 }
 

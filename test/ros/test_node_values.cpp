@@ -276,21 +276,21 @@ TEST_P(LossyServerTest, KeepsThePartsOfTheLastMaps) {
   for (std::size_t i = 0; i <= MapImageServer::kKept; ++i) {
     observe(false);
     const GetMap answer = askForPart(detail, 0, 0);
-    ASSERT_TRUE(answer.response.success) << answer.response.message;
+    ASSERT_TRUE(answer.response.info.success) << answer.response.info.message;
     first.push_back(answer.response.map);
     ASSERT_EQ(first.back().num_parts > 1, isInParts());
   }
   if (!isInParts()) return;
   const GetMap forgotten = askForPart(detail, 1, first[0].revision);
-  EXPECT_FALSE(forgotten.response.success);
-  EXPECT_NE(forgotten.response.message.find("begin again with part 0"), std::string::npos);
+  EXPECT_FALSE(forgotten.response.info.success);
+  EXPECT_NE(forgotten.response.info.message.find("begin again with part 0"), std::string::npos);
   for (std::uint32_t part = 0; part < first[1].num_parts; ++part) {
     const auto map = askForPart(detail, part, first[1].revision).response.map;
     EXPECT_TRUE(part == 0 || map.revision == first[1].revision) << "0: of the map as it is now";
     EXPECT_EQ(map.part, part);
     EXPECT_GT(map.bricks.num_bricks, 0U);
   }
-  EXPECT_FALSE(askForPart(detail, first[1].num_parts, first[1].revision).response.success);
+  EXPECT_FALSE(askForPart(detail, first[1].num_parts, first[1].revision).response.info.success);
 }
 
 INSTANTIATE_TEST_SUITE_P(Details, LossyServerTest,
@@ -327,11 +327,12 @@ class NodeValues : public ::testing::Test {
     SetBox set;
     set.request.occupancy = probability < 0.5 ? SetBox::Request::FREE : SetBox::Request::OCCUPIED;
     set.request.probability = static_cast<float>(probability);
-    set.request.min.push_back(tf2::toMsg(Eigen::Vector3d(min_m, min_m, min_m)));
-    set.request.max.push_back(tf2::toMsg(Eigen::Vector3d(max_m, max_m, max_m)));
+    set.request.boxes.emplace_back();
+    set.request.boxes.back().min = tf2::toMsg(Eigen::Vector3d(min_m, min_m, min_m));
+    set.request.boxes.back().max = tf2::toMsg(Eigen::Vector3d(max_m, max_m, max_m));
     EXPECT_TRUE(callService(std::string(kName) + "/set_box", set));
-    EXPECT_TRUE(set.response.success) << set.response.message;
-    return set.response.revision;
+    EXPECT_TRUE(set.response.info.success) << set.response.info.message;
+    return set.response.info.revision;
   }
 
   /// What the node says in one message of ~get_map.

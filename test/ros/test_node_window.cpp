@@ -89,7 +89,8 @@ TEST_P(NodeWindow, OctreesOfServicesAreWholeOrRefused) {
   EXPECT_FALSE(isKnownIn(topic.last(), 0.0)) << "the topic shows what is in memory";
   cuboid_mapping::GetMap map;
   ASSERT_TRUE(callService(std::string(kName) + "/get_map", map));
-  EXPECT_NE(map.response.message.find("on disk"), std::string::npos) << map.response.message;
+  EXPECT_NE(map.response.info.message.find("on disk"), std::string::npos)
+      << map.response.info.message;
   EXPECT_TRUE(diagnostics_.waitForNextReport());
   EXPECT_EQ(diagnostics_.status().values.at("topics show"), "what is in memory");
   EXPECT_EQ(diagnostics_.status().number("callbacks failed"), 0);

@@ -340,21 +340,21 @@ TEST_F(OctomapServerTest, MapsAreSavedAndLoaded) {
     cuboid_mapping::SaveMap save;
     save.request.filename = folder / name;
     ASSERT_TRUE(callService(std::string(kNode) + "/save_map", save));
-    EXPECT_TRUE(save.response.success) << save.response.message;
+    EXPECT_TRUE(save.response.info.success) << save.response.info.message;
     EXPECT_EQ(save.response.bytes, std::filesystem::file_size(folder / name));
     reset();
     EXPECT_TRUE(callOctomap("/octomap_full").data.empty());
     cuboid_mapping::LoadMap load;
     load.request.filename = folder / name;
     ASSERT_TRUE(callService(std::string(kNode) + "/load_map", load));
-    EXPECT_TRUE(load.response.success) << load.response.message;
+    EXPECT_TRUE(load.response.info.success) << load.response.info.message;
     EXPECT_TRUE(bytesOf(callOctomap("/octomap_full")) == before) << name;
   }
   cuboid_mapping::LoadMap load;
   load.request.filename = folder / "none";
   ASSERT_TRUE(callService(std::string(kNode) + "/load_map", load));
-  EXPECT_FALSE(load.response.success);
-  EXPECT_NE(load.response.message.find("No such file"), std::string::npos);
+  EXPECT_FALSE(load.response.info.success);
+  EXPECT_NE(load.response.info.message.find("No such file"), std::string::npos);
   EXPECT_TRUE(bytesOf(callOctomap("/octomap_full")) == before) << "the map is as it was";
 }
 

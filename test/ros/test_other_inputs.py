@@ -99,7 +99,7 @@ class OtherInputsTest(unittest.TestCase):
 
             def is_same():
                 saved = save(str(self.folder / 'node.cuboids'))
-                self.assertTrue(saved.success, saved.message)
+                self.assertTrue(saved.info.success, saved.info.message)
                 return (self.folder / 'node.cuboids').read_bytes() == expected
 
             self.assertTrue(wait_for(is_same, 10.0))

@@ -12,7 +12,7 @@ import rostest
 from cuboid_map import MapFollower
 from geometry_msgs.msg import Point
 
-from cuboid_mapping.msg import CuboidMapUpdate
+from cuboid_mapping.msg import Box, CuboidMapUpdate
 from cuboid_mapping.srv import GetCuboids, GetCuboidsRequest, GetMap, SetBox, SetBoxRequest
 from cuboid_mapping_client import CuboidMapClient, client as client_module
 from waiting import wait_for
@@ -57,20 +57,21 @@ class PythonClientTest(unittest.TestCase):
 
     def set_box(self, low, high, occupancy):
         answer = self.set_box_service(
-            min=[Point(*low)], max=[Point(*high)], occupancy=occupancy)
-        self.assertTrue(answer.success, answer.message)
-        return answer.revision
+            boxes=[Box(Point(*low), Point(*high))], occupancy=occupancy)
+        self.assertTrue(answer.info.success, answer.info.message)
+        return answer.info.revision
 
     def expect_same_map(self, client):
         answer = rospy.ServiceProxy(NODE + '/get_cuboids', GetCuboids)(
             everything=True, classes=GetCuboidsRequest.ALL)
-        self.assertTrue(wait_for(lambda: client.revision >= answer.revision))
-        self.assertEqual(client.revision, answer.revision)
-        boxes = [(low.x, low.y, low.z, high.x, high.y, high.z) for low, high in zip(answer.min, answer.max)]
+        self.assertTrue(wait_for(lambda: client.revision >= answer.info.revision))
+        self.assertEqual(client.revision, answer.info.revision)
+        boxes = [(cuboid.min.x, cuboid.min.y, cuboid.min.z, cuboid.max.x, cuboid.max.y, cuboid.max.z)
+                 for cuboid in answer.cuboids]
         with client.lock:
             found = client.map.query_boxes(boxes)
             cuboids = client.map.cuboids()
-        self.assertEqual(found.occupancy.tolist(), list(answer.occupancy))
+        self.assertEqual(found.occupancy.tolist(), [cuboid.occupancy for cuboid in answer.cuboids])
         self.assertAlmostEqual(found.unknown_volume.sum(), 0.0)
         sizes = cuboids.boxes[:, 3:] - cuboids.boxes[:, :3]
         self.assertAlmostEqual(sizes.prod(axis=1).sum(), found.free_volume.sum() + found.occupied_volume.sum())

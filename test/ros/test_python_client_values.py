@@ -10,7 +10,7 @@ import rostest
 from cuboid_map import DamagedMessage, MapFollower
 from geometry_msgs.msg import Point
 
-from cuboid_mapping.msg import CuboidMapUpdate
+from cuboid_mapping.msg import Box, CuboidMapUpdate
 from cuboid_mapping.srv import GetMap, SetBox, SetBoxRequest
 from cuboid_mapping_client import CuboidMapClient, client as client_module
 from waiting import wait_for
@@ -33,9 +33,9 @@ class PythonClientValuesTest(unittest.TestCase):
     def set_box(self, low, high, probability):
         occupancy = SetBoxRequest.OCCUPIED if probability >= 0.5 else SetBoxRequest.FREE
         answer = rospy.ServiceProxy(NODE + '/set_box', SetBox)(
-            min=[Point(*low)], max=[Point(*high)], occupancy=occupancy, probability=probability)
-        self.assertTrue(answer.success, answer.message)
-        self.assertTrue(wait_for(lambda: self.client.revision >= answer.revision))
+            boxes=[Box(Point(*low), Point(*high))], occupancy=occupancy, probability=probability)
+        self.assertTrue(answer.info.success, answer.info.message)
+        self.assertTrue(wait_for(lambda: self.client.revision >= answer.info.revision))
 
     def expect_probability(self, voxel, probability):
         (log_odds,) = self.client.map.log_odds([centre(voxel)])

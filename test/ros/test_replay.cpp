@@ -90,7 +90,7 @@ class ReplayTest : public ::testing::TestWithParam<const char*> {
     cuboid_mapping::SaveMap save;
     save.request.filename = folder / "node.cuboids";
     ASSERT_TRUE(callService(std::string(GetParam()) + "/save_map", save));
-    ASSERT_TRUE(save.response.success) << save.response.message;
+    ASSERT_TRUE(save.response.info.success) << save.response.info.message;
     const std::string offline = folder / "offline.cuboids";
     ASSERT_EQ(
         runProgram({BAG_TO_MAP_PROGRAM, bag, "-o", offline, "--set", "resolution=0.2"}).status, 0);

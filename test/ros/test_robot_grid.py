@@ -10,6 +10,7 @@ import time
 import unittest
 
 import rospy
+from cuboid_mapping.msg import Box
 from cuboid_mapping.srv import SetBox, SetBoxRequest
 from geometry_msgs.msg import Point, TransformStamped
 from map_msgs.msg import OccupancyGridUpdate
@@ -87,8 +88,8 @@ class TestRobotGrid(unittest.TestCase):
         return transform
 
     def put(self, occupancy, low, high):
-        answer = self.set_box(SetBoxRequest(occupancy=occupancy, min=[Point(*low)], max=[Point(*high)]))
-        self.assertTrue(answer.success, answer.message)
+        answer = self.set_box(SetBoxRequest(occupancy=occupancy, boxes=[Box(Point(*low), Point(*high))]))
+        self.assertTrue(answer.info.success, answer.info.message)
 
     def expect(self, layer, costs):
         """Waits until the layer has these costs, by point."""

@@ -134,7 +134,7 @@ TEST_F(SimulatedSensorsTest, NodeAndBagToMapMakeTheSameMapOfFour) {
   cuboid_mapping::SaveMap save;
   save.request.filename = folder_ / "node.cuboids";
   ASSERT_TRUE(callService(std::string(kNode) + "/save_map", save));
-  ASSERT_TRUE(save.response.success) << save.response.message;
+  ASSERT_TRUE(save.response.info.success) << save.response.info.message;
   EXPECT_TRUE(offline == readFile(save.request.filename));
 }
 

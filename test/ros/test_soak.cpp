@@ -78,7 +78,7 @@ struct Task {
 bool saveTo(const std::string& file) {
   cuboid_mapping::SaveMap save;
   save.request.filename = file;
-  return callService(std::string(kNode) + "/save_map", save) && save.response.success != 0;
+  return callService(std::string(kNode) + "/save_map", save) && save.response.info.success != 0;
 }
 
 bool getOctree() {

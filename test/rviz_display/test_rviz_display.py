@@ -17,6 +17,7 @@ import unittest
 import numpy
 import rospy
 import yaml
+from cuboid_mapping.msg import Box
 from cuboid_mapping.srv import SetBox, SetBoxRequest
 from geometry_msgs.msg import Point
 
@@ -188,10 +189,10 @@ class TestDisplay(unittest.TestCase):
         """Changes a box again and again, which ends as it was: rviz may listen from any time on."""
         set_box = rospy.ServiceProxy('/robot/changing/set_box', SetBox)
         set_box.wait_for_service(PATIENCE_S)
-        box = {'min': [Point(4.0, 3.0, 0.0)], 'max': [Point(7.0, 5.0, 1.2)]}
+        box = Box(Point(4.0, 3.0, 0.0), Point(7.0, 5.0, 1.2))
         while not is_done.wait(1.0):
             for occupancy in (SetBoxRequest.UNKNOWN, SetBoxRequest.OCCUPIED):
-                set_box(SetBoxRequest(occupancy=occupancy, **box))
+                set_box(SetBoxRequest(occupancy=occupancy, boxes=[box]))
 
     def test_shows_nothing_where_the_file_is_none(self):
         def is_gray(pixels):

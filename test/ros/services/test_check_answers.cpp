@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "cuboid_mapping/ros/services/check_answers.h"
+#include "cuboid_mapping/ros/services/answers.h"
 
 #include "ros/map_in_frame.h"
 
@@ -17,8 +17,8 @@ class CheckAnswers : public test::MapInFrameTest {
  protected:
   static CheckBoxes::Request makeBoxes() {
     CheckBoxes::Request request;
-    request.min = {point(0.1, 0.1, 0.1), point(0.9, 0.0, 0.0), point(-0.5, 0.0, 0.0)};
-    request.max = {point(0.5, 0.5, 0.5), point(1.1, 0.1, 0.1), point(0.5, 0.1, 0.1)};
+    request.boxes = {box({0.1, 0.1, 0.1}, {0.5, 0.5, 0.5}), box({0.9, 0.0, 0.0}, {1.1, 0.1, 0.1}),
+                     box({-0.5, 0.0, 0.0}, {0.5, 0.1, 0.1})};
     return request;
   }
   static CheckPath::Request makePath() {
@@ -37,7 +37,7 @@ class CheckAnswers : public test::MapInFrameTest {
 };
 
 TEST_F(CheckAnswers, TellClassVolumesAndProbabilityOfEachBox) {
-  const auto response = answerCheckBoxes(in_frame_, makeBoxes());
+  const auto response = answer<CheckBoxes>(in_frame_, makeBoxes());
   expectHead(response);
   EXPECT_EQ(response.occupancy,
             (std::vector<std::uint8_t>{CheckBoxes::Response::FREE, CheckBoxes::Response::OCCUPIED,
@@ -53,23 +53,45 @@ TEST_F(CheckAnswers, TellClassVolumesAndProbabilityOfEachBox) {
 TEST_F(CheckAnswers, LetUnknownSpacePassAndInflateBoxesWhenAskedTo) {
   auto request = makeBoxes();
   request.unknown = CheckBoxes::Request::UNKNOWN_PASSES;
-  EXPECT_EQ(answerCheckBoxes(in_frame_, request).blocked, (std::vector<std::uint8_t>{0, 1, 0}));
+  EXPECT_EQ(answer<CheckBoxes>(in_frame_, request).blocked, (std::vector<std::uint8_t>{0, 1, 0}));
   request.inflation = 0.1;
-  EXPECT_EQ(answerCheckBoxes(in_frame_, request).occupancy[0], CheckBoxes::Response::FREE);
+  EXPECT_EQ(answer<CheckBoxes>(in_frame_, request).occupancy[0], CheckBoxes::Response::FREE);
   request.inflation = 0.11;
-  EXPECT_EQ(answerCheckBoxes(in_frame_, request).occupancy[0], CheckBoxes::Response::UNKNOWN);
+  EXPECT_EQ(answer<CheckBoxes>(in_frame_, request).occupancy[0], CheckBoxes::Response::UNKNOWN);
 }
 
 TEST_F(CheckAnswers, TakeBoxesToTheFrameOfTheMap) {
   CheckBoxes::Request request;
   request.header.frame_id = "/turned";
-  request.min = {point(0.0, 3.9, 0.0)};  // The wall beside the door.
-  request.max = {point(0.3, 4.0, 1.0)};
-  const auto response = answerCheckBoxes(in_frame_, request);
+  request.boxes = {box({0.0, 3.9, 0.0}, {0.3, 4.0, 1.0})};  // The wall beside the door.
+  const auto response = answer<CheckBoxes>(in_frame_, request);
   expectHead(response);
   EXPECT_NEAR(response.occupied_volume[0], 0.03, 1e-9);
+  EXPECT_FALSE(response.info.enclosing) << "a turn by 90 degrees is exact";
   request.header.frame_id = "nowhere";
-  expectRefusal(answerCheckBoxes(in_frame_, request), "nowhere");
+  expectRefusal(answer<CheckBoxes>(in_frame_, request), "nowhere");
+}
+
+TEST_F(CheckAnswers, SayThatTheyAreForEnclosingBoxes) {
+  geometry_msgs::TransformStamped transform = tf2::eigenToTransform(
+      Eigen::Isometry3d(Eigen::AngleAxisd(M_PI / 4.0, Eigen::Vector3d::UnitZ())));
+  transform.header.frame_id = "map";
+  transform.child_frame_id = "tilted";
+  ASSERT_TRUE(tf_.setTransform(transform, "test", true));
+  CheckBoxes::Request boxes;
+  boxes.header.frame_id = "tilted";
+  boxes.boxes = {box({0.5, -0.05, 0.5}, {0.6, 0.05, 0.6})};
+  const auto content = answer<CheckBoxes>(in_frame_, boxes);
+  EXPECT_TRUE(content.info.enclosing);
+  EXPECT_NEAR(content.free_volume[0], 0.004, 1e-9) << "four voxels for a box of one";
+  boxes.header.frame_id = "";
+  EXPECT_FALSE(answer<CheckBoxes>(in_frame_, boxes).info.enclosing);
+  auto path = makePath();
+  path.header.frame_id = "tilted";
+  EXPECT_TRUE(answer<CheckPath>(in_frame_, path).info.enclosing);
+  auto rays = makeRay();
+  rays.header.frame_id = "tilted";
+  EXPECT_FALSE(answer<CastRays>(in_frame_, rays).info.enclosing) << "a ray has no box";
 }
 
 TEST_F(CheckAnswers, RefuseWhatIsNoBox) {
@@ -78,25 +100,24 @@ TEST_F(CheckAnswers, RefuseWhatIsNoBox) {
     change(request);
     return request;
   };
-  const auto answer = [this](const CheckBoxes::Request& request) {
-    return answerCheckBoxes(in_frame_, request);
+  const auto ask = [this](const CheckBoxes::Request& request) {
+    return answer<CheckBoxes>(in_frame_, request);
   };
-  expectRefusal(answer(with([](auto& r) { r.max[1].x = r.min[1].x; })), "box 1: min");
-  expectRefusal(answer(with([](auto& r) { r.max[2].y = -1.0; })), "less than max");
-  expectRefusal(answer(with([](auto& r) { r.min[0].z = std::nan(""); })), "NaN");
-  expectRefusal(answer(with([](auto& r) { r.max[0].z = INFINITY; })), "infinite");
-  expectRefusal(answer(with([](auto& r) { r.max.pop_back(); })), "min has 3 points, max 2");
-  expectRefusal(answer(with([](auto& r) { r.max[0].z = 1e12; })), "beyond the map");
-  expectRefusal(answer(with([](auto& r) { r.inflation = -1.0; })), "inflation");
-  expectRefusal(answer(with([](auto& r) { r.unknown = 2; })), "UNKNOWN_PASSES");
-  const auto none = answer(CheckBoxes::Request());
+  expectRefusal(ask(with([](auto& r) { r.boxes[1].max.x = r.boxes[1].min.x; })), "boxes[1]: min");
+  expectRefusal(ask(with([](auto& r) { r.boxes[2].max.y = -1.0; })), "less than max");
+  expectRefusal(ask(with([](auto& r) { r.boxes[0].min.z = std::nan(""); })), "NaN");
+  expectRefusal(ask(with([](auto& r) { r.boxes[0].max.z = INFINITY; })), "infinite");
+  expectRefusal(ask(with([](auto& r) { r.boxes[0].max.z = 1e12; })), "beyond the map");
+  expectRefusal(ask(with([](auto& r) { r.inflation = -1.0; })), "inflation");
+  expectRefusal(ask(with([](auto& r) { r.unknown = 2; })), "UNKNOWN_PASSES");
+  const auto none = ask(CheckBoxes::Request());
   expectHead(none);
   EXPECT_TRUE(none.occupancy.empty()) << "no boxes are no fault";
 }
 
 TEST_F(CheckAnswers, TellWhereAPathIsBlockedFirst) {
   auto request = makePath();
-  auto response = answerCheckPath(in_frame_, request);
+  auto response = answer<CheckPath>(in_frame_, request);
   expectHead(response);
   EXPECT_EQ(response.free, (std::vector<std::uint8_t>{1}));
   EXPECT_EQ(response.segment[0], -1);
@@ -104,7 +125,7 @@ TEST_F(CheckAnswers, TellWhereAPathIsBlockedFirst) {
   expectNear(response.point[0], 1.5, 0.8, 0.5);
 
   request.waypoints[2].y = 0.9;
-  response = answerCheckPath(in_frame_, request);
+  response = answer<CheckPath>(in_frame_, request);
   EXPECT_EQ(response.free, (std::vector<std::uint8_t>{0}));
   EXPECT_EQ(response.segment[0], 1);
   expectNear(response.point[0], 1.5, 0.85, 0.5);
@@ -112,9 +133,9 @@ TEST_F(CheckAnswers, TellWhereAPathIsBlockedFirst) {
   EXPECT_NEAR(response.free_length[0], 1.4, 1e-5);
   EXPECT_NEAR(response.length[0], 1.45, 1e-9);
   request.unknown = CheckPath::Request::UNKNOWN_PASSES;
-  EXPECT_TRUE(answerCheckPath(in_frame_, request).free[0]);
+  EXPECT_TRUE(answer<CheckPath>(in_frame_, request).free[0]);
   request.inflation = 0.01;  // Wider than the door.
-  response = answerCheckPath(in_frame_, request);
+  response = answer<CheckPath>(in_frame_, request);
   EXPECT_EQ(response.occupancy[0], CheckPath::Response::OCCUPIED);
   EXPECT_EQ(response.segment[0], 0);
 }
@@ -122,32 +143,32 @@ TEST_F(CheckAnswers, TellWhereAPathIsBlockedFirst) {
 TEST_F(CheckAnswers, LookAtManyPathsAtOnce) {
   auto request = makePath();
   request.lengths = {1, 2};
-  const auto response = answerCheckPath(in_frame_, request);
+  const auto response = answer<CheckPath>(in_frame_, request);
   expectHead(response);
   EXPECT_EQ(response.free, (std::vector<std::uint8_t>{1, 1}));
   EXPECT_NEAR(response.length[1], 0.35, 1e-9);
   request.lengths = {1, 1};
-  expectRefusal(answerCheckPath(in_frame_, request), "add up to 2");
+  expectRefusal(answer<CheckPath>(in_frame_, request), "add up to 2");
   request.lengths = {0, 3};
-  expectRefusal(answerCheckPath(in_frame_, request), "must have at least one waypoint");
+  expectRefusal(answer<CheckPath>(in_frame_, request), "must have at least one waypoint");
 }
 
 TEST_F(CheckAnswers, RefuseWhatIsNoPath) {
   auto request = makePath();
   request.size = vector(0.3, 0.0, 0.3);
-  expectRefusal(answerCheckPath(in_frame_, request), "every edge");
+  expectRefusal(answer<CheckPath>(in_frame_, request), "every edge");
   request = makePath();
   request.waypoints[1].x = std::nan("");
-  expectRefusal(answerCheckPath(in_frame_, request), "waypoints[1]");
+  expectRefusal(answer<CheckPath>(in_frame_, request), "waypoints[1]");
   request.waypoints.clear();
-  expectRefusal(answerCheckPath(in_frame_, request), "no waypoints");
+  expectRefusal(answer<CheckPath>(in_frame_, request), "no waypoints");
 }
 
 TEST_F(CheckAnswers, TellWhatRaysHit) {
   auto request = makeRay();
   request.origins.push_back(point(0.55, 0.45, 0.55));
   request.directions.push_back(vector(1, 0, 0));
-  auto response = answerCastRays(in_frame_, request);
+  auto response = answer<CastRays>(in_frame_, request);
   expectHead(response);
   EXPECT_EQ(response.end, (std::vector<std::uint8_t>{CastRays::Request::END_OCCUPIED,
                                                      CastRays::Request::END_UNKNOWN}));
@@ -157,7 +178,7 @@ TEST_F(CheckAnswers, TellWhatRaysHit) {
   EXPECT_NEAR(response.first_unknown[1], 1.45, 1e-9);
 
   request.unknown = CastRays::Request::UNKNOWN_PASSES;
-  response = answerCastRays(in_frame_, request);
+  response = answer<CastRays>(in_frame_, request);
   EXPECT_EQ(response.end[1], CastRays::Request::END_MAX_RANGE);
   EXPECT_NEAR(response.distance[1], 3.0, 1e-9);
   EXPECT_NEAR(response.unknown_length[1], 1.55, 1e-9);
@@ -168,9 +189,9 @@ TEST_F(CheckAnswers, MakeRaysAsThickAsTheirInflation) {
   auto request = makeRay();
   request.origins[0] = point(0.55, 0.45, 0.55);
   request.inflation = 0.1;
-  EXPECT_EQ(answerCastRays(in_frame_, request).end[0], CastRays::Request::END_UNKNOWN);
+  EXPECT_EQ(answer<CastRays>(in_frame_, request).end[0], CastRays::Request::END_UNKNOWN);
   request.inflation = 0.2;  // Not through the door.
-  const auto response = answerCastRays(in_frame_, request);
+  const auto response = answer<CastRays>(in_frame_, request);
   EXPECT_EQ(response.end[0], CastRays::Request::END_OCCUPIED);
   EXPECT_NEAR(response.distance[0], 0.25, 1e-5);
 }
@@ -178,16 +199,16 @@ TEST_F(CheckAnswers, MakeRaysAsThickAsTheirInflation) {
 TEST_F(CheckAnswers, RefuseWhatIsNoRay) {
   auto request = makeRay();
   request.directions[0] = vector(0, 0, 0);
-  expectRefusal(answerCastRays(in_frame_, request), "directions[0]");
+  expectRefusal(answer<CastRays>(in_frame_, request), "directions[0]");
   request = makeRay();
   request.max_range = 0.0;
-  expectRefusal(answerCastRays(in_frame_, request), "max_range");
+  expectRefusal(answer<CastRays>(in_frame_, request), "max_range");
   request = makeRay();
   request.origins[0].y = std::nan("");
-  expectRefusal(answerCastRays(in_frame_, request), "origins[0]");
+  expectRefusal(answer<CastRays>(in_frame_, request), "origins[0]");
   request = makeRay();
   request.directions.clear();
-  expectRefusal(answerCastRays(in_frame_, request), "one of each for every ray");
+  expectRefusal(answer<CastRays>(in_frame_, request), "one of each for every ray");
 }
 
 }  // namespace

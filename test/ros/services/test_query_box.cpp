@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "cuboid_mapping/ros/services/query_box.h"
+#include "cuboid_mapping/ros/services/answers.h"
 
 #include "cuboid_mapping/ros/conversions/points.h"
 #include "cuboid_mapping/ros/map/guarded_map.h"
@@ -10,9 +10,11 @@
 #include <tf2/buffer_core.h>
 #include <tf2_eigen/tf2_eigen.h>
 
+#include <chrono>
 #include <cmath>
 #include <limits>
 #include <string>
+#include <thread>
 
 namespace cuboid_mapping_ros {
 namespace {
@@ -56,7 +58,9 @@ class QueryBoxTest : public ::testing::Test {
     ASSERT_TRUE(tf_.setTransform(transform, "test"));
   }
 
-  Response ask(const Request& request) { return answerQueryBox({map_, "map", tf_}, request); }
+  Response ask(const Request& request) {
+    return answer<cuboid_mapping::QueryBox>({map_, "map", tf_}, request);
+  }
 
   void expectError(const Request& request, const std::string& part) {
     const Response answer = ask(request);
@@ -152,6 +156,23 @@ TEST_F(QueryBoxTest, TheMapsFrameNeedsNoTf) {
     request.header.stamp = ros::Time(1e6);
     EXPECT_TRUE(ask(request).success);
   }
+}
+
+TEST_F(QueryBoxTest, WaitsForATransformThatIsALittleLate) {
+  setTransform("child", Eigen::Isometry3d::Identity(), 5.0);
+  Request request = makeRequest();
+  request.header.frame_id = "child";
+  bool is_answered = false;
+  for (int i = 1; i <= 10 && !is_answered; ++i) {  // A busy machine may be later than the patience.
+    request.header.stamp = ros::Time(5.0 + i);
+    std::thread late([&] {
+      std::this_thread::sleep_for(std::chrono::milliseconds(30));
+      setTransform("child", Eigen::Isometry3d::Identity(), 5.0 + i);
+    });
+    is_answered = ask(request).success != 0;
+    late.join();
+  }
+  EXPECT_TRUE(is_answered);
 }
 
 TEST_F(QueryBoxTest, RefusesBadRequestsAndSaysWhatToDo) {

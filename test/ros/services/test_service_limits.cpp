@@ -1,11 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Whatever is asked, an answer keeps within the limits, and says what it leaves out.
-#include "cuboid_mapping/ros/services/limited_answer.h"
+#include "cuboid_mapping/ros/services/answers.h"
 
-#include "cuboid_mapping/ros/services/check_answers.h"
-#include "cuboid_mapping/ros/services/edit_answers.h"
-#include "cuboid_mapping/ros/services/query_box.h"
-#include "cuboid_mapping/ros/services/search_answers.h"
 #include "ros/map_in_frame.h"
 
 #include <atomic>
@@ -45,8 +41,8 @@ class ServiceLimitsTest : public test::MapInFrameTest {
   /// The first entry is modest, the second would take for ever.
   static CheckBoxes::Request makeBoxes() {
     CheckBoxes::Request request;
-    request.min = {point(0.1, 0.1, 0.1), point(0.1, 0.1, 0.1), point(0.1, 0.1, 0.1)};
-    request.max = {point(0.2, 0.2, 0.2), point(1.9, 0.9, 0.9), point(0.2, 0.2, 0.2)};
+    request.boxes = {box({0.1, 0.1, 0.1}, {0.2, 0.2, 0.2}), box({0.1, 0.1, 0.1}, {1.9, 0.9, 0.9}),
+                     box({0.1, 0.1, 0.1}, {0.2, 0.2, 0.2})};
     return request;
   }
 
@@ -55,21 +51,22 @@ class ServiceLimitsTest : public test::MapInFrameTest {
 
 template <typename ResponseT>
 void expectCut(const ResponseT& response, const std::string& parameter) {
-  EXPECT_TRUE(response.success);
-  EXPECT_TRUE(response.truncated);
-  EXPECT_NE(response.message.find(parameter), std::string::npos) << "says: " << response.message;
+  const auto info = test::infoOf(response);
+  EXPECT_TRUE(info.success);
+  EXPECT_TRUE(info.truncated);
+  EXPECT_NE(info.message.find(parameter), std::string::npos) << "says: " << info.message;
 }
 
 TEST_F(ServiceLimitsTest, LeaveBoxesBlockedThatAreNotAnswered) {
-  const auto whole = answerCheckBoxes(in_frame_, makeBoxes());
-  EXPECT_FALSE(whole.truncated);
-  EXPECT_EQ(whole.answered, 3U);
-  EXPECT_EQ(whole.message, "");
+  const auto whole = answer<CheckBoxes>(in_frame_, makeBoxes());
+  EXPECT_FALSE(whole.info.truncated);
+  EXPECT_EQ(whole.info.answered, 3U);
+  EXPECT_EQ(whole.info.message, "");
   EXPECT_EQ(whole.blocked, (std::vector<std::uint8_t>{0, 1, 0}));
-  const auto cut = answerCheckBoxes(withBricks(6), makeBoxes());
+  const auto cut = answer<CheckBoxes>(withBricks(6), makeBoxes());
   expectCut(cut, "query/max_bricks");
-  EXPECT_NE(cut.message.find("1 of 3 boxes"), std::string::npos);
-  EXPECT_EQ(cut.answered, 1U);
+  EXPECT_NE(cut.info.message.find("1 of 3 boxes"), std::string::npos);
+  EXPECT_EQ(cut.info.answered, 1U);
   EXPECT_EQ(cut.blocked, (std::vector<std::uint8_t>{0, 1, 1}));
   EXPECT_EQ(cut.occupancy[2], CheckBoxes::Response::UNKNOWN);
   EXPECT_TRUE(std::isnan(cut.max_probability[2]));
@@ -80,16 +77,16 @@ TEST_F(ServiceLimitsTest, LeavePathsBlockedThatAreNotAnswered) {
   request.waypoints = {point(0.5, 0.5, 0.5), point(-5000, 0, 0), point(0.5, 0.5, 0.5)};
   request.lengths = {1, 1, 1};
   request.size = vector(0.1, 0.1, 0.1);
-  const auto modest = answerCheckPath(in_frame_, request);
-  EXPECT_EQ(modest.answered, 3U);
+  const auto modest = answer<CheckPath>(in_frame_, request);
+  EXPECT_EQ(modest.info.answered, 3U);
   request.inflation = 4000.0;  // A box of 8 km.
   request.unknown = CheckPath::Request::UNKNOWN_PASSES;
   request.waypoints = {point(-5000, 0, 0), point(0.5, 0.5, 0.5)};
   request.lengths = {1, 1};
-  const auto cut = answerCheckPath(withBricks(100000), request);
+  const auto cut = answer<CheckPath>(withBricks(100000), request);
   expectCut(cut, "query/max_bricks");
-  EXPECT_NE(cut.message.find("for less at once"), std::string::npos);
-  EXPECT_EQ(cut.answered, 0U);
+  EXPECT_NE(cut.info.message.find("for less at once"), std::string::npos);
+  EXPECT_EQ(cut.info.answered, 0U);
   EXPECT_EQ(cut.free, (std::vector<std::uint8_t>{0, 0}));
   EXPECT_EQ(cut.occupancy[0], CheckPath::Response::UNKNOWN);
   EXPECT_EQ(cut.point.size(), 2U);
@@ -101,11 +98,12 @@ TEST_F(ServiceLimitsTest, LetRaysEndAtOnceThatAreNotAnswered) {
   request.directions = {vector(1, 0, 0), vector(1, 0, 0)};
   request.max_range = 5e7;
   request.unknown = CastRays::Request::UNKNOWN_PASSES;
-  EXPECT_EQ(answerCastRays(in_frame_, request).answered, 2U) << "what is outside is passed at once";
+  EXPECT_EQ(answer<CastRays>(in_frame_, request).info.answered, 2U)
+      << "what is outside is passed at once";
   request.inflation = 100.0;
-  const auto cut = answerCastRays(withBricks(100000), request);
+  const auto cut = answer<CastRays>(withBricks(100000), request);
   expectCut(cut, "query/max_bricks");
-  EXPECT_EQ(cut.answered, 0U);
+  EXPECT_EQ(cut.info.answered, 0U);
   EXPECT_EQ(cut.end, (std::vector<std::uint8_t>(2, CastRays::Request::END_UNKNOWN)));
   EXPECT_EQ(cut.distance, (std::vector<double>{0.0, 0.0}));
 }
@@ -115,16 +113,16 @@ TEST_F(ServiceLimitsTest, TellNearestCuboidsOfWholePointsOnly) {
   request.points = {point(0.5, 0.5, 0.5), point(1.5, 0.5, 0.5)};
   request.classes = FindNearest::Request::ALL;
   request.k = 3;
-  const auto whole = answerFindNearest(in_frame_, request);
+  const auto whole = answer<FindNearest>(in_frame_, request);
   EXPECT_EQ(whole.counts, (std::vector<std::uint32_t>{3, 3}));
-  const auto cut = answerFindNearest(withEntries(5), request);
+  const auto cut = answer<FindNearest>(withEntries(5), request);
   expectCut(cut, "query/max_entries");
-  EXPECT_EQ(cut.answered, 1U);
+  EXPECT_EQ(cut.info.answered, 1U);
   EXPECT_EQ(cut.counts, (std::vector<std::uint32_t>{3}));
   EXPECT_EQ(cut.distance.size(), 3U);
   request.k = 0xFFFFFFFFU;
-  EXPECT_TRUE(answerFindNearest(withEntries(5), request).truncated);
-  EXPECT_FALSE(answerFindNearest(in_frame_, request).truncated) << "there are not so many";
+  EXPECT_TRUE(answer<FindNearest>(withEntries(5), request).info.truncated);
+  EXPECT_FALSE(answer<FindNearest>(in_frame_, request).info.truncated) << "there are not so many";
 }
 
 TEST_F(ServiceLimitsTest, TellOfPlacesThatWereNotSearchedThatNoneIsFound) {
@@ -132,9 +130,9 @@ TEST_F(ServiceLimitsTest, TellOfPlacesThatWereNotSearchedThatNoneIsFound) {
   request.points = {point(0.5, 0.5, 0.5), point(-1000, 0, 0)};
   request.size = vector(0.3, 0.3, 0.3);
   request.max_distance = 500.0;
-  const auto cut = answerFindNearestFree(withBricks(100000), request);
+  const auto cut = answer<FindNearestFree>(withBricks(100000), request);
   expectCut(cut, "query/max_bricks");
-  EXPECT_EQ(cut.answered, 1U);
+  EXPECT_EQ(cut.info.answered, 1U);
   EXPECT_EQ(cut.found, (std::vector<std::uint8_t>{1, 0}));
   EXPECT_TRUE(std::isinf(cut.distance[1]));
 }
@@ -143,23 +141,22 @@ TEST_F(ServiceLimitsTest, CutCuboidsAndGraphs) {
   GetCuboids::Request cuboids;
   cuboids.everything = true;
   cuboids.classes = GetCuboids::Request::ALL;
-  const std::size_t num_all = answerGetCuboids(in_frame_, cuboids).min.size();
-  const auto few = answerGetCuboids(withEntries(3), cuboids);
+  const std::size_t num_all = answer<GetCuboids>(in_frame_, cuboids).cuboids.size();
+  const auto few = answer<GetCuboids>(withEntries(3), cuboids);
   expectCut(few, "query/max_entries");
-  EXPECT_NE(few.message.find("smaller region"), std::string::npos);
-  EXPECT_EQ(few.min.size(), 3U);
+  EXPECT_NE(few.info.message.find("smaller region"), std::string::npos);
+  EXPECT_EQ(few.cuboids.size(), 3U);
   cuboids.limit = 2;
-  const auto asked = answerGetCuboids(withEntries(3), cuboids);
+  const auto asked = answer<GetCuboids>(withEntries(3), cuboids);
   expectCut(asked, "more cuboids than limit");
-  EXPECT_EQ(asked.min.size(), 2U);
+  EXPECT_EQ(asked.cuboids.size(), 2U);
   cuboids.limit = 0;
-  EXPECT_FALSE(answerGetCuboids(withEntries(static_cast<int>(num_all)), cuboids).truncated);
+  EXPECT_FALSE(answer<GetCuboids>(withEntries(static_cast<int>(num_all)), cuboids).info.truncated);
 
   GetFreeGraph::Request graph;
-  graph.min = point(0, 0, 0);
-  graph.max = point(2, 1, 1);
-  EXPECT_FALSE(answerGetFreeGraph(in_frame_, graph).truncated);
-  expectCut(answerGetFreeGraph(withEntries(4), graph), "query/max_entries");
+  graph.region = box({0, 0, 0}, {2, 1, 1});
+  EXPECT_FALSE(answer<GetFreeGraph>(in_frame_, graph).info.truncated);
+  expectCut(answer<GetFreeGraph>(withEntries(4), graph), "query/max_entries");
 }
 
 TEST_F(ServiceLimitsTest, CutTheCuboidsOfABox) {
@@ -167,12 +164,12 @@ TEST_F(ServiceLimitsTest, CutTheCuboidsOfABox) {
   request.min = point(0, 0, 0);
   request.max = point(2, 1, 1);
   request.cuboids = QueryBox::Request::CUBOIDS_ALL;
-  EXPECT_FALSE(answerQueryBox(in_frame_, request).truncated);
-  const QueryBox::Response cut = answerQueryBox(withEntries(2), request);
+  EXPECT_FALSE(answer<QueryBox>(in_frame_, request).truncated);
+  const QueryBox::Response cut = answer<QueryBox>(withEntries(2), request);
   expectCut(cut, "query/max_entries");
   EXPECT_LE(cut.cuboids.size(), 2U);
   EXPECT_NEAR(cut.free_volume, 1.93, 1e-9) << "volumes were looked at before";
-  const QueryBox::Response nothing = answerQueryBox(withBricks(1), request);
+  const QueryBox::Response nothing = answer<QueryBox>(withBricks(1), request);
   EXPECT_EQ(nothing.occupancy, QueryBox::Response::UNKNOWN);
   expectCut(nothing, "query/max_bricks");
 }
@@ -182,33 +179,33 @@ TEST_F(ServiceLimitsTest, EndTheSearchForACorridor) {
   request.start = point(0.5, 0.5, 0.5);
   request.goal = point(1.5, 0.5, 0.5);
   request.size = vector(0.3, 0.3, 0.3);
-  EXPECT_EQ(answerFindCorridor(in_frame_, request).result, FindCorridor::Response::FOUND);
-  const auto cut = answerFindCorridor(withBricks(30), request);
+  EXPECT_EQ(answer<FindCorridor>(in_frame_, request).result, FindCorridor::Response::FOUND);
+  const auto cut = answer<FindCorridor>(withBricks(30), request);
   expectCut(cut, "query/max_bricks");
   EXPECT_EQ(cut.result, FindCorridor::Response::TIME_LIMIT);
 }
 
 TEST_F(ServiceLimitsTest, RefuseRequestsWithTooManyEntries) {
   const MapInFrame map = withEntries(2);
-  expectRefusal(answerCheckBoxes(map, makeBoxes()), "3 boxes in one request: at most 2");
+  expectRefusal(answer<CheckBoxes>(map, makeBoxes()), "3 boxes in one request: at most 2");
   CheckPath::Request path;
   path.waypoints.resize(3);
   path.size = vector(1, 1, 1);
-  expectRefusal(answerCheckPath(map, path), "3 waypoints");
+  expectRefusal(answer<CheckPath>(map, path), "3 waypoints");
   CastRays::Request rays;
   rays.max_range = 1.0;
   rays.origins.resize(3);
-  expectRefusal(answerCastRays(map, rays), "3 rays");
+  expectRefusal(answer<CastRays>(map, rays), "3 rays");
   FindNearest::Request nearest;
   nearest.classes = FindNearest::Request::ALL;
   nearest.points.resize(3);
-  expectRefusal(answerFindNearest(map, nearest), "3 points");
+  expectRefusal(answer<FindNearest>(map, nearest), "3 points");
   FindNearestFree::Request places;
   places.points.resize(3);
-  expectRefusal(answerFindNearestFree(map, places), "3 points");
+  expectRefusal(answer<FindNearestFree>(map, places), "3 points");
   SetBox::Request boxes;
-  boxes.min.resize(3);
-  expectRefusal(answerSetBox(map, boxes), "3 boxes");
+  boxes.boxes.resize(3);
+  expectRefusal(answer<SetBox>(map, boxes), "3 boxes");
 }
 
 TEST_F(ServiceLimitsTest, BoundTheBytesOfAnAnswerToo) {
@@ -221,25 +218,23 @@ TEST_F(ServiceLimitsTest, BoundTheBytesOfAnAnswerToo) {
 
 TEST_F(ServiceLimitsTest, SayThatTheNodeStops) {
   is_stopped_ = true;
-  expectCut(answerCheckBoxes(with({}), makeBoxes()), "the node stops");
+  expectCut(answer<CheckBoxes>(with({}), makeBoxes()), "the node stops");
 }
 
 TEST_F(ServiceLimitsTest, RefuseToSetPlatesAndRodsOfTooManyBricks) {
   SetBox::Request request;
   request.occupancy = SetBox::Request::OCCUPIED;
-  request.min = {point(0, 0, 0)};
-  request.max = {point(5000, 5000, 0.1)};  // 2.5e9 voxels, one thick.
-  expectRefusal(answerSetBox(in_frame_, request), "bricks");
-  request.max = {point(3000000, 0.1, 0.1)};  // 3e7 voxels: 3.75e6 bricks.
-  expectRefusal(answerSetBox(in_frame_, request), "bricks");
+  request.boxes = {box({0, 0, 0}, {5000, 5000, 0.1})};  // 2.5e9 voxels, one thick.
+  expectRefusal(answer<SetBox>(in_frame_, request), "bricks");
+  request.boxes = {box({0, 0, 0}, {3000000, 0.1, 0.1})};  // 3e7 voxels: 3.75e6 bricks.
+  expectRefusal(answer<SetBox>(in_frame_, request), "bricks");
 }
 
 TEST_F(ServiceLimitsTest, LetCloudsInWhileALargeBoxIsSet) {
   SetBox::Request request;
   request.occupancy = SetBox::Request::OCCUPIED;
   request.lock = true;
-  request.min = {point(10.3, 0.3, 0.3)};
-  request.max = {point(40.1, 29.7, 20.2)};  // Not at borders of bricks.
+  request.boxes = {box({10.3, 0.3, 0.3}, {40.1, 29.7, 20.2})};  // Not at borders of bricks.
   std::uint64_t first_revision = 0;
   std::uint64_t num_between = 0;
   std::atomic<bool> is_done{false};
@@ -252,13 +247,13 @@ TEST_F(ServiceLimitsTest, LetCloudsInWhileALargeBoxIsSet) {
       });
     }
   });
-  const auto response = answerSetBox(in_frame_, request);
+  const auto response = answer<SetBox>(in_frame_, request);
   is_done = true;
   clouds.join();
-  EXPECT_TRUE(response.success) << response.message;
-  EXPECT_FALSE(response.truncated);
-  EXPECT_EQ(response.answered, 1U);
-  EXPECT_GT(response.revision, 10U) << "in parts";
+  EXPECT_TRUE(response.info.success) << response.info.message;
+  EXPECT_FALSE(response.info.truncated);
+  EXPECT_EQ(response.info.answered, 1U);
+  EXPECT_GT(response.info.revision, 10U) << "in parts";
   map_.read([&](const CuboidMap& map, const ros::Time&) {
     EXPECT_EQ(map.voxels().numOccupiedVoxels(), 70.0 + 298.0 * 294.0 * 199.0);
     EXPECT_EQ(map.lockedBoxes().size(), 1U);

@@ -4,10 +4,7 @@
 #include "cuboid_mapping/ros/map/map_storage.h"
 #include "cuboid_mapping/ros/octomap_server/octomap_server_interface.h"
 #include "cuboid_mapping/ros/parameters/parameters.h"
-#include "cuboid_mapping/ros/services/check_answers.h"
-#include "cuboid_mapping/ros/services/edit_answers.h"
-#include "cuboid_mapping/ros/services/query_box.h"
-#include "cuboid_mapping/ros/services/search_answers.h"
+#include "cuboid_mapping/ros/services/answers.h"
 #include "ros/map_in_frame.h"
 #include "support/random_bricks.h"
 #include "support/snapshots.h"
@@ -53,13 +50,13 @@ class WindowAnswers : public test::MapInFrameTest {
   [[nodiscard]] std::size_t numOnDisk() const { return map_.windowFigures()->num_on_disk_only; }
 
   /// Asks about the room where that is refused, and where it is brought back.
-  template <typename RequestT, typename ResponseT>
-  ResponseT ask(ResponseT (*answer)(const MapInFrame&, const RequestT&), const RequestT& request) {
+  template <typename ServiceT>
+  typename ServiceT::Response ask(const typename ServiceT::Request& request) {
     EXPECT_EQ(numOnDisk(), 1U);
-    expectRefusal(answer(in_frame_, request), "not loaded: 1 part of the map");
+    expectRefusal(answer<ServiceT>(in_frame_, request), "not loaded: 1 part of the map");
     in_frame_.limits.outside = QueriesOutside::kLoad;
-    const ResponseT response = answer(in_frame_, request);
-    EXPECT_TRUE(response.success) << response.message;
+    const auto response = answer<ServiceT>(in_frame_, request);
+    EXPECT_TRUE(test::infoOf(response).success) << test::infoOf(response).message;
     EXPECT_EQ(numOnDisk(), 0U);
     return response;
   }
@@ -77,19 +74,18 @@ QueryBox::Request boxRequest(const Eigen::Vector3d& min, const Eigen::Vector3d& 
 
 TEST_F(WindowAnswers, OfABox) {
   const auto room = boxRequest({0.1, 0.1, 0.1}, {0.9, 0.9, 0.9});
-  EXPECT_EQ(ask(answerQueryBox, room).occupancy, QueryBox::Response::FREE);
+  EXPECT_EQ(ask<QueryBox>(room).occupancy, QueryBox::Response::FREE);
   // Near the robot nothing is in the way of an answer.
   goAway();
   in_frame_.limits.outside = QueriesOutside::kRefuse;
   const auto near = boxRequest({100.1, 0.1, 0.1}, {100.5, 0.5, 0.5});
-  EXPECT_EQ(answerQueryBox(in_frame_, near).occupancy, QueryBox::Response::FREE);
+  EXPECT_EQ(answer<QueryBox>(in_frame_, near).occupancy, QueryBox::Response::FREE);
 }
 
 TEST_F(WindowAnswers, OfBoxes) {
   cuboid_mapping::CheckBoxes::Request request;
-  request.min = {point(0.1, 0.1, 0.1)};
-  request.max = {point(0.9, 0.9, 0.9)};
-  EXPECT_FALSE(ask(answerCheckBoxes, request).blocked[0]);
+  request.boxes = {box({0.1, 0.1, 0.1}, {0.9, 0.9, 0.9})};
+  EXPECT_FALSE(ask<cuboid_mapping::CheckBoxes>(request).blocked[0]);
 }
 
 TEST_F(WindowAnswers, OfAPathThatPassesAPartOfWhichNoWaypointIsIn) {
@@ -97,7 +93,7 @@ TEST_F(WindowAnswers, OfAPathThatPassesAPartOfWhichNoWaypointIsIn) {
   request.waypoints = {point(-9.0, 0.45, 0.5), point(9.0, 0.45, 0.5)};
   request.size = vector(0.1, 0.1, 0.1);
   request.unknown = cuboid_mapping::CheckPath::Request::UNKNOWN_PASSES;
-  EXPECT_TRUE(ask(answerCheckPath, request).free[0]);  // Through the door.
+  EXPECT_TRUE(ask<cuboid_mapping::CheckPath>(request).free[0]);  // Through the door.
 }
 
 TEST_F(WindowAnswers, OfRays) {
@@ -106,7 +102,7 @@ TEST_F(WindowAnswers, OfRays) {
   request.directions = {vector(1.0, 0.0, 0.0)};
   request.max_range = 30.0;
   request.unknown = cuboid_mapping::CastRays::Request::UNKNOWN_PASSES;
-  EXPECT_NEAR(ask(answerCastRays, request).distance[0], 10.0, 1e-6);
+  EXPECT_NEAR(ask<cuboid_mapping::CastRays>(request).distance[0], 10.0, 1e-6);
 }
 
 TEST_F(WindowAnswers, OfTheNearestCuboidsAtAnyDistance) {
@@ -114,11 +110,12 @@ TEST_F(WindowAnswers, OfTheNearestCuboidsAtAnyDistance) {
   request.points = {point(99.0, 0.0, 0.0)};
   request.classes = cuboid_mapping::FindNearest::Request::OCCUPIED;
   request.k = 1;
-  EXPECT_NEAR(ask(answerFindNearest, request).distance[0], 97.9, 0.1);
+  EXPECT_NEAR(ask<cuboid_mapping::FindNearest>(request).distance[0], 97.9, 0.1);
   goAway();
   in_frame_.limits.outside = QueriesOutside::kRefuse;
   request.max_distance = 20.0;
-  EXPECT_EQ(answerFindNearest(in_frame_, request).counts, std::vector<std::uint32_t>{0});
+  EXPECT_EQ(answer<cuboid_mapping::FindNearest>(in_frame_, request).counts,
+            std::vector<std::uint32_t>{0});
 }
 
 TEST_F(WindowAnswers, OfTheNearestPlace) {
@@ -126,21 +123,20 @@ TEST_F(WindowAnswers, OfTheNearestPlace) {
   request.points = {point(0.5, 0.5, 0.5)};
   request.size = vector(0.2, 0.2, 0.2);
   request.max_distance = 1.0;
-  EXPECT_TRUE(ask(answerFindNearestFree, request).found[0]);
+  EXPECT_TRUE(ask<cuboid_mapping::FindNearestFree>(request).found[0]);
 }
 
 TEST_F(WindowAnswers, OfAllCuboids) {
   cuboid_mapping::GetCuboids::Request request;
   request.everything = 1;
   request.classes = cuboid_mapping::GetCuboids::Request::OCCUPIED;
-  EXPECT_GT(ask(answerGetCuboids, request).min.size(), 1U);
+  EXPECT_GT(ask<cuboid_mapping::GetCuboids>(request).cuboids.size(), 1U);
 }
 
 TEST_F(WindowAnswers, OfAGraph) {
   cuboid_mapping::GetFreeGraph::Request request;
-  request.min = point(0.0, 0.0, 0.0);
-  request.max = point(2.0, 1.0, 1.0);
-  EXPECT_GT(ask(answerGetFreeGraph, request).min.size(), 1U);
+  request.region = box({0.0, 0.0, 0.0}, {2.0, 1.0, 1.0});
+  EXPECT_GT(ask<cuboid_mapping::GetFreeGraph>(request).cuboids.size(), 1U);
 }
 
 TEST_F(WindowAnswers, OfACorridorWhoseRegionIsTheWindowUnlessItIsGiven) {
@@ -149,16 +145,15 @@ TEST_F(WindowAnswers, OfACorridorWhoseRegionIsTheWindowUnlessItIsGiven) {
   request.start = point(100.2, 0.2, 0.2);
   request.goal = point(100.6, 0.6, 0.6);
   request.size = vector(0.1, 0.1, 0.1);
-  EXPECT_EQ(answerFindCorridor(in_frame_, request).result, FindCorridor::Response::FOUND);
+  EXPECT_EQ(answer<FindCorridor>(in_frame_, request).result, FindCorridor::Response::FOUND);
   request.start = point(0.5, 0.5, 0.5);
   request.goal = point(1.5, 0.5, 0.5);
-  EXPECT_EQ(ask(answerFindCorridor, request).result, FindCorridor::Response::FOUND);
+  EXPECT_EQ(ask<FindCorridor>(request).result, FindCorridor::Response::FOUND);
   goAway();
   in_frame_.limits.outside = QueriesOutside::kRefuse;
   request.use_region = 1;
-  request.min = point(0.0, 0.0, 0.0);
-  request.max = point(2.0, 1.0, 1.0);
-  EXPECT_EQ(ask(answerFindCorridor, request).result, FindCorridor::Response::FOUND);
+  request.region = box({0.0, 0.0, 0.0}, {2.0, 1.0, 1.0});
+  EXPECT_EQ(ask<FindCorridor>(request).result, FindCorridor::Response::FOUND);
 }
 
 TEST_F(WindowAnswers, RefuseMoreThanMayBeBroughtBack) {
@@ -167,7 +162,7 @@ TEST_F(WindowAnswers, RefuseMoreThanMayBeBroughtBack) {
   request.classes = cuboid_mapping::GetCuboids::Request::ALL;
   in_frame_.limits.outside = QueriesOutside::kLoad;
   in_frame_.limits.max_bricks = 500;
-  expectRefusal(answerGetCuboids(in_frame_, request), "query/max_bricks");
+  expectRefusal(answer<cuboid_mapping::GetCuboids>(in_frame_, request), "query/max_bricks");
 }
 
 TEST_F(WindowAnswers, RefuseMoreThanMayBeBroughtBackForAllBoxesOfARequest) {
@@ -179,21 +174,18 @@ TEST_F(WindowAnswers, RefuseMoreThanMayBeBroughtBackForAllBoxesOfARequest) {
   in_frame_.limits.outside = QueriesOutside::kLoad;
   in_frame_.limits.max_bricks = 600;  // One part has 512.
   cuboid_mapping::CheckBoxes::Request request;
-  request.min = {point(0.1, 0.1, 0.1), point(50.5, 0.1, 0.1)};
-  request.max = {point(0.9, 0.9, 0.9), point(50.9, 0.4, 0.4)};
-  expectRefusal(answerCheckBoxes(in_frame_, request), "query/max_bricks");
+  request.boxes = {box({0.1, 0.1, 0.1}, {0.9, 0.9, 0.9}), box({50.5, 0.1, 0.1}, {50.9, 0.4, 0.4})};
+  expectRefusal(answer<cuboid_mapping::CheckBoxes>(in_frame_, request), "query/max_bricks");
   EXPECT_EQ(numOnDisk(), 1U);
-  request.min.erase(request.min.begin());
-  request.max.erase(request.max.begin());
-  EXPECT_TRUE(answerCheckBoxes(in_frame_, request).success);
+  request.boxes.erase(request.boxes.begin());
+  EXPECT_TRUE(answer<cuboid_mapping::CheckBoxes>(in_frame_, request).info.success);
 }
 
 TEST_F(WindowAnswers, WhatIsAskedAboutStaysUntilItIsAnswered) {
   in_frame_.limits.outside = QueriesOutside::kLoad;
   {
-    RequestReader reader(in_frame_, {});
-    (void)reader.box(point(0.0, 0.0, 0.0), point(1.0, 1.0, 1.0), 0.0);
-    EXPECT_TRUE(reader.isGood()) << reader.error();
+    ServiceCall call(in_frame_, {});
+    (void)call.box(box({0.0, 0.0, 0.0}, {1.0, 1.0, 1.0}), 0.0, {"box"});
     goAway();
     EXPECT_EQ(numOnDisk(), 0U);
   }
@@ -227,7 +219,7 @@ TEST_F(WindowAnswers, OfAnOctreeAreWholeOrRefused) {
   EXPECT_EQ(voxels.count({0, 0, 0}), 1U);
   EXPECT_EQ(voxels.count({1000, 0, 0}), 1U);
   in_frame_.limits.outside = QueriesOutside::kLoad;
-  EXPECT_TRUE(answerQueryBox(in_frame_, boxRequest({0.1, 0.1, 0.1}, {0.9, 0.9, 0.9})).success);
+  EXPECT_TRUE(answer<QueryBox>(in_frame_, boxRequest({0.1, 0.1, 0.1}, {0.9, 0.9, 0.9})).success);
   EXPECT_EQ(refusal(QueriesOutside::kRefuse, 2), "") << "all of it is in memory now";
 }
 
@@ -242,9 +234,8 @@ TEST_F(WindowAnswers, EditsAreMadeInAPartThatIsOnDisk) {
   EXPECT_EQ(numOnDisk(), 1U);  // To save it does not bring it back.
   SetBox::Request request;
   request.occupancy = SetBox::Request::OCCUPIED;
-  request.min = {point(0.3, 0.3, 0.3)};
-  request.max = {point(0.5, 0.5, 0.5)};
-  ask(answerSetBox, request);
+  request.boxes = {box({0.3, 0.3, 0.3}, {0.5, 0.5, 0.5})};
+  ask<SetBox>(request);
   goAway();
   EXPECT_EQ(numOnDisk(), 1U);
   const cuboid_mapping::MetricBox corner{{0.0, 0.0, 0.0}, {0.2, 0.2, 0.2}};
@@ -269,16 +260,15 @@ TEST_F(WindowAnswers, AFileIsPutInTheMapAndInThePlaceOfIt) {
   for (auto& [cell, value] : clamped) value = std::max(value, model.min());
   SetBox::Request request;
   request.occupancy = SetBox::Request::UNKNOWN;
-  request.min = {point(0.0, 0.0, 0.0)};
-  request.max = {point(0.5, 1.0, 1.0)};
-  ask(answerSetBox, request);
+  request.boxes = {box({0.0, 0.0, 0.0}, {0.5, 1.0, 1.0})};
+  ask<SetBox>(request);
   goAway();
   // Of two voxels that are known to both, the later one counts: all of the file.
   EXPECT_EQ(loadMap(map_, file, {}, {cuboid_mapping::MergeRule::kLater, std::nullopt}).error, "");
   goAway();
   EXPECT_EQ(voxelsOfSaved(map_, folder_ / "merged.cuboids"), clamped);
   request.occupancy = SetBox::Request::FREE;
-  EXPECT_TRUE(answerSetBox(in_frame_, request).success);
+  EXPECT_TRUE(answer<SetBox>(in_frame_, request).info.success);
   EXPECT_EQ(loadMap(map_, file).error, "");
   goAway();
   EXPECT_EQ(numOnDisk(), 1U);

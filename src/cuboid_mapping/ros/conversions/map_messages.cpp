@@ -157,8 +157,8 @@ bool GetMapClient::callForPart(const std::string& name, GetMap& service, std::st
     error = "no answer from " + nh_.resolveName(name);
     return false;
   }
-  error = service.response.message;
-  return service.response.success != 0;
+  error = service.response.info.message;
+  return service.response.info.success != 0;
 }
 
 bool appendPart(const ImageMessage& part, ImageMessage& message) {

@@ -35,7 +35,7 @@ MappingNode::MappingNode(const ros::NodeHandle& nh, const ros::NodeHandle& priva
       receiving_thread_(guard_, "receiving"),
       tf_thread_(guard_, "tf"),
       query_threads_(guard_, "queries", kQueryThreads),
-      edit_threads_(guard_, "edits", 2),
+      edit_threads_(guard_, "edits", 3),
       asking_threads_(guard_, "asking robots",
                       static_cast<std::uint32_t>(parameters.fleet.robots.size()) + 1),
       publish_thread_(guard_, "publishing"),
@@ -59,6 +59,8 @@ MappingNode::MappingNode(const ros::NodeHandle& nh, const ros::NodeHandle& priva
       octomap_server_(nh_, private_nh_, parameters, map_,
                       {publish_thread_.queue(), query_threads_.queue()}),
       diagnostics_(nh_, private_nh_, private_nh_.getNamespace()),
+      map_in_frame_{map_, parameters.frame_id, tf_buffer_, parameters.service_limits,
+                    &is_stopping_},
       buffer_(makeCloudLimits(parameters), bufferCallbacks()),
       mapping_thread_(guard_, "clouds", [this] { return mapNextCloud(); }) {
   if (start_map) {
@@ -145,7 +147,7 @@ void MappingNode::subscribe() {
 
 void MappingNode::mergeRobots() {
   RobotMerger::Callbacks callbacks;
-  callbacks.is_paused = [this] { return edit_services_->isPaused(); };
+  callbacks.is_paused = [this] { return is_paused_.load(); };
   callbacks.note = [this](const cuboid_mapping::RobotObservation& observation, bool is_in_map) {
     std_msgs::Header header;
     header.frame_id = withoutSlash(parameters_.frame_id);
@@ -193,7 +195,7 @@ bool MappingNode::mapNextCloud() {
 }
 
 void MappingNode::onCloudInTurn(const SensorMessage& cloud, const CloudPoses& poses) {
-  if (edit_services_->isPaused()) return drop(cloud.source, DropReason::kPaused);
+  if (is_paused_.load()) return drop(cloud.source, DropReason::kPaused);
   const ros::Time& stamp = cloud.header().stamp;
   if (!stamp.isZero() && stamp.toNSec() < first_stamp_ns_) {
     return drop(cloud.source, DropReason::kBeforeJump);

@@ -23,7 +23,7 @@
 #include "cuboid_mapping/ros/publishers/map_publisher.h"
 #include "cuboid_mapping/ros/publishers/marker_publisher.h"
 #include "cuboid_mapping/ros/services/map_files_service.h"
-#include "cuboid_mapping/ros/services/planner_services.h"
+#include "cuboid_mapping/ros/services/map_in_frame.h"
 
 #include <diagnostic_updater/diagnostic_updater.h>
 #include <ros/node_handle.h>
@@ -40,6 +40,7 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <vector>
 
 namespace cuboid_mapping_ros {
 
@@ -50,8 +51,8 @@ namespace cuboid_mapping_ros {
 /// No exception leaves it: every callback comes from a GuardedQueue.
 ///
 /// Thread rule: a thread receives clouds and puts them into the CloudBuffer, another maps them one after the other. tf is
-/// received in a thread of its own, queries have some, publishing one. Diagnostics, changes of parameters and
-/// ~move_map come from the queue of the node handles, which must have one thread (a nodelet's getNodeHandle(), or a
+/// received in a thread of its own, queries and edits have some, publishing one. Diagnostics and changes of parameters
+/// come from the queue of the node handles, which must have one thread (a nodelet's getNodeHandle(), or a
 /// node's ros::spin()). They meet in the map, which is guarded, and in work_mutex_.
 class MappingNode {
  public:
@@ -108,7 +109,8 @@ class MappingNode {
   GuardedThread receiving_thread_;  ///< Of clouds.
   GuardedThread tf_thread_;
   GuardedThread query_threads_;
-  GuardedThread edit_threads_;    ///< Two, so that ~pause does not wait for a long ~set_box.
+  GuardedThread
+      edit_threads_;  ///< Three, so that ~pause does not wait for a long ~set_box and ~move_map.
   GuardedThread asking_threads_;  ///< Wait for robots.
   GuardedThread publish_thread_;
   ros::NodeHandle nh_;
@@ -139,15 +141,14 @@ class MappingNode {
   MarkerPublisher free_publisher_;
   OctomapServerInterface octomap_server_;
   diagnostic_updater::Updater diagnostics_;
-  ros::ServiceServer reset_server_;
-  ros::ServiceServer move_server_;
-  std::optional<PlannerServices> planner_services_;
-  std::optional<EditServices> edit_services_;
   ros::WallTimer publish_timer_;
   std::atomic<bool> is_publish_due_{false};  ///< After an edit.
   ros::WallTimer diagnostics_timer_;
 
   tf2_ros::Buffer tf_buffer_;
+  MapInFrame map_in_frame_;
+  std::vector<ros::ServiceServer> servers_;
+  std::atomic<bool> is_paused_{false};
   std::optional<RobotGrid> robot_grid_;  ///< Where a frame is named.
   CloudBuffer buffer_;
   boost::signals2::scoped_connection tf_changes_;

@@ -38,7 +38,7 @@ void MappingNode::reportDiagnostics(diagnostic_updater::DiagnosticStatusWrapper&
   report.frame_id = withoutSlash(parameters_.frame_id);
   if (page.statistics.num_received > 0) report.last_cloud = describeLastCloud(page);
   report.is_simulated_time = ros::Time::isSimTime();
-  report.is_paused = edit_services_->isPaused();
+  report.is_paused = is_paused_;
   report.num_publishers = merger_ ? merger_->numPublishers() : sources_.numPublishers();
   report.silence_s = seconds_since(page.last_received);
   if (report.is_simulated_time && report.num_publishers > 0) {

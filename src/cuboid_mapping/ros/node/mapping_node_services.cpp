@@ -3,9 +3,11 @@
 #include "cuboid_mapping/ros/map/map_storage.h"
 #include "cuboid_mapping/ros/middleware/names.h"
 #include "cuboid_mapping/ros/node/mapping_node.h"
-#include "cuboid_mapping/ros/services/request_reader.h"
+#include "cuboid_mapping/ros/services/answers.h"
+#include "cuboid_mapping/ros/services/planner_services.h"
 
 #include <ros/console.h>
+#include <std_srvs/SetBool.h>
 
 #include <sstream>
 #include <utility>
@@ -13,26 +15,39 @@
 namespace cuboid_mapping_ros {
 
 using cuboid_mapping::MoveMap;
+using cuboid_mapping::SetBox;
+using std_srvs::Empty;
+using std_srvs::SetBool;
 
 void MappingNode::advertiseServices() {
-  ros::NodeHandle query_nh = withQueue(private_nh_, query_threads_.queue());
-  const MapInFrame map{map_, parameters_.frame_id, tf_buffer_, parameters_.service_limits,
-                       &is_stopping_};
-  ros::NodeHandle edit_nh = withQueue(private_nh_, edit_threads_.queue());
-  using std_srvs::Empty;
-  reset_server_ = edit_nh.advertiseService<Empty::Request, Empty::Response>(
+  servers_ =
+      advertisePlannerServices(withQueue(private_nh_, query_threads_.queue()), map_in_frame_);
+  ros::NodeHandle nh = withQueue(private_nh_, edit_threads_.queue());
+  servers_.push_back(nh.advertiseService<SetBox::Request, SetBox::Response>(
+      kSetBoxService, [this](SetBox::Request& request, SetBox::Response& response) {
+        response = answer<SetBox>(map_in_frame_, request);
+        if (response.info.success != 0) publishSoon();
+        return true;
+      }));
+  servers_.push_back(nh.advertiseService<SetBool::Request, SetBool::Response>(
+      kPauseService, [this](SetBool::Request& request, SetBool::Response& response) {
+        is_paused_ = request.data != 0;
+        response.success = static_cast<std::uint8_t>(true);
+        response.message =
+            is_paused_ ? "clouds are ignored from now on" : "clouds are inserted again";
+        ROS_INFO_STREAM_NAMED(kNodeName, response.message);
+        return true;
+      }));
+  servers_.push_back(nh.advertiseService<Empty::Request, Empty::Response>(
       kResetService, [this](Empty::Request& /*request*/, Empty::Response& /*response*/) {
         onReset();
         return true;
-      });
-  // Among the clouds: none is worked on meanwhile.
-  move_server_ = private_nh_.advertiseService<MoveMap::Request, MoveMap::Response>(
+      }));
+  servers_.push_back(nh.advertiseService<MoveMap::Request, MoveMap::Response>(
       kMoveMapService, [this](MoveMap::Request& request, MoveMap::Response& response) {
         onMoveMap(request, response);
         return true;
-      });
-  planner_services_.emplace(query_nh, map);
-  edit_services_.emplace(edit_nh, map, [this] { publishSoon(); });
+      }));
 }
 
 void MappingNode::onReset() {
@@ -46,11 +61,11 @@ void MappingNode::onReset() {
   ROS_INFO_NAMED(kNodeName, "map cleared");
 }
 
+/// No cloud is worked on meanwhile: they wait, or are of the frame as it was.
 void MappingNode::onMoveMap(const MoveMap::Request& request, MoveMap::Response& response) {
   const std::lock_guard<FairMutex> lock(work_mutex_);
   const StorageAnswer answer = moveMap(toIsometry(request.transform), request.stamp);
-  response.success = static_cast<std::uint8_t>(answer.error.empty());
-  response.message = answer.error;
+  response.info = makeInfo(map_, parameters_.frame_id, answer.error);
   response.cuboids = answer.num_cuboids;
   if (answer.error.empty()) {
     ROS_INFO_STREAM_NAMED(kNodeName, "map moved: " << answer.num_cuboids << " cuboids");

@@ -6,7 +6,7 @@
 #include "cuboid_mapping/ros/middleware/names.h"
 #include "cuboid_mapping/ros/middleware/tf_lookup.h"
 #include "cuboid_mapping/ros/parameters/window_parameters.h"
-#include "cuboid_mapping/ros/services/request_reader.h"
+#include "cuboid_mapping/ros/services/service_call.h"
 
 #include <ros/console.h>
 

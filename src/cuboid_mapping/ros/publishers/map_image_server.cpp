@@ -43,7 +43,7 @@ MapImageServer::MapImageServer(const ros::NodeHandle& nh, const ros::NodeHandle&
         } catch (const std::exception& exception) {
           guard.noteFailure(kGetMapService, exception.what());
           response = GetMap::Response();
-          response.message = std::string("the node could not answer: ") + exception.what();
+          response.info.message = std::string("the node could not answer: ") + exception.what();
         }
         return true;
       });
@@ -118,18 +118,19 @@ void MapImageServer::answer(const GetMap::Request& request, GetMap::Response& re
   const MapDetail detail = request.with_values != 0 ? MapDetail::kValues : MapDetail::kClasses;
   if (request.part == 0) {
     response.map = current(detail).parts.front();
-    response.message = note_();
-    response.success = static_cast<std::uint8_t>(true);
+    response.info.message = note_();
+    response.info.success = static_cast<std::uint8_t>(true);
     return;
   }
   const Kept* const kept = find(detail, request.revision);
   if (kept == nullptr || request.part >= kept->parts.size()) {
-    response.message = "there is no part " + std::to_string(request.part) + " of revision " +
-                       std::to_string(request.revision) + " (any more): begin again with part 0";
+    response.info.message = "there is no part " + std::to_string(request.part) + " of revision " +
+                            std::to_string(request.revision) +
+                            " (any more): begin again with part 0";
     return;
   }
   response.map = kept->parts[request.part];
-  response.success = static_cast<std::uint8_t>(true);
+  response.info.success = static_cast<std::uint8_t>(true);
 }
 
 MapImageServer::Kept* MapImageServer::find(MapDetail detail, std::uint64_t revision) {

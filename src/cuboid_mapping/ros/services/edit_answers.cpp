@@ -1,14 +1,12 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "cuboid_mapping/ros/services/edit_answers.h"
+// Edits of boxes.
+#include "cuboid_mapping/ros/services/answers.h"
 
 #include "cuboid_mapping/io/text.h"
-#include "cuboid_mapping/map/cuboid_map.h"
-#include "cuboid_mapping/ros/services/limited_answer.h"
-#include "cuboid_mapping/ros/services/request_reader.h"
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
+#include <utility>
 #include <vector>
 
 namespace cuboid_mapping_ros {
@@ -23,32 +21,33 @@ using cuboid_mapping::SetBox;
 using cuboid_mapping::toText;
 using cuboid_mapping::UniformBox;
 
-using Request = SetBox::Request;
+using SetRequest = SetBox::Request;
 
-/// Of the answer to each box.
-constexpr std::size_t kEditBytes = 48;
+constexpr Entries kSetBoxes{"boxes", 48};
 
-bool isFilled(const Request& request) {
-  return request.occupancy == Request::FREE || request.occupancy == Request::OCCUPIED;
+bool isFilled(const SetRequest& request) {
+  return request.occupancy == SetRequest::FREE || request.occupancy == SetRequest::OCCUPIED;
 }
 
-void checkOccupancy(RequestReader& reader, const Request& request) {
-  reader.require(request.occupancy <= Request::KEEP,
-                 "occupancy is " + std::to_string(request.occupancy) +
-                     ": use UNKNOWN (0), FREE (1), OCCUPIED (2) or KEEP (3)");
+void checkOccupancy(const SetRequest& request) {
+  if (request.occupancy > SetRequest::KEEP) {
+    throw Refusal("occupancy is " + std::to_string(request.occupancy) +
+                  ": use UNKNOWN (0), FREE (1), OCCUPIED (2) or KEEP (3)");
+  }
   const double probability = request.probability;
   if (probability == 0.0) return;
-  const bool is_right = request.occupancy == Request::FREE
+  const bool is_right = request.occupancy == SetRequest::FREE
                             ? probability > 0.0 && probability < 0.5
                             : probability >= 0.5 && probability < 1.0;
-  reader.require(isFilled(request) && is_right,
-                 "probability is " + toText(probability) +
-                     ": use 0, or below 0.5 for FREE, from 0.5 to below 1 for OCCUPIED");
+  if (!isFilled(request) || !is_right) {
+    throw Refusal("probability is " + toText(probability) +
+                  ": use 0, or below 0.5 for FREE, from 0.5 to below 1 for OCCUPIED");
+  }
 }
 
 /// Within the clamping thresholds, as a cloud would leave it.
-float toLogOdds(const SensorModel& model, const Request& request) {
-  const bool is_free = request.occupancy == Request::FREE;
+float toLogOdds(const SensorModel& model, const SetRequest& request) {
+  const bool is_free = request.occupancy == SetRequest::FREE;
   if (request.probability == 0.0F) return is_free ? model.min() : model.max();
   const float log_odds = cuboid_mapping::toLogOdds(request.probability);
   return std::min(std::max(log_odds, model.min()), model.max());
@@ -78,24 +77,30 @@ std::vector<CellBox> divide(const CellBox& box) {
   return parts;
 }
 
-ChangeSet setPart(CuboidMap& map, const CellBox& box, const Request& request) {
+ChangeSet setPart(CuboidMap& map, const CellBox& box, const SetRequest& request) {
   std::vector<UniformBox> boxes;
   if (isFilled(request)) boxes.push_back({box, toLogOdds(map.sensorModel(), request)});
   return map.replace(box, boxes);
 }
 
 /// Locks or unlocks a box, and sets it part by part, until the budget is spent.
-void setBox(GuardedMap& map, const CellBox& box, const Request& request, Budget& budget) {
-  map.edit([&](CuboidMap& content, const ros::Time& /*stamp*/) {
+void setBox(GuardedMap& map, const CellBox& box, const SetRequest& request, Budget& budget) {
+  const auto set_lock = [&](CuboidMap& content) {
     request.lock != 0 ? content.lock(box) : content.unlock(box);
-    return ChangeSet{content.revision(), false, {}};
-  });
-  if (request.occupancy == Request::KEEP) return;
+  };
+  if (request.occupancy == SetRequest::KEEP) {
+    return map.edit([&](CuboidMap& content, const ros::Time& /*stamp*/) {
+      set_lock(content);
+      return ChangeSet{content.revision(), false, {}};
+    });
+  }
   // What becomes unknown costs as much as is known there, however large the box.
   const bool is_divided = numBricks(box) <= kMaxSetBricks;
+  bool is_locked = false;
   for (const CellBox& part : is_divided ? divide(box) : std::vector<CellBox>{box}) {
     if (!budget.lookNow()) return;
     map.editIn(part, [&](CuboidMap& content, const ros::Time& /*stamp*/) {
+      if (!std::exchange(is_locked, true)) set_lock(content);
       return setPart(content, part, request);
     });
   }
@@ -103,35 +108,22 @@ void setBox(GuardedMap& map, const CellBox& box, const Request& request, Budget&
 
 }  // namespace
 
-SetBox::Response answerSetBox(const MapInFrame& map, const SetBox::Request& request) {
-  RequestReader reader(map, request.header);
-  checkOccupancy(reader, request);
-  reader.requireFew(request.min.size(), "boxes", kEditBytes);
-  const std::vector<CellBox> boxes = reader.boxes(request.min, request.max, request.inflation);
+void answer(ServiceCall& call, const SetBox::Request& request, SetBox::Response& response) {
+  checkOccupancy(request);
+  const std::vector<CellBox> boxes = call.boxes(request.boxes, request.inflation, kSetBoxes);
   double num_bricks = 0.0;
   for (const CellBox& box : boxes) num_bricks += isFilled(request) ? numBricks(box) : 0.0;
-  reader.require(num_bricks <= kMaxSetBricks, "the boxes contain " + toText(num_bricks) +
-                                                  " bricks of 8 x 8 x 8 voxels: at most " +
-                                                  toText(kMaxSetBricks) +
-                                                  " can be set free or occupied at once");
-  if (!reader.isGood()) return refuse<SetBox::Response>(reader.error());
-  SetBox::Response response;
-  cuboid_mapping::QueryLimits limits;
-  limits.time_s = map.limits.max_time_s;
-  cuboid_mapping::Budget budget(limits,
-                                {{}, std::numeric_limits<double>::infinity(), map.is_stopped});
-  answerEach(map, boxes.size(), "boxes", budget, response,
-             [&](std::size_t i) { setBox(map.map, boxes[i], request, budget); });
-  map.map.read([&](const CuboidMap& content, const ros::Time& stamp) {
-    fillHead(map, content, stamp, response);
-    return 0;
-  });
-  for (std::size_t i = 0; i < response.answered; ++i) {
-    const cuboid_mapping::MetricBox box_map = map.map.grid().toMetricBox(boxes[i]);
-    response.min.push_back(toPoint(box_map.min_m));
-    response.max.push_back(toPoint(box_map.max_m));
+  if (num_bricks > kMaxSetBricks) {
+    throw Refusal("the boxes contain " + toText(num_bricks) +
+                  " bricks of 8 x 8 x 8 voxels: at most " + toText(kMaxSetBricks) +
+                  " can be set free or occupied at once");
   }
-  return response;
+  call.changeEach(kSetBoxes, boxes.size(), [&](std::size_t i, Budget& budget) {
+    setBox(call.map(), boxes[i], request, budget);
+  });
+  for (std::size_t i = 0; i < call.info().answered; ++i) {
+    response.boxes.push_back(boxMessage(call.map().grid(), boxes[i]));
+  }
 }
 
 }  // namespace cuboid_mapping_ros

@@ -7,7 +7,7 @@
 #include "cuboid_mapping/io/map_files.h"
 #include "cuboid_mapping/io/text.h"
 #include "cuboid_mapping/ros/middleware/names.h"
-#include "cuboid_mapping/ros/services/request_reader.h"
+#include "cuboid_mapping/ros/services/service_call.h"
 
 #include <ros/console.h>
 
@@ -20,6 +20,7 @@ namespace {
 
 using cuboid_mapping::counted;
 using cuboid_mapping::LoadMap;
+using cuboid_mapping::MergeRule;
 using cuboid_mapping::SaveMap;
 
 std::uint64_t revisionOf(const GuardedMap& map) {
@@ -71,12 +72,12 @@ void MapFilesService::advertise(ros::NodeHandle nh) {
       kSaveMapService, [this](SaveMap::Request& request, SaveMap::Response& response) {
         const StorageAnswer answer = saveMap(map_, frame_id_, request.filename, limits_);
         logAnswer("saved to", request.filename, answer);
-        response.success = static_cast<std::uint8_t>(answer.error.empty());
-        response.message = answer.error;
+        response.info = makeInfo(map_, frame_id_, answer.error);
+        if (answer.error.empty()) response.info.revision = answer.revision;
         if (answer.error.empty() && answer.num_cuboids == 0) {
-          response.message =
+          response.info.message =
               "the map is empty: no cloud has got into it, see the log or /diagnostics";
-          ROS_WARN_STREAM_NAMED(kNodeName, request.filename << ": " << response.message);
+          ROS_WARN_STREAM_NAMED(kNodeName, request.filename << ": " << response.info.message);
         }
         response.cuboids = answer.num_cuboids;
         response.bytes = answer.num_bytes;
@@ -86,19 +87,25 @@ void MapFilesService::advertise(ros::NodeHandle nh) {
       kLoadMapService, [this](LoadMap::Request& request, LoadMap::Response& response) {
         const StorageAnswer answer = load(request);
         logAnswer("loaded from", request.filename, answer);
-        response.success = static_cast<std::uint8_t>(answer.error.empty());
-        response.message = answer.error.empty() ? answer.notes : answer.error;
+        response.info = makeInfo(map_, frame_id_, answer.error);
+        response.info.message += answer.notes;
         response.cuboids = answer.num_cuboids;
         return true;
       });
 }
 
 StorageAnswer MapFilesService::load(const LoadMap::Request& request) {
-  LoadPlacement placement{cuboid_mapping::mergeRuleOfName(request.rule), std::nullopt};
-  if (!placement.rule && !request.rule.empty()) {
-    StorageAnswer answer;
-    answer.error = "the rule '" + request.rule + "' is not known: say sum, later, occupied or none";
-    return answer;
+  LoadPlacement placement;
+  switch (request.rule) {
+    case LoadMap::Request::REPLACE: break;
+    case LoadMap::Request::SUM: placement.rule = MergeRule::kSum; break;
+    case LoadMap::Request::LATER: placement.rule = MergeRule::kLater; break;
+    case LoadMap::Request::OCCUPIED: placement.rule = MergeRule::kOccupied; break;
+    default:
+      StorageAnswer answer;
+      answer.error = "rule is " + std::to_string(request.rule) +
+                     ": use REPLACE (0), SUM (1), LATER (2) or OCCUPIED (3)";
+      return answer;
   }
   if (request.transform != geometry_msgs::Transform()) {
     placement.T_map_file = toIsometry(request.transform);

@@ -1,0 +1,187 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// What is in boxes.
+#include "cuboid_mapping/ros/services/answers.h"
+
+#include "cuboid_mapping/query/box_query.h"
+#include "cuboid_mapping/query/cuboid_query.h"
+#include "cuboid_mapping/query/value_query.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+namespace cuboid_mapping_ros {
+namespace {
+
+using cuboid_mapping::AnswerInfo;
+using cuboid_mapping::Budget;
+using cuboid_mapping::CellBox;
+using cuboid_mapping::CheckBoxes;
+using cuboid_mapping::Cuboid;
+using cuboid_mapping::CuboidMap;
+using cuboid_mapping::CuboidSelection;
+using cuboid_mapping::GetCuboids;
+using cuboid_mapping::GetFreeGraph;
+using cuboid_mapping::Grid;
+using cuboid_mapping::MapCuboid;
+using cuboid_mapping::Occupancy;
+using cuboid_mapping::QueryBox;
+using cuboid_mapping::UnknownPolicy;
+
+template <typename ConstantsT>
+constexpr bool hasClasses() {
+  return ConstantsT::FREE == static_cast<int>(Occupancy::kFree) &&
+         ConstantsT::OCCUPIED == static_cast<int>(Occupancy::kOccupied);
+}
+static_assert(hasClasses<QueryBox::Response>() && hasClasses<CheckBoxes::Response>() &&
+              hasClasses<MapCuboid>());
+
+constexpr Entries kBoxes{"boxes", 30};
+constexpr std::size_t kCuboidBytes = 53;
+constexpr std::size_t kPortalBytes = 56;
+
+/// What ~check_boxes and ~query_box say of a box.
+struct BoxContent {
+  cuboid_mapping::BoxQueryResult volumes;
+  float max_probability = std::numeric_limits<float>::quiet_NaN();
+};
+
+BoxContent lookInto(const CuboidMap& map, const CellBox& box, Budget& budget) {
+  BoxContent content;
+  content.volumes = queryBox(map, box, cuboid_mapping::CuboidOutput::kNone,
+                             cuboid_mapping::CuboidFilter::kAll, budget);
+  if (const auto log_odds = maxLogOdds(map, box, budget)) {
+    content.max_probability = static_cast<float>(cuboid_mapping::toProbability(*log_odds));
+  }
+  return content;
+}
+
+/// The cuboids of ~get_cuboids and ~query_box. @return Whether there are more.
+bool addCuboids(const CuboidMap& map, const CellBox& region, const CuboidSelection& selection,
+                Budget& budget, std::vector<MapCuboid>& cuboids) {
+  const auto selected = selectCuboids(map, region, selection, budget);
+  cuboids.reserve(selected.cuboids.size());
+  for (const Cuboid& cuboid : selected.cuboids) {
+    if (!budget.spendAndYield()) break;
+    cuboids.push_back(cuboidMessage(map, cuboid, budget));
+  }
+  return selected.is_truncated;
+}
+
+std::size_t toLimit(std::uint32_t limit) {
+  return limit == 0 ? std::numeric_limits<std::size_t>::max() : limit;
+}
+
+/// Says that there is more, by the request's own limit or by the node's.
+void noteCut(ServiceCall& call, const Budget& budget, bool is_cut) {
+  call.info().truncated = static_cast<std::uint8_t>(is_cut);
+  if (is_cut) call.info().message = "there are more cuboids than limit";
+  call.noteEnd(budget, "ask for a smaller region, or region by region");
+}
+
+}  // namespace
+
+void setInfo(const AnswerInfo& info, QueryBox::Response& response) {
+  response.success = info.success;
+  response.message = info.message;
+  response.header = info.header;
+  response.revision = info.revision;
+  response.truncated = info.truncated;
+}
+
+void answer(ServiceCall& call, const QueryBox::Request& request, QueryBox::Response& response) {
+  if (request.cuboids > QueryBox::Request::CUBOIDS_ALL) {
+    throw Refusal("cuboids is " + std::to_string(request.cuboids) +
+                  ": use one of the CUBOIDS_* values, 0 to 3");
+  }
+  cuboid_mapping::Box asked;
+  asked.min = request.min;
+  asked.max = request.max;
+  const CellBox box = call.box(asked, 0.0, {"box"});
+  call.read(kCuboidBytes, [&](const CuboidMap& map, Budget& budget) {
+    const BoxContent content = lookInto(map, box, budget);
+    response.free_volume = content.volumes.free_volume_m3;
+    response.occupied_volume = content.volumes.occupied_volume_m3;
+    response.unknown_volume = content.volumes.unknown_volume_m3;
+    response.occupancy = static_cast<std::uint8_t>(content.volumes.occupancy());
+    response.max_probability = content.max_probability;
+    if (request.cuboids != QueryBox::Request::CUBOIDS_NONE) {
+      CuboidSelection selection;
+      selection.filter = ServiceCall::classes(request.cuboids);
+      selection.is_clipped = request.clip != 0;
+      addCuboids(map, box, selection, budget, response.cuboids);
+    }
+    call.noteEnd(budget, "ask for a smaller box, or for fewer cuboids");
+  });
+  const cuboid_mapping::Box used = boxMessage(call.map().grid(), box);
+  response.min = used.min;
+  response.max = used.max;
+}
+
+void answer(ServiceCall& call, const CheckBoxes::Request& request, CheckBoxes::Response& response) {
+  const UnknownPolicy policy = ServiceCall::policy(request.unknown);
+  const std::vector<CellBox> boxes = call.boxes(request.boxes, request.inflation, kBoxes);
+  response.blocked.assign(boxes.size(), static_cast<std::uint8_t>(true));
+  response.occupancy.assign(boxes.size(), CheckBoxes::Response::UNKNOWN);
+  response.free_volume.assign(boxes.size(), 0.0);
+  response.occupied_volume.assign(boxes.size(), 0.0);
+  response.unknown_volume.assign(boxes.size(), 0.0);
+  response.max_probability.assign(boxes.size(), std::numeric_limits<float>::quiet_NaN());
+  call.readEach(kBoxes, boxes.size(), [&](const CuboidMap& map, std::size_t i, Budget& budget) {
+    const BoxContent content = lookInto(map, boxes[i], budget);
+    if (budget.isSpent()) return;
+    const Occupancy occupancy = content.volumes.occupancy();
+    const bool is_free = occupancy == Occupancy::kFree ||
+                         (occupancy == Occupancy::kUnknown && policy == UnknownPolicy::kPass);
+    response.blocked[i] = static_cast<std::uint8_t>(!is_free);
+    response.occupancy[i] = static_cast<std::uint8_t>(occupancy);
+    response.free_volume[i] = content.volumes.free_volume_m3;
+    response.occupied_volume[i] = content.volumes.occupied_volume_m3;
+    response.unknown_volume[i] = content.volumes.unknown_volume_m3;
+    response.max_probability[i] = content.max_probability;
+  });
+}
+
+void answer(ServiceCall& call, const GetCuboids::Request& request, GetCuboids::Response& response) {
+  CuboidSelection selection;
+  selection.filter = ServiceCall::classes(request.classes);
+  const double min_edge =
+      std::ceil(ServiceCall::notNegative(request.min_edge, "min_edge") / call.resolution() - 1e-6);
+  selection.min_edge = static_cast<std::int32_t>(std::min(min_edge, 1.0 * Grid::kMaxCell));
+  selection.is_clipped = request.clip != 0;
+  selection.max_cuboids = toLimit(request.limit);
+  const CellBox region = request.everything != 0
+                             ? cuboid_mapping::kAllCells
+                             : call.box(request.region, request.inflation, {"region"});
+  call.requireLoaded(region);
+  call.read(kCuboidBytes, [&](const CuboidMap& map, Budget& budget) {
+    const bool is_cut = addCuboids(map, region, selection, budget, response.cuboids);
+    noteCut(call, budget, is_cut);
+  });
+}
+
+void answer(ServiceCall& call, const GetFreeGraph::Request& request,
+            GetFreeGraph::Response& response) {
+  const CellBox region = call.box(request.region, 0.0, {"region"});
+  const double inflation_m = ServiceCall::notNegative(request.inflation, "inflation");
+  cuboid_mapping::Cell passage;
+  if (request.size.x != 0.0 || request.size.y != 0.0 || request.size.z != 0.0) {
+    const auto size = call.map().grid().toSizeInCells(call.size(request.size, inflation_m));
+    if (!size) throw Refusal("size is larger than any map: give the robot's edges in metres");
+    passage = *size;
+  }
+  call.read(kPortalBytes, [&](const CuboidMap& map, Budget& budget) {
+    const auto graph = buildFreeGraph(map, region, passage, toLimit(request.limit), budget);
+    noteCut(call, budget, graph.is_truncated);
+    for (const Cuboid& cuboid : graph.cuboids) {
+      response.cuboids.push_back(boxMessage(map.grid(), cuboid.box));
+    }
+    for (const auto& portal : graph.portals) {
+      response.first.push_back(portal.first);
+      response.second.push_back(portal.second);
+      response.portals.push_back(boxMessage(map.grid(), portal.face));
+    }
+  });
+}
+
+}  // namespace cuboid_mapping_ros

@@ -1,0 +1,188 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// What all services that look at the map have in common.
+#pragma once
+
+#include "cuboid_mapping/AnswerInfo.h"
+#include "cuboid_mapping/Box.h"
+#include "cuboid_mapping/MapCuboid.h"
+#include "cuboid_mapping/map/cuboid_search.h"
+#include "cuboid_mapping/query/budget.h"
+#include "cuboid_mapping/query/unknown_policy.h"
+#include "cuboid_mapping/ros/conversions/points.h"
+#include "cuboid_mapping/ros/map/guarded_map.h"
+#include "cuboid_mapping/ros/services/map_in_frame.h"
+
+#include <geometry_msgs/Transform.h>
+#include <std_msgs/Header.h>
+
+#include <Eigen/Geometry>
+
+#include <cstddef>
+#include <cstdint>
+#include <limits>
+#include <optional>
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+namespace cuboid_mapping_ros {
+
+/// Why a request is refused, and what to do.
+class Refusal : public std::runtime_error {
+ public:
+  using std::runtime_error::runtime_error;
+};
+
+/// What a request is a list of.
+struct Entries {
+  const char* name;          ///< As "boxes".
+  std::size_t answer_bytes;  ///< Of the answer to each.
+};
+
+/// A field of a request, or one of its elements: "size", "origins[3]".
+struct FieldName {
+  const char* name;
+  std::optional<std::size_t> element = std::nullopt;
+};
+
+/// A call of a service: reads the request, and looks at the map within the limits.
+///
+/// Functions that read check a value and take it to the frame of the map. They throw a Refusal, whose text names the
+/// field and says what to do. As long as the call lives, no part of the map leaves the memory.
+class ServiceCall {
+ public:
+  /// Looks up the frame of the request. When its stamp is ahead of tf, waits 0.2 s of wall time at most.
+  ServiceCall(const MapInFrame& map, const std_msgs::Header& header);
+
+  /// Edge of a voxel [m].
+  [[nodiscard]] double resolution() const { return map_.map.grid().resolution(); }
+  [[nodiscard]] GuardedMap& map() const { return map_.map; }
+
+  // Reading.
+
+  /// Refuses a request with more entries than the limits allow.
+  void requireFew(std::size_t num_entries, const Entries& entries) const;
+  /// A finite point.
+  [[nodiscard]] Eigen::Vector3d point(const geometry_msgs::Point& point,
+                                      const FieldName& field) const;
+  /// Finite points, not too many.
+  [[nodiscard]] std::vector<Eigen::Vector3d> points(const std::vector<geometry_msgs::Point>& points,
+                                                    const Entries& entries) const;
+  /// A finite direction that is not zero, as one of length 1.
+  [[nodiscard]] Eigen::Vector3d direction(const geometry_msgs::Vector3& direction,
+                                          const FieldName& field) const;
+  /// Edges, > 0, of the smallest box along the map's axes that contains one with these edges, and inflation on all sides.
+  [[nodiscard]] Eigen::Vector3d size(const geometry_msgs::Vector3& size, double inflation_m);
+  /// A box with min < max, inflated, as the voxels that it overlaps.
+  [[nodiscard]] cuboid_mapping::CellBox box(const cuboid_mapping::Box& box, double inflation_m,
+                                            const FieldName& field);
+  /// Boxes, not too many.
+  [[nodiscard]] std::vector<cuboid_mapping::CellBox> boxes(
+      const std::vector<cuboid_mapping::Box>& boxes, double inflation_m, const Entries& entries);
+  /// A finite number >= 0.
+  [[nodiscard]] static double notNegative(double value, const char* name);
+  /// A finite number > 0.
+  [[nodiscard]] static double positive(double value, const char* name);
+  [[nodiscard]] static cuboid_mapping::UnknownPolicy policy(std::uint8_t unknown);
+  /// FREE, OCCUPIED or ALL, which have the same values in all requests.
+  [[nodiscard]] static cuboid_mapping::CuboidFilter classes(std::uint8_t classes);
+
+  /// The voxels that a box in metres overlaps, map frame; see requireLoaded().
+  cuboid_mapping::CellBox requireCells(const cuboid_mapping::MetricBox& box_map);
+  /// Refuses a request about cells that are on disk only, or brings them back, as the limits say.
+  void requireLoaded(const cuboid_mapping::CellBox& box);
+
+  // Answering.
+
+  /// What the answer says of itself.
+  [[nodiscard]] cuboid_mapping::AnswerInfo& info() { return info_; }
+
+  /// Reads the map, in turns with others.
+  /// @param work  (const CuboidMap&, Budget&). @param max_time_s  Less than that of the limits.
+  template <typename WorkT>
+  void read(std::size_t entry_bytes, const WorkT& work,
+            double max_time_s = std::numeric_limits<double>::infinity()) {
+    map_.map.readInTurns(limits(entry_bytes, max_time_s), map_.is_stopped,
+                         [&](const cuboid_mapping::CuboidMap& content, const ros::Time& stamp,
+                             cuboid_mapping::Budget& budget) {
+                           fillInfo(content, stamp);
+                           work(content, budget);
+                         });
+  }
+
+  /// Answers the entries of a request, one after the other, as far as the limits allow. For those that are left, the
+  /// answer stays as it is.
+  /// @param answer  (const CuboidMap&, std::size_t entry, Budget&): fills in the answer, unless the budget is spent.
+  template <typename AnswerT>
+  void readEach(const Entries& entries, std::size_t num_entries, const AnswerT& answer) {
+    read(entries.answer_bytes,
+         [&](const cuboid_mapping::CuboidMap& content, cuboid_mapping::Budget& budget) {
+           doEach(entries, num_entries, budget, [&](std::size_t i) { answer(content, i, budget); });
+         });
+  }
+
+  /// As readEach(), for changes. @param change  (std::size_t entry, Budget&).
+  template <typename ChangeT>
+  void changeEach(const Entries& entries, std::size_t num_entries, const ChangeT& change) {
+    cuboid_mapping::Budget budget(editLimits(),
+                                  {{}, std::numeric_limits<double>::infinity(), map_.is_stopped});
+    doEach(entries, num_entries, budget, [&](std::size_t i) { change(i, budget); });
+    map_.map.read([this](const cuboid_mapping::CuboidMap& content, const ros::Time& stamp) {
+      fillInfo(content, stamp);
+    });
+  }
+
+  /// Says in the answer that it was cut short, when the budget is spent. @param advice  What to do.
+  void noteEnd(const cuboid_mapping::Budget& budget, const std::string& advice);
+
+ private:
+  [[nodiscard]] cuboid_mapping::QueryLimits limits(std::size_t entry_bytes,
+                                                   double max_time_s) const;
+  [[nodiscard]] cuboid_mapping::QueryLimits editLimits() const;
+  void fillInfo(const cuboid_mapping::CuboidMap& content, const ros::Time& stamp);
+  void noteAnswered(const Entries& entries, std::size_t num_answered, std::size_t num_entries,
+                    const cuboid_mapping::Budget& budget);
+
+  template <typename WorkT>
+  void doEach(const Entries& entries, std::size_t num_entries, cuboid_mapping::Budget& budget,
+              const WorkT& work) {
+    std::size_t num_answered = 0;
+    for (; num_answered < num_entries && budget.lookNow(); ++num_answered) {
+      work(num_answered);
+      if (budget.isSpent()) break;
+    }
+    noteAnswered(entries, num_answered, num_entries, budget);
+  }
+
+  const MapInFrame& map_;
+  PageHold hold_;              ///< So that what was there at the beginning is there at the end.
+  std::size_t num_pages_ = 0;  ///< That were brought back for the request.
+  Eigen::Isometry3d to_map_ = Eigen::Isometry3d::Identity();  ///< From the request's frame.
+  bool is_turned_ = false;                                    ///< By no multiple of 90 degrees.
+  cuboid_mapping::AnswerInfo info_;
+};
+
+/// Brings the parts of a box back that are on disk only, if the limits allow it.
+/// @param num_pages  Of the call: those of the box are added.
+/// @return Why they are not there, and what to do; empty: they are.
+[[nodiscard]] std::string loadPages(GuardedMap& map, const cuboid_mapping::CellBox& box,
+                                    const ServiceLimits& limits, std::size_t& num_pages);
+
+/// The transform of a request. A quaternion of few digits is made one of length 1; all zeros are no turn; others stay what
+/// they are, for others to refuse.
+[[nodiscard]] Eigen::Isometry3d toIsometry(geometry_msgs::Transform transform);
+
+/// What an answer says of a map and its stamp, frame and revision; `error` is empty, or why the request is refused.
+[[nodiscard]] cuboid_mapping::AnswerInfo makeInfo(const GuardedMap& map,
+                                                  const std::string& frame_id,
+                                                  const std::string& error);
+
+/// In metres, frame of the map.
+[[nodiscard]] cuboid_mapping::Box boxMessage(const cuboid_mapping::Grid& grid,
+                                             const cuboid_mapping::CellBox& box);
+/// With the mean probability of its voxels; 0 when the budget is spent.
+[[nodiscard]] cuboid_mapping::MapCuboid cuboidMessage(const cuboid_mapping::CuboidMap& map,
+                                                      const cuboid_mapping::Cuboid& cuboid,
+                                                      cuboid_mapping::Budget& budget);
+
+}  // namespace cuboid_mapping_ros
