@@ -60,7 +60,8 @@ struct Pair {
   /// Store and memory as one map.
   [[nodiscard]] std::map<Cell, float> voxels() const {
     MapSnapshot snapshot = takeSnapshot(map, "");
-    window->addStored({}, snapshot);
+    for (const Cell& page : window->storedPages()) window->addStored(page, {}, snapshot);
+    sortBricks(snapshot.bricks);
     EXPECT_FALSE(findFault(snapshot));
     return test::voxelsOf(snapshot.bricks);
   }

@@ -115,8 +115,10 @@ class MapWindow {
   /// Keeps all pages in memory until it is told otherwise: for those who read for long.
   void hold(bool is_held) { is_held_ = is_held; }
 
-  /// Adds the bricks that are in the store alone to a snapshot of the map. @throws MapFileError  as readStore().
-  void addStored(const SnapshotLimits& limits, MapSnapshot& snapshot) const;
+  /// Pages in the store alone, in no particular order.
+  [[nodiscard]] std::vector<Cell> storedPages() const { return {stored_.begin(), stored_.end()}; }
+  /// Adds the bricks that the store has of a page to a snapshot. @throws MapFileError  as readStore().
+  void addStored(const Cell& page, const SnapshotLimits& limits, MapSnapshot& snapshot) const;
 
   /// Takes the sensor model of the map into the store. Fails as save().
   void saveHead(const CuboidMap& map);

@@ -369,17 +369,14 @@ bool MapWindow::save(const CuboidMap& map) {
   return !is_store_stale_;
 }
 
-void MapWindow::addStored(const SnapshotLimits& limits, MapSnapshot& snapshot) const {
+void MapWindow::addStored(const Cell& page, const SnapshotLimits& limits,
+                          MapSnapshot& snapshot) const {
   const std::lock_guard<std::mutex> lock(reading_);
-  for (const Cell& page : stored_) {
-    for (VoxelBrick& brick : store_->read(page)) snapshot.bricks.push_back(std::move(brick));
-    if (snapshot.bricks.size() > limits.max_bricks) {
-      throw MapFileError(MapFileDefect::kTooBig, store_->file() + " has more than " +
-                                                     std::to_string(limits.max_bricks) +
-                                                     " bricks of 8 x 8 x 8 voxels");
-    }
-  }
-  sortBricks(snapshot.bricks);
+  for (VoxelBrick& brick : store_->read(page)) snapshot.bricks.push_back(std::move(brick));
+  if (snapshot.bricks.size() <= limits.max_bricks) return;
+  throw MapFileError(MapFileDefect::kTooBig, store_->file() + " has more than " +
+                                                 std::to_string(limits.max_bricks) +
+                                                 " bricks of 8 x 8 x 8 voxels");
 }
 
 void MapWindow::saveHead(const CuboidMap& map) {

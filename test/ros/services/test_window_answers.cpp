@@ -11,7 +11,9 @@
 #include "tools/run_program.h"
 
 #include <algorithm>
+#include <atomic>
 #include <functional>
+#include <thread>
 #include <utility>
 
 namespace cuboid_mapping_ros {
@@ -221,6 +223,38 @@ TEST_F(WindowAnswers, OfAnOctreeAreWholeOrRefused) {
   in_frame_.limits.outside = QueriesOutside::kLoad;
   EXPECT_TRUE(answer<QueryBox>(in_frame_, boxRequest({0.1, 0.1, 0.1}, {0.9, 0.9, 0.9})).success);
   EXPECT_EQ(refusal(QueriesOutside::kRefuse, 2), "") << "all of it is in memory now";
+}
+
+TEST_F(WindowAnswers, CloudsGoOnWhileTheWholeMapIsReadFromTheDisk) {
+  ScanUpdate update;
+  for (int i = 0; i < 25; ++i) {
+    update.bricks.push_back({{cuboid_mapping::kPageEdge * i, 640, 0}, {}, BrickMask::all(), 0});
+  }
+  map_.integrate(ros::Time(7.0), update, cuboid_mapping::SensorModel(), {0.0, 0.0, 0.0});
+  goAway();
+  ASSERT_EQ(numOnDisk(), 26U);
+  std::atomic<bool> is_begun{false};
+  std::atomic<bool> is_done{false};
+  std::thread changes([&] {
+    for (float log_odds = 0.1F; !is_done; log_odds = -log_odds) {
+      const cuboid_mapping::CellBox box{{1000, 0, 0}, {1001, 1, 1}};
+      map_.editIn(box, [&](CuboidMap& map, const ros::Time&) {
+        return map.replace(box, {cuboid_mapping::UniformBox{box, log_odds}});
+      });
+      is_begun = true;
+    }
+  });
+  while (!is_begun) std::this_thread::yield();
+  std::uint64_t revision = 0;
+  const auto snapshot = takeWholeSnapshot(
+      map_, "map", {},
+      [&](const CuboidMap& map, const ros::Time&, const auto*) { revision = map.revision(); });
+  const std::uint64_t num_changes =
+      map_.read([](const CuboidMap& map, const ros::Time&) { return map.revision(); }) - revision;
+  is_done = true;
+  changes.join();
+  EXPECT_GT(num_changes, 3U);
+  EXPECT_EQ(cuboid_mapping::test::voxelsOf(snapshot.bricks).count({24 * 64, 640, 0}), 1U);
 }
 
 std::map<Cell, float> voxelsOfSaved(GuardedMap& map, const std::string& file) {

@@ -70,6 +70,7 @@ class GuardedMap {
   template <typename WorkT>
   void replaceAll(const WorkT& work) {
     const ChangeLock lock(*this);
+    ++num_replaced_;
     noteChangesOf([&] { return work(map_, stamp_); });
     if (window_) window_->noteReplaced(map_);
   }
@@ -128,6 +129,9 @@ class GuardedMap {
   void setProgress(std::string progress) { progress_ = std::move(progress); }
   [[nodiscard]] const std::string& progress() const { return progress_; }
   ///@}
+
+  /// Calls of replaceAll() so far. @pre Within the work of read().
+  [[nodiscard]] std::uint64_t numReplaced() const { return num_replaced_; }
 
   /// What is in memory, or is brought back, stays there as long as the hold lives.
   [[nodiscard]] PageHold hold() { return PageHold(num_holds_); }
@@ -223,6 +227,7 @@ class GuardedMap {
   cuboid_mapping::CuboidMap map_;
   std::unique_ptr<cuboid_mapping::MapWindow> window_;  ///< May be null.
   std::atomic<int> num_holds_{0};
+  std::uint64_t num_replaced_ = 0;
   ros::Time stamp_;  ///< Of the last cloud in the map; 0 when there is none.
   std::string progress_;
   std::mutex changes_mutex_;

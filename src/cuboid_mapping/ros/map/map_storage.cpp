@@ -132,27 +132,47 @@ SnapshotLimits makeSnapshotLimits(const NodeParameters& parameters) {
   return SnapshotLimits::ofMemory(static_cast<std::uint64_t>(parameters.file_memory_mb) * 1000000);
 }
 
-MapSnapshot takeWholeSnapshot(const CuboidMap& map, const MapWindow* window,
-                              const std::string& frame_id, const SnapshotLimits& limits) {
-  MapSnapshot snapshot = takeSnapshot(map, frame_id);
-  if (window != nullptr) readWithin([&] { window->addStored(limits, snapshot); });
+MapSnapshot takeWholeSnapshot(GuardedMap& map, const std::string& frame_id,
+                              const SnapshotLimits& limits, const SnapshotLook& look) {
+  const PageHold hold = map.hold();  // Clouds write nothing to the disk meanwhile.
+  MapSnapshot snapshot;
+  std::vector<Cell> pages;
+  std::uint64_t num_replaced = 0;
+  map.readWithWindow(
+      [&](const CuboidMap& content, const ros::Time& stamp, const MapWindow* window) {
+        look(content, stamp, window);
+        snapshot = takeSnapshot(content, frame_id);
+        if (window != nullptr) pages = window->storedPages();
+        num_replaced = map.numReplaced();
+      });
+  for (const Cell& page : pages) {
+    map.readWithWindow(
+        [&](const auto& /*content*/, const auto& /*stamp*/, const MapWindow* window) {
+          if (map.numReplaced() != num_replaced) {
+            throw std::runtime_error(
+                "the whole map was replaced meanwhile, by another call: call again");
+          }
+          readWithin([&] { window->addStored(page, limits, snapshot); });
+        });
+  }
+  if (!pages.empty()) sortBricks(snapshot.bricks);
   return snapshot;
 }
 
 StorageAnswer saveMap(GuardedMap& map, const std::string& frame_id, const std::string& file,
                       const SnapshotLimits& limits) {
   return guard([&](StorageAnswer& answer) {
-    MapSnapshot snapshot;
+    std::string progress;
     bool is_in_memory = true;
-    map.readWithWindow(
-        [&](const CuboidMap& content, const auto& /*stamp*/, const MapWindow* window) {
-          snapshot = takeWholeSnapshot(content, window, withoutSlash(frame_id), limits);
-          snapshot.progress = map.progress();
-          answer.revision = content.revision();
-          is_in_memory = snapshot.bricks.size() == content.voxels().size();
-          if (is_in_memory) answer.num_cuboids = countCuboids(content).total();
-          return 0;
-        });
+    const auto look = [&](const CuboidMap& content, const auto& /*stamp*/,
+                          const MapWindow* window) {
+      progress = map.progress();
+      answer.revision = content.revision();
+      is_in_memory = window == nullptr || window->figures().num_on_disk_only == 0;
+      if (is_in_memory) answer.num_cuboids = countCuboids(content).total();
+    };
+    MapSnapshot snapshot = takeWholeSnapshot(map, withoutSlash(frame_id), limits, look);
+    snapshot.progress = progress;
     if (!is_in_memory) answer.num_cuboids = countCuboids(snapshot);
     answer.num_bytes = writeMapFile(followLinks(file), snapshot);
   });
@@ -182,16 +202,13 @@ StorageAnswer moveWholeMap(GuardedMap& map, const cuboid_mapping::VoxelMotion& m
                            const SnapshotLimits& limits) {
   return guard([&](StorageAnswer& answer) {
     MapConfig config;
-    MapSnapshot snapshot;
     std::vector<CellBox> locked;
-    map.readWithWindow(
-        [&](const CuboidMap& content, const auto& /*stamp*/, const MapWindow* window) {
-          config = content.config();
-          snapshot = takeWholeSnapshot(content, window, "", limits);
-          locked = content.lockedBoxes();
-          answer.revision = content.revision();
-          return 0;
-        });
+    const auto look = [&](const CuboidMap& content, const auto& /*stamp*/, const auto* /*window*/) {
+      config = content.config();
+      locked = content.lockedBoxes();
+      answer.revision = content.revision();
+    };
+    MapSnapshot snapshot = takeWholeSnapshot(map, "", limits, look);
     Eigen::Isometry3d T_new_old = motion.transform();
     T_new_old.translation() *= config.resolution_m;
     moveMap(T_new_old, snapshot);

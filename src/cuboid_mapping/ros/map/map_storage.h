@@ -10,6 +10,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <functional>
 #include <optional>
 #include <string>
 #include <vector>
@@ -43,17 +44,24 @@ struct StorageAnswer {
 };
 
 /// Saves the map as the last cloud has left it; the ending of the file chooses the format. The map
-/// is held while its cuboids are copied only, and what a window has on disk is read.
+/// is held while its bricks are copied only.
 /// @param frame_id  Of the map, for the file. @param limits  With more on disk nothing is saved.
 [[nodiscard]] StorageAnswer saveMap(GuardedMap& map, const std::string& frame_id,
                                     const std::string& file,
                                     const cuboid_mapping::SnapshotLimits& limits = {});
 
-/// All voxels of a map, in memory and on disk.
-/// @param window  Null: all of it is in memory. @throws cuboid_mapping::MapFileError  as MapWindow::addStored().
+/// Looks at a map of which a snapshot is taken, while nobody changes it; what it throws is passed on.
+/// @param window  Null: all of the map is in memory.
+using SnapshotLook =
+    std::function<void(const cuboid_mapping::CuboidMap& map, const ros::Time& stamp,
+                       const cuboid_mapping::MapWindow* window)>;
+
+/// All voxels of a map, in memory and on disk, as they are at the beginning. Others get their turn at the map after each
+/// page that is read from the disk. A part that is brought back, changed and saved meanwhile is as it was saved.
+/// @throws cuboid_mapping::MapFileError  as MapWindow::addStored(). @throws std::runtime_error  when the whole map is replaced meanwhile.
 [[nodiscard]] cuboid_mapping::MapSnapshot takeWholeSnapshot(
-    const cuboid_mapping::CuboidMap& map, const cuboid_mapping::MapWindow* window,
-    const std::string& frame_id, const cuboid_mapping::SnapshotLimits& limits);
+    GuardedMap& map, const std::string& frame_id, const cuboid_mapping::SnapshotLimits& limits,
+    const SnapshotLook& look);
 
 /// How much reading a file may take: parameter file_memory.
 [[nodiscard]] cuboid_mapping::SnapshotLimits makeSnapshotLimits(const NodeParameters& parameters);

@@ -64,13 +64,13 @@ void noteLeftOut(const char* topic, double num_voxels) {
 
 }  // namespace
 
-MapView viewWholeMap(const GuardedMap& map, const std::string& frame_id, QueriesOutside outside,
+MapView viewWholeMap(GuardedMap& map, const std::string& frame_id, QueriesOutside outside,
                      const cuboid_mapping::SnapshotLimits& limits) {
   MapView view;
   view.header.frame_id = withoutSlash(frame_id);
   try {
-    map.readWithWindow([&](const CuboidMap& content, const ros::Time& stamp,
-                           const MapWindow* window) {
+    const auto look = [&](const CuboidMap& /*content*/, const ros::Time& stamp,
+                          const MapWindow* window) {
       const std::size_t num_elsewhere = window == nullptr ? 0 : window->figures().num_on_disk_only;
       if (num_elsewhere > 0 && outside == QueriesOutside::kRefuse) {
         throw std::runtime_error("not loaded: " + describePages(num_elsewhere) +
@@ -79,10 +79,9 @@ MapView viewWholeMap(const GuardedMap& map, const std::string& frame_id, Queries
                                  "window/queries to load; the topic of this name shows what is in "
                                  "memory");
       }
-      view.map = takeWholeSnapshot(content, window, view.header.frame_id, limits);
       view.header.stamp = stamp;
-      return 0;
-    });
+    };
+    view.map = takeWholeSnapshot(map, view.header.frame_id, limits, look);
   } catch (const cuboid_mapping::MapFileError& error) {
     throw std::runtime_error(std::string("not loaded: ") + error.what());
   }

@@ -41,7 +41,7 @@ struct MapView {
 /// What a window has on disk only is read into the copy, and stays on disk. The map is held meanwhile.
 /// @throws std::runtime_error  where parts are on disk only, and `outside` is kRefuse, or they are more than the limits,
 ///         or cannot be read.
-[[nodiscard]] MapView viewWholeMap(const GuardedMap& map, const std::string& frame_id,
+[[nodiscard]] MapView viewWholeMap(GuardedMap& map, const std::string& frame_id,
                                    QueriesOutside outside,
                                    const cuboid_mapping::SnapshotLimits& limits);
 
