@@ -51,8 +51,7 @@ std::int16_t squareOf(std::int32_t offset) { return static_cast<std::int16_t>(of
 ///@{
 void lessen(std::int16_t* least, const std::int8_t* offsets, std::size_t size, std::int16_t added) {
   for (std::size_t i = 0; i < size; ++i) {
-    const auto offset = static_cast<std::int16_t>(offsets[i]);
-    const auto sum = static_cast<std::int16_t>(offset * offset + added);
+    const auto sum = static_cast<std::int16_t>(squareOf(offsets[i]) + added);
     least[i] = std::min(least[i], sum);
   }
 }
