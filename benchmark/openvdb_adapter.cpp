@@ -234,7 +234,7 @@ class OpenvdbAdapter : public PeerAdapter {
       float log_odds = 0.0F;
       if (!leaf.probeValue(toCoord(cell), log_odds)) return;
       known_to_both += 1.0;
-      const float own = *voxels.at(voxelIndex(cell));
+      const float own = *voxels.logOddsAt(voxelIndex(cell));
       if (classify(log_odds) != classify(own)) agreement.class_mismatch += 1.0;
       agreement.max_log_odds_difference =
           std::max<double>(agreement.max_log_odds_difference, std::abs(log_odds - own));

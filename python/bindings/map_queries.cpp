@@ -120,7 +120,7 @@ py::array_t<std::uint8_t> makeDense(MapAccess& access, const Doubles& array) {
                             static_cast<std::size_t>(at.y)) *
                                static_cast<std::size_t>(size.z) +
                            static_cast<std::size_t>(at.z);
-        classes[place] = static_cast<std::uint8_t>(brick.voxels.occupancyAt(voxelIndex(cell)));
+        classes[place] = static_cast<std::uint8_t>(brick.voxels.at(voxelIndex(cell)));
       });
     });
   });

@@ -96,7 +96,7 @@ int findTransaction(const std::string& file) {
   int transaction = 0;
   for (const Cell& page : kPages) {
     const std::vector<VoxelBrick> bricks = store.read(page);  // Throws for one that is not whole.
-    const int found = bricks.empty() ? 0 : static_cast<int>(*bricks.front().voxels.at(0));
+    const int found = bricks.empty() ? 0 : static_cast<int>(*bricks.front().voxels.logOddsAt(0));
     if (page == kPages.front()) transaction = found;
     EXPECT_EQ(found, transaction) << "pages of two transactions";
     const std::vector<VoxelBrick> expected = contentOf(page, found);

@@ -168,13 +168,13 @@ TEST(BeamMarks, keepsTheMarksOfManyBricks) {
   BeamMarks marks;
   for (std::uint64_t round = 0; round < 2; ++round) {
     for (std::int32_t i = 0; i < 5000; ++i) {
-      marks.at(toBrickKey({8 * i, 8 * (i % 7), 8 * (i % 13)})).hits[0] =
+      marks.findOrAdd(toBrickKey({8 * i, 8 * (i % 7), 8 * (i % 13)})).hits[0] =
           static_cast<std::uint64_t>(i) + round;
     }
     ASSERT_EQ(marks.size(), 5000U);
     for (std::int32_t i = 0; i < 5000; ++i) {
       const BrickKey key = toBrickKey({8 * i, 8 * (i % 7), 8 * (i % 13)});
-      ASSERT_EQ(marks.at(key).hits[0], static_cast<std::uint64_t>(i) + round);
+      ASSERT_EQ(marks.findOrAdd(key).hits[0], static_cast<std::uint64_t>(i) + round);
       ASSERT_EQ(marks.key(static_cast<std::size_t>(i)), key);
     }
     marks.clear();

@@ -129,7 +129,7 @@ class MapChecker {
       expect((is_occupied ? voxels.occupied() : voxels.free()).contains(of_value),
              "class does not follow the log-odds", brick.brick);
       of_value.forEach([&](int voxel) {
-        expect(voxels.at(voxel) == log_odds, "at() says something else", brick.brick);
+        expect(voxels.logOddsAt(voxel) == log_odds, "logOddsAt() says something else", brick.brick);
       });
       seen |= of_value;
     });
@@ -138,9 +138,9 @@ class MapChecker {
 
   void cover(const Cuboid& cuboid) {
     expect(cuboid.occupancy != Occupancy::kUnknown, "cuboid of no class", cuboid.box);
-    covers_.at(brickOf(cuboid.box.min)).cuboids.push_back(cuboid);
+    covers_.findOrAdd(brickOf(cuboid.box.min)).cuboids.push_back(cuboid);
     forEachBrick(cuboid.box, [&](const Cell& brick) {
-      Cover& cover = covers_.at(brick);
+      Cover& cover = covers_.findOrAdd(brick);
       const BrickMask part = BrickMask::ofBox(intersect(cuboid.box, brickBox(brick)));
       expect(!part.intersects(cover.free | cover.occupied), "voxel in two cuboids", cuboid.box);
       (cuboid.isOccupied() ? cover.occupied : cover.free) |= part;

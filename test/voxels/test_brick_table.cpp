@@ -47,11 +47,11 @@ TEST(BrickTable, holdsNothingAtFirst) {
 
 TEST(BrickTable, makesAnItemAnewAfterItWasErased) {
   Table table;
-  table.at({8, 0, 0}).number = 5;
-  EXPECT_EQ(table.at({8, 0, 0}).number, 5);
+  table.findOrAdd({8, 0, 0}).number = 5;
+  EXPECT_EQ(table.findOrAdd({8, 0, 0}).number, 5);
   table.erase({8, 0, 0});
   EXPECT_EQ(table.find({8, 0, 0}), nullptr);
-  EXPECT_EQ(table.at({8, 0, 0}).number, 0);
+  EXPECT_EQ(table.findOrAdd({8, 0, 0}).number, 0);
   EXPECT_EQ(table.size(), 1U);
 }
 
@@ -62,7 +62,7 @@ TEST(BrickTable, givesBackWhatAnErasedItemHolds) {
   };
   BrickTable<Owner> table;
   const auto held = std::make_shared<int>(1);
-  table.at({0, 0, 0}).held = held;
+  table.findOrAdd({0, 0, 0}).held = held;
   table.erase({0, 0, 0});
   EXPECT_EQ(held.use_count(), 1);
 }
@@ -70,7 +70,7 @@ TEST(BrickTable, givesBackWhatAnErasedItemHolds) {
 TEST(BrickTable, keepsItemsInTheirPlaces) {
   Table table;
   std::vector<const Item*> places;
-  for (int i = 0; i < 3000; ++i) places.push_back(&table.at({8 * i, 0, 0}));
+  for (int i = 0; i < 3000; ++i) places.push_back(&table.findOrAdd({8 * i, 0, 0}));
   for (int i = 0; i < 3000; i += 2) table.erase({8 * i, 0, 0});
   for (int i = 1; i < 3000; i += 2) {
     ASSERT_EQ(table.find({8 * i, 0, 0}), places[static_cast<std::size_t>(i)]);
@@ -79,11 +79,11 @@ TEST(BrickTable, keepsItemsInTheirPlaces) {
 
 TEST(BrickTable, usesFreePlacesAgain) {
   Table table;
-  for (int i = 0; i < 1000; ++i) table.at({8 * i, 0, 0});
+  for (int i = 0; i < 1000; ++i) table.findOrAdd({8 * i, 0, 0});
   for (int i = 0; i < 1000; ++i) table.erase({8 * i, 0, 0});
   const std::size_t num_bytes = table.numBytes();
   for (int round = 0; round < 5; ++round) {
-    for (int i = 0; i < 1000; ++i) table.at({0, 8 * i, 8 * round});
+    for (int i = 0; i < 1000; ++i) table.findOrAdd({0, 8 * i, 8 * round});
     EXPECT_EQ(table.numBytes(), num_bytes);
     for (int i = 0; i < 1000; ++i) table.erase({0, 8 * i, 8 * round});
   }
@@ -120,7 +120,7 @@ TEST(BrickTable, agreesWithAnOrderedMapThroughRandomChanges) {
       }
       if (random.chance(growth)) {
         const int number = random.integer(1, 1 << 20);
-        table.at(brick).number = number;
+        table.findOrAdd(brick).number = number;
         model[brick] = number;
       } else {
         table.erase(brick);
@@ -146,7 +146,7 @@ TEST(BrickTable, agreesWithAnOrderedMapThroughRandomChanges) {
 
 TEST(BrickTable, findsNothingInAnEmptyBox) {
   Table table;
-  table.at({0, 0, 0});
+  table.findOrAdd({0, 0, 0});
   for (const CellBox& box : {CellBox{{3, 3, 3}, {3, 3, 3}}, CellBox{{3, 3, 3}, {5, 3, 5}},
                              CellBox{{5, 5, 5}, {3, 3, 3}}}) {
     table.forEachIn(box, [&](const Item&) { ADD_FAILURE() << box; });
@@ -167,7 +167,7 @@ std::vector<Cell> bricksIn(const CellBox& numbers) {
 /// Mean and greatest number of slots that a search for a brick of a full table looks at.
 std::pair<double, std::size_t> probesOf(const std::vector<Cell>& bricks) {
   Table table;
-  for (const Cell& brick : bricks) table.at(brick);
+  for (const Cell& brick : bricks) table.findOrAdd(brick);
   std::size_t sum = 0;
   std::size_t most = 0;
   for (const Cell& brick : bricks) {

@@ -79,8 +79,8 @@ testing::AssertionResult agree(const PackedVoxels& voxels, const ModelledBrick& 
   for (int voxel = 0; voxel < kBrickVoxels; ++voxel) {
     const auto& expected = model[static_cast<std::size_t>(voxel)];
     masks[static_cast<std::size_t>(classOf(expected))].set(voxel);
-    if (voxels.at(voxel) != expected) return testing::AssertionFailure() << "at " << voxel;
-    if (voxels.occupancyAt(voxel) != classOf(expected)) {
+    if (voxels.logOddsAt(voxel) != expected) return testing::AssertionFailure() << "at " << voxel;
+    if (voxels.at(voxel) != classOf(expected)) {
       return testing::AssertionFailure() << "class at " << voxel;
     }
     if (values[static_cast<std::size_t>(voxel)] != expected.value_or(-99.0F)) {

@@ -85,8 +85,15 @@ void expectContent(const VoxelStore& store, const Bricks& bricks) {
   EXPECT_EQ(visited.size(), bricks.size());
 }
 
+/// What has changed in one brick.
+struct ChangedVoxels {
+  Cell brick;
+  BrickMask changed;
+  bool is_reclassified;
+};
+
 /// What a change says is what differs.
-void expectChanges(const std::vector<BrickChange>& changes, const Bricks& before,
+void expectChanges(const std::vector<ChangedVoxels>& changes, const Bricks& before,
                    const Bricks& after) {
   const auto at = [](const Bricks& bricks, const Cell& brick) {
     const auto found = bricks.find(brick);
@@ -94,11 +101,11 @@ void expectChanges(const std::vector<BrickChange>& changes, const Bricks& before
   };
   Bricks all = before;
   all.insert(after.begin(), after.end());
-  std::map<Cell, BrickChange> expected;
+  std::map<Cell, ChangedVoxels> expected;
   for (const auto& entry : all) {
     const ModelledBrick old = at(before, entry.first);
     const ModelledBrick now = at(after, entry.first);
-    BrickChange change{entry.first, {}, false};
+    ChangedVoxels change{entry.first, {}, false};
     for (std::size_t voxel = 0; voxel < now.size(); ++voxel) {
       if (old[voxel] != now[voxel]) change.changed.set(static_cast<int>(voxel));
       change.is_reclassified |= test::classOf(old[voxel]) != test::classOf(now[voxel]);
@@ -107,7 +114,7 @@ void expectChanges(const std::vector<BrickChange>& changes, const Bricks& before
   }
   ASSERT_EQ(changes.size(), expected.size());
   for (std::size_t i = 0; i < changes.size(); ++i) {
-    const BrickChange& change = changes[i];
+    const ChangedVoxels& change = changes[i];
     EXPECT_TRUE(i == 0 || isBeforeOnMortonCurve(changes[i - 1].brick, change.brick));
     ASSERT_EQ(expected.count(change.brick), 1U);
     EXPECT_EQ(change.changed, expected[change.brick].changed);
@@ -116,20 +123,22 @@ void expectChanges(const std::vector<BrickChange>& changes, const Bricks& before
 }
 
 /// Makes a change. @return What has changed, brick by brick.
-std::vector<BrickChange> commit(VoxelStore& store, VoxelStore::PendingChange change) {
-  std::vector<BrickChange> changes;
+std::vector<ChangedVoxels> commit(VoxelStore& store, VoxelStore::PendingChange change) {
+  std::vector<ChangedVoxels> changes;
   store.reserve(change);
-  store.commit(change, [&changes](const auto& brick) { changes.push_back(brick); });
+  store.commit(change, [&changes](const auto& brick) {
+    changes.push_back({brick.brick, brick.changed, brick.is_reclassified});
+  });
   return changes;
 }
 
-std::vector<BrickChange> apply(VoxelStore& store, const std::vector<BrickUpdate>& update,
-                               const SensorModel& model, int threads) {
+std::vector<ChangedVoxels> apply(VoxelStore& store, const std::vector<BrickUpdate>& update,
+                                 const SensorModel& model, int threads) {
   return commit(store, store.prepare(update, model, {threads, threads % 2 == 0}));
 }
 
-std::vector<BrickChange> replace(VoxelStore& store, const CellBox& box,
-                                 const std::vector<VoxelBrick>& bricks) {
+std::vector<ChangedVoxels> replace(VoxelStore& store, const CellBox& box,
+                                   const std::vector<VoxelBrick>& bricks) {
   return commit(store, store.prepareReplace(box, bricks, {}));
 }
 
@@ -223,7 +232,7 @@ TEST(VoxelStore, agreesWithPlainBricksThroughRandomChanges) {
   for (std::size_t step = 0; step < kSteps; ++step) {
     const SensorModel model({}, step < kSteps / 2 ? Environment::kDynamic : Environment::kStatic);
     const Bricks before = bricks;
-    std::vector<BrickChange> changes;
+    std::vector<ChangedVoxels> changes;
     if (random.chance(0.5)) {
       const auto updates = test::randomBrickUpdates(random, 4, 8);
       applyTo(bricks, updates, model);
@@ -251,9 +260,9 @@ TEST(VoxelStore, comesToTheSameWithAnyNumberOfThreads) {
   Random random(2);
   for (std::size_t cloud = 0; cloud < kClouds; ++cloud) {
     const auto updates = test::randomBrickUpdates(random, 6, 1500);
-    const std::vector<BrickChange> expected = apply(stores[0], updates, model, threads[0]);
+    const std::vector<ChangedVoxels> expected = apply(stores[0], updates, model, threads[0]);
     for (std::size_t i = 1; i < 3; ++i) {
-      const std::vector<BrickChange> changes = apply(stores[i], updates, model, threads[i]);
+      const std::vector<ChangedVoxels> changes = apply(stores[i], updates, model, threads[i]);
       ASSERT_EQ(changes.size(), expected.size());
       for (std::size_t c = 0; c < changes.size(); ++c) {
         ASSERT_EQ(changes[c].brick, expected[c].brick);

@@ -69,7 +69,7 @@ class PackedVoxels {
   }
 
   /// Class of a voxel. @param voxel  See voxelIndex().
-  [[nodiscard]] Occupancy occupancyAt(int voxel) const {
+  [[nodiscard]] Occupancy at(int voxel) const {
     const unsigned slice = 1U << (voxel >> 6);
     if ((shape_.slices & slice) == 0) return Occupancy::kUnknown;
     if (shape_.has_known && !test(0, voxel)) return Occupancy::kUnknown;
@@ -78,7 +78,7 @@ class PackedVoxels {
     return is_occupied ? Occupancy::kOccupied : Occupancy::kFree;
   }
   /// Log-odds of a voxel; nothing when it is unknown.
-  [[nodiscard]] std::optional<float> at(int voxel) const;
+  [[nodiscard]] std::optional<float> logOddsAt(int voxel) const;
   /// Calls visit(float log_odds, const BrickMask& voxels) for each log-odds that occurs, with the
   /// voxels that have it, which are some.
   template <typename VisitorT>

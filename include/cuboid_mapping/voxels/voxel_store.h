@@ -18,13 +18,6 @@ struct VoxelBrick {
   PackedVoxels voxels;  ///< By voxelIndex().
 };
 
-/// What has changed in one brick.
-struct BrickChange {
-  Cell brick;                    ///< Its least cell.
-  BrickMask changed;             ///< Voxels that are new, gone, or have another log-odds.
-  bool is_reclassified = false;  ///< Some have another class.
-};
-
 struct Brick;
 template <typename ItemT>
 class BrickTable;
@@ -56,13 +49,13 @@ class VoxelStore {
   /// Class of a voxel. @complexity O(1).
   [[nodiscard]] Occupancy at(const Cell& cell) const {
     const PackedVoxels* voxels = find(brickOf(cell));
-    return voxels == nullptr ? Occupancy::kUnknown : voxels->occupancyAt(voxelIndex(cell));
+    return voxels == nullptr ? Occupancy::kUnknown : voxels->at(voxelIndex(cell));
   }
 
   /// Log-odds of a voxel; nothing when it is unknown. @complexity O(1).
   [[nodiscard]] std::optional<float> logOddsAt(const Cell& cell) const {
     const PackedVoxels* voxels = find(brickOf(cell));
-    return voxels == nullptr ? std::nullopt : voxels->at(voxelIndex(cell));
+    return voxels == nullptr ? std::nullopt : voxels->logOddsAt(voxelIndex(cell));
   }
 
   /// Whether any voxel of a box is occupied; false for an empty one.
@@ -90,12 +83,13 @@ class VoxelStore {
   /// The bricks by number, with their cuboids.
   [[nodiscard]] const BrickTable<Brick>& bricks() const { return *bricks_; }
 
+  /// What a change makes of one brick: internal.
+  struct PendingBrick;
+
   /// A change that is worked out, and not made yet. Holds what it replaced once it is made, so that
   /// the memory is given back when it goes.
   class PendingChange {
    public:
-    /// A brick's share of it: internal.
-    struct NewBrick;
     /// Of no brick.
     PendingChange();
     /// A change can be made once.
@@ -106,7 +100,7 @@ class VoxelStore {
     ~PendingChange();
 
     /// All bricks that were looked at, also those that do not change: internal.
-    std::vector<NewBrick> bricks;
+    std::vector<PendingBrick> bricks;
     std::vector<std::uint32_t> changed;  ///< Numbers of those of them that change.
     std::size_t num_new = 0;             ///< Bricks that the store does not have yet.
     std::size_t num_gone = 0;            ///< Bricks that it will not have any more.
@@ -135,8 +129,7 @@ class VoxelStore {
   void reserve(const PendingChange& change);
   /// Makes a change. @pre It was worked out for this store as it is, and there is room for it.
   /// @param follow  Called for each brick that changes, after it; must not throw.
-  void commit(PendingChange& change,
-              FunctionRef<void(const PendingChange::NewBrick&)> follow) noexcept;
+  void commit(PendingChange& change, FunctionRef<void(const PendingBrick&)> follow) noexcept;
 
   /// prepare(), reserve() and commit() in one. @throws std::bad_alloc  Nothing has changed then.
   void apply(const std::vector<BrickUpdate>& update, const SensorModel& model, const Work& work);
@@ -148,7 +141,7 @@ class VoxelStore {
   template <typename BrickOfT, typename WorkT>
   PendingChange prepare(std::size_t count, const Work& work, BrickOfT brick_of,
                         WorkT change_of) const;
-  void commit(PendingChange::NewBrick& brick) noexcept;
+  void commit(PendingBrick& brick) noexcept;
 
   std::unique_ptr<BrickTable<Brick>> bricks_;
   double num_free_ = 0.0;

@@ -80,7 +80,7 @@ class Joiner {
     }
     const auto end = static_cast<Index>(cuboids_.size());
     if (end == first) return;
-    table_.at(brick.brick).tiles = static_cast<Index>(tiles_.size());
+    table_.findOrAdd(brick.brick).tiles = static_cast<Index>(tiles_.size());
     tiles_.push_back({brick.brick, first, end, {}});
   }
 

@@ -19,7 +19,7 @@ class VoxelSet {
   }
   void add(const Cell& brick, const BrickMask& voxels) {
     if (voxels.isEmpty()) return;
-    Item& item = items_.at(brick);
+    Item& item = items_.findOrAdd(brick);
     item.voxels |= voxels;
     item.count = item.voxels.count();
   }
@@ -78,7 +78,7 @@ class VoxelSet {
   void change(const CellBox& box, ChangeT change_mask) {
     forEachBrick(box, [&](const Cell& brick) {
       if (!budget_->spend()) return;
-      Item& item = items_.at(brick);
+      Item& item = items_.findOrAdd(brick);
       change_mask(item.voxels, BrickMask::ofBox(intersect(box, brickBox(brick))));
       item.count = item.voxels.count();
     });

@@ -7,8 +7,6 @@
 namespace cuboid_mapping {
 namespace {
 
-using NewBrick = VoxelStore::PendingChange::NewBrick;
-
 /// Calls visit(const CellBox&, Occupancy) -> Visit for each voxel of a brick.
 template <typename VisitT>
 Visit visitVoxels(const VoxelBrick& brick, CuboidFilter filter, VisitT visit) {
@@ -31,7 +29,7 @@ void ClassFusion::reserve(const VoxelStore& voxels, const VoxelStore::PendingCha
   inner_.reserve(change.num_new, change.num_gone, voxels.bricks().endIndex());
 }
 
-void ClassFusion::follow(const NewBrick& brick) noexcept {
+void ClassFusion::follow(const VoxelStore::PendingBrick& brick) noexcept {
   if (brick.is_gone) return inner_.remove(brick.index);
   if (!brick.has_other_branch) return;
   const Branch branch{brick.bounds, brick.has_occupied, brick.index};

@@ -21,7 +21,7 @@ class ClassFusion : public CuboidTree {
   /// @throws std::bad_alloc  Nothing has changed then.
   void reserve(const VoxelStore& voxels, const VoxelStore::PendingChange& change);
   /// Follows the change of a brick that was committed, for which there is room.
-  void follow(const VoxelStore::PendingChange::NewBrick& brick) noexcept;
+  void follow(const VoxelStore::PendingBrick& brick) noexcept;
   /// Gives back memory that was reserved and is not needed.
   void trim() noexcept { inner_.trim(); }
 

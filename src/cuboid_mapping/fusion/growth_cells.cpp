@@ -51,7 +51,7 @@ void divideFresh(const VoxelBrick& brick, const BrickMask& fresh, const BrickMas
                  std::vector<Cuboid>& cuboids) {
   const PackedVoxels& voxels = brick.voxels;
   forEachCell(brick.brick, fresh.without(fusible) & voxels.known(), [&](const Cell& cell) {
-    cuboids.push_back({CellBox::ofCell(cell), voxels.occupancyAt(voxelIndex(cell))});
+    cuboids.push_back({CellBox::ofCell(cell), voxels.at(voxelIndex(cell))});
   });
   divideVoxels(brick.brick, fresh & fusible & voxels.free(), Occupancy::kFree, cuboids);
   divideVoxels(brick.brick, fresh & fusible & voxels.occupied(), Occupancy::kOccupied, cuboids);
@@ -72,7 +72,7 @@ class CellWriter {
     forEachCell(after.brick, changed, [&](const Cell& cell) {
       const int voxel = voxelIndex(cell);
       const std::uint32_t owner = owners_[static_cast<std::size_t>(voxel)];
-      const Occupancy occupancy = after.voxels.occupancyAt(voxel);
+      const Occupancy occupancy = after.voxels.at(voxel);
       if (owner == kNobody) return fresh.set(voxel);
       const Cuboid& old = cuboids_[owner];
       const bool is_single = old.box == CellBox::ofCell(cell);
@@ -152,7 +152,7 @@ class CellWriter {
 CellWrites GrowthFusion::prepare(const VoxelStore::PendingChange& change, bool is_edit) {
   CellWriter writer(tree_, is_edit);
   for (const std::uint32_t i : change.changed) {
-    const VoxelStore::PendingChange::NewBrick& brick = change.bricks[i];
+    const VoxelStore::PendingBrick& brick = change.bricks[i];
     const VoxelBrick after{brick.brick, brick.voxels};
     const BrickMask stable = findStable(after.voxels, model_);
     const BrickMask split = writer.write(after, brick.changed, stable);
@@ -167,18 +167,22 @@ CellWrites GrowthFusion::prepare(const VoxelStore::PendingChange& change, bool i
 
 CellWrites GrowthFusion::prepare(const VoxelStore& voxels, const SensorModel& model) {
   CellWriter writer(tree_, true);
-  std::vector<BrickChange> changed;
+  struct Changed {
+    Cell brick;
+    BrickMask voxels;
+  };
+  std::vector<Changed> changed;
   voxels.forEach([&](const VoxelBrick& brick) {
     const BrickMask other = findStable(brick.voxels, model_) ^ findStable(brick.voxels, model);
-    if (!other.isEmpty()) changed.push_back({brick.brick, other, false});
+    if (!other.isEmpty()) changed.push_back({brick.brick, other});
   });
   sortBricks(changed);
-  for (const BrickChange& brick : changed) {
+  for (const Changed& brick : changed) {
     const VoxelBrick& now = *voxels.findBrick(brick.brick);
     const BrickMask stable = findStable(now.voxels, model);
-    const BrickMask split = writer.write(now, brick.changed, stable);
+    const BrickMask split = writer.write(now, brick.voxels, stable);
     writer.bricks().push_back(
-        {brick.brick, brick.changed, split, stable.without(settling_.heldIn(brick.brick)), false});
+        {brick.brick, brick.voxels, split, stable.without(settling_.heldIn(brick.brick)), false});
   }
   CellWrites writes = writer.finish();
   reserve(writes);
@@ -198,7 +202,7 @@ void GrowthFusion::commit(const CellWrites& writes) noexcept {
     if (brick.fusible.isEmpty()) {
       fusible_.erase(brick.brick);
     } else {
-      fusible_.at(brick.brick).fusible = brick.fusible;
+      fusible_.findOrAdd(brick.brick).fusible = brick.fusible;
     }
   }
 }

@@ -129,9 +129,9 @@ std::vector<Cell> GrowthFusion::releaseSettled(const VoxelStore& voxels) {
   for (const Cell& cell : settling_.release(num_clouds_)) {
     const PackedVoxels* voxels_now = voxels.find(brickOf(cell));
     if (voxels_now == nullptr) continue;
-    const std::optional<float> log_odds = voxels_now->at(voxelIndex(cell));
+    const std::optional<float> log_odds = voxels_now->logOddsAt(voxelIndex(cell));
     if (!log_odds || !model_.isStable(*log_odds)) continue;
-    fusible_.at(brickOf(cell)).fusible.set(voxelIndex(cell));
+    fusible_.findOrAdd(brickOf(cell)).fusible.set(voxelIndex(cell));
     const CellBox around = dilate(CellBox::ofCell(cell));
     cuboid_mapping::visitBox(tree_, around, CuboidFilter::kAll, [&](const Cuboid& cuboid) {
       cells.push_back(cuboid.box.min);

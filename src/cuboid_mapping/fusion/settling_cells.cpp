@@ -11,7 +11,7 @@ void SettlingCells::hold(const Cell& brick, const BrickMask& cells, std::uint64_
     const bool is_new = last_change_.insert_or_assign(cell, cloud).second;
     if (!is_new) return;
     due_[cloud + clouds_].push_back(cell);
-    held_.at(brick).cells.set(voxelIndex(cell));
+    held_.findOrAdd(brick).cells.set(voxelIndex(cell));
   });
 }
 
@@ -31,7 +31,7 @@ std::vector<Cell> SettlingCells::release(std::uint64_t cloud) {
         continue;
       }
       last_change_.erase(last_change);
-      BrickMask& held = held_.at(brickOf(cell)).cells;
+      BrickMask& held = held_.findOrAdd(brickOf(cell)).cells;
       held &= ~BrickMask::ofBox(CellBox::ofCell(cell));
       if (held.isEmpty()) held_.erase(brickOf(cell));
       released.push_back(cell);

@@ -59,7 +59,7 @@ void writePointCloud(const std::string& file, const MapSnapshot& snapshot, Point
       for (int axis = 0; axis < 3; ++axis) {
         is_float ? rows.writeF32(static_cast<float>(center[axis])) : rows.writeF64(center[axis]);
       }
-      rows.writeF32(static_cast<float>(toProbability(*brick.voxels.at(voxel))));
+      rows.writeF32(static_cast<float>(toProbability(*brick.voxels.logOddsAt(voxel))));
     });
     out << rows.bytes();
     progress.advance();

@@ -16,8 +16,6 @@
 namespace cuboid_mapping {
 namespace {
 
-using NewBrick = VoxelStore::PendingChange::NewBrick;
-
 bool isOrdered(const std::vector<BrickUpdate>& bricks) {
   return std::adjacent_find(bricks.begin(), bricks.end(),
                             [](const BrickUpdate& a, const BrickUpdate& b) {
@@ -95,10 +93,11 @@ ChangeSet CuboidMap::commit(VoxelStore::PendingChange& change, const ScanUpdate*
     by_class_->reserve(voxels_, change);
   }
   changes.bricks.reserve(changes.bricks.size() + change.changed.size());
-  voxels_.commit(change, [&](const NewBrick& brick) {  // From here on nothing throws.
-    changes.bricks.push_back({brick.brick, brick.is_reclassified});
-    if (by_class_) by_class_->follow(brick);
-  });
+  voxels_.commit(change,
+                 [&](const VoxelStore::PendingBrick& brick) {  // From here on nothing throws.
+                   changes.bricks.push_back({brick.brick, brick.is_reclassified});
+                   if (by_class_) by_class_->follow(brick);
+                 });
   if (growth_) {
     growth_->commit(writes);
     if (cloud != nullptr) growth_->grow(voxels_, *cloud, writes, changes);

@@ -55,7 +55,7 @@ FrontierTable markFrontiers(const CuboidMap& map, const CellBox& region, Budget&
     if (!budget.spend(7)) return;
     const BrickMask part = BrickMask::ofBox(intersect(region, brickBox(brick.brick)));
     const BrickMask frontier = frontierOf(map.voxels(), brick) & part;
-    if (!frontier.isEmpty()) table.at(brick.brick).voxels = frontier;
+    if (!frontier.isEmpty()) table.findOrAdd(brick.brick).voxels = frontier;
   });
   return table;
 }

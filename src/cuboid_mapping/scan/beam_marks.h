@@ -49,7 +49,7 @@ struct alignas(64) BrickMarks {
 class BeamMarks {
  public:
   /// The marks of a brick, which is added when it is new. Stays where it is until clear().
-  BrickMarks& at(BrickKey key) {
+  BrickMarks& findOrAdd(BrickKey key) {
     const std::size_t slot = slotOf(key);
     return slots_[slot].marks != nullptr ? *slots_[slot].marks : add(key);
   }

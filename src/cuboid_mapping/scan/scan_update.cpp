@@ -67,7 +67,7 @@ class BrickCursor {
     const Cell local_start = ray.start - base;
     key_ = toBrickKey(local_start);
     voxel_ = voxelIndex(local_start);
-    marks_ = &beam_marks_->at(key_);
+    marks_ = &beam_marks_->findOrAdd(key_);
   }
 
   void mark() { marks_->misses[0].set(voxel_); }
@@ -78,7 +78,7 @@ class BrickCursor {
     } else {
       voxel_ ^= axis_mask_[axis];
       key_ += key_step_[axis];
-      marks_ = &beam_marks_->at(key_);
+      marks_ = &beam_marks_->findOrAdd(key_);
     }
   }
 
@@ -119,7 +119,7 @@ void ScanUpdater::markBeam(const Ray& ray, bool is_hit, BeamMarks& marks) const 
   }
   const Cell local_end = ray.end - base_;
   const int voxel = voxelIndex(local_end);
-  BrickMarks& last_marks = marks.at(toBrickKey(local_end));
+  BrickMarks& last_marks = marks.findOrAdd(toBrickKey(local_end));
   (is_hit ? last_marks.hits : last_marks.misses[0]).set(voxel);
 }
 
@@ -133,7 +133,7 @@ void ScanUpdater::markOpenBeam(const Ray& ray, BeamMarks& marks) const {
 void ScanUpdater::markWithMargin(const BeamSource& source, const Eigen::Vector3f& end,
                                  const Ray& ray, bool is_hit, Share& share) const {
   const Cell local_end = ray.end - base_;
-  if (is_hit) share.marks.at(toBrickKey(local_end)).hits.set(voxelIndex(local_end));
+  if (is_hit) share.marks.findOrAdd(toBrickKey(local_end)).hits.set(voxelIndex(local_end));
   // An open end must not be marked; one that is hit may, since a hit wins.
   const auto mark = [&](const Ray& part_of_ray, BeamMarks& marks) {
     if (is_hit || part_of_ray.end != ray.end) return markBeam(part_of_ray, false, marks);
@@ -157,7 +157,7 @@ std::uint32_t ScanUpdater::addBatch(const RayOrigin& ray_origin, const Eigen::Ve
   share.num_points += static_cast<std::size_t>(__builtin_popcount(marked));
   for (std::uint32_t hits = are_returns ? marked & ~rays.cut : 0; hits != 0; hits &= hits - 1) {
     const Cell local_end = rays.endOf(static_cast<std::size_t>(__builtin_ctz(hits))) - base_;
-    share.marks.at(toBrickKey(local_end)).hits.set(voxelIndex(local_end));
+    share.marks.findOrAdd(toBrickKey(local_end)).hits.set(voxelIndex(local_end));
   }
   return ~marked & RayBatch::all(count);
 }
@@ -221,7 +221,7 @@ void ScanUpdater::addFreePoints(const RayOrigin& ray_origin,
     Ray ray;
     if (!ray_origin.computeRay(point, ray) || !isWithinReach(ray.start, ray.end)) continue;
     const Cell local = ray.end - base_;
-    marks.at(toBrickKey(local)).misses[0].set(voxelIndex(local));
+    marks.findOrAdd(toBrickKey(local)).misses[0].set(voxelIndex(local));
   }
 }
 

@@ -145,7 +145,7 @@ class SlabWalk {
                                      unsigned unsure) const;
   void markPlane(const PlaneRows& rows, unsigned entered, unsigned left);
   [[nodiscard]] std::uint64_t* findMisses(BrickKey key) {
-    return &beam_marks_.at(key).misses[static_cast<std::size_t>(beam_.along)][0];
+    return &beam_marks_.findOrAdd(key).misses[static_cast<std::size_t>(beam_.along)][0];
   }
   void stepToNextWord();
 

@@ -227,13 +227,14 @@ bool walkBricks(const SlabBeams& beams, std::size_t beam, BeamMarks& marks) {
     }
     const int left_row = row.leaves(is_last_brick);
     const int left_word = word.leaves(is_last_brick);
-    markPlaces(places, 0, marks.at(key).misses[mask]);
-    if (left_row > 7) markPlaces(places, kNextRow, marks.at(key + row.key_step).misses[mask]);
+    markPlaces(places, 0, marks.findOrAdd(key).misses[mask]);
+    if (left_row > 7)
+      markPlaces(places, kNextRow, marks.findOrAdd(key + row.key_step).misses[mask]);
     if (left_word > 7) {
-      markPlaces(places, kNextWord, marks.at(key + word.key_step).misses[mask]);
+      markPlaces(places, kNextWord, marks.findOrAdd(key + word.key_step).misses[mask]);
       if (left_row > 7) {
         markPlaces(places, kNextRow | kNextWord,
-                   marks.at(key + row.key_step + word.key_step).misses[mask]);
+                   marks.findOrAdd(key + row.key_step + word.key_step).misses[mask]);
       }
     }
     if (is_last_brick) return true;
@@ -270,7 +271,7 @@ bool stepOffBorders(RayBatch& rays, std::size_t ray, const Cell& base, BeamMarks
     std::int32_t& start = rays.start[axis][ray];
     if (start == rays.end[axis][ray]) return false;
     const Cell local = rays.startOf(ray) - base;
-    marks.at(toBrickKey(local)).misses[0].set(voxelIndex(local));
+    marks.findOrAdd(toBrickKey(local)).misses[0].set(voxelIndex(local));
     start += start < rays.end[axis][ray] ? 1 : -1;
     rays.t_max[axis][ray] += rays.t_delta[axis][ray];
   }

@@ -13,10 +13,12 @@ struct Brick : VoxelBrick {
   BrickCuboids cuboids;  ///< Of the voxels, or stale.
 };
 
-/// What becomes of a brick.
-struct VoxelStore::PendingChange::NewBrick : BrickChange {
+struct VoxelStore::PendingBrick {
   static constexpr std::uint32_t kNoIndex = BrickTable<Brick>::kNoItem;
 
+  Cell brick;                      ///< Its least cell.
+  BrickMask changed;               ///< Voxels that are new, gone, or have another log-odds.
+  bool is_reclassified = false;    ///< Some have another class.
   std::uint32_t index = kNoIndex;  ///< Number of the brick; of a new one after commit() only.
   PackedVoxels voxels;   ///< Of a brick that changes: afterwards, and after commit() before.
   BrickCuboids cuboids;  ///< The same, if it is reclassified.

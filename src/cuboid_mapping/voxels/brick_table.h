@@ -60,7 +60,7 @@ class BrickTable {
   /// One beyond the greatest number that an item has, or can have without more memory.
   [[nodiscard]] std::size_t endIndex() const { return blocks_.size() * kBlockItems; }
 
-  /// Makes room, so that at() throws nothing up to so many items.
+  /// Makes room, so that findOrAdd() throws nothing up to so many items.
   void reserve(std::size_t num_items) {
     while (num_items > blocks_.size() * kBlockItems) {
       blocks_.push_back(std::make_unique<ItemT[]>(kBlockItems));
@@ -70,7 +70,7 @@ class BrickTable {
 
   /// The item of a brick, added when it is new. @complexity O(1) on average.
   /// @throws std::bad_alloc  The table is as it was then.
-  ItemT& at(const Cell& brick) {
+  ItemT& findOrAdd(const Cell& brick) {
     if (const std::uint32_t index = indexOf(brick); index != kNoItem) return item(index);
     reserve(num_items_ + 1);
     std::uint32_t& slot = slots_[slotOf(brick)];

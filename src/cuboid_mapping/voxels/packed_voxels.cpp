@@ -211,8 +211,8 @@ BrickMask PackedVoxels::occupied() const {
   return shape_.has_occupied ? maskOf(shape_.has_known ? 1 : 0) : known();
 }
 
-std::optional<float> PackedVoxels::at(int voxel) const {
-  const Occupancy occupancy = occupancyAt(voxel);
+std::optional<float> PackedVoxels::logOddsAt(int voxel) const {
+  const Occupancy occupancy = at(voxel);
   if (occupancy == Occupancy::kUnknown) return std::nullopt;
   int number = occupancy == Occupancy::kOccupied ? shape_.num_free_values : 0;
   for (int i = 0; i < shape_.num_planes; ++i) {

@@ -18,7 +18,8 @@ BricksOfBoxes toBricks(const std::vector<UniformBox>& boxes) {
   BrickTable<Members> members;
   for (std::uint32_t i = 0; i < boxes.size(); ++i) {
     if (boxes[i].box.isEmpty()) continue;
-    forEachBrick(boxes[i].box, [&](const Cell& brick) { members.at(brick).boxes.push_back(i); });
+    forEachBrick(boxes[i].box,
+                 [&](const Cell& brick) { members.findOrAdd(brick).boxes.push_back(i); });
   }
   BricksOfBoxes result;
   result.bricks.reserve(members.size());

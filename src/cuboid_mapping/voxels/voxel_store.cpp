@@ -34,10 +34,9 @@ CellBox boundsOf(const Cell& brick, const BrickMask& mask) {
           brick + Cell{64 - __builtin_clzll(row), last_row + 1, last + 1}};
 }
 
-using NewBrick = VoxelStore::PendingChange::NewBrick;
-
 /// What follows from new voxels.
-void complete(const PackedVoxels& before, const VoxelStore::Work& work, NewBrick& brick) {
+void complete(const PackedVoxels& before, const VoxelStore::Work& work,
+              VoxelStore::PendingBrick& brick) {
   brick.is_gone = brick.voxels.isEmpty();
   const BrickMask occupied = brick.voxels.occupied();
   const BrickMask free = brick.voxels.known().without(occupied);
@@ -118,14 +117,14 @@ VoxelStore::PendingChange VoxelStore::prepare(std::size_t count, const Work& wor
     for (std::size_t i = begin; i < end; ++i) table.prefetchSlot(brick_of(i));
     for (std::size_t i = begin; i < end; ++i) table.prefetchItem(brick_of(i));
     for (std::size_t i = begin; i < end; ++i) {
-      NewBrick& brick = pending.bricks[i];
+      PendingBrick& brick = pending.bricks[i];
       brick.brick = brick_of(i);
       brick.index = table.indexOf(brick.brick);
-      brick.is_new = brick.index == NewBrick::kNoIndex;
+      brick.is_new = brick.index == PendingBrick::kNoIndex;
       if (!brick.is_new) table.item(brick.index).voxels.prefetch();
     }
     for (std::size_t i = begin; i < end; ++i) {
-      NewBrick& brick = pending.bricks[i];
+      PendingBrick& brick = pending.bricks[i];
       const PackedVoxels& before = brick.is_new ? kUnknown : table.item(brick.index).voxels;
       const VoxelChange change = change_of(i, before, brick.voxels);
       brick.changed = change.changed;
@@ -135,7 +134,7 @@ VoxelStore::PendingChange VoxelStore::prepare(std::size_t count, const Work& wor
   });
   pending.changed.reserve(count);
   for (std::size_t i = 0; i < count; ++i) {
-    const NewBrick& brick = pending.bricks[i];
+    const PendingBrick& brick = pending.bricks[i];
     if (brick.changed.isEmpty()) continue;
     pending.changed.push_back(static_cast<std::uint32_t>(i));
     pending.num_new += brick.is_new ? 1 : 0;
@@ -190,14 +189,15 @@ void VoxelStore::reserve(const PendingChange& change) {
   if (change.num_new > 0) bricks_->reserve(size() + change.num_new);
 }
 
-void VoxelStore::commit(PendingChange& change, FunctionRef<void(const NewBrick&)> follow) noexcept {
+void VoxelStore::commit(PendingChange& change,
+                        FunctionRef<void(const PendingBrick&)> follow) noexcept {
   for (const std::uint32_t i : change.changed) {
     commit(change.bricks[i]);
     follow(change.bricks[i]);
   }
 }
 
-void VoxelStore::commit(NewBrick& brick) noexcept {
+void VoxelStore::commit(PendingBrick& brick) noexcept {
   num_free_ += brick.free;
   num_occupied_ += brick.occupied;
   if (brick.is_gone) {
@@ -206,7 +206,7 @@ void VoxelStore::commit(NewBrick& brick) noexcept {
     return;
   }
   if (brick.is_new) {
-    bricks_->at(brick.brick);
+    bricks_->findOrAdd(brick.brick);
     brick.index = bricks_->indexOf(brick.brick);
   }
   Brick& now = bricks_->item(brick.index);
@@ -218,7 +218,7 @@ void VoxelStore::apply(const std::vector<BrickUpdate>& update, const SensorModel
                        const Work& work) {
   PendingChange change = prepare(update, model, work);
   reserve(change);
-  commit(change, [](const NewBrick& /*brick*/) {});
+  commit(change, [](const PendingBrick& /*brick*/) {});
 }
 
 std::size_t VoxelStore::numBytes() const {

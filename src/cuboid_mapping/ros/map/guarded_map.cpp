@@ -85,7 +85,7 @@ void GuardedMap::note(const cuboid_mapping::ChangeSet& changes) {
   if (is_everything_changed_) return;
   try {
     for (const cuboid_mapping::ChangedBrick& brick : changes.bricks) {
-      changed_.at(brick.brick).has_new_cuboids |= brick.has_new_cuboids;
+      changed_.findOrAdd(brick.brick).has_new_cuboids |= brick.has_new_cuboids;
     }
   } catch (const std::bad_alloc&) {  // The map has changed: nobody may miss it.
     is_everything_changed_ = true;
