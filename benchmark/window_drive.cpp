@@ -126,8 +126,9 @@ LapFigures driveLap(const std::vector<Scan>& scans, bool has_plain, Drive& drive
     const Eigen::Vector3d center_map = scan.anchor_map + scan.origin.cast<double>();
     drive.budget.note(*update, center_map);
     const Timing step = timeOf([&] {
-      drive.window->integrate(*update, center_map, drive.map,
-                              [&](const ScanUpdate& part) { return drive.map.apply(part); });
+      ChangeSet changes;
+      const ScanUpdate& admitted = drive.window->admit(*update, center_map, drive.map, changes);
+      drive.window->settle(drive.map.apply(admitted), drive.map, changes);
     });
     lap.window += step;
     lap.slowest_s = std::max(lap.slowest_s, step.wall_s);

@@ -45,14 +45,13 @@ class BagMap {
 
   void put(const cuboid_mapping::ScanUpdate& update, const BagClouds::Origin& origin,
            const cuboid_mapping::SensorModel& model) {
-    const auto apply = [&](const cuboid_mapping::ScanUpdate& part) {
-      return map_.apply(part, model);
-    };
     const auto& taken = moving_.take(update, origin.window_center_map);
     if (window_) {
-      window_->integrate(taken, origin.window_center_map, map_, apply);
+      cuboid_mapping::ChangeSet changes;
+      const auto& admitted = window_->admit(taken, origin.window_center_map, map_, changes);
+      window_->settle(map_.apply(admitted, model), map_, changes);
     } else {
-      apply(taken);
+      map_.apply(taken, model);
     }
     throwIfFailed();
     forgetting_.note(update, origin.stamp, origin.source);

@@ -11,6 +11,7 @@
 
 #include <algorithm>
 #include <memory>
+#include <set>
 #include <string>
 
 namespace cuboid_mapping {
@@ -47,13 +48,14 @@ struct Pair {
 
   void integrate(const ScanUpdate& update, const Eigen::Vector3d& center) {
     plain.apply(update);
-    changes = window->integrate(update, center, map,
-                                [&](const ScanUpdate& part) { return map.apply(part); });
+    changes = {};
+    const ScanUpdate& admitted = window->admit(update, center, map, changes);
+    window->settle(map.apply(admitted), map, changes);
   }
 
   void replace(const CellBox& box, const std::vector<UniformBox>& boxes) {
     plain.replace(box, boxes);
-    window->load(box, map);
+    window->load(box, map, changes);
     window->note(map.replace(box, boxes));
   }
 
@@ -134,7 +136,7 @@ TEST(MapWindow, thatKeepsIsTheMapWithoutOneVoxelByVoxel) {
         pair.replace(box, random.chance(0.5) ? std::vector<UniformBox>{{box, 0.5F}}
                                              : std::vector<UniformBox>());
         const CellBox asked = test::randomBox(random, {{-500, -500, -40}, {500, 500, 40}}, 200);
-        pair.window->load(asked, pair.map);
+        pair.window->load(asked, pair.map, pair.changes);
         EXPECT_EQ(pair.window->countNotLoaded(asked), 0U);
         const auto voxels = voxelsIn(pair.map, asked);
         EXPECT_EQ(voxels, voxelsIn(pair.plain, asked));
@@ -323,18 +325,14 @@ TEST(MapWindow, bringsPagesBackSomeAtATime) {
   }
   pair.startAgain();
   for (const std::size_t num_left : {24U, 8U, 0U, 0U}) {
-    pair.window->loadSome(kAllCells, pair.map);
+    pair.window->load(kAllCells, pair.map, pair.changes, MapWindow::kPagesAStep);
     EXPECT_EQ(pair.window->countNotLoaded(kAllCells), num_left);
   }
   EXPECT_EQ(pair.voxels(), test::voxelsOf(pair.plain));
 }
 
-TEST(MapWindow, takesNothingInAPageThatCannotBeRead) {
-  const TemporaryFolder folder;
-  Pair pair(tenthOfAMetre(), {6.4, 0.0, OutsideWindow::kKeep}, folder / "map.sqlite");
-  const Cell bad{0, 0, 0};
-  const Cell good{640, 0, 0};
-  for (const Cell& brick : {bad, good}) pair.integrate(updateOf(brick), placeOf(pair, brick));
+/// The window is opened anew over a store in which the page at x = 0 is damaged.
+void damageFirstPage(Pair& pair) {
   EXPECT_TRUE(pair.window->save(pair.map));
   pair.window.reset();
   pair.map.clear();
@@ -345,6 +343,33 @@ TEST(MapWindow, takesNothingInAPageThatCannotBeRead) {
             SQLITE_OK);
   sqlite3_close(database);
   pair.open();
+}
+
+TEST(MapWindow, tellsWhatHasComeWhenAPageCannotBeRead) {
+  const TemporaryFolder folder;
+  Pair pair(tenthOfAMetre(), {6.4, 0.0, OutsideWindow::kKeep}, folder / "map.sqlite");
+  for (int page = 0; page < 40; ++page) {
+    pair.integrate(updateOf({64 * page, 0, 0}), placeOf(pair, {64 * page, 0, 0}));
+  }
+  damageFirstPage(pair);
+  pair.changes = {};
+  EXPECT_THROW(pair.window->load(kAllCells, pair.map, pair.changes), MapFileError);
+  EXPECT_GT(pair.map.voxels().size(), 0U) << "else nothing can be lost";
+  std::set<Cell> told;
+  for (const ChangedBrick& changed : pair.changes.bricks) told.insert(changed.brick);
+  EXPECT_EQ(told.size(), pair.map.voxels().size());
+  pair.map.voxels().forEach(
+      [&](const VoxelBrick& brick) { EXPECT_EQ(told.count(brick.brick), 1U) << brick.brick; });
+  EXPECT_EQ(pair.changes.revision, pair.map.revision());
+}
+
+TEST(MapWindow, takesNothingInAPageThatCannotBeRead) {
+  const TemporaryFolder folder;
+  Pair pair(tenthOfAMetre(), {6.4, 0.0, OutsideWindow::kKeep}, folder / "map.sqlite");
+  const Cell bad{0, 0, 0};
+  const Cell good{640, 0, 0};
+  for (const Cell& brick : {bad, good}) pair.integrate(updateOf(brick), placeOf(pair, brick));
+  damageFirstPage(pair);
   for (int i = 0; i < 3; ++i) {
     for (const Cell& brick : {bad, good}) {
       pair.integrate(updateOf(brick), placeOf(pair, {320, 0, 0}));
@@ -357,7 +382,7 @@ TEST(MapWindow, takesNothingInAPageThatCannotBeRead) {
   EXPECT_EQ(figures.num_unreadable, 3U);
   EXPECT_EQ(figures.num_failures, 1U);
   EXPECT_NE(figures.last_failure.find("page (0 0 0)"), std::string::npos) << figures.last_failure;
-  EXPECT_THROW(pair.window->load(pageBox(bad), pair.map), MapFileError);
+  EXPECT_THROW(pair.window->load(pageBox(bad), pair.map, pair.changes), MapFileError);
   EXPECT_THROW(pair.voxels(), MapFileError);
 }
 

@@ -67,8 +67,9 @@ TEST(WindowDrive, ofSeveralLapsHasTheSameMapInMemoryThatStaysAsItIs) {
       const Eigen::Vector3d center_map = scan.anchor_map + scan.origin.cast<double>();
       plain.apply(update);
       budget.note(update, center_map);
-      window.integrate(update, center_map, map,
-                       [&](const ScanUpdate& part) { return map.apply(part); });
+      ChangeSet changes;
+      const ScanUpdate& admitted = window.admit(update, center_map, map, changes);
+      window.settle(map.apply(admitted), map, changes);
       most_bricks.back() = std::max(most_bricks.back(), map.voxels().size());
     }
     const WindowFigures after = window.figures();

@@ -23,6 +23,16 @@ struct ChangeSet {
   bool is_everything = false;        ///< The whole map was replaced; `bricks` says nothing then.
   std::vector<ChangedBrick> bricks;  ///< Some may come twice.
 
+  /// Adds a change that was made after this one. Where memory fails, everything counts as changed.
+  void append(const ChangeSet& later) noexcept {
+    revision = later.revision;
+    is_everything = is_everything || later.is_everything;
+    try {
+      bricks.insert(bricks.end(), later.bricks.begin(), later.bricks.end());
+    } catch (...) {
+      is_everything = true;
+    }
+  }
   /// Adds the bricks that share a cell with a box, with new cuboids.
   void addCuboidsIn(const CellBox& box) {
     forEachBrick(box, [this](const Cell& brick) { bricks.push_back({brick, true}); });

@@ -6,8 +6,9 @@
 
 #include <Eigen/Core>
 
+#include <cstddef>
 #include <cstdint>
-#include <functional>
+#include <limits>
 #include <memory>
 #include <mutex>
 #include <string>
@@ -57,7 +58,16 @@ struct WindowFigures {
 ///
 /// With OutsideWindow::kKeep the map in memory and the store are one map: voxel by voxel what it would
 /// be without a window. Before a change, whoever makes it has the pages brought back that it touches:
-/// integrate() does so itself, others call load().
+///
+///     ChangeSet changes;
+///     const ScanUpdate& admitted = window.admit(update, center_map, map, changes);  // a cloud
+///     window.settle(map.apply(admitted), map, changes);
+///
+///     window.load(box, map, changes);  // an edit
+///     const ChangeSet edited = map.replace(box, bricks);
+///     window.note(edited);
+///
+/// Nobody else may change the map between these calls; readers may look at it.
 ///
 /// When a page cannot be written, it stays in memory and is tried again: nothing is lost, and memory
 /// grows meanwhile. When one cannot be read, the store keeps it, and no observation is taken there.
@@ -67,38 +77,41 @@ struct WindowFigures {
 /// Const functions may run side by side, as those of the map; all others need exclusive access to both.
 class MapWindow {
  public:
-  /// Puts observations into the map, as CuboidMap::apply().
-  using Apply = std::function<ChangeSet(const ScanUpdate& update)>;
-
   /// @param store  With OutsideWindow::kKeep, and only then: with a head. @param map  In memory so far: all of it
   ///               counts as changed. The same map belongs to all calls.
   /// @throws std::invalid_argument  for a bad size or margin, or a store too many or too few.
   MapWindow(const WindowConfig& config, std::unique_ptr<MapStore> store, const CuboidMap& map);
 
-  /// Moves the window, brings back what an update touches, has it put into the map, and lets pages leave.
+  /// Begins a step: moves the window, and brings back the pages that an update touches. Pages that cannot be read are
+  /// counted in the figures.
+  /// @param center_map  Middle of the window. @param changes  Gets what comes.
+  /// @return What may be applied: `update`, or the part of it that is not left out, valid until the next step.
+  /// @complexity O(bricks of the update) besides the pages that come.
+  [[nodiscard]] const ScanUpdate& admit(const ScanUpdate& update, const Eigen::Vector3d& center_map,
+                                        CuboidMap& map, ChangeSet& changes);
+
+  /// Ends a step: notes what was applied, brings back pages of the window ahead of need, and lets others leave. A store that
+  /// fails is counted in the figures.
   ///
   /// Pages leave for the store in every kStepsAWrite-th step: kPagesAStep at most, or as many as were
   /// brought back since the last time, so that a step takes no time that grows with the window.
   ///
-  /// @param center_map  Middle of the window.
-  /// @return What has changed in the map, what came and left included.
-  /// @throws What `apply` throws; all else is counted in the figures.
-  /// @complexity O(pages in memory + bricks of the update) besides `apply` and the pages that come and go.
-  ChangeSet integrate(const ScanUpdate& update, const Eigen::Vector3d& center_map, CuboidMap& map,
-                      const Apply& apply);
+  /// @param applied  What CuboidMap::apply() or commit() has returned.
+  /// @param changes  Gets that, and what comes and leaves.
+  /// @complexity O(pages in memory) besides the pages that come and go.
+  void settle(const ChangeSet& applied, CuboidMap& map, ChangeSet& changes);
 
   /// Pages in the store alone that share a cell with a box.
   /// @complexity O(pages of the box, or of the store if these are fewer).
   [[nodiscard]] std::size_t countNotLoaded(const CellBox& box) const;
 
   /// Brings back the pages that share a cell with a box; they stay for kIdleSteps steps at least.
+  /// @param changes  Gets what comes, also when a page cannot be read. @param max_pages  No more of them.
   /// @throws MapFileError  when one cannot be read: those before it are there.
-  ChangeSet load(const CellBox& box, CuboidMap& map) { return load(box, stored_.size(), map); }
+  void load(const CellBox& box, CuboidMap& map, ChangeSet& changes,
+            std::size_t max_pages = std::numeric_limits<std::size_t>::max());
 
-  /// As load(), but kPagesAStep pages at most.
-  ChangeSet loadSome(const CellBox& box, CuboidMap& map) { return load(box, kPagesAStep, map); }
-
-  /// To be told of each change that was made without integrate(). @pre It was within pages that were
+  /// To be told of each change that was made outside of a step. @pre It was within pages that were
   /// in memory, or new.
   void note(const ChangeSet& changes);
 
@@ -157,7 +170,6 @@ class MapWindow {
   /// Calls `visit(page)` for the pages in the store alone that share a cell with a box. @complexity As countNotLoaded().
   template <typename VisitT>
   void forEachStored(const CellBox& box, const VisitT& visit) const;
-  ChangeSet load(const CellBox& box, std::size_t max_pages, CuboidMap& map);
   void loadPage(const Cell& page, CuboidMap& map, ChangeSet& changes);
   [[nodiscard]] std::vector<Cell> findLeaving(const CuboidMap& map) const;
   void letLeave(std::vector<Cell> pages, CuboidMap& map, ChangeSet& changes);
@@ -175,6 +187,7 @@ class MapWindow {
   CellBox window_;
   CellBox outer_;         ///< With the margin.
   CellBox window_pages_;  ///< Of its least and its last cell.
+  ScanUpdate admitted_;   ///< An update without what was left out.
   std::uint64_t step_ = 0;
   std::uint64_t next_write_ = 0;  ///< Step before which nothing is written, after a failure.
   bool is_store_stale_ = false;   ///< It has a map that was replaced.

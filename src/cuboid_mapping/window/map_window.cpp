@@ -61,13 +61,6 @@ bool isAnyLocked(const std::vector<CellBox>& locked, const Cell& page) {
                      [&](const CellBox& box) { return box.intersects(pageBox(page)); });
 }
 
-/// Adds a change that was made after the others.
-void append(const ChangeSet& later, ChangeSet& changes) {
-  changes.revision = later.revision;
-  changes.is_everything = changes.is_everything || later.is_everything;
-  changes.bricks.insert(changes.bricks.end(), later.bricks.begin(), later.bricks.end());
-}
-
 MapSnapshot headOf(const CuboidMap& map, const MapStore& store) {
   return {map.config().resolution_m,
           map.config().sensor_model,
@@ -110,39 +103,33 @@ MapWindow::MapWindow(const WindowConfig& config, std::unique_ptr<MapStore> store
   });
 }
 
-ChangeSet MapWindow::integrate(const ScanUpdate& update, const Eigen::Vector3d& center_map,
-                               CuboidMap& map, const Apply& apply) {
+const ScanUpdate& MapWindow::admit(const ScanUpdate& update, const Eigen::Vector3d& center_map,
+                                   CuboidMap& map, ChangeSet& changes) {
   ++step_;
   num_loaded_now_ = 0;
-  ChangeSet changes;
   changes.revision = map.revision();
   moveTo(center_map, map.grid());
   const PageSet left_out = bringBack(findTouched(update), map, changes);
-  const auto put = [&](const ScanUpdate& part) {
-    const ChangeSet applied = apply(part);
-    note(applied);
-    append(applied, changes);
-  };
-  if (left_out.empty()) {
-    put(update);
-  } else {
-    ScanUpdate part = update;
-    const auto is_left_out = [&](const Cell& cell) { return left_out.count(pageOf(cell)) > 0; };
-    const auto end =
-        std::remove_if(part.bricks.begin(), part.bricks.end(),
-                       [&](const BrickUpdate& brick) { return is_left_out(brick.brick); });
-    const auto count = static_cast<std::uint64_t>(std::distance(end, part.bricks.end()));
-    (store_ ? figures_.num_unreadable : figures_.num_refused) += count;
-    part.bricks.erase(end, part.bricks.end());
-    part.samples.erase(std::remove_if(part.samples.begin(), part.samples.end(), is_left_out),
-                       part.samples.end());
-    put(part);
-  }
+  if (left_out.empty()) return update;
+  const auto is_left_out = [&](const Cell& cell) { return left_out.count(pageOf(cell)) > 0; };
+  admitted_ = update;
+  std::vector<BrickUpdate>& bricks = admitted_.bricks;
+  bricks.erase(std::remove_if(bricks.begin(), bricks.end(),
+                              [&](const BrickUpdate& brick) { return is_left_out(brick.brick); }),
+               bricks.end());
+  std::vector<Cell>& samples = admitted_.samples;
+  samples.erase(std::remove_if(samples.begin(), samples.end(), is_left_out), samples.end());
+  (store_ ? figures_.num_unreadable : figures_.num_refused) += update.bricks.size() - bricks.size();
+  return admitted_;
+}
+
+void MapWindow::settle(const ChangeSet& applied, CuboidMap& map, ChangeSet& changes) {
+  note(applied);
+  changes.append(applied);
   bringAhead(map, changes);
   if (!is_held_ && (!store_ || step_ % kStepsAWrite == 0)) {
     letLeave(findLeaving(map), map, changes);
   }
-  return changes;
 }
 
 void MapWindow::moveTo(const Eigen::Vector3d& center_map, const Grid& grid) {
@@ -206,7 +193,7 @@ void MapWindow::bringAhead(CuboidMap& map, ChangeSet& changes) {
 
 void MapWindow::loadPage(const Cell& page, CuboidMap& map, ChangeSet& changes) {
   const std::vector<VoxelBrick> bricks = store_->read(page);
-  append(map.replace(pageBox(page), bricks), changes);
+  changes.append(map.replace(pageBox(page), bricks));
   pages_[page].last_use = step_;
   stored_.erase(page);
   ++figures_.num_loads;
@@ -243,7 +230,7 @@ void MapWindow::letLeave(std::vector<Cell> pages, CuboidMap& map, ChangeSet& cha
   for (const Cell& page : pages) {
     const ChangeSet change = map.replace(pageBox(page), std::vector<VoxelBrick>());
     if (store_ && !change.bricks.empty()) stored_.insert(page);
-    append(change, changes);
+    changes.append(change);
     pages_.erase(page);
   }
 }
@@ -300,15 +287,14 @@ std::size_t MapWindow::countNotLoaded(const CellBox& box) const {
   return count;
 }
 
-ChangeSet MapWindow::load(const CellBox& box, std::size_t max_pages, CuboidMap& map) {
+void MapWindow::load(const CellBox& box, CuboidMap& map, ChangeSet& changes,
+                     std::size_t max_pages) {
+  changes.revision = map.revision();
   std::vector<Cell> pages;
   forEachStored(box, [&](const Cell& page) {
     if (pages.size() < max_pages) pages.push_back(page);
   });
-  ChangeSet changes;
-  changes.revision = map.revision();
   for (const Cell& page : pages) loadPage(page, map, changes);
-  return changes;
 }
 
 void MapWindow::note(const ChangeSet& changes) {

@@ -10,23 +10,36 @@ namespace {
 /// of them to tell that everything has changed is shorter.
 constexpr std::size_t kMaxGoneBricks = 100000;
 
+using cuboid_mapping::ChangeSet;
+
 }  // namespace
 
 void GuardedMap::integrate(const ros::Time& stamp, const cuboid_mapping::ScanUpdate& update,
                            const cuboid_mapping::SensorModel& model,
                            const Eigen::Vector3d& window_center_map) {
-  if (window_) {
-    return change(stamp, [&](cuboid_mapping::CuboidMap& map) {
-      window_->hold(num_holds_ > 0);
-      return window_->integrate(update, window_center_map, map,
-                                [&](const auto& part) { return map.apply(part, model); });
-    });
-  }
   const auto changing = waitToChange();
-  auto pending = map_.prepare(update, model);  // Goes last, when others have the map again.
+  const auto& admitted = window_ ? admit(update, window_center_map) : update;
+  auto pending = map_.prepare(admitted, model);  // Goes last, when others have the map again.
   const WriteLock alone(mutex_);
-  noteChangesOf([&] { return map_.commit(update, pending); });
+  noteGathered([&](ChangeSet& changes) {
+    const ChangeSet applied = map_.commit(admitted, pending);
+    if (!window_) return changes.append(applied);
+    window_->hold(num_holds_ > 0);  // Anew: somebody may have begun to read meanwhile.
+    window_->settle(applied, map_, changes);
+  });
   stamp_ = stamp;
+}
+
+/// What of an update the window takes; its pages are there.
+const cuboid_mapping::ScanUpdate& GuardedMap::admit(const cuboid_mapping::ScanUpdate& update,
+                                                    const Eigen::Vector3d& window_center_map) {
+  const WriteLock alone(mutex_);
+  const cuboid_mapping::ScanUpdate* admitted = nullptr;
+  noteGathered([&](ChangeSet& changes) {
+    window_->hold(num_holds_ > 0);
+    admitted = &window_->admit(update, window_center_map, map_, changes);
+  });
+  return *admitted;
 }
 
 std::size_t GuardedMap::countNotLoaded(const cuboid_mapping::CellBox& box) const {
@@ -49,7 +62,9 @@ void GuardedMap::load(const cuboid_mapping::CellBox& box) {
   const PageHold come_back = hold();
   while (countNotLoaded(box) > 0) {
     const ChangeLock lock(*this);
-    noteChangesOf([&] { return window_->loadSome(box, map_); });
+    noteGathered([&](ChangeSet& changes) {
+      window_->load(box, map_, changes, cuboid_mapping::MapWindow::kPagesAStep);
+    });
   }
 }
 

@@ -46,18 +46,18 @@ class GuardedMap {
   void setWindow(std::unique_ptr<cuboid_mapping::MapWindow> window) { window_ = std::move(window); }
 
   /// Puts what a cloud has seen into the map: what lies outside the window comes back before, or is left out, as the
-  /// window has it. Else as change(); readers wait for the second half only, or with a window for all of it.
+  /// window has it. Else as change(); readers go on while it is worked out what becomes of the voxels.
   /// @param model  Of the sensor, see CuboidMap::apply(). @param window_center_map  Not looked at without a window.
   void integrate(const ros::Time& stamp, const cuboid_mapping::ScanUpdate& update,
                  const cuboid_mapping::SensorModel& model,
                  const Eigen::Vector3d& window_center_map);
 
   /// Changes voxels of a box, which are brought back before. Else as edit().
-  /// @throws cuboid_mapping::MapFileError  where they cannot be: the map is as before.
+  /// @throws cuboid_mapping::MapFileError  where they cannot be: no voxel has changed, and those before it are there.
   template <typename WorkT>
   void editIn(const cuboid_mapping::CellBox& box, const WorkT& work) {
     const ChangeLock lock(*this);
-    if (window_) noteChangesOf([&] { return window_->load(box, map_); });
+    if (window_) noteGathered([&](auto& changes) { window_->load(box, map_, changes); });
     noteChangesOf([&] {
       cuboid_mapping::ChangeSet changes = work(map_, std::as_const(stamp_));
       if (window_) window_->note(changes);
@@ -210,6 +210,18 @@ class GuardedMap {
     WriteLock alone_;
   };
 
+  /// @param work  (ChangeSet& changes): puts there what has changed so far, also when it throws.
+  template <typename WorkT>
+  void noteGathered(const WorkT& work) {
+    cuboid_mapping::ChangeSet changes{map_.revision(), false, {}};
+    try {
+      work(changes);
+    } catch (...) {
+      note(changes);
+      throw;
+    }
+    note(changes);
+  }
   template <typename WorkT>
   void noteChangesOf(const WorkT& work) {
     try {
@@ -220,6 +232,8 @@ class GuardedMap {
     }
   }
   void note(const cuboid_mapping::ChangeSet& changes);
+  [[nodiscard]] const cuboid_mapping::ScanUpdate& admit(const cuboid_mapping::ScanUpdate& update,
+                                                        const Eigen::Vector3d& window_center_map);
 
   mutable std::mutex change_;  ///< Of the one who changes the map, or works out what to change.
   mutable std::mutex change_turn_;  ///< Of the one who waits for that next.
