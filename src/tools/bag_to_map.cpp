@@ -122,12 +122,14 @@ std::string makeFile(BagClouds& clouds, const std::string& output, bool frees_pa
   BagMap map(clouds.parameters(), frees_passed);
   putAll(clouds, map);
   const std::size_t num_freed = frees_passed ? map.freePassed() : 0;
-  const cuboid_mapping::MapSnapshot snapshot =
+  cuboid_mapping::MapSnapshot snapshot =
       takeSnapshot(map.map(), withoutSlash(clouds.parameters().frame_id));
+  const auto format = *cuboid_mapping::formatOfName(output);
+  if (format == cuboid_mapping::MapFormat::kCsv) addCuboids(map.map(), snapshot);
   warnIfNothingIsOccupied(snapshot, clouds.statistics());
   cuboid_mapping::throwIfInterrupted();
   cuboid_mapping::writeMapFile(output, snapshot);
-  std::string content = describeContent(snapshot, *cuboid_mapping::formatOfName(output));
+  std::string content = describeContent(snapshot, format);
   if (frees_passed) {
     content += ", " + counted(num_freed, "occupied voxel") + " of what has passed freed";
   }

@@ -3,6 +3,7 @@
 
 #include "cuboid_mapping/io/file_replacement.h"
 #include "cuboid_mapping/voxels/uniform_boxes.h"
+#include "support/map_cuboids.h"
 #include "support/snapshots.h"
 #include "tools/run_program.h"
 
@@ -12,6 +13,7 @@
 #include <pcl/point_types.h>
 
 #include <algorithm>
+#include <cmath>
 #include <cstring>
 #include <fstream>
 #include <sstream>
@@ -177,6 +179,81 @@ TEST(MapFiles, ofTextHaveALineForEachCuboidWithItsMeanProbability) {
             "-2,0,0,0,0.5,1,0.25,free\n"
             "1,0,0,1.5,0.5,0.5,0.5,occupied\n"
             "0,0,0,1,0.5,1,0.2,free\n");
+}
+
+/// The cuboids of a .csv, in the order of their least cells.
+std::vector<Cuboid> readCsv(const std::string& file, double resolution_m) {
+  std::istringstream lines(readFile(file));
+  std::string line;
+  std::getline(lines, line);
+  std::vector<Cuboid> cuboids;
+  while (std::getline(lines, line)) {
+    const bool is_occupied = line.find("occupied") != std::string::npos;
+    std::replace(line.begin(), line.end(), ',', ' ');
+    std::istringstream numbers(line);
+    Cuboid cuboid{{}, is_occupied ? Occupancy::kOccupied : Occupancy::kFree};
+    for (Cell* corner : {&cuboid.box.min, &cuboid.box.max}) {
+      for (int axis = 0; axis < 3; ++axis) {
+        double coordinate_m = 0.0;
+        numbers >> coordinate_m;
+        (*corner)[axis] = static_cast<std::int32_t>(std::lround(coordinate_m / resolution_m));
+      }
+    }
+    cuboids.push_back(cuboid);
+  }
+  std::sort(cuboids.begin(), cuboids.end(),
+            [](const Cuboid& a, const Cuboid& b) { return a.box.min < b.box.min; });
+  return cuboids;
+}
+
+TEST(MapFiles, ofTextHaveTheCuboidsOfTheMapWhateverItsFusion) {
+  const TemporaryFolder folder;
+  for (const FusionKind fusion : {FusionKind::kClass, FusionKind::kGrowth, FusionKind::kNone}) {
+    SCOPED_TRACE(toString(fusion));
+    Random random(62);
+    MapConfig config;
+    config.resolution_m = 0.25;
+    config.fusion = fusion;
+    config.growth.starters = GrowthStarters::kChanged;
+    const CuboidMap map = std::move(test::randomMap(random, config).map);
+    const std::vector<Cuboid> expected = test::allCuboids(map);
+    ASSERT_GT(expected.size(), 1000U);
+    saveMap(map, folder / "map.csv");
+    EXPECT_EQ(readCsv(folder / "map.csv", 0.25), expected);
+  }
+}
+
+TEST(MapFiles, ofTextDivideTheBricksWhoseCuboidsAreNotTold) {
+  const TemporaryFolder folder;
+  MapSnapshot snapshot;  // As of a map with a window: a grown cuboid in memory, a brick on disk.
+  snapshot.resolution_m = 1.0;
+  const CellBox grown{{4, 0, 0}, {12, 1, 1}};
+  snapshot.bricks = toBricks({{grown, toLogOdds(0.25)}, {{{32, 0, 0}, {34, 1, 1}}, 0.0F}}).bricks;
+  snapshot.cuboids = {{grown, Occupancy::kFree}};
+  writeMapFile(folder / "map.csv", snapshot);
+  EXPECT_EQ(readFile(folder / "map.csv"),
+            "min_x,min_y,min_z,max_x,max_y,max_z,probability,class\n"
+            "4,0,0,12,1,1,0.25,free\n"
+            "32,0,0,34,1,1,0.5,occupied\n");
+}
+
+TEST(MapFiles, ofTheNativeFormatKeepLocks) {
+  const TemporaryFolder folder;
+  const std::string file = folder / "map.cuboids";
+  CuboidMap map;
+  map.replace(kAllCells, {UniformBox{{{0, 0, 0}, {3, 3, 3}}, 1.0F}});
+  map.lock({{-5, 2, 7}, {1, 900, 8}});
+  map.lock({{-Grid::kMaxCell, 1000, -Grid::kMaxCell}, {Grid::kMaxCell, 1001, Grid::kMaxCell}});
+  saveMap(map, file);
+  EXPECT_EQ(loadMap(file).lockedBoxes(), map.lockedBoxes());
+  CuboidMap other;
+  other.lock({{70, 0, 0}, {71, 1, 1}});
+  loadMap(file, other);
+  EXPECT_EQ(other.lockedBoxes(), map.lockedBoxes()) << "in the place of all that was there";
+  EXPECT_EQ(test::voxelsOf(other), test::voxelsOf(map));
+  map.setLocked({});
+  saveMap(map, file);
+  EXPECT_TRUE(loadMap(file).lockedBoxes().empty());
 }
 
 TEST(MapFiles, areRefusedWithTheNameOfTheFile) {

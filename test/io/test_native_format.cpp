@@ -204,6 +204,24 @@ TEST(NativeFormat, writesOfAFileOfVersion1WhatItHolds) {
   EXPECT_TRUE(isSame(fromNativeFormat(written).bricks, read.bricks));
 }
 
+TEST(NativeFormat, hasVersion3WithLocksAndVersion2Without) {
+  MapSnapshot snapshot = goldenSnapshot();
+  EXPECT_EQ(toNativeFormat(snapshot)[kVersionAt], 2);
+  snapshot.locked = {{{-3, -2, -1}, {4, 5, 6}}, {{10, 0, 0}, {11, 2000, 1}}};
+  const std::string bytes = toNativeFormat(snapshot);
+  EXPECT_EQ(bytes[kVersionAt], 3);
+  const MapSnapshot read = fromNativeFormat(bytes);
+  EXPECT_EQ(read.locked, snapshot.locked);
+  EXPECT_TRUE(isSame(read.bricks, snapshot.bricks));
+  for (std::size_t length = 8; length < bytes.size(); ++length) {
+    ASSERT_EQ(defectOf(bytes.substr(0, length)), MapFileDefect::kTruncated) << length;
+  }
+  snapshot.bricks.clear();
+  EXPECT_EQ(fromNativeFormat(toNativeFormat(snapshot)).locked, snapshot.locked);
+  snapshot.locked.push_back({{0, 0, 0}, {1, 1, 1}});
+  EXPECT_EQ(defectOf(toNativeFormat(snapshot)), MapFileDefect::kCorrupted) << "overlap";
+}
+
 TEST(NativeFormat, saysThatAFileIsForeign) {
   EXPECT_EQ(defectOf("# Octomap OcTree file\n"), MapFileDefect::kForeign);
   EXPECT_EQ(defectOf("\x89PNG\r\n\x1a\n"), MapFileDefect::kForeign);

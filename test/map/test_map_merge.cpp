@@ -50,6 +50,7 @@ TEST(MoveMap, isExactForTurnsOfAxesAndShiftsByWholeVoxels) {
   for (std::size_t i = 0; i < turns.size(); ++i) {
     Random random(i);
     MapSnapshot map = randomSnapshot(random);
+    map.locked = {{{41, 0, 0}, {42, 1, 500}}, {{-7, 1, 2}, {40, 3, 4}}};  // By their least cells.
     const MapSnapshot before = map;
     const Cell shift{random.integer(-50, 50), random.integer(-50, 50), random.integer(-50, 50)};
     Eigen::Isometry3d T_target_map = Eigen::Isometry3d::Identity();
@@ -67,8 +68,12 @@ TEST(MoveMap, isExactForTurnsOfAxesAndShiftsByWholeVoxels) {
     }
     EXPECT_EQ(voxelsOf(map.bricks), expected) << seedNote(i);
     EXPECT_FALSE(findFault(map)) << seedNote(i);
+    const Cell corner = cellOf(turns[i] * centerOf({41, 0, 499})) + shift;
+    EXPECT_EQ(map.locked.size(), 2U) << seedNote(i);
+    EXPECT_TRUE(map.locked[0].contains(corner) || map.locked[1].contains(corner)) << seedNote(i);
     EXPECT_TRUE(moveMap(T_target_map.inverse(), map).is_exact) << seedNote(i);
     EXPECT_EQ(voxelsOf(map.bricks), voxelsOf(before.bricks)) << seedNote(i);
+    EXPECT_EQ(map.locked, before.locked) << seedNote(i);
   }
 }
 
@@ -76,6 +81,7 @@ TEST(MoveMap, givesEachVoxelWhatItsCentreWasInElsewhere) {
   for (std::size_t i = 0; i < 20; ++i) {
     Random random(i);
     MapSnapshot map = randomSnapshot(random);
+    map.locked = {CellBox::ofCell({3, 4, 5}), {{4, 4, 5}, {9, 9, 9}}};
     const Voxels before = voxelsOf(map.bricks);
     const Eigen::Vector3d axis =
         Eigen::Vector3d(random.real(0.1, 1.0), random.real(-1.0, 1.0), random.real(-1.0, 1.0));
@@ -86,6 +92,12 @@ TEST(MoveMap, givesEachVoxelWhatItsCentreWasInElsewhere) {
         map.resolution_m * Eigen::Vector3d(random.real(-9.0, 9.0), 0.4, -3.0);
     const MapMotion motion = moveMap(T_target_map, map);
     EXPECT_FALSE(motion.is_exact) << seedNote(i);
+    const Cell locked =
+        cellOf(T_target_map * (map.resolution_m * centerOf({3, 4, 5})) / map.resolution_m);
+    EXPECT_TRUE(std::any_of(map.locked.begin(), map.locked.end(), [&](const CellBox& box) {
+      return box.contains(locked);
+    })) << seedNote(i);
+    EXPECT_FALSE(findFault(map)) << seedNote(i);
     EXPECT_GT(motion.mean_offset_m, 0.2 * map.resolution_m) << seedNote(i);
     EXPECT_LT(motion.mean_offset_m, motion.max_offset_m) << seedNote(i);
     EXPECT_LE(motion.max_offset_m, 0.5 * std::sqrt(3.0) * map.resolution_m) << seedNote(i);

@@ -27,7 +27,9 @@ struct MapMotion {
 ///     voxels): exact, the same voxels at other places;
 ///   - else it is resampled: a voxel gets the log-odds of the voxel that its centre comes from, and stays unknown where
 ///     that one is. Walls one voxel thick stay closed: no way through them by faces. Poles one voxel thick may get gaps.
-/// @param T_target_map  Metres. @param map  Its bricks are replaced; the rest stays, the name of the frame too.
+/// Locked are all voxels that share space with a locked box that was moved.
+/// @param T_target_map  Metres. @param map  Its bricks and locks are replaced, addCuboids() is undone; the rest stays, the name
+///                      of the frame too.
 /// @throws std::invalid_argument  The transform is not finite, or no rotation; or the map would reach beyond kAllCells.
 ///         Nothing has changed then.
 /// @complexity O(n).
@@ -54,7 +56,8 @@ struct MapOverlap {
 };
 
 /// Puts a second map into a first one. Voxels that one of them knows alone stay as they are; in any case log-odds are clamped to
-/// the thresholds of the first, whose sensor model, environment and frame the result has.
+/// the thresholds of the first, whose sensor model, environment and frame the result has. Voxels are locked that either has
+/// locked.
 /// @throws std::invalid_argument  The resolutions differ. @pre findFault() finds none in either.
 /// @complexity O(n).
 MapOverlap mergeMaps(const MapSnapshot& second, MergeRule rule, MapSnapshot& first);

@@ -20,6 +20,10 @@ struct MapSnapshot {
   std::vector<VoxelBrick> bricks;  ///< Along the Morton curve, each once and with a known voxel.
   /// What the program that makes the map needs to go on with it; only a store (.sqlite) keeps it.
   std::string progress = {};
+  /// CuboidMap::lockedBoxes(); only the native format (.cuboids) keeps them.
+  std::vector<CellBox> locked = {};
+  /// Cuboids that do not follow from the classes of the voxels, see addCuboids(). Only .csv shows them.
+  std::vector<Cuboid> cuboids = {};
 };
 
 /// How much a snapshot from outside may hold, so that a damaged file does not take all memory.
@@ -33,11 +37,15 @@ struct SnapshotLimits {
   }
 };
 
-/// All voxels of a map. @complexity O(n).
+/// All voxels of a map, and its locks. @complexity O(n).
 [[nodiscard]] MapSnapshot takeSnapshot(const CuboidMap& map, const std::string& frame_id);
 
+/// Adds the cuboids of a map whose fusion is not kClass to its snapshot, for a .csv: they cannot be computed from
+/// voxels. @complexity O(n).
+void addCuboids(const CuboidMap& map, MapSnapshot& snapshot);
+
 /// Puts a snapshot in the place of everything in a map, locks too, exactly. The revision rises. When it
-/// throws, for want of memory, the map is as before.
+/// throws, for want of memory, the map is as before. FusionKind::kGrowth fuses the voxels anew.
 /// @pre findFault() finds none. @throws std::invalid_argument  The resolutions differ. @complexity O(n).
 ChangeSet restoreSnapshot(const MapSnapshot& snapshot, CuboidMap& map);
 
@@ -51,7 +59,8 @@ struct SnapshotFault {
 ///
 /// The first of these: what checkConfig() finds in resolution, sensor model and environment; more
 /// bricks than the limit; a brick that comes twice or not in order, without a known voxel, outside
-/// kAllCells, or with a log-odds that is NaN or infinite. @complexity O(n).
+/// kAllCells, or with a log-odds that is NaN or infinite; a locked box that is empty, outside kAllCells, or shares a cell
+/// with another one. @complexity O(n log n).
 [[nodiscard]] std::optional<SnapshotFault> findFault(const MapSnapshot& snapshot,
                                                      const SnapshotLimits& limits = {});
 

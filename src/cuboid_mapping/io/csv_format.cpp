@@ -4,20 +4,43 @@
 #include "cuboid_mapping/fusion/brick_division.h"
 #include "cuboid_mapping/query/value_query.h"
 
+#include <algorithm>
 #include <locale>
 #include <sstream>
+#include <unordered_set>
+#include <vector>
 
 namespace cuboid_mapping {
 
 namespace {
 
-double meanProbability(const PackedVoxels& voxels, const CellBox& box) {
-  const BrickMask of_box = BrickMask::ofBox(box);
+/// @pre The snapshot has all voxels of the box.
+double meanProbability(const std::vector<VoxelBrick>& bricks, const CellBox& box) {
   double sum = 0.0;
-  voxels.forEachValue([&](float log_odds, const BrickMask& of_value) {
-    sum += toProbability(log_odds) * (of_value & of_box).count();
+  forEachBrick(box, [&](const Cell& brick) {
+    const auto found = std::lower_bound(bricks.begin(), bricks.end(), brick,
+                                        [](const VoxelBrick& each, const Cell& wanted) {
+                                          return isBeforeOnMortonCurve(each.brick, wanted);
+                                        });
+    const BrickMask of_box = BrickMask::ofBox(intersect(box, brickBox(brick)));
+    found->voxels.forEachValue([&](float log_odds, const BrickMask& of_value) {
+      sum += toProbability(log_odds) * (of_value & of_box).count();
+    });
   });
   return sum / box.numVoxels();
+}
+
+/// Those that the snapshot tells, and those of bricks of which it tells none.
+std::vector<Cuboid> cuboidsOf(const MapSnapshot& snapshot) {
+  std::vector<Cuboid> cuboids = snapshot.cuboids;
+  std::unordered_set<Cell, CellHash> told;
+  for (const Cuboid& cuboid : cuboids) {
+    forEachBrick(cuboid.box, [&told](const Cell& brick) { told.insert(brick); });
+  }
+  for (const VoxelBrick& brick : snapshot.bricks) {
+    if (told.count(brick.brick) == 0) divideBrick(brick, cuboids);
+  }
+  return cuboids;
 }
 
 /// The lines of a file.
@@ -51,13 +74,10 @@ class CsvText {
 
 std::string toCsv(const MapSnapshot& snapshot, const ProgressListener& listener) {
   CsvText text(snapshot.resolution_m);
-  ProgressCounter progress(listener, snapshot.bricks.size());
-  for (const VoxelBrick& brick : snapshot.bricks) {
-    std::vector<Cuboid> cuboids;
-    divideBrick(brick, cuboids);
-    for (const Cuboid& cuboid : cuboids) {
-      text.add(cuboid, meanProbability(brick.voxels, cuboid.box));
-    }
+  const std::vector<Cuboid> cuboids = cuboidsOf(snapshot);
+  ProgressCounter progress(listener, cuboids.size());
+  for (const Cuboid& cuboid : cuboids) {
+    text.add(cuboid, meanProbability(snapshot.bricks, cuboid.box));
     progress.advance();
   }
   return text.take();

@@ -153,7 +153,9 @@ ChangeSet loadMap(const std::string& file, CuboidMap& map) {
 }
 
 std::size_t saveMap(const CuboidMap& map, const std::string& file, const std::string& frame_id) {
-  return writeMapFile(file, takeSnapshot(map, frame_id));
+  MapSnapshot snapshot = takeSnapshot(map, frame_id);
+  if (formatOfName(file) == MapFormat::kCsv) addCuboids(map, snapshot);
+  return writeMapFile(file, snapshot);
 }
 
 }  // namespace cuboid_mapping

@@ -16,10 +16,14 @@ constexpr std::string_view kMagic(
     "\x89"
     "CUB\r\n\x1a\n",
     8);
+/// The same format: a map without locks can be read by older programs.
+constexpr std::uint32_t kVersionWithoutLocks = 2;
 constexpr std::size_t kMaxFrameIdBytes = 255;
 constexpr int kCompressionLevel = 3;
-/// Bytes of a cuboid of version 1 before compression, at least: one for each column.
-constexpr std::uint64_t kCuboidBytes = 7;
+/// Bytes of a box before compression, at least: one for each column.
+constexpr std::uint64_t kBoxBytes = 6;
+/// The same of a cuboid of version 1, with its log-odds.
+constexpr std::uint64_t kCuboidBytes = kBoxBytes + 1;
 /// Bytes of a brick before compression, at least: its place, its mask, and a voxel.
 constexpr std::uint64_t kBrickBytes = 3 + sizeof(BrickMask) + 1;
 
@@ -37,8 +41,25 @@ std::vector<float> collectLogOdds(const std::vector<VoxelBrick>& bricks) {
   return sorted;
 }
 
-std::string encodePayload(const std::vector<VoxelBrick>& bricks,
-                          const std::vector<float>& log_odds) {
+/// Least cells, then sizes, axis by axis.
+void encodeBoxes(const std::vector<CellBox>& boxes, ByteWriter& payload) {
+  for (int axis = 0; axis < 3; ++axis) {
+    std::int32_t previous = 0;
+    for (const CellBox& box : boxes) {
+      payload.writeVarint(toZigzag(box.min[axis] - previous));
+      previous = box.min[axis];
+    }
+  }
+  for (int axis = 0; axis < 3; ++axis) {
+    for (const CellBox& box : boxes) {
+      payload.writeVarint(
+          static_cast<std::uint32_t>(box.max[axis] - std::int64_t{box.min[axis]} - 1));
+    }
+  }
+}
+
+std::string encodePayload(const MapSnapshot& snapshot, const std::vector<float>& log_odds) {
+  const std::vector<VoxelBrick>& bricks = snapshot.bricks;
   ByteWriter payload;
   for (const float value : log_odds) payload.writeF32(value);
   for (int axis = 0; axis < 3; ++axis) {
@@ -62,6 +83,10 @@ std::string encodePayload(const std::vector<VoxelBrick>& bricks,
     brick.voxels.known().forEach(
         [&](int voxel) { payload.writeVarint(places[static_cast<std::size_t>(voxel)]); });
   }
+  if (!snapshot.locked.empty()) {
+    payload.writeVarint(snapshot.locked.size());
+    encodeBoxes(snapshot.locked, payload);
+  }
   return payload.take();
 }
 
@@ -76,7 +101,7 @@ struct Sizes {
 std::string encodeHeader(const MapSnapshot& snapshot, const Sizes& sizes) {
   ByteWriter header;
   header.writeBytes(kMagic);
-  header.writeU32(kNativeFormatVersion);
+  header.writeU32(snapshot.locked.empty() ? kVersionWithoutLocks : kNativeFormatVersion);
   header.writeU32(snapshot.environment == Environment::kStatic ? 1 : 0);
   const SensorModelConfig& model = snapshot.sensor_model;
   for (const double value :
@@ -221,22 +246,37 @@ std::vector<VoxelBrick> decodeBricks(ByteReader& reader, const Sizes& sizes) {
   return bricks;
 }
 
+/// Inverse of encodeBoxes(). @param boxes  As many as there are.
+void decodeBoxes(ByteReader& reader, std::vector<CellBox>& boxes) {
+  for (int axis = 0; axis < 3; ++axis) {
+    DifferenceReader coordinates(reader);
+    for (CellBox& box : boxes) box.min[axis] = coordinates.read();
+  }
+  for (int axis = 0; axis < 3; ++axis) {
+    for (CellBox& box : boxes) {
+      const std::int64_t max = std::int64_t{box.min[axis]} + reader.readVarint() + 1;
+      if (max > Grid::kMaxCell) failCorrupted("a box lies outside the limits of a map");
+      box.max[axis] = static_cast<std::int32_t>(max);
+    }
+  }
+}
+
+std::vector<CellBox> decodeLocks(ByteReader& reader) {
+  const std::uint32_t count = reader.readVarint();
+  if (count > reader.numLeft() / kBoxBytes) failCorrupted("it claims too many locked boxes");
+  std::vector<CellBox> boxes(count);
+  decodeBoxes(reader, boxes);
+  return boxes;
+}
+
 /// Version 1 had cuboids, each with a log-odds of its own.
 std::vector<UniformBox> decodeCuboids(ByteReader& reader, const Sizes& sizes) {
   const std::vector<float> log_odds = decodeLogOdds(reader, sizes);
-  std::vector<UniformBox> cuboids(sizes.num_items);
-  for (int axis = 0; axis < 3; ++axis) {
-    DifferenceReader coordinates(reader);
-    for (UniformBox& cuboid : cuboids) cuboid.box.min[axis] = coordinates.read();
-  }
-  for (int axis = 0; axis < 3; ++axis) {
-    for (UniformBox& cuboid : cuboids) {
-      const std::int64_t max = std::int64_t{cuboid.box.min[axis]} + reader.readVarint() + 1;
-      if (max > Grid::kMaxCell) failCorrupted("a cuboid lies outside the limits of a map");
-      cuboid.box.max[axis] = static_cast<std::int32_t>(max);
-    }
-  }
-  for (UniformBox& cuboid : cuboids) cuboid.log_odds = readLogOdds(reader, log_odds);
+  std::vector<CellBox> boxes(sizes.num_items);
+  decodeBoxes(reader, boxes);
+  std::vector<UniformBox> cuboids;
+  cuboids.reserve(boxes.size());
+  for (const CellBox& box : boxes) cuboids.push_back({box, readLogOdds(reader, log_odds)});
   return cuboids;
 }
 
@@ -246,7 +286,7 @@ bool isNativeFormat(std::string_view bytes) { return bytes.substr(0, kMagic.size
 
 std::string toNativeFormat(const MapSnapshot& snapshot) {
   const std::vector<float> log_odds = collectLogOdds(snapshot.bricks);
-  const std::string payload = encodePayload(snapshot.bricks, log_odds);
+  const std::string payload = encodePayload(snapshot, log_odds);
   const std::string compressed = compress(payload, kCompressionLevel);
   ByteWriter file;
   file.writeBytes(encodeHeader(
@@ -273,6 +313,7 @@ MapSnapshot fromNativeFormat(std::string_view bytes, const SnapshotLimits& limit
     ByteReader content(payload);
     snapshot.bricks = version == 1 ? bricksOf(decodeCuboids(content, sizes), limits)
                                    : decodeBricks(content, sizes);
+    if (version > kVersionWithoutLocks) snapshot.locked = decodeLocks(content);
     if (content.numLeft() != 0) failCorrupted("there is more data after its content");
   } catch (const MapFileError& error) {
     // The file is complete, so what ends too early in it was never right.

@@ -11,8 +11,8 @@
 
 namespace cuboid_mapping {
 
-/// Version of the format that is written; all up to it can be read.
-constexpr std::uint32_t kNativeFormatVersion = 2;
+/// Newest version of the format, written where voxels are locked, else version 2; all up to it can be read.
+constexpr std::uint32_t kNativeFormatVersion = 3;
 
 /// Whether bytes begin as a file of this format does.
 [[nodiscard]] bool isNativeFormat(std::string_view bytes);
@@ -21,7 +21,7 @@ constexpr std::uint32_t kNativeFormatVersion = 2;
 /// @pre findFault() finds none. A frame_id is cut after 255 bytes. @complexity O(n).
 [[nodiscard]] std::string toNativeFormat(const MapSnapshot& snapshot);
 
-/// Inverse of toNativeFormat(); reads version 1, too.
+/// Inverse of toNativeFormat(); reads versions 1 and 2, too.
 ///
 /// @throws MapFileError: kForeign for another magic number, kNewerVersion, kTruncated, kCorrupted
 ///         for a wrong checksum, a value that cannot be, or (version 1) cuboids that overlap, kTooBig where

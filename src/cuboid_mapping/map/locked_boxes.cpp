@@ -32,6 +32,15 @@ void LockedBoxes::replace(const CellBox& box, bool is_added) {
   for (const Cuboid& piece : added) tree_.insertReserved(piece);
 }
 
+bool LockedBoxes::intersects(const CellBox& box) const {
+  bool is_met = false;
+  visitBox(tree_, box, CuboidFilter::kAll, [&is_met](const Cuboid& /*locked*/) {
+    is_met = true;
+    return Visit::kStop;
+  });
+  return is_met;
+}
+
 std::vector<CellBox> LockedBoxes::boxes() const {
   std::vector<CellBox> boxes;
   boxes.reserve(tree_.size());

@@ -20,6 +20,8 @@ class LockedBoxes {
 
   /// Whether no voxel is locked.
   [[nodiscard]] bool isEmpty() const { return tree_.isEmpty(); }
+  /// Whether a voxel of a box is locked. @complexity O(log n).
+  [[nodiscard]] bool intersects(const CellBox& box) const;
   /// The locked voxels as disjoint boxes, by their least cells.
   [[nodiscard]] std::vector<CellBox> boxes() const;
 

@@ -2,6 +2,7 @@
 #include "cuboid_mapping/map/map_merge.h"
 
 #include "cuboid_mapping/geometry/voxel_motion.h"
+#include "cuboid_mapping/map/locked_boxes.h"
 
 #include <algorithm>
 #include <cmath>
@@ -37,14 +38,28 @@ Cell floorOf(const Eigen::Vector3d& point) {
           static_cast<std::int32_t>(std::floor(point.z()))};
 }
 
-/// The voxels in which something of a moved brick may lie.
-CellBox boxAround(const Cell& brick, const Eigen::Isometry3d& T_target_map) {
+/// The box around the corners of a moved box.
+Eigen::AlignedBox3d moved(const CellBox& box, const Eigen::Isometry3d& T_target_map) {
   Eigen::AlignedBox3d around;
   for (int corner = 0; corner < 8; ++corner) {
-    const Cell offset{(corner & 1) * kBrickEdge, (corner >> 1 & 1) * kBrickEdge,
-                      (corner >> 2) * kBrickEdge};
-    around.extend(T_target_map * toVector(brick + offset));
+    around.extend(T_target_map *
+                  toVector({(corner & 1 ? box.max : box.min).x, (corner & 2 ? box.max : box.min).y,
+                            (corner & 4 ? box.max : box.min).z}));
   }
+  return around;
+}
+
+/// The voxels that share space with a moved box, in the limits of a map.
+CellBox coverMoved(const CellBox& box, const Eigen::Isometry3d& T_target_map) {
+  const Eigen::AlignedBox3d around = moved(box, T_target_map);
+  const Eigen::Vector3d limit = Eigen::Vector3d::Constant(Grid::kMaxCell);
+  return {floorOf(around.min().cwiseMax(-limit).cwiseMin(limit)),
+          floorOf(around.max().array().ceil().matrix().cwiseMax(-limit).cwiseMin(limit))};
+}
+
+/// The voxels in which something of a moved brick may lie.
+CellBox boxAround(const Cell& brick, const Eigen::Isometry3d& T_target_map) {
+  const Eigen::AlignedBox3d around = moved(brickBox(brick), T_target_map);
   if (around.min().minCoeff() < kAllCells.min.x + 1.0 ||
       around.max().maxCoeff() > kAllCells.max.x - 1.0) {
     throw std::invalid_argument("the transform takes the map beyond the limits of a map");
@@ -141,12 +156,16 @@ PackedVoxels mergeBricks(const PackedVoxels& first, const PackedVoxels& second, 
 
 MapMotion moveMap(const Eigen::Isometry3d& T_target_map, MapSnapshot& map) {
   const CellMotion motion = toCellMotion(T_target_map, map.resolution_m);
-  std::vector<VoxelBrick> moved = findTargets(map, motion.T_target_map);
+  std::vector<VoxelBrick> targets = findTargets(map, motion.T_target_map);
   Sampler sampler(map.bricks, motion.T_target_map);
-  for (VoxelBrick& brick : moved) brick.voxels = sampler.sample(brick.brick);
+  for (VoxelBrick& brick : targets) brick.voxels = sampler.sample(brick.brick);
   const auto is_empty = [](const VoxelBrick& brick) { return brick.voxels.isEmpty(); };
-  moved.erase(std::remove_if(moved.begin(), moved.end(), is_empty), moved.end());
-  map.bricks = std::move(moved);
+  targets.erase(std::remove_if(targets.begin(), targets.end(), is_empty), targets.end());
+  LockedBoxes locked;
+  for (const CellBox& box : map.locked) locked.add(coverMoved(box, motion.T_target_map));
+  map.locked = locked.boxes();
+  map.bricks = std::move(targets);
+  map.cuboids.clear();
   return {motion.is_exact, map.resolution_m * sampler.maxOffset(),
           map.resolution_m * sampler.meanOffset()};
 }
@@ -194,7 +213,13 @@ MapOverlap mergeMaps(const MapSnapshot& second, MergeRule rule, MapSnapshot& fir
     if (is_a) ++a;
     if (is_b) ++b;
   }
+  LockedBoxes locked;
+  for (const auto* boxes : {&first.locked, &second.locked}) {
+    for (const CellBox& box : *boxes) locked.add(box);
+  }
+  first.locked = locked.boxes();
   first.bricks = std::move(merged);
+  first.cuboids.clear();
   return overlap;
 }
 

@@ -1,6 +1,10 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "cuboid_mapping/map/map_snapshot.h"
 
+#include "cuboid_mapping/map/cuboid_search.h"
+#include "cuboid_mapping/map/locked_boxes.h"
+
+#include <algorithm>
 #include <cmath>
 #include <sstream>
 #include <stdexcept>
@@ -36,6 +40,19 @@ std::string findFaultOfBrick(const VoxelBrick& brick) {
   return is_finite ? std::string() : concat("brick ", brick.brick, " has infinite log-odds");
 }
 
+std::string findFaultOfLocks(const std::vector<CellBox>& boxes) {
+  LockedBoxes locked;
+  for (const CellBox& box : boxes) {
+    if (box.isEmpty() || !kAllCells.contains(box)) {
+      return concat("locked box ", box, " is empty, or reaches beyond the limits of a map");
+    }
+    if (locked.intersects(box))
+      return concat("locked box ", box, " shares voxels with another one");
+    locked.add(box);
+  }
+  return {};
+}
+
 }  // namespace
 
 MapSnapshot takeSnapshot(const CuboidMap& map, const std::string& frame_id) {
@@ -44,7 +61,18 @@ MapSnapshot takeSnapshot(const CuboidMap& map, const std::string& frame_id) {
   snapshot.bricks.reserve(map.voxels().size());
   map.voxels().forEach([&](const VoxelBrick& brick) { snapshot.bricks.push_back(brick); });
   sortBricks(snapshot.bricks);
+  snapshot.locked = map.lockedBoxes();
   return snapshot;
+}
+
+void addCuboids(const CuboidMap& map, MapSnapshot& snapshot) {
+  if (map.config().fusion == FusionKind::kClass) return;
+  visitAll(map, CuboidFilter::kAll, [&snapshot](const Cuboid& cuboid) {
+    snapshot.cuboids.push_back(cuboid);
+    return Visit::kContinue;
+  });
+  std::sort(snapshot.cuboids.begin(), snapshot.cuboids.end(),
+            [](const Cuboid& a, const Cuboid& b) { return a.box.min < b.box.min; });
 }
 
 ChangeSet restoreSnapshot(const MapSnapshot& snapshot, CuboidMap& map) {
@@ -53,7 +81,7 @@ ChangeSet restoreSnapshot(const MapSnapshot& snapshot, CuboidMap& map) {
   }
   CuboidMap restored(map.config());
   restored.replace(kAllCells, snapshot.bricks);
-  map.setLocked({});  // From here on nothing throws.
+  map.setLocked(snapshot.locked);  // From here on nothing throws.
   return map.exchange(restored);
 }
 
@@ -73,6 +101,7 @@ std::optional<SnapshotFault> findFault(const MapSnapshot& snapshot, const Snapsh
     }
     last = &brick;
   }
+  if (fault.empty()) fault = findFaultOfLocks(snapshot.locked);
   if (fault.empty()) return std::nullopt;
   return SnapshotFault{false, fault};
 }

@@ -28,6 +28,7 @@ using cuboid_mapping::MapConfig;
 using cuboid_mapping::MapFile;
 using cuboid_mapping::MapFileDefect;
 using cuboid_mapping::MapFileError;
+using cuboid_mapping::MapFormat;
 using cuboid_mapping::MapSnapshot;
 using cuboid_mapping::MapWindow;
 using cuboid_mapping::MergeRule;
@@ -72,8 +73,7 @@ auto readWithin(const WorkT& work) {
 MapFile readFileWithin(const std::string& file, double resolution_m, const SensorModelConfig& model,
                        const SnapshotLimits& limits) {
   if (cuboid_mapping::isPointCloudFile(file)) {
-    return {cuboid_mapping::MapFormat::kPcd,
-            cuboid_mapping::readPointCloudMap(file, resolution_m, model),
+    return {MapFormat::kPcd, cuboid_mapping::readPointCloudMap(file, resolution_m, model),
             std::filesystem::file_size(file)};
   }
   return readWithin([&] { return cuboid_mapping::readMapFile(file, model, limits); });
@@ -163,6 +163,7 @@ StorageAnswer saveMap(GuardedMap& map, const std::string& frame_id, const std::s
                       const SnapshotLimits& limits) {
   return guard([&](StorageAnswer& answer) {
     std::string progress;
+    MapSnapshot told;  // The cuboids of a .csv.
     bool is_in_memory = true;
     const auto look = [&](const CuboidMap& content, const auto& /*stamp*/,
                           const MapWindow* window) {
@@ -170,9 +171,11 @@ StorageAnswer saveMap(GuardedMap& map, const std::string& frame_id, const std::s
       answer.revision = content.revision();
       is_in_memory = window == nullptr || window->figures().num_on_disk_only == 0;
       if (is_in_memory) answer.num_cuboids = countCuboids(content).total();
+      if (cuboid_mapping::formatOfName(file) == MapFormat::kCsv) addCuboids(content, told);
     };
     MapSnapshot snapshot = takeWholeSnapshot(map, withoutSlash(frame_id), limits, look);
     snapshot.progress = progress;
+    snapshot.cuboids = std::move(told.cuboids);
     if (!is_in_memory) answer.num_cuboids = countCuboids(snapshot);
     answer.num_bytes = writeMapFile(followLinks(file), snapshot);
   });
@@ -214,16 +217,13 @@ StorageAnswer moveWholeMap(GuardedMap& map, const cuboid_mapping::VoxelMotion& m
     moveMap(T_new_old, snapshot);
     CuboidMap fresh(config);
     restoreSnapshot(snapshot, fresh);
-    std::vector<CellBox> moved_locks;
-    moved_locks.reserve(locked.size());
-    for (const CellBox& box : locked) moved_locks.push_back(motion(box));
     answer.num_cuboids = countCuboids(fresh).total();
     map.replaceAll([&](CuboidMap& content, const ros::Time& /*stamp*/) {
       if (content.revision() != answer.revision || content.lockedBoxes() != locked) {
         throw std::runtime_error("the map was changed meanwhile, by another call: call again");
       }
       followSensorModel(content, fresh);
-      content.setLocked(moved_locks);
+      content.setLocked(snapshot.locked);
       return content.exchange(fresh);
     });
   });
@@ -306,7 +306,8 @@ void saveLocks(const GuardedMap& map, const std::string& map_file) {
   const auto boxes = map.read(
       [](const CuboidMap& content, const auto& /*stamp*/) { return content.lockedBoxes(); });
   std::error_code ignored;
-  if (boxes.empty()) {
+  const bool is_in_map_file = cuboid_mapping::formatOfName(map_file) == MapFormat::kNative;
+  if (boxes.empty() || is_in_map_file) {
     std::filesystem::remove(locksFile(map_file), ignored);
     return;
   }

@@ -27,7 +27,8 @@ namespace cuboid_mapping_ros {
 /// A name beside that of a file, as NAME-2.ext, under which there is nothing yet.
 [[nodiscard]] std::string nameBeside(const std::string& file);
 
-/// Locked boxes of a map, in a file beside that of the map: no format of maps has them. Without any the file goes.
+/// Locked boxes of a map, in a file beside that of the map. Without any the file goes, and beside a .cuboids, which has
+/// them.
 /// @throws cuboid_mapping::MapFileError naming the file.
 ///@{
 void saveLocks(const GuardedMap& map, const std::string& map_file);
