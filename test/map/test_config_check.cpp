@@ -87,6 +87,13 @@ TEST(CheckConfig, looksAtGrowthWhereItIsChosen) {
                                              "growth.starters", "growth.sampling.per_m",
                                              "growth.settle_clouds"};
   EXPECT_EQ(fieldsOf(checkConfig(config)), expected);
+  config.growth = {};
+  for (const double per_m : {100.1, 1e30, -1.0, std::nan(""), HUGE_VAL}) {
+    config.growth.sampling.per_m = per_m;
+    EXPECT_EQ(fieldsOf(checkConfig(config)), std::vector<std::string>{"growth.sampling.per_m"})
+        << per_m;
+    EXPECT_THROW(CuboidMap{config}, std::invalid_argument) << per_m;
+  }
 }
 
 TEST(CheckConfig, takesAnyOrderOfAllSixDirectionsAndNothingElse) {

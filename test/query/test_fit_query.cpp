@@ -96,6 +96,21 @@ TEST(FitQuery, isAtTheWallForABoxThatWouldReachBehindIt) {
   EXPECT_NEAR((*found - Eigen::Vector3d(1.0, 5.0, 9.25)).norm(), 0.0, 1e-9);
 }
 
+TEST(FitQuery, doesNotSearchBeyondWhatIsKnownWhereTheUnknownIsAnObstacle) {
+  MapConfig config = fitConfig();
+  config.resolution_m = 0.05;
+  CuboidMap map(config);
+  Budget of_nothing{QueryLimits{}};
+  EXPECT_FALSE(findNearestFit(map, {0, 0, 0}, {1, 1, 1}, UnknownPolicy::kStop, 100.0, of_nothing));
+  EXPECT_FALSE(of_nothing.isSpent());
+  map.replace(kAllCells, {UniformBox{{{0, 0, 0}, {16, 16, 16}}, -1.0F}});
+  QueryLimits limits;
+  limits.max_bricks = 1000000;  // A search of 100 m takes some 1e9.
+  Budget of_few(limits);
+  EXPECT_FALSE(findNearestFit(map, {0, 0, 0}, {1, 1, 1}, UnknownPolicy::kStop, 100.0, of_few));
+  EXPECT_FALSE(of_few.isSpent());
+}
+
 TEST(FitQuery, isNothingWhereNoneIsNearOrTheQuestionIsBad) {
   CuboidMap map(fitConfig());
   map.replace(kAllCells, {{{{0, 0, 0}, {10, 10, 10}}, -1.0F}});

@@ -1,52 +1,17 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // What a tree says of its memory is what it has from the allocator. A program of its own, because
 // it counts what passes through operator new.
+#include "support/counted_memory.h"
 #include "support/modelled_tree.h"
 
 #include <gtest/gtest.h>
 
-#include <cstdlib>
 #include <memory>
-#include <new>
-
-namespace {
-
-/// Bytes of all blocks of this program that are allocated; each has its size in front of it.
-std::size_t allocated_bytes = 0;
-constexpr std::size_t kHeader = alignof(std::max_align_t);
-
-}  // namespace
-
-void* operator new(std::size_t size, const std::nothrow_t& /*tag*/) noexcept {
-  auto* header = static_cast<std::byte*>(std::malloc(size + kHeader));
-  if (header == nullptr) return nullptr;
-  new (header) std::size_t(size);
-  allocated_bytes += size;
-  return header + kHeader;
-}
-
-void* operator new(std::size_t size) {
-  void* block = operator new(size, std::nothrow);
-  if (block == nullptr) throw std::bad_alloc();
-  return block;
-}
-
-void operator delete(void* block) noexcept {
-  if (block == nullptr) return;
-  auto* header = static_cast<std::byte*>(block) - kHeader;
-  allocated_bytes -= *reinterpret_cast<std::size_t*>(header);
-  std::free(header);
-}
-
-void operator delete(void* block, std::size_t /*size*/) noexcept { operator delete(block); }
-
-// Those of the standard library call the ones above, those of a sanitizer do not.
-void* operator new[](std::size_t size) { return operator new(size); }
-void operator delete[](void* block) noexcept { operator delete(block); }
-void operator delete[](void* block, std::size_t /*size*/) noexcept { operator delete(block); }
 
 namespace cuboid_mapping {
 namespace {
+
+using test::allocated_bytes;
 
 /// A tree on the heap, so that nothing but the tree is counted.
 class TreeMemory : public testing::Test {
