@@ -6,7 +6,7 @@
 #include "cuboid_mapping/io/scan_dataset.h"
 #include "cuboid_mapping/map/cuboid_map.h"
 #include "cuboid_mapping/scan/scan_update.h"
-#include "cuboid_mapping/simulation/lidar.h"
+#include "simulation/lidar.h"
 
 #include <octomap/OcTree.h>
 

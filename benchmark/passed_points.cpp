@@ -7,7 +7,7 @@
 #include "cuboid_mapping/map/cuboid_map.h"
 #include "cuboid_mapping/scan/scan_update.h"
 #include "cuboid_mapping/scan/void_space.h"
-#include "cuboid_mapping/simulation/lidar.h"
+#include "simulation/lidar.h"
 
 #include <pcl/io/pcd_io.h>
 #include <pcl/point_types.h>

@@ -7,9 +7,9 @@
 
 #include "cuboid_mapping/io/scan_dataset.h"
 #include "cuboid_mapping/scan/scan_update.h"
-#include "cuboid_mapping/simulation/lidar.h"
-#include "cuboid_mapping/simulation/world.h"
 #include "cuboid_mapping/window/map_window.h"
+#include "simulation/lidar.h"
+#include "simulation/world.h"
 
 #include <algorithm>
 #include <cmath>

@@ -19,7 +19,7 @@ add_service_files(FILES
   QueryBox.srv SaveMap.srv SetBox.srv)
 generate_messages(DEPENDENCIES geometry_msgs nav_msgs std_msgs)
 
-set(exported cuboid_mapping_core cuboid_mapping_client)
+set(exported cuboid_mapping_core cuboid_mapping_no_return cuboid_mapping_client)
 if(zstd_FOUND AND SQLite3_FOUND)
   list(APPEND exported cuboid_mapping_io)
 endif()

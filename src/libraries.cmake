@@ -50,7 +50,6 @@ cuboid_mapping_add_part(core
   cuboid_mapping/rtree/rtree.cpp
   cuboid_mapping/scan/beam_marks.cpp
   cuboid_mapping/scan/beam_samples.cpp
-  cuboid_mapping/scan/no_return_beams.cpp
   cuboid_mapping/scan/ray_batch_avx2.cpp
   cuboid_mapping/scan/ray_walk.cpp
   cuboid_mapping/scan/scan.cpp
@@ -59,7 +58,6 @@ cuboid_mapping_add_part(core
   cuboid_mapping/scan/slab_beams_avx2.cpp
   cuboid_mapping/scan/slab_walk.cpp
   cuboid_mapping/scan/slab_walk_avx2.cpp
-  cuboid_mapping/scan/spherical_layout.cpp
   cuboid_mapping/scan/void_space.cpp
   cuboid_mapping/voxels/brick_cuboids.cpp
   cuboid_mapping/voxels/packed_voxels.cpp
@@ -70,6 +68,12 @@ target_link_libraries(cuboid_mapping_core PUBLIC Eigen3::Eigen Threads::Threads)
 get_target_property(alone cuboid_mapping_core SOURCES)
 list(FILTER alone INCLUDE REGEX "/(scan|voxels)/")
 set_source_files_properties(${alone} PROPERTIES SKIP_UNITY_BUILD_INCLUSION ON)
+
+# Where beams without a return went, as sensors lay out their clouds: knows no map.
+cuboid_mapping_add_part(no_return
+  cuboid_mapping/no_return/no_return_beams.cpp
+  cuboid_mapping/no_return/spherical_layout.cpp)
+target_link_libraries(cuboid_mapping_no_return PUBLIC Eigen3::Eigen)
 
 # Files of maps, and windows with a store on disk.
 if(zstd_FOUND AND ZLIB_FOUND AND SQLite3_FOUND)
@@ -127,18 +131,6 @@ if(PCL_FOUND AND octomap_FOUND)
 else()
   cuboid_mapping_left_out(scans "libpcl-dev liboctomap-dev")
 endif()
-
-# A building to drive a lidar through; of this package only.
-add_library(cuboid_mapping_simulation STATIC EXCLUDE_FROM_ALL
-  cuboid_mapping/simulation/building.cpp
-  cuboid_mapping/simulation/closed_path.cpp
-  cuboid_mapping/simulation/furniture.cpp
-  cuboid_mapping/simulation/lidar.cpp
-  cuboid_mapping/simulation/shape.cpp
-  cuboid_mapping/simulation/world.cpp
-  cuboid_mapping/simulation/yard.cpp)
-cuboid_mapping_configure(cuboid_mapping_simulation)
-target_link_libraries(cuboid_mapping_simulation PUBLIC cuboid_mapping::core)
 
 if(NOT CUBOID_MAPPING_ROS)
   return()
@@ -250,7 +242,7 @@ target_compile_definitions(cuboid_mapping_ros
   PUBLIC CUBOID_MAPPING_HAS_OCTOMAP_MSGS=$<BOOL:${octomap_msgs_FOUND}>)
 target_link_libraries(cuboid_mapping_ros
   PUBLIC cuboid_mapping::client cuboid_mapping::io ${catkin_LIBRARIES}
-  PRIVATE cuboid_mapping::scans PNG::PNG ${PCL_LIBRARIES} ${urdf_LIBRARIES} ${geometric_shapes_LIBRARIES}
+  PRIVATE cuboid_mapping::no_return cuboid_mapping::scans PNG::PNG ${PCL_LIBRARIES} ${urdf_LIBRARIES} ${geometric_shapes_LIBRARIES}
     nlohmann_json::nlohmann_json)
 
 # The nodelet, and the node that runs it.

@@ -8,7 +8,7 @@
 
 #include "cuboid_mapping/interop/octomap_parity.h"
 #include "cuboid_mapping/scan/scan_update.h"
-#include "cuboid_mapping/simulation/lidar.h"
+#include "simulation/lidar.h"
 
 #include <cmath>
 #include <limits>

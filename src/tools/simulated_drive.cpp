@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "simulated_drive.h"
 
-#include "cuboid_mapping/simulation/range_check.h"
+#include "simulation/range_check.h"
 #include "transform_message.h"
 
 #include <sensor_msgs/point_cloud2_iterator.h>

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
-#include "cuboid_mapping/simulation/lidar.h"
+#include "simulation/lidar.h"
 
 #include <geometry_msgs/TransformStamped.h>
 #include <ros/time.h>

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "simulated_lidar_node.h"
 
-#include "cuboid_mapping/simulation/range_check.h"
+#include "simulation/range_check.h"
 #include "stamps.h"
 
 #include <ros/ros.h>

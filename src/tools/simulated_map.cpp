@@ -5,9 +5,9 @@
 #include "cuboid_mapping/io/map_files.h"
 #include "cuboid_mapping/map/map_snapshot.h"
 #include "cuboid_mapping/map/mapper.h"
-#include "cuboid_mapping/simulation/lidar.h"
-#include "cuboid_mapping/simulation/world.h"
 #include "progress_bar.h"
+#include "simulation/lidar.h"
+#include "simulation/world.h"
 
 #include <cmath>
 #include <cstddef>

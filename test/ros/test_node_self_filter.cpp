@@ -2,8 +2,8 @@
 // A lidar that sees the arm of its robot (arm.urdf), which turns before it while the robot drives through a room.
 #include "cuboid_mapping/SaveMap.h"
 #include "cuboid_mapping/io/map_files.h"
-#include "cuboid_mapping/simulation/shape.h"
 #include "ros/node_probe.h"
+#include "simulation/shape.h"
 #include "tools/run_program.h"
 
 #include <rosbag/bag.h>

@@ -3,8 +3,8 @@
 // same map of them.
 #include "cuboid_mapping/SaveMap.h"
 #include "cuboid_mapping/ros/conversions/sensor_conversions.h"
-#include "cuboid_mapping/simulation/world.h"
 #include "ros/node_probe.h"
+#include "simulation/world.h"
 #include "tools/run_program.h"
 
 #include <rosbag/bag.h>

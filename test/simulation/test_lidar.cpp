@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "cuboid_mapping/simulation/lidar.h"
+#include "simulation/lidar.h"
 
 #include <gtest/gtest.h>
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "cuboid_mapping/simulation/world.h"
+#include "simulation/world.h"
 
 #include <gtest/gtest.h>
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "cuboid_mapping/simulation/world.h"
 #include "read_bag.h"
 #include "run_program.h"
+#include "simulation/world.h"
 
 #include <gtest/gtest.h>
 #include <sensor_msgs/point_cloud2_iterator.h>

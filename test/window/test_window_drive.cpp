@@ -3,9 +3,9 @@
 #include "page_budget.h"
 
 #include "cuboid_mapping/scan/scan_update.h"
-#include "cuboid_mapping/simulation/lidar.h"
-#include "cuboid_mapping/simulation/world.h"
 #include "cuboid_mapping/window/map_window.h"
+#include "simulation/lidar.h"
+#include "simulation/world.h"
 #include "support/snapshots.h"
 #include "tools/run_program.h"
 

@@ -3,18 +3,26 @@
 #pragma once
 
 #include "cuboid_mapping/io/map_file_error.h"
-#include "cuboid_mapping/io/progress_listener.h"
 #include "cuboid_mapping/map/map_snapshot.h"
 
+#include <cstddef>
+#include <cstdint>
+#include <functional>
 #include <optional>
 #include <string>
 #include <vector>
 
 namespace cuboid_mapping {
 
+/// Hears how far long work has come: `done` of `total` steps, from 0 to all of them, total > 0.
+///
+/// One call at a time, if from several threads. To have the work given up it throws; the caller of
+/// the work gets what it has thrown. An empty one is never called.
+using ProgressListener = std::function<void(std::uint64_t done, std::uint64_t total)>;
+
 /// Formats of maps.
 enum class MapFormat : unsigned char {
-  kNative,         ///< .cuboids: everything.
+  kNative,         ///< .cuboids: voxels and locks.
   kStore,          ///< .sqlite: everything, page by page; see map_store.h.
   kOctomapFull,    ///< .ot: voxels with log-odds.
   kOctomapBinary,  ///< .bt: voxels with classes.

@@ -3,13 +3,18 @@
 #pragma once
 
 #include "cuboid_mapping/io/map_file_error.h"
-#include "cuboid_mapping/io/octree_stream.h"
 #include "cuboid_mapping/map/map_snapshot.h"
 
 #include <string>
 #include <string_view>
 
 namespace cuboid_mapping {
+
+/// Whether the log-odds of voxels count, or their classes only.
+enum class OctreeKind : unsigned char {
+  kFull,   ///< Pruned where log-odds are equal; inner nodes have the greatest log-odds below them.
+  kBinary  ///< Pruned where classes are equal, as after octomap's toMaxLikelihood() and prune().
+};
 
 /// Whether bytes begin as OctoMap's files do.
 [[nodiscard]] bool isOctomapFile(std::string_view bytes);

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "cuboid_mapping/io/octomap_files.h"
 
+#include "cuboid_mapping/io/octree_stream.h"
 #include "cuboid_mapping/io/text.h"
 
 #include <algorithm>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "cuboid_mapping/simulation/site_parts.h"
+#include "simulation/site_parts.h"
 
 namespace cuboid_mapping::site {
 namespace {

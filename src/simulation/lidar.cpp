@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "cuboid_mapping/simulation/lidar.h"
+#include "simulation/lidar.h"
 
-#include "cuboid_mapping/simulation/range_check.h"
+#include "simulation/range_check.h"
 
 #include <algorithm>
 #include <cassert>

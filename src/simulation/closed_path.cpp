@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "cuboid_mapping/simulation/closed_path.h"
+#include "simulation/closed_path.h"
 
 #include <algorithm>
 #include <cassert>

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
-#include "cuboid_mapping/simulation/closed_path.h"
-#include "cuboid_mapping/simulation/shape.h"
+#include "simulation/closed_path.h"
+#include "simulation/shape.h"
 
 #include <Eigen/Geometry>
 

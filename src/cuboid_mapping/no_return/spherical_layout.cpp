@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "cuboid_mapping/scan/beam_layouts.h"
+#include "cuboid_mapping/no_return/beam_layouts.h"
 
 #include <algorithm>
 #include <cmath>

@@ -7,6 +7,7 @@
 // OctoMap's readers follow a damaged stream into any depth.
 #pragma once
 
+#include "cuboid_mapping/io/octomap_files.h"
 #include "cuboid_mapping/occupancy/cuboid.h"
 #include "cuboid_mapping/voxels/voxel_store.h"
 
@@ -29,12 +30,6 @@ struct OctreeStream {
   std::string bytes;          ///< Empty for a tree without nodes.
   std::size_t num_nodes = 0;  ///< Inner nodes and leaves, as octomap::OcTree::size().
   double num_left_out = 0.0;  ///< Voxels outside kOctreeCells, which are not in it.
-};
-
-/// Whether the log-odds of voxels count, or their classes only.
-enum class OctreeKind : unsigned char {
-  kFull,   ///< Pruned where log-odds are equal; inner nodes have the greatest log-odds below them.
-  kBinary  ///< Pruned where classes are equal, as after octomap's toMaxLikelihood() and prune().
 };
 
 /// The octree of bricks, each of which comes once, pruned: byte by byte what octomap::OcTree writes

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
-#include "cuboid_mapping/simulation/world.h"
+#include "simulation/world.h"
 
 #include <cstdint>
 #include <string>

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "cuboid_mapping/scan/no_return_beams.h"
 
-#include "cuboid_mapping/scan/beam_layouts.h"
+#include "cuboid_mapping/no_return/beam_layouts.h"
 
 #include <algorithm>
 #include <array>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "cuboid_mapping/simulation/shape.h"
+#include "simulation/shape.h"
 
 #include <algorithm>
 #include <cmath>

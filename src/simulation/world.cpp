@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "cuboid_mapping/simulation/world.h"
+#include "simulation/world.h"
 
-#include "cuboid_mapping/simulation/site_parts.h"
+#include "simulation/site_parts.h"
 
 #include <algorithm>
 #include <cmath>
