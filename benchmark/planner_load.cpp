@@ -3,7 +3,7 @@
 // octomap_full, and how long queries take while clouds come in.
 #include "command_line.h"
 #include "cuboid_mapping/interop/octomap_parity.h"
-#include "cuboid_mapping/io/brick_codec.h"
+#include "cuboid_mapping/io/packed_bricks.h"
 #include "cuboid_mapping/io/scan_dataset.h"
 #include "cuboid_mapping/io/scan_update_codec.h"
 #include "cuboid_mapping/query/box_query.h"
@@ -56,10 +56,9 @@ constexpr double kHead = 150.0;
 /// Of a cloud of x, y and z. Drivers add intensity, ring and more.
 constexpr double kPointBytes = 12.0;
 
-double bytesOf(const MapDelta& delta) {
-  const auto packed = packBricks(delta.content);
-  return kHead + 4.0 * static_cast<double>(packed.values.size()) +
-         static_cast<double>(packed.data.size());
+double bytesOf(const std::vector<VoxelBrick>& bricks) {
+  const auto packed = packBricks(bricks.data(), bricks.data() + bricks.size(), MapDetail::kClasses);
+  return kHead + static_cast<double>(packed.data.size());
 }
 
 /// One message after each cloud, as at a publish_rate of the rate of the clouds.
@@ -68,7 +67,7 @@ void measureBytes(const Options& options, const std::vector<Scan>& scans) {
   ScanUpdater updater(map.grid());
   octomap::OcTree octree = makeOctomap(map.config());
   double update_bytes = 0.0;
-  double num_cuboids = 0.0;
+  double num_bricks = 0.0;
   double full_bytes = 0.0;
   double cloud_bytes = 0.0;
   double observation_bytes = 0.0;
@@ -78,20 +77,17 @@ void measureBytes(const Options& options, const std::vector<Scan>& scans) {
     observation_bytes += kHead + static_cast<double>(toBytes(update).size());
     const ChangeSet changes = map.apply(update);
     const MapDelta delta = makeDelta(map, changes, 1, 0, MapDetail::kClasses);
-    update_bytes += bytesOf(delta);
-    num_cuboids += static_cast<double>(delta.content.occupied.size());
+    update_bytes += bytesOf(delta.bricks);
+    num_bricks += static_cast<double>(delta.bricks.size());
     insertIntoOctomap(scan, std::numeric_limits<double>::infinity(), octree);
     octree.prune();
     // octomap::OcTree::writeData: a float and a byte of children for each node.
     full_bytes += 5.0 * static_cast<double>(octree.calcNumNodes());
   }
-  MapDelta image;
-  image.content = makeImage(map, 1, MapDetail::kClasses).content;
-  const double image_bytes = bytesOf(image);
+  const double image_bytes = bytesOf(makeImage(map, 1, MapDetail::kClasses).bricks);
   const auto num_clouds = static_cast<double>(scans.size());
-  std::printf(
-      "update message: %.0f kB and %.0f cuboids for each cloud, %.1f bytes for each cuboid\n",
-      1e-3 * update_bytes / num_clouds, num_cuboids / num_clouds, update_bytes / num_cuboids);
+  std::printf("update message: %.0f kB and %.0f bricks for each cloud, %.1f bytes for each brick\n",
+              1e-3 * update_bytes / num_clouds, num_bricks / num_clouds, update_bytes / num_bricks);
   std::printf("octomap_full: %.0f kB for each cloud; updates are %.1f %% of that\n",
               1e-3 * full_bytes / num_clouds, 100.0 * update_bytes / full_bytes);
   std::printf(

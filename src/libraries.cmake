@@ -14,6 +14,8 @@ cuboid_mapping_add_part(core
   cuboid_mapping/fusion/settling_cells.cpp
   cuboid_mapping/geometry/grid.cpp
   cuboid_mapping/geometry/voxel_motion.cpp
+  cuboid_mapping/io/brick_codec.cpp
+  cuboid_mapping/io/map_file_error.cpp
   cuboid_mapping/map/config_check.cpp
   cuboid_mapping/map/cuboid_map.cpp
   cuboid_mapping/map/cuboid_search.cpp
@@ -82,7 +84,6 @@ if(zstd_FOUND AND ZLIB_FOUND AND SQLite3_FOUND)
     cuboid_mapping/io/compression.cpp
     cuboid_mapping/io/csv_format.cpp
     cuboid_mapping/io/file_replacement.cpp
-    cuboid_mapping/io/map_file_error.cpp
     cuboid_mapping/io/map_files.cpp
     cuboid_mapping/io/map_store.cpp
     cuboid_mapping/io/native_format.cpp
@@ -141,7 +142,7 @@ if(NOT ZLIB_FOUND)
   message(FATAL_ERROR "cuboid_mapping::client needs ZLIB (install zlib1g-dev)")
 endif()
 cuboid_mapping_add_part(client
-  cuboid_mapping/io/brick_codec.cpp
+  cuboid_mapping/io/packed_bricks.cpp
   cuboid_mapping/ros/cuboid_map_client.cpp
   cuboid_mapping/ros/conversions/map_messages.cpp
   cuboid_mapping/ros/map/phase_fair_mutex.cpp

@@ -109,7 +109,7 @@ void DisplayWay::load(test::RvizWindow& window, const CuboidMap& map) {
   updates_ = cuboid_mapping_ros::advertiseDelta(nh_, cuboid_mapping_ros::kCuboidMapUpdatesTopic);
   images_ = nh_.advertise<FullCuboidMap>(cuboid_mapping_ros::kCuboidMapTopic, 1, true);
   const cuboid_mapping_ros::ImageMessage message{inMap(), makeImage(map, 1, MapDetail::kClasses)};
-  images_.publish(toMessage(message, message.image.content));
+  images_.publish(toMessage(message));
   revision_ = map.revision();
   display_ = window.addDisplay("cuboid_mapping/CuboidMap");
 }

@@ -3,7 +3,7 @@
 #include "cuboid_mapping/sharing/map_follower.h"
 
 #include "arrays.h"
-#include "cuboid_mapping/io/brick_codec.h"
+#include "cuboid_mapping/io/packed_bricks.h"
 #include "map_access.h"
 
 #include <algorithm>
@@ -16,7 +16,7 @@ namespace {
 using namespace cuboid_mapping;
 using py::literals::operator""_a;
 
-/// The arrays of a message do not fit together.
+/// The bricks of a message are damaged.
 struct DamagedMessage : std::invalid_argument {
   using std::invalid_argument::invalid_argument;
 };
@@ -30,10 +30,8 @@ T field(const py::object& message, const char* name) {
 PackedBricks toPacked(const py::object& message) {
   PackedBricks packed;
   packed.num_bricks = field<std::uint32_t>(message, "num_bricks");
-  packed.num_cuboids = field<std::uint32_t>(message, "num_cuboids");
+  packed.num_values = field<std::uint32_t>(message, "num_values");
   packed.has_values = field<bool>(message, "has_values");
-  const auto values = field<Floats>(message, "values");
-  packed.values.assign(values.data(), values.data() + values.size());
   const auto data = py::reinterpret_steal<py::bytes>(
       PyBytes_FromObject(field<py::object>(message, "data").ptr()));
   if (!data) throw py::error_already_set();
@@ -44,15 +42,14 @@ PackedBricks toPacked(const py::object& message) {
   return packed;
 }
 
-constexpr char kDamagedMap[] = "the arrays of the FullCuboidMap do not fit together";
+constexpr char kDamagedMap[] = "the bricks of the FullCuboidMap are damaged";
 
 MapImage join(MapImage image, const std::vector<PackedBricks>& parts) {
   for (const PackedBricks& packed : parts) {
-    BrickArrays content;
     const bool is_like_the_first = packed.has_values == parts.front().has_values;
-    if (!is_like_the_first || !unpackBricks(packed, content)) throw DamagedMessage(kDamagedMap);
-    image.content.has_values = content.has_values;
-    appendBricks(content, image.content);
+    const auto bricks = unpackBricks(packed);
+    if (!is_like_the_first || !bricks) throw DamagedMessage(kDamagedMap);
+    image.bricks.insert(image.bricks.end(), bricks->begin(), bricks->end());
   }
   return image;
 }
@@ -79,7 +76,9 @@ class FollowerAccess : public MapAccess {
   FollowResult take(const MapDelta& head, const PackedBricks& packed) {
     return change([&] {
       MapDelta delta = head;
-      if (!unpackBricks(packed, delta.content)) return FollowResult::kDamaged;
+      auto bricks = unpackBricks(packed);
+      if (!bricks) return FollowResult::kDamaged;
+      delta.bricks = std::move(*bricks);
       return follower_.take(delta);
     });
   }

@@ -1,137 +1,134 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "cuboid_mapping/io/brick_codec.h"
+#include "cuboid_mapping/io/packed_bricks.h"
 
-#include "cuboid_mapping/sharing/map_follower.h"
 #include "support/modelled_map.h"
 
 #include <gtest/gtest.h>
+
+#include <algorithm>
 
 namespace cuboid_mapping {
 namespace {
 
 using test::Random;
+using Bricks = std::vector<VoxelBrick>;
 
-BrickArrays makeSomeBricks(MapDetail detail) {
+Bricks makeSomeBricks(MapDetail detail) {
   Random random(151);
   const auto model = test::randomMap(random, MapConfig());
   ChangeSet changes;
   changes.addCuboidsIn({{-16, -16, -16}, {16, 16, 16}});
   changes.addCuboidsIn({{800, 0, 0}, {808, 8, 8}});  // Nothing is known there.
-  return makeDelta(model.map, changes, 3, 4, detail).content;
+  return makeDelta(model.map, changes, 3, 4, detail).bricks;
 }
 
-bool isSame(const BrickArrays& a, const BrickArrays& b) {
-  return a.bricks == b.bricks && a.counts == b.counts && a.bounds == b.bounds &&
-         a.occupied == b.occupied && a.has_values == b.has_values && a.values == b.values;
+bool isSame(const Bricks& a, const Bricks& b) {
+  return std::equal(a.begin(), a.end(), b.begin(), b.end(),
+                    [](const VoxelBrick& one, const VoxelBrick& other) {
+                      return one.brick == other.brick && one.voxels == other.voxels;
+                    });
 }
 
-std::size_t numBytes(const PackedBricks& packed) {
-  return packed.data.size() + packed.values.size() * sizeof(float);
+PackedBricks pack(const Bricks& bricks, MapDetail detail) {
+  return packBricks(bricks.data(), bricks.data() + bricks.size(), detail);
 }
 
 TEST(BrickCodec, givesBackWhatWasPackedInLessRoom) {
   for (const MapDetail detail : {MapDetail::kClasses, MapDetail::kValues}) {
-    const BrickArrays arrays = makeSomeBricks(detail);
-    ASSERT_GT(arrays.occupied.size(), 500U);
-    ASSERT_EQ(arrays.has_values, detail == MapDetail::kValues);
-    ASSERT_EQ(arrays.values.empty(), detail == MapDetail::kClasses);
-    const PackedBricks packed = packBricks(arrays);
-    EXPECT_LT(numBytes(packed), 5 * arrays.occupied.size() + arrays.values.size());
-    BrickArrays unpacked;
-    ASSERT_TRUE(unpackBricks(packed, unpacked));
-    EXPECT_TRUE(isSame(unpacked, arrays));
-
-    ASSERT_TRUE(unpackBricks(packBricks(BrickArrays()), unpacked));
-    EXPECT_TRUE(isSame(unpacked, BrickArrays())) << "nothing is something, too";
+    const Bricks bricks = makeSomeBricks(detail);
+    ASSERT_EQ(bricks.size(), 65U);
+    std::size_t num_voxels = 0;
+    for (const VoxelBrick& brick : bricks) {
+      num_voxels += static_cast<std::size_t>(brick.voxels.known().count());
+    }
+    const PackedBricks packed = pack(bricks, detail);
+    EXPECT_EQ(packed.num_values == 0, detail == MapDetail::kClasses);
+    EXPECT_LT(packed.data.size(), (detail == MapDetail::kValues ? num_voxels : 0) + 150 * 65);
+    const auto unpacked = unpackBricks(packed);
+    ASSERT_TRUE(unpacked);
+    EXPECT_TRUE(isSame(*unpacked, bricks));
+    const auto nothing = unpackBricks(pack({}, detail));
+    ASSERT_TRUE(nothing) << "nothing is something, too";
+    EXPECT_TRUE(nothing->empty());
   }
+}
+
+TEST(BrickCodec, tellsClassesAloneOfAnyVoxels) {
+  const Bricks classes = makeSomeBricks(MapDetail::kClasses);
+  const auto unpacked = unpackBricks(pack(makeSomeBricks(MapDetail::kValues), MapDetail::kClasses));
+  ASSERT_TRUE(unpacked);
+  EXPECT_TRUE(isSame(*unpacked, classes));
 }
 
 TEST(BrickCodec, dividesBricksAmongMessages) {
   for (const MapDetail detail : {MapDetail::kClasses, MapDetail::kValues}) {
-    const BrickArrays all = makeSomeBricks(detail);
-    std::size_t last_num_parts = all.counts.size() + 1;
-    for (const std::size_t max_bytes : {0UL, 3000UL, 10000UL, 1UL << 30}) {
-      BrickSplitter splitter(all, max_bytes);
-      BrickArrays joined;
-      joined.has_values = all.has_values;
+    const Bricks all = makeSomeBricks(detail);
+    const VoxelBrick* const last = all.data() + all.size();
+    std::size_t last_num_parts = all.size() + 1;
+    for (const std::size_t max_bytes : {0UL, 3000UL, 8000UL, 1UL << 30}) {
+      Bricks joined;
       std::size_t num_parts = 0;
-      while (!splitter.isDone()) {
-        const BrickArrays part = splitter.next();
-        const std::size_t num_bytes =
-            14 * part.counts.size() + 7 * part.occupied.size() + 2 * part.values.size();
-        EXPECT_TRUE(num_bytes <= max_bytes || part.counts.size() == 1) << num_bytes;
-        BrickArrays unpacked;
-        ASSERT_TRUE(unpackBricks(packBricks(part), unpacked));
-        appendBricks(unpacked, joined);
-        ++num_parts;
+      for (const VoxelBrick* first = all.data(); first != last; ++num_parts) {
+        const VoxelBrick* const end = endOfPart(first, last, detail, max_bytes);
+        ASSERT_GT(end, first);
+        const auto part = unpackBricks(packBricks(first, end, detail));
+        ASSERT_TRUE(part);
+        std::size_t num_bytes = 0;
+        for (const VoxelBrick& brick : *part) {
+          num_bytes += 70 + (detail == MapDetail::kClasses
+                                 ? 64U
+                                 : 2 * static_cast<std::size_t>(brick.voxels.known().count()));
+        }
+        EXPECT_TRUE(num_bytes <= max_bytes || part->size() == 1) << num_bytes;
+        joined.insert(joined.end(), part->begin(), part->end());
+        first = end;
       }
       EXPECT_TRUE(isSame(joined, all));
       EXPECT_LT(num_parts, last_num_parts) << "fewer, the more fits into one";
       last_num_parts = num_parts;
     }
     EXPECT_EQ(last_num_parts, 1U);
+    EXPECT_EQ(endOfPart(last, last, detail, 100), last);
   }
-  const BrickArrays nothing;
-  EXPECT_TRUE(BrickSplitter(nothing, 100).isDone());
 }
 
 TEST(BrickCodec, canNameAnyNumberOfValues) {
-  for (const std::size_t num_values : {1U, 256U, 257U, 65536U, 65537U, 70000U}) {
-    BrickArrays arrays;
-    arrays.has_values = true;
+  for (const std::size_t num_values : {1U, 127U, 128U, 16384U, 16385U, 70000U}) {
+    Bricks bricks;
+    std::size_t number = 0;
     for (std::size_t i = 0; i < (num_values + 511) / 512; ++i) {
-      arrays.bricks.insert(arrays.bricks.end(), {8 * static_cast<std::int32_t>(i), 0, -8});
-      arrays.counts.push_back(1);
-      arrays.bounds.insert(arrays.bounds.end(), {0, 0, 0, 8, 8, 8});
-      arrays.occupied.push_back(1);
+      VoxelValues values;
+      for (float& value : values) value = 0.001F * static_cast<float>(number++ % num_values);
+      bricks.push_back(
+          {{8 * static_cast<std::int32_t>(i), 0, -8}, PackedVoxels(BrickMask::all(), values)});
     }
-    for (std::size_t i = 0; i < 512 * arrays.counts.size(); ++i) {
-      arrays.values.push_back(0.001F * static_cast<float>(i % num_values));
-    }
-    const PackedBricks packed = packBricks(arrays);
-    EXPECT_EQ(packed.values.size(), num_values);
-    BrickArrays unpacked;
-    ASSERT_TRUE(unpackBricks(packed, unpacked)) << num_values;
-    EXPECT_TRUE(isSame(unpacked, arrays)) << num_values;
+    const PackedBricks packed = pack(bricks, MapDetail::kValues);
+    EXPECT_EQ(packed.num_values, num_values);
+    const auto unpacked = unpackBricks(packed);
+    ASSERT_TRUE(unpacked) << num_values;
+    EXPECT_TRUE(isSame(*unpacked, bricks)) << num_values;
   }
 }
 
 TEST(BrickCodec, refusesDamagedData) {
   for (const MapDetail detail : {MapDetail::kClasses, MapDetail::kValues}) {
-    const PackedBricks good = packBricks(makeSomeBricks(detail));
+    const PackedBricks good = pack(makeSomeBricks(detail), detail);
     const auto is_refused = [&good](auto damage) {
       PackedBricks packed = good;
       damage(packed);
-      BrickArrays arrays;
-      return !unpackBricks(packed, arrays);
+      return !unpackBricks(packed);
     };
     EXPECT_FALSE(is_refused([](PackedBricks&) {}));
     EXPECT_TRUE(is_refused([](PackedBricks& p) { p.data.resize(p.data.size() / 2); }));
     EXPECT_TRUE(is_refused([](PackedBricks& p) { p.data.clear(); }));
     EXPECT_TRUE(is_refused([](PackedBricks& p) { p.data.push_back(0); }));
     EXPECT_TRUE(is_refused([](PackedBricks& p) { p.data[p.data.size() / 2] ^= 0x55; }));
-    EXPECT_TRUE(is_refused([](PackedBricks& p) { p.num_cuboids = 0xFFFFFFFF; }));
+    EXPECT_TRUE(is_refused([](PackedBricks& p) { p.num_values = 0xFFFFFFFF; }));
     EXPECT_TRUE(is_refused([](PackedBricks& p) { p.num_bricks = 0xFFFFFFFF; }));
-    if (detail == MapDetail::kValues) {
-      EXPECT_TRUE(is_refused([](PackedBricks& p) { p.values.pop_back(); }));
-      EXPECT_TRUE(is_refused([](PackedBricks& p) { p.has_values = false; }));
-    } else {
-      EXPECT_TRUE(is_refused([](PackedBricks& p) { ++p.num_cuboids; }));
-      EXPECT_TRUE(is_refused([](PackedBricks& p) { --p.num_bricks; }));
-    }
+    EXPECT_TRUE(is_refused([](PackedBricks& p) { p.num_bricks = 0; }));
+    EXPECT_TRUE(is_refused([](PackedBricks& p) { ++p.num_values; }));
+    EXPECT_TRUE(is_refused([](PackedBricks& p) { p.has_values = !p.has_values; }));
   }
-}
-
-/// What is wrong in its counts alone is noticed by the one who takes it: the number of voxels follows
-/// from the cuboids.
-TEST(BrickCodec, leavesCountsThatDoNotFitToTheFollower) {
-  PackedBricks packed = packBricks(makeSomeBricks(MapDetail::kValues));
-  ++packed.num_cuboids;
-  cuboid_mapping::MapImage image;
-  image.resolution_m = 0.1;
-  cuboid_mapping::MapFollower follower;
-  EXPECT_FALSE(unpackBricks(packed, image.content) && follower.take(image));
-  EXPECT_EQ(follower.map(), nullptr);
 }
 
 }  // namespace

@@ -25,6 +25,22 @@ def brick_of(cell):
     return tuple(value // 8 * 8 for value in cell)
 
 
+def zigzag(number):
+    return 2 * number if number >= 0 else -2 * number - 1
+
+
+def varint(number):
+    data = b''
+    while number >= 0x80:
+        data += bytes([number & 0x7F | 0x80])
+        number >>= 7
+    return data + bytes([number])
+
+
+def to_mask(bits):
+    return sum(1 << place for place, bit in enumerate(bits) if bit).to_bytes(64, 'little')
+
+
 class Server:
     """A map that is edited at random."""
 
@@ -64,34 +80,27 @@ class Server:
                                bricks=self.pack(bricks))
 
     def pack(self, bricks):
-        """A CuboidBricks of these bricks, with rows of voxels along x as cuboids."""
-        counts, offsets, occupied, log_odds = [], [], [], []
+        """A CuboidBricks of these bricks."""
+        known, occupied, log_odds = b'', b'', []
         for brick in bricks:
-            rows = list(self.rows(brick))
-            counts.append(len(rows))
-            for x, y, z, values in rows:
-                offsets += [x, y, z, x + len(values), y + 1, z + 1]
-                occupied.append(int(values[0] >= 0))
-                log_odds += values
-        values = sorted(set(log_odds))
-        data = struct.pack('<%di' % (3 * len(bricks)), *(value for brick in bricks for value in brick))
-        data += struct.pack('<%dH' % len(counts), *counts) + bytes(offsets) + bytes(occupied)
+            voxels = [self.voxels.get(tuple(brick[axis] + offset[axis] for axis in range(3)))
+                      for offset in ((x, y, z) for z in range(8) for y in range(8) for x in range(8))]
+            known += to_mask(value is not None for value in voxels)
+            occupied += to_mask(value is not None and value >= 0 for value in voxels)
+            log_odds += [value for value in voxels if value is not None]
+        values = sorted(set(log_odds)) if self.with_values else []
+        data = struct.pack('<%df' % len(values), *values)
+        for axis in range(3):
+            numbers = [0] + [brick[axis] // 8 for brick in bricks]
+            data += b''.join(varint(zigzag(b - a)) for a, b in zip(numbers, numbers[1:]))
+        data += known
         if self.with_values:
-            numbers = [values.index(value) for value in log_odds]
-            data += bytes(number & 0xFF for number in numbers)
-            if len(values) > 256:
-                data += bytes(number >> 8 for number in numbers)
-        return SimpleNamespace(num_bricks=len(bricks), num_cuboids=len(occupied), has_values=self.with_values,
-                               values=values if self.with_values else [], data=zlib.compress(data))
-
-    def rows(self, brick):
-        """The known voxels of a brick, rows of one class: least x, y, z from the brick, and log-odds along x."""
-        for z, y in itertools.product(range(8), range(8)):
-            row = [self.voxels.get((brick[0] + x, brick[1] + y, brick[2] + z)) for x in range(8)]
-            for key, group in itertools.groupby(range(8), lambda x: row[x] is not None and (row[x] >= 0) + 1):
-                if key:
-                    places = list(group)
-                    yield places[0], y, z, [row[x] for x in places]
+            numbers = {value: varint(number) for number, value in enumerate(values)}
+            data += b''.join(numbers[value] for value in log_odds)
+        else:
+            data += occupied
+        return SimpleNamespace(num_bricks=len(bricks), has_values=self.with_values, num_values=len(values),
+                               data=zlib.compress(data))
 
 
 def to_classes(cuboids):
@@ -157,7 +166,6 @@ class MapFollowerTest(unittest.TestCase):
                 server.edit()
             message = server.map()
             message.bricks.data = convert(message.bricks.data)
-            message.bricks.values = tuple(message.bricks.values)
             copy.take_map(message)
             self.expect_same(copy, server)
         with self.assertRaises(AttributeError):
@@ -202,10 +210,10 @@ class MapFollowerTest(unittest.TestCase):
         num_refused = 0
         for damage in (lambda bricks: setattr(bricks, 'data', bricks.data[:-4]),
                        lambda bricks: setattr(bricks, 'data', b''),
-                       lambda bricks: setattr(bricks, 'num_cuboids', bricks.num_cuboids + 1),
+                       lambda bricks: setattr(bricks, 'num_values', bricks.num_values + 1),
                        lambda bricks: setattr(bricks, 'num_bricks', bricks.num_bricks - 1),
                        lambda bricks: setattr(bricks, 'num_bricks', 1 << 31),
-                       lambda bricks: setattr(bricks, 'values', bricks.values[:-1]),
+                       lambda bricks: setattr(bricks, 'num_values', 0),
                        lambda bricks: setattr(bricks, 'has_values', False)):
             damaged = server.map()
             damaged.revision += 1

@@ -4,7 +4,6 @@
 #include "cuboid_mapping/FullCuboidMap.h"
 #include "cuboid_mapping/GetCuboids.h"
 #include "cuboid_mapping/SetBox.h"
-#include "cuboid_mapping/io/brick_codec.h"
 #include "cuboid_mapping/query/box_query.h"
 #include "cuboid_mapping/ros/conversions/map_messages.h"
 #include "cuboid_mapping/ros/cuboid_map_client.h"
@@ -154,7 +153,7 @@ TEST_F(NodeClientTest, MissesNoUpdateThatOvertakesTheImage) {
   publishDelta(deltas, delta);
   ros::WallDuration(0.3).sleep();
   EXPECT_FALSE(client.hasMap());
-  images.publish(toMessage(image, image.image.content));
+  images.publish(toMessage(image));
   ASSERT_TRUE(waitFor([&] { return client.hasMap(); }));
   ASSERT_TRUE(waitFor([&] { return client.revision() == map.revision(); }));
   client.read([&](const CuboidMap& copy) {
@@ -183,11 +182,10 @@ class OtherServer {
     image.image = cuboid_mapping::makeImage(map_, 7, cuboid_mapping::MapDetail::kClasses);
     image.server = server;
     std::vector<cuboid_mapping::FullCuboidMap> parts;
-    cuboid_mapping::BrickSplitter splitter(image.image.content, 1);
-    do {
-      parts.push_back(toMessage(image, splitter.next()));
+    for (const cuboid_mapping::VoxelBrick& brick : image.image.bricks) {
+      parts.push_back(toMessage(image, &brick, &brick + 1));
       parts.back().part = static_cast<std::uint32_t>(parts.size() - 1);
-    } while (!splitter.isDone());
+    }
     for (auto& part : parts) part.num_parts = static_cast<std::uint32_t>(parts.size());
     return parts;
   }

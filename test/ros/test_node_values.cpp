@@ -343,7 +343,7 @@ class NodeValues : public ::testing::Test {
     EXPECT_TRUE(client.call(std::string(kName) + "/get_map", detail, message, error)) << error;
     cuboid_mapping::MapFollower follower;
     EXPECT_TRUE(follower.take(message.image));
-    EXPECT_EQ(message.image.content.has_values, detail == MapDetail::kValues);
+    EXPECT_EQ(message.image.detail, detail);
     return voxelsOf(*follower.map());
   }
 

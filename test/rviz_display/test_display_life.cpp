@@ -61,7 +61,7 @@ ros::Publisher offer(ros::NodeHandle& nh, const CuboidMap& map, const std::strin
   message.header.frame_id = frame_id;
   message.image = makeImage(map, 1, MapDetail::kClasses);
   ros::Publisher publisher = nh.advertise<FullCuboidMap>("cuboid_map", 1, true);
-  publisher.publish(toMessage(message, message.image.content));
+  publisher.publish(toMessage(message));
   return publisher;
 }
 

@@ -5,7 +5,6 @@
 
 #include <gtest/gtest.h>
 
-#include <cmath>
 #include <deque>
 #include <limits>
 #include <tuple>
@@ -151,10 +150,10 @@ TEST(MapFollower, isToldOfChangedClassesOnlyWhenNoValuesTravel) {
   const CellBox box{{0, 0, 0}, {8, 8, 8}};
   map.replace(box, {UniformBox{box, -1.0F}});
   const ChangeSet changes = map.replace(box, {UniformBox{box, -2.0F}});
-  EXPECT_TRUE(makeDelta(map, changes, kInstance, 1, MapDetail::kClasses).content.bricks.empty());
+  EXPECT_TRUE(makeDelta(map, changes, kInstance, 1, MapDetail::kClasses).bricks.empty());
   const MapDelta delta = makeDelta(map, changes, kInstance, 1, MapDetail::kValues);
-  EXPECT_EQ(delta.content.counts, (std::vector<std::uint16_t>{1}));
-  EXPECT_EQ(delta.content.values, std::vector<float>(512, -2.0F));
+  ASSERT_EQ(delta.bricks.size(), 1U);
+  EXPECT_EQ(delta.bricks[0].voxels, PackedVoxels(BrickMask::all(), -2.0F));
 }
 
 TEST(MapFollower, knowsNothingBeforeTheFirstImage) {
@@ -183,7 +182,7 @@ struct Fixture {
 TEST(MapFollower, takesADeltaOnce) {
   Fixture it;
   EXPECT_EQ(it.delta.revision, 2U);
-  EXPECT_EQ(it.delta.content.counts, (std::vector<std::uint16_t>{2})) << "of one brick";
+  EXPECT_EQ(it.delta.bricks.size(), 1U);
   EXPECT_EQ(it.follower.take(it.delta), FollowResult::kApplied);
   EXPECT_EQ(it.follower.revision(), 2U);
   EXPECT_EQ(it.follower.map()->voxels().numFreeVoxels(), 292 * 64.0 + 1.0);
@@ -230,56 +229,30 @@ bool isRefused(MapDetail detail, DamageT damage) {
   return is_refused && it.follower.map()->voxels().numFreeVoxels() == 300 * 64.0;
 }
 
-TEST(MapFollower, refusesDamagedArrays) {
+TEST(MapFollower, refusesBricksThatCannotBe) {
   for (const MapDetail detail : {MapDetail::kClasses, MapDetail::kValues}) {
     const auto damaged = [detail](auto damage) { return isRefused(detail, damage); };
-    EXPECT_TRUE(damaged([](MapDelta& d) { d.content.bricks.pop_back(); }));
-    EXPECT_TRUE(damaged([](MapDelta& d) { d.content.bounds.pop_back(); }));
-    EXPECT_TRUE(damaged([](MapDelta& d) { d.content.occupied.pop_back(); }));
-    EXPECT_TRUE(damaged([](MapDelta& d) { d.content.counts.pop_back(); }));
-    EXPECT_TRUE(damaged([](MapDelta& d) { ++d.content.counts[0]; }));
-    EXPECT_TRUE(damaged([](MapDelta& d) { d.content.counts[0] = 0; }));
-    EXPECT_TRUE(damaged([](MapDelta& d) { d.content.counts[0] = 0xFFFF; }));
-    EXPECT_TRUE(damaged([](MapDelta& d) { d.content.bounds[3] = d.content.bounds[0]; }));
-    EXPECT_TRUE(damaged([](MapDelta& d) { d.content.bounds[3] = 9; }));
-    EXPECT_TRUE(damaged([](MapDelta& d) { d.content.bounds[3] = 255; }));
+    EXPECT_TRUE(damaged([](MapDelta& d) { ++d.bricks[0].brick.x; })) << "no brick";
+    for (const int x : {std::numeric_limits<int>::max(), std::numeric_limits<int>::min(),
+                        std::numeric_limits<int>::max() - 7}) {
+      EXPECT_TRUE(damaged([x](MapDelta& d) { d.bricks[0].brick.x = x; })) << x;
+    }
     EXPECT_TRUE(damaged([](MapDelta& d) {
-      for (std::size_t i = 0; i < 6; ++i) d.content.bounds[6 + i] = d.content.bounds[i];
-    })) << "a voxel twice";
-    EXPECT_TRUE(damaged([](MapDelta& d) { ++d.content.bricks[0]; })) << "no brick";
-    EXPECT_TRUE(
-        damaged([](MapDelta& d) { d.content.bricks[0] = std::numeric_limits<int>::max(); }));
-    EXPECT_TRUE(
-        damaged([](MapDelta& d) { d.content.bricks[0] = std::numeric_limits<int>::min(); }));
+      d.bricks[0].voxels = PackedVoxels(BrickMask::all(), std::numeric_limits<float>::infinity());
+    }));
     EXPECT_TRUE(damaged([](MapDelta& d) { d.resolution_m = 0.2; }));
   }
 }
 
-TEST(MapFollower, refusesDamagedValues) {
-  const auto damaged = [](auto damage) { return isRefused(MapDetail::kValues, damage); };
-  EXPECT_TRUE(damaged([](MapDelta& d) { d.content.values.pop_back(); }));
-  EXPECT_TRUE(damaged([](MapDelta& d) { d.content.values.push_back(1.0F); }));
-  EXPECT_TRUE(damaged([](MapDelta& d) { d.content.values[0] = std::nanf(""); }));
-  EXPECT_TRUE(
-      damaged([](MapDelta& d) { d.content.values[0] = std::numeric_limits<float>::infinity(); }));
-  EXPECT_TRUE(damaged([](MapDelta& d) { d.content.values[0] = -d.content.values[0]; }))
-      << "of another class than the cuboid";
-}
-
-TEST(MapFollower, refusesDamagedImages) {
+TEST(MapFollower, refusesImagesThatCannotBe) {
   MapFollower follower;
   MapImage image;
   EXPECT_FALSE(follower.take(image)) << "no resolution";
   image.resolution_m = 0.1;
-  image.content.bricks = {0, 0, 0};
-  image.content.counts = {1};
-  image.content.bounds = {0, 0, 0, 1, 1, 0};
-  image.content.occupied = {1};
-  EXPECT_FALSE(follower.take(image)) << "an empty box";
-  image.content.bounds = {0, 0, 0, 1, 1};
-  EXPECT_FALSE(follower.take(image));
+  image.bricks = {{{0, 4, 0}, PackedVoxels(BrickMask::all(), 1.0F)}};
+  EXPECT_FALSE(follower.take(image)) << "no brick";
   EXPECT_EQ(follower.map(), nullptr);
-  image.content.bounds = {0, 0, 0, 1, 1, 1};
+  image.bricks[0].brick.y = 8;
   EXPECT_TRUE(follower.take(image));
 }
 

@@ -49,6 +49,10 @@ void addCuboids(const CuboidMap& map, MapSnapshot& snapshot);
 /// @pre findFault() finds none. @throws std::invalid_argument  The resolutions differ. @complexity O(n).
 ChangeSet restoreSnapshot(const MapSnapshot& snapshot, CuboidMap& map);
 
+/// Why a brick cannot be of a map; empty when it can: it must lie in kAllCells, at multiples of kBrickEdge, and its
+/// log-odds must be finite.
+[[nodiscard]] std::string findFault(const VoxelBrick& brick);
+
 /// Why a snapshot cannot be a map.
 struct SnapshotFault {
   bool is_too_big;   ///< It is more than the limits allow; else it is wrong in itself.

@@ -2,15 +2,39 @@
 #pragma once
 
 #include "cuboid_mapping/map/cuboid_map.h"
-#include "cuboid_mapping/sharing/map_image.h"
 
+#include <cstdint>
 #include <optional>
-#include <string>
+#include <vector>
 
 namespace cuboid_mapping {
 
-/// All bricks of a map, along the Morton curve, each divided into cuboids of one class as
-/// divideBrick() does, whatever the fusion of the map. @complexity O(n).
+/// Whether log-odds travel with a map, or classes alone: its voxels then have those of the clamping thresholds of a
+/// default sensor model.
+enum class MapDetail : unsigned char { kClasses, kValues };
+
+/// A whole map, for other processes; msg/FullCuboidMap.msg says what each field means.
+struct MapImage {
+  std::uint64_t instance = 0;              ///< Names the server; another one when it is restarted.
+  std::uint64_t revision = 0;              ///< Of the map.
+  double resolution_m = 0.0;               ///< Edge of a voxel.
+  MapDetail detail = MapDetail::kClasses;  ///< What its voxels tell.
+  std::vector<VoxelBrick> bricks;          ///< All bricks with a known voxel.
+};
+
+/// Changes of a map; msg/CuboidMapUpdate.msg says what each field means.
+struct MapDelta {
+  std::uint64_t instance = 0;  ///< As in MapImage.
+  std::uint64_t base = 0;      ///< Revision that the changes are counted from.
+  std::uint64_t revision = 0;  ///< Of the map after the changes.
+  bool is_everything = false;  ///< The whole map was replaced; there are no bricks then.
+  double resolution_m = 0.0;   ///< Edge of a voxel.
+  MapDetail detail = MapDetail::kClasses;  ///< What its voxels tell.
+  std::vector<VoxelBrick>
+      bricks;  ///< Changed bricks as they are now; without known voxels: unknown.
+};
+
+/// All bricks of a map, along the Morton curve. @complexity O(n).
 [[nodiscard]] MapImage makeImage(const CuboidMap& map, std::uint64_t instance, MapDetail detail);
 
 /// What is now in the bricks of a change set; with kClasses only in those that have new cuboids.
@@ -24,7 +48,7 @@ enum class FollowResult : unsigned char {
   kApplied,  ///< The copy is now at the revision of the delta.
   kOld,      ///< The copy has it already: nothing was done.
   kGap,      ///< Changes in between were lost, or the map was replaced: an image is needed.
-  kDamaged,  ///< The arrays do not fit together, or the resolution differs: nothing was done.
+  kDamaged,  ///< Its bricks cannot be, or the resolution differs: nothing was done.
 };
 
 /// A copy of a map, made of an image and kept up with deltas, whatever their order, and however many
@@ -34,7 +58,7 @@ enum class FollowResult : unsigned char {
 class MapFollower {
  public:
   /// Takes an image. One of the same instance that is older than the copy is not taken.
-  /// @return false when its arrays do not fit together, or no map can have its resolution; the copy
+  /// @return false when its bricks cannot be, or no map can have its resolution; the copy
   ///         is then as it was.
   [[nodiscard]] bool take(const MapImage& image);
   /// Takes changes. @return kApplied, or why the copy is as it was.

@@ -53,6 +53,11 @@ class PackedVoxels {
   /// Voxels of one log-odds. @pre It is finite.
   PackedVoxels(const BrickMask& known, float log_odds);
 
+  /// Voxels of which the class alone is known, with the log-odds of the clamping thresholds.
+  /// @param occupied  Of the known ones.
+  [[nodiscard]] static PackedVoxels ofClasses(const BrickMask& known, const BrickMask& occupied,
+                                              const SensorModel& model);
+
   /// Whether no voxel is known.
   [[nodiscard]] bool isEmpty() const { return shape_.slices == 0; }
   /// The voxels that have log-odds.

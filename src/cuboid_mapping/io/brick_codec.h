@@ -1,50 +1,64 @@
 // SPDX-License-Identifier: BSD-3-Clause
+// Bricks as bytes, column by column: the one content of native files, pages of a store, and messages of maps, which
+// doc/file_format.md describes. Compression and counts are up to those who use it. Part of cuboid_mapping::core.
 #pragma once
 
-#include "cuboid_mapping/sharing/map_image.h"
+#include "cuboid_mapping/io/byte_stream.h"
+#include "cuboid_mapping/voxels/voxel_store.h"
 
-#include <cstdint>
+#include <cstddef>
 #include <vector>
 
 namespace cuboid_mapping {
 
-/// Bricks as they travel: about a third of their size. msg/CuboidBricks.msg says what is in them. Part of the
-/// client and of the Python module, not of cuboid_mapping::io: needs zlib alone.
-struct PackedBricks {
-  std::uint32_t num_bricks = 0;
-  std::uint32_t num_cuboids = 0;
-  bool has_values = false;
-  std::vector<float> values;       ///< Log-odds that occur, each once.
-  std::vector<std::uint8_t> data;  ///< The arrays, one after the other, deflated.
-};
+/// Bytes of a brick at least: its place, its known voxels, and the log-odds of one, or the occupied voxels.
+constexpr std::size_t kLeastBrickBytes = 3 + sizeof(BrickMask) + 1;
 
-/// Divides bricks among messages, in their order.
-class BrickSplitter {
+/// Appends bricks. @param has_values  false: their classes only.
+/// @return Different log-odds; 0 without values. @complexity O(n) for n voxels.
+std::size_t encodeBricks(const VoxelBrick* first, const VoxelBrick* last, bool has_values,
+                         ByteWriter& bytes);
+
+/// Inverse of encodeBricks(). Without values, voxels have the log-odds of the clamping thresholds of a default sensor model.
+/// @pre There may be so many bricks and log-odds in the bytes.
+/// @throws MapFileError: kTruncated; kCorrupted for a brick outside kAllCells, or log-odds that are not finite.
+[[nodiscard]] std::vector<VoxelBrick> decodeBricks(std::size_t num_bricks, std::size_t num_log_odds,
+                                                   bool has_values, ByteReader& bytes);
+
+/// What other columns of native files and of observations are made of.
+///@{
+void writeMask(const BrickMask& mask, ByteWriter& bytes);
+[[nodiscard]] BrickMask readMask(ByteReader& bytes);
+/// The log-odds that occur. @throws MapFileError  as decodeBricks().
+[[nodiscard]] std::vector<float> decodeLogOdds(std::size_t count, ByteReader& bytes);
+/// The log-odds that an index names. @throws MapFileError  as decodeBricks().
+[[nodiscard]] float readLogOdds(const std::vector<float>& log_odds, ByteReader& bytes);
+
+/// Writes numbers as their differences.
+class DifferenceWriter {
  public:
-  /// @param all  Fit together; must outlive this object.
-  /// @param max_bytes  Of a part, before it is deflated; a part has a brick at least.
-  BrickSplitter(const BrickArrays& all, std::size_t max_bytes) : all_(all), max_bytes_(max_bytes) {}
-
-  [[nodiscard]] bool isDone() const { return brick_ == all_.counts.size(); }
-  /// The next part; nothing after the last. @complexity O(n) for what is in it.
-  BrickArrays next();
+  explicit DifferenceWriter(ByteWriter& bytes) : bytes_(bytes) {}
+  void write(std::int32_t number) {
+    bytes_.writeVarint(toZigzag(number - previous_));
+    previous_ = number;
+  }
 
  private:
-  const BrickArrays& all_;
-  std::size_t max_bytes_;
-  std::size_t brick_ = 0;
-  std::size_t cuboid_ = 0;
-  std::size_t value_ = 0;
+  ByteWriter& bytes_;
+  std::int32_t previous_ = 0;
 };
 
-/// Puts bricks behind others that have values, too, or have none, either.
-void appendBricks(const BrickArrays& from, BrickArrays& to);
+/// Inverse of DifferenceWriter, for coordinates of cells.
+class DifferenceReader {
+ public:
+  explicit DifferenceReader(ByteReader& bytes) : bytes_(bytes) {}
+  /// @throws MapFileError (kCorrupted) outside kAllCells.
+  std::int32_t read();
 
-/// @throws std::length_error when they are too many for a message; says what to do.
-/// @complexity O(n) for n cuboids, with values voxels, and the deflation.
-[[nodiscard]] PackedBricks packBricks(const BrickArrays& arrays);
-
-/// Inverse of packBricks(). @return false when the message is damaged.
-[[nodiscard]] bool unpackBricks(const PackedBricks& packed, BrickArrays& arrays);
+ private:
+  ByteReader& bytes_;
+  std::int64_t number_ = 0;
+};
+///@}
 
 }  // namespace cuboid_mapping

@@ -12,6 +12,13 @@
 
 namespace cuboid_mapping {
 
+/// @throws MapFileError (kCorrupted) that says what is wrong, and what to do.
+[[noreturn]] inline void failCorrupted(const std::string& what) {
+  throw MapFileError(
+      MapFileDefect::kCorrupted,
+      "is damaged: " + what + ". Take another copy of the file, or save the map again");
+}
+
 /// Small numbers for those near zero, on either side; and back.
 ///@{
 [[nodiscard]] constexpr std::uint32_t toZigzag(std::int32_t value) {
@@ -81,7 +88,7 @@ class ByteReader {
   /// @throws MapFileError (kCorrupted) for more than 32 bits, too.
   std::uint32_t readVarint() {
     const std::uint64_t value = readVarint64();
-    if (value > 0xFFFFFFFFU) failTooLong();
+    if (value > 0xFFFFFFFFU) failCorrupted("a number has too many bytes");
     return static_cast<std::uint32_t>(value);
   }
   /// @throws MapFileError (kCorrupted) for more than 63 bits, too.
@@ -92,7 +99,7 @@ class ByteReader {
       value |= static_cast<std::uint64_t>(byte & 0x7F) << shift;
       if (byte < 0x80) return value;
     }
-    failTooLong();
+    failCorrupted("a number has too many bytes");
   }
   std::string_view readBytes(std::size_t count) {
     if (count > numLeft()) {
@@ -104,10 +111,6 @@ class ByteReader {
   }
 
  private:
-  [[noreturn]] static void failTooLong() {
-    throw MapFileError(MapFileDefect::kCorrupted, "is damaged: a number has too many bytes");
-  }
-
   template <typename T>
   T readLittleEndian() {
     const std::string_view bytes = readBytes(sizeof(T));

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "cuboid_mapping/io/compression.h"
 
-#include "cuboid_mapping/io/map_file_error.h"
+#include "cuboid_mapping/io/byte_stream.h"
 
 #include <zlib.h>
 #include <zstd.h>
@@ -10,12 +10,6 @@
 #include <new>
 
 namespace cuboid_mapping {
-
-void failCorrupted(const std::string& what) {
-  throw MapFileError(
-      MapFileDefect::kCorrupted,
-      "is damaged: " + what + ". Take another copy of the file, or save the map again");
-}
 
 std::uint32_t computeChecksum(std::string_view bytes) {
   uLong checksum = crc32(0L, Z_NULL, 0);

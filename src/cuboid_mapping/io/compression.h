@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What encoded maps and scans have in common: zstd, checksums, and a text for what is damaged.
+// What encoded maps and scans have in common: zstd and checksums.
 #pragma once
 
 #include <cstdint>
@@ -7,9 +7,6 @@
 #include <string_view>
 
 namespace cuboid_mapping {
-
-/// @throws MapFileError (kCorrupted) that says what is wrong, and what to do.
-[[noreturn]] void failCorrupted(const std::string& what);
 
 /// CRC-32, as zlib has it.
 [[nodiscard]] std::uint32_t computeChecksum(std::string_view bytes);

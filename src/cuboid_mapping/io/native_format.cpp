@@ -1,13 +1,10 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "cuboid_mapping/io/native_format.h"
 
-#include "cuboid_mapping/io/byte_stream.h"
+#include "cuboid_mapping/io/brick_codec.h"
 #include "cuboid_mapping/io/compression.h"
 
 #include <algorithm>
-#include <array>
-#include <cmath>
-#include <unordered_set>
 
 namespace cuboid_mapping {
 namespace {
@@ -24,31 +21,16 @@ constexpr int kCompressionLevel = 3;
 constexpr std::uint64_t kBoxBytes = 6;
 /// The same of a cuboid of version 1, with its log-odds.
 constexpr std::uint64_t kCuboidBytes = kBoxBytes + 1;
-/// Bytes of a brick before compression, at least: its place, its mask, and a voxel.
-constexpr std::uint64_t kBrickBytes = 3 + sizeof(BrickMask) + 1;
 
 [[noreturn]] void failWith(MapFileDefect defect, const std::string& text) {
   throw MapFileError(defect, text);
 }
 
-std::vector<float> collectLogOdds(const std::vector<VoxelBrick>& bricks) {
-  std::unordered_set<float> values;
-  for (const VoxelBrick& brick : bricks) {
-    brick.voxels.forEachValue([&](float log_odds, const BrickMask&) { values.insert(log_odds); });
-  }
-  std::vector<float> sorted(values.begin(), values.end());
-  std::sort(sorted.begin(), sorted.end());
-  return sorted;
-}
-
 /// Least cells, then sizes, axis by axis.
 void encodeBoxes(const std::vector<CellBox>& boxes, ByteWriter& payload) {
   for (int axis = 0; axis < 3; ++axis) {
-    std::int32_t previous = 0;
-    for (const CellBox& box : boxes) {
-      payload.writeVarint(toZigzag(box.min[axis] - previous));
-      previous = box.min[axis];
-    }
+    DifferenceWriter coordinates(payload);
+    for (const CellBox& box : boxes) coordinates.write(box.min[axis]);
   }
   for (int axis = 0; axis < 3; ++axis) {
     for (const CellBox& box : boxes) {
@@ -56,38 +38,6 @@ void encodeBoxes(const std::vector<CellBox>& boxes, ByteWriter& payload) {
           static_cast<std::uint32_t>(box.max[axis] - std::int64_t{box.min[axis]} - 1));
     }
   }
-}
-
-std::string encodePayload(const MapSnapshot& snapshot, const std::vector<float>& log_odds) {
-  const std::vector<VoxelBrick>& bricks = snapshot.bricks;
-  ByteWriter payload;
-  for (const float value : log_odds) payload.writeF32(value);
-  for (int axis = 0; axis < 3; ++axis) {
-    std::int32_t previous = 0;
-    for (const VoxelBrick& brick : bricks) {
-      const std::int32_t number = brick.brick[axis] / kBrickEdge;
-      payload.writeVarint(toZigzag(number - previous));
-      previous = number;
-    }
-  }
-  for (const VoxelBrick& brick : bricks) {
-    for (int z = 0; z < kBrickEdge; ++z) payload.writeU64(brick.voxels.known()[z]);
-  }
-  std::array<std::uint32_t, kBrickVoxels> places{};
-  for (const VoxelBrick& brick : bricks) {
-    brick.voxels.forEachValue([&](float value, const BrickMask& voxels) {
-      const auto place = std::lower_bound(log_odds.begin(), log_odds.end(), value);
-      const auto number = static_cast<std::uint32_t>(place - log_odds.begin());
-      voxels.forEach([&](int voxel) { places[static_cast<std::size_t>(voxel)] = number; });
-    });
-    brick.voxels.known().forEach(
-        [&](int voxel) { payload.writeVarint(places[static_cast<std::size_t>(voxel)]); });
-  }
-  if (!snapshot.locked.empty()) {
-    payload.writeVarint(snapshot.locked.size());
-    encodeBoxes(snapshot.locked, payload);
-  }
-  return payload.take();
 }
 
 /// The numbers of a header that a snapshot does not have.
@@ -187,65 +137,6 @@ void checkClaims(const Sizes& sizes, std::uint64_t item_bytes, const SnapshotLim
   }
 }
 
-/// Reads numbers that are told by their differences.
-class DifferenceReader {
- public:
-  explicit DifferenceReader(ByteReader& reader) : reader_(reader) {}
-  std::int32_t read() {
-    number_ += fromZigzag(reader_.readVarint());
-    if (number_ < -Grid::kMaxCell || number_ >= Grid::kMaxCell) {
-      failCorrupted("it reaches beyond the limits of a map");
-    }
-    return static_cast<std::int32_t>(number_);
-  }
-
- private:
-  ByteReader& reader_;
-  std::int64_t number_ = 0;
-};
-
-std::vector<float> decodeLogOdds(ByteReader& reader, const Sizes& sizes) {
-  std::vector<float> log_odds(sizes.num_log_odds);
-  for (float& value : log_odds) {
-    value = reader.readF32();
-    if (!std::isfinite(value)) failCorrupted("a voxel has log-odds that are not finite");
-  }
-  return log_odds;
-}
-
-float readLogOdds(ByteReader& reader, const std::vector<float>& log_odds) {
-  const std::uint32_t index = reader.readVarint();
-  if (index >= log_odds.size()) failCorrupted("a voxel refers to log-odds that are not there");
-  return log_odds[index];
-}
-
-std::vector<VoxelBrick> decodeBricks(ByteReader& reader, const Sizes& sizes) {
-  const std::vector<float> log_odds = decodeLogOdds(reader, sizes);
-  std::vector<VoxelBrick> bricks(sizes.num_items);
-  for (int axis = 0; axis < 3; ++axis) {
-    DifferenceReader numbers(reader);
-    for (VoxelBrick& brick : bricks) {
-      const std::int64_t coordinate = std::int64_t{numbers.read()} * kBrickEdge;
-      if (coordinate < -Grid::kMaxCell || coordinate >= Grid::kMaxCell) {
-        failCorrupted("a brick lies outside the limits of a map");
-      }
-      brick.brick[axis] = static_cast<std::int32_t>(coordinate);
-    }
-  }
-  std::vector<BrickMask> known(bricks.size());
-  for (BrickMask& mask : known) {
-    for (int z = 0; z < kBrickEdge; ++z) mask[z] = reader.readU64();
-  }
-  for (std::size_t i = 0; i < bricks.size(); ++i) {
-    VoxelValues values;
-    known[i].forEach([&](int voxel) {
-      values[static_cast<std::size_t>(voxel)] = readLogOdds(reader, log_odds);
-    });
-    bricks[i].voxels = PackedVoxels(known[i], values);
-  }
-  return bricks;
-}
-
 /// Inverse of encodeBoxes(). @param boxes  As many as there are.
 void decodeBoxes(ByteReader& reader, std::vector<CellBox>& boxes) {
   for (int axis = 0; axis < 3; ++axis) {
@@ -271,12 +162,12 @@ std::vector<CellBox> decodeLocks(ByteReader& reader) {
 
 /// Version 1 had cuboids, each with a log-odds of its own.
 std::vector<UniformBox> decodeCuboids(ByteReader& reader, const Sizes& sizes) {
-  const std::vector<float> log_odds = decodeLogOdds(reader, sizes);
+  const std::vector<float> log_odds = decodeLogOdds(sizes.num_log_odds, reader);
   std::vector<CellBox> boxes(sizes.num_items);
   decodeBoxes(reader, boxes);
   std::vector<UniformBox> cuboids;
   cuboids.reserve(boxes.size());
-  for (const CellBox& box : boxes) cuboids.push_back({box, readLogOdds(reader, log_odds)});
+  for (const CellBox& box : boxes) cuboids.push_back({box, readLogOdds(log_odds, reader)});
   return cuboids;
 }
 
@@ -285,12 +176,18 @@ std::vector<UniformBox> decodeCuboids(ByteReader& reader, const Sizes& sizes) {
 bool isNativeFormat(std::string_view bytes) { return bytes.substr(0, kMagic.size()) == kMagic; }
 
 std::string toNativeFormat(const MapSnapshot& snapshot) {
-  const std::vector<float> log_odds = collectLogOdds(snapshot.bricks);
-  const std::string payload = encodePayload(snapshot, log_odds);
-  const std::string compressed = compress(payload, kCompressionLevel);
+  ByteWriter payload;
+  const VoxelBrick* const first = snapshot.bricks.data();
+  const std::size_t num_log_odds =
+      encodeBricks(first, first + snapshot.bricks.size(), true, payload);
+  if (!snapshot.locked.empty()) {
+    payload.writeVarint(snapshot.locked.size());
+    encodeBoxes(snapshot.locked, payload);
+  }
+  const std::string compressed = compress(payload.bytes(), kCompressionLevel);
   ByteWriter file;
   file.writeBytes(encodeHeader(
-      snapshot, {snapshot.bricks.size(), log_odds.size(), payload.size(), compressed.size()}));
+      snapshot, {snapshot.bricks.size(), num_log_odds, payload.bytes().size(), compressed.size()}));
   file.writeBytes(compressed);
   file.writeU32(computeChecksum(compressed));
   return file.take();
@@ -301,7 +198,7 @@ MapSnapshot fromNativeFormat(std::string_view bytes, const SnapshotLimits& limit
   ByteReader reader(bytes);
   const std::uint32_t version = readVersion(bytes, reader);
   const Sizes sizes = decodeHeader(bytes, reader, snapshot);
-  checkClaims(sizes, version == 1 ? kCuboidBytes : kBrickBytes, limits);
+  checkClaims(sizes, version == 1 ? kCuboidBytes : kLeastBrickBytes, limits);
   const std::string_view compressed =
       reader.readBytes(std::min<std::uint64_t>(sizes.compressed_bytes, bytes.size() + 1));
   if (reader.readU32() != computeChecksum(compressed)) {
@@ -311,8 +208,9 @@ MapSnapshot fromNativeFormat(std::string_view bytes, const SnapshotLimits& limit
   try {
     const std::string payload = decompress(compressed, sizes.payload_bytes);
     ByteReader content(payload);
-    snapshot.bricks = version == 1 ? bricksOf(decodeCuboids(content, sizes), limits)
-                                   : decodeBricks(content, sizes);
+    snapshot.bricks = version == 1
+                          ? bricksOf(decodeCuboids(content, sizes), limits)
+                          : decodeBricks(sizes.num_items, sizes.num_log_odds, true, content);
     if (version > kVersionWithoutLocks) snapshot.locked = decodeLocks(content);
     if (content.numLeft() != 0) failCorrupted("there is more data after its content");
   } catch (const MapFileError& error) {

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "cuboid_mapping/io/scan_update_codec.h"
 
-#include "cuboid_mapping/io/byte_stream.h"
+#include "cuboid_mapping/io/brick_codec.h"
 #include "cuboid_mapping/io/compression.h"
 #include "cuboid_mapping/map/cuboid_map.h"
 #include "cuboid_mapping/scan/morton.h"
@@ -30,16 +30,6 @@ Cell readCell(ByteReader& payload) {
   Cell cell;
   for (int axis = 0; axis < 3; ++axis) cell[axis] = fromZigzag(payload.readVarint());
   return cell;
-}
-
-void writeMask(const BrickMask& mask, ByteWriter& payload) {
-  for (int z = 0; z < kBrickEdge; ++z) payload.writeU64(mask[z]);
-}
-
-BrickMask readMask(ByteReader& payload) {
-  BrickMask mask;
-  for (int z = 0; z < kBrickEdge; ++z) mask[z] = payload.readU64();
-  return mask;
 }
 
 bool hasGrazes(const ScanUpdate& update) {

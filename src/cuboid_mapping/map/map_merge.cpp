@@ -214,7 +214,7 @@ MapOverlap mergeMaps(const MapSnapshot& second, MergeRule rule, MapSnapshot& fir
     if (is_b) ++b;
   }
   LockedBoxes locked;
-  for (const auto* boxes : {&first.locked, &second.locked}) {
+  for (const std::vector<CellBox>* boxes : {&std::as_const(first).locked, &second.locked}) {
     for (const CellBox& box : *boxes) locked.add(box);
   }
   first.locked = locked.boxes();

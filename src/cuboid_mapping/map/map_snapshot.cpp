@@ -28,18 +28,6 @@ std::string findFaultOfConfig(const MapSnapshot& snapshot) {
   return errors.empty() ? std::string() : errors.front().field + ' ' + errors.front().message;
 }
 
-std::string findFaultOfBrick(const VoxelBrick& brick) {
-  if (brick.brick != brickOf(brick.brick) || !kAllCells.contains(brickBox(brick.brick))) {
-    return concat("brick ", brick.brick, " reaches beyond the limits of a map");
-  }
-  if (brick.voxels.isEmpty()) return concat("brick ", brick.brick, " has no voxels");
-  bool is_finite = true;
-  brick.voxels.forEachValue([&](float log_odds, const BrickMask& /*voxels*/) {
-    is_finite = is_finite && std::isfinite(log_odds);
-  });
-  return is_finite ? std::string() : concat("brick ", brick.brick, " has infinite log-odds");
-}
-
 std::string findFaultOfLocks(const std::vector<CellBox>& boxes) {
   LockedBoxes locked;
   for (const CellBox& box : boxes) {
@@ -85,6 +73,17 @@ ChangeSet restoreSnapshot(const MapSnapshot& snapshot, CuboidMap& map) {
   return map.exchange(restored);
 }
 
+std::string findFault(const VoxelBrick& brick) {
+  if (brick.brick != brickOf(brick.brick) || !kAllCells.contains(brick.brick)) {
+    return concat("brick ", brick.brick, " reaches beyond the limits of a map");
+  }
+  bool is_finite = true;
+  brick.voxels.forEachValue([&](float log_odds, const BrickMask& /*voxels*/) {
+    is_finite = is_finite && std::isfinite(log_odds);
+  });
+  return is_finite ? std::string() : concat("brick ", brick.brick, " has infinite log-odds");
+}
+
 std::optional<SnapshotFault> findFault(const MapSnapshot& snapshot, const SnapshotLimits& limits) {
   std::string fault = findFaultOfConfig(snapshot);
   if (fault.empty() && snapshot.bricks.size() > limits.max_bricks) {
@@ -95,7 +94,8 @@ std::optional<SnapshotFault> findFault(const MapSnapshot& snapshot, const Snapsh
   const VoxelBrick* last = nullptr;
   for (const VoxelBrick& brick : snapshot.bricks) {
     if (!fault.empty()) break;
-    fault = findFaultOfBrick(brick);
+    fault = findFault(brick);
+    if (brick.voxels.isEmpty()) fault = concat("brick ", brick.brick, " has no voxels");
     if (last != nullptr && !isBeforeOnMortonCurve(last->brick, brick.brick)) {
       fault = concat("brick ", brick.brick, " appears twice or out of order");
     }

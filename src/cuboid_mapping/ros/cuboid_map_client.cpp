@@ -37,10 +37,7 @@ constexpr double kServerPatience_s = 5.0;
 /// The bricks that a delta has brought.
 ChangeSet changesOf(const cuboid_mapping::MapDelta& delta) {
   ChangeSet changes{delta.revision, false, {}};
-  const std::vector<std::int32_t>& bricks = delta.content.bricks;
-  for (std::size_t i = 0; i + 2 < bricks.size(); i += 3) {
-    changes.bricks.push_back({{bricks[i], bricks[i + 1], bricks[i + 2]}, true});
-  }
+  for (const auto& brick : delta.bricks) changes.bricks.push_back({brick.brick, true});
   return changes;
 }
 
@@ -137,7 +134,7 @@ struct CuboidMapClient::Implementation {
 
   void take(const DeltaMessage& message) {
     if (isOfOtherServer(message.server)) return;
-    has_values = message.delta.content.has_values;
+    has_values = message.delta.detail == cuboid_mapping::MapDetail::kValues;
     FollowResult result = FollowResult::kGap;
     {
       const std::lock_guard<PhaseFairMutex> lock(mutex);

@@ -350,6 +350,14 @@ void PackedVoxels::pack(const Unpacked& unpacked) {
   std::copy(occupied_values.data(), occupied_values.data() + occupied_values.size(), value);
 }
 
+PackedVoxels PackedVoxels::ofClasses(const BrickMask& known, const BrickMask& occupied,
+                                     const SensorModel& model) {
+  VoxelValues values;
+  values.fill(model.min());
+  occupied.forEach([&](int voxel) { values[static_cast<std::size_t>(voxel)] = model.max(); });
+  return {known, values};
+}
+
 bool operator==(const PackedVoxels& a, const PackedVoxels& b) {
   if (a.known() != b.known() || a.occupied() != b.occupied()) return false;
   VoxelValues values;

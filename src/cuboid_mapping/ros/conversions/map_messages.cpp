@@ -3,10 +3,11 @@
 
 #include "cuboid_mapping/CuboidBricks.h"
 #include "cuboid_mapping/CuboidMapUpdate.h"
-#include "cuboid_mapping/io/brick_codec.h"
+#include "cuboid_mapping/io/packed_bricks.h"
 
 #include <string>
 #include <utility>
+#include <vector>
 
 namespace cuboid_mapping_ros {
 namespace {
@@ -16,6 +17,7 @@ using ImageType = cuboid_mapping::FullCuboidMap;
 using DeltaType = cuboid_mapping::CuboidMapUpdate;
 using cuboid_mapping::GetMap;
 using cuboid_mapping::MapDetail;
+using cuboid_mapping::VoxelBrick;
 
 /// Deltas that may wait for a listener: many minutes of them would be of no use.
 constexpr std::uint32_t kDeltaQueue = 20;
@@ -24,21 +26,26 @@ constexpr std::uint32_t kReceivedDeltas = 500;
 /// Parts of a map that may wait.
 constexpr std::uint32_t kReceivedParts = 100;
 
-BricksType toMessage(const cuboid_mapping::BrickArrays& arrays) {
-  cuboid_mapping::PackedBricks packed = packBricks(arrays);
+BricksType toMessage(const VoxelBrick* first, const VoxelBrick* last, MapDetail detail) {
+  cuboid_mapping::PackedBricks packed = packBricks(first, last, detail);
   BricksType message;
   message.num_bricks = packed.num_bricks;
-  message.num_cuboids = packed.num_cuboids;
   message.has_values = static_cast<std::uint8_t>(packed.has_values);
-  message.values = std::move(packed.values);
+  message.num_values = packed.num_values;
   message.data = std::move(packed.data);
   return message;
 }
 
-bool fromMessage(const BricksType& message, cuboid_mapping::BrickArrays& arrays) {
-  return unpackBricks({message.num_bricks, message.num_cuboids, message.has_values != 0,
-                       message.values, message.data},
-                      arrays);
+MapDetail detailOf(const BricksType& message) {
+  return message.has_values != 0 ? MapDetail::kValues : MapDetail::kClasses;
+}
+
+bool fromMessage(const BricksType& message, std::vector<VoxelBrick>& bricks) {
+  const cuboid_mapping::PackedBricks packed{message.num_bricks, message.num_values,
+                                            message.has_values != 0, message.data};
+  auto unpacked = unpackBricks(packed);
+  if (unpacked) bricks = std::move(*unpacked);
+  return unpacked.has_value();
 }
 
 /// Voxels of a map here lie at multiples of the resolution.
@@ -49,9 +56,10 @@ bool isAtZero(const geometry_msgs::Point& origin) {
 ImageMessage fromMessage(const ImageType& message) {
   ImageMessage result;
   result.header = message.header;
-  result.image = {message.instance, message.revision, message.resolution, {}};
+  result.image = {
+      message.instance, message.revision, message.resolution, detailOf(message.bricks), {}};
   // Without a resolution no follower takes it.
-  if (!isAtZero(message.origin) || !fromMessage(message.bricks, result.image.content)) {
+  if (!isAtZero(message.origin) || !fromMessage(message.bricks, result.image.bricks)) {
     result.image.resolution_m = 0.0;
   }
   result.num_parts = message.num_parts;
@@ -69,7 +77,8 @@ DeltaType toMessage(const DeltaMessage& from) {
   message.revision = from.delta.revision;
   message.everything = static_cast<std::uint8_t>(from.delta.is_everything);
   message.resolution = from.delta.resolution_m;
-  message.bricks = toMessage(from.delta.content);
+  const std::vector<VoxelBrick>& bricks = from.delta.bricks;
+  message.bricks = toMessage(bricks.data(), bricks.data() + bricks.size(), from.delta.detail);
   return message;
 }
 
@@ -84,15 +93,15 @@ DeltaMessage fromMessage(const DeltaType& message) {
   result.server = message.server;
   // Damaged: that is as if everything had changed, the listener asks for the map.
   result.delta.is_everything |=
-      !isAtZero(message.origin) || !fromMessage(message.bricks, result.delta.content);
+      !isAtZero(message.origin) || !fromMessage(message.bricks, result.delta.bricks);
   // In any case: tells the listener what to ask for.
-  result.delta.content.has_values = message.bricks.has_values != 0;
+  result.delta.detail = detailOf(message.bricks);
   return result;
 }
 
 }  // namespace
 
-ImageType toMessage(const ImageMessage& from, const cuboid_mapping::BrickArrays& content) {
+ImageType toMessage(const ImageMessage& from, const VoxelBrick* first, const VoxelBrick* last) {
   ImageType message;
   message.header = from.header;
   message.server = from.server;
@@ -100,8 +109,13 @@ ImageType toMessage(const ImageMessage& from, const cuboid_mapping::BrickArrays&
   message.revision = from.image.revision;
   message.resolution = from.image.resolution_m;
   message.num_parts = 1;
-  message.bricks = toMessage(content);
+  message.bricks = toMessage(first, last, from.image.detail);
   return message;
+}
+
+ImageType toMessage(const ImageMessage& from) {
+  const std::vector<VoxelBrick>& bricks = from.image.bricks;
+  return toMessage(from, bricks.data(), bricks.data() + bricks.size());
 }
 
 ros::Publisher advertiseDelta(ros::NodeHandle& nh, const std::string& topic) {
@@ -139,7 +153,8 @@ bool GetMapClient::call(const std::string& name, MapDetail detail, ImageMessage&
 
 bool GetMapClient::callForRest(const std::string& name, ImageMessage& message, std::string& error) {
   GetMap service;
-  service.request.with_values = static_cast<std::uint8_t>(message.image.content.has_values);
+  service.request.with_values =
+      static_cast<std::uint8_t>(message.image.detail == MapDetail::kValues);
   service.request.revision = message.image.revision;
   while (message.part + 1 < message.num_parts) {
     service.request.part = message.part + 1;
@@ -166,9 +181,10 @@ bool appendPart(const ImageMessage& part, ImageMessage& message) {
                        part.image.instance == message.image.instance &&
                        part.image.revision == message.image.revision &&
                        part.image.resolution_m == message.image.resolution_m &&
-                       part.image.content.has_values == message.image.content.has_values;
+                       part.image.detail == message.image.detail;
   if (!is_next) return false;
-  appendBricks(part.image.content, message.image.content);
+  message.image.bricks.insert(message.image.bricks.end(), part.image.bricks.begin(),
+                              part.image.bricks.end());
   message.part = part.part;
   return true;
 }

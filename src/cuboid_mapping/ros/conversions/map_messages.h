@@ -5,7 +5,7 @@
 #include "cuboid_mapping/FullCuboidMap.h"
 #include "cuboid_mapping/GetMap.h"
 #include "cuboid_mapping/ros/middleware/service_calls.h"
-#include "cuboid_mapping/sharing/map_image.h"
+#include "cuboid_mapping/sharing/map_follower.h"
 
 #include <ros/node_handle.h>
 #include <ros/publisher.h>
@@ -22,7 +22,7 @@ namespace cuboid_mapping_ros {
 struct ImageMessage {
   std_msgs::Header header;
   cuboid_mapping::MapImage image;
-  std::uint32_t num_parts = 1;  ///< More: `image` has the content of `part` only.
+  std::uint32_t num_parts = 1;  ///< More: `image` has the bricks of `part` only.
   std::uint32_t part = 0;
   std::string server;  ///< Namespace of the services of the node.
 };
@@ -33,9 +33,13 @@ struct DeltaMessage {
   std::string server;
 };
 
-/// The message of an image. @param content  That is sent in place of the image's own.
+/// The message of an image, or of these bricks of it.
+///@{
+[[nodiscard]] cuboid_mapping::FullCuboidMap toMessage(const ImageMessage& from);
 [[nodiscard]] cuboid_mapping::FullCuboidMap toMessage(const ImageMessage& from,
-                                                      const cuboid_mapping::BrickArrays& content);
+                                                      const cuboid_mapping::VoxelBrick* first,
+                                                      const cuboid_mapping::VoxelBrick* last);
+///@}
 
 /// Offers a topic of cuboid_mapping/CuboidMapUpdate.
 [[nodiscard]] ros::Publisher advertiseDelta(ros::NodeHandle& nh, const std::string& topic);

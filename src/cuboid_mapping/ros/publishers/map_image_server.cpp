@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "cuboid_mapping/ros/publishers/map_image_server.h"
 
-#include "cuboid_mapping/io/brick_codec.h"
+#include "cuboid_mapping/io/packed_bricks.h"
 #include "cuboid_mapping/ros/middleware/callback_guard.h"
 #include "cuboid_mapping/ros/middleware/names.h"
 
@@ -103,10 +103,14 @@ void MapImageServer::forgetOld() {
 
 std::vector<MapImageServer::Message> MapImageServer::makeParts(const ImageMessage& whole) const {
   std::vector<Message> parts;
-  cuboid_mapping::BrickSplitter splitter(whole.image.content, options_.max_part_bytes);
+  const cuboid_mapping::MapImage& image = whole.image;
+  const cuboid_mapping::VoxelBrick* first = image.bricks.data();
+  const cuboid_mapping::VoxelBrick* const last = first + image.bricks.size();
   do {
-    parts.push_back(toMessage(whole, splitter.next()));
-  } while (!splitter.isDone());
+    const auto* const end = endOfPart(first, last, image.detail, options_.max_part_bytes);
+    parts.push_back(toMessage(whole, first, end));
+    first = end;
+  } while (first != last);
   for (std::size_t i = 0; i < parts.size(); ++i) {
     parts[i].part = static_cast<std::uint32_t>(i);
     parts[i].num_parts = static_cast<std::uint32_t>(parts.size());
