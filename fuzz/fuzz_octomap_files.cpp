@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Damaged .ot and .bt files, and damaged octrees of messages.
 #include "cuboid_mapping/io/octomap_files.h"
+#include "cuboid_mapping/io/octree_stream.h"
 
 #include "fuzz_limits.h"
 
