@@ -30,17 +30,13 @@ double meanProbability(const std::vector<VoxelBrick>& bricks, const CellBox& box
   return sum / box.numVoxels();
 }
 
-/// Those that the snapshot tells, and those of bricks of which it tells none.
-std::vector<Cuboid> cuboidsOf(const MapSnapshot& snapshot) {
-  std::vector<Cuboid> cuboids = snapshot.cuboids;
-  std::unordered_set<Cell, CellHash> told;
+/// The bricks in which cuboids lie.
+std::unordered_set<Cell, CellHash> bricksOf(const std::vector<Cuboid>& cuboids) {
+  std::unordered_set<Cell, CellHash> bricks;
   for (const Cuboid& cuboid : cuboids) {
-    forEachBrick(cuboid.box, [&told](const Cell& brick) { told.insert(brick); });
+    forEachBrick(cuboid.box, [&bricks](const Cell& brick) { bricks.insert(brick); });
   }
-  for (const VoxelBrick& brick : snapshot.bricks) {
-    if (told.count(brick.brick) == 0) divideBrick(brick, cuboids);
-  }
-  return cuboids;
+  return bricks;
 }
 
 /// The lines of a file.
@@ -74,10 +70,18 @@ class CsvText {
 
 std::string toCsv(const MapSnapshot& snapshot, const ProgressListener& listener) {
   CsvText text(snapshot.resolution_m);
-  const std::vector<Cuboid> cuboids = cuboidsOf(snapshot);
-  ProgressCounter progress(listener, cuboids.size());
-  for (const Cuboid& cuboid : cuboids) {
-    text.add(cuboid, meanProbability(snapshot.bricks, cuboid.box));
+  const auto add = [&](const std::vector<Cuboid>& cuboids) {
+    for (const Cuboid& cuboid : cuboids) {
+      text.add(cuboid, meanProbability(snapshot.bricks, cuboid.box));
+    }
+  };
+  add(snapshot.cuboids);
+  const auto told = bricksOf(snapshot.cuboids);
+  ProgressCounter progress(listener, snapshot.bricks.size());
+  for (const VoxelBrick& brick : snapshot.bricks) {
+    std::vector<Cuboid> cuboids;
+    if (told.count(brick.brick) == 0) divideBrick(brick, cuboids);
+    add(cuboids);
     progress.advance();
   }
   return text.take();

@@ -12,7 +12,7 @@ namespace cuboid_mapping {
 
 /// A line of names, then for each cuboid the faces in metres (map frame), the probability, and
 /// "free" or "occupied": MapSnapshot::cuboids, then those of FusionKind::kClass of all other bricks.
-/// @param listener  Is told of cuboids.
+/// @param listener  Is told of bricks.
 [[nodiscard]] std::string toCsv(const MapSnapshot& snapshot, const ProgressListener& listener);
 /// The same for cuboids of a map, such as joined ones, in their order.
 [[nodiscard]] std::string toCsv(const CuboidMap& map, const std::vector<Cuboid>& cuboids);
