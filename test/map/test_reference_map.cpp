@@ -258,7 +258,7 @@ class Stream {
     is_cleared_ = true;
   }
 
-  /// A file of the map, read into it again: locks are lost.
+  /// A file of the map, read into it again, with its locks.
   void saveAndRestore() {
     const MapSnapshot snapshot = takeSnapshot(map_, "map");
     const auto fault = findFault(snapshot);
@@ -267,7 +267,6 @@ class Stream {
     const MapSnapshot read = fromNativeFormat(bytes);
     EXPECT_EQ(toNativeFormat(read), bytes);
     if (random_.chance(0.5)) map_.apply(nextUpdate());  // Is to leave no trace.
-    reference_.locked.clear();
     is_cleared_ = true;
     note(restoreSnapshot(read, map_));
   }

@@ -235,7 +235,7 @@ class Schedule {
     CuboidMap& replayed = node_.replay().map();
     const std::vector<CellBox> locks = replayed.lockedBoxes();
     (void)restoreSnapshot(*saved_, replayed);
-    for (const CellBox& box : locks) replayed.lock(box);  // Loading a map keeps them.
+    replayed.setLocked(locks);  // Loading a map keeps them, and passes over those of the file.
   }
 
   void changeListeners() {
