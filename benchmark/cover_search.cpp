@@ -159,6 +159,7 @@ std::vector<CellBox> coverByOctree(const CuboidMap& map, std::size_t max_boxes) 
     }
     if (cubes.size() > max_boxes) continue;
     std::vector<CellBox> boxes;
+    boxes.reserve(cubes.size());
     const std::int32_t edge = 1 << level;
     for (const Cell& cube : cubes) boxes.push_back({cube, cube + Cell{edge, edge, edge}});
     return boxes;
@@ -198,6 +199,7 @@ std::vector<CellBox> coverByBisection(const CuboidMap& map, std::size_t max_boxe
     }
   }
   std::vector<CellBox> boxes;
+  boxes.reserve(parts.size());
   for (const Part& part : parts) boxes.push_back(part.box);
   return boxes;
 }

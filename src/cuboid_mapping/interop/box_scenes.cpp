@@ -81,7 +81,8 @@ std::string toSdfModel(const BoxScene& scene) {
     const std::string shape = " name=\"" + nameOf(i) + "\"><pose>" + row(centerOf(scene.boxes[i])) +
                               " 0 0 0</pose><geometry><box><size>" + row(sizeOf(scene.boxes[i])) +
                               "</size></box></geometry></";
-    text += "<collision" + shape + "collision>\n<visual" + shape + "visual>\n";
+    text.append("<collision").append(shape).append("collision>\n");
+    text.append("<visual").append(shape).append("visual>\n");
   }
   return text + "</link>\n</model>\n";
 }
@@ -103,7 +104,8 @@ std::string toUrdf(const BoxScene& scene) {
     const std::string shape = "<origin xyz=\"" + row(centerOf(box)) +
                               "\" rpy=\"0 0 0\"/><geometry><box size=\"" + row(sizeOf(box)) +
                               "\"/></geometry>";
-    text += "<collision>" + shape + "</collision>\n<visual>" + shape + "</visual>\n";
+    text.append("<collision>").append(shape).append("</collision>\n");
+    text.append("<visual>").append(shape).append("</visual>\n");
   }
   return text + "</link>\n</robot>\n";
 }
