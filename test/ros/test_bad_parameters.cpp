@@ -9,6 +9,7 @@
 #include <array>
 #include <cstdio>
 #include <string>
+#include <vector>
 
 namespace cuboid_mapping_ros::test {
 namespace {
@@ -39,7 +40,7 @@ TEST(BadParameters, TheNodeNamesThemAllAndEndsWithAnError) {
       run("timeout --kill-after=5 60 " CUBOID_MAPPING_NODE " __name:=bad_node __log:=/dev/null");
   EXPECT_EQ(ending.exit_code, 1) << ending.output;
   for (const std::string key : {"~resolution", "~publish_rat", "~fusion"}) {
-    EXPECT_NE(ending.output.find("parameter " + key + ":"), std::string::npos) << ending.output;
+    EXPECT_NE(ending.output.find(key + " is "), std::string::npos) << ending.output;
   }
   EXPECT_NE(ending.output.find("not started: 3 bad parameters"), std::string::npos)
       << ending.output;
@@ -57,36 +58,49 @@ TEST(BadArguments, TheNodeExplainsItselfInPlaceOfLoadingAMap) {
   }
 }
 
-/// Loads a nodelet with bad parameters into the manager.
-bool loadBadNodelet(const std::string& name) {
-  const ros::NodeHandle nh(name);
-  nh.setParam("resolution", -0.5);
-  nh.setParam("publish_rat", 1.0);
+/// Whether the manager has loaded the nodelet.
+bool loadNodelet(const std::string& name) {
   nodelet::NodeletLoad load;
   load.request.name = name;
   load.request.type = "cuboid_mapping/MappingNodelet";
   return ros::service::call("/manager/load_nodelet", load) && load.response.success != 0;
 }
 
-TEST(BadParameters, TheNodeletNamesThemAllAndLeavesItsManagerAlone) {
+TEST(BadParameters, TheNodeletFailsToLoadAndLoadsOnceTheyAreRight) {
   LogProbe log;
   ASSERT_TRUE(ros::service::waitForService("/manager/load_nodelet", ros::Duration(kDeadline_s)));
+  const ros::NodeHandle nh("/bad_nodelet");
+  nh.setParam("resolution", -0.5);
+  nh.setParam("publish_rat", 1.0);
   // Again and again: the first lines of the log may come before anybody listens to it.
-  int num_loaded = 0;
   EXPECT_TRUE(waitFor([&] {
-    EXPECT_TRUE(loadBadNodelet("/bad_nodelet_" + std::to_string(num_loaded++)));
+    EXPECT_FALSE(loadNodelet("/bad_nodelet"));
     ros::WallDuration(0.2).sleep();
     ros::spinOnce();
-    return log.has("parameter ~resolution:") && log.has("parameter ~publish_rat:") &&
-           log.has("not started: 2 bad parameters");
+    return log.has("not started: 2 bad parameters: ~resolution is -0.5") && log.has("~publish_rat");
   }));
-  EXPECT_FALSE(ros::service::exists("/bad_nodelet_0/query_box", false));
+  EXPECT_FALSE(ros::service::exists("/bad_nodelet/query_box", false));
 
   // The other nodelet of the manager works on.
   EXPECT_TRUE(ros::service::waitForService("/good_nodelet/query_box", ros::Duration(kDeadline_s)));
   nodelet::NodeletList list;
   EXPECT_TRUE(ros::service::call("/manager/list", list));
-  EXPECT_EQ(list.response.nodelets.size(), static_cast<std::size_t>(num_loaded) + 1);
+  EXPECT_EQ(list.response.nodelets, std::vector<std::string>{"/good_nodelet"});
+
+  nh.setParam("resolution", 0.5);
+  nh.deleteParam("publish_rat");
+  EXPECT_TRUE(loadNodelet("/bad_nodelet"));
+  EXPECT_TRUE(ros::service::waitForService("/bad_nodelet/query_box", ros::Duration(kDeadline_s)));
+}
+
+TEST(BadParameters, TheLoaderOfANodeletEnds) {
+  ASSERT_TRUE(ros::service::waitForService("/manager/load_nodelet", ros::Duration(kDeadline_s)));
+  const Ending ending =
+      run("timeout --kill-after=5 60 rosrun nodelet nodelet load cuboid_mapping/MappingNodelet "
+          "/manager __name:=bad_node __log:=/dev/null");
+  EXPECT_NE(ending.exit_code, 0) << ending.output;
+  EXPECT_NE(ending.exit_code, 124) << ending.output;
+  EXPECT_NE(ending.output.find("Failed to load nodelet"), std::string::npos) << ending.output;
 }
 
 }  // namespace

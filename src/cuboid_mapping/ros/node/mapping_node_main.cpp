@@ -6,9 +6,9 @@
 #include <nodelet/loader.h>
 #include <ros/init.h>
 #include <ros/this_node.h>
+#include <boost/function.hpp>
 #include <boost/make_shared.hpp>
 #include <boost/shared_ptr.hpp>
-#include <boost/weak_ptr.hpp>
 
 #include <cstdlib>
 #include <iostream>
@@ -54,18 +54,14 @@ int main(int argc, char** argv) {
   const std::vector<std::string> arguments(argv + 1, argv + argc);
   if (const auto status = checkArguments(arguments)) return *status;
 
-  // The loader owns the nodelet; this is only to ask whether it accepted its parameters.
-  boost::weak_ptr<MappingNodelet> mapping;
-  nodelet::Loader loader([&mapping](const std::string& /*type*/) {
-    const auto instance = boost::make_shared<MappingNodelet>();
-    mapping = instance;
-    return boost::shared_ptr<nodelet::Nodelet>(instance);
-  });
+  const boost::function<boost::shared_ptr<nodelet::Nodelet>(const std::string&)> make =
+      [](const std::string& /*type*/) { return boost::make_shared<MappingNodelet>(); };
+  nodelet::Loader loader(make);
   // Remappings of the command line hold for the whole process already.
-  const bool is_loaded = loader.load(ros::this_node::getName(),
-                                     cuboid_mapping_ros::kMappingNodeletType, {}, arguments);
-  const auto instance = mapping.lock();
-  if (!is_loaded || !instance || !instance->isRunning()) return EXIT_FAILURE;
+  if (!loader.load(ros::this_node::getName(), cuboid_mapping_ros::kMappingNodeletType, {},
+                   arguments)) {
+    return EXIT_FAILURE;
+  }
   ros::spin();
   return EXIT_SUCCESS;
 }

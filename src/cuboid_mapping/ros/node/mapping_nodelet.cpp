@@ -1,19 +1,26 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "cuboid_mapping/ros/node/mapping_nodelet.h"
 
+#include "cuboid_mapping/io/text.h"
 #include "cuboid_mapping/ros/clouds/self_filter.h"
 #include "cuboid_mapping/ros/map/map_storage.h"
+#include "cuboid_mapping/ros/middleware/names.h"
 #include "cuboid_mapping/ros/parameters/parameters.h"
 
+#include <ros/console.h>
 #include <ros/init.h>
 #include <pluginlib/class_list_macros.hpp>
 
 #include <csignal>
-#include <exception>
+#include <stdexcept>
 #include <string>
+#include <vector>
 
 namespace cuboid_mapping_ros {
 namespace {
+
+using cuboid_mapping::counted;
+using cuboid_mapping::join;
 
 void endNode(int /*signal*/) { ros::requestShutdown(); }
 
@@ -25,48 +32,54 @@ void endWithRosAt(int signal) {
   sigaction(signal, &action, nullptr);
 }
 
+/// @throws std::runtime_error  With everything that is wrong.
+NodeParameters loadGoodParameters(const ros::NodeHandle& private_nh) {
+  const LoadedParameters loaded = loadParameters(private_nh);
+  for (const ParameterError& warning : loaded.warnings) {
+    ROS_WARN_STREAM_NAMED(kNodeName, "parameter ~" << warning.key << ": " << warning.message);
+  }
+  if (loaded.errors.empty()) return loaded.parameters;
+  std::vector<std::string> texts;
+  for (const ParameterError& error : loaded.errors) {
+    texts.push_back('~' + error.key + ' ' + error.message);
+  }
+  throw std::runtime_error(counted(texts.size(), "bad parameter") + ": " + join(texts, "; "));
+}
+
 }  // namespace
 
 void MappingNodelet::onInit() {
   for (const int signal : {SIGTERM, SIGHUP}) endWithRosAt(signal);
   try {
-    LoadedParameters loaded = loadParameters(getPrivateNodeHandle());
-    for (const ParameterError& warning : loaded.warnings) {
-      NODELET_WARN_STREAM("parameter ~" << warning.key << ": " << warning.message);
-    }
-    for (const ParameterError& error : loaded.errors) {
-      NODELET_ERROR_STREAM("parameter ~" << error.key << ": " << error.message);
-    }
-    if (!loaded.errors.empty()) {
-      NODELET_FATAL_STREAM("not started: " << loaded.errors.size() << " bad parameter"
-                                           << (loaded.errors.size() == 1 ? "" : "s"));
-      return;
-    }
-    // As octomap_server_node: the map to start from may be named on the command line. Not by way of
-    // the parameter server, where it would stay, for the next node of this name.
-    if (getMyArgv().size() == 1) loaded.parameters.map_file = getMyArgv().front();
-    const auto differences = toDifferenceLines(loaded.parameters, {}, "default");
-    for (const std::string& line : differences) NODELET_INFO_STREAM(line);
-    for (const std::string& line : toSourceLines(loaded.parameters)) NODELET_INFO_STREAM(line);
-    if (differences.empty()) NODELET_INFO("all parameters have their default values");
-    for (const std::string& line : toLogLines(loaded.parameters)) NODELET_DEBUG_STREAM(line);
-    const double resolution_m = loaded.parameters.map.resolution_m;
-    const auto start_map = readStartMap(loaded.parameters);
-    if (loaded.parameters.is_autosave_read) {
-      NODELET_INFO_STREAM("goes on with the map of " << loaded.parameters.autosave_file);
-    }
-    if (loaded.parameters.map.resolution_m != resolution_m) {
-      NODELET_WARN_STREAM("resolution is " << loaded.parameters.map.resolution_m
-                                           << " m, that of map_file, not " << resolution_m << " m");
-    }
-    loadRobotParts(loaded.parameters, findTextFrom(getPrivateNodeHandle()));
-    node_ = std::make_unique<MappingNode>(getNodeHandle(), getPrivateNodeHandle(),
-                                          loaded.parameters, start_map);
+    start();
   } catch (const std::exception& exception) {
     NODELET_FATAL_STREAM("not started: " << exception.what());
-  } catch (...) {
-    NODELET_FATAL("not started: an exception that is not a std::exception");
+    throw;  // For nodelet, which says that it has failed, and not why.
   }
+}
+
+void MappingNodelet::start() {
+  NodeParameters parameters = loadGoodParameters(getPrivateNodeHandle());
+  // As octomap_server_node: the map to start from may be named on the command line. Not by way of
+  // the parameter server, where it would stay, for the next node of this name.
+  if (getMyArgv().size() == 1) parameters.map_file = getMyArgv().front();
+  const auto differences = toDifferenceLines(parameters, {}, "default");
+  for (const std::string& line : differences) NODELET_INFO_STREAM(line);
+  for (const std::string& line : toSourceLines(parameters)) NODELET_INFO_STREAM(line);
+  if (differences.empty()) NODELET_INFO("all parameters have their default values");
+  for (const std::string& line : toLogLines(parameters)) NODELET_DEBUG_STREAM(line);
+  const double resolution_m = parameters.map.resolution_m;
+  const auto start_map = readStartMap(parameters);
+  if (parameters.is_autosave_read) {
+    NODELET_INFO_STREAM("goes on with the map of " << parameters.autosave_file);
+  }
+  if (parameters.map.resolution_m != resolution_m) {
+    NODELET_WARN_STREAM("resolution is " << parameters.map.resolution_m
+                                         << " m, that of map_file, not " << resolution_m << " m");
+  }
+  loadRobotParts(parameters, findTextFrom(getPrivateNodeHandle()));
+  node_ =
+      std::make_unique<MappingNode>(getNodeHandle(), getPrivateNodeHandle(), parameters, start_map);
 }
 
 }  // namespace cuboid_mapping_ros

@@ -11,14 +11,11 @@ namespace cuboid_mapping_ros {
 
 /// MappingNode as a nodelet.
 class MappingNodelet : public nodelet::Nodelet {
- public:
-  /// False before onInit, and for good after one that found bad parameters: the nodelet then does
-  /// nothing, and its manager goes on with the others.
-  [[nodiscard]] bool isRunning() const { return node_ != nullptr; }
-
  private:
-  /// Logs every bad parameter, or the parameters in use. An argument is the map_file. Throws nothing.
+  /// An argument is the map_file. @throws std::exception  When the node cannot start, with the reason in the log: the
+  /// manager then does not load the nodelet, and its loader ends.
   void onInit() override;
+  void start();
 
   std::unique_ptr<MappingNode> node_;
 };
