@@ -20,17 +20,17 @@ NodeParameters takeParameters(FuzzInput& input) {
   NodeParameters parameters;
   parameters.map.resolution_m = 0.5;
   parameters.threads = 1;
-  parameters.max_range_m = input.chance() ? 20.0 : 100.0;
-  parameters.no_return_range_m = input.chance() ? 15.0 : 0.0;
-  parameters.no_return_points = static_cast<NoReturnPoints>(input.upTo(15));
+  parameters.source.max_range_m = input.chance() ? 20.0 : 100.0;
+  parameters.source.no_return_range_m = input.chance() ? 15.0 : 0.0;
+  parameters.source.no_return_points = static_cast<NoReturnPoints>(input.upTo(15));
   return parameters;
 }
 
 /// What convertCloud() promises.
 void checkConversion(const sensor_msgs::PointCloud2& cloud, const NodeParameters& parameters) {
   CloudOptions options;
-  options.no_return_range_m = parameters.no_return_range_m;
-  options.no_return_points = parameters.no_return_points;
+  options.no_return_range_m = parameters.source.no_return_range_m;
+  options.no_return_points = parameters.source.no_return_points;
   const auto result = convertCloud(cloud, options);
   if (const auto* error = std::get_if<CloudError>(&result)) return require(!error->text.empty());
   const auto& points = std::get<CloudPoints>(result);
@@ -53,7 +53,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   poses.T_map_sensor = poses.T_map_cloud;
   const sensor_msgs::PointCloud2 cloud = takeCloud(input);
   checkConversion(cloud, parameters);
-  CloudPipeline pipeline(parameters);
+  CloudPipeline pipeline(parameters, parameters.source);
   NodeStatistics statistics;
   std::optional<CloudError> error;
   const auto* update = pipeline.compute({boost::make_shared<sensor_msgs::PointCloud2>(cloud)},

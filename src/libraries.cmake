@@ -214,6 +214,7 @@ add_library(cuboid_mapping_ros
   cuboid_mapping/ros/parameters/fleet_parameters.cpp
   cuboid_mapping/ros/parameters/nearest_key.cpp
   cuboid_mapping/ros/parameters/octomap_server_parameters.cpp
+  cuboid_mapping/ros/parameters/parameter_kinds.cpp
   cuboid_mapping/ros/parameters/parameter_table.cpp
   cuboid_mapping/ros/parameters/parameter_texts.cpp
   cuboid_mapping/ros/parameters/parameters.cpp

@@ -161,27 +161,23 @@ void BagClouds::chooseFrame(const BagTopics& topics) {
   say({"there is no frame '" + parameters_.frame_id + "': maps in '" + *roots.begin() +
        "', the root of the transforms (as --set frame_id=" + *roots.begin() + " does)"});
   parameters_.frame_id = *roots.begin();
-  for (NodeParameters& source : parameters_.sources) source.frame_id = parameters_.frame_id;
 }
 
 void BagClouds::say(const std::vector<std::string>& lines) const {
   for (const std::string& line : lines) std::cerr << program_ << ": " << line << std::endl;
 }
 
-void BagClouds::setThreads(int threads) {
-  parameters_.threads = threads;
-  for (NodeParameters& source : parameters_.sources) source.threads = threads;
-}
+void BagClouds::setThreads(int threads) { parameters_.threads = threads; }
 
 cuboid_mapping::SensorModel BagClouds::sensorModel(std::size_t source) const {
-  const cuboid_mapping::MapConfig map = sourcesOf(parameters_).at(source).map;
-  return cuboid_mapping::SensorModel(map.sensor_model, map.environment);
+  return cuboid_mapping::SensorModel(sourcesOf(parameters_).at(source).sensor_model,
+                                     parameters_.map.environment);
 }
 
 void BagClouds::walk(const CloudShare& share, const Take& take,
                      const cuboid_mapping::ProgressListener& listener) {
   sources_ = makeSources(parameters_);
-  watch_.emplace(parameters_.map.resolution_m, parameters_.max_range_m, sources_.size());
+  watch_.emplace(parameters_.map.resolution_m, parameters_.source.max_range_m, sources_.size());
   for (std::uint64_t number = share.begin; number < numClouds(); ++number) {
     cuboid_mapping::throwIfInterrupted();
     if (number % share.step == share.first) {
@@ -225,7 +221,7 @@ void BagClouds::walkOne(const SensorMessage& cloud, const Take& take) {
 const cuboid_mapping::ScanUpdate* BagClouds::compute(const SensorMessage& cloud, Origin& origin) {
   Source& source = *sources_.at(cloud.source);
   std::string tf_error;
-  const auto poses = lookupPoses(transforms_.buffer(), source.parameters, cloud.header(),
+  const auto poses = lookupPoses(transforms_.buffer(), source.frames, cloud.header(),
                                  readSlices(cloud, source.parameters), tf_error);
   if (!poses) {
     leaveOut(DropReason::kNoTransform, tf_error);

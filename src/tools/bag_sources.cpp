@@ -52,7 +52,7 @@ BagMessages::Range BagMessages::collect(const std::string& topic) {
 }
 
 void BagMessages::add(std::size_t source) {
-  const SourceParameters& parameters = sources_[source].source;
+  const SourceParameters& parameters = sources_[source];
   const bool is_depth = parameters.type == SourceType::kDepthImage;
   const bool has_info = !parameters.camera_info.empty();
   const Range range = collect(parameters.topic);
@@ -80,7 +80,7 @@ void BagMessages::add(std::size_t source) {
 std::optional<SensorMessage> BagMessages::read(std::size_t number) const {
   const Message& message = messages_.at(number);
   const BagMessage& instance = instances_[message.instance];
-  switch (sources_[message.source].source.type) {
+  switch (sources_[message.source].type) {
     case SourceType::kPointCloud:
       if (const auto cloud = bags_.read<sensor_msgs::PointCloud2>(instance)) {
         return SensorMessage{cloud, message.source};

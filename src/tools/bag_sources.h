@@ -44,7 +44,7 @@ class BagMessages {
   void add(std::size_t source);
 
   BagFiles& bags_;
-  std::vector<NodeParameters> sources_;
+  std::vector<SourceParameters> sources_;
   std::vector<BagMessage> instances_;
   std::vector<Message> messages_;
   std::size_t num_without_camera_ = 0;

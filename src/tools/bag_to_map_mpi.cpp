@@ -152,7 +152,7 @@ LeftOutClouds gatherLeftOut(const MpiRanks& ranks, const LeftOutClouds& own) {
 
 /// The map without bricks.
 MapSnapshot headOf(const BagClouds& clouds) {
-  const cuboid_mapping::MapConfig& config = clouds.parameters().map;
+  const cuboid_mapping::MapConfig config = makeMapConfig(clouds.parameters());
   return {config.resolution_m,
           config.sensor_model,
           config.environment,

@@ -89,15 +89,15 @@ boost::shared_ptr<MessageT> readFirst(BagFiles& bags, const std::string& name, B
 
 NodeParameters withTopics(const NodeParameters& parameters, const BagTopics& topics,
                           const std::vector<std::string>& names) {
-  const auto set = [&topics](const std::string& name, NodeParameters& source) {
-    source.source.topic = name;
-    source.source.type = topics.find(name)->type.value_or(source.source.type);
+  const auto set = [&topics](const std::string& name, SourceParameters& source) {
+    source.topic = name;
+    source.type = topics.find(name)->type.value_or(source.type);
   };
   NodeParameters chosen = parameters;
-  set(names.front(), chosen);
+  set(names.front(), chosen.source);
   if (names.size() == 1) return chosen;
   for (const std::string& name : names) {
-    chosen.sources.push_back(parameters);
+    chosen.sources.push_back(parameters.source);
     set(name, chosen.sources.back());
   }
   return chosen;
@@ -145,7 +145,7 @@ struct Candidates {
 
 Candidates findCandidates(const BagTopics& topics, const NodeParameters& parameters,
                           SourceType type) {
-  const bool has_sensor_frame = !parameters.sensor_frame.empty();
+  const bool has_sensor_frame = !parameters.source.sensor_frame.empty();
   Candidates candidates;
   for (const auto& [name, topic] : topics.all()) {
     if (topic.type != type || topic.num_messages == 0) continue;
@@ -210,7 +210,8 @@ std::vector<std::string> makeNotes(const BagTopics& topics, const NodeParameters
     const BagTopic& topic = *topics.find(name);
     notes.push_back("takes " + describeTopic(name, topic));
     const bool is_in_map = topic.frame_id == withoutSlash(parameters.frame_id);
-    if (!parameters.sensor_frame.empty() || !(is_in_map || isWorldFrame(topic.frame_id))) continue;
+    if (!parameters.source.sensor_frame.empty() || !(is_in_map || isWorldFrame(topic.frame_id)))
+      continue;
     notes.push_back("warning: " + name + " is in the frame '" + topic.frame_id +
                     "', in which nothing moves. If somebody has recorded a map, leave it out; if a "
                     "sensor's clouds have been transformed, set sensor_frame: beams start at the "
@@ -238,12 +239,12 @@ ChosenSources checkSources(const BagTopics& topics, const NodeParameters& parame
   ChosenSources chosen{parameters, {}};
   std::vector<std::string> errors;
   std::vector<std::string> missing;
-  for (const NodeParameters& source : parameters.sources) {
-    const std::string name = withSlash(source.source.topic);
+  for (const SourceParameters& source : parameters.sources) {
+    const std::string name = withSlash(source.topic);
     const BagTopic* topic = topics.find(name);
     if (topic == nullptr) {
       missing.push_back(name);
-    } else if (const std::string wanted = datatypeOf(source.source.type, name);
+    } else if (const std::string wanted = datatypeOf(source.type, name);
                topic->datatype != wanted) {
       std::string& error = errors.emplace_back(name);
       error.append(" of source ").append(nameOf(source)).append(" is ");

@@ -35,7 +35,10 @@ inline std::vector<Case> mapCases() {
   using P = NodeParameters;
   return {
       {"frame_id", "odom", [](const P& p) { return p.frame_id == "odom"; }, {"", "/", 1, true}},
-      {"sensor_frame", "lidar", [](const P& p) { return p.sensor_frame == "lidar"; }, {true, 1.5}},
+      {"sensor_frame",
+       "lidar",
+       [](const P& p) { return p.source.sensor_frame == "lidar"; },
+       {true, 1.5}},
       {"resolution",
        0.2,
        [](const P& p) { return p.map.resolution_m == 0.2; },
@@ -46,7 +49,7 @@ inline std::vector<Case> mapCases() {
        {"", "Static", "frozen", 1}},
       {"forget_after",
        30.0,
-       [](const P& p) { return p.forget_after_s == 30.0; },
+       [](const P& p) { return p.source.forget_after_s == 30.0; },
        {-1.0, 1.1e6, kNan, "1"}},
       {"forget_class",
        "occupied",
@@ -107,6 +110,12 @@ inline std::vector<Case> fusionCases() {
        [](const P& p) { return p.map.rtree.min_branches == 4; },
        {0, -1, 33, 4.0, "4"}},
       {"threads", 3, [](const P& p) { return p.threads == 3; }, {-1, 257, 2.0, true}},
+      {"num_worker_threads", 2, [](const P& p) { return p.num_worker_threads == 2; }, {-1, "2"}},
+      {"diagnostic_period",
+       0.5,
+       [](const P& p) { return p.diagnostic_period_s == 0.5; },
+       {-1.0, "1"}},
+      {"ignore_unknown", true, [](const P& p) { return p.ignores_unknown; }, {1, "true"}},
   };
 }
 
@@ -115,39 +124,39 @@ inline std::vector<Case> sensorModelCases() {
   return {
       {"sensor_model/hit",
        0.8,
-       [](const P& p) { return p.map.sensor_model.hit == 0.8; },
+       [](const P& p) { return p.source.sensor_model.hit == 0.8; },
        {0.5, 1.0, 1, 0.4, kNan, "0.7", true}},
       {"sensor_model/miss",
        0.3,
-       [](const P& p) { return p.map.sensor_model.miss == 0.3; },
+       [](const P& p) { return p.source.sensor_model.miss == 0.3; },
        {0.5, 0.0, 0, 0.6, kNan}},
       {"sensor_model/min",
        0.2,
-       [](const P& p) { return p.map.sensor_model.alpha_min == 0.2; },
+       [](const P& p) { return p.source.sensor_model.alpha_min == 0.2; },
        {0.5, 0.0, -0.1, kNan}},
       {"sensor_model/max",
        0.9,
-       [](const P& p) { return p.map.sensor_model.alpha_max == 0.9; },
+       [](const P& p) { return p.source.sensor_model.alpha_max == 0.9; },
        {0.5, 1.0, 1.1, kNan}},
       {"sensor_model/max_range",
        50.0,
-       [](const P& p) { return p.max_range_m == 50.0; },
+       [](const P& p) { return p.source.max_range_m == 50.0; },
        {0.0, -2.0, -0.5, kNan, kInfinity}},
       {"sensor_model/end_margin",
        0.5,
-       [](const P& p) { return p.end_margin_m == 0.5; },
+       [](const P& p) { return p.source.end_margin_m == 0.5; },
        {-0.5, 1001.0, kNan, kInfinity}},
       {"sensor_model/min_range",
        1.5,
-       [](const P& p) { return p.min_range_m == 1.5; },
+       [](const P& p) { return p.source.min_range_m == 1.5; },
        {-2.0, -0.5, kNan, kInfinity}},
       {"sensor_model/no_return_range",
        30.0,
-       [](const P& p) { return p.no_return_range_m == 30.0; },
+       [](const P& p) { return p.source.no_return_range_m == 30.0; },
        {-1.0, 1001.0, kNan}},
       {"sensor_model/no_return_points",
        "with_nan",
-       [](const P& p) { return p.no_return_points == NoReturnPoints::kWithNan; },
+       [](const P& p) { return p.source.no_return_points == NoReturnPoints::kWithNan; },
        {"", "infinity", 1}},
   };
 }
@@ -353,11 +362,11 @@ inline std::vector<Case> otherCases() {
     const std::string name(1, "xyz"[axis]);
     cases.push_back({"pointcloud_min_" + name,
                      -7.5,
-                     [axis](const P& p) { return p.crop.min_m[axis] == -7.5; },
+                     [axis](const P& p) { return p.source.crop.min_m[axis] == -7.5; },
                      {kNan, -kInfinity, "-7.5"}});
     cases.push_back({"pointcloud_max_" + name,
                      8.5,
-                     [axis](const P& p) { return p.crop.max_m[axis] == 8.5; },
+                     [axis](const P& p) { return p.source.crop.max_m[axis] == 8.5; },
                      {kNan, kInfinity, "1e9"}});
   }
   return cases;
@@ -384,7 +393,7 @@ template <double GroundFilterConfig::*Field>
 Case groundCase(const std::string& key, double good) {
   return {key,
           good,
-          [good](const NodeParameters& p) { return p.octomap_server.ground_filter.*Field == good; },
+          [good](const NodeParameters& p) { return p.source.ground_filter.*Field == good; },
           {0.0, -0.1, 15.5, kNan, "0.1"}};
 }
 
@@ -408,7 +417,10 @@ inline std::vector<Case> octomapServerCases() {
        "base_link",
        [](const NodeParameters& p) { return p.octomap_server.base_frame_id == "base_link"; },
        {"", "/", 1}},
-      switchCase<&S::filter_ground>("filter_ground"),
+      {"filter_ground",
+       true,
+       [](const NodeParameters& p) { return p.source.filter_ground; },
+       {0, 1, "true"}},
       groundCase<&G::distance_m>("ground_filter/distance", 0.1),
       groundCase<&G::angle_rad>("ground_filter/angle", 0.2),
       groundCase<&G::plane_distance_m>("ground_filter/plane_distance", 0.3),
@@ -420,6 +432,10 @@ inline std::vector<Case> octomapServerCases() {
        50,
        [](const NodeParameters& p) { return p.octomap_server.max_projection_mb == 50; },
        {0, 2000, 1.5}},
+      {"max_depth",
+       12,
+       [](const NodeParameters& p) { return p.octomap_server.max_depth == 12; },
+       {0, 17, 1.5}},
       switchCase<&S::filter_speckles>("filter_speckles"),
       switchCase<&S::publish_free_space>("publish_free_space"),
       switchCase<&S::is_projection_incremental>("incremental_2D_projection"),

@@ -38,7 +38,7 @@ class PlainReplay {
   }
   void setParameters(const NodeParameters& parameters) {
     sources_ = makeSources(parameters);
-    (void)map_.setSensorModel(parameters.map.sensor_model);
+    (void)map_.setSensorModel(parameters.source.sensor_model);
   }
   CuboidMap& map() { return map_; }
 
@@ -81,7 +81,7 @@ class SimulatedNode {
   void setParameters(const NodeParameters& parameters) {
     buffer_.setSearch(makeSearch(parameters));
     sources_ = makeSources(parameters);
-    edit([&](CuboidMap& map) { return map.setSensorModel(parameters.map.sensor_model); });
+    edit([&](CuboidMap& map) { return map.setSensorModel(parameters.source.sensor_model); });
     replay().setParameters(parameters);
   }
   /// Changes the map, and that of the replay.
@@ -127,7 +127,7 @@ class SimulatedNode {
 
   CloudBuffer::FindPoses makeSearch(const NodeParameters& parameters) {
     return [this, parameters](const SensorMessage& cloud, const Slices& slices) {
-      return findPoses(tf_, parameters, cloud.header(), slices);
+      return findPoses(tf_, PoseFrames(parameters, parameters.source), cloud.header(), slices);
     };
   }
 

@@ -53,10 +53,10 @@ TEST(ParameterServer, ValuesOfALaunchFileArrive) {
   EXPECT_EQ(keysOf(loaded.errors), std::vector<std::string>{});
   EXPECT_EQ(loaded.parameters.frame_id, "odom");
   EXPECT_EQ(loaded.parameters.map.resolution_m, 1.0);
-  EXPECT_EQ(loaded.parameters.map.sensor_model.hit, 0.8);
+  EXPECT_EQ(loaded.parameters.source.sensor_model.hit, 0.8);
   EXPECT_EQ(loaded.parameters.map.rtree.max_branches, 24);
-  EXPECT_EQ(loaded.parameters.max_range_m, std::numeric_limits<double>::infinity());
-  EXPECT_EQ(loaded.parameters.crop.max_m.z(), 2.5e3);
+  EXPECT_EQ(loaded.parameters.source.max_range_m, std::numeric_limits<double>::infinity());
+  EXPECT_EQ(loaded.parameters.source.crop.max_m.z(), 2.5e3);
   EXPECT_FALSE(loaded.parameters.latch);
 }
 
@@ -66,6 +66,11 @@ TEST(ParameterServer, AllErrorsOfALaunchFileAreListed) {
       "resolution", "sensor_model/hit", "pointcloud_max_x", "pointcloud_max_z",
       "latch",      "sensor_model/mis"};
   EXPECT_EQ(keysOf(loaded.errors), expected);
+}
+
+TEST(ParameterServer, TheNameOfTheNodeDecidesNothing) {
+  const LoadedParameters loaded = loadParameters(ros::NodeHandle("~octomap_server"));
+  EXPECT_EQ(keysOf(loaded.errors), std::vector<std::string>{"publish_rat"});
 }
 
 }  // namespace

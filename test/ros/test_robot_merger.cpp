@@ -35,10 +35,10 @@ Observation makeObservation(const NodeParameters& parameters, int sequence,
   message.session = 1;
   message.sequence = static_cast<std::uint64_t>(sequence);
   message.resolution = parameters.map.resolution_m;
-  message.hit = parameters.map.sensor_model.hit;
-  message.miss = parameters.map.sensor_model.miss;
-  message.min = parameters.map.sensor_model.alpha_min;
-  message.max = parameters.map.sensor_model.alpha_max;
+  message.hit = parameters.source.sensor_model.hit;
+  message.miss = parameters.source.sensor_model.miss;
+  message.min = parameters.source.sensor_model.alpha_min;
+  message.max = parameters.source.sensor_model.alpha_max;
   cuboid_mapping::ScanUpdate update;
   update.bricks.push_back({{8 * sequence, 0, 0}, {}, cuboid_mapping::BrickMask::all(), 0});
   const std::string bytes = toBytes(update);

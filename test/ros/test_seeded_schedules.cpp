@@ -47,7 +47,7 @@ NodeParameters makeParameters(Random& random) {
   parameters.threads = 1;
   parameters.queue_size = random.integer(1, 6);
   parameters.tf_wait_s = random.real(0.5, 8.0);
-  if (random.chance(0.3)) parameters.max_range_m = random.real(1.0, 5.0);
+  if (random.chance(0.3)) parameters.source.max_range_m = random.real(1.0, 5.0);
   return parameters;
 }
 
@@ -217,9 +217,9 @@ class Schedule {
 
   void reconfigure() {
     ++counts_["reconfigure"];
-    parameters_.max_range_m = random_.real(1.0, 20.0);
-    parameters_.min_range_m = random_.real(0.0, 1.0);
-    parameters_.map.sensor_model.hit = random_.real(0.6, 0.9);
+    parameters_.source.max_range_m = random_.real(1.0, 20.0);
+    parameters_.source.min_range_m = random_.real(0.0, 1.0);
+    parameters_.source.sensor_model.hit = random_.real(0.6, 0.9);
     node_.setParameters(parameters_);
   }
 

@@ -94,7 +94,7 @@ class CloudStreams : public ::testing::Test {
   CloudBuffer::Callbacks makeCallbacks() {
     CloudBuffer::Callbacks callbacks;
     callbacks.find_poses = [this](const SensorMessage& cloud, const Slices& slices) {
-      return findPoses(tf_, parameters_, cloud.header(), slices);
+      return findPoses(tf_, PoseFrames(parameters_, parameters_.source), cloud.header(), slices);
     };
     callbacks.drop = [this](std::size_t source, DropReason reason, const std::string& text) {
       ++num_dropped_[{source, reason}];

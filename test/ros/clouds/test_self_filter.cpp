@@ -5,6 +5,7 @@
 #include "cuboid_mapping/ros/clouds/cloud_pipeline.h"
 #include "cuboid_mapping/ros/clouds/robot_description.h"
 #include "cuboid_mapping/ros/clouds/robot_filter.h"
+#include "cuboid_mapping/ros/clouds/source.h"
 #include "cuboid_mapping/ros/parameters/reconfigure.h"
 #include "ros/cloud_messages.h"
 #include "support/random.h"
@@ -251,14 +252,14 @@ TEST(SelfFilter, StaysWhenOtherParametersAreChanged) {
   request.doubles.back().name = "sensor_model_miss";
   request.doubles.back().value = 0.2;
   const LoadedParameters changed = applyConfig(makeParameters(), request);
-  EXPECT_EQ(changed.parameters.map.sensor_model.miss, 0.2);
+  EXPECT_EQ(changed.parameters.source.sensor_model.miss, 0.2);
   ASSERT_EQ(changed.parameters.self_filter.parts.size(), 1U);
   EXPECT_EQ(changed.parameters.self_filter.parts[0].frame_id, "arm");
 }
 
 TEST(SelfFilter, NeedsTheTransformsOfTheRobot) {
   const NodeParameters parameters = makeParameters();
-  EXPECT_EQ(neededFrames(parameters), std::vector<std::string>{"arm"});
+  EXPECT_EQ(PoseFrames(parameters, parameters.source).needed(), std::vector<std::string>{"arm"});
   tf2::BufferCore tf;
   geometry_msgs::TransformStamped transform;
   transform.header.frame_id = "map";
@@ -269,7 +270,8 @@ TEST(SelfFilter, NeedsTheTransformsOfTheRobot) {
   header.frame_id = "lidar";
   header.stamp = ros::Time(5.0);
   std::string error;
-  EXPECT_FALSE(lookupPoses(tf, parameters, header, {}, error)) << "never with a wrong pose";
+  EXPECT_FALSE(lookupPoses(tf, PoseFrames(parameters, parameters.source), header, {}, error))
+      << "never with a wrong pose";
   EXPECT_NE(error.find("arm"), std::string::npos) << error;
   EXPECT_NE(error.find("(a frame of self_filter; see self_filter/ignored_links)"),
             std::string::npos)
@@ -277,7 +279,7 @@ TEST(SelfFilter, NeedsTheTransformsOfTheRobot) {
   transform.child_frame_id = "arm";
   transform.transform.translation.x = 3.0;
   tf.setTransform(transform, "test", true);
-  const auto poses = lookupPoses(tf, parameters, header, {}, error);
+  const auto poses = lookupPoses(tf, PoseFrames(parameters, parameters.source), header, {}, error);
   ASSERT_TRUE(poses);
   ASSERT_EQ(poses->T_map_parts.size(), 1U);
   EXPECT_EQ(poses->T_map_parts[0].translation().x(), 3.0);
@@ -289,7 +291,7 @@ cuboid_mapping::CuboidMap makeMap(const NodeParameters& parameters, const CloudP
                                   NodeStatistics& statistics) {
   CloudSpec spec;
   spec.width = static_cast<std::uint32_t>(points.size());
-  CloudPipeline pipeline(sourcesOf(parameters).front());
+  CloudPipeline pipeline(parameters, parameters.source);
   std::optional<CloudError> error;
   const auto* update = pipeline.compute(makeSensorMessage(spec, points), poses, statistics, error);
   cuboid_mapping::CuboidMap map(makeMapConfig(parameters));
@@ -339,9 +341,9 @@ TEST(SelfFilter, TheVoxelsOfTheRobotAreKeptFreeAsFarAsNothingHitsThem) {
 
 TEST(SelfFilter, OfAListOfSourcesAllHaveIt) {
   NodeParameters parameters = makeParameters();
-  parameters.sources = {NodeParameters(), NodeParameters()};
-  for (const NodeParameters& source : sourcesOf(parameters)) {
-    EXPECT_EQ(source.self_filter.parts.size(), 1U);
+  parameters.sources.resize(2);
+  for (const auto& source : makeSources(parameters)) {
+    EXPECT_EQ(source->frames.parts.size(), 1U);
   }
 }
 

@@ -69,7 +69,7 @@ XmlRpcValue twoSources() {
 
 TEST(Sources, WithoutAListThereIsOneOfTheParametersThemselves) {
   NodeParameters parameters;
-  parameters.max_range_m = 3.0;
+  parameters.source.max_range_m = 3.0;
   const auto sources = sourcesOf(parameters);
   ASSERT_EQ(sources.size(), 1U);
   EXPECT_EQ(sources[0].max_range_m, 3.0);
@@ -82,31 +82,41 @@ TEST(Sources, OfAListHaveTheirOwnValuesAndElseThoseOutsideIt) {
   const auto sources = sourcesOf(loaded.parameters);
   ASSERT_EQ(sources.size(), 2U);
   EXPECT_EQ(nameOf(sources[0]), "lidar");
-  EXPECT_EQ(sources[0].source.topic, "points");
-  EXPECT_EQ(sources[0].source.type, SourceType::kPointCloud);
-  EXPECT_EQ(sources[0].source.use, SourceUse::kBoth);
-  EXPECT_EQ(sources[0].map.sensor_model.hit, 0.8);
+  EXPECT_EQ(sources[0].topic, "points");
+  EXPECT_EQ(sources[0].type, SourceType::kPointCloud);
+  EXPECT_EQ(sources[0].use, SourceUse::kBoth);
+  EXPECT_EQ(sources[0].sensor_model.hit, 0.8);
   EXPECT_EQ(sources[0].max_range_m, 40.0);
   EXPECT_EQ(sources[0].end_margin_m, 0.5);
   EXPECT_EQ(sources[1].end_margin_m, 0.25);
-  EXPECT_EQ(sources[1].source.type, SourceType::kLaserScan);
-  EXPECT_EQ(sources[1].source.use, SourceUse::kClear);
-  EXPECT_EQ(sources[1].source.max_rate_hz, 5.0);
+  EXPECT_EQ(sources[1].type, SourceType::kLaserScan);
+  EXPECT_EQ(sources[1].use, SourceUse::kClear);
+  EXPECT_EQ(sources[1].max_rate_hz, 5.0);
   EXPECT_EQ(sources[1].forget_after_s, 3.0);
   EXPECT_EQ(sources[0].forget_after_s, 0.0);
   EXPECT_EQ(sources[1].sensor_frame, "laser_link");
-  EXPECT_EQ(sources[1].map.sensor_model.hit, 0.6);
-  EXPECT_EQ(sources[1].map.sensor_model.miss, 0.3);
+  EXPECT_EQ(sources[1].sensor_model.hit, 0.6);
+  EXPECT_EQ(sources[1].sensor_model.miss, 0.3);
   EXPECT_EQ(sources[1].max_range_m, 8.0);
   EXPECT_EQ(toText(sources[1].no_return_points), "nan zero");
-  EXPECT_TRUE(sources[1].octomap_server.filter_ground);
-  EXPECT_FALSE(sources[0].octomap_server.filter_ground);
-  EXPECT_EQ(loaded.parameters.map.sensor_model.hit, 0.8)
+  EXPECT_TRUE(sources[1].filter_ground);
+  EXPECT_FALSE(sources[0].filter_ground);
+  EXPECT_EQ(loaded.parameters.source.sensor_model.hit, 0.8)
       << "that of the map is as outside the list";
   const auto lines = toSourceLines(loaded.parameters);
   EXPECT_EQ(std::count(lines.begin(), lines.end(),
                        "source laser: sensor_model/hit: 0.6 [probability] (outside the list: 0.8)"),
             1);
+}
+
+TEST(Sources, MayWriteKeysWithASlashAsTheirPageDoes) {
+  XmlRpcValue element = makeSource("lidar", "points");
+  element["sensor_model/max_range"] = 5.0;
+  element["ground_filter/angle"] = "steep";
+  const LoadedParameters loaded = readParameters(makeList({element}));
+  ASSERT_EQ(loaded.errors.size(), 1U);
+  EXPECT_EQ(loaded.errors[0].key, "sources[0]/ground_filter/angle");
+  EXPECT_EQ(sourcesOf(loaded.parameters).at(0).max_range_m, 5.0);
 }
 
 TEST(Sources, EverythingThatIsWrongWithThemIsSaidAtOnce) {
@@ -158,15 +168,8 @@ TEST(Sources, StayWhenOtherParametersAreChanged) {
   EXPECT_EQ(textsOf(changed.errors), std::vector<std::string>{});
   const auto sources = sourcesOf(changed.parameters);
   ASSERT_EQ(sources.size(), 2U);
-  EXPECT_EQ(sources[1].map.sensor_model.miss, 0.2) << "what it has not of its own follows";
-  EXPECT_EQ(sources[1].map.sensor_model.hit, 0.6);
-}
-
-TEST(Sources, FollowTheResolutionOfALoadedMap) {
-  NodeParameters parameters = readParameters(twoSources()).parameters;
-  parameters.map.resolution_m = 0.25;
-  EXPECT_EQ(sourcesOf(parameters)[1].map.resolution_m, 0.25);
-  EXPECT_EQ(sourcesOf(parameters)[1].map.sensor_model.hit, 0.6);
+  EXPECT_EQ(sources[1].sensor_model.miss, 0.2) << "what it has not of its own follows";
+  EXPECT_EQ(sources[1].sensor_model.hit, 0.6);
 }
 
 TEST(Sources, AtMostSoManyMessagesASecondPass) {
@@ -206,8 +209,8 @@ Occupancy classAt(SourceUse use, const cuboid_mapping::Cell& cell, double* log_o
   NodeParameters parameters;
   parameters.map.resolution_m = 0.1;
   parameters.source.use = use;
-  parameters.map.sensor_model.hit = 0.9;
-  Source source(parameters);
+  parameters.source.sensor_model.hit = 0.9;
+  Source source(parameters, parameters.source);
   CloudSpec spec;
   spec.width = 2;
   CloudPoses poses;

@@ -237,11 +237,12 @@ class MovingSensor : public ::testing::Test {
 
   /// A map of one message. @return Its voxels; none when it is refused, with the reason in error_.
   std::map<Cell, float> mapOf(const SensorMessage& message) {
-    Source source(parameters_);
+    Source source(parameters_, parameters_.source);
     NodeStatistics statistics;
     std::string tf_error;
     const auto poses =
-        lookupPoses(tf_, parameters_, message.header(), readSlices(message, parameters_), tf_error);
+        lookupPoses(tf_, PoseFrames(parameters_, parameters_.source), message.header(),
+                    readSlices(message, parameters_.source), tf_error);
     EXPECT_TRUE(poses) << tf_error;
     if (!poses) return {};
     const auto* update = source.pipeline.compute(message, *poses, statistics, error_);
@@ -313,11 +314,13 @@ TEST_F(MovingSensor, ACloudWaitsForTheTransformOfItsLastPoint) {
   const SensorMessage cloud =
       toMessage(makeTimedCloud("t", PointField::UINT32, {0.0, 0.45e9}, seeWall(times_s)));
   std::string error;
-  const Slices slices = readSlices(cloud, parameters_);
-  EXPECT_FALSE(lookupPoses(tf_, parameters_, cloud.header(), slices, error));
+  const Slices slices = readSlices(cloud, parameters_.source);
+  EXPECT_FALSE(
+      lookupPoses(tf_, PoseFrames(parameters_, parameters_.source), cloud.header(), slices, error));
   EXPECT_NE(error.find("extrapolation"), std::string::npos) << error;
   for (double t = 0.4; t < 0.5; t += 0.005) setPose(t);
-  const auto poses = lookupPoses(tf_, parameters_, cloud.header(), slices, error);
+  const auto poses =
+      lookupPoses(tf_, PoseFrames(parameters_, parameters_.source), cloud.header(), slices, error);
   ASSERT_TRUE(poses);
   EXPECT_EQ(poses->slices, (Slices{0, 450}));
   EXPECT_NEAR(poses->slice_poses.at(1).T_map_cloud.translation().x(), 5.0 * 0.4505, 1e-3);

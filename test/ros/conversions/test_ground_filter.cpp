@@ -74,7 +74,7 @@ TEST(GroundFilter, freesTheSpaceBeforeTheGroundAndHitsNothingThere) {
   Random random(82);
   NodeParameters parameters;
   parameters.map.resolution_m = 0.1;
-  parameters.octomap_server.filter_ground = true;
+  parameters.source.filter_ground = true;
   const std::vector<Eigen::Vector3d> scene = makeScene(random);
   std::vector<Eigen::Vector3d> points_cloud;
   const Eigen::Vector3d origin(0.05, 0.05, 1.25);
@@ -85,7 +85,7 @@ TEST(GroundFilter, freesTheSpaceBeforeTheGroundAndHitsNothingThere) {
   poses.T_map_cloud = Eigen::Translation3d(origin);
   poses.T_map_sensor = poses.T_map_cloud;
   poses.T_map_base = Eigen::Isometry3d::Identity();
-  CloudPipeline pipeline(parameters);
+  CloudPipeline pipeline(parameters, parameters.source);
   NodeStatistics statistics;
   std::optional<CloudError> error;
   const auto* update =
@@ -114,7 +114,7 @@ Outcome runPipeline(const NodeParameters& parameters, const CloudPoses& poses,
                     const std::vector<Eigen::Vector3d>& points_cloud) {
   CloudSpec spec;
   spec.width = static_cast<std::uint32_t>(points_cloud.size());
-  CloudPipeline pipeline(parameters);
+  CloudPipeline pipeline(parameters, parameters.source);
   Outcome outcome;
   std::optional<CloudError> error;
   const auto* update =
@@ -133,8 +133,8 @@ Outcome runPipeline(const NodeParameters& parameters, const CloudPoses& poses,
 TEST(CloudPipeline, looksForTheGroundInsideTheLimitsGivenInTheFrameOfTheBase) {
   NodeParameters parameters;
   parameters.map.resolution_m = 0.1;
-  parameters.octomap_server.filter_ground = true;
-  parameters.crop.max_m.x() = 2.0;
+  parameters.source.filter_ground = true;
+  parameters.source.crop.max_m.x() = 2.0;
   CloudPoses poses;
   poses.T_map_base =
       Eigen::Translation3d(5, 0, 0) * Eigen::AngleAxisd(0.5 * EIGEN_PI, Eigen::Vector3d::UnitZ());
@@ -160,11 +160,11 @@ TEST(CloudPipeline, looksForTheGroundInsideTheLimitsGivenInTheFrameOfTheBase) {
   EXPECT_EQ(cropped.hits, wall);
   EXPECT_EQ(cropped.statistics.num_filtered, 3000U);
 
-  parameters.crop = NodeParameters().crop;
+  parameters.source.crop = SourceParameters().crop;
   EXPECT_GT(runPipeline(parameters, poses, points_base).hits.size(), wall.size() + 100)
       << "the road is the ground now";
-  parameters.octomap_server.filter_ground = false;
-  parameters.crop.max_m.x() = 5.0;
+  parameters.source.filter_ground = false;
+  parameters.source.crop.max_m.x() = 5.0;
   poses.T_map_base.reset();
   for (const Cell& cell : runPipeline(parameters, poses, points_base).hits) {
     EXPECT_LE(cell.x, 50) << "without the filter the limits are in the frame of the map";
@@ -174,12 +174,12 @@ TEST(CloudPipeline, looksForTheGroundInsideTheLimitsGivenInTheFrameOfTheBase) {
 TEST(GroundFilter, KeepsTheFootOfAWallOnTheGround) {
   NodeParameters parameters;
   parameters.map.resolution_m = 0.1;
-  parameters.octomap_server.filter_ground = true;
+  parameters.source.filter_ground = true;
   CloudPoses poses;
   poses.T_map_cloud = Eigen::Translation3d(0.05, 0.05, 1.05);
   poses.T_map_sensor = poses.T_map_cloud;
   poses.T_map_base = Eigen::Isometry3d::Identity();
-  CloudPipeline pipeline(parameters);
+  CloudPipeline pipeline(parameters, parameters.source);
   cuboid_mapping::CuboidMap map(makeMapConfig(parameters));
   const auto insert = [&](double z) {
     std::vector<Eigen::Vector3d> points_cloud;
@@ -204,8 +204,9 @@ TEST(GroundFilter, KeepsTheFootOfAWallOnTheGround) {
 
 TEST(CloudPipeline, needsTheTransformOfTheBase) {
   NodeParameters parameters;
-  parameters.octomap_server.filter_ground = true;
-  EXPECT_EQ(neededFrames(parameters), std::vector<std::string>{"base_footprint"});
+  parameters.source.filter_ground = true;
+  EXPECT_EQ(PoseFrames(parameters, parameters.source).needed(),
+            std::vector<std::string>{"base_footprint"});
   tf2::BufferCore tf;
   geometry_msgs::TransformStamped transform;
   transform.header.frame_id = "map";
@@ -216,11 +217,12 @@ TEST(CloudPipeline, needsTheTransformOfTheBase) {
   header.frame_id = "lidar";
   header.stamp = ros::Time(5.0);
   std::string error;
-  EXPECT_FALSE(lookupPoses(tf, parameters, header, {}, error)) << "never with a wrong pose";
+  EXPECT_FALSE(lookupPoses(tf, PoseFrames(parameters, parameters.source), header, {}, error))
+      << "never with a wrong pose";
   EXPECT_NE(error.find("base_footprint"), std::string::npos) << error;
   transform.child_frame_id = "base_footprint";
   tf.setTransform(transform, "test", true);
-  EXPECT_TRUE(lookupPoses(tf, parameters, header, {}, error));
+  EXPECT_TRUE(lookupPoses(tf, PoseFrames(parameters, parameters.source), header, {}, error));
 }
 
 }  // namespace

@@ -287,22 +287,22 @@ void expectParity(const SensorMessage& message, SourceType type,
                   const std::vector<Eigen::Vector3f>& points_sensor) {
   NodeParameters parameters;
   parameters.source.type = type;
-  parameters.max_range_m = 12.0;
+  parameters.source.max_range_m = 12.0;
   CloudPoses poses;
   poses.T_map_cloud = Eigen::Translation3d(1.0, 2.0, 0.5) *
                       Eigen::AngleAxisd(0.3, Eigen::Vector3d(0.2, 0.5, 1.0).normalized());
   poses.T_map_sensor = poses.T_map_cloud;
-  Source source(parameters);
+  Source source(parameters, parameters.source);
   NodeStatistics statistics;
   std::optional<CloudError> error;
   const auto* update = source.pipeline.compute(message, poses, statistics, error);
   ASSERT_NE(update, nullptr) << error->text;
   cuboid_mapping::CuboidMap map(makeMapConfig(parameters));
   (void)map.apply(*update, source.pipeline.sensorModel());
-  octomap::OcTree tree = cuboid_mapping::makeOctomap(parameters.map);
+  octomap::OcTree tree = cuboid_mapping::makeOctomap(makeMapConfig(parameters));
   cuboid_mapping::insertIntoOctomap(
       cuboid_mapping::makeScan(poses.T_map_cloud, poses.T_map_sensor.translation(), points_sensor),
-      parameters.max_range_m, tree);
+      parameters.source.max_range_m, tree);
   const cuboid_mapping::Agreement agreement = cuboid_mapping::compareWithOctomap(map, tree);
   EXPECT_TRUE(agreement.isExact());
   EXPECT_GT(agreement.voxels, 5000.0);
@@ -338,8 +338,8 @@ TEST(SensorConversions, TheEndMarginOfASourceIsOfItsBeamsThatClear) {
     NodeParameters parameters;
     parameters.source.type = SourceType::kLaserScan;
     parameters.source.use = use;
-    parameters.end_margin_m = 1.0;
-    Source source(parameters);
+    parameters.source.end_margin_m = 1.0;
+    Source source(parameters, parameters.source);
     CloudPoses poses;
     poses.T_map_cloud = poses.T_map_sensor = Eigen::Isometry3d::Identity();
     NodeStatistics statistics;

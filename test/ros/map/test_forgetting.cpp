@@ -20,7 +20,7 @@ Cell cellOf(int brick) { return {8 * brick, 0, 0}; }
 
 NodeParameters makeParameters(double after_s, ForgetClass forgotten = ForgetClass::kAll) {
   NodeParameters parameters;
-  parameters.forget_after_s = after_s;
+  parameters.source.forget_after_s = after_s;
   parameters.forget_class = forgotten;
   return parameters;
 }
@@ -173,7 +173,7 @@ TEST_F(ForgettingTest, NothingIsForgottenWithoutATimeOrAStamp) {
 TEST_F(ForgettingTest, EachSourceRemembersForATimeOfItsOwn) {
   NodeParameters parameters;
   for (const double after_s : {100.0, 10.0, 0.0}) {
-    parameters.sources.push_back(makeParameters(after_s));
+    parameters.sources.push_back(makeParameters(after_s).source);
   }
   forgetting_ = Forgetting(parameters);
   see(1000.0, {0, 3}, 0);

@@ -31,34 +31,22 @@ Config withSwitch(const std::string& name, bool value) {
 TEST(Reconfigure, NamesAreKeysWithoutSlashesAndAllDifferent) {
   EXPECT_EQ(toReconfigureName("sensor_model/max_range"), "sensor_model_max_range");
   std::set<std::string> names;
-  for (const std::string& key : runtimeKeys()) names.insert(toReconfigureName(key));
-  EXPECT_EQ(names.size(), runtimeKeys().size());
-  // Those of octomap_server; max_depth has no effect.
+  for (const auto& [key, value] : runtimeValues({})) names.insert(toReconfigureName(key));
+  EXPECT_EQ(names.size(), runtimeValues({}).size());
+  // Those of octomap_server: a client refuses a request with a name that is not described.
   for (const char* name :
        {"pointcloud_min_z", "pointcloud_max_z", "occupancy_min_z", "occupancy_max_z",
         "filter_speckles", "filter_ground", "ground_filter_distance", "ground_filter_angle",
         "ground_filter_plane_distance", "sensor_model_max_range", "sensor_model_min_range",
         "sensor_model_hit", "sensor_model_miss", "sensor_model_min", "sensor_model_max",
-        "compress_map", "incremental_2D_projection"}) {
+        "compress_map", "incremental_2D_projection", "max_depth"}) {
     EXPECT_EQ(names.count(name), 1U) << name;
   }
 }
 
-TEST(Reconfigure, ClientsFindMaxDepthThoughItHasNoEffect) {
-  // That of Python refuses a request with a name that the description has not.
-  bool is_described = false;
-  for (const auto& parameter : describeConfig().groups.at(0).parameters) {
-    is_described = is_described || parameter.name == "max_depth";
-  }
-  EXPECT_TRUE(is_described);
-  ASSERT_FALSE(toConfig({}).ints.empty());
-  EXPECT_EQ(toConfig({}).ints.back().name, "max_depth");
-  EXPECT_EQ(toConfig({}).ints.back().value, 16);
-}
-
 TEST(Reconfigure, WhatIsInForceCanBeSentBackWithoutAnyChange) {
   NodeParameters parameters;
-  parameters.max_range_m = 20.0;
+  parameters.source.max_range_m = 20.0;
   parameters.octomap_server.filter_speckles = true;
   const LoadedParameters loaded = applyConfig(parameters, toConfig(parameters));
   EXPECT_TRUE(loaded.errors.empty());
@@ -84,7 +72,7 @@ TEST(Reconfigure, GraphicalClientsGetNamesToChooseFromAndRangesToDrag) {
 TEST(Reconfigure, EveryRuntimeParameterIsDescribedWithItsValueAndRange) {
   const auto description = describeConfig();
   ASSERT_EQ(description.groups.size(), 1U);
-  const std::size_t num_parameters = runtimeKeys().size() + 3;  // frame_id, resolution, max_depth
+  const std::size_t num_parameters = runtimeValues({}).size() + 2;  // frame_id, resolution
   EXPECT_EQ(description.groups[0].parameters.size(), num_parameters);
   for (const Config& config : {description.dflt, description.min, description.max}) {
     EXPECT_EQ(config.doubles.size() + config.ints.size() + config.bools.size() + config.strs.size(),
@@ -101,16 +89,16 @@ TEST(Reconfigure, EveryRuntimeParameterIsDescribedWithItsValueAndRange) {
 
 TEST(Reconfigure, OneValueChangesAndTheOthersStay) {
   NodeParameters parameters;
-  parameters.map.sensor_model.hit = 0.9;
+  parameters.source.sensor_model.hit = 0.9;
   LoadedParameters loaded = applyConfig(parameters, withNumber("sensor_model_min_range", 1.5));
   EXPECT_TRUE(loaded.errors.empty());
-  EXPECT_EQ(loaded.parameters.min_range_m, 1.5) << "octomap_server ignores it at run time";
-  EXPECT_EQ(loaded.parameters.map.sensor_model.hit, 0.9);
+  EXPECT_EQ(loaded.parameters.source.min_range_m, 1.5) << "octomap_server ignores it at run time";
+  EXPECT_EQ(loaded.parameters.source.sensor_model.hit, 0.9);
   loaded = applyConfig(parameters, withSwitch("filter_speckles", true));
   EXPECT_TRUE(loaded.parameters.octomap_server.filter_speckles);
-  EXPECT_EQ(loaded.parameters.map.sensor_model.hit, 0.9);
+  EXPECT_EQ(loaded.parameters.source.sensor_model.hit, 0.9);
   loaded = applyConfig(parameters, withNumber("pointcloud_max_z", 250.0));
-  EXPECT_EQ(loaded.parameters.crop.max_m.z(), 250.0) << "not clamped to 100";
+  EXPECT_EQ(loaded.parameters.source.crop.max_m.z(), 250.0) << "not clamped to 100";
   Config color_by;
   color_by.strs.resize(1);
   color_by.strs[0].name = "color_by";
@@ -125,7 +113,7 @@ TEST(Reconfigure, AllFieldsOfARequestCount) {
   request.bools.push_back(withSwitch("height_map", false).bools[0]);
   const LoadedParameters loaded = applyConfig({}, request);
   EXPECT_TRUE(loaded.errors.empty());
-  EXPECT_EQ(loaded.parameters.max_range_m, 30.0);
+  EXPECT_EQ(loaded.parameters.source.max_range_m, 30.0);
   EXPECT_EQ(loaded.parameters.octomap_server.occupancy_max_z_m, 2.0);
   EXPECT_FALSE(loaded.parameters.octomap_server.is_height_map);
 }
@@ -168,7 +156,7 @@ TEST(Reconfigure, ARequestWithEveryFieldOfOctomapServerCounts) {
   }
   EXPECT_EQ(num_found, numbers.size());
   EXPECT_TRUE(loaded.parameters.octomap_server.filter_speckles);
-  EXPECT_TRUE(loaded.parameters.octomap_server.filter_ground);
+  EXPECT_TRUE(loaded.parameters.source.filter_ground);
   EXPECT_FALSE(loaded.parameters.octomap_server.compress_map);
   EXPECT_TRUE(loaded.parameters.octomap_server.is_projection_incremental);
 }
@@ -182,12 +170,12 @@ TEST(Reconfigure, ABadRequestChangesNothingAndSaysWhy) {
     EXPECT_NE(loaded.errors[0].message.find(part), std::string::npos) << loaded.errors[0].message;
     EXPECT_EQ(toLogLines(loaded.parameters), toLogLines({})) << "not even what is good";
   };
-  expect_refused(withNumber("resolution", 0.1), "voxels of the map");
+  expect_refused(withNumber("resolution", 0.1), "while the node runs");
   Config frame;
   frame.strs.emplace_back();
   frame.strs[0].name = "frame_id";
   frame.strs[0].value = "odom";
-  expect_refused(frame, "fixed to this frame");
+  expect_refused(frame, "while the node runs");
   expect_refused(withNumber("sensor_model_hit", 0.3), "from 0.501");
   expect_refused(withNumber("max_deepness", 10), "not a parameter");
   expect_refused(withNumber("pointcloud_min_z", 1e12), "less than");

@@ -42,10 +42,10 @@ CloudError noTimesError(const SensorMessage& cloud) {
 }
 
 /// With the ground filter the crop is not of the scan: see CloudPipeline::cropInBase().
-cuboid_mapping::ScanLimits makeScanLimits(const NodeParameters& parameters) {
+cuboid_mapping::ScanLimits makeScanLimits(const SourceParameters& source) {
   cuboid_mapping::ScanLimits limits;
-  limits.min_range_m = parameters.min_range_m;
-  if (!parameters.octomap_server.filter_ground) limits.crop_map = parameters.crop;
+  limits.min_range_m = source.min_range_m;
+  if (!source.filter_ground) limits.crop_map = source.crop;
   return limits;
 }
 
@@ -58,36 +58,38 @@ int numThreads(const NodeParameters& parameters) {
 
 cuboid_mapping::MapConfig makeMapConfig(const NodeParameters& parameters) {
   cuboid_mapping::MapConfig config = parameters.map;
+  config.sensor_model = parameters.source.sensor_model;
   config.threads = numThreads(parameters);
   return config;
 }
 
-CloudPipeline::CloudPipeline(const NodeParameters& source)
-    : parameters_(source),
-      checks_(source.source.type == SourceType::kDepthImage, source.max_range_m),
-      sensor_model_(source.map.sensor_model, source.map.environment),
+CloudPipeline::CloudPipeline(const NodeParameters& parameters, const SourceParameters& source)
+    : source_(source),
+      self_filter_(parameters.self_filter),
+      grid_(parameters.map.resolution_m),
+      checks_(source.type == SourceType::kDepthImage, source.max_range_m),
+      sensor_model_(source.sensor_model, parameters.map.environment),
       scan_limits_(makeScanLimits(source)),
-      scan_updater_(cuboid_mapping::Grid(source.map.resolution_m),
-                    cuboid_mapping::BeamRanges{source.max_range_m, source.end_margin_m},
-                    numThreads(source), source.map.beamSampling()) {}
+      scan_updater_(grid_, cuboid_mapping::BeamRanges{source.max_range_m, source.end_margin_m},
+                    numThreads(parameters), parameters.map.beamSampling()) {}
 
 const ScanUpdate* CloudPipeline::compute(const SensorMessage& cloud, const CloudPoses& poses,
                                          NodeStatistics& statistics,
                                          std::optional<CloudError>& error) {
   Stopwatch stopwatch;
   CloudOptions options;
-  options.no_return_range_m = parameters_.no_return_range_m;
-  options.no_return_points = parameters_.no_return_points;
-  options.no_return_ranges_m = parameters_.no_return_ranges_m;
-  options.depth_unit_m = parameters_.source.depth_unit_m;
+  options.no_return_range_m = source_.no_return_range_m;
+  options.no_return_points = source_.no_return_points;
+  options.no_return_ranges_m = source_.no_return_ranges_m;
+  options.depth_unit_m = source_.depth_unit_m;
   options.T_cloud_sensor = poses.T_map_cloud.inverse() * poses.T_map_sensor;
-  options.wants_numbers = parameters_.source.deskew;
+  options.wants_numbers = source_.deskew;
   auto converted = convert(cloud, options);
   if (const auto* defect = std::get_if<CloudError>(&converted)) {
     error = *defect;
     return nullptr;
   }
-  if (parameters_.source.deskew && poses.slices.empty()) {
+  if (source_.deskew && poses.slices.empty()) {
     error = noTimesError(cloud);
     return nullptr;
   }
@@ -111,7 +113,7 @@ std::vector<Scan> CloudPipeline::makeScans(const SensorMessage& cloud, CloudPoin
                                            const CloudPoses& poses,
                                            NodeStatistics& statistics) const {
   std::vector<Scan> scans;
-  if (parameters_.source.deskew) {
+  if (source_.deskew) {
     scans = makeSlices(cloud, points, poses, statistics);
   } else {
     leaveOutRobot(points, poses, statistics);
@@ -119,10 +121,9 @@ std::vector<Scan> CloudPipeline::makeScans(const SensorMessage& cloud, CloudPoin
     scans.push_back(makeScan(points, poses, statistics));
     scans.back().open_ends = ground;
   }
-  if (parameters_.self_filter.keep_free) {
-    scans.front().free_points = findRobotVoxels(parameters_.self_filter.parts, poses.T_map_parts,
-                                                cuboid_mapping::Grid(parameters_.map.resolution_m),
-                                                scans.front().anchor_map);
+  if (self_filter_.keep_free) {
+    scans.front().free_points =
+        findRobotVoxels(self_filter_.parts, poses.T_map_parts, grid_, scans.front().anchor_map);
   }
   return scans;
 }
@@ -132,7 +133,7 @@ std::vector<Scan> CloudPipeline::makeSlices(const SensorMessage& cloud, const Cl
                                             NodeStatistics& statistics) const {
   std::vector<Scan> scans;
   std::vector<CloudPoints> parts =
-      divideIntoSlices(points, *readSourceTimes(cloud, parameters_), poses.slices);
+      divideIntoSlices(points, *readSourceTimes(cloud, source_), poses.slices);
   statistics.num_odd_times += points.points.size() + points.no_returns.size();
   for (const CloudPoints& part : parts) {
     statistics.num_odd_times -= part.points.size() + part.no_returns.size();
@@ -160,8 +161,7 @@ void CloudPipeline::leaveOutRobot(CloudPoints& points, const CloudPoses& poses,
   for (const Eigen::Isometry3d& T_map_part : poses.T_map_parts) {
     T_part_points.push_back(T_map_part.inverse() * T_map_points);
   }
-  statistics.num_on_robot +=
-      removePointsOnRobot(parameters_.self_filter.parts, T_part_points, points.points);
+  statistics.num_on_robot += removePointsOnRobot(self_filter_.parts, T_part_points, points.points);
 }
 
 std::vector<Eigen::Vector3f> CloudPipeline::takeGround(CloudPoints& points, const CloudPoses& poses,
@@ -170,8 +170,7 @@ std::vector<Eigen::Vector3f> CloudPipeline::takeGround(CloudPoints& points, cons
   const Eigen::Isometry3d T_base_points =
       poses.T_map_base->inverse() * poses.T_map_cloud * Eigen::Translation3d(points.anchor_cloud);
   cropInBase(points.points, T_base_points, statistics);
-  GroundSplit split =
-      splitGround(points.points, T_base_points, parameters_.octomap_server.ground_filter);
+  GroundSplit split = splitGround(points.points, T_base_points, source_.ground_filter);
   points.points = std::move(split.others);
   CloudPoints ground;
   ground.anchor_cloud = points.anchor_cloud;
@@ -183,7 +182,7 @@ void CloudPipeline::cropInBase(std::vector<Eigen::Vector3f>& points,
                                const Eigen::Isometry3d& T_base_points,
                                NodeStatistics& statistics) const {
   const auto is_outside = [&](const Eigen::Vector3f& point) {
-    return !cuboid_mapping::isInside(parameters_.crop, T_base_points * point.cast<double>());
+    return !cuboid_mapping::isInside(source_.crop, T_base_points * point.cast<double>());
   };
   const auto end = std::remove_if(points.begin(), points.end(), is_outside);
   statistics.num_filtered += static_cast<std::uint64_t>(std::distance(end, points.end()));
@@ -191,10 +190,10 @@ void CloudPipeline::cropInBase(std::vector<Eigen::Vector3f>& points,
 }
 
 const ScanUpdate& CloudPipeline::takeUse(const ScanUpdate& update) {
-  if (parameters_.source.use == SourceUse::kBoth) return update;
+  if (source_.use == SourceUse::kBoth) return update;
   used_ = update;
   for (BrickUpdate& brick : used_.bricks) {
-    if (parameters_.source.use == SourceUse::kMark) {
+    if (source_.use == SourceUse::kMark) {
       brick.misses = {};
       brick.grazes = {};
     } else {

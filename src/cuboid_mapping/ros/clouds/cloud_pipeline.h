@@ -20,7 +20,7 @@ namespace cuboid_mapping_ros {
 /// Threads for the work on a cloud: those of the parameter, or one for each core.
 [[nodiscard]] int numThreads(const NodeParameters& parameters);
 
-/// The map of the parameters.
+/// The map of the parameters, with the sensor model outside the list of sources.
 [[nodiscard]] cuboid_mapping::MapConfig makeMapConfig(const NodeParameters& parameters);
 
 /// Of one source: from the message to the voxels that it observes: conversion, ground, filters, ray walk. The
@@ -31,7 +31,7 @@ namespace cuboid_mapping_ros {
 class CloudPipeline {
  public:
   /// @param source  One of sourcesOf().
-  explicit CloudPipeline(const NodeParameters& source);
+  CloudPipeline(const NodeParameters& parameters, const SourceParameters& source);
 
   /// @param statistics  Gets counts and times, also of a cloud that is refused.
   /// @param error  Set when the cloud is refused.
@@ -73,7 +73,9 @@ class CloudPipeline {
                                                              NodeStatistics& statistics) const;
   [[nodiscard]] const cuboid_mapping::ScanUpdate& takeUse(const cuboid_mapping::ScanUpdate& update);
 
-  NodeParameters parameters_;
+  SourceParameters source_;
+  SelfFilterParameters self_filter_;
+  cuboid_mapping::Grid grid_;
   CloudChecks checks_;
   cuboid_mapping::SensorModel sensor_model_;
   cuboid_mapping::ScanLimits scan_limits_;

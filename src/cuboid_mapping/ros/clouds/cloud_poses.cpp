@@ -14,77 +14,75 @@ namespace {
 /// Earlier than that, slices could lie before time begins.
 constexpr double kMinStamp_s = 2.0;
 
-std::optional<CloudPoses> lookupAt(const tf2::BufferCore& tf, const NodeParameters& parameters,
+std::optional<CloudPoses> lookupAt(const tf2::BufferCore& tf, const PoseFrames& frames,
                                    const std::string& cloud_frame_id, const ros::Time& stamp,
                                    std::string& error) {
   bool is_complete = true;
   const auto lookup = [&](const std::string& frame_id) {
-    const TfLookup result = lookupTransform(tf, parameters.frame_id, frame_id, stamp);
+    const TfLookup result = lookupTransform(tf, frames.map, frame_id, stamp);
     if (!result.T_target_source && is_complete) error = result.error;
     is_complete = is_complete && result.T_target_source;
     return result.T_target_source.value_or(Eigen::Isometry3d::Identity());
   };
   CloudPoses poses;
   poses.T_map_cloud = lookup(cloud_frame_id);
-  poses.T_map_sensor =
-      parameters.sensor_frame.empty() ? poses.T_map_cloud : lookup(parameters.sensor_frame);
-  if (parameters.octomap_server.filter_ground) {
-    poses.T_map_base = lookup(parameters.octomap_server.base_frame_id);
-  }
-  if (parameters.window.isOn()) {
-    poses.window_center_map = lookup(parameters.window.frame_id).translation();
-  }
+  poses.T_map_sensor = frames.sensor.empty() ? poses.T_map_cloud : lookup(frames.sensor);
+  if (!frames.base.empty()) poses.T_map_base = lookup(frames.base);
+  if (!frames.window.empty()) poses.window_center_map = lookup(frames.window).translation();
   const bool is_cloud_complete = is_complete;
-  for (const RobotPart& part : parameters.self_filter.parts) {
-    poses.T_map_parts.push_back(lookup(part.frame_id));
-  }
+  for (const std::string& part : frames.parts) poses.T_map_parts.push_back(lookup(part));
   if (is_complete) return poses;
   if (is_cloud_complete) error += " (a frame of self_filter; see self_filter/ignored_links)";
   return std::nullopt;
 }
 
 /// Stamp of the newest transform between a frame and the map's; 0 where all are static. @throws What tf throws.
-double newestStamp_s(const tf2::BufferCore& tf, const NodeParameters& parameters,
+double newestStamp_s(const tf2::BufferCore& tf, const std::string& map_frame_id,
                      const std::string& frame_id) {
   const std::string source = withoutSlash(frame_id);
-  const std::string target = withoutSlash(parameters.frame_id);
+  const std::string target = withoutSlash(map_frame_id);
   if (source == target) return 0.0;
   return tf.lookupTransform(target, source, ros::Time()).header.stamp.toSec();
 }
 
 }  // namespace
 
-std::vector<std::string> neededFrames(const NodeParameters& parameters) {
-  std::vector<std::string> frame_ids;
-  if (!parameters.sensor_frame.empty()) frame_ids.push_back(parameters.sensor_frame);
-  if (parameters.octomap_server.filter_ground) {
-    frame_ids.push_back(parameters.octomap_server.base_frame_id);
+PoseFrames::PoseFrames(const NodeParameters& parameters, const SourceParameters& source)
+    : map(parameters.frame_id),
+      sensor(source.sensor_frame),
+      base(source.filter_ground ? parameters.octomap_server.base_frame_id : ""),
+      window(parameters.window.frame_id) {
+  for (const RobotPart& part : parameters.self_filter.parts) parts.push_back(part.frame_id);
+}
+
+std::vector<std::string> PoseFrames::needed() const {
+  std::vector<std::string> frame_ids = parts;
+  for (const std::string& frame_id : {sensor, base, window}) {
+    if (!frame_id.empty()) frame_ids.push_back(frame_id);
   }
-  if (parameters.window.isOn()) frame_ids.push_back(parameters.window.frame_id);
-  for (const RobotPart& part : parameters.self_filter.parts) frame_ids.push_back(part.frame_id);
   return frame_ids;
 }
 
 std::optional<std::vector<double>> readSourceTimes(const SensorMessage& cloud,
-                                                   const NodeParameters& parameters) {
-  return readPointTimes(cloud, parameters.no_return_range_m > 0.0);
+                                                   const SourceParameters& source) {
+  return readPointTimes(cloud, source.no_return_range_m > 0.0);
 }
 
-Slices readSlices(const SensorMessage& cloud, const NodeParameters& parameters) {
-  if (!parameters.source.deskew || cloud.header().stamp.toSec() < kMinStamp_s) return {};
-  const auto times_s = readSourceTimes(cloud, parameters);
+Slices readSlices(const SensorMessage& cloud, const SourceParameters& source) {
+  if (!source.deskew || cloud.header().stamp.toSec() < kMinStamp_s) return {};
+  const auto times_s = readSourceTimes(cloud, source);
   return times_s ? findSlices(*times_s).value_or(Slices()) : Slices();
 }
 
-std::optional<CloudPoses> lookupPoses(const tf2::BufferCore& tf, const NodeParameters& parameters,
+std::optional<CloudPoses> lookupPoses(const tf2::BufferCore& tf, const PoseFrames& frames,
                                       const std_msgs::Header& header, const Slices& slices,
                                       std::string& error) {
-  auto poses = lookupAt(tf, parameters, header.frame_id, header.stamp, error);
+  auto poses = lookupAt(tf, frames, header.frame_id, header.stamp, error);
   if (!poses) return poses;
   // From the last on: that is what tf may not have yet.
   for (auto slice = slices.rbegin(); slice != slices.rend(); ++slice) {
     auto slice_poses =
-        lookupAt(tf, parameters, header.frame_id, header.stamp + middleOf(*slice), error);
+        lookupAt(tf, frames, header.frame_id, header.stamp + middleOf(*slice), error);
     if (!slice_poses) return std::nullopt;
     poses->slice_poses.push_back(*std::move(slice_poses));
   }
@@ -93,19 +91,19 @@ std::optional<CloudPoses> lookupPoses(const tf2::BufferCore& tf, const NodeParam
   return poses;
 }
 
-PoseSearch findPoses(tf2::BufferCore& tf, const NodeParameters& parameters,
-                     const std_msgs::Header& header, const Slices& slices) {
+PoseSearch findPoses(tf2::BufferCore& tf, const PoseFrames& frames, const std_msgs::Header& header,
+                     const Slices& slices) {
   PoseSearch search;
-  search.poses = lookupPoses(tf, parameters, header, slices, search.why);
+  search.poses = lookupPoses(tf, frames, header, slices, search.why);
   if (search.poses || header.stamp.isZero()) return search;
   const double last_s = slices.empty() ? 0.0 : middleOf(slices.back()).toSec();
   const double stamp_s = header.stamp.toSec();
-  std::vector<std::string> frame_ids = neededFrames(parameters);
+  std::vector<std::string> frame_ids = frames.needed();
   frame_ids.push_back(header.frame_id);
   std::optional<double> lead_s;
   for (const std::string& frame_id : frame_ids) {
     try {
-      const double newest_s = newestStamp_s(tf, parameters, frame_id);
+      const double newest_s = newestStamp_s(tf, frames.map, frame_id);
       if (newest_s == 0.0) continue;
       search.is_too_old |= stamp_s < newest_s - tf.getCacheLength().toSec();
       lead_s = std::max(lead_s.value_or(stamp_s + last_s - newest_s), stamp_s + last_s - newest_s);

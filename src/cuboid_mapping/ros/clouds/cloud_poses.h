@@ -34,21 +34,32 @@ struct CloudPoses {
   ///@}
 };
 
-/// Frames that must have a transform to the map's, besides that of the cloud.
-[[nodiscard]] std::vector<std::string> neededFrames(const NodeParameters& parameters);
+/// Frames whose poses the clouds of a source need.
+struct PoseFrames {
+  std::string map;
+  std::string sensor;              ///< Empty: that of the cloud.
+  std::string base;                ///< Empty without filter_ground.
+  std::string window;              ///< Empty without a window.
+  std::vector<std::string> parts;  ///< Of self_filter.parts.
+
+  PoseFrames(const NodeParameters& parameters, const SourceParameters& source);
+
+  /// Those that must have a transform to the map's, besides that of the cloud.
+  [[nodiscard]] std::vector<std::string> needed() const;
+};
 
 /// readPointTimes() of a source: with those of beams without return where the source maps them.
 [[nodiscard]] std::optional<std::vector<double>> readSourceTimes(const SensorMessage& cloud,
-                                                                 const NodeParameters& parameters);
+                                                                 const SourceParameters& source);
 
-/// The slices of a cloud that is to be deskewed; none where the parameters do not want it, or its times are none.
+/// The slices of a cloud that is to be deskewed; none where the source does not want it, or its times are none.
 /// @complexity O(points).
-[[nodiscard]] Slices readSlices(const SensorMessage& cloud, const NodeParameters& parameters);
+[[nodiscard]] Slices readSlices(const SensorMessage& cloud, const SourceParameters& source);
 
 /// The poses of a cloud at its stamp, and of its slices. Never waits. @param slices  Of readSlices().
 /// @return Nothing when tf does not have all of them: never a wrong pose. @param error  Says why.
 [[nodiscard]] std::optional<CloudPoses> lookupPoses(const tf2::BufferCore& tf,
-                                                    const NodeParameters& parameters,
+                                                    const PoseFrames& frames,
                                                     const std_msgs::Header& header,
                                                     const Slices& slices, std::string& error);
 
@@ -65,7 +76,7 @@ struct PoseSearch {
 };
 
 /// lookupPoses(), and what is wrong where there are none.
-[[nodiscard]] PoseSearch findPoses(tf2::BufferCore& tf, const NodeParameters& parameters,
+[[nodiscard]] PoseSearch findPoses(tf2::BufferCore& tf, const PoseFrames& frames,
                                    const std_msgs::Header& header, const Slices& slices);
 
 }  // namespace cuboid_mapping_ros

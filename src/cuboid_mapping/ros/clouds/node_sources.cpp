@@ -43,7 +43,7 @@ void NodeSources::report(std::size_t source, diagnostic_updater::DiagnosticStatu
   report.statistics = noted.statistics;
   report.rate_hz = noted.rate_hz;
   report.topic = subscribers_[source]->topic();
-  report.type = toString(at(source).parameters.source.type);
+  report.type = toString(at(source).parameters.type);
   report.num_publishers = subscribers_[source]->numPublishers();
   report.silence_s = silence.count();
   report.is_simulated_time = ros::Time::isSimTime();

@@ -5,8 +5,8 @@ namespace cuboid_mapping_ros {
 
 std::vector<std::unique_ptr<Source>> makeSources(const NodeParameters& parameters) {
   std::vector<std::unique_ptr<Source>> sources;
-  for (const NodeParameters& source : sourcesOf(parameters)) {
-    sources.push_back(std::make_unique<Source>(source));
+  for (const SourceParameters& source : sourcesOf(parameters)) {
+    sources.push_back(std::make_unique<Source>(parameters, source));
   }
   return sources;
 }

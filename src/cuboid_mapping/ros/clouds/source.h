@@ -11,9 +11,11 @@ namespace cuboid_mapping_ros {
 
 /// A sensor, without the topic: what becomes of its messages. Not thread-safe.
 struct Source {
-  explicit Source(const NodeParameters& source) : parameters(source), pipeline(source) {}
+  Source(const NodeParameters& node, const SourceParameters& source)
+      : parameters(source), frames(node, source), pipeline(node, source) {}
 
-  NodeParameters parameters;
+  SourceParameters parameters;
+  PoseFrames frames;
   CloudPipeline pipeline;
 };
 

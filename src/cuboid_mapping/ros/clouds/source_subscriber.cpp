@@ -21,16 +21,16 @@ std::string cameraInfoBeside(const std::string& image_topic) {
   return topic.substr(0, topic.rfind('/') + 1) + "camera_info";
 }
 
-SourceSubscriber::SourceSubscriber(const ros::NodeHandle& nh, const NodeParameters& source,
+SourceSubscriber::SourceSubscriber(const ros::NodeHandle& nh, const SourceParameters& source,
                                    std::size_t index, Callbacks callbacks)
     : nh_(nh),
       index_(index),
       callbacks_(std::move(callbacks)),
-      topic_(nh.resolveName(source.source.topic)) {
-  switch (source.source.type) {
+      topic_(nh.resolveName(source.topic)) {
+  switch (source.type) {
     case SourceType::kPointCloud: listen<sensor_msgs::PointCloud2>(); break;
     case SourceType::kLaserScan: listen<sensor_msgs::LaserScan>(); break;
-    case SourceType::kDepthImage: listenToDepth(source.source); break;
+    case SourceType::kDepthImage: listenToDepth(source); break;
   }
 }
 

@@ -31,7 +31,7 @@ class SourceSubscriber {
   };
 
   /// @param nh  Of a thread of its own, in which the callbacks take some microseconds.
-  SourceSubscriber(const ros::NodeHandle& nh, const NodeParameters& source, std::size_t index,
+  SourceSubscriber(const ros::NodeHandle& nh, const SourceParameters& source, std::size_t index,
                    Callbacks callbacks);
   SourceSubscriber(const SourceSubscriber&) = delete;
   SourceSubscriber& operator=(const SourceSubscriber&) = delete;

@@ -21,7 +21,7 @@ bool isDue(std::optional<CloudLedger::Clock::time_point>& last) {
 }
 
 SpeedWatch makeSpeedWatch(const NodeParameters& parameters) {
-  return SpeedWatch(parameters.map.resolution_m, parameters.max_range_m,
+  return SpeedWatch(parameters.map.resolution_m, parameters.source.max_range_m,
                     sourcesOf(parameters).size());
 }
 
@@ -29,8 +29,8 @@ SpeedWatch makeSpeedWatch(const NodeParameters& parameters) {
 
 CloudLedger::CloudLedger(const NodeParameters& parameters)
     : speed_watch_(makeSpeedWatch(parameters)) {
-  for (const NodeParameters& source : sourcesOf(parameters)) {
-    rate_limits_.emplace_back(source.source.max_rate_hz);
+  for (const SourceParameters& source : sourcesOf(parameters)) {
+    rate_limits_.emplace_back(source.max_rate_hz);
   }
   page_.sources.resize(rate_limits_.size());
   page_.last_received = page_.last_progress = Clock::now();
@@ -99,9 +99,9 @@ void CloudLedger::giveAdvice(bool is_behind) {
 void CloudLedger::setParameters(const NodeParameters& parameters) {
   const std::lock_guard<std::mutex> lock(mutex_);
   speed_watch_ = makeSpeedWatch(parameters);
-  const std::vector<NodeParameters> sources = sourcesOf(parameters);
+  const std::vector<SourceParameters> sources = sourcesOf(parameters);
   for (std::size_t i = 0; i < rate_limits_.size(); ++i) {
-    rate_limits_[i] = RateLimit(sources.at(i).source.max_rate_hz);
+    rate_limits_[i] = RateLimit(sources.at(i).max_rate_hz);
   }
 }
 

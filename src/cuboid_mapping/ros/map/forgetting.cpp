@@ -60,7 +60,7 @@ ChangeSet forgetBrick(const Cell& brick, ForgetClass of_class, ForgetTo forget_t
 
 Forgetting::Forgetting(const NodeParameters& parameters)
     : class_(parameters.forget_class), forget_to_(parameters.forget_to) {
-  for (const NodeParameters& source : sourcesOf(parameters)) {
+  for (const SourceParameters& source : sourcesOf(parameters)) {
     const auto time_ns = static_cast<Time>(1e9 * source.forget_after_s);
     times_ns_.push_back(time_ns);
     if (time_ns > 0 && (!isOn() || time_ns < shortest_ns_)) shortest_ns_ = time_ns;

@@ -254,7 +254,7 @@ std::optional<MapSnapshot> readStartMap(NodeParameters& parameters) {
                        !parameters.window.keeps() && hasMap(parameters.autosave_file);
   const std::string& name = goes_on ? parameters.autosave_file : parameters.map_file;
   if (name.empty()) return std::nullopt;
-  MapFile file = readFileWithin(name, parameters.map.resolution_m, parameters.map.sensor_model,
+  MapFile file = readFileWithin(name, parameters.map.resolution_m, parameters.source.sensor_model,
                                 makeSnapshotLimits(parameters));
   if (goes_on) {
     const std::string error =

@@ -181,8 +181,12 @@ CloudBuffer::Callbacks MappingNode::bufferCallbacks() {
 }
 
 CloudBuffer::FindPoses MappingNode::makeSearch(const NodeParameters& parameters) {
-  return [this, sources = sourcesOf(parameters)](const SensorMessage& cloud, const Slices& slices) {
-    return findPoses(tf_buffer_, sources.at(cloud.source), cloud.header(), slices);
+  std::vector<PoseFrames> frames;
+  for (const SourceParameters& source : sourcesOf(parameters)) {
+    frames.emplace_back(parameters, source);
+  }
+  return [this, frames](const SensorMessage& cloud, const Slices& slices) {
+    return findPoses(tf_buffer_, frames.at(cloud.source), cloud.header(), slices);
   };
 }
 
@@ -231,7 +235,7 @@ void MappingNode::integrate(const SensorMessage& cloud, const CloudPoses& poses)
   forget(*update, cloud.header().stamp, cloud.source);
   guard_.run(kObservationsTopic, [&] {
     observation_publisher_.publish(cloud.header().stamp, poses.T_map_sensor.translation(),
-                                   source.parameters.map.sensor_model, taken);
+                                   source.parameters.sensor_model, taken);
   });
 }
 
@@ -266,7 +270,7 @@ void MappingNode::reconfigure(const NodeParameters& parameters) {
   }
   buffer_.setSearch(makeSearch(parameters));
   map_.edit([&](cuboid_mapping::CuboidMap& map, const ros::Time& /*stamp*/) {
-    return map.setSensorModel(parameters.map.sensor_model);
+    return map.setSensorModel(parameters.source.sensor_model);
   });
   map_.saveHead();
   has_color_span_ = parameters.color_period_m == 0.0;

@@ -13,7 +13,7 @@ LastCloud MappingNode::describeLastCloud(const CloudLedger::Page& page) {
   // Not by ros::Duration, which throws beyond 2^31 s.
   cloud.age_s = page.last_arrival.toSec() - page.last_header.stamp.toSec();
   const PoseSearch search =
-      findPoses(tf_buffer_, sources_.at(page.last_source).parameters, page.last_header, {});
+      findPoses(tf_buffer_, sources_.at(page.last_source).frames, page.last_header, {});
   cloud.tf_error = search.why;
   cloud.tf_lead_s = search.lead_s;
   return cloud;

@@ -12,9 +12,6 @@ enum class ObservationExcess : unsigned char {
   kThin    ///< Clouds are left out of the observations, and counted.
 };
 
-/// "later" or "thin".
-[[nodiscard]] const char* toString(ObservationExcess excess);
-
 /// Of maps of several robots.
 struct FleetParameters {
   double observation_max_kb_s = 0.0;  ///< That may be sent to each listener; 0: all.

@@ -8,6 +8,9 @@
 namespace cuboid_mapping_ros {
 namespace {
 
+/// What follows the last slash.
+std::string lastPart(const std::string& key) { return key.substr(key.rfind('/') + 1); }
+
 /// Number of characters to insert, remove or replace (Levenshtein).
 std::size_t editDistance(const std::string& a, const std::string& b) {
   std::vector<std::size_t> row(b.size() + 1);
@@ -50,8 +53,6 @@ std::size_t distanceBetween(const std::string& key, const std::string& known) {
 }
 
 }  // namespace
-
-std::string lastPart(const std::string& key) { return key.substr(key.rfind('/') + 1); }
 
 std::optional<std::string> findNearestKey(const std::string& key,
                                           const std::vector<std::string>& known_keys) {

@@ -7,9 +7,6 @@
 
 namespace cuboid_mapping_ros {
 
-/// What follows the last slash.
-[[nodiscard]] std::string lastPart(const std::string& key);
-
 /// The known key that is most like another one; nothing when none is near.
 [[nodiscard]] std::optional<std::string> findNearestKey(const std::string& key,
                                                         const std::vector<std::string>& known_keys);

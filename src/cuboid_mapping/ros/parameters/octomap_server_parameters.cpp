@@ -6,95 +6,79 @@
 namespace cuboid_mapping_ros {
 namespace {
 
+using O = OctomapServerParameters;
 using P = NodeParameters;
+using S = SourceParameters;
 
 std::vector<ParameterDeclaration> declareGround() {
   return {
-      {"base_frame_id", "",
-       FrameKind{[](P& p) -> std::string& { return p.octomap_server.base_frame_id; }, false},
+      {"base_frame_id", "", frame({&P::octomap_server, &O::base_frame_id}, false),
        "Frame of the robot with z = 0 on the ground. Only used with filter_ground."},
-      {"filter_ground", "",
-       BooleanKind{[](P& p) -> bool& { return p.octomap_server.filter_ground; }},
+      {"filter_ground", "", boolean(&S::filter_ground),
        "true: points on the ground clear the space in front of them and are not mapped as "
        "obstacles."},
       {"ground_filter/distance", "m",
-       NumberKind{[](P& p) -> double& { return p.octomap_server.ground_filter.distance_m; }, 0.001,
-                  1.0},
+       number({&S::ground_filter, &GroundFilterConfig::distance_m}, 0.001, 1.0),
        "Points closer to the ground plane than this belong to the ground."},
       {"ground_filter/angle", "rad",
-       NumberKind{[](P& p) -> double& { return p.octomap_server.ground_filter.angle_rad; }, 0.001,
-                  15.0},
+       number({&S::ground_filter, &GroundFilterConfig::angle_rad}, 0.001, 15.0),
        "Largest angle between the ground plane and the xy plane of base_frame_id."},
       {"ground_filter/plane_distance", "m",
-       NumberKind{[](P& p) -> double& { return p.octomap_server.ground_filter.plane_distance_m; },
-                  0.001, 1.0},
+       number({&S::ground_filter, &GroundFilterConfig::plane_distance_m}, 0.001, 1.0),
        "Largest height of the ground plane above or below z = 0 of base_frame_id."},
   };
 }
 
 std::vector<ParameterDeclaration> declareProducts() {
   return {
-      {"occupancy_min_z", "m",
-       NumberKind{[](P& p) -> double& { return p.octomap_server.occupancy_min_z_m; }},
+      {"occupancy_min_z", "m", number({&P::octomap_server, &O::occupancy_min_z_m}),
        "Cells below this height are left out of octomap_server's markers, points and "
        "projected_map."},
-      {"occupancy_max_z", "m",
-       NumberKind{[](P& p) -> double& { return p.octomap_server.occupancy_max_z_m; }},
+      {"occupancy_max_z", "m", number({&P::octomap_server, &O::occupancy_max_z_m}),
        "Cells above this height are left out of octomap_server's markers, points and "
        "projected_map."},
-      {"min_x_size", "m",
-       NumberKind{[](P& p) -> double& { return p.octomap_server.min_x_size_m; }, 0.0, 1e4},
+      {"min_x_size", "m", number({&P::octomap_server, &O::min_x_size_m}, 0.0, 1e4),
        "Minimum extent of projected_map along x, centred on the origin."},
-      {"min_y_size", "m",
-       NumberKind{[](P& p) -> double& { return p.octomap_server.min_y_size_m; }, 0.0, 1e4},
+      {"min_y_size", "m", number({&P::octomap_server, &O::min_y_size_m}, 0.0, 1e4),
        "Minimum extent of projected_map along y, centred on the origin."},
-      {"projected_map_memory", "MB",
-       IntegerKind{[](P& p) -> int& { return p.octomap_server.max_projection_mb; }, 1, 1000},
+      {"projected_map_memory", "MB", integer({&P::octomap_server, &O::max_projection_mb}, 1, 1000),
        "Largest projected_map, of one byte for each cell. What lies farthest from the rest of the "
        "map, such as one stray return, is left out of a larger one; the log says where it is."},
-      {"filter_speckles", "",
-       BooleanKind{[](P& p) -> bool& { return p.octomap_server.filter_speckles; }},
+      {"filter_speckles", "", boolean({&P::octomap_server, &O::filter_speckles}),
        "true: occupied voxels without an occupied neighbour (of 26) are left out of "
        "octomap_server's markers, points and projected_map."},
-      {"publish_free_space", "",
-       BooleanKind{[](P& p) -> bool& { return p.octomap_server.publish_free_space; }},
+      {"publish_free_space", "", boolean({&P::octomap_server, &O::publish_free_space}),
        "true: free_cells_vis_array is published. free_cuboids always is."},
       {"incremental_2D_projection", "",
-       BooleanKind{[](P& p) -> bool& { return p.octomap_server.is_projection_incremental; }},
+       boolean({&P::octomap_server, &O::is_projection_incremental}),
        "Has no effect here: projected_map is always updated incrementally."},
-      {"compress_map", "", BooleanKind{[](P& p) -> bool& { return p.octomap_server.compress_map; }},
+      {"max_depth", "", integer({&P::octomap_server, &O::max_depth}, 1, 16),
+       "Has no effect here: cells of all sizes are shown."},
+      {"compress_map", "", boolean({&P::octomap_server, &O::compress_map}),
        "Has no effect here: octrees are always pruned."},
   };
 }
 
-/// The channels of a colour; `Field` gives the array of the parameters.
-template <std::array<double, 4> OctomapServerParameters::*Field>
-std::vector<ParameterDeclaration> declareColor(const std::string& key, const std::string& what) {
-  return {
-      {key + "/r", "",
-       NumberKind{[](P& p) -> double& { return (p.octomap_server.*Field)[0]; }, 0, 1},
-       "Red of " + what},
-      {key + "/g", "",
-       NumberKind{[](P& p) -> double& { return (p.octomap_server.*Field)[1]; }, 0, 1},
-       "Green of " + what},
-      {key + "/b", "",
-       NumberKind{[](P& p) -> double& { return (p.octomap_server.*Field)[2]; }, 0, 1},
-       "Blue of " + what},
-      {key + "/a", "",
-       NumberKind{[](P& p) -> double& { return (p.octomap_server.*Field)[3]; }, 0, 1},
-       "Opacity of " + what},
-  };
+/// The channels of a colour.
+std::vector<ParameterDeclaration> declareColor(const std::string& key,
+                                               std::array<double, 4> O::*color,
+                                               const std::string& what) {
+  const std::array<const char*, 4> names{"Red of ", "Green of ", "Blue of ", "Opacity of "};
+  std::vector<ParameterDeclaration> table;
+  for (std::size_t i = 0; i < names.size(); ++i) {
+    const Field<double> field([=](P& p) -> double& { return (p.octomap_server.*color)[i]; }, false);
+    table.push_back({key + '/' + "rgba"[i], "", number(field, 0.0, 1.0), names[i] + what});
+  }
+  return table;
 }
 
 std::vector<ParameterDeclaration> declareColors() {
   return {
-      {"height_map", "", BooleanKind{[](P& p) -> bool& { return p.octomap_server.is_height_map; }},
+      {"height_map", "", boolean({&P::octomap_server, &O::is_height_map}),
        "true: occupied_cells_vis_array is coloured by height."},
-      {"color_factor", "",
-       NumberKind{[](P& p) -> double& { return p.octomap_server.color_factor; }, 0.0, 1.0},
+      {"color_factor", "", number({&P::octomap_server, &O::color_factor}, 0.0, 1.0),
        "Part of the colour circle that spans the height of the map, with height_map."},
-      {"colored_map", "",
-       BooleanKind{[](P& p) -> bool& { return p.octomap_server.is_colored_map; }},
+      {"colored_map", "", boolean({&P::octomap_server, &O::is_colored_map}),
        "Has no effect here: cells have no colours of their own."},
   };
 }
@@ -125,23 +109,18 @@ bool isOfOctomapServer(const std::string& key) {
 const std::map<std::string, std::string>& octomapServerOnly() {
   static const std::string kChanges = "changes are published on cuboid_map_updates";
   static const std::map<std::string, std::string> kNames = {
-      {"max_depth", "cells of all sizes are shown"},
-      {"track_changes", kChanges},
-      {"listen_changes", kChanges},
-      {"topic_changes", kChanges},
-      {"change_id_frame", kChanges},
-      {"min_change_pub", kChanges},
+      {"track_changes", kChanges},   {"listen_changes", kChanges}, {"topic_changes", kChanges},
+      {"change_id_frame", kChanges}, {"min_change_pub", kChanges},
   };
   return kNames;
 }
 
 std::vector<ParameterDeclaration> declareOctomapServer() {
   std::vector<ParameterDeclaration> table = declareGround();
-  using S = OctomapServerParameters;
   for (const auto& part :
        {declareProducts(), declareColors(),
-        declareColor<&S::color>("color", "occupied_cells_vis_array, without height_map."),
-        declareColor<&S::color_free>("color_free", "free_cells_vis_array.")}) {
+        declareColor("color", &O::color, "occupied_cells_vis_array, without height_map."),
+        declareColor("color_free", &O::color_free, "free_cells_vis_array.")}) {
     table.insert(table.end(), part.begin(), part.end());
   }
   return table;

@@ -2,27 +2,32 @@
 // Inside of parameters.h: reading a group of parameters, of the node or of one source.
 #pragma once
 
-#include "cuboid_mapping/ros/parameters/parameters.h"
+#include "cuboid_mapping/ros/parameters/parameter_table.h"
 
-#include <functional>
 #include <map>
+#include <optional>
 #include <string>
+#include <vector>
 
 namespace cuboid_mapping_ros {
 
 /// Values that are no struct, by their keys with slashes.
-using Leaves = std::map<std::string, XmlRpc::XmlRpcValue>;
+[[nodiscard]] std::map<std::string, XmlRpc::XmlRpcValue> leavesOf(const XmlRpc::XmlRpcValue& group);
 
-[[nodiscard]] Leaves leavesOf(const XmlRpc::XmlRpcValue& group);
+/// The value of a key in a group, where each slash may be one of the key or lead into a group.
+[[nodiscard]] std::optional<XmlRpc::XmlRpcValue> findValue(const XmlRpc::XmlRpcValue& group,
+                                                           const std::string& key);
 
 /// A value as YAML, as far as it fits in a line.
-[[nodiscard]] std::string describe(const XmlRpc::XmlRpcValue& value);
+[[nodiscard]] std::string describe(XmlRpc::XmlRpcValue value);
 
-using KeyFilter = std::function<bool(const std::string& key)>;
+/// As "is 3, but there is no such parameter: did you mean x?". @param no_such  As "there is no such".
+[[nodiscard]] std::string describeUnknown(const std::string& key, const XmlRpc::XmlRpcValue& value,
+                                          const std::string& no_such,
+                                          const std::vector<std::string>& known_keys);
 
-/// Reads the parameters that are wanted, and checks how all go together.
-void readGroup(const XmlRpc::XmlRpcValue& group, const KeyFilter& is_wanted,
-               LoadedParameters& loaded);
+/// Reads all parameters, or those that a source may have, and checks how all go together.
+void readGroup(const XmlRpc::XmlRpcValue& group, bool is_source, LoadedParameters& loaded);
 
 /// Reads the list of sources. @pre All else has been read.
 void readSources(LoadedParameters& loaded);

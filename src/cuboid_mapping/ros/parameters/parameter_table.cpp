@@ -3,98 +3,115 @@
 
 #include "cuboid_mapping/fusion/fusion_kind.h"
 
-#include <algorithm>
-#include <cmath>
-#include <locale>
-#include <sstream>
 #include <tuple>
 
 namespace cuboid_mapping_ros {
 namespace {
 
+using cuboid_mapping::BeamSampling;
 using cuboid_mapping::Environment;
 using cuboid_mapping::FusionKind;
 using cuboid_mapping::FusionTime;
+using cuboid_mapping::GrowthConfig;
 using cuboid_mapping::GrowthStarters;
 using cuboid_mapping::GrowthStep;
+using cuboid_mapping::MapConfig;
+using cuboid_mapping::RTreeConfig;
+using cuboid_mapping::SensorModelConfig;
 using P = NodeParameters;
+using S = SourceParameters;
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
 std::vector<ParameterDeclaration> declareMap() {
   return {
-      {"frame_id", "", FrameKind{[](P& p) -> std::string& { return p.frame_id; }, false},
-       "Frame of the map."},
-      {"sensor_frame", "", FrameKind{[](P& p) -> std::string& { return p.sensor_frame; }, true},
+      {"frame_id", "", frame(&P::frame_id, false), "Frame of the map."},
+      {"sensor_frame", "", frame(&S::sensor_frame, true),
        "Frame of the sensor, where the beams start. Empty: the frame of the cloud. Set it if the "
        "clouds have been transformed out of their sensor's frame."},
-      {"resolution", "m", NumberKind{[](P& p) -> double& { return p.map.resolution_m; }, 1e-3, 1e2},
+      {"resolution", "m", number({&P::map, &MapConfig::resolution_m}, 1e-3, 1e2),
        "Edge length of a voxel, the smallest cell of the map."},
       {"environment", "",
-       oneOf<Environment>({Environment::kDynamic, Environment::kStatic},
-                          [](P& p) -> Environment& { return p.map.environment; }),
+       choice<Environment>({&P::map, &MapConfig::environment},
+                           {{"dynamic", Environment::kDynamic}, {"static", Environment::kStatic}}),
        "dynamic: every observation counts. static: a cell is no longer updated once it has "
        "reached sensor_model/min or sensor_model/max."},
-      {"forget_after", "s", NumberKind{[](P& p) -> double& { return p.forget_after_s; }, 0.0, 1e6},
+      {"forget_after", "s", number(&S::forget_after_s, 0.0, 1e6),
        "What no cloud has seen for this time is forgotten, by the stamps of the clouds and in "
        "blocks of 8 x 8 x 8 voxels; of several sources, what none remembers that has seen it. "
        "Locked boxes stay, and what comes from files and services alone. 0: never."},
       {"forget_class", "",
-       oneOf<ForgetClass>({ForgetClass::kAll, ForgetClass::kOccupied, ForgetClass::kFree},
-                          [](P& p) -> ForgetClass& { return p.forget_class; }),
+       choice<ForgetClass>(&P::forget_class, {{"all", ForgetClass::kAll},
+                                              {"occupied", ForgetClass::kOccupied},
+                                              {"free", ForgetClass::kFree}}),
        "Which voxels are forgotten after forget_after. all: both classes. occupied: obstacles "
        "that nobody sees any more; the space that was found free stays. free: space that was free "
        "long ago; obstacles stay."},
       {"forget_to", "",
-       oneOf<ForgetTo>({ForgetTo::kUnknown, ForgetTo::kSeenOnce},
-                       [](P& p) -> ForgetTo& { return p.forget_to; }),
+       choice<ForgetTo>(&P::forget_to,
+                        {{"unknown", ForgetTo::kUnknown}, {"seen_once", ForgetTo::kSeenOnce}}),
        "What forgotten voxels become. unknown: unknown. seen_once: they keep their class, as if "
        "seen once; the next cloud can change it."},
       {"moving_points", "",
-       oneOf<MovingPoints>({MovingPoints::kIgnore, MovingPoints::kPublish, MovingPoints::kLeaveOut},
-                           [](P& p) -> MovingPoints& { return p.moving_points; }),
+       choice<MovingPoints>(&P::moving_points, {{"ignore", MovingPoints::kIgnore},
+                                                {"publish", MovingPoints::kPublish},
+                                                {"leave_out", MovingPoints::kLeaveOut}}),
        "Points where earlier clouds have seen that nothing stands, which are of things that move. "
        "ignore: nobody looks for them. publish: they are published as moving_points. leave_out: "
        "they are published, and do not make voxels occupied."},
       {"fusion", "",
-       oneOf<FusionKind>({FusionKind::kClass, FusionKind::kGrowth, FusionKind::kNone},
-                         [](P& p) -> FusionKind& { return p.map.fusion; }),
+       choice<FusionKind>({&P::map, &MapConfig::fusion}, {{"class", FusionKind::kClass},
+                                                          {"growth", FusionKind::kGrowth},
+                                                          {"none", FusionKind::kNone}}),
        "How voxels are merged into cuboids. class: large boxes of free or of occupied voxels, in "
        "blocks of 8 x 8 x 8. growth: the method of the paper, see growth/*. none: every voxel is "
        "a cuboid. In any case, every voxel keeps its own probability."},
       {"fuse", "",
-       oneOf<FusionTime>({FusionTime::kEveryCloud, FusionTime::kWhenRead},
-                         [](P& p) -> FusionTime& { return p.map.fuse; }),
+       choice<FusionTime>({&P::map, &MapConfig::fuse}, {{"every_cloud", FusionTime::kEveryCloud},
+                                                        {"when_read", FusionTime::kWhenRead}}),
        "When changed blocks are divided into cuboids, with fusion: class. every_cloud: with each "
        "cloud, by all threads. when_read: when somebody reads their cuboids. The cuboids are the "
        "same."},
       {"rtree/max_branches", "",
-       IntegerKind{[](P& p) -> int& { return p.map.rtree.max_branches; }, 2,
-                   cuboid_mapping::RTreeConfig::kMaxBranchesLimit},
+       integer({&P::map, &MapConfig::rtree, &RTreeConfig::max_branches}, 2,
+               RTreeConfig::kMaxBranchesLimit),
        "Maximum number of branches of an R-tree node (M)."},
       {"rtree/min_branches", "",
-       IntegerKind{[](P& p) -> int& { return p.map.rtree.min_branches; }, 1,
-                   cuboid_mapping::RTreeConfig::kMaxBranchesLimit / 2},
+       integer({&P::map, &MapConfig::rtree, &RTreeConfig::min_branches}, 1,
+               RTreeConfig::kMaxBranchesLimit / 2),
        "Minimum number of branches of an R-tree node (d), at most half of rtree/max_branches."},
-      {"threads", "", IntegerKind{[](P& p) -> int& { return p.threads; }, 0, 256},
+      {"threads", "", integer(&P::threads, 0, 256),
        "Number of threads that process a cloud. The map does not depend on it. 0: one per core."},
+      {"num_worker_threads", "", integer(&P::num_worker_threads, 0, 256),
+       "Number of threads of a stand-alone node, which is its own nodelet manager. 0: one per "
+       "core. "
+       "Read by nodelet."},
+      {"diagnostic_period", "s", number(&P::diagnostic_period_s, 0.0, 86400.0),
+       "Time between two diagnostics messages. Read by diagnostic_updater."},
+      {"ignore_unknown", "", boolean(&P::ignores_unknown),
+       "true: parameters that do not exist are ignored with a warning, as octomap_server ignores "
+       "them. false: the node does not start."},
   };
 }
 
-TextKind growthSearchKind() {
-  return {"paper, largest_gain, random, or the six directions in order as in \"+z -z +x +y -x -y\"",
-          [](P& p, const std::string& text) {
-            const auto strategy = cuboid_mapping::parseSearchStrategy(text);
-            if (strategy) p.map.growth.search = *strategy;
-            return strategy.has_value();
-          },
-          [](const P& p) { return toText(p.map.growth.search); }};
+ParameterKind growthSearchKind() {
+  return parsedText(
+      "paper, largest_gain, random, or the six directions in order as in \"+z -z +x +y -x -y\"",
+      false,
+      [](P& p, const std::string& text) {
+        const auto strategy = cuboid_mapping::parseSearchStrategy(text);
+        if (strategy) p.map.growth.search = *strategy;
+        return strategy.has_value();
+      },
+      [](const P& p) { return toText(p.map.growth.search); });
 }
 
 std::vector<ParameterDeclaration> declareGrowth() {
   return {
       {"growth/step", "",
-       oneOf<GrowthStep>({GrowthStep::kCell, GrowthStep::kOwnWidth, GrowthStep::kNeighbour},
-                         [](P& p) -> GrowthStep& { return p.map.growth.step; }),
+       choice<GrowthStep>({&P::map, &MapConfig::growth, &GrowthConfig::step},
+                          {{"cell", GrowthStep::kCell},
+                           {"own_width", GrowthStep::kOwnWidth},
+                           {"neighbour", GrowthStep::kNeighbour}}),
        "How far a cell expands in one step, with fusion: growth. cell: one voxel. own_width: its "
        "own width. neighbour: the width of the next cell, so that fused cuboids can absorb each "
        "other."},
@@ -102,65 +119,69 @@ std::vector<ParameterDeclaration> declareGrowth() {
        "The order in which a cell tries the directions. paper: by decreasing width, upwards "
        "first."},
       {"growth/starters", "",
-       oneOf<GrowthStarters>(
-           {GrowthStarters::kSampled, GrowthStarters::kEndPoints, GrowthStarters::kChanged},
-           [](P& p) -> GrowthStarters& { return p.map.growth.starters; }),
+       choice<GrowthStarters>({&P::map, &MapConfig::growth, &GrowthConfig::starters},
+                              {{"sampled", GrowthStarters::kSampled},
+                               {"end_points", GrowthStarters::kEndPoints},
+                               {"changed", GrowthStarters::kChanged}}),
        "Which cells expand after a cloud. sampled: those in which a beam ends, and random ones "
        "along the beams. end_points: only those in which a beam ends. changed: all that have "
        "changed."},
       {"growth/samples", "1/m",
-       NumberKind{[](P& p) -> double& { return p.map.growth.sampling.per_m; }, 0.0, 100.0},
+       number({&P::map, &MapConfig::growth, &GrowthConfig::sampling, &BeamSampling::per_m}, 0.0,
+              100.0),
        "Number of random cells per metre of a beam, with growth/starters: sampled."},
       {"growth/seed", "",
-       IntegerKind{[](P& p) -> int& { return p.map.growth.sampling.seed; }, 0, 1000000},
+       integer({&P::map, &MapConfig::growth, &GrowthConfig::sampling, &BeamSampling::seed}, 0,
+               1000000),
        "Seed for these random cells, and for growth/search: random."},
       {"growth/settle_clouds", "clouds",
-       IntegerKind{[](P& p) -> int& { return p.map.growth.settle_clouds; }, 0, 10000},
+       integer({&P::map, &MapConfig::growth, &GrowthConfig::settle_clouds}, 0, 10000),
        "A voxel that was split out of a cuboid can fuse again once it has kept its value for this "
        "many clouds."},
   };
+}
+
+ParameterKind noReturnKind() {
+  return parsedText(
+      "rep_117, with_nan, with_zero, all, none, or some of \"plus_inf nan zero minus_inf "
+      "range_max\"; and ranges in metres, as in \"rep_117 81.91\"",
+      true,
+      [](P& p, const std::string& text) {
+        const auto points = parseNoReturnPoints(text);
+        if (points) std::tie(p.source.no_return_points, p.source.no_return_ranges_m) = *points;
+        return points.has_value();
+      },
+      [](const P& p) { return toText(p.source.no_return_points, p.source.no_return_ranges_m); });
 }
 
 // The probabilities keep away from 0, 0.5 and 1, where log-odds are infinite or zero.
 std::vector<ParameterDeclaration> declareSensorModel() {
   return {
       {"sensor_model/hit", "probability",
-       NumberKind{[](P& p) -> double& { return p.map.sensor_model.hit; }, 0.501, 0.999},
+       number({&S::sensor_model, &SensorModelConfig::hit}, 0.501, 0.999),
        "Probability that a voxel is occupied if a beam ends in it."},
       {"sensor_model/miss", "probability",
-       NumberKind{[](P& p) -> double& { return p.map.sensor_model.miss; }, 0.001, 0.499},
+       number({&S::sensor_model, &SensorModelConfig::miss}, 0.001, 0.499),
        "Probability that a voxel is occupied if a beam passes through it."},
       {"sensor_model/min", "probability",
-       NumberKind{[](P& p) -> double& { return p.map.sensor_model.alpha_min; }, 0.001, 0.499},
+       number({&P::source, &S::sensor_model, &SensorModelConfig::alpha_min}, 0.001, 0.499),
        "Lowest probability of a cell (clamping threshold). A free cell that reaches it is stable."},
       {"sensor_model/max", "probability",
-       NumberKind{[](P& p) -> double& { return p.map.sensor_model.alpha_max; }, 0.501, 0.999},
+       number({&P::source, &S::sensor_model, &SensorModelConfig::alpha_max}, 0.501, 0.999),
        "Highest probability of a cell (clamping threshold). An occupied cell that reaches it is "
        "stable."},
-      {"sensor_model/max_range", "m",
-       NumberKind{[](P& p) -> double& { return p.max_range_m; }, 0.01, kInfinity, kInfinity},
+      {"sensor_model/max_range", "m", number(&S::max_range_m, 0.01, kInfinity, kInfinity),
        "Longer beams are cut off at this range and clear the space up to it. -1: no limit."},
-      {"sensor_model/end_margin", "m",
-       NumberKind{[](P& p) -> double& { return p.end_margin_m; }, 0.0, 1000.0},
+      {"sensor_model/end_margin", "m", number(&S::end_margin_m, 0.0, 1000.0),
        "In the last metres before a return, a beam clears only what is unknown, so that beams "
        "along the ground or a wall do not clear what others have hit. 0: it clears all up to its "
        "end, as in OctoMap."},
-      {"sensor_model/min_range", "m",
-       NumberKind{[](P& p) -> double& { return p.min_range_m; }, 0.0, kInfinity, 0.0},
+      {"sensor_model/min_range", "m", number(&S::min_range_m, 0.0, kInfinity, 0.0),
        "Points closer to the sensor than this are ignored. 0 or -1: no limit."},
-      {"sensor_model/no_return_range", "m",
-       NumberKind{[](P& p) -> double& { return p.no_return_range_m; }, 0.0, 1000.0},
+      {"sensor_model/no_return_range", "m", number(&S::no_return_range_m, 0.0, 1000.0),
        "Beams without a return, see no_return_points, clear the space up to this range. 0: they "
        "are ignored."},
-      {"sensor_model/no_return_points", "",
-       TextKind{"rep_117, with_nan, with_zero, all, none, or some of \"plus_inf nan zero minus_inf "
-                "range_max\"; and ranges in metres, as in \"rep_117 81.91\"",
-                [](P& p, const std::string& text) {
-                  const auto points = parseNoReturnPoints(text);
-                  if (points) std::tie(p.no_return_points, p.no_return_ranges_m) = *points;
-                  return points.has_value();
-                },
-                [](const P& p) { return toText(p.no_return_points, p.no_return_ranges_m); }},
+      {"sensor_model/no_return_points", "", noReturnKind(),
        "Which readings of a scan, of a depth image or of an organized cloud say that a beam met "
        "nothing; the others that are no return are ignored. plus_inf: +inf, in any coordinate of "
        "a point without -inf and NaN. nan: NaN. zero: 0, or the point (0, 0, 0). minus_inf: -inf, "
@@ -171,58 +192,49 @@ std::vector<ParameterDeclaration> declareSensorModel() {
 }
 
 std::vector<ParameterDeclaration> declareCrop() {
-  const std::string help =
-      "limit. Points outside are ignored. In the frame of the map, or of base_frame_id with "
-      "filter_ground.";
-  return {
-      {"pointcloud_min_x", "m", NumberKind{[](P& p) -> double& { return p.crop.min_m.x(); }},
-       "Lower x " + help},
-      {"pointcloud_max_x", "m", NumberKind{[](P& p) -> double& { return p.crop.max_m.x(); }},
-       "Upper x " + help},
-      {"pointcloud_min_y", "m", NumberKind{[](P& p) -> double& { return p.crop.min_m.y(); }},
-       "Lower y " + help},
-      {"pointcloud_max_y", "m", NumberKind{[](P& p) -> double& { return p.crop.max_m.y(); }},
-       "Upper y " + help},
-      {"pointcloud_min_z", "m", NumberKind{[](P& p) -> double& { return p.crop.min_m.z(); }},
-       "Lower z " + help},
-      {"pointcloud_max_z", "m", NumberKind{[](P& p) -> double& { return p.crop.max_m.z(); }},
-       "Upper z " + help},
-  };
+  std::vector<ParameterDeclaration> table;
+  for (const int axis : {0, 1, 2}) {
+    const std::string name(1, "xyz"[axis]);
+    const std::string help =
+        ' ' + name +
+        " limit. Points outside are ignored. In the frame of the map, or of base_frame_id with "
+        "filter_ground.";
+    const Field<double> least([axis](P& p) -> double& { return p.source.crop.min_m[axis]; }, true);
+    const Field<double> most([axis](P& p) -> double& { return p.source.crop.max_m[axis]; }, true);
+    table.push_back({"pointcloud_min_" + name, "m", number(least), "Lower" + help});
+    table.push_back({"pointcloud_max_" + name, "m", number(most), "Upper" + help});
+  }
+  return table;
 }
 
 std::vector<ParameterDeclaration> declareTopics() {
   return {
-      {"queue_size", "clouds", IntegerKind{[](P& p) -> int& { return p.queue_size; }, 1, 1000},
+      {"queue_size", "clouds", integer(&P::queue_size, 1, 1000),
        "Maximum number of clouds of a source that wait for their turn, when the node is too slow; "
        "bursts of a second may be larger."},
-      {"queue_memory", "MB", IntegerKind{[](P& p) -> int& { return p.queue_memory_mb; }, 1, 65536},
+      {"queue_memory", "MB", integer(&P::queue_memory_mb, 1, 65536),
        "Memory for clouds that wait for their turn or for tf. When it is full, the newest is "
        "dropped; one cloud may always wait."},
-      {"tf_wait", "s", NumberKind{[](P& p) -> double& { return p.tf_wait_s; }, 0.01, 3600.0},
+      {"tf_wait", "s", number(&P::tf_wait_s, 0.01, 3600.0),
        "A cloud is dropped if its transforms have not arrived after this time."},
-      {"publish_rate", "Hz",
-       NumberKind{[](P& p) -> double& { return p.publish_rate_hz; }, 0.01, 100.0},
+      {"publish_rate", "Hz", number(&P::publish_rate_hz, 0.01, 100.0),
        "Maximum rate of the map topics, which are only published after a change."},
-      {"latch", "", BooleanKind{[](P& p) -> bool& { return p.latch; }},
-       "true: a new subscriber gets the current map at once."},
-      {"keyframe_period", "s",
-       NumberKind{[](P& p) -> double& { return p.keyframe_period_s; }, 0.0, 86400.0},
+      {"latch", "", boolean(&P::latch), "true: a new subscriber gets the current map at once."},
+      {"keyframe_period", "s", number(&P::keyframe_period_s, 0.0, 86400.0),
        "While they change, topics that carry differences (occupied_cuboids, free_cuboids, the "
        "grids with updates, cuboid_map) are sent as a whole this long apart, and once "
        "afterwards: for listeners that have lost messages, and bags. 0: never."},
-      {"publish_values", "", BooleanKind{[](P& p) -> bool& { return p.publish_values; }},
+      {"publish_values", "", boolean(&P::publish_values),
        "true: cuboid_map and cuboid_map_updates carry the log-odds of every voxel. false: only "
        "classes, which is what planners need."},
-      {"map_part_size", "MB",
-       NumberKind{[](P& p) -> double& { return p.map_part_size_mb; }, 0.001, 500.0},
+      {"map_part_size", "MB", number(&P::map_part_size_mb, 0.001, 500.0),
        "A map above this size is sent in several messages (cuboid_map, ~get_map). The size is "
        "that before compression, which leaves about a third."},
       {"color_by", "",
-       oneOf<ColorBy>({ColorBy::kHeight, ColorBy::kProbability},
-                      [](P& p) -> ColorBy& { return p.color_by; }),
+       choice<ColorBy>(&P::color_by,
+                       {{"height", ColorBy::kHeight}, {"probability", ColorBy::kProbability}}),
        "What the colour of occupied cuboids shows."},
-      {"color_period", "m",
-       NumberKind{[](P& p) -> double& { return p.color_period_m; }, 0.0, kInfinity},
+      {"color_period", "m", number(&P::color_period_m, 0.0, kInfinity),
        "Height over which the colours repeat, with color_by: height. 0: they run once, from blue "
        "to red, over the heights of the map without the lowest and the highest 2 %."},
   };
@@ -230,23 +242,21 @@ std::vector<ParameterDeclaration> declareTopics() {
 
 std::vector<ParameterDeclaration> declareFiles() {
   return {
-      {"map_file", "", FileKind{[](P& p) -> std::string& { return p.map_file; }},
+      {"map_file", "", file(&P::map_file),
        "Map to start with: .cuboids, .sqlite, .ot or .bt, whose resolution replaces the parameter "
        "resolution; or .pcd, points in the frame of the map, whose voxels become occupied."},
-      {"autosave_file", "", FileKind{[](P& p) -> std::string& { return p.autosave_file; }},
+      {"autosave_file", "", file(&P::autosave_file),
        "The map is saved to this file after changes and when the node stops. A file that is there "
        "at the start and is not read then, see resume, is not replaced: saves go to a new file "
        "beside it. The extension selects the format, as with ~save_map. Empty: the map is not "
        "saved."},
-      {"resume", "", BooleanKind{[](P& p) -> bool& { return p.resume; }},
+      {"resume", "", boolean(&P::resume),
        "true: the node goes on with the map of autosave_file and its locked boxes, where the file "
        "is there and map_file is empty. It does not start if the file cannot be read, or has "
        "another resolution."},
-      {"autosave_period", "s",
-       NumberKind{[](P& p) -> double& { return p.autosave_period_s; }, 1.0, 86400.0},
+      {"autosave_period", "s", number(&P::autosave_period_s, 1.0, 86400.0),
        "Time between two saves to autosave_file."},
-      {"file_memory", "MB",
-       IntegerKind{[](P& p) -> int& { return p.file_memory_mb; }, 100, 1000000},
+      {"file_memory", "MB", integer(&P::file_memory_mb, 100, 1000000),
        "Memory that reading a map may take: a file that would need more is refused."},
   };
 }
@@ -254,95 +264,34 @@ std::vector<ParameterDeclaration> declareFiles() {
 std::vector<ParameterDeclaration> declareQueries() {
   return {
       {"query/max_time", "s",
-       NumberKind{[](P& p) -> double& { return p.service_limits.max_time_s; }, 1e-3, 3600.0},
+       number({&P::service_limits, &ServiceLimits::max_time_s}, 1e-3, 3600.0),
        "Maximum time spent on one service call. Clouds and other calls come in between. What is "
        "not answered by then is left out, and the answer says so."},
       {"query/max_bricks", "",
-       IntegerKind{[](P& p) -> int& { return p.service_limits.max_bricks; }, 1000, 2000000000},
+       integer({&P::service_limits, &ServiceLimits::max_bricks}, 1000, 2000000000),
        "Maximum number of blocks of 8 x 8 x 8 voxels and of cuboids that a call may visit. Those "
        "that it keeps in memory count eight times: the default allows about 400 MB."},
       {"query/max_entries", "",
-       IntegerKind{[](P& p) -> int& { return p.service_limits.max_entries; }, 1, 100000000},
+       integer({&P::service_limits, &ServiceLimits::max_entries}, 1, 100000000),
        "Maximum number of points, boxes, rays or paths in a request, and of cuboids in an answer."},
       {"query/max_answer", "MB",
-       IntegerKind{[](P& p) -> int& { return p.service_limits.max_answer_mb; }, 1, 900},
+       integer({&P::service_limits, &ServiceLimits::max_answer_mb}, 1, 900),
        "Maximum size of an answer. roscpp drops messages of 1000 MB."},
   };
 }
 
 std::vector<ParameterDeclaration> declareRobotGrid() {
   return {
-      {"robot_grid/frame", "",
-       FrameKind{[](P& p) -> std::string& { return p.robot_grid.frame_id; }, true},
+      {"robot_grid/frame", "", frame({&P::robot_grid, &RobotGridParameters::frame_id}, true),
        "Frame of the robot that robot_grid moves along with. Empty: there is no such grid."},
-      {"robot_grid/size", "m",
-       NumberKind{[](P& p) -> double& { return p.robot_grid.size_m; }, 0.1, 1000.0},
+      {"robot_grid/size", "m", number({&P::robot_grid, &RobotGridParameters::size_m}, 0.1, 1000.0),
        "Minimum extent of robot_grid along x and y; a multiple of 16 voxels."},
-      {"robot_grid/min_z", "m", NumberKind{[](P& p) -> double& { return p.robot_grid.min_z_m; }},
+      {"robot_grid/min_z", "m", number({&P::robot_grid, &RobotGridParameters::min_z_m}),
        "Cells below this height over the origin of the robot's frame are left out of robot_grid."},
-      {"robot_grid/max_z", "m", NumberKind{[](P& p) -> double& { return p.robot_grid.max_z_m; }},
+      {"robot_grid/max_z", "m", number({&P::robot_grid, &RobotGridParameters::max_z_m}),
        "Cells above this height over the origin of the robot's frame are left out of robot_grid."},
   };
 }
-
-std::string formatFloating(double value, int precision) {
-  std::ostringstream out;
-  out.imbue(std::locale::classic());
-  out.precision(precision);
-  out << value;
-  return out.str();
-}
-
-/// "a or b", "a, b or c".
-std::string joinAlternatives(const std::vector<std::string>& words) {
-  std::string joined;
-  for (std::size_t i = 0; i < words.size(); ++i) {
-    if (i > 0) joined += i + 1 == words.size() ? " or " : ", ";
-    joined += words[i];
-  }
-  return joined;
-}
-
-struct ValueFormatter {
-  NodeParameters parameters;
-
-  std::string operator()(const NumberKind& kind) {
-    const double value = kind.field(parameters);
-    return formatNumber(kind.minus_one && std::isinf(value) ? -1.0 : value);
-  }
-  std::string operator()(const IntegerKind& kind) { return std::to_string(kind.field(parameters)); }
-  std::string operator()(const BooleanKind& kind) {
-    return kind.field(parameters) ? "true" : "false";
-  }
-  std::string operator()(const FrameKind& kind) { return '"' + kind.field(parameters) + '"'; }
-  std::string operator()(const FileKind& kind) { return '"' + kind.field(parameters) + '"'; }
-  std::string operator()(const ChoiceKind& kind) { return kind.get(parameters); }
-  std::string operator()(const TextKind& kind) { return '"' + kind.get(parameters) + '"'; }
-  std::string operator()(const ListKind& kind) { return kind.describe(parameters); }
-};
-
-struct AllowedFormatter {
-  std::string operator()(const NumberKind& kind) const {
-    std::string text = kind.minus_one ? "-1, or a number" : "a number";
-    if (std::isfinite(kind.max)) {
-      text += " from " + formatNumber(kind.min) + " to " + formatNumber(kind.max);
-    } else if (std::isfinite(kind.min)) {
-      text += " of at least " + formatNumber(kind.min);
-    }
-    return text;
-  }
-  std::string operator()(const IntegerKind& kind) const {
-    return "a whole number from " + std::to_string(kind.min) + " to " + std::to_string(kind.max);
-  }
-  std::string operator()(const BooleanKind& /*kind*/) const { return "true or false"; }
-  std::string operator()(const FrameKind& kind) const {
-    return kind.may_be_empty ? "a tf2 frame, or empty" : "a tf2 frame";
-  }
-  std::string operator()(const FileKind& /*kind*/) const { return "a path, or empty"; }
-  std::string operator()(const ChoiceKind& kind) const { return joinAlternatives(kind.names); }
-  std::string operator()(const TextKind& kind) const { return kind.allowed; }
-  std::string operator()(const ListKind& kind) const { return kind.allowed; }
-};
 
 }  // namespace
 
@@ -360,50 +309,13 @@ const std::vector<ParameterDeclaration>& parameterTable() {
   return kTable;
 }
 
-const std::vector<RetiredParameter>& retiredParameters() {
-  static const std::vector<RetiredParameter> kRetired{
+const std::map<std::string, std::string>& retiredParameters() {
+  static const std::map<std::string, std::string> kRetired{
       {"hot_bricks", "there is nothing to limit any more: remove it"},
       {"marker_period", "keyframe_period takes its place, for all topics that carry differences"},
       {"published_cuboids",
        "the marker topics show the cuboids of the map, which are boxes of one class: remove it"}};
   return kRetired;
-}
-
-const std::vector<LibraryParameter>& libraryParameters() {
-  static const std::vector<LibraryParameter> kParameters = {
-      {"diagnostic_period", "1.0", "s",
-       "Time between two diagnostics messages; read by diagnostic_updater."},
-      {"num_worker_threads", "0", "threads",
-       "Number of threads of a stand-alone node, which is its own nodelet manager. 0: one per "
-       "core."}};
-  return kParameters;
-}
-
-const char* toString(ColorBy color_by) {
-  return color_by == ColorBy::kProbability ? "probability" : "height";
-}
-
-std::string formatNumber(double value) {
-  if (std::isnan(value)) return ".nan";
-  if (std::isinf(value)) return value > 0.0 ? ".inf" : "-.inf";
-  std::string text;
-  for (int precision = 6; precision <= 17; ++precision) {
-    text = formatFloating(value, precision);
-    std::istringstream in(text);
-    in.imbue(std::locale::classic());
-    double read_back = 0.0;
-    if (in >> read_back && read_back == value) break;
-  }
-  if (text.find('.') != std::string::npos) return text;
-  return text.insert(std::min(text.find('e'), text.size()), ".0");
-}
-
-std::string formatValue(const ParameterDeclaration& declaration, const NodeParameters& parameters) {
-  return std::visit(ValueFormatter{parameters}, declaration.kind);
-}
-
-std::string formatAllowed(const ParameterDeclaration& declaration) {
-  return std::visit(AllowedFormatter{}, declaration.kind);
 }
 
 }  // namespace cuboid_mapping_ros

@@ -1,12 +1,37 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "cuboid_mapping/ros/parameters/parameters.h"
 
-#include "cuboid_mapping/ros/parameters/parameter_table.h"
+#include "cuboid_mapping/ros/parameters/parameter_reader.h"
 
+#include <algorithm>
+#include <cmath>
+#include <locale>
 #include <sstream>
 
 namespace cuboid_mapping_ros {
 namespace {
+
+std::string formatFloating(double value, int precision) {
+  std::ostringstream out;
+  out.imbue(std::locale::classic());
+  out.precision(precision);
+  out << value;
+  return out.str();
+}
+
+/// A value of any depth as YAML, in a line.
+std::string toFlow(XmlRpc::XmlRpcValue value) {
+  std::string text;
+  if (value.getType() == XmlRpc::XmlRpcValue::TypeArray) {
+    for (int i = 0; i < value.size(); ++i) text += (i == 0 ? "" : ", ") + toFlow(value[i]);
+    return '[' + text + ']';
+  }
+  if (value.getType() != XmlRpc::XmlRpcValue::TypeStruct) return describe(value);
+  for (const auto& [key, member] : value) {
+    text += (text.empty() ? "" : ", ") + key + ": " + toFlow(member);
+  }
+  return '{' + text + '}';
+}
 
 /// Breaks a text into comment lines of at most 100 characters.
 void writeComment(std::ostream& out, const std::string& text, const std::string& indent) {
@@ -32,7 +57,7 @@ void writeRows(std::ostream& out, bool of_octomap_server) {
   for (const ParameterDeclaration& declaration : parameterTable()) {
     if (isOfOctomapServer(declaration.key) != of_octomap_server) continue;
     out << "| `" << declaration.key << "` | `" << formatValue(declaration, {}) << "` | "
-        << declaration.unit << " | " << formatAllowed(declaration) << " | " << declaration.help
+        << declaration.unit << " | " << declaration.kind.allowed << " | " << declaration.help
         << " |\n";
   }
 }
@@ -42,6 +67,40 @@ std::string inUnit(const ParameterDeclaration& declaration) {
 }
 
 }  // namespace
+
+std::string formatNumber(double value) {
+  if (std::isnan(value)) return ".nan";
+  if (std::isinf(value)) return value > 0.0 ? ".inf" : "-.inf";
+  std::string text;
+  for (int precision = 6; precision <= 17; ++precision) {
+    text = formatFloating(value, precision);
+    std::istringstream in(text);
+    in.imbue(std::locale::classic());
+    double read_back = 0.0;
+    if (in >> read_back && read_back == value) break;
+  }
+  if (text.find('.') != std::string::npos) return text;
+  return text.insert(std::min(text.find('e'), text.size()), ".0");
+}
+
+std::string describe(XmlRpc::XmlRpcValue value) {
+  using XmlRpc::XmlRpcValue;
+  switch (value.getType()) {
+    case XmlRpcValue::TypeBoolean: return static_cast<bool&>(value) ? "true" : "false";
+    case XmlRpcValue::TypeInt: return std::to_string(static_cast<int&>(value));
+    case XmlRpcValue::TypeDouble: return formatNumber(static_cast<double&>(value));
+    case XmlRpcValue::TypeString: return '"' + static_cast<std::string&>(value) + '"';
+    case XmlRpcValue::TypeArray: return "a list";
+    case XmlRpcValue::TypeStruct: return "a group of keys";
+    default: return "not a plain value";
+  }
+}
+
+std::string formatValue(const ParameterDeclaration& declaration, const NodeParameters& parameters) {
+  const XmlRpc::XmlRpcValue value = declaration.kind.get(parameters);
+  if (!declaration.kind.choices.empty()) return *textOf(value);
+  return value.valid() ? toFlow(value) : "[]";
+}
 
 std::vector<std::string> toLogLines(const NodeParameters& parameters) {
   std::vector<std::string> lines;
@@ -73,8 +132,10 @@ std::vector<std::string> toSourceLines(const NodeParameters& parameters) {
   NodeParameters outside = parameters;
   outside.sources.clear();
   std::vector<std::string> lines;
-  for (const NodeParameters& source : parameters.sources) {
-    for (const std::string& line : toDifferenceLines(source, outside, "outside the list")) {
+  for (const SourceParameters& source : parameters.sources) {
+    NodeParameters with = outside;
+    with.source = source;
+    for (const std::string& line : toDifferenceLines(with, outside, "outside the list")) {
       lines.push_back("source " + nameOf(source) + ": " + line);
     }
   }
@@ -87,20 +148,14 @@ std::string toMarkdownTable() {
          "<!-- Written by `rosrun cuboid_mapping print_parameters --markdown`. -->\n\n"
          "All are private parameters of the node. With a bad value or an unknown name the node "
          "does not start, and "
-         "lists\neverything that is wrong. If its name contains `octomap`, unknown names are only "
-         "warnings, because "
-         "octomap_server\nignores them.\n"
+         "lists\neverything that is wrong. With `ignore_unknown`, unknown names are only "
+         "warnings.\n"
          "[config/default.yaml](../config/default.yaml) holds all defaults.\n\n"
          "## Parameters of this node\n\n";
   writeRows(out, false);
   out << "\n## Parameters of octomap_server\n\n"
          "They have the same names and the same meaning as in octomap_server.\n\n";
   writeRows(out, true);
-  out << "\n## Parameters of libraries\n\n" << kTableHead;
-  for (const LibraryParameter& parameter : libraryParameters()) {
-    out << "| `" << parameter.key << "` | `" << parameter.default_text << "` | " << parameter.unit
-        << " |  | " << parameter.help << " |\n";
-  }
   return out.str();
 }
 
@@ -118,7 +173,7 @@ std::string toYaml() {
     group = own_group;
     const std::string indent = is_nested ? "  " : "";
     writeComment(out, declaration.help, indent);
-    writeComment(out, "Allowed: " + formatAllowed(declaration) + inUnit(declaration) + ".", indent);
+    writeComment(out, "Allowed: " + declaration.kind.allowed + inUnit(declaration) + ".", indent);
     out << indent << declaration.key.substr(is_nested ? slash + 1 : 0) << ": "
         << formatValue(declaration, {}) << '\n';
   }

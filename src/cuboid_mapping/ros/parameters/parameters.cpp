@@ -4,13 +4,10 @@
 #include "cuboid_mapping/ros/middleware/tf_lookup.h"
 #include "cuboid_mapping/ros/parameters/nearest_key.h"
 #include "cuboid_mapping/ros/parameters/parameter_reader.h"
-#include "cuboid_mapping/ros/parameters/parameter_table.h"
 #include "cuboid_mapping/ros/parameters/reconfigure.h"
 
 #include <algorithm>
-#include <cmath>
-#include <map>
-#include <numeric>
+#include <set>
 #include <utility>
 
 namespace cuboid_mapping_ros {
@@ -19,16 +16,8 @@ namespace {
 using cuboid_mapping::ConfigError;
 using XmlRpc::XmlRpcValue;
 
-/// Why a value is not taken, and what to do; nothing when it is taken.
-using Refusal = std::optional<std::string>;
-
-/// The content of a value of this type. Takes a copy: older XmlRpcValues do not convert when const.
-template <typename T>
-T get(XmlRpcValue value) {
-  return static_cast<T&>(value);
-}
-
-void collectLeaves(const XmlRpcValue& value, const std::string& key, Leaves& leaves) {
+void collectLeaves(const XmlRpcValue& value, const std::string& key,
+                   std::map<std::string, XmlRpcValue>& leaves) {
   if (value.getType() != XmlRpcValue::TypeStruct) {
     leaves[key] = value;
     return;
@@ -41,99 +30,14 @@ void collectLeaves(const XmlRpcValue& value, const std::string& key, Leaves& lea
   }
 }
 
-/// Checks a value and puts it into its field.
-struct ValueReader {
-  const XmlRpcValue& value;
-  NodeParameters& parameters;
-
-  Refusal operator()(const NumberKind& kind) const {
-    double number = 0.0;
-    if (value.getType() == XmlRpcValue::TypeInt) {
-      number = get<int>(value);
-    } else if (value.getType() == XmlRpcValue::TypeDouble) {
-      number = get<double>(value);
-    } else {
-      return "write it without quotes, an exponent as in 1.0e+9";
-    }
-    if (kind.minus_one && number == -1.0) {
-      kind.field(parameters) = *kind.minus_one;
-      return std::nullopt;
-    }
-    if (!std::isfinite(number) || number < kind.min || number > kind.max) return "correct it";
-    kind.field(parameters) = number;
-    return std::nullopt;
-  }
-
-  Refusal operator()(const IntegerKind& kind) const {
-    if (value.getType() != XmlRpcValue::TypeInt)
-      return "write it without quotes and without a decimal point";
-    const int number = get<int>(value);
-    if (number < kind.min || number > kind.max) return "correct it";
-    kind.field(parameters) = number;
-    return std::nullopt;
-  }
-
-  Refusal operator()(const BooleanKind& kind) const {
-    if (value.getType() != XmlRpcValue::TypeBoolean) return "write true or false, without quotes";
-    kind.field(parameters) = get<bool>(value);
-    return std::nullopt;
-  }
-
-  Refusal operator()(const FrameKind& kind) const {
-    if (value.getType() != XmlRpcValue::TypeString) return "write it in quotes";
-    const std::string frame = withoutSlash(get<std::string>(value));
-    if (frame.empty() && !kind.may_be_empty) return "name a frame";
-    kind.field(parameters) = frame;
-    return std::nullopt;
-  }
-
-  Refusal operator()(const FileKind& kind) const {
-    if (value.getType() != XmlRpcValue::TypeString) return "write it in quotes";
-    kind.field(parameters) = get<std::string>(value);
-    return std::nullopt;
-  }
-
-  Refusal operator()(const ChoiceKind& kind) const {
-    if (value.getType() != XmlRpcValue::TypeString) return "choose one of the names";
-    const auto name = get<std::string>(value);
-    if (std::find(kind.names.begin(), kind.names.end(), name) == kind.names.end()) {
-      if (name == "brick") return "it was replaced by class: write class";
-      return "choose one of the names";
-    }
-    kind.set(parameters, name);
-    return std::nullopt;
-  }
-
-  Refusal operator()(const TextKind& kind) const {
-    if (value.getType() != XmlRpcValue::TypeString) return "write it in quotes";
-    if (!kind.set(parameters, get<std::string>(value))) return "correct it";
-    return std::nullopt;
-  }
-
-  Refusal operator()(const ListKind& kind) const {
-    if (value.getType() == XmlRpcValue::TypeInvalid) return std::nullopt;  // There is none.
-    const std::string refusal = kind.set(parameters, value);
-    return refusal.empty() ? std::nullopt : Refusal(refusal);
-  }
-};
-
-/// The value of a key with slashes, taken out of nested structs; nothing when there is none.
-std::optional<XmlRpcValue> findValue(const XmlRpcValue& group, const std::string& key) {
-  const std::size_t slash = key.find('/');
-  const std::string name = key.substr(0, slash);
-  if (group.getType() != XmlRpcValue::TypeStruct || !group.hasMember(name)) return std::nullopt;
-  if (slash == std::string::npos) return group[name];
-  return findValue(group[name], key.substr(slash + 1));
-}
-
 /// tf2 knows no frames with a slash at their start, and tf1 made no difference.
 void warnOfSlash(const ParameterDeclaration& declaration, const XmlRpcValue& value,
                  LoadedParameters& loaded) {
-  if (!std::holds_alternative<FrameKind>(declaration.kind)) return;
-  const auto frame = get<std::string>(value);
-  if (frame == withoutSlash(frame)) return;
+  const std::string given = textOf(value).value_or("");
+  const std::string frame = withoutSlash(given);
+  if (!declaration.kind.is_frame || frame == given) return;
   loaded.warnings.push_back({declaration.key, "is " + describe(value) + " and is read as \"" +
-                                                  withoutSlash(frame) +
+                                                  frame +
                                                   "\": tf2 frames have no slash at the start"});
 }
 
@@ -157,8 +61,8 @@ std::optional<XmlRpcValue> findValueOrLeftover(const XmlRpcValue& group,
   bool is_taken = false;
   if (value) {
     fate = "is ignored: " + declaration.key + " is set";
-  } else if (std::visit(ValueReader{*leftover, scratch}, declaration.kind)) {
-    fate = "is ignored: " + declaration.key + " must be " + formatAllowed(declaration);
+  } else if (!declaration.kind.set(scratch, *leftover).empty()) {
+    fate = "is ignored: " + declaration.key + " must be " + declaration.kind.allowed;
   } else {
     is_taken = true;
   }
@@ -168,18 +72,18 @@ std::optional<XmlRpcValue> findValueOrLeftover(const XmlRpcValue& group,
   return is_taken ? leftover : value;
 }
 
-void readValues(const XmlRpcValue& group, const KeyFilter& is_wanted, LoadedParameters& loaded) {
+void readValues(const XmlRpcValue& group, bool is_source, LoadedParameters& loaded) {
   for (const ParameterDeclaration& declaration : parameterTable()) {
-    if (!is_wanted(declaration.key)) continue;
+    if (is_source && !declaration.kind.is_of_source) continue;
     const auto value = findValueOrLeftover(group, declaration, loaded);
     if (!value) continue;
-    const Refusal refusal = std::visit(ValueReader{*value, loaded.parameters}, declaration.kind);
-    if (!refusal) {
+    const std::string refusal = declaration.kind.set(loaded.parameters, *value);
+    if (refusal.empty()) {
       warnOfSlash(declaration, *value, loaded);
       continue;
     }
     loaded.errors.push_back({declaration.key, "is " + describe(*value) + ", but must be " +
-                                                  formatAllowed(declaration) + ": " + *refusal +
+                                                  declaration.kind.allowed + ": " + refusal +
                                                   ", or remove it to get the default " +
                                                   formatValue(declaration, {})});
   }
@@ -197,15 +101,15 @@ std::vector<OrderedPair> orderedPairs(const NodeParameters& parameters) {
   std::vector<OrderedPair> pairs;
   for (int axis = 0; axis < 3; ++axis) {
     const std::string name(1, "xyz"[axis]);
-    pairs.push_back({"pointcloud_min_" + name, parameters.crop.min_m[axis],
-                     "pointcloud_max_" + name, parameters.crop.max_m[axis]});
+    pairs.push_back({"pointcloud_min_" + name, parameters.source.crop.min_m[axis],
+                     "pointcloud_max_" + name, parameters.source.crop.max_m[axis]});
   }
   pairs.push_back({"occupancy_min_z", parameters.octomap_server.occupancy_min_z_m,
                    "occupancy_max_z", parameters.octomap_server.occupancy_max_z_m});
   pairs.push_back({"robot_grid/min_z", parameters.robot_grid.min_z_m, "robot_grid/max_z",
                    parameters.robot_grid.max_z_m});
-  pairs.push_back({"sensor_model/min_range", parameters.min_range_m, "sensor_model/max_range",
-                   parameters.max_range_m});
+  pairs.push_back({"sensor_model/min_range", parameters.source.min_range_m,
+                   "sensor_model/max_range", parameters.source.max_range_m});
   return pairs;
 }
 
@@ -230,7 +134,7 @@ void checkSets(LoadedParameters& loaded) {
   }
   const SourceParameters& source = loaded.parameters.source;
   const bool is_depth = source.type == SourceType::kDepthImage;
-  if (source.deskew && (is_depth || loaded.parameters.octomap_server.filter_ground)) {
+  if (source.deskew && (is_depth || source.filter_ground)) {
     errors.push_back({"deskew", std::string("is true, but does not go with ") +
                                     (is_depth ? "type: depth_image" : "filter_ground") +
                                     ": switch one of them off"});
@@ -241,81 +145,101 @@ void checkSets(LoadedParameters& loaded) {
 
 }  // namespace
 
-std::string describe(const XmlRpcValue& value) {
-  switch (value.getType()) {
-    case XmlRpcValue::TypeBoolean: return get<bool>(value) ? "true" : "false";
-    case XmlRpcValue::TypeInt: return std::to_string(get<int>(value));
-    case XmlRpcValue::TypeDouble: return formatNumber(get<double>(value));
-    case XmlRpcValue::TypeString: return '"' + get<std::string>(value) + '"';
-    case XmlRpcValue::TypeArray: return "a list";
-    case XmlRpcValue::TypeStruct: return "a group of keys";
-    default: return "not a plain value";
-  }
-}
-
-Leaves leavesOf(const XmlRpcValue& group) {
-  Leaves leaves;
+std::map<std::string, XmlRpcValue> leavesOf(const XmlRpcValue& group) {
+  std::map<std::string, XmlRpcValue> leaves;
   collectLeaves(group, "", leaves);
   return leaves;
 }
 
-void readGroup(const XmlRpcValue& group, const KeyFilter& is_wanted, LoadedParameters& loaded) {
-  readValues(group, is_wanted, loaded);
+std::optional<XmlRpcValue> findValue(const XmlRpcValue& group, const std::string& key) {
+  if (group.getType() != XmlRpcValue::TypeStruct) return std::nullopt;
+  if (group.hasMember(key)) return group[key];
+  const std::size_t slash = key.find('/');
+  const std::string name = key.substr(0, slash);
+  if (slash == std::string::npos || !group.hasMember(name)) return std::nullopt;
+  return findValue(group[name], key.substr(slash + 1));
+}
+
+std::string describeUnknown(const std::string& key, const XmlRpcValue& value,
+                            const std::string& no_such,
+                            const std::vector<std::string>& known_keys) {
+  const auto nearest = findNearestKey(key, known_keys);
+  return "is " + describe(value) + ", but " + no_such + " parameter" +
+         (nearest ? ": did you mean " + *nearest + '?' : ".");
+}
+
+void readGroup(const XmlRpcValue& group, bool is_source, LoadedParameters& loaded) {
+  readValues(group, is_source, loaded);
   checkSets(loaded);
 }
 
 namespace {
 
-/// Whether a key is in a table, or below one that is.
-template <typename TableT>
-bool isIn(const TableT& table, const std::string& key) {
-  return std::any_of(table.begin(), table.end(), [&](const auto& entry) {
-    return key == entry.key || key.rfind(entry.key + '/', 0) == 0;
-  });
-}
+/// Keys that this node has, and groups of them.
+struct KnownKeys {
+  std::vector<std::string> parameters;
+  std::vector<std::string> groups;
+  std::set<std::string> leftovers;  ///< Of octomap_server, which were warned of.
 
-bool isLeftover(const std::string& key) {
-  const auto& table = parameterTable();
-  return std::any_of(table.begin(), table.end(),
-                     [&key](const auto& entry) { return leftoverNameOf(entry.key) == key; });
-}
-
-void judgeUnknownKeys(const XmlRpcValue& group, UnknownKeys unknown_keys,
-                      LoadedParameters& loaded) {
-  std::vector<std::string> known_keys;
-  for (const ParameterDeclaration& declaration : parameterTable()) {
-    known_keys.push_back(declaration.key);
+  KnownKeys() {
+    for (const ParameterDeclaration& declaration : parameterTable()) {
+      parameters.push_back(declaration.key);
+      const std::size_t slash = declaration.key.find('/');
+      if (slash != std::string::npos) groups.push_back(declaration.key.substr(0, slash));
+      leftovers.insert(leftoverNameOf(declaration.key));
+    }
   }
-  for (const auto& [key, value] : leavesOf(group)) {
-    if (isIn(parameterTable(), key) || isIn(libraryParameters(), key) || isLeftover(key)) continue;
-    const auto& retired = retiredParameters();
-    const auto old_name = std::find_if(retired.begin(), retired.end(),
-                                       [&key = key](const auto& old) { return old.key == key; });
-    if (old_name != retired.end()) {
-      loaded.errors.push_back({key, "belongs to an earlier version: " + old_name->advice});
+
+  /// Whether a key is one of them, or below one that has no groups.
+  [[nodiscard]] bool has(const std::string& key) const {
+    return leftovers.count(key) > 0 ||
+           std::any_of(parameters.begin(), parameters.end(), [&key](const std::string& known) {
+             return key == known || key.rfind(known + '/', 0) == 0;
+           });
+  }
+};
+
+void judgeUnknownKey(const std::string& key, const XmlRpcValue& value, const KnownKeys& known,
+                     LoadedParameters& loaded) {
+  const auto retired = retiredParameters().find(key);
+  if (retired != retiredParameters().end()) {
+    loaded.errors.push_back({key, "belongs to an earlier version: " + retired->second});
+    return;
+  }
+  const auto foreign = octomapServerOnly().find(key);
+  if (foreign != octomapServerOnly().end()) {
+    loaded.warnings.push_back(
+        {key, "is " + describe(value) + " and is ignored: " + foreign->second});
+    return;
+  }
+  const std::string text = describeUnknown(key, value, "there is no such", known.parameters);
+  if (loaded.parameters.ignores_unknown) {
+    loaded.warnings.push_back({key, text + " It is ignored"});
+  } else {
+    loaded.errors.push_back({key, text + " Correct the key, or remove it"});
+  }
+}
+
+void judgeUnknownKeys(const XmlRpcValue& group, LoadedParameters& loaded) {
+  const KnownKeys known;
+  for (const auto& [name, value] : group) {
+    const bool is_group = value.getType() == XmlRpcValue::TypeStruct;
+    if (is_group && !known.has(name) && !findNearestKey(name, known.groups)) {
+      loaded.warnings.push_back({name,
+                                 "is a group of keys that this node does not have: taken for "
+                                 "another node's, and ignored"});
       continue;
     }
-    const auto& foreign = octomapServerOnly();
-    const auto found = foreign.find(key);
-    if (found != foreign.end()) {
-      loaded.warnings.push_back(
-          {key, "is " + describe(value) + " and is ignored: " + found->second});
-      continue;
-    }
-    const auto nearest = findNearestKey(key, known_keys);
-    const std::string text = "is " + describe(value) + ", but there is no such parameter" +
-                             (nearest ? ": did you mean " + *nearest + '?' : ".");
-    if (unknown_keys == UnknownKeys::kRefuse) {
-      loaded.errors.push_back({key, text + " Correct the key, or remove it"});
-    } else {
-      loaded.warnings.push_back({key, text + " It is ignored, as octomap_server does"});
+    for (const auto& [rest, leaf] : leavesOf(value)) {
+      const std::string key = is_group ? name + '/' + rest : name;
+      if (!known.has(key)) judgeUnknownKey(key, leaf, known, loaded);
     }
   }
 }
 
 }  // namespace
 
-LoadedParameters readParameters(const XmlRpcValue& private_namespace, UnknownKeys unknown_keys) {
+LoadedParameters readParameters(const XmlRpcValue& private_namespace) {
   LoadedParameters loaded;
   const auto type = private_namespace.getType();
   const bool is_empty = type == XmlRpcValue::TypeInvalid ||
@@ -327,19 +251,16 @@ LoadedParameters readParameters(const XmlRpcValue& private_namespace, UnknownKey
                                       "has the name of this node"});
     return loaded;
   }
-  readGroup(
-      private_namespace, [](const std::string&) { return true; }, loaded);
+  readGroup(private_namespace, false, loaded);
   readSources(loaded);
-  judgeUnknownKeys(private_namespace, unknown_keys, loaded);
+  judgeUnknownKeys(private_namespace, loaded);
   return loaded;
 }
 
 LoadedParameters loadParameters(const ros::NodeHandle& private_handle) {
   XmlRpcValue value;
-  const std::string& name = private_handle.getNamespace();
-  private_handle.getParam(name, value);
-  const bool is_octomap_server = lastPart(name).find("octomap") != std::string::npos;
-  return readParameters(value, is_octomap_server ? UnknownKeys::kIgnore : UnknownKeys::kRefuse);
+  private_handle.getParam(private_handle.getNamespace(), value);
+  return readParameters(value);
 }
 
 }  // namespace cuboid_mapping_ros

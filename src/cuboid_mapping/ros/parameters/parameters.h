@@ -2,29 +2,24 @@
 #pragma once
 
 #include "cuboid_mapping/map/cuboid_map.h"
-#include "cuboid_mapping/ros/conversions/cloud_conversions.h"
-#include "cuboid_mapping/ros/conversions/ground_filter.h"
-#include "cuboid_mapping/ros/middleware/names.h"
 #include "cuboid_mapping/ros/parameters/fleet_parameters.h"
 #include "cuboid_mapping/ros/parameters/robot_parts.h"
 #include "cuboid_mapping/ros/parameters/service_limits.h"
+#include "cuboid_mapping/ros/parameters/source_parameters.h"
 #include "cuboid_mapping/ros/parameters/window_parameters.h"
 
 #include <ros/node_handle.h>
 #include <xmlrpcpp/XmlRpcValue.h>
 
 #include <array>
-#include <limits>
 #include <string>
 #include <vector>
 
 namespace cuboid_mapping_ros {
 
-/// Parameters that octomap_server has, and that concern its topics and its filter of the ground.
+/// Parameters that octomap_server has, and that concern its topics.
 struct OctomapServerParameters {
   std::string base_frame_id = "base_footprint";  ///< Of the robot, z = 0 on the ground.
-  bool filter_ground = false;  ///< Whether points of the ground free space, and are no obstacles.
-  GroundFilterConfig ground_filter;
   bool filter_speckles = false;     ///< Leave out occupied voxels without occupied neighbours.
   bool publish_free_space = false;  ///< Whether free_cells_vis_array is published.
   double occupancy_min_z_m = -1e9;  ///< Cells below are in no topic of octomap_server.
@@ -33,6 +28,7 @@ struct OctomapServerParameters {
   double min_y_size_m = 0.0;        ///< Least size of projected_map.
   int max_projection_mb = 100;      ///< Largest projected_map: a byte for each cell.
   bool is_projection_incremental = false;  ///< Accepted: the projection always is.
+  int max_depth = 16;                      ///< Accepted: cells of all sizes are shown.
   bool compress_map = true;                ///< Accepted: octrees are always pruned.
   bool is_height_map = true;               ///< Colour of occupied cells by height; else `color`.
   double color_factor = 0.8;    ///< Share of the circle of hues that the height runs through.
@@ -52,47 +48,8 @@ struct RobotGridParameters {
 /// What the colour of an occupied cuboid stands for.
 enum class ColorBy : unsigned char { kHeight, kProbability };
 
-/// The name of the parameter's value, as "height".
-[[nodiscard]] const char* toString(ColorBy color_by);
-
-/// What the messages of a source are.
-enum class SourceType : unsigned char {
-  kPointCloud,  ///< sensor_msgs/PointCloud2
-  kLaserScan,   ///< sensor_msgs/LaserScan
-  kDepthImage   ///< sensor_msgs/Image with its sensor_msgs/CameraInfo
-};
-
-/// The name of the parameter's value, as "laser_scan".
-[[nodiscard]] const char* toString(SourceType type);
-
-/// What the beams of a source do to the map.
-enum class SourceUse : unsigned char {
-  kBoth,  ///< They mark their end as occupied, and clear the space before it.
-  kMark,  ///< Only the former.
-  kClear  ///< Only the latter: where a beam of the source ends, it changes nothing.
-};
-
-/// The name of the parameter's value, as "mark".
-[[nodiscard]] const char* toString(SourceUse use);
-
-/// Where a source's messages come from. Its other parameters are fields of NodeParameters.
-struct SourceParameters {
-  std::string name;                 ///< Of diagnostics and messages; empty: the topic.
-  std::string topic = kCloudTopic;  ///< Before remapping, in the namespace of the node.
-  SourceType type = SourceType::kPointCloud;
-  std::string camera_info;  ///< Topic, of depth images; empty: beside that of the image.
-  SourceUse use = SourceUse::kBoth;
-  double max_rate_hz = 0.0;  ///< Of messages, more are ignored; 0: no limit.
-  bool deskew =
-      false;  ///< Whether each point has the pose of its own time; else that of the stamp.
-  double depth_unit_m = 1e-3;  ///< Of depth images of whole numbers.
-};
-
 /// Which voxels are forgotten, see Forgetting.
 enum class ForgetClass : unsigned char { kAll, kOccupied, kFree };
-
-/// The name of the parameter's value, as "occupied".
-[[nodiscard]] const char* toString(ForgetClass forgotten);
 
 /// What becomes of voxels that are forgotten.
 enum class ForgetTo : unsigned char {
@@ -100,18 +57,12 @@ enum class ForgetTo : unsigned char {
   kSeenOnce  ///< They keep their class, but the next observation of the other class wins.
 };
 
-/// The name of the parameter's value, as "seen_once".
-[[nodiscard]] const char* toString(ForgetTo forget_to);
-
 /// What becomes of points where nothing can be that stands still, see MovingFilter.
 enum class MovingPoints : unsigned char {
   kIgnore,   ///< Nobody looks for them.
   kPublish,  ///< They are published, and go into the map.
   kLeaveOut  ///< They are published, and do not go into the map.
 };
-
-/// The name of the parameter's value, as "leave_out".
-[[nodiscard]] const char* toString(MovingPoints moving);
 
 /// What belongs to the robot, and what becomes of the points on it.
 struct SelfFilterParameters {
@@ -131,35 +82,28 @@ struct SelfFilterParameters {
 /// this struct. Names that octomap_server has are kept.
 struct NodeParameters {
   std::string frame_id = "map";  ///< Frame of the map.
-  SourceParameters source;
-  /// As it was given, see sourcesOf(); no list: there is one source, of the parameters here.
-  XmlRpc::XmlRpcValue source_list;
-  std::vector<NodeParameters> sources;  ///< Of the list: each with its own values in their places.
+  SourceParameters
+      source;  ///< The only one; or what those of the list have where they say nothing.
+  XmlRpc::XmlRpcValue source_list;        ///< As it was given; no list: there is one source.
+  std::vector<SourceParameters> sources;  ///< Of the list.
   double order_wait_s =
-      0.2;                   ///< Longest time that a cloud waits for earlier ones of other sources.
-  std::string sensor_frame;  ///< Its origin is where beams start; "": the cloud's frame.
+      0.2;  ///< Longest time that a cloud waits for earlier ones of other sources.
+  /// Its sensor_model is that of `source`, see makeMapConfig().
   cuboid_mapping::MapConfig map;
-  double forget_after_s = 0.0;  ///< Of a source, see Forgetting; 0: never.
   ForgetClass forget_class = ForgetClass::kAll;
   ForgetTo forget_to = ForgetTo::kUnknown;
   MovingPoints moving_points = MovingPoints::kIgnore;
   int threads = 0;  ///< For the work on a cloud; 0: as many as the machine has cores.
-  double max_range_m = std::numeric_limits<double>::infinity();  ///< Beams are cut there.
-  double end_margin_m = 0.0;       ///< See cuboid_mapping::BeamRanges.
-  double min_range_m = 0.0;        ///< Nearer points are left out wholly; 0: none.
-  double no_return_range_m = 0.0;  ///< Beams without return free space up to it; 0: are skipped.
-  NoReturnPoints no_return_points = NoReturnPoints::kRep117;  ///< What is such a beam.
-  NoReturnRanges no_return_ranges_m;                          ///< Ranges that are such beams.
-  /// Points outside are left out wholly; in the map's frame, with filter_ground in the base's.
-  cuboid_mapping::MetricBox crop = {Eigen::Vector3d::Constant(-1e9),
-                                    Eigen::Vector3d::Constant(1e9)};
-  int queue_size = 10;              ///< Clouds that wait, on cloud_in and for a transform.
-  int queue_memory_mb = 256;        ///< Bound of the memory of clouds that wait, in MB.
-  double tf_wait_s = 10.0;          ///< Longest time that a cloud waits for its transforms.
-  double publish_rate_hz = 1.0;     ///< Greatest rate of the map topics.
-  bool latch = true;                ///< Whether the map topics are latched.
-  double keyframe_period_s = 10.0;  ///< Between whole messages of differences; 0: none.
-  bool publish_values = false;      ///< Whether cuboid_map carries log-odds, or classes alone.
+  double diagnostic_period_s = 1.0;  ///< Read by diagnostic_updater.
+  int num_worker_threads = 0;        ///< Read by the node's own nodelet manager.
+  bool ignores_unknown = false;      ///< Keys that no parameter has are warnings, not errors.
+  int queue_size = 10;               ///< Clouds that wait, on cloud_in and for a transform.
+  int queue_memory_mb = 256;         ///< Bound of the memory of clouds that wait, in MB.
+  double tf_wait_s = 10.0;           ///< Longest time that a cloud waits for its transforms.
+  double publish_rate_hz = 1.0;      ///< Greatest rate of the map topics.
+  bool latch = true;                 ///< Whether the map topics are latched.
+  double keyframe_period_s = 10.0;   ///< Between whole messages of differences; 0: none.
+  bool publish_values = false;       ///< Whether cuboid_map carries log-odds, or classes alone.
   ColorBy color_by = ColorBy::kHeight;
   double color_period_m = 0.0;  ///< Height over which the colours repeat; 0: they fit the map.
   std::string map_file;         ///< Loaded at the start; empty: none.
@@ -178,12 +122,8 @@ struct NodeParameters {
   SelfFilterParameters self_filter;
 };
 
-/// One element for each source, with its parameters in their places; never empty. Of one source without a list
-/// it is the parameters themselves.
-[[nodiscard]] std::vector<NodeParameters> sourcesOf(const NodeParameters& parameters);
-
-/// The name of a source in diagnostics and messages.
-[[nodiscard]] const std::string& nameOf(const NodeParameters& source);
+/// Those of the list, or the only one; never empty.
+[[nodiscard]] std::vector<SourceParameters> sourcesOf(const NodeParameters& parameters);
 
 /// One thing that is wrong with the parameters.
 struct ParameterError {
@@ -199,12 +139,6 @@ struct LoadedParameters {
   std::vector<ParameterError> warnings;
 };
 
-/// What to do about keys that no parameter has.
-enum class UnknownKeys : unsigned char {
-  kRefuse,  ///< They are errors, which name the nearest known key.
-  kIgnore   ///< They are warnings, which name the nearest known key: octomap_server ignores them.
-};
-
 /// Reads and checks all parameters; those that are missing keep their defaults.
 ///
 /// Cases:
@@ -213,25 +147,24 @@ enum class UnknownKeys : unsigned char {
 ///   - NaN and infinity are out of range everywhere;
 ///   - a value of the wrong type or out of range keeps its default; sets of parameters are checked
 ///     against each other only when each of them is good;
-///   - keys that libraries read from the same namespace (diagnostic_period, num_worker_threads) are
-///     left alone;
 ///   - a frame loses a slash at its start, with a warning;
-///   - names that only octomap_server has (max_depth, ...) are ignored with a warning. Those that its
+///   - names that only octomap_server has (track_changes, ...) are ignored with a warning. Those that its
 ///     dynamic_reconfigure leaves on the parameter server, as sensor_model_max_range, give a warning
 ///     and stand for sensor_model/max_range where that is not set;
 ///   - an element of `sources` is a group of its own: `name`, and of the other parameters those that
-///     concern a source; what it leaves out is as outside the list. Errors name its index and its name;
-///   - other keys that are not known are treated as `unknown_keys` says.
+///     concern a source, also as one key with a slash; what it leaves out is as outside the list. Errors name its
+///     index and its name;
+///   - a group that is like none of the node's is taken for that of another node, within the name of this one,
+///     and gives a warning;
+///   - other keys that are not known are errors, or warnings with ignore_unknown. They name the nearest known key.
 ///
 /// @param private_namespace  A struct, nested for keys with a slash. Not set, or an empty string
 ///                           (which `nodelet load` leaves when there is no parameter): all
 ///                           defaults.
 /// @return Errors in the order of the table, then of sets, then of sources, then of unknown keys.
-[[nodiscard]] LoadedParameters readParameters(const XmlRpc::XmlRpcValue& private_namespace,
-                                              UnknownKeys unknown_keys = UnknownKeys::kRefuse);
+[[nodiscard]] LoadedParameters readParameters(const XmlRpc::XmlRpcValue& private_namespace);
 
-/// readParameters() of everything in the namespace of a node handle. Unknown keys are ignored where
-/// the node stands in for octomap_server: where "octomap" is in its name.
+/// readParameters() of everything in the namespace of a node handle.
 [[nodiscard]] LoadedParameters loadParameters(const ros::NodeHandle& private_handle);
 
 /// One line for each parameter: "key: value unit", and "(default)" where it is so. For the log.

@@ -10,18 +10,14 @@
 
 #include <xmlrpcpp/XmlRpcValue.h>
 
+#include <map>
 #include <string>
-#include <utility>
-#include <vector>
 
 namespace cuboid_mapping_ros {
 
 /// The name of a parameter in dynamic_reconfigure, which takes no slashes: "sensor_model/hit" is
 /// "sensor_model_hit".
 [[nodiscard]] std::string toReconfigureName(const std::string& key);
-
-/// Keys that can be changed while the node runs, in the order of the table.
-[[nodiscard]] std::vector<std::string> runtimeKeys();
 
 /// What can be changed, with type, range, default and help. resolution and frame_id are in it, too,
 /// so that somebody who tries to change them learns why not.
@@ -31,12 +27,8 @@ namespace cuboid_mapping_ros {
 [[nodiscard]] dynamic_reconfigure::Config toConfig(const NodeParameters& parameters);
 
 /// Parameters that can be changed, by key, as the parameter server holds them.
-[[nodiscard]] std::vector<std::pair<std::string, XmlRpc::XmlRpcValue>> runtimeValues(
+[[nodiscard]] std::map<std::string, XmlRpc::XmlRpcValue> runtimeValues(
     const NodeParameters& parameters);
-
-/// A name that octomap_server has in dynamic_reconfigure only: taken without effect, so that the
-/// rest of a request for octomap_server counts.
-constexpr char kMaxDepthName[] = "max_depth";
 
 /// The parameters with the values of a request; those that it does not name stay.
 ///

@@ -1,18 +1,20 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "cuboid_mapping/ros/parameters/reconfigure_server.h"
 
-#include "cuboid_mapping/ros/middleware/callback_guard.h"
+#include "cuboid_mapping/io/text.h"
 #include "cuboid_mapping/ros/middleware/function_callback.h"
 #include "cuboid_mapping/ros/middleware/names.h"
 #include "cuboid_mapping/ros/parameters/reconfigure.h"
 
+#include <dynamic_reconfigure/config_tools.h>
 #include <ros/console.h>
 #include <ros/master.h>
 #include <ros/this_node.h>
 #include <xmlrpcpp/XmlRpcValue.h>
 
-#include <algorithm>
+#include <string>
 #include <utility>
+#include <vector>
 
 namespace cuboid_mapping_ros {
 
@@ -57,16 +59,12 @@ void ReconfigureServer::tellMaster() {
 
 bool ReconfigureServer::onRequest(dynamic_reconfigure::ReconfigureRequest& request,
                                   dynamic_reconfigure::ReconfigureResponse& response) {
-  for (const auto& number : request.config.ints) {
-    if (number.name != kMaxDepthName || number.value == 16) continue;
-    ROS_WARN_STREAM_NAMED(
-        kNodeName,
-        "set_parameters: " << kMaxDepthName << " has no effect: cells of all sizes are shown");
-  }
   const LoadedParameters loaded = applyConfig(parameters_, request.config);
+  std::vector<std::string> refusals;
   for (const ParameterError& error : loaded.errors) {
-    ROS_ERROR_STREAM_NAMED(kNodeName, "set_parameters: " << error.key << ' ' << error.message
-                                                         << ". The whole request is refused");
+    refusals.push_back(error.key + ' ' + error.message);
+    ROS_ERROR_STREAM_NAMED(
+        kNodeName, "set_parameters: " << refusals.back() << ". The whole request is refused");
   }
   const auto differences = toDifferenceLines(loaded.parameters, parameters_, "was");
   if (loaded.errors.empty() && !differences.empty()) {
@@ -81,12 +79,8 @@ bool ReconfigureServer::onRequest(dynamic_reconfigure::ReconfigureRequest& reque
   response.config = toConfig(parameters_);
   if (!loaded.errors.empty()) {
     // The message has no field for it, and clients leave alone what they do not know.
-    response.config.strs.emplace_back();
-    response.config.strs.back().name = kRefusedName;
-    for (const ParameterError& error : loaded.errors) {
-      std::string& text = response.config.strs.back().value;
-      text += (text.empty() ? "" : "; ") + error.key + ' ' + error.message;
-    }
+    dynamic_reconfigure::ConfigTools::appendParameter(response.config, kRefusedName,
+                                                      cuboid_mapping::join(refusals, "; "));
   }
   return true;
 }

@@ -16,8 +16,8 @@ namespace cuboid_mapping_ros {
 /// The server side of dynamic_reconfigure: ~set_parameters, ~parameter_descriptions and
 /// ~parameter_updates, for rqt_reconfigure, dynparam and the client libraries.
 ///
-/// Not dynamic_reconfigure::Server, whose generated code would declare every parameter a second
-/// time, and cannot refuse a value.
+/// Not dynamic_reconfigure::Server, which clamps a bad value in place of refusing the request, leaves names without
+/// slashes on the parameter server, waits for a master that is gone, and needs each parameter declared again.
 /// Thread rule: the service is answered on the queue of the node handle. The master, which may be gone,
 /// is told the new values in a thread of its own.
 class ReconfigureServer {

@@ -8,10 +8,6 @@ namespace cuboid_mapping_ros {
 
 using cuboid_mapping::BudgetEnd;
 
-const char* toString(QueriesOutside outside) {
-  return outside == QueriesOutside::kLoad ? "load" : "refuse";
-}
-
 std::size_t maxEntries(const ServiceLimits& limits, std::size_t entry_bytes) {
   const std::size_t max_bytes = static_cast<std::size_t>(limits.max_answer_mb) * 1000000;
   return std::min(static_cast<std::size_t>(limits.max_entries), max_bytes / entry_bytes);

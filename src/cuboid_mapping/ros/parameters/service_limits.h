@@ -14,9 +14,6 @@ enum class QueriesOutside : unsigned char {
   kLoad     ///< They are brought back first.
 };
 
-/// "refuse" or "load".
-[[nodiscard]] const char* toString(QueriesOutside outside);
-
 /// How much one call of a service may do.
 struct ServiceLimits {
   double max_time_s = 5.0;  ///< From when it has the map on.

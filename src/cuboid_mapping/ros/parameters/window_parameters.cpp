@@ -11,31 +11,35 @@ namespace cuboid_mapping_ros {
 
 using cuboid_mapping::MapWindow;
 using cuboid_mapping::OutsideWindow;
+using cuboid_mapping::WindowConfig;
 using P = NodeParameters;
 
 std::vector<ParameterDeclaration> declareWindow() {
   return {
-      {"window/frame", "", FrameKind{[](P& p) -> std::string& { return p.window.frame_id; }, true},
+      {"window/frame", "", frame({&P::window, &WindowParameters::frame_id}, true),
        "Frame of the robot around which a part of the map stays in memory, by the stamps of the "
        "clouds. Empty: all of the map stays."},
       {"window/size", "m",
-       NumberKind{[](P& p) -> double& { return p.window.config.size_m; }, 0.1, 1e6},
+       number({&P::window, &WindowParameters::config, &WindowConfig::size_m}, 0.1, 1e6),
        "Edge of the window, a cube along the axes of the map."},
       {"window/margin", "m",
-       NumberKind{[](P& p) -> double& { return p.window.config.margin_m; }, 0.0, 1e6},
+       number({&P::window, &WindowParameters::config, &WindowConfig::margin_m}, 0.0, 1e6),
        "What is in memory stays there up to this distance from the window."},
       {"window/outside", "",
-       oneOf<OutsideWindow>({OutsideWindow::kKeep, OutsideWindow::kForget, OutsideWindow::kRefuse},
-                            [](P& p) -> OutsideWindow& { return p.window.config.outside; }),
+       choice<OutsideWindow>({&P::window, &WindowParameters::config, &WindowConfig::outside},
+                             {{"keep", OutsideWindow::kKeep},
+                              {"forget", OutsideWindow::kForget},
+                              {"refuse", OutsideWindow::kRefuse}}),
        "What becomes of the map outside. keep: it is in window/file, and comes back before a beam "
        "reaches it. forget: it becomes unknown. refuse: it becomes unknown, and what clouds see "
        "there is not taken."},
-      {"window/file", "", FileKind{[](P& p) -> std::string& { return p.window.file; }},
+      {"window/file", "", file({&P::window, &WindowParameters::file}),
        "SQLite file of the map, with window/outside: keep. The node goes on with the map that it "
        "has; a new one is made. bag_to_map writes its output instead."},
       {"window/queries", "",
-       oneOf<QueriesOutside>({QueriesOutside::kRefuse, QueriesOutside::kLoad},
-                             [](P& p) -> QueriesOutside& { return p.service_limits.outside; }),
+       choice<QueriesOutside>(
+           {&P::service_limits, &ServiceLimits::outside},
+           {{"refuse", QueriesOutside::kRefuse}, {"load", QueriesOutside::kLoad}}),
        "Calls of services about parts of the map that are in window/file only. refuse: the answer "
        "says so, and octomap_full and octomap_binary fail. load: these parts are brought back "
        "first, or read."},
@@ -56,7 +60,7 @@ std::vector<ParameterError> checkWindow(const NodeParameters& parameters) {
                       "is empty, but window/outside is keep: name a file, or set window/outside to "
                       "forget"});
   }
-  if (parameters.forget_after_s > 0.0) {
+  if (parameters.source.forget_after_s > 0.0) {
     errors.push_back({"forget_after",
                       "does not go with window/outside: keep, because what is on disk would not be "
                       "forgotten: set one of them otherwise"});

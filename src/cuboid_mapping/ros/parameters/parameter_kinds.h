@@ -1,0 +1,122 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+// Inside of parameters.h: what a parameter can be, and how its values are read and written.
+
+#include "cuboid_mapping/ros/parameters/parameters.h"
+
+#include <xmlrpcpp/XmlRpcValue.h>
+
+#include <functional>
+#include <limits>
+#include <optional>
+#include <string>
+#include <type_traits>
+#include <utility>
+#include <vector>
+
+namespace cuboid_mapping_ros {
+
+/// Where a parameter has its value: a path of members that starts at NodeParameters or at SourceParameters, or any place.
+template <typename T>
+class Field {
+ public:
+  template <typename MemberT, typename OwnerT, typename... RestT>
+  Field(MemberT OwnerT::*first, RestT... rest)
+      : at_([=](NodeParameters& p) -> T& {
+          if constexpr (std::is_same_v<OwnerT, SourceParameters>) {
+            return ((p.source.*first).*....*rest);
+          } else {
+            return ((p.*first).*....*rest);
+          }
+        }),
+        is_of_source_(std::is_same_v<OwnerT, SourceParameters>) {}
+  Field(std::function<T&(NodeParameters&)> at, bool is_of_source)
+      : at_(std::move(at)), is_of_source_(is_of_source) {}
+
+  [[nodiscard]] T& operator()(NodeParameters& p) const { return at_(p); }
+  [[nodiscard]] bool isOfSource() const { return is_of_source_; }
+
+ private:
+  std::function<T&(NodeParameters&)> at_;
+  bool is_of_source_;
+};
+
+/// What a parameter can be.
+struct ParameterKind {
+  std::string allowed;        ///< In words, as "a number from 0.501 to 0.999".
+  bool is_of_source = false;  ///< Whether a source of a list may have one of its own.
+  /// Takes a value. @return Why not, and what to do; empty when it is taken.
+  std::function<std::string(NodeParameters&, const XmlRpc::XmlRpcValue&)> set = nullptr;
+  /// The value as the parameter server holds it; not set where a list is not given.
+  std::function<XmlRpc::XmlRpcValue(NodeParameters)> get = nullptr;
+  double min = -std::numeric_limits<double>::infinity();  ///< Of a number.
+  double max = std::numeric_limits<double>::infinity();   ///< Of a number.
+  std::vector<std::string> choices = {};                  ///< All values, where they are names.
+  bool is_frame = false;                                  ///< A tf2 frame.
+};
+
+/// A number in a closed interval, never NaN or infinite. @param minus_one  What -1 stands for, where it is allowed
+/// besides the interval.
+[[nodiscard]] ParameterKind number(const Field<double>& field,
+                                   double min = -std::numeric_limits<double>::infinity(),
+                                   double max = std::numeric_limits<double>::infinity(),
+                                   std::optional<double> minus_one = std::nullopt);
+
+/// A whole number in a closed interval.
+[[nodiscard]] ParameterKind integer(const Field<int>& field, int min, int max);
+
+[[nodiscard]] ParameterKind boolean(const Field<bool>& field);
+
+/// A text of some form. @param set  Refuses with false.
+[[nodiscard]] ParameterKind parsedText(
+    const std::string& allowed, bool is_of_source,
+    const std::function<bool(NodeParameters&, const std::string&)>& set,
+    const std::function<std::string(const NodeParameters&)>& get);
+
+/// A text that is kept as it is given. @param is_good  Null: any text is.
+[[nodiscard]] ParameterKind text(const std::string& allowed, const Field<std::string>& field,
+                                 bool (*is_good)(const std::string& text) = nullptr);
+
+/// A tf2 frame, without a slash at its start.
+[[nodiscard]] ParameterKind frame(const Field<std::string>& field, bool may_be_empty);
+
+/// A path of the file system, or empty.
+[[nodiscard]] ParameterKind file(const Field<std::string>& field);
+
+/// "a or b", "a, b or c".
+[[nodiscard]] std::string joinAlternatives(const std::vector<std::string>& words);
+
+/// The content of a text, or of a number; nothing for other values.
+///@{
+[[nodiscard]] std::optional<std::string> textOf(XmlRpc::XmlRpcValue value);
+[[nodiscard]] std::optional<double> numberOf(XmlRpc::XmlRpcValue value);
+///@}
+
+/// One of some names, each of which stands for a value.
+template <typename T>
+[[nodiscard]] ParameterKind choice(const Field<T>& field,
+                                   const std::vector<std::pair<std::string, T>>& values) {
+  ParameterKind kind;
+  kind.is_of_source = field.isOfSource();
+  for (const auto& [name, value] : values) kind.choices.push_back(name);
+  kind.allowed = joinAlternatives(kind.choices);
+  kind.set = [field, values](NodeParameters& p, const XmlRpc::XmlRpcValue& given) -> std::string {
+    const auto text = textOf(given);
+    for (const auto& [name, value] : values) {
+      if (text != name) continue;
+      field(p) = value;
+      return {};
+    }
+    return text == "brick" ? "it was replaced by class: write class" : "choose one of the names";
+  };
+  kind.get = [field, values](NodeParameters p) {
+    for (const auto& [name, value] : values) {
+      if (field(p) == value) return XmlRpc::XmlRpcValue(name);
+    }
+    return XmlRpc::XmlRpcValue();
+  };
+  return kind;
+}
+
+}  // namespace cuboid_mapping_ros
