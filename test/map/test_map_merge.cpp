@@ -71,7 +71,7 @@ TEST(MoveMap, isExactForTurnsOfAxesAndShiftsByWholeVoxels) {
     const Cell corner = cellOf(turns[i] * centerOf({41, 0, 499})) + shift;
     EXPECT_EQ(map.locked.size(), 2U) << seedNote(i);
     EXPECT_TRUE(map.locked[0].contains(corner) || map.locked[1].contains(corner)) << seedNote(i);
-    EXPECT_TRUE(moveMap(T_target_map.inverse(), map).is_exact) << seedNote(i);
+    EXPECT_TRUE(moveMap(T_target_map.inverse(), map, 3).is_exact) << seedNote(i);
     EXPECT_EQ(voxelsOf(map.bricks), voxelsOf(before.bricks)) << seedNote(i);
     EXPECT_EQ(map.locked, before.locked) << seedNote(i);
   }

@@ -30,10 +30,11 @@ struct MapMotion {
 /// Locked are all voxels that share space with a locked box that was moved.
 /// @param T_target_map  Metres. @param map  Its bricks and locks are replaced, addCuboids() is undone; the rest stays, the name
 ///                      of the frame too.
+/// @param threads  The result does not depend on it.
 /// @throws std::invalid_argument  The transform is not finite, or no rotation; or the map would reach beyond kAllCells.
 ///         Nothing has changed then.
 /// @complexity O(n).
-MapMotion moveMap(const Eigen::Isometry3d& T_target_map, MapSnapshot& map);
+MapMotion moveMap(const Eigen::Isometry3d& T_target_map, MapSnapshot& map, int threads = 1);
 
 /// What becomes of a voxel that both maps know.
 enum class MergeRule : unsigned char {

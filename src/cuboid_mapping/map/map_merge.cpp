@@ -3,6 +3,7 @@
 
 #include "cuboid_mapping/geometry/voxel_motion.h"
 #include "cuboid_mapping/map/locked_boxes.h"
+#include "cuboid_mapping/parallel/parallel_for.h"
 
 #include <algorithm>
 #include <cmath>
@@ -64,7 +65,7 @@ CellBox boxAround(const Cell& brick, const Eigen::Isometry3d& T_target_map) {
       around.max().maxCoeff() > kAllCells.max.x - 1.0) {
     throw std::invalid_argument("the transform takes the map beyond the limits of a map");
   }
-  return {floorOf(around.min()), floorOf(around.max()) + Cell{1, 1, 1}};
+  return {floorOf(around.min()), floorOf(around.max().array().ceil())};
 }
 
 /// The bricks in which something of a moved map may lie, along the Morton curve.
@@ -81,48 +82,110 @@ std::vector<VoxelBrick> findTargets(const MapSnapshot& map, const Eigen::Isometr
   return targets;
 }
 
-/// Reads voxels of one frame by the places of another.
+/// How far voxels lie from where their log-odds were, in voxels.
+struct Offsets {
+  double max = 0.0;
+  double sum = 0.0;
+  double num_voxels = 0.0;
+
+  void add(double offset) {
+    max = std::max(max, offset);
+    sum += offset;
+    num_voxels += 1.0;
+  }
+  void add(const Offsets& other) {
+    max = std::max(max, other.max);
+    sum += other.sum;
+    num_voxels += other.num_voxels;
+  }
+};
+
+/// Reads voxels of one frame by the places of another. Const functions may run side by side.
 class Sampler {
  public:
-  Sampler(const std::vector<VoxelBrick>& bricks, const Eigen::Isometry3d& T_target_map)
-      : to_source_(T_target_map.inverse()) {
+  Sampler(const std::vector<VoxelBrick>& bricks, const CellMotion& motion)
+      : to_source_(motion.T_target_map.inverse()), is_exact_(motion.is_exact) {
     VoxelStore::PendingChange change = voxels_.prepareReplace(kAllCells, bricks, {});
     voxels_.reserve(change);
     voxels_.commit(change, [](const auto& /*brick*/) {});
   }
 
-  [[nodiscard]] PackedVoxels sample(const Cell& brick) {
+  [[nodiscard]] PackedVoxels read(const Cell& brick, Offsets& offsets) const {
+    return is_exact_ ? gather(brick) : sample(brick, offsets);
+  }
+
+ private:
+  /// By the bricks that the voxels come from.
+  [[nodiscard]] PackedVoxels gather(const Cell& brick) const {
+    const Cell first = sourceOf(brick);
+    const Cell last = sourceOf(brick + Cell{7, 7, 7});
+    const CellBox from{
+        {std::min(first.x, last.x), std::min(first.y, last.y), std::min(first.z, last.z)},
+        {std::max(first.x, last.x) + 1, std::max(first.y, last.y) + 1,
+         std::max(first.z, last.z) + 1}};
+    // What a step along an axis of the source adds to voxelIndex().
+    const Eigen::Vector3i steps =
+        (to_source_.linear() * Eigen::Vector3d(1.0, 8.0, 64.0)).array().round().cast<int>();
+    BrickMask known;
+    VoxelValues values{};
+    VoxelValues others;
+    forEachBrick(from, [&](const Cell& source) {
+      const PackedVoxels* voxels = voxels_.find(source);
+      if (voxels == nullptr) return;
+      voxels->getValues(others);
+      const BrickMask part = BrickMask::ofBox(intersect(from, brickBox(source)));
+      (voxels->known() & part).forEach([&](int voxel) {
+        const Cell offset = cellAt(source, voxel) - first;
+        const int to = steps.x() * offset.x + steps.y() * offset.y + steps.z() * offset.z;
+        known.set(to);
+        values[static_cast<std::size_t>(to)] = others[static_cast<std::size_t>(voxel)];
+      });
+    });
+    return {known, values};
+  }
+
+  [[nodiscard]] PackedVoxels sample(const Cell& brick, Offsets& offsets) const {
     BrickMask known;
     VoxelValues values{};
     for (int voxel = 0; voxel < kBrickVoxels; ++voxel) {
-      const Eigen::Vector3d center =
-          to_source_ * (toVector(cellAt(brick, voxel)) + Eigen::Vector3d::Constant(0.5));
+      const Eigen::Vector3d center = to_source_ * centerOf(cellAt(brick, voxel));
       const Cell from = floorOf(center);
       const auto log_odds = voxels_.logOddsAt(from);
       if (!log_odds) continue;
       known.set(voxel);
       values[static_cast<std::size_t>(voxel)] = *log_odds;
-      const double offset = (center - toVector(from) - Eigen::Vector3d::Constant(0.5)).norm();
-      max_offset_ = std::max(max_offset_, offset);
-      sum_offsets_ += offset;
-      num_voxels_ += 1.0;
+      offsets.add((center - centerOf(from)).norm());
     }
     return {known, values};
   }
 
-  /// In voxels.
-  ///@{
-  [[nodiscard]] double maxOffset() const { return max_offset_; }
-  [[nodiscard]] double meanOffset() const { return sum_offsets_ / std::max(1.0, num_voxels_); }
-  ///@}
+  [[nodiscard]] Cell sourceOf(const Cell& cell) const {
+    return floorOf(to_source_ * centerOf(cell));
+  }
 
- private:
+  [[nodiscard]] static Eigen::Vector3d centerOf(const Cell& cell) {
+    return toVector(cell) + Eigen::Vector3d::Constant(0.5);
+  }
+
   Eigen::Isometry3d to_source_;
+  bool is_exact_;
   VoxelStore voxels_;
-  double max_offset_ = 0.0;
-  double sum_offsets_ = 0.0;
-  double num_voxels_ = 0.0;
 };
+
+/// Fills bricks by many threads.
+Offsets readAll(const Sampler& sampler, int threads, std::vector<VoxelBrick>& targets) {
+  constexpr std::size_t kPartBricks = 256;
+  std::vector<Offsets> offsets((targets.size() + kPartBricks - 1) / kPartBricks);
+  parallelFor(offsets.size(), threads, [&](std::size_t part) {
+    const std::size_t end = std::min(targets.size(), (part + 1) * kPartBricks);
+    for (std::size_t i = part * kPartBricks; i < end; ++i) {
+      targets[i].voxels = sampler.read(targets[i].brick, offsets[part]);
+    }
+  });
+  Offsets all;
+  for (const Offsets& part : offsets) all.add(part);
+  return all;
+}
 
 float apply(MergeRule rule, float first, float second) {
   switch (rule) {
@@ -154,11 +217,10 @@ PackedVoxels mergeBricks(const PackedVoxels& first, const PackedVoxels& second, 
 
 }  // namespace
 
-MapMotion moveMap(const Eigen::Isometry3d& T_target_map, MapSnapshot& map) {
+MapMotion moveMap(const Eigen::Isometry3d& T_target_map, MapSnapshot& map, int threads) {
   const CellMotion motion = toCellMotion(T_target_map, map.resolution_m);
   std::vector<VoxelBrick> targets = findTargets(map, motion.T_target_map);
-  Sampler sampler(map.bricks, motion.T_target_map);
-  for (VoxelBrick& brick : targets) brick.voxels = sampler.sample(brick.brick);
+  const Offsets offsets = readAll(Sampler(map.bricks, motion), threads, targets);
   const auto is_empty = [](const VoxelBrick& brick) { return brick.voxels.isEmpty(); };
   targets.erase(std::remove_if(targets.begin(), targets.end(), is_empty), targets.end());
   LockedBoxes locked;
@@ -166,8 +228,8 @@ MapMotion moveMap(const Eigen::Isometry3d& T_target_map, MapSnapshot& map) {
   map.locked = locked.boxes();
   map.bricks = std::move(targets);
   map.cuboids.clear();
-  return {motion.is_exact, map.resolution_m * sampler.maxOffset(),
-          map.resolution_m * sampler.meanOffset()};
+  return {motion.is_exact, map.resolution_m * offsets.max,
+          map.resolution_m * offsets.sum / std::max(1.0, offsets.num_voxels)};
 }
 
 const char* toString(MergeRule rule) {

@@ -126,6 +126,34 @@ TEST_F(CloudBufferTest, ANodeThatIsTooSlowLosesTheNewestNotTheNextInTurn) {
   EXPECT_NE(drops_.front().text.find("queue_size"), std::string::npos) << drops_.front().text;
 }
 
+TEST_F(CloudBufferTest, CloudsThatCameWhileTheMapWasHeldAreWorkedOff) {
+  put(1);
+  EXPECT_EQ(takeAll(), (Ids{1}));
+  for (unsigned id = 2; id <= 40; ++id) put(id);  // A service holds the map for 4 s.
+  clock_s_ += 4.0;
+  unsigned id = 40;
+  std::size_t num_taken = 0;
+  for (int step = 0; step < 100; ++step) {  // 20 clouds a second go, 10 come.
+    num_taken += buffer_.takeNext() ? 1 : 0;
+    if (step % 2 == 0) put(++id);
+    clock_s_ += 0.05;
+  }
+  EXPECT_TRUE(drops_.empty()) << drops_.front().text;
+  EXPECT_EQ(num_taken + buffer_.size(), id - 1U);
+  EXPECT_LE(buffer_.size(), 3U);
+}
+
+TEST_F(CloudBufferTest, CloudsThatComeFasterThanTheyGoAreDropped) {
+  unsigned id = 0;
+  for (int step = 0; step < 100; ++step) {  // 10 clouds a second go, 20 come.
+    if (step % 2 == 0) (void)buffer_.takeNext();
+    put(++id);
+    clock_s_ += 0.05;
+  }
+  EXPECT_GT(numDrops(DropReason::kQueueFull), 30U);
+  EXPECT_LE(buffer_.size(), 14U) << "queue_size, and what comes within a second";
+}
+
 TEST_F(CloudBufferTest, AnyNumberOfCloudsWaitsForTf) {
   for (unsigned id = 1; id <= 200; ++id) put(id, "camera");
   clock_s_ += 9.0;

@@ -130,19 +130,26 @@ void CloudBuffer::makeRoom() {
 }
 
 void CloudBuffer::dropOverload() {
+  const double now_s = callbacks_.clock_s();
   for (std::size_t source = 0; source < sources_.size(); ++source) {
-    const auto is_of_it = [source](const Entry& entry) {
-      return entry.isReady() && entry.cloud.source == source;
-    };
-    const auto oldest = std::find_if(entries_.begin(), entries_.end(), is_of_it);
-    if (oldest == entries_.end()) continue;
-    if (callbacks_.clock_s() - oldest->ready_since_s <= kBurst_s) continue;
-    auto count =
-        static_cast<std::size_t>(std::count_if(entries_.begin(), entries_.end(), is_of_it));
-    for (; count > limits_.queue_size; --count) {
-      drop(newestOf(source, true), DropReason::kQueueFull);
+    std::optional<Backlog>& backlog = sources_[source].backlog;
+    std::size_t count = countReady(source);
+    if (count <= limits_.queue_size) {
+      backlog.reset();
+    } else if (!backlog || count < backlog->least) {
+      backlog = Backlog{count, now_s};
+    } else if (now_s - backlog->since_s > kBurst_s) {
+      for (; count > limits_.queue_size; --count) {
+        drop(newestOf(source, true), DropReason::kQueueFull);
+      }
     }
   }
+}
+
+std::size_t CloudBuffer::countReady(std::size_t source) const {
+  return static_cast<std::size_t>(std::count_if(
+      entries_.begin(), entries_.end(),
+      [source](const Entry& entry) { return entry.isReady() && entry.cloud.source == source; }));
 }
 
 CloudBuffer::Entries::iterator CloudBuffer::newestOf(std::size_t source, bool is_ready) {

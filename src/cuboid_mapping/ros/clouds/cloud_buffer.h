@@ -56,8 +56,9 @@ struct PosedCloud {
 /// do not notice.
 ///
 /// What is next in turn is never dropped for want of room. Beyond max_bytes the newest cloud of the source that takes most
-/// of them goes; beyond half of them nobody waits for the order. Of more than queue_size clouds of a source that have
-/// their poses, for longer than kBurst_s, the newest go.
+/// of them goes; beyond half of them nobody waits for the order. Where more than queue_size clouds of a source have their
+/// poses, and did not become fewer for kBurst_s, the newest go: a burst loses none, nor do clouds that came while a
+/// service held the map.
 ///
 /// Thread rule: put(), noteTfChanged(), setSearch() and stop() from any thread; the rest in the one that maps.
 class CloudBuffer {
@@ -80,7 +81,7 @@ class CloudBuffer {
     std::function<ros::Time()> now = ros::Time::now;
   };
 
-  /// Clouds that come in a burst are no overload before this time.
+  /// More clouds than queue_size are an overload when they did not become fewer for this time.
   static constexpr double kBurst_s = 1.0;
   /// Waiting for tf is said after this time, and again after the other one.
   static constexpr double kSayWaiting_s = 1.0;
@@ -129,7 +130,14 @@ class CloudBuffer {
   };
   using Entries = std::deque<Entry>;
 
+  /// Clouds of a source that have their poses are more than queue_size.
+  struct Backlog {
+    std::size_t least = 0;  ///< Since there has been a backlog.
+    double since_s = 0.0;   ///< When they became so few.
+  };
+
   struct Source {
+    std::optional<Backlog> backlog;
     ros::Time newest;           ///< Its last stamp.
     double last_put_s = 0.0;    ///< When that came, or the first cloud of any.
     double gap_s = 0.0;         ///< Between its last two.
@@ -152,6 +160,7 @@ class CloudBuffer {
   static void waitAs(const Entry& blocked, Entry& entry);
   void sayWaiting(const Entry& entry, double now_s);
   void dropOverload();
+  [[nodiscard]] std::size_t countReady(std::size_t source) const;
   void makeRoom();
   [[nodiscard]] Entries::iterator newestOf(std::size_t source, bool is_ready);
   void drop(const Entries::iterator& entry, DropReason reason);

@@ -190,7 +190,9 @@ StorageAnswer loadMap(GuardedMap& map, const std::string& file, const SnapshotLi
     answer.error = compareResolutions(read.snapshot.resolution_m, map.grid().resolution(), file);
     if (!answer.error.empty()) return;
     if (placement.T_map_file) {
-      answer.notes = describe(cuboid_mapping::moveMap(*placement.T_map_file, read.snapshot)) + ". ";
+      answer.notes =
+          describe(cuboid_mapping::moveMap(*placement.T_map_file, read.snapshot, config.threads)) +
+          ". ";
     }
     answer.num_bytes = read.num_bytes;
     if (placement.rule) {
@@ -214,7 +216,7 @@ StorageAnswer moveWholeMap(GuardedMap& map, const cuboid_mapping::VoxelMotion& m
     MapSnapshot snapshot = takeWholeSnapshot(map, "", limits, look);
     Eigen::Isometry3d T_new_old = motion.transform();
     T_new_old.translation() *= config.resolution_m;
-    moveMap(T_new_old, snapshot);
+    moveMap(T_new_old, snapshot, config.threads);
     CuboidMap fresh(config);
     restoreSnapshot(snapshot, fresh);
     answer.num_cuboids = countCuboids(fresh).total();

@@ -210,8 +210,8 @@ std::vector<ParameterDeclaration> declareCrop() {
 std::vector<ParameterDeclaration> declareTopics() {
   return {
       {"queue_size", "clouds", integer(&P::queue_size, 1, 1000),
-       "Maximum number of clouds of a source that wait for their turn, when the node is too slow; "
-       "bursts of a second may be larger."},
+       "Maximum number of clouds of a source that wait for their turn, when the node is too slow: "
+       "the newest go when more wait and do not become fewer within a second."},
       {"queue_memory", "MB", integer(&P::queue_memory_mb, 1, 65536),
        "Memory for clouds that wait for their turn or for tf. When it is full, the newest is "
        "dropped; one cloud may always wait."},
