@@ -295,13 +295,15 @@ def write_document(reports, document):
 
 
 def fill_blocks(document, texts):
-    """Replaces what stands between the marks of a document."""
+    """Replaces what stands between the marks of a document, and of its page in the folder tables."""
     def fill(match):
         name = match.group(1)
         if name not in texts:
             sys.exit(f'{document}: there is no block {name}, only {", ".join(texts)}')
         return f'<!-- benchmark:begin {name} -->\n{texts[name]}\n<!-- benchmark:end -->'
 
-    text = document.read_text()
-    document.write_text(re.sub(r'<!-- benchmark:begin (\w+) -->.*?<!-- benchmark:end -->', fill, text,
-                               flags=re.DOTALL))
+    for page in (document, document.parent / 'tables' / document.name):
+        if page.exists():
+            page.write_text(re.sub(r'<!-- benchmark:begin (\w+) -->.*?<!-- benchmark:end -->', fill, page.read_text(),
+                                   flags=re.DOTALL))
+        texts = {name: text.replace('](', '](../') for name, text in texts.items()}
