@@ -305,7 +305,8 @@ int run(int argc, char** argv) {
       "of the voxels with something in them that a beam has hit; free space: of the voxels\n"
       "with nothing in them that beams pass or hit, those that the map says are free.");
   line.addText("dataset", options.dataset, "a folder of scans in place of the simulated drive");
-  line.addText("truth", options.truth, "the .bt that it was made from, which sets the resolution");
+  line.addText("truth", options.truth,
+               "the .bt that the data set was made from; sets the resolution");
   line.addNumber("seed", options.seed, "of the world", {0, 1e9});
   line.addNumber("rings", options.rings, "of the lidar", {1, 1024});
   line.addNumber("clouds", options.clouds, "of one lap", {1, 10000});

@@ -78,9 +78,9 @@ int compare(const std::string& file) {
 
 int run(int argc, char** argv) {
   std::vector<std::string> files;
-  CommandLine line("octree_messages",
-                   "Compares the time that a map takes to become an octree with OctoMap's own "
-                   "serialization of the same tree.");
+  CommandLine line(
+      "octree_messages",
+      "Compares the time to serialize a map as an octree with OctoMap's own serialization.");
   line.addArgument("maps", files, "map: .cuboids, .sqlite, .ot or .bt");
   if (const auto status = line.parse(argc, argv)) return *status;
   int status = 0;

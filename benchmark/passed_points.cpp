@@ -209,9 +209,8 @@ class Evaluation {
 int run(int argc, char** argv) {
   PassedOptions options;
   CommandLine line("passed_points",
-                   "How well the points of what moves are told from those of what stands: SA, DA "
-                   "and AA of KTH's "
-                   "DynamicMap benchmark.");
+                   "Measures how well moving points are told from standing ones: SA, DA and AA of "
+                   "KTH's DynamicMap benchmark.");
   line.addText("dataset", options.dataset,
                "a folder with pcd/*.pcd and gt_cloud.pcd, in place of the simulated drive");
   line.addNumber("seed", options.seed, "of the world", {0, 1e9});

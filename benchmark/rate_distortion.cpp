@@ -164,8 +164,7 @@ json measure(const Options& options) {
 
 int run(int argc, char** argv) {
   Options options;
-  CommandLine line("rate_distortion",
-                   "Compares what maps take in bytes with what they lose in information.");
+  CommandLine line("rate_distortion", "Compares the bytes of maps with the information they lose.");
   declareMeasurement(line, options, "edge of the finest voxels, which lose nothing [m]");
   line.addNumber("coarsest", options.coarsest, "edge of the coarsest voxels, in finest ones",
                  {1, 1024});

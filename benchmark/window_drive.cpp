@@ -226,14 +226,16 @@ int run(int argc, char** argv) {
   line.addText("store", options.store, "file of the store; it is replaced");
   line.addNumber("resolution", options.resolution_m, "metres", {1e-3, 1e2});
   line.addNumber("max-range", options.max_range_m, "metres", {0.01, 1e5});
-  line.addNumber("laps", options.laps, "how often the way is driven", {1, 100000});
+  line.addNumber("laps", options.laps, "number of laps", {1, 100000});
   line.addNumber("clouds-a-metre", options.clouds_a_metre, "of the simulation", {0.01, 100});
   line.addNumber("size", options.window.size_m, "edge of the window in metres", {0.1, 1e6});
   line.addNumber("margin", options.window.margin_m, "metres around it", {0.0, 1e6});
-  line.addNumber("budget", options.budget,
-                 "pages that may be read and written, as a multiple of what the drive asks for",
-                 {0.0, 1e3});
-  line.addFlag("alone", is_alone, "without the other map, for the memory of the process");
+  line.addNumber(
+      "budget", options.budget,
+      "pages that may be read and written, as a multiple of the pages that the drive needs",
+      {0.0, 1e3});
+  line.addFlag("alone", is_alone,
+               "drive without the other map, to measure the memory of the process");
   if (const auto status = line.parse(argc, argv)) return *status;
   options.has_plain = !is_alone;
   return drive(options);

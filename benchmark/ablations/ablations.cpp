@@ -220,7 +220,7 @@ json measure(const Options& options) {
 
 int run(int argc, char** argv) {
   Options options;
-  CommandLine line("ablations", "Times parts of the map alone, and OctoMap given parts of it.");
+  CommandLine line("ablations", "Times parts of the map alone, and OctoMap with parts of it.");
   declareMeasurement(line, options);
   line.addNumber("runs", options.runs, "of each insertion; medians are shown", {1, 100});
   if (const auto status = line.parse(argc, argv)) return *status;

@@ -280,13 +280,13 @@ int run(int argc, char** argv) {
       "Measures the display for rviz against the marker topics and against a cloud of "
       "boxes, as other maps are shown, in one window. Needs a screen and a roscore. Prints "
       "tables in Markdown.");
-  command_line.addList("boxes", options.boxes, "boxes of the ground that is shown, e.g. 1e4,1e5",
+  command_line.addList("boxes", options.boxes, "numbers of boxes of the ground, such as 1e4,1e5",
                        {1.0, 1e8});
-  command_line.addTexts("map", options.maps, "show these files of maps in place of the ground");
-  command_line.addFlag("display-only", options.is_display_only, "leave out what it is compared to");
+  command_line.addTexts("map", options.maps, "show these map files instead of the ground");
+  command_line.addFlag("display-only", options.is_display_only, "show only the display");
   command_line.addNumber("updates", options.updates_min,
-                         "minutes: measure memory in place of frames, while a map of 100,000 boxes "
-                         "changes up to ten times a second",
+                         "measure memory for so many minutes, while a map of 100,000 boxes changes "
+                         "up to ten times a second",
                          {0.0, 1e4});
   ros::init(argc, argv, "display_frames", ros::init_options::AnonymousName);
   if (const auto status = command_line.parse(argc, argv)) return *status;

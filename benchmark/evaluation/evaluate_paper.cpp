@@ -74,10 +74,9 @@ std::optional<int> parseOptions(int argc, char** argv, EvaluationOptions& option
                {2, RTreeConfig::kMaxBranchesLimit});
   line.addNumber("reference", options.reference_m,
                  "resolution at which strategies and rotations are compared [m]", {0.001, 1000.0});
-  line.addFlag(
-      "speed-only", options.is_speed_only,
-      "only OctoMap, growth and, at the reference, the paper to the letter: to repeat what "
-      "ratios of speed rest on");
+  line.addFlag("speed-only", options.is_speed_only,
+               "only OctoMap, growth and, at the reference, the paper to the letter: repeats the "
+               "runs behind ratios of speed");
   line.addNumber("drives", options.num_drives, "simulated drives with moving objects", {1, 1000});
   line.addNumber("clouds", options.max_clouds, "only the first N clouds", {1});
   return line.parse(argc, argv);

@@ -134,8 +134,8 @@ void CuboidMapDisplay::addClipProperties() {
                                            heights_property_, SLOT(updateStyles()), this);
   max_height_property_ = new FloatProperty("Max", 2.0F, "In the map frame, in m.",
                                            heights_property_, SLOT(updateStyles()), this);
-  box_property_ = new BoolProperty("Clip box", false, "Show only what is in a box.", this,
-                                   SLOT(updateStyles()));
+  box_property_ = new BoolProperty("Clip box", false, "Show only the part of the map in a box.",
+                                   this, SLOT(updateStyles()));
   box_min_property_ =
       new rviz::VectorProperty("Min", Ogre::Vector3(-5.0F), "In the map frame, in m.",
                                box_property_, SLOT(updateStyles()), this);
@@ -149,9 +149,10 @@ void CuboidMapDisplay::addClipProperties() {
                                              slice_property_, SLOT(updateShown()), this);
   below_property_ = new BoolProperty("Show below", false, "Also show the map below the slice.",
                                      slice_property_, SLOT(updateShown()), this);
-  recent_property_ = new FloatProperty(
-      "Changed in last", 0.0F, "Show only what has changed within so many seconds; 0: everything.",
-      this, SLOT(updateStyles()));
+  recent_property_ =
+      new FloatProperty("Changed in last", 0.0F,
+                        "Show only bricks that changed within this many seconds; 0: everything.",
+                        this, SLOT(updateStyles()));
   recent_property_->setMin(0.0F);
 }
 // NOLINTEND(cppcoreguidelines-owning-memory)

@@ -185,7 +185,7 @@ int run(int argc, char** argv) {
                                    "roscore. The result is the same as the node's, byte for byte.");
   bool frees_passed = false;
   line.addFlag("free-passed", frees_passed,
-               "at the end, free what has passed through places that were empty at some time");
+               "at the end, free occupied voxels in places that were once seen empty");
   if (const auto status = parseBagOptions(line, argc, argv, options)) return *status;
   return makeMap(options, frees_passed);
 }

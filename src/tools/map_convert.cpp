@@ -140,12 +140,12 @@ int run(int argc, char** argv) {
                  "lowest probability, for maps from OctoMap", {0.001, 0.499});
   line.addNumber("sensor_model/max", options.model.alpha_max,
                  "highest probability, for maps from OctoMap", {0.501, 0.999});
-  line.addPoint("min", options.min_m, "only what lies above these x, y and z, in metres");
-  line.addPoint("max", options.max_m, "only what lies below these x, y and z, in metres");
+  line.addPoint("min", options.min_m, "only space above these x, y and z, in metres");
+  line.addPoint("max", options.max_m, "only space below these x, y and z, in metres");
   line.addFlag("joined", options.boxes.are_joined,
                ".csv: cuboids joined across bricks, walls as walls");
   line.addNumber("boxes", options.boxes.max_boxes,
-                 "at most so many boxes, which cover all that is occupied and add little volume; "
+                 "maximum number of boxes, which cover all occupied space and add little volume; "
                  "without it scenes have all joined cuboids",
                  {1, 1e6});
   line.addTexts(

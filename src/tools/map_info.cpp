@@ -98,7 +98,7 @@ void printStore(const std::string& file) {
 
 int run(int argc, char** argv) {
   std::string file;
-  CommandLine line("map_info", "Prints what is in a map file: .cuboids, .sqlite, .ot or .bt.");
+  CommandLine line("map_info", "Prints the contents of a map file: .cuboids, .sqlite, .ot or .bt.");
   line.addArgument("map", file, "the file");
   if (const auto status = line.parse(argc, argv)) return *status;
   isSqliteFile(file) ? printStore(file) : printFile(file);

@@ -74,22 +74,24 @@ int merge(const Options& options) {
 
 int run(int argc, char** argv) {
   Options options;
-  CommandLine line(
-      "map_merge",
-      "Puts a map into another one of the same resolution. What comes of it is not the\n"
-      "map that all clouds together would have made: doc/fleet.md.");
+  CommandLine line("map_merge",
+                   "Merges two maps of the same resolution. The result is not the map of "
+                   "all\nclouds together: doc/fleet.md.");
   line.addArgument(
       "first", options.first,
       "map: .cuboids, .sqlite, .ot or .bt; frame and sensor model of the result are its own");
   line.addArgument("second", options.second, "map: .cuboids, .sqlite, .ot or .bt");
   line.addText("output,o", options.output, "map to write: " + knownEndings());
-  line.addText("rule", options.rule,
-               "log-odds of voxels that both know: their sum, the second's, the greater ones",
-               {"sum", "later", "occupied"});
-  line.addPoint("turn", options.turn_deg,
-                "of the second map in the frame of the first: about x, then y, then z, in degrees");
-  line.addPoint("shift", options.shift_m,
-                "of the second map in the frame of the first, after the turn, in metres");
+  line.addText(
+      "rule", options.rule,
+      "log-odds of voxels that both know: their sum, the second map's, or the greater ones",
+      {"sum", "later", "occupied"});
+  line.addPoint(
+      "turn", options.turn_deg,
+      "rotation of the second map in the frame of the first: about x, then y, then z, in degrees");
+  line.addPoint(
+      "shift", options.shift_m,
+      "translation of the second map in the frame of the first, after the rotation, in metres");
   if (const auto status = line.parse(argc, argv)) return *status;
   if (options.output.empty()) throw std::runtime_error("--output is missing");
   return merge(options);

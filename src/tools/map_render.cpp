@@ -132,14 +132,15 @@ int run(int argc, char** argv) {
       "unknown.");
   line.addArgument("map", options.map, "map: .cuboids, .sqlite, .ot or .bt");
   line.addArgument("picture", options.picture, "picture to write: .png or .ppm");
-  line.addPoint("eye", options.eye, "where to look from, in metres");
+  line.addPoint("eye", options.eye, "position of the camera, in metres");
   line.addPoint("look-at", options.target, "where to look, in metres");
   line.addNumber("angle", options.angle_deg, "height of the view in degrees, with --eye", {1, 170});
-  line.addNumber("range", options.range_m, "how far to look in metres, with --eye", {0.01, 1e5});
+  line.addNumber("range", options.range_m, "largest distance from the camera in metres, with --eye",
+                 {0.01, 1e5});
   line.addNumber("min-z", options.min_z_m, "leave out everything below this height in metres");
   line.addNumber("max-z", options.max_z_m,
                  "leave out everything above this height in metres, such as a ceiling");
-  line.addText("color-by", options.colors, "what colours stand for", kColorNames);
+  line.addText("color-by", options.colors, "meaning of the colours", kColorNames);
   line.addFlag(
       "joined", options.are_joined,
       "colour by cuboids that are joined across bricks, with --color-by size or probability");

@@ -109,8 +109,9 @@ int runBag(int argc, char** argv) {
   line.addNumber("noise", config.lidar.range_noise_m, "standard deviation of ranges in m");
   line.addNumber("max-range", config.lidar.max_range_m, "longest range with a return in m");
   line.addNumber("cloud-rate", config.cloud_rate_hz, "clouds per second");
-  line.addText("robot", config.robot, "name of the robot, in front of its frames");
-  line.addNumber("head-start", config.head_start_m, "metres that the robot has come at the start");
+  line.addText("robot", config.robot, "name of the robot, the prefix of its frames");
+  line.addNumber("head-start", config.head_start_m,
+                 "distance that the robot has driven at the start, in metres");
   line.addFlag("all-sensors", has_all_sensors,
                "with a second lidar, a planar laser at twice the rate, and a depth camera at three "
                "times the rate");

@@ -66,7 +66,7 @@ int run(int argc, char** argv) {
   Options options;
   CommandLine line(
       "simulated_map",
-      "Maps what a simulated lidar sees on its drive through a building; needs no ROS.");
+      "Maps the scans of a simulated lidar that drives through a building; needs no ROS.");
   line.addArgument("map", options.file, "map to write, such as map.cuboids");
   line.addNumber("duration", options.duration_s, "length of the drive in seconds", {0.1, 3600});
   line.addNumber("resolution", options.resolution_m, "edge length of a voxel in metres",
