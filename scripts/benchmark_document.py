@@ -295,7 +295,7 @@ def write_document(reports, document):
 
 
 def fill_blocks(document, texts):
-    """Replaces what stands between the marks of a document, and of its page in the folder tables."""
+    """Fills in the text between the marks of a document, and of its page in the folder tables."""
     def fill(match):
         name = match.group(1)
         if name not in texts:

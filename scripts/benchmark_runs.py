@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""What scripts/benchmark runs: data sets, resolutions and options of compare_maps."""
+"""Runs of scripts/benchmark: data sets, resolutions and options of compare_maps."""
 
 SHORT_NAMES = {'kitti_0005_city': 'KITTI 0005, city', 'muehlburger_tor_standing': 'Mühlburger Tor, standing',
                'sim_fr079': 'fr079, simulated', 'rgbd_7scenes': '7-Scenes, RGB-D'}

@@ -121,7 +121,7 @@ WAYS = {'cuboid_mapping': 'corridor of this map', 'octomap': "OctoMap's leaves",
 
 
 def corridor_rows(reports):
-    """A row for each pair and map; what was planned again has the prefix again_."""
+    """A row for each pair and map; figures of the second plan have the prefix again_."""
     rows = []
     for dataset, report in reports.items():
         for row in report['rows']:

@@ -17,7 +17,7 @@ class Runs:
 
     @classmethod
     def read(cls, folder):
-        """Those that a folder holds, by data set and name."""
+        """The runs of a folder, by data set and name."""
         runs = []
         for file in sorted(folder.glob('*/runs/*.json')):
             runs.append({**json.loads(file.read_text()), 'dataset': file.parent.parent.name})

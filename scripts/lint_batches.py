@@ -40,7 +40,7 @@ def list_files(*patterns):
 
 
 def names_in(lines):
-    """What lines declare in a namespace; clang-format puts that at the beginning of the line."""
+    """The declarations of lines in a namespace; clang-format puts that at the beginning of the line."""
     matches = filter(None, map(DECLARATION.match, lines))
     return {match[1] or match[2] for match in matches}
 
@@ -50,7 +50,7 @@ def types_in(text):
 
 
 def local_names(text):
-    """What a source declares in unnamed namespaces, and main."""
+    """Names that a source declares in unnamed namespaces, and main."""
     parts = re.findall(r'^namespace \{$(.*?)^\}  // namespace$', text, re.MULTILINE | re.DOTALL)
     return names_in('\n'.join(parts).splitlines()) | set(re.findall(r'^int (main)\b', text, re.MULTILINE))
 
@@ -93,7 +93,7 @@ def compile_flags():
 
 
 def write_batch(file, sources, header_types):
-    """One source that includes others: first what they include, then them."""
+    """One source that includes others: first their headers, then them."""
     includes = {}
     body = []
     taken = set(header_types)

@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: BSD-3-Clause
-"""Waits while a map is built and shows progress, then prints a summary of what /diagnostics says.
+"""Waits while a map is built and shows progress, then prints a summary of /diagnostics.
 
 With drops, the summary says why clouds were dropped and what would help.
 """
@@ -91,7 +91,7 @@ def print_progress(watcher, seconds):
 
 
 def print_drops(watcher):
-    """A line for each reason, and one with what would help."""
+    """A line for each reason, and one with the cure."""
     prefix = 'clouds dropped, '
     for key, value in watcher.figures.items():
         if key.startswith(prefix) and value != '0':

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""What questions to a map are answered with: named tuples of arrays, and the numbers in them."""
+"""Answers of a map: named tuples of arrays, and the numbers in them."""
 import enum
 import typing
 
@@ -7,7 +7,7 @@ import numpy as np
 
 
 class Occupancy(enum.IntEnum):
-    """What is known of a voxel. Occupied: log-odds >= 0."""
+    """Class of a voxel. Occupied: log-odds >= 0."""
     UNKNOWN = 0
     FREE = 1
     OCCUPIED = 2
@@ -30,14 +30,14 @@ class CorridorEnd(enum.IntEnum):
 
 
 class IntegratedScan(typing.NamedTuple):
-    """What became of the points of a scan, no-returns included."""
+    """Counts of the points of a scan, no-returns included."""
     num_points: int        # That took part.
     num_out_of_range: int  # Left out: not finite, or outside the grid.
     num_too_far: int       # Left out: more than 65,535 voxels away.
 
 
 class Boxes(typing.NamedTuple):
-    """What is in each of n boxes; volumes in cubic metres, of all voxels that a box overlaps."""
+    """Content of n boxes; volumes in cubic metres, of all voxels that a box overlaps."""
     occupancy: np.ndarray        # (n,) uint8, Occupancy: occupied if any voxel is; else unknown if any is; else free.
     free_volume: np.ndarray      # (n,) float64
     occupied_volume: np.ndarray  # (n,) float64
