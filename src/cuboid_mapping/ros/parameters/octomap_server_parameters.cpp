@@ -42,13 +42,13 @@ std::vector<ParameterDeclaration> declareProducts() {
       {"min_y_size", "m", number({&P::octomap_server, &O::min_y_size_m}, 0.0, 1e4),
        "Minimum extent of projected_map along y, centred on the origin."},
       {"projected_map_memory", "MB", integer({&P::octomap_server, &O::max_projection_mb}, 1, 1000),
-       "Largest projected_map, of one byte for each cell. What lies farthest from the rest of the "
-       "map, such as one stray return, is left out of a larger one; the log says where it is."},
+       "Largest projected_map, one byte per cell. A larger one leaves out the cells farthest from "
+       "the rest of the map, such as one stray return; the log says where they are."},
       {"filter_speckles", "", boolean({&P::octomap_server, &O::filter_speckles}),
        "true: occupied voxels without an occupied neighbour (of 26) are left out of "
        "octomap_server's markers, points and projected_map."},
       {"publish_free_space", "", boolean({&P::octomap_server, &O::publish_free_space}),
-       "true: free_cells_vis_array is published. free_cuboids always is."},
+       "true: free_cells_vis_array is published. free_cuboids is always published."},
       {"incremental_2D_projection", "",
        boolean({&P::octomap_server, &O::is_projection_incremental}),
        "Has no effect here: projected_map is always updated incrementally."},
@@ -77,7 +77,7 @@ std::vector<ParameterDeclaration> declareColors() {
       {"height_map", "", boolean({&P::octomap_server, &O::is_height_map}),
        "true: occupied_cells_vis_array is coloured by height."},
       {"color_factor", "", number({&P::octomap_server, &O::color_factor}, 0.0, 1.0),
-       "Part of the colour circle that spans the height of the map, with height_map."},
+       "Part of the colour circle over the height of the map, with height_map."},
       {"colored_map", "", boolean({&P::octomap_server, &O::is_colored_map}),
        "Has no effect here: cells have no colours of their own."},
   };

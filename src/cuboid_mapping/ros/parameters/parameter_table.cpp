@@ -36,41 +36,40 @@ std::vector<ParameterDeclaration> declareMap() {
        "dynamic: every observation counts. static: a cell is no longer updated once it has "
        "reached sensor_model/min or sensor_model/max."},
       {"forget_after", "s", number(&S::forget_after_s, 0.0, 1e6),
-       "What no cloud has seen for this time is forgotten, by the stamps of the clouds and in "
-       "blocks of 8 x 8 x 8 voxels; of several sources, what none remembers that has seen it. "
-       "Locked boxes stay, and what comes from files and services alone. 0: never."},
+       "Voxels that no cloud has observed for this long become unknown, by cloud stamps and per "
+       "block of 8 x 8 x 8 voxels; with several sources, once no source that saw them remembers "
+       "them. Locked boxes stay, and so do files and edits that no cloud has seen. 0: never."},
       {"forget_class", "",
        choice<ForgetClass>(&P::forget_class, {{"all", ForgetClass::kAll},
                                               {"occupied", ForgetClass::kOccupied},
                                               {"free", ForgetClass::kFree}}),
-       "Which voxels are forgotten after forget_after. all: both classes. occupied: obstacles "
-       "that nobody sees any more; the space that was found free stays. free: space that was free "
-       "long ago; obstacles stay."},
+       "Class of voxels that forget_after forgets. all: both. occupied: obstacles only; free space "
+       "stays. free: free space only; obstacles stay."},
       {"forget_to", "",
        choice<ForgetTo>(&P::forget_to,
                         {{"unknown", ForgetTo::kUnknown}, {"seen_once", ForgetTo::kSeenOnce}}),
-       "What forgotten voxels become. unknown: unknown. seen_once: they keep their class, as if "
-       "seen once; the next cloud can change it."},
+       "State of forgotten voxels. unknown: unknown. seen_once: they keep their class, as if seen "
+       "once, and the next cloud can change it."},
       {"moving_points", "",
        choice<MovingPoints>(&P::moving_points, {{"ignore", MovingPoints::kIgnore},
                                                 {"publish", MovingPoints::kPublish},
                                                 {"leave_out", MovingPoints::kLeaveOut}}),
-       "Points where earlier clouds have seen that nothing stands, which are of things that move. "
-       "ignore: nobody looks for them. publish: they are published as moving_points. leave_out: "
-       "they are published, and do not make voxels occupied."},
+       "Points of moving things: those where earlier clouds have seen empty space. ignore: the "
+       "node does not look for them. publish: it publishes them as moving_points. leave_out: it "
+       "publishes them, and they do not make voxels occupied."},
       {"fusion", "",
        choice<FusionKind>({&P::map, &MapConfig::fusion}, {{"class", FusionKind::kClass},
                                                           {"growth", FusionKind::kGrowth},
                                                           {"none", FusionKind::kNone}}),
-       "How voxels are merged into cuboids. class: large boxes of free or of occupied voxels, in "
-       "blocks of 8 x 8 x 8. growth: the method of the paper, see growth/*. none: every voxel is "
-       "a cuboid. In any case, every voxel keeps its own probability."},
+       "How voxels become cuboids. class: large boxes of free or of occupied voxels, in blocks of "
+       "8 x 8 x 8. growth: the method of the paper, see growth/*. none: every voxel is a cuboid. "
+       "Every voxel keeps its own probability."},
       {"fuse", "",
        choice<FusionTime>({&P::map, &MapConfig::fuse}, {{"every_cloud", FusionTime::kEveryCloud},
                                                         {"when_read", FusionTime::kWhenRead}}),
        "When changed blocks are divided into cuboids, with fusion: class. every_cloud: with each "
-       "cloud, by all threads. when_read: when somebody reads their cuboids. The cuboids are the "
-       "same."},
+       "cloud, by all threads. when_read: when a reader asks for their cuboids. The cuboids are "
+       "the same."},
       {"rtree/max_branches", "",
        integer({&P::map, &MapConfig::rtree, &RTreeConfig::max_branches}, 2,
                RTreeConfig::kMaxBranchesLimit),
@@ -80,7 +79,7 @@ std::vector<ParameterDeclaration> declareMap() {
                RTreeConfig::kMaxBranchesLimit / 2),
        "Minimum number of branches of an R-tree node (d), at most half of rtree/max_branches."},
       {"threads", "", integer(&P::threads, 0, 256),
-       "Number of threads that process a cloud. The map does not depend on it. 0: one per core."},
+       "Number of threads that process a cloud. They do not change the map. 0: one per core."},
       {"num_worker_threads", "", integer(&P::num_worker_threads, 0, 256),
        "Number of threads of a stand-alone node, which is its own nodelet manager. 0: one per "
        "core. "
@@ -116,16 +115,14 @@ std::vector<ParameterDeclaration> declareGrowth() {
        "own width. neighbour: the width of the next cell, so that fused cuboids can absorb each "
        "other."},
       {"growth/search", "", growthSearchKind(),
-       "The order in which a cell tries the directions. paper: by decreasing width, upwards "
-       "first."},
+       "Order in which a cell tries the directions. paper: by decreasing width, upwards first."},
       {"growth/starters", "",
        choice<GrowthStarters>({&P::map, &MapConfig::growth, &GrowthConfig::starters},
                               {{"sampled", GrowthStarters::kSampled},
                                {"end_points", GrowthStarters::kEndPoints},
                                {"changed", GrowthStarters::kChanged}}),
-       "Which cells expand after a cloud. sampled: those in which a beam ends, and random ones "
-       "along the beams. end_points: only those in which a beam ends. changed: all that have "
-       "changed."},
+       "Cells that expand after a cloud. sampled: end points of beams, and random cells along the "
+       "beams. end_points: end points only. changed: all changed cells."},
       {"growth/samples", "1/m",
        number({&P::map, &MapConfig::growth, &GrowthConfig::sampling, &BeamSampling::per_m}, 0.0,
               100.0),
@@ -173,21 +170,21 @@ std::vector<ParameterDeclaration> declareSensorModel() {
       {"sensor_model/max_range", "m", number(&S::max_range_m, 0.01, kInfinity, kInfinity),
        "Longer beams are cut off at this range and clear the space up to it. -1: no limit."},
       {"sensor_model/end_margin", "m", number(&S::end_margin_m, 0.0, 1000.0),
-       "In the last metres before a return, a beam clears only what is unknown, so that beams "
-       "along the ground or a wall do not clear what others have hit. 0: it clears all up to its "
-       "end, as in OctoMap."},
+       "Over this distance before a return, a beam clears only unknown voxels, so that beams along "
+       "the ground or a wall do not clear what others have hit. 0: it clears up to its end, as in "
+       "OctoMap."},
       {"sensor_model/min_range", "m", number(&S::min_range_m, 0.0, kInfinity, 0.0),
        "Points closer to the sensor than this are ignored. 0 or -1: no limit."},
       {"sensor_model/no_return_range", "m", number(&S::no_return_range_m, 0.0, 1000.0),
-       "Beams without a return, see no_return_points, clear the space up to this range. 0: they "
-       "are ignored."},
+       "Beams without a return (no_return_points) clear the space up to this range. 0: they are "
+       "ignored."},
       {"sensor_model/no_return_points", "", noReturnKind(),
-       "Which readings of a scan, of a depth image or of an organized cloud say that a beam met "
-       "nothing; the others that are no return are ignored. plus_inf: +inf, in any coordinate of "
-       "a point without -inf and NaN. nan: NaN. zero: 0, or the point (0, 0, 0). minus_inf: -inf, "
-       "which REP 117 uses for things that are too close. range_max: range_max of a scan, and all "
-       "beyond. rep_117: plus_inf. with_nan: plus_inf and nan. with_zero: plus_inf and zero. A "
-       "range: readings of this range or depth, such as a far clip; they are never returns."},
+       "Readings of a scan, a depth image or an organized cloud that mean that a beam met nothing. "
+       "Other special readings are ignored. plus_inf: +inf, in any coordinate of a point without "
+       "-inf and NaN. nan: NaN. zero: 0, or the point (0, 0, 0). minus_inf: -inf, which REP 117 "
+       "uses for things that are too close. range_max: range_max of a scan, or more. rep_117: "
+       "plus_inf. with_nan: plus_inf and nan. with_zero: plus_inf and zero. A number: readings of "
+       "this range or depth, such as a far clip; they are never returns."},
   };
 }
 
@@ -210,30 +207,30 @@ std::vector<ParameterDeclaration> declareCrop() {
 std::vector<ParameterDeclaration> declareTopics() {
   return {
       {"queue_size", "clouds", integer(&P::queue_size, 1, 1000),
-       "Maximum number of clouds of a source that wait for their turn, when the node is too slow: "
-       "the newest go when more wait and do not become fewer within a second."},
+       "Maximum number of waiting clouds of a source when the node is too slow. The newest are "
+       "dropped when more wait and their number does not fall within a second."},
       {"queue_memory", "MB", integer(&P::queue_memory_mb, 1, 65536),
-       "Memory for clouds that wait for their turn or for tf. When it is full, the newest is "
+       "Memory for clouds that wait for their turn or for tf. When it is full, the newest cloud is "
        "dropped; one cloud may always wait."},
       {"tf_wait", "s", number(&P::tf_wait_s, 0.01, 3600.0),
-       "A cloud is dropped if its transforms have not arrived after this time."},
+       "A cloud is dropped if its transforms do not arrive within this time."},
       {"publish_rate", "Hz", number(&P::publish_rate_hz, 0.01, 100.0),
-       "Maximum rate of the map topics, which are only published after a change."},
+       "Maximum rate of the map topics. They are published only after a change."},
       {"latch", "", boolean(&P::latch), "true: a new subscriber gets the current map at once."},
       {"keyframe_period", "s", number(&P::keyframe_period_s, 0.0, 86400.0),
-       "While they change, topics that carry differences (occupied_cuboids, free_cuboids, the "
-       "grids with updates, cuboid_map) are sent as a whole this long apart, and once "
-       "afterwards: for listeners that have lost messages, and bags. 0: never."},
+       "Time between two keyframes on topics of differences (occupied_cuboids, free_cuboids, the "
+       "grids with updates, cuboid_map) while they change; one more follows afterwards. Keyframes "
+       "help listeners that lost messages, and bags. 0: never."},
       {"publish_values", "", boolean(&P::publish_values),
        "true: cuboid_map and cuboid_map_updates carry the log-odds of every voxel. false: only "
-       "classes, which is what planners need."},
+       "classes, which suffice for planners."},
       {"map_part_size", "MB", number(&P::map_part_size_mb, 0.001, 500.0),
        "A map above this size is sent in several messages (cuboid_map, ~get_map). The size is "
-       "that before compression, which leaves about a third."},
+       "before compression, which leaves about a third."},
       {"color_by", "",
        choice<ColorBy>(&P::color_by,
                        {{"height", ColorBy::kHeight}, {"probability", ColorBy::kProbability}}),
-       "What the colour of occupied cuboids shows."},
+       "Meaning of the colour of occupied cuboids."},
       {"color_period", "m", number(&P::color_period_m, 0.0, kInfinity),
        "Height over which the colours repeat, with color_by: height. 0: they run once, from blue "
        "to red, over the heights of the map without the lowest and the highest 2 %."},
@@ -246,18 +243,17 @@ std::vector<ParameterDeclaration> declareFiles() {
        "Map to start with: .cuboids, .sqlite, .ot or .bt, whose resolution replaces the parameter "
        "resolution; or .pcd, points in the frame of the map, whose voxels become occupied."},
       {"autosave_file", "", file(&P::autosave_file),
-       "The map is saved to this file after changes and when the node stops. A file that is there "
-       "at the start and is not read then, see resume, is not replaced: saves go to a new file "
-       "beside it. The extension selects the format, as with ~save_map. Empty: the map is not "
-       "saved."},
+       "The map is saved to this file after changes and when the node stops. A file that exists at "
+       "the start and is not read (see resume) is not replaced: saves go to a new file beside it. "
+       "The extension selects the format, as with ~save_map. Empty: the map is not saved."},
       {"resume", "", boolean(&P::resume),
-       "true: the node goes on with the map of autosave_file and its locked boxes, where the file "
-       "is there and map_file is empty. It does not start if the file cannot be read, or has "
-       "another resolution."},
+       "true: the node goes on with the map of autosave_file and its locked boxes, if the file "
+       "exists and map_file is empty. It does not start if the file cannot be read, or has another "
+       "resolution."},
       {"autosave_period", "s", number(&P::autosave_period_s, 1.0, 86400.0),
        "Time between two saves to autosave_file."},
       {"file_memory", "MB", integer(&P::file_memory_mb, 100, 1000000),
-       "Memory that reading a map may take: a file that would need more is refused."},
+       "Memory for reading a map. A file that needs more is refused."},
   };
 }
 
@@ -265,8 +261,8 @@ std::vector<ParameterDeclaration> declareQueries() {
   return {
       {"query/max_time", "s",
        number({&P::service_limits, &ServiceLimits::max_time_s}, 1e-3, 3600.0),
-       "Maximum time spent on one service call. Clouds and other calls come in between. What is "
-       "not answered by then is left out, and the answer says so."},
+       "Maximum time of one service call. Clouds and other calls come in between. The answer "
+       "leaves out the rest, and says so."},
       {"query/max_bricks", "",
        integer({&P::service_limits, &ServiceLimits::max_bricks}, 1000, 2000000000),
        "Maximum number of blocks of 8 x 8 x 8 voxels and of cuboids that a call may visit. Those "
@@ -283,13 +279,13 @@ std::vector<ParameterDeclaration> declareQueries() {
 std::vector<ParameterDeclaration> declareRobotGrid() {
   return {
       {"robot_grid/frame", "", frame({&P::robot_grid, &RobotGridParameters::frame_id}, true),
-       "Frame of the robot that robot_grid moves along with. Empty: there is no such grid."},
+       "Frame of the robot. robot_grid moves with it. Empty: there is no robot_grid."},
       {"robot_grid/size", "m", number({&P::robot_grid, &RobotGridParameters::size_m}, 0.1, 1000.0),
        "Minimum extent of robot_grid along x and y; a multiple of 16 voxels."},
       {"robot_grid/min_z", "m", number({&P::robot_grid, &RobotGridParameters::min_z_m}),
-       "Cells below this height over the origin of the robot's frame are left out of robot_grid."},
+       "Cells below this height over the origin of the robot's frame are not in robot_grid."},
       {"robot_grid/max_z", "m", number({&P::robot_grid, &RobotGridParameters::max_z_m}),
-       "Cells above this height over the origin of the robot's frame are left out of robot_grid."},
+       "Cells above this height over the origin of the robot's frame are not in robot_grid."},
   };
 }
 

@@ -71,26 +71,21 @@ ParameterKind boxesKind() {
 std::vector<ParameterDeclaration> declareSelfFilter() {
   return {
       {"self_filter/boxes", "m", boxesKind(),
-       "Boxes that belong to the robot, each fixed in a frame: points in them neither mark nor "
-       "clear."},
+       "Boxes on the robot, each fixed in a frame. Points in them neither mark nor clear."},
       {"self_filter/robot_description", "",
        text("a parameter, or empty", {&P::self_filter, &F::robot_description}),
-       "Name of a parameter with a URDF, such as robot_description: points in the collision shapes "
-       "of its links "
-       "neither mark nor clear. Read at the start. Empty: none."},
+       "Name of a parameter with a URDF, such as robot_description. Points in the collision shapes "
+       "of its links neither mark nor clear. The node reads it at the start. Empty: none."},
       {"self_filter/urdf_file", "", file({&P::self_filter, &F::urdf_file}),
-       "A file with a URDF, in place of robot_description: for bag_to_map, which has no parameter "
-       "server."},
+       "URDF file in place of robot_description: for bag_to_map, which has no parameter server."},
       {"self_filter/padding", "m", number({&P::self_filter, &F::padding_m}, 0.0, 1.0),
-       "By so much the shapes of the URDF are enlarged; boxes are not."},
+       "Enlarges the URDF shapes by this margin. Boxes keep their size."},
       {"self_filter/ignored_links", "",
        text("names of links", {&P::self_filter, &F::ignored_links}),
-       "Links of the URDF that are not looked at, with spaces in between: such as those that have "
-       "no transform."},
+       "Names of URDF links to ignore, separated by spaces, such as links without a transform."},
       {"self_filter/keep_free", "", boolean({&P::self_filter, &F::keep_free}),
-       "true: with each cloud, the voxels whose centre lies in the robot are observed as free, as "
-       "by a beam. "
-       "Without padding."},
+       "true: each cloud makes the voxels free whose centre lies in the robot, as a beam would. "
+       "The padding does not count here."},
   };
 }
 

@@ -94,12 +94,12 @@ const char* toString(SourceType type) {
 std::vector<ParameterDeclaration> declareSources() {
   return {
       {"topic", "", text("a topic", &S::topic, isTopic),
-       "Topic of the sensor, if there is only one; its name before remapping."},
+       "Topic of the only sensor, before remapping."},
       {"type", "",
        choice<SourceType>(&S::type, {{"point_cloud", SourceType::kPointCloud},
                                      {"laser_scan", SourceType::kLaserScan},
                                      {"depth_image", SourceType::kDepthImage}}),
-       "Type of its messages. point_cloud: sensor_msgs/PointCloud2. laser_scan: "
+       "Message type of the sensor. point_cloud: sensor_msgs/PointCloud2. laser_scan: "
        "sensor_msgs/LaserScan. depth_image: sensor_msgs/Image, with the sensor_msgs/CameraInfo of "
        "its stamp, or the nearest."},
       {"camera_info", "", text("a topic, or empty", &S::camera_info, isTopicOrEmpty),
@@ -109,26 +109,26 @@ std::vector<ParameterDeclaration> declareSources() {
        choice<SourceUse>(
            &S::use,
            {{"both", SourceUse::kBoth}, {"mark", SourceUse::kMark}, {"clear", SourceUse::kClear}}),
-       "What its beams do. mark: their ends become occupied. clear: the space before their ends "
-       "becomes free."},
+       "Effect of the beams. both: they mark and clear. mark: their ends become occupied. clear: "
+       "the space before their ends becomes free."},
       {"max_rate", "Hz", number(&S::max_rate_hz, 0.0, 1000.0),
-       "Maximum rate of its messages; those beyond it are ignored, by their stamps. 0: no limit."},
+       "Maximum rate of messages, by their stamps; others are ignored. 0: no limit."},
       {"deskew", "", boolean(&S::deskew),
-       "true: each point is put where the sensor was when it was measured, by tf: by the field "
-       "time, t, offset_time or timestamp of a cloud, by time_increment of a scan. false: all as "
-       "of the stamp."},
+       "true: each point is put where the sensor was at the time of the point, by tf. Times come "
+       "from the field time, t, offset_time or timestamp of a cloud, or from time_increment of a "
+       "scan. false: all points have the time of the stamp."},
       {"depth_unit", "m", number(&S::depth_unit_m, 1e-6, 1.0),
-       "What 1 stands for in a depth image of whole numbers (16UC1): 0.001 by REP 118; 0.0002 in "
-       "the data sets of TUM. 32FC1 is in metres."},
+       "Unit of a depth image of whole numbers (16UC1): 0.001 by REP 118; 0.0002 in the data sets "
+       "of TUM. 32FC1 is in metres."},
       {kListKey, "", sourcesKind(),
-       "Several sensors. Each element has a topic, maybe a name, and whatever differs from the "
-       "values outside the list: type, camera_info, use, max_rate, deskew, depth_unit, "
-       "sensor_frame, "
-       "forget_after, sensor_model/hit, miss, max_range, end_margin, min_range, no_return_range "
+       "Several sensors. Each element has a topic, an optional name, and the values that differ "
+       "from those outside the list: type, camera_info, use, max_rate, deskew, depth_unit, "
+       "sensor_frame, forget_after, sensor_model/hit, miss, max_range, end_margin, min_range, "
+       "no_return_range "
        "and no_return_points, filter_ground, ground_filter/*, pointcloud_*. See doc/sensors.md."},
       {"order_wait", "s", number(&P::order_wait_s, 0.0, 10.0),
-       "Clouds of several sources are put into the map in the order of their stamps. A cloud "
-       "waits for earlier ones of other sources up to this time, in wall time."},
+       "Clouds of several sources enter the map in the order of their stamps. A cloud waits this "
+       "long, in wall time, for earlier ones of other sources."},
   };
 }
 

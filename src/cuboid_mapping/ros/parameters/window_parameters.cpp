@@ -17,32 +17,31 @@ using P = NodeParameters;
 std::vector<ParameterDeclaration> declareWindow() {
   return {
       {"window/frame", "", frame({&P::window, &WindowParameters::frame_id}, true),
-       "Frame of the robot around which a part of the map stays in memory, by the stamps of the "
-       "clouds. Empty: all of the map stays."},
+       "Frame of the robot. The map around it stays in memory, by the stamps of the clouds. Empty: "
+       "the whole map stays."},
       {"window/size", "m",
        number({&P::window, &WindowParameters::config, &WindowConfig::size_m}, 0.1, 1e6),
        "Edge of the window, a cube along the axes of the map."},
       {"window/margin", "m",
        number({&P::window, &WindowParameters::config, &WindowConfig::margin_m}, 0.0, 1e6),
-       "What is in memory stays there up to this distance from the window."},
+       "The map in memory stays there up to this distance from the window."},
       {"window/outside", "",
        choice<OutsideWindow>({&P::window, &WindowParameters::config, &WindowConfig::outside},
                              {{"keep", OutsideWindow::kKeep},
                               {"forget", OutsideWindow::kForget},
                               {"refuse", OutsideWindow::kRefuse}}),
-       "What becomes of the map outside. keep: it is in window/file, and comes back before a beam "
-       "reaches it. forget: it becomes unknown. refuse: it becomes unknown, and what clouds see "
-       "there is not taken."},
+       "The map outside the window. keep: it is in window/file, and comes back before a beam "
+       "reaches it. forget: it becomes unknown. refuse: it becomes unknown, and clouds change "
+       "nothing there."},
       {"window/file", "", file({&P::window, &WindowParameters::file}),
-       "SQLite file of the map, with window/outside: keep. The node goes on with the map that it "
-       "has; a new one is made. bag_to_map writes its output instead."},
+       "SQLite file of the map, with window/outside: keep. The node goes on with the map in it, or "
+       "makes the file. bag_to_map writes its output instead."},
       {"window/queries", "",
        choice<QueriesOutside>(
            {&P::service_limits, &ServiceLimits::outside},
            {{"refuse", QueriesOutside::kRefuse}, {"load", QueriesOutside::kLoad}}),
-       "Calls of services about parts of the map that are in window/file only. refuse: the answer "
-       "says so, and octomap_full and octomap_binary fail. load: these parts are brought back "
-       "first, or read."},
+       "Service calls about parts of the map that are in window/file only. refuse: the answer says "
+       "so, and octomap_full and octomap_binary fail. load: these parts are loaded first."},
   };
 }
 
