@@ -166,8 +166,8 @@ std::vector<Cell> MapStore::pages() const {
     if (!isPage(statement)) {
       throw MapFileError(MapFileDefect::kCorrupted,
                          file_ +
-                             " is damaged: it has a page at a place where none can be. Take "
-                             "another copy of the file");
+                             " is damaged: it has a page outside the limits of a map. Take another "
+                             "copy of the file");
     }
     Cell page;
     for (int axis = 0; axis < 3; ++axis) {
@@ -188,7 +188,7 @@ std::vector<VoxelBrick> MapStore::read(const Cell& page) const {
     for (const VoxelBrick& brick : bricks) {
       if (pageOf(brick.brick) != page) {
         throw MapFileError(MapFileDefect::kCorrupted,
-                           "is damaged: it has the voxels of another one");
+                           "is damaged: it has the voxels of another page");
       }
     }
     return bricks;

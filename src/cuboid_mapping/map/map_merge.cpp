@@ -28,7 +28,8 @@ CellMotion toCellMotion(const Eigen::Isometry3d& T_target_map, double resolution
   motion.T_target_map.translation() /= resolution_m;
   if (!motion.T_target_map.matrix().allFinite() || !T_target_map.linear().isUnitary(1e-6) ||
       T_target_map.linear().determinant() < 0.0) {
-    throw std::invalid_argument("the transform is no turn and shift in finite numbers");
+    throw std::invalid_argument(
+        "the transform must be a rotation and a translation in finite numbers");
   }
   return motion;
 }
@@ -251,7 +252,7 @@ MapOverlap mergeMaps(const MapSnapshot& second, MergeRule rule, MapSnapshot& fir
   if (std::abs(first.resolution_m - second.resolution_m) > 1e-9 * first.resolution_m) {
     std::ostringstream text;
     text << "the maps have different resolutions, " << first.resolution_m << " and "
-         << second.resolution_m << " m: they cannot be put together";
+         << second.resolution_m << " m: they cannot be merged";
     throw std::invalid_argument(text.str());
   }
   const SensorModel model(first.sensor_model, first.environment);

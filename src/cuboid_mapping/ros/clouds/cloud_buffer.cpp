@@ -331,7 +331,7 @@ std::string CloudBuffer::describeMissing(const Entry& entry) const {
     text << "; its stamp was " << describeAge(ahead_s)
          << " ahead of this machine's clock: synchronize the clocks (chrony, ntp)";
   } else if (*entry.search.lead_s > 0.0) {
-    text << "; the transforms come late: look at what publishes them, or raise tf_wait (now "
+    text << "; the transforms come late: check their publisher, or raise tf_wait (now "
          << limits_.tf_wait_s << " s)";
   } else {
     text << "; tf begins after this cloud";

@@ -56,7 +56,7 @@ std::string describeTf(const NodeReport& report) {
   const bool is_missing = report.last_cloud && !report.last_cloud->tf_error.empty();
   text += is_missing ? report.last_cloud->tf_error : toAdvice(DropReason::kNoTransform);
   if (is_missing && report.last_cloud->tf_lead_s.value_or(0.0) > 0.0) {
-    text += "; the transforms come late: look at what publishes them, or raise tf_wait";
+    text += "; the transforms come late: check their publisher, or raise tf_wait";
   }
   return withClock(text, report);
 }
@@ -230,10 +230,8 @@ std::string describeAge(double age_s) {
 const char* toAdvice(DropReason reason) {
   switch (reason) {
     case DropReason::kQueueFull:
-      return "too many have come while others were worked on: where they come in bursts, raise "
-             "queue_size; "
-             "else use a coarser resolution or a smaller sensor_model/max_range, or send fewer "
-             "clouds";
+      return "the node is too slow for them: raise queue_size for bursts; else use a coarser "
+             "resolution or a smaller sensor_model/max_range, or send fewer clouds";
     case DropReason::kNoTransform:
       return "check that tf has a path from the cloud's frame to frame_id at the cloud's stamp "
              "(rosrun tf tf_echo)";
@@ -248,7 +246,7 @@ const char* toAdvice(DropReason reason) {
       return "check the publisher of camera_info, or name its topic in camera_info";
     case DropReason::kPaused: return "call ~pause with data: false to resume";
     case DropReason::kBeforeJump:
-      return "they are older than the jump of which ~move_map was told; call ~reset if a recording "
+      return "they are older than the jump that ~move_map was given; call ~reset if a recording "
              "has started again";
     case DropReason::kInternalError:
       return "see the log; a coarser resolution or a smaller sensor_model/max_range needs less "

@@ -37,9 +37,8 @@ MergeProgress mergeProgressOfText(const std::string& text) {
       progress.sessions.push_back(std::move(session));
     }
   } catch (const std::exception& error) {
-    throw std::runtime_error(
-        std::string("what is in the map of the robots' observations cannot be read: ") +
-        error.what());
+    throw std::runtime_error(std::string("the list of merged observations cannot be read: ") +
+                             error.what());
   }
   return progress;
 }

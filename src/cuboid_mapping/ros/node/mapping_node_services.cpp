@@ -90,8 +90,8 @@ StorageAnswer MappingNode::moveMap(const Eigen::Isometry3d& T_new_old, const ros
   }
   if (!parameters_.fleet.robots.empty()) {
     answer.error =
-        "what robots say goes on in the frame as it was: stop this node and theirs, move the map "
-        "with map_merge, and start them anew";
+        "the robots' observations stay in the old frame: stop this node and theirs, move the map "
+        "with map_merge, and start them again";
   }
   if (!answer.error.empty()) return answer;
   // First what may want for memory.

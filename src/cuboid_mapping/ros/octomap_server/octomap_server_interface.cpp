@@ -73,11 +73,10 @@ MapView viewWholeMap(GuardedMap& map, const std::string& frame_id, QueriesOutsid
                           const MapWindow* window) {
       const std::size_t num_elsewhere = window == nullptr ? 0 : window->figures().num_on_disk_only;
       if (num_elsewhere > 0 && outside == QueriesOutside::kRefuse) {
-        throw std::runtime_error("not loaded: " + describePages(num_elsewhere) +
-                                 ", would have to be read from the "
-                                 "disk, and an octree without is not the map. Set the parameter "
-                                 "window/queries to load; the topic of this name shows what is in "
-                                 "memory");
+        throw std::runtime_error(
+            "not loaded: " + describePages(num_elsewhere) +
+            ", would have to be read from the disk, and an octree without is not the map. Set the "
+            "parameter window/queries to load; the topic of this name shows the map in memory");
       }
       view.header.stamp = stamp;
     };

@@ -179,8 +179,8 @@ nav_msgs::OccupancyGrid ProjectedMap::makeGrid(const std_msgs::Header& header, d
   if (extent.isEmpty()) return grid;
   if (isTooLarge(extent)) {
     throw std::length_error(
-        "projected_map is larger than projected_map_memory by min_x_size and min_y_size alone: "
-        "lower these, or raise that");
+        "min_x_size and min_y_size alone make projected_map larger than projected_map_memory: "
+        "lower them, or raise projected_map_memory");
   }
   const Cell size = extent.size();
   grid.info.width = static_cast<std::uint32_t>(size.x);

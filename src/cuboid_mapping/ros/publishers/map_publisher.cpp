@@ -55,7 +55,7 @@ ImageMessage MapPublisher::makeImage(MapDetail detail) const {
 std::string MapPublisher::describeLeftOut() const {
   const auto window = map_.windowFigures();
   if (!window || window->num_on_disk_only == 0) return {};
-  return "this is what is in memory, as the topics show it, without " +
+  return "this is the map in memory, as on the topics, without " +
          describePages(window->num_on_disk_only) + ", on disk: ~save_map writes all";
 }
 
