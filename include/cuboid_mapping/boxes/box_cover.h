@@ -9,7 +9,7 @@
 
 namespace cuboid_mapping {
 
-/// What is asked of coverOccupied().
+/// Request of coverOccupied().
 struct CoverTask {
   std::size_t max_boxes = 0;       ///< > 0.
   CellBox region = kAllCells;      ///< Occupied voxels outside are not covered; boxes stay inside.

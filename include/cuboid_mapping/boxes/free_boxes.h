@@ -8,7 +8,7 @@
 
 namespace cuboid_mapping {
 
-/// What is asked of findFreeBoxes().
+/// Request of findFreeBoxes().
 struct FreeBoxesTask {
   std::size_t max_boxes = 0;   ///< > 0.
   CellBox region = kAllCells;  ///< Boxes stay inside.

@@ -59,8 +59,8 @@ struct SearchStrategy {
 
 /// Which cells start to grow after a cloud (the paper's set T).
 enum class GrowthStarters : unsigned char {
-  kSampled,  ///< Those in which a beam ends, and those drawn at random along the beams: the paper.
-  kEndPoints,  ///< Those in which a beam ends.
+  kSampled,    ///< End points of beams, and random cells along the beams: the paper.
+  kEndPoints,  ///< End points of beams.
   kChanged,    ///< All whose value the cloud has changed.
 };
 

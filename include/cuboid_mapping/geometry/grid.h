@@ -35,7 +35,7 @@ class Grid {
   /// Edge of a voxel in metres.
   [[nodiscard]] double resolution() const { return resolution_m_; }
 
-  /// What coordinates in metres are multiplied by: 1 / resolution().
+  /// Factor from metres to voxels: 1 / resolution().
   [[nodiscard]] double inverseResolution() const { return inverse_resolution_; }
 
   /// Volume of one voxel in cubic metres.

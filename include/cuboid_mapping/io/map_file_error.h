@@ -19,14 +19,14 @@ enum class MapFileDefect : unsigned char {
   kTooBig,        ///< Claims more than memory could sensibly hold, or than a format can hold.
 };
 
-/// Thrown by all functions that read and write maps; what() says what is wrong and what to do.
+/// Thrown by all functions that read and write maps; what() has the defect and the cure.
 class MapFileError : public std::runtime_error {
  public:
-  /// @param text  For what(): what is wrong, and what to do.
+  /// @param text  For what(): the defect and the cure.
   MapFileError(MapFileDefect defect, const std::string& text)
       : std::runtime_error(text), defect_(defect) {}
 
-  /// Kind of what is wrong, to tell the cases apart.
+  /// Kind of the defect.
   [[nodiscard]] MapFileDefect defect() const { return defect_; }
 
  private:

@@ -60,7 +60,7 @@ struct MapFile {
 ///        .pcd and .ply.
 /// @return Bytes of the file.
 /// @throws MapFileError whose text begins with the name of the file: kForeign for a name without a
-///         known end; kTooBig for what a format cannot hold; kInaccessible.
+///         known end; kTooBig for a map that a format cannot hold; kInaccessible.
 std::size_t writeMapFile(const std::string& file, const MapSnapshot& snapshot,
                          const ProgressListener& listener = {});
 

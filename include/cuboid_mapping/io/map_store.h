@@ -20,7 +20,7 @@ class SqliteDatabase;
 /// Version of the layout that is written; stores of a newer one are refused.
 constexpr int kStoreVersion = 1;
 
-/// What a store is opened for.
+/// Purpose of opening a store.
 enum class StoreAccess : unsigned char {
   kRead,  ///< The file must be a store with a head. It stays as it is.
   kWrite  ///< A file that is missing or empty becomes a store.
@@ -37,7 +37,7 @@ enum class StoreAccess : unsigned char {
 /// system takes it back when the process dies.
 ///
 /// All functions throw MapFileError, whose text begins with the name of the file and says what to do:
-/// kForeign for what is no store, kNewerVersion, kCorrupted for a page whose checksum or place is
+/// kForeign for a file that is no store, kNewerVersion, kCorrupted for a page whose checksum or place is
 /// wrong, kInaccessible for a file that another process has open, that cannot be written, a full disk
 /// and the like. The store is then as before. Not thread-safe.
 class MapStore {
@@ -67,9 +67,9 @@ class MapStore {
   /// The bricks of a page, along the Morton curve; empty when it is not in the store.
   [[nodiscard]] std::vector<VoxelBrick> read(const Cell& page) const;
 
-  /// Puts the bricks of some pages in the place of what the store has of them, in one transaction. A page without
+  /// Replaces some pages of the store by these bricks, in one transaction. A page without
   /// bricks goes.
-  /// @pre head() is there. @param pages  Each once. What `bricks_of` throws is passed on.
+  /// @pre head() is there. @param pages  Each once. Exceptions of `bricks_of` are passed on.
   void write(const std::vector<Cell>& pages, const BricksOfPage& bricks_of);
 
   /// Puts a map in the place of all that the store has, in one transaction.

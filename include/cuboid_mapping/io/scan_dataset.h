@@ -24,7 +24,7 @@ class ScanDataset {
   [[nodiscard]] virtual std::size_t size() const = 0;
 
   /// Reads one scan. @pre index < size().
-  /// @throws std::runtime_error naming the file and what is wrong with it.
+  /// @throws std::runtime_error naming the file and its defect.
   [[nodiscard]] virtual Item read(std::size_t index) const = 0;
 };
 
@@ -42,7 +42,7 @@ class ScanDataset {
 ///
 /// x, y and z of a .pcd file are float or double.
 ///
-/// @throws std::runtime_error saying what is missing or wrong, and where.
+/// @throws std::runtime_error naming the defect and its place.
 [[nodiscard]] std::unique_ptr<ScanDataset> openScanDataset(const std::string& path);
 
 }  // namespace cuboid_mapping

@@ -14,7 +14,7 @@ struct MapperConfig;
 /// One thing that is wrong with a configuration.
 struct ConfigError {
   std::string field;    ///< As in C++, "rtree.max_branches".
-  std::string message;  ///< The value, and what is allowed: "is 200, but must be 2 to 64".
+  std::string message;  ///< The value and its allowed range: "is 200, but must be 2 to 64".
 };
 
 /// Everything that is wrong with a configuration, in the order of its fields; empty for a good one.

@@ -89,7 +89,7 @@ class CuboidMap {
   /// The two halves of apply(), for those who let others read as long as possible.
   /// @pre Nothing changes the map between them.
   ///@{
-  /// Works out what becomes of the voxels, most of the time of apply(). Changes nothing: const
+  /// Computes the new voxels, most of the time of apply(). Changes nothing: const
   /// functions may run beside it. @throws std::bad_alloc
   [[nodiscard]] VoxelStore::PendingChange prepare(const ScanUpdate& update,
                                                   const SensorModel& model) const;
@@ -141,7 +141,7 @@ class CuboidMap {
   [[nodiscard]] const MapConfig& config() const { return config_; }
   /// For conversions between metres and cells.
   [[nodiscard]] const Grid& grid() const { return grid_; }
-  /// What the next cloud is put in with.
+  /// Sensor model of the next cloud.
   [[nodiscard]] const SensorModel& sensorModel() const { return sensor_model_; }
   /// Rises with every change of the value of a voxel.
   [[nodiscard]] std::uint64_t revision() const { return revision_; }

@@ -36,7 +36,7 @@ struct MapMotion {
 /// @complexity O(n).
 MapMotion moveMap(const Eigen::Isometry3d& T_target_map, MapSnapshot& map, int threads = 1);
 
-/// What becomes of a voxel that both maps know.
+/// Log-odds of a voxel that both maps know.
 enum class MergeRule : unsigned char {
   kSum,      ///< The sum of log-odds, as if the two had seen it independently of each other.
   kLater,    ///< The log-odds of the second map.
@@ -65,7 +65,7 @@ MapOverlap mergeMaps(const MapSnapshot& second, MergeRule rule, MapSnapshot& fir
 
 /// "exact: by whole voxels", or how far voxels lie from where they were.
 [[nodiscard]] std::string describe(const MapMotion& motion);
-/// The figures in a sentence, and what the result is not.
+/// The figures in a sentence, with the warning that it is not the map of all clouds.
 [[nodiscard]] std::string describe(const MapOverlap& overlap, MergeRule rule);
 
 }  // namespace cuboid_mapping

@@ -11,14 +11,14 @@
 
 namespace cuboid_mapping {
 
-/// What a map holds at one time, apart from the map: what files are written from and read into.
+/// The content of a map at one time, apart from the map. Files are written from it and read into it.
 struct MapSnapshot {
   double resolution_m = 0.05;                       ///< Edge of a voxel.
   SensorModelConfig sensor_model;                   ///< Of the map.
   Environment environment = Environment::kDynamic;  ///< Of the map.
   std::string frame_id;            ///< Of the map; empty where a file does not say it.
   std::vector<VoxelBrick> bricks;  ///< Along the Morton curve, each once and with a known voxel.
-  /// What the program that makes the map needs to go on with it; only a store (.sqlite) keeps it.
+  /// State of the program that makes the map, to go on with it; only a store (.sqlite) keeps it.
   std::string progress = {};
   /// CuboidMap::lockedBoxes(); only the native format (.cuboids) keeps them.
   std::vector<CellBox> locked = {};
@@ -56,12 +56,12 @@ ChangeSet restoreSnapshot(const MapSnapshot& snapshot, CuboidMap& map);
 /// Why a snapshot cannot be a map.
 struct SnapshotFault {
   bool is_too_big;   ///< It is more than the limits allow; else it is wrong in itself.
-  std::string text;  ///< What is wrong, for a message.
+  std::string text;  ///< Description of the defect, for a message.
 };
 
 /// Why a snapshot cannot be a map; nothing when it can.
 ///
-/// The first of these: what checkConfig() finds in resolution, sensor model and environment; more
+/// The first of these: errors that checkConfig() finds in resolution, sensor model and environment; more
 /// bricks than the limit; a brick that comes twice or not in order, without a known voxel, outside
 /// kAllCells, or with a log-odds that is NaN or infinite; a locked box that is empty, outside kAllCells, or shares a cell
 /// with another one. @complexity O(n log n).

@@ -38,7 +38,7 @@ class Mapper {
   /// The two halves of integrate(), for maps that are made in several places: apply() of what walk()
   /// returns, here or in another Mapper of the same configuration, is integrate(). See io/scan_update_codec.h.
   ///@{
-  /// What a scan observes; the map stays as it is. @return Valid until the next scan.
+  /// The voxels that a scan observes; the map stays as it is. @return Valid until the next scan.
   [[nodiscard]] const ScanUpdate& walk(const Scan& scan);
   /// Observes voxels. @throws std::bad_alloc  as integrate().
   void apply(ScanUpdate update);
@@ -55,7 +55,7 @@ class Mapper {
   /// @return The map, to be read until the next call only. @throws std::bad_alloc  as integrate().
   const CuboidMap& settle();
 
-  /// What the last scan was: how many points took part, and how many could not.
+  /// Counts of the last scan: used points, and points that could not be used.
   [[nodiscard]] const ScanUpdate& lastUpdate() const;
 
  private:

@@ -5,7 +5,7 @@
 
 namespace cuboid_mapping {
 
-/// What a visitor answers: go on with the search, or end it.
+/// Answer of a visitor: go on with the search, or end it.
 enum class Visit : unsigned char { kContinue, kStop };
 
 /// Which cuboids a search visits. For kOccupied, subtrees without any are skipped.

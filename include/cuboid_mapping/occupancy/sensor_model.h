@@ -9,7 +9,7 @@ namespace cuboid_mapping {
 /// Inverse of toLogOdds. octomap::probability.
 [[nodiscard]] double toProbability(float log_odds);
 
-/// What is known of a voxel. Unknown means: no cuboid holds it. It is never "probability 0.5".
+/// Class of a voxel. Unknown: no cuboid holds it. It is never "probability 0.5".
 enum class Occupancy : unsigned char { kUnknown, kFree, kOccupied };
 
 /// "unknown", "free" or "occupied".
@@ -48,7 +48,7 @@ constexpr bool operator!=(const SensorModelConfig& a, const SensorModelConfig& b
 
 /// Whether stable cells go on being updated.
 enum class Environment : unsigned char {
-  kDynamic,  ///< Every observation counts: voxel by voxel what OctoMap computes.
+  kDynamic,  ///< Every observation counts, voxel by voxel as in OctoMap.
   kStatic,   ///< A cell at or beyond a clamping threshold is never updated again (the paper).
 };
 

@@ -17,7 +17,7 @@ enum class CuboidOutput : unsigned char {
   kClipped,  ///< The parts inside the box.
 };
 
-/// What is in a box.
+/// Content of a box.
 struct BoxQueryResult {
   CellBox box;  ///< The voxels that the asked box overlaps: all figures are for these.
   double free_volume_m3 = 0.0;      ///< Of its free voxels.

@@ -18,7 +18,7 @@ struct QueryLimits {
   std::uint64_t max_entries = std::numeric_limits<std::uint64_t>::max();  ///< Of the answer.
 };
 
-/// What a budget was used up by.
+/// Limit that a budget has reached.
 enum class BudgetEnd : unsigned char {
   kNone,     ///< It is not spent.
   kTime,     ///< QueryLimits::time_s.
@@ -35,8 +35,8 @@ struct MapTurns {
   const std::atomic<bool>* is_stopped = nullptr;              ///< true ends the query.
 };
 
-/// What is left of the limits of a query. Every query takes one, and ends soon after it is spent;
-/// what its answer is worth then is said at each of them. Once spent, a budget stays so.
+/// Remaining limits of a query. Every query takes one, and ends soon after it is spent;
+/// each query says what its answer means then. Once spent, a budget stays so.
 ///
 /// It costs a query a subtraction a brick; the clock is read once in some hundred bricks. One budget
 /// may serve several queries, one after the other. Not thread-safe.
@@ -69,7 +69,7 @@ class Budget {
     return look(bricks) && yieldIfDue();
   }
 
-  /// Takes entries of the answer off, all or none. @return false: there are not so many left, and the
+  /// Takes entries of the answer off, all or none. @return false: fewer are left, and the
   /// budget is spent; spend() goes on, for the work on the entries that there are.
   [[nodiscard]] bool addEntries(std::uint64_t entries = 1) {
     if (entries > entries_left_) end(BudgetEnd::kEntries);
@@ -87,7 +87,7 @@ class Budget {
 
   /// Whether a limit was met, or end() has ended it. Does not look at the clock.
   [[nodiscard]] bool isSpent() const { return end_ != BudgetEnd::kNone; }
-  /// What has ended it; kNone while it is not spent.
+  /// The limit that ended it; kNone while it is not spent.
   [[nodiscard]] BudgetEnd whyEnded() const { return end_; }
 
  private:

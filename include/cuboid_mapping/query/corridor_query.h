@@ -11,7 +11,7 @@
 
 namespace cuboid_mapping {
 
-/// What is asked of findCorridor.
+/// Request of findCorridor().
 struct CorridorTask {
   Eigen::Vector3d start_map = Eigen::Vector3d::Zero();  ///< Centre of the robot's box.
   Eigen::Vector3d goal_map = Eigen::Vector3d::Zero();   ///< Centre of the robot's box.
@@ -39,7 +39,7 @@ struct Corridor {
   /// Maximal boxes without obstacle, from start to goal; the robot fits into what two successive
   /// ones have in common.
   std::vector<CellBox> boxes;
-  /// Centres of what successive boxes have in common: one less than boxes.
+  /// Centres of the overlaps of successive boxes: one less than boxes.
   std::vector<Eigen::Vector3d> portals_map;
   /// From start to goal, for the robot's centre: each segment, robot included, lies in one box.
   std::vector<Eigen::Vector3d> path_map;

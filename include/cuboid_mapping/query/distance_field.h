@@ -25,7 +25,7 @@ class DistanceField {
   /// @param region  Not empty; with its surroundings up to the bound at most kMaxVoxels.
   /// @param bound_m  > 0, at most kMaxBound voxels: farther obstacles are not seen.
   /// @param policy  kStop: unknown voxels are obstacles, too.
-  /// @throws std::invalid_argument  with what to change.
+  /// @throws std::invalid_argument  with the value to change.
   DistanceField(const CuboidMap& map, const CellBox& region, double bound_m,
                 UnknownPolicy policy = UnknownPolicy::kPass);
 

@@ -10,7 +10,7 @@
 
 namespace cuboid_mapping {
 
-/// What is asked of findFrontiers().
+/// Request of findFrontiers().
 struct FrontierTask {
   static constexpr double kMaxViewRange = 500.0;  ///< Bound of view_range_m, in voxels.
 

@@ -19,7 +19,7 @@ enum class RayEnd : unsigned char {
 
 /// Answer of castRay.
 struct RayQueryResult {
-  RayEnd end = RayEnd::kMaxRange;  ///< What was in the way.
+  RayEnd end = RayEnd::kMaxRange;  ///< What ended the ray.
   double distance_m = 0.0;         ///< From the origin to `point_map`.
   Eigen::Vector3d point_map;       ///< Where it ended, metres.
   double unknown_length_m = 0.0;   ///< Length of unknown space that was passed.
@@ -33,7 +33,7 @@ struct RayQueryResult {
 /// Cases:
 ///   - origin in an occupied cuboid: kOccupied at distance 0;
 ///   - origin in unknown space, outside the map included: kUnknown at 0, or passed, by policy;
-///   - the ray leaves the map: what is outside is unknown;
+///   - the ray leaves the map: the outside is unknown;
 ///   - it only touches an edge or a corner of a cuboid (less than 1e-9 voxels): not hit;
 ///   - direction zero, or an argument not finite, or max_range_m <= 0: nothing;
 ///   - the budget is spent: nothing.
@@ -60,7 +60,7 @@ struct RayHit {
   ///@}
 };
 
-/// What castRay() hits with UnknownPolicy::kPass, faster, without a look at unknown space.
+/// The hit of castRay() with UnknownPolicy::kPass, faster, ignoring unknown space.
 /// @return kInvalid for arguments that castRay() does not take.
 /// @complexity O(bricks passed, and voxels of those with an occupied one).
 [[nodiscard]] RayHit findFirstHit(const CuboidMap& map, const Eigen::Vector3d& origin_map,

@@ -3,7 +3,7 @@
 
 namespace cuboid_mapping {
 
-/// What unknown space is to a query.
+/// How a query treats unknown space.
 enum class UnknownPolicy : unsigned char {
   kPass,  ///< As free: octomap's castRay with ignoreUnknownCells.
   kStop,  ///< An obstacle.

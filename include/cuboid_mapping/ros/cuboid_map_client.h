@@ -12,7 +12,7 @@
 #include <string>
 #include <utility>
 
-/// What knows ROS: clients of the node, and its services.
+/// Everything that uses ROS: clients of the node, and its services.
 namespace cuboid_mapping_ros {
 
 /// Follows the map of a node into a map of this process, to be asked with the functions of
@@ -24,7 +24,7 @@ namespace cuboid_mapping_ros {
 class CuboidMapClient {
  public:
   /// Called after each change of the map, in the client's thread, while the map is not held: it may
-  /// read, and must not take long. @param changes  What is new, with the revision of the server's map.
+  /// read, and must not take long. @param changes  The changes, with the revision of the server's map.
   using Callback = std::function<void(const cuboid_mapping::ChangeSet& changes)>;
 
   /// @param nh  In whose namespace the topics are.

@@ -40,7 +40,7 @@ struct BrickUpdate {
   return update.hits.isEmpty() && update.misses.isEmpty() && update.grazes.isEmpty();
 }
 
-/// What one cloud says about the map: each voxel at most once.
+/// The observations of one cloud: each voxel at most once.
 ///
 /// A beam that ends ...            | misses, from the origin's voxel on        | hit
 /// --------------------------------|-------------------------------------------|------------------

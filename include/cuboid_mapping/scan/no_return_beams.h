@@ -11,7 +11,7 @@ namespace cuboid_mapping {
 /// How the beams of an organized cloud are laid out.
 enum class BeamLayout : unsigned char {
   kUnknown,           ///< None of the others, too few points to tell, or no beam to estimate.
-  kSphericalRows,     ///< A lidar that turns about z; a row is what one laser sees.
+  kSphericalRows,     ///< A lidar that turns about z; a row has the points of one laser.
   kSphericalColumns,  ///< The same with rows and columns swapped.
   kPinholeOptical,    ///< An image: x right, y down, z forward.
   kPinholeBody        ///< An image: x forward, y left, z up.

@@ -14,14 +14,14 @@ namespace cuboid_mapping {
 /// the map: the position of a point p is anchor_map + p. With a zero anchor the numbers are those
 /// that OctoMap computes with.
 struct Scan {
-  /// What all other positions are relative to.
+  /// Origin of all other positions.
   Eigen::Vector3d anchor_map = Eigen::Vector3d::Zero();
   Eigen::Vector3f origin = Eigen::Vector3f::Zero();  ///< Where all beams start.
   std::vector<Eigen::Vector3f> points;               ///< End points of beams that were reflected.
   /// End points of beams that were not reflected, as far as they are known to be free: every voxel
   /// up to and including that of the end point is a miss.
   std::vector<Eigen::Vector3f> no_returns;
-  /// End points of beams that were reflected by what is no obstacle, as the ground: every voxel up to that of the end
+  /// End points of beams that were reflected by no obstacle, such as the ground: every voxel up to that of the end
   /// point is a miss, and of that one nothing is said.
   std::vector<Eigen::Vector3f> open_ends;
   /// Points that are known to be free without a beam, as those inside the robot: the voxel of each is a miss.

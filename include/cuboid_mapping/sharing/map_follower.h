@@ -18,7 +18,7 @@ struct MapImage {
   std::uint64_t instance = 0;              ///< Names the server; another one when it is restarted.
   std::uint64_t revision = 0;              ///< Of the map.
   double resolution_m = 0.0;               ///< Edge of a voxel.
-  MapDetail detail = MapDetail::kClasses;  ///< What its voxels tell.
+  MapDetail detail = MapDetail::kClasses;  ///< Content of its voxels.
   std::vector<VoxelBrick> bricks;          ///< All bricks with a known voxel.
 };
 
@@ -29,7 +29,7 @@ struct MapDelta {
   std::uint64_t revision = 0;  ///< Of the map after the changes.
   bool is_everything = false;  ///< The whole map was replaced; there are no bricks then.
   double resolution_m = 0.0;   ///< Edge of a voxel.
-  MapDetail detail = MapDetail::kClasses;  ///< What its voxels tell.
+  MapDetail detail = MapDetail::kClasses;  ///< Content of its voxels.
   std::vector<VoxelBrick>
       bricks;  ///< Changed bricks as they are now; without known voxels: unknown.
 };
@@ -37,13 +37,13 @@ struct MapDelta {
 /// All bricks of a map, along the Morton curve. @complexity O(n).
 [[nodiscard]] MapImage makeImage(const CuboidMap& map, std::uint64_t instance, MapDetail detail);
 
-/// What is now in the bricks of a change set; with kClasses only in those that have new cuboids.
+/// Current content of the bricks of a change set; with kClasses only of bricks with new cuboids.
 /// @param base  Revision that the changes are counted from.
 /// @complexity O(b) for b bricks.
 [[nodiscard]] MapDelta makeDelta(const CuboidMap& map, const ChangeSet& changes,
                                  std::uint64_t instance, std::uint64_t base, MapDetail detail);
 
-/// What became of a delta.
+/// Result of applying a delta.
 enum class FollowResult : unsigned char {
   kApplied,  ///< The copy is now at the revision of the delta.
   kOld,      ///< The copy has it already: nothing was done.

@@ -14,7 +14,7 @@ struct ChangedBrick {
   bool has_new_cuboids = false;  ///< Else only log-odds have changed.
 };
 
-/// What one change of a map has touched.
+/// The bricks that one change of a map has touched.
 ///
 /// A copy of the cuboids is brought up to date by dropping every one that shares a cell with a brick
 /// that has new cuboids, and inserting those that do so in the map.

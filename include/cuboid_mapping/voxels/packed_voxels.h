@@ -15,7 +15,7 @@ namespace cuboid_mapping {
 /// Which voxels of a brick a change has touched.
 struct VoxelChange {
   BrickMask changed;       ///< New, gone, or another log-odds.
-  BrickMask reclassified;  ///< Those of them that have another class.
+  BrickMask reclassified;  ///< Changed voxels that have another class.
 };
 
 /// Log-odds by voxelIndex(); says nothing of unknown voxels.
@@ -62,9 +62,9 @@ class PackedVoxels {
   [[nodiscard]] bool isEmpty() const { return shape_.slices == 0; }
   /// The voxels that have log-odds.
   [[nodiscard]] BrickMask known() const;
-  /// Those of the known voxels whose log-odds are >= 0.
+  /// Known voxels with log-odds >= 0.
   [[nodiscard]] BrickMask occupied() const;
-  /// Those of the known voxels whose log-odds are < 0.
+  /// Known voxels with log-odds < 0.
   [[nodiscard]] BrickMask free() const { return known().without(occupied()); }
   /// Whether occupied() has a voxel.
   [[nodiscard]] bool isAnyOccupied() const { return shape_.num_occupied_values > 0; }
@@ -100,15 +100,15 @@ class PackedVoxels {
   /// Writes the log-odds of the known voxels.
   void getValues(VoxelValues& values) const;
 
-  /// What comes of observing voxels once each; an unknown one starts from 0. A voxel of both sets is
+  /// The brick after each of some voxels is observed once; an unknown one starts from 0. A voxel of both sets is
   /// a hit.
   /// @param after  Gets the voxels; left alone when nothing changes. May be the object itself.
   /// @complexity O(different log-odds in the brick).
   VoxelChange observe(const BrickMask& hits, const BrickMask& misses, const SensorModel& model,
                       PackedVoxels& after) const;
 
-  /// What comes of putting the voxels of `other` that are in `part` in the place of those here.
-  /// @param after  As in observe(). @return What differs.
+  /// The voxels after `other` replaces this brick inside `part`.
+  /// @param after  As in observe(). @return The differences.
   VoxelChange replace(const BrickMask& part, const PackedVoxels& other, PackedVoxels& after) const;
 
   /// Asks the processor to fetch the first masks. Inline: gcc drops calls of functions that do nothing
@@ -128,7 +128,7 @@ class PackedVoxels {
   static constexpr unsigned kAllSlices = 0xFF;
   static constexpr int kMaxPlanes = 9;
 
-  /// What the block holds: masks first, then values.
+  /// Content of the block: masks first, then values.
   struct Shape {
     std::uint16_t num_free_values = 0;
     std::uint16_t num_occupied_values = 0;

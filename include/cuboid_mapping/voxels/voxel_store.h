@@ -83,10 +83,10 @@ class VoxelStore {
   /// The bricks by number, with their cuboids.
   [[nodiscard]] const BrickTable<Brick>& bricks() const { return *bricks_; }
 
-  /// What a change makes of one brick: internal.
+  /// The new state of one brick: internal.
   struct PendingBrick;
 
-  /// A change that is worked out, and not made yet. Holds what it replaced once it is made, so that
+  /// A change that is computed, and not made yet. Once made, it holds the replaced bricks, so that
   /// the memory is given back when it goes.
   class PendingChange {
    public:
@@ -113,12 +113,12 @@ class VoxelStore {
     bool divides = false;
   };
 
-  /// Works out what comes of observing voxels, see PackedVoxels::observe(). Changes nothing: const
+  /// Computes the result of observing voxels, see PackedVoxels::observe(). Changes nothing: const
   /// functions may run beside it. @throws std::bad_alloc
   [[nodiscard]] PendingChange prepare(const std::vector<BrickUpdate>& update,
                                       const SensorModel& model, const Work& work) const;
-  /// Works out what comes of putting voxels in the place of everything inside a box.
-  /// @param bricks  Those in the box; of two with one brick the later one counts. Voxels outside the
+  /// Computes the result of replacing everything inside a box.
+  /// @param bricks  New content of the box; of two with one brick the later one counts. Voxels outside the
   ///                box are not looked at. @throws std::bad_alloc
   /// @complexity O(bricks that the box shares a cell with, or all known bricks if these are fewer,
   /// and `bricks`).

@@ -18,7 +18,7 @@
 
 namespace cuboid_mapping {
 
-/// What becomes of the map outside a window.
+/// State of the map outside a window.
 enum class OutsideWindow : unsigned char {
   kKeep,    ///< It goes to a store on disk, and comes back before it changes.
   kForget,  ///< It becomes unknown.
@@ -32,14 +32,14 @@ enum class OutsideWindow : unsigned char {
 struct WindowConfig {
   double size_m = 100.0;   ///< Edge of the window, a cube: > 0.
   double margin_m = 10.0;  ///< So far outside the window a page stays that is in memory: >= 0.
-  OutsideWindow outside = OutsideWindow::kKeep;  ///< What becomes of the rest.
+  OutsideWindow outside = OutsideWindow::kKeep;  ///< State of the map outside.
 };
 
-/// The cells around the middle of a window within which what is in memory stays there: the window and its margin.
+/// The cells around the middle of a window that stay in memory: the window and its margin.
 [[nodiscard]] CellBox cellsKeptAround(const Eigen::Vector3d& center_map, const WindowConfig& config,
                                       const Grid& grid);
 
-/// What a window has done so far, and has now.
+/// Counts of a window so far, and its state.
 struct WindowFigures {
   std::size_t num_in_memory = 0;     ///< Pages in memory now.
   std::size_t num_on_disk_only = 0;  ///< Pages of the store that are not in memory now.
@@ -50,7 +50,7 @@ struct WindowFigures {
       0;  ///< Bricks of observations that were not taken, for lying outside.
   std::uint64_t num_unreadable = 0;  ///< The same, for lying in a page that cannot be read.
   std::uint64_t num_failures = 0;    ///< Calls of the store that have failed.
-  std::string last_failure;          ///< Why, and what to do; empty: none has failed.
+  std::string last_failure;          ///< Reason and cure; empty: none has failed.
 };
 
 /// Keeps the pages (map_store.h) of a map in memory that share a voxel with a box around a place, the
@@ -84,8 +84,8 @@ class MapWindow {
 
   /// Begins a step: moves the window, and brings back the pages that an update touches. Pages that cannot be read are
   /// counted in the figures.
-  /// @param center_map  Middle of the window. @param changes  Gets what comes.
-  /// @return What may be applied: `update`, or the part of it that is not left out, valid until the next step.
+  /// @param center_map  Middle of the window. @param changes  Gets the pages that come.
+  /// @return The update to apply: `update`, or its admitted part, valid until the next step.
   /// @complexity O(bricks of the update) besides the pages that come.
   [[nodiscard]] const ScanUpdate& admit(const ScanUpdate& update, const Eigen::Vector3d& center_map,
                                         CuboidMap& map, ChangeSet& changes);
@@ -96,8 +96,8 @@ class MapWindow {
   /// Pages leave for the store in every kStepsAWrite-th step: kPagesAStep at most, or as many as were
   /// brought back since the last time, so that a step takes no time that grows with the window.
   ///
-  /// @param applied  What CuboidMap::apply() or commit() has returned.
-  /// @param changes  Gets that, and what comes and leaves.
+  /// @param applied  The result of CuboidMap::apply() or commit().
+  /// @param changes  Gets `applied`, and the pages that come and leave.
   /// @complexity O(pages in memory) besides the pages that come and go.
   void settle(const ChangeSet& applied, CuboidMap& map, ChangeSet& changes);
 
@@ -106,7 +106,7 @@ class MapWindow {
   [[nodiscard]] std::size_t countNotLoaded(const CellBox& box) const;
 
   /// Brings back the pages that share a cell with a box; they stay for kIdleSteps steps at least.
-  /// @param changes  Gets what comes, also when a page cannot be read. @param max_pages  No more of them.
+  /// @param changes  Gets the pages that come, also when a page cannot be read. @param max_pages  Maximum number.
   /// @throws MapFileError  when one cannot be read: those before it are there.
   void load(const CellBox& box, CuboidMap& map, ChangeSet& changes,
             std::size_t max_pages = std::numeric_limits<std::size_t>::max());
@@ -145,7 +145,7 @@ class MapWindow {
 
   /// Pages that leave, or are brought back ahead of need, in a step.
   static constexpr std::size_t kPagesAStep = 16;
-  /// In every so many-th step pages leave for the store: fewer transactions, which wait for the disk.
+  /// Steps between two evictions: fewer transactions, which wait for the disk.
   static constexpr std::uint64_t kStepsAWrite = 8;
   /// A page outside that was touched stays for so many steps, so that what clouds reach does not come and go with
   /// each.
@@ -187,7 +187,7 @@ class MapWindow {
   CellBox window_;
   CellBox outer_;         ///< With the margin.
   CellBox window_pages_;  ///< Of its least and its last cell.
-  ScanUpdate admitted_;   ///< An update without what was left out.
+  ScanUpdate admitted_;   ///< The admitted part of an update.
   std::uint64_t step_ = 0;
   std::uint64_t next_write_ = 0;  ///< Step before which nothing is written, after a failure.
   bool is_store_stale_ = false;   ///< It has a map that was replaced.
