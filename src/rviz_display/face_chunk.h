@@ -13,7 +13,7 @@
 
 namespace cuboid_mapping_rviz {
 
-/// What the chunks of a FaceSet share.
+/// Shared data of the chunks of a FaceSet.
 struct ChunkStyle {
   Ogre::MaterialPtr material;         ///< Of the faces of cuboids.
   Ogre::MaterialPtr coarse_material;  ///< Of coarse faces.

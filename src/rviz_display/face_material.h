@@ -13,7 +13,7 @@
 
 namespace cuboid_mapping_rviz {
 
-/// What colours mean. The numbers are those of the shader.
+/// Meaning of colours. The numbers are those of the shader.
 enum class ColorMode : unsigned char { kHeight, kProbability, kSize, kFlat };
 
 /// How faces look; all of it is told to the shader, so that no vertex changes with it.

@@ -77,7 +77,7 @@ constexpr std::array<std::array<int, 4>, 7> kCorners{{{0, 4, 6, 2},
                                                       {4, 5, 7, 6},
                                                       {0, 1, 3, 2}}};
 
-/// Those sets whose hiding voxels are the voxels that they show.
+/// Sets whose hiding voxels are the voxels that they show.
 bool hasCoarseFaces(FaceSet set) { return set == FaceSet::kOccupied || set == FaceSet::kFree; }
 
 /// The class of whose cuboids a set shows faces.
@@ -134,7 +134,7 @@ class FaceMaker {
     mesh_.levels.fill(cuboids);
   }
 
-  /// What a FaceVertex says of its cuboid.
+  /// Data of a FaceVertex about its cuboid.
   struct Look {
     std::uint8_t probability;
     std::uint8_t size;

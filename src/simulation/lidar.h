@@ -19,7 +19,7 @@ struct LidarConfig {
   std::uint64_t seed = 1;       ///< Of the noise.
 };
 
-/// What is wrong with a configuration, a line each: key, value, allowed range. Empty if nothing is.
+/// Errors of a configuration, a line each: key, value, allowed range. Empty: none.
 [[nodiscard]] std::vector<std::string> checkLidarConfig(const LidarConfig& config);
 
 /// A return, or NaN in x, y and z (intensity 0) where there is none. Metres, lidar frame.

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What bag_to_map and bag_to_map_mpi have in common: options, and clouds of rosbags or scan folders.
+// Common parts of bag_to_map and bag_to_map_mpi: options, and clouds of rosbags or scan folders.
 #pragma once
 
 #include "bag_sources.h"
@@ -21,7 +21,7 @@
 
 namespace cuboid_mapping_ros {
 
-/// What the programs are told.
+/// Options of the programs.
 struct BagOptions {
   std::vector<std::string> inputs;  ///< Rosbags; or all are scan folders, see ScanFolders::isOne().
   std::string output;
@@ -63,7 +63,7 @@ class BagClouds {
     std::size_t source = 0;
     Eigen::Vector3d window_center_map = Eigen::Vector3d::Zero();  ///< See CloudPoses.
   };
-  /// What a cloud says, null when it is left out, and where it is from. Valid during the call.
+  /// A cloud's update, null when it is left out, and its source. Valid during the call.
   using Take = std::function<void(const cuboid_mapping::ScanUpdate*, const Origin& origin)>;
 
   /// Opens the inputs. @throws std::runtime_error for bad parameters, an input that cannot be read, topics

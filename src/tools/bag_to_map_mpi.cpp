@@ -43,7 +43,7 @@ struct Options {
   double checkpoint_period_s = 0.0;
 };
 
-/// What the map depends on: a run goes on only from one with the same.
+/// Settings that the map depends on: a run goes on only from one with the same settings.
 std::string describeRun(const BagOptions& options) {
   std::string run;
   for (const std::string& input : options.inputs) {
@@ -134,7 +134,7 @@ cuboid_mapping::ProgressListener tellProgress(const MpiRanks& ranks) {
   };
 }
 
-/// What all ranks have left out; the text of the first rank that has one.
+/// Inputs that all ranks have left out; the text of the first rank that has one.
 LeftOutClouds gatherLeftOut(const MpiRanks& ranks, const LeftOutClouds& own) {
   LeftOutClouds all;
   const auto counts = ranks.sum({own.counts.begin(), own.counts.end()});
@@ -314,7 +314,7 @@ Options readOptions(const MpiRanks& ranks, int argc, char** argv) {
   return options;
 }
 
-/// What one rank alone does not survive ends the others, too.
+/// An error that ends one rank ends the others, too.
 int runRank(int argc, char** argv) {
   MpiRanks ranks(argc, argv);
   const std::string name =

@@ -39,7 +39,7 @@ const char* datatypeOf(SourceType type, const std::string& topic = "") {
   return isCompressed(topic) ? kCompressed : kImages;
 }
 
-/// What to do about topics of sensors that are not mapped.
+/// Advice for topics of sensors that are not mapped.
 std::string adviseOn(const std::string& datatype) {
   constexpr std::array<std::pair<const char*, const char*>, 6> kAdvice{
       {{"sensor_msgs/PointCloud", "convert it with point_cloud_converter"},
@@ -137,7 +137,7 @@ bool isSecondTransport(const BagTopics& topics, const std::string& name) {
   return topics.find(image) != nullptr || (name != depth && topics.find(depth) != nullptr);
 }
 
-/// Those of a type, the recorded maps apart from the others.
+/// Topics of a type, recorded maps apart from the others.
 struct Candidates {
   std::vector<std::string> sensors;
   std::vector<std::string> maps;
@@ -202,7 +202,7 @@ bool isWorldFrame(const std::string& frame_id) {
   return fixed.count(frame_id) > 0;
 }
 
-/// What is taken, and what is left.
+/// The topics that are taken, and the others.
 std::vector<std::string> makeNotes(const BagTopics& topics, const NodeParameters& parameters,
                                    const std::vector<std::string>& names) {
   std::vector<std::string> notes;

@@ -40,7 +40,7 @@ class BagTopics {
   std::map<std::string, BagTopic> topics_;
 };
 
-/// What is chosen, and what there is to say about it.
+/// The chosen topics, and remarks about them.
 struct ChosenSources {
   NodeParameters parameters;
   std::vector<std::string> notes;  ///< Lines: topics that are taken, and left; warnings.

@@ -10,7 +10,7 @@
 
 namespace cuboid_mapping {
 
-/// What map_convert is asked for when boxes are wanted.
+/// Options of map_convert for boxes.
 struct BoxOptions {
   bool are_joined = false;             ///< .csv: cuboids joined across bricks.
   std::size_t max_boxes = 0;           ///< Boxes that cover the occupied voxels; 0: not asked for.

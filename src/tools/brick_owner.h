@@ -55,7 +55,7 @@ class BrickOwner {
   [[nodiscard]] const CpuTimes& cpuTimes() const { return cpu_times_; }
 
  private:
-  /// What the rank's clouds of a round say.
+  /// The observations of the rank's clouds of a round.
   struct Round {
     std::vector<PartWriter> to;  ///< By owner, itself included.
     std::size_t num_clouds = 0;

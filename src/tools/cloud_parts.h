@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What clouds say about the bricks of one rank, as bytes for that rank. Written and read many times as fast as
+// Observations of the bricks of one rank, as bytes for that rank. Written and read many times as fast as
 // toBytes() of io/scan_update_codec.h, and twice as long: between ranks time counts more.
 #pragma once
 

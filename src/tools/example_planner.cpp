@@ -32,7 +32,7 @@ using cuboid_mapping::UnknownPolicy;
 using visualization_msgs::Marker;
 using visualization_msgs::MarkerArray;
 
-/// What each end of a search means, and what follows from it.
+/// Meaning of each end of a search, and the advice.
 const char* explain(CorridorEnd end) {
   switch (end) {
     case CorridorEnd::kFound: return "FOUND: there is a way to the goal";

@@ -7,7 +7,7 @@
 
 namespace cuboid_mapping {
 
-/// What a file of a map holds in a format: "12 voxels"; .pcd and .ply "3 points", .csv "2 cuboids".
+/// Content of a map file in a format: "12 voxels"; .pcd and .ply "3 points", .csv "2 cuboids".
 [[nodiscard]] std::string describeContent(const MapSnapshot& map, MapFormat format);
 
 }  // namespace cuboid_mapping

@@ -29,7 +29,7 @@ void print(const char* name, const Totals& totals, double voxel_volume_m3) {
             << totals.num_voxels * voxel_volume_m3 << " m^3\n";
 }
 
-/// What the bricks of a map have in common.
+/// Common data of the bricks of a map.
 struct Content {
   Totals free;
   Totals occupied;

@@ -53,7 +53,7 @@ struct PictureSize {
 [[nodiscard]] Camera makeCameraAt(const Eigen::Vector3d& eye, const Eigen::Vector3d& target,
                                   double range_m);
 
-/// What the colours of occupied voxels stand for, as in the display for rviz.
+/// Meaning of the colours of occupied voxels, as in the display for rviz.
 enum class PictureColors : unsigned char {
   kHeight,       ///< Blue to red.
   kProbability,  ///< Mean of the cuboid: green at 0 to dark red at 1.

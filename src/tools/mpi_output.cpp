@@ -92,7 +92,7 @@ void sendPages(const MpiRanks& ranks, const MapSnapshot& head, const VoxelStore&
   }
 }
 
-/// What a rank sends to rank 0 by sendPages(), and what has come of it.
+/// Pages that a rank sends to rank 0 by sendPages(), and their result.
 class PagesOfRank {
  public:
   /// @param pages  All that it will send, along the Morton curve.

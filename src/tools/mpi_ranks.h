@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What bag_to_map_mpi needs of MPI.
+// The part of MPI that bag_to_map_mpi needs.
 #pragma once
 
 #include <cstddef>

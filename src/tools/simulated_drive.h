@@ -13,7 +13,7 @@
 
 namespace cuboid_mapping_ros {
 
-/// What is driven through the simulated building, and for how long.
+/// Sensor and duration of a drive through the simulated building.
 struct DriveConfig {
   DriveConfig() { lidar.columns = 450; }  // half of the lidar's own default: kind to small machines
 
@@ -25,7 +25,7 @@ struct DriveConfig {
   double head_start_m = 0.0;    ///< So far on its way the robot is at time 0, 0 to 1e6.
 };
 
-/// What is wrong with a configuration, a line each: key, value, allowed range. Empty if nothing is.
+/// Errors of a configuration, a line each: key, value, allowed range. Empty: none.
 [[nodiscard]] std::vector<std::string> checkDriveConfig(const DriveConfig& config);
 
 /// Number of clouds in the configured duration, at least one; 0 where it goes on for ever.

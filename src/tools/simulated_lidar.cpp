@@ -30,7 +30,7 @@ void checkBagConfig(const DriveConfig& config) {
   if (!text.empty()) throw std::runtime_error(text.substr(0, text.size() - 2));
 }
 
-/// What the other sensors say from one cloud of the drive to the next.
+/// Messages of the other sensors from one cloud of the drive to the next.
 void writeOthers(const SimulatedSensors& sensors, std::uint64_t cloud, BagOutput& bag) {
   const std::uint64_t begin = cloud * SimulatedSensors::kTicksACloud;
   for (std::uint64_t tick = begin; tick < begin + SimulatedSensors::kTicksACloud; ++tick) {

@@ -128,7 +128,7 @@ class ClockSource {
   ros::WallTime last_wall_ = ros::WallTime::now();
 };
 
-/// What is published, each thing to its topic.
+/// Publishers, one for each topic.
 class DrivePublisher {
  public:
   DrivePublisher(ros::NodeHandle& node, const SimulatedDrive& drive, const ros::Time& start)
