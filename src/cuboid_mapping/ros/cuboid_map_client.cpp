@@ -43,7 +43,7 @@ ChangeSet changesOf(const cuboid_mapping::MapDelta& delta) {
 
 }  // namespace
 
-/// What the client's thread works with.
+/// State of the client's thread.
 struct CuboidMapClient::Implementation {
   Implementation(const ros::NodeHandle& node, const std::string& server, Callback on_change)
       : nh(node), server_name(server), callback(std::move(on_change)) {
@@ -179,7 +179,7 @@ struct CuboidMapClient::Implementation {
     const MapDetail detail = has_values ? MapDetail::kValues : MapDetail::kClasses;
     ImageMessage message;
     std::string error;
-    // What came on the topic is completed, if something did.
+    // Completes a map that began on the topic.
     const bool has_part = incoming.has_value();
     if (has_part) message = *std::exchange(incoming, std::nullopt);
     const bool has_all = has_part ? get_map.callForRest(getMapName(), message, error)

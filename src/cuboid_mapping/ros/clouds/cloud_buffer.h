@@ -55,7 +55,7 @@ struct PosedCloud {
 /// A cloud whose time tf has forgotten is dropped: the clock of its source is wrong, which is said once. The other sources
 /// do not notice.
 ///
-/// What is next in turn is never dropped for want of room. Beyond max_bytes the newest cloud of the source that takes most
+/// The next cloud in turn is never dropped for want of room. Beyond max_bytes the newest cloud of the source that takes most
 /// of them goes; beyond half of them nobody waits for the order. Where more than queue_size clouds of a source have their
 /// poses, and did not become fewer for kBurst_s, the newest go: a burst loses none, nor do clouds that came while a
 /// service held the map.

@@ -40,10 +40,10 @@ class CloudPipeline {
                                             NodeStatistics& statistics,
                                             std::optional<CloudError>& error);
 
-  /// What the last cloud that was not refused has measured, filtered, map frame; one for each slice of it.
+  /// Filtered measurements of the last accepted cloud, map frame; one for each slice of it.
   [[nodiscard]] const std::vector<cuboid_mapping::Scan>& scans() const { return scans_; }
 
-  /// What is suspicious about the clouds so far, each said once; see CloudChecks.
+  /// Warnings about the clouds so far, each once; see CloudChecks.
   [[nodiscard]] std::vector<std::string> takeWarnings() { return checks_.takeWarnings(); }
 
   /// The map's sensor model, with the source's hit and miss.

@@ -44,7 +44,7 @@ struct PoseFrames {
 
   PoseFrames(const NodeParameters& parameters, const SourceParameters& source);
 
-  /// Those that must have a transform to the map's, besides that of the cloud.
+  /// Frames that need a transform to the map's, besides that of the cloud.
   [[nodiscard]] std::vector<std::string> needed() const;
 };
 
@@ -63,7 +63,7 @@ struct PoseFrames {
                                                     const std_msgs::Header& header,
                                                     const Slices& slices, std::string& error);
 
-/// What tf says of a cloud.
+/// Answer of tf for a cloud.
 struct PoseSearch {
   std::optional<CloudPoses> poses;  ///< Found.
   std::string why;                  ///< If not: what is missing, with the frames.

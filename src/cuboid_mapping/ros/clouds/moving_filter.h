@@ -14,7 +14,7 @@
 
 namespace cuboid_mapping_ros {
 
-/// What of the clouds is of things that move, by the clouds before: the same for a recording whenever it is played.
+/// Finds points of moving things by earlier clouds: the same for a recording whenever it is played.
 ///
 /// With a window it forgets what lies outside, with its margin, and no cloud has touched for a while, as the map in memory does,
 /// but by the clouds alone: neither the disk nor those who ask for parts of the map make a difference. A place that comes

@@ -14,7 +14,7 @@ using cuboid_mapping::toText;
 
 /// Points of a cloud that are looked at.
 constexpr std::size_t kCheckedPoints = 1000;
-/// So many points of a source must be known before it is judged.
+/// Minimum number of points before a source is judged.
 constexpr std::size_t kLeastJudgedPoints = 100;
 /// A source is judged by its first points: the table of ranges grows no more, and later clouds cost nothing.
 constexpr std::size_t kMaxJudgedPoints = 100000;

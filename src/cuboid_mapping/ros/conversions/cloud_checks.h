@@ -23,7 +23,7 @@ class CloudChecks {
   /// @param sensor_cloud  Where the beams start. @complexity O(1): of a sample of the points.
   void note(const CloudPoints& cloud, const Eigen::Vector3d& sensor_cloud);
 
-  /// What has been found since the last call, and what to do.
+  /// Findings since the last call, with their cure.
   [[nodiscard]] std::vector<std::string> takeWarnings();
 
  private:

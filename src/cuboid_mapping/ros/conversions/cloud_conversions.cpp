@@ -206,7 +206,7 @@ Eigen::Vector3d findAnchor(const PointReader& reader, const Eigen::Vector3d& sen
                                                                                     : median);
 }
 
-/// What points of a cloud are, by the options.
+/// Classifies the points of a cloud, by the options.
 class PointJudge {
  public:
   enum class Kind : unsigned char { kReturn, kOfNamedRange, kNothing };
@@ -250,7 +250,7 @@ void addNoReturn(const Eigen::Vector3d& direction_sensor, std::uint32_t number,
   if (options.wants_numbers) cloud.no_return_numbers.push_back(number);
 }
 
-/// Those whose direction is to be estimated from their neighbours.
+/// Points whose direction is estimated from their neighbours.
 void addNoReturns(const PointReader& reader, const PointJudge& judge, const CloudOptions& options,
                   CloudPoints& cloud) {
   const CloudLayout& layout = reader.layout();

@@ -41,7 +41,7 @@ struct CloudError {
   std::string text;  ///< For the log: the numbers, and what to do.
 };
 
-/// What a cloud holds, in metres in the cloud's frame.
+/// Content of a cloud, in metres in the cloud's frame.
 struct CloudPoints {
   /// A point p lies at anchor_cloud + p. Zero unless the coordinates are FLOAT64 and beyond 8 km,
   /// where float32 would not do: near the sensor, or in the middle of the points where they are far from it; see

@@ -18,7 +18,7 @@ namespace {
 
 constexpr std::array<const char*, 2> kTransports{"/compressedDepth", "/compressed"};
 
-/// What compressed_depth_image_transport writes before the PNG.
+/// Header that compressed_depth_image_transport writes before the PNG.
 struct DepthHeader {
   std::int32_t format;
   float quant_a;  ///< A number n > 0 of the PNG is a depth of quant_a / (n - quant_b) metres.

@@ -31,7 +31,7 @@ enum class NoReturnPoints : unsigned char {
 /// Readings beyond it, of either sign, are infinite: of a size that float32 can hold.
 constexpr double kMaxReading_m = 1e30;
 
-/// What a number is that is no return; kNone for one that is.
+/// Kind of a reading without a return; kNone for a return.
 [[nodiscard]] NoReturnPoints classifyReading(double number);
 
 /// Ranges in metres that stand for no return, as the far clip of a simulated camera.

@@ -72,7 +72,7 @@ struct BoundingBoxQuery {
 
 namespace wire {
 
-/// What a type is called on the wire; the checksums are those that genmsg computes.
+/// Name of a type on the wire; the checksums are genmsg's.
 template <typename T>
 struct Name;
 template <>

@@ -44,7 +44,7 @@ std::string toMillimetres(float range_m) {
   return cuboid_mapping::toText(std::round(1e3 * static_cast<double>(range_m)) / 1e3);
 }
 
-/// What takes part in a scan.
+/// The readings that take part in a scan.
 struct LaserBeams {
   LaserScan scan;             ///< Beams without return have their length, and what is nothing NaN.
   std::vector<bool> returns;  ///< Whether a beam was reflected.

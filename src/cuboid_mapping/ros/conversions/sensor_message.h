@@ -17,7 +17,7 @@ struct DepthImage {
   sensor_msgs::CameraInfo::ConstPtr camera;  ///< See DepthPairs.
 };
 
-/// What one source has sent: what "cloud" means wherever the type of a source does not matter.
+/// A message of a source: "cloud" wherever the type of the source does not matter.
 struct SensorMessage {
   /// No pointer is null.
   std::variant<sensor_msgs::PointCloud2::ConstPtr, sensor_msgs::LaserScan::ConstPtr, DepthImage>

@@ -19,7 +19,7 @@
 
 namespace cuboid_mapping_ros {
 
-/// What has happened to the messages of one source since the node was started.
+/// Counts of the messages of one source since the start of the node.
 struct SourceStatistics {
   std::uint64_t num_received = 0;  ///< Those beyond max_rate are not counted here ...
   std::uint64_t num_ignored = 0;   ///< ... but here.
@@ -60,7 +60,7 @@ class CloudLedger {
   /// One that was received is not in the map; logs why, the same reason every 10 s at most. Throws nothing.
   /// @param text  Empty: nothing new is to be said.
   void noteDropped(std::size_t source, DropReason reason, const std::string& text) noexcept;
-  /// What would keep up, or suits the sensor; logs it now and then. @param is_behind  Clouds wait for their turn.
+  /// Settings that would keep up, or suit the sensor; logs them now and then. @param is_behind  Clouds wait for their turn.
   void giveAdvice(bool is_behind);
 
   /// Takes the parameters that were changed while the node runs.

@@ -31,7 +31,7 @@ struct MapSummary {
   std::size_t num_bytes = 0;  ///< Of voxels and R-tree.
 };
 
-/// What the map says of itself. @complexity O(n).
+/// Figures of the map. @complexity O(n).
 [[nodiscard]] MapSummary summarize(const cuboid_mapping::CuboidMap& map);
 
 /// Summaries of a map that changes, for one report after the other.
@@ -55,7 +55,7 @@ class MapWatch {
   double next_count_s_ = 0.0;
 };
 
-/// What is known of the last cloud that was received.
+/// Facts about the last received cloud.
 struct LastCloud {
   std::string frame_id;
   double age_s = 0.0;    ///< When it was received, by its stamp; negative: the stamp lies ahead.
@@ -127,7 +127,7 @@ struct ReportSummary {
 /// A duration that people can read, whatever its sign: "0.32 s", "50 min", "3 h", "5 days".
 [[nodiscard]] std::string describeAge(double age_s);
 
-/// What to do about clouds that are dropped, as a clause that follows "dropped: ".
+/// Advice for dropped clouds, as a clause that follows "dropped: ".
 [[nodiscard]] const char* toAdvice(DropReason reason);
 
 /// Writes a report; one key for each figure. An error when callbacks have failed since the last one, or the store of a

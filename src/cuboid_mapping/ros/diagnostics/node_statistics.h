@@ -66,7 +66,7 @@ class Stopwatch {
   Clock::time_point start_ = Clock::now();
 };
 
-/// What has happened to the clouds since the node was started. Not thread-safe.
+/// Counts of clouds since the start of the node. Not thread-safe.
 struct NodeStatistics {
   std::uint64_t num_received = 0;
   std::uint64_t num_inserted = 0;

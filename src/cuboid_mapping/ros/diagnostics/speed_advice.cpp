@@ -41,7 +41,7 @@ std::string durationText(double duration_s) {
   return duration_s >= 1.0 ? toText(duration_s) + " s" : toText(1e3 * duration_s) + " ms";
 }
 
-/// What "try" is followed by. The time of a cloud grows with the number of voxels that its beams
+/// The text after "try". The time of a cloud grows with the number of voxels that its beams
 /// pass, which is a volume: with the cube of the range in voxels.
 std::string remedy(double speedup, double resolution_m, double range_m) {
   const double factor = std::cbrt(speedup);

@@ -29,7 +29,7 @@ class SpeedWatch {
   [[nodiscard]] std::optional<double> rateHz(std::size_t source = 0) const;
   [[nodiscard]] double reach_m() const { return reach_m_; }
 
-  /// What would keep up, as "4.3 s per cloud at 10 Hz: try resolution 0.2 or sensor_model/max_range
+  /// Settings that would keep up, as "4.3 s per cloud at 10 Hz: try resolution 0.2 or sensor_model/max_range
   /// 30"; nothing while clouds take less time than there is between them, or too few have come.
   [[nodiscard]] std::optional<std::string> advice() const;
 

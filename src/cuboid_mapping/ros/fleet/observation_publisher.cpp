@@ -124,7 +124,7 @@ void ObservationPublisher::answer(const GetObservations::Request& request,
   const std::lock_guard<std::mutex> lock(mutex_);
   response.session = last_.session;
   if (request.session != last_.session) return;
-  // What waits will come by itself.
+  // Waiting observations come by themselves.
   const std::uint64_t last = waiting_.empty() ? last_.sequence : waiting_.front()->sequence - 1;
   response.complete_to = last;
   const auto is_before = [](const Message& message, std::uint64_t sequence) {

@@ -30,7 +30,7 @@ void GuardedMap::integrate(const ros::Time& stamp, const cuboid_mapping::ScanUpd
   stamp_ = stamp;
 }
 
-/// What of an update the window takes; its pages are there.
+/// The part of an update that the window admits; its pages are there.
 const cuboid_mapping::ScanUpdate& GuardedMap::admit(const cuboid_mapping::ScanUpdate& update,
                                                     const Eigen::Vector3d& window_center_map) {
   const WriteLock alone(mutex_);

@@ -32,10 +32,10 @@ class PageHold {
 
 /// A map that one thread fills while others look at it. Thread-safe.
 ///
-/// Whoever changes the map has it alone, for what a cloud has changed, or for some bricks that are
-/// fused, which takes milliseconds; readers share it, and see it as the last change has left it. While
-/// it is worked out what a cloud changes, readers go on. Neither a row of small changes nor a row of
-/// readers keeps somebody out, and a long reader no other one, see PhaseFairMutex.
+/// A writer has the map alone for milliseconds, to commit a cloud or to fuse some bricks. Readers
+/// share it, and see the last committed change. While the change of a cloud is computed, readers go
+/// on. Many small changes or many readers keep nobody out, and a long reader blocks no other one:
+/// see PhaseFairMutex.
 class GuardedMap {
  public:
   explicit GuardedMap(const cuboid_mapping::MapConfig& config) : map_(config) {}
@@ -123,7 +123,7 @@ class GuardedMap {
     return work(std::as_const(map_), ros::Time(stamp_), budget);
   }
 
-  /// What the maker of the map needs to go on with it, kept with it: MapSnapshot::progress.
+  /// State of the map's maker, kept with the map: MapSnapshot::progress.
   /// @pre Within the work of change() or edit(), or of read().
   ///@{
   void setProgress(std::string progress) { progress_ = std::move(progress); }
@@ -133,7 +133,7 @@ class GuardedMap {
   /// Calls of replaceAll() so far. @pre Within the work of read().
   [[nodiscard]] std::uint64_t numReplaced() const { return num_replaced_; }
 
-  /// What is in memory, or is brought back, stays there as long as the hold lives.
+  /// Pages in memory, and pages that are read, stay there as long as the hold lives.
   [[nodiscard]] PageHold hold() { return PageHold(num_holds_); }
   /// Pages of a box that are on disk only; always 0 without a window. @complexity O(pages of the box).
   [[nodiscard]] std::size_t countNotLoaded(const cuboid_mapping::CellBox& box) const;
@@ -150,7 +150,7 @@ class GuardedMap {
   /// Takes the sensor model of the map into the store.
   void saveHead();
 
-  /// What has changed since the last call, each brick once.
+  /// Changed bricks since the last call, each once.
   [[nodiscard]] cuboid_mapping::ChangeSet takeChanges();
 
   /// As above, while nobody changes the map.

@@ -57,7 +57,7 @@ std::string compareResolutions(double of_file_m, double of_map_m, const std::str
   return text.str();
 }
 
-/// What a work gives that reads a map; its errors name the parameter that allows more.
+/// Runs work that reads a map; its errors name the parameter that allows more.
 template <typename WorkT>
 auto readWithin(const WorkT& work) {
   try {
@@ -249,7 +249,7 @@ std::string describeRefusal(const Eigen::Isometry3d& T_target_map, double resolu
 }
 
 std::optional<MapSnapshot> readStartMap(NodeParameters& parameters) {
-  // What robots have said already is known to a store alone.
+  // Only a store has the list of merged observations.
   const bool is_whole =
       parameters.fleet.robots.empty() || cuboid_mapping::isSqliteFile(parameters.autosave_file);
   const bool goes_on = parameters.map_file.empty() && parameters.resume && is_whole &&

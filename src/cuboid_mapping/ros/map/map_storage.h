@@ -35,7 +35,7 @@ void saveLocks(const GuardedMap& map, const std::string& map_file);
 [[nodiscard]] std::vector<cuboid_mapping::CellBox> readLocks(const std::string& map_file);
 ///@}
 
-/// What has become of a save or a load.
+/// Result of a save or a load.
 struct StorageAnswer {
   std::string error;  ///< Empty: it is done.
   std::string notes;  ///< Of a map that was moved or put into another one: how exactly.

@@ -8,13 +8,13 @@
 
 namespace cuboid_mapping_ros {
 
-/// Lets many read, or one write. Nobody is kept out, whoever else comes:
-///   - who wants to read goes past a waiting writer as long as somebody reads who was there before the writer:
-///     a long reader makes the writer wait, but no short ones;
-///   - after that the writer comes next, when those have left who went past it;
-///   - after the writer come all who wait to read.
+/// Many readers, or one writer. Nobody starves:
+///   - a reader passes a waiting writer while a reader from before the writer is active: a long reader delays
+///     the writer, but no short readers;
+///   - then the writer comes next, once the readers that passed it have left;
+///   - after the writer, all waiting readers come.
 ///
-/// So a writer waits for two generations of readers at most; a reader for the writer and for those who went past it. As
+/// So a writer waits for two generations of readers at most; a reader for the writer and the readers that passed it. As
 /// the phase-fair locks of Brandenburg and Anderson, "Spin-Based Reader-Writer Synchronization for Multiprocessor
 /// Real-Time Systems", 2010, where the writer waits for one generation and all new readers wait for that as well.
 class PhaseFairMutex {

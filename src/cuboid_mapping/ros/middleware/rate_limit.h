@@ -9,7 +9,7 @@
 
 namespace cuboid_mapping_ros {
 
-/// Lets so many messages a second through, by their stamps: one in each slot of 1 / rate. The same messages therefore
+/// Limits the messages per second, by their stamps: one in each slot of 1 / rate. The same messages therefore
 /// pass whenever a recording is played.
 ///
 /// Stamps may jitter by a quarter of a slot: a sensor of that very rate loses none where they fall on the border of two.

@@ -23,7 +23,7 @@ struct TfLookup {
 /// A frame without the leading slash that old drivers put there and tf2 does not take.
 [[nodiscard]] std::string withoutSlash(const std::string& frame_id);
 
-/// What takes points from the source frame to the target frame.
+/// Transform from the source frame to the target frame.
 ///
 /// The same whether a later transform has come or not: its numbers are rounded to nine decimals.
 /// Never waits, never throws. Names with and without a leading slash mean the same. A frame is where

@@ -27,7 +27,7 @@ namespace cuboid_mapping_ros {
 [[nodiscard]] std::optional<std::string> findRoot(const tf2::BufferCore& tf,
                                                   const std::string& frame_id);
 
-/// What to do where tf does not connect two frames: names the roots; empty where tf connects them at some time.
+/// Advice where tf does not connect two frames: names the roots; empty where tf connects them at some time.
 /// @param target  The frame of the map.
 [[nodiscard]] std::string adviseOnTree(const tf2::BufferCore& tf, const std::string& target,
                                        const std::string& source);

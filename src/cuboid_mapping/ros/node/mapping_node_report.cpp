@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What a MappingNode says of itself in /diagnostics.
+// The report of a MappingNode in /diagnostics.
 #include "cuboid_mapping/ros/middleware/tf_lookup.h"
 #include "cuboid_mapping/ros/node/mapping_node.h"
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What octomap_server publishes, made from a map. Pure functions.
+// The messages of octomap_server, made from a map. Pure functions.
 #pragma once
 
 #include "cuboid_mapping/io/octree_stream.h"

@@ -38,7 +38,7 @@ struct MapView {
 
 /// The whole map, for octomap_binary and octomap_full as services: an octree has no word for "elsewhere".
 ///
-/// What a window has on disk only is read into the copy, and stays on disk. The map is held meanwhile.
+/// The part on disk only is read into the copy, and stays on disk. The map is held meanwhile.
 /// @throws std::runtime_error  where parts are on disk only, and `outside` is kRefuse, or they are more than the limits,
 ///         or cannot be read.
 [[nodiscard]] MapView viewWholeMap(GuardedMap& map, const std::string& frame_id,

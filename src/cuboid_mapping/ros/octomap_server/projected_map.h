@@ -17,14 +17,14 @@
 
 namespace cuboid_mapping_ros {
 
-/// What the cells of a nav_msgs/OccupancyGrid hold.
+/// Values of the cells of a nav_msgs/OccupancyGrid.
 ///@{
 constexpr std::int8_t kUnknownCell = -1;
 constexpr std::int8_t kFreeCell = 0;
 constexpr std::int8_t kOccupiedCell = 100;
 ///@}
 
-/// What a grid leaves out.
+/// Part of the map that a grid leaves out.
 struct FarTiles {
   std::size_t count = 0;  ///< Tiles of 8 x 8 cells.
   Eigen::Vector2d farthest_m = Eigen::Vector2d::Zero();

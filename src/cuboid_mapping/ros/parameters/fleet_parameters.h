@@ -6,7 +6,7 @@
 
 namespace cuboid_mapping_ros {
 
-/// What becomes of observations that are more than may be sent.
+/// Treatment of observations above the rate.
 enum class ObservationExcess : unsigned char {
   kLater,  ///< They wait.
   kThin    ///< Clouds are left out of the observations, and counted.

@@ -8,7 +8,7 @@
 namespace cuboid_mapping_ros {
 namespace {
 
-/// What follows the last slash.
+/// The text after the last slash.
 std::string lastPart(const std::string& key) { return key.substr(key.rfind('/') + 1); }
 
 /// Number of characters to insert, remove or replace (Levenshtein).

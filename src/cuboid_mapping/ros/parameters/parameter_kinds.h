@@ -42,7 +42,7 @@ class Field {
   bool is_of_source_;
 };
 
-/// What a parameter can be.
+/// Kind of a parameter.
 struct ParameterKind {
   std::string allowed;        ///< In words, as "a number from 0.501 to 0.999".
   bool is_of_source = false;  ///< Whether a source of a list may have one of its own.

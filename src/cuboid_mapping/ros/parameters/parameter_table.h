@@ -20,22 +20,22 @@ struct ParameterDeclaration {
   std::string help;
 };
 
-/// Those of OctomapServerParameters, for parameterTable().
+/// Declarations of OctomapServerParameters, for parameterTable().
 [[nodiscard]] std::vector<ParameterDeclaration> declareOctomapServer();
 
 /// The first of SourceParameters, and the list of sources, for parameterTable().
 [[nodiscard]] std::vector<ParameterDeclaration> declareSources();
 
-/// Those of SelfFilterParameters, for parameterTable().
+/// Declarations of SelfFilterParameters, for parameterTable().
 [[nodiscard]] std::vector<ParameterDeclaration> declareSelfFilter();
 
-/// Those of FleetParameters, for parameterTable().
+/// Declarations of FleetParameters, for parameterTable().
 [[nodiscard]] std::vector<ParameterDeclaration> declareFleet();
 
-/// Those of WindowParameters, for parameterTable().
+/// Declarations of WindowParameters, for parameterTable().
 [[nodiscard]] std::vector<ParameterDeclaration> declareWindow();
 
-/// What of the window does not go with other parameters, or is missing.
+/// Errors of the window's parameters: missing ones, and conflicts with others.
 [[nodiscard]] std::vector<ParameterError> checkWindow(const NodeParameters& parameters);
 
 /// Keys that earlier versions had: why they have gone, and what to do.

@@ -41,7 +41,7 @@ void warnOfSlash(const ParameterDeclaration& declaration, const XmlRpcValue& val
                                                   "\": tf2 frames have no slash at the start"});
 }
 
-/// What dynamic_reconfigure of octomap_server leaves on the parameter server for a key; empty for
+/// Key that dynamic_reconfigure of octomap_server leaves on the parameter server; empty for
 /// keys whose name it does not change.
 std::string leftoverNameOf(const std::string& key) {
   const bool is_grouped = key.rfind("sensor_model/", 0) == 0 || key.rfind("ground_filter/", 0) == 0;

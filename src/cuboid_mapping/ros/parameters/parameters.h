@@ -45,26 +45,26 @@ struct RobotGridParameters {
   double max_z_m = 1.5;  ///< Upper end.
 };
 
-/// What the colour of an occupied cuboid stands for.
+/// Meaning of the colour of an occupied cuboid.
 enum class ColorBy : unsigned char { kHeight, kProbability };
 
 /// Which voxels are forgotten, see Forgetting.
 enum class ForgetClass : unsigned char { kAll, kOccupied, kFree };
 
-/// What becomes of voxels that are forgotten.
+/// State of forgotten voxels.
 enum class ForgetTo : unsigned char {
   kUnknown,  ///< They become unknown.
   kSeenOnce  ///< They keep their class, but the next observation of the other class wins.
 };
 
-/// What becomes of points where nothing can be that stands still, see MovingFilter.
+/// Treatment of points of moving things, see MovingFilter.
 enum class MovingPoints : unsigned char {
   kIgnore,   ///< Nobody looks for them.
   kPublish,  ///< They are published, and go into the map.
   kLeaveOut  ///< They are published, and do not go into the map.
 };
 
-/// What belongs to the robot, and what becomes of the points on it.
+/// Shapes of the robot, and the treatment of points on it.
 struct SelfFilterParameters {
   XmlRpc::XmlRpcValue box_list;   ///< As it was given.
   RobotParts boxes;               ///< Of the list.
@@ -122,7 +122,7 @@ struct NodeParameters {
   SelfFilterParameters self_filter;
 };
 
-/// Those of the list, or the only one; never empty.
+/// The sources of the list, or the only one; never empty.
 [[nodiscard]] std::vector<SourceParameters> sourcesOf(const NodeParameters& parameters);
 
 /// One thing that is wrong with the parameters.
@@ -135,7 +135,7 @@ struct ParameterError {
 struct LoadedParameters {
   NodeParameters parameters;
   std::vector<ParameterError> errors;
-  /// What the node can live with: keys that are ignored, or taken for others.
+  /// Warnings: keys that are ignored, or read as others.
   std::vector<ParameterError> warnings;
 };
 

@@ -70,7 +70,7 @@ const char* add(const std::string& name, XmlRpcValue value, Config& config) {
   }
 }
 
-/// What graphical clients need to offer the names of a choice: a Python dictionary, as generated from
+/// The names of a choice for graphical clients: a Python dictionary, as generated from
 /// .cfg files. Empty for other kinds.
 std::string editMethodOf(const ParameterDeclaration& declaration) {
   std::string names;

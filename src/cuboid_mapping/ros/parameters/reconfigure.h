@@ -19,7 +19,7 @@ namespace cuboid_mapping_ros {
 /// "sensor_model_hit".
 [[nodiscard]] std::string toReconfigureName(const std::string& key);
 
-/// What can be changed, with type, range, default and help. resolution and frame_id are in it, too,
+/// Parameters that can be changed, with type, range, default and help. resolution and frame_id are in it, too,
 /// so that somebody who tries to change them learns why not.
 [[nodiscard]] dynamic_reconfigure::ConfigDescription describeConfig();
 

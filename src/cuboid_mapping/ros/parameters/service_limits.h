@@ -8,7 +8,7 @@
 
 namespace cuboid_mapping_ros {
 
-/// What becomes of a call about parts of the map that are on disk only, see MapWindow.
+/// Treatment of calls about parts of the map that are on disk only, see MapWindow.
 enum class QueriesOutside : unsigned char {
   kRefuse,  ///< It is refused.
   kLoad     ///< They are brought back first.

@@ -149,7 +149,7 @@ void readSources(LoadedParameters& loaded) {
                              const std::vector<ParameterError>& said,
                              std::vector<ParameterError>& to) {
       for (const ParameterError& error : from) {
-        // What does not fit together outside the list is said there.
+        // Conflicts outside the list are reported there.
         const bool is_said = std::any_of(said.begin(), said.end(), [&](const auto& other) {
           return other.key == error.key && other.message == error.message;
         });

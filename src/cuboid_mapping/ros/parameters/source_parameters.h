@@ -14,7 +14,7 @@
 
 namespace cuboid_mapping_ros {
 
-/// What the messages of a source are.
+/// Message type of a source.
 enum class SourceType : unsigned char {
   kPointCloud,  ///< sensor_msgs/PointCloud2
   kLaserScan,   ///< sensor_msgs/LaserScan
@@ -24,7 +24,7 @@ enum class SourceType : unsigned char {
 /// The name of the parameter's value, as "laser_scan".
 [[nodiscard]] const char* toString(SourceType type);
 
-/// What the beams of a source do to the map.
+/// Effect of a source's beams on the map.
 enum class SourceUse : unsigned char {
   kBoth,  ///< They mark their end as occupied, and clear the space before it.
   kMark,  ///< Only the former.

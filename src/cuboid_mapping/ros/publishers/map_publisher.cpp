@@ -14,7 +14,7 @@ using cuboid_mapping::MapDetail;
 
 namespace {
 
-/// So many bricks make a message of some 100 MB: to fetch the map anew is not much more.
+/// Number of bricks in a message of about 100 MB: fetching the whole map is not much more.
 constexpr std::size_t kMaxDeltaBricks = 200000;
 
 bool isTooMuch(const ChangeSet& changes) { return changes.bricks.size() > kMaxDeltaBricks; }

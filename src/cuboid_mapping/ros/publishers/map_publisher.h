@@ -33,7 +33,7 @@ class MapPublisher {
  private:
   // From the thread of the images.
   [[nodiscard]] ImageMessage makeImage(cuboid_mapping::MapDetail detail) const;
-  /// What of the map a window has on disk only; empty: nothing.
+  /// Names the part of the map that is on disk only; empty: none.
   [[nodiscard]] std::string describeLeftOut() const;
 
   GuardedMap& map_;

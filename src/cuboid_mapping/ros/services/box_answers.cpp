@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What is in boxes.
+// Answers about boxes.
 #include "cuboid_mapping/ros/services/answers.h"
 
 #include "cuboid_mapping/query/box_query.h"
@@ -40,7 +40,7 @@ constexpr Entries kBoxes{"boxes", 30};
 constexpr std::size_t kCuboidBytes = 53;
 constexpr std::size_t kPortalBytes = 56;
 
-/// What ~check_boxes and ~query_box say of a box.
+/// Answer of ~check_boxes and ~query_box for a box.
 struct BoxContent {
   cuboid_mapping::BoxQueryResult volumes;
   float max_probability = std::numeric_limits<float>::quiet_NaN();

@@ -56,7 +56,7 @@ float toLogOdds(const SensorModel& model, const SetRequest& request) {
 /// Bricks of a box that are set while nobody else has the map: some milliseconds.
 constexpr double kBricksATurn = 4096.0;
 
-/// A box in parts of so many bricks at most, cut at their borders: slabs along z, rows along y, and
+/// A box in parts with a maximum number of bricks, cut at their borders: slabs along z, rows along y, and
 /// pieces along x.
 std::vector<CellBox> divide(const CellBox& box) {
   std::vector<CellBox> parts{box};
@@ -94,7 +94,7 @@ void setBox(GuardedMap& map, const CellBox& box, const SetRequest& request, Budg
       return ChangeSet{content.revision(), false, {}};
     });
   }
-  // What becomes unknown costs as much as is known there, however large the box.
+  // Making a box unknown costs as much as its known part, however large it is.
   const bool is_divided = numBricks(box) <= kMaxSetBricks;
   bool is_locked = false;
   for (const CellBox& part : is_divided ? divide(box) : std::vector<CellBox>{box}) {

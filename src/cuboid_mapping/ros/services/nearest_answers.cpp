@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What is nearest to points.
+// Answers about the nearest cuboids and places.
 #include "cuboid_mapping/ros/services/answers.h"
 
 #include "cuboid_mapping/query/fit_query.h"

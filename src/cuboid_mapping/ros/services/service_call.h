@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What all services that look at the map have in common.
+// Common parts of all services that read the map.
 #pragma once
 
 #include "cuboid_mapping/AnswerInfo.h"
@@ -33,7 +33,7 @@ class Refusal : public std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
-/// What a request is a list of.
+/// Kind of the entries of a request.
 struct Entries {
   const char* name;          ///< As "boxes".
   std::size_t answer_bytes;  ///< Of the answer to each.
@@ -94,7 +94,7 @@ class ServiceCall {
 
   // Answering.
 
-  /// What the answer says of itself.
+  /// Status of the answer.
   [[nodiscard]] cuboid_mapping::AnswerInfo& info() { return info_; }
 
   /// Reads the map, in turns with others.
@@ -172,7 +172,7 @@ class ServiceCall {
 /// they are, for others to refuse.
 [[nodiscard]] Eigen::Isometry3d toIsometry(geometry_msgs::Transform transform);
 
-/// What an answer says of a map and its stamp, frame and revision; `error` is empty, or why the request is refused.
+/// Status of an answer, with the map's stamp, frame and revision; `error` is empty, or the reason of a refusal.
 [[nodiscard]] cuboid_mapping::AnswerInfo makeInfo(const GuardedMap& map,
                                                   const std::string& frame_id,
                                                   const std::string& error);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What is on the way: paths, rays, corridors.
+// Answers about ways: paths, rays, corridors.
 #include "cuboid_mapping/ros/services/answers.h"
 
 #include "cuboid_mapping/query/box_query.h"
@@ -162,7 +162,7 @@ CorridorTask readTask(ServiceCall& call, const FindCorridor::Request& request) {
   return task;
 }
 
-/// What the robot's box meets where it is blocked: what to do depends on it.
+/// Advice by the obstacle that blocks the robot's box.
 std::string explainBlocked(const CuboidMap& map, const CorridorTask& task, const std::string& end,
                            const Eigen::Vector3d& center_map) {
   const std::string subject = "the robot's box at the " + end + ' ';
