@@ -26,10 +26,10 @@ class BoxMerger {
   BoxMerger(const std::vector<CellBox>& boxes, const std::vector<CellBox>& keep_free,
             Budget& budget);
 
-  /// Until there are at most so many boxes, nothing may be united, or the budget is spent.
+  /// Unites boxes down to this number, until none may be united, or the budget is spent.
   void mergeTo(std::size_t max_boxes);
 
-  /// What is left.
+  /// The remaining boxes.
   [[nodiscard]] const std::vector<CellBox>& boxes() const { return boxes_; }
   /// Whether any two were united.
   [[nodiscard]] bool hasMerged() const { return has_merged_; }

@@ -43,7 +43,7 @@ CellBox grow(const VoxelSet& voxels, CellBox box) {
         if (is_free && grown.numVoxels() > best.numVoxels()) best = grown;
         return is_free;
       };
-      // What blocks one voxel blocks the face of every larger box, too.
+      // An obstacle that blocks one voxel blocks the face of every larger box, too.
       if (!try_slab(toNextBrick(box, face)) && !try_slab(1)) {
         is_blocked[static_cast<std::size_t>(face)] = true;
       }

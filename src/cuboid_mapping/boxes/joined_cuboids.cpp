@@ -56,7 +56,7 @@ class Joiner {
     }
   }
 
-  /// Those that are left, along the Morton curve of the bricks of their least cells.
+  /// The remaining boxes, along the Morton curve of the bricks of their least cells.
   [[nodiscard]] std::vector<Cuboid> take() {
     const auto is_gone = [](const Cuboid& cuboid) { return cuboid.box.isEmpty(); };
     cuboids_.erase(std::remove_if(cuboids_.begin(), cuboids_.end(), is_gone), cuboids_.end());

@@ -12,7 +12,7 @@
 
 namespace cuboid_mapping {
 
-/// What is done for each cuboid of a search, and for each with its distance in cells.
+/// Called for each cuboid of a search, and for each with its distance in cells.
 ///@{
 using CuboidVisitor = FunctionRef<Visit(const Cuboid&)>;
 using DistanceVisitor = FunctionRef<Visit(const Cuboid&, double)>;

@@ -14,7 +14,7 @@
 namespace cuboid_mapping {
 namespace {
 
-/// What is left of a cuboid when cells are cut out of it.
+/// The rest of a cuboid after cells are cut out of it.
 void cutOut(const Cuboid& cuboid, std::vector<Cell> cells, std::vector<Cuboid>& pieces) {
   struct Part {
     CellBox box;

@@ -17,7 +17,7 @@
 
 namespace cuboid_mapping {
 
-/// What a change of voxels changes in the tree, before any cell grows.
+/// The changes of the tree by new voxels, before any cell grows.
 struct CellWrites {
   /// A brick with changed voxels.
   struct BrickWrite {
@@ -48,7 +48,7 @@ class GrowthFusion : public CuboidTree {
   GrowthFusion(const GrowthConfig& config, const RTreeConfig& rtree, const SensorModel& model)
       : config_(config), model_(model), tree_(rtree), settling_(config.settle_clouds) {}
 
-  /// What a change of the voxels changes in the tree, for which there is room afterwards.
+  /// Computes the changes of the tree by new voxels, and reserves room for them.
   /// @param is_edit  Stable voxels that were unknown may be cuboids of several voxels.
   /// @throws std::bad_alloc  Nothing has changed then.
   [[nodiscard]] CellWrites prepare(const VoxelStore::PendingChange& change, bool is_edit);

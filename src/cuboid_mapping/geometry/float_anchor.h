@@ -8,7 +8,7 @@ namespace cuboid_mapping {
 /// Beyond it, float32 steps are wider than 0.5 mm.
 constexpr double kMaxFloatRange_m = 8192.0;
 
-/// What points near a reference are stored relative to, as float32: zero, or beyond kMaxFloatRange_m a multiple of 1024 m.
+/// Anchor of points near a reference, as float32: zero, or beyond kMaxFloatRange_m a multiple of 1024 m.
 /// @param reference  Metres. Where it has a NaN: zero.
 [[nodiscard]] inline Eigen::Vector3d floatAnchor(const Eigen::Vector3d& reference) {
   constexpr double kSpacing_m = 1024.0;

@@ -20,12 +20,12 @@ std::size_t encodeBricks(const VoxelBrick* first, const VoxelBrick* last, bool h
                          ByteWriter& bytes);
 
 /// Inverse of encodeBricks(). Without values, voxels have the log-odds of the clamping thresholds of a default sensor model.
-/// @pre There may be so many bricks and log-odds in the bytes.
+/// @pre The bytes are enough for these numbers of bricks and log-odds.
 /// @throws MapFileError: kTruncated; kCorrupted for a brick outside kAllCells, or log-odds that are not finite.
 [[nodiscard]] std::vector<VoxelBrick> decodeBricks(std::size_t num_bricks, std::size_t num_log_odds,
                                                    bool has_values, ByteReader& bytes);
 
-/// What other columns of native files and of observations are made of.
+/// Parts of other columns of native files and observations.
 ///@{
 void writeMask(const BrickMask& mask, ByteWriter& bytes);
 [[nodiscard]] BrickMask readMask(ByteReader& bytes);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What encoded maps and scans have in common: zstd and checksums.
+// Common parts of encoded maps and scans: zstd and checksums.
 #pragma once
 
 #include <cstdint>
@@ -15,7 +15,7 @@ namespace cuboid_mapping {
 [[nodiscard]] std::string compress(std::string_view payload, int level);
 
 /// Inverse of compress(). Takes memory for what is really there, at most for what is claimed.
-/// @throws MapFileError (kCorrupted) where the bytes are no frame of so many bytes.
+/// @throws MapFileError (kCorrupted) if the bytes are no frame of this size.
 [[nodiscard]] std::string decompress(std::string_view compressed, std::uint64_t claimed_bytes);
 
 }  // namespace cuboid_mapping

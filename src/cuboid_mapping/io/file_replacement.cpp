@@ -91,7 +91,7 @@ void requireRegular(const struct stat& status, const std::string& action, const 
 std::string partialOf(const std::string& file) {
   if (file.empty()) fail("cannot write", "''", ENOENT);
   struct stat status {};
-  // What cannot be looked at cannot be written either, which is told then.
+  // If stat() fails, writing fails, too, and reports it.
   if (::stat(file.c_str(), &status) == 0) requireRegular(status, "cannot write", file);
   return file + ".partial";
 }

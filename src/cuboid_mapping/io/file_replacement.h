@@ -17,8 +17,8 @@ namespace cuboid_mapping {
 [[nodiscard]] std::string readFile(
     const std::string& file, std::uint64_t max_bytes = std::numeric_limits<std::uint64_t>::max());
 
-/// Gives a file new content, all of it or none: whoever reads the file, also after the program or
-/// the machine has died on the way, finds the old content or the new one.
+/// Replaces the content of a file, all of it or none: a reader finds the old content or the new one,
+/// also after the program or the machine has died on the way.
 ///
 /// The content goes to FILE.partial in the same folder, onto the disk, and then takes the place of
 /// FILE. After an error FILE is as it was and FILE.partial is gone; after a sudden death the latter

@@ -89,7 +89,7 @@ std::uint32_t readVersion(std::string_view bytes, ByteReader& reader) {
   return version;
 }
 
-/// What follows the version.
+/// The header after the version.
 Sizes decodeHeader(std::string_view bytes, ByteReader& reader, MapSnapshot& snapshot) {
   const std::uint32_t environment = reader.readU32();
   SensorModelConfig& model = snapshot.sensor_model;

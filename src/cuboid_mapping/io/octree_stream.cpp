@@ -10,7 +10,7 @@
 namespace cuboid_mapping {
 namespace {
 
-/// What has become of a node.
+/// State of a node.
 struct NodeState {
   enum class Kind : unsigned char { kUnknown, kLeaf, kInner } kind;
   float log_odds;  ///< Of inner nodes the greatest below them.
@@ -223,7 +223,7 @@ class OctreeWalk {
                      [&](unsigned child) { return visitVoxels(place + child * step, depth + 1); });
   }
 
-  /// Whether so many voxels from a place on, all known, have one value.
+  /// Whether a run of voxels from a place on is known and has one value.
   [[nodiscard]] bool isUniform(std::uint32_t place, std::uint32_t count) const {
     const float* first = &voxels_.log_odds[place];
     return std::all_of(first, first + count, [first](float value) { return value == *first; });

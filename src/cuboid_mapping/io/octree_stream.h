@@ -51,7 +51,7 @@ struct OctreeLeaf {
 [[nodiscard]] std::vector<OctreeLeaf> computeOctreeLeaves(const std::vector<VoxelBrick>& bricks,
                                                           OctreeKind kind);
 
-/// What was read from an octree.
+/// Content of an octree.
 struct OctreeContent {
   std::vector<UniformBox> leaves;  ///< Disjoint cubes of known voxels.
   std::size_t num_nodes = 0;       ///< Inner nodes and leaves.

@@ -81,7 +81,7 @@ Cell checkedBrick(const Cell& base, std::uint64_t morton) {
   return brick;
 }
 
-/// What stands before the content.
+/// The header before the content.
 struct Head {
   bool has_grazes;
   std::size_t num_bricks;

@@ -29,7 +29,7 @@ class SqliteDatabase {
   void rollBack() const noexcept;
 
   [[nodiscard]] sqlite3* handle() const { return handle_; }
-  /// What the last call of SQLite has failed for. @param code  Its result.
+  /// Reason why the last call of SQLite failed. @param code  Its result.
   [[noreturn]] void fail(int code) const;
 
  private:

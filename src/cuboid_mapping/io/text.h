@@ -27,7 +27,7 @@ template <typename TextsT>
   return joined;
 }
 
-/// What stands between white space.
+/// The words between white space.
 [[nodiscard]] inline std::vector<std::string> wordsOf(const std::string& text) {
   std::istringstream words(text);
   return {std::istream_iterator<std::string>(words), {}};

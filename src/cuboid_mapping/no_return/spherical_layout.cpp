@@ -95,7 +95,7 @@ bool fitAzimuths(const BeamGrid& grid, SphericalModel& model) {
   return true;
 }
 
-/// What fitElevations() finds besides the mean elevations.
+/// Results of fitElevations() besides the mean elevations.
 struct RowStatistics {
   std::vector<std::size_t> known;  ///< Rows with returns.
   double squared_sum = 0.0;        ///< Of all returns against the mean of their row.

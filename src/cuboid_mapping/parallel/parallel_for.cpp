@@ -73,7 +73,7 @@ class ThreadPool {
   }
 
  private:
-  /// So many at least, if the machine and its memory let it.
+  /// Minimum number, if the machine and its memory allow it.
   void startThreads(std::size_t count) {
     while (threads_.size() < count) {
       try {

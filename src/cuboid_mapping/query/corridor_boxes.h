@@ -30,7 +30,7 @@ class CorridorBoxes {
   CellBox region_;
 };
 
-/// What successive boxes of a corridor have in common.
+/// The overlap of successive boxes of a corridor.
 struct CorridorPortals {
   std::vector<Eigen::Vector3d> centers_map;  ///< Metres.
   std::vector<MetricBox> ranges_map;         ///< Of the robot's centre while it is in both boxes.

@@ -9,7 +9,7 @@ namespace {
 
 constexpr std::uint64_t kEachByte = 0x0101010101010101ULL;
 
-/// What a brick that is kept counts as, at least, by its memory.
+/// Minimum count of a brick that is kept, by its memory.
 constexpr std::uint64_t kKeptBrick = 8;
 /// A box that reaches more bricks from one is no robot: to look at them needs too much memory.
 constexpr double kMaxReached = 1e6;

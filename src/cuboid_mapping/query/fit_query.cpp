@@ -38,7 +38,7 @@ class NearestFitSearch {
             static_cast<std::int32_t>(std::floor(point.z()))};
   }
 
-  /// Whether a brick that is so many bricks away may hold a better place.
+  /// Whether a brick at this distance, in bricks, may hold a better place.
   [[nodiscard]] bool isNear(std::int32_t ring) const {
     const double distance = kBrickEdge * (ring - 1.0) - 1.0;  // 1: what the span is rounded up
     return distance <= 0.0 || distance * distance <= best_squared_;

@@ -37,7 +37,7 @@ class Obstacles {
     });
   }
 
-  /// What isAny() and visit() take bricks off.
+  /// Budget of isAny() and visit().
   [[nodiscard]] Budget& budget() const { return budget_; }
 
  private:

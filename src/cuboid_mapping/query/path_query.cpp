@@ -11,7 +11,7 @@ namespace {
 
 /// Overlap in voxels that is none; that of Grid::toCellBox.
 constexpr double kTouch = 1e-6;
-/// A segment is looked at in pieces of so many voxels, or of an edge of the box, if that is more.
+/// Length of the pieces of a segment, in voxels; an edge of the box, if that is more.
 constexpr double kPieceLength = 16.0;
 
 /// A straight motion of a box; all lengths in voxels.

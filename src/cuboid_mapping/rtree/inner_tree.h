@@ -21,7 +21,7 @@ class InnerTree {
   /// @pre 2 <= max_branches <= 64 and 1 <= min_branches <= max_branches / 2.
   explicit InnerTree(const RTreeConfig& config);
 
-  /// What changes to come need: room for so many insertions and removals of leaf nodes with numbers
+  /// Room for coming changes: this many insertions and removals of leaf nodes with numbers
   /// below `end_leaf`. Changes within it throw nothing if d >= 2. @throws std::bad_alloc  Nothing has changed.
   void reserve(std::size_t num_insertions, std::size_t num_removals, std::size_t end_leaf);
   /// Gives back memory that was reserved and is not needed.

@@ -18,7 +18,7 @@ class RTree {
   /// @pre As of InnerTree.
   explicit RTree(const RTreeConfig& config = {}) : inner_(config), leaves_(config.max_branches) {}
 
-  /// What changes to come need, see InnerTree::reserve(). Within it no change throws.
+  /// Reserves room for coming changes, see InnerTree::reserve(). Within it no change throws.
   void reserve(std::size_t num_insertions, std::size_t num_removals);
   /// Gives back memory that was reserved and is not needed.
   void trim() noexcept;

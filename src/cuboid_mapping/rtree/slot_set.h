@@ -12,7 +12,7 @@ using SlotSet = std::uint64_t;
 /// Most slots that a node can have.
 constexpr int kMaxSlots = 64;
 
-/// Loops over a node's arrays go by so many slots at a time, whatever the number of branches, so
+/// Loops over a node's arrays take this many slots at a time, whatever the number of branches, so
 /// that the compiler turns each step into SIMD instructions; the arrays are padded to multiples.
 constexpr int kSlotGroup = 16;
 

@@ -8,7 +8,7 @@
 
 namespace cuboid_mapping {
 
-/// Four copies: so many are set up at once.
+/// Four copies: four rays are set up at once.
 RayBatch::RayBatch(const Ray& ray) : count(1), taken(1) {
   for (int i = 0; i < 4; ++i) {
     for (int axis = 0; axis < 3; ++axis) {
@@ -23,7 +23,7 @@ RayBatch::RayBatch(const Ray& ray) : count(1), taken(1) {
 
 #ifdef CUBOID_MAPPING_HAS_AVX2
 
-// What is included above keeps the instructions that every processor has.
+// Headers included above keep the instructions that every processor has.
 #pragma GCC push_options
 #pragma GCC target("avx2")
 

@@ -21,7 +21,7 @@ namespace {
 constexpr std::int32_t kBaseOffset = 1 << 23;
 static_assert(kMaxBeamVoxels + 2 * kGroupEdge < kBaseOffset, "every voxel of a beam has a number");
 constexpr std::size_t kPartsPerThread = 16;
-/// So many bricks before it is needed, one is fetched from memory.
+/// Prefetch distance, in bricks.
 constexpr std::size_t kBricksAhead = 8;
 
 Cell baseOf(const Cell& origin) {

@@ -44,7 +44,7 @@ class ScanUpdater {
   void swapUpdate(ScanUpdate& update) { std::swap(update_, update); }
 
  private:
-  /// What one thread knows of a brick, and its place along the Morton curve.
+  /// One thread's masks of a brick, and its place along the Morton curve.
   struct PlacedMarks {
     std::uint64_t morton;
     BrickKey key;
@@ -52,7 +52,7 @@ class ScanUpdater {
     bool are_grazes;
   };
 
-  /// What one thread has found out.
+  /// Results of one thread.
   struct Share {
     BeamMarks marks;
     BeamMarks grazes;                ///< Without hits; empty without an end margin.

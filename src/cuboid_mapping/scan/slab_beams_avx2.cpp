@@ -6,7 +6,7 @@
 
 #ifdef CUBOID_MAPPING_HAS_AVX2
 
-// What is included above keeps the instructions that every processor has.
+// Headers included above keep the instructions that every processor has.
 #pragma GCC push_options
 #pragma GCC target("avx2")
 

@@ -86,7 +86,7 @@ struct CrossedAxis {
   }
 };
 
-/// What the phases at the far ends of eight slabs say: bit i is for slab i.
+/// Crossings by the phases at the far ends of eight slabs: bit i is for slab i.
 struct SlabEnds {
   unsigned is_odd[2];     ///< The number of borders crossed so far is odd, of rows and of words.
   unsigned is_unsure;     ///< A border is so near that rounding may have moved it.

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What markSlabs() and markSlabsAvx2() compute with.
+// Phases of markSlabs() and markSlabsAvx2().
 #pragma once
 
 #include <cstdint>

@@ -9,7 +9,7 @@ namespace cuboid_mapping {
 
 #ifdef CUBOID_MAPPING_HAS_AVX2
 
-// What is included above keeps the instructions that every processor has.
+// Headers included above keep the instructions that every processor has.
 #pragma GCC push_options
 #pragma GCC target("avx2")
 
@@ -127,7 +127,7 @@ Lanes wordPlaces(const WideAxis& word, const Lanes& words) {
   return words << 3 ^ word.mirrors << 3;
 }
 
-/// What the beam does on one axis across it, in eight slabs.
+/// Movement of the beam on one axis across it, in eight slabs.
 struct Crossings {
   Lanes phases;     ///< At the far end of the slab.
   Lanes entered;    ///< Voxel where it enters the slab.

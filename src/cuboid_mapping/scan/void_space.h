@@ -40,7 +40,7 @@ class VoidSpace {
     return of(brickOf(cell)).test(voxelIndex(cell));
   }
 
-  /// What a cloud says without its hits in void voxels, which are then no observation at all.
+  /// A cloud's update without its hits in void voxels, which are then no observation at all.
   [[nodiscard]] ScanUpdate withoutMoving(const ScanUpdate& update) const;
 
   /// The same in another frame. @complexity O(void voxels).

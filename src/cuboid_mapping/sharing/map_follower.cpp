@@ -11,7 +11,7 @@
 namespace cuboid_mapping {
 namespace {
 
-/// What of a brick's voxels travels.
+/// The part of a brick's voxels that is sent.
 PackedVoxels detailOf(const PackedVoxels& voxels, MapDetail detail) {
   static const SensorModel kModel;
   if (detail == MapDetail::kValues) return voxels;

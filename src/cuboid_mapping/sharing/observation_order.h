@@ -13,7 +13,7 @@
 
 namespace cuboid_mapping {
 
-/// What one cloud of one robot says about a map.
+/// The observation of one cloud of one robot.
 struct RobotObservation {
   std::string robot;
   std::uint64_t session = 0;   ///< Of the robot's node: another one after a restart.
@@ -32,7 +32,7 @@ class SequenceSet {
   bool add(std::uint64_t sequence);
   /// The greatest that has come; 0 when none has.
   [[nodiscard]] std::uint64_t newest() const;
-  /// Those below newest() that have not come.
+  /// Missing sequences below newest().
   [[nodiscard]] std::uint64_t numMissing() const { return newest() - count_; }
   /// The least above `after` that has not come.
   [[nodiscard]] std::uint64_t firstMissing(std::uint64_t after) const;
@@ -47,14 +47,14 @@ class SequenceSet {
   std::uint64_t count_ = 0;
 };
 
-/// What a robot is to be asked for: sequences from `first` on.
+/// Observations to ask a robot for: sequences from `first` on.
 struct ObservationQuestion {
   std::string robot;
   std::uint64_t session = 0;
   std::uint64_t first = 0;
 };
 
-/// What is in a map of several robots' observations.
+/// The observations in a map of several robots.
 struct MergeProgress {
   struct Session {
     std::string robot;
@@ -66,7 +66,7 @@ struct MergeProgress {
   std::int64_t newest_stamp_ns = 0;  ///< Of all of them.
 };
 
-/// What has happened so far.
+/// Counts so far.
 struct MergeCounts {
   std::uint64_t num_received = 0;  ///< Each once.
   std::uint64_t num_repeated = 0;  ///< Had come before, and were left out.
@@ -90,10 +90,10 @@ class ObservationOrder {
   /// Takes an observation. @return false for one that has come before. @pre sequence > 0.
   bool put(RobotObservation observation, double now_s);
 
-  /// What is to be applied now, in this order.
+  /// Observations to apply now, in this order.
   [[nodiscard]] std::vector<RobotObservation> takeDue(double now_s);
 
-  /// What seems to be lost: gaps, and what may have followed the last one of a robot that has been
+  /// Observations that seem to be lost: gaps, and those after the last one of a robot that has been
   /// silent for a second.
   [[nodiscard]] std::vector<ObservationQuestion> findQuestions(double now_s) const;
   /// The robot has sent what it still has, up to and including this sequence: it is not asked again for what is missing
@@ -104,7 +104,7 @@ class ObservationOrder {
 
   /// To be called when the map has changed by an observation that was given out.
   void noteApplied(const RobotObservation& observation);
-  /// What the map has. Whoever keeps it with the map can go on with both in another program: start().
+  /// The observations in the map. Saved with the map, another program goes on with both: start().
   [[nodiscard]] MergeProgress progress() const;
   /// Begins where another program has stopped: what it had not applied is asked for. Until all robots have
   /// answered, for ten seconds at most, nothing is given out: their answers would be in no order.

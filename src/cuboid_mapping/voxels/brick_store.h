@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What a VoxelStore is made of, for those inside the library who follow its changes.
+// The parts of a VoxelStore, for code inside the library that follows its changes.
 #pragma once
 
 #include "cuboid_mapping/voxels/brick_cuboids.h"

@@ -60,7 +60,7 @@ class BrickTable {
   /// One beyond the greatest number that an item has, or can have without more memory.
   [[nodiscard]] std::size_t endIndex() const { return blocks_.size() * kBlockItems; }
 
-  /// Makes room, so that findOrAdd() throws nothing up to so many items.
+  /// Makes room for this many items, so that findOrAdd() does not throw.
   void reserve(std::size_t num_items) {
     while (num_items > blocks_.size() * kBlockItems) {
       blocks_.push_back(std::make_unique<ItemT[]>(kBlockItems));
@@ -91,7 +91,7 @@ class BrickTable {
     item(slots_[hole]).brick.x = static_cast<std::int32_t>(first_free_);
     first_free_ = slots_[hole];
     --num_items_;
-    // What was put behind the hole because of it moves up.
+    // Items that were put behind the hole because of it move up.
     for (std::size_t slot = next(hole); slots_[slot] != kFree; slot = next(slot)) {
       const std::size_t home = homeOf(item(slots_[slot]).brick);
       if (((slot - home) & lastSlot()) < ((slot - hole) & lastSlot())) continue;

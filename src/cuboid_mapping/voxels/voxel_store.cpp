@@ -34,7 +34,7 @@ CellBox boundsOf(const Cell& brick, const BrickMask& mask) {
           brick + Cell{64 - __builtin_clzll(row), last_row + 1, last + 1}};
 }
 
-/// What follows from new voxels.
+/// The changes that follow from new voxels.
 void complete(const PackedVoxels& before, const VoxelStore::Work& work,
               VoxelStore::PendingBrick& brick) {
   brick.is_gone = brick.voxels.isEmpty();

@@ -176,7 +176,7 @@ MapWindow::PageSet MapWindow::bringBack(const std::vector<Cell>& touched, Cuboid
   return left_out;
 }
 
-/// What is in the window comes back before a cloud touches it, for those who ask about it.
+/// Reads pages of the window before a cloud touches them, for queries.
 void MapWindow::bringAhead(CuboidMap& map, ChangeSet& changes) {
   while (!ahead_.empty() && num_loaded_now_ < kPagesAStep) {
     const Cell page = ahead_.back();
