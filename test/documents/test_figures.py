@@ -54,6 +54,7 @@ class EvaluationTest(unittest.TestCase):
     def setUp(self):
         text = (ROOT / 'doc/evaluation.md').read_text()
         self.text = ' '.join(re.sub(r'<!-- benchmark:begin.*?<!-- benchmark:end -->', '', text, flags=re.DOTALL).split())
+        self.readme = (ROOT / 'README.md').read_text()
         heads = read_block('readings', 'evaluation')[0][1:]
         self.readings = {row[0]: dict(zip(heads, map(number, row[1:]))) for row in read_block('readings', 'evaluation')[1:]}
 
@@ -61,7 +62,7 @@ class EvaluationTest(unittest.TestCase):
         shares = [number(cell) for row in read_block('resolutions', 'evaluation') if row[1] == 'class'
                   for cell in row[2:] if cell != '-']
         self.assertEqual(len(shares), 26)
-        least, greatest = re.search(r'\[(\d+) to (\d+) %\]\(doc/evaluation.md#[^)]*\)', (ROOT / 'README.md').read_text()).groups()
+        least, greatest = re.search(r'\[(\d+) to (\d+) %\]\(doc/evaluation.md#[^)]*\)', self.readme).groups()
         self.assertEqual([int(least), int(greatest)], [round(min(shares)), round(max(shares))])
 
     def test_what_the_paper_to_the_letter_saves_is_that_of_the_readings(self):
@@ -71,6 +72,8 @@ class EvaluationTest(unittest.TestCase):
         self.assertEqual([float(value) for value in saved],
                          [round(value, 1) for value in (100 - written['muehlburger_tor_standing'], 100 - written['sim_fr079'],
                                                         100 - written['rgbd_7scenes'], written['kitti_0005_city'] - 100)])
+        fewer, more = re.search(r'\[([\d.]+) % fewer cells than OctoMap\].* ([\d.]+) % more on KITTI', self.readme, re.DOTALL).groups()
+        self.assertEqual([fewer, more], [saved[0], saved[3]])
 
 
 class KeptRunsTest(unittest.TestCase):
