@@ -131,7 +131,7 @@ void askOne(const MapInFrame& map, FuzzInput& input) {
     case 5:
       return ask<GetCuboids>(map, input, [](Taker& take, auto& r) {
         take(r.header, r.everything, r.region, r.inflation, r.classes);
-        take(r.min_edge, r.clip, r.limit);
+        take(r.min_edge, r.clip, r.joined, r.limit);
       });
     case 6:
       return ask<GetFreeGraph>(map, input, [](Taker& take, auto& r) {

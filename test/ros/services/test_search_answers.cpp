@@ -120,6 +120,36 @@ TEST_F(SearchAnswers, GiveTheCuboidsOfARegion) {
   expectRefusal(answer<GetCuboids>(in_frame_, request), "less than max");
 }
 
+TEST_F(SearchAnswers, JoinCuboidsAcrossBricksWhenAskedTo) {
+  GetCuboids::Request request;
+  request.everything = true;
+  request.classes = GetCuboids::Request::OCCUPIED;
+  request.joined = true;
+  auto response = answer<GetCuboids>(in_frame_, request);
+  expectHead(response);
+  ASSERT_EQ(response.cuboids.size(), 2U) << "a wall on each side of the door";
+  EXPECT_NEAR(volumeOf(response), 0.07, 1e-9);
+  const auto& narrow = response.cuboids[response.cuboids[0].min.y < 0.5 ? 0 : 1];
+  expectNear(narrow.min, 1.0, 0.0, 0.0);
+  expectNear(narrow.max, 1.1, 0.3, 1.0);
+  EXPECT_NEAR(narrow.probability, 1.0 / (1.0 + std::exp(-1.0)), 1e-6);
+  request.min_edge = 0.11;
+  EXPECT_TRUE(answer<GetCuboids>(in_frame_, request).cuboids.empty());
+  request.min_edge = 0.0;
+  request.limit = 1;
+  response = answer<GetCuboids>(in_frame_, request);
+  EXPECT_EQ(response.cuboids.size(), 1U);
+  EXPECT_TRUE(response.info.truncated);
+
+  request.limit = 0;
+  request.everything = false;
+  request.region = box({0.5, 0.1, 0.2}, {1.5, 0.2, 0.4});
+  response = answer<GetCuboids>(in_frame_, request);
+  ASSERT_EQ(response.cuboids.size(), 1U);
+  expectNear(response.cuboids[0].min, 1.0, 0.1, 0.2);
+  expectNear(response.cuboids[0].max, 1.1, 0.2, 0.4);
+}
+
 TEST_F(SearchAnswers, GiveTheMeanProbabilityOfTheVoxelsOfACuboid) {
   map_.change(ros::Time(7.0), [](cuboid_mapping::CuboidMap& map) {
     const cuboid_mapping::CellBox half{{0, 0, 0}, {4, 8, 8}};

@@ -2,6 +2,7 @@
 // Answers about boxes.
 #include "cuboid_mapping/ros/services/answers.h"
 
+#include "cuboid_mapping/boxes/joined_cuboids.h"
 #include "cuboid_mapping/query/box_query.h"
 #include "cuboid_mapping/query/cuboid_query.h"
 #include "cuboid_mapping/query/value_query.h"
@@ -15,6 +16,7 @@ namespace {
 
 using cuboid_mapping::AnswerInfo;
 using cuboid_mapping::Budget;
+using cuboid_mapping::Cell;
 using cuboid_mapping::CellBox;
 using cuboid_mapping::CheckBoxes;
 using cuboid_mapping::Cuboid;
@@ -26,6 +28,7 @@ using cuboid_mapping::Grid;
 using cuboid_mapping::MapCuboid;
 using cuboid_mapping::Occupancy;
 using cuboid_mapping::QueryBox;
+using cuboid_mapping::SelectedCuboids;
 using cuboid_mapping::UnknownPolicy;
 
 template <typename ConstantsT>
@@ -56,10 +59,26 @@ BoxContent lookInto(const CuboidMap& map, const CellBox& box, Budget& budget) {
   return content;
 }
 
-/// The cuboids of ~get_cuboids and ~query_box. @return Whether there are more.
-bool addCuboids(const CuboidMap& map, const CellBox& region, const CuboidSelection& selection,
-                Budget& budget, std::vector<MapCuboid>& cuboids) {
-  const auto selected = selectCuboids(map, region, selection, budget);
+/// As selectCuboids(), of joined cuboids.
+SelectedCuboids selectJoined(const CuboidMap& map, const CellBox& region,
+                             const CuboidSelection& selection, Budget& budget) {
+  SelectedCuboids selected;
+  for (const Cuboid& cuboid : joinCuboids(map, region, selection.filter, budget)) {
+    const Cell size = cuboid.box.size();
+    if (std::min({size.x, size.y, size.z}) < selection.min_edge) continue;
+    if (selected.cuboids.size() == selection.max_cuboids || !budget.addEntries()) {
+      selected.is_truncated = true;
+      break;
+    }
+    selected.cuboids.push_back(cuboid);
+  }
+  selected.is_truncated = selected.is_truncated || budget.isSpent();
+  return selected;
+}
+
+/// Adds selected cuboids to an answer. @return Whether there are more.
+bool addCuboids(const CuboidMap& map, const SelectedCuboids& selected, Budget& budget,
+                std::vector<MapCuboid>& cuboids) {
   cuboids.reserve(selected.cuboids.size());
   for (const Cuboid& cuboid : selected.cuboids) {
     if (!budget.spendAndYield()) break;
@@ -109,7 +128,7 @@ void answer(ServiceCall& call, const QueryBox::Request& request, QueryBox::Respo
       CuboidSelection selection;
       selection.filter = ServiceCall::classes(request.cuboids);
       selection.is_clipped = request.clip != 0;
-      addCuboids(map, box, selection, budget, response.cuboids);
+      addCuboids(map, selectCuboids(map, box, selection, budget), budget, response.cuboids);
     }
     call.noteEnd(budget, "ask for a smaller box, or for fewer cuboids");
   });
@@ -155,8 +174,10 @@ void answer(ServiceCall& call, const GetCuboids::Request& request, GetCuboids::R
                              : call.box(request.region, request.inflation, {"region"});
   call.requireLoaded(region);
   call.read(kCuboidBytes, [&](const CuboidMap& map, Budget& budget) {
-    const bool is_cut = addCuboids(map, region, selection, budget, response.cuboids);
-    noteCut(call, budget, is_cut);
+    const SelectedCuboids selected = request.joined != 0
+                                         ? selectJoined(map, region, selection, budget)
+                                         : selectCuboids(map, region, selection, budget);
+    noteCut(call, budget, addCuboids(map, selected, budget, response.cuboids));
   });
 }
 
