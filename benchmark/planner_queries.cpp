@@ -8,6 +8,7 @@
 #include "cuboid_mapping/query/fit_query.h"
 #include "cuboid_mapping/query/nearest_query.h"
 #include "cuboid_mapping/query/path_query.h"
+#include "cuboid_mapping/query/pose_query.h"
 #include "cuboid_mapping/query/ray_query.h"
 #include "cuboid_mapping/scan/scan_update.h"
 
@@ -15,6 +16,7 @@
 #include <chrono>
 #include <cstdio>
 #include <functional>
+#include <limits>
 #include <optional>
 #include <random>
 #include <string>
@@ -185,6 +187,98 @@ void timeRegion(const Scene& scene, const Options& options) {
   });
 }
 
+/// Whether a ball meets an obstacle, voxel by voxel.
+bool isBallBlocked(const Scene& scene, const Eigen::Vector3d& center_map, double radius_m,
+                   UnknownPolicy policy) {
+  const Grid& grid = scene.map.grid();
+  const auto box = grid.toCellBox(boxAround(center_map, Eigen::Vector3d::Constant(2.0 * radius_m)));
+  const Eigen::Vector3d center = grid.toCellUnits(center_map);
+  Cell cell;
+  for (cell.z = box->min.z; cell.z < box->max.z; ++cell.z) {
+    for (cell.y = box->min.y; cell.y < box->max.y; ++cell.y) {
+      for (cell.x = box->min.x; cell.x < box->max.x; ++cell.x) {
+        const Eigen::Vector3d low = toVector(cell);
+        const Eigen::Vector3d nearest = center.cwiseMax(low).cwiseMin((low.array() + 1.0).matrix());
+        if ((center - nearest).norm() >= radius_m / grid.resolution() - 1e-6) continue;
+        const Occupancy occupancy = scene.map.voxels().at(cell);
+        if (occupancy == Occupancy::kOccupied) return true;
+        if (occupancy == Occupancy::kUnknown && policy == UnknownPolicy::kStop) return true;
+      }
+    }
+  }
+  return false;
+}
+
+/// The centres of an arm's 60 spheres: along three links of 0.5 m, from a base near the way.
+std::vector<Eigen::Vector3d> randomArm(Places& places) {
+  constexpr int kNumSpheres = 60;
+  constexpr double kStep_m = 1.5 / kNumSpheres;
+  Eigen::Vector3d place = places.nearPose(3.0);
+  Eigen::Vector3d step = Eigen::Vector3d::Zero();
+  std::vector<Eigen::Vector3d> centers;
+  for (int i = 0; i < kNumSpheres; ++i) {
+    if (i % (kNumSpheres / 3) == 0) step = kStep_m * places.direction().normalized();
+    centers.push_back(place += step);
+  }
+  return centers;
+}
+
+/// Least time of some runs.
+double leastOf(const std::function<void()>& work) {
+  double least_ns = std::numeric_limits<double>::infinity();
+  for (int run = 0; run < 5; ++run) {
+    const auto begin = std::chrono::steady_clock::now();
+    work();
+    const std::chrono::duration<double, std::nano> passed =
+        std::chrono::steady_clock::now() - begin;
+    least_ns = std::min(least_ns, passed.count());
+  }
+  return least_ns;
+}
+
+double medianOf(std::vector<double>& values) {
+  std::sort(values.begin(), values.end());
+  return values.empty() ? 0.0 : values[values.size() / 2];
+}
+
+/// Batches of 60 spheres of one radius, each by itself; and the 60 as one body, which ends at its first contact.
+void timeSpheres(const Scene& scene, const Options& options, double radius_m) {
+  constexpr int kNumArms = 1000;
+  Places places(scene, options.seed + 3);
+  const std::vector<Eigen::Isometry3d> here{Eigen::Isometry3d::Identity()};
+  std::vector<double> batches_ns;
+  std::vector<double> bodies_ns;  // That are free.
+  std::size_t num_blocked = 0;
+  std::size_t num_wrong = 0;
+  for (int i = 0; i < kNumArms; ++i) {
+    Body sphere;
+    Body arm;
+    std::vector<Eigen::Isometry3d> poses;
+    sphere.spheres.push_back({Eigen::Vector3d::Zero(), radius_m});
+    for (const Eigen::Vector3d& center : randomArm(places)) {
+      arm.spheres.push_back({center, radius_m});
+      poses.push_back(Eigen::Isometry3d(Eigen::Translation3d(center)));
+    }
+    const auto num_spheres = static_cast<double>(poses.size());
+    std::vector<PoseQueryResult> results;
+    const auto check = [&](const Body& body, const auto& at) {
+      return leastOf([&] { results = checkPoses(scene.map, body, at, options.policy); }) /
+             num_spheres;
+    };
+    const double body_ns = check(arm, here);
+    if (results[0].isFree()) bodies_ns.push_back(body_ns);
+    batches_ns.push_back(check(sphere, poses));
+    for (std::size_t k = 0; k < poses.size(); ++k) {
+      const bool is_blocked =
+          isBallBlocked(scene, poses[k].translation(), radius_m, options.policy);
+      num_blocked += is_blocked ? 1 : 0;
+      num_wrong += is_blocked == results[k].isFree() ? 1 : 0;
+    }
+  }
+  std::printf("| %.2f | %.1f | %zu | %zu | %.1f | %zu |\n", radius_m, medianOf(batches_ns),
+              num_blocked, num_wrong, medianOf(bodies_ns), bodies_ns.size());
+}
+
 void timeCorridor(const Scene& scene, const Options& options) {
   const Eigen::Vector3d robot_m = Eigen::Vector3d::Constant(options.robot_m);
   // Where the sensor was first, and where it was farthest from there.
@@ -226,6 +320,12 @@ void measure(const Options& options) {
   timePlaces(scene, options);
   timeRegion(scene, options);
   timeCorridor(scene, options);
+  std::printf(
+      "\n1,000 batches of 60 spheres, medians\n\n"
+      "| radius [m] | each by itself [ns] | of these blocked | wrong | a body of 60, free [ns a "
+      "sphere] | bodies |\n"
+      "|---|---|---|---|---|---|\n");
+  for (const double radius_m : {0.05, 0.1, 0.15, 0.2, 0.3}) timeSpheres(scene, options, radius_m);
 }
 
 int run(int argc, char** argv) {

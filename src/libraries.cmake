@@ -43,6 +43,7 @@ cuboid_mapping_add_part(core
   cuboid_mapping/query/path_query.cpp
   cuboid_mapping/query/place_graph.cpp
   cuboid_mapping/query/point_query.cpp
+  cuboid_mapping/query/pose_query.cpp
   cuboid_mapping/query/ray_query.cpp
   cuboid_mapping/query/value_query.cpp
   cuboid_mapping/rtree/block_pool.cpp

@@ -6,7 +6,8 @@ namespace cuboid_mapping {
 BrickMask Obstacles::inBrick(const Cell& brick) const {
   const PackedVoxels* voxels = voxels_.find(brick);
   if (voxels == nullptr) return blocks_unknown_ ? BrickMask::all() : BrickMask();
-  return blocks_unknown_ ? voxels->occupied() | ~voxels->known() : voxels->occupied();
+  if (!blocks_unknown_) return voxels->occupied();
+  return voxels->isAllFree() ? BrickMask() : voxels->occupied() | ~voxels->known();
 }
 
 bool Obstacles::isAnyInBrick(const Cell& brick, const CellBox& box) const {

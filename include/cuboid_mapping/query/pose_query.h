@@ -1,0 +1,81 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include "cuboid_mapping/map/cuboid_map.h"
+#include "cuboid_mapping/query/budget.h"
+#include "cuboid_mapping/query/unknown_policy.h"
+#include "cuboid_mapping/query/way_answer.h"
+
+#include <Eigen/Geometry>
+
+#include <cstddef>
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace cuboid_mapping {
+
+/// A ball of a Body.
+struct BodySphere {
+  Eigen::Vector3d center_body = Eigen::Vector3d::Zero();  ///< Metres.
+  double radius_m = 0.0;                                  ///< > 0.
+};
+
+/// A box of a Body, turned in any way.
+struct BodyBox {
+  Eigen::Isometry3d T_body_box = Eigen::Isometry3d::Identity();  ///< Of its centre and its axes.
+  Eigen::Vector3d size_m = Eigen::Vector3d::Zero();              ///< Edges, > 0.
+};
+
+/// The shape of a robot that turns, or of what it carries, in a frame of its own.
+struct Body {
+  /// How far a body may reach from its origin, in voxels.
+  static constexpr double kMaxReach = 4096.0;
+  /// Smallest radius and edge, in voxels.
+  static constexpr double kMinSize = 1e-3;
+
+  std::vector<BodySphere> spheres;  ///< Parts number 0, 1 and so on.
+  std::vector<BodyBox> boxes;       ///< The parts after them.
+};
+
+/// How far a body reaches from its origin, metres.
+[[nodiscard]] double reachOf(const Body& body);
+
+/// Why checkPoses() cannot answer for a body, and what to change; empty when it can.
+[[nodiscard]] std::string findFault(const Body& body, const Grid& grid);
+
+/// What a body meets.
+struct PoseContact {
+  std::size_t part = 0;  ///< Number of the sphere, or of spheres and the box.
+  Cell voxel;            ///< One that the part meets.
+};
+
+/// Answer of checkPoses() for one pose.
+struct PoseQueryResult {
+  WayAnswer answer = WayAnswer::kInvalid;  ///< Whether the body fits there.
+  std::optional<PoseContact> contact;      ///< Of kBlocked.
+
+  /// Whether the whole body was looked at, and meets nothing.
+  [[nodiscard]] bool isFree() const { return answer == WayAnswer::kFree; }
+};
+
+/// Whether a body meets an obstacle, for each of many poses.
+///
+/// Exact against the voxels, for every turn: a part meets a voxel when both overlap by more than 1e-6 voxels, as in
+/// Grid::toCellBox; faces that touch do not count. Boxes are compared by separating axes (S. Gottschalk et al.,
+/// "OBBTree", 1996), spheres by the distance to the voxel.
+///
+/// Cases:
+///   - a pose that is not finite, that is no rotation (to 1e-6), or with which the body reaches out of the
+///     grid's range; a body with a fault: kInvalid;
+///   - the budget is spent: kBudgetSpent for this pose and those after it.
+///
+/// @param T_map_body  The poses. Those that lie together are faster.
+/// @param budget  Bricks that are looked at.
+/// @complexity O(bricks that the body overlaps, and voxels in the way near it), until the first contact; for each
+/// pose.
+[[nodiscard]] std::vector<PoseQueryResult> checkPoses(
+    const CuboidMap& map, const Body& body, const std::vector<Eigen::Isometry3d>& T_map_body,
+    UnknownPolicy policy, Budget& budget = Budget::unlimited());
+
+}  // namespace cuboid_mapping

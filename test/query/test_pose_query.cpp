@@ -1,0 +1,333 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "cuboid_mapping/query/pose_query.h"
+
+#include "cuboid_mapping/query/box_query.h"
+#include "cuboid_mapping/query/path_query.h"
+#include "support/random_bricks.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+namespace cuboid_mapping {
+namespace {
+
+using test::Random;
+
+/// All lengths of the tests are in voxels: the grid has voxels of 0.25 m, so that nothing is rounded.
+constexpr double kEdge_m = 0.25;
+constexpr CellBox kArea{{-24, -24, -16}, {24, 24, 16}};
+
+CuboidMap makeMap() {
+  MapConfig config;
+  config.resolution_m = kEdge_m;
+  return CuboidMap(config);
+}
+
+CuboidMap randomMap(Random& random) {
+  CuboidMap map = makeMap();
+  const int count = random.integer(1, 6);
+  for (int i = 0; i < count; ++i) {
+    map.apply(test::randomUpdate(random, {{-2, -2, -1}, {2, 2, 1}}, 16));
+  }
+  return map;
+}
+
+/// n * x <= distance.
+struct HalfSpace {
+  Eigen::Vector3d normal;
+  double distance;
+};
+
+/// The half-spaces of a box.
+void append(std::vector<HalfSpace>& all, const Eigen::Vector3d& center, const Eigen::Matrix3d& turn,
+            const Eigen::Vector3d& half) {
+  for (int axis = 0; axis < 3; ++axis) {
+    for (const double sign : {-1.0, 1.0}) {
+      const Eigen::Vector3d normal = sign * turn.col(axis);
+      all.push_back({normal, normal.dot(center) + half[axis]});
+    }
+  }
+}
+
+/// Radius of the largest ball inside all half-spaces; negative: there is none. It touches four of them.
+double radiusInside(const std::vector<HalfSpace>& all) {
+  double best = -std::numeric_limits<double>::infinity();
+  const std::size_t n = all.size();
+  const auto row = [&](std::size_t i) {
+    return Eigen::RowVector4d(all[i].normal.x(), all[i].normal.y(), all[i].normal.z(), 1.0);
+  };
+  for (std::size_t a = 0; a < n; ++a) {
+    for (std::size_t b = a + 1; b < n; ++b) {
+      for (std::size_t c = b + 1; c < n; ++c) {
+        for (std::size_t d = c + 1; d < n; ++d) {
+          Eigen::Matrix4d rows;
+          rows << row(a), row(b), row(c), row(d);
+          if (std::abs(rows.determinant()) < 1e-9) continue;
+          const Eigen::Vector4d ball =
+              rows.inverse() *
+              Eigen::Vector4d(all[a].distance, all[b].distance, all[c].distance, all[d].distance);
+          const bool is_inside = std::all_of(all.begin(), all.end(), [&](const HalfSpace& half) {
+            return half.normal.dot(ball.head<3>()) + ball[3] <= half.distance + 1e-9;
+          });
+          if (is_inside) best = std::max(best, ball[3]);
+        }
+      }
+    }
+  }
+  return best;
+}
+
+/// How deep a part lies in a voxel; <= 0: not at all.
+///@{
+double depthOf(const BodySphere& sphere, const Eigen::Isometry3d& pose, const Cell& voxel) {
+  const Eigen::Vector3d center = pose * sphere.center_body / kEdge_m;
+  const Eigen::Vector3d low = toVector(voxel);
+  const Eigen::Vector3d nearest = center.cwiseMax(low).cwiseMin((low.array() + 1.0).matrix());
+  return sphere.radius_m / kEdge_m - (center - nearest).norm();
+}
+double depthOf(const BodyBox& box, const Eigen::Isometry3d& pose, const Cell& voxel) {
+  const Eigen::Isometry3d placed = pose * box.T_body_box;
+  const Eigen::Vector3d center = placed.translation() / kEdge_m;
+  const Eigen::Vector3d voxel_center = toVector(voxel).array() + 0.5;
+  const Eigen::Vector3d half = 0.5 * box.size_m / kEdge_m;
+  if ((center - voxel_center).norm() > half.norm() + 1.0) return -1.0;
+  std::vector<HalfSpace> all;
+  append(all, center, placed.linear(), half);
+  append(all, voxel_center, Eigen::Matrix3d::Identity(), Eigen::Vector3d::Constant(0.5));
+  return radiusInside(all);
+}
+///@}
+
+double depthOfPart(const Body& body, std::size_t part, const Eigen::Isometry3d& pose,
+                   const Cell& voxel) {
+  return part < body.spheres.size()
+             ? depthOf(body.spheres[part], pose, voxel)
+             : depthOf(body.boxes.at(part - body.spheres.size()), pose, voxel);
+}
+
+/// The voxels around a part, some more than it can meet.
+CellBox cellsAround(const Body& body, std::size_t part, const Eigen::Isometry3d& pose) {
+  Eigen::Vector3d center_body;
+  double reach_m = 0.0;
+  if (part < body.spheres.size()) {
+    center_body = body.spheres[part].center_body;
+    reach_m = body.spheres[part].radius_m;
+  } else {
+    const BodyBox& box = body.boxes.at(part - body.spheres.size());
+    center_body = box.T_body_box.translation();
+    reach_m = 0.5 * box.size_m.norm();
+  }
+  const Eigen::Vector3d center_map = pose * center_body;
+  return *Grid(kEdge_m).toCellBox(
+      boxAround(center_map, Eigen::Vector3d::Constant(2.0 * (reach_m + kEdge_m))));
+}
+
+/// How deep a part lies in an obstacle, voxel by voxel: the greatest depth, or one that is clear.
+double depthInObstacles(const CuboidMap& map, UnknownPolicy policy, const Body& body,
+                        std::size_t part, const Eigen::Isometry3d& pose) {
+  double depth = -1.0;
+  test::visitCells(cellsAround(body, part, pose), [&](const Cell& cell) {
+    const Occupancy occupancy = map.voxels().at(cell);
+    const bool is_in_the_way = occupancy == Occupancy::kOccupied ||
+                               (occupancy == Occupancy::kUnknown && policy == UnknownPolicy::kStop);
+    if (is_in_the_way && depth < 1e-3) {
+      depth = std::max(depth, depthOfPart(body, part, pose, cell));
+    }
+  });
+  return depth;
+}
+
+Eigen::Isometry3d randomPose(Random& random, double half_edge_m) {
+  Eigen::Isometry3d pose = Eigen::Isometry3d::Identity();
+  pose.translation() = test::randomPoint(random, half_edge_m);
+  // Turns about one axis of the map, or by multiples of 90 degrees, have parallel edges.
+  const int kind = random.integer(0, 3);
+  if (kind == 0) return pose;
+  const Eigen::Vector3d axis =
+      kind == 1 ? Eigen::Vector3d::UnitZ() : test::randomDirection(random).normalized().eval();
+  const double angle = kind == 2 ? M_PI / 2 * random.integer(0, 3) : random.real(-M_PI, M_PI);
+  pose.linear() = Eigen::AngleAxisd(angle, axis).toRotationMatrix();
+  return pose;
+}
+
+Body randomBody(Random& random) {
+  Body body;
+  const auto size = [&] { return kEdge_m * random.real(0.01, random.chance(0.2) ? 14.0 : 3.0); };
+  const int num_spheres = random.integer(0, 2);
+  for (int i = 0; i < num_spheres; ++i) {
+    body.spheres.push_back({test::randomPoint(random, 0.5), 0.5 * size()});
+  }
+  const int num_boxes = random.integer(num_spheres == 0 ? 1 : 0, 2);
+  for (int i = 0; i < num_boxes; ++i) {
+    body.boxes.push_back({randomPose(random, 0.5), {size(), size(), size()}});
+  }
+  return body;
+}
+
+TEST(PoseQuery, FindsEveryVoxelThatABodyMeets) {
+  Random random(3940);
+  int num_free = 0;
+  int num_blocked = 0;
+  for (int round = 0; round < 300; ++round) {
+    const CuboidMap map = randomMap(random);
+    const UnknownPolicy policy = random.chance(0.3) ? UnknownPolicy::kStop : UnknownPolicy::kPass;
+    const Body body = randomBody(random);
+    std::vector<Eigen::Isometry3d> poses;
+    for (int i = 0; i < 5; ++i) poses.push_back(randomPose(random, 2.5));
+    const std::vector<PoseQueryResult> results = checkPoses(map, body, poses, policy);
+    ASSERT_EQ(results.size(), poses.size());
+    for (std::size_t i = 0; i < poses.size(); ++i) {
+      double depth = -1.0;
+      const std::size_t num_parts = body.spheres.size() + body.boxes.size();
+      for (std::size_t part = 0; part < num_parts; ++part) {
+        depth = std::max(depth, depthInObstacles(map, policy, body, part, poses[i]));
+      }
+      if (std::abs(depth) < 1e-5) continue;  // It touches.
+      EXPECT_EQ(results[i].isFree(), depth < 0.0)
+          << "round " << round << ", pose " << i << ", depth " << depth;
+      depth < 0.0 ? ++num_free : ++num_blocked;
+      EXPECT_EQ(results[i].contact.has_value(), !results[i].isFree());
+      if (!results[i].contact) continue;
+      const PoseContact& contact = *results[i].contact;
+      EXPECT_GT(depthOfPart(body, contact.part, poses[i], contact.voxel), 0.0);
+      const Occupancy met = map.voxels().at(contact.voxel);
+      EXPECT_TRUE(met == Occupancy::kOccupied ||
+                  (met == Occupancy::kUnknown && policy == UnknownPolicy::kStop));
+    }
+  }
+  EXPECT_GT(num_free, 200);
+  EXPECT_GT(num_blocked, 200);
+}
+
+TEST(PoseQuery, AgreesWithABoxThatDoesNotTurn) {
+  Random random(3941);
+  for (int round = 0; round < 200; ++round) {
+    const CuboidMap map = randomMap(random);
+    // Faces lie on faces of voxels, within the rounding.
+    const CellBox cells = test::randomBoxInside(random, kArea);
+    MetricBox box = map.grid().toMetricBox(cells);
+    box.min_m.array() += 1e-8;
+    Body body;
+    body.boxes.emplace_back();
+    body.boxes[0].size_m = box.max_m - box.min_m;
+    Eigen::Isometry3d pose(Eigen::Translation3d(0.5 * (box.min_m + box.max_m)));
+    // The same box, on its side.
+    if (random.chance(0.5)) {
+      pose.rotate(Eigen::AngleAxisd(M_PI / 2, Eigen::Vector3d::UnitZ()));
+      std::swap(body.boxes[0].size_m.x(), body.boxes[0].size_m.y());
+    }
+    for (const UnknownPolicy policy : {UnknownPolicy::kStop, UnknownPolicy::kPass}) {
+      EXPECT_EQ(checkPoses(map, body, {pose}, policy)[0].isFree(), isFree(map, box, policy))
+          << "round " << round;
+    }
+  }
+}
+
+/// A free room of 8 m with a post of one voxel in its middle.
+CuboidMap makeRoom() {
+  CuboidMap map = makeMap();
+  map.replace(kAllCells,
+              {{{{-16, -16, -16}, {16, 16, 16}}, -1.0F}, {{{0, 0, -16}, {1, 1, 16}}, 1.0F}});
+  return map;
+}
+
+Body makeBase() {
+  Body base;
+  base.boxes.emplace_back();
+  base.boxes[0].size_m = {2.0, 0.5, 0.5};
+  return base;
+}
+
+Eigen::Isometry3d yawed(double x, double y, double yaw) {
+  Eigen::Isometry3d pose(Eigen::Translation3d(x, y, 0.0));
+  return pose.rotate(Eigen::AngleAxisd(yaw, Eigen::Vector3d::UnitZ()));
+}
+
+TEST(PoseQuery, LetsALongBasePassOnlyWhenItTurns) {
+  const CuboidMap room = makeRoom();
+  const auto results =
+      checkPoses(room, makeBase(), {yawed(0.125, 0.8, M_PI / 2), yawed(0.125, 0.8, 0.0)},
+                 UnknownPolicy::kStop);
+  EXPECT_EQ(results[0].answer, WayAnswer::kBlocked);
+  ASSERT_TRUE(results[0].contact);
+  EXPECT_EQ(results[0].contact->voxel.x, 0);
+  EXPECT_EQ(results[0].contact->part, 0U);
+  EXPECT_TRUE(results[1].isFree());
+  EXPECT_FALSE(results[1].contact);
+}
+
+TEST(PoseQuery, SaysWhatIsWrongWithABodyOrAPose) {
+  const CuboidMap room = makeRoom();
+  const auto fault = [&](auto change) {
+    Body body = makeBase();
+    body.spheres.push_back({Eigen::Vector3d::Zero(), 0.5});
+    change(body);
+    const std::string text = findFault(body, room.grid());
+    EXPECT_EQ(checkPoses(room, body, {yawed(2, 2, 0)}, UnknownPolicy::kPass)[0].answer,
+              WayAnswer::kInvalid);
+    return text;
+  };
+  const auto expect_part = [](const std::string& text, const std::string& part) {
+    EXPECT_NE(text.find(part), std::string::npos) << "says: " << text;
+  };
+  expect_part(fault([](Body& b) { b = Body(); }), "no part");
+  expect_part(fault([](Body& b) { b.spheres[0].radius_m = 0.0; }), "spheres[0]: radii");
+  expect_part(fault([](Body& b) { b.spheres[0].radius_m = NAN; }), "spheres[0]: radii");
+  expect_part(fault([](Body& b) { b.spheres[0].center_body.x() = INFINITY; }), "finite");
+  expect_part(fault([](Body& b) { b.boxes[0].size_m.y() = -1.0; }), "boxes[0]: radii and edges");
+  expect_part(fault([](Body& b) { b.boxes[0].size_m.x() = 5000.0; }), "in metres");
+  expect_part(fault([](Body& b) { b.boxes[0].T_body_box.linear() *= 1.1; }), "quaternion");
+  EXPECT_EQ(findFault(makeBase(), room.grid()), "");
+
+  Eigen::Isometry3d scaled = yawed(0, 2, 0);
+  scaled.linear() *= 0.99;
+  Eigen::Isometry3d mirrored = yawed(0, 2, 0);
+  mirrored.linear().col(0) *= -1.0;
+  const auto results = checkPoses(
+      room, makeBase(),
+      {yawed(NAN, 0, 0), scaled, mirrored, yawed(1e12, 0, 0), yawed(0, 2, NAN), yawed(0, 2, 0)},
+      UnknownPolicy::kPass);
+  for (std::size_t i = 0; i < 5; ++i) EXPECT_EQ(results[i].answer, WayAnswer::kInvalid) << i;
+  EXPECT_TRUE(results[5].isFree()) << "the others do not matter to it";
+}
+
+TEST(PoseQuery, EndsWithItsBudget) {
+  const CuboidMap room = makeRoom();
+  QueryLimits limits;
+  limits.max_bricks = 4;
+  Budget budget(limits);
+  const auto results = checkPoses(room, makeBase(), {yawed(0, 2, 0), yawed(2, -2, 0.3)},
+                                  UnknownPolicy::kPass, budget);
+  EXPECT_TRUE(budget.isSpent());
+  EXPECT_EQ(results[1].answer, WayAnswer::kBudgetSpent);
+}
+
+TEST(PoseQuery, LooksAtMoreBricksThanItKeeps) {
+  Random random(3942);
+  CuboidMap map = makeMap();
+  std::vector<UniformBox> boxes;
+  for (int i = 0; i < 4000; ++i) {
+    boxes.push_back({test::randomBox(random, {{-160, -160, -160}, {160, 160, 160}}, 12), 1.0F});
+  }
+  map.replace(kAllCells, boxes);
+  std::vector<Eigen::Isometry3d> poses;
+  Eigen::Vector3d place = Eigen::Vector3d::Zero();
+  for (int i = 0; i < 4000; ++i) {
+    place += test::randomPoint(random, 3.0) - 0.01 * place;  // Not far away.
+    poses.push_back(Eigen::Isometry3d(Eigen::Translation3d(place)));
+  }
+  Body body;
+  body.spheres.push_back({Eigen::Vector3d::Zero(), 0.3});
+  const auto results = checkPoses(map, body, poses, UnknownPolicy::kPass);
+  for (std::size_t i = 0; i < poses.size(); ++i) {
+    const double depth = depthInObstacles(map, UnknownPolicy::kPass, body, 0, poses[i]);
+    if (std::abs(depth) < 1e-5) continue;
+    EXPECT_EQ(results[i].isFree(), depth < 0.0) << i;
+  }
+}
+
+}  // namespace
+}  // namespace cuboid_mapping
