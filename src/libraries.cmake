@@ -95,7 +95,12 @@ if(zstd_FOUND AND ZLIB_FOUND AND SQLite3_FOUND)
     cuboid_mapping/io/point_cloud_files.cpp
     cuboid_mapping/io/scan_update_codec.cpp
     cuboid_mapping/io/sqlite_database.cpp
-    cuboid_mapping/window/map_window.cpp)
+    cuboid_mapping/window/map_window.cpp
+    cuboid_mapping/history/cloud_replay.cpp
+    cuboid_mapping/history/kept_clouds.cpp
+    cuboid_mapping/history/map_history.cpp
+    cuboid_mapping/history/pose_file.cpp
+    cuboid_mapping/history/pose_track.cpp)
   target_link_libraries(cuboid_mapping_io
     PUBLIC cuboid_mapping::core PRIVATE PkgConfig::zstd ZLIB::ZLIB SQLite::SQLite3)
 else()

@@ -1,0 +1,139 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include "cuboid_mapping/history/pose_track.h"
+#include "cuboid_mapping/map/cuboid_map.h"
+#include "cuboid_mapping/map/map_snapshot.h"
+#include "cuboid_mapping/scan/brick_update.h"
+#include "cuboid_mapping/scan/scan_filter.h"
+
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <vector>
+
+namespace cuboid_mapping {
+
+/// How the clouds of a sensor get into a map.
+struct ObservationConfig {
+  SensorModelConfig sensor_model;  ///< Thresholds are those of the map.
+  BeamRanges ranges;               ///< Of the beams.
+  ScanLimits limits;               ///< Which points take part, where the scan lies in the map.
+  bool marks = true;               ///< Whether hits count.
+  bool clears = true;              ///< Whether misses count.
+};
+
+/// Leaves out of an update what a sensor that only marks, or only clears, does not say: its misses, or its hits, whose
+/// voxels then are neither.
+void keepMarks(ScanUpdate& update);
+void keepClears(ScanUpdate& update);
+
+/// What one observation saw, to be put into a map with any pose.
+struct KeptCloud {
+  std::int64_t stamp_ns = 0;
+  /// With which it is in the map now.
+  Eigen::Isometry3d T_map_body = Eigen::Isometry3d::Identity();
+  /// In the frame of the body, with anchors of 0 and rounded, see roundScan(). Of a sweep that was measured on the move:
+  /// one for each slice, where it was seen from the body's place at the stamp.
+  std::vector<Scan> scans_body;
+};
+
+/// What a MapHistory keeps.
+struct HistoryLimits {
+  std::uint64_t max_bytes = std::uint64_t{1} << 30;  ///< Of packed clouds.
+  double max_age_s = 1e9;  ///< Clouds that are older than the newest by more become fixed.
+};
+
+/// How much a MapHistory keeps.
+struct HistoryFigures {
+  std::size_t num_clouds = 0;  ///< Kept.
+  std::uint64_t num_bytes = 0;
+  std::uint64_t num_points = 0;
+  std::uint64_t num_fixed = 0;  ///< Clouds so far that are no longer kept, see MapHistory.
+};
+
+/// Clouds before the first and after the last of new poses.
+enum class OutsidePoses : unsigned char {
+  kFollow,  ///< They move as the body at the first or the last pose does.
+  kStay     ///< They stay where they are.
+};
+
+/// A corrected map in the making. As long as it lives, its history makes no cloud fixed.
+class MapCorrection {
+ public:
+  MapCorrection(MapCorrection&&) noexcept;
+  ~MapCorrection();
+
+  /// The map with the clouds and edits so far.
+  [[nodiscard]] CuboidMap& map();
+  /// Clouds in it that are kept.
+  [[nodiscard]] std::size_t numClouds() const;
+  /// Of these: outside the new poses.
+  [[nodiscard]] std::size_t numOutside() const;
+  /// Farthest that the body was moved.
+  [[nodiscard]] double maxShift_m() const;
+
+ private:
+  friend class MapHistory;
+  struct Implementation;
+  explicit MapCorrection(std::unique_ptr<Implementation> implementation);
+  std::unique_ptr<Implementation> implementation_;
+};
+
+/// What has happened to a map, cloud by cloud and edit by edit, so that the map can be made again with corrected poses: the
+/// map that it began with, what clouds saw, packed, and what edits left.
+///
+/// A corrected map is equal, voxel by voxel, to a map that the same clouds, with the new poses, and the same edits have made
+/// from scratch, in the order in which they came. Clouds are rounded before they get into the first map (roundScan()),
+/// so that this is the map as well that the sensor's clouds would make, and equal poses make the equal map.
+///
+/// What the limits do not let it keep becomes fixed: the oldest cloud goes into the map that is begun with, and no
+/// correction moves it any more. This takes the time of a cloud once more, and the memory of a second map.
+///
+/// Edits and locks stay where they are in the map, whatever moves.
+///
+/// Thread-safe. Functions throw MapFileError for want of space on the disk, and std::bad_alloc.
+class MapHistory {
+ public:
+  /// @param config  Of the map. @param step_m  See roundScan(): > 0.
+  MapHistory(const MapConfig& config, double step_m, const HistoryLimits& limits);
+  ~MapHistory();
+  MapHistory(const MapHistory&) = delete;
+  MapHistory& operator=(const MapHistory&) = delete;
+
+  /// What scans are rounded to.
+  [[nodiscard]] double step_m() const;
+
+  /// Forgets everything, and begins with a map as it is. @param map  Of the config, or with another sensor model.
+  void restart(const CuboidMap& map);
+
+  /// Adds a cloud that has got into the map. It may make older ones fixed.
+  void add(const KeptCloud& cloud, const ObservationConfig& config);
+
+  /// Adds an edit: what the map has inside a box now, and its locks. @param box  Empty: the locks alone.
+  void addEdit(const CellBox& box, const CuboidMap& map);
+
+  [[nodiscard]] HistoryFigures figures() const;
+
+  /// By how much new poses would move what lies so far from the body, at most, of the clouds within them; 0 without any.
+  [[nodiscard]] double findShift_m(const PoseTrack& poses, double distance_m) const;
+
+  /// Makes the map with other poses of the body, by the threads of the config. Clouds and edits may be added meanwhile.
+  /// @throws std::invalid_argument  when no cloud is kept, or none lies within the new poses.
+  [[nodiscard]] MapCorrection correct(const PoseTrack& poses,
+                                      OutsidePoses outside = OutsidePoses::kFollow);
+
+  /// Puts what has come since then into a corrected map, so that there is less to do for finish().
+  /// @throws std::runtime_error  after a restart(). @return Clouds and edits that it has put in.
+  std::size_t catchUp(MapCorrection& correction);
+
+  /// As catchUp(), and takes the new poses for those of the clouds: to be called where nothing is added before the caller
+  /// has exchanged the maps.
+  void finish(MapCorrection& correction);
+
+ private:
+  struct Implementation;
+  std::unique_ptr<Implementation> implementation_;
+};
+
+}  // namespace cuboid_mapping

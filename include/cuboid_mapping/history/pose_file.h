@@ -1,0 +1,16 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include "cuboid_mapping/history/pose_track.h"
+
+#include <string>
+#include <vector>
+
+namespace cuboid_mapping {
+
+/// Poses of a text file as the TUM benchmark has them, and SLAM programs write them: a line "stamp x y z qx qy qz qw" for
+/// each, in seconds and metres; empty lines and those that begin with # are left out. Stamps are read to the nanosecond.
+/// @throws MapFileError  naming the file, and the line that is no pose.
+[[nodiscard]] std::vector<StampedPose> readPoseFile(const std::string& file);
+
+}  // namespace cuboid_mapping

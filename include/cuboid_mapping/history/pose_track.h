@@ -1,0 +1,42 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <Eigen/Geometry>
+
+#include <cstdint>
+#include <vector>
+
+namespace cuboid_mapping {
+
+/// Where a body was at a time.
+struct StampedPose {
+  std::int64_t stamp_ns = 0;
+  Eigen::Isometry3d T_map_body = Eigen::Isometry3d::Identity();
+};
+
+/// The way of a body: its poses over time.
+class PoseTrack {
+ public:
+  /// @param poses  At least one, in any order, each stamp once; rotations may be rounded to six digits.
+  /// @throws std::invalid_argument  saying which pose is wrong, and what to do: none at all, two of one stamp, a number
+  ///         that is not finite, a matrix that is no rotation.
+  explicit PoseTrack(std::vector<StampedPose> poses);
+
+  /// Between two poses as tf has it: the translation is linear, the rotation goes the shorter way at a constant rate.
+  /// Before the first and after the last pose: that one. To nine decimals, as the node takes poses from tf.
+  [[nodiscard]] Eigen::Isometry3d at(std::int64_t stamp_ns) const;
+
+  /// Stamps of the first and the last pose.
+  ///@{
+  [[nodiscard]] std::int64_t begin_ns() const { return poses_.front().stamp_ns; }
+  [[nodiscard]] std::int64_t end_ns() const { return poses_.back().stamp_ns; }
+  ///@}
+  [[nodiscard]] std::size_t size() const { return poses_.size(); }
+
+ private:
+  [[nodiscard]] Eigen::Isometry3d interpolate(std::int64_t stamp_ns) const;
+
+  std::vector<StampedPose> poses_;  ///< By stamp.
+};
+
+}  // namespace cuboid_mapping

@@ -1,0 +1,78 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "cuboid_mapping/history/cloud_replay.h"
+
+#include "cuboid_mapping/history/kept_clouds.h"
+
+#include <algorithm>
+#include <utility>
+
+namespace cuboid_mapping {
+namespace {
+
+void dropEmpty(ScanUpdate& update) {
+  const auto is_empty = [](const BrickUpdate& brick) { return isEmpty(brick); };
+  update.bricks.erase(std::remove_if(update.bricks.begin(), update.bricks.end(), is_empty),
+                      update.bricks.end());
+}
+
+}  // namespace
+
+void keepMarks(ScanUpdate& update) {
+  for (BrickUpdate& brick : update.bricks) {
+    brick.misses = {};
+    brick.grazes = {};
+  }
+  dropEmpty(update);
+}
+
+void keepClears(ScanUpdate& update) {
+  for (BrickUpdate& brick : update.bricks) {
+    brick.misses = brick.misses.without(brick.hits);
+    brick.hits = {};
+  }
+  dropEmpty(update);
+}
+
+std::vector<Scan> placeScans(const Eigen::Isometry3d& T_map_body,
+                             const std::vector<Scan>& scans_body, const ScanLimits& limits,
+                             FilterCounts& counts) {
+  std::vector<Scan> scans;
+  scans.reserve(scans_body.size());
+  const auto filter = [&](Scan& scan) {
+    const FilterCounts filtered = filterScan(scan, limits);
+    counts.num_too_near += filtered.num_too_near;
+    counts.num_outside_crop += filtered.num_outside_crop;
+  };
+  for (const Scan& scan_body : scans_body) {
+    Scan scan = placeScan(T_map_body, scan_body);
+    filter(scan);
+    scan.points.swap(scan.open_ends);  // Which are points that were measured, too.
+    filter(scan);
+    scan.points.swap(scan.open_ends);
+    scans.push_back(std::move(scan));
+  }
+  return scans;
+}
+
+void CloudReplay::put(const std::vector<Scan>& scans_body, const Eigen::Isometry3d& T_map_body,
+                      const ObservationConfig& config) {
+  const MapConfig& of_map = map_.config();
+  auto& updater =
+      updaters_
+          .try_emplace(&config, map_.grid(), config.ranges, of_map.threads, of_map.beamSampling())
+          .first->second;
+  FilterCounts ignored;
+  const std::vector<Scan> scans = placeScans(T_map_body, scans_body, config.limits, ignored);
+  updater.compute(scans.data(), scans.size());  // The ray walk, which does not see the map.
+  applying_.wait();
+  updater.swapUpdate(update_);
+  if (!config.clears) keepMarks(update_);
+  if (!config.marks) keepClears(update_);
+  const auto apply = [this, model = SensorModel(config.sensor_model, of_map.environment)] {
+    map_.apply(update_, model);
+  };
+  if (of_map.threads == 1) return apply();
+  applying_ = BackgroundWork(apply);
+}
+
+}  // namespace cuboid_mapping
