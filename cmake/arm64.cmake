@@ -1,0 +1,16 @@
+# SPDX-License-Identifier: BSD-3-Clause
+# Debian's compiler for ARM64, with libraries in the folder CUBOID_MAPPING_SYSROOT; programs run under qemu. For scripts/cross-test.
+set(CMAKE_SYSTEM_NAME Linux)
+set(CMAKE_SYSTEM_PROCESSOR aarch64)
+set(CMAKE_LIBRARY_ARCHITECTURE aarch64-linux-gnu)
+set(CMAKE_C_COMPILER aarch64-linux-gnu-gcc)
+set(CMAKE_CXX_COMPILER aarch64-linux-gnu-g++)
+set(CMAKE_FIND_ROOT_PATH $ENV{CUBOID_MAPPING_SYSROOT})
+set(CMAKE_FIND_ROOT_PATH_MODE_PROGRAM NEVER)
+set(CMAKE_FIND_ROOT_PATH_MODE_LIBRARY ONLY)
+set(CMAKE_FIND_ROOT_PATH_MODE_INCLUDE ONLY)
+set(CMAKE_FIND_ROOT_PATH_MODE_PACKAGE ONLY)
+set(cuboid_mapping_libraries $ENV{CUBOID_MAPPING_SYSROOT}/usr/lib/aarch64-linux-gnu)
+set(CMAKE_EXE_LINKER_FLAGS_INIT -Wl,-rpath-link,${cuboid_mapping_libraries})
+set(CMAKE_SHARED_LINKER_FLAGS_INIT -Wl,-rpath-link,${cuboid_mapping_libraries})
+set(CMAKE_CROSSCOMPILING_EMULATOR qemu-aarch64 -L $ENV{CUBOID_MAPPING_SYSROOT})
