@@ -56,6 +56,10 @@ class Taker {
   }
   void operator()(geometry_msgs::Point& point) { takeXyz(point); }
   void operator()(geometry_msgs::Vector3& vector) { takeXyz(vector); }
+  void operator()(geometry_msgs::Pose& pose) {
+    (*this)(pose.position);
+    pose.orientation.w = input_.upTo(7) == 0 ? input_.number() : 1.0;
+  }
   void operator()(Box& box) { (*this)(box.min, box.max); }
   void operator()(double& number) { number = input_.number(); }
   void operator()(std::uint8_t& number) {
@@ -107,7 +111,7 @@ void ask(const MapInFrame& map, FuzzInput& input, const FillT& fill) {
 }
 
 void askOne(const MapInFrame& map, FuzzInput& input) {
-  switch (input.upTo(9)) {
+  switch (input.upTo(10)) {
     case 0:
       return ask<CheckBoxes>(map, input, [](Taker& take, auto& r) {
         take(r.header, r.boxes, r.inflation, r.unknown);
@@ -145,6 +149,10 @@ void askOne(const MapInFrame& map, FuzzInput& input) {
     case 8:
       return ask<SetBox>(map, input, [](Taker& take, auto& r) {
         take(r.header, r.boxes, r.inflation, r.occupancy, r.probability, r.lock);
+      });
+    case 9:
+      return ask<CheckPoses>(map, input, [](Taker& take, auto& r) {
+        take(r.header, r.poses, r.spheres, r.radii, r.boxes, r.sizes, r.inflation, r.unknown);
       });
     default:
       return ask<QueryBox>(map, input, [](Taker& take, QueryBox::Request& r) {

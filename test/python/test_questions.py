@@ -128,6 +128,38 @@ def test_paths_end_where_a_robot_meets_something(room):
         room.check_paths([[(0, 0, np.nan)]], (1, 1, 1))
 
 
+def yawed(x, y, yaw):
+    pose = np.eye(4)
+    pose[:2, :2] = [[np.cos(yaw), -np.sin(yaw)], [np.sin(yaw), np.cos(yaw)]]
+    pose[:3, 3] = x, y, 0.5
+    return pose
+
+
+def test_bodies_that_turn_fit_or_meet_something(room):
+    along, across = yawed(2.05, 1.6, 0), yawed(2.05, 1.6, np.pi / 2)
+    base = room.check_poses([along, across, across.astype(np.float32)], boxes=[(1, 0.3, 0.3)])
+    assert base.free.tolist() == [True, False, False] and base.free.dtype == bool
+    assert base.part.tolist() == [-1, 0, 0]
+    np.testing.assert_allclose(base.point[:2], [(np.nan,) * 3, (2.05, 1.15, 0.35)])
+    spheres = [(0, 0, 0, 0.3), (0.5, 0, 0, 0.3)]
+    assert room.check_poses([along, across], spheres).part.tolist() == [-1, 1]
+    beside = room.check_poses([along], spheres, [(0.1, 0.1, 0.1)], box_poses=[yawed(0, -0.6, 0.3)])
+    assert beside.part.tolist() == [2]
+    assert not room.check_poses([yawed(4, 1, 0)], boxes=[(1, 0.3, 0.3)]).free[0]
+    assert room.check_poses([yawed(4, 1, 0)], boxes=[(1, 0.3, 0.3)], unknown='free').free[0]
+    assert len(room.check_poses([], spheres).free) == 0
+    for match, wrong in [
+            ('no part', dict()), (r'spheres\[1\]: radii', dict(spheres=[(0, 0, 0, 1), (0, 0, 0, -1)])),
+            (r'shape \(k, 4\)', dict(spheres=[(0, 0, 0)])), ('in metres', dict(boxes=[(1000, 1, 1)])),
+            ('0 box_poses and 1 boxes', dict(boxes=[(1, 1, 1)], box_poses=[]))]:
+        with pytest.raises(ValueError, match=match):
+            room.check_poses([along], **wrong)
+    for match, wrong in [(r'poses\[1\] must be a rigid transform', [along, 2 * along]), (r'\(n, 4, 4\)', along),
+                         (r'poses\[0\] must be finite and within', [yawed(1e12, 0, 0)])]:
+        with pytest.raises(ValueError, match=match):
+            room.check_poses(wrong, spheres)
+
+
 def test_the_nearest_cuboids_and_places_are_found(room):
     num_parts = len(room.cuboids(classes='occupied').boxes)
     near = room.nearest([(1, 0.5, 0.5), (3, 1.7, 0.5)], k=num_parts + 1)

@@ -13,8 +13,8 @@ from cuboid_map._core import (
     DamagedMessage, Map, MapFileError, MapFollower, Mapper, convert, find_no_return_beams)
 from cuboid_map.results import (
     BoxCover, Boxes, Corridor, CorridorEnd, Cuboids, Distances, FreeBoxes, Frontiers, IntegratedScan, Nearest, Occupancy,
-    Paths, RayEnd, Rays)
+    Paths, Poses, RayEnd, Rays)
 
 __all__ = [
     'BoxCover', 'Boxes', 'Corridor', 'CorridorEnd', 'Cuboids', 'DamagedMessage', 'Distances', 'FreeBoxes',
-    'Frontiers', 'IntegratedScan', 'Map', 'MapFileError', 'MapFollower', 'Mapper', 'Nearest', 'Occupancy', 'Paths', 'RayEnd', 'Rays', 'convert', 'find_no_return_beams']
+    'Frontiers', 'IntegratedScan', 'Map', 'MapFileError', 'MapFollower', 'Mapper', 'Nearest', 'Occupancy', 'Paths', 'Poses', 'RayEnd', 'Rays', 'convert', 'find_no_return_beams']

@@ -5,7 +5,7 @@ import typing
 import numpy as np
 
 from cuboid_map.results import (
-    BoxCover, Boxes, Corridor, Cuboids, Distances, FreeBoxes, Frontiers, IntegratedScan, Nearest, Occupancy, Paths, Rays)
+    BoxCover, Boxes, Corridor, Cuboids, Distances, FreeBoxes, Frontiers, IntegratedScan, Nearest, Occupancy, Paths, Poses, Rays)
 
 # Whatever numpy.asarray() takes.
 ArrayLike = typing.Union[np.ndarray, typing.Sequence[typing.Any]]
@@ -30,6 +30,9 @@ class Map:
     def cast_rays(
         self, origins: ArrayLike, directions: ArrayLike, max_range: float, unknown: str = ...) -> Rays: ...
     def check_paths(self, paths: ArrayLike, size: ArrayLike, unknown: str = ...) -> Paths: ...
+    def check_poses(
+        self, poses: ArrayLike, spheres: ArrayLike = ..., boxes: ArrayLike = ..., box_poses: typing.Optional[ArrayLike] = ...,
+        unknown: str = ...) -> Poses: ...
     def nearest(
         self, points: ArrayLike, k: int = ..., classes: str = ..., max_distance: float = ...) -> Nearest: ...
     def nearest_free(

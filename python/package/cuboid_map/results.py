@@ -70,6 +70,13 @@ class Paths(typing.NamedTuple):
     point: np.ndarray        # (m, 3) float64, centre of the box there; NaN: nowhere.
 
 
+class Poses(typing.NamedTuple):
+    """Whether a body fits at each of n poses."""
+    free: np.ndarray   # (n,) bool.
+    part: np.ndarray   # (n,) int64, a part that meets an obstacle: spheres first, then boxes; -1: none.
+    point: np.ndarray  # (n, 3) float64, metres: centre of a voxel that it meets; NaN: none.
+
+
 class Nearest(typing.NamedTuple):
     """The k cuboids nearest to each of n points, nearest first; distance inf and NaN where there are fewer."""
     distance: np.ndarray   # (n, k) float64, metres; 0 inside.

@@ -35,6 +35,7 @@ constexpr char kQueryBoxService[] = "query_box";                 ///< cuboid_map
 constexpr char kResetService[] = "reset";                        ///< std_srvs/Empty
 constexpr char kCheckBoxesService[] = "check_boxes";             ///< cuboid_mapping/CheckBoxes
 constexpr char kCheckPathService[] = "check_path";               ///< cuboid_mapping/CheckPath
+constexpr char kCheckPosesService[] = "check_poses";             ///< cuboid_mapping/CheckPoses
 constexpr char kCastRaysService[] = "cast_rays";                 ///< cuboid_mapping/CastRays
 constexpr char kNearestService[] = "nearest";                    ///< cuboid_mapping/FindNearest
 constexpr char kNearestFreeService[] = "nearest_free";           ///< cuboid_mapping/FindNearestFree

@@ -7,6 +7,7 @@
 #include <cuboid_mapping/CastRays.h>
 #include <cuboid_mapping/CheckBoxes.h>
 #include <cuboid_mapping/CheckPath.h>
+#include <cuboid_mapping/CheckPoses.h>
 #include <cuboid_mapping/FindCorridor.h>
 #include <cuboid_mapping/FindNearest.h>
 #include <cuboid_mapping/FindNearestFree.h>
@@ -30,6 +31,8 @@ void answer(ServiceCall& call, const cuboid_mapping::CheckBoxes::Request& reques
             cuboid_mapping::CheckBoxes::Response& response);
 void answer(ServiceCall& call, const cuboid_mapping::CheckPath::Request& request,
             cuboid_mapping::CheckPath::Response& response);
+void answer(ServiceCall& call, const cuboid_mapping::CheckPoses::Request& request,
+            cuboid_mapping::CheckPoses::Response& response);
 void answer(ServiceCall& call, const cuboid_mapping::CastRays::Request& request,
             cuboid_mapping::CastRays::Response& response);
 void answer(ServiceCall& call, const cuboid_mapping::FindNearest::Request& request,

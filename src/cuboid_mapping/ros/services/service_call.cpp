@@ -105,6 +105,24 @@ Eigen::Vector3d ServiceCall::point(const geometry_msgs::Point& point,
   return to_map_ * vector;
 }
 
+Eigen::Isometry3d ServiceCall::localPose(const geometry_msgs::Pose& pose, const FieldName& field) {
+  const Eigen::Vector3d position = toVector(pose.position);
+  if (!position.allFinite()) {
+    throw Refusal(describe(field) + ".position " + toText(position) +
+                  ": a coordinate is NaN or infinite; all must be numbers in metres");
+  }
+  Eigen::Quaterniond turn;
+  tf2::fromMsg(pose.orientation, turn);
+  const double length = turn.norm();
+  if (length == 0.0) turn.setIdentity();
+  constexpr double kTolerance = 0.01;
+  if (!(length == 0.0 || std::abs(length - 1.0) <= kTolerance)) {  // NaN, too.
+    throw Refusal(describe(field) + ".orientation has length " + toText(length) +
+                  ": normalize the quaternion");
+  }
+  return Eigen::Translation3d(position) * turn.normalized();
+}
+
 std::vector<Eigen::Vector3d> ServiceCall::points(const std::vector<geometry_msgs::Point>& points,
                                                  const Entries& entries) const {
   requireFew(points.size(), entries);

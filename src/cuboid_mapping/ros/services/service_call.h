@@ -12,6 +12,7 @@
 #include "cuboid_mapping/ros/map/guarded_map.h"
 #include "cuboid_mapping/ros/services/map_in_frame.h"
 
+#include <geometry_msgs/Pose.h>
 #include <geometry_msgs/Transform.h>
 #include <std_msgs/Header.h>
 
@@ -65,6 +66,14 @@ class ServiceCall {
   /// A finite point.
   [[nodiscard]] Eigen::Vector3d point(const geometry_msgs::Point& point,
                                       const FieldName& field) const;
+  /// A finite pose, in the frame of the request. Its quaternion has length 1, to 1 %; one of zeros is no turn.
+  [[nodiscard]] static Eigen::Isometry3d localPose(const geometry_msgs::Pose& pose,
+                                                   const FieldName& field);
+  /// The same, taken to the frame of the map.
+  [[nodiscard]] Eigen::Isometry3d pose(const geometry_msgs::Pose& pose,
+                                       const FieldName& field) const {
+    return to_map_ * localPose(pose, field);
+  }
   /// Finite points, not too many.
   [[nodiscard]] std::vector<Eigen::Vector3d> points(const std::vector<geometry_msgs::Point>& points,
                                                     const Entries& entries) const;
