@@ -111,7 +111,7 @@ void ask(const MapInFrame& map, FuzzInput& input, const FillT& fill) {
 }
 
 void askOne(const MapInFrame& map, FuzzInput& input) {
-  switch (input.upTo(10)) {
+  switch (input.upTo(12)) {
     case 0:
       return ask<CheckBoxes>(map, input, [](Taker& take, auto& r) {
         take(r.header, r.boxes, r.inflation, r.unknown);
@@ -153,6 +153,15 @@ void askOne(const MapInFrame& map, FuzzInput& input) {
     case 9:
       return ask<CheckPoses>(map, input, [](Taker& take, auto& r) {
         take(r.header, r.poses, r.spheres, r.radii, r.boxes, r.sizes, r.inflation, r.unknown);
+      });
+    case 10:
+      return ask<GetDistances>(map, input, [](Taker& take, auto& r) {
+        take(r.header, r.points, r.max_distance, r.unknown);
+      });
+    case 11:
+      return ask<GetFrontiers>(map, input, [](Taker& take, auto& r) {
+        take(r.header, r.everything, r.region, r.min_voxels, r.size, r.inflation, r.max_distance);
+        take(r.view_range, r.with_voxels);
       });
     default:
       return ask<QueryBox>(map, input, [](Taker& take, QueryBox::Request& r) {

@@ -39,6 +39,7 @@ cuboid_mapping_add_part(core
   cuboid_mapping/query/frontier_query.cpp
   cuboid_mapping/query/height_range.cpp
   cuboid_mapping/query/nearest_query.cpp
+  cuboid_mapping/query/obstacle_distance.cpp
   cuboid_mapping/query/obstacles.cpp
   cuboid_mapping/query/path_query.cpp
   cuboid_mapping/query/place_graph.cpp
@@ -236,6 +237,7 @@ add_library(cuboid_mapping_ros
   cuboid_mapping/ros/publishers/marker_colors.cpp
   cuboid_mapping/ros/publishers/marker_publisher.cpp
   cuboid_mapping/ros/services/box_answers.cpp
+  cuboid_mapping/ros/services/distance_answers.cpp
   cuboid_mapping/ros/services/edit_answers.cpp
   cuboid_mapping/ros/services/map_files_service.cpp
   cuboid_mapping/ros/services/nearest_answers.cpp

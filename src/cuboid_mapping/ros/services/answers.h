@@ -12,7 +12,9 @@
 #include <cuboid_mapping/FindNearest.h>
 #include <cuboid_mapping/FindNearestFree.h>
 #include <cuboid_mapping/GetCuboids.h>
+#include <cuboid_mapping/GetDistances.h>
 #include <cuboid_mapping/GetFreeGraph.h>
+#include <cuboid_mapping/GetFrontiers.h>
 #include <cuboid_mapping/QueryBox.h>
 #include <cuboid_mapping/SetBox.h>
 
@@ -43,6 +45,10 @@ void answer(ServiceCall& call, const cuboid_mapping::GetCuboids::Request& reques
             cuboid_mapping::GetCuboids::Response& response);
 void answer(ServiceCall& call, const cuboid_mapping::GetFreeGraph::Request& request,
             cuboid_mapping::GetFreeGraph::Response& response);
+void answer(ServiceCall& call, const cuboid_mapping::GetDistances::Request& request,
+            cuboid_mapping::GetDistances::Response& response);
+void answer(ServiceCall& call, const cuboid_mapping::GetFrontiers::Request& request,
+            cuboid_mapping::GetFrontiers::Response& response);
 void answer(ServiceCall& call, const cuboid_mapping::FindCorridor::Request& request,
             cuboid_mapping::FindCorridor::Response& response);
 /// When one of the boxes is refused, none is set. When there is not enough memory, what was set until then stays.

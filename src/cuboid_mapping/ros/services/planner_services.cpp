@@ -30,6 +30,8 @@ std::vector<ros::ServiceServer> advertisePlannerServices(ros::NodeHandle nh,
           advertise<cuboid_mapping::FindNearestFree>(nh, kNearestFreeService, map),
           advertise<cuboid_mapping::GetCuboids>(nh, kGetCuboidsService, map),
           advertise<cuboid_mapping::GetFreeGraph>(nh, kGetFreeGraphService, map),
+          advertise<cuboid_mapping::GetDistances>(nh, kGetDistancesService, map),
+          advertise<cuboid_mapping::GetFrontiers>(nh, kGetFrontiersService, map),
           advertise<cuboid_mapping::FindCorridor>(nh, kFindCorridorService, map)};
 }
 

@@ -11,7 +11,7 @@
 namespace cuboid_mapping_ros {
 
 /// Offers the services that planners ask: ~query_box, ~check_boxes, ~check_path, ~check_poses, ~cast_rays, ~nearest,
-/// ~nearest_free, ~get_cuboids, ~get_free_graph, ~find_corridor. They are answered from the queue of the node handle.
+/// ~nearest_free, ~get_cuboids, ~get_free_graph, ~get_distances, ~get_frontiers, ~find_corridor. They are answered from the queue of the node handle.
 /// @param map  Must outlive the servers.
 [[nodiscard]] std::vector<ros::ServiceServer> advertisePlannerServices(ros::NodeHandle nh,
                                                                        const MapInFrame& map);

@@ -1,0 +1,33 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include "cuboid_mapping/map/cuboid_map.h"
+#include "cuboid_mapping/query/budget.h"
+#include "cuboid_mapping/query/unknown_policy.h"
+
+#include <limits>
+#include <optional>
+
+namespace cuboid_mapping {
+
+/// How far a voxel is from the nearest obstacle.
+struct ObstacleDistance {
+  /// Metres from centre to centre, 0 in an obstacle; infinity where none is within the bound.
+  double distance_m = std::numeric_limits<double>::infinity();
+  /// Unit vector from the obstacle to the voxel; zero in an obstacle, and where there is none.
+  Eigen::Vector3d gradient_map = Eigen::Vector3d::Zero();
+};
+
+/// Distance of the voxel that holds a point to the nearest obstacle: for points here and there what a DistanceField
+/// knows of all voxels of a region.
+///
+/// Nothing for a point that is not finite or out of the grid's range, a bound that is not > 0, and when the budget is
+/// spent.
+///
+/// @param bound_m  Farther obstacles are not seen.
+/// @complexity O(bricks within the distance of the answer, and voxels in the way there).
+[[nodiscard]] std::optional<ObstacleDistance> findObstacleDistance(
+    const CuboidMap& map, const Eigen::Vector3d& point_map, double bound_m, UnknownPolicy policy,
+    Budget& budget = Budget::unlimited());
+
+}  // namespace cuboid_mapping

@@ -1,0 +1,60 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "cuboid_mapping/query/obstacle_distance.h"
+
+#include "cuboid_mapping/query/obstacles.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace cuboid_mapping {
+namespace {
+
+/// The voxels at most so many away from one, along each axis.
+CellBox cubeAround(const Cell& cell, double reach) {
+  CellBox cube;
+  for (int axis = 0; axis < 3; ++axis) {
+    cube.min[axis] =
+        static_cast<std::int32_t>(std::max(cell[axis] - reach, 1.0 * kAllCells.min[axis]));
+    cube.max[axis] =
+        static_cast<std::int32_t>(std::min(cell[axis] + reach + 1.0, 1.0 * kAllCells.max[axis]));
+  }
+  return cube;
+}
+
+}  // namespace
+
+std::optional<ObstacleDistance> findObstacleDistance(const CuboidMap& map,
+                                                     const Eigen::Vector3d& point_map,
+                                                     double bound_m, UnknownPolicy policy,
+                                                     Budget& budget) {
+  constexpr double kRounding = 1e-6;  // Voxels.
+  const auto voxel = map.grid().toCell(point_map);
+  const double bound = bound_m * map.grid().inverseResolution() + kRounding;
+  if (!voxel || !(bound_m > 0.0)) return std::nullopt;
+  const Obstacles obstacles(map, policy, budget);
+  const double farthest = std::min(std::floor(bound), 1.0 * Grid::kMaxCell);
+  // Beyond what is known only unknown voxels can be in the way.
+  const CellBox area =
+      policy == UnknownPolicy::kStop ? kAllCells : map.bounds().value_or(CellBox());
+  double nearest = std::numeric_limits<double>::infinity();
+  Cell away;
+  // In cubes that grow until no voxel outside can be nearer.
+  for (double reach = std::min(kBrickEdge / 2.0, farthest);;
+       reach = std::min(2.0 * reach, farthest)) {
+    obstacles.visit(intersect(cubeAround(*voxel, reach), area), [&](const Cell& obstacle) {
+      const Cell from = *voxel - obstacle;
+      const double distance = toVector(from).norm();
+      if (distance >= nearest || distance > bound) return;
+      nearest = distance;
+      away = from;
+    });
+    if (budget.isSpent()) return std::nullopt;
+    if (nearest <= reach || reach == farthest) break;
+  }
+  ObstacleDistance result;
+  result.distance_m = map.grid().resolution() * nearest;
+  if (std::isfinite(nearest) && nearest > 0.0) result.gradient_map = toVector(away) / nearest;
+  return result;
+}
+
+}  // namespace cuboid_mapping
