@@ -62,6 +62,7 @@ class PlannerGuideTest(unittest.TestCase):
             with self.subTest(name):
                 self.expect_part(answer, given, name)
         self.follow()
+        self.fetch()
         self.paste()
 
     def run_program(self, *command, **options):
@@ -83,6 +84,20 @@ class PlannerGuideTest(unittest.TestCase):
         # As many cuboids as the map has. What the callback's thread prints may stand between the words of a line.
         self.assertRegex(said, r'(?<!\d)40(?!\d)')
         self.assertIn('occupied_volume=array([0.1])', said)
+
+    def fetch(self):
+        """The same room as a file, with exact values, and as boxes for a planner."""
+        program = ['rosrun', 'cuboid_mapping', 'map_fetch']
+        with tempfile.TemporaryDirectory() as folder:
+            scene, copy = f'{folder}/room.scene', f'{folder}/room.cuboids'
+            self.run_program(*program, scene, '--node', 'cuboid_mapping', '--boxes', '10')
+            self.assertIn('box\n0.1 1.2 1', pathlib.Path(scene).read_text())
+            self.run_program(*program, copy)
+            self.assertRegex(self.run_program('rosrun', 'cuboid_mapping', 'map_info', copy), r'frame: +map\n')
+            done = subprocess.run([*program, copy, '--node', '/nobody'], stderr=subprocess.PIPE, universal_newlines=True,
+                                  timeout=60, check=False)
+            self.assertEqual(done.returncode, 1)
+            self.assertIn('nobody serves /nobody/get_map: give the name of the node', done.stderr)
 
     def paste(self):
         """README's calls, in a shell."""
