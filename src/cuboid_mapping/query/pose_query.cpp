@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "cuboid_mapping/query/pose_query.h"
 
-#include "cuboid_mapping/io/text.h"
 #include "cuboid_mapping/query/obstacles.h"
 
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <sstream>
 
 namespace cuboid_mapping {
 namespace {
@@ -240,16 +240,17 @@ double reachOf(const BodyBox& box) {
 
 /// Why a part is none; its size and its reach.
 std::string findFault(double size_m, double reach_m, const Grid& grid) {
-  if (!std::isfinite(reach_m) || !(size_m >= Body::kMinSize * grid.resolution())) {
-    return "radii and edges must be numbers of at least " +
-           toText(Body::kMinSize * grid.resolution()) + " m, and places finite";
+  const double min_m = Body::kMinSize * grid.resolution();
+  const double max_m = Body::kMaxReach * grid.resolution();
+  if (size_m >= min_m && reach_m <= max_m) return {};
+  std::ostringstream text;
+  if (!std::isfinite(reach_m) || !(size_m >= min_m)) {
+    text << "radii and edges must be numbers of at least " << min_m << " m, and places finite";
+  } else {
+    text << "it reaches " << reach_m << " m from the origin of the body: at most " << max_m
+         << " m (4096 voxels); give the body in metres, or in parts";
   }
-  if (reach_m > Body::kMaxReach * grid.resolution()) {
-    return "it reaches " + toText(reach_m) + " m from the origin of the body: at most " +
-           toText(Body::kMaxReach * grid.resolution()) +
-           " m (4096 voxels); give the body in metres, or in parts";
-  }
-  return {};
+  return text.str();
 }
 
 }  // namespace
