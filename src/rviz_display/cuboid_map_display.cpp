@@ -117,6 +117,11 @@ void CuboidMapDisplay::addColorProperties() {
                         mode_property_, SLOT(updateStyles()), this);
   edges_property_ =
       new BoolProperty("Edges", true, "Draw the edges of cuboids.", this, SLOT(updateStyles()));
+  joined_property_ = new BoolProperty(
+      "Joined", false,
+      "Join cuboids across bricks: walls as walls, not as tiles of 8 voxels. They end after 64 "
+      "voxels.",
+      this, SLOT(updateShown()));
   detail_property_ =
       new FloatProperty("Finest detail", 4.0F,
                         "In pixels: far away, cells of 2, 4 or 8 voxels are drawn in place of "
@@ -279,6 +284,7 @@ void CuboidMapDisplay::updateShown() {
   const bool is_sliced = slice_property_->getBool();
   const bool has_faces = !is_sliced || below_property_->getBool();
   if (is_sliced) scene_->setSliceLayer(sliceLayer());
+  scene_->setJoined(joined_property_->getBool());
   for (const FaceSet set : kFaceSets) {
     const bool is_wanted = isSlice(set) ? is_sliced : has_faces;
     scene_->setShown(set, is_wanted && propertiesOf(set).shown->getBool());

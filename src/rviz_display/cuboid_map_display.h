@@ -97,6 +97,7 @@ class CuboidMapDisplay : public rviz::Display {
   rviz::FloatProperty* min_color_property_ = nullptr;
   rviz::FloatProperty* max_color_property_ = nullptr;
   rviz::BoolProperty* edges_property_ = nullptr;
+  rviz::BoolProperty* joined_property_ = nullptr;
   rviz::FloatProperty* detail_property_ = nullptr;
   rviz::BoolProperty* heights_property_ = nullptr;
   rviz::FloatProperty* min_height_property_ = nullptr;

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "cuboid_picker.h"
 
+#include "cuboid_mapping/boxes/joined_cuboids.h"
 #include "cuboid_mapping/fusion/brick_division.h"
 #include "cuboid_mapping/query/value_query.h"
 
@@ -51,7 +52,11 @@ std::optional<CuboidPicker::Picture> CuboidPicker::find(std::uint64_t voxel) con
     const VoxelBrick* brick = map.voxels().findBrick(brickOf(cell));
     if (brick == nullptr) return;
     std::vector<Cuboid> cuboids;
-    divideBrick(*brick, cuboids);
+    if (are_joined_) {
+      cuboids = joinCuboids(map, {chunk_, chunk_ + Cell{kChunkEdge, kChunkEdge, kChunkEdge}});
+    } else {
+      divideBrick(*brick, cuboids);
+    }
     for (const Cuboid& cuboid : cuboids) {
       if (!cuboid.box.contains(cell)) continue;
       picture = Picture{voxel, cuboid, meanProbability(map, cuboid.box).value_or(0.5),

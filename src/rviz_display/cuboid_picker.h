@@ -18,6 +18,9 @@ class CuboidPicker : public rviz::SelectionHandler {
   CuboidPicker(rviz::DisplayContext* context, const MapSource& source, const Ogre::SceneNode& node,
                const cuboid_mapping::Cell& chunk, FaceChunk& faces);
 
+  /// Whether joined cuboids of the chunk are picked, as they are drawn then.
+  void setJoined(bool are_joined) { are_joined_ = are_joined; }
+
   bool needsAdditionalRenderPass(std::uint32_t pass) override { return pass == 1; }
   void createProperties(const rviz::Picked& picked, rviz::Property* parent) override;
   void getAABBs(const rviz::Picked& picked, rviz::V_AABB& boxes) override;
@@ -36,6 +39,7 @@ class CuboidPicker : public rviz::SelectionHandler {
   const MapSource& source_;
   const Ogre::SceneNode& node_;
   cuboid_mapping::Cell chunk_;
+  bool are_joined_ = false;
 };
 
 }  // namespace cuboid_mapping_rviz

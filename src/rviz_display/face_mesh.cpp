@@ -3,7 +3,9 @@
 
 #include "coarse_faces.h"
 
+#include "cuboid_mapping/boxes/joined_cuboids.h"
 #include "cuboid_mapping/fusion/brick_division.h"
+#include "cuboid_mapping/query/value_query.h"
 
 #include <algorithm>
 #include <array>
@@ -105,10 +107,38 @@ class FaceMaker {
                  wanted == Occupancy::kOccupied ? brick.voxels.occupied() : brick.voxels.free(),
                  wanted, cuboids_);
     for (const Cuboid& cuboid : cuboids_) {
+      const auto look_of = [&] { return lookOf(brick.voxels, cuboid.box); };
       if (isSlice(set_)) {
-        addCrossSection(brick, cuboid.box);
+        addCrossSection(cuboid.box, look_of);
       } else {
-        addCuboid(brick, cuboid.box);
+        addCuboid([&](int side) { return seenPart(brick.brick, cuboid.box, side); }, look_of);
+      }
+    }
+  }
+  /// All cuboids of the chunk, joined across its bricks.
+  void addJoined(const ChangeTimeOf& changed_s) {
+    const CellBox chunk{chunk_, chunk_ + Cell{kChunkEdge, kChunkEdge, kChunkEdge}};
+    if (hasCoarseFaces(set_)) {
+      map_.voxels().forEachIn(chunk, [&](const VoxelBrick& brick) {
+        coarse_cells_.add(brick.brick - chunk_, hidingVoxels(brick.voxels, set_));
+      });
+    }
+    const bool are_occupied = classOf(set_) == Occupancy::kOccupied;
+    const auto filter = are_occupied ? CuboidFilter::kOccupied : CuboidFilter::kFree;
+    for (const Cuboid& cuboid : joinCuboids(map_, chunk, filter)) {
+      const CellBox& box = cuboid.box;
+      changed_s_ = kNever_s;
+      (void)anyBrick(box, [&](const Cell& brick) {
+        changed_s_ = std::max(changed_s_, changed_s(brick));
+        return false;
+      });
+      const auto look_of = [&] {
+        return makeLook(*cuboid_mapping::meanProbability(map_, box), box);
+      };
+      if (isSlice(set_)) {
+        addCrossSection(box, look_of);
+      } else {
+        addCuboid([&](int side) { return seenPartOfJoined(box, side); }, look_of);
       }
     }
   }
@@ -140,23 +170,26 @@ class FaceMaker {
     std::uint8_t size;
   };
 
-  void addCuboid(const VoxelBrick& brick, const CellBox& box) {
+  /// @param seen_part  (int side): the part of the box whose side is not hidden. @param look_of  (): its Look.
+  template <typename SeenPartT, typename LookOfT>
+  void addCuboid(const SeenPartT& seen_part, const LookOfT& look_of) {
     ++mesh_.num_cuboids;
     std::optional<Look> look;  // Wanted of those only that are seen.
     for (int side = 0; side < 6; ++side) {
-      const std::optional<CellBox> seen = seenPart(brick.brick, box, side);
+      const std::optional<CellBox> seen = seen_part(side);
       if (!seen) continue;
-      if (!look) look = lookOf(brick.voxels, box);
+      if (!look) look = look_of();
       addFace(*seen, side, *look);
     }
   }
 
-  void addCrossSection(const VoxelBrick& brick, const CellBox& box) {
+  template <typename LookOfT>
+  void addCrossSection(const CellBox& box, const LookOfT& look_of) {
     if (slice_layer_ < box.min.z || slice_layer_ >= box.max.z) return;
     ++mesh_.num_cuboids;
     CellBox section = box;
     section.min.z = slice_layer_;
-    addFace(section, kSliceSide, lookOf(brick.voxels, box));
+    addFace(section, kSliceSide, look_of());
   }
 
   /// The part of a box whose side is not hidden, as a box: that far the side is drawn.
@@ -171,6 +204,26 @@ class FaceMaker {
     part.min[side / 2] = box.min[side / 2];
     part.max[side / 2] = box.max[side / 2];
     return part;
+  }
+
+  /// The same of a box that may lie in several bricks.
+  [[nodiscard]] std::optional<CellBox> seenPartOfJoined(const CellBox& box, int side) const {
+    const CellBox layer = layerAt(box, side);
+    std::optional<CellBox> seen;
+    (void)anyBrick(layer, [&](const Cell& brick) {
+      const PackedVoxels* voxels = map_.voxels().find(brick);
+      const BrickMask open =
+          BrickMask::ofBox(intersect(layer, brickBox(brick)))
+              .without(voxels == nullptr ? BrickMask() : hidingVoxels(*voxels, set_));
+      if (open.isEmpty()) return false;
+      const CellBox part = boxAround(brick, open);
+      seen = seen ? unite(*seen, part) : part;
+      return false;
+    });
+    if (!seen) return std::nullopt;
+    seen->min[side / 2] = box.min[side / 2];
+    seen->max[side / 2] = box.max[side / 2];
+    return seen;
   }
 
   /// Of the current brick, or of the one beside it.
@@ -211,10 +264,13 @@ class FaceMaker {
     return sum / part.count();
   }
 
-  static Look lookOf(const PackedVoxels& voxels, const CellBox& cuboid) {
+  static Look makeLook(double probability, const CellBox& cuboid) {
     const Cell edges = cuboid.size();
-    return {toByte(meanProbability(voxels, cuboid)),
-            toByte((edges.x + edges.y + edges.z) / (3.0 * kBrickEdge))};
+    const double size = (edges.x + edges.y + edges.z) / (3.0 * kBrickEdge);
+    return {toByte(probability), toByte(std::min(1.0, size))};  // Joined ones may be larger.
+  }
+  static Look lookOf(const PackedVoxels& voxels, const CellBox& cuboid) {
+    return makeLook(meanProbability(voxels, cuboid), cuboid);
   }
 
   void addFace(const CellBox& box, int side, const Look& look) {
@@ -263,8 +319,12 @@ FaceMesh makeFaces(const CuboidMap& map, const WantedFaces& wanted, const Change
     box.max.z = std::min(box.max.z, wanted.slice_layer + 1);
     if (box.isEmpty()) return {};
   }
-  map.voxels().forEachIn(
-      box, [&](const VoxelBrick& brick) { maker.add(brick, changed_s(brick.brick)); });
+  if (wanted.are_joined) {
+    maker.addJoined(changed_s);
+  } else {
+    map.voxels().forEachIn(
+        box, [&](const VoxelBrick& brick) { maker.add(brick, changed_s(brick.brick)); });
+  }
   return maker.take();
 }
 

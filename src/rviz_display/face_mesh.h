@@ -90,10 +90,13 @@ struct WantedFaces {
   cuboid_mapping::Cell chunk;
   FaceSet set = FaceSet::kOccupied;
   std::int32_t slice_layer = 0;  ///< Height of the voxels that a slice cuts, in cells.
+  /// Cuboids are joined across the bricks of the chunk, see joinCuboids(); they end at the faces of the chunk.
+  bool are_joined = false;
 };
 
 /// The exposed faces of a chunk: of each side the smallest rectangle around what is not covered, if anything. Of a
-/// slice: the cross sections of all cuboids in a layer of voxels. The frontier and slices have no coarse faces. @complexity O(cuboids of the chunk).
+/// slice: the cross sections of all cuboids in a layer of voxels. The frontier and slices have no coarse faces. The faces of a joined cuboid
+/// have the time of its latest change. @complexity O(cuboids of the chunk).
 [[nodiscard]] FaceMesh makeFaces(const cuboid_mapping::CuboidMap& map, const WantedFaces& wanted,
                                  const ChangeTimeOf& changed_s);
 

@@ -14,10 +14,21 @@ void FaceScene::setShown(FaceSet set, bool is_shown) {
   Layer& shown = layer(set);
   if (shown.is_shown == is_shown) return;
   shown.is_shown = is_shown;
+  makeAnew(set);
+}
+
+void FaceScene::makeAnew(FaceSet set) {
+  Layer& shown = layer(set);
   shown.chunks.clear();
   shown.waiting.clear();
   shown.is_waiting.clear();
-  if (is_shown) enqueueAll(set);
+  enqueueAll(set);
+}
+
+void FaceScene::setJoined(bool are_joined) {
+  if (are_joined == are_joined_) return;
+  are_joined_ = are_joined;
+  for (const FaceSet set : kFaceSets) makeAnew(set);
 }
 
 void FaceScene::setSliceLayer(std::int32_t layer) {
@@ -109,7 +120,7 @@ void FaceScene::makeNext(const CuboidMap& map, FaceSet set) {
     return found == changed_s_.end() ? kNever_s : found->second;
   };
   parallelFor(count, static_cast<int>(num_threads), [&](std::size_t i) {
-    meshes[i] = makeFaces(map, {names[i], set, slice_layer_}, changed_s);
+    meshes[i] = makeFaces(map, {names[i], set, slice_layer_, are_joined_}, changed_s);
   });
   for (std::size_t i = 0; i < count; ++i) {
     shown.is_waiting.erase(names[i]);
@@ -128,6 +139,7 @@ void FaceScene::show(FaceSet set, const FaceChunk::Place& place, const FaceMesh&
     chunk.faces = std::make_unique<FaceChunk>(node_, place, shown.style);
     chunk.picker =
         std::make_unique<CuboidPicker>(context_, source_, node_, place.chunk, *chunk.faces);
+    chunk.picker->setJoined(are_joined_);
   }
   num_uploaded_bytes_ += chunk.faces->upload(mesh, indices_);
 }

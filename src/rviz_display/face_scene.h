@@ -36,6 +36,8 @@ class FaceScene {
   [[nodiscard]] bool isShown(FaceSet set) const { return layer(set).is_shown; }
   /// Of the voxels that slices cut, in cells. What was made of another one goes bit by bit.
   void setSliceLayer(std::int32_t layer);
+  /// Whether cuboids are joined across bricks, chunk by chunk. All is made anew.
+  void setJoined(bool are_joined);
   /// Changes no vertex.
   void setStyle(FaceSet set, const FaceStyle& style);
   /// Coarse faces are drawn whose cells take so many pixels at most, where the style allows it; 0: none are.
@@ -81,6 +83,7 @@ class FaceScene {
     return layers_[static_cast<std::size_t>(set)];
   }
   void enqueueAll(FaceSet set);
+  void makeAnew(FaceSet set);
   void makeNext(const cuboid_mapping::CuboidMap& map, FaceSet set);
   void show(FaceSet set, const FaceChunk::Place& place, const FaceMesh& mesh);
 
@@ -90,6 +93,7 @@ class FaceScene {
   std::array<Layer, kFaceSets.size()> layers_;
   FaceIndices indices_;
   std::int32_t slice_layer_ = 0;
+  bool are_joined_ = false;
   std::uint64_t num_uploaded_bytes_ = 0;
   ByCell<float> changed_s_;  ///< By brick, since the whole map came.
 };

@@ -9,6 +9,7 @@
 #include <map>
 #include <set>
 #include <tuple>
+#include <utility>
 #include <vector>
 
 namespace cuboid_mapping_rviz {
@@ -96,7 +97,9 @@ TEST_P(FaceMeshOfSet, showsEachExposedSideOnceAndNoFaceThatIsHidden) {
       map.apply(test::randomUpdate(random, {{-3, -3, -3}, {3, 3, 3}}, 20));
     std::map<VoxelSide, int> shown;
     for (const Cell& chunk : chunksOf(map)) {
-      const FaceMesh mesh = makeFaces(map, {chunk, GetParam()}, [](const Cell&) { return 0.0F; });
+      const bool are_joined = round % 2 == 1;
+      const FaceMesh mesh =
+          makeFaces(map, {chunk, GetParam(), 0, are_joined}, [](const Cell&) { return 0.0F; });
       for (std::size_t face = 0; face < mesh.numFaces(); ++face) {
         const FaceVertex* corners = &mesh.vertices[4 * face];
         const int side = corners[0].code / 4;
@@ -129,6 +132,23 @@ TEST_P(FaceMeshOfSet, showsEachExposedSideOnceAndNoFaceThatIsHidden) {
   }
 }
 
+TEST(FaceMesh, joinsAWallAcrossBricks) {
+  CuboidMap map;
+  const CellBox wall{{0, 3, 0}, {70, 4, 20}};
+  map.replace(kAllCells, {UniformBox{wall, 1.0F}});
+  const auto changed_s = [](const Cell& brick) { return brick == Cell{8, 0, 8} ? 7.0F : 2.0F; };
+  const FaceMesh tiles = makeFaces(map, {{0, 0, 0}, FaceSet::kOccupied, 0, false}, changed_s);
+  const FaceMesh joined = makeFaces(map, {{0, 0, 0}, FaceSet::kOccupied, 0, true}, changed_s);
+  EXPECT_EQ(tiles.num_cuboids, 24U);
+  EXPECT_EQ(joined.num_cuboids, 1U);
+  EXPECT_EQ(joined.numFaces(), 5U) << "the next chunk hides one";
+  EXPECT_EQ(joined.bounds, (CellBox{{0, 3, 0}, {64, 4, 20}}));
+  for (const FaceVertex& vertex : joined.vertices) {
+    EXPECT_EQ(vertex.changed_s, 7.0F);
+    EXPECT_EQ(vertex.size, 255) << "64 + 1 + 20 of 24 voxels";
+  }
+}
+
 INSTANTIATE_TEST_SUITE_P(Sets, FaceMeshOfSet,
                          testing::Values(FaceSet::kOccupied, FaceSet::kFree, FaceSet::kFrontier));
 
@@ -141,11 +161,15 @@ TEST_P(SliceOfSet, coversEachVoxelOfItsLayerAndClassOnce) {
   const Occupancy wanted =
       GetParam() == FaceSet::kOccupiedSlice ? Occupancy::kOccupied : Occupancy::kFree;
   std::size_t num_all = 0;
-  for (const std::int32_t layer : {-9, -3, -1, 0, 2}) {
+  const std::vector<std::pair<std::int32_t, bool>> cuts{
+      {-9, false}, {-3, false}, {-1, true}, {0, false}, {0, true}, {2, false}, {3, true}};
+  for (const auto& cut : cuts) {
+    const std::int32_t layer = cut.first;
+    const bool are_joined = cut.second;
     std::map<Cell, int> shown;
     for (const Cell& chunk : chunksOf(map)) {
       const FaceMesh mesh =
-          makeFaces(map, {chunk, GetParam(), layer}, [](const Cell&) { return 0.0F; });
+          makeFaces(map, {chunk, GetParam(), layer, are_joined}, [](const Cell&) { return 0.0F; });
       for (std::size_t face = 0; face < mesh.numFaces(); ++face) {
         const FaceVertex* corners = &mesh.vertices[4 * face];
         EXPECT_GT(normalOf(corners).z, 0);
