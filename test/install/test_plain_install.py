@@ -79,6 +79,12 @@ class PlainInstallTest(unittest.TestCase):
                                    answers[-1]])
         self.assertRegex(answers[-1], r'^around it: 3 free boxes, [34]\.\d+ m$')
 
+    def test_a_path_of_ompl(self):
+        if run('pkg-config', '--exists', 'ompl').returncode != 0:
+            self.skipTest('a machine without OMPL')
+        answer = self.succeed(self.build_example('planners'))
+        self.assertRegex(answer, r'around the wall: [3-9]\.\d+ m\n$')
+
     def test_a_map_from_a_bt_file(self):
         program = self.build_example('from_bt')
         octree = SOURCE / 'test/data/wall.bt'

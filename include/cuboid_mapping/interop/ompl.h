@@ -1,0 +1,98 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// For the Open Motion Planning Library, 1.5 or later. Header only: link OMPL and cuboid_mapping::core.
+#pragma once
+
+#include "cuboid_mapping/query/box_query.h"
+#include "cuboid_mapping/query/path_query.h"
+
+#include <ompl/base/MotionValidator.h>
+#include <ompl/base/SpaceInformation.h>
+#include <ompl/base/StateValidityChecker.h>
+#include <ompl/base/spaces/RealVectorStateSpace.h>
+
+#include <utility>
+
+namespace cuboid_mapping {
+
+/// A robot that is a box and does not turn, in a map.
+struct OmplRobot {
+  const CuboidMap& map;  ///< Must outlive the planner, and not change while it plans.
+  Eigen::Vector3d size_m = Eigen::Vector3d::Zero();  ///< Edges, > 0.
+  UnknownPolicy policy = UnknownPolicy::kStop;       ///< Of unknown space.
+
+  /// Centre of the robot. @param state  Of an ompl::base::RealVectorStateSpace of three dimensions: x, y, z, metres.
+  [[nodiscard]] static Eigen::Vector3d centerOf(const ompl::base::State* state) {
+    return Eigen::Map<const Eigen::Vector3d>(
+        state->as<ompl::base::RealVectorStateSpace::StateType>()->values);
+  }
+  /// Whether the robot fits there. @param center_map  Of its box.
+  [[nodiscard]] bool isFreeAt(const Eigen::Vector3d& center_map) const {
+    return isFree(map, boxAround(center_map, size_m), policy);
+  }
+};
+
+/// Says where a robot fits: exact, in voxels. Threads may ask side by side.
+class OmplStateValidity : public ompl::base::StateValidityChecker {
+ public:
+  /// @param space  Whose states are those of OmplRobot::centerOf().
+  OmplStateValidity(const ompl::base::SpaceInformationPtr& space, const OmplRobot& robot)
+      : StateValidityChecker(space), robot_(robot) {}
+
+  /// Whether a state is inside the bounds of the space, and the robot fits there.
+  [[nodiscard]] bool isValid(const ompl::base::State* state) const override {
+    return si_->satisfiesBounds(state) && robot_.isFreeAt(OmplRobot::centerOf(state));
+  }
+
+ private:
+  OmplRobot robot_;
+};
+
+/// Says where a robot can move straight: the swept box, exact, without a step that could miss something. The bounds of the
+/// space are not looked at.
+class OmplMotionValidity : public ompl::base::MotionValidator {
+ public:
+  /// @param space  As for OmplStateValidity.
+  OmplMotionValidity(const ompl::base::SpaceInformationPtr& space, const OmplRobot& robot)
+      : MotionValidator(space), robot_(robot) {}
+
+  /// Whether the robot can move from one state to the other.
+  [[nodiscard]] bool checkMotion(const ompl::base::State* from,
+                                 const ompl::base::State* to) const override {
+    // Most motions of a planner are blocked: single places say so sooner than the sweep.
+    const Eigen::Vector3d start = OmplRobot::centerOf(from);
+    const Eigen::Vector3d motion = OmplRobot::centerOf(to) - start;
+    for (const double part : {1.0, 0.5, 0.25, 0.75}) {
+      if (!robot_.isFreeAt(start + part * motion)) return count(false);
+    }
+    return count(sweep(from, to).isFree());
+  }
+  /// The same. @param last_valid  Where it cannot: the last place before the obstacle, if it is not null, and which part
+  /// of the motion that is, 0 to 1.
+  [[nodiscard]] bool checkMotion(const ompl::base::State* from, const ompl::base::State* to,
+                                 std::pair<ompl::base::State*, double>& last_valid) const override {
+    const PathQueryResult swept = sweep(from, to);
+    if (swept.isFree()) return count(true);
+    const bool is_part = swept.contact && swept.length_m > 0.0;
+    last_valid.second = is_part ? swept.contact->distance_m / swept.length_m : 0.0;
+    if (last_valid.first != nullptr) {
+      si_->getStateSpace()->interpolate(from, to, last_valid.second, last_valid.first);
+    }
+    return count(false);
+  }
+
+ private:
+  [[nodiscard]] PathQueryResult sweep(const ompl::base::State* from,
+                                      const ompl::base::State* to) const {
+    return checkPath(robot_.map, {OmplRobot::centerOf(from), OmplRobot::centerOf(to)},
+                     robot_.size_m, robot_.policy);
+  }
+  /// For OMPL's statistics.
+  bool count(bool is_valid) const {
+    ++(is_valid ? valid_ : invalid_);
+    return is_valid;
+  }
+
+  OmplRobot robot_;
+};
+
+}  // namespace cuboid_mapping
