@@ -348,6 +348,8 @@ inline std::vector<Case> otherCases() {
        5.0,
        [](const P& p) { return p.autosave_period_s == 5.0; },
        {0.5, 1e6, kNan, "1"}},
+      {"autosave_keep", 3, [](const P& p) { return p.autosave_keep == 3; }, {-1, 1001, 1.5}},
+      {"map_file_optional", true, [](const P& p) { return p.map_file_optional; }, {1, "no"}},
       {"resume", false, [](const P& p) { return !p.resume; }, {1, "no"}},
       {"keyframe_period",
        3.0,

@@ -116,6 +116,20 @@ TEST_P(NodeFiles, GoOnWithTheMapOfTheRunBefore) {
   EXPECT_EQ(folder_.list().size(), 1U);
 }
 
+TEST_P(NodeFiles, StayWhereTheyAreOfSavesBefore) {
+  const std::string file = folder_ / "map.cuboids";
+  for (int run = 1; run <= 4; ++run) {
+    start({"_autosave_file:=" + file, "_map_file:=" + file, "_map_file_optional:=true",
+           "_autosave_keep:=2", "_autosave_period:=86400"});
+    setBox(run);
+    stop();
+  }
+  EXPECT_EQ(countVoxels(file), 4 * kVoxelsOfBox);
+  EXPECT_EQ(countVoxels(folder_ / "map.1.cuboids"), 3 * kVoxelsOfBox);
+  EXPECT_EQ(countVoxels(folder_ / "map.2.cuboids"), 2 * kVoxelsOfBox);
+  EXPECT_EQ(folder_.list().size(), 3U);
+}
+
 TEST_P(NodeFiles, DoNotStartWithAMapOfAnotherResolution) {
   const std::string file = folder_ / "map.cuboids";
   cuboid_mapping::MapSnapshot map;

@@ -77,6 +77,9 @@ class MapStore {
   void replaceAll(const MapSnapshot& head, const std::vector<Cell>& pages,
                   const BricksOfPage& bricks_of);
 
+  /// Writes all of it to another file, which becomes a store, whole or not at all.
+  void copyTo(const std::string& file) const;
+
  private:
   void readHead();
   void createTables();

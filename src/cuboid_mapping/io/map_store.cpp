@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "cuboid_mapping/io/map_store.h"
 
+#include "cuboid_mapping/io/file_replacement.h"
 #include "cuboid_mapping/io/native_format.h"
 #include "cuboid_mapping/io/sqlite_database.h"
 #include "cuboid_mapping/io/text.h"
@@ -210,6 +211,14 @@ void MapStore::replaceAll(const MapSnapshot& head, const std::vector<Cell>& page
     putPages(head, pages, bricks_of);
   });
   head_ = withoutBricks(head);
+}
+
+void MapStore::copyTo(const std::string& file) const {
+  replaceFile(file, [&](const std::string& partial) {
+    SqliteStatement copy(*database_, "VACUUM INTO ?");
+    copy.bindText(1, partial);
+    copy.step();
+  });
 }
 
 void MapStore::putPages(const MapSnapshot& head, const std::vector<Cell>& pages,

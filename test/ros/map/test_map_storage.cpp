@@ -5,6 +5,7 @@
 #include "cuboid_mapping/io/map_files.h"
 #include "cuboid_mapping/io/map_store.h"
 #include "cuboid_mapping/map/cuboid_search.h"
+#include "cuboid_mapping/ros/map/earlier_saves.h"
 #include "cuboid_mapping/voxels/uniform_boxes.h"
 #include "ros/random_guarded_map.h"
 #include "tools/run_program.h"
@@ -14,6 +15,8 @@
 #include <algorithm>
 #include <atomic>
 #include <chrono>
+#include <fstream>
+#include <map>
 #include <thread>
 
 namespace cuboid_mapping_ros {
@@ -272,6 +275,107 @@ TEST(MapStorage, startsFromAFileWithItsResolution) {
   EXPECT_EQ(start->bricks.size(), 1U);
   parameters.map_file = folder / "none.bt";
   EXPECT_THROW((void)readStartMap(parameters), cuboid_mapping::MapFileError);
+}
+
+TEST(MapStorage, startsWithoutAMapFileThatMayBeMissing) {
+  const TemporaryFolder folder;
+  NodeParameters parameters;
+  parameters.map = makeConfig();
+  parameters.autosave_file = folder / "map.cuboids";
+  parameters.map_file = folder / "map.cuboids";
+  parameters.map_file_optional = true;
+  EXPECT_FALSE(readStartMap(parameters)) << "the first run";
+  Random random(101);
+  GuardedMap map(makeConfig());
+  fill(map, random);
+  ASSERT_EQ(saveMap(map, "map", parameters.autosave_file).error, "");
+  for (const char* map_file : {"map.cuboids", "none.cuboids"}) {
+    parameters.map_file = folder / map_file;
+    parameters.is_autosave_read = false;
+    const auto found = readStartMap(parameters);
+    ASSERT_TRUE(found) << map_file;
+    EXPECT_EQ(cuboid_mapping::test::voxelsOf(found->bricks), voxelsOf(map));
+    EXPECT_TRUE(parameters.is_autosave_read) << map_file;
+  }
+  std::ofstream(parameters.autosave_file) << "no map";
+  EXPECT_THROW((void)readStartMap(parameters), cuboid_mapping::MapFileError);
+}
+
+/// The voxels of a file; empty where there is none.
+std::map<int, std::size_t> countKept(const std::string& file, int count) {
+  std::map<int, std::size_t> counts;
+  for (int number = 1; number <= count; ++number) {
+    const std::string name = earlierSave(file, number);
+    if (!std::filesystem::exists(name)) continue;
+    counts[number] = cuboid_mapping::readMapFile(name).snapshot.bricks.size();
+  }
+  return counts;
+}
+
+/// A map of so many bricks.
+MapSnapshot makeRow(std::int32_t num_bricks) {
+  MapSnapshot snapshot;
+  snapshot.bricks = cuboid_mapping::toBricks({{{{0, 0, 0}, {8 * num_bricks, 1, 1}}, 1.0F}}).bricks;
+  return snapshot;
+}
+
+TEST(MapStorage, keepsTheLastSaves) {
+  for (const char* name : {"map.cuboids", "map.sqlite", "map.ot"}) {
+    const TemporaryFolder folder;
+    const std::string file = folder / name;
+    for (int save = 1; save <= 6; ++save) {
+      keepEarlierSaves(file, 3);
+      writeMapFile(file, makeRow(save));
+      cuboid_mapping::replaceFile(locksFile(file), std::to_string(save));
+    }
+    EXPECT_EQ(countKept(file, 9), (std::map<int, std::size_t>{{1, 5U}, {2, 4U}, {3, 3U}})) << name;
+    EXPECT_EQ(cuboid_mapping::test::readFile(locksFile(earlierSave(file, 2))), "4");
+    std::filesystem::remove(earlierSave(file, 2));
+    keepEarlierSaves(file, 3);
+    EXPECT_EQ(countKept(file, 9), (std::map<int, std::size_t>{{1, 6U}, {2, 5U}, {3, 3U}}))
+        << "a gap is filled";
+    keepEarlierSaves(file, 0);
+    EXPECT_EQ(countKept(file, 9).size(), 3U);
+  }
+}
+
+/// Kills a process that keeps and saves, at 100 places: map and earlier saves are whole, and no save is missing among them.
+TEST(MapStorage, keepsWholeSavesWhateverKillsIt) {
+  Random random(102);
+  for (const char* name : {"map.cuboids", "map.sqlite"}) {
+    const TemporaryFolder folder;
+    const std::string file = folder / name;
+    writeMapFile(file, makeRow(1));
+    const auto start = std::chrono::steady_clock::now();
+    keepEarlierSaves(file, 3);
+    writeMapFile(file, makeRow(2));
+    const std::chrono::duration<double, std::micro> save_us =
+        std::chrono::steady_clock::now() - start;
+    const int window_us = std::max(8000, static_cast<int>(4 * save_us.count()));
+    std::size_t newest = 2;
+    for (int kills = 0; kills < 50; ++kills) {
+      const pid_t child = fork();
+      if (child == 0) {
+        for (auto save = static_cast<std::int32_t>(newest) + 1;; ++save) {
+          keepEarlierSaves(file, 3);
+          writeMapFile(file, makeRow(save));
+        }
+      }
+      usleep(static_cast<useconds_t>(random.integer(0, window_us)));
+      kill(child, SIGKILL);
+      int state = 0;
+      ASSERT_EQ(waitpid(child, &state, 0), child);
+      const std::size_t found = cuboid_mapping::readMapFile(file).snapshot.bricks.size();
+      ASSERT_GE(found, newest) << name << ' ' << kills;
+      newest = found;
+      std::size_t later = newest;
+      for (const auto& [number, size] : countKept(file, 3)) {
+        ASSERT_TRUE(size == later || size + 1 == later) << name << ' ' << number;
+        later = size;
+      }
+    }
+    EXPECT_GT(newest, 2U);
+  }
 }
 
 /// A merging node goes on with its store, or begins with none when it was killed while it made it.

@@ -124,8 +124,6 @@ void mergeInto(GuardedMap& map, const MapSnapshot& snapshot, MergeRule rule,
   });
 }
 
-std::string locksFile(const std::string& map_file) { return map_file + ".locks"; }
-
 }  // namespace
 
 SnapshotLimits makeSnapshotLimits(const NodeParameters& parameters) {
@@ -252,6 +250,8 @@ std::optional<MapSnapshot> readStartMap(NodeParameters& parameters) {
   // Only a store has the list of merged observations.
   const bool is_whole =
       parameters.fleet.robots.empty() || cuboid_mapping::isSqliteFile(parameters.autosave_file);
+  const bool is_missing = parameters.map_file_optional && !hasMap(parameters.map_file);
+  if (is_missing) parameters.map_file.clear();
   const bool goes_on = parameters.map_file.empty() && parameters.resume && is_whole &&
                        !parameters.window.keeps() && hasMap(parameters.autosave_file);
   const std::string& name = goes_on ? parameters.autosave_file : parameters.map_file;
@@ -303,6 +303,8 @@ std::string nameBeside(const std::string& file) {
     if (!fs::exists(fs::symlink_status(name, ignored))) return name.string();
   }
 }
+
+std::string locksFile(const std::string& map_file) { return map_file + ".locks"; }
 
 void saveLocks(const GuardedMap& map, const std::string& map_file) {
   const auto boxes = map.read(

@@ -27,6 +27,9 @@ namespace cuboid_mapping_ros {
 /// A name beside that of a file, as NAME-2.ext, under which there is nothing yet.
 [[nodiscard]] std::string nameBeside(const std::string& file);
 
+/// The file beside that of a map that has its locked boxes.
+[[nodiscard]] std::string locksFile(const std::string& map_file);
+
 /// Locked boxes of a map, in a file beside that of the map. Without any the file goes, and beside a .cuboids, which has
 /// them.
 /// @throws cuboid_mapping::MapFileError naming the file.
@@ -97,7 +100,8 @@ struct LoadPlacement {
                                           double resolution_m);
 
 /// The map of `map_file`, whose resolution becomes that of the parameters, as with octomap_server; without one and with
-/// `resume` that of `autosave_file`, where it is there. Nothing when there is none. Sets `is_autosave_read`.
+/// `resume` that of `autosave_file`, where it is there. Nothing when there is none. Sets `is_autosave_read`, and takes a
+/// `map_file` away that may be missing, and is.
 /// @throws cuboid_mapping::MapFileError naming the file; for an autosave_file of another resolution, too.
 [[nodiscard]] std::optional<cuboid_mapping::MapSnapshot> readStartMap(NodeParameters& parameters);
 

@@ -241,7 +241,11 @@ std::vector<ParameterDeclaration> declareFiles() {
   return {
       {"map_file", "", file(&P::map_file),
        "Map to start with: .cuboids, .sqlite, .ot or .bt, whose resolution replaces the parameter "
-       "resolution; or .pcd, points in the frame of the map, whose voxels become occupied."},
+       "resolution; or .pcd, points in the frame of the map, whose voxels become occupied. It may "
+       "be the same file as autosave_file."},
+      {"map_file_optional", "", boolean(&P::map_file_optional),
+       "true: where map_file is not there, as before the first run, the node starts as without it. "
+       "false: it does not start."},
       {"autosave_file", "", file(&P::autosave_file),
        "The map is saved to this file after changes and when the node stops. A file that exists at "
        "the start and is not read (see resume) is not replaced: saves go to a new file beside it. "
@@ -252,6 +256,9 @@ std::vector<ParameterDeclaration> declareFiles() {
        "resolution."},
       {"autosave_period", "s", number(&P::autosave_period_s, 1.0, 86400.0),
        "Time between two saves to autosave_file."},
+      {"autosave_keep", "", integer(&P::autosave_keep, 0, 1000),
+       "Number of earlier saves that stay beside autosave_file: map.1.cuboids is the last before "
+       "map.cuboids, map.2.cuboids the one before."},
       {"file_memory", "MB", integer(&P::file_memory_mb, 100, 1000000),
        "Memory for reading a map. A file that needs more is refused."},
   };

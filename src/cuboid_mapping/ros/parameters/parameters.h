@@ -109,8 +109,10 @@ struct NodeParameters {
   std::string map_file;         ///< Loaded at the start; empty: none.
   std::string autosave_file;    ///< Saved to now and then; empty: none.
   double autosave_period_s = 60.0;
-  bool resume = true;             ///< The map starts with autosave_file, where it is there.
-  bool is_autosave_read = false;  ///< The start has read it: saves may replace it. No parameter.
+  int autosave_keep = 0;           ///< Earlier saves that stay beside autosave_file.
+  bool map_file_optional = false;  ///< map_file may be missing.
+  bool resume = true;              ///< The map starts with autosave_file, where it is there.
+  bool is_autosave_read = false;   ///< The start has read it: saves may replace it. No parameter.
   double map_part_size_mb =
       250.0;                  ///< Bound of a message of cuboid_map, before it is deflated, in MB.
   int file_memory_mb = 4000;  ///< Bound of the memory for reading a map, in MB.

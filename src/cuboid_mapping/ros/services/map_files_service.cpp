@@ -6,6 +6,7 @@
 #include "cuboid_mapping/io/file_replacement.h"
 #include "cuboid_mapping/io/map_files.h"
 #include "cuboid_mapping/io/text.h"
+#include "cuboid_mapping/ros/map/earlier_saves.h"
 #include "cuboid_mapping/ros/middleware/names.h"
 #include "cuboid_mapping/ros/services/service_call.h"
 
@@ -49,6 +50,7 @@ MapFilesService::MapFilesService(const ros::NodeHandle& private_nh,
       frame_id_(parameters.frame_id),
       limits_(makeSnapshotLimits(parameters)),
       autosave_file_(parameters.autosave_file),
+      num_earlier_(parameters.autosave_keep),
       is_autosave_own_(parameters.is_autosave_read),
       saved_revision_(revisionOf(map)),
       thread_(guard, "files") {
@@ -117,9 +119,11 @@ void MapFilesService::autosave() {
   map_.save();
   if (autosave_file_.empty() || revisionOf(map_) == saved_revision_) return;
   chooseAutosaveFile();
+  keepEarlier();
   StorageAnswer answer = saveMap(map_, frame_id_, autosave_file_, limits_);
   if (answer.error.empty()) {
     is_autosave_own_ = true;
+    is_earlier_kept_ = false;
     try {
       saveLocks(map_, autosave_file_);
       saved_revision_ = answer.revision;
@@ -130,6 +134,17 @@ void MapFilesService::autosave() {
   logAnswer("saved to", autosave_file_, answer);
   const std::lock_guard<std::mutex> lock(error_mutex_);
   autosave_error_ = answer.error;
+}
+
+void MapFilesService::keepEarlier() {
+  if (is_earlier_kept_) return;
+  try {
+    keepEarlierSaves(autosave_file_, num_earlier_);
+    is_earlier_kept_ = true;
+  } catch (const std::exception& exception) {  // The newest map is worth more than those before it.
+    ROS_ERROR_STREAM_NAMED(
+        kNodeName, "the save before this one does not stay (autosave_keep): " << exception.what());
+  }
 }
 
 void MapFilesService::chooseAutosaveFile() {

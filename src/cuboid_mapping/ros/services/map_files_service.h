@@ -38,6 +38,8 @@ class MapFilesService {
   void advertise(ros::NodeHandle nh);
   StorageAnswer load(const cuboid_mapping::LoadMap::Request& request);
   void autosave();
+  /// Puts the save before this one beside it, with those before that.
+  void keepEarlier();
   /// Chooses another file where that one holds what this node has neither read nor written.
   void chooseAutosaveFile();
   /// Says at the start where saves go, and whether they cannot.
@@ -48,7 +50,9 @@ class MapFilesService {
   std::string frame_id_;
   cuboid_mapping::SnapshotLimits limits_;  ///< Of files that are loaded.
   std::string autosave_file_;
-  bool is_autosave_own_;  ///< It was read, or written.
+  int num_earlier_;               ///< Saves that stay beside it.
+  bool is_earlier_kept_ = false;  ///< Of what is there now: the last save has failed.
+  bool is_autosave_own_;          ///< It was read, or written.
   std::uint64_t saved_revision_;
   mutable std::mutex error_mutex_;
   std::string autosave_error_;

@@ -1,0 +1,68 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "cuboid_mapping/ros/map/earlier_saves.h"
+
+#include "cuboid_mapping/io/map_store.h"
+#include "cuboid_mapping/ros/map/map_storage.h"
+
+#include <filesystem>
+
+namespace cuboid_mapping_ros {
+namespace {
+
+namespace fs = std::filesystem;
+
+/// Gives a file a second name, or makes a copy where the file system has one name for a file only.
+void link(const std::string& file, const std::string& name) {
+  const std::string partial = name + ".partial";
+  std::error_code error;
+  fs::remove(partial, error);
+  fs::create_hard_link(file, partial, error);
+  if (error) fs::copy_file(file, partial);
+  fs::rename(partial, name);
+  fs::remove(partial, error);  // Which rename() leaves where both name one file.
+}
+
+/// A store is changed in place.
+void copyMap(const std::string& file, const std::string& name) {
+  if (cuboid_mapping::isSqliteFile(file)) {
+    cuboid_mapping::MapStore(file, cuboid_mapping::StoreAccess::kWrite).copyTo(name);
+  } else {
+    link(file, name);
+  }
+}
+
+/// Does with the locks of a map what was done with the map.
+template <typename WorkT>
+void withLocks(const std::string& from, const std::string& to, const WorkT& work) {
+  work(from, to);
+  std::error_code ignored;
+  if (fs::exists(locksFile(from), ignored)) {
+    work(locksFile(from), locksFile(to));
+  } else {
+    fs::remove(locksFile(to), ignored);
+  }
+}
+
+}  // namespace
+
+std::string earlierSave(const std::string& map_file, int number) {
+  const fs::path path = map_file;
+  fs::path name = path.parent_path() / path.stem();
+  name += "." + std::to_string(number) + path.extension().string();
+  return name.string();
+}
+
+void keepEarlierSaves(const std::string& map_file, int count) {
+  if (count == 0 || !hasMap(map_file)) return;
+  std::error_code ignored;
+  int last = 1;  // A gap is filled first: it is of a move that did not end.
+  while (last < count && fs::exists(earlierSave(map_file, last), ignored)) ++last;
+  const auto move = [](const std::string& from, const std::string& to) { fs::rename(from, to); };
+  for (int number = last; number > 1; --number) {
+    withLocks(earlierSave(map_file, number - 1), earlierSave(map_file, number), move);
+  }
+  withLocks(map_file, earlierSave(map_file, 1),
+            [](const std::string& from, const std::string& to) { copyMap(followLinks(from), to); });
+}
+
+}  // namespace cuboid_mapping_ros
