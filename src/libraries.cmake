@@ -194,6 +194,7 @@ add_library(cuboid_mapping_ros
   cuboid_mapping/ros/conversions/ground_filter.cpp
   cuboid_mapping/ros/conversions/no_return_points.cpp
   cuboid_mapping/ros/conversions/point_times.cpp
+  cuboid_mapping/ros/conversions/pose_messages.cpp
   cuboid_mapping/ros/conversions/sensor_conversions.cpp
   cuboid_mapping/ros/conversions/sensor_message.cpp
   cuboid_mapping/ros/conversions/sweep.cpp

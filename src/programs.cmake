@@ -71,6 +71,7 @@ target_link_libraries(scans_to_bag
 add_library(cuboid_mapping_bag_clouds STATIC
   tools/bag_clouds.cpp
   tools/bag_files.cpp
+  tools/bag_poses.cpp
   tools/bag_sources.cpp
   tools/bag_topics.cpp
   tools/bag_transforms.cpp

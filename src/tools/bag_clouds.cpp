@@ -62,6 +62,9 @@ void checkForFolders(const NodeParameters& parameters, const BagOptions& options
   if (!options.tf.empty() || !options.transforms.empty()) {
     throw std::runtime_error("--tf and --transform do not go with scan folders");
   }
+  if (!options.poses.empty()) {
+    throw std::runtime_error("--poses does not go with scan folders: change their poses.txt");
+  }
   if (!parameters.sources.empty() || parameters.source.type != SourceType::kPointCloud) {
     throw std::runtime_error("scan folders are one source of clouds: set no sources and no type");
   }
@@ -99,6 +102,15 @@ std::optional<int> parseBagOptions(cuboid_mapping::CommandLine& line, int argc, 
   line.addTexts("transform", options.transforms,
                 "a static transform that the bags do not have: \"parent child x y z yaw pitch "
                 "roll\", metres and radians");
+  line.addText(
+      "poses", options.poses,
+      "corrected poses in the place of those of tf: a file with lines \"stamp x y z qx qy "
+      "qz qw\", or a topic of the bags with a nav_msgs/Path, Odometry or PoseStamped. Clouds "
+      "outside their time are left out");
+  line.addText(
+      "poses-of", options.poses_of,
+      "frame whose poses --poses gives, such as base_link; without it, that of the clouds, "
+      "or what an Odometry says");
   line.addText("params", options.parameter_file,
                "YAML file with parameters of the node, such as config/default.yaml");
   line.addTexts(
@@ -131,7 +143,8 @@ BagClouds::BagClouds(std::string program, const BagOptions& options)
     const BagTopics topics(bags_);
     transforms_.read(bags_, topics, options.tf, options.transforms);
     say(transforms_.notes());
-    if (!read.has_frame) chooseFrame(topics);
+    readPoses(topics, options, read.has_frame);
+    if (!read.has_frame && !poses_) chooseFrame(topics);
     const ChosenSources chosen = chooseSources(topics, parameters_, read.has_type, options.topics);
     say(chosen.notes);
     parameters_ = chosen.parameters;
@@ -161,6 +174,25 @@ void BagClouds::chooseFrame(const BagTopics& topics) {
   say({"there is no frame '" + parameters_.frame_id + "': maps in '" + *roots.begin() +
        "', the root of the transforms (as --set frame_id=" + *roots.begin() + " does)"});
   parameters_.frame_id = *roots.begin();
+}
+
+void BagClouds::readPoses(const BagTopics& topics, const BagOptions& options, bool has_frame) {
+  if (options.poses.empty()) {
+    if (options.poses_of.empty()) return;
+    throw std::runtime_error("--poses-of needs poses: name them with --poses");
+  }
+  poses_ = readBagPoses(bags_, topics, options.poses);
+  if (!options.poses_of.empty()) poses_->body_frame_id = withoutSlash(options.poses_of);
+  say({poses_->note});
+  const std::string& frame_id = poses_->map_frame_id;
+  if (frame_id.empty() || frame_id == withoutSlash(parameters_.frame_id)) return;
+  if (has_frame) {
+    throw std::runtime_error("the poses of " + options.poses + " are in the frame '" + frame_id +
+                             "', but frame_id is '" + parameters_.frame_id +
+                             "': set that, or none");
+  }
+  say({"maps in '" + frame_id + "', the frame of the poses"});
+  parameters_.frame_id = frame_id;
 }
 
 void BagClouds::say(const std::vector<std::string>& lines) const {
@@ -221,8 +253,7 @@ void BagClouds::walkOne(const SensorMessage& cloud, const Take& take) {
 const cuboid_mapping::ScanUpdate* BagClouds::compute(const SensorMessage& cloud, Origin& origin) {
   Source& source = *sources_.at(cloud.source);
   std::string tf_error;
-  const auto poses = lookupPoses(transforms_.buffer(), source.frames, cloud.header(),
-                                 readSlices(cloud, source.parameters), tf_error);
+  const auto poses = findPoses(cloud, source, tf_error);
   if (!poses) {
     leaveOut(DropReason::kNoTransform, tf_error);
     return nullptr;
@@ -235,6 +266,15 @@ const cuboid_mapping::ScanUpdate* BagClouds::compute(const SensorMessage& cloud,
   }
   if (update == nullptr) leaveOut(toDropReason(error->defect), error->text);
   return update;
+}
+
+std::optional<CloudPoses> BagClouds::findPoses(const SensorMessage& cloud, const Source& source,
+                                               std::string& error) const {
+  const Slices slices = readSlices(cloud, source.parameters);
+  const tf2::BufferCore& tf = transforms_.buffer();
+  if (!poses_) return lookupPoses(tf, source.frames, cloud.header(), slices, error);
+  return lookupPosesOn(poses_->track, poses_->body_frame_id, tf, source.frames, cloud.header(),
+                       slices, error);
 }
 
 /// Of the first clouds, while there is time to start again.

@@ -2,6 +2,7 @@
 // Common parts of bag_to_map and bag_to_map_mpi: options, and clouds of rosbags or scan folders.
 #pragma once
 
+#include "bag_poses.h"
 #include "bag_sources.h"
 #include "bag_transforms.h"
 #include "command_line.h"
@@ -28,6 +29,8 @@ struct BagOptions {
   std::vector<std::string> topics;      ///< Empty: see chooseSources().
   std::string tf;                       ///< See BagTransforms::read().
   std::vector<std::string> transforms;  ///< Static ones that the bags do not have.
+  std::string poses;                    ///< See readBagPoses(); empty: those of tf.
+  std::string poses_of;  ///< Frame of the body; empty: as the topic says, else that of the clouds.
   std::string parameter_file;
   std::vector<std::string> settings;
 };
@@ -98,6 +101,9 @@ class BagClouds {
 
  private:
   void chooseFrame(const BagTopics& topics);
+  void readPoses(const BagTopics& topics, const BagOptions& options, bool has_frame);
+  [[nodiscard]] std::optional<CloudPoses> findPoses(const SensorMessage& cloud,
+                                                    const Source& source, std::string& error) const;
   void say(const std::vector<std::string>& lines) const;
   [[nodiscard]] std::optional<SensorMessage> read(std::uint64_t number);
   void walkOne(const SensorMessage& cloud, const Take& take);
@@ -110,6 +116,7 @@ class BagClouds {
   std::optional<ScanFolders> folders_;  ///< In the place of bags.
   BagFiles bags_;
   BagTransforms transforms_;
+  std::optional<BagPoses> poses_;  ///< In the place of those of tf.
   NodeParameters parameters_;
   std::optional<BagMessages> messages_;  ///< Of bags.
   std::vector<std::unique_ptr<Source>> sources_;

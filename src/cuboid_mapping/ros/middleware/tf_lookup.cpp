@@ -8,18 +8,12 @@
 #include <exception>
 
 namespace cuboid_mapping_ros {
-namespace {
 
-/// To nine decimals, so that a pose with fewer stays what it is. tf gives a pose as it came while it is the newest,
-/// and interpolates as soon as there is a later one, which may change its last bits: enough to lift a sensor that is
-/// level with a face of voxels.
 Eigen::Isometry3d roundTransform(const Eigen::Isometry3d& transform) {
   Eigen::Isometry3d rounded;
   rounded.matrix() = (transform.matrix() * 1e9).array().round().matrix() / 1e9;
   return rounded;
 }
-
-}  // namespace
 
 std::string withoutSlash(const std::string& frame_id) {
   return !frame_id.empty() && frame_id.front() == '/' ? frame_id.substr(1) : frame_id;

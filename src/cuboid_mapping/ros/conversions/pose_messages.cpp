@@ -1,0 +1,31 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "cuboid_mapping/ros/conversions/pose_messages.h"
+
+#include <cmath>
+
+namespace cuboid_mapping_ros {
+
+using cuboid_mapping::StampedPose;
+
+StampedPose toStampedPose(const ros::Time& stamp, const geometry_msgs::Pose& pose) {
+  const auto& rotation = pose.orientation;
+  const Eigen::Quaterniond quaternion(rotation.w, rotation.x, rotation.y, rotation.z);
+  StampedPose stamped{static_cast<std::int64_t>(stamp.toNSec()), Eigen::Isometry3d::Identity()};
+  stamped.T_map_body.translation() =
+      Eigen::Vector3d(pose.position.x, pose.position.y, pose.position.z);
+  if (std::abs(quaternion.norm() - 1.0) <= 0.1) {  // It may be written with few digits.
+    stamped.T_map_body.linear() = quaternion.normalized().toRotationMatrix();
+  } else {
+    stamped.T_map_body.linear().setZero();
+  }
+  return stamped;
+}
+
+std::vector<StampedPose> toStampedPoses(const nav_msgs::Path& path) {
+  std::vector<StampedPose> poses;
+  poses.reserve(path.poses.size());
+  for (const auto& pose : path.poses) poses.push_back(toStampedPose(pose.header.stamp, pose.pose));
+  return poses;
+}
+
+}  // namespace cuboid_mapping_ros

@@ -1,0 +1,21 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include "cuboid_mapping/history/pose_track.h"
+
+#include <geometry_msgs/Pose.h>
+#include <nav_msgs/Path.h>
+#include <ros/time.h>
+
+#include <vector>
+
+namespace cuboid_mapping_ros {
+
+/// A pose as PoseTrack takes it; one whose quaternion is none is no rotation, which PoseTrack refuses.
+[[nodiscard]] cuboid_mapping::StampedPose toStampedPose(const ros::Time& stamp,
+                                                        const geometry_msgs::Pose& pose);
+
+/// The poses of a path, each with its own stamp.
+[[nodiscard]] std::vector<cuboid_mapping::StampedPose> toStampedPoses(const nav_msgs::Path& path);
+
+}  // namespace cuboid_mapping_ros

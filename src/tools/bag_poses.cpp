@@ -1,0 +1,135 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "bag_poses.h"
+
+#include "cuboid_mapping/history/pose_file.h"
+#include "cuboid_mapping/io/text.h"
+#include "cuboid_mapping/ros/conversions/pose_messages.h"
+#include "cuboid_mapping/ros/middleware/tf_lookup.h"
+
+#include <geometry_msgs/PoseStamped.h>
+#include <nav_msgs/Odometry.h>
+#include <nav_msgs/Path.h>
+
+#include <filesystem>
+#include <iomanip>
+#include <sstream>
+#include <stdexcept>
+#include <utility>
+#include <vector>
+
+namespace cuboid_mapping_ros {
+namespace {
+
+using cuboid_mapping::PoseTrack;
+using cuboid_mapping::StampedPose;
+
+/// What is gathered from a topic.
+struct Gathered {
+  std::vector<StampedPose> poses;
+  std::string map_frame_id;
+  std::string body_frame_id;
+};
+
+void addMessage(const BagMessage& message, BagFiles& bags, Gathered& gathered) {
+  const std::string& type = message.instance.getDataType();
+  if (type == "nav_msgs/Path") {
+    const auto path = bags.read<nav_msgs::Path>(message);
+    if (!path) return;
+    gathered = {toStampedPoses(*path), path->header.frame_id, ""};
+  } else if (type == "nav_msgs/Odometry") {
+    const auto odometry = bags.read<nav_msgs::Odometry>(message);
+    if (!odometry) return;
+    gathered.map_frame_id = odometry->header.frame_id;
+    gathered.body_frame_id = odometry->child_frame_id;
+    gathered.poses.push_back(toStampedPose(odometry->header.stamp, odometry->pose.pose));
+  } else if (const auto pose = bags.read<geometry_msgs::PoseStamped>(message)) {
+    gathered.map_frame_id = pose->header.frame_id;
+    gathered.poses.push_back(toStampedPose(pose->header.stamp, pose->pose));
+  }
+}
+
+bool hasPoses(const BagTopic& topic) {
+  return topic.datatype == "nav_msgs/Path" || topic.datatype == "nav_msgs/Odometry" ||
+         topic.datatype == "geometry_msgs/PoseStamped";
+}
+
+Gathered readTopic(BagFiles& bags, const BagTopics& topics, const std::string& given) {
+  const std::string name = withSlash(given);
+  const BagTopic* topic = topics.find(name);
+  if (topic == nullptr || !hasPoses(*topic)) {
+    std::vector<std::string> others;
+    for (const auto& [other, its] : topics.all()) {
+      if (hasPoses(its)) others.push_back(other);
+    }
+    throw std::runtime_error(
+        "--poses " + given +
+        ": there is no such file, and no topic with poses (nav_msgs/Path, "
+        "nav_msgs/Odometry, geometry_msgs/PoseStamped) of this name; the bags have " +
+        (others.empty() ? "none" : cuboid_mapping::join(others, ", ")));
+  }
+  Gathered gathered;
+  for (const BagMessage& message : bags.collect({name, name.substr(1)})) {
+    addMessage(message, bags, gathered);
+  }
+  return gathered;
+}
+
+std::string describe(const PoseTrack& track, const std::string& name) {
+  std::ostringstream text;
+  text << "takes " << cuboid_mapping::counted(track.size(), "pose") << " of " << name << ", from "
+       << std::fixed << std::setprecision(3) << 1e-9 * static_cast<double>(track.begin_ns())
+       << " to " << 1e-9 * static_cast<double>(track.end_ns()) << " s";
+  return text.str();
+}
+
+}  // namespace
+
+BagPoses readBagPoses(BagFiles& bags, const BagTopics& topics, const std::string& file_or_topic) {
+  std::error_code ignored;
+  Gathered gathered;
+  if (std::filesystem::is_regular_file(file_or_topic, ignored)) {
+    gathered.poses = cuboid_mapping::readPoseFile(file_or_topic);
+  } else {
+    gathered = readTopic(bags, topics, file_or_topic);
+  }
+  try {
+    PoseTrack track(std::move(gathered.poses));
+    std::string note = describe(track, file_or_topic);
+    return {std::move(track), withoutSlash(gathered.map_frame_id),
+            withoutSlash(gathered.body_frame_id), std::move(note)};
+  } catch (const std::invalid_argument& error) {
+    throw std::runtime_error("--poses " + file_or_topic + ": " + error.what());
+  }
+}
+
+std::optional<CloudPoses> lookupPosesOn(const PoseTrack& track, const std::string& body_frame_id,
+                                        const tf2::BufferCore& tf, PoseFrames frames,
+                                        const std_msgs::Header& header, const Slices& slices,
+                                        std::string& error) {
+  frames.map = body_frame_id.empty() ? header.frame_id : body_frame_id;
+  auto poses = lookupPoses(tf, frames, header, slices, error);
+  if (!poses) return poses;
+  const auto move = [&](CloudPoses& part, const ros::Time& stamp) {
+    const auto stamp_ns = static_cast<std::int64_t>(stamp.toNSec());
+    if (stamp_ns < track.begin_ns() || stamp_ns > track.end_ns()) {
+      std::ostringstream text;
+      text << "the poses of --poses do not reach to " << stamp << " s";
+      error = text.str();
+      return false;
+    }
+    const Eigen::Isometry3d T_map_body = track.at(stamp_ns);
+    part.T_map_cloud = roundTransform(T_map_body * part.T_map_cloud);
+    part.T_map_sensor = roundTransform(T_map_body * part.T_map_sensor);
+    if (part.T_map_base) part.T_map_base = T_map_body * *part.T_map_base;
+    part.window_center_map = T_map_body * part.window_center_map;
+    for (Eigen::Isometry3d& T_map_part : part.T_map_parts) T_map_part = T_map_body * T_map_part;
+    return true;
+  };
+  if (!move(*poses, header.stamp)) return std::nullopt;
+  for (std::size_t i = 0; i < slices.size(); ++i) {
+    if (!move(poses->slice_poses[i], header.stamp + middleOf(slices[i]))) return std::nullopt;
+  }
+  return poses;
+}
+
+}  // namespace cuboid_mapping_ros

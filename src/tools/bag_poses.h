@@ -1,0 +1,36 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Corrected poses of a body, in the place of those that tf has.
+#pragma once
+
+#include "bag_files.h"
+#include "bag_topics.h"
+#include "cuboid_mapping/history/pose_track.h"
+#include "cuboid_mapping/ros/clouds/cloud_poses.h"
+
+#include <optional>
+#include <string>
+
+namespace cuboid_mapping_ros {
+
+/// Poses of a body in the frame of the map.
+struct BagPoses {
+  cuboid_mapping::PoseTrack track;
+  std::string map_frame_id;   ///< As a topic says it; empty for a file.
+  std::string body_frame_id;  ///< As a topic says it; empty: that of the clouds.
+  std::string note;           ///< A line: what was taken.
+};
+
+/// The poses of a file (readPoseFile()), or of a topic of the bags: the last nav_msgs/Path, or all nav_msgs/Odometry or
+/// geometry_msgs/PoseStamped. @throws std::runtime_error  saying what is wrong, and what there is.
+[[nodiscard]] BagPoses readBagPoses(BagFiles& bags, const BagTopics& topics,
+                                    const std::string& file_or_topic);
+
+/// As lookupPoses(), with the poses of a body: tf says where the sensors are on it. Nothing outside the poses, as of tf.
+/// @param body_frame_id  Empty: that of the cloud.
+[[nodiscard]] std::optional<CloudPoses> lookupPosesOn(const cuboid_mapping::PoseTrack& track,
+                                                      const std::string& body_frame_id,
+                                                      const tf2::BufferCore& tf, PoseFrames frames,
+                                                      const std_msgs::Header& header,
+                                                      const Slices& slices, std::string& error);
+
+}  // namespace cuboid_mapping_ros
