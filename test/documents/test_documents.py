@@ -12,7 +12,7 @@ PAGES = [ROOT / 'README.md', ROOT / 'CONTRIBUTING.md', *sorted((ROOT / 'doc').rg
 # Programs in documents are parts of files that other tests build and run.
 PROGRAMS = [path.read_text() for path in sorted((ROOT / 'examples').rglob('*')) if path.is_file()]
 # Of README and doc/. The aim is 11,000; the rest is room for what is being added.
-MAX_PROSE_WORDS = 11200
+MAX_PROSE_WORDS = 11400
 # What begins a line that is to be pasted, and is not of this package.
 OTHERS = {'.', 'cd', 'cmake', 'sudo', 'ctest'}
 
@@ -144,7 +144,8 @@ class DocumentsTest(unittest.TestCase):
             self.assertEqual(package, 'cuboid_mapping')
             declared = re.findall(r'<arg name="(\w+)"', (ROOT / 'launch' / file).read_text())
             for argument in arguments:
-                self.assertIn(argument.split(':=')[0], declared)
+                if not argument.startswith('__'):  # Those are roslaunch's own.
+                    self.assertIn(argument.split(':=')[0], declared)
         elif program == 'rosrun':
             self.assertRegex(built, rf'\b{words[1]}\b')
         elif program == 'rosservice':

@@ -23,7 +23,7 @@ namespace {
 using test::Random;
 using test::voxelsOf;
 
-constexpr std::int64_t kPeriod_ns = 100000000;
+constexpr std::int64_t kPeriodNs = 100000000;
 
 Eigen::Isometry3d randomPose(Random& random, double size_m) {
   Eigen::Isometry3d pose = Eigen::Isometry3d::Identity();
@@ -137,7 +137,7 @@ class Drive {
   }
 
   static std::int64_t stampOf(std::int64_t number) {
-    return 1600000000000000000 + kPeriod_ns * number;
+    return 1600000000000000000 + kPeriodNs * number;
   }
   static Eigen::Isometry3d wayAt(std::int64_t number) {
     Eigen::Isometry3d pose = Eigen::Isometry3d::Identity();

@@ -176,6 +176,7 @@ TEST(PoseQuery, FindsEveryVoxelThatABodyMeets) {
     const UnknownPolicy policy = random.chance(0.3) ? UnknownPolicy::kStop : UnknownPolicy::kPass;
     const Body body = randomBody(random);
     std::vector<Eigen::Isometry3d> poses;
+    poses.reserve(5);
     for (int i = 0; i < 5; ++i) poses.push_back(randomPose(random, 2.5));
     const std::vector<PoseQueryResult> results = checkPoses(map, body, poses, policy);
     ASSERT_EQ(results.size(), poses.size());
@@ -265,7 +266,7 @@ TEST(PoseQuery, SaysWhatIsWrongWithABodyOrAPose) {
     Body body = makeBase();
     body.spheres.push_back({Eigen::Vector3d::Zero(), 0.5});
     change(body);
-    const std::string text = findFault(body, room.grid());
+    std::string text = findFault(body, room.grid());
     EXPECT_EQ(checkPoses(room, body, {yawed(2, 2, 0)}, UnknownPolicy::kPass)[0].answer,
               WayAnswer::kInvalid);
     return text;
@@ -309,6 +310,7 @@ TEST(PoseQuery, LooksAtMoreBricksThanItKeeps) {
   Random random(3942);
   CuboidMap map = makeMap();
   std::vector<UniformBox> boxes;
+  boxes.reserve(4000);
   for (int i = 0; i < 4000; ++i) {
     boxes.push_back({test::randomBox(random, {{-160, -160, -160}, {160, 160, 160}}, 12), 1.0F});
   }

@@ -96,10 +96,11 @@ class BagPoses : public ::testing::Test {
     bag.commit();
   }
 
-  ProgramEnd run(const std::string& bag, std::vector<std::string> options) {
-    options.insert(options.begin(), {BAG_TO_MAP_PROGRAM, folder_ / bag, "-o",
-                                     folder_ / "map.cuboids", "--set", "resolution=0.1"});
-    return runProgram(options);
+  ProgramEnd run(const std::string& bag, const std::vector<std::string>& options) {
+    std::vector<std::string> words{BAG_TO_MAP_PROGRAM,      folder_ / bag, "-o",
+                                   folder_ / "map.cuboids", "--set",       "resolution=0.1"};
+    words.insert(words.end(), options.begin(), options.end());
+    return runProgram(words);
   }
   /// The bytes of a map.
   std::string map(const std::string& bag, const std::vector<std::string>& options) {

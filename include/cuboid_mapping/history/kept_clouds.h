@@ -53,6 +53,7 @@ class KeptClouds {
   /// Forgets all.
   void clear();
 
+  /// To which points are rounded.
   [[nodiscard]] double step_m() const { return step_m_; }
 
  private:

@@ -25,12 +25,14 @@ struct ObservationConfig {
 
 /// Leaves out of an update what a sensor that only marks, or only clears, does not say: its misses, or its hits, whose
 /// voxels then are neither.
+///@{
 void keepMarks(ScanUpdate& update);
 void keepClears(ScanUpdate& update);
+///@}
 
 /// What one observation saw, to be put into a map with any pose.
 struct KeptCloud {
-  std::int64_t stamp_ns = 0;
+  std::int64_t stamp_ns = 0;  ///< Since 1970.
   /// With which it is in the map now.
   Eigen::Isometry3d T_map_body = Eigen::Isometry3d::Identity();
   /// In the frame of the body, with anchors of 0 and rounded, see roundScan(). Of a sweep that was measured on the move:
@@ -46,10 +48,10 @@ struct HistoryLimits {
 
 /// How much a MapHistory keeps.
 struct HistoryFigures {
-  std::size_t num_clouds = 0;  ///< Kept.
-  std::uint64_t num_bytes = 0;
-  std::uint64_t num_points = 0;
-  std::uint64_t num_fixed = 0;  ///< Clouds so far that are no longer kept, see MapHistory.
+  std::size_t num_clouds = 0;    ///< Kept.
+  std::uint64_t num_bytes = 0;   ///< Of the packed clouds.
+  std::uint64_t num_points = 0;  ///< Of these clouds.
+  std::uint64_t num_fixed = 0;   ///< Clouds so far that are no longer kept, see MapHistory.
 };
 
 /// Clouds before the first and after the last of new poses.
@@ -61,6 +63,7 @@ enum class OutsidePoses : unsigned char {
 /// A corrected map in the making. As long as it lives, its history makes no cloud fixed.
 class MapCorrection {
  public:
+  /// Takes over a correction.
   MapCorrection(MapCorrection&&) noexcept;
   ~MapCorrection();
 
@@ -113,6 +116,7 @@ class MapHistory {
   /// Adds an edit: what the map has inside a box now, and its locks. @param box  Empty: the locks alone.
   void addEdit(const CellBox& box, const CuboidMap& map);
 
+  /// What is kept now.
   [[nodiscard]] HistoryFigures figures() const;
 
   /// By how much new poses would move what lies so far from the body, at most, of the clouds within them; 0 without any.

@@ -10,8 +10,8 @@ namespace cuboid_mapping {
 
 /// Where a body was at a time.
 struct StampedPose {
-  std::int64_t stamp_ns = 0;
-  Eigen::Isometry3d T_map_body = Eigen::Isometry3d::Identity();
+  std::int64_t stamp_ns = 0;                                     ///< Since 1970.
+  Eigen::Isometry3d T_map_body = Eigen::Isometry3d::Identity();  ///< In metres.
 };
 
 /// The way of a body: its poses over time.
@@ -31,6 +31,7 @@ class PoseTrack {
   [[nodiscard]] std::int64_t begin_ns() const { return poses_.front().stamp_ns; }
   [[nodiscard]] std::int64_t end_ns() const { return poses_.back().stamp_ns; }
   ///@}
+  /// Number of poses.
   [[nodiscard]] std::size_t size() const { return poses_.size(); }
 
  private:

@@ -113,7 +113,7 @@ TEST(Parameters, EveryBadValueGivesExactlyItsErrorAndKeepsTheDefault) {
       ++num_checked;
     }
   }
-  EXPECT_EQ(num_checked, 404U);
+  EXPECT_EQ(num_checked, 409U);
 }
 
 TEST(Parameters, AnErrorSaysValueRangeAndWhatToDo) {
