@@ -153,7 +153,7 @@ TEST(MapStore, findsAPageThatIsInThePlaceOfAnother) {
   runSql(file, "UPDATE pages SET x = x + 6400");
   const MapStore store(file, StoreAccess::kRead);
   for (const Cell& page : store.pages()) {
-    expectError(MapFileDefect::kCorrupted, file, "another one", [&] { (void)store.read(page); });
+    expectError(MapFileDefect::kCorrupted, file, "another page", [&] { (void)store.read(page); });
   }
 }
 
