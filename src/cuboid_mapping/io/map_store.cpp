@@ -167,8 +167,8 @@ std::vector<Cell> MapStore::pages() const {
     if (!isPage(statement)) {
       throw MapFileError(MapFileDefect::kCorrupted,
                          file_ +
-                             " is damaged: it has a page outside the limits of a map. Take another "
-                             "copy of the file");
+                             " is damaged: it has a page at a place where none can be. Take "
+                             "another copy of the file");
     }
     Cell page;
     for (int axis = 0; axis < 3; ++axis) {
