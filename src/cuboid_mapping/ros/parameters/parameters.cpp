@@ -231,7 +231,8 @@ void judgeUnknownKeys(const XmlRpcValue& group, LoadedParameters& loaded) {
       continue;
     }
     for (const auto& [rest, leaf] : leavesOf(value)) {
-      const std::string key = is_group ? name + '/' + rest : name;
+      std::string key = name;
+      if (is_group) key.append("/").append(rest);
       if (!known.has(key)) judgeUnknownKey(key, leaf, known, loaded);
     }
   }
