@@ -75,10 +75,13 @@ const char* add(const std::string& name, XmlRpcValue value, Config& config) {
 std::string editMethodOf(const ParameterDeclaration& declaration) {
   std::string names;
   for (const std::string& name : declaration.kind.choices) {
-    names += (names.empty() ? "{'name': '" : ", {'name': '") + name +
-             "', 'type': 'str', 'value': '" + name +
-             "', 'description': '', 'srcline': 0, 'srcfile': '', 'ctype': 'std::string', "
-             "'cconsttype': 'const char * const'}";
+    names.append(names.empty() ? "{'name': '" : ", {'name': '")
+        .append(name)
+        .append("', 'type': 'str', 'value': '")
+        .append(name)
+        .append(
+            "', 'description': '', 'srcline': 0, 'srcfile': '', 'ctype': 'std::string', "
+            "'cconsttype': 'const char * const'}");
   }
   if (names.empty()) return {};
   return "{'enum': [" + names + "], 'enum_description': '" + declaration.key + "'}";
