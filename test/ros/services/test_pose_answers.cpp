@@ -59,6 +59,23 @@ TEST_F(PoseAnswers, TakeSpheresInflationAndUnknownSpaceIntoAccount) {
   EXPECT_EQ(response.occupancy[0], CheckPoses::Response::OCCUPIED);
 }
 
+TEST_F(PoseAnswers, InflateABodyOnce) {
+  CheckPoses::Request request;
+  request.poses = {yawed(1.05, 0.45, 0.0)};  // 0.15 m from both sides of the door.
+  request.unknown = CheckPoses::Request::UNKNOWN_PASSES;
+  request.inflation = 0.03;
+  request.spheres = {point(0, 0, 0)};
+  request.radii = {0.11};
+  EXPECT_TRUE(answer<CheckPoses>(in_frame_, request).free[0]);
+  request.spheres.clear();
+  request.radii.clear();
+  request.boxes.resize(1);
+  request.sizes = {vector(0.1, 0.22, 0.1)};
+  EXPECT_TRUE(answer<CheckPoses>(in_frame_, request).free[0]);
+  request.sizes = {vector(0.1, 0.26, 0.1)};
+  EXPECT_FALSE(answer<CheckPoses>(in_frame_, request).free[0]);
+}
+
 TEST_F(PoseAnswers, AreExactInAFrameThatIsTurned) {
   geometry_msgs::TransformStamped transform = tf2::eigenToTransform(Eigen::Isometry3d(
       Eigen::Translation3d(1.05, 0.45, 0.5) * Eigen::AngleAxisd(-0.1, Eigen::Vector3d::UnitZ())));

@@ -28,6 +28,11 @@ void requireAsMany(const char* parts, std::size_t num_parts, const char* sizes,
                 std::to_string(num_sizes) + ' ' + sizes + ": give one for each");
 }
 
+void requireGood(const Body& body, const ServiceCall& call) {
+  const std::string fault = findFault(body, call.map().grid());
+  if (!fault.empty()) throw Refusal(fault);
+}
+
 Body readBody(const ServiceCall& call, const CheckPoses::Request& request) {
   call.requireFew(request.spheres.size(), kSpheres);
   call.requireFew(request.boxes.size(), kBodyBoxes);
@@ -43,14 +48,10 @@ Body readBody(const ServiceCall& call, const CheckPoses::Request& request) {
     body.boxes.push_back(
         {ServiceCall::localPose(request.boxes[i], {"boxes", i}), {size.x, size.y, size.z}});
   }
-  // As it was asked for, and as it is with the inflation.
-  for (int i = 0; i < 2; ++i) {
-    const std::string fault = findFault(body, call.map().grid());
-    if (!fault.empty()) throw Refusal(fault);
-    for (auto& sphere : body.spheres) sphere.radius_m += inflation_m;
-    for (auto& box : body.boxes) box.size_m.array() += 2.0 * inflation_m;
-    if (inflation_m == 0.0) break;
-  }
+  requireGood(body, call);  // Inflation hides a size that is none.
+  for (auto& sphere : body.spheres) sphere.radius_m += inflation_m;
+  for (auto& box : body.boxes) box.size_m.array() += 2.0 * inflation_m;
+  requireGood(body, call);
   return body;
 }
 
