@@ -23,13 +23,6 @@ struct ObservationConfig {
   bool clears = true;              ///< Whether misses count.
 };
 
-/// Leaves out of an update what a sensor that only marks, or only clears, does not say: its misses, or its hits, whose
-/// voxels then are neither.
-///@{
-void keepMarks(ScanUpdate& update);
-void keepClears(ScanUpdate& update);
-///@}
-
 /// What one observation saw, to be put into a map with any pose.
 struct KeptCloud {
   std::int64_t stamp_ns = 0;  ///< Since 1970.

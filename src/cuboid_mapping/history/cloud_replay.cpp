@@ -3,35 +3,9 @@
 
 #include "cuboid_mapping/history/kept_clouds.h"
 
-#include <algorithm>
 #include <utility>
 
 namespace cuboid_mapping {
-namespace {
-
-void dropEmpty(ScanUpdate& update) {
-  const auto is_empty = [](const BrickUpdate& brick) { return isEmpty(brick); };
-  update.bricks.erase(std::remove_if(update.bricks.begin(), update.bricks.end(), is_empty),
-                      update.bricks.end());
-}
-
-}  // namespace
-
-void keepMarks(ScanUpdate& update) {
-  for (BrickUpdate& brick : update.bricks) {
-    brick.misses = {};
-    brick.grazes = {};
-  }
-  dropEmpty(update);
-}
-
-void keepClears(ScanUpdate& update) {
-  for (BrickUpdate& brick : update.bricks) {
-    brick.misses = brick.misses.without(brick.hits);
-    brick.hits = {};
-  }
-  dropEmpty(update);
-}
 
 std::vector<Scan> placeScans(const Eigen::Isometry3d& T_map_body,
                              const std::vector<Scan>& scans_body, const ScanLimits& limits,

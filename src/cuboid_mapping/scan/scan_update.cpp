@@ -97,7 +97,29 @@ class BrickCursor {
   BrickKey key_step_[3];
 };
 
+void dropEmpty(ScanUpdate& update) {
+  const auto is_empty = [](const BrickUpdate& brick) { return isEmpty(brick); };
+  update.bricks.erase(std::remove_if(update.bricks.begin(), update.bricks.end(), is_empty),
+                      update.bricks.end());
+}
+
 }  // namespace
+
+void keepMarks(ScanUpdate& update) {
+  for (BrickUpdate& brick : update.bricks) {
+    brick.misses = {};
+    brick.grazes = {};
+  }
+  dropEmpty(update);
+}
+
+void keepClears(ScanUpdate& update) {
+  for (BrickUpdate& brick : update.bricks) {
+    brick.misses = brick.misses.without(brick.hits);
+    brick.hits = {};
+  }
+  dropEmpty(update);
+}
 
 ScanUpdater::ScanUpdater(const Grid& grid, const BeamRanges& ranges, int threads,
                          const BeamSampling& sampling)
@@ -321,11 +343,7 @@ void ScanUpdater::collectBricks() {
       update_.bricks[i] = unite(order.data() + firsts[i], order.data() + firsts[i + 1]);
     }
   });
-  const auto is_empty = [](const BrickUpdate& brick) {
-    return isEmpty(brick);  // A beam that went along its face, or past its edge.
-  };
-  update_.bricks.erase(std::remove_if(update_.bricks.begin(), update_.bricks.end(), is_empty),
-                       update_.bricks.end());
+  dropEmpty(update_);  // Where a beam went along a face, or past an edge.
 }
 
 BrickUpdate ScanUpdater::unite(const PlacedMarks* first, const PlacedMarks* last) const {

@@ -16,6 +16,13 @@
 
 namespace cuboid_mapping {
 
+/// Leaves out of an update what a sensor that only marks, or only clears, does not say: its misses, or its hits, whose
+/// voxels then are neither.
+///@{
+void keepMarks(ScanUpdate& update);
+void keepClears(ScanUpdate& update);
+///@}
+
 /// Which voxels a cloud observes, see ScanUpdate. Pure: does not see the map.
 ///
 /// Not thread-safe; keeps its buffers from one cloud to the next.

@@ -13,7 +13,6 @@
 namespace cuboid_mapping_ros {
 namespace {
 
-using cuboid_mapping::BrickUpdate;
 using cuboid_mapping::Scan;
 using cuboid_mapping::ScanUpdate;
 
@@ -192,18 +191,11 @@ void CloudPipeline::cropInBase(std::vector<Eigen::Vector3f>& points,
 const ScanUpdate& CloudPipeline::takeUse(const ScanUpdate& update) {
   if (source_.use == SourceUse::kBoth) return update;
   used_ = update;
-  for (BrickUpdate& brick : used_.bricks) {
-    if (source_.use == SourceUse::kMark) {
-      brick.misses = {};
-      brick.grazes = {};
-    } else {
-      brick.misses = brick.misses.without(brick.hits);
-      brick.hits = {};
-    }
+  if (source_.use == SourceUse::kMark) {
+    keepMarks(used_);
+  } else {
+    keepClears(used_);
   }
-  const auto is_empty = [](const BrickUpdate& brick) { return isEmpty(brick); };
-  used_.bricks.erase(std::remove_if(used_.bricks.begin(), used_.bricks.end(), is_empty),
-                     used_.bricks.end());
   return used_;
 }
 
