@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "bag_poses.h"
 
+#include "cuboid_mapping/geometry/rounded_transform.h"
 #include "cuboid_mapping/history/pose_file.h"
 #include "cuboid_mapping/io/text.h"
 #include "cuboid_mapping/ros/conversions/pose_messages.h"
@@ -21,6 +22,7 @@ namespace cuboid_mapping_ros {
 namespace {
 
 using cuboid_mapping::PoseTrack;
+using cuboid_mapping::roundTransform;
 using cuboid_mapping::StampedPose;
 
 /// What is gathered from a topic.
@@ -111,7 +113,7 @@ std::optional<CloudPoses> lookupPosesOn(const PoseTrack& track, const std::strin
   if (!poses) return poses;
   const auto move = [&](CloudPoses& part, const ros::Time& stamp) {
     const auto stamp_ns = static_cast<std::int64_t>(stamp.toNSec());
-    if (stamp_ns < track.begin_ns() || stamp_ns > track.end_ns()) {
+    if (!track.covers(stamp_ns)) {
       std::ostringstream text;
       text << "the poses of --poses do not reach to " << stamp << " s";
       error = text.str();

@@ -57,7 +57,7 @@ TEST(KeptClouds, giveBackRoundedScansBitByBit) {
   std::vector<std::vector<Scan>> all;
   for (std::uint64_t number = 0; number < 100; ++number) {
     all.push_back(randomScans(random, clouds.step_m()));
-    const std::size_t num_bytes = clouds.add(number, 5, all.back());
+    const std::size_t num_bytes = clouds.add(number, all.back());
     EXPECT_EQ(clouds.read(number).size(), num_bytes);
   }
   for (std::uint64_t number = 0; number < 100; ++number) {

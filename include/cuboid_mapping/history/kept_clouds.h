@@ -31,7 +31,7 @@ void roundScan(Scan& scan, double step_m);
 [[nodiscard]] std::vector<Scan> unpackScans(std::string_view bytes, double step_m);
 ///@}
 
-/// What clouds saw, in the frame of the body that carried the sensor, in an SQLite table by number and stamp. The table is a
+/// What clouds saw, in the frame of the body that carried the sensor, in an SQLite table by number. The table is a
 /// temporary file of SQLite, which spills to the disk what does not fit into its cache, and goes with this object.
 ///
 /// Functions throw MapFileError, as of a full disk. Not thread-safe.
@@ -45,7 +45,7 @@ class KeptClouds {
 
   /// Keeps what a cloud saw: the scans of one observation. @param number  Higher than those before.
   /// @return Its bytes. @pre As of packScans().
-  std::size_t add(std::uint64_t number, std::int64_t stamp_ns, const std::vector<Scan>& scans_body);
+  std::size_t add(std::uint64_t number, const std::vector<Scan>& scans_body);
   /// The bytes of a cloud, for unpackScans(). @throws MapFileError  if it is not there, too.
   [[nodiscard]] std::string read(std::uint64_t number) const;
   /// Forgets a cloud.

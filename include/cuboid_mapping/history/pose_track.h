@@ -31,6 +31,10 @@ class PoseTrack {
   [[nodiscard]] std::int64_t begin_ns() const { return poses_.front().stamp_ns; }
   [[nodiscard]] std::int64_t end_ns() const { return poses_.back().stamp_ns; }
   ///@}
+  /// Whether a stamp lies between them, or is one of them.
+  [[nodiscard]] bool covers(std::int64_t stamp_ns) const {
+    return begin_ns() <= stamp_ns && stamp_ns <= end_ns();
+  }
   /// Number of poses.
   [[nodiscard]] std::size_t size() const { return poses_.size(); }
 

@@ -119,19 +119,16 @@ KeptClouds::KeptClouds(double step_m)
       database_(std::make_unique<SqliteDatabase>("", SQLITE_OPEN_READWRITE | SQLITE_OPEN_CREATE)) {
   database_->run(
       "PRAGMA journal_mode = OFF; PRAGMA synchronous = OFF;"
-      "CREATE TABLE clouds (number INTEGER PRIMARY KEY, stamp INTEGER, content BLOB NOT NULL);"
-      "CREATE INDEX stamps ON clouds (stamp)");
+      "CREATE TABLE clouds (number INTEGER PRIMARY KEY, content BLOB NOT NULL)");
 }
 
 KeptClouds::~KeptClouds() = default;
 
-std::size_t KeptClouds::add(std::uint64_t number, std::int64_t stamp_ns,
-                            const std::vector<Scan>& scans_body) {
+std::size_t KeptClouds::add(std::uint64_t number, const std::vector<Scan>& scans_body) {
   const std::string bytes = packScans(scans_body, step_m_);
-  SqliteStatement put(*database_, "INSERT INTO clouds VALUES (?, ?, ?)");
+  SqliteStatement put(*database_, "INSERT INTO clouds VALUES (?, ?)");
   put.bind(1, static_cast<std::int64_t>(number));
-  put.bind(2, stamp_ns);
-  put.bindBytes(3, bytes);
+  put.bindBytes(2, bytes);
   put.step();
   return bytes.size();
 }

@@ -77,11 +77,8 @@ struct MapCorrection::Implementation {
   Implementation(PoseTrack new_poses, OutsidePoses outside_poses, CuboidMap base)
       : track(std::move(new_poses)), outside(outside_poses), map(std::move(base)) {}
 
-  [[nodiscard]] bool isInside(std::int64_t stamp_ns) const {
-    return track.begin_ns() <= stamp_ns && stamp_ns <= track.end_ns();
-  }
   [[nodiscard]] Eigen::Isometry3d newPose(const StampedPose& old) const {
-    if (isInside(old.stamp_ns)) return track.at(old.stamp_ns);
+    if (track.covers(old.stamp_ns)) return track.at(old.stamp_ns);
     if (outside == OutsidePoses::kStay) return old.T_map_body;
     return (old.stamp_ns < track.begin_ns() ? T_new_first : T_new_last) * old.T_map_body;
   }
@@ -98,7 +95,6 @@ struct MapCorrection::Implementation {
   std::size_t num_clouds = 0;
   std::size_t num_outside = 0;
   double max_shift_m = 0.0;
-  std::uint64_t first = 0;     ///< Number of the first event.
   std::uint64_t start = 0;     ///< The restart() that it is of.
   std::shared_ptr<void> hold;  ///< While it lives, events stay.
 };
@@ -143,10 +139,9 @@ struct MapHistory::Implementation {
   void fixOldest() {
     const Event& event = events.front();
     if (event.isCloud()) {
-      CloudReplay replay(base);
-      replay.put(unpackScans(clouds.read(first), clouds.step_m()), event.pose.T_map_body,
+      fixing.put(unpackScans(clouds.read(first), clouds.step_m()), event.pose.T_map_body,
                  *event.config);
-      replay.settle();
+      fixing.settle();
       clouds.remove(first);
       ++num_fixed;
       --num_clouds;
@@ -206,7 +201,7 @@ struct MapHistory::Implementation {
     replay.put(unpackScans(packed, clouds.step_m()), T_map_body, *event.config);
     correction.poses.push_back(T_map_body);
     ++correction.num_clouds;
-    correction.num_outside += correction.isInside(event.pose.stamp_ns) ? 0 : 1;
+    correction.num_outside += correction.track.covers(event.pose.stamp_ns) ? 0 : 1;
     const double shift_m = (T_map_body.translation() - event.pose.T_map_body.translation()).norm();
     correction.max_shift_m = std::max(correction.max_shift_m, shift_m);
   }
@@ -218,6 +213,7 @@ struct MapHistory::Implementation {
   std::deque<Event> events;
   std::uint64_t first = 0;  ///< Number of the first event.
   std::vector<std::shared_ptr<const ObservationConfig>> configs;
+  CloudReplay fixing{base};
   std::uint64_t start = 0;  ///< Calls of restart().
   std::int64_t newest_ns = std::numeric_limits<std::int64_t>::min();
   std::size_t num_clouds = 0;
@@ -257,7 +253,7 @@ void MapHistory::add(const KeptCloud& cloud, const ObservationConfig& config) {
   event.config = own.share(config);
   event.pose = {cloud.stamp_ns, cloud.T_map_body};
   event.num_points = countPoints(cloud.scans_body);
-  event.num_bytes = own.clouds.add(own.first + own.events.size(), cloud.stamp_ns, cloud.scans_body);
+  event.num_bytes = own.clouds.add(own.first + own.events.size(), cloud.scans_body);
   own.append(std::move(event));
   own.newest_ns = std::max(own.newest_ns, cloud.stamp_ns);
   while (own.hold.use_count() == 1 && !own.events.empty() && own.isOverLimits()) own.fixOldest();
@@ -283,8 +279,7 @@ double MapHistory::findShift_m(const PoseTrack& poses, double distance_m) const 
   double shift_m = 0.0;
   for (const Event& event : implementation_->events) {
     const StampedPose& old = event.pose;
-    const bool is_inside = poses.begin_ns() <= old.stamp_ns && old.stamp_ns <= poses.end_ns();
-    if (!event.isCloud() || !is_inside) continue;
+    if (!event.isCloud() || !poses.covers(old.stamp_ns)) continue;
     const Eigen::Isometry3d T_map_body = poses.at(old.stamp_ns);
     const Eigen::AngleAxisd turn(
         Eigen::Matrix3d(T_map_body.linear() * old.T_map_body.linear().transpose()));
@@ -301,10 +296,8 @@ MapCorrection MapHistory::correct(const PoseTrack& poses, OutsidePoses outside) 
     const std::lock_guard<std::mutex> lock(own.mutex);
     const PoseTrack old = own.oldTrack();
     const bool is_any_inside =
-        std::any_of(own.events.begin(), own.events.end(), [&](const Event& e) {
-          return e.isCloud() && poses.begin_ns() <= e.pose.stamp_ns &&
-                 e.pose.stamp_ns <= poses.end_ns();
-        });
+        std::any_of(own.events.begin(), own.events.end(),
+                    [&](const Event& e) { return e.isCloud() && poses.covers(e.pose.stamp_ns); });
     if (!is_any_inside) {
       throw std::invalid_argument(
           "no cloud that is kept was taken within the new poses: they are of " +
@@ -315,7 +308,6 @@ MapCorrection MapHistory::correct(const PoseTrack& poses, OutsidePoses outside) 
     correction = std::make_unique<MapCorrection::Implementation>(poses, outside, copyMap(own.base));
     correction->T_new_first = poses.at(poses.begin_ns()) * old.at(poses.begin_ns()).inverse();
     correction->T_new_last = poses.at(poses.end_ns()) * old.at(poses.end_ns()).inverse();
-    correction->first = own.first;
     correction->start = own.start;
     correction->hold = own.hold;
   }

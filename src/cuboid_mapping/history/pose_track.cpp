@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "cuboid_mapping/history/pose_track.h"
 
+#include "cuboid_mapping/geometry/rounded_transform.h"
+
 #include <algorithm>
 #include <cmath>
 #include <iomanip>
@@ -35,13 +37,6 @@ void check(const StampedPose& pose) {
   if (!is_rotation) refuse(pose, "has no rotation: its quaternion must have the length 1");
 }
 
-/// So that the last bits do not depend on how a pose was computed.
-Eigen::Isometry3d rounded(const Eigen::Isometry3d& pose) {
-  Eigen::Isometry3d result;
-  result.matrix() = (pose.matrix() * 1e9).array().round().matrix() / 1e9;
-  return result;
-}
-
 bool isBefore(const StampedPose& a, const StampedPose& b) { return a.stamp_ns < b.stamp_ns; }
 
 }  // namespace
@@ -61,7 +56,7 @@ PoseTrack::PoseTrack(std::vector<StampedPose> poses) : poses_(std::move(poses)) 
 }
 
 Eigen::Isometry3d PoseTrack::at(std::int64_t stamp_ns) const {
-  return rounded(interpolate(stamp_ns));
+  return roundTransform(interpolate(stamp_ns));
 }
 
 Eigen::Isometry3d PoseTrack::interpolate(std::int64_t stamp_ns) const {

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "cuboid_mapping/ros/middleware/tf_lookup.h"
 
+#include "cuboid_mapping/geometry/rounded_transform.h"
+
 #include "cuboid_mapping/ros/middleware/transforms.h"
 
 #include <tf2_eigen/tf2_eigen.h>
@@ -8,12 +10,6 @@
 #include <exception>
 
 namespace cuboid_mapping_ros {
-
-Eigen::Isometry3d roundTransform(const Eigen::Isometry3d& transform) {
-  Eigen::Isometry3d rounded;
-  rounded.matrix() = (transform.matrix() * 1e9).array().round().matrix() / 1e9;
-  return rounded;
-}
 
 std::string withoutSlash(const std::string& frame_id) {
   return !frame_id.empty() && frame_id.front() == '/' ? frame_id.substr(1) : frame_id;
@@ -29,7 +25,7 @@ TfLookup lookupTransform(const tf2::BufferCore& buffer, const std::string& targe
     return result;
   }
   try {
-    result.T_target_source = roundTransform(tf2::transformToEigen(
+    result.T_target_source = cuboid_mapping::roundTransform(tf2::transformToEigen(
         tidyTransform(buffer.lookupTransform(target_frame, source_frame, stamp))));
   } catch (const std::exception& exception) {  // Of tf; of ros::Time for stamps 2^31 s apart.
     result.error = exception.what();

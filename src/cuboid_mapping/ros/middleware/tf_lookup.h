@@ -23,11 +23,6 @@ struct TfLookup {
 /// A frame without the leading slash that old drivers put there and tf2 does not take.
 [[nodiscard]] std::string withoutSlash(const std::string& frame_id);
 
-/// To nine decimals, so that a pose with fewer stays what it is. tf gives a pose as it came while it is the newest,
-/// and interpolates as soon as there is a later one, which may change its last bits: enough to lift a sensor that is
-/// level with a face of voxels.
-[[nodiscard]] Eigen::Isometry3d roundTransform(const Eigen::Isometry3d& transform);
-
 /// Transform from the source frame to the target frame.
 ///
 /// The same whether a later transform has come or not: its numbers are rounded to nine decimals.
