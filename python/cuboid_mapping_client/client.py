@@ -17,6 +17,17 @@ _PATIENCE_S = 3.0
 _MAX_EARLY_UPDATES = 100
 
 
+def fetch_parts(get_map, first):
+    """All messages of a map that comes in parts, of one revision. first: part 0. Raises rospy.ServiceException."""
+    parts = [first]
+    while len(parts) < first.num_parts:
+        answer = get_map(with_values=first.bricks.has_values, part=len(parts), revision=first.revision)
+        if not answer.info.success:
+            raise rospy.ServiceException(answer.info.message)
+        parts.append(answer.map)
+    return parts
+
+
 class CuboidMapClient:
     """Follows cuboid_map and cuboid_map_updates into a map of its own. Thread-safe.
 
@@ -126,7 +137,7 @@ class CuboidMapClient:
             if message.instance == self._map.instance and message.revision <= self._map.revision:
                 return
             try:
-                parts = self._fetch_other_parts(message)
+                parts = fetch_parts(self._get_map, message)
             except rospy.ServiceException as error:
                 rospy.logwarn_throttle(10.0, 'cannot follow the map: %s' % error)
                 self._awaited_since = time.monotonic()  # The next update asks for it.
@@ -145,15 +156,6 @@ class CuboidMapClient:
             for update in early:
                 if update.instance == message.instance:
                     self._take_update(update)
-
-    def _fetch_other_parts(self, first):
-        parts = [first]
-        while len(parts) < first.num_parts:
-            answer = self._get_map(with_values=first.bricks.has_values, part=len(parts), revision=first.revision)
-            if not answer.info.success:
-                raise rospy.ServiceException(answer.info.message)
-            parts.append(answer.map)
-        return parts
 
     def _take_update(self, message):
         with self._turn:
