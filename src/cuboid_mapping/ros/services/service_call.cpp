@@ -68,6 +68,15 @@ void takeHead(const CuboidMap& content, const ros::Time& stamp, const std::strin
   info.revision = content.revision();
 }
 
+Eigen::Vector3d toFinite(const geometry_msgs::Point& point, const std::string& name) {
+  const Eigen::Vector3d vector = toVector(point);
+  if (!vector.allFinite()) {
+    throw Refusal(name + " " + toText(vector) +
+                  ": a coordinate is NaN or infinite; all must be numbers in metres");
+  }
+  return vector;
+}
+
 }  // namespace
 
 ServiceCall::ServiceCall(const MapInFrame& map, const std_msgs::Header& header)
@@ -97,20 +106,11 @@ void ServiceCall::requireFew(std::size_t num_entries, const Entries& entries) co
 
 Eigen::Vector3d ServiceCall::point(const geometry_msgs::Point& point,
                                    const FieldName& field) const {
-  const Eigen::Vector3d vector = toVector(point);
-  if (!vector.allFinite()) {
-    throw Refusal(describe(field) + " " + toText(vector) +
-                  ": a coordinate is NaN or infinite; all must be numbers in metres");
-  }
-  return to_map_ * vector;
+  return to_map_ * toFinite(point, describe(field));
 }
 
 Eigen::Isometry3d ServiceCall::localPose(const geometry_msgs::Pose& pose, const FieldName& field) {
-  const Eigen::Vector3d position = toVector(pose.position);
-  if (!position.allFinite()) {
-    throw Refusal(describe(field) + ".position " + toText(position) +
-                  ": a coordinate is NaN or infinite; all must be numbers in metres");
-  }
+  const Eigen::Vector3d position = toFinite(pose.position, describe(field) + ".position");
   Eigen::Quaterniond turn;
   tf2::fromMsg(pose.orientation, turn);
   const double length = turn.norm();
