@@ -63,16 +63,7 @@ MappingNode::MappingNode(const ros::NodeHandle& nh, const ros::NodeHandle& priva
                     &is_stopping_},
       buffer_(makeCloudLimits(parameters), bufferCallbacks()),
       mapping_thread_(guard_, "clouds", [this] { return mapNextCloud(); }) {
-  if (start_map) {
-    map_.edit([&](cuboid_mapping::CuboidMap& map, const ros::Time& /*stamp*/) {
-      map_.setProgress(start_map->progress);
-      auto changes = restoreSnapshot(*start_map, map);
-      if (parameters.is_autosave_read) {
-        for (const auto& box : readLocks(parameters.autosave_file)) map.lock(box);
-      }
-      return changes;
-    });
-  }
+  if (start_map) beginWith(*start_map);
   map_.setWindow(map_.read([&](const cuboid_mapping::CuboidMap& map, const ros::Time& /*stamp*/) {
     return makeWindow(parameters, map);
   }));
@@ -90,6 +81,17 @@ MappingNode::MappingNode(const ros::NodeHandle& nh, const ros::NodeHandle& priva
   edit_threads_.start();
   publish_thread_.start();
   mapping_thread_.start();
+}
+
+void MappingNode::beginWith(const cuboid_mapping::MapSnapshot& start_map) {
+  map_.edit([&](cuboid_mapping::CuboidMap& map, const ros::Time& /*stamp*/) {
+    map_.setProgress(start_map.progress);
+    auto changes = restoreSnapshot(start_map, map);
+    if (parameters_.is_autosave_read) {
+      for (const auto& box : readLocks(parameters_.autosave_file)) map.lock(box);
+    }
+    return changes;
+  });
 }
 
 /// Threads first: nothing goes while a callback may use it.

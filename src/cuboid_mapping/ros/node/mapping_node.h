@@ -85,6 +85,7 @@ class MappingNode {
                                                const ros::Time& stamp);
   /// Makes the map of what other nodes say, in the place of clouds.
   void mergeRobots();
+  void beginWith(const cuboid_mapping::MapSnapshot& start_map);
   void advertiseServices();
   void publish();
   /// Has the other thread publish a change that no cloud has made. Thread-safe.

@@ -35,6 +35,11 @@ std::vector<ParameterDeclaration> declareMap() {
                            {{"dynamic", Environment::kDynamic}, {"static", Environment::kStatic}}),
        "dynamic: every observation counts. static: a cell is no longer updated once it has "
        "reached sensor_model/min or sensor_model/max."},
+  };
+}
+
+std::vector<ParameterDeclaration> declareForgetting() {
+  return {
       {"forget_after", "s", number(&S::forget_after_s, 0.0, 1e6),
        "Voxels that no cloud has observed for this long become unknown, by cloud stamps and per "
        "block of 8 x 8 x 8 voxels; with several sources, once no source that saw them remembers "
@@ -57,6 +62,11 @@ std::vector<ParameterDeclaration> declareMap() {
        "Points of moving things: those where earlier clouds have seen empty space. ignore: the "
        "node does not look for them. publish: it publishes them as moving_points. leave_out: it "
        "publishes them, and they do not make voxels occupied."},
+  };
+}
+
+std::vector<ParameterDeclaration> declareCuboids() {
+  return {
       {"fusion", "",
        choice<FusionKind>({&P::map, &MapConfig::fusion}, {{"class", FusionKind::kClass},
                                                           {"growth", FusionKind::kGrowth},
@@ -302,9 +312,10 @@ const std::vector<ParameterDeclaration>& parameterTable() {
   static const std::vector<ParameterDeclaration> kTable = [] {
     std::vector<ParameterDeclaration> table = declareMap();
     for (const auto& part :
-         {declareSources(), declareSelfFilter(), declareGrowth(), declareSensorModel(),
-          declareCrop(), declareTopics(), declareFiles(), declareWindow(), declareQueries(),
-          declareRobotGrid(), declareFleet(), declareOctomapServer()}) {
+         {declareForgetting(), declareCuboids(), declareSources(), declareSelfFilter(),
+          declareGrowth(), declareSensorModel(), declareCrop(), declareTopics(), declareFiles(),
+          declareWindow(), declareQueries(), declareRobotGrid(), declareFleet(),
+          declareOctomapServer()}) {
       table.insert(table.end(), part.begin(), part.end());
     }
     return table;
