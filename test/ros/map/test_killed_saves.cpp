@@ -1,0 +1,184 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Saves of a process that may be killed at any moment.
+#include "cuboid_mapping/io/file_replacement.h"
+#include "cuboid_mapping/io/map_files.h"
+#include "cuboid_mapping/io/map_store.h"
+#include "cuboid_mapping/ros/map/earlier_saves.h"
+#include "cuboid_mapping/ros/map/map_storage.h"
+#include "cuboid_mapping/voxels/uniform_boxes.h"
+#include "ros/random_guarded_map.h"
+#include "tools/run_program.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <chrono>
+#include <map>
+
+namespace cuboid_mapping_ros {
+namespace {
+
+using cuboid_mapping::MapSnapshot;
+using cuboid_mapping::test::Random;
+using cuboid_mapping::test::TemporaryFolder;
+using test::fill;
+using test::makeConfig;
+using test::voxelsOf;
+
+/// Runs endless work in a process of its own, and kills that. @return Whether it was there to be killed.
+template <typename WorkT>
+bool killAfter(int time_us, const WorkT& work) {
+  const pid_t child = fork();
+  if (child == 0) work();
+  usleep(static_cast<useconds_t>(time_us));
+  kill(child, SIGKILL);
+  int state = 0;
+  return waitpid(child, &state, 0) == child && WIFSIGNALED(state);
+}
+
+/// How long after its start a process is killed that does such work again and again, in microseconds at most.
+template <typename WorkT>
+int findKillWindow(const WorkT& work) {
+  const auto start = std::chrono::steady_clock::now();
+  work();
+  const std::chrono::duration<double, std::micro> time_us =
+      std::chrono::steady_clock::now() - start;
+  return std::max(8000, static_cast<int>(4 * time_us.count()));
+}
+
+/// Bricks of the earlier saves that are there, by their numbers.
+std::map<int, std::size_t> countKept(const std::string& file, int count) {
+  std::map<int, std::size_t> counts;
+  for (int number = 1; number <= count; ++number) {
+    const std::string name = earlierSave(file, number);
+    if (!std::filesystem::exists(name)) continue;
+    counts[number] = cuboid_mapping::readMapFile(name).snapshot.bricks.size();
+  }
+  return counts;
+}
+
+/// A map of so many bricks.
+MapSnapshot makeRow(std::int32_t num_bricks) {
+  MapSnapshot snapshot;
+  snapshot.bricks = cuboid_mapping::toBricks({{{{0, 0, 0}, {8 * num_bricks, 1, 1}}, 1.0F}}).bricks;
+  return snapshot;
+}
+
+TEST(MapStorage, keepsTheLastSaves) {
+  for (const char* name : {"map.cuboids", "map.sqlite", "map.ot"}) {
+    const TemporaryFolder folder;
+    const std::string file = folder / name;
+    for (int save = 1; save <= 6; ++save) {
+      keepEarlierSaves(file, 3);
+      writeMapFile(file, makeRow(save));
+      cuboid_mapping::replaceFile(locksFile(file), std::to_string(save));
+    }
+    EXPECT_EQ(countKept(file, 9), (std::map<int, std::size_t>{{1, 5U}, {2, 4U}, {3, 3U}})) << name;
+    EXPECT_EQ(cuboid_mapping::test::readFile(locksFile(earlierSave(file, 2))), "4");
+    std::filesystem::remove(earlierSave(file, 2));
+    keepEarlierSaves(file, 3);
+    EXPECT_EQ(countKept(file, 9), (std::map<int, std::size_t>{{1, 6U}, {2, 5U}, {3, 3U}}))
+        << "a gap is filled";
+    keepEarlierSaves(file, 0);
+    EXPECT_EQ(countKept(file, 9).size(), 3U);
+  }
+}
+
+/// Kills a process that keeps and saves, at 100 places: map and earlier saves are whole, and no save is missing among them.
+TEST(MapStorage, keepsWholeSavesWhateverKillsIt) {
+  Random random(102);
+  for (const char* name : {"map.cuboids", "map.sqlite"}) {
+    const TemporaryFolder folder;
+    const std::string file = folder / name;
+    writeMapFile(file, makeRow(1));
+    const int window_us = findKillWindow([&] {
+      keepEarlierSaves(file, 3);
+      writeMapFile(file, makeRow(2));
+    });
+    std::size_t newest = 2;
+    for (int kills = 0; kills < 50; ++kills) {
+      ASSERT_TRUE(killAfter(random.integer(0, window_us), [&] {
+        for (auto save = static_cast<std::int32_t>(newest) + 1;; ++save) {
+          keepEarlierSaves(file, 3);
+          writeMapFile(file, makeRow(save));
+        }
+      }));
+      const std::size_t found = cuboid_mapping::readMapFile(file).snapshot.bricks.size();
+      ASSERT_GE(found, newest) << name << ' ' << kills;
+      newest = found;
+      std::size_t later = newest;
+      for (const auto& [number, size] : countKept(file, 3)) {
+        ASSERT_TRUE(size == later || size + 1 == later) << name << ' ' << number;
+        later = size;
+      }
+    }
+    EXPECT_GT(newest, 2U);
+  }
+}
+
+/// A merging node goes on with its store, or begins with none when it was killed while it made it.
+TEST(MapStorage, startsFromAStoreThatWasMadeWhenItsNodeWasKilled) {
+  const TemporaryFolder folder;
+  Random random(98);
+  GuardedMap map(makeConfig());
+  fill(map, random);
+  const auto voxels = voxelsOf(map);
+  NodeParameters parameters;
+  parameters.map = makeConfig();
+  parameters.fleet.robots = {"/robot1"};
+  const int window_us =
+      findKillWindow([&] { ASSERT_EQ(saveMap(map, "map", folder / "first.sqlite").error, ""); });
+  int num_made = 0;
+  for (int kills = 0; kills < 60; ++kills) {
+    parameters.autosave_file = folder / ("site" + std::to_string(kills) + ".sqlite");
+    // At first too soon, in the end late enough.
+    ASSERT_TRUE(killAfter(window_us / 60 * kills, [&] {
+      (void)saveMap(map, "map", parameters.autosave_file);
+      for (;;) pause();
+    }));
+    const auto found = readStartMap(parameters);
+    num_made += found ? 1 : 0;
+    if (found) {
+      ASSERT_EQ(cuboid_mapping::test::voxelsOf(found->bricks), voxels);
+    }
+  }
+  EXPECT_GT(num_made, 0);
+  EXPECT_LT(num_made, 60);
+  parameters.autosave_file = folder / "tables.sqlite";
+  cuboid_mapping::MapStore(parameters.autosave_file, cuboid_mapping::StoreAccess::kWrite);
+  EXPECT_FALSE(readStartMap(parameters)) << "a store with tables only";
+}
+
+/// Kills a process that saves again and again, 200 times at any moment of its first saves: the file is always whole.
+TEST(MapStorage, leavesAWholeFileWhateverKillsIt) {
+  const TemporaryFolder folder;
+  const std::string file = folder / "map.cuboids";
+  Random random(97);
+  GuardedMap map(makeConfig());
+  fill(map, random);
+  const int window_us = findKillWindow([&] { ASSERT_EQ(saveMap(map, "map", file).error, ""); });
+  GuardedMap other(makeConfig());
+  fill(other, random);
+  const auto first = voxelsOf(map);
+  const auto second = voxelsOf(other);
+  ASSERT_NE(first, second);
+  int num_first = 0;
+  for (int kills = 0; kills < 200; ++kills) {
+    ASSERT_TRUE(killAfter(random.integer(0, window_us), [&] {
+      for (;;) {
+        (void)saveMap(other, "map", file);
+        (void)saveMap(map, "map", file);
+      }
+    }));
+    const auto found =
+        cuboid_mapping::test::voxelsOf(cuboid_mapping::readMapFile(file).snapshot.bricks);
+    ASSERT_TRUE(found == first || found == second)
+        << cuboid_mapping::test::seedNote(static_cast<std::size_t>(kills));
+    num_first += found == first ? 1 : 0;
+  }
+  EXPECT_GT(num_first, 0);
+  EXPECT_LT(num_first, 200) << "some kills came after a save";
+}
+
+}  // namespace
+}  // namespace cuboid_mapping_ros
