@@ -69,7 +69,7 @@ void takeHead(const CuboidMap& content, const ros::Time& stamp, const std::strin
 }
 
 Eigen::Vector3d toFinite(const geometry_msgs::Point& point, const std::string& name) {
-  const Eigen::Vector3d vector = toVector(point);
+  Eigen::Vector3d vector = toVector(point);
   if (!vector.allFinite()) {
     throw Refusal(name + " " + toText(vector) +
                   ": a coordinate is NaN or infinite; all must be numbers in metres");
