@@ -11,10 +11,9 @@ ROOT = pathlib.Path(__file__).resolve().parents[2]
 PAGES = [ROOT / 'README.md', ROOT / 'CONTRIBUTING.md', *sorted((ROOT / 'doc').rglob('*.md'))]
 # Programs in documents are parts of files that other tests build and run.
 PROGRAMS = [path.read_text() for path in sorted((ROOT / 'examples').rglob('*')) if path.is_file()]
-# Of README and doc/. The aim is 11,000; the rest is room for what is being added.
-MAX_PROSE_WORDS = 11400
+MAX_PROSE_WORDS = 11000  # Of README and doc/, outside tables and code.
 # What begins a line that is to be pasted, and is not of this package.
-OTHERS = {'.', 'cd', 'cmake', 'sudo', 'ctest'}
+OTHERS = {'.', 'cd', 'cmake', 'sudo', 'ctest', 'wget'}
 
 
 def read_blocks(page):
@@ -66,7 +65,7 @@ class DocumentsTest(unittest.TestCase):
             self.assertLessEqual(len(sentence.split()), 25, sentence)
 
     def test_readme_and_guides_are_short(self):
-        """The aim is 11,000 words of prose, outside tables and code, and 25,000 with them. Longer figures go to doc/tables."""
+        """Longer tables go to doc/tables, which does not count."""
         pages = [page for page in PAGES if page.parent.name != 'tables' and page.name not in ('CONTRIBUTING.md', 'parameters.md')]
         texts = {page.name: page.read_text() for page in pages}
         prose = {name: len(read_prose(text).split()) for name, text in texts.items()}
