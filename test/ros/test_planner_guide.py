@@ -62,6 +62,7 @@ class PlannerGuideTest(unittest.TestCase):
             with self.subTest(name):
                 self.expect_part(answer, given, name)
         self.follow()
+        self.watch()
         self.fetch()
         self.paste()
 
@@ -84,6 +85,14 @@ class PlannerGuideTest(unittest.TestCase):
         # As many cuboids as the map has. What the callback's thread prints may stand between the words of a line.
         self.assertRegex(said, r'(?<!\d)40(?!\d)')
         self.assertIn('occupied_volume=array([0.1])', said)
+
+    def watch(self):
+        """The node of the tutorial reports the map that it finds. Its box holds no part of the wall."""
+        with subprocess.Popen([sys.executable, '-u', str(ROOT / 'examples/follow_map/watch_box.py')],
+                              stdout=subprocess.PIPE, universal_newlines=True) as program:
+            said = program.stdout.readline()
+            program.terminate()
+        self.assertRegex(said, r'^revision \d+ occupied m3: 0\.0\n$')
 
     def fetch(self):
         """The same room as a file, with exact values, and as boxes for a planner."""
