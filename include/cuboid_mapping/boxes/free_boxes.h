@@ -27,7 +27,7 @@ struct FreeBoxes {
 ///
 /// The largest joined cuboids grow until each of their faces meets a voxel that is not free, or belongs to
 /// another box where they may not overlap; the box that gains the most is taken, again and again. Boxes that
-/// may overlap gain at least 63 % of what the best choice among the grown ones gains. Deterministic.
+/// may overlap gain at least 63 % of the best choice among the grown boxes. Deterministic.
 ///
 /// Cases:
 ///   - nothing is free: kFound without boxes;

@@ -31,8 +31,8 @@ void roundScan(Scan& scan, double step_m);
 [[nodiscard]] std::vector<Scan> unpackScans(std::string_view bytes, double step_m);
 ///@}
 
-/// What clouds saw, in the frame of the body that carried the sensor, in an SQLite table by number. The table is a
-/// temporary file of SQLite, which spills to the disk what does not fit into its cache, and goes with this object.
+/// Scans of clouds, in the frame of the body that carried the sensor, in an SQLite table by number. The table is a
+/// temporary file of SQLite, which spills to the disk when its cache is full, and is removed with this object.
 ///
 /// Functions throw MapFileError, as of a full disk. Not thread-safe.
 class KeptClouds {
@@ -43,7 +43,7 @@ class KeptClouds {
   KeptClouds(const KeptClouds&) = delete;
   KeptClouds& operator=(const KeptClouds&) = delete;
 
-  /// Keeps what a cloud saw: the scans of one observation. @param number  Higher than those before.
+  /// Keeps the scans of one observation. @param number  Higher than all earlier numbers.
   /// @return Its bytes. @pre As of packScans().
   std::size_t add(std::uint64_t number, const std::vector<Scan>& scans_body);
   /// The bytes of a cloud, for unpackScans(). @throws MapFileError  if it is not there, too.

@@ -23,7 +23,7 @@ struct ObservationConfig {
   bool clears = true;              ///< Whether misses count.
 };
 
-/// What one observation saw, to be put into a map with any pose.
+/// The scans of one observation, which can enter a map with any pose.
 struct KeptCloud {
   std::int64_t stamp_ns = 0;  ///< Since 1970.
   /// With which it is in the map now.
@@ -33,7 +33,7 @@ struct KeptCloud {
   std::vector<Scan> scans_body;
 };
 
-/// What a MapHistory keeps.
+/// Content of a MapHistory.
 struct HistoryLimits {
   std::uint64_t max_bytes = std::uint64_t{1} << 30;  ///< Of packed clouds.
   double max_age_s = 1e9;  ///< Clouds that are older than the newest by more become fixed.
@@ -76,8 +76,8 @@ class MapCorrection {
   std::unique_ptr<Implementation> implementation_;
 };
 
-/// What has happened to a map, cloud by cloud and edit by edit, so that the map can be made again with corrected poses: the
-/// map that it began with, what clouds saw, packed, and what edits left.
+/// The clouds and edits of a map in their order, from which the map can be made again with corrected poses: the
+/// initial map, packed scans of the clouds, and results of the edits.
 ///
 /// A corrected map is equal, voxel by voxel, to a map that the same clouds, with the new poses, and the same edits have made
 /// from scratch, in the order in which they came. Clouds are rounded before they get into the first map (roundScan()),
@@ -97,7 +97,7 @@ class MapHistory {
   MapHistory(const MapHistory&) = delete;
   MapHistory& operator=(const MapHistory&) = delete;
 
-  /// What scans are rounded to.
+  /// Rounding of scans.
   [[nodiscard]] double step_m() const;
 
   /// Forgets everything, and begins with a map as it is. @param map  Of the config, or with another sensor model.
@@ -106,13 +106,13 @@ class MapHistory {
   /// Adds a cloud that has got into the map. It may make older ones fixed.
   void add(const KeptCloud& cloud, const ObservationConfig& config);
 
-  /// Adds an edit: what the map has inside a box now, and its locks. @param box  Empty: the locks alone.
+  /// Adds an edit: the content of the map inside a box now, and its locks. @param box  Empty: the locks alone.
   void addEdit(const CellBox& box, const CuboidMap& map);
 
-  /// What is kept now.
+  /// Content at present.
   [[nodiscard]] HistoryFigures figures() const;
 
-  /// By how much new poses would move what lies so far from the body, at most, of the clouds within them; 0 without any.
+  /// Largest motion by the new poses of a point at this distance from the body, over the clouds within them; 0 without any.
   [[nodiscard]] double findShift_m(const PoseTrack& poses, double distance_m) const;
 
   /// Makes the map with other poses of the body, by the threads of the config. Clouds and edits may be added meanwhile.
@@ -120,7 +120,7 @@ class MapHistory {
   [[nodiscard]] MapCorrection correct(const PoseTrack& poses,
                                       OutsidePoses outside = OutsidePoses::kFollow);
 
-  /// Puts what has come since then into a corrected map, so that there is less to do for finish().
+  /// Puts observations added since then into a corrected map, so that finish() has less to do.
   /// @throws std::runtime_error  after a restart(). @return Clouds and edits that it has put in.
   std::size_t catchUp(MapCorrection& correction);
 

@@ -34,7 +34,7 @@ struct OmplRobot {
 /// Says where a robot fits: exact, in voxels. Threads may ask side by side.
 class OmplStateValidity : public ompl::base::StateValidityChecker {
  public:
-  /// @param space  Whose states are those of OmplRobot::centerOf().
+  /// @param space  Its states are the ones that OmplRobot::centerOf() reads.
   OmplStateValidity(const ompl::base::SpaceInformationPtr& space, const OmplRobot& robot)
       : StateValidityChecker(space), robot_(robot) {}
 

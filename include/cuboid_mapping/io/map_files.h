@@ -17,7 +17,7 @@ namespace cuboid_mapping {
 /// Hears how far long work has come: `done` of `total` steps, from 0 to all of them, total > 0.
 ///
 /// One call at a time, if from several threads. To have the work given up it throws; the caller of
-/// the work gets what it has thrown. An empty one is never called.
+/// the work gets its exception. An empty listener is never called.
 using ProgressListener = std::function<void(std::uint64_t done, std::uint64_t total)>;
 
 /// Formats of maps.
@@ -68,7 +68,7 @@ std::size_t writeMapFile(const std::string& file, const MapSnapshot& snapshot,
 /// @throws MapFileError as readMapFile().
 [[nodiscard]] CuboidMap loadMap(const std::string& file);
 
-/// Puts a file in the place of everything in a map, which keeps its sensor model and environment.
+/// Replaces everything in a map by a file. The map keeps its sensor model and environment.
 /// @throws MapFileError as readMapFile(); kForeign for a file of another resolution: it is not rescaled. The map is then
 ///         as it was.
 ChangeSet loadMap(const std::string& file, CuboidMap& map);

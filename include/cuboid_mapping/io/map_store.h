@@ -42,7 +42,7 @@ enum class StoreAccess : unsigned char {
 /// and the like. The store is then as before. Not thread-safe.
 class MapStore {
  public:
-  /// The bricks of a page, along the Morton curve; those of a page that has none are empty.
+  /// The bricks of a page, along the Morton curve; empty for a page without bricks.
   using BricksOfPage = std::function<std::vector<VoxelBrick>(const Cell& page)>;
 
   /// Opens a file, or makes one. @throws As above.
@@ -72,7 +72,7 @@ class MapStore {
   /// @pre head() is there. @param pages  Each once. Exceptions of `bricks_of` are passed on.
   void write(const std::vector<Cell>& pages, const BricksOfPage& bricks_of);
 
-  /// Puts a map in the place of all that the store has, in one transaction.
+  /// Replaces the content of the store by a map, in one transaction.
   /// @param head  As of setHead(). @param pages, bricks_of  As of write().
   void replaceAll(const MapSnapshot& head, const std::vector<Cell>& pages,
                   const BricksOfPage& bricks_of);
@@ -93,7 +93,7 @@ class MapStore {
   std::optional<MapSnapshot> head_;
 };
 
-/// Opens a store for writing, for a map: one that is new gets its head, an older one its sensor model.
+/// Opens a store for writing a map. A new store gets the map's head, an older one its sensor model.
 /// @throws MapFileError  as MapStore, and kForeign for a store of another resolution, environment or frame.
 [[nodiscard]] std::unique_ptr<MapStore> openStoreOf(const MapSnapshot& head,
                                                     const std::string& file);
@@ -106,7 +106,7 @@ class MapStore {
 [[nodiscard]] MapSnapshot readStore(const MapStore& store, const SnapshotLimits& limits = {},
                                     const CellBox& part = kAllCells);
 
-/// Puts a map in the place of all that a file holds, which is a store, or is made one, in one transaction.
+/// Replaces the content of a store, which may be new, by a map, in one transaction.
 void writeStore(const std::string& file, const MapSnapshot& snapshot);
 
 }  // namespace cuboid_mapping

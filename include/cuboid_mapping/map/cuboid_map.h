@@ -86,7 +86,7 @@ class CuboidMap {
   /// @pre Thresholds and environment of `model` are those of sensorModel().
   ChangeSet apply(const ScanUpdate& update, const SensorModel& model);
 
-  /// The two halves of apply(), for those who let others read as long as possible.
+  /// The two halves of apply(), so that other threads can read as long as possible.
   /// @pre Nothing changes the map between them.
   ///@{
   /// Computes the new voxels, most of the time of apply(). Changes nothing: const
@@ -97,7 +97,7 @@ class CuboidMap {
   ChangeSet commit(const ScanUpdate& update, VoxelStore::PendingChange& change);
   ///@}
 
-  /// Puts voxels in the place of everything inside a box, exactly. For edits, loading, and copies
+  /// Replaces everything inside a box by voxels, exactly. For edits, loading, and copies
   /// that follow another map. Locked voxels are replaced, too.
   ///
   /// Cases:

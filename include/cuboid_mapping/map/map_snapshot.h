@@ -44,7 +44,7 @@ struct SnapshotLimits {
 /// voxels. @complexity O(n).
 void addCuboids(const CuboidMap& map, MapSnapshot& snapshot);
 
-/// Puts a snapshot in the place of everything in a map, locks too, exactly. The revision rises. When it
+/// Replaces everything in a map, also its locks, by a snapshot, exactly. The revision rises. When it
 /// throws, for want of memory, the map is as before. FusionKind::kGrowth fuses the voxels anew.
 /// @pre findFault() finds none. @throws std::invalid_argument  The resolutions differ. @complexity O(n).
 ChangeSet restoreSnapshot(const MapSnapshot& snapshot, CuboidMap& map);

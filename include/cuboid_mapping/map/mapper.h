@@ -35,8 +35,8 @@ class Mapper {
   /// @throws std::bad_alloc  of this scan, or of the one before while it was put into the map.
   void integrate(const Scan& scan);
 
-  /// The two halves of integrate(), for maps that are made in several places: apply() of what walk()
-  /// returns, here or in another Mapper of the same configuration, is integrate(). See io/scan_update_codec.h.
+  /// The two halves of integrate(): walk() in one place, apply() of its result here or in another Mapper
+  /// of the same configuration. See io/scan_update_codec.h.
   ///@{
   /// The voxels that a scan observes; the map stays as it is. @return Valid until the next scan.
   [[nodiscard]] const ScanUpdate& walk(const Scan& scan);
@@ -45,7 +45,7 @@ class Mapper {
   ///@}
 
   /// The map with all scans, for queries (query/), edits and files (io/). From then on integrate() returns
-  /// when its scan is in the map: what map() gave may be kept, and read between two calls.
+  /// when its scan is in the map: keep the reference, and read it between two calls.
   ///@{
   [[nodiscard]] CuboidMap& map();
   [[nodiscard]] const CuboidMap& map() const;

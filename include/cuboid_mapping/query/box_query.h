@@ -55,7 +55,7 @@ struct BoxQueryResult {
 /// Whether nothing is in a box in metres, map frame: every voxel that it overlaps is free, or unknown
 /// where the policy passes that. Stops at the first that is not.
 ///
-/// false for what cannot be said, too: a box that queryBox() does not take, and a budget that is spent.
+/// Also false without an answer: queryBox() refuses the box, or the budget is spent.
 /// @complexity O(bricks of the box).
 [[nodiscard]] bool isFree(const CuboidMap& map, const MetricBox& box_map, UnknownPolicy policy,
                           Budget& budget = Budget::unlimited());

@@ -36,7 +36,7 @@ struct MapTurns {
 };
 
 /// Remaining limits of a query. Every query takes one, and ends soon after it is spent;
-/// each query says what its answer means then. Once spent, a budget stays so.
+/// each query documents its answer in that case. A spent budget stays spent.
 ///
 /// It costs a query a subtraction a brick; the clock is read once in some hundred bricks. One budget
 /// may serve several queries, one after the other. Not thread-safe.

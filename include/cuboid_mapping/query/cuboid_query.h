@@ -41,7 +41,7 @@ struct FreeGraph {
   };
   std::vector<Cuboid> cuboids;  ///< Clipped to the region.
   std::vector<Portal> portals;  ///< One for each pair of cuboids.
-  /// There are more than max_cuboids, and portals are those of these; or the budget is spent.
+  /// There are more than max_cuboids, and portals connect the returned ones only; or the budget is spent.
   bool is_truncated = false;
 };
 

@@ -46,7 +46,7 @@ struct Frontiers {
 };
 
 /// Where a robot learns more: the free voxels that share a face with an unknown one, in clusters, each with a
-/// place to stand and what can be seen from there (B. Yamauchi, 1997).
+/// place to stand and the view from there (B. Yamauchi, 1997).
 ///
 /// @param budget  Bricks that are looked at; entries are frontiers.
 /// @complexity O(bricks of the region, or all known bricks if these are fewer; frontier voxels); for each

@@ -23,7 +23,7 @@ struct NearestCuboid {
 ///   - fewer within max_distance_m: as many as there are, none far from everything;
 ///   - the point need not be in the map; equal distances come in no particular order;
 ///   - point not finite, k == 0, max_distance_m negative or NaN: none;
-///   - the budget is spent: those that were found, which are the nearest.
+///   - the budget is spent: the cuboids found so far, which are the nearest.
 ///
 /// @complexity O((k + log n) log n), and all bricks that wait to be fused.
 [[nodiscard]] std::vector<NearestCuboid> findNearest(

@@ -18,8 +18,7 @@ struct ObstacleDistance {
   Eigen::Vector3d gradient_map = Eigen::Vector3d::Zero();
 };
 
-/// Distance of the voxel that holds a point to the nearest obstacle: for points here and there what a DistanceField
-/// knows of all voxels of a region.
+/// Distance of the voxel that holds a point to the nearest obstacle. For all voxels of a region, use a DistanceField.
 ///
 /// Nothing for a point that is not finite or out of the grid's range, a bound that is not > 0, and when the budget is
 /// spent.

@@ -27,7 +27,7 @@ struct BodyBox {
   Eigen::Vector3d size_m = Eigen::Vector3d::Zero();              ///< Edges, > 0.
 };
 
-/// The shape of a robot that turns, or of what it carries, in a frame of its own.
+/// The shape of a robot that turns, or of its load, in a frame of its own.
 struct Body {
   /// How far a body may reach from its origin, in voxels.
   static constexpr double kMaxReach = 4096.0;
@@ -44,7 +44,7 @@ struct Body {
 /// Why checkPoses() cannot answer for a body, and what to change; empty when it can.
 [[nodiscard]] std::string findFault(const Body& body, const Grid& grid);
 
-/// What a body meets.
+/// Contact of a body with the map.
 struct PoseContact {
   std::size_t part = 0;  ///< Number of the sphere, or of spheres and the box.
   Cell voxel;            ///< One that the part meets.

@@ -19,13 +19,13 @@ enum class RayEnd : unsigned char {
 
 /// Answer of castRay.
 struct RayQueryResult {
-  RayEnd end = RayEnd::kMaxRange;  ///< What ended the ray.
+  RayEnd end = RayEnd::kMaxRange;  ///< How the ray ended.
   double distance_m = 0.0;         ///< From the origin to `point_map`.
   Eigen::Vector3d point_map;       ///< Where it ended, metres.
   double unknown_length_m = 0.0;   ///< Length of unknown space that was passed.
   /// Where the first unknown space begins that it has met, the end of a kUnknown ray included.
   std::optional<double> first_unknown_m;
-  std::optional<Cell> voxel;  ///< The occupied one that was hit; findCuboid() has its cuboid.
+  std::optional<Cell> voxel;  ///< The occupied voxel that was hit; findCuboid() has its cuboid.
 };
 
 /// Casts a ray from a point (metres, map frame) until something is in the way.
@@ -53,7 +53,7 @@ struct RayHit {
   WayAnswer answer = WayAnswer::kInvalid;  ///< Whether something is hit.
   /// Of kBlocked.
   ///@{
-  Cell voxel;               ///< The one that is hit.
+  Cell voxel;               ///< The voxel that is hit.
   double distance_m = 0.0;  ///< From the origin to `point_map`.
   /// On its face, metres; the origin when that lies in it.
   Eigen::Vector3d point_map = Eigen::Vector3d::Zero();

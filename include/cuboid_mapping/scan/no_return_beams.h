@@ -25,7 +25,7 @@ struct NoReturnBeams {
     Eigen::Vector3f direction;  ///< Unit vector, sensor frame.
   };
 
-  BeamLayout layout = BeamLayout::kUnknown;  ///< The one that fits best.
+  BeamLayout layout = BeamLayout::kUnknown;  ///< The layout that fits best.
   double residual_rad = 0.0;    ///< RMS angle between the layout's beams and the points.
   std::vector<Beam> beams;      ///< In the order of the cloud.
   std::size_t num_skipped = 0;  ///< Beams without return whose direction remains unknown.
@@ -34,7 +34,7 @@ struct NoReturnBeams {
 /// A layout that fits worse is not used: 1 degree.
 constexpr double kMaxBeamResidual_rad = 0.017453292519943295;
 
-/// Estimates where beams without return pointed to, from those that did return.
+/// Estimates the directions of beams without return from the beams that did return.
 ///
 /// Each layout is fitted to the valid points by least squares, and the best is taken:
 ///   - spherical: azimuth linear in the column, with the same slope for all rows, turning either

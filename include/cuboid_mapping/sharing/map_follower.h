@@ -13,7 +13,7 @@ namespace cuboid_mapping {
 /// default sensor model.
 enum class MapDetail : unsigned char { kClasses, kValues };
 
-/// A whole map, for other processes; msg/FullCuboidMap.msg says what each field means.
+/// A whole map, for other processes; msg/FullCuboidMap.msg documents each field.
 struct MapImage {
   std::uint64_t instance = 0;              ///< Names the server; another one when it is restarted.
   std::uint64_t revision = 0;              ///< Of the map.
@@ -22,7 +22,7 @@ struct MapImage {
   std::vector<VoxelBrick> bricks;          ///< All bricks with a known voxel.
 };
 
-/// Changes of a map; msg/CuboidMapUpdate.msg says what each field means.
+/// Changes of a map; msg/CuboidMapUpdate.msg documents each field.
 struct MapDelta {
   std::uint64_t instance = 0;  ///< As in MapImage.
   std::uint64_t base = 0;      ///< Revision that the changes are counted from.

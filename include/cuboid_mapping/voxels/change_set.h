@@ -16,8 +16,8 @@ struct ChangedBrick {
 
 /// The bricks that one change of a map has touched.
 ///
-/// A copy of the cuboids is brought up to date by dropping every one that shares a cell with a brick
-/// that has new cuboids, and inserting those that do so in the map.
+/// To update a copy of the cuboids, drop every cuboid that shares a cell with a brick that has new
+/// cuboids, and insert the map's cuboids of these bricks.
 struct ChangeSet {
   std::uint64_t revision = 0;        ///< Of the map after the change.
   bool is_everything = false;        ///< The whole map was replaced; `bricks` says nothing then.

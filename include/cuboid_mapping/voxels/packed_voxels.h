@@ -37,7 +37,7 @@ class PackedVoxels {
  public:
   /// No voxel is known.
   PackedVoxels() = default;
-  /// The same voxels; one that was moved from has no known voxel.
+  /// The same voxels. A moved-from object has no known voxel.
   ///@{
   PackedVoxels(const PackedVoxels& other);
   PackedVoxels(PackedVoxels&& other) noexcept { swap(other); }
@@ -53,7 +53,7 @@ class PackedVoxels {
   /// Voxels of one log-odds. @pre It is finite.
   PackedVoxels(const BrickMask& known, float log_odds);
 
-  /// Voxels of which the class alone is known, with the log-odds of the clamping thresholds.
+  /// Voxels of known class, with the log-odds of the clamping thresholds.
   /// @param occupied  Of the known ones.
   [[nodiscard]] static PackedVoxels ofClasses(const BrickMask& known, const BrickMask& occupied,
                                               const SensorModel& model);

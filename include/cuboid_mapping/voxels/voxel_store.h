@@ -78,7 +78,7 @@ class VoxelStore {
   [[nodiscard]] double numFreeVoxels() const { return num_free_; }
   [[nodiscard]] double numOccupiedVoxels() const { return num_occupied_; }
   ///@}
-  /// Bytes held from the allocator, those of cuboids included.
+  /// Bytes held from the allocator, with the cuboids.
   [[nodiscard]] std::size_t numBytes() const;
   /// The bricks by number, with their cuboids.
   [[nodiscard]] const BrickTable<Brick>& bricks() const { return *bricks_; }
@@ -99,9 +99,9 @@ class VoxelStore {
     ///@}
     ~PendingChange();
 
-    /// All bricks that were looked at, also those that do not change: internal.
+    /// All examined bricks, changed or not: internal.
     std::vector<PendingBrick> bricks;
-    std::vector<std::uint32_t> changed;  ///< Numbers of those of them that change.
+    std::vector<std::uint32_t> changed;  ///< Numbers of the bricks that change.
     std::size_t num_new = 0;             ///< Bricks that the store does not have yet.
     std::size_t num_gone = 0;            ///< Bricks that it will not have any more.
   };

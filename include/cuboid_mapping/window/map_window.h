@@ -125,7 +125,7 @@ class MapWindow {
   /// As save(), but kPagesAStep pages at most. @return Whether more are to be written, and this went well.
   bool saveSome(const CuboidMap& map);
 
-  /// Keeps all pages in memory until it is told otherwise: for those who read for long.
+  /// Keeps all pages in memory until it is told otherwise, for long reads.
   void hold(bool is_held) { is_held_ = is_held; }
 
   /// Pages in the store alone, in no particular order.
@@ -147,7 +147,7 @@ class MapWindow {
   static constexpr std::size_t kPagesAStep = 16;
   /// Steps between two evictions: fewer transactions, which wait for the disk.
   static constexpr std::uint64_t kStepsAWrite = 8;
-  /// A page outside that was touched stays for so many steps, so that what clouds reach does not come and go with
+  /// Number of steps that a touched page outside stays, so that pages within reach do not come and go with
   /// each.
   static constexpr std::uint64_t kIdleSteps = 10;
   /// The same of a window: with kRefuse it goes at once.
@@ -178,7 +178,7 @@ class MapWindow {
   void noteFailure(const std::string& text);
 
   WindowConfig config_;
-  mutable std::mutex reading_;  ///< Of those who read the store side by side.
+  mutable std::mutex reading_;  ///< Guards concurrent reads of the store.
   std::unique_ptr<MapStore> store_;
   Pages pages_;              ///< In memory.
   PageSet stored_;           ///< Only in the store.
