@@ -301,9 +301,9 @@ int run(int argc, char** argv) {
       "Precision and recall of the occupied voxels of a simulated drive, against the surfaces of "
       "the world,\n"
       "or of a data set against the octree that it was made from.\n"
-      "precision to a voxel: of the occupied voxels, those that touch one that is right; recall: "
-      "of the voxels with something in them that a beam has hit; free space: of the voxels\n"
-      "with nothing in them that beams pass or hit, those that the map says are free.");
+      "precision to a voxel: share of occupied voxels that touch a right one; recall: share of "
+      "hit voxels\nwith something in them that the map has as occupied; free space: share of "
+      "observed voxels\nwith nothing in them that the map has as free.");
   line.addText("dataset", options.dataset, "a folder of scans in place of the simulated drive");
   line.addText("truth", options.truth,
                "the .bt that the data set was made from; sets the resolution");

@@ -145,7 +145,7 @@ int run(int argc, char** argv) {
   line.addArgument("maps", options.maps, "maps: .cuboids, .sqlite, .ot or .bt");
   line.addNumber("repetitions", options.repetitions, "number of runs; the least time counts",
                  {1, 1000});
-  line.addList("boxes", options.boxes, "covers of so many boxes", {1, 1e6});
+  line.addList("boxes", options.boxes, "numbers of boxes of the covers", {1, 1e6});
   line.addNumber("search", options.search_s,
                  "seconds of a random search for better covers, from ours and from another one",
                  {0, 1e6});

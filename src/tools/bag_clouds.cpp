@@ -104,13 +104,13 @@ std::optional<int> parseBagOptions(cuboid_mapping::CommandLine& line, int argc, 
                 "roll\", metres and radians");
   line.addText(
       "poses", options.poses,
-      "corrected poses in the place of those of tf: a file with lines \"stamp x y z qx qy "
+      "corrected poses, used instead of tf: a file with lines \"stamp x y z qx qy "
       "qz qw\", or a topic of the bags with a nav_msgs/Path, Odometry or PoseStamped. Clouds "
       "outside their time are left out");
   line.addText(
       "poses-of", options.poses_of,
       "frame whose poses --poses gives, such as base_link; without it, that of the clouds, "
-      "or what an Odometry says");
+      "or the child frame of an Odometry");
   line.addText("params", options.parameter_file,
                "YAML file with parameters of the node, such as config/default.yaml");
   line.addTexts(
