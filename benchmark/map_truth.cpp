@@ -307,8 +307,8 @@ int run(int argc, char** argv) {
   line.addText("dataset", options.dataset, "a folder of scans in place of the simulated drive");
   line.addText("truth", options.truth,
                "the .bt that the data set was made from; sets the resolution");
-  line.addNumber("seed", options.seed, "of the world", {0, 1e9});
-  line.addNumber("rings", options.rings, "of the lidar", {1, 1024});
+  line.addNumber("seed", options.seed, "seed of the simulated world", {0, 1e9});
+  line.addNumber("rings", options.rings, "number of rings of the lidar", {1, 1024});
   line.addNumber("clouds", options.clouds, "of one lap", {1, 10000});
   line.addNumber("resolution", options.resolution_m, "edge of a voxel [m]", {0.01, 1.0});
   line.addNumber("noise", options.noise_m, "standard deviation of ranges [m]", {0.0, 1.0});

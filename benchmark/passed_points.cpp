@@ -213,9 +213,10 @@ int run(int argc, char** argv) {
                    "KTH's DynamicMap benchmark.");
   line.addText("dataset", options.dataset,
                "a folder with pcd/*.pcd and gt_cloud.pcd, in place of the simulated drive");
-  line.addNumber("seed", options.seed, "of the world", {0, 1e9});
-  line.addNumber("rings", options.rings, "of the lidar", {1, 1024});
-  line.addNumber("clouds", options.clouds, "of the drive, 0.4 s apart", {1, 10000});
+  line.addNumber("seed", options.seed, "seed of the simulated world", {0, 1e9});
+  line.addNumber("rings", options.rings, "number of rings of the lidar", {1, 1024});
+  line.addNumber("clouds", options.clouds, "number of clouds of the drive, 0.4 s apart",
+                 {1, 10000});
   line.addNumber("resolution", options.resolution_m, "edge of a voxel [m]", {0.01, 1.0});
   line.addNumber("noise", options.noise_m, "standard deviation of ranges [m]", {0.0, 1.0});
   line.addNumber("margin", options.margin_m, "sensor_model/end_margin [m]", {0.0, 100.0});

@@ -32,11 +32,12 @@ struct LatencyOptions {
 
 std::optional<int> parseOptions(int argc, char** argv, LatencyOptions& options) {
   CommandLine line("query_latency",
-                   "Measures how long ~query_box of a running node takes, from a client's view.");
+                   "Measures the latency of ~query_box of a running node, at a client.");
   line.addText("service", options.service, "~query_box of the node");
   line.addText("frame", options.frame_id, "frame of the boxes, which lie around its origin");
   line.addNumber("edge", options.edge_m, "edge of a box [m]");
-  line.addNumber("radius", options.radius_m, "largest distance from it on each axis [m]");
+  line.addNumber("radius", options.radius_m,
+                 "largest distance of a box from the origin on each axis [m]");
   line.addNumber("pause", options.pause_ms, "pause between an answer and the next request [ms]");
   line.addNumber("duration", options.duration_s, "duration of the measurement [s]");
   return line.parse(argc, argv);

@@ -224,12 +224,15 @@ int run(int argc, char** argv) {
   line.addTexts("dataset", options.datasets,
                 "data sets of scans, one behind the other; without, the simulated building");
   line.addText("store", options.store, "file of the store; it is replaced");
-  line.addNumber("resolution", options.resolution_m, "metres", {1e-3, 1e2});
-  line.addNumber("max-range", options.max_range_m, "metres", {0.01, 1e5});
+  line.addNumber("resolution", options.resolution_m, "edge of a voxel in metres", {1e-3, 1e2});
+  line.addNumber("max-range", options.max_range_m, "longer beams are cut off here, in metres",
+                 {0.01, 1e5});
   line.addNumber("laps", options.laps, "number of laps", {1, 100000});
-  line.addNumber("clouds-a-metre", options.clouds_a_metre, "of the simulation", {0.01, 100});
+  line.addNumber("clouds-a-metre", options.clouds_a_metre,
+                 "clouds per metre of the simulated drive", {0.01, 100});
   line.addNumber("size", options.window.size_m, "edge of the window in metres", {0.1, 1e6});
-  line.addNumber("margin", options.window.margin_m, "metres around it", {0.0, 1e6});
+  line.addNumber("margin", options.window.margin_m,
+                 "width of the margin around the window in metres", {0.0, 1e6});
   line.addNumber(
       "budget", options.budget,
       "pages that may be read and written, as a multiple of the pages that the drive needs",

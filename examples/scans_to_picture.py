@@ -7,7 +7,7 @@ FOLDER has poses.txt, a line `index tx ty tz qx qy qz qw` for each scan (map <- 
 scans/NNNN.pcd. Without one, a sensor is simulated that drives through two rooms.
 Needs numpy and cuboid_map.
 """
-# %% What is needed
+# %% Imports
 import pathlib
 import struct
 import sys
@@ -81,9 +81,9 @@ free, occupied = mapper.cuboids(classes='free'), mapper.cuboids(classes='occupie
 print(f'{len(free.boxes)} free and {len(occupied.boxes)} occupied cuboids, {mapper.num_bytes / 1e6:.1f} MB')
 mapper.save(str(picture.with_suffix('.cuboids')))
 
-# %% A picture of it from above: how high the occupied voxels of each column reach, and where it is free
+# %% A picture from above: height of the occupied voxels of each column, and free space
 low, high = occupied.boxes[:, :3].min(axis=0), occupied.boxes[:, 3:].max(axis=0)
-# Between floor and ceiling, as most of both is known by now.
+# Between floor and ceiling.
 height = high[2] - low[2]
 low[2], high[2] = low[2] + 0.1 * height, high[2] - 0.1 * height
 voxels = mapper.dense(np.hstack([low, high]))
@@ -96,7 +96,7 @@ image[wall] = np.stack([40 + 180 * top, 60 + 0 * top, 200 - 180 * top], axis=2)[
 image = image.transpose(1, 0, 2)[::-1]  # x to the right, y upwards.
 
 
-# %% In a notebook: plt.imshow(image). Here it is written as a file
+# %% Write the picture to a file (in a notebook: plt.imshow(image))
 def write_png(file, rgb):
     def chunk(kind, data):
         return struct.pack('>I', len(data)) + kind + data + struct.pack('>I', zlib.crc32(kind + data))

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// A map of octomap_server, or any other file of a map: read, asked, and written as .cuboids.
+// Reads a map of octomap_server, or any other map file, queries it, and writes it as .cuboids.
 //
 // usage: from_bt MAP.bt [MAP.cuboids]
 #include <cuboid_mapping/io/map_files.h>
@@ -14,7 +14,7 @@ using namespace cuboid_mapping;
 
 int main(int argc, char** argv) try {
   if (argc < 2) throw std::runtime_error("usage: from_bt MAP.bt [MAP.cuboids]");
-  const MapFile file = readMapFile(argv[1]);  // The format is told by the content.
+  const MapFile file = readMapFile(argv[1]);  // The content decides the format.
   MapConfig config;
   config.resolution_m = file.snapshot.resolution_m;
   config.sensor_model = file.snapshot.sensor_model;

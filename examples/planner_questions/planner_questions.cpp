@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What a planner asks: a path, a ray, a place, a corridor. In a room of 4 x 2 x 1 m with a wall across it.
+// Questions of a planner (path, ray, place, corridor) in a room of 4 x 2 x 1 m with a wall across it.
 #include <cuboid_mapping/map/mapper.h>
 #include <cuboid_mapping/query/corridor_query.h>
 #include <cuboid_mapping/query/fit_query.h>
@@ -29,7 +29,7 @@ int main() {
 
   const Eigen::Vector3d start(0.5, 0.5, 0.5);
   const Eigen::Vector3d goal(3.5, 0.5, 0.5);
-  const Eigen::Vector3d size_m(0.5, 0.5, 0.5);  // Of the robot, a box that does not turn.
+  const Eigen::Vector3d size_m(0.5, 0.5, 0.5);  // The robot, a box that does not turn.
   const UnknownPolicy unknown = UnknownPolicy::kStop;
 
   if (const auto path = checkPath(map, {start, goal}, size_m, unknown); path.contact) {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// A path of OMPL's RRT-Connect for a robot that is a box, in a room of 4 x 2 x 1 m with a wall across it.
+// OMPL's RRT-Connect plans a path for a box-shaped robot in a room of 4 x 2 x 1 m with a wall across it.
 #include <cuboid_mapping/interop/ompl.h>
 
 #include <ompl/geometric/SimpleSetup.h>
