@@ -19,7 +19,7 @@ struct CoverTask {
 /// How coverOccupied() and findFreeBoxes() have ended.
 enum class BoxesEnd : unsigned char {
   kInvalid,  ///< max_boxes is 0, or the region is empty.
-  kFound,    ///< As asked for.
+  kFound,    ///< There is an answer.
   /// max_boxes are not enough: CoverTask::keep_free lies between the voxels, or they are so far apart that a
   /// box around them has more than 2^22 bricks.
   kTooFewBoxes,
@@ -32,9 +32,9 @@ struct BoxCover {
   /// Largest first; they may overlap. With kTooFewBoxes more than max_boxes, as few as were found; with
   /// kInvalid and kBudgetSpent none.
   std::vector<CellBox> boxes;
-  double occupied_volume_m3 = 0.0;  ///< Of the occupied voxels in the boxes.
-  double added_volume_m3 = 0.0;     ///< Of all other voxels in the boxes, each counted once.
-  double left_out_volume_m3 = 0.0;  ///< Of occupied voxels of the region inside keep_free.
+  double occupied_volume_m3 = 0.0;  ///< Volume of the occupied voxels in the boxes.
+  double added_volume_m3 = 0.0;     ///< Volume of all other voxels in the boxes, each counted once.
+  double left_out_volume_m3 = 0.0;  ///< Volume of occupied voxels of the region inside keep_free.
 };
 
 /// Covers the occupied voxels of a region by a few boxes that add little volume, for planners that take

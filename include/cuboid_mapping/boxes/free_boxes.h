@@ -18,9 +18,9 @@ struct FreeBoxesTask {
 /// Answer of findFreeBoxes().
 struct FreeBoxes {
   BoxesEnd end = BoxesEnd::kInvalid;  ///< Whether there is an answer.
-  std::vector<CellBox> boxes;         ///< In the order in which they were found, of kFound.
-  double covered_volume_m3 = 0.0;     ///< Of the boxes, each voxel counted once.
-  double missing_volume_m3 = 0.0;     ///< Of the free voxels of the region in no box.
+  std::vector<CellBox> boxes;         ///< Boxes of kFound in the order of discovery.
+  double covered_volume_m3 = 0.0;     ///< Volume of the boxes, each voxel counted once.
+  double missing_volume_m3 = 0.0;     ///< Volume of the free voxels of the region in no box.
 };
 
 /// A few boxes of free voxels that hold much of the free space of a region.

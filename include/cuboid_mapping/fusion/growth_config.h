@@ -25,9 +25,9 @@ using SearchDirections = std::array<SearchDirection, 6>;
 /// How far a cell expands at once. The paper's equation 5 (width of the cell, times a unit vector
 /// "scaled based on width") can be read both ways.
 enum class GrowthStep : unsigned char {
-  kCell,      ///< By one voxel.
-  kOwnWidth,  ///< By the cell's width along the direction: it doubles.
-  /// By the width of the neighbour at the least corner of the face, so that fused cuboids can absorb
+  kCell,      ///< Grows by one voxel.
+  kOwnWidth,  ///< Grows by the cell's width along the direction: it doubles.
+  /// Grows by the width of the neighbour at the least corner of the face, so that fused cuboids can absorb
   /// each other. Not in the paper.
   kNeighbour,
 };
@@ -35,7 +35,7 @@ enum class GrowthStep : unsigned char {
 /// "cell", "own_width" or "neighbour".
 [[nodiscard]] const char* toString(GrowthStep step);
 
-/// In which order a cell tries the search directions.
+/// Order in which a cell tries the search directions.
 struct SearchStrategy {
   /// The rule that gives the order.
   enum class Order : unsigned char {
@@ -47,7 +47,7 @@ struct SearchStrategy {
     kRandom,       ///< Shuffled anew for each expansion, from a seed and the cell.
   };
   Order order = Order::kPaper;    ///< Which rule counts.
-  SearchDirections directions{};  ///< Of kFixed.
+  SearchDirections directions{};  ///< Directions of kFixed.
 };
 
 /// "paper", "largest_gain", "random", or the six directions in any order as in "+z -z +x +y -x -y".
@@ -69,10 +69,10 @@ enum class GrowthStarters : unsigned char {
 
 /// Parameters of the fusion of the paper, Section IV-B.
 struct GrowthConfig {
-  GrowthStep step = GrowthStep::kCell;                 ///< How far a cell expands at once.
-  SearchStrategy search;                               ///< In which order it tries the directions.
+  GrowthStep step = GrowthStep::kCell;  ///< How far a cell expands at once.
+  SearchStrategy search;                ///< Order in which a cell tries the directions.
   GrowthStarters starters = GrowthStarters::kSampled;  ///< Which cells start.
-  BeamSampling sampling{0.1, 1};  ///< Of kSampled; its seed is that of a random search, too.
+  BeamSampling sampling{0.1, 1};  ///< For kSampled; a random search uses its seed, too.
   int settle_clouds = 10;         ///< That a voxel split out of a cuboid waits before it may fuse.
 };
 

@@ -53,7 +53,7 @@ class KeptClouds {
   /// Forgets all.
   void clear();
 
-  /// To which points are rounded.
+  /// Step of the rounding of points.
   [[nodiscard]] double step_m() const { return step_m_; }
 
  private:

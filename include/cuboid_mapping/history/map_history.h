@@ -17,7 +17,7 @@ namespace cuboid_mapping {
 /// How the clouds of a sensor get into a map.
 struct ObservationConfig {
   SensorModelConfig sensor_model;  ///< Thresholds are those of the map.
-  BeamRanges ranges;               ///< Of the beams.
+  BeamRanges ranges;               ///< Ranges of the beams.
   ScanLimits limits;               ///< Which points take part, where the scan lies in the map.
   bool marks = true;               ///< Whether hits count.
   bool clears = true;              ///< Whether misses count.
@@ -26,7 +26,7 @@ struct ObservationConfig {
 /// The scans of one observation, which can enter a map with any pose.
 struct KeptCloud {
   std::int64_t stamp_ns = 0;  ///< Since 1970.
-  /// With which it is in the map now.
+  /// The pose that it has in the map now.
   Eigen::Isometry3d T_map_body = Eigen::Isometry3d::Identity();
   /// In the frame of the body, with anchors of 0 and rounded, see roundScan(). Of a sweep that was measured on the move:
   /// one for each slice, where it was seen from the body's place at the stamp.
@@ -35,15 +35,15 @@ struct KeptCloud {
 
 /// Content of a MapHistory.
 struct HistoryLimits {
-  std::uint64_t max_bytes = std::uint64_t{1} << 30;  ///< Of packed clouds.
+  std::uint64_t max_bytes = std::uint64_t{1} << 30;  ///< Limit of the packed clouds.
   double max_age_s = 1e9;  ///< Clouds that are older than the newest by more become fixed.
 };
 
 /// How much a MapHistory keeps.
 struct HistoryFigures {
   std::size_t num_clouds = 0;    ///< Kept.
-  std::uint64_t num_bytes = 0;   ///< Of the packed clouds.
-  std::uint64_t num_points = 0;  ///< Of these clouds.
+  std::uint64_t num_bytes = 0;   ///< Size of the packed clouds.
+  std::uint64_t num_points = 0;  ///< Number of points of these clouds.
   std::uint64_t num_fixed = 0;   ///< Clouds so far that are no longer kept, see MapHistory.
 };
 
@@ -64,9 +64,9 @@ class MapCorrection {
   [[nodiscard]] CuboidMap& map();
   /// Clouds in it that are kept.
   [[nodiscard]] std::size_t numClouds() const;
-  /// Of these: outside the new poses.
+  /// Number of these clouds outside the new poses.
   [[nodiscard]] std::size_t numOutside() const;
-  /// Farthest that the body was moved.
+  /// Largest motion of the body.
   [[nodiscard]] double maxShift_m() const;
 
  private:

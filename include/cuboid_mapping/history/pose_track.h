@@ -11,7 +11,7 @@ namespace cuboid_mapping {
 /// Where a body was at a time.
 struct StampedPose {
   std::int64_t stamp_ns = 0;                                     ///< Since 1970.
-  Eigen::Isometry3d T_map_body = Eigen::Isometry3d::Identity();  ///< In metres.
+  Eigen::Isometry3d T_map_body = Eigen::Isometry3d::Identity();  ///< Translation in metres.
 };
 
 /// The way of a body: its poses over time.
@@ -41,7 +41,7 @@ class PoseTrack {
  private:
   [[nodiscard]] Eigen::Isometry3d interpolate(std::int64_t stamp_ns) const;
 
-  std::vector<StampedPose> poses_;  ///< By stamp.
+  std::vector<StampedPose> poses_;  ///< Ordered by stamp.
 };
 
 }  // namespace cuboid_mapping

@@ -28,7 +28,7 @@ enum class SceneFormat : unsigned char {
 /// Boxes in a frame.
 struct BoxScene {
   std::string frame_id =
-      "map";  ///< Of the boxes; the formats name a link, a model or the scene after it.
+      "map";  ///< Frame of the boxes; the formats name a link, a model or the scene after it.
   std::vector<MetricBox> boxes;  ///< Finite.
 };
 

@@ -18,7 +18,7 @@ namespace cuboid_mapping {
 struct OmplRobot {
   const CuboidMap& map;  ///< Must outlive the planner, and not change while it plans.
   Eigen::Vector3d size_m = Eigen::Vector3d::Zero();  ///< Edges, > 0.
-  UnknownPolicy policy = UnknownPolicy::kStop;       ///< Of unknown space.
+  UnknownPolicy policy = UnknownPolicy::kStop;       ///< Meaning of unknown space.
 
   /// Centre of the robot. @param state  Of an ompl::base::RealVectorStateSpace of three dimensions: x, y, z, metres.
   [[nodiscard]] static Eigen::Vector3d centerOf(const ompl::base::State* state) {

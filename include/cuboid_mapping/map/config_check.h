@@ -13,7 +13,7 @@ struct MapperConfig;
 
 /// One thing that is wrong with a configuration.
 struct ConfigError {
-  std::string field;    ///< As in C++, "rtree.max_branches".
+  std::string field;    ///< Name in C++, such as "rtree.max_branches".
   std::string message;  ///< The value and its allowed range: "is 200, but must be 2 to 64".
 };
 

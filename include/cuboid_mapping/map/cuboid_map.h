@@ -34,9 +34,9 @@ struct MapConfig {
   Environment environment = Environment::kDynamic;  ///< Whether stable voxels are updated.
   FusionKind fusion = FusionKind::kClass;           ///< How voxels become cuboids.
   FusionTime fuse = FusionTime::kEveryCloud;        ///< When bricks are divided.
-  GrowthConfig growth;                              ///< Of FusionKind::kGrowth.
+  GrowthConfig growth;                              ///< Settings of FusionKind::kGrowth.
   RTreeConfig rtree;                                ///< Order (d, M) of the R-tree.
-  int threads = 1;  ///< For changes of the map, 1 to kMaxThreads. The result does not depend on it.
+  int threads = 1;  ///< For changes of the map, 1 to kMaxThreads; results are the same.
 
   /// How the beams of a scan have to be sampled for this map.
   [[nodiscard]] BeamSampling beamSampling() const {
@@ -137,9 +137,9 @@ class CuboidMap {
   /// Forgets everything, locks too. @throws std::bad_alloc  Nothing has changed then.
   ChangeSet clear();
 
-  /// As given to the constructor, with the sensor model that counts now.
+  /// The configuration of the constructor, with the current sensor model.
   [[nodiscard]] const MapConfig& config() const { return config_; }
-  /// For conversions between metres and cells.
+  /// Converts between metres and cells.
   [[nodiscard]] const Grid& grid() const { return grid_; }
   /// Sensor model of the next cloud.
   [[nodiscard]] const SensorModel& sensorModel() const { return sensor_model_; }
@@ -164,8 +164,8 @@ class CuboidMap {
   Grid grid_;
   SensorModel sensor_model_;
   VoxelStore voxels_;
-  std::unique_ptr<ClassFusion> by_class_;  ///< Of kClass and kNone.
-  std::unique_ptr<GrowthFusion> growth_;   ///< Of kGrowth.
+  std::unique_ptr<ClassFusion> by_class_;  ///< For kClass and kNone.
+  std::unique_ptr<GrowthFusion> growth_;   ///< For kGrowth.
   std::unique_ptr<LockedBoxes> locked_;
   std::uint64_t revision_ = 0;
 };

@@ -14,9 +14,9 @@ namespace cuboid_mapping {
 /// The content of a map at one time, apart from the map. Files are written from it and read into it.
 struct MapSnapshot {
   double resolution_m = 0.05;                       ///< Edge of a voxel.
-  SensorModelConfig sensor_model;                   ///< Of the map.
-  Environment environment = Environment::kDynamic;  ///< Of the map.
-  std::string frame_id;            ///< Of the map; empty where a file does not say it.
+  SensorModelConfig sensor_model;                   ///< Sensor model of the map.
+  Environment environment = Environment::kDynamic;  ///< Environment of the map.
+  std::string frame_id;                             ///< Frame of the map; empty: the file has none.
   std::vector<VoxelBrick> bricks;  ///< Along the Morton curve, each once and with a known voxel.
   /// State of the program that makes the map, to go on with it; only a store (.sqlite) keeps it.
   std::string progress = {};
@@ -29,7 +29,7 @@ struct MapSnapshot {
 /// How much a snapshot from outside may hold, so that a damaged file does not take all memory.
 struct SnapshotLimits {
   std::size_t max_bricks = std::size_t{1} << 24;     ///< Bricks of 8 x 8 x 8 voxels.
-  std::uint64_t max_bytes = std::uint64_t{1} << 30;  ///< Of a file, packed and unpacked each.
+  std::uint64_t max_bytes = std::uint64_t{1} << 30;  ///< Limit of a file, both packed and unpacked.
 
   /// Limits within which reading takes about so much memory at most. Those by default: 4 GB.
   [[nodiscard]] static SnapshotLimits ofMemory(std::uint64_t bytes) {

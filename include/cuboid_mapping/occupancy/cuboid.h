@@ -27,7 +27,7 @@ constexpr bool operator!=(const Cuboid& a, const Cuboid& b) { return !(a == b); 
 /// A box of voxels that all have one log-odds.
 struct UniformBox {
   CellBox box;            ///< Its voxels.
-  float log_odds = 0.0F;  ///< Of each of them.
+  float log_odds = 0.0F;  ///< Log-odds of each voxel.
 };
 
 /// Whether box and log-odds are equal, exactly.

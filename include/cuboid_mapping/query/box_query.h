@@ -20,10 +20,10 @@ enum class CuboidOutput : unsigned char {
 /// Content of a box.
 struct BoxQueryResult {
   CellBox box;  ///< The voxels that the asked box overlaps: all figures are for these.
-  double free_volume_m3 = 0.0;      ///< Of its free voxels.
-  double occupied_volume_m3 = 0.0;  ///< Of its occupied voxels.
-  double unknown_volume_m3 = 0.0;   ///< Of all others.
-  std::vector<Cuboid> cuboids;      ///< As CuboidOutput says, in no particular order.
+  double free_volume_m3 = 0.0;      ///< Volume of its free voxels.
+  double occupied_volume_m3 = 0.0;  ///< Volume of its occupied voxels.
+  double unknown_volume_m3 = 0.0;   ///< Volume of all other voxels.
+  std::vector<Cuboid> cuboids;      ///< The cuboids that CuboidOutput asks for, in any order.
 
   /// Occupied if any voxel is; else unknown if any is; else free.
   [[nodiscard]] Occupancy occupancy() const;

@@ -11,11 +11,11 @@ namespace cuboid_mapping {
 
 /// How much a query may do; by default as much as it takes.
 struct QueryLimits {
-  double time_s = std::numeric_limits<double>::infinity();  ///< From the making of the budget on.
+  double time_s = std::numeric_limits<double>::infinity();  ///< Counts from the construction on.
   /// Bricks of 8 x 8 x 8 voxels, cuboids, and the like, that are looked at; what is kept for the
   /// search counts several times, so that this bounds memory, too.
   std::uint64_t max_bricks = std::numeric_limits<std::uint64_t>::max();
-  std::uint64_t max_entries = std::numeric_limits<std::uint64_t>::max();  ///< Of the answer.
+  std::uint64_t max_entries = std::numeric_limits<std::uint64_t>::max();  ///< Limit of the answer.
 };
 
 /// Limit that a budget has reached.

@@ -41,9 +41,9 @@ struct Corridor {
   std::vector<CellBox> boxes;
   /// Centres of the overlaps of successive boxes: one less than boxes.
   std::vector<Eigen::Vector3d> portals_map;
-  /// From start to goal, for the robot's centre: each segment, robot included, lies in one box.
+  /// Path of the robot's centre from start to goal: each segment, robot included, lies in one box.
   std::vector<Eigen::Vector3d> path_map;
-  double length_m = 0.0;        ///< Of the path.
+  double length_m = 0.0;        ///< Length of the path.
   std::size_t num_visited = 0;  ///< Boxes of places that the search has looked at.
 };
 

@@ -12,7 +12,7 @@ namespace cuboid_mapping {
 
 /// Which cuboids of a region are wanted, and how.
 struct CuboidSelection {
-  CuboidFilter filter = CuboidFilter::kAll;  ///< Of which class.
+  CuboidFilter filter = CuboidFilter::kAll;  ///< Class of the cuboids.
   std::int32_t min_edge = 1;                 ///< Voxels: cuboids with a shorter edge are left out.
   bool is_clipped = false;  ///< Cut at the faces of the region, after the look at the edges.
   /// If there are more, the answer is truncated.
@@ -21,7 +21,7 @@ struct CuboidSelection {
 
 /// Answer of selectCuboids.
 struct SelectedCuboids {
-  std::vector<Cuboid> cuboids;  ///< In cells, in no particular order.
+  std::vector<Cuboid> cuboids;  ///< Cuboids in cells, in any order.
   bool is_truncated = false;    ///< There are more than max_cuboids, or the budget is spent.
 };
 

@@ -19,8 +19,8 @@ class Obstacles;
 /// by side; a change needs exclusive access.
 class DistanceField {
  public:
-  static constexpr double kMaxVoxels = 1e9;   ///< Of the region and its surroundings.
-  static constexpr double kMaxBound = 127.0;  ///< In voxels.
+  static constexpr double kMaxVoxels = 1e9;   ///< Limit of the region and its surroundings.
+  static constexpr double kMaxBound = 127.0;  ///< Limit of the bound in voxels.
 
   /// @param region  Not empty; with its surroundings up to the bound at most kMaxVoxels.
   /// @param bound_m  > 0, at most kMaxBound voxels: farther obstacles are not seen.

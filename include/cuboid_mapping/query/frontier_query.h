@@ -18,7 +18,7 @@ struct FrontierTask {
   std::size_t min_voxels = 1;  ///< Smaller frontiers are left out.
   Eigen::Vector3d size_m =
       Eigen::Vector3d::Constant(0.5);  ///< Robot: a box that does not turn, > 0.
-  double max_distance_m = 2.0;         ///< Of a place to stand from its frontier, >= 0.
+  double max_distance_m = 2.0;  ///< Maximum distance of a place to stand from its frontier, >= 0.
   double view_range_m =
       2.0;  ///< How far is seen from there: 0 (not computed) to kMaxViewRange voxels.
 };

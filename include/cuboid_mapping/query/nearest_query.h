@@ -14,7 +14,7 @@ struct NearestCuboid {
   Cuboid cuboid;                      ///< Whole, in cells.
   double distance_m = 0.0;            ///< 0 when the point lies in the cuboid or on its face.
   Eigen::Vector3d closest_point_map;  ///< Point of the cuboid closest to the asked one.
-  Eigen::Vector3d direction_map;      ///< From the asked point to it, length 1; zero at distance 0.
+  Eigen::Vector3d direction_map;  ///< Unit vector from the asked point to it; zero at distance 0.
 };
 
 /// The k cuboids of a class that are nearest to a point (metres, map frame), nearest first.

@@ -23,8 +23,8 @@ struct PathContact {
 /// Answer of checkPath.
 struct PathQueryResult {
   WayAnswer answer = WayAnswer::kInvalid;  ///< Whether the way is free.
-  double length_m = 0.0;                   ///< Of the whole path; 0 for kInvalid and kBudgetSpent.
-  std::optional<PathContact> contact;      ///< Of kBlocked.
+  double length_m = 0.0;  ///< Length of the whole path; 0 for kInvalid and kBudgetSpent.
+  std::optional<PathContact> contact;  ///< The contact of kBlocked.
 
   /// Whether the whole path was looked at, and nothing is in the way.
   [[nodiscard]] bool isFree() const { return answer == WayAnswer::kFree; }

@@ -23,7 +23,7 @@ struct BodySphere {
 
 /// A box of a Body, turned in any way.
 struct BodyBox {
-  Eigen::Isometry3d T_body_box = Eigen::Isometry3d::Identity();  ///< Of its centre and its axes.
+  Eigen::Isometry3d T_body_box = Eigen::Isometry3d::Identity();  ///< Pose of its centre and axes.
   Eigen::Vector3d size_m = Eigen::Vector3d::Zero();              ///< Edges, > 0.
 };
 
@@ -53,7 +53,7 @@ struct PoseContact {
 /// Answer of checkPoses() for one pose.
 struct PoseQueryResult {
   WayAnswer answer = WayAnswer::kInvalid;  ///< Whether the body fits there.
-  std::optional<PoseContact> contact;      ///< Of kBlocked.
+  std::optional<PoseContact> contact;      ///< The contact of kBlocked.
 
   /// Whether the whole body was looked at, and meets nothing.
   [[nodiscard]] bool isFree() const { return answer == WayAnswer::kFree; }

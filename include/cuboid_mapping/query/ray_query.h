@@ -12,7 +12,7 @@ namespace cuboid_mapping {
 
 /// How a ray ended.
 enum class RayEnd : unsigned char {
-  kOccupied,  ///< In an occupied cuboid.
+  kOccupied,  ///< The ray ends in an occupied cuboid.
   kUnknown,   ///< At the border of unknown space (UnknownPolicy::kStop).
   kMaxRange,  ///< Nothing in the way.
 };
@@ -20,7 +20,7 @@ enum class RayEnd : unsigned char {
 /// Answer of castRay.
 struct RayQueryResult {
   RayEnd end = RayEnd::kMaxRange;  ///< How the ray ended.
-  double distance_m = 0.0;         ///< From the origin to `point_map`.
+  double distance_m = 0.0;         ///< Distance from the origin to `point_map`.
   Eigen::Vector3d point_map;       ///< Where it ended, metres.
   double unknown_length_m = 0.0;   ///< Length of unknown space that was passed.
   /// Where the first unknown space begins that it has met, the end of a kUnknown ray included.
@@ -51,10 +51,10 @@ struct RayQueryResult {
 /// The occupied voxel that a ray hits first.
 struct RayHit {
   WayAnswer answer = WayAnswer::kInvalid;  ///< Whether something is hit.
-  /// Of kBlocked.
+  /// The obstacle of kBlocked.
   ///@{
   Cell voxel;               ///< The voxel that is hit.
-  double distance_m = 0.0;  ///< From the origin to `point_map`.
+  double distance_m = 0.0;  ///< Distance from the origin to `point_map`.
   /// On its face, metres; the origin when that lies in it.
   Eigen::Vector3d point_map = Eigen::Vector3d::Zero();
   ///@}

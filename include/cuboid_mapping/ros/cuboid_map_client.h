@@ -41,7 +41,7 @@ class CuboidMapClient {
   /// the timeout: that nobody publishes the topic. Not to be called by the callback.
   /// @return hasMap(); false after the timeout, or when ROS shuts down.
   [[nodiscard]] bool waitForMap(const ros::WallDuration& timeout) const;
-  /// Of the server's map that this one equals; 0 before the first.
+  /// Revision of the server's map that this map equals; 0 before the first map.
   [[nodiscard]] std::uint64_t revision() const;
   /// Stamp of the last cloud in the map.
   [[nodiscard]] ros::Time stamp() const;

@@ -19,7 +19,7 @@ struct ChangedBrick {
 /// To update a copy of the cuboids, drop every cuboid that shares a cell with a brick that has new
 /// cuboids, and insert the map's cuboids of these bricks.
 struct ChangeSet {
-  std::uint64_t revision = 0;        ///< Of the map after the change.
+  std::uint64_t revision = 0;        ///< Revision of the map after the change.
   bool is_everything = false;        ///< The whole map was replaced; `bricks` says nothing then.
   std::vector<ChangedBrick> bricks;  ///< Some may come twice.
 

@@ -15,7 +15,7 @@ namespace cuboid_mapping {
 /// A brick with its voxels: in the map, in files, in octrees and in messages.
 struct VoxelBrick {
   Cell brick;           ///< Its least cell.
-  PackedVoxels voxels;  ///< By voxelIndex().
+  PackedVoxels voxels;  ///< Indexed by voxelIndex().
 };
 
 struct Brick;
@@ -64,7 +64,7 @@ class VoxelStore {
 
   /// Calls visit for each brick with a known voxel, in no particular order.
   void forEach(FunctionRef<void(const VoxelBrick&)> visit) const;
-  /// As forEach() for the bricks that share a cell with a box.
+  /// Like forEach(), for the bricks that share a cell with a box.
   /// @complexity O(bricks of the box, or all known bricks if these are fewer).
   void forEachIn(const CellBox& box, FunctionRef<void(const VoxelBrick&)> visit) const;
 
