@@ -59,8 +59,8 @@ std::vector<ParameterDeclaration> declareForgetting() {
        choice<MovingPoints>(&P::moving_points, {{"ignore", MovingPoints::kIgnore},
                                                 {"publish", MovingPoints::kPublish},
                                                 {"leave_out", MovingPoints::kLeaveOut}}),
-       "Points of moving things: those where earlier clouds have seen empty space. ignore: the "
-       "node does not look for them. publish: it publishes them as moving_points. leave_out: it "
+       "Points of moving things, in places that earlier clouds have seen empty. ignore: the node "
+       "does not look for them. publish: it publishes them as moving_points. leave_out: it "
        "publishes them, and they do not make voxels occupied."},
   };
 }
@@ -181,8 +181,8 @@ std::vector<ParameterDeclaration> declareSensorModel() {
        "Longer beams are cut off at this range and clear the space up to it. -1: no limit."},
       {"sensor_model/end_margin", "m", number(&S::end_margin_m, 0.0, 1000.0),
        "Over this distance before a return, a beam clears only unknown voxels, so that beams along "
-       "the ground or a wall do not clear what others have hit. 0: it clears up to its end, as in "
-       "OctoMap."},
+       "the ground or a wall do not clear voxels that others have hit. 0: it clears up to its end, "
+       "as in OctoMap."},
       {"sensor_model/min_range", "m", number(&S::min_range_m, 0.0, kInfinity, 0.0),
        "Points closer to the sensor than this are ignored. 0 or -1: no limit."},
       {"sensor_model/no_return_range", "m", number(&S::no_return_range_m, 0.0, 1000.0),
@@ -192,7 +192,7 @@ std::vector<ParameterDeclaration> declareSensorModel() {
        "Readings of a scan, a depth image or an organized cloud that mean that a beam met nothing. "
        "Other special readings are ignored. plus_inf: +inf, in any coordinate of a point without "
        "-inf and NaN. nan: NaN. zero: 0, or the point (0, 0, 0). minus_inf: -inf, which REP 117 "
-       "uses for things that are too close. range_max: range_max of a scan, or more. rep_117: "
+       "uses for objects that are too close. range_max: range_max of a scan, or more. rep_117: "
        "plus_inf. with_nan: plus_inf and nan. with_zero: plus_inf and zero. A number: readings of "
        "this range or depth, such as a far clip; they are never returns."},
   };
@@ -254,7 +254,7 @@ std::vector<ParameterDeclaration> declareFiles() {
        "resolution; or .pcd, points in the frame of the map, whose voxels become occupied. It may "
        "be the same file as autosave_file."},
       {"map_file_optional", "", boolean(&P::map_file_optional),
-       "true: where map_file is not there, as before the first run, the node starts as without it. "
+       "true: if map_file does not exist, as before the first run, the node starts without it. "
        "false: it does not start."},
       {"autosave_file", "", file(&P::autosave_file),
        "The map is saved to this file after changes and when the node stops. A file that exists at "
