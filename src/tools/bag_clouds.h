@@ -29,7 +29,7 @@ struct BagOptions {
   std::vector<std::string> topics;      ///< Empty: see chooseSources().
   std::string tf;                       ///< See BagTransforms::read().
   std::vector<std::string> transforms;  ///< Static ones that the bags do not have.
-  std::string poses;                    ///< See readBagPoses(); empty: those of tf.
+  std::string poses;                    ///< See readBagPoses(); empty: poses of tf.
   std::string poses_of;  ///< Frame of the body; empty: as the topic says, else that of the clouds.
   std::string parameter_file;
   std::vector<std::string> settings;
@@ -116,7 +116,7 @@ class BagClouds {
   std::optional<ScanFolders> folders_;  ///< In the place of bags.
   BagFiles bags_;
   BagTransforms transforms_;
-  std::optional<BagPoses> poses_;  ///< In the place of those of tf.
+  std::optional<BagPoses> poses_;  ///< Replaces the poses of tf.
   NodeParameters parameters_;
   std::optional<BagMessages> messages_;  ///< Of bags.
   std::vector<std::unique_ptr<Source>> sources_;

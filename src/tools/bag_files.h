@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Messages of rosbags, some of which may be damaged: what can be read is read, what cannot is counted.
+// Messages of rosbags, which may be damaged: readable parts are read, others are counted.
 #pragma once
 
 #include <ros/time.h>
@@ -26,7 +26,7 @@ struct BagMessage {
 /// Rosbags that are read at the same time.
 class BagFiles {
  public:
-  /// @throws std::runtime_error naming the file, what is wrong with it, and what to do.
+  /// @throws std::runtime_error naming the file, its error, and the cure.
   explicit BagFiles(const std::vector<std::string>& files);
 
   [[nodiscard]] std::size_t size() const { return bags_.size(); }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Corrected poses of a body, in the place of those that tf has.
+// Corrected poses of a body, which replace the poses of tf.
 #pragma once
 
 #include "bag_files.h"
@@ -17,11 +17,11 @@ struct BagPoses {
   cuboid_mapping::PoseTrack track;
   std::string map_frame_id;   ///< As a topic says it; empty for a file.
   std::string body_frame_id;  ///< As a topic says it; empty: that of the clouds.
-  std::string note;           ///< A line: what was taken.
+  std::string note;           ///< A line that names the source.
 };
 
 /// The poses of a file (readPoseFile()), or of a topic of the bags: the last nav_msgs/Path, or all nav_msgs/Odometry or
-/// geometry_msgs/PoseStamped. @throws std::runtime_error  saying what is wrong, and what there is.
+/// geometry_msgs/PoseStamped. @throws std::runtime_error  naming the error, and the available topics.
 [[nodiscard]] BagPoses readBagPoses(BagFiles& bags, const BagTopics& topics,
                                     const std::string& file_or_topic);
 

@@ -24,7 +24,7 @@ class BagTransforms {
   BagTransforms() = default;
 
   /// Reads all of them. @param topic  The topic of /tf, or its namespace, as "/robot1"; empty: /tf, or the only other one.
-  /// @param added  Static transforms as parseTransform() takes them. @throws std::runtime_error for one that is none.
+  /// @param added  Static transforms as parseTransform() takes them. @throws std::runtime_error for an invalid one.
   void read(BagFiles& bags, const BagTopics& topics, const std::string& topic,
             const std::vector<std::string>& added);
 
@@ -38,7 +38,7 @@ class BagTransforms {
 
   [[nodiscard]] const tf2::BufferCore& buffer() const { return tf_; }
 
-  /// Lines: where they are from, what was left out and why.
+  /// Lines that name sources, ignored transforms, and reasons.
   [[nodiscard]] const std::vector<std::string>& notes() const { return notes_; }
 
  private:

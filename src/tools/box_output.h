@@ -22,7 +22,7 @@ struct BoxOptions {
 [[nodiscard]] bool isBoxOutput(const std::string& file, const BoxOptions& options);
 
 /// Replaces a file by the boxes of a map.
-/// @param part  Of the map. @return What was written: "200 boxes, 80.3 m3 occupied, 147 m3 added".
+/// @param part  A part of the map. @return A summary: "200 boxes, 80.3 m3 occupied, 147 m3 added".
 /// @throws std::runtime_error saying what to change; MapFileError.
 [[nodiscard]] std::string writeBoxes(const std::string& file, const MapSnapshot& snapshot,
                                      const std::optional<CellBox>& part, const BoxOptions& options);

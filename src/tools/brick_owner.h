@@ -12,14 +12,14 @@
 
 namespace cuboid_mapping_ros {
 
-/// CPU seconds of a process, all threads, spent on what its clouds say.
+/// CPU seconds of a process, all threads, spent on its clouds.
 struct CpuTimes {
-  double pack_s = 0.0;      ///< Dividing and packing for others, unpacking what others have sent.
+  double pack_s = 0.0;      ///< Dividing and packing for others, unpacking their data.
   double exchange_s = 0.0;  ///< Sending, and waiting as far as that takes CPU time.
   double apply_s = 0.0;     ///< Putting it into the map.
 };
 
-/// One rank's part of a map that is divided among ranks, and what it sends to the others.
+/// One rank's part of a map that is divided among ranks, and its messages to the others.
 ///
 /// Each group of 4 x 4 x 4 bricks has an owner, by a hash of its place: so each cloud falls to all owners
 /// in about equal parts, whatever way the sensor drives. Clouds are walked in rounds: rank r has clouds r, r +
@@ -28,13 +28,13 @@ struct CpuTimes {
 /// those of one map with all clouds.
 class BrickOwner {
  public:
-  /// Clouds of a rank in a round: so many that a slow cloud keeps the others waiting for less.
+  /// Number of clouds of a rank in a round. A large number evens out slow clouds.
   static constexpr std::size_t kCloudsOfRound = 4;
 
   /// @param ranks  Must outlive this object. @param models  Of each source. @param threads  See VoxelStore::Work.
   BrickOwner(const MpiRanks& ranks, std::vector<cuboid_mapping::SensorModel> models, int threads);
 
-  /// Takes what the rank's next cloud says. @param update  Null when it says nothing.
+  /// Takes the update of the rank's next cloud. @param update  Null: the cloud changes nothing.
   /// @return Whether the round has all the clouds of this rank: endRound() is next.
   bool add(const cuboid_mapping::ScanUpdate* update, std::size_t source);
   /// Ends the round, and applies the one before; all ranks call it equally often.
@@ -43,7 +43,7 @@ class BrickOwner {
   /// Applies the last round, too; all ranks call it after the same round. Throws as endRound().
   void finish();
 
-  /// Begins with these bricks of the rank: those of voxels() of an earlier run with as many ranks.
+  /// Begins with these bricks of the rank, from voxels() of an earlier run with as many ranks.
   void restore(const std::vector<cuboid_mapping::VoxelBrick>& bricks);
 
   /// The rank's bricks. @pre finish() was called.
@@ -65,7 +65,7 @@ class BrickOwner {
 
   [[nodiscard]] std::size_t ownerOf(const cuboid_mapping::Cell& group) const;
   void startSending(Round& round);
-  /// Takes what came, applies it, and clears the round. Nothing when it was not sent.
+  /// Applies the received updates, and clears the round. Does nothing if none was sent.
   void takeAll(Round& round);
   void applyAll(std::vector<PartReader>& from);
   /// Applies the next part of a rank, if it has one.

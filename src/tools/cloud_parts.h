@@ -35,20 +35,20 @@ class PartWriter {
   void writeMask(const cuboid_mapping::BrickMask& mask);
 
   std::string bytes_;
-  std::size_t end_ = 0;    ///< Of what is written.
+  std::size_t end_ = 0;    ///< End of the written bytes.
   std::size_t begin_ = 0;  ///< Of the part.
   cuboid_mapping::Cell last_;
   std::uint32_t num_bricks_ = 0;  ///< Of the part.
 };
 
-/// Reads what a PartWriter has written.
+/// Reads the output of a PartWriter.
 class PartReader {
  public:
   PartReader() = default;
   explicit PartReader(std::string_view bytes) : bytes_(bytes) {}
 
   [[nodiscard]] bool isAtEnd() const { return bytes_.empty(); }
-  /// Takes the next part. @param bricks  What it says; Morton numbers are 0. @return Its source.
+  /// Takes the next part. @param bricks  Its bricks; Morton numbers are 0. @return Its source.
   /// @throws std::runtime_error  when the bytes end too early.
   std::size_t read(std::vector<cuboid_mapping::BrickUpdate>& bricks);
 

@@ -48,7 +48,7 @@ using Choices = std::vector<std::string>;
 /// by parse(). Names of options: "rate" for --rate, "output,o" for --output and -o.
 class CommandLine {
  public:
-  /// @param about  What the program does, for --help.
+  /// @param about  Purpose of the program, for --help.
   CommandLine(std::string program, std::string about);
 
   /// An argument without a name, which must be given.

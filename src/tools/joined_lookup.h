@@ -21,7 +21,7 @@ class JoinedLookup {
     }
   }
 
-  /// The one that holds a voxel; nothing when that is not occupied.
+  /// The joined cuboid that holds a voxel; nothing if the voxel is not occupied.
   [[nodiscard]] std::optional<Cuboid> find(const Cell& voxel) const {
     const auto found = of_brick_.find(brickOf(voxel));
     if (found == of_brick_.end()) return std::nullopt;

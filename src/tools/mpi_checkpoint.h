@@ -26,7 +26,7 @@ struct MpiProgress {
 /// Every function waits until all ranks have called it.
 class MpiCheckpoint {
  public:
-  /// @param ranks  Must outlive this object. @param run  What the result depends on: bags and settings.
+  /// @param ranks  Must outlive this object. @param run  Bags and settings, which decide the result.
   /// @param period_s  Between two checkpoints; 0: none is made or read.
   MpiCheckpoint(const MpiRanks& ranks, const std::string& output, std::string run, double period_s);
 

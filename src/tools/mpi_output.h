@@ -20,7 +20,7 @@ namespace cuboid_mapping_ros {
 /// whole map. All ranks call it together.
 ///
 /// @param head  Resolution, sensor model, environment and frame. @param part  The rank's own bricks.
-/// @return What the file holds, at rank 0. @throws cuboid_mapping::MapFileError  At rank 0, as writeMapFile().
+/// @return The content of the file, at rank 0. @throws cuboid_mapping::MapFileError  At rank 0, as writeMapFile().
 std::string writeMapOfAll(const MpiRanks& ranks, const cuboid_mapping::MapSnapshot& head,
                           const cuboid_mapping::VoxelStore& part, const std::string& file);
 

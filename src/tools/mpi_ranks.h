@@ -45,22 +45,22 @@ class MpiRanks {
   [[nodiscard]] int size() const { return size_; }  ///< Number of ranks. Does not wait.
   [[nodiscard]] int sizeOnThisMachine() const;
 
-  /// What rank 0 says.
+  /// The value of rank 0.
   [[nodiscard]] bool isSaidByFirst(bool value) const;
   /// Sums over all ranks, at all of them.
   [[nodiscard]] std::vector<std::uint64_t> sum(std::vector<std::uint64_t> values) const;
   [[nodiscard]] double greatest(double value) const;
 
-  /// Sends bytes to each rank. @param to  By rank; less than 2 GB in all. @return What came, by rank.
+  /// Sends bytes to each rank. @param to  By rank; less than 2 GB in all. @return The received bytes, by rank.
   [[nodiscard]] std::vector<std::string> exchange(const std::vector<std::string>& to) const;
   /// Begins to send bytes to all other ranks. Does not wait. @param to  By rank, less than 2 GB each; they must stay as
   /// they are until the sends are waited for.
   [[nodiscard]] MpiSends startSending(const std::vector<std::string_view>& to) const;
-  /// What another rank has begun to send, in its order. Waits for that rank alone.
+  /// Bytes that another rank has begun to send, in its order. Waits for that rank alone.
   void receiveNext(int from, std::string& bytes) const;
   /// Sends bytes of any length to rank 0, when it calls receive(). Does not wait for the others.
   void sendToFirst(const std::string& bytes) const;
-  /// What a rank has sent. Does not wait for the other ranks.
+  /// Bytes that a rank has sent. Does not wait for the other ranks.
   [[nodiscard]] std::string receive(int from) const;
 
   /// Ends all ranks. Does not wait.

@@ -5,7 +5,7 @@
 
 namespace cuboid_mapping {
 
-/// Puts into the lower left corner of a picture what its colours stand for, if by height, and a scale. Pictures of
+/// Draws a legend of the colours, if by height, and a scale into the lower left corner of a picture. Pictures of
 /// less than 240 x 180 pixels stay as they are.
 /// @param ortho_height_m  Height of the picture in metres; 0: in perspective there is no scale.
 void drawLegend(Picture& picture, const PictureStyle& style, double ortho_height_m);

@@ -24,7 +24,7 @@ struct Progress {
 ///   - all done: the time it took;
 ///   - else: the time left, if the rest goes on as it went so far.
 ///
-/// @param unit  What is counted: "clouds".
+/// @param unit  The counted unit: "clouds".
 [[nodiscard]] std::string formatProgress(const Progress& progress, const std::string& unit);
 
 /// A progress bar on stderr, if that is a terminal; else nothing is written.
@@ -33,7 +33,7 @@ struct Progress {
 /// written next begins a line of its own.
 class ProgressBar {
  public:
-  /// @param unit  What is counted: "clouds". @param total  How many there will be, > 0.
+  /// @param unit  The counted unit: "clouds". @param total  Their number, > 0.
   ProgressBar(std::string unit, std::uint64_t total);
   ~ProgressBar();
   ProgressBar(const ProgressBar&) = delete;
@@ -57,7 +57,7 @@ class ProgressBar {
 
 /// Draws a ProgressBar from the first time it is told something on, until it and its copies are
 /// gone. It throws Interrupted after Ctrl-C, so that the work is given up; see throwIfInterrupted.
-/// @param unit  What is counted: "rows".
+/// @param unit  The counted unit: "rows".
 [[nodiscard]] ProgressListener showProgress(const std::string& unit);
 
 }  // namespace cuboid_mapping
