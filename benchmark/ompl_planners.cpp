@@ -2,9 +2,8 @@
 // Plans with OMPL's RRT-Connect on a map of real scans: against the map, and against an fcl::OcTree with the same voxels.
 #include "command_line.h"
 #include "cuboid_mapping/interop/ompl.h"
-#include "cuboid_mapping/io/scan_dataset.h"
 #include "cuboid_mapping/query/fit_query.h"
-#include "cuboid_mapping/scan/scan_update.h"
+#include "mapped_scans.h"
 
 #include <fcl/geometry/octree/octree.h>
 #include <fcl/narrowphase/collision.h>
@@ -47,18 +46,9 @@ struct Scene {
 };
 
 Scene makeScene(const Options& options) {
-  MapConfig config;
-  config.resolution_m = options.resolution_m;
-  Scene scene{CuboidMap(config), {}};
-  std::vector<Eigen::Vector3d> places;
-  ScanUpdater updater(scene.map.grid());
-  const auto dataset = openScanDataset(options.dataset);
-  for (std::size_t i = 0; i < dataset->size(); ++i) {
-    const ScanDataset::Item item = dataset->read(i);
-    const Eigen::Vector3d origin = item.T_map_sensor.translation();
-    scene.map.apply(updater.compute(makeScan(item.T_map_sensor, origin, item.points_sensor)));
-    places.push_back(origin);
-  }
+  MappedScans mapped = mapScans(options.dataset, options.resolution_m);
+  Scene scene{std::move(mapped.map), {}};
+  const std::vector<Eigen::Vector3d>& places = mapped.places_map;
   std::mt19937 engine(options.seed);
   std::uniform_int_distribution<std::size_t> any(0, places.size() - 1);
   for (int tries = 0; tries < 100 * options.num_plans; ++tries) {

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Measures how long typical queries of planners take on a map of real scans, with one thread.
 #include "command_line.h"
-#include "cuboid_mapping/io/scan_dataset.h"
 #include "cuboid_mapping/query/box_query.h"
 #include "cuboid_mapping/query/corridor_query.h"
 #include "cuboid_mapping/query/cuboid_query.h"
@@ -10,7 +9,7 @@
 #include "cuboid_mapping/query/path_query.h"
 #include "cuboid_mapping/query/pose_query.h"
 #include "cuboid_mapping/query/ray_query.h"
-#include "cuboid_mapping/scan/scan_update.h"
+#include "mapped_scans.h"
 
 #include <algorithm>
 #include <chrono>
@@ -34,31 +33,10 @@ struct Options {
   unsigned int seed = 1;
 };
 
-/// The map of a data set, and where its sensor was.
-struct Scene {
-  CuboidMap map;
-  std::vector<Eigen::Vector3d> poses_map;
-};
-
-Scene makeScene(const Options& options) {
-  MapConfig config;
-  config.resolution_m = options.resolution_m;
-  Scene scene{CuboidMap(config), {}};
-  ScanUpdater updater(scene.map.grid());
-  const auto dataset = openScanDataset(options.dataset);
-  for (std::size_t i = 0; i < dataset->size(); ++i) {
-    const ScanDataset::Item item = dataset->read(i);
-    const Eigen::Vector3d origin = item.T_map_sensor.translation();
-    scene.map.apply(updater.compute(makeScan(item.T_map_sensor, origin, item.points_sensor)));
-    scene.poses_map.push_back(origin);
-  }
-  return scene;
-}
-
 /// Random places, the same for the same seed.
 class Places {
  public:
-  Places(const Scene& scene, unsigned int seed)
+  Places(const MappedScans& scene, unsigned int seed)
       : scene_(scene), bounds_(scene.map.grid().toMetricBox(*scene.map.bounds())), engine_(seed) {}
 
   /// Anywhere in the bounds of the map.
@@ -73,9 +51,9 @@ class Places {
   /// Within some metres of a place where the sensor was.
   Eigen::Vector3d nearPose(double radius_m) {
     std::uniform_real_distribution<> offset(-radius_m, radius_m);
-    const auto last = scene_.poses_map.size() - 1;
+    const auto last = scene_.places_map.size() - 1;
     const auto pose = std::uniform_int_distribution<std::size_t>(0, last)(engine_);
-    return scene_.poses_map[pose] + Eigen::Vector3d(offset(engine_), offset(engine_), 0.0);
+    return scene_.places_map[pose] + Eigen::Vector3d(offset(engine_), offset(engine_), 0.0);
   }
   Eigen::Vector3d direction() {
     std::normal_distribution<> normal;
@@ -85,7 +63,7 @@ class Places {
   }
 
  private:
-  const Scene& scene_;
+  const MappedScans& scene_;
   MetricBox bounds_;
   std::mt19937 engine_;
 };
@@ -106,7 +84,7 @@ void time(const std::string& name, int num_runs, const std::function<double()>& 
               times_ms[times_ms.size() / 2], answer);
 }
 
-void timeBoxes(const Scene& scene, const Options& options) {
+void timeBoxes(const MappedScans& scene, const Options& options) {
   Places places(scene, options.seed);
   const auto boxes = [&](bool is_near) {
     std::vector<MetricBox> asked;
@@ -129,7 +107,7 @@ void timeBoxes(const Scene& scene, const Options& options) {
   }
 }
 
-void timeRays(const Scene& scene, const Options& options) {
+void timeRays(const MappedScans& scene, const Options& options) {
   Places places(scene, options.seed + 1);
   std::vector<std::pair<Eigen::Vector3d, Eigen::Vector3d>> rays;
   rays.reserve(1000);
@@ -144,7 +122,7 @@ void timeRays(const Scene& scene, const Options& options) {
   });
 }
 
-void timePlaces(const Scene& scene, const Options& options) {
+void timePlaces(const MappedScans& scene, const Options& options) {
   Places places(scene, options.seed + 2);
   const Eigen::Vector3d robot_m = Eigen::Vector3d::Constant(options.robot_m);
   std::vector<Eigen::Vector3d> points;
@@ -175,8 +153,8 @@ void timePlaces(const Scene& scene, const Options& options) {
   });
 }
 
-void timeRegion(const Scene& scene, const Options& options) {
-  const Eigen::Vector3d middle = scene.poses_map[scene.poses_map.size() / 2];
+void timeRegion(const MappedScans& scene, const Options& options) {
+  const Eigen::Vector3d middle = scene.places_map[scene.places_map.size() / 2];
   const Grid& grid = scene.map.grid();
   const auto region = grid.toCellBox(boxAround(middle, Eigen::Vector3d::Constant(10.0)));
   const Cell passage = *grid.toSizeInCells(Eigen::Vector3d::Constant(options.robot_m));
@@ -188,7 +166,7 @@ void timeRegion(const Scene& scene, const Options& options) {
 }
 
 /// Whether a ball meets an obstacle, voxel by voxel.
-bool isBallBlocked(const Scene& scene, const Eigen::Vector3d& center_map, double radius_m,
+bool isBallBlocked(const MappedScans& scene, const Eigen::Vector3d& center_map, double radius_m,
                    UnknownPolicy policy) {
   const Grid& grid = scene.map.grid();
   const auto box = grid.toCellBox(boxAround(center_map, Eigen::Vector3d::Constant(2.0 * radius_m)));
@@ -242,7 +220,7 @@ double medianOf(std::vector<double>& values) {
 }
 
 /// Batches of 60 spheres of one radius, each by itself; and the 60 as one body, which ends at its first contact.
-void timeSpheres(const Scene& scene, const Options& options, double radius_m) {
+void timeSpheres(const MappedScans& scene, const Options& options, double radius_m) {
   constexpr int kNumArms = 1000;
   Places places(scene, options.seed + 3);
   const std::vector<Eigen::Isometry3d> here{Eigen::Isometry3d::Identity()};
@@ -279,12 +257,12 @@ void timeSpheres(const Scene& scene, const Options& options, double radius_m) {
               num_blocked, num_wrong, medianOf(bodies_ns), bodies_ns.size());
 }
 
-void timeCorridor(const Scene& scene, const Options& options) {
+void timeCorridor(const MappedScans& scene, const Options& options) {
   const Eigen::Vector3d robot_m = Eigen::Vector3d::Constant(options.robot_m);
   // Where the sensor was first, and where it was farthest from there.
   std::optional<Eigen::Vector3d> start;
   std::optional<Eigen::Vector3d> goal;
-  for (const Eigen::Vector3d& pose : scene.poses_map) {
+  for (const Eigen::Vector3d& pose : scene.places_map) {
     const auto place = findNearestFit(scene.map, pose, robot_m, options.policy, 2.0);
     if (!place) continue;
     if (!start) start = place;
@@ -310,9 +288,9 @@ void timeCorridor(const Scene& scene, const Options& options) {
 }
 
 void measure(const Options& options) {
-  const Scene scene = makeScene(options);
+  const MappedScans scene = mapScans(options.dataset, options.resolution_m);
   std::printf("%s at %.2f m: %zu clouds, %zu cuboids, robot %.2f m\n\n", options.dataset.c_str(),
-              options.resolution_m, scene.poses_map.size(), countCuboids(scene.map).total(),
+              options.resolution_m, scene.places_map.size(), countCuboids(scene.map).total(),
               options.robot_m);
   std::printf("| what | least [ms] | median [ms] | answer |\n|---|---|---|---|\n");
   timeBoxes(scene, options);
