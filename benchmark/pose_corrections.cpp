@@ -1,0 +1,162 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Measures how long corrected poses take on real scans, against insertion, and the bytes of kept clouds.
+#include "command_line.h"
+#include "cuboid_mapping/history/kept_clouds.h"
+#include "cuboid_mapping/history/map_history.h"
+#include "cuboid_mapping/io/scan_dataset.h"
+#include "cuboid_mapping/map/cuboid_map.h"
+#include "cuboid_mapping/scan/scan_update.h"
+
+#include <algorithm>
+#include <chrono>
+#include <cstdio>
+#include <ctime>
+#include <string>
+#include <vector>
+
+namespace cuboid_mapping::bench {
+namespace {
+
+struct Options {
+  std::string dataset;
+  double resolution_m = 0.2;
+  int threads = 1;
+  int rounds = 5;
+};
+
+using Poses = std::vector<Eigen::Isometry3d>;
+
+/// Clouds of a data set as the node keeps them, a second apart.
+std::vector<KeptCloud> readClouds(const Options& options) {
+  std::vector<KeptCloud> clouds;
+  const auto scans = openScanDataset(options.dataset);
+  for (std::size_t i = 0; i < scans->size(); ++i) {
+    const ScanDataset::Item item = scans->read(i);
+    KeptCloud cloud;
+    cloud.stamp_ns = static_cast<std::int64_t>(1000000000 * (i + 1));
+    cloud.T_map_body = item.T_map_sensor;
+    cloud.scans_body.emplace_back();
+    cloud.scans_body.back().points = item.points_sensor;
+    roundScan(cloud.scans_body.back(), options.resolution_m / 16);
+    clouds.push_back(std::move(cloud));
+  }
+  return clouds;
+}
+
+/// Every pose but the first is another one.
+Poses moved(const std::vector<KeptCloud>& clouds) {
+  Poses poses;
+  for (std::size_t i = 0; i < clouds.size(); ++i) {
+    const double share = static_cast<double>(i) / static_cast<double>(clouds.size());
+    poses.push_back(clouds[i].T_map_body * Eigen::Translation3d(share, -0.5 * share, 0.1 * share) *
+                    Eigen::AngleAxisd(0.02 * share, Eigen::Vector3d::UnitZ()));
+  }
+  return poses;
+}
+
+MapConfig makeConfig(const Options& options) {
+  MapConfig config;
+  config.resolution_m = options.resolution_m;
+  config.threads = options.threads;
+  return config;
+}
+
+/// Inserts the clouds one after the other. @param history  Keeps them; may be null.
+CuboidMap insert(const std::vector<KeptCloud>& clouds, const Options& options,
+                 MapHistory* history) {
+  CuboidMap map(makeConfig(options));
+  ScanUpdater updater(map.grid(), BeamRanges{}, options.threads);
+  if (history != nullptr) history->restart(map);
+  for (const KeptCloud& cloud : clouds) {
+    map.apply(updater.compute(placeScan(cloud.T_map_body, cloud.scans_body.front())));
+    if (history != nullptr) history->add(cloud, {});
+  }
+  return map;
+}
+
+/// Bricks of either map that the other one has not, or has with other log-odds.
+std::size_t countDifferent(const CuboidMap& a, const CuboidMap& b) {
+  std::size_t num_same = 0;
+  a.voxels().forEach([&](const VoxelBrick& brick) {
+    const PackedVoxels* other = b.voxels().find(brick.brick);
+    num_same += other != nullptr && *other == brick.voxels ? 1U : 0U;
+  });
+  return a.voxels().size() + b.voxels().size() - 2 * num_same;
+}
+
+/// Seconds of the wall and of the processor.
+struct Times {
+  std::vector<double> wall_s;
+  std::vector<double> cpu_s;
+
+  template <typename WorkT>
+  auto add(const WorkT& work) {
+    const auto begin = std::chrono::steady_clock::now();
+    const std::clock_t cpu_begin = std::clock();
+    auto result = work();
+    wall_s.push_back(
+        std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count());
+    cpu_s.push_back(static_cast<double>(std::clock() - cpu_begin) / CLOCKS_PER_SEC);
+    return result;
+  }
+};
+
+double medianOf(std::vector<double> values) {
+  std::nth_element(values.begin(), values.begin() + values.size() / 2, values.end());
+  return values[values.size() / 2];
+}
+
+void measure(const Options& options) {
+  const std::vector<KeptCloud> clouds = readClouds(options);
+  const Poses poses = moved(clouds);
+  std::vector<KeptCloud> clouds_there = clouds;
+  std::vector<StampedPose> path;
+  for (std::size_t i = 0; i < clouds.size(); ++i) {
+    path.push_back({clouds[i].stamp_ns, poses[i]});
+  }
+  const PoseTrack track(path);
+  for (KeptCloud& cloud : clouds_there) cloud.T_map_body = track.at(cloud.stamp_ns);
+  MapHistory history(makeConfig(options), options.resolution_m / 16, {});
+  Times inserting;
+  Times correcting;
+  std::size_t num_different = 0;
+  for (int round = 0; round < options.rounds; ++round) {
+    const CuboidMap there = inserting.add([&] { return insert(clouds_there, options, nullptr); });
+    insert(clouds, options, &history);
+    MapCorrection correction = correcting.add([&] { return history.correct(track); });
+    num_different += countDifferent(there, correction.map());
+  }
+  const HistoryFigures kept = history.figures();
+  std::printf(
+      "%s at %.2f m, %zu clouds, %d threads, medians of %d\n\n"
+      "| insertion [s] | correction [s] | ratio | ratio of CPU time | bricks that differ | bytes a "
+      "cloud | bytes a point |\n|---|---|---|---|---|---|---|\n"
+      "| %.3f | %.3f | %.2f | %.2f | %zu | %.0f | %.2f |\n",
+      options.dataset.c_str(), options.resolution_m, clouds.size(), options.threads, options.rounds,
+      medianOf(inserting.wall_s), medianOf(correcting.wall_s),
+      medianOf(correcting.wall_s) / medianOf(inserting.wall_s),
+      medianOf(correcting.cpu_s) / medianOf(inserting.cpu_s), num_different,
+      static_cast<double>(kept.num_bytes) / static_cast<double>(kept.num_clouds),
+      static_cast<double>(kept.num_bytes) / static_cast<double>(kept.num_points));
+}
+
+int run(int argc, char** argv) {
+  Options options;
+  CommandLine line("pose_corrections",
+                   "Measures how long corrected poses take on real scans, against insertion, and "
+                   "the bytes of kept clouds.");
+  line.addArgument("dataset", options.dataset, "folder of scans, or .graph file");
+  line.addNumber("resolution", options.resolution_m, "edge of a voxel [m]", {0.001, 100.0});
+  line.addNumber("threads", options.threads, "threads of both", {1, 256});
+  line.addNumber("rounds", options.rounds, "repetitions", {1, 1000});
+  if (const auto status = line.parse(argc, argv)) return *status;
+  measure(options);
+  return 0;
+}
+
+}  // namespace
+}  // namespace cuboid_mapping::bench
+
+int main(int argc, char** argv) {
+  return cuboid_mapping::runMain("pose_corrections", argc, argv, cuboid_mapping::bench::run);
+}
