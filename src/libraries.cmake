@@ -208,6 +208,7 @@ add_library(cuboid_mapping_ros
   cuboid_mapping/ros/map/earlier_saves.cpp
   cuboid_mapping/ros/map/forgetting.cpp
   cuboid_mapping/ros/map/guarded_map.cpp
+  cuboid_mapping/ros/map/kept_history.cpp
   cuboid_mapping/ros/map/map_storage.cpp
   cuboid_mapping/ros/middleware/tf_lookup.cpp
   cuboid_mapping/ros/middleware/tf_receiver.cpp
@@ -221,6 +222,7 @@ add_library(cuboid_mapping_ros
   cuboid_mapping/ros/octomap_server/projected_map.cpp
   cuboid_mapping/ros/octomap_server/robot_grid.cpp
   cuboid_mapping/ros/parameters/fleet_parameters.cpp
+  cuboid_mapping/ros/parameters/keep_parameters.cpp
   cuboid_mapping/ros/parameters/nearest_key.cpp
   cuboid_mapping/ros/parameters/octomap_server_parameters.cpp
   cuboid_mapping/ros/parameters/parameter_kinds.cpp
@@ -245,6 +247,7 @@ add_library(cuboid_mapping_ros
   cuboid_mapping/ros/services/nearest_answers.cpp
   cuboid_mapping/ros/services/planner_services.cpp
   cuboid_mapping/ros/services/pose_answers.cpp
+  cuboid_mapping/ros/services/pose_corrections.cpp
   cuboid_mapping/ros/services/service_call.cpp
   cuboid_mapping/ros/services/way_answers.cpp)
 cuboid_mapping_configure(cuboid_mapping_ros)

@@ -122,6 +122,7 @@ std::optional<CloudPoses> lookupPosesOn(const PoseTrack& track, const std::strin
     const Eigen::Isometry3d T_map_body = track.at(stamp_ns);
     part.T_map_cloud = roundTransform(T_map_body * part.T_map_cloud);
     part.T_map_sensor = roundTransform(T_map_body * part.T_map_sensor);
+    if (part.body) part.body->T_map_body = roundTransform(T_map_body * part.body->T_map_body);
     if (part.T_map_base) part.T_map_base = T_map_body * *part.T_map_base;
     part.window_center_map = T_map_body * part.window_center_map;
     for (Eigen::Isometry3d& T_map_part : part.T_map_parts) T_map_part = T_map_body * T_map_part;

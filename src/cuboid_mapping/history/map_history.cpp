@@ -189,6 +189,11 @@ struct MapHistory::Implementation {
     return true;
   }
 
+  [[nodiscard]] std::size_t countEvents() const {
+    const std::lock_guard<std::mutex> lock(mutex);
+    return events.size();
+  }
+
   void put(MapCorrection::Implementation& correction, const Event& event, const std::string& packed,
            CloudReplay& replay) const {
     if (!event.isCloud()) {
@@ -289,7 +294,8 @@ double MapHistory::findShift_m(const PoseTrack& poses, double distance_m) const 
   return shift_m;
 }
 
-MapCorrection MapHistory::correct(const PoseTrack& poses, OutsidePoses outside) {
+MapCorrection MapHistory::correct(const PoseTrack& poses, OutsidePoses outside,
+                                  const CorrectionProgress& progress) {
   Implementation& own = *implementation_;
   std::unique_ptr<MapCorrection::Implementation> correction;
   {
@@ -312,11 +318,11 @@ MapCorrection MapHistory::correct(const PoseTrack& poses, OutsidePoses outside) 
     correction->hold = own.hold;
   }
   MapCorrection made(std::move(correction));
-  catchUp(made);
+  catchUp(made, progress);
   return made;
 }
 
-std::size_t MapHistory::catchUp(MapCorrection& correction) {
+std::size_t MapHistory::catchUp(MapCorrection& correction, const CorrectionProgress& progress) {
   MapCorrection::Implementation& made = *correction.implementation_;
   CloudReplay replay(made.map);
   Event event;
@@ -324,6 +330,9 @@ std::size_t MapHistory::catchUp(MapCorrection& correction) {
   std::size_t count = 0;
   for (; implementation_->takeNext(made, event, packed); ++count) {
     implementation_->put(made, event, packed, replay);
+    if (progress && !progress(made.poses.size(), implementation_->countEvents())) {
+      throw std::runtime_error("the correction was given up");
+    }
   }
   replay.settle();
   return count;

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "cuboid_mapping/ros/clouds/cloud_pipeline.h"
 
+#include "cuboid_mapping/history/cloud_replay.h"
+#include "cuboid_mapping/history/kept_clouds.h"
 #include "cuboid_mapping/ros/clouds/robot_filter.h"
 #include "cuboid_mapping/ros/conversions/sensor_conversions.h"
 
@@ -98,6 +100,7 @@ const ScanUpdate* CloudPipeline::compute(const SensorMessage& cloud, const Cloud
   statistics.reach_m = findReach(points, sensor_cloud);
   checks_.note(points, sensor_cloud);
   scans_ = makeScans(cloud, points, poses, statistics);
+  if (poses.body) scans_ = keep(std::move(scans_), poses.body->T_map_body, statistics);
   statistics.convert_time.add(stopwatch.lap());
 
   const ScanUpdate& update = takeUse(scan_updater_.compute(scans_.data(), scans_.size()));
@@ -121,10 +124,56 @@ std::vector<Scan> CloudPipeline::makeScans(const SensorMessage& cloud, CloudPoin
     scans.back().open_ends = ground;
   }
   if (self_filter_.keep_free) {
-    scans.front().free_points =
-        findRobotVoxels(self_filter_.parts, poses.T_map_parts, grid_, scans.front().anchor_map);
+    scans.front().free_points = findFreePoints(poses, scans.front());
   }
   return scans;
+}
+
+std::vector<Eigen::Vector3f> CloudPipeline::findFreePoints(const CloudPoses& poses,
+                                                           const Scan& scan) const {
+  if (!poses.body) {
+    return findRobotVoxels(self_filter_.parts, poses.T_map_parts, grid_, scan.anchor_map);
+  }
+  const Eigen::Vector3d anchor_map = poses.T_map_sensor.translation();
+  auto points = findRobotVoxels(self_filter_.parts, poses.T_map_parts, grid_, anchor_map);
+  const Eigen::Isometry3d T_body_anchor =
+      poses.body->T_map_body.inverse() * Eigen::Translation3d(anchor_map);
+  for (Eigen::Vector3f& point : points)
+    point = (T_body_anchor * point.cast<double>()).cast<float>();
+  return points;
+}
+
+std::vector<Scan> CloudPipeline::keep(std::vector<Scan> scans_body,
+                                      const Eigen::Isometry3d& T_map_body,
+                                      NodeStatistics& statistics) {
+  kept_scans_ = std::move(scans_body);
+  for (Scan& scan : kept_scans_) {
+    if (!scan.anchor_map.isZero()) {
+      throw std::runtime_error(
+          "the sensor is more than 500 m away from keep_clouds/body_frame: name the frame of the "
+          "robot that carries it");
+    }
+    roundScan(scan, grid_.resolution() / kKeptStepsPerVoxel);
+  }
+  cuboid_mapping::FilterCounts filtered;
+  auto scans = placeScans(T_map_body, kept_scans_, scan_limits_, filtered);
+  statistics.num_filtered += filtered.num_too_near + filtered.num_outside_crop;
+  return scans;
+}
+
+std::optional<KeptObservation> CloudPipeline::takeKept(const ros::Time& stamp,
+                                                       const CloudPoses& poses) {
+  if (!poses.body) return std::nullopt;
+  KeptObservation kept;
+  kept.cloud.stamp_ns = static_cast<std::int64_t>(stamp.toNSec());
+  kept.cloud.T_map_body = poses.body->T_map_body;
+  kept.cloud.scans_body = std::move(kept_scans_);
+  kept.config.sensor_model = source_.sensor_model;
+  kept.config.ranges = {source_.max_range_m, source_.end_margin_m};
+  kept.config.limits = scan_limits_;
+  kept.config.marks = source_.use != SourceUse::kClear;
+  kept.config.clears = source_.use != SourceUse::kMark;
+  return kept;
 }
 
 std::vector<Scan> CloudPipeline::makeSlices(const SensorMessage& cloud, const CloudPoints& points,
@@ -146,6 +195,9 @@ std::vector<Scan> CloudPipeline::makeSlices(const SensorMessage& cloud, const Cl
 
 Scan CloudPipeline::makeScan(const CloudPoints& points, const CloudPoses& poses,
                              NodeStatistics& statistics) const {
+  if (poses.body) {
+    return toScan(points, poses.body->T_body_cloud, poses.body->T_body_sensor.translation());
+  }
   Scan scan = toScan(points, poses.T_map_cloud, poses.T_map_sensor.translation());
   const cuboid_mapping::FilterCounts filtered = filterScan(scan, scan_limits_);
   statistics.num_filtered += filtered.num_too_near + filtered.num_outside_crop;

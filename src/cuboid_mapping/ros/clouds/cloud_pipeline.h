@@ -6,6 +6,7 @@
 #include "cuboid_mapping/ros/conversions/cloud_conversions.h"
 #include "cuboid_mapping/ros/conversions/sensor_message.h"
 #include "cuboid_mapping/ros/diagnostics/node_statistics.h"
+#include "cuboid_mapping/ros/map/kept_history.h"
 #include "cuboid_mapping/ros/parameters/parameters.h"
 #include "cuboid_mapping/scan/scan_filter.h"
 #include "cuboid_mapping/scan/scan_update.h"
@@ -28,6 +29,8 @@ namespace cuboid_mapping_ros {
 ///
 /// Points on the robot (self_filter) are left out wholly, before all else. Beams to the ground (filter_ground) free
 /// the voxels before that of their end, and leave that one alone.
+///
+/// With keep_clouds scans are made in the frame of the body and rounded, see MapHistory; then the limits apply.
 class CloudPipeline {
  public:
   /// @param source  One of sourcesOf().
@@ -43,6 +46,10 @@ class CloudPipeline {
   /// Filtered measurements of the last accepted cloud, map frame; one for each slice of it.
   [[nodiscard]] const std::vector<cuboid_mapping::Scan>& scans() const { return scans_; }
 
+  /// The last accepted cloud, to be kept; nothing without keep_clouds.
+  [[nodiscard]] std::optional<KeptObservation> takeKept(const ros::Time& stamp,
+                                                        const CloudPoses& poses);
+
   /// Warnings about the clouds so far, each once; see CloudChecks.
   [[nodiscard]] std::vector<std::string> takeWarnings() { return checks_.takeWarnings(); }
 
@@ -50,8 +57,16 @@ class CloudPipeline {
   [[nodiscard]] const cuboid_mapping::SensorModel& sensorModel() const { return sensor_model_; }
 
  private:
+  /// In the map, or with keep_clouds in the frame of the body.
   [[nodiscard]] cuboid_mapping::Scan makeScan(const CloudPoints& points, const CloudPoses& poses,
                                               NodeStatistics& statistics) const;
+  /// Voxels of the robot, for a scan of makeScan().
+  [[nodiscard]] std::vector<Eigen::Vector3f> findFreePoints(const CloudPoses& poses,
+                                                            const cuboid_mapping::Scan& scan) const;
+  /// Keeps scans that are in the frame of the body. @return The same in the map.
+  [[nodiscard]] std::vector<cuboid_mapping::Scan> keep(std::vector<cuboid_mapping::Scan> scans_body,
+                                                       const Eigen::Isometry3d& T_map_body,
+                                                       NodeStatistics& statistics);
   void leaveOutRobot(CloudPoints& points, const CloudPoses& poses,
                      NodeStatistics& statistics) const;
   /// Takes the points of the ground out, of those that the crop leaves; none without filter_ground.
@@ -81,7 +96,8 @@ class CloudPipeline {
   cuboid_mapping::ScanLimits scan_limits_;
   cuboid_mapping::ScanUpdater scan_updater_;
   std::vector<cuboid_mapping::Scan> scans_;
-  cuboid_mapping::ScanUpdate used_;  ///< What takeUse() has left.
+  std::vector<cuboid_mapping::Scan> kept_scans_;  ///< The same in the frame of the body.
+  cuboid_mapping::ScanUpdate used_;               ///< What takeUse() has left.
 };
 
 }  // namespace cuboid_mapping_ros

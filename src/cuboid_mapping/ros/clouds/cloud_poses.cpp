@@ -18,22 +18,34 @@ std::optional<CloudPoses> lookupAt(const tf2::BufferCore& tf, const PoseFrames& 
                                    const std::string& cloud_frame_id, const ros::Time& stamp,
                                    std::string& error) {
   bool is_complete = true;
-  const auto lookup = [&](const std::string& frame_id) {
-    const TfLookup result = lookupTransform(tf, frames.map, frame_id, stamp);
+  const auto lookup_in = [&](const std::string& target, const std::string& frame_id) {
+    const TfLookup result = lookupTransform(tf, target, frame_id, stamp);
     if (!result.T_target_source && is_complete) error = result.error;
     is_complete = is_complete && result.T_target_source;
     return result.T_target_source.value_or(Eigen::Isometry3d::Identity());
   };
+  const auto lookup = [&](const std::string& frame_id) { return lookup_in(frames.map, frame_id); };
   CloudPoses poses;
   poses.T_map_cloud = lookup(cloud_frame_id);
   poses.T_map_sensor = frames.sensor.empty() ? poses.T_map_cloud : lookup(frames.sensor);
   if (!frames.base.empty()) poses.T_map_base = lookup(frames.base);
+  if (frames.has_body) {
+    const std::string& body = frames.body.empty() ? cloud_frame_id : frames.body;
+    const std::string& sensor = frames.sensor.empty() ? cloud_frame_id : frames.sensor;
+    poses.body = BodyPoses{lookup(body), lookup_in(body, cloud_frame_id), lookup_in(body, sensor)};
+  }
   if (!frames.window.empty()) poses.window_center_map = lookup(frames.window).translation();
   const bool is_cloud_complete = is_complete;
   for (const std::string& part : frames.parts) poses.T_map_parts.push_back(lookup(part));
   if (is_complete) return poses;
   if (is_cloud_complete) error += " (a frame of self_filter; see self_filter/ignored_links)";
   return std::nullopt;
+}
+
+/// What a slice saw, from the place of the body at the stamp of the cloud.
+BodyPoses seenFrom(const BodyPoses& at_stamp, const CloudPoses& slice) {
+  const Eigen::Isometry3d T_body_map = at_stamp.T_map_body.inverse();
+  return {at_stamp.T_map_body, T_body_map * slice.T_map_cloud, T_body_map * slice.T_map_sensor};
 }
 
 /// Stamp of the newest transform between a frame and the map's; 0 where all are static. @throws What tf throws.
@@ -51,13 +63,15 @@ PoseFrames::PoseFrames(const NodeParameters& parameters, const SourceParameters&
     : map(parameters.frame_id),
       sensor(source.sensor_frame),
       base(source.filter_ground ? parameters.octomap_server.base_frame_id : ""),
-      window(parameters.window.frame_id) {
+      window(parameters.window.frame_id),
+      has_body(parameters.keep.isOn()),
+      body(has_body ? parameters.keep.body_frame : "") {
   for (const RobotPart& part : parameters.self_filter.parts) parts.push_back(part.frame_id);
 }
 
 std::vector<std::string> PoseFrames::needed() const {
   std::vector<std::string> frame_ids = parts;
-  for (const std::string& frame_id : {sensor, base, window}) {
+  for (const std::string& frame_id : {sensor, base, window, body}) {
     if (!frame_id.empty()) frame_ids.push_back(frame_id);
   }
   return frame_ids;
@@ -84,6 +98,7 @@ std::optional<CloudPoses> lookupPoses(const tf2::BufferCore& tf, const PoseFrame
     auto slice_poses =
         lookupAt(tf, frames, header.frame_id, header.stamp + middleOf(*slice), error);
     if (!slice_poses) return std::nullopt;
+    if (poses->body) slice_poses->body = seenFrom(*poses->body, *slice_poses);
     poses->slice_poses.push_back(*std::move(slice_poses));
   }
   std::reverse(poses->slice_poses.begin(), poses->slice_poses.end());

@@ -17,12 +17,21 @@
 
 namespace cuboid_mapping_ros {
 
+/// Where a body was, and what it carried, when a cloud was taken.
+struct BodyPoses {
+  Eigen::Isometry3d T_map_body;
+  Eigen::Isometry3d T_body_cloud;
+  Eigen::Isometry3d T_body_sensor;
+};
+
 /// Where a cloud was taken.
 struct CloudPoses {
   Eigen::Isometry3d T_map_cloud;
   Eigen::Isometry3d T_map_sensor;  ///< Its translation is where the beams start.
   /// Of the robot's base; only with filter_ground.
   std::optional<Eigen::Isometry3d> T_map_base;
+  /// Of the body whose poses may be corrected; only with keep_clouds. In a slice the body is where it was at the stamp.
+  std::optional<BodyPoses> body;
   /// Middle of the window; 0 without one.
   Eigen::Vector3d window_center_map = Eigen::Vector3d::Zero();
   /// Of the frames of self_filter.parts, in their order.
@@ -40,6 +49,8 @@ struct PoseFrames {
   std::string sensor;              ///< Empty: that of the cloud.
   std::string base;                ///< Empty without filter_ground.
   std::string window;              ///< Empty without a window.
+  bool has_body = false;           ///< With keep_clouds.
+  std::string body;                ///< Empty: that of the cloud.
   std::vector<std::string> parts;  ///< Of self_filter.parts.
 
   PoseFrames(const NodeParameters& parameters, const SourceParameters& source);

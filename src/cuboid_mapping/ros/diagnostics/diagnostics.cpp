@@ -150,6 +150,16 @@ void addWindow(const NodeReport& report, diagnostic_updater::DiagnosticStatusWra
   }
 }
 
+void addKept(const NodeReport& report, diagnostic_updater::DiagnosticStatusWrapper& status) {
+  status.add("clouds kept", report.kept->num_clouds);
+  status.add("clouds kept, bytes", report.kept->num_bytes);
+  status.add("clouds kept, points", report.kept->num_points);
+  status.add("clouds no longer kept", report.kept->num_fixed);
+  if (!report.kept_error.empty()) {
+    status.mergeSummary(diagnostic_msgs::DiagnosticStatus::ERROR, report.kept_error);
+  }
+}
+
 }  // namespace
 
 MapSummary summarize(const cuboid_mapping::CuboidMap& map) {
@@ -302,6 +312,7 @@ void fillStatus(const NodeReport& report, const NodeStatistics& last_report,
   status.add("map bytes", report.map.num_bytes);
   status.add("map revision", report.map.revision);
   if (report.window) addWindow(report, status);
+  if (report.kept) addKept(report, status);
   status.add("octomap_server messages built", report.num_built);
   status.add("callbacks failed", report.num_failures);
   if (report.num_failures > 0) status.add("callbacks failed, last", report.last_failure);

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include "cuboid_mapping/history/map_history.h"
 #include "cuboid_mapping/map/cuboid_map.h"
 #include "cuboid_mapping/ros/diagnostics/node_statistics.h"
 #include "cuboid_mapping/ros/diagnostics/speed_advice.h"
@@ -78,6 +79,8 @@ struct NodeReport {
   std::optional<LastCloud> last_cloud;
   std::optional<cuboid_mapping::WindowFigures> window;  ///< Where there is one.
   std::uint64_t num_new_window_failures = 0;            ///< Since the last report.
+  std::optional<cuboid_mapping::HistoryFigures> kept;   ///< With keep_clouds.
+  std::string kept_error;                               ///< See KeptHistory::error().
   std::size_t num_publishers = 0;                       ///< Of the cloud topics.
   /// Clouds that went into the map after a later one of another source.
   std::uint64_t num_out_of_order = 0;

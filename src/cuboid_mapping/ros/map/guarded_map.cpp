@@ -16,18 +16,37 @@ using cuboid_mapping::ChangeSet;
 
 void GuardedMap::integrate(const ros::Time& stamp, const cuboid_mapping::ScanUpdate& update,
                            const cuboid_mapping::SensorModel& model,
-                           const Eigen::Vector3d& window_center_map) {
+                           const Eigen::Vector3d& window_center_map,
+                           const std::optional<KeptObservation>& kept) {
   const auto changing = waitToChange();
   const auto& admitted = window_ ? admit(update, window_center_map) : update;
   auto pending = map_.prepare(admitted, model);  // Goes last, when others have the map again.
+  {
+    const WriteLock alone(mutex_);
+    noteGathered([&](ChangeSet& changes) {
+      const ChangeSet applied = map_.commit(admitted, pending);
+      if (!window_) return changes.append(applied);
+      window_->hold(num_holds_ > 0);  // Anew: somebody may have begun to read meanwhile.
+      window_->settle(applied, map_, changes);
+    });
+    stamp_ = stamp;
+  }
+  if (history_ && kept) history_->add(*kept);
+}
+
+void GuardedMap::exchange(cuboid_mapping::MapCorrection& correction) {
+  const auto changing = waitToChange();
+  history_->whole().finish(correction);  // Nobody changes the map, and others read it.
+  cuboid_mapping::CuboidMap& corrected = correction.map();
+  const auto& model = map_.config().sensor_model;
+  if (corrected.config().sensor_model != model) corrected.setSensorModel(model);
   const WriteLock alone(mutex_);
-  noteGathered([&](ChangeSet& changes) {
-    const ChangeSet applied = map_.commit(admitted, pending);
-    if (!window_) return changes.append(applied);
-    window_->hold(num_holds_ > 0);  // Anew: somebody may have begun to read meanwhile.
-    window_->settle(applied, map_, changes);
+  ++num_replaced_;
+  noteChangesOf([&] {
+    map_.setLocked(corrected.lockedBoxes());
+    return map_.exchange(corrected);
   });
-  stamp_ = stamp;
+  if (window_) window_->noteReplaced(map_);
 }
 
 /// The part of an update that the window admits; its pages are there.

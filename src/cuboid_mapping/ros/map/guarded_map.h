@@ -3,6 +3,7 @@
 
 #include "cuboid_mapping/map/cuboid_map.h"
 #include "cuboid_mapping/query/budget.h"
+#include "cuboid_mapping/ros/map/kept_history.h"
 #include "cuboid_mapping/ros/map/phase_fair_mutex.h"
 #include "cuboid_mapping/voxels/brick_table.h"
 #include "cuboid_mapping/window/map_window.h"
@@ -45,12 +46,22 @@ class GuardedMap {
   /// From now on a window of the map stays in memory. To be called before others use the map.
   void setWindow(std::unique_ptr<cuboid_mapping::MapWindow> window) { window_ = std::move(window); }
 
+  /// From now on what happens to the map is kept, too; it must have the whole map. Before others use the map.
+  void setHistory(std::unique_ptr<KeptHistory> history) { history_ = std::move(history); }
+  /// Null where nothing is kept.
+  [[nodiscard]] KeptHistory* history() const { return history_.get(); }
+
   /// Puts what a cloud has seen into the map: what lies outside the window comes back before, or is left out, as the
   /// window has it. Else as change(); readers go on while it is worked out what becomes of the voxels.
   /// @param model  Of the sensor, see CuboidMap::apply(). @param window_center_map  Not looked at without a window.
+  /// @param kept  For the history, where there is one.
   void integrate(const ros::Time& stamp, const cuboid_mapping::ScanUpdate& update,
-                 const cuboid_mapping::SensorModel& model,
-                 const Eigen::Vector3d& window_center_map);
+                 const cuboid_mapping::SensorModel& model, const Eigen::Vector3d& window_center_map,
+                 const std::optional<KeptObservation>& kept = std::nullopt);
+
+  /// Puts a corrected map, and the poses in it, in the place of the map. Else as replaceAll().
+  /// @pre There is a history. @throws As MapHistory::finish(), and KeptHistory::whole(): all is then as it was.
+  void exchange(cuboid_mapping::MapCorrection& correction);
 
   /// Changes voxels of a box, which are brought back before. Else as edit().
   /// @throws cuboid_mapping::MapFileError  where they cannot be: no voxel has changed, and those before it are there.
@@ -63,6 +74,7 @@ class GuardedMap {
       if (window_) window_->note(changes);
       return changes;
     });
+    if (history_) history_->addEdit(box, map_);
   }
 
   /// Puts another map in the place of the whole one, in memory and on disk. Else as edit(), and the stamp may be set.
@@ -72,6 +84,7 @@ class GuardedMap {
     const ChangeLock lock(*this);
     ++num_replaced_;
     noteChangesOf([&] { return work(map_, stamp_); });
+    if (history_) history_->restart(map_);
     if (window_) window_->noteReplaced(map_);
   }
 
@@ -85,12 +98,13 @@ class GuardedMap {
     stamp_ = stamp;
   }
 
-  /// Changes the map, but not by a cloud: its stamp stays. Else as change().
+  /// Changes the map, but not by a cloud: its stamp stays. A history keeps the locks. Else as change().
   /// @param work  (CuboidMap&, const ros::Time& stamp) -> ChangeSet.
   template <typename WorkT>
   void edit(const WorkT& work) {
     const ChangeLock lock(*this);
     noteChangesOf([&] { return work(map_, std::as_const(stamp_)); });
+    if (history_) history_->addEdit({}, map_);
   }
 
   /// Reads the map. @param work  (const CuboidMap&, const ros::Time& stamp) -> any.
@@ -240,6 +254,7 @@ class GuardedMap {
   mutable PhaseFairMutex mutex_;    ///< Written by whoever has `change_`.
   cuboid_mapping::CuboidMap map_;
   std::unique_ptr<cuboid_mapping::MapWindow> window_;  ///< May be null.
+  std::unique_ptr<KeptHistory> history_;               ///< May be null.
   std::atomic<int> num_holds_{0};
   std::uint64_t num_replaced_ = 0;
   ros::Time stamp_;  ///< Of the last cloud in the map; 0 when there is none.

@@ -16,6 +16,7 @@ constexpr char kFreeCuboidsTopic[] = "free_cuboids";             ///< visualizat
 constexpr char kCuboidMapTopic[] = "cuboid_map";                 ///< cuboid_mapping/FullCuboidMap
 constexpr char kCuboidMapUpdatesTopic[] = "cuboid_map_updates";  ///< cuboid_mapping/CuboidMapUpdate
 constexpr char kObservationsTopic[] = "observations";            ///< cuboid_mapping/Observation
+constexpr char kCorrectedPathTopic[] = "corrected_path";         ///< nav_msgs/Path, taken
 constexpr char kMovingPointsTopic[] = "moving_points";           ///< sensor_msgs/PointCloud2
 
 // In the namespace of the node, as octomap_server has them; the first two are services, too.
@@ -46,6 +47,7 @@ constexpr char kGetFrontiersService[] = "get_frontiers";         ///< cuboid_map
 constexpr char kFindCorridorService[] = "find_corridor";         ///< cuboid_mapping/FindCorridor
 constexpr char kGetObservationsService[] = "get_observations";   ///< GetObservations
 constexpr char kGetMapService[] = "get_map";                     ///< cuboid_mapping/GetMap
+constexpr char kCorrectPosesService[] = "correct_poses";         ///< cuboid_mapping/CorrectPoses
 constexpr char kSetBoxService[] = "set_box";                     ///< cuboid_mapping/SetBox
 constexpr char kPauseService[] = "pause";                        ///< std_srvs/SetBool
 constexpr char kClearBoxService[] = "clear_bbx";                 ///< octomap_msgs/BoundingBoxQuery

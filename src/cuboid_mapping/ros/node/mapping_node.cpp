@@ -67,10 +67,14 @@ MappingNode::MappingNode(const ros::NodeHandle& nh, const ros::NodeHandle& priva
   map_.setWindow(map_.read([&](const cuboid_mapping::CuboidMap& map, const ros::Time& /*stamp*/) {
     return makeWindow(parameters, map);
   }));
+  if (parameters.keep.isOn()) map_.setHistory(makeHistory(parameters, map_));
   advertiseServices();
   map_files_.emplace(private_nh_, parameters, map_, guard_);
   reconfigure_server_.emplace(private_nh_, parameters,
                               [this](const NodeParameters& changed) { reconfigure(changed); });
+  if (parameters.keep.isOn()) {
+    corrections_.emplace(nh_, private_nh_, parameters, map_, guard_, [this] { onCorrected(); });
+  }
   if (!parameters.robot_grid.frame_id.empty()) {
     robot_grid_.emplace(withQueue(nh_, publish_thread_.queue()), parameters, map_, tf_buffer_);
   }
@@ -101,6 +105,7 @@ MappingNode::~MappingNode() {
   if (merger_) merger_->stopAsking();
   buffer_.stop();
   mapping_thread_.join();
+  corrections_.reset();
   for (GuardedThread* thread : {&receiving_thread_, &tf_thread_, &query_threads_, &edit_threads_,
                                 &asking_threads_, &publish_thread_}) {
     thread->stop();
@@ -229,7 +234,7 @@ void MappingNode::integrate(const SensorMessage& cloud, const CloudPoses& poses)
   Stopwatch stopwatch;
   const auto& taken = takeMoving(*update, poses, source, cloud.header().stamp);
   map_.integrate(cloud.header().stamp, taken, source.pipeline.sensorModel(),
-                 poses.window_center_map);
+                 poses.window_center_map, source.pipeline.takeKept(cloud.header().stamp, poses));
   work_.apply_time.add(stopwatch.lap());
   ledger_.noteInserted(cloud.source, work_, 1e-3 * whole.lap());
   // The cloud is in: what fails from here on does not count against it.

@@ -24,6 +24,7 @@
 #include "cuboid_mapping/ros/publishers/marker_publisher.h"
 #include "cuboid_mapping/ros/services/map_files_service.h"
 #include "cuboid_mapping/ros/services/map_in_frame.h"
+#include "cuboid_mapping/ros/services/pose_corrections.h"
 
 #include <diagnostic_updater/diagnostic_updater.h>
 #include <ros/node_handle.h>
@@ -87,6 +88,8 @@ class MappingNode {
   void mergeRobots();
   void beginWith(const cuboid_mapping::MapSnapshot& start_map);
   void advertiseServices();
+  /// After poses were corrected.
+  void onCorrected();
   void publish();
   /// Has the other thread publish a change that no cloud has made. Thread-safe.
   void publishSoon();
@@ -156,6 +159,7 @@ class MappingNode {
   std::optional<RobotMerger> merger_;
   std::optional<ReconfigureServer> reconfigure_server_;
   std::optional<MapFilesService> map_files_;
+  std::optional<PoseCorrections> corrections_;  ///< With keep_clouds.
   std::optional<TfReceiver> tf_receiver_;
   GuardedLoop mapping_thread_;
 };

@@ -34,6 +34,10 @@ void MappingNode::reportDiagnostics(diagnostic_updater::DiagnosticStatusWrapper&
     report.num_new_window_failures = report.window->num_failures - num_reported_window_failures_;
     num_reported_window_failures_ = report.window->num_failures;
   }
+  if (const KeptHistory* history = map_.history()) {
+    report.kept = history->figures();
+    report.kept_error = history->error();
+  }
   report.cloud_topic = merger_ ? merger_->topics() : sources_.topics();
   report.frame_id = withoutSlash(parameters_.frame_id);
   if (page.statistics.num_received > 0) report.last_cloud = describeLastCloud(page);

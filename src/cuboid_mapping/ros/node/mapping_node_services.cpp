@@ -61,6 +61,14 @@ void MappingNode::onReset() {
   ROS_INFO_NAMED(kNodeName, "map cleared");
 }
 
+void MappingNode::onCorrected() {
+  {
+    const std::lock_guard<FairMutex> lock(work_mutex_);
+    moving_filter_.reset();  // What it has seen empty is elsewhere now.
+  }
+  publishSoon();
+}
+
 /// No cloud is worked on meanwhile: they wait, or are of the frame as it was.
 void MappingNode::onMoveMap(const MoveMap::Request& request, MoveMap::Response& response) {
   const std::lock_guard<FairMutex> lock(work_mutex_);

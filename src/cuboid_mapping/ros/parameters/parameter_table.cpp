@@ -314,7 +314,7 @@ const std::vector<ParameterDeclaration>& parameterTable() {
     for (const auto& part :
          {declareForgetting(), declareCuboids(), declareSources(), declareSelfFilter(),
           declareGrowth(), declareSensorModel(), declareCrop(), declareTopics(), declareFiles(),
-          declareWindow(), declareQueries(), declareRobotGrid(), declareFleet(),
+          declareWindow(), declareKeep(), declareQueries(), declareRobotGrid(), declareFleet(),
           declareOctomapServer()}) {
       table.insert(table.end(), part.begin(), part.end());
     }

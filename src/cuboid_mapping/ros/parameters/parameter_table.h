@@ -35,6 +35,12 @@ struct ParameterDeclaration {
 /// Declarations of WindowParameters, for parameterTable().
 [[nodiscard]] std::vector<ParameterDeclaration> declareWindow();
 
+/// Declarations of KeepParameters, for parameterTable().
+[[nodiscard]] std::vector<ParameterDeclaration> declareKeep();
+
+/// Errors of the parameters keep_clouds/*: conflicts with others.
+[[nodiscard]] std::vector<ParameterError> checkKeep(const NodeParameters& parameters);
+
 /// Errors of the window's parameters: missing ones, and conflicts with others.
 [[nodiscard]] std::vector<ParameterError> checkWindow(const NodeParameters& parameters);
 

@@ -140,6 +140,7 @@ void checkSets(LoadedParameters& loaded) {
                                     ": switch one of them off"});
   }
   for (ParameterError& error : checkWindow(loaded.parameters)) errors.push_back(std::move(error));
+  for (ParameterError& error : checkKeep(loaded.parameters)) errors.push_back(std::move(error));
   loaded.errors.insert(loaded.errors.end(), errors.begin(), errors.end());
 }
 

@@ -3,6 +3,7 @@
 
 #include "cuboid_mapping/map/cuboid_map.h"
 #include "cuboid_mapping/ros/parameters/fleet_parameters.h"
+#include "cuboid_mapping/ros/parameters/keep_parameters.h"
 #include "cuboid_mapping/ros/parameters/robot_parts.h"
 #include "cuboid_mapping/ros/parameters/service_limits.h"
 #include "cuboid_mapping/ros/parameters/source_parameters.h"
@@ -119,6 +120,7 @@ struct NodeParameters {
   ServiceLimits service_limits;
   FleetParameters fleet;
   WindowParameters window;
+  KeepParameters keep;
   OctomapServerParameters octomap_server;
   RobotGridParameters robot_grid;
   SelfFilterParameters self_filter;

@@ -1,0 +1,134 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "cuboid_mapping/ros/services/pose_corrections.h"
+
+#include "cuboid_mapping/CorrectPoses.h"
+#include "cuboid_mapping/ros/clouds/cloud_pipeline.h"
+#include "cuboid_mapping/ros/conversions/pose_messages.h"
+#include "cuboid_mapping/ros/map/map_storage.h"
+#include "cuboid_mapping/ros/middleware/function_callback.h"
+#include "cuboid_mapping/ros/middleware/names.h"
+#include "cuboid_mapping/ros/middleware/tf_lookup.h"
+#include "cuboid_mapping/ros/services/service_call.h"
+
+#include <ros/console.h>
+
+#include <exception>
+#include <new>
+#include <stdexcept>
+#include <utility>
+
+namespace cuboid_mapping_ros {
+
+using cuboid_mapping::CorrectPoses;
+using cuboid_mapping::CuboidMap;
+using cuboid_mapping::MapCorrection;
+using cuboid_mapping::OutsidePoses;
+using cuboid_mapping::PoseTrack;
+
+std::unique_ptr<KeptHistory> makeHistory(const NodeParameters& parameters, GuardedMap& map) {
+  const auto config = map.read(
+      [](const CuboidMap& content, const ros::Time& /*stamp*/) { return content.config(); });
+  const auto look = [](const auto& /*map*/, const auto& /*stamp*/, const auto* /*window*/) {};
+  CuboidMap whole(config);
+  restoreSnapshot(takeWholeSnapshot(map, "", makeSnapshotLimits(parameters), look), whole);
+  auto history = std::make_unique<KeptHistory>(config, config.resolution_m / kKeptStepsPerVoxel,
+                                               parameters.keep.limits());
+  history->restart(whole);
+  return history;
+}
+
+PoseCorrections::PoseCorrections(const ros::NodeHandle& nh, const ros::NodeHandle& private_nh,
+                                 const NodeParameters& parameters, GuardedMap& map,
+                                 CallbackGuard& guard, std::function<void()> done)
+    : map_(map),
+      frame_id_(withoutSlash(parameters.frame_id)),
+      tolerance_m_(parameters.keep.tolerance_m),
+      done_(std::move(done)),
+      thread_(guard, "corrections") {
+  advertise(withQueue(private_nh, thread_.queue()));
+  subscriber_ =
+      withQueue(nh, thread_.queue())
+          .subscribe<nav_msgs::Path>(kCorrectedPathTopic, 1,
+                                     [this](const nav_msgs::PathConstPtr& path) { onPath(*path); });
+  thread_.start();
+}
+
+PoseCorrections::~PoseCorrections() {
+  is_stopping_ = true;
+  thread_.stop();
+}
+
+void PoseCorrections::advertise(ros::NodeHandle nh) {
+  server_ = nh.advertiseService<CorrectPoses::Request, CorrectPoses::Response>(
+      kCorrectPosesService,
+      [this](CorrectPoses::Request& request, CorrectPoses::Response& response) {
+        const CorrectionAnswer answer = correct(
+            request.path, request.outside_stays != 0 ? OutsidePoses::kStay : OutsidePoses::kFollow);
+        response.info = makeInfo(map_, frame_id_, answer.error);
+        response.clouds = static_cast<std::uint32_t>(answer.num_clouds);
+        response.outside = static_cast<std::uint32_t>(answer.num_outside);
+        response.max_shift = answer.max_shift_m;
+        response.seconds = answer.seconds;
+        return true;
+      });
+}
+
+void PoseCorrections::onPath(const nav_msgs::Path& path) {
+  constexpr double kDistance_m = 10.0;  // As the help of keep_clouds/tolerance says.
+  try {
+    if (map_.history()->whole().findShift_m(readPath(path), kDistance_m) <= tolerance_m_) return;
+  } catch (const std::exception&) {  // Which correct() says.
+  }
+  correct(path, OutsidePoses::kFollow);
+}
+
+PoseTrack PoseCorrections::readPath(const nav_msgs::Path& path) const {
+  const std::string frame_id = withoutSlash(path.header.frame_id);
+  if (!frame_id.empty() && frame_id != frame_id_) {
+    throw std::invalid_argument("the path is in frame '" + frame_id + "', the map in '" +
+                                frame_id_ +
+                                "': give poses in the frame of the map, or set frame_id to that of "
+                                "the path");
+  }
+  return PoseTrack(toStampedPoses(path));
+}
+
+CorrectionAnswer PoseCorrections::correct(const nav_msgs::Path& path, OutsidePoses outside) {
+  CorrectionAnswer answer;
+  const ros::WallTime begin = ros::WallTime::now();
+  try {
+    correctMap(readPath(path), outside, answer);
+  } catch (const std::bad_alloc&) {
+    answer.error = "there is not enough memory for a second map";
+  } catch (const std::exception& exception) {
+    answer.error = exception.what();
+  }
+  answer.seconds = (ros::WallTime::now() - begin).toSec();
+  if (!answer.error.empty()) {
+    ROS_ERROR_STREAM_NAMED(kNodeName, "poses not corrected: " << answer.error);
+    return answer;
+  }
+  ROS_INFO_STREAM_NAMED(
+      kNodeName, "poses corrected: " << answer.num_clouds << " clouds moved by up to "
+                                     << answer.max_shift_m << " m, in " << answer.seconds << " s");
+  done_();
+  return answer;
+}
+
+void PoseCorrections::correctMap(const PoseTrack& poses, OutsidePoses outside,
+                                 CorrectionAnswer& answer) {
+  constexpr std::size_t kFew = 2;  // Clouds that keep others waiting for the map.
+  const auto goes_on = [this](std::size_t /*done*/, std::size_t /*all*/) {
+    return !is_stopping_.load();
+  };
+  auto& history = map_.history()->whole();
+  MapCorrection correction = history.correct(poses, outside, goes_on);
+  while (history.catchUp(correction, goes_on) > kFew) {
+  }
+  map_.exchange(correction);
+  answer.num_clouds = correction.numClouds();
+  answer.num_outside = correction.numOutside();
+  answer.max_shift_m = correction.maxShift_m();
+}
+
+}  // namespace cuboid_mapping_ros

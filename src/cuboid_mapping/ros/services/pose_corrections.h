@@ -1,0 +1,68 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include "cuboid_mapping/ros/map/guarded_map.h"
+#include "cuboid_mapping/ros/middleware/callback_guard.h"
+#include "cuboid_mapping/ros/parameters/parameters.h"
+
+#include <nav_msgs/Path.h>
+#include <ros/node_handle.h>
+#include <ros/service_server.h>
+#include <ros/subscriber.h>
+
+#include <atomic>
+#include <cstddef>
+#include <functional>
+#include <memory>
+#include <string>
+
+namespace cuboid_mapping_ros {
+
+/// The history of a map as it is now, in memory and on disk. @throws As takeWholeSnapshot().
+[[nodiscard]] std::unique_ptr<KeptHistory> makeHistory(const NodeParameters& parameters,
+                                                       GuardedMap& map);
+
+/// What a correction has done.
+struct CorrectionAnswer {
+  std::string error;  ///< Empty: the map is corrected. Else it is as it was.
+  std::size_t num_clouds = 0;
+  std::size_t num_outside = 0;
+  double max_shift_m = 0.0;
+  double seconds = 0.0;
+};
+
+/// ~correct_poses and the topic corrected_path: the map is made anew with corrected poses, and exchanged.
+///
+/// Thread rule: one correction after the other, in a thread of its own; clouds, queries and edits go on beside it. Of paths
+/// that come meanwhile the last one counts.
+class PoseCorrections {
+ public:
+  /// @param map, guard  Must outlive this object; the map has a history. @param done  Called after each correction.
+  PoseCorrections(const ros::NodeHandle& nh, const ros::NodeHandle& private_nh,
+                  const NodeParameters& parameters, GuardedMap& map, CallbackGuard& guard,
+                  std::function<void()> done);
+  /// Gives up the correction that runs.
+  ~PoseCorrections();
+  PoseCorrections(const PoseCorrections&) = delete;
+  PoseCorrections& operator=(const PoseCorrections&) = delete;
+
+ private:
+  void advertise(ros::NodeHandle nh);
+  void onPath(const nav_msgs::Path& path);
+  /// Checks a path, and corrects. Throws nothing, but logs.
+  CorrectionAnswer correct(const nav_msgs::Path& path, cuboid_mapping::OutsidePoses outside);
+  void correctMap(const cuboid_mapping::PoseTrack& poses, cuboid_mapping::OutsidePoses outside,
+                  CorrectionAnswer& answer);
+  [[nodiscard]] cuboid_mapping::PoseTrack readPath(const nav_msgs::Path& path) const;
+
+  GuardedMap& map_;
+  std::string frame_id_;
+  double tolerance_m_;
+  std::function<void()> done_;
+  std::atomic<bool> is_stopping_{false};
+  GuardedThread thread_;
+  ros::ServiceServer server_;
+  ros::Subscriber subscriber_;
+};
+
+}  // namespace cuboid_mapping_ros
