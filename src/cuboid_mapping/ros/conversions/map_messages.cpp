@@ -53,6 +53,8 @@ bool isAtZero(const geometry_msgs::Point& origin) {
   return origin.x == 0.0 && origin.y == 0.0 && origin.z == 0.0;
 }
 
+}  // namespace
+
 ImageMessage fromMessage(const ImageType& message) {
   ImageMessage result;
   result.header = message.header;
@@ -98,8 +100,6 @@ DeltaMessage fromMessage(const DeltaType& message) {
   result.delta.detail = detailOf(message.bricks);
   return result;
 }
-
-}  // namespace
 
 ImageType toMessage(const ImageMessage& from, const VoxelBrick* first, const VoxelBrick* last) {
   ImageType message;

@@ -2,6 +2,7 @@
 // The messages FullCuboidMap and CuboidMapUpdate, and the service GetMap, as images and changes of maps.
 #pragma once
 
+#include "cuboid_mapping/CuboidMapUpdate.h"
 #include "cuboid_mapping/FullCuboidMap.h"
 #include "cuboid_mapping/GetMap.h"
 #include "cuboid_mapping/ros/middleware/service_calls.h"
@@ -40,6 +41,12 @@ struct DeltaMessage {
                                                       const cuboid_mapping::VoxelBrick* first,
                                                       const cuboid_mapping::VoxelBrick* last);
 ///@}
+[[nodiscard]] cuboid_mapping::CuboidMapUpdate toMessage(const DeltaMessage& from);
+
+/// The image in a message. Damaged, it has no resolution, and no follower takes it.
+[[nodiscard]] ImageMessage fromMessage(const cuboid_mapping::FullCuboidMap& message);
+/// The changes in a message. Damaged, they say that everything has changed.
+[[nodiscard]] DeltaMessage fromMessage(const cuboid_mapping::CuboidMapUpdate& message);
 
 /// Offers a topic of cuboid_mapping/CuboidMapUpdate.
 [[nodiscard]] ros::Publisher advertiseDelta(ros::NodeHandle& nh, const std::string& topic);
