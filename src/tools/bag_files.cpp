@@ -9,6 +9,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <filesystem>
 #include <stdexcept>
 
 namespace cuboid_mapping_ros {
@@ -23,15 +24,21 @@ std::unique_ptr<rosbag::Bag> openBag(const std::string& file) {
                              "it has no index, since its recording was cut off. Make one "
                              "with: rosbag reindex " +
                              file);
-  } catch (const rosbag::BagFormatException& error) {
-    throw std::runtime_error(subject + error.what() +
-                             ". If it is a damaged bag, try: rosbag reindex " + file);
+  } catch (const rosbag::BagException& error) {
+    const std::string advice = std::filesystem::exists(file)
+                                   ? ". If it is a damaged bag, try: rosbag reindex " + file
+                                   : "";
+    throw std::runtime_error(subject + error.what() + advice);
   } catch (const std::exception& error) {
     throw std::runtime_error(subject + error.what());
   }
 }
 
 }  // namespace
+
+std::string withSlash(const std::string& topic) {
+  return topic.empty() || topic.front() != '/' ? '/' + topic : topic;
+}
 
 BagFiles::BagFiles(const std::vector<std::string>& files) {
   for (const std::string& file : files) {

@@ -17,6 +17,9 @@
 
 namespace cuboid_mapping_ros {
 
+/// A name as recorders write it.
+[[nodiscard]] std::string withSlash(const std::string& topic);
+
 /// A message of one of some bags.
 struct BagMessage {
   std::size_t bag;

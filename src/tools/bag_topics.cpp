@@ -264,10 +264,6 @@ ChosenSources checkSources(const BagTopics& topics, const NodeParameters& parame
 
 }  // namespace
 
-std::string withSlash(const std::string& topic) {
-  return topic.empty() || topic.front() != '/' ? '/' + topic : topic;
-}
-
 BagTopics::BagTopics(BagFiles& bags) {
   for (std::size_t number = 0; number < bags.size(); ++number) {
     rosbag::View view(bags[number]);

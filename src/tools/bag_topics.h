@@ -13,9 +13,6 @@
 
 namespace cuboid_mapping_ros {
 
-/// A name as recorders write it.
-[[nodiscard]] std::string withSlash(const std::string& topic);
-
 /// A topic of some bags.
 struct BagTopic {
   std::string datatype;
