@@ -67,10 +67,19 @@ target_link_libraries(scans_to_bag
   cuboid_mapping::io cuboid_mapping_scan_messages cuboid_mapping_command_line
   ${roscpp_LIBRARIES} ${rosbag_storage_LIBRARIES} ${tf2_ros_LIBRARIES})
 
+# Messages of bags; map_convert reads the map that a node published.
+add_library(cuboid_mapping_bag_files STATIC tools/bag_files.cpp)
+cuboid_mapping_configure(cuboid_mapping_bag_files)
+target_include_directories(cuboid_mapping_bag_files SYSTEM PUBLIC ${catkin_INCLUDE_DIRS})
+target_link_libraries(cuboid_mapping_bag_files
+  PUBLIC cuboid_mapping::core ${roscpp_LIBRARIES} ${rosbag_storage_LIBRARIES})
+target_sources(map_convert PRIVATE tools/recorded_map.cpp)
+target_compile_definitions(map_convert PRIVATE CUBOID_MAPPING_READS_BAGS)
+target_link_libraries(map_convert PRIVATE cuboid_mapping_bag_files cuboid_mapping::client)
+
 # A bag into a file of a map.
 add_library(cuboid_mapping_bag_clouds STATIC
   tools/bag_clouds.cpp
-  tools/bag_files.cpp
   tools/bag_poses.cpp
   tools/bag_sources.cpp
   tools/bag_topics.cpp
@@ -79,7 +88,8 @@ add_library(cuboid_mapping_bag_clouds STATIC
 cuboid_mapping_configure(cuboid_mapping_bag_clouds)
 target_include_directories(cuboid_mapping_bag_clouds SYSTEM PRIVATE ${YAML_CPP_INCLUDE_DIR})
 target_link_libraries(cuboid_mapping_bag_clouds
-  PUBLIC cuboid_mapping_ros cuboid_mapping_map_tools cuboid_mapping_command_line cuboid_mapping_scan_messages
+  PUBLIC cuboid_mapping_bag_files cuboid_mapping_ros cuboid_mapping_map_tools cuboid_mapping_command_line
+    cuboid_mapping_scan_messages
   PRIVATE ${YAML_CPP_LIBRARIES})
 add_executable(bag_to_map tools/bag_to_map.cpp)
 cuboid_mapping_configure(bag_to_map)

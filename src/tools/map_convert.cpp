@@ -10,7 +10,9 @@
 #include "cuboid_mapping/io/text.h"
 #include "map_content.h"
 #include "progress_bar.h"
+#include "recorded_map.h"
 
+#include <cmath>
 #include <filesystem>
 #include <iostream>
 #include <optional>
@@ -28,6 +30,7 @@ struct Options {
   std::vector<double> min_m;
   std::vector<double> max_m;
   BoxOptions boxes;
+  cuboid_mapping_ros::RecordedMapOptions recorded;
 };
 
 /// The part of a map that is asked for; nothing for all of it.
@@ -71,28 +74,53 @@ int copyStore(const Options& options) {
   return 0;
 }
 
+#ifdef CUBOID_MAPPING_READS_BAGS
+void addBagOptions(CommandLine& line, cuboid_mapping_ros::RecordedMapOptions& options) {
+  line.addText("topic", options.topic,
+               "rosbag with several maps: topic of the one to read, such as cuboid_map");
+  line.addText("server", options.server,
+               "rosbag with several nodes on that topic: name of the one to read");
+  line.addNumber("at", options.at_s,
+                 "rosbag: time of the map, in seconds after the start of the bag", {0.0});
+}
+
+MapSnapshot readBag(const Options& options) {
+  auto map = cuboid_mapping_ros::readRecordedMap(options.input, options.recorded,
+                                                 showProgress("messages read"));
+  for (const std::string& note : map.notes) std::cerr << "map_convert: " << note << std::endl;
+  return std::move(map.snapshot);
+}
+#endif
+
 /// The map of a file; of a store only the pages that are asked for.
-MapFile readInput(const Options& options) {
+MapSnapshot readInput(const Options& options) {
+#ifdef CUBOID_MAPPING_READS_BAGS
+  if (cuboid_mapping_ros::isBagFile(options.input)) return readBag(options);
+  if (!options.recorded.topic.empty() || !options.recorded.server.empty() ||
+      !std::isinf(options.recorded.at_s)) {
+    throw std::runtime_error("--topic, --server and --at are for rosbags: " + options.input +
+                             " is none");
+  }
+#endif
 #ifdef CUBOID_MAPPING_READS_CLOUDS
   if (isPointCloudFile(options.input)) {
     if (options.resolution_m <= 0.0) {
       throw std::runtime_error(options.input +
                                " is a cloud of points: give the edge of a voxel with --resolution");
     }
-    return {MapFormat::kPcd, readPointCloudMap(options.input, options.resolution_m, options.model),
-            0};
+    return readPointCloudMap(options.input, options.resolution_m, options.model);
   }
 #endif
   if (!isSqliteFile(options.input) || options.min_m.empty()) {
-    return readMapFile(options.input, options.model);
+    return readMapFile(options.input, options.model).snapshot;
   }
   const MapStore store(options.input, StoreAccess::kRead);
   const auto part = partOf(options, store.head()->resolution_m);
-  return {MapFormat::kStore, readStore(store, {}, *part), 0};
+  return readStore(store, {}, *part);
 }
 
 int convertToBoxes(const Options& options) {
-  MapSnapshot map = readInput(options).snapshot;
+  MapSnapshot map = readInput(options);
   throwIfInterrupted();
   if (!options.frame_id.empty()) map.frame_id = options.frame_id;
   const auto part = partOf(options, map.resolution_m);
@@ -111,9 +139,8 @@ int convert(const Options& options) {
   checkReplaceable(options.output);
   if (are_boxes) return convertToBoxes(options);
   if (format == MapFormat::kStore && isSqliteFile(options.input)) return copyStore(options);
-  MapFile input = readInput(options);
+  MapSnapshot map = readInput(options);
   throwIfInterrupted();
-  MapSnapshot& map = input.snapshot;
   if (const auto part = partOf(options, map.resolution_m)) map.bricks = cut(map.bricks, *part);
   if (!options.frame_id.empty()) map.frame_id = options.frame_id;
   const std::size_t num_bytes = writeMapFile(options.output, map, showProgress("bricks written"));
@@ -129,7 +156,8 @@ int run(int argc, char** argv) {
                    "Converts a map, or a part of it; the extension of the output selects the "
                    "format. A store (.sqlite) becomes another one page by page.");
   line.addArgument("input", options.input,
-                   "map: .cuboids, .sqlite, .ot or .bt; or a cloud of points, .pcd");
+                   "map: .cuboids, .sqlite, .ot or .bt; a cloud of points, .pcd; or, with ROS, a "
+                   "rosbag of cuboid_map and cuboid_map_updates");
   line.addArgument(
       "output", options.output,
       "one of " + knownEndings() + "; or, for occupied space as boxes, " + knownSceneEndings());
@@ -152,6 +180,9 @@ int run(int argc, char** argv) {
       "keep-free", options.boxes.keep_free,
       "with --boxes: space that no box may touch, such as the robot, as 'x y z x y z', the "
       "least and the greatest in metres");
+#ifdef CUBOID_MAPPING_READS_BAGS
+  addBagOptions(line, options.recorded);
+#endif
   if (const auto status = line.parse(argc, argv)) return *status;
   if (options.min_m.empty() != options.max_m.empty()) {
     throw std::runtime_error("give both --min and --max, or neither");

@@ -1,0 +1,283 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "recorded_map.h"
+
+#include "bag_files.h"
+#include "cuboid_mapping/io/text.h"
+#include "cuboid_mapping/ros/conversions/map_messages.h"
+#include "cuboid_mapping/sharing/map_follower.h"
+
+#include <rosbag/view.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <deque>
+#include <filesystem>
+#include <fstream>
+#include <map>
+#include <optional>
+#include <set>
+#include <stdexcept>
+#include <utility>
+
+namespace cuboid_mapping_ros {
+namespace {
+
+using cuboid_mapping::CuboidMapUpdate;
+using cuboid_mapping::FollowResult;
+using cuboid_mapping::FullCuboidMap;
+using cuboid_mapping::join;
+using cuboid_mapping::MapDetail;
+
+/// Updates that wait for a keyframe, as those that come between its parts.
+constexpr std::size_t kMaxEarlyUpdates = 100;
+
+/// Follows a recorded map as CuboidMapClient does a live one, but without ~get_map: after a lost update it waits for a
+/// keyframe.
+class RecordedMapFollower {
+ public:
+  /// @param server  Empty: the only one.
+  RecordedMapFollower(BagFiles& bags, std::string map_topic, std::string server)
+      : bags_(bags), map_topic_(std::move(map_topic)), server_(std::move(server)) {}
+
+  /// @throws std::runtime_error  for a second server.
+  void take(const BagMessage& message) {
+    if (withSlash(message.instance.getTopic()) == map_topic_) return takeImage(message);
+    if (follower_.map() == nullptr) return keepForImage(message);
+    if (const auto update = readUpdate(message)) takeUpdate(*update, message);
+  }
+
+  [[nodiscard]] const cuboid_mapping::CuboidMap* map() const { return follower_.map(); }
+  [[nodiscard]] const std::string& frameId() const { return frame_id_; }
+  /// Of the last keyframe.
+  [[nodiscard]] MapDetail detail() const { return detail_; }
+  [[nodiscard]] const std::set<std::string>& servers() const { return servers_; }
+  /// When the last change of the map was recorded.
+  [[nodiscard]] const ros::Time& time() const { return time_; }
+  /// When an update was lost after which no keyframe has come.
+  [[nodiscard]] const std::optional<ros::Time>& behindSince() const { return behind_since_; }
+
+ private:
+  void takeImage(const BagMessage& message) {
+    const auto part = bags_.read<FullCuboidMap>(message);
+    if (!part || isOfOtherServer(part->server)) return;
+    if (part->part == 0) {
+      incoming_.reset();
+      if (!isKeyframeToSpare(*part)) incoming_ = fromMessage(*part);
+    } else if (incoming_) {
+      (void)appendPart(fromMessage(*part), *incoming_);
+    }
+    if (!incoming_ || incoming_->part + 1 < incoming_->num_parts) return;
+    const ImageMessage whole = *std::exchange(incoming_, std::nullopt);
+    if (!follower_.take(whole.image)) return;  // Damaged.
+    noteTaken(message, whole.header);
+    detail_ = whole.image.detail;
+    behind_since_.reset();
+    for (const BagMessage& early : std::exchange(early_updates_, {})) {
+      const auto update = readUpdate(early);
+      if (update && update->instance == follower_.instance()) takeUpdate(*update, early);
+    }
+  }
+
+  /// While updates come, a keyframe brings nothing new.
+  bool isKeyframeToSpare(const FullCuboidMap& keyframe) {
+    const bool is_followed =
+        follower_.map() != nullptr && !behind_since_ && keyframe.instance == follower_.instance();
+    return is_followed && std::exchange(is_updated_, false);
+  }
+
+  boost::shared_ptr<CuboidMapUpdate> readUpdate(const BagMessage& message) {
+    auto update = bags_.read<CuboidMapUpdate>(message);
+    if (update && isOfOtherServer(update->server)) update.reset();
+    return update;
+  }
+
+  void takeUpdate(const CuboidMapUpdate& update, const BagMessage& message) {
+    switch (follower_.take(fromMessage(update).delta)) {
+      case FollowResult::kApplied: noteTaken(message, update.header); [[fallthrough]];
+      case FollowResult::kOld: is_updated_ = true; return;
+      case FollowResult::kDamaged:
+      case FollowResult::kGap:
+        if (!behind_since_) behind_since_ = message.instance.getTime();
+        keepForImage(message);
+    }
+  }
+
+  /// Updates may overtake their keyframe. Without the oldest of too many, a gap is seen when it comes.
+  void keepForImage(const BagMessage& message) {
+    if (early_updates_.size() == kMaxEarlyUpdates) early_updates_.pop_front();
+    early_updates_.push_back(message);
+  }
+
+  bool isOfOtherServer(const std::string& name) {
+    servers_.insert(name);
+    if (!server_.empty()) return name != server_;
+    if (servers_.size() == 1) return false;
+    throw std::runtime_error("several nodes publish " + map_topic_ + ": " + join(servers_, ", ") +
+                             ": choose one with --server");
+  }
+
+  void noteTaken(const BagMessage& message, const std_msgs::Header& header) {
+    time_ = std::max(time_, message.instance.getTime());
+    frame_id_ = header.frame_id;
+  }
+
+  BagFiles& bags_;
+  std::string map_topic_;
+  std::string server_;
+  std::set<std::string> servers_;  ///< All on the topics.
+  cuboid_mapping::MapFollower follower_;
+  std::string frame_id_;
+  MapDetail detail_ = MapDetail::kClasses;
+  ros::Time time_;
+  std::optional<ros::Time> behind_since_;
+  bool is_updated_ = false;               ///< By updates, since the last keyframe.
+  std::optional<ImageMessage> incoming_;  ///< The parts of a keyframe that have come.
+  std::deque<BagMessage> early_updates_;
+};
+
+/// The map of a bag.
+class MapBag {
+ public:
+  MapBag(const std::string& file, const RecordedMapOptions& options)
+      : file_(file), bags_({file}), options_(options) {
+    rosbag::View view(bags_[0]);
+    begin_ = view.getBeginTime();
+    end_ = view.getEndTime();
+    for (const rosbag::ConnectionInfo* connection : view.getConnections()) {
+      topics_[withSlash(connection->topic)] = connection;
+    }
+  }
+
+  RecordedMap read(const cuboid_mapping::ProgressListener& listener) {
+    const std::string topic = chooseTopic();
+    const std::string updates = topic + "_updates";
+    RecordedMap result;
+    if (topics_.count(updates) == 0) result.notes.push_back("there is no topic " + updates);
+    RecordedMapFollower follower(bags_, topic,
+                                 options_.server.empty() ? "" : withSlash(options_.server));
+    follow(bags_.collect({topic, topic.substr(1), updates, updates.substr(1)}), listener, follower);
+    checkFollowed(topic, follower);
+    result.snapshot = takeSnapshot(*follower.map(), follower.frameId());
+    note(topic, follower, result.notes);
+    return result;
+  }
+
+ private:
+  [[noreturn]] void fail(const std::string& text) const {
+    throw std::runtime_error(file_ + ": " + text);
+  }
+
+  /// Of a time since the start. Rounded up, so that --at takes the message of that time.
+  [[nodiscard]] std::string seconds(const ros::Time& time) const {
+    return cuboid_mapping::toText(std::ceil(1e3 * (time - begin_).toSec()) / 1e3) + " s";
+  }
+
+  [[nodiscard]] std::string describeTopics() const {
+    std::vector<std::string> texts;
+    for (const auto& [name, connection] : topics_) {
+      texts.push_back(name + " (" + connection->datatype + ')');
+    }
+    return texts.empty() ? "nothing" : join(texts, ", ");
+  }
+
+  /// The topic of maps that is wanted, or the only one.
+  [[nodiscard]] std::string chooseTopic() const {
+    const std::string datatype = ros::message_traits::datatype<FullCuboidMap>();
+    std::vector<std::string> names;
+    for (const auto& [name, connection] : topics_) {
+      if (connection->datatype == datatype) names.push_back(name);
+    }
+    const std::string wanted = options_.topic.empty() ? "" : withSlash(options_.topic);
+    if (names.empty()) {
+      fail("it has no recorded map, which is a topic of " + datatype +
+           ". It has: " + describeTopics() + ". bag_to_map makes a map of clouds");
+    }
+    if (wanted.empty() && names.size() > 1) {
+      fail("it has several maps: choose one with --topic: " + join(names, ", "));
+    }
+    std::string name = wanted.empty() ? names.front() : wanted;
+    if (std::find(names.begin(), names.end(), name) == names.end()) {
+      fail("it has no map on " + name + ", but on " + join(names, ", "));
+    }
+    if (topics_.at(name)->md5sum != ros::message_traits::md5sum<FullCuboidMap>()) {
+      fail(name + " was recorded with another version of cuboid_mapping: read it with that one");
+    }
+    return name;
+  }
+
+  /// Until the time that is asked for; and further where there is no map by then, to say when there is one.
+  void follow(const std::vector<BagMessage>& messages,
+              const cuboid_mapping::ProgressListener& listener, RecordedMapFollower& follower) {
+    cuboid_mapping::ProgressCounter progress(listener, messages.size());
+    for (const BagMessage& message : messages) {
+      const bool is_later = isLater(message.instance.getTime());
+      if (is_later && follower.map() != nullptr) return;
+      try {
+        follower.take(message);
+      } catch (const std::runtime_error& error) {
+        fail(error.what());
+      }
+      progress.advance();
+    }
+  }
+
+  [[nodiscard]] bool isLater(const ros::Time& time) const {
+    return (time - begin_).toSec() > options_.at_s;
+  }
+
+  void checkFollowed(const std::string& topic, const RecordedMapFollower& follower) const {
+    if (follower.map() == nullptr) {
+      const auto& servers = follower.servers();
+      if (!options_.server.empty() && servers.count(withSlash(options_.server)) == 0) {
+        fail("nobody named " + withSlash(options_.server) + " published " + topic + ", but " +
+             join(servers, ", "));
+      }
+      const auto damage = bags_.describeDamage();
+      fail("no map on " + topic + " is whole: record for longer than keyframe_period" +
+           (damage.empty() ? "" : ". " + join(damage, "; ")));
+    }
+    if (isLater(follower.time())) {
+      fail("the first whole map on " + topic + " is at " + seconds(follower.time()) +
+           ": give --at a later time");
+    }
+  }
+
+  void note(const std::string& topic, const RecordedMapFollower& follower,
+            std::vector<std::string>& notes) const {
+    if (const auto& since = follower.behindSince()) {
+      notes.push_back("warning: an update was lost before " + seconds(*since) +
+                      ", and no keyframe has come since: the map is older");
+    }
+    for (const std::string& line : bags_.describeDamage()) notes.push_back("warning: " + line);
+    if (follower.detail() == MapDetail::kClasses) {
+      notes.push_back("classes only: log-odds are recorded with publish_values");
+    }
+    notes.push_back(file_ + ": the map on " + topic + " at " + seconds(follower.time()) + " of " +
+                    seconds(end_));
+  }
+
+  std::string file_;
+  BagFiles bags_;
+  RecordedMapOptions options_;
+  ros::Time begin_;
+  ros::Time end_;
+  std::map<std::string, const rosbag::ConnectionInfo*> topics_;  ///< By names with a slash.
+};
+
+}  // namespace
+
+bool isBagFile(const std::string& file) {
+  constexpr char kMagic[] = "#ROSBAG V";
+  std::string start(sizeof(kMagic) - 1, '\0');
+  std::ifstream(file, std::ios::binary)
+      .read(start.data(), static_cast<std::streamsize>(start.size()));
+  return start == kMagic || std::filesystem::path(file).extension() == ".bag";
+}
+
+RecordedMap readRecordedMap(const std::string& file, const RecordedMapOptions& options,
+                            const cuboid_mapping::ProgressListener& listener) {
+  return MapBag(file, options).read(listener);
+}
+
+}  // namespace cuboid_mapping_ros

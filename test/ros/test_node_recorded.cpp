@@ -1,0 +1,75 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// `rosbag record` of the map of a node: map_convert reads it, and clients see it when it is played without the node.
+#include "cuboid_mapping/SaveMap.h"
+#include "cuboid_mapping/io/map_files.h"
+#include "cuboid_mapping/ros/cuboid_map_client.h"
+#include "ros/driven_node.h"
+#include "support/snapshots.h"
+
+namespace cuboid_mapping_ros::test {
+namespace {
+
+using cuboid_mapping::CuboidMap;
+using cuboid_mapping::test::Program;
+using cuboid_mapping::test::runProgram;
+using cuboid_mapping::test::voxelsOf;
+using Voxels = std::map<cuboid_mapping::Cell, float>;
+
+class NodeRecorded : public DrivenNode {
+ protected:
+  /// Drives for some seconds while a recorder runs. @return The map at the end, as the node saves it.
+  Voxels record() {
+    start({"_keyframe_period:=0.5", "_publish_values:=true", "_publish_rate:=10.0"});
+    drive(0.0, 2.0);
+    Program recorder({"rosbag", "record", "-O", bag_, "/cuboid_map", "/cuboid_map_updates"});
+    EXPECT_TRUE(cuboid_mapping::test::waitForFile(bag_ + ".active"));
+    for (int part = 1; part < 5; ++part) {
+      ros::WallDuration(1.0).sleep();
+      drive(2.0 * part, 2.0 * part + 2.0);
+    }
+    ros::WallDuration(1.5).sleep();  // Until the last keyframe.
+    recorder.send(SIGINT);
+    EXPECT_EQ(recorder.finish().status, 0);
+    cuboid_mapping::SaveMap save;
+    save.request.filename = folder_ / "node.cuboids";
+    EXPECT_TRUE(callService(std::string(kName) + "/save_map", save));
+    EXPECT_TRUE(save.response.info.success) << save.response.info.message;
+    end(SIGINT);  // Nobody serves get_map any more.
+    return voxelsOf(cuboid_mapping::readMapFile(save.request.filename).snapshot.bricks);
+  }
+
+  std::string bag_ = folder_ / "recorded.bag";
+};
+
+TEST_P(NodeRecorded, IsReadByMapConvertAndShownWhenItIsPlayedFromAnywhere) {
+  const Voxels wanted = record();
+  ASSERT_GT(wanted.size(), 10000U);
+  const std::string read = folder_ / "read.cuboids";
+  const auto converted = runProgram({MAP_CONVERT_PROGRAM, bag_, read});
+  ASSERT_EQ(converted.status, 0) << converted.err;
+  const auto map = cuboid_mapping::readMapFile(read).snapshot;
+  EXPECT_EQ(map.frame_id, "map");
+  EXPECT_TRUE(voxelsOf(map.bricks) == wanted) << converted.err;
+  for (const std::string start_s : {"0", "2.2", "4.8"}) {
+    const CuboidMapClient client(nh_, kName);
+    const auto played = runProgram({"rosbag", "play", "--quiet", "--delay=1", "-s", start_s, bag_});
+    ASSERT_EQ(played.status, 0) << played.err;
+    EXPECT_TRUE(waitFor([&] {
+      return client.read([&](const CuboidMap& seen) { return voxelsOf(seen) == wanted; });
+    })) << "from "
+        << start_s << " s";
+  }
+}
+
+// The topics of a nodelet are the same.
+INSTANTIATE_TEST_SUITE_P(AsNode, NodeRecorded, ::testing::Values(false));
+
+}  // namespace
+}  // namespace cuboid_mapping_ros::test
+
+int main(int argc, char** argv) {
+  ::testing::InitGoogleTest(&argc, argv);
+  ros::init(argc, argv, "test_node_recorded");
+  const ros::NodeHandle keeps_ros_alive;
+  return RUN_ALL_TESTS();
+}
