@@ -7,7 +7,7 @@
 #include "bag_transforms.h"
 #include "command_line.h"
 #include "cuboid_mapping/io/map_files.h"
-#include "cuboid_mapping/io/progress_listener.h"
+#include "cuboid_mapping/map/progress_listener.h"
 #include "cuboid_mapping/ros/clouds/source.h"
 #include "cuboid_mapping/ros/diagnostics/speed_advice.h"
 #include "scan_messages.h"

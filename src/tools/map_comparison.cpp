@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include "cuboid_mapping/map/progress_counter.h"
 
 namespace cuboid_mapping {
 namespace {

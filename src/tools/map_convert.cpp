@@ -8,6 +8,7 @@
 #include "cuboid_mapping/io/map_store.h"
 #include "cuboid_mapping/io/point_cloud_map.h"
 #include "cuboid_mapping/io/text.h"
+#include "cuboid_mapping/map/progress_counter.h"
 #include "map_content.h"
 #include "progress_bar.h"
 #include "recorded_map.h"

@@ -2,8 +2,8 @@
 // Pictures of maps, drawn without a display.
 #pragma once
 
-#include "cuboid_mapping/io/progress_listener.h"
 #include "cuboid_mapping/map/cuboid_map.h"
+#include "cuboid_mapping/map/progress_listener.h"
 #include "cuboid_mapping/query/height_range.h"
 
 #include <Eigen/Core>

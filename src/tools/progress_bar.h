@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
-#include "cuboid_mapping/io/progress_listener.h"
+#include "cuboid_mapping/map/progress_listener.h"
 
 #include <chrono>
 #include <cstdint>

@@ -9,6 +9,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
 #include <deque>
 #include <limits>
 #include <set>
@@ -183,6 +184,23 @@ TEST(MoveMap, refusesWhatIsNoTurnAndShiftAndLeavesTheMap) {
     EXPECT_THROW((void)moveMap(T_target_map, map), std::invalid_argument);
     EXPECT_EQ(voxelsOf(map.bricks), before);
   }
+}
+
+TEST(MoveMap, tellsHowFarItIsAndIsGivenUpByItsListener) {
+  Random random(5);
+  MapSnapshot map = randomSnapshot(random);
+  const auto before = voxelsOf(map.bricks);
+  const Eigen::Isometry3d T_target_map(Eigen::Translation3d(map.resolution_m, 0.0, 0.0));
+  EXPECT_THROW(moveMap(T_target_map, map, 2,
+                       [](std::uint64_t, std::uint64_t) { throw std::domain_error("given up"); }),
+               std::domain_error);
+  EXPECT_EQ(voxelsOf(map.bricks), before);
+  std::uint64_t num_told = 0;
+  moveMap(T_target_map, map, 2, [&](std::uint64_t done, std::uint64_t total) {
+    EXPECT_EQ(done, ++num_told);
+    EXPECT_LE(done, total);
+  });
+  EXPECT_GT(num_told, 0U);
 }
 
 TEST(MergeMaps, followsItsRuleInEachVoxel) {

@@ -4,21 +4,15 @@
 
 #include "cuboid_mapping/io/map_file_error.h"
 #include "cuboid_mapping/map/map_snapshot.h"
+#include "cuboid_mapping/map/progress_listener.h"
 
 #include <cstddef>
 #include <cstdint>
-#include <functional>
 #include <optional>
 #include <string>
 #include <vector>
 
 namespace cuboid_mapping {
-
-/// Hears how far long work has come: `done` of `total` steps, from 0 to all of them, total > 0.
-///
-/// One call at a time, if from several threads. To have the work given up it throws; the caller of
-/// the work gets its exception. An empty listener is never called.
-using ProgressListener = std::function<void(std::uint64_t done, std::uint64_t total)>;
 
 /// Formats of maps.
 enum class MapFormat : unsigned char {
@@ -56,8 +50,7 @@ struct MapFile {
 
 /// Replaces a file by a map, in the format that its name stands for; see replaceFile(). A store that is there stays
 /// the same file, and gets the map in one transaction.
-/// @param listener  Is told of the cuboids that have been written, where this takes long: of .csv,
-///        .pcd and .ply.
+/// @param listener  Is told of the bricks that have been written, of a store of its pages; of .ot and .bt of nothing.
 /// @return Bytes of the file.
 /// @throws MapFileError whose text begins with the name of the file: kForeign for a name without a
 ///         known end; kTooBig for a map that a format cannot hold; kInaccessible.

@@ -5,6 +5,7 @@
 #include "cuboid_mapping/geometry/page.h"
 #include "cuboid_mapping/io/map_file_error.h"
 #include "cuboid_mapping/map/map_snapshot.h"
+#include "cuboid_mapping/map/progress_listener.h"
 
 #include <cstdint>
 #include <functional>
@@ -107,6 +108,7 @@ class MapStore {
                                     const CellBox& part = kAllCells);
 
 /// Replaces the content of a store, which may be new, by a map, in one transaction.
-void writeStore(const std::string& file, const MapSnapshot& snapshot);
+void writeStore(const std::string& file, const MapSnapshot& snapshot,
+                const ProgressListener& listener = {});
 
 }  // namespace cuboid_mapping

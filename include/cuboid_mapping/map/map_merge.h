@@ -4,6 +4,7 @@
 #pragma once
 
 #include "cuboid_mapping/map/map_snapshot.h"
+#include "cuboid_mapping/map/progress_listener.h"
 
 #include <Eigen/Geometry>
 
@@ -30,11 +31,12 @@ struct MapMotion {
 /// Locked are all voxels that share space with a locked box that was moved.
 /// @param T_target_map  Metres. @param map  Its bricks and locks are replaced, addCuboids() is undone; the rest stays, the name
 ///                      of the frame too.
-/// @param threads  The result does not depend on it.
+/// @param threads  The result does not depend on it. @param listener  Is told of parts of the map.
 /// @throws std::invalid_argument  The transform is not finite, or no rotation; or the map would reach beyond kAllCells.
-///         Nothing has changed then.
+///         Or what the listener throws. Nothing has changed then.
 /// @complexity O(n).
-MapMotion moveMap(const Eigen::Isometry3d& T_target_map, MapSnapshot& map, int threads = 1);
+MapMotion moveMap(const Eigen::Isometry3d& T_target_map, MapSnapshot& map, int threads = 1,
+                  const ProgressListener& listener = {});
 
 /// Log-odds of a voxel that both maps know.
 enum class MergeRule : unsigned char {

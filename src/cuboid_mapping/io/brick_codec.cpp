@@ -2,6 +2,7 @@
 #include "cuboid_mapping/io/brick_codec.h"
 
 #include "cuboid_mapping/geometry/grid.h"
+#include "cuboid_mapping/map/progress_counter.h"
 
 #include <algorithm>
 #include <array>
@@ -52,7 +53,7 @@ std::vector<VoxelBrick> decodePlaces(std::size_t num_bricks, ByteReader& bytes) 
 }  // namespace
 
 std::size_t encodeBricks(const VoxelBrick* first, const VoxelBrick* last, bool has_values,
-                         ByteWriter& bytes) {
+                         ByteWriter& bytes, const ProgressListener& listener) {
   const std::vector<float> log_odds =
       has_values ? collectLogOdds(first, last) : std::vector<float>();
   for (const float value : log_odds) bytes.writeF32(value);
@@ -63,9 +64,11 @@ std::size_t encodeBricks(const VoxelBrick* first, const VoxelBrick* last, bool h
   }
   std::for_each(first, last,
                 [&](const VoxelBrick& brick) { writeMask(brick.voxels.known(), bytes); });
+  ProgressCounter progress(listener, static_cast<std::uint64_t>(last - first));
   std::for_each(first, last, [&](const VoxelBrick& brick) {
     has_values ? writeIndices(brick.voxels, log_odds, bytes)
                : writeMask(brick.voxels.occupied(), bytes);
+    progress.advance();
   });
   return log_odds.size();
 }

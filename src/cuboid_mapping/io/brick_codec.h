@@ -4,6 +4,7 @@
 #pragma once
 
 #include "cuboid_mapping/io/byte_stream.h"
+#include "cuboid_mapping/map/progress_listener.h"
 #include "cuboid_mapping/voxels/voxel_store.h"
 
 #include <cstddef>
@@ -14,10 +15,10 @@ namespace cuboid_mapping {
 /// Bytes of a brick at least: its place, its known voxels, and the log-odds of one, or the occupied voxels.
 constexpr std::size_t kLeastBrickBytes = 3 + sizeof(BrickMask) + 1;
 
-/// Appends bricks. @param has_values  false: their classes only.
+/// Appends bricks. @param has_values  false: their classes only. @param listener  Is told of bricks.
 /// @return Different log-odds; 0 without values. @complexity O(n) for n voxels.
 std::size_t encodeBricks(const VoxelBrick* first, const VoxelBrick* last, bool has_values,
-                         ByteWriter& bytes);
+                         ByteWriter& bytes, const ProgressListener& listener = {});
 
 /// Inverse of encodeBricks(). Without values, voxels have the log-odds of the clamping thresholds of a default sensor model.
 /// @pre The bytes are enough for these numbers of bricks and log-odds.

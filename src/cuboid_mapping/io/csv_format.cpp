@@ -2,6 +2,7 @@
 #include "cuboid_mapping/io/csv_format.h"
 
 #include "cuboid_mapping/fusion/brick_division.h"
+#include "cuboid_mapping/map/progress_counter.h"
 #include "cuboid_mapping/query/value_query.h"
 
 #include <algorithm>

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
-#include "cuboid_mapping/io/progress_listener.h"
 #include "cuboid_mapping/map/cuboid_map.h"
 #include "cuboid_mapping/map/map_snapshot.h"
+#include "cuboid_mapping/map/progress_listener.h"
 
 #include <string>
 #include <vector>

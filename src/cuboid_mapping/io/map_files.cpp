@@ -63,8 +63,8 @@ void write(const std::string& file, const MapSnapshot& snapshot, MapFormat forma
     });
   };
   switch (format) {
-    case MapFormat::kNative: return replaceFile(file, toNativeFormat(snapshot));
-    case MapFormat::kStore: return writeStore(file, snapshot);
+    case MapFormat::kNative: return replaceFile(file, toNativeFormat(snapshot, listener));
+    case MapFormat::kStore: return writeStore(file, snapshot, listener);
     case MapFormat::kOctomapFull:
       return replaceFile(file, toOctomapFile(snapshot, OctreeKind::kFull));
     case MapFormat::kOctomapBinary:

@@ -289,10 +289,15 @@ MapSnapshot readStore(const MapStore& store, const SnapshotLimits& limits, const
   return snapshot;
 }
 
-void writeStore(const std::string& file, const MapSnapshot& snapshot) {
+void writeStore(const std::string& file, const MapSnapshot& snapshot,
+                const ProgressListener& listener) {
   MapStore store(file, StoreAccess::kWrite);
-  store.replaceAll(snapshot, pagesOf(snapshot.bricks),
-                   [&](const Cell& page) { return bricksIn(snapshot.bricks, page); });
+  const std::vector<Cell> pages = pagesOf(snapshot.bricks);
+  std::uint64_t num_done = 0;
+  store.replaceAll(snapshot, pages, [&](const Cell& page) {
+    if (listener) listener(++num_done, pages.size());
+    return bricksIn(snapshot.bricks, page);
+  });
 }
 
 }  // namespace cuboid_mapping

@@ -175,11 +175,11 @@ std::vector<UniformBox> decodeCuboids(ByteReader& reader, const Sizes& sizes) {
 
 bool isNativeFormat(std::string_view bytes) { return bytes.substr(0, kMagic.size()) == kMagic; }
 
-std::string toNativeFormat(const MapSnapshot& snapshot) {
+std::string toNativeFormat(const MapSnapshot& snapshot, const ProgressListener& listener) {
   ByteWriter payload;
   const VoxelBrick* const first = snapshot.bricks.data();
   const std::size_t num_log_odds =
-      encodeBricks(first, first + snapshot.bricks.size(), true, payload);
+      encodeBricks(first, first + snapshot.bricks.size(), true, payload, listener);
   if (!snapshot.locked.empty()) {
     payload.writeVarint(snapshot.locked.size());
     encodeBoxes(snapshot.locked, payload);

@@ -4,6 +4,7 @@
 
 #include "cuboid_mapping/io/map_file_error.h"
 #include "cuboid_mapping/map/map_snapshot.h"
+#include "cuboid_mapping/map/progress_listener.h"
 
 #include <cstdint>
 #include <string>
@@ -18,8 +19,9 @@ constexpr std::uint32_t kNativeFormatVersion = 3;
 [[nodiscard]] bool isNativeFormat(std::string_view bytes);
 
 /// A snapshot as the bytes of a file. Equal maps give equal bytes.
-/// @pre findFault() finds none. A frame_id is cut after 255 bytes. @complexity O(n).
-[[nodiscard]] std::string toNativeFormat(const MapSnapshot& snapshot);
+/// @pre findFault() finds none. A frame_id is cut after 255 bytes. @param listener  Is told of bricks. @complexity O(n).
+[[nodiscard]] std::string toNativeFormat(const MapSnapshot& snapshot,
+                                         const ProgressListener& listener = {});
 
 /// Inverse of toNativeFormat(); reads versions 1 and 2, too.
 ///

@@ -3,6 +3,7 @@
 
 #include "cuboid_mapping/io/byte_stream.h"
 #include "cuboid_mapping/io/map_file_error.h"
+#include "cuboid_mapping/map/progress_counter.h"
 
 #include <algorithm>
 #include <fstream>

@@ -7,6 +7,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <mutex>
 #include <sstream>
 #include <stdexcept>
 #include <utility>
@@ -174,14 +175,20 @@ class Sampler {
 };
 
 /// Fills bricks by many threads.
-Offsets readAll(const Sampler& sampler, int threads, std::vector<VoxelBrick>& targets) {
+Offsets readAll(const Sampler& sampler, int threads, const ProgressListener& listener,
+                std::vector<VoxelBrick>& targets) {
   constexpr std::size_t kPartBricks = 256;
   std::vector<Offsets> offsets((targets.size() + kPartBricks - 1) / kPartBricks);
+  std::mutex mutex;
+  std::uint64_t num_done = 0;
   parallelFor(offsets.size(), threads, [&](std::size_t part) {
     const std::size_t end = std::min(targets.size(), (part + 1) * kPartBricks);
     for (std::size_t i = part * kPartBricks; i < end; ++i) {
       targets[i].voxels = sampler.read(targets[i].brick, offsets[part]);
     }
+    if (!listener) return;
+    const std::lock_guard<std::mutex> lock(mutex);
+    listener(++num_done, offsets.size());
   });
   Offsets all;
   for (const Offsets& part : offsets) all.add(part);
@@ -218,10 +225,11 @@ PackedVoxels mergeBricks(const PackedVoxels& first, const PackedVoxels& second, 
 
 }  // namespace
 
-MapMotion moveMap(const Eigen::Isometry3d& T_target_map, MapSnapshot& map, int threads) {
+MapMotion moveMap(const Eigen::Isometry3d& T_target_map, MapSnapshot& map, int threads,
+                  const ProgressListener& listener) {
   const CellMotion motion = toCellMotion(T_target_map, map.resolution_m);
   std::vector<VoxelBrick> targets = findTargets(map, motion.T_target_map);
-  const Offsets offsets = readAll(Sampler(map.bricks, motion), threads, targets);
+  const Offsets offsets = readAll(Sampler(map.bricks, motion), threads, listener, targets);
   const auto is_empty = [](const VoxelBrick& brick) { return brick.voxels.isEmpty(); };
   targets.erase(std::remove_if(targets.begin(), targets.end(), is_empty), targets.end());
   LockedBoxes locked;

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
-#include "cuboid_mapping/io/map_files.h"
+#include "cuboid_mapping/map/progress_listener.h"
 
 #include <cstdint>
 
