@@ -103,10 +103,12 @@ void followSensorModel(const CuboidMap& map, CuboidMap& fresh) {
 }
 
 void putInPlace(GuardedMap& map, const MapConfig& config, const MapSnapshot& snapshot,
-                StorageAnswer& answer) {
+                const CallProgress& progress, StorageAnswer& answer) {
+  (void)progress.stage("building");
   CuboidMap fresh(config);  // Built while the other one is in use, and freed after it.
   restoreSnapshot(snapshot, fresh);
   answer.num_cuboids = countCuboids(fresh).total();
+  (void)progress.stage("exchanging");
   map.replaceAll([&](CuboidMap& content, const ros::Time& /*stamp*/) {
     followSensorModel(content, fresh);
     return content.exchange(fresh);
@@ -131,7 +133,8 @@ SnapshotLimits makeSnapshotLimits(const NodeParameters& parameters) {
 }
 
 MapSnapshot takeWholeSnapshot(GuardedMap& map, const std::string& frame_id,
-                              const SnapshotLimits& limits, const SnapshotLook& look) {
+                              const SnapshotLimits& limits, const SnapshotLook& look,
+                              const CallProgress& progress) {
   const PageHold hold = map.hold();  // Clouds write nothing to the disk meanwhile.
   MapSnapshot snapshot;
   std::vector<Cell> pages;
@@ -143,6 +146,8 @@ MapSnapshot takeWholeSnapshot(GuardedMap& map, const std::string& frame_id,
         if (window != nullptr) pages = window->storedPages();
         num_replaced = map.numReplaced();
       });
+  const auto told = progress.stage("reading pages");
+  std::uint64_t num_read = 0;
   for (const Cell& page : pages) {
     map.readWithWindow(
         [&](const auto& /*content*/, const auto& /*stamp*/, const MapWindow* window) {
@@ -152,57 +157,60 @@ MapSnapshot takeWholeSnapshot(GuardedMap& map, const std::string& frame_id,
           }
           readWithin([&] { window->addStored(page, limits, snapshot); });
         });
+    if (told) told(++num_read, pages.size());
   }
   if (!pages.empty()) sortBricks(snapshot.bricks);
   return snapshot;
 }
 
 StorageAnswer saveMap(GuardedMap& map, const std::string& frame_id, const std::string& file,
-                      const SnapshotLimits& limits) {
+                      const SnapshotLimits& limits, const CallProgress& progress) {
   return guard([&](StorageAnswer& answer) {
-    std::string progress;
+    std::string state;
     MapSnapshot told;  // The cuboids of a .csv.
     bool is_in_memory = true;
     const auto look = [&](const CuboidMap& content, const auto& /*stamp*/,
                           const MapWindow* window) {
-      progress = map.progress();
+      state = map.progress();
       answer.revision = content.revision();
       is_in_memory = window == nullptr || window->figures().num_on_disk_only == 0;
       if (is_in_memory) answer.num_cuboids = countCuboids(content).total();
       if (cuboid_mapping::formatOfName(file) == MapFormat::kCsv) addCuboids(content, told);
     };
-    MapSnapshot snapshot = takeWholeSnapshot(map, withoutSlash(frame_id), limits, look);
-    snapshot.progress = progress;
+    MapSnapshot snapshot = takeWholeSnapshot(map, withoutSlash(frame_id), limits, look, progress);
+    snapshot.progress = state;
     snapshot.cuboids = std::move(told.cuboids);
     if (!is_in_memory) answer.num_cuboids = countCuboids(snapshot);
-    answer.num_bytes = writeMapFile(followLinks(file), snapshot);
+    answer.num_bytes = writeMapFile(followLinks(file), snapshot, progress.stage("writing"));
   });
 }
 
 StorageAnswer loadMap(GuardedMap& map, const std::string& file, const SnapshotLimits& limits,
-                      const LoadPlacement& placement) {
+                      const LoadPlacement& placement, const CallProgress& progress) {
   return guard([&](StorageAnswer& answer) {
     const MapConfig config = map.read(
         [](const CuboidMap& content, const ros::Time& /*stamp*/) { return content.config(); });
+    (void)progress.stage("reading");
     MapFile read = readFileWithin(file, config.resolution_m, config.sensor_model, limits);
     answer.error = compareResolutions(read.snapshot.resolution_m, map.grid().resolution(), file);
     if (!answer.error.empty()) return;
     if (placement.T_map_file) {
-      answer.notes =
-          describe(cuboid_mapping::moveMap(*placement.T_map_file, read.snapshot, config.threads)) +
-          ". ";
+      answer.notes = describe(cuboid_mapping::moveMap(*placement.T_map_file, read.snapshot,
+                                                      config.threads, progress.stage("moving"))) +
+                     ". ";
     }
     answer.num_bytes = read.num_bytes;
     if (placement.rule) {
+      (void)progress.stage("merging");
       mergeInto(map, read.snapshot, *placement.rule, answer);
     } else {
-      putInPlace(map, config, read.snapshot, answer);
+      putInPlace(map, config, read.snapshot, progress, answer);
     }
   });
 }
 
 StorageAnswer moveWholeMap(GuardedMap& map, const cuboid_mapping::VoxelMotion& motion,
-                           const SnapshotLimits& limits) {
+                           const SnapshotLimits& limits, const CallProgress& progress) {
   return guard([&](StorageAnswer& answer) {
     MapConfig config;
     std::vector<CellBox> locked;
@@ -211,13 +219,15 @@ StorageAnswer moveWholeMap(GuardedMap& map, const cuboid_mapping::VoxelMotion& m
       locked = content.lockedBoxes();
       answer.revision = content.revision();
     };
-    MapSnapshot snapshot = takeWholeSnapshot(map, "", limits, look);
+    MapSnapshot snapshot = takeWholeSnapshot(map, "", limits, look, progress);
     Eigen::Isometry3d T_new_old = motion.transform();
     T_new_old.translation() *= config.resolution_m;
-    moveMap(T_new_old, snapshot, config.threads);
+    moveMap(T_new_old, snapshot, config.threads, progress.stage("moving"));
+    (void)progress.stage("building");
     CuboidMap fresh(config);
     restoreSnapshot(snapshot, fresh);
     answer.num_cuboids = countCuboids(fresh).total();
+    (void)progress.stage("exchanging");
     map.replaceAll([&](CuboidMap& content, const ros::Time& /*stamp*/) {
       if (content.revision() != answer.revision || content.lockedBoxes() != locked) {
         throw std::runtime_error("the map was changed meanwhile, by another call: call again");

@@ -5,6 +5,7 @@
 #include "cuboid_mapping/geometry/voxel_motion.h"
 #include "cuboid_mapping/map/map_merge.h"
 #include "cuboid_mapping/map/map_snapshot.h"
+#include "cuboid_mapping/ros/map/call_progress.h"
 #include "cuboid_mapping/ros/map/guarded_map.h"
 #include "cuboid_mapping/ros/parameters/parameters.h"
 
@@ -50,9 +51,11 @@ struct StorageAnswer {
 /// Saves the map as the last cloud has left it; the ending of the file chooses the format. The map
 /// is held while its bricks are copied only.
 /// @param frame_id  Of the map, for the file. @param limits  With more on disk nothing is saved.
+/// @param progress  A cancelled save leaves the file as it was; of .ot and .bt, until it is written.
 [[nodiscard]] StorageAnswer saveMap(GuardedMap& map, const std::string& frame_id,
                                     const std::string& file,
-                                    const cuboid_mapping::SnapshotLimits& limits = {});
+                                    const cuboid_mapping::SnapshotLimits& limits = {},
+                                    const CallProgress& progress = {});
 
 /// Looks at a map of which a snapshot is taken, while nobody changes it; what it throws is passed on.
 /// @param window  Null: all of the map is in memory.
@@ -63,9 +66,10 @@ using SnapshotLook =
 /// All voxels of a map, in memory and on disk, as they are at the beginning. Others get their turn at the map after each
 /// page that is read from the disk. A part that is brought back, changed and saved meanwhile is as it was saved.
 /// @throws cuboid_mapping::MapFileError  as MapWindow::addStored(). @throws std::runtime_error  when the whole map is replaced meanwhile.
+/// @throws Cancelled
 [[nodiscard]] cuboid_mapping::MapSnapshot takeWholeSnapshot(
     GuardedMap& map, const std::string& frame_id, const cuboid_mapping::SnapshotLimits& limits,
-    const SnapshotLook& look);
+    const SnapshotLook& look, const CallProgress& progress = {});
 
 /// How much reading a file may take: parameter file_memory.
 [[nodiscard]] cuboid_mapping::SnapshotLimits makeSnapshotLimits(const NodeParameters& parameters);
@@ -78,22 +82,24 @@ struct LoadPlacement {
 
 /// Puts a map from a file in the place of everything in the map, or into it; see moveMap() and mergeMaps(). Locks stay.
 /// After any error all is as it was: an unreadable or bad file, another resolution, a bad transform, too much for the
-/// limits, no memory.
+/// limits, no memory, cancelled.
 ///
 /// In the place of everything: the new map is built beside the old one, which is held for the exchange only: clouds
 /// that come in until then are lost with it. Into it: the map is held while the two are put together, and no cloud is
 /// lost.
 [[nodiscard]] StorageAnswer loadMap(GuardedMap& map, const std::string& file,
                                     const cuboid_mapping::SnapshotLimits& limits = {},
-                                    const LoadPlacement& placement = {});
+                                    const LoadPlacement& placement = {},
+                                    const CallProgress& progress = {});
 
 /// Takes a whole map, with its locks and what its window has on disk, to another frame. Cuboids of FusionKind::kGrowth
 /// grow anew. The new map is built beside the old one, which is held for the exchange only.
 ///
 /// Refused, and all is as it was: what is on disk is more than the limits or cannot be read, the map would reach beyond
-/// kAllCells, there is no memory, or the map was changed meanwhile.
+/// kAllCells, there is no memory, the map was changed meanwhile, or cancelled.
 [[nodiscard]] StorageAnswer moveWholeMap(GuardedMap& map, const cuboid_mapping::VoxelMotion& motion,
-                                         const cuboid_mapping::SnapshotLimits& limits = {});
+                                         const cuboid_mapping::SnapshotLimits& limits = {},
+                                         const CallProgress& progress = {});
 
 /// Why a transform that is no VoxelMotion cannot be taken, and what to do.
 [[nodiscard]] std::string describeRefusal(const Eigen::Isometry3d& T_target_map,

@@ -35,9 +35,10 @@ MappingNode::MappingNode(const ros::NodeHandle& nh, const ros::NodeHandle& priva
       receiving_thread_(guard_, "receiving"),
       tf_thread_(guard_, "tf"),
       query_threads_(guard_, "queries", kQueryThreads),
-      edit_threads_(guard_, "edits", 3),
+      edit_threads_(guard_, "edits", 4),
       asking_threads_(guard_, "asking robots",
                       static_cast<std::uint32_t>(parameters.fleet.robots.size()) + 1),
+      action_thread_(guard_, "actions"),
       publish_thread_(guard_, "publishing"),
       nh_(withQueue(nh, node_callbacks_)),
       private_nh_(withQueue(private_nh, node_callbacks_)),
@@ -69,7 +70,7 @@ MappingNode::MappingNode(const ros::NodeHandle& nh, const ros::NodeHandle& priva
   }));
   if (parameters.keep.isOn()) map_.setHistory(makeHistory(parameters, map_));
   advertiseServices();
-  map_files_.emplace(private_nh_, parameters, map_, guard_);
+  map_files_.emplace(withQueue(private_nh_, action_thread_.queue()), parameters, map_, guard_);
   reconfigure_server_.emplace(private_nh_, parameters,
                               [this](const NodeParameters& changed) { reconfigure(changed); });
   if (parameters.keep.isOn()) {
@@ -83,6 +84,7 @@ MappingNode::MappingNode(const ros::NodeHandle& nh, const ros::NodeHandle& priva
   startDiagnostics();  // Which looks at what subscribe() makes.
   query_threads_.start();
   edit_threads_.start();
+  action_thread_.start();
   publish_thread_.start();
   mapping_thread_.start();
 }
@@ -101,13 +103,14 @@ void MappingNode::beginWith(const cuboid_mapping::MapSnapshot& start_map) {
 /// Threads first: nothing goes while a callback may use it.
 MappingNode::~MappingNode() {
   is_stopping_ = true;
+  move_call_.reset();
   sources_.stopListening();
   if (merger_) merger_->stopAsking();
   buffer_.stop();
   mapping_thread_.join();
   corrections_.reset();
   for (GuardedThread* thread : {&receiving_thread_, &tf_thread_, &query_threads_, &edit_threads_,
-                                &asking_threads_, &publish_thread_}) {
+                                &asking_threads_, &action_thread_, &publish_thread_}) {
     thread->stop();
   }
   tf_changes_.disconnect();

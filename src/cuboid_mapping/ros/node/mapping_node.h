@@ -2,6 +2,7 @@
 #pragma once
 
 #include "cuboid_mapping/MoveMap.h"
+#include "cuboid_mapping/MoveMapAction.h"
 #include "cuboid_mapping/ros/clouds/cloud_buffer.h"
 #include "cuboid_mapping/ros/clouds/moving_filter.h"
 #include "cuboid_mapping/ros/clouds/node_sources.h"
@@ -22,6 +23,7 @@
 #include "cuboid_mapping/ros/parameters/reconfigure_server.h"
 #include "cuboid_mapping/ros/publishers/map_publisher.h"
 #include "cuboid_mapping/ros/publishers/marker_publisher.h"
+#include "cuboid_mapping/ros/services/long_call.h"
 #include "cuboid_mapping/ros/services/map_files_service.h"
 #include "cuboid_mapping/ros/services/map_in_frame.h"
 #include "cuboid_mapping/ros/services/pose_corrections.h"
@@ -99,9 +101,10 @@ class MappingNode {
   void reconfigure(const NodeParameters& parameters);
   void onReset();
   void onMoveMap(const cuboid_mapping::MoveMap::Request& request,
-                 cuboid_mapping::MoveMap::Response& response);
+                 cuboid_mapping::MoveMap::Response& response, const CallProgress& progress);
   /// @param jump  Stamp from which on poses are of the new frame; 0: now.
-  [[nodiscard]] StorageAnswer moveMap(const Eigen::Isometry3d& T_new_old, const ros::Time& jump);
+  [[nodiscard]] StorageAnswer moveMap(const Eigen::Isometry3d& T_new_old, const ros::Time& jump,
+                                      const CallProgress& progress);
   void drop(std::size_t source, DropReason reason) noexcept;
   [[nodiscard]] LastCloud describeLastCloud(const CloudLedger::Page& page);
   void reportDiagnostics(diagnostic_updater::DiagnosticStatusWrapper& status);
@@ -114,8 +117,9 @@ class MappingNode {
   GuardedThread tf_thread_;
   GuardedThread query_threads_;
   GuardedThread
-      edit_threads_;  ///< Three, so that ~pause does not wait for a long ~set_box and ~move_map.
+      edit_threads_;  ///< Four, so that ~pause does not wait for a long ~set_box and ~move_map, service and action.
   GuardedThread asking_threads_;  ///< Wait for robots.
+  GuardedThread action_thread_;   ///< Takes goals and cancels, while others work.
   GuardedThread publish_thread_;
   ros::NodeHandle nh_;
   ros::NodeHandle private_nh_;
@@ -160,6 +164,7 @@ class MappingNode {
   std::optional<ReconfigureServer> reconfigure_server_;
   std::optional<MapFilesService> map_files_;
   std::optional<PoseCorrections> corrections_;  ///< With keep_clouds.
+  std::optional<LongCall<cuboid_mapping::MoveMap, cuboid_mapping::MoveMapAction>> move_call_;
   std::optional<TfReceiver> tf_receiver_;
   GuardedLoop mapping_thread_;
 };

@@ -43,11 +43,11 @@ void MappingNode::advertiseServices() {
         onReset();
         return true;
       }));
-  servers_.push_back(nh.advertiseService<MoveMap::Request, MoveMap::Response>(
-      kMoveMapService, [this](MoveMap::Request& request, MoveMap::Response& response) {
-        onMoveMap(request, response);
-        return true;
-      }));
+  move_call_.emplace(withQueue(private_nh_, action_thread_.queue()), kMoveMapService,
+                     edit_threads_.queue(),
+                     [this](const auto& request, auto& response, const CallProgress& progress) {
+                       onMoveMap(request, response, progress);
+                     });
 }
 
 void MappingNode::onReset() {
@@ -70,9 +70,10 @@ void MappingNode::onCorrected() {
 }
 
 /// No cloud is worked on meanwhile: they wait, or are of the frame as it was.
-void MappingNode::onMoveMap(const MoveMap::Request& request, MoveMap::Response& response) {
+void MappingNode::onMoveMap(const MoveMap::Request& request, MoveMap::Response& response,
+                            const CallProgress& progress) {
   const std::lock_guard<FairMutex> lock(work_mutex_);
-  const StorageAnswer answer = moveMap(toIsometry(request.transform), request.stamp);
+  const StorageAnswer answer = moveMap(toIsometry(request.transform), request.stamp, progress);
   response.info = makeInfo(map_, parameters_.frame_id, answer.error);
   response.cuboids = answer.num_cuboids;
   if (answer.error.empty()) {
@@ -82,7 +83,8 @@ void MappingNode::onMoveMap(const MoveMap::Request& request, MoveMap::Response& 
   }
 }
 
-StorageAnswer MappingNode::moveMap(const Eigen::Isometry3d& T_new_old, const ros::Time& jump) {
+StorageAnswer MappingNode::moveMap(const Eigen::Isometry3d& T_new_old, const ros::Time& jump,
+                                   const CallProgress& progress) {
   StorageAnswer answer;
   const double resolution_m = map_.grid().resolution();
   const auto motion = cuboid_mapping::VoxelMotion::of(T_new_old, resolution_m);
@@ -105,7 +107,7 @@ StorageAnswer MappingNode::moveMap(const Eigen::Isometry3d& T_new_old, const ros
   // First what may want for memory.
   Forgetting forgetting = forgetting_.moved(*motion);
   cuboid_mapping::VoidSpace void_space = moving_filter_.voidSpace().moved(*motion);
-  answer = moveWholeMap(map_, *motion, makeSnapshotLimits(parameters_));
+  answer = moveWholeMap(map_, *motion, makeSnapshotLimits(parameters_), progress);
   if (!answer.error.empty()) return answer;
   forgetting_ = std::move(forgetting);
   moving_filter_.setVoidSpace(std::move(void_space));

@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "cuboid_mapping/ros/services/map_files_service.h"
 
-#include "cuboid_mapping/LoadMap.h"
-#include "cuboid_mapping/SaveMap.h"
 #include "cuboid_mapping/io/file_replacement.h"
 #include "cuboid_mapping/io/map_files.h"
 #include "cuboid_mapping/io/text.h"
@@ -20,9 +18,7 @@ namespace cuboid_mapping_ros {
 namespace {
 
 using cuboid_mapping::counted;
-using cuboid_mapping::LoadMap;
 using cuboid_mapping::MergeRule;
-using cuboid_mapping::SaveMap;
 
 std::uint64_t revisionOf(const GuardedMap& map) {
   return map.read([](const cuboid_mapping::CuboidMap& content, const ros::Time& /*stamp*/) {
@@ -54,49 +50,59 @@ MapFilesService::MapFilesService(const ros::NodeHandle& private_nh,
       is_autosave_own_(parameters.is_autosave_read),
       saved_revision_(revisionOf(map)),
       thread_(guard, "files") {
-  ros::NodeHandle nh = withQueue(private_nh, thread_.queue());
-  advertise(nh);
+  advertise(private_nh);
   if (!autosave_file_.empty()) announceAutosave();
   if (!autosave_file_.empty() || parameters.window.keeps()) {
-    autosave_timer_ = nh.createWallTimer(ros::WallDuration(parameters.autosave_period_s),
-                                         [this](const ros::WallTimerEvent&) { autosave(); });
+    autosave_timer_ = withQueue(private_nh, thread_.queue())
+                          .createWallTimer(ros::WallDuration(parameters.autosave_period_s),
+                                           [this](const ros::WallTimerEvent&) { autosave(); });
   }
   thread_.start();
 }
 
 MapFilesService::~MapFilesService() {
+  save_call_.reset();
+  load_call_.reset();
   thread_.stop();
   guard_.run("autosave at the end", [this] { autosave(); });
 }
 
-void MapFilesService::advertise(ros::NodeHandle nh) {
-  save_server_ = nh.advertiseService<SaveMap::Request, SaveMap::Response>(
-      kSaveMapService, [this](SaveMap::Request& request, SaveMap::Response& response) {
-        const StorageAnswer answer = saveMap(map_, frame_id_, request.filename, limits_);
-        logAnswer("saved to", request.filename, answer);
-        response.info = makeInfo(map_, frame_id_, answer.error);
-        if (answer.error.empty()) response.info.revision = answer.revision;
-        if (answer.error.empty() && answer.num_cuboids == 0) {
-          response.info.message =
-              "the map is empty: no cloud has got into it, see the log or /diagnostics";
-          ROS_WARN_STREAM_NAMED(kNodeName, request.filename << ": " << response.info.message);
-        }
-        response.cuboids = answer.num_cuboids;
-        response.bytes = answer.num_bytes;
-        return true;
-      });
-  load_server_ = nh.advertiseService<LoadMap::Request, LoadMap::Response>(
-      kLoadMapService, [this](LoadMap::Request& request, LoadMap::Response& response) {
-        const StorageAnswer answer = load(request);
-        logAnswer("loaded from", request.filename, answer);
-        response.info = makeInfo(map_, frame_id_, answer.error);
-        response.info.message += answer.notes;
-        response.cuboids = answer.num_cuboids;
-        return true;
-      });
+void MapFilesService::advertise(const ros::NodeHandle& nh) {
+  save_call_.emplace(nh, kSaveMapService, thread_.queue(),
+                     [this](const auto& request, auto& response, const CallProgress& progress) {
+                       onSave(request, response, progress);
+                     });
+  load_call_.emplace(nh, kLoadMapService, thread_.queue(),
+                     [this](const auto& request, auto& response, const CallProgress& progress) {
+                       onLoad(request, response, progress);
+                     });
 }
 
-StorageAnswer MapFilesService::load(const LoadMap::Request& request) {
+void MapFilesService::onSave(const SaveMap::Request& request, SaveMap::Response& response,
+                             const CallProgress& progress) {
+  const StorageAnswer answer = saveMap(map_, frame_id_, request.filename, limits_, progress);
+  logAnswer("saved to", request.filename, answer);
+  response.info = makeInfo(map_, frame_id_, answer.error);
+  if (answer.error.empty()) response.info.revision = answer.revision;
+  if (answer.error.empty() && answer.num_cuboids == 0) {
+    response.info.message =
+        "the map is empty: no cloud has got into it, see the log or /diagnostics";
+    ROS_WARN_STREAM_NAMED(kNodeName, request.filename << ": " << response.info.message);
+  }
+  response.cuboids = answer.num_cuboids;
+  response.bytes = answer.num_bytes;
+}
+
+void MapFilesService::onLoad(const LoadMap::Request& request, LoadMap::Response& response,
+                             const CallProgress& progress) {
+  const StorageAnswer answer = load(request, progress);
+  logAnswer("loaded from", request.filename, answer);
+  response.info = makeInfo(map_, frame_id_, answer.error);
+  response.info.message += answer.notes;
+  response.cuboids = answer.num_cuboids;
+}
+
+StorageAnswer MapFilesService::load(const LoadMap::Request& request, const CallProgress& progress) {
   LoadPlacement placement;
   switch (request.rule) {
     case LoadMap::Request::REPLACE: break;
@@ -112,7 +118,7 @@ StorageAnswer MapFilesService::load(const LoadMap::Request& request) {
   if (request.transform != geometry_msgs::Transform()) {
     placement.T_map_file = toIsometry(request.transform);
   }
-  return loadMap(map_, request.filename, limits_, placement);
+  return loadMap(map_, request.filename, limits_, placement, progress);
 }
 
 void MapFilesService::autosave() {

@@ -2,29 +2,33 @@
 #pragma once
 
 #include "cuboid_mapping/LoadMap.h"
+#include "cuboid_mapping/LoadMapAction.h"
+#include "cuboid_mapping/SaveMap.h"
+#include "cuboid_mapping/SaveMapAction.h"
 #include "cuboid_mapping/ros/map/guarded_map.h"
 #include "cuboid_mapping/ros/map/map_storage.h"
 #include "cuboid_mapping/ros/middleware/callback_guard.h"
 #include "cuboid_mapping/ros/parameters/parameters.h"
+#include "cuboid_mapping/ros/services/long_call.h"
 
 #include <ros/node_handle.h>
-#include <ros/service_server.h>
 #include <ros/wall_timer.h>
 
 #include <cstdint>
 #include <mutex>
+#include <optional>
 #include <string>
 
 namespace cuboid_mapping_ros {
 
-/// ~save_map, ~load_map, and the saves to autosave_file and of the window to its store: each period in which the map has
+/// ~save_map, ~load_map, as services and actions, and the saves to autosave_file and of the window to its store: each period in which the map has
 /// changed, and at the end of the node.
 ///
 /// Thread rule: all of it comes one after the other in a thread of its own, so that neither clouds
 /// nor queries wait for a disk.
 class MapFilesService {
  public:
-  /// @param map, guard  Must outlive this object.
+  /// @param private_nh  Its queue takes goals and cancels of actions. @param map, guard  Must outlive this object.
   MapFilesService(const ros::NodeHandle& private_nh, const NodeParameters& parameters,
                   GuardedMap& map, CallbackGuard& guard);
   ~MapFilesService();
@@ -35,8 +39,15 @@ class MapFilesService {
   [[nodiscard]] std::string autosaveError() const;
 
  private:
-  void advertise(ros::NodeHandle nh);
-  StorageAnswer load(const cuboid_mapping::LoadMap::Request& request);
+  using SaveMap = cuboid_mapping::SaveMap;
+  using LoadMap = cuboid_mapping::LoadMap;
+
+  void advertise(const ros::NodeHandle& nh);
+  void onSave(const SaveMap::Request& request, SaveMap::Response& response,
+              const CallProgress& progress);
+  void onLoad(const LoadMap::Request& request, LoadMap::Response& response,
+              const CallProgress& progress);
+  StorageAnswer load(const LoadMap::Request& request, const CallProgress& progress);
   void autosave();
   /// Puts the save before this one beside it, with those before that.
   void keepEarlier();
@@ -57,8 +68,8 @@ class MapFilesService {
   mutable std::mutex error_mutex_;
   std::string autosave_error_;
   GuardedThread thread_;
-  ros::ServiceServer save_server_;
-  ros::ServiceServer load_server_;
+  std::optional<LongCall<SaveMap, cuboid_mapping::SaveMapAction>> save_call_;
+  std::optional<LongCall<LoadMap, cuboid_mapping::LoadMapAction>> load_call_;
   ros::WallTimer autosave_timer_;
 };
 

@@ -1,0 +1,43 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include "cuboid_mapping/map/progress_listener.h"
+
+#include <cstdint>
+#include <functional>
+#include <stdexcept>
+#include <string>
+#include <utility>
+
+namespace cuboid_mapping_ros {
+
+/// The caller of a long call does not want it any more.
+class Cancelled : public std::runtime_error {
+ public:
+  Cancelled() : std::runtime_error("cancelled: everything is as it was") {}
+};
+
+/// Tells the caller of a long call how far it has come, and ends the call when the caller cancels it.
+class CallProgress {
+ public:
+  /// Hears of a stage and the share of it that is done, 0 to 1. @throws Cancelled  to have the call given up.
+  using Listener = std::function<void(const std::string& stage, double share)>;
+
+  /// Of a call that nobody watches or cancels.
+  CallProgress() = default;
+  explicit CallProgress(Listener listener) : listener_(std::move(listener)) {}
+
+  /// Begins a stage. @return Is to be told of its steps; copies the listener. @throws Cancelled, as what it returns.
+  [[nodiscard]] cuboid_mapping::ProgressListener stage(const std::string& name) const {
+    if (!listener_) return {};
+    listener_(name, 0.0);
+    return [listener = listener_, name](std::uint64_t done, std::uint64_t total) {
+      listener(name, static_cast<double>(done) / static_cast<double>(total));
+    };
+  }
+
+ private:
+  Listener listener_;
+};
+
+}  // namespace cuboid_mapping_ros
