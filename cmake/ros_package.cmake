@@ -17,7 +17,7 @@ add_service_files(FILES
   CastRays.srv CheckBoxes.srv CheckPath.srv CheckPoses.srv FindCorridor.srv FindNearest.srv FindNearestFree.srv
   CorrectPoses.srv GetCuboids.srv GetDistances.srv GetFreeGraph.srv GetFrontiers.srv GetMap.srv GetObservations.srv LoadMap.srv MoveMap.srv
   QueryBox.srv SaveMap.srv SetBox.srv)
-add_action_files(FILES LoadMap.action MoveMap.action SaveMap.action)
+add_action_files(FILES CorrectPoses.action LoadMap.action MoveMap.action SaveMap.action)
 generate_messages(DEPENDENCIES actionlib_msgs geometry_msgs nav_msgs std_msgs)
 
 set(exported cuboid_mapping_core cuboid_mapping_no_return cuboid_mapping_client)

@@ -4,12 +4,12 @@
 #include "cuboid_mapping/history/pose_track.h"
 #include "cuboid_mapping/map/cuboid_map.h"
 #include "cuboid_mapping/map/map_snapshot.h"
+#include "cuboid_mapping/map/progress_listener.h"
 #include "cuboid_mapping/scan/brick_update.h"
 #include "cuboid_mapping/scan/scan_filter.h"
 
 #include <cstddef>
 #include <cstdint>
-#include <functional>
 #include <memory>
 #include <vector>
 
@@ -53,9 +53,6 @@ enum class OutsidePoses : unsigned char {
   kFollow,  ///< They move as the body at the first or the last pose does.
   kStay     ///< They stay where they are.
 };
-
-/// Told after each cloud and edit of a correction how many are done, of how many so far. @return false to give up.
-using CorrectionProgress = std::function<bool(std::size_t num_done, std::size_t num_all)>;
 
 /// A corrected map in the making. As long as it lives, its history makes no cloud fixed.
 class MapCorrection {
@@ -120,15 +117,15 @@ class MapHistory {
   [[nodiscard]] double findShift_m(const PoseTrack& poses, double distance_m) const;
 
   /// Makes the map with other poses of the body, by the threads of the config. Clouds and edits may be added meanwhile.
-  /// @param progress  May be empty. @throws std::invalid_argument  when no cloud is kept, or none lies within the new poses.
-  /// @throws std::runtime_error  when the progress gives up.
+  /// @param listener  Hears of clouds and edits. @throws std::invalid_argument  when no cloud is kept, or none lies within the
+  /// new poses. What the listener throws is passed on.
   [[nodiscard]] MapCorrection correct(const PoseTrack& poses,
                                       OutsidePoses outside = OutsidePoses::kFollow,
-                                      const CorrectionProgress& progress = {});
+                                      const ProgressListener& listener = {});
 
   /// Puts observations added since then into a corrected map, so that finish() has less to do.
   /// @throws std::runtime_error  after a restart(), and as correct(). @return Clouds and edits that it has put in.
-  std::size_t catchUp(MapCorrection& correction, const CorrectionProgress& progress = {});
+  std::size_t catchUp(MapCorrection& correction, const ProgressListener& listener = {});
 
   /// As catchUp(), and takes the new poses for those of the clouds: to be called where nothing is added before the caller
   /// has exchanged the maps.

@@ -295,7 +295,7 @@ double MapHistory::findShift_m(const PoseTrack& poses, double distance_m) const 
 }
 
 MapCorrection MapHistory::correct(const PoseTrack& poses, OutsidePoses outside,
-                                  const CorrectionProgress& progress) {
+                                  const ProgressListener& listener) {
   Implementation& own = *implementation_;
   std::unique_ptr<MapCorrection::Implementation> correction;
   {
@@ -318,11 +318,11 @@ MapCorrection MapHistory::correct(const PoseTrack& poses, OutsidePoses outside,
     correction->hold = own.hold;
   }
   MapCorrection made(std::move(correction));
-  catchUp(made, progress);
+  catchUp(made, listener);
   return made;
 }
 
-std::size_t MapHistory::catchUp(MapCorrection& correction, const CorrectionProgress& progress) {
+std::size_t MapHistory::catchUp(MapCorrection& correction, const ProgressListener& listener) {
   MapCorrection::Implementation& made = *correction.implementation_;
   CloudReplay replay(made.map);
   Event event;
@@ -330,9 +330,7 @@ std::size_t MapHistory::catchUp(MapCorrection& correction, const CorrectionProgr
   std::size_t count = 0;
   for (; implementation_->takeNext(made, event, packed); ++count) {
     implementation_->put(made, event, packed, replay);
-    if (progress && !progress(made.poses.size(), implementation_->countEvents())) {
-      throw std::runtime_error("the correction was given up");
-    }
+    if (listener) listener(made.poses.size(), implementation_->countEvents());
   }
   replay.settle();
   return count;

@@ -74,7 +74,8 @@ MappingNode::MappingNode(const ros::NodeHandle& nh, const ros::NodeHandle& priva
   reconfigure_server_.emplace(private_nh_, parameters,
                               [this](const NodeParameters& changed) { reconfigure(changed); });
   if (parameters.keep.isOn()) {
-    corrections_.emplace(nh_, private_nh_, parameters, map_, guard_, [this] { onCorrected(); });
+    corrections_.emplace(nh_, withQueue(private_nh_, action_thread_.queue()), parameters, map_,
+                         guard_, [this] { onCorrected(); });
   }
   if (!parameters.robot_grid.frame_id.empty()) {
     robot_grid_.emplace(withQueue(nh_, publish_thread_.queue()), parameters, map_, tf_buffer_);

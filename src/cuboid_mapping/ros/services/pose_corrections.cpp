@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "cuboid_mapping/ros/services/pose_corrections.h"
 
-#include "cuboid_mapping/CorrectPoses.h"
 #include "cuboid_mapping/ros/clouds/cloud_pipeline.h"
 #include "cuboid_mapping/ros/conversions/pose_messages.h"
 #include "cuboid_mapping/ros/map/map_storage.h"
@@ -45,7 +44,10 @@ PoseCorrections::PoseCorrections(const ros::NodeHandle& nh, const ros::NodeHandl
       tolerance_m_(parameters.keep.tolerance_m),
       done_(std::move(done)),
       thread_(guard, "corrections") {
-  advertise(withQueue(private_nh, thread_.queue()));
+  call_.emplace(private_nh, kCorrectPosesService, thread_.queue(),
+                [this](const auto& request, auto& response, const CallProgress& progress) {
+                  answer(request, response, progress);
+                });
   subscriber_ =
       withQueue(nh, thread_.queue())
           .subscribe<nav_msgs::Path>(kCorrectedPathTopic, 1,
@@ -55,22 +57,19 @@ PoseCorrections::PoseCorrections(const ros::NodeHandle& nh, const ros::NodeHandl
 
 PoseCorrections::~PoseCorrections() {
   is_stopping_ = true;
+  call_.reset();
   thread_.stop();
 }
 
-void PoseCorrections::advertise(ros::NodeHandle nh) {
-  server_ = nh.advertiseService<CorrectPoses::Request, CorrectPoses::Response>(
-      kCorrectPosesService,
-      [this](CorrectPoses::Request& request, CorrectPoses::Response& response) {
-        const CorrectionAnswer answer = correct(
-            request.path, request.outside_stays != 0 ? OutsidePoses::kStay : OutsidePoses::kFollow);
-        response.info = makeInfo(map_, frame_id_, answer.error);
-        response.clouds = static_cast<std::uint32_t>(answer.num_clouds);
-        response.outside = static_cast<std::uint32_t>(answer.num_outside);
-        response.max_shift = answer.max_shift_m;
-        response.seconds = answer.seconds;
-        return true;
-      });
+void PoseCorrections::answer(const CorrectPoses::Request& request, CorrectPoses::Response& response,
+                             const CallProgress& progress) {
+  const auto outside = request.outside_stays != 0 ? OutsidePoses::kStay : OutsidePoses::kFollow;
+  const CorrectionAnswer answer = correct(request.path, outside, progress);
+  response.info = makeInfo(map_, frame_id_, answer.error);
+  response.clouds = static_cast<std::uint32_t>(answer.num_clouds);
+  response.outside = static_cast<std::uint32_t>(answer.num_outside);
+  response.max_shift = answer.max_shift_m;
+  response.seconds = answer.seconds;
 }
 
 void PoseCorrections::onPath(const nav_msgs::Path& path) {
@@ -79,7 +78,7 @@ void PoseCorrections::onPath(const nav_msgs::Path& path) {
     if (map_.history()->whole().findShift_m(readPath(path), kDistance_m) <= tolerance_m_) return;
   } catch (const std::exception&) {  // Which correct() says.
   }
-  correct(path, OutsidePoses::kFollow);
+  correct(path, OutsidePoses::kFollow, {});
 }
 
 PoseTrack PoseCorrections::readPath(const nav_msgs::Path& path) const {
@@ -93,11 +92,12 @@ PoseTrack PoseCorrections::readPath(const nav_msgs::Path& path) const {
   return PoseTrack(toStampedPoses(path));
 }
 
-CorrectionAnswer PoseCorrections::correct(const nav_msgs::Path& path, OutsidePoses outside) {
+CorrectionAnswer PoseCorrections::correct(const nav_msgs::Path& path, OutsidePoses outside,
+                                          const CallProgress& progress) {
   CorrectionAnswer answer;
   const ros::WallTime begin = ros::WallTime::now();
   try {
-    correctMap(readPath(path), outside, answer);
+    correctMap(readPath(path), outside, progress, answer);
   } catch (const std::bad_alloc&) {
     answer.error = "there is not enough memory for a second map";
   } catch (const std::exception& exception) {
@@ -116,14 +116,16 @@ CorrectionAnswer PoseCorrections::correct(const nav_msgs::Path& path, OutsidePos
 }
 
 void PoseCorrections::correctMap(const PoseTrack& poses, OutsidePoses outside,
-                                 CorrectionAnswer& answer) {
+                                 const CallProgress& progress, CorrectionAnswer& answer) {
   constexpr std::size_t kFew = 2;  // Clouds that keep others waiting for the map.
-  const auto goes_on = [this](std::size_t /*done*/, std::size_t /*all*/) {
-    return !is_stopping_.load();
+  const auto told = progress.stage("mapping clouds");
+  const auto listener = [&](std::uint64_t done, std::uint64_t total) {
+    if (is_stopping_) throw Cancelled();
+    if (told) told(done, total);
   };
   auto& history = map_.history()->whole();
-  MapCorrection correction = history.correct(poses, outside, goes_on);
-  while (history.catchUp(correction, goes_on) > kFew) {
+  MapCorrection correction = history.correct(poses, outside, listener);
+  while (history.catchUp(correction, listener) > kFew) {
   }
   map_.exchange(correction);
   answer.num_clouds = correction.numClouds();

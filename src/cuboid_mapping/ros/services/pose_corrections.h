@@ -1,19 +1,22 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include "cuboid_mapping/CorrectPoses.h"
+#include "cuboid_mapping/CorrectPosesAction.h"
 #include "cuboid_mapping/ros/map/guarded_map.h"
 #include "cuboid_mapping/ros/middleware/callback_guard.h"
 #include "cuboid_mapping/ros/parameters/parameters.h"
+#include "cuboid_mapping/ros/services/long_call.h"
 
 #include <nav_msgs/Path.h>
 #include <ros/node_handle.h>
-#include <ros/service_server.h>
 #include <ros/subscriber.h>
 
 #include <atomic>
 #include <cstddef>
 #include <functional>
 #include <memory>
+#include <optional>
 #include <string>
 
 namespace cuboid_mapping_ros {
@@ -31,13 +34,13 @@ struct CorrectionAnswer {
   double seconds = 0.0;
 };
 
-/// ~correct_poses and the topic corrected_path: the map is made anew with corrected poses, and exchanged.
+/// ~correct_poses, as service and action, and the topic corrected_path: the map is made anew with corrected poses, and exchanged.
 ///
 /// Thread rule: one correction after the other, in a thread of its own; clouds, queries and edits go on beside it. Of paths
 /// that come meanwhile the last one counts.
 class PoseCorrections {
  public:
-  /// @param map, guard  Must outlive this object; the map has a history. @param done  Called after each correction.
+  /// @param private_nh  Takes goals and cancels: see LongCall. @param map, guard  Must outlive this object; the map has a history. @param done  Called after each correction.
   PoseCorrections(const ros::NodeHandle& nh, const ros::NodeHandle& private_nh,
                   const NodeParameters& parameters, GuardedMap& map, CallbackGuard& guard,
                   std::function<void()> done);
@@ -47,12 +50,14 @@ class PoseCorrections {
   PoseCorrections& operator=(const PoseCorrections&) = delete;
 
  private:
-  void advertise(ros::NodeHandle nh);
+  void answer(const cuboid_mapping::CorrectPoses::Request& request,
+              cuboid_mapping::CorrectPoses::Response& response, const CallProgress& progress);
   void onPath(const nav_msgs::Path& path);
   /// Checks a path, and corrects. Throws nothing, but logs.
-  CorrectionAnswer correct(const nav_msgs::Path& path, cuboid_mapping::OutsidePoses outside);
+  CorrectionAnswer correct(const nav_msgs::Path& path, cuboid_mapping::OutsidePoses outside,
+                           const CallProgress& progress);
   void correctMap(const cuboid_mapping::PoseTrack& poses, cuboid_mapping::OutsidePoses outside,
-                  CorrectionAnswer& answer);
+                  const CallProgress& progress, CorrectionAnswer& answer);
   [[nodiscard]] cuboid_mapping::PoseTrack readPath(const nav_msgs::Path& path) const;
 
   GuardedMap& map_;
@@ -61,7 +66,7 @@ class PoseCorrections {
   std::function<void()> done_;
   std::atomic<bool> is_stopping_{false};
   GuardedThread thread_;
-  ros::ServiceServer server_;
+  std::optional<LongCall<cuboid_mapping::CorrectPoses, cuboid_mapping::CorrectPosesAction>> call_;
   ros::Subscriber subscriber_;
 };
 
