@@ -113,6 +113,10 @@ TEST_P(NodeFiles, GoOnWithTheMapOfTheRunBefore) {
     ASSERT_EQ(locked.size(), 1U) << "still locked";
     EXPECT_EQ(locked.front().min, (cuboid_mapping::Cell{10, 0, 0}));
   }
+  start({"_autosave_file:=" + file, "_autosave_period:=86400"});
+  setBox(2, true);  // No voxel changes, but there is another locked box.
+  stop();
+  EXPECT_EQ(cuboid_mapping::readMapFile(file).snapshot.locked.size(), 2U);
   EXPECT_EQ(folder_.list().size(), 1U);
 }
 

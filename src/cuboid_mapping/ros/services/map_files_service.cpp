@@ -13,6 +13,7 @@
 #include <exception>
 #include <stdexcept>
 #include <utility>
+#include <vector>
 
 namespace cuboid_mapping_ros {
 namespace {
@@ -20,9 +21,9 @@ namespace {
 using cuboid_mapping::counted;
 using cuboid_mapping::MergeRule;
 
-std::uint64_t revisionOf(const GuardedMap& map) {
+std::pair<std::uint64_t, std::vector<cuboid_mapping::CellBox>> stateOf(const GuardedMap& map) {
   return map.read([](const cuboid_mapping::CuboidMap& content, const ros::Time& /*stamp*/) {
-    return content.revision();
+    return std::pair(content.revision(), content.lockedBoxes());
   });
 }
 
@@ -48,7 +49,7 @@ MapFilesService::MapFilesService(const ros::NodeHandle& private_nh,
       autosave_file_(parameters.autosave_file),
       num_earlier_(parameters.autosave_keep),
       is_autosave_own_(parameters.is_autosave_read),
-      saved_revision_(revisionOf(map)),
+      saved_(stateOf(map)),
       thread_(guard, "files") {
   advertise(private_nh);
   if (!autosave_file_.empty()) announceAutosave();
@@ -123,7 +124,9 @@ StorageAnswer MapFilesService::load(const LoadMap::Request& request, const CallP
 
 void MapFilesService::autosave() {
   map_.save();
-  if (autosave_file_.empty() || revisionOf(map_) == saved_revision_) return;
+  if (autosave_file_.empty()) return;
+  auto state = stateOf(map_);
+  if (state == saved_) return;
   chooseAutosaveFile();
   keepEarlier();
   StorageAnswer answer = saveMap(map_, frame_id_, autosave_file_, limits_);
@@ -132,7 +135,7 @@ void MapFilesService::autosave() {
     is_earlier_kept_ = false;
     try {
       saveLocks(map_, autosave_file_);
-      saved_revision_ = answer.revision;
+      saved_ = std::move(state);
     } catch (const std::exception& exception) {
       answer.error = exception.what();
     }

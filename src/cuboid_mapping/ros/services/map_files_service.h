@@ -18,6 +18,8 @@
 #include <mutex>
 #include <optional>
 #include <string>
+#include <utility>
+#include <vector>
 
 namespace cuboid_mapping_ros {
 
@@ -64,7 +66,8 @@ class MapFilesService {
   int num_earlier_;               ///< Saves that stay beside it.
   bool is_earlier_kept_ = false;  ///< Of what is there now: the last save has failed.
   bool is_autosave_own_;          ///< It was read, or written.
-  std::uint64_t saved_revision_;
+  /// Revision and locked boxes of the map in autosave_file, or older ones.
+  std::pair<std::uint64_t, std::vector<cuboid_mapping::CellBox>> saved_;
   mutable std::mutex error_mutex_;
   std::string autosave_error_;
   GuardedThread thread_;
