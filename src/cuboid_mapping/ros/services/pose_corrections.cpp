@@ -105,7 +105,8 @@ CorrectionAnswer PoseCorrections::correct(const nav_msgs::Path& path, OutsidePos
   }
   answer.seconds = (ros::WallTime::now() - begin).toSec();
   if (!answer.error.empty()) {
-    ROS_ERROR_STREAM_NAMED(kNodeName, "poses not corrected: " << answer.error);
+    constexpr double kPeriod_s = 10.0;  // A topic may send the same again and again.
+    ROS_ERROR_STREAM_THROTTLE_NAMED(kPeriod_s, kNodeName, "poses not corrected: " << answer.error);
     return answer;
   }
   ROS_INFO_STREAM_NAMED(
