@@ -3,6 +3,7 @@
 
 #include "bag_files.h"
 #include "cuboid_mapping/io/text.h"
+#include "cuboid_mapping/map/progress_counter.h"
 #include "cuboid_mapping/ros/conversions/map_messages.h"
 #include "cuboid_mapping/sharing/map_follower.h"
 

@@ -2,8 +2,8 @@
 // The map of a node in a rosbag with its topics cuboid_map and cuboid_map_updates. The header needs no ROS.
 #pragma once
 
-#include "cuboid_mapping/io/progress_listener.h"
 #include "cuboid_mapping/map/map_snapshot.h"
+#include "cuboid_mapping/map/progress_listener.h"
 
 #include <limits>
 #include <string>
