@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "cuboid_mapping/ros/parameters/parameters.h"
 
+#include "ros/keep_cases.h"
 #include "ros/parameter_cases.h"
 #include "ros/window_cases.h"
 
@@ -56,7 +57,7 @@ std::vector<Case> allCases() {
   std::vector<Case> cases = mapCases();
   for (const auto& part :
        {fusionCases(), sourceCases(), selfFilterCases(), sensorModelCases(), fleetCases(),
-        windowCases(), limitCases(), otherCases(), octomapServerCases()}) {
+        windowCases(), keepCases(), limitCases(), otherCases(), octomapServerCases()}) {
     cases.insert(cases.end(), part.begin(), part.end());
   }
   return cases;
@@ -113,7 +114,7 @@ TEST(Parameters, EveryBadValueGivesExactlyItsErrorAndKeepsTheDefault) {
       ++num_checked;
     }
   }
-  EXPECT_EQ(num_checked, 409U);
+  EXPECT_EQ(num_checked, 424U);
 }
 
 TEST(Parameters, AnErrorSaysValueRangeAndWhatToDo) {

@@ -1,0 +1,31 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// The parameters of kept clouds, as parameter_cases.h.
+#pragma once
+
+#include "ros/parameter_cases.h"
+
+namespace cuboid_mapping_ros {
+
+inline std::vector<Case> keepCases() {
+  using P = NodeParameters;
+  return {
+      {"keep_clouds/memory",
+       200,
+       [](const P& p) { return p.keep.memory_mb == 200; },
+       {-1, 1000001, 1.5, "1"}},
+      {"keep_clouds/max_age",
+       60.0,
+       [](const P& p) { return p.keep.max_age_s == 60.0; },
+       {0.0, -1.0, 1.1e9, kNan, "1"}},
+      {"keep_clouds/body_frame",
+       "base",
+       [](const P& p) { return p.keep.body_frame == "base"; },
+       {1, true}},
+      {"keep_clouds/tolerance",
+       0.0,
+       [](const P& p) { return p.keep.tolerance_m == 0.0; },
+       {-1.0, 1001.0, kNan, "1"}},
+  };
+}
+
+}  // namespace cuboid_mapping_ros
