@@ -73,13 +73,13 @@ enum class Patience { kEndless, kCancels };
 class NodeActions : public ::testing::TestWithParam<bool> {
  protected:
   static void SetUpTestSuite() {
-    big_folder_ = std::make_unique<cuboid_mapping::test::TemporaryFolder>();
+    big_folder = std::make_unique<cuboid_mapping::test::TemporaryFolder>();
     writeMapFile(bigFile(1), makeBigMap(1));
     writeMapFile(bigFile(2), makeBigMap(2));
   }
-  static void TearDownTestSuite() { big_folder_.reset(); }
+  static void TearDownTestSuite() { big_folder.reset(); }
   static std::string bigFile(int number) {
-    return *big_folder_ / ("big" + std::to_string(number) + ".cuboids");
+    return *big_folder / ("big" + std::to_string(number) + ".cuboids");
   }
 
   void SetUp() override {
@@ -138,7 +138,7 @@ class NodeActions : public ::testing::TestWithParam<bool> {
     return goal;
   }
 
-  static inline std::unique_ptr<cuboid_mapping::test::TemporaryFolder> big_folder_;
+  static inline std::unique_ptr<cuboid_mapping::test::TemporaryFolder> big_folder;
   std::unique_ptr<cuboid_mapping::test::Program> node_;
   cuboid_mapping::test::TemporaryFolder folder_;
 };
