@@ -6,11 +6,10 @@
 #include "cuboid_mapping/io/scan_dataset.h"
 #include "cuboid_mapping/map/cuboid_map.h"
 #include "cuboid_mapping/scan/scan_update.h"
+#include "timing.h"
 
-#include <algorithm>
-#include <chrono>
 #include <cstdio>
-#include <ctime>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -37,7 +36,7 @@ std::vector<KeptCloud> readClouds(const Options& options) {
     cloud.T_map_body = item.T_map_sensor;
     cloud.scans_body.emplace_back();
     cloud.scans_body.back().points = item.points_sensor;
-    roundScan(cloud.scans_body.back(), options.resolution_m / 16);
+    roundScan(cloud.scans_body.back(), options.resolution_m / kKeptStepsPerVoxel);
     clouds.push_back(std::move(cloud));
   }
   return clouds;
@@ -84,27 +83,16 @@ std::size_t countDifferent(const CuboidMap& a, const CuboidMap& b) {
   return a.voxels().size() + b.voxels().size() - 2 * num_same;
 }
 
-/// Seconds of the wall and of the processor.
+/// Times of the same work, round by round.
 struct Times {
   std::vector<double> wall_s;
   std::vector<double> cpu_s;
 
-  template <typename WorkT>
-  auto add(const WorkT& work) {
-    const auto begin = std::chrono::steady_clock::now();
-    const std::clock_t cpu_begin = std::clock();
-    auto result = work();
-    wall_s.push_back(
-        std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count());
-    cpu_s.push_back(static_cast<double>(std::clock() - cpu_begin) / CLOCKS_PER_SEC);
-    return result;
+  void add(const Timing& timing) {
+    wall_s.push_back(timing.wall_s);
+    cpu_s.push_back(timing.cpu_s);
   }
 };
-
-double medianOf(std::vector<double> values) {
-  std::nth_element(values.begin(), values.begin() + values.size() / 2, values.end());
-  return values[values.size() / 2];
-}
 
 void measure(const Options& options) {
   const std::vector<KeptCloud> clouds = readClouds(options);
@@ -116,15 +104,17 @@ void measure(const Options& options) {
   }
   const PoseTrack track(path);
   for (KeptCloud& cloud : clouds_there) cloud.T_map_body = track.at(cloud.stamp_ns);
-  MapHistory history(makeConfig(options), options.resolution_m / 16, {});
+  MapHistory history(makeConfig(options), options.resolution_m / kKeptStepsPerVoxel, {});
   Times inserting;
   Times correcting;
   std::size_t num_different = 0;
   for (int round = 0; round < options.rounds; ++round) {
-    const CuboidMap there = inserting.add([&] { return insert(clouds_there, options, nullptr); });
+    std::optional<CuboidMap> there;
+    inserting.add(timeOf([&] { there.emplace(insert(clouds_there, options, nullptr)); }));
     insert(clouds, options, &history);
-    MapCorrection correction = correcting.add([&] { return history.correct(track); });
-    num_different += countDifferent(there, correction.map());
+    std::optional<MapCorrection> correction;
+    correcting.add(timeOf([&] { correction.emplace(history.correct(track)); }));
+    num_different += countDifferent(*there, correction->map());
   }
   const HistoryFigures kept = history.figures();
   std::printf(
@@ -133,9 +123,9 @@ void measure(const Options& options) {
       "cloud | bytes a point |\n|---|---|---|---|---|---|---|\n"
       "| %.3f | %.3f | %.2f | %.2f | %zu | %.0f | %.2f |\n",
       options.dataset.c_str(), options.resolution_m, clouds.size(), options.threads, options.rounds,
-      medianOf(inserting.wall_s), medianOf(correcting.wall_s),
-      medianOf(correcting.wall_s) / medianOf(inserting.wall_s),
-      medianOf(correcting.cpu_s) / medianOf(inserting.cpu_s), num_different,
+      median(inserting.wall_s), median(correcting.wall_s),
+      median(correcting.wall_s) / median(inserting.wall_s),
+      median(correcting.cpu_s) / median(inserting.cpu_s), num_different,
       static_cast<double>(kept.num_bytes) / static_cast<double>(kept.num_clouds),
       static_cast<double>(kept.num_bytes) / static_cast<double>(kept.num_points));
 }

@@ -17,6 +17,9 @@ namespace cuboid_mapping {
 
 class SqliteDatabase;
 
+/// Programs round the points of kept clouds to this part of a voxel: less than 2 bytes a point are left.
+constexpr double kKeptStepsPerVoxel = 16.0;
+
 /// Rounds all positions of a scan, but its origin, to multiples of a step, so that packScans() loses nothing. Positions
 /// that are not finite, or more than 2^30 steps away, are left out. @param step_m  > 0.
 void roundScan(Scan& scan, double step_m);

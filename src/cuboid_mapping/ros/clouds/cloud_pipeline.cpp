@@ -153,7 +153,7 @@ std::vector<Scan> CloudPipeline::keep(std::vector<Scan> scans_body,
           "the sensor is more than 500 m away from keep_clouds/body_frame: name the frame of the "
           "robot that carries it");
     }
-    roundScan(scan, grid_.resolution() / kKeptStepsPerVoxel);
+    roundScan(scan, grid_.resolution() / cuboid_mapping::kKeptStepsPerVoxel);
   }
   cuboid_mapping::FilterCounts filtered;
   auto scans = placeScans(T_map_body, kept_scans_, scan_limits_, filtered);

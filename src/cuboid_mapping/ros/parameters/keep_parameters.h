@@ -18,7 +18,4 @@ struct KeepParameters {
   [[nodiscard]] cuboid_mapping::HistoryLimits limits() const;
 };
 
-/// Points of kept clouds are rounded to this part of a voxel.
-constexpr double kKeptStepsPerVoxel = 16.0;
-
 }  // namespace cuboid_mapping_ros

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "cuboid_mapping/ros/services/pose_corrections.h"
 
-#include "cuboid_mapping/ros/clouds/cloud_pipeline.h"
+#include "cuboid_mapping/history/kept_clouds.h"
 #include "cuboid_mapping/ros/conversions/pose_messages.h"
 #include "cuboid_mapping/ros/map/map_storage.h"
 #include "cuboid_mapping/ros/middleware/function_callback.h"
@@ -30,8 +30,8 @@ std::unique_ptr<KeptHistory> makeHistory(const NodeParameters& parameters, Guard
   const auto look = [](const auto& /*map*/, const auto& /*stamp*/, const auto* /*window*/) {};
   CuboidMap whole(config);
   restoreSnapshot(takeWholeSnapshot(map, "", makeSnapshotLimits(parameters), look), whole);
-  auto history = std::make_unique<KeptHistory>(config, config.resolution_m / kKeptStepsPerVoxel,
-                                               parameters.keep.limits());
+  auto history = std::make_unique<KeptHistory>(
+      config, config.resolution_m / cuboid_mapping::kKeptStepsPerVoxel, parameters.keep.limits());
   history->restart(whole);
   return history;
 }
