@@ -14,6 +14,11 @@ using cuboid_mapping::ChangeSet;
 
 }  // namespace
 
+void followSensorModel(const cuboid_mapping::CuboidMap& map, cuboid_mapping::CuboidMap& fresh) {
+  const auto& model = map.config().sensor_model;
+  if (fresh.config().sensor_model != model) fresh.setSensorModel(model);
+}
+
 void GuardedMap::integrate(const ros::Time& stamp, const cuboid_mapping::ScanUpdate& update,
                            const cuboid_mapping::SensorModel& model,
                            const Eigen::Vector3d& window_center_map,
@@ -38,8 +43,7 @@ void GuardedMap::exchange(cuboid_mapping::MapCorrection& correction) {
   const auto changing = waitToChange();
   history_->whole().finish(correction);  // Nobody changes the map, and others read it.
   cuboid_mapping::CuboidMap& corrected = correction.map();
-  const auto& model = map_.config().sensor_model;
-  if (corrected.config().sensor_model != model) corrected.setSensorModel(model);
+  followSensorModel(map_, corrected);
   const WriteLock alone(mutex_);
   ++num_replaced_;
   noteChangesOf([&] {

@@ -31,6 +31,9 @@ class PageHold {
   std::atomic<int>& count_;
 };
 
+/// Gives a map that was built beside another one the sensor model of that one, which may have been reconfigured meanwhile.
+void followSensorModel(const cuboid_mapping::CuboidMap& map, cuboid_mapping::CuboidMap& fresh);
+
 /// A map that one thread fills while others look at it. Thread-safe.
 ///
 /// A writer has the map alone for milliseconds, to commit a cloud or to fuse some bricks. Readers

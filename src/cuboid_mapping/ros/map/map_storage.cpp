@@ -96,12 +96,6 @@ CellBox boundsOf(const MapSnapshot& snapshot) {
   return bounds;
 }
 
-/// A map may be reconfigured while another one is built beside it.
-void followSensorModel(const CuboidMap& map, CuboidMap& fresh) {
-  const SensorModelConfig& model = map.config().sensor_model;
-  if (fresh.config().sensor_model != model) fresh.setSensorModel(model);
-}
-
 void putInPlace(GuardedMap& map, const MapConfig& config, const MapSnapshot& snapshot,
                 const CallProgress& progress, StorageAnswer& answer) {
   (void)progress.stage("building");
