@@ -64,11 +64,7 @@ MappingNode::MappingNode(const ros::NodeHandle& nh, const ros::NodeHandle& priva
                     &is_stopping_},
       buffer_(makeCloudLimits(parameters), bufferCallbacks()),
       mapping_thread_(guard_, "clouds", [this] { return mapNextCloud(); }) {
-  if (start_map) beginWith(*start_map);
-  map_.setWindow(map_.read([&](const cuboid_mapping::CuboidMap& map, const ros::Time& /*stamp*/) {
-    return makeWindow(parameters, map);
-  }));
-  if (parameters.keep.isOn()) map_.setHistory(makeHistory(parameters, map_));
+  beginWith(start_map);
   advertiseServices();
   map_files_.emplace(withQueue(private_nh_, action_thread_.queue()), parameters, map_, guard_);
   reconfigure_server_.emplace(private_nh_, parameters,
@@ -90,7 +86,15 @@ MappingNode::MappingNode(const ros::NodeHandle& nh, const ros::NodeHandle& priva
   mapping_thread_.start();
 }
 
-void MappingNode::beginWith(const cuboid_mapping::MapSnapshot& start_map) {
+void MappingNode::beginWith(const std::optional<cuboid_mapping::MapSnapshot>& start_map) {
+  if (start_map) restore(*start_map);
+  map_.setWindow(map_.read([&](const cuboid_mapping::CuboidMap& map, const ros::Time& /*stamp*/) {
+    return makeWindow(parameters_, map);
+  }));
+  if (parameters_.keep.isOn()) map_.setHistory(makeHistory(parameters_, map_));
+}
+
+void MappingNode::restore(const cuboid_mapping::MapSnapshot& start_map) {
   map_.edit([&](cuboid_mapping::CuboidMap& map, const ros::Time& /*stamp*/) {
     map_.setProgress(start_map.progress);
     auto changes = restoreSnapshot(start_map, map);

@@ -54,7 +54,7 @@ namespace cuboid_mapping_ros {
 /// No exception leaves it: every callback comes from a GuardedQueue.
 ///
 /// Thread rule: a thread receives clouds and puts them into the CloudBuffer, another maps them one after the other. tf is
-/// received in a thread of its own, queries and edits have some, publishing one. Diagnostics and changes of parameters
+/// received in a thread of its own, queries and edits have some, publishing, goals of actions and corrected poses one each. Diagnostics and changes of parameters
 /// come from the queue of the node handles, which must have one thread (a nodelet's getNodeHandle(), or a
 /// node's ros::spin()). They meet in the map, which is guarded, and in work_mutex_.
 class MappingNode {
@@ -88,7 +88,9 @@ class MappingNode {
                                                const ros::Time& stamp);
   /// Makes the map of what other nodes say, in the place of clouds.
   void mergeRobots();
-  void beginWith(const cuboid_mapping::MapSnapshot& start_map);
+  /// Makes the map, its window and its history.
+  void beginWith(const std::optional<cuboid_mapping::MapSnapshot>& start_map);
+  void restore(const cuboid_mapping::MapSnapshot& start_map);
   void advertiseServices();
   /// After poses were corrected.
   void onCorrected();
