@@ -2,14 +2,18 @@
 // A running node whose robot drives along x.
 #pragma once
 
+#include "cuboid_mapping/SaveMap.h"
+#include "cuboid_mapping/io/map_files.h"
 #include "ros/node_command.h"
 #include "ros/node_probe.h"
+#include "support/snapshots.h"
 #include "tools/run_program.h"
 
 #include <tf2_msgs/TFMessage.h>
 
 #include <cmath>
 #include <csignal>
+#include <map>
 #include <memory>
 
 namespace cuboid_mapping_ros::test {
@@ -72,6 +76,16 @@ class DrivenNode : public ::testing::TestWithParam<bool> {
 
   void publishRoom(const ros::Time& stamp) {
     clouds_.publish(makeCloud("base", stamp, makeRoom({1.0, 1.0, 0.5})));
+  }
+
+  /// The log-odds of all voxels, by ~save_map.
+  [[nodiscard]] std::map<cuboid_mapping::Cell, float> saveMap() const {
+    cuboid_mapping::SaveMap save;
+    save.request.filename = folder_ / "saved.cuboids";
+    EXPECT_TRUE(callService(std::string(kName) + "/save_map", save));
+    EXPECT_TRUE(save.response.info.success) << save.response.info.message;
+    return cuboid_mapping::test::voxelsOf(
+        cuboid_mapping::readMapFile(save.request.filename).snapshot.bricks);
   }
 
   /// A number of the next report.

@@ -3,11 +3,8 @@
 #include "cuboid_mapping/CorrectPoses.h"
 #include "cuboid_mapping/CorrectPosesAction.h"
 #include "cuboid_mapping/MoveMap.h"
-#include "cuboid_mapping/SaveMap.h"
 #include "cuboid_mapping/SetBox.h"
-#include "cuboid_mapping/io/map_files.h"
 #include "ros/driven_node.h"
-#include "support/snapshots.h"
 
 #include <actionlib/client/simple_action_client.h>
 #include <nav_msgs/Path.h>
@@ -117,15 +114,6 @@ class NodeCorrections : public DrivenNode {
     ASSERT_TRUE(client.waitForResult(ros::Duration(kDeadline_s)));
     EXPECT_EQ(client.getState(), actionlib::SimpleClientGoalState::SUCCEEDED);
     EXPECT_EQ(client.getResult()->clouds, 1U * kNumClouds);
-  }
-
-  [[nodiscard]] Voxels saveMap() const {
-    cuboid_mapping::SaveMap save;
-    save.request.filename = folder_ / "saved.cuboids";
-    EXPECT_TRUE(callService(std::string(kName) + "/save_map", save));
-    EXPECT_TRUE(save.response.info.success) << save.response.info.message;
-    return cuboid_mapping::test::voxelsOf(
-        cuboid_mapping::readMapFile(save.request.filename).snapshot.bricks);
   }
 
   /// The map of a node that had the right poses from the beginning.

@@ -1,9 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // The localization of a running node jumps: ~move_map takes the map along.
 #include "cuboid_mapping/MoveMap.h"
-#include "cuboid_mapping/SaveMap.h"
 #include "cuboid_mapping/SetBox.h"
-#include "cuboid_mapping/io/map_files.h"
 #include "cuboid_mapping/ros/cuboid_map_client.h"
 #include "ros/driven_node.h"
 #include "support/snapshots.h"
@@ -29,15 +27,6 @@ class NodeJump : public DrivenNode {
     EXPECT_TRUE(ros::service::waitForService(node + "/move_map", ros::Duration(kDeadline_s)));
     EXPECT_TRUE(ros::service::call(node + "/move_map", move));
     return move.response;
-  }
-
-  [[nodiscard]] Voxels saveMap() const {
-    cuboid_mapping::SaveMap save;
-    save.request.filename = folder_ / "saved.cuboids";
-    EXPECT_TRUE(callService(std::string(kName) + "/save_map", save));
-    EXPECT_TRUE(save.response.info.success) << save.response.info.message;
-    return cuboid_mapping::test::voxelsOf(
-        cuboid_mapping::readMapFile(save.request.filename).snapshot.bricks);
   }
 
   static void lockBox(const Eigen::Vector3d& min, const Eigen::Vector3d& max) {

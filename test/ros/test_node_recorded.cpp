@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // `rosbag record` of the map of a node: map_convert reads it, and clients see it when it is played without the node.
-#include "cuboid_mapping/SaveMap.h"
 #include "cuboid_mapping/io/map_files.h"
 #include "cuboid_mapping/ros/cuboid_map_client.h"
 #include "ros/driven_node.h"
@@ -30,12 +29,9 @@ class NodeRecorded : public DrivenNode {
     ros::WallDuration(1.5).sleep();  // Until the last keyframe.
     recorder.send(SIGINT);
     EXPECT_EQ(recorder.finish().status, 0);
-    cuboid_mapping::SaveMap save;
-    save.request.filename = folder_ / "node.cuboids";
-    EXPECT_TRUE(callService(std::string(kName) + "/save_map", save));
-    EXPECT_TRUE(save.response.info.success) << save.response.info.message;
+    Voxels saved = saveMap();
     end(SIGINT);  // Nobody serves get_map any more.
-    return voxelsOf(cuboid_mapping::readMapFile(save.request.filename).snapshot.bricks);
+    return saved;
   }
 
   std::string bag_ = folder_ / "recorded.bag";
