@@ -187,6 +187,7 @@ add_library(cuboid_mapping_ros
   cuboid_mapping/ros/clouds/source.cpp
   cuboid_mapping/ros/clouds/source_report.cpp
   cuboid_mapping/ros/clouds/source_subscriber.cpp
+  cuboid_mapping/ros/clouds/topic_types.cpp
   cuboid_mapping/ros/conversions/cloud_checks.cpp
   cuboid_mapping/ros/conversions/cloud_conversions.cpp
   cuboid_mapping/ros/conversions/compressed_depth.cpp

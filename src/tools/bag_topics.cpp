@@ -3,6 +3,7 @@
 
 #include "cuboid_mapping/io/text.h"
 #include "cuboid_mapping/ros/clouds/source_subscriber.h"
+#include "cuboid_mapping/ros/clouds/topic_types.h"
 #include "cuboid_mapping/ros/conversions/compressed_depth.h"
 #include "cuboid_mapping/ros/middleware/tf_lookup.h"
 
@@ -13,7 +14,6 @@
 #include <sensor_msgs/PointCloud2.h>
 
 #include <algorithm>
-#include <array>
 #include <set>
 #include <stdexcept>
 #include <utility>
@@ -23,36 +23,6 @@ namespace {
 
 using cuboid_mapping::counted;
 using cuboid_mapping::join;
-
-constexpr char kClouds[] = "sensor_msgs/PointCloud2";
-constexpr char kScans[] = "sensor_msgs/LaserScan";
-constexpr char kImages[] = "sensor_msgs/Image";
-constexpr char kCompressed[] = "sensor_msgs/CompressedImage";
-
-/// Of the messages of a source on a topic.
-const char* datatypeOf(SourceType type, const std::string& topic = "") {
-  switch (type) {
-    case SourceType::kPointCloud: return kClouds;
-    case SourceType::kLaserScan: return kScans;
-    case SourceType::kDepthImage: break;
-  }
-  return isCompressed(topic) ? kCompressed : kImages;
-}
-
-/// Advice for topics of sensors that are not mapped.
-std::string adviseOn(const std::string& datatype) {
-  constexpr std::array<std::pair<const char*, const char*>, 6> kAdvice{
-      {{"sensor_msgs/PointCloud", "convert it with point_cloud_converter"},
-       {"sensor_msgs/MultiEchoLaserScan", "take one echo of it with laser_proc"},
-       {"velodyne_msgs/VelodyneScan", "make clouds of its packets with velodyne_pointcloud"},
-       {"ouster_ros/PacketMsg", "make clouds of its packets with ouster_ros"},
-       {"livox_ros_driver/CustomMsg", "have the driver send PointCloud2 (xfer_format 0)"},
-       {"livox_ros_driver2/CustomMsg", "have the driver send PointCloud2 (xfer_format 0)"}}};
-  for (const auto& [name, advice] : kAdvice) {
-    if (datatype == name) return advice;
-  }
-  return "";
-}
 
 std::string describeTopic(const std::string& name, const BagTopic& topic) {
   return name + " (" + topic.datatype + ", " + counted(topic.num_messages, "message") +
@@ -187,7 +157,7 @@ std::vector<std::string> findTopics(const BagTopics& topics, const NodeParameter
     }
   }
   const std::string what =
-      is_type_set ? std::string("no ") + datatypeOf(parameters.source.type) + " (type " +
+      is_type_set ? std::string("no ") + datatypeOf(parameters.source.type, "") + " (type " +
                         toString(parameters.source.type) + ')'
                   : "no clouds (sensor_msgs/PointCloud2), planar scans (sensor_msgs/LaserScan) or "
                     "depth images with camera_info";
@@ -244,11 +214,9 @@ ChosenSources checkSources(const BagTopics& topics, const NodeParameters& parame
     const BagTopic* topic = topics.find(name);
     if (topic == nullptr) {
       missing.push_back(name);
-    } else if (const std::string wanted = datatypeOf(source.type, name);
-               topic->datatype != wanted) {
-      std::string& error = errors.emplace_back(name);
-      error.append(" of source ").append(nameOf(source)).append(" is ");
-      error.append(topic->datatype).append(", not ").append(wanted);
+    } else if (const std::string wrong = describeWrongType(source, name, topic->datatype);
+               !wrong.empty()) {
+      errors.push_back("source " + nameOf(source) + ": " + wrong);
     } else {
       chosen.notes.push_back("takes " + describeTopic(name, *topic));
     }

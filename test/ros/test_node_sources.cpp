@@ -220,7 +220,7 @@ TEST_F(NodeSourcesTest, BagToMapSaysWhichSourcesABagDoesNotHave) {
   const auto wrong = runProgram({BAG_TO_MAP_PROGRAM, bag, "-o", map, "--set",
                                  "sources=[{name: a, topic: /scan}, {name: b, topic: /none}]"});
   EXPECT_NE(wrong.status, 0);
-  EXPECT_NE(wrong.err.find("/scan of source a is sensor_msgs/LaserScan, not "
+  EXPECT_NE(wrong.err.find("source a: /scan has messages of sensor_msgs/LaserScan, not of "
                            "sensor_msgs/PointCloud2"),
             std::string::npos)
       << wrong.err;

@@ -4,6 +4,8 @@
 #include "ros/octomap_probe.h"
 
 #include <dynamic_reconfigure/Reconfigure.h>
+#include <sensor_msgs/LaserScan.h>
+#include <sensor_msgs/PointCloud.h>
 #include <visualization_msgs/MarkerArray.h>
 
 #include <cmath>
@@ -61,6 +63,26 @@ TEST_F(TroubleshootingTest, NoCloudHasEverCome) {
   EXPECT_EQ(diagnostics.status().message.find("no cloud on /far/cloud_in yet, nobody publishes it"),
             0U)
       << diagnostics.status().message;
+}
+
+TEST_F(TroubleshootingTest, ATopicOfAnotherType) {
+  listenTo(kFarNode);
+  DiagnosticsProbe diagnostics(kFarNode);
+  const auto expect_error = [&](const std::string& text) {
+    EXPECT_TRUE(waitFor([&] {
+      return diagnostics.status().level ==
+                 static_cast<int>(diagnostic_msgs::DiagnosticStatus::ERROR) &&
+             diagnostics.status().message.find(text) != std::string::npos;
+    })) << diagnostics.status().message;
+    EXPECT_TRUE(log_.waitForLine(text, kFarNode));
+  };
+  auto publisher = nh_.advertise<sensor_msgs::LaserScan>("/far/cloud_in", 1);
+  expect_error(
+      "/far/cloud_in has messages of sensor_msgs/LaserScan, not of sensor_msgs/PointCloud2 "
+      "(type point_cloud): set type to laser_scan");
+  publisher = {};
+  auto old_clouds = nh_.advertise<sensor_msgs::PointCloud>("/far/cloud_in", 1);
+  expect_error("convert it with point_cloud_converter");
 }
 
 TEST_F(TroubleshootingTest, CloudsWithoutATransform) {

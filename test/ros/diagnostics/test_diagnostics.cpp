@@ -55,6 +55,9 @@ TEST(Diagnostics, WarnsWhileNoCloudHasCome) {
   EXPECT_EQ(summarize(report, {}).message.find("nobody publishes"), std::string::npos);
   report.num_publishers = 0;
   expectWarning(summarize(report, {}), {"no cloud on /points yet", "nobody publishes it"});
+  report.wrong_types = "/points is a scan";
+  EXPECT_EQ(summarize(report, {}).level, ReportLevel::kError);
+  EXPECT_EQ(summarize(report, {}).message, "no cloud yet: /points is a scan");
 }
 
 TEST(Diagnostics, WarnsOfCloudsDroppedSinceTheLastReport) {

@@ -76,12 +76,13 @@ TEST(SpeedAdvice, TwoSensorsOnOneTopicHaveTheRateOfBoth) {
 }
 
 TEST(SpeedAdvice, SuggestsParametersForASensorThatReachesFar) {
-  EXPECT_EQ(makeWatch(0.05, 0.01, 10.0, 78.0).suggestion(),
+  EXPECT_EQ(makeWatch(0.05, 0.02, 10.0, 78.0).suggestion(),
             "the clouds reach 78 m; a good start for such a sensor: resolution 0.2 (now 0.05) and "
             "sensor_model/max_range 50 (now without limit)");
-  EXPECT_FALSE(makeWatch(0.05, 0.01, 10.0, 78.0, SpeedWatch::kFirstClouds - 1).suggestion());
-  EXPECT_FALSE(makeWatch(0.05, 0.01, 10.0, 12.0).suggestion()) << "indoors";
-  EXPECT_FALSE(makeWatch(0.2, 0.01, 10.0, 40.0).suggestion()) << "is what it would suggest";
+  EXPECT_FALSE(makeWatch(0.05, 0.02, 10.0, 78.0, SpeedWatch::kFirstClouds - 1).suggestion());
+  EXPECT_FALSE(makeWatch(0.05, 0.005, 10.0, 78.0).suggestion()) << "is cheap as it is";
+  EXPECT_FALSE(makeWatch(0.05, 0.02, 10.0, 12.0).suggestion()) << "indoors";
+  EXPECT_FALSE(makeWatch(0.2, 0.02, 10.0, 40.0).suggestion()) << "is what it would suggest";
 }
 
 }  // namespace

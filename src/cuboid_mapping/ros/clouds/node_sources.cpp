@@ -1,9 +1,15 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "cuboid_mapping/ros/clouds/node_sources.h"
 
+#include "cuboid_mapping/io/text.h"
+#include "cuboid_mapping/ros/clouds/topic_types.h"
+
+#include <ros/console.h>
 #include <ros/time.h>
 
+#include <algorithm>
 #include <chrono>
+#include <iterator>
 
 namespace cuboid_mapping_ros {
 
@@ -11,7 +17,8 @@ NodeSources::NodeSources(const NodeParameters& parameters, const CloudLedger& le
     : has_list_(!parameters.sources.empty()),
       ledger_(ledger),
       sources_(makeSources(parameters)),
-      reported_(sources_.size()) {}
+      reported_(sources_.size()),
+      wrong_types_(sources_.size()) {}
 
 void NodeSources::listen(const ros::NodeHandle& nh, const SourceSubscriber::Callbacks& callbacks) {
   for (std::size_t i = 0; i < sources_.size(); ++i) {
@@ -24,6 +31,25 @@ std::size_t NodeSources::numPublishers() const {
   std::size_t count = 0;
   for (const auto& subscriber : subscribers_) count += subscriber->numPublishers();
   return count;
+}
+
+std::string NodeSources::findWrongTypes() {
+  const std::vector<CloudLedger::Source> noted = ledger_.page().sources;
+  for (std::size_t i = 0; i < subscribers_.size(); ++i) {
+    const SourceSubscriber& subscriber = *subscribers_[i];
+    std::string wrong;
+    if (noted.at(i).statistics.num_received == 0 && subscriber.numPublishers() == 0) {
+      const std::string datatype = publishedType(subscriber.topic());
+      if (!datatype.empty())
+        wrong = describeWrongType(at(i).parameters, subscriber.topic(), datatype);
+    }
+    if (!wrong.empty() && wrong != wrong_types_[i]) ROS_ERROR_STREAM(wrong);
+    wrong_types_[i] = wrong;
+  }
+  std::vector<std::string> found;
+  std::copy_if(wrong_types_.begin(), wrong_types_.end(), std::back_inserter(found),
+               [](const std::string& text) { return !text.empty(); });
+  return cuboid_mapping::join(found, "; ");
 }
 
 void NodeSources::addDiagnostics(diagnostic_updater::Updater& diagnostics) {
@@ -45,6 +71,7 @@ void NodeSources::report(std::size_t source, diagnostic_updater::DiagnosticStatu
   report.topic = subscribers_[source]->topic();
   report.type = toString(at(source).parameters.type);
   report.num_publishers = subscribers_[source]->numPublishers();
+  report.wrong_type = wrong_types_[source];
   report.silence_s = silence.count();
   report.is_simulated_time = ros::Time::isSimTime();
   fillStatus(report, reported_[source], status);

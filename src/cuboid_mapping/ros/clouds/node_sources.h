@@ -39,6 +39,10 @@ class NodeSources {
   /// Of all topics.
   [[nodiscard]] std::size_t numPublishers() const;
 
+  /// What is wrong with topics that are published with another type than their source's, joined; see describeWrongType().
+  /// Each text is logged when it is new. Asks the master, for sources that have received nothing and have no publisher.
+  [[nodiscard]] std::string findWrongTypes();
+
   /// Adds a status for each source; none where there is no list.
   void addDiagnostics(diagnostic_updater::Updater& diagnostics);
 
@@ -50,6 +54,7 @@ class NodeSources {
   std::vector<std::unique_ptr<Source>> sources_;
   std::vector<SourceStatistics> reported_;
   std::vector<std::unique_ptr<SourceSubscriber>> subscribers_;
+  std::vector<std::string> wrong_types_;  ///< Of each source, as found last.
   std::string topics_;
 };
 

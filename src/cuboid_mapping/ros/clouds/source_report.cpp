@@ -13,6 +13,7 @@ ReportSummary summarize(const SourceReport& report, const SourceStatistics& last
   if (num_dropped > 0) {
     return {ReportLevel::kWarning, counted(num_dropped, "message") + " dropped: " + now.last_drop};
   }
+  if (!report.wrong_type.empty()) return {ReportLevel::kError, report.wrong_type};
   const bool has_ended = report.is_simulated_time && report.num_publishers == 0;
   if (report.silence_s > kMaxSilence_s && !has_ended) {
     return {ReportLevel::kWarning,

@@ -194,6 +194,8 @@ ReportSummary summarize(const NodeReport& report, const NodeStatistics& last_rep
     return {ReportLevel::kError, "the map could not be saved: " + report.autosave_error};
   }
   if (now.num_received == 0) {
+    if (!report.wrong_types.empty())
+      return {ReportLevel::kError, "no cloud yet: " + report.wrong_types};
     return {ReportLevel::kWarning,
             "no cloud on " + report.cloud_topic + " yet" +
                 (report.num_publishers == 0 ? ", nobody publishes it" : "") +

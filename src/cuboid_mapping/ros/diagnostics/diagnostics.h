@@ -82,6 +82,7 @@ struct NodeReport {
   std::optional<cuboid_mapping::HistoryFigures> kept;   ///< With keep_clouds.
   std::string kept_error;                               ///< See KeptHistory::error().
   std::size_t num_publishers = 0;                       ///< Of the cloud topics.
+  std::string wrong_types;  ///< See describeWrongType(); only where nothing has come yet.
   /// Clouds that went into the map after a later one of another source.
   std::uint64_t num_out_of_order = 0;
   std::string why_waiting;         ///< Of the oldest cloud that waits for tf; empty: none does.
@@ -117,7 +118,7 @@ struct ReportSummary {
 
 /// The first of these that applies:
 ///   - the map could not be saved to autosave_file: error;
-///   - no cloud has ever come: warning;
+///   - no cloud has ever come: warning, or error where a topic is published with another type;
 ///   - clouds were dropped since the last report: warning that names the most frequent reason, or
 ///     error when none was inserted for kMaxStarved_s;
 ///   - clouds wait for tf, as at the last report, and none was inserted since: likewise;

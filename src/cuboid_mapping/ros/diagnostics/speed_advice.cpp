@@ -91,24 +91,30 @@ std::optional<double> SpeedWatch::rateHz(std::size_t source) const {
   return static_cast<double>(count) / sum_s;
 }
 
-std::optional<std::string> SpeedWatch::advice() const {
-  double rate_hz = 0.0;
-  double load = 0.0;
+SpeedWatch::Load SpeedWatch::load() const {
+  Load load;
   for (std::size_t i = 0; i < sources_.size(); ++i) {
     const std::deque<double>& durations_s = sources_[i].durations_s;
     const auto rate = rateHz(i);
     if (!rate || durations_s.empty()) continue;
-    rate_hz += *rate;
-    load += *rate * std::accumulate(durations_s.begin(), durations_s.end(), 0.0) /
-            static_cast<double>(durations_s.size());
+    load.rate_hz += *rate;
+    load.share += *rate * std::accumulate(durations_s.begin(), durations_s.end(), 0.0) /
+                  static_cast<double>(durations_s.size());
   }
-  if (load <= 1.0) return std::nullopt;
-  return durationText(load / rate_hz) + " per cloud at " + toText(rate_hz) + " Hz: try " +
-         remedy(load, resolution_m_, std::min(max_range_m_, reach_m_));
+  return load;
+}
+
+std::optional<std::string> SpeedWatch::advice() const {
+  const Load now = load();
+  if (now.share <= 1.0) return std::nullopt;
+  return durationText(now.share / now.rate_hz) + " per cloud at " + toText(now.rate_hz) +
+         " Hz: try " + remedy(now.share, resolution_m_, std::min(max_range_m_, reach_m_));
 }
 
 std::optional<std::string> SpeedWatch::suggestion() const {
-  if (num_inserted_ < kFirstClouds || reach_m_ <= kIndoorReach_m) return std::nullopt;
+  if (num_inserted_ < kFirstClouds || reach_m_ <= kIndoorReach_m || load().share < kSmallLoad) {
+    return std::nullopt;
+  }
   std::string text;
   if (resolution_m_ < 0.5 * kOutdoorResolution_m) {
     text = "resolution " + toText(kOutdoorResolution_m) + " (now " + toText(resolution_m_) + ")";

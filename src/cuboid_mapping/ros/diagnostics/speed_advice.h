@@ -34,12 +34,21 @@ class SpeedWatch {
   [[nodiscard]] std::optional<std::string> advice() const;
 
   /// Parameters that suit a sensor which reaches so far, where those in use are meant for rooms.
-  /// Nothing before kFirstClouds clouds are in the map, or when there is nothing to suggest.
+  /// Nothing before kFirstClouds clouds are in the map, while clouds take less than kSmallLoad of the time between them
+  /// (as planar scans do), or when there is nothing to suggest.
   [[nodiscard]] std::optional<std::string> suggestion() const;
 
   static constexpr std::size_t kFirstClouds = 5;
+  static constexpr double kSmallLoad = 0.1;
 
  private:
+  /// Of all sources together.
+  struct Load {
+    double rate_hz = 0.0;
+    double share = 0.0;  ///< Of the time that clouds take in the time between them.
+  };
+  [[nodiscard]] Load load() const;
+
   double resolution_m_;
   double max_range_m_;
   struct Source {

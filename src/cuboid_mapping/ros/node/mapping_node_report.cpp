@@ -44,6 +44,7 @@ void MappingNode::reportDiagnostics(diagnostic_updater::DiagnosticStatusWrapper&
   report.is_simulated_time = ros::Time::isSimTime();
   report.is_paused = is_paused_;
   report.num_publishers = merger_ ? merger_->numPublishers() : sources_.numPublishers();
+  if (!merger_) report.wrong_types = sources_.findWrongTypes();
   report.silence_s = seconds_since(page.last_received);
   if (report.is_simulated_time && report.num_publishers > 0) {
     report.silence_s = ros::Time::now().toSec() - page.last_arrival.toSec();  // a bag may be paused

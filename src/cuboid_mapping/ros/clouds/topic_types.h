@@ -1,0 +1,31 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// ROS's types of the topics of sensors.
+#pragma once
+
+#include "cuboid_mapping/ros/parameters/source_parameters.h"
+
+#include <string>
+
+namespace cuboid_mapping_ros {
+
+constexpr char kClouds[] = "sensor_msgs/PointCloud2";
+constexpr char kScans[] = "sensor_msgs/LaserScan";
+constexpr char kImages[] = "sensor_msgs/Image";
+constexpr char kCompressed[] = "sensor_msgs/CompressedImage";
+
+/// Of the messages of a source on a topic, as "sensor_msgs/LaserScan".
+[[nodiscard]] const char* datatypeOf(SourceType type, const std::string& topic);
+
+/// How to map a topic of a sensor whose messages cannot be mapped as they are; empty for all other types.
+[[nodiscard]] std::string adviseOn(const std::string& datatype);
+
+/// What is wrong with a topic of this type for a source, and what to do; empty: nothing is.
+[[nodiscard]] std::string describeWrongType(const SourceParameters& source,
+                                            const std::string& topic, const std::string& datatype);
+
+/// The type under which a topic is published; empty: nobody publishes it, or the master does not answer.
+///
+/// Asks the master once, without waiting for it. @param topic  As it is after remapping.
+[[nodiscard]] std::string publishedType(const std::string& topic);
+
+}  // namespace cuboid_mapping_ros
