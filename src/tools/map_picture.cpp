@@ -101,6 +101,41 @@ struct PixelRay {
   Eigen::Vector3d direction;
 };
 
+/// The highest occupied voxel below a pixel, as a ray straight down meets it; nothing: there is none.
+/// @param edge_m  Of the pixel.
+std::optional<RayQueryResult> seeBelow(const CuboidMap& map, const Eigen::Vector3d& center,
+                                       double edge_m, double range_m) {
+  const Eigen::Vector3d half(0.5 * edge_m, 0.5 * edge_m, 0.0);
+  const auto column =
+      map.grid().toCellBox({center - half - Eigen::Vector3d(0.0, 0.0, range_m), center + half});
+  if (!column) return std::nullopt;
+  std::optional<Cell> highest;
+  visitBox(map, *column, CuboidFilter::kOccupied, [&](const Cuboid& cuboid) {
+    const Cell top = intersect(cuboid.box, *column).max - Cell{1, 1, 1};
+    if (!highest || top.z > highest->z) highest = top;
+    return Visit::kContinue;
+  });
+  if (!highest) return std::nullopt;
+  const MetricBox box = map.grid().toMetricBox(CellBox::ofCell(*highest));
+  RayQueryResult seen;
+  seen.end = RayEnd::kOccupied;
+  seen.voxel = highest;
+  seen.point_map = 0.5 * (box.min_m + box.max_m);
+  seen.point_map.z() = box.max_m.z();
+  return seen;
+}
+
+/// What is seen in a pixel.
+std::optional<RayQueryResult> see(const CuboidMap& map, const Camera& camera, const PixelRay& ray,
+                                  double pixel_m) {
+  auto seen = castRay(map, ray.origin, ray.direction, camera.range_m, UnknownPolicy::kPass);
+  const bool is_large = pixel_m > map.grid().resolution();
+  if (is_large && seen && seen->end != RayEnd::kOccupied) {
+    if (const auto below = seeBelow(map, ray.origin, pixel_m, camera.range_m)) seen = below;
+  }
+  return seen;
+}
+
 /// Rays through the centres of pixels.
 class Lens {
  public:
@@ -172,14 +207,13 @@ Picture renderMap(const CuboidMap& map, const Camera& camera, const PictureStyle
   Picture picture{size.width, size.height,
                   std::vector<std::uint8_t>(3 * size.width * size.height, 255)};
   const Lens lens(camera, size);
+  const double pixel_m = camera.ortho_height_m / static_cast<double>(size.height);
   std::mutex mutex;
   std::uint64_t num_rows = 0;
   if (listener) listener(0, size.height);
   parallelFor(size.height, threads, [&](std::size_t y) {
     for (std::size_t x = 0; x < size.width; ++x) {
-      const PixelRay ray = lens.rayOf(x, y);
-      const auto seen =
-          castRay(map, ray.origin, ray.direction, camera.range_m, UnknownPolicy::kPass);
+      const auto seen = see(map, camera, lens.rayOf(x, y), pixel_m);
       if (!seen) continue;
       const Rgb color = colorOf(map, *seen, style, camera.range_m);
       std::copy(color.begin(), color.end(), &picture.rgb[3 * (y * size.width + x)]);

@@ -34,7 +34,7 @@ struct Camera {
   Eigen::Vector3d forward = -Eigen::Vector3d::UnitZ();  ///< Not zero.
   Eigen::Vector3d up = Eigen::Vector3d::UnitY();        ///< Not parallel to it.
   double range_m = 100.0;                               ///< Nothing farther away is drawn.
-  /// Height of the picture: parallel rays. 0: perspective, with the angle below.
+  /// Height of the picture: parallel rays straight down. 0: perspective, with the angle below.
   double ortho_height_m = 0.0;
   double vertical_angle_rad = 1.0;
 };
@@ -78,7 +78,7 @@ struct PictureStyle {
 /// From blue at 0 over green to red at 1; values outside count as the nearest one. Each 0 to 1.
 [[nodiscard]] Eigen::Vector3d heightColor(double ratio);
 
-/// One ray for each pixel: the first occupied voxel on it, coloured as asked for and shaded by the face that is seen; light grey where only free space is, white where all is unknown.
+/// One ray for each pixel, of parallel ones with all below the pixel where no wall is on the ray: the first occupied voxel on it, coloured as asked for and shaded by the face that is seen; light grey where only free space is, white where all is unknown.
 /// @pre the map is fused, for colours of cuboids: they are looked up for each pixel.
 /// @complexity O(pixels * voxels and bricks passed).
 /// @param threads  >= 1; the picture does not depend on it. @param listener  Is told of rows.

@@ -2,6 +2,7 @@
 // Work that takes long says how far it has come, and can be given up.
 #include "cuboid_mapping/io/file_replacement.h"
 #include "cuboid_mapping/io/map_files.h"
+#include "cuboid_mapping/map/map_edit.h"
 #include "map_comparison.h"
 #include "map_picture.h"
 #include "support/snapshots.h"
@@ -72,6 +73,25 @@ TEST(Progress, isToldWhileAPictureIsDrawnByAnyNumberOfThreads) {
       EXPECT_EQ(picture.rgb, renderMap(map, camera, {}, size, 1).rgb);
     });
   }
+}
+
+TEST(MapPicture, showsWallsThatAreThinnerThanAPixel) {
+  CuboidMap map(MapConfig{});
+  const double edge_m = map.grid().resolution();
+  const auto box = [edge_m](double y, double end_y, double height) {
+    return MetricBox{Eigen::Vector3d(0.0, y, 0.0) * edge_m,
+                     Eigen::Vector3d(1000.0, end_y, height) * edge_m};
+  };
+  fill(map, box(0.0, 1000.0, 1.0), Occupancy::kFree);
+  fill(map, box(501.0, 502.0, 3.0), Occupancy::kOccupied);
+  const PictureSize size{100, 100};
+  PictureStyle style;
+  style.colors = PictureColors::kClass;
+  const Picture picture = renderMap(map, makeTopCamera(map, size), style, size, 1);
+  std::size_t num_wall = 0;
+  for (std::size_t i = 0; i < picture.rgb.size(); i += 3) num_wall += picture.rgb[i] < 128 ? 1 : 0;
+  EXPECT_GE(num_wall, 94U) << "of 95 pixels of one row";
+  EXPECT_LE(num_wall, 192U);
 }
 
 TEST(Progress, isToldWhileAFileIsWrittenWhichStaysAsItWasWhenGivenUp) {

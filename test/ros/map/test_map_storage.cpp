@@ -42,8 +42,14 @@ TEST(MapStorage, savesWhatTheLastCloudHasLeftAndLoadsIt) {
     GuardedMap other(makeConfig());
     fill(other, random);
     (void)other.takeChanges();
-    const StorageAnswer loaded = loadMap(other, folder / name);
+    const auto load_into = [&](const char* frame_id) {
+      return loadMap(other, folder / name, {}, {std::nullopt, std::nullopt, frame_id});
+    };
+    const StorageAnswer loaded = load_into("/odom");
     EXPECT_EQ(loaded.error, "");
+    EXPECT_EQ(loaded.notes, "");
+    const bool has_frame = name == "map.cuboids";
+    EXPECT_EQ(load_into("map").notes.find("the file has a map in 'odom'") == 0, has_frame) << name;
     EXPECT_EQ(voxelsOf(other), voxelsOf(map)) << name;
     EXPECT_TRUE(other.takeChanges().is_everything);
   }
@@ -89,17 +95,17 @@ TEST(MapStorage, putsAMapIntoAnotherOneByRuleAndTransform) {
     content.lock(zone);
     return cuboid_mapping::ChangeSet{content.revision(), false, {}};
   });
-  const StorageAnswer answer = loadMap(map, folder / "other.cuboids", {}, {rule, T_map_file});
+  const StorageAnswer answer = loadMap(map, folder / "other.cuboids", {}, {rule, T_map_file, ""});
   EXPECT_EQ(answer.error, "");
   EXPECT_EQ(answer.notes, "moved by whole voxels: exact. " + describe(overlap, rule));
   EXPECT_EQ(voxelsOf(map), cuboid_mapping::test::voxelsOf(expected.bricks));
   map.read([&](const CuboidMap& content, const ros::Time&) {
     EXPECT_EQ(content.lockedBoxes(), std::vector<cuboid_mapping::CellBox>{zone});
   });
-  EXPECT_EQ(loadMap(map, folder / "other.cuboids", {}, {std::nullopt, T_map_file}).error, "");
+  EXPECT_EQ(loadMap(map, folder / "other.cuboids", {}, {std::nullopt, T_map_file, ""}).error, "");
   EXPECT_EQ(voxelsOf(map), cuboid_mapping::test::voxelsOf(moved.bricks)) << "in the place of all";
   T_map_file.linear() *= 2.0;
-  EXPECT_NE(loadMap(map, folder / "other.cuboids", {}, {rule, T_map_file}).error, "");
+  EXPECT_NE(loadMap(map, folder / "other.cuboids", {}, {rule, T_map_file, ""}).error, "");
   EXPECT_EQ(voxelsOf(map), cuboid_mapping::test::voxelsOf(moved.bricks));
 }
 

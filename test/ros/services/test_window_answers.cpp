@@ -303,7 +303,8 @@ TEST_F(WindowAnswers, AFileIsPutInTheMapAndInThePlaceOfIt) {
   ask<SetBox>(request);
   goAway();
   // Of two voxels that are known to both, the later one counts: all of the file.
-  EXPECT_EQ(loadMap(map_, file, {}, {cuboid_mapping::MergeRule::kLater, std::nullopt}).error, "");
+  EXPECT_EQ(loadMap(map_, file, {}, {cuboid_mapping::MergeRule::kLater, std::nullopt, ""}).error,
+            "");
   goAway();
   EXPECT_EQ(voxelsOfSaved(map_, folder_ / "merged.cuboids"), clamped);
   request.occupancy = SetBox::Request::FREE;

@@ -192,6 +192,8 @@ StorageAnswer loadMap(GuardedMap& map, const std::string& file, const SnapshotLi
       answer.notes = describe(cuboid_mapping::moveMap(*placement.T_map_file, read.snapshot,
                                                       config.threads, progress.stage("moving"))) +
                      ". ";
+    } else if (!placement.frame_id.empty()) {
+      answer.notes = describeOtherFrame(read.snapshot.frame_id, placement.frame_id);
     }
     answer.num_bytes = read.num_bytes;
     if (placement.rule) {
@@ -231,6 +233,14 @@ StorageAnswer moveWholeMap(GuardedMap& map, const cuboid_mapping::VoxelMotion& m
       return content.exchange(fresh);
     });
   });
+}
+
+std::string describeOtherFrame(const std::string& of_file, const std::string& of_map) {
+  const std::string frame = withoutSlash(of_map);
+  if (of_file.empty() || of_file == frame) return {};
+  return "the file has a map in '" + of_file + "': its coordinates are taken as those of '" +
+         frame + "'. If the frames differ, set frame_id to " + of_file +
+         ", or load it with ~load_map and a transform. ";
 }
 
 std::string describeRefusal(const Eigen::Isometry3d& T_target_map, double resolution_m) {

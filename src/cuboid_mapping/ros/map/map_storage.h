@@ -78,6 +78,8 @@ using SnapshotLook =
 struct LoadPlacement {
   std::optional<cuboid_mapping::MergeRule> rule;  ///< Nothing: in the place of all that is there.
   std::optional<Eigen::Isometry3d> T_map_file;    ///< Nothing: both have one frame.
+  std::string
+      frame_id;  ///< Of the map; without a transform, the answer's notes say that the file has another.
 };
 
 /// Puts a map from a file in the place of everything in the map, or into it; see moveMap() and mergeMaps(). Locks stay.
@@ -100,6 +102,10 @@ struct LoadPlacement {
 [[nodiscard]] StorageAnswer moveWholeMap(GuardedMap& map, const cuboid_mapping::VoxelMotion& motion,
                                          const cuboid_mapping::SnapshotLimits& limits = {},
                                          const CallProgress& progress = {});
+
+/// Says that a map of one frame is taken as one of another, and what to do; empty where the frames agree, or the file has
+/// none.
+[[nodiscard]] std::string describeOtherFrame(const std::string& of_file, const std::string& of_map);
 
 /// Why a transform that is no VoxelMotion cannot be taken, and what to do.
 [[nodiscard]] std::string describeRefusal(const Eigen::Isometry3d& T_target_map,

@@ -81,6 +81,10 @@ void MappingNodelet::start() {
     NODELET_WARN_STREAM("resolution is " << parameters.map.resolution_m
                                          << " m, that of map_file, not " << resolution_m << " m");
   }
+  if (start_map) {
+    const std::string other = describeOtherFrame(start_map->frame_id, parameters.frame_id);
+    if (!other.empty()) NODELET_WARN_STREAM(other);
+  }
   loadRobotParts(parameters, findTextFrom(getPrivateNodeHandle()));
   node_ =
       std::make_unique<MappingNode>(getNodeHandle(), getPrivateNodeHandle(), parameters, start_map);

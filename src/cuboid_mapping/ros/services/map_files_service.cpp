@@ -98,6 +98,8 @@ void MapFilesService::onLoad(const LoadMap::Request& request, LoadMap::Response&
                              const CallProgress& progress) {
   const StorageAnswer answer = load(request, progress);
   logAnswer("loaded from", request.filename, answer);
+  if (!answer.notes.empty())
+    ROS_WARN_STREAM_NAMED(kNodeName, request.filename << ": " << answer.notes);
   response.info = makeInfo(map_, frame_id_, answer.error);
   response.info.message += answer.notes;
   response.cuboids = answer.num_cuboids;
@@ -105,6 +107,7 @@ void MapFilesService::onLoad(const LoadMap::Request& request, LoadMap::Response&
 
 StorageAnswer MapFilesService::load(const LoadMap::Request& request, const CallProgress& progress) {
   LoadPlacement placement;
+  placement.frame_id = frame_id_;
   switch (request.rule) {
     case LoadMap::Request::REPLACE: break;
     case LoadMap::Request::SUM: placement.rule = MergeRule::kSum; break;
