@@ -18,5 +18,9 @@ int main(int argc, char** argv) {
   const Corridor corridor =
       client.read([&](const CuboidMap& map) { return findCorridor(map, task); });
   for (const Eigen::Vector3d& point : corridor.path_map) ROS_INFO_STREAM(point.transpose());
-  return corridor.end == CorridorEnd::kFound ? 0 : 2;
+  const bool is_found = corridor.end == CorridorEnd::kFound;
+  if (!is_found)
+    ROS_WARN_STREAM("no corridor from " << task.start_map.transpose() << " to "
+                                        << task.goal_map.transpose());
+  return is_found ? 0 : 2;
 }
