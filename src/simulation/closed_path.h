@@ -30,7 +30,7 @@ class ClosedPath {
   [[nodiscard]] Place computePlace(double distance_m) const;
 
  private:
-  /// Of constant curvature.
+  /// A piece of constant curvature.
   struct Piece {
     Place start;
     double start_distance_m;

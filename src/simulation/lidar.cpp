@@ -57,7 +57,7 @@ Hit findHit(const std::vector<Target>& targets, const Beam& beam) {
   return hit;
 }
 
-/// Of a spinning lidar.
+/// Beams of a spinning lidar.
 std::vector<Eigen::Vector3d> makeDirections(const LidarConfig& config) {
   const double step =
       (config.max_elevation_rad - config.min_elevation_rad) / std::max(1, config.rings - 1);

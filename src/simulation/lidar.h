@@ -12,11 +12,11 @@ namespace cuboid_mapping {
 struct LidarConfig {
   int rings = 32;     ///< Beams above each other, 1 to 1024.
   int columns = 900;  ///< Beams in one revolution, 1 to 100000: steps of 0.4 degrees.
-  double min_elevation_rad = -0.5236;  ///< Of the lowest ring, from -pi/2 on.
-  double max_elevation_rad = 0.5236;   ///< Of the highest ring, up to pi/2.
-  double max_range_m = 30.0;           ///< What is farther away gives no return; 0.1 to 1000.
+  double min_elevation_rad = -0.5236;  ///< Elevation of the lowest ring, from -pi/2 on.
+  double max_elevation_rad = 0.5236;   ///< Elevation of the highest ring, up to pi/2.
+  double max_range_m = 30.0;           ///< Farther surfaces give no return; 0.1 to 1000.
   double range_noise_m = 0.01;  ///< Standard deviation of ranges, 0 to 1; cut off at 3 times it.
-  std::uint64_t seed = 1;       ///< Of the noise.
+  std::uint64_t seed = 1;       ///< Seed of the noise.
 };
 
 /// Errors of a configuration, a line each: key, value, allowed range. Empty: none.
@@ -48,7 +48,7 @@ class Lidar {
   /// @param directions  Sensor frame, of length 1; rings * columns of them. Elevations are not looked at.
   Lidar(const LidarConfig& config, std::vector<Eigen::Vector3d> directions);
 
-  /// What the lidar sees.
+  /// Points of one turn of the lidar.
   ///
   /// @param solids  All that can be hit.
   /// @param T_map_lidar  Where it stands.
@@ -61,7 +61,7 @@ class Lidar {
 
  private:
   LidarConfig config_;
-  std::vector<Eigen::Vector3d> directions_lidar_;  ///< Of all beams, length 1.
+  std::vector<Eigen::Vector3d> directions_lidar_;  ///< Directions of all beams, length 1.
 };
 
 }  // namespace cuboid_mapping

@@ -36,7 +36,7 @@ struct Cylinder {
   double top_m = 0.0;     ///< z of the upper face.
 };
 
-/// What a simulated world is made of: closed volumes, map frame.
+/// Closed volume of a simulated world, map frame.
 using Shape = std::variant<MetricBox, TurnedBox, Cylinder>;
 
 /// The distance along the beam at which it first meets the shape.

@@ -11,7 +11,7 @@
 
 namespace cuboid_mapping {
 
-/// What a solid stands for.
+/// Kind of a solid.
 enum class SolidKind {
   kGround,
   kWall,

@@ -76,7 +76,7 @@ void checkForFolders(const NodeParameters& parameters, const BagOptions& options
   }
 }
 
-/// Of a map that has no name: that of its input.
+/// Default name of a map: that of its input.
 std::string nameOutput(const std::string& input) {
   std::filesystem::path path(input);
   if (path.filename().empty()) path = path.parent_path();  // of "folder/"
@@ -161,7 +161,7 @@ BagClouds::BagClouds(std::string program, const BagOptions& options)
        " left out, for which there is no camera_info"});
 }
 
-/// Where nobody says so and there is no 'map', the root of the tree that all sensors are in.
+/// Default frame if there is no 'map': the root of the tree that all sensors are in.
 void BagClouds::chooseFrame(const BagTopics& topics) {
   const tf2::BufferCore& tf = transforms_.buffer();
   if (tf._frameExists(withoutSlash(parameters_.frame_id))) return;
@@ -277,7 +277,7 @@ std::optional<CloudPoses> BagClouds::findPoses(const SensorMessage& cloud, const
                        slices, error);
 }
 
-/// Of the first clouds, while there is time to start again.
+/// Suggests settings after the first clouds, while there is time to start again.
 void BagClouds::suggestOnce() {
   if (statistics_.num_inserted != SpeedWatch::kFirstClouds) return;
   if (const auto suggestion = watch_->suggestion()) {

@@ -81,7 +81,7 @@ class BagClouds {
   [[nodiscard]] std::uint64_t numClouds() const {
     return folders_ ? folders_->size() : messages_->size();
   }
-  /// What the clouds of a source are put in with.
+  /// Origin of a cloud: stamp, source and place.
   [[nodiscard]] cuboid_mapping::SensorModel sensorModel(std::size_t source) const;
 
   /// Reads the clouds one after the other. To be called once. @param listener  Is told how many of all
@@ -89,7 +89,7 @@ class BagClouds {
   void walk(const CloudShare& share, const Take& take,
             const cuboid_mapping::ProgressListener& listener);
 
-  /// Of the clouds of the share.
+  /// Statistics of the clouds of the share.
   ///@{
   [[nodiscard]] const NodeStatistics& statistics() const { return statistics_; }
   [[nodiscard]] const LeftOutClouds& leftOut() const { return left_out_; }
@@ -118,7 +118,7 @@ class BagClouds {
   BagTransforms transforms_;
   std::optional<BagPoses> poses_;  ///< Replaces the poses of tf.
   NodeParameters parameters_;
-  std::optional<BagMessages> messages_;  ///< Of bags.
+  std::optional<BagMessages> messages_;  ///< Only with bags.
   std::vector<std::unique_ptr<Source>> sources_;
   std::optional<SpeedWatch> watch_;
   NodeStatistics statistics_;

@@ -60,7 +60,7 @@ class BagFiles {
     bool has_failed = false;  ///< In the last access.
     std::set<std::pair<ros::Time, std::string>>
         failures;       ///< When a message was recorded, and its topic.
-    std::string error;  ///< Of the first.
+    std::string error;  ///< Error of the first.
     ros::Time begin;
     std::vector<rosbag::MessageInstance>
         ends;  ///< The first and the last message; once they were needed.

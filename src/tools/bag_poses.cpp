@@ -25,7 +25,7 @@ using cuboid_mapping::PoseTrack;
 using cuboid_mapping::roundTransform;
 using cuboid_mapping::StampedPose;
 
-/// What is gathered from a topic.
+/// Poses gathered from a topic.
 struct Gathered {
   std::vector<StampedPose> poses;
   std::string map_frame_id;

@@ -35,7 +35,7 @@ class BagMessages {
   struct Message {
     std::size_t source;
     std::size_t instance;
-    std::size_t camera;  ///< Of a depth image: the instance of its camera_info.
+    std::size_t camera;  ///< For a depth image: the instance of its camera_info.
     ros::Time stamp;     ///< 0 where it does not matter.
   };
   using Range = std::pair<std::size_t, std::size_t>;

@@ -150,7 +150,7 @@ std::string makeStore(BagClouds& clouds, const std::string& output) {
     BagMap map(parameters, false);
     putAll(clouds, map);
     num_pages = map.finishStore();
-    // Of a store that is replaced, and whose program was killed.
+    // Files left by a killed program that was replacing a store.
     std::filesystem::remove(output + "-wal");
   });
   return counted(num_pages, "page");

@@ -121,7 +121,7 @@ std::unique_ptr<BagClouds> openClouds(const MpiRanks& ranks, const BagOptions& o
   return clouds;
 }
 
-/// Of rank 0, on stderr.
+/// Rank 0 writes to stderr.
 cuboid_mapping::ProgressListener tellProgress(const MpiRanks& ranks) {
   if (ranks.rank() != 0) return {};
   const auto start = Clock::now();
@@ -214,12 +214,12 @@ double peakMemoryInMb() {
   return 1.024e-3 * static_cast<double>(usage.ru_maxrss);
 }
 
-/// Of all ranks.
+/// Figures of all ranks.
 struct Figures {
   double rounds_s = 0.0;    ///< Until all clouds are in.
-  double exchange_s = 0.0;  ///< Of the rank that has waited and sent for longest.
-  double peak_mb = 0.0;     ///< Of the rank that has taken most.
-  double part = 0.0;        ///< Of the map, of the rank that has most of it.
+  double exchange_s = 0.0;  ///< Longest time that a rank has waited and sent.
+  double peak_mb = 0.0;     ///< Largest peak of a rank.
+  double part = 0.0;        ///< Largest share of the map in a rank.
   CpuTimes cpu;             ///< Sums over ranks.
   double cpu_s = 0.0;       ///< The same of everything, from the start to the end of the rounds.
 };

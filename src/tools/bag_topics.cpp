@@ -29,7 +29,7 @@ std::string describeTopic(const std::string& name, const BagTopic& topic) {
          (topic.frame_id.empty() ? "" : ", frame '" + topic.frame_id + "'") + ')';
 }
 
-/// Of all topics, and what to do about those of sensors.
+/// Lists all topics, with advice for those of sensors.
 std::string describeAll(const BagTopics& topics) {
   std::vector<std::string> texts;
   for (const auto& [name, topic] : topics.all()) {
@@ -204,7 +204,7 @@ std::vector<std::string> makeNotes(const BagTopics& topics, const NodeParameters
   return notes;
 }
 
-/// Of a list of sources. @throws std::runtime_error with all that is of another type.
+/// Checks a list of sources. @throws std::runtime_error naming all topics of another type.
 ChosenSources checkSources(const BagTopics& topics, const NodeParameters& parameters) {
   ChosenSources chosen{parameters, {}};
   std::vector<std::string> errors;

@@ -17,7 +17,7 @@ namespace cuboid_mapping_ros {
 struct BagTopic {
   std::string datatype;
   std::uint64_t num_messages = 0;
-  // Of a topic of sensors, by its first message:
+  // For topics of sensors, from the first message:
   std::optional<SourceType> type;  ///< Nothing for what cannot be mapped.
   std::string frame_id;
 };

@@ -52,7 +52,7 @@ class BagTransforms {
 
   tf2::BufferCore tf_{ros::Duration(1e6)};  // long enough for any bag
   std::vector<StaticTransform> statics_;    ///< In the order of their times.
-  std::size_t num_taken_ = 0;               ///< Of the static ones, by advance().
+  std::size_t num_taken_ = 0;               ///< Number of static ones taken by advance().
   std::vector<std::string> notes_;
 };
 

@@ -56,7 +56,7 @@ bool BrickOwner::add(const ScanUpdate* update, std::size_t source) {
   const Lap cpu(cpuTime_s, cpu_times_.pack_s);
   for (PartWriter& to : round_.to) to.beginCloud(source);
   if (update != nullptr) {
-    std::optional<Cell> group;  // Of bricks that lie behind each other most are of one.
+    std::optional<Cell> group;  // Consecutive bricks are mostly of one group.
     std::size_t owner = 0;
     for (const BrickUpdate& brick : update->bricks) {
       if (group != cuboid_mapping::groupOf(brick.brick)) {

@@ -51,7 +51,7 @@ class BrickOwner {
   [[nodiscard]] std::uint64_t numSentBytes() const { return num_sent_bytes_; }
   /// At ends of rounds: waiting for slower ranks, and sending.
   [[nodiscard]] double exchangeTime_s() const { return exchange_time_s_; }
-  /// Of this process, so far.
+  /// Bytes of this process, so far.
   [[nodiscard]] const CpuTimes& cpuTimes() const { return cpu_times_; }
 
  private:

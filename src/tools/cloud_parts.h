@@ -36,9 +36,9 @@ class PartWriter {
 
   std::string bytes_;
   std::size_t end_ = 0;    ///< End of the written bytes.
-  std::size_t begin_ = 0;  ///< Of the part.
+  std::size_t begin_ = 0;  ///< Start of the part.
   cuboid_mapping::Cell last_;
-  std::uint32_t num_bricks_ = 0;  ///< Of the part.
+  std::uint32_t num_bricks_ = 0;  ///< Bricks of the part.
 };
 
 /// Reads the output of a PartWriter.

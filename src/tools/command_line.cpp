@@ -32,7 +32,7 @@ class PointValue : public po::typed_value<std::vector<double>> {
   [[nodiscard]] unsigned int max_tokens() const override { return 3; }
 };
 
-/// Of a limit or a default; empty for one that stands for none.
+/// Text of a limit or a default; empty for a value that stands for none.
 std::string toText(double number) {
   if (std::abs(number) >= 1e9) return "";
   std::ostringstream out;

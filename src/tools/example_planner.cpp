@@ -216,7 +216,7 @@ class ExamplePlanner {
   ros::NodeHandle nh_;
   ros::NodeHandle private_nh_{"~"};
   Eigen::Vector3d size_m_;  ///< Edges of the robot's box.
-  double height_m_;         ///< Of its centre.
+  double height_m_;         ///< Height of its centre.
   double time_limit_s_;
   UnknownPolicy policy_;
   std::string robot_frame_;

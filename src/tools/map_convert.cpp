@@ -26,7 +26,7 @@ struct Options {
   std::string input;
   std::string output;
   std::string frame_id;
-  double resolution_m = 0.0;  ///< Of a map of points.
+  double resolution_m = 0.0;  ///< Resolution of a map of points.
   SensorModelConfig model;
   std::vector<double> min_m;
   std::vector<double> max_m;

@@ -57,7 +57,7 @@ Eigen::Vector3d rainbow(double ratio) {
   return {share(0.0), share(4.0), share(2.0)};
 }
 
-/// Of the edges of a cuboid to the longest.
+/// Ratio of a cuboid's edges to the longest.
 double sizeRatio(const Cell& edges, const PictureStyle& style) {
   const double sum = edges.x + edges.y + edges.z;
   if (style.joined == nullptr) return sum / style.longest_edges;
@@ -125,7 +125,7 @@ std::optional<RayQueryResult> seeBelow(const CuboidMap& map, const Eigen::Vector
   return seen;
 }
 
-/// What is seen in a pixel.
+/// Surface in a pixel.
 std::optional<RayQueryResult> see(const CuboidMap& map, const Camera& camera, const PixelRay& ray,
                                   double pixel_m) {
   auto seen = castRay(map, ray.origin, ray.direction, camera.range_m, UnknownPolicy::kPass);

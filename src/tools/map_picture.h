@@ -28,7 +28,7 @@ struct Picture {
   }
 };
 
-/// From where a map is seen. Metres, map frame.
+/// Viewpoint of a picture. Metres, map frame.
 struct Camera {
   Eigen::Vector3d eye = Eigen::Vector3d::Zero();
   Eigen::Vector3d forward = -Eigen::Vector3d::UnitZ();  ///< Not zero.
@@ -67,12 +67,12 @@ class JoinedLookup;
 
 /// How a picture looks.
 struct PictureStyle {
-  HeightRange heights;  ///< Where the colours by height begin and end.
+  HeightRange heights;  ///< Heights at which the colours begin and end.
   PictureColors colors = PictureColors::kHeight;
   /// Cuboids joined across bricks; null: as they are in the map. Must outlive the picture's making.
   const JoinedLookup* joined = nullptr;
   int longest_edges =
-      3 * kBrickEdge;  ///< Where the colours by size end: the greatest sum of three edges.
+      3 * kBrickEdge;  ///< Upper end of the colours by size: the greatest sum of three edges.
 };
 
 /// From blue at 0 over green to red at 1; values outside count as the nearest one. Each 0 to 1.

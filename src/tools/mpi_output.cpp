@@ -119,7 +119,7 @@ class PagesOfRank {
   int rank_;
   std::vector<Cell> pages_;
   std::size_t next_ = 0;
-  std::vector<VoxelBrick> bricks_;  ///< Of the last message.
+  std::vector<VoxelBrick> bricks_;  ///< Bricks of the last message.
   std::size_t next_brick_ = 0;
 };
 
@@ -139,7 +139,7 @@ std::size_t writeStore(const MpiRanks& ranks, const MapSnapshot& head, const Vox
   cuboid_mapping::replaceFile(file, [&](const std::string& partial) {
     cuboid_mapping::MapStore(partial, cuboid_mapping::StoreAccess::kWrite)
         .replaceAll(head, all, bricks_of);
-    // Of a store that is replaced, and whose program was killed.
+    // Files left by a killed program that was replacing a store.
     std::filesystem::remove(file + "-wal");
   });
   return all.size();

@@ -14,7 +14,7 @@ namespace {
 /// MPI counts bytes by int.
 constexpr std::size_t kMaxMessage_bytes = std::size_t{1} << 30;
 
-/// Of what receiveNext() takes; all else has 0.
+/// Tag of messages for receiveNext(); all others have 0.
 constexpr int kTagOfNext = 1;
 
 int checkedCount(std::size_t num_bytes) {
@@ -24,7 +24,7 @@ int checkedCount(std::size_t num_bytes) {
   return static_cast<int>(num_bytes);
 }
 
-/// Where each of them begins, one after the other.
+/// Offset of each of them.
 std::vector<int> toOffsets(const std::vector<int>& counts) {
   std::vector<int> offsets(counts.size());
   std::size_t next = 0;

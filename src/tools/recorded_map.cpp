@@ -50,7 +50,7 @@ class RecordedMapFollower {
 
   [[nodiscard]] const cuboid_mapping::CuboidMap* map() const { return follower_.map(); }
   [[nodiscard]] const std::string& frameId() const { return frame_id_; }
-  /// Of the last keyframe.
+  /// Parts of the last keyframe.
   [[nodiscard]] MapDetail detail() const { return detail_; }
   [[nodiscard]] const std::set<std::string>& servers() const { return servers_; }
   /// When the last change of the map was recorded.
@@ -169,7 +169,7 @@ class MapBag {
     throw std::runtime_error(file_ + ": " + text);
   }
 
-  /// Of a time since the start. Rounded up, so that --at takes the message of that time.
+  /// Text of a time since the start. Rounded up, so that --at takes the message of that time.
   [[nodiscard]] std::string seconds(const ros::Time& time) const {
     return cuboid_mapping::toText(std::ceil(1e3 * (time - begin_).toSec()) / 1e3) + " s";
   }

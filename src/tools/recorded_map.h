@@ -13,7 +13,7 @@ namespace cuboid_mapping_ros {
 
 /// Selects a map of a bag.
 struct RecordedMapOptions {
-  std::string topic;   ///< Of FullCuboidMap; empty: the only one of the bag.
+  std::string topic;   ///< Topic of FullCuboidMap; empty: the only one of the bag.
   std::string server;  ///< Namespace of the node's services; empty: the only one on the topic.
   double at_s = std::numeric_limits<double>::infinity();  ///< Since the start of the bag.
 };

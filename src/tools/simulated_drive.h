@@ -17,10 +17,10 @@ namespace cuboid_mapping_ros {
 struct DriveConfig {
   DriveConfig() { lidar.columns = 450; }  // half of the lidar's own default: kind to small machines
 
-  std::uint64_t seed = 1;  ///< Of the world and of the noise.
+  std::uint64_t seed = 1;  ///< Seed of the world and of the noise.
   cuboid_mapping::LidarConfig lidar;
   double cloud_rate_hz = 10.0;  ///< Clouds per second of simulated time, 0.01 to 100.
-  double duration_s = 0.0;      ///< Of simulated time, 0 to 1e6; 0: for ever.
+  double duration_s = 0.0;      ///< Simulated time, 0 to 1e6; 0: for ever.
   std::string robot;            ///< Its frames are NAME/base_link and NAME/lidar; empty: without.
   double head_start_m = 0.0;    ///< So far on its way the robot is at time 0, 0 to 1e6.
 };
@@ -31,7 +31,7 @@ struct DriveConfig {
 /// Number of clouds in the configured duration, at least one; 0 where it goes on for ever.
 [[nodiscard]] std::uint64_t computeNumClouds(const DriveConfig& config);
 
-/// Of the robot.
+/// Pose of the robot.
 constexpr char kBaseFrame[] = "base_link";
 
 /// Organized, float32 fields x, y, z and intensity, NaN without return.

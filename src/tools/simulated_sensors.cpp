@@ -35,7 +35,7 @@ constexpr int kImageHeight = 60;
 constexpr double kFocalLength = 60.0;  // Pixels.
 constexpr double kImageRange_m = 8.0;
 
-/// Of a sensor like the lidar, but for its beams and its noise, which is another one.
+/// A sensor like the lidar, with beams and noise of its own.
 LidarConfig likeLidar(const DriveConfig& drive, int rings, int columns, double max_range_m,
                       std::uint64_t number) {
   LidarConfig config = drive.lidar;

@@ -10,7 +10,7 @@
 
 namespace cuboid_mapping_ros {
 
-/// Where a frame is in another one.
+/// Pose of a frame in another one.
 [[nodiscard]] inline geometry_msgs::TransformStamped toTransformMessage(
     const Eigen::Isometry3d& T_parent_child, const ros::Time& stamp, const std::string& parent,
     const std::string& child) {

@@ -92,7 +92,7 @@ TEST_P(NodeWindow, OctreesOfServicesAreWholeOrRefused) {
   EXPECT_NE(map.response.info.message.find("on disk"), std::string::npos)
       << map.response.info.message;
   EXPECT_TRUE(diagnostics_.waitForNextReport());
-  EXPECT_EQ(diagnostics_.status().values.at("topics show"), "what is in memory");
+  EXPECT_EQ(diagnostics_.status().values.at("topics show"), "the part in memory");
   EXPECT_EQ(diagnostics_.status().number("callbacks failed"), 0);
   end(SIGINT);
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What clouds saw, packed, for maps that are made again with other poses.
+// Packed scans, from which a map can be made again with other poses.
 #pragma once
 
 #include "cuboid_mapping/scan/scan.h"

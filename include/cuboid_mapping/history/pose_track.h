@@ -8,7 +8,7 @@
 
 namespace cuboid_mapping {
 
-/// Where a body was at a time.
+/// Pose of a body at a time.
 struct StampedPose {
   std::int64_t stamp_ns = 0;                                     ///< Since 1970.
   Eigen::Isometry3d T_map_body = Eigen::Isometry3d::Identity();  ///< Translation in metres.

@@ -13,7 +13,7 @@ namespace cuboid_mapping {
 enum class MapFileDefect : unsigned char {
   kInaccessible,  ///< Not there, not readable, not writable, a folder, a full disk.
   kForeign,       ///< Not a file of this format.
-  kNewerVersion,  ///< Of this format, in a version that is not known here.
+  kNewerVersion,  ///< A version of this format that is not known here.
   kTruncated,     ///< Ends too early.
   kCorrupted,     ///< A checksum or a value is wrong, or something follows the end.
   kTooBig,        ///< Claims more than memory could sensibly hold, or than a format can hold.

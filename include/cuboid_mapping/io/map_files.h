@@ -38,7 +38,7 @@ enum class MapFormat : unsigned char {
 struct MapFile {
   MapFormat format = MapFormat::kNative;  ///< As its first bytes tell.
   MapSnapshot snapshot;                   ///< The map.
-  std::size_t num_bytes = 0;              ///< Of the file.
+  std::size_t num_bytes = 0;              ///< Size of the file.
 };
 
 /// Reads a map; its format is told by its first bytes, not by its name.

@@ -47,7 +47,7 @@ struct TreeSize {
   int height = 0;               ///< Levels, that of the leaf nodes included; 0 for an empty map.
   std::size_t leaf_nodes = 0;   ///< Bricks, or with FusionKind::kGrowth nodes of d to M cuboids.
   std::size_t inner_nodes = 0;  ///< Nodes above them.
-  std::size_t num_bytes = 0;    ///< Of nodes; bricks do not count.
+  std::size_t num_bytes = 0;    ///< Size of nodes; bricks do not count.
 };
 
 /// Size of the R-tree of a map. @complexity O(1).

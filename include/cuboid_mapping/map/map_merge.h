@@ -53,7 +53,7 @@ enum class MergeRule : unsigned char {
 /// How two maps overlap, in voxels; exact up to 2^53.
 struct MapOverlap {
   double known_to_both = 0.0;   ///< Whatever their classes.
-  double other_class = 0.0;     ///< Of those known to both: free in one, occupied in the other.
+  double other_class = 0.0;     ///< Voxels free in one map and occupied in the other.
   double only_in_first = 0.0;   ///< Known to it alone.
   double only_in_second = 0.0;  ///< Known to it alone.
 };

@@ -11,7 +11,7 @@ namespace cuboid_mapping {
 
 /// Parameters of a Mapper.
 struct MapperConfig {
-  MapConfig map;  ///< Of the map that the scans go into.
+  MapConfig map;  ///< Configuration of the map that the scans go into.
   /// Longer beams are cut there, and free the space up to it: > 0.
   double max_range_m = std::numeric_limits<double>::infinity();
   /// Before a return, a beam frees unknown voxels only for so long: >= 0, finite. See BeamRanges.

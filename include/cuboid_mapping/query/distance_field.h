@@ -91,7 +91,7 @@ class DistanceField {
       layers_;  ///< Squared distance to the nearest obstacle of the layer; of all layers around.
   Rows<std::int16_t> squares_;  ///< Squared distance to the nearest obstacle.
   Rows<std::uint8_t>
-      changed_rows_;  ///< Of offsets_: 1 for each row that the last change has changed.
+      changed_rows_;  ///< 1 for each row of offsets_ that the last change has changed.
   Rows<std::uint8_t> changed_layers_;  ///< The same of layers_.
 };
 

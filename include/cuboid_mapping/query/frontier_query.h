@@ -32,7 +32,7 @@ struct Frontier {
   /// The place nearest to the centre at which the robot meets neither an obstacle nor unknown space, as
   /// findNearestFit() finds it; nothing when there is none within max_distance_m.
   std::optional<Eigen::Vector3d> place_map;
-  /// Of the unknown voxels whose centres can be seen from the place: within the range, and no occupied voxel
+  /// Volume of the unknown voxels whose centres can be seen from the place: within the range, and no occupied voxel
   /// on the straight line. 0 without a place.
   double unknown_volume_m3 = 0.0;
 };
@@ -45,7 +45,7 @@ struct Frontiers {
       false;  ///< The budget is spent: the last ones lack places and views, or all are missing.
 };
 
-/// Where a robot learns more: the free voxels that share a face with an unknown one, in clusters, each with a
+/// Frontiers: the free voxels that share a face with an unknown one, in clusters, each with a
 /// place to stand and the view from there (B. Yamauchi, 1997).
 ///
 /// @param budget  Bricks that are looked at; entries are frontiers.

@@ -12,7 +12,7 @@
 
 namespace cuboid_mapping {
 
-/// Where a box that moves along a path first meets an obstacle.
+/// First obstacle that a box meets while it moves along a path.
 struct PathContact {
   std::size_t segment = 0;    ///< Number of the waypoint that the segment starts from.
   double distance_m = 0.0;    ///< Along the path up to there: so much of it is free.

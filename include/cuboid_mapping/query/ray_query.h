@@ -21,9 +21,9 @@ enum class RayEnd : unsigned char {
 struct RayQueryResult {
   RayEnd end = RayEnd::kMaxRange;  ///< How the ray ended.
   double distance_m = 0.0;         ///< Distance from the origin to `point_map`.
-  Eigen::Vector3d point_map;       ///< Where it ended, metres.
+  Eigen::Vector3d point_map;       ///< End of the ray, metres.
   double unknown_length_m = 0.0;   ///< Length of unknown space that was passed.
-  /// Where the first unknown space begins that it has met, the end of a kUnknown ray included.
+  /// Distance to the first unknown space on the ray, the end of a kUnknown ray included.
   std::optional<double> first_unknown_m;
   std::optional<Cell> voxel;  ///< The occupied voxel that was hit; findCuboid() has its cuboid.
 };

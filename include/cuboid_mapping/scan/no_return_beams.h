@@ -21,7 +21,7 @@ enum class BeamLayout : unsigned char {
 struct NoReturnBeams {
   /// One of them.
   struct Beam {
-    std::size_t index;          ///< Of the cloud's point.
+    std::size_t index;          ///< Index of the cloud's point.
     Eigen::Vector3f direction;  ///< Unit vector, sensor frame.
   };
 

@@ -16,7 +16,7 @@ namespace cuboid_mapping {
 struct Scan {
   /// Origin of all other positions.
   Eigen::Vector3d anchor_map = Eigen::Vector3d::Zero();
-  Eigen::Vector3f origin = Eigen::Vector3f::Zero();  ///< Where all beams start.
+  Eigen::Vector3f origin = Eigen::Vector3f::Zero();  ///< Start of all beams.
   std::vector<Eigen::Vector3f> points;               ///< End points of beams that were reflected.
   /// End points of beams that were not reflected, as far as they are known to be free: every voxel
   /// up to and including that of the end point is a miss.

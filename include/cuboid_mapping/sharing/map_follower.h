@@ -16,7 +16,7 @@ enum class MapDetail : unsigned char { kClasses, kValues };
 /// A whole map, for other processes; msg/FullCuboidMap.msg documents each field.
 struct MapImage {
   std::uint64_t instance = 0;              ///< Names the server; another one when it is restarted.
-  std::uint64_t revision = 0;              ///< Of the map.
+  std::uint64_t revision = 0;              ///< Revision of the map.
   double resolution_m = 0.0;               ///< Edge of a voxel.
   MapDetail detail = MapDetail::kClasses;  ///< Content of its voxels.
   std::vector<VoxelBrick> bricks;          ///< All bricks with a known voxel.
@@ -26,7 +26,7 @@ struct MapImage {
 struct MapDelta {
   std::uint64_t instance = 0;  ///< As in MapImage.
   std::uint64_t base = 0;      ///< Revision that the changes are counted from.
-  std::uint64_t revision = 0;  ///< Of the map after the changes.
+  std::uint64_t revision = 0;  ///< Revision of the map after the changes.
   bool is_everything = false;  ///< The whole map was replaced; there are no bricks then.
   double resolution_m = 0.0;   ///< Edge of a voxel.
   MapDetail detail = MapDetail::kClasses;  ///< Content of its voxels.
@@ -66,9 +66,9 @@ class MapFollower {
 
   /// The copy; nothing before the first image. Its revision is its own: see revision().
   [[nodiscard]] const CuboidMap* map() const { return map_ ? &*map_ : nullptr; }
-  /// Of the map that is followed; 0 before the first image.
+  /// Revision of the followed map; 0 before the first image.
   [[nodiscard]] std::uint64_t revision() const { return revision_; }
-  /// Of the server of that map, see MapImage; 0 before the first image.
+  /// Server of that map, see MapImage; 0 before the first image.
   [[nodiscard]] std::uint64_t instance() const { return instance_; }
 
  private:

@@ -90,7 +90,7 @@ class VoxelStore {
   /// the memory is given back when it goes.
   class PendingChange {
    public:
-    /// Of no brick.
+    /// Stands for no brick.
     PendingChange();
     /// A change can be made once.
     ///@{

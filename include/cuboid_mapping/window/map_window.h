@@ -182,11 +182,11 @@ class MapWindow {
   std::unique_ptr<MapStore> store_;
   Pages pages_;              ///< In memory.
   PageSet stored_;           ///< Only in the store.
-  PageSet unreadable_;       ///< Of these: could not be read.
+  PageSet unreadable_;       ///< Pages among these that could not be read.
   std::vector<Cell> ahead_;  ///< In the window, to be brought back.
   CellBox window_;
   CellBox outer_;         ///< With the margin.
-  CellBox window_pages_;  ///< Of its least and its last cell.
+  CellBox window_pages_;  ///< Pages of its least and its last cell.
   ScanUpdate admitted_;   ///< The admitted part of an update.
   std::uint64_t step_ = 0;
   std::uint64_t next_write_ = 0;  ///< Step before which nothing is written, after a failure.

@@ -23,7 +23,7 @@ struct CellWrites {
   struct BrickWrite {
     Cell brick;
     BrickMask changed;  ///< Voxels with another value.
-    BrickMask split;    ///< Those of them that were in a cuboid of several voxels.
+    BrickMask split;    ///< Changed voxels that were in a cuboid of several voxels.
     BrickMask fusible;  ///< Stable voxels that do not settle, afterwards.
     bool is_reclassified;
   };
@@ -114,7 +114,7 @@ class GrowthFusion : public CuboidTree {
   BrickTable<FusibleBrick> fusible_;  ///< Stable voxels that do not settle.
   SettlingCells settling_;
   Cells starters_;  ///< Least cells of cuboids that are in T.
-  Cells tried_;     ///< Those of them that could not grow in this pass.
+  Cells tried_;     ///< Cells that could not grow in this pass.
 };
 
 }  // namespace cuboid_mapping

@@ -20,7 +20,7 @@ class VoxelMotion {
   /// In units of voxels, with whole numbers.
   [[nodiscard]] const Eigen::Isometry3d& transform() const { return transform_; }
 
-  /// Where the voxels of a box get to; what would lie outside kAllCells is cut off.
+  /// The box after the motion, cut at kAllCells.
   [[nodiscard]] CellBox operator()(const CellBox& box) const;
 
  private:

@@ -87,7 +87,7 @@ void requireRegular(const struct stat& status, const std::string& action, const 
                      action + ' ' + file + ": it is a device or a pipe, not a file");
 }
 
-/// Where the content goes first. @throws MapFileError when the path cannot be that of a file.
+/// The temporary file beside the path. @throws MapFileError when the path cannot be that of a file.
 std::string partialOf(const std::string& file) {
   if (file.empty()) fail("cannot write", "''", ENOENT);
   struct stat status {};

@@ -35,7 +35,7 @@ struct OctreeHeader {
   std::string id;
   std::optional<std::uint64_t> num_nodes;
   std::optional<double> resolution_m;
-  std::size_t end = 0;  ///< Where the nodes begin.
+  std::size_t end = 0;  ///< Offset of the first node.
 };
 
 /// Takes the next line. @throws kTruncated where no line ends any more.

@@ -13,7 +13,7 @@ namespace {
 /// State of a node.
 struct NodeState {
   enum class Kind : unsigned char { kUnknown, kLeaf, kInner } kind;
-  float log_odds;  ///< Of inner nodes the greatest below them.
+  float log_odds;  ///< An inner node has the greatest below it.
 };
 
 constexpr NodeState kUnknownNode{NodeState::Kind::kUnknown, 0.0F};

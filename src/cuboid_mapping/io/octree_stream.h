@@ -40,7 +40,7 @@ struct OctreeStream {
 struct OctreeLeaf {
   Cell min;        ///< Least cell; each coordinate is a multiple of edge().
   int depth;       ///< Its edge has 2^(kOctreeDepth - depth) voxels.
-  float log_odds;  ///< Of each of its voxels.
+  float log_odds;  ///< The same for all its voxels.
 
   /// Edge in voxels, 1 to 2^16.
   [[nodiscard]] std::int32_t edge() const { return std::int32_t{1} << (kOctreeDepth - depth); }

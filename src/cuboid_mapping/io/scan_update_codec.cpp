@@ -11,15 +11,15 @@
 namespace cuboid_mapping {
 namespace {
 
-/// Of the two formats: without grazes and with them. A message of another one is refused.
+/// Magic numbers of the formats without and with grazes. All others are refused.
 ///@{
 constexpr std::uint32_t kUpdateMagic = 0x31534243;      // "CBS1"
 constexpr std::uint32_t kMagicWithGrazes = 0x32534243;  // "CBS2"
 ///@}
 constexpr int kFast = 1;
-/// Of an item before compression, at most.
+/// Largest size of an item before compression.
 constexpr std::uint64_t kMaxItemBytes = 3 * sizeof(BrickMask) + 9;
-/// Of the counts, and of the place that bricks are numbered from.
+/// Size of the counts and of the cell from which bricks are numbered.
 constexpr std::uint64_t kMaxFixedBytes = 64;
 
 void writeCell(const Cell& cell, ByteWriter& payload) {

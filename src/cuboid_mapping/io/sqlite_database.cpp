@@ -62,7 +62,7 @@ void SqliteDatabase::fail(int code) const {
       break;
     case SQLITE_CORRUPT:
       say(MapFileDefect::kCorrupted, "is damaged (" + reason +
-                                         "): take another copy of the file, or save what is left "
+                                         "): take another copy of the file, or save the rest "
                                          "with `sqlite3 FILE .recover`");
       break;
     default:

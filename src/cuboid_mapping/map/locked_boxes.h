@@ -32,7 +32,7 @@ class LockedBoxes {
  private:
   void replace(const CellBox& box, bool is_added);
 
-  RTree tree_;  ///< Of the boxes, as occupied cuboids.
+  RTree tree_;  ///< Holds the boxes as occupied cuboids.
 };
 
 }  // namespace cuboid_mapping

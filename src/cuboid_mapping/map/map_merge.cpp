@@ -125,7 +125,7 @@ class Sampler {
         {std::min(first.x, last.x), std::min(first.y, last.y), std::min(first.z, last.z)},
         {std::max(first.x, last.x) + 1, std::max(first.y, last.y) + 1,
          std::max(first.z, last.z) + 1}};
-    // What a step along an axis of the source adds to voxelIndex().
+    // Change of voxelIndex() by a step along an axis of the source.
     const Eigen::Vector3i steps =
         (to_source_.linear() * Eigen::Vector3d(1.0, 8.0, 64.0)).array().round().cast<int>();
     BrickMask known;

@@ -25,7 +25,7 @@ struct Mapper::Implementation {
 
   CuboidMap map;
   ScanUpdater updater;
-  ScanUpdate update;          ///< Of the scan that is put into the map.
+  ScanUpdate update;          ///< Update of the scan that goes into the map.
   bool is_map_given = false;  ///< Somebody may read it whenever no call is under way.
   BackgroundWork applying;    ///< Last: it ends before what it works with goes.
 };

@@ -73,11 +73,11 @@ struct SphericalModel {
   Layout layout;
   BeamLayout name;
   double azimuth_step_rad = 0.0;       ///< From column to column.
-  std::vector<double> azimuths_rad;    ///< Of column 0, by row.
+  std::vector<double> azimuths_rad;    ///< Azimuths of column 0, by row.
   std::vector<double> elevations_rad;  ///< By row; NaN where unknown.
   double residual_rad = 0.0;
 
-  /// Of the beam of a point; nothing where the elevation of its row is unknown.
+  /// Direction of a point's beam; nothing if the elevation of its row is unknown.
   [[nodiscard]] std::optional<Eigen::Vector3f> direction(std::size_t index) const;
 };
 

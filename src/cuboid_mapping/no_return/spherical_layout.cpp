@@ -98,7 +98,7 @@ bool fitAzimuths(const BeamGrid& grid, SphericalModel& model) {
 /// Results of fitElevations() besides the mean elevations.
 struct RowStatistics {
   std::vector<std::size_t> known;  ///< Rows with returns.
-  double squared_sum = 0.0;        ///< Of all returns against the mean of their row.
+  double squared_sum = 0.0;  ///< Squared deviations of all returns from the mean of their row.
 };
 
 /// Sets the mean elevation of each row with returns.
@@ -142,7 +142,7 @@ void fillElevations(const std::vector<std::size_t>& known, std::vector<double>& 
   const double step = line.slope();
   const double first = static_cast<double>(known.front());
   const double last = static_cast<double>(known.back());
-  std::size_t next = 0;  // Of known: the first that is not before the row.
+  std::size_t next = 0;  // Index of the first known row at or after this one.
   for (std::size_t row = 0; row < elevations.size(); ++row) {
     const double x = static_cast<double>(row);
     if (x < first) {

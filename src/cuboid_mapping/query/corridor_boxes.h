@@ -33,7 +33,7 @@ class CorridorBoxes {
 /// The overlap of successive boxes of a corridor.
 struct CorridorPortals {
   std::vector<Eigen::Vector3d> centers_map;  ///< Metres.
-  std::vector<MetricBox> ranges_map;         ///< Of the robot's centre while it is in both boxes.
+  std::vector<MetricBox> ranges_map;  ///< Range of the robot's centre while it is in both boxes.
 };
 
 /// @param size  Of the robot, in voxels.

@@ -117,7 +117,7 @@ std::optional<Ends> findEnds(const Grid& grid, const CorridorTask& task) {
   auto start = grid.toCellBox(boxAround(task.start_map, task.size_m));
   auto goal = grid.toCellBox(boxAround(task.goal_map, task.size_m));
   if (!start || !goal) return std::nullopt;
-  for (int axis = 0; axis < 3; ++axis) {  // Where rounding has made them thinner.
+  for (int axis = 0; axis < 3; ++axis) {  // Rounding may have made the box thinner.
     start->max[axis] = std::max(start->max[axis], start->min[axis] + (*size)[axis]);
     goal->max[axis] = std::max(goal->max[axis], goal->min[axis] + (*size)[axis]);
   }

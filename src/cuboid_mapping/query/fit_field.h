@@ -8,7 +8,7 @@
 
 namespace cuboid_mapping {
 
-/// Where a box of whole voxels fits between the obstacles: the map, eroded by the box.
+/// Places at which a box of whole voxels fits between the obstacles: the free space, eroded by the box.
 ///
 /// A place of the box is named by its least cell. Bricks of places are computed when they are asked
 /// for, and kept: what changes in the map afterwards is not seen. Not thread-safe.

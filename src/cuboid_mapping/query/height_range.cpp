@@ -13,7 +13,7 @@ namespace {
 /// Occupied voxels by height, where there are any.
 using Layers = std::vector<std::pair<std::int32_t, double>>;
 
-/// Of every step-th brick.
+/// Samples every step-th brick.
 Layers countLayers(const CuboidMap& map, std::size_t step) {
   std::map<std::int32_t, std::array<double, kBrickEdge>> counts;  // By the height of a brick.
   map.voxels().forEach([&](const VoxelBrick& brick) {

@@ -18,7 +18,7 @@ constexpr double kPieceLength = 16.0;
 struct Sweep {
   Eigen::Vector3d from;
   Eigen::Vector3d to;
-  Eigen::Vector3d half;  ///< Of the edges of the box.
+  Eigen::Vector3d half;  ///< Half the edges of the box.
 
   [[nodiscard]] Eigen::Vector3d at(double t) const { return from + t * (to - from); }
 

@@ -36,7 +36,7 @@ CellBox cellsAround(const Eigen::Vector3d& center, const Eigen::Vector3d& reach)
 /// A cube of the grid, a voxel or a brick.
 struct Cube {
   Eigen::Vector3d center;
-  double half;  ///< Of an edge.
+  double half;  ///< Half of an edge.
 
   static Cube of(const Cell& least, double edge) {
     return {toVector(least).array() + 0.5 * edge, 0.5 * edge};
@@ -98,8 +98,8 @@ class TurnedBox {
   /// On which the two may not overlap.
   struct Axis {
     Eigen::Vector3d normal;
-    double reach;          ///< Of the box, from its centre.
-    double reach_of_cube;  ///< Of a cube whose edges are 2 long.
+    double reach;          ///< Distance from the box's centre to a corner.
+    double reach_of_cube;  ///< The same, of a cube whose edges are 2 long.
   };
 
   Eigen::Vector3d center_;

@@ -39,7 +39,7 @@ class VoxelWalk {
     findExitAxis();
   }
 
-  /// Where the ray leaves the brick of the voxel.
+  /// Length at which the ray leaves the brick of the voxel.
   [[nodiscard]] double leaveBrick() const {
     double leave = kNever;
     for (int axis = 0; axis < 3; ++axis) leave = std::min(leave, exitOf(axis, lastInBrick(axis)));
@@ -65,7 +65,7 @@ class VoxelWalk {
   }
 
  private:
-  /// Where the ray leaves the slab of a voxel along an axis.
+  /// Length at which the ray leaves the slab of a voxel along an axis.
   [[nodiscard]] double exitOf(int axis, std::int32_t cell) const {
     if (step_[axis] == 0) return kNever;
     return (cell + (step_[axis] > 0 ? 1 : 0) - origin_[axis]) * inverse_[axis];
@@ -140,7 +140,7 @@ class UnknownMeter {
 
   [[nodiscard]] bool isStopped() const { return is_stopped_; }
   [[nodiscard]] double length() const { return length_; }
-  /// Where the first stretch begins.
+  /// Start of the first stretch.
   [[nodiscard]] const std::optional<double>& first() const { return first_; }
 
  private:

@@ -26,7 +26,7 @@ void BlockPool::addBlock() {
   const std::uint32_t number = absent_.back();
   absent_.pop_back();
   blocks_[number] = {std::move(bytes), 0, kBlockItems, kNone};
-  open_.insert(open_.begin(), number);  // Those in use are filled first.
+  open_.insert(open_.begin(), number);  // Blocks in use are filled first.
 }
 
 void BlockPool::trim() noexcept {

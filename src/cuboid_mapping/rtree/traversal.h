@@ -89,7 +89,7 @@ void visitNearest(const InnerTree& tree, const Eigen::Vector3d& point, double ma
   struct Item {
     double distance;
     Cuboid cuboid;    ///< While level is -1.
-    NodeIndex index;  ///< Of a node otherwise.
+    NodeIndex index;  ///< Index of a node otherwise.
     int level;
     bool operator<(const Item& other) const { return distance > other.distance; }
   };

@@ -17,8 +17,8 @@ struct RayBatch {
   explicit RayBatch(const Ray& ray);
 
   int count = 0;
-  std::uint32_t taken = 0;  ///< Those that are set up, as RayOrigin::computeRay() does it.
-  std::uint32_t cut = 0;    ///< Those of them that end at the max range.
+  std::uint32_t taken = 0;  ///< Beams that are set up, as by RayOrigin::computeRay().
+  std::uint32_t cut = 0;    ///< Beams among them that end at the max range.
   /// As in Ray, by axis and number. Those that are not taken say nothing.
   ///@{
   alignas(32) double t_max[3][kSize];

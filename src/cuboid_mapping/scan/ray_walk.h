@@ -34,7 +34,7 @@ struct Ray {
   double length_m;    ///< Length of the beam.
 };
 
-/// Where all beams of a scan start, prepared for computing many rays.
+/// Common start of all beams of a scan, prepared for computing many rays.
 class RayOrigin {
  public:
   /// @param anchor_map  Added to `origin` and to the ends of the rays, see Scan.

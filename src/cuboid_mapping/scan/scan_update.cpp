@@ -329,7 +329,7 @@ void ScanUpdater::collectBricks() {
     order.insert(order.end(), share.order.begin(), share.order.end());
     std::inplace_merge(order.begin(), order.begin() + middle, order.end(), isBefore);
   }
-  std::vector<std::size_t> firsts;  // Of each brick, in `order`.
+  std::vector<std::size_t> firsts;  // First entry of each brick in `order`.
   for (std::size_t i = 0; i < order.size(); ++i) {
     if (i == 0 || order[i].morton != order[i - 1].morton) firsts.push_back(i);
   }
@@ -343,7 +343,7 @@ void ScanUpdater::collectBricks() {
       update_.bricks[i] = unite(order.data() + firsts[i], order.data() + firsts[i + 1]);
     }
   });
-  dropEmpty(update_);  // Where a beam went along a face, or past an edge.
+  dropEmpty(update_);  // A beam along a face or past an edge leaves empty bricks.
 }
 
 BrickUpdate ScanUpdater::unite(const PlacedMarks* first, const PlacedMarks* last) const {

@@ -42,7 +42,7 @@ class ScanUpdater {
   /// @complexity O(voxels passed), and O(b log b) for b touched bricks.
   const ScanUpdate& compute(const Scan& scan) { return compute(&scan, 1); }
 
-  /// Of scans from several places, as one observation: what a sensor has seen that moved meanwhile.
+  /// One observation of scans from several places, as of a sensor that moves while it measures.
   /// @param first  The first of `count` scans, whose sensor lies within 200 km of all others at 0.05 m (2^22
   ///               voxels); what does not counts as too far.
   const ScanUpdate& compute(const Scan* first, std::size_t count);
@@ -63,7 +63,7 @@ class ScanUpdater {
   struct Share {
     BeamMarks marks;
     BeamMarks grazes;                ///< Without hits; empty without an end margin.
-    std::vector<PlacedMarks> order;  ///< Of all its bricks.
+    std::vector<PlacedMarks> order;  ///< Order of all its bricks.
     std::size_t num_points = 0;
     std::size_t num_out_of_range = 0;
     std::size_t num_too_far = 0;

@@ -17,7 +17,7 @@ using namespace avx2;
 
 /// Four beams on one axis.
 struct AxisOfBeams {
-  Doubles t_first;  ///< Where they cross the first border, as lengths of Ray.
+  Doubles t_first;  ///< Lengths at which they cross the first border, as in Ray.
   Doubles t_last;   ///< The last border, if there is one.
   Doubles t_delta;
   Doubles num_borders;

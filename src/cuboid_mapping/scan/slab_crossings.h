@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// In which of eight slabs of a brick a beam crosses borders across its longest axis.
+// Crossings of borders across a beam's longest axis, for eight slabs of a brick at once.
 #pragma once
 
 #include "cuboid_mapping/scan/beam_marks.h"
@@ -52,16 +52,16 @@ inline Lanes multiplyHigh(const Lanes& a, const Lanes& b) {
 /// the beam goes down the axis, so that it always goes up.
 struct CrossedAxis {
   int axis = 0;
-  double t_first = 0.0;  ///< Where the beam crosses the first border, as lengths of Ray.
+  double t_first = 0.0;  ///< Length at which the beam crosses the first border, as in Ray.
   double t_delta = 0.0;  ///< From one border to the next.
   std::int64_t phase = 1LL << (kPhaseBits - 1);  ///< At the far end of the brick's first slab.
   std::int64_t slope = 0;                        ///< Change of the phase per slab.
   int num_borders = 0;                           ///< All that the beam crosses.
-  int num_crossed = 0;    ///< Those of them before it enters the current brick.
-  int voxel = 0;          ///< Where it enters the brick, mirrored: 0 to 7.
+  int num_crossed = 0;    ///< Borders crossed before it enters the current brick.
+  int voxel = 0;          ///< Voxel where it enters the brick, mirrored: 0 to 7.
   int mirror = 0;         ///< 7 where coordinates are mirrored: 7 - i is i ^ 7.
   BrickKey key_step = 0;  ///< To the next brick.
-  Lanes lane_offsets{};   ///< Of the phase, from the first slab to each.
+  Lanes lane_offsets{};   ///< Change of the phase from the first slab to each.
   Lanes lane_slope{};     ///< With 16 bits after the point.
 
   void setUpLanes() {
@@ -90,7 +90,7 @@ struct CrossedAxis {
 struct SlabEnds {
   unsigned is_odd[2];     ///< The number of borders crossed so far is odd, of rows and of words.
   unsigned is_unsure;     ///< A border is so near that rounding may have moved it.
-  unsigned is_row_first;  ///< Where borders of both axes are crossed in the slab.
+  unsigned is_row_first;  ///< Slabs in which borders of both axes are crossed.
   unsigned is_order_unsure;
 };
 

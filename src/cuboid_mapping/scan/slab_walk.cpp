@@ -31,7 +31,7 @@ int countSlabs(unsigned slabs) { return kSlabCounts[slabs]; }
 /// which the beam crosses a border to the next row, from row 0.
 struct RowTables {
   std::array<std::uint64_t, 256> entries{};  ///< The voxel where the beam enters each slab.
-  std::array<std::uint64_t, 256> exits{};    ///< Where it leaves; row 8 is left out.
+  std::array<std::uint64_t, 256> exits{};    ///< Voxels where it leaves; row 8 is left out.
 };
 
 constexpr RowTables makeRowTables() {
@@ -49,7 +49,7 @@ constexpr RowTables makeRowTables() {
 
 constexpr RowTables kRows = makeRowTables();
 
-/// Where the rows of a brick's planes lie: one of RowTables, moved to the row of the beam.
+/// Places of the rows of a brick's planes: one of RowTables, moved to the row of the beam.
 struct PlaneRows {
   std::uint64_t entries;
   std::uint64_t exits;
@@ -64,8 +64,8 @@ struct SlabBeam {
   bool is_backward = false;  ///< The walk goes from the end to the origin.
   double margin = 0.0;  ///< Lengths that are nearer than this may be in another order in walkRay().
   int num_borders[3] = {0, 0, 0};
-  BrickKey key = 0;  ///< Of the brick where the walk begins.
-  int slab = 0;      ///< Of that brick, where the walk begins.
+  BrickKey key = 0;  ///< Key of the brick where the walk begins.
+  int slab = 0;      ///< Slab of that brick where the walk begins.
   CrossedAxis row;
   CrossedAxis word;
 
@@ -151,12 +151,12 @@ class SlabWalk {
 
   const Ray& ray_;
   BeamMarks& beam_marks_;
-  std::uint64_t* misses_ = nullptr;  ///< Of the brick `beam_.key`.
-  /// Of the next one across; nowhere_ when the beam does not get there.
+  std::uint64_t* misses_ = nullptr;  ///< Misses of the brick `beam_.key`.
+  /// Misses of the next brick across; nowhere_ when the beam does not get there.
   std::uint64_t* next_row_misses_ = nullptr;
   std::uint64_t nowhere_[8] = {};
   SlabBeam beam_;
-  int first_slab_ = 0;  ///< Of the brick, counted from that where the walk began.
+  int first_slab_ = 0;  ///< First slab of the brick, counted from the first brick of the walk.
 };
 
 bool SlabWalk::begin(const Cell& local_start) {
@@ -180,7 +180,7 @@ bool SlabWalk::run() {
   }
 }
 
-/// Where walkRay() crosses a border, to the last bit. @param border  In the order of the walk here.
+/// Length at which walkRay() crosses a border, to the last bit. @param border  In the order of the walk here.
 double SlabWalk::exactCrossing(int axis, int border) const {
   const int additions = beam_.is_backward ? beam_.num_borders[axis] - 1 - border : border;
   double t = ray_.t_max[axis];

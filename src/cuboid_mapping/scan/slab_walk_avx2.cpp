@@ -30,7 +30,7 @@ constexpr int kLaneBits = 27;
 constexpr std::int32_t kFraction = (1 << kLaneBits) - 1;
 /// Lanes are up to 8 units too low; one more for what rounding may do.
 constexpr std::int32_t kBelow = static_cast<std::int32_t>(kUnsure >> (kPhaseBits - kLaneBits)) + 9;
-/// Of the difference of two fractions times slopes. Lanes may be 9 units too low, rounding may move each by 32, and a
+/// Largest error of the difference of two fractions times slopes. Lanes may be 9 units too low, rounding may move each by 32, and a
 /// float holds 24 bits of them.
 constexpr float kOrderUnsure = 128.0F;
 
@@ -65,7 +65,7 @@ struct WideAxis {
   std::int32_t lane_slope;
   float order_slope;
   Lanes mirrors;
-  Lanes next_mirrors;  ///< Of the rows 8 to 15, which are in the next brick.
+  Lanes next_mirrors;  ///< Mirrors of the rows 8 to 15, which are in the next brick.
   Lanes lane_offsets;
 
   WideAxis(const AcrossAxes& beams, std::size_t beam, int slab, BrickKey key_up)
@@ -106,8 +106,8 @@ struct WideAxis {
 /// A voxel's place is the number of its bit in the mask of the slab, 8 * word + row, and kNextRow and
 /// kNextWord.
 struct SlabPlaces {
-  Masks low[3];   ///< Of slabs 0 to 3.
-  Masks high[3];  ///< Of slabs 4 to 7.
+  Masks low[3];   ///< Slabs 0 to 3.
+  Masks high[3];  ///< Slabs 4 to 7.
 
   void set(int i, const Lanes& places) {
     low[i] = reinterpret_cast<Masks>(places) & 0xFFFFFFFFU;
@@ -131,7 +131,7 @@ Lanes wordPlaces(const WideAxis& word, const Lanes& words) {
 struct Crossings {
   Lanes phases;     ///< At the far end of the slab.
   Lanes entered;    ///< Voxel where it enters the slab.
-  Lanes left;       ///< Where it leaves.
+  Lanes left;       ///< Voxel where it leaves.
   Lanes fractions;  ///< How far it has come in that voxel at the far end of the slab.
 };
 

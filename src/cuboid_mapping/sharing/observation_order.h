@@ -16,11 +16,11 @@ namespace cuboid_mapping {
 /// The observation of one cloud of one robot.
 struct RobotObservation {
   std::string robot;
-  std::uint64_t session = 0;   ///< Of the robot's node: another one after a restart.
+  std::uint64_t session = 0;   ///< Session of the robot's node: another one after a restart.
   std::uint64_t sequence = 0;  ///< In its session: 1, 2, 3, ...
   std::uint64_t left_out =
       0;  ///< Clouds of its session so far that were not sent for want of bandwidth.
-  std::int64_t stamp_ns = 0;  ///< Of the cloud.
+  std::int64_t stamp_ns = 0;  ///< Stamp of the cloud.
   SensorModelConfig sensor_model;
   ScanUpdate update;
 };
@@ -63,7 +63,7 @@ struct MergeProgress {
     SequenceSet applied;
   };
   std::vector<Session> sessions;
-  std::int64_t newest_stamp_ns = 0;  ///< Of all of them.
+  std::int64_t newest_stamp_ns = 0;  ///< Newest stamp of all of them.
 };
 
 /// Counts so far.
@@ -74,7 +74,7 @@ struct MergeCounts {
   std::uint64_t num_missing = 0;   ///< Have not come, though later ones of their session have.
   std::uint64_t num_left_out = 0;  ///< Clouds that robots have left out for want of bandwidth.
   std::uint64_t num_waiting = 0;   ///< Have come, and are not given out yet.
-  std::uint64_t num_sessions = 0;  ///< Of all robots.
+  std::uint64_t num_sessions = 0;  ///< Sessions of all robots.
 };
 
 /// Puts observations of several robots into one order: by stamp, then robot, session and sequence.
@@ -117,7 +117,7 @@ class ObservationOrder {
     SequenceSet received;
     SequenceSet applied;
     std::uint64_t left_out = 0;
-    std::uint64_t asked_to = 0;  ///< What is missing up to there is lost for good.
+    std::uint64_t asked_to = 0;  ///< Observations missing up to here are lost for good.
     double last_received_s = 0.0;
   };
 

@@ -18,7 +18,7 @@ PackedBox takeLargestBox(BrickMask& mask, int z, int voxel) {
   int best_width = 0;
   int best_height = 0;
   int best_depth = 0;
-  int widest = 8;                // Of the first row, down to the current slice.
+  int widest = 8;                // Width of the first row, down to the current slice.
   std::uint64_t column = ~0ULL;  // Voxels that are in all slices up to the current one.
   for (int depth = 1; z + depth <= kBrickEdge; ++depth) {
     column &= mask[z + depth - 1] >> voxel;

@@ -167,7 +167,7 @@ class BrickTable {
                                 bits(brick.z) * 0x165667B19E3779F9ULL;
     return (mixed ^ mixed >> 29) * 0x9E3779B97F4A7C15ULL >> 32 & lastSlot();
   }
-  /// Where a brick is, or the free slot where it would be.
+  /// Slot of a brick, or the free slot where it would be.
   [[nodiscard]] std::size_t slotOf(const Cell& brick) const {
     std::size_t slot = homeOf(brick);
     while (slots_[slot] != kFree && item(slots_[slot]).brick != brick) slot = next(slot);

@@ -108,7 +108,7 @@ PackedVoxels::Masks::Masks(const PackedVoxels& packed)
 
 /// Room for any content of a brick.
 struct PackedVoxels::Unpacked : Masks {
-  std::array<Values, 2> values;  ///< Of free and of occupied voxels.
+  std::array<Values, 2> values;  ///< Values of free and of occupied voxels.
 
   Unpacked() = default;
   /// With the masks alone.

@@ -168,7 +168,7 @@ VoxelStore::PendingChange VoxelStore::prepareReplace(const CellBox& box,
       sources.push_back({brick.brick, &brick.voxels});
     }
   }
-  // Of two with one brick, the new voxels come last.
+  // If two have one brick, the new voxels come last.
   std::stable_sort(sources.begin(), sources.end(), [](const Source& a, const Source& b) {
     return isBeforeOnMortonCurve(a.brick, b.brick);
   });

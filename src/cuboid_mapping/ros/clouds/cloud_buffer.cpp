@@ -81,7 +81,8 @@ void CloudBuffer::noteStamp(const SensorMessage& cloud, double now_s) {
   const ros::Time& stamp = cloud.header().stamp;
   Source& source = sources_.at(cloud.source);
   if (secondsBetween(stamp, source.newest) > kRestart_s && !stamp.isZero()) {
-    for (Source& other : sources_) other.newest = ros::Time();  // What came before says nothing.
+    // Clouds before the jump do not count.
+    for (Source& other : sources_) other.newest = ros::Time();
     last_taken_ = ros::Time();
   }
   const auto has_spoken = [](const Source& other) { return other.has_spoken; };
@@ -245,7 +246,7 @@ bool CloudBuffer::updateEntry(Entry& entry, double now_s, DropReason& reason) {
       source.is_off_clock = false;
       return true;
     }
-    // Where the node's time is that of the cloud, /clock has jumped back, and tf will notice it.
+    // If the node's time is near the cloud's, /clock itself has jumped back, and tf will notice it.
     if (entry.search.is_too_old && secondsBetween(entry.stamp(), callbacks_.now()) > kRestart_s) {
       source.is_off_clock = true;
       reason = DropReason::kTooOldForTf;

@@ -22,7 +22,7 @@ namespace cuboid_mapping_ros {
 /// How many clouds may wait, and how long.
 struct CloudLimits {
   std::size_t queue_size = 10;        ///< > 0; of a source, that have their poses.
-  std::size_t max_bytes = 256000000;  ///< Of all. One cloud may wait, whatever its size.
+  std::size_t max_bytes = 256000000;  ///< For all clouds. One may wait, whatever its size.
   double tf_wait_s = 10.0;            ///< In the node's time.
   std::size_t num_sources = 1;        ///< > 0.
   double order_wait_s = 0.2;          ///< For earlier clouds of other sources, in wall time.
@@ -67,7 +67,7 @@ class CloudBuffer {
 
   struct Callbacks {
     FindPoses find_poses;
-    /// Of readSlices(): once for each cloud.
+    /// Result of readSlices(), made once for each cloud.
     std::function<Slices(const SensorMessage& cloud)> read_slices = [](const SensorMessage&) {
       return Slices();
     };
@@ -77,7 +77,7 @@ class CloudBuffer {
     /// Clouds of a source wait for tf. @param why  In wall time, also while the node's time stands still.
     std::function<void(std::size_t source, const std::string& why)> say_waiting =
         [](std::size_t, const std::string&) {};
-    std::function<double()> clock_s = steadySeconds;  ///< Of a clock that does not jump.
+    std::function<double()> clock_s = steadySeconds;  ///< A clock that does not jump.
     std::function<ros::Time()> now = ros::Time::now;
   };
 
@@ -112,7 +112,7 @@ class CloudBuffer {
   [[nodiscard]] std::size_t numBytes() const;
   /// Several sources: those that came too late for their place.
   [[nodiscard]] std::uint64_t numOutOfOrder() const;
-  /// Of the oldest cloud that waits for tf: why; empty when none does.
+  /// Reason why the oldest cloud waits for tf; empty when none waits.
   [[nodiscard]] std::string whyItWaits() const;
   ///@}
 

@@ -24,7 +24,7 @@ namespace cuboid_mapping_ros {
 /// The map of the parameters, with the sensor model outside the list of sources.
 [[nodiscard]] cuboid_mapping::MapConfig makeMapConfig(const NodeParameters& parameters);
 
-/// Of one source: from the message to the voxels that it observes: conversion, ground, filters, ray walk. The
+/// Turns a message of one source into the voxels that it observes: conversion, ground, filters, ray walk. The
 /// same for the node, and for bags without one. Not thread-safe.
 ///
 /// Points on the robot (self_filter) are left out wholly, before all else. Beams to the ground (filter_ground) free
@@ -97,7 +97,7 @@ class CloudPipeline {
   cuboid_mapping::ScanUpdater scan_updater_;
   std::vector<cuboid_mapping::Scan> scans_;
   std::vector<cuboid_mapping::Scan> kept_scans_;  ///< The same in the frame of the body.
-  cuboid_mapping::ScanUpdate used_;               ///< What takeUse() has left.
+  cuboid_mapping::ScanUpdate used_;  ///< The part of the update that takeUse() has left.
 };
 
 }  // namespace cuboid_mapping_ros

@@ -42,7 +42,7 @@ std::optional<CloudPoses> lookupAt(const tf2::BufferCore& tf, const PoseFrames& 
   return std::nullopt;
 }
 
-/// What a slice saw, from the place of the body at the stamp of the cloud.
+/// View of a slice from the body's pose at the stamp of the cloud.
 BodyPoses seenFrom(const BodyPoses& at_stamp, const CloudPoses& slice) {
   const Eigen::Isometry3d T_body_map = at_stamp.T_map_body.inverse();
   return {at_stamp.T_map_body, T_body_map * slice.T_map_cloud, T_body_map * slice.T_map_sensor};

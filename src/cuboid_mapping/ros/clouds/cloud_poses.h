@@ -17,24 +17,24 @@
 
 namespace cuboid_mapping_ros {
 
-/// Where a body was, and what it carried, when a cloud was taken.
+/// Poses of the sensor and of the robot's parts when a cloud was taken.
 struct BodyPoses {
   Eigen::Isometry3d T_map_body;
   Eigen::Isometry3d T_body_cloud;
   Eigen::Isometry3d T_body_sensor;
 };
 
-/// Where a cloud was taken.
+/// Poses at which a cloud was taken.
 struct CloudPoses {
   Eigen::Isometry3d T_map_cloud;
   Eigen::Isometry3d T_map_sensor;  ///< Its translation is where the beams start.
-  /// Of the robot's base; only with filter_ground.
+  /// Pose of the robot's base; only with filter_ground.
   std::optional<Eigen::Isometry3d> T_map_base;
-  /// Of the body whose poses may be corrected; only with keep_clouds. In a slice the body is where it was at the stamp.
+  /// Pose of the body that may be corrected; only with keep_clouds. In a slice it is the pose at the stamp.
   std::optional<BodyPoses> body;
   /// Middle of the window; 0 without one.
   Eigen::Vector3d window_center_map = Eigen::Vector3d::Zero();
-  /// Of the frames of self_filter.parts, in their order.
+  /// Poses of the frames of self_filter.parts, in their order.
   std::vector<Eigen::Isometry3d> T_map_parts;
   /// With deskew: the slices of the message, and the poses in the middle of each. Empty where it has no times.
   ///@{
@@ -51,7 +51,7 @@ struct PoseFrames {
   std::string window;              ///< Empty without a window.
   bool has_body = false;           ///< With keep_clouds.
   std::string body;                ///< Empty: that of the cloud.
-  std::vector<std::string> parts;  ///< Of self_filter.parts.
+  std::vector<std::string> parts;  ///< Frames of self_filter.parts.
 
   PoseFrames(const NodeParameters& parameters, const SourceParameters& source);
 

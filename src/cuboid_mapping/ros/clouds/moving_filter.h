@@ -38,7 +38,7 @@ class MovingFilter {
       const cuboid_mapping::ScanUpdate& update,
       const Eigen::Vector3d& window_center_map = Eigen::Vector3d::Zero());
 
-  /// Of all clouds so far.
+  /// Counts all clouds so far.
   [[nodiscard]] const cuboid_mapping::VoidSpace& voidSpace() const { return void_space_; }
 
   /// Puts what is void in another frame in the place of what is void so far.

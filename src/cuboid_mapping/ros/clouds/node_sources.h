@@ -36,10 +36,10 @@ class NodeSources {
 
   /// Names after remapping, as "/front/points, /scan".
   [[nodiscard]] const std::string& topics() const { return topics_; }
-  /// Of all topics.
+  /// Number of publishers of all topics.
   [[nodiscard]] std::size_t numPublishers() const;
 
-  /// What is wrong with topics that are published with another type than their source's, joined; see describeWrongType().
+  /// Errors of topics that are published with another type than their source's, joined; see describeWrongType().
   /// Each text is logged when it is new. Asks the master, for sources that have received nothing and have no publisher.
   [[nodiscard]] std::string findWrongTypes();
 
@@ -54,7 +54,7 @@ class NodeSources {
   std::vector<std::unique_ptr<Source>> sources_;
   std::vector<SourceStatistics> reported_;
   std::vector<std::unique_ptr<SourceSubscriber>> subscribers_;
-  std::vector<std::string> wrong_types_;  ///< Of each source, as found last.
+  std::vector<std::string> wrong_types_;  ///< Last error of each source.
   std::string topics_;
 };
 

@@ -13,13 +13,13 @@ constexpr char kScans[] = "sensor_msgs/LaserScan";
 constexpr char kImages[] = "sensor_msgs/Image";
 constexpr char kCompressed[] = "sensor_msgs/CompressedImage";
 
-/// Of the messages of a source on a topic, as "sensor_msgs/LaserScan".
+/// Message type that a source expects on a topic, as "sensor_msgs/LaserScan".
 [[nodiscard]] const char* datatypeOf(SourceType type, const std::string& topic);
 
 /// How to map a topic of a sensor whose messages cannot be mapped as they are; empty for all other types.
 [[nodiscard]] std::string adviseOn(const std::string& datatype);
 
-/// What is wrong with a topic of this type for a source, and what to do; empty: nothing is.
+/// Error and cure for a topic whose type is not the source's; empty if it is.
 [[nodiscard]] std::string describeWrongType(const SourceParameters& source,
                                             const std::string& topic, const std::string& datatype);
 

@@ -34,7 +34,7 @@ class CloudChecks {
 
   bool is_depth_;
   double max_range_m_;
-  std::map<std::int64_t, std::size_t> counts_;  ///< Of the sample, by range in millimetres.
+  std::map<std::int64_t, std::size_t> counts_;  ///< Points of the sample, by range in millimetres.
   std::size_t num_points_ = 0;                  ///< In the sample.
   std::size_t num_too_far_ = 0;
   std::map<std::string, bool> said_;

@@ -47,7 +47,7 @@ struct CloudPoints {
   /// where float32 would not do: near the sensor, or in the middle of the points where they are far from it; see
   /// toScan().
   Eigen::Vector3d anchor_cloud = Eigen::Vector3d::Zero();
-  std::vector<Eigen::Vector3f> points;      ///< Where a beam was reflected.
+  std::vector<Eigen::Vector3f> points;      ///< Ends of reflected beams.
   std::vector<Eigen::Vector3f> no_returns;  ///< Ends of beams without return, see Scan::no_returns.
   /// Which points of the message these are, row by row; only where wanted.
   ///@{
@@ -55,8 +55,8 @@ struct CloudPoints {
   std::vector<std::uint32_t> no_return_numbers;
   ///@}
   std::size_t num_invalid = 0;  ///< Points that are no return.
-  std::size_t num_skipped = 0;  ///< Of these: left out, their beams not being known or not wanted.
-  std::string warning;          ///< Of a message that is unusual, but converted; else empty.
+  std::size_t num_skipped = 0;  ///< Points left out because their beams are unknown or not wanted.
+  std::string warning;  ///< Warning about an unusual message that was converted; else empty.
 };
 
 /// How to convert a message.
@@ -71,7 +71,7 @@ struct CloudOptions {
   /// be set where the cloud has been transformed out of its sensor's frame.
   Eigen::Isometry3d T_cloud_sensor = Eigen::Isometry3d::Identity();
   bool wants_numbers = false;  ///< See CloudPoints::point_numbers.
-  double depth_unit_m = 1e-3;  ///< Of depth images of whole numbers.
+  double depth_unit_m = 1e-3;  ///< Unit of depth images of whole numbers.
 };
 
 /// Takes the points out of a message, whatever its numbers say: nothing is read outside its data.

@@ -29,7 +29,7 @@ CloudError makeError(CloudDefect defect, const Image& image, const std::string& 
   return makeError(defect, image, what + ". " + advice);
 }
 
-/// Where the pixel (u, v) looks: ((u - cx) / fx, (v - cy) / fy, 1).
+/// Viewing direction of the pixel (u, v): ((u - cx) / fx, (v - cy) / fy, 1).
 struct Pinhole {
   double fx;
   double fy;

@@ -12,7 +12,7 @@ namespace cuboid_mapping_ros {
 struct GroundFilterConfig {
   double distance_m = 0.04;        ///< Points so near to the plane belong to it.
   double angle_rad = 0.15;         ///< Between the plane's normal and z of the base, at most.
-  double plane_distance_m = 0.07;  ///< Of the plane from z = 0 of the base, at most.
+  double plane_distance_m = 0.07;  ///< Largest distance of the plane from z = 0 of the base.
 };
 
 /// Points apart, each in the order of the cloud.

@@ -15,11 +15,11 @@ enum class NoReturnPoints : unsigned char {
   kNan = 2,
   kZero = 4,
   kMinusInf = 8,
-  kRangeMax = 16,  ///< Of a planar scan: its range_max, or more.
+  kRangeMax = 16,  ///< range_max of a planar scan, or more.
   kNone = 0,
   kRep117 = kPlusInf,
-  kWithNan = kPlusInf | kNan,    ///< Of drivers that write NaN for every point without return.
-  kWithZero = kPlusInf | kZero,  ///< Of drivers that write zeros.
+  kWithNan = kPlusInf | kNan,    ///< For drivers that write NaN for every point without return.
+  kWithZero = kPlusInf | kZero,  ///< For drivers that write zeros.
   kAll = kPlusInf | kNan | kZero | kMinusInf | kRangeMax
 };
 

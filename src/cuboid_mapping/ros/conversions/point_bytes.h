@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Where the numbers of a sensor_msgs/PointCloud2 are among its bytes, for those who do not trust it.
+// Reads numbers from the bytes of a sensor_msgs/PointCloud2 whose description may be wrong.
 #pragma once
 
 #include <sensor_msgs/PointCloud2.h>
@@ -16,7 +16,7 @@ namespace cuboid_mapping_ros {
   return (cloud.is_bigendian != 0) != (boost::endian::order::native == boost::endian::order::big);
 }
 
-/// Where the points of a cloud are in its data.
+/// Layout of the points in a cloud's data.
 struct CloudLayout {
   std::uint64_t width;
   std::uint64_t height;

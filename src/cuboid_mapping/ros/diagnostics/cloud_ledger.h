@@ -21,8 +21,8 @@ namespace cuboid_mapping_ros {
 
 /// Counts of the messages of one source since the start of the node.
 struct SourceStatistics {
-  std::uint64_t num_received = 0;  ///< Those beyond max_rate are not counted here ...
-  std::uint64_t num_ignored = 0;   ///< ... but here.
+  std::uint64_t num_received = 0;  ///< Without messages beyond max_rate, ...
+  std::uint64_t num_ignored = 0;   ///< ... which are counted here.
   std::uint64_t num_inserted = 0;
   std::uint64_t num_dropped = 0;
   std::string last_drop;  ///< Why the last one was dropped, and what to do; empty: none was.
@@ -43,9 +43,9 @@ class CloudLedger {
   struct Page {
     NodeStatistics statistics;
     std::vector<Source> sources;
-    std_msgs::Header last_header;  ///< Of the last message, ...
-    std::size_t last_source = 0;   ///< ... who sent it, ...
-    ros::Time last_arrival;        ///< ... and when that was.
+    std_msgs::Header last_header;  ///< Header of the last message, ...
+    std::size_t last_source = 0;   ///< ... its source, ...
+    ros::Time last_arrival;        ///< ... and its arrival.
     Clock::time_point last_received;
     Clock::time_point last_progress;  ///< A cloud was inserted, or the first came.
     std::optional<std::string> speed_advice;

@@ -22,7 +22,7 @@ std::uint64_t countNew(const NodeReport& report, const NodeStatistics& last, Dro
   return report.statistics.numDropped(reason) - last.numDropped(reason);
 }
 
-/// Where the clouds come from and go to, and how old they are.
+/// Frames of the clouds and of the map.
 std::string describeFrames(const NodeReport& report) {
   std::ostringstream text;
   if (!report.last_cloud) return {};
@@ -85,7 +85,7 @@ std::string describeDrops(const NodeReport& report, const NodeStatistics& last) 
   return text.str();
 }
 
-/// Of a fault that keeps clouds out of the map.
+/// Level of a fault that keeps clouds out of the map.
 ReportLevel levelOfFault(const NodeReport& report) {
   return report.starved_s > kMaxStarved_s ? ReportLevel::kError : ReportLevel::kWarning;
 }
@@ -136,7 +136,7 @@ void addWindow(const NodeReport& report, diagnostic_updater::DiagnosticStatusWra
   const cuboid_mapping::WindowFigures& window = *report.window;
   status.add("window parts in memory", window.num_in_memory);
   status.add("window parts on disk only", window.num_on_disk_only);
-  status.add("topics show", window.num_on_disk_only > 0 ? "what is in memory" : "all of the map");
+  status.add("topics show", window.num_on_disk_only > 0 ? "the part in memory" : "the whole map");
   status.add("window parts read", window.num_loads);
   status.add("window parts written", window.num_writes);
   status.add("window parts forgotten", window.num_forgotten);

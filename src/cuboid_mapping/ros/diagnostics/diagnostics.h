@@ -29,7 +29,7 @@ struct MapSummary {
   std::uint64_t revision = 0;
   ClassSummary free;
   ClassSummary occupied;
-  std::size_t num_bytes = 0;  ///< Of voxels and R-tree.
+  std::size_t num_bytes = 0;  ///< Size of voxels and R-tree.
 };
 
 /// Figures of the map. @complexity O(n).
@@ -75,28 +75,28 @@ struct NodeReport {
   NodeStatistics statistics;
   MapSummary map;
   std::string cloud_topic;  ///< As it is after remapping; those of several sources with commas.
-  std::string frame_id;     ///< Of the map.
+  std::string frame_id;     ///< Frame of the map.
   std::optional<LastCloud> last_cloud;
-  std::optional<cuboid_mapping::WindowFigures> window;  ///< Where there is one.
+  std::optional<cuboid_mapping::WindowFigures> window;  ///< Only with a window.
   std::uint64_t num_new_window_failures = 0;            ///< Since the last report.
   std::optional<cuboid_mapping::HistoryFigures> kept;   ///< With keep_clouds.
   std::string kept_error;                               ///< See KeptHistory::error().
-  std::size_t num_publishers = 0;                       ///< Of the cloud topics.
+  std::size_t num_publishers = 0;                       ///< Publishers of the cloud topics.
   std::string wrong_types;  ///< See describeWrongType(); only where nothing has come yet.
   /// Clouds that went into the map after a later one of another source.
   std::uint64_t num_out_of_order = 0;
-  std::string why_waiting;         ///< Of the oldest cloud that waits for tf; empty: none does.
+  std::string why_waiting;         ///< Reason why the oldest cloud waits for tf; empty: none waits.
   bool is_simulated_time = false;  ///< use_sim_time, as with bags.
   bool is_paused = false;          ///< ~pause: clouds are ignored.
   double silence_s = 0.0;          ///< Since the last cloud, or the start of the node.
   double starved_s = 0.0;          ///< Since a cloud was inserted, or the first was received.
   std::uint64_t num_built = 0;     ///< Messages on the topics of octomap_server.
-  std::vector<SourceRate> rates;   ///< Of the clouds of each source.
+  std::vector<SourceRate> rates;   ///< Cloud rate of each source.
   std::optional<std::string> speed_advice;  ///< See SpeedWatch::advice().
-  std::string autosave_error;               ///< Of the last save to autosave_file; empty: none.
-  std::uint64_t num_failures = 0;           ///< Callbacks that an exception has ended.
-  std::uint64_t num_new_failures = 0;       ///< Of them, since the last report.
-  std::string last_failure;                 ///< Of the last of them; see CallbackGuard.
+  std::string autosave_error;          ///< Error of the last save to autosave_file; empty: none.
+  std::uint64_t num_failures = 0;      ///< Callbacks that an exception has ended.
+  std::uint64_t num_new_failures = 0;  ///< Failures since the last report.
+  std::string last_failure;            ///< Text of the last failure; see CallbackGuard.
 };
 
 /// Clouds are missing when none has come for so long: a warning, and then an error.
@@ -107,13 +107,13 @@ constexpr double kMaxStarved_s = 10.0;
 /// A warning when stamps are so far ahead of this machine's clock.
 constexpr double kMaxAhead_s = 0.5;
 
-/// Of a report, as diagnostic_msgs/DiagnosticStatus numbers them.
+/// Level of a report, numbered as in diagnostic_msgs/DiagnosticStatus.
 enum class ReportLevel : unsigned char { kOk = 0, kWarning = 1, kError = 2 };
 
 /// Level and message of a report.
 struct ReportSummary {
   ReportLevel level;
-  std::string message;  ///< What is wrong and what to do, or what the map holds.
+  std::string message;  ///< Fault and cure, or the size of the map.
 };
 
 /// The first of these that applies:

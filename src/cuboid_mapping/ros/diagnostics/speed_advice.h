@@ -42,10 +42,10 @@ class SpeedWatch {
   static constexpr double kSmallLoad = 0.1;
 
  private:
-  /// Of all sources together.
+  /// Load of all sources together.
   struct Load {
     double rate_hz = 0.0;
-    double share = 0.0;  ///< Of the time that clouds take in the time between them.
+    double share = 0.0;  ///< Processing time of clouds over the time between them.
   };
   [[nodiscard]] Load load() const;
 

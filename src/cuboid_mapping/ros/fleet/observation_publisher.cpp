@@ -20,7 +20,7 @@ using cuboid_mapping::Observation;
 
 /// Observations that may wait for a slow listener, or for the rate: some seconds of them.
 constexpr std::uint32_t kMaxWaiting = 50;
-/// Of an answer: the clouds of the node wait meanwhile.
+/// Limit of an answer: the node's clouds wait while it is made.
 constexpr std::size_t kMaxAnswer_bytes = 8000000;
 constexpr double kSendPeriod_s = 0.05;
 

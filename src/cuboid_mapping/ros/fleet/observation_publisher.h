@@ -57,7 +57,7 @@ class ObservationPublisher {
               cuboid_mapping::GetObservations::Response& response);
 
   std::mutex mutex_;  ///< Guards what follows.
-  bool leaves_out_;   ///< What is too much; else it waits.
+  bool leaves_out_;   ///< Drops the excess; else it waits.
   ByteBudget budget_;
   std::size_t max_kept_bytes_;
   std::deque<Message> kept_;  ///< By sequence; one that memory did not suffice for is missing.

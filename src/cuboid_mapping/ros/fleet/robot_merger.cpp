@@ -131,7 +131,7 @@ void RobotMerger::applyDue() {
     const std::lock_guard<std::mutex> lock(mutex_);
     due = order_.takeDue(mergeTime_s());
   }
-  std::exception_ptr failure;  // Of one: the others go into the map all the same.
+  std::exception_ptr failure;  // One failure does not keep the others out of the map.
   for (const RobotObservation& observation : due) {
     try {
       apply(observation);

@@ -36,7 +36,7 @@ namespace cuboid_mapping_ros {
 class RobotMerger {
  public:
   struct Callbacks {
-    std::function<bool()> is_paused;  ///< What is due then is left out.
+    std::function<bool()> is_paused;  ///< Observations due during a pause are left out.
     /// One has gone into the map, or was left out.
     std::function<void(const cuboid_mapping::RobotObservation&, bool is_in_map)> note;
   };

@@ -23,7 +23,7 @@ class CallProgress {
   /// Hears of a stage and the share of it that is done, 0 to 1. @throws Cancelled  to have the call given up.
   using Listener = std::function<void(const std::string& stage, double share)>;
 
-  /// Of a call that nobody watches or cancels.
+  /// For a call that nobody watches or cancels.
   CallProgress() = default;
   explicit CallProgress(Listener listener) : listener_(std::move(listener)) {}
 

@@ -56,7 +56,7 @@ class Forgetting {
 
   ForgetClass class_;
   ForgetTo forget_to_;
-  std::vector<Time> times_ns_;  ///< Of each source; 0: for ever.
+  std::vector<Time> times_ns_;  ///< forget_after of each source; 0: for ever.
   Time shortest_ns_ = 0;
   Time now_ = 0;  ///< Stamp of the last cloud.
   Time last_sweep_ = 0;

@@ -154,7 +154,7 @@ class GuardedMap {
   [[nodiscard]] PageHold hold() { return PageHold(num_holds_); }
   /// Pages of a box that are on disk only; always 0 without a window. @complexity O(pages of the box).
   [[nodiscard]] std::size_t countNotLoaded(const cuboid_mapping::CellBox& box) const;
-  /// Where those may search who are given no region: in the window, if parts of the map are on disk only; else anywhere.
+  /// Region of a search without one: the window if parts of the map are on disk only, else everything.
   [[nodiscard]] std::optional<cuboid_mapping::CellBox> regionOfSearch() const;
   /// Brings them back, some at a time, so that others get their turn.
   /// @throws cuboid_mapping::MapFileError  where one cannot be: those before it are there.
@@ -252,15 +252,15 @@ class GuardedMap {
   [[nodiscard]] const cuboid_mapping::ScanUpdate& admit(const cuboid_mapping::ScanUpdate& update,
                                                         const Eigen::Vector3d& window_center_map);
 
-  mutable std::mutex change_;  ///< Of the one who changes the map, or works out what to change.
-  mutable std::mutex change_turn_;  ///< Of the one who waits for that next.
+  mutable std::mutex change_;  ///< Held by the thread that changes the map or prepares a change.
+  mutable std::mutex change_turn_;  ///< Held by the thread that is next.
   mutable PhaseFairMutex mutex_;    ///< Written by whoever has `change_`.
   cuboid_mapping::CuboidMap map_;
   std::unique_ptr<cuboid_mapping::MapWindow> window_;  ///< May be null.
   std::unique_ptr<KeptHistory> history_;               ///< May be null.
   std::atomic<int> num_holds_{0};
   std::uint64_t num_replaced_ = 0;
-  ros::Time stamp_;  ///< Of the last cloud in the map; 0 when there is none.
+  ros::Time stamp_;  ///< Stamp of the last cloud in the map; 0 when there is none.
   std::string progress_;
   std::mutex changes_mutex_;
   bool is_everything_changed_ = false;

@@ -45,7 +45,7 @@ struct StorageAnswer {
   std::string notes;  ///< Of a map that was moved or put into another one: how exactly.
   std::size_t num_cuboids = 0;
   std::size_t num_bytes = 0;
-  std::uint64_t revision = 0;  ///< Of the map that was saved.
+  std::uint64_t revision = 0;  ///< Revision of the saved map.
 };
 
 /// Saves the map as the last cloud has left it; the ending of the file chooses the format. The map

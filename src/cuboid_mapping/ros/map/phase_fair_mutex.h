@@ -38,8 +38,8 @@ class PhaseFairMutex {
   std::mutex mutex_;
   std::condition_variable may_read_;
   std::condition_variable may_write_;
-  std::array<int, 2> num_readers_{};  ///< Of each generation.
-  int generation_ = 0;       ///< Of those who come now. All are of it while no writer is there.
+  std::array<int, 2> num_readers_{};  ///< Readers of each generation.
+  int generation_ = 0;       ///< Generation of new readers. Without a writer all readers are in it.
   bool has_writer_ = false;  ///< One that waits, or writes.
   bool is_closed_ = false;   ///< Whoever comes to read has to wait for the writer.
   int num_waiting_ = 0;      ///< To read.

@@ -57,7 +57,7 @@ constexpr char kSaveMapService[] = "save_map";                   ///< cuboid_map
 
 // In the private namespace, those of dynamic_reconfigure.
 constexpr char kSetParametersService[] = "set_parameters";  ///< Reconfigure
-constexpr char kRefusedName[] = "refused";  ///< Of the text in its answer that says why not.
+constexpr char kRefusedName[] = "refused";  ///< Name of the answer's text with the reason.
 constexpr char kParameterDescriptionsTopic[] = "parameter_descriptions";  ///< ConfigDescription
 constexpr char kParameterUpdatesTopic[] = "parameter_updates";            ///< Config
 

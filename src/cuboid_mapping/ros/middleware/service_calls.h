@@ -60,7 +60,7 @@ class ServiceCalls {
   std::condition_variable ended_;
   bool is_stopped_ = false;
   Clients
-      clients_;  ///< Of the calls under way: persistent, because only these can be shut down while they wait.
+      clients_;  ///< Clients of the calls under way: persistent, because only these can be shut down while they wait.
 };
 
 }  // namespace cuboid_mapping_ros

@@ -27,7 +27,8 @@ TfLookup lookupTransform(const tf2::BufferCore& buffer, const std::string& targe
   try {
     result.T_target_source = cuboid_mapping::roundTransform(tf2::transformToEigen(
         tidyTransform(buffer.lookupTransform(target_frame, source_frame, stamp))));
-  } catch (const std::exception& exception) {  // Of tf; of ros::Time for stamps 2^31 s apart.
+  } catch (const std::exception& exception) {
+    // From tf, or from ros::Time for stamps 2^31 s apart.
     result.error = exception.what();
     // tf2 leaves out what failed when its buffer was cleared, and goes on with ", when looking up".
     if (result.error.rfind(", ", 0) == 0) result.error.insert(0, "tf has no data yet");

@@ -115,7 +115,7 @@ class MappingNode {
   CallbackGuard guard_;
   std::atomic<bool> is_stopping_{false};  ///< Ends the work on calls.
   GuardedQueue node_callbacks_;
-  GuardedThread receiving_thread_;  ///< Of clouds.
+  GuardedThread receiving_thread_;  ///< Receives clouds.
   GuardedThread tf_thread_;
   GuardedThread query_threads_;
   GuardedThread
@@ -128,7 +128,7 @@ class MappingNode {
 
   NodeParameters parameters_;
   CloudLedger ledger_;
-  FairMutex work_mutex_;  ///< Of what clouds are worked on with: sources_ to work_.
+  FairMutex work_mutex_;  ///< Guards sources_ to work_.
   NodeSources sources_;   ///< As reconfigured.
   /// Earlier clouds are of a frame before ~move_map.
   std::atomic<std::uint64_t> first_stamp_ns_{0};
@@ -159,7 +159,7 @@ class MappingNode {
   MapInFrame map_in_frame_;
   std::vector<ros::ServiceServer> servers_;
   std::atomic<bool> is_paused_{false};
-  std::optional<RobotGrid> robot_grid_;  ///< Where a frame is named.
+  std::optional<RobotGrid> robot_grid_;  ///< Only if its frame is named.
   CloudBuffer buffer_;
   boost::signals2::scoped_connection tf_changes_;
   std::optional<RobotMerger> merger_;

@@ -64,7 +64,7 @@ void MappingNode::onReset() {
 void MappingNode::onCorrected() {
   {
     const std::lock_guard<FairMutex> lock(work_mutex_);
-    moving_filter_.reset();  // What it has seen empty is elsewhere now.
+    moving_filter_.reset();  // The void space it has seen is elsewhere now.
   }
   publishSoon();
 }

@@ -50,7 +50,7 @@ class GridPublisher {
   [[nodiscard]] bool allTakeUpdates() const;
 
   Make make_;
-  std::optional<nav_msgs::OccupancyGrid> sent_;  ///< What all listeners have; nothing: not all.
+  std::optional<nav_msgs::OccupancyGrid> sent_;  ///< Held by all listeners; else nothing.
   std::multiset<std::string> nodes_;             ///< That listen to the grid, by connection.
   std::multiset<std::string> update_nodes_;      ///< That listen to updates.
   bool owes_keyframe_ = false;

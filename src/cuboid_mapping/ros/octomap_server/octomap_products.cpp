@@ -58,7 +58,7 @@ std_msgs::ColorRGBA toColor(const std::array<double, 4>& rgba) {
   return color;
 }
 
-/// Where an octree is centred that is to hold the map: at a multiple of 1024 voxels, so that leaves up to that size lie
+/// Centre of an octree that can hold the map: a multiple of 1024 voxels, so that leaves up to that size lie
 /// as they do in the octree at the origin. Nothing if that one holds all of it.
 std::optional<Cell> middleOf(const std::vector<VoxelBrick>& bricks) {
   const bool fits = std::all_of(bricks.begin(), bricks.end(), [](const VoxelBrick& brick) {

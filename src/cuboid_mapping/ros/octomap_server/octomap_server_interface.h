@@ -47,7 +47,7 @@ struct MapView {
 
 /// The topics and services of octomap_server, under their names; see names.h.
 ///
-/// Of a map with a window the topics show what is in memory; the octrees of the services are whole, or refused.
+/// With a window, topics show the part in memory; octrees of the services are whole, or refused.
 ///
 /// A topic is built only while somebody listens to it, after a change, and again while it fails; with `latch` a new
 /// listener gets it as soon as it connects, unless the map is empty. What publish() sends is made of one copy of the map's voxels, or of two with
@@ -84,7 +84,7 @@ class OctomapServerInterface {
  private:
   struct Topic {
     std::string name;
-    std::function<void()> publish;  ///< Where somebody listens.
+    std::function<void()> publish;  ///< Called if somebody listens.
     bool is_due = false;
   };
   enum class Speckles : unsigned char { kKept, kAsAsked };
@@ -96,7 +96,7 @@ class OctomapServerInterface {
   void takePendingParameters();
   void setAllDue();
   [[nodiscard]] bool hasContent() const;
-  /// Of a message: that of the last cloud, or as octomap_server's the time of an edit after it, or of a file.
+  /// Stamp of a message: the last cloud's, or, as in octomap_server, the time of a later edit or of a loaded file.
   [[nodiscard]] ros::Time stampOf(const ros::Time& cloud) const;
 
   /// The map now, for what is made until views_ is cleared.
@@ -109,7 +109,7 @@ class OctomapServerInterface {
   std::string frame_id_;
   bool is_latched_;
   ServiceLimits limits_;
-  cuboid_mapping::SnapshotLimits octree_limits_;  ///< Of those of services.
+  cuboid_mapping::SnapshotLimits octree_limits_;  ///< Limits of the services' octrees.
   OctomapServerParameters parameters_;
   GuardedMap& map_;
   CallbackGuard& guard_;

@@ -33,7 +33,7 @@ void visitTiles(const CellBox& box, std::int32_t margin, VisitorT visit) {
   }
 }
 
-/// Of the known cells of a tile.
+/// Extent of the known cells of a tile.
 template <typename TileT>
 CellBox boundsOf(const Cell& tile, const TileT& values) {
   constexpr std::int32_t kEdge = cuboid_mapping::kBrickEdge;
@@ -193,7 +193,7 @@ nav_msgs::OccupancyGrid ProjectedMap::makeGrid(const std_msgs::Header& header, d
       const std::int8_t value = values[static_cast<std::size_t>(i)];
       if (value == kUnknownCell) continue;
       const Cell cell = tile + Cell{i % kTileEdge, i / kTileEdge, 0};
-      if (!extent.contains(cell)) continue;  // Of a far tile.
+      if (!extent.contains(cell)) continue;  // A cell of a far tile.
       const Cell at = cell - extent.min;
       grid.data[static_cast<std::size_t>(at.y) * grid.info.width + static_cast<std::size_t>(at.x)] =
           value;

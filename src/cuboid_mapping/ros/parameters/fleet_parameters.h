@@ -12,7 +12,7 @@ enum class ObservationExcess : unsigned char {
   kThin    ///< Clouds are left out of the observations, and counted.
 };
 
-/// Of maps of several robots.
+/// Parameters for maps of several robots.
 struct FleetParameters {
   double observation_max_kb_s = 0.0;  ///< That may be sent to each listener; 0: all.
   ObservationExcess observation_excess = ObservationExcess::kLater;

@@ -41,13 +41,13 @@ std::vector<ParameterError> checkKeep(const NodeParameters& parameters) {
     refuse("merge/robots", "the robots' clouds are not here");
   }
   if (parameters.source.forget_after_s > 0.0) {
-    refuse("forget_after", "a map that is made anew would have what is forgotten");
+    refuse("forget_after", "a map made anew would have the forgotten voxels again");
   }
   if (parameters.moving_points == MovingPoints::kLeaveOut) {
     refuse("moving_points: leave_out", "which points move depends on the poses");
   }
   if (parameters.window.isOn() && !parameters.window.keeps()) {
-    refuse("this window/outside", "what is outside would come back");
+    refuse("this window/outside", "voxels outside would come back");
   }
   return errors;
 }

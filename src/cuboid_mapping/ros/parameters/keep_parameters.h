@@ -9,7 +9,7 @@ namespace cuboid_mapping_ros {
 
 /// Which clouds are kept, so that corrected poses can make the map anew.
 struct KeepParameters {
-  int memory_mb = 0;           ///< Of packed clouds, in MB; 0: no cloud is kept.
+  int memory_mb = 0;           ///< Limit of packed clouds, in MB; 0: no cloud is kept.
   double max_age_s = 86400.0;  ///< Older clouds become a fixed part of the map.
   std::string body_frame;      ///< Whose poses are corrected; empty: the frame of the cloud.
   double tolerance_m = 0.05;   ///< A path that moves nothing by more changes nothing.

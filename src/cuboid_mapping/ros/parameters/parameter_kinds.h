@@ -17,7 +17,7 @@
 
 namespace cuboid_mapping_ros {
 
-/// Where a parameter has its value: a path of members that starts at NodeParameters or at SourceParameters, or any place.
+/// Place of a parameter's value: a path of members from NodeParameters or SourceParameters, or any other.
 template <typename T>
 class Field {
  public:
@@ -50,8 +50,8 @@ struct ParameterKind {
   std::function<std::string(NodeParameters&, const XmlRpc::XmlRpcValue&)> set = nullptr;
   /// The value as the parameter server holds it; not set where a list is not given.
   std::function<XmlRpc::XmlRpcValue(NodeParameters)> get = nullptr;
-  double min = -std::numeric_limits<double>::infinity();  ///< Of a number.
-  double max = std::numeric_limits<double>::infinity();   ///< Of a number.
+  double min = -std::numeric_limits<double>::infinity();  ///< Limit of a number.
+  double max = std::numeric_limits<double>::infinity();   ///< Limit of a number.
   std::vector<std::string> choices = {};                  ///< All values, where they are names.
   bool is_frame = false;                                  ///< A tf2 frame.
 };

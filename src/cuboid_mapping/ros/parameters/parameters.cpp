@@ -180,7 +180,7 @@ namespace {
 struct KnownKeys {
   std::vector<std::string> parameters;
   std::vector<std::string> groups;
-  std::set<std::string> leftovers;  ///< Of octomap_server, which were warned of.
+  std::set<std::string> leftovers;  ///< Parameters of octomap_server that were warned of.
 
   KnownKeys() {
     for (const ParameterDeclaration& declaration : parameterTable()) {

@@ -20,7 +20,7 @@ namespace cuboid_mapping_ros {
 
 /// Parameters that octomap_server has, and that concern its topics.
 struct OctomapServerParameters {
-  std::string base_frame_id = "base_footprint";  ///< Of the robot, z = 0 on the ground.
+  std::string base_frame_id = "base_footprint";  ///< Frame of the robot, z = 0 on the ground.
   bool filter_speckles = false;     ///< Leave out occupied voxels without occupied neighbours.
   bool publish_free_space = false;  ///< Whether free_cells_vis_array is published.
   double occupancy_min_z_m = -1e9;  ///< Cells below are in no topic of octomap_server.
@@ -40,7 +40,7 @@ struct OctomapServerParameters {
 
 /// The grid that moves along with the robot.
 struct RobotGridParameters {
-  std::string frame_id;  ///< Of the robot; "": there is no grid.
+  std::string frame_id;  ///< Frame of the robot; "": there is no grid.
   double size_m = 20.0;  ///< Least edge of the grid.
   double min_z_m = 0.1;  ///< Lower end of its heights, above the origin of the frame.
   double max_z_m = 1.5;  ///< Upper end.
@@ -68,11 +68,11 @@ enum class MovingPoints : unsigned char {
 /// Shapes of the robot, and the treatment of points on it.
 struct SelfFilterParameters {
   XmlRpc::XmlRpcValue box_list;   ///< As it was given.
-  RobotParts boxes;               ///< Of the list.
+  RobotParts boxes;               ///< From the list.
   std::string robot_description;  ///< Name of a parameter with a URDF; empty: none.
   std::string urdf_file;          ///< In place of it; empty: none.
-  double padding_m = 0.05;        ///< Of the shapes of the URDF.
-  std::string ignored_links;      ///< Of the URDF, with spaces in between.
+  double padding_m = 0.05;        ///< Enlarges the shapes of the URDF.
+  std::string ignored_links;      ///< Links of the URDF, separated by spaces.
   bool keep_free = false;  ///< Whether each cloud says that the voxels of the robot are free.
   RobotParts parts;        ///< All, once loadRobotParts() has read them.
 };
@@ -86,7 +86,7 @@ struct NodeParameters {
   SourceParameters
       source;  ///< The only one; or what those of the list have where they say nothing.
   XmlRpc::XmlRpcValue source_list;        ///< As it was given; no list: there is one source.
-  std::vector<SourceParameters> sources;  ///< Of the list.
+  std::vector<SourceParameters> sources;  ///< From the list.
   double order_wait_s =
       0.2;  ///< Longest time that a cloud waits for earlier ones of other sources.
   /// Its sensor_model is that of `source`, see makeMapConfig().

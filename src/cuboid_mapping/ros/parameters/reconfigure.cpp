@@ -129,7 +129,7 @@ std::map<std::string, XmlRpcValue> runtimeValues(const NodeParameters& parameter
 }
 
 dynamic_reconfigure::ConfigDescription describeConfig() {
-  // Where a number has no range: sliders of graphical clients need one that can be dragged. Values beyond are taken.
+  // For numbers without a range: sliders of graphical clients need one. Values beyond it are accepted.
   constexpr double kWidest = 1000.0;
   dynamic_reconfigure::ConfigDescription description;
   description.groups.emplace_back();

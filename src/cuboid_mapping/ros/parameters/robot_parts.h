@@ -21,8 +21,8 @@ struct Solid {
 /// A part of the robot, which moves along with a frame of tf.
 struct RobotPart {
   std::string frame_id;
-  Solid padded;  ///< What is measured in it is measured on the robot.
-  Solid exact;   ///< Where nothing but the robot can be.
+  Solid padded;  ///< Points in it are points on the robot.
+  Solid exact;   ///< Space that only the robot can occupy.
 };
 using RobotParts = std::vector<RobotPart>;
 

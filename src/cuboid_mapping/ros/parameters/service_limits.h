@@ -19,8 +19,8 @@ struct ServiceLimits {
   double max_time_s = 5.0;  ///< From when it has the map on.
   /// Bricks of 8 x 8 x 8 voxels, cuboids and the like that it looks at.
   int max_bricks = 20000000;
-  int max_entries = 1000000;  ///< Of a request, and of its answer.
-  int max_answer_mb = 100;    ///< Of the answer, MB.
+  int max_entries = 1000000;  ///< Most entries of a request, and of its answer.
+  int max_answer_mb = 100;    ///< Largest answer, MB.
   QueriesOutside outside = QueriesOutside::kRefuse;
 };
 

@@ -33,14 +33,14 @@ enum class SourceUse : unsigned char {
 
 /// Parameters that each source may have of its own.
 struct SourceParameters {
-  std::string name;                 ///< Of diagnostics and messages; empty: the topic.
+  std::string name;                 ///< Name in diagnostics and messages; empty: the topic.
   std::string topic = kCloudTopic;  ///< Before remapping, in the namespace of the node.
   SourceType type = SourceType::kPointCloud;
   std::string camera_info;  ///< Topic, of depth images; empty: beside that of the image.
   SourceUse use = SourceUse::kBoth;
-  double max_rate_hz = 0.0;    ///< Of messages, more are ignored; 0: no limit.
+  double max_rate_hz = 0.0;    ///< Messages beyond this rate are ignored; 0: no limit.
   bool deskew = false;         ///< Each point has the pose of its own time; else that of the stamp.
-  double depth_unit_m = 1e-3;  ///< Of depth images of whole numbers.
+  double depth_unit_m = 1e-3;  ///< Unit of depth images of whole numbers.
   std::string sensor_frame;    ///< Its origin is where beams start; "": the cloud's frame.
   double forget_after_s = 0.0;  ///< See Forgetting; 0: never.
   /// The thresholds are those of the map, the same for all sources.
@@ -49,7 +49,7 @@ struct SourceParameters {
   double end_margin_m = 0.0;       ///< See cuboid_mapping::BeamRanges.
   double min_range_m = 0.0;        ///< Nearer points are left out wholly; 0: none.
   double no_return_range_m = 0.0;  ///< Beams without return free space up to it; 0: are skipped.
-  NoReturnPoints no_return_points = NoReturnPoints::kRep117;  ///< What is such a beam.
+  NoReturnPoints no_return_points = NoReturnPoints::kRep117;  ///< Readings that count as no return.
   NoReturnRanges no_return_ranges_m;                          ///< Ranges that are such beams.
   /// Points outside are left out wholly; in the map's frame, with filter_ground in the base's.
   cuboid_mapping::MetricBox crop = {Eigen::Vector3d::Constant(-1e9),

@@ -15,7 +15,7 @@ struct NodeParameters;
 struct WindowParameters {
   std::string frame_id;  ///< That the window moves with; empty: there is no window.
   cuboid_mapping::WindowConfig config;
-  std::string file;  ///< Of the store.
+  std::string file;  ///< File of the store.
 
   [[nodiscard]] bool isOn() const { return !frame_id.empty(); }
   /// Whether there is a store.

@@ -86,7 +86,7 @@ class MapImageServer {
   std::atomic<std::uint64_t> updated_revision_{0};
   std::atomic<bool> is_publish_due_{false};
   std::deque<Message> outgoing_;         ///< Parts of a keyframe.
-  std::uint64_t keyframe_revision_ = 0;  ///< Of the last one.
+  std::uint64_t keyframe_revision_ = 0;  ///< Revision of the last keyframe.
   ros::WallTime next_keyframe_;          ///< At the earliest.
   GuardedThread thread_;
   ros::ServiceServer server_;

@@ -39,7 +39,7 @@ class MapPublisher {
   GuardedMap& map_;
   std::string server_;  ///< Namespace of the services.
   std::string frame_id_;
-  cuboid_mapping::MapDetail detail_;  ///< Of the topics.
+  cuboid_mapping::MapDetail detail_;  ///< Detail of the topics.
   std::uint64_t instance_;
   std::uint64_t published_revision_ = 0;
   ros::Publisher delta_publisher_;

@@ -21,7 +21,7 @@ using cuboid_mapping::CuboidMap;
 using visualization_msgs::Marker;
 using visualization_msgs::MarkerArray;
 
-constexpr std::int32_t kMaxEdge = 8;  ///< Of a cube, in voxels.
+constexpr std::int32_t kMaxEdge = 8;  ///< Longest edge of a cube, in voxels.
 
 Cell chunkOf(const Cell& cell) {
   constexpr std::int32_t kMask = ~(MarkerCache::kChunkEdge - 1);
@@ -42,7 +42,7 @@ Cell toSize(int size_id) {
           size_id / (kMaxEdge * kMaxEdge) + 1};
 }
 
-/// Where the piece that starts at `begin` ends, when [.., end) is cut at the multiples of 8.
+/// End of the piece from `begin` when [.., end) is cut at the multiples of 8.
 std::int32_t endOfPiece(std::int32_t begin, std::int32_t end, bool is_cut) {
   return is_cut ? std::min(end, (begin & ~(kMaxEdge - 1)) + kMaxEdge) : end;
 }

@@ -23,10 +23,10 @@ namespace cuboid_mapping_ros {
 struct MarkerStyle {
   cuboid_mapping::CuboidFilter filter = cuboid_mapping::CuboidFilter::kOccupied;
   std::string marker_namespace = "occupied";
-  /// Of occupied cuboids; free ones all have freeColor().
+  /// Colour of occupied cuboids; free ones all have freeColor().
   ColorBy color_by = ColorBy::kHeight;
   double color_period_m = 10.0;          ///< > 0; only used by kHeight, without a span.
-  std::optional<HeightSpan> color_span;  ///< Of kHeight: colours run once, and do not repeat.
+  std::optional<HeightSpan> color_span;  ///< For kHeight: colours run once, and do not repeat.
 };
 
 /// The style of each of the two marker topics.
@@ -129,7 +129,7 @@ class MarkerCache {
   std::set<cuboid_mapping::Cell> dirty_;                             ///< Least cells of chunks.
   bool is_everything_dirty_ = true;
   Eigen::Vector3d anchor_map_ =
-      Eigen::Vector3d::Zero();  ///< Of the markers' poses, see farAnchor().
+      Eigen::Vector3d::Zero();  ///< Origin of the markers' poses, see farAnchor().
   SizeSet changed_;             ///< Since the last takeDifference().
 };
 

@@ -19,7 +19,7 @@ namespace cuboid_mapping_ros {
 /// A topic of markers.
 struct MarkerTopic {
   std::string name;
-  std::string frame_id;    ///< Of the map.
+  std::string frame_id;    ///< Frame of the map.
   bool is_latched = true;  ///< false: a new listener gets the picture with the next message.
   double keyframe_period_s = 0.0;  ///< 0: no keyframes.
   MarkerStyle style;

@@ -61,7 +61,7 @@ class MapFilesService {
   GuardedMap& map_;
   CallbackGuard& guard_;
   std::string frame_id_;
-  cuboid_mapping::SnapshotLimits limits_;  ///< Of files that are loaded.
+  cuboid_mapping::SnapshotLimits limits_;  ///< Limits of loaded files.
   std::string autosave_file_;
   int num_earlier_;               ///< Saves that stay beside it.
   bool is_earlier_kept_ = false;  ///< Of what is there now: the last save has failed.

@@ -15,9 +15,9 @@ class GuardedMap;
 /// A map and how its frame gets its name.
 struct MapInFrame {
   GuardedMap& map;                                ///< The map and its lock.
-  std::string frame_id;                           ///< Of the map.
+  std::string frame_id;                           ///< Frame of the map.
   const tf2::BufferCore& tf;                      ///< For requests in other frames.
-  ServiceLimits limits = {};                      ///< Of each call.
+  ServiceLimits limits = {};                      ///< Limits of each call.
   const std::atomic<bool>* is_stopped = nullptr;  ///< true ends the work on all calls.
 };
 

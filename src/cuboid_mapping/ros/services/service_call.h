@@ -37,7 +37,7 @@ class Refusal : public std::runtime_error {
 /// Kind of the entries of a request.
 struct Entries {
   const char* name;          ///< As "boxes".
-  std::size_t answer_bytes;  ///< Of the answer to each.
+  std::size_t answer_bytes;  ///< Answer bytes of each entry.
 };
 
 /// A field of a request, or one of its elements: "size", "origins[3]".

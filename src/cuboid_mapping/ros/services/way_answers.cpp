@@ -45,7 +45,7 @@ constexpr Entries kPaths{"paths", 46};
 constexpr Entries kRays{"rays", 49};
 constexpr std::size_t kCorridorBytes = 200;
 
-/// Of a search for a corridor, when the request does not say.
+/// Default limit of a search for a corridor.
 constexpr double kTimeLimit_s = 1.0;
 
 /// The paths of a request, one by one.
