@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Boxes for planners, of files of maps: how many joined cuboids there are and what they take, and what covers of
 // few boxes add.
+#include "ablations/box_counts.h"
 #include "command_line.h"
 #include "cover_search.h"
 #include "cuboid_mapping/boxes/box_cover.h"
@@ -13,7 +14,6 @@
 #include <ctime>
 #include <iostream>
 #include <limits>
-#include <tuple>
 
 namespace cuboid_mapping {
 namespace {
@@ -25,44 +25,12 @@ struct Options {
   double search_s = 0.0;
 };
 
-/// Class, and extent across an axis: cuboids for which they are equal can be joined along it.
-auto keyAcross(const Cuboid& cuboid, int axis) {
-  const CellBox& box = cuboid.box;
-  const int second = (axis + 1) % 3;
-  const int third = (axis + 2) % 3;
-  return std::tuple(cuboid.occupancy, box.min[second], box.max[second], box.min[third],
-                    box.max[third]);
-}
-
-void joinAlong(int axis, std::vector<Cuboid>& cuboids) {
-  std::sort(cuboids.begin(), cuboids.end(), [axis](const Cuboid& a, const Cuboid& b) {
-    return std::pair(keyAcross(a, axis), a.box.min[axis]) <
-           std::pair(keyAcross(b, axis), b.box.min[axis]);
-  });
-  std::vector<Cuboid> joined;
-  for (const Cuboid& cuboid : cuboids) {
-    if (!joined.empty() && keyAcross(joined.back(), axis) == keyAcross(cuboid, axis) &&
-        joined.back().box.max[axis] == cuboid.box.min[axis]) {
-      joined.back().box.max[axis] = cuboid.box.max[axis];
-    } else {
-      joined.push_back(cuboid);
-    }
-  }
-  cuboids.swap(joined);
-}
-
 /// The least number of cuboids that the six orders of axes leave, each repeated until none can be joined.
 std::size_t countBestOfOrders(const std::vector<Cuboid>& all) {
   std::size_t best = all.size();
   std::array<int, 3> axes{0, 1, 2};
   do {
-    std::vector<Cuboid> cuboids = all;
-    std::size_t num_before = 0;
-    do {
-      num_before = cuboids.size();
-      for (const int axis : axes) joinAlong(axis, cuboids);
-    } while (cuboids.size() < num_before);
-    best = std::min(best, cuboids.size());
+    best = std::min(best, bench::countJoined(all, axes));
   } while (std::next_permutation(axes.begin(), axes.end()));
   return best;
 }

@@ -120,11 +120,11 @@ BoxCounts countBoxes(const VoxelStore& voxels, std::size_t max_bricks) {
   return counts;
 }
 
-std::size_t countJoined(std::vector<Cuboid> cuboids) {
+std::size_t countJoined(std::vector<Cuboid> cuboids, const std::array<int, 3>& axes) {
   std::size_t num_before = 0;
   do {
     num_before = cuboids.size();
-    for (int axis = 0; axis < 3; ++axis) joinAlong(axis, cuboids);
+    for (const int axis : axes) joinAlong(axis, cuboids);
   } while (cuboids.size() < num_before);
   return cuboids.size();
 }

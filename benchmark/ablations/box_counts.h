@@ -5,6 +5,7 @@
 #include "cuboid_mapping/occupancy/cuboid.h"
 #include "cuboid_mapping/voxels/voxel_store.h"
 
+#include <array>
 #include <cstddef>
 #include <vector>
 
@@ -26,7 +27,8 @@ struct BoxCounts {
 [[nodiscard]] BoxCounts countBoxes(const VoxelStore& voxels, std::size_t max_bricks);
 
 /// Cuboids that are left when neighbours of one class that form a box are joined, wherever bricks
-/// end, until there are none.
-[[nodiscard]] std::size_t countJoined(std::vector<Cuboid> cuboids);
+/// end, until there are none. @param axes  Order in which they are joined; the count depends on it.
+[[nodiscard]] std::size_t countJoined(std::vector<Cuboid> cuboids,
+                                      const std::array<int, 3>& axes = {0, 1, 2});
 
 }  // namespace cuboid_mapping::bench
