@@ -15,7 +15,7 @@ catkin_python_setup()
 add_message_files(FILES AnswerInfo.msg Box.msg CuboidBricks.msg CuboidMapUpdate.msg FullCuboidMap.msg MapCuboid.msg Observation.msg)
 add_service_files(FILES
   CastRays.srv CheckBoxes.srv CheckPath.srv CheckPoses.srv FindCorridor.srv FindNearest.srv FindNearestFree.srv
-  CorrectPoses.srv GetCuboids.srv GetDistances.srv GetFreeGraph.srv GetFrontiers.srv GetMap.srv GetObservations.srv LoadMap.srv MoveMap.srv
+  CorrectPoses.srv GetCuboids.srv GetDistances.srv GetFreeGraph.srv GetFrontiers.srv GetLocks.srv GetMap.srv GetObservations.srv LoadMap.srv MoveMap.srv
   QueryBox.srv SaveMap.srv SetBox.srv)
 add_action_files(FILES CorrectPoses.action LoadMap.action MoveMap.action SaveMap.action)
 generate_messages(DEPENDENCIES actionlib_msgs geometry_msgs nav_msgs std_msgs)

@@ -8,6 +8,7 @@
 #include "cuboid_mapping/FindNearestFree.h"
 #include "cuboid_mapping/GetCuboids.h"
 #include "cuboid_mapping/GetFreeGraph.h"
+#include "cuboid_mapping/GetLocks.h"
 #include "cuboid_mapping/SetBox.h"
 #include "cuboid_mapping/ros/services/service_call.h"
 #include "ros/node_probe.h"
@@ -110,7 +111,7 @@ TEST_F(NodePlannerTest, AnswersEveryQuestion) {
   EXPECT_EQ(corridor.response.boxes.size(), 1U) << "the room is one box";
 }
 
-TEST_F(NodePlannerTest, SetsAndLocksABox) {
+TEST_F(NodePlannerTest, SetsLocksAndUndoesABox) {
   const double free_m3 = freeVolume();
   SetBox box;
   box.request.boxes.emplace_back();
@@ -125,6 +126,20 @@ TEST_F(NodePlannerTest, SetsAndLocksABox) {
     ASSERT_TRUE(waitForInserted(i + 2));
   }
   EXPECT_NEAR(freeVolume(), free_m3 - 1.0, 1e-6) << "clouds do not change what is locked";
+
+  GetLocks locks;
+  ASSERT_TRUE(callService(std::string(kNode) + "/get_locks", locks));
+  EXPECT_TRUE(locks.response.info.success);
+  ASSERT_EQ(locks.response.boxes.size(), 1U);
+  EXPECT_NEAR(locks.response.boxes[0].max.x, 0.5, 1e-9);
+  std_srvs::Trigger undo;
+  ASSERT_TRUE(callService(std::string(kNode) + "/undo_edit", undo));
+  EXPECT_TRUE(undo.response.success) << undo.response.message;
+  EXPECT_NEAR(freeVolume(), free_m3, 1e-6);
+  ASSERT_TRUE(callService(std::string(kNode) + "/get_locks", locks));
+  EXPECT_TRUE(locks.response.boxes.empty());
+  ASSERT_TRUE(callService(std::string(kNode) + "/undo_edit", undo));
+  EXPECT_FALSE(undo.response.success);
 }
 
 TEST_F(NodePlannerTest, LeavesCloudsOutWhilePaused) {

@@ -1,15 +1,19 @@
 // SPDX-License-Identifier: BSD-3-Clause
+#include "cuboid_mapping/ros/map/edit_undo.h"
 #include "cuboid_mapping/ros/services/answers.h"
 
 #include "ros/map_in_frame.h"
+#include "support/snapshots.h"
 
 #include <cmath>
+#include <map>
 
 namespace cuboid_mapping_ros {
 namespace {
 
 using cuboid_mapping::CellBox;
 using cuboid_mapping::CuboidMap;
+using cuboid_mapping::GetLocks;
 using cuboid_mapping::Occupancy;
 using cuboid_mapping::SetBox;
 
@@ -23,6 +27,13 @@ class EditAnswers : public test::MapInFrameTest {
   }
   Occupancy at(const cuboid_mapping::Cell& cell) {
     return map_.read([&](const CuboidMap& map, const ros::Time&) { return map.voxels().at(cell); });
+  }
+  std::map<cuboid_mapping::Cell, float> snapshot() {
+    return map_.read(
+        [](const CuboidMap& map, const ros::Time&) { return cuboid_mapping::test::voxelsOf(map); });
+  }
+  std::vector<CellBox> lockedBoxes() {
+    return map_.read([](const CuboidMap& map, const ros::Time&) { return map.lockedBoxes(); });
   }
   double numFreeVoxels() {
     return map_.read(
@@ -72,9 +83,6 @@ TEST_F(EditAnswers, SetTheProbabilityWithinTheClampingThresholds) {
 }
 
 TEST_F(EditAnswers, LockAndUnlock) {
-  const auto lockedBoxes = [&] {
-    return map_.read([](const CuboidMap& map, const ros::Time&) { return map.lockedBoxes(); });
-  };
   auto request = makeRequest(SetBox::Request::KEEP);
   request.lock = true;
   const auto response = answer<SetBox>(in_frame_, request);
@@ -84,6 +92,79 @@ TEST_F(EditAnswers, LockAndUnlock) {
   request.lock = false;
   EXPECT_TRUE(answer<SetBox>(in_frame_, request).info.success);
   EXPECT_TRUE(lockedBoxes().empty());
+}
+
+TEST_F(EditAnswers, AreUndoneOneByOneInEachClassWithTheirLocks) {
+  using Request = SetBox::Request;
+  auto request = makeRequest(Request::KEEP);
+  request.lock = true;
+  EXPECT_TRUE(answer<SetBox>(in_frame_, request).info.success);
+  const auto locked = lockedBoxes();
+  const auto response = answer<GetLocks>(in_frame_, {});
+  ASSERT_EQ(response.boxes.size(), 1U);
+  expectNear(response.boxes[0].min, 0.9, 0.0, 0.0);
+  expectNear(response.boxes[0].max, 1.2, 1.0, 1.0);
+  const auto before = snapshot();
+  for (const std::uint8_t occupancy : {Request::FREE, Request::OCCUPIED, Request::UNKNOWN}) {
+    EXPECT_TRUE(answer<SetBox>(in_frame_, makeRequest(occupancy)).info.success);
+    EXPECT_TRUE(answer<GetLocks>(in_frame_, {}).boxes.empty());
+    EXPECT_NE(snapshot(), before);
+    EXPECT_TRUE(undoEdit(map_).success);
+    EXPECT_EQ(snapshot(), before) << "occupancy " << int{occupancy};
+    EXPECT_EQ(lockedBoxes(), locked);
+  }
+  EXPECT_EQ(undoEdit(map_).message, "undone; 0 more can be undone");
+  EXPECT_TRUE(lockedBoxes().empty());
+  const auto end = undoEdit(map_);
+  EXPECT_FALSE(end.success);
+  EXPECT_NE(end.message.find("nothing to undo"), std::string::npos) << end.message;
+}
+
+TEST_F(EditAnswers, AreUndoneAsAWholeWhereBoxesOverlapAndCloudsCameLater) {
+  const auto before = snapshot();
+  auto request = makeRequest(SetBox::Request::OCCUPIED);
+  request.boxes.push_back(box({0.5, 0.0, 0.0}, {1.1, 1.0, 30.0}));
+  EXPECT_TRUE(answer<SetBox>(in_frame_, request).info.success);
+  map_.change(ros::Time(8.0), [](CuboidMap& map) {
+    return map.replace({{10, 0, 0}, {11, 3, 10}}, {{{{10, 0, 0}, {11, 3, 10}}, 0.25F}});
+  });
+  EXPECT_TRUE(undoEdit(map_).success);
+  EXPECT_EQ(snapshot(), before);
+}
+
+TEST_F(EditAnswers, AreNotUndoneInAMapThatWasReplacedNorBeyondTheirNumber) {
+  for (std::size_t i = 0; i <= EditUndo::kMaxEdits; ++i) {
+    EXPECT_TRUE(answer<SetBox>(in_frame_, makeRequest(SetBox::Request::FREE)).info.success);
+  }
+  for (std::size_t i = 0; i < EditUndo::kMaxEdits; ++i) EXPECT_TRUE(undoEdit(map_).success);
+  EXPECT_FALSE(undoEdit(map_).success);
+  EXPECT_TRUE(answer<SetBox>(in_frame_, makeRequest(SetBox::Request::FREE)).info.success);
+  map_.replaceAll([](CuboidMap& map, ros::Time& /*stamp*/) { return map.clear(); });
+  EXPECT_FALSE(undoEdit(map_).success);
+  EXPECT_EQ(numFreeVoxels(), 0.0);
+}
+
+TEST_F(EditAnswers, AreDroppedBeyondTheirBytesTheOldestFirst) {
+  const CellBox brick{{0, 0, 0}, {8, 8, 8}};
+  const CellBox room{{0, 0, 0}, {20, 10, 10}};
+  EditUndo undo(300);
+  map_.edit([&](CuboidMap& map, const ros::Time& /*stamp*/) {
+    for (int i = 0; i < 4; ++i) {
+      undo.begin();
+      undo.keep(map, {});
+      undo.keep(map, brick);
+    }
+    EXPECT_EQ(undo.size(), 4U);
+    EXPECT_EQ(undo.nextBox(), brick);
+    undo.begin();
+    while (undo.size() > 1) undo.keep(map, brick);
+    EXPECT_EQ(undo.size(), 1U);
+    undo.keep(map, room);
+    EXPECT_EQ(undo.size(), 0U);
+    undo.keep(map, brick);  // Of an edit that is too large.
+    EXPECT_EQ(undo.size(), 0U);
+    return undo.undoPart(map);
+  });
 }
 
 TEST_F(EditAnswers, SetAllBoxesOrNone) {

@@ -289,6 +289,12 @@ TEST_F(WindowAnswers, EditsAreMadeInAPartThatIsOnDisk) {
   set({{3, 3, 3}, {5, 5, 5}}, model.max());
   set({{0, 0, 0}, {2, 2, 2}}, model.min());
   EXPECT_EQ(voxelsOfSaved(map_, folder_ / "after.cuboids"), expected);
+  EXPECT_EQ(numOnDisk(), 1U);
+  EXPECT_EQ(undoEdit(map_).message, "undone; 1 more can be undone");
+  goAway();
+  EXPECT_TRUE(undoEdit(map_).success);
+  goAway();
+  EXPECT_EQ(voxelsOfSaved(map_, folder_ / "undone.cuboids"), before);
 }
 
 TEST_F(WindowAnswers, AFileIsPutInTheMapAndInThePlaceOfIt) {

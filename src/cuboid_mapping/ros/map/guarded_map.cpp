@@ -2,6 +2,7 @@
 #include "cuboid_mapping/ros/map/guarded_map.h"
 
 #include <new>
+#include <utility>
 
 namespace cuboid_mapping_ros {
 namespace {
@@ -45,12 +46,37 @@ void GuardedMap::exchange(cuboid_mapping::MapCorrection& correction) {
   cuboid_mapping::CuboidMap& corrected = correction.map();
   followSensorModel(map_, corrected);
   const WriteLock alone(mutex_);
-  ++num_replaced_;
+  noteReplaced();
   noteChangesOf([&] {
     map_.setLocked(corrected.lockedBoxes());
     return map_.exchange(corrected);
   });
   if (window_) window_->noteReplaced(map_);
+}
+
+std::unique_lock<std::mutex> GuardedMap::beginEdit() {
+  std::unique_lock<std::mutex> turn(edit_turn_);
+  const ChangeLock lock(*this);
+  undo_.begin();
+  return turn;
+}
+
+std::optional<std::size_t> GuardedMap::undoEdit() {
+  const std::lock_guard<std::mutex> turn(edit_turn_);
+  const PageHold stay = hold();
+  const auto look = [this] {
+    return read([this](const auto& /*map*/, const auto& /*stamp*/) {
+      return std::pair(undo_.size(), undo_.nextBox());
+    });
+  };
+  const std::size_t num_edits = look().first;
+  if (num_edits == 0) return std::nullopt;
+  std::size_t num_left = num_edits;
+  while (num_left == num_edits) {
+    editIn(look().second, [this](auto& map, const auto& /*stamp*/) { return undo_.undoPart(map); });
+    num_left = look().first;
+  }
+  return num_left;
 }
 
 /// The part of an update that the window admits; its pages are there.

@@ -3,6 +3,7 @@
 
 #include "cuboid_mapping/map/cuboid_map.h"
 #include "cuboid_mapping/query/budget.h"
+#include "cuboid_mapping/ros/map/edit_undo.h"
 #include "cuboid_mapping/ros/map/kept_history.h"
 #include "cuboid_mapping/ros/map/phase_fair_mutex.h"
 #include "cuboid_mapping/voxels/brick_table.h"
@@ -85,7 +86,7 @@ class GuardedMap {
   template <typename WorkT>
   void replaceAll(const WorkT& work) {
     const ChangeLock lock(*this);
-    ++num_replaced_;
+    noteReplaced();
     noteChangesOf([&] { return work(map_, stamp_); });
     if (history_) history_->restart(map_);
     if (window_) window_->noteReplaced(map_);
@@ -109,6 +110,16 @@ class GuardedMap {
     noteChangesOf([&] { return work(map_, std::as_const(stamp_)); });
     if (history_) history_->addEdit({}, map_);
   }
+
+  /// Begins an edit that undoEdit() undoes: calls of edit() and editIn() with keepForUndo(), as long as the turn lives.
+  /// Edits wait for each other, so that the last one is undone exactly.
+  [[nodiscard]] std::unique_lock<std::mutex> beginEdit();
+  /// Keeps the voxels of a box, and the locks, before they change. @pre Within the work of an edit that has begun.
+  void keepForUndo(const cuboid_mapping::CellBox& box) { undo_.keep(map_, box); }
+  /// Restores the voxels and locks that the last edit replaced, also where clouds have changed them since; see EditUndo.
+  /// @return Number of edits that can still be undone; nothing when there was none.
+  /// @throws std::bad_alloc, cuboid_mapping::MapFileError  The next call undoes the rest of the edit.
+  std::optional<std::size_t> undoEdit();
 
   /// Reads the map. @param work  (const CuboidMap&, const ros::Time& stamp) -> any.
   template <typename WorkT>
@@ -213,6 +224,10 @@ class GuardedMap {
     int generation_;
   };
 
+  void noteReplaced() {
+    ++num_replaced_;
+    undo_.clear();
+  }
   [[nodiscard]] std::unique_lock<std::mutex> waitToChange() const {
     const std::lock_guard<std::mutex> turn(change_turn_);
     return std::unique_lock<std::mutex>(change_);
@@ -260,7 +275,9 @@ class GuardedMap {
   std::unique_ptr<KeptHistory> history_;               ///< May be null.
   std::atomic<int> num_holds_{0};
   std::uint64_t num_replaced_ = 0;
-  ros::Time stamp_;  ///< Stamp of the last cloud in the map; 0 when there is none.
+  std::mutex edit_turn_;  ///< Held by the thread that edits, or undoes an edit.
+  EditUndo undo_;         ///< Guarded as the map.
+  ros::Time stamp_;       ///< Stamp of the last cloud in the map; 0 when there is none.
   std::string progress_;
   std::mutex changes_mutex_;
   bool is_everything_changed_ = false;

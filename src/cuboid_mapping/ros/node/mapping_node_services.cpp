@@ -8,6 +8,7 @@
 
 #include <ros/console.h>
 #include <std_srvs/SetBool.h>
+#include <std_srvs/Trigger.h>
 
 #include <sstream>
 #include <utility>
@@ -18,6 +19,7 @@ using cuboid_mapping::MoveMap;
 using cuboid_mapping::SetBox;
 using std_srvs::Empty;
 using std_srvs::SetBool;
+using std_srvs::Trigger;
 
 void MappingNode::advertiseServices() {
   servers_ =
@@ -27,6 +29,12 @@ void MappingNode::advertiseServices() {
       kSetBoxService, [this](SetBox::Request& request, SetBox::Response& response) {
         response = answer<SetBox>(map_in_frame_, request);
         if (response.info.success != 0) publishSoon();
+        return true;
+      }));
+  servers_.push_back(nh.advertiseService<Trigger::Request, Trigger::Response>(
+      kUndoEditService, [this](Trigger::Request& /*request*/, Trigger::Response& response) {
+        response = undoEdit(map_);
+        if (response.success != 0) publishSoon();
         return true;
       }));
   servers_.push_back(nh.advertiseService<SetBool::Request, SetBool::Response>(

@@ -102,7 +102,9 @@ std::string clearBox(GuardedMap& map, const MetricBox& box_map, const ServiceLim
   std::size_t num_pages = 0;
   std::string error = loadPages(map, *cells, limits, num_pages);
   if (!error.empty()) return error;
+  const auto turn = map.beginEdit();
   map.editIn(*cells, [&](CuboidMap& content, const ros::Time& /*stamp*/) {
+    map.keepForUndo(*cells);
     return clearCells(content, *cells);
   });
   return {};

@@ -15,8 +15,11 @@
 #include <cuboid_mapping/GetDistances.h>
 #include <cuboid_mapping/GetFreeGraph.h>
 #include <cuboid_mapping/GetFrontiers.h>
+#include <cuboid_mapping/GetLocks.h>
 #include <cuboid_mapping/QueryBox.h>
 #include <cuboid_mapping/SetBox.h>
+
+#include <std_srvs/Trigger.h>
 
 #include <new>
 #include <string>
@@ -51,10 +54,15 @@ void answer(ServiceCall& call, const cuboid_mapping::GetFrontiers::Request& requ
             cuboid_mapping::GetFrontiers::Response& response);
 void answer(ServiceCall& call, const cuboid_mapping::FindCorridor::Request& request,
             cuboid_mapping::FindCorridor::Response& response);
+void answer(ServiceCall& call, const cuboid_mapping::GetLocks::Request& request,
+            cuboid_mapping::GetLocks::Response& response);
 /// When one of the boxes is refused, none is set. When there is not enough memory, what was set until then stays.
 void answer(ServiceCall& call, const cuboid_mapping::SetBox::Request& request,
             cuboid_mapping::SetBox::Response& response);
 ///@}
+
+/// Answer of ~undo_edit, see GuardedMap::undoEdit().
+[[nodiscard]] std_srvs::Trigger::Response undoEdit(GuardedMap& map);
 
 /// Bricks of 8 x 8 x 8 voxels that one ~set_box may make free or occupied: each takes memory.
 constexpr double kMaxSetBricks = 2e6;

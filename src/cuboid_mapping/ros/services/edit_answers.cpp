@@ -16,6 +16,7 @@ using cuboid_mapping::Budget;
 using cuboid_mapping::CellBox;
 using cuboid_mapping::ChangeSet;
 using cuboid_mapping::CuboidMap;
+using cuboid_mapping::GetLocks;
 using cuboid_mapping::SensorModel;
 using cuboid_mapping::SetBox;
 using cuboid_mapping::toText;
@@ -90,6 +91,7 @@ void setBox(GuardedMap& map, const CellBox& box, const SetRequest& request, Budg
   };
   if (request.occupancy == SetRequest::KEEP) {
     return map.edit([&](CuboidMap& content, const ros::Time& /*stamp*/) {
+      map.keepForUndo({});
       set_lock(content);
       return ChangeSet{content.revision(), false, {}};
     });
@@ -100,6 +102,7 @@ void setBox(GuardedMap& map, const CellBox& box, const SetRequest& request, Budg
   for (const CellBox& part : is_divided ? divide(box) : std::vector<CellBox>{box}) {
     if (!budget.lookNow()) return;
     map.editIn(part, [&](CuboidMap& content, const ros::Time& /*stamp*/) {
+      map.keepForUndo(part);
       if (!std::exchange(is_locked, true)) set_lock(content);
       return setPart(content, part, request);
     });
@@ -118,12 +121,35 @@ void answer(ServiceCall& call, const SetBox::Request& request, SetBox::Response&
                   " bricks of 8 x 8 x 8 voxels: at most " + toText(kMaxSetBricks) +
                   " can be set free or occupied at once");
   }
+  const auto turn = call.map().beginEdit();
   call.changeEach(kSetBoxes, boxes.size(), [&](std::size_t i, Budget& budget) {
     setBox(call.map(), boxes[i], request, budget);
   });
   for (std::size_t i = 0; i < call.info().answered; ++i) {
     response.boxes.push_back(boxMessage(call.map().grid(), boxes[i]));
   }
+}
+
+void answer(ServiceCall& call, const GetLocks::Request& /*request*/, GetLocks::Response& response) {
+  call.read(sizeof(cuboid_mapping::Box), [&](const CuboidMap& map, Budget& /*budget*/) {
+    for (const CellBox& box : map.lockedBoxes()) {
+      response.boxes.push_back(boxMessage(map.grid(), box));
+    }
+  });
+}
+
+std_srvs::Trigger::Response undoEdit(GuardedMap& map) {
+  std_srvs::Trigger::Response response;
+  try {
+    const auto num_left = map.undoEdit();
+    response.success = static_cast<std::uint8_t>(num_left.has_value());
+    response.message = num_left ? "undone; " + std::to_string(*num_left) + " more can be undone"
+                                : "nothing to undo: at most 20 edits (64 MB) are kept, none from "
+                                  "before the map was reset, loaded, moved or corrected";
+  } catch (const std::exception& exception) {
+    response.message = std::string("undone in part, call again for the rest: ") + exception.what();
+  }
+  return response;
 }
 
 }  // namespace cuboid_mapping_ros

@@ -32,7 +32,8 @@ std::vector<ros::ServiceServer> advertisePlannerServices(ros::NodeHandle nh,
           advertise<cuboid_mapping::GetFreeGraph>(nh, kGetFreeGraphService, map),
           advertise<cuboid_mapping::GetDistances>(nh, kGetDistancesService, map),
           advertise<cuboid_mapping::GetFrontiers>(nh, kGetFrontiersService, map),
-          advertise<cuboid_mapping::FindCorridor>(nh, kFindCorridorService, map)};
+          advertise<cuboid_mapping::FindCorridor>(nh, kFindCorridorService, map),
+          advertise<cuboid_mapping::GetLocks>(nh, kGetLocksService, map)};
 }
 
 }  // namespace cuboid_mapping_ros

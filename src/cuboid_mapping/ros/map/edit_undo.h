@@ -1,0 +1,55 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include "cuboid_mapping/map/cuboid_map.h"
+
+#include <cstddef>
+#include <deque>
+#include <vector>
+
+namespace cuboid_mapping_ros {
+
+/// The voxels and locks that the last edits of a map replaced. Not thread-safe.
+///
+/// Beyond kMaxEdits or `max_bytes` the oldest edits are dropped. An edit beyond `max_bytes` drops all: the earlier ones
+/// cannot be undone exactly without it.
+class EditUndo {
+ public:
+  static constexpr std::size_t kMaxEdits = 20;
+
+  explicit EditUndo(std::size_t max_bytes = std::size_t{64} << 20) : max_bytes_(max_bytes) {}
+
+  /// Begins an edit.
+  void begin() { state_ = State::kBegun; }
+  /// Keeps the voxels of a box, and the locks, before the edit changes them. Nothing after clear(), until begin().
+  /// @throws std::bad_alloc
+  void keep(const cuboid_mapping::CuboidMap& map, const cuboid_mapping::CellBox& box);
+  /// Drops all edits, as when the whole map is replaced.
+  void clear();
+
+  /// Number of edits that can be undone.
+  [[nodiscard]] std::size_t size() const { return edits_.size(); }
+  /// Box that undoPart() changes; empty when it changes no voxel.
+  [[nodiscard]] cuboid_mapping::CellBox nextBox() const;
+  /// Undoes the newest part of the last edit. After its last part, size() is one less. Nothing when size() is 0.
+  /// @throws std::bad_alloc  The next call undoes the same part.
+  cuboid_mapping::ChangeSet undoPart(cuboid_mapping::CuboidMap& map);
+
+ private:
+  enum class State { kClosed, kBegun, kOpen };
+  struct Part {
+    cuboid_mapping::CellBox box;
+    std::vector<cuboid_mapping::VoxelBrick> bricks;
+  };
+  struct Edit {
+    std::vector<cuboid_mapping::CellBox> locked;
+    std::vector<Part> parts;
+    std::size_t num_bytes = 0;
+  };
+
+  std::size_t max_bytes_;
+  State state_ = State::kClosed;
+  std::deque<Edit> edits_;
+};
+
+}  // namespace cuboid_mapping_ros
