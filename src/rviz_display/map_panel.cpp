@@ -7,7 +7,6 @@
 #include "cuboid_mapping/ros/middleware/names.h"
 
 #include <ros/names.h>
-#include <ros/service.h>
 #include <rviz/display.h>
 #include <rviz/display_group.h>
 #include <rviz/visualization_manager.h>
@@ -25,8 +24,6 @@
 #include <QVBoxLayout>
 
 #include <stdexcept>
-#include <thread>
-#include <utility>
 
 namespace cuboid_mapping_rviz {
 namespace {
@@ -38,25 +35,6 @@ namespace names = cuboid_mapping_ros;
 constexpr int kLookPeriod_ms = 100;
 /// Diagnostics come once a second, unless diagnostic_period says otherwise.
 constexpr std::chrono::seconds kMaxSilence{5};
-
-/// Calls a service. @throw std::runtime_error when nobody answers.
-template <typename ServiceT>
-typename ServiceT::Response call(const std::string& name,
-                                 const typename ServiceT::Request& request) {
-  typename ServiceT::Request asked = request;
-  typename ServiceT::Response response;
-  if (!ros::service::exists(name, false)) throw std::runtime_error("nobody offers " + name);
-  if (!ros::service::call(name, asked, response)) {
-    throw std::runtime_error(name + " has ended without an answer");
-  }
-  return response;
-}
-
-template <typename ResponseT>
-std::string textOf(const ResponseT& response, const std::string& when_done) {
-  if (!response.info.success) throw std::runtime_error(response.info.message);
-  return when_done;
-}
 
 /// The value of a line of a status; empty when there is none.
 QString findValue(const DiagnosticStatus& status, const char* key) {
@@ -106,6 +84,8 @@ MapPanel::MapPanel(QWidget* parent) : rviz::Panel(parent) {
   box_shown_->setObjectName("box");
   box_shown_->setToolTip("Shows a box in the scene; pull at its sides, or move it (tool Interact)");
   connect(box_shown_, SIGNAL(toggled(bool)), this, SLOT(showBox(bool)));
+  locks_ = new QLabel;
+  locks_->setObjectName("locks");
   answer_label_ = new QLabel;
   answer_label_->setObjectName("answer");
   answer_label_->setWordWrap(true);
@@ -127,6 +107,7 @@ MapPanel::MapPanel(QWidget* parent) : rviz::Panel(parent) {
   layout->addWidget(figures_);
   layout->addWidget(buttons_);
   layout->addWidget(answer_label_);
+  layout->addWidget(locks_);
   layout->addStretch();
   auto* timer = new QTimer(this);
   connect(timer, SIGNAL(timeout()), this, SLOT(look()));
@@ -200,28 +181,25 @@ void MapPanel::look() {
     figures_->clear();
   }
   takeAnswer();
+  if (lock_watch_.update(server_->text().toStdString())) locks_->setText(lock_watch_.text());
 }
 
 void MapPanel::start(const char* what, const char* service, const Call& call) {
-  if (answer_.valid()) return;
+  if (caller_.isBusy()) return;
   what_ = what;
   answer_label_->setText(what_ + " ...");
   buttons_->setEnabled(false);
-  std::packaged_task<std::string()> task(
-      [call, server = server_->text().toStdString(), service = std::string(service)] {
-        return call(ros::names::resolve(server) + "/" + service);
-      });
-  answer_ = task.get_future();
-  std::thread(std::move(task)).detach();  // A server that never answers must not keep rviz open.
+  caller_.start([call, server = server_->text().toStdString(), service = std::string(service)] {
+    return call(ros::names::resolve(server) + "/" + service);
+  });
 }
 
 void MapPanel::takeAnswer() {
-  if (!answer_.valid() || answer_.wait_for(std::chrono::seconds(0)) != std::future_status::ready) {
-    return;
-  }
+  if (!caller_.isDone()) return;
   buttons_->setEnabled(true);
+  lock_watch_.askSoon();
   try {
-    answer_label_->setText(what_ + ": " + QString::fromStdString(answer_.get()));
+    answer_label_->setText(what_ + ": " + QString::fromStdString(caller_.take()));
   } catch (const std::exception& exception) {
     answer_label_->setText(
         paint(what_ + ": " + exception.what(), colorOf(DiagnosticStatus::ERROR)));
@@ -254,9 +232,9 @@ void MapPanel::saveMap() {
   cuboid_mapping::SaveMap::Request request;
   request.filename = file_->text().toStdString();
   start("Save", names::kSaveMapService, [request](const std::string& name) {
-    const auto response = call<cuboid_mapping::SaveMap>(name, request);
-    return textOf(response, std::to_string(response.cuboids) + " cuboids, " +
-                                std::to_string(response.bytes) + " bytes");
+    const auto response = callAnswered<cuboid_mapping::SaveMap>(name, request);
+    return std::to_string(response.cuboids) + " cuboids, " + std::to_string(response.bytes) +
+           " bytes";
   });
 }
 
@@ -265,8 +243,8 @@ void MapPanel::loadMap() {
   cuboid_mapping::LoadMap::Request request;
   request.filename = file_->text().toStdString();
   start("Load", names::kLoadMapService, [request](const std::string& name) {
-    const auto response = call<cuboid_mapping::LoadMap>(name, request);
-    return textOf(response, std::to_string(response.cuboids) + " cuboids");
+    const auto response = callAnswered<cuboid_mapping::LoadMap>(name, request);
+    return std::to_string(response.cuboids) + " cuboids";
   });
 }
 
@@ -307,8 +285,8 @@ void MapPanel::editBox(const char* what, const BoxEdit& edit) {
   request.lock = edit.is_locked ? 1 : 0;
   start(what, names::kSetBoxService,
         [request, when_done = edit.when_done](const std::string& name) {
-          const auto response = call<SetBox>(name, request);
-          return textOf(response, response.info.truncated != 0 ? response.info.message : when_done);
+          const auto response = callAnswered<SetBox>(name, request);
+          return response.info.truncated != 0 ? response.info.message : std::string(when_done);
         });
 }
 

@@ -3,6 +3,8 @@
 
 #ifndef Q_MOC_RUN
 #include "box_marker.h"
+#include "lock_watch.h"
+#include "service_caller.h"
 
 #include <diagnostic_msgs/DiagnosticArray.h>
 #include <ros/node_handle.h>
@@ -12,7 +14,6 @@
 
 #include <chrono>
 #include <functional>
-#include <future>
 #include <memory>
 #include <string>
 
@@ -26,7 +27,7 @@ namespace cuboid_mapping_rviz {
 
 /// rviz's panel "Cuboid mapping": what a node says of itself in /diagnostics, and its services as buttons.
 ///
-/// A service is called in a thread of its own, one at a time; rviz goes on meanwhile, and may be closed.
+/// Services are called as ServiceCaller does, one at a time.
 /// Objects have names, by which tests find them.
 class MapPanel : public rviz::Panel {
   Q_OBJECT
@@ -70,13 +71,15 @@ class MapPanel : public rviz::Panel {
   QPushButton* pause_ = nullptr;
   QLineEdit* file_ = nullptr;
   QCheckBox* box_shown_ = nullptr;
+  QLabel* locks_ = nullptr;
   QLabel* answer_label_ = nullptr;
   QWidget* buttons_ = nullptr;
 
   bool is_paused_ = false;  ///< As the server said last.
   Clock::time_point last_heard_;
-  QString what_;                     ///< Is being called.
-  std::future<std::string> answer_;  ///< Does not wait for its thread when it goes.
+  QString what_;  ///< Is being called.
+  ServiceCaller<std::string> caller_;
+  LockWatch lock_watch_;
   std::unique_ptr<BoxMarker> box_;
   ros::NodeHandle nh_;
   ros::Subscriber diagnostics_;

@@ -35,6 +35,8 @@ class RvizWindow {
   void drawFrame();
 
   [[nodiscard]] rviz::VisualizationManager& manager() { return manager_; }
+  /// Takes the events of mouse and keys.
+  [[nodiscard]] rviz::RenderPanel& panel() { return panel_; }
   /// Of the last frame.
   [[nodiscard]] Ogre::RenderTarget::FrameStats statistics();
   /// Red, green and blue of all pixels, one after the other.

@@ -137,8 +137,10 @@ TEST_F(MapPanelTest, ClearsAndLocksTheBoxThatTheUserPulls) {
   EXPECT_GT(ask({3.2F, -1, -1}, {4, 1, 1}).unknown_volume, 0.0);
   click("lock");
   EXPECT_TRUE(says("answer", "clouds do not change the box"));
+  EXPECT_TRUE(says("locks", "locked boxes: 1\n(-1, -1, -1) to (3, 1, 1) m")) << text("locks");
   click("unlock");
   EXPECT_TRUE(says("answer", "clouds change the box again"));
+  EXPECT_TRUE(window().updateUntil([&] { return text("locks").empty(); }, 30.0)) << text("locks");
 }
 
 TEST_F(MapPanelTest, SaysWhenThereIsNoSuchServer) {

@@ -210,13 +210,19 @@ class TestDisplay(unittest.TestCase):
     def test_does_not_crash_or_block(self):
         self.expect_success('test_display_life')
 
-    def test_panel_shows_and_calls_a_node(self):
+    def expect_success_beside_node(self, name):
         node = start('rosrun', 'cuboid_mapping', 'cuboid_mapping_node', '__name:=mapping', '__ns:=/panel',
                      f'_map_file:={self.map}', '_resolution:=0.2')
         try:
-            self.expect_success('test_map_panel')
+            self.expect_success(name)
         finally:
             stop(node)
+
+    def test_panel_shows_and_calls_a_node(self):
+        self.expect_success_beside_node('test_map_panel')
+
+    def test_tool_edits_with_the_mouse(self):
+        self.expect_success_beside_node('test_edit_tool')
 
 
 if __name__ == '__main__':
