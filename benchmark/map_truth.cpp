@@ -274,7 +274,7 @@ void measure(const TruthOptions& options, const std::vector<Scan>& scans, const 
   }
 }
 
-std::vector<Scan> readScans(const std::string& path) {
+std::vector<Scan> readDataset(const std::string& path) {
   const auto dataset = openScanDataset(path);
   std::vector<Scan> scans;
   for (std::size_t i = 0; i < dataset->size(); ++i) {
@@ -291,7 +291,7 @@ void measureDataset(TruthOptions options) {
   octomap::OcTree tree(0.1);
   if (!tree.readBinary(options.truth)) throw std::runtime_error("cannot read " + options.truth);
   options.resolution_m = tree.getResolution();
-  measure(options, readScans(options.dataset), truthOf(tree, Grid(options.resolution_m)));
+  measure(options, readDataset(options.dataset), truthOf(tree, Grid(options.resolution_m)));
 }
 
 int run(int argc, char** argv) {

@@ -39,7 +39,7 @@ MapConfig makeConfig(const Options& options) {
   return config;
 }
 
-std::vector<Scan> readScans(const Options& options) {
+std::vector<Scan> readDataset(const Options& options) {
   const auto dataset = openScanDataset(options.dataset);
   std::vector<Scan> scans;
   scans.reserve(dataset->size());
@@ -173,7 +173,7 @@ int run(int argc, char** argv) {
   line.addNumber("resolution", options.resolution_m, "edge of a voxel [m]", {0.001, 100.0});
   line.addNumber("rate", options.rate_hz, "of the clouds [Hz]", {0.01, 1000.0});
   if (const auto status = line.parse(argc, argv)) return *status;
-  const std::vector<Scan> scans = readScans(options);
+  const std::vector<Scan> scans = readDataset(options);
   measureLatency(options, scans);
   measureBytes(options, scans);
   return 0;

@@ -9,31 +9,31 @@
 namespace cuboid_mapping {
 namespace {
 
-std::string toText(const SearchDirections& directions) {
+std::string textOf(const SearchDirections& directions) {
   return cuboid_mapping::toText(SearchStrategy{SearchStrategy::Order::kFixed, directions});
 }
 
 TEST(PaperDirections, ofACubeAreFixed) {
-  EXPECT_EQ(toText(paperDirections({1, 1, 1})), "+x +y +z -x -y -z");
-  EXPECT_EQ(toText(paperDirections({5, 5, 5})), "+x +y +z -x -y -z");
+  EXPECT_EQ(textOf(paperDirections({1, 1, 1})), "+x +y +z -x -y -z");
+  EXPECT_EQ(textOf(paperDirections({5, 5, 5})), "+x +y +z -x -y -z");
 }
 
 TEST(PaperDirections, ofACuboidGoByDecreasingWidth) {
-  EXPECT_EQ(toText(paperDirections({1, 2, 3})), "+z +y +x -z -y -x");
-  EXPECT_EQ(toText(paperDirections({1, 3, 2})), "+y +z +x -y -z -x");
-  EXPECT_EQ(toText(paperDirections({2, 1, 3})), "+z +x +y -z -x -y");
-  EXPECT_EQ(toText(paperDirections({2, 3, 1})), "+y +x +z -y -x -z");
-  EXPECT_EQ(toText(paperDirections({3, 1, 2})), "+x +z +y -x -z -y");
-  EXPECT_EQ(toText(paperDirections({3, 2, 1})), "+x +y +z -x -y -z");
+  EXPECT_EQ(textOf(paperDirections({1, 2, 3})), "+z +y +x -z -y -x");
+  EXPECT_EQ(textOf(paperDirections({1, 3, 2})), "+y +z +x -y -z -x");
+  EXPECT_EQ(textOf(paperDirections({2, 1, 3})), "+z +x +y -z -x -y");
+  EXPECT_EQ(textOf(paperDirections({2, 3, 1})), "+y +x +z -y -x -z");
+  EXPECT_EQ(textOf(paperDirections({3, 1, 2})), "+x +z +y -x -z -y");
+  EXPECT_EQ(textOf(paperDirections({3, 2, 1})), "+x +y +z -x -y -z");
 }
 
 TEST(PaperDirections, ofEqualWidthsGoByName) {
-  EXPECT_EQ(toText(paperDirections({1, 1, 2})), "+z +x +y -z -x -y");
-  EXPECT_EQ(toText(paperDirections({1, 2, 1})), "+y +x +z -y -x -z");
-  EXPECT_EQ(toText(paperDirections({2, 1, 1})), "+x +y +z -x -y -z");
-  EXPECT_EQ(toText(paperDirections({1, 2, 2})), "+y +z +x -y -z -x");
-  EXPECT_EQ(toText(paperDirections({2, 1, 2})), "+x +z +y -x -z -y");
-  EXPECT_EQ(toText(paperDirections({2, 2, 1})), "+x +y +z -x -y -z");
+  EXPECT_EQ(textOf(paperDirections({1, 1, 2})), "+z +x +y -z -x -y");
+  EXPECT_EQ(textOf(paperDirections({1, 2, 1})), "+y +x +z -y -x -z");
+  EXPECT_EQ(textOf(paperDirections({2, 1, 1})), "+x +y +z -x -y -z");
+  EXPECT_EQ(textOf(paperDirections({1, 2, 2})), "+y +z +x -y -z -x");
+  EXPECT_EQ(textOf(paperDirections({2, 1, 2})), "+x +z +y -x -z -y");
+  EXPECT_EQ(textOf(paperDirections({2, 2, 1})), "+x +y +z -x -y -z");
 }
 
 TEST(PaperDirections, areAllSixForEveryWidthVector) {
@@ -71,7 +71,7 @@ TEST(ParseSearchStrategy, knowsNamesAndPermutations) {
   const auto fixed = parseSearchStrategy("-z +z  +y -y +x -x");
   ASSERT_TRUE(fixed);
   EXPECT_EQ(fixed->order, Order::kFixed);
-  EXPECT_EQ(toText(fixed->directions), "-z +z +y -y +x -x");
+  EXPECT_EQ(textOf(fixed->directions), "-z +z +y -y +x -x");
 }
 
 TEST(ParseSearchStrategy, refusesEverythingElse) {

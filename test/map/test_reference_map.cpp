@@ -211,7 +211,7 @@ class Stream {
   void editWithBricks(const CellBox& box, const CellBox& part) {
     std::vector<VoxelBrick> bricks;
     forEachBrick(part, [&](const Cell& brick) {
-      test::BrickValues values = test::randomBrick(random_);
+      test::BrickValues values = test::randomBrickValues(random_);
       values.brick = brick;
       if (random_.chance(0.5)) values.known &= BrickMask::ofBox(intersect(part, brickBox(brick)));
       if (box == kAllCells) values.known &= BrickMask::ofBox(intersect(part, brickBox(brick)));

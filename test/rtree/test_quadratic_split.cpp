@@ -199,7 +199,7 @@ TEST(QuadraticSplit, makesTwoGroupsOfAtLeastDOfAnyBoxes) {
   for (std::size_t i = 0; i < kCases; ++i) {
     const int max_branches = random.integer(2, 64);
     const int min_branches = random.integer(1, max_branches / 2);
-    const auto world = i % 2 == 0 ? test::World::kOverlapping : test::World::kHuge;
+    const auto world = i % 2 == 0 ? test::TreeWorld::kOverlapping : test::TreeWorld::kHuge;
     std::vector<CellBox> boxes;
     for (int b = 0; b <= max_branches; ++b) boxes.push_back(test::randomBoxIn(random, world));
     const Groups groups = split(boxes, min_branches);

@@ -16,11 +16,12 @@ namespace {
 
 using test::ModelledTree;
 using test::Random;
-using test::World;
+using test::TreeWorld;
 
 constexpr RTreeConfig kOrders[] = {{2, 1},   {4, 2},  {8, 3},   {16, 6},
                                    {32, 12}, {64, 8}, {64, 32}, {5, 1}};  // {M, d}
-constexpr World kWorlds[] = {World::kLattice, World::kOverlapping, World::kHuge, World::kWide};
+constexpr TreeWorld kWorlds[] = {TreeWorld::kLattice, TreeWorld::kOverlapping, TreeWorld::kHuge,
+                                 TreeWorld::kWide};
 constexpr std::size_t kOperations = 9000;
 static_assert(std::size(kOrders) * std::size(kWorlds) * kOperations >= 200000);
 
@@ -84,7 +85,7 @@ void runStream(Random& random, ModelledTree& model, std::size_t num_operations,
   EXPECT_GE(greatest_height, 2);
 }
 
-class RTreeModel : public testing::TestWithParam<std::tuple<RTreeConfig, World>> {};
+class RTreeModel : public testing::TestWithParam<std::tuple<RTreeConfig, TreeWorld>> {};
 
 TEST_P(RTreeModel, isAnRTreeWithTheRightContentAfterEveryOperation) {
   const auto& [order, world] = GetParam();
@@ -106,7 +107,7 @@ INSTANTIATE_TEST_SUITE_P(AllOrders, RTreeModel,
 TEST(RTreeModelLarge, staysRightWithThousandsOfCuboids) {
   for (const RTreeConfig& order : {RTreeConfig{4, 2}, RTreeConfig{32, 12}, RTreeConfig{64, 32}}) {
     Random random(static_cast<std::uint64_t>(order.max_branches));
-    ModelledTree model(order, World::kOverlapping, 4000);
+    ModelledTree model(order, TreeWorld::kOverlapping, 4000);
     runStream(random, model, 3000, 50);
   }
 }

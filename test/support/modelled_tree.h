@@ -15,32 +15,32 @@
 namespace cuboid_mapping::test {
 
 /// Where the cuboids of a random tree lie.
-enum class World : unsigned char {
+enum class TreeWorld : unsigned char {
   kLattice,      ///< Disjoint, many with common faces, as a map has them.
   kOverlapping,  ///< Anywhere, also the same box several times.
   kHuge,         ///< At the borders of the grid, some as large as the grid.
   kWide,         ///< At the limits of the coordinates; leaves of more and of less than 255 voxels.
 };
 
-inline std::string toString(World world) {
+inline std::string toString(TreeWorld world) {
   constexpr const char* kNames[] = {"Lattice", "Overlapping", "Huge", "Wide"};
   return kNames[static_cast<std::size_t>(world)];
 }
 
 /// A box as they are in a world.
-inline CellBox randomBoxIn(Random& random, World world) {
-  if (world == World::kLattice) {
+inline CellBox randomBoxIn(Random& random, TreeWorld world) {
+  if (world == TreeWorld::kLattice) {
     constexpr int kPitch = 5;
     const Cell slot = randomCell(random, {{-5, -5, -5}, {5, 5, 5}});
     const CellBox box = randomBox(random, {{0, 0, 0}, {1, 1, 1}}, kPitch);
     const Cell min{kPitch * slot.x, kPitch * slot.y, kPitch * slot.z};
     return {min, min + box.max};
   }
-  if (world == World::kOverlapping) {
+  if (world == TreeWorld::kOverlapping) {
     if (random.chance(0.2)) return randomBox(random, {{-3, -3, -3}, {3, 3, 3}}, 2);  // Many twins.
     return randomBox(random, {{-50, -50, -50}, {50, 50, 50}}, random.chance(0.1) ? 80 : 12);
   }
-  if (world == World::kWide) {
+  if (world == TreeWorld::kWide) {
     constexpr std::int32_t kLeast = std::numeric_limits<std::int32_t>::min();
     constexpr std::int32_t kGreatest = std::numeric_limits<std::int32_t>::max();
     const std::int32_t at = random.chance(0.5) ? kLeast + 100 : kGreatest - 1000;
@@ -60,12 +60,12 @@ inline CellBox randomBoxIn(Random& random, World world) {
 /// A tree, and what ought to be in it.
 class ModelledTree {
  public:
-  ModelledTree(const RTreeConfig& config, World world, std::size_t max_size)
+  ModelledTree(const RTreeConfig& config, TreeWorld world, std::size_t max_size)
       : tree_(config), world_(world), max_size_(max_size) {}
 
   [[nodiscard]] const RTree& tree() const { return tree_; }
   [[nodiscard]] const std::vector<Cuboid>& cuboids() const { return cuboids_; }
-  [[nodiscard]] World world() const { return world_; }
+  [[nodiscard]] TreeWorld world() const { return world_; }
 
   /// Changes the tree in one of all ways that there are; keeps it near its maximal size.
   void change(Random& random) {
@@ -109,7 +109,7 @@ class ModelledTree {
 
   /// Puts a new cuboid into the model; in the lattice only where there is none.
   bool addToModel(Random& random, const CellBox& box, std::vector<Cuboid>& added) {
-    if (world_ == World::kLattice && !isFree(box)) return false;
+    if (world_ == TreeWorld::kLattice && !isFree(box)) return false;
     const Cuboid cuboid{box, random.chance(0.3) ? Occupancy::kOccupied : Occupancy::kFree};
     cuboids_.push_back(cuboid);
     added.push_back(cuboid);
@@ -225,7 +225,7 @@ class ModelledTree {
   }
 
   RTree tree_;
-  World world_;
+  TreeWorld world_;
   std::size_t max_size_;
   std::vector<Cuboid> cuboids_;
 };

@@ -2,6 +2,7 @@
 // Random bricks, and random updates of bricks that no ray walk would give.
 #pragma once
 
+#include "cuboid_mapping/map/cuboid_map.h"
 #include "cuboid_mapping/scan/scan_update.h"
 #include "cuboid_mapping/voxels/voxel_store.h"
 #include "support/random_shapes.h"
@@ -31,7 +32,7 @@ inline void setVoxel(BrickValues& brick, const Cell& cell, float log_odds) {
 /// A brick with one of several patterns: uniform, noise, or boxes painted over each other.
 ///
 /// Voxels that are not known have random log-odds, too: nothing may depend on them.
-inline BrickValues randomBrick(Random& random) {
+inline BrickValues randomBrickValues(Random& random) {
   BrickValues brick;
   const Cell group = randomCell(random, {{-100, -100, -100}, {100, 100, 100}});
   brick.brick = {group.x * kBrickEdge, group.y * kBrickEdge, group.z * kBrickEdge};
@@ -110,6 +111,14 @@ inline ScanUpdate randomUpdate(Random& random, const CellBox& area, int max_bric
   update.bricks.erase(std::unique(update.bricks.begin(), update.bricks.end(), is_same),
                       update.bricks.end());
   return update;
+}
+
+/// A map of some random updates near the origin.
+inline CuboidMap mapOfUpdates(Random& random, int max_updates, const MapConfig& config = {}) {
+  CuboidMap map(config);
+  const int count = random.integer(1, max_updates);
+  for (int i = 0; i < count; ++i) map.apply(randomUpdate(random, {{-2, -2, -1}, {2, 2, 1}}, 16));
+  return map;
 }
 
 }  // namespace cuboid_mapping::test

@@ -32,7 +32,7 @@ std::vector<Cuboid> toCuboids(const DividedBrick& divided) {
   return boxes;
 }
 
-BrickMask randomMask(test::Random& random) {
+BrickMask randomVoxels(test::Random& random) {
   if (random.chance(0.1)) return BrickMask::all();
   BrickMask mask;
   const double share = random.real(0.0, 1.0);
@@ -65,8 +65,8 @@ TEST(BrickCuboids, areWhatTheBrickWasDividedInto) {
   test::Random random(1);
   std::size_t num_inline = 0;
   for (int i = 0; i < 20000; ++i) {
-    const BrickMask occupied = randomMask(random);
-    const BrickMask free = randomMask(random).without(occupied);
+    const BrickMask occupied = randomVoxels(random);
+    const BrickMask free = randomVoxels(random).without(occupied);
     const DividedBrick divided = divide(occupied, free);
     const std::vector<Cuboid> expected = toCuboids(divided);
     const BrickCuboids cuboids(divided);
@@ -112,7 +112,7 @@ TEST(BrickCuboids, endAVisitWhenTheyAreTold) {
 TEST(BrickCuboids, areKeptOnceByReadersSideBySide) {
   test::Random random(3);
   for (int i = 0; i < 200; ++i) {
-    const DividedBrick divided = divide(randomMask(random), BrickMask());
+    const DividedBrick divided = divide(randomVoxels(random), BrickMask());
     const BrickCuboids cuboids;
     std::vector<std::thread> readers;
     for (int reader = 0; reader < 3; ++reader) {

@@ -11,7 +11,7 @@
 namespace cuboid_mapping {
 namespace {
 
-using NodeIndex = PlaceGraph::NodeIndex;
+using PlaceNode = PlaceGraph::NodeIndex;
 
 double distance(const Cell& a, const Cell& b) { return (toVector(a) - toVector(b)).norm(); }
 
@@ -30,9 +30,9 @@ class PlaceSearch {
       : graph_(graph), start_(start), goal_(goal) {}
 
   CorridorEnd run(Budget& budget) {
-    std::vector<NodeIndex> first;
+    std::vector<PlaceNode> first;
     graph_.findNodes(start_, first);
-    for (const NodeIndex node : first) {
+    for (const PlaceNode node : first) {
       const Cell entry = clampTo(intersect(graph_.box(node), start_), clampTo(goal_, start_.min));
       reach(node, entry, 0.0, PlaceGraph::kNoNode);
     }
@@ -53,7 +53,7 @@ class PlaceSearch {
   /// Places from start to goal; two successive ones lie in one box of the graph, or side by side.
   [[nodiscard]] std::vector<Cell> toWay() const {
     std::vector<Cell> way{clampTo(intersect(graph_.box(last_), goal_), states_[last_].entry)};
-    for (NodeIndex node = last_; node != PlaceGraph::kNoNode; node = states_[node].parent) {
+    for (PlaceNode node = last_; node != PlaceGraph::kNoNode; node = states_[node].parent) {
       const State& state = states_[node];
       way.push_back(state.entry);
       if (state.parent != PlaceGraph::kNoNode) {
@@ -68,17 +68,17 @@ class PlaceSearch {
   /// How a node is reached best so far.
   struct State {
     double cost = std::numeric_limits<double>::infinity();
-    NodeIndex parent = PlaceGraph::kNoNode;
+    PlaceNode parent = PlaceGraph::kNoNode;
     Cell entry;
   };
   struct Item {
     double estimate;
     double cost;
-    NodeIndex node;
+    PlaceNode node;
     bool operator<(const Item& other) const { return estimate > other.estimate; }
   };
 
-  void reach(NodeIndex node, const Cell& entry, double cost, NodeIndex parent) {
+  void reach(PlaceNode node, const Cell& entry, double cost, PlaceNode parent) {
     if (states_.size() < graph_.numNodes()) states_.resize(graph_.numNodes());
     State& state = states_[node];
     if (cost >= state.cost) return;
@@ -86,7 +86,7 @@ class PlaceSearch {
     open_.push({cost + distance(entry, clampTo(goal_, entry)), cost, node});
   }
 
-  void expand(NodeIndex node) {
+  void expand(PlaceNode node) {
     graph_.findNeighbors(node, neighbors_);
     const State from = states_[node];
     for (const PlaceGraph::Neighbor& neighbor : neighbors_) {
@@ -101,7 +101,7 @@ class PlaceSearch {
   std::vector<State> states_;  ///< By node.
   std::priority_queue<Item> open_;
   std::vector<PlaceGraph::Neighbor> neighbors_;
-  NodeIndex last_ = PlaceGraph::kNoNode;
+  PlaceNode last_ = PlaceGraph::kNoNode;
 };
 
 /// Start and goal of a task, in voxels.

@@ -24,7 +24,7 @@ using sensor_msgs::CameraInfo;
 using sensor_msgs::Image;
 using sensor_msgs::LaserScan;
 
-constexpr float kNan = std::numeric_limits<float>::quiet_NaN();
+constexpr float kNotANumber = std::numeric_limits<float>::quiet_NaN();
 constexpr float kInf = std::numeric_limits<float>::infinity();
 
 LaserScan makeScan(const std::vector<float>& ranges) {
@@ -88,7 +88,7 @@ struct ReadingCase {
 /// REP 117: each of NaN, +inf, -inf and 0 means what the parameter says, alone.
 TEST(SensorConversions, EachReadingOfRep117MeansWhatIsChosen) {
   const std::vector<ReadingCase> cases{
-      {kInf, NoReturnPoints::kPlusInf},   {kNan, NoReturnPoints::kNan},
+      {kInf, NoReturnPoints::kPlusInf},   {kNotANumber, NoReturnPoints::kNan},
       {0.0F, NoReturnPoints::kZero},      {-kInf, NoReturnPoints::kMinusInf},
       {30.0F, NoReturnPoints::kRangeMax}, {31.0F, NoReturnPoints::kRangeMax},
       {-1.0F, NoReturnPoints::kNone}};
@@ -248,9 +248,10 @@ TEST(SensorConversions, PixelsLieWhereTheCameraSays) {
 
 TEST(SensorConversions, WhatCannotBeUsedIsRefusedWithTheReason) {
   EXPECT_EQ(defectOf(convertLaserScan(makeScan({}))), CloudDefect::kNoPoints);
-  EXPECT_EQ(defectOf(convertLaserScan(makeScan({kNan, 50.0F}))), CloudDefect::kNoValidPoints);
+  EXPECT_EQ(defectOf(convertLaserScan(makeScan({kNotANumber, 50.0F}))),
+            CloudDefect::kNoValidPoints);
   LaserScan scan = makeScan({1.0F});
-  scan.angle_increment = kNan;
+  scan.angle_increment = kNotANumber;
   EXPECT_EQ(defectOf(convertLaserScan(scan)), CloudDefect::kBadLayout);
   scan.header.frame_id.clear();
   EXPECT_EQ(defectOf(convertLaserScan(scan)), CloudDefect::kEmptyFrame);

@@ -29,7 +29,7 @@ void append(std::deque<double>& values, double value) {
 }
 
 /// A number with two digits that count: "4.3", "10", "0.25".
-std::string toText(double value) {
+std::string twoDigits(double value) {
   std::ostringstream out;
   out.imbue(std::locale::classic());
   out.precision(value >= 10.0 ? 3 : 2);
@@ -38,7 +38,7 @@ std::string toText(double value) {
 }
 
 std::string durationText(double duration_s) {
-  return duration_s >= 1.0 ? toText(duration_s) + " s" : toText(1e3 * duration_s) + " ms";
+  return duration_s >= 1.0 ? twoDigits(duration_s) + " s" : twoDigits(1e3 * duration_s) + " ms";
 }
 
 /// The text after "try". The time of a cloud grows with the number of voxels that its beams
@@ -49,10 +49,10 @@ std::string remedy(double speedup, double resolution_m, double range_m) {
                                             std::max(0.95 * factor, 1.01) * resolution_m);
   const auto* after = std::upper_bound(kRanges_m.begin(), kRanges_m.end(), 1.1 * range_m / factor);
   std::string text;
-  if (resolution != kResolutions_m.end()) text = "resolution " + toText(*resolution);
+  if (resolution != kResolutions_m.end()) text = "resolution " + twoDigits(*resolution);
   if (after != kRanges_m.begin()) {
     text += (text.empty() ? "" : " or ") + std::string("sensor_model/max_range ") +
-            toText(*(after - 1));
+            twoDigits(*(after - 1));
   }
   return text.empty() ? "fewer or smaller clouds" : text;
 }
@@ -107,7 +107,7 @@ SpeedWatch::Load SpeedWatch::load() const {
 std::optional<std::string> SpeedWatch::advice() const {
   const Load now = load();
   if (now.share <= 1.0) return std::nullopt;
-  return durationText(now.share / now.rate_hz) + " per cloud at " + toText(now.rate_hz) +
+  return durationText(now.share / now.rate_hz) + " per cloud at " + twoDigits(now.rate_hz) +
          " Hz: try " + remedy(now.share, resolution_m_, std::min(max_range_m_, reach_m_));
 }
 
@@ -117,14 +117,15 @@ std::optional<std::string> SpeedWatch::suggestion() const {
   }
   std::string text;
   if (resolution_m_ < 0.5 * kOutdoorResolution_m) {
-    text = "resolution " + toText(kOutdoorResolution_m) + " (now " + toText(resolution_m_) + ")";
+    text =
+        "resolution " + twoDigits(kOutdoorResolution_m) + " (now " + twoDigits(resolution_m_) + ")";
   }
   if (std::isinf(max_range_m_) && reach_m_ > kOutdoorRange_m) {
     text += (text.empty() ? "" : " and ") + std::string("sensor_model/max_range ") +
-            toText(kOutdoorRange_m) + " (now without limit)";
+            twoDigits(kOutdoorRange_m) + " (now without limit)";
   }
   if (text.empty()) return std::nullopt;
-  return "the clouds reach " + toText(reach_m_) + " m; a good start for such a sensor: " + text;
+  return "the clouds reach " + twoDigits(reach_m_) + " m; a good start for such a sensor: " + text;
 }
 
 }  // namespace cuboid_mapping_ros
