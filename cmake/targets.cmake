@@ -1,24 +1,15 @@
 # How targets are made: what all have in common, libraries that other projects use, and what these find.
 
-# Compiles several sources of each target in one unit; their sources share no name of an unnamed namespace.
-function(cuboid_mapping_unite)
-  foreach(target ${ARGN})
-    if(CUBOID_MAPPING_UNITY AND TARGET ${target})
-      set_target_properties(${target} PROPERTIES UNITY_BUILD ON UNITY_BUILD_BATCH_SIZE 8)
-      # Said of types in unnamed namespaces of every source that is not the unit itself.
-      target_compile_options(${target} PRIVATE $<$<CXX_COMPILER_ID:GNU>:-Wno-subobject-linkage>)
-    endif()
-  endforeach()
-endfunction()
-
 function(cuboid_mapping_configure target)
   target_compile_features(${target} PUBLIC cxx_std_17)
   target_include_directories(${target} PRIVATE ${PROJECT_SOURCE_DIR}/src)  # internal headers
   # No contraction to fused multiply-add: the ray walk has OctoMap's arithmetic to the last bit.
   target_compile_options(${target} PRIVATE -Wall -Wextra -Wpedantic -Wshadow -ffp-contract=off)
-  # The libraries where it was tried; the sources of others may share names.
-  if(target MATCHES "^cuboid_mapping_(core|io|client|ros)$")
-    cuboid_mapping_unite(${target})
+  # Sources of a target share no name of an unnamed namespace.
+  if(CUBOID_MAPPING_UNITY)
+    set_target_properties(${target} PROPERTIES UNITY_BUILD ON UNITY_BUILD_BATCH_SIZE 8)
+    # Said of types in unnamed namespaces of every source that is not the unit itself.
+    target_compile_options(${target} PRIVATE $<$<CXX_COMPILER_ID:GNU>:-Wno-subobject-linkage>)
   endif()
   if(CUBOID_MAPPING_WERROR)
     target_compile_options(${target} PRIVATE -Werror)

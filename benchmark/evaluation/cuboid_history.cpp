@@ -1,18 +1,10 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "evaluation/cuboid_history.h"
 
+#include "cuboid_mapping/query/point_query.h"
+
 namespace cuboid_mapping::bench {
 namespace {
-
-/// The cuboid that holds a voxel; an empty box when there is none.
-CellBox findCuboid(const CuboidMap& map, const Cell& voxel) {
-  CellBox found;
-  visitBox(map, CellBox::ofCell(voxel), CuboidFilter::kAll, [&](const Cuboid& cuboid) {
-    found = cuboid.box;
-    return Visit::kStop;
-  });
-  return found;
-}
 
 bool isAlone(const CellBox& box) { return box == CellBox::ofCell(box.min); }
 
@@ -25,7 +17,8 @@ void CuboidHistory::note(const CuboidMap& map) {
     return Visit::kContinue;
   });
   for (auto voxel = alone_.begin(); voxel != alone_.end();) {
-    const bool is_alone = isAlone(findCuboid(map, *voxel));
+    const std::optional<Cuboid> holder = findCuboid(map, *voxel);
+    const bool is_alone = holder && isAlone(holder->box);
     num_fused_again_ += is_alone ? 0 : 1;
     voxel = is_alone ? std::next(voxel) : alone_.erase(voxel);
   }
@@ -37,7 +30,8 @@ void CuboidHistory::note(const CuboidMap& map) {
 }
 
 void CuboidHistory::noteSplit(const CuboidMap& map, const CellBox& gone) {
-  if (findCuboid(map, gone.min).contains(gone)) return;  // It has been absorbed.
+  const std::optional<Cuboid> holder = findCuboid(map, gone.min);
+  if (holder && holder->box.contains(gone)) return;  // It has been absorbed.
   ++num_splits_;
   visitBox(map, gone, CuboidFilter::kAll, [&](const Cuboid& cuboid) {
     if (isAlone(cuboid.box)) alone_.insert(cuboid.box.min);

@@ -40,7 +40,7 @@ std::vector<Eigen::Matrix<T, 3, 1>> copyPoints(const ArrayT& array, const char* 
   return points;
 }
 
-CellBox toCellBox(const Grid& grid, const double* data, const std::string& name) {
+CellBox boxOfRow(const Grid& grid, const double* data, const std::string& name) {
   const MetricBox box{Eigen::Map<const Eigen::Vector3d>(data),
                       Eigen::Map<const Eigen::Vector3d>(data + 3)};
   if (const auto cells = grid.toCellBox(box)) return *cells;
@@ -68,7 +68,7 @@ Eigen::Vector3d toVector(const Doubles& array, const char* name) {
 
 CellBox toCellBox(const Grid& grid, const Doubles& array, const char* name) {
   expectNumbers(array, 6, name);
-  return toCellBox(grid, array.data(), name);
+  return boxOfRow(grid, array.data(), name);
 }
 
 std::vector<CellBox> toCellBoxes(const Grid& grid, const Doubles& array, const char* name) {
@@ -76,7 +76,7 @@ std::vector<CellBox> toCellBoxes(const Grid& grid, const Doubles& array, const c
   std::vector<CellBox> boxes;
   for (py::ssize_t i = 0; i < array.size() / 6; ++i) {
     boxes.push_back(
-        toCellBox(grid, array.data() + 6 * i, std::string(name) + "[" + std::to_string(i) + "]"));
+        boxOfRow(grid, array.data() + 6 * i, std::string(name) + "[" + std::to_string(i) + "]"));
   }
   return boxes;
 }

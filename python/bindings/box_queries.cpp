@@ -15,12 +15,8 @@ namespace {
 using namespace cuboid_mapping;
 using py::literals::operator""_a;
 
-Grid gridOf(MapAccess& access) {
-  return access.read([](const CuboidMap& map) { return map.grid(); });
-}
-
 CellBox toRegion(MapAccess& access, const py::object& region) {
-  return region.is_none() ? kAllCells : toCellBox(gridOf(access), region.cast<Doubles>(), "region");
+  return region.is_none() ? kAllCells : toCellBox(access.grid(), region.cast<Doubles>(), "region");
 }
 
 std::size_t toMaxBoxes(long max_boxes) {
@@ -30,7 +26,7 @@ std::size_t toMaxBoxes(long max_boxes) {
 
 template <typename BoxesT>
 py::array_t<double> toMetres(MapAccess& access, const BoxesT& boxes) {
-  const Grid grid = gridOf(access);
+  const Grid grid = access.grid();
   std::vector<double> rows;
   for (const CellBox& box : boxes) append(rows, grid.toMetricBox(box));
   return toRows(std::move(rows), 6);
@@ -42,7 +38,7 @@ py::object cover(MapAccess& access, long max_boxes, const py::object& region,
   task.max_boxes = toMaxBoxes(max_boxes);
   task.region = toRegion(access, region);
   if (!keep_free.is_none()) {
-    task.keep_free = toCellBoxes(gridOf(access), keep_free.cast<Doubles>(), "keep_free");
+    task.keep_free = toCellBoxes(access.grid(), keep_free.cast<Doubles>(), "keep_free");
   }
   const BoxCover found =
       access.read([&](const CuboidMap& map) { return coverOccupied(map, task); });
@@ -81,7 +77,7 @@ py::object frontiers(MapAccess& access, const Doubles& size, const py::object& r
         "size must be three edges > 0, max_distance and view_range >= 0, all finite, and "
         "view_range at most 500 voxels");
   }
-  const Grid grid = gridOf(access);
+  const Grid grid = access.grid();
   std::vector<double> centers;
   std::vector<double> places;
   std::vector<double> volumes;
@@ -117,7 +113,7 @@ py::object distances(MapAccess& access, const Doubles& array, double bound_m,
   std::vector<double> distance;
   std::vector<double> gradient;
   if (!points.empty()) {
-    const CellBox region = boundsOf(gridOf(access), points);
+    const CellBox region = boundsOf(access.grid(), points);
     const DistanceField field = access.read(
         [&](const CuboidMap& map) { return DistanceField(map, region, bound_m, policy); });
     for (const Eigen::Vector3d& point : points) {

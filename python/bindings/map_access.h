@@ -39,6 +39,10 @@ class MapAccess {
     return work(map());
   }
 
+  [[nodiscard]] cuboid_mapping::Grid grid() {
+    return read([](const cuboid_mapping::CuboidMap& map) { return map.grid(); });
+  }
+
   std::string frame_id;  ///< Of the map; guarded by the GIL.
 
  protected:

@@ -20,10 +20,6 @@ using py::literals::operator""_a;
 
 constexpr double kMaxDenseVoxels = 4e9;
 
-Grid gridOf(MapAccess& access) {
-  return access.read([](const CuboidMap& map) { return map.grid(); });
-}
-
 py::array_t<std::uint8_t> classify(MapAccess& access, const Doubles& array) {
   const std::vector<Eigen::Vector3d> points = toPoints(array, "points");
   std::vector<std::uint8_t> classes(points.size());
@@ -50,7 +46,7 @@ py::array_t<float> findLogOdds(MapAccess& access, const Doubles& array) {
 }
 
 py::object queryBoxes(MapAccess& access, const Doubles& array) {
-  const std::vector<CellBox> boxes = toCellBoxes(gridOf(access), array, "boxes");
+  const std::vector<CellBox> boxes = toCellBoxes(access.grid(), array, "boxes");
   std::vector<std::uint8_t> occupancy(boxes.size());
   std::vector<double> free(boxes.size());
   std::vector<double> occupied(boxes.size());
@@ -88,7 +84,7 @@ struct CuboidColumns {
 py::object findCuboids(MapAccess& access, const py::object& box, const std::string& classes,
                        bool is_clipped, bool are_joined) {
   const CellBox region =
-      box.is_none() ? kAllCells : toCellBox(gridOf(access), box.cast<Doubles>(), "box");
+      box.is_none() ? kAllCells : toCellBox(access.grid(), box.cast<Doubles>(), "box");
   CuboidSelection selection;
   selection.filter = toFilter(classes);
   selection.is_clipped = is_clipped;
@@ -104,7 +100,7 @@ py::object findCuboids(MapAccess& access, const py::object& box, const std::stri
 }
 
 py::array_t<std::uint8_t> makeDense(MapAccess& access, const Doubles& array) {
-  const CellBox box = toCellBox(gridOf(access), array, "box");
+  const CellBox box = toCellBox(access.grid(), array, "box");
   if (box.numVoxels() > kMaxDenseVoxels) {
     throw Error("box has " + std::to_string(box.numVoxels()) + " voxels: at most " +
                 std::to_string(kMaxDenseVoxels) + " go into one array");
@@ -190,7 +186,7 @@ MapFollower.
 Threads: all functions can be called from any thread, and release the GIL while they work. Questions
 run side by side; changes wait for them, and they for changes.)");
   map.def_property_readonly(
-      "resolution", [](MapAccess& access) { return gridOf(access).resolution(); },
+      "resolution", [](MapAccess& access) { return access.grid().resolution(); },
       "Edge of a voxel in metres.");
   map.def_property_readonly(
       "num_cuboids",

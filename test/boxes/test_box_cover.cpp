@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "cuboid_mapping/boxes/box_cover.h"
 
+#include "boxes/small_boxes.h"
 #include "cuboid_mapping/boxes/joined_cuboids.h"
 #include "support/random_shapes.h"
 #include "support/voxel_map.h"
@@ -13,6 +14,9 @@
 namespace cuboid_mapping {
 namespace {
 
+using test::Bits;
+using test::bitsOf;
+using test::kSmall;
 using test::Random;
 
 CuboidMap makeMap(const std::vector<CellBox>& occupied) {
@@ -80,17 +84,6 @@ TEST(BoxCover, coversWhatIsOccupiedAndSaysWhatItAdds) {
     num_too_few += is_found ? 0 : 1;
   }
   EXPECT_GT(num_too_few, 5U);
-}
-
-/// Voxels of a box of 4 x 3 x 2 as bits.
-using Bits = std::uint32_t;
-constexpr CellBox kSmall{{0, 0, 0}, {4, 3, 2}};
-
-Bits bitsOf(const CellBox& box) {
-  Bits bits = 0;
-  test::visitCells(
-      box, [&](const Cell& cell) { bits |= Bits{1} << (12 * cell.z + 4 * cell.y + cell.x); });
-  return bits;
 }
 
 std::vector<Bits> allBoxes() {

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "cuboid_mapping/boxes/free_boxes.h"
 
+#include "boxes/small_boxes.h"
 #include "support/random_bricks.h"
 
 #include <gtest/gtest.h>
@@ -11,21 +12,16 @@
 namespace cuboid_mapping {
 namespace {
 
+using test::Bits;
+using test::bitsOf;
+using test::kSmall;
 using test::Random;
 
-constexpr CellBox kArea{{-16, -16, -8}, {16, 16, 8}};
-
-CuboidMap randomMap(Random& random) {
-  CuboidMap map;
-  const int count = random.integer(1, 8);
-  for (int i = 0; i < count; ++i)
-    map.apply(test::randomUpdate(random, {{-2, -2, -1}, {2, 2, 1}}, 16));
-  return map;
-}
+constexpr CellBox kFreeArea{{-16, -16, -8}, {16, 16, 8}};
 
 double countFree(const CuboidMap& map, const CellBox& region) {
   double count = 0.0;
-  test::visitCells(intersect(region, kArea), [&](const Cell& cell) {
+  test::visitCells(intersect(region, kFreeArea), [&](const Cell& cell) {
     count += map.voxels().at(cell) == Occupancy::kFree ? 1.0 : 0.0;
   });
   return count;
@@ -35,11 +31,11 @@ TEST(FreeBoxes, areFreeAndCountedRight) {
   Random random(3931);
   for (std::size_t i = 0; i < 200; ++i) {
     SCOPED_TRACE(test::seedNote(i));
-    const CuboidMap map = randomMap(random);
+    const CuboidMap map = test::mapOfUpdates(random, 8);
     FreeBoxesTask task;
     task.max_boxes = static_cast<std::size_t>(random.integer(1, 40));
     task.may_overlap = random.chance(0.5);
-    if (random.chance(0.5)) task.region = test::randomBoxInside(random, kArea);
+    if (random.chance(0.5)) task.region = test::randomBoxInside(random, kFreeArea);
     const FreeBoxes found = findFreeBoxes(map, task);
     ASSERT_EQ(found.end, BoxesEnd::kFound);
     EXPECT_LE(found.boxes.size(), task.max_boxes);
@@ -58,17 +54,6 @@ TEST(FreeBoxes, areFreeAndCountedRight) {
                 1e-6);
     EXPECT_TRUE(found.boxes.size() == task.max_boxes || found.missing_volume_m3 == 0.0);
   }
-}
-
-/// Voxels of a box of 4 x 3 x 2 as bits.
-using Bits = std::uint32_t;
-constexpr CellBox kSmall{{0, 0, 0}, {4, 3, 2}};
-
-Bits bitsOf(const CellBox& box) {
-  Bits bits = 0;
-  test::visitCells(
-      box, [&](const Cell& cell) { bits |= Bits{1} << (12 * cell.z + 4 * cell.y + cell.x); });
-  return bits;
 }
 
 /// The most voxels that so many boxes hold, by a look at all choices.
@@ -131,7 +116,7 @@ TEST(FreeBoxes, refuseNoBoxesAndEmptyRegions) {
 
 TEST(FreeBoxes, sayThatTheBudgetIsSpent) {
   Random random(3933);
-  const CuboidMap map = randomMap(random);
+  const CuboidMap map = test::mapOfUpdates(random, 8);
   FreeBoxesTask task;
   task.max_boxes = 5;
   QueryLimits limits;

@@ -15,7 +15,7 @@ namespace {
 using test::Random;
 
 constexpr CellBox kAreaInBricks{{-2, -2, -1}, {2, 2, 1}};
-constexpr CellBox kArea{{-16, -16, -8}, {16, 16, 8}};
+constexpr CellBox kJoinedArea{{-16, -16, -8}, {16, 16, 8}};
 
 std::vector<ScanUpdate> randomUpdates(Random& random) {
   std::vector<ScanUpdate> updates;
@@ -48,7 +48,7 @@ void expectExact(const CuboidMap& map, const CellBox& region, CuboidFilter class
     });
   }
   std::size_t num_expected = 0;
-  test::visitCells(intersect(region, kArea), [&](const Cell& cell) {
+  test::visitCells(intersect(region, kJoinedArea), [&](const Cell& cell) {
     const Occupancy occupancy = map.voxels().at(cell);
     if (occupancy == Occupancy::kUnknown || !matches(classes, {CellBox::ofCell(cell), occupancy})) {
       return;
@@ -68,7 +68,7 @@ TEST(JoinedCuboids, coverExactlyTheVoxelsOfTheirClassInTheRegion) {
     SCOPED_TRACE(test::seedNote(num_cases));
     const CuboidMap map = makeMap(randomUpdates(random));
     const bool is_part = random.chance(0.7);
-    const CellBox region = is_part ? test::randomBoxInside(random, kArea) : kAllCells;
+    const CellBox region = is_part ? test::randomBoxInside(random, kJoinedArea) : kAllCells;
     const auto classes = static_cast<CuboidFilter>(random.integer(0, 2));
     const std::vector<Cuboid> joined = joinCuboids(map, region, classes);
     expectExact(map, region, classes, joined);

@@ -13,7 +13,7 @@ namespace {
 
 using test::Random;
 
-constexpr CellBox kArea{{-24, -24, -12}, {24, 24, 12}};
+constexpr CellBox kFieldArea{{-24, -24, -12}, {24, 24, 12}};
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
 std::vector<Cell> findObstacles(const CuboidMap& map, const CellBox& box, UnknownPolicy policy) {
@@ -67,7 +67,7 @@ std::size_t expectExact(const CuboidMap& map, const DistanceField& field, double
   return num_near;
 }
 
-CellBox smallBox(Random& random) { return test::randomBox(random, kArea, 20); }
+CellBox smallBox(Random& random) { return test::randomBox(random, kFieldArea, 20); }
 
 TEST(DistanceField, isExactUpToItsBound) {
   Random random(3951);

@@ -18,20 +18,12 @@ namespace {
 
 using test::Random;
 
-constexpr CellBox kArea{{-16, -16, -8}, {16, 16, 8}};
-
-CuboidMap randomMap(Random& random) {
-  CuboidMap map;
-  const int count = random.integer(1, 8);
-  for (int i = 0; i < count; ++i)
-    map.apply(test::randomUpdate(random, {{-2, -2, -1}, {2, 2, 1}}, 16));
-  return map;
-}
+constexpr CellBox kFrontierArea{{-16, -16, -8}, {16, 16, 8}};
 
 /// By a look at each voxel and its neighbours.
 std::set<Cell> findVoxels(const CuboidMap& map, const CellBox& region) {
   std::set<Cell> found;
-  test::visitCells(intersect(region, kArea), [&](const Cell& cell) {
+  test::visitCells(intersect(region, kFrontierArea), [&](const Cell& cell) {
     if (map.voxels().at(cell) != Occupancy::kFree) return;
     for (int axis = 0; axis < 3; ++axis) {
       for (const int step : {-1, 1}) {
@@ -69,11 +61,11 @@ TEST(FrontierQuery, findsTheVoxelsBesideUnknownSpaceInClusters) {
   std::size_t num_frontiers = 0;
   for (std::size_t i = 0; i < 40; ++i) {
     SCOPED_TRACE(test::seedNote(i));
-    const CuboidMap map = randomMap(random);
+    const CuboidMap map = test::mapOfUpdates(random, 8);
     FrontierTask task;
     task.view_range_m = 0.0;
     task.max_distance_m = 0.0;
-    if (random.chance(0.5)) task.region = test::randomBoxInside(random, kArea);
+    if (random.chance(0.5)) task.region = test::randomBoxInside(random, kFrontierArea);
     task.min_voxels = random.index(4);
     std::set<std::set<Cell>> expected;
     for (const std::set<Cell>& cluster : findClusters(findVoxels(map, task.region))) {
@@ -111,7 +103,7 @@ TEST(FrontierQuery, saysWhereToStandAndWhatIsSeenFromThere) {
   std::size_t num_places = 0;
   for (std::size_t i = 0; i < 8; ++i) {
     SCOPED_TRACE(test::seedNote(i));
-    CuboidMap map = randomMap(random);
+    CuboidMap map = test::mapOfUpdates(random, 8);
     map.replace({{-6, -6, -6}, {6, 6, 6}},
                 std::vector<UniformBox>{{{{-6, -6, -6}, {6, 6, 6}}, -1.0F}});
     FrontierTask task;
@@ -161,7 +153,7 @@ TEST(FrontierQuery, refusesNumbersOutsideTheirRanges) {
 
 TEST(FrontierQuery, endsWithItsBudget) {
   Random random(3923);
-  const CuboidMap map = randomMap(random);
+  const CuboidMap map = test::mapOfUpdates(random, 8);
   QueryLimits limits;
   limits.max_entries = 1;
   Budget entries(limits);

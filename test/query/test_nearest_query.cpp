@@ -19,8 +19,6 @@ namespace {
 using test::ModelledMap;
 using test::Random;
 
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
-
 /// A map at 0.5 m: voxel x = 0 free, x = 4 and x = 7 occupied, of y = z = 0.
 CuboidMap threeInARow() {
   MapConfig config;
@@ -85,6 +83,7 @@ TEST(NearestQuery, isNothingForWhatIsNoQuery) {
   EXPECT_TRUE(findNearest(map, point, 0, CuboidFilter::kAll).empty());
   EXPECT_TRUE(findNearest(map, point, 1, CuboidFilter::kAll, -0.1).empty());
   EXPECT_TRUE(findNearest(map, point, 1, CuboidFilter::kAll, std::nan("")).empty());
+  constexpr double kInfinity = std::numeric_limits<double>::infinity();
   for (const double bad : {std::nan(""), kInfinity, -kInfinity}) {
     EXPECT_TRUE(findNearest(map, {0.25, bad, 0.25}, 1, CuboidFilter::kAll).empty()) << bad;
   }
@@ -106,7 +105,8 @@ void checkNearest(const CuboidMap& map, const std::vector<Cuboid>& all,
                   const Eigen::Vector3d& point, Random& random) {
   const CuboidFilter filter = test::kFilters[random.index(3)];
   const std::size_t k = 1 + random.index(12);
-  const double max_distance_m = random.chance(0.5) ? kInfinity : random.real(0.0, 1.0);
+  const double max_distance_m =
+      random.chance(0.5) ? std::numeric_limits<double>::infinity() : random.real(0.0, 1.0);
   const std::vector<NearestCuboid> nearest = findNearest(map, point, k, filter, max_distance_m);
 
   const Eigen::Vector3d point_cells = map.grid().toCellUnits(point);

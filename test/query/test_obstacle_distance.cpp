@@ -14,7 +14,7 @@ namespace {
 
 using test::Random;
 
-constexpr CellBox kArea{{-24, -24, -12}, {24, 24, 12}};
+constexpr CellBox kDistanceArea{{-24, -24, -12}, {24, 24, 12}};
 
 TEST(ObstacleDistance, IsThatOfADistanceField) {
   Random random(3951);
@@ -28,9 +28,9 @@ TEST(ObstacleDistance, IsThatOfADistanceField) {
     const Grid& grid = map.grid();
     const UnknownPolicy policy = random.chance(0.3) ? UnknownPolicy::kStop : UnknownPolicy::kPass;
     const double bound_m = grid.resolution() * random.real(0.5, 30.0);
-    const DistanceField field(map, kArea, bound_m, policy);
+    const DistanceField field(map, kDistanceArea, bound_m, policy);
     for (int i = 0; i < 50; ++i) {
-      const Cell cell = test::randomCell(random, kArea);
+      const Cell cell = test::randomCell(random, kDistanceArea);
       const Eigen::Vector3d point = grid.centerOf(CellBox::ofCell(cell));
       const auto found = findObstacleDistance(map, point, bound_m, policy);
       ASSERT_TRUE(found);

@@ -18,21 +18,12 @@ using test::Random;
 
 /// All lengths of the tests are in voxels: the grid has voxels of 0.25 m, so that nothing is rounded.
 constexpr double kEdge_m = 0.25;
-constexpr CellBox kArea{{-24, -24, -16}, {24, 24, 16}};
+constexpr CellBox kPoseArea{{-24, -24, -16}, {24, 24, 16}};
 
-CuboidMap makeMap() {
+MapConfig poseConfig() {
   MapConfig config;
   config.resolution_m = kEdge_m;
-  return CuboidMap(config);
-}
-
-CuboidMap randomMap(Random& random) {
-  CuboidMap map = makeMap();
-  const int count = random.integer(1, 6);
-  for (int i = 0; i < count; ++i) {
-    map.apply(test::randomUpdate(random, {{-2, -2, -1}, {2, 2, 1}}, 16));
-  }
-  return map;
+  return config;
 }
 
 /// n * x <= distance.
@@ -172,7 +163,7 @@ TEST(PoseQuery, FindsEveryVoxelThatABodyMeets) {
   int num_free = 0;
   int num_blocked = 0;
   for (int round = 0; round < 300; ++round) {
-    const CuboidMap map = randomMap(random);
+    const CuboidMap map = test::mapOfUpdates(random, 6, poseConfig());
     const UnknownPolicy policy = random.chance(0.3) ? UnknownPolicy::kStop : UnknownPolicy::kPass;
     const Body body = randomBody(random);
     std::vector<Eigen::Isometry3d> poses;
@@ -206,9 +197,9 @@ TEST(PoseQuery, FindsEveryVoxelThatABodyMeets) {
 TEST(PoseQuery, AgreesWithABoxThatDoesNotTurn) {
   Random random(3941);
   for (int round = 0; round < 200; ++round) {
-    const CuboidMap map = randomMap(random);
+    const CuboidMap map = test::mapOfUpdates(random, 6, poseConfig());
     // Faces lie on faces of voxels, within the rounding.
-    const CellBox cells = test::randomBoxInside(random, kArea);
+    const CellBox cells = test::randomBoxInside(random, kPoseArea);
     MetricBox box = map.grid().toMetricBox(cells);
     box.min_m.array() += 1e-8;
     Body body;
@@ -229,7 +220,7 @@ TEST(PoseQuery, AgreesWithABoxThatDoesNotTurn) {
 
 /// A free room of 8 m with a post of one voxel in its middle.
 CuboidMap makeRoom() {
-  CuboidMap map = makeMap();
+  CuboidMap map(poseConfig());
   map.replace(kAllCells,
               {{{{-16, -16, -16}, {16, 16, 16}}, -1.0F}, {{{0, 0, -16}, {1, 1, 16}}, 1.0F}});
   return map;
@@ -308,7 +299,7 @@ TEST(PoseQuery, EndsWithItsBudget) {
 
 TEST(PoseQuery, LooksAtMoreBricksThanItKeeps) {
   Random random(3942);
-  CuboidMap map = makeMap();
+  CuboidMap map(poseConfig());
   std::vector<UniformBox> boxes;
   boxes.reserve(4000);
   for (int i = 0; i < 4000; ++i) {

@@ -8,7 +8,7 @@
 #include "cuboid_mapping/ros/clouds/source.h"
 #include "cuboid_mapping/ros/parameters/reconfigure.h"
 #include "ros/cloud_messages.h"
-#include "support/random.h"
+#include "support/random_shapes.h"
 #include "tools/run_program.h"
 
 #include <gtest/gtest.h>
@@ -24,14 +24,10 @@ using cuboid_mapping::Cell;
 using cuboid_mapping::Grid;
 using cuboid_mapping::Occupancy;
 using cuboid_mapping::test::Random;
+using cuboid_mapping::test::randomPoint;
 using cuboid_mapping::test::TemporaryFolder;
 
 const FindText kNoParameters = [](const std::string&) { return std::nullopt; };
-
-Eigen::Vector3d randomPoint(Random& random, double limit_m) {
-  return {random.real(-limit_m, limit_m), random.real(-limit_m, limit_m),
-          random.real(-limit_m, limit_m)};
-}
 
 Eigen::Isometry3d randomPose(Random& random) {
   return Eigen::Translation3d(randomPoint(random, 3.0)) *
