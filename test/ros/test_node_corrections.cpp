@@ -9,7 +9,10 @@
 #include <actionlib/client/simple_action_client.h>
 #include <nav_msgs/Path.h>
 
+#include <chrono>
+#include <filesystem>
 #include <map>
+#include <thread>
 
 namespace cuboid_mapping_ros::test {
 namespace {
@@ -20,6 +23,7 @@ using cuboid_mapping::SetBox;
 using Voxels = std::map<Cell, float>;
 
 constexpr int kNumClouds = 30;
+constexpr int kNumLater = 20;  ///< Of a second part of the drive.
 
 /// Where the robot is at a cloud: it drives along a bow.
 Eigen::Isometry3d truth(int i) {
@@ -35,17 +39,6 @@ Eigen::Isometry3d drifted(int i) {
 
 ros::Time stampOf(int i) { return ros::Time(100.0 + 0.1 * i); }
 
-nav_msgs::Path pathOf(int begin, int end) {
-  nav_msgs::Path path;
-  path.header.frame_id = "map";
-  for (int i = begin; i < end; ++i) {
-    path.poses.emplace_back();
-    path.poses.back().header.stamp = stampOf(i);
-    path.poses.back().pose = tf2::toMsg(truth(i));
-  }
-  return path;
-}
-
 class NodeCorrections : public DrivenNode {
  protected:
   using Pose = Eigen::Isometry3d (*)(int);
@@ -56,10 +49,22 @@ class NodeCorrections : public DrivenNode {
     start(parameters);
   }
 
+  /// The right poses of these clouds.
+  [[nodiscard]] nav_msgs::Path pathOf(int begin, int end) const {
+    nav_msgs::Path path;
+    path.header.frame_id = "map";
+    for (int i = begin; i < end; ++i) {
+      path.poses.emplace_back();
+      path.poses.back().header.stamp = stampOf(i);
+      path.poses.back().pose = tf2::toMsg(Eigen::Isometry3d(T_map_start_ * truth(i)));
+    }
+    return path;
+  }
+
   void send(int i, Pose pose) {
     tf2_msgs::TFMessage tf;
     // The lidar is mounted askew.
-    tf.transforms.push_back(makeTransform("map", "base", pose(i), stampOf(i)));
+    tf.transforms.push_back(makeTransform("map", "base", T_map_start_ * pose(i), stampOf(i)));
     tf.transforms.push_back(
         makeTransform("base", "lidar", makeTranslation(0.2, 0.1, 0.3), stampOf(i)));
     tf_.publish(tf);
@@ -140,6 +145,89 @@ class NodeCorrections : public DrivenNode {
     return after;
   }
 
+  /// Takes the map along, as after a jump of the localization.
+  void moveMap(const Eigen::Isometry3d& T_new_old, const ros::Time& stamp) {
+    cuboid_mapping::MoveMap move;
+    move.request.transform = tf2::eigenToTransform(T_new_old).transform;
+    move.request.stamp = stamp;
+    ASSERT_TRUE(callService(std::string(kName) + "/move_map", move));
+    ASSERT_TRUE(move.response.info.success) << move.response.info.message;
+  }
+
+  /// A drive whose map is moved to another frame on the way. @param corrects  Before that, and at the end.
+  [[nodiscard]] Voxels mapInTurns(Pose pose, bool corrects) {
+    driveAll(pose);
+    if (corrects) {
+      EXPECT_TRUE(correct(pathOf(0, kNumClouds)).info.success);
+    }
+    T_map_start_ = Eigen::Translation3d(0.7, -0.4, 0.2) *
+                   Eigen::AngleAxisd(M_PI / 2.0, Eigen::Vector3d::UnitZ());
+    moveMap(T_map_start_, stampOf(kNumClouds) - ros::Duration(0.05));
+    sendAll(kNumClouds, kNumClouds + kNumLater, pose);
+    if (corrects) {
+      const auto answer = correct(pathOf(0, kNumClouds + kNumLater));
+      EXPECT_TRUE(answer.info.success) << answer.info.message;
+      EXPECT_EQ(answer.clouds, 1U * kNumLater);
+    }
+    return saveMap();
+  }
+
+  /// Kills the node some time after the begin of a correction, and starts it again. @return Its map.
+  [[nodiscard]] Voxels mapAfterAKill(const std::vector<std::string>& parameters, double after_s) {
+    std::thread call([this] {
+      CorrectPoses correct;
+      correct.request.path = pathOf(0, kNumClouds);
+      ros::service::call(std::string(kName) + "/correct_poses", correct);  // May have no answer.
+    });
+    std::this_thread::sleep_for(std::chrono::duration<double>(after_s));
+    end(SIGKILL);
+    call.join();
+    startKeeping(parameters);
+    return saveMap();
+  }
+
+  /// Kills at several moments of a correction and after it: the file that the node goes on with has the map of before or the corrected one.
+  void killMany(const std::string& file, const std::vector<std::string>& parameters) {
+    constexpr int kNumKills = 5;
+    Voxels after;
+    double time_s = 0.0;
+    int num_before = 0;
+    for (int kill = -1; kill < kNumKills; ++kill) {
+      startKeeping(parameters);
+      driveAll(drifted);
+      const Voxels before = saveMap();
+      ASSERT_TRUE(waitFor([&] { return voxelsIn(file) == before; })) << "it is on the disk";
+      if (kill < 0) {
+        time_s = correct(pathOf(0, kNumClouds)).seconds;
+        after = saveMap();
+        ASSERT_NE(after, before);
+      } else {
+        const Voxels found = mapAfterAKill(parameters, 1.5 * time_s * kill / kNumKills);
+        ASSERT_TRUE(found == before || found == after) << kill;
+        num_before += found == before ? 1 : 0;
+      }
+      end(SIGKILL);
+      for (const char* part : {"", "-wal", "-shm"}) std::filesystem::remove(file + part);
+    }
+    EXPECT_GT(num_before, 0);
+  }
+
+  /// What a node that is killed now would leave in its file, which it may be writing.
+  [[nodiscard]] Voxels voxelsIn(const std::string& file) const {
+    const std::string copy = folder_ / ("copy" + std::filesystem::path(file).extension().string());
+    try {
+      for (const std::string part : {"", "-wal"}) {  // Of SQLite.
+        std::filesystem::remove(copy + part);
+        if (std::filesystem::exists(file + part)) {
+          std::filesystem::copy_file(file + part, copy + part);
+        }
+      }
+      return cuboid_mapping::test::voxelsOf(cuboid_mapping::readMapFile(copy).snapshot.bricks);
+    } catch (const std::runtime_error&) {  // Not there yet.
+      return {};
+    }
+  }
+
   ros::Publisher paths_ = nh_.advertise<nav_msgs::Path>("/corrected_path", 10);
 };
 
@@ -162,9 +250,37 @@ TEST_P(NodeCorrections, ReachWhatIsOnDisk) {
   EXPECT_EQ(corrected, mapFromScratch());
 }
 
+TEST_P(NodeCorrections, TakeTurnsWithMovesOfTheMap) {
+  if (GetParam()) GTEST_SKIP() << "the same for the nodelet";
+  const std::vector<std::string> window{"_window/frame:=base", "_window/size:=4.0",
+                                        "_window/margin:=0.5",
+                                        "_window/file:=" + (folder_ / "map.sqlite")};
+  startKeeping();
+  const Voxels expected = mapInTurns(truth, false);
+  for (const auto& parameters : {std::vector<std::string>(), window}) {
+    end(SIGINT);
+    ros::param::del(kName);
+    T_map_start_.setIdentity();
+    startKeeping(parameters);
+    EXPECT_EQ(mapInTurns(drifted, true), expected) << parameters.size();
+  }
+}
+
+TEST_P(NodeCorrections, LeaveAWholeMapWhereTheyAreKilled) {
+  if (GetParam()) GTEST_SKIP() << "the same for the nodelet";
+  const std::string file = folder_ / "map.cuboids";
+  killMany(file, {"_autosave_file:=" + file, "_autosave_period:=1.0"});
+}
+
+TEST_P(NodeCorrections, LeaveAWholeStoreWhereTheyAreKilled) {
+  if (GetParam()) GTEST_SKIP() << "the same for the nodelet";
+  const std::string file = folder_ / "map.sqlite";
+  killMany(file, {"_window/frame:=base", "_window/size:=4.0", "_window/margin:=0.5",
+                  "_window/file:=" + file, "_autosave_period:=1.0"});
+}
+
 TEST_P(NodeCorrections, ComeFromATopicWhileCloudsGoOn) {
   if (GetParam()) GTEST_SKIP() << "the same for the nodelet";
-  constexpr int kNumLater = 20;
   startKeeping();
   driveAll(truth);
   sendAll(kNumClouds, kNumClouds + kNumLater, truth);
@@ -206,11 +322,7 @@ TEST_P(NodeCorrections, AreRefusedWithAReason) {
   EXPECT_FALSE(correct({}).info.success);
   EXPECT_EQ(saveMap(), before);
   // ~move_map takes the map along, and what was seen before stays in it.
-  cuboid_mapping::MoveMap move;
-  move.request.transform = tf2::eigenToTransform(makeTranslation(0.3, 0.0, 0.0)).transform;
-  move.request.stamp = stampOf(kNumClouds);
-  ASSERT_TRUE(callService(std::string(kName) + "/move_map", move));
-  ASSERT_TRUE(move.response.info.success) << move.response.info.message;
+  moveMap(makeTranslation(0.3, 0.0, 0.0), stampOf(kNumClouds));
   EXPECT_FALSE(correct(pathOf(0, kNumClouds)).info.success);
   EXPECT_EQ(figure("clouds kept"), 0);
   EXPECT_EQ(figure("clouds no longer kept"), kNumClouds);
