@@ -13,7 +13,9 @@
 
 #include <algorithm>
 #include <atomic>
+#include <chrono>
 #include <fstream>
+#include <future>
 #include <map>
 #include <thread>
 
@@ -156,6 +158,49 @@ TEST(MapStorage, movesNoMapBeyondItsLimits) {
   EXPECT_NE(moveWholeMap(map, *cuboid_mapping::VoxelMotion::of(far, 0.1)).error.find("beyond"),
             std::string::npos);
   EXPECT_EQ(voxelsOf(map), before);
+}
+
+/// A target that takes its time: while pages are read, and while the file is written, clouds come.
+TEST(MapStorage, savesAMapWithAWindowWhileCloudsGoOn) {
+  const TemporaryFolder folder;
+  NodeParameters parameters;
+  parameters.map = makeConfig();
+  parameters.window.frame_id = "base";
+  parameters.window.config.size_m = 10.0;
+  parameters.window.config.margin_m = 1.0;
+  parameters.window.file = folder / "map.sqlite";
+  GuardedMap map(parameters.map);
+  map.setWindow(map.read(
+      [&](const CuboidMap& content, const ros::Time&) { return makeWindow(parameters, content); }));
+  Random random(104);
+  std::int32_t place = 0;
+  const auto integrate = [&] {
+    ++place;
+    auto update = cuboid_mapping::test::randomUpdate(random, {{-3, -3, -3}, {3, 3, 3}}, 9);
+    for (auto& brick : update.bricks) brick.brick.x += 16 * place;
+    map.integrate(ros::Time(place), update, cuboid_mapping::SensorModel(), {1.6 * place, 0.0, 0.0});
+  };
+  for (int i = 0; i < 100; ++i) integrate();
+  ASSERT_GT(map.windowFigures()->num_on_disk_only, 5U);
+  ASSERT_EQ(saveMap(map, "map", folder / "before.cuboids").error, "");
+  std::map<std::string, int> num_clouds;
+  std::future<void> cloud;
+  const CallProgress progress([&](const std::string& stage, double /*share*/) {
+    cloud = std::async(std::launch::async, integrate);
+    if (cloud.wait_for(std::chrono::seconds(20)) != std::future_status::ready) {
+      throw std::runtime_error("the save keeps a cloud waiting: " + stage);
+    }
+    ++num_clouds[stage];
+  });
+  EXPECT_EQ(saveMap(map, "map", folder / "meanwhile.cuboids", {}, progress).error, "");
+  EXPECT_GT(num_clouds["reading pages"], 5);
+  EXPECT_GT(num_clouds["writing"], 1);
+  EXPECT_EQ(cuboid_mapping::readFile(folder / "meanwhile.cuboids"),
+            cuboid_mapping::readFile(folder / "before.cuboids"))
+      << "the map as it was when the save began";
+  ASSERT_EQ(saveMap(map, "map", folder / "after.cuboids").error, "");
+  EXPECT_GT(std::filesystem::file_size(folder / "after.cuboids"),
+            std::filesystem::file_size(folder / "before.cuboids"));
 }
 
 /// Somebody edits all the time: none of his edits is lost.
