@@ -8,6 +8,7 @@
 #include "cuboid_mapping/scan/scan_update.h"
 #include "timing.h"
 
+#include <algorithm>
 #include <cstdio>
 #include <optional>
 #include <string>
@@ -21,34 +22,47 @@ struct Options {
   double resolution_m = 0.2;
   int threads = 1;
   int rounds = 5;
+  int laps = 1;
+  double moved = 1.0;
 };
 
 using Poses = std::vector<Eigen::Isometry3d>;
 
-/// Clouds of a data set as the node keeps them, a second apart.
+/// Clouds of a data set as the node keeps them, a second apart. Each lap is elsewhere.
 std::vector<KeptCloud> readClouds(const Options& options) {
+  constexpr double kBetweenLaps_m = 300.0;
   std::vector<KeptCloud> clouds;
   const auto scans = openScanDataset(options.dataset);
   for (std::size_t i = 0; i < scans->size(); ++i) {
     const ScanDataset::Item item = scans->read(i);
     KeptCloud cloud;
-    cloud.stamp_ns = static_cast<std::int64_t>(1000000000 * (i + 1));
     cloud.T_map_body = item.T_map_sensor;
     cloud.scans_body.emplace_back();
     cloud.scans_body.back().points = item.points_sensor;
     roundScan(cloud.scans_body.back(), options.resolution_m / kKeptStepsPerVoxel);
     clouds.push_back(std::move(cloud));
   }
+  const std::size_t num_a_lap = clouds.size();
+  for (std::size_t i = num_a_lap; i < num_a_lap * static_cast<std::size_t>(options.laps); ++i) {
+    clouds.push_back(clouds[i - num_a_lap]);
+    clouds.back().T_map_body.pretranslate(Eigen::Vector3d(kBetweenLaps_m, 0.0, 0.0));
+  }
+  for (std::size_t i = 0; i < clouds.size(); ++i) {
+    clouds[i].stamp_ns = static_cast<std::int64_t>(1000000000 * (i + 1));
+    clouds[i].T_map_body = PoseTrack({{0, clouds[i].T_map_body}}).at(0);  // As the node rounds it.
+  }
   return clouds;
 }
 
-/// Every pose but the first is another one.
-Poses moved(const std::vector<KeptCloud>& clouds) {
+/// Poses of the last clouds drift from the first of them on. @param share  Of the clouds, that these are.
+Poses moved(const std::vector<KeptCloud>& clouds, double share) {
   Poses poses;
+  const double first = (1.0 - share) * static_cast<double>(clouds.size());
   for (std::size_t i = 0; i < clouds.size(); ++i) {
-    const double share = static_cast<double>(i) / static_cast<double>(clouds.size());
-    poses.push_back(clouds[i].T_map_body * Eigen::Translation3d(share, -0.5 * share, 0.1 * share) *
-                    Eigen::AngleAxisd(0.02 * share, Eigen::Vector3d::UnitZ()));
+    const double drift =
+        std::max(0.0, static_cast<double>(i) - first) / static_cast<double>(clouds.size());
+    poses.push_back(clouds[i].T_map_body * Eigen::Translation3d(drift, -0.5 * drift, 0.1 * drift) *
+                    Eigen::AngleAxisd(0.02 * drift, Eigen::Vector3d::UnitZ()));
   }
   return poses;
 }
@@ -95,37 +109,48 @@ struct Times {
 };
 
 void measure(const Options& options) {
+  constexpr double kTolerance_m = 1e-6;  // For what rounding moves.
   const std::vector<KeptCloud> clouds = readClouds(options);
-  const Poses poses = moved(clouds);
+  const Poses poses = moved(clouds, options.moved);
   std::vector<KeptCloud> clouds_there = clouds;
   std::vector<StampedPose> path;
   for (std::size_t i = 0; i < clouds.size(); ++i) {
     path.push_back({clouds[i].stamp_ns, poses[i]});
   }
   const PoseTrack track(path);
-  for (KeptCloud& cloud : clouds_there) cloud.T_map_body = track.at(cloud.stamp_ns);
+  for (std::size_t i = 0; i < clouds.size(); ++i) {
+    if (!poses[i].isApprox(clouds[i].T_map_body, kTolerance_m)) {
+      clouds_there[i].T_map_body = track.at(clouds[i].stamp_ns);
+    }
+  }
   MapHistory history(makeConfig(options), options.resolution_m / kKeptStepsPerVoxel, {});
   Times inserting;
   Times correcting;
   std::size_t num_different = 0;
+  std::size_t num_stayed = 0;
+  std::size_t num_bricks = 0;
   for (int round = 0; round < options.rounds; ++round) {
     std::optional<CuboidMap> there;
     inserting.add(timeOf([&] { there.emplace(insert(clouds_there, options, nullptr)); }));
-    insert(clouds, options, &history);
+    const CuboidMap map = insert(clouds, options, &history);
     std::optional<MapCorrection> correction;
-    correcting.add(timeOf([&] { correction.emplace(history.correct(track)); }));
+    correcting.add(timeOf([&] {
+      correction.emplace(history.correct(track, {OutsidePoses::kFollow, kTolerance_m}, {}, &map));
+    }));
+    num_stayed = correction->numStayed();
+    num_bricks = correction->map().voxels().size();
     num_different += countDifferent(*there, correction->map());
   }
   const HistoryFigures kept = history.figures();
   std::printf(
       "%s at %.2f m, %zu clouds, %d threads, medians of %d\n\n"
-      "| insertion [s] | correction [s] | ratio | ratio of CPU time | bricks that differ | bytes a "
-      "cloud | bytes a point |\n|---|---|---|---|---|---|---|\n"
-      "| %.3f | %.3f | %.2f | %.2f | %zu | %.0f | %.2f |\n",
+      "| insertion [s] | correction [s] | ratio | ratio of CPU time | bricks that stay, of all | "
+      "bricks that differ | bytes a cloud | bytes a point |\n|---|---|---|---|---|---|---|---|\n"
+      "| %.3f | %.3f | %.2f | %.2f | %zu of %zu | %zu | %.0f | %.2f |\n",
       options.dataset.c_str(), options.resolution_m, clouds.size(), options.threads, options.rounds,
       median(inserting.wall_s), median(correcting.wall_s),
       median(correcting.wall_s) / median(inserting.wall_s),
-      median(correcting.cpu_s) / median(inserting.cpu_s), num_different,
+      median(correcting.cpu_s) / median(inserting.cpu_s), num_stayed, num_bricks, num_different,
       static_cast<double>(kept.num_bytes) / static_cast<double>(kept.num_clouds),
       static_cast<double>(kept.num_bytes) / static_cast<double>(kept.num_points));
 }
@@ -138,6 +163,9 @@ int run(int argc, char** argv) {
   line.addArgument("dataset", options.dataset, "folder of scans, or .graph file");
   line.addNumber("resolution", options.resolution_m, "edge of a voxel [m]", {0.001, 100.0});
   line.addNumber("threads", options.threads, "threads of both", {1, 256});
+  line.addNumber("moved", options.moved, "share of the clouds, the last ones, that moves",
+                 {0.001, 1.0});
+  line.addNumber("laps", options.laps, "repetitions of the drive, 300 m apart", {1, 1000});
   line.addNumber("rounds", options.rounds, "repetitions", {1, 1000});
   if (const auto status = line.parse(argc, argv)) return *status;
   measure(options);

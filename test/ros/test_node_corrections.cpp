@@ -44,7 +44,8 @@ class NodeCorrections : public DrivenNode {
   using Pose = Eigen::Isometry3d (*)(int);
 
   void startKeeping(const std::vector<std::string>& others = {}) {
-    std::vector<std::string> parameters{"_keep_clouds/memory:=50", "_keep_clouds/body_frame:=base"};
+    std::vector<std::string> parameters{"_keep_clouds/memory:=50", "_keep_clouds/body_frame:=base",
+                                        "_keep_clouds/tolerance:=0.0"};
     parameters.insert(parameters.end(), others.begin(), others.end());
     start(parameters);
   }

@@ -54,6 +54,16 @@ enum class OutsidePoses : unsigned char {
   kStay     ///< They stay where they are.
 };
 
+/// Distance from the body at which a tolerance counts.
+constexpr double kShiftDistance_m = 10.0;
+
+/// What new poses move.
+struct CorrectionRule {
+  OutsidePoses outside = OutsidePoses::kFollow;  ///< Clouds outside the new poses.
+  /// A cloud keeps its pose if the new one moves no point at kShiftDistance_m from the body by more: >= 0.
+  double tolerance_m = 0.0;
+};
+
 /// A corrected map in the making. As long as it lives, its history makes no cloud fixed.
 class MapCorrection {
  public:
@@ -67,12 +77,14 @@ class MapCorrection {
   [[nodiscard]] std::size_t numClouds() const;
   /// Number of these clouds outside the new poses.
   [[nodiscard]] std::size_t numOutside() const;
+  /// Bricks that no moved cloud touches, and which were taken over; 0 where all was made anew.
+  [[nodiscard]] std::size_t numStayed() const;
   /// Largest motion of the body.
   [[nodiscard]] double maxShift_m() const;
 
  private:
   friend class MapHistory;
-  struct Implementation;
+  struct Implementation;  // src/cuboid_mapping/history/map_correction.h
   explicit MapCorrection(std::unique_ptr<Implementation> implementation);
   std::unique_ptr<Implementation> implementation_;
 };
@@ -116,12 +128,19 @@ class MapHistory {
   /// Largest motion by the new poses of a point at this distance from the body, over the clouds within them; 0 without any.
   [[nodiscard]] double findShift_m(const PoseTrack& poses, double distance_m) const;
 
-  /// Makes the map with other poses of the body, by the threads of the config. Clouds and edits may be added meanwhile.
-  /// @param listener  Hears of clouds and edits. @throws std::invalid_argument  when no cloud is kept, or none lies within the
-  /// new poses. What the listener throws is passed on.
-  [[nodiscard]] MapCorrection correct(const PoseTrack& poses,
-                                      OutsidePoses outside = OutsidePoses::kFollow,
-                                      const ProgressListener& listener = {});
+  /// Begins a correction, which catchUp() fills. @param current  Null, or the map that the clouds and edits so far have made;
+  /// nothing changes the map or the history during the call. Where few clouds move, bricks that none of them touches, with old
+  /// or new pose, are taken over from it: the result is the same. Not with FusionKind::kGrowth.
+  /// @throws std::invalid_argument  when no cloud is kept, or none lies within the new poses.
+  [[nodiscard]] MapCorrection begin(const PoseTrack& poses, const CorrectionRule& rule = {},
+                                    const CuboidMap* current = nullptr);
+
+  /// Makes the map with other poses of the body, by the threads of the config: begin() and catchUp(). Clouds and edits may be
+  /// added meanwhile, except with `current` until begin() returns.
+  /// @param listener  Hears of clouds and edits. What it throws is passed on. @throws As begin().
+  [[nodiscard]] MapCorrection correct(const PoseTrack& poses, const CorrectionRule& rule = {},
+                                      const ProgressListener& listener = {},
+                                      const CuboidMap* current = nullptr);
 
   /// Puts observations added since then into a corrected map, so that finish() has less to do.
   /// @throws std::runtime_error  after a restart(), and as correct(). @return Clouds and edits that it has put in.

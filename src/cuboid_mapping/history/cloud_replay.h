@@ -2,6 +2,7 @@
 // Puts kept clouds into a map, one after the other.
 #pragma once
 
+#include "cuboid_mapping/history/brick_region.h"
 #include "cuboid_mapping/history/map_history.h"
 #include "cuboid_mapping/parallel/parallel_for.h"
 #include "cuboid_mapping/scan/scan_update.h"
@@ -22,13 +23,19 @@ class CloudReplay {
   /// @param map  Must outlive this object, and is to be read after settle() only.
   explicit CloudReplay(CuboidMap& map) : map_(map) {}
 
-  /// @param config  Stays where it is as long as this object lives.
+  /// What a cloud says. Does not see the map. @param config  Stays where it is as long as this object lives.
+  /// @param region  Where not null, all that it says about these bricks. @return Valid until the next call.
+  const ScanUpdate& walk(const std::vector<Scan>& scans_body, const Eigen::Isometry3d& T_map_body,
+                         const ObservationConfig& config, const BrickRegion* region = nullptr);
+  /// Puts a cloud into the map. @param region  Where not null, nothing else changes than these bricks.
   void put(const std::vector<Scan>& scans_body, const Eigen::Isometry3d& T_map_body,
-           const ObservationConfig& config);
+           const ObservationConfig& config, const BrickRegion* region = nullptr);
   /// Waits for the last cloud.
   void settle() { applying_.wait(); }
 
  private:
+  ScanUpdater& updaterOf(const ObservationConfig& config);
+
   CuboidMap& map_;
   std::map<const ObservationConfig*, ScanUpdater> updaters_;
   ScanUpdate update_;

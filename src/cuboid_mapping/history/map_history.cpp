@@ -3,6 +3,7 @@
 
 #include "cuboid_mapping/history/cloud_replay.h"
 #include "cuboid_mapping/history/kept_clouds.h"
+#include "cuboid_mapping/history/map_correction.h"
 
 #include <algorithm>
 #include <cmath>
@@ -18,20 +19,6 @@
 namespace cuboid_mapping {
 namespace {
 
-/// A cloud or an edit.
-struct Event {
-  std::shared_ptr<const ObservationConfig> config;  ///< Null for an edit.
-  StampedPose pose;
-  std::size_t num_bytes = 0;
-  std::size_t num_points = 0;
-  // Of an edit:
-  CellBox box{};
-  std::vector<VoxelBrick> bricks;
-  std::vector<CellBox> locked;
-
-  [[nodiscard]] bool isCloud() const { return config != nullptr; }
-};
-
 bool isSame(const ObservationConfig& a, const ObservationConfig& b) {
   return !(a.sensor_model != b.sensor_model) && a.ranges.max_range_m == b.ranges.max_range_m &&
          a.ranges.end_margin_m == b.ranges.end_margin_m &&
@@ -41,19 +28,25 @@ bool isSame(const ObservationConfig& a, const ObservationConfig& b) {
          a.clears == b.clears;
 }
 
-std::size_t countPoints(const std::vector<Scan>& scans) {
-  std::size_t count = 0;
+/// Notes how many points a cloud has, and how far its beams reach.
+void measure(const std::vector<Scan>& scans, HistoryEvent& event) {
+  double reach_m = 0.0;
   for (const Scan& scan : scans) {
-    count += scan.points.size() + scan.no_returns.size() + scan.open_ends.size() +
-             scan.free_points.size();
+    reach_m = std::max<double>(reach_m, scan.origin.norm());
+    for (const auto* ends : {&scan.points, &scan.no_returns, &scan.open_ends, &scan.free_points}) {
+      event.num_points += ends->size();
+      for (const auto& end : *ends) reach_m = std::max<double>(reach_m, end.norm());
+    }
   }
-  return count;
+  event.reach_m = reach_m;
 }
 
-CuboidMap copyMap(const CuboidMap& map) {
-  CuboidMap copy(map.config());
-  restoreSnapshot(takeSnapshot(map, ""), copy);
-  return copy;
+/// What moves a body at a time; exactly nothing where the poses are equal.
+Eigen::Isometry3d findMotion(const PoseTrack& old, const PoseTrack& poses, std::int64_t stamp_ns) {
+  const Eigen::Isometry3d T_map_old = old.at(stamp_ns);
+  const Eigen::Isometry3d T_map_new = poses.at(stamp_ns);
+  if (T_map_new.matrix() == T_map_old.matrix()) return Eigen::Isometry3d::Identity();
+  return T_map_new * T_map_old.inverse();
 }
 
 std::string describeTimes(std::int64_t begin_ns, std::int64_t end_ns) {
@@ -73,46 +66,11 @@ std::vector<VoxelBrick> bricksOf(const CuboidMap& map, const CellBox& box) {
 
 }  // namespace
 
-struct MapCorrection::Implementation {
-  Implementation(PoseTrack new_poses, OutsidePoses outside_poses, CuboidMap base)
-      : track(std::move(new_poses)), outside(outside_poses), map(std::move(base)) {}
-
-  [[nodiscard]] Eigen::Isometry3d newPose(const StampedPose& old) const {
-    if (track.covers(old.stamp_ns)) return track.at(old.stamp_ns);
-    if (outside == OutsidePoses::kStay) return old.T_map_body;
-    return (old.stamp_ns < track.begin_ns() ? T_new_first : T_new_last) * old.T_map_body;
-  }
-
-  PoseTrack track;
-  OutsidePoses outside;
-  CuboidMap map;
-  /// What moves the clouds before the new poses, and those after them.
-  ///@{
-  Eigen::Isometry3d T_new_first = Eigen::Isometry3d::Identity();
-  Eigen::Isometry3d T_new_last = Eigen::Isometry3d::Identity();
-  ///@}
-  std::vector<Eigen::Isometry3d> poses;  ///< New ones of the events so far.
-  std::size_t num_clouds = 0;
-  std::size_t num_outside = 0;
-  double max_shift_m = 0.0;
-  std::uint64_t start = 0;     ///< The restart() that it is of.
-  std::shared_ptr<void> hold;  ///< While it lives, events stay.
-};
-
-MapCorrection::MapCorrection(std::unique_ptr<Implementation> implementation)
-    : implementation_(std::move(implementation)) {}
-MapCorrection::MapCorrection(MapCorrection&&) noexcept = default;
-MapCorrection::~MapCorrection() = default;
-CuboidMap& MapCorrection::map() { return implementation_->map; }
-std::size_t MapCorrection::numClouds() const { return implementation_->num_clouds; }
-std::size_t MapCorrection::numOutside() const { return implementation_->num_outside; }
-double MapCorrection::maxShift_m() const { return implementation_->max_shift_m; }
-
 struct MapHistory::Implementation {
   Implementation(const MapConfig& config, double step_m, const HistoryLimits& history_limits)
       : limits(history_limits), base(config), clouds(step_m) {}
 
-  void append(Event event) {
+  void append(HistoryEvent event) {
     num_bytes += event.num_bytes;
     num_points += event.num_points;
     num_clouds += event.isCloud() ? 1 : 0;
@@ -129,15 +87,15 @@ struct MapHistory::Implementation {
 
   [[nodiscard]] bool isOverLimits() const {
     if (num_bytes > limits.max_bytes) return true;
-    const auto oldest =
-        std::find_if(events.begin(), events.end(), [](const Event& e) { return e.isCloud(); });
+    const auto oldest = std::find_if(events.begin(), events.end(),
+                                     [](const HistoryEvent& e) { return e.isCloud(); });
     if (oldest == events.end()) return false;
     return 1e-9 * static_cast<double>(newest_ns - oldest->pose.stamp_ns) > limits.max_age_s;
   }
 
   /// The oldest event becomes a part of the map that is begun with.
   void fixOldest() {
-    const Event& event = events.front();
+    const HistoryEvent& event = events.front();
     if (event.isCloud()) {
       fixing.put(unpackScans(clouds.read(first), clouds.step_m()), event.pose.T_map_body,
                  *event.config);
@@ -158,7 +116,7 @@ struct MapHistory::Implementation {
   /// Old poses of the body, where a cloud was.
   [[nodiscard]] PoseTrack oldTrack() const {
     std::vector<StampedPose> poses;
-    for (const Event& event : events) {
+    for (const HistoryEvent& event : events) {
       if (event.isCloud()) poses.push_back(event.pose);
     }
     if (poses.empty()) {
@@ -171,22 +129,52 @@ struct MapHistory::Implementation {
     return PoseTrack(std::move(poses));
   }
 
+  void check(const MapCorrection::Implementation& correction) const {
+    if (correction.start == start) return;
+    throw std::runtime_error("the whole map was replaced meanwhile, by another call: call again");
+  }
+
   /// Takes the next event that a correction has not. @return Whether there is one.
-  bool takeNext(const MapCorrection::Implementation& correction, Event& event,
+  bool takeNext(const MapCorrection::Implementation& correction, HistoryEvent& event,
                 std::string& packed) const {
     const std::lock_guard<std::mutex> lock(mutex);
     return takeNextLocked(correction, event, packed);
   }
-  bool takeNextLocked(const MapCorrection::Implementation& correction, Event& event,
+  /// @param packed  Empty for an edit, and for a cloud that touches nothing of what is made anew.
+  bool takeNextLocked(const MapCorrection::Implementation& correction, HistoryEvent& event,
                       std::string& packed) const {
-    if (correction.start != start) {
-      throw std::runtime_error("the whole map was replaced meanwhile, by another call: call again");
-    }
+    check(correction);
     const std::size_t i = correction.poses.size();
     if (i == events.size()) return false;
     event = events[i];
-    if (event.isCloud()) packed = clouds.read(first + i);
+    packed.clear();
+    if (event.isCloud() && correction.concerns(event)) packed = clouds.read(first + i);
     return true;
+  }
+
+  /// Finds the bricks that moved clouds touch, and lets all others stay as they are.
+  void findRegion(MapCorrection::Implementation& correction,
+                  const ProgressListener& listener) const {
+    CloudReplay replay(correction.map);
+    for (std::size_t i = 0; i < correction.num_before; ++i) {
+      HistoryEvent event;
+      std::string packed;
+      {
+        const std::lock_guard<std::mutex> lock(mutex);
+        check(correction);
+        event = events[i];
+        if (event.isCloud() && correction.moves(event)) packed = clouds.read(first + i);
+      }
+      if (packed.empty()) continue;
+      const std::vector<Scan> scans = unpackScans(packed, clouds.step_m());
+      for (const auto& T_map_body : {event.pose.T_map_body, correction.newPose(event.pose)}) {
+        correction.region.add(replay.walk(scans, T_map_body, *event.config));
+      }
+      if (listener) listener(0, correction.num_before);
+    }
+    const std::lock_guard<std::mutex> lock(mutex);
+    check(correction);
+    correction.beginMap(base);
   }
 
   [[nodiscard]] std::size_t countEvents() const {
@@ -194,28 +182,11 @@ struct MapHistory::Implementation {
     return events.size();
   }
 
-  void put(MapCorrection::Implementation& correction, const Event& event, const std::string& packed,
-           CloudReplay& replay) const {
-    if (!event.isCloud()) {
-      replay.settle();
-      correction.map.setLocked(event.locked);
-      correction.map.replace(event.box, event.bricks);
-      return correction.poses.push_back(Eigen::Isometry3d::Identity());
-    }
-    const Eigen::Isometry3d T_map_body = correction.newPose(event.pose);
-    replay.put(unpackScans(packed, clouds.step_m()), T_map_body, *event.config);
-    correction.poses.push_back(T_map_body);
-    ++correction.num_clouds;
-    correction.num_outside += correction.track.covers(event.pose.stamp_ns) ? 0 : 1;
-    const double shift_m = (T_map_body.translation() - event.pose.T_map_body.translation()).norm();
-    correction.max_shift_m = std::max(correction.max_shift_m, shift_m);
-  }
-
   mutable std::mutex mutex;
   HistoryLimits limits;
   CuboidMap base;  ///< What the map has begun with, and what is fixed.
   KeptClouds clouds;
-  std::deque<Event> events;
+  std::deque<HistoryEvent> events;
   std::uint64_t first = 0;  ///< Number of the first event.
   std::vector<std::shared_ptr<const ObservationConfig>> configs;
   CloudReplay fixing{base};
@@ -237,7 +208,8 @@ double MapHistory::step_m() const { return implementation_->clouds.step_m(); }
 
 void MapHistory::restart(const CuboidMap& map) {
   Implementation& own = *implementation_;
-  CuboidMap base = copyMap(map);
+  CuboidMap base(map.config());
+  restoreSnapshot(takeSnapshot(map, ""), base);
   const std::lock_guard<std::mutex> lock(own.mutex);
   own.clouds.clear();
   own.num_fixed += own.num_clouds;
@@ -254,10 +226,10 @@ void MapHistory::restart(const CuboidMap& map) {
 void MapHistory::add(const KeptCloud& cloud, const ObservationConfig& config) {
   Implementation& own = *implementation_;
   const std::lock_guard<std::mutex> lock(own.mutex);
-  Event event;
+  HistoryEvent event;
   event.config = own.share(config);
   event.pose = {cloud.stamp_ns, cloud.T_map_body};
-  event.num_points = countPoints(cloud.scans_body);
+  measure(cloud.scans_body, event);
   event.num_bytes = own.clouds.add(own.first + own.events.size(), cloud.scans_body);
   own.append(std::move(event));
   own.newest_ns = std::max(own.newest_ns, cloud.stamp_ns);
@@ -265,7 +237,7 @@ void MapHistory::add(const KeptCloud& cloud, const ObservationConfig& config) {
 }
 
 void MapHistory::addEdit(const CellBox& box, const CuboidMap& map) {
-  Event event;
+  HistoryEvent event;
   event.box = box;
   event.bricks = bricksOf(map, box);
   event.locked = map.lockedBoxes();
@@ -282,54 +254,63 @@ HistoryFigures MapHistory::figures() const {
 double MapHistory::findShift_m(const PoseTrack& poses, double distance_m) const {
   const std::lock_guard<std::mutex> lock(implementation_->mutex);
   double shift_m = 0.0;
-  for (const Event& event : implementation_->events) {
+  for (const HistoryEvent& event : implementation_->events) {
     const StampedPose& old = event.pose;
     if (!event.isCloud() || !poses.covers(old.stamp_ns)) continue;
-    const Eigen::Isometry3d T_map_body = poses.at(old.stamp_ns);
-    const Eigen::AngleAxisd turn(
-        Eigen::Matrix3d(T_map_body.linear() * old.T_map_body.linear().transpose()));
-    shift_m = std::max(shift_m, (T_map_body.translation() - old.T_map_body.translation()).norm() +
-                                    2.0 * distance_m * std::sin(0.5 * std::abs(turn.angle())));
+    shift_m = std::max(
+        shift_m, cuboid_mapping::findShift_m(old.T_map_body, poses.at(old.stamp_ns), distance_m));
   }
   return shift_m;
 }
 
-MapCorrection MapHistory::correct(const PoseTrack& poses, OutsidePoses outside,
-                                  const ProgressListener& listener) {
-  Implementation& own = *implementation_;
-  std::unique_ptr<MapCorrection::Implementation> correction;
-  {
-    const std::lock_guard<std::mutex> lock(own.mutex);
-    const PoseTrack old = own.oldTrack();
-    const bool is_any_inside =
-        std::any_of(own.events.begin(), own.events.end(),
-                    [&](const Event& e) { return e.isCloud() && poses.covers(e.pose.stamp_ns); });
-    if (!is_any_inside) {
-      throw std::invalid_argument(
-          "no cloud that is kept was taken within the new poses: they are of " +
-          describeTimes(poses.begin_ns(), poses.end_ns()) + ", the clouds of " +
-          describeTimes(old.begin_ns(), old.end_ns()) +
-          ". Give poses with the stamps of the clouds, or keep more");
-    }
-    correction = std::make_unique<MapCorrection::Implementation>(poses, outside, copyMap(own.base));
-    correction->T_new_first = poses.at(poses.begin_ns()) * old.at(poses.begin_ns()).inverse();
-    correction->T_new_last = poses.at(poses.end_ns()) * old.at(poses.end_ns()).inverse();
-    correction->start = own.start;
-    correction->hold = own.hold;
+MapCorrection MapHistory::begin(const PoseTrack& poses, const CorrectionRule& rule,
+                                const CuboidMap* current) {
+  if (!(rule.tolerance_m >= 0.0)) {
+    throw std::invalid_argument("the tolerance is no number of at least 0 m: give one");
   }
-  MapCorrection made(std::move(correction));
+  Implementation& own = *implementation_;
+  const std::lock_guard<std::mutex> lock(own.mutex);
+  const PoseTrack old = own.oldTrack();
+  const auto is_inside = [&](const HistoryEvent& event) {
+    return event.isCloud() && poses.covers(event.pose.stamp_ns);
+  };
+  if (std::none_of(own.events.begin(), own.events.end(), is_inside)) {
+    throw std::invalid_argument(
+        "no cloud that is kept was taken within the new poses: they are of " +
+        describeTimes(poses.begin_ns(), poses.end_ns()) + ", the clouds of " +
+        describeTimes(old.begin_ns(), old.end_ns()) +
+        ". Give poses with the stamps of the clouds, or keep more");
+  }
+  auto made = std::make_unique<MapCorrection::Implementation>(poses, rule, own.base.config());
+  made->T_new_first = findMotion(old, poses, poses.begin_ns());
+  made->T_new_last = findMotion(old, poses, poses.end_ns());
+  made->start = own.start;
+  made->hold = own.hold;
+  const auto num_moved = static_cast<std::size_t>(std::count_if(
+      own.events.begin(), own.events.end(),
+      [&](const HistoryEvent& event) { return event.isCloud() && made->moves(event); }));
+  if (current != nullptr) made->takeCurrent(*current, num_moved, own.num_clouds);
+  made->num_before = own.events.size();
+  if (!made->current) made->beginMap(own.base);
+  return MapCorrection(std::move(made));
+}
+
+MapCorrection MapHistory::correct(const PoseTrack& poses, const CorrectionRule& rule,
+                                  const ProgressListener& listener, const CuboidMap* current) {
+  MapCorrection made = begin(poses, rule, current);
   catchUp(made, listener);
   return made;
 }
 
 std::size_t MapHistory::catchUp(MapCorrection& correction, const ProgressListener& listener) {
   MapCorrection::Implementation& made = *correction.implementation_;
+  if (made.current) implementation_->findRegion(made, listener);
   CloudReplay replay(made.map);
-  Event event;
+  HistoryEvent event;
   std::string packed;
   std::size_t count = 0;
   for (; implementation_->takeNext(made, event, packed); ++count) {
-    implementation_->put(made, event, packed, replay);
+    made.put(event, packed, implementation_->clouds.step_m(), replay);
     if (listener) listener(made.poses.size(), implementation_->countEvents());
   }
   replay.settle();
@@ -341,10 +322,12 @@ void MapHistory::finish(MapCorrection& correction) {
   catchUp(correction);
   MapCorrection::Implementation& made = *correction.implementation_;
   const std::lock_guard<std::mutex> lock(own.mutex);
-  Event event;
+  HistoryEvent event;
   std::string packed;
   CloudReplay replay(made.map);
-  while (own.takeNextLocked(made, event, packed)) own.put(made, event, packed, replay);
+  while (own.takeNextLocked(made, event, packed)) {
+    made.put(event, packed, own.clouds.step_m(), replay);
+  }
   replay.settle();
   for (std::size_t i = 0; i < own.events.size(); ++i) {
     if (own.events[i].isCloud()) own.events[i].pose.T_map_body = made.poses[i];

@@ -40,6 +40,14 @@ void GuardedMap::integrate(const ros::Time& stamp, const cuboid_mapping::ScanUpd
   if (history_ && kept) history_->add(*kept);
 }
 
+cuboid_mapping::MapCorrection GuardedMap::beginCorrection(
+    const cuboid_mapping::PoseTrack& poses, const cuboid_mapping::CorrectionRule& rule) {
+  const auto changing = waitToChange();  // The map is what the history has made.
+  return readWithWindow([&](const auto& map, const auto& /*stamp*/, const auto* window) {
+    return history_->whole().begin(poses, rule, window == nullptr ? &map : nullptr);
+  });
+}
+
 void GuardedMap::exchange(cuboid_mapping::MapCorrection& correction) {
   const auto changing = waitToChange();
   history_->whole().finish(correction);  // Nobody changes the map, and others read it.

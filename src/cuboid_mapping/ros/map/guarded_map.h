@@ -63,6 +63,10 @@ class GuardedMap {
                  const cuboid_mapping::SensorModel& model, const Eigen::Vector3d& window_center_map,
                  const std::optional<KeptObservation>& kept = std::nullopt);
 
+  /// Begins a correction of the map as it is. Clouds wait while the map is copied, some milliseconds.
+  /// @pre There is a history. @throws As MapHistory::begin(), and KeptHistory::whole().
+  [[nodiscard]] cuboid_mapping::MapCorrection beginCorrection(
+      const cuboid_mapping::PoseTrack& poses, const cuboid_mapping::CorrectionRule& rule);
   /// Puts a corrected map, and the poses in it, in the place of the map. Else as replaceAll().
   /// @pre There is a history. @throws As MapHistory::finish(), and KeptHistory::whole(): all is then as it was.
   void exchange(cuboid_mapping::MapCorrection& correction);

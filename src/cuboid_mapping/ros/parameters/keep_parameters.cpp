@@ -26,7 +26,9 @@ std::vector<ParameterDeclaration> declareKeep() {
       {"keep_clouds/body_frame", "", frame({&P::keep, &KeepParameters::body_frame}, true),
        "Frame whose corrected poses come. Empty: the frame of each cloud."},
       {"keep_clouds/tolerance", "m", number({&P::keep, &KeepParameters::tolerance_m}, 0.0, 1000.0),
-       "A message on corrected_path is ignored if it moves no point 10 m from the body by more."},
+       "A message on corrected_path moves no cloud of which no point 10 m from the body moves by "
+       "more. "
+       "If there is no other cloud, the message is ignored."},
   };
 }
 

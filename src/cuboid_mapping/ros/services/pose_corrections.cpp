@@ -18,6 +18,7 @@
 
 namespace cuboid_mapping_ros {
 
+using cuboid_mapping::CorrectionRule;
 using cuboid_mapping::CorrectPoses;
 using cuboid_mapping::CuboidMap;
 using cuboid_mapping::MapCorrection;
@@ -63,8 +64,9 @@ PoseCorrections::~PoseCorrections() {
 
 void PoseCorrections::answer(const CorrectPoses::Request& request, CorrectPoses::Response& response,
                              const CallProgress& progress) {
-  const auto outside = request.outside_stays != 0 ? OutsidePoses::kStay : OutsidePoses::kFollow;
-  const CorrectionAnswer answer = correct(request.path, outside, progress);
+  const CorrectionRule rule{
+      request.outside_stays != 0 ? OutsidePoses::kStay : OutsidePoses::kFollow, request.tolerance};
+  const CorrectionAnswer answer = correct(request.path, rule, progress);
   response.info = makeInfo(map_, frame_id_, answer.error);
   response.clouds = static_cast<std::uint32_t>(answer.num_clouds);
   response.outside = static_cast<std::uint32_t>(answer.num_outside);
@@ -73,12 +75,13 @@ void PoseCorrections::answer(const CorrectPoses::Request& request, CorrectPoses:
 }
 
 void PoseCorrections::onPath(const nav_msgs::Path& path) {
-  constexpr double kDistance_m = 10.0;  // As the help of keep_clouds/tolerance says.
   try {
-    if (map_.history()->whole().findShift_m(readPath(path), kDistance_m) <= tolerance_m_) return;
+    const double shift_m =
+        map_.history()->whole().findShift_m(readPath(path), cuboid_mapping::kShiftDistance_m);
+    if (shift_m <= tolerance_m_) return;
   } catch (const std::exception&) {  // Which correct() says.
   }
-  correct(path, OutsidePoses::kFollow, {});
+  correct(path, {OutsidePoses::kFollow, tolerance_m_}, {});
 }
 
 PoseTrack PoseCorrections::readPath(const nav_msgs::Path& path) const {
@@ -92,12 +95,12 @@ PoseTrack PoseCorrections::readPath(const nav_msgs::Path& path) const {
   return PoseTrack(toStampedPoses(path));
 }
 
-CorrectionAnswer PoseCorrections::correct(const nav_msgs::Path& path, OutsidePoses outside,
+CorrectionAnswer PoseCorrections::correct(const nav_msgs::Path& path, const CorrectionRule& rule,
                                           const CallProgress& progress) {
   CorrectionAnswer answer;
   const ros::WallTime begin = ros::WallTime::now();
   try {
-    correctMap(readPath(path), outside, progress, answer);
+    correctMap(readPath(path), rule, progress, answer);
   } catch (const std::bad_alloc&) {
     answer.error = "there is not enough memory for a second map";
   } catch (const std::exception& exception) {
@@ -116,7 +119,7 @@ CorrectionAnswer PoseCorrections::correct(const nav_msgs::Path& path, OutsidePos
   return answer;
 }
 
-void PoseCorrections::correctMap(const PoseTrack& poses, OutsidePoses outside,
+void PoseCorrections::correctMap(const PoseTrack& poses, const CorrectionRule& rule,
                                  const CallProgress& progress, CorrectionAnswer& answer) {
   constexpr std::size_t kFew = 2;  // Clouds that keep others waiting for the map.
   const auto told = progress.stage("mapping clouds");
@@ -125,7 +128,7 @@ void PoseCorrections::correctMap(const PoseTrack& poses, OutsidePoses outside,
     if (told) told(done, total);
   };
   auto& history = map_.history()->whole();
-  MapCorrection correction = history.correct(poses, outside, listener);
+  MapCorrection correction = map_.beginCorrection(poses, rule);
   while (history.catchUp(correction, listener) > kFew) {
   }
   map_.exchange(correction);

@@ -54,10 +54,11 @@ class PoseCorrections {
               cuboid_mapping::CorrectPoses::Response& response, const CallProgress& progress);
   void onPath(const nav_msgs::Path& path);
   /// Checks a path, and corrects. Throws nothing, but logs.
-  CorrectionAnswer correct(const nav_msgs::Path& path, cuboid_mapping::OutsidePoses outside,
+  CorrectionAnswer correct(const nav_msgs::Path& path, const cuboid_mapping::CorrectionRule& rule,
                            const CallProgress& progress);
-  void correctMap(const cuboid_mapping::PoseTrack& poses, cuboid_mapping::OutsidePoses outside,
-                  const CallProgress& progress, CorrectionAnswer& answer);
+  void correctMap(const cuboid_mapping::PoseTrack& poses,
+                  const cuboid_mapping::CorrectionRule& rule, const CallProgress& progress,
+                  CorrectionAnswer& answer);
   [[nodiscard]] cuboid_mapping::PoseTrack readPath(const nav_msgs::Path& path) const;
 
   GuardedMap& map_;

@@ -1,0 +1,118 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "cuboid_mapping/history/map_correction.h"
+
+#include "cuboid_mapping/history/kept_clouds.h"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+namespace cuboid_mapping {
+namespace {
+
+/// Where more of the clouds have moved, or more of the bricks are touched, all is made anew: that is as fast.
+///@{
+constexpr double kMaxMoved = 0.25;
+constexpr double kMaxTouched = 0.75;
+///@}
+
+}  // namespace
+
+double findShift_m(const Eigen::Isometry3d& T_map_old, const Eigen::Isometry3d& T_map_new,
+                   double distance_m) {
+  const Eigen::AngleAxisd turn(
+      Eigen::Matrix3d(T_map_new.linear() * T_map_old.linear().transpose()));
+  return (T_map_new.translation() - T_map_old.translation()).norm() +
+         2.0 * distance_m * std::sin(0.5 * std::abs(turn.angle()));
+}
+
+MapCorrection::MapCorrection(std::unique_ptr<Implementation> implementation)
+    : implementation_(std::move(implementation)) {}
+MapCorrection::MapCorrection(MapCorrection&&) noexcept = default;
+MapCorrection::~MapCorrection() = default;
+CuboidMap& MapCorrection::map() { return implementation_->map; }
+std::size_t MapCorrection::numClouds() const { return implementation_->num_clouds; }
+std::size_t MapCorrection::numOutside() const { return implementation_->num_outside; }
+std::size_t MapCorrection::numStayed() const { return implementation_->num_stayed; }
+double MapCorrection::maxShift_m() const { return implementation_->max_shift_m; }
+
+Eigen::Isometry3d MapCorrection::Implementation::newPose(const StampedPose& old) const {
+  const bool is_inside = track.covers(old.stamp_ns);
+  if (!is_inside && rule.outside == OutsidePoses::kStay) return old.T_map_body;
+  const Eigen::Isometry3d T_map_new =
+      is_inside ? track.at(old.stamp_ns)
+                : (old.stamp_ns < track.begin_ns() ? T_new_first : T_new_last) * old.T_map_body;
+  const bool is_tolerated =
+      rule.tolerance_m > 0.0 &&
+      findShift_m(old.T_map_body, T_map_new, kShiftDistance_m) <= rule.tolerance_m;
+  return is_tolerated ? old.T_map_body : T_map_new;
+}
+
+void MapCorrection::Implementation::takeCurrent(const CuboidMap& map_now, std::size_t num_moved,
+                                                std::size_t num_kept) {
+  const double share = static_cast<double>(num_moved) / static_cast<double>(num_kept);
+  if (share > kMaxMoved || map_now.config().fusion == FusionKind::kGrowth) return;
+  current = takeSnapshot(map_now, "");
+}
+
+void MapCorrection::Implementation::beginMap(const CuboidMap& base) {
+  MapSnapshot snapshot = takeSnapshot(base, "");
+  if (current) {
+    std::vector<VoxelBrick>& bricks = current->bricks;
+    is_local =
+        static_cast<double>(region.size()) <= kMaxTouched * static_cast<double>(bricks.size());
+    if (is_local) {
+      const auto is_anew = [this](const VoxelBrick& brick) { return region.contains(brick.brick); };
+      bricks.erase(std::remove_if(bricks.begin(), bricks.end(), is_anew), bricks.end());
+      num_stayed = bricks.size();
+      std::copy_if(snapshot.bricks.begin(), snapshot.bricks.end(), std::back_inserter(bricks),
+                   is_anew);
+      sortBricks(bricks);
+      snapshot.bricks = std::move(bricks);
+    }
+    current.reset();
+  }
+  restoreSnapshot(snapshot, map);
+}
+
+bool MapCorrection::Implementation::concerns(const HistoryEvent& cloud) const {
+  const BrickRegion* only = regionOfNext();
+  return only == nullptr ||
+         only->isNear(map.grid(), newPose(cloud.pose).translation(), cloud.reach_m);
+}
+
+void MapCorrection::Implementation::put(const HistoryEvent& event, const std::string& packed,
+                                        double step_m, CloudReplay& replay) {
+  if (!event.isCloud()) {
+    replay.settle();
+    putEdit(event);
+    return poses.push_back(Eigen::Isometry3d::Identity());
+  }
+  const Eigen::Isometry3d T_map_body = newPose(event.pose);
+  if (!packed.empty()) {
+    replay.put(unpackScans(packed, step_m), T_map_body, *event.config, regionOfNext());
+  }
+  poses.push_back(T_map_body);
+  ++num_clouds;
+  num_outside += track.covers(event.pose.stamp_ns) ? 0 : 1;
+  const double shift_m = (T_map_body.translation() - event.pose.T_map_body.translation()).norm();
+  max_shift_m = std::max(max_shift_m, shift_m);
+}
+
+void MapCorrection::Implementation::putEdit(const HistoryEvent& edit) {
+  map.setLocked(edit.locked);
+  const BrickRegion* only = regionOfNext();
+  if (only == nullptr || edit.box.isEmpty()) {
+    map.replace(edit.box, edit.bricks);
+    return;
+  }
+  std::vector<VoxelBrick> bricks;
+  std::copy_if(edit.bricks.begin(), edit.bricks.end(), std::back_inserter(bricks),
+               [&](const VoxelBrick& brick) { return only->contains(brick.brick); });
+  map.voxels().forEachIn(edit.box, [&](const VoxelBrick& brick) {
+    if (!only->contains(brick.brick)) bricks.push_back(brick);  // It stays.
+  });
+  map.replace(edit.box, bricks);
+}
+
+}  // namespace cuboid_mapping

@@ -1,0 +1,87 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// A corrected map in the making.
+#pragma once
+
+#include "cuboid_mapping/history/brick_region.h"
+#include "cuboid_mapping/history/cloud_replay.h"
+#include "cuboid_mapping/history/map_history.h"
+
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace cuboid_mapping {
+
+/// A cloud or an edit.
+struct HistoryEvent {
+  std::shared_ptr<const ObservationConfig> config;  ///< Null for an edit.
+  StampedPose pose;
+  std::size_t num_bytes = 0;
+  std::size_t num_points = 0;
+  double reach_m = 0.0;  ///< Greatest distance of a point from the body.
+  // Of an edit:
+  CellBox box{};
+  std::vector<VoxelBrick> bricks;
+  std::vector<CellBox> locked;
+
+  [[nodiscard]] bool isCloud() const { return config != nullptr; }
+};
+
+/// Largest motion of a point at this distance from a body.
+[[nodiscard]] double findShift_m(const Eigen::Isometry3d& T_map_old,
+                                 const Eigen::Isometry3d& T_map_new, double distance_m);
+
+struct MapCorrection::Implementation {
+  Implementation(PoseTrack new_poses, const CorrectionRule& correction_rule,
+                 const MapConfig& config)
+      : track(std::move(new_poses)), rule(correction_rule), map(config) {}
+
+  [[nodiscard]] Eigen::Isometry3d newPose(const StampedPose& old) const;
+  [[nodiscard]] bool moves(const HistoryEvent& cloud) const {
+    return newPose(cloud.pose).matrix() != cloud.pose.T_map_body.matrix();
+  }
+
+  /// Decides whether the bricks that no moved cloud touches stay, and takes the map if so.
+  void takeCurrent(const CuboidMap& map_now, std::size_t num_moved, std::size_t num_kept);
+  /// Begins with the map that the history begins with, in the region or everywhere.
+  void beginMap(const CuboidMap& base);
+
+  /// Whether all is made anew as far as the next event goes.
+  [[nodiscard]] const BrickRegion* regionOfNext() const {
+    return is_local && poses.size() < num_before ? &region : nullptr;
+  }
+  /// Whether the next event, a cloud, may touch what is made anew.
+  [[nodiscard]] bool concerns(const HistoryEvent& cloud) const;
+  /// Puts the next event in. @param packed  Empty for a cloud that touches nothing.
+  void put(const HistoryEvent& event, const std::string& packed, double step_m,
+           CloudReplay& replay);
+
+  PoseTrack track;
+  CorrectionRule rule;
+  CuboidMap map;
+  /// What moves the clouds before the new poses, and those after them.
+  ///@{
+  Eigen::Isometry3d T_new_first = Eigen::Isometry3d::Identity();
+  Eigen::Isometry3d T_new_last = Eigen::Isometry3d::Identity();
+  ///@}
+  std::vector<Eigen::Isometry3d> poses;  ///< New ones of the events so far.
+  std::size_t num_clouds = 0;
+  std::size_t num_outside = 0;
+  double max_shift_m = 0.0;
+  std::uint64_t start = 0;     ///< The restart() that it is of.
+  std::shared_ptr<void> hold;  ///< While it lives, events stay.
+
+  std::optional<MapSnapshot> current;  ///< Until the region is known.
+  bool is_local = false;               ///< Whether bricks outside the region stay.
+  BrickRegion region;                  ///< What moved clouds touch, with old and new poses.
+  std::size_t num_before = 0;          ///< Events that are in `current`.
+  std::size_t num_stayed = 0;          ///< Bricks.
+
+ private:
+  void putEdit(const HistoryEvent& edit);
+};
+
+}  // namespace cuboid_mapping
