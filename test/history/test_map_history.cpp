@@ -4,7 +4,7 @@
 #include "cuboid_mapping/history/kept_clouds.h"
 #include "cuboid_mapping/io/scan_dataset.h"
 #include "cuboid_mapping/map/mapper.h"
-#include "support/random.h"
+#include "history/random_drive.h"
 #include "support/snapshots.h"
 
 #include <gtest/gtest.h>
@@ -20,163 +20,9 @@
 namespace cuboid_mapping {
 namespace {
 
-using test::Random;
+using test::Drive;
+using test::newPoses;
 using test::voxelsOf;
-
-constexpr std::int64_t kPeriodNs = 100000000;
-
-Eigen::Isometry3d randomPose(Random& random, double size_m) {
-  Eigen::Isometry3d pose = Eigen::Isometry3d::Identity();
-  pose.translation() = Eigen::Vector3d(random.real(-size_m, size_m), random.real(-size_m, size_m),
-                                       random.real(-0.5, 0.5));
-  pose.linear() = (Eigen::AngleAxisd(random.real(-3.0, 3.0), Eigen::Vector3d::UnitZ()) *
-                   Eigen::AngleAxisd(random.real(-0.1, 0.1), Eigen::Vector3d::UnitX()))
-                      .toRotationMatrix();
-  return pose;
-}
-
-/// A cloud or an edit, as the test remembers it.
-struct Step {
-  KeptCloud cloud;
-  ObservationConfig config;
-  bool is_edit = false;
-  CellBox box{};
-  bool locks = false;
-};
-
-/// A map that clouds and edits have made, and its history.
-class Drive {
- public:
-  Drive(std::uint64_t seed, int threads, const HistoryLimits& limits = {})
-      : random_(seed),
-        config_(makeConfig(threads)),
-        map_(config_),
-        history_(config_, 0.02, limits) {
-    configs_[1].sensor_model.hit = 0.65;
-    configs_[1].ranges.max_range_m = 4.0;
-    configs_[1].limits.min_range_m = 0.5;
-    configs_[1].limits.crop_map = {Eigen::Vector3d(-20, -20, -1), Eigen::Vector3d(20, 20, 1.5)};
-    configs_[2].marks = false;
-    configs_[3].clears = false;
-  }
-
-  static MapConfig makeConfig(int threads) {
-    MapConfig config;
-    config.resolution_m = 0.2;
-    config.threads = threads;
-    return config;
-  }
-
-  /// A cloud of the next stamp, or now and then an edit.
-  void go() {
-    Step step;
-    step.is_edit = random_.chance(0.15);
-    if (step.is_edit) {
-      const Cell least{random_.integer(-30, 20), random_.integer(-30, 20), random_.integer(-8, 4)};
-      step.box = {least, least + Cell{random_.integer(1, 12), random_.integer(1, 12), 6}};
-      step.locks = random_.chance(0.5);
-    } else {
-      step.cloud = makeCloud();
-      step.config = configs_[random_.index(4)];
-    }
-    put(step, step.cloud.T_map_body, map_);
-    if (step.is_edit) {
-      history_.addEdit(step.box, map_);
-    } else {
-      history_.add(step.cloud, step.config);
-    }
-    steps_.push_back(step);
-  }
-
-  /// The map from scratch. @param new_pose  Of a cloud, or nothing to keep its own.
-  [[nodiscard]] MapSnapshot make(
-      const std::function<Eigen::Isometry3d(const KeptCloud&)>& new_pose) const {
-    CuboidMap map(makeConfig(1));
-    for (const Step& step : steps_) put(step, new_pose(step.cloud), map);
-    return takeSnapshot(map, "");
-  }
-
-  /// As the test understands what happens to a map.
-  static void put(const Step& step, const Eigen::Isometry3d& T_map_body, CuboidMap& map) {
-    if (step.is_edit) {
-      if (step.locks) {
-        map.lock(step.box);
-      } else {
-        map.unlock(step.box);
-      }
-      map.replace(step.box, std::vector<UniformBox>{{step.box, step.locks ? 1.0F : -1.0F}});
-      return;
-    }
-    MapperConfig config;
-    config.map = makeConfig(1);
-    config.max_range_m = step.config.ranges.max_range_m;
-    Mapper mapper(config);
-    Scan scan = placeScan(T_map_body, step.cloud.scans_body.front());
-    filterScan(scan, step.config.limits);
-    ScanUpdate update = mapper.walk(scan);
-    for (BrickUpdate& brick : update.bricks) {
-      if (!step.config.clears) brick.misses = {};
-      if (!step.config.marks) {
-        brick.misses = brick.misses.without(brick.hits);
-        brick.hits = {};
-      }
-    }
-    map.apply(update, SensorModel(step.config.sensor_model, Environment::kDynamic));
-  }
-
-  /// Poses of every second cloud, moved at random. @param count  Of the clouds, from the first on.
-  [[nodiscard]] std::vector<StampedPose> randomPoses(std::int64_t first, std::int64_t count) {
-    std::vector<StampedPose> poses;
-    const Eigen::Isometry3d drift = randomPose(random_, 2.0);
-    for (std::int64_t i = first; i < first + count; i += random_.integer(1, 3)) {
-      poses.push_back({stampOf(i) + random_.integer(-20, 20) * 1000000, drift * wayAt(i)});
-    }
-    const std::int64_t last = first + count;
-    poses.push_back({stampOf(last) + 30000000, drift * wayAt(last)});
-    return poses;
-  }
-
-  static std::int64_t stampOf(std::int64_t number) {
-    return 1600000000000000000 + kPeriodNs * number;
-  }
-  static Eigen::Isometry3d wayAt(std::int64_t number) {
-    Eigen::Isometry3d pose = Eigen::Isometry3d::Identity();
-    pose.translation() = Eigen::Vector3d(0.6 * number, 0.2 * number, 0.0);
-    pose.linear() = Eigen::AngleAxisd(0.2 * number, Eigen::Vector3d::UnitZ()).toRotationMatrix();
-    return PoseTrack({{0, pose}}).at(0);
-  }
-
-  [[nodiscard]] std::int64_t numClouds() const { return num_clouds_; }
-  MapHistory& history() { return history_; }
-  CuboidMap& map() { return map_; }
-  Random& random() { return random_; }
-
- private:
-  KeptCloud makeCloud() {
-    KeptCloud cloud;
-    cloud.stamp_ns = stampOf(num_clouds_);
-    cloud.T_map_body = wayAt(num_clouds_++);
-    Scan& scan = cloud.scans_body.emplace_back();
-    scan.origin = {0.1F, 0.0F, 0.5F};
-    for (int i = 0; i < 60; ++i) {
-      const auto coordinate = [&](double size) {
-        return static_cast<float>(random_.real(-size, size));
-      };
-      scan.points.emplace_back(coordinate(6.0), coordinate(6.0), coordinate(1.5));
-      if (i % 8 == 0) scan.no_returns.emplace_back(coordinate(6.0), coordinate(6.0), 1.0F);
-    }
-    roundScan(scan, 0.02);
-    return cloud;
-  }
-
-  Random random_;
-  MapConfig config_;
-  CuboidMap map_;
-  MapHistory history_;
-  ObservationConfig configs_[4];
-  std::vector<Step> steps_;
-  std::int64_t num_clouds_ = 0;
-};
 
 /// Whether all voxels are equal.
 bool isSame(const CuboidMap& a, const CuboidMap& b) {
@@ -222,21 +68,6 @@ TEST(MapHistory, makesTheMapOfRealCloudsFromScratch) {
   EXPECT_GT(correction.maxShift_m(), 0.1);
 }
 
-/// Where a cloud is with new poses, by the words of OutsidePoses.
-std::function<Eigen::Isometry3d(const KeptCloud&)> newPoses(const PoseTrack& track,
-                                                            OutsidePoses outside,
-                                                            std::int64_t num_clouds) {
-  std::vector<StampedPose> old;
-  for (std::int64_t i = 0; i < num_clouds; ++i) old.push_back({Drive::stampOf(i), Drive::wayAt(i)});
-  return [=](const KeptCloud& cloud) -> Eigen::Isometry3d {
-    const std::int64_t nearest =
-        std::min(std::max(cloud.stamp_ns, track.begin_ns()), track.end_ns());
-    if (nearest == cloud.stamp_ns) return track.at(nearest);
-    if (outside == OutsidePoses::kStay) return cloud.T_map_body;
-    return track.at(nearest) * PoseTrack(old).at(nearest).inverse() * cloud.T_map_body;
-  };
-}
-
 /// 200 corrections of several drives, with edits, locks, sensors, threads, and clouds outside the poses.
 TEST(MapHistory, makesTheMapThatIsMadeFromScratchWithTheNewPoses) {
   int num_corrections = 0;
@@ -257,31 +88,6 @@ TEST(MapHistory, makesTheMapThatIsMadeFromScratchWithTheNewPoses) {
       ASSERT_EQ(correction.numClouds(), static_cast<std::size_t>(drive.numClouds()));
     }
   }
-}
-
-/// 200 corrections of a few clouds each: bricks that these do not touch are taken over.
-TEST(MapHistory, makesTheSameMapWhereOnlyAPartMoves) {
-  int num_corrections = 0;
-  int num_local = 0;
-  for (std::uint64_t seed = 50; num_corrections < 200; ++seed) {
-    Drive drive(seed, 1 + static_cast<int>(seed % 3));
-    for (int i = 0; i < 35; ++i) drive.go();
-    for (int i = 0; i < 8; ++i, ++num_corrections) {
-      const std::int64_t first = drive.random().integer(0, static_cast<int>(drive.numClouds()) - 6);
-      const PoseTrack track(drive.randomPoses(first, drive.random().integer(1, 5)));
-      const auto outside = drive.random().chance(0.9) ? OutsidePoses::kStay : OutsidePoses::kFollow;
-      MapCorrection correction = drive.history().begin(track, {outside}, &drive.map());
-      if (i % 2 == 1) drive.go();  // Comes meanwhile.
-      drive.history().catchUp(correction);
-      num_local += correction.numStayed() > 0 ? 1 : 0;
-      const MapSnapshot made = takeSnapshot(correction.map(), "");
-      const MapSnapshot expected = drive.make(newPoses(track, outside, drive.numClouds()));
-      ASSERT_EQ(voxelsOf(made.bricks), voxelsOf(expected.bricks))
-          << test::seedNote(static_cast<std::size_t>(num_corrections));
-      ASSERT_EQ(made.locked, expected.locked);
-    }
-  }
-  EXPECT_GT(num_local, 100);
 }
 
 TEST(MapHistory, makesTheSameMapWithTheSamePoses) {

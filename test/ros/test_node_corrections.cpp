@@ -243,6 +243,34 @@ TEST_P(NodeCorrections, MakeTheMapOfTheNewPosesWithItsEditsAndLocks) {
   EXPECT_GT(expected.at({12, 7, 2}), 0.0F);
 }
 
+TEST_P(NodeCorrections, MoveEditsAlongWhereTheyAreAskedTo) {
+  if (GetParam()) GTEST_SKIP() << "the same for the nodelet";
+  startKeeping();
+  sendAll(0, 10, drifted);
+  setBox(SetBox::Request::OCCUPIED, 1, {1.0, 0.5, 0.0}, {1.4, 0.9, 0.4});
+  CorrectPoses correct;
+  correct.request.path = pathOf(0, 10);
+  correct.request.edits_move = 1;
+  ASSERT_TRUE(callService(std::string(kName) + "/correct_poses", correct));
+  ASSERT_TRUE(correct.response.info.success) << correct.response.info.message;
+  const Eigen::Vector3d center(1.2, 0.7, 0.2);
+  const Eigen::Vector3d shift = 10.0 * (truth(9) * drifted(9).inverse() * center - center);
+  const Cell moved{static_cast<std::int32_t>(std::lround(shift.x())),
+                   static_cast<std::int32_t>(std::lround(shift.y())),
+                   static_cast<std::int32_t>(std::lround(shift.z()))};
+  ASSERT_FALSE((moved == Cell{0, 0, 0}));
+  sendAll(10, kNumClouds, truth);  // Beams pass it, but it is locked.
+  const Voxels voxels = saveMap();
+  const auto isOccupied = [&](const Cell& cell) {
+    const auto found = voxels.find(cell);
+    return found != voxels.end() && found->second > 3.0F;
+  };
+  for (const Cell& corner : {Cell{10, 5, 0}, Cell{13, 8, 3}}) {
+    EXPECT_TRUE(isOccupied(corner + moved)) << corner + moved;
+  }
+  EXPECT_FALSE(isOccupied(Cell{10, 5, 0} + moved - Cell{1, 0, 0}));
+}
+
 TEST_P(NodeCorrections, ReachWhatIsOnDisk) {
   if (GetParam()) GTEST_SKIP() << "the same for the nodelet";
   const Voxels corrected =

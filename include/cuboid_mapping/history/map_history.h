@@ -62,6 +62,9 @@ struct CorrectionRule {
   OutsidePoses outside = OutsidePoses::kFollow;  ///< Clouds outside the new poses.
   /// A cloud keeps its pose if the new one moves no point at kShiftDistance_m from the body by more: >= 0.
   double tolerance_m = 0.0;
+  /// Whether edits and their locks move as the body did at the last cloud before them, or at the first kept cloud where none
+  /// is kept before: by as many whole voxels as the center of the edit moves, and without a turn. Else they stay.
+  bool edits_move = false;
 };
 
 /// A corrected map in the making. As long as it lives, its history makes no cloud fixed.
@@ -99,7 +102,7 @@ class MapCorrection {
 /// What the limits do not let it keep becomes fixed: the oldest cloud goes into the map that is begun with, and no
 /// correction moves it any more. This takes the time of a cloud once more, and the memory of a second map.
 ///
-/// Edits and locks stay where they are in the map, whatever moves.
+/// Edits and locks stay where they are in the map, or move along: see CorrectionRule.
 ///
 /// Thread-safe. Functions throw MapFileError for want of space on the disk, and std::bad_alloc.
 class MapHistory {
@@ -120,7 +123,8 @@ class MapHistory {
   void add(const KeptCloud& cloud, const ObservationConfig& config);
 
   /// Adds an edit: the content of the map inside a box now, and its locks. @param box  Empty: the locks alone.
-  void addEdit(const CellBox& box, const CuboidMap& map);
+  /// @param whole  Not empty: box of an edit in parts, which moves as one.
+  void addEdit(const CellBox& box, const CuboidMap& map, const CellBox& whole = {});
 
   /// Content at present.
   [[nodiscard]] HistoryFigures figures() const;

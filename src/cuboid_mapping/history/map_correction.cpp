@@ -2,19 +2,42 @@
 #include "cuboid_mapping/history/map_correction.h"
 
 #include "cuboid_mapping/history/kept_clouds.h"
+#include "cuboid_mapping/map/map_merge.h"
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <utility>
 
 namespace cuboid_mapping {
 namespace {
 
-/// Where more of the clouds have moved, or more of the bricks are touched, all is made anew: that is as fast.
-///@{
-constexpr double kMaxMoved = 0.25;
+/// Where moved clouds touch more of the bricks, all is made anew, which is as fast.
 constexpr double kMaxTouched = 0.75;
-///@}
+
+CellBox translated(const CellBox& box, const Cell& shift) {
+  return box.isEmpty() ? box : intersect({box.min + shift, box.max + shift}, kAllCells);
+}
+
+void translate(const Cell& shift, std::vector<CellBox>& boxes) {
+  for (CellBox& box : boxes) box = translated(box, shift);
+}
+
+HistoryEvent translated(HistoryEvent edit, const Cell& shift, double resolution_m) {
+  if (shift == Cell{0, 0, 0}) return edit;
+  edit.box = translated(edit.box, shift);
+  edit.whole = translated(edit.whole, shift);
+  translate(shift, edit.newly_locked);
+  translate(shift, edit.newly_unlocked);
+  MapSnapshot content;
+  content.resolution_m = resolution_m;
+  content.bricks = std::move(edit.bricks);
+  sortBricks(content.bricks);
+  const Eigen::Vector3d shift_m = resolution_m * Eigen::Vector3d(shift.x, shift.y, shift.z);
+  (void)moveMap(Eigen::Isometry3d(Eigen::Translation3d(shift_m)), content);
+  edit.bricks = std::move(content.bricks);
+  return edit;
+}
 
 }  // namespace
 
@@ -46,13 +69,6 @@ Eigen::Isometry3d MapCorrection::Implementation::newPose(const StampedPose& old)
       rule.tolerance_m > 0.0 &&
       findShift_m(old.T_map_body, T_map_new, kShiftDistance_m) <= rule.tolerance_m;
   return is_tolerated ? old.T_map_body : T_map_new;
-}
-
-void MapCorrection::Implementation::takeCurrent(const CuboidMap& map_now, std::size_t num_moved,
-                                                std::size_t num_kept) {
-  const double share = static_cast<double>(num_moved) / static_cast<double>(num_kept);
-  if (share > kMaxMoved || map_now.config().fusion == FusionKind::kGrowth) return;
-  current = takeSnapshot(map_now, "");
 }
 
 void MapCorrection::Implementation::beginMap(const CuboidMap& base) {
@@ -89,6 +105,7 @@ void MapCorrection::Implementation::put(const HistoryEvent& event, const std::st
     return poses.push_back(Eigen::Isometry3d::Identity());
   }
   const Eigen::Isometry3d T_map_body = newPose(event.pose);
+  motion = motionOf(event);
   if (!packed.empty()) {
     replay.put(unpackScans(packed, step_m), T_map_body, *event.config, regionOfNext());
   }
@@ -99,8 +116,39 @@ void MapCorrection::Implementation::put(const HistoryEvent& event, const std::st
   max_shift_m = std::max(max_shift_m, shift_m);
 }
 
+Eigen::Isometry3d MapCorrection::Implementation::motionOf(const HistoryEvent& cloud) const {
+  if (!moves(cloud)) return Eigen::Isometry3d::Identity();
+  return newPose(cloud.pose) * cloud.pose.T_map_body.inverse();
+}
+
+Cell MapCorrection::Implementation::shiftOf(const HistoryEvent& edit,
+                                            const Eigen::Isometry3d& motion_map) const {
+  if (!rule.edits_move || edit.whole.isEmpty()) return {0, 0, 0};
+  const Eigen::Vector3d center = map.grid().centerOf(edit.whole);
+  const Eigen::Vector3d shift = (motion_map * center - center) / map.grid().resolution();
+  Cell cells{};
+  for (int axis = 0; axis < 3; ++axis) {
+    cells[axis] = static_cast<std::int32_t>(std::lround(shift[axis]));
+  }
+  return cells;
+}
+
 void MapCorrection::Implementation::putEdit(const HistoryEvent& edit) {
+  if (rule.edits_move) return putMovedEdit(edit);
   map.setLocked(edit.locked);
+  replace(edit);
+}
+
+void MapCorrection::Implementation::putMovedEdit(const HistoryEvent& edit) {
+  HistoryEvent moved = translated(edit, shiftOf(edit, motion), map.grid().resolution());
+  for (const CellBox& box : moved.newly_unlocked) map.unlock(box);
+  for (const CellBox& box : moved.newly_locked) map.lock(box);
+  replace(moved);
+  moved.locked = map.lockedBoxes();
+  moved_edits[poses.size()] = std::move(moved);
+}
+
+void MapCorrection::Implementation::replace(const HistoryEvent& edit) {
   const BrickRegion* only = regionOfNext();
   if (only == nullptr || edit.box.isEmpty()) {
     map.replace(edit.box, edit.bricks);

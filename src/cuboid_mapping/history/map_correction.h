@@ -8,9 +8,11 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <map>
 #include <memory>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 namespace cuboid_mapping {
@@ -24,8 +26,14 @@ struct HistoryEvent {
   double reach_m = 0.0;  ///< Greatest distance of a point from the body.
   // Of an edit:
   CellBox box{};
+  CellBox whole{};  ///< The edit that this is a part of: what moves as one.
   std::vector<VoxelBrick> bricks;
-  std::vector<CellBox> locked;
+  std::vector<CellBox> locked;  ///< After it.
+  /// Boxes that it has locked and unlocked.
+  ///@{
+  std::vector<CellBox> newly_locked;
+  std::vector<CellBox> newly_unlocked;
+  ///@}
 
   [[nodiscard]] bool isCloud() const { return config != nullptr; }
 };
@@ -44,8 +52,11 @@ struct MapCorrection::Implementation {
     return newPose(cloud.pose).matrix() != cloud.pose.T_map_body.matrix();
   }
 
-  /// Decides whether the bricks that no moved cloud touches stay, and takes the map if so.
-  void takeCurrent(const CuboidMap& map_now, std::size_t num_moved, std::size_t num_kept);
+  /// Motion of the body at a cloud; exactly nothing where it stays.
+  [[nodiscard]] Eigen::Isometry3d motionOf(const HistoryEvent& cloud) const;
+  /// Voxels by which an edit moves after a cloud with this motion.
+  [[nodiscard]] Cell shiftOf(const HistoryEvent& edit, const Eigen::Isometry3d& motion) const;
+
   /// Begins with the map that the history begins with, in the region or everywhere.
   void beginMap(const CuboidMap& base);
 
@@ -67,7 +78,10 @@ struct MapCorrection::Implementation {
   Eigen::Isometry3d T_new_first = Eigen::Isometry3d::Identity();
   Eigen::Isometry3d T_new_last = Eigen::Isometry3d::Identity();
   ///@}
-  std::vector<Eigen::Isometry3d> poses;  ///< New ones of the events so far.
+  Eigen::Isometry3d motion =
+      Eigen::Isometry3d::Identity();  ///< Of the last cloud; at first, of the first one.
+  std::map<std::size_t, HistoryEvent> moved_edits;  ///< By their place among the events.
+  std::vector<Eigen::Isometry3d> poses;             ///< New ones of the events so far.
   std::size_t num_clouds = 0;
   std::size_t num_outside = 0;
   double max_shift_m = 0.0;
@@ -82,6 +96,8 @@ struct MapCorrection::Implementation {
 
  private:
   void putEdit(const HistoryEvent& edit);
+  void putMovedEdit(const HistoryEvent& edit);
+  void replace(const HistoryEvent& edit);
 };
 
 }  // namespace cuboid_mapping

@@ -4,6 +4,7 @@
 #include "cuboid_mapping/history/cloud_replay.h"
 #include "cuboid_mapping/history/kept_clouds.h"
 #include "cuboid_mapping/history/map_correction.h"
+#include "cuboid_mapping/map/locked_boxes.h"
 
 #include <algorithm>
 #include <cmath>
@@ -49,11 +50,23 @@ Eigen::Isometry3d findMotion(const PoseTrack& old, const PoseTrack& poses, std::
   return T_map_new * T_map_old.inverse();
 }
 
+/// Where more of the clouds move, all is made anew, which is as fast.
+constexpr double kMaxMoved = 0.25;
+
 std::string describeTimes(std::int64_t begin_ns, std::int64_t end_ns) {
   std::ostringstream text;
   text << std::fixed << std::setprecision(3) << 1e-9 * static_cast<double>(begin_ns) << " to "
        << 1e-9 * static_cast<double>(end_ns) << " s";
   return text.str();
+}
+
+/// The cells of some boxes that are in none of others.
+std::vector<CellBox> subtract(const std::vector<CellBox>& boxes,
+                              const std::vector<CellBox>& others) {
+  LockedBoxes left;
+  for (const CellBox& box : boxes) left.add(box);
+  for (const CellBox& box : others) left.remove(box);
+  return left.boxes();
 }
 
 /// The bricks of a map that share a cell with a box.
@@ -77,6 +90,17 @@ struct MapHistory::Implementation {
     events.push_back(std::move(event));
   }
 
+  /// Finds what an edit has locked and unlocked.
+  void noteLocks(HistoryEvent& edit) {
+    edit.newly_locked = subtract(edit.locked, locked);
+    edit.newly_unlocked = subtract(locked, edit.locked);
+    locked = edit.locked;
+    if (!edit.whole.isEmpty()) return;
+    for (const auto* boxes : {&edit.newly_locked, &edit.newly_unlocked}) {
+      for (const CellBox& box : *boxes) edit.whole = unite(edit.whole, box);
+    }
+  }
+
   std::shared_ptr<const ObservationConfig> share(const ObservationConfig& config) {
     for (const auto& known : configs) {
       if (isSame(*known, config)) return known;
@@ -85,10 +109,14 @@ struct MapHistory::Implementation {
     return configs.back();
   }
 
+  [[nodiscard]] std::deque<HistoryEvent>::const_iterator findFirstCloud() const {
+    return std::find_if(events.begin(), events.end(),
+                        [](const HistoryEvent& event) { return event.isCloud(); });
+  }
+
   [[nodiscard]] bool isOverLimits() const {
     if (num_bytes > limits.max_bytes) return true;
-    const auto oldest = std::find_if(events.begin(), events.end(),
-                                     [](const HistoryEvent& e) { return e.isCloud(); });
+    const auto oldest = findFirstCloud();
     if (oldest == events.end()) return false;
     return 1e-9 * static_cast<double>(newest_ns - oldest->pose.stamp_ns) > limits.max_age_s;
   }
@@ -152,6 +180,24 @@ struct MapHistory::Implementation {
     return true;
   }
 
+  /// Finds how the first cloud moves. @return Whether so little moves that other bricks may stay.
+  [[nodiscard]] bool prepareMotion(MapCorrection::Implementation& correction) const {
+    std::size_t num_moved = 0;
+    bool is_edit_moved = false;
+    correction.motion = correction.motionOf(*findFirstCloud());
+    Eigen::Isometry3d motion = correction.motion;
+    for (const HistoryEvent& event : events) {
+      if (event.isCloud()) {
+        motion = correction.motionOf(event);
+        num_moved += correction.moves(event) ? 1 : 0;
+      } else if (correction.shiftOf(event, motion) != Cell{0, 0, 0}) {
+        is_edit_moved = true;
+      }
+    }
+    return !is_edit_moved && base.config().fusion != FusionKind::kGrowth &&
+           static_cast<double>(num_moved) <= kMaxMoved * static_cast<double>(num_clouds);
+  }
+
   /// Finds the bricks that moved clouds touch, and lets all others stay as they are.
   void findRegion(MapCorrection::Implementation& correction,
                   const ProgressListener& listener) const {
@@ -190,7 +236,8 @@ struct MapHistory::Implementation {
   std::uint64_t first = 0;  ///< Number of the first event.
   std::vector<std::shared_ptr<const ObservationConfig>> configs;
   CloudReplay fixing{base};
-  std::uint64_t start = 0;  ///< Calls of restart().
+  std::vector<CellBox> locked;  ///< After the last edit.
+  std::uint64_t start = 0;      ///< Calls of restart().
   std::int64_t newest_ns = std::numeric_limits<std::int64_t>::min();
   std::size_t num_clouds = 0;
   std::uint64_t num_bytes = 0;
@@ -220,6 +267,7 @@ void MapHistory::restart(const CuboidMap& map) {
   own.num_points = 0;
   own.newest_ns = std::numeric_limits<std::int64_t>::min();
   own.base = std::move(base);
+  own.locked = own.base.lockedBoxes();
   ++own.start;
 }
 
@@ -236,12 +284,14 @@ void MapHistory::add(const KeptCloud& cloud, const ObservationConfig& config) {
   while (own.hold.use_count() == 1 && !own.events.empty() && own.isOverLimits()) own.fixOldest();
 }
 
-void MapHistory::addEdit(const CellBox& box, const CuboidMap& map) {
+void MapHistory::addEdit(const CellBox& box, const CuboidMap& map, const CellBox& whole) {
   HistoryEvent event;
   event.box = box;
+  event.whole = whole.isEmpty() ? box : whole;
   event.bricks = bricksOf(map, box);
   event.locked = map.lockedBoxes();
   const std::lock_guard<std::mutex> lock(implementation_->mutex);
+  implementation_->noteLocks(event);
   implementation_->append(std::move(event));
 }
 
@@ -286,10 +336,7 @@ MapCorrection MapHistory::begin(const PoseTrack& poses, const CorrectionRule& ru
   made->T_new_last = findMotion(old, poses, poses.end_ns());
   made->start = own.start;
   made->hold = own.hold;
-  const auto num_moved = static_cast<std::size_t>(std::count_if(
-      own.events.begin(), own.events.end(),
-      [&](const HistoryEvent& event) { return event.isCloud() && made->moves(event); }));
-  if (current != nullptr) made->takeCurrent(*current, num_moved, own.num_clouds);
+  if (own.prepareMotion(*made) && current != nullptr) made->current = takeSnapshot(*current, "");
   made->num_before = own.events.size();
   if (!made->current) made->beginMap(own.base);
   return MapCorrection(std::move(made));
@@ -332,6 +379,8 @@ void MapHistory::finish(MapCorrection& correction) {
   for (std::size_t i = 0; i < own.events.size(); ++i) {
     if (own.events[i].isCloud()) own.events[i].pose.T_map_body = made.poses[i];
   }
+  for (auto& [i, edit] : made.moved_edits) own.events[i] = std::move(edit);
+  own.locked = made.map.lockedBoxes();
 }
 
 }  // namespace cuboid_mapping

@@ -72,9 +72,11 @@ class GuardedMap {
   void exchange(cuboid_mapping::MapCorrection& correction);
 
   /// Changes voxels of a box, which are brought back before. Else as edit().
+  /// @param whole  Not empty: box of an edit in parts, for the history.
   /// @throws cuboid_mapping::MapFileError  where they cannot be: no voxel has changed, and those before it are there.
   template <typename WorkT>
-  void editIn(const cuboid_mapping::CellBox& box, const WorkT& work) {
+  void editIn(const cuboid_mapping::CellBox& box, const WorkT& work,
+              const cuboid_mapping::CellBox& whole = {}) {
     const ChangeLock lock(*this);
     if (window_) noteGathered([&](auto& changes) { window_->load(box, map_, changes); });
     noteChangesOf([&] {
@@ -82,7 +84,7 @@ class GuardedMap {
       if (window_) window_->note(changes);
       return changes;
     });
-    if (history_) history_->addEdit(box, map_);
+    if (history_) history_->addEdit(box, map_, whole);
   }
 
   /// Puts another map in the place of the whole one, in memory and on disk. Else as edit(), and the stamp may be set.

@@ -40,9 +40,9 @@ void KeptHistory::add(const KeptObservation& observation) noexcept {
   guard([&] { history_.add(observation.cloud, observation.config); });
 }
 
-void KeptHistory::addEdit(const cuboid_mapping::CellBox& box,
-                          const cuboid_mapping::CuboidMap& map) noexcept {
-  guard([&] { history_.addEdit(box, map); });
+void KeptHistory::addEdit(const cuboid_mapping::CellBox& box, const cuboid_mapping::CuboidMap& map,
+                          const cuboid_mapping::CellBox& whole) noexcept {
+  guard([&] { history_.addEdit(box, map, whole); });
 }
 
 std::string KeptHistory::error() const {

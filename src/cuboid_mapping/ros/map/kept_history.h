@@ -28,7 +28,8 @@ class KeptHistory {
   ///@{
   void restart(const cuboid_mapping::CuboidMap& map) noexcept;
   void add(const KeptObservation& observation) noexcept;
-  void addEdit(const cuboid_mapping::CellBox& box, const cuboid_mapping::CuboidMap& map) noexcept;
+  void addEdit(const cuboid_mapping::CellBox& box, const cuboid_mapping::CuboidMap& map,
+               const cuboid_mapping::CellBox& whole = {}) noexcept;
   ///@}
 
   /// Why it is lost; empty: it is whole.

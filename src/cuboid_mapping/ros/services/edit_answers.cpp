@@ -101,11 +101,14 @@ void setBox(GuardedMap& map, const CellBox& box, const SetRequest& request, Budg
   bool is_locked = false;
   for (const CellBox& part : is_divided ? divide(box) : std::vector<CellBox>{box}) {
     if (!budget.lookNow()) return;
-    map.editIn(part, [&](CuboidMap& content, const ros::Time& /*stamp*/) {
-      map.keepForUndo(part);
-      if (!std::exchange(is_locked, true)) set_lock(content);
-      return setPart(content, part, request);
-    });
+    map.editIn(
+        part,
+        [&](CuboidMap& content, const ros::Time& /*stamp*/) {
+          map.keepForUndo(part);
+          if (!std::exchange(is_locked, true)) set_lock(content);
+          return setPart(content, part, request);
+        },
+        box);
   }
 }
 

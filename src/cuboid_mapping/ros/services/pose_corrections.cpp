@@ -65,7 +65,8 @@ PoseCorrections::~PoseCorrections() {
 void PoseCorrections::answer(const CorrectPoses::Request& request, CorrectPoses::Response& response,
                              const CallProgress& progress) {
   const CorrectionRule rule{
-      request.outside_stays != 0 ? OutsidePoses::kStay : OutsidePoses::kFollow, request.tolerance};
+      request.outside_stays != 0 ? OutsidePoses::kStay : OutsidePoses::kFollow, request.tolerance,
+      request.edits_move != 0};
   const CorrectionAnswer answer = correct(request.path, rule, progress);
   response.info = makeInfo(map_, frame_id_, answer.error);
   response.clouds = static_cast<std::uint32_t>(answer.num_clouds);

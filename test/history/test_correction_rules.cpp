@@ -1,0 +1,92 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Corrections of which only a part of the map needs to be made anew, and edits that move.
+#include "cuboid_mapping/history/map_history.h"
+#include "history/random_drive.h"
+#include "support/snapshots.h"
+
+#include <gtest/gtest.h>
+
+#include <stdexcept>
+
+namespace cuboid_mapping {
+namespace {
+
+using test::cellsOf;
+using test::Drive;
+using test::newPoses;
+using test::voxelsOf;
+
+/// 200 corrections of a few clouds each: bricks that these do not touch are taken over.
+TEST(CorrectionRule, makesTheSameMapWhereOnlyAPartMoves) {
+  int num_corrections = 0;
+  int num_local = 0;
+  for (std::uint64_t seed = 50; num_corrections < 200; ++seed) {
+    Drive drive(seed, 1 + static_cast<int>(seed % 3));
+    for (int i = 0; i < 35; ++i) drive.go();
+    for (int i = 0; i < 8; ++i, ++num_corrections) {
+      const std::int64_t first = drive.random().integer(0, static_cast<int>(drive.numClouds()) - 6);
+      const PoseTrack track(drive.randomPoses(first, drive.random().integer(1, 5)));
+      const auto outside = drive.random().chance(0.9) ? OutsidePoses::kStay : OutsidePoses::kFollow;
+      MapCorrection correction = drive.history().begin(track, {outside}, &drive.map());
+      if (i % 2 == 1) drive.go();  // Comes meanwhile.
+      drive.history().catchUp(correction);
+      num_local += correction.numStayed() > 0 ? 1 : 0;
+      const MapSnapshot made = takeSnapshot(correction.map(), "");
+      const MapSnapshot expected = drive.make(newPoses(track, outside, drive.numClouds()));
+      ASSERT_EQ(voxelsOf(made.bricks), voxelsOf(expected.bricks))
+          << test::seedNote(static_cast<std::size_t>(num_corrections));
+      ASSERT_EQ(made.locked, expected.locked);
+    }
+  }
+  EXPECT_GT(num_local, 100);
+}
+
+/// A cloud that moves by less than the tolerance keeps its pose.
+TEST(CorrectionRule, leavesCloudsWithinTheTolerance) {
+  Drive drive(70, 1);
+  for (int i = 0; i < 40; ++i) drive.go();
+  std::vector<StampedPose> poses;
+  for (std::int64_t i = 0; i < drive.numClouds(); ++i) {
+    const double shift_m = i < drive.numClouds() - 3 ? 0.01 : 0.5;
+    poses.push_back({Drive::stampOf(i), Eigen::Translation3d(shift_m, 0.0, 0.0) * Drive::wayAt(i)});
+  }
+  const PoseTrack track(poses);
+  MapCorrection correction =
+      drive.history().correct(track, {OutsidePoses::kFollow, 0.02}, {}, &drive.map());
+  EXPECT_GT(correction.numStayed(), 0U);
+  const MapSnapshot expected = drive.make([&](const KeptCloud& cloud) {
+    const bool stays = cloud.stamp_ns < Drive::stampOf(drive.numClouds() - 3);
+    return stays ? cloud.T_map_body : track.at(cloud.stamp_ns);
+  });
+  EXPECT_EQ(voxelsOf(takeSnapshot(correction.map(), "").bricks), voxelsOf(expected.bricks));
+  EXPECT_THROW((void)drive.history().begin(track, {OutsidePoses::kFollow, -1.0}),
+               std::invalid_argument);
+}
+
+/// Edits and locks go along with the cloud before them; a second correction begins where they are now.
+TEST(CorrectionRule, movesEditsAlong) {
+  int num_locked = 0;
+  for (std::uint64_t seed = 90; seed < 110; ++seed) {
+    Drive drive(seed, 1 + static_cast<int>(seed % 2));
+    drive.goCloud();
+    for (int i = 0; i < 15; ++i) drive.go();
+    const PoseTrack track(drive.randomPoses(-1, drive.numClouds() + 6));
+    const CorrectionRule rule{OutsidePoses::kFollow, 0.0, true};
+    MapCorrection correction = drive.history().begin(track, rule, &drive.map());
+    for (int i = 0; i < 3; ++i) drive.go();
+    drive.history().finish(correction);
+    const MapSnapshot made = takeSnapshot(correction.map(), "");
+    const MapSnapshot expected = drive.make(newPoses(track, rule.outside, drive.numClouds()), true);
+    ASSERT_EQ(voxelsOf(made.bricks), voxelsOf(expected.bricks)) << test::seedNote(seed);
+    ASSERT_EQ(cellsOf(made.locked), cellsOf(expected.locked));
+    num_locked += made.locked.empty() ? 0 : 1;
+    MapCorrection again =
+        drive.history().correct(track, {OutsidePoses::kStay}, {}, &correction.map());
+    ASSERT_EQ(voxelsOf(takeSnapshot(again.map(), "").bricks), voxelsOf(made.bricks));
+    ASSERT_EQ(cellsOf(again.map().lockedBoxes()), cellsOf(made.locked));
+  }
+  EXPECT_GT(num_locked, 5);
+}
+
+}  // namespace
+}  // namespace cuboid_mapping
