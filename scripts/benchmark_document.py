@@ -124,7 +124,7 @@ def variants_block(reports):
         ratios = [one_s / two_s for one_s in one[1] for two_s in two[1]]
         rows.append([*row, *(f'{median_s:.3g} s{extent(all_s, "{:.3g}".format)}' for median_s, all_s in (one, two)),
                      times(one[0] / two[0]) + extent(ratios, times)])
-    return table(['data set', 'fused when bricks go cold', "times OctoMap's speed", 'fused after every cloud',
+    return table(['data set', 'divided when read', "times OctoMap's speed", 'divided after every cloud',
                   'times', 'one thread, wall', 'two threads, wall', 'times'], rows)
 
 
