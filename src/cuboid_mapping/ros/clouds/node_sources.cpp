@@ -10,6 +10,8 @@
 #include <algorithm>
 #include <chrono>
 #include <iterator>
+#include <map>
+#include <optional>
 
 namespace cuboid_mapping_ros {
 
@@ -35,13 +37,15 @@ std::size_t NodeSources::numPublishers() const {
 
 std::string NodeSources::findWrongTypes() {
   const std::vector<CloudLedger::Source> noted = ledger_.page().sources;
+  std::optional<std::map<std::string, std::string>> types;
   for (std::size_t i = 0; i < subscribers_.size(); ++i) {
     const SourceSubscriber& subscriber = *subscribers_[i];
     std::string wrong;
     if (noted.at(i).statistics.num_received == 0 && subscriber.numPublishers() == 0) {
-      const std::string datatype = publishedType(subscriber.topic());
-      if (!datatype.empty())
-        wrong = describeWrongType(at(i).parameters, subscriber.topic(), datatype);
+      if (!types) types = publishedTypes();
+      const auto published = types->find(subscriber.topic());
+      if (published != types->end())
+        wrong = describeWrongType(at(i).parameters, subscriber.topic(), published->second);
     }
     if (!wrong.empty() && wrong != wrong_types_[i]) ROS_ERROR_STREAM(wrong);
     wrong_types_[i] = wrong;

@@ -49,18 +49,17 @@ std::string describeWrongType(const SourceParameters& source, const std::string&
          " (type " + toString(source.type) + "): " + cure;
 }
 
-std::string publishedType(const std::string& topic) {
+std::map<std::string, std::string> publishedTypes() {
   // Not by ros::master::getTopics(), which waits for a master that is gone.
   XmlRpc::XmlRpcValue request;
   request[0] = ros::this_node::getName();
   request[1] = "";
   XmlRpc::XmlRpcValue response;
   XmlRpc::XmlRpcValue topics;
-  if (!ros::master::execute("getPublishedTopics", request, response, topics, false)) return "";
-  for (int i = 0; i < topics.size(); ++i) {
-    if (static_cast<std::string&>(topics[i][0]) == topic) return topics[i][1];
-  }
-  return "";
+  if (!ros::master::execute("getPublishedTopics", request, response, topics, false)) return {};
+  std::map<std::string, std::string> types;
+  for (int i = 0; i < topics.size(); ++i) types[topics[i][0]] = std::string(topics[i][1]);
+  return types;
 }
 
 }  // namespace cuboid_mapping_ros

@@ -4,6 +4,7 @@
 
 #include "cuboid_mapping/ros/parameters/source_parameters.h"
 
+#include <map>
 #include <string>
 
 namespace cuboid_mapping_ros {
@@ -23,9 +24,9 @@ constexpr char kCompressed[] = "sensor_msgs/CompressedImage";
 [[nodiscard]] std::string describeWrongType(const SourceParameters& source,
                                             const std::string& topic, const std::string& datatype);
 
-/// The type under which a topic is published; empty: nobody publishes it, or the master does not answer.
+/// Message types of all topics that are published, by name; empty if the master does not answer.
 ///
-/// Asks the master once, without waiting for it. @param topic  As it is after remapping.
-[[nodiscard]] std::string publishedType(const std::string& topic);
+/// Asks the master once, without waiting for it.
+[[nodiscard]] std::map<std::string, std::string> publishedTypes();
 
 }  // namespace cuboid_mapping_ros
