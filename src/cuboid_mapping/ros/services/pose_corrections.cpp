@@ -67,7 +67,8 @@ void PoseCorrections::answer(const CorrectPoses::Request& request, CorrectPoses:
   const CorrectionRule rule{
       request.outside_stays != 0 ? OutsidePoses::kStay : OutsidePoses::kFollow, request.tolerance,
       request.edits_move != 0};
-  const CorrectionAnswer answer = correct(request.path, rule, progress);
+  constexpr double kAny_m = -1.0;
+  const CorrectionAnswer answer = correct(request.path, rule, progress, kAny_m);
   response.info = makeInfo(map_, frame_id_, answer.error);
   response.clouds = static_cast<std::uint32_t>(answer.num_clouds);
   response.outside = static_cast<std::uint32_t>(answer.num_outside);
@@ -76,13 +77,7 @@ void PoseCorrections::answer(const CorrectPoses::Request& request, CorrectPoses:
 }
 
 void PoseCorrections::onPath(const nav_msgs::Path& path) {
-  try {
-    const double shift_m =
-        map_.history()->whole().findShift_m(readPath(path), cuboid_mapping::kShiftDistance_m);
-    if (shift_m <= tolerance_m_) return;
-  } catch (const std::exception&) {  // Which correct() says.
-  }
-  correct(path, {OutsidePoses::kFollow, tolerance_m_}, {});
+  correct(path, {OutsidePoses::kFollow, tolerance_m_}, {}, tolerance_m_);
 }
 
 PoseTrack PoseCorrections::readPath(const nav_msgs::Path& path) const {
@@ -97,11 +92,15 @@ PoseTrack PoseCorrections::readPath(const nav_msgs::Path& path) const {
 }
 
 CorrectionAnswer PoseCorrections::correct(const nav_msgs::Path& path, const CorrectionRule& rule,
-                                          const CallProgress& progress) {
+                                          const CallProgress& progress, double ignored_shift_m) {
   CorrectionAnswer answer;
   const ros::WallTime begin = ros::WallTime::now();
   try {
-    correctMap(readPath(path), rule, progress, answer);
+    const PoseTrack poses = readPath(path);
+    const double shift_m =
+        map_.history()->whole().findShift_m(poses, cuboid_mapping::kShiftDistance_m);
+    if (shift_m <= ignored_shift_m) return answer;
+    correctMap(poses, rule, progress, answer);
   } catch (const std::bad_alloc&) {
     answer.error = "there is not enough memory for a second map";
   } catch (const std::exception& exception) {

@@ -53,9 +53,9 @@ class PoseCorrections {
   void answer(const cuboid_mapping::CorrectPoses::Request& request,
               cuboid_mapping::CorrectPoses::Response& response, const CallProgress& progress);
   void onPath(const nav_msgs::Path& path);
-  /// Checks a path, and corrects. Throws nothing, but logs.
+  /// Checks a path, and corrects unless it moves no cloud by more than a distance. Throws nothing, but logs.
   CorrectionAnswer correct(const nav_msgs::Path& path, const cuboid_mapping::CorrectionRule& rule,
-                           const CallProgress& progress);
+                           const CallProgress& progress, double ignored_shift_m);
   void correctMap(const cuboid_mapping::PoseTrack& poses,
                   const cuboid_mapping::CorrectionRule& rule, const CallProgress& progress,
                   CorrectionAnswer& answer);
