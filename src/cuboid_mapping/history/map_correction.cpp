@@ -12,7 +12,7 @@
 namespace cuboid_mapping {
 namespace {
 
-/// Where moved clouds touch more of the bricks, all is made anew, which is as fast.
+/// Where moved clouds touch more of the bricks, all is made anew.
 constexpr double kMaxTouched = 0.75;
 
 CellBox translated(const CellBox& box, const Cell& shift) {

@@ -240,7 +240,7 @@ std::string describeOtherFrame(const std::string& of_file, const std::string& of
   if (of_file.empty() || of_file == frame) return {};
   return "the file has a map in '" + of_file + "': its coordinates are taken as those of '" +
          frame + "'. If the frames differ, set frame_id to " + of_file +
-         ", or load it with ~load_map and a transform. ";
+         ", or give ~load_map a transform. ";
 }
 
 std::string describeRefusal(const Eigen::Isometry3d& T_target_map, double resolution_m) {
