@@ -137,6 +137,9 @@ def lint(name, sources, flags, header_types):
         fine, said = run_clang_tidy(source, flags)
         good, text = good and fine, text + said
     together_text = f'{len(together)} sources together, {len(alone)} alone'
+    found = [str(source) for source in alone if str(source) not in ALONE]
+    if found:  # The batch was looked at once more for them.
+        together_text += f" ({', '.join(found)})"
     return good, f'{name}: {together_text}\n{text}'
 
 
