@@ -105,10 +105,3 @@ TEST(BadParameters, TheLoaderOfANodeletEnds) {
 
 }  // namespace
 }  // namespace cuboid_mapping_ros::test
-
-int main(int argc, char** argv) {
-  testing::InitGoogleTest(&argc, argv);
-  ros::init(argc, argv, "test_bad_parameters");
-  const ros::NodeHandle keep_alive;
-  return RUN_ALL_TESTS();
-}

@@ -74,10 +74,3 @@ TEST_F(NodeClockTest, EveryRoundOfALoopIsMapped) {
 
 }  // namespace
 }  // namespace cuboid_mapping_ros::test
-
-int main(int argc, char** argv) {
-  testing::InitGoogleTest(&argc, argv);
-  ros::init(argc, argv, "test_mapping_node_clock");
-  const ros::NodeHandle keep_alive;
-  return RUN_ALL_TESTS();
-}

@@ -37,8 +37,6 @@ using cuboid_mapping::SaveMapAction;
 using cuboid_mapping::SaveMapGoal;
 using cuboid_mapping::test::Random;
 
-constexpr char kName[] = "/long_caller";
-
 /// A map that takes some tenths of a second to save, load or move: random voxels of a full cube.
 cuboid_mapping::MapSnapshot makeBigMap(unsigned seed, int edge = 24) {
   Random random(seed);
@@ -72,6 +70,8 @@ enum class Patience { kEndless, kCancels };
 
 class NodeActions : public ::testing::TestWithParam<bool> {
  protected:
+  static constexpr char kName[] = "/long_caller";
+
   static void SetUpTestSuite() {
     big_folder = std::make_unique<cuboid_mapping::test::TemporaryFolder>();
     writeMapFile(bigFile(1), makeBigMap(1));
@@ -231,10 +231,3 @@ INSTANTIATE_TEST_SUITE_P(AsNodeAndNodelet, NodeActions, ::testing::Bool());
 
 }  // namespace
 }  // namespace cuboid_mapping_ros::test
-
-int main(int argc, char** argv) {
-  ::testing::InitGoogleTest(&argc, argv);
-  ros::init(argc, argv, "test_node_actions");
-  const ros::NodeHandle keeps_ros_alive;
-  return RUN_ALL_TESTS();
-}

@@ -18,11 +18,12 @@ using cuboid_mapping::test::limitFileSize;
 using cuboid_mapping::test::Program;
 using cuboid_mapping::test::TemporaryFolder;
 
-constexpr char kName[] = "/file_writer";
 constexpr double kVoxelsOfBox = 8.0;
 
 class NodeFiles : public ::testing::TestWithParam<bool> {
  protected:
+  static constexpr char kName[] = "/file_writer";
+
   /// Starts it, with parameters as "_key:=value".
   void start(const std::vector<std::string>& parameters,
              const std::function<void()>& prepare = {}) {
@@ -264,10 +265,3 @@ INSTANTIATE_TEST_SUITE_P(NodeAndNodelet, NodeFiles, ::testing::Bool(),
 
 }  // namespace
 }  // namespace cuboid_mapping_ros::test
-
-int main(int argc, char** argv) {
-  testing::InitGoogleTest(&argc, argv);
-  ros::init(argc, argv, "test_node_files");
-  const ros::NodeHandle keeps_ros_running;
-  return RUN_ALL_TESTS();
-}

@@ -121,10 +121,3 @@ TEST_F(NodeMovingPointsTest, AreFreedAfterTheDriveWhereThePlaceWasSeenEmptyLater
 
 }  // namespace
 }  // namespace cuboid_mapping_ros::test
-
-int main(int argc, char** argv) {
-  testing::InitGoogleTest(&argc, argv);
-  ros::init(argc, argv, "test_node_moving_points");
-  const ros::NodeHandle keeps_ros_running;
-  return RUN_ALL_TESTS();
-}

@@ -62,10 +62,3 @@ INSTANTIATE_TEST_SUITE_P(AsNode, NodeRecorded, ::testing::Values(false));
 
 }  // namespace
 }  // namespace cuboid_mapping_ros::test
-
-int main(int argc, char** argv) {
-  ::testing::InitGoogleTest(&argc, argv);
-  ros::init(argc, argv, "test_node_recorded");
-  const ros::NodeHandle keeps_ros_alive;
-  return RUN_ALL_TESTS();
-}

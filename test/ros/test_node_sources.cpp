@@ -228,10 +228,3 @@ TEST_F(NodeSourcesTest, BagToMapSaysWhichSourcesABagDoesNotHave) {
 
 }  // namespace
 }  // namespace cuboid_mapping_ros::test
-
-int main(int argc, char** argv) {
-  testing::InitGoogleTest(&argc, argv);
-  ros::init(argc, argv, "test_node_sources");
-  const ros::NodeHandle keeps_ros_running;
-  return RUN_ALL_TESTS();
-}

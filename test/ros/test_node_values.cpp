@@ -299,11 +299,11 @@ INSTANTIATE_TEST_SUITE_P(Details, LossyServerTest,
                                            MapImageServer::Options{MapDetail::kClasses, 1},
                                            MapImageServer::Options{MapDetail::kValues, 1}));
 
-constexpr char kName[] = "/with_values";
-
 /// A node that publishes log-odds.
 class NodeValues : public ::testing::Test {
  protected:
+  static constexpr char kName[] = "/with_values";
+
   void SetUp() override { start(); }
   void TearDown() override { stop(); }
 
@@ -402,10 +402,3 @@ TEST_F(NodeValues, AreThereAfterTheMapWasReplacedAsAWhole) {
 
 }  // namespace
 }  // namespace cuboid_mapping_ros::test
-
-int main(int argc, char** argv) {
-  ::testing::InitGoogleTest(&argc, argv);
-  ros::init(argc, argv, "test_node_values");
-  const ros::NodeHandle keeps_ros_running;
-  return RUN_ALL_TESTS();
-}

@@ -128,10 +128,3 @@ INSTANTIATE_TEST_SUITE_P(AsNodeAndNodelet, NodeWindow, ::testing::Bool());
 
 }  // namespace
 }  // namespace cuboid_mapping_ros::test
-
-int main(int argc, char** argv) {
-  ::testing::InitGoogleTest(&argc, argv);
-  ros::init(argc, argv, "test_node_window");
-  const ros::NodeHandle keeps_ros_alive;
-  return RUN_ALL_TESTS();
-}

@@ -139,10 +139,3 @@ INSTANTIATE_TEST_SUITE_P(NodeAndNodelet, ReplayTest,
 
 }  // namespace
 }  // namespace cuboid_mapping_ros::test
-
-int main(int argc, char** argv) {
-  testing::InitGoogleTest(&argc, argv);
-  ros::init(argc, argv, "test_replay");
-  const ros::NodeHandle keeps_ros_running;
-  return RUN_ALL_TESTS();
-}

@@ -24,7 +24,7 @@ using cuboid_mapping::test::runProgram;
 using cuboid_mapping::test::TemporaryFolder;
 
 constexpr int kClouds = 20;
-constexpr double kStart_s = 1000.0;
+constexpr double kDriveStart_s = 1000.0;
 
 class SimulatedSensorsTest : public ::testing::Test {
  protected:
@@ -108,7 +108,7 @@ TEST_F(SimulatedSensorsTest, SeeTheSurfacesOfTheWorld) {
     EXPECT_GT(points.points.size(), 100U) << instance.getTopic();
     const Eigen::Isometry3d T_map_sensor =
         tf2::transformToEigen(tf.lookupTransform("map", header.frame_id, header.stamp));
-    const auto solids = world.computeSolids(header.stamp.toSec() - kStart_s);
+    const auto solids = world.computeSolids(header.stamp.toSec() - kDriveStart_s);
     // A depth is rounded to millimetres, and the beam is longer than the depth.
     EXPECT_LT(maxError(points, solids, T_map_sensor), 1.2e-3) << instance.getTopic();
     ++counts[instance.getTopic()];
@@ -140,10 +140,3 @@ TEST_F(SimulatedSensorsTest, NodeAndBagToMapMakeTheSameMapOfFour) {
 
 }  // namespace
 }  // namespace cuboid_mapping_ros::test
-
-int main(int argc, char** argv) {
-  testing::InitGoogleTest(&argc, argv);
-  ros::init(argc, argv, "test_simulated_sensors");
-  const ros::NodeHandle keeps_ros_running;
-  return RUN_ALL_TESTS();
-}

@@ -174,10 +174,3 @@ TEST(Soak, NothingIsLostUncountedAndMemoryStays) {
 
 }  // namespace
 }  // namespace cuboid_mapping_ros::test
-
-int main(int argc, char** argv) {
-  testing::InitGoogleTest(&argc, argv);
-  ros::init(argc, argv, "test_soak");
-  const ros::NodeHandle keeps_ros_running;
-  return RUN_ALL_TESTS();
-}

@@ -211,10 +211,3 @@ TEST_F(TroubleshootingTest, ThingsThatHaveGoneWithNothingBehindThem) {
 
 }  // namespace
 }  // namespace cuboid_mapping_ros::test
-
-int main(int argc, char** argv) {
-  testing::InitGoogleTest(&argc, argv);
-  ros::init(argc, argv, "test_troubleshooting");
-  const ros::NodeHandle keeps_ros_running;
-  return RUN_ALL_TESTS();
-}
