@@ -10,14 +10,14 @@ namespace cuboid_mapping {
 
 /// Request of findFreeBoxes().
 struct FreeBoxesTask {
-  std::size_t max_boxes = 0;   ///< > 0.
+  std::size_t max_boxes = 0;   ///< Maximum number of boxes, > 0.
   CellBox region = kAllCells;  ///< Boxes stay inside.
-  bool may_overlap = false;    ///< Else no voxel lies in two boxes.
+  bool may_overlap = false;    ///< Whether two boxes may share voxels.
 };
 
 /// Answer of findFreeBoxes().
 struct FreeBoxes {
-  BoxesEnd end = BoxesEnd::kInvalid;  ///< Whether there is an answer.
+  BoxesEnd end = BoxesEnd::kInvalid;  ///< Outcome of the search.
   std::vector<CellBox> boxes;         ///< Boxes of kFound in the order of discovery.
   double covered_volume_m3 = 0.0;     ///< Volume of the boxes, each voxel counted once.
   double missing_volume_m3 = 0.0;     ///< Volume of the free voxels of the region in no box.
@@ -31,9 +31,9 @@ struct FreeBoxes {
 ///
 /// Cases:
 ///   - nothing is free: kFound without boxes;
-///   - all free voxels are in fewer boxes: these.
+/// fewer boxes hold all free voxels: these.
 ///
-/// @param budget  Bricks that are looked at; entries are boxes.
+/// @param budget  Limits the bricks to look at and, as entries, the boxes.
 /// @complexity O((1000 + n) g) for n boxes and g bricks on the faces of a growing box.
 [[nodiscard]] FreeBoxes findFreeBoxes(const CuboidMap& map, const FreeBoxesTask& task,
                                       Budget& budget = Budget::unlimited());

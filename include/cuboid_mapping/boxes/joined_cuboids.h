@@ -21,7 +21,7 @@ namespace cuboid_mapping {
 ///   - kAllCells: the whole map;
 ///   - the budget is spent: the cuboids of bricks that were not looked at are missing.
 ///
-/// @param classes  Which classes are joined; each by itself.
+/// @param classes  Classes to join, each by itself.
 /// @complexity O(bricks of the region, or all known bricks if these are fewer; and cuboids), about
 /// 0.2 us a cuboid.
 [[nodiscard]] std::vector<Cuboid> joinCuboids(const CuboidMap& map,

@@ -6,26 +6,26 @@
 
 namespace cuboid_mapping {
 
-/// How voxels become cuboids.
+/// Method by which voxels become cuboids.
 enum class FusionKind : unsigned char {
   kClass,   ///< Large boxes of one class in bricks of 8 x 8 x 8 voxels.
-  kGrowth,  ///< That of the paper, see GrowthConfig.
+  kGrowth,  ///< The paper's fusion, see GrowthConfig.
   kNone,    ///< Every voxel stays a cuboid: the baseline.
 };
 
-/// When a brick whose classes have changed is divided into cuboids, with FusionKind::kClass. The cuboids are
-/// the same.
+/// Time at which FusionKind::kClass divides a brick whose classes have changed. The cuboids do not depend
+/// on it.
 enum class FusionTime : unsigned char {
   kEveryCloud,  ///< With each change, by all threads (the paper).
-  kWhenRead,    ///< When somebody reads its cuboids: for programs that read at the end.
+  kWhenRead,    ///< At the first read of its cuboids: for programs that read at the end.
 };
 
-/// "every_cloud" or "when_read".
+/// Name of a time: "every_cloud" or "when_read".
 [[nodiscard]] const char* toString(FusionTime time);
 /// Inverse of toString(); nothing for another text.
 [[nodiscard]] std::optional<FusionTime> parseFusionTime(const std::string& text);
 
-/// "class", "growth" or "none".
+/// Name of a method: "class", "growth" or "none".
 [[nodiscard]] const char* toString(FusionKind kind);
 
 /// Inverse of toString(); nothing for another text.

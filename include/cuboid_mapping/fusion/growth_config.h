@@ -14,15 +14,15 @@ struct SearchDirection {
   int axis;  ///< 0, 1, 2: x, y, z.
   int sign;  ///< 1 or -1.
 };
-/// The same face of a cell.
+/// Whether both are the same face.
 constexpr bool operator==(const SearchDirection& a, const SearchDirection& b) {
   return a.axis == b.axis && a.sign == b.sign;
 }
 
-/// The search direction set: all six, in the order in which they are tried.
+/// All six search directions, in the order of trial.
 using SearchDirections = std::array<SearchDirection, 6>;
 
-/// How far a cell expands at once. The paper's equation 5 (width of the cell, times a unit vector
+/// Length of one expansion. The paper's equation 5 (width of the cell, times a unit vector
 /// "scaled based on width") can be read both ways.
 enum class GrowthStep : unsigned char {
   kCell,      ///< Grows by one voxel.
@@ -32,48 +32,48 @@ enum class GrowthStep : unsigned char {
   kNeighbour,
 };
 
-/// "cell", "own_width" or "neighbour".
+/// Name of a step: "cell", "own_width" or "neighbour".
 [[nodiscard]] const char* toString(GrowthStep step);
 
 /// Order in which a cell tries the search directions.
 struct SearchStrategy {
   /// The rule that gives the order.
   enum class Order : unsigned char {
-    /// Figure 5, lines 1 to 6: +x +y +z -x -y -z for a cube; else the axes by decreasing width (those of
-    /// equal width in the order x, y, z), first all upwards, then all downwards.
+    /// Figure 5, lines 1 to 6: +x +y +z -x -y -z for a cube; else the axes by decreasing width (ties in
+    /// the order x, y, z), first all upwards, then all downwards.
     kPaper,
-    kFixed,        ///< Always as in `directions`.
-    kLargestGain,  ///< The expansion that absorbs the most cells; ties as in Figure 5.
+    kFixed,        ///< The order of `directions`.
+    kLargestGain,  ///< First the expansion that absorbs the most cells; ties as in Figure 5.
     kRandom,       ///< Shuffled anew for each expansion, from a seed and the cell.
   };
-  Order order = Order::kPaper;    ///< Which rule counts.
+  Order order = Order::kPaper;    ///< Rule of the order.
   SearchDirections directions{};  ///< Directions of kFixed.
 };
 
 /// "paper", "largest_gain", "random", or the six directions in any order as in "+z -z +x +y -x -y".
-/// @return Nothing for any other text, one with a direction twice, or without one.
+/// @return Nothing for any other text, or if a direction is missing or comes twice.
 [[nodiscard]] std::optional<SearchStrategy> parseSearchStrategy(const std::string& text);
 
 /// Inverse of parseSearchStrategy().
 [[nodiscard]] std::string toText(const SearchStrategy& strategy);
 
-/// Which cells start to grow after a cloud (the paper's set T).
+/// Cells that start to grow after a cloud (the paper's set T).
 enum class GrowthStarters : unsigned char {
   kSampled,    ///< End points of beams, and random cells along the beams: the paper.
   kEndPoints,  ///< End points of beams.
-  kChanged,    ///< All whose value the cloud has changed.
+  kChanged,    ///< All cells whose value the cloud has changed.
 };
 
-/// "sampled", "end_points" or "changed".
+/// Name of the starters: "sampled", "end_points" or "changed".
 [[nodiscard]] const char* toString(GrowthStarters starters);
 
 /// Parameters of the fusion of the paper, Section IV-B.
 struct GrowthConfig {
-  GrowthStep step = GrowthStep::kCell;  ///< How far a cell expands at once.
+  GrowthStep step = GrowthStep::kCell;  ///< Length of one expansion.
   SearchStrategy search;                ///< Order in which a cell tries the directions.
-  GrowthStarters starters = GrowthStarters::kSampled;  ///< Which cells start.
+  GrowthStarters starters = GrowthStarters::kSampled;  ///< Cells that start to grow.
   BeamSampling sampling{0.1, 1};  ///< For kSampled; a random search uses its seed, too.
-  int settle_clouds = 10;         ///< That a voxel split out of a cuboid waits before it may fuse.
+  int settle_clouds = 10;         ///< Clouds that a split-off voxel waits before it may fuse again.
 };
 
 }  // namespace cuboid_mapping

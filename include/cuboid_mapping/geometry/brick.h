@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Which brick, and which group of bricks, a cell belongs to.
+// Bricks and groups of bricks.
 #pragma once
 
 #include "cuboid_mapping/geometry/brick_mask.h"
@@ -29,7 +29,7 @@ namespace cuboid_mapping {
   return brickOf(box.min) == brickOf(box.max - Cell{1, 1, 1});
 }
 
-/// Bricks that a box shares a cell with. Exact up to 2^53.
+/// Number of bricks that share a cell with a box. Exact up to 2^53.
 [[nodiscard]] constexpr double numBricks(const CellBox& box) {
   double count = box.isEmpty() ? 0.0 : 1.0;
   for (int axis = 0; axis < 3; ++axis) {
@@ -38,7 +38,7 @@ namespace cuboid_mapping {
   return count;
 }
 
-/// Whether holds(brick) is true for a brick that shares a cell with the box; ends at the first.
+/// Whether holds(brick) is true for a brick that shares a cell with the box; stops at the first.
 template <typename PredicateT>
 [[nodiscard]] bool anyBrick(const CellBox& box, PredicateT holds) {
   if (box.isEmpty()) return false;

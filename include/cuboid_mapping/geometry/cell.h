@@ -9,7 +9,7 @@ namespace cuboid_mapping {
 
 /// Integer name of a voxel: floor(coordinate / resolution) on each axis.
 struct Cell {
-  /// Along its axis the voxel reaches from this many times the resolution to one more.
+  /// Along an axis, the voxel reaches from the coordinate times the resolution to one resolution more.
   ///@{
   std::int32_t x = 0;
   std::int32_t y = 0;
@@ -55,15 +55,15 @@ constexpr bool isBeforeOnMortonCurve(const Cell& a, const Cell& b) {
   return a[deciding_axis] < b[deciding_axis];
 }
 
-/// Axis by axis. @pre No coordinate of the result is outside int32.
+/// Sum and difference, axis by axis. @pre No coordinate of the result is outside int32.
 ///@{
 constexpr Cell operator+(const Cell& a, const Cell& b) { return {a.x + b.x, a.y + b.y, a.z + b.z}; }
 constexpr Cell operator-(const Cell& a, const Cell& b) { return {a.x - b.x, a.y - b.y, a.z - b.z}; }
 ///@}
 
-/// 32 well mixed bits, also of cells on a lattice.
+/// Hash of 32 well mixed bits, also for cells on a lattice.
 struct CellHash {
-  /// Below 2^32. The same on all machines.
+  /// The hash: below 2^32, and the same on all machines.
   [[nodiscard]] constexpr std::size_t operator()(const Cell& cell) const {
     constexpr std::uint64_t kGoldenRatio = 0x9E3779B97F4A7C15ULL;
     const auto bits = [](std::int32_t v) {
@@ -74,7 +74,7 @@ struct CellHash {
   }
 };
 
-/// "(x y z)".
+/// Writes "(x y z)".
 inline std::ostream& operator<<(std::ostream& out, const Cell& cell) {
   return out << '(' << cell.x << ' ' << cell.y << ' ' << cell.z << ')';
 }

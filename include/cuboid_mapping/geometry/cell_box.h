@@ -57,7 +57,7 @@ struct CellBox {
   }
 };
 
-/// Whether the corners are equal: of two empty boxes they need not be.
+/// Whether the corners are equal. Two empty boxes may have different corners.
 ///@{
 constexpr bool operator==(const CellBox& a, const CellBox& b) {
   return a.min == b.min && a.max == b.max;
@@ -85,7 +85,7 @@ class BoxPieces {
     assert(size_ < static_cast<int>(boxes_.size()));
     boxes_[static_cast<std::size_t>(size_++)] = box;
   }
-  /// 0 to 6.
+  /// Number of boxes, 0 to 6.
   [[nodiscard]] int size() const { return size_; }
   /// The boxes in the order in which they were added.
   ///@{
@@ -130,7 +130,7 @@ class BoxPieces {
   return pieces;
 }
 
-/// "[(x y z) (x y z))": least cell, and one beyond the greatest.
+/// Writes "[(x y z) (x y z))": least cell, and one beyond the greatest.
 inline std::ostream& operator<<(std::ostream& out, const CellBox& box) {
   return out << '[' << box.min << ' ' << box.max << ')';
 }

@@ -9,7 +9,7 @@ namespace cuboid_mapping {
 template <typename SignatureT>
 class FunctionRef;
 
-/// A function that is called before the call that it is passed to returns; holds nothing.
+/// Reference to a function, for a parameter that is called before the call returns. Owns nothing.
 template <typename ResultT, typename... ArgumentsT>
 class FunctionRef<ResultT(ArgumentsT...)> {
  public:

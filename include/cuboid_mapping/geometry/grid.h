@@ -51,7 +51,7 @@ class Grid {
   }
 
   /// All cells that a box overlaps; nothing when the box is out of range, has a NaN, or is
-  /// thinner than nothing (max <= min on some axis).
+  /// flat or inverted (max <= min on some axis).
   ///
   /// A face within 1e-6 voxels of a voxel face counts as lying on it, so that [0.6, 0.8) at 0.2 m
   /// is one voxel whatever the rounding of 0.6 / 0.2.

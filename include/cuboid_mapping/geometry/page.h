@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Pages: the parts of a map that come and go with a window.
+// Pages: the parts of a map that a window loads and evicts.
 #pragma once
 
 #include "cuboid_mapping/geometry/cell_box.h"

@@ -10,11 +10,11 @@ namespace cuboid_mapping {
 
 /// Pose of a body at a time.
 struct StampedPose {
-  std::int64_t stamp_ns = 0;                                     ///< Since 1970.
+  std::int64_t stamp_ns = 0;                                     ///< Stamp since 1970.
   Eigen::Isometry3d T_map_body = Eigen::Isometry3d::Identity();  ///< Translation in metres.
 };
 
-/// The way of a body: its poses over time.
+/// Trajectory of a body: its poses over time.
 class PoseTrack {
  public:
   /// @param poses  At least one, in any order, each stamp once; rotations may be rounded to six digits.
@@ -22,8 +22,8 @@ class PoseTrack {
   ///         that is not finite, a matrix that is no rotation.
   explicit PoseTrack(std::vector<StampedPose> poses);
 
-  /// Between two poses as tf has it: the translation is linear, the rotation goes the shorter way at a constant rate.
-  /// Before the first and after the last pose: that one. To nine decimals, as the node takes poses from tf.
+  /// Pose at a time, interpolated as by tf: linear translation, rotation along the shorter way at a constant rate. Before
+  /// the first and after the last pose: that pose. Rounded to nine decimals, as the node rounds poses from tf.
   [[nodiscard]] Eigen::Isometry3d at(std::int64_t stamp_ns) const;
 
   /// Stamps of the first and the last pose.

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Boxes as the texts that planners and simulators read.
+// Boxes in text formats of planners and simulators.
 #pragma once
 
 #include "cuboid_mapping/geometry/grid.h"
@@ -19,17 +19,17 @@ enum class SceneFormat : unsigned char {
   kUrdf     ///< .urdf: a robot of one link, which has the name of the frame.
 };
 
-/// The format that the end of a name stands for, in lower or upper case; nothing for another one.
+/// The format of a file name's extension, in lower or upper case; nothing for another one.
 [[nodiscard]] std::optional<SceneFormat> sceneFormatOfName(const std::string& file);
 
-/// ".scene, .yaml, .yml, .world, .sdf, .urdf", for messages.
+/// All extensions, for messages: ".scene, .yaml, .yml, .world, .sdf, .urdf".
 [[nodiscard]] std::string knownSceneEndings();
 
 /// Boxes in a frame.
 struct BoxScene {
   std::string frame_id =
       "map";  ///< Frame of the boxes; the formats name a link, a model or the scene after it.
-  std::vector<MetricBox> boxes;  ///< Finite.
+  std::vector<MetricBox> boxes;  ///< Boxes, finite.
 };
 
 /// The content of a file. Boxes are called box_0, box_1, ...; numbers have 12 digits.

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// For the Flexible Collision Library, 0.6 or later; in the library cuboid_mapping_fcl, which is built
-// where FCL is installed.
+// Obstacles for the Flexible Collision Library (FCL) 0.6 or later; in the library cuboid_mapping_fcl, which is
+// built if FCL is installed.
 #pragma once
 
 #include "cuboid_mapping/map/cuboid_map.h"
@@ -20,7 +20,7 @@ class FclObstacles {
   /// @param region  Cuboids that share a voxel with it are taken, whole. @complexity O(k log k).
   FclObstacles(const CuboidMap& map, const CellBox& region);
 
-  /// For fcl's collide() and distance() with a callback.
+  /// The tree, for fcl's collide() and distance() with a callback.
   [[nodiscard]] fcl::BroadPhaseCollisionManagerd& manager() { return manager_; }
   /// Number of cuboids.
   [[nodiscard]] std::size_t size() const { return objects_.size(); }
@@ -28,7 +28,7 @@ class FclObstacles {
   /// Whether an object meets any of the cuboids.
   [[nodiscard]] bool collides(fcl::CollisionObjectd& object);
 
-  /// Distance of an object from the nearest cuboid, 0 where they meet; infinity when there is none.
+  /// Distance of an object from the nearest cuboid, 0 if they meet; infinity when there is none.
   [[nodiscard]] double computeDistance_m(fcl::CollisionObjectd& object);
 
  private:

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// OctoMap as the oracle of the map, and as the peer it is measured against.
+// OctoMap as oracle and peer of the map.
 #pragma once
 
 #include "cuboid_mapping/map/cuboid_map.h"
@@ -22,14 +22,14 @@ namespace cuboid_mapping {
 /// @param max_range_m  Infinity for no limit.
 void insertIntoOctomap(const Scan& scan, double max_range_m, octomap::OcTree& tree);
 
-/// How far two maps agree, voxel by voxel.
+/// Agreement of two maps, voxel by voxel.
 struct Agreement {
-  double voxels = 0.0;                   ///< Known to OctoMap.
-  double known_mismatch = 0.0;           ///< Known to one map only.
-  double class_mismatch = 0.0;           ///< Known to both, free in one and occupied in the other.
-  double max_log_odds_difference = 0.0;  ///< Over all voxels known to both.
+  double voxels = 0.0;                   ///< Voxels known to OctoMap.
+  double known_mismatch = 0.0;           ///< Voxels known to one map only.
+  double class_mismatch = 0.0;           ///< Voxels free in one map and occupied in the other.
+  double max_log_odds_difference = 0.0;  ///< Maximum over all voxels known to both.
 
-  /// Known and class agree exactly, log-odds within 1e-3.
+  /// Whether known voxels and classes agree exactly, and log-odds within 1e-3.
   [[nodiscard]] bool isExact() const {
     return known_mismatch == 0.0 && class_mismatch == 0.0 && max_log_odds_difference <= 1e-3;
   }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// For the Open Motion Planning Library, 1.5 or later. Header only: link OMPL and cuboid_mapping::core.
+// Validity checks for OMPL 1.5 or later. Header only: link OMPL and cuboid_mapping::core.
 #pragma once
 
 #include "cuboid_mapping/query/box_query.h"
@@ -20,21 +20,21 @@ struct OmplRobot {
   Eigen::Vector3d size_m = Eigen::Vector3d::Zero();  ///< Edges, > 0.
   UnknownPolicy policy = UnknownPolicy::kStop;       ///< Meaning of unknown space.
 
-  /// Centre of the robot. @param state  Of an ompl::base::RealVectorStateSpace of three dimensions: x, y, z, metres.
+  /// Centre of the robot. @param state  State of a three-dimensional ompl::base::RealVectorStateSpace: x, y, z, metres.
   [[nodiscard]] static Eigen::Vector3d centerOf(const ompl::base::State* state) {
     return Eigen::Map<const Eigen::Vector3d>(
         state->as<ompl::base::RealVectorStateSpace::StateType>()->values);
   }
-  /// Whether the robot fits there. @param center_map  Of its box.
+  /// Whether the robot fits at a place. @param center_map  Centre of its box.
   [[nodiscard]] bool isFreeAt(const Eigen::Vector3d& center_map) const {
     return isFree(map, boxAround(center_map, size_m), policy);
   }
 };
 
-/// Says where a robot fits: exact, in voxels. Threads may ask side by side.
+/// Checks whether a robot fits, exactly in voxels. Threads may call it side by side.
 class OmplStateValidity : public ompl::base::StateValidityChecker {
  public:
-  /// @param space  Its states are the ones that OmplRobot::centerOf() reads.
+  /// @param space  Space of the states that OmplRobot::centerOf() reads.
   OmplStateValidity(const ompl::base::SpaceInformationPtr& space, const OmplRobot& robot)
       : StateValidityChecker(space), robot_(robot) {}
 
@@ -47,8 +47,8 @@ class OmplStateValidity : public ompl::base::StateValidityChecker {
   OmplRobot robot_;
 };
 
-/// Says where a robot can move straight: the swept box, exact, without a step that could miss something. The bounds of the
-/// space are not looked at.
+/// Checks straight motions of a robot by its swept box: exact, without a step size that could miss something. Ignores
+/// the bounds of the space.
 class OmplMotionValidity : public ompl::base::MotionValidator {
  public:
   /// @param space  As for OmplStateValidity.
@@ -58,7 +58,7 @@ class OmplMotionValidity : public ompl::base::MotionValidator {
   /// Whether the robot can move from one state to the other.
   [[nodiscard]] bool checkMotion(const ompl::base::State* from,
                                  const ompl::base::State* to) const override {
-    // Most motions of a planner are blocked: single places say so sooner than the sweep.
+    // Most motions of a planner are blocked: single places show this sooner than the sweep.
     const Eigen::Vector3d start = OmplRobot::centerOf(from);
     const Eigen::Vector3d motion = OmplRobot::centerOf(to) - start;
     for (const double part : {1.0, 0.5, 0.25, 0.75}) {
@@ -66,8 +66,8 @@ class OmplMotionValidity : public ompl::base::MotionValidator {
     }
     return count(sweep(from, to).isFree());
   }
-  /// The same. @param last_valid  Where it cannot: the last place before the obstacle, if it is not null, and which part
-  /// of the motion that is, 0 to 1.
+  /// As above. @param last_valid  Unless null, gets the last place before the obstacle of a blocked motion, and its
+  /// fraction of the motion, 0 to 1.
   [[nodiscard]] bool checkMotion(const ompl::base::State* from, const ompl::base::State* to,
                                  std::pair<ompl::base::State*, double>& last_valid) const override {
     const PathQueryResult swept = sweep(from, to);
@@ -86,7 +86,7 @@ class OmplMotionValidity : public ompl::base::MotionValidator {
     return checkPath(robot_.map, {OmplRobot::centerOf(from), OmplRobot::centerOf(to)},
                      robot_.size_m, robot_.policy);
   }
-  /// For OMPL's statistics.
+  /// Counts the result for OMPL's statistics.
   bool count(bool is_valid) const {
     ++(is_valid ? valid_ : invalid_);
     return is_valid;

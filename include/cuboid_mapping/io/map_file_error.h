@@ -9,14 +9,14 @@
 
 namespace cuboid_mapping {
 
-/// Why a map cannot be read or written.
+/// Reason why a map cannot be read or written.
 enum class MapFileDefect : unsigned char {
-  kInaccessible,  ///< Not there, not readable, not writable, a folder, a full disk.
-  kForeign,       ///< Not a file of this format.
+  kInaccessible,  ///< Missing, not readable, not writable, a folder, or a full disk.
+  kForeign,       ///< The file has another format.
   kNewerVersion,  ///< A version of this format that is not known here.
-  kTruncated,     ///< Ends too early.
+  kTruncated,     ///< The file ends too early.
   kCorrupted,     ///< A checksum or a value is wrong, or something follows the end.
-  kTooBig,        ///< Claims more than memory could sensibly hold, or than a format can hold.
+  kTooBig,        ///< More than memory could sensibly hold, or than a format can hold.
 };
 
 /// Thrown by all functions that read and write maps; what() has the defect and the cure.
@@ -33,10 +33,10 @@ class MapFileError : public std::runtime_error {
   MapFileDefect defect_;
 };
 
-/// For readers. @throws MapFileError (kTooBig or kCorrupted) when findFault() finds something.
+/// Checks a snapshot that was read. @throws MapFileError (kTooBig or kCorrupted) when findFault() finds something.
 void throwIfFaulty(const MapSnapshot& snapshot, const SnapshotLimits& limits);
 
-/// The bricks of boxes that a reader has found.
+/// The bricks of boxes that were read from a file.
 /// @throws MapFileError: kCorrupted for a box that is empty, reaches outside kAllCells, shares a cell
 ///         with another, or has a log-odds that is not finite; kTooBig for too many bricks.
 [[nodiscard]] std::vector<VoxelBrick> bricksOf(const std::vector<UniformBox>& boxes,

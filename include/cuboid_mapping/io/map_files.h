@@ -25,35 +25,35 @@ enum class MapFormat : unsigned char {
   kCsv             ///< .csv: a line for each cuboid. Only written.
 };
 
-/// "native", "OctoMap .ot" ...
+/// Name of a format: "native", "OctoMap .ot" ...
 [[nodiscard]] const char* toString(MapFormat format);
 
-/// The format that the end of a name stands for, in lower or upper case; nothing for another one.
+/// The format of a file name's extension, in lower or upper case; nothing for another one.
 [[nodiscard]] std::optional<MapFormat> formatOfName(const std::string& file);
 
-/// ".cuboids, .sqlite, .ot, .bt, .pcd, .ply, .csv", for messages.
+/// All extensions, for messages: ".cuboids, .sqlite, .ot, .bt, .pcd, .ply, .csv".
 [[nodiscard]] std::string knownEndings();
 
-/// A map and how its file was stored.
+/// A map and the format of its file.
 struct MapFile {
-  MapFormat format = MapFormat::kNative;  ///< As its first bytes tell.
+  MapFormat format = MapFormat::kNative;  ///< Format by the first bytes.
   MapSnapshot snapshot;                   ///< The map.
   std::size_t num_bytes = 0;              ///< Size of the file.
 };
 
-/// Reads a map; its format is told by its first bytes, not by its name.
+/// Reads a map. The first bytes tell its format, not its name.
 ///
-/// @param model  Of a map that comes from an OctoMap file: these have none.
+/// @param model  Sensor model for OctoMap files, which have none.
 /// @throws MapFileError whose text begins with the name of the file. See the readers of the formats.
 [[nodiscard]] MapFile readMapFile(const std::string& file, const SensorModelConfig& model = {},
                                   const SnapshotLimits& limits = {});
 
-/// Replaces a file by a map, in the format that its name stands for; see replaceFile(). A store that is there stays
-/// the same file, and gets the map in one transaction.
-/// @param listener  Is told of the bricks that have been written, of a store of its pages; of .ot and .bt of nothing.
+/// Replaces a file by a map, in the format of the file's extension; see replaceFile(). An existing store stays the
+/// same file, and gets the map in one transaction.
+/// @param listener  Reports bricks, or pages of a store; nothing for .ot and .bt.
 /// @return Bytes of the file.
-/// @throws MapFileError whose text begins with the name of the file: kForeign for a name without a
-///         known end; kTooBig for a map that a format cannot hold; kInaccessible.
+/// @throws MapFileError whose text begins with the name of the file: kForeign for an unknown
+///         extension; kTooBig for a map that a format cannot hold; kInaccessible.
 std::size_t writeMapFile(const std::string& file, const MapSnapshot& snapshot,
                          const ProgressListener& listener = {});
 
@@ -66,7 +66,7 @@ std::size_t writeMapFile(const std::string& file, const MapSnapshot& snapshot,
 ///         as it was.
 ChangeSet loadMap(const std::string& file, CuboidMap& map);
 
-/// Replaces a file by a map, as writeMapFile(). @param frame_id  Of the map. @return Bytes of the file.
+/// Replaces a file by a map, as writeMapFile(). @param frame_id  Frame of the map. @return Bytes of the file.
 /// @throws MapFileError as writeMapFile().
 std::size_t saveMap(const CuboidMap& map, const std::string& file,
                     const std::string& frame_id = "map");

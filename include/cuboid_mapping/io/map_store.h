@@ -18,7 +18,7 @@ namespace cuboid_mapping {
 
 class SqliteDatabase;
 
-/// Version of the layout that is written; stores of a newer one are refused.
+/// Version of the layout. Stores with a newer one are refused.
 constexpr int kStoreVersion = 1;
 
 /// Purpose of opening a store.
@@ -30,12 +30,12 @@ enum class StoreAccess : unsigned char {
 /// Whether a file begins as an SQLite database does; false when it cannot be read.
 [[nodiscard]] bool isSqliteFile(const std::string& file);
 
-/// A map in an SQLite file, page by page, with the exact log-odds of all voxels: doc/window.md says what is in
-/// it.
+/// A map in an SQLite file, page by page, with the exact log-odds of all voxels. doc/window.md describes the
+/// layout.
 ///
-/// A change is one transaction: whoever opens the file after the program, or the machine, has died on
-/// the way finds all of it or none, and each page whole. A process that writes has the file alone; the
-/// system takes it back when the process dies.
+/// A change is one transaction: after a crash of the program or the machine, the file has all of it or none,
+/// and each page whole. A process that writes locks the file; the system releases the lock when the
+/// process dies.
 ///
 /// All functions throw MapFileError, whose text begins with the name of the file and says what to do:
 /// kForeign for a file that is no store, kNewerVersion, kCorrupted for a page whose checksum or place is
@@ -52,14 +52,14 @@ class MapStore {
   MapStore(const MapStore&) = delete;
   MapStore& operator=(const MapStore&) = delete;
 
-  /// The file, as it was given.
+  /// File name, as given.
   [[nodiscard]] const std::string& file() const { return file_; }
 
-  /// Resolution, sensor model, environment and frame of the map, without bricks; nothing for a store that is
-  /// new.
+  /// Resolution, sensor model, environment and frame of the map, without bricks; nothing for a new
+  /// store.
   [[nodiscard]] const std::optional<MapSnapshot>& head() const { return head_; }
 
-  /// Sets all of that; the bricks do not count. Pages stay as they are.
+  /// Sets the head, and ignores its bricks. Pages stay as they are.
   void setHead(const MapSnapshot& head);
 
   /// All pages that have a known voxel, in no particular order. @complexity O(pages).
@@ -69,16 +69,16 @@ class MapStore {
   [[nodiscard]] std::vector<VoxelBrick> read(const Cell& page) const;
 
   /// Replaces some pages of the store by these bricks, in one transaction. A page without
-  /// bricks goes.
+  /// bricks is removed.
   /// @pre head() is there. @param pages  Each once. Exceptions of `bricks_of` are passed on.
   void write(const std::vector<Cell>& pages, const BricksOfPage& bricks_of);
 
   /// Replaces the content of the store by a map, in one transaction.
-  /// @param head  As of setHead(). @param pages, bricks_of  As of write().
+  /// @param head  As for setHead(). @param pages, bricks_of  As for write().
   void replaceAll(const MapSnapshot& head, const std::vector<Cell>& pages,
                   const BricksOfPage& bricks_of);
 
-  /// Writes all of it to another file, which becomes a store, whole or not at all.
+  /// Copies the store to another file, whole or not at all.
   void copyTo(const std::string& file) const;
 
  private:
@@ -99,7 +99,7 @@ class MapStore {
 [[nodiscard]] std::unique_ptr<MapStore> openStoreOf(const MapSnapshot& head,
                                                     const std::string& file);
 
-/// The bricks of a map by their pages. @pre They lie along the Morton curve, and so do the bricks of each page then.
+/// The pages of a map. @pre The bricks lie along the Morton curve, where bricks of one page are neighbours.
 [[nodiscard]] std::vector<Cell> pagesOf(const std::vector<VoxelBrick>& bricks);
 
 /// The map of a store. @param part  Pages that share no cell with it are left out.

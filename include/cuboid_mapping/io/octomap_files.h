@@ -10,13 +10,13 @@
 
 namespace cuboid_mapping {
 
-/// Whether the log-odds of voxels count, or their classes only.
+/// Content of an OctoMap file: log-odds, or classes only.
 enum class OctreeKind : unsigned char {
   kFull,   ///< Pruned where log-odds are equal; inner nodes have the greatest log-odds below them.
   kBinary  ///< Pruned where classes are equal, as after octomap's toMaxLikelihood() and prune().
 };
 
-/// Whether bytes begin as OctoMap's files do.
+/// Whether bytes begin as an OctoMap file.
 [[nodiscard]] bool isOctomapFile(std::string_view bytes);
 
 /// A snapshot as the bytes of an OctoMap file: what octomap::OcTree::write (kFull) or writeBinary
@@ -24,13 +24,13 @@ enum class OctreeKind : unsigned char {
 /// @throws MapFileError (kTooBig) for voxels beyond +-32768, which an octree cannot hold.
 [[nodiscard]] std::string toOctomapFile(const MapSnapshot& snapshot, OctreeKind kind);
 
-/// Reads either file. Trees of type OcTree, OcTreeStamped and ColorOcTree; colours are left out.
+/// Reads either format: trees of type OcTree, OcTreeStamped and ColorOcTree. Colours are left out.
 ///
 /// Cases:
 ///   - .ot: log-odds are taken as they are;
 ///   - .bt: free voxels get the least, occupied ones the greatest log-odds of the sensor model.
 ///
-/// @param model  Becomes that of the snapshot: the files have none.
+/// @param model  Sensor model of the snapshot, since the files have none.
 /// @throws MapFileError: kForeign for another first line or type of tree, kTruncated, kCorrupted,
 ///         kTooBig for more nodes than the bytes can hold, or more bricks than the limit.
 [[nodiscard]] MapSnapshot fromOctomapFile(std::string_view bytes,

@@ -20,8 +20,8 @@ namespace cuboid_mapping {
 /// same to a map.
 ///
 /// Nothing when the bytes are damaged: too few or too many, a wrong checksum, a brick that comes twice, is empty or
-/// lies outside kAllCells, or more bricks and samples than `max_items`. Takes memory for what is there, not for
-/// what is claimed: at most 400 bytes an item.
+/// lies outside kAllCells, or more bricks and samples than `max_items`. Memory follows the bytes, not the counts
+/// that they claim: at most 400 bytes an item.
 [[nodiscard]] std::optional<ScanUpdate> scanUpdateOfBytes(std::string_view bytes,
                                                           std::size_t max_items = std::size_t{1}
                                                                                   << 21);

@@ -15,12 +15,12 @@
 #include <optional>
 #include <vector>
 
-/// A 3D occupancy map of cuboids: the library, which does not need ROS. Cells count voxels, figures
-/// with _m are metres in the map frame.
+/// The library, which does not need ROS: a 3D occupancy map of cuboids. Cells count voxels; names
+/// that end in _m are metres in the map frame.
 namespace cuboid_mapping {
 
-/// Parameters of a map; checkConfig() says which are outside their ranges, which are documented here
-/// and at their types.
+/// Parameters of a map. Their ranges are documented here and at their types; checkConfig() finds
+/// values outside them.
 struct MapConfig {
   /// Bounds that checkConfig() sets for `resolution_m` and `threads`.
   ///@{
@@ -33,12 +33,12 @@ struct MapConfig {
   SensorModelConfig sensor_model;  ///< Probabilities of hit and miss, and clamping thresholds.
   Environment environment = Environment::kDynamic;  ///< Whether stable voxels are updated.
   FusionKind fusion = FusionKind::kClass;           ///< How voxels become cuboids.
-  FusionTime fuse = FusionTime::kEveryCloud;        ///< When bricks are divided.
+  FusionTime fuse = FusionTime::kEveryCloud;        ///< Time at which bricks are divided.
   GrowthConfig growth;                              ///< Settings of FusionKind::kGrowth.
   RTreeConfig rtree;                                ///< Order (d, M) of the R-tree.
-  int threads = 1;  ///< For changes of the map, 1 to kMaxThreads; results are the same.
+  int threads = 1;  ///< Threads for changes of the map, 1 to kMaxThreads; results are the same.
 
-  /// How the beams of a scan have to be sampled for this map.
+  /// Sampling of beams that this map needs.
   [[nodiscard]] BeamSampling beamSampling() const {
     const bool needs_samples =
         fusion == FusionKind::kGrowth && growth.starters == GrowthStarters::kSampled;
@@ -56,7 +56,7 @@ class GrowthFusion;
 class LockedBoxes;
 
 /// The map: the exact log-odds of all known voxels, and disjoint cuboids of one class in an R-tree
-/// (paper, Section IV). This class is the one door through which a map changes.
+/// (paper, Section IV). Every change of a map goes through this class.
 ///
 /// Voxels, cuboids and the R-tree are always current; cuboids are read through cuboid_search.h. With
 /// FusionKind::kClass and kNone the cuboids are a function of the classes of the voxels alone, and the
@@ -93,7 +93,7 @@ class CuboidMap {
   /// functions may run beside it. @throws std::bad_alloc
   [[nodiscard]] VoxelStore::PendingChange prepare(const ScanUpdate& update,
                                                   const SensorModel& model) const;
-  /// @param update  The same.
+  /// @param update  The update given to prepare().
   ChangeSet commit(const ScanUpdate& update, VoxelStore::PendingChange& change);
   ///@}
 
@@ -104,8 +104,8 @@ class CuboidMap {
   ///   - no voxels: the box becomes unknown; an empty box: nothing happens;
   ///   - the voxels are there already: no change, the revision stays.
   ///
-  /// @param bricks  Each once, with log-odds of any finite value; what lies outside the box is not
-  ///                looked at.
+  /// Each once, with any finite log-odds. Voxels outside the box are
+  ///                ignored.
   /// @complexity O(bricks that the box shares a cell with, or all known bricks if these are fewer;
   /// and `bricks`).
   ChangeSet replace(const CellBox& box, const std::vector<VoxelBrick>& bricks);
@@ -128,9 +128,9 @@ class CuboidMap {
   /// The locked voxels as disjoint boxes, by their least cells. @complexity O(n log n) for n boxes.
   [[nodiscard]] std::vector<CellBox> lockedBoxes() const;
 
-  /// Takes another sensor model for the clouds to come. Log-odds stay as they are, also beyond new
-  /// clamping thresholds, until a cloud touches them. With FusionKind::kGrowth, voxels that are not
-  /// stable any more become single cells. @throws std::invalid_argument as the constructor; the map is
+  /// Sets the sensor model for later clouds. Log-odds stay as they are, also beyond new
+  /// clamping thresholds, until a cloud touches them. With FusionKind::kGrowth, voxels that are no
+  /// longer stable become single cells. @throws std::invalid_argument as the constructor; the map is
   /// then as it was.
   ChangeSet setSensorModel(const SensorModelConfig& sensor_model);
 
@@ -143,13 +143,13 @@ class CuboidMap {
   [[nodiscard]] const Grid& grid() const { return grid_; }
   /// Sensor model of the next cloud.
   [[nodiscard]] const SensorModel& sensorModel() const { return sensor_model_; }
-  /// Rises with every change of the value of a voxel.
+  /// Revision, which rises with every change of a voxel's value.
   [[nodiscard]] std::uint64_t revision() const { return revision_; }
   /// The known voxels, always current.
   [[nodiscard]] const VoxelStore& voxels() const { return voxels_; }
   /// The R-tree with all cuboids; to be read through cuboid_search.h.
   [[nodiscard]] const CuboidTree& cuboids() const;
-  /// Box around all known voxels: that of the root of the R-tree; nothing when none is known.
+  /// Box around all known voxels (MBR of the R-tree's root); nothing when none is known.
   /// @complexity O(M).
   [[nodiscard]] std::optional<CellBox> bounds() const;
   /// Bytes held from the allocator.
@@ -164,8 +164,8 @@ class CuboidMap {
   Grid grid_;
   SensorModel sensor_model_;
   VoxelStore voxels_;
-  std::unique_ptr<ClassFusion> by_class_;  ///< For kClass and kNone.
-  std::unique_ptr<GrowthFusion> growth_;   ///< For kGrowth.
+  std::unique_ptr<ClassFusion> by_class_;  ///< Fusion with kClass and kNone.
+  std::unique_ptr<GrowthFusion> growth_;   ///< Fusion with kGrowth.
   std::unique_ptr<LockedBoxes> locked_;
   std::uint64_t revision_ = 0;
 };

@@ -30,7 +30,7 @@ void visitAll(const CuboidMap& map, CuboidFilter filter, FunctionRef<Visit(const
 void visitNearest(const CuboidMap& map, const Eigen::Vector3d& point, double max_distance,
                   CuboidFilter filter, FunctionRef<Visit(const Cuboid&, double)> visit);
 
-/// How many cuboids a map has.
+/// Numbers of cuboids of a map.
 struct CuboidCounts {
   std::size_t free = 0;      ///< Cuboids of free voxels.
   std::size_t occupied = 0;  ///< Cuboids of occupied voxels.
@@ -44,10 +44,10 @@ struct CuboidCounts {
 
 /// Size of the R-tree of a map.
 struct TreeSize {
-  int height = 0;               ///< Levels, that of the leaf nodes included; 0 for an empty map.
+  int height = 0;               ///< Levels, leaf nodes included; 0 for an empty map.
   std::size_t leaf_nodes = 0;   ///< Bricks, or with FusionKind::kGrowth nodes of d to M cuboids.
   std::size_t inner_nodes = 0;  ///< Nodes above them.
-  std::size_t num_bytes = 0;    ///< Size of nodes; bricks do not count.
+  std::size_t num_bytes = 0;    ///< Size of the nodes, without bricks.
 };
 
 /// Size of the R-tree of a map. @complexity O(1).

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Edits in metres, for those who know better than a sensor.
+// Edits of boxes in metres.
 #pragma once
 
 #include "cuboid_mapping/map/cuboid_map.h"

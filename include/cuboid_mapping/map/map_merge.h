@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Finished maps: taken to another frame, and put together. The result is not the map that one mapper with all
+// Moves finished maps to another frame, and merges them. The result is not the map that one mapper with all
 // clouds would have made, because log-odds are clamped cloud by cloud; observations (doc/fleet.md) give that one.
 #pragma once
 
@@ -13,7 +13,7 @@
 
 namespace cuboid_mapping {
 
-/// How voxels got into another frame.
+/// Accuracy of a map's move to another frame.
 struct MapMotion {
   bool is_exact = true;  ///< Each voxel has gone to a voxel of its own.
   double max_offset_m =
@@ -28,46 +28,46 @@ struct MapMotion {
 ///     voxels): exact, the same voxels at other places;
 ///   - else it is resampled: a voxel gets the log-odds of the voxel that its centre comes from, and stays unknown where
 ///     that one is. Walls one voxel thick stay closed: no way through them by faces. Poles one voxel thick may get gaps.
-/// Locked are all voxels that share space with a locked box that was moved.
+/// All voxels that share space with a moved locked box are locked.
 /// @param T_target_map  Metres. @param map  Its bricks and locks are replaced, addCuboids() is undone; the rest stays, the name
 ///                      of the frame too.
-/// @param threads  The result does not depend on it. @param listener  Is told of parts of the map.
+/// @param threads  The result does not depend on it. @param listener  Reports parts of the map.
 /// @throws std::invalid_argument  The transform is not finite, or no rotation; or the map would reach beyond kAllCells.
-///         Or what the listener throws. Nothing has changed then.
+///         Exceptions of the listener are passed on. The map has not changed then.
 /// @complexity O(n).
 MapMotion moveMap(const Eigen::Isometry3d& T_target_map, MapSnapshot& map, int threads = 1,
                   const ProgressListener& listener = {});
 
-/// Log-odds of a voxel that both maps know.
+/// Rule for the log-odds of a voxel that both maps know.
 enum class MergeRule : unsigned char {
   kSum,      ///< The sum of log-odds, as if the two had seen it independently of each other.
   kLater,    ///< The log-odds of the second map.
   kOccupied  ///< The greater log-odds: occupied if either says so.
 };
 
-/// "sum", "later" or "occupied".
+/// Name of a rule: "sum", "later" or "occupied".
 [[nodiscard]] const char* toString(MergeRule rule);
 /// The rule of a name; nothing for another text.
 [[nodiscard]] std::optional<MergeRule> mergeRuleOfName(const std::string& name);
 
-/// How two maps overlap, in voxels; exact up to 2^53.
+/// Overlap of two maps, in voxels; exact up to 2^53.
 struct MapOverlap {
-  double known_to_both = 0.0;   ///< Whatever their classes.
+  double known_to_both = 0.0;   ///< Voxels known to both maps.
   double other_class = 0.0;     ///< Voxels free in one map and occupied in the other.
-  double only_in_first = 0.0;   ///< Known to it alone.
-  double only_in_second = 0.0;  ///< Known to it alone.
+  double only_in_first = 0.0;   ///< Voxels known to the first map only.
+  double only_in_second = 0.0;  ///< Voxels known to the second map only.
 };
 
-/// Puts a second map into a first one. Voxels that one of them knows alone stay as they are; in any case log-odds are clamped to
-/// the thresholds of the first, whose sensor model, environment and frame the result has. Voxels are locked that either has
-/// locked.
+/// Merges a second map into a first one. A voxel known to one map keeps its log-odds; all log-odds are clamped to the
+/// thresholds of the first map, whose sensor model, environment and frame the result has. A voxel is locked if either
+/// map has locked it.
 /// @throws std::invalid_argument  The resolutions differ. @pre findFault() finds none in either.
 /// @complexity O(n).
 MapOverlap mergeMaps(const MapSnapshot& second, MergeRule rule, MapSnapshot& first);
 
-/// "exact: by whole voxels", or how far voxels lie from where they were.
+/// Text such as "exact: by whole voxels", or the offsets of the voxels.
 [[nodiscard]] std::string describe(const MapMotion& motion);
-/// The figures in a sentence, with the warning that it is not the map of all clouds.
+/// The figures as a sentence, with the warning that the result is not the map of all clouds.
 [[nodiscard]] std::string describe(const MapOverlap& overlap, MergeRule rule);
 
 }  // namespace cuboid_mapping

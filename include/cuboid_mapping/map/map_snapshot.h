@@ -11,7 +11,7 @@
 
 namespace cuboid_mapping {
 
-/// The content of a map at one time, apart from the map. Files are written from it and read into it.
+/// A copy of a map's content at one time. Files are written from it and read into it.
 struct MapSnapshot {
   double resolution_m = 0.05;                       ///< Edge of a voxel.
   SensorModelConfig sensor_model;                   ///< Sensor model of the map.
@@ -20,18 +20,18 @@ struct MapSnapshot {
   std::vector<VoxelBrick> bricks;  ///< Along the Morton curve, each once and with a known voxel.
   /// State of the program that makes the map, to go on with it; only a store (.sqlite) keeps it.
   std::string progress = {};
-  /// CuboidMap::lockedBoxes(); only the native format (.cuboids) keeps them.
+  /// Result of CuboidMap::lockedBoxes(); only the native format (.cuboids) keeps it.
   std::vector<CellBox> locked = {};
   /// Cuboids that do not follow from the classes of the voxels, see addCuboids(). Only .csv shows them.
   std::vector<Cuboid> cuboids = {};
 };
 
-/// How much a snapshot from outside may hold, so that a damaged file does not take all memory.
+/// Limits of a snapshot from outside, so that a damaged file does not take all memory.
 struct SnapshotLimits {
   std::size_t max_bricks = std::size_t{1} << 24;     ///< Bricks of 8 x 8 x 8 voxels.
   std::uint64_t max_bytes = std::uint64_t{1} << 30;  ///< Limit of a file, both packed and unpacked.
 
-  /// Limits within which reading takes about so much memory at most. Those by default: 4 GB.
+  /// Limits with which reading takes at most about this much memory. The default limits: 4 GB.
   [[nodiscard]] static SnapshotLimits ofMemory(std::uint64_t bytes) {
     return {static_cast<std::size_t>(bytes / 256), bytes / 4};
   }
@@ -49,19 +49,19 @@ void addCuboids(const CuboidMap& map, MapSnapshot& snapshot);
 /// @pre findFault() finds none. @throws std::invalid_argument  The resolutions differ. @complexity O(n).
 ChangeSet restoreSnapshot(const MapSnapshot& snapshot, CuboidMap& map);
 
-/// Why a brick cannot be of a map; empty when it can: it must lie in kAllCells, at multiples of kBrickEdge, and its
+/// Defect of a brick; empty if there is none. A brick must lie in kAllCells, at multiples of kBrickEdge, and its
 /// log-odds must be finite.
 [[nodiscard]] std::string findFault(const VoxelBrick& brick);
 
-/// Why a snapshot cannot be a map.
+/// Defect of a snapshot.
 struct SnapshotFault {
-  bool is_too_big;   ///< It is more than the limits allow; else it is wrong in itself.
+  bool is_too_big;   ///< The snapshot exceeds the limits; else it is invalid.
   std::string text;  ///< Description of the defect, for a message.
 };
 
-/// Why a snapshot cannot be a map; nothing when it can.
+/// First defect of a snapshot; nothing if there is none.
 ///
-/// The first of these: errors that checkConfig() finds in resolution, sensor model and environment; more
+/// Defects are: errors that checkConfig() finds in resolution, sensor model and environment; more
 /// bricks than the limit; a brick that comes twice or not in order, without a known voxel, outside
 /// kAllCells, or with a log-odds that is NaN or infinite; a locked box that is empty, outside kAllCells, or shares a cell
 /// with another one. @complexity O(n log n).

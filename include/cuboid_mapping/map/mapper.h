@@ -12,13 +12,13 @@ namespace cuboid_mapping {
 /// Parameters of a Mapper.
 struct MapperConfig {
   MapConfig map;  ///< Configuration of the map that the scans go into.
-  /// Longer beams are cut there, and free the space up to it: > 0.
+  /// Maximum range, at which longer beams are cut; they free the space before it. > 0.
   double max_range_m = std::numeric_limits<double>::infinity();
-  /// Before a return, a beam frees unknown voxels only for so long: >= 0, finite. See BeamRanges.
+  /// Length before a return in which a beam frees unknown voxels only: >= 0, finite. See BeamRanges.
   double end_margin_m = 0.0;
 };
 
-/// Scans in, map out: the way into the library.
+/// Builds a map from scans: the entry to the library.
 ///
 /// With map.threads > 1, a scan is put into the map beside the ray walk of the next one; the map does
 /// not depend on it. Not thread-safe: all calls belong to one thread.
@@ -28,11 +28,11 @@ class Mapper {
   explicit Mapper(const MapperConfig& config = {});
   Mapper(const Mapper&) = delete;
   Mapper& operator=(const Mapper&) = delete;
-  /// Waits for the last scan.
+  /// Waits until the last scan is in the map.
   ~Mapper();
 
   /// Takes one scan: every voxel that its beams pass or end in is observed once, see ScanUpdate.
-  /// @throws std::bad_alloc  of this scan, or of the one before while it was put into the map.
+  /// @throws std::bad_alloc  for this scan, or for the one before, which was still put into the map.
   void integrate(const Scan& scan);
 
   /// The two halves of integrate(): walk() in one place, apply() of its result here or in another Mapper
@@ -40,7 +40,7 @@ class Mapper {
   ///@{
   /// The voxels that a scan observes; the map stays as it is. @return Valid until the next scan.
   [[nodiscard]] const ScanUpdate& walk(const Scan& scan);
-  /// Observes voxels. @throws std::bad_alloc  as integrate().
+  /// Puts observations into the map. @throws std::bad_alloc  as integrate().
   void apply(ScanUpdate update);
   ///@}
 

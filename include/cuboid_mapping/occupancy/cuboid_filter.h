@@ -8,7 +8,7 @@ namespace cuboid_mapping {
 /// Answer of a visitor: go on with the search, or end it.
 enum class Visit : unsigned char { kContinue, kStop };
 
-/// Which cuboids a search visits. For kOccupied, subtrees without any are skipped.
+/// Cuboids that a search visits. For kOccupied, subtrees without any are skipped.
 enum class CuboidFilter : unsigned char { kAll, kFree, kOccupied };
 
 /// Whether a cuboid passes a filter.

@@ -12,16 +12,16 @@ namespace cuboid_mapping {
 /// Class of a voxel. Unknown: no cuboid holds it. It is never "probability 0.5".
 enum class Occupancy : unsigned char { kUnknown, kFree, kOccupied };
 
-/// "unknown", "free" or "occupied".
+/// Name of a class: "unknown", "free" or "occupied".
 [[nodiscard]] const char* toString(Occupancy occupancy);
 
-/// Log-odds >= 0 is occupied, as in octomap::AbstractOccupancyOcTree::isNodeOccupied.
+/// Class of a voxel. Log-odds >= 0 are occupied, as in octomap::AbstractOccupancyOcTree::isNodeOccupied.
 [[nodiscard]] constexpr Occupancy classify(float log_odds) {
   return log_odds >= 0.0F ? Occupancy::kOccupied : Occupancy::kFree;
 }
 
-/// Bounds of the probabilities of a sensor model that stand for occupied; those that stand for free
-/// have the same distance to 0.5. Beyond them SensorModel's rounding does not hold.
+/// Bounds of the probabilities for occupied in a sensor model; the bounds for free have the same
+/// distance from 0.5. Beyond them SensorModel's rounding does not hold.
 ///@{
 constexpr double kLeastOccupied = 0.50001;
 constexpr double kMostOccupied = 0.9995;
@@ -31,8 +31,8 @@ constexpr double kMostOccupied = 0.9995;
 struct SensorModelConfig {
   double hit = 0.7;         ///< P_occ, of a voxel in which a beam ends: 0.50001 to 0.9995.
   double miss = 0.4;        ///< P_free, of a voxel that a beam passes: 0.0005 to 0.49999.
-  double alpha_min = 0.12;  ///< Clamping threshold below: 0.0005 to 0.49999.
-  double alpha_max = 0.97;  ///< Clamping threshold above: 0.50001 to 0.9995.
+  double alpha_min = 0.12;  ///< Lower clamping threshold: 0.0005 to 0.49999.
+  double alpha_max = 0.97;  ///< Upper clamping threshold: 0.50001 to 0.9995.
 };
 
 /// Whether all four are the same.
@@ -46,13 +46,13 @@ constexpr bool operator!=(const SensorModelConfig& a, const SensorModelConfig& b
 }
 ///@}
 
-/// Whether stable cells go on being updated.
+/// Whether stable cells are still updated.
 enum class Environment : unsigned char {
   kDynamic,  ///< Every observation counts, voxel by voxel as in OctoMap.
   kStatic,   ///< A cell at or beyond a clamping threshold is never updated again (the paper).
 };
 
-/// "dynamic" or "static".
+/// Name of an environment: "dynamic" or "static".
 [[nodiscard]] const char* toString(Environment environment);
 
 /// Binary Bayes filter of one voxel in log-odds form, clamped (paper, Section IV-A).
@@ -70,14 +70,14 @@ class SensorModel {
   [[nodiscard]] float hit() const { return hit_; }
   /// Log-odds that a miss adds, < 0.
   [[nodiscard]] float miss() const { return miss_; }
-  /// Clamping threshold below, log-odds < 0.
+  /// Lower clamping threshold, log-odds < 0.
   [[nodiscard]] float min() const { return min_; }
-  /// Clamping threshold above, log-odds > 0.
+  /// Upper clamping threshold, log-odds > 0.
   [[nodiscard]] float max() const { return max_; }
   /// Whether stable voxels are updated.
   [[nodiscard]] Environment environment() const { return environment_; }
 
-  /// At or beyond a clamping threshold, free or occupied (paper, Section IV-B: stable).
+  /// Whether log-odds are at or beyond a clamping threshold (paper, Section IV-B: stable).
   [[nodiscard]] bool isStable(float log_odds) const { return log_odds <= min_ || log_odds >= max_; }
 
   /// Log-odds after one observation.

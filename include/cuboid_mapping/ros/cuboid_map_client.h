@@ -27,7 +27,7 @@ class CuboidMapClient {
   /// read, and must not take long. @param changes  The changes, with the revision of the server's map.
   using Callback = std::function<void(const cuboid_mapping::ChangeSet& changes)>;
 
-  /// @param nh  In whose namespace the topics are.
+  /// @param nh  Namespace of the topics.
   /// @param server  Name of the node, for ~get_map; in the namespace of nh unless it begins with /.
   explicit CuboidMapClient(const ros::NodeHandle& nh = ros::NodeHandle(),
                            const std::string& server = "cuboid_mapping", Callback callback = {});
@@ -37,8 +37,8 @@ class CuboidMapClient {
 
   /// Whether a map has come already.
   [[nodiscard]] bool hasMap() const;
-  /// Waits for the first map. Says in the log what is missing when none comes for some seconds, and at
-  /// the timeout: that nobody publishes the topic. Not to be called by the callback.
+  /// Waits for the first map. Logs the cause if none comes for some seconds, and at the timeout: nobody
+  /// publishes the topic. Do not call it from the callback.
   /// @return hasMap(); false after the timeout, or when ROS shuts down.
   [[nodiscard]] bool waitForMap(const ros::WallDuration& timeout) const;
   /// Revision of the server's map that this map equals; 0 before the first map.
@@ -48,8 +48,8 @@ class CuboidMapClient {
   /// Frame of the map; empty before the first.
   [[nodiscard]] std::string frameId() const;
 
-  /// Reads the map, which does not change meanwhile; an empty one before the first has come.
-  /// Threads that read one after the other without a pause do not keep updates out.
+  /// Reads the map, which does not change meanwhile; it is empty before the first one has come.
+  /// Threads that read without a pause do not keep updates out.
   /// @param work  (const CuboidMap&) -> any.
   template <typename WorkT>
   auto read(const WorkT& work) const {

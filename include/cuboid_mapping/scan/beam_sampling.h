@@ -3,9 +3,9 @@
 
 namespace cuboid_mapping {
 
-/// How cells are drawn along beams (paper, Section IV-B and Figure 4(a)).
+/// Random sampling of cells along beams (paper, Section IV-B and Figure 4(a)).
 struct BeamSampling {
-  double per_m = 0.0;  ///< Expected number per metre of beam; 0: none are drawn.
+  double per_m = 0.0;  ///< Expected number of cells per metre of beam; 0: none.
   int seed = 1;        ///< The same seed, scans and order of scans give the same cells.
 };
 

@@ -10,13 +10,13 @@
 
 namespace cuboid_mapping {
 
-/// Voxels that a beam may lead on along an axis: from border to border of the map that OctoMap's 16
-/// bits can number, so that no beam which OctoMap takes is left out. 3.3 km at 0.05 m.
+/// Maximum length of a beam along an axis, in voxels: the edge of the map that OctoMap's 16 bits can
+/// number, so that every beam of OctoMap is accepted. 3.3 km at 0.05 m.
 constexpr std::int32_t kMaxBeamVoxels = 65535;
 
-/// How far beams count.
+/// Ranges of beams.
 struct BeamRanges {
-  /// Longer beams are cut there: > 0; infinity for no limit.
+  /// Maximum range, at which longer beams are cut: > 0; infinity for no limit.
   double max_range_m = std::numeric_limits<double>::infinity();
   /// The last stretch before a return, in which a beam frees unknown voxels only, >= 0. With 0, the default,
   /// a beam misses all voxels before its end, as in OctoMap.
@@ -35,7 +35,7 @@ struct BrickUpdate {
   BrickMask grazes{};
 };
 
-/// Whether it says nothing.
+/// Whether an update has no observation.
 [[nodiscard]] constexpr bool isEmpty(const BrickUpdate& update) {
   return update.hits.isEmpty() && update.misses.isEmpty() && update.grazes.isEmpty();
 }

@@ -8,7 +8,7 @@
 
 namespace cuboid_mapping {
 
-/// How the beams of an organized cloud are laid out.
+/// Layout of the beams of an organized cloud.
 enum class BeamLayout : unsigned char {
   kUnknown,           ///< None of the others, too few points to tell, or no beam to estimate.
   kSphericalRows,     ///< A lidar that turns about z; a row has the points of one laser.
@@ -19,7 +19,7 @@ enum class BeamLayout : unsigned char {
 
 /// Directions of the beams of an organized cloud that were not reflected.
 struct NoReturnBeams {
-  /// One of them.
+  /// One beam.
   struct Beam {
     std::size_t index;          ///< Index of the cloud's point.
     Eigen::Vector3f direction;  ///< Unit vector, sensor frame.
@@ -27,11 +27,11 @@ struct NoReturnBeams {
 
   BeamLayout layout = BeamLayout::kUnknown;  ///< The layout that fits best.
   double residual_rad = 0.0;    ///< RMS angle between the layout's beams and the points.
-  std::vector<Beam> beams;      ///< In the order of the cloud.
+  std::vector<Beam> beams;      ///< Beams in the order of the cloud.
   std::size_t num_skipped = 0;  ///< Beams without return whose direction remains unknown.
 };
 
-/// A layout that fits worse is not used: 1 degree.
+/// Maximum residual of a layout: 1 degree.
 constexpr double kMaxBeamResidual_rad = 0.017453292519943295;
 
 /// Estimates the directions of beams without return from the beams that did return.
@@ -47,7 +47,7 @@ constexpr double kMaxBeamResidual_rad = 0.017453292519943295;
 ///     columns (of an image also: of the rows), or there are not more than two on average in the
 ///     rows that have any;
 ///   - the RMS angle between the fit and the points, per degree of freedom, exceeds
-///     kMaxBeamResidual_rad. So it is with clouds that are not organized by beams, or not in the
+///     kMaxBeamResidual_rad. Such clouds are not organized by beams, or not in the
 ///     sensor's frame.
 /// A row of a spherical layout without any valid point is interpolated between its neighbours, or
 /// extrapolated by the mean step between rows, as far as the known rows span. Its beams are skipped

@@ -21,10 +21,10 @@ struct Scan {
   /// End points of beams that were not reflected, as far as they are known to be free: every voxel
   /// up to and including that of the end point is a miss.
   std::vector<Eigen::Vector3f> no_returns;
-  /// End points of beams that were reflected by no obstacle, such as the ground: every voxel up to that of the end
-  /// point is a miss, and of that one nothing is said.
+  /// End points of beams reflected by something that is no obstacle, such as the ground: every voxel before that of the
+  /// end point is a miss, and the last voxel is not observed.
   std::vector<Eigen::Vector3f> open_ends;
-  /// Points that are known to be free without a beam, as those inside the robot: the voxel of each is a miss.
+  /// Points that are known to be free without a beam, such as points inside the robot: the voxel of each is a miss.
   std::vector<Eigen::Vector3f> free_points;
 };
 
@@ -34,7 +34,7 @@ struct Scan {
 /// the origin of the map. The points are transformed in float32, as pcl::transformPointCloud does.
 ///
 /// @param T_map_cloud  Takes points from the cloud's frame to the map.
-/// @param origin_map   Where the beams start: T_map_cloud.translation() unless the cloud comes in a
+/// @param origin_map   Start of the beams: T_map_cloud.translation() unless the cloud comes in a
 ///                     frame that is not the sensor's.
 /// @param points_cloud, no_returns_cloud  Metres; see Scan.
 [[nodiscard]] Scan makeScan(const Eigen::Isometry3d& T_map_cloud, const Eigen::Vector3d& origin_map,

@@ -9,7 +9,7 @@
 
 namespace cuboid_mapping {
 
-/// Which points of a scan take part.
+/// Limits of the points that take part.
 struct ScanLimits {
   double min_range_m = 0.0;  ///< Nearer points are left out.
   /// Points outside are left out; its faces are inside. Default: no limit.
@@ -20,16 +20,16 @@ struct ScanLimits {
 /// Whether a point lies in a box whose faces are inside; false for NaN.
 [[nodiscard]] bool isInside(const MetricBox& box, const Eigen::Vector3d& point);
 
-/// How many points filterScan() has left out, by reason; each point counts once.
+/// Numbers of points that filterScan() has left out, by reason; each point counts once.
 struct FilterCounts {
-  std::size_t num_too_near = 0;      ///< Nearer than min_range_m, in the crop or not.
+  std::size_t num_too_near = 0;      ///< Points nearer than min_range_m, in the crop or not.
   std::size_t num_outside_crop = 0;  ///< Points with a NaN coordinate count here.
 };
 
-/// Leaves out points wholly, as octomap_server does: neither a hit, nor misses on the way to it.
+/// Leaves out whole beams, as octomap_server does: neither a hit, nor misses on the way to it.
 ///
-/// The order of the points that stay is kept. No-returns all stay: they are ends of free space, not
-/// points that were measured, so that no object of the robot or of the ceiling is at stake.
+/// The order of the remaining points is kept. All no-returns stay: they are ends of free space, not
+/// measured points, which could belong to the robot or the ceiling.
 FilterCounts filterScan(Scan& scan, const ScanLimits& limits);
 
 }  // namespace cuboid_mapping

@@ -9,15 +9,15 @@
 
 namespace cuboid_mapping {
 
-/// Whether log-odds travel with a map, or classes alone: its voxels then have those of the clamping thresholds of a
-/// default sensor model.
+/// Content of a map that is sent: classes alone, or log-odds. With classes, voxels have the log-odds of the clamping
+/// thresholds of a default sensor model.
 enum class MapDetail : unsigned char { kClasses, kValues };
 
 /// A whole map, for other processes; msg/FullCuboidMap.msg documents each field.
 struct MapImage {
-  std::uint64_t instance = 0;              ///< Names the server; another one when it is restarted.
+  std::uint64_t instance = 0;              ///< Names the server; changes when it is restarted.
   std::uint64_t revision = 0;              ///< Revision of the map.
-  double resolution_m = 0.0;               ///< Edge of a voxel.
+  double resolution_m = 0.0;               ///< Content of the voxels.
   MapDetail detail = MapDetail::kClasses;  ///< Content of its voxels.
   std::vector<VoxelBrick> bricks;          ///< All bricks with a known voxel.
 };
@@ -29,7 +29,7 @@ struct MapDelta {
   std::uint64_t revision = 0;  ///< Revision of the map after the changes.
   bool is_everything = false;  ///< The whole map was replaced; there are no bricks then.
   double resolution_m = 0.0;   ///< Edge of a voxel.
-  MapDetail detail = MapDetail::kClasses;  ///< Content of its voxels.
+  MapDetail detail = MapDetail::kClasses;  ///< Content of the voxels.
   std::vector<VoxelBrick>
       bricks;  ///< Changed bricks as they are now; without known voxels: unknown.
 };
@@ -48,17 +48,17 @@ enum class FollowResult : unsigned char {
   kApplied,  ///< The copy is now at the revision of the delta.
   kOld,      ///< The copy has it already: nothing was done.
   kGap,      ///< Changes in between were lost, or the map was replaced: an image is needed.
-  kDamaged,  ///< Its bricks cannot be, or the resolution differs: nothing was done.
+  kDamaged,  ///< Invalid bricks or another resolution: nothing was done.
 };
 
-/// A copy of a map, made of an image and kept up with deltas, whatever their order, and however many
-/// are lost or come twice. Every voxel has the class that it has in the map, and its log-odds where
-/// these travel; else those of the clamping thresholds. Cuboids are those of FusionKind::kClass.
+/// A copy of a map, made from an image and updated by deltas, which may come in any order, twice, or
+/// never. Every voxel has the class that it has in the map, and its log-odds if these are sent;
+/// else those of the clamping thresholds. Cuboids are those of FusionKind::kClass.
 /// Not thread-safe.
 class MapFollower {
  public:
-  /// Takes an image. One of the same instance that is older than the copy is not taken.
-  /// @return false when its bricks cannot be, or no map can have its resolution; the copy
+  /// Takes an image. An older image of the same instance is ignored.
+  /// @return false for invalid bricks, or a resolution that no map can have; the copy
   ///         is then as it was.
   [[nodiscard]] bool take(const MapImage& image);
   /// Takes changes. @return kApplied, or why the copy is as it was.
@@ -68,7 +68,7 @@ class MapFollower {
   [[nodiscard]] const CuboidMap* map() const { return map_ ? &*map_ : nullptr; }
   /// Revision of the followed map; 0 before the first image.
   [[nodiscard]] std::uint64_t revision() const { return revision_; }
-  /// Server of that map, see MapImage; 0 before the first image.
+  /// Server of the followed map, see MapImage; 0 before the first image.
   [[nodiscard]] std::uint64_t instance() const { return instance_; }
 
  private:

@@ -8,7 +8,7 @@
 
 namespace cuboid_mapping {
 
-/// A brick in which something has changed.
+/// A changed brick.
 struct ChangedBrick {
   Cell brick;                    ///< Its least cell.
   bool has_new_cuboids = false;  ///< Else only log-odds have changed.
@@ -20,7 +20,7 @@ struct ChangedBrick {
 /// cuboids, and insert the map's cuboids of these bricks.
 struct ChangeSet {
   std::uint64_t revision = 0;        ///< Revision of the map after the change.
-  bool is_everything = false;        ///< The whole map was replaced; `bricks` says nothing then.
+  bool is_everything = false;        ///< The whole map was replaced; `bricks` does not count then.
   std::vector<ChangedBrick> bricks;  ///< Some may come twice.
 
   /// Adds a change that was made after this one. Where memory fails, everything counts as changed.

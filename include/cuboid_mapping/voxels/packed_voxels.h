@@ -12,20 +12,20 @@
 
 namespace cuboid_mapping {
 
-/// Which voxels of a brick a change has touched.
+/// Voxels of a brick that a change has touched.
 struct VoxelChange {
-  BrickMask changed;       ///< New, gone, or another log-odds.
+  BrickMask changed;       ///< Voxels that are new, gone, or have other log-odds.
   BrickMask reclassified;  ///< Changed voxels that have another class.
 };
 
-/// Log-odds by voxelIndex(); says nothing of unknown voxels.
+/// Log-odds by voxelIndex(); undefined for unknown voxels.
 using VoxelValues = std::array<float, kBrickVoxels>;
 
 /// The voxels of one brick with their exact log-odds.
 ///
 /// One block of memory holds the mask of the known voxels, the mask of the occupied ones, and the
-/// log-odds that occur, each once: first those of free voxels, then those of occupied ones. Which of
-/// them a voxel has is a number, bit by bit in as many masks (bit planes) as the longer of the two
+/// log-odds that occur, each once: first those of free voxels, then those of occupied ones. A voxel's
+/// log-odds is a number in this list, bit by bit in as many masks (bit planes) as the longer of the two
 /// lists needs. A mask that follows from the rest is left out, and so is in all masks the word of a
 /// slice without a known voxel. So a brick of one log-odds takes 8 bytes, and others 0.6 to 6 bits a
 /// voxel.
@@ -35,9 +35,9 @@ using VoxelValues = std::array<float, kBrickVoxels>;
 /// rounded. Const functions may run side by side.
 class PackedVoxels {
  public:
-  /// No voxel is known.
+  /// A brick without a known voxel.
   PackedVoxels() = default;
-  /// The same voxels. A moved-from object has no known voxel.
+  /// Copies or takes over voxels. A moved-from object has no known voxel.
   ///@{
   PackedVoxels(const PackedVoxels& other);
   PackedVoxels(PackedVoxels&& other) noexcept { swap(other); }
@@ -54,7 +54,7 @@ class PackedVoxels {
   PackedVoxels(const BrickMask& known, float log_odds);
 
   /// Voxels of known class, with the log-odds of the clamping thresholds.
-  /// @param occupied  Of the known ones.
+  /// @param occupied  Occupied ones among the known voxels.
   [[nodiscard]] static PackedVoxels ofClasses(const BrickMask& known, const BrickMask& occupied,
                                               const SensorModel& model);
 
@@ -68,7 +68,7 @@ class PackedVoxels {
   [[nodiscard]] BrickMask free() const { return known().without(occupied()); }
   /// Whether occupied() has a voxel.
   [[nodiscard]] bool isAnyOccupied() const { return shape_.num_occupied_values > 0; }
-  /// All voxels are known, none is occupied.
+  /// Whether all voxels are known and free.
   [[nodiscard]] bool isAllFree() const {
     return shape_.slices == kAllSlices && shape_.num_occupied_values == 0 && !shape_.has_known;
   }
@@ -85,7 +85,7 @@ class PackedVoxels {
   /// Log-odds of a voxel; nothing when it is unknown.
   [[nodiscard]] std::optional<float> logOddsAt(int voxel) const;
   /// Calls visit(float log_odds, const BrickMask& voxels) for each log-odds that occurs, with the
-  /// voxels that have it, which are some.
+  /// voxels that have it, at least one.
   template <typename VisitorT>
   void forEachValue(VisitorT visit) const {
     const Masks masks(*this);
@@ -100,9 +100,9 @@ class PackedVoxels {
   /// Writes the log-odds of the known voxels.
   void getValues(VoxelValues& values) const;
 
-  /// The brick after each of some voxels is observed once; an unknown one starts from 0. A voxel of both sets is
+  /// Observes each of some voxels once; an unknown one starts from 0. A voxel of both sets is
   /// a hit.
-  /// @param after  Gets the voxels; left alone when nothing changes. May be the object itself.
+  /// @param after  Gets the new voxels; untouched when nothing changes. May be the object itself.
   /// @complexity O(different log-odds in the brick).
   VoxelChange observe(const BrickMask& hits, const BrickMask& misses, const SensorModel& model,
                       PackedVoxels& after) const;
@@ -118,7 +118,7 @@ class PackedVoxels {
   /// Bytes of the block.
   [[nodiscard]] std::size_t numBytes() const { return numBytes(shape_); }
 
-  /// The same voxels are known, with the same log-odds.
+  /// Whether the same voxels are known, with the same log-odds.
   ///@{
   friend bool operator==(const PackedVoxels& a, const PackedVoxels& b);
   friend bool operator!=(const PackedVoxels& a, const PackedVoxels& b) { return !(a == b); }
@@ -133,9 +133,9 @@ class PackedVoxels {
     std::uint16_t num_free_values = 0;
     std::uint16_t num_occupied_values = 0;
     std::uint8_t num_planes = 0;
-    std::uint8_t slices = 0;    ///< Bit z: the slice has a known voxel, and each mask a word of it.
-    bool has_known = false;     ///< Else all voxels of these slices are known.
-    bool has_occupied = false;  ///< Else all known voxels are of one class.
+    std::uint8_t slices = 0;    ///< Bit z: the slice has a known voxel; each mask has its word.
+    bool has_known = false;     ///< Stores a known mask; else all voxels of the slices are known.
+    bool has_occupied = false;  ///< Stores an occupied mask; else all known voxels have one class.
   };
 
   /// The masks with all their words.
@@ -143,7 +143,7 @@ class PackedVoxels {
     BrickMask known;
     BrickMask occupied;
     int num_planes = 0;
-    /// 0 for unknown voxels. A union, so that those behind the last are not set to 0 each time.
+    /// Masks, 0 for unknown voxels. A union, so that masks behind the last are not set to 0 each time.
     union {
       std::array<BrickMask, kMaxPlanes> planes;
     };
@@ -166,7 +166,7 @@ class PackedVoxels {
     std::swap(shape_, other.shape_);
     std::swap(block_, other.block_);
   }
-  /// Number of slices in a set. The instruction for it is not there on every x86-64.
+  /// Number of slices in a set. Not every x86-64 has an instruction for it.
   [[nodiscard]] static constexpr int countSlices(unsigned slices) {
     slices -= slices >> 1 & 0x55;
     slices = (slices & 0x33) + (slices >> 2 & 0x33);
@@ -181,7 +181,7 @@ class PackedVoxels {
   }
   [[nodiscard]] int firstPlane() const { return numMasks(shape_) - shape_.num_planes; }
   [[nodiscard]] BrickMask maskOf(int mask) const;
-  /// Whether a mask has a voxel. @pre The voxel's slice has a known one.
+  /// Whether a mask has a voxel. @pre The voxel's slice has a known voxel.
   [[nodiscard]] bool test(int mask, int voxel) const {
     const unsigned before = shape_.slices & ((1U << (voxel >> 6)) - 1U);
     return (words(mask)[countSlices(before)] >> (voxel & 63) & 1) != 0;

@@ -27,7 +27,7 @@ class BrickTable;
 /// a change needs exclusive access.
 class VoxelStore {
  public:
-  /// No voxel is known.
+  /// A store without voxels.
   VoxelStore();
   /// Takes over the voxels of another store, which may only be destroyed or assigned afterwards.
   ///@{
@@ -68,12 +68,12 @@ class VoxelStore {
   /// @complexity O(bricks of the box, or all known bricks if these are fewer).
   void forEachIn(const CellBox& box, FunctionRef<void(const VoxelBrick&)> visit) const;
 
-  /// Bricks that forEachIn() looks at, at most.
+  /// Maximum number of bricks that forEachIn() looks at.
   [[nodiscard]] std::uint64_t countLooks(const CellBox& box) const;
 
-  /// Bricks with a known voxel.
+  /// Number of bricks with a known voxel.
   [[nodiscard]] std::size_t size() const;
-  /// Voxels of a class; exact up to 2^53.
+  /// Numbers of voxels of each class; exact up to 2^53.
   ///@{
   [[nodiscard]] double numFreeVoxels() const { return num_free_; }
   [[nodiscard]] double numOccupiedVoxels() const { return num_occupied_; }
@@ -86,11 +86,11 @@ class VoxelStore {
   /// The new state of one brick: internal.
   struct PendingBrick;
 
-  /// A change that is computed, and not made yet. Once made, it holds the replaced bricks, so that
-  /// the memory is given back when it goes.
+  /// A change that is computed, and not made yet. Once made, it holds the replaced bricks; its
+  /// destructor frees their memory.
   class PendingChange {
    public:
-    /// Stands for no brick.
+    /// An empty change.
     PendingChange();
     /// A change can be made once.
     ///@{
@@ -106,10 +106,10 @@ class VoxelStore {
     std::size_t num_gone = 0;            ///< Bricks that it will not have any more.
   };
 
-  /// How a change is worked out. The result does not depend on it.
+  /// Settings for the computation of a change. The result does not depend on them.
   struct Work {
-    int threads = 1;  ///< >= 1.
-    /// Bricks with other classes are divided into cuboids; else their cuboids are stale.
+    int threads = 1;  ///< Number of threads, >= 1.
+    /// Divides bricks with other classes into cuboids; else their cuboids are stale.
     bool divides = false;
   };
 
@@ -118,23 +118,23 @@ class VoxelStore {
   [[nodiscard]] PendingChange prepare(const std::vector<BrickUpdate>& update,
                                       const SensorModel& model, const Work& work) const;
   /// Computes the result of replacing everything inside a box.
-  /// @param bricks  New content of the box; of two with one brick the later one counts. Voxels outside the
-  ///                box are not looked at. @throws std::bad_alloc
+  /// @param bricks  New content of the box; the later of two equal bricks counts. Voxels outside the
+  ///                box are ignored. @throws std::bad_alloc
   /// @complexity O(bricks that the box shares a cell with, or all known bricks if these are fewer,
   /// and `bricks`).
   [[nodiscard]] PendingChange prepareReplace(const CellBox& box,
                                              const std::vector<VoxelBrick>& bricks,
                                              const Work& work) const;
-  /// Makes room for a change. @throws std::bad_alloc  Nothing has changed then.
+  /// Reserves memory for a change. @throws std::bad_alloc  Nothing has changed then.
   void reserve(const PendingChange& change);
-  /// Makes a change. @pre It was worked out for this store as it is, and there is room for it.
+  /// Makes a change. @pre It was computed for this store as it is, and reserve() was called.
   /// @param follow  Called for each brick that changes, after it; must not throw.
   void commit(PendingChange& change, FunctionRef<void(const PendingBrick&)> follow) noexcept;
 
   /// prepare(), reserve() and commit() in one. @throws std::bad_alloc  Nothing has changed then.
   void apply(const std::vector<BrickUpdate>& update, const SensorModel& model, const Work& work);
 
-  /// Forgets all voxels, and gives the memory back. @throws std::bad_alloc  Nothing has changed then.
+  /// Forgets all voxels, and frees the memory. @throws std::bad_alloc  Nothing has changed then.
   void clear() { *this = VoxelStore(); }
 
  private:
