@@ -10,7 +10,7 @@
 namespace cuboid_mapping {
 namespace {
 
-/// Boxes without the voxels of others.
+/// The boxes without the voxels of the holes.
 std::vector<CellBox> subtractAll(std::vector<CellBox> boxes, const std::vector<CellBox>& holes) {
   for (const CellBox& hole : holes) {
     std::vector<CellBox> left;

@@ -7,7 +7,7 @@
 namespace cuboid_mapping {
 namespace {
 
-/// Voxels that the union has and neither box; others may cover some of them.
+/// Voxels of the union that lie in neither box; other boxes may cover some of them.
 double countOutside(const CellBox& a, const CellBox& b) {
   return unite(a, b).numVoxels() - a.numVoxels() - b.numVoxels() + intersect(a, b).numVoxels();
 }
@@ -40,7 +40,7 @@ void BoxMerger::mergeTo(std::size_t max_boxes) {
     mergeInGroups(is_last ? max_boxes : std::max(max_boxes, num_left_ / 2));
     removeGone();
     if (num_left_ < num_before) continue;
-    if (is_last) break;  // Whatever is united would not be free.
+    if (is_last) break;  // Every union would be blocked.
     group_size *= 4;
   }
 }

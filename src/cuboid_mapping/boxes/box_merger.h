@@ -10,23 +10,23 @@
 
 namespace cuboid_mapping {
 
-/// Whether a union may be part of a cover: it meets no kept space, and has at most 2^22 bricks, so that voxels
-/// far from all others cost no memory.
+/// Whether a union may be part of a cover: it meets no kept space, and has at most 2^22 bricks, so that
+/// remote voxels cost no memory.
 [[nodiscard]] bool isAllowed(const CellBox& both, const std::vector<CellBox>& keep_free);
 
-/// Unites boxes two by two, at each step two that add the fewest voxels to those that are covered.
+/// Unites boxes two by two; each step unites the two that add the fewest voxels to the covered ones.
 ///
-/// A box knows one partner, the best of those near it, and waits in a queue by what their union would add.
-/// Covered voxels only become more, so that a waiting union adds at most what it was queued with. Where
-/// there are many boxes, partners are sought in groups of neighbours, which are made anew when half of the
+/// Each box has one partner, the best of those near it, and waits in a queue ordered by the voxels that their
+/// union adds. Covered voxels only increase, so a waiting union adds at most as many as when it was queued. With
+/// many boxes, partners are sought in groups of neighbours, which are rebuilt when half of the
 /// boxes are left.
 class BoxMerger {
  public:
-  /// @param boxes  Disjoint. @param keep_free  Must outlive this object, as the budget.
+  /// @param boxes  Disjoint. @param keep_free  Must outlive this object, as must the budget.
   BoxMerger(const std::vector<CellBox>& boxes, const std::vector<CellBox>& keep_free,
             Budget& budget);
 
-  /// Unites boxes down to this number, until none may be united, or the budget is spent.
+  /// Unites boxes until this number is reached, no union is allowed, or the budget is spent.
   void mergeTo(std::size_t max_boxes);
 
   /// The remaining boxes.
@@ -37,13 +37,13 @@ class BoxMerger {
  private:
   using Index = std::uint32_t;
   static constexpr std::size_t kGroupSize = 1024;
-  static constexpr std::size_t kExactPartners = 4;  ///< Whose union is counted voxel by voxel.
+  static constexpr std::size_t kExactPartners = 4;  ///< Partners counted voxel by voxel.
 
   struct Item {
     double num_added;
     Index first;
     Index second;
-    /// Of equal ones the union with the lower numbers comes first: the result is deterministic.
+    /// On a tie, the union with the lower numbers comes first: the result is deterministic.
     bool operator<(const Item& other) const {
       if (num_added != other.num_added) return num_added > other.num_added;
       return first != other.first ? first > other.first : second > other.second;
@@ -57,7 +57,7 @@ class BoxMerger {
   void merge(Index first, Index second);
   void removeGone();
 
-  std::vector<CellBox> boxes_;  ///< Empty: gone.
+  std::vector<CellBox> boxes_;  ///< Empty boxes were removed.
   const std::vector<CellBox>& keep_free_;
   Budget& budget_;
   VoxelSet covered_;

@@ -115,7 +115,7 @@ CoverExchange::Split CoverExchange::findSplit(std::size_t box) const {
   return best;
 }
 
-/// The splits that save the most.
+/// The splits that save the most volume.
 std::vector<CoverExchange::Split> CoverExchange::findSplits() const {
   std::vector<Split> splits;
   for (std::size_t i = 0; i < boxes_.size() && budget_.spend(); ++i) {
@@ -145,7 +145,7 @@ bool CoverExchange::takeIfBetter(std::vector<CellBox> boxes) {
   return true;
 }
 
-/// Unites the two boxes that add the fewest voxels. @return Whether there are two that may be.
+/// Unites the two boxes that add the fewest voxels. @return Whether a union was allowed.
 bool CoverExchange::uniteBest(std::vector<CellBox>& boxes) const {
   struct Union {
     double num_outside;

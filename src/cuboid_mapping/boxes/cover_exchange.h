@@ -8,11 +8,11 @@
 
 namespace cuboid_mapping {
 
-/// Lessens what a cover adds: boxes shrink to what no other box covers, and one box is split where two
-/// others can be united for less.
+/// Reduces the added volume of a cover: shrinks each box to the voxels that no other box covers, and splits one
+/// box if two others can be united for less.
 class CoverExchange {
  public:
-  /// @param occupied  The voxels that are covered. Must outlive this object, as keep_free and the budget.
+  /// @param occupied  The covered voxels. Must outlive this object, as must keep_free and the budget.
   CoverExchange(const VoxelSet& occupied, std::vector<CellBox> boxes,
                 const std::vector<CellBox>& keep_free, Budget& budget)
       : occupied_(occupied),
@@ -21,16 +21,16 @@ class CoverExchange {
         boxes_(std::move(boxes)),
         num_added_(countAdded(boxes_)) {}
 
-  /// Until no exchange lessens the added volume, or the budget is spent.
+  /// Exchanges until the added volume no longer falls, or the budget is spent.
   void improve(std::size_t max_boxes);
 
-  /// The cover as it is now.
+  /// The current cover.
   [[nodiscard]] const std::vector<CellBox>& boxes() const { return boxes_; }
   /// Voxels of the boxes that are not occupied.
   [[nodiscard]] double numAdded() const { return num_added_; }
 
  private:
-  static constexpr std::size_t kMostBoxes = 1000;  ///< More are not exchanged: it takes too long.
+  static constexpr std::size_t kMostBoxes = 1000;  ///< Larger covers take too long to exchange.
   static constexpr std::size_t kTriedSplits = 6;
   static constexpr std::size_t kExactUnions = 8;
 
@@ -42,7 +42,7 @@ class CoverExchange {
   };
 
   [[nodiscard]] double countAdded(const std::vector<CellBox>& boxes) const;
-  /// @return The bounds of the covered voxels of a box that lie in no other one; nothing for none.
+  /// @return Bounds of the covered voxels of a box that lie in no other box; nothing if there are none.
   [[nodiscard]] std::optional<CellBox> findOwn(const std::vector<CellBox>& boxes,
                                                std::size_t box) const;
   template <typename VisitorT>

@@ -29,7 +29,7 @@ std::int32_t toNextBrick(const CellBox& box, int face) {
                   : kBrickEdge - (box.max[axis] & (kBrickEdge - 1));
 }
 
-/// Grows a box in a set until none of its faces can move: each time the face that adds the most.
+/// Grows a box in a set until no face can move; each step moves the face that adds the most.
 CellBox grow(const VoxelSet& voxels, CellBox box) {
   std::array<bool, 6> is_blocked{};
   while (true) {
@@ -53,7 +53,7 @@ CellBox grow(const VoxelSet& voxels, CellBox box) {
   }
 }
 
-/// Takes the best box again and again.
+/// Takes the best box repeatedly.
 class FreeBoxSearch {
  public:
   FreeBoxSearch(const CuboidMap& map, const FreeBoxesTask& task, Budget& budget)
@@ -132,7 +132,7 @@ class FreeBoxSearch {
     return candidate;
   }
 
-  /// As it is if no voxel was taken since; else its seed is planted again.
+  /// The candidate itself if no voxel was taken since; else its seed is grown again.
   [[nodiscard]] Candidate regrow(const Candidate& candidate) {
     if (left_.contains(candidate.box)) return candidate;
     plant(candidate.seed);
@@ -143,7 +143,7 @@ class FreeBoxSearch {
   VoxelSet free_;
   VoxelSet left_;  ///< Free voxels in no box.
   bool may_overlap_;
-  std::vector<CellBox> seeds_;  ///< Largest first.
+  std::vector<CellBox> seeds_;  ///< Seeds, largest first.
   std::size_t num_planted_ = 0;
   std::priority_queue<Candidate> queue_;
   std::vector<CellBox> boxes_;

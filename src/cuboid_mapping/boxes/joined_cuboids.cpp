@@ -20,7 +20,7 @@ struct Tiles {
   std::array<Index, 3> next{};  ///< Neighbours along the axes.
 };
 
-/// Joins cuboids in place: of two the one with the lower cells grows, and the other one goes.
+/// Joins cuboids in place: the one with the lower cells grows, the other is removed.
 ///
 /// The division of a brick takes the largest box at a least corner, so that cuboids of one brick never
 /// share a whole face. A joined cuboid has one part in each of its bricks, a cuboid of the map. If two
@@ -89,7 +89,7 @@ class Joiner {
     return entry == nullptr ? kNone : entry->tiles;
   }
 
-  /// @param at  The tiles that the cuboid is one of.
+  /// @param at  The tiles that contain the cuboid.
   void grow(int axis, Index at, Cuboid& cuboid) {
     while ((cuboid.box.max[axis] & (kBrickEdge - 1)) == 0) {
       at = tiles_[at].next[static_cast<std::size_t>(axis)];
@@ -118,8 +118,8 @@ class Joiner {
     Cell brick;
     Index tiles = 0;
   };
-  std::vector<Cuboid> cuboids_;  ///< By tiles; one that has gone is empty.
-  std::vector<Tiles> tiles_;     ///< Along the Morton curve.
+  std::vector<Cuboid> cuboids_;  ///< Cuboids by tiles; removed ones are empty.
+  std::vector<Tiles> tiles_;     ///< Tiles along the Morton curve.
   BrickTable<Entry> table_;
 };
 

@@ -6,10 +6,10 @@
 
 namespace cuboid_mapping {
 
-/// A set of voxels, brick by brick. What a spent budget did not let it look at counts as not in the set.
+/// A set of voxels, brick by brick. Bricks not looked at because the budget is spent count as not in the set.
 class VoxelSet {
  public:
-  /// @param budget  Bricks that are looked at. Must outlive the set.
+  /// @param budget  Limits the bricks to look at. Must outlive the set.
   explicit VoxelSet(Budget& budget) : budget_(&budget) {}
 
   /// Adds voxels.
@@ -24,7 +24,7 @@ class VoxelSet {
     item.count = item.voxels.count();
   }
   ///@}
-  /// Takes voxels out.
+  /// Removes voxels.
   void remove(const CellBox& box) {
     change(box, [](BrickMask& mask, const BrickMask& part) { mask &= ~part; });
   }
@@ -38,7 +38,7 @@ class VoxelSet {
     });
     return sum;
   }
-  /// All voxels of the set.
+  /// Number of voxels of the set.
   [[nodiscard]] double size() const {
     double sum = 0.0;
     items_.forEach([&](const Item& item) { sum += item.count; });

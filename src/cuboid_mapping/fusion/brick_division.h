@@ -8,14 +8,14 @@
 
 namespace cuboid_mapping {
 
-/// Divides voxels of one class of a brick into disjoint cuboids that cover exactly these, appended.
+/// Divides voxels of one class of a brick into disjoint cuboids that cover exactly these, and appends them.
 ///
-/// The least voxel that is left (in the order z, y, x) takes the largest box of which it is the
+/// The least remaining voxel (in the order z, y, x) takes the largest box of which it is the
 /// least corner; ties go to the lower box. The result depends on the set only.
 void divideVoxels(const Cell& brick, const BrickMask& voxels, Occupancy occupancy,
                   std::vector<Cuboid>& cuboids);
 
-/// The cuboids of a brick, occupied ones first, appended: the voxels of each class as
+/// Appends the cuboids of a brick, occupied ones first: the voxels of each class as
 /// divideVoxels() divides them.
 void divideBrick(const VoxelBrick& brick, std::vector<Cuboid>& cuboids);
 

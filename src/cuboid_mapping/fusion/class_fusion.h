@@ -10,19 +10,19 @@ namespace cuboid_mapping {
 /// classes of its voxels alone, so they depend neither on the order of clouds and reads, nor on
 /// threads, nor on the tree.
 ///
-/// A brick whose cuboids are stale is divided by those who read it. Its MBR is that of its known
-/// voxels, which are those of its cuboids: the tree is never stale.
+/// Readers divide a brick whose cuboids are stale. The brick's MBR is that of its known voxels, which
+/// are those of its cuboids: the tree is never stale.
 class ClassFusion : public CuboidTree {
  public:
-  /// @param is_fused  Else every voxel is a cuboid.
+  /// @param is_fused  If false, every voxel is a cuboid.
   ClassFusion(const RTreeConfig& rtree, bool is_fused) : inner_(rtree), is_fused_(is_fused) {}
 
-  /// Makes room for a change. @param voxels  There is room for the change in them.
+  /// Reserves memory for a change. @param voxels  Have memory reserved for the change.
   /// @throws std::bad_alloc  Nothing has changed then.
   void reserve(const VoxelStore& voxels, const VoxelStore::PendingChange& change);
-  /// Follows the change of a brick that was committed, for which there is room.
+  /// Follows the committed change of a brick. @pre Memory is reserved.
   void follow(const VoxelStore::PendingBrick& brick) noexcept;
-  /// Gives back memory that was reserved and is not needed.
+  /// Frees reserved memory that is not needed.
   void trim() noexcept { inner_.trim(); }
 
   void visitBox(const VoxelStore& voxels, const CellBox& window, CuboidFilter filter,

@@ -12,14 +12,14 @@
 
 namespace cuboid_mapping {
 
-/// Called for each cuboid of a search, and for each with its distance in cells.
+/// Visitors of a search: called for each cuboid, or for each cuboid with its distance in cells.
 ///@{
 using CuboidVisitor = FunctionRef<Visit(const Cuboid&)>;
 using DistanceVisitor = FunctionRef<Visit(const Cuboid&, double)>;
 ///@}
 
-/// The R-tree with the cuboids of a map, as those see it who read cuboids. They pass the voxels of
-/// the map, from which the tree was made. Thread-safe beside each other, not beside a change.
+/// The R-tree with the cuboids of a map, for readers. They pass the voxels of the map from which
+/// the tree was made. Thread-safe among readers, not beside a change.
 class CuboidTree {
  public:
   CuboidTree() = default;
@@ -39,7 +39,7 @@ class CuboidTree {
   [[nodiscard]] virtual const InnerTree& inner() const = 0;
   /// Number of leaf nodes.
   [[nodiscard]] virtual std::size_t numLeafNodes(const VoxelStore& voxels) const = 0;
-  /// Bytes held from the allocator, without those of the bricks.
+  /// Bytes held from the allocator, without the bricks.
   [[nodiscard]] virtual std::size_t numBytes() const = 0;
 };
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The part of GrowthFusion that brings voxels into the R-tree, before anything grows.
+// The part of GrowthFusion that puts voxels into the R-tree before cells grow.
 #include "cuboid_mapping/fusion/brick_division.h"
 #include "cuboid_mapping/fusion/growth_fusion.h"
 #include "cuboid_mapping/rtree/traversal.h"
@@ -45,8 +45,8 @@ BrickMask findStable(const PackedVoxels& voxels, const SensorModel& model) {
   return stable;
 }
 
-/// Voxels of a brick that are in no cuboid: boxes of those that may be fused, single cells of the
-/// others.
+/// Divides voxels of a brick that are in no cuboid: boxes of voxels that may be fused, and single
+/// cells.
 void divideFresh(const VoxelBrick& brick, const BrickMask& fresh, const BrickMask& fusible,
                  std::vector<Cuboid>& cuboids) {
   const PackedVoxels& voxels = brick.voxels;
@@ -57,14 +57,14 @@ void divideFresh(const VoxelBrick& brick, const BrickMask& fresh, const BrickMas
   divideVoxels(brick.brick, fresh & fusible & voxels.occupied(), Occupancy::kOccupied, cuboids);
 }
 
-/// Finds out what changed voxels change in the tree.
+/// Computes the changes of the tree from changed voxels.
 class CellWriter {
  public:
   /// @param is_edit  Stable voxels that were unknown may be cuboids of several voxels.
   CellWriter(const RTree& tree, bool is_edit) : tree_(tree), is_edit_(is_edit) {}
 
-  /// @param after  The brick as it will be. @param stable  Of its voxels.
-  /// @return The voxels that are split out of a cuboid.
+  /// @param after  The brick after the change. @param stable  Its stable voxels.
+  /// @return Voxels that are split out of a cuboid.
   BrickMask write(const VoxelBrick& after, const BrickMask& changed, const BrickMask& stable) {
     findOwners(after.brick);
     BrickMask split;
@@ -139,15 +139,15 @@ class CellWriter {
 
   const RTree& tree_;
   bool is_edit_;
-  std::vector<Cuboid> cuboids_;                     ///< That share voxels with the brick at hand.
-  std::array<std::uint32_t, kBrickVoxels> owners_;  ///< Which of them holds a voxel of it.
-  std::map<Cell, Cut> cuts_;                        ///< By the least cell of the cuboid.
+  std::vector<Cuboid> cuboids_;                     ///< Cuboids that share voxels with the brick.
+  std::array<std::uint32_t, kBrickVoxels> owners_;  ///< Index in cuboids_ by voxel.
+  std::map<Cell, Cut> cuts_;                        ///< Cuts by the least cell of their cuboid.
   CellWrites writes_;
 };
 
 }  // namespace
 
-/// Brings voxels up to date cell by cell, and leaves all other cuboids as they are (paper, Section
+/// Updates voxels cell by cell, and leaves all other cuboids as they are (paper, Section
 /// VI: a contradicted cell is split at the resolution of the grid).
 CellWrites GrowthFusion::prepare(const VoxelStore::PendingChange& change, bool is_edit) {
   CellWriter writer(tree_, is_edit);

@@ -37,12 +37,12 @@ const char* toString(GrowthStarters starters) {
   return "changed";
 }
 
-/// A cell that grows. The tree changes when it has stopped only: what it has absorbed lies inside
-/// its box, where it does not look any more.
+/// A growing cell. The tree changes only when the cell has stopped: absorbed cuboids lie inside its
+/// box, where it does not look any more.
 struct GrowthFusion::Growth {
   CellBox box;
   Occupancy occupancy;
-  std::vector<CellBox> parts;  ///< The cuboids that it consists of, itself first.
+  std::vector<CellBox> parts;  ///< The absorbed cuboids, after itself.
 };
 
 void GrowthFusion::visitBox(const VoxelStore& /*voxels*/, const CellBox& window,
@@ -106,9 +106,9 @@ bool GrowthFusion::isAllFusible(const VoxelStore& voxels, const CellBox& box,
   });
 }
 
-/// Lets the starters grow, and grow again, until none of them can: in one pass every starter is
-/// tried once; those beside something that has fused are tried again in the next one.
-/// @param fused  Gets what has been fused, also what has been absorbed on the way.
+/// Grows the starters until none of them can: one pass tries each starter once; the next pass
+/// tries those beside a fused cuboid again.
+/// @param fused  Gets the fused cuboids, also those absorbed on the way.
 void GrowthFusion::grow(const VoxelStore& voxels, const std::vector<Cell>& observed,
                         std::vector<CellBox>& fused) {
   starters_.clear();
@@ -122,8 +122,8 @@ void GrowthFusion::grow(const VoxelStore& voxels, const std::vector<Cell>& obser
   }
 }
 
-/// Makes the cells fusible that have settled. @return These, and the cuboids around them, which
-/// could not grow as long as they were held.
+/// Makes settled cells fusible. @return These cells, and the cuboids around them, which could not
+/// grow before.
 std::vector<Cell> GrowthFusion::releaseSettled(const VoxelStore& voxels) {
   std::vector<Cell> cells;
   for (const Cell& cell : settling_.release(num_clouds_)) {
@@ -158,12 +158,12 @@ void GrowthFusion::tryCell(const VoxelStore& voxels, const Cell& cell,
   tried_.insert(growth.box.min);
   if (growth.parts.size() == 1) return;
   fused.push_back(growth.box);
-  tree_.reserve(0, growth.parts.size() - 1);  // From here on nothing can fail.
+  tree_.reserve(0, growth.parts.size() - 1);  // Nothing fails from here on.
   for (std::size_t i = 1; i < growth.parts.size(); ++i) (void)tree_.removeReserved(growth.parts[i]);
   (void)tree_.replace(growth.parts.front(), {growth.box, growth.occupancy});
 }
 
-/// One expansion (equation 5). @return Whether there was one that succeeds.
+/// One expansion (equation 5). @return Whether it succeeded.
 bool GrowthFusion::expand(const VoxelStore& voxels, Growth& growth) const {
   if (config_.search.order == SearchStrategy::Order::kLargestGain) {
     return expandMost(voxels, growth);
@@ -187,7 +187,7 @@ bool GrowthFusion::expandMost(const VoxelStore& voxels, Growth& growth) const {
   return true;
 }
 
-/// By how much a cell is to expand; nothing when it cannot.
+/// Slab by which a cell expands; nothing when it cannot.
 std::optional<CellBox> GrowthFusion::findSlab(const VoxelStore& voxels, SearchDirection direction,
                                               const Growth& growth) const {
   const int axis = direction.axis;
@@ -243,13 +243,13 @@ SearchDirections GrowthFusion::directionsOf(const CellBox& box) const {
   }
 }
 
-/// Starters that may be able to grow now, because something beside them has fused.
-/// @param first  Of `fused`, from which on to look.
+/// Starters that may be able to grow now, because a cell beside them has fused.
+/// @param first  Index in `fused` to start from.
 std::vector<Cell> GrowthFusion::findStartersBeside(const std::vector<CellBox>& fused,
                                                    std::size_t first) const {
   std::vector<Cell> cells;
   if (first == fused.size()) return cells;
-  if (config_.step != GrowthStep::kCell) {  // They look further than the next voxel.
+  if (config_.step != GrowthStep::kCell) {  // Larger steps look further than the next voxel.
     cells.assign(starters_.begin(), starters_.end());
   }
   for (std::size_t i = first; i < fused.size() && config_.step == GrowthStep::kCell; ++i) {

@@ -17,7 +17,7 @@
 
 namespace cuboid_mapping {
 
-/// The changes of the tree by new voxels, before any cell grows.
+/// Changes of the tree from new voxels, before any cell grows.
 struct CellWrites {
   /// A brick with changed voxels.
   struct BrickWrite {
@@ -27,10 +27,10 @@ struct CellWrites {
     BrickMask fusible;  ///< Stable voxels that do not settle, afterwards.
     bool is_reclassified;
   };
-  std::vector<BrickWrite> bricks;                    ///< In the order of the change.
-  std::vector<std::pair<CellBox, Cuboid>> replaced;  ///< A cuboid, and what takes its place.
-  std::vector<CellBox> removed;                      ///< Cuboids.
-  std::vector<Cuboid> added;                         ///< Cuboids.
+  std::vector<BrickWrite> bricks;                    ///< Bricks in the order of the change.
+  std::vector<std::pair<CellBox, Cuboid>> replaced;  ///< Cuboids and their replacements.
+  std::vector<CellBox> removed;                      ///< Removed cuboids.
+  std::vector<Cuboid> added;                         ///< Added cuboids.
   std::vector<CellBox> split;  ///< Cuboids of several voxels that cells leave.
 };
 
@@ -44,26 +44,26 @@ struct CellWrites {
 /// as large boxes, brick by brick. The result does not depend on the order (d, M) of the R-tree.
 class GrowthFusion : public CuboidTree {
  public:
-  /// @param model  That of the map: its clamping thresholds say which voxels are stable.
+  /// @param model  Sensor model of the map: its clamping thresholds say which voxels are stable.
   GrowthFusion(const GrowthConfig& config, const RTreeConfig& rtree, const SensorModel& model)
       : config_(config), model_(model), tree_(rtree), settling_(config.settle_clouds) {}
 
-  /// Computes the changes of the tree by new voxels, and reserves room for them.
+  /// Computes the changes of the tree from new voxels, and reserves memory for them.
   /// @param is_edit  Stable voxels that were unknown may be cuboids of several voxels.
   /// @throws std::bad_alloc  Nothing has changed then.
   [[nodiscard]] CellWrites prepare(const VoxelStore::PendingChange& change, bool is_edit);
-  /// The same for other clamping thresholds.
+  /// As above, for new clamping thresholds.
   [[nodiscard]] CellWrites prepare(const VoxelStore& voxels, const SensorModel& model);
-  /// Writes it to the tree. @pre Nothing has changed since.
+  /// Writes changes to the tree. @pre Nothing has changed since prepare().
   void commit(const CellWrites& writes) noexcept;
-  /// Takes other clamping thresholds, for which everything is written.
+  /// Sets clamping thresholds whose changes were committed.
   void setSensorModel(const SensorModel& model) noexcept { model_ = model; }
-  /// Lets cells grow after a cloud that is written. Where memory runs out, they stop.
-  /// @param changes  Gets the bricks of cells that have grown.
+  /// Grows cells after the changes of a cloud. If memory runs out, they stop.
+  /// @param changes  Gets the bricks of the cells that have grown.
   void grow(const VoxelStore& voxels, const ScanUpdate& update, const CellWrites& writes,
             ChangeSet& changes) noexcept;
 
-  /// The cuboids.
+  /// The R-tree of the cuboids.
   [[nodiscard]] const RTree& tree() const { return tree_; }
   void visitBox(const VoxelStore& voxels, const CellBox& window, CuboidFilter filter,
                 CuboidVisitor visit) const override;
@@ -73,7 +73,7 @@ class GrowthFusion : public CuboidTree {
   [[nodiscard]] std::size_t numLeafNodes(const VoxelStore& /*voxels*/) const override {
     return tree_.numLeafNodes();
   }
-  /// Without those of cells that settle.
+  /// Bytes without the settling cells.
   [[nodiscard]] std::size_t numBytes() const override {
     return tree_.numBytes() + fusible_.numBytes();
   }
@@ -113,7 +113,7 @@ class GrowthFusion : public CuboidTree {
   std::uint64_t num_clouds_ = 0;
   BrickTable<FusibleBrick> fusible_;  ///< Stable voxels that do not settle.
   SettlingCells settling_;
-  Cells starters_;  ///< Least cells of cuboids that are in T.
+  Cells starters_;  ///< Least cells of the cuboids in T.
   Cells tried_;     ///< Cells that could not grow in this pass.
 };
 

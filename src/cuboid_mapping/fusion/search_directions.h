@@ -7,11 +7,11 @@
 namespace cuboid_mapping {
 
 /// The order of Figure 5, see SearchStrategy::Order::kPaper.
-/// @param width  Of the cell, in voxels (w_i).
+/// @param width  Width of the cell in voxels (w_i).
 [[nodiscard]] SearchDirections paperDirections(const Cell& width);
 
 /// The voxels that an expansion adds to a cell: the expanded box without the box.
-/// @param depth  By how many voxels it expands, > 0.
+/// @param depth  Voxels of the expansion, > 0.
 [[nodiscard]] CellBox slabOf(const CellBox& box, SearchDirection direction, std::int32_t depth);
 
 }  // namespace cuboid_mapping

@@ -26,7 +26,7 @@ std::vector<Cell> SettlingCells::release(std::uint64_t cloud) {
     due_.erase(due_.begin());
     for (const Cell& cell : cells) {
       const auto last_change = last_change_.find(cell);
-      if (last_change->second + clouds_ > cloud) {  // It has changed meanwhile.
+      if (last_change->second + clouds_ > cloud) {  // The cell has changed meanwhile.
         due_[last_change->second + clouds_].push_back(cell);
         continue;
       }

@@ -11,28 +11,28 @@
 
 namespace cuboid_mapping {
 
-/// Cells that were split out of a fused cuboid, and have to keep their value for some clouds before
+/// Cells that were split out of a fused cuboid, and must keep their value for some clouds before
 /// they may fuse again: hysteresis, so that a voxel that flickers does not shatter and rebuild a
 /// large cuboid at every cloud. Not thread-safe.
 class SettlingCells {
  public:
-  /// @param clouds  That a value has to last, >= 0; with 0 no cell is held.
+  /// @param clouds  Clouds for which a value must last, >= 0; with 0 no cell is held.
   explicit SettlingCells(int clouds) : clouds_(static_cast<std::uint64_t>(clouds)) {}
 
   /// Holds cells of a brick from this cloud on.
   void hold(const Cell& brick, const BrickMask& cells, std::uint64_t cloud);
-  /// Tells that cells of a brick have changed their value: for those that are held the time starts
-  /// anew.
+  /// Notes that cells of a brick have changed their value: the time of held cells starts
+  /// again.
   void noteChanges(const Cell& brick, const BrickMask& cells, std::uint64_t cloud);
-  /// Lets go of the cells that have kept their value long enough. @return These, in the order in
+  /// Releases the cells that have kept their value long enough. @return These, in the order in
   /// which they were held. @complexity O(cells that are due).
   [[nodiscard]] std::vector<Cell> release(std::uint64_t cloud);
   /// The cells of a brick that are held.
   [[nodiscard]] BrickMask heldIn(const Cell& brick) const;
-  /// Lets go of all cells.
+  /// Releases all cells.
   void clear();
 
-  /// Cells that are held, in all bricks.
+  /// Number of held cells, in all bricks.
   [[nodiscard]] std::size_t size() const { return last_change_.size(); }
 
  private:
@@ -42,7 +42,7 @@ class SettlingCells {
   };
 
   std::uint64_t clouds_;
-  std::map<std::uint64_t, std::vector<Cell>> due_;  ///< Each held cell once, by the cloud to look.
+  std::map<std::uint64_t, std::vector<Cell>> due_;  ///< Held cells by the cloud of the next check.
   BrickTable<HeldBrick> held_;
   std::unordered_map<Cell, std::uint64_t, CellHash> last_change_;  ///< Cloud, of held cells.
 };

@@ -7,7 +7,7 @@
 namespace cuboid_mapping {
 namespace {
 
-/// Part of a voxel by which a face may miss a voxel face and still count as lying on it.
+/// Distance, in voxels, within which a face counts as lying on a voxel face.
 constexpr double kFaceTolerance = 1e-6;
 
 }  // namespace

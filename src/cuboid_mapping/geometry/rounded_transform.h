@@ -5,8 +5,8 @@
 
 namespace cuboid_mapping {
 
-/// To nine decimals, so that a pose with fewer stays what it is. tf gives a pose as it came while it is the newest, and
-/// interpolates as soon as there is a later one, which may change its last bits: enough to lift a sensor that is level
+/// Rounds to nine decimals; a pose with fewer stays as it is. tf returns its newest pose unchanged, but interpolates it once
+/// there is a later one, which may change the last bits: enough to lift a sensor that is level
 /// with a face of voxels.
 [[nodiscard]] inline Eigen::Isometry3d roundTransform(const Eigen::Isometry3d& transform) {
   Eigen::Isometry3d rounded;

@@ -7,7 +7,7 @@ namespace cuboid_mapping {
 namespace {
 
 constexpr double kTurnTolerance = 1e-9;
-constexpr double kShiftTolerance = 1e-6;  // Voxels.
+constexpr double kShiftTolerance = 1e-6;  // In voxels.
 
 Cell toCell(const Eigen::Vector3d& corner) {
   const Eigen::Vector3d inside = corner.cwiseMax(-Grid::kMaxCell).cwiseMin(Grid::kMaxCell);

@@ -9,15 +9,15 @@
 
 namespace cuboid_mapping {
 
-/// A turn by multiples of 90 degrees about the axes with a shift by whole voxels: takes voxels to voxels.
+/// A rotation by multiples of 90 degrees about the axes with a shift by whole voxels: maps voxels to voxels.
 class VoxelMotion {
  public:
-  /// The motion that a transform is: its turn within 1e-9, its shift within 1e-6 voxels.
-  /// @param T_target_map  Metres. @return Nothing for other transforms, among them those that are not finite.
+  /// The motion of a transform, whose rotation fits within 1e-9 and shift within 1e-6 voxels.
+  /// @param T_target_map  Metres. @return Nothing for other transforms, also for those that are not finite.
   [[nodiscard]] static std::optional<VoxelMotion> of(const Eigen::Isometry3d& T_target_map,
                                                      double resolution_m);
 
-  /// In units of voxels, with whole numbers.
+  /// The transform in units of voxels, with whole numbers.
   [[nodiscard]] const Eigen::Isometry3d& transform() const { return transform_; }
 
   /// The box after the motion, cut at kAllCells.

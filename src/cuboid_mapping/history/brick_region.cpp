@@ -40,7 +40,7 @@ void BrickRegion::add(const CellBox& box) {
   forEachBrick(box, [this](const Cell& brick) { add(brick); });
 }
 
-/// With a margin of a voxel for what float32 rounds.
+/// Adds a margin of a voxel for the rounding of float32.
 MetricBox BrickRegion::bounds(const Grid& grid) const {
   const Cell voxel{1, 1, 1};
   return grid.toMetricBox({bounds_.min - voxel, bounds_.max + voxel});

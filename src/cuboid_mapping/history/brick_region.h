@@ -12,7 +12,7 @@
 
 namespace cuboid_mapping {
 
-/// Some bricks of a map, which are made anew while the others stay: cuts clouds down to them.
+/// Bricks of a map that are rebuilt while the others stay: cuts clouds down to them.
 ///
 /// Const functions may run side by side.
 class BrickRegion {
@@ -28,9 +28,9 @@ class BrickRegion {
   /// Whether a brick may lie within a distance from a place. @complexity O(1).
   [[nodiscard]] bool isNear(const Grid& grid, const Eigen::Vector3d& place_map,
                             double distance_m) const;
-  /// Leaves out beams that cannot touch a brick. @param scan  Placed in the map. @complexity O(beams).
+  /// Removes beams that cannot touch a brick. @param scan  Placed in the map. @complexity O(beams).
   void cut(const Grid& grid, Scan& scan) const;
-  /// Leaves out what an update says about other bricks.
+  /// Removes other bricks from an update.
   void cut(ScanUpdate& update) const;
 
  private:

@@ -12,22 +12,22 @@
 
 namespace cuboid_mapping {
 
-/// Scans where the body is, without the points that the limits leave out. @param counts  Gets these.
+/// Scans placed by the body's pose, without points outside the limits. @param counts  Counts these points.
 [[nodiscard]] std::vector<Scan> placeScans(const Eigen::Isometry3d& T_map_body,
                                            const std::vector<Scan>& scans_body,
                                            const ScanLimits& limits, FilterCounts& counts);
 
-/// Puts clouds into a map: with several threads, beside the ray walk of the next one.
+/// Puts clouds into a map; with several threads, beside the ray walk of the next cloud.
 class CloudReplay {
  public:
-  /// @param map  Must outlive this object, and is to be read after settle() only.
+  /// @param map  Must outlive this object. Read it only after settle().
   explicit CloudReplay(CuboidMap& map) : map_(map) {}
 
-  /// What a cloud says. Does not see the map. @param config  Stays where it is as long as this object lives.
-  /// @param region  Where not null, all that it says about these bricks. @return Valid until the next call.
+  /// Observations of a cloud. Does not read the map. @param config  Must not move while this object lives.
+  /// @param region  Unless null, limits the observations to these bricks. @return Valid until the next call.
   const ScanUpdate& walk(const std::vector<Scan>& scans_body, const Eigen::Isometry3d& T_map_body,
                          const ObservationConfig& config, const BrickRegion* region = nullptr);
-  /// Puts a cloud into the map. @param region  Where not null, nothing else changes than these bricks.
+  /// Puts a cloud into the map. @param region  Unless null, only these bricks change.
   void put(const std::vector<Scan>& scans_body, const Eigen::Isometry3d& T_map_body,
            const ObservationConfig& config, const BrickRegion* region = nullptr);
   /// Waits for the last cloud.
@@ -39,7 +39,7 @@ class CloudReplay {
   CuboidMap& map_;
   std::map<const ObservationConfig*, ScanUpdater> updaters_;
   ScanUpdate update_;
-  BackgroundWork applying_;  ///< Last: it ends before what it works with goes.
+  BackgroundWork applying_;  ///< Last member: it ends before the others are destroyed.
 };
 
 }  // namespace cuboid_mapping

@@ -15,9 +15,9 @@ namespace {
 using Points = std::vector<Eigen::Vector3f>;
 
 constexpr float kMaxSteps = 1 << 30;
-/// Of zstd: higher ones take twice the time, and save 2 %.
+/// Level of zstd: higher ones take twice the time, and save 2 %.
 constexpr int kLevel = 1;
-/// A point takes three bytes at least before it is compressed; zstd makes 1 of 10,000 at most.
+/// Bound of the compression: a point takes at least three bytes, and zstd reaches at most 10,000 to 1.
 constexpr std::uint64_t kMaxRatio = 10000;
 
 /// All lists of positions of a scan.
@@ -113,7 +113,7 @@ std::vector<Scan> unpackScans(std::string_view bytes, double step_m) {
   return scans;
 }
 
-// A file without a name is a temporary one of SQLite.
+// An empty file name makes a temporary file of SQLite.
 KeptClouds::KeptClouds(double step_m)
     : step_m_(step_m),
       database_(std::make_unique<SqliteDatabase>("", SQLITE_OPEN_READWRITE | SQLITE_OPEN_CREATE)) {

@@ -158,7 +158,7 @@ void MapCorrection::Implementation::replace(const HistoryEvent& edit) {
   std::copy_if(edit.bricks.begin(), edit.bricks.end(), std::back_inserter(bricks),
                [&](const VoxelBrick& brick) { return only->contains(brick.brick); });
   map.voxels().forEachIn(edit.box, [&](const VoxelBrick& brick) {
-    if (!only->contains(brick.brick)) bricks.push_back(brick);  // It stays.
+    if (!only->contains(brick.brick)) bricks.push_back(brick);  // These bricks stay.
   });
   map.replace(edit.box, bricks);
 }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// A corrected map in the making.
+// A corrected map that is being built.
 #pragma once
 
 #include "cuboid_mapping/history/brick_region.h"
@@ -24,12 +24,12 @@ struct HistoryEvent {
   std::size_t num_bytes = 0;
   std::size_t num_points = 0;
   double reach_m = 0.0;  ///< Greatest distance of a point from the body.
-  // Of an edit:
+  // Members of an edit:
   CellBox box{};
-  CellBox whole{};  ///< The edit that this is a part of: what moves as one.
+  CellBox whole{};  ///< Box of the whole edit, whose parts move as one.
   std::vector<VoxelBrick> bricks;
-  std::vector<CellBox> locked;  ///< After it.
-  /// Boxes that it has locked and unlocked.
+  std::vector<CellBox> locked;  ///< Locks after the edit.
+  /// Boxes that the edit has locked and unlocked.
   ///@{
   std::vector<CellBox> newly_locked;
   std::vector<CellBox> newly_unlocked;
@@ -52,47 +52,47 @@ struct MapCorrection::Implementation {
     return newPose(cloud.pose).matrix() != cloud.pose.T_map_body.matrix();
   }
 
-  /// Motion of the body at a cloud; exactly nothing where it stays.
+  /// Motion of the body at a cloud; exactly the identity if it stays.
   [[nodiscard]] Eigen::Isometry3d motionOf(const HistoryEvent& cloud) const;
-  /// Voxels by which an edit moves after a cloud with this motion.
+  /// Shift of an edit, in voxels, after a cloud with this motion.
   [[nodiscard]] Cell shiftOf(const HistoryEvent& edit, const Eigen::Isometry3d& motion) const;
 
-  /// Begins with the map that the history begins with, in the region or everywhere.
+  /// Starts from the initial map of the history, in the region or everywhere.
   void beginMap(const CuboidMap& base);
 
-  /// Whether all is made anew as far as the next event goes.
+  /// Region of the next event; null if it is not limited.
   [[nodiscard]] const BrickRegion* regionOfNext() const {
     return is_local && poses.size() < num_before ? &region : nullptr;
   }
-  /// Whether the next event, a cloud, may touch what is made anew.
+  /// Whether the next event, a cloud, may touch rebuilt bricks.
   [[nodiscard]] bool concerns(const HistoryEvent& cloud) const;
-  /// Puts the next event in. @param packed  Empty for a cloud that touches nothing.
+  /// Applies the next event. @param packed  Empty for a cloud that touches nothing.
   void put(const HistoryEvent& event, const std::string& packed, double step_m,
            CloudReplay& replay);
 
   PoseTrack track;
   CorrectionRule rule;
   CuboidMap map;
-  /// What moves the clouds before the new poses, and those after them.
+  /// Motion of the clouds before the new poses, and after them.
   ///@{
   Eigen::Isometry3d T_new_first = Eigen::Isometry3d::Identity();
   Eigen::Isometry3d T_new_last = Eigen::Isometry3d::Identity();
   ///@}
   Eigen::Isometry3d motion =
-      Eigen::Isometry3d::Identity();  ///< Of the last cloud; at first, of the first one.
-  std::map<std::size_t, HistoryEvent> moved_edits;  ///< By their place among the events.
-  std::vector<Eigen::Isometry3d> poses;             ///< New ones of the events so far.
+      Eigen::Isometry3d::Identity();  ///< Motion of the last cloud; at first, of the first cloud.
+  std::map<std::size_t, HistoryEvent> moved_edits;  ///< Edits by their index among the events.
+  std::vector<Eigen::Isometry3d> poses;             ///< New poses of the events so far.
   std::size_t num_clouds = 0;
   std::size_t num_outside = 0;
   double max_shift_m = 0.0;
-  std::uint64_t start = 0;     ///< The restart() that it is of.
-  std::shared_ptr<void> hold;  ///< While it lives, events stay.
+  std::uint64_t start = 0;     ///< Number of the restart() that it belongs to.
+  std::shared_ptr<void> hold;  ///< Keeps events while it lives.
 
-  std::optional<MapSnapshot> current;  ///< Until the region is known.
+  std::optional<MapSnapshot> current;  ///< Current map until the region is known.
   bool is_local = false;               ///< Whether bricks outside the region stay.
-  BrickRegion region;                  ///< What moved clouds touch, with old and new poses.
-  std::size_t num_before = 0;          ///< Events that are in `current`.
-  std::size_t num_stayed = 0;          ///< Bricks.
+  BrickRegion region;                  ///< Bricks touched by moved clouds, with old and new poses.
+  std::size_t num_before = 0;          ///< Number of events in `current`.
+  std::size_t num_stayed = 0;          ///< Number of bricks that stayed.
 
  private:
   void putEdit(const HistoryEvent& edit);

@@ -29,7 +29,7 @@ bool isSame(const ObservationConfig& a, const ObservationConfig& b) {
          a.clears == b.clears;
 }
 
-/// Notes how many points a cloud has, and how far its beams reach.
+/// Notes the number of points of a cloud, and the reach of its beams.
 void measure(const std::vector<Scan>& scans, HistoryEvent& event) {
   double reach_m = 0.0;
   for (const Scan& scan : scans) {
@@ -42,7 +42,7 @@ void measure(const std::vector<Scan>& scans, HistoryEvent& event) {
   event.reach_m = reach_m;
 }
 
-/// What moves a body at a time; exactly nothing where the poses are equal.
+/// Motion of a body at a time; exactly the identity if the poses are equal.
 Eigen::Isometry3d findMotion(const PoseTrack& old, const PoseTrack& poses, std::int64_t stamp_ns) {
   const Eigen::Isometry3d T_map_old = old.at(stamp_ns);
   const Eigen::Isometry3d T_map_new = poses.at(stamp_ns);
@@ -60,7 +60,7 @@ std::string describeTimes(std::int64_t begin_ns, std::int64_t end_ns) {
   return text.str();
 }
 
-/// The cells of some boxes that are in none of others.
+/// The cells of `boxes` that lie in none of the others.
 std::vector<CellBox> subtract(const std::vector<CellBox>& boxes,
                               const std::vector<CellBox>& others) {
   LockedBoxes left;
@@ -90,7 +90,7 @@ struct MapHistory::Implementation {
     events.push_back(std::move(event));
   }
 
-  /// Finds what an edit has locked and unlocked.
+  /// Notes the boxes that an edit has locked and unlocked.
   void noteLocks(HistoryEvent& edit) {
     edit.newly_locked = subtract(edit.locked, locked);
     edit.newly_unlocked = subtract(locked, edit.locked);
@@ -121,7 +121,7 @@ struct MapHistory::Implementation {
     return 1e-9 * static_cast<double>(newest_ns - oldest->pose.stamp_ns) > limits.max_age_s;
   }
 
-  /// The oldest event becomes a part of the map that is begun with.
+  /// Puts the oldest event into the initial map.
   void fixOldest() {
     const HistoryEvent& event = events.front();
     if (event.isCloud()) {
@@ -141,7 +141,7 @@ struct MapHistory::Implementation {
     ++first;
   }
 
-  /// Old poses of the body, where a cloud was.
+  /// Old poses of the body at the clouds.
   [[nodiscard]] PoseTrack oldTrack() const {
     std::vector<StampedPose> poses;
     for (const HistoryEvent& event : events) {
@@ -162,13 +162,13 @@ struct MapHistory::Implementation {
     throw std::runtime_error("the whole map was replaced meanwhile, by another call: call again");
   }
 
-  /// Takes the next event that a correction has not. @return Whether there is one.
+  /// Takes the next event that a correction lacks. @return Whether there is one.
   bool takeNext(const MapCorrection::Implementation& correction, HistoryEvent& event,
                 std::string& packed) const {
     const std::lock_guard<std::mutex> lock(mutex);
     return takeNextLocked(correction, event, packed);
   }
-  /// @param packed  Empty for an edit, and for a cloud that touches nothing of what is made anew.
+  /// @param packed  Empty for an edit, and for a cloud that touches no rebuilt brick.
   bool takeNextLocked(const MapCorrection::Implementation& correction, HistoryEvent& event,
                       std::string& packed) const {
     check(correction);
@@ -180,7 +180,7 @@ struct MapHistory::Implementation {
     return true;
   }
 
-  /// Finds how the first cloud moves. @return Whether so little moves that other bricks may stay.
+  /// Finds the motion of the first cloud. @return Whether so few clouds move that other bricks may stay.
   [[nodiscard]] bool prepareMotion(MapCorrection::Implementation& correction) const {
     std::size_t num_moved = 0;
     bool is_edit_moved = false;
@@ -198,7 +198,7 @@ struct MapHistory::Implementation {
            static_cast<double>(num_moved) <= kMaxMoved * static_cast<double>(num_clouds);
   }
 
-  /// Finds the bricks that moved clouds touch, and lets all others stay as they are.
+  /// Finds the bricks touched by moved clouds; all others stay.
   void findRegion(MapCorrection::Implementation& correction,
                   const ProgressListener& listener) const {
     CloudReplay replay(correction.map);
@@ -230,20 +230,20 @@ struct MapHistory::Implementation {
 
   mutable std::mutex mutex;
   HistoryLimits limits;
-  CuboidMap base;  ///< What the map has begun with, and what is fixed.
+  CuboidMap base;  ///< The initial map with the fixed clouds.
   KeptClouds clouds;
   std::deque<HistoryEvent> events;
   std::uint64_t first = 0;  ///< Number of the first event.
   std::vector<std::shared_ptr<const ObservationConfig>> configs;
   CloudReplay fixing{base};
-  std::vector<CellBox> locked;  ///< After the last edit.
-  std::uint64_t start = 0;      ///< Calls of restart().
+  std::vector<CellBox> locked;  ///< Locks after the last edit.
+  std::uint64_t start = 0;      ///< Number of calls of restart().
   std::int64_t newest_ns = std::numeric_limits<std::int64_t>::min();
   std::size_t num_clouds = 0;
   std::uint64_t num_bytes = 0;
   std::uint64_t num_points = 0;
   std::uint64_t num_fixed = 0;
-  std::shared_ptr<int> hold = std::make_shared<int>();  ///< Others have it as long as events stay.
+  std::shared_ptr<int> hold = std::make_shared<int>();  ///< Shared while events must stay.
 };
 
 MapHistory::MapHistory(const MapConfig& config, double step_m, const HistoryLimits& limits)

@@ -13,7 +13,7 @@
 namespace cuboid_mapping {
 namespace {
 
-/// 292 years.
+/// Bound of stamps: 292 years.
 constexpr double kMaxStamp_s = 9e9;
 
 std::optional<double> toNumber(const std::string& word) {
@@ -24,7 +24,7 @@ std::optional<double> toNumber(const std::string& word) {
   return number;
 }
 
-/// A double of today's stamps has steps of 240 ns: the decimals are read apart.
+/// Parses the decimals apart: a double of today's stamps has steps of 240 ns.
 std::optional<std::int64_t> toNanoseconds(const std::string& word) {
   const auto seconds = toNumber(word);
   if (!seconds || std::abs(*seconds) > kMaxStamp_s) return std::nullopt;

@@ -14,9 +14,9 @@
 namespace cuboid_mapping {
 namespace {
 
-/// As files of poses have rotations: with some digits only.
+/// Tolerance for rotations in files of poses, which have few digits.
 constexpr double kRotationTolerance = 1e-3;
-/// How far a matrix is from a rotation.
+/// Deviation of a matrix from a rotation.
 double findStretch(const StampedPose& pose) {
   const Eigen::Matrix3d matrix = pose.T_map_body.linear();
   return (matrix * matrix.transpose() - Eigen::Matrix3d::Identity()).norm();

@@ -19,11 +19,11 @@ constexpr Ending kEndings[] = {{".scene", SceneFormat::kMoveit}, {".yaml", Scene
                                {".yml", SceneFormat::kCurobo},   {".world", SceneFormat::kWorld},
                                {".sdf", SceneFormat::kSdf},      {".urdf", SceneFormat::kUrdf}};
 
-/// Three numbers with something between them.
+/// Three numbers with a separator.
 std::string row(const Eigen::Vector3d& vector, const char* separator = " ") {
   std::ostringstream out;
   out.imbue(std::locale::classic());
-  out.precision(12);  // Millimetres far from the origin, too.
+  out.precision(12);  // Exact to millimetres far from the origin.
   out << vector.x() << separator << vector.y() << separator << vector.z();
   return out.str();
 }
@@ -46,7 +46,7 @@ std::string toXml(const std::string& text) {
   return escaped;
 }
 
-/// On one line: a frame that is not there is called map.
+/// Name of the frame on one line; "map" if it is empty.
 std::string nameOfFrame(const std::string& frame_id) {
   std::string name = frame_id.empty() ? "map" : frame_id;
   std::replace_if(

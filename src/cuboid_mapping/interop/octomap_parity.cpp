@@ -12,7 +12,7 @@ namespace {
 
 octomap::point3d toPoint(const Eigen::Vector3f& point) { return {point.x(), point.y(), point.z()}; }
 
-/// The voxels of a leaf, which may be a pruned one.
+/// Voxels of a leaf, which may be pruned.
 CellBox leafBox(const octomap::OcTree::leaf_iterator& leaf, const octomap::OcTree& tree) {
   const octomap::OcTreeKey key = leaf.getIndexKey();
   const std::int32_t edge = 1 << (tree.getTreeDepth() - leaf.getDepth());

@@ -22,7 +22,7 @@ std::vector<float> collectLogOdds(const VoxelBrick* first, const VoxelBrick* las
   return sorted;
 }
 
-/// The place of the log-odds of each known voxel in the list of all.
+/// Writes, for each known voxel, the index of its log-odds in the list.
 void writeIndices(const PackedVoxels& voxels, const std::vector<float>& log_odds,
                   ByteWriter& bytes) {
   std::array<std::uint32_t, kBrickVoxels> places{};

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Bricks as bytes, column by column: the one content of native files, pages of a store, and messages of maps, which
-// doc/file_format.md describes. Compression and counts are up to those who use it. Part of cuboid_mapping::core.
+// Bricks as bytes, column by column: the content of native files, of pages of a store, and of messages of maps, see
+// doc/file_format.md. Compression and counts are left to the callers. Part of cuboid_mapping::core.
 #pragma once
 
 #include "cuboid_mapping/io/byte_stream.h"
@@ -12,11 +12,11 @@
 
 namespace cuboid_mapping {
 
-/// Bytes of a brick at least: its place, its known voxels, and the log-odds of one, or the occupied voxels.
+/// Minimum number of bytes of a brick: its place, its known voxels, and one log-odds or the occupied voxels.
 constexpr std::size_t kLeastBrickBytes = 3 + sizeof(BrickMask) + 1;
 
-/// Appends bricks. @param has_values  false: their classes only. @param listener  Is told of bricks.
-/// @return Different log-odds; 0 without values. @complexity O(n) for n voxels.
+/// Appends bricks. @param has_values  false: only their classes. @param listener  Reports bricks.
+/// @return Number of different log-odds; 0 without values. @complexity O(n) for n voxels.
 std::size_t encodeBricks(const VoxelBrick* first, const VoxelBrick* last, bool has_values,
                          ByteWriter& bytes, const ProgressListener& listener = {});
 
@@ -35,7 +35,7 @@ void writeMask(const BrickMask& mask, ByteWriter& bytes);
 /// The log-odds that an index names. @throws MapFileError  as decodeBricks().
 [[nodiscard]] float readLogOdds(const std::vector<float>& log_odds, ByteReader& bytes);
 
-/// Writes numbers as their differences.
+/// Writes the differences of successive numbers.
 class DifferenceWriter {
  public:
   explicit DifferenceWriter(ByteWriter& bytes) : bytes_(bytes) {}

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Numbers in little-endian byte order, whatever the machine's.
+// Numbers in little-endian byte order on every machine.
 #pragma once
 
 #include "cuboid_mapping/io/map_file_error.h"
@@ -12,14 +12,14 @@
 
 namespace cuboid_mapping {
 
-/// @throws MapFileError (kCorrupted) that says what is wrong, and what to do.
+/// @throws MapFileError (kCorrupted) that names the defect and the cure.
 [[noreturn]] inline void failCorrupted(const std::string& what) {
   throw MapFileError(
       MapFileDefect::kCorrupted,
       "is damaged: " + what + ". Take another copy of the file, or save the map again");
 }
 
-/// Small numbers for those near zero, on either side; and back.
+/// Maps numbers near zero, on either side, to small numbers; and back.
 ///@{
 [[nodiscard]] constexpr std::uint32_t toZigzag(std::int32_t value) {
   return static_cast<std::uint32_t>(value) << 1 ^ static_cast<std::uint32_t>(value >> 31);

@@ -31,7 +31,7 @@ double meanProbability(const std::vector<VoxelBrick>& bricks, const CellBox& box
   return sum / box.numVoxels();
 }
 
-/// The bricks in which cuboids lie.
+/// Bricks that hold cuboids.
 std::unordered_set<Cell, CellHash> bricksOf(const std::vector<Cuboid>& cuboids) {
   std::unordered_set<Cell, CellHash> bricks;
   for (const Cuboid& cuboid : cuboids) {
@@ -45,14 +45,14 @@ class CsvText {
  public:
   explicit CsvText(double resolution_m) : grid_(resolution_m) {
     out_.exceptions(
-        std::ios::badbit);  // Without memory it would leave the rest out, and say nothing.
+        std::ios::badbit);  // Without this, the stream silently drops text when memory is short.
     out_.imbue(std::locale::classic());
     out_ << "min_x,min_y,min_z,max_x,max_y,max_z,probability,class\n";
   }
 
   void add(const Cuboid& cuboid, double probability) {
     const MetricBox box = grid_.toMetricBox(cuboid.box);
-    out_.precision(12);  // Millimetres far from the origin, too.
+    out_.precision(12);  // Exact to millimetres far from the origin.
     for (const Eigen::Vector3d& corner : {box.min_m, box.max_m}) {
       for (int axis = 0; axis < 3; ++axis) out_ << corner[axis] << ',';
     }

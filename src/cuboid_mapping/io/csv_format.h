@@ -10,11 +10,11 @@
 
 namespace cuboid_mapping {
 
-/// A line of names, then for each cuboid the faces in metres (map frame), the probability, and
+/// Writes a header line, then for each cuboid the faces in metres (map frame), the probability, and
 /// "free" or "occupied": MapSnapshot::cuboids, then those of FusionKind::kClass of all other bricks.
-/// @param listener  Is told of bricks.
+/// @param listener  Reports bricks.
 [[nodiscard]] std::string toCsv(const MapSnapshot& snapshot, const ProgressListener& listener);
-/// The same for cuboids of a map, such as joined ones, in their order.
+/// As above, for cuboids of a map, such as joined ones, in their order.
 [[nodiscard]] std::string toCsv(const CuboidMap& map, const std::vector<Cuboid>& cuboids);
 
 }  // namespace cuboid_mapping

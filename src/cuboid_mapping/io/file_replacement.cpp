@@ -18,7 +18,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// To open a pipe does not wait for its other end.
+// Opening a pipe with these flags does not wait for its other end.
 constexpr int kForReading = O_RDONLY | O_NONBLOCK | O_CLOEXEC;
 constexpr int kForWriting = O_WRONLY | O_CREAT | O_TRUNC | O_NONBLOCK | O_CLOEXEC;
 
@@ -29,7 +29,7 @@ constexpr int kForWriting = O_WRONLY | O_CREAT | O_TRUNC | O_NONBLOCK | O_CLOEXE
   throw MapFileError(MapFileDefect::kInaccessible, text);
 }
 
-/// A descriptor that is closed at the end.
+/// A descriptor that is closed by the destructor.
 class Descriptor {
  public:
   Descriptor(const std::string& file, int flags) : descriptor_(open(file.c_str(), flags, 0666)) {}
@@ -41,14 +41,14 @@ class Descriptor {
 
   [[nodiscard]] int get() const { return descriptor_; }
   [[nodiscard]] bool isOpen() const { return descriptor_ >= 0; }
-  /// @return Whether all that was written arrived.
+  /// @return Whether all written bytes arrived.
   bool close() { return ::close(std::exchange(descriptor_, -1)) == 0; }
 
  private:
   int descriptor_;
 };
 
-/// Removes a file at the end, unless told to keep it.
+/// Removes a file in the destructor, unless told to keep it.
 class Removal {
  public:
   explicit Removal(std::string file) : file_(std::move(file)) {}
@@ -72,14 +72,14 @@ void writeAll(const Descriptor& descriptor, std::string_view bytes, const std::s
   }
 }
 
-/// Onto the disk, where the file system can do that. @return Whether it is there; errno says why not.
+/// Flushes to the disk, if the file system can. @return Whether this succeeded; errno says why not.
 bool synchronize(const std::string& path, int flags) {
   Descriptor descriptor(path, flags);
   if (!descriptor.isOpen()) return false;
   return (fsync(descriptor.get()) == 0 || errno == EINVAL) && descriptor.close();
 }
 
-/// A device or a pipe may never end, and must not be replaced.
+/// Refuses devices and pipes: they may never end, and must not be replaced.
 void requireRegular(const struct stat& status, const std::string& action, const std::string& file) {
   if (S_ISREG(status.st_mode)) return;
   if (S_ISDIR(status.st_mode)) fail(action, file, EISDIR);
@@ -143,10 +143,10 @@ void replaceFile(const std::string& file, std::string_view bytes) {
 void replaceFile(const std::string& file, const std::function<void(const std::string&)>& write) {
   const std::string partial = partialOf(file);
   Removal removal(partial);
-  // Here, because not everything that writes files says why it cannot.
+  // Checked here, because not every writer says why it fails.
   if (!Descriptor(partial, kForWriting).isOpen()) fail("cannot write", file, errno);
   write(partial);
-  // So that the new name never stands for bytes that are not there yet.
+  // The new name must never stand for bytes that are not on the disk yet.
   if (!synchronize(partial, O_RDONLY | O_CLOEXEC)) fail("cannot write", file, errno);
   if (std::rename(partial.c_str(), file.c_str()) != 0) fail("cannot write", file, errno);
   removal.cancel();

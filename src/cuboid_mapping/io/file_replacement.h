@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Whole files: read at once, and replaced as a whole or not at all.
+// Files that are read at once, and replaced as a whole or not at all.
 #pragma once
 
 #include "cuboid_mapping/io/map_file_error.h"
@@ -18,18 +18,18 @@ namespace cuboid_mapping {
     const std::string& file, std::uint64_t max_bytes = std::numeric_limits<std::uint64_t>::max());
 
 /// Replaces the content of a file, all of it or none: a reader finds the old content or the new one,
-/// also after the program or the machine has died on the way.
+/// also after a crash of the program or the machine.
 ///
-/// The content goes to FILE.partial in the same folder, onto the disk, and then takes the place of
-/// FILE. After an error FILE is as it was and FILE.partial is gone; after a sudden death the latter
+/// Writes FILE.partial in the same folder, flushes it to the disk, and renames it to
+/// FILE. After an error FILE is as it was and FILE.partial is gone; after a crash the latter
 /// may stay, and the next call overwrites it. Two calls for one file must not run side by side.
 ///
 /// @throws MapFileError (kInaccessible) with the system's reason: an unwritable folder, a path that
 ///         is a folder, a device or a pipe, a full disk.
 void replaceFile(const std::string& file, std::string_view bytes);
 
-/// As above, for content that something else writes.
-/// @param write  Writes the file whose name it gets; what it throws is passed on.
+/// As above, for content written by a function.
+/// @param write  Writes the file whose name it gets; its exceptions are passed on.
 void replaceFile(const std::string& file, const std::function<void(const std::string&)>& write);
 
 /// Whether replaceFile() could begin, for programs that work long before they write.

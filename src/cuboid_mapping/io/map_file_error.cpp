@@ -37,7 +37,7 @@ std::vector<VoxelBrick> bricksOf(const std::vector<UniformBox>& boxes,
     if (!std::isfinite(log_odds)) {
       fail(MapFileDefect::kCorrupted, "box ", box, " has log-odds ", log_odds);
     }
-    num_bricks += numBricks(box) - 1.0;  // Small ones share theirs: these are counted below.
+    num_bricks += numBricks(box) - 1.0;  // Small boxes share bricks, which are counted below.
   }
   const auto limit = static_cast<double>(limits.max_bricks);
   if (num_bricks <= limit) {

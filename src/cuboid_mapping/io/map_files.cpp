@@ -34,12 +34,12 @@ constexpr FormatName kFormats[] = {
 };
 
 std::size_t numBytesOf(const std::string& file) {
-  std::error_code error;  // Somebody else may have taken the file away.
+  std::error_code error;  // Another program may have removed the file.
   const auto num_bytes = std::filesystem::file_size(file, error);
   return error ? 0 : num_bytes;
 }
 
-/// @param is_octree_expected  By the name of the file.
+/// @param is_octree_expected  Whether the file has the name of an octree.
 MapFile decode(const std::string& bytes, bool is_octree_expected, const SensorModelConfig& model,
                const SnapshotLimits& limits) {
   if (bytes.empty()) throw MapFileError(MapFileDefect::kTruncated, "is empty");

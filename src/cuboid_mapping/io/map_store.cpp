@@ -50,7 +50,7 @@ MapSnapshot withoutBricks(const MapSnapshot& map) {
   return {map.resolution_m, map.sensor_model, map.environment, map.frame_id, {}, map.progress};
 }
 
-/// The bricks of a page, of bricks along the Morton curve, where those of a page are neighbours.
+/// Bricks of a page. @param bricks  Along the Morton curve, where bricks of one page are neighbours.
 std::vector<VoxelBrick> bricksIn(const std::vector<VoxelBrick>& bricks, const Cell& page) {
   const auto first = std::lower_bound(bricks.begin(), bricks.end(), page, isBefore);
   const auto last = std::find_if(
@@ -71,7 +71,7 @@ MapStore::MapStore(const std::string& file, StoreAccess access) : file_(file) {
   const bool is_writer = access == StoreAccess::kWrite;
   const int flags = is_writer ? SQLITE_OPEN_READWRITE | SQLITE_OPEN_CREATE : SQLITE_OPEN_READONLY;
   database_ = std::make_unique<SqliteDatabase>(file, flags);
-  // Before anything is read; the lock then comes, and stays, with the first transaction.
+  // Must come before the first read; the first transaction takes the lock, and keeps it.
   if (is_writer) database_->run("PRAGMA locking_mode = EXCLUSIVE");
   const bool is_empty = database_->readNumber("SELECT count(*) FROM sqlite_master") == 0 &&
                         database_->readNumber("PRAGMA application_id") == 0;

@@ -13,13 +13,13 @@ constexpr std::string_view kMagic(
     "\x89"
     "CUB\r\n\x1a\n",
     8);
-/// The same format: a map without locks can be read by older programs.
+/// Version of maps without locks, which older programs can read.
 constexpr std::uint32_t kVersionWithoutLocks = 2;
 constexpr std::size_t kMaxFrameIdBytes = 255;
 constexpr int kCompressionLevel = 3;
-/// Bytes of a box before compression, at least: one for each column.
+/// Minimum size of a box before compression: one byte for each column.
 constexpr std::uint64_t kBoxBytes = 6;
-/// The same of a cuboid of version 1, with its log-odds.
+/// Minimum size of a cuboid of version 1, with its log-odds.
 constexpr std::uint64_t kCuboidBytes = kBoxBytes + 1;
 
 [[noreturn]] void failWith(MapFileDefect defect, const std::string& text) {
@@ -40,9 +40,9 @@ void encodeBoxes(const std::vector<CellBox>& boxes, ByteWriter& payload) {
   }
 }
 
-/// The numbers of a header that a snapshot does not have.
+/// Numbers of a header that are not part of a snapshot.
 struct Sizes {
-  std::uint64_t num_items;  ///< Bricks; of version 1 cuboids.
+  std::uint64_t num_items;  ///< Bricks; in version 1, cuboids.
   std::uint64_t num_log_odds;
   std::uint64_t payload_bytes;
   std::uint64_t compressed_bytes;
@@ -69,7 +69,7 @@ std::string encodeHeader(const MapSnapshot& snapshot, const Sizes& sizes) {
   return header.take();
 }
 
-/// Magic number and version, which stand at the same place in all versions.
+/// Magic number and version, at the same place in all versions.
 std::uint32_t readVersion(std::string_view bytes, ByteReader& reader) {
   if (!isNativeFormat(bytes)) {
     const bool is_start = !bytes.empty() && kMagic.substr(0, bytes.size()) == bytes;
@@ -114,7 +114,7 @@ Sizes decodeHeader(std::string_view bytes, ByteReader& reader, MapSnapshot& snap
   return sizes;
 }
 
-/// @param item_bytes  Of an item before compression, at least.
+/// @param item_bytes  Minimum size of an item before compression.
 void checkClaims(const Sizes& sizes, std::uint64_t item_bytes, const SnapshotLimits& limits) {
   if (sizes.payload_bytes > limits.max_bytes) {
     failWith(MapFileDefect::kTooBig,
@@ -137,7 +137,7 @@ void checkClaims(const Sizes& sizes, std::uint64_t item_bytes, const SnapshotLim
   }
 }
 
-/// Inverse of encodeBoxes(). @param boxes  As many as there are.
+/// Inverse of encodeBoxes(). @param boxes  Has the right size.
 void decodeBoxes(ByteReader& reader, std::vector<CellBox>& boxes) {
   for (int axis = 0; axis < 3; ++axis) {
     DifferenceReader coordinates(reader);
@@ -160,7 +160,7 @@ std::vector<CellBox> decodeLocks(ByteReader& reader) {
   return boxes;
 }
 
-/// Version 1 had cuboids, each with a log-odds of its own.
+/// Cuboids of version 1, each with its own log-odds.
 std::vector<UniformBox> decodeCuboids(ByteReader& reader, const Sizes& sizes) {
   const std::vector<float> log_odds = decodeLogOdds(sizes.num_log_odds, reader);
   std::vector<CellBox> boxes(sizes.num_items);
@@ -214,7 +214,7 @@ MapSnapshot fromNativeFormat(std::string_view bytes, const SnapshotLimits& limit
     if (version > kVersionWithoutLocks) snapshot.locked = decodeLocks(content);
     if (content.numLeft() != 0) failCorrupted("there is more data after its content");
   } catch (const MapFileError& error) {
-    // The file is complete, so what ends too early in it was never right.
+    // The file is complete, so content that ends too early was never valid.
     if (error.defect() == MapFileDefect::kTruncated) failCorrupted("its content ends too early");
     throw;
   }

@@ -12,23 +12,23 @@
 
 namespace cuboid_mapping {
 
-/// Newest version of the format, written where voxels are locked, else version 2; all up to it can be read.
+/// Newest version of the format, for maps with locks; other maps have version 2. All older versions can be read.
 constexpr std::uint32_t kNativeFormatVersion = 3;
 
-/// Whether bytes begin as a file of this format does.
+/// Whether bytes begin as a file of this format.
 [[nodiscard]] bool isNativeFormat(std::string_view bytes);
 
 /// A snapshot as the bytes of a file. Equal maps give equal bytes.
-/// @pre findFault() finds none. A frame_id is cut after 255 bytes. @param listener  Is told of bricks. @complexity O(n).
+/// @pre findFault() finds none. A frame_id is cut after 255 bytes. @param listener  Reports bricks. @complexity O(n).
 [[nodiscard]] std::string toNativeFormat(const MapSnapshot& snapshot,
                                          const ProgressListener& listener = {});
 
 /// Inverse of toNativeFormat(); reads versions 1 and 2, too.
 ///
 /// @throws MapFileError: kForeign for another magic number, kNewerVersion, kTruncated, kCorrupted
-///         for a wrong checksum, a value that cannot be, or (version 1) cuboids that overlap, kTooBig where
-///         more is claimed than the limits allow. Memory stays within what SnapshotLimits::ofMemory()
-///         says.
+///         for a wrong checksum, an invalid value, or (version 1) cuboids that overlap, kTooBig where
+///         more is claimed than the limits allow. Memory stays within the bound of
+///         SnapshotLimits::ofMemory().
 [[nodiscard]] MapSnapshot fromNativeFormat(std::string_view bytes,
                                            const SnapshotLimits& limits = {});
 

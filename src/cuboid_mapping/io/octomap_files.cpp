@@ -19,7 +19,7 @@ constexpr std::string_view kBinaryFirstLine = "# Octomap OcTree binary file";
   throw MapFileError(defect, text);
 }
 
-/// The shortest decimal number that reads back as the same, of at least six digits.
+/// The shortest decimal number, with at least six digits, that reads back as the same.
 std::string formatResolution(double resolution_m) {
   for (int precision = 6;; ++precision) {
     std::ostringstream out;
@@ -38,7 +38,7 @@ struct OctreeHeader {
   std::size_t end = 0;  ///< Offset of the first node.
 };
 
-/// Takes the next line. @throws kTruncated where no line ends any more.
+/// Takes the next line. @throws kTruncated if no line ends there.
 std::string_view takeLine(std::string_view bytes, std::size_t& position) {
   const std::size_t end = bytes.find('\n', position);
   if (end == std::string_view::npos) {
@@ -79,7 +79,7 @@ OctreeHeader readHeader(std::string_view bytes) {
   return header;
 }
 
-/// Bytes of a node of a full tree behind log-odds and children.
+/// Bytes of a node of a full tree after log-odds and children.
 std::size_t extraBytesOf(const std::string& id) {
   if (id == "OcTree" || id == "OcTreeStamped") return 0;
   if (id == "ColorOcTree") return 3;
@@ -100,7 +100,7 @@ OctreeContent readNodes(const OctreeHeader& header, std::string_view nodes,
                    counted(nodes.size(), "byte") +
                    ": it was not copied or written completely, or is damaged");
   }
-  // A leaf takes a part of the memory of a brick.
+  // A leaf takes less memory than a brick.
   const std::size_t max_nodes = 4 * limits.max_bricks;
   if (header.is_binary) return readBinaryOctree(nodes, model.min(), model.max(), max_nodes);
   return readFullOctree(nodes, extra_bytes, max_nodes);

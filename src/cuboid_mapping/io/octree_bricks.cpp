@@ -17,7 +17,7 @@ std::uint64_t orderOf(const Cell& brick) {
          spreadBits(number(brick.z)) << 2;
 }
 
-/// Places of the voxels of a brick in the order of an octree.
+/// Indices of the voxels of a brick in the order of an octree.
 constexpr std::array<std::uint16_t, kBrickVoxels> makePlaces() {
   std::array<std::uint16_t, kBrickVoxels> places{};
   for (std::uint32_t voxel = 0; voxel < kBrickVoxels; ++voxel) {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Bricks in the order in which an octree has them.
+// Bricks in the order of an octree.
 #pragma once
 
 #include "cuboid_mapping/geometry/brick.h"
@@ -11,17 +11,17 @@
 
 namespace cuboid_mapping {
 
-/// Levels of the octree above the bricks, and inside of one.
+/// Levels of the octree above the bricks, and inside a brick.
 constexpr int kBrickDepth = 13;
 constexpr int kLevelsInBrick = kOctreeDepth - kBrickDepth;
 
-/// A brick, by its place in an octree.
+/// A brick with its place in an octree.
 struct OctreeBrick {
   std::uint64_t order;  ///< Three bits for each level, the root's children highest.
   const PackedVoxels* voxels;
 };
 
-/// Bricks by their order.
+/// Bricks ordered by their place in an octree.
 struct OctreeBricks {
   std::vector<OctreeBrick> bricks;
   double num_left_out = 0.0;  ///< Voxels outside kOctreeCells.
@@ -29,16 +29,16 @@ struct OctreeBricks {
 
 [[nodiscard]] OctreeBricks sortForOctree(const std::vector<VoxelBrick>& bricks);
 
-/// Least cell of the brick of an order.
+/// Least cell of the brick at a place.
 [[nodiscard]] Cell brickAt(std::uint64_t order);
 
 /// The voxels of a brick in the order of an octree: bit 3 i of the index is bit i of x, bit 3 i + 1
 /// of y, bit 3 i + 2 of z. So a word of `known` is a child of the brick, and a byte a child of that.
 struct OctreeVoxels {
-  std::array<float, kBrickVoxels> log_odds;  ///< Only of known voxels.
+  std::array<float, kBrickVoxels> log_odds;  ///< Log-odds of known voxels.
   std::array<std::uint64_t, 8> known;
 
-  /// A bit for each of `count` voxels from a place on, which is a multiple of it; up to 64.
+  /// Known voxels, one bit each, of `count` voxels (at most 64) from a place that is a multiple of it.
   [[nodiscard]] std::uint64_t knownFrom(std::uint32_t place, std::uint32_t count) const {
     const std::uint64_t word = known[place / 64] >> (place & 63U);
     return count == 64 ? word : word & ((1ULL << count) - 1);

@@ -9,7 +9,7 @@
 namespace cuboid_mapping {
 namespace {
 
-/// A node, by its least cell.
+/// A node with its least cell.
 struct Place {
   Cell min;
   int depth;

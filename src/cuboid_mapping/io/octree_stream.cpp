@@ -122,8 +122,8 @@ class LeafSink {
   std::vector<OctreeLeaf>& leaves_;
 };
 
-/// Walks the octree of bricks depth first, and tells a sink of its nodes. Eight leaves of one value
-/// are undone and become one.
+/// Walks the octree of bricks depth first, and passes its nodes to a sink. Eight leaves of one value
+/// are replaced by one leaf.
 template <typename SinkT>
 class OctreeWalk {
  public:
@@ -141,9 +141,9 @@ class OctreeWalk {
     return sorted_.bricks.data() + sorted_.bricks.size();
   }
 
-  /// @param candidates  A bit for each child; the others are unknown.
-  /// @param visit_child  (unsigned child) -> NodeState, called for each of them in their order.
-  /// @param min  Of the node.
+  /// @param candidates  A bit for each possible child; the others are unknown.
+  /// @param visit_child  (unsigned child) -> NodeState, called for each candidate in order.
+  /// @param min  Least cell of the node.
   template <typename VisitT>
   NodeState visitNode(const Cell& min, int depth, unsigned candidates, const VisitT& visit_child) {
     const auto mark = sink_.open();
@@ -171,7 +171,7 @@ class OctreeWalk {
     return {NodeState::Kind::kLeaf, log_odds};
   }
 
-  /// The node at a depth above all bricks of a range, which is not empty.
+  /// The node at a depth above a range of bricks, which is not empty.
   NodeState visitBricks(const OctreeBrick* first, const OctreeBrick* last, int depth) {
     if (depth == kBrickDepth) return visitBrick(*first);
     const int shift = 3 * (kBrickDepth - depth - 1);
@@ -203,7 +203,7 @@ class OctreeWalk {
   }
 
   /// A node inside a brick that has a known voxel.
-  /// @param place  Of its first voxel, in the order of an octree.
+  /// @param place  Place of its first voxel, in the order of an octree.
   NodeState visitVoxels(std::uint32_t place, int depth) {
     const Cell min = cellAt(place);
     if (depth == kOctreeDepth) return makeLeaf(min, depth, voxels_.log_odds[place]);
@@ -215,7 +215,7 @@ class OctreeWalk {
       if (known != 0) candidates |= 1U << child;
       is_full &= known == (step == 64 ? ~0ULL : (1ULL << step) - 1);
     }
-    // Found here, so that nothing has to be undone.
+    // Checked first, so that nothing has to be undone.
     if (is_full && isUniform(place, 8 * step)) {
       return makeLeaf(min, depth, voxels_.log_odds[place]);
     }
@@ -223,7 +223,7 @@ class OctreeWalk {
                      [&](unsigned child) { return visitVoxels(place + child * step, depth + 1); });
   }
 
-  /// Whether a run of voxels from a place on is known and has one value.
+  /// Whether all `count` voxels from a place are known and have one value.
   [[nodiscard]] bool isUniform(std::uint32_t place, std::uint32_t count) const {
     const float* first = &voxels_.log_odds[place];
     return std::all_of(first, first + count, [first](float value) { return value == *first; });
@@ -247,7 +247,7 @@ class OctreeWalk {
 
 OctreeStream toOctreeStream(const std::vector<VoxelBrick>& bricks, OctreeKind kind) {
   OctreeStream stream;
-  // About what a map takes, so that it seldom has to be moved.
+  // Near the usual size, so that it is seldom moved.
   if (kind == OctreeKind::kFull) stream.bytes.resize(512 * bricks.size());
   const auto run = [&](auto sink) {
     OctreeWalk<decltype(sink)> walk(bricks, kind, sink);

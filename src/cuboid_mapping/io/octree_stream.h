@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // OctoMap's serialized octrees, written from bricks and read into boxes without a tree in between.
 //
-// The nodes of an octomap::OcTree, depth first, as octomap::OcTree::writeData (full: log-odds of
-// every node) and writeBinaryData (binary: free, occupied or inner) write them. Written here because
+// Writes the nodes of an octomap::OcTree, depth first, as octomap::OcTree::writeData (full: log-odds of
+// every node) and writeBinaryData (binary: free, occupied or inner) do. This is own code because
 // building an OcTree voxel by voxel takes many times as long as its serialization, and because
 // OctoMap's readers follow a damaged stream into any depth.
 #pragma once
@@ -20,16 +20,16 @@
 
 namespace cuboid_mapping {
 
-/// Levels below the root: the voxels of an octree.
+/// Levels below the root, down to the voxels.
 constexpr int kOctreeDepth = 16;
-/// The cells that an octree of this depth can have.
+/// Cells of an octree of this depth.
 constexpr CellBox kOctreeCells{{-32768, -32768, -32768}, {32768, 32768, 32768}};
 
 /// A serialized octree.
 struct OctreeStream {
   std::string bytes;          ///< Empty for a tree without nodes.
   std::size_t num_nodes = 0;  ///< Inner nodes and leaves, as octomap::OcTree::size().
-  double num_left_out = 0.0;  ///< Voxels outside kOctreeCells, which are not in it.
+  double num_left_out = 0.0;  ///< Voxels outside kOctreeCells, which are left out.
 };
 
 /// The octree of bricks, each of which comes once, pruned: byte by byte what octomap::OcTree writes
@@ -57,7 +57,7 @@ struct OctreeContent {
   std::size_t num_nodes = 0;       ///< Inner nodes and leaves.
 };
 
-/// Reads a full octree. @param extra_bytes  Of a node, behind its log-odds: 3 of a ColorOcTree.
+/// Reads a full octree. @param extra_bytes  Bytes of a node after its log-odds: 3 in a ColorOcTree.
 /// @throws MapFileError: kTruncated; kCorrupted for a node deeper than kOctreeDepth, log-odds that
 ///         are no number, or bytes that follow the end; kTooBig for more nodes than allowed.
 [[nodiscard]] OctreeContent readFullOctree(

@@ -11,7 +11,7 @@
 namespace cuboid_mapping {
 namespace {
 
-/// A message that claims to hold more is damaged.
+/// Limit of a message; one that claims more is damaged.
 constexpr std::size_t kMaxBytes = std::size_t{1} << 30;
 
 std::vector<std::uint8_t> deflateBytes(const std::string& bytes) {
@@ -24,7 +24,7 @@ std::vector<std::uint8_t> deflateBytes(const std::string& bytes) {
   return packed;
 }
 
-/// Grows with what is really there, so that a claim alone takes no memory. Empty when it is damaged.
+/// Grows with the actual content, so that a claim alone takes no memory. Empty for damaged bytes.
 std::string inflateBytes(const std::vector<std::uint8_t>& packed) {
   z_stream stream{};
   if (inflateInit(&stream) != Z_OK) return {};
@@ -46,7 +46,7 @@ std::string inflateBytes(const std::vector<std::uint8_t>& packed) {
   return is_whole ? bytes : std::string();
 }
 
-/// Before it is deflated, with up to 16384 different values and at most 512 bricks from the one before.
+/// Maximum size before deflation, with up to 16384 different values and at most 512 bricks from the previous one.
 std::size_t bytesOf(const VoxelBrick& brick, MapDetail detail) {
   const std::size_t content = detail == MapDetail::kClasses
                                   ? sizeof(BrickMask)
@@ -63,7 +63,7 @@ PackedBricks packBricks(const VoxelBrick* first, const VoxelBrick* last, MapDeta
   ByteWriter bytes;
   packed.num_values =
       static_cast<std::uint32_t>(encodeBricks(first, last, packed.has_values, bytes));
-  // roscpp drops a message of 1 GB without a word, and a listener takes it for damaged.
+  // roscpp silently drops a message of 1 GB, and subscribers take it for damaged.
   if (bytes.bytes().size() > kMaxBytes) {
     throw std::length_error(
         "too much for a message: " + std::to_string(bytes.bytes().size() / 1000000) +

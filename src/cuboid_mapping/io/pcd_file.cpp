@@ -16,7 +16,7 @@
 namespace cuboid_mapping {
 namespace {
 
-/// From the header of a PCD file: PCL's has but the precision of float.
+/// VIEWPOINT in the header of a PCD file, in double: PCL's own has the precision of float only.
 std::optional<Eigen::Isometry3d> readViewpoint(const std::string& file) {
   std::ifstream in(file, std::ios::binary);
   std::string line;
@@ -33,7 +33,7 @@ std::optional<Eigen::Isometry3d> readViewpoint(const std::string& file) {
   return Eigen::Isometry3d::Identity();
 }
 
-/// One coordinate of all points. @return Whether there is such a field of float or double.
+/// Reads one coordinate of all points. @return Whether there is such a field of float or double.
 bool readAxis(const pcl::PCLPointCloud2& content, const char* name, Eigen::Index axis,
               std::vector<Eigen::Vector3d>& points) {
   const int number = pcl::getFieldIndex(content, name);

@@ -20,7 +20,7 @@ std::size_t countPoints(const MapSnapshot& snapshot) {
   return num_points;
 }
 
-/// Whether float32 tells the centres of voxels apart well: to a hundredth of an edge.
+/// Whether float32 resolves the centres of voxels to a hundredth of an edge.
 bool isFloatPrecise(const MapSnapshot& snapshot) {
   constexpr std::int32_t kMaxCell = (1 << std::numeric_limits<float>::digits) / 100;
   constexpr CellBox kPrecise{{-kMaxCell, -kMaxCell, -kMaxCell}, {kMaxCell, kMaxCell, kMaxCell}};
@@ -29,7 +29,7 @@ bool isFloatPrecise(const MapSnapshot& snapshot) {
   });
 }
 
-/// Both say: rows of three little-endian coordinates and a float follow.
+/// Header of both formats: rows of three little-endian coordinates and a float follow.
 std::string makeHeader(PointCloudFormat format, std::size_t num_points, bool is_float) {
   const std::string count = std::to_string(num_points);
   if (format == PointCloudFormat::kPly) {

@@ -8,13 +8,13 @@
 
 namespace cuboid_mapping {
 
-/// Which file of points.
+/// Format of a file of points.
 enum class PointCloudFormat : unsigned char { kPcd, kPly };
 
 /// Writes the centres of the occupied voxels, in metres (map frame), with the probability as
-/// intensity. Binary. Coordinates are float32 where that tells voxels apart to a hundredth of their edge,
-/// and else, far from the origin (UTM), float64 for the whole file.
-/// @param listener  Is told of bricks.
+/// intensity. Binary. Coordinates are float32 if that resolves voxels to a hundredth of their edge;
+/// else, far from the origin (UTM), float64 for the whole file.
+/// @param listener  Reports bricks.
 /// @throws MapFileError (kInaccessible) naming the file; a full disk, too.
 void writePointCloud(const std::string& file, const MapSnapshot& snapshot, PointCloudFormat format,
                      const ProgressListener& listener);

@@ -24,7 +24,7 @@ namespace fs = std::filesystem;
 constexpr char kPoses[] = "poses.txt";
 
 /// Numbers of each line of a file; comments and empty lines are left out.
-/// @param take  Gets a line's numbers; false: they are not what is expected.
+/// @param take  Gets the numbers of a line; returns false if they are not as expected.
 template <typename TakeT>
 void readLines(const fs::path& file, const std::string& expected, const TakeT& take) {
   std::ifstream in(file);
@@ -86,7 +86,7 @@ class ScanFolder : public ScanDataset {
   std::vector<Pose> poses_;
 };
 
-/// A folder pcd/ of clouds in the map's frame, whose VIEWPOINT is where the sensor was.
+/// A folder pcd/ of clouds in the map's frame, whose VIEWPOINT is the pose of the sensor.
 class PosedClouds : public ScanDataset {
  public:
   explicit PosedClouds(const fs::path& folder) {
@@ -123,7 +123,7 @@ std::vector<fs::path> findBinFiles(const fs::path& folder) {
   return {};
 }
 
-/// Scans as KITTI has them: rows of x, y, z and intensity as float32; poses.txt with a 3 x 4 matrix, row by row, for each,
+/// Scans in KITTI's format: rows of x, y, z and intensity as float32; poses.txt with a 3 x 4 matrix, row by row, for each,
 /// or "index tx ty tz qx qy qz qw".
 class BinFolder : public ScanDataset {
  public:
@@ -182,7 +182,7 @@ class BinFolder : public ScanDataset {
     return pose;
   }
 
-  /// KITTI's poses are those of the camera: "Tr:" takes points from the lidar to it. Without a file they are the lidar's.
+  /// Transform "Tr:" from lidar to camera, since KITTI's poses are those of the camera. Without a file: identity.
   static Eigen::Isometry3d readCalibration(const fs::path& file) {
     std::ifstream in(file);
     std::string line;

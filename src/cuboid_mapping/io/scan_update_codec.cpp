@@ -38,7 +38,7 @@ bool hasGrazes(const ScanUpdate& update) {
   });
 }
 
-/// Column by column, which zstd packs best.
+/// Writes column by column, which zstd compresses best.
 std::string encodeBricks(const ScanUpdate& update) {
   ByteWriter payload;
   payload.writeVarint(update.num_points);
@@ -67,7 +67,7 @@ std::string encodeBricks(const ScanUpdate& update) {
   return payload.take();
 }
 
-/// In 64 bits: what comes from outside may lie anywhere.
+/// Brick of a number from outside, computed in 64 bits since it may lie anywhere.
 Cell checkedBrick(const Cell& base, std::uint64_t morton) {
   const Cell from_base = cellOfMorton(morton);
   Cell brick;

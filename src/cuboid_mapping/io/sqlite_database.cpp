@@ -7,7 +7,7 @@
 namespace cuboid_mapping {
 namespace {
 
-/// A process that has just ended may hold a file a little longer.
+/// Time to wait for a file of a process that has just ended.
 constexpr int kWait_ms = 500;
 
 }  // namespace

@@ -21,11 +21,11 @@ class SqliteDatabase {
   SqliteDatabase(const SqliteDatabase&) = delete;
   SqliteDatabase& operator=(const SqliteDatabase&) = delete;
 
-  /// Runs statements; rows are thrown away.
+  /// Runs statements, and discards their rows.
   void run(const char* sql) const;
-  /// The number of the first row, as of a PRAGMA.
+  /// The number of the first row, for example of a PRAGMA.
   [[nodiscard]] std::int64_t readNumber(const char* sql) const;
-  /// Ends a transaction, if there is one, without what it has changed. Throws nothing.
+  /// Rolls back a transaction, if there is one. Throws nothing.
   void rollBack() const noexcept;
 
   [[nodiscard]] sqlite3* handle() const { return handle_; }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Numbers in messages, written as people write them.
+// Readable numbers for messages.
 #pragma once
 
 #include <Eigen/Core>
@@ -19,7 +19,7 @@ namespace cuboid_mapping {
   return std::to_string(count) + ' ' + noun + (count == 1 ? "" : "s");
 }
 
-/// Texts with something between them. @param texts  Of std::string.
+/// Joins texts with a separator. @param texts  A container of std::string.
 template <typename TextsT>
 [[nodiscard]] std::string join(const TextsT& texts, const std::string& separator) {
   std::string joined;

@@ -11,7 +11,7 @@
 namespace cuboid_mapping {
 namespace {
 
-/// Collects what is wrong.
+/// Collects errors.
 class Checker {
  public:
   /// @param allowed  Completes the sentence "is 200, but must be ..."
@@ -43,7 +43,7 @@ class Checker {
   std::vector<ConfigError> errors_;
 };
 
-/// Each direction once.
+/// Whether each direction comes once.
 bool isPermutation(const SearchDirections& directions) {
   for (const SearchDirection& direction : directions) {
     if (direction.axis < 0 || direction.axis > 2 || std::abs(direction.sign) != 1) return false;

@@ -23,7 +23,7 @@ bool isOrdered(const std::vector<BrickUpdate>& bricks) {
                             }) == bricks.end();
 }
 
-/// The same observation with each brick once, along the Morton curve.
+/// The observation with each brick once, along the Morton curve.
 std::vector<BrickUpdate> ordered(std::vector<BrickUpdate> bricks) {
   sortBricks(bricks);
   std::size_t count = 0;
@@ -94,7 +94,7 @@ ChangeSet CuboidMap::commit(VoxelStore::PendingChange& change, const ScanUpdate*
   }
   changes.bricks.reserve(changes.bricks.size() + change.changed.size());
   voxels_.commit(change,
-                 [&](const VoxelStore::PendingBrick& brick) {  // From here on nothing throws.
+                 [&](const VoxelStore::PendingBrick& brick) {  // Nothing throws from here on.
                    changes.bricks.push_back({brick.brick, brick.is_reclassified});
                    if (by_class_) by_class_->follow(brick);
                  });

@@ -15,7 +15,7 @@ void LockedBoxes::remove(const CellBox& box) {
   if (!box.isEmpty()) replace(box, false);
 }
 
-/// Takes a box out of the locked ones. @param is_added  Then the box itself is locked.
+/// Removes a box from the locked ones. @param is_added  If true, locks the box itself.
 void LockedBoxes::replace(const CellBox& box, bool is_added) {
   std::vector<CellBox> met;
   std::vector<Cuboid> added;
@@ -27,7 +27,7 @@ void LockedBoxes::replace(const CellBox& box, bool is_added) {
     return Visit::kContinue;
   });
   if (is_added) added.push_back({box, Occupancy::kOccupied});
-  tree_.reserve(added.size(), met.size());  // From here on nothing throws.
+  tree_.reserve(added.size(), met.size());  // Nothing throws from here on.
   for (const CellBox& locked : met) (void)tree_.removeReserved(locked);
   for (const Cuboid& piece : added) tree_.insertReserved(piece);
 }

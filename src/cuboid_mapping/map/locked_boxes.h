@@ -12,8 +12,8 @@ namespace cuboid_mapping {
 /// fails, a function throws, and the boxes are as before.
 class LockedBoxes {
  public:
-  /// Locks the voxels of a box, those that are locked already included.
-  /// @complexity O((k + 1) log n) for k locked boxes that it meets, as of remove().
+  /// Locks the voxels of a box; some may be locked already.
+  /// @complexity O((k + 1) log n) for k locked boxes that it meets; the same for remove().
   void add(const CellBox& box);
   /// Unlocks the voxels of a box; a locked box that reaches beyond it is cut at its faces.
   void remove(const CellBox& box);
@@ -22,11 +22,11 @@ class LockedBoxes {
   [[nodiscard]] bool isEmpty() const { return tree_.isEmpty(); }
   /// Whether a voxel of a box is locked. @complexity O(log n).
   [[nodiscard]] bool intersects(const CellBox& box) const;
-  /// The locked voxels as disjoint boxes, by their least cells.
+  /// The locked voxels as disjoint boxes, ordered by their least cells.
   [[nodiscard]] std::vector<CellBox> boxes() const;
 
-  /// An update without its locked voxels. @complexity O(log n + k) for each brick, of n locked boxes and
-  /// k that it meets.
+  /// The update without locked voxels. @complexity O(log n + k) for each brick, with n locked boxes and
+  /// k of them that meet it.
   [[nodiscard]] std::vector<BrickUpdate> without(const std::vector<BrickUpdate>& update) const;
 
  private:

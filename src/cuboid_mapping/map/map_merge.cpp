@@ -15,10 +15,10 @@
 namespace cuboid_mapping {
 namespace {
 
-/// A transform in units of voxels, to a grid from a grid.
+/// A transform between two grids, in units of voxels.
 struct CellMotion {
   Eigen::Isometry3d T_target_map;
-  bool is_exact;  ///< Voxels go to voxels; the transform has whole numbers then.
+  bool is_exact;  ///< Maps voxels to voxels; the transform has whole numbers then.
 };
 
 CellMotion toCellMotion(const Eigen::Isometry3d& T_target_map, double resolution_m) {
@@ -41,7 +41,7 @@ Cell floorOf(const Eigen::Vector3d& point) {
           static_cast<std::int32_t>(std::floor(point.z()))};
 }
 
-/// The box around the corners of a moved box.
+/// Bounding box of a moved box.
 Eigen::AlignedBox3d moved(const CellBox& box, const Eigen::Isometry3d& T_target_map) {
   Eigen::AlignedBox3d around;
   for (int corner = 0; corner < 8; ++corner) {
@@ -52,7 +52,7 @@ Eigen::AlignedBox3d moved(const CellBox& box, const Eigen::Isometry3d& T_target_
   return around;
 }
 
-/// The voxels that share space with a moved box, in the limits of a map.
+/// Voxels that share space with a moved box, within the limits of a map.
 CellBox coverMoved(const CellBox& box, const Eigen::Isometry3d& T_target_map) {
   const Eigen::AlignedBox3d around = moved(box, T_target_map);
   const Eigen::Vector3d limit = Eigen::Vector3d::Constant(Grid::kMaxCell);
@@ -60,7 +60,7 @@ CellBox coverMoved(const CellBox& box, const Eigen::Isometry3d& T_target_map) {
           floorOf(around.max().array().ceil().matrix().cwiseMax(-limit).cwiseMin(limit))};
 }
 
-/// The voxels in which something of a moved brick may lie.
+/// Voxels that a moved brick may touch.
 CellBox boxAround(const Cell& brick, const Eigen::Isometry3d& T_target_map) {
   const Eigen::AlignedBox3d around = moved(brickBox(brick), T_target_map);
   if (around.min().minCoeff() < kAllCells.min.x + 1.0 ||
@@ -70,7 +70,7 @@ CellBox boxAround(const Cell& brick, const Eigen::Isometry3d& T_target_map) {
   return {floorOf(around.min()), floorOf(around.max().array().ceil())};
 }
 
-/// The bricks in which something of a moved map may lie, along the Morton curve.
+/// Bricks that a moved map may touch, along the Morton curve.
 std::vector<VoxelBrick> findTargets(const MapSnapshot& map, const Eigen::Isometry3d& T_target_map) {
   std::vector<VoxelBrick> targets;
   for (const VoxelBrick& brick : map.bricks) {
@@ -84,7 +84,7 @@ std::vector<VoxelBrick> findTargets(const MapSnapshot& map, const Eigen::Isometr
   return targets;
 }
 
-/// How far voxels lie from where their log-odds were, in voxels.
+/// Distances of voxels from the places of their log-odds, in voxels.
 struct Offsets {
   double max = 0.0;
   double sum = 0.0;
@@ -102,7 +102,7 @@ struct Offsets {
   }
 };
 
-/// Reads voxels of one frame by the places of another. Const functions may run side by side.
+/// Reads voxels at places of another frame. Const functions may run side by side.
 class Sampler {
  public:
   Sampler(const std::vector<VoxelBrick>& bricks, const CellMotion& motion)
@@ -117,7 +117,7 @@ class Sampler {
   }
 
  private:
-  /// By the bricks that the voxels come from.
+  /// The voxels of a brick, gathered from the bricks of the source.
   [[nodiscard]] PackedVoxels gather(const Cell& brick) const {
     const Cell first = sourceOf(brick);
     const Cell last = sourceOf(brick + Cell{7, 7, 7});
@@ -174,7 +174,7 @@ class Sampler {
   VoxelStore voxels_;
 };
 
-/// Fills bricks by many threads.
+/// Fills bricks with several threads.
 Offsets readAll(const Sampler& sampler, int threads, const ProgressListener& listener,
                 std::vector<VoxelBrick>& targets) {
   constexpr std::size_t kPartBricks = 256;
@@ -203,7 +203,7 @@ float apply(MergeRule rule, float first, float second) {
   }
 }
 
-/// The brick of both; either may have no known voxel.
+/// Merges two bricks, either of which may have no known voxel.
 PackedVoxels mergeBricks(const PackedVoxels& first, const PackedVoxels& second, MergeRule rule,
                          const SensorModel& model) {
   const BrickMask both = first.known() & second.known();

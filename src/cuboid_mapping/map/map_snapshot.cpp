@@ -69,7 +69,7 @@ ChangeSet restoreSnapshot(const MapSnapshot& snapshot, CuboidMap& map) {
   }
   CuboidMap restored(map.config());
   restored.replace(kAllCells, snapshot.bricks);
-  map.setLocked(snapshot.locked);  // From here on nothing throws.
+  map.setLocked(snapshot.locked);  // Nothing throws from here on.
   return map.exchange(restored);
 }
 

@@ -26,8 +26,8 @@ struct Mapper::Implementation {
   CuboidMap map;
   ScanUpdater updater;
   ScanUpdate update;          ///< Update of the scan that goes into the map.
-  bool is_map_given = false;  ///< Somebody may read it whenever no call is under way.
-  BackgroundWork applying;    ///< Last: it ends before what it works with goes.
+  bool is_map_given = false;  ///< The caller has the map, and may read it between calls.
+  BackgroundWork applying;    ///< Last member: it ends before the others are destroyed.
 };
 
 Mapper::Mapper(const MapperConfig& config)

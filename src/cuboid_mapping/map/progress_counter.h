@@ -7,16 +7,16 @@
 
 namespace cuboid_mapping {
 
-/// Counts the steps of some work, and tells a listener of the first and the last and every 1024th.
+/// Counts the steps of some work, and reports the first, the last and every 1024th to a listener.
 class ProgressCounter {
  public:
-  /// @param listener  Must outlive the counter. @param total  Steps; with 0 nobody is told.
+  /// @param listener  Must outlive the counter. @param total  Steps; with 0 nothing is reported.
   ProgressCounter(const ProgressListener& listener, std::uint64_t total)
       : listener_(listener), total_(total) {
     if (total_ > 0) tell();
   }
 
-  /// One more step is done.
+  /// Counts one more step.
   void advance() {
     if (++done_ % kStepsBetween == 0 || done_ == total_) tell();
   }

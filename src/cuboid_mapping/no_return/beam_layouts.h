@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
-// Inside of no_return_beams.cpp: what its layouts share, and the spherical one.
+// Internal to no_return_beams.cpp: shared parts of its layouts, and the spherical layout.
 
 #include "cuboid_mapping/scan/no_return_beams.h"
 
@@ -13,10 +13,10 @@
 
 namespace cuboid_mapping {
 
-/// Near the poles of a frame its angles say little; cosine of 80 degrees.
+/// Cosine of 80 degrees: nearer to the poles of a frame its angles are uncertain.
 constexpr float kMinCosine = 0.17F;
 
-/// Rows and columns of a cloud, or the other way round.
+/// Rows and columns of a cloud, or swapped.
 struct Layout {
   std::size_t rows;
   std::size_t columns;
@@ -28,7 +28,7 @@ struct Layout {
   }
 };
 
-/// Directions of the beams of a cloud, where they are known.
+/// Directions of the beams of a cloud, if known.
 struct BeamGrid {
   std::vector<Eigen::Vector3f> directions;  ///< Unit vectors; zero for no return.
   std::vector<float> azimuths_rad;
@@ -49,7 +49,7 @@ class LineFit {
     sum_xy_ += x * y;
   }
   [[nodiscard]] double count() const { return count_; }
-  /// Sums about the means; those of several lines of one slope add up.
+  /// Sums about the means; those of several lines with one slope add up.
   [[nodiscard]] double sxx() const { return count_ > 0 ? sum_xx_ - sum_x_ * sum_x_ / count_ : 0.0; }
   [[nodiscard]] double sxy() const { return count_ > 0 ? sum_xy_ - sum_x_ * sum_y_ / count_ : 0.0; }
   [[nodiscard]] double slope() const { return sxy() / sxx(); }
@@ -72,17 +72,17 @@ class LineFit {
 struct SphericalModel {
   Layout layout;
   BeamLayout name;
-  double azimuth_step_rad = 0.0;       ///< From column to column.
+  double azimuth_step_rad = 0.0;       ///< Azimuth step from column to column.
   std::vector<double> azimuths_rad;    ///< Azimuths of column 0, by row.
-  std::vector<double> elevations_rad;  ///< By row; NaN where unknown.
+  std::vector<double> elevations_rad;  ///< Elevations by row; NaN if unknown.
   double residual_rad = 0.0;
 
   /// Direction of a point's beam; nothing if the elevation of its row is unknown.
   [[nodiscard]] std::optional<Eigen::Vector3f> direction(std::size_t index) const;
 };
 
-/// Fits a spherical layout. @return nothing when its elevations alone fit worse than
-/// kMaxBeamResidual_rad, or the returns do not tell the azimuths.
+/// Fits a spherical layout. @return Nothing if its elevations alone fit worse than
+/// kMaxBeamResidual_rad, or the returns do not determine the azimuths.
 [[nodiscard]] std::optional<SphericalModel> fitSpherical(const BeamGrid& grid, const Layout& layout,
                                                          BeamLayout name);
 

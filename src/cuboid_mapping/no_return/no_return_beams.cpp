@@ -36,7 +36,7 @@ BeamGrid toBeamGrid(const std::vector<Eigen::Vector3f>& points) {
   return grid;
 }
 
-/// Whether returns lie in columns far enough apart to tell the columns between and beside them.
+/// Whether returns lie in columns far enough apart to determine the columns between and beside them.
 bool isSpanned(const BeamGrid& grid, const Layout& layout) {
   std::size_t first = layout.columns;
   std::size_t last = 0;
@@ -66,7 +66,7 @@ double toColumn(std::size_t index, std::size_t columns) {
 struct PinholeModel {
   std::size_t columns;
   BeamLayout name;
-  std::array<int, 3> axes;  ///< Forward, across (along a row), down or up.
+  std::array<int, 3> axes;  ///< Axes: forward, across (along a row), down or up.
   double column_step = 0.0;
   double column_offset = 0.0;
   double row_step = 0.0;

@@ -10,7 +10,7 @@ namespace {
 
 constexpr double kUnknown = std::numeric_limits<double>::quiet_NaN();
 
-/// To -pi ... pi.
+/// Wraps an angle to -pi ... pi.
 double wrapAngle(double angle_rad) {
   // Much faster than std::remainder, and exact enough.
   return angle_rad - 2.0 * M_PI * std::floor(angle_rad / (2.0 * M_PI) + 0.5);
@@ -51,7 +51,7 @@ std::optional<double> findMedianStep(const BeamGrid& grid, const Layout& layout)
   return *middle;
 }
 
-/// Azimuth over column of one row, unwrapped by what the median step lets expect.
+/// Line of azimuth over column of one row, unwrapped by the median step.
 LineFit fitRow(const BeamGrid& grid, const Layout& layout, std::size_t row, double median_step) {
   LineFit line;
   double azimuth = 0.0;
@@ -66,7 +66,7 @@ LineFit fitRow(const BeamGrid& grid, const Layout& layout, std::size_t row, doub
   return line;
 }
 
-/// Sets step and offsets. @return false when no two returns of a row tell them.
+/// Sets step and offsets. @return false if no two returns of a row determine them.
 bool fitAzimuths(const BeamGrid& grid, SphericalModel& model) {
   const auto median_step = findMedianStep(grid, model.layout);
   if (!median_step) return false;
@@ -95,7 +95,7 @@ bool fitAzimuths(const BeamGrid& grid, SphericalModel& model) {
   return true;
 }
 
-/// Results of fitElevations() besides the mean elevations.
+/// Results of fitElevations() except the mean elevations.
 struct RowStatistics {
   std::vector<std::size_t> known;  ///< Rows with returns.
   double squared_sum = 0.0;  ///< Squared deviations of all returns from the mean of their row.
@@ -125,7 +125,7 @@ RowStatistics fitElevations(const BeamGrid& grid, SphericalModel& model) {
   return rows;
 }
 
-/// Whether the elevations of the known rows rise throughout, or fall throughout.
+/// Whether the elevations of the known rows rise or fall throughout.
 bool isMonotonic(const std::vector<double>& elevations, const std::vector<std::size_t>& known) {
   const bool is_rising = elevations[known.back()] > elevations[known.front()];
   for (std::size_t i = 1; i < known.size(); ++i) {
@@ -134,7 +134,7 @@ bool isMonotonic(const std::vector<double>& elevations, const std::vector<std::s
   return true;
 }
 
-/// Gives the rows without returns an elevation, where the known ones tell it.
+/// Interpolates or extrapolates elevations of rows without returns, where the known rows allow it.
 void fillElevations(const std::vector<std::size_t>& known, std::vector<double>& elevations) {
   if (known.size() < 2 || !isMonotonic(elevations, known)) return;
   LineFit line;
@@ -184,7 +184,7 @@ std::optional<SphericalModel> fitSpherical(const BeamGrid& grid, const Layout& l
   const auto residual_of = [&](double squared_sum) {
     return computeResidual(squared_sum, grid.num_returns, 1 + 2 * rows.known.size());
   };
-  // Most layouts that are not the right one end here, before the costly part.
+  // Most wrong layouts end here, before the costly part.
   if (residual_of(rows.squared_sum) > kMaxBeamResidual_rad) return std::nullopt;
   if (!fitAzimuths(grid, model)) return std::nullopt;
   double squared_sum = rows.squared_sum;

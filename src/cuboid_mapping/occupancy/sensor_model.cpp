@@ -8,7 +8,7 @@
 namespace cuboid_mapping {
 namespace {
 
-/// Nearest multiple of 2^-20.
+/// Rounds to a multiple of 2^-20.
 float roundLogOdds(float log_odds) {
   constexpr double kSteps = 1 << 20;
   return static_cast<float>(std::round(log_odds * kSteps) / kSteps);

@@ -12,14 +12,14 @@
 
 namespace cuboid_mapping {
 
-/// Steps of one call, which several threads share. All members are guarded by the pool's mutex.
+/// Steps of one call, shared by threads. The pool's mutex guards all members.
 struct BackgroundWork::Job {
   std::function<void(std::size_t)> work;
   std::size_t count;
-  std::size_t max_helpers;  ///< Threads of the pool that may take part at a time.
+  std::size_t max_helpers;  ///< Maximum number of pool threads that take part at a time.
   std::size_t next = 0;
   std::size_t num_helpers = 0;
-  std::size_t num_running = 0;  ///< Steps that are under way.
+  std::size_t num_running = 0;  ///< Number of steps under way.
   std::exception_ptr error;
 
   [[nodiscard]] bool wantsHelper() const { return next < count && num_helpers < max_helpers; }
@@ -55,7 +55,7 @@ class ThreadPool {
     {
       const std::lock_guard<std::mutex> lock(mutex_);
       startThreads(max_helpers);
-      jobs_.push_back(job);  // Last: nobody may work for a caller that an exception has reached.
+      jobs_.push_back(job);  // Last: no thread may work for a caller that an exception has reached.
     }
     changed_.notify_all();
     return job;
@@ -73,7 +73,7 @@ class ThreadPool {
   }
 
  private:
-  /// Minimum number, if the machine and its memory allow it.
+  /// Starts threads up to this number, if the machine and its memory allow it.
   void startThreads(std::size_t count) {
     while (threads_.size() < count) {
       try {
@@ -100,7 +100,7 @@ class ThreadPool {
     }
   }
 
-  /// Does steps until none is left that nobody has begun.
+  /// Does steps until all have been started.
   void takeSteps(Job& job, std::unique_lock<std::mutex>& lock) {
     while (job.next < job.count) {
       const std::size_t step = job.next++;
@@ -123,7 +123,7 @@ class ThreadPool {
   }
 
   std::mutex mutex_;
-  std::condition_variable changed_;  ///< A job has come, or is done.
+  std::condition_variable changed_;  ///< Notified when a job has come or is done.
   std::deque<std::shared_ptr<Job>> jobs_;
   std::vector<std::thread> threads_;
   bool is_ending_ = false;

@@ -10,10 +10,10 @@ void BlockPool::reserve(std::size_t num_items) {
   while ((blocks_.size() - absent_.size()) * kBlockItems - num_items_ < num_items) addBlock();
 }
 
-/// A block with memory, whose items are all free.
+/// Adds a block with memory, whose items are all free.
 void BlockPool::addBlock() {
   auto bytes = std::unique_ptr<std::byte[]>(new std::byte[kBlockItems * item_bytes_]);
-  if (absent_.empty()) {  // Room for every block in each list: nothing else needs memory.
+  if (absent_.empty()) {  // Reserves both lists for every block: no other step needs memory.
     if (blocks_.size() == blocks_.capacity()) {
       const std::size_t capacity = std::max<std::size_t>(8, blocks_.size() * 3 / 2);
       open_.reserve(capacity);

@@ -9,30 +9,30 @@
 namespace cuboid_mapping {
 
 /// Memory for items of one size, in blocks that never move, addressed by 32-bit indices. Free items
-/// are used again.
+/// are reused.
 class BlockPool {
  public:
   /// @param item_bytes  A multiple of the items' alignment, at least 4.
   explicit BlockPool(std::size_t item_bytes) : item_bytes_(item_bytes) {}
 
-  /// Makes room: the next `num_items` calls of allocate() throw nothing. @throws std::bad_alloc
+  /// Reserves memory: the next `num_items` calls of allocate() throw nothing. @throws std::bad_alloc
   void reserve(std::size_t num_items);
-  /// Gives back the memory of blocks that have no item in use. @complexity O(blocks).
+  /// Frees blocks that have no item in use. @complexity O(blocks).
   void trim() noexcept;
 
-  /// Gives memory for one item, with any content. @throws std::bad_alloc  Beyond what is reserved.
+  /// Allocates one item, with any content. @throws std::bad_alloc  beyond the reserved memory.
   [[nodiscard]] std::uint32_t allocate();
-  /// Takes an item back. @pre It is from allocate(), and has not been released since.
+  /// Releases an item. @pre It is from allocate(), and has not been released since.
   void release(std::uint32_t index) noexcept;
-  /// Releases all items, and gives the memory back.
+  /// Releases all items, and frees the memory.
   void clear() noexcept;
 
-  /// The bytes of an item; they stay where they are. @pre It is in use.
+  /// The bytes of an item, which never move. @pre It is in use.
   [[nodiscard]] std::byte* operator[](std::uint32_t index) const {
     return blocks_[index >> kBlockBits].bytes.get() + (index & (kBlockItems - 1)) * item_bytes_;
   }
 
-  /// Asks the processor to fetch an item that is soon to be read. This and what is built on it must
+  /// Prefetches an item. This function and its callers must
   /// be inline: gcc drops calls of functions that do nothing else.
   [[gnu::always_inline]] void prefetch(std::uint32_t index) const {
     constexpr std::size_t kCacheLine_bytes = 64;
@@ -42,7 +42,7 @@ class BlockPool {
 
   /// One beyond the greatest index that an item has, or can have without more memory.
   [[nodiscard]] std::size_t endIndex() const { return blocks_.size() * kBlockItems; }
-  /// Items in use.
+  /// Number of items in use.
   [[nodiscard]] std::size_t numItems() const { return num_items_; }
   /// Bytes held from the allocator.
   [[nodiscard]] std::size_t numBytes() const;
@@ -53,10 +53,10 @@ class BlockPool {
   static constexpr std::uint8_t kNone = 0xFF;
 
   struct Block {
-    std::unique_ptr<std::byte[]> bytes;  ///< Nothing while no item is in use.
+    std::unique_ptr<std::byte[]> bytes;  ///< Empty while no item is in use.
     std::uint8_t num_used = 0;
     std::uint8_t num_fresh = 0;       ///< Items at the end that were never in use.
-    std::uint8_t first_free = kNone;  ///< Each free item holds the number of the next.
+    std::uint8_t first_free = kNone;  ///< First free item; each holds the number of the next.
   };
 
   void addBlock();

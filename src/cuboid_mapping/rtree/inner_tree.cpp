@@ -9,7 +9,7 @@
 namespace cuboid_mapping {
 namespace {
 
-/// Slot of the branch that expands least to take in a box; ties go to the smaller volume.
+/// Slot of the branch with the least expansion to include a box; ties go to the smaller volume.
 int findLeastExpansion(const Node& node, const CellBox& box) {
   double volumes[kMaxSlots];
   double expansions[kMaxSlots];
@@ -42,8 +42,8 @@ InnerTree::InnerTree(const RTreeConfig& config) : config_(config), nodes_(config
   assert(1 <= config.min_branches && 2 * config.min_branches <= config.max_branches);
 }
 
-/// A node splits when it is full: each once, and again only after d more branches. A removal brings
-/// back up to d - 1 branches of each level. With d = 1, nodes may split more often: what is missing is
+/// A node splits when it is full: each once, and again only after d more branches. A removal inserts
+/// up to d - 1 branches of each level again. With d = 1, nodes may split more often: missing memory is
 /// allocated then.
 void InnerTree::reserve(std::size_t num_insertions, std::size_t num_removals,
                         std::size_t end_leaf) {
@@ -136,7 +136,7 @@ void InnerTree::remove(NodeIndex leaf) noexcept {
   shrinkRoot();
 }
 
-/// Puts a branch after the last one of a node; tells the child whose it is now.
+/// Appends a branch to a node, and sets the child's parent.
 void InnerTree::append(NodeIndex index, int level, const Branch& branch) {
   nodes_[index].append(branch);
   if (level == 1 && branch.child >= leaf_parents_.size()) {  // Not reserved, as for d = 1.
@@ -203,7 +203,7 @@ void InnerTree::updateAncestors(NodeIndex index) {
   }
 }
 
-/// Removes a branch; a node that has too few left is removed, too, and what it held is inserted
+/// Removes a branch; a node with too few branches is removed, too, and its branches are inserted
 /// again (Guttman's CondenseTree).
 void InnerTree::removeBranch(NodeIndex index, int level, int slot) {
   Node& node = nodes_[index];

@@ -10,28 +10,28 @@
 
 namespace cuboid_mapping {
 
-/// The inner nodes of an R-tree of order (d, M), above leaf nodes that somebody else keeps (A.
+/// The inner nodes of an R-tree of order (d, M), above leaf nodes that the owner keeps (A.
 /// Guttman, "R-trees", 1984; paper, Section III): height balanced, insertion by least expansion,
 /// quadratic split, removal with condensing and re-insertion.
 ///
-/// A leaf node is a number; its branch says the MBR of what it holds. With one leaf node, that is the
+/// A leaf node is a number; its branch has the MBR of its content. A single leaf node is the
 /// root. Const functions may run side by side; a change needs exclusive access.
 class InnerTree {
  public:
   /// @pre 2 <= max_branches <= 64 and 1 <= min_branches <= max_branches / 2.
   explicit InnerTree(const RTreeConfig& config);
 
-  /// Room for coming changes: this many insertions and removals of leaf nodes with numbers
+  /// Reserves memory for changes: this many insertions and removals of leaf nodes with numbers
   /// below `end_leaf`. Changes within it throw nothing if d >= 2. @throws std::bad_alloc  Nothing has changed.
   void reserve(std::size_t num_insertions, std::size_t num_removals, std::size_t end_leaf);
-  /// Gives back memory that was reserved and is not needed.
+  /// Frees reserved memory that is not needed.
   void trim() noexcept { nodes_.trim(); }
 
   /// Adds a leaf node by least expansion. @pre It is not in the tree. @complexity O(M log n).
   void insert(const Branch& leaf) noexcept;
-  /// Adds a leaf node that was split off another one to the parent of that. @complexity As insert().
+  /// Adds a leaf node that was split off another one to the other's parent. @complexity As insert().
   void insertBeside(NodeIndex leaf, const Branch& sibling) noexcept;
-  /// The leaf node holds something else: updates the MBRs above it. @complexity O(M log n).
+  /// Updates the MBRs above a leaf node whose content has changed. @complexity O(M log n).
   void update(const Branch& leaf) noexcept;
   /// Removes a leaf node, and condenses. @pre It is in the tree. @complexity O(M^2 log n).
   void remove(NodeIndex leaf) noexcept;
@@ -45,7 +45,7 @@ class InnerTree {
   }
   /// The leaf node that a box expands least. @pre !isEmpty(). @complexity O(M log n).
   [[nodiscard]] NodeIndex chooseLeaf(const CellBox& box) const;
-  /// MBR of everything; nothing when there is no leaf node. @complexity O(M).
+  /// MBR of all leaf nodes; nothing if there is none. @complexity O(M).
   [[nodiscard]] std::optional<CellBox> bounds() const;
 
   /// Levels: 0 without a leaf node, 1 when it is the only one. Leaf nodes are at level 0.
@@ -54,7 +54,7 @@ class InnerTree {
   [[nodiscard]] NodeIndex root() const { return height_ == 1 ? only_leaf_.child : root_; }
   /// An inner node.
   [[nodiscard]] const Node& node(NodeIndex index) const { return nodes_[index]; }
-  /// The inner node above a leaf node; kNoNode where that is the root.
+  /// The inner node above a leaf node; kNoNode if the leaf node is the root.
   [[nodiscard]] NodeIndex parentOf(NodeIndex leaf) const {
     return leaf < leaf_parents_.size() ? leaf_parents_[leaf] : kNoNode;
   }
@@ -63,9 +63,9 @@ class InnerTree {
   /// The only leaf node while height() is 1.
   [[nodiscard]] const Branch& onlyLeaf() const { return only_leaf_; }
 
-  /// Inner nodes.
+  /// Number of inner nodes.
   [[nodiscard]] std::size_t size() const { return nodes_.size(); }
-  /// As given to the constructor.
+  /// Configuration of the constructor.
   [[nodiscard]] const RTreeConfig& config() const { return config_; }
   /// Bytes held from the allocator.
   [[nodiscard]] std::size_t numBytes() const {
@@ -86,14 +86,14 @@ class InnerTree {
   void shrinkRoot();
   [[nodiscard]] Branch summaryOf(NodeIndex index) const;
 
-  static constexpr std::size_t kMaxLevels = 33;  ///< 2^32 leaf nodes with two branches a node.
+  static constexpr std::size_t kMaxLevels = 33;  ///< For 2^32 leaf nodes, two branches a node.
 
   RTreeConfig config_;
   NodePool nodes_;
   std::vector<NodeIndex> leaf_parents_;                ///< By leaf node; kNoNode for others.
-  std::array<std::uint32_t, kMaxLevels> num_nodes_{};  ///< By level.
-  Branch only_leaf_;                                   ///< While height_ is 1.
-  NodeIndex root_ = kNoNode;                           ///< While height_ is 2 or more.
+  std::array<std::uint32_t, kMaxLevels> num_nodes_{};  ///< Numbers by level.
+  Branch only_leaf_;                                   ///< The root while height_ is 1.
+  NodeIndex root_ = kNoNode;                           ///< The root while height_ is 2 or more.
   int height_ = 0;
 };
 

@@ -10,27 +10,27 @@
 
 namespace cuboid_mapping {
 
-/// Names a node: an inner node of its tree, or a leaf node, each kind with numbers of its own.
+/// Index of a node: an inner node of its tree, or a leaf node; each kind has its own numbers.
 using NodeIndex = std::uint32_t;
-/// No node has this number.
+/// Index that no node has.
 constexpr NodeIndex kNoNode = 0xFFFFFFFFU;
 
 /// One branch of a node, gathered from the node's arrays.
 ///
 /// A leaf branch is a cuboid, occupied or free. An inner branch is a child node: `box` is its
-/// minimum bounding box (MBRC of the paper); where no cuboid below it is occupied, a search for
-/// occupied ones skips it.
+/// minimum bounding box (MBRC of the paper). Searches for occupied cuboids skip branches without
+/// any.
 struct Branch {
   CellBox box;                ///< Not empty.
   bool has_occupied = false;  ///< The cuboid is occupied, or one below the child is.
-  NodeIndex child = kNoNode;  ///< Inner branches only.
+  NodeIndex child = kNoNode;  ///< Child of an inner branch.
 };
 
 /// Header of a node; its branches follow it in memory in struct-of-arrays order, so that one loop
 /// tests all of them with SIMD instructions. Lives in a NodePool only.
 class Node {
  public:
-  /// Without branches. @pre It lies in numBytes(capacity) bytes, capacity <= kMaxSlots.
+  /// A node without branches. @pre It lies in numBytes(capacity) bytes, capacity <= kMaxSlots.
   explicit Node(int capacity) : capacity_(static_cast<std::uint8_t>(capacity)) {}
   Node(const Node&) = delete;
   Node& operator=(const Node&) = delete;
@@ -38,9 +38,9 @@ class Node {
   /// Bytes of a node with room for `capacity` branches.
   [[nodiscard]] static std::size_t numBytes(int capacity);
 
-  /// Branches; they are in slots 0 to count() - 1.
+  /// Number of branches; they are in slots 0 to count() - 1.
   [[nodiscard]] int count() const { return count_; }
-  /// Whether count() is the most that a node can have (M of the paper).
+  /// Whether the node has the maximum number of branches (M of the paper).
   [[nodiscard]] bool isFull() const { return count_ == capacity_; }
   /// The slots of all branches.
   [[nodiscard]] SlotSet allSlots() const { return firstSlots(count_); }
@@ -49,7 +49,7 @@ class Node {
   /// The branches that share a cell with the window. @pre It is not empty.
   [[nodiscard]] SlotSet findOverlapping(const CellBox& window) const;
 
-  /// The child of each branch, by slot; says nothing in leaf nodes.
+  /// The child of each branch, by slot; undefined in leaf nodes.
   [[nodiscard]] const NodeIndex* child() const {
     return reinterpret_cast<const NodeIndex*>(coordinates() + 6 * stride());
   }
@@ -73,25 +73,25 @@ class Node {
   [[nodiscard]] Cuboid cuboid(int slot) const {
     return {box(slot), hasOccupied(slot) ? Occupancy::kOccupied : Occupancy::kFree};
   }
-  /// Everything about a branch.
+  /// All data of a branch.
   [[nodiscard]] Branch branch(int slot) const {
     return {box(slot), hasOccupied(slot), child()[slot]};
   }
-  /// MBR of all branches, and whether one has something occupied. @pre count() > 0.
+  /// MBR of all branches, and whether a cuboid in them is occupied. @pre count() > 0.
   [[nodiscard]] Branch summary() const;
   /// Slot of the branch to a child. @pre It is there.
   [[nodiscard]] int slotOf(NodeIndex child_index) const;
 
   /// Overwrites a branch.
   void set(int slot, const Branch& branch);
-  /// Adds a branch behind the last. @pre !isFull().
+  /// Appends a branch. @pre !isFull().
   void append(const Branch& branch) { set(count_++, branch); }
-  /// The last branch takes the place of the removed one.
+  /// Removes a branch; the last one takes its slot.
   void remove(int slot);
   /// Forgets all branches.
   void clear() { count_ = 0; }
 
-  NodeIndex parent = kNoNode;  ///< The inner node above; says nothing in the root.
+  NodeIndex parent = kNoNode;  ///< The inner node above; undefined in the root.
 
  private:
   [[nodiscard]] std::size_t stride() const {
@@ -124,19 +124,19 @@ inline SlotSet Node::findOverlapping(const CellBox& window) const {
 /// Nodes of one capacity.
 class NodePool {
  public:
-  /// @param capacity  Most branches of a node (M), up to kMaxSlots.
+  /// @param capacity  Maximum number of branches of a node (M), up to kMaxSlots.
   explicit NodePool(int capacity) : capacity_(capacity), nodes_(Node::numBytes(capacity)) {}
 
-  /// Makes room: the next `num_nodes` calls of allocate() throw nothing. @throws std::bad_alloc
+  /// Reserves memory: the next `num_nodes` calls of allocate() throw nothing. @throws std::bad_alloc
   void reserve(std::size_t num_nodes) { nodes_.reserve(num_nodes); }
-  /// Gives back memory that no node needs.
+  /// Frees memory that no node needs.
   void trim() noexcept { nodes_.trim(); }
-  /// A node without branches. @throws std::bad_alloc  Beyond what is reserved.
+  /// Allocates a node without branches. @throws std::bad_alloc  beyond the reserved memory.
   [[nodiscard]] NodeIndex allocate();
-  /// Takes a node back. @pre It is from allocate(), and has not been released since.
+  /// Releases a node. @pre It is from allocate(), and has not been released since.
   void release(NodeIndex index) noexcept { nodes_.release(index); }
 
-  /// The node, which stays where it is until it is released. @pre It is in use.
+  /// The node, which does not move until it is released. @pre It is in use.
   ///@{
   [[nodiscard]] Node& operator[](NodeIndex index) {
     return *reinterpret_cast<Node*>(nodes_[index]);
@@ -145,12 +145,12 @@ class NodePool {
     return *reinterpret_cast<const Node*>(nodes_[index]);
   }
   ///@}
-  /// Asks the processor to fetch a node that is soon to be read.
+  /// Prefetches a node.
   [[gnu::always_inline]] void prefetch(NodeIndex index) const { nodes_.prefetch(index); }
 
   /// One beyond the greatest number that a node has, or can have without more memory.
   [[nodiscard]] std::size_t endIndex() const { return nodes_.endIndex(); }
-  /// Nodes in use.
+  /// Number of nodes in use.
   [[nodiscard]] std::size_t size() const { return nodes_.numItems(); }
   /// Bytes held from the allocator.
   [[nodiscard]] std::size_t numBytes() const { return nodes_.numBytes(); }

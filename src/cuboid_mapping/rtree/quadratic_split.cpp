@@ -31,14 +31,14 @@ std::pair<int, int> pickSeeds(const BranchList& branches) {
   return seeds;
 }
 
-/// A group while branches are given to it, and by how much each other branch would expand it.
+/// A group that is being filled, and its expansion by each other branch.
 class Group {
  public:
   Group(const Branch& seed, BranchList& members) : members_(members), box_(seed.box) {
     members_.push(seed);
   }
 
-  /// Takes a branch; its place in `rest` was `i`, which the last one has now.
+  /// Adds a branch, which was `rest[i]`; the last one of `rest` has moved there.
   void add(const Branch& branch) {
     members_.push(branch);
     box_ = unite(box_, branch.box);
@@ -77,7 +77,7 @@ int pickNext(int count, const Group& first, const Group& second) {
   return next;
 }
 
-/// Least expansion; ties go to the smaller volume, then to the group with fewer branches.
+/// Whether the first group expands least; ties go to the smaller volume, then to the group with fewer branches.
 bool belongsToFirst(int i, const Group& first, const Group& second) {
   if (first.expansion(i) != second.expansion(i)) return first.expansion(i) < second.expansion(i);
   if (first.volume() != second.volume()) return first.volume() < second.volume();
@@ -91,7 +91,7 @@ SplitGroups splitQuadratic(const BranchList& branches, int min_branches) noexcep
   SplitGroups groups;
   BranchList rest = branches;
   const auto [first_seed, second_seed] = pickSeeds(branches);
-  Group second(rest.take(second_seed), groups.second);  // The later one, so that the other stays.
+  Group second(rest.take(second_seed), groups.second);  // The later one first: the other stays.
   Group first(rest.take(first_seed), groups.first);
   first.computeExpansions(rest);
   second.computeExpansions(rest);

@@ -12,7 +12,7 @@ class BranchList {
  public:
   /// @pre size() <= kMaxSlots.
   void push(const Branch& branch) { branches_[static_cast<std::size_t>(size_++)] = branch; }
-  /// Takes a branch out; the last one takes its place.
+  /// Removes a branch; the last one takes its place.
   Branch take(int i) {
     const Branch taken = (*this)[i];
     branches_[static_cast<std::size_t>(i)] = (*this)[--size_];
@@ -40,7 +40,7 @@ struct SplitGroups {
 /// groups; then the branch with the clearest preference goes to the group that it expands least.
 ///
 /// @param branches  At least 2 * min_branches.
-/// @param min_branches  Each group gets at least as many (d of the paper).
+/// @param min_branches  Minimum number of branches of each group (d of the paper).
 /// @complexity O(n^2). Pure. A. Guttman, "R-trees", 1984, Section 3.5.2.
 [[nodiscard]] SplitGroups splitQuadratic(const BranchList& branches, int min_branches) noexcept;
 

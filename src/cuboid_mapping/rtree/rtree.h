@@ -11,24 +11,24 @@ namespace cuboid_mapping {
 /// R-tree of cuboids (A. Guttman, "R-trees", 1984; paper, Section III): leaf nodes with d to M
 /// cuboids under the nodes of an InnerTree.
 ///
-/// Any cuboids can be held, overlapping ones, too; none may be empty. Searches are in traversal.h.
+/// Cuboids may overlap; none may be empty. Searches are in traversal.h.
 /// Const functions may run side by side; a change needs exclusive access.
 class RTree {
  public:
-  /// @pre As of InnerTree.
+  /// @pre As for InnerTree.
   explicit RTree(const RTreeConfig& config = {}) : inner_(config), leaves_(config.max_branches) {}
 
-  /// Reserves room for coming changes, see InnerTree::reserve(). Within it no change throws.
+  /// Reserves memory for changes, see InnerTree::reserve(). No change within it throws.
   void reserve(std::size_t num_insertions, std::size_t num_removals);
-  /// Gives back memory that was reserved and is not needed.
+  /// Frees reserved memory that is not needed.
   void trim() noexcept;
 
-  /// Inserts one cuboid. @pre There is room for it. @complexity O(M log n), a split O(M^2).
+  /// Inserts one cuboid. @pre Memory is reserved. @complexity O(M log n), a split O(M^2).
   void insertReserved(const Cuboid& cuboid) noexcept;
-  /// Removes one cuboid with exactly this box. @pre There is room for it. @return false when there is
+  /// Removes one cuboid with exactly this box. @pre Memory is reserved. @return false if there is
   /// none.
   bool removeReserved(const CellBox& box) noexcept;
-  /// As above, and makes room first. @throws std::bad_alloc  The tree is as it was then.
+  /// As above, but reserve memory first. @throws std::bad_alloc  The tree is unchanged then.
   ///@{
   void insert(const Cuboid& cuboid) {
     reserve(1, 0);
@@ -39,7 +39,7 @@ class RTree {
     return removeReserved(box);
   }
   ///@}
-  /// Puts a cuboid in the place of one with this box, in the same leaf node. @return false when
+  /// Replaces a cuboid with this box, in the same leaf node. @return false if
   /// there is none.
   bool replace(const CellBox& box, const Cuboid& cuboid) noexcept;
   /// Removes all cuboids.
@@ -51,7 +51,7 @@ class RTree {
   [[nodiscard]] bool isEmpty() const { return size_ == 0; }
   /// Minimum bounding box of all cuboids; nothing when there are none.
   [[nodiscard]] std::optional<CellBox> bounds() const { return inner_.bounds(); }
-  /// Levels, that of the leaf nodes included; 0 for an empty tree.
+  /// Levels, leaf nodes included; 0 for an empty tree.
   [[nodiscard]] int height() const { return inner_.height(); }
   /// The nodes above the leaf nodes.
   [[nodiscard]] const InnerTree& inner() const { return inner_; }
@@ -59,7 +59,7 @@ class RTree {
   [[nodiscard]] const Node& leaf(NodeIndex index) const { return leaves_[index]; }
   /// Asks the processor to fetch a leaf node.
   [[gnu::always_inline]] void prefetchLeaf(NodeIndex index) const { leaves_.prefetch(index); }
-  /// Leaf nodes.
+  /// Number of leaf nodes.
   [[nodiscard]] std::size_t numLeafNodes() const { return leaves_.size(); }
   /// Bytes held from the allocator for the nodes.
   [[nodiscard]] std::size_t numBytes() const { return inner_.numBytes() + leaves_.numBytes(); }

@@ -9,10 +9,10 @@ namespace cuboid_mapping {
 /// Set of slots of a node: bit i stands for slot i.
 using SlotSet = std::uint64_t;
 
-/// Most slots that a node can have.
+/// Maximum number of slots of a node.
 constexpr int kMaxSlots = 64;
 
-/// Loops over a node's arrays take this many slots at a time, whatever the number of branches, so
+/// Number of slots for one step of a loop over a node's arrays, whatever the number of branches, so
 /// that the compiler turns each step into SIMD instructions; the arrays are padded to multiples.
 constexpr int kSlotGroup = 16;
 
@@ -45,7 +45,7 @@ using SlotFlags = std::uint8_t[kSlotGroup];
   return words[0] * kBytesToBits >> 56 | words[1] * kBytesToBits >> 56 << 8;
 }
 
-/// The slots below `count` that pass a test.
+/// Slots below `count` that pass a test.
 /// @param test  (int slot) -> bool without a branch; called for the slots of whole groups.
 template <typename TestT>
 [[nodiscard]] SlotSet findSlots(int count, TestT test) {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The searches of an R-tree: one way down its inner nodes, for leaf nodes of any kind. Thread-safe
-// beside each other, not beside a change.
+// The searches of an R-tree with leaf nodes of any kind. Thread-safe
+// among each other, not beside a change.
 #pragma once
 
 #include "cuboid_mapping/occupancy/cuboid_filter.h"
@@ -15,7 +15,7 @@
 
 namespace cuboid_mapping {
 
-/// A window that every cuboid lies in.
+/// A window that contains every cuboid.
 constexpr CellBox kEverywhere{
     {std::numeric_limits<std::int32_t>::min(), std::numeric_limits<std::int32_t>::min(),
      std::numeric_limits<std::int32_t>::min()},
@@ -51,7 +51,7 @@ Visit visitLeavesBelow(const InnerTree& tree, NodeIndex index, int level, const 
 /// Visits the leaf nodes whose MBRs share a cell with the window and which may hold cuboids that
 /// pass the filter, in no particular order.
 /// @param prefetch_leaf  (NodeIndex, int stage): called for some leaf nodes before they are visited, in stages 0
-///                       and 1, so that the second can follow what the first has fetched.
+///                       and 1, so that the second can use data that the first has fetched.
 /// @param visit_leaf  (NodeIndex) -> Visit.
 template <typename PrefetchT, typename VisitT>
 void visitLeaves(const InnerTree& tree, const CellBox& window, CuboidFilter filter,
@@ -88,8 +88,8 @@ void visitNearest(const InnerTree& tree, const Eigen::Vector3d& point, double ma
                   CuboidFilter filter, ReadT read_leaf, VisitT visit) {
   struct Item {
     double distance;
-    Cuboid cuboid;    ///< While level is -1.
-    NodeIndex index;  ///< Index of a node otherwise.
+    Cuboid cuboid;    ///< Set if level is -1.
+    NodeIndex index;  ///< Index of a node, otherwise.
     int level;
     bool operator<(const Item& other) const { return distance > other.distance; }
   };

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// For functions that processors with AVX2 have: what is computed for four beams at once.
+// Vectors for functions with AVX2, which compute four beams at once.
 #pragma once
 
 #include <cstdint>
 
-// Clang has no such switch of instructions within a file that its linters understand.
+// Clang has no instruction switch within a file that its linters understand.
 #if defined(__x86_64__) && defined(__GNUC__) && !defined(__clang__)
 #define CUBOID_MAPPING_HAS_AVX2 1
 #include <immintrin.h>
@@ -14,7 +14,7 @@
 
 namespace cuboid_mapping::avx2 {
 
-/// Four beams.
+/// Vectors of four beams.
 ///@{
 using Doubles = double __attribute__((vector_size(32)));
 using Longs = std::int64_t __attribute__((vector_size(32)));
@@ -22,7 +22,7 @@ using Floats = float __attribute__((vector_size(16)));
 using Ints = std::int32_t __attribute__((vector_size(16)));
 ///@}
 
-/// From and to arrays that are aligned for it.
+/// Loads from, and stores to, aligned arrays.
 ///@{
 template <typename LanesT, typename NumberT>
 LanesT load(const NumberT* from) {
@@ -34,7 +34,7 @@ void store(const LanesT& lanes, NumberT* to) {
 }
 ///@}
 
-/// Bit i of the flags, all bits or none, of lane i.
+/// Bits of the flags: bit i is set if lane i is (a lane has all bits or none).
 inline std::uint32_t toBits(const Longs& flags) {
   return static_cast<std::uint32_t>(_mm256_movemask_pd(reinterpret_cast<__m256d>(flags)));
 }

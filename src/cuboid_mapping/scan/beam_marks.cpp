@@ -22,7 +22,7 @@ BrickMask transposeWords(BrickMask mask) {
   return mask;
 }
 
-/// Byte j of word i goes to byte i of word j.
+/// Moves byte j of word i to byte i of word j.
 BrickMask transposeBytes(BrickMask mask) {
   const auto swap = [&mask](std::size_t distance, std::uint64_t low_bytes) {
     for (std::size_t i = 0; i < kBrickEdge; ++i) {

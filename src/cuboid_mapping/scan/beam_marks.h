@@ -10,7 +10,7 @@
 
 namespace cuboid_mapping {
 
-/// Bricks that one cloud can number: bits of a brick's number along each axis.
+/// Bits of a brick's number along each axis, which limit the bricks of one cloud.
 constexpr int kBrickKeyBits = 21;
 
 /// Number of a brick: 21 bits per axis, counted from the base of the cloud.
@@ -24,7 +24,7 @@ using BrickKey = std::uint64_t;
          static_cast<BrickKey>(local.z >> 3) << (2 * kBrickKeyBits);
 }
 
-/// How BrickMarks::misses[1] and [2] are laid out: as the function that marks beams writes them.
+/// Layout of BrickMarks::misses[1] and [2], given by the function that marks beams.
 enum class MarkLayout : unsigned char {
   kPlanes,  ///< markSlabs(): [1] word z, bit 8 * x + y; [2] word y, bit 8 * x + z.
   kSlabs,   ///< markSlabsAvx2(): [1] word y, bit 8 * z + x; [2] word x, bit 8 * z + y.
@@ -33,12 +33,12 @@ enum class MarkLayout : unsigned char {
 /// The voxels of one brick that the beams of a cloud have marked. Each mask is a cache line.
 struct alignas(64) BrickMarks {
   BrickMask hits{};  ///< Voxels in which a beam ends.
-  /// Misses, of beams that are longest along different axes; the first is as any BrickMask.
+  /// Misses of beams, by their longest axis; the first has the layout of any BrickMask.
   std::array<BrickMask, 3> misses{};
 
   /// All misses.
   [[nodiscard]] BrickMask collectMisses(MarkLayout layout) const;
-  /// Asks the processor to fetch them. Inline: gcc drops calls of functions that do nothing else.
+  /// Prefetches the masks. Inline: gcc drops calls of functions that do nothing else.
   [[gnu::always_inline]] void prefetch() const {
     __builtin_prefetch(&hits);
     for (const BrickMask& mask : misses) __builtin_prefetch(&mask);
@@ -48,15 +48,15 @@ struct alignas(64) BrickMarks {
 /// All bricks that beams have marked: a hash table by brick number.
 class BeamMarks {
  public:
-  /// The marks of a brick, which is added when it is new. Stays where it is until clear().
+  /// Finds or adds the marks of a brick. They do not move until clear().
   BrickMarks& findOrAdd(BrickKey key) {
     const std::size_t slot = slotOf(key);
     return slots_[slot].marks != nullptr ? *slots_[slot].marks : add(key);
   }
 
-  /// Bricks that were added since clear().
+  /// Number of bricks added since clear().
   [[nodiscard]] std::size_t size() const { return keys_.size(); }
-  /// A brick and its marks. @param index  In the order in which the bricks were added.
+  /// A brick and its marks. @param index  Index in the order of addition.
   ///@{
   [[nodiscard]] BrickKey key(std::size_t index) const { return keys_[index]; }
   [[nodiscard]] const BrickMarks& operator[](std::size_t index) const {
@@ -64,7 +64,7 @@ class BeamMarks {
   }
   ///@}
 
-  /// Forgets all bricks, keeps the memory.
+  /// Forgets all bricks, and keeps the memory.
   void clear();
 
  private:
@@ -84,7 +84,7 @@ class BeamMarks {
   BrickMarks& add(BrickKey key);
 
   std::size_t last_slot_ = 4095;
-  /// At most a quarter of them are taken: a search that goes on is hard to foresee.
+  /// Slots, at most a quarter in use: long searches are hard to predict.
   std::vector<Slot> slots_ = std::vector<Slot>(last_slot_ + 1);
   std::vector<std::unique_ptr<BrickMarks[]>> blocks_;
   std::vector<BrickKey> keys_;

@@ -46,14 +46,14 @@ class BeamSampler {
   }
 
  private:
-  /// As ScanUpdater takes a beam; also what bounds the number of its samples.
+  /// Whether ScanUpdater accepts the beam; this also bounds the number of its samples.
   [[nodiscard]] bool isTaken(const Eigen::Vector3d& observed_beam) const {
     const auto start = grid_.toCell(origin_map_);
     const auto end = grid_.toCell(origin_map_ + observed_beam);
     return start && end && isWithinReach(*start, *end);
   }
 
-  /// From [0, 1). Not std::uniform_real_distribution, whose results the standard leaves open.
+  /// Random number in [0, 1). The standard leaves the results of std::uniform_real_distribution open.
   double draw() { return static_cast<double>(random_() >> 11) * 0x1p-53; }
 
   Grid grid_;

@@ -12,11 +12,11 @@ namespace cuboid_mapping {
 
 /// Cells at random places along the beams of a scan, in proportion to the length of each beam.
 ///
-/// A beam is taken as far as it is observed: up to its end, or where it is cut. Beams that end
+/// Sampling covers the observed part of a beam: up to its end, or where it is cut. Beams that end
 /// outside the grid, are not finite, or are longer than kMaxBeamVoxels are left out.
 ///
 /// @param max_range_m  > 0; infinity for no limit.
-/// @param number  Of the scan, which makes every scan draw differently.
+/// @param number  Number of the scan, so that every scan draws differently.
 /// @return Each cell once, in the order of Cell's operator<.
 /// @complexity O(p + s log s) for p points and s samples.
 [[nodiscard]] std::vector<Cell> sampleBeams(const Grid& grid, const Scan& scan, double max_range_m,

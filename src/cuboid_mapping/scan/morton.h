@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Places along the Morton curve, of bricks with 21 bits an axis.
+// Morton numbers of bricks with 21 bits per axis.
 #pragma once
 
 #include "cuboid_mapping/scan/beam_marks.h"
@@ -18,7 +18,7 @@ namespace cuboid_mapping {
   return (value | value << 2) & 0x1249249249249249ULL;
 }
 
-/// Takes every third bit, from the lowest on: inverse of spreadBits().
+/// Gathers every third bit, from the lowest on: inverse of spreadBits().
 [[nodiscard]] constexpr std::uint64_t gatherBits(std::uint64_t value) {
   value &= 0x1249249249249249ULL;
   value = (value | value >> 2) & 0x10C30C30C30C30C3ULL;

@@ -9,17 +9,17 @@ namespace cuboid_mapping {
 
 /// Rays from one origin in arrays, so that a processor with AVX2 sets up four at once.
 struct RayBatch {
-  /// A set of rays is a word.
+  /// Number of rays: a set of them is one word.
   static constexpr int kSize = 32;
 
   RayBatch() = default;
-  /// One ray.
+  /// A batch of one ray.
   explicit RayBatch(const Ray& ray);
 
   int count = 0;
-  std::uint32_t taken = 0;  ///< Beams that are set up, as by RayOrigin::computeRay().
+  std::uint32_t taken = 0;  ///< Beams that are set up, see RayOrigin::computeRay().
   std::uint32_t cut = 0;    ///< Beams among them that end at the max range.
-  /// As in Ray, by axis and number. Those that are not taken say nothing.
+  /// Members of Ray, by axis and number; undefined for other beams.
   ///@{
   alignas(32) double t_max[3][kSize];
   alignas(32) double t_delta[3][kSize];
@@ -40,12 +40,12 @@ struct RayBatch {
   }
 };
 
-/// Whether this processor, and the compiler that made the package, have what computeRaysAvx2() and
-/// markSlabsAvx2() need.
+/// Whether this processor and the compiler of the package support computeRaysAvx2() and
+/// markSlabsAvx2().
 [[nodiscard]] bool hasAvx2();
 
-/// Sets up beams to some points, with the same bits as RayOrigin::computeRay(). A beam that this
-/// function refuses, of no length, or not within reach is not taken.
+/// Sets up beams to some points, with the same bits as RayOrigin::computeRay(). Beams that it refuses, of
+/// no length, or beyond reach are left out.
 /// @param count  1 to RayBatch::kSize.
 /// @param max_range_m  Longer beams are cut, see cutBeam().
 /// @pre hasAvx2(), and origin.cell().

@@ -8,7 +8,7 @@
 
 namespace cuboid_mapping {
 
-/// Four copies: four rays are set up at once.
+/// Four copies, since four rays are set up at once.
 RayBatch::RayBatch(const Ray& ray) : count(1), taken(1) {
   for (int i = 0; i < 4; ++i) {
     for (int axis = 0; axis < 3; ++axis) {
@@ -23,7 +23,7 @@ RayBatch::RayBatch(const Ray& ray) : count(1), taken(1) {
 
 #ifdef CUBOID_MAPPING_HAS_AVX2
 
-// Headers included above keep the instructions that every processor has.
+// Headers included above must use only the instructions that every processor has.
 #pragma GCC push_options
 #pragma GCC target("avx2")
 
@@ -31,7 +31,7 @@ namespace {
 
 using namespace avx2;
 
-/// Points, or ways from one to another, by axis.
+/// Points or differences of points, by axis.
 struct FloatVectors {
   Floats axis[3];
 };
@@ -39,7 +39,7 @@ struct FloatVectors {
 Doubles toDoubles(const Floats& floats) { return __builtin_convertvector(floats, Doubles); }
 Floats toFloats(const Doubles& doubles) { return __builtin_convertvector(doubles, Floats); }
 
-/// @param count  Those behind it are copies of the last.
+/// @param count  Number of points; later lanes are copies of the last.
 FloatVectors load(const Eigen::Vector3f* points, int count) {
   FloatVectors loaded;
   for (int i = 0; i < 4; ++i) {
@@ -61,7 +61,7 @@ Doubles computeLengths(const FloatVectors& ways) {
   return reinterpret_cast<Doubles>(_mm256_sqrt_pd(reinterpret_cast<__m256d>(toDoubles(squared))));
 }
 
-/// As cutBeam(). @return Those that were longer.
+/// As cutBeam(). @return Beams that were cut.
 Longs cutBeams(const Eigen::Vector3f& origin, double max_range_m, FloatVectors& ends) {
   const FloatVectors ways = subtract(ends, origin);
   const Doubles lengths_m = computeLengths(ways);
@@ -75,7 +75,7 @@ Longs cutBeams(const Eigen::Vector3f& origin, double max_range_m, FloatVectors& 
   return is_cut;
 }
 
-/// @param first  Of four rays. @return Those that are set up.
+/// @param first  Index of the first of four rays. @return Rays that are set up.
 Longs computeRays(const RayOrigin& origin, const FloatVectors& ends, int first, RayBatch& rays) {
   constexpr double kEnd = Grid::kMaxCell;
   constexpr double kNever = std::numeric_limits<double>::max();

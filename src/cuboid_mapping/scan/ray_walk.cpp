@@ -31,7 +31,7 @@ bool RayOrigin::computeRay(const Eigen::Vector3f& end, Ray& ray) const {
   const float squared_length = beam.x() * beam.x() + beam.y() * beam.y() + beam.z() * beam.z();
   const auto length_m = static_cast<float>(std::sqrt(static_cast<double>(squared_length)));
   if (!std::isfinite(length_m)) return false;
-  // Rounded to 0, it would never be used up: a step would add nothing to it.
+  // A length rounded to 0 would never be used up: a step would add nothing to it.
   const bool has_length = length_m > 0.0F;
   ray.length_m = length_m;
   for (int axis = 0; axis < 3; ++axis) {

@@ -43,21 +43,21 @@ class RayOrigin {
   /// Voxel of the origin; nothing when it is outside the grid or not finite.
   [[nodiscard]] const std::optional<Cell>& cell() const { return cell_; }
 
-  /// As given to the constructor.
+  /// Arguments of the constructor.
   ///@{
   [[nodiscard]] const Grid& grid() const { return grid_; }
   [[nodiscard]] const Eigen::Vector3d& anchor() const { return anchor_map_; }
   [[nodiscard]] const Eigen::Vector3f& point() const { return origin_; }
   ///@}
 
-  /// From the origin to the next border down or up an axis, in metres. @pre cell().
+  /// Distance from the origin to the next border down or up an axis, in metres. @pre cell().
   [[nodiscard]] double toBorder(int axis, bool is_up) const {
     return to_border_[axis][is_up ? 1 : 0];
   }
 
   /// Sets up the beam to a point. A beam so short that its length is rounded to 0 between two
   /// voxels (ends 1e-23 m off an edge) has no steps: it passes its first voxel only.
-  /// @return false, with nothing to rely on in `ray`, when the end is outside the grid or not
+  /// @return false, with `ray` undefined, if the end is outside the grid or not
   /// finite, or the length is no float32.
   /// @pre cell().
   [[nodiscard]] bool computeRay(const Eigen::Vector3f& end, Ray& ray) const;
@@ -67,12 +67,12 @@ class RayOrigin {
   Eigen::Vector3d anchor_map_;
   Eigen::Vector3f origin_;
   std::optional<Cell> cell_;
-  /// Per axis, from the origin to the next border down and up, in metres.
+  /// Distances from the origin to the next border down and up, per axis, in metres.
   double to_border_[3][2];
 };
 
 /// Cuts a beam at a range, with the arithmetic of octomath::Vector3::normalized() and octomap_server.
-/// @return Whether it was longer.
+/// @return Whether the beam was longer.
 bool cutBeam(const Eigen::Vector3f& origin, double max_range_m, Eigen::Vector3f& end);
 
 /// Walks from the origin's voxel (included) to the end point's (excluded).
@@ -81,20 +81,20 @@ bool cutBeam(const Eigen::Vector3f& origin, double max_range_m, Eigen::Vector3f&
 ///   - both points in one voxel: nothing is marked;
 ///   - a beam through an edge or a corner of voxels: one axis after the other; ties in the order
 ///     z, y, x;
-///   - rounding errors let it miss the end voxel: it stops where the length of the beam is used up.
+///   - rounding errors make it miss the end voxel: it stops when the length of the beam is used up.
 ///
-/// The walk ends, whatever the points: after its first step it goes on only while the length that it
-/// has come to is at most the beam's, which is finite, and each step adds its t_delta to one of three
+/// The walk ends for all points: after its first step it goes on only while the length so far
+/// is at most the beam's, which is finite, and each step adds its t_delta to one of three
 /// lengths. Where a step is not 0, t_delta is resolution / |component| with |component| < 2 (a rounded
 /// unit vector), so that the sum grows by more than its rounding error: a grid has 2^31 voxels along
 /// an axis, a double 53 bits. On an axis these are at most the voxels between both ends and two more,
 /// one because the ends lie anywhere in theirs, one for rounding.
 ///
-/// @param cursor  mark() takes the current voxel; advance(axis) goes on by ray.step[axis];
-///                isAtEnd() says that the current voxel is the end point's. It starts in the
-///                origin's voxel. By value, so that its state can stay in registers.
+/// @param cursor  mark() marks the current voxel; advance(axis) goes on by ray.step[axis];
+///                isAtEnd() tells whether the current voxel is the end point's. It starts in the
+///                origin's voxel. It is passed by value, so that its state can stay in registers.
 /// @return The cursor where it stopped.
-/// @pre `ray` is of RayOrigin::computeRay().
+/// @pre `ray` is from RayOrigin::computeRay().
 /// @complexity O(number of voxels passed).
 template <typename CursorT>
 [[nodiscard]] CursorT walkRay(const Ray& ray, CursorT cursor) {

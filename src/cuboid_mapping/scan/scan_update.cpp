@@ -145,18 +145,18 @@ void ScanUpdater::markBeam(const Ray& ray, bool is_hit, BeamMarks& marks) const 
   (is_hit ? last_marks.hits : last_marks.misses[0]).set(voxel);
 }
 
-/// All but the last voxel. By walkRay() alone: the slab walks mark the last one, too.
+/// Marks all but the last voxel, with walkRay(): the slab walks mark the last one, too.
 void ScanUpdater::markOpenBeam(const Ray& ray, BeamMarks& marks) const {
   (void)walkRay(ray, BrickCursor(ray, base_, marks));
 }
 
 /// Marks a beam with a return in two parts: misses up to the margin, grazes from there on.
-/// @param ray  Of the whole beam, which is not cut.
+/// @param ray  The whole beam, which is not cut.
 void ScanUpdater::markWithMargin(const BeamSource& source, const Eigen::Vector3f& end,
                                  const Ray& ray, bool is_hit, Share& share) const {
   const Cell local_end = ray.end - base_;
   if (is_hit) share.marks.findOrAdd(toBrickKey(local_end)).hits.set(voxelIndex(local_end));
-  // An open end must not be marked; one that is hit may, since a hit wins.
+  // An open end must not be marked; a hit may, since a hit wins.
   const auto mark = [&](const Ray& part_of_ray, BeamMarks& marks) {
     if (is_hit || part_of_ray.end != ray.end) return markBeam(part_of_ray, false, marks);
     markOpenBeam(part_of_ray, marks);
@@ -170,7 +170,7 @@ void ScanUpdater::markWithMargin(const BeamSource& source, const Eigen::Vector3f
   if (margin_origin.cell() && margin_origin.computeRay(end, ray_part)) mark(ray_part, share.grazes);
 }
 
-/// Adds those of some beams, at most RayBatch::kSize, that markSlabsAvx2() marks. @return The others.
+/// Marks a batch of at most RayBatch::kSize beams by markSlabsAvx2(). @return The beams that need walkRay().
 std::uint32_t ScanUpdater::addBatch(const RayOrigin& ray_origin, const Eigen::Vector3f* ends,
                                     int count, bool are_returns, Share& share) const {
   RayBatch rays;
@@ -280,9 +280,9 @@ const ScanUpdate& ScanUpdater::compute(const Scan* first, std::size_t count) {
   base_ = Cell{0, 0, 0};
   for (std::size_t i = count; i > 0; --i) {
     const RayOrigin ray_origin(grid_, first[i - 1].anchor_map, first[i - 1].origin);
-    if (ray_origin.cell()) base_ = baseOf(*ray_origin.cell());  // That of the first that has one.
+    if (ray_origin.cell()) base_ = baseOf(*ray_origin.cell());  // The base of the first one.
   }
-  // Small parts: in a cloud ring by ring, the beams of one half are several times as long.
+  // Parts are small because in a cloud ordered by rings the beams of one half are several times as long.
   const std::size_t num_parts = kPartsPerThread * shares_.size();
   std::atomic<std::size_t> next_part{0};
   parallelFor(shares_.size(), numThreads(), [&](std::size_t i) {
@@ -318,7 +318,7 @@ void ScanUpdater::sortMarks(Share& share) {
   std::sort(share.order.begin(), share.order.end(), isBefore);
 }
 
-/// Unites what the threads have found out.
+/// Unites the results of the threads.
 void ScanUpdater::collectBricks() {
   std::vector<PlacedMarks> order;
   for (const Share& share : shares_) {

@@ -16,20 +16,20 @@
 
 namespace cuboid_mapping {
 
-/// Leaves out of an update what a sensor that only marks, or only clears, does not say: its misses, or its hits, whose
-/// voxels then are neither.
+/// Reduces an update to that of a sensor that only marks, or only clears: removes its misses; or its hits, whose
+/// voxels then are not observed.
 ///@{
 void keepMarks(ScanUpdate& update);
 void keepClears(ScanUpdate& update);
 ///@}
 
-/// Which voxels a cloud observes, see ScanUpdate. Pure: does not see the map.
+/// Computes the voxels that a cloud observes, see ScanUpdate. Pure: does not read the map.
 ///
-/// Not thread-safe; keeps its buffers from one cloud to the next.
+/// Not thread-safe; reuses its buffers.
 class ScanUpdater {
  public:
   /// @param threads  >= 1; the update does not depend on it.
-  /// @param sampling  Of cells along the beams; unless given none are drawn.
+  /// @param sampling  Sampling of cells along the beams; none by default.
   ///@{
   explicit ScanUpdater(const Grid& grid, const BeamRanges& ranges = {}, int threads = 1,
                        const BeamSampling& sampling = {});
@@ -42,12 +42,12 @@ class ScanUpdater {
   /// @complexity O(voxels passed), and O(b log b) for b touched bricks.
   const ScanUpdate& compute(const Scan& scan) { return compute(&scan, 1); }
 
-  /// One observation of scans from several places, as of a sensor that moves while it measures.
+  /// One observation of scans from several places, for a sensor that moves while it measures.
   /// @param first  The first of `count` scans, whose sensor lies within 200 km of all others at 0.05 m (2^22
-  ///               voxels); what does not counts as too far.
+  ///               voxels); scans beyond count as too far.
   const ScanUpdate& compute(const Scan* first, std::size_t count);
 
-  /// Exchanges the last update for another object, whose memory is used again.
+  /// Swaps the last update with another object, whose memory is reused.
   void swapUpdate(ScanUpdate& update) { std::swap(update_, update); }
 
  private:
@@ -62,14 +62,14 @@ class ScanUpdater {
   /// Results of one thread.
   struct Share {
     BeamMarks marks;
-    BeamMarks grazes;                ///< Without hits; empty without an end margin.
+    BeamMarks grazes;                ///< Marks without hits; empty without an end margin.
     std::vector<PlacedMarks> order;  ///< Order of all its bricks.
     std::size_t num_points = 0;
     std::size_t num_out_of_range = 0;
     std::size_t num_too_far = 0;
   };
 
-  /// A scan, as all its beams need it.
+  /// Common data of the beams of a scan.
   struct BeamSource {
     const Scan& scan;
     RayOrigin ray_origin;
@@ -81,7 +81,7 @@ class ScanUpdater {
                       bool is_hit, Share& share) const;
   [[nodiscard]] std::uint32_t addBatch(const RayOrigin& ray_origin, const Eigen::Vector3f* ends,
                                        int count, bool are_returns, Share& share) const;
-  /// The beam to a point, cut at the greatest range. @return Nothing when it is too far, which is counted.
+  /// The beam to a point, cut at the maximum range. @return Nothing if it is too far, which is counted.
   [[nodiscard]] std::optional<Ray> cutRay(const BeamSource& source, const Eigen::Vector3f& end,
                                           bool& is_cut, Share& share) const;
   void addBeam(const BeamSource& source, const Eigen::Vector3f& end, bool is_return,

@@ -6,7 +6,7 @@
 
 #ifdef CUBOID_MAPPING_HAS_AVX2
 
-// Headers included above keep the instructions that every processor has.
+// Headers included above must use only the instructions that every processor has.
 #pragma GCC push_options
 #pragma GCC target("avx2")
 
@@ -17,11 +17,11 @@ using namespace avx2;
 
 /// Four beams on one axis.
 struct AxisOfBeams {
-  Doubles t_first;  ///< Lengths at which they cross the first border, as in Ray.
-  Doubles t_last;   ///< The last border, if there is one.
+  Doubles t_first;  ///< Lengths at the first border, as in Ray.
+  Doubles t_last;   ///< Lengths at the last border, if there is one.
   Doubles t_delta;
   Doubles num_borders;
-  Longs is_down;  ///< A mask.
+  Longs is_down;  ///< Mask of beams that go down.
   Longs start;    ///< Local cells.
   Longs end;
 
@@ -38,7 +38,7 @@ struct AxisOfBeams {
     t_last = t_first + (num_borders - 1.0) * t_delta;
   }
 
-  /// Whether the beams cross these borders and no other, whatever rounding has done.
+  /// Whether the beams cross these borders and no other, whatever the rounding.
   [[nodiscard]] Longs isClear(const Doubles& length) const {
     const Doubles margin = length * kUnsureShare;
     const Doubles t_next = t_first + num_borders * t_delta;
@@ -50,7 +50,7 @@ struct AxisOfBeams {
   [[nodiscard]] Longs from(const Longs& is_backward) const { return is_backward ? end : start; }
 };
 
-/// For each beam one axis or the other.
+/// Selects one axis or the other for each beam.
 AxisOfBeams select(const Longs& which, const AxisOfBeams& a, const AxisOfBeams& b) {
   AxisOfBeams selected = b;
   selected.t_first = which ? a.t_first : b.t_first;
@@ -80,7 +80,7 @@ void setUpAcross(const AxisOfBeams& across, const AxisOfBeams& along, const Long
   store(mirror, &beams.mirrors[first]);
 }
 
-/// As SlabBeam::setUp(), of four beams. @return Those that it sets up.
+/// As SlabBeam::setUp(), for four beams. @return Beams that are set up.
 Longs setUp(const RayBatch& rays, const Cell& base, int first, SlabBeams& beams) {
   const AxisOfBeams x(rays, base, 0, first);
   const AxisOfBeams y(rays, base, 1, first);

@@ -14,17 +14,17 @@
 
 namespace cuboid_mapping {
 
-// A set of slabs of a brick is a byte.
+// All slabs of a brick; a set of them is a byte.
 constexpr unsigned kAllSlabs = 0xFF;
 
-/// The phases of eight slabs have 1 bit before the point and 15 after it: whether the number of
-/// borders crossed is odd, and how far it is to the next.
+/// Bits after the point in the phases of eight slabs, with 1 bit before it: whether the number of
+/// borders crossed is odd, and the distance to the next.
 constexpr int kLaneBits = 15;
 
-/// Eight slabs; the compiler knows vectors of the machine.
+/// Lanes for eight slabs; the compiler maps them to the machine's vectors.
 using Lanes = std::uint16_t __attribute__((vector_size(16)));
 
-/// Bit i: the highest of a lane of `low`, bit 8 + i: of `high`.
+/// Highest bits of the lanes: bit i for lane i of `low`, bit 8 + i for lane i of `high`.
 inline unsigned highestBits(const Lanes& low, const Lanes& high) {
 #ifdef __SSE2__
   return static_cast<unsigned>(_mm_movemask_epi8(
@@ -36,7 +36,7 @@ inline unsigned highestBits(const Lanes& low, const Lanes& high) {
 #endif
 }
 
-/// The upper halves of the products.
+/// Upper halves of the products.
 inline Lanes multiplyHigh(const Lanes& a, const Lanes& b) {
 #ifdef __SSE2__
   return reinterpret_cast<Lanes>(
@@ -48,21 +48,21 @@ inline Lanes multiplyHigh(const Lanes& a, const Lanes& b) {
 #endif
 }
 
-/// One of the two axes across the beam, on the way from brick to brick. Coordinates are mirrored where
+/// One of the two axes across the beam, on the walk from brick to brick. Coordinates are mirrored if
 /// the beam goes down the axis, so that it always goes up.
 struct CrossedAxis {
   int axis = 0;
-  double t_first = 0.0;  ///< Length at which the beam crosses the first border, as in Ray.
-  double t_delta = 0.0;  ///< From one border to the next.
-  std::int64_t phase = 1LL << (kPhaseBits - 1);  ///< At the far end of the brick's first slab.
+  double t_first = 0.0;                          ///< Length at the first border, as in Ray.
+  double t_delta = 0.0;                          ///< Length from one border to the next.
+  std::int64_t phase = 1LL << (kPhaseBits - 1);  ///< Phase at the far end of the first slab.
   std::int64_t slope = 0;                        ///< Change of the phase per slab.
-  int num_borders = 0;                           ///< All that the beam crosses.
+  int num_borders = 0;                           ///< Number of borders that the beam crosses.
   int num_crossed = 0;    ///< Borders crossed before it enters the current brick.
   int voxel = 0;          ///< Voxel where it enters the brick, mirrored: 0 to 7.
-  int mirror = 0;         ///< 7 where coordinates are mirrored: 7 - i is i ^ 7.
-  BrickKey key_step = 0;  ///< To the next brick.
+  int mirror = 0;         ///< 7 if coordinates are mirrored: 7 - i is i ^ 7.
+  BrickKey key_step = 0;  ///< Key difference to the next brick.
   Lanes lane_offsets{};   ///< Change of the phase from the first slab to each.
-  Lanes lane_slope{};     ///< With 16 bits after the point.
+  Lanes lane_slope{};     ///< Slope with 16 bits after the point.
 
   void setUpLanes() {
     constexpr Lanes kSlabs{0, 1, 2, 3, 4, 5, 6, 7};
@@ -71,15 +71,15 @@ struct CrossedAxis {
     lane_slope += static_cast<std::uint16_t>(std::min(slope >> (kPhaseBits - 16), kGreatest));
   }
 
-  /// Rounding errors of the ray walk may let the beam cross two borders, or none, in a slab.
+  /// Whether rounding errors of the ray walk may let the beam cross two borders, or none, in a slab.
   [[nodiscard]] bool isDiagonal() const { return slope > (1LL << kPhaseBits) - 2 * kUnsure; }
   [[nodiscard]] double crossingOf(int border) const { return t_first + border * t_delta; }
-  /// At the far ends of the brick's slabs; up to 8 units too low.
+  /// Phases at the far ends of the brick's slabs; up to 8 units too low.
   [[nodiscard]] Lanes lanePhases() const {
     return static_cast<std::uint16_t>(phase >> (kPhaseBits - kLaneBits)) + lane_offsets;
   }
 
-  /// Slabs in which the beam crosses a border. @param slabs  Those that the phases decide.
+  /// Slabs in which the beam crosses a border. @param slabs  Slabs whose phases are sure.
   [[nodiscard]] unsigned findCrossings(unsigned is_odd, unsigned slabs) const {
     const unsigned odd = is_odd & ~((slabs & -slabs) - 1U);
     return (odd ^ (odd << 1 | (static_cast<unsigned>(num_crossed) & 1U))) & slabs;
@@ -88,7 +88,7 @@ struct CrossedAxis {
 
 /// Crossings by the phases at the far ends of eight slabs: bit i is for slab i.
 struct SlabEnds {
-  unsigned is_odd[2];     ///< The number of borders crossed so far is odd, of rows and of words.
+  unsigned is_odd[2];     ///< The number of crossed borders is odd, of rows and of words.
   unsigned is_unsure;     ///< A border is so near that rounding may have moved it.
   unsigned is_row_first;  ///< Slabs in which borders of both axes are crossed.
   unsigned is_order_unsure;
@@ -97,13 +97,13 @@ struct SlabEnds {
 inline SlabEnds computeSlabEnds(const CrossedAxis& row, const CrossedAxis& word) {
   const Lanes row_phases = row.lanePhases();
   const Lanes word_phases = word.lanePhases();
-  // True phases are up to 8 units higher; one more on either side for what rounding may do.
+  // True phases are up to 8 units higher; one more on either side for rounding.
   constexpr std::uint16_t kBelow = 9;
   constexpr std::uint16_t kUnsureLanes = 2 * (kBelow + 1);
   const Lanes is_unsure = reinterpret_cast<Lanes>((row_phases + kBelow) << 1 <= kUnsureLanes) |
                           reinterpret_cast<Lanes>((word_phases + kBelow) << 1 <= kUnsureLanes);
 
-  // The row's border lies before the word's when fraction / slope, the way from there to the end of
+  // The row's border lies before the word's if fraction / slope, the distance from there to the end of
   // the slab, is longer. The products are up to 21 units too low.
   constexpr std::uint16_t kOrderUnsure = 22;
   const Lanes row_way = multiplyHigh(row_phases << 1, word.lane_slope);

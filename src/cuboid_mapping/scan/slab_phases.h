@@ -6,12 +6,12 @@
 
 namespace cuboid_mapping {
 
-/// Phases are fixed-point numbers of borders crossed: 16 bits before the point, 48 after it.
+/// Bits after the point in phases, fixed-point numbers of crossed borders, with 16 bits before it.
 constexpr int kPhaseBits = 48;
-constexpr int kMaxSlabs = 30000;  ///< Counts of borders fit into a phase.
-/// How near a border rounding may move a phase across it.
+constexpr int kMaxSlabs = 30000;  ///< Maximum number of slabs: counts of borders fit into a phase.
+/// Distance to a border within which rounding may move a phase across it.
 constexpr std::int64_t kUnsure = 1LL << (kPhaseBits - 22);
-/// Share of a length that rounding errors of sums of up to 2^16 terms do not reach.
+/// Bound of rounding errors in sums of up to 2^16 terms, as a share of the length.
 constexpr double kUnsureShare = 1.0 / (1ULL << 32);
 
 }  // namespace cuboid_mapping

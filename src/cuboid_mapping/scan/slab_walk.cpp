@@ -22,16 +22,16 @@ constexpr std::array<std::uint8_t, 256> makeSlabCounts() {
   return counts;
 }
 
-/// The instruction that counts bits is not there on every x86-64.
+/// Numbers of bits: not every x86-64 has an instruction to count them.
 constexpr std::array<std::uint8_t, 256> kSlabCounts = makeSlabCounts();
 
 int countSlabs(unsigned slabs) { return kSlabCounts[slabs]; }
 
-/// A plane of a brick: row = voxel across the beam, column = slab. For every pattern of slabs in
+/// Voxels of a brick's plane (row = voxel across the beam, column = slab), for every pattern of slabs in
 /// which the beam crosses a border to the next row, from row 0.
 struct RowTables {
   std::array<std::uint64_t, 256> entries{};  ///< The voxel where the beam enters each slab.
-  std::array<std::uint64_t, 256> exits{};    ///< Voxels where it leaves; row 8 is left out.
+  std::array<std::uint64_t, 256> exits{};    ///< Voxels where it leaves, without row 8.
 };
 
 constexpr RowTables makeRowTables() {
@@ -49,7 +49,7 @@ constexpr RowTables makeRowTables() {
 
 constexpr RowTables kRows = makeRowTables();
 
-/// Places of the rows of a brick's planes: one of RowTables, moved to the row of the beam.
+/// Rows of a brick's plane from RowTables, moved to the row of the beam.
 struct PlaneRows {
   std::uint64_t entries;
   std::uint64_t exits;
@@ -57,12 +57,12 @@ struct PlaneRows {
   bool has_ninth;  ///< The beam crosses a border in each slab: row 8, which the tables leave out.
 };
 
-/// A beam, set up for a walk from slab to slab: up the axis along which it is longest, whether that
-/// is from the origin to the end or back.
+/// A beam, set up for a walk from slab to slab: up its longest axis, from the origin to the end
+/// or back.
 struct SlabBeam {
-  int along = 0;             ///< The axis along which it is longest.
+  int along = 0;             ///< The longest axis.
   bool is_backward = false;  ///< The walk goes from the end to the origin.
-  double margin = 0.0;  ///< Lengths that are nearer than this may be in another order in walkRay().
+  double margin = 0.0;       ///< Lengths that differ by less may have another order in walkRay().
   int num_borders[3] = {0, 0, 0};
   BrickKey key = 0;  ///< Key of the brick where the walk begins.
   int slab = 0;      ///< Slab of that brick where the walk begins.
@@ -70,7 +70,7 @@ struct SlabBeam {
   CrossedAxis word;
 
   /// @param local_start  ray.start minus the base of the brick numbers: each in [0, 2^24).
-  /// @return false when the beam ends too near a border to say that it crosses it, or does not leave
+  /// @return false if the beam ends too near a border to decide whether it crosses it, or does not leave
   /// its first slab.
   [[nodiscard]] bool setUp(const Ray& ray, const Cell& local_start);
 
@@ -130,9 +130,9 @@ class SlabWalk {
  public:
   SlabWalk(const Ray& ray, BeamMarks& beam_marks) : ray_(ray), beam_marks_(beam_marks) {}
 
-  /// @return Whether the beam ends clearly between the borders that lead to its end.
+  /// @return Whether the beam clearly ends between the last borders.
   [[nodiscard]] bool begin(const Cell& local_start);
-  /// @return false where walkRay() has to go on.
+  /// @return false if walkRay() has to go on.
   [[nodiscard]] bool run();
 
  private:
@@ -152,7 +152,7 @@ class SlabWalk {
   const Ray& ray_;
   BeamMarks& beam_marks_;
   std::uint64_t* misses_ = nullptr;  ///< Misses of the brick `beam_.key`.
-  /// Misses of the next brick across; nowhere_ when the beam does not get there.
+  /// Misses of the next brick across; nowhere_ if the beam does not reach it.
   std::uint64_t* next_row_misses_ = nullptr;
   std::uint64_t nowhere_[8] = {};
   SlabBeam beam_;
@@ -180,7 +180,7 @@ bool SlabWalk::run() {
   }
 }
 
-/// Length at which walkRay() crosses a border, to the last bit. @param border  In the order of the walk here.
+/// Length at which walkRay() crosses a border, to the last bit. @param border  Number in the order of this walk.
 double SlabWalk::exactCrossing(int axis, int border) const {
   const int additions = beam_.is_backward ? beam_.num_borders[axis] - 1 - border : border;
   double t = ray_.t_max[axis];
@@ -188,7 +188,7 @@ double SlabWalk::exactCrossing(int axis, int border) const {
   return t;
 }
 
-/// Whether the beam crosses one border before another, in the order of the walk here. Ties as in
+/// Whether the beam crosses one border before another, in the order of this walk. Ties as in
 /// walkRay(): z before y before x.
 bool SlabWalk::isBefore(const CrossedAxis& across, int border, int other_axis,
                         int other_border) const {
@@ -198,7 +198,7 @@ bool SlabWalk::isBefore(const CrossedAxis& across, int border, int other_axis,
   return is_first != beam_.is_backward;
 }
 
-/// Corrects what the phases say at the ends of some slabs. @return is_odd.
+/// Corrects the unsure phases at the ends of slabs. @return is_odd.
 unsigned SlabWalk::decide(const CrossedAxis& across, unsigned is_odd, unsigned unsure) const {
   constexpr std::int64_t kHalf = 1LL << (kPhaseBits - 1);
   for (; unsure != 0; unsure &= unsure - 1) {
@@ -218,7 +218,7 @@ unsigned SlabWalk::decide(const CrossedAxis& across, unsigned is_odd, unsigned u
   return is_odd;
 }
 
-/// Corrects which border comes first in some slabs where the beam crosses borders of both axes.
+/// Corrects the unsure order of borders in slabs where the beam crosses borders of both axes.
 /// @return is_row_first.
 unsigned SlabWalk::decideOrder(unsigned rows, unsigned words, unsigned is_row_first,
                                unsigned unsure) const {
@@ -235,9 +235,9 @@ unsigned SlabWalk::decideOrder(unsigned rows, unsigned words, unsigned is_row_fi
   return is_row_first;
 }
 
-/// @param slabs  Of the brick that the beam passes.
-/// @param last_slab  Of the beam; below 8 when it lies in this brick.
-/// @return false, with nothing marked, when it cannot be told what the beam passes.
+/// @param slabs  Slabs of the brick that the beam passes.
+/// @param last_slab  Last slab of the beam; below 8 if it lies in this brick.
+/// @return false, with nothing marked, if the passed voxels cannot be decided.
 bool SlabWalk::markBrick(unsigned slabs, int last_slab) {
   SlabEnds ends = computeSlabEnds(beam_.row, beam_.word);
   const unsigned decided = last_slab < 8 ? slabs & ~(1U << last_slab) : slabs;
@@ -249,7 +249,7 @@ bool SlabWalk::markBrick(unsigned slabs, int last_slab) {
   unsigned rows = beam_.row.findCrossings(ends.is_odd[0], decided);
   unsigned words = beam_.word.findCrossings(ends.is_odd[1], decided);
   if (last_slab < 8) {
-    // In its last slab the beam crosses what is left.
+    // In its last slab the beam crosses the remaining borders.
     const int rows_left = beam_.row.num_borders - beam_.row.num_crossed - countSlabs(rows);
     const int words_left = beam_.word.num_borders - beam_.word.num_crossed - countSlabs(words);
     assert((rows_left | words_left | 1) == 1);
@@ -264,7 +264,7 @@ bool SlabWalk::markBrick(unsigned slabs, int last_slab) {
   next_row_misses_ = last_row > 7 ? findMisses(beam_.key + beam_.row.key_step) : nowhere_;
   const PlaneRows plane_rows{kRows.entries[rows], kRows.exits[rows], 8 * beam_.row.voxel,
                              rows == kAllSlabs};
-  // Plane by plane: slabs that the beam enters, and leaves, in the plane.
+  // For each plane: slabs that the beam enters, and leaves, in the plane.
   unsigned entered = slabs;
   unsigned left = slabs;
   for (unsigned crossings = words; crossings != 0; crossings &= crossings - 1) {

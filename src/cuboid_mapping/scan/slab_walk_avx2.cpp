@@ -9,7 +9,7 @@ namespace cuboid_mapping {
 
 #ifdef CUBOID_MAPPING_HAS_AVX2
 
-// Headers included above keep the instructions that every processor has.
+// Headers included above must use only the instructions that every processor has.
 #pragma GCC push_options
 #pragma GCC target("avx2")
 
@@ -17,27 +17,27 @@ namespace {
 
 using namespace avx2;
 
-/// Eight slabs.
+/// Vectors of eight slabs.
 ///@{
 using Lanes = std::int32_t __attribute__((vector_size(32)));
 using Fractions = float __attribute__((vector_size(32)));
 ///@}
-/// Four slabs, a mask for each.
+/// Masks of four slabs.
 using Masks = std::uint64_t __attribute__((vector_size(32)));
 
-/// The phases of eight slabs have 5 bits before the point, one of them the sign, and 27 after it.
+/// Bits after the point in the phases of eight slabs, with 5 bits before it, one of them the sign.
 constexpr int kLaneBits = 27;
 constexpr std::int32_t kFraction = (1 << kLaneBits) - 1;
-/// Lanes are up to 8 units too low; one more for what rounding may do.
+/// Error of lanes: up to 8 units too low, and one more for rounding.
 constexpr std::int32_t kBelow = static_cast<std::int32_t>(kUnsure >> (kPhaseBits - kLaneBits)) + 9;
 /// Largest error of the difference of two fractions times slopes. Lanes may be 9 units too low, rounding may move each by 32, and a
 /// float holds 24 bits of them.
 constexpr float kOrderUnsure = 128.0F;
 
-/// The slab of each lane: those in the lower halves of 64 bits are 0 to 3.
+/// The slab of each lane: the lower halves of 64 bits have slabs 0 to 3.
 constexpr Lanes kSlabs{0, 4, 1, 5, 2, 6, 3, 7};
 
-/// Bits of a voxel's place that say that it is in the next brick along the rows, or along the words.
+/// Bits of a voxel's place for the next brick along the rows, and along the words.
 constexpr std::int32_t kNextRow = 128;
 constexpr std::int32_t kNextWord = 64;
 
@@ -48,14 +48,14 @@ bool hasAny(const Lanes& lanes) {
   return _mm256_testz_si256(bits, bits) == 0;
 }
 
-/// Bit `place` of each mask; none where it is 64 or greater.
+/// Bit `place` of each mask; no bit if it is 64 or greater.
 Masks bitAt(const Masks& place) {
   return reinterpret_cast<Masks>(
       _mm256_sllv_epi64(_mm256_set1_epi64x(1), reinterpret_cast<__m256i>(place)));
 }
 
-/// An axis across the beam, on the way from brick to brick. Its phase counts from the brick's first
-/// voxel, not from where the beam begins.
+/// An axis across the beam, on the walk from brick to brick. Its phase counts from the brick's first
+/// voxel, not from the start of the beam.
 struct WideAxis {
   std::int64_t phase;
   std::int64_t slope;
@@ -65,7 +65,7 @@ struct WideAxis {
   std::int32_t lane_slope;
   float order_slope;
   Lanes mirrors;
-  Lanes next_mirrors;  ///< Mirrors of the rows 8 to 15, which are in the next brick.
+  Lanes next_mirrors;  ///< Mirrors of the rows 8 to 15 in the next brick.
   Lanes lane_offsets;
 
   WideAxis(const AcrossAxes& beams, std::size_t beam, int slab, BrickKey key_up)
@@ -82,7 +82,7 @@ struct WideAxis {
     lane_offsets = kSlabs * lane_slope;
   }
 
-  /// At the far ends of the brick's slabs.
+  /// Phases at the far ends of the brick's slabs.
   [[nodiscard]] Lanes phases() const {
     return static_cast<std::int32_t>(phase >> (kPhaseBits - kLaneBits)) + lane_offsets;
   }
@@ -100,10 +100,10 @@ struct WideAxis {
   }
 };
 
-/// Voxels that the beam passes in eight slabs: where it enters each, where it is between the borders
-/// of both axes that it crosses, and where it leaves. They are the same without a border.
+/// Voxels that the beam passes in eight slabs: where it enters each, where it is between crossings of
+/// both axes, and where it leaves. They are equal without a crossing.
 ///
-/// A voxel's place is the number of its bit in the mask of the slab, 8 * word + row, and kNextRow and
+/// A voxel's place is the index of its bit in the mask of the slab, 8 * word + row, plus kNextRow and
 /// kNextWord.
 struct SlabPlaces {
   Masks low[3];   ///< Slabs 0 to 3.
@@ -116,7 +116,7 @@ struct SlabPlaces {
 };
 
 Lanes rowPlaces(const WideAxis& row, const Lanes& rows) {
-  const Lanes is_next = rows << 28;  // In the sign.
+  const Lanes is_next = rows << 28;  // Shifted into the sign.
   const __m256 places = _mm256_blendv_ps(reinterpret_cast<__m256>(rows ^ row.mirrors),
                                          reinterpret_cast<__m256>(rows ^ row.next_mirrors),
                                          reinterpret_cast<__m256>(is_next));
@@ -129,10 +129,10 @@ Lanes wordPlaces(const WideAxis& word, const Lanes& words) {
 
 /// Movement of the beam on one axis across it, in eight slabs.
 struct Crossings {
-  Lanes phases;     ///< At the far end of the slab.
-  Lanes entered;    ///< Voxel where it enters the slab.
+  Lanes phases;     ///< Phases at the far ends of the slabs.
+  Lanes entered;    ///< Voxels where it enters the slabs.
   Lanes left;       ///< Voxel where it leaves.
-  Lanes fractions;  ///< How far it has come in that voxel at the far end of the slab.
+  Lanes fractions;  ///< Its position in that voxel at the far ends of the slabs.
 };
 
 /// @tparam kIsEnd  The beam begins in slab `first` of the brick, or ends in slab `last`, or both.
@@ -151,7 +151,7 @@ Crossings findCrossings(const WideAxis& axis, int first, int last) {
 
 /// Whether rounding may have moved the end of a slab across a border of either axis.
 Lanes isUnsure(const Lanes& row_phases, const Lanes& word_phases) {
-  // Up to half a voxel above a border, and down to half below it, a shift leaves as much above and below 0.
+  // From half a voxel below a border to half above, the shifted value is that far below or above 0.
   const Lanes row_distance = row_phases << (32 - kLaneBits);
   const Lanes word_distance = word_phases << (32 - kLaneBits);
   const __m256i nearest =
@@ -161,7 +161,7 @@ Lanes isUnsure(const Lanes& row_phases, const Lanes& word_phases) {
   return reinterpret_cast<Lanes>(_mm256_cmpeq_epi32(_mm256_min_epu32(nearest, limit), nearest));
 }
 
-/// @tparam kIsEnd  As of findCrossings(). @return false when it cannot be told what the beam passes.
+/// @tparam kIsEnd  As for findCrossings(). @return false if the passed voxels cannot be decided.
 template <bool kIsEnd>
 bool findPlaces(const WideAxis& row, const WideAxis& word, int first, int last,
                 SlabPlaces& places) {
@@ -169,7 +169,7 @@ bool findPlaces(const WideAxis& row, const WideAxis& word, int first, int last,
   const Crossings words = findCrossings<kIsEnd>(word, first, last);
   const Lanes is_outside = kIsEnd ? (kSlabs < first) | (kSlabs > last) : Lanes{};
 
-  // The row's border lies before the word's when fraction / slope, the way from there to the end of
+  // The row's border lies before the word's if fraction / slope, the distance from there to the end of
   // the slab, is longer.
   const Fractions row_way = __builtin_convertvector(rows.fractions, Fractions) * word.order_slope;
   const Fractions word_way = __builtin_convertvector(words.fractions, Fractions) * row.order_slope;
@@ -190,14 +190,14 @@ bool findPlaces(const WideAxis& row, const WideAxis& word, int first, int last,
   const Lanes left_words = wordPlaces(word, words.left);
   const Lanes between =
       (is_row_first ? left_rows : entered_rows) | (is_row_first ? entered_words : left_words);
-  // Outside, all bits of a place are set: in no brick.
+  // Outside, all bits of a place are set, which is in no brick.
   places.set(0, entered_rows | entered_words | is_outside);
   places.set(1, between | is_outside);
   places.set(2, left_rows | left_words | is_outside);
   return true;
 }
 
-/// Marks the places that lie in one brick. @param next  Bits of places there.
+/// Marks places in one brick. @param next  Bits of its places.
 void markPlaces(const SlabPlaces& places, std::int32_t next, BrickMask& slabs) {
   Masks low{};
   Masks high{};
@@ -211,7 +211,7 @@ void markPlaces(const SlabPlaces& places, std::int32_t next, BrickMask& slabs) {
 
 bool walkBricks(const SlabBeams& beams, std::size_t beam, BeamMarks& marks) {
   const auto along = static_cast<std::size_t>(beams.along[beam]);
-  const std::size_t mask = 2 - along;  // See MarkLayout::kSlabs; along z it is as any BrickMask.
+  const std::size_t mask = 2 - along;  // See MarkLayout::kSlabs; along z as in any BrickMask.
   int first = static_cast<int>(beams.slabs[beam]);
   WideAxis row(beams.row, beam, first, keyUp(along == 0 ? 1 : 0));
   WideAxis word(beams.word, beam, first, keyUp(along == 2 ? 1 : 2));
@@ -244,16 +244,16 @@ bool walkBricks(const SlabBeams& beams, std::size_t beam, BeamMarks& marks) {
   }
 }
 
-/// The axis whose border walkRay() crosses next, see there.
+/// The axis whose border walkRay() crosses next.
 int nextAxis(const RayBatch& rays, std::size_t ray) {
   const int axis = rays.t_max[0][ray] < rays.t_max[1][ray] ? 0 : 1;
   return rays.t_max[axis][ray] < rays.t_max[2][ray] ? axis : 2;
 }
 
-/// Share of the way from border to border that is none.
+/// Share of the distance between borders that counts as zero.
 constexpr double kBorderShare = 1e-6;
 
-/// Whether the origin may lie on the border that the beam crosses first; of four beams.
+/// Whether the origin may lie on the border that the beam crosses first; for four beams.
 Longs mayBeOnBorder(const RayBatch& rays, int first) {
   Longs may_be{};
   for (int axis = 0; axis < 3; ++axis) {
@@ -263,8 +263,8 @@ Longs mayBeOnBorder(const RayBatch& rays, int first) {
   return may_be;
 }
 
-/// Takes walkRay()'s first steps, as long as the origin lies on borders.
-/// @return false when the beam ends there.
+/// Takes walkRay()'s first steps while the origin lies on borders.
+/// @return false if the beam ends there.
 bool stepOffBorders(RayBatch& rays, std::size_t ray, const Cell& base, BeamMarks& marks) {
   for (int axis = nextAxis(rays, ray);
        rays.t_max[axis][ray] < kBorderShare * rays.t_delta[axis][ray]; axis = nextAxis(rays, ray)) {

@@ -35,7 +35,7 @@ Rows rowsAround(const Masks& masks, const Cell& brick) {
   return rows;
 }
 
-/// The voxels of a brick that lie in a set with all their neighbours.
+/// Voxels of a brick that are in a set with all their neighbours.
 BrickMask findInner(const Masks& masks, const Cell& brick) {
   const Rows rows = rowsAround(masks, brick);
   BrickMask inner;
@@ -69,7 +69,7 @@ void VoidSpace::add(const ScanUpdate& update) {
 }
 
 void VoidSpace::touch(const ScanUpdate& update) {
-  std::optional<Cell> last;  // Neighbours in the update are mostly of one page.
+  std::optional<Cell> last;  // Neighbours in the update mostly share a page.
   for (const BrickUpdate& brick : update.bricks) {
     const Cell page = pageOf(brick.brick);
     if (last == page) continue;

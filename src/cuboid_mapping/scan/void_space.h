@@ -12,19 +12,19 @@
 
 namespace cuboid_mapping {
 
-/// Voxels in which nothing can be that stands still, because they were certainly empty once: what is in them
-/// before or after has moved. After DUFOMap (Duberg, Zhang, Jia and Jensfelt, 2024), cloud by cloud.
+/// Voxels that were certainly empty once, so that no static object can be in them: an object seen in them before
+/// or after has moved. After DUFOMap (Duberg, Zhang, Jia and Jensfelt, 2024), cloud by cloud.
 ///
-/// A voxel becomes void by one cloud whose beams pass it and pass all of its 26 neighbours, and end in none of them. The
-/// neighbours see to it that neither a pose or a range that is slightly wrong, nor a beam that grazes a surface, makes
-/// the surface void. Once void, always void, until it is forgotten. Not thread-safe.
+/// A voxel becomes void by one cloud whose beams pass it and all of its 26 neighbours, and end in none of them. Thanks to
+/// the neighbours, neither a slightly wrong pose or range, nor a beam that grazes a surface, makes
+/// the surface void. A void voxel stays void until it is forgotten. Not thread-safe.
 class VoidSpace {
  public:
-  /// Takes what a cloud observes. @complexity O(bricks of the update).
+  /// Adds a cloud's observations. @complexity O(bricks of the update).
   void add(const ScanUpdate& update);
 
   /// Forgets the pages (page.h) that share no voxel with a box, and that none of the last clouds has touched.
-  /// @param idle_clouds  How many clouds these are. @complexity O(pages with void voxels).
+  /// @param idle_clouds  Number of these clouds. @complexity O(pages with void voxels).
   void forgetOutside(const CellBox& box, std::uint64_t idle_clouds);
 
   /// Number of bricks with void voxels.
@@ -40,10 +40,10 @@ class VoidSpace {
     return of(brickOf(cell)).test(voxelIndex(cell));
   }
 
-  /// A cloud's update without its hits in void voxels, which are then no observation at all.
+  /// A cloud's update without its hits in void voxels, which then are not observed.
   [[nodiscard]] ScanUpdate withoutMoving(const ScanUpdate& update) const;
 
-  /// The same in another frame. @complexity O(void voxels).
+  /// The void space in another frame. @complexity O(void voxels).
   [[nodiscard]] VoidSpace moved(const VoxelMotion& motion) const;
 
   /// Calls visit(brick, mask) for each brick with void voxels, in no order.
@@ -56,7 +56,7 @@ class VoidSpace {
   void touch(const ScanUpdate& update);
 
   std::unordered_map<Cell, BrickMask, CellHash> bricks_;
-  std::unordered_map<Cell, std::uint64_t, CellHash> pages_;  ///< The last cloud that touched each.
+  std::unordered_map<Cell, std::uint64_t, CellHash> pages_;  ///< Last cloud that touched each page.
   std::uint64_t num_clouds_ = 0;
 };
 

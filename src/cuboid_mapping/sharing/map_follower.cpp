@@ -11,7 +11,7 @@
 namespace cuboid_mapping {
 namespace {
 
-/// The part of a brick's voxels that is sent.
+/// Voxels of a brick in the detail that is sent.
 PackedVoxels detailOf(const PackedVoxels& voxels, MapDetail detail) {
   static const SensorModel kModel;
   if (detail == MapDetail::kValues) return voxels;
@@ -58,7 +58,7 @@ bool MapFollower::take(const MapImage& image) {
   if (!checkConfig(config).empty() || !areGood(image.bricks)) return false;
   CuboidMap fresh(config);
   fresh.replace(kAllCells, image.bricks);
-  map_ = std::move(fresh);  // From here on nothing throws.
+  map_ = std::move(fresh);  // Nothing throws from here on.
   instance_ = image.instance;
   revision_ = image.revision;
   return true;

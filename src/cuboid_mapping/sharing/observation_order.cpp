@@ -10,7 +10,7 @@ namespace cuboid_mapping {
 namespace {
 
 constexpr double kSilence_s = 1.0;
-/// For robots to tell what they have seen before start().
+/// Time for robots to send their observations from before start().
 constexpr double kPatience_s = 10.0;
 
 }  // namespace

@@ -16,38 +16,38 @@ namespace cuboid_mapping {
 /// The observation of one cloud of one robot.
 struct RobotObservation {
   std::string robot;
-  std::uint64_t session = 0;   ///< Session of the robot's node: another one after a restart.
-  std::uint64_t sequence = 0;  ///< In its session: 1, 2, 3, ...
+  std::uint64_t session = 0;   ///< Session of the robot's node; changes at a restart.
+  std::uint64_t sequence = 0;  ///< Number in its session: 1, 2, 3, ...
   std::uint64_t left_out =
-      0;  ///< Clouds of its session so far that were not sent for want of bandwidth.
+      0;  ///< Clouds of its session so far that were not sent for lack of bandwidth.
   std::int64_t stamp_ns = 0;  ///< Stamp of the cloud.
   SensorModelConfig sensor_model;
   ScanUpdate update;
 };
 
-/// Sequence numbers that have come, in any order.
+/// Sequence numbers that have arrived, in any order.
 class SequenceSet {
  public:
   /// @return Whether it is new. @pre sequence > 0. @complexity O(log n) for n gaps.
   bool add(std::uint64_t sequence);
-  /// The greatest that has come; 0 when none has.
+  /// Greatest sequence that has arrived; 0 if none has.
   [[nodiscard]] std::uint64_t newest() const;
   /// Missing sequences below newest().
   [[nodiscard]] std::uint64_t numMissing() const { return newest() - count_; }
-  /// The least above `after` that has not come.
+  /// Least sequence above `after` that has not arrived.
   [[nodiscard]] std::uint64_t firstMissing(std::uint64_t after) const;
   /// First and last of each run of sequences without a gap, in order.
   [[nodiscard]] const std::map<std::uint64_t, std::uint64_t>& runs() const { return last_of_; }
   [[nodiscard]] std::uint64_t count() const { return count_; }
-  /// Puts runs in the place of all. @return false, and nothing happens, if they are not in order, or touch.
+  /// Replaces all by runs. @return false, without a change, if they are not in order, or touch.
   bool setRuns(const std::map<std::uint64_t, std::uint64_t>& runs);
 
  private:
-  std::map<std::uint64_t, std::uint64_t> last_of_;  ///< By first: runs that are apart.
+  std::map<std::uint64_t, std::uint64_t> last_of_;  ///< Last by first: runs with gaps between them.
   std::uint64_t count_ = 0;
 };
 
-/// Observations to ask a robot for: sequences from `first` on.
+/// Observations to request from a robot: sequences from `first` on.
 struct ObservationQuestion {
   std::string robot;
   std::uint64_t session = 0;
@@ -63,52 +63,52 @@ struct MergeProgress {
     SequenceSet applied;
   };
   std::vector<Session> sessions;
-  std::int64_t newest_stamp_ns = 0;  ///< Newest stamp of all of them.
+  std::int64_t newest_stamp_ns = 0;  ///< Newest stamp of the observations.
 };
 
-/// Counts so far.
+/// Numbers so far.
 struct MergeCounts {
-  std::uint64_t num_received = 0;  ///< Each once.
-  std::uint64_t num_repeated = 0;  ///< Had come before, and were left out.
-  std::uint64_t num_late = 0;      ///< Were given out behind later ones.
-  std::uint64_t num_missing = 0;   ///< Have not come, though later ones of their session have.
-  std::uint64_t num_left_out = 0;  ///< Clouds that robots have left out for want of bandwidth.
-  std::uint64_t num_waiting = 0;   ///< Have come, and are not given out yet.
+  std::uint64_t num_received = 0;  ///< Received observations, each once.
+  std::uint64_t num_repeated = 0;  ///< Repeated observations, which were left out.
+  std::uint64_t num_late = 0;      ///< Observations released after later ones.
+  std::uint64_t num_missing = 0;   ///< Missing observations before received ones.
+  std::uint64_t num_left_out = 0;  ///< Clouds left out by robots for lack of bandwidth.
+  std::uint64_t num_waiting = 0;   ///< Received observations not released yet.
   std::uint64_t num_sessions = 0;  ///< Sessions of all robots.
 };
 
 /// Puts observations of several robots into one order: by stamp, then robot, session and sequence.
 ///
-/// An observation waits until one has come whose stamp is `delay` later, or until nothing has come for
-/// `delay`. Then it is given out. So all that arrive within `delay` of the newest stamp come out in order, whatever order
-/// they arrive in; one that comes later is given out at once, and counted. Times are of any clock that does
+/// An observation waits until another arrives whose stamp is `delay` later, or until none has arrived for
+/// `delay`. Then it is released. So observations that arrive within `delay` of the newest stamp are released in order,
+/// whatever their order of arrival; a later one is released at once, and counted. Times come from any clock that does
 /// not jump. Not thread-safe.
 class ObservationOrder {
  public:
   explicit ObservationOrder(double delay_s) : delay_s_(delay_s) {}
 
-  /// Takes an observation. @return false for one that has come before. @pre sequence > 0.
+  /// Adds an observation. @return false if it has come before. @pre sequence > 0.
   bool put(RobotObservation observation, double now_s);
 
   /// Observations to apply now, in this order.
   [[nodiscard]] std::vector<RobotObservation> takeDue(double now_s);
 
-  /// Observations that seem to be lost: gaps, and those after the last one of a robot that has been
+  /// Observations that seem to be lost: gaps, and observations after the last one of a robot that has been
   /// silent for a second.
   [[nodiscard]] std::vector<ObservationQuestion> findQuestions(double now_s) const;
-  /// The robot has sent what it still has, up to and including this sequence: it is not asked again for what is missing
-  /// there. Should it come nevertheless, it is taken. With 0, it has nothing of this session any more.
+  /// Notes that the robot has sent all that it still has, up to this sequence: missing observations up to there are not
+  /// requested again, but accepted if they arrive. With 0, it has nothing of this session any more.
   void noteAnswered(const ObservationQuestion& question, std::uint64_t complete_to);
 
   [[nodiscard]] MergeCounts counts() const;
 
-  /// To be called when the map has changed by an observation that was given out.
+  /// Notes that a released observation is in the map.
   void noteApplied(const RobotObservation& observation);
-  /// The observations in the map. Saved with the map, another program goes on with both: start().
+  /// The observations in the map. Save it with the map, so that another program continues with both: start().
   [[nodiscard]] MergeProgress progress() const;
-  /// Begins where another program has stopped: what it had not applied is asked for. Until all robots have
-  /// answered, for ten seconds at most, nothing is given out: their answers would be in no order.
-  /// @pre Nothing has come yet.
+  /// Continues where another program has stopped: observations that it had not applied are requested. Until all robots have
+  /// answered, or for ten seconds, nothing is released, since answers would be out of order.
+  /// @pre No observation has arrived yet.
   void start(const MergeProgress& progress, double now_s);
 
  private:
@@ -124,10 +124,10 @@ class ObservationOrder {
   double delay_s_;
   std::map<Key, RobotObservation> waiting_;
   std::map<std::pair<std::string, std::uint64_t>, Session> sessions_;
-  std::set<std::pair<std::string, std::uint64_t>> behind_;  ///< Have more to tell since start().
+  std::set<std::pair<std::string, std::uint64_t>> behind_;  ///< With more to send since start().
   double start_s_ = 0.0;
   std::map<std::string, std::uint64_t>
-      newest_session_;  ///< By robot: it cannot be asked for others.
+      newest_session_;  ///< Newest session by robot: others cannot be requested.
   Key last_given_;
   bool has_given_ = false;
   std::int64_t newest_stamp_ns_ = 0;

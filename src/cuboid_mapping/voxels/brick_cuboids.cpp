@@ -10,7 +10,7 @@ constexpr PackedBox packBox(int corner, int width, int height, int depth) {
   return static_cast<PackedBox>(corner | (width - 1) << 9 | (height - 1) << 12 | (depth - 1) << 15);
 }
 
-/// The largest box in the mask whose least corner is a voxel of it, and takes it out.
+/// Finds the largest box in the mask with this least corner, and removes it from the mask.
 PackedBox takeLargestBox(BrickMask& mask, int z, int voxel) {
   const int x = voxel & 7;
   const int y = voxel >> 3;

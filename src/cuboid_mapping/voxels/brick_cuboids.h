@@ -22,20 +22,20 @@ using PackedBox = std::uint32_t;
   return {min, min + Cell{bits(9) + 1, bits(12) + 1, bits(15) + 1}};
 }
 
-/// A brick that is divided into boxes of one class; occupied ones first.
+/// A brick divided into boxes of one class; occupied ones first.
 struct DividedBrick {
   int num_occupied = 0;
   int count = 0;
-  /// The first `count`. A union, so that the others are not set to 0 each time.
+  /// Boxes, `count` of them. A union, so that the others are not set to 0 each time.
   union {
     std::array<PackedBox, kBrickVoxels> boxes;
   };
 
   DividedBrick() {}  // NOLINT(modernize-use-equals-default): because of the union
 
-  /// Divides voxels of one class into disjoint boxes that cover exactly these, appended.
+  /// Divides voxels of one class into disjoint boxes that cover exactly these, and appends them.
   ///
-  /// The least voxel that is left (in the order z, y, x) takes the largest box of which it is the
+  /// The least remaining voxel (in the order z, y, x) takes the largest box of which it is the
   /// least corner; ties go to the lower box. The result depends on the set only.
   void add(BrickMask voxels) noexcept;
 };
@@ -50,13 +50,13 @@ struct DividedBrick {
   return divided;
 }
 
-/// The cuboids of one brick, packed: in the object itself for up to three, else 3 bytes each. Or
-/// stale: the voxels have changed since, and the next reader divides them.
+/// The cuboids of one brick, packed: in the object itself for up to three, else 3 bytes each. Stale
+/// cuboids no longer fit the voxels; the next reader divides these.
 ///
 /// Const functions may run side by side, keep() too; a change needs exclusive access.
 class BrickCuboids {
  public:
-  /// Stale.
+  /// Stale cuboids.
   BrickCuboids() = default;
   /// @throws std::bad_alloc
   explicit BrickCuboids(const DividedBrick& divided) : word_(pack(divided)) {}
@@ -73,9 +73,9 @@ class BrickCuboids {
     const Word mine = word_.load(std::memory_order_relaxed);
     word_.store(other.word_.exchange(mine, std::memory_order_relaxed), std::memory_order_relaxed);
   }
-  /// Keeps what a reader of stale cuboids has divided, where there is memory for it.
+  /// Keeps the division that a reader of stale cuboids has made, if there is memory for it.
   void keep(const DividedBrick& divided) const noexcept;
-  /// Asks the processor to fetch what lies outside the object.
+  /// Prefetches memory outside the object.
   [[gnu::always_inline]] void prefetch() const {
     const Word word = word_.load(std::memory_order_relaxed);
     if ((word & kInline) == 0) __builtin_prefetch(blockOf(word));
@@ -100,7 +100,7 @@ class BrickCuboids {
     }
     return Visit::kContinue;
   }
-  /// As above, of a brick that was divided just now.
+  /// As above, for a brick that was just divided.
   template <typename VisitT>
   static Visit visit(const DividedBrick& divided, CuboidFilter filter, VisitT visit) {
     const auto [first, end] = rangeOf(filter, divided.num_occupied, divided.count);
@@ -138,7 +138,7 @@ class BrickCuboids {
 
     [[nodiscard]] PackedBox box(int i) const {
       if (boxes == nullptr) return static_cast<PackedBox>(inline_boxes >> i * kBoxBits) & kBoxMask;
-      PackedBox box = 0;  // One byte more is there behind the last.
+      PackedBox box = 0;  // One more byte exists after the last box.
       std::memcpy(&box, boxes + static_cast<std::size_t>(i) * kBoxBytes, sizeof(box));
       return box & kBoxMask;
     }
@@ -153,7 +153,7 @@ class BrickCuboids {
   [[nodiscard]] static std::size_t blockBytes(int count) {
     return sizeof(Head) + static_cast<std::size_t>(count) * kBoxBytes + 1;
   }
-  /// The block whose address a word is.
+  /// The block at the address in a word.
   [[nodiscard]] static std::byte* blockOf(Word word) {
     std::byte* block = nullptr;
     static_assert(sizeof(block) <= sizeof(word) && __BYTE_ORDER__ == __ORDER_LITTLE_ENDIAN__);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The parts of a VoxelStore, for code inside the library that follows its changes.
+// Parts of a VoxelStore for library code that follows its changes.
 #pragma once
 
 #include "cuboid_mapping/voxels/brick_cuboids.h"
@@ -18,17 +18,17 @@ struct VoxelStore::PendingBrick {
 
   Cell brick;                      ///< Its least cell.
   BrickMask changed;               ///< Voxels that are new, gone, or have another log-odds.
-  bool is_reclassified = false;    ///< Some have another class.
-  std::uint32_t index = kNoIndex;  ///< Number of the brick; of a new one after commit() only.
+  bool is_reclassified = false;    ///< Some voxels have another class.
+  std::uint32_t index = kNoIndex;  ///< Number of the brick; for a new one only after commit().
   PackedVoxels voxels;             ///< New voxels of a changing brick; after commit() the old ones.
-  BrickCuboids cuboids;            ///< The same, if it is reclassified.
-  CellBox bounds;                  ///< Around the known voxels afterwards, if it is reclassified.
-  bool has_other_branch = false;   ///< One of the two differs from before, or the brick is new.
-  bool has_occupied = false;       ///< Afterwards, if it is reclassified.
-  bool is_new = false;             ///< No voxel is known before.
+  BrickCuboids cuboids;            ///< New cuboids; after commit() the old ones.
+  CellBox bounds;                  ///< Box of the known voxels afterwards, if it is reclassified.
+  bool has_other_branch = false;   ///< Whether bounds or has_occupied changes, or the brick is new.
+  bool has_occupied = false;       ///< Whether some are occupied afterwards, if it is reclassified.
+  bool is_new = false;             ///< No voxel was known before.
   bool is_gone = false;            ///< No voxel is known afterwards.
-  int free = 0;                    ///< Voxels that become free, less those that do not stay so.
-  int occupied = 0;                ///< The same of occupied ones.
+  int free = 0;                    ///< Change of the number of free voxels.
+  int occupied = 0;                ///< Change of the number of occupied voxels.
 };
 
 }  // namespace cuboid_mapping

@@ -12,14 +12,14 @@
 
 namespace cuboid_mapping {
 
-/// Items by brick: a hash table with linear probing beside blocks of items, which stay where they are
-/// until they are erased. Const functions may run side by side.
+/// Items by brick: a hash table with linear probing, and blocks of items, which do not move until
+/// they are erased. Const functions may run side by side.
 ///
 /// @tparam ItemT  Has a member `Cell brick`, and can be made without arguments.
 template <typename ItemT>
 class BrickTable {
  public:
-  /// The item of a brick; null when there is none. @complexity O(1) on average.
+  /// The item of a brick; null if there is none. @complexity O(1) on average.
   ///@{
   [[nodiscard]] ItemT* find(const Cell& brick) {
     return const_cast<ItemT*>(std::as_const(*this).find(brick));
@@ -30,13 +30,13 @@ class BrickTable {
   }
   ///@}
 
-  /// No item has this number.
+  /// Number that no item has.
   static constexpr std::uint32_t kNoItem = 0xFFFFFFFFU;
-  /// The number of a brick's item, which it keeps until it is erased; kNoItem when there is none.
+  /// The number of a brick's item, constant until it is erased; kNoItem if there is none.
   [[nodiscard]] std::uint32_t indexOf(const Cell& brick) const {
     return slots_.empty() ? kNoItem : slots_[slotOf(brick)];
   }
-  /// Asks the processor to fetch what indexOf() reads of a brick: first the slot, later the item in it.
+  /// Prefetches memory that indexOf() reads for a brick: first the slot, later the item in it.
   /// Inline: gcc drops calls of functions that do nothing else.
   ///@{
   [[gnu::always_inline]] void prefetchSlot(const Cell& brick) const {
@@ -48,7 +48,7 @@ class BrickTable {
     if (index != kNoItem) __builtin_prefetch(&item(index));
   }
   ///@}
-  /// The item with a number. @pre There is one.
+  /// The item with a number. @pre It exists.
   ///@{
   [[nodiscard]] ItemT& item(std::uint32_t index) {
     return blocks_[index >> kBlockBits][index & (kBlockItems - 1)];
@@ -60,7 +60,7 @@ class BrickTable {
   /// One beyond the greatest number that an item has, or can have without more memory.
   [[nodiscard]] std::size_t endIndex() const { return blocks_.size() * kBlockItems; }
 
-  /// Makes room for this many items, so that findOrAdd() does not throw.
+  /// Reserves memory for this many items, so that findOrAdd() does not throw.
   void reserve(std::size_t num_items) {
     while (num_items > blocks_.size() * kBlockItems) {
       blocks_.push_back(std::make_unique<ItemT[]>(kBlockItems));
@@ -68,8 +68,8 @@ class BrickTable {
     if (3 * num_items > 2 * slots_.size()) grow(num_items + num_items / 2 + 1);
   }
 
-  /// The item of a brick, added when it is new. @complexity O(1) on average.
-  /// @throws std::bad_alloc  The table is as it was then.
+  /// Finds or adds the item of a brick. @complexity O(1) on average.
+  /// @throws std::bad_alloc  The table is unchanged then.
   ItemT& findOrAdd(const Cell& brick) {
     if (const std::uint32_t index = indexOf(brick); index != kNoItem) return item(index);
     reserve(num_items_ + 1);
@@ -82,7 +82,7 @@ class BrickTable {
     return item(slot);
   }
 
-  /// Forgets a brick; nothing happens when it is not there. @complexity O(1) on average.
+  /// Removes a brick, if it is there. @complexity O(1) on average.
   void erase(const Cell& brick) noexcept {
     if (slots_.empty()) return;
     std::size_t hole = slotOf(brick);
@@ -91,7 +91,7 @@ class BrickTable {
     item(slots_[hole]).brick.x = static_cast<std::int32_t>(first_free_);
     first_free_ = slots_[hole];
     --num_items_;
-    // Items that were put behind the hole because of it move up.
+    // Moves items up that were put behind the hole because it was taken.
     for (std::size_t slot = next(hole); slots_[slot] != kFree; slot = next(slot)) {
       const std::size_t home = homeOf(item(slots_[slot]).brick);
       if (((slot - home) & lastSlot()) < ((slot - hole) & lastSlot())) continue;
@@ -101,7 +101,7 @@ class BrickTable {
     slots_[hole] = kFree;
   }
 
-  /// Forgets all bricks, and gives the memory back.
+  /// Removes all bricks, and frees the memory.
   void clear() { *this = BrickTable(); }
 
   /// Number of items.
@@ -140,13 +140,13 @@ class BrickTable {
     });
   }
 
-  /// Bytes held from the allocator, without what items hold.
+  /// Bytes held from the allocator, without memory held by items.
   [[nodiscard]] std::size_t numBytes() const {
     return slots_.capacity() * sizeof(std::uint32_t) +
            blocks_.size() * kBlockItems * sizeof(ItemT) + blocks_.capacity() * sizeof(blocks_[0]);
   }
 
-  /// Slots that find() looks at for a brick of the table. For tests of the hash.
+  /// Number of slots that find() reads for a brick of the table. For tests of the hash.
   [[nodiscard]] std::size_t numProbes(const Cell& brick) const {
     return ((slotOf(brick) - homeOf(brick)) & lastSlot()) + 1;
   }
@@ -159,7 +159,7 @@ class BrickTable {
 
   [[nodiscard]] std::size_t lastSlot() const { return slots_.size() - 1; }
   [[nodiscard]] std::size_t next(std::size_t slot) const { return (slot + 1) & lastSlot(); }
-  /// Neighbours along each axis, z too, come to slots far apart.
+  /// Preferred slot: neighbours along each axis, also z, have slots far apart.
   [[nodiscard]] std::size_t homeOf(const Cell& brick) const {
     const auto bits = [](std::int32_t v) { return std::uint64_t{static_cast<std::uint32_t>(v)}; };
     const std::uint64_t mixed = bits(brick.x) * 0x9E3779B97F4A7C15ULL ^
@@ -167,13 +167,13 @@ class BrickTable {
                                 bits(brick.z) * 0x165667B19E3779F9ULL;
     return (mixed ^ mixed >> 29) * 0x9E3779B97F4A7C15ULL >> 32 & lastSlot();
   }
-  /// Slot of a brick, or the free slot where it would be.
+  /// Slot of a brick, or the free slot for it.
   [[nodiscard]] std::size_t slotOf(const Cell& brick) const {
     std::size_t slot = homeOf(brick);
     while (slots_[slot] != kFree && item(slots_[slot]).brick != brick) slot = next(slot);
     return slot;
   }
-  /// @pre There is room.
+  /// @pre Memory is reserved.
   std::uint32_t takeIndex() {
     if (first_free_ == kFree) return static_cast<std::uint32_t>(num_items_);
     const std::uint32_t index = first_free_;
@@ -190,7 +190,7 @@ class BrickTable {
     }
   }
 
-  std::vector<std::uint32_t> slots_;  ///< Indices of items; at most two thirds of them are taken.
+  std::vector<std::uint32_t> slots_;  ///< Indices of items; at most two thirds of them are used.
   std::vector<std::unique_ptr<ItemT[]>> blocks_;
   std::uint32_t first_free_ = kFree;  ///< Erased items; each holds the next one in brick.x.
   std::size_t num_items_ = 0;

@@ -14,14 +14,14 @@ namespace {
 
 constexpr float kVacant = std::numeric_limits<float>::quiet_NaN();
 
-/// Planes in which the numbers below `count` can be written.
+/// Number of planes for the numbers below `count`.
 int numPlanesFor(int count) {
   int num_planes = 0;
   while (1 << num_planes < count) ++num_planes;
   return num_planes;
 }
 
-/// The log-odds of one class. A number whose log-odds no voxel has any more is vacant.
+/// The log-odds of one class. A number is vacant if no voxel has its log-odds any more.
 class Values {
  public:
   [[nodiscard]] int size() const { return size_; }
@@ -48,7 +48,7 @@ class Values {
     return vacant;
   }
 
-  /// Takes the last number away. @return Its log-odds.
+  /// Removes the last number. @return Its log-odds.
   float pop() { return values_[static_cast<std::size_t>(--size_)]; }
   void put(int number, float log_odds) { values_[static_cast<std::size_t>(number)] = log_odds; }
 
@@ -57,16 +57,16 @@ class Values {
   int size_ = 0;
 };
 
-/// Voxels that go from one log-odds to another.
+/// Voxels that change from one log-odds to another.
 struct Move {
   BrickMask voxels;
   float to = 0.0F;
   bool is_from_occupied = false;
-  int from = -1;         ///< Number of their log-odds; -1: they were unknown.
-  bool is_last = false;  ///< No voxel keeps that log-odds.
+  int from = -1;         ///< Number of the old log-odds; -1: unknown.
+  bool is_last = false;  ///< No voxel keeps the old log-odds.
 };
 
-/// Moves of a brick: a few, seldom more. Needs no memory for a few, and does not set it to 0.
+/// Moves of a brick, mostly few. Allocates nothing for a few, and does not set them to 0.
 class Moves {
  public:
   void push(const Move& move) {
@@ -106,12 +106,12 @@ PackedVoxels::Masks::Masks(const PackedVoxels& packed)
   }
 }
 
-/// Room for any content of a brick.
+/// Memory for any content of a brick.
 struct PackedVoxels::Unpacked : Masks {
   std::array<Values, 2> values;  ///< Values of free and of occupied voxels.
 
   Unpacked() = default;
-  /// With the masks alone.
+  /// Unpacks the masks alone.
   explicit Unpacked(const PackedVoxels& packed) : Masks(packed) {}
   void setValues(const PackedVoxels& packed) {
     const Shape& shape = packed.shape_;
@@ -126,7 +126,7 @@ struct PackedVoxels::Unpacked : Masks {
     }
   }
 
-  /// Gives voxels a log-odds. @param from  Number of the one they have; 0 for unknown ones.
+  /// Gives voxels a log-odds. @param from  Number of their old one; 0 for unknown voxels.
   void set(const BrickMask& voxels, int from, int preferred, float log_odds) {
     const bool is_occupied = classify(log_odds) == Occupancy::kOccupied;
     flip(voxels, from, values[is_occupied ? 1 : 0].numberOf(log_odds, preferred));
@@ -134,7 +134,7 @@ struct PackedVoxels::Unpacked : Masks {
     occupied = is_occupied ? occupied | voxels : occupied.without(voxels);
   }
 
-  /// Gives vacant numbers to the last ones, and leaves out planes that are not needed any more.
+  /// Gives vacant numbers to the last log-odds, and removes planes that are not needed any more.
   void compact() {
     for (const bool is_occupied : {false, true}) {
       Values& of_class = values[is_occupied ? 1 : 0];

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Boxes of one log-odds, as files of OctoMap and of version 1 of this package have them, as bricks.
+// Converts boxes of one log-odds, from files of OctoMap and of version 1 of this package, to bricks.
 #pragma once
 
 #include "cuboid_mapping/occupancy/cuboid.h"
@@ -12,11 +12,11 @@ namespace cuboid_mapping {
 
 /// Answer of toBricks().
 struct BricksOfBoxes {
-  std::vector<VoxelBrick> bricks;      ///< Along the Morton curve.
-  std::optional<CellBox> overlapping;  ///< A box that shares a cell with one before it.
+  std::vector<VoxelBrick> bricks;      ///< Bricks along the Morton curve.
+  std::optional<CellBox> overlapping;  ///< A box that shares a cell with an earlier one.
 };
 
-/// The voxels of boxes; of one that lies in two, the later box counts. Empty boxes have none.
+/// The voxels of boxes; where two boxes overlap, the later one counts. Empty boxes have none.
 /// @pre The log-odds are finite. @complexity O(bricks that the boxes share cells with), and their
 /// sorting.
 [[nodiscard]] BricksOfBoxes toBricks(const std::vector<UniformBox>& boxes);

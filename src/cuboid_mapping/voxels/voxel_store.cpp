@@ -10,12 +10,12 @@
 namespace cuboid_mapping {
 namespace {
 
-/// Bricks that a thread takes at a time.
+/// Number of bricks that a thread takes at a time.
 constexpr std::size_t kPartBricks = 64;
 
 /// Box around the voxels of a set. @pre It is not empty.
 CellBox boundsOf(const Cell& brick, const BrickMask& mask) {
-  std::uint64_t slices = 0;  // Voxels that are in some slice.
+  std::uint64_t slices = 0;  // Voxels that are in any slice.
   int first = kBrickEdge;
   int last = 0;
   for (int z = 0; z < kBrickEdge; ++z) {
@@ -34,7 +34,7 @@ CellBox boundsOf(const Cell& brick, const BrickMask& mask) {
           brick + Cell{64 - __builtin_clzll(row), last_row + 1, last + 1}};
 }
 
-/// The changes that follow from new voxels.
+/// Computes the changes that follow from new voxels.
 void complete(const PackedVoxels& before, const VoxelStore::Work& work,
               VoxelStore::PendingBrick& brick) {
   brick.is_gone = brick.voxels.isEmpty();
@@ -99,10 +99,10 @@ std::uint64_t VoxelStore::countLooks(const CellBox& box) const {
 
 std::size_t VoxelStore::size() const { return bricks_->size(); }
 
-/// Works everything out beside the map.
+/// Computes a change without changing the map.
 /// @param brick_of  (std::size_t i) -> Cell, each brick once.
 /// @param change_of  (std::size_t i, const PackedVoxels& before, PackedVoxels& after) -> VoxelChange,
-///                   called side by side.
+///                   called in parallel.
 template <typename BrickOfT, typename WorkT>
 VoxelStore::PendingChange VoxelStore::prepare(std::size_t count, const Work& work,
                                               BrickOfT brick_of, WorkT change_of) const {
@@ -113,7 +113,7 @@ VoxelStore::PendingChange VoxelStore::prepare(std::size_t count, const Work& wor
   parallelFor((count + kPartBricks - 1) / kPartBricks, work.threads, [&](std::size_t part) {
     const std::size_t begin = part * kPartBricks;
     const std::size_t end = std::min(count, begin + kPartBricks);
-    // So that the processor waits for many at a time.
+    // Prefetched together, so that the processor waits once for many.
     for (std::size_t i = begin; i < end; ++i) table.prefetchSlot(brick_of(i));
     for (std::size_t i = begin; i < end; ++i) table.prefetchItem(brick_of(i));
     for (std::size_t i = begin; i < end; ++i) {
@@ -168,7 +168,7 @@ VoxelStore::PendingChange VoxelStore::prepareReplace(const CellBox& box,
       sources.push_back({brick.brick, &brick.voxels});
     }
   }
-  // If two have one brick, the new voxels come last.
+  // For equal bricks, the new voxels come last.
   std::stable_sort(sources.begin(), sources.end(), [](const Source& a, const Source& b) {
     return isBeforeOnMortonCurve(a.brick, b.brick);
   });

@@ -9,10 +9,10 @@
 namespace cuboid_mapping {
 namespace {
 
-/// Steps after which a write is tried again.
+/// Steps after which a failed write is repeated.
 constexpr std::uint64_t kRetrySteps = 20;
 
-/// The pages of an update, each once. Neighbours in the update are mostly of one page.
+/// The pages of an update, each once. Neighbours in the update mostly share a page.
 std::vector<Cell> findTouched(const ScanUpdate& update) {
   std::unordered_set<Cell, CellHash> found;
   std::vector<Cell> pages;
@@ -46,11 +46,11 @@ std::vector<VoxelBrick> bricksOf(const CuboidMap& map, const Cell& page) {
   return bricks;
 }
 
-/// Pages that a box shares a cell with.
+/// Number of pages that share a cell with a box.
 double numPages(const CellBox& box) {
   double count = 1.0;
   for (int axis = 0; axis < 3; ++axis) {
-    // In double: a box may be wider than an int32 can say.
+    // Computed in double: a box may be wider than an int32.
     count *= 1.0 + (1.0 * pageOf(box.max)[axis] - pageOf(box.min)[axis]) / kPageEdge;
   }
   return count;
@@ -145,7 +145,7 @@ void MapWindow::moveTo(const Eigen::Vector3d& center_map, const Grid& grid) {
   }
 }
 
-/// @return Touched pages that no observation may be put into.
+/// @return Touched pages that cannot take observations.
 MapWindow::PageSet MapWindow::bringBack(const std::vector<Cell>& touched, CuboidMap& map,
                                         ChangeSet& changes) {
   PageSet left_out;
@@ -176,7 +176,7 @@ MapWindow::PageSet MapWindow::bringBack(const std::vector<Cell>& touched, Cuboid
   return left_out;
 }
 
-/// Reads pages of the window before a cloud touches them, for queries.
+/// Prefetches pages of the window before a cloud touches them, for queries.
 void MapWindow::bringAhead(CuboidMap& map, ChangeSet& changes) {
   while (!ahead_.empty() && num_loaded_now_ < kPagesAStep) {
     const Cell page = ahead_.back();
@@ -211,7 +211,7 @@ std::vector<Cell> MapWindow::findLeaving(const CuboidMap& map) const {
     }
     if (!isAnyLocked(locked, page)) leaving.push_back(page);
   }
-  std::sort(leaving.begin(), leaving.end());  // Whatever the order of the table.
+  std::sort(leaving.begin(), leaving.end());  // Makes the order independent of the table.
   return leaving;
 }
 
