@@ -25,16 +25,16 @@ using cuboid_mapping::MapFollower;
 
 namespace {
 
-/// An image that comes by itself is waited for so long.
+/// Time to wait for an image that the server sends.
 constexpr double kImagePatience_s = 3.0;
-/// Updates that wait for their image; those of some seconds.
+/// Maximum number of updates that wait for their image: those of some seconds.
 constexpr std::size_t kMaxEarlyDeltas = 100;
-/// Between two lines of the log that say what a client waits for.
+/// Time between two lines of the log that say what a client waits for.
 constexpr double kReminderPeriod_s = 10.0;
-/// A server that is silent for so long may be replaced by another one.
+/// Silence after which another server may replace the followed one.
 constexpr double kServerPatience_s = 5.0;
 
-/// The bricks that a delta has brought.
+/// Bricks that a delta has changed.
 ChangeSet changesOf(const cuboid_mapping::MapDelta& delta) {
   ChangeSet changes{delta.revision, false, {}};
   for (const auto& brick : delta.bricks) changes.bricks.push_back({brick.brick, true});
@@ -48,7 +48,7 @@ struct CuboidMapClient::Implementation {
   Implementation(const ros::NodeHandle& node, const std::string& server, Callback on_change)
       : nh(node), server_name(server), callback(std::move(on_change)) {
     nh = withQueue(node, thread.queue());
-    // Updates first, so that none is missed between the image and them.
+    // Updates are subscribed first, so that none is missed before the image.
     delta_subscriber = subscribeDelta(nh, kCuboidMapUpdatesTopic,
                                       [this](const DeltaMessage& message) { take(message); });
     image_subscriber = subscribeImage(
@@ -59,10 +59,10 @@ struct CuboidMapClient::Implementation {
   }
   ~Implementation() {
     get_map.stop();
-    thread.stop();  // Before the rest goes.
+    thread.stop();  // The thread ends before other members are destroyed.
   }
 
-  /// @param message  Of the topic: perhaps a part only.
+  /// @param message  Message of the topic, perhaps only a part.
   void takeFromTopic(const ImageMessage& message) {
     if (isOfOtherServer(message.server) || isKeyframeToSpare(message)) return;
     if (message.part == 0) {
@@ -70,19 +70,19 @@ struct CuboidMapClient::Implementation {
     } else if (!incoming || !appendPart(message, *incoming)) {
       return;
     }
-    awaited_since = ros::WallTime::now();  // Parts that do not come are asked for later.
+    awaited_since = ros::WallTime::now();  // Missing parts are requested later.
     if (incoming->part + 1 < incoming->num_parts) return;
     take(*std::exchange(incoming, std::nullopt));
   }
 
-  /// While updates come, a keyframe brings nothing new.
+  /// Whether a keyframe brings nothing new, since updates arrive.
   bool isKeyframeToSpare(const ImageMessage& message) {
     const bool is_followed =
         !is_behind && follower.map() != nullptr && message.image.instance == follower.instance();
     return is_followed && std::exchange(is_updated, false);
   }
 
-  /// Two nodes may publish to the same topics: the named one is followed, or the one that was heard first.
+  /// Whether another node sent a message: the named one is followed, or the first one heard.
   bool isOfOtherServer(const std::string& name) {
     const ros::WallTime now = ros::WallTime::now();
     const std::string named = nh.resolveName(server_name);
@@ -101,7 +101,7 @@ struct CuboidMapClient::Implementation {
     return false;
   }
 
-  /// Named by its messages; those of older nodes name none.
+  /// Name of ~get_map in the server's messages; older nodes send none.
   std::string getMapName() const {
     return (heard_server.empty() ? server_name : heard_server) + "/" + kGetMapService;
   }
@@ -114,7 +114,7 @@ struct CuboidMapClient::Implementation {
   void take(const ImageMessage& message) {
     awaited_since = ros::WallTime();
     is_behind = false;
-    // Only this thread changes the follower; readers wait for the exchange alone.
+    // Only this thread changes the follower; readers wait for the exchange only.
     if (isOld(message)) return;
     MapFollower fresh;
     if (!fresh.take(message.image)) {
@@ -153,14 +153,14 @@ struct CuboidMapClient::Implementation {
       case FollowResult::kGap:
         is_behind = true;
         if (!isImageOnItsWay(message.delta)) return askForImage();
-        // Updates may overtake the image. Without the oldest of too many, a gap is seen when it comes.
+        // Updates may overtake the image. The oldest may be dropped: the image then shows a gap.
         if (early_deltas.size() == kMaxEarlyDeltas) early_deltas.pop_front();
         early_deltas.push_back(message);
     }
   }
 
-  /// The server sends an image to each listener that connects, also when it was started anew: to ask
-  /// for it as well would fetch the map twice.
+  /// Whether the server will send an image by itself, as it does for each new connection, also after a restart:
+  /// asking for it, too, would fetch the map twice.
   bool isImageOnItsWay(const cuboid_mapping::MapDelta& delta) {
     if (follower.map() != nullptr && delta.instance == follower.instance()) return false;
     const ros::WallTime now = ros::WallTime::now();
@@ -179,7 +179,7 @@ struct CuboidMapClient::Implementation {
     const MapDetail detail = has_values ? MapDetail::kValues : MapDetail::kClasses;
     ImageMessage message;
     std::string error;
-    // Completes a map that began on the topic.
+    // Completes a map whose first parts came on the topic.
     const bool has_part = incoming.has_value();
     if (has_part) message = *std::exchange(incoming, std::nullopt);
     const bool has_all = has_part ? get_map.callForRest(getMapName(), message, error)
@@ -208,16 +208,16 @@ struct CuboidMapClient::Implementation {
   mutable PhaseFairMutex mutex;
   MapFollower follower;
   std_msgs::Header header;
-  std::optional<ImageMessage> incoming;   ///< The parts of an image that have come.
-  bool has_values = false;                ///< Log-odds travel with the updates.
-  bool is_updated = false;                ///< By the topic of updates, since the last keyframe.
+  std::optional<ImageMessage> incoming;   ///< Parts of an image that have arrived.
+  bool has_values = false;                ///< Updates carry log-odds.
+  bool is_updated = false;                ///< Updates have arrived since the last keyframe.
   bool is_behind = false;                 ///< Updates were lost.
-  std::string heard_server;               ///< That is followed, ...
-  ros::WallTime heard;                    ///< ... and when it was heard last.
-  ros::WallTime said_other;               ///< When the log had that there is another one.
-  CuboidMap nothing;                      ///< Before the first image.
-  ros::WallTime awaited_since;            ///< An image, which comes by itself; zero: none.
-  std::deque<DeltaMessage> early_deltas;  ///< Came before it.
+  std::string heard_server;               ///< The followed server, ...
+  ros::WallTime heard;                    ///< ... and the last time it was heard.
+  ros::WallTime said_other;               ///< Last time another server was logged.
+  CuboidMap nothing;                      ///< Empty map before the first image.
+  ros::WallTime awaited_since;            ///< Start of the wait for a sent image; zero: none.
+  std::deque<DeltaMessage> early_deltas;  ///< Updates that arrived before the image.
   ros::WallTimer image_timer;
   ros::Subscriber delta_subscriber;
   ros::Subscriber image_subscriber;

@@ -12,21 +12,21 @@
 namespace cuboid_mapping_ros {
 namespace {
 
-/// A source whose stamps go back by more has begun anew.
+/// Stamps of a source that go back by more mean a restart.
 constexpr double kRestart_s = 10.0;
-/// A source that has spoken is not taken to be silent before this time.
+/// Minimum time after a message before its source counts as silent.
 constexpr double kSilence_s = 1.0;
-/// How long waitNext() sleeps when a cloud waits for the order, or for tf.
+/// Time for which waitNext() sleeps when a cloud waits for the order, or for tf.
 constexpr std::chrono::milliseconds kHeldPeriod{10};
 constexpr std::chrono::milliseconds kWaitingPeriod{100};
 constexpr std::chrono::seconds kIdlePeriod{1};
 
-/// Not by ros::Duration, which throws beyond 2^31 s.
+/// Difference without ros::Duration, which throws beyond 2^31 s.
 double secondsBetween(const ros::Time& from, const ros::Time& to) {
   return to.toSec() - from.toSec();
 }
 
-/// Words of make(); none where there is no memory for them.
+/// The text of make(); empty if there is no memory for it.
 template <typename MakeT>
 std::string wordsOrNone(const MakeT& make) noexcept {
   try {
@@ -228,7 +228,7 @@ void CloudBuffer::update() {
       ++i;
       continue;
     }
-    // Entries move: those that are blocked are found again.
+    // Entries move, so blocked ones are searched again.
     for (Source& source : sources_) source.blocked = nullptr;
     drop(entries_.begin() + static_cast<std::ptrdiff_t>(i), reason);
   }
@@ -258,12 +258,12 @@ bool CloudBuffer::updateEntry(Entry& entry, double now_s, DropReason& reason) {
   }
   sayWaiting(entry, now_s);
   const ros::Time now = callbacks_.now();
-  // Waiting begins anew when time has jumped back, or simulated time has come: it is 0 before the first /clock.
+  // The wait starts again after a jump back, or at the first /clock, before which simulated time is 0.
   if (now < entry.since || entry.since.isZero()) entry.since = now;
   return secondsBetween(entry.since, now) <= limits_.tf_wait_s;
 }
 
-/// Without memory for it the cloud goes on waiting.
+/// Searches the poses of a cloud. Without memory for them the cloud waits.
 void CloudBuffer::search(Entry& entry, double now_s) {
   try {
     if (!entry.slices) entry.slices = callbacks_.read_slices(entry.cloud);
@@ -279,7 +279,7 @@ void CloudBuffer::waitAs(const Entry& blocked, Entry& entry) {
     entry.search.why = blocked.search.why;
     entry.search.lead_s = blocked.search.lead_s;
   } catch (const std::exception&) {
-    // There is no memory for words; the next update() tries again.
+    // There is no memory for the text; the next update() tries again.
   }
 }
 
@@ -291,7 +291,7 @@ void CloudBuffer::sayWaiting(const Entry& entry, double now_s) {
   try {
     callbacks_.say_waiting(entry.cloud.source, describeMissing(entry));
   } catch (const std::exception&) {
-    // There is no memory for words.
+    // There is no memory for the text.
   }
 }
 

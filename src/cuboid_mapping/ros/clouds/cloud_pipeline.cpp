@@ -18,7 +18,7 @@ namespace {
 using cuboid_mapping::Scan;
 using cuboid_mapping::ScanUpdate;
 
-/// See NodeStatistics::reach_m; from a sample of the points.
+/// Computes NodeStatistics::reach_m from a sample of the points.
 double findReach(const CloudPoints& cloud, const Eigen::Vector3d& sensor_cloud) {
   if (cloud.points.empty()) return 0.0;
   constexpr std::size_t kSamples = 1000;
@@ -42,7 +42,7 @@ CloudError noTimesError(const SensorMessage& cloud) {
                                           "driver send it, or set deskew to false"};
 }
 
-/// With the ground filter the crop is not of the scan: see CloudPipeline::cropInBase().
+/// Limits without the crop if the ground filter is on: see CloudPipeline::cropInBase().
 cuboid_mapping::ScanLimits makeScanLimits(const SourceParameters& source) {
   cuboid_mapping::ScanLimits limits;
   limits.min_range_m = source.min_range_m;

@@ -18,17 +18,17 @@
 
 namespace cuboid_mapping_ros {
 
-/// Threads for the work on a cloud: those of the parameter, or one for each core.
+/// Threads for the work on a cloud: the parameter, or one for each core.
 [[nodiscard]] int numThreads(const NodeParameters& parameters);
 
-/// The map of the parameters, with the sensor model outside the list of sources.
+/// Configuration of the map, with the sensor model of the parameters outside the list of sources.
 [[nodiscard]] cuboid_mapping::MapConfig makeMapConfig(const NodeParameters& parameters);
 
-/// Turns a message of one source into the voxels that it observes: conversion, ground, filters, ray walk. The
-/// same for the node, and for bags without one. Not thread-safe.
+/// Turns a message of one source into observed voxels: conversion, ground, filters, ray walk. The
+/// same for the node, and for bags without a node. Not thread-safe.
 ///
-/// Points on the robot (self_filter) are left out wholly, before all else. Beams to the ground (filter_ground) free
-/// the voxels before that of their end, and leave that one alone.
+/// Points on the robot (self_filter) are left out first, with their beams. Beams to the ground (filter_ground) free
+/// the voxels before their last one, and do not observe that one.
 ///
 /// With keep_clouds scans are made in the frame of the body and rounded, see MapHistory; then the limits apply.
 class CloudPipeline {
@@ -43,10 +43,10 @@ class CloudPipeline {
                                             NodeStatistics& statistics,
                                             std::optional<CloudError>& error);
 
-  /// Filtered measurements of the last accepted cloud, map frame; one for each slice of it.
+  /// Filtered measurements of the last accepted cloud, map frame; one scan for each slice.
   [[nodiscard]] const std::vector<cuboid_mapping::Scan>& scans() const { return scans_; }
 
-  /// The last accepted cloud, to be kept; nothing without keep_clouds.
+  /// The last accepted cloud, for the history; nothing without keep_clouds.
   [[nodiscard]] std::optional<KeptObservation> takeKept(const ros::Time& stamp,
                                                         const CloudPoses& poses);
 
@@ -57,31 +57,31 @@ class CloudPipeline {
   [[nodiscard]] const cuboid_mapping::SensorModel& sensorModel() const { return sensor_model_; }
 
  private:
-  /// In the map, or with keep_clouds in the frame of the body.
+  /// A scan in the map, or with keep_clouds in the frame of the body.
   [[nodiscard]] cuboid_mapping::Scan makeScan(const CloudPoints& points, const CloudPoses& poses,
                                               NodeStatistics& statistics) const;
   /// Voxels of the robot, for a scan of makeScan().
   [[nodiscard]] std::vector<Eigen::Vector3f> findFreePoints(const CloudPoses& poses,
                                                             const cuboid_mapping::Scan& scan) const;
-  /// Keeps scans that are in the frame of the body. @return The same in the map.
+  /// Keeps scans that are in the frame of the body. @return The scans in the map.
   [[nodiscard]] std::vector<cuboid_mapping::Scan> keep(std::vector<cuboid_mapping::Scan> scans_body,
                                                        const Eigen::Isometry3d& T_map_body,
                                                        NodeStatistics& statistics);
   void leaveOutRobot(CloudPoints& points, const CloudPoses& poses,
                      NodeStatistics& statistics) const;
-  /// Takes the points of the ground out, of those that the crop leaves; none without filter_ground.
+  /// Removes and returns the points of the ground within the crop; none without filter_ground.
   [[nodiscard]] std::vector<Eigen::Vector3f> takeGround(CloudPoints& points,
                                                         const CloudPoses& poses,
                                                         NodeStatistics& statistics) const;
-  /// As octomap_server: what the limits leave out does not take part in the search for the ground.
+  /// As octomap_server: points outside the limits do not take part in the search for the ground.
   void cropInBase(std::vector<Eigen::Vector3f>& points, const Eigen::Isometry3d& T_base_points,
                   NodeStatistics& statistics) const;
-  /// One scan, with the ends of beams to the ground, or those of the slices. Free points are in the first.
+  /// One scan, with the ends of beams to the ground, or one for each slice. The first has the free points.
   [[nodiscard]] std::vector<cuboid_mapping::Scan> makeScans(const SensorMessage& cloud,
                                                             CloudPoints& points,
                                                             const CloudPoses& poses,
                                                             NodeStatistics& statistics) const;
-  /// A scan for each slice. @pre The poses have some.
+  /// A scan for each slice. @pre The poses have slices.
   [[nodiscard]] std::vector<cuboid_mapping::Scan> makeSlices(const SensorMessage& cloud,
                                                              const CloudPoints& points,
                                                              const CloudPoses& poses,
@@ -96,7 +96,7 @@ class CloudPipeline {
   cuboid_mapping::ScanLimits scan_limits_;
   cuboid_mapping::ScanUpdater scan_updater_;
   std::vector<cuboid_mapping::Scan> scans_;
-  std::vector<cuboid_mapping::Scan> kept_scans_;  ///< The same in the frame of the body.
+  std::vector<cuboid_mapping::Scan> kept_scans_;  ///< Scans in the frame of the body.
   cuboid_mapping::ScanUpdate used_;  ///< The part of the update that takeUse() has left.
 };
 

@@ -11,7 +11,7 @@
 namespace cuboid_mapping_ros {
 namespace {
 
-/// Earlier than that, slices could lie before time begins.
+/// Minimum stamp: with earlier ones, slices could lie before time begins.
 constexpr double kMinStamp_s = 2.0;
 
 std::optional<CloudPoses> lookupAt(const tf2::BufferCore& tf, const PoseFrames& frames,
@@ -48,7 +48,7 @@ BodyPoses seenFrom(const BodyPoses& at_stamp, const CloudPoses& slice) {
   return {at_stamp.T_map_body, T_body_map * slice.T_map_cloud, T_body_map * slice.T_map_sensor};
 }
 
-/// Stamp of the newest transform between a frame and the map's; 0 where all are static. @throws What tf throws.
+/// Stamp of the newest transform between a frame and the map; 0 if all are static. @throws Exceptions of tf.
 double newestStamp_s(const tf2::BufferCore& tf, const std::string& map_frame_id,
                      const std::string& frame_id) {
   const std::string source = withoutSlash(frame_id);
@@ -93,7 +93,7 @@ std::optional<CloudPoses> lookupPoses(const tf2::BufferCore& tf, const PoseFrame
                                       std::string& error) {
   auto poses = lookupAt(tf, frames, header.frame_id, header.stamp, error);
   if (!poses) return poses;
-  // From the last on: that is what tf may not have yet.
+  // From the last slice on, which tf may not have yet.
   for (auto slice = slices.rbegin(); slice != slices.rend(); ++slice) {
     auto slice_poses =
         lookupAt(tf, frames, header.frame_id, header.stamp + middleOf(*slice), error);

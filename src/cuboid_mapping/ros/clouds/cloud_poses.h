@@ -17,26 +17,26 @@
 
 namespace cuboid_mapping_ros {
 
-/// Poses of the sensor and of the robot's parts when a cloud was taken.
+/// Poses of the sensor and of the robot's parts at the time of a cloud.
 struct BodyPoses {
   Eigen::Isometry3d T_map_body;
   Eigen::Isometry3d T_body_cloud;
   Eigen::Isometry3d T_body_sensor;
 };
 
-/// Poses at which a cloud was taken.
+/// Poses at the time of a cloud.
 struct CloudPoses {
   Eigen::Isometry3d T_map_cloud;
-  Eigen::Isometry3d T_map_sensor;  ///< Its translation is where the beams start.
+  Eigen::Isometry3d T_map_sensor;  ///< Its translation is the start of the beams.
   /// Pose of the robot's base; only with filter_ground.
   std::optional<Eigen::Isometry3d> T_map_base;
-  /// Pose of the body that may be corrected; only with keep_clouds. In a slice it is the pose at the stamp.
+  /// Pose of the body that may be corrected; only with keep_clouds. In a slice: the pose at the stamp.
   std::optional<BodyPoses> body;
   /// Middle of the window; 0 without one.
   Eigen::Vector3d window_center_map = Eigen::Vector3d::Zero();
   /// Poses of the frames of self_filter.parts, in their order.
   std::vector<Eigen::Isometry3d> T_map_parts;
-  /// With deskew: the slices of the message, and the poses in the middle of each. Empty where it has no times.
+  /// With deskew: the slices of the message, and the poses in the middle of each. Empty if it has no times.
   ///@{
   Slices slices;
   std::vector<CloudPoses> slice_poses;
@@ -46,29 +46,29 @@ struct CloudPoses {
 /// Frames whose poses the clouds of a source need.
 struct PoseFrames {
   std::string map;
-  std::string sensor;              ///< Empty: that of the cloud.
-  std::string base;                ///< Empty without filter_ground.
-  std::string window;              ///< Empty without a window.
-  bool has_body = false;           ///< With keep_clouds.
-  std::string body;                ///< Empty: that of the cloud.
+  std::string sensor;              ///< Frame of the sensor; empty: the cloud's frame.
+  std::string base;                ///< Frame of the base; empty without filter_ground.
+  std::string window;              ///< Frame of the window; empty without a window.
+  bool has_body = false;           ///< True with keep_clouds.
+  std::string body;                ///< Frame of the body; empty: the cloud's frame.
   std::vector<std::string> parts;  ///< Frames of self_filter.parts.
 
   PoseFrames(const NodeParameters& parameters, const SourceParameters& source);
 
-  /// Frames that need a transform to the map's, besides that of the cloud.
+  /// Frames other than the cloud's that need a transform to the map.
   [[nodiscard]] std::vector<std::string> needed() const;
 };
 
-/// readPointTimes() of a source: with those of beams without return where the source maps them.
+/// readPointTimes() of a source, with the times of beams without return if the source maps them.
 [[nodiscard]] std::optional<std::vector<double>> readSourceTimes(const SensorMessage& cloud,
                                                                  const SourceParameters& source);
 
-/// The slices of a cloud that is to be deskewed; none where the source does not want it, or its times are none.
+/// The slices of a cloud for deskew; none if the source does not want it, or the times are unusable.
 /// @complexity O(points).
 [[nodiscard]] Slices readSlices(const SensorMessage& cloud, const SourceParameters& source);
 
-/// The poses of a cloud at its stamp, and of its slices. Never waits. @param slices  Of readSlices().
-/// @return Nothing when tf does not have all of them: never a wrong pose. @param error  Says why.
+/// The poses of a cloud at its stamp, and of its slices. Never waits. @param slices  Result of readSlices().
+/// @return Nothing unless tf has all of them: never a wrong pose. @param error  Says why.
 [[nodiscard]] std::optional<CloudPoses> lookupPoses(const tf2::BufferCore& tf,
                                                     const PoseFrames& frames,
                                                     const std_msgs::Header& header,
@@ -76,17 +76,17 @@ struct PoseFrames {
 
 /// Answer of tf for a cloud.
 struct PoseSearch {
-  std::optional<CloudPoses> poses;  ///< Found.
-  std::string why;                  ///< If not: what is missing, with the frames.
-  /// If not: by how much the cloud is later than the newest transforms; nothing where tf does not connect the frames.
+  std::optional<CloudPoses> poses;  ///< Found poses.
+  std::string why;                  ///< If not found: the cause, with the frames.
+  /// If not found: time by which the cloud is later than the newest transforms; nothing if tf does not connect the frames.
   std::optional<double> lead_s;
-  bool is_too_old = false;  ///< If not: tf has forgotten that time.
+  bool is_too_old = false;  ///< If not found: whether tf has forgotten that time.
 
   /// Whether a later cloud of this frame cannot have poses either.
   [[nodiscard]] bool blocksLater() const { return !poses && !(lead_s && *lead_s <= 0.0); }
 };
 
-/// lookupPoses(), and what is wrong where there are none.
+/// Result of lookupPoses(), or the cause of its failure.
 [[nodiscard]] PoseSearch findPoses(tf2::BufferCore& tf, const PoseFrames& frames,
                                    const std_msgs::Header& header, const Slices& slices);
 

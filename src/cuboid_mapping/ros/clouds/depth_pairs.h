@@ -11,17 +11,17 @@ namespace cuboid_mapping_ros {
 
 /// Finds the camera_info of each depth image. Needs no master.
 ///
-/// That of the image's stamp, if there is one. Else one without stamp, or the nearest by stamp: of a camera that does not
-/// change they are the same, whether they come 3 ms later, or once. message_filters has no policy for these: its
+/// The one with the image's stamp counts; else one without a stamp, or the nearest by stamp: for a camera that does not
+/// change they are equal, whether they come 3 ms later, or once. message_filters has no policy for this: its
 /// synchronizers want a pair of stamps for each image.
 ///
-/// An image waits until a camera_info that is not earlier has come; no longer than for kMaxWaiting other images, and not
-/// at all when none has come since as many images. Before the first camera_info, kMaxCameras images wait. Not thread-safe.
+/// An image waits until a camera_info arrives that is not earlier; for at most kMaxWaiting other images, and not
+/// at all if none has come for as many images. Before the first camera_info, kMaxCameras images wait. Not thread-safe.
 class DepthPairs {
  public:
   struct Callbacks {
     std::function<void(const DepthImage& depth)> take;
-    std::function<void()> drop;  ///< An image, for want of any camera_info. Must not throw.
+    std::function<void()> drop;  ///< Drops an image without camera_info. Must not throw.
   };
 
   static constexpr std::size_t kMaxWaiting = 3;
@@ -36,12 +36,12 @@ class DepthPairs {
   void takeOldest();
 
   Callbacks callbacks_;
-  std::deque<sensor_msgs::Image::ConstPtr> images_;  ///< That wait.
+  std::deque<sensor_msgs::Image::ConstPtr> images_;  ///< Waiting images.
   std::deque<sensor_msgs::CameraInfo::ConstPtr> cameras_;
   std::size_t num_images_since_camera_ = 0;
 };
 
-/// Seconds between the stamp of a camera_info and that of an image; 0 where the camera_info has none.
+/// Seconds between the stamps of a camera_info and an image; 0 if the camera_info has none.
 [[nodiscard]] double stampDistance(const ros::Time& camera, const ros::Time& image);
 
 }  // namespace cuboid_mapping_ros

@@ -14,34 +14,34 @@
 
 namespace cuboid_mapping_ros {
 
-/// Finds points of moving things by earlier clouds: the same for a recording whenever it is played.
+/// Finds points of moving objects from earlier clouds. Replays of a recording give the same result.
 ///
-/// With a window it forgets what lies outside, with its margin, and no cloud has touched for a while, as the map in memory does,
-/// but by the clouds alone: neither the disk nor those who ask for parts of the map make a difference. A place that comes
-/// back has to be seen empty again.
+/// With a window it forgets bricks outside the window and its margin that no cloud has touched for a while, as the map in memory
+/// does, but by the clouds alone: neither the disk nor callers that ask for parts of the map matter. A place that is loaded
+/// again has to be seen empty again.
 ///
-/// Memory: some 100 bytes for each brick of 8 x 8 x 8 voxels with void ones. Not thread-safe but for reset().
+/// Memory: about 100 bytes for each brick of 8 x 8 x 8 voxels that has void ones. Not thread-safe except for reset().
 class MovingFilter {
  public:
-  /// @param what  With kIgnore, nothing is noted and no point moves. @param window  Of the map.
+  /// @param what  With kIgnore, nothing is noted and no point moves. @param window  Window of the map.
   MovingFilter(double resolution_m, MovingPoints what, const WindowParameters& window = {})
       : grid_(resolution_m), what_(what), window_(window) {}
 
-  /// The points that are in void voxels, map frame, in metres. To be called before take().
+  /// Points in void voxels, map frame, in metres. Call it before take().
   [[nodiscard]] std::vector<Eigen::Vector3d> findMoving(
       const std::vector<cuboid_mapping::Scan>& scans) const;
 
-  /// Notes a cloud. @return What of it goes into the map: all, or with kLeaveOut all but the hits in what was void
+  /// Notes a cloud. @return The part that goes into the map: all, or with kLeaveOut all but hits in voxels that were void
   ///         before. Valid until the next call, and as long as `update`.
-  /// @param window_center_map  Not looked at without a window.
+  /// @param window_center_map  Ignored without a window.
   [[nodiscard]] const cuboid_mapping::ScanUpdate& take(
       const cuboid_mapping::ScanUpdate& update,
       const Eigen::Vector3d& window_center_map = Eigen::Vector3d::Zero());
 
-  /// Counts all clouds so far.
+  /// Void space of all clouds so far.
   [[nodiscard]] const cuboid_mapping::VoidSpace& voidSpace() const { return void_space_; }
 
-  /// Puts what is void in another frame in the place of what is void so far.
+  /// Replaces the void space, for example by that of another frame.
   void setVoidSpace(cuboid_mapping::VoidSpace void_space) { void_space_ = std::move(void_space); }
 
   /// Forgets everything before the next cloud. Thread-safe.
@@ -56,8 +56,8 @@ class MovingFilter {
   std::atomic<bool> is_reset_{false};
 };
 
-/// Frees what is occupied in void voxels, but for locked ones, after a drive: what has passed there before it was known
-/// that the place is empty. Such a voxel is then as if a beam had passed it once.
+/// Frees occupied voxels in void space, except locked ones, after a drive: objects that passed before it was known
+/// that the place is empty. Such a voxel is then as if one beam had passed it.
 /// @return Number of voxels.
 std::size_t freeVoidVoxels(const cuboid_mapping::VoidSpace& void_space,
                            cuboid_mapping::CuboidMap& map);

@@ -16,7 +16,7 @@
 
 namespace cuboid_mapping_ros {
 
-/// The sources of a node: their topics, what becomes of their messages, and what has become of them. Not thread-safe.
+/// The sources of a node: their topics, subscribers, and statistics. Not thread-safe.
 class NodeSources {
  public:
   NodeSources(const NodeParameters& parameters, const CloudLedger& ledger);
@@ -27,20 +27,20 @@ class NodeSources {
   void listen(const ros::NodeHandle& nh, const SourceSubscriber::Callbacks& callbacks);
   void stopListening() { subscribers_.clear(); }
 
-  /// Takes other values; the list itself is as it was.
+  /// Sets other values; the list of sources stays.
   void setParameters(const NodeParameters& parameters) { sources_ = makeSources(parameters); }
 
   [[nodiscard]] Source& at(std::size_t source) { return *sources_.at(source); }
   [[nodiscard]] const Source& at(std::size_t source) const { return *sources_.at(source); }
   [[nodiscard]] std::size_t size() const { return sources_.size(); }
 
-  /// Names after remapping, as "/front/points, /scan".
+  /// Topics after remapping, such as "/front/points, /scan".
   [[nodiscard]] const std::string& topics() const { return topics_; }
   /// Number of publishers of all topics.
   [[nodiscard]] std::size_t numPublishers() const;
 
   /// Errors of topics that are published with another type than their source's, joined; see describeWrongType().
-  /// Each text is logged when it is new. Asks the master, for sources that have received nothing and have no publisher.
+  /// Logs each new text. Asks the master, for sources that have received nothing and have no publisher.
   [[nodiscard]] std::string findWrongTypes();
 
   /// Adds a status for each source; none where there is no list.

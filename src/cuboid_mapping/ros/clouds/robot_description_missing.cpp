@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// For builds without urdf or geometric_shapes.
+// Replaces robot_description.cpp in builds without urdf or geometric_shapes.
 #include "cuboid_mapping/ros/clouds/robot_description.h"
 
 #include <stdexcept>

@@ -20,7 +20,7 @@ bool isIn(const Solid& solid, const Eigen::Vector3d& point) {
   return cuboid_mapping::isInside(solid.bounds, point) && solid.contains(point);
 }
 
-/// A ball around something, among points.
+/// A ball that bounds a part, in the frame of points.
 struct Ball {
   Eigen::Vector3f center = Eigen::Vector3f::Zero();
   float radius_m = 0.0F;
@@ -30,7 +30,7 @@ struct Ball {
   }
 };
 
-/// Around the padded part. A little larger: what is near the border is decided in double.
+/// Ball around the padded part. It is a little larger: points near the border are decided in double.
 Ball ballAround(const RobotPart& part, const Eigen::Isometry3d& T_part_points) {
   const MetricBox& box = part.padded.bounds;
   const Eigen::Vector3d center = T_part_points.inverse() * (0.5 * (box.min_m + box.max_m));

@@ -12,16 +12,16 @@
 
 namespace cuboid_mapping_ros {
 
-/// Takes the points out that lie in padded parts. The others keep their order.
-/// @param T_part_points  For each part, what takes points to its frame.
-/// @return How many were taken out. @complexity O(points * parts); most points cost one comparison.
+/// Removes points in padded parts. The others keep their order.
+/// @param T_part_points  For each part, the transform of points to its frame.
+/// @return Number of removed points. @complexity O(points * parts); most points cost one comparison.
 std::size_t removePointsOnRobot(const RobotParts& parts,
                                 const std::vector<Eigen::Isometry3d>& T_part_points,
                                 std::vector<Eigen::Vector3f>& points);
 
-/// The voxels whose centre lies in a part, without padding; one that lies in two comes twice.
+/// Voxels whose centre lies in a part, without padding; a voxel in two parts comes twice.
 /// @param T_map_part  For each part, its pose. @return Centres, relative to `anchor_map`.
-/// @complexity O(volume of the boxes around the parts in voxels), as turned in the map.
+/// @complexity O(volume, in voxels, of the boxes around the parts in the map).
 [[nodiscard]] std::vector<Eigen::Vector3f> findRobotVoxels(
     const RobotParts& parts, const std::vector<Eigen::Isometry3d>& T_map_part,
     const cuboid_mapping::Grid& grid, const Eigen::Vector3d& anchor_map);

@@ -15,7 +15,7 @@
 namespace cuboid_mapping_ros {
 namespace {
 
-/// For each cloud, all of them are looked at.
+/// Limit of free voxels: each cloud visits all of them.
 constexpr double kMaxFreeVoxels = 1e6;
 
 std::string readTextFile(const std::string& file) {
@@ -23,13 +23,13 @@ std::string readTextFile(const std::string& file) {
   try {
     text = cuboid_mapping::readFile(file);
   } catch (const cuboid_mapping::MapFileError&) {
-    // As one without text.
+    // An unreadable file counts as one without text.
   }
   if (text.empty()) throw std::runtime_error("self_filter/urdf_file: cannot read " + file);
   return text;
 }
 
-/// Empty when there is none to be read.
+/// Text of the robot's description; empty if none is set.
 std::string readDescription(const SelfFilterParameters& parameters, const FindText& find_text) {
   if (!parameters.urdf_file.empty()) return readTextFile(parameters.urdf_file);
   if (parameters.robot_description.empty()) return {};
@@ -39,7 +39,7 @@ std::string readDescription(const SelfFilterParameters& parameters, const FindTe
                            parameters.robot_description + " with a URDF");
 }
 
-/// For each cloud, all of their voxels are looked at.
+/// Refuses too many voxels: each cloud visits all of them.
 void checkVolume(const RobotParts& parts, const NodeParameters& parameters) {
   const double num_voxels = boundsVolume(parts) / std::pow(parameters.map.resolution_m, 3);
   if (!parameters.self_filter.keep_free || num_voxels <= kMaxFreeVoxels) return;

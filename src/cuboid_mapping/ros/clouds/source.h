@@ -9,7 +9,7 @@
 
 namespace cuboid_mapping_ros {
 
-/// A sensor, without the topic: what becomes of its messages. Not thread-safe.
+/// Processing of a sensor's messages, without the topic. Not thread-safe.
 struct Source {
   Source(const NodeParameters& node, const SourceParameters& source)
       : parameters(source), frames(node, source), pipeline(node, source) {}

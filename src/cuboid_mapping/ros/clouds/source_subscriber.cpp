@@ -10,8 +10,8 @@
 namespace cuboid_mapping_ros {
 namespace {
 
-/// Messages that roscpp keeps, and beyond which it drops them without telling. It never has that many: each is put into
-/// the CloudBuffer as it arrives, whose bounds are those that count.
+/// Messages that roscpp keeps before it drops them silently. This limit is never reached: each message goes to
+/// the CloudBuffer on arrival, whose limits count.
 constexpr std::uint32_t kReceiveQueueSize = 1000;
 
 }  // namespace

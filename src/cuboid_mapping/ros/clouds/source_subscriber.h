@@ -16,7 +16,7 @@
 
 namespace cuboid_mapping_ros {
 
-/// Beside the topic of an image, compressed or not, where drivers publish its camera_info.
+/// Topic of camera_info beside an image topic, compressed or not, where drivers publish it.
 [[nodiscard]] std::string cameraInfoBeside(const std::string& image_topic);
 
 /// Listens to the topic of a source, whatever its type.
@@ -30,13 +30,13 @@ class SourceSubscriber {
     std::function<void(std::size_t source, const std::string& why)> drop;
   };
 
-  /// @param nh  Of a thread of its own, in which the callbacks take some microseconds.
+  /// @param nh  Handle of a separate thread, in which the callbacks take some microseconds.
   SourceSubscriber(const ros::NodeHandle& nh, const SourceParameters& source, std::size_t index,
                    Callbacks callbacks);
   SourceSubscriber(const SourceSubscriber&) = delete;
   SourceSubscriber& operator=(const SourceSubscriber&) = delete;
 
-  /// As it is after remapping.
+  /// Topic after remapping.
   [[nodiscard]] const std::string& topic() const { return topic_; }
   [[nodiscard]] std::size_t numPublishers() const {
     return subscribers_.front().getNumPublishers();
@@ -52,7 +52,7 @@ class SourceSubscriber {
   Callbacks callbacks_;
   std::string topic_;
   std::unique_ptr<DepthPairs> pairs_;
-  std::vector<ros::Subscriber> subscribers_;  ///< The first is that of the topic.
+  std::vector<ros::Subscriber> subscribers_;  ///< The first one subscribes to the topic.
 };
 
 }  // namespace cuboid_mapping_ros

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// ROS's types of the topics of sensors.
+// Message types of sensor topics.
 #pragma once
 
 #include "cuboid_mapping/ros/parameters/source_parameters.h"
@@ -14,13 +14,13 @@ constexpr char kScans[] = "sensor_msgs/LaserScan";
 constexpr char kImages[] = "sensor_msgs/Image";
 constexpr char kCompressed[] = "sensor_msgs/CompressedImage";
 
-/// Message type that a source expects on a topic, as "sensor_msgs/LaserScan".
+/// Message type that a source expects on a topic, such as "sensor_msgs/LaserScan".
 [[nodiscard]] const char* datatypeOf(SourceType type, const std::string& topic);
 
-/// How to map a topic of a sensor whose messages cannot be mapped as they are; empty for all other types.
+/// Advice for sensor messages that cannot be mapped directly; empty for all other types.
 [[nodiscard]] std::string adviseOn(const std::string& datatype);
 
-/// Error and cure for a topic whose type is not the source's; empty if it is.
+/// Error and cure if a topic has another type than its source; else empty.
 [[nodiscard]] std::string describeWrongType(const SourceParameters& source,
                                             const std::string& topic, const std::string& datatype);
 

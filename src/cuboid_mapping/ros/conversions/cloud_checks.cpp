@@ -12,13 +12,13 @@ namespace {
 
 using cuboid_mapping::toText;
 
-/// Points of a cloud that are looked at.
+/// Number of points of a cloud that are checked.
 constexpr std::size_t kCheckedPoints = 1000;
 /// Minimum number of points before a source is judged.
 constexpr std::size_t kLeastJudgedPoints = 100;
-/// A source is judged by its first points: the table of ranges grows no more, and later clouds cost nothing.
+/// Maximum number of points for judging a source: the table of ranges stops growing, and later clouds cost nothing.
 constexpr std::size_t kMaxJudgedPoints = 100000;
-/// Depth cameras see less far, but for single pixels.
+/// Depth cameras rarely see farther, except in single pixels.
 constexpr double kMaxUsualDepth_m = 8.0;
 
 std::string percentOf(std::size_t part, std::size_t whole) {
@@ -54,7 +54,7 @@ void CloudChecks::warnOnce(const std::string& kind, const std::string& text) {
   if (!std::exchange(said_[kind], true)) warnings_.push_back(text);
 }
 
-/// A value that stands for no return is mostly the greatest of all. Planes before a camera have one depth, too.
+/// A value for no return is mostly the greatest of all. Planes in front of a camera have one depth, too.
 void CloudChecks::checkOneRange() {
   const auto most =
       std::max_element(counts_.begin(), counts_.end(),

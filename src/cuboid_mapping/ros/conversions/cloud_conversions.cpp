@@ -20,7 +20,7 @@ using sensor_msgs::PointField;
 
 constexpr std::array<const char*, 3> kAxisNames{"x", "y", "z"};
 
-/// Fields x, y and z.
+/// The fields x, y and z.
 using XyzFields = std::array<const PointField*, 3>;
 
 std::size_t sizeOf(const PointField& field) {
@@ -151,13 +151,13 @@ class PointReader {
   std::array<bool, 3> is_double_{};
 };
 
-/// Not NaN, not at the origin, and not infinite.
+/// Whether a point is not NaN, not at the origin, and not infinite.
 bool isReturn(const Eigen::Vector3d& point) {
   // NaN fails the comparison.
   return (point.array().abs() <= kMaxReading_m).all() && !point.isZero(0.0);
 }
 
-/// Whether a point that is no return says that its beam met nothing.
+/// Whether a point without return says that its beam met nothing.
 bool isNoReturn(const Eigen::Vector3d& point, NoReturnPoints wanted) {
   if (point.hasNaN()) return contains(wanted, NoReturnPoints::kNan);
   if (point.isZero(0.0)) return contains(wanted, NoReturnPoints::kZero);
@@ -175,7 +175,7 @@ void visitPoints(const PointReader& reader, VisitorT visit) {
   }
 }
 
-/// Component by component, of a sample of the returns; 0 without any.
+/// Median of each coordinate over a sample of the returns; 0 without any.
 Eigen::Vector3d findMedian(const PointReader& reader) {
   constexpr std::size_t kSamples = 1000;
   const std::size_t step = reader.layout().width * reader.layout().height / kSamples + 1;
@@ -197,7 +197,7 @@ Eigen::Vector3d findMedian(const PointReader& reader) {
   return median;
 }
 
-/// See CloudPoints::anchor_cloud: multiples of 1024 m. No single point leads the others.
+/// Finds CloudPoints::anchor_cloud: multiples of 1024 m. An outlier cannot move it.
 Eigen::Vector3d findAnchor(const PointReader& reader, const Eigen::Vector3d& sensor_cloud) {
   if (!reader.hasDouble()) return Eigen::Vector3d::Zero();
   const Eigen::Vector3d median = findMedian(reader);
@@ -206,7 +206,7 @@ Eigen::Vector3d findAnchor(const PointReader& reader, const Eigen::Vector3d& sen
                                                                                     : median);
 }
 
-/// Classifies the points of a cloud, by the options.
+/// Classifies the points of a cloud according to the options.
 class PointJudge {
  public:
   enum class Kind : unsigned char { kReturn, kOfNamedRange, kNothing };
@@ -220,7 +220,7 @@ class PointJudge {
   [[nodiscard]] Kind judge(const Eigen::Vector3d& point) const {
     if (!isReturn(point)) return Kind::kNothing;
     if (!is_elsewhere_ && ranges_m_.empty()) return Kind::kReturn;
-    // A reading of zero has moved with the cloud; rounded to float by then.
+    // A reading of zero has moved with the cloud, and was rounded to float before.
     constexpr double kAtSensor_m = 1e-4;
     const double range_m = (point - sensor_cloud_).norm();
     if (is_elsewhere_ && range_m < kAtSensor_m) return Kind::kNothing;
@@ -241,7 +241,7 @@ class PointJudge {
   bool is_elsewhere_;
 };
 
-/// The end of a beam without return. @param direction_sensor  Of length 1.
+/// Adds the end of a beam without return. @param direction_sensor  Of length 1.
 void addNoReturn(const Eigen::Vector3d& direction_sensor, std::uint32_t number,
                  const CloudOptions& options, CloudPoints& cloud) {
   const Eigen::Vector3d end_cloud =
@@ -250,7 +250,7 @@ void addNoReturn(const Eigen::Vector3d& direction_sensor, std::uint32_t number,
   if (options.wants_numbers) cloud.no_return_numbers.push_back(number);
 }
 
-/// Points whose direction is estimated from their neighbours.
+/// Adds beams without return whose directions are estimated from their neighbours.
 void addNoReturns(const PointReader& reader, const PointJudge& judge, const CloudOptions& options,
                   CloudPoints& cloud) {
   const CloudLayout& layout = reader.layout();

@@ -26,14 +26,14 @@ struct DepthHeader {
 };
 static_assert(sizeof(DepthHeader) == 12, "as on the wire");
 
-/// In the byte order of this machine.
+/// Pixels in the byte order of this machine.
 struct Pixels {
   std::uint32_t width = 0;
   std::uint32_t height = 0;
   std::vector<std::uint16_t> numbers;
 };
 
-/// @throws std::runtime_error with what is wrong.
+/// @throws std::runtime_error with the defect.
 Pixels readPng(const std::uint8_t* data, std::size_t size) {
   png_image png{};
   png.version = PNG_IMAGE_VERSION;
@@ -80,7 +80,7 @@ sensor_msgs::Image::ConstPtr makeImage(const sensor_msgs::Image& compressed, con
   return image;
 }
 
-/// @throws std::runtime_error with what is wrong.
+/// @throws std::runtime_error with the defect.
 sensor_msgs::Image::ConstPtr decode(const sensor_msgs::Image& compressed) {
   const std::string& format = compressed.encoding;
   const std::string encoding = format.substr(0, format.find(';'));

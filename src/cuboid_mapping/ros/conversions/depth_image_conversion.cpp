@@ -37,7 +37,7 @@ struct Pinhole {
   double cy;
 };
 
-/// As image_geometry::PinholeCameraModel, for pixels of the image as it is.
+/// Model of image_geometry::PinholeCameraModel, for pixels of the image as sent.
 Pinhole makePinhole(const CameraInfo& camera) {
   const bool has_projection = camera.P[0] != 0.0;
   Pinhole pinhole = has_projection ? Pinhole{camera.P[0], camera.P[5], camera.P[2], camera.P[6]}
@@ -55,7 +55,7 @@ bool isUsable(const Pinhole& pinhole) {
          std::isnormal(pinhole.fy);
 }
 
-/// Bytes of a pixel; 0 for an encoding that is not of depths.
+/// Bytes of a pixel; 0 if the encoding has no depths.
 std::size_t pixelBytes(const Image& image) {
   namespace encodings = sensor_msgs::image_encodings;
   if (image.encoding == encodings::TYPE_32FC1) return sizeof(float);
@@ -65,7 +65,7 @@ std::size_t pixelBytes(const Image& image) {
   return is_16_bit ? sizeof(std::uint16_t) : 0;
 }
 
-/// Bytes from row to row: as the image says, unless this cannot be and the size of the data leaves one value only.
+/// Bytes from row to row: the image's own value, unless it is impossible and the size of the data allows only one.
 std::uint64_t stepOf(const Image& image) {
   const std::uint64_t row_bytes = std::uint64_t{image.width} * pixelBytes(image);
   const bool has_no_gaps = row_bytes != 0 && image.data.size() % row_bytes == 0 &&
@@ -73,14 +73,14 @@ std::uint64_t stepOf(const Image& image) {
   return has_no_gaps ? row_bytes : image.step;
 }
 
-/// The size that images of a camera have; 0 where it does not say.
+/// Image size of a camera; 0 if it is not given.
 std::array<std::uint64_t, 2> sizeOf(const CameraInfo& camera) {
   const bool has_roi = camera.roi.width != 0 && camera.roi.height != 0;
   return {(has_roi ? camera.roi.width : camera.width) / std::max(1U, camera.binning_x),
           (has_roi ? camera.roi.height : camera.height) / std::max(1U, camera.binning_y)};
 }
 
-/// With the intrinsics of another size, points would lie elsewhere without a sign of it.
+/// Checks the size: with intrinsics of another size, points would silently lie elsewhere.
 std::optional<CloudError> checkSize(const Image& image, const CameraInfo& camera) {
   const auto [width, height] = sizeOf(camera);
   const bool is_other =
@@ -143,14 +143,14 @@ class DepthReader {
         is_other_order_((image.is_bigendian != 0) !=
                         (boost::endian::order::native == boost::endian::order::big)) {}
 
-  /// Whether its numbers are units, not metres.
+  /// Whether its numbers count units, not metres.
   [[nodiscard]] bool hasUnits() const { return pixel_bytes_ == sizeof(std::uint16_t); }
 
   [[nodiscard]] double read(std::size_t row, std::size_t column) const {
     const std::uint8_t* pixel = image_.data.data() + row * step_ + column * pixel_bytes_;
     if (pixel_bytes_ == sizeof(std::uint16_t)) {
       const std::uint16_t number = readBits<std::uint16_t>(pixel);
-      // The greatest number is all that a sensor can say of what is beyond it; negative ones are none.
+      // The greatest number stands for everything beyond the sensor's reach; negative numbers are invalid.
       return number == greatest_  ? std::numeric_limits<double>::infinity()
              : number < greatest_ ? unit_m_ * number
                                   : -unit_m_;
@@ -199,7 +199,7 @@ std::variant<CloudPoints, CloudError> convertDepthImage(const DepthImage& depth,
         "camera_info has a negative focal length: the points are mirrored, unless y of frame '" +
         image.header.frame_id + "' points up. Make it positive for optical frames";
   }
-  // A named depth may be a number of units, as 65534.
+  // A given depth may be a number of units, such as 65534.
   const bool has_units = reader.hasUnits();
   cloud.points.reserve(std::size_t{image.width} * image.height);
   for (std::size_t row = 0; row < image.height; ++row) {

@@ -17,9 +17,9 @@ namespace {
 
 using Cloud = pcl::PointCloud<pcl::PointXYZ>;
 
-/// Fewer points tell no plane; octomap_server has the same bound.
+/// Minimum number of points for a plane, as in octomap_server.
 constexpr std::size_t kMinPoints = 50;
-/// With fewer points left no further plane is looked for.
+/// Minimum number of remaining points for the search for a further plane.
 constexpr std::size_t kMinPointsLeft = 10;
 
 Cloud transformCloud(const std::vector<Eigen::Vector3f>& points_cloud,
@@ -33,7 +33,7 @@ Cloud transformCloud(const std::vector<Eigen::Vector3f>& points_cloud,
   return cloud;
 }
 
-/// Keeps PCL from writing to the terminal about every plane that it does not find.
+/// Stops PCL from printing a message for every plane that it does not find.
 class Silence {
  public:
   Silence() { pcl::console::setVerbosityLevel(pcl::console::L_ALWAYS); }
@@ -45,7 +45,7 @@ class Silence {
   pcl::console::VERBOSITY_LEVEL level_ = pcl::console::getVerbosityLevel();
 };
 
-/// Looks for level planes among the points that no plane has taken yet.
+/// Searches level planes among the points that are in no plane yet.
 class PlaneSearch {
  public:
   PlaneSearch(const Cloud& points_base, const GroundFilterConfig& config)
@@ -61,7 +61,7 @@ class PlaneSearch {
     for (int i = 0; i < static_cast<int>(input_->size()); ++i) left_->push_back(i);
   }
 
-  /// Points of the ground's plane; none when there is no such plane.
+  /// Points of the ground's plane; none if there is no such plane.
   std::vector<int> findGround() {
     const Silence silence;
     while (left_->size() > kMinPointsLeft) {

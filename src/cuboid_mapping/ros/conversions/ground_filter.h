@@ -8,21 +8,21 @@
 
 namespace cuboid_mapping_ros {
 
-/// Which points are taken for ground: as octomap_server's ground_filter.
+/// Limits of the ground: the ground_filter of octomap_server.
 struct GroundFilterConfig {
-  double distance_m = 0.04;        ///< Points so near to the plane belong to it.
-  double angle_rad = 0.15;         ///< Between the plane's normal and z of the base, at most.
+  double distance_m = 0.04;        ///< Maximum distance of a point from its plane.
+  double angle_rad = 0.15;         ///< Maximum angle between the plane's normal and z of the base.
   double plane_distance_m = 0.07;  ///< Largest distance of the plane from z = 0 of the base.
 };
 
-/// Points apart, each in the order of the cloud.
+/// Ground and other points, each in the order of the cloud.
 struct GroundSplit {
   std::vector<Eigen::Vector3f> ground;
   std::vector<Eigen::Vector3f> others;
   bool is_plane_found = false;
 };
 
-/// Tells the points of the ground from the others.
+/// Separates the points of the ground from the others.
 ///
 /// Planes that are nearly level are segmented (PCL, RANSAC with a fixed seed) until one lies near
 /// z = 0 of the base frame: its points are the ground. Cases:

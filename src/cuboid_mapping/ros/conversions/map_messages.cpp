@@ -19,11 +19,11 @@ using cuboid_mapping::GetMap;
 using cuboid_mapping::MapDetail;
 using cuboid_mapping::VoxelBrick;
 
-/// Deltas that may wait for a listener: many minutes of them would be of no use.
+/// Queue of deltas for a subscriber: older ones would be of no use.
 constexpr std::uint32_t kDeltaQueue = 20;
-/// Deltas that may wait while a listener fetches the parts of a map.
+/// Queue of deltas while a client fetches the parts of a map.
 constexpr std::uint32_t kReceivedDeltas = 500;
-/// Parts of a map that may wait.
+/// Queue of parts of a map.
 constexpr std::uint32_t kReceivedParts = 100;
 
 BricksType toMessage(const VoxelBrick* first, const VoxelBrick* last, MapDetail detail) {
@@ -48,7 +48,7 @@ bool fromMessage(const BricksType& message, std::vector<VoxelBrick>& bricks) {
   return unpacked.has_value();
 }
 
-/// Voxels of a map here lie at multiples of the resolution.
+/// Whether the voxels lie at multiples of the resolution, as they do here.
 bool isAtZero(const geometry_msgs::Point& origin) {
   return origin.x == 0.0 && origin.y == 0.0 && origin.z == 0.0;
 }
@@ -60,7 +60,7 @@ ImageMessage fromMessage(const ImageType& message) {
   result.header = message.header;
   result.image = {
       message.instance, message.revision, message.resolution, detailOf(message.bricks), {}};
-  // Without a resolution no follower takes it.
+  // Followers refuse an image without a resolution.
   if (!isAtZero(message.origin) || !fromMessage(message.bricks, result.image.bricks)) {
     result.image.resolution_m = 0.0;
   }
@@ -93,10 +93,10 @@ DeltaMessage fromMessage(const DeltaType& message) {
   result.delta.is_everything = message.everything != 0;
   result.delta.resolution_m = message.resolution;
   result.server = message.server;
-  // Damaged: that is as if everything had changed, the listener asks for the map.
+  // A damaged message counts as if everything had changed: the client asks for the map.
   result.delta.is_everything |=
       !isAtZero(message.origin) || !fromMessage(message.bricks, result.delta.bricks);
-  // In any case: tells the listener what to ask for.
+  // Set in any case: it tells the client what to ask for.
   result.delta.detail = detailOf(message.bricks);
   return result;
 }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The messages FullCuboidMap and CuboidMapUpdate, and the service GetMap, as images and changes of maps.
+// Conversion of FullCuboidMap, CuboidMapUpdate and the service GetMap to images and changes of maps, and back.
 #pragma once
 
 #include "cuboid_mapping/CuboidMapUpdate.h"
@@ -23,18 +23,18 @@ namespace cuboid_mapping_ros {
 struct ImageMessage {
   std_msgs::Header header;
   cuboid_mapping::MapImage image;
-  std::uint32_t num_parts = 1;  ///< More: `image` has the bricks of `part` only.
+  std::uint32_t num_parts = 1;  ///< If more than one: `image` has the bricks of `part` only.
   std::uint32_t part = 0;
   std::string server;  ///< Namespace of the services of the node.
 };
-/// Changes of a map, with the same.
+/// Changes of a map, with the frame of the map and the stamp of the last cloud in it.
 struct DeltaMessage {
   std_msgs::Header header;
   cuboid_mapping::MapDelta delta;
   std::string server;
 };
 
-/// The message of an image, or of these bricks of it.
+/// The message of an image, or of some of its bricks.
 ///@{
 [[nodiscard]] cuboid_mapping::FullCuboidMap toMessage(const ImageMessage& from);
 [[nodiscard]] cuboid_mapping::FullCuboidMap toMessage(const ImageMessage& from,
@@ -43,9 +43,9 @@ struct DeltaMessage {
 ///@}
 [[nodiscard]] cuboid_mapping::CuboidMapUpdate toMessage(const DeltaMessage& from);
 
-/// The image in a message. Damaged, it has no resolution, and no follower takes it.
+/// The image in a message. A damaged one has no resolution, and no follower takes it.
 [[nodiscard]] ImageMessage fromMessage(const cuboid_mapping::FullCuboidMap& message);
-/// The changes in a message. Damaged, they say that everything has changed.
+/// The changes in a message. Damaged ones say that everything has changed.
 [[nodiscard]] DeltaMessage fromMessage(const cuboid_mapping::CuboidMapUpdate& message);
 
 /// Offers a topic of cuboid_mapping/CuboidMapUpdate.
@@ -60,17 +60,17 @@ std::size_t publishDelta(const ros::Publisher& publisher, const DeltaMessage& me
 /// Calls the service GetMap. A call lasts as long as the transfer takes. Thread-safe.
 class GetMapClient {
  public:
-  /// @param nh  In whose namespace names of services are.
+  /// @param nh  Namespace of the services.
   explicit GetMapClient(const ros::NodeHandle& nh) : nh_(nh) {}
 
-  /// Asks for all parts of the map. @param error  Why it gave nothing.
-  /// @return false when there is no answer, or none with a map.
+  /// Asks for all parts of the map. @param error  Reason if there is none.
+  /// @return false without an answer, or if the answer has no map.
   [[nodiscard]] bool call(const std::string& name, cuboid_mapping::MapDetail detail,
                           ImageMessage& message, std::string& error);
-  /// Asks for the parts that follow those in the image, of which `part` is the last. @return As call().
+  /// Asks for the parts after `part`, the last one in the image. @return As call().
   [[nodiscard]] bool callForRest(const std::string& name, ImageMessage& message,
                                  std::string& error);
-  /// Ends the call that waits, and refuses others.
+  /// Ends the waiting call, and refuses others.
   void stop() { calls_.stop(); }
 
  private:
@@ -81,7 +81,7 @@ class GetMapClient {
   ServiceCalls calls_;
 };
 
-/// Puts the part that follows into an image. @return false when it is not that part.
+/// Appends the next part to an image. @return false if it is another part.
 [[nodiscard]] bool appendPart(const ImageMessage& part, ImageMessage& message);
 
 }  // namespace cuboid_mapping_ros

@@ -8,8 +8,8 @@
 
 namespace cuboid_mapping_ros {
 
-/// Which readings say that a beam met nothing up to the sensor's range; a set of the first five. REP 117
-/// has +inf for that, -inf for a thing that is too near, and NaN for a measurement that failed.
+/// Readings that say that a beam met nothing up to the sensor's range; a set of the first five. In REP 117,
+/// +inf stands for this, -inf for an object that is too near, and NaN for a failed measurement.
 enum class NoReturnPoints : unsigned char {
   kPlusInf = 1,
   kNan = 2,
@@ -23,24 +23,24 @@ enum class NoReturnPoints : unsigned char {
   kAll = kPlusInf | kNan | kZero | kMinusInf | kRangeMax
 };
 
-/// Whether a set holds a reading, which is one of the first five.
+/// Whether a set holds a reading, one of the first five.
 [[nodiscard]] constexpr bool contains(NoReturnPoints set, NoReturnPoints reading) {
   return (static_cast<unsigned>(set) & static_cast<unsigned>(reading)) != 0;
 }
 
-/// Readings beyond it, of either sign, are infinite: of a size that float32 can hold.
+/// Bound of readings: those beyond it, of either sign, are infinite. float32 can hold it.
 constexpr double kMaxReading_m = 1e30;
 
 /// Kind of a reading without a return; kNone for a return.
 [[nodiscard]] NoReturnPoints classifyReading(double number);
 
-/// Ranges in metres that stand for no return, as the far clip of a simulated camera.
+/// Ranges in metres that stand for no return, such as the far clip of a simulated camera.
 using NoReturnRanges = std::vector<double>;
 
-/// Whether a range is one of them, to within the rounding of floats and half a millimetre.
+/// Whether a range is in the list, up to the rounding of floats and half a millimetre.
 [[nodiscard]] bool contains(const NoReturnRanges& ranges_m, double range_m);
 
-/// The value of the parameter: a name as "with_nan", or readings as "nan zero"; then ranges as "81.91".
+/// Value of the parameter: a name such as "with_nan", or readings such as "nan zero"; then ranges such as "81.91".
 [[nodiscard]] std::string toText(NoReturnPoints points, const NoReturnRanges& ranges_m = {});
 
 /// Inverse of toText(), readings and ranges in any order; nothing for another text.

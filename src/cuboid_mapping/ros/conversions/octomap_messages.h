@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The messages of octomap_msgs: the package's own where it is installed, else types that are the
+// The messages of octomap_msgs: the package's own if it is installed, else types that are the
 // same on the wire, with the same names and checksums.
 #pragma once
 

@@ -11,7 +11,7 @@
 
 namespace cuboid_mapping_ros {
 
-/// Whether the numbers of a cloud are in the other byte order than this machine's.
+/// Whether a cloud has the other byte order than this machine.
 [[nodiscard]] inline bool isOtherOrder(const sensor_msgs::PointCloud2& cloud) {
   return (cloud.is_bigendian != 0) != (boost::endian::order::native == boost::endian::order::big);
 }
@@ -30,9 +30,9 @@ struct CloudLayout {
   }
 };
 
-/// The layout that a message describes. A number that cannot be right is replaced where the size of the data
-/// leaves one value only: height 0 and point_step 0, and a row_step that is none, as 0 or the size of the whole cloud,
-/// where the rows have no gaps.
+/// The layout that a message describes. An impossible number is replaced if the size of the data allows
+/// only one value: height 0, point_step 0, and a row_step of 0 or of the whole cloud,
+/// if the rows have no gaps.
 [[nodiscard]] inline CloudLayout layoutOf(const sensor_msgs::PointCloud2& cloud) {
   const std::uint64_t num_bytes = cloud.data.size();
   CloudLayout layout{cloud.width, cloud.height, cloud.point_step, cloud.row_step};

@@ -23,7 +23,7 @@ namespace cuboid_mapping_ros {
   return header;
 }
 
-/// A cloud of x, y and z as numbers of a type, in one row; it is dense unless a number is not finite.
+/// Cloud with x, y and z of a scalar type, in one row; it is dense unless a number is not finite.
 template <typename FieldT, typename ScalarT>
 [[nodiscard]] sensor_msgs::PointCloud2 toCloudOf(
     const std::vector<Eigen::Matrix<ScalarT, 3, 1>>& points, const std_msgs::Header& header) {
@@ -44,7 +44,7 @@ template <typename FieldT, typename ScalarT>
   return cloud;
 }
 
-/// toCloudOf() 32-bit floats; of doubles where a coordinate is beyond kFar_m, which floats would round by more than 1 mm.
+/// toCloudOf() with 32-bit floats, or with doubles if a coordinate is beyond kFar_m, where floats round by more than 1 mm.
 template <typename ScalarT>
 [[nodiscard]] sensor_msgs::PointCloud2 toCloud(
     const std::vector<Eigen::Matrix<ScalarT, 3, 1>>& points, const std_msgs::Header& header) {

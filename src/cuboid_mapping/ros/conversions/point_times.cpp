@@ -19,9 +19,9 @@ using Times = std::optional<std::vector<double>>;
 
 constexpr std::array<const char*, 6> kFieldNames{"time",      "t",          "offset_time",
                                                  "timestamp", "time_stamp", "timeStamp"};
-/// Nobody scans that long.
+/// Times beyond this are times of day: no scan takes that long.
 constexpr double kLeastTimeOfDay_s = 1e6;
-/// Seconds since 1970 are far less, nanoseconds far more.
+/// Times beyond this are nanoseconds: seconds since 1970 are far less.
 constexpr double kLeastNanoseconds = 1e15;
 
 const PointField* findTimeField(const PointCloud2& cloud) {
@@ -33,7 +33,7 @@ const PointField* findTimeField(const PointCloud2& cloud) {
   return nullptr;
 }
 
-/// 0 for types that are no times.
+/// Size of a time; 0 for types that are no times.
 std::size_t numBytes(const PointField& field) {
   switch (field.datatype) {
     case PointField::INT32:
@@ -44,7 +44,7 @@ std::size_t numBytes(const PointField& field) {
   }
 }
 
-/// In seconds. @pre numBytes(field) bytes are there.
+/// Time in seconds. @pre numBytes(field) bytes are there.
 double readTime(const PointField& field, const std::uint8_t* data, bool is_other_order) {
   switch (field.datatype) {
     case PointField::INT32: return 1e-9 * readAs<std::int32_t, std::uint32_t>(data, is_other_order);
@@ -55,7 +55,7 @@ double readTime(const PointField& field, const std::uint8_t* data, bool is_other
   }
 }
 
-/// Whether all points are there, each with its field: nothing is read outside the data.
+/// Whether the data holds the field of all points, so that nothing is read outside it.
 bool isWhole(const PointCloud2& cloud, const PointField& field) {
   const CloudLayout layout = layoutOf(cloud);
   if (numBytes(field) == 0 || layout.width == 0 || layout.height == 0) return false;
@@ -64,7 +64,7 @@ bool isWhole(const PointCloud2& cloud, const PointField& field) {
   return layout.numBytes() <= cloud.data.size();
 }
 
-/// The times of points that are no returns become NaN.
+/// Replaces the times of points without return by NaN.
 void keepReturns(const std::vector<bool>& are_returns, std::vector<double>& times_s) {
   for (std::size_t i = 0; i < std::min(are_returns.size(), times_s.size()); ++i) {
     if (!are_returns[i]) times_s[i] = std::numeric_limits<double>::quiet_NaN();

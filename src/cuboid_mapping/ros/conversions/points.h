@@ -11,11 +11,11 @@
 
 namespace cuboid_mapping_ros {
 
-/// From here on, metres, viewers and clouds of 32-bit floats are a millimetre off.
+/// Distance in metres beyond which viewers and clouds of 32-bit floats are off by a millimetre.
 constexpr double kFar_m = 16384.0;
 
-/// What coordinates near a point are best counted from, so that they fit into 32-bit floats: on each axis 0, or far away
-/// the nearest multiple of 1024 m.
+/// Anchor near a point, from which coordinates fit into 32-bit floats: on each axis 0, or far away the nearest
+/// multiple of 1024 m.
 [[nodiscard]] inline Eigen::Vector3d farAnchor(const Eigen::Vector3d& point) {
   return point.unaryExpr(
       [](double v) { return std::abs(v) < kFar_m ? 0.0 : 1024.0 * std::round(v / 1024.0); });

@@ -13,7 +13,7 @@ StampedPose toStampedPose(const ros::Time& stamp, const geometry_msgs::Pose& pos
   StampedPose stamped{static_cast<std::int64_t>(stamp.toNSec()), Eigen::Isometry3d::Identity()};
   stamped.T_map_body.translation() =
       Eigen::Vector3d(pose.position.x, pose.position.y, pose.position.z);
-  if (std::abs(quaternion.norm() - 1.0) <= 0.1) {  // It may be written with few digits.
+  if (std::abs(quaternion.norm() - 1.0) <= 0.1) {  // The quaternion may have few digits.
     stamped.T_map_body.linear() = quaternion.normalized().toRotationMatrix();
   } else {
     stamped.T_map_body.linear().setZero();

@@ -11,7 +11,7 @@
 
 namespace cuboid_mapping_ros {
 
-/// A pose as PoseTrack takes it; one whose quaternion is none is no rotation, which PoseTrack refuses.
+/// A pose for PoseTrack; an invalid quaternion gives a matrix that is no rotation, which PoseTrack refuses.
 [[nodiscard]] cuboid_mapping::StampedPose toStampedPose(const ros::Time& stamp,
                                                         const geometry_msgs::Pose& pose);
 

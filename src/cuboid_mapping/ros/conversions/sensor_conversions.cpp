@@ -39,14 +39,14 @@ std::optional<CloudError> checkScan(const LaserScan& scan) {
   return std::nullopt;
 }
 
-/// A float without digits that mean nothing.
+/// A range rounded to millimetres.
 std::string toMillimetres(float range_m) {
   return cuboid_mapping::toText(std::round(1e3 * static_cast<double>(range_m)) / 1e3);
 }
 
-/// The readings that take part in a scan.
+/// Readings that take part in a scan.
 struct LaserBeams {
-  LaserScan scan;             ///< Beams without return have their length, and what is nothing NaN.
+  LaserScan scan;             ///< Ranges: without return the beam's length, ignored ones NaN.
   std::vector<bool> returns;  ///< Whether a beam was reflected.
   std::size_t num_invalid = 0;
 };

@@ -11,22 +11,22 @@
 
 namespace cuboid_mapping_ros {
 
-/// A depth image, and where its pixels look.
+/// A depth image with its camera.
 struct DepthImage {
   sensor_msgs::Image::ConstPtr image;        ///< May be compressed: see toCompressedImage().
   sensor_msgs::CameraInfo::ConstPtr camera;  ///< See DepthPairs.
 };
 
-/// A message of a source: "cloud" wherever the type of the source does not matter.
+/// A message of a source. Other code calls it "cloud" if the type does not matter.
 struct SensorMessage {
-  /// No pointer is null.
+  /// The message; no pointer is null.
   std::variant<sensor_msgs::PointCloud2::ConstPtr, sensor_msgs::LaserScan::ConstPtr, DepthImage>
       content;
-  std::size_t source = 0;  ///< Its number in sourcesOf().
+  std::size_t source = 0;  ///< Index of its source in sourcesOf().
 
   /// Stamp and frame of the measurement.
   [[nodiscard]] const std_msgs::Header& header() const;
-  /// Bytes that it takes in memory.
+  /// Size in memory in bytes.
   [[nodiscard]] std::size_t numBytes() const;
 };
 

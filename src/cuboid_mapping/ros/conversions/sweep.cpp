@@ -15,7 +15,7 @@ std::int32_t sliceOf(double time_s) {
       std::floor(1e9 * time_s / static_cast<double>(kSliceNanoseconds)));
 }
 
-/// Drops slices that are far from the others and have few points. @param counts  Points of each slice.
+/// Drops slices that are far from the others and have few points. @param counts  Points in each slice.
 Slices dropStragglers(const Slices& slices, const std::vector<std::size_t>& counts,
                       std::size_t num_points) {
   constexpr std::int32_t kGap = 100;

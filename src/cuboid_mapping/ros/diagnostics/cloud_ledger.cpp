@@ -9,10 +9,10 @@
 namespace cuboid_mapping_ros {
 namespace {
 
-/// The log repeats a reason for dropping clouds, and an advice, after this time at the earliest.
+/// Minimum time before the log repeats a reason for dropping clouds, or an advice.
 constexpr std::chrono::seconds kLogPeriod{10};
 
-/// Whether something may be logged again; it is then taken to be.
+/// Whether a text may be logged again; if so, notes the time.
 bool isDue(std::optional<CloudLedger::Clock::time_point>& last) {
   const auto now = CloudLedger::Clock::now();
   if (last && now - *last < kLogPeriod) return false;
@@ -77,7 +77,7 @@ void CloudLedger::noteDropped(std::size_t source, DropReason reason,
                                                        << page_.statistics.numDropped(reason)
                                                        << " for this reason so far)");
   } catch (...) {
-    // There is no memory for words; it is counted.
+    // There is no memory for the text; the drop is counted.
   }
 }
 

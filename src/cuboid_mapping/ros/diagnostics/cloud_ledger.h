@@ -21,14 +21,14 @@ namespace cuboid_mapping_ros {
 
 /// Counts of the messages of one source since the start of the node.
 struct SourceStatistics {
-  std::uint64_t num_received = 0;  ///< Without messages beyond max_rate, ...
+  std::uint64_t num_received = 0;  ///< Messages without those beyond max_rate, ...
   std::uint64_t num_ignored = 0;   ///< ... which are counted here.
   std::uint64_t num_inserted = 0;
   std::uint64_t num_dropped = 0;
-  std::string last_drop;  ///< Why the last one was dropped, and what to do; empty: none was.
+  std::string last_drop;  ///< Reason and cure of the last drop; empty: none was dropped.
 };
 
-/// Counts each message where it arrives, and what becomes of it: so that every loss has its cause. Thread-safe.
+/// Counts each message on arrival, and its outcome, so that every loss has its cause. Thread-safe.
 class CloudLedger {
  public:
   using Clock = std::chrono::steady_clock;
@@ -39,7 +39,7 @@ class CloudLedger {
     Clock::time_point last_received = Clock::now();
   };
 
-  /// A copy of all that has been noted.
+  /// A copy of all counts.
   struct Page {
     NodeStatistics statistics;
     std::vector<Source> sources;
@@ -47,23 +47,23 @@ class CloudLedger {
     std::size_t last_source = 0;   ///< ... its source, ...
     ros::Time last_arrival;        ///< ... and its arrival.
     Clock::time_point last_received;
-    Clock::time_point last_progress;  ///< A cloud was inserted, or the first came.
+    Clock::time_point last_progress;  ///< Time of the last insertion, or of the first cloud.
     std::optional<std::string> speed_advice;
   };
 
   explicit CloudLedger(const NodeParameters& parameters);
 
-  /// A message has arrived. @return false: it is beyond max_rate, and to be ignored.
+  /// Counts a message. @return false if it is beyond max_rate, and to be ignored.
   [[nodiscard]] bool noteReceived(std::size_t source, const std_msgs::Header& header);
-  /// One that was received is in the map. @param work  Figures of the points and times of all clouds so far.
+  /// Notes that a received message is in the map. @param work  Figures of the points and times of all clouds so far.
   void noteInserted(std::size_t source, const NodeStatistics& work, double duration_s);
-  /// One that was received is not in the map; logs why, the same reason every 10 s at most. Throws nothing.
-  /// @param text  Empty: nothing new is to be said.
+  /// Notes that a received message is not in the map; logs why, the same reason every 10 s at most. Throws nothing.
+  /// @param text  Empty: nothing new to log.
   void noteDropped(std::size_t source, DropReason reason, const std::string& text) noexcept;
-  /// Settings that would keep up, or suit the sensor; logs them now and then. @param is_behind  Clouds wait for their turn.
+  /// Logs now and then settings that would keep up, or suit the sensor. @param is_behind  Clouds wait for their turn.
   void giveAdvice(bool is_behind);
 
-  /// Takes the parameters that were changed while the node runs.
+  /// Sets parameters that were changed while the node runs.
   void setParameters(const NodeParameters& parameters);
 
   [[nodiscard]] Page page() const;

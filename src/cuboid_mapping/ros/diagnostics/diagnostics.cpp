@@ -30,7 +30,7 @@ std::string describeFrames(const NodeReport& report) {
   return text.str();
 }
 
-/// Whether the stamps cannot be of this moment, and what to do then; empty when they can.
+/// Fault and cure if the stamps cannot be current; else empty.
 std::string describeClock(const NodeReport& report) {
   if (!report.last_cloud) return {};
   const double age_s = report.last_cloud->age_s;
@@ -85,7 +85,7 @@ std::string describeDrops(const NodeReport& report, const NodeStatistics& last) 
   return text.str();
 }
 
-/// Level of a fault that keeps clouds out of the map.
+/// Level of a fault that prevents clouds from entering the map.
 ReportLevel levelOfFault(const NodeReport& report) {
   return report.starved_s > kMaxStarved_s ? ReportLevel::kError : ReportLevel::kWarning;
 }
@@ -122,7 +122,7 @@ void addStage(const char* name, const StageTime& time,
   status.addf(prefix + "max [ms]", "%.3f", time.maxMs());
 }
 
-/// Everything but the counts of cuboids.
+/// All figures except the counts of cuboids.
 MapSummary readFigures(const cuboid_mapping::CuboidMap& map) {
   MapSummary summary;
   summary.revision = map.revision();

@@ -35,18 +35,18 @@ struct MapSummary {
 /// Figures of the map. @complexity O(n).
 [[nodiscard]] MapSummary summarize(const cuboid_mapping::CuboidMap& map);
 
-/// Summaries of a map that changes, for one report after the other.
+/// Summaries of a changing map, for successive reports.
 ///
-/// Counting cuboids reads all of them, while no cloud can be inserted. It therefore takes at most a
-/// twentieth of the time: in between, the counts are those of before.
+/// Counting reads all cuboids while no cloud can be inserted. It therefore takes at most a
+/// twentieth of the time; in between, summaries have the previous counts.
 class MapWatch {
  public:
   using ClockS = std::function<double()>;
 
-  /// @param clock_s  Seconds, of a clock that does not jump.
+  /// @param clock_s  Seconds of a clock that does not jump.
   explicit MapWatch(ClockS clock_s);
 
-  /// @complexity O(n) where cuboids are counted.
+  /// @complexity O(n) if cuboids are counted.
   [[nodiscard]] MapSummary summarize(const cuboid_mapping::CuboidMap& map);
 
  private:
@@ -59,38 +59,38 @@ class MapWatch {
 /// Facts about the last received cloud.
 struct LastCloud {
   std::string frame_id;
-  double age_s = 0.0;    ///< When it was received, by its stamp; negative: the stamp lies ahead.
-  std::string tf_error;  ///< Why it has no pose in the map now; empty: it has one.
+  double age_s = 0.0;    ///< Age at reception, by its stamp; negative: the stamp is ahead.
+  std::string tf_error;  ///< Reason why it has no pose in the map now; empty: it has one.
   std::optional<double> tf_lead_s;  ///< See PoseSearch; only with an error.
 };
 
-/// How often a source sends.
+/// Cloud rate of a source.
 struct SourceRate {
-  std::string name;  ///< Empty: there is one source.
+  std::string name;  ///< Name; empty if there is one source.
   double rate_hz = 0.0;
 };
 
-/// Everything that one report is about.
+/// Content of one report.
 struct NodeReport {
   NodeStatistics statistics;
   MapSummary map;
-  std::string cloud_topic;  ///< As it is after remapping; those of several sources with commas.
+  std::string cloud_topic;  ///< Topics after remapping, separated by commas.
   std::string frame_id;     ///< Frame of the map.
   std::optional<LastCloud> last_cloud;
   std::optional<cuboid_mapping::WindowFigures> window;  ///< Only with a window.
-  std::uint64_t num_new_window_failures = 0;            ///< Since the last report.
-  std::optional<cuboid_mapping::HistoryFigures> kept;   ///< With keep_clouds.
+  std::uint64_t num_new_window_failures = 0;            ///< Failures since the last report.
+  std::optional<cuboid_mapping::HistoryFigures> kept;   ///< Kept clouds; only with keep_clouds.
   std::string kept_error;                               ///< See KeptHistory::error().
   std::size_t num_publishers = 0;                       ///< Publishers of the cloud topics.
-  std::string wrong_types;  ///< See describeWrongType(); only where nothing has come yet.
+  std::string wrong_types;  ///< See describeWrongType(); set only before the first message.
   /// Clouds that went into the map after a later one of another source.
   std::uint64_t num_out_of_order = 0;
   std::string why_waiting;         ///< Reason why the oldest cloud waits for tf; empty: none waits.
   bool is_simulated_time = false;  ///< use_sim_time, as with bags.
   bool is_paused = false;          ///< ~pause: clouds are ignored.
-  double silence_s = 0.0;          ///< Since the last cloud, or the start of the node.
-  double starved_s = 0.0;          ///< Since a cloud was inserted, or the first was received.
-  std::uint64_t num_built = 0;     ///< Messages on the topics of octomap_server.
+  double silence_s = 0.0;          ///< Time since the last cloud, or since the start of the node.
+  double starved_s = 0.0;          ///< Time since the last insertion, or since the first cloud.
+  std::uint64_t num_built = 0;     ///< Number of messages built for the topics of octomap_server.
   std::vector<SourceRate> rates;   ///< Cloud rate of each source.
   std::optional<std::string> speed_advice;  ///< See SpeedWatch::advice().
   std::string autosave_error;          ///< Error of the last save to autosave_file; empty: none.
@@ -99,12 +99,12 @@ struct NodeReport {
   std::string last_failure;            ///< Text of the last failure; see CallbackGuard.
 };
 
-/// Clouds are missing when none has come for so long: a warning, and then an error.
+/// Silence after which missing clouds are a warning, and then an error.
 constexpr double kMaxSilence_s = 5.0;
 constexpr double kErrorSilence_s = 30.0;
-/// It is an error when clouds come and none gets into the map for so long.
+/// Time after which it is an error that clouds arrive, but none is inserted.
 constexpr double kMaxStarved_s = 10.0;
-/// A warning when stamps are so far ahead of this machine's clock.
+/// Maximum lead of stamps over this machine's clock without a warning.
 constexpr double kMaxAhead_s = 0.5;
 
 /// Level of a report, numbered as in diagnostic_msgs/DiagnosticStatus.
@@ -116,11 +116,11 @@ struct ReportSummary {
   std::string message;  ///< Fault and cure, or the size of the map.
 };
 
-/// The first of these that applies:
+/// The first case that applies:
 ///   - the map could not be saved to autosave_file: error;
-///   - no cloud has ever come: warning, or error where a topic is published with another type;
-///   - clouds were dropped since the last report: warning that names the most frequent reason, or
-///     error when none was inserted for kMaxStarved_s;
+///   - no cloud has ever come: warning, or error if a topic is published with another type;
+///   - clouds were dropped since the last report: warning with the most frequent reason, or
+///     error if none was inserted for kMaxStarved_s;
 ///   - clouds wait for tf, as at the last report, and none was inserted since: likewise;
 ///   - no cloud for kMaxSilence_s: warning, or error after kErrorSilence_s. With simulated time and no
 ///     publisher any more, the recording has ended, and all is well;
@@ -128,14 +128,14 @@ struct ReportSummary {
 ///   - else: all is well.
 [[nodiscard]] ReportSummary summarize(const NodeReport& report, const NodeStatistics& last_report);
 
-/// A duration that people can read, whatever its sign: "0.32 s", "50 min", "3 h", "5 days".
+/// A readable duration with either sign: "0.32 s", "50 min", "3 h", "5 days".
 [[nodiscard]] std::string describeAge(double age_s);
 
 /// Advice for dropped clouds, as a clause that follows "dropped: ".
 [[nodiscard]] const char* toAdvice(DropReason reason);
 
-/// Writes a report; one key for each figure. An error when callbacks have failed since the last one, or the store of a
-/// window, whatever summarize() says.
+/// Writes a report with one key for each figure. It is an error, whatever summarize() says, if callbacks or the store of a
+/// window have failed since the last report.
 void fillStatus(const NodeReport& report, const NodeStatistics& last_report,
                 diagnostic_updater::DiagnosticStatusWrapper& status);
 

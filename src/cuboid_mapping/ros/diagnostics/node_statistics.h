@@ -10,9 +10,9 @@
 
 namespace cuboid_mapping_ros {
 
-/// Why a cloud did not get into the map.
+/// Reasons why a cloud did not enter the map.
 enum class DropReason : unsigned char {
-  // As CloudDefect, in the same order.
+  // The defects of CloudDefect, in the same order.
   kEmptyFrame,
   kNoPoints,
   kNoXyzFields,
@@ -21,13 +21,13 @@ enum class DropReason : unsigned char {
   kShortData,
   kNoValidPoints,
   kNoPointTimes,
-  kQueueFull,     ///< The node was busy with the clouds before it.
+  kQueueFull,     ///< The node was busy with earlier clouds.
   kNoTransform,   ///< tf did not come within tf_wait, or before the memory was full.
   kTooOldForTf,   ///< Older than the transforms that tf keeps.
-  kNoCameraInfo,  ///< A depth image.
-  kPaused,        ///< By ~pause.
-  kBeforeJump,    ///< Older than the jump of which ~move_map was told.
-  kInternalError  ///< An exception, as when there is no memory.
+  kNoCameraInfo,  ///< A depth image has no camera_info.
+  kPaused,        ///< The node is paused by ~pause.
+  kBeforeJump,    ///< Older than the jump reported to ~move_map.
+  kInternalError  ///< An exception, for example without memory.
 };
 
 /// Number of enumerators of DropReason.
@@ -36,7 +36,7 @@ constexpr std::size_t kNumDropReasons = 15;
 /// The reason to drop a cloud with a defect.
 [[nodiscard]] DropReason toDropReason(CloudDefect defect);
 
-/// A short name for diagnostics, as "no transform".
+/// A short name for diagnostics, such as "no transform".
 [[nodiscard]] const char* toString(DropReason reason);
 
 /// Durations of one stage of the work on a cloud.
@@ -45,7 +45,7 @@ class StageTime {
   void add(double duration_ms);
   [[nodiscard]] double lastMs() const { return last_ms_; }
   [[nodiscard]] double maxMs() const { return max_ms_; }
-  /// 0 before the first.
+  /// Mean in milliseconds; 0 before the first duration.
   [[nodiscard]] double meanMs() const;
 
  private:
@@ -55,7 +55,7 @@ class StageTime {
   std::uint64_t count_ = 0;
 };
 
-/// Measures stages that follow each other.
+/// Measures consecutive stages.
 class Stopwatch {
  public:
   /// Milliseconds since the last call, or since construction.
@@ -73,19 +73,19 @@ struct NodeStatistics {
   std::array<std::uint64_t, kNumDropReasons> num_dropped{};  ///< By DropReason.
 
   // Points of inserted clouds.
-  std::uint64_t num_points = 0;        ///< That took part, beams without return included.
-  std::uint64_t num_invalid = 0;       ///< No returns, see CloudPoints.
-  std::uint64_t num_odd_times = 0;     ///< With deskew: measured at no time of the sweep.
-  std::uint64_t num_filtered = 0;      ///< Too near, or outside the crop box.
-  std::uint64_t num_on_robot = 0;      ///< Left out by self_filter.
-  std::uint64_t num_out_of_range = 0;  ///< Outside the cells that a map can have.
+  std::uint64_t num_points = 0;        ///< Points that took part, with beams without return.
+  std::uint64_t num_invalid = 0;       ///< Points that are no returns, see CloudPoints.
+  std::uint64_t num_odd_times = 0;     ///< With deskew: points with a time outside the sweep.
+  std::uint64_t num_filtered = 0;      ///< Points too near, or outside the crop box.
+  std::uint64_t num_on_robot = 0;      ///< Points left out by self_filter.
+  std::uint64_t num_out_of_range = 0;  ///< Points outside the cells that a map can have.
   double reach_m =
       0.0;  ///< Range within which 95 % of the last cloud's points lie, before any cut.
-  std::uint64_t num_too_far = 0;  ///< Beyond kMaxBeamVoxels, and not cut by max_range.
+  std::uint64_t num_too_far = 0;  ///< Points beyond kMaxBeamVoxels that max_range does not cut.
 
-  StageTime convert_time;   ///< Message to scan: conversion and filter.
-  StageTime ray_walk_time;  ///< Scan to voxels.
-  StageTime apply_time;     ///< Voxels into the map.
+  StageTime convert_time;   ///< From message to scan: conversion and filter.
+  StageTime ray_walk_time;  ///< From scan to voxels.
+  StageTime apply_time;     ///< From voxels to the map.
 
   [[nodiscard]] std::uint64_t& numDropped(DropReason reason) {
     return num_dropped[static_cast<std::size_t>(reason)];
@@ -93,11 +93,11 @@ struct NodeStatistics {
   [[nodiscard]] std::uint64_t numDropped(DropReason reason) const {
     return num_dropped[static_cast<std::size_t>(reason)];
   }
-  /// Takes the figures of points and times from others; the counts of clouds stay.
+  /// Copies the figures of points and times; the counts of clouds stay.
   void takeWork(const NodeStatistics& work);
-  /// Sum over all reasons.
+  /// Number of dropped clouds, over all reasons.
   [[nodiscard]] std::uint64_t numDropped() const;
-  /// Clouds that were received and wait for tf, or for their turn.
+  /// Received clouds that wait for tf, or for their turn.
   [[nodiscard]] std::uint64_t numWaiting() const;
 };
 

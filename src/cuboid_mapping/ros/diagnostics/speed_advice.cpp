@@ -12,13 +12,13 @@ namespace cuboid_mapping_ros {
 namespace {
 
 constexpr std::size_t kWindow =
-    20;  ///< Clouds of a source that the rate and the time are taken from.
+    20;  ///< Clouds of a source from which the rate and the time are taken.
 
-/// Values that people choose.
+/// Common resolutions.
 constexpr std::array<double, 9> kResolutions_m{0.02, 0.05, 0.1, 0.15, 0.2, 0.3, 0.5, 1.0, 2.0};
 constexpr std::array<double, 9> kRanges_m{5.0, 10.0, 15.0, 20.0, 30.0, 40.0, 50.0, 80.0, 100.0};
 
-/// A sensor that reaches farther looks around outdoors, or in a hall.
+/// A sensor that reaches farther is used outdoors, or in a hall.
 constexpr double kIndoorReach_m = 25.0;
 constexpr double kOutdoorResolution_m = 0.2;
 constexpr double kOutdoorRange_m = 50.0;
@@ -28,7 +28,7 @@ void append(std::deque<double>& values, double value) {
   if (values.size() > kWindow) values.pop_front();
 }
 
-/// A number with two digits that count: "4.3", "10", "0.25".
+/// A number with two significant digits: "4.3", "10", "0.25".
 std::string twoDigits(double value) {
   std::ostringstream out;
   out.imbue(std::locale::classic());
@@ -42,7 +42,7 @@ std::string durationText(double duration_s) {
 }
 
 /// The text after "try". The time of a cloud grows with the number of voxels that its beams
-/// pass, which is a volume: with the cube of the range in voxels.
+/// pass: with the cube of the range in voxels, as a volume.
 std::string remedy(double speedup, double resolution_m, double range_m) {
   const double factor = std::cbrt(speedup);
   const auto* resolution = std::lower_bound(kResolutions_m.begin(), kResolutions_m.end(),

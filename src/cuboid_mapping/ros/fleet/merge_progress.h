@@ -7,12 +7,12 @@
 
 namespace cuboid_mapping_ros {
 
-/// As JSON, for MapSnapshot::progress: {"newest_stamp_ns": ..., "sessions": [{"robot": "/robot1", "session": ...,
+/// JSON for MapSnapshot::progress: {"newest_stamp_ns": ..., "sessions": [{"robot": "/robot1", "session": ...,
 /// "left_out": 0, "applied": [[1, 24], [26, 40]]}]}.
 [[nodiscard]] std::string toText(const cuboid_mapping::MergeProgress& progress);
 
-/// The progress of a text; of an empty one: that of an empty map.
-/// @throws std::runtime_error  for a text that is none.
+/// Inverse of toText(); an empty text gives the progress of an empty map.
+/// @throws std::runtime_error  for an invalid text.
 [[nodiscard]] cuboid_mapping::MergeProgress mergeProgressOfText(const std::string& text);
 
 }  // namespace cuboid_mapping_ros

@@ -18,9 +18,9 @@ namespace {
 using cuboid_mapping::GetObservations;
 using cuboid_mapping::Observation;
 
-/// Observations that may wait for a slow listener, or for the rate: some seconds of them.
+/// Maximum number of observations that wait for a slow subscriber, or for the rate: some seconds of them.
 constexpr std::uint32_t kMaxWaiting = 50;
-/// Limit of an answer: the node's clouds wait while it is made.
+/// Limit of an answer: clouds wait while it is made.
 constexpr std::size_t kMaxAnswer_bytes = 8000000;
 constexpr double kSendPeriod_s = 0.05;
 
@@ -124,7 +124,7 @@ void ObservationPublisher::answer(const GetObservations::Request& request,
   const std::lock_guard<std::mutex> lock(mutex_);
   response.session = last_.session;
   if (request.session != last_.session) return;
-  // Waiting observations come by themselves.
+  // Waiting observations will be sent anyway.
   const std::uint64_t last = waiting_.empty() ? last_.sequence : waiting_.front()->sequence - 1;
   response.complete_to = last;
   const auto is_before = [](const Message& message, std::uint64_t sequence) {

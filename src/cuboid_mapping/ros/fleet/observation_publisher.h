@@ -22,11 +22,11 @@
 
 namespace cuboid_mapping_ros {
 
-/// The topic observations: what each cloud says about the map, for maps of several robots; and
-/// ~get_observations, for those who have missed some.
+/// The topic observations with the voxels that each cloud observes, for maps of several robots; and
+/// ~get_observations, for subscribers that have missed some.
 ///
-/// Observations are counted in any case; bytes are made while somebody listens, or they are to be kept. What is more
-/// than observation_rate allows waits, or is left out. Thread-safe.
+/// All observations are counted; bytes are made if somebody subscribes, or they are to be kept. The excess over
+/// observation_rate waits, or is left out. Thread-safe.
 class ObservationPublisher {
  public:
   /// @param private_nh  Its namespace is the name of the robot.
@@ -35,8 +35,8 @@ class ObservationPublisher {
   ObservationPublisher(const ObservationPublisher&) = delete;
   ObservationPublisher& operator=(const ObservationPublisher&) = delete;
 
-  /// Tells of a cloud that is in the map.
-  /// @param origin_map  Where its beams start. @param model  That it was put into the map with.
+  /// Publishes a cloud that is in the map.
+  /// @param origin_map  Start of its beams. @param model  Sensor model of the cloud.
   void publish(const ros::Time& stamp, const Eigen::Vector3d& origin_map,
                const cuboid_mapping::SensorModelConfig& model,
                const cuboid_mapping::ScanUpdate& update);
@@ -51,22 +51,22 @@ class ObservationPublisher {
                                     const cuboid_mapping::SensorModelConfig& model,
                                     const cuboid_mapping::ScanUpdate& update) const;
   void keep(const Message& message);
-  /// @pre mutex_ is held.
+  /// Sends messages that are due. @pre mutex_ is held.
   void sendDue();
   void answer(const cuboid_mapping::GetObservations::Request& request,
               cuboid_mapping::GetObservations::Response& response);
 
-  std::mutex mutex_;  ///< Guards what follows.
-  bool leaves_out_;   ///< Drops the excess; else it waits.
+  std::mutex mutex_;  ///< Guards the members below.
+  bool leaves_out_;   ///< Drops the excess; else the excess waits.
   ByteBudget budget_;
   std::size_t max_kept_bytes_;
-  std::deque<Message> kept_;  ///< By sequence; one that memory did not suffice for is missing.
+  std::deque<Message> kept_;  ///< By sequence; without those that memory did not suffice for.
   std::size_t num_kept_bytes_ = 0;
-  std::deque<Message> waiting_;       ///< By sequence.
-  cuboid_mapping::Observation last_;  ///< With what all have in common; without data.
+  std::deque<Message> waiting_;       ///< Messages by sequence.
+  cuboid_mapping::Observation last_;  ///< Common fields of all observations, without data.
   std::uint64_t num_sent_ = 0;
   std::uint64_t num_sent_bytes_ = 0;
-  std::uint64_t num_overtaken_ = 0;  ///< Gave up waiting.
+  std::uint64_t num_overtaken_ = 0;  ///< Observations that gave up waiting.
   std::uint64_t num_reported_losses_ = 0;
   ros::Publisher publisher_;
   ros::ServiceServer server_;

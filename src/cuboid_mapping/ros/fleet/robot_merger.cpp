@@ -29,7 +29,7 @@ using cuboid_mapping::SensorModelConfig;
 
 constexpr double kApplyPeriod_s = 0.05;
 constexpr double kAskPeriod_s = 0.5;
-/// Observations that wait to be read.
+/// Maximum number of received observations in the queue.
 constexpr std::uint32_t kQueueSize = 1000;
 
 double mergeTime_s() { return ros::SteadyTime::now().toSec(); }
@@ -131,7 +131,7 @@ void RobotMerger::applyDue() {
     const std::lock_guard<std::mutex> lock(mutex_);
     due = order_.takeDue(mergeTime_s());
   }
-  std::exception_ptr failure;  // One failure does not keep the others out of the map.
+  std::exception_ptr failure;  // One failure must not keep the others out of the map.
   for (const RobotObservation& observation : due) {
     try {
       apply(observation);
@@ -166,7 +166,7 @@ void RobotMerger::apply(const RobotObservation& observation) {
   callbacks_.note(observation, !is_paused);
 }
 
-/// @return What is in the map with it.
+/// @return Progress of the map with it.
 std::string RobotMerger::noteApplied(const RobotObservation& observation) {
   const std::lock_guard<std::mutex> lock(mutex_);
   order_.noteApplied(observation);
@@ -183,7 +183,7 @@ void RobotMerger::ask() {
 }
 
 void RobotMerger::askFor(const ObservationQuestion& question) {
-  struct Asking {  // Until an answer is there, or an exception.
+  struct Asking {  // Lives until there is an answer or an exception.
     ~Asking() {
       const std::lock_guard<std::mutex> lock(merger.mutex_);
       merger.asked_.erase(robot);
@@ -195,7 +195,7 @@ void RobotMerger::askFor(const ObservationQuestion& question) {
   GetObservations service;
   service.request.session = question.session;
   service.request.first = question.first;
-  // A robot that does not answer now is asked again.
+  // A robot that does not answer is asked again later.
   if (!calls_.call(asking_nh_, question.robot + '/' + kGetObservationsService, service)) return;
   if (service.response.session != question.session) service.response.complete_to = 0;
   for (const Observation& observation : service.response.observations) take(observation);

@@ -22,43 +22,43 @@
 
 namespace cuboid_mapping_ros {
 
-/// An observation, or why it cannot be put into a map: it is damaged, or of a map of another frame or resolution.
+/// An observation, or the reason why it cannot be put into a map: it is damaged, or has another frame or resolution.
 [[nodiscard]] std::variant<cuboid_mapping::RobotObservation, std::string> readObservation(
     const cuboid_mapping::Observation& message, const NodeParameters& parameters);
 
 [[nodiscard]] ros::Time stampOf(const cuboid_mapping::RobotObservation& observation);
 
-/// Makes a map of what several robots say, in the order of the stamps; see ObservationOrder. Asks robots for
-/// what was lost on the way.
+/// Builds a map from the observations of several robots, in the order of the stamps; see ObservationOrder. Asks robots
+/// for lost observations.
 ///
-/// Thread rule: the callbacks of both node handles may run side by side; all other calls in the
+/// Thread rule: the callbacks of both node handles may run side by side; all other calls belong to the
 /// thread of the first.
 class RobotMerger {
  public:
   struct Callbacks {
     std::function<bool()> is_paused;  ///< Observations due during a pause are left out.
-    /// One has gone into the map, or was left out.
+    /// Called for each observation that has entered the map, or was left out.
     std::function<void(const cuboid_mapping::RobotObservation&, bool is_in_map)> note;
   };
 
-  /// @param nh  Of the thread that changes the map. @param asking_nh  Of threads that may wait for robots, one more
-  /// than there are robots: one that is silent then keeps nobody from asking the others. @param map  Must outlive
-  /// this object. Goes on where GuardedMap::progress() says that it is.
-  /// @throws std::runtime_error  when it says something else.
+  /// @param nh  Handle of the thread that changes the map. @param asking_nh  Handle of threads that may wait for robots, one
+  /// more than there are robots, so that a silent robot blocks no other. @param map  Must outlive
+  /// this object. Continues from GuardedMap::progress().
+  /// @throws std::runtime_error  if that progress is invalid.
   RobotMerger(const ros::NodeHandle& nh, const ros::NodeHandle& asking_nh,
               const NodeParameters& parameters, GuardedMap& map, Callbacks callbacks);
   ~RobotMerger();
   RobotMerger(const RobotMerger&) = delete;
   RobotMerger& operator=(const RobotMerger&) = delete;
 
-  /// Ends the questions under way, and asks no more: before the threads of asking_nh are stopped.
+  /// Ends running questions, and asks no more: call it before the threads of asking_nh are stopped.
   void stopAsking() { calls_.stop(); }
 
-  /// "/robot1/observations /robot2/observations".
+  /// Topics, such as "/robot1/observations /robot2/observations".
   [[nodiscard]] std::string topics() const;
   [[nodiscard]] std::size_t numPublishers() const;
 
-  /// Figures, and a warning when observations are missing, came too late, or were refused since the last report.
+  /// Figures, and a warning if observations are missing, came too late, or were refused since the last report.
   void report(diagnostic_updater::DiagnosticStatusWrapper& status);
 
  private:
@@ -79,8 +79,8 @@ class RobotMerger {
   cuboid_mapping::ObservationOrder order_;
   std::set<std::string> asked_;  ///< Robots that have not answered yet.
   std::uint64_t num_refused_ = 0;
-  std::uint64_t num_failed_ = 0;     ///< Could not be put into the map, for want of memory.
-  std::uint64_t num_asked_for_ = 0;  ///< Came as answers.
+  std::uint64_t num_failed_ = 0;     ///< Observations that failed for lack of memory.
+  std::uint64_t num_asked_for_ = 0;  ///< Observations that came as answers.
   std::string last_refusal_;
 
   cuboid_mapping::MergeCounts reported_;

@@ -11,23 +11,23 @@
 
 namespace cuboid_mapping_ros {
 
-/// The caller of a long call does not want it any more.
+/// Thrown when the caller of a long call has cancelled it.
 class Cancelled : public std::runtime_error {
  public:
   Cancelled() : std::runtime_error("cancelled: everything is as it was") {}
 };
 
-/// Tells the caller of a long call how far it has come, and ends the call when the caller cancels it.
+/// Reports the progress of a long call to its caller, and ends the call when the caller cancels it.
 class CallProgress {
  public:
-  /// Hears of a stage and the share of it that is done, 0 to 1. @throws Cancelled  to have the call given up.
+  /// Gets a stage and the share of it that is done, 0 to 1. @throws Cancelled  to end the call.
   using Listener = std::function<void(const std::string& stage, double share)>;
 
-  /// For a call that nobody watches or cancels.
+  /// Progress of a call that nobody watches or cancels.
   CallProgress() = default;
   explicit CallProgress(Listener listener) : listener_(std::move(listener)) {}
 
-  /// Begins a stage. @return Is to be told of its steps; copies the listener. @throws Cancelled, as what it returns.
+  /// Begins a stage. @return Listener of its steps; copies ours. @throws Cancelled, as does the result.
   [[nodiscard]] cuboid_mapping::ProgressListener stage(const std::string& name) const {
     if (!listener_) return {};
     listener_(name, 0.0);

@@ -11,7 +11,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// Gives a file a second name, or makes a copy where the file system has one name for a file only.
+/// Gives a file a second name, or copies it if the file system has no hard links.
 void link(const std::string& file, const std::string& name) {
   const std::string partial = name + ".partial";
   std::error_code error;
@@ -19,10 +19,10 @@ void link(const std::string& file, const std::string& name) {
   fs::create_hard_link(file, partial, error);
   if (error) fs::copy_file(file, partial);
   fs::rename(partial, name);
-  fs::remove(partial, error);  // Which rename() leaves where both name one file.
+  fs::remove(partial, error);  // rename() leaves it if both names mean one file.
 }
 
-/// A store is changed in place.
+/// Copies a store, which is changed in place; links other files.
 void copyMap(const std::string& file, const std::string& name) {
   if (cuboid_mapping::isSqliteFile(file)) {
     cuboid_mapping::MapStore(file, cuboid_mapping::StoreAccess::kWrite).copyTo(name);
@@ -31,7 +31,7 @@ void copyMap(const std::string& file, const std::string& name) {
   }
 }
 
-/// Does with the locks of a map what was done with the map.
+/// Applies to the locks of a map the same work as to the map.
 template <typename WorkT>
 void withLocks(const std::string& from, const std::string& to, const WorkT& work) {
   work(from, to);
@@ -55,7 +55,7 @@ std::string earlierSave(const std::string& map_file, int number) {
 void keepEarlierSaves(const std::string& map_file, int count) {
   if (count == 0 || !hasMap(map_file)) return;
   std::error_code ignored;
-  int last = 1;  // A gap is filled first: it is of a move that did not end.
+  int last = 1;  // Fills a gap first: it comes from a move that did not end.
   while (last < count && fs::exists(earlierSave(map_file, last), ignored)) ++last;
   const auto move = [](const std::string& from, const std::string& to) { fs::rename(from, to); };
   for (int number = last; number > 1; --number) {

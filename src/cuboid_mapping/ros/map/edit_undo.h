@@ -21,17 +21,17 @@ class EditUndo {
 
   /// Begins an edit.
   void begin() { state_ = State::kBegun; }
-  /// Keeps the voxels of a box, and the locks, before the edit changes them. Nothing after clear(), until begin().
+  /// Keeps the voxels of a box, and the locks, before the edit changes them. Does nothing after clear(), until begin().
   /// @throws std::bad_alloc
   void keep(const cuboid_mapping::CuboidMap& map, const cuboid_mapping::CellBox& box);
-  /// Drops all edits, as when the whole map is replaced.
+  /// Drops all edits, for example when the whole map is replaced.
   void clear();
 
   /// Number of edits that can be undone.
   [[nodiscard]] std::size_t size() const { return edits_.size(); }
   /// Box that undoPart() changes; empty when it changes no voxel.
   [[nodiscard]] cuboid_mapping::CellBox nextBox() const;
-  /// Undoes the newest part of the last edit. After its last part, size() is one less. Nothing when size() is 0.
+  /// Undoes the newest part of the last edit. After its last part, size() is one less. Does nothing if size() is 0.
   /// @throws std::bad_alloc  The next call undoes the same part.
   cuboid_mapping::ChangeSet undoPart(cuboid_mapping::CuboidMap& map);
 

@@ -16,7 +16,7 @@ using cuboid_mapping::ChangeSet;
 using cuboid_mapping::CuboidMap;
 using cuboid_mapping::PackedVoxels;
 
-/// Bricks that are forgotten at a time: some milliseconds.
+/// Bricks forgotten at a time: some milliseconds.
 constexpr std::size_t kForgetBricks = 1000;
 constexpr auto kForEver = std::numeric_limits<std::uint64_t>::max();
 
@@ -29,7 +29,7 @@ BrickMask voxelsOf(const PackedVoxels& voxels, ForgetClass of_class) {
   return voxels.free();
 }
 
-/// As a voxel of this class that was seen once.
+/// Voxels of the same classes, as if each was seen once.
 PackedVoxels seenOnce(const PackedVoxels& voxels, const cuboid_mapping::SensorModel& model) {
   cuboid_mapping::VoxelValues values;
   voxels.getValues(values);
@@ -40,7 +40,7 @@ PackedVoxels seenOnce(const PackedVoxels& voxels, const cuboid_mapping::SensorMo
   return {voxels.known(), values};
 }
 
-/// Forgets the voxels of a brick that are of a class, but for those that are locked.
+/// Forgets the voxels of one class in a brick, except locked ones.
 ChangeSet forgetBrick(const Cell& brick, ForgetClass of_class, ForgetTo forget_to, CuboidMap& map) {
   const PackedVoxels* voxels = map.voxels().find(brick);
   if (voxels == nullptr) return map.replace({}, std::vector<cuboid_mapping::VoxelBrick>{});

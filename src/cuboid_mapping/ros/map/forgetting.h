@@ -14,41 +14,41 @@
 
 namespace cuboid_mapping_ros {
 
-/// Forgets voxels that no cloud has seen for some time, by the stamps of the clouds: the same for a
-/// recording whenever it is played.
+/// Forgets voxels that no cloud has seen for some time, by the stamps of the clouds. Replays of a recording give
+/// the same result.
 ///
-/// Each source remembers for a time of its own (forget_after) what it sees, or for ever (0). What none remembers that has
-/// seen it is forgotten. One class of voxels may be all that is forgotten; the others then stay as they are.
+/// Each source remembers its voxels for its own time (forget_after), or for ever (0). A seen voxel that no source remembers
+/// is forgotten. Forgetting may be limited to one class of voxels; the others then stay as they are.
 ///
-/// Time is kept for bricks of 8 x 8 x 8 voxels: a brick is seen as long as a beam passes or hits any of its
-/// voxels. Locked voxels stay. So does what no cloud has ever seen, as from a file or a service. When stamps jump
-/// back by more than the shortest time, all is remembered for as long as it was to be. Not thread-safe.
+/// Time is kept per brick of 8 x 8 x 8 voxels: a brick is seen as long as a beam passes or hits any of its
+/// voxels. Locked voxels stay, and so do voxels that no cloud has seen, such as those of a file or a service. When stamps
+/// jump back by more than the shortest time, remaining times stay as long as they were. Not thread-safe.
 class Forgetting {
  public:
-  /// @param parameters  With those of the sources. Where none forgets, note() does nothing.
+  /// @param parameters  With those of the sources. If no source forgets, note() does nothing.
   explicit Forgetting(const NodeParameters& parameters);
 
   /// Whether any source forgets.
   [[nodiscard]] bool isOn() const { return shortest_ns_ > 0; }
 
-  /// Notes what a cloud of a source has seen, and finds what is due, at most ten times in the shortest time. A stamp of
-  /// 0 says nothing.
-  /// @complexity O(bricks of the update); where it is time, O(bricks remembered).
+  /// Notes the voxels of a cloud, and finds bricks that are due, at most ten times in the shortest time. A stamp of
+  /// 0 is ignored.
+  /// @complexity O(bricks of the update); when it looks for due bricks, O(bricks remembered).
   void note(const cuboid_mapping::ScanUpdate& update, const ros::Time& stamp,
             std::size_t source = 0);
 
-  /// Whether something is to be forgotten.
+  /// Whether a brick is due.
   [[nodiscard]] bool hasDue() const { return !due_.empty(); }
-  /// Forgets some of what is due, so that others can have the map in between.
-  /// @return What has changed in the map. @complexity O(1).
+  /// Forgets some of the due bricks, so that others can use the map in between.
+  /// @return Changes of the map. @complexity O(1).
   cuboid_mapping::ChangeSet forgetSome(cuboid_mapping::CuboidMap& map);
 
-  /// The same in another frame: a brick is remembered as long as any of those that come to lie in it.
+  /// The same in another frame: a brick is remembered for as long as any brick that moves into it.
   /// @complexity O(bricks remembered).
   [[nodiscard]] Forgetting moved(const cuboid_mapping::VoxelMotion& motion) const;
 
  private:
-  /// Nanoseconds, as of stamps.
+  /// Time in nanoseconds, as in stamps.
   using Time = std::uint64_t;
 
   void jumpBack(Time to);
@@ -56,13 +56,13 @@ class Forgetting {
 
   ForgetClass class_;
   ForgetTo forget_to_;
-  std::vector<Time> times_ns_;  ///< forget_after of each source; 0: for ever.
+  std::vector<Time> times_ns_;  ///< Values of forget_after for each source; 0: for ever.
   Time shortest_ns_ = 0;
   Time now_ = 0;  ///< Stamp of the last cloud.
   Time last_sweep_ = 0;
   /// Last time at which a brick is remembered, by its least cell.
   std::unordered_map<cuboid_mapping::Cell, Time, cuboid_mapping::CellHash> remembered_;
-  std::vector<cuboid_mapping::Cell> due_;  ///< To be forgotten, if nothing has seen them since.
+  std::vector<cuboid_mapping::Cell> due_;  ///< Bricks to forget, unless they were seen since.
 };
 
 }  // namespace cuboid_mapping_ros

@@ -7,8 +7,8 @@
 namespace cuboid_mapping_ros {
 namespace {
 
-/// Changed bricks of which nothing is left in the map, as after edits, that are remembered. With more
-/// of them to tell that everything has changed is shorter.
+/// Maximum number of remembered bricks that were changed and are empty now, as after edits. With more,
+/// it is shorter to report that everything has changed.
 constexpr std::size_t kMaxGoneBricks = 100000;
 
 using cuboid_mapping::ChangeSet;
@@ -26,13 +26,13 @@ void GuardedMap::integrate(const ros::Time& stamp, const cuboid_mapping::ScanUpd
                            const std::optional<KeptObservation>& kept) {
   const auto changing = waitToChange();
   const auto& admitted = window_ ? admit(update, window_center_map) : update;
-  auto pending = map_.prepare(admitted, model);  // Goes last, when others have the map again.
+  auto pending = map_.prepare(admitted, model);  // Destroyed last, when the map is free again.
   {
     const WriteLock alone(mutex_);
     noteGathered([&](ChangeSet& changes) {
       const ChangeSet applied = map_.commit(admitted, pending);
       if (!window_) return changes.append(applied);
-      window_->hold(num_holds_ > 0);  // Anew: somebody may have begun to read meanwhile.
+      window_->hold(num_holds_ > 0);  // Set again: a reader may have begun meanwhile.
       window_->settle(applied, map_, changes);
     });
     stamp_ = stamp;
@@ -42,7 +42,7 @@ void GuardedMap::integrate(const ros::Time& stamp, const cuboid_mapping::ScanUpd
 
 cuboid_mapping::MapCorrection GuardedMap::beginCorrection(
     const cuboid_mapping::PoseTrack& poses, const cuboid_mapping::CorrectionRule& rule) {
-  const auto changing = waitToChange();  // The map is what the history has made.
+  const auto changing = waitToChange();  // The map equals the history's.
   return readWithWindow([&](const auto& map, const auto& /*stamp*/, const auto* window) {
     return history_->whole().begin(poses, rule, window == nullptr ? &map : nullptr);
   });
@@ -50,7 +50,7 @@ cuboid_mapping::MapCorrection GuardedMap::beginCorrection(
 
 void GuardedMap::exchange(cuboid_mapping::MapCorrection& correction) {
   const auto changing = waitToChange();
-  history_->whole().finish(correction);  // Nobody changes the map, and others read it.
+  history_->whole().finish(correction);  // Nobody changes the map; others read it.
   cuboid_mapping::CuboidMap& corrected = correction.map();
   followSensorModel(map_, corrected);
   const WriteLock alone(mutex_);
@@ -87,7 +87,7 @@ std::optional<std::size_t> GuardedMap::undoEdit() {
   return num_left;
 }
 
-/// The part of an update that the window admits; its pages are there.
+/// The part of an update that the window admits; its pages are loaded.
 const cuboid_mapping::ScanUpdate& GuardedMap::admit(const cuboid_mapping::ScanUpdate& update,
                                                     const Eigen::Vector3d& window_center_map) {
   const WriteLock alone(mutex_);
@@ -159,7 +159,7 @@ void GuardedMap::note(const cuboid_mapping::ChangeSet& changes) {
     for (const cuboid_mapping::ChangedBrick& brick : changes.bricks) {
       changed_.findOrAdd(brick.brick).has_new_cuboids |= brick.has_new_cuboids;
     }
-  } catch (const std::bad_alloc&) {  // The map has changed: nobody may miss it.
+  } catch (const std::bad_alloc&) {  // The map has changed: everybody must notice.
     is_everything_changed_ = true;
     changed_.clear();
   }

@@ -20,7 +20,7 @@
 
 namespace cuboid_mapping_ros {
 
-/// As long as it lives, no part of a map leaves the memory.
+/// Keeps all parts of a map in memory while it lives.
 class PageHold {
  public:
   explicit PageHold(std::atomic<int>& count) : count_(count) { ++count_; }
@@ -32,14 +32,14 @@ class PageHold {
   std::atomic<int>& count_;
 };
 
-/// Gives a map that was built beside another one the sensor model of that one, which may have been reconfigured meanwhile.
+/// Gives a map that was built beside another one the other's sensor model, which may have been reconfigured meanwhile.
 void followSensorModel(const cuboid_mapping::CuboidMap& map, cuboid_mapping::CuboidMap& fresh);
 
-/// A map that one thread fills while others look at it. Thread-safe.
+/// A map that one thread fills while others read it. Thread-safe.
 ///
-/// A writer has the map alone for milliseconds, to commit a cloud or to fuse some bricks. Readers
-/// share it, and see the last committed change. While the change of a cloud is computed, readers go
-/// on. Many small changes or many readers keep nobody out, and a long reader blocks no other one:
+/// A writer has exclusive access for milliseconds, to commit a cloud or to fuse some bricks. Readers
+/// share it, and see the last committed change. They continue while the change of a cloud is computed.
+/// Many small changes or many readers starve nobody, and a long reader blocks no other reader:
 /// see PhaseFairMutex.
 class GuardedMap {
  public:
@@ -47,33 +47,33 @@ class GuardedMap {
 
   [[nodiscard]] const cuboid_mapping::Grid& grid() const { return map_.grid(); }
 
-  /// From now on a window of the map stays in memory. To be called before others use the map.
+  /// Keeps only a window of the map in memory from now on. Call it before others use the map.
   void setWindow(std::unique_ptr<cuboid_mapping::MapWindow> window) { window_ = std::move(window); }
 
-  /// From now on what happens to the map is kept, too; it must have the whole map. Before others use the map.
+  /// Keeps the history of the map from now on; it must have the whole map. Call it before others use the map.
   void setHistory(std::unique_ptr<KeptHistory> history) { history_ = std::move(history); }
-  /// Null where nothing is kept.
+  /// The history; null without one.
   [[nodiscard]] KeptHistory* history() const { return history_.get(); }
 
-  /// Puts what a cloud has seen into the map: what lies outside the window comes back before, or is left out, as the
-  /// window has it. Else as change(); readers go on while it is worked out what becomes of the voxels.
-  /// @param model  Of the sensor, see CuboidMap::apply(). @param window_center_map  Not looked at without a window.
-  /// @param kept  For the history, where there is one.
+  /// Puts the voxels of a cloud into the map: pages outside the window are loaded first, or their voxels are left out, by the
+  /// rule of the window. Else as change(); readers continue while the new voxels are computed.
+  /// @param model  Sensor model, see CuboidMap::apply(). @param window_center_map  Ignored without a window.
+  /// @param kept  Cloud for the history, if there is one.
   void integrate(const ros::Time& stamp, const cuboid_mapping::ScanUpdate& update,
                  const cuboid_mapping::SensorModel& model, const Eigen::Vector3d& window_center_map,
                  const std::optional<KeptObservation>& kept = std::nullopt);
 
-  /// Begins a correction of the map as it is. Clouds wait while the map is copied, some milliseconds.
+  /// Begins a correction of the current map. Clouds wait while the map is copied, some milliseconds.
   /// @pre There is a history. @throws As MapHistory::begin(), and KeptHistory::whole().
   [[nodiscard]] cuboid_mapping::MapCorrection beginCorrection(
       const cuboid_mapping::PoseTrack& poses, const cuboid_mapping::CorrectionRule& rule);
-  /// Puts a corrected map, and the poses in it, in the place of the map. Else as replaceAll().
+  /// Replaces the map by a corrected one with its poses. Else as replaceAll().
   /// @pre There is a history. @throws As MapHistory::finish(), and KeptHistory::whole(): all is then as it was.
   void exchange(cuboid_mapping::MapCorrection& correction);
 
-  /// Changes voxels of a box, which are brought back before. Else as edit().
-  /// @param whole  Not empty: box of an edit in parts, for the history.
-  /// @throws cuboid_mapping::MapFileError  where they cannot be: no voxel has changed, and those before it are there.
+  /// Changes voxels of a box, whose pages are loaded first. Else as edit().
+  /// @param whole  Box of the whole edit if this is a part of it, for the history; else empty.
+  /// @throws cuboid_mapping::MapFileError  if a page cannot be loaded: no voxel has changed, and the pages before it are loaded.
   template <typename WorkT>
   void editIn(const cuboid_mapping::CellBox& box, const WorkT& work,
               const cuboid_mapping::CellBox& whole = {}) {
@@ -87,7 +87,7 @@ class GuardedMap {
     if (history_) history_->addEdit(box, map_, whole);
   }
 
-  /// Puts another map in the place of the whole one, in memory and on disk. Else as edit(), and the stamp may be set.
+  /// Replaces the whole map, in memory and on disk. Else as edit(), and the stamp may be set.
   /// @param work  (CuboidMap&, ros::Time& stamp) -> ChangeSet.
   template <typename WorkT>
   void replaceAll(const WorkT& work) {
@@ -98,9 +98,9 @@ class GuardedMap {
     if (window_) window_->noteReplaced(map_);
   }
 
-  /// Changes the map. What the work throws is passed on: the map is then as the work has left it, its stamp
-  /// as before, and takeChanges() tells that everything has changed.
-  /// @param work  (CuboidMap&) -> ChangeSet. @param stamp  Of the map after it.
+  /// Changes the map. Exceptions of the work are passed on: the map then is as the work has left it, its stamp
+  /// as before, and takeChanges() reports that everything has changed.
+  /// @param work  (CuboidMap&) -> ChangeSet. @param stamp  Stamp of the map after it.
   template <typename WorkT>
   void change(const ros::Time& stamp, const WorkT& work) {
     const ChangeLock lock(*this);
@@ -108,7 +108,7 @@ class GuardedMap {
     stamp_ = stamp;
   }
 
-  /// Changes the map, but not by a cloud: its stamp stays. A history keeps the locks. Else as change().
+  /// Changes the map without a cloud: its stamp stays. The history keeps the locks. Else as change().
   /// @param work  (CuboidMap&, const ros::Time& stamp) -> ChangeSet.
   template <typename WorkT>
   void edit(const WorkT& work) {
@@ -117,13 +117,13 @@ class GuardedMap {
     if (history_) history_->addEdit({}, map_);
   }
 
-  /// Begins an edit that undoEdit() undoes: calls of edit() and editIn() with keepForUndo(), as long as the turn lives.
+  /// Begins an edit that undoEdit() undoes: calls of edit() and editIn() with keepForUndo(), while the result lives.
   /// Edits wait for each other, so that the last one is undone exactly.
   [[nodiscard]] std::unique_lock<std::mutex> beginEdit();
-  /// Keeps the voxels of a box, and the locks, before they change. @pre Within the work of an edit that has begun.
+  /// Keeps the voxels of a box, and the locks, before they change. @pre Called by the work of an edit that has begun.
   void keepForUndo(const cuboid_mapping::CellBox& box) { undo_.keep(map_, box); }
-  /// Restores the voxels and locks that the last edit replaced, also where clouds have changed them since; see EditUndo.
-  /// @return Number of edits that can still be undone; nothing when there was none.
+  /// Restores the voxels and locks that the last edit replaced, even if clouds have changed them since; see EditUndo.
+  /// @return Number of edits that can still be undone; nothing if there was none.
   /// @throws std::bad_alloc, cuboid_mapping::MapFileError  The next call undoes the rest of the edit.
   std::optional<std::size_t> undoEdit();
 
@@ -134,7 +134,7 @@ class GuardedMap {
     return work(std::as_const(map_), stamp_);
   }
 
-  /// As read(), with the window: null where all of the map is in memory.
+  /// As read(), with the window: null if the whole map is in memory.
   /// @param work  (const CuboidMap&, const ros::Time& stamp, const MapWindow*) -> any.
   template <typename WorkT>
   auto readWithWindow(const WorkT& work) const {
@@ -143,9 +143,9 @@ class GuardedMap {
                 static_cast<const cuboid_mapping::MapWindow*>(window_.get()));
   }
 
-  /// Reads the map for long: where the work lets them (Budget::spendAndYield()), others get their turn, and the map
-  /// may be another one afterwards.
-  /// @param work  (const CuboidMap&, const ros::Time& stamp, Budget&) -> any; the stamp is that of
+  /// Reads the map for long: others get their turn where the work allows it (Budget::spendAndYield()), and the map
+  /// may have changed afterwards.
+  /// @param work  (const CuboidMap&, const ros::Time& stamp, Budget&) -> any; the stamp is read at
   ///              the beginning.
   /// @param is_stopped  true ends the budget; may be null.
   template <typename WorkT>
@@ -157,39 +157,39 @@ class GuardedMap {
     return work(std::as_const(map_), ros::Time(stamp_), budget);
   }
 
-  /// State of the map's maker, kept with the map: MapSnapshot::progress.
-  /// @pre Within the work of change() or edit(), or of read().
+  /// State of the program that makes the map, kept with it: MapSnapshot::progress.
+  /// @pre Called by the work of change() or edit(), or of read().
   ///@{
   void setProgress(std::string progress) { progress_ = std::move(progress); }
   [[nodiscard]] const std::string& progress() const { return progress_; }
   ///@}
 
-  /// Calls of replaceAll() so far. @pre Within the work of read().
+  /// Number of calls of replaceAll(). @pre Called by the work of read().
   [[nodiscard]] std::uint64_t numReplaced() const { return num_replaced_; }
 
-  /// Pages in memory, and pages that are read, stay there as long as the hold lives.
+  /// Keeps pages in memory, also those that are read, while the result lives.
   [[nodiscard]] PageHold hold() { return PageHold(num_holds_); }
-  /// Pages of a box that are on disk only; always 0 without a window. @complexity O(pages of the box).
+  /// Number of pages of a box that are on disk only; 0 without a window. @complexity O(pages of the box).
   [[nodiscard]] std::size_t countNotLoaded(const cuboid_mapping::CellBox& box) const;
-  /// Region of a search without one: the window if parts of the map are on disk only, else everything.
+  /// Default region of a search: the window if parts of the map are on disk only, else everything.
   [[nodiscard]] std::optional<cuboid_mapping::CellBox> regionOfSearch() const;
-  /// Brings them back, some at a time, so that others get their turn.
-  /// @throws cuboid_mapping::MapFileError  where one cannot be: those before it are there.
+  /// Loads the pages of a box, some at a time, so that others get their turn.
+  /// @throws cuboid_mapping::MapFileError  if a page cannot be loaded: the pages before it are.
   void load(const cuboid_mapping::CellBox& box);
-  /// Nothing without a window.
+  /// Figures of the window; nothing without one.
   [[nodiscard]] std::optional<cuboid_mapping::WindowFigures> windowFigures() const;
-  /// Writes what has changed to the disk, some pages at a time, so that others get their turn. Failures are in the figures
-  /// of the window.
+  /// Writes changes to the disk, some pages at a time, so that others get their turn. The figures of the window count
+  /// failures.
   void save();
-  /// Takes the sensor model of the map into the store.
+  /// Writes the sensor model of the map to the store.
   void saveHead();
 
-  /// Changed bricks since the last call, each once.
+  /// Bricks changed since the last call, each once.
   [[nodiscard]] cuboid_mapping::ChangeSet takeChanges();
 
   /// As above, while nobody changes the map.
-  /// @param work  (const CuboidMap&, const ros::Time& stamp, const ChangeSet&). What it throws is passed on, and the
-  ///              next call tells that everything has changed.
+  /// @param work  (const CuboidMap&, const ros::Time& stamp, const ChangeSet&). Its exceptions are passed on, and the
+  ///              next call reports that everything has changed.
   template <typename WorkT>
   cuboid_mapping::ChangeSet takeChanges(const WorkT& work) {
     const ReadLock lock(mutex_);
@@ -203,16 +203,16 @@ class GuardedMap {
     return changes;
   }
 
-  /// Lets takeChanges() tell that everything has changed: for those who could not pass on what they took.
+  /// Makes takeChanges() report that everything has changed, for callers that lost what they took.
   void noteEverything() noexcept;
 
  private:
-  /// A long reader has the map for so long at a time: a fifth of the time between two clouds.
+  /// Maximum time that a long reader holds the map: a fifth of the time between two clouds.
   static constexpr double kTurn_s = 0.02;
 
   using WriteLock = std::lock_guard<PhaseFairMutex>;
 
-  /// Shares the map with others who read.
+  /// Shared access for readers.
   class ReadLock {
    public:
     explicit ReadLock(PhaseFairMutex& mutex) : mutex_(mutex), generation_(mutex.lockShared()) {}
@@ -238,7 +238,7 @@ class GuardedMap {
     const std::lock_guard<std::mutex> turn(change_turn_);
     return std::unique_lock<std::mutex>(change_);
   }
-  /// Has the map alone.
+  /// Exclusive access.
   class ChangeLock {
    public:
     explicit ChangeLock(const GuardedMap& map) : change_(map.waitToChange()), alone_(map.mutex_) {}
@@ -248,7 +248,7 @@ class GuardedMap {
     WriteLock alone_;
   };
 
-  /// @param work  (ChangeSet& changes): puts there what has changed so far, also when it throws.
+  /// @param work  (ChangeSet& changes): adds the changes so far, also when it throws.
   template <typename WorkT>
   void noteGathered(const WorkT& work) {
     cuboid_mapping::ChangeSet changes{map_.revision(), false, {}};
@@ -274,15 +274,15 @@ class GuardedMap {
                                                         const Eigen::Vector3d& window_center_map);
 
   mutable std::mutex change_;  ///< Held by the thread that changes the map or prepares a change.
-  mutable std::mutex change_turn_;  ///< Held by the thread that is next.
-  mutable PhaseFairMutex mutex_;    ///< Written by whoever has `change_`.
+  mutable std::mutex change_turn_;  ///< Held by the next thread.
+  mutable PhaseFairMutex mutex_;    ///< Written by the holder of `change_`.
   cuboid_mapping::CuboidMap map_;
   std::unique_ptr<cuboid_mapping::MapWindow> window_;  ///< May be null.
   std::unique_ptr<KeptHistory> history_;               ///< May be null.
   std::atomic<int> num_holds_{0};
   std::uint64_t num_replaced_ = 0;
   std::mutex edit_turn_;  ///< Held by the thread that edits, or undoes an edit.
-  EditUndo undo_;         ///< Guarded as the map.
+  EditUndo undo_;         ///< Guarded like the map.
   ros::Time stamp_;       ///< Stamp of the last cloud in the map; 0 when there is none.
   std::string progress_;
   std::mutex changes_mutex_;

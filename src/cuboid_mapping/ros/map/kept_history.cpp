@@ -27,7 +27,7 @@ void KeptHistory::lose(const std::string& why) noexcept {
     error_ = "clouds are no longer kept, and poses cannot be corrected: " + why +
              ". Make space, and begin anew with ~save_map and ~load_map";
     ROS_ERROR_STREAM_NAMED(kNodeName, error_);
-  } catch (...) {  // No memory for the words.
+  } catch (...) {  // There is no memory for the text.
   }
 }
 

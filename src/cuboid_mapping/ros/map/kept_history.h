@@ -9,14 +9,14 @@
 
 namespace cuboid_mapping_ros {
 
-/// A cloud that is put into the map, as the history keeps it.
+/// A cloud for the map, in the form that the history keeps.
 struct KeptObservation {
   cuboid_mapping::KeptCloud cloud;
   cuboid_mapping::ObservationConfig config;
 };
 
-/// The history of a map that goes on when the history fails, as on a full disk: what it has missed cannot be corrected, so
-/// it is lost until the whole map is replaced. Thread-safe.
+/// The history of a map, which may fail, for example on a full disk, while the map goes on: missed changes cannot be corrected, so
+/// the history is lost until the whole map is replaced. Thread-safe.
 class KeptHistory {
  public:
   /// See MapHistory.
@@ -24,7 +24,7 @@ class KeptHistory {
               const cuboid_mapping::HistoryLimits& limits)
       : history_(config, step_m, limits) {}
 
-  // As those of MapHistory, but they throw nothing.
+  // As in MapHistory, but these throw nothing.
   ///@{
   void restart(const cuboid_mapping::CuboidMap& map) noexcept;
   void add(const KeptObservation& observation) noexcept;
@@ -32,10 +32,10 @@ class KeptHistory {
                const cuboid_mapping::CellBox& whole = {}) noexcept;
   ///@}
 
-  /// Why it is lost; empty: it is whole.
+  /// Reason why it is lost; empty: it is whole.
   [[nodiscard]] std::string error() const;
 
-  /// @throws std::runtime_error  where it is lost.
+  /// @throws std::runtime_error  if it is lost.
   [[nodiscard]] cuboid_mapping::MapHistory& whole();
   [[nodiscard]] cuboid_mapping::HistoryFigures figures() const { return history_.figures(); }
 

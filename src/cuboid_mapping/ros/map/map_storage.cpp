@@ -35,7 +35,7 @@ using cuboid_mapping::MergeRule;
 using cuboid_mapping::SensorModelConfig;
 using cuboid_mapping::SnapshotLimits;
 
-/// Runs work that may throw; its exceptions become errors of the answer.
+/// Runs work; its exceptions become errors of the answer.
 template <typename WorkT>
 StorageAnswer guard(const WorkT& work) {
   StorageAnswer answer;
@@ -57,7 +57,7 @@ std::string compareResolutions(double of_file_m, double of_map_m, const std::str
   return text.str();
 }
 
-/// Runs work that reads a map; its errors name the parameter that allows more.
+/// Runs work that reads a map; its errors name the parameter with the limit.
 template <typename WorkT>
 auto readWithin(const WorkT& work) {
   try {
@@ -69,7 +69,7 @@ auto readWithin(const WorkT& work) {
   }
 }
 
-/// @param resolution_m  Of a cloud, which has none.
+/// @param resolution_m  Resolution for a cloud, which has none.
 MapFile readFileWithin(const std::string& file, double resolution_m, const SensorModelConfig& model,
                        const SnapshotLimits& limits) {
   if (cuboid_mapping::isPointCloudFile(file)) {
@@ -79,14 +79,14 @@ MapFile readFileWithin(const std::string& file, double resolution_m, const Senso
   return readWithin([&] { return cuboid_mapping::readMapFile(file, model, limits); });
 }
 
-/// As they are with FusionKind::kClass.
+/// Number of cuboids with FusionKind::kClass.
 std::size_t countCuboids(const MapSnapshot& snapshot) {
   std::vector<cuboid_mapping::Cuboid> cuboids;
   for (const cuboid_mapping::VoxelBrick& brick : snapshot.bricks) divideBrick(brick, cuboids);
   return cuboids.size();
 }
 
-/// Around all bricks; empty when there are none.
+/// Box around all bricks; empty if there are none.
 CellBox boundsOf(const MapSnapshot& snapshot) {
   CellBox bounds;
   for (const cuboid_mapping::VoxelBrick& brick : snapshot.bricks) {
@@ -99,7 +99,7 @@ CellBox boundsOf(const MapSnapshot& snapshot) {
 void putInPlace(GuardedMap& map, const MapConfig& config, const MapSnapshot& snapshot,
                 const CallProgress& progress, StorageAnswer& answer) {
   (void)progress.stage("building");
-  CuboidMap fresh(config);  // Built while the other one is in use, and freed after it.
+  CuboidMap fresh(config);  // Built while the old map is in use, and freed after it.
   restoreSnapshot(snapshot, fresh);
   answer.num_cuboids = countCuboids(fresh).total();
   (void)progress.stage("exchanging");
@@ -161,7 +161,7 @@ StorageAnswer saveMap(GuardedMap& map, const std::string& frame_id, const std::s
                       const SnapshotLimits& limits, const CallProgress& progress) {
   return guard([&](StorageAnswer& answer) {
     std::string state;
-    MapSnapshot told;  // The cuboids of a .csv.
+    MapSnapshot told;  // Snapshot for the cuboids of a .csv.
     bool is_in_memory = true;
     const auto look = [&](const CuboidMap& content, const auto& /*stamp*/,
                           const MapWindow* window) {
@@ -261,7 +261,7 @@ std::string describeRefusal(const Eigen::Isometry3d& T_target_map, double resolu
 }
 
 std::optional<MapSnapshot> readStartMap(NodeParameters& parameters) {
-  // Only a store has the list of merged observations.
+  // Only a store keeps the list of merged observations.
   const bool is_whole =
       parameters.fleet.robots.empty() || cuboid_mapping::isSqliteFile(parameters.autosave_file);
   const bool is_missing = parameters.map_file_optional && !hasMap(parameters.map_file);
@@ -287,7 +287,7 @@ std::optional<MapSnapshot> readStartMap(NodeParameters& parameters) {
   return std::move(file.snapshot);
 }
 
-// A store is opened for writing, since what was not finished has to be taken back.
+// Opens a store for writing, since unfinished changes have to be rolled back.
 bool hasMap(const std::string& file) {
   namespace fs = std::filesystem;
   std::error_code ignored;
@@ -298,7 +298,7 @@ bool hasMap(const std::string& file) {
 
 std::string followLinks(const std::string& file) {
   namespace fs = std::filesystem;
-  constexpr int kMaxLinks = 40;  // As Linux does.
+  constexpr int kMaxLinks = 40;  // The limit of Linux.
   std::error_code error;
   fs::path path = file;
   for (int i = 0; i < kMaxLinks && fs::is_symlink(fs::symlink_status(path, error)); ++i) {

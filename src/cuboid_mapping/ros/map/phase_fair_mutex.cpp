@@ -30,7 +30,7 @@ int PhaseFairMutex::lockShared() {
   std::unique_lock<std::mutex> lock(mutex_);
   const int generation = generation_;
   if (is_closed_) {
-    ++num_waiting_;  // unlock() lets those in who wait: the next writer cannot overtake them.
+    ++num_waiting_;  // unlock() admits waiting readers: the next writer cannot overtake them.
     may_read_.wait(lock, [this, before = num_written_] { return num_written_ != before; });
   } else {
     ++numReaders(generation);

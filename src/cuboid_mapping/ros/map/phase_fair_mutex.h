@@ -8,18 +8,18 @@
 
 namespace cuboid_mapping_ros {
 
-/// Many readers, or one writer. Nobody starves:
+/// A mutex for many readers, or one writer. Nobody starves:
 ///   - a reader passes a waiting writer while a reader from before the writer is active: a long reader delays
 ///     the writer, but no short readers;
 ///   - then the writer comes next, once the readers that passed it have left;
-///   - after the writer, all waiting readers come.
+///   - after the writer, all waiting readers enter.
 ///
-/// So a writer waits for two generations of readers at most; a reader for the writer and the readers that passed it. As
+/// So a writer waits for at most two generations of readers, a reader for the writer and the readers that passed it. See
 /// the phase-fair locks of Brandenburg and Anderson, "Spin-Based Reader-Writer Synchronization for Multiprocessor
 /// Real-Time Systems", 2010, where the writer waits for one generation and all new readers wait for that as well.
 class PhaseFairMutex {
  public:
-  /// @pre One thread at a time has it, or waits for it, to write.
+  /// @pre Only one thread at a time writes, or waits to write.
   void lock();
   void unlock();
 
@@ -39,10 +39,10 @@ class PhaseFairMutex {
   std::condition_variable may_read_;
   std::condition_variable may_write_;
   std::array<int, 2> num_readers_{};  ///< Readers of each generation.
-  int generation_ = 0;       ///< Generation of new readers. Without a writer all readers are in it.
-  bool has_writer_ = false;  ///< One that waits, or writes.
-  bool is_closed_ = false;   ///< Whoever comes to read has to wait for the writer.
-  int num_waiting_ = 0;      ///< To read.
+  int generation_ = 0;       ///< Generation of new readers. Without a writer it has all readers.
+  bool has_writer_ = false;  ///< A writer waits, or writes.
+  bool is_closed_ = false;   ///< New readers have to wait for the writer.
+  int num_waiting_ = 0;      ///< Number of waiting readers.
   std::uint64_t num_written_ = 0;
 };
 

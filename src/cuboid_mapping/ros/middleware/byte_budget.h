@@ -6,16 +6,16 @@
 
 namespace cuboid_mapping_ros {
 
-/// Bytes that may be sent. What is not used is saved up for a second. A message goes whole as soon as nothing is owed, and
-/// what it takes beyond the savings is owed: in any time t at most `rate` * (t + 1 s) and one message are sent.
+/// Bytes that may be sent. Unused bytes are saved for a second. A message is sent whole as soon as nothing is owed, and
+/// the excess over the savings is owed: in any time t at most `rate` * (t + 1 s) and one message are sent.
 ///
-/// Times are of any clock that does not jump. Not thread-safe.
+/// Times come from any clock that does not jump. Not thread-safe.
 class ByteBudget {
  public:
-  /// @param rate  Bytes a second; 0: no bound.
+  /// @param rate  Bytes per second; 0: no limit.
   explicit ByteBudget(double rate) : rate_(rate), saved_(rate) {}
 
-  /// Whether a message may be sent. @param now_s  Not before that of earlier calls.
+  /// Whether a message may be sent. @param now_s  Not earlier than in previous calls.
   [[nodiscard]] bool isFree(double now_s) {
     saved_ = std::min(rate_, saved_ + rate_ * (now_s - last_s_));
     last_s_ = now_s;
@@ -25,7 +25,7 @@ class ByteBudget {
 
  private:
   double rate_;
-  double saved_;  ///< Bytes; negative: they are owed.
+  double saved_;  ///< Saved bytes; negative: owed bytes.
   double last_s_ = 0.0;
 };
 

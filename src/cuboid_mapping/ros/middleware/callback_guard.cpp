@@ -25,7 +25,7 @@ class GuardedCallback : public ros::CallbackInterface {
   }
 
   bool ready() override {
-    bool is_ready = true;  // One that fails is called, and fails there.
+    bool is_ready = true;  // A callback that fails here is called, and fails there.
     guard_.run(name_, [&] { is_ready = callback_->ready(); });
     return is_ready;
   }
@@ -52,7 +52,7 @@ void CallbackGuard::noteFailure(const std::string& name, const char* what) noexc
     ROS_ERROR_STREAM("a callback failed; the node keeps running: " << text << " (" << num_failures_
                                                                    << " so far)");
   } catch (...) {
-    // There is no memory for words; it is counted.
+    // There is no memory for the text; the failure is counted.
   }
 }
 

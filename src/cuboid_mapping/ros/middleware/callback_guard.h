@@ -17,7 +17,7 @@
 
 namespace cuboid_mapping_ros {
 
-/// Runs work that others call, so that no exception leaves it: one that leaves a callback ends the
+/// Runs callbacks so that no exception leaves them: one that leaves a callback ends the
 /// process, and with it every nodelet of a manager.
 ///
 /// A failure is counted and logged, the same one every 10 s at most. Thread-safe.
@@ -25,7 +25,7 @@ class CallbackGuard {
  public:
   static constexpr const char* kUnknownException = "an exception that is not a std::exception";
 
-  /// @param name  Of the work, for the log.
+  /// @param name  Name of the work, for the log.
   /// @return Whether it ended without an exception.
   template <typename WorkT>
   bool run(const std::string& name, const WorkT& work) noexcept {
@@ -40,11 +40,11 @@ class CallbackGuard {
     return false;
   }
 
-  /// To be called by those who catch an exception themselves, in order to answer.
+  /// Notes a failure that the caller has caught itself, in order to answer.
   void noteFailure(const std::string& name, const char* what) noexcept;
 
   [[nodiscard]] std::uint64_t numFailures() const;
-  /// Name and exception of the last one; empty before the first.
+  /// Name and exception of the last failure; empty before the first.
   [[nodiscard]] std::string lastFailure() const;
 
  private:
@@ -62,7 +62,7 @@ class CallbackGuard {
 class GuardedQueue : public ros::CallbackQueueInterface {
  public:
   /// @param queue, guard  Must outlive this object and the callbacks in the queue.
-  /// @param name  For the log.
+  /// @param name  Name for the log.
   GuardedQueue(ros::CallbackQueueInterface& queue, CallbackGuard& guard, std::string name);
 
   void addCallback(const ros::CallbackInterfacePtr& callback,
@@ -77,7 +77,7 @@ class GuardedQueue : public ros::CallbackQueueInterface {
   std::string name_;
 };
 
-/// A guarded queue with a thread, or more, that work on it.
+/// A guarded queue with one or more threads that work on it.
 class GuardedThread {
  public:
   /// @param guard  Must outlive this object. @param num_threads  > 0; with more than one, callbacks
@@ -93,20 +93,20 @@ class GuardedThread {
  private:
   ros::CallbackQueue callbacks_;
   GuardedQueue queue_;
-  ros::AsyncSpinner spinner_;  ///< Last: its thread ends before the queue goes.
+  ros::AsyncSpinner spinner_;  ///< Last member: its thread ends before the queue is destroyed.
 };
 
-/// A thread that does a piece of work again and again, each time within a guard.
+/// A thread that repeats a piece of work, each time within a guard.
 class GuardedLoop {
  public:
-  /// @param guard  Must outlive this object. @param work  false: there is none any more.
+  /// @param guard  Must outlive this object. @param work  Returns false to end.
   GuardedLoop(CallbackGuard& guard, std::string name, std::function<bool()> work)
       : guard_(guard), name_(std::move(name)), work_(std::move(work)) {}
 
   void start() {
     thread_ = std::thread([this] { run(); });
   }
-  /// Returns when there is no work any more.
+  /// Returns when the work has ended.
   void join() {
     if (thread_.joinable()) thread_.join();
   }
@@ -127,7 +127,7 @@ class GuardedLoop {
   std::thread thread_;
 };
 
-/// A copy of the handle whose callbacks come from the queue.
+/// A copy of the handle that uses the queue for callbacks.
 [[nodiscard]] ros::NodeHandle withQueue(const ros::NodeHandle& nh, GuardedQueue& queue);
 
 /// The guard of a handle's queue. @throws std::logic_error when the handle has no GuardedQueue.

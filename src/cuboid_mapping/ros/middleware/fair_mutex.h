@@ -7,7 +7,7 @@
 
 namespace cuboid_mapping_ros {
 
-/// A mutex that threads get in the order in which they ask for it: one that takes it again and again keeps nobody out.
+/// A mutex that threads get in the order of their requests: a thread that takes it again and again starves nobody.
 class FairMutex {
  public:
   void lock() {

@@ -11,7 +11,7 @@
 
 namespace cuboid_mapping_ros {
 
-/// A function that waits in a callback queue.
+/// A function in a callback queue.
 class FunctionCallback : public ros::CallbackInterface {
  public:
   explicit FunctionCallback(std::function<void()> function) : function_(std::move(function)) {}
@@ -25,14 +25,14 @@ class FunctionCallback : public ros::CallbackInterface {
   std::function<void()> function_;
 };
 
-/// Lets a queue call a function, once. Thread-safe. @param owner  For removePosted().
+/// Makes a queue call a function, once. Thread-safe. @param owner  For removePosted().
 inline void post(ros::CallbackQueueInterface& queue, const void* owner,
                  std::function<void()> function) {
   queue.addCallback(boost::make_shared<FunctionCallback>(std::move(function)),
                     reinterpret_cast<std::uintptr_t>(owner));
 }
 
-/// Takes back what an owner has posted; returns when none of it runs any more.
+/// Removes the functions that an owner has posted; returns when none of them runs any more.
 inline void removePosted(ros::CallbackQueueInterface& queue, const void* owner) {
   queue.removeByID(reinterpret_cast<std::uintptr_t>(owner));
 }

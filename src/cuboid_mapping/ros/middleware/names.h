@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Names of topics, services and nodelets, as they are before remapping.
+// Names of topics, services and nodelets before remapping.
 #pragma once
 
 namespace cuboid_mapping_ros {
@@ -9,17 +9,17 @@ constexpr char kMappingNodeletType[] = "cuboid_mapping/MappingNodelet";
 /// Name of the node unless `__name:=` says otherwise.
 constexpr char kNodeName[] = "cuboid_mapping";
 
-// In the namespace of the node.
+// Topics in the namespace of the node.
 constexpr char kCloudTopic[] = "cloud_in";                       ///< sensor_msgs/PointCloud2
 constexpr char kOccupiedCuboidsTopic[] = "occupied_cuboids";     ///< visualization_msgs/MarkerArray
 constexpr char kFreeCuboidsTopic[] = "free_cuboids";             ///< visualization_msgs/MarkerArray
 constexpr char kCuboidMapTopic[] = "cuboid_map";                 ///< cuboid_mapping/FullCuboidMap
 constexpr char kCuboidMapUpdatesTopic[] = "cuboid_map_updates";  ///< cuboid_mapping/CuboidMapUpdate
 constexpr char kObservationsTopic[] = "observations";            ///< cuboid_mapping/Observation
-constexpr char kCorrectedPathTopic[] = "corrected_path";         ///< nav_msgs/Path, taken
+constexpr char kCorrectedPathTopic[] = "corrected_path";         ///< nav_msgs/Path, subscribed
 constexpr char kMovingPointsTopic[] = "moving_points";           ///< sensor_msgs/PointCloud2
 
-// In the namespace of the node, as octomap_server has them; the first two are services, too.
+// Topics of octomap_server in the namespace of the node; the first two are services, too.
 constexpr char kOctomapBinaryTopic[] = "octomap_binary";                   ///< octomap_msgs/Octomap
 constexpr char kOctomapFullTopic[] = "octomap_full";                       ///< octomap_msgs/Octomap
 constexpr char kOccupiedCellsTopic[] = "occupied_cells_vis_array";         ///< MarkerArray
@@ -29,7 +29,7 @@ constexpr char kProjectedMapTopic[] = "projected_map";  ///< nav_msgs/OccupancyG
 constexpr char kProjectedMapUpdatesTopic[] =
     "projected_map_updates";  ///< map_msgs/OccupancyGridUpdate
 
-// In the private namespace.
+// Topics and services in the private namespace.
 constexpr char kRobotGridTopic[] = "robot_grid";                 ///< nav_msgs/OccupancyGrid
 constexpr char kRobotGridUpdatesTopic[] = "robot_grid_updates";  ///< OccupancyGridUpdate
 constexpr char kQueryBoxService[] = "query_box";                 ///< cuboid_mapping/QueryBox
@@ -57,7 +57,7 @@ constexpr char kLoadMapService[] = "load_map";                   ///< cuboid_map
 constexpr char kMoveMapService[] = "move_map";                   ///< cuboid_mapping/MoveMap
 constexpr char kSaveMapService[] = "save_map";                   ///< cuboid_mapping/SaveMap
 
-// In the private namespace, those of dynamic_reconfigure.
+// Names of dynamic_reconfigure in the private namespace.
 constexpr char kSetParametersService[] = "set_parameters";  ///< Reconfigure
 constexpr char kRefusedName[] = "refused";  ///< Name of the answer's text with the reason.
 constexpr char kParameterDescriptionsTopic[] = "parameter_descriptions";  ///< ConfigDescription

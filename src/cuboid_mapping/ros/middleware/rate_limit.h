@@ -9,16 +9,16 @@
 
 namespace cuboid_mapping_ros {
 
-/// Limits the messages per second, by their stamps: one in each slot of 1 / rate. The same messages therefore
-/// pass whenever a recording is played.
+/// Limits the messages per second, by their stamps: one in each slot of 1 / rate. Replays of a recording
+/// therefore pass the same messages.
 ///
-/// Stamps may jitter by a quarter of a slot: a sensor of that very rate loses none where they fall on the border of two.
+/// Stamps may jitter by a quarter of a slot: a sensor of exactly this rate loses none if they fall on the border of two.
 class RateLimit {
  public:
   /// @param max_rate_hz  >= 0; 0: no limit.
   explicit RateLimit(double max_rate_hz) : max_rate_hz_(max_rate_hz) {}
 
-  /// To be called for every message. A stamp of 0 always passes.
+  /// Whether a message may pass; call it for every message. A stamp of 0 always passes.
   [[nodiscard]] bool lets(const ros::Time& stamp) {
     if (max_rate_hz_ == 0.0 || stamp.isZero()) return true;
     const double place = stamp.toSec() * max_rate_hz_;

@@ -12,7 +12,7 @@
 
 namespace cuboid_mapping_ros {
 
-/// Calls services, and can end the calls under way: roscpp waits for ever for a service that is connected and silent.
+/// Calls services, and can end running calls: roscpp waits for ever for a service that is connected and silent.
 /// Thread-safe.
 class ServiceCalls {
  public:
@@ -23,13 +23,13 @@ class ServiceCalls {
     return running.mayCall() && running.client->call(service);
   }
 
-  /// Ends all calls and refuses later ones. Returns when none is under way.
+  /// Ends all calls and refuses later ones. Returns when none is running.
   void stop() {
     std::unique_lock<std::mutex> lock(mutex_);
     is_stopped_ = true;
     while (!clients_.empty()) {
       for (ros::ServiceClient& client : clients_) client.shutdown();
-      ended_.wait_for(lock, std::chrono::milliseconds(50));  // One may just have begun.
+      ended_.wait_for(lock, std::chrono::milliseconds(50));  // Another call may just have begun.
     }
   }
 
@@ -60,7 +60,7 @@ class ServiceCalls {
   std::condition_variable ended_;
   bool is_stopped_ = false;
   Clients
-      clients_;  ///< Clients of the calls under way: persistent, because only these can be shut down while they wait.
+      clients_;  ///< Running calls: persistent, since only these can be shut down while they wait.
 };
 
 }  // namespace cuboid_mapping_ros

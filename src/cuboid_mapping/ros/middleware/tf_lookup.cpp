@@ -21,18 +21,18 @@ TfLookup lookupTransform(const tf2::BufferCore& buffer, const std::string& targe
   const std::string source_frame = withoutSlash(source);
   TfLookup result;
   if (target_frame == source_frame) {
-    result.T_target_source = Eigen::Isometry3d::Identity();  // also of a frame that tf never saw
+    result.T_target_source = Eigen::Isometry3d::Identity();  // also if tf does not know the frame
     return result;
   }
   try {
     result.T_target_source = cuboid_mapping::roundTransform(tf2::transformToEigen(
         tidyTransform(buffer.lookupTransform(target_frame, source_frame, stamp))));
   } catch (const std::exception& exception) {
-    // From tf, or from ros::Time for stamps 2^31 s apart.
+    // Comes from tf, or from ros::Time for stamps 2^31 s apart.
     result.error = exception.what();
-    // tf2 leaves out what failed when its buffer was cleared, and goes on with ", when looking up".
+    // tf2 leaves out the cause if its buffer was cleared, and begins with ", when looking up".
     if (result.error.rfind(", ", 0) == 0) result.error.insert(0, "tf has no data yet");
-    result.error.erase(result.error.find_last_not_of(" .") + 1);  // ". ." at the end of many
+    result.error.erase(result.error.find_last_not_of(" .") + 1);  // many end with ". ."
     const std::string advice = adviseOnTree(buffer, target_frame, source_frame);
     if (!advice.empty()) result.error += "; " + advice;
   }

@@ -13,22 +13,22 @@
 
 namespace cuboid_mapping_ros {
 
-/// A transform, or why there is none.
+/// A transform, or the reason why there is none.
 struct TfLookup {
   std::optional<Eigen::Isometry3d> T_target_source;
-  /// In the words of tf, with the roots of its tree where the frames are not connected; empty when there is a transform.
+  /// Error text of tf, with the roots of its tree if the frames are not connected; empty if there is a transform.
   std::string error;
 };
 
-/// A frame without the leading slash that old drivers put there and tf2 does not take.
+/// A frame without the leading slash of old drivers, which tf2 refuses.
 [[nodiscard]] std::string withoutSlash(const std::string& frame_id);
 
 /// Transform from the source frame to the target frame.
 ///
-/// The same whether a later transform has come or not: its numbers are rounded to nine decimals.
-/// Never waits, never throws. Names with and without a leading slash mean the same. A frame is where
-/// it is in itself, also when tf does not know it.
-/// @param stamp  0: the latest that there is.
+/// A later transform does not change the result: its numbers are rounded to nine decimals.
+/// Never waits, never throws. Names with and without a leading slash mean the same. From a frame to itself
+/// it is the identity, even if tf does not know the frame.
+/// @param stamp  Time of the transform; 0: the latest.
 [[nodiscard]] TfLookup lookupTransform(const tf2::BufferCore& buffer, const std::string& target,
                                        const std::string& source, const ros::Time& stamp);
 

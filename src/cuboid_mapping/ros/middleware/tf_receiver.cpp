@@ -12,9 +12,9 @@
 namespace cuboid_mapping_ros {
 namespace {
 
-/// As tf2_ros::TransformListener has it.
+/// Queue size of tf2_ros::TransformListener.
 constexpr std::uint32_t kTfQueueSize = 100;
-/// Messages in a row that are older than what tf keeps: more are no sender whose clock is wrong beside others.
+/// Maximum number of old messages in a row: more do not come from one sender whose clock is wrong.
 constexpr int kMaxOld = 10;
 
 }  // namespace

@@ -10,9 +10,9 @@
 
 namespace cuboid_mapping_ros {
 
-/// Fills a buffer from /tf and /tf_static. Empties it when the node's time jumps back by more than kMinJump_s, or all of tf
-/// does, as a recording that is played again without its clock. tf2_ros::TransformListener empties it at any step back
-/// of the clock, as of two /clock messages that overtake each other, and without a clock never.
+/// Fills a buffer from /tf and /tf_static. Clears it when the node's time, or all of tf, jumps back by more than kMinJump_s;
+/// the latter if a recording is played again without its clock. tf2_ros::TransformListener clears it at any step back
+/// of the clock, even if two /clock messages overtake each other, and never without a clock.
 /// Thread rule: works in the queue of the node handle, which must have one thread.
 class TfReceiver {
  public:
@@ -27,13 +27,13 @@ class TfReceiver {
   using Event = ros::MessageEvent<const tf2_msgs::TFMessage>;
 
   void take(const Event& event, bool is_static);
-  /// Whether the last messages were all older than what tf keeps.
+  /// Whether all of the last messages were older than the transforms that tf keeps.
   [[nodiscard]] bool hasBegunAnew(const tf2_msgs::TFMessage& message);
 
   tf2::BufferCore& buffer_;
-  ros::Time latest_;       ///< The node's time so far.
-  double newest_s_ = 0.0;  ///< Stamp of a transform.
-  int num_old_ = 0;        ///< Messages since one that was not old.
+  ros::Time latest_;       ///< Latest time of the node.
+  double newest_s_ = 0.0;  ///< Newest stamp of a transform.
+  int num_old_ = 0;        ///< Number of old messages in a row.
   ros::Subscriber subscriber_;
   ros::Subscriber static_subscriber_;
 };

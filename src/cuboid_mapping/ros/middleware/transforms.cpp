@@ -14,7 +14,7 @@
 namespace cuboid_mapping_ros {
 namespace {
 
-/// Not beyond it: two broken programs could have made each other's parents.
+/// Depth limit of the tree: two faulty programs could have made frames each other's parents.
 constexpr int kMaxTreeDepth = 1000;
 
 }  // namespace
@@ -24,7 +24,7 @@ geometry_msgs::TransformStamped tidyTransform(geometry_msgs::TransformStamped tr
   transform.child_frame_id = withoutSlash(transform.child_frame_id);
   geometry_msgs::Quaternion& q = transform.transform.rotation;
   const double length = std::sqrt(q.x * q.x + q.y * q.y + q.z * q.z + q.w * q.w);
-  constexpr double kRounding = 1e-12;  // Rounding of doubles: such rotations keep their bits.
+  constexpr double kRounding = 1e-12;  // Rotations within it keep their bits.
   constexpr double kMaxError = 0.1;
   if (std::abs(length - 1.0) <= kRounding || !(std::abs(length - 1.0) <= kMaxError))
     return transform;

@@ -17,7 +17,7 @@
 namespace cuboid_mapping_ros {
 namespace {
 
-/// Calls of services that are worked on side by side: a long one keeps no other waiting.
+/// Number of service calls that run in parallel, so that a long call does not block the others.
 constexpr std::uint32_t kQueryThreads = 4;
 
 MarkerTopic makeTopic(const char* name, const MarkerStyle& style,
@@ -78,7 +78,7 @@ MappingNode::MappingNode(const ros::NodeHandle& nh, const ros::NodeHandle& priva
   }
   startTimers();
   subscribe();
-  startDiagnostics();  // Which looks at what subscribe() makes.
+  startDiagnostics();  // Reads what subscribe() has made.
   query_threads_.start();
   edit_threads_.start();
   action_thread_.start();
@@ -105,7 +105,7 @@ void MappingNode::restore(const cuboid_mapping::MapSnapshot& start_map) {
   });
 }
 
-/// Threads first: nothing goes while a callback may use it.
+/// Stops the threads first: no member may be destroyed while a callback uses it.
 MappingNode::~MappingNode() {
   is_stopping_ = true;
   move_call_.reset();
@@ -122,7 +122,7 @@ MappingNode::~MappingNode() {
 }
 
 void MappingNode::startTimers() {
-  // Wall time: simulated time may stand still, or jump back.
+  // Wall time, because simulated time may stand still, or jump back.
   publish_timer_ = withQueue(nh_, publish_thread_.queue())
                        .createWallTimer(ros::WallDuration(1.0 / parameters_.publish_rate_hz),
                                         [this](const ros::WallTimerEvent&) { publish(); });
@@ -245,7 +245,7 @@ void MappingNode::integrate(const SensorMessage& cloud, const CloudPoses& poses)
                  poses.window_center_map, source.pipeline.takeKept(cloud.header().stamp, poses));
   work_.apply_time.add(stopwatch.lap());
   ledger_.noteInserted(cloud.source, work_, 1e-3 * whole.lap());
-  // The cloud is in: what fails from here on does not count against it.
+  // The cloud is in the map: later failures do not count against it.
   guard_.run("after a cloud", [&] { ledger_.giveAdvice(buffer_.hasNext()); });
   forget(*update, cloud.header().stamp, cloud.source);
   guard_.run(kObservationsTopic, [&] {
@@ -320,10 +320,10 @@ void MappingNode::publishSoon() {
 void MappingNode::publish() {
   updateColorSpan();
   cuboid_mapping::ChangeSet changes;
-  // Each by itself: what fails for one topic must not keep the changes from the others.
+  // Topics are guarded one by one, so that a failure of one does not keep the changes from the others.
   const bool is_known =
       guard_.run(kCuboidMapUpdatesTopic, [&] { changes = map_publisher_.publish(); });
-  if (!is_known) changes.is_everything = true;  // They are lost.
+  if (!is_known) changes.is_everything = true;  // The changes are lost.
   for (MarkerPublisher* publisher : {&occupied_publisher_, &free_publisher_}) {
     guard_.run("markers", [&] {
       publisher->noteChanges(changes);

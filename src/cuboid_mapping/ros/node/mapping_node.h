@@ -47,20 +47,20 @@
 
 namespace cuboid_mapping_ros {
 
-/// The node: clouds, which are messages of any source, and tf go in, markers, answers to box queries and diagnostics come out.
+/// The node. It receives clouds (messages of any source) and tf, and provides markers, answers to box queries and diagnostics.
 ///
 /// Names of topics and services are in names.h, parameters in parameters.h.
 ///
 /// No exception leaves it: every callback comes from a GuardedQueue.
 ///
-/// Thread rule: a thread receives clouds and puts them into the CloudBuffer, another maps them one after the other. tf is
-/// received in a thread of its own, queries and edits have some, publishing, goals of actions and corrected poses one each. Diagnostics and changes of parameters
+/// Thread rule: one thread receives clouds and puts them into the CloudBuffer, another maps them one by one. tf has its
+/// own thread, queries and edits have several, publishing, goals of actions and corrected poses one each. Diagnostics and changes of parameters
 /// come from the queue of the node handles, which must have one thread (a nodelet's getNodeHandle(), or a
-/// node's ros::spin()). They meet in the map, which is guarded, and in work_mutex_.
+/// node's ros::spin()). The threads share the map, which is guarded, and work_mutex_.
 class MappingNode {
  public:
   /// @param parameters  Valid, see readParameters().
-  /// @param start_map  To begin with, of the resolution of the parameters; see readStartMap().
+  /// @param start_map  Initial map, with the resolution of the parameters; see readStartMap().
   MappingNode(const ros::NodeHandle& nh, const ros::NodeHandle& private_nh,
               const NodeParameters& parameters,
               const std::optional<cuboid_mapping::MapSnapshot>& start_map = std::nullopt);
@@ -80,48 +80,48 @@ class MappingNode {
   bool mapNextCloud();
   void onCloudInTurn(const SensorMessage& cloud, const CloudPoses& poses);
   void integrate(const SensorMessage& cloud, const CloudPoses& poses);
-  /// Notes what a cloud has seen, and forgets what none has seen for too long.
+  /// Notes the voxels of a cloud, and forgets voxels that no cloud has seen for too long.
   void forget(const cuboid_mapping::ScanUpdate& update, const ros::Time& stamp, std::size_t source);
-  /// Publishes what moves. @return What of the cloud goes into the map.
+  /// Publishes moving points. @return The part of the cloud that goes into the map.
   const cuboid_mapping::ScanUpdate& takeMoving(const cuboid_mapping::ScanUpdate& update,
                                                const CloudPoses& poses, const Source& source,
                                                const ros::Time& stamp);
-  /// Makes the map of what other nodes say, in the place of clouds.
+  /// Builds the map from observations of other nodes, instead of clouds.
   void mergeRobots();
-  /// Makes the map, its window and its history.
+  /// Creates the map, its window and its history.
   void beginWith(const std::optional<cuboid_mapping::MapSnapshot>& start_map);
   void restore(const cuboid_mapping::MapSnapshot& start_map);
   void advertiseServices();
-  /// After poses were corrected.
+  /// Called after a correction of poses.
   void onCorrected();
   void publish();
-  /// Has the other thread publish a change that no cloud has made. Thread-safe.
+  /// Makes the publishing thread publish a change without a cloud. Thread-safe.
   void publishSoon();
-  /// Fits the colours of heights to the map, when it has grown enough for that.
+  /// Fits the colours of heights to the map if it has grown enough.
   void updateColorSpan();
-  /// Takes parameters that were changed while the node runs; see reconfigure.h.
+  /// Sets parameters that were changed while the node runs; see reconfigure.h.
   void reconfigure(const NodeParameters& parameters);
   void onReset();
   void onMoveMap(const cuboid_mapping::MoveMap::Request& request,
                  cuboid_mapping::MoveMap::Response& response, const CallProgress& progress);
-  /// @param jump  Stamp from which on poses are of the new frame; 0: now.
+  /// @param jump  Stamp of the first poses in the new frame; 0: now.
   [[nodiscard]] StorageAnswer moveMap(const Eigen::Isometry3d& T_new_old, const ros::Time& jump,
                                       const CallProgress& progress);
   void drop(std::size_t source, DropReason reason) noexcept;
   [[nodiscard]] LastCloud describeLastCloud(const CloudLedger::Page& page);
   void reportDiagnostics(diagnostic_updater::DiagnosticStatusWrapper& status);
 
-  // First, so that they outlive what has callbacks in them.
+  // Declared first, so that they outlive the objects with callbacks.
   CallbackGuard guard_;
-  std::atomic<bool> is_stopping_{false};  ///< Ends the work on calls.
+  std::atomic<bool> is_stopping_{false};  ///< Ends running calls.
   GuardedQueue node_callbacks_;
-  GuardedThread receiving_thread_;  ///< Receives clouds.
+  GuardedThread receiving_thread_;  ///< Thread that receives clouds.
   GuardedThread tf_thread_;
   GuardedThread query_threads_;
   GuardedThread
       edit_threads_;  ///< Four, so that ~pause does not wait for a long ~set_box and ~move_map, service and action.
-  GuardedThread asking_threads_;  ///< Wait for robots.
-  GuardedThread action_thread_;   ///< Takes goals and cancels, while others work.
+  GuardedThread asking_threads_;  ///< Threads that wait for robots.
+  GuardedThread action_thread_;   ///< Takes goals and cancels while other threads work.
   GuardedThread publish_thread_;
   ros::NodeHandle nh_;
   ros::NodeHandle private_nh_;
@@ -129,22 +129,22 @@ class MappingNode {
   NodeParameters parameters_;
   CloudLedger ledger_;
   FairMutex work_mutex_;  ///< Guards sources_ to work_.
-  NodeSources sources_;   ///< As reconfigured.
-  /// Earlier clouds are of a frame before ~move_map.
+  NodeSources sources_;   ///< Sources with the current parameters.
+  /// Least stamp of a cloud; earlier ones have a frame before ~move_map.
   std::atomic<std::uint64_t> first_stamp_ns_{0};
   Forgetting forgetting_;
   MovingFilter moving_filter_;
   NodeStatistics work_;  ///< Figures of points and times.
   GuardedMap map_;
-  NodeStatistics reported_statistics_;  ///< As of the last report.
+  NodeStatistics reported_statistics_;  ///< Statistics of the last report.
   std::uint64_t num_reported_failures_ = 0;
   std::uint64_t num_reported_window_failures_ = 0;
-  std::atomic<bool> has_color_span_;      ///< color_period is 0.
-  std::optional<HeightSpan> color_span_;  ///< That is shown; of the thread that publishes.
+  std::atomic<bool> has_color_span_;      ///< True if color_period is 0.
+  std::optional<HeightSpan> color_span_;  ///< Current span; used by the publishing thread.
   MapWatch map_watch_{
       [] { return std::chrono::duration<double>(Clock::now().time_since_epoch()).count(); }};
 
-  ros::Publisher moving_points_;  ///< Only with the parameter of this name.
+  ros::Publisher moving_points_;  ///< Only with the parameter moving_points.
   MapPublisher map_publisher_;
   ObservationPublisher observation_publisher_;
   MarkerPublisher occupied_publisher_;
@@ -152,20 +152,20 @@ class MappingNode {
   OctomapServerInterface octomap_server_;
   diagnostic_updater::Updater diagnostics_;
   ros::WallTimer publish_timer_;
-  std::atomic<bool> is_publish_due_{false};  ///< After an edit.
+  std::atomic<bool> is_publish_due_{false};  ///< Set after an edit.
   ros::WallTimer diagnostics_timer_;
 
   tf2_ros::Buffer tf_buffer_;
   MapInFrame map_in_frame_;
   std::vector<ros::ServiceServer> servers_;
   std::atomic<bool> is_paused_{false};
-  std::optional<RobotGrid> robot_grid_;  ///< Only if its frame is named.
+  std::optional<RobotGrid> robot_grid_;  ///< Only with a frame for it.
   CloudBuffer buffer_;
   boost::signals2::scoped_connection tf_changes_;
   std::optional<RobotMerger> merger_;
   std::optional<ReconfigureServer> reconfigure_server_;
   std::optional<MapFilesService> map_files_;
-  std::optional<PoseCorrections> corrections_;  ///< With keep_clouds.
+  std::optional<PoseCorrections> corrections_;  ///< Only with keep_clouds.
   std::optional<LongCall<cuboid_mapping::MoveMap, cuboid_mapping::MoveMapAction>> move_call_;
   std::optional<TfReceiver> tf_receiver_;
   GuardedLoop mapping_thread_;

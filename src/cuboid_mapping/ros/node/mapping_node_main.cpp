@@ -26,7 +26,7 @@ constexpr const char* kUsage =
     "  _PARAMETER:=VALUE   a parameter, such as _resolution:=0.1\n\n"
     "All parameters: rosrun cuboid_mapping print_parameters --yaml\n";
 
-/// Answers --help and refuses what is not understood: the exit status. Nothing when the node can
+/// Answers --help and refuses unknown arguments: returns the exit status. Nothing if the node can
 /// start.
 std::optional<int> checkArguments(const std::vector<std::string>& arguments) {
   for (const std::string& argument : arguments) {
@@ -57,7 +57,7 @@ int main(int argc, char** argv) {
   const boost::function<boost::shared_ptr<nodelet::Nodelet>(const std::string&)> make =
       [](const std::string& /*type*/) { return boost::make_shared<MappingNodelet>(); };
   nodelet::Loader loader(make);
-  // Remappings of the command line hold for the whole process already.
+  // Remappings of the command line already hold for the whole process.
   if (!loader.load(ros::this_node::getName(), cuboid_mapping_ros::kMappingNodeletType, {},
                    arguments)) {
     return EXIT_FAILURE;

@@ -10,7 +10,7 @@ namespace cuboid_mapping_ros {
 LastCloud MappingNode::describeLastCloud(const CloudLedger::Page& page) {
   LastCloud cloud;
   cloud.frame_id = page.last_header.frame_id;
-  // Not by ros::Duration, which throws beyond 2^31 s.
+  // ros::Duration would throw beyond 2^31 s.
   cloud.age_s = page.last_arrival.toSec() - page.last_header.stamp.toSec();
   const PoseSearch search =
       findPoses(tf_buffer_, sources_.at(page.last_source).frames, page.last_header, {});

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The services of a MappingNode that are not made by others.
+// Services of a MappingNode that it answers itself.
 #include "cuboid_mapping/ros/map/map_storage.h"
 #include "cuboid_mapping/ros/middleware/names.h"
 #include "cuboid_mapping/ros/node/mapping_node.h"
@@ -72,12 +72,12 @@ void MappingNode::onReset() {
 void MappingNode::onCorrected() {
   {
     const std::lock_guard<FairMutex> lock(work_mutex_);
-    moving_filter_.reset();  // The void space it has seen is elsewhere now.
+    moving_filter_.reset();  // Its void space is elsewhere now.
   }
   publishSoon();
 }
 
-/// No cloud is worked on meanwhile: they wait, or are of the frame as it was.
+/// No cloud is processed meanwhile: clouds wait, or belong to the old frame.
 void MappingNode::onMoveMap(const MoveMap::Request& request, MoveMap::Response& response,
                             const CallProgress& progress) {
   const std::lock_guard<FairMutex> lock(work_mutex_);
@@ -112,7 +112,7 @@ StorageAnswer MappingNode::moveMap(const Eigen::Isometry3d& T_new_old, const ros
         "with map_merge, and start them again";
   }
   if (!answer.error.empty()) return answer;
-  // First what may want for memory.
+  // Steps that may lack memory come first.
   Forgetting forgetting = forgetting_.moved(*motion);
   cuboid_mapping::VoidSpace void_space = moving_filter_.voidSpace().moved(*motion);
   answer = moveWholeMap(map_, *motion, makeSnapshotLimits(parameters_), progress);

@@ -24,7 +24,7 @@ using cuboid_mapping::join;
 
 void endNode(int /*signal*/) { ros::requestShutdown(); }
 
-/// A process that is told to end saves its map, as roscpp lets it with SIGINT alone.
+/// Lets the process save its map before it ends; roscpp does so for SIGINT only.
 void endWithRosAt(int signal) {
   struct sigaction action {};
   if (sigaction(signal, nullptr, &action) != 0 || action.sa_handler != SIG_DFL) return;
@@ -32,7 +32,7 @@ void endWithRosAt(int signal) {
   sigaction(signal, &action, nullptr);
 }
 
-/// @throws std::runtime_error  With everything that is wrong.
+/// @throws std::runtime_error  with all errors.
 NodeParameters loadGoodParameters(const ros::NodeHandle& private_nh) {
   const LoadedParameters loaded = loadParameters(private_nh);
   for (const ParameterError& warning : loaded.warnings) {
@@ -54,14 +54,14 @@ void MappingNodelet::onInit() {
     start();
   } catch (const std::exception& exception) {
     NODELET_FATAL_STREAM("not started: " << exception.what());
-    throw;  // For nodelet, which says that it has failed, and not why.
+    throw;  // The nodelet manager reports that it has failed, but not why.
   }
 }
 
 void MappingNodelet::start() {
   NodeParameters parameters = loadGoodParameters(getPrivateNodeHandle());
-  // As octomap_server_node: the map to start from may be named on the command line. Not by way of
-  // the parameter server, where it would stay, for the next node of this name.
+  // The command line may name a map to start from, as for octomap_server_node. It does not go
+  // through the parameter server, where it would stay for the next node of this name.
   if (getMyArgv().size() == 1) parameters.map_file = getMyArgv().front();
   const auto differences = toDifferenceLines(parameters, {}, "default");
   for (const std::string& line : differences) NODELET_INFO_STREAM(line);

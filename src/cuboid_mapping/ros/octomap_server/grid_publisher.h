@@ -15,34 +15,34 @@
 
 namespace cuboid_mapping_ros {
 
-/// The least rectangle of a grid with all cells that differ from an older one; its data are empty when
-/// none does. Nothing when the grids have other sizes, origins or frames: an update cannot say that.
+/// Smallest rectangle of a grid with all cells that differ from an older one; without data if none
+/// differs. Nothing if size, origin or frame of the grids differ: an update cannot express that.
 [[nodiscard]] std::optional<map_msgs::OccupancyGridUpdate> findGridUpdate(
     const nav_msgs::OccupancyGrid& older, const nav_msgs::OccupancyGrid& grid);
 
-/// Publishes a grid, whole or what of it has changed, as the static layer of costmap_2d takes it.
+/// Publishes a grid, whole or as updates, in the form of the static layer of costmap_2d.
 ///
-/// The whole grid is sent when its size, origin or frame changes, to a new connection, with each change while a node
-/// that listens to it takes no updates, and as a keyframe. While nobody listens nothing is built.
-/// Thread rule: all calls, and the queue of the node handle, are of one thread.
+/// The whole grid is sent when its size, origin or frame changes, to a new connection, as a keyframe, and at each change
+/// while a node subscribes to it without updates. Nothing is built without subscribers.
+/// Thread rule: all calls, and the queue of the node handle, belong to one thread.
 class GridPublisher {
  public:
-  /// @return Nothing where there is no grid now.
+  /// @return The current grid; nothing if there is none.
   using Make = std::function<std::optional<nav_msgs::OccupancyGrid>()>;
   struct Options {
-    std::string grid;     ///< Topic.
-    std::string updates;  ///< Topic.
+    std::string grid;     ///< Topic of grids.
+    std::string updates;  ///< Topic of updates.
     bool is_latched = true;
-    double keyframe_period_s = 0.0;  ///< 0: no keyframes.
+    double keyframe_period_s = 0.0;  ///< Period in seconds; 0: no keyframes.
   };
 
   GridPublisher(const ros::NodeHandle& nh, const Options& options, Make make);
   GridPublisher(const GridPublisher&) = delete;
   GridPublisher& operator=(const GridPublisher&) = delete;
 
-  /// Publishes the grid as it is now, where somebody listens.
+  /// Publishes the current grid if there are subscribers.
   void publish();
-  /// To be called now and then: sends the whole grid when updates have been sent since it was, and the period is over.
+  /// To be called regularly: sends the whole grid if updates were sent after it, and the period is over.
   void publishKeyframe();
 
  private:
@@ -50,13 +50,13 @@ class GridPublisher {
   [[nodiscard]] bool allTakeUpdates() const;
 
   Make make_;
-  std::optional<nav_msgs::OccupancyGrid> sent_;  ///< Held by all listeners; else nothing.
-  std::multiset<std::string> nodes_;             ///< That listen to the grid, by connection.
-  std::multiset<std::string> update_nodes_;      ///< That listen to updates.
+  std::optional<nav_msgs::OccupancyGrid> sent_;  ///< Grid of all subscribers; else nothing.
+  std::multiset<std::string> nodes_;             ///< Subscribed to the grid, once per connection.
+  std::multiset<std::string> update_nodes_;      ///< Nodes that subscribe to updates.
   bool owes_keyframe_ = false;
   ros::WallTime last_whole_;
   ros::WallDuration keyframe_period_;
-  // Last: they call back.
+  // Last members: their callbacks use the others.
   LatchedTopic<map_msgs::OccupancyGridUpdate> updates_topic_;
   LatchedTopic<nav_msgs::OccupancyGrid> topic_;
 };

@@ -58,14 +58,14 @@ std_msgs::ColorRGBA toColor(const std::array<double, 4>& rgba) {
   return color;
 }
 
-/// Centre of an octree that can hold the map: a multiple of 1024 voxels, so that leaves up to that size lie
-/// as they do in the octree at the origin. Nothing if that one holds all of it.
+/// Centre of an octree that can hold the map: a multiple of 1024 voxels, so that leaves up to that size have
+/// the places of the octree at the origin. Nothing if that octree holds the whole map.
 std::optional<Cell> middleOf(const std::vector<VoxelBrick>& bricks) {
   const bool fits = std::all_of(bricks.begin(), bricks.end(), [](const VoxelBrick& brick) {
     return cuboid_mapping::kOctreeCells.contains(brick.brick);
   });
   if (fits) return std::nullopt;
-  // That of the bricks, not of their bounds: one far brick must not take the others' place.
+  // Median of the bricks, not centre of their bounds: one far brick must not displace the others.
   std::vector<Cell> cells;
   cells.reserve(bricks.size());
   for (const VoxelBrick& brick : bricks) cells.push_back(brick.brick);
@@ -80,7 +80,7 @@ std::optional<Cell> middleOf(const std::vector<VoxelBrick>& bricks) {
   return middle;
 }
 
-/// Bricks as seen from a cell, without those that no octree there can hold.
+/// Bricks relative to a cell, without those beyond an octree there.
 std::vector<VoxelBrick> moveBricks(const std::vector<VoxelBrick>& bricks, const Cell& middle,
                                    double& num_left_out) {
   std::vector<VoxelBrick> moved;
@@ -106,7 +106,7 @@ std::array<OctreeLeaf, 8> childrenOf(const OctreeLeaf& leaf) {
   return children;
 }
 
-/// Colours by height, between the lowest and the highest face of the known voxels.
+/// Colours by height, from the lowest to the highest face of the known voxels.
 class HeightColors {
  public:
   HeightColors(const MapSnapshot& map, double color_factor) : color_factor_(color_factor) {
@@ -119,7 +119,7 @@ class HeightColors {
     }
   }
 
-  /// @pre A known voxel shares this height.
+  /// @pre A known voxel has this height.
   [[nodiscard]] std_msgs::ColorRGBA at(double z_m) const {
     return toHueColor((max_m_ - z_m) / (max_m_ - min_m_) * color_factor_);
   }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The messages of octomap_server, made from a map. Pure functions.
+// Converts a map to the messages of octomap_server. Pure functions.
 #pragma once
 
 #include "cuboid_mapping/io/octree_stream.h"
@@ -21,45 +21,45 @@ namespace cuboid_mapping_ros {
                                               cuboid_mapping::OctreeKind kind,
                                               const std_msgs::Header& header, double& num_left_out);
 
-/// Occupied voxels of a brick without any occupied neighbour (of 26).
-/// @param voxels  Of the map that the brick is from.
+/// Occupied voxels of a brick without any occupied neighbour among 26.
+/// @param voxels  Voxels of the brick's map.
 [[nodiscard]] cuboid_mapping::BrickMask findSpeckles(const cuboid_mapping::VoxelStore& voxels,
                                                      const cuboid_mapping::VoxelBrick& brick);
 
-/// Makes speckles unknown. @param voxels  Of the map that the bricks are copied from.
+/// Makes speckles unknown. @param voxels  Voxels of the map from which the bricks were copied.
 void removeSpeckles(const cuboid_mapping::VoxelStore& voxels,
                     std::vector<cuboid_mapping::VoxelBrick>& bricks);
 
-/// Which cells the markers and points of octomap_server show.
+/// Cells that the markers and points of octomap_server show.
 enum class ShownCells : unsigned char { kOccupied, kFree };
 
-/// Leaves of an octree, and how much of a map is not in them.
+/// Leaves of an octree, and the part of a map that is not in them.
 struct ShownLeaves {
   std::vector<cuboid_mapping::OctreeLeaf> leaves;
   double num_left_out = 0.0;  ///< Voxels too far from the rest for one octree.
 };
 
-/// The leaves of one class that share a height with [occupancy_min_z, occupancy_max_z]; those that reach beyond are
-/// divided. The octree lies around the map, if that is not around the origin.
-/// @param kind  kBinary: leaves are of one class; kFull: of one log-odds, as octomap_server's.
+/// Leaves of one class that share a height with [occupancy_min_z, occupancy_max_z]; leaves that reach beyond are
+/// divided. The octree lies around the map if the map is not around the origin.
+/// @param kind  kBinary: leaves have one class; kFull: one log-odds, as in octomap_server.
 [[nodiscard]] ShownLeaves computeShownLeaves(const cuboid_mapping::MapSnapshot& map,
                                              ShownCells cells,
                                              const OctomapServerParameters& parameters,
                                              cuboid_mapping::OctreeKind kind);
 
-/// occupied_cells_vis_array and free_cells_vis_array: 17 markers, one for each depth from 0 to 16,
-/// whose id it is; a CUBE_LIST, or DELETE where there is no leaf of that size.
+/// Messages of occupied_cells_vis_array and free_cells_vis_array: 17 markers, one for each depth from 0 to 16,
+/// which is their id; a CUBE_LIST, or DELETE if there is no leaf of that size.
 ///
 /// Far from the origin the poses of the markers carry a multiple of 1024 m, see farAnchor(). Colours: `color` or `color_free`; with height_map, occupied cells by the height of their centre
-/// between the lowest and the highest face of all that is known: red at the top, from there
-/// `color_factor` of the circle of hues downwards, as octomap_server's.
-/// @param num_left_out  Gets that of ShownLeaves.
+/// between the lowest and the highest known face: red at the top, from there
+/// `color_factor` of the circle of hues downwards, as in octomap_server.
+/// @param num_left_out  Gets the number from ShownLeaves.
 [[nodiscard]] visualization_msgs::MarkerArray toCellMarkers(
     const cuboid_mapping::MapSnapshot& map, ShownCells cells,
     const OctomapServerParameters& parameters, const std_msgs::Header& header,
     double& num_left_out);
 
-/// octomap_point_cloud_centers: the centres of leaves, see toCloud().
+/// Message of octomap_point_cloud_centers: the centres of leaves, see toCloud().
 [[nodiscard]] sensor_msgs::PointCloud2 toCenters(
     const std::vector<cuboid_mapping::OctreeLeaf>& leaves, double resolution_m,
     const std_msgs::Header& header);

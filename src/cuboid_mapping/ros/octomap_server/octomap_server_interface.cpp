@@ -30,7 +30,7 @@ using cuboid_mapping::PackedVoxels;
 using cuboid_mapping::toText;
 using cuboid_mapping::VoxelBrick;
 
-/// Half a minute: the log repeats what a topic leaves out no more often.
+/// Minimum time before the log repeats what a topic leaves out.
 constexpr double kLogPeriod_s = 30.0;
 
 ChangeSet clearCells(CuboidMap& map, const CellBox& box) {
@@ -88,7 +88,7 @@ MapView viewWholeMap(GuardedMap& map, const std::string& frame_id, QueriesOutsid
 }
 
 std::string clearBox(GuardedMap& map, const MetricBox& box_map, const ServiceLimits& limits) {
-  // A box without thickness names the voxels that it lies in, as with octomap_server.
+  // A flat box means the voxels in which it lies, as in octomap_server.
   MetricBox box = box_map;
   const double thinnest_m = 1e-3 * map.grid().resolution();
   box.max_m = box.max_m.cwiseMax(box.min_m + Eigen::Vector3d::Constant(thinnest_m));

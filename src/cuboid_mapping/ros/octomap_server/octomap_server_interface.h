@@ -24,9 +24,9 @@
 
 namespace cuboid_mapping_ros {
 
-/// Sets the known voxels that a box overlaps to free, with the least probability of the sensor
-/// model; unknown ones stay unknown, and nothing outside the box changes: ~clear_bbx.
-/// @return Why it cannot: a corner that is not finite, max below min, beyond the grid, see loadPages(); else empty.
+/// Answers ~clear_bbx: known voxels that a box overlaps become free, with the least probability of the sensor
+/// model; unknown ones stay unknown, and nothing outside the box changes.
+/// @return Reason of refusal: a corner that is not finite, max below min, beyond the grid, see loadPages(); else empty.
 [[nodiscard]] std::string clearBox(GuardedMap& map, const cuboid_mapping::MetricBox& box_map,
                                    const ServiceLimits& limits = {});
 
@@ -36,10 +36,10 @@ struct MapView {
   std_msgs::Header header;
 };
 
-/// The whole map, for octomap_binary and octomap_full as services: an octree has no word for "elsewhere".
+/// The whole map, for the services octomap_binary and octomap_full: an octree cannot mark parts as missing.
 ///
-/// The part on disk only is read into the copy, and stays on disk. The map is held meanwhile.
-/// @throws std::runtime_error  where parts are on disk only, and `outside` is kRefuse, or they are more than the limits,
+/// The part on disk is only read into the copy, and stays on disk. The map is held meanwhile.
+/// @throws std::runtime_error  if parts are on disk only, and `outside` is kRefuse, or they exceed the limits,
 ///         or cannot be read.
 [[nodiscard]] MapView viewWholeMap(GuardedMap& map, const std::string& frame_id,
                                    QueriesOutside outside,
@@ -47,11 +47,11 @@ struct MapView {
 
 /// The topics and services of octomap_server, under their names; see names.h.
 ///
-/// With a window, topics show the part in memory; octrees of the services are whole, or refused.
+/// With a window, topics show the part in memory; octrees of the services are whole, or the call is refused.
 ///
-/// A topic is built only while somebody listens to it, after a change, and again while it fails; with `latch` a new
-/// listener gets it as soon as it connects, unless the map is empty. What publish() sends is made of one copy of the map's voxels, or of two with
-/// filter_speckles, taken while the map is held for some milliseconds.
+/// A topic is built after a change, only while it has subscribers, and again after a failure; with `latch` a new
+/// subscriber gets it on connection, unless the map is empty. publish() makes all messages from one copy of the map's voxels, or two with
+/// filter_speckles; the map is held for some milliseconds to copy it.
 ///
 /// Thread rule: noteChanges(), publish() and the topics' callbacks belong to one queue; the
 /// services have a queue of their own.
@@ -69,22 +69,22 @@ class OctomapServerInterface {
   OctomapServerInterface(const OctomapServerInterface&) = delete;
   OctomapServerInterface& operator=(const OctomapServerInterface&) = delete;
 
-  /// To be called with every change of the R-tree.
+  /// Notes a change; call it for every change of the R-tree.
   void noteChanges(const cuboid_mapping::ChangeSet& changes);
 
-  /// Takes other parameters, from the next publish() on. Thread-safe.
+  /// Sets other parameters for the next publish(). Thread-safe.
   void setParameters(const OctomapServerParameters& parameters);
 
-  /// Publishes what has changed and is listened to.
+  /// Publishes changed topics that have subscribers.
   void publish();
 
-  /// Messages of all topics that have been built so far. Thread-safe.
+  /// Number of messages built so far, of all topics. Thread-safe.
   [[nodiscard]] std::uint64_t numBuilt() const { return num_built_; }
 
  private:
   struct Topic {
     std::string name;
-    std::function<void()> publish;  ///< Called if somebody listens.
+    std::function<void()> publish;  ///< Called if there are subscribers.
     bool is_due = false;
   };
   enum class Speckles : unsigned char { kKept, kAsAsked };
@@ -99,7 +99,7 @@ class OctomapServerInterface {
   /// Stamp of a message: the last cloud's, or, as in octomap_server, the time of a later edit or of a loaded file.
   [[nodiscard]] ros::Time stampOf(const ros::Time& cloud) const;
 
-  /// The map now, for what is made until views_ is cleared.
+  /// Current map, for all messages until views_ is cleared.
   [[nodiscard]] const MapView& look(Speckles speckles);
   [[nodiscard]] OctomapMessage makeOctomap(cuboid_mapping::OctreeKind kind);
   [[nodiscard]] visualization_msgs::MarkerArray makeMarkers(ShownCells cells);
@@ -114,16 +114,16 @@ class OctomapServerInterface {
   GuardedMap& map_;
   CallbackGuard& guard_;
   ProjectedMap projection_;
-  ros::Time last_cloud_;                         ///< In the map, at the last change.
-  ros::Time edited_;                             ///< Since then; 0: not.
+  ros::Time last_cloud_;                         ///< Stamp of the last cloud at the last change.
+  ros::Time edited_;                             ///< Time of an edit since then; 0: none.
   std::array<std::optional<MapView>, 2> views_;  ///< Without and with removed speckles.
   std::atomic<std::uint64_t> num_built_{0};
   std::mutex pending_mutex_;
-  std::optional<OctomapServerParameters> pending_;  ///< To be taken by publish().
+  std::optional<OctomapServerParameters> pending_;  ///< Parameters for the next publish().
   ros::ServiceServer binary_server_;
   ros::ServiceServer full_server_;
   ros::ServiceServer clear_server_;
-  // Last: their callbacks end before the rest goes.
+  // Last members: their callbacks end before the others are destroyed.
   std::optional<GridPublisher> projection_publisher_;
   std::vector<Topic> topics_;
 };

@@ -22,7 +22,7 @@ using cuboid_mapping::Grid;
 using cuboid_mapping::kAllCells;
 using cuboid_mapping::VoxelBrick;
 
-/// Visits the least cells of the tiles that a box lies over. @param margin  Cells around the box.
+/// Visits the least cells of the tiles below a box. @param margin  Cells around the box.
 template <typename VisitorT>
 void visitTiles(const CellBox& box, std::int32_t margin, VisitorT visit) {
   const Cell first = cuboid_mapping::brickOf(box.min - Cell{margin, margin, 0});
@@ -46,7 +46,7 @@ CellBox boundsOf(const Cell& tile, const TileT& values) {
   return bounds;
 }
 
-/// From the middle of the tiles, where as many lie on one side as on the other.
+/// Sorts tiles by their distance from the median tile.
 void sortByDistance(std::vector<Cell>& tiles) {
   Cell middle{};
   for (const auto coordinate : {&Cell::x, &Cell::y}) {
@@ -75,7 +75,7 @@ std::int32_t toLayer(double z_cells) {
 void ProjectedMap::noteChanges(const ChangeSet& changes) {
   if (changes.is_everything) release();
   if (is_everything_dirty_) return;
-  // A voxel beside a change may have become a speckle, or be none any more.
+  // Voxels beside a change may have become speckles, or ceased to be.
   for (const cuboid_mapping::ChangedBrick& changed : changes.bricks) {
     if (!changed.has_new_cuboids) continue;
     visitTiles(brickBox(changed.brick), 1, [this](const Cell& tile) { dirty_.insert(tile); });
@@ -128,7 +128,7 @@ void ProjectedMap::updateTile(const CuboidMap& map, const Cell& tile) {
 CellBox ProjectedMap::leastExtent(double resolution_m) const {
   if (parameters_.min_x_size_m == 0.0 && parameters_.min_y_size_m == 0.0) return {};
   CellBox extent{{0, 0, 0}, {0, 0, 1}};
-  // As octomap_server: the cells of both ends belong to it.
+  // The cells of both ends are included, as in octomap_server.
   const auto widen = [&](double size_m, std::int32_t& min, std::int32_t& max) {
     min = static_cast<std::int32_t>(std::floor(-0.5 * size_m / resolution_m + 1e-6));
     max = static_cast<std::int32_t>(std::floor(0.5 * size_m / resolution_m + 1e-6)) + 1;
@@ -193,7 +193,7 @@ nav_msgs::OccupancyGrid ProjectedMap::makeGrid(const std_msgs::Header& header, d
       const std::int8_t value = values[static_cast<std::size_t>(i)];
       if (value == kUnknownCell) continue;
       const Cell cell = tile + Cell{i % kTileEdge, i / kTileEdge, 0};
-      if (!extent.contains(cell)) continue;  // A cell of a far tile.
+      if (!extent.contains(cell)) continue;  // The cell belongs to a far tile.
       const Cell at = cell - extent.min;
       grid.data[static_cast<std::size_t>(at.y) * grid.info.width + static_cast<std::size_t>(at.x)] =
           value;

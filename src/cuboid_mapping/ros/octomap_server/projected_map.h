@@ -30,7 +30,7 @@ struct FarTiles {
   Eigen::Vector2d farthest_m = Eigen::Vector2d::Zero();
 };
 
-/// projected_map of octomap_server: the map seen from above, kept up with the changes of the map.
+/// projected_map of octomap_server: the map seen from above, updated by the changes of the map.
 ///
 /// A cell is 100 when any voxel above it is occupied, else 0 when any is free, else -1; voxels whose
 /// height is outside of [occupancy_min_z, occupancy_max_z] do not count, nor do speckles with
@@ -39,20 +39,20 @@ class ProjectedMap {
  public:
   explicit ProjectedMap(const OctomapServerParameters& parameters) : parameters_(parameters) {}
 
-  /// To be called with every change of the R-tree.
+  /// Notes a change; call it for every change of the R-tree.
   void noteChanges(const cuboid_mapping::ChangeSet& changes);
 
-  /// Looks at the columns that have changed. @complexity O(voxels in them).
+  /// Reads the columns that have changed. @complexity O(voxels in them).
   void update(const cuboid_mapping::CuboidMap& map);
 
-  /// The grid: from the least to the greatest cell that is known, and at least min_x_size by
-  /// min_y_size around the origin. Empty when nothing is known and no least size is asked for.
-  /// @param far  Gets what lies so far from the rest that the grid would be larger than projected_map_memory.
-  /// @throws std::length_error  where the least size is larger than that.
+  /// The grid, from the least to the greatest known cell, and at least min_x_size by
+  /// min_y_size around the origin. Empty if nothing is known and no minimum size is set.
+  /// @param far  Gets the tiles so far from the rest that the grid would be larger than projected_map_memory.
+  /// @throws std::length_error  if the minimum size is larger than that.
   [[nodiscard]] nav_msgs::OccupancyGrid makeGrid(const std_msgs::Header& header,
                                                  double resolution_m, FarTiles& far) const;
 
-  /// Forgets everything and its memory; the next update() looks at the whole map.
+  /// Forgets everything and frees the memory; the next update() reads the whole map.
   void release();
 
  private:
@@ -61,15 +61,15 @@ class ProjectedMap {
   using Tiles = std::unordered_map<cuboid_mapping::Cell, Tile, cuboid_mapping::CellHash>;
 
   void updateTile(const cuboid_mapping::CuboidMap& map, const cuboid_mapping::Cell& tile);
-  /// The least size; empty where none is asked for.
+  /// Minimum size; empty if none is set.
   [[nodiscard]] cuboid_mapping::CellBox leastExtent(double resolution_m) const;
   [[nodiscard]] bool isTooLarge(const cuboid_mapping::CellBox& extent) const;
-  /// Around all tiles, or those nearest to their middle.
+  /// Extent of all tiles, or of those nearest to their median.
   [[nodiscard]] cuboid_mapping::CellBox findExtent(double resolution_m, FarTiles& far) const;
 
   OctomapServerParameters parameters_;
   bool is_everything_dirty_ = true;
-  /// Tiles and dirty columns of bricks are named by their least cell, with z 0.
+  /// Changed tiles; tiles and columns of bricks are named by their least cell, with z 0.
   std::unordered_set<cuboid_mapping::Cell, cuboid_mapping::CellHash> dirty_;
   Tiles tiles_;
 };

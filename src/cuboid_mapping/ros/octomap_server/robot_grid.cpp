@@ -23,14 +23,14 @@ using cuboid_mapping::VoxelBrick;
 
 constexpr double kGridLogPeriod_s = 30.0;
 
-/// The voxels that the grid shows.
+/// Voxels that the grid shows.
 std::optional<CellBox> findBand(const CuboidMap& map, const RobotGridParameters& parameters,
                                 const Eigen::Vector3d& robot_map) {
   const double resolution_m = map.grid().resolution();
   const auto half =
       kBrickEdge * std::max(1, static_cast<std::int32_t>(std::ceil(
                                    0.5 * parameters.size_m / (kBrickEdge * resolution_m) - 1e-6)));
-  // The nearest border of bricks.
+  // Rounds to the nearest border of bricks.
   const Eigen::Vector3d shift(0.5 * kBrickEdge * resolution_m, 0.5 * kBrickEdge * resolution_m,
                               0.0);
   const auto cell = map.grid().toCell(robot_map + shift);

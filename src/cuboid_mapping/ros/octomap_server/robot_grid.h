@@ -17,29 +17,29 @@
 
 namespace cuboid_mapping_ros {
 
-/// A band of heights around a robot, as seen from above: 100 where any voxel in it is occupied, else 0 where
+/// Grid of a band of heights around a robot, seen from above: 100 if any voxel in it is occupied, else 0 if
 /// any is free, else -1.
 ///
-/// The grid is a square along the axes of the map, at least `size` wide, and begins at a multiple of 8 voxels: it moves in
-/// steps, and the robot is never farther than 4 voxels from its centre. Empty where that is beyond the map's range.
+/// The grid is a square along the axes of the map, at least `size` wide, and starts at a multiple of 8 voxels: it moves in
+/// steps, and the robot is at most 4 voxels from its centre. Empty if it would leave the map's range.
 /// @param robot_map  Origin of the robot's frame. @complexity O(bricks of the band).
 [[nodiscard]] nav_msgs::OccupancyGrid makeRobotGrid(const cuboid_mapping::CuboidMap& map,
                                                     const RobotGridParameters& parameters,
                                                     const Eigen::Vector3d& robot_map);
 
-/// The topics robot_grid and robot_grid_updates: a grid that moves along with the robot.
+/// The topics robot_grid and robot_grid_updates: a grid that follows the robot.
 ///
 /// See GridPublisher: the whole grid is sent when it has moved.
-/// Thread rule: all calls, and the queue of the node handle, are of one thread.
+/// Thread rule: all calls, and the queue of the node handle, belong to one thread.
 class RobotGrid {
  public:
-  /// @param nh  With the queue of the thread. @param map, buffer  Must outlive this object.
+  /// @param nh  Handle with the queue of the thread. @param map, buffer  Must outlive this object.
   RobotGrid(const ros::NodeHandle& nh, const NodeParameters& parameters, const GuardedMap& map,
             const tf2::BufferCore& buffer);
   RobotGrid(const RobotGrid&) = delete;
   RobotGrid& operator=(const RobotGrid&) = delete;
 
-  /// Publishes the grid, where somebody listens; nothing while there is no transform.
+  /// Publishes the grid if there are subscribers and a transform.
   void publish();
 
  private:
@@ -49,7 +49,7 @@ class RobotGrid {
   RobotGridParameters parameters_;
   const GuardedMap& map_;
   const tf2::BufferCore& buffer_;
-  GridPublisher publisher_;  ///< Last: it calls back.
+  GridPublisher publisher_;  ///< Last member: its callbacks use the others.
 };
 
 }  // namespace cuboid_mapping_ros

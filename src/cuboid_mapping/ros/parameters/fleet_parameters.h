@@ -14,11 +14,11 @@ enum class ObservationExcess : unsigned char {
 
 /// Parameters for maps of several robots.
 struct FleetParameters {
-  double observation_max_kb_s = 0.0;  ///< That may be sent to each listener; 0: all.
+  double observation_max_kb_s = 0.0;  ///< Rate limit for each subscriber; 0: none.
   ObservationExcess observation_excess = ObservationExcess::kLater;
-  int observation_memory_mb = 0;    ///< For those who have missed observations; 0: none is kept.
-  std::vector<std::string> robots;  ///< Whose observations make the map; none: clouds make it.
-  double merge_delay_s = 3.0;       ///< For observations to arrive, before they go into the map.
+  int observation_memory_mb = 0;    ///< For subscribers that missed observations; 0: none is kept.
+  std::vector<std::string> robots;  ///< Robots that observe the map; none: clouds make it.
+  double merge_delay_s = 3.0;       ///< Wait for observations before they go into the map.
 };
 
 }  // namespace cuboid_mapping_ros

@@ -11,7 +11,7 @@ namespace {
 /// The text after the last slash.
 std::string lastPart(const std::string& key) { return key.substr(key.rfind('/') + 1); }
 
-/// Number of characters to insert, remove or replace (Levenshtein).
+/// Levenshtein distance: characters to insert, remove or replace.
 std::size_t editDistance(const std::string& a, const std::string& b) {
   std::vector<std::size_t> row(b.size() + 1);
   std::iota(row.begin(), row.end(), std::size_t{0});
@@ -41,8 +41,8 @@ std::vector<std::string> wordsOf(const std::string& key) {
   return words;
 }
 
-/// How far two keys are apart, as a whole or in what follows the last slash. A key whose words are
-/// all in the other one is near: max_sensor_range was octomap_server's sensor_model/max_range once.
+/// Distance of two keys, as a whole or after the last slash. A key whose words are
+/// all in the other one is near: max_sensor_range is an old name of octomap_server's sensor_model/max_range.
 std::size_t distanceBetween(const std::string& key, const std::string& known) {
   const auto words = wordsOf(key);
   const auto known_words = wordsOf(known);

@@ -7,7 +7,7 @@
 
 namespace cuboid_mapping_ros {
 
-/// The known key that is most like another one; nothing when none is near.
+/// The known key most similar to another one; nothing if none is similar.
 [[nodiscard]] std::optional<std::string> findNearestKey(const std::string& key,
                                                         const std::vector<std::string>& known_keys);
 

@@ -20,7 +20,7 @@ std::string numberInWords(double min, double max, bool allows_minus_one) {
 
 }  // namespace
 
-// XmlRpcValue of Noetic is not converted when const: values are copied.
+// XmlRpcValue in Noetic has no const conversions: values are copied.
 
 ParameterKind number(const Field<double>& field, double min, double max,
                      std::optional<double> minus_one) {

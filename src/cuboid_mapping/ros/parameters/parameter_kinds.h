@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
-// Inside of parameters.h: what a parameter can be, and how its values are read and written.
+// Internal to parameters.h: kinds of parameters, which read and write their values.
 
 #include "cuboid_mapping/ros/parameters/parameters.h"
 
@@ -17,7 +17,7 @@
 
 namespace cuboid_mapping_ros {
 
-/// Place of a parameter's value: a path of members from NodeParameters or SourceParameters, or any other.
+/// Place of a parameter's value: a path of members from NodeParameters or SourceParameters, or another place.
 template <typename T>
 class Field {
  public:
@@ -44,20 +44,20 @@ class Field {
 
 /// Kind of a parameter.
 struct ParameterKind {
-  std::string allowed;        ///< In words, as "a number from 0.501 to 0.999".
-  bool is_of_source = false;  ///< Whether a source of a list may have one of its own.
-  /// Takes a value. @return Why not, and what to do; empty when it is taken.
+  std::string allowed;        ///< Allowed values in words, such as "a number from 0.501 to 0.999".
+  bool is_of_source = false;  ///< Whether a source of a list may have its own value.
+  /// Sets a value. @return Reason of refusal and the cure; empty if it is set.
   std::function<std::string(NodeParameters&, const XmlRpc::XmlRpcValue&)> set = nullptr;
-  /// The value as the parameter server holds it; not set where a list is not given.
+  /// The value in the form of the parameter server; not set for a list that is not given.
   std::function<XmlRpc::XmlRpcValue(NodeParameters)> get = nullptr;
   double min = -std::numeric_limits<double>::infinity();  ///< Limit of a number.
   double max = std::numeric_limits<double>::infinity();   ///< Limit of a number.
-  std::vector<std::string> choices = {};                  ///< All values, where they are names.
-  bool is_frame = false;                                  ///< A tf2 frame.
+  std::vector<std::string> choices = {};                  ///< All values, if they are names.
+  bool is_frame = false;                                  ///< Whether it is a tf2 frame.
 };
 
-/// A number in a closed interval, never NaN or infinite. @param minus_one  What -1 stands for, where it is allowed
-/// besides the interval.
+/// A number in a closed interval, never NaN or infinite. @param minus_one  Meaning of -1, if it is allowed
+/// in addition to the interval.
 [[nodiscard]] ParameterKind number(const Field<double>& field,
                                    double min = -std::numeric_limits<double>::infinity(),
                                    double max = std::numeric_limits<double>::infinity(),
@@ -68,13 +68,13 @@ struct ParameterKind {
 
 [[nodiscard]] ParameterKind boolean(const Field<bool>& field);
 
-/// A text of some form. @param set  Refuses with false.
+/// A text of some form. @param set  Returns false to refuse.
 [[nodiscard]] ParameterKind parsedText(
     const std::string& allowed, bool is_of_source,
     const std::function<bool(NodeParameters&, const std::string&)>& set,
     const std::function<std::string(const NodeParameters&)>& get);
 
-/// A text that is kept as it is given. @param is_good  Null: any text is.
+/// A text that is kept as given. @param is_good  Null: any text is.
 [[nodiscard]] ParameterKind text(const std::string& allowed, const Field<std::string>& field,
                                  bool (*is_good)(const std::string& text) = nullptr);
 
@@ -84,7 +84,7 @@ struct ParameterKind {
 /// A path of the file system, or empty.
 [[nodiscard]] ParameterKind file(const Field<std::string>& field);
 
-/// "a or b", "a, b or c".
+/// Joins words as "a or b", "a, b or c".
 [[nodiscard]] std::string joinAlternatives(const std::vector<std::string>& words);
 
 /// The content of a text, or of a number; nothing for other values.
@@ -93,7 +93,7 @@ struct ParameterKind {
 [[nodiscard]] std::optional<double> numberOf(XmlRpc::XmlRpcValue value);
 ///@}
 
-/// One of some names, each of which stands for a value.
+/// One of several names, each of which stands for a value.
 template <typename T>
 [[nodiscard]] ParameterKind choice(const Field<T>& field,
                                    const std::vector<std::pair<std::string, T>>& values) {

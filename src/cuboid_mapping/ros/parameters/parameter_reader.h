@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Inside of parameters.h: reading a group of parameters, of the node or of one source.
+// Internal to parameters.h: reads a group of parameters, of the node or of one source.
 #pragma once
 
 #include "cuboid_mapping/ros/parameters/parameter_table.h"
@@ -11,25 +11,25 @@
 
 namespace cuboid_mapping_ros {
 
-/// Values that are no struct, by their keys with slashes.
+/// Values that are no structs, by their keys with slashes.
 [[nodiscard]] std::map<std::string, XmlRpc::XmlRpcValue> leavesOf(const XmlRpc::XmlRpcValue& group);
 
-/// The value of a key in a group, where each slash may be one of the key or lead into a group.
+/// The value of a key in a group; each slash may be a part of a key or lead into a group.
 [[nodiscard]] std::optional<XmlRpc::XmlRpcValue> findValue(const XmlRpc::XmlRpcValue& group,
                                                            const std::string& key);
 
-/// A value as YAML, as far as it fits in a line.
+/// A value as YAML, shortened to one line.
 [[nodiscard]] std::string describe(XmlRpc::XmlRpcValue value);
 
-/// As "is 3, but there is no such parameter: did you mean x?". @param no_such  As "there is no such".
+/// Text such as "is 3, but there is no such parameter: did you mean x?". @param no_such  Such as "there is no such".
 [[nodiscard]] std::string describeUnknown(const std::string& key, const XmlRpc::XmlRpcValue& value,
                                           const std::string& no_such,
                                           const std::vector<std::string>& known_keys);
 
-/// Reads all parameters, or those that a source may have, and checks how all go together.
+/// Reads all parameters, or those that a source may have, and checks them against each other.
 void readGroup(const XmlRpc::XmlRpcValue& group, bool is_source, LoadedParameters& loaded);
 
-/// Reads the list of sources. @pre All else has been read.
+/// Reads the list of sources. @pre All other parameters have been read.
 void readSources(LoadedParameters& loaded);
 
 }  // namespace cuboid_mapping_ros

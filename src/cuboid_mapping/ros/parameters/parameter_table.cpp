@@ -161,7 +161,7 @@ ParameterKind noReturnKind() {
       [](const P& p) { return toText(p.source.no_return_points, p.source.no_return_ranges_m); });
 }
 
-// The probabilities keep away from 0, 0.5 and 1, where log-odds are infinite or zero.
+// The probabilities stay away from 0, 0.5 and 1, where log-odds are infinite or zero.
 std::vector<ParameterDeclaration> declareSensorModel() {
   return {
       {"sensor_model/hit", "probability",

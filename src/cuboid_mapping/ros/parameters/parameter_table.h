@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
-// Inside of parameters.h: the one table that drives reading, checking and documentation.
+// Internal to parameters.h: the one table for reading, checking and documentation.
 
 #include "cuboid_mapping/ros/parameters/parameter_kinds.h"
 #include "cuboid_mapping/ros/parameters/parameters.h"
@@ -12,10 +12,10 @@
 
 namespace cuboid_mapping_ros {
 
-/// One parameter of the node. Its default is that of NodeParameters.
+/// One parameter of the node. NodeParameters has its default.
 struct ParameterDeclaration {
   std::string key;
-  std::string unit;  ///< Empty for numbers without one, and for what is no number.
+  std::string unit;  ///< Empty for numbers without one, and for other values.
   ParameterKind kind;
   std::string help;
 };
@@ -23,7 +23,7 @@ struct ParameterDeclaration {
 /// Declarations of OctomapServerParameters, for parameterTable().
 [[nodiscard]] std::vector<ParameterDeclaration> declareOctomapServer();
 
-/// The first of SourceParameters, and the list of sources, for parameterTable().
+/// The first parameters of SourceParameters, and the list of sources, for parameterTable().
 [[nodiscard]] std::vector<ParameterDeclaration> declareSources();
 
 /// Declarations of SelfFilterParameters, for parameterTable().
@@ -38,13 +38,13 @@ struct ParameterDeclaration {
 /// Declarations of KeepParameters, for parameterTable().
 [[nodiscard]] std::vector<ParameterDeclaration> declareKeep();
 
-/// Errors of the parameters keep_clouds/*: conflicts with others.
+/// Errors of the parameters keep_clouds/*: conflicts with other parameters.
 [[nodiscard]] std::vector<ParameterError> checkKeep(const NodeParameters& parameters);
 
-/// Errors of the window's parameters: missing ones, and conflicts with others.
+/// Errors of the window's parameters: missing ones, and conflicts with other parameters.
 [[nodiscard]] std::vector<ParameterError> checkWindow(const NodeParameters& parameters);
 
-/// Keys that earlier versions had: why they have gone, and what to do.
+/// Keys of earlier versions: why they were removed, and what to do.
 [[nodiscard]] const std::map<std::string, std::string>& retiredParameters();
 
 /// All parameters; keys with the same part before the slash are neighbours.
@@ -53,11 +53,11 @@ struct ParameterDeclaration {
 /// Whether octomap_server has a parameter of this name.
 [[nodiscard]] bool isOfOctomapServer(const std::string& key);
 
-/// Names that octomap_server has and this node has not, and why that does no harm.
+/// Names that only octomap_server has, and why this node does not need them.
 [[nodiscard]] const std::map<std::string, std::string>& octomapServerOnly();
 
-/// A short decimal number that reads back as `value` and that YAML takes for a floating point
-/// number: "0.05", "1.0", "1.0e+09".
+/// A short decimal number that reads back as `value` and is a floating point number in
+/// YAML: "0.05", "1.0", "1.0e+09".
 [[nodiscard]] std::string formatNumber(double value);
 
 /// The value of a parameter as YAML; text in quotes.

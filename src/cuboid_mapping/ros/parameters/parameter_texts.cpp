@@ -19,7 +19,7 @@ std::string formatFloating(double value, int precision) {
   return out.str();
 }
 
-/// A value of any depth as YAML, in a line.
+/// A value of any depth as YAML, in one line.
 std::string toFlow(XmlRpc::XmlRpcValue value) {
   std::string text;
   if (value.getType() == XmlRpc::XmlRpcValue::TypeArray) {
@@ -51,7 +51,7 @@ void writeComment(std::ostream& out, const std::string& text, const std::string&
 constexpr char kTableHead[] =
     "| parameter | default | unit | allowed | meaning |\n| --- | --- | --- | --- | --- |\n";
 
-/// The rows of octomap_server, or all others.
+/// Writes the rows of octomap_server, or all others.
 void writeRows(std::ostream& out, bool of_octomap_server) {
   out << kTableHead;
   for (const ParameterDeclaration& declaration : parameterTable()) {

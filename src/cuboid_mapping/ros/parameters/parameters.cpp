@@ -30,7 +30,7 @@ void collectLeaves(const XmlRpcValue& value, const std::string& key,
   }
 }
 
-/// tf2 knows no frames with a slash at their start, and tf1 made no difference.
+/// Warns of a slash at the start of a frame: tf2 refuses it, and tf1 ignored it.
 void warnOfSlash(const ParameterDeclaration& declaration, const XmlRpcValue& value,
                  LoadedParameters& loaded) {
   const std::string given = textOf(value).value_or("");
@@ -41,7 +41,7 @@ void warnOfSlash(const ParameterDeclaration& declaration, const XmlRpcValue& val
                                                   "\": tf2 frames have no slash at the start"});
 }
 
-/// Key that dynamic_reconfigure of octomap_server leaves on the parameter server; empty for
+/// Key that octomap_server's dynamic_reconfigure leaves on the parameter server; empty for
 /// keys whose name it does not change.
 std::string leftoverNameOf(const std::string& key) {
   const bool is_grouped = key.rfind("sensor_model/", 0) == 0 || key.rfind("ground_filter/", 0) == 0;
@@ -89,7 +89,7 @@ void readValues(const XmlRpcValue& group, bool is_source, LoadedParameters& load
   }
 }
 
-/// Two parameters of which one must be less than the other.
+/// Two parameters, one of which must be less than the other.
 struct OrderedPair {
   std::string lower_key;
   double lower;
@@ -119,7 +119,7 @@ void checkSets(LoadedParameters& loaded) {
     return std::none_of(loaded.errors.begin(), loaded.errors.end(),
                         [&](const ParameterError& error) { return error.key == key; });
   };
-  // The table is within the library's ranges: what is left is how its parameters go together.
+  // The table has the library's ranges: conflicts between parameters remain.
   if (is_good("rtree/min_branches") && is_good("rtree/max_branches")) {
     for (ConfigError& error : checkConfig(loaded.parameters.map)) {
       std::replace(error.field.begin(), error.field.end(), '.', '/');
@@ -176,11 +176,11 @@ void readGroup(const XmlRpcValue& group, bool is_source, LoadedParameters& loade
 
 namespace {
 
-/// Keys that this node has, and groups of them.
+/// Keys of this node, and groups of them.
 struct KnownKeys {
   std::vector<std::string> parameters;
   std::vector<std::string> groups;
-  std::set<std::string> leftovers;  ///< Parameters of octomap_server that were warned of.
+  std::set<std::string> leftovers;  ///< Parameters of octomap_server that were warned about.
 
   KnownKeys() {
     for (const ParameterDeclaration& declaration : parameterTable()) {
@@ -191,7 +191,7 @@ struct KnownKeys {
     }
   }
 
-  /// Whether a key is one of them, or below one that has no groups.
+  /// Whether it has a key, or a key without groups above it.
   [[nodiscard]] bool has(const std::string& key) const {
     return leftovers.count(key) > 0 ||
            std::any_of(parameters.begin(), parameters.end(), [&key](const std::string& known) {

@@ -18,30 +18,30 @@
 
 namespace cuboid_mapping_ros {
 
-/// Parameters that octomap_server has, and that concern its topics.
+/// Parameters of octomap_server that concern its topics.
 struct OctomapServerParameters {
   std::string base_frame_id = "base_footprint";  ///< Frame of the robot, z = 0 on the ground.
   bool filter_speckles = false;     ///< Leave out occupied voxels without occupied neighbours.
   bool publish_free_space = false;  ///< Whether free_cells_vis_array is published.
-  double occupancy_min_z_m = -1e9;  ///< Cells below are in no topic of octomap_server.
-  double occupancy_max_z_m = 1e9;   ///< Cells above are in no topic of octomap_server.
-  double min_x_size_m = 0.0;        ///< Least size of projected_map.
-  double min_y_size_m = 0.0;        ///< Least size of projected_map.
-  int max_projection_mb = 100;      ///< Largest projected_map: a byte for each cell.
+  double occupancy_min_z_m = -1e9;  ///< Lower cells are in no topic of octomap_server.
+  double occupancy_max_z_m = 1e9;   ///< Higher cells are in no topic of octomap_server.
+  double min_x_size_m = 0.0;        ///< Minimum size of projected_map.
+  double min_y_size_m = 0.0;        ///< Minimum size of projected_map.
+  int max_projection_mb = 100;      ///< Maximum size of projected_map: a byte per cell.
   bool is_projection_incremental = false;  ///< Accepted: the projection always is.
   int max_depth = 16;                      ///< Accepted: cells of all sizes are shown.
   bool compress_map = true;                ///< Accepted: octrees are always pruned.
   bool is_height_map = true;               ///< Colour of occupied cells by height; else `color`.
-  double color_factor = 0.8;    ///< Share of the circle of hues that the height runs through.
+  double color_factor = 0.8;    ///< Share of the circle of hues over the range of heights.
   bool is_colored_map = false;  ///< Accepted: cells have no colours.
   std::array<double, 4> color = {0.0, 0.0, 1.0, 1.0};       ///< r, g, b, a of occupied cells.
   std::array<double, 4> color_free = {0.0, 1.0, 0.0, 1.0};  ///< r, g, b, a of free cells.
 };
 
-/// The grid that moves along with the robot.
+/// The grid that follows the robot.
 struct RobotGridParameters {
-  std::string frame_id;  ///< Frame of the robot; "": there is no grid.
-  double size_m = 20.0;  ///< Least edge of the grid.
+  std::string frame_id;  ///< Frame of the robot; "": no grid.
+  double size_m = 20.0;  ///< Minimum edge of the grid.
   double min_z_m = 0.1;  ///< Lower end of its heights, above the origin of the frame.
   double max_z_m = 1.5;  ///< Upper end.
 };
@@ -49,7 +49,7 @@ struct RobotGridParameters {
 /// Meaning of the colour of an occupied cuboid.
 enum class ColorBy : unsigned char { kHeight, kProbability };
 
-/// Which voxels are forgotten, see Forgetting.
+/// Classes of voxels that are forgotten, see Forgetting.
 enum class ForgetClass : unsigned char { kAll, kOccupied, kFree };
 
 /// State of forgotten voxels.
@@ -58,35 +58,35 @@ enum class ForgetTo : unsigned char {
   kSeenOnce  ///< They keep their class, but the next observation of the other class wins.
 };
 
-/// Treatment of points of moving things, see MovingFilter.
+/// Treatment of points of moving objects, see MovingFilter.
 enum class MovingPoints : unsigned char {
-  kIgnore,   ///< Nobody looks for them.
+  kIgnore,   ///< They are not detected.
   kPublish,  ///< They are published, and go into the map.
   kLeaveOut  ///< They are published, and do not go into the map.
 };
 
 /// Shapes of the robot, and the treatment of points on it.
 struct SelfFilterParameters {
-  XmlRpc::XmlRpcValue box_list;   ///< As it was given.
-  RobotParts boxes;               ///< From the list.
+  XmlRpc::XmlRpcValue box_list;   ///< List as given.
+  RobotParts boxes;               ///< Boxes from the list.
   std::string robot_description;  ///< Name of a parameter with a URDF; empty: none.
-  std::string urdf_file;          ///< In place of it; empty: none.
+  std::string urdf_file;          ///< File that replaces it; empty: none.
   double padding_m = 0.05;        ///< Enlarges the shapes of the URDF.
   std::string ignored_links;      ///< Links of the URDF, separated by spaces.
-  bool keep_free = false;  ///< Whether each cloud says that the voxels of the robot are free.
-  RobotParts parts;        ///< All, once loadRobotParts() has read them.
+  bool keep_free = false;         ///< Whether each cloud makes the voxels of the robot free.
+  RobotParts parts;               ///< All parts, after loadRobotParts().
 };
 
 /// Parameters of the node, valid together when they come from readParameters() without an error.
 ///
 /// Keys, units, ranges and help are declared once, see parameterTable(); the defaults are those of
-/// this struct. Names that octomap_server has are kept.
+/// this struct. Names of octomap_server are kept.
 struct NodeParameters {
   std::string frame_id = "map";  ///< Frame of the map.
   SourceParameters
-      source;  ///< The only one; or what those of the list have where they say nothing.
-  XmlRpc::XmlRpcValue source_list;        ///< As it was given; no list: there is one source.
-  std::vector<SourceParameters> sources;  ///< From the list.
+      source;  ///< The only source; or the default parameters of the sources in the list.
+  XmlRpc::XmlRpcValue source_list;        ///< List as given; not set: there is one source.
+  std::vector<SourceParameters> sources;  ///< Sources from the list.
   double order_wait_s =
       0.2;  ///< Longest time that a cloud waits for earlier ones of other sources.
   /// Its sensor_model is that of `source`, see makeMapConfig().
@@ -94,26 +94,26 @@ struct NodeParameters {
   ForgetClass forget_class = ForgetClass::kAll;
   ForgetTo forget_to = ForgetTo::kUnknown;
   MovingPoints moving_points = MovingPoints::kIgnore;
-  int threads = 0;  ///< For the work on a cloud; 0: as many as the machine has cores.
+  int threads = 0;                   ///< Threads for a cloud; 0: one for each core.
   double diagnostic_period_s = 1.0;  ///< Read by diagnostic_updater.
   int num_worker_threads = 0;        ///< Read by the node's own nodelet manager.
-  bool ignores_unknown = false;      ///< Keys that no parameter has are warnings, not errors.
-  int queue_size = 10;               ///< Clouds that wait, on cloud_in and for a transform.
+  bool ignores_unknown = false;      ///< Unknown keys are warnings, not errors.
+  int queue_size = 10;               ///< Clouds that may wait, on cloud_in and for a transform.
   int queue_memory_mb = 256;         ///< Bound of the memory of clouds that wait, in MB.
   double tf_wait_s = 10.0;           ///< Longest time that a cloud waits for its transforms.
   double publish_rate_hz = 1.0;      ///< Greatest rate of the map topics.
   bool latch = true;                 ///< Whether the map topics are latched.
-  double keyframe_period_s = 10.0;   ///< Between whole messages of differences; 0: none.
+  double keyframe_period_s = 10.0;   ///< Period of whole messages between differences; 0: none.
   bool publish_values = false;       ///< Whether cuboid_map carries log-odds, or classes alone.
   ColorBy color_by = ColorBy::kHeight;
   double color_period_m = 0.0;  ///< Height over which the colours repeat; 0: they fit the map.
   std::string map_file;         ///< Loaded at the start; empty: none.
-  std::string autosave_file;    ///< Saved to now and then; empty: none.
+  std::string autosave_file;    ///< File of regular saves; empty: none.
   double autosave_period_s = 60.0;
-  int autosave_keep = 0;           ///< Earlier saves that stay beside autosave_file.
+  int autosave_keep = 0;           ///< Number of earlier saves beside autosave_file.
   bool map_file_optional = false;  ///< map_file may be missing.
-  bool resume = true;              ///< The map starts with autosave_file, where it is there.
-  bool is_autosave_read = false;   ///< The start has read it: saves may replace it. No parameter.
+  bool resume = true;              ///< The map starts from autosave_file if it exists.
+  bool is_autosave_read = false;   ///< Read at the start: saves may replace it. No parameter.
   double map_part_size_mb =
       250.0;                  ///< Bound of a message of cuboid_map, before it is deflated, in MB.
   int file_memory_mb = 4000;  ///< Bound of the memory for reading a map, in MB.
@@ -129,38 +129,38 @@ struct NodeParameters {
 /// The sources of the list, or the only one; never empty.
 [[nodiscard]] std::vector<SourceParameters> sourcesOf(const NodeParameters& parameters);
 
-/// One thing that is wrong with the parameters.
+/// One error in the parameters.
 struct ParameterError {
-  std::string key;      ///< Relative to the private namespace, as "sensor_model/hit".
-  std::string message;  ///< The value, what is allowed, and what to do.
+  std::string key;      ///< Key relative to the private namespace, such as "sensor_model/hit".
+  std::string message;  ///< The value, the allowed values, and the cure.
 };
 
-/// Parameters and everything that is wrong with them; only to be used when `errors` is empty.
+/// Parameters and all their errors; use them only if `errors` is empty.
 struct LoadedParameters {
   NodeParameters parameters;
   std::vector<ParameterError> errors;
-  /// Warnings: keys that are ignored, or read as others.
+  /// Warnings about keys that are ignored, or read as others.
   std::vector<ParameterError> warnings;
 };
 
-/// Reads and checks all parameters; those that are missing keep their defaults.
+/// Reads and checks all parameters; missing ones keep their defaults.
 ///
 /// Cases:
-///   - a whole number is taken for a number (YAML `1`), never a number for a whole number, nor
-///     anything else for a boolean;
+///   - a whole number is accepted as a number (YAML `1`), but neither a number as a whole number, nor
+///     any other value as a boolean;
 ///   - NaN and infinity are out of range everywhere;
-///   - a value of the wrong type or out of range keeps its default; sets of parameters are checked
-///     against each other only when each of them is good;
+///   - a value of the wrong type or out of range keeps its default; parameters are checked
+///     against each other only if each of them is good;
 ///   - a frame loses a slash at its start, with a warning;
-///   - names that only octomap_server has (track_changes, ...) are ignored with a warning. Those that its
-///     dynamic_reconfigure leaves on the parameter server, as sensor_model_max_range, give a warning
-///     and stand for sensor_model/max_range where that is not set;
-///   - an element of `sources` is a group of its own: `name`, and of the other parameters those that
-///     concern a source, also as one key with a slash; what it leaves out is as outside the list. Errors name its
+///   - names that only octomap_server has (track_changes, ...) are ignored with a warning. Names that its
+///     dynamic_reconfigure leaves on the parameter server, such as sensor_model_max_range, give a warning
+///     and stand for sensor_model/max_range if that is not set;
+///   - an element of `sources` is a group of its own: `name`, and any of the parameters that
+///     concern a source, also as one key with a slash; missing ones are as outside the list. Errors name its
 ///     index and its name;
-///   - a group that is like none of the node's is taken for that of another node, within the name of this one,
+///   - a group unlike any of the node's is taken for that of another node below this node's name,
 ///     and gives a warning;
-///   - other keys that are not known are errors, or warnings with ignore_unknown. They name the nearest known key.
+///   - other unknown keys are errors, or warnings with ignore_unknown. The text names the nearest known key.
 ///
 /// @param private_namespace  A struct, nested for keys with a slash. Not set, or an empty string
 ///                           (which `nodelet load` leaves when there is no parameter): all
@@ -171,23 +171,23 @@ struct LoadedParameters {
 /// readParameters() of everything in the namespace of a node handle.
 [[nodiscard]] LoadedParameters loadParameters(const ros::NodeHandle& private_handle);
 
-/// One line for each parameter: "key: value unit", and "(default)" where it is so. For the log.
+/// One line for each parameter: "key: value unit", with "(default)" if it is. For the log.
 [[nodiscard]] std::vector<std::string> toLogLines(const NodeParameters& parameters);
 
-/// One line for each parameter of a source that differs from those outside the list.
+/// One line for each parameter of a source that differs from its value outside the list.
 [[nodiscard]] std::vector<std::string> toSourceLines(const NodeParameters& parameters);
 
 /// One line for each parameter that differs from another set: "key: value unit (word: other value)".
-/// @param word  What the other set is, as "default" or "was".
+/// @param word  Name of the other set, such as "default" or "was".
 [[nodiscard]] std::vector<std::string> toDifferenceLines(const NodeParameters& parameters,
                                                          const NodeParameters& others,
                                                          const std::string& word);
 
-/// doc/parameters.md: key, default, unit, allowed values and help of each parameter, those of
-/// octomap_server apart from the others.
+/// Text of doc/parameters.md: key, default, unit, allowed values and help of each parameter, those of
+/// octomap_server in a table of their own.
 [[nodiscard]] std::string toMarkdownTable();
 
-/// config/default.yaml: every parameter with its default, help as comments.
+/// Text of config/default.yaml: every parameter with its default, help as comments.
 [[nodiscard]] std::string toYaml();
 
 }  // namespace cuboid_mapping_ros

@@ -16,7 +16,7 @@ using dynamic_reconfigure::Config;
 using dynamic_reconfigure::ConfigTools;
 using XmlRpc::XmlRpcValue;
 
-/// Groups of keys that can be changed; a group is a key, or all that begins with it and a slash.
+/// Groups of keys that can be changed; a group is a key, or all keys that begin with it and a slash.
 constexpr std::array<const char*, 25> kRuntimeGroups{"sensor_model",
                                                      "publish_rate",
                                                      "filter_ground",
@@ -52,7 +52,7 @@ bool isDescribed(const std::string& key) {
   return isRuntimeKey(key) || key == "frame_id" || key == "resolution";
 }
 
-/// Puts a value into a message. @return The name of its type.
+/// Adds a value to a message. @return The name of its type.
 const char* add(const std::string& name, XmlRpcValue value, Config& config) {
   switch (value.getType()) {
     case XmlRpcValue::TypeBoolean:
@@ -70,7 +70,7 @@ const char* add(const std::string& name, XmlRpcValue value, Config& config) {
   }
 }
 
-/// The names of a choice for graphical clients: a Python dictionary, as generated from
+/// Names of the choices for graphical clients: a Python dictionary, as generated from
 /// .cfg files. Empty for other kinds.
 std::string editMethodOf(const ParameterDeclaration& declaration) {
   std::string names;
@@ -129,7 +129,7 @@ std::map<std::string, XmlRpcValue> runtimeValues(const NodeParameters& parameter
 }
 
 dynamic_reconfigure::ConfigDescription describeConfig() {
-  // For numbers without a range: sliders of graphical clients need one. Values beyond it are accepted.
+  // Numbers without a range get one, which sliders of graphical clients need. Values beyond it are accepted.
   constexpr double kWidest = 1000.0;
   dynamic_reconfigure::ConfigDescription description;
   description.groups.emplace_back();
@@ -168,7 +168,7 @@ Config toConfig(const NodeParameters& parameters) {
 
 LoadedParameters applyConfig(const NodeParameters& parameters, const Config& request) {
   LoadedParameters loaded{parameters, {}, {}};
-  loaded.parameters.sources.clear();  // They are read again: what they leave out may change.
+  loaded.parameters.sources.clear();  // They are read again: their missing parameters may change.
   XmlRpcValue values;
   for (const auto& [name, value] : valuesOf(request)) {
     const ParameterDeclaration* declaration = findDeclaration(name);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Parameters that can be changed while the node runs. Pure functions; the messages are those of
-// dynamic_reconfigure, made from the one table of parameters.
+// Parameters that can be changed while the node runs. Pure functions; the messages of
+// dynamic_reconfigure are made from the one table of parameters.
 #pragma once
 
 #include "cuboid_mapping/ros/parameters/parameters.h"
@@ -15,26 +15,26 @@
 
 namespace cuboid_mapping_ros {
 
-/// The name of a parameter in dynamic_reconfigure, which takes no slashes: "sensor_model/hit" is
+/// Name of a parameter in dynamic_reconfigure, without slashes: "sensor_model/hit" becomes
 /// "sensor_model_hit".
 [[nodiscard]] std::string toReconfigureName(const std::string& key);
 
-/// Parameters that can be changed, with type, range, default and help. resolution and frame_id are in it, too,
-/// so that somebody who tries to change them learns why not.
+/// Parameters that can be changed, with type, range, default and help. resolution and frame_id are included,
+/// so that a user who tries to change them learns why not.
 [[nodiscard]] dynamic_reconfigure::ConfigDescription describeConfig();
 
 /// The values in force. -1 stands for no limit, as in the parameters.
 [[nodiscard]] dynamic_reconfigure::Config toConfig(const NodeParameters& parameters);
 
-/// Parameters that can be changed, by key, as the parameter server holds them.
+/// Parameters that can be changed, by key, in the form of the parameter server.
 [[nodiscard]] std::map<std::string, XmlRpc::XmlRpcValue> runtimeValues(
     const NodeParameters& parameters);
 
-/// The parameters with the values of a request; those that it does not name stay.
+/// The parameters with the values of a request; others stay.
 ///
-/// A request counts as a whole: with any error nothing of it does. Errors: a name that does not
-/// exist, a value that is refused at the start of the node, too, and a change of what is fixed
-/// while the node runs (naming the reason).
+/// A request with any error changes nothing. Errors: a name that does not
+/// exist, a value that is refused at the start of the node, and a change of a parameter that is fixed
+/// while the node runs (with the reason).
 [[nodiscard]] LoadedParameters applyConfig(const NodeParameters& parameters,
                                            const dynamic_reconfigure::Config& request);
 

@@ -41,7 +41,7 @@ ReconfigureServer::ReconfigureServer(const ros::NodeHandle& private_nh,
 
 ReconfigureServer::~ReconfigureServer() { master_thread_.stop(); }
 
-/// As dynamic_reconfigure::Server does, so that the parameter server says what is in force.
+/// Sets the parameters in force on the parameter server, as dynamic_reconfigure::Server does.
 void ReconfigureServer::tellMaster() {
   post(master_thread_.queue(), this, [values = runtimeValues(parameters_), nh = private_nh_] {
     for (const auto& [key, value] : values) {
@@ -51,7 +51,7 @@ void ReconfigureServer::tellMaster() {
       request[0] = ros::this_node::getName();
       request[1] = nh.resolveName(key);
       request[2] = value;
-      // Not NodeHandle::setParam(), which waits until there is a master.
+      // NodeHandle::setParam() would wait for a master.
       if (!ros::master::execute("setParam", request, response, payload, false)) return;
     }
   });
@@ -78,7 +78,7 @@ bool ReconfigureServer::onRequest(dynamic_reconfigure::ReconfigureRequest& reque
   }
   response.config = toConfig(parameters_);
   if (!loaded.errors.empty()) {
-    // The message has no field for it, and clients leave alone what they do not know.
+    // The message has no field for the reason, and clients ignore parameters that they do not know.
     dynamic_reconfigure::ConfigTools::appendParameter(response.config, kRefusedName,
                                                       cuboid_mapping::join(refusals, "; "));
   }

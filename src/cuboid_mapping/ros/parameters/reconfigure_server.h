@@ -16,13 +16,13 @@ namespace cuboid_mapping_ros {
 /// The server side of dynamic_reconfigure: ~set_parameters, ~parameter_descriptions and
 /// ~parameter_updates, for rqt_reconfigure, dynparam and the client libraries.
 ///
-/// Not dynamic_reconfigure::Server, which clamps a bad value in place of refusing the request, leaves names without
+/// This is own code because dynamic_reconfigure::Server clamps bad values instead of refusing the request, leaves names without
 /// slashes on the parameter server, waits for a master that is gone, and needs each parameter declared again.
 /// Thread rule: the service is answered on the queue of the node handle. The master, which may be gone,
-/// is told the new values in a thread of its own.
+/// gets the new values in a thread of its own.
 class ReconfigureServer {
  public:
-  /// @param apply  Called with all parameters after each request that has changed something.
+  /// @param apply  Called with all parameters after each request that has changed some.
   ReconfigureServer(const ros::NodeHandle& private_nh, const NodeParameters& parameters,
                     std::function<void(const NodeParameters&)> apply);
   ~ReconfigureServer();

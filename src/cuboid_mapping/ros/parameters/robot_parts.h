@@ -11,22 +11,22 @@
 
 namespace cuboid_mapping_ros {
 
-/// A closed volume in some frame, in metres.
+/// A closed volume, in metres.
 struct Solid {
-  cuboid_mapping::MetricBox bounds;  ///< A box around it.
+  cuboid_mapping::MetricBox bounds;  ///< Bounding box of the volume.
   /// Whether a point lies in it. Thread-safe.
   std::function<bool(const Eigen::Vector3d& point)> contains;
 };
 
-/// A part of the robot, which moves along with a frame of tf.
+/// A part of the robot, which moves with a frame of tf.
 struct RobotPart {
   std::string frame_id;
-  Solid padded;  ///< Points in it are points on the robot.
+  Solid padded;  ///< Points inside are points on the robot.
   Solid exact;   ///< Space that only the robot can occupy.
 };
 using RobotParts = std::vector<RobotPart>;
 
-/// A box that is its own volume and the padded one.
+/// A part whose exact and padded volumes are one box.
 [[nodiscard]] inline RobotPart makeBoxPart(const std::string& frame_id,
                                            const cuboid_mapping::MetricBox& box) {
   const Solid solid{box, [](const Eigen::Vector3d& /*point*/) { return true; }};

@@ -26,7 +26,7 @@ std::optional<Eigen::Vector3d> readCorner(XmlRpcValue list) {
   return corner;
 }
 
-/// Adds a box. @return Why it is none, and nothing else.
+/// Adds a box. @return Reason of refusal; empty if it is added.
 std::string addBox(const XmlRpcValue& group, RobotParts& boxes) {
   if (group.getType() != XmlRpcValue::TypeStruct) return "is no group of keys";
   for (const auto& [key, value] : group) {
@@ -47,7 +47,7 @@ std::string addBox(const XmlRpcValue& group, RobotParts& boxes) {
 }
 
 std::string setBoxes(P& p, const XmlRpcValue& list) {
-  if (!list.valid()) return {};  // There is none.
+  if (!list.valid()) return {};  // No list is given.
   if (list.getType() != XmlRpcValue::TypeArray) return "begin each box with a dash";
   RobotParts boxes;
   for (int i = 0; i < list.size(); ++i) {

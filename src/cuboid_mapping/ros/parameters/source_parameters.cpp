@@ -25,11 +25,11 @@ bool isTopicOrEmpty(const std::string& text) {
 
 bool isTopic(const std::string& text) { return !text.empty() && isTopicOrEmpty(text); }
 
-/// Its elements are read when all else has been, see readSources().
+/// Kind of the list of sources, whose elements are read after all other parameters, see readSources().
 ParameterKind sourcesKind() {
   ParameterKind kind{"a list of groups of keys"};
   kind.set = [](P& p, const XmlRpcValue& list) -> std::string {
-    if (!list.valid()) return {};  // There is none.
+    if (!list.valid()) return {};  // No list is given.
     if (list.getType() != XmlRpcValue::TypeArray) return "begin each source with a dash";
     p.source_list = list;
     return {};
@@ -66,7 +66,7 @@ void judgeKeys(const XmlRpcValue& element, LoadedParameters& own) {
   }
 }
 
-/// One element of the list. @param own  Has the parameters outside the list.
+/// Reads one element of the list. @param own  Has the parameters outside the list.
 void readSource(const XmlRpcValue& element, LoadedParameters& own) {
   if (element.getType() != XmlRpcValue::TypeStruct) {
     own.errors.push_back({"", "is " + describe(element) + ", but must be a group of keys"});

@@ -21,40 +21,40 @@ enum class SourceType : unsigned char {
   kDepthImage   ///< sensor_msgs/Image with its sensor_msgs/CameraInfo
 };
 
-/// The name of the parameter's value, as "laser_scan".
+/// Name of the parameter's value, such as "laser_scan".
 [[nodiscard]] const char* toString(SourceType type);
 
 /// Effect of a source's beams on the map.
 enum class SourceUse : unsigned char {
   kBoth,  ///< They mark their end as occupied, and clear the space before it.
-  kMark,  ///< Only the former.
-  kClear  ///< Only the latter: where a beam of the source ends, it changes nothing.
+  kMark,  ///< They only mark.
+  kClear  ///< They only clear: the end of a beam changes nothing.
 };
 
-/// Parameters that each source may have of its own.
+/// Parameters that each source may set.
 struct SourceParameters {
   std::string name;                 ///< Name in diagnostics and messages; empty: the topic.
-  std::string topic = kCloudTopic;  ///< Before remapping, in the namespace of the node.
+  std::string topic = kCloudTopic;  ///< Name before remapping, in the namespace of the node.
   SourceType type = SourceType::kPointCloud;
-  std::string camera_info;  ///< Topic, of depth images; empty: beside that of the image.
+  std::string camera_info;  ///< Topic, for depth images; empty: beside that of the image.
   SourceUse use = SourceUse::kBoth;
   double max_rate_hz = 0.0;    ///< Messages beyond this rate are ignored; 0: no limit.
   bool deskew = false;         ///< Each point has the pose of its own time; else that of the stamp.
   double depth_unit_m = 1e-3;  ///< Unit of depth images of whole numbers.
-  std::string sensor_frame;    ///< Its origin is where beams start; "": the cloud's frame.
+  std::string sensor_frame;    ///< Frame whose origin is the start of beams; "": the cloud's frame.
   double forget_after_s = 0.0;  ///< See Forgetting; 0: never.
-  /// The thresholds are those of the map, the same for all sources.
+  /// Probabilities of the source; the thresholds are those of the map.
   cuboid_mapping::SensorModelConfig sensor_model;
   double max_range_m = std::numeric_limits<double>::infinity();  ///< Beams are cut there.
   double end_margin_m = 0.0;       ///< See cuboid_mapping::BeamRanges.
   double min_range_m = 0.0;        ///< Nearer points are left out wholly; 0: none.
-  double no_return_range_m = 0.0;  ///< Beams without return free space up to it; 0: are skipped.
+  double no_return_range_m = 0.0;  ///< Beams without return free space up to it; 0: skipped.
   NoReturnPoints no_return_points = NoReturnPoints::kRep117;  ///< Readings that count as no return.
-  NoReturnRanges no_return_ranges_m;                          ///< Ranges that are such beams.
-  /// Points outside are left out wholly; in the map's frame, with filter_ground in the base's.
+  NoReturnRanges no_return_ranges_m;                          ///< Ranges that stand for such beams.
+  /// Points outside are left out with their beams; in the map's frame, with filter_ground in the base's.
   cuboid_mapping::MetricBox crop = {Eigen::Vector3d::Constant(-1e9),
                                     Eigen::Vector3d::Constant(1e9)};
-  bool filter_ground = false;  ///< Whether points of the ground free space, and are no obstacles.
+  bool filter_ground = false;  ///< Whether points of the ground are no obstacles and free space.
   GroundFilterConfig ground_filter;
 };
 

@@ -81,7 +81,7 @@ std::unique_ptr<MapWindow> makeWindow(const NodeParameters& parameters,
                                       const cuboid_mapping::CuboidMap& map) {
   const WindowParameters& window = parameters.window;
   if (!window.isOn()) return nullptr;
-  // Again: a map to start with may come from the command line.
+  // Checked again: a map to start with may come from the command line.
   for (const ParameterError& error : checkWindow(parameters)) {
     throw std::runtime_error(error.key + ' ' + error.message);
   }

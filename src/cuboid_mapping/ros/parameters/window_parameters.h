@@ -11,9 +11,9 @@ namespace cuboid_mapping_ros {
 
 struct NodeParameters;
 
-/// Which part of the map stays in memory.
+/// Part of the map that stays in memory.
 struct WindowParameters {
-  std::string frame_id;  ///< That the window moves with; empty: there is no window.
+  std::string frame_id;  ///< Frame that the window moves with; empty: no window.
   cuboid_mapping::WindowConfig config;
   std::string file;  ///< File of the store.
 
@@ -24,11 +24,11 @@ struct WindowParameters {
   }
 };
 
-/// "3 parts of the map, of 64 x 64 x 64 voxels": pages, for people.
+/// Text such as "3 parts of the map, of 64 x 64 x 64 voxels", for pages.
 [[nodiscard]] std::string describePages(std::size_t num_pages);
 
-/// The window of the parameters, with its store opened or made; null without one.
-/// @throws cuboid_mapping::MapFileError  as openStoreOf(), and std::runtime_error for parameters that do not go together.
+/// The window of the parameters, with its store opened or created; null without a window.
+/// @throws cuboid_mapping::MapFileError  as openStoreOf(), and std::runtime_error for conflicting parameters.
 [[nodiscard]] std::unique_ptr<cuboid_mapping::MapWindow> makeWindow(
     const NodeParameters& parameters, const cuboid_mapping::CuboidMap& map);
 

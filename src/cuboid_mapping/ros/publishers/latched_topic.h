@@ -13,11 +13,11 @@
 
 namespace cuboid_mapping_ros {
 
-/// A topic that ROS latches: a subscriber keeps the last message for others in its process, and recorders note the
-/// topic as latched. A new connection gets what `on_connect` sends.
+/// A topic that ROS latches: a subscriber keeps the last message for others in its process, and recorders mark the
+/// topic as latched. A new connection gets the messages that `on_connect` sends.
 ///
 /// roscpp would send a new connection the last message of its publisher, which is outdated after a time without
-/// listeners, when nothing is built. So the publisher that latches never publishes, and another one of the same topic does.
+/// subscribers, when nothing is built. So the latching publisher never publishes; a second one of the topic does.
 template <typename MessageT>
 class LatchedTopic {
  public:
@@ -29,7 +29,7 @@ class LatchedTopic {
     bool is_latched = true;
   };
 
-  /// @param on_connect, on_disconnect  From the queue of the node handle. on_disconnect may be empty.
+  /// @param on_connect, on_disconnect  Called from the queue of the node handle. on_disconnect may be empty.
   LatchedTopic(ros::NodeHandle nh, const Options& options, const Callback& on_connect,
                const Callback& on_disconnect = {}) {
     if (options.is_latched) {

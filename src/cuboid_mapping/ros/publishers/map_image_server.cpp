@@ -12,11 +12,11 @@
 namespace cuboid_mapping_ros {
 namespace {
 
-/// Parts that wait for a slow listener; it asks the service for what it has lost.
+/// Parts in the queue of a slow subscriber, which asks the service for lost ones.
 constexpr std::uint32_t kQueueSize = 2;
-/// Between two parts of a keyframe.
+/// Time between two parts of a keyframe.
 constexpr double kTimerPeriod_s = 0.05;
-/// Images take no more of the time: a keyframe that takes a second comes every 20 s at most.
+/// Maximum share of time for images: a keyframe that takes a second comes every 20 s at most.
 constexpr double kShareOfTime = 0.05;
 
 }  // namespace

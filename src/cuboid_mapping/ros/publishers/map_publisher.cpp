@@ -14,7 +14,7 @@ using cuboid_mapping::MapDetail;
 
 namespace {
 
-/// Number of bricks in a message of about 100 MB: fetching the whole map is not much more.
+/// Bricks in a message of about 100 MB: the whole map is not much larger.
 constexpr std::size_t kMaxDeltaBricks = 200000;
 
 bool isTooMuch(const ChangeSet& changes) { return changes.bricks.size() > kMaxDeltaBricks; }
@@ -64,7 +64,7 @@ ChangeSet MapPublisher::publish() {
   DeltaMessage message;
   message.server = server_;
   message.header.frame_id = frame_id_;
-  // Neither more nor less than the map has, while nobody changes it.
+  // Exactly the changes of the map, while nobody changes it.
   ChangeSet changes =
       map_.takeChanges([&](const CuboidMap& map, const ros::Time& stamp, const ChangeSet& taken) {
         message.header.stamp = stamp;
@@ -81,7 +81,7 @@ ChangeSet MapPublisher::publish() {
     images_.noteUpdate(published_revision_);
     if (message.delta.is_everything) images_.publishSoon();
   } catch (...) {
-    map_.noteEverything();  // It did not arrive.
+    map_.noteEverything();  // The message was not sent.
     throw;
   }
   return changes;

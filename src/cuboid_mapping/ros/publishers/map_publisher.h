@@ -12,9 +12,9 @@ namespace cuboid_mapping_ros {
 
 /// The topics cuboid_map and cuboid_map_updates, and the service ~get_map.
 ///
-/// A listener to cuboid_map is sent the map when it connects, all of them again when the map was
-/// replaced as a whole, and as keyframes; see MapImageServer. Updates carry what has changed since the one before; see
-/// msg/CuboidMapUpdate.msg. While nobody listens nothing is built.
+/// A subscriber of cuboid_map gets the map when it connects, again when the map was
+/// replaced as a whole, and as keyframes; see MapImageServer. Updates have the changes since the previous one; see
+/// msg/CuboidMapUpdate.msg. Nothing is built without subscribers.
 /// Thread rule: all calls one after the other. Images have a thread of their own.
 class MapPublisher {
  public:
@@ -24,16 +24,16 @@ class MapPublisher {
   MapPublisher(const MapPublisher&) = delete;
   MapPublisher& operator=(const MapPublisher&) = delete;
 
-  /// Brings cuboids that wait into the R-tree, and publishes what has changed since the last call; when nothing has, a
-  /// message that says so.
-  /// @return What has changed, for others to publish. When it throws, the next call tells the listeners to
-  /// fetch the map anew.
+  /// Puts waiting cuboids into the R-tree, and publishes the changes since the last call; without any, an
+  /// empty message.
+  /// @return The changes, for other publishers. If it throws, the next call tells the subscribers to
+  /// fetch the map again.
   cuboid_mapping::ChangeSet publish();
 
  private:
-  // From the thread of the images.
+  // Called from the thread of the images.
   [[nodiscard]] ImageMessage makeImage(cuboid_mapping::MapDetail detail) const;
-  /// Names the part of the map that is on disk only; empty: none.
+  /// Text about the part of the map that is on disk only; empty: none.
   [[nodiscard]] std::string describeLeftOut() const;
 
   GuardedMap& map_;

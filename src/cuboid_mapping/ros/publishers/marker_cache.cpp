@@ -85,7 +85,7 @@ void MarkerCache::read(const CuboidMap& map) {
 
 void MarkerCache::setColors(ColorBy color_by, double color_period_m) {
   if (style_.color_by == color_by && style_.color_period_m == color_period_m) return;
-  if (style_.color_by != color_by) is_everything_dirty_ = true;  // Other probabilities are kept.
+  if (style_.color_by != color_by) is_everything_dirty_ = true;  // Kept probabilities may differ.
   style_.color_by = color_by;
   style_.color_period_m = color_period_m;
   markLists();
@@ -167,7 +167,7 @@ void MarkerCache::readChunk(const CuboidMap& map, const Cell& chunk) {
   replaceChunk(chunk, std::move(cubes), changed_);
 }
 
-/// Marks all chunks in which there is something, or was.
+/// Marks all chunks that have, or had, cubes.
 void MarkerCache::markEverything(const CuboidMap& map) {
   if (const auto& bounds = map.bounds()) {
     const Eigen::Vector3d anchor_map = farAnchor(grid_.centerOf(*bounds));
@@ -180,7 +180,7 @@ void MarkerCache::markEverything(const CuboidMap& map) {
 }
 
 void MarkerCache::replaceChunk(const Cell& chunk, std::vector<SizedCube> cubes, SizeSet& changed) {
-  // In an order that depends on the cubes only: what is as it was compares equal.
+  // The order depends on the cubes only, so unchanged markers compare equal.
   std::sort(cubes.begin(), cubes.end(), [](const SizedCube& a, const SizedCube& b) {
     return a.size_id != b.size_id ? a.size_id < b.size_id : a.cube.min < b.cube.min;
   });
@@ -223,7 +223,7 @@ Marker MarkerCache::makeMarker(int size_id, const std_msgs::Header& header) cons
   marker.type = Marker::CUBE_LIST;
   marker.pose.orientation.w = 1.0;
   marker.pose.position = toPoint(anchor_map_);
-  // Else rviz loses it in another fixed frame, when tf has forgotten the stamp.
+  // Otherwise rviz loses it in another fixed frame when tf has forgotten the stamp.
   marker.frame_locked = static_cast<std::uint8_t>(true);
   const Cell size = toSize(size_id);
   marker.scale.x = size.x * grid_.resolution();

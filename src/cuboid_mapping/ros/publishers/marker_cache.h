@@ -19,80 +19,80 @@
 
 namespace cuboid_mapping_ros {
 
-/// Which cuboids become markers, and what they look like.
+/// Cuboids that become markers, and their appearance.
 struct MarkerStyle {
   cuboid_mapping::CuboidFilter filter = cuboid_mapping::CuboidFilter::kOccupied;
   std::string marker_namespace = "occupied";
   /// Colour of occupied cuboids; free ones all have freeColor().
   ColorBy color_by = ColorBy::kHeight;
-  double color_period_m = 10.0;          ///< > 0; only used by kHeight, without a span.
+  double color_period_m = 10.0;          ///< Period of colours, > 0; for kHeight, without a span.
   std::optional<HeightSpan> color_span;  ///< For kHeight: colours run once, and do not repeat.
 };
 
-/// The style of each of the two marker topics.
+/// Styles of the two marker topics.
 [[nodiscard]] MarkerStyle makeOccupiedStyle(const NodeParameters& parameters);
 [[nodiscard]] MarkerStyle makeFreeStyle();
 
-/// The cuboids of one class as markers: one CUBE_LIST for each size of cuboid, brought up to date
-/// by what has changed.
+/// The cuboids of one class as markers: one CUBE_LIST for each size of cuboid, updated by
+/// changes.
 ///
-/// A listener that applies every array that update() returns, in order, by (ns, id), has the same
-/// markers as makePicture(): ADD stands for the whole list of a size, DELETE for a size of which
-/// there is none any more. The id of a size is (x - 1) + 8 * (y - 1) + 64 * (z - 1), in voxels. A
+/// A subscriber that applies every array of update(), in order, by (ns, id), has the same
+/// markers as makePicture(): ADD has the whole list of a size, DELETE means that the size has
+/// no cuboids any more. The id of a size is (x - 1) + 8 * (y - 1) + 64 * (z - 1), in voxels. A
 /// cuboid longer than 8 voxels on an axis is cut at the multiples of 8 on that axis, so that there
 /// are never more than 512 markers: viewers become slow with many markers, not with many cubes.
 /// Far from the origin the poses of the markers carry a multiple of 1024 m, and their points the rest.
 ///
 /// The space is divided into chunks of 64 x 64 x 64 voxels; a cuboid belongs to the chunk of its
-/// least corner. Only chunks in which something has changed are read again. Not thread-safe.
+/// least corner. Only changed chunks are read again. Not thread-safe.
 class MarkerCache {
  public:
   static constexpr std::int32_t kChunkEdge = 64;
   static constexpr int kNumSizes = 512;
 
-  /// @param grid  That of the map.
+  /// @param grid  Grid of the map.
   MarkerCache(const cuboid_mapping::Grid& grid, const MarkerStyle& style);
 
-  /// Remembers which chunks to read again. @complexity O(bricks), log in the number of chunks; O(1)
+  /// Notes the chunks to read again. @complexity O(bricks), log in the number of chunks; O(1)
   /// after release().
   void noteChanges(const cuboid_mapping::ChangeSet& changes);
 
-  /// Takes other colours; markers that they change are different for takeDifference().
+  /// Sets other colours; takeDifference() then has the markers that they change.
   void setColors(ColorBy color_by, double color_period_m);
-  /// Likewise. Nothing: colours repeat.
+  /// As above, for the span of colours. Nothing: colours repeat.
   void setColorSpan(const std::optional<HeightSpan>& span);
 
-  /// Whether read() has something to look at, or takeDifference() has something to give.
+  /// Whether read() has chunks to read, or takeDifference() has markers.
   [[nodiscard]] bool hasChanges() const {
     return is_everything_dirty_ || !dirty_.empty() || changed_.any();
   }
 
-  /// Reads the chunks that have changed. @complexity O(cuboids of these chunks).
+  /// Reads changed chunks. @complexity O(cuboids of these chunks).
   void read(const cuboid_mapping::CuboidMap& map);
 
-  /// The markers that read() has found different since the last call; no marker when none is.
+  /// Markers that read() has changed since the last call.
   /// @complexity O(cubes of these markers).
   [[nodiscard]] visualization_msgs::MarkerArray takeDifference(const std_msgs::Header& header);
 
-  /// Both in one.
+  /// Calls read() and takeDifference().
   visualization_msgs::MarkerArray update(const cuboid_mapping::CuboidMap& map,
                                          const std_msgs::Header& header) {
     read(map);
     return takeDifference(header);
   }
 
-  /// All markers as of the last read(), for a listener that has none of them yet: DELETEALL
-  /// first, for what it may have kept from an earlier run of the node, then one ADD per size.
+  /// All markers of the last read(), for a subscriber that has none of them: DELETEALL
+  /// first, for markers from an earlier run of the node, then one ADD per size.
   [[nodiscard]] visualization_msgs::MarkerArray makePicture(const std_msgs::Header& header) const;
 
-  /// Gives the memory back; the next read() reads the whole map. For when nobody listens.
+  /// Frees the memory; the next read() reads the whole map. For times without subscribers.
   void release();
 
  private:
   /// A cube of a known size.
   struct Cube {
     cuboid_mapping::Cell min;
-    float probability;  ///< Mean of the cuboid's voxels; 0 where no colour stands for it.
+    float probability;  ///< Mean of the cuboid's voxels; 0 if the colour does not show it.
   };
   struct SizedCube {
     int size_id;
@@ -106,13 +106,13 @@ class MarkerCache {
 
   static void appendCubes(const cuboid_mapping::CellBox& box, float probability,
                           std::vector<SizedCube>& cubes);
-  /// Whether the colour of a cuboid stands for its probability.
+  /// Whether the colour of a cuboid shows its probability.
   [[nodiscard]] bool showsProbability() const {
     return style_.color_by == ColorBy::kProbability &&
            style_.filter == cuboid_mapping::CuboidFilter::kOccupied;
   }
   void readChunk(const cuboid_mapping::CuboidMap& map, const cuboid_mapping::Cell& chunk);
-  /// All markers are different for takeDifference().
+  /// Marks all lists as changed for takeDifference().
   void markLists();
   void markEverything(const cuboid_mapping::CuboidMap& map);
   void replaceChunk(const cuboid_mapping::Cell& chunk, std::vector<SizedCube> cubes,
@@ -130,7 +130,7 @@ class MarkerCache {
   bool is_everything_dirty_ = true;
   Eigen::Vector3d anchor_map_ =
       Eigen::Vector3d::Zero();  ///< Origin of the markers' poses, see farAnchor().
-  SizeSet changed_;             ///< Since the last takeDifference().
+  SizeSet changed_;             ///< Sizes changed since the last takeDifference().
 };
 
 }  // namespace cuboid_mapping_ros

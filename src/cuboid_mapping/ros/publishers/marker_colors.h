@@ -12,15 +12,15 @@ namespace cuboid_mapping_ros {
 /// Colour of a height: a rainbow that repeats every `period_m`.
 ///
 /// Blue at 0, then cyan, green, yellow, red, magenta, in equal steps of hue, and blue again at
-/// `period_m`; the same downwards. Saturation, value and alpha are 1. As heightMapColor of
-/// octomap_server, which however stretches one rainbow over the height of the map: a colour that
-/// depends on the rest of the map would have to be published anew for every cuboid when it grows.
+/// `period_m`; the same downwards. Saturation, value and alpha are 1. heightMapColor of
+/// octomap_server stretches one rainbow over the height of the map instead: a colour that
+/// depends on the rest of the map would need all cuboids published again when the map grows.
 ///
 /// @param height_m  Any finite height, map frame.
 /// @param period_m  0: blue at all heights.
 [[nodiscard]] std_msgs::ColorRGBA toHeightColor(double height_m, double period_m);
 
-/// Heights between which colours run once, metres.
+/// Range of heights for one run of the colours, metres.
 struct HeightSpan {
   double low_m = 0.0;
   double high_m = 1.0;
@@ -30,7 +30,7 @@ struct HeightSpan {
 /// high end and above, in equal steps of hue. @param span  low_m < high_m.
 [[nodiscard]] std_msgs::ColorRGBA toSpanColor(double height_m, const HeightSpan& span);
 
-/// Whether a span is so different from the one that is shown that all cuboids should be coloured anew:
+/// Whether a span differs so much from the shown one that all cuboids should be coloured again:
 /// an end has moved by more than a tenth of it.
 [[nodiscard]] bool isOtherSpan(const HeightSpan& span, const HeightSpan& shown);
 

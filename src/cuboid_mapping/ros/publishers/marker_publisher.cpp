@@ -51,7 +51,7 @@ bool MarkerPublisher::isKeyframeDue() const {
 
 void MarkerPublisher::publishDifference() {
   readMap();
-  owes_keyframe_ = true;  // Also when what follows fails: a keyframe mends it.
+  owes_keyframe_ = true;  // Set even if a later step fails: a keyframe repairs it.
   const visualization_msgs::MarkerArray difference = cache_.takeDifference(header_);
   if (difference.markers.empty()) return;
   if (is_picture_due_ || isKeyframeDue()) {
@@ -73,8 +73,8 @@ void MarkerPublisher::onConnect(const ros::SingleSubscriberPublisher& listener) 
     is_picture_due_ = true;
     return;
   }
-  // The picture is what the others have, too: they get what has changed since with the next
-  // publish(), and so does this one.
+  // The other subscribers have this picture, too: all get the later changes with the next
+  // publish().
   if (num_listeners_ == 1) {
     readMap();
     (void)cache_.takeDifference(header_);

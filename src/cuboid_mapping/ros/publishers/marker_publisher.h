@@ -16,25 +16,25 @@
 
 namespace cuboid_mapping_ros {
 
-/// A topic of markers.
+/// Settings of a topic of markers.
 struct MarkerTopic {
   std::string name;
   std::string frame_id;    ///< Frame of the map.
-  bool is_latched = true;  ///< false: a new listener gets the picture with the next message.
-  double keyframe_period_s = 0.0;  ///< 0: no keyframes.
+  bool is_latched = true;  ///< If false, a new subscriber gets the picture with the next message.
+  double keyframe_period_s = 0.0;  ///< Period of keyframes; 0: none.
   MarkerStyle style;
 };
 
 /// A topic of markers (visualization_msgs/MarkerArray) that carries differences, see MarkerCache.
 ///
-/// A new connection is sent the whole picture, alone. All get it as a keyframe: while differences are sent, a
-/// period apart, and once after the last one. So a listener catches up that was more than kQueueSize messages behind, or
-/// that has only the message that ROS latches. While nobody listens nothing is built and nothing is kept.
-/// The map is held while cuboids are read from it, not while messages are made of them.
-/// Thread rule: all calls but setColors(), and the callbacks of the node handle's queue, one after the other.
+/// A new connection gets the whole picture, alone. All subscribers get it as a keyframe: a period apart while differences are
+/// sent, and once after the last one. So a subscriber catches up that was more than kQueueSize messages behind, or
+/// that has only the message latched by ROS. Without subscribers nothing is built or kept.
+/// The map is held while cuboids are read from it, not while messages are made.
+/// Thread rule: all calls except setColors(), and the callbacks of the node handle's queue, one after the other.
 class MarkerPublisher {
  public:
-  /// Each may be as large as the picture, and waits in memory for a listener that has stopped.
+  /// Queue of messages: each may be as large as the picture, and waits in memory for a subscriber that has stopped.
   static constexpr std::uint32_t kQueueSize = 4;
 
   /// @param map  Must outlive this object.
@@ -42,19 +42,19 @@ class MarkerPublisher {
   MarkerPublisher(const MarkerPublisher&) = delete;
   MarkerPublisher& operator=(const MarkerPublisher&) = delete;
 
-  /// To be called with every change of the R-tree, some at a time, before publish().
+  /// Notes a change; call it for every change of the R-tree, in parts, before publish().
   void noteChanges(const cuboid_mapping::ChangeSet& changes) { cache_.noteChanges(changes); }
 
-  /// Takes other colours, from the next publish() on. Thread-safe.
+  /// Sets other colours for the next publish(). Thread-safe.
   void setColors(ColorBy color_by, double color_period_m);
 
-  /// Lets the colours of heights run once over a span; nothing: they repeat. From the next publish()
+  /// Makes the colours of heights run once over a span; nothing: they repeat. Holds from the next publish()
   /// on.
   void setColorSpan(const std::optional<HeightSpan>& span) { cache_.setColorSpan(span); }
 
   [[nodiscard]] bool hasListeners() const { return num_listeners_ > 0; }
 
-  /// Publishes what has changed since the last call, if anything has and anybody listens.
+  /// Publishes the changes since the last call, if there are any, and subscribers.
   void publish();
 
  private:
@@ -77,13 +77,13 @@ class MarkerPublisher {
   MarkerCache cache_;
   std_msgs::Header header_;
   std::mutex pending_mutex_;
-  std::optional<Colors> pending_;  ///< To be taken by publish().
-  int num_listeners_ = 0;          ///< That onConnect has seen.
-  bool is_picture_due_ = false;    ///< In place of the next difference.
+  std::optional<Colors> pending_;  ///< Colours for the next publish().
+  int num_listeners_ = 0;          ///< Subscribers that onConnect has seen.
+  bool is_picture_due_ = false;    ///< The picture replaces the next difference.
   bool owes_keyframe_ = false;     ///< Differences have been sent since the last picture.
   ros::WallDuration keyframe_period_;
   ros::WallTime last_picture_;
-  LatchedTopic<visualization_msgs::MarkerArray> topic_;  ///< Last: it calls back.
+  LatchedTopic<visualization_msgs::MarkerArray> topic_;  ///< Last: its callbacks use the others.
 };
 
 }  // namespace cuboid_mapping_ros

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The answers to the services that look at the map or edit it.
+// Answers of the services that read or edit the map.
 #pragma once
 
 #include "cuboid_mapping/ros/services/service_call.h"
@@ -26,8 +26,8 @@
 
 namespace cuboid_mapping_ros {
 
-// Each fills in the answer to one service, all but `info`; their contracts are in srv/. They look at the map as the last
-// cloud has left it; in a long answer clouds come in between. They keep within the limits of the MapInFrame, and throw
+// Each function fills in the answer of one service, except `info`; srv/ has their contracts. They read the map after the last
+// cloud; during a long answer clouds may come in. They keep within the limits of the MapInFrame, and throw
 // a Refusal, or std::bad_alloc. Complexities are those of the functions of query/, for each entry.
 ///@{
 void answer(ServiceCall& call, const cuboid_mapping::QueryBox::Request& request,
@@ -56,7 +56,7 @@ void answer(ServiceCall& call, const cuboid_mapping::FindCorridor::Request& requ
             cuboid_mapping::FindCorridor::Response& response);
 void answer(ServiceCall& call, const cuboid_mapping::GetLocks::Request& request,
             cuboid_mapping::GetLocks::Response& response);
-/// When one of the boxes is refused, none is set. When there is not enough memory, what was set until then stays.
+/// If one of the boxes is refused, none is set. If memory runs out, the boxes set before stay.
 void answer(ServiceCall& call, const cuboid_mapping::SetBox::Request& request,
             cuboid_mapping::SetBox::Response& response);
 ///@}
@@ -64,17 +64,17 @@ void answer(ServiceCall& call, const cuboid_mapping::SetBox::Request& request,
 /// Answer of ~undo_edit, see GuardedMap::undoEdit().
 [[nodiscard]] std_srvs::Trigger::Response undoEdit(GuardedMap& map);
 
-/// Bricks of 8 x 8 x 8 voxels that one ~set_box may make free or occupied: each takes memory.
+/// Limit of the bricks of 8 x 8 x 8 voxels that one ~set_box may make free or occupied: each takes memory.
 constexpr double kMaxSetBricks = 2e6;
 
 template <typename ResponseT>
 void setInfo(const cuboid_mapping::AnswerInfo& info, ResponseT& response) {
   response.info = info;
 }
-/// ~query_box is older than AnswerInfo.
+/// Copies the status to the fields of ~query_box, which is older than AnswerInfo.
 void setInfo(const cuboid_mapping::AnswerInfo& info, cuboid_mapping::QueryBox::Response& response);
 
-/// Answers a call of a service: what answer() throws becomes a refusal.
+/// Answers a service call: exceptions of answer() become refusals.
 template <typename ServiceT>
 [[nodiscard]] typename ServiceT::Response answer(const MapInFrame& map,
                                                  const typename ServiceT::Request& request) {

@@ -59,7 +59,7 @@ BoxContent lookInto(const CuboidMap& map, const CellBox& box, Budget& budget) {
   return content;
 }
 
-/// As selectCuboids(), of joined cuboids.
+/// As selectCuboids(), for joined cuboids.
 SelectedCuboids selectJoined(const CuboidMap& map, const CellBox& region,
                              const CuboidSelection& selection, Budget& budget) {
   SelectedCuboids selected;
@@ -91,7 +91,7 @@ std::size_t toLimit(std::uint32_t limit) {
   return limit == 0 ? std::numeric_limits<std::size_t>::max() : limit;
 }
 
-/// Says that there is more, by the request's own limit or by the node's.
+/// Notes that there are more, and whether the request's or the node's limit cut them.
 void noteCut(ServiceCall& call, const Budget& budget, bool is_cut) {
   call.info().truncated = static_cast<std::uint8_t>(is_cut);
   if (is_cut) call.info().message = "there are more cuboids than limit";

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// How far obstacles are, and where unknown space begins.
+// Answers about distances to obstacles, and about frontiers.
 #include "cuboid_mapping/query/frontier_query.h"
 #include "cuboid_mapping/query/obstacle_distance.h"
 #include "cuboid_mapping/query/path_query.h"

@@ -46,7 +46,7 @@ void checkOccupancy(const SetRequest& request) {
   }
 }
 
-/// Within the clamping thresholds, as a cloud would leave it.
+/// Clamped log-odds, as after a cloud.
 float toLogOdds(const SensorModel& model, const SetRequest& request) {
   const bool is_free = request.occupancy == SetRequest::FREE;
   if (request.probability == 0.0F) return is_free ? model.min() : model.max();
@@ -54,10 +54,10 @@ float toLogOdds(const SensorModel& model, const SetRequest& request) {
   return std::min(std::max(log_odds, model.min()), model.max());
 }
 
-/// Bricks of a box that are set while nobody else has the map: some milliseconds.
+/// Bricks of a box that are set at a time, with exclusive access: some milliseconds.
 constexpr double kBricksATurn = 4096.0;
 
-/// A box in parts with a maximum number of bricks, cut at their borders: slabs along z, rows along y, and
+/// Divides a box into parts with a maximum number of bricks, cut at their borders: slabs along z, rows along y, and
 /// pieces along x.
 std::vector<CellBox> divide(const CellBox& box) {
   std::vector<CellBox> parts{box};
@@ -96,7 +96,7 @@ void setBox(GuardedMap& map, const CellBox& box, const SetRequest& request, Budg
       return ChangeSet{content.revision(), false, {}};
     });
   }
-  // Making a box unknown costs as much as its known part, however large it is.
+  // Making a box unknown costs only as much as its known part.
   const bool is_divided = numBricks(box) <= kMaxSetBricks;
   bool is_locked = false;
   for (const CellBox& part : is_divided ? divide(box) : std::vector<CellBox>{box}) {

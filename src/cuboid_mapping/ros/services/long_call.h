@@ -18,7 +18,7 @@
 
 namespace cuboid_mapping_ros {
 
-/// The message of another type with the same fields.
+/// Converts to a message of another type with the same fields.
 template <typename ToT, typename FromT>
 ToT sameFields(const FromT& from) {
   using To = ros::message_traits::MD5Sum<ToT>;
@@ -35,19 +35,19 @@ ToT sameFields(const FromT& from) {
   return to;
 }
 
-/// A call that takes long: a service, and an action of the same name and fields, which tells its progress and can be cancelled.
+/// A long call: a service, and an action of the same name and fields, which reports its progress and can be cancelled.
 ///
-/// Both do the same work, which comes from one queue. As with every SimpleActionServer, a new goal cancels the one before.
+/// Both do the same work, from one queue. As in every SimpleActionServer, a new goal cancels the previous one.
 template <typename ServiceT, typename ActionT>
 class LongCall {
  public:
   using Request = typename ServiceT::Request;
   using Response = typename ServiceT::Response;  ///< Has an AnswerInfo `info`.
-  /// Fills in the response; a call that is cancelled is one without success.
+  /// Fills in the response; a cancelled call has no success.
   using Work = std::function<void(const Request&, Response&, const CallProgress&)>;
 
-  /// @param nh  Its queue takes goals and cancels while work runs, so it must have another thread.
-  /// @param queue  For the work; must outlive this object.
+  /// @param nh  Its queue takes goals and cancels while work runs, so it needs another thread.
+  /// @param queue  Queue of the work; must outlive this object.
   LongCall(const ros::NodeHandle& nh, const std::string& name, GuardedQueue& queue, Work work)
       : name_(name),
         queue_(queue),
@@ -62,7 +62,7 @@ class LongCall {
     action_->registerGoalCallback([this] { post(queue_, this, [this] { answerGoal(); }); });
     action_->start();
   }
-  /// Cancels the goal that is worked on, and waits for its end.
+  /// Cancels the running goal, and waits for its end.
   ~LongCall() {
     is_stopping_ = true;
     server_.shutdown();
@@ -112,7 +112,7 @@ class LongCall {
   Work work_;
   std::atomic<bool> is_stopping_{false};
   std::atomic<bool> is_cancelled_{false};
-  typename Server::Feedback feedback_;  ///< That was sent last.
+  typename Server::Feedback feedback_;  ///< Last feedback that was sent.
   ros::WallTime told_;
   std::optional<Server> action_;
   ros::ServiceServer server_;

@@ -153,7 +153,7 @@ void MapFilesService::keepEarlier() {
   try {
     keepEarlierSaves(autosave_file_, num_earlier_);
     is_earlier_kept_ = true;
-  } catch (const std::exception& exception) {  // The newest map is worth more than those before it.
+  } catch (const std::exception& exception) {  // The newest map matters more than earlier ones.
     ROS_ERROR_STREAM_NAMED(
         kNodeName, "the save before this one does not stay (autosave_keep): " << exception.what());
   }

@@ -23,10 +23,10 @@
 
 namespace cuboid_mapping_ros {
 
-/// ~save_map, ~load_map, as services and actions, and the saves to autosave_file and of the window to its store: each period in which the map has
-/// changed, and at the end of the node.
+/// ~save_map, ~load_map, as services and actions, and the saves to autosave_file and of the window to its store: after each period with
+/// changes, and at the end of the node.
 ///
-/// Thread rule: all of it comes one after the other in a thread of its own, so that neither clouds
+/// Thread rule: all work runs one after the other in its own thread, so that neither clouds
 /// nor queries wait for a disk.
 class MapFilesService {
  public:
@@ -37,7 +37,7 @@ class MapFilesService {
   MapFilesService(const MapFilesService&) = delete;
   MapFilesService& operator=(const MapFilesService&) = delete;
 
-  /// Why the last save to autosave_file failed, or none can succeed; empty: neither. Of any thread.
+  /// Error of the last save to autosave_file, or the reason why none can succeed; empty: none. Thread-safe.
   [[nodiscard]] std::string autosaveError() const;
 
  private:
@@ -51,11 +51,11 @@ class MapFilesService {
               const CallProgress& progress);
   StorageAnswer load(const LoadMap::Request& request, const CallProgress& progress);
   void autosave();
-  /// Puts the save before this one beside it, with those before that.
+  /// Moves the previous save beside the file, to the earlier ones.
   void keepEarlier();
-  /// Chooses another file where that one holds what this node has neither read nor written.
+  /// Chooses another file if this one has a map that the node has neither read nor written.
   void chooseAutosaveFile();
-  /// Says at the start where saves go, and whether they cannot.
+  /// Logs at the start where saves go, and whether they will fail.
   void announceAutosave();
 
   GuardedMap& map_;
@@ -63,10 +63,10 @@ class MapFilesService {
   std::string frame_id_;
   cuboid_mapping::SnapshotLimits limits_;  ///< Limits of loaded files.
   std::string autosave_file_;
-  int num_earlier_;               ///< Saves that stay beside it.
-  bool is_earlier_kept_ = false;  ///< Of what is there now: the last save has failed.
-  bool is_autosave_own_;          ///< It was read, or written.
-  /// Revision and locked boxes of the map in autosave_file, or older ones.
+  int num_earlier_;               ///< Number of saves beside it.
+  bool is_earlier_kept_ = false;  ///< The last save has failed, and its earlier save is kept.
+  bool is_autosave_own_;          ///< This node has read or written it.
+  /// Revision and locked boxes of the map in autosave_file, or of older ones.
   std::pair<std::uint64_t, std::vector<cuboid_mapping::CellBox>> saved_;
   mutable std::mutex error_mutex_;
   std::string autosave_error_;

@@ -12,13 +12,13 @@ namespace cuboid_mapping_ros {
 
 class GuardedMap;
 
-/// A map and how its frame gets its name.
+/// A map with its frame and limits, for services.
 struct MapInFrame {
   GuardedMap& map;                                ///< The map and its lock.
   std::string frame_id;                           ///< Frame of the map.
-  const tf2::BufferCore& tf;                      ///< For requests in other frames.
+  const tf2::BufferCore& tf;                      ///< Transforms for requests in other frames.
   ServiceLimits limits = {};                      ///< Limits of each call.
-  const std::atomic<bool>* is_stopped = nullptr;  ///< true ends the work on all calls.
+  const std::atomic<bool>* is_stopped = nullptr;  ///< Set to end all calls.
 };
 
 }  // namespace cuboid_mapping_ros

@@ -10,7 +10,7 @@
 
 namespace cuboid_mapping_ros {
 
-/// Offers the services that planners ask: ~query_box, ~check_boxes, ~check_path, ~check_poses, ~cast_rays, ~nearest,
+/// Offers the services for planners: ~query_box, ~check_boxes, ~check_path, ~check_poses, ~cast_rays, ~nearest,
 /// ~nearest_free, ~get_cuboids, ~get_free_graph, ~get_distances, ~get_frontiers, ~find_corridor. They are answered from the queue of the node handle.
 /// @param map  Must outlive the servers.
 [[nodiscard]] std::vector<ros::ServiceServer> advertisePlannerServices(ros::NodeHandle nh,

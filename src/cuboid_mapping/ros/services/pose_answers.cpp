@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Whether a body meets obstacles.
+// Answers whether a body meets obstacles.
 #include "cuboid_mapping/query/path_query.h"
 #include "cuboid_mapping/query/pose_query.h"
 #include "cuboid_mapping/ros/services/answers.h"
@@ -48,7 +48,7 @@ Body readBody(const ServiceCall& call, const CheckPoses::Request& request) {
     body.boxes.push_back(
         {ServiceCall::localPose(request.boxes[i], {"boxes", i}), {size.x, size.y, size.z}});
   }
-  requireGood(body, call);  // Inflation hides a size that is none.
+  requireGood(body, call);  // Inflation hides an invalid size.
   for (auto& sphere : body.spheres) sphere.radius_m += inflation_m;
   for (auto& box : body.boxes) box.size_m.array() += 2.0 * inflation_m;
   requireGood(body, call);

@@ -108,7 +108,7 @@ CorrectionAnswer PoseCorrections::correct(const nav_msgs::Path& path, const Corr
   }
   answer.seconds = (ros::WallTime::now() - begin).toSec();
   if (!answer.error.empty()) {
-    constexpr double kPeriod_s = 10.0;  // A topic may send the same again and again.
+    constexpr double kPeriod_s = 10.0;  // A topic may repeat its messages.
     ROS_ERROR_STREAM_THROTTLE_NAMED(kPeriod_s, kNodeName, "poses not corrected: " << answer.error);
     return answer;
   }

@@ -21,30 +21,30 @@
 
 namespace cuboid_mapping_ros {
 
-/// The history of a map as it is now, in memory and on disk. @throws As takeWholeSnapshot().
+/// A history that starts from the current map, in memory and on disk. @throws As takeWholeSnapshot().
 [[nodiscard]] std::unique_ptr<KeptHistory> makeHistory(const NodeParameters& parameters,
                                                        GuardedMap& map);
 
-/// What a correction has done.
+/// Result of a correction.
 struct CorrectionAnswer {
-  std::string error;  ///< Empty: the map is corrected. Else it is as it was.
+  std::string error;  ///< Empty: the map is corrected. Else it is unchanged.
   std::size_t num_clouds = 0;
   std::size_t num_outside = 0;
   double max_shift_m = 0.0;
   double seconds = 0.0;
 };
 
-/// ~correct_poses, as service and action, and the topic corrected_path: the map is made anew with corrected poses, and exchanged.
+/// ~correct_poses, as service and action, and the topic corrected_path: the map is rebuilt with corrected poses, and exchanged.
 ///
-/// Thread rule: one correction after the other, in a thread of its own; clouds, queries and edits go on beside it. Of paths
-/// that come meanwhile the last one counts.
+/// Thread rule: one correction after the other, in its own thread; clouds, queries and edits go on beside it. Of the paths
+/// that arrive meanwhile, the last one counts.
 class PoseCorrections {
  public:
   /// @param private_nh  Takes goals and cancels: see LongCall. @param map, guard  Must outlive this object; the map has a history. @param done  Called after each correction.
   PoseCorrections(const ros::NodeHandle& nh, const ros::NodeHandle& private_nh,
                   const NodeParameters& parameters, GuardedMap& map, CallbackGuard& guard,
                   std::function<void()> done);
-  /// Gives up the correction that runs.
+  /// Cancels the running correction.
   ~PoseCorrections();
   PoseCorrections(const PoseCorrections&) = delete;
   PoseCorrections& operator=(const PoseCorrections&) = delete;

@@ -27,7 +27,7 @@ using cuboid_mapping::MetricBox;
 using cuboid_mapping::toText;
 using cuboid_mapping::UnknownPolicy;
 
-/// Requests are stamped with the time of now or of a sensor, which tf reaches some milliseconds later.
+/// Wait for tf: requests have the stamp of now or of a sensor, which tf reaches some milliseconds later.
 constexpr std::chrono::milliseconds kTfPatience(200);
 constexpr std::chrono::milliseconds kTfPeriod(5);
 
@@ -40,7 +40,7 @@ std::string describe(const MetricBox& box) {
   return "min " + toText(box.min_m) + ", max " + toText(box.max_m);
 }
 
-/// Whether tf connects two frames, at earlier times than this.
+/// Whether tf connects two frames only at earlier times.
 bool isAheadOfTf(const tf2::BufferCore& tf, const std::string& target, const std::string& source,
                  const ros::Time& stamp) {
   return !tf.canTransform(target, source, stamp) &&
@@ -56,7 +56,7 @@ void awaitTransform(const MapInFrame& map, const std::string& source, const ros:
     while (isAheadOfTf(map.tf, target, source, stamp) && Clock::now() < end && !is_stopped()) {
       std::this_thread::sleep_for(kTfPeriod);
     }
-  } catch (const std::exception&) {  // lookupTransform() says why there is none.
+  } catch (const std::exception&) {  // lookupTransform() reports it.
   }
 }
 
@@ -116,7 +116,7 @@ Eigen::Isometry3d ServiceCall::localPose(const geometry_msgs::Pose& pose, const 
   const double length = turn.norm();
   if (length == 0.0) turn.setIdentity();
   constexpr double kTolerance = 0.01;
-  if (!(length == 0.0 || std::abs(length - 1.0) <= kTolerance)) {  // NaN, too.
+  if (!(length == 0.0 || std::abs(length - 1.0) <= kTolerance)) {  // Also refuses NaN.
     throw Refusal(describe(field) + ".orientation has length " + toText(length) +
                   ": normalize the quaternion");
   }

@@ -28,7 +28,7 @@
 
 namespace cuboid_mapping_ros {
 
-/// Why a request is refused, and what to do.
+/// Reason of a refused request, and the cure.
 class Refusal : public std::runtime_error {
  public:
   using std::runtime_error::runtime_error;
@@ -36,56 +36,56 @@ class Refusal : public std::runtime_error {
 
 /// Kind of the entries of a request.
 struct Entries {
-  const char* name;          ///< As "boxes".
+  const char* name;          ///< Name such as "boxes".
   std::size_t answer_bytes;  ///< Answer bytes of each entry.
 };
 
-/// A field of a request, or one of its elements: "size", "origins[3]".
+/// Name of a field of a request, or of one of its elements: "size", "origins[3]".
 struct FieldName {
   const char* name;
   std::optional<std::size_t> element = std::nullopt;
 };
 
-/// A call of a service: reads the request, and looks at the map within the limits.
+/// A service call: reads the request, and accesses the map within the limits.
 ///
-/// Functions that read check a value and take it to the frame of the map. They throw a Refusal, whose text names the
-/// field and says what to do. As long as the call lives, no part of the map leaves the memory.
+/// Reading functions check a value and transform it to the frame of the map. They throw a Refusal, whose text names the
+/// field and says what to do. While the call lives, all parts of the map stay in memory.
 class ServiceCall {
  public:
-  /// Looks up the frame of the request. When its stamp is ahead of tf, waits 0.2 s of wall time at most.
+  /// Looks up the frame of the request. If its stamp is ahead of tf, waits for at most 0.2 s of wall time.
   ServiceCall(const MapInFrame& map, const std_msgs::Header& header);
 
   /// Edge of a voxel [m].
   [[nodiscard]] double resolution() const { return map_.map.grid().resolution(); }
   [[nodiscard]] GuardedMap& map() const { return map_.map; }
 
-  // Reading.
+  // Functions that read the request.
 
   /// Refuses a request with more entries than the limits allow.
   void requireFew(std::size_t num_entries, const Entries& entries) const;
   /// A finite point.
   [[nodiscard]] Eigen::Vector3d point(const geometry_msgs::Point& point,
                                       const FieldName& field) const;
-  /// A finite pose, in the frame of the request. Its quaternion has length 1, to 1 %; one of zeros is no turn.
+  /// A finite pose, in the frame of the request. Its quaternion has length 1 within 1 %; all zeros mean no rotation.
   [[nodiscard]] static Eigen::Isometry3d localPose(const geometry_msgs::Pose& pose,
                                                    const FieldName& field);
-  /// The same, taken to the frame of the map.
+  /// As above, transformed to the frame of the map.
   [[nodiscard]] Eigen::Isometry3d pose(const geometry_msgs::Pose& pose,
                                        const FieldName& field) const {
     return to_map_ * localPose(pose, field);
   }
-  /// Finite points, not too many.
+  /// Finite points, within the limits.
   [[nodiscard]] std::vector<Eigen::Vector3d> points(const std::vector<geometry_msgs::Point>& points,
                                                     const Entries& entries) const;
-  /// A finite direction that is not zero, as one of length 1.
+  /// A finite direction that is not zero, scaled to length 1.
   [[nodiscard]] Eigen::Vector3d direction(const geometry_msgs::Vector3& direction,
                                           const FieldName& field) const;
-  /// Edges, > 0, of the smallest box along the map's axes that contains one with these edges, and inflation on all sides.
+  /// Edges, > 0, of the smallest box along the map's axes that contains a box with these edges and inflation on all sides.
   [[nodiscard]] Eigen::Vector3d size(const geometry_msgs::Vector3& size, double inflation_m);
   /// A box with min < max, inflated, as the voxels that it overlaps.
   [[nodiscard]] cuboid_mapping::CellBox box(const cuboid_mapping::Box& box, double inflation_m,
                                             const FieldName& field);
-  /// Boxes, not too many.
+  /// Boxes, within the limits.
   [[nodiscard]] std::vector<cuboid_mapping::CellBox> boxes(
       const std::vector<cuboid_mapping::Box>& boxes, double inflation_m, const Entries& entries);
   /// A finite number >= 0.
@@ -98,16 +98,16 @@ class ServiceCall {
 
   /// The voxels that a box in metres overlaps, map frame; see requireLoaded().
   cuboid_mapping::CellBox requireCells(const cuboid_mapping::MetricBox& box_map);
-  /// Refuses a request about cells that are on disk only, or brings them back, as the limits say.
+  /// Refuses a request about cells that are on disk only, or loads them, depending on the limits.
   void requireLoaded(const cuboid_mapping::CellBox& box);
 
-  // Answering.
+  // Functions that answer.
 
   /// Status of the answer.
   [[nodiscard]] cuboid_mapping::AnswerInfo& info() { return info_; }
 
-  /// Reads the map, in turns with others.
-  /// @param work  (const CuboidMap&, Budget&). @param max_time_s  Less than that of the limits.
+  /// Reads the map, taking turns with others.
+  /// @param work  (const CuboidMap&, Budget&). @param max_time_s  Less than the limit.
   template <typename WorkT>
   void read(std::size_t entry_bytes, const WorkT& work,
             double max_time_s = std::numeric_limits<double>::infinity()) {
@@ -119,8 +119,8 @@ class ServiceCall {
                          });
   }
 
-  /// Answers the entries of a request, one after the other, as far as the limits allow. For those that are left, the
-  /// answer stays as it is.
+  /// Answers the entries of a request, one after the other, within the limits. The answers of remaining entries
+  /// stay as they are.
   /// @param answer  (const CuboidMap&, std::size_t entry, Budget&): fills in the answer, unless the budget is spent.
   template <typename AnswerT>
   void readEach(const Entries& entries, std::size_t num_entries, const AnswerT& answer) {
@@ -141,7 +141,7 @@ class ServiceCall {
     });
   }
 
-  /// Says in the answer that it was cut short, when the budget is spent. @param advice  What to do.
+  /// Notes in the answer that it was cut short if the budget is spent. @param advice  What to do.
   void noteEnd(const cuboid_mapping::Budget& budget, const std::string& advice);
 
  private:
@@ -164,32 +164,32 @@ class ServiceCall {
   }
 
   const MapInFrame& map_;
-  PageHold hold_;              ///< So that what was there at the beginning is there at the end.
-  std::size_t num_pages_ = 0;  ///< That were brought back for the request.
+  PageHold hold_;              ///< Keeps pages in memory until the end.
+  std::size_t num_pages_ = 0;  ///< Number of pages loaded for the request.
   Eigen::Isometry3d to_map_ = Eigen::Isometry3d::Identity();  ///< From the request's frame.
   bool is_turned_ = false;                                    ///< By no multiple of 90 degrees.
   cuboid_mapping::AnswerInfo info_;
 };
 
-/// Brings the parts of a box back that are on disk only, if the limits allow it.
-/// @param num_pages  Of the call: those of the box are added.
-/// @return Why they are not there, and what to do; empty: they are.
+/// Loads the parts of a box that are on disk only, if the limits allow it.
+/// @param num_pages  Pages of the call, to which those of the box are added.
+/// @return Reason and cure if they are not loaded; else empty.
 [[nodiscard]] std::string loadPages(GuardedMap& map, const cuboid_mapping::CellBox& box,
                                     const ServiceLimits& limits, std::size_t& num_pages);
 
-/// The transform of a request. A quaternion of few digits is made one of length 1; all zeros are no turn; others stay what
-/// they are, for others to refuse.
+/// The transform of a request. A quaternion with few digits is scaled to length 1; all zeros mean no rotation; others stay
+/// invalid, for other functions to refuse.
 [[nodiscard]] Eigen::Isometry3d toIsometry(geometry_msgs::Transform transform);
 
-/// Status of an answer, with the map's stamp, frame and revision; `error` is empty, or the reason of a refusal.
+/// Status of an answer, with the map's stamp, frame and revision; `error` is empty, or the reason of refusal.
 [[nodiscard]] cuboid_mapping::AnswerInfo makeInfo(const GuardedMap& map,
                                                   const std::string& frame_id,
                                                   const std::string& error);
 
-/// In metres, frame of the map.
+/// Box in metres, frame of the map.
 [[nodiscard]] cuboid_mapping::Box boxMessage(const cuboid_mapping::Grid& grid,
                                              const cuboid_mapping::CellBox& box);
-/// With the mean probability of its voxels; 0 when the budget is spent.
+/// Cuboid with the mean probability of its voxels; 0 if the budget is spent.
 [[nodiscard]] cuboid_mapping::MapCuboid cuboidMessage(const cuboid_mapping::CuboidMap& map,
                                                       const cuboid_mapping::Cuboid& cuboid,
                                                       cuboid_mapping::Budget& budget);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Answers about ways: paths, rays, corridors.
+// Answers about paths, rays and corridors.
 #include "cuboid_mapping/ros/services/answers.h"
 
 #include "cuboid_mapping/query/box_query.h"
@@ -48,7 +48,7 @@ constexpr std::size_t kCorridorBytes = 200;
 /// Default limit of a search for a corridor.
 constexpr double kTimeLimit_s = 1.0;
 
-/// The paths of a request, one by one.
+/// The paths of a request.
 std::vector<Path> splitPaths(const ServiceCall& call, const CheckPath::Request& request) {
   const Path all = call.points(request.waypoints, kWaypoints);
   if (all.empty()) throw Refusal("there are no waypoints: give at least one");
@@ -70,7 +70,7 @@ std::vector<Path> splitPaths(const ServiceCall& call, const CheckPath::Request& 
   return paths;
 }
 
-/// Requires the cells of a way from each waypoint to the next.
+/// Requires the cells between all waypoints of a path.
 void requireWay(ServiceCall& call, const Path& path, const Eigen::Vector3d& size_m) {
   for (std::size_t i = 0; i < path.size(); ++i) {
     cuboid_mapping::MetricBox box = boxAround(path[i], size_m);
@@ -118,7 +118,7 @@ struct RayTask {
   UnknownPolicy policy;
 };
 
-/// The thick ray, and the line in its middle; nothing when the budget is spent. `point_map` is not set.
+/// Casts the thick ray, and the line in its middle; nothing if the budget is spent. `point_map` is not set.
 std::optional<cuboid_mapping::RayQueryResult> cast(const CuboidMap& map, const Ray& ray,
                                                    const RayTask& task, Budget& budget) {
   cuboid_mapping::RayQueryResult result;
@@ -133,7 +133,7 @@ std::optional<cuboid_mapping::RayQueryResult> cast(const CuboidMap& map, const R
       result.end = met == Occupancy::kOccupied ? RayEnd::kOccupied : RayEnd::kUnknown;
     }
   }
-  // Nothing is left of the line when the thick ray is blocked from the start.
+  // The line has no length if the thick ray is blocked at the start.
   const auto line = result.distance_m > 0.0 ? castRay(map, ray.origin_map, ray.direction_map,
                                                       result.distance_m, task.policy, budget)
                                             : std::nullopt;
@@ -162,7 +162,7 @@ CorridorTask readTask(ServiceCall& call, const FindCorridor::Request& request) {
   return task;
 }
 
-/// Advice by the obstacle that blocks the robot's box.
+/// Advice about the obstacle that blocks the robot's box.
 std::string explainBlocked(const CuboidMap& map, const CorridorTask& task, const std::string& end,
                            const Eigen::Vector3d& center_map) {
   const std::string subject = "the robot's box at the " + end + ' ';
@@ -185,7 +185,7 @@ std::string explainEnd(const CuboidMap& map, const CorridorTask& task, CorridorE
     case CorridorEnd::kNoWay:
       return "there is no way: everything that the robot can reach from the start was searched";
     case CorridorEnd::kInvalid: return "the request is invalid";
-    default: return {};  // Found; or see noteEnd().
+    default: return {};  // It was found, or see noteEnd().
   }
 }
 
