@@ -6,16 +6,16 @@ namespace {
 
 /// A hole in a wall.
 struct Opening {
-  double from_m;  ///< Along the wall.
+  double from_m;  ///< Start along the wall.
   double to_m;
-  double sill_m;  ///< Its lower edge; 0 for a doorway.
+  double sill_m;  ///< Lower edge; 0 for a doorway.
   double top_m;
 };
 
 /// A wall around the line from `from_m` to `to_m`, along x or y.
 struct Wall {
   int axis;         ///< 0: along x, 1: along y.
-  double across_m;  ///< The other coordinate of its middle.
+  double across_m;  ///< Coordinate of its middle on the other axis.
   double from_m;
   double to_m;
   std::vector<Opening> openings;  ///< In order, apart from each other.
@@ -24,7 +24,7 @@ struct Wall {
 Opening doorway(double from_m, double to_m) { return {from_m, to_m, 0.0, kDoorHeight_m}; }
 Opening window(double from_m, double to_m) { return {from_m, to_m, 0.9, kDoorHeight_m}; }
 
-/// The piece of a wall between two places along it and two heights; none if that is nothing.
+/// Adds the piece of a wall between two places along it and two heights, unless it is empty.
 void addPiece(Solids& solids, const Wall& wall, const Opening& piece) {
   if (piece.from_m >= piece.to_m || piece.sill_m >= piece.top_m) return;
   Eigen::Vector3d min_m(piece.from_m, piece.from_m, piece.sill_m);
@@ -45,7 +45,7 @@ void addWall(Solids& solids, const Wall& wall) {
   addPiece(solids, wall, {from, wall.to_m, 0.0, kCeiling_m});
 }
 
-/// Eight steps against the north wall, up to a landing.
+/// Adds eight steps at the north wall, up to a landing.
 void addStairs(Solids& solids) {
   constexpr int kSteps = 8;
   constexpr double kRise_m = 0.17;
@@ -68,19 +68,19 @@ void addGround(Solids& solids) {
 
 void addBuilding(Solids& solids) {
   const Wall walls[] = {
-      // Outside: south, north, west, east.
+      // Outer walls: south, north, west, east.
       {0, 0.0, -0.1, 18.1, {window(1.5, 4.5), window(7.5, 10.5)}},
       {0, 12.0, -0.1, 18.1, {window(3.0, 6.0)}},
       {1, 0.0, 0.1, 11.9, {window(8.5, 10.5)}},
       {1, 18.0, 0.1, 11.9, {window(1.5, 3.5), doorway(5.3, 6.7), doorway(8.9, 10.1)}},
-      // Along the corridor: rooms A, B, C, and the hall.
+      // Walls along the corridor: rooms A, B, C, and the hall.
       {0,
        5.0,
        0.1,
        17.9,
        {doorway(2.9, 4.1), doorway(8.4, 9.6), doorway(kHingeX_m, kHingeX_m + kDoorWidth_m)}},
       {0, 7.0, 0.1, 17.9, {doorway(2.9, 4.1)}},
-      // Between A and B, B and C, the hall and the stairs.
+      // Walls between A and B, B and C, the hall and the stairs.
       {1, 6.0, 0.1, 4.9, {doorway(1.9, 3.1)}},
       {1, 12.0, 0.1, 4.9, {}},
       {1, 10.0, 7.1, 11.9, {doorway(8.9, 10.1)}},

@@ -27,7 +27,7 @@ ClosedPath::ClosedPath(const std::vector<Eigen::Vector2d>& corners_m, double cor
     return computeTurn(computeHeading(corner(index + count - 1), corner(index)),
                        computeHeading(corner(index), corner(index + 1)));
   };
-  // An arc begins and ends this far from its corner.
+  // Distance from a corner at which its arc begins and ends.
   const auto cut_at = [&](std::size_t index) {
     return corner_radius_m * std::tan(std::abs(turn_at(index)) / 2);
   };

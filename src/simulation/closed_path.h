@@ -15,18 +15,18 @@ class ClosedPath {
   /// A place on the path and the direction of travel there.
   struct Place {
     Eigen::Vector2d position_m = Eigen::Vector2d::Zero();
-    double heading_rad = 0.0;  ///< Anticlockwise from +x.
+    double heading_rad = 0.0;  ///< Heading, anticlockwise from +x.
   };
 
   /// @param corners_m  At least three, in order; the path goes back from the last to the first. It
   ///                   does not turn back on itself.
-  /// @param corner_radius_m  > 0, and so small that the arcs of two neighbours leave a leg between.
+  /// @param corner_radius_m  > 0, and so small that a leg remains between the arcs of two neighbours.
   ClosedPath(const std::vector<Eigen::Vector2d>& corners_m, double corner_radius_m);
 
   [[nodiscard]] double length() const { return length_m_; }
 
-  /// The place after a way of `distance_m`; 0 is the end of the arc at the first corner. Any
-  /// number: the path is gone round again, backwards if negative.
+  /// The place after `distance_m` of travel; 0 is the end of the arc at the first corner. Any
+  /// number: the path repeats, backwards if it is negative.
   [[nodiscard]] Place computePlace(double distance_m) const;
 
  private:

@@ -66,7 +66,7 @@ void addFurniture(Solids& solids, Random& random) {
   addTable(solids, {random.uniform(10.7, 10.9), random.uniform(1.4, 2.8)});
   addCupboard(solids, {random.uniform(6.3, 8.0), 0.1}, along_x);
   addShelf(solids, {random.uniform(6.2, 6.5), 4.5}, 0);
-  // Room C, where the door needs its place.
+  // Room C; the door needs space to open.
   addTable(solids, {random.uniform(13.2, 16.0), random.uniform(1.2, 2.4)});
   addCupboard(solids, {17.4, random.uniform(1.0, 3.8)}, along_y);
   addShelf(solids, {12.1, random.uniform(0.4, 2.8)}, 1);

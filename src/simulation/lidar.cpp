@@ -19,7 +19,7 @@ constexpr double kNoiseCutOff = 3.0;
 /// A solid, prepared for many beams from one place.
 struct Target {
   MetricBox bounds;
-  double nearest_m;  ///< No beam meets it before.
+  double nearest_m;  ///< Minimum range at which a beam meets it.
   const Solid* solid;
 };
 
@@ -42,7 +42,7 @@ struct Hit {
   const Solid* solid = nullptr;
 };
 
-/// The first solid on the beam. The targets come by distance, so that most need no look.
+/// The first solid on the beam. Targets are sorted by distance, so that most are skipped.
 Hit findHit(const std::vector<Target>& targets, const Beam& beam) {
   Hit hit;
   for (const Target& target : targets) {

@@ -22,10 +22,10 @@ struct LidarConfig {
 /// Errors of a configuration, a line each: key, value, allowed range. Empty: none.
 [[nodiscard]] std::vector<std::string> checkLidarConfig(const LidarConfig& config);
 
-/// A return, or NaN in x, y and z (intensity 0) where there is none. Metres, lidar frame.
+/// A return, or NaN in x, y and z (intensity 0) without return. Metres, lidar frame.
 struct LidarPoint {
   float x, y, z;
-  float intensity;  ///< Reflectivity of what was hit, 0 to 1.
+  float intensity;  ///< Reflectivity of the surface, 0 to 1.
 };
 
 /// One revolution, organized.
@@ -42,19 +42,19 @@ struct LidarCloud {
 /// one pose and needs no motion correction. Thread-safe: const.
 class Lidar {
  public:
-  /// @pre checkLidarConfig(config) has no complaint.
+  /// @pre checkLidarConfig(config) finds no error.
   explicit Lidar(const LidarConfig& config);
-  /// A sensor with other beams, as a camera has them: its cloud is ordered as they are.
-  /// @param directions  Sensor frame, of length 1; rings * columns of them. Elevations are not looked at.
+  /// A sensor with other beams, such as a camera: its cloud has their order.
+  /// @param directions  Directions in the sensor frame, of length 1; rings * columns of them. Elevations are ignored.
   Lidar(const LidarConfig& config, std::vector<Eigen::Vector3d> directions);
 
   /// Points of one turn of the lidar.
   ///
-  /// @param solids  All that can be hit.
-  /// @param T_map_lidar  Where it stands.
-  /// @param number  Of the revolution. The noise depends on this and the seed only, so that a cloud
-  ///                is the same whether or not those before it were computed.
-  /// @complexity O(rings * columns * solids) at worst; few solids are tried where things are near.
+  /// @param solids  All solids that can be hit.
+  /// @param T_map_lidar  Pose of the lidar.
+  /// @param number  Number of the revolution. The noise depends on it and the seed only, so that a cloud
+  ///                does not depend on whether earlier clouds were computed.
+  /// @complexity O(rings * columns * solids) at worst; few solids are tried if surfaces are near.
   [[nodiscard]] LidarCloud computeCloud(const std::vector<Solid>& solids,
                                         const Eigen::Isometry3d& T_map_lidar,
                                         std::uint64_t number) const;

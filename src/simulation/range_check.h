@@ -7,7 +7,7 @@
 
 namespace cuboid_mapping {
 
-/// Collects what is wrong with the values of a configuration.
+/// Collects errors in the values of a configuration.
 class RangeCheck {
  public:
   /// Adds the line "KEY = VALUE: must be from MIN to MAX" if the value is not, or is NaN.

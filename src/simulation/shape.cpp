@@ -10,7 +10,7 @@ namespace {
 
 constexpr double kNoHit = std::numeric_limits<double>::infinity();
 
-/// A vector turned about the vertical axis.
+/// A vector rotated about the vertical axis.
 Eigen::Vector3d computeTurned(const Eigen::Vector3d& vector, double yaw_rad) {
   const double c = std::cos(yaw_rad);
   const double s = std::sin(yaw_rad);

@@ -11,9 +11,9 @@
 
 namespace cuboid_mapping {
 
-/// A half-line that a range sensor measures along, map frame.
+/// A half-line along which a range sensor measures, map frame.
 struct Beam {
-  /// @param direction_map  Any length but zero; scaled to 1.
+  /// @param direction_map  Not zero; scaled to length 1.
   Beam(const Eigen::Vector3d& start_map, const Eigen::Vector3d& direction_map);
 
   Eigen::Vector3d start;              ///< Metres.
@@ -21,7 +21,7 @@ struct Beam {
   Eigen::Vector3d inverse_direction;  ///< 1 / direction per axis, infinite where that is zero.
 };
 
-/// A box turned about its vertical axis.
+/// A box rotated about its vertical axis.
 struct TurnedBox {
   Eigen::Vector3d center_m = Eigen::Vector3d::Zero();
   Eigen::Vector3d half_size_m = Eigen::Vector3d::Zero();
@@ -44,7 +44,7 @@ using Shape = std::variant<MetricBox, TurnedBox, Cylinder>;
 /// Cases:
 ///   - the beam starts inside: 0;
 ///   - the shape is missed, or lies behind the start: infinity;
-///   - the beam only touches an edge or slides along a face: hit or miss, as rounding has it.
+///   - the beam only touches an edge or slides along a face: hit or miss, depending on rounding.
 [[nodiscard]] double computeRange(const Shape& shape, const Beam& beam);
 
 /// As above; inline, since a lidar calls it for each beam and most solids.

@@ -7,11 +7,11 @@
 #include <random>
 #include <vector>
 
-/// The parts that the simulated world is put together from, in the site frame: metres, origin at
+/// The parts of the simulated world, in the site frame: metres, origin at
 /// the south-west corner of the building, on the ground; x east, y north.
 namespace cuboid_mapping::site {
 
-/// Corridor walls are at these y, the doorways of the rooms in them; all walls are this thick.
+/// Thickness of all walls; corridor walls are at these y, with the doorways of the rooms.
 inline constexpr double kWallThickness_m = 0.2;
 inline constexpr double kCeiling_m = 2.8;
 inline constexpr double kDoorHeight_m = 2.1;
@@ -48,10 +48,10 @@ void addGround(Solids& solids);
 /// Walls with doorways and windows, ceiling, stairs, pillars.
 void addBuilding(Solids& solids);
 
-/// Tables, shelves and cupboards in the rooms, where they leave the robot's way and the door free.
+/// Adds tables, shelves and cupboards to the rooms, clear of the robot's path and the door.
 void addFurniture(Solids& solids, Random& random);
 
-/// Fence, trees, a car, crates.
+/// Adds a fence, trees, a car, and crates.
 void addYard(Solids& solids, Random& random);
 
 }  // namespace cuboid_mapping::site

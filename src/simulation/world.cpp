@@ -9,7 +9,7 @@
 namespace cuboid_mapping {
 namespace {
 
-/// From the site frame to the map frame; see World.
+/// Origin of the site frame in the map frame; see World.
 const Eigen::Vector3d kSiteOrigin_m = Eigen::Vector3d::Constant(0.03);
 
 ClosedPath makePath(std::vector<Eigen::Vector2d> corners_site, double corner_radius_m) {
@@ -17,7 +17,7 @@ ClosedPath makePath(std::vector<Eigen::Vector2d> corners_site, double corner_rad
   return {corners_site, corner_radius_m};
 }
 
-/// From the corridor to the yard, back through stairs and hall, rooms A and B, to the corridor.
+/// Path from the corridor to the yard, back through stairs and hall, rooms A and B, to the corridor.
 ClosedPath makeRobotPath() {
   return makePath({{9.0, 6.0},
                    {21.0, 6.0},
@@ -32,12 +32,12 @@ ClosedPath makeRobotPath() {
                   1.0);
 }
 
-/// Around the tree in the middle of the robot's way through the yard.
+/// Path around the tree on the robot's path through the yard.
 ClosedPath makeWalkerPath() {
   return makePath({{25.0, 4.5}, {28.0, 4.5}, {28.0, 8.0}, {25.0, 8.0}}, 0.5);
 }
 
-/// How far the door is open, from 0 to 1: it opens from second 3 of every 30 on, and closes from
+/// Opening of the door, from 0 to 1: it opens from second 3 of every 30 on, and closes from
 /// second 16 on; each takes 1.5 s.
 double computeDoorOpening(double time_s) {
   const double in_period = std::fmod(time_s, 30.0);

@@ -23,7 +23,7 @@ enum class SolidKind {
   kTree,
   kCar,
   kCrate,
-  kDoor,    ///< The one that opens and closes.
+  kDoor,    ///< The door that opens and closes.
   kWalker,  ///< The person.
 };
 
@@ -48,7 +48,7 @@ struct Solid {
 ///     |      | B   |         |            :
 ///     +------+-----+---------+ ............
 ///
-/// The places of the furniture, the cars and crates, and where the walker is at time 0 vary with
+/// The places of the furniture, the cars and crates, and the walker's place at time 0 vary with
 /// the seed. The ground is at z = 0.03 m and all walls are 0.03 m off the multiples of 0.1 m, so
 /// that faces lie inside the voxels of the usual resolutions instead of on their borders.
 /// Times are in seconds from the start of the simulation, any number >= 0. Thread-safe: const.
@@ -64,16 +64,16 @@ class World {
   /// Everything that does not move.
   [[nodiscard]] const std::vector<Solid>& fixedSolids() const { return fixed_; }
 
-  /// Everything, as it is at a time: the fixed solids, then the door, then the walker.
+  /// All solids at a time: the fixed ones, then the door, then the walker.
   [[nodiscard]] std::vector<Solid> computeSolids(double time_s) const;
 
-  /// The way of the robot, map frame; it meets neither a fixed solid nor the door nor the walker.
+  /// The path of the robot, map frame; it meets neither a fixed solid nor the door nor the walker.
   [[nodiscard]] const ClosedPath& robotPath() const { return robot_path_; }
 
-  /// One lap of the robot.
+  /// Duration of one lap of the robot.
   [[nodiscard]] double lapDuration() const { return robot_path_.length() / kRobotSpeed; }
 
-  /// The pose of the robot's base (on the ground, x forward) on its way: T_map_base.
+  /// The pose of the robot's base (on the ground, x forward) on its path: T_map_base.
   [[nodiscard]] Eigen::Isometry3d computeRobotPose(double time_s) const;
 
  private:
@@ -83,7 +83,7 @@ class World {
   double walker_start_m_;
 };
 
-/// How much of the light a kind of solid sends back, from 0 to 1.
+/// Share of the light that a kind of solid reflects, from 0 to 1.
 [[nodiscard]] float computeReflectivity(SolidKind kind);
 
 }  // namespace cuboid_mapping

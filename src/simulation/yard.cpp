@@ -9,7 +9,7 @@ constexpr double kEast_m = 34.0;
 constexpr double kSouth_m = -3.0;
 constexpr double kNorth_m = 15.0;
 
-/// Posts every two metres or less, and two rails with gaps that beams pass through.
+/// Adds posts every two metres or less, and two rails with gaps that beams pass through.
 /// @param axis  0: along x, 1: along y.
 void addFence(Solids& solids, int axis, double across_m, double from_m, double to_m) {
   const int posts = static_cast<int>((to_m - from_m) / 2.0) + 2;
@@ -49,7 +49,7 @@ void addCar(Solids& solids, Random& random) {
                {center + Eigen::Vector3d(0, 0, 1.25), {1.1, 0.8, 0.25}, yaw});
 }
 
-/// Three crates, the third on the first.
+/// Adds three crates, the third on the first.
 void addCrates(Solids& solids, Random& random) {
   const Eigen::Vector3d corner(random.uniform(31.0, 32.0), random.uniform(-1.5, -0.5), 0.0);
   const Eigen::Vector3d places[] = {{0.0, 0.0, 0.4}, {1.1, 0.3, 0.4}, {0.0, 0.0, 1.1}};

@@ -23,7 +23,7 @@
 namespace cuboid_mapping_ros {
 namespace {
 
-/// Nothing when there are bags.
+/// Opens scan folders; nothing if the inputs are bags.
 std::optional<ScanFolders> openFolders(const std::vector<std::string>& paths) {
   const auto count = std::count_if(paths.begin(), paths.end(), ScanFolders::isOne);
   if (count == 0) return std::nullopt;
@@ -33,7 +33,7 @@ std::optional<ScanFolders> openFolders(const std::vector<std::string>& paths) {
   return ScanFolders(paths);
 }
 
-/// The parameters of the options, and which of them somebody has set.
+/// The parameters of the options, and the keys that were set.
 struct OptionParameters {
   NodeParameters parameters;
   bool has_frame = false;
@@ -56,7 +56,7 @@ OptionParameters readOptionParameters(const std::string& program, const BagOptio
   return {loaded.parameters, has("frame_id"), has("type")};
 }
 
-/// @throws std::runtime_error  for what only bags have.
+/// @throws std::runtime_error  for options that need bags.
 void checkForFolders(const NodeParameters& parameters, const BagOptions& options) {
   if (!options.topics.empty()) throw std::runtime_error("--topic does not go with scan folders");
   if (!options.tf.empty() || !options.transforms.empty()) {
@@ -76,10 +76,10 @@ void checkForFolders(const NodeParameters& parameters, const BagOptions& options
   }
 }
 
-/// Default name of a map: that of its input.
+/// Default name of a map: the name of its input.
 std::string nameOutput(const std::string& input) {
   std::filesystem::path path(input);
-  if (path.filename().empty()) path = path.parent_path();  // of "folder/"
+  if (path.filename().empty()) path = path.parent_path();  // removes the slash of "folder/"
   const std::filesystem::path name = path.filename();
   return (std::filesystem::is_directory(path) ? name : name.stem()).string() + ".cuboids";
 }
@@ -161,7 +161,7 @@ BagClouds::BagClouds(std::string program, const BagOptions& options)
        " left out, for which there is no camera_info"});
 }
 
-/// Default frame if there is no 'map': the root of the tree that all sensors are in.
+/// Chooses the default frame if there is no 'map': the root of the tree with all sensors.
 void BagClouds::chooseFrame(const BagTopics& topics) {
   const tf2::BufferCore& tf = transforms_.buffer();
   if (tf._frameExists(withoutSlash(parameters_.frame_id))) return;
@@ -225,7 +225,7 @@ void BagClouds::walk(const CloudShare& share, const Take& take,
   }
 }
 
-/// A scan brings its transform along.
+/// Reads a message. A scan sets its transform, too.
 std::optional<SensorMessage> BagClouds::read(std::uint64_t number) {
   if (!folders_) return messages_->read(number);
   const cuboid_mapping::ScanDataset::Item scan = folders_->read(number);
@@ -277,7 +277,7 @@ std::optional<CloudPoses> BagClouds::findPoses(const SensorMessage& cloud, const
                        slices, error);
 }
 
-/// Suggests settings after the first clouds, while there is time to start again.
+/// Suggests settings after the first clouds, while a restart is cheap.
 void BagClouds::suggestOnce() {
   if (statistics_.num_inserted != SpeedWatch::kFirstClouds) return;
   if (const auto suggestion = watch_->suggestion()) {

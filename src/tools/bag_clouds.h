@@ -24,13 +24,13 @@ namespace cuboid_mapping_ros {
 
 /// Options of the programs.
 struct BagOptions {
-  std::vector<std::string> inputs;  ///< Rosbags; or all are scan folders, see ScanFolders::isOne().
+  std::vector<std::string> inputs;  ///< Rosbags, or only scan folders, see ScanFolders::isOne().
   std::string output;
   std::vector<std::string> topics;      ///< Empty: see chooseSources().
   std::string tf;                       ///< See BagTransforms::read().
-  std::vector<std::string> transforms;  ///< Static ones that the bags do not have.
+  std::vector<std::string> transforms;  ///< Static transforms that the bags lack.
   std::string poses;                    ///< See readBagPoses(); empty: poses of tf.
-  std::string poses_of;  ///< Frame of the body; empty: as the topic says, else that of the clouds.
+  std::string poses_of;  ///< Frame of the body; empty: that of the topic, or else of the clouds.
   std::string parameter_file;
   std::vector<std::string> settings;
 };
@@ -39,10 +39,10 @@ struct BagOptions {
 [[nodiscard]] std::optional<int> parseBagOptions(cuboid_mapping::CommandLine& line, int argc,
                                                  char** argv, BagOptions& options);
 
-/// The format of the output. @throws std::runtime_error when it cannot be written.
+/// The format of the output. @throws std::runtime_error if it cannot be written.
 [[nodiscard]] cuboid_mapping::MapFormat checkOutput(const BagOptions& options);
 
-/// Which clouds are walked: number `first`, `first` + `step`, ..., but none before `begin`, a multiple of `step`.
+/// Clouds that are walked: number `first`, `first` + `step`, ..., but none before `begin`, a multiple of `step`.
 struct CloudShare {
   std::uint64_t first = 0;
   std::uint64_t step = 1;
@@ -55,25 +55,25 @@ struct LeftOutClouds {
   std::array<std::string, kNumDropReasons> first_texts;
 };
 
-/// The clouds of some bags, which are messages of any source, in the order in which the node puts them into the map, and
-/// what they say about it; or those of scan folders, as scans_to_bag would write them to a bag, in the map's frame. Errors,
-/// warnings and advice go to stderr, behind the name of the program.
+/// The clouds of bags (messages of any source), in the order in which the node puts them into the map, and their
+/// observations; or those of scan folders, as scans_to_bag would write them to a bag, in the map's frame. Errors,
+/// warnings and advice go to stderr, after the name of the program.
 class BagClouds {
  public:
-  /// Stamp of a cloud, the number of its source, and where the robot was.
+  /// Stamp of a cloud, number of its source, and place of the robot.
   struct Origin {
     ros::Time stamp;
     std::size_t source = 0;
     Eigen::Vector3d window_center_map = Eigen::Vector3d::Zero();  ///< See CloudPoses.
   };
-  /// A cloud's update, null when it is left out, and its source. Valid during the call.
+  /// Gets a cloud's update, null if it is left out, and its source. Valid during the call.
   using Take = std::function<void(const cuboid_mapping::ScanUpdate*, const Origin& origin)>;
 
-  /// Opens the inputs. @throws std::runtime_error for bad parameters, an input that cannot be read, topics
-  /// that are not there, and for parameters and options that scan folders cannot have.
+  /// Opens the inputs. @throws std::runtime_error for bad parameters, unreadable inputs, missing topics,
+  /// and parameters and options that scan folders cannot have.
   BagClouds(std::string program, const BagOptions& options);
 
-  /// As the options have them, with topics of the bags for sources. Number of threads: of the parameter, unless set.
+  /// Parameters of the options, with topics of the bags as sources. Number of threads: the parameter, unless set.
   ///@{
   [[nodiscard]] const NodeParameters& parameters() const { return parameters_; }
   void setThreads(int threads);
@@ -84,8 +84,8 @@ class BagClouds {
   /// Origin of a cloud: stamp, source and place.
   [[nodiscard]] cuboid_mapping::SensorModel sensorModel(std::size_t source) const;
 
-  /// Reads the clouds one after the other. To be called once. @param listener  Is told how many of all
-  /// clouds are done.
+  /// Reads the clouds one after the other. To be called once. @param listener  Reports finished
+  /// clouds.
   void walk(const CloudShare& share, const Take& take,
             const cuboid_mapping::ProgressListener& listener);
 
@@ -96,7 +96,7 @@ class BagClouds {
   [[nodiscard]] std::optional<std::string> advice() const { return watch_->advice(); }
   ///@}
 
-  /// A line on stderr for each reason to leave clouds or points out.
+  /// Writes a line to stderr for each reason why clouds or points were left out.
   void report(const LeftOutClouds& left_out) const;
 
  private:
@@ -113,12 +113,12 @@ class BagClouds {
   void leaveOut(DropReason reason, const std::string& text);
 
   std::string program_;
-  std::optional<ScanFolders> folders_;  ///< In the place of bags.
+  std::optional<ScanFolders> folders_;  ///< Set if the inputs are folders.
   BagFiles bags_;
   BagTransforms transforms_;
   std::optional<BagPoses> poses_;  ///< Replaces the poses of tf.
   NodeParameters parameters_;
-  std::optional<BagMessages> messages_;  ///< Only with bags.
+  std::optional<BagMessages> messages_;  ///< Set if the inputs are bags.
   std::vector<std::unique_ptr<Source>> sources_;
   std::optional<SpeedWatch> watch_;
   NodeStatistics statistics_;

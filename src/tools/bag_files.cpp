@@ -53,7 +53,7 @@ std::vector<BagMessage> BagFiles::collect(const std::vector<std::string>& topics
     rosbag::View view(*bags_[number].bag, rosbag::TopicQuery(topics));
     for (const rosbag::MessageInstance& instance : view) messages.push_back({number, instance});
   }
-  // Each bag is in order. Instances cannot be assigned: their order is made apart from them.
+  // Each bag is in order. Instances cannot be assigned, so their order is sorted separately.
   std::vector<std::size_t> order(messages.size());
   for (std::size_t i = 0; i < order.size(); ++i) order[i] = i;
   std::stable_sort(order.begin(), order.end(), [&messages](std::size_t a, std::size_t b) {
@@ -85,8 +85,8 @@ void BagFiles::noteFailure(const BagMessage& message, const std::string& error) 
   file.has_failed = true;
 }
 
-/// A bag that fails to decompress a chunk has overwritten the one before, and would still read from it. To read of others
-/// makes it forget that: the first chunk last, since it is not read any more later on.
+/// Makes a bag forget a chunk that it failed to decompress: its buffer is overwritten, but would still be read. Reading other
+/// chunks helps: the first chunk last, since it is not read later.
 void BagFiles::refresh(File& file) {
   if (file.ends.empty()) {
     rosbag::View view(*file.bag);
@@ -99,7 +99,7 @@ void BagFiles::refresh(File& file) {
   for (auto end = file.ends.rbegin(); end != file.ends.rend(); ++end) {
     try {
       (void)end->size();
-    } catch (const std::exception&) {  // It is broken, too.
+    } catch (const std::exception&) {  // It is damaged, too.
     }
   }
 }

@@ -17,10 +17,10 @@
 
 namespace cuboid_mapping_ros {
 
-/// A name as recorders write it.
+/// A topic with a leading slash, as recorders write it.
 [[nodiscard]] std::string withSlash(const std::string& topic);
 
-/// A message of one of some bags.
+/// A message in one of several bags.
 struct BagMessage {
   std::size_t bag;
   rosbag::MessageInstance instance;
@@ -37,10 +37,10 @@ class BagFiles {
     return *bags_[number].bag;
   }
 
-  /// The messages on some topics of all bags, as they were recorded.
+  /// The messages on some topics of all bags, in the order of recording.
   [[nodiscard]] std::vector<BagMessage> collect(const std::vector<std::string>& topics) const;
 
-  /// Reads a message; null when it is of another type, or cannot be read, which is counted.
+  /// Reads a message; null if it has another type, or cannot be read, which is counted.
   template <typename MessageT>
   [[nodiscard]] boost::shared_ptr<MessageT> read(const BagMessage& message) {
     boost::shared_ptr<MessageT> read;
@@ -51,19 +51,19 @@ class BagFiles {
   /// The stamp of a message that begins with a header; 0 when it cannot be read.
   [[nodiscard]] ros::Time readStamp(const BagMessage& message);
 
-  /// A line for each bag with messages that could not be read.
+  /// One line for each bag with messages that could not be read.
   [[nodiscard]] std::vector<std::string> describeDamage() const;
 
  private:
   struct File {
     std::unique_ptr<rosbag::Bag> bag;
-    bool has_failed = false;  ///< In the last access.
+    bool has_failed = false;  ///< The last access has failed.
     std::set<std::pair<ros::Time, std::string>>
-        failures;       ///< When a message was recorded, and its topic.
-    std::string error;  ///< Error of the first.
+        failures;       ///< Time of recording and topic of failed messages.
+    std::string error;  ///< Error of the first failure.
     ros::Time begin;
     std::vector<rosbag::MessageInstance>
-        ends;  ///< The first and the last message; once they were needed.
+        ends;  ///< First and last message of the bag, once they were needed.
   };
 
   template <typename ReadT>

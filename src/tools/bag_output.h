@@ -10,27 +10,27 @@
 
 namespace cuboid_mapping_ros {
 
-/// A rosbag that is there when it is complete, or not at all.
+/// A rosbag that exists when it is complete, or not at all.
 ///
-/// Messages go to FILE.partial, which becomes FILE in commit(), and is removed when the object ends
-/// without it. All functions throw std::runtime_error naming the file and the reason when it
+/// Messages go to FILE.partial. commit() renames it to FILE; without commit() the destructor removes
+/// it. All functions throw std::runtime_error naming the file and the reason if it
 /// cannot be written.
 class BagOutput {
  public:
-  /// Opens the partial file. A file of the final name stays until commit() replaces it.
+  /// Opens the partial file. An existing file stays until commit() replaces it.
   explicit BagOutput(std::string file);
   ~BagOutput();
   BagOutput(const BagOutput&) = delete;
   BagOutput& operator=(const BagOutput&) = delete;
 
   /// Appends a message.
-  /// @param time  When it was received: the order of playing.
+  /// @param time  Time of receipt: the order of playing.
   template <typename MessageT>
   void write(const std::string& topic, const ros::Time& time, const MessageT& message) {
     guard([&] { bag_->write(topic, time, message); });
   }
 
-  /// As write, for a topic that `rosbag play` shall latch: late subscribers get the last message.
+  /// As write, for a topic that `rosbag play` latches: late subscribers get the last message.
   /// @param node  Name of the publishing node.
   template <typename MessageT>
   void writeLatched(const std::string& topic, const ros::Time& time, const MessageT& message,
@@ -46,12 +46,12 @@ class BagOutput {
     guard([&] { bag_->write(topic, time, message, header); });
   }
 
-  /// Appends a cloud behind the transform of its frame at its stamp: players sort by time, and so
-  /// the transform is there first.
+  /// Appends a cloud after the transform of its frame at its stamp: players sort by time, so
+  /// the transform comes first.
   void writeCloud(const std::string& topic, const sensor_msgs::PointCloud2& cloud,
                   const tf2_msgs::TFMessage& transform);
 
-  /// Finishes the file and gives it its name.
+  /// Finishes the file and renames it.
   void commit();
 
  private:

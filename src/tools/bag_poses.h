@@ -15,8 +15,8 @@ namespace cuboid_mapping_ros {
 /// Poses of a body in the frame of the map.
 struct BagPoses {
   cuboid_mapping::PoseTrack track;
-  std::string map_frame_id;   ///< As a topic says it; empty for a file.
-  std::string body_frame_id;  ///< As a topic says it; empty: that of the clouds.
+  std::string map_frame_id;   ///< Frame in the messages of a topic; empty for a file.
+  std::string body_frame_id;  ///< Frame in the messages of a topic; empty: that of the clouds.
   std::string note;           ///< A line that names the source.
 };
 
@@ -25,8 +25,8 @@ struct BagPoses {
 [[nodiscard]] BagPoses readBagPoses(BagFiles& bags, const BagTopics& topics,
                                     const std::string& file_or_topic);
 
-/// As lookupPoses(), with the poses of a body: tf says where the sensors are on it. Nothing outside the poses, as of tf.
-/// @param body_frame_id  Empty: that of the cloud.
+/// As lookupPoses(), with the poses of a body: tf has the sensors' poses on it. Nothing outside the poses, as for tf.
+/// @param body_frame_id  Empty: the cloud's frame.
 [[nodiscard]] std::optional<CloudPoses> lookupPosesOn(const cuboid_mapping::PoseTrack& track,
                                                       const std::string& body_frame_id,
                                                       const tf2::BufferCore& tf, PoseFrames frames,

@@ -14,7 +14,7 @@
 namespace cuboid_mapping_ros {
 namespace {
 
-/// The camera_info nearest to a stamp, as DepthPairs finds it. @pre There are some.
+/// The camera_info nearest to a stamp, as DepthPairs finds it. @pre There is one.
 std::size_t nearestCamera(const std::map<ros::Time, std::size_t>& cameras, const ros::Time& stamp) {
   const auto after = cameras.lower_bound(stamp);
   if (after == cameras.begin()) return after->second;
@@ -41,7 +41,7 @@ BagMessages::BagMessages(BagFiles& bags, const NodeParameters& parameters)
   });
 }
 
-/// @return The instances, as they were recorded.
+/// @return The instances, in the order of recording.
 BagMessages::Range BagMessages::collect(const std::string& topic) {
   const std::string name = withSlash(topic);
   const std::size_t first = instances_.size();

@@ -13,19 +13,19 @@
 
 namespace cuboid_mapping_ros {
 
-/// The messages of sources in rosbags, in the order in which the node puts them into the map: of one source
-/// as they were recorded, of several by (stamp, source). Those beyond max_rate, and depth images without
+/// The messages of sources in rosbags, in the order in which the node puts them into the map: those of one source
+/// as recorded, of several by (stamp, source). Messages beyond max_rate, and depth images without
 /// camera_info, are left out.
 class BagMessages {
  public:
-  /// Reads the stamps, unless they do not matter. @param parameters  See chooseSources().
+  /// Reads the stamps, if they matter. @param parameters  See chooseSources().
   /// @param bags  Must outlive this object.
   BagMessages(BagFiles& bags, const NodeParameters& parameters);
 
   [[nodiscard]] std::size_t size() const { return messages_.size(); }
-  /// One of them; nothing when it cannot be read.
+  /// Reads a message; nothing if it cannot be read.
   [[nodiscard]] std::optional<SensorMessage> read(std::size_t number) const;
-  /// When one of them was recorded.
+  /// Time at which a message was recorded.
   [[nodiscard]] ros::Time recorded(std::size_t number) const {
     return instances_[messages_.at(number).instance].instance.getTime();
   }
@@ -35,8 +35,8 @@ class BagMessages {
   struct Message {
     std::size_t source;
     std::size_t instance;
-    std::size_t camera;  ///< For a depth image: the instance of its camera_info.
-    ros::Time stamp;     ///< 0 where it does not matter.
+    std::size_t camera;  ///< Instance of the camera_info of a depth image.
+    ros::Time stamp;     ///< Stamp; 0 if it does not matter.
   };
   using Range = std::pair<std::size_t, std::size_t>;
 

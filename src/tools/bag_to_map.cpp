@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Makes a map of the clouds in rosbags or scan folders, without a roscore, as fast as the machine.
+// Makes a map from rosbags or scan folders, without a roscore, as fast as the machine allows.
 #include "bag_clouds.h"
 #include "cuboid_mapping/io/file_replacement.h"
 #include "cuboid_mapping/io/text.h"
@@ -58,7 +58,7 @@ class BagMap {
     while (forgetting_.hasDue()) forgetting_.forgetSome(map_);
   }
 
-  /// The whole map is in the store afterwards, which is closed. @return Its pages.
+  /// Writes the whole map to the store, and closes it. @return Number of its pages.
   std::size_t finishStore() {
     (void)window_->save(map_);
     throwIfFailed();
@@ -67,13 +67,13 @@ class BagMap {
     return figures.num_in_memory + figures.num_on_disk_only;
   }
 
-  /// Frees what has passed. @return Voxels.
+  /// Frees voxels of objects that passed. @return Number of voxels.
   std::size_t freePassed() { return freeVoidVoxels(moving_.voidSpace(), map_); }
 
   [[nodiscard]] const cuboid_mapping::CuboidMap& map() const { return map_; }
 
  private:
-  /// A node goes on, and says so; here it would end with less than the map.
+  /// A node continues after a failure of the window; this program would end with an incomplete map.
   void throwIfFailed() const {
     if (window_ && window_->figures().num_failures > 0) {
       throw std::runtime_error(window_->figures().last_failure);
@@ -104,7 +104,7 @@ void putAll(BagClouds& clouds, BagMap& map) {
   }
 }
 
-/// A map without obstacles is seldom what somebody wants.
+/// Warns of a map without obstacles, which is seldom wanted.
 void warnIfNothingIsOccupied(const cuboid_mapping::MapSnapshot& snapshot,
                              const NodeStatistics& statistics) {
   const bool has_occupied =
@@ -117,7 +117,7 @@ void warnIfNothingIsOccupied(const cuboid_mapping::MapSnapshot& snapshot,
             << statistics.num_filtered << " were cut off by min_range or pointcloud_*" << std::endl;
 }
 
-/// Writes a file of the map in memory. @return What it holds.
+/// Writes the map in memory to a file. @return Description of its content.
 std::string makeFile(BagClouds& clouds, const std::string& output, bool frees_passed) {
   BagMap map(clouds.parameters(), frees_passed);
   putAll(clouds, map);
@@ -136,7 +136,7 @@ std::string makeFile(BagClouds& clouds, const std::string& output, bool frees_pa
   return content;
 }
 
-/// The output is the store of the window. @return What it holds.
+/// Writes the map to the store of the window. @return Description of its content.
 std::string makeStore(BagClouds& clouds, const std::string& output) {
   if (cuboid_mapping::formatOfName(output) != cuboid_mapping::MapFormat::kStore) {
     throw std::runtime_error(output +
@@ -150,13 +150,13 @@ std::string makeStore(BagClouds& clouds, const std::string& output) {
     BagMap map(parameters, false);
     putAll(clouds, map);
     num_pages = map.finishStore();
-    // Files left by a killed program that was replacing a store.
+    // Removes files left by a killed program that was replacing a store.
     std::filesystem::remove(output + "-wal");
   });
   return counted(num_pages, "page");
 }
 
-/// @param frees_passed  Whether what has passed goes out of the map at the end.
+/// @param frees_passed  Whether objects that passed are removed from the map at the end.
 int makeMap(const BagOptions& options, bool frees_passed) {
   const auto start = std::chrono::steady_clock::now();
   (void)checkOutput(options);

@@ -31,7 +31,7 @@ using cuboid_mapping::counted;
 using cuboid_mapping::MapSnapshot;
 
 constexpr char kProgram[] = "bag_to_map_mpi";
-/// Between two lines that say how far it has come: under mpirun there is no terminal to draw on.
+/// Time between two lines about the progress: under mpirun there is no terminal for a bar.
 constexpr std::chrono::seconds kProgressPeriod{5};
 
 double secondsSince(Clock::time_point start) {
@@ -43,7 +43,7 @@ struct Options {
   double checkpoint_period_s = 0.0;
 };
 
-/// Settings that the map depends on: a run goes on only from one with the same settings.
+/// Settings that determine the map: a run continues only one with the same settings.
 std::string describeRun(const BagOptions& options) {
   std::string run;
   for (const std::string& input : options.inputs) {
@@ -60,7 +60,7 @@ std::string describeRun(const BagOptions& options) {
   return run;
 }
 
-/// Keeps ranks from saying what rank 0 says, too.
+/// Silences ranks whose messages rank 0 prints, too.
 class Silence {
  public:
   explicit Silence(bool is_silent) : is_silent_(is_silent) { set(is_silent); }
@@ -79,13 +79,13 @@ class Silence {
   bool is_silent_;
 };
 
-/// Thrown when all ranks know that it ends here, and rank 0 says why.
+/// Thrown when all ranks know that the run ends here, and rank 0 reports the reason.
 struct EndOfAll {
   int status;
-  std::string error;  ///< Empty: it has been said.
+  std::string error;  ///< Empty: it has been reported.
 };
 
-/// The clouds, opened by rank 0 first: what is wrong with the options it alone has to say.
+/// Opens the clouds, first at rank 0, which alone reports errors of the options.
 std::unique_ptr<BagClouds> openClouds(const MpiRanks& ranks, const BagOptions& options,
                                       const MpiCheckpoint& checkpoint) {
   std::unique_ptr<BagClouds> clouds;
@@ -121,7 +121,7 @@ std::unique_ptr<BagClouds> openClouds(const MpiRanks& ranks, const BagOptions& o
   return clouds;
 }
 
-/// Rank 0 writes to stderr.
+/// Reports progress to stderr at rank 0.
 cuboid_mapping::ProgressListener tellProgress(const MpiRanks& ranks) {
   if (ranks.rank() != 0) return {};
   const auto start = Clock::now();
@@ -134,7 +134,7 @@ cuboid_mapping::ProgressListener tellProgress(const MpiRanks& ranks) {
   };
 }
 
-/// Inputs that all ranks have left out; the text of the first rank that has one.
+/// Inputs left out by any rank; the text of the first rank that has one.
 LeftOutClouds gatherLeftOut(const MpiRanks& ranks, const LeftOutClouds& own) {
   LeftOutClouds all;
   const auto counts = ranks.sum({own.counts.begin(), own.counts.end()});
@@ -160,7 +160,7 @@ MapSnapshot headOf(const BagClouds& clouds) {
           {}};
 }
 
-/// How far all have come, in this run and the ones before.
+/// Progress of all ranks, in this run and earlier ones.
 MpiProgress gatherProgress(const MpiRanks& ranks, const BagClouds& clouds, const BrickOwner& owner,
                            const MpiProgress& before) {
   MpiProgress progress{before.num_rounds, {}, gatherLeftOut(ranks, clouds.leftOut())};
@@ -176,7 +176,7 @@ MpiProgress gatherProgress(const MpiRanks& ranks, const BagClouds& clouds, const
   return progress;
 }
 
-/// @return How far all have come at the end.
+/// @return Progress of all ranks at the end.
 MpiProgress walkAll(const MpiRanks& ranks, BagClouds& clouds, BrickOwner& owner,
                     MpiCheckpoint& checkpoint) {
   const auto size = static_cast<std::uint64_t>(ranks.size());
@@ -207,7 +207,7 @@ MpiProgress walkAll(const MpiRanks& ranks, BagClouds& clouds, BrickOwner& owner,
   return gatherProgress(ranks, clouds, owner, before);
 }
 
-/// Memory that this process has taken, at most.
+/// Peak memory of this process.
 double peakMemoryInMb() {
   rusage usage{};
   getrusage(RUSAGE_SELF, &usage);
@@ -216,15 +216,15 @@ double peakMemoryInMb() {
 
 /// Figures of all ranks.
 struct Figures {
-  double rounds_s = 0.0;    ///< Until all clouds are in.
-  double exchange_s = 0.0;  ///< Longest time that a rank has waited and sent.
+  double rounds_s = 0.0;    ///< Time until all clouds are in.
+  double exchange_s = 0.0;  ///< Longest time that a rank waited and sent.
   double peak_mb = 0.0;     ///< Largest peak of a rank.
   double part = 0.0;        ///< Largest share of the map in a rank.
   CpuTimes cpu;             ///< Sums over ranks.
-  double cpu_s = 0.0;       ///< The same of everything, from the start to the end of the rounds.
+  double cpu_s = 0.0;       ///< Sum of everything, from the start to the end of the rounds.
 };
 
-/// @param start  Of this run.
+/// @param start  Start of this run.
 Figures gatherFigures(const MpiRanks& ranks, const BrickOwner& owner, Clock::time_point start) {
   const CpuTimes& own = owner.cpuTimes();
   const double own_cpu_s = static_cast<double>(std::clock()) / CLOCKS_PER_SEC;
@@ -292,7 +292,7 @@ int makeMap(const MpiRanks& ranks, const Options& options) {
   return 0;
 }
 
-/// The same at all ranks.
+/// Options, the same at all ranks.
 Options readOptions(const MpiRanks& ranks, int argc, char** argv) {
   const Silence silence(ranks.rank() != 0);
   Options options;
@@ -314,7 +314,7 @@ Options readOptions(const MpiRanks& ranks, int argc, char** argv) {
   return options;
 }
 
-/// An error that ends one rank ends the others, too.
+/// Runs a rank. An error that ends one rank ends the others, too.
 int runRank(int argc, char** argv) {
   MpiRanks ranks(argc, argv);
   const std::string name =

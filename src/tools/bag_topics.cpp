@@ -29,7 +29,7 @@ std::string describeTopic(const std::string& name, const BagTopic& topic) {
          (topic.frame_id.empty() ? "" : ", frame '" + topic.frame_id + "'") + ')';
 }
 
-/// Lists all topics, with advice for those of sensors.
+/// Describes all topics, with advice for those of sensors.
 std::string describeAll(const BagTopics& topics) {
   std::vector<std::string> texts;
   for (const auto& [name, topic] : topics.all()) {
@@ -45,7 +45,7 @@ bool isDepth(const std::string& topic, const std::string& encoding) {
          (is_named_so && (encoding == "mono16" || encoding == "16SC1"));
 }
 
-/// Reads the first message that can be read, and what it says of the topic.
+/// Reads the first readable message, and its data about the topic.
 template <typename MessageT>
 boost::shared_ptr<MessageT> readFirst(BagFiles& bags, const std::string& name, BagTopic& topic) {
   for (const BagMessage& message : bags.collect({name, name.substr(1)})) {
@@ -73,7 +73,7 @@ NodeParameters withTopics(const NodeParameters& parameters, const BagTopics& top
   return chosen;
 }
 
-/// @throws std::runtime_error for topics that are not there, or cannot be mapped.
+/// @throws std::runtime_error for missing topics, or topics that cannot be mapped.
 std::vector<std::string> checkWanted(const BagTopics& topics, const NodeParameters& parameters,
                                      bool is_type_set, const std::vector<std::string>& wanted) {
   std::vector<std::string> names;
@@ -99,7 +99,7 @@ std::vector<std::string> checkWanted(const BagTopics& topics, const NodeParamete
   return names;
 }
 
-/// Whether an image has been recorded in another transport, too: uncompressed, or else "compressedDepth".
+/// Whether an image was also recorded in a better transport: uncompressed, or else "compressedDepth".
 bool isSecondTransport(const BagTopics& topics, const std::string& name) {
   const std::string image = withoutTransport(name);
   if (image == name) return false;
@@ -107,7 +107,7 @@ bool isSecondTransport(const BagTopics& topics, const std::string& name) {
   return topics.find(image) != nullptr || (name != depth && topics.find(depth) != nullptr);
 }
 
-/// Topics of a type, recorded maps apart from the others.
+/// Topics of a type, with recorded maps apart.
 struct Candidates {
   std::vector<std::string> sensors;
   std::vector<std::string> maps;
@@ -166,13 +166,13 @@ std::vector<std::string> findTopics(const BagTopics& topics, const NodeParameter
       (others.empty() ? "They have: " + describeAll(topics) : "Try " + others));
 }
 
-/// Frames that are fixed in the world by REP 105: no sensor is there.
+/// Whether a frame is fixed in the world by REP 105, so that it is no sensor's.
 bool isWorldFrame(const std::string& frame_id) {
   const std::set<std::string> fixed{"map", "odom", "world", "earth", "utm"};
   return fixed.count(frame_id) > 0;
 }
 
-/// The topics that are taken, and the others.
+/// Notes on the topics that are used, and on the others.
 std::vector<std::string> makeNotes(const BagTopics& topics, const NodeParameters& parameters,
                                    const std::vector<std::string>& names) {
   std::vector<std::string> notes;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Which topics of bags are mapped, where nobody says so.
+// Choice of the topics of bags to map, if none are given.
 #pragma once
 
 #include "bag_files.h"
@@ -13,12 +13,12 @@
 
 namespace cuboid_mapping_ros {
 
-/// A topic of some bags.
+/// A topic in some bags.
 struct BagTopic {
   std::string datatype;
   std::uint64_t num_messages = 0;
-  // For topics of sensors, from the first message:
-  std::optional<SourceType> type;  ///< Nothing for what cannot be mapped.
+  // Members for topics of sensors, from the first message:
+  std::optional<SourceType> type;  ///< Nothing if it cannot be mapped.
   std::string frame_id;
 };
 
@@ -40,19 +40,19 @@ class BagTopics {
 /// The chosen topics, and remarks about them.
 struct ChosenSources {
   NodeParameters parameters;
-  std::vector<std::string> notes;  ///< Lines: topics that are taken, and left; warnings.
+  std::vector<std::string> notes;  ///< Lines: topics that are used, and left out; warnings.
 };
 
-/// The parameters with the topics of bags for sources.
+/// Sets the topics of the bags as sources of the parameters.
 ///
 /// Cases:
-///   - with a list of sources: these, each of which is checked for being in the bags;
-///   - topics that are wanted: each is a source of its type, with the same parameters;
-///   - none are wanted: all clouds that are not in the frame of the map, else all planar scans, else all depth images with
+///   - a list of sources: these, each of which must be in the bags;
+///   - given topics: each is a source of its type, with the same parameters;
+///   - no topics: all clouds that are not in the frame of the map, else all planar scans, else all depth images with
 ///     camera_info; with `is_type_set`, all of the parameters' type.
 ///
-/// @throws std::runtime_error  for what is wanted and not there, or of another type, and where no topic is left; it says
-///                             what there is, and what to do.
+/// @throws std::runtime_error  if a given topic is missing or has another type, or no topic is left; the text lists
+///                             the topics, and says what to do.
 [[nodiscard]] ChosenSources chooseSources(const BagTopics& topics, const NodeParameters& parameters,
                                           bool is_type_set, const std::vector<std::string>& wanted);
 

@@ -28,7 +28,7 @@ std::string mainTopic(const std::string& topic) {
   return isStatic(topic) ? topic.substr(0, topic.size() - (sizeof(kStaticEnding) - 1)) : topic;
 }
 
-/// Counts what tf2 says while it takes transforms, in place of printing each line.
+/// Counts messages of tf2 about transforms, instead of printing each line.
 class TfLog : public console_bridge::OutputHandler {
  public:
   TfLog() { console_bridge::useOutputHandler(this); }
@@ -38,7 +38,7 @@ class TfLog : public console_bridge::OutputHandler {
 
   void log(const std::string& text, console_bridge::LogLevel level, const char* /*file*/,
            int /*line*/) override {
-    if (level < console_bridge::CONSOLE_BRIDGE_LOG_WARN) return;  // rosbag's, of each message.
+    if (level < console_bridge::CONSOLE_BRIDGE_LOG_WARN) return;  // From rosbag, for each message.
     auto& [count, first] = kinds_[text.substr(0, text.find(' '))];
     if (count++ == 0) first = text;
   }
@@ -59,7 +59,7 @@ class TfLog : public console_bridge::OutputHandler {
   std::map<std::string, std::pair<std::uint64_t, std::string>> kinds_;
 };
 
-/// The topics without _static on which transforms were recorded.
+/// Topics without _static that have transforms.
 std::set<std::string> findMainTopics(const BagTopics& topics) {
   std::set<std::string> found;
   for (const auto& [name, topic] : topics.all()) {
@@ -69,7 +69,7 @@ std::set<std::string> findMainTopics(const BagTopics& topics) {
   return found;
 }
 
-/// As it was given: a topic with or without _static, or a namespace.
+/// Completes an option: a topic with or without _static, or a namespace.
 std::string completeTopic(const BagTopics& topics, const std::string& given) {
   const std::string topic = withSlash(mainTopic(given));
   return endsWith(topic, "/tf") || topics.find(topic) != nullptr ? topic : topic + "/tf";

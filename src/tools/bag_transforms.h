@@ -16,24 +16,24 @@
 
 namespace cuboid_mapping_ros {
 
-/// The transforms of some bags. Those of /tf are all known at any time; those of /tf_static hold from when they were
-/// recorded until the next of the same frame, as in a node; before the first, the first holds.
+/// The transforms of some bags. Transforms of /tf are all known at any time; those of /tf_static hold from the time of
+/// recording until the next one of the same frame, as in a node; before the first one, the first holds.
 class BagTransforms {
  public:
-  /// None yet.
+  /// No transforms.
   BagTransforms() = default;
 
-  /// Reads all of them. @param topic  The topic of /tf, or its namespace, as "/robot1"; empty: /tf, or the only other one.
-  /// @param added  Static transforms as parseTransform() takes them. @throws std::runtime_error for an invalid one.
+  /// Reads all transforms. @param topic  The topic of /tf, or its namespace, such as "/robot1"; empty: /tf, or the only other one.
+  /// @param added  Static transforms for parseTransform(). @throws std::runtime_error for an invalid one.
   void read(BagFiles& bags, const BagTopics& topics, const std::string& topic,
             const std::vector<std::string>& added);
 
-  /// One more, of any time.
+  /// Adds a transform of any time.
   void set(const geometry_msgs::TransformStamped& transform) {
     (void)tf_.setTransform(transform, "scans");
   }
 
-  /// Takes the static transforms that were recorded up to a time. @pre Not earlier than at the last call.
+  /// Applies static transforms recorded up to a time. @pre It is not before that of the last call.
   void advance(const ros::Time& time);
 
   [[nodiscard]] const tf2::BufferCore& buffer() const { return tf_; }
@@ -51,7 +51,7 @@ class BagTransforms {
   void setFirstStatics();
 
   tf2::BufferCore tf_{ros::Duration(1e6)};  // long enough for any bag
-  std::vector<StaticTransform> statics_;    ///< In the order of their times.
+  std::vector<StaticTransform> statics_;    ///< Static transforms in the order of their times.
   std::size_t num_taken_ = 0;               ///< Number of static ones taken by advance().
   std::vector<std::string> notes_;
 };

@@ -13,16 +13,16 @@ namespace cuboid_mapping {
 /// Options of map_convert for boxes.
 struct BoxOptions {
   bool are_joined = false;             ///< .csv: cuboids joined across bricks.
-  std::size_t max_boxes = 0;           ///< Boxes that cover the occupied voxels; 0: not asked for.
+  std::size_t max_boxes = 0;           ///< Maximum number of boxes to cover the voxels; 0: none.
   std::vector<std::string> keep_free;  ///< Each "min_x min_y min_z max_x max_y max_z", metres.
 };
 
-/// Whether a file gets boxes, and not a map. @throws std::runtime_error for options that do not go with its
+/// Whether a file gets boxes, and not a map. @throws std::runtime_error for options that do not fit its
 /// format.
 [[nodiscard]] bool isBoxOutput(const std::string& file, const BoxOptions& options);
 
 /// Replaces a file by the boxes of a map.
-/// @param part  A part of the map. @return A summary: "200 boxes, 80.3 m3 occupied, 147 m3 added".
+/// @param part  Part of the map. @return A summary: "200 boxes, 80.3 m3 occupied, 147 m3 added".
 /// @throws std::runtime_error saying what to change; MapFileError.
 [[nodiscard]] std::string writeBoxes(const std::string& file, const MapSnapshot& snapshot,
                                      const std::optional<CellBox>& part, const BoxOptions& options);

@@ -22,7 +22,7 @@ double wallTime_s() {
   return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
 }
 
-/// Adds the time of a clock from its beginning to its end.
+/// Adds the time of a clock during its life.
 class Lap {
  public:
   Lap(double (*now_s)(), double& sum_s) : now_s_(now_s), sum_s_(sum_s), start_s_(now_s()) {}
@@ -48,7 +48,7 @@ BrickOwner::BrickOwner(const MpiRanks& ranks, std::vector<cuboid_mapping::Sensor
 }
 
 std::size_t BrickOwner::ownerOf(const Cell& group) const {
-  // By the upper ones of its 32 bits: the lower ones know little of z.
+  // Uses the upper ones of the 32 bits: the lower ones depend little on z.
   return cuboid_mapping::CellHash()(group) * round_.to.size() >> 32;
 }
 
@@ -56,7 +56,7 @@ bool BrickOwner::add(const ScanUpdate* update, std::size_t source) {
   const Lap cpu(cpuTime_s, cpu_times_.pack_s);
   for (PartWriter& to : round_.to) to.beginCloud(source);
   if (update != nullptr) {
-    std::optional<Cell> group;  // Consecutive bricks are mostly of one group.
+    std::optional<Cell> group;  // Consecutive bricks mostly share a group.
     std::size_t owner = 0;
     for (const BrickUpdate& brick : update->bricks) {
       if (group != cuboid_mapping::groupOf(brick.brick)) {

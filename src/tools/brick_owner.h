@@ -14,42 +14,42 @@ namespace cuboid_mapping_ros {
 
 /// CPU seconds of a process, all threads, spent on its clouds.
 struct CpuTimes {
-  double pack_s = 0.0;      ///< Dividing and packing for others, unpacking their data.
-  double exchange_s = 0.0;  ///< Sending, and waiting as far as that takes CPU time.
-  double apply_s = 0.0;     ///< Putting it into the map.
+  double pack_s = 0.0;      ///< Time to divide and pack updates for others, and to unpack theirs.
+  double exchange_s = 0.0;  ///< Time to send, and to wait if that takes CPU time.
+  double apply_s = 0.0;     ///< Time to put updates into the map.
 };
 
 /// One rank's part of a map that is divided among ranks, and its messages to the others.
 ///
-/// Each group of 4 x 4 x 4 bricks has an owner, by a hash of its place: so each cloud falls to all owners
-/// in about equal parts, whatever way the sensor drives. Clouds are walked in rounds: rank r has clouds r, r +
-/// size, ... of a round. At its end what the clouds say goes to the owners; each takes it at the end of the next round,
-/// so that nobody waits for a rank that is a little slower, and applies it in the order of the clouds. The voxels are
+/// Each group of 4 x 4 x 4 bricks has an owner, by a hash of its place, so that each cloud is divided about equally
+/// among all owners, wherever the sensor drives. Clouds are walked in rounds: rank r has clouds r, r +
+/// size, ... of a round. At its end the updates of the clouds go to the owners; each receives them at the end of the next
+/// round, so that no rank waits for one that is a little slower, and applies them in the order of the clouds. The voxels are
 /// those of one map with all clouds.
 class BrickOwner {
  public:
   /// Number of clouds of a rank in a round. A large number evens out slow clouds.
   static constexpr std::size_t kCloudsOfRound = 4;
 
-  /// @param ranks  Must outlive this object. @param models  Of each source. @param threads  See VoxelStore::Work.
+  /// @param ranks  Must outlive this object. @param models  Sensor model of each source. @param threads  See VoxelStore::Work.
   BrickOwner(const MpiRanks& ranks, std::vector<cuboid_mapping::SensorModel> models, int threads);
 
-  /// Takes the update of the rank's next cloud. @param update  Null: the cloud changes nothing.
-  /// @return Whether the round has all the clouds of this rank: endRound() is next.
+  /// Adds the update of the rank's next cloud. @param update  Null: the cloud changes nothing.
+  /// @return Whether the round has all clouds of this rank: endRound() is next.
   bool add(const cuboid_mapping::ScanUpdate* update, std::size_t source);
-  /// Ends the round, and applies the one before; all ranks call it equally often.
-  /// @throws std::runtime_error when something damaged came.
+  /// Ends the round, and applies the previous one; all ranks call it equally often.
+  /// @throws std::runtime_error if received data are damaged.
   void endRound();
   /// Applies the last round, too; all ranks call it after the same round. Throws as endRound().
   void finish();
 
-  /// Begins with these bricks of the rank, from voxels() of an earlier run with as many ranks.
+  /// Starts from these bricks of the rank, from voxels() of an earlier run with as many ranks.
   void restore(const std::vector<cuboid_mapping::VoxelBrick>& bricks);
 
   /// The rank's bricks. @pre finish() was called.
   [[nodiscard]] const cuboid_mapping::VoxelStore& voxels() const { return voxels_; }
   [[nodiscard]] std::uint64_t numSentBytes() const { return num_sent_bytes_; }
-  /// At ends of rounds: waiting for slower ranks, and sending.
+  /// Time at ends of rounds for waiting for slower ranks, and sending.
   [[nodiscard]] double exchangeTime_s() const { return exchange_time_s_; }
   /// Bytes of this process, so far.
   [[nodiscard]] const CpuTimes& cpuTimes() const { return cpu_times_; }
@@ -57,7 +57,7 @@ class BrickOwner {
  private:
   /// The observations of the rank's clouds of a round.
   struct Round {
-    std::vector<PartWriter> to;  ///< By owner, itself included.
+    std::vector<PartWriter> to;  ///< Parts by owner, own part included.
     std::size_t num_clouds = 0;
     bool is_sent = false;
     MpiSends sends;
@@ -75,10 +75,10 @@ class BrickOwner {
   std::vector<cuboid_mapping::SensorModel> models_;
   int threads_;
   cuboid_mapping::VoxelStore voxels_;
-  Round round_;                                    ///< Under way.
-  Round last_;                                     ///< Sent, and not yet applied.
-  std::vector<std::string> received_;              ///< By rank.
-  std::vector<cuboid_mapping::BrickUpdate> part_;  ///< That is applied.
+  Round round_;                                    ///< Current round.
+  Round last_;                                     ///< Round that is sent, but not yet applied.
+  std::vector<std::string> received_;              ///< Received bytes by rank.
+  std::vector<cuboid_mapping::BrickUpdate> part_;  ///< Part that is being applied.
   std::uint64_t num_sent_bytes_ = 0;
   double exchange_time_s_ = 0.0;
   CpuTimes cpu_times_;

@@ -22,7 +22,7 @@ constexpr std::size_t kMaxMaskBytes = 2 + sizeof(BrickMask);
 constexpr std::size_t kMaxBrickBytes = 1 + 3 * kMaxVarintBytes + 3 * kMaxMaskBytes;
 constexpr std::size_t kHeadBytes = 8;
 
-// Numbers as this machine has them: all ranks run one program.
+// Numbers in this machine's format: all ranks run one program.
 template <typename T>
 void put(T value, char* at) {
   std::memcpy(at, &value, sizeof(value));
@@ -35,7 +35,7 @@ T numberAt(const char* at) {
   return value;
 }
 
-/// In bricks.
+/// Difference in bricks.
 std::int32_t stepOf(const Cell& from, const Cell& to, int axis) {
   return to[axis] / kBrickEdge - from[axis] / kBrickEdge;
 }
@@ -85,7 +85,7 @@ void PartWriter::writeMask(const BrickMask& mask) {
     const std::uint64_t slice = mask[z];
     const unsigned kind = slice == 0 ? kEmpty : ~slice == 0 ? kFull : kFollows;
     kinds |= kind << 2 * z;
-    put(slice, next);  // Without a branch: what does not follow is written over.
+    put(slice, next);  // Without a branch: a slice that is not needed is overwritten.
     next += kind == kFollows ? sizeof(slice) : 0;
   }
   put(static_cast<std::uint16_t>(kinds), kinds_at);

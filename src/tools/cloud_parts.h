@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Observations of the bricks of one rank, as bytes for that rank. Written and read many times as fast as
-// toBytes() of io/scan_update_codec.h, and twice as long: between ranks time counts more.
+// Observations of one rank's bricks, as bytes for that rank. Written and read many times as fast as
+// toBytes() of io/scan_update_codec.h, and twice as long: between ranks, time matters more.
 #pragma once
 
 #include "cuboid_mapping/scan/brick_update.h"
@@ -13,16 +13,16 @@
 
 namespace cuboid_mapping_ros {
 
-/// Writes parts of clouds, one behind the other. Memory is kept for the next ones.
+/// Writes parts of clouds, one after the other. The memory is reused.
 ///
-/// A part is its source and the number of its bricks, 4 bytes each; then for each brick a byte, 1 if it is grazed; how
-/// far it lies from the one before, three varints; and of hits, misses and, if there are any, grazes: two
-/// bits for each slice, which say that it is empty (0), full (1) or follows (2), and the slices that follow.
+/// A part is its source and the number of its bricks, 4 bytes each; then for each brick a byte, 1 if it is grazed; its
+/// difference to the previous brick, three varints; and for hits, misses and, if there are any, grazes: two
+/// bits for each slice, for empty (0), full (1) or stored (2), and the stored slices.
 class PartWriter {
  public:
-  /// Begins with the part of the next cloud.
+  /// Begins the part of the next cloud.
   void beginCloud(std::size_t source);
-  /// Adds a brick to it. A voxel that is hit and missed is hit afterwards, which means the same to a map.
+  /// Adds a brick to it. A voxel that is both hit and missed is a hit afterwards, which is the same to a map.
   void add(const cuboid_mapping::BrickUpdate& brick);
 
   /// All parts since the last clear(). Valid until the next call.

@@ -23,7 +23,7 @@ void rememberSignal(int signal_number) { signal_received = signal_number; }
 
 namespace po = boost::program_options;
 
-/// Three numbers; boost's multitoken() would take all that follow, and no negative one.
+/// Three numbers; boost's multitoken() would take all following ones, and no negative one.
 class PointValue : public po::typed_value<std::vector<double>> {
  public:
   using typed_value::typed_value;
@@ -32,7 +32,7 @@ class PointValue : public po::typed_value<std::vector<double>> {
   [[nodiscard]] unsigned int max_tokens() const override { return 3; }
 };
 
-/// Text of a limit or a default; empty for a value that stands for none.
+/// Text of a limit or a default; empty for a value that means none.
 std::string toText(double number) {
   if (std::abs(number) >= 1e9) return "";
   std::ostringstream out;
@@ -40,7 +40,7 @@ std::string toText(double number) {
   return out.str();
 }
 
-/// "" when everything is allowed.
+/// Text of a range; empty if everything is allowed.
 std::string describe(const Range& range) {
   const std::string min = toText(range.min);
   const std::string max = toText(range.max);
@@ -54,7 +54,7 @@ std::string join(const std::vector<std::string>& texts, const std::string& separ
   return joined;
 }
 
-/// The help of an option, with what it accepts and its default, where there are any.
+/// The help of an option, with accepted values and default, if there are any.
 std::string explain(const std::string& help, const std::string& accepted,
                     const std::string& default_text) {
   std::string more = accepted;

@@ -12,23 +12,23 @@
 
 namespace cuboid_mapping {
 
-/// Thrown by throwIfInterrupted; no std::exception, so that it passes by handlers of errors.
+/// Thrown by throwIfInterrupted(); no std::exception, so that handlers of errors do not catch it.
 struct Interrupted {
   int signal_number;
 };
 
-/// From now on SIGINT (Ctrl-C) and SIGTERM no longer end the program, but make throwIfInterrupted
+/// Makes SIGINT (Ctrl-C) and SIGTERM no longer end the program, but make throwIfInterrupted()
 /// throw, so that destructors can clean up.
 void catchInterrupts();
 
-/// For loops that take long, of any thread. @throws Interrupted after one of these signals.
+/// Call it in long loops, in any thread. @throws Interrupted after one of these signals.
 void throwIfInterrupted();
 
 /// Runs the body of a command-line program.
 ///
-/// @param name  Goes before messages.
+/// @param name  Prefix of messages.
 /// @return The exit status: that of the body; 1 with the message on stderr after an exception; 128
-///         plus the signal number, as shells have it, after Interrupted.
+///         plus the signal number, as in shells, after Interrupted.
 [[nodiscard]] int runProgram(const std::string& name, const std::function<int()>& body);
 
 /// The main() of a program that Ctrl-C ends cleanly: catchInterrupts() and runProgram().
@@ -51,8 +51,8 @@ class CommandLine {
   /// @param about  Purpose of the program, for --help.
   CommandLine(std::string program, std::string about);
 
-  /// An argument without a name, which must be given.
-  /// @param value  A text, or a vector that takes all the arguments that are left.
+  /// Adds a required argument without a name.
+  /// @param value  A text, or a vector that takes all remaining arguments.
   template <class T>
   void addArgument(const std::string& name, T& value, const std::string& help) {
     arguments_.add_options()(name.c_str(), boost::program_options::value(&value)->required(),
@@ -62,36 +62,36 @@ class CommandLine {
 
   void addFlag(const std::string& name, bool& value, const std::string& help);
 
-  /// An option --version, which prints this and ends the program, as --help does.
+  /// Adds the option --version, which prints this and ends the program, as --help does.
   void addVersion(const std::string& version);
 
-  /// For int, unsigned int, std::size_t and double.
+  /// Adds an option for int, unsigned int, std::size_t or double.
   template <class T>
   void addNumber(const std::string& name, T& value, const std::string& help, Range range = {});
 
-  /// Numbers with commas between them; for int and double.
+  /// Adds an option for numbers separated by commas; for int and double.
   template <class T>
   void addList(const std::string& name, std::vector<T>& values, const std::string& help,
                Range range);
 
-  /// Texts with commas between them.
+  /// Adds an option for texts separated by commas.
   void addList(const std::string& name, std::vector<std::string>& values, const std::string& help,
                const Choices& choices);
 
-  /// Three numbers.
+  /// Adds an option for three numbers.
   void addPoint(const std::string& name, std::vector<double>& xyz, const std::string& help);
 
-  /// @param choices  None: every text is accepted.
+  /// Adds an option for a text. @param choices  Empty: every text is accepted.
   void addText(const std::string& name, std::string& value, const std::string& help,
                const Choices& choices = {});
 
-  /// May be given several times, with one or more texts each time.
+  /// Adds an option for texts, which may be given several times, with one or more texts each time.
   void addTexts(const std::string& name, std::vector<std::string>& values, const std::string& help);
 
   /// Sets the variables.
   ///
-  /// @return Nothing when the program shall go on; else its exit status: 0 after --help, and 1 after
-  ///         an error, either of which has been printed.
+  /// @return Nothing if the program should go on; else its exit status: 0 after --help, and 1 after
+  ///         an error; either has been printed.
   [[nodiscard]] std::optional<int> parse(int argc, char** argv);
 
  private:

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// An example of a planner, made of what the package exports: follows the map of the mapping node, and
-// keeps a corridor from the robot to the goal that was clicked in rviz. The corridor is found anew
+// An example of a planner, made from installed parts of the package: follows the map of the mapping node, and
+// keeps a corridor from the robot to the goal that was clicked in rviz. It searches the corridor again
 // whenever the map has changed.
 #include "cuboid_mapping/query/corridor_query.h"
 #include "cuboid_mapping/query/fit_query.h"
@@ -32,7 +32,7 @@ using cuboid_mapping::UnknownPolicy;
 using visualization_msgs::Marker;
 using visualization_msgs::MarkerArray;
 
-/// Meaning of each end of a search, and the advice.
+/// Meaning of each end of a search, with advice.
 const char* explain(CorridorEnd end) {
   switch (end) {
     case CorridorEnd::kFound: return "FOUND: there is a way to the goal";
@@ -54,7 +54,7 @@ const char* explain(CorridorEnd end) {
   return "";
 }
 
-/// A box, or the ball in it, to be seen through.
+/// A translucent box, or the ball in it.
 Marker makeMarker(const std::string& ns, int type, const Eigen::Vector3d& center,
                   const Eigen::Vector3d& size_m, const std_msgs::ColorRGBA& color) {
   Marker marker;
@@ -125,7 +125,7 @@ class ExamplePlanner {
     show(corridor, start, goal);
   }
 
-  /// The latest pose of a frame in the map; that of the map's own frame where it has no name.
+  /// The latest pose of a frame in the map; identity if it has no name.
   std::optional<Eigen::Isometry3d> lookup(const std::string& frame_id) const {
     const std::string map_frame = client_.frameId();
     if (frame_id.empty() || frame_id == map_frame) return Eigen::Isometry3d::Identity();
@@ -138,7 +138,7 @@ class ExamplePlanner {
     }
   }
 
-  /// From the places nearest to robot and goal at which the robot's box fits.
+  /// Plans from the place nearest to the robot to the place nearest to the goal at which the robot's box fits.
   Corridor plan(const CuboidMap& map, const Eigen::Vector3d& start,
                 const Eigen::Vector3d& goal) const {
     constexpr double kMaxDistance_m = 1.0;
@@ -152,7 +152,7 @@ class ExamplePlanner {
     return findCorridor(map, task, budget);
   }
 
-  /// All of the map at the height of start and goal: the robot does not fly.
+  /// The map at the height of start and goal: the robot does not fly.
   std::optional<CellBox> floorAround(const CuboidMap& map, const CorridorTask& task) const {
     MetricBox region = map.grid().toMetricBox(map.bounds().value_or(CellBox::ofCell({})));
     for (const Eigen::Vector3d& place : {task.start_map, task.goal_map}) {
@@ -164,7 +164,7 @@ class ExamplePlanner {
     return map.grid().toCellBox(region);
   }
 
-  /// Says what has come out, when that is news.
+  /// Logs the result, if it is new.
   void tell(const Corridor& corridor) {
     if (corridor.end == last_end_) return;
     last_end_ = corridor.end;
@@ -229,7 +229,7 @@ class ExamplePlanner {
   ros::Publisher corridor_publisher_;
   ros::Subscriber goal_subscriber_;
   ros::WallTimer timer_;
-  cuboid_mapping_ros::CuboidMapClient client_;  ///< Last: its thread ends before the rest goes.
+  cuboid_mapping_ros::CuboidMapClient client_;  ///< Last: its thread ends before the rest is gone.
 };
 
 }  // namespace

@@ -31,7 +31,7 @@ class JoinedLookup {
     return std::nullopt;
   }
 
-  /// All of them.
+  /// All joined cuboids.
   [[nodiscard]] const std::vector<Cuboid>& cuboids() const { return cuboids_; }
 
  private:

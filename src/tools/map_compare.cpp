@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Says how far two maps agree, voxel by voxel.
+// Compares two maps voxel by voxel.
 #include "command_line.h"
 #include "cuboid_mapping/io/map_files.h"
 #include "map_comparison.h"

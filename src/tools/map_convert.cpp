@@ -34,7 +34,7 @@ struct Options {
   cuboid_mapping_ros::RecordedMapOptions recorded;
 };
 
-/// The part of a map that is asked for; nothing for all of it.
+/// The requested part of a map; nothing for the whole map.
 std::optional<CellBox> partOf(const Options& options, double resolution_m) {
   if (options.min_m.empty()) return std::nullopt;
   const MetricBox box{Eigen::Vector3d(options.min_m.data()), Eigen::Vector3d(options.max_m.data())};
@@ -52,7 +52,7 @@ std::vector<VoxelBrick> cut(const std::vector<VoxelBrick>& bricks, const CellBox
   return takeSnapshot(map, "").bricks;
 }
 
-/// A store into another one, page by page: it may be larger than the memory.
+/// Copies a store to another one, page by page: it may be larger than the memory.
 int copyStore(const Options& options) {
   const MapStore input(options.input, StoreAccess::kRead);
   MapSnapshot head = *input.head();
@@ -93,7 +93,7 @@ MapSnapshot readBag(const Options& options) {
 }
 #endif
 
-/// The map of a file; of a store only the pages that are asked for.
+/// Reads the map of a file; of a store only the requested pages.
 MapSnapshot readInput(const Options& options) {
 #ifdef CUBOID_MAPPING_READS_BAGS
   if (cuboid_mapping_ros::isBagFile(options.input)) return readBag(options);

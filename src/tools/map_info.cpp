@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Prints what is in a map file.
+// Prints the content of a map file.
 #include "command_line.h"
 #include "cuboid_mapping/fusion/brick_division.h"
 #include "cuboid_mapping/io/map_files.h"
@@ -48,7 +48,7 @@ struct Content {
   }
 };
 
-/// @param pages  Of a store; empty for other files.
+/// @param pages  Number of pages of a store; empty for other files.
 void printHead(const MapFile& file, const std::optional<std::size_t>& pages) {
   const MapSnapshot& map = file.snapshot;
   std::cout << "format:       " << toString(file.format) << '\n'
@@ -83,7 +83,7 @@ void printFile(const std::string& file) {
   printContent(content, map.snapshot.resolution_m);
 }
 
-/// Page by page: it may be larger than the memory.
+/// Prints a store page by page: it may be larger than the memory.
 void printStore(const std::string& file) {
   const MapStore store(file, StoreAccess::kRead);
   const std::vector<Cell> pages = store.pages();

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Puts one finished map into another.
+// Merges one finished map into another.
 #include "cuboid_mapping/map/map_merge.h"
 #include "command_line.h"
 #include "cuboid_mapping/io/file_replacement.h"

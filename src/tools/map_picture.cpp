@@ -38,7 +38,7 @@ std::optional<CellBox> findExtent(const CuboidMap& map, CuboidFilter filter) {
   return extent;
 }
 
-/// Light from above and a little from the front: by the axis of the face that a point lies on.
+/// Light from above and a little from the front, by the axis of the face with a point.
 double shadeOf(const CuboidMap& map, const Cell& voxel, const Eigen::Vector3d& point_map) {
   const MetricBox box = map.grid().toMetricBox(CellBox::ofCell(voxel));
   const Eigen::Array3d to_face =
@@ -49,7 +49,7 @@ double shadeOf(const CuboidMap& map, const Cell& voxel, const Eigen::Vector3d& p
   return kShades[static_cast<std::size_t>(axis)];
 }
 
-/// Once around the hues, from red at 0.
+/// Colour on the circle of hues, from red at 0.
 Eigen::Vector3d rainbow(double ratio) {
   const auto share = [ratio](double shift) {
     return std::clamp(std::abs(std::fmod(4.0 * ratio + shift, 6.0) - 3.0) - 1.0, 0.0, 1.0);
@@ -57,14 +57,14 @@ Eigen::Vector3d rainbow(double ratio) {
   return {share(0.0), share(4.0), share(2.0)};
 }
 
-/// Ratio of a cuboid's edges to the longest.
+/// Edges of a cuboid relative to the longest.
 double sizeRatio(const Cell& edges, const PictureStyle& style) {
   const double sum = edges.x + edges.y + edges.z;
   if (style.joined == nullptr) return sum / style.longest_edges;
   return std::log(sum / 3.0) / std::log(std::max(4, style.longest_edges) / 3.0);
 }
 
-/// The colour of an occupied voxel, before it is shaded; those of the display for rviz.
+/// The colour of an occupied voxel before shading, as in the display for rviz.
 Eigen::Vector3d ownColor(const CuboidMap& map, const RayQueryResult& seen,
                          const PictureStyle& style) {
   const HeightRange& heights = style.heights;
@@ -101,8 +101,8 @@ struct PixelRay {
   Eigen::Vector3d direction;
 };
 
-/// The highest occupied voxel below a pixel, as a ray straight down meets it; nothing: there is none.
-/// @param edge_m  Of the pixel.
+/// The highest occupied voxel below a pixel, on a ray straight down; nothing if there is none.
+/// @param edge_m  Edge of the pixel.
 std::optional<RayQueryResult> seeBelow(const CuboidMap& map, const Eigen::Vector3d& center,
                                        double edge_m, double range_m) {
   const Eigen::Vector3d half(0.5 * edge_m, 0.5 * edge_m, 0.0);
@@ -125,7 +125,7 @@ std::optional<RayQueryResult> seeBelow(const CuboidMap& map, const Eigen::Vector
   return seen;
 }
 
-/// Surface in a pixel.
+/// The surface in a pixel.
 std::optional<RayQueryResult> see(const CuboidMap& map, const Camera& camera, const PixelRay& ray,
                                   double pixel_m) {
   auto seen = castRay(map, ray.origin, ray.direction, camera.range_m, UnknownPolicy::kPass);
@@ -148,7 +148,7 @@ class Lens {
 
   [[nodiscard]] PixelRay rayOf(std::size_t x, std::size_t y) const {
     const auto height = static_cast<double>(size_.height);
-    // In heights of the picture, from its centre.
+    // In units of the picture's height, from its centre.
     const double to_right =
         (static_cast<double>(x) + 0.5) / height - 0.5 * static_cast<double>(size_.width) / height;
     const double to_top = 0.5 - (static_cast<double>(y) + 0.5) / height;

@@ -32,7 +32,7 @@ struct Picture {
 struct Camera {
   Eigen::Vector3d eye = Eigen::Vector3d::Zero();
   Eigen::Vector3d forward = -Eigen::Vector3d::UnitZ();  ///< Not zero.
-  Eigen::Vector3d up = Eigen::Vector3d::UnitY();        ///< Not parallel to it.
+  Eigen::Vector3d up = Eigen::Vector3d::UnitY();        ///< Not parallel to `forward`.
   double range_m = 100.0;                               ///< Nothing farther away is drawn.
   /// Height of the picture: parallel rays straight down. 0: perspective, with the angle below.
   double ortho_height_m = 0.0;
@@ -45,7 +45,7 @@ struct PictureSize {
   std::size_t height = 768;
 };
 
-/// A camera above the map that looks straight down and sees all of it, +y up. @pre the map has a
+/// A camera above the map that looks straight down and sees the whole map, +y up. @pre the map has a
 /// cuboid.
 [[nodiscard]] Camera makeTopCamera(const CuboidMap& map, const PictureSize& size);
 
@@ -55,33 +55,33 @@ struct PictureSize {
 
 /// Meaning of the colours of occupied voxels, as in the display for rviz.
 enum class PictureColors : unsigned char {
-  kHeight,       ///< Blue to red.
+  kHeight,       ///< Blue to red by height.
   kProbability,  ///< Mean of the cuboid: green at 0 to dark red at 1.
-  /// Edges of the cuboid, summed: violet (one voxel) to red (8 x 8 x 8; of joined ones the largest, as
-  /// logarithms).
+  /// Sum of the cuboid's edges: violet (one voxel) to red (8 x 8 x 8; for joined ones the largest, on a
+  /// logarithmic scale).
   kSize,
-  kClass  ///< One colour.
+  kClass  ///< One colour for all.
 };
 
 class JoinedLookup;
 
-/// How a picture looks.
+/// Style of a picture.
 struct PictureStyle {
   HeightRange heights;  ///< Heights at which the colours begin and end.
   PictureColors colors = PictureColors::kHeight;
-  /// Cuboids joined across bricks; null: as they are in the map. Must outlive the picture's making.
+  /// Cuboids joined across bricks; null: cuboids of the map. Must outlive the drawing of the picture.
   const JoinedLookup* joined = nullptr;
   int longest_edges =
-      3 * kBrickEdge;  ///< Upper end of the colours by size: the greatest sum of three edges.
+      3 * kBrickEdge;  ///< Upper end of the colours by size: the greatest sum of edges.
 };
 
-/// From blue at 0 over green to red at 1; values outside count as the nearest one. Each 0 to 1.
+/// Colour from blue at 0 over green to red at 1; values outside count as the nearest one. Each 0 to 1.
 [[nodiscard]] Eigen::Vector3d heightColor(double ratio);
 
 /// One ray for each pixel, of parallel ones with all below the pixel where no wall is on the ray: the first occupied voxel on it, coloured as asked for and shaded by the face that is seen; light grey where only free space is, white where all is unknown.
-/// @pre the map is fused, for colours of cuboids: they are looked up for each pixel.
+/// @pre the map is fused, for colours of cuboids, which are looked up for each pixel.
 /// @complexity O(pixels * voxels and bricks passed).
-/// @param threads  >= 1; the picture does not depend on it. @param listener  Is told of rows.
+/// @param threads  >= 1; the picture does not depend on it. @param listener  Reports rows.
 [[nodiscard]] Picture renderMap(const CuboidMap& map, const Camera& camera,
                                 const PictureStyle& style, const PictureSize& size, int threads,
                                 const ProgressListener& listener = {});

@@ -32,7 +32,7 @@ struct Options {
   PictureSize size;
 };
 
-const Choices kColorNames{"height", "probability", "size", "class"};  // As PictureColors.
+const Choices kColorNames{"height", "probability", "size", "class"};  // As in PictureColors.
 
 PictureColors toColors(const std::string& name) {
   const auto found = std::find(kColorNames.begin(), kColorNames.end(), name);

@@ -83,7 +83,7 @@ bool MpiCheckpoint::isDue() const {
 void MpiCheckpoint::write(const MpiProgress& progress, const cuboid_mapping::MapSnapshot& part) {
   std::filesystem::create_directories(folder_);
   cuboid_mapping::replaceFile(partName(progress.num_rounds), toNativeFormat(part));
-  (void)ranks_.sum({1});  // All parts are there.
+  (void)ranks_.sum({1});  // Waits until all parts exist.
   if (ranks_.rank() == 0) {
     const json index{{"ranks", ranks_.size()},
                      {"run", run_},
@@ -93,7 +93,7 @@ void MpiCheckpoint::write(const MpiProgress& progress, const cuboid_mapping::Map
                      {"left_out_texts", progress.left_out.first_texts}};
     cuboid_mapping::replaceFile(indexOf(folder_), index.dump(1));
   }
-  (void)ranks_.sum({1});  // Nobody needs the older ones any more.
+  (void)ranks_.sum({1});  // Waits until the older parts are not needed any more.
   const std::filesystem::path own = partName(progress.num_rounds);
   const std::string end = own.filename().string().substr(own.filename().string().find('-'));
   for (const auto& entry : std::filesystem::directory_iterator(folder_)) {

@@ -12,37 +12,37 @@
 
 namespace cuboid_mapping_ros {
 
-/// How far all ranks together have come.
+/// Progress of all ranks together.
 struct MpiProgress {
   std::uint64_t num_rounds = 0;
   std::vector<std::uint64_t> sums;  ///< Figures that add up over ranks and runs.
   LeftOutClouds left_out;
 };
 
-/// The state of a run, in a folder beside its output, from which a later run goes on: an index, and a map of each
-/// rank. What is there is whole at any moment: the index names the maps, and is replaced when all of them are
+/// The state of a run, in a folder beside its output, from which a later run continues: an index, and a map of each
+/// rank. The state is complete at any moment: the index names the maps, and is replaced when all of them are
 /// written.
 ///
 /// Every function waits until all ranks have called it.
 class MpiCheckpoint {
  public:
   /// @param ranks  Must outlive this object. @param run  Bags and settings, which decide the result.
-  /// @param period_s  Between two checkpoints; 0: none is made or read.
+  /// @param period_s  Time between two checkpoints; 0: none is made or read.
   MpiCheckpoint(const MpiRanks& ranks, const std::string& output, std::string run, double period_s);
 
-  /// Why there is one that cannot be gone on from: it is of other bags, settings or ranks. Empty: there is none, or it can. Of
+  /// Reason why a checkpoint cannot be continued: other bags, settings or ranks. Empty: there is none, or it can. For
   /// rank 0 alone; it does not wait.
   [[nodiscard]] std::string findFault() const;
 
-  /// Gives the owner its bricks. @return How far the run had come; nothing done when there is none.
+  /// Gives the owner its bricks. @return Progress of the earlier run; zero if there is none.
   /// @throws cuboid_mapping::MapFileError  A file is damaged or missing.
   [[nodiscard]] MpiProgress resume(BrickOwner& owner) const;
 
   /// Whether it is time to write.
   [[nodiscard]] bool isDue() const;
-  /// @param progress  Of all runs up to now. @throws cuboid_mapping::MapFileError  A file cannot be written.
+  /// @param progress  Progress of all runs so far. @throws cuboid_mapping::MapFileError  A file cannot be written.
   void write(const MpiProgress& progress, const cuboid_mapping::MapSnapshot& part);
-  /// Removes all of it, when the output is written.
+  /// Removes the checkpoint when the output is written.
   void remove() const;
 
  private:

@@ -32,7 +32,7 @@ MapSnapshot withBricks(const MapSnapshot& head, std::vector<VoxelBrick> bricks) 
   return {head.resolution_m, head.sensor_model, head.environment, head.frame_id, std::move(bricks)};
 }
 
-/// Along the Morton curve, each once.
+/// Sorts along the Morton curve, and removes repetitions.
 void sortUnique(std::vector<Cell>& pages) {
   std::sort(pages.begin(), pages.end(), cuboid_mapping::isBeforeOnMortonCurve);
   pages.erase(std::unique(pages.begin(), pages.end()), pages.end());
@@ -75,7 +75,7 @@ std::vector<Cell> pagesOfBytes(const std::string& bytes) {
   return pages;
 }
 
-/// Pages in a message: so many that a page does not wait for a message of its own.
+/// Pages in a message: enough to avoid one message per page.
 constexpr std::size_t kPagesOfMessage = 32;
 
 /// Sends the rank's pages, some at a time.
@@ -92,15 +92,15 @@ void sendPages(const MpiRanks& ranks, const MapSnapshot& head, const VoxelStore&
   }
 }
 
-/// Pages that a rank sends to rank 0 by sendPages(), and their result.
+/// Pages that a rank sends to rank 0 by sendPages(), and their bricks.
 class PagesOfRank {
  public:
-  /// @param pages  All that it will send, along the Morton curve.
+  /// @param pages  All pages of the rank, along the Morton curve.
   PagesOfRank(int rank, std::vector<Cell> pages) : rank_(rank), pages_(std::move(pages)) {}
 
   [[nodiscard]] const std::vector<Cell>& pages() const { return pages_; }
 
-  /// Moves the rank's bricks of a page to others, if it is its next one.
+  /// Appends the rank's bricks of a page, if it is the rank's next one.
   void take(const MpiRanks& ranks, const Cell& page, std::vector<VoxelBrick>& bricks) {
     if (next_ == pages_.size() || pages_[next_] != page) return;
     if (next_ % kPagesOfMessage == 0) {
@@ -123,7 +123,7 @@ class PagesOfRank {
   std::size_t next_brick_ = 0;
 };
 
-/// The store of all ranks, written by rank 0. @param pages  Of each rank. @return Number of pages.
+/// Writes the store of all ranks at rank 0. @param pages  Pages of each rank. @return Number of pages.
 std::size_t writeStore(const MpiRanks& ranks, const MapSnapshot& head, const VoxelStore& part,
                        std::vector<PagesOfRank> pages, const std::string& file) {
   std::vector<Cell> all;
@@ -139,13 +139,13 @@ std::size_t writeStore(const MpiRanks& ranks, const MapSnapshot& head, const Vox
   cuboid_mapping::replaceFile(file, [&](const std::string& partial) {
     cuboid_mapping::MapStore(partial, cuboid_mapping::StoreAccess::kWrite)
         .replaceAll(head, all, bricks_of);
-    // Files left by a killed program that was replacing a store.
+    // Removes files left by a killed program that was replacing a store.
     std::filesystem::remove(file + "-wal");
   });
   return all.size();
 }
 
-/// The store of all ranks. @return What it holds, at rank 0.
+/// Writes the store of all ranks. @return Its content, at rank 0.
 std::string writePages(const MpiRanks& ranks, const MapSnapshot& head, const VoxelStore& part,
                        const std::string& file) {
   const std::vector<Cell> own = findPages(part);
@@ -164,7 +164,7 @@ std::string writePages(const MpiRanks& ranks, const MapSnapshot& head, const Vox
   return cuboid_mapping::counted(writeStore(ranks, head, part, std::move(pages), file), "page");
 }
 
-/// A file with tables over the whole map. @return What it holds, at rank 0.
+/// Writes a file with tables over the whole map. @return Its content, at rank 0.
 std::string writeWhole(const MpiRanks& ranks, MapSnapshot map, const std::string& file) {
   if (ranks.rank() != 0) {
     ranks.sendToFirst(toNativeFormat(map));

@@ -9,11 +9,11 @@
 
 namespace cuboid_mapping_ros {
 
-/// A rank's part of a map that is divided among ranks, in one piece. @param head  The map without bricks.
+/// A rank's part of a map that is divided among ranks, as a snapshot. @param head  The map without bricks.
 [[nodiscard]] cuboid_mapping::MapSnapshot takePart(const cuboid_mapping::MapSnapshot& head,
                                                    const cuboid_mapping::VoxelStore& part);
 
-/// Rank 0 writes the map of all ranks, in the format that the name stands for. The file is there when it is
+/// Writes the map of all ranks at rank 0, in the format of the file's extension. The file exists when it is
 /// complete, or not at all.
 ///
 /// A store is written page by page: no rank holds more than its part, and some pages. For other formats rank 0 needs the

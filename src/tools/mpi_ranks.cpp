@@ -11,7 +11,7 @@
 namespace cuboid_mapping_ros {
 namespace {
 
-/// MPI counts bytes by int.
+/// Maximum size of a message: MPI counts bytes by int.
 constexpr std::size_t kMaxMessage_bytes = std::size_t{1} << 30;
 
 /// Tag of messages for receiveNext(); all others have 0.
@@ -24,7 +24,7 @@ int checkedCount(std::size_t num_bytes) {
   return static_cast<int>(num_bytes);
 }
 
-/// Offset of each of them.
+/// Offsets that follow from counts.
 std::vector<int> toOffsets(const std::vector<int>& counts) {
   std::vector<int> offsets(counts.size());
   std::size_t next = 0;
@@ -53,7 +53,7 @@ void MpiSends::wait() {
 }
 
 MpiRanks::MpiRanks(int& argc, char**& argv) {
-  int provided = 0;  // Threads are there, MPI is called by one.
+  int provided = 0;  // There are threads, but only one calls MPI.
   MPI_Init_thread(&argc, &argv, MPI_THREAD_FUNNELED, &provided);
   MPI_Comm_rank(MPI_COMM_WORLD, &rank_);
   MPI_Comm_size(MPI_COMM_WORLD, &size_);
@@ -134,7 +134,7 @@ void MpiRanks::receiveNext(int from, std::string& bytes) const {
 
 void MpiRanks::sendToFirst(const std::string& bytes) const {
   std::uint64_t size = bytes.size();
-  // Synchronous: what rank 0 has not come to would pile up there.
+  // Synchronous, so that messages do not pile up at rank 0.
   MPI_Ssend(&size, 1, MPI_UINT64_T, 0, 0, MPI_COMM_WORLD);
   for (std::size_t i = 0; i < bytes.size(); i += kMaxMessage_bytes) {
     const int count = checkedCount(std::min(kMaxMessage_bytes, bytes.size() - i));

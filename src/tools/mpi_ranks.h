@@ -11,7 +11,7 @@
 
 namespace cuboid_mapping_ros {
 
-/// Bytes that are on their way to other ranks, see MpiRanks::startSending().
+/// Bytes on their way to other ranks, see MpiRanks::startSending().
 class MpiSends {
  public:
   MpiSends();
@@ -19,7 +19,7 @@ class MpiSends {
   MpiSends(MpiSends&& other) noexcept;
   MpiSends& operator=(MpiSends&& other) noexcept;
 
-  /// Waits until they have been taken.
+  /// Waits until they have been received.
   void wait();
 
  private:
@@ -29,12 +29,12 @@ class MpiSends {
   std::unique_ptr<Requests> requests_;
 };
 
-/// The ranks of MPI_COMM_WORLD: programs that work side by side. An error of MPI ends all of them.
+/// The ranks of MPI_COMM_WORLD, which run in parallel. An error of MPI ends all of them.
 ///
-/// Every function but those marked waits until all ranks have called it.
+/// Every function waits until all ranks have called it, unless its comment says otherwise.
 class MpiRanks {
  public:
-  /// Starts MPI. There is one object in a program.
+  /// Starts MPI. A program has one object.
   MpiRanks(int& argc, char**& argv);
   /// Ends MPI.
   ~MpiRanks();
@@ -53,14 +53,14 @@ class MpiRanks {
 
   /// Sends bytes to each rank. @param to  By rank; less than 2 GB in all. @return The received bytes, by rank.
   [[nodiscard]] std::vector<std::string> exchange(const std::vector<std::string>& to) const;
-  /// Begins to send bytes to all other ranks. Does not wait. @param to  By rank, less than 2 GB each; they must stay as
-  /// they are until the sends are waited for.
+  /// Starts to send bytes to all other ranks. Does not wait. @param to  By rank, less than 2 GB each; they must not change
+  /// until the sends have been waited for.
   [[nodiscard]] MpiSends startSending(const std::vector<std::string_view>& to) const;
-  /// Bytes that another rank has begun to send, in its order. Waits for that rank alone.
+  /// Receives bytes that another rank has started to send, in its order. Waits for that rank alone.
   void receiveNext(int from, std::string& bytes) const;
-  /// Sends bytes of any length to rank 0, when it calls receive(). Does not wait for the others.
+  /// Sends bytes of any length to rank 0, which calls receive(). Does not wait for the others.
   void sendToFirst(const std::string& bytes) const;
-  /// Bytes that a rank has sent. Does not wait for the other ranks.
+  /// Receives bytes from a rank. Does not wait for the other ranks.
   [[nodiscard]] std::string receive(int from) const;
 
   /// Ends all ranks. Does not wait.

@@ -84,7 +84,7 @@ class Pen {
   Picture& picture_;
 };
 
-/// A length with a digit behind the point where it is short.
+/// A length, with one decimal if it is short.
 std::string lengthText(double length_m) {
   std::ostringstream out;
   out.imbue(std::locale::classic());

@@ -5,12 +5,12 @@
 
 namespace cuboid_mapping {
 
-/// Draws a legend of the colours, if by height, and a scale into the lower left corner of a picture. Pictures of
+/// Draws a legend of colours by height, and a scale, into the lower left corner of a picture. Pictures of
 /// less than 240 x 180 pixels stay as they are.
-/// @param ortho_height_m  Height of the picture in metres; 0: in perspective there is no scale.
+/// @param ortho_height_m  Height of the picture in metres; 0: perspective, without a scale.
 void drawLegend(Picture& picture, const PictureStyle& style, double ortho_height_m);
 
-/// The longest round length (1, 2 or 5 times a power of ten) that is not longer than another one.
+/// The longest round length (1, 2 or 5 times a power of ten) up to a maximum.
 /// @pre max_length_m > 0.
 [[nodiscard]] double roundLength(double max_length_m);
 

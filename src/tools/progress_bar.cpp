@@ -69,7 +69,7 @@ void ProgressBar::draw() {
   if (!is_on_terminal_) return;
   last_drawn_ = Clock::now();
   const std::chrono::duration<double> elapsed = last_drawn_ - start_;
-  // The code after the text wipes what is left of a longer line.
+  // The code after the text clears the rest of a longer line.
   std::cerr << '\r' << formatProgress({done_, total_, elapsed.count()}, unit_) << "\033[K"
             << std::flush;
 }

@@ -9,7 +9,7 @@
 
 namespace cuboid_mapping {
 
-/// How far a program has come.
+/// Progress of a program.
 struct Progress {
   std::uint64_t done = 0;
   std::uint64_t total = 0;  ///< > 0
@@ -22,15 +22,15 @@ struct Progress {
 /// Cases:
 ///   - nothing done: no time;
 ///   - all done: the time it took;
-///   - else: the time left, if the rest goes on as it went so far.
+///   - else: the time left at the speed so far.
 ///
 /// @param unit  The counted unit: "clouds".
 [[nodiscard]] std::string formatProgress(const Progress& progress, const std::string& unit);
 
-/// A progress bar on stderr, if that is a terminal; else nothing is written.
+/// A progress bar on stderr, if that is a terminal; else it writes nothing.
 ///
-/// The line is drawn anew at most ten times a second, and ends with the object, so that what is
-/// written next begins a line of its own.
+/// The line is redrawn at most ten times a second. The destructor ends it, so that later output
+/// begins on its own line.
 class ProgressBar {
  public:
   /// @param unit  The counted unit: "clouds". @param total  Their number, > 0.
@@ -39,7 +39,7 @@ class ProgressBar {
   ProgressBar(const ProgressBar&) = delete;
   ProgressBar& operator=(const ProgressBar&) = delete;
 
-  /// @param done  How many of the total are finished.
+  /// @param done  Finished number of the total.
   void update(std::uint64_t done);
 
  private:
@@ -55,8 +55,8 @@ class ProgressBar {
   Clock::time_point last_drawn_ = start_;
 };
 
-/// Draws a ProgressBar from the first time it is told something on, until it and its copies are
-/// gone. It throws Interrupted after Ctrl-C, so that the work is given up; see throwIfInterrupted.
+/// Draws a ProgressBar from its first call on, until it and its copies are
+/// destroyed. It throws Interrupted after Ctrl-C, to end the work; see throwIfInterrupted().
 /// @param unit  The counted unit: "rows".
 [[nodiscard]] ProgressListener showProgress(const std::string& unit);
 

@@ -30,7 +30,7 @@ using cuboid_mapping::FullCuboidMap;
 using cuboid_mapping::join;
 using cuboid_mapping::MapDetail;
 
-/// Updates that wait for a keyframe, as those that come between its parts.
+/// Maximum number of updates that wait for a keyframe, for example between its parts.
 constexpr std::size_t kMaxEarlyUpdates = 100;
 
 /// Follows a recorded map as CuboidMapClient does a live one, but without ~get_map: after a lost update it waits for a
@@ -50,12 +50,12 @@ class RecordedMapFollower {
 
   [[nodiscard]] const cuboid_mapping::CuboidMap* map() const { return follower_.map(); }
   [[nodiscard]] const std::string& frameId() const { return frame_id_; }
-  /// Parts of the last keyframe.
+  /// Detail of the last keyframe.
   [[nodiscard]] MapDetail detail() const { return detail_; }
   [[nodiscard]] const std::set<std::string>& servers() const { return servers_; }
-  /// When the last change of the map was recorded.
+  /// Time of recording of the last change of the map.
   [[nodiscard]] const ros::Time& time() const { return time_; }
-  /// When an update was lost after which no keyframe has come.
+  /// Time at which an update was lost, if no keyframe has followed.
   [[nodiscard]] const std::optional<ros::Time>& behindSince() const { return behind_since_; }
 
  private:
@@ -70,7 +70,7 @@ class RecordedMapFollower {
     }
     if (!incoming_ || incoming_->part + 1 < incoming_->num_parts) return;
     const ImageMessage whole = *std::exchange(incoming_, std::nullopt);
-    if (!follower_.take(whole.image)) return;  // Damaged.
+    if (!follower_.take(whole.image)) return;  // It is damaged.
     noteTaken(message, whole.header);
     detail_ = whole.image.detail;
     behind_since_.reset();
@@ -80,7 +80,7 @@ class RecordedMapFollower {
     }
   }
 
-  /// While updates come, a keyframe brings nothing new.
+  /// Whether a keyframe brings nothing new, since updates arrive.
   bool isKeyframeToSpare(const FullCuboidMap& keyframe) {
     const bool is_followed =
         follower_.map() != nullptr && !behind_since_ && keyframe.instance == follower_.instance();
@@ -104,7 +104,7 @@ class RecordedMapFollower {
     }
   }
 
-  /// Updates may overtake their keyframe. Without the oldest of too many, a gap is seen when it comes.
+  /// Keeps updates that overtake their keyframe. The oldest may be dropped: the keyframe then shows a gap.
   void keepForImage(const BagMessage& message) {
     if (early_updates_.size() == kMaxEarlyUpdates) early_updates_.pop_front();
     early_updates_.push_back(message);
@@ -126,14 +126,14 @@ class RecordedMapFollower {
   BagFiles& bags_;
   std::string map_topic_;
   std::string server_;
-  std::set<std::string> servers_;  ///< All on the topics.
+  std::set<std::string> servers_;  ///< All servers on the topics.
   cuboid_mapping::MapFollower follower_;
   std::string frame_id_;
   MapDetail detail_ = MapDetail::kClasses;
   ros::Time time_;
   std::optional<ros::Time> behind_since_;
-  bool is_updated_ = false;               ///< By updates, since the last keyframe.
-  std::optional<ImageMessage> incoming_;  ///< The parts of a keyframe that have come.
+  bool is_updated_ = false;               ///< Updates have come since the last keyframe.
+  std::optional<ImageMessage> incoming_;  ///< Parts of a keyframe that have come.
   std::deque<BagMessage> early_updates_;
 };
 
@@ -169,7 +169,7 @@ class MapBag {
     throw std::runtime_error(file_ + ": " + text);
   }
 
-  /// Text of a time since the start. Rounded up, so that --at takes the message of that time.
+  /// Text of a time since the start. Rounded up, so that --at includes the message of that time.
   [[nodiscard]] std::string seconds(const ros::Time& time) const {
     return cuboid_mapping::toText(std::ceil(1e3 * (time - begin_).toSec()) / 1e3) + " s";
   }
@@ -182,7 +182,7 @@ class MapBag {
     return texts.empty() ? "nothing" : join(texts, ", ");
   }
 
-  /// The topic of maps that is wanted, or the only one.
+  /// The given topic of maps, or the only one.
   [[nodiscard]] std::string chooseTopic() const {
     const std::string datatype = ros::message_traits::datatype<FullCuboidMap>();
     std::vector<std::string> names;
@@ -207,7 +207,7 @@ class MapBag {
     return name;
   }
 
-  /// Until the time that is asked for; and further where there is no map by then, to say when there is one.
+  /// Reads up to the requested time; and further if there is no map by then, to report when there is one.
   void follow(const std::vector<BagMessage>& messages,
               const cuboid_mapping::ProgressListener& listener, RecordedMapFollower& follower) {
     cuboid_mapping::ProgressCounter progress(listener, messages.size());
@@ -263,7 +263,7 @@ class MapBag {
   RecordedMapOptions options_;
   ros::Time begin_;
   ros::Time end_;
-  std::map<std::string, const rosbag::ConnectionInfo*> topics_;  ///< By names with a slash.
+  std::map<std::string, const rosbag::ConnectionInfo*> topics_;  ///< Topics by names with a slash.
 };
 
 }  // namespace

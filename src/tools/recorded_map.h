@@ -15,7 +15,7 @@ namespace cuboid_mapping_ros {
 struct RecordedMapOptions {
   std::string topic;   ///< Topic of FullCuboidMap; empty: the only one of the bag.
   std::string server;  ///< Namespace of the node's services; empty: the only one on the topic.
-  double at_s = std::numeric_limits<double>::infinity();  ///< Since the start of the bag.
+  double at_s = std::numeric_limits<double>::infinity();  ///< Time since the start of the bag.
 };
 
 /// A map that was read from a bag.
@@ -30,10 +30,10 @@ struct RecordedMap {
 /// Reads the map that a client had at a time, from the last keyframe and the updates after it. A client that has lost
 /// updates keeps its map until the next keyframe; a note says so.
 ///
-/// @param listener  Is told of messages.
-/// @throws std::runtime_error  naming the file, and what to do: it cannot be read, it has no such topic or more than
+/// @param listener  Reports messages.
+/// @throws std::runtime_error  naming the file and the cure: it cannot be read, it has no such topic or more than
 ///         one, several nodes publish to it, or there is no whole map by that time.
-/// @complexity O(n) in the bytes of the updates, and of the keyframes that are needed.
+/// @complexity O(n) in the bytes of the updates, and of the needed keyframes.
 [[nodiscard]] RecordedMap readRecordedMap(const std::string& file,
                                           const RecordedMapOptions& options,
                                           const cuboid_mapping::ProgressListener& listener);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Scans of data sets as messages: scans_to_bag writes them to a bag, bag_to_map takes them without one.
+// Scans of data sets as messages: scans_to_bag writes them to a bag, bag_to_map uses them directly.
 #pragma once
 
 #include "cuboid_mapping/io/scan_dataset.h"
@@ -18,19 +18,19 @@ struct ScanNames {
   std::string sensor_frame = "sensor";
 };
 
-/// Clouds per second, where nothing else is said: scans have no stamps of their own.
+/// Default rate of clouds: scans have no stamps of their own.
 constexpr double kScanRate_hz = 10.0;
 
-/// Data sets of scans, one behind the other.
+/// Data sets of scans, one after the other.
 class ScanFolders {
  public:
-  /// Whether a path is one that openScanDataset() may open: a folder, or an OctoMap .graph.
+  /// Whether openScanDataset() may open a path: a folder, or an OctoMap .graph.
   [[nodiscard]] static bool isOne(const std::string& path);
 
   /// @throws As openScanDataset().
   explicit ScanFolders(const std::vector<std::string>& paths);
 
-  /// Number of all scans.
+  /// Number of scans in all data sets.
   [[nodiscard]] std::size_t size() const { return size_; }
   /// As ScanDataset::read(). @pre number < size().
   [[nodiscard]] cuboid_mapping::ScanDataset::Item read(std::size_t number) const;

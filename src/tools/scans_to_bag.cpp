@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Makes a rosbag of a data set of scans: a PointCloud2 and its tf for each of them.
+// Converts a data set of scans to a rosbag: a PointCloud2 and its tf for each scan.
 #include "bag_output.h"
 #include "command_line.h"
 #include "cuboid_mapping/io/text.h"

@@ -20,7 +20,7 @@ using cuboid_mapping::RangeCheck;
 
 constexpr char kLidarFrame[] = "lidar";
 
-/// T_base_lidar: on a mast.
+/// T_base_lidar: the lidar is on a mast.
 const Eigen::Isometry3d kMount(Eigen::Translation3d(0.1, 0.0, 1.0));
 
 LidarConfig withSeed(LidarConfig lidar, std::uint64_t seed) {
@@ -45,7 +45,7 @@ std::vector<std::string> checkDriveConfig(const DriveConfig& config) {
 
 std::uint64_t computeNumClouds(const DriveConfig& config) {
   if (config.duration_s == 0.0) return 0;
-  // A hair less, so that the rounding of 0.3 s * 10 Hz gives no fourth cloud.
+  // Slightly less, so that the rounding of 0.3 s * 10 Hz gives no fourth cloud.
   const double count = std::ceil(config.duration_s * config.cloud_rate_hz - 1e-6);
   return static_cast<std::uint64_t>(std::max(1.0, count));
 }

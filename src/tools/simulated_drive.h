@@ -21,37 +21,37 @@ struct DriveConfig {
   cuboid_mapping::LidarConfig lidar;
   double cloud_rate_hz = 10.0;  ///< Clouds per second of simulated time, 0.01 to 100.
   double duration_s = 0.0;      ///< Simulated time, 0 to 1e6; 0: for ever.
-  std::string robot;            ///< Its frames are NAME/base_link and NAME/lidar; empty: without.
-  double head_start_m = 0.0;    ///< So far on its way the robot is at time 0, 0 to 1e6.
+  std::string robot;            ///< Its frames are NAME/base_link and NAME/lidar; empty: no NAME.
+  double head_start_m = 0.0;    ///< Distance that the robot has travelled at time 0, 0 to 1e6.
 };
 
 /// Errors of a configuration, a line each: key, value, allowed range. Empty: none.
 [[nodiscard]] std::vector<std::string> checkDriveConfig(const DriveConfig& config);
 
-/// Number of clouds in the configured duration, at least one; 0 where it goes on for ever.
+/// Number of clouds in the configured duration, at least one; 0 if it has no end.
 [[nodiscard]] std::uint64_t computeNumClouds(const DriveConfig& config);
 
-/// Pose of the robot.
+/// Frame of the robot.
 constexpr char kBaseFrame[] = "base_link";
 
-/// Organized, float32 fields x, y, z and intensity, NaN without return.
+/// Converts to an organized cloud with float32 fields x, y, z and intensity, NaN without return.
 [[nodiscard]] sensor_msgs::PointCloud2 toMessage(const cuboid_mapping::LidarCloud& cloud,
                                                  const ros::Time& stamp,
                                                  const std::string& frame_id);
 
 /// The messages of a lidar on a robot that drives through the simulated building, lap after lap.
 ///
-/// The frames are map -> base_link -> lidar, the latter two behind the name of the robot. The same configuration, index and stamp give the same
+/// The frames are map -> base_link -> lidar, the latter two with the robot's name as prefix. The same configuration, index and stamp give the same
 /// bytes. Thread-safe: const.
 class SimulatedDrive {
  public:
-  /// @pre checkDriveConfig(config) has no complaint.
+  /// @pre checkDriveConfig(config) finds no error.
   explicit SimulatedDrive(const DriveConfig& config);
 
-  /// base_link -> lidar: static.
+  /// Static transform base_link -> lidar.
   [[nodiscard]] geometry_msgs::TransformStamped toMountMessage(const ros::Time& stamp) const;
 
-  /// map -> base_link at cloud `index`.
+  /// Transform map -> base_link at cloud `index`.
   [[nodiscard]] geometry_msgs::TransformStamped toPoseMessage(std::uint64_t index,
                                                               const ros::Time& stamp) const;
 
@@ -61,7 +61,7 @@ class SimulatedDrive {
 
   /// T_map_base at a time.
   [[nodiscard]] Eigen::Isometry3d computePose(double time_s) const;
-  /// The frame of a part of the robot, behind its name.
+  /// The frame of a part of the robot, with its name as prefix.
   [[nodiscard]] std::string frameOf(const std::string& part) const;
 
  private:

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Maps what a simulated lidar sees on its drive through a building: a first map without ROS.
+// Maps the clouds of a simulated lidar on its drive through a building: a first map without ROS.
 #include "command_line.h"
 #include "cuboid_mapping/io/file_replacement.h"
 #include "cuboid_mapping/io/map_files.h"

@@ -32,10 +32,10 @@ constexpr double kScanRange_m = 20.0;
 
 constexpr int kImageWidth = 80;
 constexpr int kImageHeight = 60;
-constexpr double kFocalLength = 60.0;  // Pixels.
+constexpr double kFocalLength = 60.0;  // In pixels.
 constexpr double kImageRange_m = 8.0;
 
-/// A sensor like the lidar, with beams and noise of its own.
+/// A sensor like the lidar, with its own beams and noise.
 LidarConfig likeLidar(const DriveConfig& drive, int rings, int columns, double max_range_m,
                       std::uint64_t number) {
   LidarConfig config = drive.lidar;

@@ -12,46 +12,46 @@
 
 namespace cuboid_mapping_ros {
 
-/// Other sensors on the robot of a SimulatedDrive: a lidar behind, a planar laser in front, a depth camera that looks forward.
+/// Other sensors on the robot of a SimulatedDrive: a lidar at the rear, a planar laser in front, a depth camera that looks forward.
 ///
-/// Time is counted in ticks, six to each cloud of the drive: at 10 clouds a second there are 10 clouds of the lidar behind, 20
+/// Time is counted in ticks, six to each cloud of the drive: at 10 clouds a second there are 10 clouds of the rear lidar, 20
 /// scans and 30 images. The frames are base_link -> rear_lidar, laser and camera. The same configuration, tick and stamp give
 /// the same bytes. Thread-safe: const.
 class SimulatedSensors {
  public:
   static constexpr std::uint64_t kTicksACloud = 6;
 
-  /// Which of them measure at a tick. The drive's lidar does at multiples of kTicksACloud.
+  /// Whether a sensor measures at a tick. The drive's lidar measures at multiples of kTicksACloud.
   ///@{
   [[nodiscard]] static bool hasCloud(std::uint64_t tick) { return tick % kTicksACloud == 3; }
   [[nodiscard]] static bool hasScan(std::uint64_t tick) { return tick % 3 == 1; }
   [[nodiscard]] static bool hasImage(std::uint64_t tick) { return tick % 2 == 0; }
   ///@}
 
-  /// @pre checkDriveConfig(config) has no complaint. @param config  Of the drive: its lidar is that behind, too.
+  /// @pre checkDriveConfig(config) finds no error. @param config  Drive; the rear lidar is like its lidar.
   explicit SimulatedSensors(const DriveConfig& config);
 
-  /// Ticks a second.
+  /// Ticks per second.
   [[nodiscard]] double tickRate() const { return kTicksACloud * config_.cloud_rate_hz; }
 
-  /// base_link -> each sensor: static.
+  /// Static transforms base_link -> each sensor.
   [[nodiscard]] std::vector<geometry_msgs::TransformStamped> toMountMessages(
       const ros::Time& stamp) const;
-  /// map -> base_link.
+  /// Transform map -> base_link.
   [[nodiscard]] geometry_msgs::TransformStamped toPoseMessage(std::uint64_t tick,
                                                               const ros::Time& stamp) const;
-  /// As that of the drive.
+  /// Cloud of the rear lidar, with the format of the drive's clouds.
   [[nodiscard]] sensor_msgs::PointCloud2 toCloudMessage(std::uint64_t tick,
                                                         const ros::Time& stamp) const;
-  /// 270 degrees in steps of half a degree; +inf without return.
+  /// Scan of 270 degrees in steps of half a degree; +inf without return.
   [[nodiscard]] sensor_msgs::LaserScan toScanMessage(std::uint64_t tick,
                                                      const ros::Time& stamp) const;
-  /// 80 x 60 pixels, 16UC1; 0 without return.
+  /// Image of 80 x 60 pixels, 16UC1; 0 without return.
   [[nodiscard]] sensor_msgs::Image toImageMessage(std::uint64_t tick, const ros::Time& stamp) const;
   [[nodiscard]] sensor_msgs::CameraInfo toCameraMessage(const ros::Time& stamp) const;
 
  private:
-  /// @param lidar  With the beams of a sensor. @param T_base_sensor  Where it is.
+  /// @param lidar  Beams of a sensor. @param T_base_sensor  Its pose.
   [[nodiscard]] cuboid_mapping::LidarCloud measure(const cuboid_mapping::Lidar& lidar,
                                                    const Eigen::Isometry3d& T_base_sensor,
                                                    std::uint64_t tick) const;

@@ -8,11 +8,11 @@
 
 namespace cuboid_mapping_ros {
 
-/// Stamp of the first cloud of simulated and converted data. Some way from zero, since there is
-/// code that subtracts from times.
+/// Stamp of the first cloud of simulated and converted data. It is not near zero, since some
+/// code subtracts from times.
 inline const ros::Time kFirstStamp(1000, 0);
 
-/// When cloud `index` is taken: `first_stamp` for cloud 0.
+/// Stamp of cloud `index`; cloud 0 has `first_stamp`.
 [[nodiscard]] inline ros::Time computeStamp(const ros::Time& first_stamp, std::uint64_t index,
                                             double rate_hz) {
   const double since_first_ns = 1e9 * static_cast<double>(index) / rate_hz;
