@@ -85,13 +85,13 @@ inline PointCloud2 makeMessage(const CloudSpec& spec, const std::vector<Eigen::V
   return message;
 }
 
-/// The same as what a source has sent.
+/// A message from a source.
 inline SensorMessage makeSensorMessage(const CloudSpec& spec,
                                        const std::vector<Eigen::Vector3d>& points) {
   return {boost::make_shared<PointCloud2>(makeMessage(spec, points))};
 }
 
-/// Points within 50 m.
+/// Random points within 50 m.
 inline std::vector<Eigen::Vector3d> makePoints(std::size_t count,
                                                cuboid_mapping::test::Random& random) {
   std::vector<Eigen::Vector3d> points;
@@ -101,7 +101,7 @@ inline std::vector<Eigen::Vector3d> makePoints(std::size_t count,
   return points;
 }
 
-/// What convertCloud() makes of a message that it must not refuse.
+/// Result of convertCloud() for a message that must be accepted.
 inline CloudPoints convertGood(const PointCloud2& message, const CloudOptions& options = {}) {
   auto result = convertCloud(message, options);
   if (const auto* error = std::get_if<CloudError>(&result)) {

@@ -18,12 +18,12 @@
 
 namespace cuboid_mapping_ros::test {
 
-/// As node, or as nodelet. The frame of the robot is `base`, and the lidar is there.
+/// A test with node or nodelet. The frame of the robot is `base`, where the lidar is.
 class DrivenNode : public ::testing::TestWithParam<bool> {
  protected:
   static constexpr char kName[] = "/explorer";
 
-  /// Starts it, with parameters as "_key:=value".
+  /// Starts it with parameters as "_key:=value".
   void start(const std::vector<std::string>& parameters) {
     std::vector<std::string> command = commandOf(GetParam());
     command.insert(command.end(), {std::string("__name:=") + (kName + 1), "__log:=/dev/null",
@@ -51,7 +51,7 @@ class DrivenNode : public ::testing::TestWithParam<bool> {
     if (node_) end(SIGINT);
   }
 
-  /// Says where the robot is. @param x  In the frame as it was at the start.
+  /// Publishes the robot's place. @param x  In the frame at the start.
   void publishPose(double x, const ros::Time& stamp) {
     tf2_msgs::TFMessage tf;
     tf.transforms.push_back(
@@ -78,7 +78,7 @@ class DrivenNode : public ::testing::TestWithParam<bool> {
     clouds_.publish(makeCloud("base", stamp, makeRoom({1.0, 1.0, 0.5})));
   }
 
-  /// The log-odds of all voxels, by ~save_map.
+  /// The log-odds of all voxels, from ~save_map.
   [[nodiscard]] std::map<cuboid_mapping::Cell, float> saveMap() const {
     cuboid_mapping::SaveMap save;
     save.request.filename = folder_ / "saved.cuboids";
@@ -88,7 +88,7 @@ class DrivenNode : public ::testing::TestWithParam<bool> {
         cuboid_mapping::readMapFile(save.request.filename).snapshot.bricks);
   }
 
-  /// A number of the next report.
+  /// A number in the next report.
   [[nodiscard]] long figure(const std::string& key) {
     EXPECT_TRUE(diagnostics_.waitForNextReport());
     return diagnostics_.status().number(key);
@@ -101,7 +101,7 @@ class DrivenNode : public ::testing::TestWithParam<bool> {
   DiagnosticsProbe diagnostics_{kName};
   std::unique_ptr<cuboid_mapping::test::Program> node_;
   double time_s_ = 100.0;
-  Eigen::Isometry3d T_map_start_ = Eigen::Isometry3d::Identity();  ///< Another one after a jump.
+  Eigen::Isometry3d T_map_start_ = Eigen::Isometry3d::Identity();  ///< Changes after a jump.
   long num_sent_ = 0;
 };
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The parameters of kept clouds, as parameter_cases.h.
+// Cases for the parameters of kept clouds, see parameter_cases.h.
 #pragma once
 
 #include "ros/parameter_cases.h"

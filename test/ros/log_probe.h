@@ -12,7 +12,7 @@
 
 namespace cuboid_mapping_ros::test {
 
-/// Lines of the log of all nodes, from when they know of this listener: the first may be missed.
+/// Lines of the log of all nodes, from when they know this subscriber: the first may be missed.
 class LogProbe {
  public:
   LogProbe() {
@@ -21,7 +21,7 @@ class LogProbe {
     subscriber_ = nh_.subscribe("/rosout", 1000, callback);
   }
 
-  /// @param node  Whose lines count; empty: those of all.
+  /// @param node  Node whose lines count; empty: all nodes.
   [[nodiscard]] bool has(const std::string& part, const std::string& node = "") const {
     return std::any_of(lines_.begin(), lines_.end(), [&](const rosgraph_msgs::Log& line) {
       return (node.empty() || line.name == node) && line.msg.find(part) != std::string::npos;

@@ -30,8 +30,8 @@ inline cuboid_mapping::AnswerInfo infoOf(const cuboid_mapping::QueryBox::Respons
   return info;
 }
 
-/// At 0.1 m: a free room from (0, 0, 0) to (2, 1, 1) m, in its middle a wall 0.1 m thick, from
-/// x = 1 on, with a door from y = 0.3 to 0.6; all else unknown. The frame "turned" is the map's, turned by
+/// A map at 0.1 m: a free room from (0, 0, 0) to (2, 1, 1) m with a wall 0.1 m thick in its middle, from
+/// x = 1 on, which has a door from y = 0.3 to 0.6; the rest is unknown. The frame "turned" is the map's, rotated by
 /// 90 degrees about z, and moved by (5, 0, 0): its (x, y) is the map's (5 - y, x).
 class MapInFrameTest : public ::testing::Test {
  protected:
@@ -79,7 +79,7 @@ class MapInFrameTest : public ::testing::Test {
     EXPECT_EQ(info.revision, 1U);
   }
 
-  /// @param part  That the message has to have.
+  /// @param part  Part of the expected text.
   template <typename ResponseT>
   static void expectRefusal(const ResponseT& response, const std::string& part) {
     const auto info = infoOf(response);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What a viewer keeps of marker messages, and what it should have kept.
+// Markers that a viewer keeps from messages, and the expected ones.
 #pragma once
 
 #include "cuboid_mapping/map/cuboid_search.h"
@@ -57,7 +57,7 @@ inline ShownCube makeShownCube(const Eigen::Vector3d& center_m, const Eigen::Vec
   return cube;
 }
 
-/// The markers that a viewer keeps, by (ns, id).
+/// A viewer that keeps markers by (ns, id).
 class MarkerViewer {
  public:
   using Marker = visualization_msgs::Marker;
@@ -96,7 +96,7 @@ class MarkerViewer {
 
   [[nodiscard]] std::size_t numKept() const { return kept_.size(); }
   [[nodiscard]] std::size_t numDeletes() const { return num_deletes_; }
-  /// Of markers that it did not have.
+  /// Number of deletes of markers that it did not have.
   [[nodiscard]] std::size_t numNeedlessDeletes() const { return num_needless_deletes_; }
 
  private:
@@ -114,7 +114,7 @@ class MarkerViewer {
   std::size_t num_needless_deletes_ = 0;
 };
 
-/// The cubes that stand for a cuboid: cut at the multiples of 8 voxels where it is longer than 8.
+/// The cubes of a cuboid: cut at the multiples of 8 voxels if it is longer than 8.
 inline std::vector<cuboid_mapping::CellBox> cutIntoCubes(const cuboid_mapping::CellBox& box) {
   std::vector<cuboid_mapping::CellBox> cubes{box};
   for (int axis = 0; axis < 3; ++axis) {
@@ -136,7 +136,7 @@ inline std::vector<cuboid_mapping::CellBox> cutIntoCubes(const cuboid_mapping::C
   return cubes;
 }
 
-/// What should be on the screen for the cuboids of a map, sorted.
+/// Expected cubes on the screen for the cuboids of a map, sorted.
 inline std::vector<ShownCube> expectedCubes(const cuboid_mapping::CuboidMap& map,
                                             const cuboid_mapping::Grid& grid,
                                             const MarkerStyle& style) {

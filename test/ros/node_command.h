@@ -7,7 +7,7 @@
 
 namespace cuboid_mapping_ros::test {
 
-/// Starts a node, or a manager with the nodelet; what LAUNCH_PREFIX says comes before the manager, as in launch files.
+/// Starts a node, or a manager with the nodelet; LAUNCH_PREFIX precedes the manager, as in launch files.
 inline std::vector<std::string> commandOf(bool is_nodelet) {
   if (!is_nodelet) return {CUBOID_MAPPING_NODE};
   const char* prefix = std::getenv("LAUNCH_PREFIX");

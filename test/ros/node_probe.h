@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What the tests of the running node have in common: a lidar in a room, tf, diagnostics.
+// Common parts of the tests of the running node: a lidar in a room, tf, diagnostics.
 #pragma once
 
 #include "cuboid_mapping/ros/conversions/point_cloud.h"
@@ -30,10 +30,10 @@ namespace cuboid_mapping_ros::test {
 constexpr char kNode[] = "/cuboid_mapping";
 constexpr double kResolution_m = 0.1;
 
-/// Longest time to wait for anything: only a failure takes so long.
+/// Longest wait: only a failure takes this long.
 constexpr double kDeadline_s = 60.0;
 
-/// Serves callbacks until the condition holds. @return false when it never does.
+/// Serves callbacks until the condition holds. @return false at the deadline.
 inline bool waitFor(const std::function<bool()>& condition) {
   const ros::WallTime deadline = ros::WallTime::now() + ros::WallDuration(kDeadline_s);
   while (ros::ok() && ros::WallTime::now() < deadline) {
@@ -44,16 +44,16 @@ inline bool waitFor(const std::function<bool()>& condition) {
   return false;
 }
 
-/// Calls a service that may be called twice. roscpp loses an answer now and then: it closes the connection
-/// before it has read what the server sent last (ros_comm issue 1976).
+/// Calls a service that may be called twice. roscpp sometimes loses an answer: it closes the connection
+/// before it has read the server's last bytes (ros_comm issue 1976).
 template <typename ServiceT>
 bool callService(const std::string& name, ServiceT& service) {
   return ros::service::call(name, service) || ros::service::call(name, service);
 }
 
-/// Points on the inner faces of a room, two for each edge of a voxel. Seen from a point inside, every
-/// voxel within [-half_size_m, half_size_m) is free, and every voxel of the layer around that
-/// a face looks at is occupied.
+/// Points on the inner faces of a room, two for each edge of a voxel. Seen from inside, every
+/// voxel within [-half_size_m, half_size_m) is free, and every voxel in the layer around it
+/// that faces the room is occupied.
 ///
 /// @param half_size_m  Multiples of the resolution.
 inline std::vector<Eigen::Vector3d> makeRoom(const Eigen::Vector3d& half_size_m) {
@@ -99,7 +99,7 @@ inline Eigen::Isometry3d makeTranslation(double x, double y, double z) {
 }
 
 inline void publishStaticTf(const geometry_msgs::TransformStamped& transform) {
-  // One for all tests: the topic is latched, and the last message of a publisher is what counts.
+  // One broadcaster for all tests: the topic is latched, so the last message of a publisher counts.
   static tf2_ros::StaticTransformBroadcaster broadcaster;
   broadcaster.sendTransform(transform);
 }
@@ -111,7 +111,7 @@ struct NodeStatus {
   std::string message;
   std::map<std::string, std::string> values;
 
-  /// The whole number of a key; -1 when there is none.
+  /// The whole number of a key; -1 if there is none.
   [[nodiscard]] long number(const std::string& key) const {
     const auto value = values.find(key);
     return value == values.end() ? -1 : std::stol(value->second);
@@ -131,7 +131,7 @@ class DiagnosticsProbe {
   [[nodiscard]] const NodeStatus& status() const { return status_; }
   [[nodiscard]] int numReports() const { return num_reports_; }
 
-  /// Waits for a report that was made after this call: not for one that is under way.
+  /// Waits for a report made after this call, not one that is already on its way.
   bool waitForNextReport() {
     const int num_seen = num_reports_;
     return waitFor([&] { return num_reports_ >= num_seen + 2; });
@@ -177,18 +177,18 @@ class NodeTest : public ::testing::Test {
     cloud_publisher_.publish(makeCloud(frame_id, stamp, makeRoom({2.0, 2.0, 1.0})));
   }
 
-  /// Waits until so many more clouds are in the map than at the start of the test.
+  /// Waits until this many more clouds are in the map than at the start of the test.
   bool waitForInserted(long count) {
     return waitFor([&] { return countNew("clouds inserted") >= count; });
   }
 
-  /// Lets countNew() start from here.
+  /// Resets countNew().
   void startCounting() {
     ASSERT_TRUE(diagnostics_.waitForNextReport());
     start_ = diagnostics_.status();
   }
 
-  /// By how much a number of the diagnostics has risen in this test.
+  /// Increase of a number of the diagnostics in this test.
   [[nodiscard]] long countNew(const std::string& key) const {
     return diagnostics_.status().number(key) - start_.number(key);
   }

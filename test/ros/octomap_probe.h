@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What the tests of octomap_server's interface have in common: topics and octrees of a running node.
+// Common parts of the tests of octomap_server's interface: topics and octrees of a running node.
 #pragma once
 
 #include "cuboid_mapping/io/octree_stream.h"
@@ -23,11 +23,11 @@ class TopicProbe {
         };
     subscriber_ = nh_.subscribe(topic, 10, callback);
   }
-  /// Waits until the publisher knows of this listener.
+  /// Waits until the publisher knows this subscriber.
   bool waitForConnection() {
     return waitFor([this] { return subscriber_.getNumPublishers() > 0; });
   }
-  /// Waits for a message that the condition takes.
+  /// Waits for a message that fulfils the condition.
   bool waitForMessage(const std::function<bool(const MessageT&)>& condition) {
     return waitFor([&] { return count_ > 0 && condition(last_); });
   }
@@ -47,7 +47,7 @@ inline std::string bytesOf(const OctomapMessage& message) {
   return {message.data.begin(), message.data.end()};
 }
 
-/// The leaves of a message, whichever of the two kinds it is.
+/// The leaves of a message of either kind.
 inline cuboid_mapping::OctreeContent contentOf(const OctomapMessage& message) {
   return message.binary != 0 ? cuboid_mapping::readBinaryOctree(bytesOf(message), -1.0F, 1.0F)
                              : cuboid_mapping::readFullOctree(bytesOf(message));

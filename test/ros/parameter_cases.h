@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Every parameter of the node, with values that are taken and values that are refused.
+// Every parameter of the node, with accepted and refused values.
 #pragma once
 
 #include "cuboid_mapping/ros/parameters/parameters.h"
@@ -23,7 +23,7 @@ inline XmlRpcValue makeList() {
   return list;
 }
 
-/// One parameter: a value that is taken, where it arrives, and values that are refused.
+/// One parameter: an accepted value, its place, and refused values.
 struct Case {
   std::string key;
   XmlRpcValue good;
@@ -161,7 +161,7 @@ inline std::vector<Case> sensorModelCases() {
   };
 }
 
-/// Those of a source, and the list of sources.
+/// Cases for parameters of a source, and the list of sources.
 inline std::vector<Case> sourceCases() {
   using P = NodeParameters;
   XmlRpcValue list;
@@ -276,7 +276,7 @@ inline std::vector<Case> fleetCases() {
   };
 }
 
-/// Those that bound memory and time of what the node is asked for.
+/// Cases for limits of memory and time of requests.
 inline std::vector<Case> limitCases() {
   using P = NodeParameters;
   return {

@@ -9,14 +9,14 @@
 
 namespace cuboid_mapping_ros::test {
 
-/// A map that is saved and loaded in tests.
+/// Configuration of a map that is saved and loaded in tests.
 inline cuboid_mapping::MapConfig makeConfig() {
   cuboid_mapping::MapConfig config;
   config.resolution_m = 0.1;
   return config;
 }
 
-/// Lets some random clouds come.
+/// Adds some random clouds.
 inline void fill(GuardedMap& map, cuboid_mapping::test::Random& random) {
   for (int i = 0; i < 8; ++i) {
     const auto update = cuboid_mapping::test::randomUpdate(random, {{-3, -3, -3}, {3, 3, 3}}, 9);

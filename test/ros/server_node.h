@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// One of several running nodes, each in a namespace of its own, and what it has made of a cloud.
+// One of several running nodes, each in its own namespace, and its messages about a cloud.
 #pragma once
 
 #include "ros/octomap_probe.h"
@@ -19,10 +19,10 @@ namespace cuboid_mapping_ros::test {
 using cuboid_mapping::Cell;
 using Points = std::vector<Eigen::Vector3d>;
 
-/// Where the frame "lidar" lies in the map: the middle of a voxel.
+/// Place of the frame "lidar" in the map: the middle of a voxel.
 const Eigen::Vector3d kOriginOfLidar(0.05, 0.05, 0.05);
 
-/// The voxels in which points lie.
+/// The voxels that contain points.
 inline std::set<Cell> cellsOf(const Points& points, double resolution_m = kResolution_m) {
   const cuboid_mapping::Grid grid(resolution_m);
   std::set<Cell> cells;
@@ -54,7 +54,7 @@ inline std::set<Cell> cellsOf(const nav_msgs::OccupancyGrid& grid, int value) {
   return cells;
 }
 
-/// A point of the lidar's, but for one coordinate.
+/// The lidar's origin, with another value of one coordinate.
 inline Eigen::Vector3d pointAlong(int axis, double at_m) {
   Eigen::Vector3d point = kOriginOfLidar;
   point[axis] = at_m;
@@ -78,7 +78,7 @@ inline Points pointsOf(const visualization_msgs::MarkerArray& array) {
   return points;
 }
 
-/// A node `/NAME/octomap_server` with an empty map, and clouds of its own.
+/// A node `/NAME/octomap_server` with an empty map and its own clouds.
 class ServerNode {
  public:
   explicit ServerNode(const std::string& name)
@@ -96,7 +96,7 @@ class ServerNode {
     EXPECT_TRUE(callService(service, empty));
   }
 
-  /// Has a cloud mapped, of points given in the frame of the map.
+  /// Sends a cloud of points given in the frame of the map, and waits until it is mapped.
   void insert(const Points& points_map) {
     static double latest_s = 100.0;
     stamp_ = ros::Time(++latest_s);
@@ -114,7 +114,7 @@ class ServerNode {
 
   [[nodiscard]] OctomapMessage octomap() const { return callOctomap(topic("octomap_full")); }
 
-  /// The log-odds of what is known.
+  /// The log-odds of all known voxels.
   [[nodiscard]] std::map<Cell, float> voxels() const {
     std::map<Cell, float> voxels;
     for (const auto& leaf : contentOf(octomap()).leaves) {
@@ -126,7 +126,7 @@ class ServerNode {
   [[nodiscard]] std::set<Cell> occupied() const { return cellsOfClass(true); }
   [[nodiscard]] std::set<Cell> free() const { return cellsOfClass(false); }
 
-  /// The message of a topic that shows the last cloud.
+  /// The message of a topic about the last cloud.
   template <typename MessageT>
   MessageT show(const std::string& name) {
     TopicProbe<MessageT> probe(topic(name));

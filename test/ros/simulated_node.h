@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The node's parts in one thread, with a clock, a network and a disk that a seed decides on.
+// The node's parts in one thread, with a clock, a network and a disk that a seed controls.
 #pragma once
 
 #include "cuboid_mapping/io/map_files.h"
@@ -24,7 +24,7 @@ using cuboid_mapping::MapDetail;
 using cuboid_mapping::MapFollower;
 using cuboid_mapping::MapImage;
 
-/// A map that is changed by one thing after the other: what a node's must be equal to.
+/// A map that gets one change after the other: the node's map must be equal to it.
 class PlainReplay {
  public:
   explicit PlainReplay(const NodeParameters& parameters)
@@ -48,7 +48,7 @@ class PlainReplay {
   NodeStatistics statistics_;
 };
 
-/// What MappingNode makes of its parts, without roscpp around them.
+/// The work of MappingNode on its parts, without roscpp.
 class SimulatedNode {
  public:
   explicit SimulatedNode(const NodeParameters& parameters)
@@ -65,13 +65,13 @@ class SimulatedNode {
   }
   void setTime(const ros::Time& now) {
     clock_s_ += std::abs(now.toSec() - now_.toSec());
-    if (now < now_ - ros::Duration(1.0)) tf_.clear();  // As TfReceiver does.
+    if (now < now_ - ros::Duration(1.0)) tf_.clear();  // TfReceiver does this.
     now_ = now;
   }
   void setTransform(const geometry_msgs::TransformStamped& transform, bool is_static) {
     tf_.setTransform(transform, "simulated", is_static);
   }
-  /// Maps one cloud. @return false when there is none.
+  /// Maps one cloud. @return false if there is none.
   bool mapOne() {
     const auto next = buffer_.takeNext();
     if (next) countFailure([&] { handle(next->message, next->poses); });
@@ -84,7 +84,7 @@ class SimulatedNode {
     edit([&](CuboidMap& map) { return map.setSensorModel(parameters.source.sensor_model); });
     replay().setParameters(parameters);
   }
-  /// Changes the map, and that of the replay.
+  /// Changes the map, and the replay's map.
   void editBoth(const std::function<ChangeSet(CuboidMap&)>& work) {
     edit(work);
     (void)work(replay().map());
@@ -96,7 +96,7 @@ class SimulatedNode {
       return cuboid_mapping::makeImage(map, kInstance, MapDetail::kValues);
     });
   }
-  /// As MapPublisher::publish().
+  /// Publishes as MapPublisher::publish() does.
   MapDelta publish() {
     MapDelta delta;
     (void)map_.takeChanges([&](const CuboidMap& map, const ros::Time&, const ChangeSet& changes) {
@@ -108,7 +108,7 @@ class SimulatedNode {
   }
 
   GuardedMap& map() { return map_; }
-  /// With all clouds that were counted as inserted.
+  /// The replay with all clouds that were counted as inserted.
   PlainReplay& replay() {
     for (const Inserted& inserted : inserted_) replay_.insert(inserted.cloud, inserted.poses);
     inserted_.clear();
@@ -146,7 +146,7 @@ class SimulatedNode {
     map_.edit([&](CuboidMap& map, const ros::Time&) { return work(map); });
   }
 
-  /// As MappingNode: a cloud whose work fails is counted.
+  /// Runs work as MappingNode does: a cloud whose work fails is counted.
   template <typename WorkT>
   void countFailure(const WorkT& work) {
     try {
@@ -184,7 +184,7 @@ class SimulatedNode {
   std::uint64_t published_revision_ = 0;
   CloudBuffer buffer_;
   PlainReplay replay_;
-  std::vector<Inserted> inserted_;  ///< That the replay does not have yet.
+  std::vector<Inserted> inserted_;  ///< Clouds that the replay does not have yet.
 };
 
 }  // namespace cuboid_mapping_ros::test

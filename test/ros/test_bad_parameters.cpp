@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Node and nodelet with bad parameters: they say what is wrong, and do not start.
+// Node and nodelet with bad parameters: they report the errors, and do not start.
 #include "ros/log_probe.h"
 
 #include <nodelet/NodeletList.h>
@@ -14,7 +14,7 @@
 namespace cuboid_mapping_ros::test {
 namespace {
 
-/// What a program has written, and how it ended.
+/// Output and end of a program.
 struct Ending {
   std::string output;
   int exit_code = -1;
@@ -35,7 +35,7 @@ Ending run(const std::string& command) {
 }
 
 TEST(BadParameters, TheNodeNamesThemAllAndEndsWithAnError) {
-  // `timeout` answers 124 if the node should run.
+  // `timeout` returns 124 if the node runs.
   const Ending ending =
       run("timeout --kill-after=5 60 " CUBOID_MAPPING_NODE " __name:=bad_node __log:=/dev/null");
   EXPECT_EQ(ending.exit_code, 1) << ending.output;
@@ -72,7 +72,7 @@ TEST(BadParameters, TheNodeletFailsToLoadAndLoadsOnceTheyAreRight) {
   const ros::NodeHandle nh("/bad_nodelet");
   nh.setParam("resolution", -0.5);
   nh.setParam("publish_rat", 1.0);
-  // Again and again: the first lines of the log may come before anybody listens to it.
+  // Repeated, because the first lines of the log may come before the subscriber is connected.
   EXPECT_TRUE(waitFor([&] {
     EXPECT_FALSE(loadNodelet("/bad_nodelet"));
     ros::WallDuration(0.2).sleep();
@@ -81,7 +81,7 @@ TEST(BadParameters, TheNodeletFailsToLoadAndLoadsOnceTheyAreRight) {
   }));
   EXPECT_FALSE(ros::service::exists("/bad_nodelet/query_box", false));
 
-  // The other nodelet of the manager works on.
+  // The other nodelet of the manager still works.
   EXPECT_TRUE(ros::service::waitForService("/good_nodelet/query_box", ros::Duration(kDeadline_s)));
   nodelet::NodeletList list;
   EXPECT_TRUE(ros::service::call("/manager/list", list));

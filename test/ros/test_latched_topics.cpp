@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The running node at rest: who listens to one of its topics gets the whole, whenever and wherever he begins.
+// The running node at rest: a subscriber of any topic gets the whole, whenever and wherever it connects.
 #include "ros/node_probe.h"
 #include "ros/octomap_probe.h"
 #include "tools/run_program.h"
@@ -35,7 +35,7 @@ class LatchedTopicsTest : public NodeTest {
     return callService(std::string(kNode) + "/clear_bbx", request);
   }
 
-  /// Whether a node of another name listens.
+  /// Whether a node of another name subscribes.
   static bool hasListenerElsewhere(const std::string& topic) {
     XmlRpc::XmlRpcValue request;
     request[0] = ros::this_node::getName();

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// A lidar at 10 Hz, a planar laser at 20 Hz and a depth camera at 30 Hz, in real time: every message is counted, by its
-// source and with what became of it.
+// A lidar at 10 Hz, a planar laser at 20 Hz and a depth camera at 30 Hz, in real time: every message is counted by
+// source and outcome.
 #include "ros/node_probe.h"
 #include "simulated_sensors.h"
 
@@ -13,7 +13,7 @@
 namespace cuboid_mapping_ros::test {
 namespace {
 
-/// Of a source.
+/// Messages of a source.
 struct Sent {
   explicit Sent(const std::string& source) : name(source), probe(kNode, "source " + source) {}
 
@@ -26,7 +26,7 @@ struct Sent {
   long count = 0;
 };
 
-/// Publishes what the sensors measure, each message at its stamp or as soon as it is made.
+/// Publishes the sensors' messages, each at its stamp or as soon as it is made.
 class LoadPublisher {
  public:
   LoadPublisher() : drive_(makeConfig()), sensors_(makeConfig()) {}
@@ -38,7 +38,7 @@ class LoadPublisher {
     return std::all_of(publishers_.begin(), publishers_.end(), has_listener);
   }
 
-  /// @return By how many seconds the latest message was late.
+  /// @return Delay in seconds of the latest message.
   double run(double duration_s, Sent& lidar, Sent& laser, Sent& camera) {
     const ros::Time start = ros::Time::now() + ros::Duration(0.5);
     publishMounts(start);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The running node with simulated time, as with a bag that is played with its clock in a loop.
+// The running node with simulated time, as with a bag played in a loop with its clock.
 #include "ros/node_probe.h"
 
 #include <rosgraph_msgs/Clock.h>
@@ -23,7 +23,7 @@ class NodeClockTest : public ::testing::Test {
     rosgraph_msgs::Clock clock;
     clock.clock = ros::Time(now_s);
     clock_publisher_.publish(clock);
-    // Its diagnostics tell what time it is for the node.
+    // Its diagnostics have the node's time.
     ASSERT_TRUE(waitFor([&] { return diagnostics_.status().stamp == clock.clock; }));
   }
 
@@ -49,13 +49,13 @@ class NodeClockTest : public ::testing::Test {
 
 TEST_F(NodeClockTest, EveryRoundOfALoopIsMapped) {
   long num_inserted = 0;
-  for (const double length_s : {30.0, 3.0}) {  // longer and shorter than what tf keeps
+  for (const double length_s : {30.0, 3.0}) {  // longer and shorter than the memory of tf
     for (int round = 0; round < 3; ++round) {
       for (double t = 0.0; t <= 1.0; t += 0.25) {
         const double now_s = 1000.0 + t * length_s;
         setClock(now_s);
-        // tf comes now before, now after the cloud, which needs the later one: when the cloud is in,
-        // no transform is on its way any more that could arrive after a jump.
+        // tf arrives before or after the cloud, which needs the later transform: once the cloud is in the map,
+        // no transform remains that could arrive after a jump.
         const auto publish_tf = [&] {
           publishTf(now_s - 0.1);
           publishTf(now_s + 0.1);

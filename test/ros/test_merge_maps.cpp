@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Robots and a node that makes one map of what they say, over a network that loses, repeats and delays.
+// Robots, and a node that makes one map of their observations, over a network that loses, repeats and delays.
 #include "cuboid_mapping/Observation.h"
 #include "cuboid_mapping/SaveMap.h"
 #include "cuboid_mapping/io/map_files.h"
@@ -30,19 +30,19 @@ using cuboid_mapping::test::voxelsOf;
 
 constexpr char kMerger[] = "/merge_maps";
 constexpr char kMergerWithStore[] = "/with_store/merge_maps";
-constexpr int kClouds = 12;  // Of each robot, in each of two parts.
-/// The second robot joins late: what it has said before has to be asked for.
+constexpr int kClouds = 12;  // Per robot, in each of two parts.
+/// The second robot joins late: its earlier observations must be requested.
 constexpr int kUnheardOfSecond = 3;
-/// Of the node with a store. No test waits so long: stamps alone decide what goes into its map, at any speed.
+/// Delay of the node with a store. No test waits this long: stamps alone decide what goes into its map, at any speed.
 constexpr double kStoreDelay_s = 2.0 * kDeadline_s;
 
-/// Three or more.
+/// Number of robots, three or more.
 int numRobots() { return ros::param::param("~robots", 3); }
 
 std::string nameOf(int robot) { return "robot" + std::to_string(robot); }
 
-/// Passes on what robots say. A fifth is lost, a fifth comes twice, all is up to 2 s late; the first of the second
-/// robot are not heard.
+/// Forwards observations. A fifth is lost, a fifth comes twice, all are up to 2 s late; the first of the second
+/// robot are lost.
 class LossyNetwork {
  public:
   explicit LossyNetwork(int num_robots) {
@@ -71,7 +71,7 @@ class LossyNetwork {
     return count;
   }
 
-  /// Lets everything arrive, in the order in which it was sent.
+  /// If true, all messages arrive, in the order of sending.
   void setReliable(bool is_reliable) { is_reliable_ = is_reliable; }
 
   void deliver() {
@@ -83,7 +83,7 @@ class LossyNetwork {
     }
   }
 
-  /// Past all losses and delays.
+  /// Sends a message without losses and delays.
   void sendAs(int robot, const Observation& message) {
     publishers_[static_cast<std::size_t>(robot - 1)].publish(message);
   }
@@ -138,7 +138,7 @@ class MergeMaps : public ::testing::Test {
         CUBOID_MAPPING_NODE, "__ns:=/" + nameOf(robot), "__name:=cuboid_mapping"});
   }
 
-  /// A merging node of the test's own, as merge_maps.launch starts it, that keeps its map in a store.
+  /// A merging node of this test, started as in merge_maps.launch, that keeps its map in a store.
   static std::unique_ptr<Program> startMerger(const std::string& store) {
     const std::string node = std::string(kMergerWithStore) + '/';
     std::string robots;
@@ -172,7 +172,7 @@ class MergeMaps : public ::testing::Test {
                          [](const auto& cloud) { return cloud.getNumSubscribers() > 0; });
     });
     ros::WallDuration(1.0)
-        .sleep();  // Robots may know a little later: they say nothing while nobody listens.
+        .sleep();  // Robots may notice a little later: they send nothing without a subscriber.
     return is_connected;
   }
 
@@ -183,7 +183,7 @@ class MergeMaps : public ::testing::Test {
     });
   }
 
-  /// @return What has been sent, when nothing has come for two seconds.
+  /// @return Sent observations, when none has come for two seconds.
   std::size_t waitUntilAllIsSent() {
     std::size_t count = 0;
     do {
@@ -197,7 +197,7 @@ class MergeMaps : public ::testing::Test {
     return count;
   }
 
-  /// One cloud of each robot: rooms that overlap.
+  /// Publishes one cloud of each robot: rooms that overlap.
   /// @param later_s  Added to the stamps, which are 0.1 s apart.
   void publishClouds(int number, double later_s = 0.0) {
     for (int robot = 1; robot <= num_robots_; ++robot) {
@@ -225,7 +225,7 @@ class MergeMaps : public ::testing::Test {
   std::unique_ptr<Program> merger_with_store_;
 };
 
-/// All observations in one map, in the order of their stamps.
+/// Applies all observations to one map, in the order of their stamps.
 void applyAll(const std::vector<Observation>& sent, CuboidMap& map) {
   NodeParameters parameters;
   parameters.map.resolution_m = kResolution_m;
@@ -246,7 +246,7 @@ void applyAll(const std::vector<Observation>& sent, CuboidMap& map) {
 TEST_F(MergeMaps, IsTheMapOfAllCloudsInTheOrderOfStampsWhateverTheNetworkDoes) {
   ASSERT_TRUE(waitUntilConnected());
   for (int i = 0; i < kClouds - 2; ++i) publishClouds(i);
-  // What a robot has said before it starts again cannot be asked for: by then, all has to have arrived.
+  // Observations from before a restart cannot be requested: all must have arrived by then.
   network_.setReliable(true);
   for (int i = kClouds - 2; i < kClouds; ++i) publishClouds(i);
   ASSERT_TRUE(waitForSent(static_cast<std::size_t>(num_robots_ * kClouds)));
@@ -285,7 +285,7 @@ TEST_F(MergeMaps, IsTheMapOfAllCloudsInTheOrderOfStampsWhateverTheNetworkDoes) {
   EXPECT_EQ(merging_.status().number("sessions"), num_robots_ + 1);
   EXPECT_GE(merging_.status().number("observations asked for"), kUnheardOfSecond);
 
-  // One of a session that nobody can be asked about, older than all that is in the map.
+  // An observation of an unknown session, older than all observations in the map.
   Observation late = network_.sent().front();
   late.session = 1;
   late.sequence = 1;
@@ -294,14 +294,14 @@ TEST_F(MergeMaps, IsTheMapOfAllCloudsInTheOrderOfStampsWhateverTheNetworkDoes) {
   ASSERT_TRUE(waitFor([this] { return merging_.status().number("observations late") == 1; }));
   EXPECT_TRUE(
       waitFor([&] { return diagnostics_.status().number("clouds inserted") == num_all + 1; }));
-  // Of another resolution: refused.
+  // An observation with another resolution is refused.
   late.sequence = 2;
   late.resolution = 0.2;
   network_.sendAs(1, late);
   EXPECT_TRUE(waitFor([this] { return merging_.status().number("observations refused") == 1; }));
 }
 
-/// Whether the file has been saved: it exists a moment earlier.
+/// Whether the file has been saved: it exists a moment before.
 bool isStore(const std::string& file) {
   try {
     return std::filesystem::exists(file) &&
@@ -330,8 +330,8 @@ TEST_F(MergeMaps, GoesOnWithItsStoreAfterKill) {
   int number = 0;
   while (number < kClouds) publishClouds(number++);
   wait_until_all_is_received();
-  // With stamps so much later that those before go into the map. Not when all is in the map and saved: there is
-  // always something under way.
+  // The stamps are so much later that earlier observations go into the map. The node is killed before all are in the
+  // map and saved, so that work is under way.
   do {
     publishClouds(number++, kStoreDelay_s);
   } while (!isStore(store));

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Long calls of a running node as actions: as the services, with progress and cancel. As node and as nodelet.
+// Long calls of a running node as actions: the same as services, with progress and cancel. For node and nodelet.
 #include "cuboid_mapping/LoadMap.h"
 #include "cuboid_mapping/LoadMapAction.h"
 #include "cuboid_mapping/MoveMap.h"
@@ -57,13 +57,13 @@ cuboid_mapping::MapSnapshot makeBigMap(unsigned seed, int edge = 24) {
   return map;
 }
 
-/// What a client of an action has got.
+/// Result and feedback at a client of an action.
 template <typename ActionT>
 struct Outcome {
   ACTION_DEFINITION(ActionT)
   std::string state;
   ResultConstPtr result;
-  std::set<std::string> stages;  ///< In its feedback.
+  std::set<std::string> stages;  ///< Stages in its feedback.
 };
 
 enum class Patience { kEndless, kCancels };
@@ -122,7 +122,7 @@ class NodeActions : public ::testing::TestWithParam<bool> {
     return outcome;
   }
 
-  /// The map as the bytes of a file: equal maps have equal ones.
+  /// The map as the bytes of a file: equal maps have equal bytes.
   [[nodiscard]] std::string saveMap() const {
     SaveMap save;
     save.request.filename = folder_ / "now.cuboids";
@@ -214,7 +214,7 @@ TEST_P(NodeActions, AreAbortedWhereTheServiceRefuses) {
 
 TEST_P(NodeActions, EndWithTheNode) {
   SaveMapGoal save;
-  save.filename = folder_ / "saved.csv";  // Which takes longest.
+  save.filename = folder_ / "saved.csv";  // The slowest format.
   actionlib::SimpleActionClient<SaveMapAction> client(std::string(kName) + "/save_map", true);
   ASSERT_TRUE(client.waitForServer(ros::Duration(kDeadline_s)));
   std::atomic<bool> has_begun{false};

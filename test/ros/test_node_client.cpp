@@ -73,7 +73,7 @@ class NodeClientTest : public NodeTest {
     return cuboids.response;
   }
 
-  /// Waits until the client has come as far as the server, and compares every voxel.
+  /// Waits until the client has the server's revision, and compares every voxel.
   void expectSameMap() {
     const GetCuboids::Response server = serverMap();
     ASSERT_TRUE(waitFor([&] { return client_->revision() >= server.info.revision; }));
@@ -92,7 +92,7 @@ class NodeClientTest : public NodeTest {
     });
   }
 
-  /// All that the callback was told.
+  /// All changes that the callback got.
   std::vector<ChangeSet> changes() {
     const std::lock_guard<std::mutex> lock(changes_mutex_);
     return changes_;
@@ -162,7 +162,7 @@ TEST_F(NodeClientTest, MissesNoUpdateThatOvertakesTheImage) {
   });
 }
 
-/// Somebody who publishes a map as the node does, in a namespace of his own.
+/// Another server that publishes a map as the node does, in its own namespace.
 class OtherServer {
  public:
   explicit OtherServer(const std::string& ns) : nh_(ns) {
@@ -192,7 +192,7 @@ class OtherServer {
   void publish(const cuboid_mapping::FullCuboidMap& part) { images_.publish(part); }
   void publish(const DeltaMessage& delta) { publishDelta(deltas_, delta); }
 
-  /// The update after those in the parts.
+  /// The update after the parts.
   DeltaMessage lateDelta(const std::string& server) {
     DeltaMessage message;
     message.server = server;

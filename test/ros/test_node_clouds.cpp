@@ -9,7 +9,7 @@
 namespace cuboid_mapping_ros::test {
 namespace {
 
-/// As in the launch files of the tests.
+/// The value in the launch files of the tests.
 constexpr int kQueueSize = 5;
 
 using sensor_msgs::PointCloud2;
@@ -104,7 +104,7 @@ TEST_F(NodeCloudsTest, AnyNumberOfCloudsWaitsForTransformsThatComeLate) {
 }
 
 TEST_F(NodeCloudsTest, ARecordingThatStartsAgainIsMappedAgain) {
-  // Without its clock: the stamps of tf are all there is to see.
+  // The bag is played without its clock: only the stamps of tf show the jump.
   const auto play = [&](double start) {
     for (double stamp = start; stamp < start + 2.0; stamp += 0.05) {
       publishTf(makeTransform("map", "looping", Eigen::Isometry3d::Identity(), ros::Time(stamp)));
@@ -115,7 +115,7 @@ TEST_F(NodeCloudsTest, ARecordingThatStartsAgainIsMappedAgain) {
   ASSERT_TRUE(waitForInserted(1));
 
   play(4000.0);
-  EXPECT_TRUE(waitFor([&] {  // Until the transforms are there.
+  EXPECT_TRUE(waitFor([&] {  // Waits for the transforms.
     cloud_publisher_.publish(makeSmallCloud("looping", ros::Time(4001.5)));
     return countNew("clouds inserted") >= 2;
   }));
@@ -171,7 +171,7 @@ TEST_F(NodeCloudsTest, PointsThatAreNoneAreCounted) {
 }
 
 TEST_F(NodeCloudsTest, NoCloudIsLostWithoutBeingCounted) {
-  // Far more at once than the queue holds.
+  // Far more clouds at once than the queue holds.
   long num_published = 0;
   for (int round = 0; round < 5; ++round) {
     for (int i = 0; i < 20; ++i, ++num_published) publishRoom("lidar");

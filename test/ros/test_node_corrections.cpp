@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// A running node whose robot drifts: ~correct_poses and corrected_path make the map that the right poses make.
+// A running node whose robot drifts: ~correct_poses and corrected_path restore the map of the right poses.
 #include "cuboid_mapping/CorrectPoses.h"
 #include "cuboid_mapping/CorrectPosesAction.h"
 #include "cuboid_mapping/MoveMap.h"
@@ -23,15 +23,15 @@ using cuboid_mapping::SetBox;
 using Voxels = std::map<Cell, float>;
 
 constexpr int kNumClouds = 30;
-constexpr int kNumLater = 20;  ///< Of a second part of the drive.
+constexpr int kNumLater = 20;  ///< Clouds of a second part of the drive.
 
-/// Where the robot is at a cloud: it drives along a bow.
+/// Pose of the robot at a cloud: it drives along a curve.
 Eigen::Isometry3d truth(int i) {
   return Eigen::Translation3d(0.3 * i, 0.01 * i * i, 0.0) *
          Eigen::AngleAxisd(0.05 * i, Eigen::Vector3d::UnitZ());
 }
 
-/// Where its odometry takes it to be.
+/// Pose from its odometry.
 Eigen::Isometry3d drifted(int i) {
   return truth(i) * Eigen::Translation3d(0.02 * i, -0.013 * i, 0.004 * i) *
          Eigen::AngleAxisd(0.004 * i, Eigen::Vector3d(0.1, 0.2, 1.0).normalized());
@@ -50,7 +50,7 @@ class NodeCorrections : public DrivenNode {
     start(parameters);
   }
 
-  /// The right poses of these clouds.
+  /// The right poses of some clouds.
   [[nodiscard]] nav_msgs::Path pathOf(int begin, int end) const {
     nav_msgs::Path path;
     path.header.frame_id = "map";
@@ -64,7 +64,7 @@ class NodeCorrections : public DrivenNode {
 
   void send(int i, Pose pose) {
     tf2_msgs::TFMessage tf;
-    // The lidar is mounted askew.
+    // The lidar is mounted at an angle.
     tf.transforms.push_back(makeTransform("map", "base", T_map_start_ * pose(i), stampOf(i)));
     tf.transforms.push_back(
         makeTransform("base", "lidar", makeTranslation(0.2, 0.1, 0.3), stampOf(i)));
@@ -80,7 +80,7 @@ class NodeCorrections : public DrivenNode {
     })) << diagnostics_.status().message;
   }
 
-  /// Clouds, with an edit and a locked box in between.
+  /// Sends clouds, with an edit and a locked box in between.
   void driveAll(Pose pose) {
     sendAll(0, 10, pose);
     setBox(SetBox::Request::OCCUPIED, 1, {1.0, 0.5, 0.0}, {1.4, 0.9, 0.4});
@@ -109,7 +109,7 @@ class NodeCorrections : public DrivenNode {
     return correct.response;
   }
 
-  /// As an action.
+  /// Corrects by the action.
   static void correctByAction(const nav_msgs::Path& path) {
     actionlib::SimpleActionClient<cuboid_mapping::CorrectPosesAction> client(
         std::string(kName) + "/correct_poses", true);
@@ -131,7 +131,7 @@ class NodeCorrections : public DrivenNode {
     return saveMap();
   }
 
-  /// The map that ~correct_poses makes, of a node with these parameters.
+  /// The map after ~correct_poses, in a node with these parameters.
   [[nodiscard]] Voxels correctedMap(const std::vector<std::string>& parameters) {
     startKeeping(parameters);
     driveAll(drifted);
@@ -146,7 +146,7 @@ class NodeCorrections : public DrivenNode {
     return after;
   }
 
-  /// Takes the map along, as after a jump of the localization.
+  /// Moves the map, as after a jump of the localization.
   void moveMap(const Eigen::Isometry3d& T_new_old, const ros::Time& stamp) {
     cuboid_mapping::MoveMap move;
     move.request.transform = tf2::eigenToTransform(T_new_old).transform;
@@ -155,7 +155,7 @@ class NodeCorrections : public DrivenNode {
     ASSERT_TRUE(move.response.info.success) << move.response.info.message;
   }
 
-  /// A drive whose map is moved to another frame on the way. @param corrects  Before that, and at the end.
+  /// A drive whose map is moved to another frame on the way. @param corrects  Corrects before that, and at the end.
   [[nodiscard]] Voxels mapInTurns(Pose pose, bool corrects) {
     driveAll(pose);
     if (corrects) {
@@ -173,12 +173,12 @@ class NodeCorrections : public DrivenNode {
     return saveMap();
   }
 
-  /// Kills the node some time after the begin of a correction, and starts it again. @return Its map.
+  /// Kills the node some time after the start of a correction, and restarts it. @return Its map.
   [[nodiscard]] Voxels mapAfterAKill(const std::vector<std::string>& parameters, double after_s) {
     std::thread call([this] {
       CorrectPoses correct;
       correct.request.path = pathOf(0, kNumClouds);
-      ros::service::call(std::string(kName) + "/correct_poses", correct);  // May have no answer.
+      ros::service::call(std::string(kName) + "/correct_poses", correct);  // It may have no answer.
     });
     std::this_thread::sleep_for(std::chrono::duration<double>(after_s));
     end(SIGKILL);
@@ -187,7 +187,7 @@ class NodeCorrections : public DrivenNode {
     return saveMap();
   }
 
-  /// Kills at several moments of a correction and after it: the file that the node goes on with has the map of before or the corrected one.
+  /// Kills the node at several moments of a correction and after it: the file has the map from before or the corrected one.
   void killMany(const std::string& file, const std::vector<std::string>& parameters) {
     constexpr int kNumKills = 5;
     Voxels after;
@@ -213,18 +213,18 @@ class NodeCorrections : public DrivenNode {
     EXPECT_GT(num_before, 0);
   }
 
-  /// What a node that is killed now would leave in its file, which it may be writing.
+  /// Voxels that a node killed now would leave in its file, which it may be writing.
   [[nodiscard]] Voxels voxelsIn(const std::string& file) const {
     const std::string copy = folder_ / ("copy" + std::filesystem::path(file).extension().string());
     try {
-      for (const std::string part : {"", "-wal"}) {  // Of SQLite.
+      for (const std::string part : {"", "-wal"}) {  // Files of SQLite.
         std::filesystem::remove(copy + part);
         if (std::filesystem::exists(file + part)) {
           std::filesystem::copy_file(file + part, copy + part);
         }
       }
       return cuboid_mapping::test::voxelsOf(cuboid_mapping::readMapFile(copy).snapshot.bricks);
-    } catch (const std::runtime_error&) {  // Not there yet.
+    } catch (const std::runtime_error&) {  // The file is not there yet.
       return {};
     }
   }
@@ -239,7 +239,7 @@ TEST_P(NodeCorrections, MakeTheMapOfTheNewPosesWithItsEditsAndLocks) {
   const Voxels expected = mapFromScratch();
   ASSERT_GT(expected.size(), 10000U);
   EXPECT_EQ(corrected, expected);
-  // The locked box is whole, though clouds have seen it empty.
+  // The locked box is whole, though clouds have seen the place empty.
   EXPECT_GT(expected.at({12, 7, 2}), 0.0F);
 }
 
@@ -320,7 +320,7 @@ TEST_P(NodeCorrections, ComeFromATopicWhileCloudsGoOn) {
   driveAll(drifted);
   paths_.publish(pathOf(0, kNumClouds));
   sendAll(kNumClouds, kNumClouds + kNumLater, truth);
-  // Clouds that come before the first correction is made go along with its last pose: this path has them, too.
+  // Clouds that arrive before the first correction is made follow its last pose: this path has them, too.
   paths_.publish(pathOf(0, kNumClouds + kNumLater));
   EXPECT_TRUE(waitFor([&] { return saveMap() == expected; }));
   EXPECT_EQ(figure("clouds dropped"), 0);
@@ -350,7 +350,7 @@ TEST_P(NodeCorrections, AreRefusedWithAReason) {
             std::string::npos);
   EXPECT_FALSE(correct({}).info.success);
   EXPECT_EQ(saveMap(), before);
-  // ~move_map takes the map along, and what was seen before stays in it.
+  // ~move_map moves the map, and earlier observations stay in it.
   moveMap(makeTranslation(0.3, 0.0, 0.0), stampOf(kNumClouds));
   EXPECT_FALSE(correct(pathOf(0, kNumClouds)).info.success);
   EXPECT_EQ(figure("clouds kept"), 0);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The running node: messages and calls that made callbacks throw. A node that has ended inserts no
-// cloud any more.
+// The running node: messages and calls that once made callbacks throw. A node that has ended inserts no
+// more clouds.
 #include "ros/node_probe.h"
 #include "ros/octomap_probe.h"
 
@@ -46,7 +46,7 @@ class NodeFaultsTest : public NodeTest {
            service.response.info.success != 0;
   }
 
-  /// 1e4 m: more cells than projected_map_memory holds.
+  /// Sets the size of projected_map; 1e4 m are more cells than projected_map_memory holds.
   static bool setProjectedSize(double size_m) {
     dynamic_reconfigure::Reconfigure change;
     for (const char* name : {"min_x_size", "min_y_size"}) {
@@ -93,7 +93,7 @@ TEST_F(NodeFaultsTest, AMapTooWideForATopicStopsNoOther) {
       [&](const visualization_msgs::MarkerArray::ConstPtr& /*markers*/) { ++num_markers; };
   const boost::function<void(const nav_msgs::OccupancyGrid::ConstPtr&)> ignore =
       [](const nav_msgs::OccupancyGrid::ConstPtr& /*grid*/) {};
-  // The first message is made when a listener connects, the next ones by the timer.
+  // The first message is made when a subscriber connects, later ones by the timer.
   const ros::Subscriber projected = nh_.subscribe("projected_map", 1, ignore);
   const ros::Subscriber markers = nh_.subscribe("occupied_cuboids", 10, count);
   ASSERT_TRUE(waitFor([&] { return projected.getNumPublishers() > 0 && num_markers > 0; }));
@@ -134,7 +134,7 @@ TEST_F(NodeFaultsTest, HandlesWithoutAGuardAreNoticed) {
   EXPECT_EQ(&guardOf(withQueue(plain, thread.queue())), &guard);
 }
 
-/// What roscpp logs of a call that has failed: it has no other place for the words of the service.
+/// Log lines of roscpp about a failed call, the only place with the service's text.
 class ServiceErrors : public ros::console::LogAppender {
  public:
   ServiceErrors() { ros::console::register_appender(this); }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Files that a running node writes: by itself, and where it cannot. As node and as nodelet.
+// Files that a running node writes by itself, and errors of writing. For node and nodelet.
 #include "cuboid_mapping/LoadMap.h"
 #include "cuboid_mapping/SaveMap.h"
 #include "cuboid_mapping/SetBox.h"
@@ -47,7 +47,7 @@ class NodeFiles : public ::testing::TestWithParam<bool> {
     if (node_) stop();
   }
 
-  /// Makes a box of its own occupied.
+  /// Makes a box occupied; each number has its own place.
   static void setBox(int number, bool is_locked = false) {
     cuboid_mapping::SetBox set;
     set.request.lock = static_cast<std::uint8_t>(is_locked);
@@ -63,7 +63,7 @@ class NodeFiles : public ::testing::TestWithParam<bool> {
   TemporaryFolder folder_;
 };
 
-/// Voxels in a file of a map; 0 as long as it is not there.
+/// Number of voxels in a file of a map; 0 if there is no file.
 double countVoxels(const std::string& file) {
   try {
     double num_voxels = 0.0;
@@ -214,7 +214,7 @@ TEST_P(NodeFiles, ArePutIntoTheMapByRuleAndTransform) {
     EXPECT_TRUE(ros::service::call(std::string(kName) + "/load_map", service));
     return service.response.info;
   };
-  // The box is at x = 1 to 1.2 m; a quarter turn takes it to y = 1 to 1.2 m, x = -0.2 to 0 m.
+  // The box is at x = 1 to 1.2 m; a quarter turn moves it to y = 1 to 1.2 m, x = -0.2 to 0 m.
   const auto both = load(LoadMap::Request::SUM, 0.0, 0.7071);
   EXPECT_TRUE(both.success) << both.message;
   EXPECT_NE(both.message.find("exact"), std::string::npos) << both.message;
@@ -240,7 +240,7 @@ TEST_P(NodeFiles, SayWhyTheyCannotBeWritten) {
   start({}, [] { limitFileSize(50); });
   setBox(1);
   const std::pair<std::string, std::string> cases[] = {
-      {folder_ / "map.cuboids", "File too large"},  // as a full disk does, in the middle of a file
+      {folder_ / "map.cuboids", "File too large"},  // as a full disk, in the middle of a file
       {folder_ / "map.pcd", "cannot write"},
       {folder_ / ".", "must end in"},
       {folder_ / "folder.ot", "Is a directory"},
@@ -257,7 +257,7 @@ TEST_P(NodeFiles, SayWhyTheyCannotBeWritten) {
         << save.response.info.message;
   }
   EXPECT_EQ(folder_.list(), std::vector<std::string>{"folder.ot"}) << "nothing half-written";
-  setBox(2);  // it goes on
+  setBox(2);  // the node goes on
 }
 
 INSTANTIATE_TEST_SUITE_P(NodeAndNodelet, NodeFiles, ::testing::Bool(),

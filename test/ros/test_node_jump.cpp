@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The localization of a running node jumps: ~move_map takes the map along.
+// The localization of a running node jumps: ~move_map moves the map, too.
 #include "cuboid_mapping/MoveMap.h"
 #include "cuboid_mapping/SetBox.h"
 #include "cuboid_mapping/ros/cuboid_map_client.h"
@@ -51,7 +51,7 @@ std::set<Cell> occupiedOf(const Voxels& voxels) {
   return cells;
 }
 
-/// Most of the map is on disk, somebody follows it, and a box is locked.
+/// Most of the map is on disk, a client follows it, and a box is locked.
 TEST_P(NodeJump, TakesAllOfTheMapAlong) {
   start({"_publish_values:=true", "_window/frame:=base", "_window/size:=8.0", "_window/margin:=1.0",
          "_window/file:=" + (folder_ / "map.sqlite")});
@@ -78,7 +78,7 @@ TEST_P(NodeJump, TakesAllOfTheMapAlong) {
         [&](const auto& map) { return cuboid_mapping::test::voxelsOf(map) == expected; });
   })) << "who follows the map has it in the new frame";
 
-  publishRoom(ros::Time(time_s_));  // Late: of the frame as it was.
+  publishRoom(ros::Time(time_s_));  // A late cloud, in the old frame.
   EXPECT_TRUE(waitFor([this] { return numBeforeJump() == 1; }));
   EXPECT_EQ(saveMap(), expected);
 

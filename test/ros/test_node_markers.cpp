@@ -26,7 +26,7 @@ using cuboid_mapping::CuboidMap;
 using cuboid_mapping::MapConfig;
 using visualization_msgs::MarkerArray;
 
-/// Somebody who looks at a topic of markers.
+/// A viewer of a topic of markers.
 class Viewer {
  public:
   explicit Viewer(const std::string& topic) {
@@ -44,7 +44,7 @@ class Viewer {
   [[nodiscard]] int numMessages() const { return num_messages_; }
 
   bool waitForCubes(const std::vector<ShownCube>& cubes) {
-    // Sorting them all is slow: only after a message.
+    // Sorting them all is slow, so it is done only after a message.
     int num_seen = -1;
     return waitFor([&] {
       if (num_seen == num_messages_) return false;
@@ -61,11 +61,11 @@ class Viewer {
   ros::Subscriber subscriber_;
 };
 
-/// Somebody who looks at a topic of markers in a process of its own: roscpp has one connection for
-/// all subscribers of a process, and only a new connection makes a new listener.
+/// A viewer of a topic of markers in its own process: roscpp has one connection for
+/// all subscribers of a process, and only a new connection makes a new subscriber.
 class RemoteViewer {
  public:
-  /// @param num_messages  After which it ends.
+  /// @param num_messages  Number of messages after which it ends.
   RemoteViewer(const std::string& topic, int num_messages)
       : pipe_(
             popen((programPath() + " --view " + topic + ' ' + std::to_string(num_messages)).c_str(),
@@ -76,7 +76,7 @@ class RemoteViewer {
   RemoteViewer(const RemoteViewer&) = delete;
   RemoteViewer& operator=(const RemoteViewer&) = delete;
 
-  /// What is on its screen after the next message, one line for each cube.
+  /// Picture on its screen after the next message, one line for each cube.
   std::string nextPicture() {
     std::string picture;
     std::array<char, 1024> line;
@@ -94,7 +94,7 @@ class RemoteViewer {
     return text.str();
   }
 
-  /// What the process does: prints the picture after each message.
+  /// The work of the process: prints the picture after each message.
   static int run(const std::string& topic, int num_messages) {
     Viewer viewer(topic);
     for (int count = 1; count <= num_messages; ++count) {
@@ -116,7 +116,7 @@ class RemoteViewer {
   FILE* pipe_;
 };
 
-/// The map that the node should have.
+/// The expected map of the node.
 class ExpectedMap {
  public:
   ExpectedMap() : map_(makeConfig()), updater_(map_.grid()) {}
@@ -171,7 +171,7 @@ TEST_F(NodeMarkersTest, TheyShowTheMapAndFollowItsChanges) {
   EXPECT_EQ(occupied.header().frame_id, "map");
   EXPECT_EQ(occupied.header().stamp, ros::Time(100.5));
 
-  // The second sensor sees through what the first one saw as walls: sizes come and go.
+  // The second sensor sees through walls of the first one: sizes come and go.
   for (int i = 0; i < 3; ++i) {
     publishRoom("lidar_b");
     expected.insertRoom({1.05, -0.45, 0.55});
@@ -190,13 +190,13 @@ TEST_F(NodeMarkersTest, ALateListenerGetsTheWholePictureAtOnce) {
                                  : Eigen::Vector3d(1.05, -0.45, 0.55));
     ASSERT_TRUE(early.waitForCubes(expected.occupied()));
   }
-  // No cloud comes any more.
+  // No more clouds come.
   RemoteViewer late("/occupied_cuboids", 2);
   EXPECT_EQ(late.nextPicture(), RemoteViewer::toText(expected.occupied()));
   Viewer first_of_free("/free_cuboids");
   EXPECT_TRUE(first_of_free.waitForCubes(expected.free()));
 
-  // From now on both get the differences: what lidar_b sees through becomes free.
+  // From now on both get the differences: space that lidar_b sees through becomes free.
   for (int i = 0; i < 2; ++i) {
     publishRoom("lidar_b");
     expected.insertRoom({1.05, -0.45, 0.55});

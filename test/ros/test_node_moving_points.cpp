@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// A box that stands in a room for one cloud: the node says that its points move, and leaves them out of the map; so does
-// bag_to_map, which can free the place when the room was seen without the box only later.
+// A box stands in a room for one cloud: the node publishes its points as moving, and leaves them out of the map; so does
+// bag_to_map, which can also free the place if the room was seen without the box only later.
 #include "cuboid_mapping/SaveMap.h"
 #include "cuboid_mapping/io/map_files.h"
 #include "ros/node_probe.h"
@@ -18,7 +18,7 @@ using cuboid_mapping::Occupancy;
 using cuboid_mapping::test::runProgram;
 using cuboid_mapping::test::TemporaryFolder;
 
-/// Its near face, 1 m before the lidar, two points for each edge of a voxel.
+/// Points of the box's near face, 1 m in front of the lidar, two for each edge of a voxel.
 std::vector<Eigen::Vector3d> makeBox() {
   std::vector<Eigen::Vector3d> points;
   for (double y = -0.275; y < 0.3; y += 0.05) {
@@ -45,7 +45,7 @@ Occupancy classOf(const std::string& map, const Eigen::Vector3d& point) {
 
 class NodeMovingPointsTest : public NodeTest {
  protected:
-  /// A bag of clouds, one a second, whose sensor is the origin of the map.
+  /// A bag of clouds, one per second, whose sensor is at the origin of the map.
   std::string writeBag(const std::vector<std::vector<Eigen::Vector3d>>& clouds) {
     const std::string file = folder_ / "clouds.bag";
     rosbag::Bag bag(file, rosbag::bagmode::Write);
@@ -76,7 +76,7 @@ class NodeMovingPointsTest : public NodeTest {
   }
 
   TemporaryFolder folder_;
-  std::string output_;  ///< Of bag_to_map.
+  std::string output_;  ///< Output of bag_to_map.
 };
 
 TEST_F(NodeMovingPointsTest, AreSaidAndLeftOutByTheNodeAndByBagToMap) {
@@ -86,7 +86,7 @@ TEST_F(NodeMovingPointsTest, AreSaidAndLeftOutByTheNodeAndByBagToMap) {
   const ros::Subscriber subscriber = nh_.subscribe("/moving_points", 10, receive);
   ASSERT_TRUE(waitFor([&] { return subscriber.getNumPublishers() > 0; }));
   publishStaticTf(makeTransform("map", "lidar", Eigen::Isometry3d::Identity()));
-  ros::WallDuration(0.5).sleep();  // The other side connects, too.
+  ros::WallDuration(0.5).sleep();  // Lets the other side connect, too.
   publishRoom("lidar", ros::Time(100.0));
   cloud_publisher_.publish(makeCloud("lidar", ros::Time(101.0), makeBox()));
   ASSERT_TRUE(waitForInserted(2));

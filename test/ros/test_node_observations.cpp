@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The running node: what each cloud says, for maps that are made elsewhere.
+// The running node: observations of each cloud, for maps made elsewhere.
 #include "cuboid_mapping/Observation.h"
 #include "cuboid_mapping/SaveMap.h"
 #include "cuboid_mapping/io/map_files.h"
@@ -34,7 +34,7 @@ class NodeObservationsTest : public NodeTest {
         [this](const Observation::ConstPtr& message) { observations_.push_back(*message); };
     subscriber_ = nh_.subscribe("/observations", 100, take);
     ASSERT_TRUE(waitFor([this] { return subscriber_.getNumPublishers() > 0; }));
-    ros::WallDuration(0.5).sleep();  // The node's side of the connection, too.
+    ros::WallDuration(0.5).sleep();  // Lets the node connect, too.
   }
 
   std::vector<Observation> observations_;

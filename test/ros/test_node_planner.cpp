@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The running node: what planners ask, in a known room; edits and ~pause.
+// The running node: questions of planners in a known room; edits and ~pause.
 #include "cuboid_mapping/CastRays.h"
 #include "cuboid_mapping/CheckBoxes.h"
 #include "cuboid_mapping/CheckPath.h"

@@ -101,7 +101,7 @@ TEST_F(NodeQueriesTest, TheWallIsOccupiedAndWhatIsBehindItUnknown) {
 }
 
 TEST_F(NodeQueriesTest, BoxesCanBeGivenInATurnedFrame) {
-  // Turned by 45 degrees: a box of 1 x 1 m there needs one of sqrt(2) x sqrt(2) m here.
+  // The frame is rotated by 45 degrees: a box of 1 x 1 m there needs one of sqrt(2) x sqrt(2) m here.
   Eigen::Isometry3d T_map_turned = makeTranslation(0.5, 0.25, 0.0);
   T_map_turned.rotate(Eigen::AngleAxisd(M_PI / 4.0, Eigen::Vector3d::UnitZ()));
   publishStaticTf(makeTransform("map", "turned", T_map_turned));
@@ -113,7 +113,7 @@ TEST_F(NodeQueriesTest, BoxesCanBeGivenInATurnedFrame) {
     return response.success != 0;
   })) << response.message;
   EXPECT_EQ(response.header.frame_id, "map");
-  // [0.5 - 0.707, 0.5 + 0.707] and [0.25 - 0.707, 0.25 + 0.707], to whole voxels.
+  // The box [0.5 - 0.707, 0.5 + 0.707] and [0.25 - 0.707, 0.25 + 0.707], rounded to whole voxels.
   EXPECT_NEAR(response.min.x, -0.3, 1e-9);
   EXPECT_NEAR(response.max.x, 1.3, 1e-9);
   EXPECT_NEAR(response.min.y, -0.5, 1e-9);
@@ -163,7 +163,7 @@ TEST(NodeWithSensorFrame, BeamsStartAtTheSensorThoughTheCloudIsInAnotherFrame) {
   ros::NodeHandle nh;
   auto publisher = nh.advertise<sensor_msgs::PointCloud2>("/transformed_cloud", 10);
   ASSERT_TRUE(waitFor([&] { return publisher.getNumSubscribers() > 0; }));
-  // A driver has turned the cloud into a frame far from the sensor.
+  // A driver has transformed the cloud into a frame far from the sensor.
   publishStaticTf(makeTransform("map", "lidar", makeTranslation(0.05, 0.05, 0.05)));
   publishStaticTf(makeTransform("map", "far", makeTranslation(-5.0, 0.0, 0.0)));
   publisher.publish(makeCloud("far", ros::Time(100.0), {{6.05, 0.05, 0.05}}));

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// `rosbag record` of the map of a node: map_convert reads it, and clients see it when it is played without the node.
+// `rosbag record` of a node's map: map_convert reads it, and clients get it when it is played without the node.
 #include "cuboid_mapping/io/map_files.h"
 #include "cuboid_mapping/ros/cuboid_map_client.h"
 #include "ros/driven_node.h"
@@ -26,11 +26,11 @@ class NodeRecorded : public DrivenNode {
       ros::WallDuration(1.0).sleep();
       drive(2.0 * part, 2.0 * part + 2.0);
     }
-    ros::WallDuration(1.5).sleep();  // Until the last keyframe.
+    ros::WallDuration(1.5).sleep();  // Waits for the last keyframe.
     recorder.send(SIGINT);
     EXPECT_EQ(recorder.finish().status, 0);
     Voxels saved = saveMap();
-    end(SIGINT);  // Nobody serves get_map any more.
+    end(SIGINT);  // No node serves get_map any more.
     return saved;
   }
 
@@ -57,7 +57,7 @@ TEST_P(NodeRecorded, IsReadByMapConvertAndShownWhenItIsPlayedFromAnywhere) {
   }
 }
 
-// The topics of a nodelet are the same.
+// A nodelet has the same topics.
 INSTANTIATE_TEST_SUITE_P(AsNode, NodeRecorded, ::testing::Values(false));
 
 }  // namespace

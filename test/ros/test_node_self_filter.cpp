@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// A lidar that sees the arm of its robot (arm.urdf), which turns before it while the robot drives through a room.
+// A lidar that sees the arm of its robot (arm.urdf), which turns in front of it while the robot drives through a room.
 #include "cuboid_mapping/SaveMap.h"
 #include "cuboid_mapping/io/map_files.h"
 #include "ros/node_probe.h"
@@ -20,7 +20,7 @@ using cuboid_mapping::test::TemporaryFolder;
 
 constexpr double kStart_s = 1000.0;
 constexpr double kDuration_s = 4.0;
-constexpr double kRoom_m = 3.0;  ///< From the middle to its walls.
+constexpr double kRoom_m = 3.0;  ///< Distance from its middle to its walls.
 
 std::string sourceFile(const std::string& name) {
   return std::string(CUBOID_MAPPING_SOURCE_DIR) + "/test/ros/" + name;
@@ -30,7 +30,7 @@ Eigen::Isometry3d turnedAbout(const Eigen::Vector3d& axis, double angle_rad) {
   return Eigen::Isometry3d(Eigen::AngleAxisd(angle_rad, axis));
 }
 
-/// Where the frames of the robot are; as arm.urdf has them.
+/// Poses of the frames of the robot in arm.urdf.
 struct RobotPose {
   explicit RobotPose(double t)
       : T_map_base(Eigen::Translation3d(0.2 * t - 0.4, 0.1 * t, -1.0) *
@@ -51,7 +51,7 @@ struct PlacedShape {
   Eigen::Isometry3d T_lidar_shape;
 };
 
-/// What the lidar can see of the robot: as arm.urdf and self_filter.yaml have it.
+/// Parts of the robot that the lidar can see, from arm.urdf and self_filter.yaml.
 std::vector<PlacedShape> visibleParts(const RobotPose& pose) {
   const Eigen::Isometry3d T_lidar_base = makeTranslation(0.0, 0.0, -1.0);
   const Eigen::Isometry3d T_lidar_arm = T_lidar_base * pose.T_base_arm;
@@ -72,7 +72,7 @@ double rangeTo(const PlacedShape& placed, const Eigen::Vector3d& direction_lidar
   return cuboid_mapping::computeRange(placed.shape, beam);
 }
 
-/// To a wall, floor or ceiling of the room.
+/// Range to a wall, floor or ceiling of the room.
 double rangeOfRoom(const Eigen::Vector3d& origin_map, const Eigen::Vector3d& direction_map) {
   double range_m = std::numeric_limits<double>::infinity();
   for (int axis = 0; axis < 3; ++axis) {
@@ -82,7 +82,7 @@ double rangeOfRoom(const Eigen::Vector3d& origin_map, const Eigen::Vector3d& dir
   return range_m;
 }
 
-/// A drive as a bag; tf is recorded behind the clouds.
+/// A drive as a bag; tf is recorded after the clouds.
 class DriveWriter {
  public:
   explicit DriveWriter(const std::string& file) : bag_(file, rosbag::bagmode::Write) {
@@ -94,7 +94,7 @@ class DriveWriter {
     bag_.close();
   }
 
-  /// Points that were measured on the robot.
+  /// Number of points measured on the robot.
   [[nodiscard]] long numOnRobot() const { return num_on_robot_; }
 
  private:
@@ -137,7 +137,7 @@ class DriveWriter {
   rosbag::Bag bag_;
 };
 
-/// Occupied voxels that are not of the room's walls.
+/// Number of occupied voxels that do not belong to the room's walls.
 std::size_t countTraces(const std::string& map) {
   const auto snapshot = cuboid_mapping::readMapFile(map).snapshot;
   const cuboid_mapping::Grid grid(snapshot.resolution_m);
@@ -155,7 +155,7 @@ class NodeSelfFilterTest : public ::testing::Test {
  protected:
   NodeSelfFilterTest() : drive_(folder_ / "drive.bag") {}
 
-  /// bag_to_map with the node's parameters, and others.
+  /// Map of bag_to_map with the node's parameters, and others.
   std::string mapOfBag(const std::string& name, const std::vector<std::string>& settings) {
     std::vector<std::string> command{
         BAG_TO_MAP_PROGRAM, folder_ / "drive.bag",         "-o", folder_ / name,

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// A lidar, a planar laser and a depth camera on a robot that drives: node and bag_to_map make the same map of the
+// A lidar, a planar laser and a depth camera on a driving robot: node and bag_to_map make the same map from the
 // same bag.
 #include "cuboid_mapping/SaveMap.h"
 #include "ros/node_probe.h"
@@ -25,7 +25,7 @@ using cuboid_mapping::test::TemporaryFolder;
 constexpr double kStart_s = 1000.0;
 constexpr double kDuration_s = 4.0;
 
-/// Writes a bag in which messages are recorded some time after they were stamped, and tf behind them.
+/// Writes a bag whose messages are recorded some time after their stamps, and tf after them.
 class DriveWriter {
  public:
   explicit DriveWriter(const std::string& file) : bag_(file, rosbag::bagmode::Write) {
@@ -56,7 +56,7 @@ class DriveWriter {
     bag_.write("/tf", ros::Time(kStart_s + t + 0.02), pose);
   }
 
-  /// A header; stamps are those of what was measured. @param frame_id  Of the sensor.
+  /// A header with the stamp of the measurement. @param frame_id  Frame of the sensor.
   static std_msgs::Header makeHeader(const std::string& frame_id, double t) {
     std_msgs::Header header;
     header.frame_id = frame_id;
@@ -69,7 +69,7 @@ class DriveWriter {
     bag_.write(topic, message.header.stamp + ros::Duration(delay_s), message);
   }
 
-  /// The points were measured within 80 ms.
+  /// The cloud with times of points within 80 ms.
   static sensor_msgs::PointCloud2 withTimes(const sensor_msgs::PointCloud2& cloud) {
     sensor_msgs::PointCloud2 timed = cloud;
     sensor_msgs::PointCloud2Modifier modifier(timed);
@@ -91,7 +91,7 @@ class DriveWriter {
     for (int i = 0; i < 400; ++i) {
       points.emplace_back(random_.real(-6, 6), random_.real(-6, 6), random_.real(-1, 1));
     }
-    // Later than what the others have measured meanwhile.
+    // Later than the others' measurements meanwhile.
     write("/front/points", withTimes(makeCloud("lidar", ros::Time(kStart_s + t), points)), 0.08);
   }
 
@@ -161,7 +161,7 @@ TEST_F(NodeSourcesTest, NodeAndBagToMapMakeTheSameMapOfThreeSensors) {
 
   ASSERT_TRUE(waitFor([this] { return probe_.numReports() > 0; }));
   ASSERT_EQ(runProgram({"rosbag", "play", "--quiet", "--clock", "--delay=2", bag}).status, 0);
-  // 40 clouds, 40 of 80 scans, and as many images as there are.
+  // 40 clouds, 40 of 80 scans, and all images.
   const long num_expected = 40 + 40 + 120;
   EXPECT_TRUE(waitFor([&] { return probe_.status().number("clouds inserted") == num_expected; }))
       << probe_.status().number("clouds inserted") << ' ' << probe_.status().message;
@@ -174,7 +174,7 @@ TEST_F(NodeSourcesTest, NodeAndBagToMapMakeTheSameMapOfThreeSensors) {
   EXPECT_TRUE(offline == cuboid_mapping::test::readFile(save.request.filename));
 }
 
-/// The figures of each source, beside those of the node.
+/// Compares the figures of each source with those of the node.
 TEST_F(NodeSourcesTest, EachSourceHasItsDiagnostics) {
   std::map<std::string, std::string> received;
   std::string ignored;

@@ -47,7 +47,7 @@ Voxels classesOf(Voxels voxels) {
   return voxels;
 }
 
-/// A server that is told which updates are lost.
+/// A server that loses chosen updates.
 class LossyServer {
  public:
   LossyServer(std::uint64_t instance, const MapImageServer::Options& options)
@@ -59,7 +59,7 @@ class LossyServer {
     delta_publisher_ = advertiseDelta(nh_, "cuboid_map_updates");
   }
 
-  /// Changes the map. @param is_lost  Nobody is told.
+  /// Changes the map. @param is_lost  The update is not sent.
   void change(const std::function<ChangeSet(CuboidMap&)>& work, bool is_lost) {
     DeltaMessage message;
     message.header.frame_id = "map";
@@ -95,7 +95,7 @@ class LossyServer {
   ros::NodeHandle nh_ = withQueue(ros::NodeHandle("lossy"), queue_);
   std::uint64_t instance_;
   MapDetail detail_;
-  std::mutex mutex_;  ///< Of the map: images are made in a thread of their own.
+  std::mutex mutex_;  ///< Guards the map: images are made in their own thread.
   CuboidMap map_;
   std::atomic<int> num_asked_{0};
   MapImageServer images_;
@@ -106,7 +106,7 @@ class LossyServerTest : public ::testing::TestWithParam<MapImageServer::Options>
  protected:
   [[nodiscard]] static bool hasValues() { return GetParam().topic_detail == MapDetail::kValues; }
   [[nodiscard]] static bool isInParts() { return GetParam().max_part_bytes < 1000; }
-  /// What a copy has to be.
+  /// Expected content of a copy.
   [[nodiscard]] Voxels expected() const {
     return hasValues() ? voxelsOf(server_->map()) : classesOf(voxelsOf(server_->map()));
   }
@@ -122,8 +122,8 @@ class LossyServerTest : public ::testing::TestWithParam<MapImageServer::Options>
     EXPECT_TRUE(waitFor([&] { return server_->hasListener(); }));
     return client;
   }
-  /// The first client of this process: the others share its connection, and so are sent no image when
-  /// they come, but ask for one with the next update.
+  /// The first client of this process: the others share its connection, so they get no image when
+  /// they connect, but request one with the next update.
   std::unique_ptr<CuboidMapClient> connectFirst() {
     auto client = connect();
     EXPECT_TRUE(waitFor([&] { return client->hasMap(); }));
@@ -248,19 +248,19 @@ TEST_P(LossyServerTest, IsFollowedWhenItIsStartedAnew) {
   const auto client = connectFirst();
   for (int i = 0; i < 9; ++i) observe(false);
   expectSame(*client);
-  start(2);  // Its revisions begin anew, too.
+  start(2);  // Its revisions start again, too.
   ASSERT_TRUE(waitFor([&] { return server_->hasListener(); }));
   for (int i = 0; i < 3; ++i) observe(false);
   expectSame(*client);
 }
 
-/// Asks for a part of the map.
+/// Requests a part of the map.
 GetMap askForPart(MapDetail detail, std::uint32_t part, std::uint64_t revision) {
   GetMap service;
   service.request.with_values = static_cast<std::uint8_t>(detail == MapDetail::kValues);
   service.request.part = part;
   service.request.revision = revision;
-  // The server works in this thread, while it waits.
+  // The server works in this thread during the call.
   auto call = std::async(std::launch::async,
                          [&service] { return callService("/lossy/lossy/get_map", service); });
   EXPECT_TRUE(
@@ -335,7 +335,7 @@ class NodeValues : public ::testing::Test {
     return set.response.info.revision;
   }
 
-  /// What the node says in one message of ~get_map.
+  /// Voxels in one message of ~get_map.
   Voxels getMap(MapDetail detail) {
     ImageMessage message;
     std::string error;
@@ -347,7 +347,7 @@ class NodeValues : public ::testing::Test {
     return voxelsOf(*follower.map());
   }
 
-  /// What the node writes into a file.
+  /// Voxels in a file written by the node.
   static Voxels saveMap() {
     const TemporaryFolder folder;
     cuboid_mapping::SaveMap save;

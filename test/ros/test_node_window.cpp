@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// A running node with a window: it drives away from a room and back, ends, is killed, and goes on.
+// A running node with a window: it drives away from a room and back, ends, is killed, and continues.
 #include "cuboid_mapping/GetMap.h"
 #include "cuboid_mapping/QueryBox.h"
 #include "cuboid_mapping/io/map_files.h"
@@ -29,7 +29,7 @@ class NodeWindow : public DrivenNode {
     return query.response;
   }
 
-  /// Whether a place where the robot has been is known, all of it.
+  /// Whether a place that the robot has left is wholly known.
   [[nodiscard]] static bool isKnownAt(double x) {
     const QueryBox::Response answer = askAt(x);
     return answer.success != 0 && answer.unknown_volume == 0.0;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Nodes that see more than they may send.
+// Nodes that observe more than they may send.
 #include "cuboid_mapping/Observation.h"
 #include "ros/node_probe.h"
 #include "support/random.h"
@@ -14,10 +14,10 @@ namespace {
 using cuboid_mapping::Observation;
 using cuboid_mapping::test::Random;
 
-constexpr double kRate = 50e3;  ///< Bytes a second, as in the launch file.
+constexpr double kRate = 50e3;  ///< Bytes per second, as in the launch file.
 constexpr int kClouds = 20;
 
-/// What one node sends.
+/// Messages of one node.
 class Listener {
  public:
   explicit Listener(const std::string& robot)
@@ -32,7 +32,7 @@ class Listener {
   [[nodiscard]] long figure(const std::string& name) const {
     return diagnostics_.status().number(name);
   }
-  /// Of all but the last, which may be sent as soon as nothing is owed.
+  /// Bytes of all messages but the last, which may be sent as soon as nothing is owed.
   [[nodiscard]] double numBytes() const {
     double num_bytes = 0.0;
     for (std::size_t i = 0; i + 1 < received_.size(); ++i) {
@@ -73,7 +73,7 @@ TEST_F(ObservationRate, BoundsWhatIsSentAndTheRestComesLaterOrIsCounted) {
   ASSERT_TRUE(waitFor([&] {
     return later.isConnected() && thin.isConnected() && cloud_.getNumSubscribers() == 2;
   }));
-  ros::WallDuration(0.5).sleep();  // The nodes' sides of the connections, too.
+  ros::WallDuration(0.5).sleep();  // Lets the nodes connect, too.
   const double start_s = now_s();
   for (int i = 0; i < kClouds; ++i) {
     publishCloud(i);
@@ -92,7 +92,7 @@ TEST_F(ObservationRate, BoundsWhatIsSentAndTheRestComesLaterOrIsCounted) {
   ASSERT_TRUE(waitFor([&] { return thin.figure("clouds left out") > 0; }));
   EXPECT_LT(thin.received().size(), kClouds);
   EXPECT_LE(thin.numBytes(), kRate * (now_s() - start_s + 1.0));
-  ros::WallDuration(2.0).sleep();  // Until nothing is owed.
+  ros::WallDuration(2.0).sleep();  // Waits until nothing is owed.
   publishCloud(kClouds);
   ASSERT_TRUE(waitFor([&] { return later.received().size() == kClouds + 1; }));
   ASSERT_TRUE(waitFor(

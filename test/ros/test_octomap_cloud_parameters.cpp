@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What the parameters of octomap_server that say how clouds are mapped do in the running node: those
+// Effects of octomap_server's parameters for clouds in the running node, with the values
 // of octomap_parameters.test.
 #include "ros/server_node.h"
 
@@ -96,7 +96,7 @@ TEST(FrameAndResolution, AreThoseOfEveryMessage) {
   }
 }
 
-/// Points of a floor in front of the lidar. @param height_base  Of a place, above z = 0 of "robot",
+/// Points of a floor in front of the lidar. @param height_base  Height of a place above z = 0 of "robot",
 /// which is 1 m below the lidar.
 template <typename FunctionT>
 Points makeFloor(double max_x_m, FunctionT height_base) {
@@ -147,7 +147,7 @@ TEST(GroundFilter, IsAsRoughSteepAndFarFromTheBaseAsTheParametersAllow) {
   }
 }
 
-/// Names that octomap_server reads; without map_file, see test_octomap_server.cpp.
+/// Names that octomap_server reads; for map_file, see test_octomap_server.cpp.
 TEST(OctomapParameters, AreAllSetSomewhere) {
   std::vector<std::string> keys{"frame_id",           "base_frame_id",
                                 "resolution",         "height_map",

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What the parameters of octomap_server that say what is published, and how, do in the running node:
-// those of octomap_parameters.test.
+// Effects of octomap_server's parameters for published topics in the running node, with the values
+// of octomap_parameters.test.
 #include "cuboid_mapping/ros/publishers/marker_colors.h"
 #include "ros/server_node.h"
 #include "tools/run_program.h"
@@ -21,7 +21,7 @@ bool areAllDeleted(const MarkerArray& array) {
   });
 }
 
-/// Two voxels side by side in each of three heights, and one that is alone.
+/// Two voxels side by side at each of three heights, and a single one.
 struct Pairs {
   Points low{{1.05, 0.05, -0.45}, {1.15, 0.05, -0.45}};
   Points middle{{1.05, 0.05, 0.55}, {1.15, 0.05, 0.55}};
@@ -114,7 +114,7 @@ TEST(Colors, AreThoseOfTheParametersWithoutHeightMap) {
 }
 
 TEST(Colors, FollowTheHeightByDefaultAsFarAsTheFactorSays) {
-  // What is known reaches from -0.5 to 1.3 m.
+  // Known voxels reach from -0.5 to 1.3 m.
   const auto expect_heights = [](ServerNode& node, std::size_t num_cubes, double color_factor) {
     node.insert(Pairs().all());
     std::size_t count = 0;
@@ -145,8 +145,8 @@ TEST(ColoredMap, IsTakenWithAWarningAndWithoutEffect) {
   EXPECT_NE((end.out + end.err).find("colored_map has no effect"), std::string::npos) << end.err;
 }
 
-/// Has clouds mapped until a listener hears of one: without latch it gets changes only, and those
-/// only that come when the node knows of it.
+/// Sends clouds until a subscriber gets a message: without latch it gets only changes, and only
+/// those after the node knows it.
 template <typename MessageT>
 void insertUntilHeard(ServerNode& node, const TopicProbe<MessageT>& listener) {
   double distance_m = 1.05;
@@ -159,7 +159,7 @@ void insertUntilHeard(ServerNode& node, const TopicProbe<MessageT>& listener) {
 TEST(Latch, GivesLateListenersTheMapAtOnce) {
   ServerNode plain("plain");
   plain.insert({pointAlong(0, 1.05)});
-  // The last of the topics: once it is out, nothing of this change is to come any more.
+  // The last of the topics: once it is published, nothing of this change remains.
   (void)plain.show<OccupancyGrid>("projected_map");
   TopicProbe<OctomapMessage> listener(plain.topic("octomap_full"));
   EXPECT_TRUE(waitFor([&] { return listener.count() > 0; })) << "though nothing has changed";

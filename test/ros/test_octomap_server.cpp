@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The running node in the place of octomap_server: its topics and services, and files of maps.
+// The running node as replacement of octomap_server: its topics and services, and files of maps.
 #include "cuboid_mapping/LoadMap.h"
 #include "cuboid_mapping/SaveMap.h"
 #include "cuboid_mapping/ros/publishers/marker_colors.h"
@@ -26,7 +26,7 @@ namespace {
 using cuboid_mapping::OctreeContent;
 using cuboid_mapping::test::TemporaryFolder;
 
-/// What a room of 4 x 4 x 2 m makes known: its inside, and a layer of one voxel at each face.
+/// Voxels known from a room of 4 x 4 x 2 m: its inside, and a layer of one voxel at each face.
 constexpr double kFreeVoxels = 40 * 40 * 20;
 constexpr double kOccupiedVoxels = 2 * 40 * 40 + 4 * 40 * 20;
 
@@ -85,7 +85,7 @@ TEST_F(OctomapServerTest, OctreesAreThoseOfOctomapMsgsOnTheWire) {
 }
 
 TEST_F(OctomapServerTest, MarkersPointsAndGridShowTheRoomBelowTheGreatestHeight) {
-  // occupancy_max_z is 0.5: of the walls 15 layers and the floor.
+  // occupancy_max_z is 0.5: 15 layers of the walls, and the floor.
   constexpr double kShown = 40 * 40 + 4 * 40 * 15;
   const auto volume = [](const visualization_msgs::MarkerArray& array) {
     double voxels = 0.0;
@@ -143,7 +143,7 @@ TEST_F(OctomapServerTest, ProjectedMapIsSentWholeOnceAndThenInUpdates) {
   ASSERT_TRUE(updates->waitForConnection());
   TopicProbe<nav_msgs::OccupancyGrid> grid("/projected_map");
   ASSERT_TRUE(grid.waitForMessage([](const auto& message) { return !message.data.empty(); }));
-  // The grid that a first update refers to; it is sent whole before.
+  // The grid to which a first update refers; it is sent whole before.
   const auto clear = [](double min_m, double max_m) {
     BoundingBoxQuery request;
     request.request.min = tf2::toMsg(Eigen::Vector3d(min_m, min_m, -2.5));
@@ -162,7 +162,7 @@ TEST_F(OctomapServerTest, ProjectedMapIsSentWholeOnceAndThenInUpdates) {
   EXPECT_EQ(grid.count(), num_whole);
   updates.reset();
   double side_m = 0.2;
-  ASSERT_TRUE(waitFor([&] {  // Until the node knows.
+  ASSERT_TRUE(waitFor([&] {  // Waits until the node knows.
     side_m += 0.1;
     EXPECT_TRUE(clear(-side_m, side_m));
     return grid.count() > num_whole;
@@ -195,7 +195,7 @@ TEST_F(OctomapServerTest, ListenersWhoComeLateGetTheMap) {
         [](const auto& message) { return countVoxels(contentOf(message), true) > 0.0; }));
     bytes = bytesOf(first.last());
   }
-  // Not beside the first one: two listeners of one process share a connection.
+  // It starts after the first one ends: two subscribers in one process share a connection.
   ASSERT_TRUE(diagnostics_.waitForNextReport());
   const TopicProbe<OctomapMessage> second("/octomap_full");
   ASSERT_TRUE(waitFor([&] { return second.count() > 0; })) << "though nothing has changed";
@@ -205,14 +205,14 @@ TEST_F(OctomapServerTest, ListenersWhoComeLateGetTheMap) {
 TEST_F(OctomapServerTest, NothingIsBuiltWithoutListeners) {
   const std::string key = "octomap_server messages built";
   int num_clouds = 0;
-  // Larger and larger rooms: every cloud changes the classes of voxels.
+  // Larger and larger rooms, so that every cloud changes the classes of voxels.
   const auto publish_change = [&] {
     const double half_size_m = 1.5 + kResolution_m * ++num_clouds;
     const ros::Time stamp(200.0 + num_clouds);
     cloud_publisher_.publish(makeCloud("lidar", stamp, makeRoom({half_size_m, half_size_m, 1.0})));
     return stamp;
   };
-  // A topic that octomap_server does not have shows when the node has published.
+  // A topic that octomap_server does not have shows that the node has published.
   TopicProbe<visualization_msgs::MarkerArray> others("/occupied_cuboids");
   const auto is_none_built = [&] {
     const long num_before = diagnostics_.status().number(key);
@@ -237,7 +237,7 @@ TEST_F(OctomapServerTest, NothingIsBuiltWithoutListeners) {
       << countNew(key) << " built, and the only listener has got " << full.count() - num_before;
 }
 
-/// Sends changes, and gives back what is in force: the value of one of the numbers.
+/// Sends changes. @return The value of one of the numbers in force.
 double reconfigure(const std::vector<std::pair<std::string, double>>& numbers,
                    const std::string& asked) {
   dynamic_reconfigure::Reconfigure change;
@@ -264,14 +264,14 @@ TEST_F(OctomapServerTest, ParametersChangeWhileItRuns) {
   EXPECT_EQ(reconfigure({{"occupancy_max_z", 0.5}}, "occupancy_max_z"), 0.5);
   EXPECT_TRUE(centers.waitForMessage([&](const auto& cloud) { return cloud.width == num_below; }));
   double on_server = 0.0;
-  EXPECT_TRUE(waitFor([&] {  // It is written a little after the answer.
+  EXPECT_TRUE(waitFor([&] {  // It is written slightly after the answer.
     return ros::param::get(std::string(kNode) + "/occupancy_max_z", on_server) && on_server == 0.5;
   })) << on_server;
-  // With other values in the same request nothing counts.
+  // A request with other values as well changes nothing.
   EXPECT_EQ(reconfigure({{"occupancy_max_z", 7.0}, {"resolution", 0.3}}, "occupancy_max_z"), 0.5);
   EXPECT_EQ(reconfigure({{"resolution", 0.3}}, "resolution"), 0.1);
 
-  // The sensor model and the least range of the clouds to come.
+  // The sensor model and the minimum range for later clouds.
   EXPECT_EQ(reconfigure({{"sensor_model_min_range", 100.0}}, "sensor_model_min_range"), 100.0);
   reset();
   startCounting();

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Parameters on their way through YAML, roslaunch and the parameter server; see
+// Parameters that pass through YAML, roslaunch and the parameter server; see
 // parameter_server.test.
 
 #include "cuboid_mapping/ros/parameters/parameters.h"

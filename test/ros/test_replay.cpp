@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Node and nodelet on bags that `rosbag play --clock` plays: of the simulated building, and of real
-// scans where CUBOID_DATA_DIR names them.
+// Node and nodelet on bags played by `rosbag play --clock`: from the simulated building, and from real
+// scans if CUBOID_DATA_DIR is set.
 #include "cuboid_mapping/QueryBox.h"
 #include "cuboid_mapping/SaveMap.h"
 #include "ros/node_probe.h"
@@ -60,7 +60,7 @@ class ReplayTest : public ::testing::TestWithParam<const char*> {
     return query.response.occupancy;
   }
 
-  /// What the last cloud of a bag saw is occupied, and what lies before it is free.
+  /// Expects the points of a bag's last cloud to be occupied, and the space before them to be free.
   void expectLastCloudInMap(const std::string& bag) {
     using Response = cuboid_mapping::QueryBox::Response;
     const BagContents::Cloud last = readBag(bag).clouds.back();
@@ -80,12 +80,12 @@ class ReplayTest : public ::testing::TestWithParam<const char*> {
       num_free += classAt(T_map_cloud * (0.5 * points[i])) == Response::FREE ? 1 : 0;
     }
     EXPECT_GE(num_asked, 200);
-    // Not all: beams at a flat angle free voxels that others hit, and somebody may have walked by.
+    // Not all: beams at a flat angle free voxels that others hit, and a person may have walked by.
     EXPECT_GT(num_occupied, 0.85 * num_asked);
     EXPECT_GT(num_free, 0.8 * num_asked);
   }
 
-  /// The node saves the same bytes that bag_to_map makes of the bag.
+  /// Expects that the node saves the same bytes as bag_to_map.
   void expectSameMapAsBagToMap(const std::string& bag, const TemporaryFolder& folder) {
     cuboid_mapping::SaveMap save;
     save.request.filename = folder / "node.cuboids";
@@ -101,7 +101,7 @@ class ReplayTest : public ::testing::TestWithParam<const char*> {
 
   ros::NodeHandle nh_;
   DiagnosticsProbe probe_{GetParam()};
-  /// Persistent: hundreds of connections for one call each now and then lose an answer.
+  /// Persistent, because with hundreds of single connections an answer is sometimes lost.
   ros::ServiceClient query_box_;
 };
 
@@ -112,7 +112,7 @@ TEST_P(ReplayTest, TheSimulatedBuildingIsMapped) {
   play(bag);
   expectLastCloudInMap(bag);
   expectSameMapAsBagToMap(bag, folder);
-  // The robot has driven where it is now: its lidar's voxel is free; behind the ground, none is.
+  // The robot has driven to its place: its lidar's voxel is free; no voxel below the ground is.
   const Eigen::Isometry3d T_map_cloud =
       tf2::transformToEigen(readBag(bag).clouds.back().T_map_cloud);
   using Response = cuboid_mapping::QueryBox::Response;

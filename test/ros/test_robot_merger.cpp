@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The part of a node that merges, alone: one message fails, one robot is silent.
+// The merging part of a node, alone: one message fails, one robot is silent.
 #include "cuboid_mapping/GetObservations.h"
 #include "cuboid_mapping/Observation.h"
 #include "cuboid_mapping/io/scan_update_codec.h"
@@ -25,7 +25,7 @@ using cuboid_mapping::GetObservations;
 using cuboid_mapping::Observation;
 using cuboid_mapping::RobotObservation;
 
-/// What a robot says of a cloud that has passed one brick.
+/// Observation of a cloud that has passed one brick.
 Observation makeObservation(const NodeParameters& parameters, int sequence,
                             const std::string& robot = "/alone") {
   Observation message;
@@ -64,7 +64,7 @@ TEST(RobotMergerTest, PutsTheOthersIntoTheMapWhenOneFails) {
   const ros::Publisher publisher =
       ros::NodeHandle().advertise<Observation>("/alone/observations", 10);
   ASSERT_TRUE(waitFor([&] { return publisher.getNumSubscribers() > 0; }));
-  EXPECT_TRUE(waitFor([&] {  // roscpp may lose the first ones; what comes twice is left out.
+  EXPECT_TRUE(waitFor([&] {  // roscpp may lose the first ones; repeated ones are left out.
     for (int i = 1; i <= 3; ++i) publisher.publish(makeObservation(parameters, i));
     callbacks.callAvailable();
     return num_noted == 3;
@@ -147,13 +147,13 @@ TEST(RobotMergerTest, ASilentRobotKeepsNobodyFromAskingTheOthers) {
   for (const std::string& robot : parameters.fleet.robots) {
     publishers.push_back(ros::NodeHandle().advertise<Observation>(robot + "/observations", 10));
   }
-  EXPECT_TRUE(waitFor([&] {  // The first one of each is missing.
+  EXPECT_TRUE(waitFor([&] {  // The first observation of each robot is missing.
     for (std::size_t i = 0; i < publishers.size(); ++i) {
       publishers[i].publish(makeObservation(parameters, 2, parameters.fleet.robots[i]));
     }
     return num_asked >= 3;
   })) << num_asked;
-  merger.stopAsking();  // Or the threads wait for the silent one.
+  merger.stopAsking();  // Otherwise the threads wait for the silent robot.
   thread.stop();
   asking_threads.stop();
 }

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Schedules that a seed decides on: what happens to the node, in which order, and what its network
-// loses. Everything runs in one thread, so that a seed that fails repeats exactly:
+// Schedules controlled by a seed: the events of the node, their order, and the messages lost by its
+// network. Everything runs in one thread, so that a failing seed repeats exactly:
 //
 //   CUBOID_MAPPING_TEST_SEED=1 CUBOID_MAPPING_FIRST_SCHEDULE=137 CUBOID_MAPPING_SCHEDULES=1 test_seeded_schedules
 #include "cuboid_mapping/map/cuboid_search.h"
@@ -38,7 +38,7 @@ std::size_t numberOf(const char* variable, std::size_t otherwise) {
   return text == nullptr ? otherwise : std::strtoull(text, nullptr, 10);
 }
 
-/// How often each thing has happened in all schedules, so that none is left out unnoticed.
+/// Number of times that each event has happened in all schedules, so that no missing one goes unnoticed.
 using Counts = std::map<std::string, std::size_t>;
 
 NodeParameters makeParameters(Random& random) {
@@ -51,14 +51,14 @@ NodeParameters makeParameters(Random& random) {
   return parameters;
 }
 
-/// What two maps must have in common.
+/// Expects equal maps.
 void expectEqual(const CuboidMap& map, const CuboidMap& expected, const char* what) {
   EXPECT_TRUE(voxelsOf(map) == voxelsOf(expected)) << what << ": other voxels";
   EXPECT_TRUE(cuboid_mapping::test::allCuboids(map) == cuboid_mapping::test::allCuboids(expected))
       << what << ": other cuboids";
 }
 
-/// A listener of the map, whose network may lose messages.
+/// A follower of the map, whose network may lose messages.
 struct Listener {
   MapFollower follower;
   bool is_connected = true;
@@ -84,7 +84,7 @@ class Schedule {
     settle();
   }
 
-  /// What must hold afterwards.
+  /// Checks at the end of a schedule.
   void check() {
     const NodeStatistics& statistics = node_.statistics();
     EXPECT_EQ(statistics.num_received, num_delivered_);
@@ -161,11 +161,11 @@ class Schedule {
     if (random_.chance(0.02)) cloud->header.frame_id.clear();
     if (random_.chance(0.02)) cloud->fields.clear();
     network_.push_back(cloud);
-    if (random_.chance(0.05)) network_.push_back(cloud);  // Comes twice.
-    if (random_.chance(0.05)) network_.pop_back();        // Is lost on its way.
+    if (random_.chance(0.05)) network_.push_back(cloud);  // It comes twice.
+    if (random_.chance(0.05)) network_.pop_back();        // It is lost.
   }
 
-  /// In any order.
+  /// Delivers messages in any order.
   void deliver() {
     for (int i = random_.integer(1, 5); i > 0 && !network_.empty(); --i) {
       const std::size_t index = random_.chance(0.7) ? 0 : random_.index(network_.size());
@@ -190,7 +190,7 @@ class Schedule {
     node_.setTime(now_);
   }
 
-  /// As a recording that starts again, or goes on after a pause.
+  /// Time jumps, as when a recording starts again, or continues after a pause.
   void jump() {
     ++counts_["jump"];
     passTime(random_.chance(0.5) ? -random_.real(15.0, 300.0) : random_.real(15.0, 300.0));
@@ -235,7 +235,7 @@ class Schedule {
     CuboidMap& replayed = node_.replay().map();
     const std::vector<CellBox> locks = replayed.lockedBoxes();
     (void)restoreSnapshot(*saved_, replayed);
-    replayed.setLocked(locks);  // Loading a map keeps them, and passes over those of the file.
+    replayed.setLocked(locks);  // Loading a map keeps them, and ignores those of the file.
   }
 
   void changeListeners() {
@@ -261,7 +261,7 @@ class Schedule {
     }
   }
 
-  /// Everything arrives, everything is worked on, and who waits for nothing gives up.
+  /// All messages arrive, all work is done, and waiting clouds give up.
   void settle() {
     node_.setPaused(false);
     while (!network_.empty()) deliver();

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Two lidars, a planar laser and a depth camera, simulated: what they see is there, and node and bag_to_map make the
-// same map of them.
+// Two simulated lidars, a planar laser and a depth camera: their points are correct, and node and bag_to_map make the
+// same map from them.
 #include "cuboid_mapping/SaveMap.h"
 #include "cuboid_mapping/ros/conversions/sensor_conversions.h"
 #include "ros/node_probe.h"
@@ -56,7 +56,7 @@ class SimulatedSensorsTest : public ::testing::Test {
   std::string bag_ = folder_ / "drive.bag";
 };
 
-/// How far the points of a message are from the surfaces of the world, at most.
+/// Greatest distance of the points of a message from the surfaces of the world.
 double maxError(const CloudPoints& cloud, const std::vector<cuboid_mapping::Solid>& solids,
                 const Eigen::Isometry3d& T_map_sensor) {
   double error = 0.0;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The node under load for a while: clouds at 10 Hz, listeners to everything, saves, edits, queries and
-// changes of parameters. No cloud is lost without a counted reason, no call fails, memory stays.
+// The node under load for a while: clouds at 10 Hz, subscribers to everything, saves, edits, queries and
+// changes of parameters. Every lost cloud has a counted reason, no call fails, memory does not grow.
 #include "cuboid_mapping/SaveMap.h"
 #include "cuboid_mapping/ros/conversions/octomap_messages.h"
 #include "ros/node_probe.h"
@@ -21,7 +21,7 @@
 namespace cuboid_mapping_ros::test {
 namespace {
 
-/// Process of the node, asked of the node itself.
+/// Process id of the node, from the node itself.
 int findPid() {
   XmlRpc::XmlRpcValue request;
   XmlRpc::XmlRpcValue response;
@@ -65,7 +65,7 @@ class Listener {
   ros::Subscriber subscriber_;
 };
 
-/// Something to be done again and again.
+/// Work that is repeated.
 struct Task {
   const char* name;
   double period_s;
@@ -166,7 +166,7 @@ TEST(Soak, NothingIsLostUncountedAndMemoryStays) {
     std::cout << ' ' << resident_mb[i * (resident_mb.size() - 1) / 8];
   }
   std::cout << std::endl;
-  // The loop takes about three minutes: afterwards nothing new is seen.
+  // One loop takes about three minutes: afterwards nothing new is seen.
   if (duration_s >= 900.0) {
     EXPECT_LT(resident_mb.back(), 1.1 * resident_mb[resident_mb.size() / 2]);
   }

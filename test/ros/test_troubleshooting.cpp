@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The symptoms of doc/troubleshooting.md that need running nodes and their logs, and the cures.
+// Symptoms of doc/troubleshooting.md that need running nodes and their logs, and their cures.
 #include "ros/log_probe.h"
 #include "ros/octomap_probe.h"
 
@@ -38,7 +38,7 @@ class TroubleshootingTest : public NodeTest {
     publishStaticTf(makeTransform("map", "lidar", makeTranslation(0.05, 0.05, 0.05)));
   }
 
-  /// Waits until the lines of a node arrive: it refuses another resolution, and says so every time.
+  /// Waits until log lines of a node arrive: it refuses another resolution, and logs this every time.
   void listenTo(const std::string& node) {
     ASSERT_TRUE(waitFor([&] {
       setNumber(node, "resolution", 77.0);
@@ -160,8 +160,8 @@ TEST_F(TroubleshootingTest, ABoxThatIsClearedTooEarly) {
   EXPECT_EQ(count_occupied(), num_walls);
 }
 
-/// One turn of a lidar of 16 rings: a round wall at 3 m, and before a part of it a thing at 1.5 m.
-/// @param has_thing  Else there is no return from where it was, as from the open sky.
+/// One turn of a lidar with 16 rings: a round wall at 3 m, and an object at 1.5 m in front of a part of it.
+/// @param has_thing  If false, there is no return from its directions, as from the open sky.
 sensor_msgs::PointCloud2 makeTurn(bool has_thing) {
   constexpr int kNumColumns = 360;
   std::vector<Eigen::Vector3d> points;
@@ -184,7 +184,7 @@ sensor_msgs::PointCloud2 makeTurn(bool has_thing) {
   return cloud;
 }
 
-/// Occupied voxels at most 2 m from the lidar.
+/// Number of occupied voxels at most 2 m from the lidar.
 double countNear() {
   double count = 0.0;
   for (const auto& leaf : contentOf(callOctomap("/octomap_full")).leaves) {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The parameters of the window, as parameter_cases.h.
+// Cases for the parameters of the window, see parameter_cases.h.
 #pragma once
 
 #include "ros/parameter_cases.h"

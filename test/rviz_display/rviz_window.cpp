@@ -20,7 +20,7 @@ QApplication& RvizWindow::application() {
   static int num_arguments = 1;
   static char name[] = "rviz_window";
   static char* arguments[] = {name, nullptr};
-  // Never deleted: at the end of the process, what it needs is gone.
+  // Never deleted: at the end of the process, objects that it needs are gone.
   static auto* const application = new QApplication(num_arguments, arguments);  // NOLINT
   return *application;
 }

@@ -19,29 +19,29 @@ namespace cuboid_mapping_rviz::test {
 /// rviz's scene in a window of its own, drawn frame by frame. One at a time; needs a screen and a roscore.
 class RvizWindow {
  public:
-  /// @param fixed_frame  Of the scene.
+  /// @param fixed_frame  Fixed frame of the scene.
   explicit RvizWindow(const QSize& size, const std::string& fixed_frame = "map");
 
   /// Adds a display by the name of its class. It is deleted with the window, or before.
   rviz::Display* addDisplay(const std::string& class_name, bool is_enabled = true);
 
-  /// One turn of rviz: callbacks, displays, and a frame.
+  /// One update of rviz: callbacks, displays, and a frame.
   void update();
-  /// update() until is_done, for some seconds at most. @return is_done().
+  /// Calls update() until is_done, for some seconds at most. @return is_done().
   bool updateUntil(const std::function<bool()>& is_done, double most_s = 60.0);
-  /// update() for some seconds.
+  /// Calls update() for some seconds.
   void updateFor(double seconds);
-  /// Draws a frame without turning anything else of rviz, and waits until it is drawn.
+  /// Draws a frame without any other update of rviz, and waits until it is drawn.
   void drawFrame();
 
   [[nodiscard]] rviz::VisualizationManager& manager() { return manager_; }
-  /// Takes the events of mouse and keys.
+  /// Panel that takes mouse and key events.
   [[nodiscard]] rviz::RenderPanel& panel() { return panel_; }
-  /// Of the last frame.
+  /// Statistics of the last frame.
   [[nodiscard]] Ogre::RenderTarget::FrameStats statistics();
   /// Red, green and blue of all pixels, one after the other.
   std::vector<unsigned char> readPixels();
-  /// Looks at the origin of the fixed frame. @param yaw_rad  Round its z axis.
+  /// Looks at the origin of the fixed frame. @param yaw_rad  Angle about its z axis.
   void look(double distance_m, double yaw_rad, double pitch_rad);
 
  private:

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The display in a scene of rviz, where nothing must crash or block. Run by test_rviz_display.py, on a
+// The display in a scene of rviz must neither crash nor block. Run by test_rviz_display.py, on a
 // virtual screen.
 #include "cuboid_mapping/io/map_files.h"
 #include "cuboid_mapping/ros/conversions/map_messages.h"
@@ -55,7 +55,7 @@ CuboidMap makeTiles() {
   return map;
 }
 
-/// Offers the topic cuboid_map of a namespace, to whoever listens.
+/// Publishes the topic cuboid_map of a namespace.
 ros::Publisher offer(ros::NodeHandle& nh, const CuboidMap& map, const std::string& frame_id) {
   cuboid_mapping_ros::ImageMessage message;
   message.header.frame_id = frame_id;
@@ -114,7 +114,7 @@ std::size_t countMaterials() {
   return count;
 }
 
-/// In the middle of the picture.
+/// Color in the middle of the picture.
 std::array<unsigned char, 3> middleOf(test::RvizWindow& window) {
   window.drawFrame();
   const std::vector<unsigned char> pixels = window.readPixels();
@@ -160,7 +160,7 @@ TEST_F(DisplayLife, leavesNothingBehindWhenAddedAndRemoved100Times) {
   for (int round = 0; round < 100; ++round) {
     CuboidMapDisplay* display = add("");
     display->subProp("Map file")->setValue(file);
-    // Some go at once, some while the file is read, some when it is shown.
+    // Some are removed at once, some while the file is read, some when it is shown.
     if (round % 3 == 1) window().update();
     if (round % 3 == 2) {
       ASSERT_TRUE(window().updateUntil([&] { return isDrawn(*display); }));
@@ -206,7 +206,7 @@ TEST_F(DisplayLife, drawsFewerTrianglesFarAwayAndUploadsNothingForIt) {
   const std::uint64_t num_bytes = display->scene()->numUploadedBytes();
   const auto countTriangles = [](double distance_m) {
     window().look(distance_m, 0.7, 0.7);
-    window().updateFor(0.5);  // While it moves, a slow renderer draws fewer.
+    window().updateFor(0.5);  // A slow renderer draws fewer while it moves.
     return window().statistics().triangleCount;
   };
   rviz::Property* finest_detail = display->subProp("Finest detail");
@@ -217,7 +217,7 @@ TEST_F(DisplayLife, drawsFewerTrianglesFarAwayAndUploadsNothingForIt) {
   finest_detail->setValue(usual_detail);
   EXPECT_GE(countTriangles(20.0), whole);
   EXPECT_LT(100 * countTriangles(200.0), whole);
-  display->subProp("Color by")->setValue("Cuboid size");  // Of cuboids: coarse cells have none.
+  display->subProp("Color by")->setValue("Cuboid size");  // Coarse cells show none of these.
   EXPECT_EQ(countTriangles(200.0), whole);
   EXPECT_EQ(display->scene()->numUploadedBytes(), num_bytes);
   delete display;
@@ -229,7 +229,7 @@ TEST_F(DisplayLife, drawsOnlySidesThatFaceTheCamera) {
   ASSERT_TRUE(window().updateUntil([&] { return isDrawn(*display); }));
   display->subProp("Finest detail")->setValue(0.0);
   const std::size_t num_faces = display->scene()->counts(FaceSet::kOccupied).faces;
-  for (const double yaw_rad : {0.7, 2.3, 3.9, 5.5}) {  // Three of the six sides of each tile.
+  for (const double yaw_rad : {0.7, 2.3, 3.9, 5.5}) {  // Three of the six sides of a tile.
     window().look(200.0, yaw_rad, 0.7);
     window().updateFor(0.5);
     EXPECT_EQ(window().statistics().triangleCount, num_faces) << yaw_rad;
@@ -246,7 +246,7 @@ TEST_F(DisplayLife, showsWhatIsNewInAChunk) {
   display->subProp("Map file")->setValue(QString::fromStdString(writeMap(map)));
   ASSERT_TRUE(window().updateUntil([&] { return isDrawn(*display); }));
   window().updateFor(0.2);
-  EXPECT_EQ(window().statistics().triangleCount, 0U);  // It is not in the picture.
+  EXPECT_EQ(window().statistics().triangleCount, 0U);  // It is outside the picture.
   voxels.push_back({{{0, 0, 0}, {1, 1, 1}}, 1.0F});
   map.replace(kAllCells, voxels);
   display->subProp("Map file")->setValue(QString::fromStdString(writeMap(map, "more.cuboids")));
@@ -271,7 +271,7 @@ TEST_F(DisplayLife, drawsCoarserCellsWhileTheViewMovesWhereFramesAreSlow) {
   rviz::Property* finest_detail = display->subProp("Finest detail");
   finest_detail->setValue(0.0);
   const std::size_t whole = countAtRest();
-  float pixels = 0.5F;  // So that twice as many make a difference.
+  float pixels = 0.5F;  // With this size, twice as many make a difference.
   for (; pixels < 100.0F; pixels *= 2.0F) {
     finest_detail->setValue(2.0F * pixels);
     if (countAtRest() < whole) break;
@@ -340,7 +340,7 @@ TEST_F(DisplayLife, survivesAnEmptyMapAndJumpsOfTime) {
   EXPECT_EQ(display->scene()->counts(FaceSet::kOccupied).faces, 0U);
   publisher = offer(nh, makeMap(5), "map");
   for (int round = 0; round < 5; ++round) {
-    window().manager().resetTime();  // As rviz does when time jumps back.
+    window().manager().resetTime();  // rviz does this when time jumps back.
     window().update();
   }
   EXPECT_TRUE(window().updateUntil([&] { return isDrawn(*display); }));

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The tool that edits a box, with the mouse, in a scene of rviz, and a node /panel/mapping with a map. Run by
+// The tool that edits a box with the mouse, in a scene of rviz, and a node /panel/mapping with a map. Run by
 // test_rviz_display.py, on a virtual screen.
 #include "cuboid_mapping/GetLocks.h"
 #include "cuboid_mapping/QueryBox.h"
@@ -80,7 +80,7 @@ class EditToolTest : public testing::Test {
     return tool_->getPropertyContainer()->subProp("Height")->getValue().toDouble();
   }
 
-  /// Pixel at which a point of the map is seen.
+  /// Pixel of a point of the map.
   static QPoint pixelOf(const Ogre::Vector3& point) {
     const auto at = rviz::project3DPointToViewportXY(window().panel().getViewport(), point);
     return {static_cast<int>(at.x), static_cast<int>(at.y)};
@@ -104,7 +104,7 @@ class EditToolTest : public testing::Test {
     QKeyEvent event(QEvent::KeyPress, key, Qt::NoModifier);
     QApplication::sendEvent(&window().panel(), &event);
   }
-  /// Whether the tool says it within some seconds.
+  /// Whether the tool shows a text within some seconds.
   bool says(const std::string& part) {
     return window().updateUntil([&] { return status_.find(part) != std::string::npos; }, 20.0);
   }

@@ -30,7 +30,7 @@ bool isOfSet(FaceSet set, Occupancy occupancy) {
   return occupancy == (set == FaceSet::kOccupied ? Occupancy::kOccupied : Occupancy::kFree);
 }
 
-/// Whether a side of a voxel of the set is seen, voxel by voxel.
+/// Whether a side of a voxel of the set is visible, voxel by voxel.
 bool isExposed(const CuboidMap& map, FaceSet set, const Cell& cell, int side) {
   const Occupancy behind = map.voxels().at(neighbourAt(cell, side));
   return set == FaceSet::kFrontier ? behind == Occupancy::kUnknown : !isOfSet(set, behind);
@@ -73,7 +73,7 @@ void include(const Cell& cell, CellBox& box) {
   }
 }
 
-/// Normal of the triangle of the first three corners, which the graphics card shows from its front.
+/// Normal of the triangle of the first three corners, the front side for the graphics card.
 Cell normalOf(const FaceVertex* corners) {
   const auto edge = [&](int from, int to, std::size_t axis) {
     return corners[to].cell[axis] - corners[from].cell[axis];
@@ -106,7 +106,7 @@ TEST_P(FaceMeshOfSet, showsEachExposedSideOnceAndNoFaceThatIsHidden) {
         const Cell normal = normalOf(corners);
         EXPECT_GT((side % 2 == 0 ? -1 : 1) * normal[side / 2], 0);
         const std::vector<VoxelSide> all = sidesOf(corners, chunk);
-        CellBox seen{std::get<0>(all.back()), std::get<0>(all.front())};  // Nothing yet.
+        CellBox seen{std::get<0>(all.back()), std::get<0>(all.front())};  // Empty at first.
         for (const VoxelSide& voxel_side : all) {
           ++shown[voxel_side];
           const Cell& cell = std::get<0>(voxel_side);
@@ -114,7 +114,7 @@ TEST_P(FaceMeshOfSet, showsEachExposedSideOnceAndNoFaceThatIsHidden) {
           if (isExposed(map, GetParam(), cell, side)) include(cell, seen);
         }
         const CellBox whole{std::get<0>(all.front()), std::get<0>(all.back()) + Cell{1, 1, 1}};
-        EXPECT_EQ(seen, whole);  // No larger than what is seen.
+        EXPECT_EQ(seen, whole);  // Not larger than the visible faces.
       }
     }
     std::size_t num_exposed = 0;
@@ -198,7 +198,7 @@ TEST_P(SliceOfSet, coversEachVoxelOfItsLayerAndClassOnce) {
 INSTANTIATE_TEST_SUITE_P(Sets, SliceOfSet,
                          testing::Values(FaceSet::kOccupiedSlice, FaceSet::kFreeSlice));
 
-/// The cells of an edge of 2^level voxels that have a voxel of a class, of a chunk.
+/// The cells with edges of 2^level voxels in a chunk that have a voxel of a class.
 std::set<Cell> coarseCells(const CuboidMap& map, const Cell& chunk, int level) {
   std::set<Cell> cells;
   const CellBox box{chunk, chunk + Cell{kChunkEdge, kChunkEdge, kChunkEdge}};
@@ -223,7 +223,7 @@ TEST(FaceMesh, hasTheSidesOfCoarseCellsOnceEach) {
     for (int level = 1; level < static_cast<int>(kNumDetailLevels); ++level) {
       const FaceMesh::Part& part = mesh.levels[static_cast<std::size_t>(level)];
       const FaceMesh::Part& finer = mesh.levels[static_cast<std::size_t>(level - 1)];
-      if (part.first == finer.first) continue;  // It would have saved too little.
+      if (part.first == finer.first) continue;  // It would save too little.
       ++num_coarse_levels;
       EXPECT_TRUE(part.is_coarse);
       std::map<VoxelSide, int> shown;
@@ -253,7 +253,7 @@ TEST(FaceMesh, hasTheSidesOfCoarseCellsOnceEach) {
 TEST(FaceMesh, saysHowHighCoarseFacesLieAboveTheirVoxels) {
   CuboidMap map;
   std::vector<UniformBox>
-      floor;  // Of tiles, with grooves between them: no cell has a voxel in its upper half.
+      floor;  // A floor of tiles with grooves between them: no cell has a voxel in its upper half.
   for (std::int32_t x = 0; x < 64; x += 2) {
     for (std::int32_t y = 0; y < 64; y += 2)
       floor.push_back({{{x, y, 0}, {x + 1, y + 1, 1}}, 1.0F});

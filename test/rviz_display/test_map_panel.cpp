@@ -52,7 +52,7 @@ class MapPanelTest : public testing::Test {
   }
   void click(const char* button) { child<QPushButton>(button)->click(); }
 
-  /// Clicks a button that asks first, and answers. @return Whether it has asked.
+  /// Clicks a button that asks for confirmation, and answers. @return Whether it has asked.
   bool clickAndAnswer(const char* button, QMessageBox::StandardButton answer) {
     bool has_asked = false;
     QTimer::singleShot(200, [&] {
@@ -65,7 +65,7 @@ class MapPanelTest : public testing::Test {
     return has_asked;
   }
 
-  /// Of what is in a box, by class.
+  /// Content of a box, by class.
   static QueryBox::Response ask(const Ogre::Vector3& min, const Ogre::Vector3& max) {
     QueryBox query;
     query.request.min = toPoint(min);
@@ -114,7 +114,7 @@ TEST_F(MapPanelTest, ClearsAndLocksTheBoxThatTheUserPulls) {
   ASSERT_EQ(displays->numDisplays(), 1);
   EXPECT_EQ(displays->getDisplayAt(0)->getClassId(), "rviz/InteractiveMarkers");
 
-  // The user pulls the upper side along x to 3 m: rviz says so by a message.
+  // The user moves the upper side along x to 3 m: rviz sends a message.
   ros::NodeHandle nh;
   const ros::Publisher feedback = nh.advertise<InteractiveMarkerFeedback>(
       std::string(BoxMarker::kTopic) + "/feedback", 1, true);

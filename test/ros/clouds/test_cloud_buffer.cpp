@@ -20,7 +20,7 @@ struct Drop {
   std::string text;
 };
 
-/// A buffer of three clouds with poses, of 10 s and 100 kB, and a tf that knows some frames; what has become of the
+/// A buffer for three clouds with poses, 10 s and 100 kB, and a tf that knows some frames; notes the outcome of
 /// clouds, by width.
 class CloudBufferTest : public ::testing::Test {
  protected:
@@ -33,7 +33,7 @@ class CloudBufferTest : public ::testing::Test {
     buffer_.put({cloud});
   }
 
-  /// All that may go now.
+  /// Takes all clouds that may go now.
   Ids takeAll() {
     Ids ids;
     while (const auto next = buffer_.takeNext()) {
@@ -133,7 +133,7 @@ TEST_F(CloudBufferTest, CloudsThatCameWhileTheMapWasHeldAreWorkedOff) {
   clock_s_ += 4.0;
   unsigned id = 40;
   std::size_t num_taken = 0;
-  for (int step = 0; step < 100; ++step) {  // 20 clouds a second go, 10 come.
+  for (int step = 0; step < 100; ++step) {  // 20 clouds per second go, 10 come.
     num_taken += buffer_.takeNext() ? 1 : 0;
     if (step % 2 == 0) put(++id);
     clock_s_ += 0.05;
@@ -145,7 +145,7 @@ TEST_F(CloudBufferTest, CloudsThatCameWhileTheMapWasHeldAreWorkedOff) {
 
 TEST_F(CloudBufferTest, CloudsThatComeFasterThanTheyGoAreDropped) {
   unsigned id = 0;
-  for (int step = 0; step < 100; ++step) {  // 10 clouds a second go, 20 come.
+  for (int step = 0; step < 100; ++step) {  // 10 clouds per second go, 20 come.
     if (step % 2 == 0) (void)buffer_.takeNext();
     put(++id);
     clock_s_ += 0.05;
@@ -300,7 +300,7 @@ TEST_F(CloudBufferTest, NamesAClockThatIsWrongOnce) {
 }
 
 TEST_F(CloudBufferTest, ACloudThatTfSeemsToHaveForgottenWaitsWhileTheNodesTimeIsItsOwn) {
-  too_old_frames_.insert("camera");  // As after a jump of /clock that tf has not noticed yet.
+  too_old_frames_.insert("camera");  // As after a jump of /clock that tf has not noticed.
   put(1, "camera");
   EXPECT_FALSE(buffer_.hasNext());
   EXPECT_TRUE(drops_.empty());

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Whichever allocation fails: every cloud is handed on once, or dropped and counted once.
+// Fails each allocation: every cloud is handed on once, or dropped and counted once.
 #include "cuboid_mapping/ros/clouds/cloud_buffer.h"
 
 #include <gtest/gtest.h>
@@ -12,7 +12,7 @@
 
 namespace {
 
-/// Allocations of this thread until one fails; negative: none does.
+/// Allocations of this thread before one fails; negative: none fails.
 thread_local long allocations_left = -1;
 
 void* allocate(std::size_t size) {
@@ -22,7 +22,7 @@ void* allocate(std::size_t size) {
   return memory;
 }
 
-/// While it lives, the allocation after so many others fails, once.
+/// While it lives, the allocation after this number of others fails, once.
 class FailingAllocation {
  public:
   explicit FailingAllocation(long number) { allocations_left = number; }
@@ -57,15 +57,15 @@ SensorMessage makeCloud(const std::string& frame_id) {
   return {cloud};
 }
 
-/// What has become of clouds.
+/// Outcomes of clouds.
 struct Counts {
   int handled = 0;
   int dropped = 0;
   [[nodiscard]] int total() const { return handled + dropped; }
 };
 
-/// Lets the first, the second, the third allocation fail, until none does any more.
-/// @param trial  (long number) -> whether an allocation has failed. @return How often it was called.
+/// Fails the first, the second, the third allocation, until none is left.
+/// @param trial  (long number) -> whether an allocation has failed. @return Number of its calls.
 template <typename TrialT>
 int tryEachAllocation(const TrialT& trial) {
   int num_trials = 1;
@@ -73,7 +73,7 @@ int tryEachAllocation(const TrialT& trial) {
   return num_trials;
 }
 
-/// Clouds come to a buffer: some have poses, one waits for tf, one is too old for it, one has no frame.
+/// Clouds in a buffer: some have poses, one waits for tf, one is too old for it, one has no frame.
 TEST(CloudFaults, LeaveNoCloudUncountedNorCountedTwice) {
   const int num_cases = tryEachAllocation([](long number) {
     bool has_failed = false;
@@ -104,7 +104,7 @@ TEST(CloudFaults, LeaveNoCloudUncountedNorCountedTwice) {
       has_failed = FailingAllocation::hasFailed();
     }
     while (buffer.takeNext()) ++counts.handled;
-    now += ros::Duration(20.0);  // The one that waits for tf gives up.
+    now += ros::Duration(20.0);  // The cloud that waits for tf gives up.
     while (buffer.takeNext()) ++counts.handled;
     EXPECT_EQ(buffer.size(), 0U) << "allocation " << number;
     EXPECT_EQ(counts.total(), 6) << "allocation " << number;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Clouds of several sources: they have their turn in the order of their stamps.
+// Clouds of several sources are taken in the order of their stamps.
 #include "cuboid_mapping/ros/clouds/cloud_buffer.h"
 
 #include "support/random.h"
@@ -16,10 +16,10 @@
 namespace cuboid_mapping_ros {
 namespace {
 
-/// (stamp in seconds, source).
+/// Pairs (stamp in seconds, source).
 using Clouds = std::vector<std::pair<double, std::size_t>>;
 
-/// A buffer of three sources that waits 0.2 s for earlier clouds, at a clock of the test.
+/// A buffer for three sources that waits 0.2 s for earlier clouds, with a clock of the test.
 class CloudOrderTest : public ::testing::Test {
  protected:
   void push(double stamp_s, std::size_t source, const std::string& frame_id = "lidar") {
@@ -82,7 +82,7 @@ TEST_F(CloudOrderTest, ACloudGoesOnceEveryOtherSourceHasGoneOn) {
 }
 
 TEST_F(CloudOrderTest, SourcesThatHaveNotSpokenAreWaitedForFromTheFirstCloudOn) {
-  pass(30.0);  // The node runs, and a bag begins.
+  pass(30.0);  // The node runs before a bag begins.
   push(1000.0, 0);
   pass(0.05);
   push(1000.05, 0);
@@ -141,7 +141,7 @@ TEST_F(CloudOrderTest, BeginsAnewWhenStampsDo) {
   EXPECT_EQ(buffer_.numOutOfOrder(), 0U);
 }
 
-/// Each source in order, the sources shifted against each other by less than the wait.
+/// Each source is in order; the sources are shifted against each other by less than the wait.
 TEST_F(CloudOrderTest, WhateverTheDelaysTheOrderIsThatOfTheStamps) {
   cuboid_mapping::test::Random random;
   struct Arrival {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Streams of clouds and of tf, late, and with clocks of their own, in simulated time: which clouds are mapped.
+// Streams of clouds and of tf with delays and own clocks, in simulated time: which clouds are mapped.
 #include "cuboid_mapping/ros/clouds/cloud_buffer.h"
 
 #include <gtest/gtest.h>
@@ -21,14 +21,14 @@ namespace {
 struct Stream {
   double rate_hz = 10.0;
   double offset_s = 0.0;   ///< Added to the stamp.
-  double latency_s = 0.0;  ///< From the time of the measurement to the arrival.
+  double latency_s = 0.0;  ///< Time from measurement to arrival.
   double begin_s = 0.0;
 };
 
-/// What a node makes of them.
+/// Counts of mapped and dropped clouds, as in a node.
 class CloudStreams : public ::testing::Test {
  protected:
-  /// Lets sources and tf (map to lidar) send for some seconds, and some more pass.
+  /// Lets sources and tf (map to lidar) send for some seconds, and waits some more.
   void run(const std::vector<Stream>& sources, const Stream& tf, double duration_s,
            CloudLimits limits = {}, double work_s = 0.0) {
     limits.num_sources = sources.size();

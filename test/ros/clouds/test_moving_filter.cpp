@@ -16,11 +16,11 @@ using cuboid_mapping::Occupancy;
 using cuboid_mapping::Scan;
 using cuboid_mapping::ScanUpdate;
 
-/// In a brick all of whose voxels are passed: inside, and beside another brick.
+/// Voxel inside a brick all of whose voxels are passed, and one beside another brick.
 constexpr Cell kInside{3, 3, 3};
 constexpr Cell kAtBorder{0, 3, 3};
 
-/// A cloud that passes a whole brick but for the voxels that it hits.
+/// A cloud that passes a whole brick except the voxels that it hits.
 ScanUpdate passBrick(const std::vector<Cell>& hits = {}) {
   ScanUpdate update;
   BrickUpdate brick;
@@ -71,7 +71,7 @@ TEST(MovingFilter, LeavesHitsOutOfTheMapOnlyIfAsked) {
   }
 }
 
-/// Drives along x, 8 voxels a cloud, through the bricks of passBrick().
+/// Drives along x, 8 voxels per cloud, through the bricks of passBrick().
 std::size_t driveAlong(int num_clouds, MovingFilter& filter) {
   std::size_t most = 0;
   for (int i = 0; i < num_clouds; ++i) {
@@ -96,7 +96,7 @@ TEST(MovingFilter, ForgetsWithAWindowWhatIsFarAway) {
         cuboid_mapping::OutsideWindow::kRefuse}) {
     window.config.outside = outside;
     MovingFilter filter(1.0, MovingPoints::kPublish, window);
-    // Behind the robot: half of the window, the margin, and a page that is cut.
+    // Range behind the robot: half of the window, the margin, and a page that is cut.
     EXPECT_LE(driveAlong(1000, filter), (100U + 20U + 64U) / 8U + 1U);
     const Cell last{999 * 8 + 3, 3, 3};
     EXPECT_EQ(filter.findMoving({scanTo(last)}).size(), 1U);
@@ -129,7 +129,7 @@ TEST(MovingFilter, FreesWhatHasPassedBeforeButForLockedVoxels) {
   cuboid_mapping::CuboidMap map = makeMap();
   const Cell locked{4, 4, 4};
   for (int i = 0; i < 3; ++i) map.apply(filter.take(passBrick({kInside, kAtBorder, locked})));
-  (void)filter.take(passBrick());  // What passed is gone.
+  (void)filter.take(passBrick());  // The object is gone.
   map.lock(CellBox::ofCell(locked));
   EXPECT_EQ(freeVoidVoxels(filter.voidSpace(), map), 1U);
   EXPECT_EQ(map.voxels().logOddsAt(kInside), map.sensorModel().miss());

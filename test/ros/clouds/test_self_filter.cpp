@@ -38,7 +38,7 @@ cuboid_mapping::MetricBox makeBox(const Eigen::Vector3d& min_m, const Eigen::Vec
   return {min_m, max_m};
 }
 
-/// What() of the exception that loading the parts throws; empty when it throws none.
+/// Text of the exception from loading the parts; empty if there is none.
 std::string loadError(NodeParameters parameters, const FindText& find_text = kNoParameters) {
   try {
     loadRobotParts(parameters, find_text);
@@ -221,7 +221,7 @@ TEST_F(RobotDescriptionTest, AFileComesBeforeTheParameter) {
   EXPECT_EQ(parameters.self_filter.parts[1].frame_id, "a");
 }
 
-/// A robot that is a box in front of the lidar, which moves along with "arm".
+/// A robot with a box in front of the lidar, which moves with "arm".
 NodeParameters makeParameters() {
   NodeParameters parameters;
   parameters.map.resolution_m = 0.1;
@@ -281,7 +281,7 @@ TEST(SelfFilter, NeedsTheTransformsOfTheRobot) {
   EXPECT_EQ(poses->T_map_parts[0].translation().x(), 3.0);
 }
 
-/// What a pipeline makes of points in the frame of a lidar in the origin of the map.
+/// Map that a pipeline makes from points in the frame of a lidar at the origin of the map.
 cuboid_mapping::CuboidMap makeMap(const NodeParameters& parameters, const CloudPoses& poses,
                                   const std::vector<Eigen::Vector3d>& points,
                                   NodeStatistics& statistics) {
@@ -321,7 +321,7 @@ TEST(SelfFilter, TheVoxelsOfTheRobotAreKeptFreeAsFarAsNothingHitsThem) {
   NodeStatistics statistics;
   NodeParameters parameters = makeParameters();
   parameters.self_filter.keep_free = true;
-  // The second point is beside the box, in a voxel whose centre is inside.
+  // The second point is outside the box, in a voxel whose centre is inside.
   const auto map = makeMap(parameters, posesWithArm({1.01, 0.01, 0.01}),
                            {{0.95, 0.05, 0.05}, {1.0, 0.0, 0.28}}, statistics);
   EXPECT_EQ(statistics.num_on_robot, 1U);

@@ -46,7 +46,7 @@ std::vector<std::string> textsOf(const std::vector<ParameterError>& errors) {
   return texts;
 }
 
-/// Two sources, of which the second differs in much.
+/// Two sources; the second differs in many parameters.
 XmlRpcValue twoSources() {
   XmlRpcValue laser = makeSource("laser", "/scan");
   laser["type"] = "laser_scan";
@@ -204,7 +204,7 @@ TEST(Sources, OfTheDocumentAndTheExampleAreTaken) {
   }
 }
 
-/// The map of two beams along x from the middle of a voxel, of which the shorter ends on the longer one's way.
+/// Class of a voxel after two beams along x from the middle of a voxel, the shorter of which ends on the longer one.
 Occupancy classAt(SourceUse use, const cuboid_mapping::Cell& cell, double* log_odds = nullptr) {
   NodeParameters parameters;
   parameters.map.resolution_m = 0.1;
@@ -220,7 +220,7 @@ Occupancy classAt(SourceUse use, const cuboid_mapping::Cell& cell, double* log_o
   std::optional<CloudError> error;
   const auto* update = source.pipeline.compute(
       makeSensorMessage(spec, {{1.0, 0.0, 0.0}, {2.0, 0.0, 0.0}}), poses, statistics, error);
-  // A map of another hit: what counts is the source's.
+  // A map with another hit: the source's hit counts.
   cuboid_mapping::CuboidMap map([] {
     cuboid_mapping::MapConfig config;
     config.resolution_m = 0.1;
@@ -252,7 +252,7 @@ TEST(Sources, HitAndMissAreTheirOwn) {
   EXPECT_NEAR(log_odds, std::log(0.9 / 0.1), 1e-5);
 }
 
-/// What becomes of images and of camera_info, by their stamps.
+/// Notes the outcome of images and of camera_info, by their stamps.
 class DepthPairsTest : public ::testing::Test {
  protected:
   using Pairs = std::vector<std::pair<double, double>>;

@@ -33,7 +33,7 @@ TEST(CloudConversions, EveryDatatypeByteOrderAndOrganisationGivesThePoints) {
   Random random(1);
   const std::vector<Eigen::Vector3d> points = makePoints(60, random);
   int num_checked = 0;
-  for (int kinds = 0; kinds < 8; ++kinds) {  // Which of x, y, z are FLOAT64.
+  for (int kinds = 0; kinds < 8; ++kinds) {  // Subsets of x, y, z that are FLOAT64.
     for (const bool is_bigendian : {false, true}) {
       for (const std::uint32_t height : {1U, 5U}) {
         for (const std::uint32_t padding : {0U, 7U}) {
@@ -126,7 +126,7 @@ TEST(CloudConversions, PointsThatAreNoReturnAreLeftOutAndCountedWhateverIsDenseS
   for (const bool is_dense : {true, false}) {
     message.is_dense = is_dense ? 1 : 0;
     CloudOptions options;
-    options.no_return_range_m = 10.0;  // Not for clouds that are not organized.
+    options.no_return_range_m = 10.0;  // It does not hold for clouds that are not organized.
     const CloudPoints cloud = convertGood(message, options);
     EXPECT_EQ(cloud.points, expected);
     EXPECT_EQ(cloud.num_invalid, 5U);
@@ -306,7 +306,7 @@ TEST(CloudConversions, BeamsWithoutReturnAreSkippedWithoutARangeOrAnEstimate) {
   EXPECT_TRUE(not_wanted.no_returns.empty());
   EXPECT_EQ(not_wanted.num_skipped, 16U * 45U);
 
-  CloudSpec spec;  // One turn of beams, but as a cloud that is not organized.
+  CloudSpec spec;  // One turn of beams, in a cloud that is not organized.
   spec.width = 360;
   std::vector<Eigen::Vector3d> turn;
   for (int i = 0; i < 360; ++i) {
@@ -319,7 +319,7 @@ TEST(CloudConversions, BeamsWithoutReturnAreSkippedWithoutARangeOrAnEstimate) {
   EXPECT_TRUE(not_organized.no_returns.empty());
   EXPECT_EQ(not_organized.num_skipped, 180U);
 
-  // Not in the sensor's frame, and nobody says so.
+  // The cloud is not in the sensor's frame, and nothing says so.
   Eigen::Isometry3d elsewhere = Eigen::Isometry3d::Identity();
   elsewhere.translate(Eigen::Vector3d(3, -2, 1));
   const CloudPoints unknown =

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Messages whose numbers do not fit together.
+// Messages with inconsistent numbers.
 
 #include "cuboid_mapping/ros/conversions/cloud_conversions.h"
 #include "cuboid_mapping/ros/conversions/point_bytes.h"
@@ -34,7 +34,7 @@ struct Damage {
   std::string name;
   std::function<void(PointCloud2&)> apply;
   CloudDefect defect;
-  std::string text;  ///< That the log has to show.
+  std::string text;  ///< Text that the log must show.
 };
 
 std::vector<Damage> makeDamages() {
@@ -87,7 +87,7 @@ TEST(CloudDamage, EveryDamageIsNamedWithWhatToDo) {
     PointCloud2 message = makeSmallMessage();
     EXPECT_EQ(convertGood(message).points.size(), 12U);
     damage.apply(message);
-    message.data.shrink_to_fit();  // So that a sanitizer sees the end of the data.
+    message.data.shrink_to_fit();  // Lets a sanitizer see the end of the data.
     const auto result = convertCloud(message);
     const auto* error = std::get_if<CloudError>(&result);
     ASSERT_NE(error, nullptr);
@@ -130,7 +130,7 @@ PointCloud2 makeRandomMessage(Random& random) {
   return makeMessage(spec, makePoints(std::size_t{spec.width} * spec.height, random));
 }
 
-/// Numbers on which sums and products go wrong.
+/// Numbers for which sums and products overflow.
 std::uint32_t makeNastyNumber(Random& random) {
   switch (random.integer(0, 4)) {
     case 0: return random.chance(0.3) ? 0 : static_cast<std::uint32_t>(random.integer(1, 40));
@@ -159,7 +159,7 @@ void corrupt(PointCloud2& message, Random& random) {
       break;
     case 11: message.is_bigendian = static_cast<std::uint8_t>(random.bits()); break;
     default:
-      // Still consistent, but huge in one number.
+      // A consistent message with one huge number.
       if (message.height == 1) {
         message.row_step = makeNastyNumber(random);
       } else {

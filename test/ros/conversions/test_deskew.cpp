@@ -25,7 +25,7 @@ using Times = std::vector<double>;
 
 constexpr double kStamp_s = 1000.0;
 
-/// A cloud whose points have a time in a field behind x, y and z.
+/// A cloud whose points have a time in a field after x, y and z.
 PointCloud2 makeTimedCloud(const std::string& field, std::uint8_t datatype, const Times& times,
                            const std::vector<Eigen::Vector3d>& points, bool is_bigendian = false) {
   CloudSpec spec;
@@ -110,7 +110,7 @@ TEST(PointTimes, OfRowsAreReadRowByRow) {
   cloud.row_step = 2 * cloud.point_step;
   expectTimes(toMessage(cloud), times_s);
   const auto second_row = cloud.data.begin() + cloud.row_step;
-  cloud.data.insert(second_row, 8, std::uint8_t{0xFF});  // Rows may end with bytes of no point.
+  cloud.data.insert(second_row, 8, std::uint8_t{0xFF});  // Rows may end with unused bytes.
   cloud.data.insert(cloud.data.end(), 8, std::uint8_t{0xFF});
   cloud.row_step += 8;
   expectTimes(toMessage(cloud), times_s);
@@ -118,7 +118,7 @@ TEST(PointTimes, OfRowsAreReadRowByRow) {
   EXPECT_FALSE(readPointTimes(toMessage(cloud)));
   cloud.width = 1;
   cloud.height = 1;
-  cloud.row_step = 0;  // Of a single row it does not matter.
+  cloud.row_step = 0;  // It does not matter for a single row.
   expectTimes(toMessage(cloud), {0.0});
 }
 
@@ -201,7 +201,7 @@ TEST(Sweep, LeavesOutPointsOfOddTimes) {
   EXPECT_EQ(divideIntoSlices(cloud, times_s, *slices).at(0).points.size(), 197U);
 }
 
-/// A lidar that drives along x at 5 m/s and turns at 2 rad/s.
+/// A lidar that drives along x at 5 m/s and rotates at 2 rad/s.
 class MovingSensor : public ::testing::Test {
  protected:
   static constexpr double kResolution_m = 0.1;
@@ -225,7 +225,7 @@ class MovingSensor : public ::testing::Test {
     tf_.setTransform(transform, "test");
   }
 
-  /// A wall at x = 8.05 m, and where the sensor has measured its points.
+  /// Points of a wall at x = 8.05 m, as the sensor measured them.
   [[nodiscard]] std::vector<Eigen::Vector3d> seeWall(const Times& times_s) const {
     std::vector<Eigen::Vector3d> points;
     for (std::size_t i = 0; i < times_s.size(); ++i) {
@@ -235,7 +235,7 @@ class MovingSensor : public ::testing::Test {
     return points;
   }
 
-  /// A map of one message. @return Its voxels; none when it is refused, with the reason in error_.
+  /// A map of one message. @return Its voxels; none if it is refused, with the reason in error_.
   std::map<Cell, float> mapOf(const SensorMessage& message) {
     Source source(parameters_, parameters_.source);
     NodeStatistics statistics;

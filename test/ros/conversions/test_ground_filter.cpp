@@ -35,7 +35,7 @@ std::vector<Eigen::Vector3d> makeScene(Random& random) {
 
 TEST(GroundFilter, findsTheFloorAndNotTheTable) {
   Random random(81);
-  // The sensor is 1.2 m above the ground and looks down a little.
+  // The sensor is 1.2 m above the ground and looks slightly down.
   Eigen::Isometry3d T_base_cloud(Eigen::Translation3d(0.1, 0, 1.2));
   T_base_cloud.rotate(Eigen::AngleAxisd(0.3, Eigen::Vector3d::UnitY()));
   std::vector<Eigen::Vector3f> points;
@@ -104,7 +104,7 @@ TEST(GroundFilter, freesTheSpaceBeforeTheGroundAndHitsNothingThere) {
   EXPECT_EQ(map.voxels().at({10, 0, 6}), Occupancy::kFree) << "before the floor";
 }
 
-/// What a pipeline makes of one cloud.
+/// Result of a pipeline for one cloud.
 struct Outcome {
   std::set<Cell> hits;
   NodeStatistics statistics;
@@ -140,8 +140,8 @@ TEST(CloudPipeline, looksForTheGroundInsideTheLimitsGivenInTheFrameOfTheBase) {
       Eigen::Translation3d(5, 0, 0) * Eigen::AngleAxisd(0.5 * EIGEN_PI, Eigen::Vector3d::UnitZ());
   poses.T_map_cloud = *poses.T_map_base * Eigen::Translation3d(0, 0, 1.05);
   poses.T_map_sensor = poses.T_map_cloud;
-  // In the frame of the base: a floor, a wall on it, and beyond 2 m a wide road that is lower by a
-  // kerb, and would be taken for the ground instead of the floor.
+  // Points in the frame of the base: a floor, a wall on it, and beyond 2 m a wide road, lower by a
+  // kerb, which would be taken for the ground instead of the floor.
   std::vector<Eigen::Vector3d> points_base;
   Random random(83);
   for (int i = 0; i < 300; ++i) {
@@ -198,7 +198,7 @@ TEST(GroundFilter, KeepsTheFootOfAWallOnTheGround) {
   };
   insert(0.09);  // The foot of a wall, higher than the ground: an obstacle.
   ASSERT_EQ(map.voxels().at({20, 0, 0}), Occupancy::kOccupied);
-  for (int i = 0; i < 30; ++i) insert(0.01);  // Beams that end at its foot, as on the ground.
+  for (int i = 0; i < 30; ++i) insert(0.01);  // Beams that end at its foot, at ground level.
   EXPECT_EQ(map.voxels().at({20, 0, 0}), Occupancy::kOccupied);
 }
 

@@ -45,7 +45,7 @@ Eigen::Vector3d directionOf(const LaserScan& scan, std::size_t index) {
   return {std::cos(angle), std::sin(angle), 0.0};
 }
 
-/// 32FC1, little-endian, focal lengths 50 and 40 pixels.
+/// A 32FC1 image, little-endian, with focal lengths of 50 and 40 pixels.
 DepthImage makeDepth(const std::vector<float>& depths_m, std::uint32_t width) {
   const auto image = boost::make_shared<Image>();
   image->header.frame_id = "camera";
@@ -79,13 +79,13 @@ CloudDefect defectOf(const std::variant<CloudPoints, CloudError>& result) {
   return error->defect;
 }
 
-/// A reading, and whether it frees the space before it for each of the four that can be chosen.
+/// A reading, and the choice with which it frees the space before it.
 struct ReadingCase {
   float reading;
-  NoReturnPoints frees_with;  ///< The choice with which it does; kNone: with none.
+  NoReturnPoints frees_with;  ///< The choice that frees; kNone: no choice does.
 };
 
-/// REP 117: each of NaN, +inf, -inf and 0 means what the parameter says, alone.
+/// REP 117: the parameter sets the meaning of NaN, +inf, -inf and 0, each by itself.
 TEST(SensorConversions, EachReadingOfRep117MeansWhatIsChosen) {
   const std::vector<ReadingCase> cases{
       {kInf, NoReturnPoints::kPlusInf},   {kNotANumber, NoReturnPoints::kNan},
@@ -102,7 +102,7 @@ TEST(SensorConversions, EachReadingOfRep117MeansWhatIsChosen) {
       const LaserScan scan = makeScan({5.0F, test_case.reading});
       const DepthImage depth = makeDepth({5.0F, test_case.reading}, 2);
       std::vector<CloudPoints> clouds{expectGood(convertLaserScan(scan, options))};
-      if (test_case.frees_with != NoReturnPoints::kRangeMax) {  // An image has no such limit.
+      if (test_case.frees_with != NoReturnPoints::kRangeMax) {  // Images have no such limit.
         clouds.push_back(expectGood(convertDepthImage(depth, options)));
       }
       for (const CloudPoints& cloud : clouds) {
@@ -270,7 +270,7 @@ TEST(SensorConversions, WhatCannotBeUsedIsRefusedWithTheReason) {
             CloudDefect::kWrongDatatype);
   EXPECT_EQ(refused([](Image& image, CameraInfo&) {
               image.step = 7;
-              image.data.push_back(0);  // Or its size would say what the step is.
+              image.data.push_back(0);  // Otherwise its size would give the step.
             }),
             CloudDefect::kBadLayout);
   EXPECT_EQ(refused([](Image& image, CameraInfo&) { image.height = 4000000000U; }),
@@ -283,7 +283,7 @@ TEST(SensorConversions, WhatCannotBeUsedIsRefusedWithTheReason) {
             CloudDefect::kNoValidPoints);
 }
 
-/// The map of one message, and OctoMap's of the same rays, at 5 cm.
+/// Compares the map of one message with OctoMap's map of the same rays, at 5 cm.
 void expectParity(const SensorMessage& message, SourceType type,
                   const std::vector<Eigen::Vector3f>& points_sensor) {
   NodeParameters parameters;

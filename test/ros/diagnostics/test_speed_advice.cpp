@@ -8,7 +8,7 @@
 namespace cuboid_mapping_ros {
 namespace {
 
-/// After so many clouds of a sensor.
+/// A watch after this number of clouds of a sensor.
 SpeedWatch makeWatch(double resolution_m, double duration_s, double rate_hz, double reach_m,
                      std::size_t num_clouds = 10) {
   SpeedWatch watch(resolution_m);

@@ -15,7 +15,7 @@ using cuboid_mapping::Cell;
 using cuboid_mapping::CellBox;
 using cuboid_mapping::Occupancy;
 
-/// Bricks along x: brick 0 holds the cells 0 to 7, and so on.
+/// First cell of a brick along x: brick 0 holds the cells 0 to 7, and so on.
 Cell cellOf(int brick) { return {8 * brick, 0, 0}; }
 
 NodeParameters makeParameters(double after_s, ForgetClass forgotten = ForgetClass::kAll) {
@@ -224,10 +224,10 @@ TEST_F(ForgettingTest, InAnotherFrameABlockIsAsOldAsTheYoungestInIt) {
   };
   see(1000.0, {0});
   see(1005.0, {1});
-  forgetting_ = forgetting_.moved(shift(8.0));  // By a block.
+  forgetting_ = forgetting_.moved(shift(8.0));  // Shifts by a block.
   see(1011.1, {3});
   EXPECT_EQ(known(), (Bricks{0, 3})) << "block 1 is what block 0 was";
-  forgetting_ = forgetting_.moved(shift(4.0));  // What was in block 2 reaches into 3.
+  forgetting_ = forgetting_.moved(shift(4.0));  // Voxels of block 2 reach into block 3.
   see(1016.2, {4});
   EXPECT_EQ(known(), (Bricks{0, 3, 4}));
   see(1027.0, {0});

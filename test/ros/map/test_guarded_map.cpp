@@ -32,7 +32,7 @@ cuboid_mapping::MapConfig makeConfig() {
   return config;
 }
 
-/// The same observations in bricks of two groups: no reader may see a map in which they differ.
+/// Offset of equal observations in bricks of two groups: no reader may see a map in which they differ.
 constexpr std::int32_t kTwinOffset = 3 * cuboid_mapping::kGroupEdge;
 
 ScanUpdate makeTwins(test::Random& random) {
@@ -47,7 +47,7 @@ ScanUpdate makeTwins(test::Random& random) {
   return update;
 }
 
-/// Cuboids of the first group, and those of its twin moved there.
+/// Cuboids of the first group, and those of its twin moved to its place.
 std::vector<Cuboid> cuboidsOfGroup(const CuboidMap& map, std::int32_t offset) {
   const CellBox group{{offset, 0, 0}, {offset + 32, 32, 32}};
   std::vector<Cuboid> cuboids =

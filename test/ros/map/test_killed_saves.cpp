@@ -25,7 +25,7 @@ using test::fill;
 using test::makeConfig;
 using test::voxelsOf;
 
-/// Runs endless work in a process of its own, and kills that. @return Whether it was there to be killed.
+/// Runs endless work in a process, and kills the process. @return Whether it still ran.
 template <typename WorkT>
 bool killAfter(int time_us, const WorkT& work) {
   const pid_t child = fork();
@@ -36,7 +36,7 @@ bool killAfter(int time_us, const WorkT& work) {
   return waitpid(child, &state, 0) == child && WIFSIGNALED(state);
 }
 
-/// How long after its start a process is killed that does such work again and again, in microseconds at most.
+/// Maximum time in microseconds after which a process that repeats some work is killed.
 template <typename WorkT>
 int findKillWindow(const WorkT& work) {
   const auto start = std::chrono::steady_clock::now();
@@ -46,7 +46,7 @@ int findKillWindow(const WorkT& work) {
   return std::max(8000, static_cast<int>(4 * time_us.count()));
 }
 
-/// Bricks of the earlier saves that are there, by their numbers.
+/// Numbers of bricks in the existing earlier saves.
 std::map<int, std::size_t> countKept(const std::string& file, int count) {
   std::map<int, std::size_t> counts;
   for (int number = 1; number <= count; ++number) {
@@ -57,7 +57,7 @@ std::map<int, std::size_t> countKept(const std::string& file, int count) {
   return counts;
 }
 
-/// A map of so many bricks.
+/// A map with this number of bricks.
 MapSnapshot makeRow(std::int32_t num_bricks) {
   MapSnapshot snapshot;
   snapshot.bricks = cuboid_mapping::toBricks({{{{0, 0, 0}, {8 * num_bricks, 1, 1}}, 1.0F}}).bricks;
@@ -84,7 +84,7 @@ TEST(MapStorage, keepsTheLastSaves) {
   }
 }
 
-/// Kills a process that keeps and saves, at 100 places: map and earlier saves are whole, and no save is missing among them.
+/// Kills a process that keeps and saves, at 100 moments: map and earlier saves are whole, and no save is missing among them.
 TEST(MapStorage, keepsWholeSavesWhateverKillsIt) {
   Random random(102);
   for (const char* name : {"map.cuboids", "map.sqlite"}) {
@@ -116,7 +116,7 @@ TEST(MapStorage, keepsWholeSavesWhateverKillsIt) {
   }
 }
 
-/// A merging node goes on with its store, or begins with none when it was killed while it made it.
+/// A merging node continues with its store, or starts with none if it was killed while it created it.
 TEST(MapStorage, startsFromAStoreThatWasMadeWhenItsNodeWasKilled) {
   const TemporaryFolder folder;
   Random random(98);
@@ -131,7 +131,7 @@ TEST(MapStorage, startsFromAStoreThatWasMadeWhenItsNodeWasKilled) {
   int num_made = 0;
   for (int kills = 0; kills < 60; ++kills) {
     parameters.autosave_file = folder / ("site" + std::to_string(kills) + ".sqlite");
-    // At first too soon, in the end late enough.
+    // First too soon, finally late enough.
     ASSERT_TRUE(killAfter(window_us / 60 * kills, [&] {
       (void)saveMap(map, "map", parameters.autosave_file);
       for (;;) pause();

@@ -160,7 +160,7 @@ TEST(MapStorage, movesNoMapBeyondItsLimits) {
   EXPECT_EQ(voxelsOf(map), before);
 }
 
-/// A target that takes its time: while pages are read, and while the file is written, clouds come.
+/// A slow save: clouds arrive while pages are read, and while the file is written.
 TEST(MapStorage, savesAMapWithAWindowWhileCloudsGoOn) {
   const TemporaryFolder folder;
   NodeParameters parameters;
@@ -203,7 +203,7 @@ TEST(MapStorage, savesAMapWithAWindowWhileCloudsGoOn) {
             std::filesystem::file_size(folder / "before.cuboids"));
 }
 
-/// Somebody edits all the time: none of his edits is lost.
+/// Another thread edits all the time: none of its edits is lost.
 TEST(MapStorage, movesNoMapThatIsChangedMeanwhile) {
   Random random(103);
   GuardedMap map(makeConfig());

@@ -12,7 +12,7 @@
 namespace cuboid_mapping_ros {
 namespace {
 
-/// Time for a thread to come to where it waits; on a busy machine a test may then see less than it could.
+/// Gives a thread time to reach its wait; on a busy machine a test may then detect less.
 void letWait() { std::this_thread::sleep_for(std::chrono::milliseconds(20)); }
 
 TEST(PhaseFairMutex, ReadersGoPastAWriterWhoWaitsForAnotherOne) {
@@ -24,7 +24,7 @@ TEST(PhaseFairMutex, ReadersGoPastAWriterWhoWaitsForAnotherOne) {
     is_written = true;
   });
   letWait();
-  for (int i = 0; i < 3; ++i) mutex.unlockShared(mutex.lockShared());  // Would wait for ever.
+  for (int i = 0; i < 3; ++i) mutex.unlockShared(mutex.lockShared());  // A deadlock hangs here.
   EXPECT_FALSE(is_written);
   mutex.unlockShared(long_reader);
   writer.join();

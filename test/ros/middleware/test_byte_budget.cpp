@@ -20,7 +20,7 @@ TEST(ByteBudget, KeepsTheRateInAnyTime) {
   for (std::size_t i = 0; i < 20; ++i) {
     Random random(i);
     ByteBudget budget(kRate);
-    std::vector<std::pair<double, double>> sent{{0.0, 0.0}};  // When, and bytes up to then.
+    std::vector<std::pair<double, double>> sent{{0.0, 0.0}};  // Times, and bytes up to then.
     double now_s = 1e5;
     while (sent.size() < 200) {
       now_s += random.chance(0.02) ? 10.0 : random.real(0.0, 0.3);
@@ -36,7 +36,7 @@ TEST(ByteBudget, KeepsTheRateInAnyTime) {
             << seedNote(i);
       }
     }
-    // All of it is used, too: there is always more to send, but for some pauses.
+    // The budget is also used up: there is always more to send, except for some pauses.
     EXPECT_GT(sent.back().second, 0.4 * kRate * (now_s - 1e5)) << seedNote(i);
   }
 }

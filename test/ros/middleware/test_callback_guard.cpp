@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// No exception leaves a callback: the guard, and a search of the sources for callbacks without one.
+// No exception leaves a callback: tests of the guard, and a search of the sources for unguarded callbacks.
 #include "cuboid_mapping/ros/middleware/callback_guard.h"
 
 #include "cuboid_mapping/ros/middleware/function_callback.h"
@@ -20,7 +20,7 @@
 namespace cuboid_mapping_ros {
 namespace {
 
-/// What is logged while it lives.
+/// Collects log lines while it lives.
 class LoggedLines : public ros::console::LogAppender {
  public:
   LoggedLines() { ros::console::register_appender(this); }
@@ -147,7 +147,7 @@ TEST(CallbackGuard, OnlyGuardedQueuesAreGivenToNodeHandles) {
 }
 
 TEST(CallbackGuard, NodeHandlesAreMadeOfOthersOnly) {
-  // One made of a name would have roscpp's own queue; the client's default argument gets the queue of
+  // A handle made from a name would use roscpp's own queue; the client's default argument gets the queue of
   // its thread.
   EXPECT_EQ(filesWith(R"(ros::NodeHandle(\(\)|\("|\{"|\{\}| \w+\("))"),
             Files{"cuboid_map_client.h"});

@@ -47,7 +47,7 @@ TEST_F(TfLookupTest, SaysWhatTfSays) {
 
 TEST_F(TfLookupTest, SaysSomethingWhereTfLeavesItOut) {
   add("map", "lidar", 10.0);
-  tf_.clear();  // As after a jump back in time: tf knows the frames, and nothing of them.
+  tf_.clear();  // The state after a jump back in time: tf knows the frames, but no transform.
   EXPECT_EQ(
       why("lidar", 10.0)
           .rfind("tf has no data yet, when looking up transform from frame [lidar] to frame [map]",
@@ -63,7 +63,7 @@ TEST_F(TfLookupTest, TheReasonHasNoFullStop) {
   }
 }
 
-/// A node asks when the transform has just come, and bag_to_map when all have.
+/// A node looks up a transform as soon as it arrives, bag_to_map when all have arrived.
 TEST_F(TfLookupTest, IsTheSameWhenALaterTransformHasCome) {
   cuboid_mapping::test::Random random(5);
   const auto pose = [&random] {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What octomap_server would publish, beside OctoMap itself and beside single voxels.
+// Messages of octomap_server, compared with OctoMap itself and with single voxels.
 #include "cuboid_mapping/ros/octomap_server/octomap_products.h"
 
 #include "cuboid_mapping/interop/octomap_parity.h"
@@ -78,7 +78,7 @@ TEST(OctomapMessages, areTheTreeThatOctomapServerWouldSend) {
       ASSERT_NE(node, nullptr) << seedNote(i);
       ASSERT_NEAR(node->getLogOdds(), leaf->getLogOdds(), 1e-3) << seedNote(i);
     }
-    // The same bytes when OctoMap writes it again.
+    // OctoMap writes the same bytes again.
     std::ostringstream again;
     tree->writeData(again);
     EXPECT_TRUE(again.str() == std::string(full.data.begin(), full.data.end()));
@@ -100,7 +100,7 @@ nav_msgs::OccupancyGrid gridOf(const ProjectedMap& projection) {
   return projection.makeGrid({}, 0.5, far);
 }
 
-/// A map of these voxels.
+/// A map of some boxes.
 CuboidMap makeMap(const std::vector<UniformBox>& boxes) {
   MapConfig config;
   config.resolution_m = 0.5;
@@ -164,7 +164,7 @@ std::vector<visualization_msgs::Marker> markersOf(const MapSnapshot& snapshot,
   return markers;
 }
 
-/// In UTM, say.
+/// The map is far away, for example in UTM.
 TEST(OctomapProducts, areExactFarAway) {
   const Cell far{1000001, 10000003, 5};
   const MapSnapshot snapshot = takeSnapshot(
@@ -188,7 +188,7 @@ TEST(OctomapProducts, areExactFarAway) {
 }
 
 TEST(OctomapProducts, pointsAreThoseOfLeavesOfOneLogOdds) {
-  // As octomap_server's: eight voxels of one class and of two log-odds are no leaf.
+  // As in octomap_server, eight voxels of one class and two log-odds are no leaf.
   const MapSnapshot snapshot =
       takeSnapshot(makeMap({{{{0, 0, 0}, {2, 2, 1}}, 1.0F}, {{{0, 0, 1}, {2, 2, 2}}, 0.5F}}), "");
   OctomapServerParameters parameters;
@@ -291,7 +291,7 @@ TEST(OctomapProducts, heightsHaveTheColoursOfOctomapServer) {
   }
 }
 
-/// What each cell of a grid ought to be: looks at every voxel.
+/// Expected value of a grid's cell, from reading every voxel.
 std::int8_t projectVoxels(const CuboidMap& map, std::int32_t x, std::int32_t y, std::int32_t min_z,
                           std::int32_t max_z) {
   std::int8_t value = -1;
@@ -355,7 +355,7 @@ TEST(ProjectedMap, isAtLeastSoWideAndEmptyWithoutAnything) {
   ProjectedMap wide(parameters);
   wide.update(map);
   const auto grid = gridOf(wide);
-  // As octomap_server: with the cells in which both ends lie.
+  // The cells with both ends are included, as in octomap_server.
   EXPECT_EQ(grid.info.width, 7U);
   EXPECT_EQ(grid.info.height, 5U);
   EXPECT_EQ(grid.info.origin.position.x, -1.5);
@@ -393,7 +393,7 @@ TEST(ProjectedMap, leavesOutAFarReturnAndSaysWhereItIs) {
   EXPECT_EQ(far.farthest_m, Eigen::Vector2d(30000.0, -20000.0));
 }
 
-/// As costmap_2d's static layer does it, which keeps the size of the whole map.
+/// Applies an update as costmap_2d's static layer does, which keeps the size of the whole map.
 void applyUpdate(const map_msgs::OccupancyGridUpdate& update, nav_msgs::OccupancyGrid& grid) {
   ASSERT_EQ(update.header.frame_id, grid.header.frame_id);
   ASSERT_EQ(update.data.size(), std::size_t{update.width} * update.height);
@@ -413,7 +413,7 @@ TEST(ProjectedMap, isKeptUpWithUpdatesAsAStaticLayerTakesThem) {
   config.resolution_m = 0.5;
   CuboidMap map(config);
   OctomapServerParameters parameters;
-  parameters.min_x_size_m = parameters.min_y_size_m = 30.0;  // No cloud reaches beyond.
+  parameters.min_x_size_m = parameters.min_y_size_m = 30.0;  // No cloud reaches farther.
   ProjectedMap projection(parameters);
   nav_msgs::OccupancyGrid layer;
   std::size_t num_sent = 0;

@@ -16,7 +16,7 @@ NodeParameters keeping() {
   return parameters;
 }
 
-/// The one error names the parameter.
+/// Expects one error, which names the parameter.
 void expectRefused(const NodeParameters& parameters, const std::string& key) {
   const auto errors = checkKeep(parameters);
   ASSERT_EQ(errors.size(), 1U) << key;

@@ -64,7 +64,7 @@ std::vector<Case> allCases() {
 }
 
 TEST(Parameters, NoneGivesTheDefaultsWithoutError) {
-  // `nodelet load` leaves an empty string where there is no parameter.
+  // `nodelet load` leaves an empty string if there is no parameter.
   for (const XmlRpcValue& none : {XmlRpcValue(), XmlRpcValue(""), makeGroup({})}) {
     const LoadedParameters loaded = readParameters(none);
     EXPECT_TRUE(loaded.errors.empty());
@@ -87,7 +87,7 @@ TEST(Parameters, EveryGoodValueArrivesInItsFieldAndInTheLog) {
     SCOPED_TRACE(c.key);
     EXPECT_FALSE(c.arrives(NodeParameters{})) << "the case does not differ from the default";
     const LoadedParameters loaded = readParameters(makeGroup({{c.key, c.good}}));
-    // A frame of the window alone is not enough: see test_window_answers.cpp.
+    // A frame of the window is not enough: see test_window_answers.cpp.
     EXPECT_EQ(keysOf(loaded.errors),
               std::vector<std::string>(c.key == "window/frame" ? 1 : 0, "window/file"));
     EXPECT_TRUE(c.arrives(loaded.parameters));
@@ -302,7 +302,7 @@ TEST(Parameters, TheLogSaysWhatDiffers) {
   EXPECT_EQ(toDifferenceLines({}, parameters, "was").front(), "resolution: 0.05 [m] (was: 0.2)");
 }
 
-/// What the node says about a key; empty when it says nothing.
+/// Warning of the node about a key; empty if there is none.
 std::string warningOf(const LoadedParameters& loaded, const std::string& key) {
   std::string text;
   for (const ParameterError& warning : loaded.warnings) {
@@ -322,7 +322,7 @@ TEST(Parameters, AFrameLosesItsSlashWithAWarning) {
             "is \"/map\" and is read as \"map\": tf2 frames have no slash at the start");
 }
 
-/// What dynamic_reconfigure of octomap_server 0.6.7 leaves, with its defaults.
+/// Parameters that dynamic_reconfigure of octomap_server 0.6.7 leaves, with its defaults.
 XmlRpcValue leftoversOfOctomapServer() {
   return makeGroup({{"max_depth", 16},
                     {"pointcloud_min_z", -100.0},

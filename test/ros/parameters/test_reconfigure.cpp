@@ -33,7 +33,7 @@ TEST(Reconfigure, NamesAreKeysWithoutSlashesAndAllDifferent) {
   std::set<std::string> names;
   for (const auto& [key, value] : runtimeValues({})) names.insert(toReconfigureName(key));
   EXPECT_EQ(names.size(), runtimeValues({}).size());
-  // Those of octomap_server: a client refuses a request with a name that is not described.
+  // Names of octomap_server: a client refuses a request with a name that is not described.
   for (const char* name :
        {"pointcloud_min_z", "pointcloud_max_z", "occupancy_min_z", "occupancy_max_z",
         "filter_speckles", "filter_ground", "ground_filter_distance", "ground_filter_angle",

@@ -50,7 +50,7 @@ std::vector<MarkerStyle> allStyles() {
   return {by_height, by_probability, makeFreeStyle()};
 }
 
-/// A scan from somewhere in a hall of 40 x 40 x 40 voxels around `center_m`.
+/// A scan from a random place in a hall of 40 x 40 x 40 voxels around `center_m`.
 cuboid_mapping::Scan makeScan(Random& random, const Eigen::Vector3f& center_m) {
   cuboid_mapping::test::ScanShape shape;
   shape.num_points = random.integer(1, 40);
@@ -62,7 +62,7 @@ cuboid_mapping::Scan makeScan(Random& random, const Eigen::Vector3f& center_m) {
   return scan;
 }
 
-/// A robot that goes to and fro over several chunks, and a map that is cleared now and then.
+/// A robot that drives back and forth over several chunks, and a map that is cleared sometimes.
 class Drive {
  public:
   Drive(Random& random, FusionKind fusion)
@@ -167,7 +167,7 @@ TEST(MarkerCache, PictureShowsALateListenerWhatTheOthersHave) {
   std::size_t num_compared = 0;
   for (int step = 0; step < 60; ++step) {
     viewer.apply(cache.update(drive.map(), makeHeader()));
-    // Not yet published: in neither picture.
+    // It is not published yet: in neither picture.
     cache.noteChanges(drive.step());
     MarkerViewer late;
     Marker stale;
@@ -202,12 +202,12 @@ TEST(MarkerCache, LearnsTheMapAnewAfterARelease) {
   }
 }
 
-/// Long thin walls, which come and go: growth makes cuboids of them that reach through many bricks.
+/// Long thin walls that come and go: growth makes cuboids of them that reach through many bricks.
 class GrowingWalls {
  public:
   explicit GrowingWalls(Random& random) : random_(random), map_(makeConfig()) {}
 
-  /// Removes what is in some place, and has other walls observed.
+  /// Removes voxels at some place, and observes other walls.
   ChangeSet step() {
     ChangeSet changes;
     const auto add = [&changes](const ChangeSet& more) {

@@ -161,7 +161,7 @@ TEST_F(EditAnswers, AreDroppedBeyondTheirBytesTheOldestFirst) {
     EXPECT_EQ(undo.size(), 1U);
     undo.keep(map, room);
     EXPECT_EQ(undo.size(), 0U);
-    undo.keep(map, brick);  // Of an edit that is too large.
+    undo.keep(map, brick);  // Belongs to an edit that is too large.
     EXPECT_EQ(undo.size(), 0U);
     return undo.undoPart(map);
   });

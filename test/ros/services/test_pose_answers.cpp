@@ -20,7 +20,7 @@ class PoseAnswers : public test::MapInFrameTest {
     pose.orientation.w = std::cos(0.5 * yaw);
     return pose;
   }
-  /// A base of 0.5 x 0.2 m in the door: along it, across it, and turned a little.
+  /// A base of 0.5 x 0.2 m in the door: along it, across it, and slightly rotated.
   static CheckPoses::Request makeRequest() {
     CheckPoses::Request request;
     request.poses = {yawed(1.05, 0.45, 0.0), yawed(1.05, 0.45, M_PI / 2), yawed(1.05, 0.45, 0.1)};

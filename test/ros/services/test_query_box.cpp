@@ -163,7 +163,7 @@ TEST_F(QueryBoxTest, WaitsForATransformThatIsALittleLate) {
   Request request = makeRequest();
   request.header.frame_id = "child";
   bool is_answered = false;
-  for (int i = 1; i <= 10 && !is_answered; ++i) {  // A busy machine may be later than the patience.
+  for (int i = 1; i <= 10 && !is_answered; ++i) {  // A busy machine may exceed the patience.
     request.header.stamp = ros::Time(5.0 + i);
     std::thread late([&] {
       std::this_thread::sleep_for(std::chrono::milliseconds(30));

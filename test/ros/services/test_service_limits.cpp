@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Whatever is asked, an answer keeps within the limits, and says what it leaves out.
+// Every answer keeps within the limits, and reports omissions.
 #include "cuboid_mapping/ros/services/answers.h"
 
 #include "ros/map_in_frame.h"
@@ -38,7 +38,7 @@ class ServiceLimitsTest : public test::MapInFrameTest {
     return with(limits);
   }
 
-  /// The first entry is modest, the second would take for ever.
+  /// The first entry is small, the second would take for ever.
   static CheckBoxes::Request makeBoxes() {
     CheckBoxes::Request request;
     request.boxes = {box({0.1, 0.1, 0.1}, {0.2, 0.2, 0.2}), box({0.1, 0.1, 0.1}, {1.9, 0.9, 0.9}),
@@ -234,7 +234,7 @@ TEST_F(ServiceLimitsTest, LetCloudsInWhileALargeBoxIsSet) {
   SetBox::Request request;
   request.occupancy = SetBox::Request::OCCUPIED;
   request.lock = true;
-  request.boxes = {box({10.3, 0.3, 0.3}, {40.1, 29.7, 20.2})};  // Not at borders of bricks.
+  request.boxes = {box({10.3, 0.3, 0.3}, {40.1, 29.7, 20.2})};  // Not aligned to bricks.
   std::uint64_t first_revision = 0;
   std::uint64_t num_between = 0;
   std::atomic<bool> is_done{false};
@@ -263,7 +263,7 @@ TEST_F(ServiceLimitsTest, LetCloudsInWhileALargeBoxIsSet) {
 
 TEST_F(ServiceLimitsTest, LetChangesInWhileALongQueryRuns) {
   cuboid_mapping::QueryLimits limits;
-  limits.time_s = 30.0;  // Should nothing change.
+  limits.time_s = 30.0;  // In case nothing changes.
   std::atomic<bool> is_begun{false};
   std::thread cloud([&] {
     while (!is_begun) std::this_thread::yield();

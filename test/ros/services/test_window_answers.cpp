@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What services say about parts of the map that are on disk only, and which parameters of a window go together.
+// Answers of services about parts of the map that are on disk only, and conflicts of a window's parameters.
 #include "cuboid_mapping/io/map_files.h"
 #include "cuboid_mapping/ros/map/map_storage.h"
 #include "cuboid_mapping/ros/octomap_server/octomap_server_interface.h"
@@ -26,7 +26,7 @@ using cuboid_mapping::QueryBox;
 using cuboid_mapping::ScanUpdate;
 using cuboid_mapping::SetBox;
 
-/// The room of MapInFrameTest, which has gone to the disk, and a place 100 m away, in memory.
+/// The room of MapInFrameTest, which is on disk, and a place 100 m away, in memory.
 class WindowAnswers : public test::MapInFrameTest {
  protected:
   WindowAnswers() {
@@ -51,7 +51,7 @@ class WindowAnswers : public test::MapInFrameTest {
 
   [[nodiscard]] std::size_t numOnDisk() const { return map_.windowFigures()->num_on_disk_only; }
 
-  /// Asks about the room where that is refused, and where it is brought back.
+  /// Asks about the room if that is refused, and if the room is loaded.
   template <typename ServiceT>
   typename ServiceT::Response ask(const typename ServiceT::Request& request) {
     EXPECT_EQ(numOnDisk(), 1U);
@@ -77,7 +77,7 @@ QueryBox::Request boxRequest(const Eigen::Vector3d& min, const Eigen::Vector3d& 
 TEST_F(WindowAnswers, OfABox) {
   const auto room = boxRequest({0.1, 0.1, 0.1}, {0.9, 0.9, 0.9});
   EXPECT_EQ(ask<QueryBox>(room).occupancy, QueryBox::Response::FREE);
-  // Near the robot nothing is in the way of an answer.
+  // Near the robot, answers are complete.
   goAway();
   in_frame_.limits.outside = QueriesOutside::kRefuse;
   const auto near = boxRequest({100.1, 0.1, 0.1}, {100.5, 0.5, 0.5});
@@ -247,7 +247,7 @@ TEST_F(WindowAnswers, CloudsGoOnWhileTheWholeMapIsReadFromTheDisk) {
   while (!is_begun) std::this_thread::yield();
   std::uint64_t num_changes = 0;
   cuboid_mapping::MapSnapshot snapshot;
-  // On a busy machine the other thread may sleep through a snapshot.
+  // On a busy machine the other thread may sleep during a snapshot.
   for (int i = 0; i < 100 && num_changes <= 3; ++i) {
     std::uint64_t revision = 0;
     snapshot = takeWholeSnapshot(
@@ -270,7 +270,7 @@ std::map<Cell, float> voxelsOfSaved(GuardedMap& map, const std::string& file) {
 
 TEST_F(WindowAnswers, EditsAreMadeInAPartThatIsOnDisk) {
   const std::map<Cell, float> before = voxelsOfSaved(map_, folder_ / "before.cuboids");
-  EXPECT_EQ(numOnDisk(), 1U);  // To save it does not bring it back.
+  EXPECT_EQ(numOnDisk(), 1U);  // Saving does not load it.
   SetBox::Request request;
   request.occupancy = SetBox::Request::OCCUPIED;
   request.boxes = {box({0.3, 0.3, 0.3}, {0.5, 0.5, 0.5})};
@@ -301,14 +301,14 @@ TEST_F(WindowAnswers, AFileIsPutInTheMapAndInThePlaceOfIt) {
   const std::string file = folder_ / "file.cuboids";
   std::map<Cell, float> expected = voxelsOfSaved(map_, file);
   const cuboid_mapping::SensorModel model;
-  std::map<Cell, float> clamped = expected;  // As mergeMaps() leaves it.
+  std::map<Cell, float> clamped = expected;  // The voxels after mergeMaps().
   for (auto& [cell, value] : clamped) value = std::max(value, model.min());
   SetBox::Request request;
   request.occupancy = SetBox::Request::UNKNOWN;
   request.boxes = {box({0.0, 0.0, 0.0}, {0.5, 1.0, 1.0})};
   ask<SetBox>(request);
   goAway();
-  // Of two voxels that are known to both, the later one counts: all of the file.
+  // For voxels known to both, the later one counts: all from the file.
   EXPECT_EQ(loadMap(map_, file, {}, {cuboid_mapping::MergeRule::kLater, std::nullopt, ""}).error,
             "");
   goAway();
@@ -318,7 +318,7 @@ TEST_F(WindowAnswers, AFileIsPutInTheMapAndInThePlaceOfIt) {
   EXPECT_EQ(loadMap(map_, file).error, "");
   goAway();
   EXPECT_EQ(numOnDisk(), 1U);
-  // Thirty more clouds have seen the place that is far away.
+  // Thirty more clouds have seen the remote place.
   std::map<Cell, float> loaded = voxelsOfSaved(map_, folder_ / "loaded.cuboids");
   for (auto* voxels : {&expected, &loaded})
     voxels->erase(voxels->lower_bound({999, 0, 0}), voxels->end());
@@ -339,7 +339,7 @@ TEST_F(WindowAnswers, AMapIsMovedWithWhatIsOnDisk) {
   std::map<Cell, float> expected;
   for (const auto& [cell, value] : before) expected[cell + Cell{3, 0, 0}] = value;
   EXPECT_EQ(voxelsOfSaved(map_, folder_ / "after.cuboids"), expected);
-  // The file is of the new frame at once: a node that is killed goes on there.
+  // The file has the new frame at once: a killed node continues there.
   map_.setWindow(nullptr);
   EXPECT_EQ(cuboid_mapping::test::voxelsOf(cuboid_mapping::readMapFile(file_).snapshot.bricks),
             expected);
