@@ -21,7 +21,7 @@ inline Eigen::Isometry3d makePose(int scan) {
          Eigen::AngleAxisd(0.4 * scan, Eigen::Vector3d::UnitZ());
 }
 
-/// Where beams in a spiral of directions meet the walls of a room of 8 x 6 x 3 m.
+/// Points at which beams in a spiral of directions meet the walls of a room of 8 x 6 x 3 m.
 inline std::vector<Eigen::Vector3f> makePoints(int scan) {
   const Eigen::Isometry3d pose = makePose(scan);
   const Eigen::Vector3d lower(-4.0, -3.0, 0.0);

@@ -41,7 +41,7 @@ sensor_msgs::PointCloud2 makeCloud(int scan, ros::Time stamp) {
                                      cuboid_mapping_ros::makeHeader("lidar", stamp));
 }
 
-/// map -> base on /tf, behind the clouds; base -> lidar on /tf_static. One cloud comes before all
+/// Writes map -> base on /tf, after the clouds; base -> lidar on /tf_static. One cloud comes before all
 /// transforms.
 void writeBag(const std::string& file) {
   const Eigen::Isometry3d T_base_lidar(Eigen::Translation3d(0.1, 0.0, 0.4) *
@@ -73,7 +73,7 @@ void expectBothPlaces(const Json& object, const std::vector<std::string>& keys) 
   }
 }
 
-/// Known, class and log-odds agree in every voxel, and so do all answers.
+/// Expects that knowledge, class and log-odds agree in every voxel, and so do all answers.
 void expectExact(const Json& agreement) {
   EXPECT_GT(agreement["voxels"].get<double>(), 500.0);
   EXPECT_EQ(agreement["known_mismatch"], 0.0);
@@ -105,7 +105,7 @@ class CompareMaps : public testing::Test {
     return end.status == 0 ? Json::parse(readFile(json_)) : Json::object();
   }
 
-  /// A run that must fail, saying this, and leave no report.
+  /// Expects that a run fails with this text, and leaves no report.
   void expectError(const std::string& dataset, const std::vector<std::string>& options,
                    const std::string& message) const {
     const ProgramEnd end = run(dataset, options);
@@ -214,13 +214,13 @@ TEST_F(CompareMaps, readsABagWithItsTransforms) {
   const Json from_folder = report(folder());
   const ProgramEnd end = run(bag(), {"--cloud-topic", "/points"});
   ASSERT_EQ(end.status, 0) << end.err;
-  // The cloud from before all transforms is left out, and said.
+  // The cloud from before all transforms is left out and reported.
   EXPECT_NE(end.err.find("1 cloud skipped"), std::string::npos) << end.err;
   const Json from_bag = Json::parse(readFile(json_));
   EXPECT_EQ(from_bag["clouds"], kNumScans);
   EXPECT_EQ(from_bag["points"], kNumScans * kNumPoints);
   expectExact(from_bag["agreement"]["octomap"]);
-  // The poses are the same but for rounding, and so are the voxels but for a few.
+  // The poses differ only by rounding, and the voxels only in a few.
   const auto voxels = from_folder["agreement"]["octomap"]["voxels"].get<double>();
   EXPECT_NEAR(from_bag["agreement"]["octomap"]["voxels"].get<double>(), voxels, 0.01 * voxels);
   EXPECT_EQ(report(bag(), {"--clouds", "1", "--peers", "none"})["clouds"], 1);  // its only topic

@@ -20,7 +20,7 @@ using cuboid_mapping::test::runProgram;
 using cuboid_mapping::test::TemporaryFolder;
 using Json = nlohmann::json;
 
-/// What moves splits cuboids, which fuse again; those of the static growth stay.
+/// Moving objects split cuboids, which fuse again; cuboids of static growth stay.
 void expectSplits(const Json& passing_objects) {
   for (const Json& run : passing_objects) {
     ASSERT_EQ(run["over_time"].size(), 30U) << run;
@@ -80,7 +80,7 @@ TEST_F(EvaluatePaper, writesFiguresAndPlotsAndGoesOnWhereItWas) {
 
   expectSplits(report["passing_objects"]);
 
-  // What is there is not run again; what is missing is.
+  // Existing results are kept; missing ones are computed.
   const std::string kept = out_ + "/room/runs/class_0.5m_M32.json";
   const std::string removed = out_ + "/room/runs/class_0.2m_M32.json";
   const auto time_before = std::filesystem::last_write_time(kept);

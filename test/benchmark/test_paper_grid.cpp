@@ -21,7 +21,7 @@ PaperGrid makeGrid(const PaperReading& reading, const std::vector<Cell>& free) {
   ScanUpdate update;
   update.bricks.push_back({});
   for (const Cell& voxel : free) update.bricks.front().misses.set(voxelIndex(voxel));
-  for (int i = 0; i < 5; ++i) grid.update(update);  // 0.4 five times is below alpha_min.
+  for (int i = 0; i < 5; ++i) grid.update(update);  // Five misses of 0.4 give less than alpha_min.
   return grid;
 }
 

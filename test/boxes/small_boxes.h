@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Boxes that are small enough to look at every choice.
+// Boxes small enough to try every choice.
 #pragma once
 
 #include "support/voxel_map.h"

@@ -96,7 +96,7 @@ std::vector<Bits> allBoxes() {
   return boxes;
 }
 
-/// The fewest voxels that so many boxes add, by a look at all choices.
+/// The fewest voxels that this number of boxes adds, over all choices.
 int leastAdded(Bits occupied, Bits covered, std::size_t num_boxes, const std::vector<Bits>& boxes) {
   const Bits missing = occupied & ~covered;
   if (missing == 0) return __builtin_popcount(covered & ~occupied);

@@ -56,7 +56,7 @@ TEST(FreeBoxes, areFreeAndCountedRight) {
   }
 }
 
-/// The most voxels that so many boxes hold, by a look at all choices.
+/// The most voxels that this number of boxes holds, over all choices.
 int mostCovered(Bits covered, std::size_t num_boxes, const std::vector<Bits>& boxes,
                 std::size_t first, bool may_overlap) {
   int most = __builtin_popcount(covered);

@@ -32,12 +32,12 @@ CuboidMap makeMap(const std::vector<ScanUpdate>& updates, const MapConfig& confi
   return map;
 }
 
-/// Whether two boxes together are one.
+/// Whether the union of two boxes is a box.
 bool shareWholeFace(const CellBox& a, const CellBox& b) {
   return unite(a, b).numVoxels() == a.numVoxels() + b.numVoxels();
 }
 
-/// Every voxel of the region that passes the filter lies in one cuboid of its class, and no other does.
+/// Every voxel of the region that passes the filter lies in one cuboid of its class; no other voxel does.
 void expectExact(const CuboidMap& map, const CellBox& region, CuboidFilter classes,
                  const std::vector<Cuboid>& joined) {
   std::map<Cell, Occupancy> covered;

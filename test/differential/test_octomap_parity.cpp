@@ -51,7 +51,7 @@ class Pair {
                 bounds.numVoxels(), 1e-6 * bounds.numVoxels());
   }
 
-  /// All cuboids are in the tree, and are as many as were told before.
+  /// All cuboids are in the tree, and their number is as reported before.
   void expectFusion() {
     const CuboidCounts counts = countCuboids(map_);
     EXPECT_EQ(counts.free + counts.occupied, countCuboids(map_).total());
@@ -65,7 +65,7 @@ class Pair {
   double max_range_m_;
 };
 
-/// Clouds that are hard on a ray walk, all from a few origins so that they contradict each other.
+/// Random clouds that are hard on a ray walk, from a few origins so that they contradict each other.
 class RandomClouds {
  public:
   RandomClouds(unsigned seed, double resolution_m)
@@ -75,7 +75,7 @@ class RandomClouds {
     Scan scan;
     scan.origin = randomPoint();
     for (int i = 0; i < 40; ++i) scan.points.push_back(endPoint(scan.origin));
-    // The next origin lies where this cloud has seen something.
+    // The next origin lies at a point of this cloud.
     origins_.push_back(scan.points.back());
     return scan;
   }
@@ -142,7 +142,7 @@ TEST(OctomapParity, RandomCloudsAgreeInEveryVoxel) {
   EXPECT_EQ(num_cases, kSeeds);
 }
 
-/// A real data set at the resolution and with the cut that suit it.
+/// A real data set with a suitable resolution and range.
 struct RealCase {
   const char* dataset;
   double resolution_m;

@@ -115,7 +115,7 @@ TEST(BrickDivision, appendsToWhatIsThere) {
   EXPECT_EQ(cuboids.back(), (Cuboid{brickBox({8, 0, 0}), Occupancy::kFree}));
 }
 
-/// Disjoint, in the brick, exactly its known voxels, with their classes.
+/// Whether cuboids are disjoint and cover exactly the known voxels of a brick, with their classes.
 testing::AssertionResult isPartition(const VoxelBrick& brick, const std::vector<Cuboid>& cuboids) {
   BrickMask covered;
   for (const Cuboid& cuboid : cuboids) {
@@ -133,7 +133,7 @@ testing::AssertionResult isPartition(const VoxelBrick& brick, const std::vector<
   return testing::AssertionSuccess();
 }
 
-/// Volume of the largest box of voxels that are left, from its least corner on.
+/// Volume of the largest box of remaining voxels from its least corner.
 int largestVolumeAt(const BrickMask& left, const Cell& corner) {
   int largest = 0;
   for (int z = corner.z; z < kBrickEdge; ++z) {
@@ -150,7 +150,7 @@ int largestVolumeAt(const BrickMask& left, const Cell& corner) {
   return largest;
 }
 
-/// Each cuboid is the largest box that could begin where it begins when its turn comes.
+/// Whether each cuboid is the largest box at its least corner when it is taken.
 testing::AssertionResult isGreedy(const VoxelBrick& brick, const std::vector<Cuboid>& cuboids) {
   BrickMask left[2] = {brick.voxels.free(), brick.voxels.occupied()};
   for (const Cuboid& cuboid : cuboids) {
@@ -170,7 +170,7 @@ testing::AssertionResult isGreedy(const VoxelBrick& brick, const std::vector<Cub
   return testing::AssertionSuccess();
 }
 
-/// Two cuboids of one class never make up a box: the first of them would have been that box.
+/// Whether no two cuboids of one class form a box: the first of them would have been that box.
 testing::AssertionResult hasNoPairToMerge(const std::vector<Cuboid>& cuboids) {
   for (std::size_t i = 0; i < cuboids.size(); ++i) {
     for (std::size_t j = 0; j < i; ++j) {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The fusion of the paper on scenes worked out by hand, and its properties on random grids.
+// The fusion of the paper on hand-made scenes, and its properties on random grids.
 #include "cuboid_mapping/fusion/growth_fusion.h"
 #include "cuboid_mapping/fusion/search_directions.h"
 
@@ -63,7 +63,7 @@ TEST(GrowthFusionScene, aCuboidExpandsAlongItsLargerSideFirst) {
   EXPECT_EQ(boxesOf(scene.fuse({{0, 0, 0}})).size(), 1U);
   scene.set(boxAt({0, 2, 0}, {1, 1, 1}), scene.stableFree());
   scene.set(boxAt({1, 0, 0}, {1, 2, 1}), scene.stableFree());
-  // Along x first it would have become 2 x 2, along y it becomes 1 x 3, which finds no third in x.
+  // Along x first it would become 2 x 2; along y it becomes 1 x 3, which finds no third in x.
   EXPECT_THAT(boxesOf(scene.fuse({{0, 0, 0}})), Contains(boxAt({0, 0, 0}, {1, 3, 1})));
 }
 
@@ -101,7 +101,7 @@ TEST(GrowthFusionScene, aRoomBecomesItsInsideAndItsWalls) {
   scene.set(boxAt({1, 1, 1}, {10, 8, 4}), scene.stableFree());
   const auto cuboids = scene.fuse(cellsOf(room));
   EXPECT_THAT(boxesOf(cuboids), Contains(boxAt({1, 1, 1}, {10, 8, 4})));
-  EXPECT_EQ(cuboids.size(), 7U);  // And six walls.
+  EXPECT_EQ(cuboids.size(), 7U);  // The six walls are added.
 }
 
 TEST(GrowthFusionScene, aSlabWithOneMissingCellForbidsTheExpansion) {
@@ -116,7 +116,7 @@ TEST(GrowthFusionScene, aSlabWithOneMissingCellForbidsTheExpansion) {
     GrowthConfig config;
     config.search = along_y_first;
     const auto boxes = boxesOf(scene.fuse({{0, 0, 0}}));
-    // x first: a row of two, then on along y and z as far as there are pairs.
+    // x first: a row of two, then along y and z while there are pairs.
     for (const CellBox& box : boxes)
       EXPECT_FALSE(box.contains(Cell{1, 2, 2}) && box.numVoxels() > 1);
     EXPECT_EQ(checkDisjoint(scene.tree()), std::vector<std::string>{});
@@ -129,7 +129,7 @@ TEST(GrowthFusionScene, aNeighbourThatReachesBeyondTheSlabForbidsTheExpansion) {
   EXPECT_EQ(scene.fuse({{1, 0, 0}}).size(), 1U);  // A neighbour of two voxels along x.
   scene.set(boxAt({0, 0, 0}, {1, 1, 1}), scene.stableFree());
   EXPECT_EQ(scene.fuse({{0, 0, 0}}).size(), 2U);
-  // The other way round the neighbour absorbs the cell.
+  // In the other order the neighbour absorbs the cell.
   EXPECT_THAT(boxesOf(scene.fuse({{1, 0, 0}})), testing::ElementsAre(boxAt({0, 0, 0}, {3, 1, 1})));
 }
 
@@ -154,7 +154,7 @@ TEST(GrowthFusionScene, onlyCellsOfTheSetTStart) {
 TEST(GrowthFusionScene, theStepOfItsOwnWidthDoublesACell) {
   GrowthScene scene(withStep(GrowthStep::kOwnWidth));
   scene.set(boxAt({9, 0, 0}, {7, 1, 1}), scene.stableFree());
-  // 1, 2, 4; then 8 is too long, in both directions.
+  // Steps of 1, 2, 4; then 8 is too long, in both directions.
   EXPECT_THAT(boxesOf(scene.fuse({{9, 0, 0}})), Contains(boxAt({9, 0, 0}, {4, 1, 1})));
 }
 
@@ -209,7 +209,7 @@ TEST(GrowthFusionScene, aFlickeringVoxelWaitsUntilItHasSettled) {
   const CellBox row = boxAt({0, 0, 0}, {5, 1, 1});
   scene.set(row, scene.stableFree());
   ASSERT_EQ(scene.fuse(cellsOf(row)).size(), 1U);
-  for (int i = 0; i < 6; ++i) {  // Flickers faster than it settles: never part of a cuboid.
+  for (int i = 0; i < 6; ++i) {  // It flickers faster than it settles: never part of a cuboid.
     scene.set(CellBox::ofCell({2, 0, 0}), i % 2 == 0 ? scene.unstable() : scene.stableFree());
     EXPECT_EQ(scene.fuse(cellsOf(row)).size(), 3U) << i;
   }
@@ -222,7 +222,7 @@ TEST(GrowthFusionScene, aVoxelThatDoesNotBecomeStableKeepsNoOtherWaiting) {
   GrowthConfig config = withStep(GrowthStep::kNeighbour);
   config.settle_clouds = 2;
   GrowthScene scene(config);
-  for (const std::int32_t y : {-3, 0, 3}) {  // Whichever is looked at first.
+  for (const std::int32_t y : {-3, 0, 3}) {  // In any order.
     scene.set(boxAt({0, y, 0}, {5, 1, 1}), scene.stableFree());
   }
   ASSERT_EQ(scene.fuse({{0, -3, 0}, {0, 0, 0}, {0, 3, 0}}).size(), 3U);
@@ -230,7 +230,7 @@ TEST(GrowthFusionScene, aVoxelThatDoesNotBecomeStableKeepsNoOtherWaiting) {
     scene.set(CellBox::ofCell({2, y, 0}), scene.unstable());
   }
   ASSERT_EQ(scene.fuse({}).size(), 9U);
-  // All change at once, so that they are due at once; the last of them becomes stable.
+  // All change at once, so that all are due at once; the last of them becomes stable.
   for (const std::int32_t y : {-3, 0}) {
     scene.set(CellBox::ofCell({2, y, 0}), scene.unstable() + 0.1F);
   }
@@ -288,7 +288,7 @@ TEST(GrowthFusionScene, aChangeTellsEveryBrickOfASplitCuboid) {
   EXPECT_EQ(bricks, (std::set<Cell>{{0, 0, 0}, {8, 0, 0}, {16, 0, 0}}));
 }
 
-/// Whether an expansion of a stable cuboid would succeed, by a look at every voxel.
+/// Whether an expansion of a stable cuboid would succeed, checked voxel by voxel.
 bool canExpand(const Cuboid& cuboid, const std::vector<Cuboid>& all, const GrowthScene& scene) {
   if (!scene.isStable(cuboid.box.min)) return false;
   for (const SearchDirection direction : paperDirections(cuboid.box.size())) {
@@ -329,7 +329,7 @@ GrowthConfig randomConfig(Random& random) {
   return config;
 }
 
-/// Cuboids are disjoint, and together the known voxels with their classes; those of several voxels
+/// Whether cuboids are disjoint, and cover the known voxels with their classes; cuboids of several voxels
 /// are wholly stable.
 testing::AssertionResult agree(const std::vector<Cuboid>& cuboids, const GrowthScene& scene) {
   double num_voxels = 0.0;

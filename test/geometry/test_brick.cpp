@@ -46,7 +46,7 @@ TEST(Brick, numbersItsVoxelsByXThenYThenZ) {
   }
 }
 
-/// The voxels of a box of one brick, by a look at each voxel.
+/// The voxels of a box in one brick, voxel by voxel.
 BrickMask markVoxels(const CellBox& box) {
   BrickMask mask;
   for (int voxel = 0; voxel < kBrickVoxels; ++voxel) {

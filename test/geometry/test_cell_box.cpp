@@ -37,7 +37,7 @@ TEST(Cell, isOrderedByZThenYThenX) {
   EXPECT_FALSE((Cell{0, 0, 1}) < (Cell{9, 9, 0}));
 }
 
-/// A cell of small, of arbitrary, or of extreme coordinates.
+/// A cell with small, arbitrary, or extreme coordinates.
 Cell randomCellOfAnySize(test::Random& random) {
   constexpr std::int32_t kLeast = std::numeric_limits<std::int32_t>::min();
   constexpr std::int32_t kGreatest = std::numeric_limits<std::int32_t>::max();
@@ -174,7 +174,7 @@ TEST(CellBox, relationsAgreeWithCountedCells) {
     ASSERT_EQ(a.contains(b), num_common == b.numVoxels()) << a << b;
     const CellBox both = unite(a, b);
     ASSERT_TRUE(both.contains(a) && both.contains(b)) << a << b;
-    for (int axis = 0; axis < 3; ++axis) {  // It is the least such box.
+    for (int axis = 0; axis < 3; ++axis) {  // No smaller box contains both.
       ASSERT_TRUE(both.min[axis] == a.min[axis] || both.min[axis] == b.min[axis]);
       ASSERT_TRUE(both.max[axis] == a.max[axis] || both.max[axis] == b.max[axis]);
     }

@@ -15,7 +15,7 @@ namespace {
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
 
-/// Where a random cell box has its least corner.
+/// Area for the least corner of a random cell box.
 CellBox areaAround(std::int32_t center) {
   return {{center - 1000, center - 1000, center - 1000},
           {center + 1000, center + 1000, center + 1000}};
@@ -42,7 +42,7 @@ TEST(Grid, roundsAsOctomapDoes) {
     const octomap::OcTree tree(resolution_m);
     for (int i = 0; i < 20000; ++i, ++num_cases) {
       Eigen::Vector3d point = test::randomPoint(random, 300.0);
-      if (i % 2 == 0) {  // On voxel faces, as well as rounding to float lets them be.
+      if (i % 2 == 0) {  // On voxel faces, up to the rounding of floats.
         point = ((point / resolution_m).array().round() * resolution_m).matrix();
         if (i % 4 == 0) point = point.cast<float>().cast<double>();
       }
@@ -106,7 +106,7 @@ TEST(Grid, findsEveryCellAgainFromItsCentre) {
         const Cell cell = test::randomCell(random, areaAround(area));
         const Eigen::Vector3d center = grid.centerOf(CellBox::ofCell(cell));
         ASSERT_EQ(grid.toCell(center), cell) << resolution_m << " m, " << test::seedNote(num_cases);
-        // Within 0.4 voxels of the centre it is the same cell.
+        // A point within 0.4 voxels of the centre is in the same cell.
         const Eigen::Vector3d near = center + test::randomPoint(random, 0.4 * resolution_m);
         ASSERT_EQ(grid.toCell(near), cell) << resolution_m << " m, " << test::seedNote(num_cases);
       }

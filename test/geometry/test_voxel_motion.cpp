@@ -15,7 +15,7 @@ using test::Random;
 
 constexpr double kResolution_m = 0.05;
 
-/// A turn by quarters about x, then y, then z.
+/// A rotation by quarter turns about x, then y, then z.
 Eigen::Matrix3d turnBy(int about_x, int about_y, int about_z) {
   const auto quarters = [](int count, int axis) {
     return Eigen::AngleAxisd(count * M_PI / 2.0, Eigen::Vector3d::Unit(axis));

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// All public headers, those of the client, and those of messages and services, in one file.
+// All public headers, with those of the client, messages and services, in one file.
 #include "all_headers.h"
 
 #include <gtest/gtest.h>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// A random drive: clouds and edits, the map that they make, and its history.
+// A random drive: clouds and edits, the map made from them, and its history.
 #pragma once
 
 #include "cuboid_mapping/history/kept_clouds.h"
@@ -28,7 +28,7 @@ inline Eigen::Isometry3d randomPose(Random& random, double size_m) {
   return pose;
 }
 
-/// A cloud or an edit, as the test remembers it.
+/// A cloud or an edit in the test's own record.
 struct Step {
   KeptCloud cloud;
   ObservationConfig config;
@@ -39,7 +39,7 @@ struct Step {
   std::set<Cell> locked_after{};
 };
 
-/// The cells of boxes.
+/// The cells of some boxes.
 inline std::set<Cell> cellsOf(const std::vector<CellBox>& boxes) {
   std::set<Cell> cells;
   for (const CellBox& box : boxes) {
@@ -48,7 +48,7 @@ inline std::set<Cell> cellsOf(const std::vector<CellBox>& boxes) {
   return cells;
 }
 
-/// A map that clouds and edits have made, and its history.
+/// A map made from clouds and edits, and its history.
 class Drive {
  public:
   Drive(std::uint64_t seed, int threads, const HistoryLimits& limits = {})
@@ -71,7 +71,7 @@ class Drive {
     return config;
   }
 
-  /// A cloud of the next stamp, or now and then an edit.
+  /// Adds a cloud with the next stamp, or sometimes an edit.
   void go() { go(random_.chance(0.15)); }
   void goCloud() { go(false); }
   void go(bool is_edit) {
@@ -96,7 +96,7 @@ class Drive {
     steps_.push_back(step);
   }
 
-  /// The map from scratch. @param new_pose  Of a cloud. @param edits_move  See CorrectionRule; the first step is a cloud then.
+  /// The map from scratch. @param new_pose  Pose of a cloud. @param edits_move  See CorrectionRule; the first step is a cloud then.
   [[nodiscard]] MapSnapshot make(const std::function<Eigen::Isometry3d(const KeptCloud&)>& new_pose,
                                  bool edits_move = false) const {
     CuboidMap map(makeConfig(1));
@@ -112,7 +112,7 @@ class Drive {
     return takeSnapshot(map, "");
   }
 
-  /// An edit that moves along with a cloud, and what it has locked and unlocked.
+  /// Applies an edit that moves with a cloud, and its locks and unlocks.
   static void putMoved(const Step& step, const Eigen::Isometry3d& motion, CuboidMap& map) {
     const Eigen::Vector3d center = map.grid().centerOf(step.box);
     const Eigen::Vector3d shift = (motion * center - center) / map.grid().resolution();
@@ -133,7 +133,7 @@ class Drive {
     map.replace(box, std::vector<UniformBox>{{box, step.locks ? 1.0F : -1.0F}});
   }
 
-  /// As the test understands what happens to a map.
+  /// Applies a step to a map, independently of MapHistory.
   static void put(const Step& step, const Eigen::Isometry3d& T_map_body, CuboidMap& map) {
     if (step.is_edit) {
       if (step.locks) {
@@ -161,7 +161,7 @@ class Drive {
     map.apply(update, SensorModel(step.config.sensor_model, Environment::kDynamic));
   }
 
-  /// Poses of every second cloud, moved at random. @param count  Of the clouds, from the first on.
+  /// Poses of every second cloud, moved at random. @param count  Number of clouds, from the first on.
   [[nodiscard]] std::vector<StampedPose> randomPoses(std::int64_t first, std::int64_t count) {
     std::vector<StampedPose> poses;
     const Eigen::Isometry3d drift = randomPose(random_, 2.0);
@@ -215,7 +215,7 @@ class Drive {
   std::int64_t num_clouds_ = 0;
 };
 
-/// Where a cloud is with new poses, by the words of OutsidePoses.
+/// Pose of a cloud with new poses, by the definition of OutsidePoses.
 inline std::function<Eigen::Isometry3d(const KeptCloud&)> newPoses(const PoseTrack& track,
                                                                    OutsidePoses outside,
                                                                    std::int64_t num_clouds) {

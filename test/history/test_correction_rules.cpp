@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Corrections of which only a part of the map needs to be made anew, and edits that move.
+// Corrections that rebuild only a part of the map, and edits that move.
 #include "cuboid_mapping/history/map_history.h"
 #include "history/random_drive.h"
 #include "support/snapshots.h"
@@ -16,7 +16,7 @@ using test::Drive;
 using test::newPoses;
 using test::voxelsOf;
 
-/// 200 corrections of a few clouds each: bricks that these do not touch are taken over.
+/// 200 corrections of a few clouds each: untouched bricks are taken over.
 TEST(CorrectionRule, makesTheSameMapWhereOnlyAPartMoves) {
   int num_corrections = 0;
   int num_local = 0;
@@ -28,7 +28,7 @@ TEST(CorrectionRule, makesTheSameMapWhereOnlyAPartMoves) {
       const PoseTrack track(drive.randomPoses(first, drive.random().integer(1, 5)));
       const auto outside = drive.random().chance(0.9) ? OutsidePoses::kStay : OutsidePoses::kFollow;
       MapCorrection correction = drive.history().begin(track, {outside}, &drive.map());
-      if (i % 2 == 1) drive.go();  // Comes meanwhile.
+      if (i % 2 == 1) drive.go();  // Arrives meanwhile.
       drive.history().catchUp(correction);
       num_local += correction.numStayed() > 0 ? 1 : 0;
       const MapSnapshot made = takeSnapshot(correction.map(), "");
@@ -63,7 +63,7 @@ TEST(CorrectionRule, leavesCloudsWithinTheTolerance) {
                std::invalid_argument);
 }
 
-/// Edits and locks go along with the cloud before them; a second correction begins where they are now.
+/// Edits and locks move with the cloud before them; a second correction starts from their new places.
 TEST(CorrectionRule, movesEditsAlong) {
   int num_locked = 0;
   for (std::uint64_t seed = 90; seed < 110; ++seed) {

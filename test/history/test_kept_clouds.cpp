@@ -109,7 +109,7 @@ TEST(KeptClouds, refuseDamagedBytes) {
   EXPECT_THROW((void)unpackScans("", 0.01), MapFileError);
 }
 
-/// Bytes of real clouds, against x, y and z as floats.
+/// Size of real clouds, compared with x, y and z as floats.
 TEST(KeptClouds, takeLessThanAFifthOfTheirFloats) {
   const char* folder = std::getenv("CUBOID_DATA_DIR");
   if (folder == nullptr) GTEST_SKIP() << "CUBOID_DATA_DIR is not set";

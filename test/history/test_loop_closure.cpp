@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// A drive through the simulated building whose odometry drifts, and which closes a loop: poses as a pose graph leaves them.
+// A drive through the simulated building with drifting odometry that closes a loop: corrected poses as from a pose graph.
 #include "cuboid_mapping/history/kept_clouds.h"
 #include "cuboid_mapping/history/map_history.h"
 #include "cuboid_mapping/map/mapper.h"
@@ -18,15 +18,15 @@ namespace {
 
 constexpr double kResolution_m = 0.2;
 constexpr int kCloudsALap = 80;
-constexpr int kNumClouds = kCloudsALap + 20;  ///< The loop is closed by the last ones.
+constexpr int kNumClouds = kCloudsALap + 20;  ///< The last clouds close the loop.
 
 Eigen::Isometry3d makeStep(const Eigen::Vector3d& shift_m, double yaw_rad) {
   return Eigen::Translation3d(shift_m) * Eigen::AngleAxisd(yaw_rad, Eigen::Vector3d::UnitZ());
 }
 
-/// Clouds of the drive, with poses of odometry and those that a pose graph makes of them.
+/// Clouds of the drive, with poses of odometry and poses of a pose graph.
 struct LoopDrive {
-  std::vector<KeptCloud> clouds;  ///< With the poses of odometry.
+  std::vector<KeptCloud> clouds;  ///< Clouds with the poses of odometry.
   std::vector<Eigen::Isometry3d> truth;
   std::vector<StampedPose> optimized;
 };
@@ -35,7 +35,7 @@ double yawOf(const Eigen::Isometry3d& pose) {
   return std::atan2(pose.linear()(1, 0), pose.linear()(0, 0));
 }
 
-/// As a pose graph of a chain with one loop has them: each step takes its share of the errors of the last pose.
+/// Poses as from a pose graph of a chain with one loop: each step takes its share of the error of the last pose.
 std::vector<StampedPose> closeLoop(const LoopDrive& drive) {
   const auto& clouds = drive.clouds;
   const Eigen::Isometry3d& last = clouds.back().T_map_body;
@@ -48,7 +48,7 @@ std::vector<StampedPose> closeLoop(const LoopDrive& drive) {
   const Eigen::Vector3d error_m = drive.truth.back().translation() - poses.back().translation();
   std::vector<StampedPose> optimized;
   for (std::size_t i = 0; i < poses.size(); ++i) {
-    if (i % 3 != 0 && i + 1 != poses.size()) continue;  // Only key frames have one.
+    if (i % 3 != 0 && i + 1 != poses.size()) continue;  // Only key frames have a pose.
     poses[i].pretranslate(static_cast<double>(i) / (kNumClouds - 1) * error_m);
     optimized.push_back({clouds[i].stamp_ns, poses[i]});
   }
@@ -97,7 +97,7 @@ MapConfig makeConfig(int threads) {
   return config;
 }
 
-/// The map of the clouds from scratch. @param pose  Of the cloud with a number.
+/// The map of the clouds from scratch. @param pose  Pose of the cloud with a number.
 template <typename PoseT>
 std::map<Cell, float> mapOf(const LoopDrive& drive, const PoseT& pose) {
   MapperConfig config;
@@ -109,7 +109,7 @@ std::map<Cell, float> mapOf(const LoopDrive& drive, const PoseT& pose) {
   return test::voxelsOf(takeSnapshot(mapper.map(), "").bricks);
 }
 
-/// The part of the occupied voxels that are occupied in another map, too.
+/// Share of the occupied voxels that are occupied in another map, too.
 double findShare(const std::map<Cell, float>& map, const std::map<Cell, float>& other) {
   double num_occupied = 0.0;
   double num_shared = 0.0;

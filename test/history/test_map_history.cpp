@@ -34,7 +34,7 @@ bool isSame(const CuboidMap& a, const CuboidMap& b) {
                     });
 }
 
-/// Clouds of a data set, each moved: a map of several threads against one from scratch.
+/// Moves each cloud of a data set: compares a map of several threads with one from scratch.
 TEST(MapHistory, makesTheMapOfRealCloudsFromScratch) {
   const char* folder = std::getenv("CUBOID_DATA_DIR");
   if (folder == nullptr) GTEST_SKIP() << "CUBOID_DATA_DIR is not set";
@@ -104,7 +104,7 @@ TEST(MapHistory, makesTheSameMapWithTheSamePoses) {
             voxelsOf(takeSnapshot(drive.map(), "").bricks));
 }
 
-/// What came while the map was made, and a second correction after the first.
+/// Clouds that arrive during a correction, and a second correction after the first.
 TEST(MapHistory, takesWhatCameMeanwhileAndGoesOnFromTheNewPoses) {
   Drive drive(12, 2);
   for (int i = 0; i < 15; ++i) drive.go();
@@ -118,7 +118,7 @@ TEST(MapHistory, takesWhatCameMeanwhileAndGoesOnFromTheNewPoses) {
   EXPECT_LT(again.maxShift_m(), 1e-9);
 }
 
-/// Old clouds become fixed, and stay where they are; younger ones are moved.
+/// Old clouds become fixed and stay; younger ones are moved.
 TEST(MapHistory, fixesWhatItCannotKeep) {
   HistoryLimits limits;
   limits.max_age_s = 0.95;
@@ -174,7 +174,7 @@ TEST(MapHistory, refusesPosesOfAnotherTime) {
   }
 }
 
-/// Clouds are added in one thread while another corrects: nothing is lost.
+/// One thread adds clouds while another corrects: nothing is lost.
 TEST(MapHistory, isCorrectedWhileCloudsGoOn) {
   Drive drive(17, 1);
   for (int i = 0; i < 10; ++i) drive.go();

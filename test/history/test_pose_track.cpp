@@ -34,7 +34,7 @@ TEST(PoseTrack, isLinearInPlaceAndAngleBetweenPosesOfAnyOrder) {
   EXPECT_EQ(track.begin_ns(), 1000);
   EXPECT_EQ(track.end_ns(), 4000);
   EXPECT_EQ(track.size(), 3U);
-  const double way = 2.0 * (M_PI - 3.0);  // The shorter one, across pi.
+  const double way = 2.0 * (M_PI - 3.0);  // The shorter way, across pi.
   for (const double ratio : {0.0, 0.25, 0.5, 1.0}) {
     const auto pose = track.at(1000 + std::lround(2000 * ratio));
     EXPECT_NEAR(pose.translation().x(), 4.0 * ratio, 1e-12);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Scenes of boxes, read back: by the readers of yaml-cpp, urdfdom and geometric_shapes (the one of MoveIt), and
-// for SDF by Boost's reader of XML and the elements that SDF 1.6 has. And map_convert, which writes them.
+// Scenes of boxes, read back by yaml-cpp, urdfdom and geometric_shapes (for MoveIt), and for SDF by Boost's
+// XML reader and the elements of SDF 1.6. Also map_convert, which writes them.
 #include "cuboid_mapping/interop/box_scenes.h"
 
 #include "cuboid_mapping/boxes/joined_cuboids.h"
@@ -31,7 +31,7 @@ bool contains(const std::string& text, const std::string& part) {
   return text.find(part) != std::string::npos;
 }
 
-/// Centre and size.
+/// A box with centre and size.
 struct Box {
   Eigen::Vector3d center;
   Eigen::Vector3d size;
@@ -49,7 +49,7 @@ Eigen::Vector3d toRow(const std::string& text) {
   return readRow(in);
 }
 
-/// As MoveIt reads a scene without poses of objects; geometric_shapes reads the shapes for it.
+/// Reads a scene without poses of objects as MoveIt does; geometric_shapes reads its shapes.
 Boxes readMoveit(const std::string& text, std::string& name) {
   std::istringstream in(text);
   std::getline(in, name);
@@ -108,7 +108,7 @@ Boxes readUrdf(const std::string& text, std::string& link) {
 
 using Tree = boost::property_tree::ptree;
 
-/// The children of an element that SDF 1.6 allows there and that are expected here, attributes included.
+/// Expects only these children of an element, attributes included, all allowed by SDF 1.6.
 void expectChildren(const Tree& element, const std::set<std::string>& names) {
   for (const auto& [name, child] : element) EXPECT_EQ(names.count(name), 1U) << name;
 }
@@ -183,7 +183,7 @@ TEST(BoxScenes, areNamedByTheEndOfAFile) {
   EXPECT_FALSE(sceneFormatOfName("scene"));
 }
 
-/// Two walls and a pillar at 0.1 m.
+/// A map with two walls and a pillar at 0.1 m.
 MapSnapshot makeHall() {
   MapConfig config;
   config.resolution_m = 0.1;

@@ -15,7 +15,7 @@ namespace {
 namespace ob = ompl::base;
 using test::Random;
 
-/// At 0.1 m: a free room of 4 x 2 x 1 m with a wall that leaves 0.8 m.
+/// A free room of 4 x 2 x 1 m at 0.1 m with a wall that leaves 0.8 m.
 CuboidMap makeRoom() {
   MapConfig config;
   config.resolution_m = 0.1;

@@ -18,7 +18,7 @@ Bricks makeSomeBricks(MapDetail detail) {
   const auto model = test::randomMap(random, MapConfig());
   ChangeSet changes;
   changes.addCuboidsIn({{-16, -16, -16}, {16, 16, 16}});
-  changes.addCuboidsIn({{800, 0, 0}, {808, 8, 8}});  // Nothing is known there.
+  changes.addCuboidsIn({{800, 0, 0}, {808, 8, 8}});  // A brick without a known voxel.
   return makeDelta(model.map, changes, 3, 4, detail).bricks;
 }
 

@@ -13,7 +13,7 @@ namespace {
 
 using test::TemporaryFolder;
 
-/// The text of the error that writing ends with; fails when there is none.
+/// Error text of a failing write; fails if there is no error.
 std::string errorOf(const std::function<void()>& action) {
   try {
     action();
@@ -59,7 +59,7 @@ TEST(FileReplacement, saysWhyItCannotWrite) {
   EXPECT_TRUE(folder.list().empty());
 }
 
-/// For its time root is somebody else, whom the permissions of files are for.
+/// Drops the rights of root while it lives, so that permissions of files hold.
 class AsNobody {
  public:
   AsNobody() { EXPECT_EQ(is_root_ ? seteuid(65534) : 0, 0); }
@@ -91,7 +91,7 @@ TEST(FileReplacement, saysThatTheDiskIsFull) {
   const TemporaryFolder folder;
   const std::string file = folder / "map.cuboids";
   replaceFile(file, "old");
-  // What is written to the partial file arrives at a device that is always full.
+  // The partial file leads to a device that is always full.
   ASSERT_EQ(symlink("/dev/full", (file + ".partial").c_str()), 0);
   EXPECT_NE(errorOf([&] { replaceFile(file, "new"); }).find("No space left"), std::string::npos);
   EXPECT_EQ(readFile(file), "old");

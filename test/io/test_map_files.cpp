@@ -128,7 +128,7 @@ TEST(MapFiles, ofPointsHoldTheOccupiedVoxels) {
   EXPECT_GT(writeMapFile(folder / "empty.ply", empty), 0U);
 }
 
-/// The coordinates of a file of points, which are float64, along the x axis.
+/// The x coordinates of a file of points, which are float64.
 std::vector<double> readX(const pcl::PCLPointCloud2& cloud) {
   EXPECT_EQ(cloud.fields.at(0).name, "x");
   EXPECT_EQ(cloud.fields.at(0).datatype, pcl::PCLPointField::FLOAT64);
@@ -225,7 +225,7 @@ TEST(MapFiles, ofTextHaveTheCuboidsOfTheMapWhateverItsFusion) {
 
 TEST(MapFiles, ofTextDivideTheBricksWhoseCuboidsAreNotTold) {
   const TemporaryFolder folder;
-  MapSnapshot snapshot;  // As of a map with a window: a grown cuboid in memory, a brick on disk.
+  MapSnapshot snapshot;  // As with a window: a grown cuboid in memory, a brick on disk.
   snapshot.resolution_m = 1.0;
   const CellBox grown{{4, 0, 0}, {12, 1, 1}};
   snapshot.bricks = toBricks({{grown, toLogOdds(0.25)}, {{{32, 0, 0}, {34, 1, 1}}, 0.0F}}).bricks;

@@ -55,11 +55,11 @@ TEST(MapStore, givesBackExactlyWhatItGot) {
   const std::string file = folder / "map.sqlite";
   Random random(811);
   for (int i = 0; i < 20; ++i) {
-    // Also around corners of pages, and far out.
+    // Offsets also reach around corners of pages, and far out.
     const Cell offset{random.integer(-9, 9) * 8, random.integer(-9, 9) * 8,
                       i == 19 ? Grid::kMaxCell - 640 : random.integer(-9, 9) * 8};
     const MapSnapshot snapshot = test::randomSnapshot(random, offset);
-    writeStore(file, snapshot);  // Over that of the case before.
+    writeStore(file, snapshot);  // Overwrites the store of the previous case.
     const MapStore store(file, StoreAccess::kRead);
     expectEqual(readStore(store), snapshot);
     EXPECT_EQ(store.pages().size(), pagesOf(snapshot.bricks).size())
@@ -127,7 +127,7 @@ TEST(MapStore, findsADamagedPageAndReadsTheOthers) {
     const std::string where = " WHERE x = " + std::to_string(page.x) +
                               " AND y = " + std::to_string(page.y) +
                               " AND z = " + std::to_string(page.z);
-    // One byte is another one: at a place that the case chooses, of all places.
+    // Changes one byte, at a place that depends on the case.
     const std::string place =
         "(1 + " + std::to_string(random.integer(0, 1 << 20)) + " % length(content))";
     runSql(file, "UPDATE pages SET content = CAST(substr(content, 1, " + place +
@@ -162,7 +162,7 @@ TEST(MapStore, losesNoPageWhosePlaceIsDamagedWithoutAWord) {
   const std::string file = folder / "map.sqlite";
   Random random(818);
   const MapSnapshot snapshot = test::randomSnapshot(random);
-  // As a 32-bit number the first is the place that the page had; others are beyond the map, between pages, or none.
+  // The first is the old place as a 32-bit number; others are beyond the map, between pages, or no place.
   for (const std::string place :
        {"x + 4294967296", "2147483584", "-2147483648", "x + 1", "x + 0.5", "NULL", "'here'"}) {
     SCOPED_TRACE(place);
@@ -219,7 +219,7 @@ TEST(MapStore, belongsToOneMap) {
   expectError(MapFileDefect::kForeign, file, "environment",
               [&] { (void)openStoreOf(other, file); });
   other = head;
-  other.sensor_model.hit = 0.65;  // It goes on with that, as a node does that is reconfigured.
+  other.sensor_model.hit = 0.65;  // The store keeps this model, as for a node that is reconfigured.
   (void)openStoreOf(other, file);
   EXPECT_EQ(MapStore(file, StoreAccess::kRead).head()->sensor_model.hit, 0.65);
 }

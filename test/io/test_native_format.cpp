@@ -19,7 +19,7 @@ namespace {
 
 using test::Random;
 
-// Places in the header, as doc/file_format.md has them.
+// Offsets in the header, from doc/file_format.md.
 constexpr std::size_t kVersionAt = 8;
 constexpr std::size_t kEnvironmentAt = 12;
 constexpr std::size_t kResolutionAt = 16;
@@ -29,7 +29,7 @@ constexpr std::size_t kCompressedBytesAt = 80;
 constexpr std::size_t kFrameIdBytesAt = 88;
 constexpr std::size_t kFrameIdAt = 92;
 
-/// Of both golden files, but for the voxels.
+/// The header of both golden files, without voxels.
 MapSnapshot emptySnapshot() {
   MapSnapshot snapshot;
   snapshot.resolution_m = 0.2;
@@ -39,7 +39,7 @@ MapSnapshot emptySnapshot() {
   return snapshot;
 }
 
-/// What test/data/version_1.cuboids holds, box by box.
+/// Content of test/data/version_1.cuboids, box by box.
 MapSnapshot snapshotOfVersion1() {
   MapSnapshot snapshot = emptySnapshot();
   snapshot.bricks = toBricks({{{{-8, 0, 8}, {-4, 8, 16}}, -0.5F},
@@ -50,7 +50,7 @@ MapSnapshot snapshotOfVersion1() {
   return snapshot;
 }
 
-/// What test/data/version_2.cuboids holds: see write_version_2.py beside it.
+/// Content of test/data/version_2.cuboids: see write_version_2.py beside it.
 MapSnapshot goldenSnapshot() {
   MapSnapshot snapshot = emptySnapshot();
   std::vector<UniformBox> boxes{{{{-8, 0, 8}, {-4, 8, 16}}, -0.5F},
@@ -66,7 +66,7 @@ MapSnapshot goldenSnapshot() {
   return snapshot;
 }
 
-/// Same bricks, bit by bit.
+/// Whether bricks are equal, bit by bit.
 bool isSame(const std::vector<VoxelBrick>& a, const std::vector<VoxelBrick>& b) {
   return std::equal(a.begin(), a.end(), b.begin(), b.end(),
                     [](const VoxelBrick& one, const VoxelBrick& other) {
@@ -89,7 +89,7 @@ void expectHeader(const MapSnapshot& read) {
   EXPECT_EQ(read.frame_id, "map");
 }
 
-/// Why bytes are refused; fails when they are not.
+/// Defect of refused bytes; fails if they are accepted.
 MapFileDefect defectOf(const std::string& bytes, const SnapshotLimits& limits = {}) {
   try {
     (void)fromNativeFormat(bytes, limits);
@@ -106,7 +106,7 @@ void overwrite(std::string& bytes, std::size_t place, T value) {
   std::memcpy(bytes.data() + place, &value, sizeof(value));
 }
 
-/// Makes the checksum of the header right again.
+/// Corrects the checksum of the header.
 void sealHeader(std::string& bytes) {
   std::uint32_t frame_id_bytes = 0;
   std::memcpy(&frame_id_bytes, bytes.data() + kFrameIdBytesAt, sizeof(frame_id_bytes));
@@ -192,7 +192,7 @@ TEST(NativeFormat, readsAFileOfVersion2) {
   const MapSnapshot expected = goldenSnapshot();
   EXPECT_TRUE(isSame(read.bricks, expected.bricks));
   expectHeader(read);
-  // The compressed content may differ with the library; all before it, and its length, may not.
+  // The compressed content may differ with the library; the bytes before it and its length may not.
   const std::string now = toNativeFormat(expected);
   EXPECT_EQ(now.substr(0, kCompressedBytesAt), bytes.substr(0, kCompressedBytesAt));
 }
@@ -284,7 +284,7 @@ TEST(NativeFormat, saysThatAClaimIsTooBig) {
 TEST(NativeFormat, looksAtTheNumberOfBricksBeforeItUnpacksThem) {
   std::string bytes = toNativeFormat(goldenSnapshot());
   overwrite<std::uint64_t>(bytes, kNumBricksAt, 1000);
-  overwrite<std::uint64_t>(bytes, kPayloadBytesAt, 100000);  // That is not so, but not looked at.
+  overwrite<std::uint64_t>(bytes, kPayloadBytesAt, 100000);  // A wrong size that is not read.
   sealHeader(bytes);
   SnapshotLimits few;
   few.max_bricks = 999;
@@ -322,14 +322,14 @@ TEST(NativeFormat, refusesWhatIsNoMapThoughItsChecksumsAreRight) {
             MapFileDefect::kCorrupted);
 }
 
-/// A file of version 1 whose content, before compression, is this.
+/// A file of version 1 with this content before compression.
 std::string makeVersion1(const std::string& content, std::uint64_t num_cuboids,
                          std::uint64_t num_log_odds) {
   std::string bytes = readGolden("version_1.cuboids").substr(0, kFrameIdAt + 3);
   overwrite<std::uint64_t>(bytes, kNumBricksAt, num_cuboids);
   overwrite<std::uint64_t>(bytes, kNumBricksAt + 8, num_log_odds);
   overwrite<std::uint64_t>(bytes, kPayloadBytesAt, content.size());
-  // One zstd frame with one block that is not compressed, see write_version_2.py.
+  // One zstd frame with one uncompressed block, see write_version_2.py.
   std::string frame("\x28\xB5\x2F\xFD\x20\0\0\0\0", 9);
   frame[5] = static_cast<char>(content.size());
   frame[6] = static_cast<char>((content.size() << 3 | 1) & 0xFF);
@@ -362,7 +362,7 @@ TEST(NativeFormat, refusesWhatIsNoMapInVersion1) {
   EXPECT_EQ(defectOf(makeVersion1(content(8).substr(0, 17), 2, 1)), MapFileDefect::kCorrupted);
   EXPECT_EQ(defectOf(makeVersion1(content(8) + "x", 2, 1)), MapFileDefect::kCorrupted);
   EXPECT_EQ(defectOf(makeVersion1(content(8), 1000, 1)), MapFileDefect::kTooBig);
-  // All cells of a map: 2^28 along each axis.
+  // A box of all cells of a map: 2^28 along each axis.
   std::string huge = one;
   const std::string least("\xFF\xFF\xFF\xFF\7", 5);  // -2^30 in zigzag code
   const std::string size("\xFF\xFF\xFF\xFF\7", 5);   // 2^31 - 1

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Serialized octrees beside those of OctoMap itself, byte by byte.
+// Serialized octrees compared with those of OctoMap, byte by byte.
 #include "cuboid_mapping/io/octree_stream.h"
 
 #include "cuboid_mapping/io/octomap_files.h"
@@ -19,7 +19,7 @@ namespace {
 
 using test::Random;
 
-/// The OcTree of a snapshot, made voxel by voxel.
+/// The OcTree of a snapshot, built voxel by voxel.
 octomap::OcTree makeTree(const MapSnapshot& snapshot) {
   octomap::OcTree tree(snapshot.resolution_m);
   for (const auto& [cell, log_odds] : test::voxelsOf(snapshot.bricks)) {
@@ -158,7 +158,7 @@ TEST(OctreeStream, noticesDamage) {
             MapFileDefect::kCorrupted);
 }
 
-/// A file of OctoMap's own writers.
+/// A file written by OctoMap.
 template <typename TreeT>
 std::string writeFile(TreeT& tree, OctreeKind kind) {
   std::ostringstream out;
@@ -251,7 +251,7 @@ TEST(OctomapFiles, thatAreDamagedAreRefused) {
   EXPECT_EQ(defect_of(replaced("res", "-0.1")), MapFileDefect::kCorrupted);
   EXPECT_EQ(defect_of(replaced("size", "99999999999999999")), MapFileDefect::kTooBig);
   EXPECT_EQ(defect_of(good + "more"), MapFileDefect::kCorrupted);
-  // One leaf that is the whole octree: 2^39 bricks.
+  // One leaf as the whole octree: 2^39 bricks.
   const std::string whole("# Octomap OcTree file\nid OcTree\nsize 1\nres 0.1\ndata\n\0\0\0\0\0",
                           57);
   EXPECT_EQ(defect_of(whole), MapFileDefect::kTooBig);

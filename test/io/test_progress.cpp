@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Work that takes long says how far it has come, and can be given up.
+// Long work reports its progress, and can be cancelled.
 #include "cuboid_mapping/io/file_replacement.h"
 #include "cuboid_mapping/io/map_files.h"
 #include "cuboid_mapping/map/map_edit.h"
@@ -18,9 +18,9 @@ using test::TemporaryFolder;
 
 struct GivenUp {};
 
-/// Expects that a listener is told of all steps in their order, and that the work ends with what
-/// the listener throws, in the middle or at the start.
-/// @param work  Gets the listener.
+/// Expects that a listener gets all steps in order, and that an exception of the listener ends the
+/// work, in the middle or at the start.
+/// @param work  Does the work with a listener.
 template <typename WorkT>
 void expectProgress(const WorkT& work) {
   std::uint64_t last = 0;

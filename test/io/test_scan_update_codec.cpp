@@ -20,7 +20,7 @@ namespace {
 using test::Random;
 using test::seedNote;
 
-/// Of which all voxels that are hit and missed are hits alone, and grazes neither.
+/// The update in which voxels both hit and missed are hits alone, and grazed ones neither.
 ScanUpdate tidy(ScanUpdate update) {
   for (BrickUpdate& brick : update.bricks) {
     brick.misses = brick.misses.without(brick.hits);
@@ -44,7 +44,7 @@ void expectSame(const ScanUpdate& a, const ScanUpdate& b, const std::string& not
   EXPECT_EQ(a.num_too_far, b.num_too_far) << note;
 }
 
-/// Voxels and cuboids.
+/// Expects equal voxels and cuboids.
 void expectSameMap(CuboidMap& a, CuboidMap& b, const std::string& note) {
   const MapSnapshot snapshot_a = takeSnapshot(a, "map");
   const MapSnapshot snapshot_b = takeSnapshot(b, "map");
@@ -56,7 +56,7 @@ void expectSameMap(CuboidMap& a, CuboidMap& b, const std::string& note) {
   EXPECT_EQ(test::cuboidsIn(a, kAllCells), test::cuboidsIn(b, kAllCells)) << note;
 }
 
-/// Some of them far away, so that bricks are numbered from elsewhere.
+/// A random scan, sometimes far away, so that bricks are numbered from another cell.
 Scan randomScan(Random& random) {
   test::ScanShape shape;
   shape.num_points = random.integer(0, 80);
@@ -169,7 +169,7 @@ TEST(ScanUpdateCodec, refusesDamagedBytes) {
   EXPECT_FALSE(scanUpdateOfBytes(bytes + '\0'));
 }
 
-/// As somebody sends it who knows how to make a checksum.
+/// Bytes with a valid checksum, as an attacker could send.
 std::string withChecksum(std::string bytes) {
   const auto size = static_cast<uInt>(bytes.size() - 4);
   const auto checksum = static_cast<std::uint32_t>(
@@ -178,7 +178,7 @@ std::string withChecksum(std::string bytes) {
   return bytes;
 }
 
-/// Bricks of a small area, with grazes in every other update.
+/// An update of a small area, with grazes in every other one.
 ScanUpdate fewBricks(Random& random) {
   ScanUpdate update = test::randomUpdate(random, {{-9, -9, -9}, {9, 9, 9}}, 3);
   if (random.chance(0.5)) update.bricks[0].grazes = BrickMask::all();
@@ -213,7 +213,7 @@ TEST(ScanUpdateCodec, takesNoMoreThanTheLimit) {
   EXPECT_TRUE(scanUpdateOfBytes(bytes, update.bricks.size()));
   EXPECT_FALSE(scanUpdateOfBytes(bytes, update.bricks.size() - 1));
   std::string claim = bytes;
-  std::memset(&claim[4], 0xFF, 4);  // Of bricks.
+  std::memset(&claim[4], 0xFF, 4);  // Number of bricks.
   EXPECT_FALSE(scanUpdateOfBytes(withChecksum(claim), std::size_t{1} << 40));
 }
 

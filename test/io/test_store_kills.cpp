@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// A process that writes to a store is killed, again and again. CUBOID_MAPPING_KILLS sets how often.
+// Kills a process that writes to a store, again and again. CUBOID_MAPPING_KILLS sets how often.
 #include "cuboid_mapping/io/map_store.h"
 
 #include "support/random.h"
@@ -19,7 +19,7 @@ using test::TemporaryFolder;
 
 const std::vector<Cell> kPages = {{0, 0, 0}, {64, 0, 0}, {-64, 0, 0}, {0, -64, 64}};
 
-/// What a page has after a transaction: noise, and the number of the transaction in the first voxel.
+/// Content of a page after a transaction: noise, and the number of the transaction in the first voxel.
 std::vector<VoxelBrick> contentOf(const Cell& page, int transaction) {
   std::vector<VoxelBrick> bricks;
   std::uint64_t noise = static_cast<std::uint64_t>(transaction) * 977U + CellHash()(page);
@@ -36,10 +36,10 @@ std::vector<VoxelBrick> contentOf(const Cell& page, int transaction) {
   return bricks;
 }
 
-/// What the writer says after each transaction.
+/// Report of the writer after each transaction.
 struct Report {
   int transaction = 0;
-  std::uint64_t log_bytes = 0;  ///< Of the write-ahead log: they are on the disk.
+  std::uint64_t log_bytes = 0;  ///< Bytes of the write-ahead log that are on the disk.
 };
 
 /// Writes until it is killed.
@@ -54,7 +54,7 @@ struct Report {
   }
 }
 
-/// Lets a process write for some time, and kills it. @return The last that it has said.
+/// Starts a writing process, and kills it after some time. @return Its last report.
 Report writeAndKill(const std::string& file, int first, int time_us) {
   int pipe_ends[2];
   if (pipe(pipe_ends) != 0) throw std::runtime_error("no pipe");
@@ -72,7 +72,7 @@ Report writeAndKill(const std::string& file, int first, int time_us) {
   return last;
 }
 
-/// What a machine may leave that loses its power: of the log only what it was told to bring onto the disk is sure.
+/// Damages the log as a power failure may: only synchronized bytes are sure to be on the disk.
 void damageUnsyncedLog(const std::string& log, std::uint64_t num_sure, Random& random) {
   std::error_code error;
   const std::uint64_t size = std::filesystem::file_size(log, error);
@@ -90,12 +90,12 @@ void damageUnsyncedLog(const std::string& log, std::uint64_t num_sure, Random& r
   }
 }
 
-/// The transaction that all pages are of.
+/// The transaction of all pages.
 int findTransaction(const std::string& file) {
   const MapStore store(file, StoreAccess::kWrite);
   int transaction = 0;
   for (const Cell& page : kPages) {
-    const std::vector<VoxelBrick> bricks = store.read(page);  // Throws for one that is not whole.
+    const std::vector<VoxelBrick> bricks = store.read(page);  // Throws for a damaged page.
     const int found = bricks.empty() ? 0 : static_cast<int>(*bricks.front().voxels.logOddsAt(0));
     if (page == kPages.front()) transaction = found;
     EXPECT_EQ(found, transaction) << "pages of two transactions";

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What changes of a map ask of the allocator: a measure of their work that does not depend on the machine. A program
-// of its own, because it counts what passes through operator new.
+// Memory that changes of a map request from the allocator: a measure of work that does not depend on the machine. This is
+// a program of its own because it counts calls of operator new.
 #include "cuboid_mapping/map/cuboid_map.h"
 #include "cuboid_mapping/voxels/brick_store.h"
 #include "support/counted_memory.h"
@@ -12,7 +12,7 @@
 namespace cuboid_mapping {
 namespace {
 
-/// Bytes that some work asks for, also if it gives them back.
+/// Bytes that some work requests, also if it frees them.
 template <typename WorkT>
 std::size_t bytesOf(const WorkT& work) {
   const std::size_t before = test::requested_bytes;

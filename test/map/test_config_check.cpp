@@ -68,7 +68,7 @@ TEST(CheckConfig, findsEachBadField) {
   expectError("rtree.min_branches", [](MapConfig& c) { c.rtree = {2, 2}; });
   constexpr int kLimit = RTreeConfig::kMaxBranchesLimit;
   expectError("rtree.min_branches", [](MapConfig& c) { c.rtree = {kLimit, kLimit / 2 + 1}; });
-  // The least number of branches is not blamed for a bad greatest one.
+  // A bad maximum number of branches is not reported as a bad minimum.
   expectError("rtree.max_branches", [](MapConfig& c) { c.rtree = {1, 1}; });
   expectError("rtree.max_branches", [](MapConfig& c) { c.rtree = {2 * kLimit, 2 * kLimit}; });
   expectError("threads", [](MapConfig& c) { c.threads = 0; });
@@ -77,7 +77,7 @@ TEST(CheckConfig, findsEachBadField) {
 TEST(CheckConfig, looksAtGrowthWhereItIsChosen) {
   MapConfig config;
   config.growth.step = static_cast<GrowthStep>(7);
-  config.growth.search.order = SearchStrategy::Order::kFixed;  // Without directions.
+  config.growth.search.order = SearchStrategy::Order::kFixed;  // Directions are missing.
   config.growth.starters = static_cast<GrowthStarters>(7);
   config.growth.sampling.per_m = 1e9;
   config.growth.settle_clouds = -1;

@@ -186,7 +186,7 @@ TEST(CuboidMap, forgetsEverythingWhenCleared) {
   EXPECT_EQ(test::allCuboids(map), (std::vector<Cuboid>{{kBrick, Occupancy::kFree}}));
 }
 
-/// Whether a voxel of the brick has another value, or another class.
+/// Whether a voxel of the brick has changed in value, or in class.
 bool hasChanged(const ChangedBrick& changed, const test::VoxelMap& before,
                 const test::VoxelMap& after) {
   bool has_changed = false;
@@ -199,7 +199,7 @@ bool hasChanged(const ChangedBrick& changed, const test::VoxelMap& before,
   return has_changed;
 }
 
-/// Bricks in which a voxel has another value.
+/// Bricks with a changed voxel.
 std::set<Cell> changedBricks(const test::VoxelMap& before, const test::VoxelMap& after) {
   std::set<Cell> bricks;
   for (const auto& [cell, log_odds] : after.voxels()) {
@@ -211,7 +211,7 @@ std::set<Cell> changedBricks(const test::VoxelMap& before, const test::VoxelMap&
   return bricks;
 }
 
-/// Whether the map counts its cuboids rightly.
+/// Whether the map counts its cuboids correctly.
 testing::AssertionResult hasRightCounts(const CuboidMap& map) {
   CuboidCounts expected;
   for (const Cuboid& cuboid : test::allCuboids(map)) {
@@ -234,7 +234,7 @@ class CuboidMapModel : public testing::TestWithParam<MapParam> {
   }
 };
 
-/// Updates from random clouds and from arbitrary masks, of an area of 4 x 4 x 4 bricks.
+/// Random updates of an area of 4 x 4 x 4 bricks, from clouds and from arbitrary masks.
 class UpdateSource {
  public:
   explicit UpdateSource(Random& random) : random_(random), updater_(Grid(0.1)) {}
@@ -273,7 +273,7 @@ TEST_P(CuboidMapModel, isVoxelByVoxelTheReferenceAndToldByItsChangeSets) {
       ASSERT_GT(model.map.revision(), revision);
       continue;
     }
-    if (i % 20 <= 12) update = source.next();  // Else the same, until all of it is clamped.
+    if (i % 20 <= 12) update = source.next();  // Else the same, until all voxels are clamped.
     const test::VoxelMap before = model.voxels;
     const std::size_t num_changed = model.voxels.apply(update);
     const ChangeSet changes = model.map.apply(update);
@@ -287,7 +287,7 @@ TEST_P(CuboidMapModel, isVoxelByVoxelTheReferenceAndToldByItsChangeSets) {
     ASSERT_TRUE(hasRightCounts(model.map)) << test::seedNote(i);
     ASSERT_EQ(changes.revision, model.map.revision());
     ASSERT_EQ(model.map.revision() > revision, num_changed > 0) << test::seedNote(i);
-    // With growth, cuboids fuse later than their voxels change.
+    // With growth, cuboids fuse after their voxels change.
     std::set<Cell> told;
     for (const ChangedBrick& changed : changes.bricks) {
       told.insert(changed.brick);
@@ -298,7 +298,7 @@ TEST_P(CuboidMapModel, isVoxelByVoxelTheReferenceAndToldByItsChangeSets) {
     const std::set<Cell> expected = changedBricks(before, model.voxels);
     ASSERT_TRUE(std::includes(told.begin(), told.end(), expected.begin(), expected.end()))
         << test::seedNote(i);
-    if (i % 3 != 2) continue;  // Else the bricks wait, up to a few clouds.
+    if (i % 3 != 2) continue;  // The bricks wait for up to a few clouds.
     const std::vector<Cuboid> unfused = test::allCuboids(model.map);
     ASSERT_EQ(test::allCuboids(model.map), unfused) << test::seedNote(i);
   }
@@ -320,7 +320,7 @@ INSTANTIATE_TEST_SUITE_P(
                      testing::Values(RTreeConfig{2, 1}, RTreeConfig{4, 2}, RTreeConfig{32, 12})),
     nameOf);
 
-/// The cuboids of a map after these updates.
+/// The cuboids of a map after some updates.
 std::vector<Cuboid> cuboidsAfter(const MapConfig& config, const std::vector<ScanUpdate>& updates) {
   CuboidMap map(config);
   for (const ScanUpdate& update : updates) map.apply(update);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// A map whose bricks are divided when they are read beside one that divides them with every cloud.
+// Compares a map that divides bricks when they are read with one that divides them at every cloud.
 #include "cuboid_mapping/query/box_query.h"
 #include "cuboid_mapping/query/cuboid_query.h"
 #include "cuboid_mapping/query/nearest_query.h"
@@ -41,7 +41,7 @@ class FusionOrder : public testing::TestWithParam<OrderParam> {
   MapConfig lazy_config_;
 };
 
-/// Distances are compared, and cuboids where no other one is as far away.
+/// Compares distances, and cuboids if no other one is as far away.
 void checkNearest(const CuboidMap& lazy, const CuboidMap& fused, const Eigen::Vector3d& point,
                   CuboidFilter filter, double max_distance_m) {
   const auto expected = findNearest(fused, point, 40, filter, max_distance_m);
@@ -59,7 +59,7 @@ void checkNearest(const CuboidMap& lazy, const CuboidMap& fused, const Eigen::Ve
   }
 }
 
-/// All cuboids by distance, as a set.
+/// All cuboids by distance, sorted as a set.
 std::vector<Cuboid> visitedNearest(const CuboidMap& map, const Eigen::Vector3d& point,
                                    double max_distance, CuboidFilter filter) {
   std::vector<Cuboid> cuboids;
@@ -73,7 +73,7 @@ std::vector<Cuboid> visitedNearest(const CuboidMap& map, const Eigen::Vector3d& 
   return test::sorted(std::move(cuboids));
 }
 
-/// Asks everything that gives cuboids.
+/// Calls all functions that return cuboids.
 void checkReaders(const CuboidMap& lazy, const CuboidMap& fused, Random& random) {
   const CellBox region = test::randomBox(random, {{-64, -64, -64}, {64, 64, 64}}, 40);
   const CuboidFilter filter = test::kFilters[random.index(3)];
@@ -111,7 +111,7 @@ TEST_P(FusionOrder, makesNoDifferenceToAnyReader) {
   const CellBox bricks{{-8, -8, -8}, {8, 8, 8}};
   constexpr std::size_t kUpdates = 160;
   for (std::size_t i = 0; i < kUpdates; ++i) {
-    // A sensor that moves on.
+    // The sensor moves on.
     const auto at = static_cast<std::int32_t>(i / 20) - 4;
     const CellBox area{{2 * at, -2, -2}, {2 * at + 3, 2, 2}};
     const ScanUpdate update = test::randomUpdate(random, random.chance(0.8) ? area : bricks, 12);
@@ -157,7 +157,7 @@ INSTANTIATE_TEST_SUITE_P(
                      testing::Values(1, 4)),
     orderName);
 
-/// An update of one voxel of a brick of its own.
+/// An update of one voxel in a brick.
 ScanUpdate missIn(const Cell& brick) {
   ScanUpdate update;
   update.bricks.push_back({brick, {}, BrickMask::ofBox(CellBox::ofCell(brick)), 0});

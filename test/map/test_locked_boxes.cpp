@@ -97,8 +97,8 @@ TEST(LockedBoxes, stayWhatTheyAreWhenABoxIsLockedTwice) {
   EXPECT_TRUE(locked.isEmpty());
 }
 
-/// As many locks as a planner can send in a day: a brick of a cloud meets few of them, and no others
-/// are looked at.
+/// As many locks as a planner could set in a day: a brick of a cloud meets few of them, and no others
+/// are read.
 TEST(LockedBoxes, mayBeMany) {
   LockedBoxes locked;
   constexpr std::int32_t kCount = 40;

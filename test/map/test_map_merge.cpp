@@ -25,7 +25,7 @@ using test::voxelsOf;
 
 using Voxels = std::map<Cell, float>;
 
-/// The 24 turns that take axes to axes.
+/// The 24 rotations that map axes to axes.
 std::vector<Eigen::Matrix3d> makeWholeTurns() {
   std::vector<Eigen::Matrix3d> turns;
   for (int i = 0; i < 27 * 8; ++i) {
@@ -55,7 +55,7 @@ TEST(MoveMap, isExactForTurnsOfAxesAndShiftsByWholeVoxels) {
     const MapSnapshot before = map;
     const Cell shift{random.integer(-50, 50), random.integer(-50, 50), random.integer(-50, 50)};
     Eigen::Isometry3d T_target_map = Eigen::Isometry3d::Identity();
-    // As degrees in a program: not whole numbers by 1e-16.
+    // Rotations from degrees in a program: whole numbers up to 1e-16.
     T_target_map.linear() =
         turns[i] * Eigen::AngleAxisd(2e-10, Eigen::Vector3d::UnitX()).toRotationMatrix();
     T_target_map.translation() =
@@ -114,7 +114,7 @@ TEST(MoveMap, givesEachVoxelWhatItsCentreWasInElsewhere) {
           const Eigen::Vector3d from =
               T_map_target * (map.resolution_m * centerOf(cell)) / map.resolution_m;
           const Eigen::Vector3d in_voxel = from.array() - from.array().floor();
-          // On a border rounding decides.
+          // Near a border, rounding decides.
           if (in_voxel.minCoeff() < 1e-6 || in_voxel.maxCoeff() > 1.0 - 1e-6) continue;
           const auto was = before.find(cellOf(from));
           const auto is = after.find(cell);
@@ -129,7 +129,7 @@ TEST(MoveMap, givesEachVoxelWhatItsCentreWasInElsewhere) {
   }
 }
 
-/// Whether faces of cells that are not in the map lead from the origin to 30 voxels away.
+/// Whether a path of cells that are not in the map leads by faces from the origin to 30 voxels away.
 bool isOpen(const Voxels& voxels) {
   std::deque<Cell> next{{0, 0, 0}};
   std::set<Cell> seen{{0, 0, 0}};

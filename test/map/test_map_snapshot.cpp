@@ -36,12 +36,12 @@ TEST(MapSnapshot, bringsAMapBack) {
     ASSERT_EQ(test::voxelsOf(takeSnapshot(map, "").bricks), test::voxelsOf(snapshot.bricks))
         << test::seedNote(i);
     ASSERT_EQ(checkMap(map), std::vector<std::string>{}) << test::seedNote(i);
-    // It is fused as if it had been filled by clouds.
+    // It is fused as if clouds had filled it.
     const MapSnapshot restored = takeSnapshot(map, "odom");
     CuboidMap again(config);
     restoreSnapshot(restored, again);
     EXPECT_EQ(test::allCuboids(again), test::allCuboids(map));
-    // And goes on as the first one would have gone on.
+    // Later clouds change both maps alike.
     const ScanUpdate update = test::randomUpdate(random, {{-2, -2, -2}, {2, 2, 2}}, 9);
     map.apply(update);
     again.apply(update);
@@ -78,7 +78,7 @@ TEST(MapSnapshot, holdsTheBricksOnceAndAlongTheMortonCurve) {
   EXPECT_FALSE(findFault(snapshot)) << findFault(snapshot)->text;
 }
 
-/// What is wrong with a snapshot that holds this.
+/// Defect of a snapshot with these bricks.
 std::string faultOf(const std::vector<VoxelBrick>& bricks, const SnapshotLimits& limits = {}) {
   MapSnapshot snapshot;
   snapshot.bricks = bricks;

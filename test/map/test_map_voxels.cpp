@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The voxels of a map are current after every cloud, whatever waits to be fused.
+// The voxels of a map are current after every cloud, even if bricks wait for their division.
 #include "support/modelled_map.h"
 #include "support/random_shapes.h"
 

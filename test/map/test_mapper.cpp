@@ -14,7 +14,7 @@ MapperConfig configOf(int threads) {
   return config;
 }
 
-/// What map() gave may be read between two calls, whatever the number of threads.
+/// The map of map() may be read between two calls, with any number of threads.
 TEST(Mapper, changesTheMapThatItHasGivenOnlyInItsCalls) {
   test::Random random(5);
   Mapper mapper(configOf(2));

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Random streams of everything that changes a map, against one number for each voxel.
+// Random streams of all changes of a map, compared with one number for each voxel.
 #include "cuboid_mapping/io/native_format.h"
 #include "cuboid_mapping/map/map_snapshot.h"
 #include "cuboid_mapping/query/nearest_query.h"
@@ -22,7 +22,7 @@ namespace {
 
 using test::Random;
 
-/// What clouds and edits touch: parts of eight bricks.
+/// Area of clouds and edits: parts of eight bricks.
 constexpr CellBox kArea{{-5, -5, -3}, {5, 5, 4}};
 
 /// A map without bricks, cuboids, or packing.
@@ -41,7 +41,7 @@ struct ReferenceMap {
     }
   }
 
-  /// Those of unknown voxels, which are misses.
+  /// The update with grazes of unknown voxels as misses.
   [[nodiscard]] ScanUpdate withGrazes(ScanUpdate update) const {
     for (BrickUpdate& brick : update.bricks) {
       forEachCell(brick.brick, brick.grazes, [&](const Cell& cell) {
@@ -92,7 +92,7 @@ MapConfig randomConfig(Random& random, FusionKind fusion, Environment environmen
   return config;
 }
 
-/// A map and its reference, and copies that follow the map.
+/// A map, its reference, and copies that follow the map.
 class Stream {
  public:
   Stream(std::uint64_t number, FusionKind fusion, Environment environment)
@@ -172,7 +172,7 @@ class Stream {
     return update;
   }
 
-  /// The same cloud several times now and then, until its voxels are stable.
+  /// Applies a cloud, sometimes several times, until its voxels are stable.
   void applyCloud() {
     const ScanUpdate update = nextUpdate();
     for (int i = random_.chance(0.3) ? random_.integer(1, 8) : 1; i > 0; --i) {
@@ -194,7 +194,7 @@ class Stream {
     reference_.erase(box);
     if (random_.chance(0.3)) return editWithBricks(box, part);
     std::vector<UniformBox> boxes;
-    if (random_.chance(0.5)) {  // One behind the other.
+    if (random_.chance(0.5)) {  // Merges one after the other.
       const std::int32_t middle = random_.integer(part.min.x, part.max.x);
       boxes.push_back({{part.min, {middle, part.max.y, part.max.z}}, randomValue()});
       boxes.push_back({{{middle, part.min.y, part.min.z}, part.max}, randomValue()});
@@ -242,7 +242,7 @@ class Stream {
     EXPECT_EQ(nearest.empty(), reference_.voxels.empty());
   }
 
-  /// All cuboids of a part are those of the whole that lie there.
+  /// Cuboids of a part are those of the whole that lie there.
   void window() {
     const CellBox box = test::randomBox(random_, kArea, 6);
     std::vector<Cuboid> expected = test::allCuboids(map_);
@@ -258,7 +258,7 @@ class Stream {
     is_cleared_ = true;
   }
 
-  /// A file of the map, read into it again, with its locks.
+  /// Writes the map to a file, and reads it back, with its locks.
   void saveAndRestore() {
     const MapSnapshot snapshot = takeSnapshot(map_, "map");
     const auto fault = findFault(snapshot);
@@ -266,7 +266,7 @@ class Stream {
     const std::string bytes = toNativeFormat(snapshot);
     const MapSnapshot read = fromNativeFormat(bytes);
     EXPECT_EQ(toNativeFormat(read), bytes);
-    if (random_.chance(0.5)) map_.apply(nextUpdate());  // Is to leave no trace.
+    if (random_.chance(0.5)) map_.apply(nextUpdate());  // This must leave no trace.
     is_cleared_ = true;
     note(restoreSnapshot(read, map_));
   }
@@ -297,10 +297,10 @@ class Stream {
   CuboidMap map_;
   ReferenceMap reference_;
   ScanUpdater updater_;
-  bool is_cleared_ = false;  ///< In this step.
+  bool is_cleared_ = false;  ///< Set if this step has cleared the map.
   test::FollowingCopy copy_;
   MapFollower follower_;
-  ChangeSet changes_;  ///< Since the follower was told.
+  ChangeSet changes_;  ///< Changes since the follower's last update.
   std::uint64_t told_ = 0;
 };
 
@@ -309,7 +309,7 @@ class ReferenceOfCuboidMap : public testing::TestWithParam<ReferenceParam> {};
 
 TEST_P(ReferenceOfCuboidMap, isEqualVoxelByVoxelAfterEachStepOfAnyStream) {
   const auto& [fusion, environment] = GetParam();
-  constexpr std::size_t kStreams = 2500;  // For each of six configurations.
+  constexpr std::size_t kStreams = 2500;  // Number of streams for each of six configurations.
   constexpr std::size_t kSteps = 12;
   std::size_t num_steps = 0;
   std::size_t num_voxels = 0;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Edits of a map: everything inside a box is replaced.
+// Edits of a map that replace everything inside a box.
 #include "cuboid_mapping/map/cuboid_map.h"
 
 #include "support/following_copy.h"
@@ -20,7 +20,7 @@ namespace {
 
 using test::Random;
 
-/// Disjoint boxes inside a box, small ones and such of several bricks.
+/// Disjoint boxes inside a box, small ones and larger ones of several bricks.
 std::vector<UniformBox> randomBoxes(Random& random, const CellBox& box) {
   std::vector<UniformBox> boxes;
   const int num_tries = random.integer(0, 12);
@@ -54,7 +54,7 @@ testing::AssertionResult hasRightBookkeeping(const CuboidMap& map, const test::V
   return result;
 }
 
-/// Bricks that a change tells of, each once.
+/// Bricks of a change, each once.
 std::set<Cell> bricksOf(const ChangeSet& changes) {
   std::set<Cell> bricks;
   for (const ChangedBrick& changed : changes.bricks) bricks.insert(changed.brick);

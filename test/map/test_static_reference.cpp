@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// A static map against a model written from the paper's sentences: a dense grid of probabilities.
+// A static map compared with a model of the paper's text: a dense grid of probabilities.
 #include "cuboid_mapping/map/cuboid_search.h"
 
 #include "support/cuboid_set.h"
@@ -51,7 +51,7 @@ TEST_P(StaticReference, agreesInEveryVoxel) {
   shape.resolution_m = config.resolution_m;
   Scan scan = test::randomScan(random, shape);
   for (int cloud = 0; cloud < 60; ++cloud) {
-    if (cloud % 4 == 0) scan = test::randomScan(random, shape);  // Or the same again.
+    if (cloud % 4 == 0) scan = test::randomScan(random, shape);  // Otherwise the same scan again.
     const ScanUpdate& update = updater.compute(scan);
     for (const auto& [cell, is_hit] : test::toObservedCells(update)) grid.observe(cell, is_hit);
     map.apply(update);
@@ -63,7 +63,7 @@ TEST_P(StaticReference, agreesInEveryVoxel) {
       ++num_voxels;
       const auto found = grid.cells().find(cell);
       ASSERT_NE(found, grid.cells().end()) << cell;
-      // The map clamps to the thresholds, beyond which the paper's grid goes once.
+      // The map clamps to the thresholds; the paper's grid passes them once.
       const double p = std::clamp(found->second, PaperGrid::kAlphaMin, PaperGrid::kAlphaMax);
       const float log_odds = map.voxels().logOddsAt(cell).value();
       ASSERT_NEAR(toProbability(log_odds), p, 1e-4) << cell;

@@ -58,7 +58,7 @@ double angleBetween(const Eigen::Vector3d& a, const Eigen::Vector3d& b) {
   return std::atan2(a.cross(b).norm(), a.dot(b));
 }
 
-/// Greatest angle between estimated and true beams; checks that they are those without return.
+/// Greatest angle between estimated and true beams; checks that they are the beams without return.
 double maxError(const Cloud& cloud, const BeamFunction& beam, const NoReturnBeams& estimated) {
   double max_error_rad = 0.0;
   for (const NoReturnBeams::Beam& found : estimated.beams) {
@@ -82,13 +82,13 @@ Eigen::Vector3d fromAngles(double azimuth_rad, double elevation_rad) {
           std::cos(elevation_rad) * std::sin(azimuth_rad), std::sin(elevation_rad)};
 }
 
-/// 32 lasers that are not equally spaced, denser in the middle as with real ones.
+/// Elevation of one of 32 lasers with unequal spacing, denser in the middle as in real lidars.
 double elevationOf(int row) {
   const double x = (row - 15.5) / 15.5;
   return -(10.0 * x + 10.0 * x * x * x) * kDegree_rad;
 }
 
-/// One turn in 512 columns.
+/// A lidar with 512 columns in one turn.
 BeamFunction makeLidar(double start_rad, int turns) {
   return [=](int row, int column) {
     return fromAngles(start_rad + turns * 2.0 * M_PI * column / 512.0, elevationOf(row));
@@ -100,7 +100,7 @@ TEST(NoReturnBeams, ALidarIsFoundWhateverItsStartAndTurn) {
   for (const double start_rad : {0.0, 1.0, 3.1, -2.5}) {
     for (const int turns : {1, -1}) {
       const BeamFunction beam = makeLidar(start_rad, turns);
-      // Every third beam, and all of a third of the turn.
+      // Removes every third beam, and all beams of a third of the turn.
       const Cloud cloud = makeCloud(512, 32, random, beam, [&](int, int column) {
         return random.chance(0.67) && (column < 200 || column > 370);
       });
@@ -160,7 +160,7 @@ TEST(NoReturnBeams, RowsWithoutReturnComeFromTheirNeighbours) {
   EXPECT_EQ(found.beams.size(), countNoReturns(cloud));
   EXPECT_LT(maxError(cloud, even, found), 1e-4);
 
-  // Not equally spaced: within the step to the next row, 2 degrees at the edge.
+  // Unequal spacing: within the step to the next row, 2 degrees at the edge.
   const BeamFunction uneven = makeLidar(0.0, 1);
   const Cloud upper_missing =
       makeCloud(512, 32, random, uneven, [](int row, int) { return row >= 1 && row != 16; });
@@ -181,7 +181,7 @@ TEST(NoReturnBeams, RowsTooFarFromKnownOnesAreSkipped) {
 
 TEST(NoReturnBeams, ARowWithoutReturnIsSkippedWhereRowsAreNotInOrder) {
   Random random(4);
-  // The lasers of some lidars fire up and down in turn.
+  // The lasers of some lidars fire alternately up and down.
   const BeamFunction beam = [](int row, int column) {
     return fromAngles(2.0 * M_PI * column / 512.0,
                       (row % 2 == 0 ? -15.0 + row : row) * kDegree_rad);
@@ -194,7 +194,7 @@ TEST(NoReturnBeams, ARowWithoutReturnIsSkippedWhereRowsAreNotInOrder) {
   EXPECT_LT(maxError(cloud, beam, found), 1e-4);
 }
 
-/// 64 x 48 pixels of 1.4 degrees in the middle.
+/// A camera of 64 x 48 pixels of 1.4 degrees in the middle.
 BeamFunction makeCamera(bool is_body_frame) {
   return [=](int row, int column) -> Eigen::Vector3d {
     const double right = (column - 31.0) / 40.0;
@@ -219,7 +219,7 @@ TEST(NoReturnBeams, ADepthImageIsFoundInOpticalAndBodyFrames) {
   }
 }
 
-/// Moves every point by up to `noise_rad` as seen from the sensor.
+/// Moves every point by up to `noise_rad` seen from the sensor.
 void addNoise(Cloud& cloud, double noise_rad, Random& random) {
   for (Eigen::Vector3f& point : cloud.points) {
     const Eigen::Vector3d noise(random.real(-1, 1), random.real(-1, 1), random.real(-1, 1));
@@ -265,7 +265,7 @@ TEST(NoReturnBeams, NoiseOfTheAzimuthCountsLessHighUp) {
   const BeamFunction beam = [](int row, int column) {
     return fromAngles(2.0 * M_PI * column / 512.0, (65.0 + row) * kDegree_rad);
   };
-  // 1.7 degrees RMS about the axis are 0.6 degrees as seen from the sensor.
+  // 1.7 degrees RMS about the axis are 0.6 degrees seen from the sensor.
   const BeamFunction noisy_beam = [&](int row, int column) {
     const double noise_rad = random.real(-3.0, 3.0) * kDegree_rad;
     return fromAngles(2.0 * M_PI * column / 512.0 + noise_rad, (65.0 + row) * kDegree_rad);

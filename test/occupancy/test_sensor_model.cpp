@@ -18,7 +18,7 @@ namespace {
 
 constexpr float kInfinity = std::numeric_limits<float>::infinity();
 
-/// Thresholds so far apart that the sums of a test do not reach them.
+/// A model with thresholds beyond the sums of a test.
 SensorModelConfig wideConfig() {
   SensorModelConfig config;
   config.alpha_min = 0.0006;

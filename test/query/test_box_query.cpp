@@ -16,7 +16,7 @@ namespace {
 using test::ModelledMap;
 using test::Random;
 
-/// A map at 1 m: voxels x = 0, 1 free, x = 2 occupied, of y = z = 0.
+/// A map at 1 m with y = z = 0: voxels x = 0 and 1 are free, x = 2 is occupied.
 CuboidMap threeVoxels() {
   MapConfig config;
   config.resolution_m = 1.0;
@@ -101,7 +101,7 @@ TEST(BoxQuery, givesCuboidsWholeOrClipped) {
             (std::vector<Cuboid>{{CellBox::ofCell({1, 0, 0}), Occupancy::kFree}}));
 }
 
-/// What a look at every voxel of a box gives.
+/// Counts from reading every voxel of a box.
 struct VoxelCounts {
   double num_free = 0.0;
   double num_occupied = 0.0;
@@ -117,7 +117,7 @@ VoxelCounts countVoxels(const test::VoxelMap& voxels, const CellBox& box) {
   return counts;
 }
 
-/// The cuboids that a query ought to return, sorted.
+/// The expected cuboids of a query, sorted.
 std::vector<Cuboid> expectedCuboids(const std::vector<Cuboid>& all, const CellBox& box,
                                     CuboidOutput output, CuboidFilter filter) {
   if (output == CuboidOutput::kNone) return {};
@@ -134,7 +134,7 @@ void checkBox(const ModelledMap& model, const std::vector<Cuboid>& all, const Ce
                                        CuboidOutput::kClipped};
   const CuboidOutput output = kOutputs[random.index(3)];
   const CuboidFilter filter = test::kFilters[random.index(3)];
-  // A box in metres that overlaps these voxels, but not to their faces.
+  // A box in metres that overlaps these voxels, but ends before their faces.
   MetricBox metric = model.map.grid().toMetricBox(box);
   for (int axis = 0; axis < 3; ++axis) {
     metric.min_m[axis] += random.real(0.0, 0.049);

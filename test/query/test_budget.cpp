@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Queries with a budget: they end soon, and say so; with enough of it they answer as without.
+// Queries with a budget: they end soon, and report it; with a large budget they answer as without one.
 #include "cuboid_mapping/query/budget.h"
 
 #include "cuboid_mapping/io/text.h"
@@ -102,7 +102,7 @@ TEST(Budget, letsOthersHaveTheirTurnNowAndThenAndOnlyWhereAsked) {
   EXPECT_GE(std::chrono::steady_clock::now() - begin, std::chrono::microseconds(200));
 }
 
-/// A search looks at hundreds of bricks between two places where others can have their turn.
+/// A search reads hundreds of bricks between two places where others get their turn.
 TEST(Budget, remembersATurnThatIsDueUntilOthersCanHaveIt) {
   int num_turns = 0;
   Budget budget({}, {[&] { ++num_turns; }, 1e-4, nullptr});
@@ -123,7 +123,7 @@ TEST(Budget, endsWhenToldTo) {
   EXPECT_EQ(budget.whyEnded(), BudgetEnd::kStopped);
 }
 
-/// A room of 40 m with a wall and a door, at 1 m, and a far voxel: bounds that reach 1000 km.
+/// A map of a room of 40 m with a wall and a door, at 1 m, and a far voxel: its bounds reach 1000 km.
 CuboidMap makeMap() {
   MapConfig config;
   config.resolution_m = 1.0;
@@ -139,7 +139,7 @@ CuboidMap makeMap() {
 const CellBox kRoom{{0, 0, 0}, {40, 40, 40}};
 constexpr double kFar_m = 5e5;
 
-/// A question whose answer is told by a text, so that answers can be compared.
+/// A question with its answer as a text, so that answers can be compared.
 struct Question {
   std::string name;
   std::function<std::string(const CuboidMap&, Budget&)> ask;
@@ -153,7 +153,7 @@ CorridorTask throughTheDoor() {
   return task;
 }
 
-/// Of what is in the map.
+/// Questions about the content of the map.
 std::vector<Question> modestQuestions() {
   return {
       {"box",
@@ -186,7 +186,7 @@ std::vector<Question> modestQuestions() {
        }}};
 }
 
-/// Of what is near, or to be found by a search.
+/// Questions about near objects, or answered by a search.
 std::vector<Question> modestSearches() {
   return {{"nearest",
            [](const CuboidMap& map, Budget& budget) {

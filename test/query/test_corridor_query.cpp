@@ -67,11 +67,11 @@ TEST(PullTight, goesStraightWherePortalsAllowIt) {
   const auto path = pullTight(portals, {0, 1, 1}, {12, 1, 1}, budget);
   ASSERT_EQ(path.size(), 4U);
   for (const Eigen::Vector3d& point : path) EXPECT_NEAR(point.y(), 1.0, 1e-3);
-  portals.ranges_map[1].min_m.y() = 3.0;  // Round a corner.
+  portals.ranges_map[1].min_m.y() = 3.0;  // Around a corner.
   EXPECT_NEAR(pullTight(portals, {0, 1, 1}, {12, 1, 1}, budget)[2].y(), 3.0, 1e-3);
 }
 
-/// A room 20 x 8 x 4 with a wall at x = 10 that has a door, y from 2 on, all of the height.
+/// A room of 20 x 8 x 4 with a wall at x = 10 that has a door of full height, from y = 2 on.
 CuboidMap roomWithDoor(std::int32_t door_width) {
   CuboidMap map(oneMetre());
   map.replace(kAllCells, {{{{0, 0, 0}, {10, 8, 4}}, -1.0F},
@@ -159,8 +159,8 @@ TEST(CorridorQuery, goesAroundAMapThroughUnknownSpace) {
   EXPECT_EQ(findCorridor(map, task).end, CorridorEnd::kNoWay);
 }
 
-/// From (0, 4) to (60, 4) there are two ways, 4 m wide: six lanes of 42 m, up and down near the goal; and
-/// a detour that first leads away from it, which is shorter.
+/// Two paths from (0, 4) to (60, 4), both 4 m wide: six lanes of 42 m, up and down near the goal; and
+/// a detour, which first leads away from it and is shorter.
 CuboidMap twoWays() {
   CuboidMap map(oneMetre());
   const auto open = [&map](const CellBox& box) { map.replace(box, {{{box, -1.0F}}}); };
@@ -227,7 +227,7 @@ test::ModelledMap randomMaze(Random& random) {
   return maze;
 }
 
-/// Whether there is a way of places, each beside the one before.
+/// Whether a path of places exists, each beside the previous one.
 bool isConnected(DenseObstacles& obstacles, const Cell& size, const CellBox& start,
                  const CellBox& goal, const CellBox& region) {
   std::set<Cell> seen;

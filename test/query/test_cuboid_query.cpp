@@ -55,7 +55,7 @@ TEST(CuboidQuery, selectsByRegionClassAndEdge) {
 /// Name of a portal: least corners of its cuboids, and its face.
 using PortalName = std::tuple<Cell, Cell, Cell, Cell>;
 
-/// Portals by a look at each pair of neighbouring voxels.
+/// Portals found by checking each pair of neighbouring voxels.
 std::vector<PortalName> findPortals(const std::vector<Cuboid>& cuboids, const Cell& passage) {
   std::map<Cell, Cell> owner;
   for (const Cuboid& cuboid : cuboids) {
@@ -118,7 +118,7 @@ TEST(FreeGraph, hasTheSharedFacesThatABoxPasses) {
 
 TEST(FreeGraph, saysWhenThereAreMoreCuboidsThanWanted) {
   CuboidMap map;
-  const CellBox region{{6, 0, 0}, {18, 2, 2}};  // Of three bricks: three cuboids.
+  const CellBox region{{6, 0, 0}, {18, 2, 2}};  // In three bricks: three cuboids.
   map.replace(kAllCells, {UniformBox{region, -1.0F}});
   const FreeGraph all = buildFreeGraph(map, region, {1, 2, 2}, 3);
   EXPECT_FALSE(all.is_truncated);

@@ -26,7 +26,7 @@ std::vector<Cell> findObstacles(const CuboidMap& map, const CellBox& box, Unknow
   return obstacles;
 }
 
-/// By a look at every obstacle.
+/// Distance found by checking every obstacle.
 double leastDistance(const std::vector<Cell>& obstacles, const Cell& cell) {
   double least = kInfinity;
   for (const Cell& obstacle : obstacles) {
@@ -35,7 +35,7 @@ double leastDistance(const std::vector<Cell>& obstacles, const Cell& cell) {
   return std::sqrt(least);
 }
 
-/// @return Voxels within the bound.
+/// @return Number of voxels within the bound.
 std::size_t expectExact(const CuboidMap& map, const DistanceField& field, double bound_m,
                         UnknownPolicy policy) {
   const auto reach = static_cast<std::int32_t>(std::ceil(bound_m / map.grid().resolution()));

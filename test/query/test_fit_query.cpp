@@ -105,7 +105,7 @@ TEST(FitQuery, doesNotSearchBeyondWhatIsKnownWhereTheUnknownIsAnObstacle) {
   EXPECT_FALSE(of_nothing.isSpent());
   map.replace(kAllCells, {UniformBox{{{0, 0, 0}, {16, 16, 16}}, -1.0F}});
   QueryLimits limits;
-  limits.max_bricks = 1000000;  // A search of 100 m takes some 1e9.
+  limits.max_bricks = 1000000;  // A search of 100 m takes about 1e9.
   Budget of_few(limits);
   EXPECT_FALSE(findNearestFit(map, {0, 0, 0}, {1, 1, 1}, UnknownPolicy::kStop, 100.0, of_few));
   EXPECT_FALSE(of_few.isSpent());
@@ -128,7 +128,7 @@ TEST(FitQuery, isNothingWhereNoneIsNearOrTheQuestionIsBad) {
   EXPECT_FALSE(find({5, 5, 5}, {1, 1, 1}, 1e12));
 }
 
-/// Coordinates that the nearest centre can have: the point's own, or such that a face of the box
+/// Possible coordinates of the nearest centre: the point's own, or such that a face of the box
 /// lies on one of the voxel faces near it.
 std::vector<double> candidates(double coordinate, double half, double reach) {
   std::vector<double> values{coordinate};
@@ -141,7 +141,7 @@ std::vector<double> candidates(double coordinate, double half, double reach) {
   return values;
 }
 
-/// Squared distance of the nearest place, or of `reach` when there is none.
+/// Squared distance of the nearest place, or of `reach` if there is none.
 double findBySearch(DenseObstacles& obstacles, const Grid& grid, const Eigen::Vector3d& point,
                     const Eigen::Vector3d& size, double reach) {
   double best = reach * reach;

@@ -20,7 +20,7 @@ using test::Random;
 
 constexpr CellBox kFrontierArea{{-16, -16, -8}, {16, 16, 8}};
 
-/// By a look at each voxel and its neighbours.
+/// Frontier voxels found by checking each voxel and its neighbours.
 std::set<Cell> findVoxels(const CuboidMap& map, const CellBox& region) {
   std::set<Cell> found;
   test::visitCells(intersect(region, kFrontierArea), [&](const Cell& cell) {
@@ -40,7 +40,7 @@ bool touch(const Cell& a, const Cell& b) {
   return std::abs(a.x - b.x) <= 1 && std::abs(a.y - b.y) <= 1 && std::abs(a.z - b.z) <= 1;
 }
 
-/// Clusters by painting each voxel with the colours of those before it.
+/// Clusters found by painting each voxel with the colours of earlier neighbours.
 std::set<std::set<Cell>> findClusters(const std::set<Cell>& voxels) {
   std::set<std::set<Cell>> clusters;
   for (const Cell& cell : voxels) {
@@ -86,7 +86,7 @@ TEST(FrontierQuery, findsTheVoxelsBesideUnknownSpaceInClusters) {
   EXPECT_GT(num_frontiers, 200U);
 }
 
-/// By a ray to the centre of each voxel in the range.
+/// Volume found by a ray to the centre of each voxel in the range.
 double seeUnknown(const CuboidMap& map, const Eigen::Vector3d& from, double range_m) {
   double volume_m3 = 0.0;
   test::visitCells({{-27, -27, -19}, {27, 27, 19}}, [&](const Cell& cell) {

@@ -8,7 +8,7 @@
 namespace cuboid_mapping {
 namespace {
 
-/// With voxels of 1 m.
+/// A map with voxels of 1 m.
 CuboidMap makeHeightMap(const std::vector<UniformBox>& boxes) {
   MapConfig config;
   config.resolution_m = 1.0;

@@ -19,7 +19,7 @@ namespace {
 using test::ModelledMap;
 using test::Random;
 
-/// A map at 0.5 m: voxel x = 0 free, x = 4 and x = 7 occupied, of y = z = 0.
+/// A map at 0.5 m with y = z = 0: voxel x = 0 is free, x = 4 and x = 7 are occupied.
 CuboidMap threeInARow() {
   MapConfig config;
   config.resolution_m = 0.5;

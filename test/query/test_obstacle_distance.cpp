@@ -44,7 +44,7 @@ TEST(ObstacleDistance, IsThatOfADistanceField) {
       const bool has_gradient = std::isfinite(distance_m) && distance_m > 0.0;
       EXPECT_NEAR(found->gradient_map.norm(), has_gradient ? 1.0 : 0.0, 1e-9);
       if (!has_gradient) continue;
-      // It leads to an obstacle, which is one of the nearest.
+      // The gradient leads to one of the nearest obstacles.
       const auto obstacle = grid.toCell(point - found->distance_m * found->gradient_map);
       ASSERT_TRUE(obstacle);
       const Eigen::Vector3d center = grid.centerOf(CellBox::ofCell(*obstacle));

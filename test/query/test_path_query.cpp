@@ -24,7 +24,7 @@ MapConfig configOf(double resolution_m) {
   return config;
 }
 
-/// Free from x = 0 to 10, y and z from 0 to 2, at 1 m; then an obstacle one voxel thick.
+/// A tunnel, free from x = 0 to 10, y and z from 0 to 2, at 1 m; then an obstacle one voxel thick.
 CuboidMap tunnel() {
   CuboidMap map(configOf(1.0));
   map.replace(kAllCells, {{{{0, 0, 0}, {10, 2, 2}}, -1.0F}, {{{10, 0, 0}, {11, 2, 2}}, 1.0F}});
@@ -57,7 +57,7 @@ TEST(PathQuery, doesNotCountFacesThatTouch) {
 TEST(PathQuery, doesNotCountFacesThatTouchButForRounding) {
   const Eigen::Vector3d cube = Eigen::Vector3d::Constant(0.3);
   for (std::int32_t z = 0; z < 100; ++z) {
-    // The top of the box, (z + 1.5) * 0.1 + 0.15, is sometimes a little above that of the voxels.
+    // The top of the box, (z + 1.5) * 0.1 + 0.15, is sometimes slightly above the top of the voxels.
     CuboidMap map(configOf(0.1));
     map.replace(kAllCells, {{{{0, 0, z}, {20, 3, z + 3}}, -1.0F}});
     const double z_m = (z + 1.5) * 0.1;
@@ -104,7 +104,7 @@ Path randomPath(Random& random) {
   const int num_waypoints = random.integer(1, 4);
   for (int i = 0; i < num_waypoints; ++i) {
     Eigen::Vector3d point = test::randomPoint(random, 17.0);
-    if (i > 0 && random.chance(0.4)) {  // Along an axis.
+    if (i > 0 && random.chance(0.4)) {  // The step is along an axis.
       const int axis = random.integer(0, 2);
       const double coordinate = point[axis];
       point = path.back();
@@ -116,7 +116,7 @@ Path randomPath(Random& random) {
   return path;
 }
 
-/// The voxels that a box at a point overlaps; smaller or bigger on all sides by a margin.
+/// Voxels that a box at a point overlaps, enlarged or shrunk on all sides by a margin.
 CellBox voxelsAt(const Grid& grid, const Eigen::Vector3d& center, const Eigen::Vector3d& size_m,
                  double margin) {
   return *grid.toCellBox(
@@ -152,7 +152,7 @@ TEST(PathQuery, agreesWithALookAtEveryVoxel) {
       ASSERT_EQ(result.isFree(), !result.contact);
       const double free_m = result.contact ? result.contact->distance_m : result.length_m;
       const Grid& grid = model.map.grid();
-      // Where it is blocked from the start, nothing of it is free.
+      // If it is blocked at the start, no part of it is free.
       const int num_samples = result.contact && free_m == 0.0 ? -1 : 40;
       for (int sample = 0; sample <= num_samples; ++sample) {
         const Eigen::Vector3d point = pointAt(path, free_m * sample / 40.0);

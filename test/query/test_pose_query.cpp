@@ -16,7 +16,7 @@ namespace {
 
 using test::Random;
 
-/// All lengths of the tests are in voxels: the grid has voxels of 0.25 m, so that nothing is rounded.
+/// Edge of a voxel. Lengths of the tests are in voxels of 0.25 m, so that nothing is rounded.
 constexpr double kEdge_m = 0.25;
 constexpr CellBox kPoseArea{{-24, -24, -16}, {24, 24, 16}};
 
@@ -26,7 +26,7 @@ MapConfig poseConfig() {
   return config;
 }
 
-/// n * x <= distance.
+/// The half-space n * x <= distance.
 struct HalfSpace {
   Eigen::Vector3d normal;
   double distance;
@@ -43,7 +43,7 @@ void append(std::vector<HalfSpace>& all, const Eigen::Vector3d& center, const Ei
   }
 }
 
-/// Radius of the largest ball inside all half-spaces; negative: there is none. It touches four of them.
+/// Radius of the largest ball inside all half-spaces; negative: none. It touches four of them.
 double radiusInside(const std::vector<HalfSpace>& all) {
   double best = -std::numeric_limits<double>::infinity();
   const std::size_t n = all.size();
@@ -71,7 +71,7 @@ double radiusInside(const std::vector<HalfSpace>& all) {
   return best;
 }
 
-/// How deep a part lies in a voxel; <= 0: not at all.
+/// Depth of a part in a voxel; <= 0: outside.
 ///@{
 double depthOf(const BodySphere& sphere, const Eigen::Isometry3d& pose, const Cell& voxel) {
   const Eigen::Vector3d center = pose * sphere.center_body / kEdge_m;
@@ -99,7 +99,7 @@ double depthOfPart(const Body& body, std::size_t part, const Eigen::Isometry3d& 
              : depthOf(body.boxes.at(part - body.spheres.size()), pose, voxel);
 }
 
-/// The voxels around a part, some more than it can meet.
+/// Voxels around a part, slightly more than it can meet.
 CellBox cellsAround(const Body& body, std::size_t part, const Eigen::Isometry3d& pose) {
   Eigen::Vector3d center_body;
   double reach_m = 0.0;
@@ -116,7 +116,7 @@ CellBox cellsAround(const Body& body, std::size_t part, const Eigen::Isometry3d&
       boxAround(center_map, Eigen::Vector3d::Constant(2.0 * (reach_m + kEdge_m))));
 }
 
-/// How deep a part lies in an obstacle, voxel by voxel: the greatest depth, or one that is clear.
+/// Greatest depth of a part in an obstacle, voxel by voxel, or one that is clearly positive.
 double depthInObstacles(const CuboidMap& map, UnknownPolicy policy, const Body& body,
                         std::size_t part, const Eigen::Isometry3d& pose) {
   double depth = -1.0;
@@ -134,7 +134,7 @@ double depthInObstacles(const CuboidMap& map, UnknownPolicy policy, const Body& 
 Eigen::Isometry3d randomPose(Random& random, double half_edge_m) {
   Eigen::Isometry3d pose = Eigen::Isometry3d::Identity();
   pose.translation() = test::randomPoint(random, half_edge_m);
-  // Turns about one axis of the map, or by multiples of 90 degrees, have parallel edges.
+  // Rotations about one axis of the map, or by multiples of 90 degrees, have parallel edges.
   const int kind = random.integer(0, 3);
   if (kind == 0) return pose;
   const Eigen::Vector3d axis =
@@ -177,7 +177,7 @@ TEST(PoseQuery, FindsEveryVoxelThatABodyMeets) {
       for (std::size_t part = 0; part < num_parts; ++part) {
         depth = std::max(depth, depthInObstacles(map, policy, body, part, poses[i]));
       }
-      if (std::abs(depth) < 1e-5) continue;  // It touches.
+      if (std::abs(depth) < 1e-5) continue;  // It only touches.
       EXPECT_EQ(results[i].isFree(), depth < 0.0)
           << "round " << round << ", pose " << i << ", depth " << depth;
       depth < 0.0 ? ++num_free : ++num_blocked;
@@ -198,7 +198,7 @@ TEST(PoseQuery, AgreesWithABoxThatDoesNotTurn) {
   Random random(3941);
   for (int round = 0; round < 200; ++round) {
     const CuboidMap map = test::mapOfUpdates(random, 6, poseConfig());
-    // Faces lie on faces of voxels, within the rounding.
+    // Faces lie on faces of voxels, up to rounding.
     const CellBox cells = test::randomBoxInside(random, kPoseArea);
     MetricBox box = map.grid().toMetricBox(cells);
     box.min_m.array() += 1e-8;
@@ -206,7 +206,7 @@ TEST(PoseQuery, AgreesWithABoxThatDoesNotTurn) {
     body.boxes.emplace_back();
     body.boxes[0].size_m = box.max_m - box.min_m;
     Eigen::Isometry3d pose(Eigen::Translation3d(0.5 * (box.min_m + box.max_m)));
-    // The same box, on its side.
+    // Half of the boxes lie on their side.
     if (random.chance(0.5)) {
       pose.rotate(Eigen::AngleAxisd(M_PI / 2, Eigen::Vector3d::UnitZ()));
       std::swap(body.boxes[0].size_m.x(), body.boxes[0].size_m.y());
@@ -309,7 +309,7 @@ TEST(PoseQuery, LooksAtMoreBricksThanItKeeps) {
   std::vector<Eigen::Isometry3d> poses;
   Eigen::Vector3d place = Eigen::Vector3d::Zero();
   for (int i = 0; i < 4000; ++i) {
-    place += test::randomPoint(random, 3.0) - 0.01 * place;  // Not far away.
+    place += test::randomPoint(random, 3.0) - 0.01 * place;  // Stays near.
     poses.push_back(Eigen::Isometry3d(Eigen::Translation3d(place)));
   }
   Body body;

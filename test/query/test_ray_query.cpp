@@ -16,7 +16,7 @@ namespace {
 using test::ModelledMap;
 using test::Random;
 
-/// A map at 0.5 m: voxels x = 0 to 3 free, x = 4 occupied, of y = z = 0; x = 6 occupied, too.
+/// A map at 0.5 m with y = z = 0: voxels x = 0 to 3 are free, x = 4 and 6 are occupied.
 CuboidMap corridor() {
   MapConfig config;
   config.resolution_m = 0.5;
@@ -30,7 +30,7 @@ CuboidMap corridor() {
   return map;
 }
 
-/// Casts a ray along the corridor. `sign` is that of the direction.
+/// Casts a ray along the corridor. `sign` is the sign of the direction.
 RayQueryResult cast(double from_x_m, double sign, double max_range_m, UnknownPolicy policy) {
   const auto result =
       castRay(corridor(), {from_x_m, 0.25, 0.25}, {3.0 * sign, 0.0, 0.0}, max_range_m, policy);
@@ -104,7 +104,7 @@ TEST(RayQuery, addsUpTheUnknownSpaceThatItPasses) {
 }
 
 TEST(RayQuery, doesNotHitWhatItOnlyTouches) {
-  // Along the far face of the corridor, and through an edge of the occupied voxel.
+  // Rays along the far face of the corridor, and through an edge of the occupied voxel.
   const auto along =
       castRay(corridor(), {0.25, 0.5, 0.25}, {1.0, 0.0, 0.0}, 10.0, UnknownPolicy::kPass);
   ASSERT_TRUE(along.has_value());
@@ -193,7 +193,7 @@ struct Passed {
   float log_odds;
 };
 
-/// Whether a voxel is near the ray at all, to save time.
+/// Whether a voxel is near the ray, to save time.
 bool isNear(const RaySearch& ray, const Cell& cell) {
   for (int axis = 0; axis < 3; ++axis) {
     const double end = ray.origin[axis] + ray.t_end * ray.direction[axis];
@@ -203,7 +203,7 @@ bool isNear(const RaySearch& ray, const Cell& cell) {
   return true;
 }
 
-/// The known voxels that a ray passes for more than a touch, in their order.
+/// Known voxels that a ray passes for more than a touch, in order.
 std::vector<Passed> passedVoxels(const test::VoxelMap& voxels, const RaySearch& ray) {
   std::vector<Passed> passed;
   for (const auto& [cell, log_odds] : voxels.voxels()) {
@@ -216,7 +216,7 @@ std::vector<Passed> passedVoxels(const test::VoxelMap& voxels, const RaySearch& 
   return passed;
 }
 
-/// What castRay ought to answer, in units of voxels.
+/// Expected answer of castRay, in units of voxels.
 struct Expected {
   RayEnd end;
   double distance;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What planners ask of maps of real scans, against a look at every voxel.
+// Questions of planners about maps of real scans, checked voxel by voxel.
 #include "cuboid_mapping/query/corridor_query.h"
 #include "cuboid_mapping/query/fit_query.h"
 #include "cuboid_mapping/query/path_query.h"
@@ -17,7 +17,7 @@ using test::makeObstacles;
 using test::Random;
 using test::readScene;
 
-/// Places of a box, with a number for those that are connected from voxel to voxel.
+/// Places of a box, numbered by connected sets.
 class ConnectedPlaces {
  public:
   ConnectedPlaces(DenseObstacles& obstacles, const CellBox& area, const Cell& size)

@@ -12,7 +12,7 @@
 namespace cuboid_mapping {
 namespace {
 
-/// Branches whose children are numbered, so that they can be told apart.
+/// Branches with numbered children, so that they can be distinguished.
 BranchList toBranches(const std::vector<CellBox>& boxes) {
   BranchList branches;
   for (const CellBox& box : boxes) {
@@ -63,7 +63,7 @@ TEST(QuadraticSplit, startsWithThePairThatWastesMost) {
 }
 
 TEST(QuadraticSplit, givesTheRestToTheGroupThatNeedsIt) {
-  // One far box: the nearest of the others must come to it to make d of them.
+  // One far box: the nearest of the others must join it to make d of them.
   const Groups groups = split({cube(0), cube(2), cube(4), cube(6), cube(1000)}, 2);
   EXPECT_EQ(groups.first.size(), 3U);
   EXPECT_EQ(groups.second.size(), 2U);
@@ -97,7 +97,7 @@ double waste(const CellBox& a, const CellBox& b) {
   return unite(a, b).numVoxels() - a.numVoxels() - b.numVoxels();
 }
 
-/// Guttman's algorithm in its own words; nothing where it leaves a choice open.
+/// Guttman's algorithm in its own words; nothing if it leaves a choice open.
 class Guttman {
  public:
   static std::optional<Groups> split(const std::vector<CellBox>& boxes, int min_branches) {

@@ -17,7 +17,7 @@ namespace {
 
 const std::vector<std::string> kNoViolations;
 
-/// A rectangle of the x-y plane, one voxel high, as the paper draws them.
+/// A rectangle in the x-y plane, one voxel high, as in the paper's figures.
 Cuboid rectangle(int min_x, int min_y, int max_x, int max_y) {
   return {{{min_x, min_y, 0}, {max_x, max_y, 1}}, Occupancy::kFree};
 }
@@ -122,7 +122,7 @@ TEST(RTreeGrowth, staysAsLowAsItsOrderDemands) {
   const RTreeConfig order{8, 3};
   RTree tree(order);
   for (const Cuboid& cuboid : diagonal(2000)) tree.insert(cuboid);
-  // Every node but the root has d branches or more.
+  // Every node except the root has d branches or more.
   EXPECT_LE(tree.height(), 1 + static_cast<int>(std::log(2000.0 / 2.0) / std::log(3.0)));
   EXPECT_GE(tree.height(), static_cast<int>(std::ceil(std::log(2000.0) / std::log(8.0))));
   EXPECT_EQ(checkTree(tree), kNoViolations);
@@ -141,7 +141,7 @@ TEST(RTreeInsert, goesToTheLeafThatExpandsLeast) {
 }
 
 TEST(RTreeInsert, goesToTheSmallerOfTwoLeavesThatNeedNotExpand) {
-  // A large cuboid, a far one, and small ones in the large one. See the comments for the leaves.
+  // A large cuboid, a far one, and small ones in the large one. The comments show the leaves.
   const Cuboid large = rectangle(0, 0, 100, 100);
   RTree tree(RTreeConfig{3, 1});
   for (const Cuboid& cuboid : {large, rectangle(500, 500, 510, 510), rectangle(50, 50, 51, 51),

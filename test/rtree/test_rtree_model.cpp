@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Random operation streams: a tree is at every moment an R-tree of its order, and holds what was
-// put into it.
+// Random streams of operations: a tree always is an R-tree of its order, with the
+// inserted cuboids.
 #include "support/modelled_tree.h"
 #include "support/tree_invariants.h"
 #include "support/tree_queries.h"
@@ -63,7 +63,7 @@ void checkQueries(Random& random, const ModelledTree& model) {
   test::checkStop(tree, 1 + random.index(5));
 }
 
-/// Changes a tree at random and checks it after every so many changes.
+/// Changes a tree at random and checks it after each given number of changes.
 void runStream(Random& random, ModelledTree& model, std::size_t num_operations,
                std::size_t check_period) {
   std::size_t num_checks = 0;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What a tree says of its memory is what it has from the allocator. A program of its own, because
-// it counts what passes through operator new.
+// Compares a tree's own size with its memory from the allocator. This is a program of its own because
+// it counts calls of operator new.
 #include "support/counted_memory.h"
 #include "support/modelled_tree.h"
 
@@ -13,7 +13,7 @@ namespace {
 
 using test::allocated_bytes;
 
-/// A tree on the heap, so that nothing but the tree is counted.
+/// A tree on the heap, so that only the tree is counted.
 class TreeMemory : public testing::Test {
  protected:
   TreeMemory() : before_(allocated_bytes), tree_(std::make_unique<RTree>()) {}

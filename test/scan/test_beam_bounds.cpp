@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Every walk ends, whatever the points, and no beam marks more voxels than its bound.
+// Every walk ends, for all points, and no beam marks more voxels than its bound.
 #include "cuboid_mapping/scan/ray_walk.h"
 #include "cuboid_mapping/scan/scan_update.h"
 
@@ -20,7 +20,7 @@ namespace {
 
 constexpr double kAnyRange = std::numeric_limits<double>::infinity();
 
-/// Steps of a walk between two cells: the least number, and two to spare on each axis, one because
+/// Bound of the steps of a walk between two cells: the least number, and two more on each axis, one because
 /// points lie anywhere in their cells, one for rounding.
 std::int64_t stepBound(const Ray& ray) {
   std::int64_t bound = 6;
@@ -30,7 +30,7 @@ std::int64_t stepBound(const Ray& ray) {
   return bound;
 }
 
-/// A cursor that counts, and says that it is at the end when the bound is passed.
+/// A cursor that counts, and stops when the bound is passed.
 class BoundedCursor {
  public:
   explicit BoundedCursor(const Ray& ray) : ray_(&ray), cell_(ray.start), bound_(stepBound(ray)) {}
@@ -60,7 +60,7 @@ testing::AssertionResult ends(const Grid& grid, const Eigen::Vector3f& origin,
          << grid.resolution() << " m: more than " << stepBound(*ray) << " steps";
 }
 
-/// Numbers that beams may meet: of any exponent, denormal, and so near to a face of a voxel that the
+/// Difficult numbers for beams: any exponent, denormal, and so near to a face of a voxel that the
 /// difference vanishes.
 float awkwardNumber(test::Random& random, double resolution_m) {
   const auto sign = static_cast<float>(2 * random.integer(0, 1) - 1);
@@ -160,7 +160,7 @@ TEST(BeamBounds, theLongestBeamOfOctomapIsTaken) {
   const auto high = static_cast<float>(32767.5 * kResolution_m);
   Scan scan;
   scan.origin = {low, high, 0.03F};
-  scan.points = {{high, 0.1F, 0.03F}};  // Its list of voxels has 100,000 places.
+  scan.points = {{high, 0.1F, 0.03F}};  // Its list of voxels has 100,000 entries.
   ScanUpdater updater{Grid(kResolution_m)};
   const ScanUpdate& update = updater.compute(scan);
   ASSERT_EQ(update.num_points, 1U);
@@ -197,7 +197,7 @@ TEST(BeamBounds, aLongerBeamIsLeftOutAndCounted) {
 }
 
 TEST(BeamBounds, aBeamThatIsLeftOutMarksNothingOnItsWayEither) {
-  // From a border of voxels: the walk's first steps are taken before all others.
+  // A scan from a border of voxels: the walk's first steps come before all others.
   Scan scan;
   scan.points = {{-4000.0F, 1.0F, 1.0F}};
   for (const double end_margin_m : {0.0, 1.0}) {

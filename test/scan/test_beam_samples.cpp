@@ -41,7 +41,7 @@ TEST(SampleBeams, drawsTheSameForTheSameSeedAndScan) {
 TEST(SampleBeams, drawsInProportionToTheLength) {
   std::size_t num_short = 0;
   std::size_t num_long = 0;
-  const Grid grid(0.01);  // Fine: hardly a cell is drawn twice.
+  const Grid grid(0.01);  // Fine: cells are seldom drawn twice.
   for (std::uint64_t i = 0; i < 2000; ++i) {
     num_short += sampleBeams(grid, scanOf({{2.05F, 0.05F, 0.05F}}), kAnyLength, {0.5, 1}, i).size();
     num_long += sampleBeams(grid, scanOf({{0.05F, 8.05F, 0.05F}}), kAnyLength, {0.5, 1}, i).size();
@@ -76,7 +76,7 @@ TEST(SampleBeams, findsCellsThatTheScanObserves) {
     num_samples += update.samples.size();
   }
   ASSERT_GT(num_samples, 1000U);
-  // At the borders of voxels the walk may round otherwise.
+  // At the borders of voxels the walk may round differently.
   EXPECT_GT(static_cast<double>(num_observed), 0.99 * static_cast<double>(num_samples));
 }
 

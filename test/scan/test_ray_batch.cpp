@@ -14,7 +14,7 @@ namespace {
 
 constexpr double kNoRange = std::numeric_limits<double>::infinity();
 
-/// Every ray of a batch has the bits of RayOrigin::computeRay(). @return Rays that are taken.
+/// Checks that every ray of a batch has the bits of RayOrigin::computeRay(). @return Rays that are set up.
 int checkBatch(const RayOrigin& origin, const std::vector<Eigen::Vector3f>& ends,
                double max_range_m) {
   RayBatch rays;
@@ -57,7 +57,7 @@ TEST_F(RayBatchAvx2, hasTheBitsOfSingleRays) {
     test::ScanShape shape;
     shape.resolution_m = resolution_m;
     shape.half_edge_m = 300.0 * resolution_m;
-    shape.lattice_ratio = 0.3;  // Of ends on borders of voxels.
+    shape.lattice_ratio = 0.3;  // Share of ends on borders of voxels.
     const RayOrigin origin(Grid(resolution_m), anchor_map, test::randomEndPoint(random, shape));
     std::vector<Eigen::Vector3f> ends(i % RayBatch::kSize + 1);
     for (Eigen::Vector3f& end : ends) end = test::randomEndPoint(random, shape);

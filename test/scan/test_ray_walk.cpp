@@ -34,7 +34,7 @@ Eigen::Vector3f pointNearCentre(test::Random& random, const Grid& grid, int max_
   return (center + test::randomPoint(random, 0.4 * grid.resolution())).cast<float>();
 }
 
-/// Length of the part of the beam inside a cell that is blown up by a margin, negative if none.
+/// Length of the part of the beam inside a cell enlarged by a margin, negative if none.
 double lengthInside(const Grid& grid, const Cell& cell, const Eigen::Vector3f& origin,
                     const Eigen::Vector3f& end, double margin_m) {
   const MetricBox box = grid.toMetricBox(CellBox::ofCell(cell));
@@ -100,7 +100,7 @@ TEST(RayWalk, takesZThenYThenXThroughACorner) {
 }
 
 TEST(RayWalk, stopsWithTheBeamWhereRoundingLeadsPastTheEnd) {
-  // The walk is set up as if the end's voxel were one that the beam does not pass.
+  // The walk is set up as if the beam did not pass the end's voxel.
   auto ray = test::computeRay(Grid(1.0), kNoAnchor, {0.5F, 0.5F, 0.5F}, {4.5F, 0.5F, 0.5F});
   ASSERT_TRUE(ray.has_value());
   ray->end = {4, 1, 0};
@@ -129,7 +129,7 @@ TEST(RayWalk, isNothingWhenTheAnchorLeadsOutOfTheGrid) {
   EXPECT_FALSE(test::computeRay(Grid(0.05), {1e6, 6e7, 0.0}, point, point).has_value());
 }
 
-/// Checks what holds for every walk; returns whether it ended at the face of the end's voxel.
+/// Checks properties of every walk; returns whether it ended at the face of the end's voxel.
 bool checkWalk(const Grid& grid, const Eigen::Vector3f& origin, const Eigen::Vector3f& end) {
   const auto ray = test::computeRay(grid, kNoAnchor, origin, end);
   EXPECT_TRUE(ray.has_value());
@@ -138,7 +138,7 @@ bool checkWalk(const Grid& grid, const Eigen::Vector3f& origin, const Eigen::Vec
   if (cells.empty()) return true;
   EXPECT_EQ(cells.front(), grid.toCell(origin.cast<double>()));
   EXPECT_EQ(ray->end, grid.toCell(end.cast<double>()));
-  // Float32 directions and coordinates are exact to some 1e-7 of the extent of the beam.
+  // Float32 directions and coordinates are exact to about 1e-7 of the extent of the beam.
   const double margin_m = 1e-6 * (1.0 + origin.norm() + end.norm());
   for (std::size_t i = 0; i < cells.size(); ++i) {
     EXPECT_NE(cells[i], ray->end) << "the end's voxel is excluded";
@@ -189,7 +189,7 @@ TEST(RayWalk, marksAsManyVoxelsAsTheManhattanDistanceWhenNoEndIsNearAFace) {
   EXPECT_EQ(num_cases, 12000U);
 }
 
-/// Whether both walks are the same, cell by cell.
+/// Whether both walks are equal, cell by cell.
 testing::AssertionResult isWalkOfOctomap(const octomap::OcTree& tree, octomap::KeyRay& keys,
                                          const Eigen::Vector3f& origin,
                                          const Eigen::Vector3f& end) {

@@ -80,7 +80,7 @@ TEST(MakeScan, givesTheSameUpdateAThousandKilometresAwayShifted) {
   const Eigen::Vector3d offset(977.0 * 1024.0, 976.0 * 1024.0, 0.0);  // About 1e6 m.
   const Cell shift{977 * 20480, 976 * 20480, 0};
   for (std::size_t i = 0; i < 20; ++i) {
-    // In multiples of 2^-16 m, so that adding the offset rounds nothing.
+    // Multiples of 2^-16 m, so that adding the offset rounds nothing.
     const Eigen::Vector3d position =
         (test::randomPoint(random, 400.0) * 65536.0).array().round().matrix() / 65536.0;
     const double yaw_rad = random.real(-3.0, 3.0);

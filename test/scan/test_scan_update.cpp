@@ -55,7 +55,7 @@ ObservedCells observeWithOctomap(const Scan& scan, double resolution_m, double m
   return cells;
 }
 
-/// As the beams to the ground: one that passes where another ends frees that voxel all the same.
+/// Beams to the ground: a beam that passes the end of another still frees that voxel.
 TEST(ScanUpdate, ofOpenEndsLeavesTheirVoxelsAlone) {
   test::Random random(95);
   for (const int threads : {1, 3}) {
@@ -270,7 +270,7 @@ TEST(ScanUpdate, withAnEndMarginHasTheVoxelsOfAScanWithoutOne) {
 }
 
 TEST(ScanUpdate, leavesOutAndCountsWhatIsNotFiniteOrOutsideTheGrid) {
-  const Grid grid(0.001);  // Reaches to 1.07e6 m.
+  const Grid grid(0.001);  // The grid reaches to 1.07e6 m.
   constexpr float kNan = std::numeric_limits<float>::quiet_NaN();
   for (const float bad : {kNan, kInfinity, -kInfinity, 2e6F, -2e6F, 3e38F}) {
     for (int axis = 0; axis < 3; ++axis) {
@@ -352,7 +352,7 @@ TEST(ScanUpdate, isThatOfOctomapServerForRandomScans) {
   std::size_t num_hits = 0;
   std::size_t num_misses = 0;
   for (const double resolution_m : {0.05, 0.1, 0.2, 0.3}) {
-    // One updater for all scans: nothing may be left over from the scan before.
+    // One updater for all scans: nothing may remain from the previous scan.
     ScanUpdater without_limit{Grid(resolution_m)};
     ScanUpdater with_limit(Grid(resolution_m), 20.0 * resolution_m);
     test::ScanShape shape;

@@ -59,7 +59,7 @@ std::string nameOf(const testing::TestParamInfo<MarkFunction>& info) {
   return info.param == markSlabs ? "portable" : "avx2";
 }
 
-/// How many beams the function has decided, and how many it has left to walkRay().
+/// Numbers of beams that the function has decided, and that it has left to walkRay().
 struct Counts {
   std::size_t marked = 0;
   std::size_t given_up = 0;
@@ -108,7 +108,7 @@ TEST_P(SlabWalk, marksTheVoxelsOfTheRayWalkForBeamsInAllDirections) {
 }
 
 TEST_P(SlabWalk, marksTheVoxelsOfTheRayWalkAlongEdgesAndDiagonals) {
-  // Ends on a lattice of half voxels: beams along faces, edges and diagonals, through corners.
+  // Ends on a lattice of half voxels: beams along faces, edges and diagonals, and through corners.
   test::Random random(12);
   Counts counts;
   for (const double resolution_m : {0.05, 0.1, 0.25, 0.3, 1.0}) {

@@ -16,7 +16,7 @@ namespace {
 
 using test::Random;
 
-/// Voxel by voxel, as the class says it.
+/// Void voxels by the definition of the class, voxel by voxel.
 std::set<Cell> findVoid(const ScanUpdate& update) {
   std::set<Cell> passed;
   for (const BrickUpdate& brick : update.bricks) {
@@ -67,7 +67,7 @@ TEST(VoidSpace, IsWhatOneCloudHasPassedWithAllNeighbours) {
   EXPECT_GT(num_void, 10000U);
 }
 
-/// Beams from (0 0 0) to a wall at x = 2 m, or to what stands before it, at 0.1 m.
+/// Beams from (0 0 0) to a wall at x = 2 m, or to a box in front of it, at 0.1 m.
 Scan lookAtWall(double wall_m, double box_m) {
   Scan scan;
   scan.origin = {0.05F, 0.05F, 0.05F};
@@ -100,7 +100,7 @@ TEST(VoidSpace, AnObjectThatPassesIsInItAndTheWallIsNot) {
   EXPECT_EQ(before.voxels().at({10, 0, 0}), Occupancy::kUnknown) << "no hit, and nothing else";
   EXPECT_EQ(before.voxels().at({5, 0, 0}), Occupancy::kFree) << "before the object";
   EXPECT_EQ(before.voxels().at({20, 6, 0}), Occupancy::kOccupied) << "the wall";
-  // A wall that seems to be one voxel nearer, for a while, is still the wall.
+  // A wall that appears one voxel nearer for a while is still the wall.
   for (const Eigen::Vector3f& point : lookAtWall(1.95, 1.95).points) {
     EXPECT_FALSE(space.contains(*grid.toCell(point.cast<double>())));
   }
@@ -122,7 +122,7 @@ TEST(VoidSpace, IsTakenToAnotherFrameVoxelByVoxel) {
   EXPECT_EQ(cellsOf(moved.moved(*VoxelMotion::of(T_new_old.inverse(), 1.0))), before);
 }
 
-/// Passes all of one brick.
+/// A cloud that passes all voxels of one brick.
 ScanUpdate passing(const Cell& brick) {
   ScanUpdate update;
   update.bricks.push_back({brick, {}, BrickMask::all(), 0});

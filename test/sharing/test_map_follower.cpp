@@ -17,13 +17,13 @@ using test::Random;
 
 constexpr std::uint64_t kInstance = 77;
 
-/// A server: a map, its reference, and what it has told.
+/// A server: a map, its reference, and its changes.
 class Server {
  public:
   Server(Random& random, MapDetail detail, FusionKind fusion)
       : random_(random), detail_(detail), model_(makeConfig(fusion)) {}
 
-  /// Changes the map now and then by a cloud, an edit or a reset. @return What it tells.
+  /// Changes the map by a cloud, an edit or a reset. @return The delta.
   MapDelta step() {
     if (random_.chance(0.03)) {
       note(model_.map.clear());
@@ -73,7 +73,7 @@ class Server {
   std::uint64_t told_ = 0;
 };
 
-/// What a copy ought to hold where no log-odds travel.
+/// Expected content of a copy without log-odds.
 test::VoxelMap classesOf(const test::VoxelMap& voxels) {
   const SensorModel model;
   test::VoxelMap classes(model);
@@ -104,10 +104,10 @@ TEST_P(MapFollowerStream, equalsTheMapAfterAnyDeltas) {
   constexpr std::size_t kSteps = 600;
   for (std::size_t i = 0; i < kSteps; ++i) {
     const MapDelta delta = server.step();
-    if (!random.chance(0.1)) under_way.push_back(delta);  // Else it is lost.
+    if (!random.chance(0.1)) under_way.push_back(delta);  // Otherwise it is lost.
     if (random.chance(0.1)) under_way.push_back(delta);   // It comes twice.
     if (under_way.size() > 1 && random.chance(0.2)) std::swap(under_way.front(), under_way.back());
-    if (random.chance(0.02)) follower = MapFollower();  // Starts anew.
+    if (random.chance(0.02)) follower = MapFollower();  // It starts again.
     if (random.chance(0.02)) {
       ASSERT_TRUE(follower.take(server.image()));
     }
@@ -220,7 +220,7 @@ TEST(MapFollower, takesNoOlderImageExceptOfAnotherInstance) {
   EXPECT_EQ(it.follower.map()->voxels().numFreeVoxels(), 0.0);
 }
 
-/// Whether a damaged delta is refused, and leaves the copy alone.
+/// Whether a damaged delta is refused, and the copy is unchanged.
 template <typename DamageT>
 bool isRefused(MapDetail detail, DamageT damage) {
   Fixture it(detail);

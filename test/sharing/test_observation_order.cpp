@@ -71,7 +71,7 @@ TEST(ObservationOrder, GoesOnInAnotherProgramWithWhatIsInTheMap) {
   const std::vector<RobotObservation> due = before.takeDue(0.0);
   ASSERT_EQ(due.size(), 3U);
   before.noteApplied(due[0]);
-  before.noteApplied(due[1]);  // The program ends before the third, and before that of b was due.
+  before.noteApplied(due[1]);  // The program ends before the third, and before b's was due.
 
   ObservationOrder after(1.0);
   after.start(before.progress(), 100.0);
@@ -94,7 +94,7 @@ TEST(ObservationOrder, GoesOnInAnotherProgramWithWhatIsInTheMap) {
   EXPECT_EQ(questions[0].first, 5U);
   after.noteAnswered(questions[0], 4);
   EXPECT_TRUE(after.takeDue(102.0).empty()) << "b may have more to tell";
-  after.noteAnswered(questions[1], 0);  // Was started again.
+  after.noteAnswered(questions[1], 0);  // It was restarted.
   EXPECT_TRUE(after.findQuestions(102.0).empty());
   const std::vector<RobotObservation> left = after.takeDue(102.0);
   ASSERT_EQ(left.size(), 2U);
@@ -114,7 +114,7 @@ TEST(ObservationOrder, WaitsTenSecondsForRobotsThatDoNotAnswer) {
   EXPECT_EQ(after.takeDue(111.0).size(), 1U);
 }
 
-/// A robot that keeps what it has sent, and messages on their way.
+/// A robot that keeps its sent observations, and messages on their way.
 class Network {
  public:
   Network(Random& random, double loss, double repetition, double max_delay_s)
@@ -162,8 +162,8 @@ class Network {
   std::multimap<double, RobotObservation> travelling_;
 };
 
-/// Eight robots at 10 Hz, one of which starts again; a fifth of the messages is lost, a fifth comes twice, all
-/// are up to 2 s on their way.
+/// Eight robots at 10 Hz, one of which restarts; a fifth of the messages is lost, a fifth comes twice, all
+/// take up to 2 s.
 TEST(ObservationOrder, whatIsLostRepeatedAndDelayedComesOutOnceAndInOrder) {
   constexpr double kDelay_s = 4.0;
   for (std::size_t i = 0; i < 20; ++i) {
@@ -176,7 +176,7 @@ TEST(ObservationOrder, whatIsLostRepeatedAndDelayedComesOutOnceAndInOrder) {
       for (int robot = 0; robot < 8 && tick < 200; ++robot) {
         const bool is_restarted = robot == 3 && tick >= 100;
         const auto sequence = static_cast<std::uint64_t>(is_restarted ? tick - 99 : tick + 1);
-        // Of a session that has ended nobody can be asked: its last second arrives.
+        // A session that has ended cannot be asked: its last second arrives.
         const bool may_be_lost = robot != 3 || tick < 90 || tick >= 100;
         network.send(makeObservation("robot" + std::to_string(robot), sequence,
                                      now_s + 0.01 * robot, is_restarted ? 2 : 1),

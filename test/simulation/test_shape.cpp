@@ -44,7 +44,7 @@ TEST(TurnedBoxRange, isDistanceToTheTurnedFace) {
   EXPECT_NEAR(rangeTo(kDiamond, {0, 0, 0}, {1, 0, 0}), 3 - std::sqrt(2), 1e-12);
   EXPECT_NEAR(rangeTo(kDiamond, {0, 1, 0}, {1, 0, 0}), 4 - std::sqrt(2), 1e-12);
   EXPECT_NEAR(rangeTo(kDiamond, {3, 0, 7}, {0, 0, -1}), 6.0, 1e-12);
-  // A quarter of a turn swaps length and width.
+  // A quarter turn swaps length and width.
   const TurnedBox long_box{{0, 5, 0}, {2, 0.5, 1}, M_PI / 2};
   EXPECT_NEAR(rangeTo(long_box, {0, 0, 0}, {0, 1, 0}), 3.0, 1e-12);
   EXPECT_NEAR(rangeTo(long_box, {-4, 5, 0}, {1, 0, 0}), 3.5, 1e-12);
@@ -130,7 +130,7 @@ Shape makeRandomShape(test::Random& random) {
   }
 }
 
-/// Along the beam by steps that cannot go through the surface.
+/// Range found by steps along the beam that cannot pass through the surface.
 double computeRangeByMarching(const Shape& shape, const Beam& beam) {
   double range = 0.0;
   for (int step = 0; step < 5000 && range < 50.0; ++step) {

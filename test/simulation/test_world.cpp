@@ -101,7 +101,7 @@ TEST(World, hasARoofOverTheBuildingOnly) {
 
 TEST(Door, opensAndClosesAgain) {
   const World world(1);
-  // From the corridor through the middle of the doorway; the door's face is at y = 5.055.
+  // A beam from the corridor through the middle of the doorway; the door's face is at y = 5.055.
   const Beam beam({15.03, 6.0, 1.0}, {0, -1, 0});
   const double closed = 6.0 - 5.055;
   EXPECT_NEAR(rangeThrough(world.computeSolids(0.0), beam), closed, 1e-9);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Counts what passes through operator new. To be included by one source of a program.
+// Counts calls of operator new. To be included by one source of a program.
 #pragma once
 
 #include <cstddef>
@@ -41,7 +41,7 @@ void operator delete(void* block) noexcept {
 
 void operator delete(void* block, std::size_t /*size*/) noexcept { operator delete(block); }
 
-// Those of the standard library call the ones above, those of a sanitizer do not.
+// The operators of the standard library call the ones above, those of a sanitizer do not.
 void* operator new[](std::size_t size) { return operator new(size); }
 void operator delete[](void* block) noexcept { operator delete(block); }
 void operator delete[](void* block, std::size_t /*size*/) noexcept { operator delete(block); }

@@ -21,7 +21,7 @@ inline std::ostream& operator<<(std::ostream& out, const UniformBox& box) {
 
 namespace test {
 
-/// Some order of cuboids.
+/// An arbitrary order of cuboids.
 inline bool isBefore(const Cuboid& a, const Cuboid& b) {
   if (a.box.min != b.box.min) return a.box.min < b.box.min;
   if (a.box.max != b.box.max) return a.box.max < b.box.max;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The voxels in the way of an area, counted box by box: the oracle of what planners ask.
+// Blocked voxels of an area, counted box by box: the oracle of planners' questions.
 #pragma once
 
 #include "cuboid_mapping/query/unknown_policy.h"
@@ -9,7 +9,7 @@
 
 namespace cuboid_mapping::test {
 
-/// A summed volume table of an area; outside of it everything is unknown.
+/// A summed volume table of an area; everything outside is unknown.
 class DenseObstacles {
  public:
   DenseObstacles(const VoxelMap& voxels, const CellBox& area, UnknownPolicy policy)
@@ -35,7 +35,7 @@ class DenseObstacles {
     });
   }
 
-  /// Whether any voxel of a box is in the way.
+  /// Whether a box has a blocked voxel.
   [[nodiscard]] bool isAny(const CellBox& box) {
     const CellBox in = intersect(box, area_);
     if (blocks_unknown_ && in != box) return true;
@@ -62,7 +62,7 @@ class DenseObstacles {
   std::vector<int> sums_;
 };
 
-/// A map in which there is room: mostly free, with unknown patches and obstacles.
+/// A map with space: mostly free, with unknown patches and obstacles.
 inline ModelledMap randomRooms(Random& random, const MapConfig& config, const CellBox& area) {
   ModelledMap result(config);
   const auto fill = [&](const CellBox& box, const std::optional<float>& log_odds) {

@@ -9,7 +9,7 @@
 
 namespace cuboid_mapping::test {
 
-/// A copy of the cuboids of a map that knows nothing but the rule of change_set.h.
+/// A copy of the cuboids of a map that uses only the rule of change_set.h.
 class FollowingCopy {
  public:
   void follow(const CuboidMap& map, const ChangeSet& changes) {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Cells painted by hand, and grown.
+// Hand-painted cells that grow.
 #pragma once
 
 #include "cuboid_mapping/fusion/growth_fusion.h"
@@ -12,7 +12,7 @@
 
 namespace cuboid_mapping::test {
 
-/// A grid whose cells are given, with the R-tree that they are in.
+/// A grid with given cells, and their R-tree.
 class GrowthScene {
  public:
   explicit GrowthScene(const GrowthConfig& config = {}, const RTreeConfig& rtree = {4, 2})
@@ -27,10 +27,10 @@ class GrowthScene {
   void set(const CellBox& box, float log_odds) { paint(box, {BrickMask::all(), log_odds}); }
   void forget(const CellBox& box) { paint(box, {}); }
 
-  /// Writes what was painted to the tree, as one cloud.
+  /// Writes painted cells to the tree, as one cloud.
   void write() { (void)fuse({}); }
 
-  /// As write(); then the cells grow in which these voxels lie. @return All cuboids, sorted.
+  /// Calls write(), and grows the cells of these voxels. @return All cuboids, sorted.
   std::vector<Cuboid> fuse(const std::vector<Cell>& starters) {
     ScanUpdate update;
     update.samples = starters;
@@ -40,7 +40,7 @@ class GrowthScene {
     return allCuboids(tree());
   }
 
-  /// Writes what was painted to the tree, as an edit.
+  /// Writes painted cells to the tree, as an edit.
   std::vector<Cuboid> edit() {
     VoxelStore::PendingChange change = takePainted();
     (void)write(change, true);
@@ -59,7 +59,7 @@ class GrowthScene {
   [[nodiscard]] const GrowthFusion& growth() const { return growth_; }
   [[nodiscard]] const RTree& tree() const { return growth_.tree(); }
   [[nodiscard]] const VoxelStore& voxels() const { return voxels_; }
-  /// Of the last cloud or edit.
+  /// Changes of the last cloud or edit.
   [[nodiscard]] const ChangeSet& changes() const { return changes_; }
   [[nodiscard]] bool isStable(const Cell& cell) const {
     const std::optional<float> log_odds = voxels_.logOddsAt(cell);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The cuboids of maps, those of waiting bricks included, as sets that can be compared.
+// The cuboids of maps, also those of waiting bricks, as sets that can be compared.
 #pragma once
 
 #include "cuboid_mapping/map/cuboid_search.h"
@@ -9,7 +9,7 @@
 
 namespace cuboid_mapping::test {
 
-/// The cuboids of a map that share a cell with a box, sorted. Nothing is fused by it.
+/// The cuboids of a map that share a cell with a box, sorted. It divides no brick.
 inline std::vector<Cuboid> cuboidsIn(const CuboidMap& map, const CellBox& box) {
   std::vector<Cuboid> cuboids;
   visitBox(map, box, CuboidFilter::kAll, [&](const Cuboid& cuboid) {

@@ -20,7 +20,7 @@ bool isBefore(const Cuboid& a, const Cuboid& b) {
   return a.box.min != b.box.min ? a.box.min < b.box.min : a.box.max < b.box.max;
 }
 
-/// Looks at everything in a map and collects violations.
+/// Checks all parts of a map and collects violations.
 class MapChecker {
  public:
   explicit MapChecker(const CuboidMap& map) : map_(map), voxels_(map.voxels()) {}
@@ -43,12 +43,12 @@ class MapChecker {
   }
 
  private:
-  /// What the cuboids say of a brick.
+  /// Cuboids that cover a brick.
   struct Cover {
     Cell brick;
     BrickMask free;
     BrickMask occupied;
-    std::vector<Cuboid> cuboids;  ///< Those with their least cell in it.
+    std::vector<Cuboid> cuboids;  ///< Cuboids with their least cell in the brick.
   };
 
   void add(const std::vector<std::string>& violations) {
@@ -91,7 +91,7 @@ class MapChecker {
     return bounds.value_or(CellBox());
   }
 
-  /// What the inner nodes have to say of a leaf node.
+  /// Expected branch of an inner node for a leaf node.
   [[nodiscard]] Branch summaryOf(NodeIndex leaf) const {
     if (const auto* grown = dynamic_cast<const GrowthFusion*>(&map_.cuboids())) {
       return grown->tree().leaf(leaf).summary();

@@ -8,14 +8,14 @@
 
 namespace cuboid_mapping {
 
-/// Every way in which the parts of a map contradict themselves or each other; empty for a sound map.
+/// All contradictions in and between the parts of a map; empty for a sound map.
 ///
 /// Checked:
 ///   - voxel store: no brick without a known voxel; each can be found; occupied voxels are known;
 ///     each known voxel has one log-odds, which is finite and of its class; counts and bounds;
 ///   - R-tree: checkTree() and checkDisjoint();
-///   - cuboids, those of waiting bricks as divide() gives them: every known voxel lies in exactly one,
-///     which is of its class, and no other voxel lies in any;
+///   - cuboids, those of waiting bricks as divide() gives them: every known voxel lies in exactly one
+///     cuboid, of its class, and no other voxel lies in any;
 ///   - kClass, kNone: the cuboids of a brick are those of divideBrick(), or its voxels;
 ///   - kGrowth: a cuboid of several voxels has stable voxels only; no brick waits.
 /// @complexity O(known voxels), and that of checkDisjoint(). For tests.

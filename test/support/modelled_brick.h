@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The voxels of a brick one by one: the oracle of PackedVoxels, and random ones of many kinds.
+// The voxels of a brick one by one: the oracle of PackedVoxels, and random bricks of many kinds.
 #pragma once
 
 #include "cuboid_mapping/geometry/brick.h"
@@ -43,7 +43,7 @@ inline void observe(ModelledBrick& brick, const BrickMask& hits, const BrickMask
   return log_odds ? classify(*log_odds) : Occupancy::kUnknown;
 }
 
-/// Packs a brick. Unknown voxels have a value, too: nothing may depend on it.
+/// Packs a brick. Unknown voxels have a value, too: the result must not depend on it.
 /// @param of_unknown  That value.
 [[nodiscard]] inline PackedVoxels toPacked(const ModelledBrick& brick, float of_unknown = 0.25F) {
   VoxelValues values;
@@ -117,7 +117,7 @@ inline void observe(ModelledBrick& brick, const BrickMask& hits, const BrickMask
   return {number.x * kBrickEdge, number.y * kBrickEdge, number.z * kBrickEdge};
 }
 
-/// What a cloud observes in some bricks near the origin, along the Morton curve.
+/// Random observations of a cloud in bricks near the origin, along the Morton curve.
 [[nodiscard]] inline std::vector<BrickUpdate> randomBrickUpdates(Random& random, int reach,
                                                                  int max_bricks) {
   std::set<Cell> bricks;

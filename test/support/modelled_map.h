@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// A map, and beside it what every voxel of it ought to be.
+// A map, and the expected state of each voxel.
 #pragma once
 
 #include "cuboid_mapping/map/cuboid_map.h"
@@ -15,7 +15,7 @@
 
 namespace cuboid_mapping::test {
 
-/// Has every voxel of the reference with its log-odds, in one cuboid of its class, and no other voxel.
+/// Whether every voxel of the reference has its log-odds, in one cuboid of its class, and no other voxel is known.
 inline testing::AssertionResult hasVoxels(const CuboidMap& map, const VoxelMap& voxels) {
   std::size_t num_voxels = 0;
   for (const Cuboid& cuboid : allCuboids(map)) {
@@ -52,7 +52,7 @@ struct ModelledMap {
   VoxelMap voxels;
 };
 
-/// A map of some random clouds and some updates that no cloud would give, about 32 voxels wide.
+/// A map of random clouds and random updates that no cloud would give, about 32 voxels wide.
 ///
 /// @param offset  Shifts the map; in voxels, a multiple of 8.
 inline ModelledMap randomMap(Random& random, const MapConfig& config, const Cell& offset = {}) {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Random changes of an R-tree, done to a plain list of cuboids as well.
+// Random changes of an R-tree, also applied to a plain list of cuboids.
 #pragma once
 
 #include "cuboid_mapping/rtree/traversal.h"
@@ -14,10 +14,10 @@
 
 namespace cuboid_mapping::test {
 
-/// Where the cuboids of a random tree lie.
+/// Arrangement of the cuboids of a random tree.
 enum class TreeWorld : unsigned char {
-  kLattice,      ///< Disjoint, many with common faces, as a map has them.
-  kOverlapping,  ///< Anywhere, also the same box several times.
+  kLattice,      ///< Disjoint, many with common faces, as in a map.
+  kOverlapping,  ///< Anywhere, with repeated boxes.
   kHuge,         ///< At the borders of the grid, some as large as the grid.
   kWide,         ///< At the limits of the coordinates; leaves of more and of less than 255 voxels.
 };
@@ -27,7 +27,7 @@ inline std::string toString(TreeWorld world) {
   return kNames[static_cast<std::size_t>(world)];
 }
 
-/// A box as they are in a world.
+/// A random box of a world.
 inline CellBox randomBoxIn(Random& random, TreeWorld world) {
   if (world == TreeWorld::kLattice) {
     constexpr int kPitch = 5;
@@ -57,7 +57,7 @@ inline CellBox randomBoxIn(Random& random, TreeWorld world) {
   return randomBox(random, {corner, corner + Cell{100, 100, 100}}, 100);
 }
 
-/// A tree, and what ought to be in it.
+/// A tree, and its expected content.
 class ModelledTree {
  public:
   ModelledTree(const RTreeConfig& config, TreeWorld world, std::size_t max_size)
@@ -67,7 +67,7 @@ class ModelledTree {
   [[nodiscard]] const std::vector<Cuboid>& cuboids() const { return cuboids_; }
   [[nodiscard]] TreeWorld world() const { return world_; }
 
-  /// Changes the tree in one of all ways that there are; keeps it near its maximal size.
+  /// Changes the tree in one of all possible ways; keeps it near its maximum size.
   void change(Random& random) {
     const double choice = random.real(0.0, 1.0);
     const bool is_full = cuboids_.size() >= max_size_;
@@ -94,7 +94,7 @@ class ModelledTree {
     }
   }
 
-  /// One of the cuboids, or a new one when there are none.
+  /// One of the cuboids, or a new one if there are none.
   [[nodiscard]] CellBox knownBox(Random& random) const {
     return cuboids_.empty() ? randomBoxIn(random, world_) : cuboids_[random.index(size())].box;
   }
@@ -107,7 +107,7 @@ class ModelledTree {
                         [&](const Cuboid& cuboid) { return cuboid.box.intersects(box); });
   }
 
-  /// Puts a new cuboid into the model; in the lattice only where there is none.
+  /// Adds a new cuboid to the model; in the lattice only if there is none.
   bool addToModel(Random& random, const CellBox& box, std::vector<Cuboid>& added) {
     if (world_ == TreeWorld::kLattice && !isFree(box)) return false;
     const Cuboid cuboid{box, random.chance(0.3) ? Occupancy::kOccupied : Occupancy::kFree};
@@ -142,7 +142,7 @@ class ModelledTree {
 
   void removeOneOf(const CellBox& box) {
     ASSERT_TRUE(tree_.remove(box));
-    // Any one of twins may go: see which one is gone.
+    // Any one of equal cuboids may be removed: find which one.
     std::vector<Cuboid> left;
     visitBox(tree_, box, CuboidFilter::kAll, [&](const Cuboid& cuboid) {
       if (cuboid.box == box) left.push_back(cuboid);
@@ -164,7 +164,7 @@ class ModelledTree {
     ASSERT_TRUE(!twinsInModel(box).empty() || !tree_.remove(box));
   }
 
-  /// Cuboids in or near a box, each with some probability, which leave the model.
+  /// Removes from the model cuboids in or near a box, each with some probability, and returns them.
   std::vector<Cuboid> takeOut(Random& random, const CellBox& box, int margin, double ratio) {
     std::vector<Cuboid> found;
     visitBox(tree_,
@@ -177,7 +177,7 @@ class ModelledTree {
     return found;
   }
 
-  /// What a map does: some cuboids of a small region give way to others, for which there is room.
+  /// Acts like a map: replaces cuboids of a small region by others, with reserved memory.
   void replaceGroup(Random& random, bool is_full) {
     constexpr double kRatios[] = {0.0, 0.3, 0.8, 1.0};
     const std::vector<Cuboid> removed = takeOut(random, knownBox(random), random.integer(0, 8),
@@ -211,7 +211,7 @@ class ModelledTree {
   /// Removes one cuboid of a box, whichever it is.
   void removeTold(const Cuboid& cuboid) { removeOneOf(cuboid.box); }
 
-  /// A box that stays in its place gets another class, or another size.
+  /// Gives a box another class, or another size, in its place.
   void replaceOne(Random& random) {
     if (cuboids_.empty()) return;
     const CellBox box = knownBox(random);

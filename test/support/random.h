@@ -12,7 +12,7 @@
 
 namespace cuboid_mapping::test {
 
-/// Seed of all random tests: 1, or the environment variable CUBOID_MAPPING_TEST_SEED. Printed once
+/// Seed of all random tests: 1, or the environment variable CUBOID_MAPPING_TEST_SEED. It is printed once
 /// per program, so that a failure can be repeated.
 inline std::uint64_t testSeed() {
   static const std::uint64_t kSeed = [] {
@@ -24,22 +24,22 @@ inline std::uint64_t testSeed() {
   return kSeed;
 }
 
-/// Random numbers of one test: the same for the same seed and stream with every compiler, which
-/// the distributions of the standard library are not.
+/// Random numbers of one test: the same for a seed and stream with every compiler, unlike those of
+/// the standard library's distributions.
 class Random {
  public:
-  /// @param stream  Sets apart tests, or runs in a test, that have the same seed.
+  /// @param stream  Distinguishes tests, or runs in a test, with the same seed.
   explicit Random(std::uint64_t stream = 0) : engine_(testSeed() * 0x9E3779B97F4A7C15ULL + stream) {
     engine_.discard(8);
   }
 
-  /// From `first` to `last`, both included.
+  /// Number from `first` to `last`, both included.
   int integer(int first, int last) {
     const auto span = static_cast<std::uint64_t>(static_cast<std::int64_t>(last) - first) + 1;
     return static_cast<int>(first + static_cast<std::int64_t>(engine_() % span));
   }
 
-  /// From `lower` (included) to `upper` (excluded).
+  /// Number from `lower` (included) to `upper` (excluded).
   double real(double lower, double upper) {
     return lower + (upper - lower) * (static_cast<double>(engine_() >> 11) * 0x1p-53);
   }
@@ -48,7 +48,7 @@ class Random {
 
   std::uint64_t bits() { return engine_(); }
 
-  /// Index into something of this size. @pre size > 0.
+  /// Index into a container of this size. @pre size > 0.
   std::size_t index(std::size_t size) { return static_cast<std::size_t>(engine_() % size); }
 
   template <typename T>
@@ -60,7 +60,7 @@ class Random {
   std::mt19937_64 engine_;
 };
 
-/// What a failing random test prints.
+/// Text of a failing random test.
 inline std::string seedNote(std::size_t case_number) {
   return "CUBOID_MAPPING_TEST_SEED=" + std::to_string(testSeed()) + ", case " +
          std::to_string(case_number);

@@ -31,7 +31,7 @@ inline void setVoxel(BrickValues& brick, const Cell& cell, float log_odds) {
 
 /// A brick with one of several patterns: uniform, noise, or boxes painted over each other.
 ///
-/// Voxels that are not known have random log-odds, too: nothing may depend on them.
+/// Unknown voxels have random log-odds, too: nothing may depend on them.
 inline BrickValues randomBrickValues(Random& random) {
   BrickValues brick;
   const Cell group = randomCell(random, {{-100, -100, -100}, {100, 100, 100}});
@@ -67,7 +67,7 @@ inline BrickValues randomBrickValues(Random& random) {
   return brick;
 }
 
-/// Place of a brick along a Morton curve that begins 2^20 bricks below zero.
+/// Place of a brick along a Morton curve that starts 2^20 bricks below zero.
 inline std::uint64_t mortonOf(const Cell& brick) {
   std::uint64_t morton = 0;
   for (int axis = 0; axis < 3; ++axis) {
@@ -84,7 +84,7 @@ inline void markBox(BrickMask& mask, const CellBox& box) {
 }
 
 /// An update of some of the bricks of an area: boxes and single voxels, hits and misses at once.
-/// @param area  In bricks.
+/// @param area  Area in bricks.
 inline ScanUpdate randomUpdate(Random& random, const CellBox& area, int max_bricks) {
   ScanUpdate update;
   const int num_bricks = random.integer(1, max_bricks);

@@ -12,20 +12,20 @@
 
 namespace cuboid_mapping::test {
 
-/// A cell of the box. @pre the box is not empty.
+/// A random cell of the box. @pre the box is not empty.
 inline Cell randomCell(Random& random, const CellBox& box) {
   return {random.integer(box.min.x, box.max.x - 1), random.integer(box.min.y, box.max.y - 1),
           random.integer(box.min.z, box.max.z - 1)};
 }
 
-/// A box that is not empty, with its least cell in `area` and edges of 1 to `max_edge` cells.
+/// A random box, not empty, with its least cell in `area` and edges of 1 to `max_edge` cells.
 inline CellBox randomBox(Random& random, const CellBox& area, int max_edge) {
   const Cell min = randomCell(random, area);
   return {min, min + Cell{random.integer(1, max_edge), random.integer(1, max_edge),
                           random.integer(1, max_edge)}};
 }
 
-/// A box that is not empty inside `area`.
+/// A random box, not empty, inside `area`.
 inline CellBox randomBoxInside(Random& random, const CellBox& area) {
   CellBox box;
   for (int axis = 0; axis < 3; ++axis) {
@@ -35,7 +35,7 @@ inline CellBox randomBoxInside(Random& random, const CellBox& area) {
   return box;
 }
 
-/// A point of the cube [-half_edge, half_edge) on each axis.
+/// A random point of the cube [-half_edge, half_edge) on each axis.
 inline Eigen::Vector3d randomPoint(Random& random, double half_edge) {
   const double x = random.real(-half_edge, half_edge);
   const double y = random.real(-half_edge, half_edge);
@@ -43,7 +43,7 @@ inline Eigen::Vector3d randomPoint(Random& random, double half_edge) {
   return {x, y, z};
 }
 
-/// A direction that is neither zero nor normalized. One in four is parallel to an axis or a plane
+/// A random direction, neither zero nor normalized. One in four is parallel to an axis or a plane
 /// of two axes.
 inline Eigen::Vector3d randomDirection(Random& random) {
   while (true) {
@@ -56,7 +56,7 @@ inline Eigen::Vector3d randomDirection(Random& random) {
   }
 }
 
-/// What kinds of beams a random scan has.
+/// Kinds of beams in a random scan.
 struct ScanShape {
   int num_points = 50;
   int num_no_returns = 5;
@@ -66,7 +66,7 @@ struct ScanShape {
   double lattice_ratio = 0.0;
 };
 
-/// A coordinate within the shape's cube.
+/// A random coordinate within the shape's cube.
 inline float randomCoordinate(Random& random, const ScanShape& shape) {
   const double coordinate_m = random.real(-shape.half_edge_m, shape.half_edge_m);
   if (!random.chance(shape.lattice_ratio)) return static_cast<float>(coordinate_m);
@@ -81,7 +81,7 @@ inline Eigen::Vector3f randomEndPoint(Random& random, const ScanShape& shape) {
   return {x, y, z};
 }
 
-/// A scan without an anchor; now and then a beam has no length or is parallel to an axis.
+/// A random scan without an anchor; sometimes a beam has no length or is parallel to an axis.
 inline Scan randomScan(Random& random, const ScanShape& shape) {
   Scan scan;
   scan.origin = randomEndPoint(random, shape);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Maps of the real scans in CUBOID_DATA_DIR.
+// Maps of real scans in CUBOID_DATA_DIR.
 #pragma once
 
 #include "cuboid_mapping/io/scan_dataset.h"
@@ -13,13 +13,13 @@
 
 namespace cuboid_mapping::test {
 
-/// A map, and where its sensor was.
+/// A map, and the place of its sensor.
 struct Scene {
   CuboidMap map;
   std::vector<Eigen::Vector3d> poses_map;
 };
 
-/// Nothing where CUBOID_DATA_DIR is not set.
+/// Reads a scene; nothing if CUBOID_DATA_DIR is not set.
 inline std::optional<Scene> readScene(const std::string& name, double resolution_m) {
   const char* folder = std::getenv("CUBOID_DATA_DIR");
   if (folder == nullptr) return std::nullopt;

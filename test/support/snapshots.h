@@ -11,7 +11,7 @@
 
 namespace cuboid_mapping::test {
 
-/// What a random map holds; the config, too, is random.
+/// Content of a random map with a random configuration.
 /// @param offset  Shifts the map; in voxels, a multiple of 8.
 inline MapSnapshot randomSnapshot(Random& random, const Cell& offset = {}) {
   MapConfig config;

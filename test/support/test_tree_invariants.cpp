@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The checker sees every kind of damage: a checker that sees nothing would pass all other tests.
+// The checker finds every kind of damage: a checker that finds nothing would pass all other tests.
 #include "support/tree_invariants.h"
 
 #include <gtest/gtest.h>
@@ -30,7 +30,7 @@ class CheckTree : public testing::Test {
   /// A leaf node.
   Node& leaf() { return const_cast<Node&>(tree_.leaf(child().child()[0])); }
 
-  /// Whether one of the violations speaks of this.
+  /// Whether one of the violations has this text.
   [[nodiscard]] bool reports(const std::string& text) const {
     for (const std::string& violation : checkTree(tree_)) {
       if (violation.find(text) != std::string::npos) return true;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Every search of an R-tree, compared with a look at each cuboid.
+// Every search of an R-tree, compared with a test of each cuboid.
 #pragma once
 
 #include "cuboid_mapping/rtree/traversal.h"
@@ -32,7 +32,7 @@ inline std::vector<Cuboid> findInBox(const std::vector<Cuboid>& cuboids, const C
   return sorted(std::move(found));
 }
 
-/// visitBox with every filter.
+/// Checks visitBox with every filter.
 inline void checkBoxSearch(const RTree& tree, const std::vector<Cuboid>& cuboids,
                            const CellBox& window) {
   for (const CuboidFilter filter : kFilters) {
@@ -56,7 +56,7 @@ inline void checkCellSearch(const RTree& tree, const std::vector<Cuboid>& cuboid
       << cell;
 }
 
-/// visitAll with every filter, size, isEmpty and bounds.
+/// Checks visitAll with every filter, size, isEmpty and bounds.
 inline void checkContent(const RTree& tree, const std::vector<Cuboid>& cuboids) {
   EXPECT_EQ(tree.size(), cuboids.size());
   EXPECT_EQ(tree.isEmpty(), cuboids.empty());
@@ -101,13 +101,13 @@ inline void checkNearestSearch(const RTree& tree, const std::vector<Cuboid>& cub
   std::vector<Cuboid> expected;
   for (const Cuboid& cuboid : cuboids) {
     const double distance = distanceTo(point, cuboid.box);
-    // Whoever chooses the distance sees to it that no cuboid lies at exactly this distance.
+    // The caller chooses the distance so that no cuboid lies at exactly this distance.
     if (passes(filter, cuboid) && distance <= max_distance) expected.push_back(cuboid);
   }
   EXPECT_EQ(sorted(std::move(near)), sorted(std::move(expected)));
 }
 
-/// A visitor that says stop after some visits gets no more of them.
+/// Checks that a visitor that stops after some visits gets no more.
 inline void checkStop(const RTree& tree, std::size_t max_visits) {
   const std::size_t expected = std::min(max_visits, tree.size());
   std::size_t num_visits = 0;

@@ -54,12 +54,12 @@ void visitCells(const CellBox& box, VisitorT visit) {
   return cells;
 }
 
-/// What a CuboidMap says, voxel by voxel, without cuboids.
+/// Model of a CuboidMap, voxel by voxel, without cuboids.
 class VoxelMap {
  public:
   explicit VoxelMap(const SensorModel& sensor_model) : model_(sensor_model) {}
 
-  /// @return Number of voxels that have changed.
+  /// @return Number of changed voxels.
   std::size_t apply(const ScanUpdate& update) {
     std::size_t num_changed = 0;
     for (const auto& [cell, is_hit] : toObservedCells(update)) {
@@ -77,7 +77,7 @@ class VoxelMap {
 
   void clear() { log_odds_.clear(); }
 
-  /// Takes another sensor model for the clouds to come.
+  /// Sets another sensor model for later clouds.
   void setSensorModel(const SensorModel& model) { model_ = model; }
 
   /// Gives a voxel a value; nothing makes it unknown.
@@ -89,7 +89,7 @@ class VoxelMap {
     }
   }
 
-  /// Puts boxes in the place of everything inside a box.
+  /// Replaces everything inside a box by boxes.
   void replace(const CellBox& box, const std::vector<UniformBox>& boxes) {
     for (auto voxel = log_odds_.begin(); voxel != log_odds_.end();) {
       voxel = box.contains(voxel->first) ? log_odds_.erase(voxel) : std::next(voxel);
@@ -99,7 +99,7 @@ class VoxelMap {
     }
   }
 
-  /// Log-odds of a voxel; nothing when it is unknown.
+  /// Log-odds of a voxel; nothing if it is unknown.
   [[nodiscard]] std::optional<float> find(const Cell& cell) const {
     const auto found = log_odds_.find(cell);
     return found == log_odds_.end() ? std::nullopt : std::optional<float>(found->second);

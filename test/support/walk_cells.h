@@ -8,7 +8,7 @@
 
 namespace cuboid_mapping::test {
 
-/// A cursor of walkRay that writes down the cells.
+/// A cursor of walkRay that records the cells.
 class CellCursor {
  public:
   CellCursor(const Ray& ray, std::vector<Cell>& cells) : ray_(&ray), cells_(&cells) {
@@ -25,7 +25,7 @@ class CellCursor {
   Cell cell_;
 };
 
-/// One ray; nothing when one of its ends is outside the grid or not finite.
+/// One ray; nothing if one of its ends is outside the grid or not finite.
 inline std::optional<Ray> computeRay(const Grid& grid, const Eigen::Vector3d& anchor_map,
                                      const Eigen::Vector3f& origin, const Eigen::Vector3f& end) {
   const RayOrigin ray_origin(grid, anchor_map, origin);
@@ -34,7 +34,7 @@ inline std::optional<Ray> computeRay(const Grid& grid, const Eigen::Vector3d& an
   return ray;
 }
 
-/// The cells that walkRay marks, in its order.
+/// The cells that walkRay marks, in order.
 inline std::vector<Cell> walkCells(const Ray& ray) {
   std::vector<Cell> cells;
   (void)walkRay(ray, CellCursor(ray, cells));

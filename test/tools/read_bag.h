@@ -12,13 +12,13 @@
 
 namespace cuboid_mapping_ros::test {
 
-/// What a player of the bag sends, in its order.
+/// Messages that a player of the bag sends, in order.
 struct BagContents {
   struct Cloud {
     std::string topic;
     sensor_msgs::PointCloud2 message;
-    bool has_transform;  ///< From `map`, at its stamp, from what came before.
-    geometry_msgs::TransformStamped T_map_cloud;  ///< If it has.
+    bool has_transform;  ///< There is one from `map`, at its stamp, in earlier messages.
+    geometry_msgs::TransformStamped T_map_cloud;  ///< Set if there is one.
   };
 
   std::vector<Cloud> clouds;

@@ -22,7 +22,7 @@
 
 namespace cuboid_mapping::test {
 
-/// An empty folder of its own, removed at the end.
+/// An empty temporary folder, removed by the destructor.
 class TemporaryFolder {
  public:
   TemporaryFolder() {
@@ -39,7 +39,7 @@ class TemporaryFolder {
 
   [[nodiscard]] std::string operator/(const std::string& name) const { return path_ / name; }
 
-  /// The names in it.
+  /// Names of its files.
   [[nodiscard]] std::vector<std::string> list() const {
     std::vector<std::string> names;
     for (const auto& entry : std::filesystem::directory_iterator(path_)) {
@@ -58,14 +58,14 @@ inline std::string readFile(const std::string& file) {
   return text.str();
 }
 
-/// How a program ended.
+/// End of a program.
 struct ProgramEnd {
-  int status;  ///< Exit status; -1 when a signal killed it.
+  int status;  ///< Exit status; -1 if a signal killed it.
   std::string out;
   std::string err;
 };
 
-/// The signals that a process has handlers for, as bits; nothing when it has ended.
+/// Signals that a process handles, as bits; nothing if it has ended.
 inline std::optional<std::uint64_t> caughtSignals(pid_t pid) {
   const std::string status = readFile("/proc/" + std::to_string(pid) + "/status");
   const std::size_t caught = status.find("SigCgt:");
@@ -94,7 +94,7 @@ class Program {
 
   void send(int signal_number) const { kill(pid_, signal_number); }
 
-  /// Waits until it has a handler for a signal, for at most two minutes. @return  Whether it has.
+  /// Waits until it handles a signal, for at most two minutes. @return  Whether it does.
   [[nodiscard]] bool waitUntilItCatches(int signal_number) const {
     for (int i = 0; i < 120000; ++i) {
       const auto signals = caughtSignals(pid_);
@@ -130,14 +130,14 @@ inline ProgramEnd runProgram(const std::vector<std::string>& arguments,
   return Program(arguments, prepare).finish();
 }
 
-/// For runProgram: files cannot grow beyond this, as on a full disk.
+/// For runProgram: limits the size of files, as on a full disk.
 inline void limitFileSize(std::size_t size_bytes) {
   std::signal(SIGXFSZ, SIG_IGN);
   const rlimit limit{size_bytes, size_bytes};
   setrlimit(RLIMIT_FSIZE, &limit);
 }
 
-/// Waits until a file is there, for at most half a minute.
+/// Waits for a file, for at most half a minute.
 inline bool waitForFile(const std::string& file) {
   for (int i = 0; i < 3000 && !std::filesystem::exists(file); ++i) {
     std::this_thread::sleep_for(std::chrono::milliseconds(10));

@@ -12,12 +12,12 @@
 
 namespace cuboid_mapping::test {
 
-/// A terminal with a keyboard, for a program that shows on it what it writes to stderr.
+/// A terminal with a keyboard, for a program that writes stderr to it.
 class Terminal {
  public:
   Terminal() : master_(posix_openpt(O_RDWR | O_NOCTTY)) {
     if (master_ < 0 || grantpt(master_) != 0 || unlockpt(master_) != 0) return;
-    // Held open here, too, so that what was shown can be read after the program's end.
+    // Held open here, too, so that its output can be read after the program's end.
     slave_ = open(ptsname(master_), O_RDWR | O_NOCTTY);
   }
   ~Terminal() {
@@ -30,7 +30,7 @@ class Terminal {
   /// False on machines without pseudo-terminals.
   [[nodiscard]] bool isThere() const { return slave_ >= 0; }
 
-  /// For Program, just before it: from now on keys of this terminal are for the calling process.
+  /// For Program, just before its start: keys of this terminal now go to the calling process.
   void attach() const {
     setsid();
     ioctl(slave_, TIOCSCTTY, 0);
@@ -51,7 +51,7 @@ class Terminal {
     return shown_.find(text) != std::string::npos;
   }
 
-  /// All that has been shown.
+  /// All output so far.
   const std::string& shown() {
     while (readMore(0)) {
     }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// bag_to_map --poses: the map of a bag whose tf drifts, with corrected poses, is that of a bag whose tf has them.
+// bag_to_map --poses: the map of a bag with drifting tf and corrected poses equals that of a bag whose tf has them.
 #include "bag_output.h"
 #include "support/random.h"
 #include "tools/run_program.h"
@@ -28,7 +28,7 @@ constexpr int kNumClouds = 8;
 
 ros::Time stampOf(int number) { return {1600000000U + static_cast<unsigned>(number), 123456789U}; }
 
-/// Where the robot was, or where odometry has it, which drifts.
+/// Pose of the robot, or its drifting odometry.
 Eigen::Isometry3d poseOf(int number, bool drifts) {
   Eigen::Isometry3d pose = Eigen::Isometry3d::Identity();
   const double drift = drifts ? 0.1 * number : 0.0;
@@ -85,7 +85,7 @@ class BagPoses : public ::testing::Test {
       odometry.child_frame_id = "base_link";
       odometry.pose.pose = toPose(poseOf(i, false), stampOf(i)).pose;
       bag.write("/odometry", stampOf(i), odometry);
-      // Until the loop is closed it has other poses.
+      // It has other poses until the loop is closed.
       path.poses.push_back(toPose(poseOf(i, true), stampOf(i)));
       if (i + 1 == kNumClouds) {
         for (int k = 0; k <= i; ++k)

@@ -15,7 +15,7 @@ using test::readFile;
 using test::runProgram;
 using test::TemporaryFolder;
 
-/// More ranks than cores, and root, whom mpirun refuses otherwise.
+/// Allows more ranks than cores, and root, which mpirun refuses by default.
 void allowMpi() {
   setenv("OMPI_MCA_rmaps_base_oversubscribe", "1", 1);
   setenv("OMPI_ALLOW_RUN_AS_ROOT", "1", 1);
@@ -55,7 +55,7 @@ class BagToMapMpi : public testing::Test {
     folder = nullptr;
   }
 
-  /// With any number of ranks the bytes are those of bag_to_map.
+  /// Expects the bytes of bag_to_map with any number of ranks.
   static void expectSameBytes(const std::string& bags, const Words& options,
                               const std::string& ending = "cuboids") {
     const std::string one = *folder / ("one." + ending);
@@ -94,7 +94,7 @@ TEST_F(BagToMapMpi, givesTheSameBytesOfRealScans) {
   expectSameBytes(folder_of_scans, {"--set", "resolution=0.2"});
 }
 
-/// Data that a process may have, not counting what it shares.
+/// Limits the data of a process, without shared memory.
 std::function<void()> allowMpiWithin(std::size_t size_bytes) {
   return [size_bytes] {
     allowMpi();
@@ -156,7 +156,7 @@ TEST_F(BagToMapMpi, saysOnceWhatIsWrong) {
   EXPECT_EQ(countOf("30 clouds dropped, no transform", end.err), 1U) << end.err;
 }
 
-/// The processes that a process has started, by the name of their program.
+/// The child processes of a process, by the name of their program.
 std::vector<pid_t> childrenOf(pid_t parent, const std::string& name) {
   std::vector<pid_t> children;
   for (const auto& entry : std::filesystem::directory_iterator("/proc")) {
@@ -190,7 +190,7 @@ TEST_F(BagToMapMpi, waitsForSlowRanks) {
   EXPECT_TRUE(readFile(one) == readFile(map));
 }
 
-/// A run that takes long, once all of its ranks are there and catch signals.
+/// A long run whose ranks are all there and handle signals.
 class LongRun {
  public:
   LongRun(const std::string& bag, std::string map)

@@ -47,7 +47,7 @@ TEST(MapTools, putMapsTogether) {
   EXPECT_EQ(voxels().at({0, 0, 0}), -0.5F) << end.err;
   end = merge({"--rule", "occupied"});
   EXPECT_EQ(voxels().at({0, 0, 0}), 1.0F) << end.err;
-  // The box turns to x = -2 to 0, y = 0 to 4, and goes to x = 0 to 2.
+  // The box is rotated to x = -2 to 0, y = 0 to 4, and shifted to x = 0 to 2.
   end = merge({"--turn", "0", "0", "90", "--shift", "1", "0", "0"});
   EXPECT_TRUE(says(end.out, "exact")) << end.out << end.err;
   EXPECT_TRUE(says(end.out, "4 voxels known to both")) << end.out;

@@ -91,7 +91,7 @@ TEST(MapTools, readAStoreAsAMap) {
   EXPECT_EQ(content(store), content(file));
   EXPECT_TRUE(contains(runProgram({MAP_INFO_PROGRAM, store}).out, "pages:        "));
   EXPECT_EQ(runProgram({MAP_RENDER_PROGRAM, store, folder / "map.png"}).status, 0);
-  // Into another store, page by page, and a part of it into every format alike.
+  // Copies it to another store, page by page, and a part of it to every format alike.
   const std::string copy = folder / "copy.sqlite";
   EXPECT_EQ(runProgram({MAP_CONVERT_PROGRAM, store, copy, "--frame", "mars"}).status, 0);
   EXPECT_EQ(readMapFile(copy).snapshot.frame_id, "mars");
@@ -216,7 +216,7 @@ TEST(MapTools, drawWhatColoursAreAskedToStandFor) {
   const TemporaryFolder folder;
   MapSnapshot snapshot;
   snapshot.resolution_m = 1.0;
-  // On the left a large cuboid that is certain, then a small one that is not; free on the right.
+  // A large cuboid on the left with high probability, then a small one with low; free on the right.
   snapshot.bricks = toBricks({{{{0, 0, 0}, {8, 8, 1}}, 3.0F},
                               {{{8, 0, 0}, {10, 8, 1}}, 0.0F},
                               {{{10, 0, 0}, {16, 8, 1}}, -1.0F}})
@@ -307,9 +307,9 @@ TEST(MapTools, refuseWhatIsNoPictureAndNoNumber) {
   EXPECT_EQ(folder.list().size(), 1U) << "nothing was written";
 }
 
-/// Expects that a program says why it cannot write: on a full disk, into a folder that is not there,
+/// Expects that a program reports why it cannot write: on a full disk, into a missing folder,
 /// and over a folder.
-/// @param run  Runs it. Gets the file to write and what to do before.
+/// @param run  Runs it. Gets the file to write and a function to call before.
 void expectErrorsOfWriting(
     const std::string& ending,
     const std::function<ProgramEnd(const std::string&, const std::function<void()>&)>& run) {

@@ -30,7 +30,7 @@ class MapToolsTerminal : public testing::Test {
     writeMapFile(map_, snapshot);
   }
 
-  /// A file of an earlier time in the place of what a program writes.
+  /// An older file in the place of a program's output.
   std::string makeOldFile(const std::string& name) const {
     const std::string file = folder_ / name;
     std::ofstream(file) << "old";
@@ -64,7 +64,7 @@ TEST_F(MapToolsTerminal, showsProgressBars) {
 TEST_F(MapToolsTerminal, endsOnCtrlCWhileAMapIsRead) {
   MapSnapshot snapshot;
   snapshot.resolution_m = 1.0;
-  // Takes much longer to read than a key to press.
+  // Reading takes much longer than pressing a key.
   snapshot.bricks = toBricks({{{{0, 0, 0}, {512, 512, 256}}, -1.0F}}).bricks;
   const std::string map = folder_ / "large.cuboids";
   writeMapFile(map, snapshot);
@@ -93,7 +93,7 @@ TEST_F(MapToolsTerminal, endsOnCtrlCWhileAMapIsRead) {
 TEST_F(MapToolsTerminal, endsOnCtrlCWhileAPictureIsDrawn) {
   const std::string picture = makeOldFile("old.png");
   Terminal terminal;
-  // Many more rows than can be drawn until the key is pressed.
+  // Many more rows than can be drawn before the key is pressed.
   Program program({MAP_RENDER_PROGRAM, map_, picture, "--width", "4096", "--height", "16384"},
                   [&] { terminal.attach(); });
   ASSERT_TRUE(terminal.waitFor("rows drawn")) << terminal.shown();

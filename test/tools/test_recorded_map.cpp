@@ -35,7 +35,7 @@ class Server {
   Server(std::string name, std::uint64_t instance, unsigned seed)
       : random_(seed), name_(std::move(name)), instance_(instance) {}
 
-  /// A cloud of some voxels. @return The update.
+  /// Adds a cloud of some voxels. @return The update.
   cuboid_mapping::CuboidMapUpdate step() {
     const ChangeSet changes =
         map_.apply(cuboid_mapping::test::randomUpdate(random_, {{-9, -4, -1}, {9, 4, 1}}, 60));
@@ -49,7 +49,7 @@ class Server {
 
   [[nodiscard]] cuboid_mapping::FullCuboidMap keyframe() const { return toMessage(image()); }
 
-  /// Of a keyframe in two parts.
+  /// A part of a keyframe in two parts.
   [[nodiscard]] cuboid_mapping::FullCuboidMap part(std::uint32_t number) const {
     const ImageMessage whole = image();
     const VoxelBrick* first = whole.image.bricks.data();
@@ -101,7 +101,7 @@ class RecordedMapTest : public testing::Test {
     return runProgram(command);
   }
 
-  /// The map in the bag is that of the server then.
+  /// Expects the server's map of that time in the bag.
   void expectMap(const MapSnapshot& wanted, const std::vector<std::string>& options = {}) {
     const ProgramEnd end = convert(options);
     ASSERT_EQ(end.status, 0) << end.err;

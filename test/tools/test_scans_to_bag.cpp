@@ -31,7 +31,7 @@ Eigen::Vector3f makePoint(int scan, int point) {
   return {1.0F + static_cast<float>(scan), 0.25F * static_cast<float>(point), -0.5F};
 }
 
-/// A quarter turn to the left for every scan, and a metre to the side.
+/// A pose with a quarter turn to the left for every scan, and a metre to the side.
 Eigen::Isometry3d makePose(int scan) {
   return Eigen::Translation3d(0.5, scan, 2.0) *
          Eigen::AngleAxisd(scan * M_PI / 2, Eigen::Vector3d::UnitZ());
@@ -57,7 +57,7 @@ void writeScanFolder(const std::string& folder) {
 void writeScanGraph(const std::string& file) {
   octomap::ScanGraph graph;
   for (int scan = 0; scan < kNumScans; ++scan) {
-    auto* cloud = new octomap::Pointcloud;  // the graph takes it
+    auto* cloud = new octomap::Pointcloud;  // the graph takes ownership
     for (int point = 0; point < kNumPoints; ++point) {
       const Eigen::Vector3f p = makePoint(scan, point);
       cloud->push_back(p.x(), p.y(), p.z());
@@ -263,7 +263,7 @@ TEST_F(ScansToBag, leavesNothingBehindWhereItCannotWrite) {
 }
 
 TEST_F(ScansToBag, leavesNothingBehindOnCtrlC) {
-  // Many poses, so that it is still at work.
+  // Many poses, so that it is still running.
   std::ofstream poses(dataset_ + "/poses.txt", std::ios::app);
   for (int i = 0; i < 300000; ++i) poses << "0 0 0 0 0 0 0 1\n";
   poses.close();

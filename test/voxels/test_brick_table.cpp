@@ -26,7 +26,7 @@ using Table = BrickTable<Item>;
 constexpr std::int32_t kFar = 1 << 30;
 constexpr CellBox kEverything{{-kFar, -kFar, -kFar}, {kFar, kFar, kFar}};
 
-/// The items that a table visits, each of which must come once.
+/// The items that a table visits, each exactly once.
 std::map<Cell, int> contentOf(const Table& table) {
   std::map<Cell, int> content;
   table.forEach([&](const Item& item) {
@@ -91,7 +91,7 @@ TEST(BrickTable, usesFreePlacesAgain) {
   EXPECT_EQ(table.numBytes(), 0U);
 }
 
-/// The items in a box as a table visits them, compared with a look at each.
+/// Compares the items in a box that a table visits with a test of each.
 void checkBox(const Table& table, const std::map<Cell, int>& model, const CellBox& box) {
   std::set<Cell> found;
   table.forEachIn(box, [&](const Item& item) {
@@ -114,7 +114,7 @@ TEST(BrickTable, agreesWithAnOrderedMapThroughRandomChanges) {
     for (std::size_t step = 0; step < kSteps; ++step) {
       const double growth = step / 10000 % 2 == 0 ? 0.7 : 0.3;  // Up, and down again.
       Cell brick = test::randomBrick(random, reach);
-      if (random.chance(0.4) && !model.empty()) {  // One that is there, or is next.
+      if (random.chance(0.4) && !model.empty()) {  // A brick that is in the table, or is next.
         const auto next = model.lower_bound(brick);
         brick = next == model.end() ? model.begin()->first : next->first;
       }
@@ -164,7 +164,7 @@ std::vector<Cell> bricksIn(const CellBox& numbers) {
   return bricks;
 }
 
-/// Mean and greatest number of slots that a search for a brick of a full table looks at.
+/// Mean and maximum number of slots that a search for a brick of a full table reads.
 std::pair<double, std::size_t> probesOf(const std::vector<Cell>& bricks) {
   Table table;
   for (const Cell& brick : bricks) table.findOrAdd(brick);
@@ -178,7 +178,7 @@ std::pair<double, std::size_t> probesOf(const std::vector<Cell>& bricks) {
 }
 
 TEST(BrickTable, findsTheBricksOfMapsOfAnyShapeAtOnce) {
-  // With slots taken at random a search looks at 1.5 of them on average when half are taken.
+  // With random slots a search reads 1.5 of them on average if half are taken.
   std::size_t num_shapes = 0;
   for (const Cell& size :
        {Cell{2, 2, 2}, Cell{4, 4, 4}, Cell{8, 8, 8}, Cell{20, 20, 20}, Cell{40, 40, 40},

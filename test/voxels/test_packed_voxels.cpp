@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The voxels of a brick against 512 optional numbers, through random streams of changes.
+// The voxels of a brick compared with 512 optional numbers, in random streams of changes.
 #include "cuboid_mapping/voxels/packed_voxels.h"
 
 #include "support/modelled_brick.h"
@@ -21,7 +21,7 @@ using test::ModelledBrick;
 using test::observe;
 using test::Random;
 
-/// What a brick has to hold, at least: masks that do not follow from the rest, of slices with a known
+/// Minimum size of a brick in bytes: masks that do not follow from the rest, of slices with a known
 /// voxel, and each log-odds once.
 std::size_t fewestBytes(const ModelledBrick& model) {
   std::set<float> values[2];
@@ -45,7 +45,7 @@ std::size_t fewestBytes(const ModelledBrick& model) {
   return num_masks * num_slices * sizeof(std::uint64_t) + num_values * sizeof(float);
 }
 
-/// Each log-odds comes once, first those of free voxels, with all voxels that have it and no other.
+/// Whether each log-odds comes once, those of free voxels first, with exactly the voxels that have it.
 testing::AssertionResult listsEachValueOnce(const PackedVoxels& voxels,
                                             const ModelledBrick& model) {
   std::map<float, BrickMask> expected;
@@ -70,7 +70,7 @@ testing::AssertionResult listsEachValueOnce(const PackedVoxels& voxels,
   return testing::AssertionSuccess();
 }
 
-/// All that a brick says of itself, voxel by voxel.
+/// Whether all functions of a brick agree with the model, voxel by voxel.
 testing::AssertionResult agree(const PackedVoxels& voxels, const ModelledBrick& model) {
   BrickMask masks[3];
   VoxelValues values;
@@ -103,7 +103,7 @@ testing::AssertionResult agree(const PackedVoxels& voxels, const ModelledBrick& 
   return listsEachValueOnce(voxels, model);
 }
 
-/// What differs between two bricks.
+/// Differences of two bricks.
 VoxelChange differenceOf(const ModelledBrick& before, const ModelledBrick& after) {
   VoxelChange change;
   for (int voxel = 0; voxel < kBrickVoxels; ++voxel) {
@@ -164,14 +164,14 @@ TEST(PackedVoxels, holdUpTo512DifferentLogOddsOfAnyClass) {
     PackedVoxels voxels = test::toPacked(model);
     EXPECT_TRUE(agree(voxels, model)) << num_free;
     EXPECT_EQ(numValues(voxels), 512U);
-    // All of them move at once, past each other, and no two come together.
+    // All of them change at once, past each other, and no two become equal.
     const SensorModel sensor_model({0.7, 0.4, 0.0005, 0.9995});
     BrickMask hits;
     for (int voxel = 0; voxel < kBrickVoxels; voxel += 3) hits.set(voxel);
     observe(model, hits, ~hits, sensor_model);
     (void)voxels.observe(hits, ~hits, sensor_model, voxels);
     EXPECT_TRUE(agree(voxels, model)) << num_free;
-    // A mask of the known voxels comes to it.
+    // A mask of the known voxels is added.
     for (const int voxel : {0, 100, 511}) {
       BrickMask one;
       one.set(voxel);
@@ -235,7 +235,7 @@ TEST(PackedVoxels, areEqualWhenAllVoxelsAre) {
   for (std::size_t i = 0; i < kCases; ++i) {
     ModelledBrick model = test::randomModelledBrick(random);
     const PackedVoxels voxels = test::toPacked(model);
-    PackedVoxels other;  // The same, another way: numbers are given in another order.
+    PackedVoxels other;  // The same content in another way: numbers have another order.
     for (int z = 7; z >= 0; --z) {
       (void)other.replace(BrickMask::ofBox({{0, 0, z}, {8, 8, z + 1}}), voxels, other);
     }
@@ -271,7 +271,7 @@ TEST(PackedVoxels, areCopiedAndMovedWhole) {
 constexpr SensorModelConfig kSensorModels[] = {
     {}, {0.9, 0.1, 0.3, 0.6}, {0.51, 0.495, 0.001, 0.999}, {0.5001, 0.4, 0.12, 0.97}};
 
-/// A random observation, or a replacement; done to the oracle as well.
+/// A random observation or replacement, also applied to the oracle.
 VoxelChange changeBoth(Random& random, const SensorModel& sensor_model, PackedVoxels& voxels,
                        ModelledBrick& model) {
   if (random.chance(0.9)) {

@@ -13,7 +13,7 @@ namespace {
 
 using Bricks = std::map<Cell, test::ModelledBrick>;
 
-/// The same, voxel by voxel. @return Whether no two boxes share a cell.
+/// Paints boxes voxel by voxel. @return Whether no two boxes share a cell.
 bool paintAll(const std::vector<UniformBox>& boxes, Bricks& bricks) {
   bool is_disjoint = true;
   for (const auto& [box, log_odds] : boxes) {
@@ -30,7 +30,7 @@ bool paintAll(const std::vector<UniformBox>& boxes, Bricks& bricks) {
   return is_disjoint;
 }
 
-/// Each brick once, along the Morton curve, with these voxels.
+/// Expects each brick once, along the Morton curve, with these voxels.
 void expectBricks(const std::vector<VoxelBrick>& found, const Bricks& expected) {
   ASSERT_EQ(found.size(), expected.size());
   for (std::size_t i = 0; i < found.size(); ++i) {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The voxels of a map against plain bricks, through random clouds and edits.
+// The voxels of a map compared with plain bricks, in random clouds and edits.
 #include "cuboid_mapping/voxels/voxel_store.h"
 
 #include "cuboid_mapping/voxels/brick_store.h"
@@ -19,7 +19,7 @@ namespace {
 using test::ModelledBrick;
 using test::Random;
 
-/// Only bricks with a known voxel.
+/// Bricks with a known voxel.
 using Bricks = std::map<Cell, ModelledBrick>;
 
 void dropUnknown(Bricks& bricks) {
@@ -35,7 +35,7 @@ void applyTo(Bricks& bricks, const std::vector<BrickUpdate>& updates, const Sens
   dropUnknown(bricks);
 }
 
-/// Puts voxels in the place of everything inside a box, brick by brick.
+/// Replaces everything inside a box by voxels, brick by brick.
 void replaceIn(Bricks& bricks, const CellBox& box, const Bricks& others) {
   Bricks all = others;
   all.insert(bricks.begin(), bricks.end());
@@ -57,7 +57,7 @@ std::vector<VoxelBrick> toVoxelBricks(const Bricks& bricks) {
   return packed;
 }
 
-/// Counts, bounds, bricks and single voxels.
+/// Expects equal counts, bounds, bricks and single voxels.
 void expectContent(const VoxelStore& store, const Bricks& bricks) {
   int num_free = 0;
   int num_occupied = 0;
@@ -85,14 +85,14 @@ void expectContent(const VoxelStore& store, const Bricks& bricks) {
   EXPECT_EQ(visited.size(), bricks.size());
 }
 
-/// What has changed in one brick.
+/// Changes in one brick.
 struct ChangedVoxels {
   Cell brick;
   BrickMask changed;
   bool is_reclassified;
 };
 
-/// What a change says is what differs.
+/// Expects that the reported changes are the differences.
 void expectChanges(const std::vector<ChangedVoxels>& changes, const Bricks& before,
                    const Bricks& after) {
   const auto at = [](const Bricks& bricks, const Cell& brick) {
@@ -122,7 +122,7 @@ void expectChanges(const std::vector<ChangedVoxels>& changes, const Bricks& befo
   }
 }
 
-/// Makes a change. @return What has changed, brick by brick.
+/// Makes a change. @return The changes, brick by brick.
 std::vector<ChangedVoxels> commit(VoxelStore& store, VoxelStore::PendingChange change) {
   std::vector<ChangedVoxels> changes;
   store.reserve(change);
@@ -188,7 +188,7 @@ TEST(VoxelStore, hasNothingInAnEmptyBox) {
   }
 }
 
-/// A box of some bricks, or of a few voxels, or everything.
+/// A random box of some bricks, or of a few voxels, or everything.
 CellBox randomEditBox(Random& random) {
   constexpr std::int32_t kEnd = 1 << 30;
   if (random.chance(0.02)) return {{-kEnd, -kEnd, -kEnd}, {kEnd, kEnd, kEnd}};
@@ -204,7 +204,7 @@ Bricks randomBricks(Random& random) {
   return bricks;
 }
 
-/// Whether a box has an occupied voxel, and which bricks are in it.
+/// Checks whether a box has an occupied voxel, and its bricks.
 void expectBox(const VoxelStore& store, const Bricks& bricks, const CellBox& box) {
   bool is_any_occupied = false;
   std::set<Cell> expected;

@@ -25,7 +25,7 @@ MapSnapshot headOf(const MapConfig& config) {
   return {config.resolution_m, config.sensor_model, config.environment, "map", {}};
 }
 
-/// A window and its map, beside a map without one that gets the same.
+/// A window and its map, and a map without a window that gets the same changes.
 struct Pair {
   Pair(const MapConfig& map_config, const WindowConfig& window_config, std::string store_file)
       : config(window_config), file(std::move(store_file)), plain(map_config), map(map_config) {
@@ -38,7 +38,7 @@ struct Pair {
     window = std::make_unique<MapWindow>(config, std::move(store), map);
   }
 
-  /// As a program that ends and is started again.
+  /// Restarts, as a program that ends and is started again.
   void startAgain() {
     EXPECT_TRUE(window->save(map));
     window.reset();
@@ -59,7 +59,7 @@ struct Pair {
     window->note(map.replace(box, boxes));
   }
 
-  /// Store and memory as one map.
+  /// Voxels of store and memory as one map.
   [[nodiscard]] std::map<Cell, float> voxels() const {
     MapSnapshot snapshot = takeSnapshot(map, "");
     for (const Cell& page : window->storedPages()) window->addStored(page, {}, snapshot);
@@ -115,7 +115,7 @@ struct Walk {
   }
 
   Random& random;
-  Cell place;  ///< In bricks.
+  Cell place;  ///< Place in bricks.
 };
 
 TEST(MapWindow, thatKeepsIsTheMapWithoutOneVoxelByVoxel) {
@@ -131,7 +131,7 @@ TEST(MapWindow, thatKeepsIsTheMapWithoutOneVoxelByVoxel) {
     for (int step = 0; step < 150; ++step) {
       walk.step(pair);
       if (step % 25 == 0) {
-        // An edit anywhere, and a look at a place that may be on disk.
+        // An edit anywhere, and a read of a place that may be on disk.
         const CellBox box = test::randomBox(random, {{-400, -400, -30}, {400, 400, 30}}, 70);
         pair.replace(box, random.chance(0.5) ? std::vector<UniformBox>{{box, 0.5F}}
                                              : std::vector<UniformBox>());
@@ -165,7 +165,7 @@ TEST(MapWindow, tellsOfAllThatComesAndLeaves) {
   Random random(931);
   Pair pair(randomConfig(random), {6.0, 1.0, OutsideWindow::kKeep}, folder / "map.sqlite");
   Walk walk(random);
-  std::map<Cell, float> seen;  // As a copy has it that reads changed bricks again.
+  std::map<Cell, float> seen;  // A copy that reads changed bricks again.
   for (int step = 0; step < 120; ++step) {
     walk.step(pair);
     for (const ChangedBrick& changed : pair.changes.bricks) {
@@ -187,7 +187,7 @@ MapConfig tenthOfAMetre() {
   return config;
 }
 
-/// A cloud of one brick, all of it occupied.
+/// A cloud of one brick with all voxels occupied.
 ScanUpdate updateOf(const Cell& brick) {
   ScanUpdate update;
   update.bricks.push_back({brick, BrickMask::all(), {}, test::mortonOf(brick)});
@@ -200,7 +200,7 @@ Eigen::Vector3d placeOf(const Pair& pair, const Cell& cell) {
 
 TEST(MapWindow, keepsWhatIsInItAndInItsMargin) {
   const TemporaryFolder folder;
-  // 64 voxels to each side, and as many of margin.
+  // The window reaches 64 voxels to each side, the margin as many more.
   Pair pair(tenthOfAMetre(), {12.8, 6.4, OutsideWindow::kKeep}, folder / "map.sqlite");
   const Cell old{0, 0, 0};
   pair.integrate(updateOf(old), placeOf(pair, {32, 32, 32}));
@@ -211,11 +211,11 @@ TEST(MapWindow, keepsWhatIsInItAndInItsMargin) {
       pair.integrate(updateOf(brickOf(at)), placeOf(pair, at));
     }
   };
-  stay_at(180);  // The window begins at 116, the margin at 52: the page ends at 64.
+  stay_at(180);  // The window starts at 116, the margin at 52: the page ends at 64.
   EXPECT_TRUE(is_here());
   stay_at(200);
   EXPECT_FALSE(is_here());
-  stay_at(180);  // It comes back for the window, not for the margin.
+  stay_at(180);  // It is loaded for the window, not for the margin.
   EXPECT_FALSE(is_here());
   EXPECT_EQ(pair.window->countNotLoaded(pageBox(old)), 1U);
   stay_at(120);
@@ -281,7 +281,7 @@ TEST(MapWindow, thatRefusesTakesNothingFromOutside) {
   for (int step = 0; step < 100; ++step) {
     walk.step(pair);
     const CellBox window = pair.window->window();
-    // A page belongs to it that shares a voxel with it, or with its margin of 20 voxels.
+    // A page belongs to the window if it shares a voxel with it, or with its margin of 20 voxels.
     const Cell edge = Cell{20, 20, 20} + Cell{kPageEdge, kPageEdge, kPageEdge};
     const CellBox limit{window.min - edge, window.max + edge};
     ASSERT_TRUE(pair.map.voxels().size() == 0 || limit.contains(*pair.map.bounds()));
@@ -307,7 +307,7 @@ TEST(MapWindow, losesNothingWhenTheDiskIsFull) {
     EXPECT_FALSE(pair.window->save(pair.map));
     const WindowFigures figures = pair.window->figures();
     EXPECT_GT(figures.num_failures, 0U);
-    EXPECT_LT(figures.num_failures, 10U);  // It is not tried again in each step.
+    EXPECT_LT(figures.num_failures, 10U);  // It does not retry in each step.
     EXPECT_GT(figures.num_in_memory, num_before);
     EXPECT_EQ(figures.last_failure.rfind(pair.file, 0), 0U) << figures.last_failure;
     EXPECT_EQ(pair.voxels(), test::voxelsOf(pair.plain));
@@ -331,7 +331,7 @@ TEST(MapWindow, bringsPagesBackSomeAtATime) {
   EXPECT_EQ(pair.voxels(), test::voxelsOf(pair.plain));
 }
 
-/// The window is opened anew over a store in which the page at x = 0 is damaged.
+/// Opens the window again on a store in which the page at x = 0 is damaged.
 void damageFirstPage(Pair& pair) {
   EXPECT_TRUE(pair.window->save(pair.map));
   pair.window.reset();
@@ -377,7 +377,7 @@ TEST(MapWindow, takesNothingInAPageThatCannotBeRead) {
   }
   EXPECT_EQ(pair.map.voxels().at(good), Occupancy::kOccupied);
   EXPECT_EQ(pair.map.voxels().at(bad), Occupancy::kUnknown);
-  EXPECT_EQ(pair.window->countNotLoaded(pageBox(bad)), 1U);  // Nobody takes it for unknown.
+  EXPECT_EQ(pair.window->countNotLoaded(pageBox(bad)), 1U);  // It does not count as unknown.
   const WindowFigures figures = pair.window->figures();
   EXPECT_EQ(figures.num_unreadable, 3U);
   EXPECT_EQ(figures.num_failures, 1U);
@@ -393,7 +393,7 @@ TEST(MapWindow, hasAMapThatWasReplacedInItsStore) {
   Walk walk(random);
   for (int step = 0; step < 60; ++step) walk.step(pair);
   ASSERT_GT(pair.window->figures().num_on_disk_only, 0U);
-  // While nothing can be written, what was there does not come back, either.
+  // While writing fails, existing pages are not loaded, either.
   {
     const FullDisk full;
     pair.plain.clear();

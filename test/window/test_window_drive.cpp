@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// A simulated lidar goes round a building several times, with a window and without.
+// A simulated lidar drives around a building several times, with a window and without.
 #include "page_budget.h"
 
 #include "cuboid_mapping/scan/scan_update.h"

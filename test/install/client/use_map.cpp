@@ -19,7 +19,7 @@ namespace {
 
 using namespace cuboid_mapping;
 
-/// Follows the map of a node; not without a master.
+/// Follows the map of a node, if there is a master.
 bool isFollowing() {
   const cuboid_mapping_ros::CuboidMapClient client;
   return client.hasMap();
@@ -34,7 +34,7 @@ int main(int argc, char** argv) {
   }
   const Eigen::Isometry3d T_map_sensor = Eigen::Isometry3d::Identity();
   const std::vector<Eigen::Vector3f> points_sensor = {{5.0F, 1.0F, 0.5F}, {5.0F, 1.5F, 0.5F}};
-  // As README.md has it.
+  // The example of README.md.
   MapperConfig config;
   config.map.resolution_m = 0.1;
   config.max_range_m = 30.0;
