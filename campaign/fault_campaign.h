@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Every place where a call can fail, one after the other, with a look at what is left afterwards.
+// Fails every call that can fail, one after the other, and checks the state afterwards.
 //
-// CUBOID_MAPPING_FAULTS says at how many calls at most a trial is repeated, evenly spread; 0: at all.
+// CUBOID_MAPPING_FAULTS limits the number of repetitions of a trial, evenly spread; 0: no limit.
 #pragma once
 
 #include "fault_injection.h"
@@ -21,14 +21,14 @@
 
 namespace cuboid_mapping::campaign {
 
-/// Does work with a fault armed. @return Whether an exception has come out of it.
+/// Does work with an armed fault. @return Whether an exception has left it.
 using Act = std::function<bool(const std::function<void()>& work)>;
 
-/// One try: makes what it needs, does its work by `act`, and looks at what is left.
-/// @return What is wrong; empty: nothing.
+/// One trial: sets up, does its work by `act`, and checks the state.
+/// @return Description of the error; empty: none.
 using Trial = std::function<std::string(const Act& act)>;
 
-/// A fault in a trial, and what came of it.
+/// A fault in a trial, and its outcome.
 struct TrialResult {
   std::size_t num_calls = 0;
   bool has_failed = false;
@@ -36,7 +36,7 @@ struct TrialResult {
   std::string wrong;
 };
 
-/// In a process of its own.
+/// Runs a trial in its own process.
 inline TrialResult tryOnce(FaultKind kind, std::size_t number, FaultDuration duration,
                            const Trial& trial) {
   const std::string said = runIsolated([&] {
@@ -71,18 +71,18 @@ inline TrialResult tryOnce(FaultKind kind, std::size_t number, FaultDuration dur
   return result;
 }
 
-/// Whether all calls are tried, or so many at most.
+/// Maximum number of calls to try.
 inline std::size_t maxTrials() {
   const char* text = std::getenv("CUBOID_MAPPING_FAULTS");
   const std::size_t most = text == nullptr ? 12 : std::strtoull(text, nullptr, 10);
   return most == 0 ? std::numeric_limits<std::size_t>::max() : most;
 }
 
-/// Lets the first, second, third call of a trial fail, once and from then on, until none is
-/// reached; prints a row for each and expects that nothing is wrong.
-/// @return How many calls were made to fail.
+/// Fails the first, second, third call of a trial, once and from then on, until none is
+/// reached; prints a row for each and expects no error.
+/// @return Number of failed calls.
 inline std::size_t expectNothingWrong(const std::string& name, FaultKind kind, const Trial& trial) {
-  (void)test::testSeed();  // Says it here, and not in every process again.
+  (void)test::testSeed();  // Prints it here, and not in every process again.
   constexpr auto kNever = std::numeric_limits<std::size_t>::max();
   const TrialResult plain = tryOnce(kind, kNever, FaultDuration::kOnce, trial);
   EXPECT_EQ(plain.wrong, "") << name << " without a fault";

@@ -34,9 +34,9 @@ std::size_t armed_number = 0;
 FaultDuration armed_duration = FaultDuration::kOnce;
 std::array<void*, kMaxFrames> failed_frames;
 int num_failed_frames = 0;
-thread_local bool is_looking = false;  ///< At the stack, which may need memory itself.
+thread_local bool is_looking = false;  ///< The stack is being read, which may need memory itself.
 
-/// Counts a call. @return Whether it is to fail.
+/// Counts a call. @return Whether it must fail.
 bool isToFail(FaultKind kind) {
   if (!is_armed.load(std::memory_order_acquire) || kind != armed_kind || is_looking) return false;
   const std::size_t call = num_calls++;
@@ -88,7 +88,7 @@ const char* toString(FaultKind kind) {
 
 FaultScope::FaultScope(FaultKind kind, std::size_t number, FaultDuration duration) {
   std::array<void*, 1> frame;
-  (void)backtrace(frame.data(), 1);  // Loads a library, the first time.
+  (void)backtrace(frame.data(), 1);  // Loads a library at the first call.
   num_calls = 0;
   num_failures = 0;
   num_failed_frames = 0;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Calls of the system that fail on demand, of everything in the program that they are linked into.
+// System calls that fail on demand, in the whole program that links them.
 #pragma once
 
 #include <cstddef>
@@ -7,7 +7,7 @@
 
 namespace cuboid_mapping::campaign {
 
-/// What can be made to fail.
+/// Calls that can fail.
 enum class FaultKind {
   kMemory,  ///< malloc and its relatives, which operator new calls: no memory.
   kThread,  ///< pthread_create(): too many threads.
@@ -19,11 +19,11 @@ enum class FaultKind {
 
 const char* toString(FaultKind kind);
 
-/// Whether calls fail one time, or from then on.
+/// Whether one call fails, or all from then on.
 enum class FaultDuration { kOnce, kLasting };
 
-/// Makes the n-th call of a kind fail, in any thread, from its construction to its end. One at a
-/// time. The calls of the program itself count, too: let no more than the work to be tried lie in
+/// Makes the n-th call of a kind fail, in any thread, from its construction to its destruction. One at a
+/// time. Calls of the program itself count, too: do nothing but the tested work during
 /// its life.
 class FaultScope {
  public:
@@ -33,16 +33,16 @@ class FaultScope {
   FaultScope(const FaultScope&) = delete;
   FaultScope& operator=(const FaultScope&) = delete;
 
-  /// Whether so many calls were made that one has failed.
+  /// Whether the failing call was reached.
   [[nodiscard]] bool hasFailed() const;
   [[nodiscard]] std::size_t numCalls() const;
 };
 
-/// The functions of this package that were under way in the last call that failed, the innermost
-/// first; empty when there was none.
+/// Functions of this package in the stack of the last failed call, the innermost
+/// first; empty if there was none.
 std::string describeFailedCall();
 
-/// False where a sanitizer has its own malloc: kMemory cannot be asked for then.
+/// False if a sanitizer has its own malloc: kMemory cannot be used then.
 bool canFailMemory();
 
 }  // namespace cuboid_mapping::campaign

@@ -11,8 +11,8 @@
 
 namespace cuboid_mapping::campaign {
 
-/// What work in a process of its own has said; a crash, and an end that did not come, say so.
-/// @param work  () -> std::string. @param limit_s  The process is killed after so many seconds.
+/// Result of work in its own process; crashes and timeouts are reported.
+/// @param work  () -> std::string. @param limit_s  Seconds after which the process is killed.
 template <typename WorkT>
 std::string runIsolated(const WorkT& work, unsigned limit_s = 60) {
   int ends[2];

@@ -9,7 +9,7 @@ import xmlrpc.client
 
 
 class Processes:
-    """Programs that end with this one."""
+    """Programs that end when this one ends."""
 
     def __init__(self):
         self.all = []

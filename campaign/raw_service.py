@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""A service of a node, called by bytes."""
+"""Calls a service of a node with raw bytes."""
 import io
 import socket
 import struct
@@ -17,14 +17,14 @@ def to_bytes(message):
 
 class RawService:
     def __init__(self, name, patience_s):
-        """@param patience_s  socket.timeout is raised when the node is silent for longer."""
+        """@param patience_s  Silence of the node after which socket.timeout is raised."""
         self.name = name
         self.patience_s = patience_s
         self.type = rosservice.get_service_class_by_name(name)
         self.address = rosgraph.Master(rospy.get_name()).lookupService(name)[len('rosrpc://'):].split(':')
 
     def call(self, request):
-        """@return 'answer', 'refused' or 'closed'; and the bytes that have come with the first two."""
+        """@return 'answer', 'refused' or 'closed'; and the received bytes for the first two."""
         fields = [f'callerid={rospy.get_name()}', f'service={self.name}', 'md5sum=*',
                   'persistent=0']
         header = b''.join(struct.pack('<I', len(field)) + field.encode() for field in fields)

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The map when memory or threads are missing: a change is in, as if nothing had failed, or it has thrown and
-// the map is as it was before; the same change can then be made again.
+// The map without memory or threads: a change is made as if nothing had failed, or it throws and
+// the map is unchanged; the same change can then be made again.
 #include "cuboid_mapping/map/map_snapshot.h"
 #include "cuboid_mapping/map/mapper.h"
 #include "cuboid_mapping/sharing/map_follower.h"
@@ -13,7 +13,7 @@ namespace {
 
 using test::Random;
 
-/// All that a map says.
+/// Observable content of a map.
 struct MapContent {
   std::map<Cell, float> voxels;
   std::vector<Cuboid> cuboids;
@@ -28,20 +28,20 @@ MapContent contentOf(const CuboidMap& map) {
           map.lockedBoxes(),   map.voxels().numFreeVoxels(), map.voxels().numOccupiedVoxels()};
 }
 
-/// What is expected of a map's cuboids.
+/// Expectation about a map's cuboids.
 enum class Cuboids {
   kSame,
   kGrowing,  ///< They cover the same voxels, and may have stopped growing when memory failed.
 };
 
-/// What is unsound in a map; empty: nothing.
+/// Violation in a map; empty: none.
 std::string findViolation(const CuboidMap& map) {
   const std::vector<std::string> violations = checkMap(map);
   if (violations.empty()) return {};
   return "unsound: " + violations.front().substr(0, violations.front().find(" ("));
 }
 
-/// How one map differs from another; empty: it does not.
+/// Difference of a map from another; empty: none.
 std::string compare(const CuboidMap& map, const MapContent& expected,
                     Cuboids cuboids = Cuboids::kSame) {
   const std::string violation = findViolation(map);
@@ -60,14 +60,14 @@ ScanUpdate someUpdate(Random& random) {
   return test::randomUpdate(random, {{-2, -2, -2}, {2, 2, 2}}, 8);
 }
 
-/// A map with some clouds in it, and locks.
+/// Adds some clouds and locks to a map.
 void fill(CuboidMap& map) {
   Random random(7);
   for (int i = 0; i < 30; ++i) map.apply(someUpdate(random));
   map.lock({{-9, -9, -9}, {-2, -2, -2}});
 }
 
-/// One that needs threads, and has needed none before.
+/// Fills a map without starting threads, which a later change needs.
 void fillWithoutThreads(CuboidMap& map) {
   Random random(7);
   map.replace(kAllCells, test::randomSnapshot(random).bricks);
@@ -75,7 +75,7 @@ void fillWithoutThreads(CuboidMap& map) {
 
 using Work = std::function<ChangeSet(CuboidMap&)>;
 
-/// A change of a map under faults. Looks at the map, at the answer, and at what comes after it.
+/// A change of a map under faults. Checks the map, the answer, and later changes.
 class MapTrial {
  public:
   MapTrial(MapConfig config, std::function<void(CuboidMap&)> prepare, Work work)
@@ -83,7 +83,7 @@ class MapTrial {
 
   std::string operator()(const Act& act) const {
     MapConfig plain_config = config_;
-    plain_config.threads = 1;  // The threads are started where they can fail.
+    plain_config.threads = 1;  // Threads are started where they can fail.
     CuboidMap plain(plain_config);
     prepare_(plain);
     const MapContent before = contentOf(plain);
@@ -94,7 +94,7 @@ class MapTrial {
     prepare_(map);
     ChangeSet changes;
     const bool has_thrown = act([&] { changes = work_(map); });
-    // Growth that memory has ended goes on with later clouds, and comes to other cuboids.
+    // Growth stopped by lack of memory continues with later clouds, and gives other cuboids.
     const bool has_stopped = !has_thrown && changes.is_everything && !expected.is_everything;
     const Cuboids now = has_stopped ? Cuboids::kGrowing : Cuboids::kSame;
     std::string wrong = compare(map, has_thrown ? before : after, now);
@@ -146,7 +146,7 @@ std::vector<Setting> settings() {
   return all;
 }
 
-/// @return How many calls were made to fail.
+/// @return Number of failed calls.
 std::size_t tryWork(const std::string& name, const Work& work) {
   std::size_t num_trials = 0;
   for (const Setting& setting : settings()) {
@@ -162,7 +162,7 @@ TEST(CoreFaults, aCloudIsInOrNot) {
   EXPECT_GT(tryWork("apply", [&](CuboidMap& map) { return map.apply(update); }), 0U);
 }
 
-/// More bricks than one thread takes at a time.
+/// The cloud has more bricks than one thread takes at a time.
 TEST(CoreFaults, aCloudIsInWithoutThreads) {
   MapConfig config;
   config.resolution_m = 0.1;
@@ -218,7 +218,7 @@ TEST(CoreFaults, aMapIsReplacedOrNot) {
   {
     Random random(10);
     snapshot = test::randomSnapshot(random);
-    snapshot.resolution_m = 0.1;  // That of the maps of tryWork().
+    snapshot.resolution_m = 0.1;  // The resolution of tryWork()'s maps.
   }
   EXPECT_GT(tryWork("clear", [](CuboidMap& map) { return map.clear(); }), 0U);
   EXPECT_GT(
@@ -226,7 +226,7 @@ TEST(CoreFaults, aMapIsReplacedOrNot) {
       0U);
 }
 
-/// A scan by Mapper: is in or not, and the next ones are what they would have been.
+/// A scan of Mapper is in the map or not, and the next ones are not affected.
 TEST(CoreFaults, aScanIsInOrNot) {
   for (const int threads : {1, 3}) {
     MapperConfig config;
@@ -280,7 +280,7 @@ TEST(CoreFaults, aFollowerHasADeltaOrNot) {
       (void)follower.take(delta);
     });
     if (has_thrown) {
-      // It may lack something, and says so: nothing is lost without a word.
+      // It may lack data, but reports it: nothing is lost silently.
       if (follower.take(delta) == FollowResult::kGap && !follower.take(image))
         return "image refused";
       (void)follower.take(delta);
@@ -293,7 +293,7 @@ TEST(CoreFaults, aFollowerHasADeltaOrNot) {
   EXPECT_GT(expectNothingWrong("follow", FaultKind::kMemory, trial), 0U);
 }
 
-/// A follower that cannot take an image has the map of before, and its revision.
+/// A follower that cannot take an image keeps its map and its revision.
 TEST(CoreFaults, aFollowerKeepsItsMapWhereItCannotTakeAnother) {
   const Trial trial = [](const Act& act) -> std::string {
     CuboidMap map;

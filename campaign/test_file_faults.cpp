@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Saves and loads when memory, disk or rights are missing: a file is the old one or the new one, whole; a
-// map is that of the file or the one before; and the answer says which.
+// Saves and loads without memory, disk space or rights: a file is the old one or the new one, whole; a
+// map is the file's or the old one; and the answer says which.
 #include "cuboid_mapping/io/file_replacement.h"
 #include "cuboid_mapping/ros/map/map_storage.h"
 #include "fault_campaign.h"

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The node's parts when memory is missing: a cloud is in or counted as dropped, the map is that of a plain
-// replay, and who follows it has all of it after the next publish.
+// The node's parts without memory: a cloud is in the map or counted as dropped, the map equals that of a plain
+// replay, and followers have all of it after the next publish.
 #include "fault_campaign.h"
 #include "ros/cloud_messages.h"
 #include "ros/simulated_node.h"
@@ -62,12 +62,12 @@ struct Scene {
     while (node.mapOne()) {
     }
   }
-  /// As a listener does.
+  /// Follows the map as a subscriber does.
   void follow() {
     if (follower.take(node.publish()) == FollowResult::kGap) (void)follower.take(node.makeImage());
   }
 
-  /// What is wrong at the end.
+  /// Error at the end; empty: none.
   std::string check() {
     const NodeStatistics& statistics = node.statistics();
     if (statistics.numWaiting() != node.numWaiting()) return "a cloud is neither in nor counted";

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Random questions of planners on maps of real scans; each answer is looked at again voxel by voxel.
+// Random questions of planners on maps of real scans; each answer is checked voxel by voxel.
 //
-// CUBOID_MAPPING_QUESTIONS says how many of each kind are asked of each map: 40 unless told.
+// CUBOID_MAPPING_QUESTIONS sets the number of each kind on each map: 40 by default.
 #include "cuboid_mapping/query/box_query.h"
 #include "cuboid_mapping/query/corridor_query.h"
 #include "cuboid_mapping/query/fit_query.h"
@@ -27,7 +27,7 @@ std::size_t numQuestions() {
   return text == nullptr ? 40 : std::strtoull(text, nullptr, 10);
 }
 
-/// A question has a policy; the table of what is in the way goes with it.
+/// A map with the table of blocked voxels for a question's policy.
 struct Room {
   const Scene& scene;
   UnknownPolicy policy;
@@ -41,7 +41,7 @@ struct Room {
     const auto& poses = scene.poses_map;
     return poses[random.index(poses.size())] + reach_m * test::randomPoint(random, 1.0);
   }
-  /// Whether a box around a point has something in its way, by its voxels.
+  /// Whether a box around a point is blocked, by its voxels.
   bool isBlocked(const Eigen::Vector3d& center, const Eigen::Vector3d& size_m) {
     return obstacles.isAny(*grid().toCellBox(boxAround(center, size_m)));
   }
@@ -84,8 +84,8 @@ testing::AssertionResult checkBoxQuestion(Room& room) {
   return testing::AssertionSuccess();
 }
 
-/// Where a ray first is in a voxel that stops it, by all its crossings of faces in their order;
-/// nothing when one of the voxels on the way is met for less than a nanometre.
+/// Place at which a ray first enters a blocking voxel, from all its crossings of faces in order;
+/// nothing if the ray passes a voxel on the way for less than a nanometre.
 std::optional<double> findEnd(Room& room, const Eigen::Vector3d& origin,
                               const Eigen::Vector3d& along, double max_range_m) {
   std::vector<double> crossings{0.0, max_range_m};
@@ -126,7 +126,7 @@ testing::AssertionResult checkRayQuestion(Room& room) {
   return testing::AssertionSuccess();
 }
 
-/// Whether a box that moves along a segment has something in its way, at many places of it.
+/// Whether a box that moves along a segment is blocked at one of many places.
 bool isBlockedOnTheWay(Room& room, const Eigen::Vector3d& from, const Eigen::Vector3d& to,
                        const Eigen::Vector3d& size_m) {
   constexpr double kMargin_m = 1e-5;
@@ -160,7 +160,7 @@ testing::AssertionResult checkPathQuestion(Room& room) {
   return met.contains(contact.voxel) ? testing::AssertionSuccess() : wrong("a contact far away");
 }
 
-/// Whether a box gets from one place to another from voxel to voxel, inside a region.
+/// Whether a path from voxel to voxel leads a box from one place to another inside a region.
 bool isConnected(Room& room, const CellBox& region, const Cell& size, const Cell& from,
                  const Cell& to) {
   std::set<Cell> seen{from};

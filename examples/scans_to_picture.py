@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""From a folder of scans to a picture of the map, in cells (# %%) for an editor that runs them one by one.
+"""Maps a folder of scans and draws a picture, in cells (# %%) for an editor that runs them one by one.
 
 usage: scans_to_picture.py [FOLDER [PICTURE.png]]
 
@@ -32,7 +32,7 @@ def to_matrix(x, y, z, qx, qy, qz, qw):
 
 
 def read_pcd(file):
-    """The points of a binary .pcd whose fields are x, y and z."""
+    """Reads the points of a binary .pcd with the fields x, y and z."""
     content = file.read_bytes()
     head, mark, data = content.partition(b'DATA binary\n')
     if not mark or b'FIELDS x y z\n' not in head:
@@ -50,7 +50,7 @@ def read_scans(source):
 
 # %% Without a folder: two rooms with a door between them, seen from nine places
 def simulate(target, num_beams=20000):
-    # Boxes: min x, y, z, max x, y, z. The hall is looked at from inside, the others from outside.
+    # Boxes: min x, y, z, max x, y, z. The hall is seen from inside, the others from outside.
     boxes = np.array([(0, 0, 0, 10, 6, 2.5), (4.9, 0, 0, 5.1, 2.5, 2.5), (4.9, 3.5, 0, 5.1, 6, 2.5),
                       (1, 4, 0, 2, 5, 1), (7, 1, 0, 7.5, 1.5, 2.5), (8.5, 4, 0, 9.5, 5, 1.5)])
     directions = np.random.default_rng(1).normal(size=(num_beams, 3))
@@ -83,7 +83,7 @@ mapper.save(str(picture.with_suffix('.cuboids')))
 
 # %% A picture from above: height of the occupied voxels of each column, and free space
 low, high = occupied.boxes[:, :3].min(axis=0), occupied.boxes[:, 3:].max(axis=0)
-# Between floor and ceiling.
+# The part between floor and ceiling.
 height = high[2] - low[2]
 low[2], high[2] = low[2] + 0.1 * height, high[2] - 0.1 * height
 voxels = mapper.dense(np.hstack([low, high]))

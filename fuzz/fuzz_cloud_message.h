@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Clouds whose fields, sizes, strides and byte order say anything.
+// Clouds with arbitrary fields, sizes, strides and byte order.
 #pragma once
 
 #include "fuzz_input.h"
@@ -11,7 +11,7 @@
 
 namespace cuboid_mapping {
 
-/// Small numbers that fit together mostly, and any other.
+/// Sizes that are mostly small and consistent, but may be any number.
 inline std::uint32_t takeSize(FuzzInput& input, std::uint32_t usual) {
   switch (input.upTo(7)) {
     case 0: return input.take<std::uint32_t>();
@@ -31,14 +31,14 @@ inline sensor_msgs::PointField takeField(FuzzInput& input, std::uint32_t index) 
   return field;
 }
 
-/// Of most clouds; a cloud has rows and columns of 1 to so many points.
+/// Shape of most clouds; a cloud has rows and columns with 1 up to this many points.
 struct CloudShape {
   std::size_t max_height;
   std::size_t max_width;
   std::uint32_t point_step;
 };
 
-/// Gives a cloud its bytes: once more from the beginning, so that most clouds have all their points.
+/// Fills a cloud with the bytes, repeated, so that most clouds have all their points.
 inline void fillCloud(sensor_msgs::PointCloud2& cloud, const std::string& data) {
   cloud.data.assign(data.begin(), data.end());
   const std::size_t wanted = std::size_t{cloud.row_step} * cloud.height;
@@ -49,7 +49,7 @@ inline void fillCloud(sensor_msgs::PointCloud2& cloud, const std::string& data) 
   }
 }
 
-/// Gives a cloud all but its fields.
+/// Sets everything but the fields of a cloud.
 inline void takeContent(FuzzInput& input, const CloudShape& usual,
                         sensor_msgs::PointCloud2& cloud) {
   cloud.is_bigendian = static_cast<std::uint8_t>(input.chance());

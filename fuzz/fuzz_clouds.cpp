@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Clouds whose fields, sizes, strides and byte order say anything, from the message to the map.
+// Clouds with arbitrary fields, sizes, strides and byte order, from the message to the map.
 #include "cuboid_mapping/map/cuboid_map.h"
 #include "cuboid_mapping/ros/clouds/cloud_pipeline.h"
 
@@ -26,7 +26,7 @@ NodeParameters takeParameters(FuzzInput& input) {
   return parameters;
 }
 
-/// What convertCloud() promises.
+/// Checks the guarantees of convertCloud().
 void checkConversion(const sensor_msgs::PointCloud2& cloud, const NodeParameters& parameters) {
   CloudOptions options;
   options.no_return_range_m = parameters.source.no_return_range_m;

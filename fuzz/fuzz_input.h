@@ -10,12 +10,12 @@
 
 namespace cuboid_mapping {
 
-/// What has to hold whatever the bytes are: otherwise the fuzzer has found something.
+/// Ends the program if a property does not hold, so that the fuzzer reports it.
 inline void require(bool holds) {
   if (!holds) std::abort();
 }
 
-/// Takes values out of the bytes of a fuzzer one after the other; zeros when they are used up.
+/// Takes values from the bytes of a fuzzer one after the other; zeros when they are used up.
 class FuzzInput {
  public:
   FuzzInput(const std::uint8_t* data, std::size_t size) : data_(data), left_(size) {}
@@ -30,11 +30,11 @@ class FuzzInput {
     skip(count);
     return value;
   }
-  /// From 0 to `most`, of one byte.
+  /// A number from 0 to `most`, from one byte.
   std::size_t upTo(std::size_t most) { return take<std::uint8_t>() % (most + 1); }
   bool chance() { return (take<std::uint8_t>() & 1) != 0; }
 
-  /// A number of the size of a room mostly, in steps of 1 cm; now and then one that nobody expects.
+  /// A number mostly within a room, in steps of 1 cm; sometimes an extreme one.
   double number() {
     constexpr double kInfinity = std::numeric_limits<double>::infinity();
     constexpr std::array<double, 12> kOdd{
@@ -47,7 +47,7 @@ class FuzzInput {
     return 0.01 * take<std::int16_t>() / (kind < 128 ? 100.0 : 1.0);
   }
 
-  /// What is left.
+  /// The remaining bytes.
   std::string rest() {
     std::string bytes(reinterpret_cast<const char*>(data_), left_);
     left_ = 0;

@@ -5,7 +5,7 @@
 
 namespace cuboid_mapping {
 
-/// Small maps: a claim that is refused later only would take the fuzzer's time.
+/// Limits for small maps: larger claims would only take the fuzzer's time.
 inline SnapshotLimits fuzzLimits() {
   SnapshotLimits limits;
   limits.max_bricks = 4096;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Messages of maps and of their changes, as they come over the network, and those who follow them.
+// Messages of maps and of their changes from a network, and their followers.
 #include "cuboid_mapping/io/packed_bricks.h"
 
 #include "fuzz_input.h"
@@ -36,7 +36,7 @@ PackedBricks takePacked(FuzzInput& input) {
   return packed;
 }
 
-/// Bricks that nobody has packed, and that may be right.
+/// Random bricks, which may be valid.
 Bricks takeBricks(FuzzInput& input) {
   Bricks bricks(input.upTo(4));
   for (VoxelBrick& brick : bricks) {
@@ -59,7 +59,7 @@ bool isSame(const Bricks& a, const Bricks& b) {
                     });
 }
 
-/// A copy takes the map and its changes, or says why not; what it takes can be sent on.
+/// A copy takes the map and its changes, or reports why not; it can send on the content.
 void follow(const Bricks& bricks, const MapDelta& like) {
   MapFollower follower;
   const bool is_taken =

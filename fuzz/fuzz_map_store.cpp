@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Stores of maps whose pages have any bytes and any place: raw ones, and files of maps with right checksums.
+// Stores of maps whose pages have arbitrary bytes and places: raw ones, and files of maps with right checksums.
 #include "cuboid_mapping/io/map_store.h"
 
 #include "cuboid_mapping/io/native_format.h"
@@ -19,7 +19,7 @@ namespace {
 
 using namespace cuboid_mapping;
 
-/// A map of some boxes, which lie in a few pages, or in one.
+/// A map of some boxes in one or a few pages.
 MapSnapshot takeMap(FuzzInput& input) {
   CuboidMap map(MapConfig{});
   const std::size_t num_boxes = 1 + input.upTo(3);
@@ -31,7 +31,7 @@ MapSnapshot takeMap(FuzzInput& input) {
   return takeSnapshot(map, "map");
 }
 
-/// A store, which the process has for itself.
+/// A store that only this process uses.
 class Store {
  public:
   Store() {
@@ -50,7 +50,7 @@ class Store {
   void run(const char* sql) {
     require(sqlite3_exec(database_, sql, nullptr, nullptr, nullptr) == SQLITE_OK);
   }
-  /// The page at x, 0, 0 is these bytes.
+  /// Writes bytes as the page at x, 0, 0.
   void put(std::int64_t x, const std::string& bytes) {
     sqlite3_stmt* put = nullptr;
     sqlite3_prepare_v2(database_, "INSERT OR REPLACE INTO pages VALUES (?, 0, 0, ?)", -1, &put,
@@ -67,7 +67,7 @@ class Store {
   sqlite3* database_ = nullptr;
 };
 
-/// A whole page, one with some bytes changed, or any bytes.
+/// Bytes of a valid page, of one with some changed bytes, or arbitrary bytes.
 std::string takePage(FuzzInput& input) {
   const std::size_t kind = input.upTo(3);
   if (kind == 0) return input.rest();

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Damaged files of both versions of the native format. With a second kind of input, whose checksums are made right, so
-// that what lies behind them is reached, too.
+// Damaged files of both versions of the native format. A second kind of input gets valid checksums, so that the
+// code after their check is reached, too.
 #include "cuboid_mapping/io/native_format.h"
 
 #include "fuzz_limits.h"
@@ -39,7 +39,7 @@ void append(std::string& bytes, std::uint32_t value) {
 }
 
 /// A file whose header is the first bytes of the input, and whose content before compression is the
-/// rest of it.
+/// rest.
 std::string sealFile(const std::string& input) {
   std::string file = input.substr(0, kHeaderBytes);
   const std::string payload = input.substr(kHeaderBytes);
@@ -59,7 +59,7 @@ bool isSame(const cuboid_mapping::VoxelBrick& a, const cuboid_mapping::VoxelBric
   return a.brick == b.brick && a.voxels == b.voxels;
 }
 
-/// What is taken for a map must be one, and come back from its own file.
+/// Reads a file; an accepted map must be valid, and come back from its own file.
 void read(const std::string& bytes) {
   const cuboid_mapping::SnapshotLimits limits = cuboid_mapping::fuzzLimits();
   try {
@@ -70,7 +70,7 @@ void read(const std::string& bytes) {
       std::abort();
     }
   } catch (const MapFileError&) {
-    // Refused, as it should be.
+    // Refused, as expected.
   }
 }
 

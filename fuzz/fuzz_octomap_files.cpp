@@ -20,7 +20,7 @@ bool isLeaf(const UniformBox& read, const OctreeLeaf& leaf) {
   return read.box == box && read.log_odds == leaf.log_odds;
 }
 
-/// The stream has the leaves that the octree of the bricks has.
+/// Checks that the stream has the leaves of the bricks' octree.
 void checkStream(const std::vector<VoxelBrick>& bricks, OctreeKind kind) {
   const OctreeStream stream = toOctreeStream(bricks, kind);
   const OctreeContent again = kind == OctreeKind::kFull
@@ -39,7 +39,7 @@ double countVoxels(const std::vector<UniformBox>& leaves) {
   return num_voxels;
 }
 
-/// What is read must be what is written again.
+/// Checks that content that was read is written again.
 void check(const OctreeContent& content) {
   const std::vector<VoxelBrick> bricks = bricksOf(content.leaves, fuzzLimits());
   checkStream(bricks, OctreeKind::kFull);
@@ -53,11 +53,11 @@ void attempt(const ReadT& read) {
   try {
     read();
   } catch (const MapFileError&) {
-    // Refused, as it should be.
+    // Refused, as expected.
   }
 }
 
-/// A file of one node more than there are in it is refused before it is read: says how many.
+/// An OctoMap file with a given number of nodes in its header.
 std::string makeFile(const char* kind, std::size_t num_nodes, const std::string& nodes) {
   return "# Octomap OcTree " + std::string(kind) + "file\nid OcTree\nsize " +
          std::to_string(num_nodes) + "\nres 0.1\ndata\n" + nodes;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Times of points: clouds whose field of times has any type and place, and scans; divided into slices as for deskew.
+// Times of points: clouds whose field of times has any type and place, and scans; divided into slices for deskew.
 #include "cuboid_mapping/ros/conversions/point_times.h"
 #include "cuboid_mapping/ros/conversions/sweep.h"
 
@@ -67,7 +67,7 @@ void checkSlices(const std::vector<double>& times_s) {
     require(std::abs(middleOf((*slices)[i]).toSec()) < 1.1);
     count += in_part;
   }
-  require(count <= times_s.size());  // Those of odd times are left out.
+  require(count <= times_s.size());  // Points of odd times are left out.
 }
 
 }  // namespace

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Requests to all services that answer from the map, with any numbers in them.
+// Requests with arbitrary numbers to all services that answer from the map.
 #include "cuboid_mapping/ros/map/guarded_map.h"
 #include "cuboid_mapping/ros/services/answers.h"
 
@@ -14,7 +14,7 @@ namespace {
 using namespace cuboid_mapping;
 using namespace cuboid_mapping_ros;
 
-/// A room with a wall and a door in it, as in the tests of the answers.
+/// A room with a wall and a door, as in the tests of the answers.
 class Room {
  public:
   Room() : map_(makeConfig()) {
@@ -44,7 +44,7 @@ class Room {
   MapInFrame in_frame_{map_, "map", tf_};
 };
 
-/// Takes the fields of requests out of the input.
+/// Takes the fields of requests from the input.
 class Taker {
  public:
   explicit Taker(FuzzInput& input) : input_(input) {}
@@ -100,8 +100,8 @@ bool isAnswer(const QueryBox::Response& response) {
   return response.success != 0 || !response.message.empty();
 }
 
-/// Asks what a service answers: with an answer, or a refusal that says why.
-/// @param fill  (Taker&, RequestT&): takes the fields of the request.
+/// Calls a service, which must answer, or refuse with a reason.
+/// @param fill  (Taker&, RequestT&): sets the fields of the request.
 template <typename ServiceT, typename FillT>
 void ask(const MapInFrame& map, FuzzInput& input, const FillT& fill) {
   typename ServiceT::Request request;

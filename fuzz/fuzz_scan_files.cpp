@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Data sets of scans with a damaged poses.txt. Points are read by PCL, whose reader of .pcd files crashes on
+// Data sets of scans with a damaged poses.txt. PCL reads points; its reader of .pcd files crashes on
 // damaged ones.
 #include "cuboid_mapping/io/scan_dataset.h"
 
@@ -17,7 +17,7 @@ constexpr const char* kScan =
     "VERSION .7\nFIELDS x y z\nSIZE 4 4 4\nTYPE F F F\nCOUNT 1 1 1\nWIDTH 2\nHEIGHT 1\n"
     "VIEWPOINT 0 0 0 1 0 0 0\nPOINTS 2\nDATA ascii\n1 2 3\n4 5 6\n";
 
-/// A folder that goes with the program.
+/// A folder that is removed with the program.
 class Folder {
  public:
   Folder()
@@ -47,7 +47,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
     const auto dataset = cuboid_mapping::openScanDataset(kFolder.path());
     for (std::size_t i = 0; i < dataset->size() && i < 3; ++i) (void)dataset->read(i);
   } catch (const std::runtime_error&) {
-    // Refused, as it should be.
+    // Refused, as expected.
   }
   return 0;
 }

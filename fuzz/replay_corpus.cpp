@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Gives a fuzzer the files of its corpus, and each of them once more with some bytes changed.
+// Runs a fuzzer on the files of its corpus, and on each of them again with some changed bytes.
 #include <gtest/gtest.h>
 
 #include <algorithm>

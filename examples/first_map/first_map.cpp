@@ -7,7 +7,7 @@ int main() {
   using namespace cuboid_mapping;
   MapperConfig config;
   config.map.resolution_m = 0.1;
-  Mapper mapper(config);  // Throws std::invalid_argument, which says all that is wrong with it.
+  Mapper mapper(config);  // Throws std::invalid_argument with all errors.
   const Eigen::Isometry3d T_map_sensor(Eigen::Translation3d(0.0, 0.0, 1.0));
   const std::vector<Eigen::Vector3f> points_sensor = {{5.05F, 0.05F, 0.05F}, {5.05F, 0.15F, 0.05F}};
   mapper.integrate(makeScan(T_map_sensor, T_map_sensor.translation(), points_sensor));

@@ -29,7 +29,7 @@ int main() {
 
   const Eigen::Vector3d start(0.5, 0.5, 0.5);
   const Eigen::Vector3d goal(3.5, 0.5, 0.5);
-  const Eigen::Vector3d size_m(0.5, 0.5, 0.5);  // The robot, a box that does not turn.
+  const Eigen::Vector3d size_m(0.5, 0.5, 0.5);  // The robot, a box that does not rotate.
   const UnknownPolicy unknown = UnknownPolicy::kStop;
 
   if (const auto path = checkPath(map, {start, goal}, size_m, unknown); path.contact) {
