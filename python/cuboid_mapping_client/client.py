@@ -11,14 +11,14 @@ from cuboid_mapping.msg import CuboidMapUpdate, FullCuboidMap
 from cuboid_mapping.srv import GetMap
 
 
-# Seconds for which a map that comes by itself is waited for.
+# Seconds to wait for a map that the node sends.
 _PATIENCE_S = 3.0
-# Updates that wait for their map; those of some seconds.
+# Maximum number of updates that wait for their map: those of some seconds.
 _MAX_EARLY_UPDATES = 100
 
 
 def fetch_parts(get_map, first):
-    """All messages of a map that comes in parts, of one revision. first: part 0. Raises rospy.ServiceException."""
+    """All parts of a map of one revision, in order. first: part 0. Raises rospy.ServiceException."""
     parts = [first]
     while len(parts) < first.num_parts:
         answer = get_map(with_values=first.bricks.has_values, part=len(parts), revision=first.revision)
@@ -40,13 +40,13 @@ class CuboidMapClient:
 
     def __init__(self, server='cuboid_mapping', on_change=None):
         self._lock = threading.RLock()
-        # rospy has a thread for each topic; messages are worked on one after the other.
+        # rospy has a thread for each topic; _turn serializes messages.
         self._turn = threading.RLock()
         self._arrived = threading.Event()
         self._awaited_since = None
-        self._early_updates = collections.deque(maxlen=_MAX_EARLY_UPDATES)  # Came before the map that is awaited.
-        self._has_values = False  # Log-odds travel with the updates.
-        self._is_updated = False  # By the topic of updates, since the last map on the other one.
+        self._early_updates = collections.deque(maxlen=_MAX_EARLY_UPDATES)  # Updates before the awaited map.
+        self._has_values = False  # Updates carry log-odds.
+        self._is_updated = False  # Updates have come since the last map.
         self._map = MapFollower()
         self._on_change = on_change
         self._get_map = rospy.ServiceProxy(server + '/get_map', GetMap)
@@ -55,7 +55,7 @@ class CuboidMapClient:
             rospy.Subscriber('cuboid_map', FullCuboidMap, self._take_map)]
 
     def close(self):
-        """Stops following; the map stays as it is. on_change is not called any more.
+        """Stops following; the map stays as it is, and on_change is not called any more.
 
         Not to be called with the lock.
         """
@@ -71,7 +71,7 @@ class CuboidMapClient:
         self.close()
 
     def wait_for_map(self, timeout=None):
-        """Blocks until the first map has come; says why when that takes some seconds.
+        """Blocks until the first map has come; logs why if that takes some seconds.
 
         timeout: seconds; None: no limit.
         Returns whether it has come: not after the timeout, nor when this node is shut down.
@@ -91,7 +91,7 @@ class CuboidMapClient:
 
     @property
     def map(self):
-        """A cuboid_map.MapFollower, with all that can be asked of a map: cuboids(), cast_rays() ...
+        """The map, a cuboid_map.MapFollower with all queries: cuboids(), cast_rays() ...
 
         Asked before the first map, it raises RuntimeError: see wait_for_map().
         """
@@ -99,7 +99,7 @@ class CuboidMapClient:
 
     @property
     def lock(self):
-        """While it is held, the map does not change: `with client.lock:` for questions about one revision."""
+        """Keeps the map unchanged while it is held: `with client.lock:` for questions about one revision."""
         return self._lock
 
     @property
@@ -108,12 +108,12 @@ class CuboidMapClient:
 
     @property
     def revision(self):
-        """Of the server's map that this one equals; 0 before the first."""
+        """Revision of the server's map that this one equals; 0 before the first."""
         return self._map.revision
 
     @property
     def frame_id(self):
-        """Of the map; '' before the first."""
+        """Frame of the map; '' before the first."""
         return self._map.frame_id
 
     def _say_what_is_missing(self):
@@ -126,13 +126,13 @@ class CuboidMapClient:
                           'and does it run?', topic, service)
 
     def _take_map(self, message):
-        """message: FullCuboidMap, perhaps a part only."""
+        """message: a FullCuboidMap, or a part of one."""
         with self._turn:
-            if message.part > 0:  # Of a keyframe: the service has them all.
+            if message.part > 0:  # Belongs to a keyframe; the service has all parts.
                 return
             is_updated, self._is_updated = self._is_updated, False
             if is_updated and message.instance == self._map.instance:
-                return  # While updates come, a keyframe brings nothing new.
+                return  # A keyframe brings nothing new while updates arrive.
             self._awaited_since = None
             if message.instance == self._map.instance and message.revision <= self._map.revision:
                 return
@@ -140,7 +140,7 @@ class CuboidMapClient:
                 parts = fetch_parts(self._get_map, message)
             except rospy.ServiceException as error:
                 rospy.logwarn_throttle(10.0, 'cannot follow the map: %s' % error)
-                self._awaited_since = time.monotonic()  # The next update asks for it.
+                self._awaited_since = time.monotonic()  # The next update requests it.
                 return
             try:
                 with self._lock:
@@ -171,12 +171,12 @@ class CuboidMapClient:
             if not self._is_map_on_its_way(message):
                 self._ask_for_map()
             else:
-                # Updates may overtake the map. Without the oldest of too many, a gap is seen when it comes.
+                # Updates may overtake the map. The oldest may be dropped: the map then shows a gap.
                 self._early_updates.append(message)
 
     def _is_map_on_its_way(self, message):
-        """The node sends its map to each listener that connects, also when it was started anew: to ask
-        for it as well would fetch it twice."""
+        """Whether the node sends its map anyway, as to each new connection, also after a restart: a request
+        would fetch it twice."""
         if message.instance == self._map.instance:
             return False
         now = time.monotonic()

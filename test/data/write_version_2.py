@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: BSD-3-Clause
-"""Writes version_2.cuboids from nothing but doc/file_format.md. Used once: the file does not change any more.
+"""Writes version_2.cuboids after doc/file_format.md alone. Used once: the file does not change any more.
 
 usage: write_version_2.py FILE
 """
@@ -22,7 +22,7 @@ def log_odds_of_map():
         voxels[x, 0, 0] = -0.5
     for x in range(1000000, 1000010):
         voxels[x, -1000000, 299] = 2.0
-    for number in range(512):  # So many that their places take two bytes.
+    for number in range(512):  # Enough that an index takes two bytes.
         if number % 3 != 0:
             voxels[-16 + number % 8, -16 + number // 8 % 8, -16 + number // 64] = (number - 256) / 64
     return voxels
@@ -30,7 +30,7 @@ def log_odds_of_map():
 
 def bricks_along_the_curve(voxels):
     def compare(a, b):
-        # The axis with the highest differing bit decides; of equal ones the first.
+        # The axis with the highest differing bit decides; the first one on a tie.
         differences = [(p & 0xFFFFFFFF) ^ (q & 0xFFFFFFFF) for p, q in zip(a, b)]
         bits = [difference.bit_length() for difference in differences]
         axis = bits.index(max(bits))
@@ -71,7 +71,7 @@ def content(voxels, bricks, table):
 
 
 def zstd_frame(raw):
-    """One frame with one block that is not compressed."""
+    """One frame with one uncompressed block."""
     assert len(raw) < 1 << 17
     return struct.pack('<IBI', 0xFD2FB528, 0xA0, len(raw)) + (len(raw) << 3 | 1).to_bytes(3, 'little') + raw
 

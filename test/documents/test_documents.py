@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: BSD-3-Clause
-"""README and doc/: short enough, no link leads nowhere, and what is to be pasted works."""
+"""README and doc/ are short enough, have no broken links, and their commands work."""
 import pathlib
 import os
 import re
@@ -11,13 +11,13 @@ ROOT = pathlib.Path(__file__).resolve().parents[2]
 PAGES = [ROOT / 'README.md', ROOT / 'CONTRIBUTING.md', *sorted((ROOT / 'doc').rglob('*.md'))]
 # Programs in documents are parts of files that other tests build and run.
 PROGRAMS = [path.read_text() for path in sorted((ROOT / 'examples').rglob('*')) if path.is_file()]
-MAX_PROSE_WORDS = 11000  # Of README and doc/, outside tables and code.
-# What begins a line that is to be pasted, and is not of this package.
+MAX_PROSE_WORDS = 11000  # Limit for README and doc/, outside tables and code.
+# First words of command lines that do not belong to this package.
 OTHERS = {'.', 'cd', 'cmake', 'sudo', 'ctest', 'wget'}
 
 
 def read_blocks(page):
-    """(language, text) of each block of a page; those without a language are lines of a shell."""
+    """(language, text) of each block of a page; blocks without a language are shell lines."""
     text = page.read_text()
     blocks = [(language or 'sh', block) for language, block in re.findall(r'```(\w*)\n(.*?)```', text, re.DOTALL)]
     text = re.sub(r'```.*?```', '', text, flags=re.DOTALL)
@@ -27,13 +27,13 @@ def read_blocks(page):
 
 
 def read_prose(text):
-    """A page without tables, code, pictures and marks of what is generated."""
+    """A page without tables, code, pictures and marks of generated parts."""
     text = re.sub(r'^```.*?^```', '', text, flags=re.MULTILINE | re.DOTALL)
     return '\n'.join(line for line in text.splitlines() if not line.startswith(('|', '    ', '<!--', '![')))
 
 
 def read_commands(block):
-    """The words of each command of a block; of a session those behind the $ alone."""
+    """The words of each command of a block; in a session, only lines with a $."""
     lines = block.replace('\\\n', ' ').split('\n')
     if any(line.startswith('$ ') for line in lines):
         lines = [line[2:] for line in lines if line.startswith('$ ')]
@@ -65,7 +65,7 @@ class DocumentsTest(unittest.TestCase):
             self.assertLessEqual(len(sentence.split()), 25, sentence)
 
     def test_readme_and_guides_are_short(self):
-        """Longer tables go to doc/tables, which does not count."""
+        """Tables are short; longer ones go to doc/tables, which does not count."""
         pages = [page for page in PAGES if page.parent.name != 'tables' and page.name not in ('CONTRIBUTING.md', 'parameters.md')]
         texts = {page.name: page.read_text() for page in pages}
         prose = {name: len(read_prose(text).split()) for name, text in texts.items()}
@@ -110,7 +110,7 @@ class DocumentsTest(unittest.TestCase):
         num_blocks = 0
         for page in PAGES:
             for language, block in read_blocks(page):
-                if language in ('cpp', 'cmake', 'python') and page.name != 'python.md':  # test/python runs that.
+                if language in ('cpp', 'cmake', 'python') and page.name != 'python.md':  # test/python runs its blocks.
                     num_blocks += 1
                     self.assertTrue(any(block in program for program in PROGRAMS), f'{page.name}:\n{block}')
         self.assertGreater(num_blocks, 3)
@@ -133,7 +133,7 @@ class DocumentsTest(unittest.TestCase):
         self.assertGreater(num_commands, 40)
 
     def check_command(self, program, *words):
-        """The program, launch file, service, script or option is there; whether it works is for their own tests."""
+        """Each program, launch file, service, script and option exists; other tests check that it works."""
         built = '\n'.join((ROOT / path).read_text() for path in (
             'src/programs.cmake', 'benchmark/CMakeLists.txt', 'fuzz/CMakeLists.txt', 'cmake/ros_package.cmake'))
         if program == 'mpirun':
@@ -143,7 +143,7 @@ class DocumentsTest(unittest.TestCase):
             self.assertEqual(package, 'cuboid_mapping')
             declared = re.findall(r'<arg name="(\w+)"', (ROOT / 'launch' / file).read_text())
             for argument in arguments:
-                if not argument.startswith('__'):  # Those are roslaunch's own.
+                if not argument.startswith('__'):  # Arguments of roslaunch itself.
                     self.assertIn(argument.split(':=')[0], declared)
         elif program == 'rosrun':
             self.assertRegex(built, rf'\b{words[1]}\b')

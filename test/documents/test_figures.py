@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: BSD-3-Clause
-"""Figures that README and doc/evaluation.md quote stand in generated tables, and these in the kept runs."""
+"""Figures quoted by README and doc/evaluation.md are in generated tables, and these come from the kept runs."""
 import pathlib
 import re
 import subprocess
@@ -13,7 +13,7 @@ SETTINGS = ['KITTI 0005, city, 0.2 m', 'Mühlburger Tor, standing, 0.2 m', 'fr07
 
 
 def read_rows(text):
-    """The cells of each row of its tables, without their heads."""
+    """The cells of each row of a page's tables, without heads."""
     rows = [[cell.strip() for cell in line.strip('|').split('|')]
             for line in text.splitlines() if line.startswith('|') and not re.match(r'\|[ -]*-', line)]
     return rows
@@ -79,7 +79,7 @@ class EvaluationTest(unittest.TestCase):
 class KeptRunsTest(unittest.TestCase):
 
     def expect_document(self, name, script, *options):
-        """A document whose tables were taken out is the same again, made of the runs that are kept."""
+        """A document without its tables is restored from the kept runs."""
         pages = [pathlib.Path(f'{name}.md'), pathlib.Path(f'tables/{name}.md')]
         originals = [(ROOT / 'doc' / page).read_text() for page in pages]
         with tempfile.TemporaryDirectory() as folder:

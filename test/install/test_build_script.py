@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: BSD-3-Clause
-"""What scripts/build says: about packages, sudo, progress and errors.
+"""Output of scripts/build about packages, sudo, progress and errors.
 
 usage: test_build_script.py SOURCE_DIR
 """
@@ -18,7 +18,7 @@ RELEASE = pathlib.Path('/etc/os-release').read_text()
 
 @unittest.skipUnless('VERSION_CODENAME=b' in RELEASE, 'with apt packages of ROS, so on Debian')
 class BuildScript(unittest.TestCase):
-    """In a package of its own, where stubs stand for what asks and changes the machine."""
+    """Runs in a package of its own, with stubs for programs that inspect or change the machine."""
 
     def setUp(self):
         folder = tempfile.TemporaryDirectory()

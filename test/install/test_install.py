@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: BSD-3-Clause
-"""The install space: nothing is missing that programs, launch files and other packages need.
+"""The install space has all files that programs, launch files and other packages need.
 
 usage: test_install.py CMAKE SOURCE_DIR BUILD_DIR DEVEL_SPACE PREFIX
 """
@@ -19,7 +19,7 @@ PACKAGE = 'cuboid_mapping'
 
 
 def run(*command, **options):
-    """What a program writes; fails with it when it ends with an error."""
+    """Output of a program; fails with it if the program fails."""
     done = subprocess.run([str(part) for part in command], stdout=subprocess.PIPE, stderr=subprocess.STDOUT,
                           universal_newlines=True, **options)
     if done.returncode != 0:
@@ -76,7 +76,7 @@ class InstallSpaceTest(unittest.TestCase):
     def test_python_finds_the_client_the_messages_and_the_module(self):
         (packages,) = self.space.glob(f'lib/python3*/*-packages/{PACKAGE}_client')
         path = f"{packages.parent}:{os.environ.get('PYTHONPATH', '')}"
-        # The module finds its libraries by itself.
+        # The module finds its libraries without help.
         environment = {key: value for key, value in os.environ.items() if key != 'LD_LIBRARY_PATH'}
         script = (f'import {PACKAGE}.srv, {PACKAGE}_client, cuboid_map; {PACKAGE}.srv.QueryBox; '
                   f'cuboid_map.Mapper().integrate([(1, 0, 0)]); '
@@ -87,7 +87,7 @@ class InstallSpaceTest(unittest.TestCase):
             self.assertTrue((packages.parent / 'cuboid_map' / name).is_file(), name)
 
     def build(self, project, *options, space=None):
-        """A project that finds this package where it is installed. Returns its program."""
+        """Builds a project that uses the installed package. Returns its program."""
         space = space or self.space
         build = self.root / f'build_{project.name}_{space.name}'
         paths = [str(space), *os.environ.get('CMAKE_PREFIX_PATH', '').split(':')]
@@ -104,7 +104,7 @@ class InstallSpaceTest(unittest.TestCase):
         headers = SOURCE / 'include'
         for path in headers.rglob('*.h'):
             self.assertTrue((self.space / 'include' / path.relative_to(headers)).is_file(), path.name)
-        # As with compilers whose default it is; what cuboid_mapping exports asks for C++17.
+        # The default of some compilers; the exports of cuboid_mapping require C++17.
         program = self.build(SOURCE / 'test/install/client', '-DCMAKE_CXX_STANDARD=14')
         self.assertEqual(run(program, self.root / 'map.ot', env=self.environment).split()[-1], 'OcTree')
 
@@ -115,7 +115,7 @@ class InstallSpaceTest(unittest.TestCase):
         self.assertNotIn('octo', needed)
 
     def test_a_machine_that_only_calls_services(self):
-        """Without what the node needs; with static libraries, so that their users find what is in them."""
+        """Without the node's dependencies; with static libraries, whose dependencies users must find."""
         absent = [f'-DCMAKE_DISABLE_FIND_PACKAGE_{name}=ON'
                   for name in ('PCL', 'octomap', 'PNG', 'Boost', 'nodelet', 'yaml-cpp')]
         build, space = self.root / 'services', self.root / 'services_space'

@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: BSD-3-Clause
-"""package.xml against what the sources use, and against the keys of rosdep.
+"""Compares package.xml with the dependencies of the sources, and with the keys of rosdep.
 
 usage: test_package_xml.py SOURCE_DIR
 """
@@ -34,11 +34,11 @@ SYSTEM_KEYS = {
     'yaml-cpp': 'libyaml-cpp-dev',
     'zlib': 'zlib1g-dev',
 }
-# The display and its tests are left out where these are missing; rviz brings interactive_markers.
+# The display and its tests are left out without these; rviz depends on interactive_markers.
 OF_A_SCREEN = {'rviz', 'interactive_markers'}
-# Of headers that are built into no library: who includes them has it.
+# Used by header-only parts: users who include them have it.
 OF_A_USER = {'ompl'}
-# Only in the package index of ROS: ROS Noetic has it, Debian does not.
+# Only ROS Noetic's package index has it, Debian's does not.
 NOETIC_ONLY = {'octomap_msgs'}
 
 
@@ -85,7 +85,7 @@ class PackageXml(unittest.TestCase):
     def test_a_robot_needs_no_screen(self):
         for name in ('xvfb', 'imagemagick'):
             self.assertEqual(self.keys[name], {'test_depend'})
-        # rviz looks for plugins in packages that need it to run only.
+        # rviz searches plugins only in packages with a run dependency on it.
         package = (SOURCE / 'package.xml').read_text()
         self.assertIn('<exec_depend condition="$CUBOID_MAPPING_RVIZ != no">rviz</exec_depend>', package)
         self.assertEqual(self.keys['rviz'], {'exec_depend'})

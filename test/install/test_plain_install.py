@@ -13,7 +13,7 @@ import tempfile
 import unittest
 
 CMAKE, SOURCE = sys.argv[1], pathlib.Path(sys.argv[2])
-# Nothing of a sourced workspace.
+# Environment without a sourced workspace.
 ENVIRONMENT = {name: value for name, value in os.environ.items()
                if not name.startswith('ROS') and name not in ('CMAKE_PREFIX_PATH', 'LD_LIBRARY_PATH', 'PYTHONPATH')}
 
@@ -30,7 +30,7 @@ class PlainInstallTest(unittest.TestCase):
         cls.root = pathlib.Path(tempfile.mkdtemp(prefix='cuboid_test_'))
         cls.addClassCleanup(shutil.rmtree, cls.root)
         cls.prefix = cls.root / 'prefix'
-        # Without optimization, because it is quicker; without what takes long to compile.
+        # Without optimization and without parts that compile slowly, to save time.
         cls.succeed(CMAKE, '-S', SOURCE, '-B', cls.root / 'build', '-DCUBOID_MAPPING_ROS=OFF', '-DCUBOID_MAPPING_PYTHON=OFF',
                     '-DCMAKE_CXX_FLAGS_RELEASE=-O0', f'-DCMAKE_INSTALL_PREFIX={cls.prefix}',
                     *[f'-DCMAKE_DISABLE_FIND_PACKAGE_{name}=ON' for name in ('Boost', 'PCL', 'catkin', 'fcl')])
@@ -108,7 +108,7 @@ class PlainInstallTest(unittest.TestCase):
             'cmake_minimum_required(VERSION 3.16)\nproject(uses_core CXX)\nfind_package(catkin REQUIRED COMPONENTS roscpp)\n'
             'find_package(cuboid_mapping 0.1 REQUIRED COMPONENTS core)\ncatkin_package()\nadd_executable(first_map first_map.cpp)\n'
             'target_link_libraries(first_map cuboid_mapping::core ${catkin_LIBRARIES})\n')
-        # What is sourced, but for workspaces that have this package, too.
+        # The sourced workspaces without those that have this package, too.
         paths = [path for path in os.environ.get('CMAKE_PREFIX_PATH', '').split(':')
                  if path and not (pathlib.Path(path) / 'share/cuboid_mapping').is_dir()]
         self.succeed('catkin_make', '-C', source.parents[1], f"-DCMAKE_PREFIX_PATH={';'.join([str(self.prefix), *paths])}",

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""What doc/python.md and examples/ say is done as it says."""
+"""Runs the programs of doc/python.md and examples/."""
 import pathlib
 import re
 import struct
@@ -54,7 +54,7 @@ def make_drive(tmp_path_factory):
 
 
 def test_the_example_goes_from_scans_to_a_picture(drive):
-    image = read_png(drive / 'map.png')[::4, ::4][::-1]  # A pixel for each voxel, y upwards.
+    image = read_png(drive / 'map.png')[::4, ::4][::-1]  # One pixel per voxel, y upwards.
     assert image.shape[0] in (60, 61, 62) and image.shape[1] in (100, 101, 102)
     is_wall = (image[:, :, 2] != image[:, :, 0]) & (image[:, :, 1] == 60)
     is_free = (image == 255).all(axis=2)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""cuboid_map.MapFollower against a dictionary of voxels. Needs no ROS: messages are made here, byte by byte."""
+"""Compares cuboid_map.MapFollower with a dictionary of voxels. Needs no ROS: builds messages byte by byte."""
 import itertools
 import os
 import random
@@ -13,7 +13,7 @@ from cuboid_map import DamagedMessage, MapFollower
 
 SEED = int(os.environ.get('CUBOID_MAPPING_TEST_SEED', '1'))
 LOW, HIGH = (-10, -6, 120), (10, 6, 136)
-# More than can be named by one byte.
+# More than one byte can number.
 LOG_ODDS = [np.float32(0.0093 * number - 2.5) for number in range(600)]
 
 
@@ -60,7 +60,7 @@ class Server:
         return low + high
 
     def edit(self):
-        """Replaces what is in one box. Returns the update."""
+        """Replaces the voxels of one box. Returns the update."""
         box = self.random_box(LOW + HIGH)
         inner = self.random_box(box) if self.random.random() < 0.7 else None
         for cell in cells(box):
@@ -80,7 +80,7 @@ class Server:
                                bricks=self.pack(bricks))
 
     def pack(self, bricks):
-        """A CuboidBricks of these bricks."""
+        """CuboidBricks message of these bricks."""
         known, occupied, log_odds = b'', b'', []
         for brick in bricks:
             voxels = [self.voxels.get(tuple(brick[axis] + offset[axis] for axis in range(3)))

@@ -20,7 +20,7 @@ def map_of_room(**config):
 
 
 def voxels_of(cuboids):
-    """Of each voxel its class."""
+    """The class of each voxel."""
     voxels = {}
     for box, occupancy in zip(cuboids.cells, cuboids.occupancy):
         for cell in np.ndindex(*(box[3:] - box[:3])):
@@ -49,7 +49,7 @@ def test_points_are_moved_by_the_pose_and_seen_from_its_origin():
     moved.integrate((points @ pose[:3, :3].T + pose[:3, 3]), origin=pose[:3, 3])
     voxels, others = voxels_of(by_pose.cuboids()), voxels_of(moved.cuboids())
     assert len(voxels) > 1000
-    # float32 and float64 part at the borders of a few voxels.
+    # float32 and float64 differ at the borders of a few voxels.
     assert len(set(voxels.items()) ^ set(others.items())) < 0.02 * len(voxels)
 
 
@@ -219,7 +219,7 @@ def test_other_threads_run_while_a_scan_is_integrated():
 
     thread = threading.Thread(target=count)
     thread.start()
-    # With the GIL held, it gets a turn between two calls only. A busy machine may give it none in a call.
+    # If calls held the GIL, the thread would run only between two calls. A busy machine may not run it during a call.
     ran_inside = any(steps_inside_a_call() > 3 for _ in range(100))
     is_over.set()
     thread.join()
@@ -239,7 +239,7 @@ def test_questions_are_asked_beside_changes():
         except BaseException as error:  # pylint: disable=broad-except
             failures.append(error)
 
-    # Each step adds a box: a question between must see whole steps alone.
+    # Each step adds a box: a question in between must see whole steps only.
     totals = {1000 * step for step in range(1, 21)}
     threads = [threading.Thread(target=ask) for _ in range(3)]
     for thread in threads:

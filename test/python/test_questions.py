@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""cuboid_map.Map: what can be asked of a map."""
+"""cuboid_map.Map: queries of a map."""
 import cuboid_map
 import numpy as np
 import pytest
@@ -10,7 +10,7 @@ NO_BOX = r'it must be min x, y, z, max x, y, z'
 
 @pytest.fixture(name='room')
 def make_room():
-    """Free, 4 x 2 x 1 m, with a wall at x = 2 that leaves 0.8 m; that of the planner guide."""
+    """The room of the planner guide: free, 4 x 2 x 1 m, with a wall at x = 2 that leaves 0.8 m."""
     mapper = cuboid_map.Mapper(resolution=0.1)
     mapper.set_boxes([(0, 0, 0, 4, 2, 1)], 'free')
     mapper.set_boxes([(2, 0, 0, 2.1, 1.2, 1)], 'occupied')

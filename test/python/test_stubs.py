@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""cuboid_map: what its type stubs and its documentation say is what there is."""
+"""cuboid_map: type stubs and documentation match the module."""
 import ast
 import inspect
 import pathlib
@@ -14,7 +14,7 @@ FUNCTIONS = {node.name: node for node in STUBS.body if isinstance(node, ast.Func
 
 
 def members(node):
-    """Names of a class of the stubs, without special ones: functions and attributes."""
+    """Names of functions and attributes of a class in the stubs, without special ones."""
     for item in node.body:
         if isinstance(item, ast.FunctionDef):
             yield item.name, item
@@ -28,9 +28,9 @@ def is_property(node):
 
 
 def arguments_of(function):
-    """Of a function of pybind11, by the first line of its documentation."""
+    """Parameters of a pybind11 function, from the first line of its documentation."""
     signature = re.match(r'\w+\((.*)\) ->', function.__doc__).group(1)
-    # Types have commas in brackets.
+    # Types contain commas in brackets.
     while re.search(r'\[[^\[\]]*\]', signature):
         signature = re.sub(r'\[[^\[\]]*\]', '', signature)
     names = [part.split(':')[0].strip() for part in signature.split(', ') if ':' in part]

@@ -53,7 +53,7 @@ def make_depth(depths, time_s=1.0, frame='lidar'):
 
 
 def write_png(numbers):
-    """A PNG of 16 bits of grey, as OpenCV writes it: without gAMA."""
+    """A PNG with 16 bits of grey, as OpenCV writes it: without gAMA."""
     def chunk(name, data):
         return struct.pack('>I', len(data)) + name + data + struct.pack('>I', zlib.crc32(name + data))
     height, width = numbers.shape
@@ -63,7 +63,7 @@ def write_png(numbers):
 
 
 def compress_depth(image, transport='compressedDepth'):
-    """As image_transport_plugins compress a depth image: 32FC1 becomes inverse depths, up to 10 m, of quantization 100."""
+    """Compresses a depth image as image_transport_plugins do: 32FC1 as inverse depths to 10 m, quantization 100."""
     kind = np.uint16 if image.encoding == '16UC1' else np.float32
     numbers = np.frombuffer(image.data, kind).reshape(image.height, image.width)
     header = struct.pack('<iff', 0, 0.0, 0.0)
@@ -97,7 +97,7 @@ def make_tf(parent, child, time_s=0.0, position=(0.0, 0.0, 0.0), rotation=(0.0, 
 
 
 def write_bag(file, records, **options):
-    """records: (topic, message, when it was recorded, in seconds after the start)."""
+    """records: (topic, message, time of recording in seconds after the start)."""
     with rosbag.Bag(file, 'w', **options) as bag:
         for topic, message, time_s in records:
             bag.write(topic, message, at(time_s))

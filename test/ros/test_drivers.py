@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: BSD-3-Clause
-"""The launch and configuration files of common drivers: their clouds get into the map."""
+"""The launch and configuration files of common drivers map their clouds."""
 import pathlib
 import unittest
 
@@ -19,7 +19,7 @@ def make_field(name, offset, datatype=PointField.FLOAT32):
 
 
 XYZ = [make_field('x', 0), make_field('y', 4), make_field('z', 8)]
-# What the drivers put behind x, y and z.
+# Fields of the drivers after x, y and z.
 VELODYNE = XYZ + [make_field('intensity', 12), make_field('ring', 16, PointField.UINT16),
                   make_field('time', 18)]
 OUSTER = XYZ + [make_field('intensity', 16), make_field('t', 20, PointField.UINT32),

@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: BSD-3-Clause
-"""The example planner: a path to a goal, found anew as a door closes and opens."""
+"""The example planner finds a path to a goal again whenever a door closes or opens."""
 import threading
 import unittest
 
@@ -91,7 +91,7 @@ class ExamplePlannerTest(unittest.TestCase):
         self.goals.publish(goal)
 
     def place_of(self, ns):
-        """Where a marker of this namespace is; None if there is none."""
+        """Position of a marker of this namespace; None without one."""
         for marker in self.corridor.markers if self.corridor else ():
             if marker.ns == ns:
                 return marker.pose.position

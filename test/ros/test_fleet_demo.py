@@ -14,7 +14,7 @@ ROBOTS = ('robot1', 'robot2', 'robot3')
 
 
 def wait_for(what):
-    """What a function returns, once that is something."""
+    """Result of a function, when it is not empty."""
     end = time.time() + PATIENCE_S
     while time.time() < end:
         found = what()
@@ -25,7 +25,7 @@ def wait_for(what):
 
 
 def is_free(server, place):
-    """Whether a map knows that 0.2 m around a place are free."""
+    """Whether 0.2 m around a place are known to be free in a map."""
     rospy.wait_for_service(f'{server}/query_box', PATIENCE_S)
     request = QueryBoxRequest(min=Point(*(x - 0.1 for x in place)), max=Point(*(x + 0.1 for x in place)))
     answer = rospy.ServiceProxy(f'{server}/query_box', QueryBox)(request)

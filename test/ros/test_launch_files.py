@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: BSD-3-Clause
-"""What launch files and rviz configurations promise to a user. Needs no master."""
+"""Checks launch files and rviz configurations. Needs no master."""
 import json
 import os
 import pathlib

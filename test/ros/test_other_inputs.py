@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: BSD-3-Clause
-"""Inputs of other people's sensors and bags: what bag_to_map makes of them, and that the node makes the same bytes."""
+"""Unusual inputs of sensors and bags: bag_to_map maps them, and the node makes the same bytes."""
 import csv
 import os
 import pathlib
@@ -59,14 +59,14 @@ class OtherInputsTest(unittest.TestCase):
         self.addCleanup(self.temporary.cleanup)
 
     def map_bags(self, *arguments, status=0):
-        """Runs bag_to_map in the folder. Returns what it says."""
+        """Runs bag_to_map in the folder. Returns its output."""
         end = subprocess.run(['rosrun', 'cuboid_mapping', 'bag_to_map', *map(str, arguments)], cwd=self.folder,
                              capture_output=True, text=True)
         self.assertEqual(end.returncode, status, end.stderr)
         return end.stderr
 
     def map_records(self, records, *options, status=0):
-        """Maps a bag of records, with no more than its name and the options. Returns what was said."""
+        """Maps a bag of records with these options alone. Returns the output."""
         write_bag(self.folder / 'input.bag', records)
         return self.map_bags('input.bag', *options, '--set', f'resolution={RESOLUTION_M}', status=status)
 
@@ -76,12 +76,12 @@ class OtherInputsTest(unittest.TestCase):
         return read_voxels(self.folder / 'map.csv')
 
     def expect_of_node(self, records, **parameters):
-        """The node makes the same bytes of the messages as bag_to_map of their bag."""
+        """The node makes the same bytes from the messages as bag_to_map from their bag."""
         expected = (self.folder / 'input.cuboids').read_bytes()
         topic = [name for name, _, _ in records if not name.startswith('/tf') and 'camera_info' not in name][0]
         arguments = [f'_{key}:={value}' for key, value in {'resolution': RESOLUTION_M, **parameters}.items()]
         if rospy.has_param('/others'):
-            rospy.delete_param('/others')  # Of the node before.
+            rospy.delete_param('/others')  # From the previous node.
         node = subprocess.Popen(['rosrun', 'cuboid_mapping', 'cuboid_mapping_node', '__name:=others',
                                  f'cloud_in:={topic}', *arguments])
         try:
@@ -109,7 +109,7 @@ class OtherInputsTest(unittest.TestCase):
             node.terminate()
             node.wait()
 
-    # What is no return.
+    # Points without return.
 
     def test_range_max_is_no_return(self):
         records = scan_of(*[3.0, 10.0, 11.0, 10.5] * 9)
@@ -155,7 +155,7 @@ class OtherInputsTest(unittest.TestCase):
             camera.P[:5] + [-20.0] + camera.P[6:]
         self.assertIn('negative focal length', self.map_records(depth_of(WALL, camera)))
 
-    # One bad element.
+    # A single bad element.
 
     def test_a_point_of_an_odd_time_is_left_out(self):
         for times, points in [([0, 3604361924], ROW[:2]), ([0, 0xFFFFFFFF], [ROW[0], (np.nan,) * 3])]:
@@ -171,7 +171,7 @@ class OtherInputsTest(unittest.TestCase):
         self.map_records(records, '--set', 'sensor_model/max_range=100')
         self.assertEqual(self.voxels(), {tuple(np.round(point, 2)) for point in points[1:]})
 
-    # One reading only.
+    # A single reading.
 
     def test_a_row_step_of_the_whole_cloud_or_none_has_one_reading(self):
         for description in [{'row_step': 48}, {'row_step': 0}, {'row_step': 7}]:
@@ -216,7 +216,7 @@ class OtherInputsTest(unittest.TestCase):
         self.map_bags('doubles', '--set', f'resolution={RESOLUTION_M}')
         self.assertEqual(self.voxels('doubles'), {(5572099.15, 466880.25, 330.05)})
 
-    # What varies.
+    # Changes during a recording.
 
     def test_a_static_transform_holds_until_the_next(self):
         first = clouds(make_cloud(ROW))
@@ -240,7 +240,7 @@ class OtherInputsTest(unittest.TestCase):
                          '{name: clears, topic: /points, use: clear}]')
         self.assertEqual(self.voxels(), set())
 
-    # What cannot be read.
+    # Unreadable messages.
 
     def test_a_broken_chunk_costs_its_own_messages_alone(self):
         records = [STATIC] + [('/points', make_cloud(np.tile([(5.05, 0.05 + 0.1 * k, 0.05)], (2000, 1)) +
@@ -269,10 +269,10 @@ class OtherInputsTest(unittest.TestCase):
     def test_repeated_transforms_are_said_once(self):
         records = MOVING * 50 + clouds(make_cloud(ROW))
         said = self.map_records(records)
-        self.assertEqual(said.count('TF_REPEATED_DATA'), 2, said)  # The kind, and the first text of tf.
+        self.assertEqual(said.count('TF_REPEATED_DATA'), 2, said)  # In the kind, and in the first text of tf.
         self.assertIn('98 transforms left out', said)
 
-    # The way in.
+    # Kinds of input.
 
     def test_the_topic_and_its_type_are_found(self):
         said = self.map_records(scan_of(*[3.0] * 90))

@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: BSD-3-Clause
-"""The calls of doc/planner_guide.md and README.md, as they stand there, and the programs that follow the map."""
+"""Runs the calls in doc/planner_guide.md and README.md, and the programs that follow the map."""
 import pathlib
 import re
 import subprocess
@@ -34,7 +34,7 @@ def plain(value):
 class PlannerGuideTest(unittest.TestCase):
 
     def expect_part(self, shown, given, where):
-        """What the guide shows is there, numbers to three digits after the point."""
+        """The answer has all fields that the guide shows, numbers to three decimals."""
         if isinstance(shown, dict):
             for name in shown:
                 self.expect_part(shown[name], given[name], f'{where}/{name}')
@@ -73,7 +73,7 @@ class PlannerGuideTest(unittest.TestCase):
         return done.stdout
 
     def follow(self):
-        """The room that the calls have made, from the processes of other programs."""
+        """Other programs see the room that the calls have made."""
         for command in (['rosrun', 'cuboid_mapping', 'test_follow_map'],
                         [sys.executable, str(ROOT / 'examples/follow_map/follow_map.py')]):
             said = self.run_program(*command)
@@ -82,7 +82,7 @@ class PlannerGuideTest(unittest.TestCase):
         (program,) = re.findall(r'^```python ros\n(.*?)^```', (ROOT / 'doc/python.md').read_text(),
                                 re.MULTILINE | re.DOTALL)
         said = self.run_program(sys.executable, '-c', program)
-        # As many cuboids as the map has. What the callback's thread prints may stand between the words of a line.
+        # The number of cuboids is the map's. The callback's thread may print between the words of a line.
         self.assertRegex(said, r'(?<!\d)40(?!\d)')
         self.assertIn('occupied_volume=array([0.1])', said)
 
@@ -109,7 +109,7 @@ class PlannerGuideTest(unittest.TestCase):
             self.assertIn('nobody serves /nobody/get_map: give the name of the node', done.stderr)
 
     def paste(self):
-        """README's calls, in a shell."""
+        """Runs README's calls in a shell."""
         calls = re.findall(r'^    (rosservice call .*)$', (ROOT / 'README.md').read_text(), re.MULTILINE)
         with tempfile.TemporaryDirectory() as folder:
             said = self.run_program('bash', '-ec', '\n'.join(calls), cwd=folder)

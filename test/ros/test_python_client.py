@@ -108,7 +108,7 @@ class PythonClientTest(unittest.TestCase):
             for i in range(5):
                 with CuboidMapClient(NODE) as client:
                     client._get_map = mock.Mock(side_effect=rospy.ServiceException('not wanted'))
-                    # Connected to the updates, so that none is lost; the map may be on its way.
+                    # It gets the updates from now on; the map may be on its way.
                     self.assertTrue(wait_for(lambda each=client: each._subscribers[0].get_num_connections() > 0))
                     self.set_box((i, 0, 0), (i + 1, 1, 1), SetBoxRequest.FREE)
                     self.assertTrue(wait_for(lambda each=client: each.has_map))
@@ -168,7 +168,7 @@ class PythonClientTest(unittest.TestCase):
         self.set_box((-5, -5, -5), (0, 5, 5), SetBoxRequest.OCCUPIED)
         self.expect_same_map(client)
         for instance, base in ((old.instance, client.revision + 5), (old.instance - 1, 0)):
-            client._map = MapFollower()  # As one that has missed the last updates.
+            client._map = MapFollower()  # Like a client that has missed the last updates.
             client._map.take_map(old)
             lost = CuboidMapUpdate(instance=instance, base=base, revision=base + 1, resolution=0.1)
             with mock.patch.object(client_module, '_PATIENCE_S', 0.0):

@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: BSD-3-Clause
-"""The Python client where no node serves a map."""
+"""The Python client without a node that serves a map."""
 import unittest
 from unittest import mock
 

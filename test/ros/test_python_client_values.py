@@ -44,7 +44,7 @@ class PythonClientValuesTest(unittest.TestCase):
     def test_has_the_log_odds_of_every_voxel(self):
         self.set_box((-1, -1, -1), (1, 1, 1), 0.3)
         self.set_box((0, 0, 0), (0.1, 0.1, 0.1), 0.8)
-        self.set_box((0.1, 0, 0), (0.2, 0.1, 0.1), 0.31)  # Of the same class as what was there.
+        self.set_box((0.1, 0, 0), (0.2, 0.1, 0.1), 0.31)  # The class does not change.
         self.expect_probability((0, 0, 0), 0.8)
         self.expect_probability((1, 0, 0), 0.31)
         self.expect_probability((2, 0, 0), 0.3)
@@ -64,7 +64,7 @@ class PythonClientValuesTest(unittest.TestCase):
     def test_has_them_after_updates_were_lost(self):
         self.set_box((-1, -1, -1), (1, 1, 1), 0.3)
         server = rospy.ServiceProxy(NODE + '/get_map', GetMap)().map
-        self.client._map = MapFollower()  # As after all of them.
+        self.client._map = MapFollower()  # As if all updates were lost.
         lost = CuboidMapUpdate(instance=server.instance, base=7, revision=8, resolution=0.1)
         lost.bricks.has_values = True
         with mock.patch.object(client_module, '_PATIENCE_S', 0.0):

@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: BSD-3-Clause
-"""The grid that moves along with a robot, taken as costmap_2d's static layer takes it.
+"""The grid that follows a robot, as costmap_2d's static layer uses it.
 
 costmap_2d itself is not in Debian: its rules are repeated here (static_layer.cpp, incomingMap and
 incomingUpdate, with subscribe_to_updates, track_unknown_space and trinary_costmap).
@@ -22,7 +22,7 @@ PATIENCE_S = 20.0
 
 
 class StaticLayer:
-    """What costmap_2d::StaticLayer makes of a grid and its updates."""
+    """Model of costmap_2d::StaticLayer with a grid and its updates."""
 
     def __init__(self):
         self.lock = threading.Lock()
@@ -84,7 +84,7 @@ class TestRobotGrid(unittest.TestCase):
         transform.child_frame_id = 'base_link'
         (transform.transform.translation.x, transform.transform.translation.y,
          transform.transform.translation.z) = self.position
-        transform.transform.rotation.z = transform.transform.rotation.w = 0.5 ** 0.5  # It turns: no matter.
+        transform.transform.rotation.z = transform.transform.rotation.w = 0.5 ** 0.5  # Its rotation does not matter.
         return transform
 
     def put(self, occupancy, low, high):
@@ -104,7 +104,7 @@ class TestRobotGrid(unittest.TestCase):
         self.assertEqual(layer.frame, 'map')
         self.assertGreaterEqual(layer.grid.width * layer.grid.resolution, 4.0 - 1e-3)
 
-        time.sleep(1.0)  # Until both topics are connected.
+        time.sleep(1.0)  # Both topics connect.
         num_grids = layer.num_grids
         self.put(SetBoxRequest.FREE, (-1.5, -1.0, 0.0), (1.0, 1.0, 1.0))
         self.put(SetBoxRequest.OCCUPIED, (1.0, -1.0, 0.0), (1.2, 1.0, 1.0))
@@ -115,7 +115,7 @@ class TestRobotGrid(unittest.TestCase):
         self.assertEqual(layer.num_grids, num_grids, 'updates are enough')
         self.assertGreater(layer.num_updates, 0)
 
-        self.position = [0.0, 0.0, 1.0]  # Up a ramp: other heights, in the same place.
+        self.position = [0.0, 0.0, 1.0]  # On a ramp: other heights at the same place.
         self.expect(layer, {(1.1, 0.0): NO_INFORMATION, (-0.9, 0.0): LETHAL, (0.1, 0.0): NO_INFORMATION})
         self.assertEqual(layer.num_grids, num_grids, 'updates are enough')
 
@@ -125,7 +125,7 @@ class TestRobotGrid(unittest.TestCase):
         x = layer.grid.origin.position.x + 0.5 * layer.grid.width * layer.grid.resolution
         self.assertLess(abs(x - 3.0), 0.41, 'in the middle, but for half a brick')
 
-        for subscriber in layer.subscribers:  # Listeners of one process share a connection.
+        for subscriber in layer.subscribers:  # Subscribers of one process share a connection.
             subscriber.unregister()
         time.sleep(0.5)
         late = StaticLayer()

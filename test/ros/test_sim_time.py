@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: BSD-3-Clause
-"""Launch files that set /use_sim_time take it back when they end."""
+"""Launch files that set /use_sim_time reset it when they end."""
 import pathlib
 import signal
 import subprocess
@@ -45,7 +45,7 @@ class SimTimeTest(unittest.TestCase):
 
 
 def nodes():
-    """Names of all nodes that offer something."""
+    """Names of all nodes that offer topics or services."""
     publishers, _, services = rospy.get_master().getSystemState()[2]
     return {name for _, names in publishers + services for name in names}
 

@@ -1,10 +1,10 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""What tests with a running node have in common."""
+"""Common parts of tests with a running node."""
 import time
 
 
 def wait_for(condition, timeout_s=60.0):
-    """Whether a condition comes true in time."""
+    """Waits for a condition. Returns whether it has come true in time."""
     deadline = time.monotonic() + timeout_s
     while time.monotonic() < deadline:
         if condition():

@@ -24,7 +24,7 @@ from geometry_msgs.msg import Point
 GOLDEN = pathlib.Path(__file__).resolve().parent / 'golden'
 PACKAGE = GOLDEN.parent.parent.parent
 PATIENCE_S = 120.0
-# Of a pixel, mean of a picture; software renderers differ in some pixels along edges.
+# Mean difference of a pixel; software renderers differ in some pixels along edges.
 TOLERANCE = 4.0
 
 
@@ -54,7 +54,7 @@ def stop(process):
 
 
 def read_pixels(picture):
-    """Height x width x 3 numbers, of any format that ImageMagick knows."""
+    """Reads a picture in any format of ImageMagick as height x width x 3 numbers."""
     size = run('identify', '-format', '%h %w', picture).decode().split()
     return numpy.frombuffer(run('convert', picture, '-depth', '8', 'rgb:-'), numpy.uint8).astype(
         float).reshape(int(size[0]), int(size[1]), 3)
@@ -95,7 +95,7 @@ class TestDisplay(unittest.TestCase):
         return file
 
     def shoot(self, is_wanted, **properties):
-        """The first picture that is_wanted, at a quarter of its size."""
+        """The first picture for which is_wanted is true, at a quarter of its size."""
         viewer = start('rosrun', 'rviz', 'rviz', '-d', str(self.configure(**properties)),
                        DISPLAY=self.screen, LIBGL_ALWAYS_SOFTWARE='1')
         picture = self.folder / 'picture.png'
@@ -186,7 +186,7 @@ class TestDisplay(unittest.TestCase):
             stop(node)
 
     def change_box(self, is_done):
-        """Changes a box again and again, which ends as it was: rviz may listen from any time on."""
+        """Changes a box repeatedly, and restores it: rviz may subscribe at any time."""
         set_box = rospy.ServiceProxy('/robot/changing/set_box', SetBox)
         set_box.wait_for_service(PATIENCE_S)
         box = Box(Point(4.0, 3.0, 0.0), Point(7.0, 5.0, 1.2))

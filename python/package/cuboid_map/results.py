@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Answers of a map: named tuples of arrays, and the numbers in them."""
+"""Answers of a map: named tuples of arrays, and their enumerations."""
 import enum
 import typing
 
@@ -14,26 +14,26 @@ class Occupancy(enum.IntEnum):
 
 
 class RayEnd(enum.IntEnum):
-    """How a ray ended."""
-    UNKNOWN = 0    # At the border of unknown space, which is an obstacle.
-    MAX_RANGE = 1  # Nothing was in the way.
-    OCCUPIED = 2   # At an occupied voxel.
+    """End of a ray."""
+    UNKNOWN = 0    # The border of unknown space blocks it.
+    MAX_RANGE = 1  # Nothing blocks it.
+    OCCUPIED = 2   # An occupied voxel blocks it.
 
 
 class CorridorEnd(enum.IntEnum):
-    """How a search for a corridor ended."""
+    """End of a search for a corridor."""
     FOUND = 1
-    START_BLOCKED = 2  # The robot meets an obstacle there, or leaves the region.
+    START_BLOCKED = 2  # The robot meets an obstacle at the start, or leaves the region.
     GOAL_BLOCKED = 3
-    NO_WAY = 4         # Everything that can be reached was looked at.
+    NO_WAY = 4         # All reachable space was searched.
     TIME_LIMIT = 5
 
 
 class IntegratedScan(typing.NamedTuple):
     """Counts of the points of a scan, no-returns included."""
-    num_points: int        # That took part.
-    num_out_of_range: int  # Left out: not finite, or outside the grid.
-    num_too_far: int       # Left out: more than 65,535 voxels away.
+    num_points: int        # Points that took part.
+    num_out_of_range: int  # Points left out: not finite, or outside the grid.
+    num_too_far: int       # Points left out: more than 65,535 voxels away.
 
 
 class Boxes(typing.NamedTuple):
@@ -41,85 +41,85 @@ class Boxes(typing.NamedTuple):
     occupancy: np.ndarray        # (n,) uint8, Occupancy: occupied if any voxel is; else unknown if any is; else free.
     free_volume: np.ndarray      # (n,) float64
     occupied_volume: np.ndarray  # (n,) float64
-    unknown_volume: np.ndarray   # (n,) float64, outside the map included.
+    unknown_volume: np.ndarray   # (n,) float64, space outside the map included.
 
 
 class Cuboids(typing.NamedTuple):
     """Disjoint boxes of voxels of one class each."""
     cells: np.ndarray             # (n, 6) int32, voxels: min x, y, z, max x, y, z; max excluded.
-    boxes: np.ndarray             # (n, 6) float64, the same in metres.
+    boxes: np.ndarray             # (n, 6) float64, the boxes in metres.
     occupancy: np.ndarray         # (n,) uint8, Occupancy.
-    mean_probability: np.ndarray  # (n,) float32, of being occupied: the mean over the voxels.
+    mean_probability: np.ndarray  # (n,) float32, probability of being occupied, mean over the voxels.
 
 
 class Rays(typing.NamedTuple):
-    """Where each of n rays ended; lengths in metres."""
+    """Ends of n rays; lengths in metres."""
     end: np.ndarray             # (n,) uint8, RayEnd.
     distance: np.ndarray        # (n,) float64, from the origin to the point.
-    point: np.ndarray           # (n, 3) float64, on the face of the voxel that was hit.
-    first_unknown: np.ndarray   # (n,) float64, where the first unknown space begins; inf: there is none.
-    unknown_length: np.ndarray  # (n,) float64, of the ray in unknown space.
+    point: np.ndarray           # (n, 3) float64, on the face of the hit voxel.
+    first_unknown: np.ndarray   # (n,) float64, start of the first unknown space; inf: none.
+    unknown_length: np.ndarray  # (n,) float64, length of the ray in unknown space.
 
 
 class Paths(typing.NamedTuple):
-    """How far a box gets on each of m paths; lengths in metres."""
-    free: np.ndarray         # (m,) bool, to the end.
-    free_length: np.ndarray  # (m,) float64, up to where it first meets an obstacle.
-    length: np.ndarray       # (m,) float64, of the whole path.
-    segment: np.ndarray      # (m,) int64, number of the waypoint from which it meets one; -1: none.
-    point: np.ndarray        # (m, 3) float64, centre of the box there; NaN: nowhere.
+    """Free lengths of a box on m paths; lengths in metres."""
+    free: np.ndarray         # (m,) bool, the whole path is free.
+    free_length: np.ndarray  # (m,) float64, up to the first obstacle.
+    length: np.ndarray       # (m,) float64, length of the whole path.
+    segment: np.ndarray      # (m,) int64, index of the last waypoint before the obstacle; -1: none.
+    point: np.ndarray        # (m, 3) float64, centre of the box at the obstacle; NaN: none.
 
 
 class Poses(typing.NamedTuple):
     """Whether a body fits at each of n poses."""
     free: np.ndarray   # (n,) bool.
     part: np.ndarray   # (n,) int64, a part that meets an obstacle: spheres first, then boxes; -1: none.
-    point: np.ndarray  # (n, 3) float64, metres: centre of a voxel that it meets; NaN: none.
+    point: np.ndarray  # (n, 3) float64, metres: centre of a blocking voxel; NaN: none.
 
 
 class Nearest(typing.NamedTuple):
-    """The k cuboids nearest to each of n points, nearest first; distance inf and NaN where there are fewer."""
+    """The k cuboids nearest to each of n points, nearest first; missing ones have distance inf, and NaN."""
     distance: np.ndarray   # (n, k) float64, metres; 0 inside.
-    point: np.ndarray      # (n, k, 3) float64, of the cuboid, closest to the one that was asked for.
+    point: np.ndarray      # (n, k, 3) float64, point of the cuboid closest to the query point.
     boxes: np.ndarray      # (n, k, 6) float64, metres: min x, y, z, max x, y, z.
-    occupancy: np.ndarray  # (n, k) uint8, Occupancy; UNKNOWN where there are fewer.
+    occupancy: np.ndarray  # (n, k) uint8, Occupancy; UNKNOWN for missing ones.
 
 
 class Corridor(typing.NamedTuple):
-    """A way for a robot; without any elements unless `end` is FOUND."""
+    """A corridor for a robot; arrays are empty unless `end` is FOUND."""
     end: CorridorEnd
-    boxes: np.ndarray    # (b, 6) float64, metres: without obstacles, as large as they can be, from start to goal.
-    portals: np.ndarray  # (b - 1, 3) float64, metres: centres of what successive boxes share.
-    path: np.ndarray     # (p, 3) float64, metres: from start to goal, of the robot's centre.
-    length: float        # Of the path, metres.
-    num_visited: int     # Boxes that the search has looked at.
+    boxes: np.ndarray    # (b, 6) float64, metres: boxes without obstacles, as large as possible, from start to goal.
+    portals: np.ndarray  # (b - 1, 3) float64, metres: centres of the overlaps of successive boxes.
+    path: np.ndarray     # (p, 3) float64, metres: the robot's centre from start to goal.
+    length: float        # Length of the path, metres.
+    num_visited: int     # Boxes that the search has visited.
 
 
 class BoxCover(typing.NamedTuple):
-    """Boxes that cover all that is occupied; volumes in cubic metres, each voxel counted once."""
+    """Boxes that cover all occupied voxels; volumes in cubic metres, each voxel counted once."""
     boxes: np.ndarray       # (n, 6) float64, metres: min x, y, z, max x, y, z; the largest first.
-    occupied_volume: float  # Of the occupied voxels in the boxes.
-    added_volume: float     # Of all other voxels in the boxes.
-    left_out_volume: float  # Of occupied voxels inside keep_free.
+    occupied_volume: float  # Volume of the occupied voxels in the boxes.
+    added_volume: float     # Volume of all other voxels in the boxes.
+    left_out_volume: float  # Volume of occupied voxels inside keep_free.
 
 
 class FreeBoxes(typing.NamedTuple):
     """Boxes of free voxels; volumes in cubic metres, each voxel counted once."""
     boxes: np.ndarray      # (n, 6) float64, metres: min x, y, z, max x, y, z.
-    covered_volume: float  # Of the boxes.
-    missing_volume: float  # Of the free voxels in no box.
+    covered_volume: float  # Volume of the boxes.
+    missing_volume: float  # Volume of the free voxels in no box.
 
 
 class Frontiers(typing.NamedTuple):
     """n clusters of free voxels beside unknown ones, the largest first."""
-    center: np.ndarray          # (n, 3) float64, metres: of the voxel nearest to the mean of the cluster.
+    center: np.ndarray          # (n, 3) float64, metres: centre of the voxel nearest to the mean of the cluster.
     place: np.ndarray           # (n, 3) float64, metres: the nearest place where the robot fits; NaN: none.
-    unknown_volume: np.ndarray  # (n,) float64, cubic metres, that is seen from the place.
-    voxels: np.ndarray          # (m, 3) float64, metres: centres, cluster by cluster.
+    unknown_volume: np.ndarray  # (n,) float64, cubic metres visible from the place.
+    voxels: np.ndarray          # (m, 3) float64, metres: centres of the voxels, cluster by cluster.
     end: np.ndarray             # (n,) int64: cluster i has the voxels from end[i - 1] (0 for the first) to end[i].
 
 
 class Distances(typing.NamedTuple):
-    """From n points to the nearest obstacles."""
-    distance: np.ndarray  # (n,) float64, metres: 0 in an obstacle, inf where none is within the bound.
-    gradient: np.ndarray  # (n, 3) float64: unit vector away from the nearest obstacle; zero where there is none.
+    """Distances of n points from the nearest obstacles."""
+    distance: np.ndarray  # (n,) float64, metres: 0 in an obstacle, inf if none is within the bound.
+    gradient: np.ndarray  # (n, 3) float64: unit vector away from the nearest obstacle; zero if there is none.
