@@ -50,7 +50,7 @@ MapSnapshot readSecond(const Options& options, const MapSnapshot& first) {
   } else if (!first.frame_id.empty() && !second.frame_id.empty() &&
              first.frame_id != second.frame_id) {
     throw std::runtime_error("the maps are in the frames '" + first.frame_id + "' and '" +
-                             second.frame_id + "': say with --shift and --turn how they lie");
+                             second.frame_id + "': give the transform with --shift and --turn");
   }
   return second;
 }

@@ -19,7 +19,8 @@ constexpr int kTagOfNext = 1;
 
 int checkedCount(std::size_t num_bytes) {
   if (num_bytes > static_cast<std::size_t>(std::numeric_limits<int>::max())) {
-    throw std::length_error("clouds say more than MPI can send at once: use more ranks");
+    throw std::length_error(
+        "the observations of a round are more than MPI can send at once: use more ranks");
   }
   return static_cast<int>(num_bytes);
 }

@@ -316,7 +316,7 @@ double MapHistory::findShift_m(const PoseTrack& poses, double distance_m) const 
 MapCorrection MapHistory::begin(const PoseTrack& poses, const CorrectionRule& rule,
                                 const CuboidMap* current) {
   if (!(rule.tolerance_m >= 0.0)) {
-    throw std::invalid_argument("the tolerance is no number of at least 0 m: give one");
+    throw std::invalid_argument("the tolerance must be a number >= 0, in metres");
   }
   Implementation& own = *implementation_;
   const std::lock_guard<std::mutex> lock(own.mutex);
@@ -325,11 +325,10 @@ MapCorrection MapHistory::begin(const PoseTrack& poses, const CorrectionRule& ru
     return event.isCloud() && poses.covers(event.pose.stamp_ns);
   };
   if (std::none_of(own.events.begin(), own.events.end(), is_inside)) {
-    throw std::invalid_argument(
-        "no cloud that is kept was taken within the new poses: they are of " +
-        describeTimes(poses.begin_ns(), poses.end_ns()) + ", the clouds of " +
-        describeTimes(old.begin_ns(), old.end_ns()) +
-        ". Give poses with the stamps of the clouds, or keep more");
+    throw std::invalid_argument("no kept cloud was taken within the new poses: they are of " +
+                                describeTimes(poses.begin_ns(), poses.end_ns()) +
+                                ", the clouds of " + describeTimes(old.begin_ns(), old.end_ns()) +
+                                ". Give poses with the stamps of the clouds, or keep more");
   }
   auto made = std::make_unique<MapCorrection::Implementation>(poses, rule, own.base.config());
   made->T_new_first = findMotion(old, poses, poses.begin_ns());

@@ -67,8 +67,8 @@ PackedBricks packBricks(const VoxelBrick* first, const VoxelBrick* last, MapDeta
   if (bytes.bytes().size() > kMaxBytes) {
     throw std::length_error(
         "too much for a message: " + std::to_string(bytes.bytes().size() / 1000000) +
-        " MB, of at most " + std::to_string(kMaxBytes / 1000000) +
-        ". Let classes travel alone (publish_values: false)");
+        " MB, but at most " + std::to_string(kMaxBytes / 1000000) +
+        " are allowed. Send classes only (publish_values: false)");
   }
   packed.data = deflateBytes(bytes.bytes());
   return packed;

@@ -77,7 +77,7 @@ PcdFile readPcd(const std::string& file) {
     refuse("x, y and z must be there, as numbers of TYPE F and SIZE 4 or 8");
   }
   const auto viewpoint = readViewpoint(file);
-  if (!viewpoint) refuse("its VIEWPOINT is none");
+  if (!viewpoint) refuse("its VIEWPOINT is invalid");
   pcd.viewpoint = *viewpoint;
   return pcd;
 }

@@ -10,7 +10,7 @@ CellBox toCellBox(const CuboidMap& map, const MetricBox& box_map) {
   const auto box = map.grid().toCellBox(box_map);
   if (!box) {
     throw std::invalid_argument(
-        "the box has no volume, a number that is not finite, or reaches out of the grid's range");
+        "the box has no volume, has a number that is not finite, or reaches beyond the grid");
   }
   return *box;
 }

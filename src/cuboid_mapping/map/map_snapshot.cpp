@@ -65,7 +65,7 @@ void addCuboids(const CuboidMap& map, MapSnapshot& snapshot) {
 
 ChangeSet restoreSnapshot(const MapSnapshot& snapshot, CuboidMap& map) {
   if (snapshot.resolution_m != map.config().resolution_m) {
-    throw std::invalid_argument("a snapshot of another resolution than that of the map");
+    throw std::invalid_argument("the snapshot and the map have different resolutions");
   }
   CuboidMap restored(map.config());
   restored.replace(kAllCells, snapshot.bricks);

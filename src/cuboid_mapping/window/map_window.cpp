@@ -92,7 +92,8 @@ MapWindow::MapWindow(const WindowConfig& config, std::unique_ptr<MapStore> store
     throw std::invalid_argument("the size of a window must be > 0, its margin at least 0");
   }
   if ((config.outside == OutsideWindow::kKeep) != (store_ != nullptr)) {
-    throw std::invalid_argument("a window that keeps needs a store, another one must have none");
+    throw std::invalid_argument(
+        "a window needs a store if it keeps the map outside, and must have none otherwise");
   }
   if (store_) {
     for (const Cell& page : store_->pages()) stored_.insert(page);

@@ -218,8 +218,7 @@ void RobotMerger::report(diagnostic_updater::DiagnosticStatusWrapper& status) {
             " missing: give the robots' nodes observation_memory, so that they can be asked");
   }
   if (counts.num_late > reported_.num_late) {
-    status.summary(DiagnosticStatus::WARN,
-                   "observations come too late: give them more merge/delay");
+    status.summary(DiagnosticStatus::WARN, "observations come too late: raise merge/delay");
   }
   if (counts.num_left_out > reported_.num_left_out) {
     status.summary(DiagnosticStatus::WARN,

@@ -36,14 +36,14 @@ std::vector<ParameterError> checkKeep(const NodeParameters& parameters) {
   if (!parameters.keep.isOn()) return {};
   std::vector<ParameterError> errors;
   const auto refuse = [&](const std::string& key, const std::string& why) {
-    errors.push_back({"keep_clouds/memory",
-                      "does not go with " + key + ": " + why + ". Set one of them otherwise"});
+    errors.push_back(
+        {"keep_clouds/memory", "does not go with " + key + ": " + why + ". Change one of them"});
   };
   if (!parameters.fleet.robots.empty()) {
-    refuse("merge/robots", "the robots' clouds are not here");
+    refuse("merge/robots", "this node does not get the robots' clouds");
   }
   if (parameters.source.forget_after_s > 0.0) {
-    refuse("forget_after", "a map made anew would have the forgotten voxels again");
+    refuse("forget_after", "a rebuilt map would have the forgotten voxels again");
   }
   if (parameters.moving_points == MovingPoints::kLeaveOut) {
     refuse("moving_points: leave_out", "which points move depends on the poses");

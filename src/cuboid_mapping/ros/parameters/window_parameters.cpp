@@ -62,7 +62,7 @@ std::vector<ParameterError> checkWindow(const NodeParameters& parameters) {
   if (parameters.source.forget_after_s > 0.0) {
     errors.push_back({"forget_after",
                       "does not go with window/outside: keep, because voxels on disk would not be "
-                      "forgotten: set one of them otherwise"});
+                      "forgotten: change one of them"});
   }
   if (!parameters.map_file.empty()) {
     errors.push_back(

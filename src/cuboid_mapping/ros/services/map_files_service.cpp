@@ -154,8 +154,8 @@ void MapFilesService::keepEarlier() {
     keepEarlierSaves(autosave_file_, num_earlier_);
     is_earlier_kept_ = true;
   } catch (const std::exception& exception) {  // The newest map matters more than earlier ones.
-    ROS_ERROR_STREAM_NAMED(
-        kNodeName, "the save before this one does not stay (autosave_keep): " << exception.what());
+    ROS_ERROR_STREAM_NAMED(kNodeName,
+                           "cannot keep the previous save (autosave_keep): " << exception.what());
   }
 }
 
