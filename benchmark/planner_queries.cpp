@@ -7,12 +7,14 @@
 #include "cuboid_mapping/query/fit_query.h"
 #include "cuboid_mapping/query/nearest_query.h"
 #include "cuboid_mapping/query/path_query.h"
+#include "cuboid_mapping/query/pose_path.h"
 #include "cuboid_mapping/query/pose_query.h"
 #include "cuboid_mapping/query/ray_query.h"
 #include "mapped_scans.h"
 
 #include <algorithm>
 #include <chrono>
+#include <cmath>
 #include <cstdio>
 #include <functional>
 #include <limits>
@@ -287,6 +289,40 @@ void timeCorridor(const MappedScans& scene, const Options& options) {
               corridor.num_visited);
 }
 
+/// A base between places of the sensor some 10 m apart, in any headings in which it is free.
+void timePosePaths(const MappedScans& scene, const Options& options) {
+  std::mt19937 engine(options.seed + 4);
+  const auto pick_pose = [&] {
+    const auto place =
+        std::uniform_int_distribution<std::size_t>(0, scene.places_map.size() - 1)(engine);
+    const double yaw = std::uniform_real_distribution<>(-M_PI, M_PI)(engine);
+    return Eigen::Isometry3d(Eigen::Translation3d(scene.places_map[place]) *
+                             Eigen::AngleAxisd(yaw, Eigen::Vector3d::UnitZ()));
+  };
+  PosePathTask task;
+  task.body.boxes.push_back({Eigen::Isometry3d::Identity(), {1.0, 0.6, 0.3}});
+  task.policy = options.policy;
+  std::printf(
+      "\nways for a base of 1.0 x 0.6 x 0.3 m that turns\n\n"
+      "| end | as the crow flies [m] | path [m] | poses of it | poses looked at | time [ms] |\n"
+      "|---|---|---|---|---|---|\n");
+  for (int tries = 0, num_left = 20; tries < 10000 && num_left > 0; ++tries) {
+    task.start_map = pick_pose();
+    task.goal_map = pick_pose();
+    const double distance_m = (task.goal_map.translation() - task.start_map.translation()).norm();
+    if (distance_m < 9.0 || distance_m > 11.0 || !findFault(task, scene.map.grid()).empty())
+      continue;
+    const auto begin = std::chrono::steady_clock::now();
+    const PosePath path = findPosePath(scene.map, task);
+    const std::chrono::duration<double, std::milli> passed =
+        std::chrono::steady_clock::now() - begin;
+    if (path.end == CorridorEnd::kStartBlocked || path.end == CorridorEnd::kGoalBlocked) continue;
+    --num_left;
+    std::printf("| %d | %.1f | %.1f | %zu | %zu | %.1f |\n", static_cast<int>(path.end), distance_m,
+                path.length_m, path.T_map_body.size(), path.num_poses, passed.count());
+  }
+}
+
 void measure(const Options& options) {
   const MappedScans scene = mapScans(options.dataset, options.resolution_m);
   std::printf("%s at %.2f m: %zu clouds, %zu cuboids, robot %.2f m\n\n", options.dataset.c_str(),
@@ -298,6 +334,7 @@ void measure(const Options& options) {
   timePlaces(scene, options);
   timeRegion(scene, options);
   timeCorridor(scene, options);
+  timePosePaths(scene, options);
   std::printf(
       "\n1,000 batches of 60 spheres, medians\n\n"
       "| radius [m] | each by itself [ns] | of these blocked | wrong | a body of 60, free [ns a "

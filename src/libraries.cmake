@@ -28,6 +28,7 @@ cuboid_mapping_add_part(core
   cuboid_mapping/sharing/observation_order.cpp
   cuboid_mapping/occupancy/sensor_model.cpp
   cuboid_mapping/parallel/parallel_for.cpp
+  cuboid_mapping/query/body_probe.cpp
   cuboid_mapping/query/box_query.cpp
   cuboid_mapping/query/budget.cpp
   cuboid_mapping/query/corridor_boxes.cpp
@@ -38,13 +39,17 @@ cuboid_mapping_add_part(core
   cuboid_mapping/query/fit_query.cpp
   cuboid_mapping/query/frontier_query.cpp
   cuboid_mapping/query/height_range.cpp
+  cuboid_mapping/query/motion_query.cpp
   cuboid_mapping/query/nearest_query.cpp
   cuboid_mapping/query/obstacle_distance.cpp
   cuboid_mapping/query/obstacles.cpp
   cuboid_mapping/query/path_query.cpp
   cuboid_mapping/query/place_graph.cpp
   cuboid_mapping/query/point_query.cpp
+  cuboid_mapping/query/pose_lattice.cpp
+  cuboid_mapping/query/pose_path.cpp
   cuboid_mapping/query/pose_query.cpp
+  cuboid_mapping/query/pose_search.cpp
   cuboid_mapping/query/ray_query.cpp
   cuboid_mapping/query/value_query.cpp
   cuboid_mapping/rtree/block_pool.cpp

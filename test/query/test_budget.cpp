@@ -9,8 +9,10 @@
 #include "cuboid_mapping/query/fit_query.h"
 #include "cuboid_mapping/query/nearest_query.h"
 #include "cuboid_mapping/query/path_query.h"
+#include "cuboid_mapping/query/pose_path.h"
 #include "cuboid_mapping/query/ray_query.h"
 #include "cuboid_mapping/query/value_query.h"
+#include "support/bodies.h"
 
 #include <gtest/gtest.h>
 
@@ -153,6 +155,11 @@ CorridorTask throughTheDoor() {
   return task;
 }
 
+PosePathTask turningTask(const Eigen::Vector3d& start, const Eigen::Vector3d& goal,
+                         const Eigen::Vector3d& size_m) {
+  return {test::boxBody(size_m), test::yawed(start, 0.1), test::yawed(goal, 1.0)};
+}
+
 /// Questions about the content of the map.
 std::vector<Question> modestQuestions() {
   return {
@@ -213,11 +220,16 @@ std::vector<Question> modestSearches() {
              return std::to_string(graph.cuboids.size()) + ' ' +
                     std::to_string(graph.portals.size());
            }},
-          {"corridor", [](const CuboidMap& map, Budget& budget) {
+          {"corridor",
+           [](const CuboidMap& map, Budget& budget) {
              const Corridor corridor = findCorridor(map, throughTheDoor(), budget);
              std::string text = std::to_string(static_cast<int>(corridor.end));
              for (const auto& point : corridor.path_map) text += ", " + toText(point);
              return text;
+           }},
+          {"way of a robot that turns", [](const CuboidMap& map, Budget& budget) {
+             const auto task = turningTask({5, 25, 5}, {35, 25, 5}, {5, 3, 3});
+             return std::to_string(findPosePath(map, task, budget).length_m);
            }}};
 }
 
@@ -344,6 +356,20 @@ std::vector<Question> monstrousQuestions() {
              const Corridor corridor = findCorridor(map, task, budget);
              EXPECT_EQ(corridor.end, CorridorEnd::kFound) << "with boxes that are not maximal";
              EXPECT_FALSE(corridor.boxes.empty());
+             return "";
+           }},
+          {"motion of 1e8 m",
+           [](const CuboidMap& map, Budget& budget) {
+             const auto task = turningTask({-1e8, -9, 0}, {1e8, -9, 0}, {2, 1, 1});
+             (void)checkMotion(map, task.body, {task.start_map, task.goal_map},
+                               UnknownPolicy::kPass, budget);
+             return "";
+           }},
+          {"way of a robot that turns, of 4 km through unknown space",
+           [](const CuboidMap& map, Budget& budget) {
+             auto task = turningTask({-1e5, -9, 0}, {1e5, -9, 0}, {4000, 4000, 4000});
+             task.policy = UnknownPolicy::kPass;
+             (void)findPosePath(map, task, budget);
              return "";
            }},
           {"ray along far bounds", [](const CuboidMap& map, Budget& budget) {

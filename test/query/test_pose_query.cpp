@@ -3,6 +3,7 @@
 
 #include "cuboid_mapping/query/box_query.h"
 #include "cuboid_mapping/query/path_query.h"
+#include "support/bodies.h"
 #include "support/random_bricks.h"
 
 #include <gtest/gtest.h>
@@ -131,33 +132,6 @@ double depthInObstacles(const CuboidMap& map, UnknownPolicy policy, const Body& 
   return depth;
 }
 
-Eigen::Isometry3d randomPose(Random& random, double half_edge_m) {
-  Eigen::Isometry3d pose = Eigen::Isometry3d::Identity();
-  pose.translation() = test::randomPoint(random, half_edge_m);
-  // Rotations about one axis of the map, or by multiples of 90 degrees, have parallel edges.
-  const int kind = random.integer(0, 3);
-  if (kind == 0) return pose;
-  const Eigen::Vector3d axis =
-      kind == 1 ? Eigen::Vector3d::UnitZ() : test::randomDirection(random).normalized().eval();
-  const double angle = kind == 2 ? M_PI / 2 * random.integer(0, 3) : random.real(-M_PI, M_PI);
-  pose.linear() = Eigen::AngleAxisd(angle, axis).toRotationMatrix();
-  return pose;
-}
-
-Body randomBody(Random& random) {
-  Body body;
-  const auto size = [&] { return kEdge_m * random.real(0.01, random.chance(0.2) ? 14.0 : 3.0); };
-  const int num_spheres = random.integer(0, 2);
-  for (int i = 0; i < num_spheres; ++i) {
-    body.spheres.push_back({test::randomPoint(random, 0.5), 0.5 * size()});
-  }
-  const int num_boxes = random.integer(num_spheres == 0 ? 1 : 0, 2);
-  for (int i = 0; i < num_boxes; ++i) {
-    body.boxes.push_back({randomPose(random, 0.5), {size(), size(), size()}});
-  }
-  return body;
-}
-
 TEST(PoseQuery, FindsEveryVoxelThatABodyMeets) {
   Random random(3940);
   int num_free = 0;
@@ -165,10 +139,10 @@ TEST(PoseQuery, FindsEveryVoxelThatABodyMeets) {
   for (int round = 0; round < 300; ++round) {
     const CuboidMap map = test::mapOfUpdates(random, 6, poseConfig());
     const UnknownPolicy policy = random.chance(0.3) ? UnknownPolicy::kStop : UnknownPolicy::kPass;
-    const Body body = randomBody(random);
+    const Body body = test::randomBody(random, kEdge_m);
     std::vector<Eigen::Isometry3d> poses;
     poses.reserve(5);
-    for (int i = 0; i < 5; ++i) poses.push_back(randomPose(random, 2.5));
+    for (int i = 0; i < 5; ++i) poses.push_back(test::randomTurnedPose(random, 2.5));
     const std::vector<PoseQueryResult> results = checkPoses(map, body, poses, policy);
     ASSERT_EQ(results.size(), poses.size());
     for (std::size_t i = 0; i < poses.size(); ++i) {
@@ -226,17 +200,9 @@ CuboidMap makeRoom() {
   return map;
 }
 
-Body makeBase() {
-  Body base;
-  base.boxes.emplace_back();
-  base.boxes[0].size_m = {2.0, 0.5, 0.5};
-  return base;
-}
+Body makeBase() { return test::boxBody({2.0, 0.5, 0.5}); }
 
-Eigen::Isometry3d yawed(double x, double y, double yaw) {
-  Eigen::Isometry3d pose(Eigen::Translation3d(x, y, 0.0));
-  return pose.rotate(Eigen::AngleAxisd(yaw, Eigen::Vector3d::UnitZ()));
-}
+Eigen::Isometry3d yawed(double x, double y, double yaw) { return test::yawed({x, y, 0.0}, yaw); }
 
 TEST(PoseQuery, LetsALongBasePassOnlyWhenItTurns) {
   const CuboidMap room = makeRoom();

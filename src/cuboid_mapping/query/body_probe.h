@@ -1,0 +1,104 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include "cuboid_mapping/query/obstacles.h"
+#include "cuboid_mapping/query/pose_query.h"
+
+#include <array>
+#include <cstdint>
+#include <optional>
+#include <vector>
+
+namespace cuboid_mapping {
+
+/// The obstacles of bricks. Neighbouring bricks are looked up once.
+class ObstacleCache {
+ public:
+  ObstacleCache(const CuboidMap& map, UnknownPolicy policy, Budget& budget)
+      : obstacles_(map, policy, budget) {
+    slots_.fill({kNoBrick, kNothing});
+    masks_.reserve(64);
+  }
+
+  [[nodiscard]] Budget& budget() const { return obstacles_.budget(); }
+
+  /// The voxels of a brick that are in the way; null: none. Valid until the next call; arbitrary if the budget is
+  /// spent.
+  [[nodiscard]] const BrickMask* find(const Cell& brick) {
+    Slot& slot = slots_[static_cast<std::size_t>((brick.x >> 3 & 7) | (brick.y >> 3 & 7) << 3 |
+                                                 (brick.z >> 3 & 3) << 6)];
+    if (slot.brick != brick) look(brick, slot);
+    return slot.mask == kNothing ? nullptr : &masks_[slot.mask];
+  }
+
+ private:
+  struct Slot {
+    Cell brick;
+    std::uint32_t mask;  ///< Number, or kNothing.
+  };
+  static constexpr std::size_t kNumSlots = 256;
+  static constexpr std::size_t kMaxMasks = 1024;
+  static constexpr std::uint32_t kNothing = 0xFFFFFFFFU;
+  static constexpr Cell kNoBrick{1, 1, 1};
+
+  void look(const Cell& brick, Slot& slot);
+
+  Obstacles obstacles_;
+  std::array<Slot, kNumSlots> slots_;
+  std::vector<BrickMask> masks_;
+};
+
+/// Bound of the distance of a moving body from its pose in the middle of a motion.
+struct Sway {
+  Eigen::Vector3d shift_body = Eigen::Vector3d::Zero();  ///< Half of the straight motion, metres.
+  Eigen::Vector3d turn_body =
+      Eigen::Vector3d::Zero();  ///< Axis of the turn; its length is half of the angle [rad].
+};
+
+/// Looks up a body in a map at one pose after the other. If the map changes meanwhile, the probe keeps the bricks that
+/// it has read.
+class BodyProbe {
+ public:
+  /// @param body, budget  Must outlive this object. @pre findFault(body, map.grid()) is empty.
+  /// @param region  Voxels outside of it are obstacles.
+  BodyProbe(const CuboidMap& map, const Body& body, UnknownPolicy policy, Budget& budget,
+            const std::optional<CellBox>& region = std::nullopt)
+      : body_(body), grid_(map.grid()), cache_(map, policy, budget), region_(region) {}
+
+  /// An obstacle that the body meets; nothing if the budget is spent. @pre isPose(T_map_body, rangeOf(body, grid)).
+  [[nodiscard]] std::optional<PoseContact> findContact(const Eigen::Isometry3d& T_map_body);
+  /// The same for all positions within the sway, and a little more: parts are enlarged.
+  [[nodiscard]] std::optional<PoseContact> findContact(const Eigen::Isometry3d& T_map_body,
+                                                       const Sway& sway);
+
+  [[nodiscard]] Budget& budget() const { return cache_.budget(); }
+  [[nodiscard]] const Body& body() const { return body_; }
+  [[nodiscard]] const Grid& grid() const { return grid_; }
+  /// Number of poses that were looked up.
+  [[nodiscard]] std::size_t numPoses() const { return num_poses_; }
+
+ private:
+  template <typename GrowthT>
+  std::optional<PoseContact> find(const Eigen::Isometry3d& T_map_body, const GrowthT& growth);
+  template <typename ShapeT>
+  std::optional<Cell> findMet(const ShapeT& shape);
+
+  const Body& body_;
+  Grid grid_;
+  ObstacleCache cache_;
+  std::optional<CellBox> region_;
+  std::size_t num_poses_ = 0;
+};
+
+/// One of the 8 corners of a box, frame of the body.
+[[nodiscard]] inline Eigen::Vector3d cornerOf(const BodyBox& box, int corner) {
+  const Eigen::Vector3d sign((corner & 1) - 0.5, (corner >> 1 & 1) - 0.5, (corner >> 2 & 1) - 0.5);
+  return box.T_body_box * Eigen::Vector3d(sign.cwiseProduct(box.size_m));
+}
+
+/// How far from the origin of the map a body may be, metres.
+[[nodiscard]] double rangeOf(const Body& body, const Grid& grid);
+/// Whether a pose is finite, a rotation (to 1e-6), and within a range. @param range_m  As rangeOf() says.
+[[nodiscard]] bool isPose(const Eigen::Isometry3d& pose, double range_m);
+
+}  // namespace cuboid_mapping

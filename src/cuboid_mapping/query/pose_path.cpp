@@ -1,0 +1,131 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "cuboid_mapping/query/pose_path.h"
+
+#include "cuboid_mapping/query/pose_search.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace cuboid_mapping {
+namespace {
+
+using PoseWay = std::vector<Eigen::Isometry3d>;
+
+bool isUpright(const Eigen::Isometry3d& pose) {
+  constexpr double kTolerance = 1e-6;
+  return (pose.linear().col(2) - Eigen::Vector3d::UnitZ()).norm() < kTolerance;
+}
+
+std::string findFault(const Eigen::Isometry3d& pose, const std::string& name, double range_m) {
+  if (!isPose(pose, range_m)) {
+    return name + " must be finite and within the range of the grid, with a quaternion of length 1";
+  }
+  if (isUpright(pose)) return {};
+  return name + " tilts: the search turns about z only, so put the tilt into the body's parts";
+}
+
+/// Voxels that the body may use.
+CellBox findRegion(const CuboidMap& map, const PosePathTask& task) {
+  if (task.region) return *task.region;
+  const Grid& grid = map.grid();
+  const auto cell_at = [&](const Eigen::Isometry3d& pose) {
+    return CellBox::ofCell(*grid.toCell(pose.translation()));
+  };
+  CellBox region = unite(cell_at(task.start_map), cell_at(task.goal_map));
+  if (const auto& bounds = map.bounds()) region = unite(region, *bounds);
+  const auto room =
+      static_cast<std::int32_t>(std::ceil(2.0 * reachOf(task.body) * grid.inverseResolution())) + 1;
+  const Cell margin{room, room, room};
+  return intersect({region.min - margin, region.max + margin}, kAllCells);
+}
+
+/// Index of a late pose that a straight motion leads to; at least the next one.
+std::size_t findFarthest(const PoseWay& way, std::size_t from, BodyProbe& probe) {
+  const auto is_free = [&](std::size_t to) {
+    return isFree(probe, BodyMotion(way[from], way[to]));
+  };
+  std::size_t farthest = from + 1;
+  std::size_t step = 2;  // It is doubled while motions are free, then halved.
+  while (from + step < way.size() && is_free(from + step)) {
+    farthest = from + step;
+    step *= 2;
+  }
+  for (step /= 2; step > 0; step /= 2) {
+    if (farthest + step < way.size() && is_free(farthest + step)) farthest += step;
+  }
+  return farthest;
+}
+
+/// Joins steps: fewer poses, with free motions between them.
+PoseWay joinSteps(const PoseWay& way, BodyProbe& probe) {
+  PoseWay joined{way.front()};
+  for (std::size_t at = 0; at + 1 < way.size();) {
+    at = findFarthest(way, at, probe);
+    joined.push_back(way[at]);
+  }
+  return joined;
+}
+
+/// One search; length_m is not set.
+PosePath searchOnce(const CuboidMap& map, const PosePathTask& task, Budget& budget) {
+  const CellBox region = findRegion(map, task);
+  BodyProbe probe(map, task.body, task.policy, budget, region);
+  PosePath path;
+  const bool is_start_blocked = probe.findContact(task.start_map).has_value();
+  const bool is_goal_blocked = !is_start_blocked && probe.findContact(task.goal_map);
+  path.num_poses = probe.numPoses();
+  if (budget.isSpent()) {
+    path.end = CorridorEnd::kBudgetSpent;
+  } else if (is_start_blocked || is_goal_blocked) {
+    path.end = is_start_blocked ? CorridorEnd::kStartBlocked : CorridorEnd::kGoalBlocked;
+  } else {
+    PoseSearch search(map, task, region, probe);
+    path.end = search.run();
+    if (path.end == CorridorEnd::kFound) path.T_map_body = joinSteps(search.toWay(), probe);
+    path.num_poses = probe.numPoses() + search.numPoses();
+  }
+  return path;
+}
+
+}  // namespace
+
+std::string findFault(const PosePathTask& task, const Grid& grid) {
+  std::string fault = findFault(task.body, grid);
+  if (!fault.empty()) return fault;
+  const double range_m = rangeOf(task.body, grid);
+  fault = findFault(task.start_map, "start", range_m);
+  if (fault.empty()) fault = findFault(task.goal_map, "goal", range_m);
+  if (!fault.empty()) return fault;
+  const double rise_m =
+      std::abs(task.goal_map.translation().z() - task.start_map.translation().z());
+  if (!task.may_climb && rise_m >= grid.resolution()) {
+    return "goal is a voxel or more above or below start: give both the same z, or let the robot "
+           "climb";
+  }
+  return {};
+}
+
+PosePath findPosePath(const CuboidMap& map, const PosePathTask& task, Budget& budget) {
+  PosePath path;
+  if (!findFault(task, map.grid()).empty()) return path;
+  std::size_t num_poses = 0;
+  for (bool is_done = false; !is_done;) {
+    path = {CorridorEnd::kBudgetSpent, {}, 0.0, num_poses};
+    if (!budget.lookNow()) return path;
+    const std::uint64_t revision = map.revision();
+    path = searchOnce(map, task, budget);
+    num_poses = path.num_poses += num_poses;
+    is_done = path.end != CorridorEnd::kFound || map.revision() == revision ||
+              checkMotion(map, task.body, path.T_map_body, task.policy).isFree();
+  }
+  if (path.end == CorridorEnd::kFound && !budget.isSpent() &&
+      !budget.addEntries(path.T_map_body.size())) {
+    return {CorridorEnd::kBudgetSpent, {}, 0.0, num_poses};
+  }
+  for (std::size_t i = 1; i < path.T_map_body.size(); ++i) {
+    path.length_m += BodyMotion(path.T_map_body[i - 1], path.T_map_body[i]).length();
+  }
+  return path;
+}
+
+}  // namespace cuboid_mapping

@@ -1,0 +1,162 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "cuboid_mapping/query/pose_search.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace cuboid_mapping {
+namespace {
+
+/// Count of a node, by its memory.
+constexpr std::uint64_t kPoseNode = 16;
+
+Cell keyOf(const LatticePose& at) {
+  return {at.place.x, at.place.y, at.place.z * PoseLattice::kNumHeadings + at.heading};
+}
+
+bool isSame(const LatticePose& a, const LatticePose& b) { return keyOf(a) == keyOf(b); }
+
+/// Length of a way along edges and diagonals of squares.
+double diagonalDistance(const Eigen::Vector2d& away) {
+  const Eigen::Vector2d size = away.cwiseAbs();
+  return size.maxCoeff() + (M_SQRT2 - 1.0) * size.minCoeff();
+}
+
+}  // namespace
+
+Body turningSpace(const Body& body) {
+  double reach_m = 0.0;
+  double low_m = std::numeric_limits<double>::infinity();
+  double high_m = -low_m;
+  const auto add = [&](const Eigen::Vector3d& point, double radius_m) {
+    reach_m = std::max(reach_m, point.head<2>().norm() + radius_m);
+    low_m = std::min(low_m, point.z() - radius_m);
+    high_m = std::max(high_m, point.z() + radius_m);
+  };
+  for (const BodySphere& sphere : body.spheres) add(sphere.center_body, sphere.radius_m);
+  for (const BodyBox& box : body.boxes) {
+    for (int corner = 0; corner < 8; ++corner) add(cornerOf(box, corner), 0.0);
+  }
+  BodyBox space;
+  space.T_body_box.translation().z() = 0.5 * (low_m + high_m);
+  space.size_m = {2.0 * reach_m, 2.0 * reach_m, high_m - low_m};
+  return {{}, {space}};
+}
+
+PoseSearch::PoseSearch(const CuboidMap& map, const PosePathTask& task, const CellBox& region,
+                       BodyProbe& body)
+    : task_(task),
+      body_(body),
+      space_body_(turningSpace(task.body)),
+      space_(map, space_body_, task.policy, body.budget(), region),
+      lattice_(map.grid(), task.start_map.translation().z(), task.may_climb),
+      turn_cost_m_(0.5 * space_body_.boxes[0].size_m.x()),
+      nodes_(2, Node{{}, std::numeric_limits<double>::infinity()}),
+      before_goal_(lattice_.findAround(task.goal_map)) {
+  nodes_[kStart].fit = nodes_[kGoal].fit = Fit::kFits;
+}
+
+CorridorEnd PoseSearch::run() {
+  open_.push({estimate(task_.start_map), 0.0, kStart, kStart});
+  while (!open_.empty() && body_.budget().spendAndYield()) {
+    const Item item = open_.top();
+    open_.pop();
+    if (nodes_[item.node].is_closed) continue;
+    if (item.node != kStart && !isStepFree(item.parent, item.node)) continue;
+    Node& node = nodes_[item.node];
+    node.is_closed = true;
+    node.cost = item.cost;
+    node.parent = item.parent;
+    if (item.node == kGoal) return CorridorEnd::kFound;
+    expand(item.node);
+  }
+  return body_.budget().isSpent() ? CorridorEnd::kBudgetSpent : CorridorEnd::kNoWay;
+}
+
+std::vector<Eigen::Isometry3d> PoseSearch::toWay() const {
+  std::vector<Eigen::Isometry3d> way{task_.goal_map};
+  for (Number node = kGoal; node != kStart; node = nodes_[node].parent) {
+    way.push_back(pose(nodes_[node].parent));
+  }
+  std::reverse(way.begin(), way.end());
+  return way;
+}
+
+PoseSearch::Number PoseSearch::numberOf(const LatticePose& at) {
+  const auto [found, is_new] = numbers_.emplace(keyOf(at), static_cast<Number>(nodes_.size()));
+  if (is_new) {
+    nodes_.push_back({at, std::numeric_limits<double>::infinity()});
+    (void)body_.budget().spend(kPoseNode);  // If it is spent, run() ends.
+  }
+  return found->second;
+}
+
+Eigen::Isometry3d PoseSearch::pose(Number number) const {
+  if (number == kStart) return task_.start_map;
+  return number == kGoal ? task_.goal_map : lattice_.pose(nodes_[number].at);
+}
+
+double PoseSearch::cost(const Eigen::Isometry3d& from, const Eigen::Isometry3d& to) const {
+  return (to.translation() - from.translation()).norm() +
+         turn_cost_m_ * angleBetween(headingOf(from), headingOf(to));
+}
+
+double PoseSearch::estimate(const Eigen::Isometry3d& from) const {
+  const Eigen::Vector3d away = task_.goal_map.translation() - from.translation();
+  return diagonalDistance(away.head<2>()) + std::abs(away.z()) +
+         turn_cost_m_ * angleBetween(headingOf(from), headingOf(task_.goal_map));
+}
+
+void PoseSearch::reach(Number number, Number from, double step_cost) {
+  Node& node = nodes_[number];
+  const double cost = nodes_[from].cost + step_cost;
+  if (node.is_closed || node.fit == Fit::kBlocked || cost >= node.cost) return;
+  if (isOpen(from, number)) node.cost = cost;
+  open_.push({cost + estimate(pose(number)), cost, number, from});
+}
+
+void PoseSearch::expand(Number number) {
+  const Eigen::Isometry3d from = pose(number);
+  const auto step_to = [&](Number to) { reach(to, number, cost(from, pose(to))); };
+  if (number == kStart) {
+    for (const LatticePose& at : lattice_.findAround(from)) step_to(numberOf(at));
+    step_to(kGoal);
+    return;
+  }
+  const LatticePose at = nodes_[number].at;
+  lattice_.findNeighbors(at, neighbors_);
+  for (const LatticePose& neighbor : neighbors_) step_to(numberOf(neighbor));
+  const bool is_before_goal =
+      std::any_of(before_goal_.begin(), before_goal_.end(),
+                  [&](const LatticePose& before) { return isSame(before, at); });
+  if (is_before_goal) step_to(kGoal);
+}
+
+bool PoseSearch::isStepFree(Number from, Number to) {
+  if (isOpen(from, to)) return true;
+  const Eigen::Isometry3d T_map_body = pose(to);
+  Node& node = nodes_[to];
+  if (node.fit == Fit::kNotKnown) {
+    node.fit = body_.findContact(T_map_body) ? Fit::kBlocked : Fit::kFits;
+  }
+  return node.fit == Fit::kFits && isFree(body_, BodyMotion(pose(from), T_map_body));
+}
+
+/// Whether a step is free without a check of its motion.
+bool PoseSearch::isOpen(Number from, Number to) {
+  return from > kGoal && to > kGoal && isOpen(nodes_[from].at.place) && isOpen(nodes_[to].at.place);
+}
+
+bool PoseSearch::isOpen(const Cell& place) {
+  const auto [found, is_new] = open_places_.emplace(place, false);
+  if (!is_new) return found->second;
+  // Half a step, and the tolerance of checkMotion(), so that both have the same answer.
+  const double half_m = (0.5 + 2.0 * kMotionTolerance) * body_.grid().resolution();
+  const Sway sway{Eigen::Vector3d(half_m, half_m, task_.may_climb ? half_m : 0.0),
+                  Eigen::Vector3d::Zero()};
+  const Eigen::Isometry3d T_map_body(Eigen::Translation3d(lattice_.position(place)));
+  found->second = !space_.findContact(T_map_body, sway) && !body_.budget().isSpent();
+  return found->second;
+}
+
+}  // namespace cuboid_mapping

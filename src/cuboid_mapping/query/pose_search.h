@@ -1,0 +1,82 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include "cuboid_mapping/query/body_motion.h"
+#include "cuboid_mapping/query/pose_lattice.h"
+#include "cuboid_mapping/query/pose_path.h"
+
+#include <cstdint>
+#include <queue>
+#include <unordered_map>
+#include <vector>
+
+namespace cuboid_mapping {
+
+/// A box at heading 0 that encloses the body in every heading.
+[[nodiscard]] Body turningSpace(const Body& body);
+
+/// A* over a PoseLattice from start to goal. Checks each motion only when the search is about to use it.
+class PoseSearch {
+ public:
+  /// @param task, body  Must outlive this object. @param body  Probe of the task's body, and its budget.
+  /// @pre findFault(task) is empty.
+  PoseSearch(const CuboidMap& map, const PosePathTask& task, const CellBox& region,
+             BodyProbe& body);
+
+  /// Runs the search. @pre Start and goal are free.
+  CorridorEnd run();
+  /// The poses of the way. @pre run() has found one.
+  [[nodiscard]] std::vector<Eigen::Isometry3d> toWay() const;
+  /// Number of poses of the enclosing box that were looked up.
+  [[nodiscard]] std::size_t numPoses() const { return space_.numPoses(); }
+
+ private:
+  using Number = std::uint32_t;
+  static constexpr Number kStart = 0;
+  static constexpr Number kGoal = 1;
+
+  enum class Fit : unsigned char { kNotKnown, kFits, kBlocked };
+  /// A pose of the search.
+  struct Node {
+    LatticePose at;  ///< Not set for start and goal.
+    double cost;     ///< Cost of the best way that is known to be free.
+    Number parent = kStart;
+    Fit fit = Fit::kNotKnown;
+    bool is_closed = false;
+  };
+  struct Item {
+    double estimate;
+    double cost;
+    Number node;
+    Number parent;
+    bool operator<(const Item& other) const { return estimate > other.estimate; }
+  };
+
+  Number numberOf(const LatticePose& at);
+  [[nodiscard]] Eigen::Isometry3d pose(Number number) const;
+  /// Cost in metres; a turn counts as the path of the point that moves most.
+  [[nodiscard]] double cost(const Eigen::Isometry3d& from, const Eigen::Isometry3d& to) const;
+  [[nodiscard]] double estimate(const Eigen::Isometry3d& from) const;
+  void reach(Number node, Number from, double step_cost);
+  void expand(Number node);
+  [[nodiscard]] bool isStepFree(Number from, Number to);
+  [[nodiscard]] bool isOpen(const Cell& place);
+  [[nodiscard]] bool isOpen(Number from, Number to);
+
+  const PosePathTask& task_;
+  BodyProbe& body_;
+  Body space_body_;
+  BodyProbe space_;
+  PoseLattice lattice_;
+  double turn_cost_m_;  ///< Cost of a radian.
+  std::vector<Node> nodes_;
+  std::unordered_map<Cell, Number, CellHash>
+      numbers_;  ///< Numbers of nodes by place; z has plane and heading.
+  std::unordered_map<Cell, bool, CellHash>
+      open_places_;  ///< Whether every heading and step fits there.
+  std::vector<LatticePose> before_goal_;
+  std::vector<LatticePose> neighbors_;
+  std::priority_queue<Item> open_;
+};
+
+}  // namespace cuboid_mapping
