@@ -118,7 +118,7 @@ void askOne(const MapInFrame& map, FuzzInput& input) {
       });
     case 1:
       return ask<CheckPath>(map, input, [](Taker& take, auto& r) {
-        take(r.header, r.waypoints, r.lengths, r.size, r.inflation, r.unknown);
+        take(r.header, r.waypoints, r.lengths, r.size, r.inflation, r.unknown, r.headings);
       });
     case 2:
       return ask<CastRays>(map, input, [](Taker& take, auto& r) {
@@ -144,7 +144,7 @@ void askOne(const MapInFrame& map, FuzzInput& input) {
     case 7:
       return ask<FindCorridor>(map, input, [](Taker& take, auto& r) {
         take(r.header, r.start, r.goal, r.size, r.inflation, r.unknown, r.time_limit, r.use_region);
-        take(r.region);
+        take(r.region, r.headings, r.climb);
       });
     case 8:
       return ask<SetBox>(map, input, [](Taker& take, auto& r) {

@@ -254,10 +254,12 @@ add_library(cuboid_mapping_ros
   cuboid_mapping/ros/services/edit_answers.cpp
   cuboid_mapping/ros/services/map_files_service.cpp
   cuboid_mapping/ros/services/nearest_answers.cpp
+  cuboid_mapping/ros/services/path_answers.cpp
   cuboid_mapping/ros/services/planner_services.cpp
   cuboid_mapping/ros/services/pose_answers.cpp
   cuboid_mapping/ros/services/pose_corrections.cpp
   cuboid_mapping/ros/services/service_call.cpp
+  cuboid_mapping/ros/services/turning_box.cpp
   cuboid_mapping/ros/services/way_answers.cpp)
 cuboid_mapping_configure(cuboid_mapping_ros)
 target_include_directories(cuboid_mapping_ros

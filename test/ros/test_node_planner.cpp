@@ -16,6 +16,7 @@
 #include <std_srvs/SetBool.h>
 #include <std_srvs/Trigger.h>
 
+#include <cmath>
 #include <string>
 #include <vector>
 
@@ -109,6 +110,37 @@ TEST_F(NodePlannerTest, AnswersEveryQuestion) {
   ask("find_corridor", corridor);
   EXPECT_EQ(corridor.response.result, FindCorridor::Response::FOUND);
   EXPECT_EQ(corridor.response.boxes.size(), 1U) << "the room is one box";
+}
+
+TEST_F(NodePlannerTest, TurnsABaseThroughADoor) {
+  SetBox wall;  // At x = 0, with a door of 0.8 m.
+  wall.request.boxes.resize(2);
+  wall.request.boxes[0].min = toPoint({0, -2, -1});
+  wall.request.boxes[0].max = toPoint({0.1, -0.4, 1});
+  wall.request.boxes[1].min = toPoint({0, 0.4, -1});
+  wall.request.boxes[1].max = toPoint({0.1, 2, 1});
+  wall.request.occupancy = SetBox::Request::OCCUPIED;
+  ask("set_box", wall);
+  FindCorridor way;
+  way.request.start = toPoint({-1.2, 0.5, 0});
+  way.request.goal = toPoint({1.2, 0.5, 0});
+  way.request.size = toVector3({1.0, 0.6, 0.3});
+  way.request.headings = {M_PI / 2, M_PI / 2};
+  ask("find_corridor", way);
+  ASSERT_EQ(way.response.result, FindCorridor::Response::FOUND);
+  CheckPath path;
+  path.request.size = way.request.size;
+  for (const auto& pose : way.response.path.poses) {
+    path.request.waypoints.push_back(pose.pose.position);
+    path.request.headings.push_back(2.0 *
+                                    std::atan2(pose.pose.orientation.z, pose.pose.orientation.w));
+  }
+  ask("check_path", path);
+  EXPECT_TRUE(path.response.free.at(0));
+  path.request.waypoints = {way.request.start, way.request.goal};
+  path.request.headings = way.request.headings;
+  ask("check_path", path);
+  EXPECT_FALSE(path.response.free.at(0)) << "straight, across";
 }
 
 TEST_F(NodePlannerTest, SetsLocksAndUndoesABox) {

@@ -80,6 +80,8 @@ class ServiceCall {
   /// A finite direction that is not zero, scaled to length 1.
   [[nodiscard]] Eigen::Vector3d direction(const geometry_msgs::Vector3& direction,
                                           const FieldName& field) const;
+  /// Edges, finite and > 0, in the frame of the request.
+  [[nodiscard]] static Eigen::Vector3d edges(const geometry_msgs::Vector3& size);
   /// Edges, > 0, of the smallest box along the map's axes that contains a box with these edges and inflation on all sides.
   [[nodiscard]] Eigen::Vector3d size(const geometry_msgs::Vector3& size, double inflation_m);
   /// A box with min < max, inflated, as the voxels that it overlaps.

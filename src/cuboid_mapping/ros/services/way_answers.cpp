@@ -1,14 +1,17 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Answers about paths, rays and corridors.
+// Answers about rays and corridors.
 #include "cuboid_mapping/ros/services/answers.h"
 
 #include "cuboid_mapping/query/box_query.h"
 #include "cuboid_mapping/query/corridor_query.h"
 #include "cuboid_mapping/query/path_query.h"
+#include "cuboid_mapping/query/pose_path.h"
 #include "cuboid_mapping/query/ray_query.h"
+#include "cuboid_mapping/ros/services/turning_box.h"
+
+#include <tf2_eigen/tf2_eigen.h>
 
 #include <limits>
-#include <numeric>
 
 namespace cuboid_mapping_ros {
 namespace {
@@ -17,18 +20,16 @@ using cuboid_mapping::boxAround;
 using cuboid_mapping::Budget;
 using cuboid_mapping::CastRays;
 using cuboid_mapping::CellBox;
-using cuboid_mapping::CheckPath;
 using cuboid_mapping::Corridor;
 using cuboid_mapping::CorridorEnd;
 using cuboid_mapping::CorridorTask;
 using cuboid_mapping::CuboidMap;
 using cuboid_mapping::FindCorridor;
 using cuboid_mapping::Occupancy;
+using cuboid_mapping::PosePath;
+using cuboid_mapping::PosePathTask;
 using cuboid_mapping::RayEnd;
 using cuboid_mapping::UnknownPolicy;
-
-static_assert(CheckPath::Response::OCCUPIED == static_cast<int>(Occupancy::kOccupied));
-static_assert(CheckPath::Response::FREE == static_cast<int>(Occupancy::kFree));
 
 constexpr int toInt(CorridorEnd end) { return static_cast<int>(end); }
 static_assert(FindCorridor::Response::NOT_SEARCHED == toInt(CorridorEnd::kInvalid));
@@ -40,46 +41,12 @@ static_assert(FindCorridor::Response::TIME_LIMIT == toInt(CorridorEnd::kBudgetSp
 
 using Path = std::vector<Eigen::Vector3d>;
 
-constexpr Entries kWaypoints{"waypoints", 46};
-constexpr Entries kPaths{"paths", 46};
 constexpr Entries kRays{"rays", 49};
 constexpr std::size_t kCorridorBytes = 200;
+constexpr std::size_t kPoseBytes = 100;
 
 /// Default limit of a search for a corridor.
 constexpr double kTimeLimit_s = 1.0;
-
-/// The paths of a request.
-std::vector<Path> splitPaths(const ServiceCall& call, const CheckPath::Request& request) {
-  const Path all = call.points(request.waypoints, kWaypoints);
-  if (all.empty()) throw Refusal("there are no waypoints: give at least one");
-  call.requireFew(request.lengths.size(), kPaths);
-  std::vector<std::uint32_t> lengths = request.lengths;
-  if (lengths.empty()) lengths.push_back(static_cast<std::uint32_t>(all.size()));
-  const auto total = std::accumulate(lengths.begin(), lengths.end(), std::uint64_t{0});
-  if (total != all.size()) {
-    throw Refusal("lengths add up to " + std::to_string(total) + ", but there are " +
-                  std::to_string(all.size()) + " waypoints");
-  }
-  std::vector<Path> paths;
-  auto first = all.begin();
-  for (const std::uint32_t length : lengths) {
-    if (length == 0) throw Refusal("lengths: every path must have at least one waypoint");
-    paths.emplace_back(first, first + length);
-    first += length;
-  }
-  return paths;
-}
-
-/// Requires the cells between all waypoints of a path.
-void requireWay(ServiceCall& call, const Path& path, const Eigen::Vector3d& size_m) {
-  for (std::size_t i = 0; i < path.size(); ++i) {
-    cuboid_mapping::MetricBox box = boxAround(path[i], size_m);
-    const cuboid_mapping::MetricBox before = boxAround(path[i == 0 ? i : i - 1], size_m);
-    box.min_m = box.min_m.cwiseMin(before.min_m);
-    box.max_m = box.max_m.cwiseMax(before.max_m);
-    call.requireCells(box);
-  }
-}
 
 struct Ray {
   Eigen::Vector3d origin_map;
@@ -147,41 +114,58 @@ std::optional<cuboid_mapping::RayQueryResult> cast(const CuboidMap& map, const R
   return result;
 }
 
+std::optional<CellBox> readRegion(ServiceCall& call, const FindCorridor::Request& request) {
+  if (request.use_region != 0) return call.box(request.region, 0.0, {"region"});
+  const std::optional<CellBox> region = call.map().regionOfSearch();
+  if (region) call.requireLoaded(*region);
+  return region;
+}
+
 CorridorTask readTask(ServiceCall& call, const FindCorridor::Request& request) {
   CorridorTask task;
   task.start_map = call.point(request.start, {"start"});
   task.goal_map = call.point(request.goal, {"goal"});
   task.size_m = call.size(request.size, request.inflation);
   task.policy = ServiceCall::policy(request.unknown);
-  if (request.use_region != 0) task.region = call.box(request.region, 0.0, {"region"});
   for (const Eigen::Vector3d& point : {task.start_map, task.goal_map}) {
     call.requireCells(boxAround(point, task.size_m));
   }
-  if (request.use_region == 0) task.region = call.map().regionOfSearch();
-  if (task.region) call.requireLoaded(*task.region);
+  task.region = readRegion(call, request);
   return task;
 }
 
-/// Advice about the obstacle that blocks the robot's box.
-std::string explainBlocked(const CuboidMap& map, const CorridorTask& task, const std::string& end,
-                           const Eigen::Vector3d& center_map) {
+/// Class of the voxel that blocks the robot; nothing: the robot leaves the region.
+using Blocker = std::optional<Occupancy>;
+
+std::string explainBlocked(const std::string& end, const Blocker& blocker, const char* advice) {
   const std::string subject = "the robot's box at the " + end + ' ';
-  const auto cells = map.grid().toCellBox(boxAround(center_map, task.size_m));
-  if (!cells || (task.region && !task.region->contains(*cells))) {
-    return subject + "leaves the region: make the region larger";
-  }
-  if (cuboid_mapping::isAnyOccupied(map, *cells)) {
-    return subject + "touches an obstacle: ask ~nearest_free for a free place";
-  }
-  return subject +
-         "touches unknown space: ask ~nearest_free for a free place, or treat unknown "
-         "space as free";
+  if (!blocker) return subject + "leaves the region: make the region larger";
+  if (*blocker == Occupancy::kOccupied) return subject + "touches an obstacle: " + advice;
+  return subject + "touches unknown space: " + advice + ", or treat unknown space as free";
 }
 
-std::string explainEnd(const CuboidMap& map, const CorridorTask& task, CorridorEnd end) {
+Blocker findBlocker(const CuboidMap& map, const CorridorTask& task,
+                    const Eigen::Vector3d& center_map) {
+  const auto cells = map.grid().toCellBox(boxAround(center_map, task.size_m));
+  if (!cells || (task.region && !task.region->contains(*cells))) return std::nullopt;
+  return cuboid_mapping::isAnyOccupied(map, *cells) ? Occupancy::kOccupied : Occupancy::kUnknown;
+}
+
+Blocker findBlocker(const CuboidMap& map, const PosePathTask& task, const Eigen::Isometry3d& pose) {
+  const auto contact = checkPoses(map, task.body, {pose}, task.policy).front().contact;
+  if (!contact) return std::nullopt;
+  return map.voxels().at(contact->voxel);
+}
+
+/// @param advice  What to do about a place that is blocked. @param task  With start_map and goal_map.
+template <typename TaskT>
+std::string explainEnd(const CuboidMap& map, const TaskT& task, CorridorEnd end,
+                       const char* advice) {
   switch (end) {
-    case CorridorEnd::kStartBlocked: return explainBlocked(map, task, "start", task.start_map);
-    case CorridorEnd::kGoalBlocked: return explainBlocked(map, task, "goal", task.goal_map);
+    case CorridorEnd::kStartBlocked:
+      return explainBlocked("start", findBlocker(map, task, task.start_map), advice);
+    case CorridorEnd::kGoalBlocked:
+      return explainBlocked("goal", findBlocker(map, task, task.goal_map), advice);
     case CorridorEnd::kNoWay:
       return "there is no way: everything that the robot can reach from the start was searched";
     case CorridorEnd::kInvalid: return "the request is invalid";
@@ -189,34 +173,54 @@ std::string explainEnd(const CuboidMap& map, const CorridorTask& task, CorridorE
   }
 }
 
-}  // namespace
+/// Advice after a limit has ended a search.
+constexpr char kGiveMore[] = "there may be a way: give more time_limit, or a smaller region";
 
-void answer(ServiceCall& call, const CheckPath::Request& request, CheckPath::Response& response) {
-  const UnknownPolicy policy = ServiceCall::policy(request.unknown);
-  const Eigen::Vector3d size_m = call.size(request.size, request.inflation);
-  const std::vector<Path> paths = splitPaths(call, request);
-  for (const Path& path : paths) {
-    requireWay(call, path, size_m);
-    response.point.push_back(toPoint(path.front()));
-  }
-  response.free.assign(paths.size(), static_cast<std::uint8_t>(false));
-  response.segment.assign(paths.size(), 0);
-  response.occupancy.assign(paths.size(), CheckPath::Response::UNKNOWN);
-  response.free_length.assign(paths.size(), 0.0);
-  response.length.assign(paths.size(), 0.0);
-  call.readEach(kPaths, paths.size(), [&](const CuboidMap& map, std::size_t i, Budget& budget) {
-    const auto result = checkPath(map, paths[i], size_m, policy, budget);
-    if (budget.isSpent()) return;
-    const auto& contact = result.contact;
-    const Occupancy occupancy = contact ? map.voxels().at(contact->voxel) : Occupancy::kFree;
-    response.free[i] = static_cast<std::uint8_t>(result.isFree());
-    response.segment[i] = contact ? static_cast<std::int32_t>(contact->segment) : -1;
-    response.point[i] = toPoint(contact ? contact->point_map : paths[i].back());
-    response.occupancy[i] = static_cast<std::uint8_t>(occupancy);
-    response.free_length[i] = contact ? contact->distance_m : result.length_m;
-    response.length[i] = result.length_m;
-  });
+void addPose(const Eigen::Isometry3d& pose_map, nav_msgs::Path& path) {
+  path.poses.emplace_back();
+  path.poses.back().header = path.header;
+  path.poses.back().pose = tf2::toMsg(pose_map);
 }
+
+PosePathTask readTurningTask(ServiceCall& call, const FindCorridor::Request& request) {
+  if (request.headings.size() != 2) {
+    throw Refusal("headings has " + std::to_string(request.headings.size()) +
+                  " numbers: give two, for start and goal, or none");
+  }
+  PosePathTask task;
+  task.body = readTurningBox(call, request.size, request.inflation);
+  task.start_map = readHeaded(call, request.start, {"start"}, request.headings[0]);
+  task.goal_map = readHeaded(call, request.goal, {"goal"}, request.headings[1]);
+  task.policy = ServiceCall::policy(request.unknown);
+  task.may_climb = request.climb != 0;
+  const Eigen::Vector3d around_m = Eigen::Vector3d::Constant(2.0 * reachOf(task.body));
+  for (const Eigen::Isometry3d& pose : {task.start_map, task.goal_map}) {
+    call.requireCells(boxAround(pose.translation(), around_m));
+  }
+  task.region = readRegion(call, request);
+  const std::string fault = findFault(task, call.map().grid());
+  if (!fault.empty()) throw Refusal(fault);
+  return task;
+}
+
+void answerTurning(ServiceCall& call, const FindCorridor::Request& request, double limit_s,
+                   FindCorridor::Response& response) {
+  const PosePathTask task = readTurningTask(call, request);
+  const auto search = [&](const CuboidMap& map, Budget& budget) {
+    const PosePath path = findPosePath(map, task, budget);
+    response.result = static_cast<std::uint8_t>(path.end);
+    response.length = path.length_m;
+    response.path.header = call.info().header;
+    for (const Eigen::Isometry3d& pose : path.T_map_body) addPose(pose, response.path);
+    call.info().message =
+        explainEnd(map, task, path.end, "ask ~check_poses for another place or heading");
+    call.noteEnd(budget, path.end == CorridorEnd::kFound ? "the path has more poses than it needs"
+                                                         : kGiveMore);
+  };
+  call.read(kPoseBytes, search, limit_s);
+}
+
+}  // namespace
 
 void answer(ServiceCall& call, const CastRays::Request& request, CastRays::Response& response) {
   const RayTask task{ServiceCall::positive(request.max_range, "max_range"),
@@ -249,8 +253,10 @@ void answer(ServiceCall& call, const CastRays::Request& request, CastRays::Respo
 
 void answer(ServiceCall& call, const FindCorridor::Request& request,
             FindCorridor::Response& response) {
+  const double asked_s = ServiceCall::notNegative(request.time_limit, "time_limit");
+  const double limit_s = asked_s == 0.0 ? kTimeLimit_s : asked_s;
+  if (!request.headings.empty()) return answerTurning(call, request, limit_s, response);
   const CorridorTask task = readTask(call, request);
-  const double limit_s = ServiceCall::notNegative(request.time_limit, "time_limit");
   const auto search = [&](const CuboidMap& map, Budget& budget) {
     const Corridor corridor = findCorridor(map, task, budget);
     response.result = static_cast<std::uint8_t>(corridor.end);
@@ -259,17 +265,14 @@ void answer(ServiceCall& call, const FindCorridor::Request& request,
     for (const auto& portal : corridor.portals_map) response.portals.push_back(toPoint(portal));
     response.path.header = call.info().header;
     for (const Eigen::Vector3d& point : corridor.path_map) {
-      response.path.poses.emplace_back();
-      response.path.poses.back().header = call.info().header;
-      response.path.poses.back().pose.position = toPoint(point);
-      response.path.poses.back().pose.orientation.w = 1.0;
+      addPose(Eigen::Isometry3d(Eigen::Translation3d(point)), response.path);
     }
-    call.info().message = explainEnd(map, task, corridor.end);
+    call.info().message = explainEnd(map, task, corridor.end, "ask ~nearest_free for a free place");
     call.noteEnd(budget, corridor.end == CorridorEnd::kFound
                              ? "the boxes are not as large as they can be"
-                             : "there may be a way: give more time_limit, or a smaller region");
+                             : kGiveMore);
   };
-  call.read(kCorridorBytes, search, limit_s == 0.0 ? kTimeLimit_s : limit_s);
+  call.read(kCorridorBytes, search, limit_s);
 }
 
 }  // namespace cuboid_mapping_ros
