@@ -85,6 +85,12 @@ inline void append(std::vector<double>& rows, const cuboid_mapping::MetricBox& b
   append(rows, box.max_m);
 }
 
+/// Appends the 16 numbers of a matrix (4, 4).
+inline void append(std::vector<double>& rows, const Eigen::Isometry3d& pose) {
+  const Eigen::Matrix<double, 4, 4, Eigen::RowMajor> matrix = pose.matrix();
+  rows.insert(rows.end(), matrix.data(), matrix.data() + matrix.size());
+}
+
 /// A named tuple of cuboid_map.results.
 template <typename... FieldsT>
 [[nodiscard]] py::object makeResult(const char* type, FieldsT&&... fields) {

@@ -71,6 +71,8 @@ using MapClass = py::class_<MapAccess>;
 MapClass bindMap(py::module& module);
 /// Adds the questions of planners to it.
 void bindPlannerQueries(MapClass& map);
+/// Adds the questions about bodies that turn.
+void bindBodyQueries(MapClass& map);
 /// Adds boxes to a budget, frontiers, and distances.
 void bindBoxQueries(MapClass& map);
 /// Declares cuboid_map.Mapper.

@@ -46,6 +46,7 @@ PYBIND11_MODULE(_core, module) {
   py::register_exception<cuboid_mapping::MapFileError>(module, "MapFileError", PyExc_OSError);
   MapClass map = bindMap(module);
   bindPlannerQueries(map);
+  bindBodyQueries(map);
   bindBoxQueries(map);
   bindMapper(module, map);
   bindFollower(module, map);

@@ -5,9 +5,9 @@
 #include "cuboid_mapping/query/fit_query.h"
 #include "cuboid_mapping/query/nearest_query.h"
 #include "cuboid_mapping/query/path_query.h"
-#include "cuboid_mapping/query/pose_query.h"
 #include "cuboid_mapping/query/ray_query.h"
 #include "map_access.h"
+#include "planner_arrays.h"
 
 #include <algorithm>
 #include <cmath>
@@ -19,20 +19,9 @@ namespace {
 using namespace cuboid_mapping;
 using py::literals::operator""_a;
 
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
-const Eigen::Vector3d kNowhere = Eigen::Vector3d::Constant(NAN);
-
-std::string element(const char* name, std::size_t index) {
-  return std::string(name) + "[" + std::to_string(index) + "]";
-}
-
 /// Writes a row of three numbers.
 void put(std::vector<double>& rows, std::size_t row, const Eigen::Vector3d& point) {
   std::copy(point.data(), point.data() + 3, &rows[3 * row]);
-}
-
-void require(bool is_right, const std::string& text) {
-  if (!is_right) throw Error(text);
 }
 
 /// Of a robot.
@@ -121,66 +110,6 @@ py::object checkPaths(MapAccess& access, const Doubles& array, const Doubles& si
   return makeResult("Paths", toArray(std::move(free)).attr("astype")("bool"),
                     toArray(std::move(free_length)), toArray(std::move(length)),
                     toArray(std::move(segment)), toRows(std::move(points), 3));
-}
-
-/// (n, 4, 4) matrices; an error names the row.
-std::vector<Eigen::Isometry3d> toPoses(const Doubles& array, const char* name) {
-  require(array.size() == 0 || array.ndim() == 3,
-          std::string(name) + " must have the shape (n, 4, 4)");
-  std::vector<Eigen::Isometry3d> poses;
-  for (py::ssize_t i = 0; i < (array.size() == 0 ? 0 : array.shape(0)); ++i) {
-    const Doubles row({array.shape(1), array.shape(2)}, array.data(i, 0, 0));
-    Eigen::Isometry3d& pose =
-        poses.emplace_back(toPose(row, element(name, static_cast<std::size_t>(i)).c_str()));
-    pose.linear() = Eigen::Quaterniond(pose.linear()).normalized().toRotationMatrix();
-  }
-  return poses;
-}
-
-/// @param spheres  (k, 4): centre and radius. @param sizes  (m, 3), of boxes at `box_poses`, by default in the middle.
-Body toBody(const Doubles& spheres, const Doubles& sizes, const py::object& box_poses) {
-  require(spheres.size() == 0 || (spheres.ndim() == 2 && spheres.shape(1) == 4),
-          "spheres must have the shape (k, 4): centre and radius");
-  Body body;
-  for (const double* row = spheres.data(); row != spheres.data() + spheres.size(); row += 4) {
-    body.spheres.push_back({{row[0], row[1], row[2]}, row[3]});
-  }
-  for (const Eigen::Vector3d& size : toPoints(sizes, "boxes")) {
-    body.boxes.push_back({Eigen::Isometry3d::Identity(), size});
-  }
-  if (box_poses.is_none()) return body;
-  const auto poses = toPoses(box_poses.cast<Doubles>(), "box_poses");
-  require(poses.size() == body.boxes.size(),
-          "there are " + std::to_string(poses.size()) + " box_poses and " +
-              std::to_string(body.boxes.size()) + " boxes: as many are needed, or None");
-  for (std::size_t i = 0; i < poses.size(); ++i) body.boxes[i].T_body_box = poses[i];
-  return body;
-}
-
-py::object checkBody(MapAccess& access, const Doubles& pose_array, const Doubles& spheres,
-                     const Doubles& boxes, const py::object& box_poses,
-                     const std::string& unknown) {
-  const UnknownPolicy policy = toUnknownPolicy(unknown);
-  const std::vector<Eigen::Isometry3d> poses = toPoses(pose_array, "poses");
-  const Body body = toBody(spheres, boxes, box_poses);
-  std::vector<std::uint8_t> free(poses.size());
-  std::vector<std::int64_t> part(poses.size(), -1);
-  std::vector<double> points;
-  access.read([&](const CuboidMap& map) {
-    const std::string fault = findFault(body, map.grid());
-    require(fault.empty(), fault);
-    const auto results = checkPoses(map, body, poses, policy);
-    for (std::size_t i = 0; i < results.size(); ++i) {
-      require(results[i].answer != WayAnswer::kInvalid,
-              element("poses", i) + " must be finite and within the range of the grid");
-      free[i] = static_cast<std::uint8_t>(results[i].isFree());
-      const auto& contact = results[i].contact;
-      if (contact) part[i] = static_cast<std::int64_t>(contact->part);
-      append(points, contact ? map.grid().centerOf(CellBox::ofCell(contact->voxel)) : kNowhere);
-    }
-  });
-  return makeResult("Poses", toArray(std::move(free)).attr("astype")("bool"),
-                    toArray(std::move(part)), toRows(std::move(points), 3));
 }
 
 py::object findNearestCuboids(MapAccess& access, const Doubles& array, std::size_t k,
@@ -297,17 +226,6 @@ paths: (m, n, 3), metres: m paths of n waypoints for the centre of the box; for 
 size: (3,), metres: edges of the box, which does not turn.
 unknown: 'obstacle' or 'free'.
 Returns results.Paths: arrays with an element for each path. O(bricks swept).)");
-  map.def(
-      "check_poses", checkBody, "poses"_a, "spheres"_a = Doubles(py::array::ShapeContainer{0, 4}),
-      "boxes"_a = Doubles(py::array::ShapeContainer{0, 3}), "box_poses"_a = py::none(),
-      "unknown"_a = "obstacle",
-      R"(Whether a body of spheres and boxes, which may turn in any way, meets an obstacle. Exact.
-
-poses: (n, 4, 4): of the body.
-spheres: (k, 4), metres: centre, in the frame of the body, and radius.
-boxes: (m, 3), metres: edges. box_poses: (m, 4, 4), in the frame of the body; None: all in its middle.
-unknown: 'obstacle' or 'free'.
-Returns results.Poses: arrays with an element for each pose. O(bricks that the body overlaps) a pose.)");
   map.def("nearest", findNearestCuboids, "points"_a, "k"_a = 1, "classes"_a = "occupied",
           "max_distance"_a = kInfinity, R"(The k nearest cuboids of each point, nearest first.
 

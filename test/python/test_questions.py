@@ -160,6 +160,39 @@ def test_bodies_that_turn_fit_or_meet_something(room):
             room.check_poses(wrong, spheres)
 
 
+def test_a_base_moves_and_turns_around_the_wall(room):
+    base = dict(boxes=[(1, 0.6, 0.3)])
+    start, goal = yawed(0.8, 0.7, np.pi / 2), yawed(3.2, 0.7, np.pi / 2)
+    path = room.find_path(start, goal, **base)
+    assert path.end == CorridorEnd.FOUND and path.num_poses > 0
+    np.testing.assert_allclose(path.poses[[0, -1]], [start, goal], atol=1e-12)
+    motion = room.check_motion(path.poses, **base)
+    assert motion.free and motion.segment == motion.part == -1 and np.isnan(motion.point).all()
+    np.testing.assert_allclose([motion.length, motion.free_length], path.length)
+    np.testing.assert_allclose(motion.pose, goal, atol=1e-12)
+    into = room.check_motion([start, start, yawed(3.2, 0.7, np.pi / 2)], **base)
+    assert not into.free and into.segment == 1 and into.part == 0
+    np.testing.assert_allclose([into.free_length, into.length, into.pose[0, 3]], [0.9, 2.4, 1.7], atol=0.01)
+    np.testing.assert_allclose(into.point[0], 2.05)
+    spheres = [(0, 0, 0, 0.45)]
+    assert room.find_path(start, goal, spheres).end == CorridorEnd.NO_WAY
+    assert room.find_path(start, yawed(6, 0.7, 0), unknown='free', **base).end == CorridorEnd.FOUND
+    assert room.find_path(start, goal, region=(0, 0, 0, 4, 1.5, 1), **base).end == CorridorEnd.NO_WAY
+    assert room.find_path(start, yawed(2, 0.5, 0), **base).end == CorridorEnd.GOAL_BLOCKED
+    assert len(room.find_path(yawed(2, 0.5, 0), goal, **base).poses) == 0
+    higher = yawed(3.2, 0.7, 0)
+    higher[2, 3] = 0.7
+    assert room.find_path(start, higher, climb=True, **base).end == CorridorEnd.FOUND
+    tilted = goal @ np.array([[1, 0, 0, 0], [0, 0.8, -0.6, 0], [0, 0.6, 0.8, 0], [0, 0, 0, 1]])
+    for match, wrong in [('let the robot climb', higher), ('goal tilts', tilted), ('goal must be a rigid', 2 * goal)]:
+        with pytest.raises(ValueError, match=match):
+            room.find_path(start, wrong, **base)
+    with pytest.raises(ValueError, match='half a turn'):
+        room.check_motion([start, yawed(0.8, 0.7, -np.pi / 2)], **base)
+    with pytest.raises(ValueError, match='no poses'):
+        room.check_motion([], **base)
+
+
 def test_the_nearest_cuboids_and_places_are_found(room):
     num_parts = len(room.cuboids(classes='occupied').boxes)
     near = room.nearest([(1, 0.5, 0.5), (3, 1.7, 0.5)], k=num_parts + 1)

@@ -12,9 +12,9 @@ has all that can be asked. All lengths are in metres.
 from cuboid_map._core import (
     DamagedMessage, Map, MapFileError, MapFollower, Mapper, convert, find_no_return_beams)
 from cuboid_map.results import (
-    BoxCover, Boxes, Corridor, CorridorEnd, Cuboids, Distances, FreeBoxes, Frontiers, IntegratedScan, Nearest, Occupancy,
-    Paths, Poses, RayEnd, Rays)
+    BoxCover, Boxes, Corridor, CorridorEnd, Cuboids, Distances, FreeBoxes, Frontiers, IntegratedScan, Motion, Nearest, Occupancy,
+    Paths, PosePath, Poses, RayEnd, Rays)
 
 __all__ = [
     'BoxCover', 'Boxes', 'Corridor', 'CorridorEnd', 'Cuboids', 'DamagedMessage', 'Distances', 'FreeBoxes',
-    'Frontiers', 'IntegratedScan', 'Map', 'MapFileError', 'MapFollower', 'Mapper', 'Nearest', 'Occupancy', 'Paths', 'Poses', 'RayEnd', 'Rays', 'convert', 'find_no_return_beams']
+    'Frontiers', 'IntegratedScan', 'Map', 'MapFileError', 'MapFollower', 'Mapper', 'Motion', 'Nearest', 'Occupancy', 'Paths', 'PosePath', 'Poses', 'RayEnd', 'Rays', 'convert', 'find_no_return_beams']

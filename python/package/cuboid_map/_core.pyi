@@ -5,7 +5,8 @@ import typing
 import numpy as np
 
 from cuboid_map.results import (
-    BoxCover, Boxes, Corridor, Cuboids, Distances, FreeBoxes, Frontiers, IntegratedScan, Nearest, Occupancy, Paths, Poses, Rays)
+    BoxCover, Boxes, Corridor, Cuboids, Distances, FreeBoxes, Frontiers, IntegratedScan, Motion, Nearest, Occupancy, Paths,
+    PosePath, Poses, Rays)
 
 # Whatever numpy.asarray() takes.
 ArrayLike = typing.Union[np.ndarray, typing.Sequence[typing.Any]]
@@ -33,6 +34,13 @@ class Map:
     def check_poses(
         self, poses: ArrayLike, spheres: ArrayLike = ..., boxes: ArrayLike = ..., box_poses: typing.Optional[ArrayLike] = ...,
         unknown: str = ...) -> Poses: ...
+    def check_motion(
+        self, poses: ArrayLike, spheres: ArrayLike = ..., boxes: ArrayLike = ..., box_poses: typing.Optional[ArrayLike] = ...,
+        unknown: str = ...) -> Motion: ...
+    def find_path(
+        self, start: ArrayLike, goal: ArrayLike, spheres: ArrayLike = ..., boxes: ArrayLike = ...,
+        box_poses: typing.Optional[ArrayLike] = ..., unknown: str = ..., climb: bool = ..., time_limit: float = ...,
+        region: typing.Optional[ArrayLike] = ...) -> PosePath: ...
     def nearest(
         self, points: ArrayLike, k: int = ..., classes: str = ..., max_distance: float = ...) -> Nearest: ...
     def nearest_free(

@@ -77,6 +77,25 @@ class Poses(typing.NamedTuple):
     point: np.ndarray  # (n, 3) float64, metres: centre of a blocking voxel; NaN: none.
 
 
+class Motion(typing.NamedTuple):
+    """How far a body gets from pose to pose; lengths in metres."""
+    free: bool          # To the end.
+    free_length: float  # Path of the body's origin up to where the body first meets an obstacle.
+    length: float       # Of the whole path.
+    segment: int        # Number of the pose from which it meets one; -1: none.
+    pose: np.ndarray    # (4, 4) float64: of the body there; the last one of a free motion.
+    part: int           # The part that meets the obstacle: spheres first, then boxes; -1: none.
+    point: np.ndarray   # (3,) float64, metres: centre of a voxel that it meets; NaN: none.
+
+
+class PosePath(typing.NamedTuple):
+    """A way for a body that turns; without poses unless `end` is FOUND."""
+    end: CorridorEnd
+    poses: np.ndarray  # (n, 4, 4) float64: from start to goal.
+    length: float      # Path of the body's origin, metres.
+    num_poses: int     # Poses at which the search has looked at the map.
+
+
 class Nearest(typing.NamedTuple):
     """The k cuboids nearest to each of n points, nearest first; missing ones have distance inf, and NaN."""
     distance: np.ndarray   # (n, k) float64, metres; 0 inside.

@@ -1,0 +1,177 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// cuboid_map.Map: bodies of boxes and spheres that turn.
+#include "cuboid_mapping/query/pose_path.h"
+#include "cuboid_mapping/query/pose_query.h"
+#include "map_access.h"
+#include "planner_arrays.h"
+
+namespace cuboid_map_python {
+namespace {
+
+using namespace cuboid_mapping;
+using py::literals::operator""_a;
+
+/// A pose whose rotation is exact.
+Eigen::Isometry3d toUnitPose(const Doubles& array, const char* name) {
+  Eigen::Isometry3d pose = toPose(array, name);
+  pose.linear() = Eigen::Quaterniond(pose.linear()).normalized().toRotationMatrix();
+  return pose;
+}
+
+/// (n, 4, 4) matrices; an error names the row.
+std::vector<Eigen::Isometry3d> toPoses(const Doubles& array, const char* name) {
+  require(array.size() == 0 || array.ndim() == 3,
+          std::string(name) + " must have the shape (n, 4, 4)");
+  std::vector<Eigen::Isometry3d> poses;
+  for (py::ssize_t i = 0; i < (array.size() == 0 ? 0 : array.shape(0)); ++i) {
+    const Doubles row({array.shape(1), array.shape(2)}, array.data(i, 0, 0));
+    poses.push_back(toUnitPose(row, element(name, static_cast<std::size_t>(i)).c_str()));
+  }
+  return poses;
+}
+
+/// @param spheres  (k, 4): centre and radius. @param sizes  (m, 3), of boxes at `box_poses`, by default in the middle.
+Body toBody(const Doubles& spheres, const Doubles& sizes, const py::object& box_poses) {
+  require(spheres.size() == 0 || (spheres.ndim() == 2 && spheres.shape(1) == 4),
+          "spheres must have the shape (k, 4): centre and radius");
+  Body body;
+  for (const double* row = spheres.data(); row != spheres.data() + spheres.size(); row += 4) {
+    body.spheres.push_back({{row[0], row[1], row[2]}, row[3]});
+  }
+  for (const Eigen::Vector3d& size : toPoints(sizes, "boxes")) {
+    body.boxes.push_back({Eigen::Isometry3d::Identity(), size});
+  }
+  if (box_poses.is_none()) return body;
+  const auto poses = toPoses(box_poses.cast<Doubles>(), "box_poses");
+  require(poses.size() == body.boxes.size(),
+          "there are " + std::to_string(poses.size()) + " box_poses and " +
+              std::to_string(body.boxes.size()) + " boxes: as many are needed, or None");
+  for (std::size_t i = 0; i < poses.size(); ++i) body.boxes[i].T_body_box = poses[i];
+  return body;
+}
+
+py::object checkBody(MapAccess& access, const Doubles& pose_array, const Doubles& spheres,
+                     const Doubles& boxes, const py::object& box_poses,
+                     const std::string& unknown) {
+  const UnknownPolicy policy = toUnknownPolicy(unknown);
+  const std::vector<Eigen::Isometry3d> poses = toPoses(pose_array, "poses");
+  const Body body = toBody(spheres, boxes, box_poses);
+  std::vector<std::uint8_t> free(poses.size());
+  std::vector<std::int64_t> part(poses.size(), -1);
+  std::vector<double> points;
+  access.read([&](const CuboidMap& map) {
+    const std::string fault = findFault(body, map.grid());
+    require(fault.empty(), fault);
+    const auto results = checkPoses(map, body, poses, policy);
+    for (std::size_t i = 0; i < results.size(); ++i) {
+      require(results[i].answer != WayAnswer::kInvalid,
+              element("poses", i) + " must be finite and within the range of the grid");
+      free[i] = static_cast<std::uint8_t>(results[i].isFree());
+      const auto& contact = results[i].contact;
+      if (contact) part[i] = static_cast<std::int64_t>(contact->part);
+      append(points, contact ? map.grid().centerOf(CellBox::ofCell(contact->voxel)) : kNowhere);
+    }
+  });
+  return makeResult("Poses", toArray(std::move(free)).attr("astype")("bool"),
+                    toArray(std::move(part)), toRows(std::move(points), 3));
+}
+
+py::object checkBodyMotion(MapAccess& access, const Doubles& pose_array, const Doubles& spheres,
+                           const Doubles& boxes, const py::object& box_poses,
+                           const std::string& unknown) {
+  const UnknownPolicy policy = toUnknownPolicy(unknown);
+  const std::vector<Eigen::Isometry3d> poses = toPoses(pose_array, "poses");
+  const Body body = toBody(spheres, boxes, box_poses);
+  MotionQueryResult motion;
+  std::vector<double> point;
+  access.read([&](const CuboidMap& map) {
+    const std::string fault = findFault(body, poses, map.grid());
+    require(fault.empty(), fault);
+    motion = checkMotion(map, body, poses, policy);
+    if (!motion.contact) return append(point, kNowhere);
+    append(point, map.grid().centerOf(CellBox::ofCell(motion.contact->contact.voxel)));
+  });
+  const auto& contact = motion.contact;
+  std::vector<double> pose;
+  append(pose, contact ? contact->T_map_body : poses.back());
+  return makeResult(
+      "Motion", motion.isFree(), contact ? contact->distance_m : motion.length_m, motion.length_m,
+      contact ? static_cast<std::int64_t>(contact->segment) : -1, toArray(std::move(pose), {4, 4}),
+      contact ? static_cast<std::int64_t>(contact->contact.part) : -1, toArray(std::move(point)));
+}
+
+py::object searchPosePath(MapAccess& access, const PosePathTask& task, double time_limit_s) {
+  PosePath path;
+  access.read([&](const CuboidMap& map) {
+    const std::string fault = findFault(task, map.grid());
+    require(fault.empty(), fault);
+    Budget budget(QueryLimits{time_limit_s});
+    path = findPosePath(map, task, budget);
+  });
+  std::vector<double> poses;
+  for (const Eigen::Isometry3d& pose : path.T_map_body) append(poses, pose);
+  const auto num_poses = static_cast<py::ssize_t>(path.T_map_body.size());
+  const py::object end =
+      py::module::import("cuboid_map.results").attr("CorridorEnd")(static_cast<int>(path.end));
+  return makeResult("PosePath", end, toArray(std::move(poses), {num_poses, 4, 4}), path.length_m,
+                    path.num_poses);
+}
+
+void bindPosePath(MapClass& map) {
+  map.def(
+      "find_path",
+      [](MapAccess& access, const Doubles& start, const Doubles& goal, const Doubles& spheres,
+         const Doubles& boxes, const py::object& box_poses, const std::string& unknown, bool climb,
+         double time_limit_s, const py::object& region) {
+        PosePathTask task;
+        task.body = toBody(spheres, boxes, box_poses);
+        task.start_map = toUnitPose(start, "start");
+        task.goal_map = toUnitPose(goal, "goal");
+        task.policy = toUnknownPolicy(unknown);
+        task.may_climb = climb;
+        if (!region.is_none()) {
+          task.region = toCellBox(access.grid(), region.cast<Doubles>(), "region");
+        }
+        return searchPosePath(access, task, time_limit_s);
+      },
+      "start"_a, "goal"_a, "spheres"_a = Doubles(py::array::ShapeContainer{0, 4}),
+      "boxes"_a = Doubles(py::array::ShapeContainer{0, 3}), "box_poses"_a = py::none(),
+      "unknown"_a = "obstacle", "climb"_a = false, "time_limit"_a = kInfinity,
+      "region"_a = py::none(), R"(A way for a body that moves in any direction, and turns about z.
+
+start, goal: (4, 4): upright poses of the body. spheres, boxes, box_poses: as for check_poses().
+unknown: 'obstacle' or 'free'. climb: whether it may move along z.
+time_limit: of the search, seconds. region: (6,), metres, which the body may not leave; None: the
+  map and some room around it.
+Returns results.PosePath: between its poses the body moves as in check_motion(), which finds it free. Searched
+on voxel centres and 16 headings: passages less than a voxel wider than the body may be missed.)");
+}
+
+}  // namespace
+
+void bindBodyQueries(MapClass& map) {
+  map.def(
+      "check_poses", checkBody, "poses"_a, "spheres"_a = Doubles(py::array::ShapeContainer{0, 4}),
+      "boxes"_a = Doubles(py::array::ShapeContainer{0, 3}), "box_poses"_a = py::none(),
+      "unknown"_a = "obstacle",
+      R"(Whether a body of spheres and boxes, which may turn in any way, meets an obstacle. Exact.
+
+poses: (n, 4, 4): of the body.
+spheres: (k, 4), metres: centre, in the frame of the body, and radius.
+boxes: (m, 3), metres: edges. box_poses: (m, 4, 4), in the frame of the body; None: all in its middle.
+unknown: 'obstacle' or 'free'.
+Returns results.Poses: arrays with an element for each pose. O(bricks that the body overlaps) a pose.)");
+  map.def("check_motion", checkBodyMotion, "poses"_a,
+          "spheres"_a = Doubles(py::array::ShapeContainer{0, 4}),
+          "boxes"_a = Doubles(py::array::ShapeContainer{0, 3}), "box_poses"_a = py::none(),
+          "unknown"_a = "obstacle",
+          R"(Where a body that moves from pose to pose first meets an obstacle.
+
+Between two poses it moves straight, and turns at an even rate, the shortest way. A free motion is free; one that
+leaves less than 0.1 voxels of room may count as blocked.
+poses: (n, 4, 4), n > 0. spheres, boxes, box_poses, unknown: as for check_poses().
+Returns results.Motion. O(length), more near obstacles.)");
+  bindPosePath(map);
+}
+
+}  // namespace cuboid_map_python
