@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "corridors/leaf_corridor.h"
 
+#include "octomap_descent.h"
+
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -11,32 +13,15 @@ namespace cuboid_mapping::bench {
 namespace {
 
 using octomap::OcTree;
-using octomap::OcTreeNode;
 
-constexpr std::int32_t kCenter = 1 << 15;
-
-/// Visits the free leaves that share a voxel with a box. @param cube  Of the node.
-template <typename VisitorT>
-void visitFreeLeaves(const OcTree& tree, const OcTreeNode* node, const CellBox& cube,
-                     const CellBox& box, VisitorT& visit) {
-  if (!tree.nodeHasChildren(node)) {
-    if (!tree.isNodeOccupied(node)) visit(cube);
-    return;
-  }
-  const std::int32_t half = (cube.max.x - cube.min.x) / 2;
-  for (unsigned i = 0; i < 8; ++i) {
-    if (!tree.nodeChildExists(node, i)) continue;
-    Cell min = cube.min;
-    for (int axis = 0; axis < 3; ++axis) min[axis] += (i >> axis & 1U) != 0 ? half : 0;
-    const CellBox child{min, min + Cell{half, half, half}};
-    if (child.intersects(box)) visitFreeLeaves(tree, tree.getNodeChild(node, i), child, box, visit);
-  }
-}
-
+/// Visits the free leaves that share a voxel with a box.
 template <typename VisitorT>
 void visitFreeLeaves(const OcTree& tree, const CellBox& box, VisitorT visit) {
-  constexpr CellBox kAll{{-kCenter, -kCenter, -kCenter}, {kCenter, kCenter, kCenter}};
-  if (tree.getRoot() != nullptr) visitFreeLeaves(tree, tree.getRoot(), kAll, box, visit);
+  descend(tree, [&](const octomap::OcTreeNode* node, const CellBox& cube) {
+    if (!cube.intersects(box)) return Descent::kSkip;
+    if (!tree.nodeHasChildren(node) && !tree.isNodeOccupied(node)) visit(cube);
+    return Descent::kEnter;
+  });
 }
 
 double distance(const Cell& a, const Cell& b) {
