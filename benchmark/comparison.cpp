@@ -2,6 +2,7 @@
 #include "comparison.h"
 
 #include "command_line.h"
+#include "peak_memory.h"
 #include "progress_bar.h"
 
 #include <algorithm>
@@ -30,19 +31,19 @@ using AllAnswers = std::vector<ByPlace<QueryAnswers>>;
 Maps makeMaps(const Options& options) {
   Maps maps;
   maps.own = std::make_unique<CuboidAdapter>(options.insertion, options.engine);
-  if (options.with_octomap) maps.peers.push_back(makeOctomapAdapter(options.insertion));
-  if (options.with_openvdb) {
-    maps.peers.push_back(makeOpenvdbAdapter(options.insertion, options.engine.threads));
-  }
+  for (const Peer& peer : options.peers) maps.peers.push_back(peer.make(options.insertion));
   return maps;
 }
 
-void checkScans(const Options& options, const std::vector<Scan>& scans) {
-  for (const Scan& scan : scans) {
-    if (options.with_octomap && !scan.anchor_map.isZero()) {
+void checkScans(const Maps& maps, const std::vector<Scan>& scans) {
+  const bool has_anchor = std::any_of(scans.begin(), scans.end(),
+                                      [](const Scan& scan) { return !scan.anchor_map.isZero(); });
+  for (const auto& peer : maps.peers) {
+    if (has_anchor && !peer->takesAnchors()) {
       throw std::runtime_error(
-          "OctoMap is not exact for scans more than 512 m from the origin: exclude it with "
-          "--peers");
+          peer->name() +
+          " is not exact for scans more than 512 m from the origin: exclude it "
+          "with --peers");
     }
   }
 }
@@ -59,42 +60,60 @@ CloudTimes summarize(const std::vector<double>& clouds_ms) {
           mean(clouds_ms.end() - length, clouds_ms.end())};
 }
 
+/// Indexes of the maps in the order of one repetition: what a map finds in caches and heap depends on
+/// the one before.
+std::vector<std::size_t> makeOrder(std::size_t num_maps, std::size_t repetition) {
+  std::vector<std::size_t> order(num_maps);
+  std::iota(order.begin(), order.end(), std::size_t{0});
+  if (repetition % 2 == 1) std::reverse(order.begin(), order.end());
+  return order;
+}
+
+MapResult insertInto(MapAdapter& map, const std::vector<Scan>& scans, std::size_t& steps,
+                     ProgressBar& progress) {
+  MapResult result;
+  result.name = map.name();
+  std::vector<double> per_cloud_ms;
+  const PeakMemory peak;
+  for (const Scan& scan : scans) {
+    throwIfInterrupted();
+    const Timing timing = timeOf([&] { map.insert(scan); });
+    result.insertion += timing;
+    per_cloud_ms.push_back(1e3 * timing.wall_s);
+    progress.update(++steps);
+  }
+  result.insertion += timeOf([&] { map.finish(); });
+  result.bytes_peak = peak.bytes();
+  result.per_cloud = summarize(per_cloud_ms);
+  return result;
+}
+
 /// One map after the other takes all clouds, as a robot with that map would: from cloud to cloud,
 /// the peers would find the processor's caches as the one before has left them.
-std::vector<MapResult> insertScans(const Maps& maps, const std::vector<Scan>& scans,
-                                   std::size_t steps_before, ProgressBar& progress) {
-  std::vector<MapResult> results;
-  for (MapAdapter* map : maps.all()) {
-    MapResult result;
-    result.name = map->name();
-    std::vector<double> per_cloud_ms;
-    for (const Scan& scan : scans) {
-      throwIfInterrupted();
-      const Timing timing = timeOf([&] { map->insert(scan); });
-      result.insertion += timing;
-      per_cloud_ms.push_back(1e3 * timing.wall_s);
-      progress.update(++steps_before);
-    }
-    result.insertion += timeOf([&] { map->finish(); });
-    result.per_cloud = summarize(per_cloud_ms);
-    results.push_back(std::move(result));
-  }
+/// @param steps  Of the progress bar so far.
+std::vector<MapResult> insertScans(const Maps& maps, const std::vector<std::size_t>& order,
+                                   const std::vector<Scan>& scans, std::size_t& steps,
+                                   ProgressBar& progress) {
+  std::vector<MapResult> results(order.size());
+  for (const std::size_t i : order) results[i] = insertInto(*maps.all()[i], scans, steps, progress);
   return results;
 }
 
 /// Adds figures of the filled maps to the results.
-AllAnswers measureAccess(const Maps& maps, const ByPlace<QuerySet>& queries,
+AllAnswers measureAccess(const Maps& maps, const std::vector<std::size_t>& order,
+                         const ByPlace<QuerySet>& queries, double query_time_s,
                          std::vector<MapResult>& results) {
-  AllAnswers answers;
-  const std::vector<MapAdapter*> adapters = maps.all();
-  for (std::size_t i = 0; i < adapters.size(); ++i) {
+  AllAnswers answers(order.size());
+  for (const std::size_t i : order) {
     throwIfInterrupted();
-    results[i].figures = adapters[i]->figures();
-    results[i].access_occupied_s = cpuTimeOfOne_s([&] { return adapters[i]->visitOccupied(); });
-    QueryRun uniform = askQueries(*adapters[i], queries.uniform);
-    QueryRun near_surface = askQueries(*adapters[i], queries.near_surface);
+    const MapAdapter& map = *maps.all()[i];
+    results[i].figures = map.figures();
+    results[i].access_occupied_s =
+        cpuTimeOfOne_s([&map] { return map.visitOccupied(); }, query_time_s);
+    QueryRun uniform = askQueries(map, queries.uniform, query_time_s);
+    QueryRun near_surface = askQueries(map, queries.near_surface, query_time_s);
     results[i].queries = {uniform.rates, near_surface.rates};
-    answers.push_back({std::move(uniform.answers), std::move(near_surface.answers)});
+    answers[i] = {std::move(uniform.answers), std::move(near_surface.answers)};
   }
   return answers;
 }
@@ -142,6 +161,7 @@ const std::vector<FigureOf>& measuredFigures() {
       [](MapResult& r) -> double& { return r.per_cloud.mean_of_last_third_ms; },
       [](MapResult& r) -> double& { return r.figures.ray_walk_cpu_s; },
       [](MapResult& r) -> double& { return r.access_occupied_s; },
+      [](MapResult& r) -> double& { return r.bytes_peak; },
       [](MapResult& r) -> double& { return r.queries.uniform.points_per_s; },
       [](MapResult& r) -> double& { return r.queries.uniform.boxes_per_s; },
       [](MapResult& r) -> double& { return r.queries.uniform.rays_per_s; },
@@ -169,18 +189,21 @@ std::vector<MapResult> takeMedians(std::vector<std::vector<MapResult>>& runs) {
 }  // namespace
 
 Comparison compareMaps(const Options& options, const std::vector<Scan>& scans) {
-  checkScans(options, scans);
+  checkScans(makeMaps(options), scans);
   Comparison comparison;
   std::optional<ByPlace<QuerySet>> queries;
   std::vector<std::vector<MapResult>>& runs = comparison.repetitions;
   const auto repeat = static_cast<std::size_t>(options.repeat);
-  const std::size_t steps_of_run = scans.size() * makeMaps(options).all().size();
-  ProgressBar progress("clouds", repeat * steps_of_run);
+  const std::size_t num_maps = 1 + options.peers.size();
+  ProgressBar progress("clouds", repeat * scans.size() * num_maps);
+  std::size_t steps = 0;
   while (runs.size() < repeat) {
     const Maps maps = makeMaps(options);
-    runs.push_back(insertScans(maps, scans, runs.size() * steps_of_run, progress));
+    const std::vector<std::size_t> order = makeOrder(num_maps, runs.size());
+    runs.push_back(insertScans(maps, order, scans, steps, progress));
     if (!queries) queries = makeQueries(maps.own->map(), scans);
-    const AllAnswers answers = measureAccess(maps, *queries, runs.back());
+    const AllAnswers answers =
+        measureAccess(maps, order, *queries, options.query_time_s, runs.back());
     runs.back().front().figures.ray_walk_cpu_s = maps.own->walkAgain_s(scans);
     if (runs.size() < repeat) continue;
     comparison.agreements = findAgreements(maps, answers);

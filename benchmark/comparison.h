@@ -28,6 +28,7 @@ struct MapResult {
   MapFigures figures;
   double access_occupied_s = 0.0;  ///< CPU time of one visit to all occupied cells.
   ByPlace<QueryRates> queries;
+  double bytes_peak = 0.0;        ///< Of insertion, with the map: see PeakMemory.
   std::size_t bytes_heap = 0;     ///< Of the map, from the allocator.
   std::size_t bytes_scratch = 0;  ///< Of what only insertion needs, from the allocator.
 };
@@ -46,7 +47,8 @@ struct Comparison {
   std::vector<PeerAgreement> agreements;
 };
 
-/// Fills one map after the other with all scans, then asks all the same.
+/// Fills one map after the other with all scans, then asks all the same; every second repetition takes
+/// the maps in reverse order.
 /// @throws std::runtime_error when a map cannot take the scans, Interrupted.
 [[nodiscard]] Comparison compareMaps(const Options& options, const std::vector<Scan>& scans);
 

@@ -14,7 +14,6 @@ namespace {
 
 MapperConfig makeConfig(const InsertionConfig& insertion, const EngineOptions& engine) {
   MapperConfig config{insertion.map, insertion.max_range_m};
-  config.map.threads = engine.threads;
   config.map.fuse = engine.fuses_every_cloud ? FusionTime::kEveryCloud : FusionTime::kWhenRead;
   return config;
 }

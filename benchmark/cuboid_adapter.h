@@ -9,7 +9,6 @@ namespace cuboid_mapping::bench {
 
 /// How the engine of cuboid_mapping runs: nothing that changes the voxels.
 struct EngineOptions {
-  int threads = 1;                 ///< > 0
   bool fuses_every_cloud = false;  ///< Else bricks wait as long as they may.
 };
 

@@ -29,10 +29,11 @@ Json toJson(const Options& options) {
           {"fusion", toString(map.fusion)},
           {"environment", toString(map.environment)},
           {"branching", map.rtree.max_branches},
-          {"threads", engine.threads},
+          {"threads", map.threads},
           {"fuse_every_cloud", engine.fuses_every_cloud},
           {"laps", options.laps},
-          {"repeat", options.repeat}};
+          {"repeat", options.repeat},
+          {"query_time_s", options.query_time_s}};
 }
 
 Json toJson(const Machine& machine) {
@@ -45,7 +46,8 @@ Json toJson(const Machine& machine) {
 
 /// One rate at both places.
 Json toJson(const ByPlace<QueryRates>& queries, double QueryRates::*rate) {
-  return {{"uniform", queries.uniform.*rate}, {"near_surface", queries.near_surface.*rate}};
+  return {{"uniform", toJson(queries.uniform.*rate)},
+          {"near_surface", toJson(queries.near_surface.*rate)}};
 }
 
 /// What differs from one repetition to the next.
@@ -74,6 +76,7 @@ Json toJson(const MapResult& result) {
                {"leaf_nodes", figures.leaf_nodes},
                {"inner_nodes", figures.inner_nodes},
                {"bytes_own", figures.bytes_own},
+               {"bytes_peak", toJson(result.bytes_peak)},
                {"bytes_heap", result.bytes_heap},
                {"bytes_scratch", result.bytes_scratch}});
   return json;

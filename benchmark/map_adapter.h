@@ -17,7 +17,7 @@
 
 namespace cuboid_mapping::bench {
 
-/// What a map holds; a cell is a cuboid, a leaf of OctoMap (pruned or not), a voxel of OpenVDB.
+/// What a map holds; a cell is a cuboid, a leaf of an octree (pruned or not), a voxel of a grid.
 struct MapFigures {
   std::size_t cells = 0;
   std::size_t occupied_cells = 0;
@@ -36,6 +36,9 @@ struct RayQuery {
 };
 constexpr double kRayRange_m = 30.0;
 
+/// Kinds of queries, of which a map may offer some.
+enum class QueryKind : unsigned char { kPoint, kBox, kRay };
+
 /// A map that is filled and asked. Not thread-safe.
 class MapAdapter {
  public:
@@ -50,6 +53,9 @@ class MapAdapter {
   /// Frees the map; nothing can be asked afterwards.
   virtual void dropMap() = 0;
 
+  /// Whether its interface has such queries. The others are not asked.
+  [[nodiscard]] virtual bool offers(QueryKind /*kind*/) const { return true; }
+
   [[nodiscard]] virtual MapFigures figures() const = 0;
   /// Sum of the x coordinates of all occupied cells, which makes it visit them.
   [[nodiscard]] virtual double visitOccupied() const = 0;
@@ -62,6 +68,8 @@ class MapAdapter {
 /// A map that cuboid_mapping is measured against.
 class PeerAdapter : public MapAdapter {
  public:
+  /// Whether it is exact for scans with an anchor, which lie far from the origin.
+  [[nodiscard]] virtual bool takesAnchors() const { return true; }
   [[nodiscard]] virtual Agreement compareWith(const CuboidMap& map) const = 0;
 };
 
@@ -71,13 +79,16 @@ struct InsertionConfig {
   double max_range_m = 0.0;  ///< > 0; infinity for no limit.
 };
 
-/// OctoMap, which knows only Environment::kDynamic. @pre anchors of all scans are zero.
+/// OctoMap, which knows only Environment::kDynamic, as octomap_server calls it; with searches by its iterators.
 [[nodiscard]] std::unique_ptr<PeerAdapter> makeOctomapAdapter(const InsertionConfig& config);
 
+/// The same voxels with lazy_eval: inner nodes are updated and pruned once, at the end; with searches by descent.
+[[nodiscard]] std::unique_ptr<PeerAdapter> makeLazyOctomapAdapter(const InsertionConfig& config);
+
+/// Where this program was built with them: see peers.h.
+///@{
 /// An OpenVDB float grid of log-odds, filled as vdb_mapping does it: an active voxel is known.
-/// @param threads  That OpenVDB may use, > 0.
-/// @return Nothing when this program was built without OpenVDB.
-[[nodiscard]] std::unique_ptr<PeerAdapter> makeOpenvdbAdapter(const InsertionConfig& config,
-                                                              int threads);
+[[nodiscard]] std::unique_ptr<PeerAdapter> makeOpenvdbAdapter(const InsertionConfig& config);
+///@}
 
 }  // namespace cuboid_mapping::bench

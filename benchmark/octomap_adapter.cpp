@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "map_adapter.h"
+#include "octomap_descent.h"
 
 #include <algorithm>
+#include <utility>
 
 namespace cuboid_mapping::bench {
 namespace {
@@ -38,9 +40,9 @@ CellBox leafBox(const LeafIteratorT& leaf, const OcTree& tree) {
 class OctomapAdapter : public PeerAdapter {
  public:
   explicit OctomapAdapter(const InsertionConfig& config)
-      : tree_(std::make_unique<OcTree>(makeOctomap(config.map))),
-        max_range_m_(config.max_range_m) {}
+      : OctomapAdapter(std::make_unique<OcTree>(makeOctomap(config.map)), config.max_range_m) {}
 
+  [[nodiscard]] bool takesAnchors() const override { return false; }
   [[nodiscard]] std::string name() const override { return "octomap"; }
   void insert(const Scan& scan) override { insertIntoOctomap(scan, max_range_m_, *tree_); }
   void dropScratch() override {}
@@ -96,15 +98,57 @@ class OctomapAdapter : public PeerAdapter {
     return compareWithOctomap(map, *tree_);
   }
 
+ protected:
+  OctomapAdapter(std::unique_ptr<OcTree> tree, double max_range_m)
+      : tree_(std::move(tree)), max_range_m_(max_range_m) {}
+
+  [[nodiscard]] const OcTree& tree() const { return *tree_; }
+  OcTree& tree() { return *tree_; }
+
  private:
   std::unique_ptr<OcTree> tree_;
   double max_range_m_;
+};
+
+/// Leaves inner nodes as they are, whatever its callers ask for.
+class LazyOcTree : public OcTree {
+ public:
+  explicit LazyOcTree(const OcTree& tree) : OcTree(tree) {}
+
+  using OcTree::updateNode;
+  octomap::OcTreeNode* updateNode(const OcTreeKey& key, bool occupied,
+                                  bool /*lazy_eval*/ = false) override {
+    return OcTree::updateNode(key, occupied, true);
+  }
+};
+
+class LazyOctomapAdapter : public OctomapAdapter {
+ public:
+  explicit LazyOctomapAdapter(const InsertionConfig& config)
+      : OctomapAdapter(std::make_unique<LazyOcTree>(makeOctomap(config.map)), config.max_range_m) {}
+
+  [[nodiscard]] std::string name() const override { return "octomap_lazy"; }
+
+  void finish() override {
+    tree().updateInnerOccupancy();
+    tree().prune();
+  }
+
+  [[nodiscard]] double visitOccupied() const override { return sumOccupied(tree()); }
+
+  [[nodiscard]] bool isAnyOccupied(const CellBox& box) const override {
+    return bench::isAnyOccupied(tree(), box);
+  }
 };
 
 }  // namespace
 
 std::unique_ptr<PeerAdapter> makeOctomapAdapter(const InsertionConfig& config) {
   return std::make_unique<OctomapAdapter>(config);
+}
+
+std::unique_ptr<PeerAdapter> makeLazyOctomapAdapter(const InsertionConfig& config) {
+  return std::make_unique<LazyOctomapAdapter>(config);
 }
 
 }  // namespace cuboid_mapping::bench

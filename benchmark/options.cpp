@@ -4,6 +4,7 @@
 #include "command_line.h"
 #include "machine.h"
 
+#include <algorithm>
 #include <limits>
 #include <stdexcept>
 
@@ -41,8 +42,16 @@ void addMapOptions(CommandLine& line, Options& options, RawOptions& raw) {
                  {2, RTreeConfig::kMaxBranchesLimit});
 }
 
+std::string namesOfBuilt() {
+  std::string names;
+  for (const Peer& peer : allPeers()) {
+    if (peer.make != nullptr) names += (names.empty() ? "" : ", ") + peer.name;
+  }
+  return names;
+}
+
 void addRunOptions(CommandLine& line, Options& options, RawOptions& raw) {
-  line.addNumber("threads", options.engine.threads,
+  line.addNumber("threads", options.insertion.map.threads,
                  "number of threads for cuboid_mapping and OpenVDB", {1, 256});
   line.addFlag("fuse-every-cloud", options.engine.fuses_every_cloud,
                "bring all cuboids into the R-tree after every cloud");
@@ -50,46 +59,59 @@ void addRunOptions(CommandLine& line, Options& options, RawOptions& raw) {
                  "insert all clouds this many times, each time in another place, to see how cost "
                  "grows with the map",
                  {1, 100});
-  line.addNumber("repeat", options.repeat, "number of runs; the medians are reported", {1, 1000});
-  line.addList("peers", raw.peers, "maps to compare with; without it, all that are available",
-               {"octomap", "openvdb", "none"});
+  line.addNumber(
+      "repeat", options.repeat,
+      "number of runs, every second with the maps in reverse order; the medians are reported",
+      {1, 1000});
+  line.addNumber("query-time", options.query_time_s,
+                 "queries of a kind are repeated for this CPU time at least [s]", {0.001, 60.0});
+  Choices choices{"all", "none"};
+  for (const Peer& peer : allPeers()) choices.push_back(peer.name);
+  line.addList("peers", raw.peers,
+               "maps to compare with; without it, octomap and, if built with it, openvdb; all: all "
+               "that this program was built with, which are " +
+                   namesOfBuilt(),
+               choices);
   line.addText("json", options.json_file, "write all figures to this file");
   line.addVersion(describeMachine().commit);
 }
 
-void takePeers(const std::vector<std::string>& peers, Options& options) {
-  if (peers.empty()) return;
-  const auto has = [&peers](const char* name) {
-    return std::find(peers.begin(), peers.end(), name) != peers.end();
+/// @param names  As given to --peers.
+std::vector<Peer> choosePeers(const std::vector<std::string>& names) {
+  const auto has = [&names](const std::string& name) {
+    return std::find(names.begin(), names.end(), name) != names.end();
   };
-  if (has("none") && peers.size() > 1) {
-    throw std::runtime_error("--peers: none cannot be combined with others");
+  if ((has("none") || has("all")) && names.size() > 1) {
+    throw std::runtime_error("--peers: none and all cannot be combined with others");
   }
-  options.with_octomap = has("octomap");
-  options.with_openvdb = has("openvdb");
-  if (options.with_openvdb && !Options::hasOpenvdb()) {
-    throw std::runtime_error(
-        "--peers openvdb: this program was built without OpenVDB; install libopenvdb-dev and build "
-        "it again");
+  std::vector<Peer> chosen;
+  for (const Peer& peer : allPeers()) {
+    if (has(peer.name) && peer.make == nullptr) {
+      throw std::runtime_error("--peers " + peer.name +
+                               ": this program was built without it; install " + peer.needs +
+                               " and build it again");
+    }
+    const bool is_default = peer.name == "octomap" || peer.name == "openvdb";
+    const bool is_wanted = has("all") || has(peer.name) || (names.empty() && is_default);
+    if (is_wanted && peer.make != nullptr) chosen.push_back(peer);
   }
+  return chosen;
 }
 
 }  // namespace
-
-bool Options::hasOpenvdb() { return CUBOID_MAPPING_HAS_OPENVDB != 0; }
 
 std::optional<int> parseOptions(int argc, char** argv, Options& options) {
   RawOptions raw;
   options.insertion.max_range_m = std::numeric_limits<double>::infinity();
   options.insertion.map.resolution_m = 0.2;
   CommandLine line("compare_maps",
-                   "Compares the speed, memory and content of cuboid_mapping, OctoMap and OpenVDB "
-                   "on the same clouds.");
+                   "Compares the speed, memory and content of cuboid_mapping, OctoMap, OpenVDB and "
+                   "others on the same clouds.");
   addInputOptions(line, options);
   addMapOptions(line, options, raw);
   addRunOptions(line, options, raw);
   if (const auto status = line.parse(argc, argv)) return status;
-  takePeers(raw.peers, options);
+  options.peers = choosePeers(raw.peers);
   if (raw.environment == toString(Environment::kStatic)) {
     options.insertion.map.environment = Environment::kStatic;
   }

@@ -2,6 +2,8 @@
 #pragma once
 
 #include "cuboid_adapter.h"
+#include "peers.h"
+#include "timing.h"
 
 #include <limits>
 #include <optional>
@@ -20,11 +22,9 @@ struct Options {
   std::size_t clouds = std::numeric_limits<std::size_t>::max();  ///< At most so many.
   int laps = 1;                                                  ///< See repeatElsewhere().
   int repeat = 1;
-  bool with_octomap = true;
-  bool with_openvdb = hasOpenvdb();
-  std::string json_file;  ///< Empty: none.
-
-  [[nodiscard]] static bool hasOpenvdb();
+  double query_time_s = kTimedQueries_s;  ///< CPU time of the timed queries of a kind, at least.
+  std::vector<Peer> peers;                ///< All with a maker.
+  std::string json_file;                  ///< Empty: none.
 };
 
 /// @return Nothing when the program shall go on; else its exit status, all being said.

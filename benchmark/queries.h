@@ -3,7 +3,9 @@
 #pragma once
 
 #include "map_adapter.h"
+#include "timing.h"
 
+#include <limits>
 #include <vector>
 
 namespace cuboid_mapping::bench {
@@ -40,11 +42,11 @@ struct QueryAnswers {
   std::vector<double> rays_m;  ///< Distance of the first occupied cell, at most kRayRange_m.
 };
 
-/// Queries per second of CPU time.
+/// Queries per second of CPU time; NaN if the map does not offer them.
 struct QueryRates {
-  double points_per_s = 0.0;
-  double boxes_per_s = 0.0;
-  double rays_per_s = 0.0;
+  double points_per_s = std::numeric_limits<double>::quiet_NaN();
+  double boxes_per_s = std::numeric_limits<double>::quiet_NaN();
+  double rays_per_s = std::numeric_limits<double>::quiet_NaN();
 };
 
 struct QueryRun {
@@ -52,8 +54,10 @@ struct QueryRun {
   QueryAnswers answers;
 };
 
-/// Asks all queries of a kind, or as many as half a second is enough for.
-[[nodiscard]] QueryRun askQueries(const MapAdapter& map, const QuerySet& queries);
+/// Asks all queries of a kind, or as many as half a second is enough for; then the same again and again to
+/// time them, for this CPU time at least.
+[[nodiscard]] QueryRun askQueries(const MapAdapter& map, const QuerySet& queries,
+                                  double min_cpu_s = kTimedQueries_s);
 
 /// How many answers to the same queries differ.
 struct Differences {

@@ -3,8 +3,8 @@
 #include "command_line.h"
 #include "dataset.h"
 #include "machine.h"
-#include "map_adapter.h"
 #include "measurement.h"
+#include "peers.h"
 #include "result_file.h"
 
 #include "cuboid_mapping/io/native_format.h"
@@ -123,8 +123,9 @@ void addOctomap(const std::vector<Scan>& scans, const Row& exact, const Row& cla
 void addOpenvdb(const std::vector<Scan>& scans, const Row& exact, json& rows) {
   MapConfig config;
   config.resolution_m = exact.resolution_m;
-  const auto openvdb = makeOpenvdbAdapter({config, kNoLimit}, 1);
-  if (openvdb == nullptr) return;
+  const PeerMaker make = findPeer("openvdb").make;
+  if (make == nullptr) return;
+  const auto openvdb = make({config, kNoLimit});
   for (const Scan& scan : scans) {
     throwIfInterrupted();
     openvdb->insert(scan);

@@ -33,6 +33,7 @@ const std::vector<Line>& tableLines() {
       {"leaf nodes", "%.0f", [](R r) { return static_cast<double>(r.figures.leaf_nodes); }, true},
       {"inner nodes", "%.0f", [](R r) { return static_cast<double>(r.figures.inner_nodes); }, true},
       {"own figure, MB", "%.2f", [](R r) { return toMegabytes(r.figures.bytes_own); }, true},
+      {"insertion peak, MB", "%.2f", [](R r) { return 1e-6 * r.bytes_peak; }, true},
       {"heap, MB", "%.2f", [](R r) { return toMegabytes(r.bytes_heap); }, true},
       {"scratch, MB", "%.2f", [](R r) { return toMegabytes(r.bytes_scratch); }, true},
       {"visit occupied, ms", "%.3f", [](R r) { return 1e3 * r.access_occupied_s; }, true},
@@ -106,7 +107,7 @@ void printReport(const Options& options, const std::vector<Scan>& scans,
               map.resolution_m, options.insertion.max_range_m, toString(map.fusion),
               toString(map.environment), map.rtree.min_branches, map.rtree.max_branches);
   std::printf("run         %d threads, %s, median of %d; commit %s; %s, %u cores; %s, %s\n",
-              options.engine.threads,
+              map.threads,
               options.engine.fuses_every_cloud ? "fused after every cloud"
                                                : "divided when read, at the end",
               options.repeat, machine.commit.c_str(), machine.cpu.c_str(), machine.cores,

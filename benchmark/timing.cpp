@@ -4,10 +4,24 @@
 #include <malloc.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <cstdio>
+#include <cstdlib>
 #include <ctime>
+#include <string_view>
 
 namespace cuboid_mapping::bench {
+namespace {
+
+/// A size in the report of malloc_info(): the last of an element's is that of all arenas.
+std::size_t sizeIn(std::string_view report, std::string_view element) {
+  constexpr std::string_view kSize = "size=\"";
+  const std::size_t at = report.find(kSize, report.rfind(element));
+  return std::strtoull(report.data() + at + kSize.size(), nullptr, 10);
+}
+
+}  // namespace
 
 double cpuTime_s() {
   timespec now{};
@@ -25,13 +39,16 @@ double quantile(std::vector<double> values, double ratio) {
 double median(std::vector<double> values) { return quantile(std::move(values), 0.5); }
 
 std::size_t heapBytes() {
-#if defined(__GLIBC__) && (__GLIBC__ > 2 || (__GLIBC__ == 2 && __GLIBC_MINOR__ >= 33))
-  const struct mallinfo2 info = mallinfo2();
-  return info.uordblks + info.hblkhd;
+#ifdef __GLIBC__
+  static std::array<char, 1 << 20> text;  // Not of the heap, which must stay as it is.
+  std::FILE* stream = fmemopen(text.data(), text.size(), "w");
+  malloc_info(0, stream);
+  std::fclose(stream);
+  const std::string_view report(text.data());
+  return sizeIn(report, "<system type=\"current\"") + sizeIn(report, "<total type=\"mmap\"") -
+         sizeIn(report, "<total type=\"fast\"") - sizeIn(report, "<total type=\"rest\"");
 #else
-  // Its numbers are int, and wrap: differences are right up to 4 GB.
-  const struct mallinfo info = mallinfo();
-  return static_cast<unsigned>(info.uordblks) + static_cast<unsigned>(info.hblkhd);
+  return 0;
 #endif
 }
 

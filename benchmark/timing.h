@@ -31,18 +31,21 @@ Timing timeOf(WorkT work) {
           std::chrono::duration<double>(std::chrono::steady_clock::now() - wall_start).count()};
 }
 
-/// CPU time of one of several equal pieces of work, in seconds: so many that the clock can tell.
+/// CPU time in which queries of a kind are repeated, at least, so that the clock can tell and caches are warm.
+constexpr double kTimedQueries_s = 0.2;
+
+/// CPU time of one of several equal pieces of work, in seconds; the first warms up and does not count.
 /// @param work  () -> double, whose results are used, so that the compiler cannot leave it out.
+/// @param min_cpu_s  All of them take at least this long.
 template <typename WorkT>
-double cpuTimeOfOne_s(WorkT work) {
-  constexpr double kLongEnough_s = 0.02;
-  double sum = 0.0;
+double cpuTimeOfOne_s(WorkT work, double min_cpu_s = kTimedQueries_s) {
+  double sum = work();
   double cpu_s = 0.0;
   int times = 0;
   do {
     cpu_s += timeOf([&] { sum += work(); }).cpu_s;
     ++times;
-  } while (cpu_s < kLongEnough_s);
+  } while (cpu_s < min_cpu_s);
   return sum == 0.5 ? 0.0 : cpu_s / times;
 }
 
@@ -53,10 +56,10 @@ double cpuTimeOfOne_s(WorkT work) {
 /// quantile(values, 0.5).
 [[nodiscard]] double median(std::vector<double> values);
 
-/// Bytes that the C library's heap has given out and not got back.
+/// Bytes that the C library's heap has given out and not got back, in the arenas of all threads.
 ///
 /// Blocks with their headers, so the difference before and after an object is destroyed is what it
-/// cost. 0 where the allocator is another one, as under AddressSanitizer.
+/// cost. 0 without the GNU C library; always the same where its heap is not used, as under AddressSanitizer.
 [[nodiscard]] std::size_t heapBytes();
 
 }  // namespace cuboid_mapping::bench

@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "map_adapter.h"
 
+#include "peers/agreement_counter.h"
+#include "peers/beams.h"
 #include "timing.h"
 
 #include "cuboid_mapping/geometry/brick.h"
-#include "cuboid_mapping/rtree/traversal.h"
-#include "cuboid_mapping/scan/ray_walk.h"
 
 #define TBB_PREVIEW_GLOBAL_CONTROL 1  // for TBB before 2021
 #include <openvdb/math/DDA.h>
@@ -35,26 +35,6 @@ CellBox leafCells(const openvdb::FloatTree::LeafNodeType& leaf) {
   return brickBox({origin.x(), origin.y(), origin.z()});
 }
 
-/// Activates the voxels that a beam passes.
-class MissCursor {
- public:
-  MissCursor(UpdateAccessor& accessor, const Ray& ray)
-      : accessor_(&accessor),
-        coord_(toCoord(ray.start)),
-        end_(toCoord(ray.end)),
-        step_{ray.step[0], ray.step[1], ray.step[2]} {}
-
-  void mark() { accessor_->setActiveState(coord_, true); }
-  void advance(int axis) { coord_[axis] += step_[axis]; }
-  [[nodiscard]] bool isAtEnd() const { return coord_ == end_; }
-
- private:
-  UpdateAccessor* accessor_;
-  Coord coord_;
-  Coord end_;
-  int step_[3];
-};
-
 /// The voxels of one cloud: active ones are observed, those that are true are hits.
 class UpdateGrid {
  public:
@@ -63,37 +43,19 @@ class UpdateGrid {
   void compute(const Scan& scan) {
     accessor_.clear();
     tree_.clear();
-    const RayOrigin ray_origin(grid_, scan.anchor_map, scan.origin);
-    if (!ray_origin.cell()) return;
-    for (const Eigen::Vector3f& point : scan.points) addBeam(scan, ray_origin, point);
+    forEachBeam(grid_, max_range_m_, scan, [this](const Ray& ray, bool is_hit) {
+      forEachMiss(ray, [this](const Cell& cell) { accessor_.setActiveState(toCoord(cell), true); });
+      if (is_hit) {
+        accessor_.setValueOn(toCoord(ray.end), true);
+      } else {
+        accessor_.setActiveState(toCoord(ray.end), true);
+      }
+    });
   }
 
   [[nodiscard]] const openvdb::BoolTree& tree() const { return tree_; }
 
  private:
-  /// The same beams, cut at the same points, as ScanUpdater::compute.
-  void addBeam(const Scan& scan, const RayOrigin& ray_origin, const Eigen::Vector3f& end) {
-    Eigen::Vector3f last = end;
-    bool is_cut = false;
-    if (std::isfinite(max_range_m_)) {
-      const Eigen::Vector3f beam = end - scan.origin;
-      const float squared_length = beam.x() * beam.x() + beam.y() * beam.y() + beam.z() * beam.z();
-      const double length_m = std::sqrt(static_cast<double>(squared_length));
-      is_cut = length_m > max_range_m_;
-      if (is_cut) {
-        last = scan.origin + beam / static_cast<float>(length_m) * static_cast<float>(max_range_m_);
-      }
-    }
-    Ray ray;
-    if (!ray_origin.computeRay(last, ray)) return;
-    static_cast<void>(walkRay(ray, MissCursor(accessor_, ray)));
-    if (is_cut) {
-      accessor_.setActiveState(toCoord(ray.end), true);
-    } else {
-      accessor_.setValueOn(toCoord(ray.end), true);
-    }
-  }
-
   Grid grid_;
   double max_range_m_;
   openvdb::BoolTree tree_{false};
@@ -102,10 +64,11 @@ class UpdateGrid {
 
 class OpenvdbAdapter : public PeerAdapter {
  public:
-  OpenvdbAdapter(const InsertionConfig& config, int threads)
+  explicit OpenvdbAdapter(const InsertionConfig& config)
       : grid_(config.map.resolution_m),
         sensor_model_(config.map.sensor_model, config.map.environment),
-        control_(tbb::global_control::max_allowed_parallelism, static_cast<std::size_t>(threads)),
+        control_(tbb::global_control::max_allowed_parallelism,
+                 static_cast<std::size_t>(config.map.threads)),
         update_(std::make_unique<UpdateGrid>(grid_, config.max_range_m)),
         tree_(std::make_unique<openvdb::FloatTree>(0.0F)),
         accessor_(std::make_unique<MapAccessor>(*tree_)),
@@ -198,18 +161,14 @@ class OpenvdbAdapter : public PeerAdapter {
   }
 
   [[nodiscard]] Agreement compareWith(const CuboidMap& map) const override {
-    Agreement agreement;
-    double known_to_both = 0.0;
+    AgreementCounter counter(map);
     for (auto leaf = tree_->cbeginLeaf(); leaf; ++leaf) {
-      agreement.voxels += static_cast<double>(leaf->onVoxelCount());
-      const Cell brick = leafCells(*leaf).min;
-      static_assert(Leaf::DIM == kBrickEdge, "a leaf is a brick");
-      const PackedVoxels* voxels = map.voxels().find(brick);
-      if (voxels != nullptr) known_to_both += compareVoxels(*leaf, brick, *voxels, agreement);
+      for (auto voxel = leaf->cbeginValueOn(); voxel; ++voxel) {
+        const Coord coord = voxel.getCoord();
+        counter.add(CellBox::ofCell({coord.x(), coord.y(), coord.z()}), *voxel);
+      }
     }
-    const double known = map.voxels().numFreeVoxels() + map.voxels().numOccupiedVoxels();
-    agreement.known_mismatch = (agreement.voxels - known_to_both) + (known - known_to_both);
-    return agreement;
+    return counter.result();
   }
 
  private:
@@ -226,22 +185,6 @@ class OpenvdbAdapter : public PeerAdapter {
     return false;
   }
 
-  /// Voxels of the leaf and of its brick that are known to both; differences are added.
-  static double compareVoxels(const Leaf& leaf, const Cell& brick, const PackedVoxels& voxels,
-                              Agreement& agreement) {
-    double known_to_both = 0.0;
-    forEachCell(brick, voxels.known(), [&](const Cell& cell) {
-      float log_odds = 0.0F;
-      if (!leaf.probeValue(toCoord(cell), log_odds)) return;
-      known_to_both += 1.0;
-      const float own = *voxels.logOddsAt(voxelIndex(cell));
-      if (classify(log_odds) != classify(own)) agreement.class_mismatch += 1.0;
-      agreement.max_log_odds_difference =
-          std::max<double>(agreement.max_log_odds_difference, std::abs(log_odds - own));
-    });
-    return known_to_both;
-  }
-
   Grid grid_;
   SensorModel sensor_model_;
   tbb::global_control control_;
@@ -254,8 +197,8 @@ class OpenvdbAdapter : public PeerAdapter {
 
 }  // namespace
 
-std::unique_ptr<PeerAdapter> makeOpenvdbAdapter(const InsertionConfig& config, int threads) {
-  return std::make_unique<OpenvdbAdapter>(config, threads);
+std::unique_ptr<PeerAdapter> makeOpenvdbAdapter(const InsertionConfig& config) {
+  return std::make_unique<OpenvdbAdapter>(config);
 }
 
 }  // namespace cuboid_mapping::bench

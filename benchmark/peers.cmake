@@ -1,0 +1,45 @@
+# The peers of compare_maps that are built where their headers are found.
+
+set(CUBOID_MAPPING_PEER_SOURCES)
+set(CUBOID_MAPPING_PEER_INCLUDE_DIRS)
+set(CUBOID_MAPPING_PEER_LIBRARIES)
+set(CUBOID_MAPPING_PEER_TABLE)
+
+# cuboid_mapping_add_peer(NAME MAKER NEEDS INCLUDE_DIRS LIBRARIES): with peers/NAME_adapter.cpp, which defines
+# MAKER, if CUBOID_MAPPING_HAS_NAME; else peers.cpp knows what it NEEDS.
+macro(cuboid_mapping_add_peer name maker needs include_dirs libraries)
+  string(TOUPPER ${name} upper_name)
+  if(CUBOID_MAPPING_HAS_${upper_name})
+    set(peer_maker ${maker})
+    list(APPEND CUBOID_MAPPING_PEER_SOURCES peers/${name}_adapter.cpp)
+    list(APPEND CUBOID_MAPPING_PEER_INCLUDE_DIRS ${include_dirs})
+    list(APPEND CUBOID_MAPPING_PEER_LIBRARIES ${libraries})
+    message(STATUS "compare_maps: with ${name}")
+  else()
+    set(peer_maker nullptr)
+    message(STATUS "compare_maps: without ${name} (needs ${needs})")
+  endif()
+  string(APPEND CUBOID_MAPPING_PEER_TABLE "{\"${name}\", ${peer_maker}, \"${needs}\"},\n")
+endmacro()
+
+# Not with OpenVDB's own FindOpenVDB.cmake, which lies elsewhere with every distribution, and asks for libraries that
+# are not needed here.
+find_path(OPENVDB_INCLUDE_DIR openvdb/openvdb.h)
+find_library(OPENVDB_LIBRARY openvdb)
+find_library(TBB_LIBRARY tbb)
+find_library(HALF_LIBRARY NAMES Imath Imath-3_1 Half)  # numbers of 16 bits, of OpenEXR
+mark_as_advanced(OPENVDB_INCLUDE_DIR OPENVDB_LIBRARY TBB_LIBRARY HALF_LIBRARY)
+set(OPENVDB_LIBRARIES ${OPENVDB_LIBRARY} ${TBB_LIBRARY})
+if(HALF_LIBRARY)
+  list(APPEND OPENVDB_LIBRARIES ${HALF_LIBRARY})
+endif()
+if(OPENVDB_INCLUDE_DIR AND OPENVDB_LIBRARY AND TBB_LIBRARY AND NOT CUBOID_MAPPING_HAS_OPENVDB)
+  try_compile(CUBOID_MAPPING_HAS_OPENVDB
+    ${CMAKE_CURRENT_BINARY_DIR}/openvdb ${CMAKE_CURRENT_SOURCE_DIR}/try_openvdb.cpp
+    CMAKE_FLAGS -DINCLUDE_DIRECTORIES=${OPENVDB_INCLUDE_DIR}
+    LINK_LIBRARIES ${OPENVDB_LIBRARIES}
+    CXX_STANDARD 17 CXX_STANDARD_REQUIRED ON)
+endif()
+cuboid_mapping_add_peer(openvdb makeOpenvdbAdapter libopenvdb-dev "${OPENVDB_INCLUDE_DIR}" "${OPENVDB_LIBRARIES}")
+
+file(GENERATE OUTPUT ${CMAKE_CURRENT_BINARY_DIR}/generated/optional_peers.inc CONTENT "${CUBOID_MAPPING_PEER_TABLE}")
