@@ -89,6 +89,18 @@ struct InsertionConfig {
 ///@{
 /// An OpenVDB float grid of log-odds, filled as vdb_mapping does it: an active voxel is known.
 [[nodiscard]] std::unique_ptr<PeerAdapter> makeOpenvdbAdapter(const InsertionConfig& config);
+
+/// A grid of Bonxai with log-odds, filled in the same way.
+[[nodiscard]] std::unique_ptr<PeerAdapter> makeBonxaiAdapter(const InsertionConfig& config);
+
+/// Bonxai's own ProbabilisticMap: other rays, and some voxels are left out. Knows no static environment.
+[[nodiscard]] std::unique_ptr<PeerAdapter> makeBonxaiMapAdapter(const InsertionConfig& config);
+
+/// UFOMap as its own server calls it: other rays, whose last voxel is a miss, too. Knows no static environment.
+[[nodiscard]] std::unique_ptr<PeerAdapter> makeUfomapAdapter(const InsertionConfig& config);
+
+/// A wavelet octree of wavemap, filled voxel by voxel with our updates. Knows no static environment.
+[[nodiscard]] std::unique_ptr<PeerAdapter> makeWavemapAdapter(const InsertionConfig& config);
 ///@}
 
 }  // namespace cuboid_mapping::bench

@@ -42,4 +42,31 @@ if(OPENVDB_INCLUDE_DIR AND OPENVDB_LIBRARY AND TBB_LIBRARY AND NOT CUBOID_MAPPIN
 endif()
 cuboid_mapping_add_peer(openvdb makeOpenvdbAdapter libopenvdb-dev "${OPENVDB_INCLUDE_DIR}" "${OPENVDB_LIBRARIES}")
 
+find_path(BONXAI_INCLUDE_DIR bonxai/bonxai.hpp)
+find_path(BONXAI_MAP_INCLUDE_DIR bonxai_map/probabilistic_map.hpp)
+find_library(BONXAI_MAP_LIBRARY bonxai_map)
+mark_as_advanced(BONXAI_INCLUDE_DIR BONXAI_MAP_INCLUDE_DIR BONXAI_MAP_LIBRARY)
+set(CUBOID_MAPPING_HAS_BONXAI ${BONXAI_INCLUDE_DIR})
+cuboid_mapping_add_peer(bonxai makeBonxaiAdapter "bonxai_core of Bonxai" "${BONXAI_INCLUDE_DIR}" "")
+if(BONXAI_MAP_INCLUDE_DIR AND BONXAI_MAP_LIBRARY)
+  set(CUBOID_MAPPING_HAS_BONXAI_MAP ${CUBOID_MAPPING_HAS_BONXAI})
+endif()
+cuboid_mapping_add_peer(bonxai_map makeBonxaiMapAdapter "bonxai_core and bonxai_map of Bonxai"
+  "${BONXAI_MAP_INCLUDE_DIR}" "${BONXAI_MAP_LIBRARY}")
+
+find_package(ufomap 1 CONFIG QUIET)
+set(CUBOID_MAPPING_HAS_UFOMAP ${ufomap_FOUND})
+cuboid_mapping_add_peer(ufomap makeUfomapAdapter "UFOMap 1.0" "" UFO::Map)
+
+find_path(WAVEMAP_INCLUDE_DIR wavemap/core/map/hashed_chunked_wavelet_octree.h)
+find_library(WAVEMAP_LIBRARY wavemap_core)
+find_path(GLOG_INCLUDE_DIR glog/logging.h)
+find_library(GLOG_LIBRARY glog)
+mark_as_advanced(WAVEMAP_INCLUDE_DIR WAVEMAP_LIBRARY GLOG_INCLUDE_DIR GLOG_LIBRARY)
+if(WAVEMAP_INCLUDE_DIR AND WAVEMAP_LIBRARY AND GLOG_INCLUDE_DIR AND GLOG_LIBRARY)
+  set(CUBOID_MAPPING_HAS_WAVEMAP TRUE)
+endif()
+cuboid_mapping_add_peer(wavemap makeWavemapAdapter "wavemap 2 and libgoogle-glog-dev"
+  "${WAVEMAP_INCLUDE_DIR};${GLOG_INCLUDE_DIR}" "${WAVEMAP_LIBRARY};${GLOG_LIBRARY}")
+
 file(GENERATE OUTPUT ${CMAKE_CURRENT_BINARY_DIR}/generated/optional_peers.inc CONTENT "${CUBOID_MAPPING_PEER_TABLE}")
