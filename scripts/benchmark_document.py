@@ -1,12 +1,13 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """Tables and plots of doc/performance.md, from the reports of compare_maps."""
 import json
+import math
 import re
 import subprocess
 import sys
 
-from benchmark_runs import (FR079, HEADLINES, KITTI, PEERS, SHORT_NAMES, TOR, Run, branching_sweep,
-                            cloud_sweep, fine_voxels, headlines, long_drives, range_sweep, resolution_sweep)
+from benchmark_runs import (FR079, HEADLINES, KITTI, OTHER_MAPS, PEERS, SHORT_NAMES, TOR, Run, branching_sweep, cloud_sweep,
+                            fine_voxels, headlines, long_drives, other_maps, range_sweep, resolution_sweep)
 
 # ---- Tables -----------------------------------------------------------------------------------
 
@@ -68,19 +69,25 @@ def gain(report, peer, figure):
 
 
 def speed(report, peer, time_of):
-    """How many times as fast this map is as a peer; under 2 with the spread of the repetitions."""
+    """How many times as fast this map is as a peer; under 2 with the spread of the repetitions. '-' if not offered."""
     def ratio(own, other):
         return time_of(other) / time_of(own)
 
     if peer not in report or time_of(report['cuboid_mapping']) <= 0:
         return '-'
     value = ratio(report['cuboid_mapping'], report[peer])
+    if math.isnan(value):
+        return '-'
     pairs = zip(report['cuboid_mapping'].get('repetitions', []), report[peer].get('repetitions', []))
     return times(value) + (extent([ratio(*pair) for pair in pairs], times) if value < 2 else '')
 
 
 def machine_block(reports):
-    machines = {json.dumps(report['machine'], sort_keys=True) for report in reports.by_name.values()}
+    return describe_machines(reports.by_name.values())
+
+
+def describe_machines(reports):
+    machines = {json.dumps(report['machine'], sort_keys=True) for report in reports}
     lines = []
     for machine in map(json.loads, sorted(machines)):
         lines.append(f"{machine['cpu']}, {machine['cores']} cores; {machine['compiler']}, "
@@ -180,6 +187,41 @@ def agreement_block(reports):
                          f"{sum(a['compared'] for a in answers):,}"])
     return table(['data set', 'peer', 'known voxels', 'known to one only', 'different class',
                   'largest log-odds difference', 'answers that differ'], rows)
+
+
+def other_maps_block(reports):
+    """Every map that took part, this one first; it ends with the machine, which may be another than the page's."""
+    found = reports.of(other_maps())
+    if not found:
+        return 'Not measured.'
+
+    def cpu_s(figures):
+        return figures['insert_cpu_s']
+
+    def per_query(kind):  # None: not offered.
+        return lambda figures: 1 / (figures[f'{kind}_queries_per_s']['near_surface'] or math.nan)
+
+    asked = [lambda figures: figures['access_occupied_s'], *map(per_query, ('point', 'box', 'ray'))]
+    rows = []
+    for report in found:
+        for name, title in {'cuboid_mapping': 'here', **OTHER_MAPS}.items():
+            if name not in report:
+                continue
+            figures = report[name]
+            is_own = name == 'cuboid_mapping'
+            peak = figures['bytes_peak']
+            rows.append([title_of(report), title, f'{cpu_s(figures):.3g} s', '-' if is_own else speed(report, name, cpu_s),
+                         '-' if is_own else voxels_that_differ(report['agreement'][name]), f"{figures['cells']:,}",
+                         f"{figures['bytes_heap'] / 1e6:.1f} MB", '-' if peak is None else f'{peak / 1e6:.1f} MB',
+                         '-' if is_own else ' / '.join(speed(report, name, time_of) for time_of in asked)])
+    lines = table(['data set', 'map', 'insertion', 'times', 'voxels that differ', 'cells', 'heap', 'peak',
+                   'times: visit occupied / points / boxes / rays at surfaces'], rows)
+    return f'{lines}\n\n{describe_machines(found)}'
+
+
+def voxels_that_differ(agreement):
+    different = agreement['known_mismatch'] + agreement['class_mismatch']
+    return f"{different:,.0f} ({different / agreement['voxels']:.2%})" if different else '0'
 
 
 def growth_block(reports):
@@ -285,11 +327,12 @@ def draw_plots(reports, folder):
 # ---- The document -----------------------------------------------------------------------------
 
 
-def write_document(reports, document):
+def write_document(reports, reports_of_other_maps, document):
     blocks = {'machine': machine_block, 'insertion': insertion_block, 'variants': variants_block,
               'memory': memory_block, 'queries': queries_block, 'agreement': agreement_block,
               'growth': growth_block}
     texts = {name: make(reports) for name, make in blocks.items()}
+    texts['peers'] = other_maps_block(reports_of_other_maps)
     texts.update(draw_plots(reports, document.parent / document.stem))
     fill_blocks(document, texts)
 

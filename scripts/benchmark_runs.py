@@ -4,6 +4,8 @@
 SHORT_NAMES = {'kitti_0005_city': 'KITTI 0005, city', 'muehlburger_tor_standing': 'Mühlburger Tor, standing',
                'sim_fr079': 'fr079, simulated', 'rgbd_7scenes': '7-Scenes, RGB-D'}
 PEERS = {'octomap': 'OctoMap', 'openvdb': 'OpenVDB'}
+OTHER_MAPS = {'octomap': 'OctoMap', 'octomap_lazy': 'OctoMap, lazy', 'openvdb': 'OpenVDB', 'bonxai': 'Bonxai, grid',
+              'bonxai_map': 'Bonxai, own rays', 'ufomap': 'UFOMap', 'wavemap': 'wavemap, our voxels'}
 KITTI, TOR, FR079, RGBD = SHORT_NAMES
 
 # (data set, resolution).
@@ -38,6 +40,10 @@ class Run:
 
 def headlines():
     return [Run(dataset, resolution) for dataset, resolution in HEADLINES]
+
+
+def other_maps():
+    return [Run(dataset, resolution, peers='all') for dataset, resolution in HEADLINES]
 
 
 def fine_voxels():
@@ -89,7 +95,7 @@ def branching_sweep():
 
 def all_runs(is_quick):
     runs = [*headlines(), *fine_voxels(), *variants(), *resolution_sweep(FR079), *resolution_sweep(KITTI),
-            *range_sweep(), *cloud_sweep(), *branching_sweep(), *long_drives()]
+            *range_sweep(), *cloud_sweep(), *branching_sweep(), *long_drives(), *other_maps()]
     if is_quick:  # Without OctoMap's long runs.
         runs = [run for run in runs if run.dataset in (FR079, RGBD)]
         for run in runs:
