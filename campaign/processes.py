@@ -14,8 +14,8 @@ class Processes:
     def __init__(self):
         self.all = []
 
-    def start(self, *command):
-        process = subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+    def start(self, *command, stdout=subprocess.DEVNULL):
+        process = subprocess.Popen(command, stdout=stdout, stderr=subprocess.DEVNULL)
         self.all.append(process)
         return process
 
@@ -29,10 +29,10 @@ class Processes:
                 process.kill()
 
 
-def find_program(name):
+def find_program(name, package='cuboid_mapping'):
     folders = os.environ.get('CMAKE_PREFIX_PATH', '').split(':')
     for folder in folders:
-        program = os.path.join(folder, 'lib', 'cuboid_mapping', name)
+        program = os.path.join(folder, 'lib', package, name)
         if os.path.exists(program):
             return program
     sys.exit(f'{name} is not built, or its setup.bash is not sourced')
