@@ -45,9 +45,19 @@ double computeDoorOpening(double time_s) {
   return std::clamp(ramp, 0.0, 1.0);
 }
 
-Solid makeDoor(double time_s) {
+double computeDoorOpening(DoorMotion motion, double time_s) {
+  switch (motion) {
+    case DoorMotion::kOpen: return 1.0;
+    case DoorMotion::kClosed: return 0.0;
+    case DoorMotion::kMoves: break;
+  }
+  return computeDoorOpening(time_s);
+}
+
+/// @param opening  How far it is open, from 0 to 1.
+Solid makeDoor(double opening) {
   constexpr double kThickness_m = 0.05;
-  const double yaw = -M_PI / 2 * computeDoorOpening(time_s);
+  const double yaw = -M_PI / 2 * opening;
   const Eigen::Vector3d half_size(site::kDoorWidth_m / 2, kThickness_m / 2,
                                   site::kDoorHeight_m / 2);
   const Eigen::Vector3d hinge(site::kHingeX_m, site::kHingeY_m, 0.0);
@@ -63,7 +73,8 @@ Solid makeWalker(const Eigen::Vector2d& position_m) {
 
 }  // namespace
 
-World::World(std::uint64_t seed) : robot_path_(makeRobotPath()), walker_path_(makeWalkerPath()) {
+World::World(std::uint64_t seed, DoorMotion door)
+    : robot_path_(makeRobotPath()), walker_path_(makeWalkerPath()), door_(door) {
   site::Random random(seed);
   site::addGround(fixed_);
   site::addBuilding(fixed_);
@@ -76,7 +87,7 @@ World::World(std::uint64_t seed) : robot_path_(makeRobotPath()), walker_path_(ma
 std::vector<Solid> World::computeSolids(double time_s) const {
   constexpr double kWalkerSpeed = 1.2;  // metres per second
   std::vector<Solid> solids = fixed_;
-  solids.push_back(makeDoor(time_s));
+  solids.push_back(makeDoor(computeDoorOpening(door_, time_s)));
   const double way = walker_start_m_ + time_s * kWalkerSpeed;
   solids.push_back(makeWalker(walker_path_.computePlace(way).position_m));
   return solids;

@@ -23,8 +23,15 @@ enum class SolidKind {
   kTree,
   kCar,
   kCrate,
-  kDoor,    ///< The door that opens and closes.
+  kDoor,    ///< The door; see DoorMotion.
   kWalker,  ///< The person.
+};
+
+/// What the door does.
+enum class DoorMotion {
+  kMoves,   ///< It opens and closes.
+  kOpen,    ///< It stays open.
+  kClosed,  ///< It stays closed.
 };
 
 /// A part of the simulated world; solids may touch and overlap.
@@ -59,7 +66,7 @@ class World {
   static constexpr double kRobotHeight_m = 1.2;
   static constexpr double kRobotSpeed = 1.0;  ///< Metres per second.
 
-  explicit World(std::uint64_t seed);
+  explicit World(std::uint64_t seed, DoorMotion door = DoorMotion::kMoves);
 
   /// Everything that does not move.
   [[nodiscard]] const std::vector<Solid>& fixedSolids() const { return fixed_; }
@@ -81,6 +88,7 @@ class World {
   ClosedPath robot_path_;
   ClosedPath walker_path_;
   double walker_start_m_;
+  DoorMotion door_;
 };
 
 /// Share of the light that a kind of solid reflects, from 0 to 1.

@@ -13,6 +13,7 @@
 namespace cuboid_mapping_ros {
 namespace {
 
+using cuboid_mapping::DoorMotion;
 using cuboid_mapping::LidarCloud;
 using cuboid_mapping::LidarConfig;
 using cuboid_mapping::LidarPoint;
@@ -28,6 +29,11 @@ LidarConfig withSeed(LidarConfig lidar, std::uint64_t seed) {
   return lidar;
 }
 
+DoorMotion toDoorMotion(const std::string& door) {
+  if (door == "open") return DoorMotion::kOpen;
+  return door == "closed" ? DoorMotion::kClosed : DoorMotion::kMoves;
+}
+
 }  // namespace
 
 std::vector<std::string> checkDriveConfig(const DriveConfig& config) {
@@ -37,6 +43,9 @@ std::vector<std::string> checkDriveConfig(const DriveConfig& config) {
   check("head_start", config.head_start_m, 0.0, 1e6);
   std::vector<std::string> errors = cuboid_mapping::checkLidarConfig(config.lidar);
   errors.insert(errors.end(), check.errors().begin(), check.errors().end());
+  if (config.door != "moves" && config.door != "open" && config.door != "closed") {
+    errors.push_back("door = " + config.door + ": must be moves, open or closed");
+  }
   if (!config.robot.empty() && config.robot.front() == '/') {
     errors.push_back("robot = " + config.robot + ": must not start with /");
   }
@@ -69,7 +78,9 @@ sensor_msgs::PointCloud2 toMessage(const LidarCloud& cloud, const ros::Time& sta
 }
 
 SimulatedDrive::SimulatedDrive(const DriveConfig& config)
-    : config_(config), world_(config.seed), lidar_(withSeed(config.lidar, config.seed)) {}
+    : config_(config),
+      world_(config.seed, toDoorMotion(config.door)),
+      lidar_(withSeed(config.lidar, config.seed)) {}
 
 geometry_msgs::TransformStamped SimulatedDrive::toMountMessage(const ros::Time& stamp) const {
   return toTransformMessage(kMount, stamp, frameOf(kBaseFrame), frameOf(kLidarFrame));
@@ -77,14 +88,23 @@ geometry_msgs::TransformStamped SimulatedDrive::toMountMessage(const ros::Time& 
 
 geometry_msgs::TransformStamped SimulatedDrive::toPoseMessage(std::uint64_t index,
                                                               const ros::Time& stamp) const {
-  return toTransformMessage(computePose(timeOf(index)), stamp, "map", frameOf(kBaseFrame));
+  return toPoseMessage(computePose(timeOf(index)), stamp);
+}
+
+geometry_msgs::TransformStamped SimulatedDrive::toPoseMessage(const Eigen::Isometry3d& T_map_base,
+                                                              const ros::Time& stamp) const {
+  return toTransformMessage(T_map_base, stamp, "map", frameOf(kBaseFrame));
 }
 
 sensor_msgs::PointCloud2 SimulatedDrive::toCloudMessage(std::uint64_t index,
                                                         const ros::Time& stamp) const {
-  const double time_s = timeOf(index);
+  return toCloudMessage(index, stamp, computePose(timeOf(index)));
+}
+
+sensor_msgs::PointCloud2 SimulatedDrive::toCloudMessage(std::uint64_t index, const ros::Time& stamp,
+                                                        const Eigen::Isometry3d& T_map_base) const {
   return toMessage(
-      lidar_.computeCloud(world_.computeSolids(time_s), computePose(time_s) * kMount, index), stamp,
+      lidar_.computeCloud(world_.computeSolids(timeOf(index)), T_map_base * kMount, index), stamp,
       frameOf(kLidarFrame));
 }
 

@@ -22,6 +22,7 @@ struct DriveConfig {
   double cloud_rate_hz = 10.0;  ///< Clouds per second of simulated time, 0.01 to 100.
   double duration_s = 0.0;      ///< Simulated time, 0 to 1e6; 0: for ever.
   std::string robot;            ///< Its frames are NAME/base_link and NAME/lidar; empty: no NAME.
+  std::string door = "moves";   ///< moves, open or closed.
   double head_start_m = 0.0;    ///< Distance that the robot has travelled at time 0, 0 to 1e6.
 };
 
@@ -51,22 +52,30 @@ class SimulatedDrive {
   /// Static transform base_link -> lidar.
   [[nodiscard]] geometry_msgs::TransformStamped toMountMessage(const ros::Time& stamp) const;
 
-  /// Transform map -> base_link at cloud `index`.
+  /// Transform map -> base_link at cloud `index`, or at another pose.
+  ///@{
   [[nodiscard]] geometry_msgs::TransformStamped toPoseMessage(std::uint64_t index,
                                                               const ros::Time& stamp) const;
+  [[nodiscard]] geometry_msgs::TransformStamped toPoseMessage(const Eigen::Isometry3d& T_map_base,
+                                                              const ros::Time& stamp) const;
+  ///@}
 
-  /// Cloud `index`: organized, float32 fields x, y, z and intensity, NaN without return.
+  /// Cloud `index`, from its pose or another one: organized, float32 fields x, y, z and intensity, NaN without return.
+  ///@{
   [[nodiscard]] sensor_msgs::PointCloud2 toCloudMessage(std::uint64_t index,
                                                         const ros::Time& stamp) const;
+  [[nodiscard]] sensor_msgs::PointCloud2 toCloudMessage(std::uint64_t index, const ros::Time& stamp,
+                                                        const Eigen::Isometry3d& T_map_base) const;
+  ///@}
 
+  /// Seconds from the start to cloud `index`.
+  [[nodiscard]] double timeOf(std::uint64_t index) const;
   /// T_map_base at a time.
   [[nodiscard]] Eigen::Isometry3d computePose(double time_s) const;
   /// The frame of a part of the robot, with its name as prefix.
   [[nodiscard]] std::string frameOf(const std::string& part) const;
 
  private:
-  [[nodiscard]] double timeOf(std::uint64_t index) const;
-
   DriveConfig config_;
   cuboid_mapping::World world_;
   cuboid_mapping::Lidar lidar_;

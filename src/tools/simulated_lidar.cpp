@@ -97,9 +97,10 @@ int runBag(int argc, char** argv) {
   cuboid_mapping::CommandLine line(
       kName,
       "A lidar that drives through a simulated building.\n"
-      "Without --bag it is a ROS node; its private parameters are seed, rings, columns, noise,\n"
-      "max_range, cloud_rate, duration, robot, head_start, publish_clock and rate, as in "
-      "_seed:=2.\n"
+      "Without --bag it is a ROS node; its private parameters are seed, rings, columns,\n"
+      "min_elevation, max_elevation, noise, max_range, cloud_rate, duration, robot, door, "
+      "head_start,\n"
+      "publish_clock, rate, follow_path and speed, as in _seed:=2.\n"
       "With --bag it writes the same messages to a file, and needs no ROS master.");
   line.addText("bag", file, "rosbag to write, or to replace");
   line.addNumber("duration", config.duration_s, "seconds of simulated time, more than 0");

@@ -1,9 +1,11 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "simulated_lidar_node.h"
 
+#include "simulation/path_follower.h"
 #include "simulation/range_check.h"
 #include "stamps.h"
 
+#include <nav_msgs/Path.h>
 #include <ros/ros.h>
 #include <rosgraph_msgs/Clock.h>
 #include <tf2_ros/static_transform_broadcaster.h>
@@ -13,6 +15,7 @@
 #include <cmath>
 #include <optional>
 #include <sstream>
+#include <utility>
 
 namespace cuboid_mapping_ros {
 namespace {
@@ -128,6 +131,48 @@ class ClockSource {
   ros::WallTime last_wall_ = ros::WallTime::now();
 };
 
+/// Where the robot is: on its own way, or along the path that others publish.
+class Driver {
+ public:
+  Driver(ros::NodeHandle& node, const SimulatedDrive& drive,
+         const SimulatedLidarParameters& parameters)
+      : drive_(drive), parameters_(parameters), follower_(drive.computePose(0.0)) {
+    if (parameters.follow_path) paths_ = node.subscribe("path", 10, &Driver::onPath, this);
+  }
+
+  /// T_map_base at a cloud. Clouds come in order.
+  [[nodiscard]] Eigen::Isometry3d advanceTo(std::uint64_t index) {
+    const double time_s = drive_.timeOf(index);
+    if (!parameters_.follow_path) return drive_.computePose(time_s);
+    ros::spinOnce();
+    follower_.advance((time_s - last_time_s_) * parameters_.speed);
+    last_time_s_ = time_s;
+    return follower_.pose();
+  }
+
+ private:
+  void onPath(const nav_msgs::Path& path) {
+    if (path.header.frame_id != "map") {
+      ROS_WARN("path ignored: its frame is '%s', but must be 'map'", path.header.frame_id.c_str());
+      return;
+    }
+    std::vector<Eigen::Vector2d> waypoints;
+    for (const geometry_msgs::PoseStamped& pose : path.poses) {
+      waypoints.emplace_back(pose.pose.position.x, pose.pose.position.y);
+      if (waypoints.back().allFinite()) continue;
+      ROS_WARN("path ignored: not all of its positions are finite");
+      return;
+    }
+    follower_.setPath(std::move(waypoints));
+  }
+
+  const SimulatedDrive& drive_;
+  const SimulatedLidarParameters& parameters_;
+  cuboid_mapping::PathFollower follower_;
+  double last_time_s_ = 0.0;
+  ros::Subscriber paths_;
+};
+
 /// Publishers, one for each topic.
 class DrivePublisher {
  public:
@@ -136,8 +181,8 @@ class DrivePublisher {
     static_transforms_.sendTransform(drive.toMountMessage(start));
   }
 
-  void publish(std::uint64_t index, const sensor_msgs::PointCloud2& cloud) {
-    transforms_.sendTransform(drive_.toPoseMessage(index, cloud.header.stamp));
+  void publish(const Eigen::Isometry3d& T_map_base, const sensor_msgs::PointCloud2& cloud) {
+    transforms_.sendTransform(drive_.toPoseMessage(T_map_base, cloud.header.stamp));
     clouds_.publish(cloud);
   }
 
@@ -154,14 +199,16 @@ constexpr double kLinger_s = 0.5;
 void runWithOwnClock(ros::NodeHandle& node, const SimulatedLidarParameters& parameters) {
   const DriveConfig& config = parameters.drive;
   const SimulatedDrive drive(config);
+  Driver driver(node, drive, parameters);
   ClockSource clock(node, parameters.rate);
   DrivePublisher publisher(node, drive, kFirstStamp);
   const std::uint64_t count = computeNumClouds(config);
   for (std::uint64_t i = 0; ros::ok() && (count == 0 || i < count); ++i) {
     const ros::Time stamp = computeStamp(kFirstStamp, i, config.cloud_rate_hz);
-    const sensor_msgs::PointCloud2 cloud = drive.toCloudMessage(i, stamp);
+    const Eigen::Isometry3d T_map_base = driver.advanceTo(i);
+    const sensor_msgs::PointCloud2 cloud = drive.toCloudMessage(i, stamp, T_map_base);
     clock.advanceTo(stamp);
-    publisher.publish(i, cloud);
+    publisher.publish(T_map_base, cloud);
   }
   clock.advanceTo(clock.now() + ros::Duration(kLinger_s * parameters.rate));
 }
@@ -169,6 +216,7 @@ void runWithOwnClock(ros::NodeHandle& node, const SimulatedLidarParameters& para
 void runWithRosTime(ros::NodeHandle& node, const SimulatedLidarParameters& parameters) {
   const DriveConfig& config = parameters.drive;
   const SimulatedDrive drive(config);
+  Driver driver(node, drive, parameters);
   if (!ros::Time::waitForValid()) return;
   const ros::Time start = ros::Time::now();
   DrivePublisher publisher(node, drive, start);
@@ -176,9 +224,10 @@ void runWithRosTime(ros::NodeHandle& node, const SimulatedLidarParameters& param
   std::uint64_t i = 0;
   while (ros::ok() && (count == 0 || i < count)) {
     const ros::Time stamp = computeStamp(start, i, config.cloud_rate_hz);
-    const sensor_msgs::PointCloud2 cloud = drive.toCloudMessage(i, stamp);
+    const Eigen::Isometry3d T_map_base = driver.advanceTo(i);
+    const sensor_msgs::PointCloud2 cloud = drive.toCloudMessage(i, stamp, T_map_base);
     ros::Time::sleepUntil(stamp);
-    publisher.publish(i, cloud);
+    publisher.publish(T_map_base, cloud);
     const double periods_late = (ros::Time::now() - stamp).toSec() * config.cloud_rate_hz;
     const auto missed = static_cast<std::uint64_t>(std::max(0.0, std::floor(periods_late)));
     if (missed > 0) ROS_WARN_THROTTLE(10.0, "too slow for this rate: some clouds are skipped");
@@ -198,26 +247,35 @@ SimulatedLidarParameters loadParameters(const ros::NodeHandle& private_node,
   reader.read("seed", seed);
   reader.read("rings", drive.lidar.rings);
   reader.read("columns", drive.lidar.columns);
+  reader.read("min_elevation", drive.lidar.min_elevation_rad);
+  reader.read("max_elevation", drive.lidar.max_elevation_rad);
   reader.read("noise", drive.lidar.range_noise_m);
   reader.read("max_range", drive.lidar.max_range_m);
   reader.read("cloud_rate", drive.cloud_rate_hz);
   reader.read("duration", drive.duration_s);
   reader.read("robot", drive.robot);
+  reader.read("door", drive.door);
   reader.read("head_start", drive.head_start_m);
   reader.read("publish_clock", parameters.publish_clock);
   reader.read("rate", parameters.rate);
+  reader.read("follow_path", parameters.follow_path);
+  reader.read("speed", parameters.speed);
   reader.refuseOthers();
 
   if (seed < 0) errors.push_back("seed = " + std::to_string(seed) + ": must be 0 or more");
   drive.seed = static_cast<std::uint64_t>(seed);
   cuboid_mapping::RangeCheck check;
   check("rate", parameters.rate, 0.01, 1000.0);
+  check("speed", parameters.speed, 0.01, 100.0);
   for (const auto& complaints : {checkDriveConfig(drive), check.errors()}) {
     errors.insert(errors.end(), complaints.begin(), complaints.end());
   }
   if (parameters.rate != 1.0 && !parameters.publish_clock) {
     errors.push_back(
         "rate: needs publish_clock, because otherwise this node does not set the ROS time");
+  }
+  if (parameters.speed != 1.0 && !parameters.follow_path) {
+    errors.push_back("speed: needs follow_path, because the own way takes 1 m/s");
   }
   return parameters;
 }

@@ -110,6 +110,14 @@ TEST(Door, opensAndClosesAgain) {
   EXPECT_GT(rangeThrough(world.computeSolids(40.0), beam), 2.0);
 }
 
+TEST(Door, staysOpenOrClosed) {
+  const Beam beam({15.03, 6.0, 1.0}, {0, -1, 0});
+  for (const double time_s : {0.0, 10.0, 20.0}) {
+    EXPECT_GT(rangeThrough(World(1, DoorMotion::kOpen).computeSolids(time_s), beam), 2.0);
+    EXPECT_LT(rangeThrough(World(1, DoorMotion::kClosed).computeSolids(time_s), beam), 1.0);
+  }
+}
+
 TEST(Door, isHalfWayOpenInBetween) {
   const World world(1);
   const Solid door = findSolid(world.computeSolids(3.75), SolidKind::kDoor);

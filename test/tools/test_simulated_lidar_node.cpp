@@ -4,6 +4,7 @@
 #include "run_program.h"
 
 #include <gtest/gtest.h>
+#include <nav_msgs/Path.h>
 #include <ros/ros.h>
 #include <rosgraph_msgs/Clock.h>
 #include <tf2_ros/buffer.h>
@@ -14,6 +15,7 @@
 #include <map>
 #include <mutex>
 #include <thread>
+#include <utility>
 
 namespace cuboid_mapping_ros::test {
 namespace {
@@ -157,16 +159,56 @@ TEST(SimulatedLidarNode, followsTheClockOfOthers) {
   EXPECT_GT(num_transformable, 10);
 }
 
+nav_msgs::Path makePath(const std::string& frame,
+                        const std::vector<std::pair<double, double>>& waypoints) {
+  nav_msgs::Path path;
+  path.header.frame_id = frame;
+  for (const auto& [x, y] : waypoints) {
+    path.poses.emplace_back();
+    path.poses.back().pose.position.x = x;
+    path.poses.back().pose.position.y = y;
+  }
+  return path;
+}
+
+/// Where the robot is after 8 s at 2 m/s with this path.
+geometry_msgs::Vector3 driveAlong(const nav_msgs::Path& path, const std::string& name) {
+  Recorder recorder;
+  ros::NodeHandle node;
+  const ros::Publisher publisher = node.advertise<nav_msgs::Path>("path", 1, true);
+  publisher.publish(path);
+  const ProgramEnd end = runProgram({SIMULATED_LIDAR_PROGRAM, "__name:=" + name, "_duration:=8",
+                                     "_publish_clock:=true", "_rate:=4", "_rings:=2",
+                                     "_columns:=10", "_follow_path:=true", "_speed:=2"});
+  EXPECT_EQ(end.status, 0) << end.err;
+  return recorder.transforms()
+      .lookupTransform("map", "base_link", ros::Time())
+      .transform.translation;
+}
+
+TEST(SimulatedLidarNode, followsAPath) {
+  const auto place = driveAlong(makePath("map", {{11.0, 6.0}, {11.0, 6.5}}), "lidar_on_a_path");
+  EXPECT_DOUBLE_EQ(place.x, 11.0);
+  EXPECT_DOUBLE_EQ(place.y, 6.5);
+}
+
+TEST(SimulatedLidarNode, staysWhereItIsWithoutAPathInTheMap) {
+  const auto place = driveAlong(makePath("odom", {{11.0, 6.5}}), "lidar_without_a_path");
+  EXPECT_NEAR(place.x, 10.0, 0.1);
+  EXPECT_NEAR(place.y, 6.03, 1e-9);
+}
+
 TEST(SimulatedLidarNode, namesEveryBadParameterAndEnds) {
-  const ProgramEnd end = runProgram({SIMULATED_LIDAR_PROGRAM, "__name:=bad_lidar", "_rings:=0",
-                                     "_columns:=1.5", "_noise:=much", "_cloud_rate:=-1",
-                                     "_publish_clock:=3", "_rate:=0", "_seed:=-4", "_ringz:=16"});
+  const ProgramEnd end =
+      runProgram({SIMULATED_LIDAR_PROGRAM, "__name:=bad_lidar", "_rings:=0", "_columns:=1.5",
+                  "_noise:=much", "_cloud_rate:=-1", "_publish_clock:=3", "_rate:=0", "_seed:=-4",
+                  "_ringz:=16", "_door:=ajar"});
   EXPECT_EQ(end.status, 1);
   for (const char* message :
        {"~rings = 0: must be from 1 to 1024", "~columns = 1.5: must be a whole number",
         "~noise = much: must be a number", "~cloud_rate = -1: must be from",
         "~publish_clock = 3: must be true or false", "~rate = 0", "~seed = -4: must be 0 or more",
-        "~ringz: there is no such parameter"}) {
+        "~door = ajar: must be moves, open or closed", "~ringz: there is no such parameter"}) {
     EXPECT_NE(end.err.find(message), std::string::npos) << message << '\n' << end.err;
   }
 }
@@ -176,6 +218,13 @@ TEST(SimulatedLidarNode, refusesARateWithoutItsClock) {
       runProgram({SIMULATED_LIDAR_PROGRAM, "__name:=fast_lidar", "_rate:=2", "_duration:=1"});
   EXPECT_EQ(end.status, 1);
   EXPECT_NE(end.err.find("~rate: needs publish_clock"), std::string::npos) << end.err;
+}
+
+TEST(SimulatedLidarNode, refusesASpeedOnItsOwnWay) {
+  const ProgramEnd end =
+      runProgram({SIMULATED_LIDAR_PROGRAM, "__name:=hasty_lidar", "_speed:=2", "_duration:=1"});
+  EXPECT_EQ(end.status, 1);
+  EXPECT_NE(end.err.find("~speed: needs follow_path"), std::string::npos) << end.err;
 }
 
 }  // namespace
