@@ -2,6 +2,7 @@
 // Markers that a viewer keeps from messages, and the expected ones.
 #pragma once
 
+#include "cuboid_mapping/boxes/joined_cuboids.h"
 #include "cuboid_mapping/map/cuboid_search.h"
 #include "cuboid_mapping/query/value_query.h"
 #include "cuboid_mapping/ros/publishers/marker_cache.h"
@@ -15,6 +16,7 @@
 #include <cmath>
 #include <map>
 #include <ostream>
+#include <set>
 #include <string>
 #include <tuple>
 #include <utility>
@@ -114,21 +116,26 @@ class MarkerViewer {
   std::size_t num_needless_deletes_ = 0;
 };
 
-/// The cubes of a cuboid: cut at the multiples of 8 voxels if it is longer than 8.
-inline std::vector<cuboid_mapping::CellBox> cutIntoCubes(const cuboid_mapping::CellBox& box) {
+/// The cubes that stand for a cuboid: cut where it is longer than 8 voxels, at the multiples of 8; or, of a joined
+/// one, after the most of its voxels that are a multiple of 8.
+inline std::vector<cuboid_mapping::CellBox> cutIntoCubes(const cuboid_mapping::CellBox& box,
+                                                         bool is_joined) {
   std::vector<cuboid_mapping::CellBox> cubes{box};
   for (int axis = 0; axis < 3; ++axis) {
-    if (box.max[axis] - box.min[axis] <= 8) continue;
+    const std::int32_t length = box.max[axis] - box.min[axis];
+    if (length <= 8) continue;
+    std::vector<std::int32_t> cuts;
+    for (std::int32_t at = box.min[axis] + 1; at < box.max[axis]; ++at) {
+      const bool is_cut = is_joined ? at == box.max[axis] - length % 8 : at % 8 == 0;
+      if (is_cut) cuts.push_back(at);
+    }
+    cuts.push_back(box.max[axis]);
     std::vector<cuboid_mapping::CellBox> cut;
-    for (const cuboid_mapping::CellBox& cube : cubes) {
-      for (std::int32_t begin = cube.min[axis]; begin < cube.max[axis];) {
-        cuboid_mapping::CellBox piece = cube;
-        piece.min[axis] = begin;
-        do {
-          ++begin;
-        } while (begin < cube.max[axis] && begin % 8 != 0);
-        piece.max[axis] = begin;
-        cut.push_back(piece);
+    for (cuboid_mapping::CellBox cube : cubes) {
+      for (const std::int32_t end : cuts) {
+        cube.max[axis] = end;
+        cut.push_back(cube);
+        cube.min[axis] = end;
       }
     }
     cubes = cut;
@@ -136,13 +143,36 @@ inline std::vector<cuboid_mapping::CellBox> cutIntoCubes(const cuboid_mapping::C
   return cubes;
 }
 
-/// Expected cubes on the screen for the cuboids of a map, sorted.
+/// The cuboids that are shown.
+inline std::vector<cuboid_mapping::Cuboid> shownCuboids(const cuboid_mapping::CuboidMap& map,
+                                                        const MarkerStyle& style) {
+  using cuboid_mapping::Cell;
+  std::vector<cuboid_mapping::Cuboid> cuboids;
+  if (!style.are_joined) {
+    visitAll(map, style.filter, [&](const cuboid_mapping::Cuboid& cuboid) {
+      cuboids.push_back(cuboid);
+      return cuboid_mapping::Visit::kContinue;
+    });
+    return cuboids;
+  }
+  std::set<Cell> chunks;
+  map.voxels().forEach([&](const cuboid_mapping::VoxelBrick& brick) {
+    chunks.insert({brick.brick.x & ~63, brick.brick.y & ~63, brick.brick.z & ~63});
+  });
+  for (const Cell& chunk : chunks) {
+    const auto joined = joinCuboids(map, {chunk, chunk + Cell{64, 64, 64}}, style.filter);
+    cuboids.insert(cuboids.end(), joined.begin(), joined.end());
+  }
+  return cuboids;
+}
+
+/// What should be on the screen for the cuboids of a map, sorted.
 inline std::vector<ShownCube> expectedCubes(const cuboid_mapping::CuboidMap& map,
                                             const cuboid_mapping::Grid& grid,
                                             const MarkerStyle& style) {
   std::vector<ShownCube> cubes;
-  visitAll(map, style.filter, [&](const cuboid_mapping::Cuboid& cuboid) {
-    for (const cuboid_mapping::CellBox& box : cutIntoCubes(cuboid.box)) {
+  for (const cuboid_mapping::Cuboid& cuboid : shownCuboids(map, style)) {
+    for (const cuboid_mapping::CellBox& box : cutIntoCubes(cuboid.box, style.are_joined)) {
       const cuboid_mapping::MetricBox metric = grid.toMetricBox(box);
       const Eigen::Vector3d center_m = 0.5 * (metric.min_m + metric.max_m);
       std_msgs::ColorRGBA color = freeColor();
@@ -153,8 +183,7 @@ inline std::vector<ShownCube> expectedCubes(const cuboid_mapping::CuboidMap& map
       }
       cubes.push_back(makeShownCube(center_m, metric.max_m - metric.min_m, color));
     }
-    return cuboid_mapping::Visit::kContinue;
-  });
+  }
   std::sort(cubes.begin(), cubes.end());
   return cubes;
 }

@@ -359,6 +359,7 @@ inline std::vector<Case> otherCases() {
        4.0,
        [](const P& p) { return p.color_period_m == 4.0; },
        {"4", -4.0, kNan, kInfinity}},
+      {"markers/joined", true, [](const P& p) { return p.markers_are_joined; }, {1, "yes"}},
   };
   for (int axis = 0; axis < 3; ++axis) {
     const std::string name(1, "xyz"[axis]);

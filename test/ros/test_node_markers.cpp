@@ -134,7 +134,7 @@ class ExpectedMap {
     return expectedCubes(map_, map_.grid(), MarkerStyle());
   }
   [[nodiscard]] std::vector<ShownCube> free() const {
-    return expectedCubes(map_, map_.grid(), makeFreeStyle());
+    return expectedCubes(map_, map_.grid(), makeFreeStyle(NodeParameters()));
   }
 
  private:

@@ -114,7 +114,7 @@ TEST(Parameters, EveryBadValueGivesExactlyItsErrorAndKeepsTheDefault) {
       ++num_checked;
     }
   }
-  EXPECT_EQ(num_checked, 424U);
+  EXPECT_EQ(num_checked, 426U);
 }
 
 TEST(Parameters, AnErrorSaysValueRangeAndWhatToDo) {

@@ -47,7 +47,12 @@ std::vector<MarkerStyle> allStyles() {
   by_height.color_period_m = 3.0;
   MarkerStyle by_probability;
   by_probability.color_by = ColorBy::kProbability;
-  return {by_height, by_probability, makeFreeStyle()};
+  std::vector<MarkerStyle> styles{by_height, by_probability, makeFreeStyle(NodeParameters())};
+  for (std::size_t i = 0; i < 3; ++i) {
+    styles.push_back(styles[i]);
+    styles.back().are_joined = true;
+  }
+  return styles;
 }
 
 /// A scan from a random place in a hall of 40 x 40 x 40 voxels around `center_m`.
@@ -276,7 +281,8 @@ ChangeSet insert(const UniformBox& box, CuboidMap& map) { return map.replace(box
 TEST(MarkerCache, ShowsEveryVoxelOfItsClassOnce) {
   Random random(60);
   Drive drive(random, FusionKind::kClass);
-  for (const MarkerStyle& style : {makeOccupiedStyle(NodeParameters()), makeFreeStyle()}) {
+  for (const MarkerStyle& style :
+       {makeOccupiedStyle(NodeParameters()), makeFreeStyle(NodeParameters())}) {
     MarkerCache cache(drive.map().grid(), style);
     MarkerViewer viewer;
     for (int step = 0; step < 40; ++step) {
@@ -316,7 +322,7 @@ TEST(MarkerCache, SendsOnlySizesThatHaveChanged) {
   EXPECT_FALSE(cache.hasChanges());
   ASSERT_EQ(difference.markers.size(), 1U) << "the size of one voxel is as it was";
   const Marker& marker = difference.markers.front();
-  EXPECT_EQ(marker.id, (2 - 1) + 8 * (3 - 1) + 64 * (4 - 1));
+  EXPECT_EQ(marker.id, (2 - 1) + 15 * (3 - 1) + 225 * (4 - 1));
   EXPECT_EQ(marker.ns, "occupied");
   EXPECT_EQ(marker.action, static_cast<int>(Marker::ADD));
   EXPECT_EQ(marker.header.frame_id, "map");

@@ -56,7 +56,7 @@ MappingNode::MappingNode(const ros::NodeHandle& nh, const ros::NodeHandle& priva
           withQueue(nh_, publish_thread_.queue()),
           makeTopic(kOccupiedCuboidsTopic, makeOccupiedStyle(parameters), parameters), map_),
       free_publisher_(withQueue(nh_, publish_thread_.queue()),
-                      makeTopic(kFreeCuboidsTopic, makeFreeStyle(), parameters), map_),
+                      makeTopic(kFreeCuboidsTopic, makeFreeStyle(parameters), parameters), map_),
       octomap_server_(nh_, private_nh_, parameters, map_,
                       {publish_thread_.queue(), query_threads_.queue()}),
       diagnostics_(nh_, private_nh_, private_nh_.getNamespace()),

@@ -244,6 +244,11 @@ std::vector<ParameterDeclaration> declareTopics() {
       {"color_period", "m", number(&P::color_period_m, 0.0, kInfinity),
        "Height over which the colours repeat, with color_by: height. 0: they run once, from blue "
        "to red, over the heights of the map without the lowest and the highest 2 %."},
+      {"markers/joined", "", boolean(&P::markers_are_joined),
+       "true: occupied_cuboids and free_cuboids show cuboids joined across bricks, up to 64 voxels "
+       "long: walls as walls, not as tiles of 8 voxels. Reading the map for them takes about half "
+       "as long again (0.7 us per occupied cuboid in changed chunks of 64 voxels), and delays no "
+       "cloud but by that."},
   };
 }
 

@@ -106,9 +106,10 @@ struct NodeParameters {
   double keyframe_period_s = 10.0;   ///< Period of whole messages between differences; 0: none.
   bool publish_values = false;       ///< Whether cuboid_map carries log-odds, or classes alone.
   ColorBy color_by = ColorBy::kHeight;
-  double color_period_m = 0.0;  ///< Height over which the colours repeat; 0: they fit the map.
-  std::string map_file;         ///< Loaded at the start; empty: none.
-  std::string autosave_file;    ///< File of regular saves; empty: none.
+  double color_period_m = 0.0;      ///< Height over which the colours repeat; 0: they fit the map.
+  bool markers_are_joined = false;  ///< Markers show cuboids joined across bricks.
+  std::string map_file;             ///< Loaded at the start; empty: none.
+  std::string autosave_file;        ///< Saved to now and then; empty: none.
   double autosave_period_s = 60.0;
   int autosave_keep = 0;           ///< Number of earlier saves beside autosave_file.
   bool map_file_optional = false;  ///< map_file may be missing.

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "cuboid_mapping/ros/publishers/marker_cache.h"
 
+#include "cuboid_mapping/boxes/joined_cuboids.h"
 #include "cuboid_mapping/query/value_query.h"
 #include "cuboid_mapping/ros/conversions/points.h"
 #include "cuboid_mapping/ros/publishers/marker_colors.h"
@@ -21,7 +22,7 @@ using cuboid_mapping::CuboidMap;
 using visualization_msgs::Marker;
 using visualization_msgs::MarkerArray;
 
-constexpr std::int32_t kMaxEdge = 8;  ///< Longest edge of a cube, in voxels.
+constexpr std::int32_t kEdge = cuboid_mapping::kBrickEdge;
 
 Cell chunkOf(const Cell& cell) {
   constexpr std::int32_t kMask = ~(MarkerCache::kChunkEdge - 1);
@@ -29,35 +30,49 @@ Cell chunkOf(const Cell& cell) {
 }
 
 CellBox chunkBox(const Cell& chunk) {
-  constexpr std::int32_t kEdge = MarkerCache::kChunkEdge;
-  return {chunk, chunk + Cell{kEdge, kEdge, kEdge}};
+  constexpr std::int32_t kSize = MarkerCache::kChunkEdge;
+  return {chunk, chunk + Cell{kSize, kSize, kSize}};
+}
+
+int toLengthId(std::int32_t length) { return length <= kEdge ? length - 1 : length / kEdge + 6; }
+
+std::int32_t toLength(int length_id) {
+  return length_id < kEdge ? length_id + 1 : (length_id - 6) * kEdge;
 }
 
 int toSizeId(const Cell& size) {
-  return (size.x - 1) + kMaxEdge * (size.y - 1) + kMaxEdge * kMaxEdge * (size.z - 1);
+  constexpr int kNum = MarkerCache::kNumLengths;
+  return toLengthId(size.x) + kNum * (toLengthId(size.y) + kNum * toLengthId(size.z));
 }
 
 Cell toSize(int size_id) {
-  return {size_id % kMaxEdge + 1, size_id / kMaxEdge % kMaxEdge + 1,
-          size_id / (kMaxEdge * kMaxEdge) + 1};
+  constexpr int kNum = MarkerCache::kNumLengths;
+  return {toLength(size_id % kNum), toLength(size_id / kNum % kNum),
+          toLength(size_id / (kNum * kNum))};
 }
 
-/// End of the piece from `begin` when [.., end) is cut at the multiples of 8.
-std::int32_t endOfPiece(std::int32_t begin, std::int32_t end, bool is_cut) {
-  return is_cut ? std::min(end, (begin & ~(kMaxEdge - 1)) + kMaxEdge) : end;
+/// End of the first piece of [begin, end).
+std::int32_t endOfPiece(std::int32_t begin, std::int32_t end, bool is_joined) {
+  constexpr std::int32_t kMask = ~(kEdge - 1);
+  if (end - begin <= kEdge) return end;
+  return is_joined ? begin + ((end - begin) & kMask) : (begin & kMask) + kEdge;
 }
 
 }  // namespace
 
 MarkerStyle makeOccupiedStyle(const NodeParameters& parameters) {
-  return {CuboidFilter::kOccupied, "occupied", parameters.color_by, parameters.color_period_m,
-          std::nullopt};
+  MarkerStyle style;
+  style.color_by = parameters.color_by;
+  style.color_period_m = parameters.color_period_m;
+  style.are_joined = parameters.markers_are_joined;
+  return style;
 }
 
-MarkerStyle makeFreeStyle() {
+MarkerStyle makeFreeStyle(const NodeParameters& parameters) {
   MarkerStyle style;
   style.filter = CuboidFilter::kFree;
   style.marker_namespace = "free";
+  style.are_joined = parameters.markers_are_joined;
   return style;
 }
 
@@ -138,16 +153,16 @@ void MarkerCache::release() {
 }
 
 void MarkerCache::appendCubes(const CellBox& box, float probability,
-                              std::vector<SizedCube>& cubes) {
-  const Cell size = box.size();
+                              std::vector<SizedCube>& cubes) const {
+  const bool is_joined = style_.are_joined;
   Cell min;
   Cell max;
   for (min.z = box.min.z; min.z < box.max.z; min.z = max.z) {
-    max.z = endOfPiece(min.z, box.max.z, size.z > kMaxEdge);
+    max.z = endOfPiece(min.z, box.max.z, is_joined);
     for (min.y = box.min.y; min.y < box.max.y; min.y = max.y) {
-      max.y = endOfPiece(min.y, box.max.y, size.y > kMaxEdge);
+      max.y = endOfPiece(min.y, box.max.y, is_joined);
       for (min.x = box.min.x; min.x < box.max.x; min.x = max.x) {
-        max.x = endOfPiece(min.x, box.max.x, size.x > kMaxEdge);
+        max.x = endOfPiece(min.x, box.max.x, is_joined);
         cubes.push_back({toSizeId(max - min), {min, probability}});
       }
     }
@@ -157,13 +172,18 @@ void MarkerCache::appendCubes(const CellBox& box, float probability,
 void MarkerCache::readChunk(const CuboidMap& map, const Cell& chunk) {
   const CellBox box = chunkBox(chunk);
   std::vector<SizedCube> cubes;
-  visitBox(map, box, style_.filter, [&](const Cuboid& cuboid) {
+  const auto add = [&](const Cuboid& cuboid) {
     if (!box.contains(cuboid.box.min)) return cuboid_mapping::Visit::kContinue;
     const double probability =
         showsProbability() ? meanProbability(map, cuboid.box).value_or(0.0) : 0.0;
     appendCubes(cuboid.box, static_cast<float>(probability), cubes);
     return cuboid_mapping::Visit::kContinue;
-  });
+  };
+  if (style_.are_joined) {
+    for (const Cuboid& cuboid : joinCuboids(map, box, style_.filter)) add(cuboid);
+  } else {
+    visitBox(map, box, style_.filter, add);
+  }
   replaceChunk(chunk, std::move(cubes), changed_);
 }
 

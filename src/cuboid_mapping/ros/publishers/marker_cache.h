@@ -27,20 +27,22 @@ struct MarkerStyle {
   ColorBy color_by = ColorBy::kHeight;
   double color_period_m = 10.0;          ///< Period of colours, > 0; for kHeight, without a span.
   std::optional<HeightSpan> color_span;  ///< For kHeight: colours run once, and do not repeat.
+  bool are_joined = false;  ///< Cuboids are joined across the bricks of a chunk, see joinCuboids().
 };
 
 /// Styles of the two marker topics.
 [[nodiscard]] MarkerStyle makeOccupiedStyle(const NodeParameters& parameters);
-[[nodiscard]] MarkerStyle makeFreeStyle();
+[[nodiscard]] MarkerStyle makeFreeStyle(const NodeParameters& parameters);
 
 /// The cuboids of one class as markers: one CUBE_LIST for each size of cuboid, updated by
 /// changes.
 ///
-/// A subscriber that applies every array of update(), in order, by (ns, id), has the same
-/// markers as makePicture(): ADD has the whole list of a size, DELETE means that the size has
-/// no cuboids any more. The id of a size is (x - 1) + 8 * (y - 1) + 64 * (z - 1), in voxels. A
-/// cuboid longer than 8 voxels on an axis is cut at the multiples of 8 on that axis, so that there
-/// are never more than 512 markers: viewers become slow with many markers, not with many cubes.
+/// A listener that applies every array that update() returns, in order, by (ns, id), has the same
+/// markers as makePicture(): ADD stands for the whole list of a size, DELETE for a size of which
+/// there is none any more. A cuboid longer than 8 voxels on an axis is cut at the multiples of 8 on that axis, so that
+/// there are never more than 512 markers: viewers become slow with many markers, not with many cubes. A joined one is
+/// cut only where a multiple of 8 voxels from its lower end is left: its pieces are 1 to 8, 16, 24 and so on to 64
+/// voxels long.
 /// Far from the origin the poses of the markers carry a multiple of 1024 m, and their points the rest.
 ///
 /// The space is divided into chunks of 64 x 64 x 64 voxels; a cuboid belongs to the chunk of its
@@ -48,7 +50,8 @@ struct MarkerStyle {
 class MarkerCache {
  public:
   static constexpr std::int32_t kChunkEdge = 64;
-  static constexpr int kNumSizes = 512;
+  static constexpr int kNumLengths = 15;  ///< Of the edges of cubes: 1 to 8, 16, 24 to 64 voxels.
+  static constexpr int kNumSizes = kNumLengths * kNumLengths * kNumLengths;
 
   /// @param grid  Grid of the map.
   MarkerCache(const cuboid_mapping::Grid& grid, const MarkerStyle& style);
@@ -104,9 +107,9 @@ class MarkerCache {
   using CubesByChunk = std::map<cuboid_mapping::Cell, std::vector<Cube>>;
   using SizeSet = std::bitset<kNumSizes>;
 
-  static void appendCubes(const cuboid_mapping::CellBox& box, float probability,
-                          std::vector<SizedCube>& cubes);
-  /// Whether the colour of a cuboid shows its probability.
+  void appendCubes(const cuboid_mapping::CellBox& box, float probability,
+                   std::vector<SizedCube>& cubes) const;
+  /// Whether the colour of a cuboid stands for its probability.
   [[nodiscard]] bool showsProbability() const {
     return style_.color_by == ColorBy::kProbability &&
            style_.filter == cuboid_mapping::CuboidFilter::kOccupied;
