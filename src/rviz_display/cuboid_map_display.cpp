@@ -1,6 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "cuboid_map_display.h"
 
+#include "distance_layer.h"
+#include "frontier_layer.h"
+
 #include <rviz/display_context.h>
 #include <rviz/frame_manager.h>
 #include <rviz/properties/bool_property.h>
@@ -62,6 +65,8 @@ CuboidMapDisplay::CuboidMapDisplay() {
   addShownProperties();
   addColorProperties();
   addClipProperties();
+  layers_.push_back(std::make_unique<DistanceLayer>(*this));
+  layers_.push_back(std::make_unique<FrontierLayer>(*this));
 }
 
 CuboidMapDisplay::~CuboidMapDisplay() { disconnect(); }
@@ -179,6 +184,8 @@ void CuboidMapDisplay::setTopic(const QString& topic, const QString& /*datatype*
 }
 
 void CuboidMapDisplay::disconnect() {
+  for (const auto& layer : layers_) layer->clear();
+  has_map_ = false;
   scene_.reset();
   source_.reset();
 }
@@ -207,13 +214,27 @@ float CuboidMapDisplay::now_s() const {
   return std::chrono::duration<float>(Clock::now() - start_).count();
 }
 
-void CuboidMapDisplay::update(float wall_dt, float /*ros_dt*/) {
-  if (scene_ == nullptr) return;
+void CuboidMapDisplay::takeChanges() {
   for (const auto& changes : source_->takeChanges()) {
     if (changes.is_everything) updateShown();  // Its voxels may have another size.
     scene_->noteChanges(changes, now_s());
-    has_new_heights_ = true;
+    for (const auto& layer : layers_) layer->noteChanges(changes);
+    has_new_heights_ = has_map_ = true;
   }
+}
+
+bool CuboidMapDisplay::updateLayers() {
+  const rviz::ViewController* controller = context_->getViewManager()->getCurrent();
+  if (controller == nullptr || !has_map_) return false;
+  const ViewRay ray = findViewRay(*controller->getCamera(), *scene_node_);
+  bool is_changed = false;
+  for (const auto& layer : layers_) is_changed |= layer->update(*source_, *scene_node_, ray);
+  return is_changed;
+}
+
+void CuboidMapDisplay::update(float wall_dt, float /*ros_dt*/) {
+  if (scene_ == nullptr) return;
+  takeChanges();
   chooseDetail(wall_dt);
   const bool is_placed = placeInFixedFrame();
   scene_node_->setVisible(is_placed);
@@ -223,7 +244,8 @@ void CuboidMapDisplay::update(float wall_dt, float /*ros_dt*/) {
       std::clamp(kBudgetOfFrame * others_s, kBudget_s, kMaxBudget_s)));
   work_s_ = std::chrono::duration<double>(Clock::now() - start).count();
   if (recent_property_->getFloat() > 0.0F) updateStyles();  // Time goes on.
-  if (is_changed) context_->queueRender();
+  const bool has_new_layer = is_placed && updateLayers();
+  if (is_changed || has_new_layer) context_->queueRender();
   if (Clock::now() - last_report_ < kReportPeriod) return;
   last_report_ = Clock::now();
   fitColorsToHeights();
@@ -268,15 +290,11 @@ void CuboidMapDisplay::fitColorsToHeights() {
 }
 
 std::int32_t CuboidMapDisplay::sliceLayer() const {
-  using cuboid_mapping::Cell;
-  using cuboid_mapping::Grid;
-  std::optional<Cell> cell;
+  std::int32_t layer = 0;
   source_->read([&](const cuboid_mapping::CuboidMap& map) {
-    // Between two layers of voxels, the lower one is cut: at its upper side.
-    const double below_m = 1e-4 * map.grid().resolution();
-    cell = map.grid().toCell({0.0, 0.0, slice_height_property_->getFloat() - below_m});
+    layer = layerAt(map.grid(), slice_height_property_->getFloat());
   });
-  return cell.value_or(Cell{0, 0, Grid::kMaxCell - 1}).z;
+  return layer;
 }
 
 void CuboidMapDisplay::updateShown() {

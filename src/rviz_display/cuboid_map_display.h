@@ -3,6 +3,7 @@
 
 #ifndef Q_MOC_RUN
 #include "face_scene.h"
+#include "map_layer.h"
 #include "map_source.h"
 
 #include "cuboid_mapping/query/height_range.h"
@@ -14,6 +15,7 @@
 
 #include <chrono>
 #include <memory>
+#include <vector>
 
 namespace rviz {
 class BoolProperty;
@@ -65,10 +67,13 @@ class CuboidMapDisplay : public rviz::Display {
   void addColorProperties();
   void addClipProperties();
   void disconnect();
+  void takeChanges();
   [[nodiscard]] float now_s() const;
   /// While the view moves, a slow renderer gets coarser cells. @param frame_s  Time of the last frame.
   void chooseDetail(float frame_s);
   [[nodiscard]] bool placeInFixedFrame();
+  /// @return Whether something else is drawn.
+  bool updateLayers();
   void fitColorsToHeights();
   [[nodiscard]] const SetProperties& propertiesOf(FaceSet set) const;
   [[nodiscard]] FaceStyle styleOf(FaceSet set) const;
@@ -78,7 +83,9 @@ class CuboidMapDisplay : public rviz::Display {
   void reportFaces();
 
   std::unique_ptr<MapSource> source_;
-  std::unique_ptr<FaceScene> scene_;  ///< Goes before the source.
+  std::unique_ptr<FaceScene> scene_;               ///< Goes before the source.
+  std::vector<std::unique_ptr<MapLayer>> layers_;  ///< They are cleared before the source goes.
+  bool has_map_ = false;
   const Clock::time_point start_ = Clock::now();
   Clock::time_point last_report_;
   cuboid_mapping::HeightRange heights_;  ///< Of the map, for its colors.

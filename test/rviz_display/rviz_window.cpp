@@ -2,6 +2,7 @@
 #include "rviz_display/rviz_window.h"
 
 #include <ros/callback_queue.h>
+#include <rviz/properties/status_list.h>
 #include <rviz/view_controller.h>
 #include <rviz/view_manager.h>
 
@@ -15,6 +16,17 @@
 namespace cuboid_mapping_rviz::test {
 
 using Clock = std::chrono::steady_clock;
+
+const rviz::StatusProperty* findStatus(const rviz::Display& display, const std::string& name) {
+  for (int i = 0; i < display.numChildren(); ++i) {
+    const auto* list = dynamic_cast<const rviz::StatusList*>(display.childAt(i));
+    for (int j = 0; list != nullptr && j < list->numChildren(); ++j) {
+      const auto* status = dynamic_cast<const rviz::StatusProperty*>(list->childAt(j));
+      if (status != nullptr && status->getNameStd() == name) return status;
+    }
+  }
+  return nullptr;
+}
 
 QApplication& RvizWindow::application() {
   static int num_arguments = 1;

@@ -4,6 +4,7 @@
 #include <QApplication>
 
 #include <rviz/display.h>
+#include <rviz/properties/status_property.h>
 #include <rviz/render_panel.h>
 #include <rviz/visualization_manager.h>
 
@@ -15,6 +16,10 @@
 #include <vector>
 
 namespace cuboid_mapping_rviz::test {
+
+/// A line of the status of a display; null when there is none of that name.
+[[nodiscard]] const rviz::StatusProperty* findStatus(const rviz::Display& display,
+                                                     const std::string& name);
 
 /// rviz's scene in a window of its own, drawn frame by frame. One at a time; needs a screen and a roscore.
 class RvizWindow {

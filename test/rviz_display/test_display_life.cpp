@@ -2,9 +2,8 @@
 // The display in a scene of rviz must neither crash nor block. Run by test_rviz_display.py, on a
 // virtual screen.
 #include "cuboid_mapping/io/map_files.h"
-#include "cuboid_mapping/ros/conversions/map_messages.h"
-#include "cuboid_mapping/sharing/map_follower.h"
 #include "rviz_display/cuboid_map_display.h"
+#include "rviz_display/offered_map.h"
 #include "rviz_display/rviz_window.h"
 
 #include "support/random_bricks.h"
@@ -12,7 +11,6 @@
 #include <gtest/gtest.h>
 #include <ros/ros.h>
 #include <rviz/properties/property.h>
-#include <rviz/properties/status_list.h>
 #include <std_msgs/String.h>
 
 #include <OgreMaterialManager.h>
@@ -55,16 +53,6 @@ CuboidMap makeTiles() {
   return map;
 }
 
-/// Publishes the topic cuboid_map of a namespace.
-ros::Publisher offer(ros::NodeHandle& nh, const CuboidMap& map, const std::string& frame_id) {
-  cuboid_mapping_ros::ImageMessage message;
-  message.header.frame_id = frame_id;
-  message.image = makeImage(map, 1, MapDetail::kClasses);
-  ros::Publisher publisher = nh.advertise<FullCuboidMap>("cuboid_map", 1, true);
-  publisher.publish(toMessage(message));
-  return publisher;
-}
-
 class DisplayLife : public testing::Test {
  protected:
   static void SetUpTestSuite() { the_window = std::make_unique<test::RvizWindow>(QSize(320, 240)); }
@@ -78,15 +66,9 @@ class DisplayLife : public testing::Test {
     return display;
   }
 
-  static int levelOf(CuboidMapDisplay& display, const char* name) {
-    for (int i = 0; i < display.numChildren(); ++i) {
-      auto* list = dynamic_cast<rviz::StatusList*>(display.childAt(i));
-      for (int j = 0; list != nullptr && j < list->numChildren(); ++j) {
-        auto* status = dynamic_cast<StatusProperty*>(list->childAt(j));
-        if (status != nullptr && status->getName() == name) return status->getLevel();
-      }
-    }
-    return -1;
+  static int levelOf(const CuboidMapDisplay& display, const char* name) {
+    const StatusProperty* status = test::findStatus(display, name);
+    return status == nullptr ? -1 : status->getLevel();
   }
 
   static bool isDrawn(const CuboidMapDisplay& display) {
@@ -307,7 +289,7 @@ TEST_F(DisplayLife, uploadsNothingWhenASliceMovesInsideItsLayer) {
 
 TEST_F(DisplayLife, saysThatThereIsNoTransformAndShowsTheMapWhenThereIs) {
   ros::NodeHandle nh("/no_tf");
-  const ros::Publisher publisher = offer(nh, makeMap(5), "nowhere");
+  const ros::Publisher publisher = test::offer(nh, makeMap(5), "nowhere");
   CuboidMapDisplay* display = add("/no_tf");
   EXPECT_TRUE(window().updateUntil(
       [&] { return levelOf(*display, "Transform") == StatusProperty::Error; }));
@@ -334,11 +316,11 @@ TEST_F(DisplayLife, survivesTopicsOfAnotherTypeAndNamesThatAreNone) {
 
 TEST_F(DisplayLife, survivesAnEmptyMapAndJumpsOfTime) {
   ros::NodeHandle nh("/empty");
-  ros::Publisher publisher = offer(nh, makeMap(0), "map");
+  ros::Publisher publisher = test::offer(nh, makeMap(0), "map");
   CuboidMapDisplay* display = add("/empty");
   EXPECT_TRUE(window().updateUntil([&] { return levelOf(*display, "Map") == StatusProperty::Ok; }));
   EXPECT_EQ(display->scene()->counts(FaceSet::kOccupied).faces, 0U);
-  publisher = offer(nh, makeMap(5), "map");
+  publisher = test::offer(nh, makeMap(5), "map");
   for (int round = 0; round < 5; ++round) {
     window().manager().resetTime();  // rviz does this when time jumps back.
     window().update();

@@ -210,6 +210,9 @@ class TestDisplay(unittest.TestCase):
     def test_does_not_crash_or_block(self):
         self.expect_success('test_display_life')
 
+    def test_draws_distances_and_frontiers(self):
+        self.expect_success('test_map_layers')
+
     def expect_success_beside_node(self, name):
         node = start('rosrun', 'cuboid_mapping', 'cuboid_mapping_node', '__name:=mapping', '__ns:=/panel',
                      f'_map_file:={self.map}', '_resolution:=0.2')

@@ -1,0 +1,111 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "distance_layer.h"
+
+#include "cuboid_mapping/query/distance_field.h"
+
+#include <rviz/properties/float_property.h>
+
+#include <algorithm>
+#include <cmath>
+
+namespace cuboid_mapping_rviz {
+namespace {
+
+using namespace cuboid_mapping;
+
+/// Colours from red to blue.
+using Palette = std::array<FlatImage::Pixel, 256>;
+
+Palette makePalette() {
+  constexpr float kBlue = 2.0F / 3.0F;
+  const auto to_byte = [](float share) { return static_cast<std::uint8_t>(255.0F * share); };
+  Palette palette;
+  for (std::size_t i = 0; i < palette.size(); ++i) {
+    Ogre::ColourValue color;
+    color.setHSB(kBlue * static_cast<float>(i) / 255.0F, 1.0F, 1.0F);
+    palette[i] = {to_byte(color.r), to_byte(color.g), to_byte(color.b), 255};
+  }
+  return palette;
+}
+
+CellBox inflate(CellBox box, std::int32_t by) {
+  const Cell margin{by, by, by};
+  return {box.min - margin, box.max + margin};
+}
+
+}  // namespace
+
+std::vector<FlatImage::Pixel> colorDistances(const CuboidMap& map, const CellBox& layer,
+                                             double bound_m) {
+  static const Palette kPalette = makePalette();
+  const DistanceField field(map, layer, bound_m);
+  std::vector<FlatImage::Pixel> pixels;
+  pixels.reserve(static_cast<std::size_t>(layer.numVoxels()));
+  Cell cell = layer.min;
+  for (cell.y = layer.min.y; cell.y < layer.max.y; ++cell.y) {
+    for (cell.x = layer.min.x; cell.x < layer.max.x; ++cell.x) {
+      if (map.voxels().at(cell) == Occupancy::kUnknown) {
+        pixels.push_back({0, 0, 0, 0});
+        continue;
+      }
+      const auto distance_m = field.distanceAt(map.grid().centerOf(CellBox::ofCell(cell)));
+      const double ratio = std::min(distance_m.value_or(bound_m) / bound_m, 1.0);
+      pixels.push_back(kPalette[static_cast<std::size_t>(std::lround(255.0 * ratio))]);
+    }
+  }
+  return pixels;
+}
+
+// NOLINTBEGIN(cppcoreguidelines-owning-memory): rviz deletes properties with their display
+DistanceLayer::DistanceLayer(rviz::Display& display)
+    : MapLayer(display, "Distances",
+               "Show the distance to the nearest occupied voxel in one layer of voxels: red 0, "
+               "blue the max distance and more; in 512 x 512 voxels where the view looks."),
+      height_property_(
+          new rviz::FloatProperty("Height", 0.5F, "In the map frame, in m.", shownProperty())),
+      bound_property_(new rviz::FloatProperty(
+          "Max distance", 2.0F, "Distance of the last color, in m; at most 127 voxels.",
+          shownProperty())) {
+  bound_property_->setMin(0.01F);
+}
+// NOLINTEND(cppcoreguidelines-owning-memory)
+
+MapLayer::Job DistanceLayer::makeJob(const CuboidMap& map, const ViewRay& ray) {
+  const double height_m = height_property_->getFloat();
+  const double bound_m = bound_property_->getFloat();
+  const double resolution_m = map.grid().resolution();
+  CellBox layer = findViewedPart(map, ray, height_m);
+  const std::int32_t z = layerAt(map.grid(), height_m);
+  layer.min.z = std::max(layer.min.z, z);
+  layer.max.z = std::min(layer.max.z, z + 1);
+  const double reach = std::min(bound_m / resolution_m, DistanceField::kMaxBound);
+  Job job;
+  job.settings = {height_m, bound_m, resolution_m};
+  job.part = layer.isEmpty() ? CellBox() : inflate(layer, static_cast<std::int32_t>(reach) + 1);
+  job.compute = [=](const CuboidMap& part, const auto& /*is_stopped*/) -> Draw {
+    std::vector<FlatImage::Pixel> pixels;
+    if (!layer.isEmpty()) pixels = colorDistances(part, layer, bound_m);
+    return [=](Ogre::SceneNode& node) {
+      return draw(node, pixels, {layer, height_m, resolution_m});
+    };
+  };
+  return job;
+}
+
+QString DistanceLayer::draw(Ogre::SceneNode& node, const std::vector<FlatImage::Pixel>& pixels,
+                            const Place& place) {
+  if (pixels.empty()) {
+    hide();
+    return "nothing is known at this height where the view looks";
+  }
+  const Cell size = place.layer.size();
+  if (image_ == nullptr) image_ = std::make_unique<FlatImage>(node);
+  image_->show(pixels, static_cast<std::size_t>(size.x),
+               {static_cast<float>(place.layer.min.x * place.resolution_m),
+                static_cast<float>(place.layer.min.y * place.resolution_m),
+                static_cast<float>(place.height_m)},
+               static_cast<float>(place.resolution_m));
+  return QString("%1 x %2 voxels").arg(size.x).arg(size.y);
+}
+
+}  // namespace cuboid_mapping_rviz

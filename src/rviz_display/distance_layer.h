@@ -1,0 +1,45 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include "flat_image.h"
+#include "map_layer.h"
+
+#include <memory>
+
+namespace rviz {
+class FloatProperty;
+}  // namespace rviz
+
+namespace cuboid_mapping_rviz {
+
+/// Colours of the distances of the voxels of a layer to the nearest occupied one, as DistanceField has them: from red
+/// (0) over green to blue (the bound, and farther); unknown voxels are transparent.
+/// @param layer  Not empty, one voxel high. @return Its voxels, row by row along x.
+/// @throws std::invalid_argument  The bound is not > 0, or more than 127 voxels.
+[[nodiscard]] std::vector<FlatImage::Pixel> colorDistances(const cuboid_mapping::CuboidMap& map,
+                                                           const cuboid_mapping::CellBox& layer,
+                                                           double bound_m);
+
+/// A horizontal slice of the distances to obstacles.
+class DistanceLayer : public MapLayer {
+ public:
+  explicit DistanceLayer(rviz::Display& display);
+
+ private:
+  [[nodiscard]] Job makeJob(const cuboid_mapping::CuboidMap& map, const ViewRay& ray) override;
+  void hide() override { image_.reset(); }
+
+  struct Place {
+    cuboid_mapping::CellBox layer;
+    double height_m;
+    double resolution_m;
+  };
+  QString draw(Ogre::SceneNode& node, const std::vector<FlatImage::Pixel>& pixels,
+               const Place& place);
+
+  rviz::FloatProperty* height_property_;
+  rviz::FloatProperty* bound_property_;
+  std::unique_ptr<FlatImage> image_;
+};
+
+}  // namespace cuboid_mapping_rviz
