@@ -157,7 +157,11 @@ CorridorTask throughTheDoor() {
 
 PosePathTask turningTask(const Eigen::Vector3d& start, const Eigen::Vector3d& goal,
                          const Eigen::Vector3d& size_m) {
-  return {test::boxBody(size_m), test::yawed(start, 0.1), test::yawed(goal, 1.0)};
+  PosePathTask task;
+  task.body = test::boxBody(size_m);
+  task.start_map = test::yawed(start, 0.1);
+  task.goal_map = test::yawed(goal, 1.0);
+  return task;
 }
 
 /// Questions about the content of the map.
