@@ -13,18 +13,17 @@ void PathFollower::setPath(std::vector<Eigen::Vector2d> waypoints_map) {
 
 void PathFollower::advance(double distance_m) {
   while (next_ < waypoints_map_.size() && distance_m > 0.0) {
-    const Eigen::Vector2d way = waypoints_map_[next_] - T_map_base_.translation().head<2>();
+    const Eigen::Vector2d way = waypoints_map_[next_] - pose_map_.translation().head<2>();
     const double length = way.norm();
     if (length > 0.0) {
-      T_map_base_.linear() =
-          Eigen::AngleAxisd(std::atan2(way.y(), way.x()), Eigen::Vector3d::UnitZ())
-              .toRotationMatrix();
+      pose_map_.linear() = Eigen::AngleAxisd(std::atan2(way.y(), way.x()), Eigen::Vector3d::UnitZ())
+                               .toRotationMatrix();
     }
     if (length > distance_m) {
-      T_map_base_.translation().head<2>() += way * (distance_m / length);
+      pose_map_.translation().head<2>() += way * (distance_m / length);
       return;
     }
-    T_map_base_.translation().head<2>() = waypoints_map_[next_++];
+    pose_map_.translation().head<2>() = waypoints_map_[next_++];
     distance_m -= length;
   }
 }

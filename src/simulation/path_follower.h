@@ -15,7 +15,7 @@ namespace cuboid_mapping {
 class PathFollower {
  public:
   /// @param T_map_base  Where it stands.
-  explicit PathFollower(const Eigen::Isometry3d& T_map_base) : T_map_base_(T_map_base) {}
+  explicit PathFollower(const Eigen::Isometry3d& T_map_base) : pose_map_(T_map_base) {}
 
   /// Takes the place of the previous path. The robot goes to the first waypoint, too; without waypoints it stops.
   void setPath(std::vector<Eigen::Vector2d> waypoints_map);
@@ -23,10 +23,10 @@ class PathFollower {
   /// Goes on along the path, and no farther than its end. @param distance_m  >= 0.
   void advance(double distance_m);
 
-  [[nodiscard]] const Eigen::Isometry3d& pose() const { return T_map_base_; }
+  [[nodiscard]] const Eigen::Isometry3d& pose() const { return pose_map_; }
 
  private:
-  Eigen::Isometry3d T_map_base_;
+  Eigen::Isometry3d pose_map_;
   std::vector<Eigen::Vector2d> waypoints_map_;
   std::size_t next_ = 0;
 };

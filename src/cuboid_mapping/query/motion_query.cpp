@@ -83,7 +83,7 @@ bool isFree(BodyProbe& probe, const BodyMotion& motion) {
 
 std::string findFault(const Body& body, const std::vector<Eigen::Isometry3d>& T_map_body,
                       const Grid& grid) {
-  const std::string fault = findFault(body, grid);
+  std::string fault = findFault(body, grid);
   if (!fault.empty()) return fault;
   if (T_map_body.empty()) return "there are no poses: give at least one";
   const double range_m = rangeOf(body, grid);

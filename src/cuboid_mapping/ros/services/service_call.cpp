@@ -144,7 +144,7 @@ Eigen::Vector3d ServiceCall::direction(const geometry_msgs::Vector3& direction,
 }
 
 Eigen::Vector3d ServiceCall::edges(const geometry_msgs::Vector3& size) {
-  const Eigen::Vector3d edges(size.x, size.y, size.z);
+  Eigen::Vector3d edges(size.x, size.y, size.z);
   if (!edges.allFinite() || !(edges.array() > 0.0).all()) {
     throw Refusal("size " + toText(edges) + ": every edge must be a number > 0, in metres");
   }

@@ -10,7 +10,7 @@ cuboid_mapping::Body readTurningBox(const ServiceCall& call, const geometry_msgs
   cuboid_mapping::BodyBox box;
   box.size_m = ServiceCall::edges(size);
   box.size_m.array() += 2.0 * ServiceCall::notNegative(inflation_m, "inflation");
-  const cuboid_mapping::Body body{{}, {box}};
+  cuboid_mapping::Body body{{}, {box}};
   const std::string fault = findFault(body, call.map().grid());
   if (!fault.empty()) throw Refusal("size, as a body with one box: " + fault);
   return body;
