@@ -67,8 +67,7 @@ void PoseCorrections::answer(const CorrectPoses::Request& request, CorrectPoses:
   const CorrectionRule rule{
       request.outside_stays != 0 ? OutsidePoses::kStay : OutsidePoses::kFollow, request.tolerance,
       request.edits_move != 0};
-  constexpr double kAny_m = -1.0;
-  const CorrectionAnswer answer = correct(request.path, rule, progress, kAny_m);
+  const CorrectionAnswer answer = correct(request.path, rule, progress);
   response.info = makeInfo(map_, frame_id_, answer.error);
   response.clouds = static_cast<std::uint32_t>(answer.num_clouds);
   response.outside = static_cast<std::uint32_t>(answer.num_outside);
@@ -92,14 +91,16 @@ PoseTrack PoseCorrections::readPath(const nav_msgs::Path& path) const {
 }
 
 CorrectionAnswer PoseCorrections::correct(const nav_msgs::Path& path, const CorrectionRule& rule,
-                                          const CallProgress& progress, double ignored_shift_m) {
+                                          const CallProgress& progress,
+                                          std::optional<double> ignored_shift_m) {
   CorrectionAnswer answer;
   const ros::WallTime begin = ros::WallTime::now();
   try {
     const PoseTrack poses = readPath(path);
-    const double shift_m =
-        map_.history()->whole().findShift_m(poses, cuboid_mapping::kShiftDistance_m);
-    if (shift_m <= ignored_shift_m) return answer;
+    if (ignored_shift_m && map_.history()->whole().findShift_m(
+                               poses, cuboid_mapping::kShiftDistance_m) <= *ignored_shift_m) {
+      return answer;
+    }
     correctMap(poses, rule, progress, answer);
   } catch (const std::bad_alloc&) {
     answer.error = "there is not enough memory for a second map";

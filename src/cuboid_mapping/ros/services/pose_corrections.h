@@ -55,7 +55,8 @@ class PoseCorrections {
   void onPath(const nav_msgs::Path& path);
   /// Checks a path, and corrects unless it moves no cloud by more than a distance. Throws nothing, but logs.
   CorrectionAnswer correct(const nav_msgs::Path& path, const cuboid_mapping::CorrectionRule& rule,
-                           const CallProgress& progress, double ignored_shift_m);
+                           const CallProgress& progress,
+                           std::optional<double> ignored_shift_m = std::nullopt);
   void correctMap(const cuboid_mapping::PoseTrack& poses,
                   const cuboid_mapping::CorrectionRule& rule, const CallProgress& progress,
                   CorrectionAnswer& answer);
