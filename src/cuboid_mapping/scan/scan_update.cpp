@@ -6,7 +6,6 @@
 #include "cuboid_mapping/scan/ray_batch.h"
 #include "cuboid_mapping/scan/ray_walk.h"
 #include "cuboid_mapping/scan/slab_walk.h"
-#include "cuboid_mapping/scan/slab_walk_avx2.h"
 
 #include <algorithm>
 #include <atomic>
@@ -134,9 +133,7 @@ ScanUpdater::ScanUpdater(const Grid& grid, const BeamRanges& ranges, int threads
 
 void ScanUpdater::markBeam(const Ray& ray, bool is_hit, BeamMarks& marks) const {
   RayBatch one(ray);
-  const bool is_marked =
-      hasAvx2() ? markSlabsAvx2(one, base_, marks) != 0 : markSlabs(ray, ray.start - base_, marks);
-  if (!is_marked) {
+  if (!hasLanes() || markSlabs(one, base_, marks) == 0) {
     (void)walkRay(ray, BrickCursor(ray, base_, marks));
   }
   const Cell local_end = ray.end - base_;
@@ -145,7 +142,7 @@ void ScanUpdater::markBeam(const Ray& ray, bool is_hit, BeamMarks& marks) const 
   (is_hit ? last_marks.hits : last_marks.misses[0]).set(voxel);
 }
 
-/// Marks all but the last voxel, with walkRay(): the slab walks mark the last one, too.
+/// Marks all but the last voxel, with walkRay(): markSlabs() marks the last one, too.
 void ScanUpdater::markOpenBeam(const Ray& ray, BeamMarks& marks) const {
   (void)walkRay(ray, BrickCursor(ray, base_, marks));
 }
@@ -170,12 +167,12 @@ void ScanUpdater::markWithMargin(const BeamSource& source, const Eigen::Vector3f
   if (margin_origin.cell() && margin_origin.computeRay(end, ray_part)) mark(ray_part, share.grazes);
 }
 
-/// Marks a batch of at most RayBatch::kSize beams by markSlabsAvx2(). @return The beams that need walkRay().
+/// Marks a batch of at most RayBatch::kSize beams by markSlabs(). @return The beams that need walkRay().
 std::uint32_t ScanUpdater::addBatch(const RayOrigin& ray_origin, const Eigen::Vector3f* ends,
                                     int count, bool are_returns, Share& share) const {
   RayBatch rays;
-  computeRaysAvx2(ray_origin, ends, count, ranges_.max_range_m, rays);
-  const std::uint32_t marked = markSlabsAvx2(rays, base_, share.marks);
+  computeRays(ray_origin, ends, count, ranges_.max_range_m, rays);
+  const std::uint32_t marked = markSlabs(rays, base_, share.marks);
   share.num_points += static_cast<std::size_t>(__builtin_popcount(marked));
   for (std::uint32_t hits = are_returns ? marked & ~rays.cut : 0; hits != 0; hits &= hits - 1) {
     const Cell local_end = rays.endOf(static_cast<std::size_t>(__builtin_ctz(hits))) - base_;
@@ -223,7 +220,7 @@ void ScanUpdater::addOpenBeam(const BeamSource& source, const Eigen::Vector3f& e
 
 void ScanUpdater::addBeams(const BeamSource& source, const Eigen::Vector3f* ends, std::size_t count,
                            bool are_returns, Share& share) const {
-  const bool are_batches = hasAvx2() && !(are_returns && ranges_.end_margin_m > 0.0);
+  const bool are_batches = hasLanes() && !(are_returns && ranges_.end_margin_m > 0.0);
   constexpr std::size_t kBatch = RayBatch::kSize;
   for (std::size_t first = 0; first < count; first += kBatch) {
     const Eigen::Vector3f* batch = ends + first;
@@ -347,11 +344,10 @@ void ScanUpdater::collectBricks() {
 }
 
 BrickUpdate ScanUpdater::unite(const PlacedMarks* first, const PlacedMarks* last) const {
-  const MarkLayout layout = hasAvx2() ? MarkLayout::kSlabs : MarkLayout::kPlanes;
   BrickUpdate brick{toBrick(first->key, base_), {}, {}, first->morton};
   for (; first != last; ++first) {
     brick.hits |= first->marks->hits;
-    (first->are_grazes ? brick.grazes : brick.misses) |= first->marks->collectMisses(layout);
+    (first->are_grazes ? brick.grazes : brick.misses) |= first->marks->collectMisses();
   }
   brick.grazes = brick.grazes.without(brick.hits | brick.misses);
   return brick;
