@@ -29,6 +29,7 @@ ALONE = {
     'benchmark/micro_benchmarks.cpp',
     'src/cuboid_mapping/ros/conversions/map_messages.cpp',
     'src/cuboid_mapping/ros/services/way_answers.cpp',
+    'src/cuboid_mapping/scan/slab_walk.cpp',
     'src/simulation/shape.cpp',
     'src/tools/command_line.cpp',
     'test/map/test_reference_map.cpp',
