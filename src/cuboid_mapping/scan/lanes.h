@@ -18,6 +18,9 @@
 #define CUBOID_MAPPING_END_LANES _Pragma("GCC pop_options")
 #endif
 #elif defined(__aarch64__)
+#include "cuboid_mapping/scan/lane_pair.h"
+
+#include <arm_neon.h>
 #define CUBOID_MAPPING_HAS_LANES 1
 #define CUBOID_MAPPING_BEGIN_LANES
 #define CUBOID_MAPPING_END_LANES
@@ -37,8 +40,20 @@ using Floats = float __attribute__((vector_size(16)));
 using Ints = std::int32_t __attribute__((vector_size(16)));
 ///@}
 
-/// Masks of four slabs.
+/// Vectors of eight slabs, and masks of four.
+///@{
+#ifdef __x86_64__
+using Lanes = std::int32_t __attribute__((vector_size(32)));
+using Unsigned = std::uint32_t __attribute__((vector_size(32)));
+using Fractions = float __attribute__((vector_size(32)));
 using Masks = std::uint64_t __attribute__((vector_size(32)));
+#else
+using Lanes = LanePair<Ints>;
+using Unsigned = LanePair<std::uint32_t __attribute__((vector_size(16)))>;
+using Fractions = LanePair<Floats>;
+using Masks = LanePair<std::uint64_t __attribute__((vector_size(16)))>;
+#endif
+///@}
 
 /// Loads from, and stores to, aligned arrays.
 ///@{
@@ -52,58 +67,79 @@ void store(const LanesT& lanes, NumberT* to) {
 }
 ///@}
 
+#ifdef __x86_64__
+
+/// Lanes of `a` where the flags are set, and of `b` elsewhere.
+template <typename FlagsT, typename LanesT>
+LanesT select(const FlagsT& flags, const LanesT& a, const LanesT& b) {
+  return flags ? a : b;
+}
+/// The same bits as another vector.
+template <typename ToT, typename LanesT>
+ToT as(const LanesT& from) {
+  return reinterpret_cast<ToT>(from);
+}
+/// The same numbers in another vector.
+template <typename ToT, typename LanesT>
+ToT convert(const LanesT& from) {
+  return __builtin_convertvector(from, ToT);
+}
+
 // Compilers find no single instruction of AVX2 for these.
 
 /// Bits of the flags: bit i is set if lane i is (a lane has all bits or none).
 inline std::uint32_t toBits(const Longs& flags) {
-#ifdef __x86_64__
   return static_cast<std::uint32_t>(_mm256_movemask_pd(reinterpret_cast<__m256d>(flags)));
+}
+/// Whether any bit is set.
+inline bool hasAny(const Lanes& flags) {
+  const auto bits = reinterpret_cast<__m256i>(flags);
+  return _mm256_testz_si256(bits, bits) == 0;
+}
+/// Bit `place` of each mask; no bit if it is 64 or greater.
+inline Masks bitAt(const Masks& place) {
+  return reinterpret_cast<Masks>(
+      _mm256_sllv_epi64(_mm256_set1_epi64x(1), reinterpret_cast<__m256i>(place)));
+}
+inline Doubles squareRoots(const Doubles& numbers) {
+  return reinterpret_cast<Doubles>(_mm256_sqrt_pd(reinterpret_cast<__m256d>(numbers)));
+}
+inline Doubles floors(const Doubles& numbers) {
+  return reinterpret_cast<Doubles>(_mm256_floor_pd(reinterpret_cast<__m256d>(numbers)));
+}
+
 #else
+
+inline std::uint32_t toBits(const Longs& flags) {
   std::uint32_t bits = 0;
   for (int i = 0; i < 4; ++i) bits |= static_cast<std::uint32_t>(flags[i] & 1) << i;
   return bits;
-#endif
 }
-
-/// Whether any bit is set.
-inline bool hasAny(const Longs& flags) {
-#ifdef __x86_64__
-  const auto bits = reinterpret_cast<__m256i>(flags);
-  return _mm256_testz_si256(bits, bits) == 0;
-#else
-  return (flags[0] | flags[1] | flags[2] | flags[3]) != 0;
-#endif
+inline bool hasAny(const Lanes& flags) {
+  const Masks bits = as<Masks>(flags);
+  const auto either = bits.low | bits.high;
+  return (either[0] | either[1]) != 0;
 }
-
-/// Bit `place` of each mask; no bit if it is 64 or greater.
+/// As above: the processor takes the lowest byte of a place as a signed number of bits.
 inline Masks bitAt(const Masks& place) {
-#ifdef __x86_64__
-  return reinterpret_cast<Masks>(
-      _mm256_sllv_epi64(_mm256_set1_epi64x(1), reinterpret_cast<__m256i>(place)));
-#else
-  return (Masks{} + 1) << (place & 63) & reinterpret_cast<Masks>(place < 64);
-#endif
+  const auto shift = [](const Masks::Half& places) {
+    return reinterpret_cast<Masks::Half>(
+        vshlq_u64(vdupq_n_u64(1), reinterpret_cast<int64x2_t>(places)));
+  };
+  return {shift(place.low), shift(place.high)};
 }
-
 inline Doubles squareRoots(const Doubles& numbers) {
-#ifdef __x86_64__
-  return reinterpret_cast<Doubles>(_mm256_sqrt_pd(reinterpret_cast<__m256d>(numbers)));
-#else
   Doubles roots{};
   for (int i = 0; i < 4; ++i) roots[i] = std::sqrt(numbers[i]);
   return roots;
-#endif
 }
-
 inline Doubles floors(const Doubles& numbers) {
-#ifdef __x86_64__
-  return reinterpret_cast<Doubles>(_mm256_floor_pd(reinterpret_cast<__m256d>(numbers)));
-#else
   Doubles below{};
   for (int i = 0; i < 4; ++i) below[i] = std::floor(numbers[i]);
   return below;
-#endif
 }
+
+#endif
 
 }  // namespace cuboid_mapping::lanes
 

@@ -15,13 +15,6 @@ namespace {
 
 using namespace lanes;
 
-/// Vectors of eight slabs.
-///@{
-using Lanes = std::int32_t __attribute__((vector_size(32)));
-using Unsigned = std::uint32_t __attribute__((vector_size(32)));
-using Fractions = float __attribute__((vector_size(32)));
-///@}
-
 /// Bits after the point in the phases of eight slabs, with 5 bits before it, one of them the sign.
 constexpr int kLaneBits = 27;
 constexpr std::int32_t kFraction = (1 << kLaneBits) - 1;
@@ -32,7 +25,9 @@ constexpr std::int32_t kBelow = static_cast<std::int32_t>(kUnsure >> (kPhaseBits
 constexpr float kOrderUnsure = 128.0F;
 
 /// The slab of each lane: the lower halves of 64 bits have slabs 0 to 3.
-constexpr Lanes kSlabs{0, 4, 1, 5, 2, 6, 3, 7};
+alignas(32) constexpr std::int32_t kSlabOrder[] = {0, 4, 1, 5, 2, 6, 3, 7};
+
+Lanes slabs() { return load<Lanes>(kSlabOrder); }
 
 /// Bits of a voxel's place for the next brick along the rows, and along the words.
 constexpr std::int32_t kNextRow = 128;
@@ -61,7 +56,7 @@ struct WideAxis {
     key_step = beams.mirrors[beam] != 0 ? -key_up : key_up;
     lane_slope = static_cast<std::int32_t>(slope >> (kPhaseBits - kLaneBits));
     order_slope = static_cast<float>(lane_slope) / (1 << kLaneBits);
-    lane_offsets = kSlabs * lane_slope;
+    lane_offsets = slabs() * lane_slope;
   }
 
   /// Phases at the far ends of the brick's slabs.
@@ -92,8 +87,8 @@ struct SlabPlaces {
   Masks high[3];  ///< Slabs 4 to 7.
 
   void set(int i, const Lanes& places) {
-    low[i] = reinterpret_cast<Masks>(places) & 0xFFFFFFFFU;
-    high[i] = reinterpret_cast<Masks>(places) >> 32;
+    low[i] = as<Masks>(places) & 0xFFFFFFFFU;
+    high[i] = as<Masks>(places) >> 32;
   }
 };
 
@@ -118,8 +113,8 @@ Crossings findCrossings(const WideAxis& axis, int first, int last) {
   Crossings crossings{phases, (phases - axis.lane_slope) >> kLaneBits, phases >> kLaneBits,
                       phases & kFraction};
   if (IsEnd) {
-    crossings.entered = kSlabs == first ? Lanes{} + axis.first : crossings.entered;
-    crossings.left = kSlabs == last ? Lanes{} + axis.last : crossings.left;
+    crossings.entered = select(slabs() == first, Lanes{} + axis.first, crossings.entered);
+    crossings.left = select(slabs() == last, Lanes{} + axis.last, crossings.left);
     crossings.fractions = phases - (crossings.left << kLaneBits);
   }
   return crossings;
@@ -129,10 +124,10 @@ Crossings findCrossings(const WideAxis& axis, int first, int last) {
 Lanes isUnsure(const Lanes& row_phases, const Lanes& word_phases) {
   // From a distance of kBelow below a border to as much above, the shifted and raised value is small.
   constexpr std::uint32_t kLimit = kBelow << (32 - kLaneBits);
-  const auto row_distance = (reinterpret_cast<Unsigned>(row_phases) << (32 - kLaneBits)) + kLimit;
-  const auto word_distance = (reinterpret_cast<Unsigned>(word_phases) << (32 - kLaneBits)) + kLimit;
-  const Unsigned nearest = row_distance < word_distance ? row_distance : word_distance;
-  return reinterpret_cast<Lanes>(nearest <= 2 * kLimit);
+  const Unsigned row_distance = (as<Unsigned>(row_phases) << (32 - kLaneBits)) + kLimit;
+  const Unsigned word_distance = (as<Unsigned>(word_phases) << (32 - kLaneBits)) + kLimit;
+  const Unsigned nearest = select(row_distance < word_distance, row_distance, word_distance);
+  return nearest <= 2 * kLimit;
 }
 
 /// @tparam IsEnd  As for findCrossings(). @param mirrors  Bits that mirror a place.
@@ -142,22 +137,22 @@ bool findPlaces(const WideAxis& row, const WideAxis& word, const Lanes& mirrors,
                 int last, SlabPlaces& places) {
   const Crossings rows = findCrossings<IsEnd>(row, first, last);
   const Crossings words = findCrossings<IsEnd>(word, first, last);
-  const Lanes is_outside = IsEnd ? (kSlabs < first) | (kSlabs > last) : Lanes{};
+  const Lanes is_outside = IsEnd ? (slabs() < first) | (slabs() > last) : Lanes{};
 
   // The row's border lies before the word's if fraction / slope, the distance from there to the end of
   // the slab, is longer.
-  const Fractions row_way = __builtin_convertvector(rows.fractions, Fractions) * word.order_slope;
-  const Fractions word_way = __builtin_convertvector(words.fractions, Fractions) * row.order_slope;
+  const Fractions row_way = convert<Fractions>(rows.fractions) * word.order_slope;
+  const Fractions word_way = convert<Fractions>(words.fractions) * row.order_slope;
   const Fractions lead = row_way - word_way;
   const Lanes is_row_first = lead > 0.0F;
-  const auto lead_size = reinterpret_cast<Fractions>(reinterpret_cast<Lanes>(lead) & 0x7FFFFFFF);
+  const auto lead_size = as<Fractions>(as<Lanes>(lead) & 0x7FFFFFFF);
   const Lanes is_order_unsure = lead_size < kOrderUnsure;
   Lanes is_unsure = isUnsure(rows.phases, words.phases);
-  if (hasAny(reinterpret_cast<Longs>(is_unsure | is_order_unsure))) {
-    if (IsEnd) is_unsure &= kSlabs != last;
+  if (hasAny(is_unsure | is_order_unsure)) {
+    if (IsEnd) is_unsure &= slabs() != last;
     const Lanes crosses_both = (rows.left > rows.entered) & (words.left > words.entered);
     const Lanes is_undecided = (is_unsure | (is_order_unsure & crosses_both)) & ~is_outside;
-    if (hasAny(reinterpret_cast<Longs>(is_undecided))) return false;
+    if (hasAny(is_undecided)) return false;
   }
 
   const Lanes entered_row = rowPlaces(rows.entered);
@@ -165,7 +160,7 @@ bool findPlaces(const WideAxis& row, const WideAxis& word, const Lanes& mirrors,
   const Lanes entered_word = wordPlaces(words.entered);
   const Lanes left_word = wordPlaces(words.left);
   const Lanes between =
-      (is_row_first ? left_row : entered_row) | (is_row_first ? entered_word : left_word);
+      select(is_row_first, left_row, entered_row) | select(is_row_first, entered_word, left_word);
   // Outside, all bits of a place are set, which is in no brick.
   places.set(0, ((entered_row | entered_word) ^ mirrors) | is_outside);
   places.set(1, (between ^ mirrors) | is_outside);
