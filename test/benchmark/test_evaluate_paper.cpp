@@ -142,6 +142,18 @@ TEST_F(EvaluatePaper, LetterRunsSweepBranchesResolutionsAndStarters) {
   EXPECT_LE(cells.at(usual + "_T5"), cells.at(usual + "_T0"));
 }
 
+TEST_F(EvaluatePaper, IndexesOfCuboidsAnswerAlike) {
+  const ProgramEnd end = runProgram({CUBOID_INDEXES_PROGRAM, dataset_, "--resolution", "0.2",
+                                     "--runs", "1", "--query-time", "0.01"});
+  ASSERT_EQ(end.status, 0) << end.err;
+  const Json report = Json::parse(end.out);
+  ASSERT_EQ(report["queries"].size(), 12U);
+  for (const Json& kind : report["queries"]) {
+    EXPECT_GT(kind["compared"], 0) << kind;
+    for (const char* time : {"rtree_us", "brick_hash_us", "list_us"}) EXPECT_GT(kind[time], 0.0);
+  }
+}
+
 TEST_F(EvaluatePaper, CorridorsOfAllMapsAreRight) {
   const ProgramEnd end =
       runProgram({CORRIDORS_PROGRAM, dataset_, "--resolution", "0.2", "--pairs", "10"});
