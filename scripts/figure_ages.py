@@ -19,6 +19,7 @@ import tarfile
 
 ROOT = pathlib.Path(__file__).resolve().parent.parent
 DOC = ROOT / 'doc'
+SOURCES = ('src', 'include', 'benchmark')  # Folders in which all sources are.
 MARKS = re.compile(r'(<!-- ages:begin -->\n).*?(<!-- ages:end -->)', re.DOTALL)
 
 
@@ -48,26 +49,37 @@ def date_of(commit):
         return None
 
 
+@functools.lru_cache(maxsize=None)
+def old_files(commit):
+    """Contents at a commit of the files that are other now, by their names; nothing for new ones."""
+    names = git('diff', '--name-only', '--no-renames', commit, '--', *SOURCES).splitlines()
+    asked = ''.join(f'{commit}:{name}\n' for name in names).encode()
+    answer = io.BytesIO(subprocess.run(['git', 'cat-file', '--batch'], cwd=ROOT, check=True, input=asked, capture_output=True).stdout)
+    files = {}
+    for name in names:
+        head = answer.readline().split()
+        files[name] = ''
+        if head[-1] != b'missing':
+            files[name] = answer.read(int(head[-1])).decode(errors='replace')
+            answer.readline()
+    return files
+
+
 def without_comments(name, code):
     code = re.sub(r'//.*' if name.endswith(('.h', '.cpp')) else r'#.*', '', code)
     return ''.join(code.split())
 
 
 @functools.lru_cache(maxsize=None)
-def is_changed(commit, name):
-    """Whether a file has other code than at a commit, which may not have had it."""
-    try:
-        old = git('show', f'{commit}:{name}')
-    except subprocess.CalledProcessError:
-        old = ''
+def code_of(name):
     file = ROOT / name
-    new = file.read_text(errors='replace') if file.exists() else ''
-    return without_comments(name, old) != without_comments(name, new)
+    return without_comments(name, file.read_text(errors='replace') if file.exists() else '')
 
 
 def has_changed(commit, paths):
-    names = git('diff', '--name-only', '--no-renames', commit, '--', *paths).splitlines()
-    return any(is_changed(commit, name) for name in names)
+    """Whether files of these paths have other code than at a commit, comments apart."""
+    return any(without_comments(name, old) != code_of(name) for name, old in old_files(commit).items()
+               if any(name == path or name.startswith(path + '/') for path in paths))
 
 
 # ---- The table --------------------------------------------------------------------------------

@@ -33,6 +33,7 @@ class SourcesTest(unittest.TestCase):
                 self.assertTrue(paths, f'{row.page.name}: {name}')
                 for path in paths:
                     self.assertTrue((ROOT / path).exists(), f'{row.page.name}: {path}')
+                    self.assertIn(path.split('/')[0], figure_ages.SOURCES)
 
     def test_each_kept_report_belongs_to_figures(self):
         used = {file for row in self.rows for file in row.reports}
