@@ -92,19 +92,31 @@ class KeptRunsTest(unittest.TestCase):
             self.assertEqual([copy.read_text() for copy in copies], originals)
 
     def test_performance_md_is_made_of_the_reports_that_it_names(self):
-        """The table of other maps may be of another commit, which stands below it."""
+        """The tables of other maps and of scaling may be of other commits, which stand below them."""
         blocks = dict(re.findall(r'<!-- benchmark:begin (\w+) -->\n(.*?)<!-- benchmark:end -->',
                                  ''.join((ROOT / 'doc' / page).read_text() for page in ('performance.md', 'tables/performance.md')),
                                  re.DOTALL))
         (commit,) = re.findall(r'commit `(\w+)`', blocks['machine'])
         options = ['--commit', commit]
-        if blocks['peers'] != 'Not measured.\n':
-            (peers_commit,) = re.findall(r'commit `(\w+)`', blocks['peers'])
-            options += ['--peers-commit', peers_commit]
+        for name in ('peers', 'scaling'):
+            if blocks[name] != 'Not measured.\n':
+                (other_commit,) = re.findall(r'commit `(\w+)`', blocks[name])
+                options += [f'--{name}-commit', other_commit]
         self.expect_document('performance', 'benchmark', '--only-document', '--results', ROOT / 'doc/performance', *options)
 
     def test_evaluation_md_is_made_of_the_runs_beside_it(self):
         self.expect_document('evaluation', 'evaluate', '--kept')
+
+
+class ScalingTest(unittest.TestCase):
+
+    def test_the_exponent_of_a_power_is_found_with_its_error(self):
+        sys.path.insert(0, str(ROOT / 'scripts'))
+        from benchmark_document import exponent
+        self.assertEqual(exponent([(x, 3 * x ** 1.5) for x in (1, 2, 4, 8)]), '1.50 ± 0.00')
+        self.assertEqual(exponent([(1, 5), (2, 10)]), '1.00')
+        self.assertEqual(exponent([(1, 1), (2, 4), (4, 8)]), '1.50 ± 0.29')
+        self.assertEqual(exponent([(1, 1), (2, float('nan')), (4, 8)]), '-')
 
 
 class NodesTest(unittest.TestCase):
