@@ -24,11 +24,12 @@ ROOT = pathlib.Path(__file__).resolve().parent.parent
 BUILD = ROOT / 'build'
 FOLDER = BUILD / 'lint'
 LINES_OF_BATCH = 5000
-# Have names that others have with another meaning, or are not part of this build.
-ALONE = {
+# Have names that others of their group have with another meaning: batches of their own.
+APART = {
     'benchmark/micro_benchmarks.cpp',
     'src/cuboid_mapping/ros/conversions/map_messages.cpp',
     'src/cuboid_mapping/ros/services/way_answers.cpp',
+    'src/cuboid_mapping/scan/slab_walk.cpp',
     'src/simulation/shape.cpp',
     'src/tools/command_line.cpp',
     'test/map/test_reference_map.cpp',
@@ -86,7 +87,11 @@ def make_batches(sources):
     groups = collections.defaultdict(list)
     for source in sources:
         groups[group_of(source)].append(source)
-    for group, members in groups.items():
+    for group, all_members in groups.items():
+        apart = [member for member in all_members if str(member) in APART]
+        if apart:
+            yield f'{group}-apart', apart
+        members = [member for member in all_members if member not in apart]
         lines = sum((ROOT / member).read_text().count('\n') for member in members)
         count = 1 + lines // LINES_OF_BATCH
         for number in range(count):
@@ -137,8 +142,7 @@ def run_clang_tidy(file, flags):
 
 def lint(name, sources, flags, header_types):
     """@return whether all is well, and what clang-tidy says."""
-    alone = [source for source in sources if str(source) in ALONE]
-    together = [source for source in sources if str(source) not in ALONE]
+    together, alone = sources, []
     # In the folder lies a .clang-tidy as beside the sources.
     file = FOLDER / name.split('-')[0] / (name + '.cpp')
     good, text = True, ''
@@ -155,9 +159,8 @@ def lint(name, sources, flags, header_types):
         fine, said = run_clang_tidy(source, flags)
         good, text = good and fine, text + said
     together_text = f'{len(together)} sources together, {len(alone)} alone'
-    found = [str(source) for source in alone if str(source) not in ALONE]
-    if found:  # The batch was looked at once more for them.
-        together_text += f" ({', '.join(found)})"
+    if alone:  # The batch was looked at once more for them.
+        together_text += f" ({', '.join(map(str, alone))})"
     return good, f'{name}: {together_text}\n{text}'
 
 

@@ -59,21 +59,20 @@ cuboid_mapping_add_part(core
   cuboid_mapping/rtree/rtree.cpp
   cuboid_mapping/scan/beam_marks.cpp
   cuboid_mapping/scan/beam_samples.cpp
-  cuboid_mapping/scan/ray_batch_avx2.cpp
+  cuboid_mapping/scan/ray_batch.cpp
   cuboid_mapping/scan/ray_walk.cpp
   cuboid_mapping/scan/scan.cpp
   cuboid_mapping/scan/scan_filter.cpp
   cuboid_mapping/scan/scan_update.cpp
-  cuboid_mapping/scan/slab_beams_avx2.cpp
+  cuboid_mapping/scan/slab_beams.cpp
   cuboid_mapping/scan/slab_walk.cpp
-  cuboid_mapping/scan/slab_walk_avx2.cpp
   cuboid_mapping/scan/void_space.cpp
   cuboid_mapping/voxels/brick_cuboids.cpp
   cuboid_mapping/voxels/packed_voxels.cpp
   cuboid_mapping/voxels/uniform_boxes.cpp
   cuboid_mapping/voxels/voxel_store.cpp)
 target_link_libraries(cuboid_mapping_core PUBLIC Eigen3::Eigen Threads::Threads)
-# Each alone: sources for AVX2, and the work on a cloud, whose speed depends on what the compiler inlines.
+# Each alone: sources with vectors, and the work on a cloud, whose speed depends on what the compiler inlines.
 get_target_property(alone cuboid_mapping_core SOURCES)
 list(FILTER alone INCLUDE REGEX "/(scan|voxels)/")
 set_source_files_properties(${alone} PROPERTIES SKIP_UNITY_BUILD_INCLUSION ON)

@@ -147,6 +147,7 @@ struct RealCase {
   const char* dataset;
   double resolution_m;
   double max_range_m;
+  std::size_t step;  ///< Every which cloud is inserted.
 };
 
 class RealScans : public testing::TestWithParam<RealCase> {};
@@ -161,10 +162,11 @@ TEST_P(RealScans, AgreeInEveryVoxelAfterEveryTenthCloud) {
   for (const double max_range_m : {kNoLimit, param.max_range_m}) {
     config.fusion = max_range_m == kNoLimit ? FusionKind::kClass : FusionKind::kGrowth;
     Pair pair(config, max_range_m);
-    for (std::size_t i = 0; i < dataset->size(); ++i) {
-      const ScanDataset::Item item = dataset->read(i);
+    const std::size_t num_clouds = dataset->size() / param.step;
+    for (std::size_t i = 0; i < num_clouds; ++i) {
+      const ScanDataset::Item item = dataset->read(i * param.step);
       pair.insert(makeScan(item.T_map_sensor, item.T_map_sensor.translation(), item.points_sensor));
-      if (i % 10 == 9 || i + 1 == dataset->size()) pair.expectAgreement();
+      if (i % 10 == 9 || i + 1 == num_clouds) pair.expectAgreement();
       ASSERT_FALSE(HasFailure()) << "cloud " << i << ", max range " << max_range_m;
     }
     pair.expectFusion();
@@ -172,10 +174,11 @@ TEST_P(RealScans, AgreeInEveryVoxelAfterEveryTenthCloud) {
 }
 
 INSTANTIATE_TEST_SUITE_P(Sets, RealScans,
-                         testing::Values(RealCase{"kitti_0005_city", 0.2, 20.0},
-                                         RealCase{"muehlburger_tor_standing", 0.2, 20.0},
-                                         RealCase{"sim_fr079", 0.1, 4.0},
-                                         RealCase{"rgbd_7scenes", 0.05, 2.0}),
+                         testing::Values(RealCase{"kitti_0005_city", 0.2, 20.0, 1},
+                                         // OctoMap takes minutes for all clouds, which are from one place.
+                                         RealCase{"muehlburger_tor_standing", 0.2, 20.0, 2},
+                                         RealCase{"sim_fr079", 0.1, 4.0, 1},
+                                         RealCase{"rgbd_7scenes", 0.05, 2.0, 1}),
                          [](const auto& sets) { return std::string(sets.param.dataset); });
 
 }  // namespace

@@ -18,7 +18,7 @@ constexpr double kNoRange = std::numeric_limits<double>::infinity();
 int checkBatch(const RayOrigin& origin, const std::vector<Eigen::Vector3f>& ends,
                double max_range_m) {
   RayBatch rays;
-  computeRaysAvx2(origin, ends.data(), static_cast<int>(ends.size()), max_range_m, rays);
+  computeRays(origin, ends.data(), static_cast<int>(ends.size()), max_range_m, rays);
   for (std::size_t i = 0; i < ends.size(); ++i) {
     Eigen::Vector3f end = ends[i];
     const bool is_cut = std::isfinite(max_range_m) && cutBeam(origin.point(), max_range_m, end);
@@ -40,14 +40,14 @@ int checkBatch(const RayOrigin& origin, const std::vector<Eigen::Vector3f>& ends
   return __builtin_popcount(rays.taken);
 }
 
-class RayBatchAvx2 : public testing::Test {
+class RayBatches : public testing::Test {
  protected:
   void SetUp() override {
-    if (!hasAvx2()) GTEST_SKIP() << "this processor has no AVX2";
+    if (!hasLanes()) GTEST_SKIP() << "this processor has neither AVX2 nor NEON";
   }
 };
 
-TEST_F(RayBatchAvx2, hasTheBitsOfSingleRays) {
+TEST_F(RayBatches, hasTheBitsOfSingleRays) {
   test::Random random(21);
   int num_taken = 0;
   for (std::size_t i = 0; i < 2000; ++i) {
@@ -67,7 +67,7 @@ TEST_F(RayBatchAvx2, hasTheBitsOfSingleRays) {
   EXPECT_GT(num_taken, 30000);
 }
 
-TEST_F(RayBatchAvx2, leavesOutWhatIsNoRay) {
+TEST_F(RayBatches, leavesOutWhatIsNoRay) {
   const Eigen::Vector3f point(1.0F, 2.0F, 3.0F);
   constexpr float kInfinity = std::numeric_limits<float>::infinity();
   std::vector<Eigen::Vector3f> ends{point, {1.0F, 2.0F, 4.0F}};

@@ -269,6 +269,57 @@ TEST(ScanUpdate, withAnEndMarginHasTheVoxelsOfAScanWithoutOne) {
   EXPECT_LT(num_different, num_voxels / 1000) << "where a beam passes an edge, rounding decides";
 }
 
+TEST(ScanUpdate, withAnEndMarginWalksAsOctomapToTheMarginAndFromThere) {
+  test::Random random(16);
+  constexpr double kResolution_m = 0.1;
+  constexpr double kMaxRange_m = 9.0;
+  const octomap::OcTree tree(kResolution_m);
+  std::size_t num_grazes = 0;
+  for (int round = 0; round < 60; ++round) {
+    test::ScanShape shape;
+    shape.num_points = random.integer(1, 90);
+    shape.half_edge_m = 8.0;
+    const Scan scan = test::randomScan(random, shape);
+    const double margin_m = random.real(0.05, 3.0);
+    Scan parts = scan;  // What is observed without grazes.
+    parts.points.clear();
+    std::set<Cell> grazes;
+    std::set<Cell> hits;
+    for (const Eigen::Vector3f& end : scan.points) {
+      const Eigen::Vector3f way = end - scan.origin;
+      const double length_m = way.norm();
+      if (length_m > kMaxRange_m) {
+        parts.no_returns.push_back(end);
+        continue;
+      }
+      Eigen::Vector3f margin = scan.origin;
+      if (length_m > margin_m) {
+        margin += way * static_cast<float>(1.0 - margin_m / length_m);
+        parts.no_returns.push_back(margin);
+      }
+      const auto toCell = [](const octomap::OcTreeKey& key) {
+        return Cell{key[0] - 32768, key[1] - 32768, key[2] - 32768};
+      };
+      octomap::KeyRay keys;
+      ASSERT_TRUE(tree.computeRayKeys({margin.x(), margin.y(), margin.z()},
+                                      {end.x(), end.y(), end.z()}, keys));
+      for (const octomap::OcTreeKey& key : keys) grazes.insert(toCell(key));
+      hits.insert(toCell(tree.coordToKey({end.x(), end.y(), end.z()})));
+    }
+    ObservedCells expected = observeWithOctomap(parts, kResolution_m, kMaxRange_m);
+    for (const Cell& cell : hits) expected[cell] = true;
+    for (const auto& [cell, is_hit] : expected) grazes.erase(cell);
+
+    ScanUpdater updater(Grid(kResolution_m), BeamRanges{kMaxRange_m, margin_m},
+                        random.integer(1, 3));
+    const ScanUpdate& update = updater.compute(scan);
+    EXPECT_EQ(test::toObservedCells(update), expected) << "round " << round;
+    EXPECT_EQ(grazesOf(update), grazes) << "round " << round;
+    num_grazes += grazes.size();
+  }
+  EXPECT_GT(num_grazes, 10000U);
+}
+
 TEST(ScanUpdate, leavesOutAndCountsWhatIsNotFiniteOrOutsideTheGrid) {
   const Grid grid(0.001);  // The grid reaches to 1.07e6 m.
   constexpr float kNan = std::numeric_limits<float>::quiet_NaN();

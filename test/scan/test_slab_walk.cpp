@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "cuboid_mapping/scan/slab_walk.h"
 
-#include "cuboid_mapping/scan/slab_walk_avx2.h"
-
 #include "support/random_shapes.h"
 #include "support/walk_cells.h"
 
@@ -19,10 +17,10 @@ namespace {
 constexpr std::int32_t kBase = -(1 << 23);
 
 /// The cells that are marked, with the base at kBase on each axis.
-std::set<Cell> markedCells(const BeamMarks& marks, MarkLayout layout) {
+std::set<Cell> markedCells(const BeamMarks& marks) {
   std::set<Cell> cells;
   for (std::size_t i = 0; i < marks.size(); ++i) {
-    const BrickMask misses = marks[i].collectMisses(layout);
+    const BrickMask misses = marks[i].collectMisses();
     for (int voxel = 0; voxel < kBrickVoxels; ++voxel) {
       if ((misses[static_cast<std::size_t>(voxel >> 6)] >> (voxel & 63) & 1) == 0) continue;
       Cell cell;
@@ -37,26 +35,9 @@ std::set<Cell> markedCells(const BeamMarks& marks, MarkLayout layout) {
   return cells;
 }
 
-/// markSlabs() or markSlabsAvx2().
-using MarkFunction = bool (*)(const Ray&, const Cell&, BeamMarks&);
-
-bool markOneAvx2(const Ray& ray, const Cell& local_start, BeamMarks& marks) {
+bool markOne(const Ray& ray, BeamMarks& marks) {
   RayBatch one(ray);
-  return markSlabsAvx2(one, ray.start - local_start, marks) != 0;
-}
-
-MarkLayout layoutOf(MarkFunction mark) {
-  return mark == markSlabs ? MarkLayout::kPlanes : MarkLayout::kSlabs;
-}
-
-std::vector<MarkFunction> markFunctions() {
-  std::vector<MarkFunction> functions{markSlabs};
-  if (hasAvx2()) functions.push_back(markOneAvx2);
-  return functions;
-}
-
-std::string nameOf(const testing::TestParamInfo<MarkFunction>& info) {
-  return info.param == markSlabs ? "portable" : "avx2";
+  return markSlabs(one, Cell{kBase, kBase, kBase}, marks) != 0;
 }
 
 /// Numbers of beams that the function has decided, and that it has left to walkRay().
@@ -65,29 +46,31 @@ struct Counts {
   std::size_t given_up = 0;
 };
 
-void checkBeam(MarkFunction mark, const Grid& grid, const Eigen::Vector3d& anchor_map,
-               const Eigen::Vector3f& origin, const Eigen::Vector3f& end, Counts& counts) {
+void checkBeam(const Grid& grid, const Eigen::Vector3d& anchor_map, const Eigen::Vector3f& origin,
+               const Eigen::Vector3f& end, Counts& counts) {
   const auto ray = test::computeRay(grid, anchor_map, origin, end);
   ASSERT_TRUE(ray.has_value());
   const std::vector<Cell> walked = test::walkCells(*ray);
   std::set<Cell> expected(walked.begin(), walked.end());
   expected.insert(ray->end);
   BeamMarks marks;
-  if (mark(*ray, ray->start - Cell{kBase, kBase, kBase}, marks)) {
+  if (markOne(*ray, marks)) {
     ++counts.marked;
-    ASSERT_EQ(markedCells(marks, layoutOf(mark)), expected);
+    ASSERT_EQ(markedCells(marks), expected);
   } else {
     ++counts.given_up;
-    for (const Cell& cell : markedCells(marks, layoutOf(mark)))
-      ASSERT_EQ(expected.count(cell), 1U) << cell;
+    for (const Cell& cell : markedCells(marks)) ASSERT_EQ(expected.count(cell), 1U) << cell;
   }
 }
 
-class SlabWalk : public testing::TestWithParam<MarkFunction> {};
+class SlabWalk : public testing::Test {
+ protected:
+  void SetUp() override {
+    if (!hasLanes()) GTEST_SKIP() << "this processor has neither AVX2 nor NEON";
+  }
+};
 
-INSTANTIATE_TEST_SUITE_P(Processors, SlabWalk, testing::ValuesIn(markFunctions()), nameOf);
-
-TEST_P(SlabWalk, marksTheVoxelsOfTheRayWalkForBeamsInAllDirections) {
+TEST_F(SlabWalk, marksTheVoxelsOfTheRayWalkForBeamsInAllDirections) {
   test::Random random(11);
   Counts counts;
   std::size_t num_cases = 0;
@@ -98,7 +81,7 @@ TEST_P(SlabWalk, marksTheVoxelsOfTheRayWalkForBeamsInAllDirections) {
         const double half_edge_m = extent * resolution_m;
         const Eigen::Vector3f origin = test::randomPoint(random, half_edge_m).cast<float>();
         const Eigen::Vector3f end = test::randomPoint(random, half_edge_m).cast<float>();
-        checkBeam(GetParam(), grid, Eigen::Vector3d::Zero(), origin, end, counts);
+        checkBeam(grid, Eigen::Vector3d::Zero(), origin, end, counts);
         ASSERT_FALSE(HasFatalFailure()) << resolution_m << " m, " << test::seedNote(num_cases);
       }
     }
@@ -107,7 +90,7 @@ TEST_P(SlabWalk, marksTheVoxelsOfTheRayWalkForBeamsInAllDirections) {
   EXPECT_LT(counts.given_up, 500U) << "those in a voxel or two";
 }
 
-TEST_P(SlabWalk, marksTheVoxelsOfTheRayWalkAlongEdgesAndDiagonals) {
+TEST_F(SlabWalk, marksTheVoxelsOfTheRayWalkAlongEdgesAndDiagonals) {
   // Ends on a lattice of half voxels: beams along faces, edges and diagonals, and through corners.
   test::Random random(12);
   Counts counts;
@@ -120,14 +103,14 @@ TEST_P(SlabWalk, marksTheVoxelsOfTheRayWalkAlongEdgesAndDiagonals) {
       const Eigen::Vector3f origin =
           i % 2 == 0 ? Eigen::Vector3f::Zero().eval() : test::randomEndPoint(random, shape);
       const Eigen::Vector3f end = test::randomEndPoint(random, shape);
-      checkBeam(GetParam(), Grid(resolution_m), Eigen::Vector3d::Zero(), origin, end, counts);
+      checkBeam(Grid(resolution_m), Eigen::Vector3d::Zero(), origin, end, counts);
       ASSERT_FALSE(HasFatalFailure()) << resolution_m << " m, " << test::seedNote(i);
     }
   }
   EXPECT_GT(counts.marked, 5000U);
 }
 
-TEST_P(SlabWalk, marksTheVoxelsOfTheRayWalkWithAnOriginOnBordersOfVoxels) {
+TEST_F(SlabWalk, marksTheVoxelsOfTheRayWalkWithAnOriginOnBordersOfVoxels) {
   test::Random random(13);
   Counts counts;
   for (std::size_t i = 0; i < 20000; ++i) {
@@ -136,31 +119,31 @@ TEST_P(SlabWalk, marksTheVoxelsOfTheRayWalkWithAnOriginOnBordersOfVoxels) {
       if (random.chance(0.5)) origin[axis] = std::round(origin[axis] * 4.0F) / 4.0F;
     }
     const Eigen::Vector3f end = test::randomPoint(random, 20.0).cast<float>();
-    checkBeam(GetParam(), Grid(0.25), Eigen::Vector3d::Zero(), origin, end, counts);
+    checkBeam(Grid(0.25), Eigen::Vector3d::Zero(), origin, end, counts);
     ASSERT_FALSE(HasFatalFailure()) << test::seedNote(i);
   }
   EXPECT_LT(counts.given_up, 200U);
 }
 
-TEST_P(SlabWalk, marksTheVoxelsOfTheRayWalkFarFromTheOriginOfTheMap) {
+TEST_F(SlabWalk, marksTheVoxelsOfTheRayWalkFarFromTheOriginOfTheMap) {
   test::Random random(14);
   Counts counts;
   const Eigen::Vector3d anchor_map(1024.0 * 400, -1024.0 * 500, 1024.0);
   for (std::size_t i = 0; i < 5000; ++i) {
     const Eigen::Vector3f origin = test::randomPoint(random, 10.0).cast<float>();
     const Eigen::Vector3f end = test::randomPoint(random, 30.0).cast<float>();
-    checkBeam(GetParam(), Grid(0.1), anchor_map, origin, end, counts);
+    checkBeam(Grid(0.1), anchor_map, origin, end, counts);
     ASSERT_FALSE(HasFatalFailure()) << test::seedNote(i);
   }
   EXPECT_LT(counts.given_up, 100U);
 }
 
-TEST_P(SlabWalk, leavesABeamWithoutAnySlabBorderToTheRayWalk) {
+TEST_F(SlabWalk, leavesABeamWithoutAnySlabBorderToTheRayWalk) {
   const auto ray =
       test::computeRay(Grid(1.0), Eigen::Vector3d::Zero(), {0.1F, 0.1F, 0.1F}, {0.9F, 0.9F, 0.9F});
   ASSERT_TRUE(ray.has_value());
   BeamMarks marks;
-  EXPECT_FALSE(GetParam()(*ray, ray->start - Cell{kBase, kBase, kBase}, marks));
+  EXPECT_FALSE(markOne(*ray, marks));
   EXPECT_EQ(marks.size(), 0U);
 }
 
@@ -182,22 +165,19 @@ TEST(BeamMarks, keepsTheMarksOfManyBricks) {
   }
 }
 
-TEST(BeamMarks, collectsMissesOfAllLayouts) {
+TEST(BeamMarks, collectsMissesOfBeamsAlongAllAxes) {
   for (const Cell& cell : {Cell{0, 0, 0}, Cell{1, 2, 3}, Cell{7, 0, 5}, Cell{6, 7, 1}}) {
-    const auto check = [&cell](MarkLayout layout, std::size_t mask, int word, int bit) {
+    const auto check = [&cell](std::size_t mask, int word, int bit) {
       BrickMarks marks;
       marks.misses[mask][word] = 1ULL << bit;
       BrickMask expected;
       expected.set(voxelIndex(cell));
-      EXPECT_EQ(marks.collectMisses(layout), expected) << cell << ", mask " << mask;
+      EXPECT_EQ(marks.collectMisses(), expected) << cell << ", mask " << mask;
     };
     const auto& [x, y, z] = cell;
-    check(MarkLayout::kPlanes, 0, z, 8 * y + x);
-    check(MarkLayout::kPlanes, 1, z, 8 * x + y);
-    check(MarkLayout::kPlanes, 2, y, 8 * x + z);
-    check(MarkLayout::kSlabs, 0, z, 8 * y + x);
-    check(MarkLayout::kSlabs, 1, y, 8 * z + x);
-    check(MarkLayout::kSlabs, 2, x, 8 * z + y);
+    check(0, z, 8 * y + x);
+    check(1, y, 8 * z + x);
+    check(2, x, 8 * z + y);
   }
 }
 

@@ -40,16 +40,10 @@ BrickMask transposeBytes(BrickMask mask) {
 
 }  // namespace
 
-BrickMask BrickMarks::collectMisses(MarkLayout layout) const {
-  const bool are_planes = layout == MarkLayout::kPlanes;
+BrickMask BrickMarks::collectMisses() const {
   BrickMask all = misses[0];
-  if (!misses[1].isEmpty()) {
-    all |= are_planes ? transposeWords(misses[1]) : transposeBytes(misses[1]);
-  }
-  if (!misses[2].isEmpty()) {
-    all |= are_planes ? transposeBytes(transposeWords(misses[2]))
-                      : transposeWords(transposeBytes(misses[2]));
-  }
+  if (!misses[1].isEmpty()) all |= transposeBytes(misses[1]);
+  if (!misses[2].isEmpty()) all |= transposeWords(transposeBytes(misses[2]));
   return all;
 }
 

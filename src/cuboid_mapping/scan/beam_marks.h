@@ -24,20 +24,15 @@ using BrickKey = std::uint64_t;
          static_cast<BrickKey>(local.z >> 3) << (2 * kBrickKeyBits);
 }
 
-/// Layout of BrickMarks::misses[1] and [2], given by the function that marks beams.
-enum class MarkLayout : unsigned char {
-  kPlanes,  ///< markSlabs(): [1] word z, bit 8 * x + y; [2] word y, bit 8 * x + z.
-  kSlabs,   ///< markSlabsAvx2(): [1] word y, bit 8 * z + x; [2] word x, bit 8 * z + y.
-};
-
 /// The voxels of one brick that the beams of a cloud have marked. Each mask is a cache line.
 struct alignas(64) BrickMarks {
   BrickMask hits{};  ///< Voxels in which a beam ends.
-  /// Misses of beams, by their longest axis; the first has the layout of any BrickMask.
+  /// Misses of beams along z, y and x, one word for each slab of the brick: [0] word z, bit 8 * y + x, as in any BrickMask;
+  /// [1] word y, bit 8 * z + x; [2] word x, bit 8 * z + y.
   std::array<BrickMask, 3> misses{};
 
   /// All misses.
-  [[nodiscard]] BrickMask collectMisses(MarkLayout layout) const;
+  [[nodiscard]] BrickMask collectMisses() const;
   /// Prefetches the masks. Inline: gcc drops calls of functions that do nothing else.
   [[gnu::always_inline]] void prefetch() const {
     __builtin_prefetch(&hits);

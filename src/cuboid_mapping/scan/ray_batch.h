@@ -7,7 +7,7 @@
 
 namespace cuboid_mapping {
 
-/// Rays from one origin in arrays, so that a processor with AVX2 sets up four at once.
+/// Rays from one origin in arrays, so that a processor sets up four at once.
 struct RayBatch {
   /// Number of rays: a set of them is one word.
   static constexpr int kSize = 32;
@@ -40,16 +40,15 @@ struct RayBatch {
   }
 };
 
-/// Whether this processor and the compiler of the package support computeRaysAvx2() and
-/// markSlabsAvx2().
-[[nodiscard]] bool hasAvx2();
+/// Whether this processor has the vectors of computeRays() and markSlabs(): AVX2, or NEON of ARM64.
+[[nodiscard]] bool hasLanes();
 
 /// Sets up beams to some points, with the same bits as RayOrigin::computeRay(). Beams that it refuses, of
 /// no length, or beyond reach are left out.
 /// @param count  1 to RayBatch::kSize.
 /// @param max_range_m  Longer beams are cut, see cutBeam().
-/// @pre hasAvx2(), and origin.cell().
-void computeRaysAvx2(const RayOrigin& origin, const Eigen::Vector3f* ends, int count,
-                     double max_range_m, RayBatch& rays);
+/// @pre hasLanes(), and origin.cell().
+void computeRays(const RayOrigin& origin, const Eigen::Vector3f* ends, int count,
+                 double max_range_m, RayBatch& rays);
 
 }  // namespace cuboid_mapping

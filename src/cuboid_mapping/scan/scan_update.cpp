@@ -3,15 +3,14 @@
 
 #include "cuboid_mapping/parallel/parallel_for.h"
 #include "cuboid_mapping/scan/morton.h"
-#include "cuboid_mapping/scan/ray_batch.h"
-#include "cuboid_mapping/scan/ray_walk.h"
 #include "cuboid_mapping/scan/slab_walk.h"
-#include "cuboid_mapping/scan/slab_walk_avx2.h"
 
 #include <algorithm>
 #include <atomic>
 #include <cassert>
 #include <cmath>
+#include <cstdlib>
+#include <limits>
 
 namespace cuboid_mapping {
 namespace {
@@ -97,6 +96,13 @@ class BrickCursor {
   BrickKey key_step_[3];
 };
 
+/// Whether walkRay() is faster than the set-up of markSlabs() for one beam.
+bool isShort(const Ray& ray) {
+  constexpr int kMaxBorders = 16;
+  const Cell way = ray.end - ray.start;
+  return std::abs(way.x) + std::abs(way.y) + std::abs(way.z) <= kMaxBorders;
+}
+
 void dropEmpty(ScanUpdate& update) {
   const auto is_empty = [](const BrickUpdate& brick) { return isEmpty(brick); };
   update.bricks.erase(std::remove_if(update.bricks.begin(), update.bricks.end(), is_empty),
@@ -134,9 +140,7 @@ ScanUpdater::ScanUpdater(const Grid& grid, const BeamRanges& ranges, int threads
 
 void ScanUpdater::markBeam(const Ray& ray, bool is_hit, BeamMarks& marks) const {
   RayBatch one(ray);
-  const bool is_marked =
-      hasAvx2() ? markSlabsAvx2(one, base_, marks) != 0 : markSlabs(ray, ray.start - base_, marks);
-  if (!is_marked) {
+  if (isShort(ray) || !hasLanes() || markSlabs(one, base_, marks) == 0) {
     (void)walkRay(ray, BrickCursor(ray, base_, marks));
   }
   const Cell local_end = ray.end - base_;
@@ -145,7 +149,7 @@ void ScanUpdater::markBeam(const Ray& ray, bool is_hit, BeamMarks& marks) const 
   (is_hit ? last_marks.hits : last_marks.misses[0]).set(voxel);
 }
 
-/// Marks all but the last voxel, with walkRay(): the slab walks mark the last one, too.
+/// Marks all but the last voxel, with walkRay(): markSlabs() marks the last one, too.
 void ScanUpdater::markOpenBeam(const Ray& ray, BeamMarks& marks) const {
   (void)walkRay(ray, BrickCursor(ray, base_, marks));
 }
@@ -162,20 +166,55 @@ void ScanUpdater::markWithMargin(const BeamSource& source, const Eigen::Vector3f
     markOpenBeam(part_of_ray, marks);
   };
   if (ray.length_m <= ranges_.end_margin_m) return mark(ray, share.grazes);
-  const auto part = static_cast<float>(1.0 - ranges_.end_margin_m / ray.length_m);
-  const Eigen::Vector3f margin = source.scan.origin + (end - source.scan.origin) * part;
+  const Eigen::Vector3f margin = marginOf(source, end, ray.length_m);
   Ray ray_part;
   if (source.ray_origin.computeRay(margin, ray_part)) mark(ray_part, share.marks);
   const RayOrigin margin_origin(grid_, source.scan.anchor_map, margin);
   if (margin_origin.cell() && margin_origin.computeRay(end, ray_part)) mark(ray_part, share.grazes);
 }
 
-/// Marks a batch of at most RayBatch::kSize beams by markSlabsAvx2(). @return The beams that need walkRay().
-std::uint32_t ScanUpdater::addBatch(const RayOrigin& ray_origin, const Eigen::Vector3f* ends,
+/// The point of a beam where its end margin begins. @pre It is longer than the margin.
+Eigen::Vector3f ScanUpdater::marginOf(const BeamSource& source, const Eigen::Vector3f& end,
+                                      double length_m) const {
+  const auto part = static_cast<float>(1.0 - ranges_.end_margin_m / length_m);
+  return source.scan.origin + (end - source.scan.origin) * part;
+}
+
+/// As markWithMargin(), without the hits, for a batch of returns. @return Beams that are marked: none that is cut, or not longer
+/// than the margin.
+std::uint32_t ScanUpdater::markBatchWithMargin(const BeamSource& source,
+                                               const Eigen::Vector3f* ends, const RayBatch& rays,
+                                               Share& share) const {
+  Eigen::Vector3f margins[RayBatch::kSize];
+  std::uint32_t longer = 0;
+  for (int i = 0; i < rays.count; ++i) {
+    margins[i] = marginOf(source, ends[i], rays.length_m[i]);
+    if (rays.length_m[i] > ranges_.end_margin_m) longer |= 1U << i;
+  }
+  RayBatch parts;
+  constexpr double kNoLimit = std::numeric_limits<double>::infinity();
+  computeRays(source.ray_origin, margins, rays.count, kNoLimit, parts);
+  parts.taken &= rays.taken & ~rays.cut & longer;
+  const std::uint32_t marked = markSlabs(parts, base_, share.marks);
+  for (std::uint32_t bits = marked; bits != 0; bits &= bits - 1) {
+    const int i = __builtin_ctz(bits);
+    const RayOrigin margin_origin(grid_, source.scan.anchor_map, margins[i]);
+    Ray rest;
+    if (margin_origin.cell() && margin_origin.computeRay(ends[i], rest)) {
+      markBeam(rest, false, share.grazes);
+    }
+  }
+  return marked;
+}
+
+/// Marks a batch of at most RayBatch::kSize beams by markSlabs(). @return The beams that need addBeam().
+std::uint32_t ScanUpdater::addBatch(const BeamSource& source, const Eigen::Vector3f* ends,
                                     int count, bool are_returns, Share& share) const {
   RayBatch rays;
-  computeRaysAvx2(ray_origin, ends, count, ranges_.max_range_m, rays);
-  const std::uint32_t marked = markSlabsAvx2(rays, base_, share.marks);
+  computeRays(source.ray_origin, ends, count, ranges_.max_range_m, rays);
+  const bool has_margin = are_returns && ranges_.end_margin_m > 0.0;
+  const std::uint32_t marked = has_margin ? markBatchWithMargin(source, ends, rays, share)
+                                          : markSlabs(rays, base_, share.marks);
   share.num_points += static_cast<std::size_t>(__builtin_popcount(marked));
   for (std::uint32_t hits = are_returns ? marked & ~rays.cut : 0; hits != 0; hits &= hits - 1) {
     const Cell local_end = rays.endOf(static_cast<std::size_t>(__builtin_ctz(hits))) - base_;
@@ -223,13 +262,12 @@ void ScanUpdater::addOpenBeam(const BeamSource& source, const Eigen::Vector3f& e
 
 void ScanUpdater::addBeams(const BeamSource& source, const Eigen::Vector3f* ends, std::size_t count,
                            bool are_returns, Share& share) const {
-  const bool are_batches = hasAvx2() && !(are_returns && ranges_.end_margin_m > 0.0);
   constexpr std::size_t kBatch = RayBatch::kSize;
   for (std::size_t first = 0; first < count; first += kBatch) {
     const Eigen::Vector3f* batch = ends + first;
     const auto num_beams = static_cast<int>(std::min(kBatch, count - first));
     std::uint32_t left = RayBatch::all(num_beams);
-    if (are_batches) left = addBatch(source.ray_origin, batch, num_beams, are_returns, share);
+    if (hasLanes()) left = addBatch(source, batch, num_beams, are_returns, share);
     for (; left != 0; left &= left - 1) {
       addBeam(source, batch[__builtin_ctz(left)], are_returns, share);
     }
@@ -347,11 +385,10 @@ void ScanUpdater::collectBricks() {
 }
 
 BrickUpdate ScanUpdater::unite(const PlacedMarks* first, const PlacedMarks* last) const {
-  const MarkLayout layout = hasAvx2() ? MarkLayout::kSlabs : MarkLayout::kPlanes;
   BrickUpdate brick{toBrick(first->key, base_), {}, {}, first->morton};
   for (; first != last; ++first) {
     brick.hits |= first->marks->hits;
-    (first->are_grazes ? brick.grazes : brick.misses) |= first->marks->collectMisses(layout);
+    (first->are_grazes ? brick.grazes : brick.misses) |= first->marks->collectMisses();
   }
   brick.grazes = brick.grazes.without(brick.hits | brick.misses);
   return brick;

@@ -5,6 +5,7 @@
 #include "cuboid_mapping/scan/beam_marks.h"
 #include "cuboid_mapping/scan/beam_samples.h"
 #include "cuboid_mapping/scan/brick_update.h"
+#include "cuboid_mapping/scan/ray_batch.h"
 #include "cuboid_mapping/scan/ray_walk.h"
 #include "cuboid_mapping/scan/scan.h"
 
@@ -79,7 +80,12 @@ class ScanUpdater {
   void markOpenBeam(const Ray& ray, BeamMarks& marks) const;
   void markWithMargin(const BeamSource& source, const Eigen::Vector3f& end, const Ray& ray,
                       bool is_hit, Share& share) const;
-  [[nodiscard]] std::uint32_t addBatch(const RayOrigin& ray_origin, const Eigen::Vector3f* ends,
+  [[nodiscard]] Eigen::Vector3f marginOf(const BeamSource& source, const Eigen::Vector3f& end,
+                                         double length_m) const;
+  [[nodiscard]] std::uint32_t markBatchWithMargin(const BeamSource& source,
+                                                  const Eigen::Vector3f* ends, const RayBatch& rays,
+                                                  Share& share) const;
+  [[nodiscard]] std::uint32_t addBatch(const BeamSource& source, const Eigen::Vector3f* ends,
                                        int count, bool are_returns, Share& share) const;
   /// The beam to a point, cut at the maximum range. @return Nothing if it is too far, which is counted.
   [[nodiscard]] std::optional<Ray> cutRay(const BeamSource& source, const Eigen::Vector3f& end,

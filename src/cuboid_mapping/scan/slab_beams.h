@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Internal to markSlabsAvx2().
+// Internal to markSlabs().
 #pragma once
 
 #include "cuboid_mapping/scan/ray_batch.h"
@@ -8,28 +8,41 @@
 
 namespace cuboid_mapping {
 
-/// An axis across the beams, in arrays: like CrossedAxis of markSlabs().
+/// Bits after the point in phases, fixed-point numbers of crossed borders, with 16 bits before it.
+constexpr int kPhaseBits = 48;
+constexpr int kMaxSlabs = 30000;  ///< Maximum number of slabs: counts of borders fit into a phase.
+/// Distance to a border within which rounding may move a phase across it.
+constexpr std::int64_t kUnsure = 1LL << (kPhaseBits - 22);
+/// Bound of rounding errors in sums of up to 2^16 terms, as a share of the length.
+constexpr double kUnsureShare = 1.0 / (1ULL << 32);
+
+/// An axis across the beams, in arrays.
 struct AcrossAxes {
   alignas(32) double phases[RayBatch::kSize];  ///< Phase at the far end of the first slab.
-  alignas(32) double slopes[RayBatch::kSize];
+  alignas(32) double slopes[RayBatch::kSize];  ///< Change of the phase per slab.
   alignas(32) double num_borders[RayBatch::kSize];
-  alignas(32) std::int64_t voxels[RayBatch::kSize];
-  alignas(32) std::int64_t mirrors[RayBatch::kSize];
+  alignas(32) std::int64_t
+      voxels[RayBatch::kSize];  ///< Where the walk begins in its brick, mirrored: 0 to 7.
+  alignas(32) std::int64_t mirrors
+      [RayBatch::
+           kSize];  ///< 7 if coordinates are mirrored, so that the walk goes up: 7 - i is i ^ 7.
 };
 
-/// Beams in arrays: like SlabBeam of markSlabs().
+/// Beams in arrays, each set up for a walk up its longest axis, from its origin to its end or back.
 struct SlabBeams {
-  alignas(32) double num_slabs[RayBatch::kSize];
-  alignas(32) std::int64_t along[RayBatch::kSize];
-  alignas(32) std::int64_t keys[RayBatch::kSize];
-  alignas(32) std::int64_t slabs[RayBatch::kSize];
+  alignas(32) double num_slabs
+      [RayBatch::kSize];  ///< Borders that the beam crosses on its longest axis.
+  alignas(32) std::int64_t along[RayBatch::kSize];  ///< The longest axis.
+  alignas(32) std::int64_t keys[RayBatch::kSize];   ///< Number of the brick where the walk begins.
+  alignas(32) std::int64_t slabs[RayBatch::kSize];  ///< Slab of that brick where the walk begins.
   AcrossAxes row;
   AcrossAxes word;
 };
 
-/// Sets up beams for the walk, as SlabBeam of markSlabs() does.
-/// @param rays, base  As for markSlabsAvx2().
-/// @return Beams that are set up.
+/// Sets up beams for the walk.
+/// @param rays, base  As for markSlabs().
+/// @return Beams that are set up. Left out are those that end too near a border to decide whether they cross it, that do not leave
+/// their first slab, or that pass more than kMaxSlabs.
 [[nodiscard]] std::uint32_t setUpSlabBeams(const RayBatch& rays, const Cell& base,
                                            SlabBeams& beams);
 

@@ -2,26 +2,28 @@
 #pragma once
 
 #include "cuboid_mapping/scan/beam_marks.h"
-#include "cuboid_mapping/scan/ray_walk.h"
+#include "cuboid_mapping/scan/ray_batch.h"
+
+#include <cstdint>
 
 namespace cuboid_mapping {
 
-/// Marks the voxels that walkRay() passes, and the voxel of the end, as misses: eight slabs at a time, in the layout
-/// MarkLayout::kPlanes.
+/// Marks the voxels that walkRay() passes, and the voxel of the end, as misses: eight slabs at a time, without a branch on
+/// the places of crossings in a brick, which processors cannot predict.
 ///
 /// A slab is the space between two neighbouring voxel borders on the axis along which the beam is
 /// longest. The beam crosses at most one border of each other axis in a slab. A fixed-point phase per
-/// axis gives the slabs of a brick with crossings, without a step from voxel to voxel:
-/// as many as 22 voxels of a brick are marked at once, from tables.
+/// axis gives the voxels where it enters and leaves each slab of a brick.
 ///
-/// The phases are rounded. If two borders are closer than 2^-23 voxels, the lengths at which
-/// walkRay() crosses them decide, to the last bit. The function gives up, and walkRay() has to mark
-/// the beam, if the beam ends too near a border to decide whether it crosses it, if it does not leave
-/// its first slab, and on diagonals of the grid. This is rare.
+/// The phases are rounded, and the function decides nothing to the last bit: it gives a beam up, and walkRay() has to mark it, if
+/// two borders are closer than 2^-22 voxels, if it ends too near a border, or if it does not leave its first slab. This is
+/// rare. Only if the origin lies on borders of voxels, as a map's origin often does, walkRay()'s first steps are taken one by one.
 ///
-/// @param local_start  ray.start minus the base of the brick numbers: each in [0, 2^24).
-/// @return Whether all voxels are marked. If not, some may be, all of them passed by the beam.
+/// @param rays  Rays to walk; afterwards they start after those steps.
+/// @param base  Base of the brick numbers; starts and ends minus it are in [0, 2^24).
+/// @return Beams with all voxels marked. Others may have some, all of them passed by the beam.
+/// @pre hasLanes().
 /// @complexity O(bricks passed).
-[[nodiscard]] bool markSlabs(const Ray& ray, const Cell& local_start, BeamMarks& marks);
+[[nodiscard]] std::uint32_t markSlabs(RayBatch& rays, const Cell& base, BeamMarks& marks);
 
 }  // namespace cuboid_mapping

@@ -1,19 +1,18 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "cuboid_mapping/scan/avx2.h"
-#include "cuboid_mapping/scan/beam_marks.h"
 #include "cuboid_mapping/scan/slab_beams.h"
-#include "cuboid_mapping/scan/slab_phases.h"
 
-#ifdef CUBOID_MAPPING_HAS_AVX2
+#include "cuboid_mapping/scan/beam_marks.h"
+#include "cuboid_mapping/scan/lanes.h"
+
+#ifdef CUBOID_MAPPING_HAS_LANES
 
 // Headers included above must use only the instructions that every processor has.
-#pragma GCC push_options
-#pragma GCC target("avx2")
+CUBOID_MAPPING_BEGIN_LANES
 
 namespace cuboid_mapping {
 namespace {
 
-using namespace avx2;
+using namespace lanes;
 
 /// Four beams on one axis.
 struct AxisOfBeams {
@@ -63,7 +62,7 @@ AxisOfBeams select(const Longs& which, const AxisOfBeams& a, const AxisOfBeams& 
   return selected;
 }
 
-/// As SlabBeam::setUpAcross().
+/// Sets up an axis across four beams. Coordinates are mirrored where the beam goes down the axis on its walk.
 void setUpAcross(const AxisOfBeams& across, const AxisOfBeams& along, const Longs& is_backward,
                  int first, AcrossAxes& beams) {
   constexpr double kUnit = 1LL << kPhaseBits;
@@ -80,7 +79,7 @@ void setUpAcross(const AxisOfBeams& across, const AxisOfBeams& along, const Long
   store(mirror, &beams.mirrors[first]);
 }
 
-/// As SlabBeam::setUp(), for four beams. @return Beams that are set up.
+/// Sets up four beams. @return Beams that are set up.
 Longs setUp(const RayBatch& rays, const Cell& base, int first, SlabBeams& beams) {
   const AxisOfBeams x(rays, base, 0, first);
   const AxisOfBeams y(rays, base, 1, first);
@@ -116,5 +115,5 @@ std::uint32_t setUpSlabBeams(const RayBatch& rays, const Cell& base, SlabBeams& 
 
 }  // namespace cuboid_mapping
 
-#pragma GCC pop_options
+CUBOID_MAPPING_END_LANES
 #endif

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "cuboid_mapping/scan/avx2.h"
 #include "cuboid_mapping/scan/ray_batch.h"
+
+#include "cuboid_mapping/scan/lanes.h"
 
 #include <algorithm>
 #include <cmath>
@@ -21,15 +22,14 @@ RayBatch::RayBatch(const Ray& ray) : count(1), taken(1) {
   }
 }
 
-#ifdef CUBOID_MAPPING_HAS_AVX2
+#ifdef CUBOID_MAPPING_HAS_LANES
 
 // Headers included above must use only the instructions that every processor has.
-#pragma GCC push_options
-#pragma GCC target("avx2")
+CUBOID_MAPPING_BEGIN_LANES
 
 namespace {
 
-using namespace avx2;
+using namespace lanes;
 
 /// Points or differences of points, by axis.
 struct FloatVectors {
@@ -58,7 +58,7 @@ FloatVectors subtract(const FloatVectors& points, const Eigen::Vector3f& origin)
 Doubles computeLengths(const FloatVectors& ways) {
   const auto& [x, y, z] = ways.axis;
   const Floats squared = x * x + y * y + z * z;
-  return reinterpret_cast<Doubles>(_mm256_sqrt_pd(reinterpret_cast<__m256d>(toDoubles(squared))));
+  return squareRoots(toDoubles(squared));
 }
 
 /// As cutBeam(). @return Beams that were cut.
@@ -87,13 +87,11 @@ Longs computeRays(const RayOrigin& origin, const FloatVectors& ends, int first, 
   for (int axis = 0; axis < 3; ++axis) {
     const Doubles cells =
         (origin.anchor()[axis] + toDoubles(ends.axis[axis])) * origin.grid().inverseResolution();
-    const auto floors =
-        reinterpret_cast<Doubles>(_mm256_floor_pd(reinterpret_cast<__m256d>(cells)));
-    const Doubles voxels = floors - (*origin.cell())[axis];
+    const Doubles end_cells = floors(cells);
+    const Doubles voxels = end_cells - (*origin.cell())[axis];
     is_taken &= (cells >= -kEnd) & (cells < kEnd) & (voxels <= kMaxBeamVoxels) &
                 (voxels >= -kMaxBeamVoxels);
-    const __m128i end = _mm256_cvttpd_epi32(reinterpret_cast<__m256d>(floors));
-    store(reinterpret_cast<Ints>(end), &rays.end[axis][first]);
+    store(__builtin_convertvector(end_cells, Ints), &rays.end[axis][first]);
     store(Ints{} + (*origin.cell())[axis], &rays.start[axis][first]);
 
     const Doubles component = toDoubles(ways.axis[axis] / lengths);
@@ -110,8 +108,8 @@ Longs computeRays(const RayOrigin& origin, const FloatVectors& ends, int first, 
 
 }  // namespace
 
-void computeRaysAvx2(const RayOrigin& origin, const Eigen::Vector3f* ends, int count,
-                     double max_range_m, RayBatch& rays) {
+void computeRays(const RayOrigin& origin, const Eigen::Vector3f* ends, int count,
+                 double max_range_m, RayBatch& rays) {
   rays.count = count;
   rays.taken = 0;
   rays.cut = 0;
@@ -125,17 +123,21 @@ void computeRaysAvx2(const RayOrigin& origin, const Eigen::Vector3f* ends, int c
   rays.taken &= RayBatch::all(count);
 }
 
-#pragma GCC pop_options
+CUBOID_MAPPING_END_LANES
 
-bool hasAvx2() {
-  static const bool has_avx2 = __builtin_cpu_supports("avx2") != 0;
-  return has_avx2;
+bool hasLanes() {
+#ifdef __x86_64__
+  static const bool kHasAvx2 = __builtin_cpu_supports("avx2") != 0;
+  return kHasAvx2;
+#else
+  return true;
+#endif
 }
 
 #else
 
-bool hasAvx2() { return false; }
-void computeRaysAvx2(const RayOrigin&, const Eigen::Vector3f*, int, double, RayBatch&) {}
+bool hasLanes() { return false; }
+void computeRays(const RayOrigin&, const Eigen::Vector3f*, int, double, RayBatch&) {}
 
 #endif
 
