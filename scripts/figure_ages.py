@@ -171,6 +171,9 @@ def main():
     if not has_history():
         sys.exit('scripts/figure_ages.py: needs a clone of the repository with its history (git fetch --unshallow)')
     rows = read_table()
+    gone = {f'{row.page.name}: {commit}' for row in rows for commit in row.commits if not date_of(commit)}
+    if gone:
+        sys.exit(f"scripts/figure_ages.py: commits that are not in the history: {', '.join(sorted(gone))}; measure anew, or take out what they gave")
     for page in {row.page: None for row in rows}:
         text = page.read_text()
         if not MARKS.search(text):
