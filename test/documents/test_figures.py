@@ -105,7 +105,7 @@ class EvaluationTest(unittest.TestCase):
                   if row[1] in ('growth', 'the paper, to the letter')]
         self.assertEqual([len(shares), len(method)], [16, 8])
         readme = ' '.join(self.readme.split())
-        alone = re.search(r'\[classes alone\]\([^)]*\) (\d+) to (\d+) %', readme).groups()
+        alone = re.search(r'(\d+) to (\d+) % of those of an OctoMap with \[classes alone\]', readme).groups()
         paper = re.search(r"The paper's method has \[(\d+) to (\d+) %\]", readme).groups()
         for said, values in ((alone, shares), (paper, method)):
             self.assertEqual(list(map(int, said)), [round(min(values)), round(max(values))])
