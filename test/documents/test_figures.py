@@ -120,6 +120,26 @@ class EvaluationTest(unittest.TestCase):
         fewer, more = re.search(r'\[([\d.]+) % fewer cells than OctoMap\].* ([\d.]+) % more on KITTI', self.readme, re.DOTALL).groups()
         self.assertEqual([fewer, more], [saved[0], saved[3]])
 
+    def test_why_an_r_tree_is_that_of_the_table_of_indexes(self):
+        def ratios(column, *kinds):  # Of both data sets.
+            rows = [row for row in read_block('indexes', 'tables/evaluation')[1:] if any(kind in row[0] for kind in kinds)]
+            return [number(row[place]) for row in rows for place in (column, column + 3)]
+
+        def expect(pattern, values, digits):
+            said = list(map(number, re.search(pattern, self.text).groups()))
+            self.assertEqual(said, [round(min(values), digits), round(max(values), digits)], pattern)
+
+        hash_of_bricks, flat_list = 2, 3
+        nearest = ratios(hash_of_bricks, 'nearest')
+        expect(r'boxes and regions in ([\d.]+) to ([\d.]+) times', ratios(hash_of_bricks, 'boxes', 'regions', 'in 2 m'), 1)
+        expect(r'visits in ([\d.]+) to ([\d.]+),', ratios(hash_of_bricks, 'visit'), 1)
+        expect(r'graphs in ([\d.]+) to ([\d.]+),', [*(value for value in nearest if value < 1),
+                                                    *ratios(hash_of_bricks, 'points', 'graphs')], 2)
+        self.assertIn(f'the nearest far from everything in {max(nearest):.0f};', self.text)
+        expect(r'wins at visits \(([\d.]+) to ([\d.]+)\)', ratios(flat_list, 'visit'), 2)
+        slower = [value for value in ratios(flat_list, 'boxes', 'in 2 m', 'regions', 'points', 'nearest', 'graphs') if value > 1]
+        expect(r'elsewhere by ([\d.]+) to ([\d,]+) times', slower, 1)
+
 
 class KeptRunsTest(unittest.TestCase):
 
