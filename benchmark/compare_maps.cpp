@@ -14,8 +14,9 @@ int run(int argc, char** argv) {
   if (const auto status = parseOptions(argc, argv, options)) return *status;
   std::optional<ResultFile> json;
   if (!options.json_file.empty()) json.emplace(options.json_file);
-  const std::vector<Scan> scans = readScans(
-      {options.dataset, options.cloud_topic, options.map_frame, options.clouds, options.laps});
+  const std::vector<Scan> scans =
+      readScans({options.dataset, options.cloud_topic, options.map_frame, options.clouds,
+                 options.laps, options.point_step});
   const Comparison comparison = compareMaps(options, scans);
   printReport(options, scans, comparison);
   if (json) json->write(makeJsonReport(options, scans, comparison));

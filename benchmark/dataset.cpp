@@ -31,6 +31,17 @@ std::vector<Scan> readDatasetScans(const DatasetChoice& choice) {
   return scans;
 }
 
+/// Keeps the first of `step` points of each cloud.
+void thin(std::vector<Scan>& scans, int step) {
+  for (Scan& scan : scans) {
+    std::size_t count = 0;
+    for (std::size_t i = 0; i < scan.points.size(); i += static_cast<std::size_t>(step)) {
+      scan.points[count++] = scan.points[i];
+    }
+    scan.points.resize(count);
+  }
+}
+
 }  // namespace
 
 std::vector<Scan> readScans(const DatasetChoice& choice) {
@@ -39,6 +50,7 @@ std::vector<Scan> readScans(const DatasetChoice& choice) {
   if (std::all_of(scans.begin(), scans.end(), [](const Scan& s) { return s.points.empty(); })) {
     throw std::runtime_error(choice.path + " holds no points");
   }
+  thin(scans, choice.point_step);
   return repeatElsewhere(scans, choice.laps);
 }
 

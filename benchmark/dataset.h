@@ -15,7 +15,8 @@ struct DatasetChoice {
   std::string cloud_topic;  ///< Of a bag; empty: the only topic of clouds that there is.
   std::string map_frame;    ///< Of a bag.
   std::size_t max_scans = 0;
-  int laps = 1;  ///< See repeatElsewhere().
+  int laps = 1;        ///< See repeatElsewhere().
+  int point_step = 1;  ///< Only the first of so many points of a cloud.
 };
 
 /// Reads scans into memory, with a progress bar on a terminal.

@@ -32,6 +32,7 @@ Json toJson(const Options& options) {
           {"threads", map.threads},
           {"fuse_every_cloud", engine.fuses_every_cloud},
           {"laps", options.laps},
+          {"point_step", options.point_step},
           {"repeat", options.repeat},
           {"query_time_s", options.query_time_s}};
 }

@@ -25,6 +25,8 @@ void addInputOptions(CommandLine& line, Options& options) {
                "topic of the clouds in a bag; needed only if there are several");
   line.addText("map-frame", options.map_frame, "fixed frame in the bag's tf");
   line.addNumber("clouds", options.clouds, "only the first N clouds", {1});
+  line.addNumber("point-step", options.point_step, "only the first of N points of a cloud",
+                 {1, 1000000});
 }
 
 void addMapOptions(CommandLine& line, Options& options, RawOptions& raw) {
@@ -58,7 +60,7 @@ void addRunOptions(CommandLine& line, Options& options, RawOptions& raw) {
   line.addNumber("laps", options.laps,
                  "insert all clouds this many times, each time in another place, to see how cost "
                  "grows with the map",
-                 {1, 100});
+                 {1, 1000});
   line.addNumber(
       "repeat", options.repeat,
       "number of runs, every second with the maps in reverse order; the medians are reported",

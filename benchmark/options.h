@@ -21,6 +21,7 @@ struct Options {
   EngineOptions engine;
   std::size_t clouds = std::numeric_limits<std::size_t>::max();  ///< At most so many.
   int laps = 1;                                                  ///< See repeatElsewhere().
+  int point_step = 1;                                            ///< See DatasetChoice.
   int repeat = 1;
   double query_time_s = kTimedQueries_s;  ///< CPU time of the timed queries of a kind, at least.
   std::vector<Peer> peers;                ///< All with a maker.

@@ -7,7 +7,7 @@ import subprocess
 import sys
 
 from benchmark_runs import (FR079, HEADLINES, KITTI, OTHER_MAPS, PEERS, SHORT_NAMES, TOR, Run, branching_sweep, cloud_sweep,
-                            fine_voxels, headlines, long_drives, other_maps, range_sweep, resolution_sweep)
+                            fine_voxels, headlines, long_drives, other_maps, range_sweep, resolution_sweep, scaling)
 
 # ---- Tables -----------------------------------------------------------------------------------
 
@@ -240,6 +240,48 @@ def growth_block(reports):
     return table(['data set', 'clouds of all laps', 'first third', 'last third', 'times'], rows)
 
 
+def exponent(points):
+    """a of y = c x^a with its standard error, by least squares on logarithms; '-' for figures that are not there."""
+    if any(not y or math.isnan(y) for _, y in points) or len(points) < 2:
+        return '-'
+    logs = [(math.log(x), math.log(y)) for x, y in points]
+    mean_x, mean_y = (sum(values) / len(logs) for values in zip(*logs))
+    spread = sum((x - mean_x) ** 2 for x, _ in logs)
+    slope = sum((x - mean_x) * (y - mean_y) for x, y in logs) / spread
+    left = sum((y - mean_y - slope * (x - mean_x)) ** 2 for x, y in logs)
+    error = f' ± {math.sqrt(left / (len(logs) - 2) / spread):.2f}' if len(logs) > 2 else ''
+    return f'{slope:.2f}{error}'
+
+
+VARIED = {'points of a cloud': lambda r: r['points'] / r['clouds'], '1 / edge of a voxel': lambda r: 1 / r['resolution_m'],
+          'size of the map': lambda r: r['laps'], 'threads': lambda r: r['threads']}
+SCALED = {'insertion of a cloud, CPU': lambda r, f: f['insert_cpu_s'] / r['clouds'],
+          'by the clock': lambda _, f: f['insert_s'], 'heap': lambda _, f: f['bytes_heap'],
+          'peak': lambda _, f: f['bytes_peak'], 'cells': lambda _, f: f['cells'],
+          'visit of the occupied': lambda _, f: f['access_occupied_s'],
+          **{f'a {kind}': lambda _, f, kind=kind: 1 / (f[f'{kind}_queries_per_s']['near_surface'] or math.nan)
+             for kind in ('point', 'box', 'ray')}}
+
+
+def scaling_block(reports):
+    """Exponents of each figure, of this map and of its peers, over what is varied; it ends with the machine."""
+    rows, used = [], []
+    for varied, runs in scaling(is_large=True):
+        found = sorted(reports.of(runs), key=VARIED[varied])
+        if len(found) < 2:
+            continue
+        used += found
+        names = [name for name in ('cuboid_mapping', *PEERS) if all(name in report for report in found)]
+        ends = [f'{VARIED[varied](report):,.3g}' for report in (found[0], found[-1])]
+        data = title_of(found[-1]) if varied != '1 / edge of a voxel' else SHORT_NAMES[found[-1]['dataset']]
+        rows.append([varied, data, f'{ends[0]} to {ends[1]}, {len(found)}',
+                     *(' / '.join(exponent([(VARIED[varied](report), figure(report, report[name])) for report in found]) for name in names)
+                       if title != 'by the clock' or varied == 'threads' else '-' for title, figure in SCALED.items())])
+    if not rows:
+        return 'Not measured.'
+    return f"{table(['varied', 'data set', 'from, to, runs', *SCALED], rows)}\n\n{describe_machines(used)}"
+
+
 # ---- Plots ------------------------------------------------------------------------------------
 
 
@@ -327,12 +369,14 @@ def draw_plots(reports, folder):
 # ---- The document -----------------------------------------------------------------------------
 
 
-def write_document(reports, reports_of_other_maps, document):
+def write_document(reports, others, document):
+    """@param others  Reports of the tables peers and scaling, which may be of other commits."""
     blocks = {'machine': machine_block, 'insertion': insertion_block, 'variants': variants_block,
               'memory': memory_block, 'queries': queries_block, 'agreement': agreement_block,
               'growth': growth_block}
     texts = {name: make(reports) for name, make in blocks.items()}
-    texts['peers'] = other_maps_block(reports_of_other_maps)
+    texts['peers'] = other_maps_block(others['peers'])
+    texts['scaling'] = scaling_block(others['scaling'])
     texts.update(draw_plots(reports, document.parent / document.stem))
     fill_blocks(document, texts)
 

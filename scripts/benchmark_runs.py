@@ -93,9 +93,27 @@ def branching_sweep():
         yield Run(KITTI, 0.2, 1, clouds=13, branching=branching, peers='none')
 
 
+def scaling(is_large=False):
+    """Runs of each row of the table of scaling: (varied, runs). The large ones take hours, and up to 10^9 voxels."""
+    steps, laps = [16, 8, 4, 2, 1], [1, 2, 4, 8]
+    yield 'points of a cloud', [Run(FR079, 0.1, 1, point_step=step) for step in steps]
+    yield 'points of a cloud', [Run(KITTI, 0.2, 1, clouds=6, point_step=step) for step in steps]
+    yield '1 / edge of a voxel', [Run(FR079, edge_m, 1) for edge_m in (0.4, 0.2, 0.1, 0.05, *((0.025,) if is_large else ()))]
+    yield '1 / edge of a voxel', [Run(KITTI, edge_m, 1, clouds=6) for edge_m in (0.8, 0.4, 0.2, *((0.1,) if is_large else ()))]
+    yield 'size of the map', [Run(FR079, 0.1, 1, laps=count) for count in laps]
+    yield 'size of the map', [Run(KITTI, 0.2, 1, laps=count, peers='none') for count in (*laps, *((27, 81) if is_large else ()))]
+    if is_large:
+        yield 'size of the map', [Run(KITTI, 0.1, 1, laps=count, peers='none') for count in (1, 2, 5, 10, 20, 40)]
+    yield 'threads', [Run(KITTI, 0.2, 1, threads=count, peers='none') for count in (1, 2, *((4, 8, 16) if is_large else ()))]
+
+
+def scaling_runs(is_large=False):
+    return [run for _, runs in scaling(is_large) for run in runs]
+
+
 def all_runs(is_quick):
     runs = [*headlines(), *fine_voxels(), *variants(), *resolution_sweep(FR079), *resolution_sweep(KITTI),
-            *range_sweep(), *cloud_sweep(), *branching_sweep(), *long_drives(), *other_maps()]
+            *range_sweep(), *cloud_sweep(), *branching_sweep(), *long_drives(), *other_maps(), *scaling_runs()]
     if is_quick:  # Without OctoMap's long runs.
         runs = [run for run in runs if run.dataset in (FR079, RGBD)]
         for run in runs:

@@ -27,6 +27,31 @@ def ablations_block(ablations):
     return table(['', *ablations], rows)
 
 
+INDEXES = ('rtree', 'brick_hash', 'list')
+
+
+def indexes_block(reports):
+    """CPU time of each query in the R-tree, and how many times that the hash and the list take."""
+    rows = []
+    titles = [kind['queries'] for kind in next(iter(reports.values()))['queries']] if reports else []
+    for number, title in enumerate(titles):
+        row = [title]
+        for report in reports.values():
+            rtree, *others = (report['queries'][number][f'{index}_us'] for index in INDEXES)
+            row += [f'{rtree:.3g} us', *(f'{other / rtree:.2g}' if other / rtree < 99.5 else f'{other / rtree:,.0f}' for other in others)]
+        rows.append(row)
+    for title, figure in (('all bricks inserted', lambda report, index: (report['building'][f'{index}_ms'], 'ms')),
+                          ('memory', lambda report, index: (report['bytes'][index] / 1e3, 'kB'))):
+        row = [title]
+        for report in reports.values():
+            rtree, *others = (figure(report, index) for index in INDEXES)
+            row += [f'{rtree[0]:.3g} {rtree[1]}', *(f'{other / rtree[0]:.2g}' for other, _ in others)]
+        rows.append(row)
+    heads = [head for dataset, report in reports.items()
+             for head in (f"{dataset}, {report['resolution_m']:g} m: R-tree", 'hash', 'list')]
+    return table(['', *heads], rows)
+
+
 def boxes_block(ablations):
     rows = []
     for dataset, part in ablations.items():

@@ -6,6 +6,7 @@ import statistics
 from benchmark_document import extent, table
 
 REFERENCE_M = 0.2
+USUAL_SAMPLES_PER_M = 0.1  # Default of growth/samples_per_m.
 FITTED = 'muehlburger_tor_standing'  # The one data set that the model of stable voxels is fitted to.
 
 
@@ -127,6 +128,35 @@ def readings_block(runs):
                        + (f', {100 * unseen:.2f} % unknown' if unseen else ''))
         rows.append(row)
     return table(['reading', *runs.datasets()], rows)
+
+
+def letter_block(runs):
+    """The paper to the letter over resolutions and M, beside OctoMap's run of the same process."""
+    branchings = (4, 8, 16, 32, 64)
+    rows = []
+    for dataset in runs.datasets():
+        for resolution in sorted({run['resolution_m'] for run in runs.runs if run['dataset'] == dataset}):
+            octomap = runs.octomap(dataset, resolution_m=resolution)
+            found = [runs.letter(dataset, resolution_m=resolution, M=branching, samples_per_m=USUAL_SAMPLES_PER_M)
+                     for branching in branchings]
+            shares = {share(run, octomap) for run in found if run}
+            rows.append([dataset, f'{resolution:g} m', f"{octomap['hierarchy_nodes']:,}", ', '.join(sorted(shares))] + [
+                f"{run['hierarchy_nodes']:,}; {octomap['insert_cpu_s'] / run['insert_cpu_s']:.2f}; "
+                f"{octomap['access_occupied_ms'] / run['access_occupied_ms']:.1f}" if run else '-' for run in found])
+    return table(['data set', 'voxels', "OctoMap's nodes", "cells, of OctoMap's", *(f'M = {m}' for m in branchings)], rows)
+
+
+def starters_block(runs):
+    """The paper to the letter over the density of the cells drawn for T."""
+    densities = sorted({run['samples_per_m'] for run in runs.runs if 'samples_per_m' in run})
+    rows = []
+    for dataset in runs.datasets():
+        octomap = runs.octomap(dataset)
+        found = [runs.letter(dataset, samples_per_m=density) for density in densities]
+        if octomap and sum(run is not None for run in found) > 1:
+            rows.append([dataset] + [f"{share(run, octomap)}, {run['insert_cpu_s'] / octomap['insert_cpu_s']:.2f}" if run else '-'
+                                     for run in found])
+    return table(['data set', *(f'{density:g} a metre' for density in densities)], rows)
 
 
 def resolutions_block(runs):

@@ -74,12 +74,22 @@ std::optional<int> parseOptions(int argc, char** argv, EvaluationOptions& option
                {2, RTreeConfig::kMaxBranchesLimit});
   line.addNumber("reference", options.reference_m,
                  "resolution at which strategies and rotations are compared [m]", {0.001, 1000.0});
-  line.addFlag("speed-only", options.is_speed_only,
-               "only OctoMap, growth and, at the reference, the paper to the letter: repeats the "
-               "runs behind ratios of speed");
+  std::string runs = "all";
+  line.addText(
+      "runs", runs,
+      "speed: OctoMap, growth and, at the reference, the paper to the letter, which "
+      "repeats the runs behind ratios of speed; letter: OctoMap and the paper to the "
+      "letter, with each M at each resolution, and at the reference with each density of T",
+      {"all", "speed", "letter"});
+  line.addList("samples", options.samples_per_m,
+               "with --runs letter: cells of T drawn along the beams [1/m]", {0.0, 1000.0});
   line.addNumber("drives", options.num_drives, "simulated drives with moving objects", {1, 1000});
   line.addNumber("clouds", options.max_clouds, "only the first N clouds", {1});
-  return line.parse(argc, argv);
+  const auto status = line.parse(argc, argv);
+  options.runs = runs == "speed"    ? RunChoice::kSpeed
+                 : runs == "letter" ? RunChoice::kLetter
+                                    : RunChoice::kAll;
+  return status;
 }
 
 std::string titleOf(const std::string& dataset) {
@@ -129,6 +139,7 @@ void writeCsv(const std::vector<json>& runs, const fs::path& path) {
                            "settle_clouds",
                            "gap_free",
                            "along",
+                           "samples_per_m",
                            "clouds",
                            "points",
                            "voxels",
@@ -201,7 +212,8 @@ int run(int argc, char** argv) {
     runs.insert(runs.end(), of_dataset.begin(), of_dataset.end());
   }
   const RunFiles files(folder);
-  if (!options.is_speed_only && !files.has("passing_objects")) {
+  const bool has_drives = options.runs == RunChoice::kAll;
+  if (has_drives && !files.has("passing_objects")) {
     files.write("passing_objects", evaluatePassingObjects(options.reference_m, options.num_drives));
   }
   const Machine machine = describeMachine();
@@ -209,7 +221,7 @@ int run(int argc, char** argv) {
               {"compiler", machine.compiler},
               {"build_type", machine.build_type},
               {"runs", runs}};
-  if (!options.is_speed_only) report["passing_objects"] = files.read("passing_objects");
+  if (has_drives) report["passing_objects"] = files.read("passing_objects");
   files.write("evaluation", report);
   writeCsv(runs, folder / "evaluation.csv");
   std::cout << counted(runs.size(), "run") << "; figures and plots are in " << folder.string()

@@ -59,8 +59,9 @@ std::vector<RunSpec> variants(double resolution_m) {
   return specs;
 }
 
-RunSpec letterRun(double resolution_m, const PaperReading& reading) {
-  RunSpec spec = paperRun(resolution_m, kUsualBranching);
+RunSpec letterRun(double resolution_m, const PaperReading& reading,
+                  int max_branches = kUsualBranching) {
+  RunSpec spec = paperRun(resolution_m, max_branches);
   spec.reading = reading;
   return spec;
 }
@@ -78,6 +79,23 @@ std::vector<RunSpec> readings(double resolution_m) {
   return specs;
 }
 
+/// The paper to the letter over M and resolutions, and over the cells drawn for T.
+std::vector<RunGroup> letterGroups(const EvaluationOptions& options) {
+  std::vector<RunGroup> groups;
+  for (const double resolution_m : options.resolutions_m) {
+    groups.push_back({resolution_m, 0.0, {octomapRun(resolution_m, 0.0)}});
+    for (const int branching : options.branchings) {
+      groups.back().specs.push_back(letterRun(resolution_m, PaperReading(), branching));
+    }
+  }
+  groups.push_back({options.reference_m, 0.0, {octomapRun(options.reference_m, 0.0)}});
+  for (const double samples_per_m : options.samples_per_m) {
+    groups.back().specs.push_back(letterRun(options.reference_m, PaperReading()));
+    groups.back().specs.back().map.growth.sampling.per_m = samples_per_m;
+  }
+  return groups;
+}
+
 }  // namespace
 
 RunSpec paperRun(double resolution_m, int max_branches) {
@@ -89,20 +107,22 @@ RunSpec paperRun(double resolution_m, int max_branches) {
 }
 
 std::vector<RunGroup> makePlan(const EvaluationOptions& options) {
+  if (options.runs == RunChoice::kLetter) return letterGroups(options);
+  const bool is_speed_only = options.runs == RunChoice::kSpeed;
   std::vector<RunGroup> groups;
   for (const double resolution_m : options.resolutions_m) {
     RunGroup group{resolution_m, 0.0, {octomapRun(resolution_m, 0.0)}};
     for (const int branching : options.branchings) {
       group.specs.push_back(paperRun(resolution_m, branching));
     }
-    if (!options.is_speed_only) {
+    if (!is_speed_only) {
       group.specs.push_back(fusionRun(FusionKind::kClass, resolution_m));
     } else if (resolution_m == options.reference_m) {
       group.specs.push_back(letterRun(resolution_m, PaperReading()));
     }
     groups.push_back(std::move(group));
   }
-  if (options.is_speed_only) return groups;
+  if (is_speed_only) return groups;
   const double reference_m = options.reference_m;
   RunGroup reference{reference_m, 0.0, {octomapRun(reference_m, 0.0)}};
   reference.specs.push_back(paperRun(reference_m, kUsualBranching));

@@ -9,16 +9,24 @@
 
 namespace cuboid_mapping::bench {
 
+/// Which runs of a data set are done; all of them with OctoMap's at each resolution.
+enum class RunChoice : unsigned char {
+  kAll,    ///< All but those that kLetter adds.
+  kSpeed,  ///< What ratios of speed rest on: growth, at the reference the paper to the letter.
+  /// The paper to the letter with each M at each resolution, at the reference with more and fewer cells
+  /// in T.
+  kLetter,
+};
+
 struct EvaluationOptions {
   std::vector<std::string> datasets;
   std::string folder = "evaluation";  ///< Gets a folder for each data set.
   std::vector<double> resolutions_m{0.1, 0.2, 0.4, 0.6, 0.8, 1.0};
   std::vector<int> branchings{2, 4, 8, 16, 32, 64};
   double reference_m = 0.2;  ///< Resolution of what is not swept over resolutions.
-  int num_drives = 3;        ///< Simulated, of the moving objects.
-  /// Only what ratios of speed rest on, to be repeated: at each resolution OctoMap and growth, at the
-  /// reference the paper to the letter, too.
-  bool is_speed_only = false;
+  std::vector<double> samples_per_m{0.0, 0.03, 0.1, 0.3, 1.0};  ///< Of kLetter, along beams.
+  int num_drives = 3;  ///< Simulated, of the moving objects.
+  RunChoice runs = RunChoice::kAll;
   std::size_t max_clouds = std::numeric_limits<std::size_t>::max();
 };
 

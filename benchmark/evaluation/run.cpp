@@ -57,6 +57,7 @@ json describe(const RunSpec& spec, const std::vector<Scan>& scans) {
     run["step"] = toString(spec.reading->step);
     run["gap_free"] = spec.reading->is_gap_free;
     run["along"] = spec.reading->grows_along;
+    run["samples_per_m"] = spec.map.growth.sampling.per_m;
     return run;
   }
   run["fusion"] = toString(spec.map.fusion);
@@ -175,6 +176,9 @@ std::string nameOf(const RunSpec& spec) {
   if (spec.reading) {
     name << "_" << toString(spec.reading->step) << (spec.reading->is_gap_free ? "_full" : "_gaps")
          << (spec.reading->grows_along ? "_along" : "_across");
+    if (spec.map.growth.sampling.per_m != GrowthConfig().sampling.per_m) {
+      name << "_T" << spec.map.growth.sampling.per_m;
+    }
     return name.str();
   }
   if (spec.map.environment == Environment::kStatic) name << "_static";

@@ -113,8 +113,9 @@ TEST_F(EvaluatePaper, AblationsTimeEachPartAndAgree) {
 }
 
 TEST_F(EvaluatePaper, SpeedOnlyRunsWhatRatiosRestOnAndMarksCurvesOfOnePoint) {
-  const ProgramEnd end = runProgram({EVALUATE_PAPER_PROGRAM, dataset_, "--out", out_,
-                                     "--resolutions", "0.2", "--branching", "32", "--speed-only"});
+  const ProgramEnd end =
+      runProgram({EVALUATE_PAPER_PROGRAM, dataset_, "--out", out_, "--resolutions", "0.2",
+                  "--branching", "32", "--runs", "speed"});
   ASSERT_EQ(end.status, 0) << end.err;
   std::set<std::string> names;
   for (const auto& entry : std::filesystem::directory_iterator(out_ + "/room/runs")) {
@@ -124,6 +125,33 @@ TEST_F(EvaluatePaper, SpeedOnlyRunsWhatRatiosRestOnAndMarksCurvesOfOnePoint) {
                                           "paper_0.2m_M32_own_width_full_along"}));
   EXPECT_NE(readFile(out_ + "/room/access.svg").find("OctoMap, pruned, one point"),
             std::string::npos);
+}
+
+TEST_F(EvaluatePaper, LetterRunsSweepBranchesResolutionsAndStarters) {
+  const ProgramEnd end =
+      runProgram({EVALUATE_PAPER_PROGRAM, dataset_, "--out", out_, "--resolutions", "0.2,0.4",
+                  "--branching", "4,32", "--samples", "0,0.1,5", "--runs", "letter"});
+  ASSERT_EQ(end.status, 0) << end.err;
+  std::map<std::string, std::size_t> cells;
+  for (const auto& entry : std::filesystem::directory_iterator(out_ + "/room/runs")) {
+    cells[entry.path().stem().string()] = Json::parse(readFile(entry.path().string()))["cells"];
+  }
+  ASSERT_EQ(cells.size(), 8U) << end.out;
+  const std::string usual = "paper_0.2m_M32_own_width_full_along";
+  EXPECT_EQ(cells.at("paper_0.2m_M4_own_width_full_along"), cells.at(usual));
+  EXPECT_LE(cells.at(usual + "_T5"), cells.at(usual + "_T0"));
+}
+
+TEST_F(EvaluatePaper, IndexesOfCuboidsAnswerAlike) {
+  const ProgramEnd end = runProgram({CUBOID_INDEXES_PROGRAM, dataset_, "--resolution", "0.2",
+                                     "--runs", "1", "--query-time", "0.01"});
+  ASSERT_EQ(end.status, 0) << end.err;
+  const Json report = Json::parse(end.out);
+  ASSERT_EQ(report["queries"].size(), 12U);
+  for (const Json& kind : report["queries"]) {
+    EXPECT_GT(kind["compared"], 0) << kind;
+    for (const char* time : {"rtree_us", "brick_hash_us", "list_us"}) EXPECT_GT(kind[time], 0.0);
+  }
 }
 
 TEST_F(EvaluatePaper, CorridorsOfAllMapsAreRight) {

@@ -1,6 +1,7 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: BSD-3-Clause
 """Figures quoted by README and doc/evaluation.md are in generated tables, and these come from the kept runs."""
+import json
 import pathlib
 import re
 import subprocess
@@ -9,7 +10,9 @@ import tempfile
 import unittest
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
-SETTINGS = ['KITTI 0005, city, 0.2 m', 'Mühlburger Tor, standing, 0.2 m', 'fr079, simulated, 0.05 m', '7-Scenes, RGB-D, 0.05 m']
+SETTINGS = {'KITTI 0005, 0.2 m': 'KITTI 0005, city, 0.2 m', 'Mühlburger Tor, 0.2 m': 'Mühlburger Tor, standing, 0.2 m',
+            'fr079, 0.05 m': 'fr079, simulated, 0.05 m', '7-Scenes, 0.05 m': '7-Scenes, RGB-D, 0.05 m'}
+INEXACT = 'Bonxai, own rays'
 
 
 def read_rows(text):
@@ -35,18 +38,45 @@ class FiguresTest(unittest.TestCase):
         self.text = (ROOT / 'README.md').read_text()
         self.figures = self.text[self.text.index('## Figures'):self.text.index('## The paper')]
 
-    def test_the_headline_is_that_of_performance_md(self):
-        insertion = {row[0]: row for row in read_block('insertion')}
-        memory = {row[0]: row for row in read_block('memory')}
+    def test_the_headline_is_that_of_the_table_of_other_maps(self):
+        maps = {}
+        for name, title, *figures in read_block('peers', 'tables/performance')[1:]:
+            maps.setdefault(name, {})[title] = figures
         rows = read_rows(self.figures)[1:]
-        self.assertEqual([row[0] for row in rows], SETTINGS)
-        for name, here, octomap, ratio, cuboids, heap, octomap_heap in rows:
+        self.assertEqual([row[0] for row in rows], list(SETTINGS))
+        for name, here, octomaps, exact, other, peaks, cells in rows:
             with self.subTest(name):
-                self.assertEqual([here, octomap, ratio], insertion[name][2:5])
-                self.assertEqual(number(cuboids), number(memory[name][1]))
-                share = int(re.search(r'\((\d+)%\)', cuboids).group(1))
-                self.assertAlmostEqual(share, 100 / number(memory[name][2]), delta=0.5)
-                self.assertEqual([heap, octomap_heap], memory[name][4:6])
+                of_set = maps[SETTINGS[name]]
+                self.assertEqual(here, of_set['here'][0])
+                self.assertEqual(octomaps, ', '.join(of_set[title][1] for title in ('OctoMap', 'OctoMap, lazy')))
+                exact_peers = {title: figures for title, figures in of_set.items() if figures[2] == '0' and 'OctoMap' not in title}
+                best = min(exact_peers, key=lambda title: number(exact_peers[title][1]))
+                self.assertEqual(exact, f"{exact_peers[best][1]} {best.split(',')[0]}")
+                inexact = {title: figures for title, figures in of_set.items() if figures[2] not in ('0', '-')}
+                self.assertEqual(min(inexact, key=lambda title: number(inexact[title][1])), INEXACT)
+                share = re.search(r'\(([\d.]+%)\)', inexact[INEXACT][2]).group(1)
+                self.assertEqual(other, f'{inexact[INEXACT][1]}, {share}')
+                self.assertEqual(peaks, ', '.join(of_set[title][5].replace(' MB', '') for title in ('here', 'OctoMap', best)))
+                self.assertEqual(cells, f"{number(of_set['here'][3]) / number(of_set['OctoMap'][3]):.0%}")
+                self.assertEqual([of_set[title][2] for title in ('OctoMap', 'OctoMap, lazy')], ['0', '0'])
+
+    def test_the_range_over_machines_and_with_a_max_range_is_that_of_performance_md(self):
+        page = (ROOT / 'doc/performance.md').read_text()
+        others = [list(map(float, re.findall(r'[\d.]+', row))) for row in
+                  re.search(r'others before: ([\d, and]+) on an idle .*?, and ([\d., and]+) on an', page, re.DOTALL).groups()]
+        here = [number(row[2]) for row in read_rows(self.figures)[1:4]]
+        medians = {row[0]: number(row[4]) for row in read_block('insertion')[1:] if row[4] != '-'}
+        text = ' '.join(self.figures.split())
+        said = re.search(r'OctoMap took (\d+) to (\d+), (\d+) to (\d+) and (\d+) to (\d+) times', text).groups()
+        expected = []
+        for row, (name, ratio) in enumerate(zip(list(SETTINGS)[:3], here)):
+            ratios = [ratio, medians[SETTINGS[name]], *(ratios[row] for ratios in others)]
+            expected += [f'{min(ratios):.0f}', f'{max(ratios):.0f}']
+        self.assertEqual(list(said), expected)
+        (report,) = (ROOT / 'doc/performance').glob('*/kitti_0005_city-resolution_0.2-clouds_6-max_range_5.json')
+        report = json.loads(report.read_text())
+        ratio = report['octomap']['insert_cpu_s'] / report['cuboid_mapping']['insert_cpu_s']
+        self.assertIn(f'with a max range of 5 m, {ratio:.1f} times', text)
 
 
 class EvaluationTest(unittest.TestCase):
@@ -65,6 +95,21 @@ class EvaluationTest(unittest.TestCase):
         least, greatest = re.search(r'\[(\d+) to (\d+) %\]\(doc/evaluation.md#[^)]*\)', self.readme).groups()
         self.assertEqual([int(least), int(greatest)], [round(min(shares)), round(max(shares))])
 
+    def test_cells_beside_those_of_classes_alone_and_of_the_papers_method_are_said_too(self):
+        shares = []
+        for report in (ROOT / 'doc/evaluation').glob('*_rate_distortion.json'):
+            cells = {(row['map'], row['resolution_m']): row['cells'] for row in json.loads(report.read_text())['rows']}
+            shares += [100 * count / cells['octomap, classes', edge_m] for (name, edge_m), count in cells.items()
+                       if name == 'cuboid_mapping, classes']
+        method = [number(row[3]) for row in read_block('summary', 'evaluation')
+                  if row[1] in ('growth', 'the paper, to the letter')]
+        self.assertEqual([len(shares), len(method)], [16, 8])
+        readme = ' '.join(self.readme.split())
+        alone = re.search(r'(\d+) to (\d+) % of those of an OctoMap with \[classes alone\]', readme).groups()
+        paper = re.search(r"The paper's method has \[(\d+) to (\d+) %\]", readme).groups()
+        for said, values in ((alone, shares), (paper, method)):
+            self.assertEqual(list(map(int, said)), [round(min(values)), round(max(values))])
+
     def test_what_the_paper_to_the_letter_saves_is_that_of_the_readings(self):
         saved = re.search(r'To the letter: ([\d.]+) % fewer on muehlburger_tor_standing, ([\d.]+) % on sim_fr079, '
                           r'([\d.]+) % on rgbd_7scenes, and ([\d.]+) % \*\*more\*\* on kitti_0005_city', self.text).groups()
@@ -74,6 +119,26 @@ class EvaluationTest(unittest.TestCase):
                                                         100 - written['rgbd_7scenes'], written['kitti_0005_city'] - 100)])
         fewer, more = re.search(r'\[([\d.]+) % fewer cells than OctoMap\].* ([\d.]+) % more on KITTI', self.readme, re.DOTALL).groups()
         self.assertEqual([fewer, more], [saved[0], saved[3]])
+
+    def test_why_an_r_tree_is_that_of_the_table_of_indexes(self):
+        def ratios(column, *kinds):  # Of both data sets.
+            rows = [row for row in read_block('indexes', 'tables/evaluation')[1:] if any(kind in row[0] for kind in kinds)]
+            return [number(row[place]) for row in rows for place in (column, column + 3)]
+
+        def expect(pattern, values, digits):
+            said = list(map(number, re.search(pattern, self.text).groups()))
+            self.assertEqual(said, [round(min(values), digits), round(max(values), digits)], pattern)
+
+        hash_of_bricks, flat_list = 2, 3
+        nearest = ratios(hash_of_bricks, 'nearest')
+        expect(r'boxes and regions in ([\d.]+) to ([\d.]+) times', ratios(hash_of_bricks, 'boxes', 'regions', 'in 2 m'), 1)
+        expect(r'visits in ([\d.]+) to ([\d.]+),', ratios(hash_of_bricks, 'visit'), 1)
+        expect(r'graphs in ([\d.]+) to ([\d.]+),', [*(value for value in nearest if value < 1),
+                                                    *ratios(hash_of_bricks, 'points', 'graphs')], 2)
+        self.assertIn(f'the nearest far from everything in {max(nearest):.0f};', self.text)
+        expect(r'wins at visits \(([\d.]+) to ([\d.]+)\)', ratios(flat_list, 'visit'), 2)
+        slower = [value for value in ratios(flat_list, 'boxes', 'in 2 m', 'regions', 'points', 'nearest', 'graphs') if value > 1]
+        expect(r'elsewhere by ([\d.]+) to ([\d,]+) times', slower, 1)
 
 
 class KeptRunsTest(unittest.TestCase):
@@ -92,19 +157,31 @@ class KeptRunsTest(unittest.TestCase):
             self.assertEqual([copy.read_text() for copy in copies], originals)
 
     def test_performance_md_is_made_of_the_reports_that_it_names(self):
-        """The table of other maps may be of another commit, which stands below it."""
+        """The tables of other maps and of scaling may be of other commits, which stand below them."""
         blocks = dict(re.findall(r'<!-- benchmark:begin (\w+) -->\n(.*?)<!-- benchmark:end -->',
                                  ''.join((ROOT / 'doc' / page).read_text() for page in ('performance.md', 'tables/performance.md')),
                                  re.DOTALL))
         (commit,) = re.findall(r'commit `(\w+)`', blocks['machine'])
         options = ['--commit', commit]
-        if blocks['peers'] != 'Not measured.\n':
-            (peers_commit,) = re.findall(r'commit `(\w+)`', blocks['peers'])
-            options += ['--peers-commit', peers_commit]
+        for name in ('peers', 'scaling'):
+            if blocks[name] != 'Not measured.\n':
+                (other_commit,) = re.findall(r'commit `(\w+)`', blocks[name])
+                options += [f'--{name}-commit', other_commit]
         self.expect_document('performance', 'benchmark', '--only-document', '--results', ROOT / 'doc/performance', *options)
 
     def test_evaluation_md_is_made_of_the_runs_beside_it(self):
         self.expect_document('evaluation', 'evaluate', '--kept')
+
+
+class ScalingTest(unittest.TestCase):
+
+    def test_the_exponent_of_a_power_is_found_with_its_error(self):
+        sys.path.insert(0, str(ROOT / 'scripts'))
+        from benchmark_document import exponent
+        self.assertEqual(exponent([(x, 3 * x ** 1.5) for x in (1, 2, 4, 8)]), '1.50 ± 0.00')
+        self.assertEqual(exponent([(1, 5), (2, 10)]), '1.00')
+        self.assertEqual(exponent([(1, 1), (2, 4), (4, 8)]), '1.50 ± 0.29')
+        self.assertEqual(exponent([(1, 1), (2, float('nan')), (4, 8)]), '-')
 
 
 class NodesTest(unittest.TestCase):

@@ -1,0 +1,96 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: BSD-3-Clause
+"""Figures come from commits in the history, and the pages say which, and what has changed since."""
+import pathlib
+import re
+import sys
+import unittest
+
+ROOT = pathlib.Path(__file__).resolve().parents[2]
+DOC = ROOT / 'doc'
+sys.path.insert(0, str(ROOT / 'scripts'))
+import figure_ages  # noqa: E402
+
+REPORTS = [file for folder in ('performance', 'evaluation') for file in sorted((DOC / folder).rglob('*'))
+           if file.suffix in ('.json', '.csv', '.xz')]
+OF_OTHERS = ('data_sets.md',)  # Names commits of other repositories.
+HAS_HISTORY = figure_ages.has_history()
+
+
+def read_blocks(page):
+    return re.findall(r'<!-- benchmark:begin (\w+) -->', page.read_text())
+
+
+class SourcesTest(unittest.TestCase):
+    """What needs no history."""
+
+    def setUp(self):
+        self.rows = figure_ages.read_table()
+
+    def test_sources_exist(self):
+        for row in self.rows:
+            for name, paths in row.sources.items():
+                self.assertTrue(paths, f'{row.page.name}: {name}')
+                for path in paths:
+                    self.assertTrue((ROOT / path).exists(), f'{row.page.name}: {path}')
+                    self.assertIn(path.split('/')[0], figure_ages.SOURCES)
+
+    def test_each_kept_report_belongs_to_figures(self):
+        used = {file for row in self.rows for file in row.reports}
+        for report in REPORTS:
+            if report.suffix != '.xz' and figure_ages.commits_of(report):  # The archive has what stands beside it.
+                self.assertIn(report, used)
+
+    def test_each_generated_table_has_a_row(self):
+        num_tables = 0
+        for page in sorted(DOC.rglob('*.md')):
+            titles = [title for row in self.rows if row.page == page for title in row.titles]
+            for block in read_blocks(page):
+                if block != 'machine':
+                    num_tables += 1
+                    self.assertIn(block, titles, page.name)
+        self.assertGreater(num_tables, 20)
+
+
+@unittest.skipUnless(HAS_HISTORY, 'no history here, or a shallow one')
+class HistoryTest(unittest.TestCase):
+
+    def test_each_kept_report_is_of_a_commit_in_the_history(self):
+        num_commits = 0
+        for report in REPORTS:
+            for commit in figure_ages.commits_of(report):
+                num_commits += 1
+                self.assertIsNotNone(figure_ages.date_of(commit), f'{report.name}: {commit}')
+        self.assertGreater(num_commits, 50)
+
+    def test_each_commit_that_a_page_names_is_in_the_history(self):
+        num_commits = 0
+        for page in [ROOT / 'README.md', *sorted(DOC.rglob('*.md'))]:
+            if page.name in OF_OTHERS:
+                continue
+            for word in re.findall(r'\b(?=[0-9a-f]*\d)(?=[0-9a-f]*[a-f])[0-9a-f]{7,10}\b', page.read_text()):
+                num_commits += 1
+                self.assertIsNotNone(figure_ages.date_of(word), f'{page.name}: {word}')
+        self.assertGreater(num_commits, 30)
+
+    def test_the_pages_say_what_has_changed_since(self):
+        rows = figure_ages.read_table()
+        for page in {row.page: None for row in rows}:
+            marks = figure_ages.MARKS.search(page.read_text())
+            self.assertIsNotNone(marks, f'{page.name} has no ages')
+            self.assertEqual(marks[0], f'{marks[1]}{figure_ages.ages_of(page, rows)}{marks[2]}',
+                             f'{page.name}: run scripts/figure_ages.py')
+
+    def test_each_row_of_reliability_has_its_commit_and_date(self):
+        text = (DOC / 'reliability.md').read_text()
+        rows = [row for row in figure_ages.read_rows(text[text.index('## How it was tested'):])[0]]
+        self.assertGreater(len(rows), 15)
+        for row in rows:
+            at = row[-1]
+            for commit, date in re.findall(r'([0-9a-f]{7}), (\d{4}-\d\d-\d\d)', at):
+                self.assertEqual(figure_ages.date_of(commit), date, row[0])
+            self.assertRegex(at, r'^[0-9a-f]{7}, \d{4}-\d\d-\d\d', row[0])
+
+
+if __name__ == '__main__':
+    unittest.main()
