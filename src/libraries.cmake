@@ -40,7 +40,9 @@ cuboid_mapping_add_part(core
   cuboid_mapping/query/frontier_query.cpp
   cuboid_mapping/query/height_range.cpp
   cuboid_mapping/query/motion_query.cpp
+  cuboid_mapping/query/near_obstacles.cpp
   cuboid_mapping/query/nearest_query.cpp
+  cuboid_mapping/query/obstacle_cache.cpp
   cuboid_mapping/query/obstacle_distance.cpp
   cuboid_mapping/query/obstacles.cpp
   cuboid_mapping/query/path_query.cpp

@@ -288,5 +288,38 @@ TEST(PoseQuery, LooksAtMoreBricksThanItKeeps) {
   }
 }
 
+TEST(PoseQuery, FindsEveryVoxelThatABallBesideAnotherMeets) {
+  Random random(3943);
+  int num_free = 0;
+  int num_blocked = 0;
+  for (int round = 0; round < 150; ++round) {
+    const CuboidMap map = test::mapOfUpdates(random, 6, poseConfig());
+    const UnknownPolicy policy = random.chance(0.3) ? UnknownPolicy::kStop : UnknownPolicy::kPass;
+    Body ball;
+    const double radius = random.chance(0.1) ? random.real(12.0, 18.0) : random.real(0.2, 6.0);
+    ball.spheres.push_back({Eigen::Vector3d::Zero(), radius * kEdge_m});
+    std::vector<Eigen::Isometry3d> poses;
+    Eigen::Vector3d place = test::randomPoint(random, 6.0);
+    Eigen::Vector3d step = Eigen::Vector3d::Zero();
+    for (int i = 0; i < 40; ++i) {
+      if (i % 10 == 0) step = random.real(0.1, 2.0) * kEdge_m * test::randomDirection(random);
+      poses.push_back(Eigen::Isometry3d(Eigen::Translation3d(place += step)));
+    }
+    const std::vector<PoseQueryResult> results = checkPoses(map, ball, poses, policy);
+    for (std::size_t i = 0; i < poses.size(); ++i) {
+      const double depth = depthInObstacles(map, policy, ball, 0, poses[i]);
+      if (std::abs(depth) < 1e-5) continue;  // It only touches.
+      EXPECT_EQ(results[i].isFree(), depth < 0.0)
+          << "round " << round << ", pose " << i << ", depth " << depth;
+      depth < 0.0 ? ++num_free : ++num_blocked;
+      if (results[i].contact) {
+        EXPECT_GT(depthOfPart(ball, 0, poses[i], results[i].contact->voxel), 0.0);
+      }
+    }
+  }
+  EXPECT_GT(num_free, 1000);
+  EXPECT_GT(num_blocked, 1000);
+}
+
 }  // namespace
 }  // namespace cuboid_mapping

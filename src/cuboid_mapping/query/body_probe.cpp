@@ -1,32 +1,12 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "cuboid_mapping/query/body_probe.h"
 
-#include "cuboid_mapping/query/body_shapes.h"
-
 #include <algorithm>
 #include <cmath>
+#include <type_traits>
 
 namespace cuboid_mapping {
 namespace {
-
-/// An obstacle that a shape meets in one brick.
-template <typename ShapeT>
-std::optional<Cell> findMetInBrick(const ShapeT& shape, const Cell& brick,
-                                   const BrickMask& obstacles) {
-  if (!shape.meets(Cube::of(brick, kBrickEdge))) return std::nullopt;
-  const CellBox part = intersect(shape.bounds(), brickBox(brick));
-  CellBox slice = part;
-  slice.max.z = slice.min.z + 1;
-  const std::uint64_t columns = BrickMask::ofBox(slice)[slice.min.z - brick.z];
-  for (std::int32_t z = part.min.z; z < part.max.z; ++z) {
-    for (std::uint64_t left = obstacles[z - brick.z] & columns; left != 0; left &= left - 1) {
-      const int column = __builtin_ctzll(left);
-      const Cell voxel{brick.x + column % kBrickEdge, brick.y + column / kBrickEdge, z};
-      if (shape.meets(Cube::of(voxel, 1.0))) return voxel;
-    }
-  }
-  return std::nullopt;
-}
 
 /// The growth of a body that stands still: none.
 struct NoGrowth {
@@ -71,37 +51,34 @@ bool isTurn(const Eigen::Matrix3d& turn) {
 
 }  // namespace
 
-void ObstacleCache::look(const Cell& brick, Slot& slot) {
-  if (!budget().spend()) return;
-  if (masks_.size() == kMaxMasks) {
-    slots_.fill({kNoBrick, kNothing});
-    masks_.clear();
+/// An obstacle that a shape meets, or a voxel outside the region, valid until the next call; null: none, or the budget
+/// is spent.
+template <typename ShapeT>
+const Cell* BodyProbe::findMet(const ShapeT& shape) {
+  if (region_ && !region_->contains(shape.bounds())) return keep(shape.bounds().min);
+  if constexpr (std::is_same_v<ShapeT, Ball>) {
+    if (NearObstacles::isSmall(shape)) return near_.findMet(shape);
   }
-  const BrickMask mask = obstacles_.inBrick(brick);
-  slot = {brick, kNothing};
-  if (mask.isEmpty()) return;
-  slot.mask = static_cast<std::uint32_t>(masks_.size());
-  masks_.push_back(mask);
+  return findMetByBrick(shape);
 }
 
-/// An obstacle that a shape meets, or a voxel outside the region; nothing if the budget is spent.
 template <typename ShapeT>
-std::optional<Cell> BodyProbe::findMet(const ShapeT& shape) {
-  if (region_ && !region_->contains(shape.bounds())) return shape.bounds().min;
-  const Cell first = brickOf(shape.bounds().min);
-  const Cell& end = shape.bounds().max;
+const Cell* BodyProbe::findMetByBrick(const ShapeT& shape) {
+  const CellBox bounds = shape.bounds();
+  const Cell first = brickOf(bounds.min);
+  const Cell& end = bounds.max;
   Cell brick;
   for (brick.z = first.z; brick.z < end.z; brick.z += kBrickEdge) {
     for (brick.y = first.y; brick.y < end.y; brick.y += kBrickEdge) {
       for (brick.x = first.x; brick.x < end.x; brick.x += kBrickEdge) {
-        const BrickMask* obstacles = cache_.find(brick);
-        if (cache_.budget().isSpent()) return std::nullopt;
-        if (obstacles == nullptr) continue;
-        if (const auto met = findMetInBrick(shape, brick, *obstacles)) return met;
+        const BrickObstacles* obstacles = cache_.find(brick);
+        if (cache_.budget().isSpent()) return nullptr;
+        if (obstacles == nullptr || !shape.meets(Cube::of(brick, kBrickEdge))) continue;
+        if (const auto met = findMetInBrick(shape, *obstacles)) return keep(*met);
       }
     }
   }
-  return std::nullopt;
+  return nullptr;
 }
 
 template <typename GrowthT>
@@ -114,7 +91,7 @@ std::optional<PoseContact> BodyProbe::find(const Eigen::Isometry3d& T_map_body,
         T_map_body.linear() * sphere.center_body + T_map_body.translation();
     const double radius_m = sphere.radius_m + growth.of(sphere);
     const Ball ball(grid_.toCellUnits(center_map), radius_m * grid_.inverseResolution());
-    if (const auto voxel = findMet(ball)) return PoseContact{part, *voxel};
+    if (const Cell* voxel = findMet(ball)) return PoseContact{part, *voxel};
     ++part;
   }
   for (const BodyBox& box : body_.boxes) {
@@ -122,7 +99,7 @@ std::optional<PoseContact> BodyProbe::find(const Eigen::Isometry3d& T_map_body,
     const Eigen::Vector3d half_m = 0.5 * box.size_m + growth.of(box);
     const TurnedBox turned(grid_.toCellUnits(T_map_box.translation()), T_map_box.linear(),
                            grid_.toCellUnits(half_m));
-    if (const auto voxel = findMet(turned)) return PoseContact{part, *voxel};
+    if (const Cell* voxel = findMet(turned)) return PoseContact{part, *voxel};
     ++part;
   }
   return std::nullopt;

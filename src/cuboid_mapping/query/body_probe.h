@@ -1,52 +1,12 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
-#include "cuboid_mapping/query/obstacles.h"
+#include "cuboid_mapping/query/near_obstacles.h"
 #include "cuboid_mapping/query/pose_query.h"
 
-#include <array>
-#include <cstdint>
 #include <optional>
-#include <vector>
 
 namespace cuboid_mapping {
-
-/// The obstacles of bricks. Neighbouring bricks are looked up once.
-class ObstacleCache {
- public:
-  ObstacleCache(const CuboidMap& map, UnknownPolicy policy, Budget& budget)
-      : obstacles_(map, policy, budget) {
-    slots_.fill({kNoBrick, kNothing});
-    masks_.reserve(64);
-  }
-
-  [[nodiscard]] Budget& budget() const { return obstacles_.budget(); }
-
-  /// The voxels of a brick that are in the way; null: none. Valid until the next call; arbitrary if the budget is
-  /// spent.
-  [[nodiscard]] const BrickMask* find(const Cell& brick) {
-    Slot& slot = slots_[static_cast<std::size_t>((brick.x >> 3 & 7) | (brick.y >> 3 & 7) << 3 |
-                                                 (brick.z >> 3 & 3) << 6)];
-    if (slot.brick != brick) look(brick, slot);
-    return slot.mask == kNothing ? nullptr : &masks_[slot.mask];
-  }
-
- private:
-  struct Slot {
-    Cell brick;
-    std::uint32_t mask;  ///< Number, or kNothing.
-  };
-  static constexpr std::size_t kNumSlots = 256;
-  static constexpr std::size_t kMaxMasks = 1024;
-  static constexpr std::uint32_t kNothing = 0xFFFFFFFFU;
-  static constexpr Cell kNoBrick{1, 1, 1};
-
-  void look(const Cell& brick, Slot& slot);
-
-  Obstacles obstacles_;
-  std::array<Slot, kNumSlots> slots_;
-  std::vector<BrickMask> masks_;
-};
 
 /// Bound of the distance of a moving body from its pose in the middle of a motion.
 struct Sway {
@@ -63,7 +23,14 @@ class BodyProbe {
   /// @param region  Voxels outside of it are obstacles.
   BodyProbe(const CuboidMap& map, const Body& body, UnknownPolicy policy, Budget& budget,
             const std::optional<CellBox>& region = std::nullopt)
-      : body_(body), grid_(map.grid()), cache_(map, policy, budget), region_(region) {}
+      : body_(body),
+        grid_(map.grid()),
+        cache_(map, policy, budget),
+        near_(cache_),
+        region_(region) {}
+  // near_ refers to cache_.
+  BodyProbe(const BodyProbe&) = delete;
+  BodyProbe& operator=(const BodyProbe&) = delete;
 
   /// An obstacle that the body meets; nothing if the budget is spent. @pre isPose(T_map_body, rangeOf(body, grid)).
   [[nodiscard]] std::optional<PoseContact> findContact(const Eigen::Isometry3d& T_map_body);
@@ -81,11 +48,16 @@ class BodyProbe {
   template <typename GrowthT>
   std::optional<PoseContact> find(const Eigen::Isometry3d& T_map_body, const GrowthT& growth);
   template <typename ShapeT>
-  std::optional<Cell> findMet(const ShapeT& shape);
+  const Cell* findMet(const ShapeT& shape);
+  template <typename ShapeT>
+  const Cell* findMetByBrick(const ShapeT& shape);
+  const Cell* keep(const Cell& met) { return &(met_ = met); }
 
   const Body& body_;
   Grid grid_;
   ObstacleCache cache_;
+  NearObstacles near_;
+  Cell met_;
   std::optional<CellBox> region_;
   std::size_t num_poses_ = 0;
 };

@@ -16,20 +16,21 @@ namespace cuboid_mapping {
 /// Overlaps up to this, in voxels, do not count, as in Grid::toCellBox.
 constexpr double kNoOverlap = 1e-6;
 
+/// std::floor() without a call, to 2^-22. @pre The value lies in the range of cells.
+[[nodiscard]] inline std::int32_t floorToCell(double value) {
+  constexpr double kOffset = 2147483648.0;
+  return static_cast<std::int32_t>(static_cast<std::int64_t>(value + kOffset) -
+                                   static_cast<std::int64_t>(kOffset));
+}
+
 /// Cells that a shape with this centre and reach may overlap by more than kNoOverlap, and a few more.
 [[nodiscard]] inline CellBox cellsAround(const Eigen::Vector3d& center,
                                          const Eigen::Vector3d& reach) {
-  // Replaces std::floor() without a call, to 2^-22. The value lies in the range of cells.
-  const auto floor_to_int = [](double value) {
-    constexpr double kOffset = 2147483648.0;
-    return static_cast<std::int32_t>(static_cast<std::int64_t>(value + kOffset) -
-                                     static_cast<std::int64_t>(kOffset));
-  };
   constexpr double kSure = 0.5 * kNoOverlap;
   CellBox box;
   for (int axis = 0; axis < 3; ++axis) {
-    box.min[axis] = floor_to_int(center[axis] - reach[axis] + kSure);
-    box.max[axis] = floor_to_int(center[axis] + reach[axis] - kSure) + 1;
+    box.min[axis] = floorToCell(center[axis] - reach[axis] + kSure);
+    box.max[axis] = floorToCell(center[axis] + reach[axis] - kSure) + 1;
   }
   return box;
 }
@@ -48,11 +49,16 @@ struct Cube {
 class Ball {
  public:
   Ball(const Eigen::Vector3d& center, double radius)
-      : center_(center),
-        square_((radius - kNoOverlap) * (radius - kNoOverlap)),
-        bounds_(cellsAround(center, Eigen::Vector3d::Constant(radius))) {}
+      : center_(center), radius_(radius), square_((radius - kNoOverlap) * (radius - kNoOverlap)) {}
 
-  [[nodiscard]] const CellBox& bounds() const { return bounds_; }
+  [[nodiscard]] const Eigen::Vector3d& center() const { return center_; }
+  [[nodiscard]] Cell centerCell() const {
+    return {floorToCell(center_.x()), floorToCell(center_.y()), floorToCell(center_.z())};
+  }
+  [[nodiscard]] double radius() const { return radius_; }
+  [[nodiscard]] CellBox bounds() const {
+    return cellsAround(center_, Eigen::Vector3d::Constant(radius_));
+  }
   [[nodiscard]] bool meets(const Cube& cube) const {
     const Eigen::Array3d away = (center_ - cube.center).array().abs() - cube.half;
     return away.max(0.0).square().sum() < square_;
@@ -60,8 +66,8 @@ class Ball {
 
  private:
   Eigen::Vector3d center_;
+  double radius_;
   double square_;
-  CellBox bounds_;
 };
 
 /// A rotated box.

@@ -74,11 +74,14 @@ std::vector<PoseQueryResult> checkPoses(const CuboidMap& map, const Body& body,
   for (std::size_t i = 0; i < results.size(); ++i) {
     if (!isPose(T_map_body[i], range_m)) continue;
     PoseQueryResult& result = results[i];
-    if (!budget.isSpent()) result.contact = probe.findContact(T_map_body[i]);
-    if (result.contact) {
+    result.answer = WayAnswer::kBudgetSpent;
+    if (budget.isSpent()) continue;
+    if (const auto contact = probe.findContact(T_map_body[i])) {
       result.answer = WayAnswer::kBlocked;
-    } else {
-      result.answer = budget.isSpent() ? WayAnswer::kBudgetSpent : WayAnswer::kFree;
+      result.contact.emplace().part = contact->part;
+      result.contact->voxel = contact->voxel;
+    } else if (!budget.isSpent()) {
+      result.answer = WayAnswer::kFree;
     }
   }
   return results;

@@ -3,6 +3,7 @@
 
 #include "cuboid_mapping/parallel/parallel_for.h"
 #include "cuboid_mapping/voxels/brick_store.h"
+#include "cuboid_mapping/voxels/mask_bounds.h"
 
 #include <algorithm>
 #include <utility>
@@ -12,27 +13,6 @@ namespace {
 
 /// Number of bricks that a thread takes at a time.
 constexpr std::size_t kPartBricks = 64;
-
-/// Box around the voxels of a set. @pre It is not empty.
-CellBox boundsOf(const Cell& brick, const BrickMask& mask) {
-  std::uint64_t slices = 0;  // Voxels that are in any slice.
-  int first = kBrickEdge;
-  int last = 0;
-  for (int z = 0; z < kBrickEdge; ++z) {
-    if (mask[z] == 0) continue;
-    slices |= mask[z];
-    first = std::min(first, z);
-    last = z;
-  }
-  std::uint64_t row = slices | slices >> 32;
-  row |= row >> 16;
-  row |= row >> 8;
-  row &= 0xFF;
-  const int least_row = __builtin_ctzll(slices) >> 3;
-  const int last_row = (63 - __builtin_clzll(slices)) >> 3;
-  return {brick + Cell{__builtin_ctzll(row), least_row, first},
-          brick + Cell{64 - __builtin_clzll(row), last_row + 1, last + 1}};
-}
 
 /// Computes the changes that follow from new voxels.
 void complete(const PackedVoxels& before, const VoxelStore::Work& work,

@@ -1,0 +1,54 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include "cuboid_mapping/query/obstacles.h"
+
+#include <array>
+#include <cstdint>
+#include <vector>
+
+namespace cuboid_mapping {
+
+/// The voxels of a brick that are in the way, at least one.
+struct BrickObstacles {
+  Cell brick;
+  BrickMask voxels;
+  CellBox box;  ///< Around them.
+};
+
+/// The obstacles of bricks. Neighbouring bricks are looked up once.
+class ObstacleCache {
+ public:
+  ObstacleCache(const CuboidMap& map, UnknownPolicy policy, Budget& budget)
+      : obstacles_(map, policy, budget) {
+    found_.reserve(64);
+  }
+
+  [[nodiscard]] Budget& budget() const { return obstacles_.budget(); }
+
+  /// The obstacles of a brick; null: none. Valid until the next call; arbitrary if the budget is spent.
+  [[nodiscard]] const BrickObstacles* find(const Cell& brick) {
+    Slot& slot = slots_[static_cast<std::size_t>((brick.x >> 3 & 7) | (brick.y >> 3 & 7) << 3 |
+                                                 (brick.z >> 3 & 3) << 6)];
+    if (slot.brick != brick) look(brick, slot);
+    return slot.number == kNothing ? nullptr : &found_[slot.number];
+  }
+
+ private:
+  static constexpr std::size_t kNumSlots = 256;
+  static constexpr std::size_t kMaxFound = 1024;
+  static constexpr std::uint32_t kNothing = 0xFFFFFFFFU;
+
+  struct Slot {
+    Cell brick{1, 1, 1};              ///< No brick at first.
+    std::uint32_t number = kNothing;  ///< Of found_, or kNothing.
+  };
+
+  void look(const Cell& brick, Slot& slot);
+
+  Obstacles obstacles_;
+  std::array<Slot, kNumSlots> slots_;
+  std::vector<BrickObstacles> found_;
+};
+
+}  // namespace cuboid_mapping
