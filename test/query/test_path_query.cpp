@@ -88,6 +88,8 @@ TEST(PathQuery, meetsUnknownSpaceByPolicy) {
 TEST(PathQuery, isInvalidForWhatIsNoPathOrNoBox) {
   const CuboidMap map = tunnel();
   const auto is_refused = [&](const Path& path, const Eigen::Vector3d& size_m) {
+    EXPECT_EQ(isPathFree(map, path, size_m, UnknownPolicy::kPass),
+              checkPath(map, path, size_m, UnknownPolicy::kPass).isFree());
     return checkPath(map, path, size_m, UnknownPolicy::kPass).answer == WayAnswer::kInvalid;
   };
   EXPECT_TRUE(is_refused({}, kCube));
@@ -150,6 +152,8 @@ TEST(PathQuery, agreesWithALookAtEveryVoxel) {
                                    random.chance(0.5) ? 1.0 : 3.0);
       const auto result = checkPath(model.map, path, size_m, policy);
       ASSERT_EQ(result.isFree(), !result.contact);
+      ASSERT_EQ(isPathFree(model.map, path, size_m, policy), result.isFree())
+          << test::seedNote(num_cases);
       const double free_m = result.contact ? result.contact->distance_m : result.length_m;
       const Grid& grid = model.map.grid();
       // If it is blocked at the start, no part of it is free.

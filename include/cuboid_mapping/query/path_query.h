@@ -50,6 +50,12 @@ struct PathQueryResult {
                                         const Eigen::Vector3d& size_m, UnknownPolicy policy,
                                         Budget& budget = Budget::unlimited());
 
+/// Whether checkPath() answers kFree: sooner where it does not, as any contact will do.
+[[nodiscard]] bool isPathFree(const CuboidMap& map,
+                              const std::vector<Eigen::Vector3d>& waypoints_map,
+                              const Eigen::Vector3d& size_m, UnknownPolicy policy,
+                              Budget& budget = Budget::unlimited());
+
 /// The box of this size around a point.
 [[nodiscard]] inline MetricBox boxAround(const Eigen::Vector3d& center_m,
                                          const Eigen::Vector3d& size_m) {

@@ -13,7 +13,7 @@ BrickMask Obstacles::inBrick(const Cell& brick) const {
 bool Obstacles::isAnyInBrick(const Cell& brick, const CellBox& box) const {
   const PackedVoxels* voxels = voxels_.find(brick);
   if (voxels == nullptr) return blocks_unknown_;
-  if (voxels->isAllFree()) return false;
+  if (blocks_unknown_ ? voxels->isAllFree() : !voxels->isAnyOccupied()) return false;
   return inBrick(brick).intersects(BrickMask::ofBox(intersect(box, brickBox(brick))));
 }
 

@@ -5,56 +5,103 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
+#include <optional>
 
 namespace cuboid_mapping {
 namespace {
 
 /// Overlap in voxels that is none; that of Grid::toCellBox.
 constexpr double kTouch = 1e-6;
-/// Length of the pieces of a segment, in voxels; an edge of the box, if that is more.
-constexpr double kPieceLength = 16.0;
+
+/// A part of a motion, from 0 to 1.
+struct Part {
+  double enter = 0.0;
+  double leave = 1.0;
+
+  [[nodiscard]] bool isEmpty() const { return !(enter < leave); }
+};
 
 /// A straight motion of a box; all lengths in voxels.
 struct Sweep {
   Eigen::Vector3d from;
-  Eigen::Vector3d to;
+  Eigen::Vector3d motion;
   Eigen::Vector3d half;  ///< Half the edges of the box.
 
-  [[nodiscard]] Eigen::Vector3d at(double t) const { return from + t * (to - from); }
+  [[nodiscard]] Eigen::Vector3d at(double t) const { return from + t * motion; }
 
-  /// Part of the motion, from 0 to 1, at which the box meets a voxel first; infinity for never.
-  [[nodiscard]] double findContact(const Cell& voxel) const {
-    double enter = 0.0;
-    double leave = 1.0;
-    for (int axis = 0; axis < 3; ++axis) {
-      const double lower = voxel[axis] - half[axis] + kTouch - from[axis];
-      const double upper = voxel[axis] + 1.0 + half[axis] - kTouch - from[axis];
-      const double motion = to[axis] - from[axis];
-      if (motion == 0.0) {
-        if (lower >= 0.0 || upper <= 0.0) return std::numeric_limits<double>::infinity();
-        continue;
-      }
-      const double t_lower = lower / motion;
-      const double t_upper = upper / motion;
-      enter = std::max(enter, std::min(t_lower, t_upper));
-      leave = std::min(leave, std::max(t_lower, t_upper));
-    }
-    return enter < leave ? enter : std::numeric_limits<double>::infinity();
+  /// The part of a part in which the box overlaps a slab of space.
+  [[nodiscard]] Part clip(const Part& part, int axis, double low, double high) const {
+    const double lower = low - half[axis] + kTouch - from[axis];
+    const double upper = high + half[axis] - kTouch - from[axis];
+    if (motion[axis] == 0.0) return lower < 0.0 && upper > 0.0 ? part : Part{1.0, 0.0};
+    const double t_lower = lower / motion[axis];
+    const double t_upper = upper / motion[axis];
+    return {std::max(part.enter, std::min(t_lower, t_upper)),
+            std::min(part.leave, std::max(t_lower, t_upper))};
   }
 
-  /// All voxels that the box can meet in a part of the motion.
-  [[nodiscard]] CellBox bounds(double t_first, double t_last) const {
+  /// The part in which the box meets a voxel.
+  [[nodiscard]] Part findContact(const Cell& voxel) const {
+    Part part;
+    for (int axis = 0; axis < 3; ++axis) part = clip(part, axis, voxel[axis], voxel[axis] + 1.0);
+    return part;
+  }
+
+  /// All voxels that the box can meet in a part of the motion, and a few more.
+  [[nodiscard]] CellBox bounds(const Part& part) const {
+    const Eigen::Vector3d a = at(part.enter);
+    const Eigen::Vector3d b = at(part.leave);
+    const Eigen::Vector3d reach = half.array() + kTouch;
     CellBox box;
-    const Eigen::Vector3d a = at(t_first);
-    const Eigen::Vector3d b = at(t_last);
     for (int axis = 0; axis < 3; ++axis) {
-      const double lower = std::min(a[axis], b[axis]) - half[axis];
-      const double upper = std::max(a[axis], b[axis]) + half[axis];
-      box.min[axis] = static_cast<std::int32_t>(std::floor(lower + kTouch));
-      box.max[axis] = std::max(box.min[axis] + 1, static_cast<std::int32_t>(std::ceil(upper)));
+      const double lower = std::min(a[axis], b[axis]) - reach[axis];
+      const double upper = std::max(a[axis], b[axis]) + reach[axis];
+      box.min[axis] = static_cast<std::int32_t>(std::floor(lower));
+      box.max[axis] = static_cast<std::int32_t>(std::floor(upper)) + 1;
     }
     return box;
   }
+};
+
+/// The bricks that a box meets on its way, slab by slab along the motion.
+class SweptBricks {
+ public:
+  explicit SweptBricks(const Sweep& sweep) : sweep_(sweep) {
+    sweep.motion.cwiseAbs().maxCoeff(&main_axis_);
+  }
+
+  /// @param visit  (const Cell& brick, const Part&): the part in which the box meets the brick. It returns until when
+  /// the motion is still of interest; less than 0 ends the visit.
+  template <typename VisitorT>
+  void visit(const VisitorT& visit) {
+    visitSlabs(0, Cell(), Part(), visit);
+  }
+
+ private:
+  template <typename VisitorT>
+  void visitSlabs(int depth, Cell brick, const Part& part, const VisitorT& visit) {
+    const int axis = (main_axis_ + depth) % 3;
+    const CellBox bounds = sweep_.bounds(part);
+    const Cell first = brickOf(bounds.min);
+    const std::int32_t last = (bounds.max[axis] - 1) & ~(kBrickEdge - 1);
+    const bool is_forward = sweep_.motion[axis] >= 0.0;
+    for (std::int32_t from = 0; from <= last - first[axis]; from += kBrickEdge) {
+      brick[axis] = is_forward ? first[axis] + from : last - from;
+      const Part inside = sweep_.clip(part, axis, brick[axis], brick[axis] + 1.0 * kBrickEdge);
+      if (inside.isEmpty()) continue;
+      if (inside.enter >= until_) return;  // So are the slabs behind.
+      if (depth < 2) {
+        visitSlabs(depth + 1, brick, inside, visit);
+      } else {
+        until_ = visit(brick, inside);
+      }
+    }
+  }
+
+  const Sweep& sweep_;
+  Eigen::Index main_axis_ = 0;
+  double until_ = 1.0;
 };
 
 struct Contact {
@@ -62,21 +109,28 @@ struct Contact {
   Cell voxel;
 };
 
-std::optional<Contact> findFirst(const Obstacles& obstacles, const Sweep& sweep) {
-  const double length = (sweep.to - sweep.from).cwiseAbs().maxCoeff();
-  const double piece = std::max(kPieceLength, 2.0 * sweep.half.maxCoeff());
-  const double num_pieces = std::max(1.0, std::ceil(length / piece));
-  std::optional<Contact> first;
-  for (double i = 0.0; i < num_pieces && !first && !obstacles.budget().isSpent(); ++i) {
-    const double t_last = i + 1.0 < num_pieces ? (i + 1.0) / num_pieces : 1.0;
-    const CellBox bounds = sweep.bounds(i / num_pieces, t_last);
-    if (!obstacles.isAny(bounds)) continue;
-    obstacles.visit(bounds, [&](const Cell& voxel) {
-      const double t = sweep.findContact(voxel);
-      if (t <= t_last && (!first || t < first->t)) first = Contact{t, voxel};
-    });
-  }
-  return first;
+enum class Wanted : unsigned char { kFirst, kAny };
+
+/// A contact of a motion; nothing if there is none, or when the budget is spent.
+std::optional<Contact> findContact(const Obstacles& obstacles, const Sweep& sweep, Wanted wanted) {
+  std::optional<Contact> found;
+  constexpr double kEnd = -1.0;
+  SweptBricks(sweep).visit([&](const Cell& brick, const Part& part) {
+    if (!obstacles.budget().spendAndYield()) return kEnd;
+    BrickMask near = obstacles.inBrick(brick);
+    const CellBox bounds = intersect(sweep.bounds(part), brickBox(brick));
+    if (!near.isEmpty() && !bounds.isEmpty()) {
+      near &= BrickMask::ofBox(bounds);
+      forEachCell(brick, near, [&](const Cell& voxel) {
+        const Part contact = sweep.findContact(voxel);
+        if (contact.isEmpty() || (found && found->t <= contact.enter)) return;
+        found = Contact{contact.enter, voxel};
+      });
+    }
+    if (!found) return 1.0;
+    return wanted == Wanted::kAny ? kEnd : found->t;
+  });
+  return found;
 }
 
 bool isValid(const Grid& grid, const std::vector<Eigen::Vector3d>& waypoints_map,
@@ -85,6 +139,12 @@ bool isValid(const Grid& grid, const std::vector<Eigen::Vector3d>& waypoints_map
   return std::all_of(waypoints_map.begin(), waypoints_map.end(), [&](const auto& waypoint) {
     return grid.toCellBox(boxAround(waypoint, size_m)).has_value();
   });
+}
+
+Sweep makeSweep(const Grid& grid, const Eigen::Vector3d& from_map, const Eigen::Vector3d& to_map,
+                const Eigen::Vector3d& size_m) {
+  const Eigen::Vector3d from = grid.toCellUnits(from_map);
+  return {from, grid.toCellUnits(to_map) - from, 0.5 * grid.toCellUnits(size_m)};
 }
 
 }  // namespace
@@ -101,9 +161,8 @@ PathQueryResult checkPath(const CuboidMap& map, const std::vector<Eigen::Vector3
     const Eigen::Vector3d& to = waypoints_map[std::min(i + 1, waypoints_map.size() - 1)];
     const double length_m = (to - from).norm();
     if (!result.contact) {
-      const Sweep sweep{grid.toCellUnits(from), grid.toCellUnits(to),
-                        0.5 * grid.toCellUnits(size_m)};
-      if (const auto first = findFirst(obstacles, sweep)) {
+      const Sweep sweep = makeSweep(grid, from, to, size_m);
+      if (const auto first = findContact(obstacles, sweep, Wanted::kFirst)) {
         result.contact = {i, result.length_m + first->t * length_m, from + first->t * (to - from),
                           first->voxel};
       }
@@ -113,6 +172,20 @@ PathQueryResult checkPath(const CuboidMap& map, const std::vector<Eigen::Vector3
   }
   result.answer = result.contact ? WayAnswer::kBlocked : WayAnswer::kFree;
   return result;
+}
+
+bool isPathFree(const CuboidMap& map, const std::vector<Eigen::Vector3d>& waypoints_map,
+                const Eigen::Vector3d& size_m, UnknownPolicy policy, Budget& budget) {
+  const Grid& grid = map.grid();
+  if (!isValid(grid, waypoints_map, size_m)) return false;
+  const Obstacles obstacles(map, policy, budget);
+  const std::size_t num_segments = std::max<std::size_t>(1, waypoints_map.size() - 1);
+  for (std::size_t i = 0; i < num_segments; ++i) {
+    const Sweep sweep = makeSweep(grid, waypoints_map[i],
+                                  waypoints_map[std::min(i + 1, waypoints_map.size() - 1)], size_m);
+    if (findContact(obstacles, sweep, Wanted::kAny) || budget.isSpent()) return false;
+  }
+  return true;
 }
 
 }  // namespace cuboid_mapping
