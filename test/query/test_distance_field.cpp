@@ -86,6 +86,21 @@ TEST(DistanceField, isExactUpToItsBound) {
   EXPECT_GT(num_near, 1000U);
 }
 
+TEST(DistanceField, isExactAmongManyObstacles) {
+  Random random(3953);
+  for (std::size_t i = 0; i < 10; ++i) {
+    SCOPED_TRACE(test::seedNote(i));
+    CuboidMap map;
+    std::vector<UniformBox> boxes;
+    const int count = random.integer(20, 400);
+    for (int k = 0; k < count; ++k) boxes.push_back({test::randomBox(random, kFieldArea, 4), 1.0F});
+    map.replace(kAllCells, boxes);
+    const double bound_m = random.real(0.2, 0.5);
+    const DistanceField field(map, test::randomBox(random, kFieldArea, 12), bound_m);
+    expectExact(map, field, bound_m, UnknownPolicy::kPass);
+  }
+}
+
 TEST(DistanceField, followsTheMap) {
   Random random(3952);
   for (std::size_t i = 0; i < 6; ++i) {

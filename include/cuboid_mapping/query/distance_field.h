@@ -76,7 +76,14 @@ class DistanceField {
     }
   };
 
-  void computeBrickRows(const Obstacles& obstacles, std::int32_t brick_y, std::int32_t brick_z);
+  /// Places of a row, from the least corner on.
+  struct Part {
+    std::int32_t begin = 0;
+    std::int32_t end = 0;
+
+    [[nodiscard]] bool isEmpty() const { return begin >= end; }
+  };
+  void computeRows(const Obstacles& obstacles, std::int32_t brick_y, std::int32_t brick_z);
   void computeLayers();
   void computeSquares();
 
@@ -90,9 +97,8 @@ class DistanceField {
   Rows<std::int16_t>
       layers_;  ///< Squared distance to the nearest obstacle of the layer; of all layers around.
   Rows<std::int16_t> squares_;  ///< Squared distance to the nearest obstacle.
-  Rows<std::uint8_t>
-      changed_rows_;  ///< 1 for each row of offsets_ that the last change has changed.
-  Rows<std::uint8_t> changed_layers_;  ///< The same of layers_.
+  Rows<Part> row_changes_;      ///< Of each row of offsets_: the part with the last change.
+  Rows<Part> layer_changes_;    ///< The same of layers_.
 };
 
 }  // namespace cuboid_mapping

@@ -22,7 +22,7 @@ CellBox inflate(const CellBox& box, std::int32_t by) {
 }
 
 /// A voxel for each row of a box.
-CellBox flagsOf(CellBox box) {
+CellBox edgeOf(CellBox box) {
   box.max.x = box.min.x + 1;
   return box;
 }
@@ -46,23 +46,50 @@ CellBox checkedSurroundings(const CellBox& region, double bound) {
 
 std::int16_t squareOf(std::int32_t offset) { return static_cast<std::int16_t>(offset * offset); }
 
-/// Least of what is there and of squares with another one added, place by place. All are at most kFar, and the
-/// other one at most 127 squared: the sums fit. The values are offsets, or squares.
+/// Squares of what rows hold. The values are offsets, or squares, which are at most kFar.
 ///@{
-void lessen(std::int16_t* least, const std::int8_t* offsets, std::size_t size, std::int16_t added) {
-  for (std::size_t i = 0; i < size; ++i) {
-    const auto sum = static_cast<std::int16_t>(squareOf(offsets[i]) + added);
-    least[i] = std::min(least[i], sum);
-  }
+std::int16_t leastSquare(std::int8_t a, std::int8_t b) {
+  return std::min(squareOf(a), squareOf(b));
 }
-void lessen(std::int16_t* least, const std::int16_t* squares, std::size_t size,
-            std::int16_t added) {
-  for (std::size_t i = 0; i < size; ++i) {
-    const auto sum = static_cast<std::int16_t>(squares[i] + added);
-    least[i] = std::min(least[i], sum);
-  }
-}
+std::int16_t leastSquare(std::int16_t a, std::int16_t b) { return std::min(a, b); }
 ///@}
+
+/// Least of the rows around one and of the squares of their distances from it, in a part of it.
+/// @param row_of  (int distance): the row so far before or behind. The sums fit: a distance is at most 127.
+template <typename PartT, typename RowOfT>
+void findLeast(const PartT& part, std::int32_t bound, const RowOfT& row_of, std::int16_t* least) {
+  for (std::int32_t distance = 0; distance <= bound; ++distance) {
+    const auto* before = row_of(-distance);
+    const auto* behind = row_of(distance);
+    const std::int16_t added = squareOf(distance);
+    std::int16_t greatest = 0;
+    for (std::int32_t i = part.begin; i < part.end; ++i) {
+      const auto sum = static_cast<std::int16_t>(leastSquare(before[i], behind[i]) + added);
+      least[i] = distance == 0 ? sum : std::min(least[i], sum);
+      greatest = std::max(greatest, least[i]);
+    }
+    if (greatest <= squareOf(distance + 1)) return;  // Those farther away add more.
+  }
+}
+
+template <typename PartT>
+void unite(PartT& part, const PartT& other) {
+  part = part.isEmpty() ? other
+                        : PartT{std::min(part.begin, other.begin), std::max(part.end, other.end)};
+}
+
+/// Stores a part of a row. @return The part that has changed.
+template <typename T, typename PartT>
+PartT store(T* row, const std::vector<T>& values, PartT part) {
+  while (!part.isEmpty() && row[part.begin] == values[static_cast<std::size_t>(part.begin)]) {
+    ++part.begin;
+  }
+  while (!part.isEmpty() && row[part.end - 1] == values[static_cast<std::size_t>(part.end) - 1]) {
+    --part.end;
+  }
+  std::copy(values.begin() + part.begin, values.begin() + part.end, row + part.begin);
+  return part;
+}
 
 /// Offsets of the places of a row to the nearest obstacle. @param obstacles  Where they are, ascending.
 /// @param first  The first place.
@@ -100,8 +127,8 @@ DistanceField::DistanceField(const CuboidMap& map, const CellBox& region, double
                {region.max.x, region.max.y, around_.max.z}},
               kFar),
       squares_(region, kFar),
-      changed_rows_(flagsOf(offsets_.box), 0),
-      changed_layers_(flagsOf(layers_.box), 0) {
+      row_changes_(edgeOf(offsets_.box), {}),
+      layer_changes_(edgeOf(layers_.box), {}) {
   ChangeSet everything;
   everything.is_everything = true;
   update(map, everything);
@@ -119,17 +146,17 @@ void DistanceField::update(const CuboidMap& map, const ChangeSet& changes) {
   for (const ChangedBrick& changed : changes.bricks) {
     if (changed.has_new_cuboids && brickBox(changed.brick).intersects(around_)) add(changed.brick);
   }
-  std::fill(changed_rows_.values.begin(), changed_rows_.values.end(), std::uint8_t{0});
+  std::fill(row_changes_.values.begin(), row_changes_.values.end(), Part());
   for (const auto& [brick_z, brick_y] : rows_of_bricks) {
-    computeBrickRows(obstacles, brick_y, brick_z);
+    computeRows(obstacles, brick_y, brick_z);
   }
   computeLayers();
   computeSquares();
 }
 
 /// The rows along x through some bricks.
-void DistanceField::computeBrickRows(const Obstacles& obstacles, std::int32_t brick_y,
-                                     std::int32_t brick_z) {
+void DistanceField::computeRows(const Obstacles& obstacles, std::int32_t brick_y,
+                                std::int32_t brick_z) {
   std::vector<BrickMask> masks;
   const std::int32_t first_x = brickOf(around_.min).x;
   for (std::int32_t x = first_x; x < around_.max.x; x += kBrickEdge) {
@@ -150,52 +177,56 @@ void DistanceField::computeBrickRows(const Obstacles& obstacles, std::int32_t br
         }
       }
       findOffsets(found, region_.min.x, bound_, offsets);
-      std::int8_t* row = offsets_.row(y, z);
-      if (std::equal(offsets.begin(), offsets.end(), row)) continue;
-      std::copy(offsets.begin(), offsets.end(), row);
-      *changed_rows_.row(y, z) = 1;
+      *row_changes_.row(y, z) = store(offsets_.row(y, z), offsets, Part{0, region_.size().x});
     }
   }
 }
 
 /// Squared distances in each layer: the least of the rows within the bound.
 void DistanceField::computeLayers() {
-  const auto width = static_cast<std::size_t>(region_.size().x);
-  std::vector<std::int16_t> squares(width);
+  Rows<Part> parts(layer_changes_.box, {});
+  for (std::int32_t z = around_.min.z; z < around_.max.z; ++z) {
+    for (std::int32_t y = around_.min.y; y < around_.max.y; ++y) {
+      const Part changed = *row_changes_.row(y, z);
+      if (changed.isEmpty()) continue;
+      const std::int32_t end = std::min(y + bound_ + 1, region_.max.y);
+      for (std::int32_t to = std::max(y - bound_, region_.min.y); to < end; ++to) {
+        unite(*parts.row(to, z), changed);
+      }
+    }
+  }
+  std::vector<std::int16_t> squares(static_cast<std::size_t>(region_.size().x));
   for (std::int32_t z = around_.min.z; z < around_.max.z; ++z) {
     for (std::int32_t y = region_.min.y; y < region_.max.y; ++y) {
-      const std::uint8_t* changed = changed_rows_.row(y - bound_, z);
-      const bool is_near =
-          std::find(changed, changed + 2 * bound_ + 1, 1) != changed + 2 * bound_ + 1;
-      *changed_layers_.row(y, z) = 0;
-      if (!is_near) continue;
-      std::fill(squares.begin(), squares.end(), kFar);
-      for (std::int32_t from = y - bound_; from <= y + bound_; ++from) {
-        lessen(squares.data(), offsets_.row(from, z), width, squareOf(from - y));
-      }
-      std::int16_t* row = layers_.row(y, z);
-      if (std::equal(squares.begin(), squares.end(), row)) continue;
-      std::copy(squares.begin(), squares.end(), row);
-      *changed_layers_.row(y, z) = 1;
+      const Part part = *parts.row(y, z);
+      *layer_changes_.row(y, z) = {};
+      if (part.isEmpty()) continue;
+      const auto row_of = [&](std::int32_t distance) { return offsets_.row(y + distance, z); };
+      findLeast(part, bound_, row_of, squares.data());
+      *layer_changes_.row(y, z) = store(layers_.row(y, z), squares, part);
     }
   }
 }
 
 /// Squared distances: the least of the layers within the bound.
 void DistanceField::computeSquares() {
-  const auto width = static_cast<std::size_t>(region_.size().x);
+  Rows<Part> parts(edgeOf(region_), {});
+  for (std::int32_t z = around_.min.z; z < around_.max.z; ++z) {
+    const std::int32_t end = std::min(z + bound_ + 1, region_.max.z);
+    for (std::int32_t y = region_.min.y; y < region_.max.y; ++y) {
+      const Part changed = *layer_changes_.row(y, z);
+      if (changed.isEmpty()) continue;
+      for (std::int32_t to = std::max(z - bound_, region_.min.z); to < end; ++to) {
+        unite(*parts.row(y, to), changed);
+      }
+    }
+  }
   for (std::int32_t z = region_.min.z; z < region_.max.z; ++z) {
     for (std::int32_t y = region_.min.y; y < region_.max.y; ++y) {
-      bool is_near = false;
-      for (std::int32_t from = z - bound_; from <= z + bound_ && !is_near; ++from) {
-        is_near = *changed_layers_.row(y, from) != 0;
-      }
-      if (!is_near) continue;
-      std::int16_t* row = squares_.row(y, z);
-      std::fill(row, row + width, kFar);
-      for (std::int32_t from = z - bound_; from <= z + bound_; ++from) {
-        lessen(row, layers_.row(y, from), width, squareOf(from - z));
-      }
+      const Part part = *parts.row(y, z);
+      if (part.isEmpty()) continue;
+      const auto row_of = [&](std::int32_t distance) { return layers_.row(y, z + distance); };
+      findLeast(part, bound_, row_of, squares_.row(y, z));
     }
   }
 }
@@ -233,7 +264,7 @@ std::optional<Eigen::Vector3d> DistanceField::gradientAt(const Eigen::Vector3d& 
 
 std::size_t DistanceField::numBytes() const {
   return offsets_.values.capacity() + 2 * (layers_.values.capacity() + squares_.values.capacity()) +
-         changed_rows_.values.capacity() + changed_layers_.values.capacity();
+         sizeof(Part) * (row_changes_.values.capacity() + layer_changes_.values.capacity());
 }
 
 }  // namespace cuboid_mapping
