@@ -7,6 +7,7 @@
 
 #include <fcl/geometry/octree/octree.h>
 #include <fcl/narrowphase/collision.h>
+#include <ompl/base/DiscreteMotionValidator.h>
 #include <ompl/geometric/SimpleSetup.h>
 #include <ompl/geometric/planners/rrt/RRTConnect.h>
 #include <ompl/util/Console.h>
@@ -15,6 +16,7 @@
 #include <algorithm>
 #include <cstdio>
 #include <ctime>
+#include <functional>
 #include <memory>
 #include <random>
 #include <string>
@@ -66,20 +68,14 @@ Scene makeScene(const Options& options) {
 /// The robot in an octree of the occupied voxels.
 class OctreeValidity : public ob::StateValidityChecker {
  public:
-  OctreeValidity(const ob::SpaceInformationPtr& space, const CuboidMap& map)
+  using Octree = std::shared_ptr<fcl::OcTreed>;
+
+  OctreeValidity(const ob::SpaceInformationPtr& space, const Octree& octree)
       : StateValidityChecker(space),
-        octree_(makeOctree(map), fcl::Transform3d::Identity()),
+        octree_(octree, fcl::Transform3d::Identity()),
         box_(std::make_shared<fcl::Boxd>(kRobot_m - Eigen::Vector3d::Constant(1e-6))) {}
 
-  bool isValid(const ob::State* state) const override {
-    if (!si_->satisfiesBounds(state)) return false;
-    fcl::CollisionObjectd robot(box_, Eigen::Matrix3d::Identity(), OmplRobot::centerOf(state));
-    fcl::CollisionResultd result;
-    return fcl::collide(&octree_, &robot, fcl::CollisionRequestd(), result) == 0;
-  }
-
- private:
-  static std::shared_ptr<fcl::OcTreed> makeOctree(const CuboidMap& map) {
+  static Octree makeOctree(const CuboidMap& map) {
     auto tree = std::make_shared<octomap::OcTree>(map.grid().resolution());
     map.voxels().forEach([&](const VoxelBrick& brick) {
       forEachCell(brick.brick, brick.voxels.occupied(), [&](const Cell& cell) {
@@ -91,76 +87,179 @@ class OctreeValidity : public ob::StateValidityChecker {
     tree->prune();
     return std::make_shared<fcl::OcTreed>(tree);
   }
+
+  bool isValid(const ob::State* state) const override {
+    if (!si_->satisfiesBounds(state)) return false;
+    fcl::CollisionObjectd robot(box_, Eigen::Matrix3d::Identity(), OmplRobot::centerOf(state));
+    fcl::CollisionResultd result;
+    return fcl::collide(&octree_, &robot, fcl::CollisionRequestd(), result) == 0;
+  }
+
+ private:
   fcl::CollisionObjectd octree_;
   std::shared_ptr<fcl::Boxd> box_;
 };
 
-/// @param prepare  (og::SimpleSetup&): sets the validity of states, and of motions.
-template <typename PrepareT>
-void plan(const char* name, const Scene& scene, const Options& options, const PrepareT& prepare) {
+/// Answers to a planner's questions about motions, in their order.
+struct Answers {
+  std::vector<bool> are_free;
+  std::size_t num_given = 0;
+  bool is_replay = false;
+
+  [[nodiscard]] bool isOver() const { return is_replay && num_given == are_free.size(); }
+};
+
+/// Records the answers of another validator, or gives them again at no cost: OMPL's own time is left.
+class RecordedMotions : public ob::MotionValidator {
+ public:
+  RecordedMotions(const ob::SpaceInformationPtr& space, ob::MotionValidatorPtr motions,
+                  Answers& answers)
+      : MotionValidator(space), motions_(std::move(motions)), answers_(answers) {}
+
+  bool checkMotion(const ob::State* from, const ob::State* to) const override {
+    if (answers_.is_replay) return !answers_.isOver() && answers_.are_free[answers_.num_given++];
+    answers_.are_free.push_back(motions_->checkMotion(from, to));
+    return answers_.are_free.back();
+  }
+  bool checkMotion(const ob::State* from, const ob::State* to,
+                   std::pair<ob::State*, double>& /*last_valid*/) const override {
+    return checkMotion(from, to);
+  }
+
+ private:
+  ob::MotionValidatorPtr motions_;
+  Answers& answers_;
+};
+
+/// Plans of all tasks.
+struct Plans {
+  double passed_s = 0.0;
+  double length_m = 0.0;
+  int num_solved = 0;
+  int num_that_touch = 0;  ///< Paths.
+};
+
+std::shared_ptr<ob::RealVectorStateSpace> makeSpace(const CuboidMap& map) {
   auto space = std::make_shared<ob::RealVectorStateSpace>(3);
-  const MetricBox all = scene.map.grid().toMetricBox(*scene.map.bounds());
+  const MetricBox all = map.grid().toMetricBox(*map.bounds());
   ob::RealVectorBounds bounds(3);
   for (unsigned int axis = 0; axis < 3; ++axis) {
     bounds.setLow(axis, all.min_m[axis]);
     bounds.setHigh(axis, all.max_m[axis]);
   }
   space->setBounds(bounds);
+  return space;
+}
+
+/// Plans one task. @param prepare  (og::SimpleSetup&): sets the validity of states, and of motions.
+/// @param is_over  Ends it, as the time does.
+template <typename PrepareT>
+void plan(const Scene& scene, const Task& task, const PrepareT& prepare,
+          const ob::PlannerTerminationCondition& is_over, Plans& plans) {
+  const auto space = makeSpace(scene.map);
   og::SimpleSetup setup(space);
   prepare(setup);
   setup.setPlanner(std::make_shared<og::RRTConnect>(setup.getSpaceInformation()));
-  double passed_s = 0.0;
-  double length_m = 0.0;
-  int num_solved = 0;
-  int num_wrong = 0;
-  for (const auto& [start, goal] : scene.tasks) {
-    ob::ScopedState<> from(space);
-    ob::ScopedState<> to(space);
-    for (unsigned int axis = 0; axis < 3; ++axis) {
-      from[axis] = start[axis];
-      to[axis] = goal[axis];
-    }
-    setup.clear();
-    setup.setStartAndGoalStates(from, to);
-    const std::clock_t begin = std::clock();
-    const bool is_solved = setup.solve(options.time_s) == ob::PlannerStatus::EXACT_SOLUTION;
-    passed_s += static_cast<double>(std::clock() - begin) / CLOCKS_PER_SEC;
-    if (!is_solved) continue;
-    ++num_solved;
-    length_m += setup.getSolutionPath().length();
-    std::vector<Eigen::Vector3d> path;
-    for (const ob::State* state : setup.getSolutionPath().getStates()) {
-      path.push_back(OmplRobot::centerOf(state));
-    }
-    const auto swept = checkPath(scene.map, path, kRobot_m, UnknownPolicy::kPass);
-    num_wrong += swept.isFree() ? 0 : 1;
+  ob::ScopedState<> from(space);
+  ob::ScopedState<> to(space);
+  for (unsigned int axis = 0; axis < 3; ++axis) {
+    from[axis] = task.first[axis];
+    to[axis] = task.second[axis];
   }
-  std::printf("| %s | %.2f | %d of %zu | %.1f | %d |\n", name,
-              static_cast<double>(scene.tasks.size()) / passed_s, num_solved, scene.tasks.size(),
-              length_m / std::max(1, num_solved), num_wrong);
+  setup.setStartAndGoalStates(from, to);
+  setup.setup();
+  const std::clock_t begin = std::clock();
+  const bool is_solved = setup.solve(is_over) == ob::PlannerStatus::EXACT_SOLUTION;
+  plans.passed_s += static_cast<double>(std::clock() - begin) / CLOCKS_PER_SEC;
+  if (!is_solved) return;
+  ++plans.num_solved;
+  plans.length_m += setup.getSolutionPath().length();
+  std::vector<Eigen::Vector3d> path;
+  for (const ob::State* state : setup.getSolutionPath().getStates()) {
+    path.push_back(OmplRobot::centerOf(state));
+  }
+  const auto swept = checkPath(scene.map, path, kRobot_m, UnknownPolicy::kPass);
+  plans.num_that_touch += swept.isFree() ? 0 : 1;
+}
+
+/// A way to check states and motions, and its plans.
+struct Validity {
+  const char* name;
+  /// Sets the validity of states. @return That of motions.
+  std::function<ob::MotionValidatorPtr(og::SimpleSetup&)> make_motions;
+  Plans plans;
+  Plans replayed;  ///< With the same answers at no cost.
+};
+
+/// @param seed  The same for all validities, so that they are asked the same at first.
+void planTwice(const Scene& scene, const Task& task, const Options& options, unsigned int seed,
+               Validity& validity) {
+  Answers answers;
+  const auto prepare = [&](og::SimpleSetup& setup) {
+    const auto& space = setup.getSpaceInformation();
+    auto motions = validity.make_motions(setup);
+    space->setMotionValidator(
+        std::make_shared<RecordedMotions>(space, std::move(motions), answers));
+  };
+  for (Plans* plans : {&validity.plans, &validity.replayed}) {
+    ompl::RNG::setSeed(seed);
+    answers.is_replay = plans == &validity.replayed;
+    plan(scene, task, prepare,
+         ob::plannerOrTerminationCondition(
+             ob::timedPlannerTerminationCondition(options.time_s),
+             ob::PlannerTerminationCondition([&] { return answers.isOver(); })),
+         *plans);
+  }
+}
+
+/// fcl::OcTree with a state each so many metres.
+Validity makeOctreeValidity(const char* name, const OctreeValidity::Octree& octree, double step_m) {
+  return {name,
+          [=](og::SimpleSetup& setup) {
+            const auto& space = setup.getSpaceInformation();
+            setup.setStateValidityChecker(std::make_shared<OctreeValidity>(space, octree));
+            space->setStateValidityCheckingResolution(step_m / space->getMaximumExtent());
+            return std::make_shared<ob::DiscreteMotionValidator>(space);
+          },
+          {},
+          {}};
+}
+
+std::vector<Validity> makeValidities(const Scene& scene, double resolution_m) {
+  const auto make_exact = [&](og::SimpleSetup& setup) {
+    const OmplRobot robot{scene.map, kRobot_m, UnknownPolicy::kPass};
+    const auto& space = setup.getSpaceInformation();
+    setup.setStateValidityChecker(std::make_shared<OmplStateValidity>(space, robot));
+    return std::make_shared<OmplMotionValidity>(space, robot);
+  };
+  const OctreeValidity::Octree octree = OctreeValidity::makeOctree(scene.map);
+  return {{"this map: exact motions", make_exact, {}, {}},
+          makeOctreeValidity("fcl::OcTree: 1 state a voxel", octree, resolution_m),
+          makeOctreeValidity("fcl::OcTree: 4 states a voxel", octree, resolution_m / 4.0),
+          makeOctreeValidity("fcl::OcTree: 10 states a voxel", octree, resolution_m / 10.0)};
 }
 
 void measure(const Options& options) {
-  ompl::msg::setLogLevel(ompl::msg::LOG_ERROR);
-  ompl::RNG::setSeed(options.seed);
+  ompl::msg::setLogLevel(ompl::msg::LOG_NONE);  // It does not like that seeds are set anew.
   const Scene scene = makeScene(options);
+  std::vector<Validity> validities = makeValidities(scene, options.resolution_m);
+  unsigned int seed = options.seed;
+  for (const Task& task : scene.tasks) {
+    ++seed;
+    for (Validity& validity : validities) planTwice(scene, task, options, seed, validity);
+  }
   std::printf(
       "%s at %.2f m, robot 0.6 x 0.6 x 0.3 m, unknown space passes, RRT-Connect, %.1f s at most\n\n"
-      "| validity | plans a CPU second | solved | mean length [m] | that touch an obstacle |\n"
-      "|---|---|---|---|---|\n",
+      "| validity | plans a CPU second | the same answers at no cost | solved | mean length [m] | "
+      "that touch an obstacle |\n"
+      "|---|---|---|---|---|---|\n",
       options.dataset.c_str(), options.resolution_m, options.time_s);
-  plan("this map: exact motions", scene, options, [&](og::SimpleSetup& setup) {
-    const OmplRobot robot{scene.map, kRobot_m, UnknownPolicy::kPass};
-    const auto& information = setup.getSpaceInformation();
-    setup.setStateValidityChecker(std::make_shared<OmplStateValidity>(information, robot));
-    information->setMotionValidator(std::make_shared<OmplMotionValidity>(information, robot));
-  });
-  plan("fcl::OcTree: a state each voxel", scene, options, [&](og::SimpleSetup& setup) {
-    const auto& information = setup.getSpaceInformation();
-    setup.setStateValidityChecker(std::make_shared<OctreeValidity>(information, scene.map));
-    information->setStateValidityCheckingResolution(options.resolution_m /
-                                                    information->getMaximumExtent());
-  });
+  const auto num_tasks = static_cast<double>(scene.tasks.size());
+  for (const auto& [name, make_motions, plans, replayed] : validities) {
+    std::printf("| %s | %.2f | %.2f | %d of %zu | %.1f | %d |\n", name, num_tasks / plans.passed_s,
+                num_tasks / replayed.passed_s, plans.num_solved, scene.tasks.size(),
+                plans.length_m / std::max(1, plans.num_solved), plans.num_that_touch);
+  }
 }
 
 int run(int argc, char** argv) {
