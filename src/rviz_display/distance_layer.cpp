@@ -1,12 +1,11 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "distance_layer.h"
 
-#include "cuboid_mapping/query/distance_field.h"
-
 #include <rviz/properties/float_property.h>
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 namespace cuboid_mapping_rviz {
 namespace {
@@ -33,12 +32,26 @@ CellBox inflate(CellBox box, std::int32_t by) {
   return {box.min - margin, box.max + margin};
 }
 
-}  // namespace
+/// Bricks with other occupied voxels.
+ChangeSet findChanges(const CuboidMap& before, const CuboidMap& after) {
+  ChangeSet changes;
+  const auto occupied_of = [](const PackedVoxels* voxels) {
+    return voxels == nullptr ? BrickMask() : voxels->occupied();
+  };
+  after.voxels().forEach([&](const VoxelBrick& brick) {
+    if (occupied_of(before.voxels().find(brick.brick)) == brick.voxels.occupied()) return;
+    changes.bricks.push_back({brick.brick, true});
+  });
+  before.voxels().forEach([&](const VoxelBrick& brick) {
+    if (after.voxels().find(brick.brick) == nullptr) changes.bricks.push_back({brick.brick, true});
+  });
+  return changes;
+}
 
-std::vector<FlatImage::Pixel> colorDistances(const CuboidMap& map, const CellBox& layer,
-                                             double bound_m) {
+std::vector<FlatImage::Pixel> color(const CuboidMap& map, const DistanceField& field,
+                                    double bound_m) {
   static const Palette kPalette = makePalette();
-  const DistanceField field(map, layer, bound_m);
+  const CellBox& layer = field.region();
   std::vector<FlatImage::Pixel> pixels;
   pixels.reserve(static_cast<std::size_t>(layer.numVoxels()));
   Cell cell = layer.min;
@@ -54,6 +67,24 @@ std::vector<FlatImage::Pixel> colorDistances(const CuboidMap& map, const CellBox
     }
   }
   return pixels;
+}
+
+}  // namespace
+
+std::vector<FlatImage::Pixel> DistanceColors::update(CuboidMap map, const CellBox& layer,
+                                                     double bound_m) {
+  std::optional<Kept> last = std::exchange(kept_, std::nullopt);  // Gone if something is thrown.
+  if (last && last->field.region() == layer && last->bound_m == bound_m &&
+      last->map.grid().resolution() == map.grid().resolution()) {
+    last->field.update(map, findChanges(last->map, map));
+    last->map = std::move(map);
+    kept_ = std::move(last);
+  } else {
+    last.reset();
+    DistanceField field(map, layer, bound_m);
+    kept_.emplace(Kept{std::move(map), std::move(field), bound_m});
+  }
+  return color(kept_->map, kept_->field, bound_m);
 }
 
 // NOLINTBEGIN(cppcoreguidelines-owning-memory): rviz deletes properties with their display
@@ -82,14 +113,19 @@ MapLayer::Job DistanceLayer::makeJob(const CuboidMap& map, const ViewRay& ray) {
   Job job;
   job.settings = {height_m, bound_m, resolution_m};
   job.part = layer.isEmpty() ? CellBox() : inflate(layer, static_cast<std::int32_t>(reach) + 1);
-  job.compute = [=](const CuboidMap& part, const auto& /*is_stopped*/) -> Draw {
+  job.compute = [=, colors = colors_](CuboidMap part, const auto& /*is_stopped*/) -> Draw {
     std::vector<FlatImage::Pixel> pixels;
-    if (!layer.isEmpty()) pixels = colorDistances(part, layer, bound_m);
+    if (!layer.isEmpty()) pixels = colors->update(std::move(part), layer, bound_m);
     return [=](Ogre::SceneNode& node) {
       return draw(node, pixels, {layer, height_m, resolution_m});
     };
   };
   return job;
+}
+
+void DistanceLayer::hide() {
+  image_.reset();
+  colors_ = std::make_shared<DistanceColors>();
 }
 
 QString DistanceLayer::draw(Ogre::SceneNode& node, const std::vector<FlatImage::Pixel>& pixels,

@@ -4,7 +4,11 @@
 #include "flat_image.h"
 #include "map_layer.h"
 
+#include "cuboid_mapping/query/distance_field.h"
+
 #include <memory>
+#include <optional>
+#include <vector>
 
 namespace rviz {
 class FloatProperty;
@@ -14,11 +18,25 @@ namespace cuboid_mapping_rviz {
 
 /// Colours of the distances of the voxels of a layer to the nearest occupied one, as DistanceField has them: from red
 /// (0) over green to blue (the bound, and farther); unknown voxels are transparent.
-/// @param layer  Not empty, one voxel high. @return Its voxels, row by row along x.
-/// @throws std::invalid_argument  The bound is not > 0, or more than 127 voxels.
-[[nodiscard]] std::vector<FlatImage::Pixel> colorDistances(const cuboid_mapping::CuboidMap& map,
-                                                           const cuboid_mapping::CellBox& layer,
-                                                           double bound_m);
+///
+/// The distances of the last layer are kept: where the next one is the same, they follow the bricks that have changed.
+class DistanceColors {
+ public:
+  /// @param layer  Not empty, one voxel high. @return Its voxels, row by row along x.
+  /// @throws std::invalid_argument  The bound is not > 0, or more than 127 voxels.
+  [[nodiscard]] std::vector<FlatImage::Pixel> update(cuboid_mapping::CuboidMap map,
+                                                     const cuboid_mapping::CellBox& layer,
+                                                     double bound_m);
+
+ private:
+  /// Of the last call.
+  struct Kept {
+    cuboid_mapping::CuboidMap map;
+    cuboid_mapping::DistanceField field;
+    double bound_m;
+  };
+  std::optional<Kept> kept_;
+};
 
 /// A horizontal slice of the distances to obstacles.
 class DistanceLayer : public MapLayer {
@@ -27,7 +45,7 @@ class DistanceLayer : public MapLayer {
 
  private:
   [[nodiscard]] Job makeJob(const cuboid_mapping::CuboidMap& map, const ViewRay& ray) override;
-  void hide() override { image_.reset(); }
+  void hide() override;
 
   struct Place {
     cuboid_mapping::CellBox layer;
@@ -40,6 +58,7 @@ class DistanceLayer : public MapLayer {
   rviz::FloatProperty* height_property_;
   rviz::FloatProperty* bound_property_;
   std::unique_ptr<FlatImage> image_;
+  std::shared_ptr<DistanceColors> colors_ = std::make_shared<DistanceColors>();  ///< Of the jobs.
 };
 
 }  // namespace cuboid_mapping_rviz

@@ -69,7 +69,7 @@ class MapLayer {
     cuboid_mapping::CellBox part;  ///< Of the map, to be copied; empty: nothing is drawn.
     std::vector<double> settings;  ///< Other ones, or another part, have to be computed anew.
     /// Computes, in another thread; ends early when it is_stopped.
-    std::function<Draw(const cuboid_mapping::CuboidMap& part, const std::atomic<bool>& is_stopped)>
+    std::function<Draw(cuboid_mapping::CuboidMap part, const std::atomic<bool>& is_stopped)>
         compute;
   };
 

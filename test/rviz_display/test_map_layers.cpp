@@ -19,6 +19,7 @@
 #include <cmath>
 #include <limits>
 #include <memory>
+#include <stdexcept>
 #include <string>
 #include <vector>
 
@@ -38,6 +39,14 @@ CuboidMap makeMap(const std::vector<UniformBox>& boxes = {}) {
   CuboidMap map(config);
   map.replace(kAllCells, boxes);
   return map;
+}
+
+CuboidMap copyOf(const CuboidMap& map) {
+  CuboidMap copy = makeMap();
+  std::vector<VoxelBrick> bricks;
+  map.voxels().forEach([&](const VoxelBrick& brick) { bricks.push_back(brick); });
+  copy.replace(kAllCells, bricks);
+  return copy;
 }
 
 /// Free space on both sides of a wall through the origin.
@@ -68,26 +77,51 @@ double ratioOf(const FlatImage::Pixel& pixel) {
   return 0.5 + (pixel[2] - pixel[0]) / 255.0 / 4.0;
 }
 
+/// @return Number of known voxels.
+std::size_t expectColors(const std::vector<FlatImage::Pixel>& pixels, const CuboidMap& map,
+                         const CellBox& layer, int bound) {
+  EXPECT_EQ(pixels.size(), static_cast<std::size_t>(layer.numVoxels()));
+  std::size_t num_known = 0;
+  for (std::size_t i = 0; i < pixels.size(); ++i) {
+    const auto at = static_cast<std::int32_t>(i);
+    const Cell cell = layer.min + Cell{at % layer.size().x, at / layer.size().x, 0};
+    const bool is_known = map.voxels().at(cell) != Occupancy::kUnknown;
+    EXPECT_EQ(pixels[i][3], is_known ? 255 : 0);
+    if (!is_known) continue;
+    ++num_known;
+    const double distance_m = bruteForceDistance(map, cell, bound);
+    EXPECT_NEAR(ratioOf(pixels[i]), std::min(1.0, distance_m / (bound * kResolution_m)), 0.01);
+  }
+  return num_known;
+}
+
 TEST(DistanceColors, RunFromRedAtAnObstacleToBlueAtTheBound) {
   cuboid_mapping::test::Random random(5);
   CuboidMap map = makeMap();
   map.apply(cuboid_mapping::test::randomUpdate(random, {{-2, -2, -2}, {2, 2, 2}}, 20));
   const CellBox layer{{-9, -12, 3}, {14, 11, 4}};
   constexpr int kBound = 4;
-  const auto pixels = colorDistances(map, layer, kBound * kResolution_m);
-  ASSERT_EQ(pixels.size(), static_cast<std::size_t>(layer.numVoxels()));
-  std::size_t num_known = 0;
-  for (std::size_t i = 0; i < pixels.size(); ++i) {
-    const auto at = static_cast<std::int32_t>(i);
-    const Cell cell = layer.min + Cell{at % layer.size().x, at / layer.size().x, 0};
-    const bool is_known = map.voxels().at(cell) != Occupancy::kUnknown;
-    ASSERT_EQ(pixels[i][3], is_known ? 255 : 0);
-    if (!is_known) continue;
-    ++num_known;
-    const double distance_m = bruteForceDistance(map, cell, kBound);
-    ASSERT_NEAR(ratioOf(pixels[i]), std::min(1.0, distance_m / (kBound * kResolution_m)), 0.01);
+  const auto pixels = DistanceColors().update(copyOf(map), layer, kBound * kResolution_m);
+  EXPECT_GT(expectColors(pixels, map, layer, kBound), 40U);
+}
+
+TEST(DistanceColors, FollowTheMapAndTheLayer) {
+  cuboid_mapping::test::Random random(6);
+  CuboidMap map = makeMap();
+  DistanceColors colors;
+  CellBox layer{{-9, -12, 3}, {14, 11, 4}};
+  int bound = 4;
+  for (int i = 0; i < 40; ++i) {
+    map.apply(cuboid_mapping::test::randomUpdate(random, {{-2, -2, -2}, {2, 2, 2}}, 3));
+    if (random.chance(0.2))
+      map.replace(cuboid_mapping::test::randomBox(random, layer, 12), std::vector<UniformBox>{});
+    if (random.chance(0.1)) layer = {layer.min + Cell{1, 0, 1}, layer.max + Cell{1, 0, 1}};
+    if (random.chance(0.1)) bound = 7 - bound;
+    expectColors(colors.update(copyOf(map), layer, bound * kResolution_m), map, layer, bound);
+    if (i == 20) {
+      EXPECT_THROW((void)colors.update(copyOf(map), layer, 100.0), std::invalid_argument);
+    }
   }
-  EXPECT_GT(num_known, 40U);
 }
 
 TEST(FrontierPicture, HasEachVoxelOnceAndAPlaceInTheColorOfItsCluster) {
