@@ -266,8 +266,9 @@ cuboid_mapping_configure(cuboid_mapping_ros)
 target_include_directories(cuboid_mapping_ros
   SYSTEM PUBLIC ${catkin_INCLUDE_DIRS} ${octomap_msgs_INCLUDE_DIRS}
   PRIVATE ${PCL_INCLUDE_DIRS} ${urdf_INCLUDE_DIRS} ${geometric_shapes_INCLUDE_DIRS})
-target_compile_definitions(cuboid_mapping_ros
-  PUBLIC CUBOID_MAPPING_HAS_OCTOMAP_MSGS=$<BOOL:${octomap_msgs_FOUND}>)
+if(TARGET cuboid_mapping_octomap_msgs)
+  add_dependencies(cuboid_mapping_ros cuboid_mapping_octomap_msgs)
+endif()
 target_link_libraries(cuboid_mapping_ros
   PUBLIC cuboid_mapping::client cuboid_mapping::io ${catkin_LIBRARIES}
   PRIVATE cuboid_mapping::no_return cuboid_mapping::scans PNG::PNG ${PCL_LIBRARIES} ${urdf_LIBRARIES} ${geometric_shapes_LIBRARIES}

@@ -149,11 +149,11 @@ std::vector<visualization_msgs::Marker> makeEmptyMarkers(double resolution_m,
 
 }  // namespace
 
-OctomapMessage toOctomapMessage(const MapSnapshot& map, OctreeKind kind,
-                                const std_msgs::Header& header, double& num_left_out) {
+octomap_msgs::Octomap toOctomapMessage(const MapSnapshot& map, OctreeKind kind,
+                                       const std_msgs::Header& header, double& num_left_out) {
   const cuboid_mapping::OctreeStream tree = toOctreeStream(map.bricks, kind);
   num_left_out = tree.num_left_out;
-  OctomapMessage message;
+  octomap_msgs::Octomap message;
   message.header = header;
   message.binary = kind == OctreeKind::kBinary ? 1 : 0;
   message.id = "OcTree";

@@ -4,9 +4,9 @@
 
 #include "cuboid_mapping/io/octree_stream.h"
 #include "cuboid_mapping/map/map_snapshot.h"
-#include "cuboid_mapping/ros/conversions/octomap_messages.h"
 #include "cuboid_mapping/ros/parameters/parameters.h"
 
+#include <octomap_msgs/Octomap.h>
 #include <sensor_msgs/PointCloud2.h>
 #include <std_msgs/Header.h>
 #include <visualization_msgs/MarkerArray.h>
@@ -17,9 +17,10 @@ namespace cuboid_mapping_ros {
 
 /// octomap_binary and octomap_full: every voxel within +-32768 voxels from the origin; pruned.
 /// @param num_left_out  Gets the number of voxels outside, which no octree can hold.
-[[nodiscard]] OctomapMessage toOctomapMessage(const cuboid_mapping::MapSnapshot& map,
-                                              cuboid_mapping::OctreeKind kind,
-                                              const std_msgs::Header& header, double& num_left_out);
+[[nodiscard]] octomap_msgs::Octomap toOctomapMessage(const cuboid_mapping::MapSnapshot& map,
+                                                     cuboid_mapping::OctreeKind kind,
+                                                     const std_msgs::Header& header,
+                                                     double& num_left_out);
 
 /// Occupied voxels of a brick without any occupied neighbour among 26.
 /// @param voxels  Voxels of the brick's map.

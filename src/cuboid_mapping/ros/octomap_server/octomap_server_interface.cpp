@@ -8,6 +8,8 @@
 #include "cuboid_mapping/ros/parameters/window_parameters.h"
 #include "cuboid_mapping/ros/services/service_call.h"
 
+#include <octomap_msgs/BoundingBoxQuery.h>
+#include <octomap_msgs/GetOctomap.h>
 #include <ros/console.h>
 
 #include <boost/function.hpp>
@@ -41,9 +43,9 @@ ChangeSet clearCells(CuboidMap& map, const CellBox& box) {
   return map.replace(box, cleared);
 }
 
-OctomapMessage toOctree(const MapView& view, OctreeKind kind) {
+octomap_msgs::Octomap toOctree(const MapView& view, OctreeKind kind) {
   double num_left_out = 0.0;
-  OctomapMessage message = toOctomapMessage(view.map, kind, view.header, num_left_out);
+  octomap_msgs::Octomap message = toOctomapMessage(view.map, kind, view.header, num_left_out);
   if (num_left_out > 0.0) {
     ROS_WARN_STREAM_THROTTLE_NAMED(
         kLogPeriod_s, kNodeName,
@@ -151,10 +153,10 @@ void OctomapServerInterface::advertise(const ros::NodeHandle& nh, const char* na
 
 void OctomapServerInterface::advertiseTopics(const NodeParameters& parameters,
                                              const ros::NodeHandle& nh) {
-  advertise<OctomapMessage>(nh, kOctomapBinaryTopic,
-                            [this] { return makeOctomap(OctreeKind::kBinary); });
-  advertise<OctomapMessage>(nh, kOctomapFullTopic,
-                            [this] { return makeOctomap(OctreeKind::kFull); });
+  advertise<octomap_msgs::Octomap>(nh, kOctomapBinaryTopic,
+                                   [this] { return makeOctomap(OctreeKind::kBinary); });
+  advertise<octomap_msgs::Octomap>(nh, kOctomapFullTopic,
+                                   [this] { return makeOctomap(OctreeKind::kFull); });
   advertise<visualization_msgs::MarkerArray>(nh, kOccupiedCellsTopic,
                                              [this] { return makeMarkers(ShownCells::kOccupied); });
   advertise<visualization_msgs::MarkerArray>(nh, kFreeCellsTopic,
@@ -171,8 +173,10 @@ void OctomapServerInterface::advertiseTopics(const NodeParameters& parameters,
 
 void OctomapServerInterface::advertiseServices(ros::NodeHandle nh, ros::NodeHandle private_nh) {
   const auto answer_with = [this](OctreeKind kind) {
-    return boost::function<bool(GetOctomap::Request&, GetOctomap::Response&)>(
-        [this, kind](GetOctomap::Request& /*request*/, GetOctomap::Response& response) {
+    return boost::function<bool(octomap_msgs::GetOctomap::Request&,
+                                octomap_msgs::GetOctomap::Response&)>(
+        [this, kind](octomap_msgs::GetOctomap::Request& /*request*/,
+                     octomap_msgs::GetOctomap::Response& response) {
           response.map =
               toOctree(viewWholeMap(map_, frame_id_, limits_.outside, octree_limits_), kind);
           return true;
@@ -180,8 +184,10 @@ void OctomapServerInterface::advertiseServices(ros::NodeHandle nh, ros::NodeHand
   };
   binary_server_ = nh.advertiseService(kOctomapBinaryTopic, answer_with(OctreeKind::kBinary));
   full_server_ = nh.advertiseService(kOctomapFullTopic, answer_with(OctreeKind::kFull));
-  const boost::function<bool(BoundingBoxQuery::Request&, BoundingBoxQuery::Response&)> on_clear =
-      [this](BoundingBoxQuery::Request& request, BoundingBoxQuery::Response& /*response*/) {
+  const boost::function<bool(octomap_msgs::BoundingBoxQuery::Request&,
+                             octomap_msgs::BoundingBoxQuery::Response&)>
+      on_clear = [this](octomap_msgs::BoundingBoxQuery::Request& request,
+                        octomap_msgs::BoundingBoxQuery::Response& /*response*/) {
         const std::string error = clearBox(map_,
                                            {{request.min.x, request.min.y, request.min.z},
                                             {request.max.x, request.max.y, request.max.z}},
@@ -255,7 +261,7 @@ const MapView& OctomapServerInterface::look(Speckles speckles) {
   return *view;
 }
 
-OctomapMessage OctomapServerInterface::makeOctomap(OctreeKind kind) {
+octomap_msgs::Octomap OctomapServerInterface::makeOctomap(OctreeKind kind) {
   return toOctree(look(Speckles::kKept), kind);
 }
 

@@ -101,7 +101,7 @@ class OctomapServerInterface {
 
   /// Current map, for all messages until views_ is cleared.
   [[nodiscard]] const MapView& look(Speckles speckles);
-  [[nodiscard]] OctomapMessage makeOctomap(cuboid_mapping::OctreeKind kind);
+  [[nodiscard]] octomap_msgs::Octomap makeOctomap(cuboid_mapping::OctreeKind kind);
   [[nodiscard]] visualization_msgs::MarkerArray makeMarkers(ShownCells cells);
   [[nodiscard]] sensor_msgs::PointCloud2 makeCenters();
   [[nodiscard]] nav_msgs::OccupancyGrid makeProjection();
