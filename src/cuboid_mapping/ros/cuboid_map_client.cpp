@@ -4,6 +4,7 @@
 #include "cuboid_mapping/ros/conversions/map_messages.h"
 #include "cuboid_mapping/ros/map/phase_fair_mutex.h"
 #include "cuboid_mapping/ros/middleware/callback_guard.h"
+#include "cuboid_mapping/ros/middleware/callbacks.h"
 #include "cuboid_mapping/ros/middleware/names.h"
 #include "cuboid_mapping/sharing/map_follower.h"
 
@@ -25,6 +26,10 @@ using cuboid_mapping::MapFollower;
 
 namespace {
 
+/// Queue of updates while the parts of a map are fetched.
+constexpr std::uint32_t kUpdateQueue = 500;
+/// Queue of parts of a map.
+constexpr std::uint32_t kPartQueue = 100;
 /// Time to wait for an image that the server sends.
 constexpr double kImagePatience_s = 3.0;
 /// Maximum number of updates that wait for their image: those of some seconds.
@@ -49,12 +54,13 @@ struct CuboidMapClient::Implementation {
       : nh(node), server_name(server), callback(std::move(on_change)) {
     nh = withQueue(node, thread.queue());
     // Updates are subscribed first, so that none is missed before the image.
-    delta_subscriber = subscribeDelta(nh, kCuboidMapUpdatesTopic,
-                                      [this](const DeltaMessage& message) { take(message); });
-    image_subscriber = subscribeImage(
-        nh, kCuboidMapTopic, [this](const ImageMessage& message) { takeFromTopic(message); });
-    image_timer = nh.createWallTimer(ros::WallDuration(1.0),
-                                     [this](const ros::WallTimerEvent&) { askIfNoImageCame(); });
+    delta_subscriber = subscribeTo<cuboid_mapping::CuboidMapUpdate>(
+        nh, kCuboidMapUpdatesTopic, kUpdateQueue,
+        [this](const auto& message) { take(fromMessage(*message)); });
+    image_subscriber = subscribeTo<cuboid_mapping::FullCuboidMap>(
+        nh, kCuboidMapTopic, kPartQueue,
+        [this](const auto& message) { takeFromTopic(fromMessage(*message)); });
+    image_timer = startTimer(nh, 1.0, [this] { askIfNoImageCame(); });
     thread.start();
   }
   ~Implementation() {

@@ -2,8 +2,7 @@
 #include "cuboid_mapping/ros/clouds/source_subscriber.h"
 
 #include "cuboid_mapping/ros/conversions/compressed_depth.h"
-
-#include <boost/function.hpp>
+#include "cuboid_mapping/ros/middleware/callbacks.h"
 
 #include <utility>
 
@@ -36,11 +35,10 @@ SourceSubscriber::SourceSubscriber(const ros::NodeHandle& nh, const SourceParame
 
 template <typename MessageT>
 void SourceSubscriber::listen() {
-  using Message = typename MessageT::ConstPtr;
-  const boost::function<void(const Message&)> take = [this](const Message& message) {
-    if (callbacks_.arrived(index_, message->header)) callbacks_.take({message, index_});
-  };
-  subscribers_.push_back(nh_.subscribe(topic_, kReceiveQueueSize, take));
+  subscribers_.push_back(
+      subscribeTo<MessageT>(nh_, topic_, kReceiveQueueSize, [this](const auto& message) {
+        if (callbacks_.arrived(index_, message->header)) callbacks_.take({message, index_});
+      }));
 }
 
 void SourceSubscriber::listenToDepth(const SourceParameters& source) {
@@ -54,23 +52,18 @@ void SourceSubscriber::listenToDepth(const SourceParameters& source) {
         callbacks_.drop(index_, "nothing has come on " + camera_topic +
                                     ": check its publisher, or name the topic in camera_info");
       }});
-  using sensor_msgs::CameraInfo;
-  using sensor_msgs::CompressedImage;
-  using sensor_msgs::Image;
-  const boost::function<void(const Image::ConstPtr&)> take_image =
-      [this](const Image::ConstPtr& image) {
-        if (callbacks_.arrived(index_, image->header)) pairs_->add(image);
-      };
-  const boost::function<void(const CompressedImage::ConstPtr&)> take_compressed =
-      [this](const CompressedImage::ConstPtr& image) {
-        if (callbacks_.arrived(index_, image->header)) pairs_->add(toCompressedImage(*image));
-      };
-  const boost::function<void(const CameraInfo::ConstPtr&)> take_camera =
-      [this](const CameraInfo::ConstPtr& camera) { pairs_->add(camera); };
-  subscribers_.push_back(isCompressed(topic_)
-                             ? nh_.subscribe(topic_, kReceiveQueueSize, take_compressed)
-                             : nh_.subscribe(topic_, kReceiveQueueSize, take_image));
-  subscribers_.push_back(nh_.subscribe(camera_topic, kReceiveQueueSize, take_camera));
+  const auto take_image = [this](const sensor_msgs::Image::ConstPtr& image) {
+    if (callbacks_.arrived(index_, image->header)) pairs_->add(image);
+  };
+  const auto take_compressed = [this](const sensor_msgs::CompressedImage::ConstPtr& image) {
+    if (callbacks_.arrived(index_, image->header)) pairs_->add(toCompressedImage(*image));
+  };
+  subscribers_.push_back(isCompressed(topic_) ? subscribeTo<sensor_msgs::CompressedImage>(
+                                                    nh_, topic_, kReceiveQueueSize, take_compressed)
+                                              : subscribeTo<sensor_msgs::Image>(
+                                                    nh_, topic_, kReceiveQueueSize, take_image));
+  subscribers_.push_back(subscribeTo<sensor_msgs::CameraInfo>(
+      nh_, camera_topic, kReceiveQueueSize, [this](const auto& camera) { pairs_->add(camera); }));
 }
 
 }  // namespace cuboid_mapping_ros

@@ -21,10 +21,6 @@ using cuboid_mapping::VoxelBrick;
 
 /// Queue of deltas for a subscriber: older ones would be of no use.
 constexpr std::uint32_t kDeltaQueue = 20;
-/// Queue of deltas while a client fetches the parts of a map.
-constexpr std::uint32_t kReceivedDeltas = 500;
-/// Queue of parts of a map.
-constexpr std::uint32_t kReceivedParts = 100;
 
 BricksType toMessage(const VoxelBrick* first, const VoxelBrick* last, MapDetail detail) {
   cuboid_mapping::PackedBricks packed = packBricks(first, last, detail);
@@ -126,20 +122,6 @@ std::size_t publishDelta(const ros::Publisher& publisher, const DeltaMessage& me
   const DeltaType type = toMessage(message);
   publisher.publish(type);
   return ros::serialization::serializationLength(type);
-}
-
-ros::Subscriber subscribeImage(ros::NodeHandle& nh, const std::string& topic,
-                               std::function<void(const ImageMessage&)> take) {
-  const boost::function<void(const ImageType::ConstPtr&)> callback =
-      [take = std::move(take)](const ImageType::ConstPtr& message) { take(fromMessage(*message)); };
-  return nh.subscribe(topic, kReceivedParts, callback);
-}
-
-ros::Subscriber subscribeDelta(ros::NodeHandle& nh, const std::string& topic,
-                               std::function<void(const DeltaMessage&)> take) {
-  const boost::function<void(const DeltaType::ConstPtr&)> callback =
-      [take = std::move(take)](const DeltaType::ConstPtr& message) { take(fromMessage(*message)); };
-  return nh.subscribe(topic, kReceivedDeltas, callback);
 }
 
 bool GetMapClient::call(const std::string& name, MapDetail detail, ImageMessage& message,

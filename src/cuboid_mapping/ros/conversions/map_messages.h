@@ -10,11 +10,9 @@
 
 #include <ros/node_handle.h>
 #include <ros/publisher.h>
-#include <ros/subscriber.h>
 #include <std_msgs/Header.h>
 
 #include <cstdint>
-#include <functional>
 #include <string>
 
 namespace cuboid_mapping_ros {
@@ -53,10 +51,6 @@ struct DeltaMessage {
 /// @return Bytes of the message.
 std::size_t publishDelta(const ros::Publisher& publisher, const DeltaMessage& message);
 
-[[nodiscard]] ros::Subscriber subscribeImage(ros::NodeHandle& nh, const std::string& topic,
-                                             std::function<void(const ImageMessage&)> take);
-[[nodiscard]] ros::Subscriber subscribeDelta(ros::NodeHandle& nh, const std::string& topic,
-                                             std::function<void(const DeltaMessage&)> take);
 /// Calls the service GetMap. A call lasts as long as the transfer takes. Thread-safe.
 class GetMapClient {
  public:

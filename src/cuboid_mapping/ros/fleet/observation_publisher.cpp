@@ -2,6 +2,7 @@
 #include "cuboid_mapping/ros/fleet/observation_publisher.h"
 
 #include "cuboid_mapping/io/scan_update_codec.h"
+#include "cuboid_mapping/ros/middleware/callbacks.h"
 #include "cuboid_mapping/ros/middleware/names.h"
 #include "cuboid_mapping/ros/middleware/tf_lookup.h"
 
@@ -32,7 +33,7 @@ std::size_t bytesOf(const Observation& message) {
 
 }  // namespace
 
-ObservationPublisher::ObservationPublisher(ros::NodeHandle nh, ros::NodeHandle private_nh,
+ObservationPublisher::ObservationPublisher(ros::NodeHandle nh, const ros::NodeHandle& private_nh,
                                            const NodeParameters& parameters)
     : leaves_out_(parameters.fleet.observation_excess == ObservationExcess::kThin),
       budget_(1e3 * parameters.fleet.observation_max_kb_s),
@@ -43,18 +44,14 @@ ObservationPublisher::ObservationPublisher(ros::NodeHandle nh, ros::NodeHandle p
   last_.robot = private_nh.getNamespace();
   last_.session = ros::WallTime::now().toNSec();
   last_.resolution = parameters.map.resolution_m;
-  server_ = private_nh.advertiseService<GetObservations::Request, GetObservations::Response>(
-      kGetObservationsService,
-      [this](GetObservations::Request& request, GetObservations::Response& response) {
-        answer(request, response);
-        return true;
-      });
+  server_ = offerService<GetObservations>(
+      private_nh, kGetObservationsService,
+      [this](const auto& request, auto& response) { answer(request, response); });
   if (parameters.fleet.observation_max_kb_s > 0.0) {
-    timer_ = private_nh.createWallTimer(ros::WallDuration(kSendPeriod_s),
-                                        [this](const ros::WallTimerEvent&) {
-                                          const std::lock_guard<std::mutex> lock(mutex_);
-                                          sendDue();
-                                        });
+    timer_ = startTimer(private_nh, kSendPeriod_s, [this] {
+      const std::lock_guard<std::mutex> lock(mutex_);
+      sendDue();
+    });
   }
 }
 

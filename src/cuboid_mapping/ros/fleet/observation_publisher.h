@@ -30,7 +30,7 @@ namespace cuboid_mapping_ros {
 class ObservationPublisher {
  public:
   /// @param private_nh  Its namespace is the name of the robot.
-  ObservationPublisher(ros::NodeHandle nh, ros::NodeHandle private_nh,
+  ObservationPublisher(ros::NodeHandle nh, const ros::NodeHandle& private_nh,
                        const NodeParameters& parameters);
   ObservationPublisher(const ObservationPublisher&) = delete;
   ObservationPublisher& operator=(const ObservationPublisher&) = delete;

@@ -5,7 +5,7 @@
 #include "cuboid_mapping/io/scan_update_codec.h"
 #include "cuboid_mapping/io/text.h"
 #include "cuboid_mapping/ros/fleet/merge_progress.h"
-#include "cuboid_mapping/ros/middleware/function_callback.h"
+#include "cuboid_mapping/ros/middleware/callbacks.h"
 #include "cuboid_mapping/ros/middleware/names.h"
 #include "cuboid_mapping/ros/middleware/tf_lookup.h"
 
@@ -73,8 +73,7 @@ ros::Time stampOf(const RobotObservation& observation) {
 
 RobotMerger::RobotMerger(const ros::NodeHandle& nh, const ros::NodeHandle& asking_nh,
                          const NodeParameters& parameters, GuardedMap& map, Callbacks callbacks)
-    : nh_(nh),
-      asking_nh_(asking_nh),
+    : asking_nh_(asking_nh),
       parameters_(parameters),
       map_(map),
       callbacks_(std::move(callbacks)),
@@ -84,14 +83,12 @@ RobotMerger::RobotMerger(const ros::NodeHandle& nh, const ros::NodeHandle& askin
   }),
                mergeTime_s());
   for (const std::string& robot : parameters.fleet.robots) {
-    const boost::function<void(const Observation::ConstPtr&)> callback =
-        [this](const Observation::ConstPtr& message) { take(*message); };
-    subscribers_.push_back(nh_.subscribe(robot + '/' + kObservationsTopic, kQueueSize, callback));
+    subscribers_.push_back(
+        subscribeTo<Observation>(nh, robot + '/' + kObservationsTopic, kQueueSize,
+                                 [this](const auto& message) { take(*message); }));
   }
-  apply_timer_ = nh_.createWallTimer(ros::WallDuration(kApplyPeriod_s),
-                                     [this](const ros::WallTimerEvent&) { applyDue(); });
-  ask_timer_ = asking_nh_.createWallTimer(ros::WallDuration(kAskPeriod_s),
-                                          [this](const ros::WallTimerEvent&) { ask(); });
+  apply_timer_ = startTimer(nh, kApplyPeriod_s, [this] { applyDue(); });
+  ask_timer_ = startTimer(asking_nh_, kAskPeriod_s, [this] { ask(); });
 }
 
 RobotMerger::~RobotMerger() {

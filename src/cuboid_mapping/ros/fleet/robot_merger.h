@@ -69,7 +69,6 @@ class RobotMerger {
   void ask();
   void askFor(const cuboid_mapping::ObservationQuestion& question);
 
-  ros::NodeHandle nh_;
   ros::NodeHandle asking_nh_;
   NodeParameters parameters_;
   GuardedMap& map_;

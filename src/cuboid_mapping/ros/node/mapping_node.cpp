@@ -3,7 +3,7 @@
 
 #include "cuboid_mapping/query/height_range.h"
 #include "cuboid_mapping/ros/conversions/point_cloud.h"
-#include "cuboid_mapping/ros/middleware/function_callback.h"
+#include "cuboid_mapping/ros/middleware/callbacks.h"
 #include "cuboid_mapping/ros/middleware/names.h"
 #include "cuboid_mapping/ros/middleware/tf_lookup.h"
 
@@ -76,7 +76,8 @@ MappingNode::MappingNode(const ros::NodeHandle& nh, const ros::NodeHandle& priva
   if (!parameters.robot_grid.frame_id.empty()) {
     robot_grid_.emplace(withQueue(nh_, publish_thread_.queue()), parameters, map_, tf_buffer_);
   }
-  startTimers();
+  publish_timer_ = startTimer(withQueue(nh_, publish_thread_.queue()),
+                              1.0 / parameters.publish_rate_hz, [this] { publish(); });
   subscribe();
   startDiagnostics();  // Reads what subscribe() has made.
   query_threads_.start();
@@ -121,13 +122,6 @@ MappingNode::~MappingNode() {
   tf_changes_.disconnect();
 }
 
-void MappingNode::startTimers() {
-  // Wall time, because simulated time may stand still, or jump back.
-  publish_timer_ = withQueue(nh_, publish_thread_.queue())
-                       .createWallTimer(ros::WallDuration(1.0 / parameters_.publish_rate_hz),
-                                        [this](const ros::WallTimerEvent&) { publish(); });
-}
-
 void MappingNode::startDiagnostics() {
   diagnostics_.setHardwareID("none");
   diagnostics_.add("mapping", this, &MappingNode::reportDiagnostics);
@@ -135,9 +129,8 @@ void MappingNode::startDiagnostics() {
   if (parameters_.fleet.observation_max_kb_s > 0.0) {
     diagnostics_.add("observations", &observation_publisher_, &ObservationPublisher::report);
   }
-  diagnostics_timer_ =
-      nh_.createWallTimer(ros::WallDuration(std::max(0.1, diagnostics_.getPeriod())),
-                          [this](const ros::WallTimerEvent&) { diagnostics_.force_update(); });
+  diagnostics_timer_ = startTimer(nh_, std::max(0.1, diagnostics_.getPeriod()),
+                                  [this] { diagnostics_.force_update(); });
 }
 
 void MappingNode::subscribe() {

@@ -73,7 +73,6 @@ class MappingNode {
 
   [[nodiscard]] CloudBuffer::Callbacks bufferCallbacks();
   [[nodiscard]] CloudBuffer::FindPoses makeSearch(const NodeParameters& parameters);
-  void startTimers();
   void startDiagnostics();
   void subscribe();
   /// Waits for a cloud and puts it into the map. @return false when the node ends.

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Services of a MappingNode that it answers itself.
 #include "cuboid_mapping/ros/map/map_storage.h"
+#include "cuboid_mapping/ros/middleware/callbacks.h"
 #include "cuboid_mapping/ros/middleware/names.h"
 #include "cuboid_mapping/ros/node/mapping_node.h"
 #include "cuboid_mapping/ros/services/answers.h"
-#include "cuboid_mapping/ros/services/planner_services.h"
 
 #include <ros/console.h>
 #include <std_srvs/SetBool.h>
@@ -24,33 +24,27 @@ using std_srvs::Trigger;
 void MappingNode::advertiseServices() {
   servers_ =
       advertisePlannerServices(withQueue(private_nh_, query_threads_.queue()), map_in_frame_);
-  ros::NodeHandle nh = withQueue(private_nh_, edit_threads_.queue());
-  servers_.push_back(nh.advertiseService<SetBox::Request, SetBox::Response>(
-      kSetBoxService, [this](SetBox::Request& request, SetBox::Response& response) {
+  const ros::NodeHandle nh = withQueue(private_nh_, edit_threads_.queue());
+  servers_.push_back(
+      offerService<SetBox>(nh, kSetBoxService, [this](const auto& request, auto& response) {
         response = answer<SetBox>(map_in_frame_, request);
         if (response.info.success != 0) publishSoon();
-        return true;
       }));
-  servers_.push_back(nh.advertiseService<Trigger::Request, Trigger::Response>(
-      kUndoEditService, [this](Trigger::Request& /*request*/, Trigger::Response& response) {
+  servers_.push_back(
+      offerService<Trigger>(nh, kUndoEditService, [this](const auto& /*request*/, auto& response) {
         response = undoEdit(map_);
         if (response.success != 0) publishSoon();
-        return true;
       }));
-  servers_.push_back(nh.advertiseService<SetBool::Request, SetBool::Response>(
-      kPauseService, [this](SetBool::Request& request, SetBool::Response& response) {
+  servers_.push_back(
+      offerService<SetBool>(nh, kPauseService, [this](const auto& request, auto& response) {
         is_paused_ = request.data != 0;
         response.success = static_cast<std::uint8_t>(true);
         response.message =
             is_paused_ ? "clouds are ignored from now on" : "clouds are inserted again";
         ROS_INFO_STREAM_NAMED(kNodeName, response.message);
-        return true;
       }));
-  servers_.push_back(nh.advertiseService<Empty::Request, Empty::Response>(
-      kResetService, [this](Empty::Request& /*request*/, Empty::Response& /*response*/) {
-        onReset();
-        return true;
-      }));
+  servers_.push_back(offerService<Empty>(
+      nh, kResetService, [this](const auto& /*request*/, auto& /*response*/) { onReset(); }));
   move_call_.emplace(withQueue(private_nh_, action_thread_.queue()), kMoveMapService,
                      edit_threads_.queue(),
                      [this](const auto& request, auto& response, const CallProgress& progress) {

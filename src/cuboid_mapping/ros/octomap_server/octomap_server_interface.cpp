@@ -2,7 +2,9 @@
 #include "cuboid_mapping/ros/octomap_server/octomap_server_interface.h"
 
 #include "cuboid_mapping/io/text.h"
+#include "cuboid_mapping/ros/conversions/points.h"
 #include "cuboid_mapping/ros/map/map_storage.h"
+#include "cuboid_mapping/ros/middleware/callbacks.h"
 #include "cuboid_mapping/ros/middleware/names.h"
 #include "cuboid_mapping/ros/middleware/tf_lookup.h"
 #include "cuboid_mapping/ros/parameters/window_parameters.h"
@@ -11,8 +13,6 @@
 #include <octomap_msgs/BoundingBoxQuery.h>
 #include <octomap_msgs/GetOctomap.h>
 #include <ros/console.h>
-
-#include <boost/function.hpp>
 
 #include <algorithm>
 #include <utility>
@@ -171,31 +171,23 @@ void OctomapServerInterface::advertiseTopics(const NodeParameters& parameters,
   topics_.push_back({kProjectedMapTopic, [this] { projection_publisher_->publish(); }});
 }
 
-void OctomapServerInterface::advertiseServices(ros::NodeHandle nh, ros::NodeHandle private_nh) {
-  const auto answer_with = [this](OctreeKind kind) {
-    return boost::function<bool(octomap_msgs::GetOctomap::Request&,
-                                octomap_msgs::GetOctomap::Response&)>(
-        [this, kind](octomap_msgs::GetOctomap::Request& /*request*/,
-                     octomap_msgs::GetOctomap::Response& response) {
-          response.map =
-              toOctree(viewWholeMap(map_, frame_id_, limits_.outside, octree_limits_), kind);
-          return true;
-        });
+void OctomapServerInterface::advertiseServices(const ros::NodeHandle& nh,
+                                               const ros::NodeHandle& private_nh) {
+  const auto offer_octree = [&](const char* name, OctreeKind kind) {
+    servers_.push_back(offerService<octomap_msgs::GetOctomap>(
+        nh, name, [this, kind](const auto& /*request*/, auto& response) {
+          const MapView view = viewWholeMap(map_, frame_id_, limits_.outside, octree_limits_);
+          response.map = toOctree(view, kind);
+        }));
   };
-  binary_server_ = nh.advertiseService(kOctomapBinaryTopic, answer_with(OctreeKind::kBinary));
-  full_server_ = nh.advertiseService(kOctomapFullTopic, answer_with(OctreeKind::kFull));
-  const boost::function<bool(octomap_msgs::BoundingBoxQuery::Request&,
-                             octomap_msgs::BoundingBoxQuery::Response&)>
-      on_clear = [this](octomap_msgs::BoundingBoxQuery::Request& request,
-                        octomap_msgs::BoundingBoxQuery::Response& /*response*/) {
-        const std::string error = clearBox(map_,
-                                           {{request.min.x, request.min.y, request.min.z},
-                                            {request.max.x, request.max.y, request.max.z}},
-                                           limits_);
+  offer_octree(kOctomapBinaryTopic, OctreeKind::kBinary);
+  offer_octree(kOctomapFullTopic, OctreeKind::kFull);
+  servers_.push_back(offerService<octomap_msgs::BoundingBoxQuery>(
+      private_nh, kClearBoxService, [this](const auto& request, auto& /*response*/) {
+        const MetricBox box_map{toVector(request.min), toVector(request.max)};
+        const std::string error = clearBox(map_, box_map, limits_);
         if (!error.empty()) throw std::runtime_error(error);
-        return true;
-      };
-  clear_server_ = private_nh.advertiseService(kClearBoxService, on_clear);
+      }));
 }
 
 void OctomapServerInterface::noteChanges(const ChangeSet& changes) {

@@ -92,7 +92,7 @@ class OctomapServerInterface {
   template <typename MessageT>
   void advertise(const ros::NodeHandle& nh, const char* name, std::function<MessageT()> make);
   void advertiseTopics(const NodeParameters& parameters, const ros::NodeHandle& nh);
-  void advertiseServices(ros::NodeHandle nh, ros::NodeHandle private_nh);
+  void advertiseServices(const ros::NodeHandle& nh, const ros::NodeHandle& private_nh);
   void takePendingParameters();
   void setAllDue();
   [[nodiscard]] bool hasContent() const;
@@ -120,9 +120,7 @@ class OctomapServerInterface {
   std::atomic<std::uint64_t> num_built_{0};
   std::mutex pending_mutex_;
   std::optional<OctomapServerParameters> pending_;  ///< Parameters for the next publish().
-  ros::ServiceServer binary_server_;
-  ros::ServiceServer full_server_;
-  ros::ServiceServer clear_server_;
+  std::vector<ros::ServiceServer> servers_;
   // Last members: their callbacks end before the others are destroyed.
   std::optional<GridPublisher> projection_publisher_;
   std::vector<Topic> topics_;

@@ -2,7 +2,7 @@
 #include "cuboid_mapping/ros/parameters/reconfigure_server.h"
 
 #include "cuboid_mapping/io/text.h"
-#include "cuboid_mapping/ros/middleware/function_callback.h"
+#include "cuboid_mapping/ros/middleware/callbacks.h"
 #include "cuboid_mapping/ros/middleware/names.h"
 #include "cuboid_mapping/ros/parameters/reconfigure.h"
 
@@ -30,12 +30,9 @@ ReconfigureServer::ReconfigureServer(const ros::NodeHandle& private_nh,
   descriptions_.publish(describeConfig());
   updates_ = private_nh_.advertise<dynamic_reconfigure::Config>(kParameterUpdatesTopic, 1, true);
   updates_.publish(toConfig(parameters_));
-  using dynamic_reconfigure::ReconfigureRequest;
-  using dynamic_reconfigure::ReconfigureResponse;
-  server_ = private_nh_.advertiseService<ReconfigureRequest, ReconfigureResponse>(
-      kSetParametersService, [this](ReconfigureRequest& request, ReconfigureResponse& response) {
-        return onRequest(request, response);
-      });
+  server_ = offerService<dynamic_reconfigure::Reconfigure>(
+      private_nh_, kSetParametersService,
+      [this](const auto& request, auto& response) { onRequest(request, response); });
   master_thread_.start();
 }
 
@@ -57,7 +54,7 @@ void ReconfigureServer::tellMaster() {
   });
 }
 
-bool ReconfigureServer::onRequest(dynamic_reconfigure::ReconfigureRequest& request,
+void ReconfigureServer::onRequest(const dynamic_reconfigure::ReconfigureRequest& request,
                                   dynamic_reconfigure::ReconfigureResponse& response) {
   const LoadedParameters loaded = applyConfig(parameters_, request.config);
   std::vector<std::string> refusals;
@@ -82,7 +79,6 @@ bool ReconfigureServer::onRequest(dynamic_reconfigure::ReconfigureRequest& reque
     dynamic_reconfigure::ConfigTools::appendParameter(response.config, kRefusedName,
                                                       cuboid_mapping::join(refusals, "; "));
   }
-  return true;
 }
 
 }  // namespace cuboid_mapping_ros

@@ -30,7 +30,7 @@ class ReconfigureServer {
   ReconfigureServer& operator=(const ReconfigureServer&) = delete;
 
  private:
-  bool onRequest(dynamic_reconfigure::ReconfigureRequest& request,
+  void onRequest(const dynamic_reconfigure::ReconfigureRequest& request,
                  dynamic_reconfigure::ReconfigureResponse& response);
 
   void tellMaster();

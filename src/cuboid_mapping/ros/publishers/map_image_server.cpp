@@ -2,7 +2,7 @@
 #include "cuboid_mapping/ros/publishers/map_image_server.h"
 
 #include "cuboid_mapping/io/packed_bricks.h"
-#include "cuboid_mapping/ros/middleware/callback_guard.h"
+#include "cuboid_mapping/ros/middleware/callbacks.h"
 #include "cuboid_mapping/ros/middleware/names.h"
 
 #include <algorithm>
@@ -30,14 +30,14 @@ MapImageServer::MapImageServer(const ros::NodeHandle& nh, const ros::NodeHandle&
       make_(std::move(make)),
       note_(std::move(note)),
       thread_(guard, "images of the map") {
-  ros::NodeHandle topic_nh = withQueue(nh, thread_.queue());
+  const ros::NodeHandle topic_nh = withQueue(nh, thread_.queue());
   topic_.emplace(topic_nh, LatchedTopic<Message>::Options{kCuboidMapTopic, kQueueSize},
                  [this](const auto& listener) {
                    listener.publish(current(options_.topic_detail).parts.front());
                  });
-  ros::NodeHandle service_nh = withQueue(private_nh, thread_.queue());
-  server_ = service_nh.advertiseService<GetMap::Request, GetMap::Response>(
-      kGetMapService, [this, &guard](GetMap::Request& request, GetMap::Response& response) {
+  server_ = offerService<GetMap>(
+      withQueue(private_nh, thread_.queue()), kGetMapService,
+      [this, &guard](const auto& request, auto& response) {
         try {
           answer(request, response);
         } catch (const std::exception& exception) {
@@ -45,10 +45,8 @@ MapImageServer::MapImageServer(const ros::NodeHandle& nh, const ros::NodeHandle&
           response = GetMap::Response();
           response.info.message = std::string("the node could not answer: ") + exception.what();
         }
-        return true;
       });
-  timer_ = topic_nh.createWallTimer(ros::WallDuration(kTimerPeriod_s),
-                                    [this](const ros::WallTimerEvent&) { onTimer(); });
+  timer_ = startTimer(topic_nh, kTimerPeriod_s, [this] { onTimer(); });
   thread_.start();
 }
 

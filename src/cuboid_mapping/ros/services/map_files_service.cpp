@@ -54,9 +54,8 @@ MapFilesService::MapFilesService(const ros::NodeHandle& private_nh,
   advertise(private_nh);
   if (!autosave_file_.empty()) announceAutosave();
   if (!autosave_file_.empty() || parameters.window.keeps()) {
-    autosave_timer_ = withQueue(private_nh, thread_.queue())
-                          .createWallTimer(ros::WallDuration(parameters.autosave_period_s),
-                                           [this](const ros::WallTimerEvent&) { autosave(); });
+    autosave_timer_ = startTimer(withQueue(private_nh, thread_.queue()),
+                                 parameters.autosave_period_s, [this] { autosave(); });
   }
   thread_.start();
 }

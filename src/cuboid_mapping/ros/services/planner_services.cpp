@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "cuboid_mapping/ros/services/planner_services.h"
-
+#include "cuboid_mapping/ros/middleware/callbacks.h"
 #include "cuboid_mapping/ros/middleware/names.h"
 #include "cuboid_mapping/ros/services/answers.h"
 
@@ -8,18 +7,15 @@ namespace cuboid_mapping_ros {
 namespace {
 
 template <typename ServiceT>
-ros::ServiceServer advertise(ros::NodeHandle& nh, const char* name, const MapInFrame& map) {
-  using Request = typename ServiceT::Request;
-  using Response = typename ServiceT::Response;
-  return nh.advertiseService<Request, Response>(name, [&map](Request& request, Response& response) {
+ros::ServiceServer advertise(const ros::NodeHandle& nh, const char* name, const MapInFrame& map) {
+  return offerService<ServiceT>(nh, name, [&map](const auto& request, auto& response) {
     response = answer<ServiceT>(map, request);
-    return true;
   });
 }
 
 }  // namespace
 
-std::vector<ros::ServiceServer> advertisePlannerServices(ros::NodeHandle nh,
+std::vector<ros::ServiceServer> advertisePlannerServices(const ros::NodeHandle& nh,
                                                          const MapInFrame& map) {
   return {advertise<cuboid_mapping::QueryBox>(nh, kQueryBoxService, map),
           advertise<cuboid_mapping::CheckBoxes>(nh, kCheckBoxesService, map),

@@ -4,7 +4,7 @@
 #include "cuboid_mapping/history/kept_clouds.h"
 #include "cuboid_mapping/ros/conversions/pose_messages.h"
 #include "cuboid_mapping/ros/map/map_storage.h"
-#include "cuboid_mapping/ros/middleware/function_callback.h"
+#include "cuboid_mapping/ros/middleware/callbacks.h"
 #include "cuboid_mapping/ros/middleware/names.h"
 #include "cuboid_mapping/ros/middleware/tf_lookup.h"
 #include "cuboid_mapping/ros/services/service_call.h"
@@ -49,10 +49,8 @@ PoseCorrections::PoseCorrections(const ros::NodeHandle& nh, const ros::NodeHandl
                 [this](const auto& request, auto& response, const CallProgress& progress) {
                   answer(request, response, progress);
                 });
-  subscriber_ =
-      withQueue(nh, thread_.queue())
-          .subscribe<nav_msgs::Path>(kCorrectedPathTopic, 1,
-                                     [this](const nav_msgs::PathConstPtr& path) { onPath(*path); });
+  subscriber_ = subscribeTo<nav_msgs::Path>(withQueue(nh, thread_.queue()), kCorrectedPathTopic, 1,
+                                            [this](const auto& path) { onPath(*path); });
   thread_.start();
 }
 
