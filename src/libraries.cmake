@@ -198,6 +198,7 @@ add_library(cuboid_mapping_ros
   cuboid_mapping/ros/clouds/topic_types.cpp
   cuboid_mapping/ros/conversions/cloud_checks.cpp
   cuboid_mapping/ros/conversions/cloud_conversions.cpp
+  cuboid_mapping/ros/conversions/cloud_error.cpp
   cuboid_mapping/ros/conversions/compressed_depth.cpp
   cuboid_mapping/ros/conversions/depth_image_conversion.cpp
   cuboid_mapping/ros/conversions/ground_filter.cpp

@@ -264,7 +264,7 @@ const cuboid_mapping::ScanUpdate* BagClouds::compute(const SensorMessage& cloud,
   for (const std::string& warning : source.pipeline.takeWarnings()) {
     say({"warning: " + nameOf(source.parameters) + ": " + warning});
   }
-  if (update == nullptr) leaveOut(toDropReason(error->defect), error->text);
+  if (update == nullptr) leaveOut(error->defect, error->text);
   return update;
 }
 

@@ -165,7 +165,7 @@ class SimulatedNode {
     Source& source = *sources_.at(cloud.source);
     const auto* update = source.pipeline.compute(cloud, poses, statistics_, error);
     if (update == nullptr) {
-      ++statistics_.numDropped(toDropReason(error->defect));
+      ++statistics_.numDropped(error->defect);
       return;
     }
     map_.integrate(cloud.header().stamp, *update, source.pipeline.sensorModel(),

@@ -332,7 +332,7 @@ TEST_F(MovingSensor, WhatSaysNoTimesIsRefused) {
   PointCloud2 cloud = makeTimedCloud("intensity", PointField::FLOAT32, times_s, seeWall(times_s));
   EXPECT_TRUE(mapOf(toMessage(cloud)).empty());
   ASSERT_TRUE(error_);
-  EXPECT_EQ(error_->defect, CloudDefect::kNoPointTimes);
+  EXPECT_EQ(error_->defect, DropReason::kNoPointTimes);
   EXPECT_NE(error_->text.find("or set deskew to false"), std::string::npos) << error_->text;
   cloud.fields.back().name = "time";
   EXPECT_FALSE(mapOf(toMessage(cloud)).empty());

@@ -34,14 +34,6 @@ double findReach(const CloudPoints& cloud, const Eigen::Vector3d& sensor_cloud) 
   return static_cast<double>(*reach);
 }
 
-CloudError noTimesError(const SensorMessage& cloud) {
-  return {CloudDefect::kNoPointTimes, "message in frame '" + cloud.header().frame_id +
-                                          "': it has no time for each point within a second of its "
-                                          "stamp, as deskew needs: a field time, t, "
-                                          "offset_time or timestamp, or a time_increment. Have the "
-                                          "driver send it, or set deskew to false"};
-}
-
 /// Limits without the crop if the ground filter is on: see CloudPipeline::cropInBase().
 cuboid_mapping::ScanLimits makeScanLimits(const SourceParameters& source) {
   cuboid_mapping::ScanLimits limits;
@@ -91,7 +83,9 @@ const ScanUpdate* CloudPipeline::compute(const SensorMessage& cloud, const Cloud
     return nullptr;
   }
   if (source_.deskew && poses.slices.empty()) {
-    error = noTimesError(cloud);
+    error = describeError(DropReason::kNoPointTimes, "message", cloud.header(),
+                          "it has no time for each point within a second of its stamp, as deskew "
+                          "needs: a field time, t, offset_time or timestamp, or a time_increment");
     return nullptr;
   }
   auto& points = std::get<CloudPoints>(converted);

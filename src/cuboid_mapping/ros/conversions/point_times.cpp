@@ -26,9 +26,7 @@ constexpr double kLeastNanoseconds = 1e15;
 
 const PointField* findTimeField(const PointCloud2& cloud) {
   for (const char* name : kFieldNames) {
-    const auto field = std::find_if(cloud.fields.begin(), cloud.fields.end(),
-                                    [name](const PointField& f) { return f.name == name; });
-    if (field != cloud.fields.end()) return &*field;
+    if (const PointField* field = findField(cloud, name)) return field;
   }
   return nullptr;
 }
@@ -82,15 +80,12 @@ struct TimesReader {
     std::vector<double> times_s;
     const CloudLayout layout = layoutOf(*cloud);
     times_s.reserve(layout.width * layout.height);
-    for (std::size_t row = 0; row < layout.height; ++row) {
-      for (std::size_t column = 0; column < layout.width; ++column) {
-        const std::size_t offset =
-            row * layout.row_step + column * layout.point_step + field->offset;
-        double time_s = readTime(*field, cloud->data.data() + offset, is_other_order);
-        if (time_s > kLeastNanoseconds) time_s *= 1e-9;
-        times_s.push_back(time_s > kLeastTimeOfDay_s ? time_s - stamp_s : time_s);
-      }
-    }
+    layout.forEachPoint([&](std::size_t offset) {
+      const std::uint8_t* data = cloud->data.data() + offset + field->offset;
+      double time_s = readTime(*field, data, is_other_order);
+      if (time_s > kLeastNanoseconds) time_s *= 1e-9;
+      times_s.push_back(time_s > kLeastTimeOfDay_s ? time_s - stamp_s : time_s);
+    });
     if (!wants_no_returns) keepReturns(findReturns(*cloud), times_s);
     return times_s;
   }

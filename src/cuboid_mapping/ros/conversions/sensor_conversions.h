@@ -8,8 +8,6 @@
 
 #include <sensor_msgs/LaserScan.h>
 
-#include <variant>
-
 namespace cuboid_mapping_ros {
 
 /// Converts a planar scan to points in its frame, where laser_geometry puts them.
@@ -20,8 +18,8 @@ namespace cuboid_mapping_ros {
 ///
 /// @param options  T_cloud_sensor is ignored: the beams start in the scan's frame.
 /// @return At least one point or no-return; or the reason of refusal. @complexity O(ranges).
-[[nodiscard]] std::variant<CloudPoints, CloudError> convertLaserScan(
-    const sensor_msgs::LaserScan& scan, const CloudOptions& options = {});
+[[nodiscard]] ConvertedCloud convertLaserScan(const sensor_msgs::LaserScan& scan,
+                                              const CloudOptions& options = {});
 
 /// Converts a depth image to points in its frame: x right, y down, z forward (REP 103).
 ///
@@ -37,11 +35,11 @@ namespace cuboid_mapping_ros {
 ///
 /// @param options  As for convertLaserScan().
 /// @return At least one point or no-return; or the reason of refusal. @complexity O(pixels).
-[[nodiscard]] std::variant<CloudPoints, CloudError> convertDepthImage(
-    const DepthImage& depth, const CloudOptions& options = {});
+[[nodiscard]] ConvertedCloud convertDepthImage(const DepthImage& depth,
+                                               const CloudOptions& options = {});
 
 /// convertCloud(), convertLaserScan() or convertDepthImage().
-[[nodiscard]] std::variant<CloudPoints, CloudError> convert(const SensorMessage& message,
-                                                            const CloudOptions& options = {});
+[[nodiscard]] ConvertedCloud convert(const SensorMessage& message,
+                                     const CloudOptions& options = {});
 
 }  // namespace cuboid_mapping_ros

@@ -6,28 +6,6 @@
 
 namespace cuboid_mapping_ros {
 
-static_assert(static_cast<int>(DropReason::kEmptyFrame) ==
-              static_cast<int>(CloudDefect::kEmptyFrame));
-static_assert(static_cast<int>(DropReason::kNoPointTimes) ==
-              static_cast<int>(CloudDefect::kNoPointTimes));
-static_assert(static_cast<std::size_t>(DropReason::kQueueFull) == kNumCloudDefects);
-static_assert(static_cast<std::size_t>(DropReason::kInternalError) + 1 == kNumDropReasons);
-
-DropReason toDropReason(CloudDefect defect) { return static_cast<DropReason>(defect); }
-
-const char* toString(DropReason reason) {
-  switch (reason) {
-    case DropReason::kQueueFull: return "queue full";
-    case DropReason::kNoTransform: return "no transform";
-    case DropReason::kTooOldForTf: return "too old for tf";
-    case DropReason::kNoCameraInfo: return "no camera_info";
-    case DropReason::kPaused: return "paused";
-    case DropReason::kBeforeJump: return "before a jump";
-    case DropReason::kInternalError: return "internal error";
-    default: return toString(static_cast<CloudDefect>(reason));
-  }
-}
-
 void StageTime::add(double duration_ms) {
   last_ms_ = duration_ms;
   max_ms_ = std::max(max_ms_, duration_ms);

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
-#include "cuboid_mapping/ros/conversions/cloud_conversions.h"
+#include "cuboid_mapping/ros/conversions/cloud_error.h"
 
 #include <array>
 #include <chrono>
@@ -9,35 +9,6 @@
 #include <cstdint>
 
 namespace cuboid_mapping_ros {
-
-/// Reasons why a cloud did not enter the map.
-enum class DropReason : unsigned char {
-  // The defects of CloudDefect, in the same order.
-  kEmptyFrame,
-  kNoPoints,
-  kNoXyzFields,
-  kWrongDatatype,
-  kBadLayout,
-  kShortData,
-  kNoValidPoints,
-  kNoPointTimes,
-  kQueueFull,     ///< The node was busy with earlier clouds.
-  kNoTransform,   ///< tf did not come within tf_wait, or before the memory was full.
-  kTooOldForTf,   ///< Older than the transforms that tf keeps.
-  kNoCameraInfo,  ///< A depth image has no camera_info.
-  kPaused,        ///< The node is paused by ~pause.
-  kBeforeJump,    ///< Older than the jump reported to ~move_map.
-  kInternalError  ///< An exception, for example without memory.
-};
-
-/// Number of enumerators of DropReason.
-constexpr std::size_t kNumDropReasons = 15;
-
-/// The reason to drop a cloud with a defect.
-[[nodiscard]] DropReason toDropReason(CloudDefect defect);
-
-/// A short name for diagnostics, such as "no transform".
-[[nodiscard]] const char* toString(DropReason reason);
 
 /// Durations of one stage of the work on a cloud.
 class StageTime {

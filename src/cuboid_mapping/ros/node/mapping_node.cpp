@@ -230,7 +230,7 @@ void MappingNode::integrate(const SensorMessage& cloud, const CloudPoses& poses)
     ROS_WARN_STREAM_NAMED(kNodeName, nameOf(source.parameters) << ": " << warning);
   }
   if (update == nullptr) {
-    return ledger_.noteDropped(cloud.source, toDropReason(error->defect), error->text);
+    return ledger_.noteDropped(cloud.source, error->defect, error->text);
   }
   Stopwatch stopwatch;
   const auto& taken = takeMoving(*update, poses, source, cloud.header().stamp);
