@@ -190,10 +190,7 @@ add_library(cuboid_mapping_ros
   cuboid_mapping/ros/clouds/moving_filter.cpp
   cuboid_mapping/ros/clouds/node_sources.cpp
   ${robot_description}
-  cuboid_mapping/ros/clouds/robot_filter.cpp
   cuboid_mapping/ros/clouds/self_filter.cpp
-  cuboid_mapping/ros/clouds/source.cpp
-  cuboid_mapping/ros/clouds/source_report.cpp
   cuboid_mapping/ros/clouds/source_subscriber.cpp
   cuboid_mapping/ros/clouds/topic_types.cpp
   cuboid_mapping/ros/conversions/cloud_checks.cpp
@@ -203,10 +200,8 @@ add_library(cuboid_mapping_ros
   cuboid_mapping/ros/conversions/depth_image_conversion.cpp
   cuboid_mapping/ros/conversions/ground_filter.cpp
   cuboid_mapping/ros/conversions/no_return_points.cpp
-  cuboid_mapping/ros/conversions/point_times.cpp
   cuboid_mapping/ros/conversions/pose_messages.cpp
   cuboid_mapping/ros/conversions/sensor_conversions.cpp
-  cuboid_mapping/ros/conversions/sensor_message.cpp
   cuboid_mapping/ros/conversions/sweep.cpp
   cuboid_mapping/ros/diagnostics/cloud_ledger.cpp
   cuboid_mapping/ros/diagnostics/diagnostics.cpp
@@ -223,7 +218,6 @@ add_library(cuboid_mapping_ros
   cuboid_mapping/ros/map/map_storage.cpp
   cuboid_mapping/ros/middleware/tf_lookup.cpp
   cuboid_mapping/ros/middleware/tf_receiver.cpp
-  cuboid_mapping/ros/middleware/transforms.cpp
   cuboid_mapping/ros/node/mapping_node.cpp
   cuboid_mapping/ros/node/mapping_node_report.cpp
   cuboid_mapping/ros/node/mapping_node_services.cpp
@@ -243,7 +237,6 @@ add_library(cuboid_mapping_ros
   cuboid_mapping/ros/parameters/reconfigure.cpp
   cuboid_mapping/ros/parameters/reconfigure_server.cpp
   cuboid_mapping/ros/parameters/self_filter_parameters.cpp
-  cuboid_mapping/ros/parameters/service_limits.cpp
   cuboid_mapping/ros/parameters/source_parameters.cpp
   cuboid_mapping/ros/parameters/window_parameters.cpp
   cuboid_mapping/ros/publishers/map_image_server.cpp
@@ -261,7 +254,6 @@ add_library(cuboid_mapping_ros
   cuboid_mapping/ros/services/pose_answers.cpp
   cuboid_mapping/ros/services/pose_corrections.cpp
   cuboid_mapping/ros/services/service_call.cpp
-  cuboid_mapping/ros/services/turning_box.cpp
   cuboid_mapping/ros/services/way_answers.cpp)
 cuboid_mapping_configure(cuboid_mapping_ros)
 target_include_directories(cuboid_mapping_ros

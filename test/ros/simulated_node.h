@@ -4,7 +4,7 @@
 
 #include "cuboid_mapping/io/map_files.h"
 #include "cuboid_mapping/ros/clouds/cloud_buffer.h"
-#include "cuboid_mapping/ros/clouds/source.h"
+#include "cuboid_mapping/ros/clouds/cloud_pipeline.h"
 #include "cuboid_mapping/ros/map/guarded_map.h"
 #include "cuboid_mapping/sharing/map_follower.h"
 

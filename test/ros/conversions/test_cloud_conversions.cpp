@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "cuboid_mapping/ros/conversions/cloud_conversions.h"
 
-#include "cuboid_mapping/ros/conversions/point_cloud.h"
+#include "cuboid_mapping/ros/conversions/points.h"
 #include "ros/cloud_messages.h"
 #include "support/random.h"
 

@@ -1,8 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Scans of a sensor that moves while it measures.
 #include "cuboid_mapping/map/cuboid_map.h"
-#include "cuboid_mapping/ros/clouds/source.h"
-#include "cuboid_mapping/ros/conversions/point_times.h"
+#include "cuboid_mapping/ros/clouds/cloud_pipeline.h"
 #include "cuboid_mapping/ros/conversions/sweep.h"
 #include "ros/cloud_messages.h"
 #include "support/random.h"

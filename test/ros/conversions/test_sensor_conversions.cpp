@@ -2,7 +2,7 @@
 #include "cuboid_mapping/ros/conversions/sensor_conversions.h"
 
 #include "cuboid_mapping/interop/octomap_parity.h"
-#include "cuboid_mapping/ros/clouds/source.h"
+#include "cuboid_mapping/ros/clouds/cloud_pipeline.h"
 #include "ros/cloud_messages.h"
 #include "support/random.h"
 

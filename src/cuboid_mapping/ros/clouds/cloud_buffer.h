@@ -2,7 +2,7 @@
 #pragma once
 
 #include "cuboid_mapping/ros/clouds/cloud_poses.h"
-#include "cuboid_mapping/ros/conversions/sensor_message.h"
+#include "cuboid_mapping/ros/conversions/sensor_conversions.h"
 #include "cuboid_mapping/ros/diagnostics/node_statistics.h"
 
 #include <ros/time.h>

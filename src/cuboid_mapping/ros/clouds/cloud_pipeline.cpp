@@ -3,7 +3,7 @@
 
 #include "cuboid_mapping/history/cloud_replay.h"
 #include "cuboid_mapping/history/kept_clouds.h"
-#include "cuboid_mapping/ros/clouds/robot_filter.h"
+#include "cuboid_mapping/ros/clouds/self_filter.h"
 #include "cuboid_mapping/ros/conversions/sensor_conversions.h"
 
 #include <algorithm>
@@ -13,6 +13,7 @@
 #include <variant>
 
 namespace cuboid_mapping_ros {
+
 namespace {
 
 using cuboid_mapping::Scan;
@@ -243,6 +244,14 @@ const ScanUpdate& CloudPipeline::takeUse(const ScanUpdate& update) {
     keepClears(used_);
   }
   return used_;
+}
+
+std::vector<std::unique_ptr<Source>> makeSources(const NodeParameters& parameters) {
+  std::vector<std::unique_ptr<Source>> sources;
+  for (const SourceParameters& source : sourcesOf(parameters)) {
+    sources.push_back(std::make_unique<Source>(parameters, source));
+  }
+  return sources;
 }
 
 }  // namespace cuboid_mapping_ros

@@ -4,7 +4,7 @@
 #include "cuboid_mapping/ros/clouds/cloud_poses.h"
 #include "cuboid_mapping/ros/conversions/cloud_checks.h"
 #include "cuboid_mapping/ros/conversions/cloud_conversions.h"
-#include "cuboid_mapping/ros/conversions/sensor_message.h"
+#include "cuboid_mapping/ros/conversions/sensor_conversions.h"
 #include "cuboid_mapping/ros/diagnostics/node_statistics.h"
 #include "cuboid_mapping/ros/map/kept_history.h"
 #include "cuboid_mapping/ros/parameters/parameters.h"
@@ -13,6 +13,7 @@
 
 #include <Eigen/Geometry>
 
+#include <memory>
 #include <optional>
 #include <vector>
 
@@ -99,5 +100,18 @@ class CloudPipeline {
   std::vector<cuboid_mapping::Scan> kept_scans_;  ///< Scans in the frame of the body.
   cuboid_mapping::ScanUpdate used_;  ///< The part of the update that takeUse() has left.
 };
+
+/// Processing of a sensor's messages, without the topic. Not thread-safe.
+struct Source {
+  Source(const NodeParameters& node, const SourceParameters& source)
+      : parameters(source), frames(node, source), pipeline(node, source) {}
+
+  SourceParameters parameters;
+  PoseFrames frames;
+  CloudPipeline pipeline;
+};
+
+/// One for each of sourcesOf().
+[[nodiscard]] std::vector<std::unique_ptr<Source>> makeSources(const NodeParameters& parameters);
 
 }  // namespace cuboid_mapping_ros

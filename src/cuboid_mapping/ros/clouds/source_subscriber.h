@@ -2,7 +2,7 @@
 #pragma once
 
 #include "cuboid_mapping/ros/clouds/depth_pairs.h"
-#include "cuboid_mapping/ros/conversions/sensor_message.h"
+#include "cuboid_mapping/ros/conversions/sensor_conversions.h"
 #include "cuboid_mapping/ros/parameters/parameters.h"
 
 #include <ros/node_handle.h>

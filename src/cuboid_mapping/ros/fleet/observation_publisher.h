@@ -3,7 +3,7 @@
 
 #include "cuboid_mapping/GetObservations.h"
 #include "cuboid_mapping/Observation.h"
-#include "cuboid_mapping/ros/middleware/byte_budget.h"
+#include "cuboid_mapping/ros/middleware/rate_limit.h"
 #include "cuboid_mapping/ros/parameters/parameters.h"
 #include "cuboid_mapping/scan/brick_update.h"
 

@@ -2,7 +2,7 @@
 #include "cuboid_mapping/ros/node/mapping_node.h"
 
 #include "cuboid_mapping/query/height_range.h"
-#include "cuboid_mapping/ros/conversions/point_cloud.h"
+#include "cuboid_mapping/ros/conversions/points.h"
 #include "cuboid_mapping/ros/middleware/callbacks.h"
 #include "cuboid_mapping/ros/middleware/names.h"
 #include "cuboid_mapping/ros/middleware/tf_lookup.h"

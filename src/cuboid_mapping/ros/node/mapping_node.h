@@ -14,8 +14,8 @@
 #include "cuboid_mapping/ros/map/forgetting.h"
 #include "cuboid_mapping/ros/map/guarded_map.h"
 #include "cuboid_mapping/ros/map/map_storage.h"
+#include "cuboid_mapping/ros/map/phase_fair_mutex.h"
 #include "cuboid_mapping/ros/middleware/callback_guard.h"
-#include "cuboid_mapping/ros/middleware/fair_mutex.h"
 #include "cuboid_mapping/ros/middleware/tf_receiver.h"
 #include "cuboid_mapping/ros/octomap_server/octomap_server_interface.h"
 #include "cuboid_mapping/ros/octomap_server/robot_grid.h"
@@ -25,8 +25,8 @@
 #include "cuboid_mapping/ros/publishers/marker_publisher.h"
 #include "cuboid_mapping/ros/services/long_call.h"
 #include "cuboid_mapping/ros/services/map_files_service.h"
-#include "cuboid_mapping/ros/services/map_in_frame.h"
 #include "cuboid_mapping/ros/services/pose_corrections.h"
+#include "cuboid_mapping/ros/services/service_call.h"
 
 #include <diagnostic_updater/diagnostic_updater.h>
 #include <ros/node_handle.h>

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "cuboid_mapping/ros/octomap_server/octomap_products.h"
 
-#include "cuboid_mapping/ros/conversions/point_cloud.h"
 #include "cuboid_mapping/ros/conversions/points.h"
 #include "cuboid_mapping/ros/publishers/marker_colors.h"
 

@@ -7,7 +7,7 @@
 #include "cuboid_mapping/ros/middleware/callbacks.h"
 #include "cuboid_mapping/ros/middleware/names.h"
 #include "cuboid_mapping/ros/middleware/tf_lookup.h"
-#include "cuboid_mapping/ros/parameters/window_parameters.h"
+#include "cuboid_mapping/ros/parameters/parameters.h"
 #include "cuboid_mapping/ros/services/service_call.h"
 
 #include <octomap_msgs/BoundingBoxQuery.h>

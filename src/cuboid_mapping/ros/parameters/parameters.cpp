@@ -3,14 +3,16 @@
 
 #include "cuboid_mapping/ros/middleware/tf_lookup.h"
 #include "cuboid_mapping/ros/parameters/nearest_key.h"
-#include "cuboid_mapping/ros/parameters/parameter_reader.h"
+#include "cuboid_mapping/ros/parameters/parameter_table.h"
 #include "cuboid_mapping/ros/parameters/reconfigure.h"
 
 #include <algorithm>
 #include <set>
+#include <sstream>
 #include <utility>
 
 namespace cuboid_mapping_ros {
+
 namespace {
 
 using cuboid_mapping::ConfigError;
@@ -263,6 +265,30 @@ LoadedParameters loadParameters(const ros::NodeHandle& private_handle) {
   XmlRpcValue value;
   private_handle.getParam(private_handle.getNamespace(), value);
   return readParameters(value);
+}
+
+std::size_t maxEntries(const ServiceLimits& limits, std::size_t entry_bytes) {
+  const std::size_t max_bytes = static_cast<std::size_t>(limits.max_answer_mb) * 1000000;
+  return std::min(static_cast<std::size_t>(limits.max_entries), max_bytes / entry_bytes);
+}
+
+std::string explain(cuboid_mapping::BudgetEnd why, const ServiceLimits& limits) {
+  std::ostringstream text;
+  switch (why) {
+    case cuboid_mapping::BudgetEnd::kNone: break;
+    case cuboid_mapping::BudgetEnd::kTime:
+      text << "ended by its time, at most " << limits.max_time_s << " s (parameter query/max_time)";
+      break;
+    case cuboid_mapping::BudgetEnd::kBricks:
+      text << "ended after " << limits.max_bricks << " bricks (parameter query/max_bricks)";
+      break;
+    case cuboid_mapping::BudgetEnd::kEntries:
+      text << "ended by the size of the answer, at most " << limits.max_entries << " entries and "
+           << limits.max_answer_mb << " MB (parameters query/max_entries and query/max_answer)";
+      break;
+    case cuboid_mapping::BudgetEnd::kStopped: text << "ended because the node stops"; break;
+  }
+  return text.str();
 }
 
 }  // namespace cuboid_mapping_ros

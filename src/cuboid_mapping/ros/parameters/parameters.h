@@ -1,22 +1,78 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include "cuboid_mapping/history/map_history.h"
 #include "cuboid_mapping/map/cuboid_map.h"
-#include "cuboid_mapping/ros/parameters/fleet_parameters.h"
-#include "cuboid_mapping/ros/parameters/keep_parameters.h"
+#include "cuboid_mapping/query/budget.h"
 #include "cuboid_mapping/ros/parameters/robot_parts.h"
-#include "cuboid_mapping/ros/parameters/service_limits.h"
 #include "cuboid_mapping/ros/parameters/source_parameters.h"
-#include "cuboid_mapping/ros/parameters/window_parameters.h"
+#include "cuboid_mapping/window/map_window.h"
 
 #include <ros/node_handle.h>
 #include <xmlrpcpp/XmlRpcValue.h>
 
 #include <array>
+#include <cstddef>
+#include <memory>
 #include <string>
 #include <vector>
 
 namespace cuboid_mapping_ros {
+
+/// Treatment of calls about parts of the map on disk, see MapWindow.
+enum class QueriesOutside : unsigned char {
+  kRefuse,  ///< The call is refused.
+  kLoad     ///< The parts are loaded first.
+};
+
+/// Limits of one service call.
+struct ServiceLimits {
+  double max_time_s = 5.0;  ///< Time from when it has the map.
+  /// Bricks of 8 x 8 x 8 voxels, cuboids and similar items that it reads.
+  int max_bricks = 20000000;
+  int max_entries = 1000000;  ///< Maximum number of entries of a request, and of its answer.
+  int max_answer_mb = 100;    ///< Maximum size of an answer, MB.
+  QueriesOutside outside = QueriesOutside::kRefuse;
+};
+
+/// Treatment of observations above the rate.
+enum class ObservationExcess : unsigned char {
+  kLater,  ///< They wait.
+  kThin    ///< Clouds are left out of the observations, and counted.
+};
+
+/// Parameters for maps of several robots.
+struct FleetParameters {
+  double observation_max_kb_s = 0.0;  ///< Rate limit for each subscriber; 0: none.
+  ObservationExcess observation_excess = ObservationExcess::kLater;
+  int observation_memory_mb = 0;    ///< For subscribers that missed observations; 0: none is kept.
+  std::vector<std::string> robots;  ///< Robots that observe the map; none: clouds make it.
+  double merge_delay_s = 3.0;       ///< Wait for observations before they go into the map.
+};
+
+/// Part of the map that stays in memory.
+struct WindowParameters {
+  std::string frame_id;  ///< Frame that the window moves with; empty: no window.
+  cuboid_mapping::WindowConfig config;
+  std::string file;  ///< File of the store.
+
+  [[nodiscard]] bool isOn() const { return !frame_id.empty(); }
+  /// Whether there is a store.
+  [[nodiscard]] bool keeps() const {
+    return isOn() && config.outside == cuboid_mapping::OutsideWindow::kKeep;
+  }
+};
+
+/// Limits of the clouds kept for corrections of poses.
+struct KeepParameters {
+  int memory_mb = 0;           ///< Limit of packed clouds, in MB; 0: no cloud is kept.
+  double max_age_s = 86400.0;  ///< Older clouds become a fixed part of the map.
+  std::string body_frame;      ///< Frame of the corrected poses; empty: the frame of the cloud.
+  double tolerance_m = 0.05;   ///< A path that moves nothing farther than this changes nothing.
+
+  [[nodiscard]] bool isOn() const { return memory_mb > 0; }
+  [[nodiscard]] cuboid_mapping::HistoryLimits limits() const;
+};
 
 /// Parameters of octomap_server that concern its topics.
 struct OctomapServerParameters {
@@ -190,5 +246,19 @@ struct LoadedParameters {
 
 /// Text of config/default.yaml: every parameter with its default, help as comments.
 [[nodiscard]] std::string toYaml();
+
+/// Maximum number of entries of an answer. @param entry_bytes  Size of an entry, > 0.
+[[nodiscard]] std::size_t maxEntries(const ServiceLimits& limits, std::size_t entry_bytes);
+
+/// Text such as "ended after 5 s (parameter query/max_time)". @pre why is not kNone.
+[[nodiscard]] std::string explain(cuboid_mapping::BudgetEnd why, const ServiceLimits& limits);
+
+/// Text such as "3 parts of the map, of 64 x 64 x 64 voxels", for pages.
+[[nodiscard]] std::string describePages(std::size_t num_pages);
+
+/// The window of the parameters, with its store opened or created; null without a window.
+/// @throws cuboid_mapping::MapFileError  as openStoreOf(), and std::runtime_error for conflicting parameters.
+[[nodiscard]] std::unique_ptr<cuboid_mapping::MapWindow> makeWindow(
+    const NodeParameters& parameters, const cuboid_mapping::CuboidMap& map);
 
 }  // namespace cuboid_mapping_ros

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "cuboid_mapping/ros/middleware/tf_lookup.h"
-#include "cuboid_mapping/ros/parameters/parameter_reader.h"
+#include "cuboid_mapping/ros/parameters/parameter_table.h"
 #include "cuboid_mapping/ros/parameters/robot_parts.h"
 
 #include <optional>

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "cuboid_mapping/ros/parameters/source_parameters.h"
 
-#include "cuboid_mapping/ros/parameters/parameter_reader.h"
+#include "cuboid_mapping/ros/parameters/parameter_table.h"
 
 #include <ros/names.h>
 

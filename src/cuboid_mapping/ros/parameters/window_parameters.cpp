@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "cuboid_mapping/ros/parameters/window_parameters.h"
+#include "cuboid_mapping/ros/parameters/parameters.h"
 
 #include "cuboid_mapping/io/text.h"
 #include "cuboid_mapping/ros/middleware/tf_lookup.h"

@@ -3,7 +3,7 @@
 
 #include "cuboid_mapping/ros/middleware/names.h"
 #include "cuboid_mapping/ros/middleware/tf_lookup.h"
-#include "cuboid_mapping/ros/parameters/window_parameters.h"
+#include "cuboid_mapping/ros/parameters/parameters.h"
 #include "cuboid_mapping/sharing/map_follower.h"
 
 namespace cuboid_mapping_ros {

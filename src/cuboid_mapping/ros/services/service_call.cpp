@@ -4,8 +4,7 @@
 #include "cuboid_mapping/io/text.h"
 #include "cuboid_mapping/query/value_query.h"
 #include "cuboid_mapping/ros/middleware/tf_lookup.h"
-#include "cuboid_mapping/ros/parameters/service_limits.h"
-#include "cuboid_mapping/ros/parameters/window_parameters.h"
+#include "cuboid_mapping/ros/parameters/parameters.h"
 
 #include <tf2_eigen/tf2_eigen.h>
 
@@ -15,6 +14,7 @@
 #include <thread>
 
 namespace cuboid_mapping_ros {
+
 namespace {
 
 using cuboid_mapping::AnswerInfo;
@@ -319,6 +319,30 @@ Eigen::Isometry3d toIsometry(geometry_msgs::Transform transform) {
   if (std::abs(turn.norm() - 1.0) < 0.01) turn.normalize();
   transform.rotation = tf2::toMsg(turn);
   return tf2::transformToEigen(transform);
+}
+
+cuboid_mapping::Body readTurningBox(const ServiceCall& call, const geometry_msgs::Vector3& size,
+                                    double inflation_m) {
+  cuboid_mapping::BodyBox box;
+  box.size_m = ServiceCall::edges(size);
+  box.size_m.array() += 2.0 * ServiceCall::notNegative(inflation_m, "inflation");
+  cuboid_mapping::Body body{{}, {box}};
+  const std::string fault = findFault(body, call.map().grid());
+  if (!fault.empty()) throw Refusal("size, as a body with one box: " + fault);
+  return body;
+}
+
+Eigen::Isometry3d readHeaded(const ServiceCall& call, const geometry_msgs::Point& point,
+                             const FieldName& field, double heading_rad) {
+  if (!std::isfinite(heading_rad)) {
+    throw Refusal("the heading of " + describe(field) +
+                  " is NaN or infinite: give an angle in radians");
+  }
+  geometry_msgs::Pose pose;
+  pose.position = point;
+  pose.orientation.z = std::sin(0.5 * heading_rad);
+  pose.orientation.w = std::cos(0.5 * heading_rad);
+  return call.pose(pose, field);
 }
 
 }  // namespace cuboid_mapping_ros

@@ -7,17 +7,20 @@
 #include "cuboid_mapping/MapCuboid.h"
 #include "cuboid_mapping/map/cuboid_search.h"
 #include "cuboid_mapping/query/budget.h"
+#include "cuboid_mapping/query/pose_query.h"
 #include "cuboid_mapping/query/unknown_policy.h"
 #include "cuboid_mapping/ros/conversions/points.h"
 #include "cuboid_mapping/ros/map/guarded_map.h"
-#include "cuboid_mapping/ros/services/map_in_frame.h"
+#include "cuboid_mapping/ros/parameters/parameters.h"
 
 #include <geometry_msgs/Pose.h>
 #include <geometry_msgs/Transform.h>
 #include <std_msgs/Header.h>
+#include <tf2/buffer_core.h>
 
 #include <Eigen/Geometry>
 
+#include <atomic>
 #include <cstddef>
 #include <cstdint>
 #include <limits>
@@ -44,6 +47,15 @@ struct Entries {
 struct FieldName {
   const char* name;
   std::optional<std::size_t> element = std::nullopt;
+};
+
+/// A map with its frame and limits, for services.
+struct MapInFrame {
+  GuardedMap& map;                                ///< The map and its lock.
+  std::string frame_id;                           ///< Frame of the map.
+  const tf2::BufferCore& tf;                      ///< Transforms for requests in other frames.
+  ServiceLimits limits = {};                      ///< Limits of each call.
+  const std::atomic<bool>* is_stopped = nullptr;  ///< Set to end all calls.
 };
 
 /// A service call: reads the request, and accesses the map within the limits.
@@ -195,5 +207,15 @@ class ServiceCall {
 [[nodiscard]] cuboid_mapping::MapCuboid cuboidMessage(const cuboid_mapping::CuboidMap& map,
                                                       const cuboid_mapping::Cuboid& cuboid,
                                                       cuboid_mapping::Budget& budget);
+
+/// A box with its origin in the middle, inflated on all sides. Throws a Refusal.
+[[nodiscard]] cuboid_mapping::Body readTurningBox(const ServiceCall& call,
+                                                  const geometry_msgs::Vector3& size,
+                                                  double inflation_m);
+
+/// A pose in the frame of the map. Throws a Refusal. @param heading_rad  About z of the request's frame.
+[[nodiscard]] Eigen::Isometry3d readHeaded(const ServiceCall& call,
+                                           const geometry_msgs::Point& point,
+                                           const FieldName& field, double heading_rad);
 
 }  // namespace cuboid_mapping_ros

@@ -7,7 +7,7 @@
 #include "cuboid_mapping/query/path_query.h"
 #include "cuboid_mapping/query/pose_path.h"
 #include "cuboid_mapping/query/ray_query.h"
-#include "cuboid_mapping/ros/services/turning_box.h"
+#include "cuboid_mapping/ros/services/service_call.h"
 
 #include <tf2_eigen/tf2_eigen.h>
 
