@@ -207,7 +207,6 @@ add_library(cuboid_mapping_ros
   cuboid_mapping/ros/diagnostics/diagnostics.cpp
   cuboid_mapping/ros/diagnostics/node_statistics.cpp
   cuboid_mapping/ros/diagnostics/speed_advice.cpp
-  cuboid_mapping/ros/fleet/merge_progress.cpp
   cuboid_mapping/ros/fleet/observation_publisher.cpp
   cuboid_mapping/ros/fleet/robot_merger.cpp
   cuboid_mapping/ros/map/earlier_saves.cpp

@@ -4,28 +4,32 @@
 #include "cuboid_mapping/GetObservations.h"
 #include "cuboid_mapping/io/scan_update_codec.h"
 #include "cuboid_mapping/io/text.h"
-#include "cuboid_mapping/ros/fleet/merge_progress.h"
 #include "cuboid_mapping/ros/middleware/callbacks.h"
 #include "cuboid_mapping/ros/middleware/names.h"
 #include "cuboid_mapping/ros/middleware/tf_lookup.h"
 
 #include <diagnostic_msgs/DiagnosticStatus.h>
 #include <ros/console.h>
+#include <nlohmann/json.hpp>
 
 #include <exception>
+#include <stdexcept>
 #include <string_view>
 #include <utility>
 
 namespace cuboid_mapping_ros {
+
 namespace {
 
 using cuboid_mapping::CuboidMap;
 using cuboid_mapping::GetObservations;
 using cuboid_mapping::MergeCounts;
+using cuboid_mapping::MergeProgress;
 using cuboid_mapping::Observation;
 using cuboid_mapping::ObservationQuestion;
 using cuboid_mapping::RobotObservation;
 using cuboid_mapping::SensorModelConfig;
+using nlohmann::json;
 
 constexpr double kApplyPeriod_s = 0.05;
 constexpr double kAskPeriod_s = 0.5;
@@ -33,6 +37,43 @@ constexpr double kAskPeriod_s = 0.5;
 constexpr std::uint32_t kQueueSize = 1000;
 
 double mergeTime_s() { return ros::SteadyTime::now().toSec(); }
+
+/// JSON for MapSnapshot::progress: {"newest_stamp_ns": ..., "sessions": [{"robot": "/robot1", "session": ...,
+/// "left_out": 0, "applied": [[1, 24], [26, 40]]}]}.
+std::string toText(const MergeProgress& progress) {
+  json sessions = json::array();
+  for (const MergeProgress::Session& session : progress.sessions) {
+    json runs = json::array();
+    for (const auto& [first, last] : session.applied.runs()) runs.push_back({first, last});
+    sessions.push_back({{"robot", session.robot},
+                        {"session", session.session},
+                        {"left_out", session.left_out},
+                        {"applied", runs}});
+  }
+  return json{{"newest_stamp_ns", progress.newest_stamp_ns}, {"sessions", sessions}}.dump();
+}
+
+/// Inverse of toText(); an empty text gives the progress of an empty map.
+/// @throws std::runtime_error  for an invalid text.
+MergeProgress mergeProgressOfText(const std::string& text) {
+  MergeProgress progress;
+  if (text.empty()) return progress;
+  try {
+    const json read = json::parse(text);
+    progress.newest_stamp_ns = read.at("newest_stamp_ns");
+    for (const json& item : read.at("sessions")) {
+      MergeProgress::Session session{item.at("robot"), item.at("session"), item.at("left_out"), {}};
+      std::map<std::uint64_t, std::uint64_t> runs;
+      for (const json& run : item.at("applied")) runs[run.at(0)] = run.at(1);
+      if (!session.applied.setRuns(runs)) throw std::runtime_error("runs that are not in order");
+      progress.sessions.push_back(std::move(session));
+    }
+  } catch (const std::exception& error) {
+    throw std::runtime_error(std::string("the list of merged observations cannot be read: ") +
+                             error.what());
+  }
+  return progress;
+}
 
 }  // namespace
 
@@ -78,10 +119,9 @@ RobotMerger::RobotMerger(const ros::NodeHandle& nh, const ros::NodeHandle& askin
       map_(map),
       callbacks_(std::move(callbacks)),
       order_(parameters.fleet.merge_delay_s) {
-  order_.start(map_.read([this](const CuboidMap& /*map*/, const ros::Time& /*stamp*/) {
-    return mergeProgressOfText(map_.progress());
-  }),
-               mergeTime_s());
+  const std::string progress =
+      map_.read([this](const CuboidMap& /*map*/) { return map_.progress(); });
+  order_.start(mergeProgressOfText(progress), mergeTime_s());
   for (const std::string& robot : parameters.fleet.robots) {
     subscribers_.push_back(
         subscribeTo<Observation>(nh, robot + '/' + kObservationsTopic, kQueueSize,
@@ -144,13 +184,8 @@ void RobotMerger::applyDue() {
 void RobotMerger::apply(const RobotObservation& observation) {
   const bool is_paused = callbacks_.is_paused();
   if (!is_paused) {
-    const bool is_other_model = map_.read([&](const CuboidMap& map, const ros::Time& /*stamp*/) {
-      return map.config().sensor_model != observation.sensor_model;
-    });
-    if (is_other_model) {
-      map_.edit([&](CuboidMap& map, const ros::Time& /*stamp*/) {
-        return map.setSensorModel(observation.sensor_model);
-      });
+    if (map_.config().sensor_model != observation.sensor_model) {
+      map_.edit([&](CuboidMap& map) { return map.setSensorModel(observation.sensor_model); });
     }
     map_.change(stampOf(observation), [&](CuboidMap& map) {
       auto changes = map.apply(observation.update);

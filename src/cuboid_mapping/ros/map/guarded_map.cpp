@@ -43,8 +43,8 @@ void GuardedMap::integrate(const ros::Time& stamp, const cuboid_mapping::ScanUpd
 cuboid_mapping::MapCorrection GuardedMap::beginCorrection(
     const cuboid_mapping::PoseTrack& poses, const cuboid_mapping::CorrectionRule& rule) {
   const auto changing = waitToChange();  // The map equals the history's.
-  return readWithWindow([&](const auto& map, const auto& /*stamp*/, const auto* window) {
-    return history_->whole().begin(poses, rule, window == nullptr ? &map : nullptr);
+  return read([&](const cuboid_mapping::CuboidMap& map) {
+    return history_->whole().begin(poses, rule, window_ ? nullptr : &map);
   });
 }
 
@@ -73,15 +73,14 @@ std::optional<std::size_t> GuardedMap::undoEdit() {
   const std::lock_guard<std::mutex> turn(edit_turn_);
   const PageHold stay = hold();
   const auto look = [this] {
-    return read([this](const auto& /*map*/, const auto& /*stamp*/) {
-      return std::pair(undo_.size(), undo_.nextBox());
-    });
+    const ReadLock lock(mutex_);
+    return std::pair(undo_.size(), undo_.nextBox());
   };
   const std::size_t num_edits = look().first;
   if (num_edits == 0) return std::nullopt;
   std::size_t num_left = num_edits;
   while (num_left == num_edits) {
-    editIn(look().second, [this](auto& map, const auto& /*stamp*/) { return undo_.undoPart(map); });
+    editIn(look().second, [this](cuboid_mapping::CuboidMap& map) { return undo_.undoPart(map); });
     num_left = look().first;
   }
   return num_left;
@@ -101,18 +100,14 @@ const cuboid_mapping::ScanUpdate& GuardedMap::admit(const cuboid_mapping::ScanUp
 
 std::size_t GuardedMap::countNotLoaded(const cuboid_mapping::CellBox& box) const {
   if (!window_) return 0;
-  return readWithWindow([&](const auto& /*map*/, const auto& /*stamp*/, const auto* window) {
-    return window->countNotLoaded(box);
-  });
+  const ReadLock lock(mutex_);
+  return window_->countNotLoaded(box);
 }
 
 std::optional<cuboid_mapping::CellBox> GuardedMap::regionOfSearch() const {
-  using Region = std::optional<cuboid_mapping::CellBox>;
-  return readWithWindow(
-      [](const auto& /*map*/, const auto& /*stamp*/, const cuboid_mapping::MapWindow* window) {
-        const bool is_whole = window == nullptr || window->figures().num_on_disk_only == 0;
-        return is_whole ? Region() : Region(window->window());
-      });
+  const ReadLock lock(mutex_);
+  if (!window_ || window_->figures().num_on_disk_only == 0) return std::nullopt;
+  return window_->window();
 }
 
 void GuardedMap::load(const cuboid_mapping::CellBox& box) {
@@ -126,11 +121,9 @@ void GuardedMap::load(const cuboid_mapping::CellBox& box) {
 }
 
 std::optional<cuboid_mapping::WindowFigures> GuardedMap::windowFigures() const {
-  using Figures = std::optional<cuboid_mapping::WindowFigures>;
-  return readWithWindow(
-      [](const auto& /*map*/, const auto& /*stamp*/, const cuboid_mapping::MapWindow* window) {
-        return window == nullptr ? Figures() : Figures(window->figures());
-      });
+  const ReadLock lock(mutex_);
+  if (!window_) return std::nullopt;
+  return window_->figures();
 }
 
 void GuardedMap::save() {

@@ -16,6 +16,7 @@
 #include <mutex>
 #include <optional>
 #include <string>
+#include <type_traits>
 #include <utility>
 
 namespace cuboid_mapping_ros {
@@ -80,7 +81,7 @@ class GuardedMap {
     const ChangeLock lock(*this);
     if (window_) noteGathered([&](auto& changes) { window_->load(box, map_, changes); });
     noteChangesOf([&] {
-      cuboid_mapping::ChangeSet changes = work(map_, std::as_const(stamp_));
+      cuboid_mapping::ChangeSet changes = call(work, map_, std::as_const(stamp_));
       if (window_) window_->note(changes);
       return changes;
     });
@@ -88,12 +89,12 @@ class GuardedMap {
   }
 
   /// Replaces the whole map, in memory and on disk. Else as edit(), and the stamp may be set.
-  /// @param work  (CuboidMap&, ros::Time& stamp) -> ChangeSet.
+  /// @param work  (CuboidMap&) or (CuboidMap&, ros::Time& stamp) -> ChangeSet.
   template <typename WorkT>
   void replaceAll(const WorkT& work) {
     const ChangeLock lock(*this);
     noteReplaced();
-    noteChangesOf([&] { return work(map_, stamp_); });
+    noteChangesOf([&] { return call(work, map_, stamp_); });
     if (history_) history_->restart(map_);
     if (window_) window_->noteReplaced(map_);
   }
@@ -109,11 +110,11 @@ class GuardedMap {
   }
 
   /// Changes the map without a cloud: its stamp stays. The history keeps the locks. Else as change().
-  /// @param work  (CuboidMap&, const ros::Time& stamp) -> ChangeSet.
+  /// @param work  (CuboidMap&) or (CuboidMap&, const ros::Time& stamp) -> ChangeSet.
   template <typename WorkT>
   void edit(const WorkT& work) {
     const ChangeLock lock(*this);
-    noteChangesOf([&] { return work(map_, std::as_const(stamp_)); });
+    noteChangesOf([&] { return call(work, map_, std::as_const(stamp_)); });
     if (history_) history_->addEdit({}, map_);
   }
 
@@ -127,11 +128,21 @@ class GuardedMap {
   /// @throws std::bad_alloc, cuboid_mapping::MapFileError  The next call undoes the rest of the edit.
   std::optional<std::size_t> undoEdit();
 
-  /// Reads the map. @param work  (const CuboidMap&, const ros::Time& stamp) -> any.
+  /// Reads the map. @param work  (const CuboidMap&) or (const CuboidMap&, const ros::Time& stamp) -> any.
   template <typename WorkT>
   auto read(const WorkT& work) const {
     const ReadLock lock(mutex_);
-    return work(std::as_const(map_), stamp_);
+    return call(work, map_, stamp_);
+  }
+
+  /// Stamp of the last cloud in the map; 0 when there is none.
+  [[nodiscard]] ros::Time stamp() const {
+    const ReadLock lock(mutex_);
+    return stamp_;
+  }
+  [[nodiscard]] cuboid_mapping::MapConfig config() const {
+    const ReadLock lock(mutex_);
+    return map_.config();
   }
 
   /// As read(), with the window: null if the whole map is in memory.
@@ -211,6 +222,16 @@ class GuardedMap {
   static constexpr double kTurn_s = 0.02;
 
   using WriteLock = std::lock_guard<PhaseFairMutex>;
+
+  /// Calls work with the map, and with the stamp if it takes one.
+  template <typename WorkT, typename MapT, typename StampT>
+  static auto call(const WorkT& work, MapT& map, StampT& stamp) {
+    if constexpr (std::is_invocable_v<const WorkT&, MapT&>) {
+      return work(map);
+    } else {
+      return work(map, stamp);
+    }
+  }
 
   /// Shared access for readers.
   class ReadLock {

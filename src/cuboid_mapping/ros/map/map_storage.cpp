@@ -103,7 +103,7 @@ void putInPlace(GuardedMap& map, const MapConfig& config, const MapSnapshot& sna
   restoreSnapshot(snapshot, fresh);
   answer.num_cuboids = countCuboids(fresh).total();
   (void)progress.stage("exchanging");
-  map.replaceAll([&](CuboidMap& content, const ros::Time& /*stamp*/) {
+  map.replaceAll([&](CuboidMap& content) {
     followSensorModel(content, fresh);
     return content.exchange(fresh);
   });
@@ -111,7 +111,7 @@ void putInPlace(GuardedMap& map, const MapConfig& config, const MapSnapshot& sna
 
 void mergeInto(GuardedMap& map, const MapSnapshot& snapshot, MergeRule rule,
                StorageAnswer& answer) {
-  map.editIn(boundsOf(snapshot), [&](CuboidMap& content, const ros::Time& /*stamp*/) {
+  map.editIn(boundsOf(snapshot), [&](CuboidMap& content) {
     MapSnapshot merged = takeSnapshot(content, "");
     answer.notes += describe(mergeMaps(snapshot, rule, merged), rule);
     auto changes = content.replace(cuboid_mapping::kAllCells, merged.bricks);
@@ -182,8 +182,7 @@ StorageAnswer saveMap(GuardedMap& map, const std::string& frame_id, const std::s
 StorageAnswer loadMap(GuardedMap& map, const std::string& file, const SnapshotLimits& limits,
                       const LoadPlacement& placement, const CallProgress& progress) {
   return guard([&](StorageAnswer& answer) {
-    const MapConfig config = map.read(
-        [](const CuboidMap& content, const ros::Time& /*stamp*/) { return content.config(); });
+    const MapConfig config = map.config();
     (void)progress.stage("reading");
     MapFile read = readFileWithin(file, config.resolution_m, config.sensor_model, limits);
     answer.error = compareResolutions(read.snapshot.resolution_m, map.grid().resolution(), file);
@@ -224,7 +223,7 @@ StorageAnswer moveWholeMap(GuardedMap& map, const cuboid_mapping::VoxelMotion& m
     restoreSnapshot(snapshot, fresh);
     answer.num_cuboids = countCuboids(fresh).total();
     (void)progress.stage("exchanging");
-    map.replaceAll([&](CuboidMap& content, const ros::Time& /*stamp*/) {
+    map.replaceAll([&](CuboidMap& content) {
       if (content.revision() != answer.revision || content.lockedBoxes() != locked) {
         throw std::runtime_error("the map was changed meanwhile, by another call: call again");
       }
@@ -321,8 +320,7 @@ std::string nameBeside(const std::string& file) {
 std::string locksFile(const std::string& map_file) { return map_file + ".locks"; }
 
 void saveLocks(const GuardedMap& map, const std::string& map_file) {
-  const auto boxes = map.read(
-      [](const CuboidMap& content, const auto& /*stamp*/) { return content.lockedBoxes(); });
+  const auto boxes = map.read([](const CuboidMap& content) { return content.lockedBoxes(); });
   std::error_code ignored;
   const bool is_in_map_file = cuboid_mapping::formatOfName(map_file) == MapFormat::kNative;
   if (boxes.empty() || is_in_map_file) {

@@ -89,14 +89,13 @@ MappingNode::MappingNode(const ros::NodeHandle& nh, const ros::NodeHandle& priva
 
 void MappingNode::beginWith(const std::optional<cuboid_mapping::MapSnapshot>& start_map) {
   if (start_map) restore(*start_map);
-  map_.setWindow(map_.read([&](const cuboid_mapping::CuboidMap& map, const ros::Time& /*stamp*/) {
-    return makeWindow(parameters_, map);
-  }));
+  map_.setWindow(map_.read(
+      [&](const cuboid_mapping::CuboidMap& map) { return makeWindow(parameters_, map); }));
   if (parameters_.keep.isOn()) map_.setHistory(makeHistory(parameters_, map_));
 }
 
 void MappingNode::restore(const cuboid_mapping::MapSnapshot& start_map) {
-  map_.edit([&](cuboid_mapping::CuboidMap& map, const ros::Time& /*stamp*/) {
+  map_.edit([&](cuboid_mapping::CuboidMap& map) {
     map_.setProgress(start_map.progress);
     auto changes = restoreSnapshot(start_map, map);
     if (parameters_.is_autosave_read) {
@@ -263,9 +262,7 @@ void MappingNode::forget(const cuboid_mapping::ScanUpdate& update, const ros::Ti
   guard_.run("forgetting", [&] {
     forgetting_.note(update, stamp, source);
     while (forgetting_.hasDue()) {
-      map_.edit([this](cuboid_mapping::CuboidMap& map, const ros::Time& /*stamp*/) {
-        return forgetting_.forgetSome(map);
-      });
+      map_.edit([this](cuboid_mapping::CuboidMap& map) { return forgetting_.forgetSome(map); });
     }
   });
 }
@@ -277,7 +274,7 @@ void MappingNode::reconfigure(const NodeParameters& parameters) {
     sources_.setParameters(parameters);
   }
   buffer_.setSearch(makeSearch(parameters));
-  map_.edit([&](cuboid_mapping::CuboidMap& map, const ros::Time& /*stamp*/) {
+  map_.edit([&](cuboid_mapping::CuboidMap& map) {
     return map.setSensorModel(parameters.source.sensor_model);
   });
   map_.saveHead();
@@ -294,8 +291,8 @@ void MappingNode::updateColorSpan() {
     color_span_.reset();
     return;
   }
-  const auto heights = map_.read([](const cuboid_mapping::CuboidMap& map,
-                                    const ros::Time& /*stamp*/) { return findHeightRange(map); });
+  const auto heights =
+      map_.read([](const cuboid_mapping::CuboidMap& map) { return findHeightRange(map); });
   const HeightSpan span{heights.min_m, heights.max_m};
   if (color_span_ && !isOtherSpan(span, *color_span_)) return;
   color_span_ = span;

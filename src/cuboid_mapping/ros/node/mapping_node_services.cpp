@@ -91,8 +91,7 @@ StorageAnswer MappingNode::moveMap(const Eigen::Isometry3d& T_new_old, const ros
   const double resolution_m = map_.grid().resolution();
   const auto motion = cuboid_mapping::VoxelMotion::of(T_new_old, resolution_m);
   if (!motion) answer.error = describeRefusal(T_new_old, resolution_m);
-  const ros::Time latest =
-      map_.read([](const auto& /*map*/, const ros::Time& stamp) { return stamp; });
+  const ros::Time latest = map_.stamp();
   if (!jump.isZero() && latest >= jump) {
     std::ostringstream text;
     text << "the map has a cloud of " << latest << " s, but the jump was at " << jump

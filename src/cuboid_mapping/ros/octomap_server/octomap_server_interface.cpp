@@ -106,7 +106,7 @@ std::string clearBox(GuardedMap& map, const MetricBox& box_map, const ServiceLim
   std::string error = loadPages(map, *cells, limits, num_pages);
   if (!error.empty()) return error;
   const auto turn = map.beginEdit();
-  map.editIn(*cells, [&](CuboidMap& content, const ros::Time& /*stamp*/) {
+  map.editIn(*cells, [&](CuboidMap& content) {
     map.keepForUndo(*cells);
     return clearCells(content, *cells);
   });
@@ -194,8 +194,7 @@ void OctomapServerInterface::noteChanges(const ChangeSet& changes) {
   projection_.noteChanges(changes);
   if (!changes.is_everything && changes.bricks.empty()) return;
   setAllDue();
-  const ros::Time cloud =
-      map_.read([](const CuboidMap& /*map*/, const ros::Time& stamp) { return stamp; });
+  const ros::Time cloud = map_.stamp();
   if (cloud == last_cloud_) edited_ = ros::Time::now();
   if (cloud != last_cloud_) edited_ = ros::Time();
   last_cloud_ = cloud;
@@ -234,8 +233,7 @@ void OctomapServerInterface::publish() {
 }
 
 bool OctomapServerInterface::hasContent() const {
-  return map_.read(
-      [](const CuboidMap& map, const ros::Time& /*stamp*/) { return map.voxels().size() > 0; });
+  return map_.read([](const CuboidMap& map) { return map.voxels().size() > 0; });
 }
 
 const MapView& OctomapServerInterface::look(Speckles speckles) {

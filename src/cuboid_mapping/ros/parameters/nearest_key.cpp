@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "cuboid_mapping/ros/parameters/nearest_key.h"
 
+#include <boost/algorithm/string.hpp>
+
 #include <algorithm>
 #include <cstddef>
 #include <numeric>
@@ -29,14 +31,8 @@ std::size_t editDistance(const std::string& a, const std::string& b) {
 
 /// The words of a key, in alphabetical order.
 std::vector<std::string> wordsOf(const std::string& key) {
-  std::vector<std::string> words(1);
-  for (const char c : key) {
-    if (c == '/' || c == '_') {
-      words.emplace_back();
-    } else {
-      words.back() += c;
-    }
-  }
+  std::vector<std::string> words;
+  boost::split(words, key, boost::is_any_of("/_"));
   std::sort(words.begin(), words.end());
   return words;
 }

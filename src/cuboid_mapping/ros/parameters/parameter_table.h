@@ -20,23 +20,15 @@ struct ParameterDeclaration {
   std::string help;
 };
 
-/// Declarations of OctomapServerParameters, for parameterTable().
+/// Parts of parameterTable(). declareSources() has the first parameters of SourceParameters, and the list of sources.
+///@{
 [[nodiscard]] std::vector<ParameterDeclaration> declareOctomapServer();
-
-/// The first parameters of SourceParameters, and the list of sources, for parameterTable().
 [[nodiscard]] std::vector<ParameterDeclaration> declareSources();
-
-/// Declarations of SelfFilterParameters, for parameterTable().
 [[nodiscard]] std::vector<ParameterDeclaration> declareSelfFilter();
-
-/// Declarations of FleetParameters, for parameterTable().
 [[nodiscard]] std::vector<ParameterDeclaration> declareFleet();
-
-/// Declarations of WindowParameters, for parameterTable().
 [[nodiscard]] std::vector<ParameterDeclaration> declareWindow();
-
-/// Declarations of KeepParameters, for parameterTable().
 [[nodiscard]] std::vector<ParameterDeclaration> declareKeep();
+///@}
 
 /// Errors of the parameters keep_clouds/*: conflicts with other parameters.
 [[nodiscard]] std::vector<ParameterError> checkKeep(const NodeParameters& parameters);

@@ -1,13 +1,15 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "cuboid_mapping/ros/parameters/reconfigure.h"
 
+#include "cuboid_mapping/io/text.h"
 #include "cuboid_mapping/ros/parameters/parameter_table.h"
 
 #include <dynamic_reconfigure/config_tools.h>
 
 #include <algorithm>
-#include <array>
+#include <string>
 #include <utility>
+#include <vector>
 
 namespace cuboid_mapping_ros {
 namespace {
@@ -17,35 +19,17 @@ using dynamic_reconfigure::ConfigTools;
 using XmlRpc::XmlRpcValue;
 
 /// Groups of keys that can be changed; a group is a key, or all keys that begin with it and a slash.
-constexpr std::array<const char*, 25> kRuntimeGroups{"sensor_model",
-                                                     "publish_rate",
-                                                     "filter_ground",
-                                                     "ground_filter",
-                                                     "occupancy_min_z",
-                                                     "occupancy_max_z",
-                                                     "min_x_size",
-                                                     "min_y_size",
-                                                     "filter_speckles",
-                                                     "publish_free_space",
-                                                     "height_map",
-                                                     "color_factor",
-                                                     "color",
-                                                     "color_free",
-                                                     "compress_map",
-                                                     "incremental_2D_projection",
-                                                     "color_by",
-                                                     "color_period",
-                                                     "max_depth",
-                                                     "pointcloud_min_x",
-                                                     "pointcloud_min_y",
-                                                     "pointcloud_min_z",
-                                                     "pointcloud_max_x",
-                                                     "pointcloud_max_y",
-                                                     "pointcloud_max_z"};
+constexpr char kRuntimeGroups[] =
+    "sensor_model publish_rate filter_ground ground_filter occupancy_min_z occupancy_max_z "
+    "min_x_size min_y_size filter_speckles publish_free_space height_map color_factor color "
+    "color_free compress_map incremental_2D_projection color_by color_period max_depth "
+    "pointcloud_min_x pointcloud_min_y pointcloud_min_z pointcloud_max_x pointcloud_max_y "
+    "pointcloud_max_z";
 
 bool isRuntimeKey(const std::string& key) {
+  static const std::vector<std::string> kGroups = cuboid_mapping::wordsOf(kRuntimeGroups);
   const std::string group = key.substr(0, key.find('/'));
-  return std::find(kRuntimeGroups.begin(), kRuntimeGroups.end(), group) != kRuntimeGroups.end();
+  return std::find(kGroups.begin(), kGroups.end(), group) != kGroups.end();
 }
 
 bool isDescribed(const std::string& key) {
@@ -73,18 +57,15 @@ const char* add(const std::string& name, XmlRpcValue value, Config& config) {
 /// Names of the choices for graphical clients: a Python dictionary, as generated from
 /// .cfg files. Empty for other kinds.
 std::string editMethodOf(const ParameterDeclaration& declaration) {
-  std::string names;
+  if (declaration.kind.choices.empty()) return {};
+  std::vector<std::string> choices;
   for (const std::string& name : declaration.kind.choices) {
-    names.append(names.empty() ? "{'name': '" : ", {'name': '")
-        .append(name)
-        .append("', 'type': 'str', 'value': '")
-        .append(name)
-        .append(
-            "', 'description': '', 'srcline': 0, 'srcfile': '', 'ctype': 'std::string', "
-            "'cconsttype': 'const char * const'}");
+    choices.push_back("{'name': '" + name + "', 'type': 'str', 'value': '" + name +
+                      "', 'description': '', 'srcline': 0, 'srcfile': '', 'ctype': 'std::string', "
+                      "'cconsttype': 'const char * const'}");
   }
-  if (names.empty()) return {};
-  return "{'enum': [" + names + "], 'enum_description': '" + declaration.key + "'}";
+  return "{'enum': [" + cuboid_mapping::join(choices, ", ") + "], 'enum_description': '" +
+         declaration.key + "'}";
 }
 
 void addTopGroup(Config& config) {
@@ -104,12 +85,10 @@ std::map<std::string, XmlRpcValue> valuesOf(const Config& request) {
 }
 
 const ParameterDeclaration* findDeclaration(const std::string& name) {
-  const auto& table = parameterTable();
-  const auto found =
-      std::find_if(table.begin(), table.end(), [&name](const ParameterDeclaration& declaration) {
-        return toReconfigureName(declaration.key) == name || declaration.key == name;
-      });
-  return found == table.end() ? nullptr : &*found;
+  for (const ParameterDeclaration& declaration : parameterTable()) {
+    if (declaration.key == name || toReconfigureName(declaration.key) == name) return &declaration;
+  }
+  return nullptr;
 }
 
 }  // namespace

@@ -90,7 +90,7 @@ void setBox(GuardedMap& map, const CellBox& box, const SetRequest& request, Budg
     request.lock != 0 ? content.lock(box) : content.unlock(box);
   };
   if (request.occupancy == SetRequest::KEEP) {
-    return map.edit([&](CuboidMap& content, const ros::Time& /*stamp*/) {
+    return map.edit([&](CuboidMap& content) {
       map.keepForUndo({});
       set_lock(content);
       return ChangeSet{content.revision(), false, {}};
@@ -103,7 +103,7 @@ void setBox(GuardedMap& map, const CellBox& box, const SetRequest& request, Budg
     if (!budget.lookNow()) return;
     map.editIn(
         part,
-        [&](CuboidMap& content, const ros::Time& /*stamp*/) {
+        [&](CuboidMap& content) {
           map.keepForUndo(part);
           if (!std::exchange(is_locked, true)) set_lock(content);
           return setPart(content, part, request);

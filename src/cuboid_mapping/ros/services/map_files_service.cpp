@@ -22,7 +22,7 @@ using cuboid_mapping::counted;
 using cuboid_mapping::MergeRule;
 
 std::pair<std::uint64_t, std::vector<cuboid_mapping::CellBox>> stateOf(const GuardedMap& map) {
-  return map.read([](const cuboid_mapping::CuboidMap& content, const ros::Time& /*stamp*/) {
+  return map.read([](const cuboid_mapping::CuboidMap& content) {
     return std::pair(content.revision(), content.lockedBoxes());
   });
 }

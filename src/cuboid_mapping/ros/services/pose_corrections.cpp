@@ -26,8 +26,7 @@ using cuboid_mapping::OutsidePoses;
 using cuboid_mapping::PoseTrack;
 
 std::unique_ptr<KeptHistory> makeHistory(const NodeParameters& parameters, GuardedMap& map) {
-  const auto config = map.read(
-      [](const CuboidMap& content, const ros::Time& /*stamp*/) { return content.config(); });
+  const auto config = map.config();
   const auto look = [](const auto& /*map*/, const auto& /*stamp*/, const auto* /*window*/) {};
   CuboidMap whole(config);
   restoreSnapshot(takeWholeSnapshot(map, "", makeSnapshotLimits(parameters), look), whole);
