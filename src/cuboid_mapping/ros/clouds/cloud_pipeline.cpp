@@ -13,11 +13,7 @@
 #include <variant>
 
 namespace cuboid_mapping_ros {
-
 namespace {
-
-using cuboid_mapping::Scan;
-using cuboid_mapping::ScanUpdate;
 
 /// Computes NodeStatistics::reach_m from a sample of the points.
 double findReach(const CloudPoints& cloud, const Eigen::Vector3d& sensor_cloud) {
@@ -36,8 +32,8 @@ double findReach(const CloudPoints& cloud, const Eigen::Vector3d& sensor_cloud) 
 }
 
 /// Limits without the crop if the ground filter is on: see CloudPipeline::cropInBase().
-cuboid_mapping::ScanLimits makeScanLimits(const SourceParameters& source) {
-  cuboid_mapping::ScanLimits limits;
+ScanLimits makeScanLimits(const SourceParameters& source) {
+  ScanLimits limits;
   limits.min_range_m = source.min_range_m;
   if (!source.filter_ground) limits.crop_map = source.crop;
   return limits;
@@ -50,8 +46,8 @@ int numThreads(const NodeParameters& parameters) {
   return std::max(1, static_cast<int>(std::thread::hardware_concurrency()));
 }
 
-cuboid_mapping::MapConfig makeMapConfig(const NodeParameters& parameters) {
-  cuboid_mapping::MapConfig config = parameters.map;
+MapConfig makeMapConfig(const NodeParameters& parameters) {
+  MapConfig config = parameters.map;
   config.sensor_model = parameters.source.sensor_model;
   config.threads = numThreads(parameters);
   return config;
@@ -64,7 +60,7 @@ CloudPipeline::CloudPipeline(const NodeParameters& parameters, const SourceParam
       checks_(source.type == SourceType::kDepthImage, source.max_range_m),
       sensor_model_(source.sensor_model, parameters.map.environment),
       scan_limits_(makeScanLimits(source)),
-      scan_updater_(grid_, cuboid_mapping::BeamRanges{source.max_range_m, source.end_margin_m},
+      scan_updater_(grid_, BeamRanges{source.max_range_m, source.end_margin_m},
                     numThreads(parameters), parameters.map.beamSampling()) {}
 
 const ScanUpdate* CloudPipeline::compute(const SensorMessage& cloud, const CloudPoses& poses,
@@ -148,9 +144,9 @@ std::vector<Scan> CloudPipeline::keep(std::vector<Scan> scans_body,
           "the sensor is more than 500 m away from keep_clouds/body_frame: name the frame of the "
           "robot that carries it");
     }
-    roundScan(scan, grid_.resolution() / cuboid_mapping::kKeptStepsPerVoxel);
+    roundScan(scan, grid_.resolution() / kKeptStepsPerVoxel);
   }
-  cuboid_mapping::FilterCounts filtered;
+  FilterCounts filtered;
   auto scans = placeScans(T_map_body, kept_scans_, scan_limits_, filtered);
   statistics.num_filtered += filtered.num_too_near + filtered.num_outside_crop;
   return scans;
@@ -194,7 +190,7 @@ Scan CloudPipeline::makeScan(const CloudPoints& points, const CloudPoses& poses,
     return toScan(points, poses.body->T_body_cloud, poses.body->T_body_sensor.translation());
   }
   Scan scan = toScan(points, poses.T_map_cloud, poses.T_map_sensor.translation());
-  const cuboid_mapping::FilterCounts filtered = filterScan(scan, scan_limits_);
+  const FilterCounts filtered = filterScan(scan, scan_limits_);
   statistics.num_filtered += filtered.num_too_near + filtered.num_outside_crop;
   return scan;
 }
@@ -228,7 +224,7 @@ void CloudPipeline::cropInBase(std::vector<Eigen::Vector3f>& points,
                                const Eigen::Isometry3d& T_base_points,
                                NodeStatistics& statistics) const {
   const auto is_outside = [&](const Eigen::Vector3f& point) {
-    return !cuboid_mapping::isInside(source_.crop, T_base_points * point.cast<double>());
+    return !isInside(source_.crop, T_base_points * point.cast<double>());
   };
   const auto end = std::remove_if(points.begin(), points.end(), is_outside);
   statistics.num_filtered += static_cast<std::uint64_t>(std::distance(end, points.end()));

@@ -53,7 +53,7 @@ std::string NodeSources::findWrongTypes() {
   std::vector<std::string> found;
   std::copy_if(wrong_types_.begin(), wrong_types_.end(), std::back_inserter(found),
                [](const std::string& text) { return !text.empty(); });
-  return cuboid_mapping::join(found, "; ");
+  return join(found, "; ");
 }
 
 void NodeSources::addDiagnostics(diagnostic_updater::Updater& diagnostics) {
@@ -81,8 +81,6 @@ void NodeSources::report(std::size_t source, diagnostic_updater::DiagnosticStatu
   fillStatus(report, reported_[source], status);
   reported_[source] = noted.statistics;
 }
-
-using cuboid_mapping::counted;
 
 ReportSummary summarize(const SourceReport& report, const SourceStatistics& last_report) {
   const SourceStatistics& now = report.statistics;

@@ -18,7 +18,6 @@
 #include <utility>
 
 namespace cuboid_mapping_ros {
-
 namespace {
 
 /// Limit of free voxels: each cloud visits all of them.
@@ -27,8 +26,8 @@ constexpr double kMaxFreeVoxels = 1e6;
 std::string readTextFile(const std::string& file) {
   std::string text;
   try {
-    text = cuboid_mapping::readFile(file);
-  } catch (const cuboid_mapping::MapFileError&) {
+    text = readFile(file);
+  } catch (const MapFileError&) {
     // An unreadable file counts as one without text.
   }
   if (text.empty()) throw std::runtime_error("self_filter/urdf_file: cannot read " + file);
@@ -71,7 +70,7 @@ void loadRobotParts(NodeParameters& parameters, const FindText& find_text) {
   RobotParts parts = filter.boxes;
   const std::string urdf = readDescription(filter, find_text);
   if (!urdf.empty()) {
-    const auto ignored = cuboid_mapping::wordsOf(filter.ignored_links);
+    const auto ignored = wordsOf(filter.ignored_links);
     const RobotParts shapes =
         readRobotDescription(urdf, filter.padding_m, {ignored.begin(), ignored.end()});
     parts.insert(parts.end(), shapes.begin(), shapes.end());
@@ -82,12 +81,10 @@ void loadRobotParts(NodeParameters& parameters, const FindText& find_text) {
 
 namespace {
 
-using cuboid_mapping::Grid;
-using cuboid_mapping::MetricBox;
 using Points = std::vector<Eigen::Vector3f>;
 
 bool isIn(const Solid& solid, const Eigen::Vector3d& point) {
-  return cuboid_mapping::isInside(solid.bounds, point) && solid.contains(point);
+  return isInside(solid.bounds, point) && solid.contains(point);
 }
 
 /// A ball that bounds a part, in the frame of points.

@@ -42,8 +42,8 @@ std::size_t removePointsOnRobot(const RobotParts& parts,
 /// @param T_map_part  For each part, its pose. @return Centres, relative to `anchor_map`.
 /// @complexity O(volume, in voxels, of the boxes around the parts in the map).
 [[nodiscard]] std::vector<Eigen::Vector3f> findRobotVoxels(
-    const RobotParts& parts, const std::vector<Eigen::Isometry3d>& T_map_part,
-    const cuboid_mapping::Grid& grid, const Eigen::Vector3d& anchor_map);
+    const RobotParts& parts, const std::vector<Eigen::Isometry3d>& T_map_part, const Grid& grid,
+    const Eigen::Vector3d& anchor_map);
 
 /// Volume of the boxes around the parts, without padding, in cubic metres.
 [[nodiscard]] double boundsVolume(const RobotParts& parts);

@@ -180,8 +180,7 @@ Eigen::Vector3d findAnchor(const PointReader& reader, const Eigen::Vector3d& sen
   if (!reader.hasDouble()) return Eigen::Vector3d::Zero();
   const Eigen::Vector3d median = findMedian(reader);
   const double distance_m = (median - sensor_cloud).cwiseAbs().maxCoeff();
-  return cuboid_mapping::floatAnchor(distance_m <= cuboid_mapping::kMaxFloatRange_m ? sensor_cloud
-                                                                                    : median);
+  return floatAnchor(distance_m <= kMaxFloatRange_m ? sensor_cloud : median);
 }
 
 /// Classifies the points of a cloud according to the options.
@@ -244,8 +243,7 @@ void addNoReturns(const PointReader& reader, const PointJudge& judge, const Clou
     are_wanted.push_back(is_zero ? contains(options.no_return_points, NoReturnPoints::kZero)
                                  : isNoReturn(point, options.no_return_points));
   });
-  const auto estimate =
-      cuboid_mapping::estimateNoReturnBeams(points_sensor, layout.width, layout.height);
+  const auto estimate = estimateNoReturnBeams(points_sensor, layout.width, layout.height);
   cloud.no_returns.reserve(estimate.beams.size());
   for (const auto& beam : estimate.beams) {
     if (!are_wanted[beam.index]) continue;
@@ -303,8 +301,8 @@ std::vector<bool> findReturns(const PointCloud2& message) {
   return are_returns;
 }
 
-cuboid_mapping::Scan toScan(const CloudPoints& cloud, const Eigen::Isometry3d& T_map_cloud,
-                            const Eigen::Vector3d& origin_map) {
+Scan toScan(const CloudPoints& cloud, const Eigen::Isometry3d& T_map_cloud,
+            const Eigen::Vector3d& origin_map) {
   return cuboid_mapping::makeScan(T_map_cloud * Eigen::Translation3d(cloud.anchor_cloud),
                                   origin_map, cloud.points, cloud.no_returns);
 }

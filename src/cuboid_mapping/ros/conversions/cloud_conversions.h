@@ -3,6 +3,7 @@
 
 #include "cuboid_mapping/ros/conversions/cloud_error.h"
 #include "cuboid_mapping/ros/conversions/no_return_points.h"
+#include "cuboid_mapping/ros/middleware/core_names.h"
 #include "cuboid_mapping/scan/scan.h"
 
 #include <sensor_msgs/PointCloud2.h>
@@ -64,7 +65,7 @@ struct CloudOptions {
 ///
 /// Points that are no return, in an organized cloud (height > 1) with `no_return_range_m` > 0,
 /// become no-returns if they are of `no_return_points`, and if
-/// cuboid_mapping::estimateNoReturnBeams() finds their directions. In any other case they are
+/// estimateNoReturnBeams() finds their directions. In any other case they are
 /// skipped. A point with a NaN counts as NaN, else one with a coordinate below -1e30 as -inf, else
 /// one with a coordinate above 1e30 as +inf.
 ///
@@ -80,8 +81,7 @@ struct CloudOptions {
 ///
 /// @param T_map_cloud  Takes points from the cloud's frame to the map.
 /// @param origin_map   Start of the beams.
-[[nodiscard]] cuboid_mapping::Scan toScan(const CloudPoints& cloud,
-                                          const Eigen::Isometry3d& T_map_cloud,
-                                          const Eigen::Vector3d& origin_map);
+[[nodiscard]] Scan toScan(const CloudPoints& cloud, const Eigen::Isometry3d& T_map_cloud,
+                          const Eigen::Vector3d& origin_map);
 
 }  // namespace cuboid_mapping_ros

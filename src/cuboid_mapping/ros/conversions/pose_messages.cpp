@@ -5,8 +5,6 @@
 
 namespace cuboid_mapping_ros {
 
-using cuboid_mapping::StampedPose;
-
 StampedPose toStampedPose(const ros::Time& stamp, const geometry_msgs::Pose& pose) {
   const auto& rotation = pose.orientation;
   const Eigen::Quaterniond quaternion(rotation.w, rotation.x, rotation.y, rotation.z);

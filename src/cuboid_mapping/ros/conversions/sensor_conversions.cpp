@@ -6,14 +6,12 @@
 #include <laser_geometry/laser_geometry.h>
 #include <sensor_msgs/point_cloud2_iterator.h>
 
-#include <algorithm>
 #include <cmath>
 #include <limits>
 #include <optional>
 #include <string>
 
 namespace cuboid_mapping_ros {
-
 namespace {
 
 using sensor_msgs::LaserScan;

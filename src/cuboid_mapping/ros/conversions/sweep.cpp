@@ -11,7 +11,6 @@
 #include <limits>
 
 namespace cuboid_mapping_ros {
-
 namespace {
 
 constexpr std::int64_t kSliceNanoseconds = 1000000;

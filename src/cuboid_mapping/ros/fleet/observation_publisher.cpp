@@ -16,9 +16,6 @@
 namespace cuboid_mapping_ros {
 namespace {
 
-using cuboid_mapping::GetObservations;
-using cuboid_mapping::Observation;
-
 /// Maximum number of observations that wait for a slow subscriber, or for the rate: some seconds of them.
 constexpr std::uint32_t kMaxWaiting = 50;
 /// Limit of an answer: clouds wait while it is made.
@@ -56,8 +53,7 @@ ObservationPublisher::ObservationPublisher(ros::NodeHandle nh, const ros::NodeHa
 }
 
 void ObservationPublisher::publish(const ros::Time& stamp, const Eigen::Vector3d& origin_map,
-                                   const cuboid_mapping::SensorModelConfig& model,
-                                   const cuboid_mapping::ScanUpdate& update) {
+                                   const SensorModelConfig& model, const ScanUpdate& update) {
   const std::lock_guard<std::mutex> lock(mutex_);
   const bool is_heard = publisher_.getNumSubscribers() > 0;
   if (is_heard && leaves_out_ && !budget_.isFree(sendTime_s())) {
@@ -76,10 +72,10 @@ void ObservationPublisher::publish(const ros::Time& stamp, const Eigen::Vector3d
   ++num_overtaken_;
 }
 
-ObservationPublisher::Message ObservationPublisher::makeMessage(
-    const ros::Time& stamp, const Eigen::Vector3d& origin_map,
-    const cuboid_mapping::SensorModelConfig& model,
-    const cuboid_mapping::ScanUpdate& update) const {
+ObservationPublisher::Message ObservationPublisher::makeMessage(const ros::Time& stamp,
+                                                                const Eigen::Vector3d& origin_map,
+                                                                const SensorModelConfig& model,
+                                                                const ScanUpdate& update) const {
   const auto message = boost::make_shared<Observation>(last_);
   message->header.stamp = stamp;
   message->origin.x = origin_map.x();

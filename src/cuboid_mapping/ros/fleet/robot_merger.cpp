@@ -18,17 +18,8 @@
 #include <utility>
 
 namespace cuboid_mapping_ros {
-
 namespace {
 
-using cuboid_mapping::CuboidMap;
-using cuboid_mapping::GetObservations;
-using cuboid_mapping::MergeCounts;
-using cuboid_mapping::MergeProgress;
-using cuboid_mapping::Observation;
-using cuboid_mapping::ObservationQuestion;
-using cuboid_mapping::RobotObservation;
-using cuboid_mapping::SensorModelConfig;
 using nlohmann::json;
 
 constexpr double kApplyPeriod_s = 0.05;
@@ -91,11 +82,11 @@ std::variant<RobotObservation, std::string> readObservation(const Observation& m
            " m, the map one of " + cuboid_mapping::toText(parameters.map.resolution_m) +
            " m: they must be equal";
   }
-  cuboid_mapping::MapConfig config = parameters.map;
+  MapConfig config = parameters.map;
   config.sensor_model = {message.hit, message.miss, message.min, message.max};
   const std::string_view bytes(reinterpret_cast<const char*>(message.data.data()),
                                message.data.size());
-  auto update = cuboid_mapping::scanUpdateOfBytes(bytes);
+  auto update = scanUpdateOfBytes(bytes);
   if (!update || message.sequence == 0 || !checkConfig(config).empty()) return from + " is damaged";
   return RobotObservation{message.robot,
                           message.session,
@@ -240,13 +231,12 @@ void RobotMerger::report(diagnostic_updater::DiagnosticStatusWrapper& status) {
   using diagnostic_msgs::DiagnosticStatus;
   const std::lock_guard<std::mutex> lock(mutex_);
   const MergeCounts counts = order_.counts();
-  status.summary(DiagnosticStatus::OK, cuboid_mapping::counted(counts.num_received, "observation") +
-                                           " of " +
-                                           cuboid_mapping::counted(counts.num_sessions, "session"));
+  status.summary(DiagnosticStatus::OK, counted(counts.num_received, "observation") + " of " +
+                                           counted(counts.num_sessions, "session"));
   if (counts.num_missing > 0 && counts.num_missing >= reported_.num_missing) {
     status.summary(
         DiagnosticStatus::WARN,
-        cuboid_mapping::counted(counts.num_missing, "observation") +
+        counted(counts.num_missing, "observation") +
             " missing: give the robots' nodes observation_memory, so that they can be asked");
   }
   if (counts.num_late > reported_.num_late) {

@@ -6,11 +6,6 @@
 
 namespace cuboid_mapping_ros {
 
-using cuboid_mapping::CellBox;
-using cuboid_mapping::ChangeSet;
-using cuboid_mapping::CuboidMap;
-using cuboid_mapping::VoxelBrick;
-
 void EditUndo::keep(const CuboidMap& map, const CellBox& box) {
   if (state_ == State::kClosed) return;
   Part part{box, {}};

@@ -21,20 +21,6 @@
 namespace cuboid_mapping_ros {
 namespace {
 
-using cuboid_mapping::Cell;
-using cuboid_mapping::CellBox;
-using cuboid_mapping::CuboidMap;
-using cuboid_mapping::MapConfig;
-using cuboid_mapping::MapFile;
-using cuboid_mapping::MapFileDefect;
-using cuboid_mapping::MapFileError;
-using cuboid_mapping::MapFormat;
-using cuboid_mapping::MapSnapshot;
-using cuboid_mapping::MapWindow;
-using cuboid_mapping::MergeRule;
-using cuboid_mapping::SensorModelConfig;
-using cuboid_mapping::SnapshotLimits;
-
 /// Runs work; its exceptions become errors of the answer.
 template <typename WorkT>
 StorageAnswer guard(const WorkT& work) {
@@ -72,25 +58,25 @@ auto readWithin(const WorkT& work) {
 /// @param resolution_m  Resolution for a cloud, which has none.
 MapFile readFileWithin(const std::string& file, double resolution_m, const SensorModelConfig& model,
                        const SnapshotLimits& limits) {
-  if (cuboid_mapping::isPointCloudFile(file)) {
-    return {MapFormat::kPcd, cuboid_mapping::readPointCloudMap(file, resolution_m, model),
+  if (isPointCloudFile(file)) {
+    return {MapFormat::kPcd, readPointCloudMap(file, resolution_m, model),
             std::filesystem::file_size(file)};
   }
-  return readWithin([&] { return cuboid_mapping::readMapFile(file, model, limits); });
+  return readWithin([&] { return readMapFile(file, model, limits); });
 }
 
 /// Number of cuboids with FusionKind::kClass.
 std::size_t countCuboids(const MapSnapshot& snapshot) {
-  std::vector<cuboid_mapping::Cuboid> cuboids;
-  for (const cuboid_mapping::VoxelBrick& brick : snapshot.bricks) divideBrick(brick, cuboids);
+  std::vector<Cuboid> cuboids;
+  for (const VoxelBrick& brick : snapshot.bricks) divideBrick(brick, cuboids);
   return cuboids.size();
 }
 
 /// Box around all bricks; empty if there are none.
 CellBox boundsOf(const MapSnapshot& snapshot) {
   CellBox bounds;
-  for (const cuboid_mapping::VoxelBrick& brick : snapshot.bricks) {
-    const CellBox box = cuboid_mapping::brickBox(brick.brick);
+  for (const VoxelBrick& brick : snapshot.bricks) {
+    const CellBox box = brickBox(brick.brick);
     bounds = bounds.isEmpty() ? box : unite(bounds, box);
   }
   return bounds;
@@ -114,7 +100,7 @@ void mergeInto(GuardedMap& map, const MapSnapshot& snapshot, MergeRule rule,
   map.editIn(boundsOf(snapshot), [&](CuboidMap& content) {
     MapSnapshot merged = takeSnapshot(content, "");
     answer.notes += describe(mergeMaps(snapshot, rule, merged), rule);
-    auto changes = content.replace(cuboid_mapping::kAllCells, merged.bricks);
+    auto changes = content.replace(kAllCells, merged.bricks);
     answer.num_cuboids = countCuboids(content).total();
     return changes;
   });
@@ -169,7 +155,7 @@ StorageAnswer saveMap(GuardedMap& map, const std::string& frame_id, const std::s
       answer.revision = content.revision();
       is_in_memory = window == nullptr || window->figures().num_on_disk_only == 0;
       if (is_in_memory) answer.num_cuboids = countCuboids(content).total();
-      if (cuboid_mapping::formatOfName(file) == MapFormat::kCsv) addCuboids(content, told);
+      if (formatOfName(file) == MapFormat::kCsv) addCuboids(content, told);
     };
     MapSnapshot snapshot = takeWholeSnapshot(map, withoutSlash(frame_id), limits, look, progress);
     snapshot.progress = state;
@@ -204,8 +190,8 @@ StorageAnswer loadMap(GuardedMap& map, const std::string& file, const SnapshotLi
   });
 }
 
-StorageAnswer moveWholeMap(GuardedMap& map, const cuboid_mapping::VoxelMotion& motion,
-                           const SnapshotLimits& limits, const CallProgress& progress) {
+StorageAnswer moveWholeMap(GuardedMap& map, const VoxelMotion& motion, const SnapshotLimits& limits,
+                           const CallProgress& progress) {
   return guard([&](StorageAnswer& answer) {
     MapConfig config;
     std::vector<CellBox> locked;
@@ -250,7 +236,7 @@ std::string describeRefusal(const Eigen::Isometry3d& T_target_map, double resolu
   Eigen::Isometry3d nearest = T_target_map;
   nearest.translation() =
       resolution_m * (T_target_map.translation() / resolution_m).array().round();
-  if (cuboid_mapping::VoxelMotion::of(nearest, resolution_m)) {
+  if (VoxelMotion::of(nearest, resolution_m)) {
     text << "The nearest exact one has the translation "
          << cuboid_mapping::toText(nearest.translation()) << ". ";
   }
@@ -261,8 +247,7 @@ std::string describeRefusal(const Eigen::Isometry3d& T_target_map, double resolu
 
 std::optional<MapSnapshot> readStartMap(NodeParameters& parameters) {
   // Only a store keeps the list of merged observations.
-  const bool is_whole =
-      parameters.fleet.robots.empty() || cuboid_mapping::isSqliteFile(parameters.autosave_file);
+  const bool is_whole = parameters.fleet.robots.empty() || isSqliteFile(parameters.autosave_file);
   const bool is_missing = parameters.map_file_optional && !hasMap(parameters.map_file);
   if (is_missing) parameters.map_file.clear();
   const bool goes_on = parameters.map_file.empty() && parameters.resume && is_whole &&
@@ -291,8 +276,7 @@ bool hasMap(const std::string& file) {
   namespace fs = std::filesystem;
   std::error_code ignored;
   if (file.empty() || !fs::exists(file, ignored)) return false;
-  return !cuboid_mapping::isSqliteFile(file) ||
-         cuboid_mapping::MapStore(file, cuboid_mapping::StoreAccess::kWrite).head();
+  return !isSqliteFile(file) || MapStore(file, StoreAccess::kWrite).head();
 }
 
 std::string followLinks(const std::string& file) {
@@ -322,7 +306,7 @@ std::string locksFile(const std::string& map_file) { return map_file + ".locks";
 void saveLocks(const GuardedMap& map, const std::string& map_file) {
   const auto boxes = map.read([](const CuboidMap& content) { return content.lockedBoxes(); });
   std::error_code ignored;
-  const bool is_in_map_file = cuboid_mapping::formatOfName(map_file) == MapFormat::kNative;
+  const bool is_in_map_file = formatOfName(map_file) == MapFormat::kNative;
   if (boxes.empty() || is_in_map_file) {
     std::filesystem::remove(locksFile(map_file), ignored);
     return;
@@ -333,14 +317,14 @@ void saveLocks(const GuardedMap& map, const std::string& map_file) {
       text << cell.x << ' ' << cell.y << ' ' << cell.z << ' ';
     text << '\n';
   }
-  cuboid_mapping::replaceFile(locksFile(map_file), text.str());
+  replaceFile(locksFile(map_file), text.str());
 }
 
 std::vector<CellBox> readLocks(const std::string& map_file) {
   const std::string file = locksFile(map_file);
   std::error_code ignored;
   if (!std::filesystem::exists(file, ignored)) return {};
-  std::istringstream text(cuboid_mapping::readFile(file));
+  std::istringstream text(readFile(file));
   std::vector<CellBox> boxes;
   for (std::string line; std::getline(text, line);) {
     std::istringstream numbers(line);

@@ -29,7 +29,7 @@ TfLookup lookupTransform(const tf2::BufferCore& buffer, const std::string& targe
     return result;
   }
   try {
-    result.T_target_source = cuboid_mapping::roundTransform(tf2::transformToEigen(
+    result.T_target_source = roundTransform(tf2::transformToEigen(
         tidyTransform(buffer.lookupTransform(target_frame, source_frame, stamp))));
   } catch (const std::exception& exception) {
     // Comes from tf, or from ros::Time for stamps 2^31 s apart.
@@ -43,8 +43,8 @@ TfLookup lookupTransform(const tf2::BufferCore& buffer, const std::string& targe
   return result;
 }
 
-cuboid_mapping::MetricBox computeEnclosingBox(const Eigen::Isometry3d& T_target_source,
-                                              const cuboid_mapping::MetricBox& box_source) {
+MetricBox computeEnclosingBox(const Eigen::Isometry3d& T_target_source,
+                              const MetricBox& box_source) {
   const Eigen::Vector3d center_source = 0.5 * (box_source.min_m + box_source.max_m);
   const Eigen::Vector3d half_source_m = 0.5 * (box_source.max_m - box_source.min_m);
   const Eigen::Vector3d center = T_target_source * center_source;
@@ -73,7 +73,7 @@ geometry_msgs::TransformStamped tidyTransform(geometry_msgs::TransformStamped tr
 }
 
 std::optional<geometry_msgs::TransformStamped> parseTransform(const std::string& text) {
-  const std::vector<std::string> words = cuboid_mapping::wordsOf(text);
+  const std::vector<std::string> words = wordsOf(text);
   if (words.size() != 8 && words.size() != 9) return std::nullopt;
   std::vector<double> numbers(words.size() - 2);
   for (std::size_t i = 0; i < numbers.size(); ++i) {
@@ -130,9 +130,8 @@ std::string adviseOnTree(const tf2::BufferCore& tf, const std::string& target,
   const auto root_of_source = findRoot(tf, source);
   if (root_of_target && root_of_target == root_of_source) return "";
   const std::vector<std::string> roots = findRoots(tf);
-  std::string advice = roots.empty()
-                           ? "tf has no frame at all"
-                           : "the roots of tf's trees are: " + cuboid_mapping::join(roots, ", ");
+  std::string advice = roots.empty() ? "tf has no frame at all"
+                                     : "the roots of tf's trees are: " + join(roots, ", ");
   const std::string target_frame = withoutSlash(target);
   const std::string source_frame = withoutSlash(source);
   if (root_of_source) {

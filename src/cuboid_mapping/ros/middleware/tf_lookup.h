@@ -2,6 +2,7 @@
 #pragma once
 
 #include "cuboid_mapping/geometry/grid.h"
+#include "cuboid_mapping/ros/middleware/core_names.h"
 
 #include <geometry_msgs/TransformStamped.h>
 #include <ros/time.h>
@@ -35,8 +36,8 @@ struct TfLookup {
                                        const std::string& source, const ros::Time& stamp);
 
 /// Smallest axis-aligned box of the target frame that covers a box of the source frame.
-[[nodiscard]] cuboid_mapping::MetricBox computeEnclosingBox(
-    const Eigen::Isometry3d& T_target_source, const cuboid_mapping::MetricBox& box_source);
+[[nodiscard]] MetricBox computeEnclosingBox(const Eigen::Isometry3d& T_target_source,
+                                            const MetricBox& box_source);
 
 /// A transform for tf2: frames without the slash of old drivers, and a rotation of length 1, even if it was written with
 /// few digits (length 0.9 to 1.1). Otherwise tf2 would stretch rotated vectors by up to half a percent.

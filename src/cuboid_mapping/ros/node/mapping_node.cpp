@@ -30,7 +30,7 @@ MarkerTopic makeTopic(const char* name, const MarkerStyle& style,
 
 MappingNode::MappingNode(const ros::NodeHandle& nh, const ros::NodeHandle& private_nh,
                          const NodeParameters& parameters,
-                         const std::optional<cuboid_mapping::MapSnapshot>& start_map)
+                         const std::optional<MapSnapshot>& start_map)
     : node_callbacks_(*nh.getCallbackQueue(), guard_, "node"),
       receiving_thread_(guard_, "receiving"),
       tf_thread_(guard_, "tf"),
@@ -87,15 +87,14 @@ MappingNode::MappingNode(const ros::NodeHandle& nh, const ros::NodeHandle& priva
   mapping_thread_.start();
 }
 
-void MappingNode::beginWith(const std::optional<cuboid_mapping::MapSnapshot>& start_map) {
+void MappingNode::beginWith(const std::optional<MapSnapshot>& start_map) {
   if (start_map) restore(*start_map);
-  map_.setWindow(map_.read(
-      [&](const cuboid_mapping::CuboidMap& map) { return makeWindow(parameters_, map); }));
+  map_.setWindow(map_.read([&](const CuboidMap& map) { return makeWindow(parameters_, map); }));
   if (parameters_.keep.isOn()) map_.setHistory(makeHistory(parameters_, map_));
 }
 
-void MappingNode::restore(const cuboid_mapping::MapSnapshot& start_map) {
-  map_.edit([&](cuboid_mapping::CuboidMap& map) {
+void MappingNode::restore(const MapSnapshot& start_map) {
+  map_.edit([&](CuboidMap& map) {
     map_.setProgress(start_map.progress);
     auto changes = restoreSnapshot(start_map, map);
     if (parameters_.is_autosave_read) {
@@ -155,7 +154,7 @@ void MappingNode::subscribe() {
 void MappingNode::mergeRobots() {
   RobotMerger::Callbacks callbacks;
   callbacks.is_paused = [this] { return is_paused_.load(); };
-  callbacks.note = [this](const cuboid_mapping::RobotObservation& observation, bool is_in_map) {
+  callbacks.note = [this](const RobotObservation& observation, bool is_in_map) {
     std_msgs::Header header;
     header.frame_id = withoutSlash(parameters_.frame_id);
     header.stamp = stampOf(observation);
@@ -246,10 +245,8 @@ void MappingNode::integrate(const SensorMessage& cloud, const CloudPoses& poses)
   });
 }
 
-const cuboid_mapping::ScanUpdate& MappingNode::takeMoving(const cuboid_mapping::ScanUpdate& update,
-                                                          const CloudPoses& poses,
-                                                          const Source& source,
-                                                          const ros::Time& stamp) {
+const ScanUpdate& MappingNode::takeMoving(const ScanUpdate& update, const CloudPoses& poses,
+                                          const Source& source, const ros::Time& stamp) {
   if (moving_points_ && moving_points_.getNumSubscribers() > 0) {
     moving_points_.publish(toCloud(moving_filter_.findMoving(source.pipeline.scans()),
                                    makeHeader(withoutSlash(parameters_.frame_id), stamp)));
@@ -257,12 +254,11 @@ const cuboid_mapping::ScanUpdate& MappingNode::takeMoving(const cuboid_mapping::
   return moving_filter_.take(update, poses.window_center_map);
 }
 
-void MappingNode::forget(const cuboid_mapping::ScanUpdate& update, const ros::Time& stamp,
-                         std::size_t source) {
+void MappingNode::forget(const ScanUpdate& update, const ros::Time& stamp, std::size_t source) {
   guard_.run("forgetting", [&] {
     forgetting_.note(update, stamp, source);
     while (forgetting_.hasDue()) {
-      map_.edit([this](cuboid_mapping::CuboidMap& map) { return forgetting_.forgetSome(map); });
+      map_.edit([this](CuboidMap& map) { return forgetting_.forgetSome(map); });
     }
   });
 }
@@ -274,9 +270,7 @@ void MappingNode::reconfigure(const NodeParameters& parameters) {
     sources_.setParameters(parameters);
   }
   buffer_.setSearch(makeSearch(parameters));
-  map_.edit([&](cuboid_mapping::CuboidMap& map) {
-    return map.setSensorModel(parameters.source.sensor_model);
-  });
+  map_.edit([&](CuboidMap& map) { return map.setSensorModel(parameters.source.sensor_model); });
   map_.saveHead();
   has_color_span_ = parameters.color_period_m == 0.0;
   occupied_publisher_.setColors(parameters.color_by, parameters.color_period_m);
@@ -291,8 +285,7 @@ void MappingNode::updateColorSpan() {
     color_span_.reset();
     return;
   }
-  const auto heights =
-      map_.read([](const cuboid_mapping::CuboidMap& map) { return findHeightRange(map); });
+  const auto heights = map_.read([](const CuboidMap& map) { return findHeightRange(map); });
   const HeightSpan span{heights.min_m, heights.max_m};
   if (color_span_ && !isOtherSpan(span, *color_span_)) return;
   color_span_ = span;
@@ -309,7 +302,7 @@ void MappingNode::publishSoon() {
 
 void MappingNode::publish() {
   updateColorSpan();
-  cuboid_mapping::ChangeSet changes;
+  ChangeSet changes;
   // Topics are guarded one by one, so that a failure of one does not keep the changes from the others.
   const bool is_known =
       guard_.run(kCuboidMapUpdatesTopic, [&] { changes = map_publisher_.publish(); });

@@ -7,6 +7,7 @@
 #include "cuboid_mapping/ros/services/answers.h"
 
 #include <ros/console.h>
+#include <std_srvs/Empty.h>
 #include <std_srvs/SetBool.h>
 #include <std_srvs/Trigger.h>
 
@@ -15,8 +16,6 @@
 
 namespace cuboid_mapping_ros {
 
-using cuboid_mapping::MoveMap;
-using cuboid_mapping::SetBox;
 using std_srvs::Empty;
 using std_srvs::SetBool;
 using std_srvs::Trigger;
@@ -53,7 +52,7 @@ void MappingNode::advertiseServices() {
 }
 
 void MappingNode::onReset() {
-  map_.replaceAll([](cuboid_mapping::CuboidMap& map, ros::Time& stamp) {
+  map_.replaceAll([](CuboidMap& map, ros::Time& stamp) {
     stamp = ros::Time();
     return map.clear();
   });
@@ -89,7 +88,7 @@ StorageAnswer MappingNode::moveMap(const Eigen::Isometry3d& T_new_old, const ros
                                    const CallProgress& progress) {
   StorageAnswer answer;
   const double resolution_m = map_.grid().resolution();
-  const auto motion = cuboid_mapping::VoxelMotion::of(T_new_old, resolution_m);
+  const auto motion = VoxelMotion::of(T_new_old, resolution_m);
   if (!motion) answer.error = describeRefusal(T_new_old, resolution_m);
   const ros::Time latest = map_.stamp();
   if (!jump.isZero() && latest >= jump) {
@@ -107,7 +106,7 @@ StorageAnswer MappingNode::moveMap(const Eigen::Isometry3d& T_new_old, const ros
   if (!answer.error.empty()) return answer;
   // Steps that may lack memory come first.
   Forgetting forgetting = forgetting_.moved(*motion);
-  cuboid_mapping::VoidSpace void_space = moving_filter_.voidSpace().moved(*motion);
+  VoidSpace void_space = moving_filter_.voidSpace().moved(*motion);
   answer = moveWholeMap(map_, *motion, makeSnapshotLimits(parameters_), progress);
   if (!answer.error.empty()) return answer;
   forgetting_ = std::move(forgetting);

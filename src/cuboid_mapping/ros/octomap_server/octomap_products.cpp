@@ -8,20 +8,9 @@
 #include <array>
 #include <limits>
 #include <optional>
-#include <utility>
 
 namespace cuboid_mapping_ros {
 namespace {
-
-using cuboid_mapping::BrickMask;
-using cuboid_mapping::Cell;
-using cuboid_mapping::CellBox;
-using cuboid_mapping::kOctreeDepth;
-using cuboid_mapping::MapSnapshot;
-using cuboid_mapping::OctreeKind;
-using cuboid_mapping::OctreeLeaf;
-using cuboid_mapping::VoxelBrick;
-using cuboid_mapping::VoxelStore;
 
 constexpr int kNumDepths = kOctreeDepth + 1;
 
@@ -61,7 +50,7 @@ std_msgs::ColorRGBA toColor(const std::array<double, 4>& rgba) {
 /// the places of the octree at the origin. Nothing if that octree holds the whole map.
 std::optional<Cell> middleOf(const std::vector<VoxelBrick>& bricks) {
   const bool fits = std::all_of(bricks.begin(), bricks.end(), [](const VoxelBrick& brick) {
-    return cuboid_mapping::kOctreeCells.contains(brick.brick);
+    return kOctreeCells.contains(brick.brick);
   });
   if (fits) return std::nullopt;
   // Median of the bricks, not centre of their bounds: one far brick must not displace the others.
@@ -86,7 +75,7 @@ std::vector<VoxelBrick> moveBricks(const std::vector<VoxelBrick>& bricks, const 
   moved.reserve(bricks.size());
   for (const VoxelBrick& brick : bricks) {
     const Cell at = brick.brick - middle;
-    if (cuboid_mapping::kOctreeCells.contains(at)) {
+    if (kOctreeCells.contains(at)) {
       moved.push_back({at, brick.voxels});
     } else {
       num_left_out += brick.voxels.known().count();
@@ -110,7 +99,7 @@ class HeightColors {
  public:
   HeightColors(const MapSnapshot& map, double color_factor) : color_factor_(color_factor) {
     for (const VoxelBrick& brick : map.bricks) {
-      for (int z = 0; z < cuboid_mapping::kBrickEdge; ++z) {
+      for (int z = 0; z < kBrickEdge; ++z) {
         if (brick.voxels.known()[z] == 0) continue;
         min_m_ = std::min(min_m_, (brick.brick.z + z) * map.resolution_m);
         max_m_ = std::max(max_m_, (brick.brick.z + z + 1) * map.resolution_m);
@@ -150,7 +139,7 @@ std::vector<visualization_msgs::Marker> makeEmptyMarkers(double resolution_m,
 
 octomap_msgs::Octomap toOctomapMessage(const MapSnapshot& map, OctreeKind kind,
                                        const std_msgs::Header& header, double& num_left_out) {
-  const cuboid_mapping::OctreeStream tree = toOctreeStream(map.bricks, kind);
+  const OctreeStream tree = toOctreeStream(map.bricks, kind);
   num_left_out = tree.num_left_out;
   octomap_msgs::Octomap message;
   message.header = header;
@@ -164,7 +153,7 @@ octomap_msgs::Octomap toOctomapMessage(const MapSnapshot& map, OctreeKind kind,
 BrickMask findSpeckles(const VoxelStore& voxels, const VoxelBrick& brick) {
   BrickMask speckles;
   forEachCell(brick.brick, brick.voxels.occupied(), [&](const Cell& cell) {
-    if (!hasOccupiedNeighbour(voxels, cell)) speckles.set(cuboid_mapping::voxelIndex(cell));
+    if (!hasOccupiedNeighbour(voxels, cell)) speckles.set(voxelIndex(cell));
   });
   return speckles;
 }

@@ -14,23 +14,12 @@
 #include <octomap_msgs/GetOctomap.h>
 #include <ros/console.h>
 
-#include <algorithm>
-#include <utility>
 #include <vector>
 
 namespace cuboid_mapping_ros {
 namespace {
 
-using cuboid_mapping::CellBox;
-using cuboid_mapping::ChangeSet;
-using cuboid_mapping::counted;
-using cuboid_mapping::CuboidMap;
-using cuboid_mapping::MapWindow;
-using cuboid_mapping::MetricBox;
-using cuboid_mapping::OctreeKind;
-using cuboid_mapping::PackedVoxels;
 using cuboid_mapping::toText;
-using cuboid_mapping::VoxelBrick;
 
 /// Minimum time before the log repeats what a topic leaves out.
 constexpr double kLogPeriod_s = 30.0;
@@ -67,7 +56,7 @@ void noteLeftOut(const char* topic, double num_voxels) {
 }  // namespace
 
 MapView viewWholeMap(GuardedMap& map, const std::string& frame_id, QueriesOutside outside,
-                     const cuboid_mapping::SnapshotLimits& limits) {
+                     const SnapshotLimits& limits) {
   MapView view;
   view.header.frame_id = withoutSlash(frame_id);
   try {
@@ -84,7 +73,7 @@ MapView viewWholeMap(GuardedMap& map, const std::string& frame_id, QueriesOutsid
       view.header.stamp = stamp;
     };
     view.map = takeWholeSnapshot(map, view.header.frame_id, limits, look);
-  } catch (const cuboid_mapping::MapFileError& error) {
+  } catch (const MapFileError& error) {
     throw std::runtime_error(std::string("not loaded: ") + error.what());
   }
   return view;

@@ -13,14 +13,6 @@
 namespace cuboid_mapping_ros {
 namespace {
 
-using cuboid_mapping::BrickMask;
-using cuboid_mapping::Cell;
-using cuboid_mapping::CellBox;
-using cuboid_mapping::CuboidMap;
-using cuboid_mapping::kBrickEdge;
-using cuboid_mapping::MetricBox;
-using cuboid_mapping::VoxelBrick;
-
 constexpr double kGridLogPeriod_s = 30.0;
 
 /// Voxels that the grid shows.
@@ -38,7 +30,7 @@ std::optional<CellBox> findBand(const CuboidMap& map, const RobotGridParameters&
       {robot_map + Eigen::Vector3d(0.0, 0.0, parameters.min_z_m),
        robot_map + Eigen::Vector3d(resolution_m, resolution_m, parameters.max_z_m)});
   if (!cell || !heights) return std::nullopt;
-  const Cell centre = cuboid_mapping::brickOf(*cell);
+  const Cell centre = brickOf(*cell);
   return CellBox{{centre.x - half, centre.y - half, heights->min.z},
                  {centre.x + half, centre.y + half, heights->max.z}};
 }

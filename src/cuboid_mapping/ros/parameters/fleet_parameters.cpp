@@ -14,7 +14,7 @@ namespace {
 using P = NodeParameters;
 
 bool setRobots(P& parameters, const std::string& text) {
-  std::vector<std::string> robots = cuboid_mapping::wordsOf(text);
+  std::vector<std::string> robots = wordsOf(text);
   for (const std::string& robot : robots) {
     std::string reason;
     if (!ros::names::validate(robot, reason) || robot[0] == '~') return false;
@@ -23,9 +23,7 @@ bool setRobots(P& parameters, const std::string& text) {
   return true;
 }
 
-std::string getRobots(const P& parameters) {
-  return cuboid_mapping::join(parameters.fleet.robots, " ");
-}
+std::string getRobots(const P& parameters) { return join(parameters.fleet.robots, " "); }
 
 }  // namespace
 

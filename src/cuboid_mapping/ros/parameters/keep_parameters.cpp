@@ -9,7 +9,7 @@ namespace cuboid_mapping_ros {
 
 using P = NodeParameters;
 
-cuboid_mapping::HistoryLimits KeepParameters::limits() const {
+HistoryLimits KeepParameters::limits() const {
   return {static_cast<std::uint64_t>(memory_mb) * 1000000, max_age_s};
 }
 

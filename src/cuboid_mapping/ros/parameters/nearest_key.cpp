@@ -30,7 +30,7 @@ std::size_t editDistance(const std::string& a, const std::string& b) {
 }
 
 /// The words of a key, in alphabetical order.
-std::vector<std::string> wordsOf(const std::string& key) {
+std::vector<std::string> partsOf(const std::string& key) {
   std::vector<std::string> words;
   boost::split(words, key, boost::is_any_of("/_"));
   std::sort(words.begin(), words.end());
@@ -40,8 +40,8 @@ std::vector<std::string> wordsOf(const std::string& key) {
 /// Distance of two keys, as a whole or after the last slash. A key whose words are
 /// all in the other one is near: max_sensor_range is an old name of octomap_server's sensor_model/max_range.
 std::size_t distanceBetween(const std::string& key, const std::string& known) {
-  const auto words = wordsOf(key);
-  const auto known_words = wordsOf(known);
+  const auto words = partsOf(key);
+  const auto known_words = partsOf(known);
   const bool is_part =
       std::includes(known_words.begin(), known_words.end(), words.begin(), words.end());
   return std::min({editDistance(key, known), editDistance(lastPart(key), lastPart(known)),

@@ -88,7 +88,7 @@ std::vector<ParameterDeclaration> declareColors() {
 
 bool isOfOctomapServer(const std::string& key) {
   static const std::set<std::string> kTheirs = [] {
-    std::vector<std::string> keys = cuboid_mapping::wordsOf(
+    std::vector<std::string> keys = wordsOf(
         "frame_id resolution latch map_file sensor_model/hit sensor_model/miss sensor_model/min "
         "sensor_model/max sensor_model/min_range sensor_model/max_range");
     for (const ParameterDeclaration& declaration : declareOctomapServer()) {

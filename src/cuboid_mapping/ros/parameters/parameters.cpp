@@ -12,10 +12,8 @@
 #include <utility>
 
 namespace cuboid_mapping_ros {
-
 namespace {
 
-using cuboid_mapping::ConfigError;
 using XmlRpc::XmlRpcValue;
 
 void collectLeaves(const XmlRpcValue& value, const std::string& key,
@@ -272,21 +270,21 @@ std::size_t maxEntries(const ServiceLimits& limits, std::size_t entry_bytes) {
   return std::min(static_cast<std::size_t>(limits.max_entries), max_bytes / entry_bytes);
 }
 
-std::string explain(cuboid_mapping::BudgetEnd why, const ServiceLimits& limits) {
+std::string explain(BudgetEnd why, const ServiceLimits& limits) {
   std::ostringstream text;
   switch (why) {
-    case cuboid_mapping::BudgetEnd::kNone: break;
-    case cuboid_mapping::BudgetEnd::kTime:
+    case BudgetEnd::kNone: break;
+    case BudgetEnd::kTime:
       text << "ended by its time, at most " << limits.max_time_s << " s (parameter query/max_time)";
       break;
-    case cuboid_mapping::BudgetEnd::kBricks:
+    case BudgetEnd::kBricks:
       text << "ended after " << limits.max_bricks << " bricks (parameter query/max_bricks)";
       break;
-    case cuboid_mapping::BudgetEnd::kEntries:
+    case BudgetEnd::kEntries:
       text << "ended by the size of the answer, at most " << limits.max_entries << " entries and "
            << limits.max_answer_mb << " MB (parameters query/max_entries and query/max_answer)";
       break;
-    case cuboid_mapping::BudgetEnd::kStopped: text << "ended because the node stops"; break;
+    case BudgetEnd::kStopped: text << "ended because the node stops"; break;
   }
   return text.str();
 }

@@ -53,14 +53,12 @@ struct FleetParameters {
 /// Part of the map that stays in memory.
 struct WindowParameters {
   std::string frame_id;  ///< Frame that the window moves with; empty: no window.
-  cuboid_mapping::WindowConfig config;
+  WindowConfig config;
   std::string file;  ///< File of the store.
 
   [[nodiscard]] bool isOn() const { return !frame_id.empty(); }
   /// Whether there is a store.
-  [[nodiscard]] bool keeps() const {
-    return isOn() && config.outside == cuboid_mapping::OutsideWindow::kKeep;
-  }
+  [[nodiscard]] bool keeps() const { return isOn() && config.outside == OutsideWindow::kKeep; }
 };
 
 /// Limits of the clouds kept for corrections of poses.
@@ -71,7 +69,7 @@ struct KeepParameters {
   double tolerance_m = 0.05;   ///< A path that moves nothing farther than this changes nothing.
 
   [[nodiscard]] bool isOn() const { return memory_mb > 0; }
-  [[nodiscard]] cuboid_mapping::HistoryLimits limits() const;
+  [[nodiscard]] HistoryLimits limits() const;
 };
 
 /// Parameters of octomap_server that concern its topics.
@@ -146,7 +144,7 @@ struct NodeParameters {
   double order_wait_s =
       0.2;  ///< Longest time that a cloud waits for earlier ones of other sources.
   /// Its sensor_model is that of `source`, see makeMapConfig().
-  cuboid_mapping::MapConfig map;
+  MapConfig map;
   ForgetClass forget_class = ForgetClass::kAll;
   ForgetTo forget_to = ForgetTo::kUnknown;
   MovingPoints moving_points = MovingPoints::kIgnore;
@@ -251,14 +249,14 @@ struct LoadedParameters {
 [[nodiscard]] std::size_t maxEntries(const ServiceLimits& limits, std::size_t entry_bytes);
 
 /// Text such as "ended after 5 s (parameter query/max_time)". @pre why is not kNone.
-[[nodiscard]] std::string explain(cuboid_mapping::BudgetEnd why, const ServiceLimits& limits);
+[[nodiscard]] std::string explain(BudgetEnd why, const ServiceLimits& limits);
 
 /// Text such as "3 parts of the map, of 64 x 64 x 64 voxels", for pages.
 [[nodiscard]] std::string describePages(std::size_t num_pages);
 
 /// The window of the parameters, with its store opened or created; null without a window.
-/// @throws cuboid_mapping::MapFileError  as openStoreOf(), and std::runtime_error for conflicting parameters.
-[[nodiscard]] std::unique_ptr<cuboid_mapping::MapWindow> makeWindow(
-    const NodeParameters& parameters, const cuboid_mapping::CuboidMap& map);
+/// @throws MapFileError  as openStoreOf(), and std::runtime_error for conflicting parameters.
+[[nodiscard]] std::unique_ptr<MapWindow> makeWindow(const NodeParameters& parameters,
+                                                    const CuboidMap& map);
 
 }  // namespace cuboid_mapping_ros

@@ -8,7 +8,6 @@
 
 #include <algorithm>
 #include <string>
-#include <utility>
 #include <vector>
 
 namespace cuboid_mapping_ros {
@@ -27,7 +26,7 @@ constexpr char kRuntimeGroups[] =
     "pointcloud_max_z";
 
 bool isRuntimeKey(const std::string& key) {
-  static const std::vector<std::string> kGroups = cuboid_mapping::wordsOf(kRuntimeGroups);
+  static const std::vector<std::string> kGroups = wordsOf(kRuntimeGroups);
   const std::string group = key.substr(0, key.find('/'));
   return std::find(kGroups.begin(), kGroups.end(), group) != kGroups.end();
 }
@@ -64,8 +63,7 @@ std::string editMethodOf(const ParameterDeclaration& declaration) {
                       "', 'description': '', 'srcline': 0, 'srcfile': '', 'ctype': 'std::string', "
                       "'cconsttype': 'const char * const'}");
   }
-  return "{'enum': [" + cuboid_mapping::join(choices, ", ") + "], 'enum_description': '" +
-         declaration.key + "'}";
+  return "{'enum': [" + join(choices, ", ") + "], 'enum_description': '" + declaration.key + "'}";
 }
 
 void addTopGroup(Config& config) {

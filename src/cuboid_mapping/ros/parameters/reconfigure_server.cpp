@@ -77,7 +77,7 @@ void ReconfigureServer::onRequest(const dynamic_reconfigure::ReconfigureRequest&
   if (!loaded.errors.empty()) {
     // The message has no field for the reason, and clients ignore parameters that they do not know.
     dynamic_reconfigure::ConfigTools::appendParameter(response.config, kRefusedName,
-                                                      cuboid_mapping::join(refusals, "; "));
+                                                      join(refusals, "; "));
   }
 }
 

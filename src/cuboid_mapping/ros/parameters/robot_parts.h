@@ -2,6 +2,7 @@
 #pragma once
 
 #include "cuboid_mapping/geometry/grid.h"
+#include "cuboid_mapping/ros/middleware/core_names.h"
 
 #include <Eigen/Core>
 
@@ -13,7 +14,7 @@ namespace cuboid_mapping_ros {
 
 /// A closed volume, in metres.
 struct Solid {
-  cuboid_mapping::MetricBox bounds;  ///< Bounding box of the volume.
+  MetricBox bounds;  ///< Bounding box of the volume.
   /// Whether a point lies in it. Thread-safe.
   std::function<bool(const Eigen::Vector3d& point)> contains;
 };
@@ -27,8 +28,7 @@ struct RobotPart {
 using RobotParts = std::vector<RobotPart>;
 
 /// A part whose exact and padded volumes are one box.
-[[nodiscard]] inline RobotPart makeBoxPart(const std::string& frame_id,
-                                           const cuboid_mapping::MetricBox& box) {
+[[nodiscard]] inline RobotPart makeBoxPart(const std::string& frame_id, const MetricBox& box) {
   const Solid solid{box, [](const Eigen::Vector3d& /*point*/) { return true; }};
   return {frame_id, solid, solid};
 }

@@ -5,6 +5,7 @@
 #include "cuboid_mapping/occupancy/sensor_model.h"
 #include "cuboid_mapping/ros/conversions/ground_filter.h"
 #include "cuboid_mapping/ros/conversions/no_return_points.h"
+#include "cuboid_mapping/ros/middleware/core_names.h"
 #include "cuboid_mapping/ros/middleware/names.h"
 
 #include <Eigen/Core>
@@ -44,16 +45,15 @@ struct SourceParameters {
   std::string sensor_frame;    ///< Frame whose origin is the start of beams; "": the cloud's frame.
   double forget_after_s = 0.0;  ///< See Forgetting; 0: never.
   /// Probabilities of the source; the thresholds are those of the map.
-  cuboid_mapping::SensorModelConfig sensor_model;
+  SensorModelConfig sensor_model;
   double max_range_m = std::numeric_limits<double>::infinity();  ///< Beams are cut there.
-  double end_margin_m = 0.0;       ///< See cuboid_mapping::BeamRanges.
+  double end_margin_m = 0.0;                                     ///< See BeamRanges.
   double min_range_m = 0.0;        ///< Nearer points are left out wholly; 0: none.
   double no_return_range_m = 0.0;  ///< Beams without return free space up to it; 0: skipped.
   NoReturnPoints no_return_points = NoReturnPoints::kRep117;  ///< Readings that count as no return.
   NoReturnRanges no_return_ranges_m;                          ///< Ranges that stand for such beams.
   /// Points outside are left out with their beams; in the map's frame, with filter_ground in the base's.
-  cuboid_mapping::MetricBox crop = {Eigen::Vector3d::Constant(-1e9),
-                                    Eigen::Vector3d::Constant(1e9)};
+  MetricBox crop = {Eigen::Vector3d::Constant(-1e9), Eigen::Vector3d::Constant(1e9)};
   bool filter_ground = false;  ///< Whether points of the ground are no obstacles and free space.
   GroundFilterConfig ground_filter;
 };

@@ -9,9 +9,6 @@
 
 namespace cuboid_mapping_ros {
 
-using cuboid_mapping::MapWindow;
-using cuboid_mapping::OutsideWindow;
-using cuboid_mapping::WindowConfig;
 using P = NodeParameters;
 
 std::vector<ParameterDeclaration> declareWindow() {
@@ -74,25 +71,24 @@ std::vector<ParameterError> checkWindow(const NodeParameters& parameters) {
 }
 
 std::string describePages(std::size_t num_pages) {
-  return cuboid_mapping::counted(num_pages, "part") + " of the map, of 64 x 64 x 64 voxels";
+  return counted(num_pages, "part") + " of the map, of 64 x 64 x 64 voxels";
 }
 
-std::unique_ptr<MapWindow> makeWindow(const NodeParameters& parameters,
-                                      const cuboid_mapping::CuboidMap& map) {
+std::unique_ptr<MapWindow> makeWindow(const NodeParameters& parameters, const CuboidMap& map) {
   const WindowParameters& window = parameters.window;
   if (!window.isOn()) return nullptr;
   // Checked again: a map to start with may come from the command line.
   for (const ParameterError& error : checkWindow(parameters)) {
     throw std::runtime_error(error.key + ' ' + error.message);
   }
-  std::unique_ptr<cuboid_mapping::MapStore> store;
+  std::unique_ptr<MapStore> store;
   if (window.keeps()) {
-    store = cuboid_mapping::openStoreOf({map.config().resolution_m,
-                                         map.config().sensor_model,
-                                         map.config().environment,
-                                         withoutSlash(parameters.frame_id),
-                                         {}},
-                                        window.file);
+    store = openStoreOf({map.config().resolution_m,
+                         map.config().sensor_model,
+                         map.config().environment,
+                         withoutSlash(parameters.frame_id),
+                         {}},
+                        window.file);
   }
   return std::make_unique<MapWindow>(window.config, std::move(store), map);
 }

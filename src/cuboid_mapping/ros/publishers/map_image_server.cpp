@@ -21,9 +21,6 @@ constexpr double kShareOfTime = 0.05;
 
 }  // namespace
 
-using cuboid_mapping::GetMap;
-using cuboid_mapping::MapDetail;
-
 MapImageServer::MapImageServer(const ros::NodeHandle& nh, const ros::NodeHandle& private_nh,
                                CallbackGuard& guard, const Options& options, Make make, Note note)
     : options_(options),
@@ -101,9 +98,9 @@ void MapImageServer::forgetOld() {
 
 std::vector<MapImageServer::Message> MapImageServer::makeParts(const ImageMessage& whole) const {
   std::vector<Message> parts;
-  const cuboid_mapping::MapImage& image = whole.image;
-  const cuboid_mapping::VoxelBrick* first = image.bricks.data();
-  const cuboid_mapping::VoxelBrick* const last = first + image.bricks.size();
+  const MapImage& image = whole.image;
+  const VoxelBrick* first = image.bricks.data();
+  const VoxelBrick* const last = first + image.bricks.size();
   do {
     const auto* const end = endOfPart(first, last, image.detail, options_.max_part_bytes);
     parts.push_back(toMessage(whole, first, end));

@@ -32,14 +32,14 @@ namespace cuboid_mapping_ros {
 /// Thread rule: it has its own thread, so that neither publishing nor queries wait for an image. Calls are thread-safe.
 class MapImageServer {
  public:
-  using Make = std::function<ImageMessage(cuboid_mapping::MapDetail)>;
+  using Make = std::function<ImageMessage(MapDetail)>;
   using Note = std::function<std::string()>;
 
   static constexpr std::size_t kKept = 2;
   static constexpr double kKeptFor_s = 60.0;
 
   struct Options {
-    cuboid_mapping::MapDetail topic_detail = cuboid_mapping::MapDetail::kClasses;
+    MapDetail topic_detail = MapDetail::kClasses;
     std::size_t max_part_bytes = 250000000;  ///< Size of a part before it is deflated.
     double keyframe_period_s = 0.0;          ///< Period of keyframes; 0: none.
   };
@@ -59,9 +59,9 @@ class MapImageServer {
   void publishSoon() { is_publish_due_ = true; }
 
  private:
-  using Message = cuboid_mapping::FullCuboidMap;
+  using Message = FullCuboidMap;
   struct Kept {
-    cuboid_mapping::MapDetail detail;
+    MapDetail detail;
     std::vector<Message> parts;
     ros::WallTime used;
     ros::WallTime good_until;  ///< Later for an image that took longer to make.
@@ -71,13 +71,12 @@ class MapImageServer {
   void onTimer();
   [[nodiscard]] bool isKeyframeDue() const;
   /// An image of this detail that followers can use; made if necessary.
-  Kept& current(cuboid_mapping::MapDetail detail);
+  Kept& current(MapDetail detail);
   [[nodiscard]] std::vector<Message> makeParts(const ImageMessage& whole) const;
-  void answer(const cuboid_mapping::GetMap::Request& request,
-              cuboid_mapping::GetMap::Response& response);
+  void answer(const GetMap::Request& request, GetMap::Response& response);
   void forgetOld();
   /// Null if it is not kept.
-  Kept* find(cuboid_mapping::MapDetail detail, std::uint64_t revision);
+  Kept* find(MapDetail detail, std::uint64_t revision);
 
   Options options_;
   Make make_;

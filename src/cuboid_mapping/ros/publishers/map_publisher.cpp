@@ -8,10 +8,6 @@
 
 namespace cuboid_mapping_ros {
 
-using cuboid_mapping::ChangeSet;
-using cuboid_mapping::CuboidMap;
-using cuboid_mapping::MapDetail;
-
 namespace {
 
 /// Bricks in a message of about 100 MB: the whole map is not much larger.

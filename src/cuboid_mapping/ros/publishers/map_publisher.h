@@ -28,18 +28,18 @@ class MapPublisher {
   /// empty message.
   /// @return The changes, for other publishers. If it throws, the next call tells the subscribers to
   /// fetch the map again.
-  cuboid_mapping::ChangeSet publish();
+  ChangeSet publish();
 
  private:
   // Called from the thread of the images.
-  [[nodiscard]] ImageMessage makeImage(cuboid_mapping::MapDetail detail) const;
+  [[nodiscard]] ImageMessage makeImage(MapDetail detail) const;
   /// Text about the part of the map that is on disk only; empty: none.
   [[nodiscard]] std::string describeLeftOut() const;
 
   GuardedMap& map_;
   std::string server_;  ///< Namespace of the services.
   std::string frame_id_;
-  cuboid_mapping::MapDetail detail_;  ///< Detail of the topics.
+  MapDetail detail_;  ///< Detail of the topics.
   std::uint64_t instance_;
   std::uint64_t published_revision_ = 0;
   ros::Publisher delta_publisher_;

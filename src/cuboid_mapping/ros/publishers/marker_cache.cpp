@@ -14,15 +14,10 @@
 namespace cuboid_mapping_ros {
 namespace {
 
-using cuboid_mapping::Cell;
-using cuboid_mapping::CellBox;
-using cuboid_mapping::Cuboid;
-using cuboid_mapping::CuboidFilter;
-using cuboid_mapping::CuboidMap;
 using visualization_msgs::Marker;
 using visualization_msgs::MarkerArray;
 
-constexpr std::int32_t kEdge = cuboid_mapping::kBrickEdge;
+constexpr std::int32_t kEdge = kBrickEdge;
 
 Cell chunkOf(const Cell& cell) {
   constexpr std::int32_t kMask = ~(MarkerCache::kChunkEdge - 1);
@@ -76,17 +71,16 @@ MarkerStyle makeFreeStyle(const NodeParameters& parameters) {
   return style;
 }
 
-MarkerCache::MarkerCache(const cuboid_mapping::Grid& grid, const MarkerStyle& style)
-    : grid_(grid), style_(style) {}
+MarkerCache::MarkerCache(const Grid& grid, const MarkerStyle& style) : grid_(grid), style_(style) {}
 
-void MarkerCache::noteChanges(const cuboid_mapping::ChangeSet& changes) {
+void MarkerCache::noteChanges(const ChangeSet& changes) {
   if (is_everything_dirty_) return;
   if (changes.is_everything) {
     is_everything_dirty_ = true;
     dirty_.clear();
     return;
   }
-  for (const cuboid_mapping::ChangedBrick& changed : changes.bricks) {
+  for (const ChangedBrick& changed : changes.bricks) {
     if (changed.has_new_cuboids || showsProbability()) dirty_.insert(chunkOf(changed.brick));
   }
 }
@@ -173,11 +167,11 @@ void MarkerCache::readChunk(const CuboidMap& map, const Cell& chunk) {
   const CellBox box = chunkBox(chunk);
   std::vector<SizedCube> cubes;
   const auto add = [&](const Cuboid& cuboid) {
-    if (!box.contains(cuboid.box.min)) return cuboid_mapping::Visit::kContinue;
+    if (!box.contains(cuboid.box.min)) return Visit::kContinue;
     const double probability =
         showsProbability() ? meanProbability(map, cuboid.box).value_or(0.0) : 0.0;
     appendCubes(cuboid.box, static_cast<float>(probability), cubes);
-    return cuboid_mapping::Visit::kContinue;
+    return Visit::kContinue;
   };
   if (style_.are_joined) {
     for (const Cuboid& cuboid : joinCuboids(map, box, style_.filter)) add(cuboid);
@@ -195,8 +189,7 @@ void MarkerCache::markEverything(const CuboidMap& map) {
     anchor_map_ = anchor_map;
   }
   for (const auto& [chunk, sizes] : sizes_in_chunk_) dirty_.insert(chunk);
-  map.voxels().forEach(
-      [this](const cuboid_mapping::VoxelBrick& brick) { dirty_.insert(chunkOf(brick.brick)); });
+  map.voxels().forEach([this](const VoxelBrick& brick) { dirty_.insert(chunkOf(brick.brick)); });
 }
 
 void MarkerCache::replaceChunk(const Cell& chunk, std::vector<SizedCube> cubes, SizeSet& changed) {

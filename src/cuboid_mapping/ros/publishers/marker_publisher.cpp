@@ -20,7 +20,7 @@ MarkerPublisher::MarkerPublisher(const ros::NodeHandle& nh, const MarkerTopic& t
 }
 
 void MarkerPublisher::readMap() {
-  map_.read([this](const cuboid_mapping::CuboidMap& map, const ros::Time& stamp) {
+  map_.read([this](const CuboidMap& map, const ros::Time& stamp) {
     header_.stamp = stamp;
     cache_.read(map);
   });

@@ -8,14 +8,6 @@
 namespace cuboid_mapping_ros {
 namespace {
 
-using cuboid_mapping::Budget;
-using cuboid_mapping::CellBox;
-using cuboid_mapping::CuboidMap;
-using cuboid_mapping::Frontier;
-using cuboid_mapping::FrontierTask;
-using cuboid_mapping::GetDistances;
-using cuboid_mapping::GetFrontiers;
-
 constexpr Entries kDistancePoints{"points", 32};
 constexpr std::size_t kFrontierBytes = 61;
 
@@ -44,7 +36,7 @@ void answer(ServiceCall& call, const GetDistances::Request& request,
   const double max_m = ServiceCall::positive(request.max_distance, "max_distance");
   const Eigen::Vector3d around_m = Eigen::Vector3d::Constant(2.0 * (max_m + call.resolution()));
   for (const Eigen::Vector3d& point : points) {
-    call.requireCells(cuboid_mapping::boxAround(point, around_m));
+    call.requireCells(boxAround(point, around_m));
   }
   response.distance.assign(points.size(), 0.0);
   response.gradient.resize(points.size());
@@ -72,7 +64,7 @@ void answer(ServiceCall& call, const GetFrontiers::Request& request,
       response.unknown_volume.push_back(frontier.unknown_volume_m3);
       response.counts.push_back(static_cast<std::uint32_t>(frontier.voxels.size()));
       if (request.with_voxels == 0 || !budget.addEntries(frontier.voxels.size())) continue;
-      for (const cuboid_mapping::Cell& cell : frontier.voxels) {
+      for (const Cell& cell : frontier.voxels) {
         response.voxels.push_back(toPoint(map.grid().centerOf(CellBox::ofCell(cell))));
       }
     }

@@ -18,11 +18,8 @@
 namespace cuboid_mapping_ros {
 namespace {
 
-using cuboid_mapping::counted;
-using cuboid_mapping::MergeRule;
-
-std::pair<std::uint64_t, std::vector<cuboid_mapping::CellBox>> stateOf(const GuardedMap& map) {
-  return map.read([](const cuboid_mapping::CuboidMap& content) {
+std::pair<std::uint64_t, std::vector<CellBox>> stateOf(const GuardedMap& map) {
+  return map.read([](const CuboidMap& content) {
     return std::pair(content.revision(), content.lockedBoxes());
   });
 }
@@ -162,7 +159,7 @@ void MapFilesService::chooseAutosaveFile() {
   if (is_autosave_own_) return;
   try {
     if (!hasMap(autosave_file_)) return;
-  } catch (const cuboid_mapping::MapFileError& error) {
+  } catch (const MapFileError& error) {
     ROS_WARN_STREAM_NAMED(kNodeName, error.what());
   }
   const std::string old = std::exchange(autosave_file_, nameBeside(autosave_file_));
@@ -176,11 +173,10 @@ void MapFilesService::chooseAutosaveFile() {
 void MapFilesService::announceAutosave() {
   chooseAutosaveFile();
   try {
-    if (!cuboid_mapping::formatOfName(autosave_file_)) {
-      throw std::runtime_error(autosave_file_ + " must end in one of " +
-                               cuboid_mapping::knownEndings());
+    if (!formatOfName(autosave_file_)) {
+      throw std::runtime_error(autosave_file_ + " must end in one of " + knownEndings());
     }
-    cuboid_mapping::checkReplaceable(followLinks(autosave_file_));
+    checkReplaceable(followLinks(autosave_file_));
   } catch (const std::exception& exception) {
     autosave_error_ = exception.what();
     ROS_ERROR_STREAM_NAMED(kNodeName,

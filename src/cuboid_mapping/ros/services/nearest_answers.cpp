@@ -13,12 +13,6 @@
 namespace cuboid_mapping_ros {
 namespace {
 
-using cuboid_mapping::boxAround;
-using cuboid_mapping::Budget;
-using cuboid_mapping::CuboidMap;
-using cuboid_mapping::FindNearest;
-using cuboid_mapping::FindNearestFree;
-
 constexpr Entries kNearestPoints{"points", 133};
 constexpr Entries kPlacePoints{"points", 33};
 
@@ -36,13 +30,13 @@ void answer(ServiceCall& call, const FindNearest::Request& request,
   for (const Eigen::Vector3d& point : points) {
     const auto box = std::isfinite(max_m) ? call.map().grid().toCellBox(boxAround(point, reach_m))
                                           : std::nullopt;
-    call.requireLoaded(box.value_or(cuboid_mapping::kAllCells));
+    call.requireLoaded(box.value_or(kAllCells));
   }
   const auto answer_point = [&](const CuboidMap& map, std::size_t i, Budget& budget) {
     const auto nearest = findNearest(map, points[i], request.k, filter, max_m, budget);
     if (budget.isSpent()) return;
     response.counts.push_back(static_cast<std::uint32_t>(nearest.size()));
-    for (const cuboid_mapping::NearestCuboid& near : nearest) {
+    for (const NearestCuboid& near : nearest) {
       response.distance.push_back(std::max(0.0, near.distance_m - inflation_m));
       response.closest.push_back(toPoint(near.closest_point_map));
       response.direction.push_back(toVector3(near.direction_map));

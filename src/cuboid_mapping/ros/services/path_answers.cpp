@@ -12,15 +12,6 @@
 namespace cuboid_mapping_ros {
 namespace {
 
-using cuboid_mapping::Body;
-using cuboid_mapping::boxAround;
-using cuboid_mapping::Budget;
-using cuboid_mapping::CheckPath;
-using cuboid_mapping::CuboidMap;
-using cuboid_mapping::MotionQueryResult;
-using cuboid_mapping::Occupancy;
-using cuboid_mapping::PathQueryResult;
-
 static_assert(CheckPath::Response::OCCUPIED == static_cast<int>(Occupancy::kOccupied));
 static_assert(CheckPath::Response::FREE == static_cast<int>(Occupancy::kFree));
 
@@ -55,8 +46,8 @@ std::vector<Path> splitPaths(const ServiceCall& call, const CheckPath::Request& 
 /// Requires the cells between all waypoints of a path.
 void requireWay(ServiceCall& call, const Path& path, const Eigen::Vector3d& size_m) {
   for (std::size_t i = 0; i < path.size(); ++i) {
-    cuboid_mapping::MetricBox box = boxAround(path[i], size_m);
-    const cuboid_mapping::MetricBox before = boxAround(path[i == 0 ? i : i - 1], size_m);
+    MetricBox box = boxAround(path[i], size_m);
+    const MetricBox before = boxAround(path[i == 0 ? i : i - 1], size_m);
     box.min_m = box.min_m.cwiseMin(before.min_m);
     box.max_m = box.max_m.cwiseMax(before.max_m);
     call.requireCells(box);

@@ -17,19 +17,19 @@ ros::ServiceServer advertise(const ros::NodeHandle& nh, const char* name, const 
 
 std::vector<ros::ServiceServer> advertisePlannerServices(const ros::NodeHandle& nh,
                                                          const MapInFrame& map) {
-  return {advertise<cuboid_mapping::QueryBox>(nh, kQueryBoxService, map),
-          advertise<cuboid_mapping::CheckBoxes>(nh, kCheckBoxesService, map),
-          advertise<cuboid_mapping::CheckPath>(nh, kCheckPathService, map),
-          advertise<cuboid_mapping::CheckPoses>(nh, kCheckPosesService, map),
-          advertise<cuboid_mapping::CastRays>(nh, kCastRaysService, map),
-          advertise<cuboid_mapping::FindNearest>(nh, kNearestService, map),
-          advertise<cuboid_mapping::FindNearestFree>(nh, kNearestFreeService, map),
-          advertise<cuboid_mapping::GetCuboids>(nh, kGetCuboidsService, map),
-          advertise<cuboid_mapping::GetFreeGraph>(nh, kGetFreeGraphService, map),
-          advertise<cuboid_mapping::GetDistances>(nh, kGetDistancesService, map),
-          advertise<cuboid_mapping::GetFrontiers>(nh, kGetFrontiersService, map),
-          advertise<cuboid_mapping::FindCorridor>(nh, kFindCorridorService, map),
-          advertise<cuboid_mapping::GetLocks>(nh, kGetLocksService, map)};
+  return {advertise<QueryBox>(nh, kQueryBoxService, map),
+          advertise<CheckBoxes>(nh, kCheckBoxesService, map),
+          advertise<CheckPath>(nh, kCheckPathService, map),
+          advertise<CheckPoses>(nh, kCheckPosesService, map),
+          advertise<CastRays>(nh, kCastRaysService, map),
+          advertise<FindNearest>(nh, kNearestService, map),
+          advertise<FindNearestFree>(nh, kNearestFreeService, map),
+          advertise<GetCuboids>(nh, kGetCuboidsService, map),
+          advertise<GetFreeGraph>(nh, kGetFreeGraphService, map),
+          advertise<GetDistances>(nh, kGetDistancesService, map),
+          advertise<GetFrontiers>(nh, kGetFrontiersService, map),
+          advertise<FindCorridor>(nh, kFindCorridorService, map),
+          advertise<GetLocks>(nh, kGetLocksService, map)};
 }
 
 }  // namespace cuboid_mapping_ros

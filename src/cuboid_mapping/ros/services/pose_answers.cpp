@@ -7,13 +7,6 @@
 namespace cuboid_mapping_ros {
 namespace {
 
-using cuboid_mapping::Body;
-using cuboid_mapping::Budget;
-using cuboid_mapping::CellBox;
-using cuboid_mapping::CheckPoses;
-using cuboid_mapping::CuboidMap;
-using cuboid_mapping::Occupancy;
-
 static_assert(CheckPoses::Response::OCCUPIED == static_cast<int>(Occupancy::kOccupied));
 static_assert(CheckPoses::Response::FREE == static_cast<int>(Occupancy::kFree));
 
@@ -66,7 +59,7 @@ void answer(ServiceCall& call, const CheckPoses::Request& request, CheckPoses::R
   for (const geometry_msgs::Pose& pose : request.poses) {
     poses.push_back(call.pose(pose, {"poses", poses.size()}));
     const Eigen::Vector3d center_map = poses.back().translation();
-    call.requireCells(cuboid_mapping::boxAround(center_map, around_m));
+    call.requireCells(boxAround(center_map, around_m));
     response.point.push_back(toPoint(center_map));
   }
   response.free.assign(poses.size(), static_cast<std::uint8_t>(false));
@@ -78,7 +71,7 @@ void answer(ServiceCall& call, const CheckPoses::Request& request, CheckPoses::R
     response.free[i] = static_cast<std::uint8_t>(result.isFree());
     response.occupancy[i] = CheckPoses::Response::FREE;
     if (!result.contact) return;
-    const cuboid_mapping::Cell& voxel = result.contact->voxel;
+    const Cell& voxel = result.contact->voxel;
     response.part[i] = static_cast<std::int32_t>(result.contact->part);
     response.point[i] = toPoint(map.grid().centerOf(CellBox::ofCell(voxel)));
     response.occupancy[i] = static_cast<std::uint8_t>(map.voxels().at(voxel));

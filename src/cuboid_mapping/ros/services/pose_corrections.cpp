@@ -18,20 +18,13 @@
 
 namespace cuboid_mapping_ros {
 
-using cuboid_mapping::CorrectionRule;
-using cuboid_mapping::CorrectPoses;
-using cuboid_mapping::CuboidMap;
-using cuboid_mapping::MapCorrection;
-using cuboid_mapping::OutsidePoses;
-using cuboid_mapping::PoseTrack;
-
 std::unique_ptr<KeptHistory> makeHistory(const NodeParameters& parameters, GuardedMap& map) {
   const auto config = map.config();
   const auto look = [](const auto& /*map*/, const auto& /*stamp*/, const auto* /*window*/) {};
   CuboidMap whole(config);
   restoreSnapshot(takeWholeSnapshot(map, "", makeSnapshotLimits(parameters), look), whole);
-  auto history = std::make_unique<KeptHistory>(
-      config, config.resolution_m / cuboid_mapping::kKeptStepsPerVoxel, parameters.keep.limits());
+  auto history = std::make_unique<KeptHistory>(config, config.resolution_m / kKeptStepsPerVoxel,
+                                               parameters.keep.limits());
   history->restart(whole);
   return history;
 }
@@ -94,8 +87,8 @@ CorrectionAnswer PoseCorrections::correct(const nav_msgs::Path& path, const Corr
   const ros::WallTime begin = ros::WallTime::now();
   try {
     const PoseTrack poses = readPath(path);
-    if (ignored_shift_m && map_.history()->whole().findShift_m(
-                               poses, cuboid_mapping::kShiftDistance_m) <= *ignored_shift_m) {
+    if (ignored_shift_m &&
+        map_.history()->whole().findShift_m(poses, kShiftDistance_m) <= *ignored_shift_m) {
       return answer;
     }
     correctMap(poses, rule, progress, answer);

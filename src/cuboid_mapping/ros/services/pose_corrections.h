@@ -50,17 +50,16 @@ class PoseCorrections {
   PoseCorrections& operator=(const PoseCorrections&) = delete;
 
  private:
-  void answer(const cuboid_mapping::CorrectPoses::Request& request,
-              cuboid_mapping::CorrectPoses::Response& response, const CallProgress& progress);
+  void answer(const CorrectPoses::Request& request, CorrectPoses::Response& response,
+              const CallProgress& progress);
   void onPath(const nav_msgs::Path& path);
   /// Checks a path, and corrects unless it moves no cloud by more than a distance. Throws nothing, but logs.
-  CorrectionAnswer correct(const nav_msgs::Path& path, const cuboid_mapping::CorrectionRule& rule,
+  CorrectionAnswer correct(const nav_msgs::Path& path, const CorrectionRule& rule,
                            const CallProgress& progress,
                            std::optional<double> ignored_shift_m = std::nullopt);
-  void correctMap(const cuboid_mapping::PoseTrack& poses,
-                  const cuboid_mapping::CorrectionRule& rule, const CallProgress& progress,
+  void correctMap(const PoseTrack& poses, const CorrectionRule& rule, const CallProgress& progress,
                   CorrectionAnswer& answer);
-  [[nodiscard]] cuboid_mapping::PoseTrack readPath(const nav_msgs::Path& path) const;
+  [[nodiscard]] PoseTrack readPath(const nav_msgs::Path& path) const;
 
   GuardedMap& map_;
   std::string frame_id_;
@@ -68,7 +67,7 @@ class PoseCorrections {
   std::function<void()> done_;
   std::atomic<bool> is_stopping_{false};
   GuardedThread thread_;
-  std::optional<LongCall<cuboid_mapping::CorrectPoses, cuboid_mapping::CorrectPosesAction>> call_;
+  std::optional<LongCall<CorrectPoses, CorrectPosesAction>> call_;
   ros::Subscriber subscriber_;
 };
 
