@@ -249,7 +249,6 @@ add_library(cuboid_mapping_ros
   cuboid_mapping/ros/services/map_files_service.cpp
   cuboid_mapping/ros/services/nearest_answers.cpp
   cuboid_mapping/ros/services/path_answers.cpp
-  cuboid_mapping/ros/services/planner_services.cpp
   cuboid_mapping/ros/services/pose_answers.cpp
   cuboid_mapping/ros/services/pose_corrections.cpp
   cuboid_mapping/ros/services/service_call.cpp

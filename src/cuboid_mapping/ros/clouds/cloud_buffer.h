@@ -157,7 +157,6 @@ class CloudBuffer {
   /// @return false if the cloud is to be dropped.
   [[nodiscard]] bool updateEntry(Entry& entry, double now_s, DropReason& reason);
   void search(Entry& entry, double now_s);
-  static void waitAs(const Entry& blocked, Entry& entry);
   void sayWaiting(const Entry& entry, double now_s);
   void dropOverload();
   [[nodiscard]] std::size_t countReady(std::size_t source) const;

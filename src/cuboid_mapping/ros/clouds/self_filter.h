@@ -3,7 +3,6 @@
 
 #include "cuboid_mapping/geometry/grid.h"
 #include "cuboid_mapping/ros/parameters/parameters.h"
-#include "cuboid_mapping/ros/parameters/robot_parts.h"
 
 #include <ros/node_handle.h>
 

@@ -12,12 +12,8 @@
 namespace cuboid_mapping_ros {
 
 const char* datatypeOf(SourceType type, const std::string& topic) {
-  switch (type) {
-    case SourceType::kPointCloud: return kClouds;
-    case SourceType::kLaserScan: return kScans;
-    case SourceType::kDepthImage: break;
-  }
-  return isCompressed(topic) ? kCompressed : kImages;
+  if (type == SourceType::kDepthImage) return isCompressed(topic) ? kCompressed : kImages;
+  return type == SourceType::kLaserScan ? kScans : kClouds;
 }
 
 std::string adviseOn(const std::string& datatype) {

@@ -2,7 +2,7 @@
 // Message types of sensor topics.
 #pragma once
 
-#include "cuboid_mapping/ros/parameters/source_parameters.h"
+#include "cuboid_mapping/ros/parameters/parameters.h"
 
 #include <map>
 #include <string>

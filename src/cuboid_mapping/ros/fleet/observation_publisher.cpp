@@ -2,6 +2,7 @@
 #include "cuboid_mapping/ros/fleet/observation_publisher.h"
 
 #include "cuboid_mapping/io/scan_update_codec.h"
+#include "cuboid_mapping/ros/conversions/points.h"
 #include "cuboid_mapping/ros/middleware/callbacks.h"
 #include "cuboid_mapping/ros/middleware/names.h"
 #include "cuboid_mapping/ros/middleware/tf_lookup.h"
@@ -78,9 +79,7 @@ ObservationPublisher::Message ObservationPublisher::makeMessage(const ros::Time&
                                                                 const ScanUpdate& update) const {
   const auto message = boost::make_shared<Observation>(last_);
   message->header.stamp = stamp;
-  message->origin.x = origin_map.x();
-  message->origin.y = origin_map.y();
-  message->origin.z = origin_map.z();
+  message->origin = toPoint(origin_map);
   message->hit = model.hit;
   message->miss = model.miss;
   message->min = model.alpha_min;

@@ -82,14 +82,17 @@ CellBox boundsOf(const MapSnapshot& snapshot) {
   return bounds;
 }
 
+/// @param prepare  (CuboidMap&): prepares the old map for the exchange, or throws.
+template <typename PrepareT>
 void putInPlace(GuardedMap& map, const MapConfig& config, const MapSnapshot& snapshot,
-                const CallProgress& progress, StorageAnswer& answer) {
+                const CallProgress& progress, StorageAnswer& answer, const PrepareT& prepare) {
   (void)progress.stage("building");
   CuboidMap fresh(config);  // Built while the old map is in use, and freed after it.
   restoreSnapshot(snapshot, fresh);
   answer.num_cuboids = countCuboids(fresh).total();
   (void)progress.stage("exchanging");
   map.replaceAll([&](CuboidMap& content) {
+    prepare(content);
     followSensorModel(content, fresh);
     return content.exchange(fresh);
   });
@@ -185,7 +188,7 @@ StorageAnswer loadMap(GuardedMap& map, const std::string& file, const SnapshotLi
       (void)progress.stage("merging");
       mergeInto(map, read.snapshot, *placement.rule, answer);
     } else {
-      putInPlace(map, config, read.snapshot, progress, answer);
+      putInPlace(map, config, read.snapshot, progress, answer, [](CuboidMap& /*content*/) {});
     }
   });
 }
@@ -204,18 +207,11 @@ StorageAnswer moveWholeMap(GuardedMap& map, const VoxelMotion& motion, const Sna
     Eigen::Isometry3d T_new_old = motion.transform();
     T_new_old.translation() *= config.resolution_m;
     moveMap(T_new_old, snapshot, config.threads, progress.stage("moving"));
-    (void)progress.stage("building");
-    CuboidMap fresh(config);
-    restoreSnapshot(snapshot, fresh);
-    answer.num_cuboids = countCuboids(fresh).total();
-    (void)progress.stage("exchanging");
-    map.replaceAll([&](CuboidMap& content) {
+    putInPlace(map, config, snapshot, progress, answer, [&](CuboidMap& content) {
       if (content.revision() != answer.revision || content.lockedBoxes() != locked) {
         throw std::runtime_error("the map was changed meanwhile, by another call: call again");
       }
-      followSensorModel(content, fresh);
       content.setLocked(snapshot.locked);
-      return content.exchange(fresh);
     });
   });
 }

@@ -92,13 +92,8 @@ std::optional<geometry_msgs::TransformStamped> parseTransform(const std::string&
   geometry_msgs::TransformStamped transform;
   transform.header.frame_id = words[0];
   transform.child_frame_id = words[1];
-  transform.transform.translation.x = numbers[0];
-  transform.transform.translation.y = numbers[1];
-  transform.transform.translation.z = numbers[2];
-  transform.transform.rotation.x = rotation.x();
-  transform.transform.rotation.y = rotation.y();
-  transform.transform.rotation.z = rotation.z();
-  transform.transform.rotation.w = rotation.w();
+  tf2::toMsg(Eigen::Vector3d(numbers[0], numbers[1], numbers[2]), transform.transform.translation);
+  transform.transform.rotation = tf2::toMsg(rotation);
   return tidyTransform(transform);
 }
 

@@ -28,22 +28,13 @@ bool hasOccupiedNeighbour(const VoxelStore& voxels, const Cell& cell) {
   return found;
 }
 
-geometry_msgs::Point centerOf(const OctreeLeaf& leaf, double resolution_m) {
-  const double half = 0.5 * leaf.edge();
-  geometry_msgs::Point center;
-  center.x = (leaf.min.x + half) * resolution_m;
-  center.y = (leaf.min.y + half) * resolution_m;
-  center.z = (leaf.min.z + half) * resolution_m;
-  return center;
+Eigen::Vector3d centerOf(const OctreeLeaf& leaf, double resolution_m) {
+  const Eigen::Vector3d min(leaf.min.x, leaf.min.y, leaf.min.z);
+  return (min.array() + 0.5 * leaf.edge()) * resolution_m;
 }
 
 std_msgs::ColorRGBA toColor(const std::array<double, 4>& rgba) {
-  std_msgs::ColorRGBA color;
-  color.r = static_cast<float>(rgba[0]);
-  color.g = static_cast<float>(rgba[1]);
-  color.b = static_cast<float>(rgba[2]);
-  color.a = static_cast<float>(rgba[3]);
-  return color;
+  return makeColor(rgba[0], rgba[1], rgba[2], rgba[3]);
 }
 
 /// Centre of an octree that can hold the map: a multiple of 1024 voxels, so that leaves up to that size have
@@ -120,17 +111,10 @@ class HeightColors {
 
 std::vector<visualization_msgs::Marker> makeEmptyMarkers(double resolution_m,
                                                          const std_msgs::Header& header) {
-  std::vector<visualization_msgs::Marker> markers(kNumDepths);
+  std::vector<visualization_msgs::Marker> markers;
   for (int depth = 0; depth < kNumDepths; ++depth) {
-    visualization_msgs::Marker& marker = markers[static_cast<std::size_t>(depth)];
-    marker.header = header;
-    marker.ns = "map";
-    marker.id = depth;
-    marker.type = visualization_msgs::Marker::CUBE_LIST;
-    marker.pose.orientation.w = 1.0;
-    marker.frame_locked = static_cast<std::uint8_t>(true);  // As in MarkerCache.
     const double edge_m = resolution_m * (1 << (kOctreeDepth - depth));
-    marker.scale.x = marker.scale.y = marker.scale.z = edge_m;
+    markers.push_back(makeCubeList(header, "map", depth, Eigen::Vector3d::Constant(edge_m)));
   }
   return markers;
 }
@@ -202,9 +186,9 @@ visualization_msgs::MarkerArray toCellMarkers(const MapSnapshot& map, ShownCells
                                               double& num_left_out) {
   const ShownLeaves shown = computeShownLeaves(map, cells, parameters, OctreeKind::kBinary);
   num_left_out = shown.num_left_out;
-  const Eigen::Vector3d anchor =
-      shown.leaves.empty() ? Eigen::Vector3d::Zero().eval()
-                           : farAnchor(toVector(centerOf(shown.leaves.front(), map.resolution_m)));
+  const Eigen::Vector3d anchor = shown.leaves.empty()
+                                     ? Eigen::Vector3d::Zero().eval()
+                                     : farAnchor(centerOf(shown.leaves.front(), map.resolution_m));
   visualization_msgs::MarkerArray array;
   array.markers = makeEmptyMarkers(map.resolution_m, header);
   const bool is_occupied = cells == ShownCells::kOccupied;
@@ -212,9 +196,9 @@ visualization_msgs::MarkerArray toCellMarkers(const MapSnapshot& map, ShownCells
   const HeightColors heights(map, parameters.color_factor);
   for (const OctreeLeaf& leaf : shown.leaves) {
     visualization_msgs::Marker& marker = array.markers[static_cast<std::size_t>(leaf.depth)];
-    const geometry_msgs::Point center = centerOf(leaf, map.resolution_m);
-    marker.points.push_back(toPoint(toVector(center) - anchor));
-    if (is_by_height) marker.colors.push_back(heights.at(center.z));
+    const Eigen::Vector3d center = centerOf(leaf, map.resolution_m);
+    marker.points.push_back(toPoint(center - anchor));
+    if (is_by_height) marker.colors.push_back(heights.at(center.z()));
   }
   for (visualization_msgs::Marker& marker : array.markers) {
     marker.pose.position = toPoint(anchor);
@@ -229,7 +213,7 @@ sensor_msgs::PointCloud2 toCenters(const std::vector<OctreeLeaf>& leaves, double
                                    const std_msgs::Header& header) {
   std::vector<Eigen::Vector3d> centers;
   centers.reserve(leaves.size());
-  for (const OctreeLeaf& leaf : leaves) centers.push_back(toVector(centerOf(leaf, resolution_m)));
+  for (const OctreeLeaf& leaf : leaves) centers.push_back(centerOf(leaf, resolution_m));
   return toCloud(centers, header);
 }
 

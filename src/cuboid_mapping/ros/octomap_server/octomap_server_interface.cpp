@@ -129,8 +129,7 @@ void OctomapServerInterface::advertise(const ros::NodeHandle& nh, const char* na
     return make();
   };
   const auto topic = std::make_shared<LatchedTopic<MessageT>>(
-      nh, typename LatchedTopic<MessageT>::Options{name, 1, is_latched_},
-      [this, build](const ros::SingleSubscriberPublisher& listener) {
+      nh, name, 1, is_latched_, [this, build](const ros::SingleSubscriberPublisher& listener) {
         views_ = {};
         if (is_latched_ && hasContent()) listener.publish(build());
         views_ = {};

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "cuboid_mapping/ros/middleware/tf_lookup.h"
 #include "cuboid_mapping/ros/parameters/parameter_table.h"
-#include "cuboid_mapping/ros/parameters/robot_parts.h"
+#include "cuboid_mapping/ros/parameters/parameters.h"
 
 #include <optional>
 #include <string>

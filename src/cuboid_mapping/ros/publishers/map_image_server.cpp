@@ -28,10 +28,9 @@ MapImageServer::MapImageServer(const ros::NodeHandle& nh, const ros::NodeHandle&
       note_(std::move(note)),
       thread_(guard, "images of the map") {
   const ros::NodeHandle topic_nh = withQueue(nh, thread_.queue());
-  topic_.emplace(topic_nh, LatchedTopic<Message>::Options{kCuboidMapTopic, kQueueSize},
-                 [this](const auto& listener) {
-                   listener.publish(current(options_.topic_detail).parts.front());
-                 });
+  topic_.emplace(topic_nh, kCuboidMapTopic, kQueueSize, true, [this](const auto& listener) {
+    listener.publish(current(options_.topic_detail).parts.front());
+  });
   server_ = offerService<GetMap>(
       withQueue(private_nh, thread_.queue()), kGetMapService,
       [this, &guard](const auto& request, auto& response) {

@@ -228,20 +228,11 @@ void MarkerCache::replaceList(int size_id, const Cell& chunk, std::vector<Cube> 
 
 Marker MarkerCache::makeMarker(int size_id, const std_msgs::Header& header) const {
   const CubesByChunk& chunks = cubes_[static_cast<std::size_t>(size_id)];
-  Marker marker;
-  marker.header = header;
-  marker.ns = style_.marker_namespace;
-  marker.id = size_id;
-  marker.action = chunks.empty() ? Marker::DELETE : Marker::ADD;
-  marker.type = Marker::CUBE_LIST;
-  marker.pose.orientation.w = 1.0;
-  marker.pose.position = toPoint(anchor_map_);
-  // Otherwise rviz loses it in another fixed frame when tf has forgotten the stamp.
-  marker.frame_locked = static_cast<std::uint8_t>(true);
   const Cell size = toSize(size_id);
-  marker.scale.x = size.x * grid_.resolution();
-  marker.scale.y = size.y * grid_.resolution();
-  marker.scale.z = size.z * grid_.resolution();
+  const Eigen::Vector3d size_m = grid_.resolution() * Eigen::Vector3d(size.x, size.y, size.z);
+  Marker marker = makeCubeList(header, style_.marker_namespace, size_id, size_m);
+  marker.action = chunks.empty() ? Marker::DELETE : Marker::ADD;
+  marker.pose.position = toPoint(anchor_map_);
   marker.color = freeColor();
 
   std::size_t num_cubes = 0;

@@ -19,13 +19,10 @@
 #include <cuboid_mapping/QueryBox.h>
 #include <cuboid_mapping/SetBox.h>
 
-#include <ros/node_handle.h>
-#include <ros/service_server.h>
 #include <std_srvs/Trigger.h>
 
 #include <new>
 #include <string>
-#include <vector>
 
 namespace cuboid_mapping_ros {
 
@@ -92,10 +89,5 @@ template <typename ServiceT>
     return refuse("the node has not enough memory for the answer: ask for less at once");
   }
 }
-
-/// Offers all services that read the map. They are answered from the queue of the node handle.
-/// @param map  Must outlive the servers.
-[[nodiscard]] std::vector<ros::ServiceServer> advertisePlannerServices(const ros::NodeHandle& nh,
-                                                                       const MapInFrame& map);
 
 }  // namespace cuboid_mapping_ros

@@ -48,7 +48,14 @@ MapFilesService::MapFilesService(const ros::NodeHandle& private_nh,
       is_autosave_own_(parameters.is_autosave_read),
       saved_(stateOf(map)),
       thread_(guard, "files") {
-  advertise(private_nh);
+  save_call_.emplace(private_nh, kSaveMapService, thread_.queue(),
+                     [this](const auto& request, auto& response, const CallProgress& progress) {
+                       onSave(request, response, progress);
+                     });
+  load_call_.emplace(private_nh, kLoadMapService, thread_.queue(),
+                     [this](const auto& request, auto& response, const CallProgress& progress) {
+                       onLoad(request, response, progress);
+                     });
   if (!autosave_file_.empty()) announceAutosave();
   if (!autosave_file_.empty() || parameters.window.keeps()) {
     autosave_timer_ = startTimer(withQueue(private_nh, thread_.queue()),
@@ -62,17 +69,6 @@ MapFilesService::~MapFilesService() {
   load_call_.reset();
   thread_.stop();
   guard_.run("autosave at the end", [this] { autosave(); });
-}
-
-void MapFilesService::advertise(const ros::NodeHandle& nh) {
-  save_call_.emplace(nh, kSaveMapService, thread_.queue(),
-                     [this](const auto& request, auto& response, const CallProgress& progress) {
-                       onSave(request, response, progress);
-                     });
-  load_call_.emplace(nh, kLoadMapService, thread_.queue(),
-                     [this](const auto& request, auto& response, const CallProgress& progress) {
-                       onLoad(request, response, progress);
-                     });
 }
 
 void MapFilesService::onSave(const SaveMap::Request& request, SaveMap::Response& response,

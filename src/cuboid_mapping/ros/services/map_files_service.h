@@ -41,7 +41,6 @@ class MapFilesService {
   [[nodiscard]] std::string autosaveError() const;
 
  private:
-  void advertise(const ros::NodeHandle& nh);
   void onSave(const SaveMap::Request& request, SaveMap::Response& response,
               const CallProgress& progress);
   void onLoad(const LoadMap::Request& request, LoadMap::Response& response,
