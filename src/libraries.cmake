@@ -186,7 +186,6 @@ add_library(cuboid_mapping_ros
   cuboid_mapping/ros/clouds/cloud_buffer.cpp
   cuboid_mapping/ros/clouds/cloud_pipeline.cpp
   cuboid_mapping/ros/clouds/cloud_poses.cpp
-  cuboid_mapping/ros/clouds/depth_pairs.cpp
   cuboid_mapping/ros/clouds/moving_filter.cpp
   cuboid_mapping/ros/clouds/node_sources.cpp
   ${robot_description}
@@ -205,7 +204,6 @@ add_library(cuboid_mapping_ros
   cuboid_mapping/ros/conversions/sweep.cpp
   cuboid_mapping/ros/diagnostics/cloud_ledger.cpp
   cuboid_mapping/ros/diagnostics/diagnostics.cpp
-  cuboid_mapping/ros/diagnostics/node_statistics.cpp
   cuboid_mapping/ros/diagnostics/speed_advice.cpp
   cuboid_mapping/ros/fleet/observation_publisher.cpp
   cuboid_mapping/ros/fleet/robot_merger.cpp
@@ -225,20 +223,15 @@ add_library(cuboid_mapping_ros
   cuboid_mapping/ros/octomap_server/octomap_server_interface.cpp
   cuboid_mapping/ros/octomap_server/projected_map.cpp
   cuboid_mapping/ros/octomap_server/robot_grid.cpp
-  cuboid_mapping/ros/parameters/fleet_parameters.cpp
-  cuboid_mapping/ros/parameters/keep_parameters.cpp
-  cuboid_mapping/ros/parameters/nearest_key.cpp
   cuboid_mapping/ros/parameters/octomap_server_parameters.cpp
+  cuboid_mapping/ros/parameters/optional_parameters.cpp
   cuboid_mapping/ros/parameters/parameter_kinds.cpp
   cuboid_mapping/ros/parameters/parameter_table.cpp
   cuboid_mapping/ros/parameters/parameter_texts.cpp
   cuboid_mapping/ros/parameters/parameters.cpp
   cuboid_mapping/ros/parameters/reconfigure.cpp
-  cuboid_mapping/ros/parameters/reconfigure_server.cpp
   cuboid_mapping/ros/parameters/self_filter_parameters.cpp
   cuboid_mapping/ros/parameters/source_parameters.cpp
-  cuboid_mapping/ros/parameters/window_parameters.cpp
-  cuboid_mapping/ros/publishers/map_image_server.cpp
   cuboid_mapping/ros/publishers/map_publisher.cpp
   cuboid_mapping/ros/publishers/marker_cache.cpp
   cuboid_mapping/ros/publishers/marker_colors.cpp
@@ -247,9 +240,7 @@ add_library(cuboid_mapping_ros
   cuboid_mapping/ros/services/distance_answers.cpp
   cuboid_mapping/ros/services/edit_answers.cpp
   cuboid_mapping/ros/services/map_files_service.cpp
-  cuboid_mapping/ros/services/nearest_answers.cpp
   cuboid_mapping/ros/services/path_answers.cpp
-  cuboid_mapping/ros/services/pose_answers.cpp
   cuboid_mapping/ros/services/pose_corrections.cpp
   cuboid_mapping/ros/services/service_call.cpp
   cuboid_mapping/ros/services/way_answers.cpp)

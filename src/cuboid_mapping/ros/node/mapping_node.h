@@ -20,7 +20,7 @@
 #include "cuboid_mapping/ros/octomap_server/octomap_server_interface.h"
 #include "cuboid_mapping/ros/octomap_server/robot_grid.h"
 #include "cuboid_mapping/ros/parameters/parameters.h"
-#include "cuboid_mapping/ros/parameters/reconfigure_server.h"
+#include "cuboid_mapping/ros/parameters/reconfigure.h"
 #include "cuboid_mapping/ros/publishers/map_publisher.h"
 #include "cuboid_mapping/ros/publishers/marker_publisher.h"
 #include "cuboid_mapping/ros/services/long_call.h"
