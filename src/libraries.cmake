@@ -191,7 +191,6 @@ add_library(cuboid_mapping_ros
   ${robot_description}
   cuboid_mapping/ros/clouds/self_filter.cpp
   cuboid_mapping/ros/clouds/source_subscriber.cpp
-  cuboid_mapping/ros/clouds/topic_types.cpp
   cuboid_mapping/ros/conversions/cloud_checks.cpp
   cuboid_mapping/ros/conversions/cloud_conversions.cpp
   cuboid_mapping/ros/conversions/cloud_error.cpp
@@ -204,7 +203,6 @@ add_library(cuboid_mapping_ros
   cuboid_mapping/ros/conversions/sweep.cpp
   cuboid_mapping/ros/diagnostics/cloud_ledger.cpp
   cuboid_mapping/ros/diagnostics/diagnostics.cpp
-  cuboid_mapping/ros/diagnostics/speed_advice.cpp
   cuboid_mapping/ros/fleet/observation_publisher.cpp
   cuboid_mapping/ros/fleet/robot_merger.cpp
   cuboid_mapping/ros/map/earlier_saves.cpp
@@ -230,7 +228,6 @@ add_library(cuboid_mapping_ros
   cuboid_mapping/ros/parameters/parameter_texts.cpp
   cuboid_mapping/ros/parameters/parameters.cpp
   cuboid_mapping/ros/parameters/reconfigure.cpp
-  cuboid_mapping/ros/parameters/self_filter_parameters.cpp
   cuboid_mapping/ros/parameters/source_parameters.cpp
   cuboid_mapping/ros/publishers/map_publisher.cpp
   cuboid_mapping/ros/publishers/marker_cache.cpp

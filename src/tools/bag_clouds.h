@@ -9,7 +9,7 @@
 #include "cuboid_mapping/io/map_files.h"
 #include "cuboid_mapping/map/progress_listener.h"
 #include "cuboid_mapping/ros/clouds/cloud_pipeline.h"
-#include "cuboid_mapping/ros/diagnostics/speed_advice.h"
+#include "cuboid_mapping/ros/diagnostics/cloud_ledger.h"
 #include "scan_messages.h"
 
 #include <array>

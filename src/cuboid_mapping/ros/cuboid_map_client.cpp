@@ -15,10 +15,8 @@
 #include <deque>
 #include <mutex>
 #include <optional>
-#include <utility>
 
 namespace cuboid_mapping_ros {
-
 namespace {
 
 /// Queue of updates while the parts of a map are fetched.

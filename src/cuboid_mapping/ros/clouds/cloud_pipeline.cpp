@@ -4,7 +4,6 @@
 #include "cuboid_mapping/history/cloud_replay.h"
 #include "cuboid_mapping/history/kept_clouds.h"
 #include "cuboid_mapping/ros/clouds/self_filter.h"
-#include "cuboid_mapping/ros/conversions/sensor_conversions.h"
 
 #include <algorithm>
 #include <iterator>

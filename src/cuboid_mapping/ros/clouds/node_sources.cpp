@@ -2,7 +2,7 @@
 #include "cuboid_mapping/ros/clouds/node_sources.h"
 
 #include "cuboid_mapping/io/text.h"
-#include "cuboid_mapping/ros/clouds/topic_types.h"
+#include "cuboid_mapping/ros/clouds/source_subscriber.h"
 
 #include <ros/console.h>
 #include <ros/time.h>
@@ -11,7 +11,6 @@
 #include <chrono>
 #include <iterator>
 #include <map>
-#include <optional>
 
 namespace cuboid_mapping_ros {
 

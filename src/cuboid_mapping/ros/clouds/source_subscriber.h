@@ -10,6 +10,7 @@
 #include <cstddef>
 #include <deque>
 #include <functional>
+#include <map>
 #include <memory>
 #include <string>
 #include <vector>
@@ -89,5 +90,25 @@ class SourceSubscriber {
   std::unique_ptr<DepthPairs> pairs_;
   std::vector<ros::Subscriber> subscribers_;  ///< The first one subscribes to the topic.
 };
+
+constexpr char kClouds[] = "sensor_msgs/PointCloud2";
+constexpr char kScans[] = "sensor_msgs/LaserScan";
+constexpr char kImages[] = "sensor_msgs/Image";
+constexpr char kCompressed[] = "sensor_msgs/CompressedImage";
+
+/// Message type that a source expects on a topic, such as "sensor_msgs/LaserScan".
+[[nodiscard]] const char* datatypeOf(SourceType type, const std::string& topic);
+
+/// Advice for sensor messages that cannot be mapped directly; empty for all other types.
+[[nodiscard]] std::string adviseOn(const std::string& datatype);
+
+/// Error and cure if a topic has another type than its source; else empty.
+[[nodiscard]] std::string describeWrongType(const SourceParameters& source,
+                                            const std::string& topic, const std::string& datatype);
+
+/// Message types of all topics that are published, by name; empty if the master does not answer.
+///
+/// Asks the master once, without waiting for it.
+[[nodiscard]] std::map<std::string, std::string> publishedTypes();
 
 }  // namespace cuboid_mapping_ros

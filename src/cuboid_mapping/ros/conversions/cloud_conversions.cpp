@@ -7,7 +7,6 @@
 
 #include <algorithm>
 #include <array>
-#include <cstdint>
 
 // sensor_msgs::PointCloud2ConstIterator and pcl::fromROSMsg are not used: they trust the numbers of
 // the message, and know neither the other byte order nor FLOAT64 (nor the iterator row_step).

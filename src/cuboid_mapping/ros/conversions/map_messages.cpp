@@ -2,10 +2,8 @@
 #include "cuboid_mapping/ros/conversions/map_messages.h"
 
 #include "cuboid_mapping/CuboidBricks.h"
-#include "cuboid_mapping/CuboidMapUpdate.h"
 #include "cuboid_mapping/io/packed_bricks.h"
 
-#include <string>
 #include <utility>
 #include <vector>
 

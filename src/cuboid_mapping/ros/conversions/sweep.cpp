@@ -1,13 +1,11 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "cuboid_mapping/ros/conversions/sweep.h"
 
-#include "cuboid_mapping/ros/conversions/cloud_conversions.h"
 #include "cuboid_mapping/ros/conversions/point_bytes.h"
 
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <cstdint>
 #include <limits>
 
 namespace cuboid_mapping_ros {

@@ -9,7 +9,6 @@
 #include <array>
 #include <cmath>
 #include <sstream>
-#include <string>
 #include <utility>
 
 namespace cuboid_mapping_ros {

@@ -4,7 +4,6 @@
 #include "cuboid_mapping/history/map_history.h"
 #include "cuboid_mapping/map/cuboid_map.h"
 #include "cuboid_mapping/ros/diagnostics/node_statistics.h"
-#include "cuboid_mapping/ros/diagnostics/speed_advice.h"
 #include "cuboid_mapping/ros/middleware/core_names.h"
 #include "cuboid_mapping/window/map_window.h"
 

@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <limits>
-#include <vector>
 #include "cuboid_mapping/map/locked_boxes.h"
 
 namespace cuboid_mapping_ros {

@@ -2,7 +2,6 @@
 #include "cuboid_mapping/ros/map/guarded_map.h"
 
 #include <new>
-#include <utility>
 
 namespace cuboid_mapping_ros {
 namespace {

@@ -16,7 +16,6 @@
 #include <sstream>
 #include <stdexcept>
 #include <utility>
-#include <vector>
 
 namespace cuboid_mapping_ros {
 namespace {
@@ -124,7 +123,7 @@ MapSnapshot takeWholeSnapshot(GuardedMap& map, const std::string& frame_id,
   std::uint64_t num_replaced = 0;
   map.readWithWindow(
       [&](const CuboidMap& content, const ros::Time& stamp, const MapWindow* window) {
-        look(content, stamp, window);
+        if (look) look(content, stamp, window);
         snapshot = takeSnapshot(content, frame_id);
         if (window != nullptr) pages = window->storedPages();
         num_replaced = map.numReplaced();

@@ -66,7 +66,8 @@ using SnapshotLook =
 /// @throws MapFileError  as MapWindow::addStored(). @throws std::runtime_error  when the whole map is replaced meanwhile.
 /// @throws Cancelled
 [[nodiscard]] MapSnapshot takeWholeSnapshot(GuardedMap& map, const std::string& frame_id,
-                                            const SnapshotLimits& limits, const SnapshotLook& look,
+                                            const SnapshotLimits& limits,
+                                            const SnapshotLook& look = {},
                                             const CallProgress& progress = {});
 
 /// Limits for reading a file: parameter file_memory.

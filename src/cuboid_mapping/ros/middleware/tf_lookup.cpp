@@ -7,8 +7,6 @@
 #include <tf2_eigen/tf2_eigen.h>
 #include <boost/lexical_cast/try_lexical_convert.hpp>
 
-#include <Eigen/Geometry>
-
 #include <algorithm>
 #include <cmath>
 #include <exception>

@@ -7,14 +7,11 @@
 #include "cuboid_mapping/ros/middleware/callbacks.h"
 #include "cuboid_mapping/ros/middleware/names.h"
 #include "cuboid_mapping/ros/middleware/tf_lookup.h"
-#include "cuboid_mapping/ros/parameters/parameters.h"
 #include "cuboid_mapping/ros/services/service_call.h"
 
 #include <octomap_msgs/BoundingBoxQuery.h>
 #include <octomap_msgs/GetOctomap.h>
 #include <ros/console.h>
-
-#include <vector>
 
 namespace cuboid_mapping_ros {
 namespace {

@@ -62,6 +62,17 @@ std::int32_t toLayer(double z_cells) {
 
 }  // namespace
 
+void layOut(const CellBox& extent, double resolution_m, nav_msgs::OccupancyGrid& grid) {
+  grid.info.resolution = static_cast<float>(resolution_m);
+  grid.info.origin.orientation.w = 1.0;
+  if (extent.isEmpty()) return;
+  grid.info.width = static_cast<std::uint32_t>(extent.size().x);
+  grid.info.height = static_cast<std::uint32_t>(extent.size().y);
+  grid.info.origin.position.x = extent.min.x * resolution_m;
+  grid.info.origin.position.y = extent.min.y * resolution_m;
+  grid.data.assign(std::size_t{grid.info.width} * grid.info.height, kUnknownCell);
+}
+
 void ProjectedMap::noteChanges(const ChangeSet& changes) {
   if (changes.is_everything) release();
   if (is_everything_dirty_) return;
@@ -163,21 +174,13 @@ nav_msgs::OccupancyGrid ProjectedMap::makeGrid(const std_msgs::Header& header, d
   nav_msgs::OccupancyGrid grid;
   grid.header = header;
   grid.info.map_load_time = header.stamp;
-  grid.info.resolution = static_cast<float>(resolution_m);
-  grid.info.origin.orientation.w = 1.0;
   const CellBox extent = findExtent(resolution_m, far);
-  if (extent.isEmpty()) return grid;
   if (isTooLarge(extent)) {
     throw std::length_error(
         "min_x_size and min_y_size alone make projected_map larger than projected_map_memory: "
         "lower them, or raise projected_map_memory");
   }
-  const Cell size = extent.size();
-  grid.info.width = static_cast<std::uint32_t>(size.x);
-  grid.info.height = static_cast<std::uint32_t>(size.y);
-  grid.info.origin.position.x = extent.min.x * resolution_m;
-  grid.info.origin.position.y = extent.min.y * resolution_m;
-  grid.data.assign(std::size_t{grid.info.width} * grid.info.height, kUnknownCell);
+  layOut(extent, resolution_m, grid);
   for (const auto& [tile, values] : tiles_) {
     for (std::int32_t i = 0; i < kTileEdge * kTileEdge; ++i) {
       const std::int8_t value = values[static_cast<std::size_t>(i)];

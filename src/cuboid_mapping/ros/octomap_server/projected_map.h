@@ -24,6 +24,9 @@ constexpr std::int8_t kFreeCell = 0;
 constexpr std::int8_t kOccupiedCell = 100;
 ///@}
 
+/// Sets place and size of a grid, and makes its cells unknown; empty for an empty extent.
+void layOut(const CellBox& extent, double resolution_m, nav_msgs::OccupancyGrid& grid);
+
 /// Part of the map that a grid leaves out.
 struct FarTiles {
   std::size_t count = 0;  ///< Tiles of 8 x 8 cells.

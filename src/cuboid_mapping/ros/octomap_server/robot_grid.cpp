@@ -40,17 +40,9 @@ std::optional<CellBox> findBand(const CuboidMap& map, const RobotGridParameters&
 nav_msgs::OccupancyGrid makeRobotGrid(const CuboidMap& map, const RobotGridParameters& parameters,
                                       const Eigen::Vector3d& robot_map) {
   nav_msgs::OccupancyGrid grid;
-  grid.info.resolution = static_cast<float>(map.grid().resolution());
-  grid.info.origin.orientation.w = 1.0;
   const auto band = findBand(map, parameters, robot_map);
+  layOut(band.value_or(CellBox()), map.grid().resolution(), grid);
   if (!band) return grid;
-  const Cell size = band->size();
-  const Eigen::Vector3d corner_m = map.grid().toMetricBox(*band).min_m;
-  grid.info.origin.position.x = corner_m.x();
-  grid.info.origin.position.y = corner_m.y();
-  grid.info.width = static_cast<std::uint32_t>(size.x);
-  grid.info.height = static_cast<std::uint32_t>(size.y);
-  grid.data.assign(std::size_t{grid.info.width} * grid.info.height, kUnknownCell);
   map.voxels().forEachIn(*band, [&](const VoxelBrick& brick) {
     const BrickMask seen = BrickMask::ofBox(intersect(*band, brickBox(brick.brick)));
     (brick.voxels.known() & seen).forEach([&](int voxel) {

@@ -8,7 +8,6 @@
 #include <boost/algorithm/string.hpp>
 
 #include <algorithm>
-#include <cstddef>
 #include <numeric>
 #include <set>
 #include <sstream>

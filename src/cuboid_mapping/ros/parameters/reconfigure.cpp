@@ -10,10 +10,8 @@
 #include <ros/console.h>
 #include <ros/master.h>
 #include <ros/this_node.h>
-#include <xmlrpcpp/XmlRpcValue.h>
 
 #include <algorithm>
-#include <string>
 #include <utility>
 #include <vector>
 

@@ -5,7 +5,6 @@
 #include "cuboid_mapping/ros/middleware/callbacks.h"
 #include "cuboid_mapping/ros/middleware/names.h"
 #include "cuboid_mapping/ros/middleware/tf_lookup.h"
-#include "cuboid_mapping/ros/parameters/parameters.h"
 #include "cuboid_mapping/sharing/map_follower.h"
 
 #include <algorithm>

@@ -4,7 +4,6 @@
 #include "cuboid_mapping/boxes/joined_cuboids.h"
 #include "cuboid_mapping/query/value_query.h"
 #include "cuboid_mapping/ros/conversions/points.h"
-#include "cuboid_mapping/ros/publishers/marker_colors.h"
 
 #include <algorithm>
 #include <cstddef>

@@ -12,8 +12,6 @@
 
 #include <exception>
 #include <stdexcept>
-#include <utility>
-#include <vector>
 
 namespace cuboid_mapping_ros {
 namespace {

@@ -4,7 +4,6 @@
 #include "cuboid_mapping/io/text.h"
 #include "cuboid_mapping/query/value_query.h"
 #include "cuboid_mapping/ros/middleware/tf_lookup.h"
-#include "cuboid_mapping/ros/parameters/parameters.h"
 
 #include <tf2_eigen/tf2_eigen.h>
 
