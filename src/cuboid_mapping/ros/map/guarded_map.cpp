@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "cuboid_mapping/ros/map/guarded_map.h"
 
+#include <tuple>
+
 #include <new>
 
 namespace cuboid_mapping_ros {
@@ -60,7 +62,7 @@ void GuardedMap::exchange(MapCorrection& correction) {
 std::unique_lock<std::mutex> GuardedMap::beginEdit() {
   std::unique_lock<std::mutex> turn(edit_turn_);
   const ChangeLock lock(*this);
-  undo_.begin();
+  undo_.begin(history_ ? history_->numAdded() : 0);
   return turn;
 }
 
@@ -69,15 +71,17 @@ std::optional<std::size_t> GuardedMap::undoEdit() {
   const PageHold stay = hold();
   const auto look = [this] {
     const ReadLock lock(mutex_);
-    return std::pair(undo_.size(), undo_.nextBox());
+    return std::tuple(undo_.size(), undo_.nextBox(), undo_.lastEdit());
   };
-  const std::size_t num_edits = look().first;
+  auto [num_edits, box, edit] = look();
   if (num_edits == 0) return std::nullopt;
   std::size_t num_left = num_edits;
   while (num_left == num_edits) {
-    editIn(look().second, [this](CuboidMap& map) { return undo_.undoPart(map); });
-    num_left = look().first;
+    editIn(box, [this](CuboidMap& map) { return undo_.undoPart(map); });
+    std::tie(num_left, box, std::ignore) = look();
   }
+  const auto changing = waitToChange();
+  if (history_) history_->dropEdits(edit.first, 2 * edit.second);
   return num_left;
 }
 

@@ -44,6 +44,10 @@ void KeptHistory::addEdit(const CellBox& box, const CuboidMap& map, const CellBo
   guard([&] { history_.addEdit(box, map, whole); });
 }
 
+void KeptHistory::dropEdits(std::uint64_t num_before, std::uint64_t count) noexcept {
+  guard([&] { history_.dropEdits(num_before, count); });
+}
+
 std::string KeptHistory::error() const {
   if (!is_lost_) return {};
   const std::lock_guard<std::mutex> lock(error_mutex_);

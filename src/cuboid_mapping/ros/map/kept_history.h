@@ -5,6 +5,7 @@
 #include "cuboid_mapping/ros/middleware/core_names.h"
 
 #include <atomic>
+#include <cstdint>
 #include <mutex>
 #include <string>
 
@@ -29,8 +30,10 @@ class KeptHistory {
   void restart(const CuboidMap& map) noexcept;
   void add(const KeptObservation& observation) noexcept;
   void addEdit(const CellBox& box, const CuboidMap& map, const CellBox& whole = {}) noexcept;
+  void dropEdits(std::uint64_t num_before, std::uint64_t count) noexcept;
   ///@}
 
+  [[nodiscard]] std::uint64_t numAdded() const { return history_.numAdded(); }
   /// Reason why it is lost; empty: it is whole.
   [[nodiscard]] std::string error() const;
 
