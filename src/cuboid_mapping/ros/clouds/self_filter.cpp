@@ -54,33 +54,6 @@ void checkVolume(const RobotParts& parts, const NodeParameters& parameters) {
   throw std::runtime_error(text.str());
 }
 
-}  // namespace
-
-FindText findTextFrom(const ros::NodeHandle& private_nh) {
-  return [private_nh](const std::string& name) -> std::optional<std::string> {
-    std::string key;
-    std::string text;
-    if (!private_nh.searchParam(name, key) || !private_nh.getParam(key, text)) return std::nullopt;
-    return text;
-  };
-}
-
-void loadRobotParts(NodeParameters& parameters, const FindText& find_text) {
-  SelfFilterParameters& filter = parameters.self_filter;
-  RobotParts parts = filter.boxes;
-  const std::string urdf = readDescription(filter, find_text);
-  if (!urdf.empty()) {
-    const auto ignored = wordsOf(filter.ignored_links);
-    const RobotParts shapes =
-        readRobotDescription(urdf, filter.padding_m, {ignored.begin(), ignored.end()});
-    parts.insert(parts.end(), shapes.begin(), shapes.end());
-  }
-  checkVolume(parts, parameters);
-  filter.parts = std::move(parts);
-}
-
-namespace {
-
 using Points = std::vector<Eigen::Vector3f>;
 
 bool isIn(const Solid& solid, const Eigen::Vector3d& point) {
@@ -136,6 +109,29 @@ void addVoxels(const Solid& solid, const Eigen::Isometry3d& T_map_part, const Gr
 }
 
 }  // namespace
+
+FindText findTextFrom(const ros::NodeHandle& private_nh) {
+  return [private_nh](const std::string& name) -> std::optional<std::string> {
+    std::string key;
+    std::string text;
+    if (!private_nh.searchParam(name, key) || !private_nh.getParam(key, text)) return std::nullopt;
+    return text;
+  };
+}
+
+void loadRobotParts(NodeParameters& parameters, const FindText& find_text) {
+  SelfFilterParameters& filter = parameters.self_filter;
+  RobotParts parts = filter.boxes;
+  const std::string urdf = readDescription(filter, find_text);
+  if (!urdf.empty()) {
+    const auto ignored = wordsOf(filter.ignored_links);
+    const RobotParts shapes =
+        readRobotDescription(urdf, filter.padding_m, {ignored.begin(), ignored.end()});
+    parts.insert(parts.end(), shapes.begin(), shapes.end());
+  }
+  checkVolume(parts, parameters);
+  filter.parts = std::move(parts);
+}
 
 std::size_t removePointsOnRobot(const RobotParts& parts,
                                 const std::vector<Eigen::Isometry3d>& T_part_points,

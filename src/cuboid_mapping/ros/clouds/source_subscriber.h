@@ -13,6 +13,7 @@
 #include <map>
 #include <memory>
 #include <string>
+#include <utility>
 #include <vector>
 
 namespace cuboid_mapping_ros {
@@ -91,10 +92,13 @@ class SourceSubscriber {
   std::vector<ros::Subscriber> subscribers_;  ///< The first one subscribes to the topic.
 };
 
+/// Message types of sensor topics.
+///@{
 constexpr char kClouds[] = "sensor_msgs/PointCloud2";
 constexpr char kScans[] = "sensor_msgs/LaserScan";
 constexpr char kImages[] = "sensor_msgs/Image";
 constexpr char kCompressed[] = "sensor_msgs/CompressedImage";
+///@}
 
 /// Message type that a source expects on a topic, such as "sensor_msgs/LaserScan".
 [[nodiscard]] const char* datatypeOf(SourceType type, const std::string& topic);

@@ -83,6 +83,26 @@ struct Converter {
   auto operator()(const DepthImage& depth) const { return convertDepthImage(depth, options); }
 };
 
+struct HeaderOf {
+  template <typename MessageT>
+  const std_msgs::Header& operator()(const MessageT& message) const {
+    return message->header;
+  }
+  const std_msgs::Header& operator()(const DepthImage& depth) const { return depth.image->header; }
+};
+
+struct BytesOf {
+  std::size_t operator()(const sensor_msgs::PointCloud2::ConstPtr& cloud) const {
+    return sizeof(*cloud) + cloud->data.capacity();
+  }
+  std::size_t operator()(const sensor_msgs::LaserScan::ConstPtr& scan) const {
+    return sizeof(*scan) + (scan->ranges.capacity() + scan->intensities.capacity()) * sizeof(float);
+  }
+  std::size_t operator()(const DepthImage& depth) const {
+    return sizeof(*depth.image) + depth.image->data.capacity() + sizeof(*depth.camera);
+  }
+};
+
 }  // namespace
 
 ConvertedCloud convertLaserScan(const LaserScan& scan, const CloudOptions& options) {
@@ -116,30 +136,6 @@ ConvertedCloud convertLaserScan(const LaserScan& scan, const CloudOptions& optio
 ConvertedCloud convert(const SensorMessage& message, const CloudOptions& options) {
   return std::visit(Converter{options}, message.content);
 }
-
-namespace {
-
-struct HeaderOf {
-  template <typename MessageT>
-  const std_msgs::Header& operator()(const MessageT& message) const {
-    return message->header;
-  }
-  const std_msgs::Header& operator()(const DepthImage& depth) const { return depth.image->header; }
-};
-
-struct BytesOf {
-  std::size_t operator()(const sensor_msgs::PointCloud2::ConstPtr& cloud) const {
-    return sizeof(*cloud) + cloud->data.capacity();
-  }
-  std::size_t operator()(const sensor_msgs::LaserScan::ConstPtr& scan) const {
-    return sizeof(*scan) + (scan->ranges.capacity() + scan->intensities.capacity()) * sizeof(float);
-  }
-  std::size_t operator()(const DepthImage& depth) const {
-    return sizeof(*depth.image) + depth.image->data.capacity() + sizeof(*depth.camera);
-  }
-};
-
-}  // namespace
 
 const std_msgs::Header& SensorMessage::header() const { return std::visit(HeaderOf{}, content); }
 

@@ -40,65 +40,6 @@ Slices dropStragglers(const Slices& slices, const std::vector<std::size_t>& coun
   return kept;
 }
 
-}  // namespace
-
-ros::Duration middleOf(std::int32_t slice) {
-  ros::Duration middle;
-  middle.fromNSec(slice * kSliceNanoseconds + kSliceNanoseconds / 2);
-  return middle;
-}
-
-std::optional<Slices> findSlices(const std::vector<double>& times_s) {
-  const std::int32_t limit = sliceOf(kMaxTime_s);
-  std::vector<std::size_t> count_at(2 * static_cast<std::size_t>(limit) +
-                                    1);  // Rounding may reach the limit.
-  std::size_t num_good = 0;
-  std::size_t num_odd = 0;
-  for (const double time_s : times_s) {
-    if (std::isnan(time_s)) continue;
-    if (std::abs(time_s) < kMaxTime_s) {
-      ++count_at.at(static_cast<std::size_t>(std::int64_t{sliceOf(time_s)} + limit));
-      ++num_good;
-    } else {
-      ++num_odd;
-    }
-  }
-  if (num_good == 0 || num_good < num_odd) return std::nullopt;
-  Slices slices;
-  std::vector<std::size_t> counts;
-  for (std::size_t i = 0; i < count_at.size(); ++i) {
-    if (count_at[i] == 0) continue;
-    slices.push_back(static_cast<std::int32_t>(i) - limit);
-    counts.push_back(count_at[i]);
-  }
-  return dropStragglers(slices, counts, num_good);
-}
-
-std::vector<CloudPoints> divideIntoSlices(const CloudPoints& cloud,
-                                          const std::vector<double>& times_s,
-                                          const Slices& slices) {
-  std::vector<CloudPoints> parts(slices.size());
-  for (CloudPoints& part : parts) part.anchor_cloud = cloud.anchor_cloud;
-  const auto part_of = [&](std::uint32_t number) -> CloudPoints* {
-    const double time_s = times_s.at(number);
-    if (!(std::abs(time_s) < kMaxTime_s)) return nullptr;
-    const auto slice = std::lower_bound(slices.begin(), slices.end(), sliceOf(time_s));
-    if (slice == slices.end() || *slice != sliceOf(time_s)) return nullptr;
-    return &parts.at(static_cast<std::size_t>(slice - slices.begin()));
-  };
-  for (std::size_t i = 0; i < cloud.points.size(); ++i) {
-    CloudPoints* part = part_of(cloud.point_numbers.at(i));
-    if (part != nullptr) part->points.push_back(cloud.points[i]);
-  }
-  for (std::size_t i = 0; i < cloud.no_returns.size(); ++i) {
-    CloudPoints* part = part_of(cloud.no_return_numbers.at(i));
-    if (part != nullptr) part->no_returns.push_back(cloud.no_returns[i]);
-  }
-  return parts;
-}
-
-namespace {
-
 using sensor_msgs::PointCloud2;
 using sensor_msgs::PointField;
 using Times = std::optional<std::vector<double>>;
@@ -194,6 +135,61 @@ struct TimesReader {
 };
 
 }  // namespace
+
+ros::Duration middleOf(std::int32_t slice) {
+  ros::Duration middle;
+  middle.fromNSec(slice * kSliceNanoseconds + kSliceNanoseconds / 2);
+  return middle;
+}
+
+std::optional<Slices> findSlices(const std::vector<double>& times_s) {
+  const std::int32_t limit = sliceOf(kMaxTime_s);
+  std::vector<std::size_t> count_at(2 * static_cast<std::size_t>(limit) +
+                                    1);  // Rounding may reach the limit.
+  std::size_t num_good = 0;
+  std::size_t num_odd = 0;
+  for (const double time_s : times_s) {
+    if (std::isnan(time_s)) continue;
+    if (std::abs(time_s) < kMaxTime_s) {
+      ++count_at.at(static_cast<std::size_t>(std::int64_t{sliceOf(time_s)} + limit));
+      ++num_good;
+    } else {
+      ++num_odd;
+    }
+  }
+  if (num_good == 0 || num_good < num_odd) return std::nullopt;
+  Slices slices;
+  std::vector<std::size_t> counts;
+  for (std::size_t i = 0; i < count_at.size(); ++i) {
+    if (count_at[i] == 0) continue;
+    slices.push_back(static_cast<std::int32_t>(i) - limit);
+    counts.push_back(count_at[i]);
+  }
+  return dropStragglers(slices, counts, num_good);
+}
+
+std::vector<CloudPoints> divideIntoSlices(const CloudPoints& cloud,
+                                          const std::vector<double>& times_s,
+                                          const Slices& slices) {
+  std::vector<CloudPoints> parts(slices.size());
+  for (CloudPoints& part : parts) part.anchor_cloud = cloud.anchor_cloud;
+  const auto part_of = [&](std::uint32_t number) -> CloudPoints* {
+    const double time_s = times_s.at(number);
+    if (!(std::abs(time_s) < kMaxTime_s)) return nullptr;
+    const auto slice = std::lower_bound(slices.begin(), slices.end(), sliceOf(time_s));
+    if (slice == slices.end() || *slice != sliceOf(time_s)) return nullptr;
+    return &parts.at(static_cast<std::size_t>(slice - slices.begin()));
+  };
+  for (std::size_t i = 0; i < cloud.points.size(); ++i) {
+    CloudPoints* part = part_of(cloud.point_numbers.at(i));
+    if (part != nullptr) part->points.push_back(cloud.points[i]);
+  }
+  for (std::size_t i = 0; i < cloud.no_returns.size(); ++i) {
+    CloudPoints* part = part_of(cloud.no_return_numbers.at(i));
+    if (part != nullptr) part->no_returns.push_back(cloud.no_returns[i]);
+  }
+  return parts;
+}
 
 std::optional<std::vector<double>> readPointTimes(const SensorMessage& message,
                                                   bool wants_no_returns) {

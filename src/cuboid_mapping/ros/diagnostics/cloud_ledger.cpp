@@ -32,6 +32,52 @@ SpeedWatch makeSpeedWatch(const NodeParameters& parameters) {
                     sourcesOf(parameters).size());
 }
 
+constexpr std::size_t kWindow =
+    20;  ///< Clouds of a source from which the rate and the time are taken.
+
+/// Common resolutions.
+constexpr std::array<double, 9> kResolutions_m{0.02, 0.05, 0.1, 0.15, 0.2, 0.3, 0.5, 1.0, 2.0};
+constexpr std::array<double, 9> kRanges_m{5.0, 10.0, 15.0, 20.0, 30.0, 40.0, 50.0, 80.0, 100.0};
+
+/// A sensor that reaches farther is used outdoors, or in a hall.
+constexpr double kIndoorReach_m = 25.0;
+constexpr double kOutdoorResolution_m = 0.2;
+constexpr double kOutdoorRange_m = 50.0;
+
+void append(std::deque<double>& values, double value) {
+  values.push_back(value);
+  if (values.size() > kWindow) values.pop_front();
+}
+
+/// A number with two significant digits: "4.3", "10", "0.25".
+std::string twoDigits(double value) {
+  std::ostringstream out;
+  out.imbue(std::locale::classic());
+  out.precision(value >= 10.0 ? 3 : 2);
+  out << (value >= 10.0 ? std::round(value) : value);
+  return out.str();
+}
+
+std::string durationText(double duration_s) {
+  return duration_s >= 1.0 ? twoDigits(duration_s) + " s" : twoDigits(1e3 * duration_s) + " ms";
+}
+
+/// The text after "try". The time of a cloud grows with the number of voxels that its beams
+/// pass: with the cube of the range in voxels, as a volume.
+std::string remedy(double speedup, double resolution_m, double range_m) {
+  const double factor = std::cbrt(speedup);
+  const auto* resolution = std::lower_bound(kResolutions_m.begin(), kResolutions_m.end(),
+                                            std::max(0.95 * factor, 1.01) * resolution_m);
+  const auto* after = std::upper_bound(kRanges_m.begin(), kRanges_m.end(), 1.1 * range_m / factor);
+  std::string text;
+  if (resolution != kResolutions_m.end()) text = "resolution " + twoDigits(*resolution);
+  if (after != kRanges_m.begin()) {
+    text += (text.empty() ? "" : " or ") + std::string("sensor_model/max_range ") +
+            twoDigits(*(after - 1));
+  }
+  return text.empty() ? "fewer or smaller clouds" : text;
+}
+
 }  // namespace
 
 CloudLedger::CloudLedger(const NodeParameters& parameters)
@@ -121,56 +167,6 @@ CloudLedger::Page CloudLedger::page() const {
   if (is_behind_) page.speed_advice = speed_watch_.advice();
   return page;
 }
-
-namespace {
-
-constexpr std::size_t kWindow =
-    20;  ///< Clouds of a source from which the rate and the time are taken.
-
-/// Common resolutions.
-constexpr std::array<double, 9> kResolutions_m{0.02, 0.05, 0.1, 0.15, 0.2, 0.3, 0.5, 1.0, 2.0};
-constexpr std::array<double, 9> kRanges_m{5.0, 10.0, 15.0, 20.0, 30.0, 40.0, 50.0, 80.0, 100.0};
-
-/// A sensor that reaches farther is used outdoors, or in a hall.
-constexpr double kIndoorReach_m = 25.0;
-constexpr double kOutdoorResolution_m = 0.2;
-constexpr double kOutdoorRange_m = 50.0;
-
-void append(std::deque<double>& values, double value) {
-  values.push_back(value);
-  if (values.size() > kWindow) values.pop_front();
-}
-
-/// A number with two significant digits: "4.3", "10", "0.25".
-std::string twoDigits(double value) {
-  std::ostringstream out;
-  out.imbue(std::locale::classic());
-  out.precision(value >= 10.0 ? 3 : 2);
-  out << (value >= 10.0 ? std::round(value) : value);
-  return out.str();
-}
-
-std::string durationText(double duration_s) {
-  return duration_s >= 1.0 ? twoDigits(duration_s) + " s" : twoDigits(1e3 * duration_s) + " ms";
-}
-
-/// The text after "try". The time of a cloud grows with the number of voxels that its beams
-/// pass: with the cube of the range in voxels, as a volume.
-std::string remedy(double speedup, double resolution_m, double range_m) {
-  const double factor = std::cbrt(speedup);
-  const auto* resolution = std::lower_bound(kResolutions_m.begin(), kResolutions_m.end(),
-                                            std::max(0.95 * factor, 1.01) * resolution_m);
-  const auto* after = std::upper_bound(kRanges_m.begin(), kRanges_m.end(), 1.1 * range_m / factor);
-  std::string text;
-  if (resolution != kResolutions_m.end()) text = "resolution " + twoDigits(*resolution);
-  if (after != kRanges_m.begin()) {
-    text += (text.empty() ? "" : " or ") + std::string("sensor_model/max_range ") +
-            twoDigits(*(after - 1));
-  }
-  return text.empty() ? "fewer or smaller clouds" : text;
-}
-
-}  // namespace
 
 SpeedWatch::SpeedWatch(double resolution_m, double max_range_m, std::size_t num_sources)
     : resolution_m_(resolution_m), max_range_m_(max_range_m), sources_(num_sources) {}

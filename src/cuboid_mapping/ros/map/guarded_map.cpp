@@ -1,9 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "cuboid_mapping/ros/map/guarded_map.h"
 
-#include <tuple>
-
 #include <new>
+#include <tuple>
 
 namespace cuboid_mapping_ros {
 namespace {

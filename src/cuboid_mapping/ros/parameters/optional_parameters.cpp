@@ -18,6 +18,73 @@ namespace {
 
 using P = NodeParameters;
 
+bool setRobots(P& parameters, const std::string& text) {
+  std::vector<std::string> robots = wordsOf(text);
+  for (const std::string& robot : robots) {
+    std::string reason;
+    if (!ros::names::validate(robot, reason) || robot[0] == '~') return false;
+  }
+  parameters.fleet.robots = std::move(robots);
+  return true;
+}
+
+std::string getRobots(const P& parameters) { return join(parameters.fleet.robots, " "); }
+
+using F = SelfFilterParameters;
+using XmlRpc::XmlRpcValue;
+
+/// Three numbers; nothing for another value.
+std::optional<Eigen::Vector3d> readCorner(XmlRpcValue list) {
+  if (list.getType() != XmlRpcValue::TypeArray || list.size() != 3) return std::nullopt;
+  Eigen::Vector3d corner;
+  for (int axis = 0; axis < 3; ++axis) {
+    const auto number = numberOf(list[axis]);
+    if (!number) return std::nullopt;
+    corner[axis] = *number;
+  }
+  return corner;
+}
+
+/// Adds a box. @return Reason of refusal; empty if it is added.
+std::string addBox(const XmlRpcValue& group, RobotParts& boxes) {
+  if (group.getType() != XmlRpcValue::TypeStruct) return "is no group of keys";
+  for (const auto& [key, value] : group) {
+    if (key != "frame" && key != "min" && key != "max") return "has an unknown key " + key;
+  }
+  const std::string frame =
+      withoutSlash(textOf(findValue(group, "frame").value_or("")).value_or(""));
+  if (frame.empty()) return "needs a frame";
+  const auto min_m = readCorner(findValue(group, "min").value_or(XmlRpcValue()));
+  if (!min_m) return "needs min: [x, y, z]";
+  const auto max_m = readCorner(findValue(group, "max").value_or(XmlRpcValue()));
+  if (!max_m) return "needs max: [x, y, z]";
+  if (!(min_m->array() < max_m->array()).all() || !min_m->allFinite() || !max_m->allFinite()) {
+    return "needs a min that is less than its max along each axis";
+  }
+  boxes.push_back(makeBoxPart(frame, {*min_m, *max_m}));
+  return {};
+}
+
+std::string setBoxes(P& p, const XmlRpcValue& list) {
+  if (!list.valid()) return {};  // No list is given.
+  if (list.getType() != XmlRpcValue::TypeArray) return "begin each box with a dash";
+  RobotParts boxes;
+  for (int i = 0; i < list.size(); ++i) {
+    const std::string refusal = addBox(list[i], boxes);
+    if (!refusal.empty()) return "box " + std::to_string(i) + ' ' + refusal;
+  }
+  p.self_filter.boxes = std::move(boxes);
+  p.self_filter.box_list = list;
+  return {};
+}
+
+ParameterKind boxesKind() {
+  ParameterKind kind{"a list of groups {frame: base_link, min: [x, y, z], max: [x, y, z]}"};
+  kind.set = setBoxes;
+  kind.get = [](const P& p) { return p.self_filter.box_list; };
+  return kind;
+}
+
 }  // namespace
 
 std::vector<ParameterDeclaration> declareWindow() {
@@ -147,22 +214,6 @@ std::vector<ParameterError> checkKeep(const NodeParameters& parameters) {
   return errors;
 }
 
-namespace {
-
-bool setRobots(P& parameters, const std::string& text) {
-  std::vector<std::string> robots = wordsOf(text);
-  for (const std::string& robot : robots) {
-    std::string reason;
-    if (!ros::names::validate(robot, reason) || robot[0] == '~') return false;
-  }
-  parameters.fleet.robots = std::move(robots);
-  return true;
-}
-
-std::string getRobots(const P& parameters) { return join(parameters.fleet.robots, " "); }
-
-}  // namespace
-
 std::vector<ParameterDeclaration> declareFleet() {
   return {
       {"observation_rate", "kB/s",
@@ -189,65 +240,6 @@ std::vector<ParameterDeclaration> declareFleet() {
        "after that enter the map at once, and are counted."},
   };
 }
-
-namespace {
-
-using F = SelfFilterParameters;
-using XmlRpc::XmlRpcValue;
-
-/// Three numbers; nothing for another value.
-std::optional<Eigen::Vector3d> readCorner(XmlRpcValue list) {
-  if (list.getType() != XmlRpcValue::TypeArray || list.size() != 3) return std::nullopt;
-  Eigen::Vector3d corner;
-  for (int axis = 0; axis < 3; ++axis) {
-    const auto number = numberOf(list[axis]);
-    if (!number) return std::nullopt;
-    corner[axis] = *number;
-  }
-  return corner;
-}
-
-/// Adds a box. @return Reason of refusal; empty if it is added.
-std::string addBox(const XmlRpcValue& group, RobotParts& boxes) {
-  if (group.getType() != XmlRpcValue::TypeStruct) return "is no group of keys";
-  for (const auto& [key, value] : group) {
-    if (key != "frame" && key != "min" && key != "max") return "has an unknown key " + key;
-  }
-  const std::string frame =
-      withoutSlash(textOf(findValue(group, "frame").value_or("")).value_or(""));
-  if (frame.empty()) return "needs a frame";
-  const auto min_m = readCorner(findValue(group, "min").value_or(XmlRpcValue()));
-  if (!min_m) return "needs min: [x, y, z]";
-  const auto max_m = readCorner(findValue(group, "max").value_or(XmlRpcValue()));
-  if (!max_m) return "needs max: [x, y, z]";
-  if (!(min_m->array() < max_m->array()).all() || !min_m->allFinite() || !max_m->allFinite()) {
-    return "needs a min that is less than its max along each axis";
-  }
-  boxes.push_back(makeBoxPart(frame, {*min_m, *max_m}));
-  return {};
-}
-
-std::string setBoxes(P& p, const XmlRpcValue& list) {
-  if (!list.valid()) return {};  // No list is given.
-  if (list.getType() != XmlRpcValue::TypeArray) return "begin each box with a dash";
-  RobotParts boxes;
-  for (int i = 0; i < list.size(); ++i) {
-    const std::string refusal = addBox(list[i], boxes);
-    if (!refusal.empty()) return "box " + std::to_string(i) + ' ' + refusal;
-  }
-  p.self_filter.boxes = std::move(boxes);
-  p.self_filter.box_list = list;
-  return {};
-}
-
-ParameterKind boxesKind() {
-  ParameterKind kind{"a list of groups {frame: base_link, min: [x, y, z], max: [x, y, z]}"};
-  kind.set = setBoxes;
-  kind.get = [](const P& p) { return p.self_filter.box_list; };
-  return kind;
-}
-
-}  // namespace
 
 std::vector<ParameterDeclaration> declareSelfFilter() {
   return {

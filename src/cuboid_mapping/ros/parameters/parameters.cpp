@@ -199,38 +199,6 @@ void checkSets(LoadedParameters& loaded) {
   loaded.errors.insert(loaded.errors.end(), errors.begin(), errors.end());
 }
 
-}  // namespace
-
-std::map<std::string, XmlRpcValue> leavesOf(const XmlRpcValue& group) {
-  std::map<std::string, XmlRpcValue> leaves;
-  collectLeaves(group, "", leaves);
-  return leaves;
-}
-
-std::optional<XmlRpcValue> findValue(const XmlRpcValue& group, const std::string& key) {
-  if (group.getType() != XmlRpcValue::TypeStruct) return std::nullopt;
-  if (group.hasMember(key)) return group[key];
-  const std::size_t slash = key.find('/');
-  const std::string name = key.substr(0, slash);
-  if (slash == std::string::npos || !group.hasMember(name)) return std::nullopt;
-  return findValue(group[name], key.substr(slash + 1));
-}
-
-std::string describeUnknown(const std::string& key, const XmlRpcValue& value,
-                            const std::string& no_such,
-                            const std::vector<std::string>& known_keys) {
-  const auto nearest = findNearestKey(key, known_keys);
-  return "is " + describe(value) + ", but " + no_such + " parameter" +
-         (nearest ? ": did you mean " + *nearest + '?' : ".");
-}
-
-void readGroup(const XmlRpcValue& group, bool is_source, LoadedParameters& loaded) {
-  readValues(group, is_source, loaded);
-  checkSets(loaded);
-}
-
-namespace {
-
 /// Keys of this node, and groups of them.
 struct KnownKeys {
   std::vector<std::string> parameters;
@@ -295,6 +263,34 @@ void judgeUnknownKeys(const XmlRpcValue& group, LoadedParameters& loaded) {
 }
 
 }  // namespace
+
+std::map<std::string, XmlRpcValue> leavesOf(const XmlRpcValue& group) {
+  std::map<std::string, XmlRpcValue> leaves;
+  collectLeaves(group, "", leaves);
+  return leaves;
+}
+
+std::optional<XmlRpcValue> findValue(const XmlRpcValue& group, const std::string& key) {
+  if (group.getType() != XmlRpcValue::TypeStruct) return std::nullopt;
+  if (group.hasMember(key)) return group[key];
+  const std::size_t slash = key.find('/');
+  const std::string name = key.substr(0, slash);
+  if (slash == std::string::npos || !group.hasMember(name)) return std::nullopt;
+  return findValue(group[name], key.substr(slash + 1));
+}
+
+std::string describeUnknown(const std::string& key, const XmlRpcValue& value,
+                            const std::string& no_such,
+                            const std::vector<std::string>& known_keys) {
+  const auto nearest = findNearestKey(key, known_keys);
+  return "is " + describe(value) + ", but " + no_such + " parameter" +
+         (nearest ? ": did you mean " + *nearest + '?' : ".");
+}
+
+void readGroup(const XmlRpcValue& group, bool is_source, LoadedParameters& loaded) {
+  readValues(group, is_source, loaded);
+  checkSets(loaded);
+}
 
 LoadedParameters readParameters(const XmlRpcValue& private_namespace) {
   LoadedParameters loaded;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Parameters that can be changed while the node runs. Pure functions; the messages of
-// dynamic_reconfigure are made from the one table of parameters.
+// Parameters that can be changed while the node runs: pure functions, which make the messages of dynamic_reconfigure from
+// the one table of parameters, and the server.
 #pragma once
 
 #include "cuboid_mapping/ros/middleware/callback_guard.h"

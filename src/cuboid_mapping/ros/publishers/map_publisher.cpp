@@ -21,6 +21,17 @@ constexpr double kTimerPeriod_s = 0.05;
 /// Maximum share of time for images: a keyframe that takes a second comes every 20 s at most.
 constexpr double kShareOfTime = 0.05;
 
+/// Bricks in a message of about 100 MB: the whole map is not much larger.
+constexpr std::size_t kMaxDeltaBricks = 200000;
+
+bool isTooMuch(const ChangeSet& changes) { return changes.bricks.size() > kMaxDeltaBricks; }
+
+std::size_t partBytes(const NodeParameters& parameters) {
+  return static_cast<std::size_t>(1e6 * parameters.map_part_size_mb);
+}
+
+ChangeSet everythingOf(const ChangeSet& changes) { return {changes.revision, true, {}}; }
+
 }  // namespace
 
 MapImageServer::MapImageServer(const ros::NodeHandle& nh, const ros::NodeHandle& private_nh,
@@ -141,21 +152,6 @@ MapImageServer::Kept* MapImageServer::find(MapDetail detail, std::uint64_t revis
   }
   return nullptr;
 }
-
-namespace {
-
-/// Bricks in a message of about 100 MB: the whole map is not much larger.
-constexpr std::size_t kMaxDeltaBricks = 200000;
-
-bool isTooMuch(const ChangeSet& changes) { return changes.bricks.size() > kMaxDeltaBricks; }
-
-std::size_t partBytes(const NodeParameters& parameters) {
-  return static_cast<std::size_t>(1e6 * parameters.map_part_size_mb);
-}
-
-ChangeSet everythingOf(const ChangeSet& changes) { return {changes.revision, true, {}}; }
-
-}  // namespace
 
 MapPublisher::MapPublisher(ros::NodeHandle nh, const ros::NodeHandle& private_nh,
                            const NodeParameters& parameters, GuardedMap& map)

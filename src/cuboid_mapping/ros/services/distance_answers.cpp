@@ -33,6 +33,9 @@ FrontierTask readTask(ServiceCall& call, const GetFrontiers::Request& request) {
   return task;
 }
 
+constexpr Entries kNearestPoints{"points", 133};
+constexpr Entries kPlacePoints{"points", 33};
+
 }  // namespace
 
 void answer(ServiceCall& call, const GetDistances::Request& request,
@@ -77,13 +80,6 @@ void answer(ServiceCall& call, const GetFrontiers::Request& request,
     call.noteEnd(budget, "ask for a smaller region, or for larger clusters");
   });
 }
-
-namespace {
-
-constexpr Entries kNearestPoints{"points", 133};
-constexpr Entries kPlacePoints{"points", 33};
-
-}  // namespace
 
 void answer(ServiceCall& call, const FindNearest::Request& request,
             FindNearest::Response& response) {

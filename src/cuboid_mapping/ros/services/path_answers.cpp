@@ -143,21 +143,6 @@ void answerTurning(ServiceCall& call, const CheckPath::Request& request,
   answerPaths(call, {paths, Eigen::Vector3d::Constant(2.0 * reachOf(body))}, response, check);
 }
 
-}  // namespace
-
-void answer(ServiceCall& call, const CheckPath::Request& request, CheckPath::Response& response) {
-  const std::vector<Path> paths = splitPaths(call, request);
-  if (!request.headings.empty()) return answerTurning(call, request, paths, response);
-  const auto policy = ServiceCall::policy(request.unknown);
-  const Eigen::Vector3d size_m = call.size(request.size, request.inflation);
-  const auto check = [&](const CuboidMap& map, std::size_t i, Budget& budget) {
-    return checkPath(map, paths[i], size_m, policy, budget);
-  };
-  answerPaths(call, {paths, size_m}, response, check);
-}
-
-namespace {
-
 static_assert(CheckPoses::Response::OCCUPIED == static_cast<int>(Occupancy::kOccupied));
 static_assert(CheckPoses::Response::FREE == static_cast<int>(Occupancy::kFree));
 
@@ -200,6 +185,17 @@ Body readBody(const ServiceCall& call, const CheckPoses::Request& request) {
 }
 
 }  // namespace
+
+void answer(ServiceCall& call, const CheckPath::Request& request, CheckPath::Response& response) {
+  const std::vector<Path> paths = splitPaths(call, request);
+  if (!request.headings.empty()) return answerTurning(call, request, paths, response);
+  const auto policy = ServiceCall::policy(request.unknown);
+  const Eigen::Vector3d size_m = call.size(request.size, request.inflation);
+  const auto check = [&](const CuboidMap& map, std::size_t i, Budget& budget) {
+    return checkPath(map, paths[i], size_m, policy, budget);
+  };
+  answerPaths(call, {paths, size_m}, response, check);
+}
 
 void answer(ServiceCall& call, const CheckPoses::Request& request, CheckPoses::Response& response) {
   const auto policy = ServiceCall::policy(request.unknown);
