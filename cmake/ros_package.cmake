@@ -9,7 +9,7 @@ endif()
 # where it searches: without this, tests do not link after CMake has run again.
 unset(GMOCK_FOUND CACHE)
 find_package(catkin REQUIRED COMPONENTS ${packages})
-find_package(octomap_msgs QUIET)  # Debian has none: types of the same name on the wire are used
+find_package(octomap_msgs QUIET)
 
 catkin_python_setup()
 add_message_files(FILES AnswerInfo.msg Box.msg CuboidBricks.msg CuboidMapUpdate.msg FullCuboidMap.msg MapCuboid.msg Observation.msg)
@@ -19,6 +19,24 @@ add_service_files(FILES
   QueryBox.srv SaveMap.srv SetBox.srv)
 add_action_files(FILES CorrectPoses.action LoadMap.action MoveMap.action SaveMap.action)
 generate_messages(DEPENDENCIES actionlib_msgs geometry_msgs nav_msgs std_msgs)
+# Debian does not have octomap_msgs: its headers are made of src/octomap_msgs, and not installed.
+if(NOT octomap_msgs_FOUND)
+  set(octomap_msgs_INCLUDE_DIRS ${CMAKE_BINARY_DIR}/octomap_msgs)
+  set(folder ${PROJECT_SOURCE_DIR}/src/octomap_msgs)
+  set(octomap_headers)
+  foreach(file msg/Octomap.msg srv/GetOctomap.srv srv/BoundingBoxQuery.srv)
+    get_filename_component(name ${file} NAME_WE)
+    set(header ${octomap_msgs_INCLUDE_DIRS}/octomap_msgs/${name}.h)
+    add_custom_command(OUTPUT ${header}
+      COMMAND ${CATKIN_ENV} ${PYTHON_EXECUTABLE} ${GENCPP_BIN} ${folder}/${file}
+        -p octomap_msgs -o ${octomap_msgs_INCLUDE_DIRS}/octomap_msgs -e ${GENCPP_TEMPLATE_DIR}
+        -Ioctomap_msgs:${folder}/msg -Istd_msgs:${std_msgs_MSG_INCLUDE_DIRS}
+        -Igeometry_msgs:${geometry_msgs_MSG_INCLUDE_DIRS}
+      DEPENDS ${folder}/${file} ${folder}/msg/Octomap.msg VERBATIM)
+    list(APPEND octomap_headers ${header})
+  endforeach()
+  add_custom_target(cuboid_mapping_octomap_msgs DEPENDS ${octomap_headers})
+endif()
 
 set(exported cuboid_mapping_core cuboid_mapping_no_return cuboid_mapping_client)
 if(zstd_FOUND AND SQLite3_FOUND)

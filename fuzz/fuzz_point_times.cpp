@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Times of points: clouds whose field of times has any type and place, and scans; divided into slices for deskew.
-#include "cuboid_mapping/ros/conversions/point_times.h"
 #include "cuboid_mapping/ros/conversions/sweep.h"
 
 #include "fuzz_cloud_message.h"

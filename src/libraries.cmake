@@ -186,32 +186,23 @@ add_library(cuboid_mapping_ros
   cuboid_mapping/ros/clouds/cloud_buffer.cpp
   cuboid_mapping/ros/clouds/cloud_pipeline.cpp
   cuboid_mapping/ros/clouds/cloud_poses.cpp
-  cuboid_mapping/ros/clouds/depth_pairs.cpp
   cuboid_mapping/ros/clouds/moving_filter.cpp
   cuboid_mapping/ros/clouds/node_sources.cpp
   ${robot_description}
-  cuboid_mapping/ros/clouds/robot_filter.cpp
   cuboid_mapping/ros/clouds/self_filter.cpp
-  cuboid_mapping/ros/clouds/source.cpp
-  cuboid_mapping/ros/clouds/source_report.cpp
   cuboid_mapping/ros/clouds/source_subscriber.cpp
-  cuboid_mapping/ros/clouds/topic_types.cpp
   cuboid_mapping/ros/conversions/cloud_checks.cpp
   cuboid_mapping/ros/conversions/cloud_conversions.cpp
+  cuboid_mapping/ros/conversions/cloud_error.cpp
   cuboid_mapping/ros/conversions/compressed_depth.cpp
   cuboid_mapping/ros/conversions/depth_image_conversion.cpp
   cuboid_mapping/ros/conversions/ground_filter.cpp
   cuboid_mapping/ros/conversions/no_return_points.cpp
-  cuboid_mapping/ros/conversions/point_times.cpp
   cuboid_mapping/ros/conversions/pose_messages.cpp
   cuboid_mapping/ros/conversions/sensor_conversions.cpp
-  cuboid_mapping/ros/conversions/sensor_message.cpp
   cuboid_mapping/ros/conversions/sweep.cpp
   cuboid_mapping/ros/diagnostics/cloud_ledger.cpp
   cuboid_mapping/ros/diagnostics/diagnostics.cpp
-  cuboid_mapping/ros/diagnostics/node_statistics.cpp
-  cuboid_mapping/ros/diagnostics/speed_advice.cpp
-  cuboid_mapping/ros/fleet/merge_progress.cpp
   cuboid_mapping/ros/fleet/observation_publisher.cpp
   cuboid_mapping/ros/fleet/robot_merger.cpp
   cuboid_mapping/ros/map/earlier_saves.cpp
@@ -222,7 +213,6 @@ add_library(cuboid_mapping_ros
   cuboid_mapping/ros/map/map_storage.cpp
   cuboid_mapping/ros/middleware/tf_lookup.cpp
   cuboid_mapping/ros/middleware/tf_receiver.cpp
-  cuboid_mapping/ros/middleware/transforms.cpp
   cuboid_mapping/ros/node/mapping_node.cpp
   cuboid_mapping/ros/node/mapping_node_report.cpp
   cuboid_mapping/ros/node/mapping_node_services.cpp
@@ -231,21 +221,14 @@ add_library(cuboid_mapping_ros
   cuboid_mapping/ros/octomap_server/octomap_server_interface.cpp
   cuboid_mapping/ros/octomap_server/projected_map.cpp
   cuboid_mapping/ros/octomap_server/robot_grid.cpp
-  cuboid_mapping/ros/parameters/fleet_parameters.cpp
-  cuboid_mapping/ros/parameters/keep_parameters.cpp
-  cuboid_mapping/ros/parameters/nearest_key.cpp
   cuboid_mapping/ros/parameters/octomap_server_parameters.cpp
+  cuboid_mapping/ros/parameters/optional_parameters.cpp
   cuboid_mapping/ros/parameters/parameter_kinds.cpp
   cuboid_mapping/ros/parameters/parameter_table.cpp
   cuboid_mapping/ros/parameters/parameter_texts.cpp
   cuboid_mapping/ros/parameters/parameters.cpp
   cuboid_mapping/ros/parameters/reconfigure.cpp
-  cuboid_mapping/ros/parameters/reconfigure_server.cpp
-  cuboid_mapping/ros/parameters/self_filter_parameters.cpp
-  cuboid_mapping/ros/parameters/service_limits.cpp
   cuboid_mapping/ros/parameters/source_parameters.cpp
-  cuboid_mapping/ros/parameters/window_parameters.cpp
-  cuboid_mapping/ros/publishers/map_image_server.cpp
   cuboid_mapping/ros/publishers/map_publisher.cpp
   cuboid_mapping/ros/publishers/marker_cache.cpp
   cuboid_mapping/ros/publishers/marker_colors.cpp
@@ -254,20 +237,17 @@ add_library(cuboid_mapping_ros
   cuboid_mapping/ros/services/distance_answers.cpp
   cuboid_mapping/ros/services/edit_answers.cpp
   cuboid_mapping/ros/services/map_files_service.cpp
-  cuboid_mapping/ros/services/nearest_answers.cpp
   cuboid_mapping/ros/services/path_answers.cpp
-  cuboid_mapping/ros/services/planner_services.cpp
-  cuboid_mapping/ros/services/pose_answers.cpp
   cuboid_mapping/ros/services/pose_corrections.cpp
   cuboid_mapping/ros/services/service_call.cpp
-  cuboid_mapping/ros/services/turning_box.cpp
   cuboid_mapping/ros/services/way_answers.cpp)
 cuboid_mapping_configure(cuboid_mapping_ros)
 target_include_directories(cuboid_mapping_ros
   SYSTEM PUBLIC ${catkin_INCLUDE_DIRS} ${octomap_msgs_INCLUDE_DIRS}
   PRIVATE ${PCL_INCLUDE_DIRS} ${urdf_INCLUDE_DIRS} ${geometric_shapes_INCLUDE_DIRS})
-target_compile_definitions(cuboid_mapping_ros
-  PUBLIC CUBOID_MAPPING_HAS_OCTOMAP_MSGS=$<BOOL:${octomap_msgs_FOUND}>)
+if(TARGET cuboid_mapping_octomap_msgs)
+  add_dependencies(cuboid_mapping_ros cuboid_mapping_octomap_msgs)
+endif()
 target_link_libraries(cuboid_mapping_ros
   PUBLIC cuboid_mapping::client cuboid_mapping::io ${catkin_LIBRARIES}
   PRIVATE cuboid_mapping::no_return cuboid_mapping::scans PNG::PNG ${PCL_LIBRARIES} ${urdf_LIBRARIES} ${geometric_shapes_LIBRARIES}

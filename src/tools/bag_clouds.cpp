@@ -4,9 +4,8 @@
 #include "cuboid_mapping/io/file_replacement.h"
 #include "cuboid_mapping/io/text.h"
 #include "cuboid_mapping/ros/clouds/self_filter.h"
-#include "cuboid_mapping/ros/conversions/point_cloud.h"
+#include "cuboid_mapping/ros/conversions/points.h"
 #include "cuboid_mapping/ros/middleware/tf_lookup.h"
-#include "cuboid_mapping/ros/middleware/transforms.h"
 #include "stamps.h"
 #include "transform_message.h"
 #include "yaml_parameters.h"
@@ -264,7 +263,7 @@ const cuboid_mapping::ScanUpdate* BagClouds::compute(const SensorMessage& cloud,
   for (const std::string& warning : source.pipeline.takeWarnings()) {
     say({"warning: " + nameOf(source.parameters) + ": " + warning});
   }
-  if (update == nullptr) leaveOut(toDropReason(error->defect), error->text);
+  if (update == nullptr) leaveOut(error->defect, error->text);
   return update;
 }
 

@@ -2,7 +2,7 @@
 #pragma once
 
 #include "bag_files.h"
-#include "cuboid_mapping/ros/conversions/sensor_message.h"
+#include "cuboid_mapping/ros/conversions/sensor_conversions.h"
 #include "cuboid_mapping/ros/parameters/parameters.h"
 
 #include <cstddef>

@@ -6,7 +6,7 @@
 #include "cuboid_mapping/ros/clouds/moving_filter.h"
 #include "cuboid_mapping/ros/map/forgetting.h"
 #include "cuboid_mapping/ros/middleware/tf_lookup.h"
-#include "cuboid_mapping/ros/parameters/window_parameters.h"
+#include "cuboid_mapping/ros/parameters/parameters.h"
 #include "map_content.h"
 #include "progress_bar.h"
 

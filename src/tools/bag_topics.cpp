@@ -3,7 +3,6 @@
 
 #include "cuboid_mapping/io/text.h"
 #include "cuboid_mapping/ros/clouds/source_subscriber.h"
-#include "cuboid_mapping/ros/clouds/topic_types.h"
 #include "cuboid_mapping/ros/conversions/compressed_depth.h"
 #include "cuboid_mapping/ros/middleware/tf_lookup.h"
 

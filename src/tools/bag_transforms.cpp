@@ -3,7 +3,7 @@
 
 #include "command_line.h"
 #include "cuboid_mapping/io/text.h"
-#include "cuboid_mapping/ros/middleware/transforms.h"
+#include "cuboid_mapping/ros/middleware/tf_lookup.h"
 
 #include <console_bridge/console.h>
 #include <tf2_msgs/TFMessage.h>

@@ -3,7 +3,7 @@
 #include "bag_output.h"
 #include "command_line.h"
 #include "cuboid_mapping/io/text.h"
-#include "cuboid_mapping/ros/conversions/point_cloud.h"
+#include "cuboid_mapping/ros/conversions/points.h"
 #include "progress_bar.h"
 #include "scan_messages.h"
 #include "stamps.h"

@@ -2,7 +2,7 @@
 #include "../tools/run_program.h"
 #include "room_scans.h"
 
-#include "cuboid_mapping/ros/conversions/point_cloud.h"
+#include "cuboid_mapping/ros/conversions/points.h"
 
 #include <Eigen/Geometry>
 

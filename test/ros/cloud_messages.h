@@ -4,7 +4,7 @@
 // PointCloud2 messages of any layout, for the tests of their conversion.
 
 #include "cuboid_mapping/ros/conversions/cloud_conversions.h"
-#include "cuboid_mapping/ros/conversions/sensor_message.h"
+#include "cuboid_mapping/ros/conversions/sensor_conversions.h"
 
 #include "support/random.h"
 

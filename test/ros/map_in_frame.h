@@ -4,7 +4,7 @@
 
 #include "cuboid_mapping/ros/map/guarded_map.h"
 #include "cuboid_mapping/ros/services/answers.h"
-#include "cuboid_mapping/ros/services/map_in_frame.h"
+#include "cuboid_mapping/ros/services/service_call.h"
 
 #include <geometry_msgs/TransformStamped.h>
 #include <gtest/gtest.h>

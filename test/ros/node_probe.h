@@ -2,7 +2,7 @@
 // Common parts of the tests of the running node: a lidar in a room, tf, diagnostics.
 #pragma once
 
-#include "cuboid_mapping/ros/conversions/point_cloud.h"
+#include "cuboid_mapping/ros/conversions/points.h"
 
 #include <diagnostic_msgs/DiagnosticArray.h>
 #include <geometry_msgs/TransformStamped.h>

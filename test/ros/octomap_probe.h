@@ -3,8 +3,10 @@
 #pragma once
 
 #include "cuboid_mapping/io/octree_stream.h"
-#include "cuboid_mapping/ros/conversions/octomap_messages.h"
 #include "ros/node_probe.h"
+
+#include <octomap_msgs/BoundingBoxQuery.h>
+#include <octomap_msgs/GetOctomap.h>
 
 #include <string>
 
@@ -43,12 +45,12 @@ class TopicProbe {
   ros::Subscriber subscriber_;
 };
 
-inline std::string bytesOf(const OctomapMessage& message) {
+inline std::string bytesOf(const octomap_msgs::Octomap& message) {
   return {message.data.begin(), message.data.end()};
 }
 
 /// The leaves of a message of either kind.
-inline cuboid_mapping::OctreeContent contentOf(const OctomapMessage& message) {
+inline cuboid_mapping::OctreeContent contentOf(const octomap_msgs::Octomap& message) {
   return message.binary != 0 ? cuboid_mapping::readBinaryOctree(bytesOf(message), -1.0F, 1.0F)
                              : cuboid_mapping::readFullOctree(bytesOf(message));
 }
@@ -61,8 +63,8 @@ inline double countVoxels(const cuboid_mapping::OctreeContent& content, bool is_
   return count;
 }
 
-inline OctomapMessage callOctomap(const std::string& service) {
-  GetOctomap get;
+inline octomap_msgs::Octomap callOctomap(const std::string& service) {
+  octomap_msgs::GetOctomap get;
   EXPECT_TRUE(ros::service::waitForService(service, ros::Duration(kDeadline_s)));
   EXPECT_TRUE(callService(service, get));
   return get.response.map;

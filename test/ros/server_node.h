@@ -104,7 +104,7 @@ class ServerNode {
     for (Eigen::Vector3d& point : points_lidar) point -= kOriginOfLidar;
     clouds_.publish(makeCloud("lidar", stamp_, points_lidar));
     EXPECT_TRUE(waitFor([this] {
-      GetOctomap get;
+      octomap_msgs::GetOctomap get;
       return callService(topic("octomap_full"), get) && get.response.map.header.stamp == stamp_;
     })) << name_;
   }
@@ -112,7 +112,7 @@ class ServerNode {
   /// Stamp of the last cloud.
   [[nodiscard]] const ros::Time& stamp() const { return stamp_; }
 
-  [[nodiscard]] OctomapMessage octomap() const { return callOctomap(topic("octomap_full")); }
+  [[nodiscard]] octomap_msgs::Octomap octomap() const { return callOctomap(topic("octomap_full")); }
 
   /// The log-odds of all known voxels.
   [[nodiscard]] std::map<Cell, float> voxels() const {

@@ -4,7 +4,7 @@
 
 #include "cuboid_mapping/io/map_files.h"
 #include "cuboid_mapping/ros/clouds/cloud_buffer.h"
-#include "cuboid_mapping/ros/clouds/source.h"
+#include "cuboid_mapping/ros/clouds/cloud_pipeline.h"
 #include "cuboid_mapping/ros/map/guarded_map.h"
 #include "cuboid_mapping/sharing/map_follower.h"
 
@@ -165,7 +165,7 @@ class SimulatedNode {
     Source& source = *sources_.at(cloud.source);
     const auto* update = source.pipeline.compute(cloud, poses, statistics_, error);
     if (update == nullptr) {
-      ++statistics_.numDropped(toDropReason(error->defect));
+      ++statistics_.numDropped(error->defect);
       return;
     }
     map_.integrate(cloud.header().stamp, *update, source.pipeline.sensorModel(),

@@ -29,7 +29,7 @@ class LatchedTopicsTest : public NodeTest {
   }
 
   static bool clear(double half_m) {
-    BoundingBoxQuery request;
+    octomap_msgs::BoundingBoxQuery request;
     request.request.min = tf2::toMsg(Eigen::Vector3d(-half_m, -half_m, -2.5));
     request.request.max = tf2::toMsg(Eigen::Vector3d(half_m, half_m, 2.5));
     return callService(std::string(kNode) + "/clear_bbx", request);

@@ -158,7 +158,7 @@ class ServiceErrors : public ros::console::LogAppender {
 };
 
 TEST_F(NodeFaultsTest, AServiceThatThrowsTellsTheCallerWhy) {
-  BoundingBoxQuery service;
+  octomap_msgs::BoundingBoxQuery service;
   service.request.min.x = 1.0;
   service.request.max.x = std::numeric_limits<double>::quiet_NaN();
   ServiceErrors errors;

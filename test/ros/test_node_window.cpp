@@ -66,7 +66,7 @@ TEST_P(NodeWindow, KeepsWhatIsFarAwayAndGoesOnWithIt) {
 }
 
 /// Whether an octree knows the voxel of a place.
-bool isKnownIn(const OctomapMessage& message, double x) {
+bool isKnownIn(const octomap_msgs::Octomap& message, double x) {
   const auto cell_x = static_cast<std::int32_t>(std::floor(x / message.resolution));
   for (const auto& leaf : contentOf(message).leaves) {
     if (leaf.box.contains(cuboid_mapping::Cell{cell_x, 0, 0})) return true;
@@ -78,13 +78,13 @@ TEST_P(NodeWindow, OctreesOfServicesAreWholeOrRefused) {
   start({"_window/file:=" + file_});
   LogProbe log;
   drive(0.0, 40.0);
-  GetOctomap octree;
+  octomap_msgs::GetOctomap octree;
   for (const std::string service : {"/octomap_full", "/octomap_binary"}) {
     ASSERT_TRUE(ros::service::waitForService(service, ros::Duration(kDeadline_s)));
     EXPECT_FALSE(ros::service::call(service, octree)) << service;
   }
   EXPECT_TRUE(log.waitForLine("not loaded: ")) << "the caller gets the text";
-  TopicProbe<OctomapMessage> topic("/octomap_full");
+  TopicProbe<octomap_msgs::Octomap> topic("/octomap_full");
   EXPECT_TRUE(topic.waitForMessage([](const auto& message) { return isKnownIn(message, 40.0); }));
   EXPECT_FALSE(isKnownIn(topic.last(), 0.0)) << "the topic shows what is in memory";
   cuboid_mapping::GetMap map;
@@ -98,7 +98,7 @@ TEST_P(NodeWindow, OctreesOfServicesAreWholeOrRefused) {
 
   start({"_window/file:=" + file_, "_window/queries:=load"});
   for (const std::string service : {"/octomap_full", "/octomap_binary"}) {
-    const OctomapMessage whole = callOctomap(service);
+    const octomap_msgs::Octomap whole = callOctomap(service);
     EXPECT_TRUE(isKnownIn(whole, 0.0) && isKnownIn(whole, 40.0)) << service;
   }
   EXPECT_GT(figure("window parts on disk only"), 0) << "they are read, and stay there";

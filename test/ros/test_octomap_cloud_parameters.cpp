@@ -77,12 +77,12 @@ TEST(FrameAndResolution, AreThoseOfEveryMessage) {
   // The map's origin is at (10, 0, 0) in the frame "odom".
   ServerNode odom("odom");
   odom.insert({pointAlong(0, 1.05)});
-  const OctomapMessage map = odom.octomap();
+  const octomap_msgs::Octomap map = odom.octomap();
   EXPECT_EQ(map.header.frame_id, "odom");
   EXPECT_EQ(map.resolution, 0.25);
   EXPECT_EQ(odom.occupied(), (std::set<Cell>{{44, 0, 0}}));
-  EXPECT_EQ(odom.show<OctomapMessage>("octomap_full").header.frame_id, "odom");
-  EXPECT_EQ(odom.show<OctomapMessage>("octomap_binary").header.frame_id, "odom");
+  EXPECT_EQ(odom.show<octomap_msgs::Octomap>("octomap_full").header.frame_id, "odom");
+  EXPECT_EQ(odom.show<octomap_msgs::Octomap>("octomap_binary").header.frame_id, "odom");
   const auto centers = odom.show<PointCloud2>("octomap_point_cloud_centers");
   EXPECT_EQ(centers.header.frame_id, "odom");
   EXPECT_EQ(cellsOf(pointsOf(centers), 0.25), odom.occupied());

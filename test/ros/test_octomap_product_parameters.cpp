@@ -161,7 +161,7 @@ TEST(Latch, GivesLateListenersTheMapAtOnce) {
   plain.insert({pointAlong(0, 1.05)});
   // The last of the topics: once it is published, nothing of this change remains.
   (void)plain.show<OccupancyGrid>("projected_map");
-  TopicProbe<OctomapMessage> listener(plain.topic("octomap_full"));
+  TopicProbe<octomap_msgs::Octomap> listener(plain.topic("octomap_full"));
   EXPECT_TRUE(waitFor([&] { return listener.count() > 0; })) << "though nothing has changed";
   EXPECT_EQ(listener.first().header.stamp, plain.stamp());
 }
@@ -173,7 +173,7 @@ TEST(Latch, LetsLateListenersWaitForAChangeWhenItIsOff) {
   ASSERT_TRUE(
       early.waitForMessage([&](const auto& grid) { return grid.header.stamp == late.stamp(); }));
   const ros::Time before = late.stamp();
-  TopicProbe<OctomapMessage> listener(late.topic("octomap_full"));
+  TopicProbe<octomap_msgs::Octomap> listener(late.topic("octomap_full"));
   ASSERT_TRUE(listener.waitForConnection());
   insertUntilHeard(late, listener);
   EXPECT_GT(listener.first().header.stamp, before);

@@ -61,11 +61,11 @@ class OctomapServerTest : public NodeTest {
 
 TEST_F(OctomapServerTest, OctreesHoldTheRoom) {
   for (const std::string name : {"/octomap_full", "/octomap_binary"}) {
-    TopicProbe<OctomapMessage> topic(name);
+    TopicProbe<octomap_msgs::Octomap> topic(name);
     ASSERT_TRUE(topic.waitForMessage([](const auto& message) {
       return countVoxels(contentOf(message), true) == kOccupiedVoxels;
     })) << name;
-    const OctomapMessage& message = topic.last();
+    const octomap_msgs::Octomap& message = topic.last();
     EXPECT_EQ(message.binary, name == "/octomap_binary" ? 1 : 0);
     EXPECT_EQ(message.id, "OcTree");
     EXPECT_EQ(message.resolution, 0.1);
@@ -115,8 +115,8 @@ TEST_F(OctomapServerTest, MarkersPointsAndGridShowTheRoomBelowTheGreatestHeight)
 }
 
 TEST_F(OctomapServerTest, ResetEmptiesEveryTopic) {
-  TopicProbe<OctomapMessage> full("/octomap_full");
-  TopicProbe<OctomapMessage> binary("/octomap_binary");
+  TopicProbe<octomap_msgs::Octomap> full("/octomap_full");
+  TopicProbe<octomap_msgs::Octomap> binary("/octomap_binary");
   TopicProbe<visualization_msgs::MarkerArray> occupied("/occupied_cells_vis_array");
   TopicProbe<sensor_msgs::PointCloud2> centers("/octomap_point_cloud_centers");
   TopicProbe<nav_msgs::OccupancyGrid> grid("/projected_map");
@@ -145,7 +145,7 @@ TEST_F(OctomapServerTest, ProjectedMapIsSentWholeOnceAndThenInUpdates) {
   ASSERT_TRUE(grid.waitForMessage([](const auto& message) { return !message.data.empty(); }));
   // The grid to which a first update refers; it is sent whole before.
   const auto clear = [](double min_m, double max_m) {
-    BoundingBoxQuery request;
+    octomap_msgs::BoundingBoxQuery request;
     request.request.min = tf2::toMsg(Eigen::Vector3d(min_m, min_m, -2.5));
     request.request.max = tf2::toMsg(Eigen::Vector3d(max_m, max_m, 2.5));
     return callService(std::string(kNode) + "/clear_bbx", request);
@@ -170,7 +170,7 @@ TEST_F(OctomapServerTest, ProjectedMapIsSentWholeOnceAndThenInUpdates) {
 }
 
 TEST_F(OctomapServerTest, ClearBoxFreesWhatIsKnownInItAndNoMore) {
-  BoundingBoxQuery clear;
+  octomap_msgs::BoundingBoxQuery clear;
   clear.request.min = tf2::toMsg(Eigen::Vector3d(1.95, -0.45, -0.45));
   clear.request.max = tf2::toMsg(Eigen::Vector3d(2.35, 0.45, 0.45));
   ASSERT_TRUE(callService(std::string(kNode) + "/clear_bbx", clear));
@@ -190,14 +190,14 @@ TEST_F(OctomapServerTest, ClearBoxFreesWhatIsKnownInItAndNoMore) {
 TEST_F(OctomapServerTest, ListenersWhoComeLateGetTheMap) {
   std::string bytes;
   {
-    TopicProbe<OctomapMessage> first("/octomap_full");
+    TopicProbe<octomap_msgs::Octomap> first("/octomap_full");
     ASSERT_TRUE(first.waitForMessage(
         [](const auto& message) { return countVoxels(contentOf(message), true) > 0.0; }));
     bytes = bytesOf(first.last());
   }
   // It starts after the first one ends: two subscribers in one process share a connection.
   ASSERT_TRUE(diagnostics_.waitForNextReport());
-  const TopicProbe<OctomapMessage> second("/octomap_full");
+  const TopicProbe<octomap_msgs::Octomap> second("/octomap_full");
   ASSERT_TRUE(waitFor([&] { return second.count() > 0; })) << "though nothing has changed";
   EXPECT_TRUE(bytesOf(second.last()) == bytes);
 }
@@ -226,7 +226,7 @@ TEST_F(OctomapServerTest, NothingIsBuiltWithoutListeners) {
   };
   EXPECT_TRUE(waitFor(is_none_built)) << "once the listeners of earlier tests have gone";
 
-  TopicProbe<OctomapMessage> full("/octomap_full");
+  TopicProbe<octomap_msgs::Octomap> full("/octomap_full");
   ASSERT_TRUE(full.waitForMessage([](const auto&) { return true; }));
   startCounting();
   const int num_before = full.count();
@@ -371,13 +371,13 @@ TEST(OctomapServerCompat, StartsWithTheLaunchFileAndTheLeftoversOfOctomapServer)
   bool is_nodelet = false;
   ros::param::get("~is_nodelet", is_nodelet);
   if (is_nodelet) GTEST_SKIP() << "the launch file of octomap_server starts a node";
-  const OctomapMessage map = callOctomap("/leftovers/octomap_full");
+  const octomap_msgs::Octomap map = callOctomap("/leftovers/octomap_full");
   EXPECT_EQ(map.resolution, 0.05);
   EXPECT_EQ(map.header.frame_id, "odom_combined") << "without the slash";
 }
 
 TEST(OctomapServerCompat, StartsFromAMapFileWithItsResolution) {
-  const OctomapMessage map = callOctomap("/compat/octomap_full");
+  const octomap_msgs::Octomap map = callOctomap("/compat/octomap_full");
   EXPECT_EQ(map.resolution, 0.2) << "that of the file";
   EXPECT_EQ(countVoxels(contentOf(map), true), 1.0) << "without what is too far for an octree";
   EXPECT_EQ(countVoxels(contentOf(map), false), 7.0 + 4 * 8 * 8);

@@ -2,12 +2,13 @@
 // The node under load for a while: clouds at 10 Hz, subscribers to everything, saves, edits, queries and
 // changes of parameters. Every lost cloud has a counted reason, no call fails, memory does not grow.
 #include "cuboid_mapping/SaveMap.h"
-#include "cuboid_mapping/ros/conversions/octomap_messages.h"
 #include "ros/node_probe.h"
 #include "tools/run_program.h"
 
 #include <dynamic_reconfigure/Reconfigure.h>
 #include <nav_msgs/OccupancyGrid.h>
+#include <octomap_msgs/BoundingBoxQuery.h>
+#include <octomap_msgs/GetOctomap.h>
 #include <ros/network.h>
 #include <visualization_msgs/MarkerArray.h>
 #include <xmlrpcpp/XmlRpcClient.h>
@@ -82,12 +83,12 @@ bool saveTo(const std::string& file) {
 }
 
 bool getOctree() {
-  GetOctomap get;
+  octomap_msgs::GetOctomap get;
   return callService("/octomap_full", get) && !get.response.map.data.empty();
 }
 
 bool clearSomeBox() {
-  BoundingBoxQuery clear;
+  octomap_msgs::BoundingBoxQuery clear;
   clear.request.min = tf2::toMsg(Eigen::Vector3d(-1, -1, 0));
   clear.request.max = tf2::toMsg(Eigen::Vector3d(1, 1, 2));
   return callService(std::string(kNode) + "/clear_bbx", clear);
@@ -118,7 +119,7 @@ TEST(Soak, NothingIsLostUncountedAndMemoryStays) {
   ASSERT_TRUE(waitFor([&] { return diagnostics.status().number("clouds inserted") > 5; }));
   const int pid = findPid();
   ASSERT_GT(pid, 0);
-  const Listener<OctomapMessage> full("/octomap_full");
+  const Listener<octomap_msgs::Octomap> full("/octomap_full");
   const Listener<visualization_msgs::MarkerArray> cells("/occupied_cells_vis_array");
   const Listener<visualization_msgs::MarkerArray> cuboids("/occupied_cuboids");
   const Listener<nav_msgs::OccupancyGrid> grid("/projected_map");

@@ -150,7 +150,7 @@ TEST_F(TroubleshootingTest, ABoxThatIsClearedTooEarly) {
   publishRoom("lidar");
   ASSERT_TRUE(waitForInserted(1));
   const double num_walls = count_occupied();
-  BoundingBoxQuery clear;
+  octomap_msgs::BoundingBoxQuery clear;
   clear.request.min = tf2::toMsg(Eigen::Vector3d(1.95, -0.45, -0.45));
   clear.request.max = tf2::toMsg(Eigen::Vector3d(2.35, 0.45, 0.45));
   ASSERT_TRUE(callService(std::string(kNode) + "/clear_bbx", clear));

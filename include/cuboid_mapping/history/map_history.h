@@ -126,6 +126,13 @@ class MapHistory {
   /// @param whole  Box of the whole edit if this is a part of it, so that all parts move as one; else empty.
   void addEdit(const CellBox& box, const CuboidMap& map, const CellBox& whole = {});
 
+  /// Number of clouds and edits added so far, in all.
+  [[nodiscard]] std::uint64_t numAdded() const;
+
+  /// Drops edits that were undone: the map is as it was before them. Does nothing if there were others, or clouds, or a
+  /// restart(), or while a MapCorrection lives. @param num_before  numAdded() before them. @param count  Edits, and edits that undid them.
+  void dropEdits(std::uint64_t num_before, std::uint64_t count);
+
   /// Current amounts.
   [[nodiscard]] HistoryFigures figures() const;
 

@@ -295,6 +295,22 @@ void MapHistory::addEdit(const CellBox& box, const CuboidMap& map, const CellBox
   implementation_->append(std::move(event));
 }
 
+std::uint64_t MapHistory::numAdded() const {
+  const std::lock_guard<std::mutex> lock(implementation_->mutex);
+  return implementation_->first + implementation_->events.size();
+}
+
+void MapHistory::dropEdits(std::uint64_t num_before, std::uint64_t count) {
+  Implementation& own = *implementation_;
+  const std::lock_guard<std::mutex> lock(own.mutex);
+  const bool are_last =
+      num_before >= own.first && num_before + count == own.first + own.events.size();
+  if (!are_last || own.hold.use_count() > 1) return;
+  const auto begin = own.events.end() - static_cast<std::ptrdiff_t>(count);
+  const auto is_cloud = [](const HistoryEvent& event) { return event.isCloud(); };
+  if (std::none_of(begin, own.events.end(), is_cloud)) own.events.erase(begin, own.events.end());
+}
+
 HistoryFigures MapHistory::figures() const {
   const Implementation& own = *implementation_;
   const std::lock_guard<std::mutex> lock(own.mutex);

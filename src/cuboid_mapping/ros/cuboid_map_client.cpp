@@ -4,6 +4,7 @@
 #include "cuboid_mapping/ros/conversions/map_messages.h"
 #include "cuboid_mapping/ros/map/phase_fair_mutex.h"
 #include "cuboid_mapping/ros/middleware/callback_guard.h"
+#include "cuboid_mapping/ros/middleware/callbacks.h"
 #include "cuboid_mapping/ros/middleware/names.h"
 #include "cuboid_mapping/sharing/map_follower.h"
 
@@ -14,17 +15,14 @@
 #include <deque>
 #include <mutex>
 #include <optional>
-#include <utility>
 
 namespace cuboid_mapping_ros {
-
-using cuboid_mapping::ChangeSet;
-using cuboid_mapping::CuboidMap;
-using cuboid_mapping::FollowResult;
-using cuboid_mapping::MapFollower;
-
 namespace {
 
+/// Queue of updates while the parts of a map are fetched.
+constexpr std::uint32_t kUpdateQueue = 500;
+/// Queue of parts of a map.
+constexpr std::uint32_t kPartQueue = 100;
 /// Time to wait for an image that the server sends.
 constexpr double kImagePatience_s = 3.0;
 /// Maximum number of updates that wait for their image: those of some seconds.
@@ -35,7 +33,7 @@ constexpr double kReminderPeriod_s = 10.0;
 constexpr double kServerPatience_s = 5.0;
 
 /// Bricks that a delta has changed.
-ChangeSet changesOf(const cuboid_mapping::MapDelta& delta) {
+ChangeSet changesOf(const MapDelta& delta) {
   ChangeSet changes{delta.revision, false, {}};
   for (const auto& brick : delta.bricks) changes.bricks.push_back({brick.brick, true});
   return changes;
@@ -49,12 +47,13 @@ struct CuboidMapClient::Implementation {
       : nh(node), server_name(server), callback(std::move(on_change)) {
     nh = withQueue(node, thread.queue());
     // Updates are subscribed first, so that none is missed before the image.
-    delta_subscriber = subscribeDelta(nh, kCuboidMapUpdatesTopic,
-                                      [this](const DeltaMessage& message) { take(message); });
-    image_subscriber = subscribeImage(
-        nh, kCuboidMapTopic, [this](const ImageMessage& message) { takeFromTopic(message); });
-    image_timer = nh.createWallTimer(ros::WallDuration(1.0),
-                                     [this](const ros::WallTimerEvent&) { askIfNoImageCame(); });
+    delta_subscriber =
+        subscribeTo<CuboidMapUpdate>(nh, kCuboidMapUpdatesTopic, kUpdateQueue,
+                                     [this](const auto& message) { take(fromMessage(*message)); });
+    image_subscriber = subscribeTo<FullCuboidMap>(
+        nh, kCuboidMapTopic, kPartQueue,
+        [this](const auto& message) { takeFromTopic(fromMessage(*message)); });
+    image_timer = startTimer(nh, 1.0, [this] { askIfNoImageCame(); });
     thread.start();
   }
   ~Implementation() {
@@ -134,7 +133,7 @@ struct CuboidMapClient::Implementation {
 
   void take(const DeltaMessage& message) {
     if (isOfOtherServer(message.server)) return;
-    has_values = message.delta.detail == cuboid_mapping::MapDetail::kValues;
+    has_values = message.delta.detail == MapDetail::kValues;
     FollowResult result = FollowResult::kGap;
     {
       const std::lock_guard<PhaseFairMutex> lock(mutex);
@@ -161,7 +160,7 @@ struct CuboidMapClient::Implementation {
 
   /// Whether the server will send an image by itself, as it does for each new connection, also after a restart:
   /// asking for it, too, would fetch the map twice.
-  bool isImageOnItsWay(const cuboid_mapping::MapDelta& delta) {
+  bool isImageOnItsWay(const MapDelta& delta) {
     if (follower.map() != nullptr && delta.instance == follower.instance()) return false;
     const ros::WallTime now = ros::WallTime::now();
     if (awaited_since.isZero()) awaited_since = now;
@@ -175,7 +174,6 @@ struct CuboidMapClient::Implementation {
   }
 
   void askForImage() {
-    using cuboid_mapping::MapDetail;
     const MapDetail detail = has_values ? MapDetail::kValues : MapDetail::kClasses;
     ImageMessage message;
     std::string error;

@@ -4,8 +4,6 @@
 #include "cuboid_mapping/map/cuboid_map.h"
 #include "cuboid_mapping/ros/clouds/cloud_pipeline.h"
 #include "cuboid_mapping/ros/clouds/robot_description.h"
-#include "cuboid_mapping/ros/clouds/robot_filter.h"
-#include "cuboid_mapping/ros/clouds/source.h"
 #include "cuboid_mapping/ros/parameters/reconfigure.h"
 #include "ros/cloud_messages.h"
 #include "support/random_shapes.h"

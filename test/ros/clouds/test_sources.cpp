@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "cuboid_mapping/ros/clouds/depth_pairs.h"
-#include "cuboid_mapping/ros/clouds/source.h"
-#include "cuboid_mapping/ros/clouds/source_report.h"
+#include "cuboid_mapping/ros/clouds/cloud_pipeline.h"
+#include "cuboid_mapping/ros/clouds/node_sources.h"
+#include "cuboid_mapping/ros/clouds/source_subscriber.h"
 #include "cuboid_mapping/ros/middleware/rate_limit.h"
 #include "cuboid_mapping/ros/parameters/reconfigure.h"
 #include "ros/cloud_messages.h"

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "cuboid_mapping/ros/conversions/cloud_conversions.h"
 
-#include "cuboid_mapping/ros/conversions/point_cloud.h"
+#include "cuboid_mapping/ros/conversions/points.h"
 #include "ros/cloud_messages.h"
 #include "support/random.h"
 
@@ -142,7 +142,7 @@ TEST(CloudConversions, ACloudOfNothingButNanIsRefused) {
       makeMessage(spec, std::vector<Eigen::Vector3d>(3, Eigen::Vector3d::Constant(kNan))));
   const auto* error = std::get_if<CloudError>(&result);
   ASSERT_NE(error, nullptr);
-  EXPECT_EQ(error->defect, CloudDefect::kNoValidPoints);
+  EXPECT_EQ(error->defect, DropReason::kNoValidPoints);
   EXPECT_NE(error->text.find("all of its 3 points are NaN"), std::string::npos) << error->text;
 }
 
@@ -206,7 +206,7 @@ TEST(CloudConversions, PaddingAfterTheLastRowMayBeMissing) {
   message.data.resize(message.data.size() - 5);
   EXPECT_EQ(convertGood(message).points.back(), Eigen::Vector3f(10, 11, 12));
   message.data.resize(message.data.size() - 1);
-  EXPECT_EQ(std::get<CloudError>(convertCloud(message)).defect, CloudDefect::kShortData);
+  EXPECT_EQ(std::get<CloudError>(convertCloud(message)).defect, DropReason::kShortData);
 }
 
 const Eigen::Vector3d kNoReturn =

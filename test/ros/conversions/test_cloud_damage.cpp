@@ -33,12 +33,12 @@ PointCloud2 makeSmallMessage() {
 struct Damage {
   std::string name;
   std::function<void(PointCloud2&)> apply;
-  CloudDefect defect;
+  DropReason defect;
   std::string text;  ///< Text that the log must show.
 };
 
 std::vector<Damage> makeDamages() {
-  using D = CloudDefect;
+  using D = DropReason;
   using M = PointCloud2;
   return {
       {"frame", [](M& m) { m.header.frame_id.clear(); }, D::kEmptyFrame, "frame_id is empty"},
@@ -81,7 +81,7 @@ std::vector<Damage> makeDamages() {
 }
 
 TEST(CloudDamage, EveryDamageIsNamedWithWhatToDo) {
-  std::set<CloudDefect> seen;
+  std::set<DropReason> seen;
   for (const Damage& damage : makeDamages()) {
     SCOPED_TRACE(damage.name);
     PointCloud2 message = makeSmallMessage();
@@ -102,14 +102,14 @@ TEST(CloudDamage, EveryDamageIsNamedWithWhatToDo) {
 TEST(CloudDamage, DefectsHaveNamesOfTheirOwn) {
   std::set<std::string> names;
   for (std::size_t i = 0; i < kNumCloudDefects; ++i) {
-    names.insert(toString(static_cast<CloudDefect>(i)));
+    names.insert(toString(static_cast<DropReason>(i)));
   }
   EXPECT_EQ(names.size(), kNumCloudDefects);
 }
 
 TEST(CloudDamage, TheDefectThatIsCheckedFirstIsReported) {
   PointCloud2 message;
-  EXPECT_EQ(std::get<CloudError>(convertCloud(message)).defect, CloudDefect::kEmptyFrame);
+  EXPECT_EQ(std::get<CloudError>(convertCloud(message)).defect, DropReason::kEmptyFrame);
 }
 
 PointCloud2 makeRandomMessage(Random& random) {
@@ -200,8 +200,8 @@ TEST(CloudDamage, CorruptedMessagesAreRefusedOrReadInside) {
   EXPECT_EQ(num_done, kCases);
   EXPECT_GT(num_good, kCases / 10);
   for (std::size_t i = 0; i < kNumCloudDefects; ++i) {
-    const auto defect = static_cast<CloudDefect>(i);
-    if (defect == CloudDefect::kEmptyFrame || defect == CloudDefect::kNoPointTimes) continue;
+    const auto defect = static_cast<DropReason>(i);
+    if (defect == DropReason::kEmptyFrame || defect == DropReason::kNoPointTimes) continue;
     EXPECT_GT(num_defects[i], 20U) << toString(defect);
   }
 }

@@ -1,8 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Scans of a sensor that moves while it measures.
 #include "cuboid_mapping/map/cuboid_map.h"
-#include "cuboid_mapping/ros/clouds/source.h"
-#include "cuboid_mapping/ros/conversions/point_times.h"
+#include "cuboid_mapping/ros/clouds/cloud_pipeline.h"
 #include "cuboid_mapping/ros/conversions/sweep.h"
 #include "ros/cloud_messages.h"
 #include "support/random.h"
@@ -332,7 +331,7 @@ TEST_F(MovingSensor, WhatSaysNoTimesIsRefused) {
   PointCloud2 cloud = makeTimedCloud("intensity", PointField::FLOAT32, times_s, seeWall(times_s));
   EXPECT_TRUE(mapOf(toMessage(cloud)).empty());
   ASSERT_TRUE(error_);
-  EXPECT_EQ(error_->defect, CloudDefect::kNoPointTimes);
+  EXPECT_EQ(error_->defect, DropReason::kNoPointTimes);
   EXPECT_NE(error_->text.find("or set deskew to false"), std::string::npos) << error_->text;
   cloud.fields.back().name = "time";
   EXPECT_FALSE(mapOf(toMessage(cloud)).empty());

@@ -2,7 +2,7 @@
 #include "cuboid_mapping/ros/conversions/sensor_conversions.h"
 
 #include "cuboid_mapping/interop/octomap_parity.h"
-#include "cuboid_mapping/ros/clouds/source.h"
+#include "cuboid_mapping/ros/clouds/cloud_pipeline.h"
 #include "ros/cloud_messages.h"
 #include "support/random.h"
 
@@ -71,7 +71,7 @@ CloudPoints expectGood(const std::variant<CloudPoints, CloudError>& result) {
   return std::get<CloudPoints>(result);
 }
 
-CloudDefect defectOf(const std::variant<CloudPoints, CloudError>& result) {
+DropReason defectOf(const std::variant<CloudPoints, CloudError>& result) {
   const auto* error = std::get_if<CloudError>(&result);
   EXPECT_NE(error, nullptr);
   if (error == nullptr) return {};
@@ -247,14 +247,13 @@ TEST(SensorConversions, PixelsLieWhereTheCameraSays) {
 }
 
 TEST(SensorConversions, WhatCannotBeUsedIsRefusedWithTheReason) {
-  EXPECT_EQ(defectOf(convertLaserScan(makeScan({}))), CloudDefect::kNoPoints);
-  EXPECT_EQ(defectOf(convertLaserScan(makeScan({kNotANumber, 50.0F}))),
-            CloudDefect::kNoValidPoints);
+  EXPECT_EQ(defectOf(convertLaserScan(makeScan({}))), DropReason::kNoPoints);
+  EXPECT_EQ(defectOf(convertLaserScan(makeScan({kNotANumber, 50.0F}))), DropReason::kNoValidPoints);
   LaserScan scan = makeScan({1.0F});
   scan.angle_increment = kNotANumber;
-  EXPECT_EQ(defectOf(convertLaserScan(scan)), CloudDefect::kBadLayout);
+  EXPECT_EQ(defectOf(convertLaserScan(scan)), DropReason::kBadLayout);
   scan.header.frame_id.clear();
-  EXPECT_EQ(defectOf(convertLaserScan(scan)), CloudDefect::kEmptyFrame);
+  EXPECT_EQ(defectOf(convertLaserScan(scan)), DropReason::kEmptyFrame);
 
   const DepthImage depth = makeDepth({1.0F, 2.0F}, 2);
   const auto refused = [&](const std::function<void(Image&, CameraInfo&)>& spoil) {
@@ -264,23 +263,22 @@ TEST(SensorConversions, WhatCannotBeUsedIsRefusedWithTheReason) {
     return defectOf(convertDepthImage({image, camera}));
   };
   EXPECT_EQ(refused([](Image& image, CameraInfo&) { image.header.frame_id.clear(); }),
-            CloudDefect::kEmptyFrame);
-  EXPECT_EQ(refused([](Image& image, CameraInfo&) { image.width = 0; }), CloudDefect::kNoPoints);
+            DropReason::kEmptyFrame);
+  EXPECT_EQ(refused([](Image& image, CameraInfo&) { image.width = 0; }), DropReason::kNoPoints);
   EXPECT_EQ(refused([](Image& image, CameraInfo&) { image.encoding = "bgr8"; }),
-            CloudDefect::kWrongDatatype);
+            DropReason::kWrongDatatype);
   EXPECT_EQ(refused([](Image& image, CameraInfo&) {
               image.step = 7;
               image.data.push_back(0);  // Otherwise its size would give the step.
             }),
-            CloudDefect::kBadLayout);
+            DropReason::kBadLayout);
   EXPECT_EQ(refused([](Image& image, CameraInfo&) { image.height = 4000000000U; }),
-            CloudDefect::kShortData);
-  EXPECT_EQ(refused([](Image&, CameraInfo& camera) { camera.P[0] = 0.0; }),
-            CloudDefect::kBadLayout);
+            DropReason::kShortData);
+  EXPECT_EQ(refused([](Image&, CameraInfo& camera) { camera.P[0] = 0.0; }), DropReason::kBadLayout);
   EXPECT_EQ(refused([](Image&, CameraInfo& camera) { camera.width = 1280; }),
-            CloudDefect::kBadLayout);
+            DropReason::kBadLayout);
   EXPECT_EQ(refused([](Image& image, CameraInfo&) { image.data.assign(8, 0); }),
-            CloudDefect::kNoValidPoints);
+            DropReason::kNoValidPoints);
 }
 
 /// Compares the map of one message with OctoMap's map of the same rays, at 5 cm.

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "cuboid_mapping/ros/diagnostics/speed_advice.h"
+#include "cuboid_mapping/ros/diagnostics/cloud_ledger.h"
 
 #include <gtest/gtest.h>
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "cuboid_mapping/ros/middleware/byte_budget.h"
+#include "cuboid_mapping/ros/middleware/rate_limit.h"
 
 #include "support/random.h"
 

@@ -2,7 +2,7 @@
 // No exception leaves a callback: tests of the guard, and a search of the sources for unguarded callbacks.
 #include "cuboid_mapping/ros/middleware/callback_guard.h"
 
-#include "cuboid_mapping/ros/middleware/function_callback.h"
+#include "cuboid_mapping/ros/middleware/callbacks.h"
 
 #include <gtest/gtest.h>
 #include <ros/console.h>

@@ -31,7 +31,7 @@ using cuboid_mapping::test::Random;
 using cuboid_mapping::test::seedNote;
 using cuboid_mapping::test::visitCells;
 
-std::unique_ptr<octomap::OcTree> toTree(const OctomapMessage& message) {
+std::unique_ptr<octomap::OcTree> toTree(const octomap_msgs::Octomap& message) {
   auto tree = std::make_unique<octomap::OcTree>(message.resolution);
   std::stringstream data;
   data.write(reinterpret_cast<const char*>(message.data.data()),

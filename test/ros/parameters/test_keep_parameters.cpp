@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "cuboid_mapping/ros/parameters/keep_parameters.h"
+#include "cuboid_mapping/ros/parameters/parameters.h"
 
 #include "cuboid_mapping/ros/parameters/parameter_table.h"
 

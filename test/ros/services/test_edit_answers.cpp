@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
+#include "cuboid_mapping/history/kept_clouds.h"
 #include "cuboid_mapping/ros/map/edit_undo.h"
 #include "cuboid_mapping/ros/services/answers.h"
 
@@ -7,6 +8,8 @@
 
 #include <cmath>
 #include <map>
+#include <memory>
+#include <vector>
 
 namespace cuboid_mapping_ros {
 namespace {
@@ -130,6 +133,39 @@ TEST_F(EditAnswers, AreUndoneAsAWholeWhereBoxesOverlapAndCloudsCameLater) {
   });
   EXPECT_TRUE(undoEdit(map_).success);
   EXPECT_EQ(snapshot(), before);
+}
+
+/// A correction of poses would keep the content of the boxes.
+TEST_F(EditAnswers, LeaveNothingInTheHistoryOnceTheyAreUndone) {
+  map_.setHistory(std::make_unique<KeptHistory>(map_.config(), 0.1 / 16, HistoryLimits()));
+  map_.read([&](const CuboidMap& map) { map_.history()->restart(map); });
+  KeptObservation observation;
+  observation.cloud.stamp_ns = 1000000000;
+  const std::vector<Eigen::Vector3f> points = {{1.05F, 0.05F, 0.05F}};
+  const Eigen::Vector3d origin(0.05, 0.05, 0.05);
+  observation.cloud.scans_body = {makeScan(Eigen::Isometry3d::Identity(), origin, points)};
+  roundScan(observation.cloud.scans_body[0], 0.1 / 16);
+  map_.history()->add(observation);
+  const PoseTrack track({{0, Eigen::Isometry3d::Identity()},
+                         {2000000000, Eigen::Isometry3d(Eigen::Translation3d(0.0, 0.4, 0.0))}});
+  const auto corrected = [&] {
+    return cuboid_mapping::test::voxelsOf(map_.history()->whole().correct(track).map());
+  };
+  const auto expected = corrected();
+  auto request = makeRequest(SetBox::Request::FREE);
+  request.lock = true;
+  const auto set = [&] { EXPECT_TRUE(answer<SetBox>(in_frame_, request).info.success); };
+  set();
+  EXPECT_NE(corrected(), expected);
+  EXPECT_TRUE(undoEdit(map_).success);
+  EXPECT_EQ(corrected(), expected);
+
+  set();
+  map_.editIn({{20, 0, 0}, {21, 1, 1}}, [](CuboidMap& map) {
+    return map.replace({{20, 0, 0}, {21, 1, 1}}, {{{{20, 0, 0}, {21, 1, 1}}, 0.85F}});
+  });
+  EXPECT_TRUE(undoEdit(map_).success);
+  EXPECT_NE(corrected(), expected) << "another edit came between";
 }
 
 TEST_F(EditAnswers, AreNotUndoneInAMapThatWasReplacedNorBeyondTheirNumber) {

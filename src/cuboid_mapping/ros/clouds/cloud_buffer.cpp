@@ -26,13 +26,12 @@ double secondsBetween(const ros::Time& from, const ros::Time& to) {
   return to.toSec() - from.toSec();
 }
 
-/// The text of make(); empty if there is no memory for it.
-template <typename MakeT>
-std::string wordsOrNone(const MakeT& make) noexcept {
+/// Runs work that fills in a text. Without memory for it the text stays empty, or nothing is said.
+template <typename WorkT>
+void ifMemory(const WorkT& work) {
   try {
-    return make();
+    work();
   } catch (const std::exception&) {
-    return {};
   }
 }
 
@@ -74,7 +73,9 @@ void CloudBuffer::put(const SensorMessage& cloud) {
 }
 
 void CloudBuffer::refuse(std::size_t source, DropReason reason) {
-  callbacks_.drop(source, reason, wordsOrNone([&] { return std::string(toAdvice(reason)); }));
+  std::string text;
+  ifMemory([&] { text = toAdvice(reason); });
+  callbacks_.drop(source, reason, text);
 }
 
 void CloudBuffer::noteStamp(const SensorMessage& cloud, double now_s) {
@@ -254,7 +255,8 @@ bool CloudBuffer::updateEntry(Entry& entry, double now_s, DropReason& reason) {
     }
     if (entry.search.blocksLater()) source.blocked = &entry;
   } else if (entry.search.why.empty()) {
-    waitAs(*blocked, entry);
+    ifMemory([&] { entry.search.why = blocked->search.why; });
+    entry.search.lead_s = blocked->search.lead_s;
   }
   sayWaiting(entry, now_s);
   const ros::Time now = callbacks_.now();
@@ -274,30 +276,19 @@ void CloudBuffer::search(Entry& entry, double now_s) {
   }
 }
 
-void CloudBuffer::waitAs(const Entry& blocked, Entry& entry) {
-  try {
-    entry.search.why = blocked.search.why;
-    entry.search.lead_s = blocked.search.lead_s;
-  } catch (const std::exception&) {
-    // There is no memory for the text; the next update() tries again.
-  }
-}
-
 void CloudBuffer::sayWaiting(const Entry& entry, double now_s) {
   Source& source = sources_[entry.cloud.source];
   const bool is_said = source.said_waiting_s && now_s - *source.said_waiting_s < kSayAgain_s;
   if (now_s - entry.put_s <= kSayWaiting_s || is_said) return;
   source.said_waiting_s = now_s;
-  try {
-    callbacks_.say_waiting(entry.cloud.source, describeMissing(entry));
-  } catch (const std::exception&) {
-    // There is no memory for the text.
-  }
+  ifMemory([&] { callbacks_.say_waiting(entry.cloud.source, describeMissing(entry)); });
 }
 
 void CloudBuffer::drop(const Entries::iterator& entry, DropReason reason) {
   const Entry gone = take(entry);
-  callbacks_.drop(gone.cloud.source, reason, wordsOrNone([&] { return describe(gone, reason); }));
+  std::string text;
+  ifMemory([&] { text = describe(gone, reason); });
+  callbacks_.drop(gone.cloud.source, reason, text);
 }
 
 std::string CloudBuffer::describe(const Entry& entry, DropReason reason) {

@@ -2,7 +2,7 @@
 #pragma once
 
 #include "cuboid_mapping/ros/clouds/cloud_poses.h"
-#include "cuboid_mapping/ros/conversions/sensor_message.h"
+#include "cuboid_mapping/ros/conversions/sensor_conversions.h"
 #include "cuboid_mapping/ros/diagnostics/node_statistics.h"
 
 #include <ros/time.h>
@@ -157,7 +157,6 @@ class CloudBuffer {
   /// @return false if the cloud is to be dropped.
   [[nodiscard]] bool updateEntry(Entry& entry, double now_s, DropReason& reason);
   void search(Entry& entry, double now_s);
-  static void waitAs(const Entry& blocked, Entry& entry);
   void sayWaiting(const Entry& entry, double now_s);
   void dropOverload();
   [[nodiscard]] std::size_t countReady(std::size_t source) const;

@@ -3,8 +3,7 @@
 
 #include "cuboid_mapping/history/cloud_replay.h"
 #include "cuboid_mapping/history/kept_clouds.h"
-#include "cuboid_mapping/ros/clouds/robot_filter.h"
-#include "cuboid_mapping/ros/conversions/sensor_conversions.h"
+#include "cuboid_mapping/ros/clouds/self_filter.h"
 
 #include <algorithm>
 #include <iterator>
@@ -14,9 +13,6 @@
 
 namespace cuboid_mapping_ros {
 namespace {
-
-using cuboid_mapping::Scan;
-using cuboid_mapping::ScanUpdate;
 
 /// Computes NodeStatistics::reach_m from a sample of the points.
 double findReach(const CloudPoints& cloud, const Eigen::Vector3d& sensor_cloud) {
@@ -34,17 +30,9 @@ double findReach(const CloudPoints& cloud, const Eigen::Vector3d& sensor_cloud) 
   return static_cast<double>(*reach);
 }
 
-CloudError noTimesError(const SensorMessage& cloud) {
-  return {CloudDefect::kNoPointTimes, "message in frame '" + cloud.header().frame_id +
-                                          "': it has no time for each point within a second of its "
-                                          "stamp, as deskew needs: a field time, t, "
-                                          "offset_time or timestamp, or a time_increment. Have the "
-                                          "driver send it, or set deskew to false"};
-}
-
 /// Limits without the crop if the ground filter is on: see CloudPipeline::cropInBase().
-cuboid_mapping::ScanLimits makeScanLimits(const SourceParameters& source) {
-  cuboid_mapping::ScanLimits limits;
+ScanLimits makeScanLimits(const SourceParameters& source) {
+  ScanLimits limits;
   limits.min_range_m = source.min_range_m;
   if (!source.filter_ground) limits.crop_map = source.crop;
   return limits;
@@ -57,8 +45,8 @@ int numThreads(const NodeParameters& parameters) {
   return std::max(1, static_cast<int>(std::thread::hardware_concurrency()));
 }
 
-cuboid_mapping::MapConfig makeMapConfig(const NodeParameters& parameters) {
-  cuboid_mapping::MapConfig config = parameters.map;
+MapConfig makeMapConfig(const NodeParameters& parameters) {
+  MapConfig config = parameters.map;
   config.sensor_model = parameters.source.sensor_model;
   config.threads = numThreads(parameters);
   return config;
@@ -71,7 +59,7 @@ CloudPipeline::CloudPipeline(const NodeParameters& parameters, const SourceParam
       checks_(source.type == SourceType::kDepthImage, source.max_range_m),
       sensor_model_(source.sensor_model, parameters.map.environment),
       scan_limits_(makeScanLimits(source)),
-      scan_updater_(grid_, cuboid_mapping::BeamRanges{source.max_range_m, source.end_margin_m},
+      scan_updater_(grid_, BeamRanges{source.max_range_m, source.end_margin_m},
                     numThreads(parameters), parameters.map.beamSampling()) {}
 
 const ScanUpdate* CloudPipeline::compute(const SensorMessage& cloud, const CloudPoses& poses,
@@ -91,7 +79,9 @@ const ScanUpdate* CloudPipeline::compute(const SensorMessage& cloud, const Cloud
     return nullptr;
   }
   if (source_.deskew && poses.slices.empty()) {
-    error = noTimesError(cloud);
+    error = describeError(DropReason::kNoPointTimes, "message", cloud.header(),
+                          "it has no time for each point within a second of its stamp, as deskew "
+                          "needs: a field time, t, offset_time or timestamp, or a time_increment");
     return nullptr;
   }
   auto& points = std::get<CloudPoints>(converted);
@@ -153,9 +143,9 @@ std::vector<Scan> CloudPipeline::keep(std::vector<Scan> scans_body,
           "the sensor is more than 500 m away from keep_clouds/body_frame: name the frame of the "
           "robot that carries it");
     }
-    roundScan(scan, grid_.resolution() / cuboid_mapping::kKeptStepsPerVoxel);
+    roundScan(scan, grid_.resolution() / kKeptStepsPerVoxel);
   }
-  cuboid_mapping::FilterCounts filtered;
+  FilterCounts filtered;
   auto scans = placeScans(T_map_body, kept_scans_, scan_limits_, filtered);
   statistics.num_filtered += filtered.num_too_near + filtered.num_outside_crop;
   return scans;
@@ -199,7 +189,7 @@ Scan CloudPipeline::makeScan(const CloudPoints& points, const CloudPoses& poses,
     return toScan(points, poses.body->T_body_cloud, poses.body->T_body_sensor.translation());
   }
   Scan scan = toScan(points, poses.T_map_cloud, poses.T_map_sensor.translation());
-  const cuboid_mapping::FilterCounts filtered = filterScan(scan, scan_limits_);
+  const FilterCounts filtered = filterScan(scan, scan_limits_);
   statistics.num_filtered += filtered.num_too_near + filtered.num_outside_crop;
   return scan;
 }
@@ -233,7 +223,7 @@ void CloudPipeline::cropInBase(std::vector<Eigen::Vector3f>& points,
                                const Eigen::Isometry3d& T_base_points,
                                NodeStatistics& statistics) const {
   const auto is_outside = [&](const Eigen::Vector3f& point) {
-    return !cuboid_mapping::isInside(source_.crop, T_base_points * point.cast<double>());
+    return !isInside(source_.crop, T_base_points * point.cast<double>());
   };
   const auto end = std::remove_if(points.begin(), points.end(), is_outside);
   statistics.num_filtered += static_cast<std::uint64_t>(std::distance(end, points.end()));
@@ -249,6 +239,14 @@ const ScanUpdate& CloudPipeline::takeUse(const ScanUpdate& update) {
     keepClears(used_);
   }
   return used_;
+}
+
+std::vector<std::unique_ptr<Source>> makeSources(const NodeParameters& parameters) {
+  std::vector<std::unique_ptr<Source>> sources;
+  for (const SourceParameters& source : sourcesOf(parameters)) {
+    sources.push_back(std::make_unique<Source>(parameters, source));
+  }
+  return sources;
 }
 
 }  // namespace cuboid_mapping_ros

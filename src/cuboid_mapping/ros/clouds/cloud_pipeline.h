@@ -4,7 +4,7 @@
 #include "cuboid_mapping/ros/clouds/cloud_poses.h"
 #include "cuboid_mapping/ros/conversions/cloud_checks.h"
 #include "cuboid_mapping/ros/conversions/cloud_conversions.h"
-#include "cuboid_mapping/ros/conversions/sensor_message.h"
+#include "cuboid_mapping/ros/conversions/sensor_conversions.h"
 #include "cuboid_mapping/ros/diagnostics/node_statistics.h"
 #include "cuboid_mapping/ros/map/kept_history.h"
 #include "cuboid_mapping/ros/parameters/parameters.h"
@@ -13,6 +13,7 @@
 
 #include <Eigen/Geometry>
 
+#include <memory>
 #include <optional>
 #include <vector>
 
@@ -22,7 +23,7 @@ namespace cuboid_mapping_ros {
 [[nodiscard]] int numThreads(const NodeParameters& parameters);
 
 /// Configuration of the map, with the sensor model of the parameters outside the list of sources.
-[[nodiscard]] cuboid_mapping::MapConfig makeMapConfig(const NodeParameters& parameters);
+[[nodiscard]] MapConfig makeMapConfig(const NodeParameters& parameters);
 
 /// Turns a message of one source into observed voxels: conversion, ground, filters, ray walk. The
 /// same for the node, and for bags without a node. Not thread-safe.
@@ -39,12 +40,11 @@ class CloudPipeline {
   /// @param statistics  Gets counts and times, also of a cloud that is refused.
   /// @param error  Set when the cloud is refused.
   /// @return Valid until the next call; null when the cloud is refused.
-  const cuboid_mapping::ScanUpdate* compute(const SensorMessage& cloud, const CloudPoses& poses,
-                                            NodeStatistics& statistics,
-                                            std::optional<CloudError>& error);
+  const ScanUpdate* compute(const SensorMessage& cloud, const CloudPoses& poses,
+                            NodeStatistics& statistics, std::optional<CloudError>& error);
 
   /// Filtered measurements of the last accepted cloud, map frame; one scan for each slice.
-  [[nodiscard]] const std::vector<cuboid_mapping::Scan>& scans() const { return scans_; }
+  [[nodiscard]] const std::vector<Scan>& scans() const { return scans_; }
 
   /// The last accepted cloud, for the history; nothing without keep_clouds.
   [[nodiscard]] std::optional<KeptObservation> takeKept(const ros::Time& stamp,
@@ -54,19 +54,19 @@ class CloudPipeline {
   [[nodiscard]] std::vector<std::string> takeWarnings() { return checks_.takeWarnings(); }
 
   /// The map's sensor model, with the source's hit and miss.
-  [[nodiscard]] const cuboid_mapping::SensorModel& sensorModel() const { return sensor_model_; }
+  [[nodiscard]] const SensorModel& sensorModel() const { return sensor_model_; }
 
  private:
   /// A scan in the map, or with keep_clouds in the frame of the body.
-  [[nodiscard]] cuboid_mapping::Scan makeScan(const CloudPoints& points, const CloudPoses& poses,
-                                              NodeStatistics& statistics) const;
+  [[nodiscard]] Scan makeScan(const CloudPoints& points, const CloudPoses& poses,
+                              NodeStatistics& statistics) const;
   /// Voxels of the robot, for a scan of makeScan().
   [[nodiscard]] std::vector<Eigen::Vector3f> findFreePoints(const CloudPoses& poses,
-                                                            const cuboid_mapping::Scan& scan) const;
+                                                            const Scan& scan) const;
   /// Keeps scans that are in the frame of the body. @return The scans in the map.
-  [[nodiscard]] std::vector<cuboid_mapping::Scan> keep(std::vector<cuboid_mapping::Scan> scans_body,
-                                                       const Eigen::Isometry3d& T_map_body,
-                                                       NodeStatistics& statistics);
+  [[nodiscard]] std::vector<Scan> keep(std::vector<Scan> scans_body,
+                                       const Eigen::Isometry3d& T_map_body,
+                                       NodeStatistics& statistics);
   void leaveOutRobot(CloudPoints& points, const CloudPoses& poses,
                      NodeStatistics& statistics) const;
   /// Removes and returns the points of the ground within the crop; none without filter_ground.
@@ -77,27 +77,38 @@ class CloudPipeline {
   void cropInBase(std::vector<Eigen::Vector3f>& points, const Eigen::Isometry3d& T_base_points,
                   NodeStatistics& statistics) const;
   /// One scan, with the ends of beams to the ground, or one for each slice. The first has the free points.
-  [[nodiscard]] std::vector<cuboid_mapping::Scan> makeScans(const SensorMessage& cloud,
-                                                            CloudPoints& points,
-                                                            const CloudPoses& poses,
-                                                            NodeStatistics& statistics) const;
+  [[nodiscard]] std::vector<Scan> makeScans(const SensorMessage& cloud, CloudPoints& points,
+                                            const CloudPoses& poses,
+                                            NodeStatistics& statistics) const;
   /// A scan for each slice. @pre The poses have slices.
-  [[nodiscard]] std::vector<cuboid_mapping::Scan> makeSlices(const SensorMessage& cloud,
-                                                             const CloudPoints& points,
-                                                             const CloudPoses& poses,
-                                                             NodeStatistics& statistics) const;
-  [[nodiscard]] const cuboid_mapping::ScanUpdate& takeUse(const cuboid_mapping::ScanUpdate& update);
+  [[nodiscard]] std::vector<Scan> makeSlices(const SensorMessage& cloud, const CloudPoints& points,
+                                             const CloudPoses& poses,
+                                             NodeStatistics& statistics) const;
+  [[nodiscard]] const ScanUpdate& takeUse(const ScanUpdate& update);
 
   SourceParameters source_;
   SelfFilterParameters self_filter_;
-  cuboid_mapping::Grid grid_;
+  Grid grid_;
   CloudChecks checks_;
-  cuboid_mapping::SensorModel sensor_model_;
-  cuboid_mapping::ScanLimits scan_limits_;
-  cuboid_mapping::ScanUpdater scan_updater_;
-  std::vector<cuboid_mapping::Scan> scans_;
-  std::vector<cuboid_mapping::Scan> kept_scans_;  ///< Scans in the frame of the body.
-  cuboid_mapping::ScanUpdate used_;  ///< The part of the update that takeUse() has left.
+  SensorModel sensor_model_;
+  ScanLimits scan_limits_;
+  ScanUpdater scan_updater_;
+  std::vector<Scan> scans_;
+  std::vector<Scan> kept_scans_;  ///< Scans in the frame of the body.
+  ScanUpdate used_;               ///< The part of the update that takeUse() has left.
 };
+
+/// Processing of a sensor's messages, without the topic. Not thread-safe.
+struct Source {
+  Source(const NodeParameters& node, const SourceParameters& source)
+      : parameters(source), frames(node, source), pipeline(node, source) {}
+
+  SourceParameters parameters;
+  PoseFrames frames;
+  CloudPipeline pipeline;
+};
+
+/// One for each of sourcesOf().
+[[nodiscard]] std::vector<std::unique_ptr<Source>> makeSources(const NodeParameters& parameters);
 
 }  // namespace cuboid_mapping_ros

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "cuboid_mapping/ros/clouds/cloud_poses.h"
 
-#include "cuboid_mapping/ros/conversions/point_times.h"
 #include "cuboid_mapping/ros/middleware/tf_lookup.h"
 
 #include <algorithm>

@@ -4,14 +4,6 @@
 #include "cuboid_mapping/map/locked_boxes.h"
 namespace cuboid_mapping_ros {
 
-using cuboid_mapping::BrickMask;
-using cuboid_mapping::BrickUpdate;
-using cuboid_mapping::Cell;
-using cuboid_mapping::MapWindow;
-using cuboid_mapping::PackedVoxels;
-using cuboid_mapping::Scan;
-using cuboid_mapping::ScanUpdate;
-
 std::vector<Eigen::Vector3d> MovingFilter::findMoving(const std::vector<Scan>& scans) const {
   std::vector<Eigen::Vector3d> moving;
   if (is_reset_) return moving;
@@ -39,8 +31,7 @@ const ScanUpdate& MovingFilter::take(const ScanUpdate& update,
   return leaves_out ? rest_ : update;
 }
 
-std::size_t freeVoidVoxels(const cuboid_mapping::VoidSpace& void_space,
-                           cuboid_mapping::CuboidMap& map) {
+std::size_t freeVoidVoxels(const VoidSpace& void_space, CuboidMap& map) {
   std::size_t num_freed = 0;
   void_space.forEach([&](const Cell& brick, const BrickMask& mask) {
     const PackedVoxels* voxels = map.voxels().find(brick);
@@ -50,13 +41,12 @@ std::size_t freeVoidVoxels(const cuboid_mapping::VoidSpace& void_space,
     passed[0].misses = voxels->occupied() & mask;
     passed = map.locked().without(passed);
     if (passed[0].misses.isEmpty()) return;
-    const cuboid_mapping::SensorModel& model = map.sensorModel();
+    const SensorModel& model = map.sensorModel();
     PackedVoxels free;
     PackedVoxels().observe({}, passed[0].misses, model, free);
     PackedVoxels changed = *voxels;
     changed.replace(passed[0].misses, free, changed);
-    (void)map.replace(cuboid_mapping::brickBox(brick),
-                      std::vector<cuboid_mapping::VoxelBrick>{{brick, changed}});
+    (void)map.replace(brickBox(brick), std::vector<VoxelBrick>{{brick, changed}});
     num_freed += static_cast<std::size_t>(passed[0].misses.count());
   });
   return num_freed;

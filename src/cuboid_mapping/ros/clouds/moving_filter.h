@@ -28,38 +28,35 @@ class MovingFilter {
       : grid_(resolution_m), what_(what), window_(window) {}
 
   /// Points in void voxels, map frame, in metres. Call it before take().
-  [[nodiscard]] std::vector<Eigen::Vector3d> findMoving(
-      const std::vector<cuboid_mapping::Scan>& scans) const;
+  [[nodiscard]] std::vector<Eigen::Vector3d> findMoving(const std::vector<Scan>& scans) const;
 
   /// Notes a cloud. @return The part that goes into the map: all, or with kLeaveOut all but hits in voxels that were void
   ///         before. Valid until the next call, and as long as `update`.
   /// @param window_center_map  Ignored without a window.
-  [[nodiscard]] const cuboid_mapping::ScanUpdate& take(
-      const cuboid_mapping::ScanUpdate& update,
-      const Eigen::Vector3d& window_center_map = Eigen::Vector3d::Zero());
+  [[nodiscard]] const ScanUpdate& take(
+      const ScanUpdate& update, const Eigen::Vector3d& window_center_map = Eigen::Vector3d::Zero());
 
   /// Void space of all clouds so far.
-  [[nodiscard]] const cuboid_mapping::VoidSpace& voidSpace() const { return void_space_; }
+  [[nodiscard]] const VoidSpace& voidSpace() const { return void_space_; }
 
   /// Replaces the void space, for example by that of another frame.
-  void setVoidSpace(cuboid_mapping::VoidSpace void_space) { void_space_ = std::move(void_space); }
+  void setVoidSpace(VoidSpace void_space) { void_space_ = std::move(void_space); }
 
   /// Forgets everything before the next cloud. Thread-safe.
   void reset() { is_reset_ = true; }
 
  private:
-  cuboid_mapping::Grid grid_;
+  Grid grid_;
   MovingPoints what_;
   WindowParameters window_;
-  cuboid_mapping::VoidSpace void_space_;
-  cuboid_mapping::ScanUpdate rest_;
+  VoidSpace void_space_;
+  ScanUpdate rest_;
   std::atomic<bool> is_reset_{false};
 };
 
 /// Frees occupied voxels in void space, except locked ones, after a drive: objects that passed before it was known
 /// that the place is empty. Such a voxel is then as if one beam had passed it.
 /// @return Number of voxels.
-std::size_t freeVoidVoxels(const cuboid_mapping::VoidSpace& void_space,
-                           cuboid_mapping::CuboidMap& map);
+std::size_t freeVoidVoxels(const VoidSpace& void_space, CuboidMap& map);
 
 }  // namespace cuboid_mapping_ros

@@ -2,7 +2,7 @@
 #include "cuboid_mapping/ros/clouds/node_sources.h"
 
 #include "cuboid_mapping/io/text.h"
-#include "cuboid_mapping/ros/clouds/topic_types.h"
+#include "cuboid_mapping/ros/clouds/source_subscriber.h"
 
 #include <ros/console.h>
 #include <ros/time.h>
@@ -11,7 +11,6 @@
 #include <chrono>
 #include <iterator>
 #include <map>
-#include <optional>
 
 namespace cuboid_mapping_ros {
 
@@ -53,7 +52,7 @@ std::string NodeSources::findWrongTypes() {
   std::vector<std::string> found;
   std::copy_if(wrong_types_.begin(), wrong_types_.end(), std::back_inserter(found),
                [](const std::string& text) { return !text.empty(); });
-  return cuboid_mapping::join(found, "; ");
+  return join(found, "; ");
 }
 
 void NodeSources::addDiagnostics(diagnostic_updater::Updater& diagnostics) {
@@ -80,6 +79,39 @@ void NodeSources::report(std::size_t source, diagnostic_updater::DiagnosticStatu
   report.is_simulated_time = ros::Time::isSimTime();
   fillStatus(report, reported_[source], status);
   reported_[source] = noted.statistics;
+}
+
+ReportSummary summarize(const SourceReport& report, const SourceStatistics& last_report) {
+  const SourceStatistics& now = report.statistics;
+  const std::uint64_t num_dropped = now.num_dropped - last_report.num_dropped;
+  if (num_dropped > 0) {
+    return {ReportLevel::kWarning, counted(num_dropped, "message") + " dropped: " + now.last_drop};
+  }
+  if (!report.wrong_type.empty()) return {ReportLevel::kError, report.wrong_type};
+  const bool has_ended = report.is_simulated_time && report.num_publishers == 0;
+  if (report.silence_s > kMaxSilence_s && !has_ended) {
+    return {ReportLevel::kWarning,
+            "no " + report.type + " on " + report.topic +
+                (now.num_received == 0
+                     ? " yet"
+                     : " for " + std::to_string(static_cast<int>(report.silence_s)) + " s") +
+                (report.num_publishers == 0 ? ", nobody publishes it" : "") +
+                ": check the topic and that the sensor is running"};
+  }
+  return {ReportLevel::kOk, counted(now.num_inserted, "message") + " in the map"};
+}
+
+void fillStatus(const SourceReport& report, const SourceStatistics& last_report,
+                diagnostic_updater::DiagnosticStatusWrapper& status) {
+  const ReportSummary summary = summarize(report, last_report);
+  status.summary(static_cast<unsigned char>(summary.level), summary.message);
+  status.add("topic", report.topic);
+  status.add("type", report.type);
+  status.add("messages received", report.statistics.num_received);
+  status.add("messages inserted", report.statistics.num_inserted);
+  status.add("messages dropped", report.statistics.num_dropped);
+  status.add("messages ignored, max_rate", report.statistics.num_ignored);
+  if (report.rate_hz) status.addf("rate [Hz]", "%.2f", *report.rate_hz);
 }
 
 }  // namespace cuboid_mapping_ros

@@ -2,7 +2,7 @@
 // Internal to self_filter.h: the collision shapes of a URDF.
 #pragma once
 
-#include "cuboid_mapping/ros/parameters/robot_parts.h"
+#include "cuboid_mapping/ros/parameters/parameters.h"
 
 #include <set>
 #include <string>

@@ -2,9 +2,14 @@
 #include "cuboid_mapping/ros/clouds/source_subscriber.h"
 
 #include "cuboid_mapping/ros/conversions/compressed_depth.h"
+#include "cuboid_mapping/ros/middleware/callbacks.h"
 
-#include <boost/function.hpp>
+#include <ros/master.h>
+#include <ros/this_node.h>
 
+#include <algorithm>
+#include <array>
+#include <cmath>
 #include <utility>
 
 namespace cuboid_mapping_ros {
@@ -36,11 +41,10 @@ SourceSubscriber::SourceSubscriber(const ros::NodeHandle& nh, const SourceParame
 
 template <typename MessageT>
 void SourceSubscriber::listen() {
-  using Message = typename MessageT::ConstPtr;
-  const boost::function<void(const Message&)> take = [this](const Message& message) {
-    if (callbacks_.arrived(index_, message->header)) callbacks_.take({message, index_});
-  };
-  subscribers_.push_back(nh_.subscribe(topic_, kReceiveQueueSize, take));
+  subscribers_.push_back(
+      subscribeTo<MessageT>(nh_, topic_, kReceiveQueueSize, [this](const auto& message) {
+        if (callbacks_.arrived(index_, message->header)) callbacks_.take({message, index_});
+      }));
 }
 
 void SourceSubscriber::listenToDepth(const SourceParameters& source) {
@@ -54,23 +58,104 @@ void SourceSubscriber::listenToDepth(const SourceParameters& source) {
         callbacks_.drop(index_, "nothing has come on " + camera_topic +
                                     ": check its publisher, or name the topic in camera_info");
       }});
-  using sensor_msgs::CameraInfo;
-  using sensor_msgs::CompressedImage;
-  using sensor_msgs::Image;
-  const boost::function<void(const Image::ConstPtr&)> take_image =
-      [this](const Image::ConstPtr& image) {
-        if (callbacks_.arrived(index_, image->header)) pairs_->add(image);
-      };
-  const boost::function<void(const CompressedImage::ConstPtr&)> take_compressed =
-      [this](const CompressedImage::ConstPtr& image) {
-        if (callbacks_.arrived(index_, image->header)) pairs_->add(toCompressedImage(*image));
-      };
-  const boost::function<void(const CameraInfo::ConstPtr&)> take_camera =
-      [this](const CameraInfo::ConstPtr& camera) { pairs_->add(camera); };
-  subscribers_.push_back(isCompressed(topic_)
-                             ? nh_.subscribe(topic_, kReceiveQueueSize, take_compressed)
-                             : nh_.subscribe(topic_, kReceiveQueueSize, take_image));
-  subscribers_.push_back(nh_.subscribe(camera_topic, kReceiveQueueSize, take_camera));
+  const auto take_image = [this](const sensor_msgs::Image::ConstPtr& image) {
+    if (callbacks_.arrived(index_, image->header)) pairs_->add(image);
+  };
+  const auto take_compressed = [this](const sensor_msgs::CompressedImage::ConstPtr& image) {
+    if (callbacks_.arrived(index_, image->header)) pairs_->add(toCompressedImage(*image));
+  };
+  subscribers_.push_back(isCompressed(topic_) ? subscribeTo<sensor_msgs::CompressedImage>(
+                                                    nh_, topic_, kReceiveQueueSize, take_compressed)
+                                              : subscribeTo<sensor_msgs::Image>(
+                                                    nh_, topic_, kReceiveQueueSize, take_image));
+  subscribers_.push_back(subscribeTo<sensor_msgs::CameraInfo>(
+      nh_, camera_topic, kReceiveQueueSize, [this](const auto& camera) { pairs_->add(camera); }));
+}
+
+double stampDistance(const ros::Time& camera, const ros::Time& image) {
+  return camera.isZero() ? 0.0 : std::abs(camera.toSec() - image.toSec());
+}
+
+void DepthPairs::add(const sensor_msgs::Image::ConstPtr& image) {
+  images_.push_back(image);
+  ++num_images_since_camera_;
+  const auto waits = [this] {
+    if (cameras_.empty()) return images_.size() <= kMaxCameras;
+    const ros::Time& newest = cameras_.back()->header.stamp;
+    const bool may_come = !newest.isZero() && newest < images_.front()->header.stamp &&
+                          num_images_since_camera_ <= kMaxWaiting;
+    return may_come && images_.size() <= kMaxWaiting;
+  };
+  while (!images_.empty() && !waits()) takeOldest();
+}
+
+void DepthPairs::add(const sensor_msgs::CameraInfo::ConstPtr& camera) {
+  cameras_.push_back(camera);
+  if (cameras_.size() > kMaxCameras) cameras_.pop_front();
+  num_images_since_camera_ = 0;
+  const ros::Time& stamp = camera->header.stamp;
+  while (!images_.empty() && (stamp.isZero() || stamp >= images_.front()->header.stamp)) {
+    takeOldest();
+  }
+}
+
+void DepthPairs::takeOldest() {
+  const auto image = images_.front();
+  images_.pop_front();
+  if (cameras_.empty()) return callbacks_.drop();
+  const ros::Time& stamp = image->header.stamp;
+  const auto nearest =
+      std::min_element(cameras_.begin(), cameras_.end(), [&stamp](const auto& a, const auto& b) {
+        return stampDistance(a->header.stamp, stamp) < stampDistance(b->header.stamp, stamp);
+      });
+  callbacks_.take({image, *nearest});
+}
+
+const char* datatypeOf(SourceType type, const std::string& topic) {
+  if (type == SourceType::kDepthImage) return isCompressed(topic) ? kCompressed : kImages;
+  return type == SourceType::kLaserScan ? kScans : kClouds;
+}
+
+std::string adviseOn(const std::string& datatype) {
+  constexpr std::array<std::pair<const char*, const char*>, 6> kAdvice{
+      {{"sensor_msgs/PointCloud", "convert it with point_cloud_converter"},
+       {"sensor_msgs/MultiEchoLaserScan", "take one echo of it with laser_proc"},
+       {"velodyne_msgs/VelodyneScan", "make clouds of its packets with velodyne_pointcloud"},
+       {"ouster_ros/PacketMsg", "make clouds of its packets with ouster_ros"},
+       {"livox_ros_driver/CustomMsg", "have the driver send PointCloud2 (xfer_format 0)"},
+       {"livox_ros_driver2/CustomMsg", "have the driver send PointCloud2 (xfer_format 0)"}}};
+  for (const auto& [name, advice] : kAdvice) {
+    if (datatype == name) return advice;
+  }
+  return "";
+}
+
+std::string describeWrongType(const SourceParameters& source, const std::string& topic,
+                              const std::string& datatype) {
+  if (datatype == datatypeOf(source.type, topic)) return "";
+  std::string cure = adviseOn(datatype);
+  for (const SourceType type :
+       {SourceType::kPointCloud, SourceType::kLaserScan, SourceType::kDepthImage}) {
+    if (datatype == datatypeOf(type, topic))
+      cure = std::string("set type to ") + toString(type) + " (roslaunch: type:=" + toString(type) +
+             ")";
+  }
+  if (cure.empty()) cure = "name a topic of clouds, planar scans or depth images";
+  return topic + " has messages of " + datatype + ", not of " + datatypeOf(source.type, topic) +
+         " (type " + toString(source.type) + "): " + cure;
+}
+
+std::map<std::string, std::string> publishedTypes() {
+  // Not by ros::master::getTopics(), which waits for a master that is gone.
+  XmlRpc::XmlRpcValue request;
+  request[0] = ros::this_node::getName();
+  request[1] = "";
+  XmlRpc::XmlRpcValue response;
+  XmlRpc::XmlRpcValue topics;
+  if (!ros::master::execute("getPublishedTopics", request, response, topics, false)) return {};
+  std::map<std::string, std::string> types;
+  for (int i = 0; i < topics.size(); ++i) types[topics[i][0]] = std::string(topics[i][1]);
+  return types;
 }
 
 }  // namespace cuboid_mapping_ros

@@ -1,20 +1,57 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
-#include "cuboid_mapping/ros/clouds/depth_pairs.h"
-#include "cuboid_mapping/ros/conversions/sensor_message.h"
+#include "cuboid_mapping/ros/conversions/sensor_conversions.h"
 #include "cuboid_mapping/ros/parameters/parameters.h"
 
 #include <ros/node_handle.h>
 #include <ros/subscriber.h>
 
 #include <cstddef>
+#include <deque>
 #include <functional>
+#include <map>
 #include <memory>
 #include <string>
+#include <utility>
 #include <vector>
 
 namespace cuboid_mapping_ros {
+
+/// Finds the camera_info of each depth image. Needs no master.
+///
+/// The one with the image's stamp counts; else one without a stamp, or the nearest by stamp: for a camera that does not
+/// change they are equal, whether they come 3 ms later, or once. message_filters has no policy for this: its
+/// synchronizers want a pair of stamps for each image.
+///
+/// An image waits until a camera_info arrives that is not earlier; for at most kMaxWaiting other images, and not
+/// at all if none has come for as many images. Before the first camera_info, kMaxCameras images wait. Not thread-safe.
+class DepthPairs {
+ public:
+  struct Callbacks {
+    std::function<void(const DepthImage& depth)> take;
+    std::function<void()> drop;  ///< Drops an image without camera_info. Must not throw.
+  };
+
+  static constexpr std::size_t kMaxWaiting = 3;
+  static constexpr std::size_t kMaxCameras = 10;
+
+  explicit DepthPairs(Callbacks callbacks) : callbacks_(std::move(callbacks)) {}
+
+  void add(const sensor_msgs::Image::ConstPtr& image);
+  void add(const sensor_msgs::CameraInfo::ConstPtr& camera);
+
+ private:
+  void takeOldest();
+
+  Callbacks callbacks_;
+  std::deque<sensor_msgs::Image::ConstPtr> images_;  ///< Waiting images.
+  std::deque<sensor_msgs::CameraInfo::ConstPtr> cameras_;
+  std::size_t num_images_since_camera_ = 0;
+};
+
+/// Seconds between the stamps of a camera_info and an image; 0 if the camera_info has none.
+[[nodiscard]] double stampDistance(const ros::Time& camera, const ros::Time& image);
 
 /// Topic of camera_info beside an image topic, compressed or not, where drivers publish it.
 [[nodiscard]] std::string cameraInfoBeside(const std::string& image_topic);
@@ -54,5 +91,28 @@ class SourceSubscriber {
   std::unique_ptr<DepthPairs> pairs_;
   std::vector<ros::Subscriber> subscribers_;  ///< The first one subscribes to the topic.
 };
+
+/// Message types of sensor topics.
+///@{
+constexpr char kClouds[] = "sensor_msgs/PointCloud2";
+constexpr char kScans[] = "sensor_msgs/LaserScan";
+constexpr char kImages[] = "sensor_msgs/Image";
+constexpr char kCompressed[] = "sensor_msgs/CompressedImage";
+///@}
+
+/// Message type that a source expects on a topic, such as "sensor_msgs/LaserScan".
+[[nodiscard]] const char* datatypeOf(SourceType type, const std::string& topic);
+
+/// Advice for sensor messages that cannot be mapped directly; empty for all other types.
+[[nodiscard]] std::string adviseOn(const std::string& datatype);
+
+/// Error and cure if a topic has another type than its source; else empty.
+[[nodiscard]] std::string describeWrongType(const SourceParameters& source,
+                                            const std::string& topic, const std::string& datatype);
+
+/// Message types of all topics that are published, by name; empty if the master does not answer.
+///
+/// Asks the master once, without waiting for it.
+[[nodiscard]] std::map<std::string, std::string> publishedTypes();
 
 }  // namespace cuboid_mapping_ros

@@ -7,7 +7,6 @@
 
 #include <algorithm>
 #include <array>
-#include <cstdint>
 
 // sensor_msgs::PointCloud2ConstIterator and pcl::fromROSMsg are not used: they trust the numbers of
 // the message, and know neither the other byte order nor FLOAT64 (nor the iterator row_step).
@@ -18,8 +17,6 @@ namespace {
 using sensor_msgs::PointCloud2;
 using sensor_msgs::PointField;
 
-constexpr std::array<const char*, 3> kAxisNames{"x", "y", "z"};
-
 /// The fields x, y and z.
 using XyzFields = std::array<const PointField*, 3>;
 
@@ -27,20 +24,12 @@ std::size_t sizeOf(const PointField& field) {
   return field.datatype == PointField::FLOAT64 ? sizeof(double) : sizeof(float);
 }
 
-CloudError makeError(CloudDefect defect, const PointCloud2& message, const std::string& what,
-                     const std::string& advice) {
-  return {defect, "cloud in frame '" + message.header.frame_id + "': " + what + ". " + advice};
+CloudError makeError(DropReason defect, const PointCloud2& message, const std::string& what) {
+  return describeError(defect, "cloud", message.header, what);
 }
 
 XyzFields findFields(const PointCloud2& message) {
-  XyzFields fields{};
-  for (std::size_t axis = 0; axis < 3; ++axis) {
-    const auto field =
-        std::find_if(message.fields.begin(), message.fields.end(),
-                     [&](const PointField& f) { return f.name == kAxisNames[axis]; });
-    if (field != message.fields.end()) fields[axis] = &*field;
-  }
-  return fields;
+  return {findField(message, "x"), findField(message, "y"), findField(message, "z")};
 }
 
 std::string listFields(const PointCloud2& message) {
@@ -54,62 +43,54 @@ std::string listFields(const PointCloud2& message) {
 
 std::optional<CloudError> checkFields(const PointCloud2& message, const XyzFields& fields) {
   if (std::any_of(fields.begin(), fields.end(), [](const auto* field) { return !field; })) {
-    return makeError(CloudDefect::kNoXyzFields, message,
-                     "it needs fields x, y and z, but has: " + listFields(message),
-                     "Connect cloud_in to a topic with 3D points");
+    return makeError(DropReason::kNoXyzFields, message,
+                     "it needs fields x, y and z, but has: " + listFields(message));
   }
   for (const PointField* field : fields) {
     if (field->datatype == PointField::FLOAT32 || field->datatype == PointField::FLOAT64) continue;
-    return makeError(CloudDefect::kWrongDatatype, message,
+    return makeError(DropReason::kWrongDatatype, message,
                      "field " + field->name + " has datatype " + std::to_string(field->datatype) +
-                         ", but must be FLOAT32 (7) or FLOAT64 (8)",
-                     "Configure the driver to publish metres as floating-point numbers");
+                         ", but must be FLOAT32 (7) or FLOAT64 (8)");
   }
   return std::nullopt;
 }
 
 std::optional<CloudError> checkLayout(const PointCloud2& message, const XyzFields& fields) {
-  const std::string advice = "Its description is wrong: fix the program that makes it";
   const CloudLayout layout = layoutOf(message);
   const std::uint64_t point_step = layout.point_step;
   const std::uint64_t row_step = layout.row_step;
   for (const PointField* field : fields) {
     if (field->offset + std::uint64_t{sizeOf(*field)} <= point_step) continue;
-    return makeError(CloudDefect::kBadLayout, message,
+    return makeError(DropReason::kBadLayout, message,
                      "field " + field->name + " at offset " + std::to_string(field->offset) +
-                         " reaches beyond point_step " + std::to_string(point_step),
-                     advice);
+                         " reaches beyond point_step " + std::to_string(point_step));
   }
   const std::uint64_t row_bytes = layout.width * point_step;
   if (layout.height > 1 && row_step < row_bytes) {
-    return makeError(CloudDefect::kBadLayout, message,
+    return makeError(DropReason::kBadLayout, message,
                      "row_step " + std::to_string(row_step) + " is less than a row of " +
                          std::to_string(message.width) + " points of " +
-                         std::to_string(point_step) + " bytes",
-                     advice);
+                         std::to_string(point_step) + " bytes");
   }
   const std::uint64_t num_bytes = layout.numBytes();
   if (message.data.size() < num_bytes) {
-    return makeError(CloudDefect::kShortData, message,
+    return makeError(DropReason::kShortData, message,
                      "it has " + std::to_string(message.data.size()) + " bytes of data, but " +
                          std::to_string(message.width) + " x " + std::to_string(message.height) +
-                         " points need " + std::to_string(num_bytes),
-                     "Look for a driver or a relay that truncates it");
+                         " points need " + std::to_string(num_bytes));
   }
   return std::nullopt;
 }
 
 std::optional<CloudError> checkCloud(const PointCloud2& message, const XyzFields& fields) {
   if (message.header.frame_id.empty()) {
-    return makeError(CloudDefect::kEmptyFrame, message, "header.frame_id is empty",
-                     "Set the frame of the sensor in its driver");
+    return makeError(DropReason::kEmptyFrame, message, "header.frame_id is empty");
   }
   const CloudLayout layout = layoutOf(message);
   if (layout.width == 0 || layout.height == 0) {
-    return makeError(CloudDefect::kNoPoints, message,
+    return makeError(DropReason::kNoPoints, message,
                      "it has no points (" + std::to_string(message.width) + " x " +
-                         std::to_string(message.height) + ")",
-                     "Check the sensor and any filters before this node");
+                         std::to_string(message.height) + ")");
   }
   if (auto error = checkFields(message, fields)) return error;
   return checkLayout(message, fields);
@@ -130,9 +111,9 @@ class PointReader {
 
   [[nodiscard]] bool hasDouble() const { return is_double_[0] || is_double_[1] || is_double_[2]; }
 
-  [[nodiscard]] Eigen::Vector3d read(std::size_t row, std::size_t column) const {
-    const std::uint8_t* point =
-        message_.data.data() + row * layout_.row_step + column * layout_.point_step;
+  /// @param offset  Place of the point in the data.
+  [[nodiscard]] Eigen::Vector3d read(std::size_t offset) const {
+    const std::uint8_t* point = message_.data.data() + offset;
     Eigen::Vector3d xyz;
     for (std::size_t axis = 0; axis < 3; ++axis) {
       const std::uint8_t* data = point + offsets_[axis];
@@ -168,11 +149,7 @@ bool isNoReturn(const Eigen::Vector3d& point, NoReturnPoints wanted) {
 /// Calls visit(point) for every point, row by row.
 template <typename VisitorT>
 void visitPoints(const PointReader& reader, VisitorT visit) {
-  for (std::size_t row = 0; row < reader.layout().height; ++row) {
-    for (std::size_t column = 0; column < reader.layout().width; ++column) {
-      visit(reader.read(row, column));
-    }
-  }
+  reader.layout().forEachPoint([&](std::size_t offset) { visit(reader.read(offset)); });
 }
 
 /// Median of each coordinate over a sample of the returns; 0 without any.
@@ -202,8 +179,7 @@ Eigen::Vector3d findAnchor(const PointReader& reader, const Eigen::Vector3d& sen
   if (!reader.hasDouble()) return Eigen::Vector3d::Zero();
   const Eigen::Vector3d median = findMedian(reader);
   const double distance_m = (median - sensor_cloud).cwiseAbs().maxCoeff();
-  return cuboid_mapping::floatAnchor(distance_m <= cuboid_mapping::kMaxFloatRange_m ? sensor_cloud
-                                                                                    : median);
+  return floatAnchor(distance_m <= kMaxFloatRange_m ? sensor_cloud : median);
 }
 
 /// Classifies the points of a cloud according to the options.
@@ -266,8 +242,7 @@ void addNoReturns(const PointReader& reader, const PointJudge& judge, const Clou
     are_wanted.push_back(is_zero ? contains(options.no_return_points, NoReturnPoints::kZero)
                                  : isNoReturn(point, options.no_return_points));
   });
-  const auto estimate =
-      cuboid_mapping::estimateNoReturnBeams(points_sensor, layout.width, layout.height);
+  const auto estimate = estimateNoReturnBeams(points_sensor, layout.width, layout.height);
   cloud.no_returns.reserve(estimate.beams.size());
   for (const auto& beam : estimate.beams) {
     if (!are_wanted[beam.index]) continue;
@@ -278,22 +253,7 @@ void addNoReturns(const PointReader& reader, const PointJudge& judge, const Clou
 
 }  // namespace
 
-const char* toString(CloudDefect defect) {
-  switch (defect) {
-    case CloudDefect::kEmptyFrame: return "empty frame_id";
-    case CloudDefect::kNoPoints: return "no points";
-    case CloudDefect::kNoXyzFields: return "no x/y/z fields";
-    case CloudDefect::kWrongDatatype: return "wrong datatype";
-    case CloudDefect::kBadLayout: return "bad layout";
-    case CloudDefect::kShortData: return "short data";
-    case CloudDefect::kNoValidPoints: return "no valid points";
-    case CloudDefect::kNoPointTimes: break;
-  }
-  return "no point times";
-}
-
-std::variant<CloudPoints, CloudError> convertCloud(const sensor_msgs::PointCloud2& message,
-                                                   const CloudOptions& options) {
+ConvertedCloud convertCloud(const sensor_msgs::PointCloud2& message, const CloudOptions& options) {
   const XyzFields fields = findFields(message);
   if (auto error = checkCloud(message, fields)) return *error;
   const PointReader reader(message, fields);
@@ -321,10 +281,9 @@ std::variant<CloudPoints, CloudError> convertCloud(const sensor_msgs::PointCloud
   }
   if (cloud.points.empty() && cloud.no_returns.empty()) {
     return makeError(
-        CloudDefect::kNoValidPoints, message,
+        DropReason::kNoValidPoints, message,
         "all of its " + std::to_string(cloud.num_invalid) + " points are NaN, infinite or zero" +
-            (options.no_return_ranges_m.empty() ? "" : ", or of a range of no_return_points"),
-        "Check that nothing covers the sensor, and check any filters before this node");
+            (options.no_return_ranges_m.empty() ? "" : ", or of a range of no_return_points"));
   }
   cloud.num_skipped = cloud.num_invalid - cloud.no_returns.size();
   return cloud;
@@ -341,8 +300,8 @@ std::vector<bool> findReturns(const PointCloud2& message) {
   return are_returns;
 }
 
-cuboid_mapping::Scan toScan(const CloudPoints& cloud, const Eigen::Isometry3d& T_map_cloud,
-                            const Eigen::Vector3d& origin_map) {
+Scan toScan(const CloudPoints& cloud, const Eigen::Isometry3d& T_map_cloud,
+            const Eigen::Vector3d& origin_map) {
   return cuboid_mapping::makeScan(T_map_cloud * Eigen::Translation3d(cloud.anchor_cloud),
                                   origin_map, cloud.points, cloud.no_returns);
 }

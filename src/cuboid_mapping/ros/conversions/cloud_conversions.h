@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include "cuboid_mapping/ros/conversions/cloud_error.h"
 #include "cuboid_mapping/ros/conversions/no_return_points.h"
+#include "cuboid_mapping/ros/middleware/core_names.h"
 #include "cuboid_mapping/scan/scan.h"
 
 #include <sensor_msgs/PointCloud2.h>
@@ -16,30 +18,6 @@
 #include <vector>
 
 namespace cuboid_mapping_ros {
-
-/// Reasons why a cloud cannot be used, in the order of the checks.
-enum class CloudDefect : unsigned char {
-  kEmptyFrame,     ///< header.frame_id is empty.
-  kNoPoints,       ///< width or height is 0, see layoutOf().
-  kNoXyzFields,    ///< There is no field x, y or z.
-  kWrongDatatype,  ///< x, y or z is neither FLOAT32 nor FLOAT64.
-  kBadLayout,      ///< point_step is 0, a field reaches beyond it, or row_step is less than a row.
-  kShortData,      ///< There is less data than width, height and steps say.
-  kNoValidPoints,  ///< All points are NaN, infinite or zero, and no beam without return is known.
-  kNoPointTimes,   ///< With deskew: the cloud has no times of its points.
-};
-
-/// Number of enumerators of CloudDefect, for counters.
-constexpr std::size_t kNumCloudDefects = 8;
-
-/// A short name for diagnostics, such as "no x/y/z fields".
-[[nodiscard]] const char* toString(CloudDefect defect);
-
-/// Reason why a cloud is refused.
-struct CloudError {
-  CloudDefect defect;
-  std::string text;  ///< Text for the log: the numbers, and the cure.
-};
 
 /// Content of a cloud, in metres in the cloud's frame.
 struct CloudPoints {
@@ -58,6 +36,9 @@ struct CloudPoints {
   std::size_t num_skipped = 0;  ///< Points left out because their beams are unknown or not wanted.
   std::string warning;  ///< Warning about an unusual message that was converted; else empty.
 };
+
+/// A converted message, or the reason of its refusal.
+using ConvertedCloud = std::variant<CloudPoints, CloudError>;
 
 /// Options for the conversion of a message.
 struct CloudOptions {
@@ -84,14 +65,14 @@ struct CloudOptions {
 ///
 /// Points that are no return, in an organized cloud (height > 1) with `no_return_range_m` > 0,
 /// become no-returns if they are of `no_return_points`, and if
-/// cuboid_mapping::estimateNoReturnBeams() finds their directions. In any other case they are
+/// estimateNoReturnBeams() finds their directions. In any other case they are
 /// skipped. A point with a NaN counts as NaN, else one with a coordinate below -1e30 as -inf, else
 /// one with a coordinate above 1e30 as +inf.
 ///
 /// @return At least one point or no-return; or why the message is refused.
 /// @complexity O(width * height).
-[[nodiscard]] std::variant<CloudPoints, CloudError> convertCloud(
-    const sensor_msgs::PointCloud2& message, const CloudOptions& options = {});
+[[nodiscard]] ConvertedCloud convertCloud(const sensor_msgs::PointCloud2& message,
+                                          const CloudOptions& options = {});
 
 /// Marks the points of a message that are finite and not (0, 0, 0), row by row; empty if it cannot be converted.
 [[nodiscard]] std::vector<bool> findReturns(const sensor_msgs::PointCloud2& message);
@@ -100,8 +81,7 @@ struct CloudOptions {
 ///
 /// @param T_map_cloud  Takes points from the cloud's frame to the map.
 /// @param origin_map   Start of the beams.
-[[nodiscard]] cuboid_mapping::Scan toScan(const CloudPoints& cloud,
-                                          const Eigen::Isometry3d& T_map_cloud,
-                                          const Eigen::Vector3d& origin_map);
+[[nodiscard]] Scan toScan(const CloudPoints& cloud, const Eigen::Isometry3d& T_map_cloud,
+                          const Eigen::Vector3d& origin_map);
 
 }  // namespace cuboid_mapping_ros

@@ -1,15 +1,14 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "cuboid_mapping/ros/conversions/compressed_depth.h"
+#include "cuboid_mapping/ros/conversions/point_bytes.h"
 #include "cuboid_mapping/ros/conversions/sensor_conversions.h"
 
 #include <sensor_msgs/image_encodings.h>
-#include <boost/endian/conversion.hpp>
 
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstdint>
-#include <cstring>
 #include <limits>
 #include <optional>
 #include <string>
@@ -20,13 +19,9 @@ namespace {
 using sensor_msgs::CameraInfo;
 using sensor_msgs::Image;
 
-CloudError makeError(CloudDefect defect, const Image& image, const std::string& text) {
-  return {defect, "depth image in frame '" + image.header.frame_id + "': " + text};
-}
-
-CloudError makeError(CloudDefect defect, const Image& image, const std::string& what,
-                     const std::string& advice) {
-  return makeError(defect, image, what + ". " + advice);
+CloudError makeError(DropReason defect, const Image& image, const std::string& what,
+                     const char* cure = nullptr) {
+  return describeError(defect, "depth image", image.header, what, cure);
 }
 
 /// Viewing direction of the pixel (u, v): ((u - cx) / fx, (v - cy) / fy, 1).
@@ -86,7 +81,7 @@ std::optional<CloudError> checkSize(const Image& image, const CameraInfo& camera
   const bool is_other =
       (width != 0 && width != image.width) || (height != 0 && height != image.height);
   if (!is_other) return std::nullopt;
-  return makeError(CloudDefect::kBadLayout, image,
+  return makeError(DropReason::kBadLayout, image,
                    "it has " + std::to_string(image.width) + " x " + std::to_string(image.height) +
                        " pixels, but its camera_info is of " + std::to_string(width) + " x " +
                        std::to_string(height),
@@ -94,38 +89,33 @@ std::optional<CloudError> checkSize(const Image& image, const CameraInfo& camera
 }
 
 std::optional<CloudError> checkImage(const Image& image, const Pinhole& pinhole) {
-  const std::string advice = "Its description is wrong: fix the program that makes it";
   if (image.header.frame_id.empty()) {
-    return makeError(CloudDefect::kEmptyFrame, image, "header.frame_id is empty",
-                     "Set the frame of the sensor in its driver");
+    return makeError(DropReason::kEmptyFrame, image, "header.frame_id is empty");
   }
   if (image.width == 0 || image.height == 0) {
-    return makeError(CloudDefect::kNoPoints, image, "it has no pixels",
-                     "Check the sensor and any filters before this node");
+    return makeError(DropReason::kNoPoints, image, "it has no pixels");
   }
   const std::size_t pixel_bytes = pixelBytes(image);
   if (pixel_bytes == 0) {
-    return makeError(CloudDefect::kWrongDatatype, image,
+    return makeError(DropReason::kWrongDatatype, image,
                      "its encoding is '" + image.encoding + "', but must be 16UC1 or 32FC1",
                      "Connect the topic of the depth image, not that of colours");
   }
   const std::uint64_t row_bytes = image.width * pixel_bytes;
   const std::uint64_t step = stepOf(image);
   if (step < row_bytes) {
-    return makeError(CloudDefect::kBadLayout, image,
+    return makeError(DropReason::kBadLayout, image,
                      "step " + std::to_string(step) + " is less than a row of " +
-                         std::to_string(row_bytes) + " bytes",
-                     advice);
+                         std::to_string(row_bytes) + " bytes");
   }
   const std::uint64_t num_bytes = (image.height - std::uint64_t{1}) * step + row_bytes;
   if (image.data.size() < num_bytes) {
-    return makeError(CloudDefect::kShortData, image,
+    return makeError(DropReason::kShortData, image,
                      "it has " + std::to_string(image.data.size()) + " bytes of data, but needs " +
-                         std::to_string(num_bytes),
-                     "Look for a driver or a relay that truncates it");
+                         std::to_string(num_bytes));
   }
   if (!isUsable(pinhole)) {
-    return makeError(CloudDefect::kBadLayout, image, "its camera_info has no focal length",
+    return makeError(DropReason::kBadLayout, image, "its camera_info has no focal length",
                      "Calibrate the camera, or connect the camera_info of its driver");
   }
   return std::nullopt;
@@ -140,8 +130,7 @@ class DepthReader {
         greatest_(image.encoding == sensor_msgs::image_encodings::TYPE_16SC1 ? 0x7FFF : 0xFFFF),
         step_(stepOf(image)),
         pixel_bytes_(pixelBytes(image)),
-        is_other_order_((image.is_bigendian != 0) !=
-                        (boost::endian::order::native == boost::endian::order::big)) {}
+        is_other_order_(isOtherOrder(image)) {}
 
   /// Whether its numbers count units, not metres.
   [[nodiscard]] bool hasUnits() const { return pixel_bytes_ == sizeof(std::uint16_t); }
@@ -149,29 +138,19 @@ class DepthReader {
   [[nodiscard]] double read(std::size_t row, std::size_t column) const {
     const std::uint8_t* pixel = image_.data.data() + row * step_ + column * pixel_bytes_;
     if (pixel_bytes_ == sizeof(std::uint16_t)) {
-      const std::uint16_t number = readBits<std::uint16_t>(pixel);
+      const double number = readAs<std::uint16_t, std::uint16_t>(pixel, is_other_order_);
       // The greatest number stands for everything beyond the sensor's reach; negative numbers are invalid.
       return number == greatest_  ? std::numeric_limits<double>::infinity()
              : number < greatest_ ? unit_m_ * number
                                   : -unit_m_;
     }
-    const auto bits = readBits<std::uint32_t>(pixel);
-    float depth_m = 0.0F;
-    std::memcpy(&depth_m, &bits, sizeof(depth_m));
-    return static_cast<double>(depth_m);
+    return readAs<float, std::uint32_t>(pixel, is_other_order_);
   }
 
  private:
-  template <typename BitsT>
-  [[nodiscard]] BitsT readBits(const std::uint8_t* data) const {
-    BitsT bits;
-    std::memcpy(&bits, data, sizeof(bits));
-    return is_other_order_ ? boost::endian::endian_reverse(bits) : bits;
-  }
-
   const Image& image_;
   double unit_m_;
-  std::uint16_t greatest_;
+  double greatest_;
   std::uint64_t step_;
   std::size_t pixel_bytes_;
   bool is_other_order_;
@@ -179,12 +158,11 @@ class DepthReader {
 
 }  // namespace
 
-std::variant<CloudPoints, CloudError> convertDepthImage(const DepthImage& depth,
-                                                        const CloudOptions& options) {
+ConvertedCloud convertDepthImage(const DepthImage& depth, const CloudOptions& options) {
   if (isCompressed(*depth.image)) {
     const auto image = decompress(*depth.image);
     if (const auto* error = std::get_if<std::string>(&image)) {
-      return makeError(CloudDefect::kBadLayout, *depth.image, *error);
+      return makeError(DropReason::kBadLayout, *depth.image, *error, "");
     }
     return convertDepthImage({std::get<Image::ConstPtr>(image), depth.camera}, options);
   }
@@ -223,10 +201,8 @@ std::variant<CloudPoints, CloudError> convertDepthImage(const DepthImage& depth,
   }
   cloud.num_skipped = cloud.num_invalid - cloud.no_returns.size();
   if (cloud.points.empty() && cloud.no_returns.empty()) {
-    return makeError(
-        CloudDefect::kNoValidPoints, image,
-        "all of its " + std::to_string(cloud.num_invalid) + " pixels have no depth",
-        "Check that nothing covers the sensor, and check any filters before this node");
+    return makeError(DropReason::kNoValidPoints, image,
+                     "all of its " + std::to_string(cloud.num_invalid) + " pixels have no depth");
   }
   return cloud;
 }

@@ -2,33 +2,20 @@
 #include "cuboid_mapping/ros/conversions/map_messages.h"
 
 #include "cuboid_mapping/CuboidBricks.h"
-#include "cuboid_mapping/CuboidMapUpdate.h"
 #include "cuboid_mapping/io/packed_bricks.h"
 
-#include <string>
 #include <utility>
 #include <vector>
 
 namespace cuboid_mapping_ros {
 namespace {
 
-using BricksType = cuboid_mapping::CuboidBricks;
-using ImageType = cuboid_mapping::FullCuboidMap;
-using DeltaType = cuboid_mapping::CuboidMapUpdate;
-using cuboid_mapping::GetMap;
-using cuboid_mapping::MapDetail;
-using cuboid_mapping::VoxelBrick;
-
 /// Queue of deltas for a subscriber: older ones would be of no use.
 constexpr std::uint32_t kDeltaQueue = 20;
-/// Queue of deltas while a client fetches the parts of a map.
-constexpr std::uint32_t kReceivedDeltas = 500;
-/// Queue of parts of a map.
-constexpr std::uint32_t kReceivedParts = 100;
 
-BricksType toMessage(const VoxelBrick* first, const VoxelBrick* last, MapDetail detail) {
-  cuboid_mapping::PackedBricks packed = packBricks(first, last, detail);
-  BricksType message;
+CuboidBricks toMessage(const VoxelBrick* first, const VoxelBrick* last, MapDetail detail) {
+  PackedBricks packed = packBricks(first, last, detail);
+  CuboidBricks message;
   message.num_bricks = packed.num_bricks;
   message.has_values = static_cast<std::uint8_t>(packed.has_values);
   message.num_values = packed.num_values;
@@ -36,13 +23,13 @@ BricksType toMessage(const VoxelBrick* first, const VoxelBrick* last, MapDetail 
   return message;
 }
 
-MapDetail detailOf(const BricksType& message) {
+MapDetail detailOf(const CuboidBricks& message) {
   return message.has_values != 0 ? MapDetail::kValues : MapDetail::kClasses;
 }
 
-bool fromMessage(const BricksType& message, std::vector<VoxelBrick>& bricks) {
-  const cuboid_mapping::PackedBricks packed{message.num_bricks, message.num_values,
-                                            message.has_values != 0, message.data};
+bool fromMessage(const CuboidBricks& message, std::vector<VoxelBrick>& bricks) {
+  const PackedBricks packed{message.num_bricks, message.num_values, message.has_values != 0,
+                            message.data};
   auto unpacked = unpackBricks(packed);
   if (unpacked) bricks = std::move(*unpacked);
   return unpacked.has_value();
@@ -55,7 +42,7 @@ bool isAtZero(const geometry_msgs::Point& origin) {
 
 }  // namespace
 
-ImageMessage fromMessage(const ImageType& message) {
+ImageMessage fromMessage(const FullCuboidMap& message) {
   ImageMessage result;
   result.header = message.header;
   result.image = {
@@ -70,8 +57,8 @@ ImageMessage fromMessage(const ImageType& message) {
   return result;
 }
 
-DeltaType toMessage(const DeltaMessage& from) {
-  DeltaType message;
+CuboidMapUpdate toMessage(const DeltaMessage& from) {
+  CuboidMapUpdate message;
   message.header = from.header;
   message.server = from.server;
   message.instance = from.delta.instance;
@@ -84,7 +71,7 @@ DeltaType toMessage(const DeltaMessage& from) {
   return message;
 }
 
-DeltaMessage fromMessage(const DeltaType& message) {
+DeltaMessage fromMessage(const CuboidMapUpdate& message) {
   DeltaMessage result;
   result.header = message.header;
   result.delta.instance = message.instance;
@@ -101,8 +88,8 @@ DeltaMessage fromMessage(const DeltaType& message) {
   return result;
 }
 
-ImageType toMessage(const ImageMessage& from, const VoxelBrick* first, const VoxelBrick* last) {
-  ImageType message;
+FullCuboidMap toMessage(const ImageMessage& from, const VoxelBrick* first, const VoxelBrick* last) {
+  FullCuboidMap message;
   message.header = from.header;
   message.server = from.server;
   message.instance = from.image.instance;
@@ -113,33 +100,19 @@ ImageType toMessage(const ImageMessage& from, const VoxelBrick* first, const Vox
   return message;
 }
 
-ImageType toMessage(const ImageMessage& from) {
+FullCuboidMap toMessage(const ImageMessage& from) {
   const std::vector<VoxelBrick>& bricks = from.image.bricks;
   return toMessage(from, bricks.data(), bricks.data() + bricks.size());
 }
 
 ros::Publisher advertiseDelta(ros::NodeHandle& nh, const std::string& topic) {
-  return nh.advertise<DeltaType>(topic, kDeltaQueue);
+  return nh.advertise<CuboidMapUpdate>(topic, kDeltaQueue);
 }
 
 std::size_t publishDelta(const ros::Publisher& publisher, const DeltaMessage& message) {
-  const DeltaType type = toMessage(message);
+  const CuboidMapUpdate type = toMessage(message);
   publisher.publish(type);
   return ros::serialization::serializationLength(type);
-}
-
-ros::Subscriber subscribeImage(ros::NodeHandle& nh, const std::string& topic,
-                               std::function<void(const ImageMessage&)> take) {
-  const boost::function<void(const ImageType::ConstPtr&)> callback =
-      [take = std::move(take)](const ImageType::ConstPtr& message) { take(fromMessage(*message)); };
-  return nh.subscribe(topic, kReceivedParts, callback);
-}
-
-ros::Subscriber subscribeDelta(ros::NodeHandle& nh, const std::string& topic,
-                               std::function<void(const DeltaMessage&)> take) {
-  const boost::function<void(const DeltaType::ConstPtr&)> callback =
-      [take = std::move(take)](const DeltaType::ConstPtr& message) { take(fromMessage(*message)); };
-  return nh.subscribe(topic, kReceivedDeltas, callback);
 }
 
 bool GetMapClient::call(const std::string& name, MapDetail detail, ImageMessage& message,

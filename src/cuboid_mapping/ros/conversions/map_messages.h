@@ -5,16 +5,15 @@
 #include "cuboid_mapping/CuboidMapUpdate.h"
 #include "cuboid_mapping/FullCuboidMap.h"
 #include "cuboid_mapping/GetMap.h"
+#include "cuboid_mapping/ros/middleware/core_names.h"
 #include "cuboid_mapping/ros/middleware/service_calls.h"
 #include "cuboid_mapping/sharing/map_follower.h"
 
 #include <ros/node_handle.h>
 #include <ros/publisher.h>
-#include <ros/subscriber.h>
 #include <std_msgs/Header.h>
 
 #include <cstdint>
-#include <functional>
 #include <string>
 
 namespace cuboid_mapping_ros {
@@ -22,7 +21,7 @@ namespace cuboid_mapping_ros {
 /// An image of a map, with the frame of the map and the stamp of the last cloud in it.
 struct ImageMessage {
   std_msgs::Header header;
-  cuboid_mapping::MapImage image;
+  MapImage image;
   std::uint32_t num_parts = 1;  ///< If more than one: `image` has the bricks of `part` only.
   std::uint32_t part = 0;
   std::string server;  ///< Namespace of the services of the node.
@@ -30,33 +29,28 @@ struct ImageMessage {
 /// Changes of a map, with the frame of the map and the stamp of the last cloud in it.
 struct DeltaMessage {
   std_msgs::Header header;
-  cuboid_mapping::MapDelta delta;
+  MapDelta delta;
   std::string server;
 };
 
 /// The message of an image, or of some of its bricks.
 ///@{
-[[nodiscard]] cuboid_mapping::FullCuboidMap toMessage(const ImageMessage& from);
-[[nodiscard]] cuboid_mapping::FullCuboidMap toMessage(const ImageMessage& from,
-                                                      const cuboid_mapping::VoxelBrick* first,
-                                                      const cuboid_mapping::VoxelBrick* last);
+[[nodiscard]] FullCuboidMap toMessage(const ImageMessage& from);
+[[nodiscard]] FullCuboidMap toMessage(const ImageMessage& from, const VoxelBrick* first,
+                                      const VoxelBrick* last);
 ///@}
-[[nodiscard]] cuboid_mapping::CuboidMapUpdate toMessage(const DeltaMessage& from);
+[[nodiscard]] CuboidMapUpdate toMessage(const DeltaMessage& from);
 
 /// The image in a message. A damaged one has no resolution, and no follower takes it.
-[[nodiscard]] ImageMessage fromMessage(const cuboid_mapping::FullCuboidMap& message);
+[[nodiscard]] ImageMessage fromMessage(const FullCuboidMap& message);
 /// The changes in a message. Damaged ones say that everything has changed.
-[[nodiscard]] DeltaMessage fromMessage(const cuboid_mapping::CuboidMapUpdate& message);
+[[nodiscard]] DeltaMessage fromMessage(const CuboidMapUpdate& message);
 
 /// Offers a topic of cuboid_mapping/CuboidMapUpdate.
 [[nodiscard]] ros::Publisher advertiseDelta(ros::NodeHandle& nh, const std::string& topic);
 /// @return Bytes of the message.
 std::size_t publishDelta(const ros::Publisher& publisher, const DeltaMessage& message);
 
-[[nodiscard]] ros::Subscriber subscribeImage(ros::NodeHandle& nh, const std::string& topic,
-                                             std::function<void(const ImageMessage&)> take);
-[[nodiscard]] ros::Subscriber subscribeDelta(ros::NodeHandle& nh, const std::string& topic,
-                                             std::function<void(const DeltaMessage&)> take);
 /// Calls the service GetMap. A call lasts as long as the transfer takes. Thread-safe.
 class GetMapClient {
  public:
@@ -65,8 +59,8 @@ class GetMapClient {
 
   /// Asks for all parts of the map. @param error  Reason if there is none.
   /// @return false without an answer, or if the answer has no map.
-  [[nodiscard]] bool call(const std::string& name, cuboid_mapping::MapDetail detail,
-                          ImageMessage& message, std::string& error);
+  [[nodiscard]] bool call(const std::string& name, MapDetail detail, ImageMessage& message,
+                          std::string& error);
   /// Asks for the parts after `part`, the last one in the image. @return As call().
   [[nodiscard]] bool callForRest(const std::string& name, ImageMessage& message,
                                  std::string& error);
@@ -74,8 +68,7 @@ class GetMapClient {
   void stop() { calls_.stop(); }
 
  private:
-  [[nodiscard]] bool callForPart(const std::string& name, cuboid_mapping::GetMap& service,
-                                 std::string& error);
+  [[nodiscard]] bool callForPart(const std::string& name, GetMap& service, std::string& error);
 
   ros::NodeHandle nh_;
   ServiceCalls calls_;

@@ -1,6 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "cuboid_mapping/ros/conversions/no_return_points.h"
 
+#include "cuboid_mapping/io/text.h"
+#include "cuboid_mapping/ros/middleware/core_names.h"
+
 #include <boost/lexical_cast/try_lexical_convert.hpp>
 
 #include <algorithm>
@@ -12,17 +15,21 @@
 namespace cuboid_mapping_ros {
 namespace {
 
-using NamedReadings = std::pair<const char*, NoReturnPoints>;
-constexpr std::array<NamedReadings, 5> kReadings{{{"plus_inf", NoReturnPoints::kPlusInf},
-                                                  {"nan", NoReturnPoints::kNan},
-                                                  {"zero", NoReturnPoints::kZero},
-                                                  {"minus_inf", NoReturnPoints::kMinusInf},
-                                                  {"range_max", NoReturnPoints::kRangeMax}}};
-constexpr std::array<NamedReadings, 5> kSetsOfReadings{{{"rep_117", NoReturnPoints::kRep117},
-                                                        {"with_nan", NoReturnPoints::kWithNan},
-                                                        {"with_zero", NoReturnPoints::kWithZero},
-                                                        {"all", NoReturnPoints::kAll},
-                                                        {"none", NoReturnPoints::kNone}}};
+struct NamedReadings {
+  const char* name;
+  NoReturnPoints readings;
+  bool is_set;  ///< A set stands for itself, and goes with no other name.
+};
+constexpr std::array<NamedReadings, 10> kNames{{{"rep_117", NoReturnPoints::kRep117, true},
+                                                {"with_nan", NoReturnPoints::kWithNan, true},
+                                                {"with_zero", NoReturnPoints::kWithZero, true},
+                                                {"all", NoReturnPoints::kAll, true},
+                                                {"none", NoReturnPoints::kNone, true},
+                                                {"plus_inf", NoReturnPoints::kPlusInf, false},
+                                                {"nan", NoReturnPoints::kNan, false},
+                                                {"zero", NoReturnPoints::kZero, false},
+                                                {"minus_inf", NoReturnPoints::kMinusInf, false},
+                                                {"range_max", NoReturnPoints::kRangeMax, false}}};
 
 }  // namespace
 
@@ -42,14 +49,13 @@ bool contains(const NoReturnRanges& ranges_m, double range_m) {
 std::string toText(NoReturnPoints points, const NoReturnRanges& ranges_m) {
   std::ostringstream text;
   text.precision(9);
-  const auto named = std::find_if(kSetsOfReadings.begin(), kSetsOfReadings.end(),
-                                  [points](const auto& set) { return set.second == points; });
-  if (named != kSetsOfReadings.end()) {
-    text << named->first;
-  } else {
-    for (const auto& [name, reading] : kReadings) {
-      if (contains(points, reading)) text << (text.tellp() > 0 ? " " : "") << name;
-    }
+  const auto* const named = std::find_if(kNames.begin(), kNames.end(), [points](const auto& other) {
+    return other.is_set && other.readings == points;
+  });
+  if (named != kNames.end()) text << named->name;
+  for (const auto& [name, reading, is_set] : kNames) {
+    const bool is_listed = named == kNames.end() && !is_set && contains(points, reading);
+    if (is_listed) text << (text.tellp() > 0 ? " " : "") << name;
   }
   for (const double range_m : ranges_m) text << ' ' << range_m;
   return text.str();
@@ -59,31 +65,25 @@ std::optional<std::pair<NoReturnPoints, NoReturnRanges>> parseNoReturnPoints(
     const std::string& text) {
   unsigned set = 0;
   NoReturnRanges ranges_m;
-  std::size_t num_words = 0;
+  std::size_t num_names = 0;
   bool has_name_of_set = false;
-  std::istringstream words(text);
-  for (std::string word; words >> word; ++num_words) {
-    const auto is_word = [&word](const auto& named) { return word == named.first; };
-    const auto reading = std::find_if(kReadings.begin(), kReadings.end(), is_word);
-    const auto named_set = std::find_if(kSetsOfReadings.begin(), kSetsOfReadings.end(), is_word);
+  const std::vector<std::string> words = wordsOf(text);
+  for (const std::string& word : words) {
+    const auto* const named = std::find_if(
+        kNames.begin(), kNames.end(), [&word](const auto& other) { return word == other.name; });
     double range_m = 0.0;
-    if (reading != kReadings.end()) {
-      set |= static_cast<unsigned>(reading->second);
-    } else if (named_set != kSetsOfReadings.end()) {
-      if (set != 0 || has_name_of_set) return std::nullopt;
-      set = static_cast<unsigned>(named_set->second);
-      has_name_of_set = true;
-      continue;
+    if (named != kNames.end()) {
+      set |= static_cast<unsigned>(named->readings);
+      has_name_of_set = has_name_of_set || named->is_set;
+      ++num_names;
     } else if (boost::conversion::try_lexical_convert(word, range_m) && std::isfinite(range_m) &&
                range_m > 0.0) {
       ranges_m.push_back(range_m);
-      continue;
     } else {
       return std::nullopt;
     }
-    if (has_name_of_set) return std::nullopt;
   }
-  if (num_words == 0) return std::nullopt;
+  if (words.empty() || (has_name_of_set && num_names > 1)) return std::nullopt;
   return std::make_pair(static_cast<NoReturnPoints>(set), ranges_m);
 }
 

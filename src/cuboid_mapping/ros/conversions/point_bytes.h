@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Reads numbers from the bytes of a sensor_msgs/PointCloud2 whose description may be wrong.
+// Reads numbers from the bytes of clouds and images whose description may be wrong.
 #pragma once
 
 #include <sensor_msgs/PointCloud2.h>
@@ -8,12 +8,23 @@
 
 #include <cstdint>
 #include <cstring>
+#include <string>
 
 namespace cuboid_mapping_ros {
 
-/// Whether a cloud has the other byte order than this machine.
-[[nodiscard]] inline bool isOtherOrder(const sensor_msgs::PointCloud2& cloud) {
-  return (cloud.is_bigendian != 0) != (boost::endian::order::native == boost::endian::order::big);
+/// Whether a cloud or an image has the other byte order than this machine.
+template <typename MessageT>
+[[nodiscard]] bool isOtherOrder(const MessageT& message) {
+  return (message.is_bigendian != 0) != (boost::endian::order::native == boost::endian::order::big);
+}
+
+/// The field of this name; null if there is none.
+[[nodiscard]] inline const sensor_msgs::PointField* findField(const sensor_msgs::PointCloud2& cloud,
+                                                              const std::string& name) {
+  for (const sensor_msgs::PointField& field : cloud.fields) {
+    if (field.name == name) return &field;
+  }
+  return nullptr;
 }
 
 /// Layout of the points in a cloud's data.
@@ -27,6 +38,16 @@ struct CloudLayout {
   [[nodiscard]] std::uint64_t numBytes() const {
     // All of these are below 2^32, or divide the size of the data: no overflow.
     return (height - 1) * row_step + width * point_step;
+  }
+
+  /// Calls visit(offset of a point in the data), row by row.
+  template <typename VisitorT>
+  void forEachPoint(const VisitorT& visit) const {
+    for (std::uint64_t row = 0; row < height; ++row) {
+      for (std::uint64_t column = 0; column < width; ++column) {
+        visit(row * row_step + column * point_step);
+      }
+    }
   }
 };
 

@@ -1,18 +1,19 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "cuboid_mapping/ros/conversions/pose_messages.h"
 
+#include "cuboid_mapping/ros/conversions/points.h"
+
+#include <tf2_eigen/tf2_eigen.h>
+
 #include <cmath>
 
 namespace cuboid_mapping_ros {
 
-using cuboid_mapping::StampedPose;
-
 StampedPose toStampedPose(const ros::Time& stamp, const geometry_msgs::Pose& pose) {
-  const auto& rotation = pose.orientation;
-  const Eigen::Quaterniond quaternion(rotation.w, rotation.x, rotation.y, rotation.z);
+  Eigen::Quaterniond quaternion;
+  tf2::fromMsg(pose.orientation, quaternion);
   StampedPose stamped{static_cast<std::int64_t>(stamp.toNSec()), Eigen::Isometry3d::Identity()};
-  stamped.T_map_body.translation() =
-      Eigen::Vector3d(pose.position.x, pose.position.y, pose.position.z);
+  stamped.T_map_body.translation() = toVector(pose.position);
   if (std::abs(quaternion.norm() - 1.0) <= 0.1) {  // The quaternion may have few digits.
     stamped.T_map_body.linear() = quaternion.normalized().toRotationMatrix();
   } else {

@@ -6,7 +6,6 @@
 #include <laser_geometry/laser_geometry.h>
 #include <sensor_msgs/point_cloud2_iterator.h>
 
-#include <algorithm>
 #include <cmath>
 #include <limits>
 #include <optional>
@@ -17,24 +16,20 @@ namespace {
 
 using sensor_msgs::LaserScan;
 
-CloudError makeError(CloudDefect defect, const LaserScan& scan, const std::string& what,
-                     const std::string& advice) {
-  return {defect, "scan in frame '" + scan.header.frame_id + "': " + what + ". " + advice};
+CloudError makeError(DropReason defect, const LaserScan& scan, const std::string& what) {
+  return describeError(defect, "scan", scan.header, what);
 }
 
 std::optional<CloudError> checkScan(const LaserScan& scan) {
   if (scan.header.frame_id.empty()) {
-    return makeError(CloudDefect::kEmptyFrame, scan, "header.frame_id is empty",
-                     "Set the frame of the sensor in its driver");
+    return makeError(DropReason::kEmptyFrame, scan, "header.frame_id is empty");
   }
   if (scan.ranges.empty()) {
-    return makeError(CloudDefect::kNoPoints, scan, "it has no ranges",
-                     "Check the sensor and any filters before this node");
+    return makeError(DropReason::kNoPoints, scan, "it has no ranges");
   }
   const auto num_ranges = static_cast<float>(scan.ranges.size());
   if (!std::isfinite(scan.angle_min + scan.angle_increment * num_ranges)) {
-    return makeError(CloudDefect::kBadLayout, scan, "angle_min or angle_increment is no number",
-                     "Its description is wrong: fix the program that makes it");
+    return makeError(DropReason::kBadLayout, scan, "angle_min or angle_increment is no number");
   }
   return std::nullopt;
 }
@@ -88,10 +83,29 @@ struct Converter {
   auto operator()(const DepthImage& depth) const { return convertDepthImage(depth, options); }
 };
 
+struct HeaderOf {
+  template <typename MessageT>
+  const std_msgs::Header& operator()(const MessageT& message) const {
+    return message->header;
+  }
+  const std_msgs::Header& operator()(const DepthImage& depth) const { return depth.image->header; }
+};
+
+struct BytesOf {
+  std::size_t operator()(const sensor_msgs::PointCloud2::ConstPtr& cloud) const {
+    return sizeof(*cloud) + cloud->data.capacity();
+  }
+  std::size_t operator()(const sensor_msgs::LaserScan::ConstPtr& scan) const {
+    return sizeof(*scan) + (scan->ranges.capacity() + scan->intensities.capacity()) * sizeof(float);
+  }
+  std::size_t operator()(const DepthImage& depth) const {
+    return sizeof(*depth.image) + depth.image->data.capacity() + sizeof(*depth.camera);
+  }
+};
+
 }  // namespace
 
-std::variant<CloudPoints, CloudError> convertLaserScan(const LaserScan& scan,
-                                                       const CloudOptions& options) {
+ConvertedCloud convertLaserScan(const LaserScan& scan, const CloudOptions& options) {
   if (auto error = checkScan(scan)) return *error;
   const LaserBeams beams = chooseBeams(scan, options);
   sensor_msgs::PointCloud2 projected;
@@ -111,19 +125,20 @@ std::variant<CloudPoints, CloudError> convertLaserScan(const LaserScan& scan,
   cloud.num_invalid = beams.num_invalid;
   cloud.num_skipped = cloud.num_invalid - cloud.no_returns.size();
   if (cloud.points.empty() && cloud.no_returns.empty()) {
-    return makeError(
-        CloudDefect::kNoValidPoints, scan,
-        "none of its " + std::to_string(scan.ranges.size()) +
-            " ranges is a return, from range_min, " + toMillimetres(scan.range_min) +
-            " m, to below range_max, " + toMillimetres(scan.range_max) + " m",
-        "Check that nothing covers the sensor, and check any filters before this node");
+    return makeError(DropReason::kNoValidPoints, scan,
+                     "none of its " + std::to_string(scan.ranges.size()) +
+                         " ranges is a return, from range_min, " + toMillimetres(scan.range_min) +
+                         " m, to below range_max, " + toMillimetres(scan.range_max) + " m");
   }
   return cloud;
 }
 
-std::variant<CloudPoints, CloudError> convert(const SensorMessage& message,
-                                              const CloudOptions& options) {
+ConvertedCloud convert(const SensorMessage& message, const CloudOptions& options) {
   return std::visit(Converter{options}, message.content);
 }
+
+const std_msgs::Header& SensorMessage::header() const { return std::visit(HeaderOf{}, content); }
+
+std::size_t SensorMessage::numBytes() const { return std::visit(BytesOf{}, content); }
 
 }  // namespace cuboid_mapping_ros

@@ -4,13 +4,35 @@
 #pragma once
 
 #include "cuboid_mapping/ros/conversions/cloud_conversions.h"
-#include "cuboid_mapping/ros/conversions/sensor_message.h"
 
+#include <sensor_msgs/CameraInfo.h>
+#include <sensor_msgs/Image.h>
 #include <sensor_msgs/LaserScan.h>
+#include <sensor_msgs/PointCloud2.h>
 
+#include <cstddef>
 #include <variant>
 
 namespace cuboid_mapping_ros {
+
+/// A depth image with its camera.
+struct DepthImage {
+  sensor_msgs::Image::ConstPtr image;        ///< May be compressed: see toCompressedImage().
+  sensor_msgs::CameraInfo::ConstPtr camera;  ///< See DepthPairs.
+};
+
+/// A message of a source. Other code calls it "cloud" if the type does not matter.
+struct SensorMessage {
+  /// The message; no pointer is null.
+  std::variant<sensor_msgs::PointCloud2::ConstPtr, sensor_msgs::LaserScan::ConstPtr, DepthImage>
+      content;
+  std::size_t source = 0;  ///< Index of its source in sourcesOf().
+
+  /// Stamp and frame of the measurement.
+  [[nodiscard]] const std_msgs::Header& header() const;
+  /// Size in memory in bytes.
+  [[nodiscard]] std::size_t numBytes() const;
+};
 
 /// Converts a planar scan to points in its frame, where laser_geometry puts them.
 ///
@@ -20,8 +42,8 @@ namespace cuboid_mapping_ros {
 ///
 /// @param options  T_cloud_sensor is ignored: the beams start in the scan's frame.
 /// @return At least one point or no-return; or the reason of refusal. @complexity O(ranges).
-[[nodiscard]] std::variant<CloudPoints, CloudError> convertLaserScan(
-    const sensor_msgs::LaserScan& scan, const CloudOptions& options = {});
+[[nodiscard]] ConvertedCloud convertLaserScan(const sensor_msgs::LaserScan& scan,
+                                              const CloudOptions& options = {});
 
 /// Converts a depth image to points in its frame: x right, y down, z forward (REP 103).
 ///
@@ -37,11 +59,11 @@ namespace cuboid_mapping_ros {
 ///
 /// @param options  As for convertLaserScan().
 /// @return At least one point or no-return; or the reason of refusal. @complexity O(pixels).
-[[nodiscard]] std::variant<CloudPoints, CloudError> convertDepthImage(
-    const DepthImage& depth, const CloudOptions& options = {});
+[[nodiscard]] ConvertedCloud convertDepthImage(const DepthImage& depth,
+                                               const CloudOptions& options = {});
 
 /// convertCloud(), convertLaserScan() or convertDepthImage().
-[[nodiscard]] std::variant<CloudPoints, CloudError> convert(const SensorMessage& message,
-                                                            const CloudOptions& options = {});
+[[nodiscard]] ConvertedCloud convert(const SensorMessage& message,
+                                     const CloudOptions& options = {});
 
 }  // namespace cuboid_mapping_ros

@@ -1,8 +1,12 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "cuboid_mapping/ros/conversions/sweep.h"
 
+#include "cuboid_mapping/ros/conversions/point_bytes.h"
+
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <limits>
 
 namespace cuboid_mapping_ros {
 namespace {
@@ -35,6 +39,100 @@ Slices dropStragglers(const Slices& slices, const std::vector<std::size_t>& coun
   }
   return kept;
 }
+
+using sensor_msgs::PointCloud2;
+using sensor_msgs::PointField;
+using Times = std::optional<std::vector<double>>;
+
+constexpr std::array<const char*, 6> kFieldNames{"time",      "t",          "offset_time",
+                                                 "timestamp", "time_stamp", "timeStamp"};
+/// Times beyond this are times of day: no scan takes that long.
+constexpr double kLeastTimeOfDay_s = 1e6;
+/// Times beyond this are nanoseconds: seconds since 1970 are far less.
+constexpr double kLeastNanoseconds = 1e15;
+
+const PointField* findTimeField(const PointCloud2& cloud) {
+  for (const char* name : kFieldNames) {
+    if (const PointField* field = findField(cloud, name)) return field;
+  }
+  return nullptr;
+}
+
+/// Size of a time; 0 for types that are no times.
+std::size_t numBytes(const PointField& field) {
+  switch (field.datatype) {
+    case PointField::INT32:
+    case PointField::UINT32:
+    case PointField::FLOAT32: return 4;
+    case PointField::FLOAT64: return 8;
+    default: return 0;
+  }
+}
+
+/// Time in seconds. @pre numBytes(field) bytes are there.
+double readTime(const PointField& field, const std::uint8_t* data, bool is_other_order) {
+  switch (field.datatype) {
+    case PointField::INT32: return 1e-9 * readAs<std::int32_t, std::uint32_t>(data, is_other_order);
+    case PointField::UINT32:
+      return 1e-9 * readAs<std::uint32_t, std::uint32_t>(data, is_other_order);
+    case PointField::FLOAT32: return readAs<float, std::uint32_t>(data, is_other_order);
+    default: return readAs<double, std::uint64_t>(data, is_other_order);
+  }
+}
+
+/// Whether the data holds the field of all points, so that nothing is read outside it.
+bool isWhole(const PointCloud2& cloud, const PointField& field) {
+  const CloudLayout layout = layoutOf(cloud);
+  if (numBytes(field) == 0 || layout.width == 0 || layout.height == 0) return false;
+  if (field.offset + std::uint64_t{numBytes(field)} > layout.point_step) return false;
+  if (layout.height > 1 && layout.row_step < layout.width * layout.point_step) return false;
+  return layout.numBytes() <= cloud.data.size();
+}
+
+/// Replaces the times of points without return by NaN.
+void keepReturns(const std::vector<bool>& are_returns, std::vector<double>& times_s) {
+  for (std::size_t i = 0; i < std::min(are_returns.size(), times_s.size()); ++i) {
+    if (!are_returns[i]) times_s[i] = std::numeric_limits<double>::quiet_NaN();
+  }
+}
+
+struct TimesReader {
+  bool wants_no_returns;
+
+  Times operator()(const PointCloud2::ConstPtr& cloud) const {
+    const PointField* field = findTimeField(*cloud);
+    if (field == nullptr || !isWhole(*cloud, *field)) return std::nullopt;
+    const bool is_other_order = isOtherOrder(*cloud);
+    const double stamp_s = cloud->header.stamp.toSec();
+    std::vector<double> times_s;
+    const CloudLayout layout = layoutOf(*cloud);
+    times_s.reserve(layout.width * layout.height);
+    layout.forEachPoint([&](std::size_t offset) {
+      const std::uint8_t* data = cloud->data.data() + offset + field->offset;
+      double time_s = readTime(*field, data, is_other_order);
+      if (time_s > kLeastNanoseconds) time_s *= 1e-9;
+      times_s.push_back(time_s > kLeastTimeOfDay_s ? time_s - stamp_s : time_s);
+    });
+    if (!wants_no_returns) keepReturns(findReturns(*cloud), times_s);
+    return times_s;
+  }
+
+  Times operator()(const sensor_msgs::LaserScan::ConstPtr& scan) const {
+    if (scan->time_increment == 0.0F) return std::nullopt;
+    std::vector<double> times_s;
+    times_s.reserve(scan->ranges.size());
+    for (std::size_t i = 0; i < scan->ranges.size(); ++i) {
+      times_s.push_back(static_cast<double>(i) * static_cast<double>(scan->time_increment));
+      const float range_m = scan->ranges[i];
+      const bool is_return = range_m >= scan->range_min && range_m < scan->range_max;
+      if (!is_return && !wants_no_returns)
+        times_s.back() = std::numeric_limits<double>::quiet_NaN();
+    }
+    return times_s;
+  }
+
+  Times operator()(const DepthImage& /*depth*/) const { return std::nullopt; }
+};
 
 }  // namespace
 
@@ -91,6 +189,11 @@ std::vector<CloudPoints> divideIntoSlices(const CloudPoints& cloud,
     if (part != nullptr) part->no_returns.push_back(cloud.no_returns[i]);
   }
   return parts;
+}
+
+std::optional<std::vector<double>> readPointTimes(const SensorMessage& message,
+                                                  bool wants_no_returns) {
+  return std::visit(TimesReader{wants_no_returns}, message.content);
 }
 
 }  // namespace cuboid_mapping_ros

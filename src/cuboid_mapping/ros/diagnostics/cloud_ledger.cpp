@@ -6,6 +6,13 @@
 
 #include <ros/console.h>
 
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <locale>
+#include <numeric>
+#include <sstream>
+
 namespace cuboid_mapping_ros {
 namespace {
 
@@ -23,6 +30,52 @@ bool isDue(std::optional<CloudLedger::Clock::time_point>& last) {
 SpeedWatch makeSpeedWatch(const NodeParameters& parameters) {
   return SpeedWatch(parameters.map.resolution_m, parameters.source.max_range_m,
                     sourcesOf(parameters).size());
+}
+
+constexpr std::size_t kWindow =
+    20;  ///< Clouds of a source from which the rate and the time are taken.
+
+/// Common resolutions.
+constexpr std::array<double, 9> kResolutions_m{0.02, 0.05, 0.1, 0.15, 0.2, 0.3, 0.5, 1.0, 2.0};
+constexpr std::array<double, 9> kRanges_m{5.0, 10.0, 15.0, 20.0, 30.0, 40.0, 50.0, 80.0, 100.0};
+
+/// A sensor that reaches farther is used outdoors, or in a hall.
+constexpr double kIndoorReach_m = 25.0;
+constexpr double kOutdoorResolution_m = 0.2;
+constexpr double kOutdoorRange_m = 50.0;
+
+void append(std::deque<double>& values, double value) {
+  values.push_back(value);
+  if (values.size() > kWindow) values.pop_front();
+}
+
+/// A number with two significant digits: "4.3", "10", "0.25".
+std::string twoDigits(double value) {
+  std::ostringstream out;
+  out.imbue(std::locale::classic());
+  out.precision(value >= 10.0 ? 3 : 2);
+  out << (value >= 10.0 ? std::round(value) : value);
+  return out.str();
+}
+
+std::string durationText(double duration_s) {
+  return duration_s >= 1.0 ? twoDigits(duration_s) + " s" : twoDigits(1e3 * duration_s) + " ms";
+}
+
+/// The text after "try". The time of a cloud grows with the number of voxels that its beams
+/// pass: with the cube of the range in voxels, as a volume.
+std::string remedy(double speedup, double resolution_m, double range_m) {
+  const double factor = std::cbrt(speedup);
+  const auto* resolution = std::lower_bound(kResolutions_m.begin(), kResolutions_m.end(),
+                                            std::max(0.95 * factor, 1.01) * resolution_m);
+  const auto* after = std::upper_bound(kRanges_m.begin(), kRanges_m.end(), 1.1 * range_m / factor);
+  std::string text;
+  if (resolution != kResolutions_m.end()) text = "resolution " + twoDigits(*resolution);
+  if (after != kRanges_m.begin()) {
+    text += (text.empty() ? "" : " or ") + std::string("sensor_model/max_range ") +
+            twoDigits(*(after - 1));
+  }
+  return text.empty() ? "fewer or smaller clouds" : text;
 }
 
 }  // namespace
@@ -113,6 +166,75 @@ CloudLedger::Page CloudLedger::page() const {
   }
   if (is_behind_) page.speed_advice = speed_watch_.advice();
   return page;
+}
+
+SpeedWatch::SpeedWatch(double resolution_m, double max_range_m, std::size_t num_sources)
+    : resolution_m_(resolution_m), max_range_m_(max_range_m), sources_(num_sources) {}
+
+void SpeedWatch::noteReceived(double stamp_s, std::size_t source) {
+  std::deque<double>& stamps_s = sources_.at(source).stamps_s;
+  if (!stamps_s.empty() && stamp_s == stamps_s.back()) return;
+  if (!stamps_s.empty() && stamp_s < stamps_s.back()) stamps_s.clear();
+  append(stamps_s, stamp_s);
+}
+
+void SpeedWatch::noteInserted(double duration_s, double reach_m, std::size_t source) {
+  append(sources_.at(source).durations_s, duration_s);
+  reach_m_ = std::max(reach_m_, reach_m);
+  ++num_inserted_;
+}
+
+std::optional<double> SpeedWatch::rateHz(std::size_t source) const {
+  const std::deque<double>& stamps_s = sources_.at(source).stamps_s;
+  if (stamps_s.size() < 3) return std::nullopt;
+  const double span_s = stamps_s.back() - stamps_s.front();
+  const double gap_s = 3.0 * span_s / static_cast<double>(stamps_s.size() - 1);
+  double sum_s = 0.0;
+  std::size_t count = 0;
+  for (std::size_t i = 1; i < stamps_s.size(); ++i) {
+    const double period_s = stamps_s[i] - stamps_s[i - 1];
+    if (period_s > gap_s) continue;
+    sum_s += period_s;
+    ++count;
+  }
+  return static_cast<double>(count) / sum_s;
+}
+
+SpeedWatch::Load SpeedWatch::load() const {
+  Load load;
+  for (std::size_t i = 0; i < sources_.size(); ++i) {
+    const std::deque<double>& durations_s = sources_[i].durations_s;
+    const auto rate = rateHz(i);
+    if (!rate || durations_s.empty()) continue;
+    load.rate_hz += *rate;
+    load.share += *rate * std::accumulate(durations_s.begin(), durations_s.end(), 0.0) /
+                  static_cast<double>(durations_s.size());
+  }
+  return load;
+}
+
+std::optional<std::string> SpeedWatch::advice() const {
+  const Load now = load();
+  if (now.share <= 1.0) return std::nullopt;
+  return durationText(now.share / now.rate_hz) + " per cloud at " + twoDigits(now.rate_hz) +
+         " Hz: try " + remedy(now.share, resolution_m_, std::min(max_range_m_, reach_m_));
+}
+
+std::optional<std::string> SpeedWatch::suggestion() const {
+  if (num_inserted_ < kFirstClouds || reach_m_ <= kIndoorReach_m || load().share < kSmallLoad) {
+    return std::nullopt;
+  }
+  std::string text;
+  if (resolution_m_ < 0.5 * kOutdoorResolution_m) {
+    text =
+        "resolution " + twoDigits(kOutdoorResolution_m) + " (now " + twoDigits(resolution_m_) + ")";
+  }
+  if (std::isinf(max_range_m_) && reach_m_ > kOutdoorRange_m) {
+    text += (text.empty() ? "" : " and ") + std::string("sensor_model/max_range ") +
+            twoDigits(kOutdoorRange_m) + " (now without limit)";
+  }
+  if (text.empty()) return std::nullopt;
+  return "the clouds reach " + twoDigits(reach_m_) + " m; a good start for such a sensor: " + text;
 }
 
 }  // namespace cuboid_mapping_ros

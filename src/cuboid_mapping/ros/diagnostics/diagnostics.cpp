@@ -9,13 +9,10 @@
 #include <array>
 #include <cmath>
 #include <sstream>
-#include <string>
 #include <utility>
 
 namespace cuboid_mapping_ros {
 namespace {
-
-using cuboid_mapping::counted;
 
 /// Clouds dropped for a reason since the last report.
 std::uint64_t countNew(const NodeReport& report, const NodeStatistics& last, DropReason reason) {
@@ -123,7 +120,7 @@ void addStage(const char* name, const StageTime& time,
 }
 
 /// All figures except the counts of cuboids.
-MapSummary readFigures(const cuboid_mapping::CuboidMap& map) {
+MapSummary readFigures(const CuboidMap& map) {
   MapSummary summary;
   summary.revision = map.revision();
   summary.num_bytes = map.numBytes();
@@ -133,7 +130,7 @@ MapSummary readFigures(const cuboid_mapping::CuboidMap& map) {
 }
 
 void addWindow(const NodeReport& report, diagnostic_updater::DiagnosticStatusWrapper& status) {
-  const cuboid_mapping::WindowFigures& window = *report.window;
+  const WindowFigures& window = *report.window;
   status.add("window parts in memory", window.num_in_memory);
   status.add("window parts on disk only", window.num_on_disk_only);
   status.add("topics show", window.num_on_disk_only > 0 ? "the part in memory" : "the whole map");
@@ -162,9 +159,9 @@ void addKept(const NodeReport& report, diagnostic_updater::DiagnosticStatusWrapp
 
 }  // namespace
 
-MapSummary summarize(const cuboid_mapping::CuboidMap& map) {
+MapSummary summarize(const CuboidMap& map) {
   MapSummary summary = readFigures(map);
-  const cuboid_mapping::CuboidCounts counts = countCuboids(map);
+  const CuboidCounts counts = countCuboids(map);
   summary.free.num_cuboids = counts.free;
   summary.occupied.num_cuboids = counts.occupied;
   return summary;
@@ -172,7 +169,7 @@ MapSummary summarize(const cuboid_mapping::CuboidMap& map) {
 
 MapWatch::MapWatch(ClockS clock_s) : clock_s_(std::move(clock_s)) {}
 
-MapSummary MapWatch::summarize(const cuboid_mapping::CuboidMap& map) {
+MapSummary MapWatch::summarize(const CuboidMap& map) {
   constexpr double kShare = 0.05;
   MapSummary summary = readFigures(map);
   const bool is_same = has_counted_ && counted_.revision == summary.revision;

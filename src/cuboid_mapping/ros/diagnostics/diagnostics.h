@@ -4,7 +4,7 @@
 #include "cuboid_mapping/history/map_history.h"
 #include "cuboid_mapping/map/cuboid_map.h"
 #include "cuboid_mapping/ros/diagnostics/node_statistics.h"
-#include "cuboid_mapping/ros/diagnostics/speed_advice.h"
+#include "cuboid_mapping/ros/middleware/core_names.h"
 #include "cuboid_mapping/window/map_window.h"
 
 #include <diagnostic_updater/DiagnosticStatusWrapper.h>
@@ -33,7 +33,7 @@ struct MapSummary {
 };
 
 /// Figures of the map. @complexity O(n).
-[[nodiscard]] MapSummary summarize(const cuboid_mapping::CuboidMap& map);
+[[nodiscard]] MapSummary summarize(const CuboidMap& map);
 
 /// Summaries of a changing map, for successive reports.
 ///
@@ -47,7 +47,7 @@ class MapWatch {
   explicit MapWatch(ClockS clock_s);
 
   /// @complexity O(n) if cuboids are counted.
-  [[nodiscard]] MapSummary summarize(const cuboid_mapping::CuboidMap& map);
+  [[nodiscard]] MapSummary summarize(const CuboidMap& map);
 
  private:
   ClockS clock_s_;
@@ -77,11 +77,11 @@ struct NodeReport {
   std::string cloud_topic;  ///< Topics after remapping, separated by commas.
   std::string frame_id;     ///< Frame of the map.
   std::optional<LastCloud> last_cloud;
-  std::optional<cuboid_mapping::WindowFigures> window;  ///< Only with a window.
-  std::uint64_t num_new_window_failures = 0;            ///< Failures since the last report.
-  std::optional<cuboid_mapping::HistoryFigures> kept;   ///< Kept clouds; only with keep_clouds.
-  std::string kept_error;                               ///< See KeptHistory::error().
-  std::size_t num_publishers = 0;                       ///< Publishers of the cloud topics.
+  std::optional<WindowFigures> window;        ///< Only with a window.
+  std::uint64_t num_new_window_failures = 0;  ///< Failures since the last report.
+  std::optional<HistoryFigures> kept;         ///< Kept clouds; only with keep_clouds.
+  std::string kept_error;                     ///< See KeptHistory::error().
+  std::size_t num_publishers = 0;             ///< Publishers of the cloud topics.
   std::string wrong_types;  ///< See describeWrongType(); set only before the first message.
   /// Clouds that went into the map after a later one of another source.
   std::uint64_t num_out_of_order = 0;

@@ -1,52 +1,33 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
-#include "cuboid_mapping/ros/conversions/cloud_conversions.h"
+#include "cuboid_mapping/ros/conversions/cloud_error.h"
 
+#include <algorithm>
 #include <array>
 #include <chrono>
 #include <cstddef>
 #include <cstdint>
+#include <numeric>
+#include <utility>
 
 namespace cuboid_mapping_ros {
-
-/// Reasons why a cloud did not enter the map.
-enum class DropReason : unsigned char {
-  // The defects of CloudDefect, in the same order.
-  kEmptyFrame,
-  kNoPoints,
-  kNoXyzFields,
-  kWrongDatatype,
-  kBadLayout,
-  kShortData,
-  kNoValidPoints,
-  kNoPointTimes,
-  kQueueFull,     ///< The node was busy with earlier clouds.
-  kNoTransform,   ///< tf did not come within tf_wait, or before the memory was full.
-  kTooOldForTf,   ///< Older than the transforms that tf keeps.
-  kNoCameraInfo,  ///< A depth image has no camera_info.
-  kPaused,        ///< The node is paused by ~pause.
-  kBeforeJump,    ///< Older than the jump reported to ~move_map.
-  kInternalError  ///< An exception, for example without memory.
-};
-
-/// Number of enumerators of DropReason.
-constexpr std::size_t kNumDropReasons = 15;
-
-/// The reason to drop a cloud with a defect.
-[[nodiscard]] DropReason toDropReason(CloudDefect defect);
-
-/// A short name for diagnostics, such as "no transform".
-[[nodiscard]] const char* toString(DropReason reason);
 
 /// Durations of one stage of the work on a cloud.
 class StageTime {
  public:
-  void add(double duration_ms);
+  void add(double duration_ms) {
+    last_ms_ = duration_ms;
+    max_ms_ = std::max(max_ms_, duration_ms);
+    sum_ms_ += duration_ms;
+    ++count_;
+  }
   [[nodiscard]] double lastMs() const { return last_ms_; }
   [[nodiscard]] double maxMs() const { return max_ms_; }
   /// Mean in milliseconds; 0 before the first duration.
-  [[nodiscard]] double meanMs() const;
+  [[nodiscard]] double meanMs() const {
+    return count_ == 0 ? 0.0 : sum_ms_ / static_cast<double>(count_);
+  }
 
  private:
   double last_ms_ = 0.0;
@@ -59,7 +40,11 @@ class StageTime {
 class Stopwatch {
  public:
   /// Milliseconds since the last call, or since construction.
-  double lap();
+  double lap() {
+    const Clock::time_point now = Clock::now();
+    const std::chrono::duration<double, std::milli> duration = now - std::exchange(start_, now);
+    return duration.count();
+  }
 
  private:
   using Clock = std::chrono::steady_clock;
@@ -94,11 +79,21 @@ struct NodeStatistics {
     return num_dropped[static_cast<std::size_t>(reason)];
   }
   /// Copies the figures of points and times; the counts of clouds stay.
-  void takeWork(const NodeStatistics& work);
+  void takeWork(const NodeStatistics& work) {
+    NodeStatistics taken = work;
+    taken.num_received = num_received;
+    taken.num_inserted = num_inserted;
+    taken.num_dropped = num_dropped;
+    *this = taken;
+  }
   /// Number of dropped clouds, over all reasons.
-  [[nodiscard]] std::uint64_t numDropped() const;
+  [[nodiscard]] std::uint64_t numDropped() const {
+    return std::accumulate(num_dropped.begin(), num_dropped.end(), std::uint64_t{0});
+  }
   /// Received clouds that wait for tf, or for their turn.
-  [[nodiscard]] std::uint64_t numWaiting() const;
+  [[nodiscard]] std::uint64_t numWaiting() const {
+    return num_received - num_inserted - numDropped();
+  }
 };
 
 }  // namespace cuboid_mapping_ros

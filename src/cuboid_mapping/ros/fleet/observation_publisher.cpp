@@ -2,6 +2,8 @@
 #include "cuboid_mapping/ros/fleet/observation_publisher.h"
 
 #include "cuboid_mapping/io/scan_update_codec.h"
+#include "cuboid_mapping/ros/conversions/points.h"
+#include "cuboid_mapping/ros/middleware/callbacks.h"
 #include "cuboid_mapping/ros/middleware/names.h"
 #include "cuboid_mapping/ros/middleware/tf_lookup.h"
 
@@ -14,9 +16,6 @@
 
 namespace cuboid_mapping_ros {
 namespace {
-
-using cuboid_mapping::GetObservations;
-using cuboid_mapping::Observation;
 
 /// Maximum number of observations that wait for a slow subscriber, or for the rate: some seconds of them.
 constexpr std::uint32_t kMaxWaiting = 50;
@@ -32,7 +31,7 @@ std::size_t bytesOf(const Observation& message) {
 
 }  // namespace
 
-ObservationPublisher::ObservationPublisher(ros::NodeHandle nh, ros::NodeHandle private_nh,
+ObservationPublisher::ObservationPublisher(ros::NodeHandle nh, const ros::NodeHandle& private_nh,
                                            const NodeParameters& parameters)
     : leaves_out_(parameters.fleet.observation_excess == ObservationExcess::kThin),
       budget_(1e3 * parameters.fleet.observation_max_kb_s),
@@ -43,24 +42,19 @@ ObservationPublisher::ObservationPublisher(ros::NodeHandle nh, ros::NodeHandle p
   last_.robot = private_nh.getNamespace();
   last_.session = ros::WallTime::now().toNSec();
   last_.resolution = parameters.map.resolution_m;
-  server_ = private_nh.advertiseService<GetObservations::Request, GetObservations::Response>(
-      kGetObservationsService,
-      [this](GetObservations::Request& request, GetObservations::Response& response) {
-        answer(request, response);
-        return true;
-      });
+  server_ = offerService<GetObservations>(
+      private_nh, kGetObservationsService,
+      [this](const auto& request, auto& response) { answer(request, response); });
   if (parameters.fleet.observation_max_kb_s > 0.0) {
-    timer_ = private_nh.createWallTimer(ros::WallDuration(kSendPeriod_s),
-                                        [this](const ros::WallTimerEvent&) {
-                                          const std::lock_guard<std::mutex> lock(mutex_);
-                                          sendDue();
-                                        });
+    timer_ = startTimer(private_nh, kSendPeriod_s, [this] {
+      const std::lock_guard<std::mutex> lock(mutex_);
+      sendDue();
+    });
   }
 }
 
 void ObservationPublisher::publish(const ros::Time& stamp, const Eigen::Vector3d& origin_map,
-                                   const cuboid_mapping::SensorModelConfig& model,
-                                   const cuboid_mapping::ScanUpdate& update) {
+                                   const SensorModelConfig& model, const ScanUpdate& update) {
   const std::lock_guard<std::mutex> lock(mutex_);
   const bool is_heard = publisher_.getNumSubscribers() > 0;
   if (is_heard && leaves_out_ && !budget_.isFree(sendTime_s())) {
@@ -79,15 +73,13 @@ void ObservationPublisher::publish(const ros::Time& stamp, const Eigen::Vector3d
   ++num_overtaken_;
 }
 
-ObservationPublisher::Message ObservationPublisher::makeMessage(
-    const ros::Time& stamp, const Eigen::Vector3d& origin_map,
-    const cuboid_mapping::SensorModelConfig& model,
-    const cuboid_mapping::ScanUpdate& update) const {
+ObservationPublisher::Message ObservationPublisher::makeMessage(const ros::Time& stamp,
+                                                                const Eigen::Vector3d& origin_map,
+                                                                const SensorModelConfig& model,
+                                                                const ScanUpdate& update) const {
   const auto message = boost::make_shared<Observation>(last_);
   message->header.stamp = stamp;
-  message->origin.x = origin_map.x();
-  message->origin.y = origin_map.y();
-  message->origin.z = origin_map.z();
+  message->origin = toPoint(origin_map);
   message->hit = model.hit;
   message->miss = model.miss;
   message->min = model.alpha_min;

@@ -3,7 +3,7 @@
 
 #include "cuboid_mapping/GetObservations.h"
 #include "cuboid_mapping/Observation.h"
-#include "cuboid_mapping/ros/middleware/byte_budget.h"
+#include "cuboid_mapping/ros/middleware/rate_limit.h"
 #include "cuboid_mapping/ros/parameters/parameters.h"
 #include "cuboid_mapping/scan/brick_update.h"
 
@@ -30,7 +30,7 @@ namespace cuboid_mapping_ros {
 class ObservationPublisher {
  public:
   /// @param private_nh  Its namespace is the name of the robot.
-  ObservationPublisher(ros::NodeHandle nh, ros::NodeHandle private_nh,
+  ObservationPublisher(ros::NodeHandle nh, const ros::NodeHandle& private_nh,
                        const NodeParameters& parameters);
   ObservationPublisher(const ObservationPublisher&) = delete;
   ObservationPublisher& operator=(const ObservationPublisher&) = delete;
@@ -38,23 +38,20 @@ class ObservationPublisher {
   /// Publishes a cloud that is in the map.
   /// @param origin_map  Start of its beams. @param model  Sensor model of the cloud.
   void publish(const ros::Time& stamp, const Eigen::Vector3d& origin_map,
-               const cuboid_mapping::SensorModelConfig& model,
-               const cuboid_mapping::ScanUpdate& update);
+               const SensorModelConfig& model, const ScanUpdate& update);
 
   /// Figures, and a warning when clouds were left out since the last report.
   void report(diagnostic_updater::DiagnosticStatusWrapper& status);
 
  private:
-  using Message = cuboid_mapping::Observation::ConstPtr;
+  using Message = Observation::ConstPtr;
 
   [[nodiscard]] Message makeMessage(const ros::Time& stamp, const Eigen::Vector3d& origin_map,
-                                    const cuboid_mapping::SensorModelConfig& model,
-                                    const cuboid_mapping::ScanUpdate& update) const;
+                                    const SensorModelConfig& model, const ScanUpdate& update) const;
   void keep(const Message& message);
   /// Sends messages that are due. @pre mutex_ is held.
   void sendDue();
-  void answer(const cuboid_mapping::GetObservations::Request& request,
-              cuboid_mapping::GetObservations::Response& response);
+  void answer(const GetObservations::Request& request, GetObservations::Response& response);
 
   std::mutex mutex_;  ///< Guards the members below.
   bool leaves_out_;   ///< Drops the excess; else the excess waits.
@@ -62,8 +59,8 @@ class ObservationPublisher {
   std::size_t max_kept_bytes_;
   std::deque<Message> kept_;  ///< By sequence; without those that memory did not suffice for.
   std::size_t num_kept_bytes_ = 0;
-  std::deque<Message> waiting_;       ///< Messages by sequence.
-  cuboid_mapping::Observation last_;  ///< Common fields of all observations, without data.
+  std::deque<Message> waiting_;  ///< Messages by sequence.
+  Observation last_;             ///< Common fields of all observations, without data.
   std::uint64_t num_sent_ = 0;
   std::uint64_t num_sent_bytes_ = 0;
   std::uint64_t num_overtaken_ = 0;  ///< Observations that gave up waiting.

@@ -4,28 +4,23 @@
 #include "cuboid_mapping/GetObservations.h"
 #include "cuboid_mapping/io/scan_update_codec.h"
 #include "cuboid_mapping/io/text.h"
-#include "cuboid_mapping/ros/fleet/merge_progress.h"
-#include "cuboid_mapping/ros/middleware/function_callback.h"
+#include "cuboid_mapping/ros/middleware/callbacks.h"
 #include "cuboid_mapping/ros/middleware/names.h"
 #include "cuboid_mapping/ros/middleware/tf_lookup.h"
 
 #include <diagnostic_msgs/DiagnosticStatus.h>
 #include <ros/console.h>
+#include <nlohmann/json.hpp>
 
 #include <exception>
+#include <stdexcept>
 #include <string_view>
 #include <utility>
 
 namespace cuboid_mapping_ros {
 namespace {
 
-using cuboid_mapping::CuboidMap;
-using cuboid_mapping::GetObservations;
-using cuboid_mapping::MergeCounts;
-using cuboid_mapping::Observation;
-using cuboid_mapping::ObservationQuestion;
-using cuboid_mapping::RobotObservation;
-using cuboid_mapping::SensorModelConfig;
+using nlohmann::json;
 
 constexpr double kApplyPeriod_s = 0.05;
 constexpr double kAskPeriod_s = 0.5;
@@ -33,6 +28,43 @@ constexpr double kAskPeriod_s = 0.5;
 constexpr std::uint32_t kQueueSize = 1000;
 
 double mergeTime_s() { return ros::SteadyTime::now().toSec(); }
+
+/// JSON for MapSnapshot::progress: {"newest_stamp_ns": ..., "sessions": [{"robot": "/robot1", "session": ...,
+/// "left_out": 0, "applied": [[1, 24], [26, 40]]}]}.
+std::string toText(const MergeProgress& progress) {
+  json sessions = json::array();
+  for (const MergeProgress::Session& session : progress.sessions) {
+    json runs = json::array();
+    for (const auto& [first, last] : session.applied.runs()) runs.push_back({first, last});
+    sessions.push_back({{"robot", session.robot},
+                        {"session", session.session},
+                        {"left_out", session.left_out},
+                        {"applied", runs}});
+  }
+  return json{{"newest_stamp_ns", progress.newest_stamp_ns}, {"sessions", sessions}}.dump();
+}
+
+/// Inverse of toText(); an empty text gives the progress of an empty map.
+/// @throws std::runtime_error  for an invalid text.
+MergeProgress mergeProgressOfText(const std::string& text) {
+  MergeProgress progress;
+  if (text.empty()) return progress;
+  try {
+    const json read = json::parse(text);
+    progress.newest_stamp_ns = read.at("newest_stamp_ns");
+    for (const json& item : read.at("sessions")) {
+      MergeProgress::Session session{item.at("robot"), item.at("session"), item.at("left_out"), {}};
+      std::map<std::uint64_t, std::uint64_t> runs;
+      for (const json& run : item.at("applied")) runs[run.at(0)] = run.at(1);
+      if (!session.applied.setRuns(runs)) throw std::runtime_error("runs that are not in order");
+      progress.sessions.push_back(std::move(session));
+    }
+  } catch (const std::exception& error) {
+    throw std::runtime_error(std::string("the list of merged observations cannot be read: ") +
+                             error.what());
+  }
+  return progress;
+}
 
 }  // namespace
 
@@ -50,11 +82,11 @@ std::variant<RobotObservation, std::string> readObservation(const Observation& m
            " m, the map one of " + cuboid_mapping::toText(parameters.map.resolution_m) +
            " m: they must be equal";
   }
-  cuboid_mapping::MapConfig config = parameters.map;
+  MapConfig config = parameters.map;
   config.sensor_model = {message.hit, message.miss, message.min, message.max};
   const std::string_view bytes(reinterpret_cast<const char*>(message.data.data()),
                                message.data.size());
-  auto update = cuboid_mapping::scanUpdateOfBytes(bytes);
+  auto update = scanUpdateOfBytes(bytes);
   if (!update || message.sequence == 0 || !checkConfig(config).empty()) return from + " is damaged";
   return RobotObservation{message.robot,
                           message.session,
@@ -73,25 +105,21 @@ ros::Time stampOf(const RobotObservation& observation) {
 
 RobotMerger::RobotMerger(const ros::NodeHandle& nh, const ros::NodeHandle& asking_nh,
                          const NodeParameters& parameters, GuardedMap& map, Callbacks callbacks)
-    : nh_(nh),
-      asking_nh_(asking_nh),
+    : asking_nh_(asking_nh),
       parameters_(parameters),
       map_(map),
       callbacks_(std::move(callbacks)),
       order_(parameters.fleet.merge_delay_s) {
-  order_.start(map_.read([this](const CuboidMap& /*map*/, const ros::Time& /*stamp*/) {
-    return mergeProgressOfText(map_.progress());
-  }),
-               mergeTime_s());
+  const std::string progress =
+      map_.read([this](const CuboidMap& /*map*/) { return map_.progress(); });
+  order_.start(mergeProgressOfText(progress), mergeTime_s());
   for (const std::string& robot : parameters.fleet.robots) {
-    const boost::function<void(const Observation::ConstPtr&)> callback =
-        [this](const Observation::ConstPtr& message) { take(*message); };
-    subscribers_.push_back(nh_.subscribe(robot + '/' + kObservationsTopic, kQueueSize, callback));
+    subscribers_.push_back(
+        subscribeTo<Observation>(nh, robot + '/' + kObservationsTopic, kQueueSize,
+                                 [this](const auto& message) { take(*message); }));
   }
-  apply_timer_ = nh_.createWallTimer(ros::WallDuration(kApplyPeriod_s),
-                                     [this](const ros::WallTimerEvent&) { applyDue(); });
-  ask_timer_ = asking_nh_.createWallTimer(ros::WallDuration(kAskPeriod_s),
-                                          [this](const ros::WallTimerEvent&) { ask(); });
+  apply_timer_ = startTimer(nh, kApplyPeriod_s, [this] { applyDue(); });
+  ask_timer_ = startTimer(asking_nh_, kAskPeriod_s, [this] { ask(); });
 }
 
 RobotMerger::~RobotMerger() {
@@ -147,13 +175,8 @@ void RobotMerger::applyDue() {
 void RobotMerger::apply(const RobotObservation& observation) {
   const bool is_paused = callbacks_.is_paused();
   if (!is_paused) {
-    const bool is_other_model = map_.read([&](const CuboidMap& map, const ros::Time& /*stamp*/) {
-      return map.config().sensor_model != observation.sensor_model;
-    });
-    if (is_other_model) {
-      map_.edit([&](CuboidMap& map, const ros::Time& /*stamp*/) {
-        return map.setSensorModel(observation.sensor_model);
-      });
+    if (map_.config().sensor_model != observation.sensor_model) {
+      map_.edit([&](CuboidMap& map) { return map.setSensorModel(observation.sensor_model); });
     }
     map_.change(stampOf(observation), [&](CuboidMap& map) {
       auto changes = map.apply(observation.update);
@@ -208,13 +231,12 @@ void RobotMerger::report(diagnostic_updater::DiagnosticStatusWrapper& status) {
   using diagnostic_msgs::DiagnosticStatus;
   const std::lock_guard<std::mutex> lock(mutex_);
   const MergeCounts counts = order_.counts();
-  status.summary(DiagnosticStatus::OK, cuboid_mapping::counted(counts.num_received, "observation") +
-                                           " of " +
-                                           cuboid_mapping::counted(counts.num_sessions, "session"));
+  status.summary(DiagnosticStatus::OK, counted(counts.num_received, "observation") + " of " +
+                                           counted(counts.num_sessions, "session"));
   if (counts.num_missing > 0 && counts.num_missing >= reported_.num_missing) {
     status.summary(
         DiagnosticStatus::WARN,
-        cuboid_mapping::counted(counts.num_missing, "observation") +
+        counted(counts.num_missing, "observation") +
             " missing: give the robots' nodes observation_memory, so that they can be asked");
   }
   if (counts.num_late > reported_.num_late) {

@@ -23,10 +23,10 @@
 namespace cuboid_mapping_ros {
 
 /// An observation, or the reason why it cannot be put into a map: it is damaged, or has another frame or resolution.
-[[nodiscard]] std::variant<cuboid_mapping::RobotObservation, std::string> readObservation(
-    const cuboid_mapping::Observation& message, const NodeParameters& parameters);
+[[nodiscard]] std::variant<RobotObservation, std::string> readObservation(
+    const Observation& message, const NodeParameters& parameters);
 
-[[nodiscard]] ros::Time stampOf(const cuboid_mapping::RobotObservation& observation);
+[[nodiscard]] ros::Time stampOf(const RobotObservation& observation);
 
 /// Builds a map from the observations of several robots, in the order of the stamps; see ObservationOrder. Asks robots
 /// for lost observations.
@@ -38,7 +38,7 @@ class RobotMerger {
   struct Callbacks {
     std::function<bool()> is_paused;  ///< Observations due during a pause are left out.
     /// Called for each observation that has entered the map, or was left out.
-    std::function<void(const cuboid_mapping::RobotObservation&, bool is_in_map)> note;
+    std::function<void(const RobotObservation&, bool is_in_map)> note;
   };
 
   /// @param nh  Handle of the thread that changes the map. @param asking_nh  Handle of threads that may wait for robots, one
@@ -62,28 +62,27 @@ class RobotMerger {
   void report(diagnostic_updater::DiagnosticStatusWrapper& status);
 
  private:
-  void take(const cuboid_mapping::Observation& message);
+  void take(const Observation& message);
   void applyDue();
-  void apply(const cuboid_mapping::RobotObservation& observation);
-  std::string noteApplied(const cuboid_mapping::RobotObservation& observation);
+  void apply(const RobotObservation& observation);
+  std::string noteApplied(const RobotObservation& observation);
   void ask();
-  void askFor(const cuboid_mapping::ObservationQuestion& question);
+  void askFor(const ObservationQuestion& question);
 
-  ros::NodeHandle nh_;
   ros::NodeHandle asking_nh_;
   NodeParameters parameters_;
   GuardedMap& map_;
   Callbacks callbacks_;
   ServiceCalls calls_;
   std::mutex mutex_;  ///< Guards order_ to last_refusal_.
-  cuboid_mapping::ObservationOrder order_;
+  ObservationOrder order_;
   std::set<std::string> asked_;  ///< Robots that have not answered yet.
   std::uint64_t num_refused_ = 0;
   std::uint64_t num_failed_ = 0;     ///< Observations that failed for lack of memory.
   std::uint64_t num_asked_for_ = 0;  ///< Observations that came as answers.
   std::string last_refusal_;
 
-  cuboid_mapping::MergeCounts reported_;
+  MergeCounts reported_;
   std::uint64_t num_reported_refused_ = 0;
   std::vector<ros::Subscriber> subscribers_;
   ros::WallTimer apply_timer_;

@@ -2,6 +2,7 @@
 #pragma once
 
 #include "cuboid_mapping/map/progress_listener.h"
+#include "cuboid_mapping/ros/middleware/core_names.h"
 
 #include <cstdint>
 #include <functional>
@@ -28,7 +29,7 @@ class CallProgress {
   explicit CallProgress(Listener listener) : listener_(std::move(listener)) {}
 
   /// Begins a stage. @return Listener of its steps; copies ours. @throws Cancelled, as does the result.
-  [[nodiscard]] cuboid_mapping::ProgressListener stage(const std::string& name) const {
+  [[nodiscard]] ProgressListener stage(const std::string& name) const {
     if (!listener_) return {};
     listener_(name, 0.0);
     return [listener = listener_, name](std::uint64_t done, std::uint64_t total) {

@@ -24,8 +24,8 @@ void link(const std::string& file, const std::string& name) {
 
 /// Copies a store, which is changed in place; links other files.
 void copyMap(const std::string& file, const std::string& name) {
-  if (cuboid_mapping::isSqliteFile(file)) {
-    cuboid_mapping::MapStore(file, cuboid_mapping::StoreAccess::kWrite).copyTo(name);
+  if (isSqliteFile(file)) {
+    MapStore(file, StoreAccess::kWrite).copyTo(name);
   } else {
     link(file, name);
   }

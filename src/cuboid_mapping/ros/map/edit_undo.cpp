@@ -6,11 +6,6 @@
 
 namespace cuboid_mapping_ros {
 
-using cuboid_mapping::CellBox;
-using cuboid_mapping::ChangeSet;
-using cuboid_mapping::CuboidMap;
-using cuboid_mapping::VoxelBrick;
-
 void EditUndo::keep(const CuboidMap& map, const CellBox& box) {
   if (state_ == State::kClosed) return;
   Part part{box, {}};
@@ -20,7 +15,7 @@ void EditUndo::keep(const CuboidMap& map, const CellBox& box) {
     if (num_bytes <= max_bytes_) part.bricks.push_back(brick);
   });
   if (state_ == State::kBegun) {
-    edits_.push_back({map.lockedBoxes(), {}});
+    edits_.push_back({map.lockedBoxes(), {}, mark_});
     state_ = State::kOpen;
     num_bytes += edits_.back().locked.size() * sizeof(CellBox);
   }
@@ -42,6 +37,11 @@ void EditUndo::clear() {
 
 CellBox EditUndo::nextBox() const {
   return edits_.empty() || edits_.back().parts.empty() ? CellBox{} : edits_.back().parts.back().box;
+}
+
+std::pair<std::uint64_t, std::size_t> EditUndo::lastEdit() const {
+  if (edits_.empty()) return {};
+  return {edits_.back().mark, edits_.back().parts.size()};
 }
 
 ChangeSet EditUndo::undoPart(CuboidMap& map) {

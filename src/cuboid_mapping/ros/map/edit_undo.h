@@ -2,9 +2,12 @@
 #pragma once
 
 #include "cuboid_mapping/map/cuboid_map.h"
+#include "cuboid_mapping/ros/middleware/core_names.h"
 
 #include <cstddef>
+#include <cstdint>
 #include <deque>
+#include <utility>
 #include <vector>
 
 namespace cuboid_mapping_ros {
@@ -19,36 +22,43 @@ class EditUndo {
 
   explicit EditUndo(std::size_t max_bytes = std::size_t{64} << 20) : max_bytes_(max_bytes) {}
 
-  /// Begins an edit.
-  void begin() { state_ = State::kBegun; }
+  /// Begins an edit. @param mark  Kept with it, see lastEdit().
+  void begin(std::uint64_t mark = 0) {
+    state_ = State::kBegun;
+    mark_ = mark;
+  }
   /// Keeps the voxels of a box, and the locks, before the edit changes them. Does nothing after clear(), until begin().
   /// @throws std::bad_alloc
-  void keep(const cuboid_mapping::CuboidMap& map, const cuboid_mapping::CellBox& box);
+  void keep(const CuboidMap& map, const CellBox& box);
   /// Drops all edits, for example when the whole map is replaced.
   void clear();
 
   /// Number of edits that can be undone.
   [[nodiscard]] std::size_t size() const { return edits_.size(); }
   /// Box that undoPart() changes; empty when it changes no voxel.
-  [[nodiscard]] cuboid_mapping::CellBox nextBox() const;
+  [[nodiscard]] CellBox nextBox() const;
+  /// Mark of the last edit, and the number of its parts; 0 if there is none.
+  [[nodiscard]] std::pair<std::uint64_t, std::size_t> lastEdit() const;
   /// Undoes the newest part of the last edit. After its last part, size() is one less. Does nothing if size() is 0.
   /// @throws std::bad_alloc  The next call undoes the same part.
-  cuboid_mapping::ChangeSet undoPart(cuboid_mapping::CuboidMap& map);
+  ChangeSet undoPart(CuboidMap& map);
 
  private:
   enum class State { kClosed, kBegun, kOpen };
   struct Part {
-    cuboid_mapping::CellBox box;
-    std::vector<cuboid_mapping::VoxelBrick> bricks;
+    CellBox box;
+    std::vector<VoxelBrick> bricks;
   };
   struct Edit {
-    std::vector<cuboid_mapping::CellBox> locked;
+    std::vector<CellBox> locked;
     std::vector<Part> parts;
+    std::uint64_t mark = 0;
     std::size_t num_bytes = 0;
   };
 
   std::size_t max_bytes_;
   State state_ = State::kClosed;
+  std::uint64_t mark_ = 0;  ///< Of the edit that has begun.
   std::deque<Edit> edits_;
 };
 

@@ -3,18 +3,10 @@
 
 #include <algorithm>
 #include <limits>
-#include <vector>
 #include "cuboid_mapping/map/locked_boxes.h"
 
 namespace cuboid_mapping_ros {
 namespace {
-
-using cuboid_mapping::BrickMask;
-using cuboid_mapping::BrickUpdate;
-using cuboid_mapping::Cell;
-using cuboid_mapping::ChangeSet;
-using cuboid_mapping::CuboidMap;
-using cuboid_mapping::PackedVoxels;
 
 /// Bricks forgotten at a time: some milliseconds.
 constexpr std::size_t kForgetBricks = 1000;
@@ -30,8 +22,8 @@ BrickMask voxelsOf(const PackedVoxels& voxels, ForgetClass of_class) {
 }
 
 /// Voxels of the same classes, as if each was seen once.
-PackedVoxels seenOnce(const PackedVoxels& voxels, const cuboid_mapping::SensorModel& model) {
-  cuboid_mapping::VoxelValues values;
+PackedVoxels seenOnce(const PackedVoxels& voxels, const SensorModel& model) {
+  VoxelValues values;
   voxels.getValues(values);
   voxels.known().forEach([&](int voxel) {
     float& value = values[static_cast<std::size_t>(voxel)];
@@ -43,7 +35,7 @@ PackedVoxels seenOnce(const PackedVoxels& voxels, const cuboid_mapping::SensorMo
 /// Forgets the voxels of one class in a brick, except locked ones.
 ChangeSet forgetBrick(const Cell& brick, ForgetClass of_class, ForgetTo forget_to, CuboidMap& map) {
   const PackedVoxels* voxels = map.voxels().find(brick);
-  if (voxels == nullptr) return map.replace({}, std::vector<cuboid_mapping::VoxelBrick>{});
+  if (voxels == nullptr) return map.replace({}, std::vector<VoxelBrick>{});
   const PackedVoxels rest =
       forget_to == ForgetTo::kSeenOnce ? seenOnce(*voxels, map.sensorModel()) : PackedVoxels();
   BrickUpdate all;
@@ -52,8 +44,7 @@ ChangeSet forgetBrick(const Cell& brick, ForgetClass of_class, ForgetTo forget_t
   const std::vector<BrickUpdate> unlocked = map.locked().without({all});
   PackedVoxels kept = *voxels;
   for (const BrickUpdate& part : unlocked) kept.replace(part.hits, rest, kept);
-  return map.replace(cuboid_mapping::brickBox(brick),
-                     std::vector<cuboid_mapping::VoxelBrick>{{brick, kept}});
+  return map.replace(brickBox(brick), std::vector<VoxelBrick>{{brick, kept}});
 }
 
 }  // namespace
@@ -67,8 +58,7 @@ Forgetting::Forgetting(const NodeParameters& parameters)
   }
 }
 
-void Forgetting::note(const cuboid_mapping::ScanUpdate& update, const ros::Time& stamp,
-                      std::size_t source) {
+void Forgetting::note(const ScanUpdate& update, const ros::Time& stamp, std::size_t source) {
   if (!isOn() || stamp.isZero()) return;
   const Time now = stamp.toNSec();
   if (now + shortest_ns_ < now_) jumpBack(now);
@@ -112,12 +102,12 @@ ChangeSet Forgetting::forgetSome(CuboidMap& map) {
   return changes;
 }
 
-Forgetting Forgetting::moved(const cuboid_mapping::VoxelMotion& motion) const {
+Forgetting Forgetting::moved(const VoxelMotion& motion) const {
   Forgetting other = *this;
   other.remembered_.clear();
   other.due_.clear();
   for (const auto& entry : remembered_) {
-    forEachBrick(motion(cuboid_mapping::brickBox(entry.first)), [&](const Cell& brick) {
+    forEachBrick(motion(brickBox(entry.first)), [&](const Cell& brick) {
       Time& until = other.remembered_[brick];
       until = std::max(until, entry.second);
     });

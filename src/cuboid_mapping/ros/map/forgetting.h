@@ -34,18 +34,17 @@ class Forgetting {
   /// Notes the voxels of a cloud, and finds bricks that are due, at most ten times in the shortest time. A stamp of
   /// 0 is ignored.
   /// @complexity O(bricks of the update); when it looks for due bricks, O(bricks remembered).
-  void note(const cuboid_mapping::ScanUpdate& update, const ros::Time& stamp,
-            std::size_t source = 0);
+  void note(const ScanUpdate& update, const ros::Time& stamp, std::size_t source = 0);
 
   /// Whether a brick is due.
   [[nodiscard]] bool hasDue() const { return !due_.empty(); }
   /// Forgets some of the due bricks, so that others can use the map in between.
   /// @return Changes of the map. @complexity O(1).
-  cuboid_mapping::ChangeSet forgetSome(cuboid_mapping::CuboidMap& map);
+  ChangeSet forgetSome(CuboidMap& map);
 
   /// The same in another frame: a brick is remembered for as long as any brick that moves into it.
   /// @complexity O(bricks remembered).
-  [[nodiscard]] Forgetting moved(const cuboid_mapping::VoxelMotion& motion) const;
+  [[nodiscard]] Forgetting moved(const VoxelMotion& motion) const;
 
  private:
   /// Time in nanoseconds, as in stamps.
@@ -61,8 +60,8 @@ class Forgetting {
   Time now_ = 0;  ///< Stamp of the last cloud.
   Time last_sweep_ = 0;
   /// Last time at which a brick is remembered, by its least cell.
-  std::unordered_map<cuboid_mapping::Cell, Time, cuboid_mapping::CellHash> remembered_;
-  std::vector<cuboid_mapping::Cell> due_;  ///< Bricks to forget, unless they were seen since.
+  std::unordered_map<Cell, Time, CellHash> remembered_;
+  std::vector<Cell> due_;  ///< Bricks to forget, unless they were seen since.
 };
 
 }  // namespace cuboid_mapping_ros

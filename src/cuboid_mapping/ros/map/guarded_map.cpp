@@ -2,7 +2,7 @@
 #include "cuboid_mapping/ros/map/guarded_map.h"
 
 #include <new>
-#include <utility>
+#include <tuple>
 
 namespace cuboid_mapping_ros {
 namespace {
@@ -11,18 +11,15 @@ namespace {
 /// it is shorter to report that everything has changed.
 constexpr std::size_t kMaxGoneBricks = 100000;
 
-using cuboid_mapping::ChangeSet;
-
 }  // namespace
 
-void followSensorModel(const cuboid_mapping::CuboidMap& map, cuboid_mapping::CuboidMap& fresh) {
+void followSensorModel(const CuboidMap& map, CuboidMap& fresh) {
   const auto& model = map.config().sensor_model;
   if (fresh.config().sensor_model != model) fresh.setSensorModel(model);
 }
 
-void GuardedMap::integrate(const ros::Time& stamp, const cuboid_mapping::ScanUpdate& update,
-                           const cuboid_mapping::SensorModel& model,
-                           const Eigen::Vector3d& window_center_map,
+void GuardedMap::integrate(const ros::Time& stamp, const ScanUpdate& update,
+                           const SensorModel& model, const Eigen::Vector3d& window_center_map,
                            const std::optional<KeptObservation>& kept) {
   const auto changing = waitToChange();
   const auto& admitted = window_ ? admit(update, window_center_map) : update;
@@ -40,18 +37,17 @@ void GuardedMap::integrate(const ros::Time& stamp, const cuboid_mapping::ScanUpd
   if (history_ && kept) history_->add(*kept);
 }
 
-cuboid_mapping::MapCorrection GuardedMap::beginCorrection(
-    const cuboid_mapping::PoseTrack& poses, const cuboid_mapping::CorrectionRule& rule) {
+MapCorrection GuardedMap::beginCorrection(const PoseTrack& poses, const CorrectionRule& rule) {
   const auto changing = waitToChange();  // The map equals the history's.
-  return readWithWindow([&](const auto& map, const auto& /*stamp*/, const auto* window) {
-    return history_->whole().begin(poses, rule, window == nullptr ? &map : nullptr);
+  return read([&](const CuboidMap& map) {
+    return history_->whole().begin(poses, rule, window_ ? nullptr : &map);
   });
 }
 
-void GuardedMap::exchange(cuboid_mapping::MapCorrection& correction) {
+void GuardedMap::exchange(MapCorrection& correction) {
   const auto changing = waitToChange();
   history_->whole().finish(correction);  // Nobody changes the map; others read it.
-  cuboid_mapping::CuboidMap& corrected = correction.map();
+  CuboidMap& corrected = correction.map();
   followSensorModel(map_, corrected);
   const WriteLock alone(mutex_);
   noteReplaced();
@@ -65,7 +61,7 @@ void GuardedMap::exchange(cuboid_mapping::MapCorrection& correction) {
 std::unique_lock<std::mutex> GuardedMap::beginEdit() {
   std::unique_lock<std::mutex> turn(edit_turn_);
   const ChangeLock lock(*this);
-  undo_.begin();
+  undo_.begin(history_ ? history_->numAdded() : 0);
   return turn;
 }
 
@@ -73,25 +69,26 @@ std::optional<std::size_t> GuardedMap::undoEdit() {
   const std::lock_guard<std::mutex> turn(edit_turn_);
   const PageHold stay = hold();
   const auto look = [this] {
-    return read([this](const auto& /*map*/, const auto& /*stamp*/) {
-      return std::pair(undo_.size(), undo_.nextBox());
-    });
+    const ReadLock lock(mutex_);
+    return std::tuple(undo_.size(), undo_.nextBox(), undo_.lastEdit());
   };
-  const std::size_t num_edits = look().first;
+  auto [num_edits, box, edit] = look();
   if (num_edits == 0) return std::nullopt;
   std::size_t num_left = num_edits;
   while (num_left == num_edits) {
-    editIn(look().second, [this](auto& map, const auto& /*stamp*/) { return undo_.undoPart(map); });
-    num_left = look().first;
+    editIn(box, [this](CuboidMap& map) { return undo_.undoPart(map); });
+    std::tie(num_left, box, std::ignore) = look();
   }
+  const auto changing = waitToChange();
+  if (history_) history_->dropEdits(edit.first, 2 * edit.second);
   return num_left;
 }
 
 /// The part of an update that the window admits; its pages are loaded.
-const cuboid_mapping::ScanUpdate& GuardedMap::admit(const cuboid_mapping::ScanUpdate& update,
-                                                    const Eigen::Vector3d& window_center_map) {
+const ScanUpdate& GuardedMap::admit(const ScanUpdate& update,
+                                    const Eigen::Vector3d& window_center_map) {
   const WriteLock alone(mutex_);
-  const cuboid_mapping::ScanUpdate* admitted = nullptr;
+  const ScanUpdate* admitted = nullptr;
   noteGathered([&](ChangeSet& changes) {
     window_->hold(num_holds_ > 0);
     admitted = &window_->admit(update, window_center_map, map_, changes);
@@ -99,38 +96,31 @@ const cuboid_mapping::ScanUpdate& GuardedMap::admit(const cuboid_mapping::ScanUp
   return *admitted;
 }
 
-std::size_t GuardedMap::countNotLoaded(const cuboid_mapping::CellBox& box) const {
+std::size_t GuardedMap::countNotLoaded(const CellBox& box) const {
   if (!window_) return 0;
-  return readWithWindow([&](const auto& /*map*/, const auto& /*stamp*/, const auto* window) {
-    return window->countNotLoaded(box);
-  });
+  const ReadLock lock(mutex_);
+  return window_->countNotLoaded(box);
 }
 
-std::optional<cuboid_mapping::CellBox> GuardedMap::regionOfSearch() const {
-  using Region = std::optional<cuboid_mapping::CellBox>;
-  return readWithWindow(
-      [](const auto& /*map*/, const auto& /*stamp*/, const cuboid_mapping::MapWindow* window) {
-        const bool is_whole = window == nullptr || window->figures().num_on_disk_only == 0;
-        return is_whole ? Region() : Region(window->window());
-      });
+std::optional<CellBox> GuardedMap::regionOfSearch() const {
+  const ReadLock lock(mutex_);
+  if (!window_ || window_->figures().num_on_disk_only == 0) return std::nullopt;
+  return window_->window();
 }
 
-void GuardedMap::load(const cuboid_mapping::CellBox& box) {
+void GuardedMap::load(const CellBox& box) {
   const PageHold come_back = hold();
   while (countNotLoaded(box) > 0) {
     const ChangeLock lock(*this);
-    noteGathered([&](ChangeSet& changes) {
-      window_->load(box, map_, changes, cuboid_mapping::MapWindow::kPagesAStep);
-    });
+    noteGathered(
+        [&](ChangeSet& changes) { window_->load(box, map_, changes, MapWindow::kPagesAStep); });
   }
 }
 
-std::optional<cuboid_mapping::WindowFigures> GuardedMap::windowFigures() const {
-  using Figures = std::optional<cuboid_mapping::WindowFigures>;
-  return readWithWindow(
-      [](const auto& /*map*/, const auto& /*stamp*/, const cuboid_mapping::MapWindow* window) {
-        return window == nullptr ? Figures() : Figures(window->figures());
-      });
+std::optional<WindowFigures> GuardedMap::windowFigures() const {
+  const ReadLock lock(mutex_);
+  if (!window_) return std::nullopt;
+  return window_->figures();
 }
 
 void GuardedMap::save() {
@@ -147,7 +137,7 @@ void GuardedMap::saveHead() {
   if (window_) window_->saveHead(map_);
 }
 
-void GuardedMap::note(const cuboid_mapping::ChangeSet& changes) {
+void GuardedMap::note(const ChangeSet& changes) {
   const std::lock_guard<std::mutex> lock(changes_mutex_);
   changed_revision_ = changes.revision;
   if (changes.is_everything) {
@@ -156,7 +146,7 @@ void GuardedMap::note(const cuboid_mapping::ChangeSet& changes) {
   }
   if (is_everything_changed_) return;
   try {
-    for (const cuboid_mapping::ChangedBrick& brick : changes.bricks) {
+    for (const ChangedBrick& brick : changes.bricks) {
       changed_.findOrAdd(brick.brick).has_new_cuboids |= brick.has_new_cuboids;
     }
   } catch (const std::bad_alloc&) {  // The map has changed: everybody must notice.
@@ -174,9 +164,9 @@ void GuardedMap::noteEverything() noexcept {
   changed_.clear();
 }
 
-cuboid_mapping::ChangeSet GuardedMap::takeChanges() {
+ChangeSet GuardedMap::takeChanges() {
   const std::lock_guard<std::mutex> lock(changes_mutex_);
-  cuboid_mapping::ChangeSet changes{changed_revision_, is_everything_changed_, {}};
+  ChangeSet changes{changed_revision_, is_everything_changed_, {}};
   changes.bricks.reserve(changed_.size());
   changed_.forEach([&changes](const auto& brick) { changes.bricks.push_back(brick); });
   changed_.clear();

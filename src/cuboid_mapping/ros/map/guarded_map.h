@@ -16,6 +16,7 @@
 #include <mutex>
 #include <optional>
 #include <string>
+#include <type_traits>
 #include <utility>
 
 namespace cuboid_mapping_ros {
@@ -33,7 +34,7 @@ class PageHold {
 };
 
 /// Gives a map that was built beside another one the other's sensor model, which may have been reconfigured meanwhile.
-void followSensorModel(const cuboid_mapping::CuboidMap& map, cuboid_mapping::CuboidMap& fresh);
+void followSensorModel(const CuboidMap& map, CuboidMap& fresh);
 
 /// A map that one thread fills while others read it. Thread-safe.
 ///
@@ -43,12 +44,12 @@ void followSensorModel(const cuboid_mapping::CuboidMap& map, cuboid_mapping::Cub
 /// see PhaseFairMutex.
 class GuardedMap {
  public:
-  explicit GuardedMap(const cuboid_mapping::MapConfig& config) : map_(config) {}
+  explicit GuardedMap(const MapConfig& config) : map_(config) {}
 
-  [[nodiscard]] const cuboid_mapping::Grid& grid() const { return map_.grid(); }
+  [[nodiscard]] const Grid& grid() const { return map_.grid(); }
 
   /// Keeps only a window of the map in memory from now on. Call it before others use the map.
-  void setWindow(std::unique_ptr<cuboid_mapping::MapWindow> window) { window_ = std::move(window); }
+  void setWindow(std::unique_ptr<MapWindow> window) { window_ = std::move(window); }
 
   /// Keeps the history of the map from now on; it must have the whole map. Call it before others use the map.
   void setHistory(std::unique_ptr<KeptHistory> history) { history_ = std::move(history); }
@@ -59,28 +60,26 @@ class GuardedMap {
   /// rule of the window. Else as change(); readers continue while the new voxels are computed.
   /// @param model  Sensor model, see CuboidMap::apply(). @param window_center_map  Ignored without a window.
   /// @param kept  Cloud for the history, if there is one.
-  void integrate(const ros::Time& stamp, const cuboid_mapping::ScanUpdate& update,
-                 const cuboid_mapping::SensorModel& model, const Eigen::Vector3d& window_center_map,
+  void integrate(const ros::Time& stamp, const ScanUpdate& update, const SensorModel& model,
+                 const Eigen::Vector3d& window_center_map,
                  const std::optional<KeptObservation>& kept = std::nullopt);
 
   /// Begins a correction of the current map. Clouds wait while the map is copied, some milliseconds.
   /// @pre There is a history. @throws As MapHistory::begin(), and KeptHistory::whole().
-  [[nodiscard]] cuboid_mapping::MapCorrection beginCorrection(
-      const cuboid_mapping::PoseTrack& poses, const cuboid_mapping::CorrectionRule& rule);
+  [[nodiscard]] MapCorrection beginCorrection(const PoseTrack& poses, const CorrectionRule& rule);
   /// Replaces the map by a corrected one with its poses. Else as replaceAll().
   /// @pre There is a history. @throws As MapHistory::finish(), and KeptHistory::whole(): all is then as it was.
-  void exchange(cuboid_mapping::MapCorrection& correction);
+  void exchange(MapCorrection& correction);
 
   /// Changes voxels of a box, whose pages are loaded first. Else as edit().
   /// @param whole  Box of the whole edit if this is a part of it, for the history; else empty.
-  /// @throws cuboid_mapping::MapFileError  if a page cannot be loaded: no voxel has changed, and the pages before it are loaded.
+  /// @throws MapFileError  if a page cannot be loaded: no voxel has changed, and the pages before it are loaded.
   template <typename WorkT>
-  void editIn(const cuboid_mapping::CellBox& box, const WorkT& work,
-              const cuboid_mapping::CellBox& whole = {}) {
+  void editIn(const CellBox& box, const WorkT& work, const CellBox& whole = {}) {
     const ChangeLock lock(*this);
     if (window_) noteGathered([&](auto& changes) { window_->load(box, map_, changes); });
     noteChangesOf([&] {
-      cuboid_mapping::ChangeSet changes = work(map_, std::as_const(stamp_));
+      ChangeSet changes = call(work, map_, std::as_const(stamp_));
       if (window_) window_->note(changes);
       return changes;
     });
@@ -88,12 +87,12 @@ class GuardedMap {
   }
 
   /// Replaces the whole map, in memory and on disk. Else as edit(), and the stamp may be set.
-  /// @param work  (CuboidMap&, ros::Time& stamp) -> ChangeSet.
+  /// @param work  (CuboidMap&) or (CuboidMap&, ros::Time& stamp) -> ChangeSet.
   template <typename WorkT>
   void replaceAll(const WorkT& work) {
     const ChangeLock lock(*this);
     noteReplaced();
-    noteChangesOf([&] { return work(map_, stamp_); });
+    noteChangesOf([&] { return call(work, map_, stamp_); });
     if (history_) history_->restart(map_);
     if (window_) window_->noteReplaced(map_);
   }
@@ -109,11 +108,11 @@ class GuardedMap {
   }
 
   /// Changes the map without a cloud: its stamp stays. The history keeps the locks. Else as change().
-  /// @param work  (CuboidMap&, const ros::Time& stamp) -> ChangeSet.
+  /// @param work  (CuboidMap&) or (CuboidMap&, const ros::Time& stamp) -> ChangeSet.
   template <typename WorkT>
   void edit(const WorkT& work) {
     const ChangeLock lock(*this);
-    noteChangesOf([&] { return work(map_, std::as_const(stamp_)); });
+    noteChangesOf([&] { return call(work, map_, std::as_const(stamp_)); });
     if (history_) history_->addEdit({}, map_);
   }
 
@@ -121,17 +120,27 @@ class GuardedMap {
   /// Edits wait for each other, so that the last one is undone exactly.
   [[nodiscard]] std::unique_lock<std::mutex> beginEdit();
   /// Keeps the voxels of a box, and the locks, before they change. @pre Called by the work of an edit that has begun.
-  void keepForUndo(const cuboid_mapping::CellBox& box) { undo_.keep(map_, box); }
+  void keepForUndo(const CellBox& box) { undo_.keep(map_, box); }
   /// Restores the voxels and locks that the last edit replaced, even if clouds have changed them since; see EditUndo.
   /// @return Number of edits that can still be undone; nothing if there was none.
-  /// @throws std::bad_alloc, cuboid_mapping::MapFileError  The next call undoes the rest of the edit.
+  /// @throws std::bad_alloc, MapFileError  The next call undoes the rest of the edit.
   std::optional<std::size_t> undoEdit();
 
-  /// Reads the map. @param work  (const CuboidMap&, const ros::Time& stamp) -> any.
+  /// Reads the map. @param work  (const CuboidMap&) or (const CuboidMap&, const ros::Time& stamp) -> any.
   template <typename WorkT>
   auto read(const WorkT& work) const {
     const ReadLock lock(mutex_);
-    return work(std::as_const(map_), stamp_);
+    return call(work, map_, stamp_);
+  }
+
+  /// Stamp of the last cloud in the map; 0 when there is none.
+  [[nodiscard]] ros::Time stamp() const {
+    const ReadLock lock(mutex_);
+    return stamp_;
+  }
+  [[nodiscard]] MapConfig config() const {
+    const ReadLock lock(mutex_);
+    return map_.config();
   }
 
   /// As read(), with the window: null if the whole map is in memory.
@@ -139,8 +148,7 @@ class GuardedMap {
   template <typename WorkT>
   auto readWithWindow(const WorkT& work) const {
     const ReadLock lock(mutex_);
-    return work(std::as_const(map_), stamp_,
-                static_cast<const cuboid_mapping::MapWindow*>(window_.get()));
+    return work(std::as_const(map_), stamp_, static_cast<const MapWindow*>(window_.get()));
   }
 
   /// Reads the map for long: others get their turn where the work allows it (Budget::spendAndYield()), and the map
@@ -149,11 +157,11 @@ class GuardedMap {
   ///              the beginning.
   /// @param is_stopped  true ends the budget; may be null.
   template <typename WorkT>
-  auto readInTurns(const cuboid_mapping::QueryLimits& limits, const std::atomic<bool>* is_stopped,
+  auto readInTurns(const QueryLimits& limits, const std::atomic<bool>* is_stopped,
                    const WorkT& work) const {
     ReadLock lock(mutex_);
     const auto yield = [&lock] { lock.yield(); };
-    cuboid_mapping::Budget budget(limits, {yield, kTurn_s, is_stopped});
+    Budget budget(limits, {yield, kTurn_s, is_stopped});
     return work(std::as_const(map_), ros::Time(stamp_), budget);
   }
 
@@ -170,14 +178,14 @@ class GuardedMap {
   /// Keeps pages in memory, also those that are read, while the result lives.
   [[nodiscard]] PageHold hold() { return PageHold(num_holds_); }
   /// Number of pages of a box that are on disk only; 0 without a window. @complexity O(pages of the box).
-  [[nodiscard]] std::size_t countNotLoaded(const cuboid_mapping::CellBox& box) const;
+  [[nodiscard]] std::size_t countNotLoaded(const CellBox& box) const;
   /// Default region of a search: the window if parts of the map are on disk only, else everything.
-  [[nodiscard]] std::optional<cuboid_mapping::CellBox> regionOfSearch() const;
+  [[nodiscard]] std::optional<CellBox> regionOfSearch() const;
   /// Loads the pages of a box, some at a time, so that others get their turn.
-  /// @throws cuboid_mapping::MapFileError  if a page cannot be loaded: the pages before it are.
-  void load(const cuboid_mapping::CellBox& box);
+  /// @throws MapFileError  if a page cannot be loaded: the pages before it are.
+  void load(const CellBox& box);
   /// Figures of the window; nothing without one.
-  [[nodiscard]] std::optional<cuboid_mapping::WindowFigures> windowFigures() const;
+  [[nodiscard]] std::optional<WindowFigures> windowFigures() const;
   /// Writes changes to the disk, some pages at a time, so that others get their turn. The figures of the window count
   /// failures.
   void save();
@@ -185,15 +193,15 @@ class GuardedMap {
   void saveHead();
 
   /// Bricks changed since the last call, each once.
-  [[nodiscard]] cuboid_mapping::ChangeSet takeChanges();
+  [[nodiscard]] ChangeSet takeChanges();
 
   /// As above, while nobody changes the map.
   /// @param work  (const CuboidMap&, const ros::Time& stamp, const ChangeSet&). Its exceptions are passed on, and the
   ///              next call reports that everything has changed.
   template <typename WorkT>
-  cuboid_mapping::ChangeSet takeChanges(const WorkT& work) {
+  ChangeSet takeChanges(const WorkT& work) {
     const ReadLock lock(mutex_);
-    cuboid_mapping::ChangeSet changes = takeChanges();
+    ChangeSet changes = takeChanges();
     try {
       work(std::as_const(map_), stamp_, changes);
     } catch (...) {
@@ -211,6 +219,16 @@ class GuardedMap {
   static constexpr double kTurn_s = 0.02;
 
   using WriteLock = std::lock_guard<PhaseFairMutex>;
+
+  /// Calls work with the map, and with the stamp if it takes one.
+  template <typename WorkT, typename MapT, typename StampT>
+  static auto call(const WorkT& work, MapT& map, StampT& stamp) {
+    if constexpr (std::is_invocable_v<const WorkT&, MapT&>) {
+      return work(map);
+    } else {
+      return work(map, stamp);
+    }
+  }
 
   /// Shared access for readers.
   class ReadLock {
@@ -251,7 +269,7 @@ class GuardedMap {
   /// @param work  (ChangeSet& changes): adds the changes so far, also when it throws.
   template <typename WorkT>
   void noteGathered(const WorkT& work) {
-    cuboid_mapping::ChangeSet changes{map_.revision(), false, {}};
+    ChangeSet changes{map_.revision(), false, {}};
     try {
       work(changes);
     } catch (...) {
@@ -269,16 +287,16 @@ class GuardedMap {
       throw;
     }
   }
-  void note(const cuboid_mapping::ChangeSet& changes);
-  [[nodiscard]] const cuboid_mapping::ScanUpdate& admit(const cuboid_mapping::ScanUpdate& update,
-                                                        const Eigen::Vector3d& window_center_map);
+  void note(const ChangeSet& changes);
+  [[nodiscard]] const ScanUpdate& admit(const ScanUpdate& update,
+                                        const Eigen::Vector3d& window_center_map);
 
   mutable std::mutex change_;  ///< Held by the thread that changes the map or prepares a change.
   mutable std::mutex change_turn_;  ///< Held by the next thread.
   mutable PhaseFairMutex mutex_;    ///< Written by the holder of `change_`.
-  cuboid_mapping::CuboidMap map_;
-  std::unique_ptr<cuboid_mapping::MapWindow> window_;  ///< May be null.
-  std::unique_ptr<KeptHistory> history_;               ///< May be null.
+  CuboidMap map_;
+  std::unique_ptr<MapWindow> window_;     ///< May be null.
+  std::unique_ptr<KeptHistory> history_;  ///< May be null.
   std::atomic<int> num_holds_{0};
   std::uint64_t num_replaced_ = 0;
   std::mutex edit_turn_;  ///< Held by the thread that edits, or undoes an edit.
@@ -288,7 +306,7 @@ class GuardedMap {
   std::mutex changes_mutex_;
   bool is_everything_changed_ = false;
   std::uint64_t changed_revision_ = 0;
-  cuboid_mapping::BrickTable<cuboid_mapping::ChangedBrick> changed_;
+  BrickTable<ChangedBrick> changed_;
 };
 
 }  // namespace cuboid_mapping_ros

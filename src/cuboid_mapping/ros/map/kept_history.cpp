@@ -31,7 +31,7 @@ void KeptHistory::lose(const std::string& why) noexcept {
   }
 }
 
-void KeptHistory::restart(const cuboid_mapping::CuboidMap& map) noexcept {
+void KeptHistory::restart(const CuboidMap& map) noexcept {
   is_lost_ = false;
   guard([&] { history_.restart(map); });
 }
@@ -40,9 +40,12 @@ void KeptHistory::add(const KeptObservation& observation) noexcept {
   guard([&] { history_.add(observation.cloud, observation.config); });
 }
 
-void KeptHistory::addEdit(const cuboid_mapping::CellBox& box, const cuboid_mapping::CuboidMap& map,
-                          const cuboid_mapping::CellBox& whole) noexcept {
+void KeptHistory::addEdit(const CellBox& box, const CuboidMap& map, const CellBox& whole) noexcept {
   guard([&] { history_.addEdit(box, map, whole); });
+}
+
+void KeptHistory::dropEdits(std::uint64_t num_before, std::uint64_t count) noexcept {
+  guard([&] { history_.dropEdits(num_before, count); });
 }
 
 std::string KeptHistory::error() const {
@@ -51,7 +54,7 @@ std::string KeptHistory::error() const {
   return error_;
 }
 
-cuboid_mapping::MapHistory& KeptHistory::whole() {
+MapHistory& KeptHistory::whole() {
   if (is_lost_) throw std::runtime_error(error());
   return history_;
 }

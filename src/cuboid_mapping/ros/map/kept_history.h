@@ -2,8 +2,10 @@
 #pragma once
 
 #include "cuboid_mapping/history/map_history.h"
+#include "cuboid_mapping/ros/middleware/core_names.h"
 
 #include <atomic>
+#include <cstdint>
 #include <mutex>
 #include <string>
 
@@ -11,8 +13,8 @@ namespace cuboid_mapping_ros {
 
 /// A cloud for the map, in the form that the history keeps.
 struct KeptObservation {
-  cuboid_mapping::KeptCloud cloud;
-  cuboid_mapping::ObservationConfig config;
+  KeptCloud cloud;
+  ObservationConfig config;
 };
 
 /// The history of a map, which may fail, for example on a full disk, while the map goes on: missed changes cannot be corrected, so
@@ -20,31 +22,31 @@ struct KeptObservation {
 class KeptHistory {
  public:
   /// See MapHistory.
-  KeptHistory(const cuboid_mapping::MapConfig& config, double step_m,
-              const cuboid_mapping::HistoryLimits& limits)
+  KeptHistory(const MapConfig& config, double step_m, const HistoryLimits& limits)
       : history_(config, step_m, limits) {}
 
   // As in MapHistory, but these throw nothing.
   ///@{
-  void restart(const cuboid_mapping::CuboidMap& map) noexcept;
+  void restart(const CuboidMap& map) noexcept;
   void add(const KeptObservation& observation) noexcept;
-  void addEdit(const cuboid_mapping::CellBox& box, const cuboid_mapping::CuboidMap& map,
-               const cuboid_mapping::CellBox& whole = {}) noexcept;
+  void addEdit(const CellBox& box, const CuboidMap& map, const CellBox& whole = {}) noexcept;
+  void dropEdits(std::uint64_t num_before, std::uint64_t count) noexcept;
   ///@}
 
+  [[nodiscard]] std::uint64_t numAdded() const { return history_.numAdded(); }
   /// Reason why it is lost; empty: it is whole.
   [[nodiscard]] std::string error() const;
 
   /// @throws std::runtime_error  if it is lost.
-  [[nodiscard]] cuboid_mapping::MapHistory& whole();
-  [[nodiscard]] cuboid_mapping::HistoryFigures figures() const { return history_.figures(); }
+  [[nodiscard]] MapHistory& whole();
+  [[nodiscard]] HistoryFigures figures() const { return history_.figures(); }
 
  private:
   template <typename WorkT>
   void guard(const WorkT& work) noexcept;
   void lose(const std::string& why) noexcept;
 
-  cuboid_mapping::MapHistory history_;
+  MapHistory history_;
   std::atomic<bool> is_lost_{false};
   mutable std::mutex error_mutex_;
   std::string error_;

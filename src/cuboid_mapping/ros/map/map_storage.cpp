@@ -16,24 +16,9 @@
 #include <sstream>
 #include <stdexcept>
 #include <utility>
-#include <vector>
 
 namespace cuboid_mapping_ros {
 namespace {
-
-using cuboid_mapping::Cell;
-using cuboid_mapping::CellBox;
-using cuboid_mapping::CuboidMap;
-using cuboid_mapping::MapConfig;
-using cuboid_mapping::MapFile;
-using cuboid_mapping::MapFileDefect;
-using cuboid_mapping::MapFileError;
-using cuboid_mapping::MapFormat;
-using cuboid_mapping::MapSnapshot;
-using cuboid_mapping::MapWindow;
-using cuboid_mapping::MergeRule;
-using cuboid_mapping::SensorModelConfig;
-using cuboid_mapping::SnapshotLimits;
 
 /// Runs work; its exceptions become errors of the answer.
 template <typename WorkT>
@@ -72,38 +57,41 @@ auto readWithin(const WorkT& work) {
 /// @param resolution_m  Resolution for a cloud, which has none.
 MapFile readFileWithin(const std::string& file, double resolution_m, const SensorModelConfig& model,
                        const SnapshotLimits& limits) {
-  if (cuboid_mapping::isPointCloudFile(file)) {
-    return {MapFormat::kPcd, cuboid_mapping::readPointCloudMap(file, resolution_m, model),
+  if (isPointCloudFile(file)) {
+    return {MapFormat::kPcd, readPointCloudMap(file, resolution_m, model),
             std::filesystem::file_size(file)};
   }
-  return readWithin([&] { return cuboid_mapping::readMapFile(file, model, limits); });
+  return readWithin([&] { return readMapFile(file, model, limits); });
 }
 
 /// Number of cuboids with FusionKind::kClass.
 std::size_t countCuboids(const MapSnapshot& snapshot) {
-  std::vector<cuboid_mapping::Cuboid> cuboids;
-  for (const cuboid_mapping::VoxelBrick& brick : snapshot.bricks) divideBrick(brick, cuboids);
+  std::vector<Cuboid> cuboids;
+  for (const VoxelBrick& brick : snapshot.bricks) divideBrick(brick, cuboids);
   return cuboids.size();
 }
 
 /// Box around all bricks; empty if there are none.
 CellBox boundsOf(const MapSnapshot& snapshot) {
   CellBox bounds;
-  for (const cuboid_mapping::VoxelBrick& brick : snapshot.bricks) {
-    const CellBox box = cuboid_mapping::brickBox(brick.brick);
+  for (const VoxelBrick& brick : snapshot.bricks) {
+    const CellBox box = brickBox(brick.brick);
     bounds = bounds.isEmpty() ? box : unite(bounds, box);
   }
   return bounds;
 }
 
+/// @param prepare  (CuboidMap&): prepares the old map for the exchange, or throws.
+template <typename PrepareT>
 void putInPlace(GuardedMap& map, const MapConfig& config, const MapSnapshot& snapshot,
-                const CallProgress& progress, StorageAnswer& answer) {
+                const CallProgress& progress, StorageAnswer& answer, const PrepareT& prepare) {
   (void)progress.stage("building");
   CuboidMap fresh(config);  // Built while the old map is in use, and freed after it.
   restoreSnapshot(snapshot, fresh);
   answer.num_cuboids = countCuboids(fresh).total();
   (void)progress.stage("exchanging");
-  map.replaceAll([&](CuboidMap& content, const ros::Time& /*stamp*/) {
+  map.replaceAll([&](CuboidMap& content) {
+    prepare(content);
     followSensorModel(content, fresh);
     return content.exchange(fresh);
   });
@@ -111,10 +99,10 @@ void putInPlace(GuardedMap& map, const MapConfig& config, const MapSnapshot& sna
 
 void mergeInto(GuardedMap& map, const MapSnapshot& snapshot, MergeRule rule,
                StorageAnswer& answer) {
-  map.editIn(boundsOf(snapshot), [&](CuboidMap& content, const ros::Time& /*stamp*/) {
+  map.editIn(boundsOf(snapshot), [&](CuboidMap& content) {
     MapSnapshot merged = takeSnapshot(content, "");
     answer.notes += describe(mergeMaps(snapshot, rule, merged), rule);
-    auto changes = content.replace(cuboid_mapping::kAllCells, merged.bricks);
+    auto changes = content.replace(kAllCells, merged.bricks);
     answer.num_cuboids = countCuboids(content).total();
     return changes;
   });
@@ -135,7 +123,7 @@ MapSnapshot takeWholeSnapshot(GuardedMap& map, const std::string& frame_id,
   std::uint64_t num_replaced = 0;
   map.readWithWindow(
       [&](const CuboidMap& content, const ros::Time& stamp, const MapWindow* window) {
-        look(content, stamp, window);
+        if (look) look(content, stamp, window);
         snapshot = takeSnapshot(content, frame_id);
         if (window != nullptr) pages = window->storedPages();
         num_replaced = map.numReplaced();
@@ -169,7 +157,7 @@ StorageAnswer saveMap(GuardedMap& map, const std::string& frame_id, const std::s
       answer.revision = content.revision();
       is_in_memory = window == nullptr || window->figures().num_on_disk_only == 0;
       if (is_in_memory) answer.num_cuboids = countCuboids(content).total();
-      if (cuboid_mapping::formatOfName(file) == MapFormat::kCsv) addCuboids(content, told);
+      if (formatOfName(file) == MapFormat::kCsv) addCuboids(content, told);
     };
     MapSnapshot snapshot = takeWholeSnapshot(map, withoutSlash(frame_id), limits, look, progress);
     snapshot.progress = state;
@@ -182,8 +170,7 @@ StorageAnswer saveMap(GuardedMap& map, const std::string& frame_id, const std::s
 StorageAnswer loadMap(GuardedMap& map, const std::string& file, const SnapshotLimits& limits,
                       const LoadPlacement& placement, const CallProgress& progress) {
   return guard([&](StorageAnswer& answer) {
-    const MapConfig config = map.read(
-        [](const CuboidMap& content, const ros::Time& /*stamp*/) { return content.config(); });
+    const MapConfig config = map.config();
     (void)progress.stage("reading");
     MapFile read = readFileWithin(file, config.resolution_m, config.sensor_model, limits);
     answer.error = compareResolutions(read.snapshot.resolution_m, map.grid().resolution(), file);
@@ -200,13 +187,13 @@ StorageAnswer loadMap(GuardedMap& map, const std::string& file, const SnapshotLi
       (void)progress.stage("merging");
       mergeInto(map, read.snapshot, *placement.rule, answer);
     } else {
-      putInPlace(map, config, read.snapshot, progress, answer);
+      putInPlace(map, config, read.snapshot, progress, answer, [](CuboidMap& /*content*/) {});
     }
   });
 }
 
-StorageAnswer moveWholeMap(GuardedMap& map, const cuboid_mapping::VoxelMotion& motion,
-                           const SnapshotLimits& limits, const CallProgress& progress) {
+StorageAnswer moveWholeMap(GuardedMap& map, const VoxelMotion& motion, const SnapshotLimits& limits,
+                           const CallProgress& progress) {
   return guard([&](StorageAnswer& answer) {
     MapConfig config;
     std::vector<CellBox> locked;
@@ -219,18 +206,11 @@ StorageAnswer moveWholeMap(GuardedMap& map, const cuboid_mapping::VoxelMotion& m
     Eigen::Isometry3d T_new_old = motion.transform();
     T_new_old.translation() *= config.resolution_m;
     moveMap(T_new_old, snapshot, config.threads, progress.stage("moving"));
-    (void)progress.stage("building");
-    CuboidMap fresh(config);
-    restoreSnapshot(snapshot, fresh);
-    answer.num_cuboids = countCuboids(fresh).total();
-    (void)progress.stage("exchanging");
-    map.replaceAll([&](CuboidMap& content, const ros::Time& /*stamp*/) {
+    putInPlace(map, config, snapshot, progress, answer, [&](CuboidMap& content) {
       if (content.revision() != answer.revision || content.lockedBoxes() != locked) {
         throw std::runtime_error("the map was changed meanwhile, by another call: call again");
       }
-      followSensorModel(content, fresh);
       content.setLocked(snapshot.locked);
-      return content.exchange(fresh);
     });
   });
 }
@@ -251,7 +231,7 @@ std::string describeRefusal(const Eigen::Isometry3d& T_target_map, double resolu
   Eigen::Isometry3d nearest = T_target_map;
   nearest.translation() =
       resolution_m * (T_target_map.translation() / resolution_m).array().round();
-  if (cuboid_mapping::VoxelMotion::of(nearest, resolution_m)) {
+  if (VoxelMotion::of(nearest, resolution_m)) {
     text << "The nearest exact one has the translation "
          << cuboid_mapping::toText(nearest.translation()) << ". ";
   }
@@ -262,8 +242,7 @@ std::string describeRefusal(const Eigen::Isometry3d& T_target_map, double resolu
 
 std::optional<MapSnapshot> readStartMap(NodeParameters& parameters) {
   // Only a store keeps the list of merged observations.
-  const bool is_whole =
-      parameters.fleet.robots.empty() || cuboid_mapping::isSqliteFile(parameters.autosave_file);
+  const bool is_whole = parameters.fleet.robots.empty() || isSqliteFile(parameters.autosave_file);
   const bool is_missing = parameters.map_file_optional && !hasMap(parameters.map_file);
   if (is_missing) parameters.map_file.clear();
   const bool goes_on = parameters.map_file.empty() && parameters.resume && is_whole &&
@@ -292,8 +271,7 @@ bool hasMap(const std::string& file) {
   namespace fs = std::filesystem;
   std::error_code ignored;
   if (file.empty() || !fs::exists(file, ignored)) return false;
-  return !cuboid_mapping::isSqliteFile(file) ||
-         cuboid_mapping::MapStore(file, cuboid_mapping::StoreAccess::kWrite).head();
+  return !isSqliteFile(file) || MapStore(file, StoreAccess::kWrite).head();
 }
 
 std::string followLinks(const std::string& file) {
@@ -321,10 +299,9 @@ std::string nameBeside(const std::string& file) {
 std::string locksFile(const std::string& map_file) { return map_file + ".locks"; }
 
 void saveLocks(const GuardedMap& map, const std::string& map_file) {
-  const auto boxes = map.read(
-      [](const CuboidMap& content, const auto& /*stamp*/) { return content.lockedBoxes(); });
+  const auto boxes = map.read([](const CuboidMap& content) { return content.lockedBoxes(); });
   std::error_code ignored;
-  const bool is_in_map_file = cuboid_mapping::formatOfName(map_file) == MapFormat::kNative;
+  const bool is_in_map_file = formatOfName(map_file) == MapFormat::kNative;
   if (boxes.empty() || is_in_map_file) {
     std::filesystem::remove(locksFile(map_file), ignored);
     return;
@@ -335,14 +312,14 @@ void saveLocks(const GuardedMap& map, const std::string& map_file) {
       text << cell.x << ' ' << cell.y << ' ' << cell.z << ' ';
     text << '\n';
   }
-  cuboid_mapping::replaceFile(locksFile(map_file), text.str());
+  replaceFile(locksFile(map_file), text.str());
 }
 
 std::vector<CellBox> readLocks(const std::string& map_file) {
   const std::string file = locksFile(map_file);
   std::error_code ignored;
   if (!std::filesystem::exists(file, ignored)) return {};
-  std::istringstream text(cuboid_mapping::readFile(file));
+  std::istringstream text(readFile(file));
   std::vector<CellBox> boxes;
   for (std::string line; std::getline(text, line);) {
     std::istringstream numbers(line);

@@ -19,7 +19,7 @@
 namespace cuboid_mapping_ros {
 
 /// Whether there is a map under this name, and no store (.sqlite) whose first save has not ended.
-/// @throws cuboid_mapping::MapFileError  for a store that cannot be opened.
+/// @throws MapFileError  for a store that cannot be opened.
 [[nodiscard]] bool hasMap(const std::string& file);
 
 /// The file that a path leads to: the target of a symbolic link, even if there is no file.
@@ -33,10 +33,10 @@ namespace cuboid_mapping_ros {
 
 /// Locked boxes of a map, in a file beside the map. The file is removed if there are none, or the map is a .cuboids, which
 /// keeps them.
-/// @throws cuboid_mapping::MapFileError naming the file.
+/// @throws MapFileError naming the file.
 ///@{
 void saveLocks(const GuardedMap& map, const std::string& map_file);
-[[nodiscard]] std::vector<cuboid_mapping::CellBox> readLocks(const std::string& map_file);
+[[nodiscard]] std::vector<CellBox> readLocks(const std::string& map_file);
 ///@}
 
 /// Result of a save or a load.
@@ -53,31 +53,30 @@ struct StorageAnswer {
 /// @param frame_id  Frame of the map, for the file. @param limits  With more on disk nothing is saved.
 /// @param progress  A cancelled save leaves the file as it was. A save of .ot or .bt cannot be cancelled while it is written.
 [[nodiscard]] StorageAnswer saveMap(GuardedMap& map, const std::string& frame_id,
-                                    const std::string& file,
-                                    const cuboid_mapping::SnapshotLimits& limits = {},
+                                    const std::string& file, const SnapshotLimits& limits = {},
                                     const CallProgress& progress = {});
 
 /// Reads a map while a snapshot of it is taken, and nobody changes it; its exceptions are passed on.
 /// @param window  Null: the whole map is in memory.
 using SnapshotLook =
-    std::function<void(const cuboid_mapping::CuboidMap& map, const ros::Time& stamp,
-                       const cuboid_mapping::MapWindow* window)>;
+    std::function<void(const CuboidMap& map, const ros::Time& stamp, const MapWindow* window)>;
 
 /// All voxels of a map at the beginning, in memory and on disk. Others get their turn at the map after each
 /// page read from the disk. A part that is loaded, changed and saved meanwhile is as it was saved.
-/// @throws cuboid_mapping::MapFileError  as MapWindow::addStored(). @throws std::runtime_error  when the whole map is replaced meanwhile.
+/// @throws MapFileError  as MapWindow::addStored(). @throws std::runtime_error  when the whole map is replaced meanwhile.
 /// @throws Cancelled
-[[nodiscard]] cuboid_mapping::MapSnapshot takeWholeSnapshot(
-    GuardedMap& map, const std::string& frame_id, const cuboid_mapping::SnapshotLimits& limits,
-    const SnapshotLook& look, const CallProgress& progress = {});
+[[nodiscard]] MapSnapshot takeWholeSnapshot(GuardedMap& map, const std::string& frame_id,
+                                            const SnapshotLimits& limits,
+                                            const SnapshotLook& look = {},
+                                            const CallProgress& progress = {});
 
 /// Limits for reading a file: parameter file_memory.
-[[nodiscard]] cuboid_mapping::SnapshotLimits makeSnapshotLimits(const NodeParameters& parameters);
+[[nodiscard]] SnapshotLimits makeSnapshotLimits(const NodeParameters& parameters);
 
 /// Placement of a file's map in another one.
 struct LoadPlacement {
-  std::optional<cuboid_mapping::MergeRule> rule;  ///< Nothing: replaces everything.
-  std::optional<Eigen::Isometry3d> T_map_file;    ///< Nothing: both have the same frame.
+  std::optional<MergeRule> rule;                ///< Nothing: replaces everything.
+  std::optional<Eigen::Isometry3d> T_map_file;  ///< Nothing: both have the same frame.
   std::string
       frame_id;  ///< Frame of the map; without a transform, notes report another one of the file.
 };
@@ -90,7 +89,7 @@ struct LoadPlacement {
 /// that come in until then are lost with it. Merging: the map is held while the two are merged, and no cloud is
 /// lost.
 [[nodiscard]] StorageAnswer loadMap(GuardedMap& map, const std::string& file,
-                                    const cuboid_mapping::SnapshotLimits& limits = {},
+                                    const SnapshotLimits& limits = {},
                                     const LoadPlacement& placement = {},
                                     const CallProgress& progress = {});
 
@@ -99,8 +98,8 @@ struct LoadPlacement {
 ///
 /// Refused, and all is as it was: the pages on disk exceed the limits or cannot be read, the map would reach beyond
 /// kAllCells, there is no memory, the map was changed meanwhile, or cancelled.
-[[nodiscard]] StorageAnswer moveWholeMap(GuardedMap& map, const cuboid_mapping::VoxelMotion& motion,
-                                         const cuboid_mapping::SnapshotLimits& limits = {},
+[[nodiscard]] StorageAnswer moveWholeMap(GuardedMap& map, const VoxelMotion& motion,
+                                         const SnapshotLimits& limits = {},
                                          const CallProgress& progress = {});
 
 /// Text that a map of one frame is used in another, and what to do; empty if the frames agree, or the file has
@@ -114,7 +113,7 @@ struct LoadPlacement {
 /// The map of `map_file`, whose resolution becomes that of the parameters, as in octomap_server; without one, and with
 /// `resume`, that of `autosave_file`, if it exists. Nothing if there is none. Sets `is_autosave_read`, and clears a
 /// `map_file` that is missing and may be.
-/// @throws cuboid_mapping::MapFileError naming the file; for an autosave_file of another resolution, too.
-[[nodiscard]] std::optional<cuboid_mapping::MapSnapshot> readStartMap(NodeParameters& parameters);
+/// @throws MapFileError naming the file; for an autosave_file of another resolution, too.
+[[nodiscard]] std::optional<MapSnapshot> readStartMap(NodeParameters& parameters);
 
 }  // namespace cuboid_mapping_ros

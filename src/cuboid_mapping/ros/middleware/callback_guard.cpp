@@ -6,7 +6,6 @@
 #include <boost/make_shared.hpp>
 
 #include <stdexcept>
-#include <utility>
 
 namespace cuboid_mapping_ros {
 namespace {

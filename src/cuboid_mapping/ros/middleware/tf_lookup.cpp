@@ -2,11 +2,13 @@
 #include "cuboid_mapping/ros/middleware/tf_lookup.h"
 
 #include "cuboid_mapping/geometry/rounded_transform.h"
-
-#include "cuboid_mapping/ros/middleware/transforms.h"
+#include "cuboid_mapping/io/text.h"
 
 #include <tf2_eigen/tf2_eigen.h>
+#include <boost/lexical_cast/try_lexical_convert.hpp>
 
+#include <algorithm>
+#include <cmath>
 #include <exception>
 
 namespace cuboid_mapping_ros {
@@ -25,7 +27,7 @@ TfLookup lookupTransform(const tf2::BufferCore& buffer, const std::string& targe
     return result;
   }
   try {
-    result.T_target_source = cuboid_mapping::roundTransform(tf2::transformToEigen(
+    result.T_target_source = roundTransform(tf2::transformToEigen(
         tidyTransform(buffer.lookupTransform(target_frame, source_frame, stamp))));
   } catch (const std::exception& exception) {
     // Comes from tf, or from ros::Time for stamps 2^31 s apart.
@@ -39,13 +41,101 @@ TfLookup lookupTransform(const tf2::BufferCore& buffer, const std::string& targe
   return result;
 }
 
-cuboid_mapping::MetricBox computeEnclosingBox(const Eigen::Isometry3d& T_target_source,
-                                              const cuboid_mapping::MetricBox& box_source) {
+MetricBox computeEnclosingBox(const Eigen::Isometry3d& T_target_source,
+                              const MetricBox& box_source) {
   const Eigen::Vector3d center_source = 0.5 * (box_source.min_m + box_source.max_m);
   const Eigen::Vector3d half_source_m = 0.5 * (box_source.max_m - box_source.min_m);
   const Eigen::Vector3d center = T_target_source * center_source;
   const Eigen::Vector3d half_m = T_target_source.linear().cwiseAbs() * half_source_m;
   return {center - half_m, center + half_m};
+}
+
+namespace {
+
+/// Depth limit of the tree: two faulty programs could have made frames each other's parents.
+constexpr int kMaxTreeDepth = 1000;
+
+}  // namespace
+
+geometry_msgs::TransformStamped tidyTransform(geometry_msgs::TransformStamped transform) {
+  transform.header.frame_id = withoutSlash(transform.header.frame_id);
+  transform.child_frame_id = withoutSlash(transform.child_frame_id);
+  geometry_msgs::Quaternion& q = transform.transform.rotation;
+  const double length = std::sqrt(q.x * q.x + q.y * q.y + q.z * q.z + q.w * q.w);
+  constexpr double kRounding = 1e-12;  // Rotations within it keep their bits.
+  constexpr double kMaxError = 0.1;
+  if (std::abs(length - 1.0) <= kRounding || !(std::abs(length - 1.0) <= kMaxError))
+    return transform;
+  for (double* number : {&q.x, &q.y, &q.z, &q.w}) *number /= length;
+  return transform;
+}
+
+std::optional<geometry_msgs::TransformStamped> parseTransform(const std::string& text) {
+  const std::vector<std::string> words = wordsOf(text);
+  if (words.size() != 8 && words.size() != 9) return std::nullopt;
+  std::vector<double> numbers(words.size() - 2);
+  for (std::size_t i = 0; i < numbers.size(); ++i) {
+    if (!boost::conversion::try_lexical_convert(words[i + 2], numbers[i]) ||
+        !std::isfinite(numbers[i])) {
+      return std::nullopt;
+    }
+  }
+  Eigen::Quaterniond rotation = Eigen::AngleAxisd(numbers[3], Eigen::Vector3d::UnitZ()) *
+                                Eigen::AngleAxisd(numbers[4], Eigen::Vector3d::UnitY()) *
+                                Eigen::AngleAxisd(numbers[5], Eigen::Vector3d::UnitX());
+  if (numbers.size() == 7) {
+    rotation = Eigen::Quaterniond(numbers[6], numbers[3], numbers[4], numbers[5]);
+    if (!(std::abs(rotation.norm() - 1.0) <= 0.1)) return std::nullopt;
+  }
+  geometry_msgs::TransformStamped transform;
+  transform.header.frame_id = words[0];
+  transform.child_frame_id = words[1];
+  tf2::toMsg(Eigen::Vector3d(numbers[0], numbers[1], numbers[2]), transform.transform.translation);
+  transform.transform.rotation = tf2::toMsg(rotation);
+  return tidyTransform(transform);
+}
+
+std::optional<std::string> findRoot(const tf2::BufferCore& tf, const std::string& frame_id) {
+  std::string root = withoutSlash(frame_id);
+  if (!tf._frameExists(root)) return std::nullopt;
+  std::string parent;
+  for (int depth = 0; depth < kMaxTreeDepth && tf._getParent(root, ros::Time(), parent); ++depth) {
+    root = parent;
+  }
+  return root;
+}
+
+std::vector<std::string> findRoots(const tf2::BufferCore& tf) {
+  std::vector<std::string> frames;
+  tf._getFrameStrings(frames);
+  std::vector<std::string> roots;
+  std::string parent;
+  for (const std::string& frame : frames) {
+    if (!tf._getParent(frame, ros::Time(), parent)) roots.push_back(frame);
+  }
+  std::sort(roots.begin(), roots.end());
+  return roots;
+}
+
+std::string adviseOnTree(const tf2::BufferCore& tf, const std::string& target,
+                         const std::string& source) {
+  const auto root_of_target = findRoot(tf, target);
+  const auto root_of_source = findRoot(tf, source);
+  if (root_of_target && root_of_target == root_of_source) return "";
+  const std::vector<std::string> roots = findRoots(tf);
+  std::string advice = roots.empty() ? "tf has no frame at all"
+                                     : "the roots of tf's trees are: " + join(roots, ", ");
+  const std::string target_frame = withoutSlash(target);
+  const std::string source_frame = withoutSlash(source);
+  if (root_of_source) {
+    advice += ". '" + source_frame + "' is below '" + *root_of_source + "': set frame_id to " +
+              *root_of_source;
+  } else {
+    advice += ". Nobody publishes '" + source_frame + "'";
+  }
+  return advice + ", or give the transform that is missing: \"" + target_frame + ' ' +
+         root_of_source.value_or(source_frame) +
+         " x y z yaw pitch roll\" (--transform, transform:=)";
 }
 
 }  // namespace cuboid_mapping_ros

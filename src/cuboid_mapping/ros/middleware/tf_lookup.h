@@ -2,7 +2,9 @@
 #pragma once
 
 #include "cuboid_mapping/geometry/grid.h"
+#include "cuboid_mapping/ros/middleware/core_names.h"
 
+#include <geometry_msgs/TransformStamped.h>
 #include <ros/time.h>
 #include <tf2/buffer_core.h>
 
@@ -10,6 +12,7 @@
 
 #include <optional>
 #include <string>
+#include <vector>
 
 namespace cuboid_mapping_ros {
 
@@ -33,7 +36,29 @@ struct TfLookup {
                                        const std::string& source, const ros::Time& stamp);
 
 /// Smallest axis-aligned box of the target frame that covers a box of the source frame.
-[[nodiscard]] cuboid_mapping::MetricBox computeEnclosingBox(
-    const Eigen::Isometry3d& T_target_source, const cuboid_mapping::MetricBox& box_source);
+[[nodiscard]] MetricBox computeEnclosingBox(const Eigen::Isometry3d& T_target_source,
+                                            const MetricBox& box_source);
+
+/// A transform for tf2: frames without the slash of old drivers, and a rotation of length 1, even if it was written with
+/// few digits (length 0.9 to 1.1). Otherwise tf2 would stretch rotated vectors by up to half a percent.
+[[nodiscard]] geometry_msgs::TransformStamped tidyTransform(
+    geometry_msgs::TransformStamped transform);
+
+/// Parses "parent child x y z yaw pitch roll", or "... x y z qx qy qz qw", in metres and radians, the arguments of
+/// static_transform_publisher; nothing for another text.
+[[nodiscard]] std::optional<geometry_msgs::TransformStamped> parseTransform(
+    const std::string& text);
+
+/// Frames of tf without a parent, in order of their names.
+[[nodiscard]] std::vector<std::string> findRoots(const tf2::BufferCore& tf);
+
+/// The root of a frame's tree; nothing for a frame that tf does not know.
+[[nodiscard]] std::optional<std::string> findRoot(const tf2::BufferCore& tf,
+                                                  const std::string& frame_id);
+
+/// Advice if tf does not connect two frames: names the roots; empty if tf connects them at some time.
+/// @param target  The frame of the map.
+[[nodiscard]] std::string adviseOnTree(const tf2::BufferCore& tf, const std::string& target,
+                                       const std::string& source);
 
 }  // namespace cuboid_mapping_ros

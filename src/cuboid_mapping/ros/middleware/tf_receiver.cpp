@@ -2,7 +2,7 @@
 #include "cuboid_mapping/ros/middleware/tf_receiver.h"
 
 #include "cuboid_mapping/ros/middleware/names.h"
-#include "cuboid_mapping/ros/middleware/transforms.h"
+#include "cuboid_mapping/ros/middleware/tf_lookup.h"
 
 #include <ros/console.h>
 #include <tf2/exceptions.h>

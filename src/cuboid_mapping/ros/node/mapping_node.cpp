@@ -2,8 +2,8 @@
 #include "cuboid_mapping/ros/node/mapping_node.h"
 
 #include "cuboid_mapping/query/height_range.h"
-#include "cuboid_mapping/ros/conversions/point_cloud.h"
-#include "cuboid_mapping/ros/middleware/function_callback.h"
+#include "cuboid_mapping/ros/conversions/points.h"
+#include "cuboid_mapping/ros/middleware/callbacks.h"
 #include "cuboid_mapping/ros/middleware/names.h"
 #include "cuboid_mapping/ros/middleware/tf_lookup.h"
 
@@ -12,7 +12,6 @@
 #include <algorithm>
 #include <exception>
 #include <utility>
-#include <vector>
 
 namespace cuboid_mapping_ros {
 namespace {
@@ -30,7 +29,7 @@ MarkerTopic makeTopic(const char* name, const MarkerStyle& style,
 
 MappingNode::MappingNode(const ros::NodeHandle& nh, const ros::NodeHandle& private_nh,
                          const NodeParameters& parameters,
-                         const std::optional<cuboid_mapping::MapSnapshot>& start_map)
+                         const std::optional<MapSnapshot>& start_map)
     : node_callbacks_(*nh.getCallbackQueue(), guard_, "node"),
       receiving_thread_(guard_, "receiving"),
       tf_thread_(guard_, "tf"),
@@ -76,7 +75,8 @@ MappingNode::MappingNode(const ros::NodeHandle& nh, const ros::NodeHandle& priva
   if (!parameters.robot_grid.frame_id.empty()) {
     robot_grid_.emplace(withQueue(nh_, publish_thread_.queue()), parameters, map_, tf_buffer_);
   }
-  startTimers();
+  publish_timer_ = startTimer(withQueue(nh_, publish_thread_.queue()),
+                              1.0 / parameters.publish_rate_hz, [this] { publish(); });
   subscribe();
   startDiagnostics();  // Reads what subscribe() has made.
   query_threads_.start();
@@ -86,16 +86,14 @@ MappingNode::MappingNode(const ros::NodeHandle& nh, const ros::NodeHandle& priva
   mapping_thread_.start();
 }
 
-void MappingNode::beginWith(const std::optional<cuboid_mapping::MapSnapshot>& start_map) {
+void MappingNode::beginWith(const std::optional<MapSnapshot>& start_map) {
   if (start_map) restore(*start_map);
-  map_.setWindow(map_.read([&](const cuboid_mapping::CuboidMap& map, const ros::Time& /*stamp*/) {
-    return makeWindow(parameters_, map);
-  }));
+  map_.setWindow(map_.read([&](const CuboidMap& map) { return makeWindow(parameters_, map); }));
   if (parameters_.keep.isOn()) map_.setHistory(makeHistory(parameters_, map_));
 }
 
-void MappingNode::restore(const cuboid_mapping::MapSnapshot& start_map) {
-  map_.edit([&](cuboid_mapping::CuboidMap& map, const ros::Time& /*stamp*/) {
+void MappingNode::restore(const MapSnapshot& start_map) {
+  map_.edit([&](CuboidMap& map) {
     map_.setProgress(start_map.progress);
     auto changes = restoreSnapshot(start_map, map);
     if (parameters_.is_autosave_read) {
@@ -121,13 +119,6 @@ MappingNode::~MappingNode() {
   tf_changes_.disconnect();
 }
 
-void MappingNode::startTimers() {
-  // Wall time, because simulated time may stand still, or jump back.
-  publish_timer_ = withQueue(nh_, publish_thread_.queue())
-                       .createWallTimer(ros::WallDuration(1.0 / parameters_.publish_rate_hz),
-                                        [this](const ros::WallTimerEvent&) { publish(); });
-}
-
 void MappingNode::startDiagnostics() {
   diagnostics_.setHardwareID("none");
   diagnostics_.add("mapping", this, &MappingNode::reportDiagnostics);
@@ -135,9 +126,8 @@ void MappingNode::startDiagnostics() {
   if (parameters_.fleet.observation_max_kb_s > 0.0) {
     diagnostics_.add("observations", &observation_publisher_, &ObservationPublisher::report);
   }
-  diagnostics_timer_ =
-      nh_.createWallTimer(ros::WallDuration(std::max(0.1, diagnostics_.getPeriod())),
-                          [this](const ros::WallTimerEvent&) { diagnostics_.force_update(); });
+  diagnostics_timer_ = startTimer(nh_, std::max(0.1, diagnostics_.getPeriod()),
+                                  [this] { diagnostics_.force_update(); });
 }
 
 void MappingNode::subscribe() {
@@ -163,7 +153,7 @@ void MappingNode::subscribe() {
 void MappingNode::mergeRobots() {
   RobotMerger::Callbacks callbacks;
   callbacks.is_paused = [this] { return is_paused_.load(); };
-  callbacks.note = [this](const cuboid_mapping::RobotObservation& observation, bool is_in_map) {
+  callbacks.note = [this](const RobotObservation& observation, bool is_in_map) {
     std_msgs::Header header;
     header.frame_id = withoutSlash(parameters_.frame_id);
     header.stamp = stampOf(observation);
@@ -237,7 +227,7 @@ void MappingNode::integrate(const SensorMessage& cloud, const CloudPoses& poses)
     ROS_WARN_STREAM_NAMED(kNodeName, nameOf(source.parameters) << ": " << warning);
   }
   if (update == nullptr) {
-    return ledger_.noteDropped(cloud.source, toDropReason(error->defect), error->text);
+    return ledger_.noteDropped(cloud.source, error->defect, error->text);
   }
   Stopwatch stopwatch;
   const auto& taken = takeMoving(*update, poses, source, cloud.header().stamp);
@@ -254,10 +244,8 @@ void MappingNode::integrate(const SensorMessage& cloud, const CloudPoses& poses)
   });
 }
 
-const cuboid_mapping::ScanUpdate& MappingNode::takeMoving(const cuboid_mapping::ScanUpdate& update,
-                                                          const CloudPoses& poses,
-                                                          const Source& source,
-                                                          const ros::Time& stamp) {
+const ScanUpdate& MappingNode::takeMoving(const ScanUpdate& update, const CloudPoses& poses,
+                                          const Source& source, const ros::Time& stamp) {
   if (moving_points_ && moving_points_.getNumSubscribers() > 0) {
     moving_points_.publish(toCloud(moving_filter_.findMoving(source.pipeline.scans()),
                                    makeHeader(withoutSlash(parameters_.frame_id), stamp)));
@@ -265,14 +253,11 @@ const cuboid_mapping::ScanUpdate& MappingNode::takeMoving(const cuboid_mapping::
   return moving_filter_.take(update, poses.window_center_map);
 }
 
-void MappingNode::forget(const cuboid_mapping::ScanUpdate& update, const ros::Time& stamp,
-                         std::size_t source) {
+void MappingNode::forget(const ScanUpdate& update, const ros::Time& stamp, std::size_t source) {
   guard_.run("forgetting", [&] {
     forgetting_.note(update, stamp, source);
     while (forgetting_.hasDue()) {
-      map_.edit([this](cuboid_mapping::CuboidMap& map, const ros::Time& /*stamp*/) {
-        return forgetting_.forgetSome(map);
-      });
+      map_.edit([this](CuboidMap& map) { return forgetting_.forgetSome(map); });
     }
   });
 }
@@ -284,9 +269,7 @@ void MappingNode::reconfigure(const NodeParameters& parameters) {
     sources_.setParameters(parameters);
   }
   buffer_.setSearch(makeSearch(parameters));
-  map_.edit([&](cuboid_mapping::CuboidMap& map, const ros::Time& /*stamp*/) {
-    return map.setSensorModel(parameters.source.sensor_model);
-  });
+  map_.edit([&](CuboidMap& map) { return map.setSensorModel(parameters.source.sensor_model); });
   map_.saveHead();
   has_color_span_ = parameters.color_period_m == 0.0;
   occupied_publisher_.setColors(parameters.color_by, parameters.color_period_m);
@@ -301,8 +284,7 @@ void MappingNode::updateColorSpan() {
     color_span_.reset();
     return;
   }
-  const auto heights = map_.read([](const cuboid_mapping::CuboidMap& map,
-                                    const ros::Time& /*stamp*/) { return findHeightRange(map); });
+  const auto heights = map_.read([](const CuboidMap& map) { return findHeightRange(map); });
   const HeightSpan span{heights.min_m, heights.max_m};
   if (color_span_ && !isOtherSpan(span, *color_span_)) return;
   color_span_ = span;
@@ -319,7 +301,7 @@ void MappingNode::publishSoon() {
 
 void MappingNode::publish() {
   updateColorSpan();
-  cuboid_mapping::ChangeSet changes;
+  ChangeSet changes;
   // Topics are guarded one by one, so that a failure of one does not keep the changes from the others.
   const bool is_known =
       guard_.run(kCuboidMapUpdatesTopic, [&] { changes = map_publisher_.publish(); });

@@ -14,25 +14,24 @@
 #include "cuboid_mapping/ros/map/forgetting.h"
 #include "cuboid_mapping/ros/map/guarded_map.h"
 #include "cuboid_mapping/ros/map/map_storage.h"
+#include "cuboid_mapping/ros/map/phase_fair_mutex.h"
 #include "cuboid_mapping/ros/middleware/callback_guard.h"
-#include "cuboid_mapping/ros/middleware/fair_mutex.h"
 #include "cuboid_mapping/ros/middleware/tf_receiver.h"
 #include "cuboid_mapping/ros/octomap_server/octomap_server_interface.h"
 #include "cuboid_mapping/ros/octomap_server/robot_grid.h"
 #include "cuboid_mapping/ros/parameters/parameters.h"
-#include "cuboid_mapping/ros/parameters/reconfigure_server.h"
+#include "cuboid_mapping/ros/parameters/reconfigure.h"
 #include "cuboid_mapping/ros/publishers/map_publisher.h"
 #include "cuboid_mapping/ros/publishers/marker_publisher.h"
 #include "cuboid_mapping/ros/services/long_call.h"
 #include "cuboid_mapping/ros/services/map_files_service.h"
-#include "cuboid_mapping/ros/services/map_in_frame.h"
 #include "cuboid_mapping/ros/services/pose_corrections.h"
+#include "cuboid_mapping/ros/services/service_call.h"
 
 #include <diagnostic_updater/diagnostic_updater.h>
 #include <ros/node_handle.h>
 #include <ros/service_server.h>
 #include <ros/wall_timer.h>
-#include <std_srvs/Empty.h>
 #include <tf2_ros/buffer.h>
 
 #include <boost/signals2/connection.hpp>
@@ -40,9 +39,7 @@
 #include <atomic>
 #include <chrono>
 #include <cstdint>
-#include <memory>
 #include <optional>
-#include <string>
 #include <vector>
 
 namespace cuboid_mapping_ros {
@@ -63,7 +60,7 @@ class MappingNode {
   /// @param start_map  Initial map, with the resolution of the parameters; see readStartMap().
   MappingNode(const ros::NodeHandle& nh, const ros::NodeHandle& private_nh,
               const NodeParameters& parameters,
-              const std::optional<cuboid_mapping::MapSnapshot>& start_map = std::nullopt);
+              const std::optional<MapSnapshot>& start_map = std::nullopt);
   ~MappingNode();
   MappingNode(const MappingNode&) = delete;
   MappingNode& operator=(const MappingNode&) = delete;
@@ -73,7 +70,6 @@ class MappingNode {
 
   [[nodiscard]] CloudBuffer::Callbacks bufferCallbacks();
   [[nodiscard]] CloudBuffer::FindPoses makeSearch(const NodeParameters& parameters);
-  void startTimers();
   void startDiagnostics();
   void subscribe();
   /// Waits for a cloud and puts it into the map. @return false when the node ends.
@@ -81,16 +77,15 @@ class MappingNode {
   void onCloudInTurn(const SensorMessage& cloud, const CloudPoses& poses);
   void integrate(const SensorMessage& cloud, const CloudPoses& poses);
   /// Notes the voxels of a cloud, and forgets voxels that no cloud has seen for too long.
-  void forget(const cuboid_mapping::ScanUpdate& update, const ros::Time& stamp, std::size_t source);
+  void forget(const ScanUpdate& update, const ros::Time& stamp, std::size_t source);
   /// Publishes moving points. @return The part of the cloud that goes into the map.
-  const cuboid_mapping::ScanUpdate& takeMoving(const cuboid_mapping::ScanUpdate& update,
-                                               const CloudPoses& poses, const Source& source,
-                                               const ros::Time& stamp);
+  const ScanUpdate& takeMoving(const ScanUpdate& update, const CloudPoses& poses,
+                               const Source& source, const ros::Time& stamp);
   /// Builds the map from observations of other nodes, instead of clouds.
   void mergeRobots();
   /// Creates the map, its window and its history.
-  void beginWith(const std::optional<cuboid_mapping::MapSnapshot>& start_map);
-  void restore(const cuboid_mapping::MapSnapshot& start_map);
+  void beginWith(const std::optional<MapSnapshot>& start_map);
+  void restore(const MapSnapshot& start_map);
   void advertiseServices();
   /// Called after a correction of poses.
   void onCorrected();
@@ -102,8 +97,8 @@ class MappingNode {
   /// Sets parameters that were changed while the node runs; see reconfigure.h.
   void reconfigure(const NodeParameters& parameters);
   void onReset();
-  void onMoveMap(const cuboid_mapping::MoveMap::Request& request,
-                 cuboid_mapping::MoveMap::Response& response, const CallProgress& progress);
+  void onMoveMap(const MoveMap::Request& request, MoveMap::Response& response,
+                 const CallProgress& progress);
   /// @param jump  Stamp of the first poses in the new frame; 0: now.
   [[nodiscard]] StorageAnswer moveMap(const Eigen::Isometry3d& T_new_old, const ros::Time& jump,
                                       const CallProgress& progress);
@@ -166,7 +161,7 @@ class MappingNode {
   std::optional<ReconfigureServer> reconfigure_server_;
   std::optional<MapFilesService> map_files_;
   std::optional<PoseCorrections> corrections_;  ///< Only with keep_clouds.
-  std::optional<LongCall<cuboid_mapping::MoveMap, cuboid_mapping::MoveMapAction>> move_call_;
+  std::optional<LongCall<MoveMap, MoveMapAction>> move_call_;
   std::optional<TfReceiver> tf_receiver_;
   GuardedLoop mapping_thread_;
 };

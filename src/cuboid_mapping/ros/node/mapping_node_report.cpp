@@ -26,9 +26,7 @@ void MappingNode::reportDiagnostics(diagnostic_updater::DiagnosticStatusWrapper&
   NodeReport report;
   const CloudLedger::Page page = ledger_.page();
   report.statistics = page.statistics;
-  report.map = map_.read([this](const cuboid_mapping::CuboidMap& map, const ros::Time& /*stamp*/) {
-    return map_watch_.summarize(map);
-  });
+  report.map = map_.read([this](const CuboidMap& map) { return map_watch_.summarize(map); });
   report.window = map_.windowFigures();
   if (report.window) {
     report.num_new_window_failures = report.window->num_failures - num_reported_window_failures_;

@@ -1,12 +1,13 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Services of a MappingNode that it answers itself.
 #include "cuboid_mapping/ros/map/map_storage.h"
+#include "cuboid_mapping/ros/middleware/callbacks.h"
 #include "cuboid_mapping/ros/middleware/names.h"
 #include "cuboid_mapping/ros/node/mapping_node.h"
 #include "cuboid_mapping/ros/services/answers.h"
-#include "cuboid_mapping/ros/services/planner_services.h"
 
 #include <ros/console.h>
+#include <std_srvs/Empty.h>
 #include <std_srvs/SetBool.h>
 #include <std_srvs/Trigger.h>
 
@@ -15,42 +16,63 @@
 
 namespace cuboid_mapping_ros {
 
-using cuboid_mapping::MoveMap;
-using cuboid_mapping::SetBox;
 using std_srvs::Empty;
 using std_srvs::SetBool;
 using std_srvs::Trigger;
 
+namespace {
+
+template <typename ServiceT>
+ros::ServiceServer advertise(const ros::NodeHandle& nh, const char* name, const MapInFrame& map) {
+  return offerService<ServiceT>(nh, name, [&map](const auto& request, auto& response) {
+    response = answer<ServiceT>(map, request);
+  });
+}
+
+/// Offers the services that read the map.
+std::vector<ros::ServiceServer> advertisePlannerServices(const ros::NodeHandle& nh,
+                                                         const MapInFrame& map) {
+  return {advertise<QueryBox>(nh, kQueryBoxService, map),
+          advertise<CheckBoxes>(nh, kCheckBoxesService, map),
+          advertise<CheckPath>(nh, kCheckPathService, map),
+          advertise<CheckPoses>(nh, kCheckPosesService, map),
+          advertise<CastRays>(nh, kCastRaysService, map),
+          advertise<FindNearest>(nh, kNearestService, map),
+          advertise<FindNearestFree>(nh, kNearestFreeService, map),
+          advertise<GetCuboids>(nh, kGetCuboidsService, map),
+          advertise<GetFreeGraph>(nh, kGetFreeGraphService, map),
+          advertise<GetDistances>(nh, kGetDistancesService, map),
+          advertise<GetFrontiers>(nh, kGetFrontiersService, map),
+          advertise<FindCorridor>(nh, kFindCorridorService, map),
+          advertise<GetLocks>(nh, kGetLocksService, map)};
+}
+
+}  // namespace
+
 void MappingNode::advertiseServices() {
   servers_ =
       advertisePlannerServices(withQueue(private_nh_, query_threads_.queue()), map_in_frame_);
-  ros::NodeHandle nh = withQueue(private_nh_, edit_threads_.queue());
-  servers_.push_back(nh.advertiseService<SetBox::Request, SetBox::Response>(
-      kSetBoxService, [this](SetBox::Request& request, SetBox::Response& response) {
+  const ros::NodeHandle nh = withQueue(private_nh_, edit_threads_.queue());
+  servers_.push_back(
+      offerService<SetBox>(nh, kSetBoxService, [this](const auto& request, auto& response) {
         response = answer<SetBox>(map_in_frame_, request);
         if (response.info.success != 0) publishSoon();
-        return true;
       }));
-  servers_.push_back(nh.advertiseService<Trigger::Request, Trigger::Response>(
-      kUndoEditService, [this](Trigger::Request& /*request*/, Trigger::Response& response) {
+  servers_.push_back(
+      offerService<Trigger>(nh, kUndoEditService, [this](const auto& /*request*/, auto& response) {
         response = undoEdit(map_);
         if (response.success != 0) publishSoon();
-        return true;
       }));
-  servers_.push_back(nh.advertiseService<SetBool::Request, SetBool::Response>(
-      kPauseService, [this](SetBool::Request& request, SetBool::Response& response) {
+  servers_.push_back(
+      offerService<SetBool>(nh, kPauseService, [this](const auto& request, auto& response) {
         is_paused_ = request.data != 0;
         response.success = static_cast<std::uint8_t>(true);
         response.message =
             is_paused_ ? "clouds are ignored from now on" : "clouds are inserted again";
         ROS_INFO_STREAM_NAMED(kNodeName, response.message);
-        return true;
       }));
-  servers_.push_back(nh.advertiseService<Empty::Request, Empty::Response>(
-      kResetService, [this](Empty::Request& /*request*/, Empty::Response& /*response*/) {
-        onReset();
-        return true;
-      }));
+  servers_.push_back(offerService<Empty>(
+      nh, kResetService, [this](const auto& /*request*/, auto& /*response*/) { onReset(); }));
   move_call_.emplace(withQueue(private_nh_, action_thread_.queue()), kMoveMapService,
                      edit_threads_.queue(),
                      [this](const auto& request, auto& response, const CallProgress& progress) {
@@ -59,7 +81,7 @@ void MappingNode::advertiseServices() {
 }
 
 void MappingNode::onReset() {
-  map_.replaceAll([](cuboid_mapping::CuboidMap& map, ros::Time& stamp) {
+  map_.replaceAll([](CuboidMap& map, ros::Time& stamp) {
     stamp = ros::Time();
     return map.clear();
   });
@@ -95,10 +117,9 @@ StorageAnswer MappingNode::moveMap(const Eigen::Isometry3d& T_new_old, const ros
                                    const CallProgress& progress) {
   StorageAnswer answer;
   const double resolution_m = map_.grid().resolution();
-  const auto motion = cuboid_mapping::VoxelMotion::of(T_new_old, resolution_m);
+  const auto motion = VoxelMotion::of(T_new_old, resolution_m);
   if (!motion) answer.error = describeRefusal(T_new_old, resolution_m);
-  const ros::Time latest =
-      map_.read([](const auto& /*map*/, const ros::Time& stamp) { return stamp; });
+  const ros::Time latest = map_.stamp();
   if (!jump.isZero() && latest >= jump) {
     std::ostringstream text;
     text << "the map has a cloud of " << latest << " s, but the jump was at " << jump
@@ -114,7 +135,7 @@ StorageAnswer MappingNode::moveMap(const Eigen::Isometry3d& T_new_old, const ros
   if (!answer.error.empty()) return answer;
   // Steps that may lack memory come first.
   Forgetting forgetting = forgetting_.moved(*motion);
-  cuboid_mapping::VoidSpace void_space = moving_filter_.voidSpace().moved(*motion);
+  VoidSpace void_space = moving_filter_.voidSpace().moved(*motion);
   answer = moveWholeMap(map_, *motion, makeSnapshotLimits(parameters_), progress);
   if (!answer.error.empty()) return answer;
   forgetting_ = std::move(forgetting);

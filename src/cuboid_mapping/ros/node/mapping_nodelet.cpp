@@ -19,9 +19,6 @@
 namespace cuboid_mapping_ros {
 namespace {
 
-using cuboid_mapping::counted;
-using cuboid_mapping::join;
-
 void endNode(int /*signal*/) { ros::requestShutdown(); }
 
 /// Lets the process save its map before it ends; roscpp does so for SIGINT only.

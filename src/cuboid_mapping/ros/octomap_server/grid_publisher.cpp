@@ -60,11 +60,11 @@ GridPublisher::GridPublisher(const ros::NodeHandle& nh, const Options& options, 
     : make_(std::move(make)),
       keyframe_period_(options.keyframe_period_s),
       updates_topic_(
-          nh, {options.updates, kUpdatesQueueSize, /*is_latched=*/false},
+          nh, options.updates, kUpdatesQueueSize, /*is_latched=*/false,
           [this](const auto& node) { update_nodes_.insert(node.getSubscriberName()); },
           [this](const auto& node) { removeOne(update_nodes_, node.getSubscriberName()); }),
       topic_(
-          nh, {options.grid, 1, options.is_latched},
+          nh, options.grid, 1, options.is_latched,
           [this, is_latched = options.is_latched](const auto& node) {
             nodes_.insert(node.getSubscriberName());
             sent_.reset();

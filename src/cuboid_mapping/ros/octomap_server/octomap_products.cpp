@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "cuboid_mapping/ros/octomap_server/octomap_products.h"
 
-#include "cuboid_mapping/ros/conversions/point_cloud.h"
 #include "cuboid_mapping/ros/conversions/points.h"
 #include "cuboid_mapping/ros/publishers/marker_colors.h"
 
@@ -9,20 +8,9 @@
 #include <array>
 #include <limits>
 #include <optional>
-#include <utility>
 
 namespace cuboid_mapping_ros {
 namespace {
-
-using cuboid_mapping::BrickMask;
-using cuboid_mapping::Cell;
-using cuboid_mapping::CellBox;
-using cuboid_mapping::kOctreeDepth;
-using cuboid_mapping::MapSnapshot;
-using cuboid_mapping::OctreeKind;
-using cuboid_mapping::OctreeLeaf;
-using cuboid_mapping::VoxelBrick;
-using cuboid_mapping::VoxelStore;
 
 constexpr int kNumDepths = kOctreeDepth + 1;
 
@@ -40,29 +28,20 @@ bool hasOccupiedNeighbour(const VoxelStore& voxels, const Cell& cell) {
   return found;
 }
 
-geometry_msgs::Point centerOf(const OctreeLeaf& leaf, double resolution_m) {
-  const double half = 0.5 * leaf.edge();
-  geometry_msgs::Point center;
-  center.x = (leaf.min.x + half) * resolution_m;
-  center.y = (leaf.min.y + half) * resolution_m;
-  center.z = (leaf.min.z + half) * resolution_m;
-  return center;
+Eigen::Vector3d centerOf(const OctreeLeaf& leaf, double resolution_m) {
+  const Eigen::Vector3d min(leaf.min.x, leaf.min.y, leaf.min.z);
+  return (min.array() + 0.5 * leaf.edge()) * resolution_m;
 }
 
 std_msgs::ColorRGBA toColor(const std::array<double, 4>& rgba) {
-  std_msgs::ColorRGBA color;
-  color.r = static_cast<float>(rgba[0]);
-  color.g = static_cast<float>(rgba[1]);
-  color.b = static_cast<float>(rgba[2]);
-  color.a = static_cast<float>(rgba[3]);
-  return color;
+  return makeColor(rgba[0], rgba[1], rgba[2], rgba[3]);
 }
 
 /// Centre of an octree that can hold the map: a multiple of 1024 voxels, so that leaves up to that size have
 /// the places of the octree at the origin. Nothing if that octree holds the whole map.
 std::optional<Cell> middleOf(const std::vector<VoxelBrick>& bricks) {
   const bool fits = std::all_of(bricks.begin(), bricks.end(), [](const VoxelBrick& brick) {
-    return cuboid_mapping::kOctreeCells.contains(brick.brick);
+    return kOctreeCells.contains(brick.brick);
   });
   if (fits) return std::nullopt;
   // Median of the bricks, not centre of their bounds: one far brick must not displace the others.
@@ -87,7 +66,7 @@ std::vector<VoxelBrick> moveBricks(const std::vector<VoxelBrick>& bricks, const 
   moved.reserve(bricks.size());
   for (const VoxelBrick& brick : bricks) {
     const Cell at = brick.brick - middle;
-    if (cuboid_mapping::kOctreeCells.contains(at)) {
+    if (kOctreeCells.contains(at)) {
       moved.push_back({at, brick.voxels});
     } else {
       num_left_out += brick.voxels.known().count();
@@ -111,7 +90,7 @@ class HeightColors {
  public:
   HeightColors(const MapSnapshot& map, double color_factor) : color_factor_(color_factor) {
     for (const VoxelBrick& brick : map.bricks) {
-      for (int z = 0; z < cuboid_mapping::kBrickEdge; ++z) {
+      for (int z = 0; z < kBrickEdge; ++z) {
         if (brick.voxels.known()[z] == 0) continue;
         min_m_ = std::min(min_m_, (brick.brick.z + z) * map.resolution_m);
         max_m_ = std::max(max_m_, (brick.brick.z + z + 1) * map.resolution_m);
@@ -132,28 +111,21 @@ class HeightColors {
 
 std::vector<visualization_msgs::Marker> makeEmptyMarkers(double resolution_m,
                                                          const std_msgs::Header& header) {
-  std::vector<visualization_msgs::Marker> markers(kNumDepths);
+  std::vector<visualization_msgs::Marker> markers;
   for (int depth = 0; depth < kNumDepths; ++depth) {
-    visualization_msgs::Marker& marker = markers[static_cast<std::size_t>(depth)];
-    marker.header = header;
-    marker.ns = "map";
-    marker.id = depth;
-    marker.type = visualization_msgs::Marker::CUBE_LIST;
-    marker.pose.orientation.w = 1.0;
-    marker.frame_locked = static_cast<std::uint8_t>(true);  // As in MarkerCache.
     const double edge_m = resolution_m * (1 << (kOctreeDepth - depth));
-    marker.scale.x = marker.scale.y = marker.scale.z = edge_m;
+    markers.push_back(makeCubeList(header, "map", depth, Eigen::Vector3d::Constant(edge_m)));
   }
   return markers;
 }
 
 }  // namespace
 
-OctomapMessage toOctomapMessage(const MapSnapshot& map, OctreeKind kind,
-                                const std_msgs::Header& header, double& num_left_out) {
-  const cuboid_mapping::OctreeStream tree = toOctreeStream(map.bricks, kind);
+octomap_msgs::Octomap toOctomapMessage(const MapSnapshot& map, OctreeKind kind,
+                                       const std_msgs::Header& header, double& num_left_out) {
+  const OctreeStream tree = toOctreeStream(map.bricks, kind);
   num_left_out = tree.num_left_out;
-  OctomapMessage message;
+  octomap_msgs::Octomap message;
   message.header = header;
   message.binary = kind == OctreeKind::kBinary ? 1 : 0;
   message.id = "OcTree";
@@ -165,7 +137,7 @@ OctomapMessage toOctomapMessage(const MapSnapshot& map, OctreeKind kind,
 BrickMask findSpeckles(const VoxelStore& voxels, const VoxelBrick& brick) {
   BrickMask speckles;
   forEachCell(brick.brick, brick.voxels.occupied(), [&](const Cell& cell) {
-    if (!hasOccupiedNeighbour(voxels, cell)) speckles.set(cuboid_mapping::voxelIndex(cell));
+    if (!hasOccupiedNeighbour(voxels, cell)) speckles.set(voxelIndex(cell));
   });
   return speckles;
 }
@@ -214,9 +186,9 @@ visualization_msgs::MarkerArray toCellMarkers(const MapSnapshot& map, ShownCells
                                               double& num_left_out) {
   const ShownLeaves shown = computeShownLeaves(map, cells, parameters, OctreeKind::kBinary);
   num_left_out = shown.num_left_out;
-  const Eigen::Vector3d anchor =
-      shown.leaves.empty() ? Eigen::Vector3d::Zero().eval()
-                           : farAnchor(toVector(centerOf(shown.leaves.front(), map.resolution_m)));
+  const Eigen::Vector3d anchor = shown.leaves.empty()
+                                     ? Eigen::Vector3d::Zero().eval()
+                                     : farAnchor(centerOf(shown.leaves.front(), map.resolution_m));
   visualization_msgs::MarkerArray array;
   array.markers = makeEmptyMarkers(map.resolution_m, header);
   const bool is_occupied = cells == ShownCells::kOccupied;
@@ -224,9 +196,9 @@ visualization_msgs::MarkerArray toCellMarkers(const MapSnapshot& map, ShownCells
   const HeightColors heights(map, parameters.color_factor);
   for (const OctreeLeaf& leaf : shown.leaves) {
     visualization_msgs::Marker& marker = array.markers[static_cast<std::size_t>(leaf.depth)];
-    const geometry_msgs::Point center = centerOf(leaf, map.resolution_m);
-    marker.points.push_back(toPoint(toVector(center) - anchor));
-    if (is_by_height) marker.colors.push_back(heights.at(center.z));
+    const Eigen::Vector3d center = centerOf(leaf, map.resolution_m);
+    marker.points.push_back(toPoint(center - anchor));
+    if (is_by_height) marker.colors.push_back(heights.at(center.z()));
   }
   for (visualization_msgs::Marker& marker : array.markers) {
     marker.pose.position = toPoint(anchor);
@@ -241,7 +213,7 @@ sensor_msgs::PointCloud2 toCenters(const std::vector<OctreeLeaf>& leaves, double
                                    const std_msgs::Header& header) {
   std::vector<Eigen::Vector3d> centers;
   centers.reserve(leaves.size());
-  for (const OctreeLeaf& leaf : leaves) centers.push_back(toVector(centerOf(leaf, resolution_m)));
+  for (const OctreeLeaf& leaf : leaves) centers.push_back(centerOf(leaf, resolution_m));
   return toCloud(centers, header);
 }
 

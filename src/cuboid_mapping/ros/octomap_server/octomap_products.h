@@ -4,9 +4,9 @@
 
 #include "cuboid_mapping/io/octree_stream.h"
 #include "cuboid_mapping/map/map_snapshot.h"
-#include "cuboid_mapping/ros/conversions/octomap_messages.h"
 #include "cuboid_mapping/ros/parameters/parameters.h"
 
+#include <octomap_msgs/Octomap.h>
 #include <sensor_msgs/PointCloud2.h>
 #include <std_msgs/Header.h>
 #include <visualization_msgs/MarkerArray.h>
@@ -17,35 +17,32 @@ namespace cuboid_mapping_ros {
 
 /// octomap_binary and octomap_full: every voxel within +-32768 voxels from the origin; pruned.
 /// @param num_left_out  Gets the number of voxels outside, which no octree can hold.
-[[nodiscard]] OctomapMessage toOctomapMessage(const cuboid_mapping::MapSnapshot& map,
-                                              cuboid_mapping::OctreeKind kind,
-                                              const std_msgs::Header& header, double& num_left_out);
+[[nodiscard]] octomap_msgs::Octomap toOctomapMessage(const MapSnapshot& map, OctreeKind kind,
+                                                     const std_msgs::Header& header,
+                                                     double& num_left_out);
 
 /// Occupied voxels of a brick without any occupied neighbour among 26.
 /// @param voxels  Voxels of the brick's map.
-[[nodiscard]] cuboid_mapping::BrickMask findSpeckles(const cuboid_mapping::VoxelStore& voxels,
-                                                     const cuboid_mapping::VoxelBrick& brick);
+[[nodiscard]] BrickMask findSpeckles(const VoxelStore& voxels, const VoxelBrick& brick);
 
 /// Makes speckles unknown. @param voxels  Voxels of the map from which the bricks were copied.
-void removeSpeckles(const cuboid_mapping::VoxelStore& voxels,
-                    std::vector<cuboid_mapping::VoxelBrick>& bricks);
+void removeSpeckles(const VoxelStore& voxels, std::vector<VoxelBrick>& bricks);
 
 /// Cells that the markers and points of octomap_server show.
 enum class ShownCells : unsigned char { kOccupied, kFree };
 
 /// Leaves of an octree, and the part of a map that is not in them.
 struct ShownLeaves {
-  std::vector<cuboid_mapping::OctreeLeaf> leaves;
+  std::vector<OctreeLeaf> leaves;
   double num_left_out = 0.0;  ///< Voxels too far from the rest for one octree.
 };
 
 /// Leaves of one class that share a height with [occupancy_min_z, occupancy_max_z]; leaves that reach beyond are
 /// divided. The octree lies around the map if the map is not around the origin.
 /// @param kind  kBinary: leaves have one class; kFull: one log-odds, as in octomap_server.
-[[nodiscard]] ShownLeaves computeShownLeaves(const cuboid_mapping::MapSnapshot& map,
-                                             ShownCells cells,
+[[nodiscard]] ShownLeaves computeShownLeaves(const MapSnapshot& map, ShownCells cells,
                                              const OctomapServerParameters& parameters,
-                                             cuboid_mapping::OctreeKind kind);
+                                             OctreeKind kind);
 
 /// Messages of occupied_cells_vis_array and free_cells_vis_array: 17 markers, one for each depth from 0 to 16,
 /// which is their id; a CUBE_LIST, or DELETE if there is no leaf of that size.
@@ -55,13 +52,12 @@ struct ShownLeaves {
 /// `color_factor` of the circle of hues downwards, as in octomap_server.
 /// @param num_left_out  Gets the number from ShownLeaves.
 [[nodiscard]] visualization_msgs::MarkerArray toCellMarkers(
-    const cuboid_mapping::MapSnapshot& map, ShownCells cells,
-    const OctomapServerParameters& parameters, const std_msgs::Header& header,
-    double& num_left_out);
+    const MapSnapshot& map, ShownCells cells, const OctomapServerParameters& parameters,
+    const std_msgs::Header& header, double& num_left_out);
 
 /// Message of octomap_point_cloud_centers: the centres of leaves, see toCloud().
-[[nodiscard]] sensor_msgs::PointCloud2 toCenters(
-    const std::vector<cuboid_mapping::OctreeLeaf>& leaves, double resolution_m,
-    const std_msgs::Header& header);
+[[nodiscard]] sensor_msgs::PointCloud2 toCenters(const std::vector<OctreeLeaf>& leaves,
+                                                 double resolution_m,
+                                                 const std_msgs::Header& header);
 
 }  // namespace cuboid_mapping_ros

@@ -2,33 +2,21 @@
 #include "cuboid_mapping/ros/octomap_server/octomap_server_interface.h"
 
 #include "cuboid_mapping/io/text.h"
+#include "cuboid_mapping/ros/conversions/points.h"
 #include "cuboid_mapping/ros/map/map_storage.h"
+#include "cuboid_mapping/ros/middleware/callbacks.h"
 #include "cuboid_mapping/ros/middleware/names.h"
 #include "cuboid_mapping/ros/middleware/tf_lookup.h"
-#include "cuboid_mapping/ros/parameters/window_parameters.h"
 #include "cuboid_mapping/ros/services/service_call.h"
 
+#include <octomap_msgs/BoundingBoxQuery.h>
+#include <octomap_msgs/GetOctomap.h>
 #include <ros/console.h>
-
-#include <boost/function.hpp>
-
-#include <algorithm>
-#include <utility>
-#include <vector>
 
 namespace cuboid_mapping_ros {
 namespace {
 
-using cuboid_mapping::CellBox;
-using cuboid_mapping::ChangeSet;
-using cuboid_mapping::counted;
-using cuboid_mapping::CuboidMap;
-using cuboid_mapping::MapWindow;
-using cuboid_mapping::MetricBox;
-using cuboid_mapping::OctreeKind;
-using cuboid_mapping::PackedVoxels;
 using cuboid_mapping::toText;
-using cuboid_mapping::VoxelBrick;
 
 /// Minimum time before the log repeats what a topic leaves out.
 constexpr double kLogPeriod_s = 30.0;
@@ -41,9 +29,9 @@ ChangeSet clearCells(CuboidMap& map, const CellBox& box) {
   return map.replace(box, cleared);
 }
 
-OctomapMessage toOctree(const MapView& view, OctreeKind kind) {
+octomap_msgs::Octomap toOctree(const MapView& view, OctreeKind kind) {
   double num_left_out = 0.0;
-  OctomapMessage message = toOctomapMessage(view.map, kind, view.header, num_left_out);
+  octomap_msgs::Octomap message = toOctomapMessage(view.map, kind, view.header, num_left_out);
   if (num_left_out > 0.0) {
     ROS_WARN_STREAM_THROTTLE_NAMED(
         kLogPeriod_s, kNodeName,
@@ -65,7 +53,7 @@ void noteLeftOut(const char* topic, double num_voxels) {
 }  // namespace
 
 MapView viewWholeMap(GuardedMap& map, const std::string& frame_id, QueriesOutside outside,
-                     const cuboid_mapping::SnapshotLimits& limits) {
+                     const SnapshotLimits& limits) {
   MapView view;
   view.header.frame_id = withoutSlash(frame_id);
   try {
@@ -82,7 +70,7 @@ MapView viewWholeMap(GuardedMap& map, const std::string& frame_id, QueriesOutsid
       view.header.stamp = stamp;
     };
     view.map = takeWholeSnapshot(map, view.header.frame_id, limits, look);
-  } catch (const cuboid_mapping::MapFileError& error) {
+  } catch (const MapFileError& error) {
     throw std::runtime_error(std::string("not loaded: ") + error.what());
   }
   return view;
@@ -104,7 +92,7 @@ std::string clearBox(GuardedMap& map, const MetricBox& box_map, const ServiceLim
   std::string error = loadPages(map, *cells, limits, num_pages);
   if (!error.empty()) return error;
   const auto turn = map.beginEdit();
-  map.editIn(*cells, [&](CuboidMap& content, const ros::Time& /*stamp*/) {
+  map.editIn(*cells, [&](CuboidMap& content) {
     map.keepForUndo(*cells);
     return clearCells(content, *cells);
   });
@@ -138,8 +126,7 @@ void OctomapServerInterface::advertise(const ros::NodeHandle& nh, const char* na
     return make();
   };
   const auto topic = std::make_shared<LatchedTopic<MessageT>>(
-      nh, typename LatchedTopic<MessageT>::Options{name, 1, is_latched_},
-      [this, build](const ros::SingleSubscriberPublisher& listener) {
+      nh, name, 1, is_latched_, [this, build](const ros::SingleSubscriberPublisher& listener) {
         views_ = {};
         if (is_latched_ && hasContent()) listener.publish(build());
         views_ = {};
@@ -151,10 +138,10 @@ void OctomapServerInterface::advertise(const ros::NodeHandle& nh, const char* na
 
 void OctomapServerInterface::advertiseTopics(const NodeParameters& parameters,
                                              const ros::NodeHandle& nh) {
-  advertise<OctomapMessage>(nh, kOctomapBinaryTopic,
-                            [this] { return makeOctomap(OctreeKind::kBinary); });
-  advertise<OctomapMessage>(nh, kOctomapFullTopic,
-                            [this] { return makeOctomap(OctreeKind::kFull); });
+  advertise<octomap_msgs::Octomap>(nh, kOctomapBinaryTopic,
+                                   [this] { return makeOctomap(OctreeKind::kBinary); });
+  advertise<octomap_msgs::Octomap>(nh, kOctomapFullTopic,
+                                   [this] { return makeOctomap(OctreeKind::kFull); });
   advertise<visualization_msgs::MarkerArray>(nh, kOccupiedCellsTopic,
                                              [this] { return makeMarkers(ShownCells::kOccupied); });
   advertise<visualization_msgs::MarkerArray>(nh, kFreeCellsTopic,
@@ -169,35 +156,30 @@ void OctomapServerInterface::advertiseTopics(const NodeParameters& parameters,
   topics_.push_back({kProjectedMapTopic, [this] { projection_publisher_->publish(); }});
 }
 
-void OctomapServerInterface::advertiseServices(ros::NodeHandle nh, ros::NodeHandle private_nh) {
-  const auto answer_with = [this](OctreeKind kind) {
-    return boost::function<bool(GetOctomap::Request&, GetOctomap::Response&)>(
-        [this, kind](GetOctomap::Request& /*request*/, GetOctomap::Response& response) {
-          response.map =
-              toOctree(viewWholeMap(map_, frame_id_, limits_.outside, octree_limits_), kind);
-          return true;
-        });
+void OctomapServerInterface::advertiseServices(const ros::NodeHandle& nh,
+                                               const ros::NodeHandle& private_nh) {
+  const auto offer_octree = [&](const char* name, OctreeKind kind) {
+    servers_.push_back(offerService<octomap_msgs::GetOctomap>(
+        nh, name, [this, kind](const auto& /*request*/, auto& response) {
+          const MapView view = viewWholeMap(map_, frame_id_, limits_.outside, octree_limits_);
+          response.map = toOctree(view, kind);
+        }));
   };
-  binary_server_ = nh.advertiseService(kOctomapBinaryTopic, answer_with(OctreeKind::kBinary));
-  full_server_ = nh.advertiseService(kOctomapFullTopic, answer_with(OctreeKind::kFull));
-  const boost::function<bool(BoundingBoxQuery::Request&, BoundingBoxQuery::Response&)> on_clear =
-      [this](BoundingBoxQuery::Request& request, BoundingBoxQuery::Response& /*response*/) {
-        const std::string error = clearBox(map_,
-                                           {{request.min.x, request.min.y, request.min.z},
-                                            {request.max.x, request.max.y, request.max.z}},
-                                           limits_);
+  offer_octree(kOctomapBinaryTopic, OctreeKind::kBinary);
+  offer_octree(kOctomapFullTopic, OctreeKind::kFull);
+  servers_.push_back(offerService<octomap_msgs::BoundingBoxQuery>(
+      private_nh, kClearBoxService, [this](const auto& request, auto& /*response*/) {
+        const MetricBox box_map{toVector(request.min), toVector(request.max)};
+        const std::string error = clearBox(map_, box_map, limits_);
         if (!error.empty()) throw std::runtime_error(error);
-        return true;
-      };
-  clear_server_ = private_nh.advertiseService(kClearBoxService, on_clear);
+      }));
 }
 
 void OctomapServerInterface::noteChanges(const ChangeSet& changes) {
   projection_.noteChanges(changes);
   if (!changes.is_everything && changes.bricks.empty()) return;
   setAllDue();
-  const ros::Time cloud =
-      map_.read([](const CuboidMap& /*map*/, const ros::Time& stamp) { return stamp; });
+  const ros::Time cloud = map_.stamp();
   if (cloud == last_cloud_) edited_ = ros::Time::now();
   if (cloud != last_cloud_) edited_ = ros::Time();
   last_cloud_ = cloud;
@@ -236,8 +218,7 @@ void OctomapServerInterface::publish() {
 }
 
 bool OctomapServerInterface::hasContent() const {
-  return map_.read(
-      [](const CuboidMap& map, const ros::Time& /*stamp*/) { return map.voxels().size() > 0; });
+  return map_.read([](const CuboidMap& map) { return map.voxels().size() > 0; });
 }
 
 const MapView& OctomapServerInterface::look(Speckles speckles) {
@@ -255,7 +236,7 @@ const MapView& OctomapServerInterface::look(Speckles speckles) {
   return *view;
 }
 
-OctomapMessage OctomapServerInterface::makeOctomap(OctreeKind kind) {
+octomap_msgs::Octomap OctomapServerInterface::makeOctomap(OctreeKind kind) {
   return toOctree(look(Speckles::kKept), kind);
 }
 

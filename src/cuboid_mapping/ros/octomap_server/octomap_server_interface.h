@@ -16,7 +16,6 @@
 #include <atomic>
 #include <cstdint>
 #include <functional>
-#include <memory>
 #include <mutex>
 #include <optional>
 #include <string>
@@ -27,12 +26,12 @@ namespace cuboid_mapping_ros {
 /// Answers ~clear_bbx: known voxels that a box overlaps become free, with the least probability of the sensor
 /// model; unknown ones stay unknown, and nothing outside the box changes.
 /// @return Reason of refusal: a corner that is not finite, max below min, beyond the grid, see loadPages(); else empty.
-[[nodiscard]] std::string clearBox(GuardedMap& map, const cuboid_mapping::MetricBox& box_map,
+[[nodiscard]] std::string clearBox(GuardedMap& map, const MetricBox& box_map,
                                    const ServiceLimits& limits = {});
 
 /// A copy of a map, and its stamp.
 struct MapView {
-  cuboid_mapping::MapSnapshot map;
+  MapSnapshot map;
   std_msgs::Header header;
 };
 
@@ -42,8 +41,7 @@ struct MapView {
 /// @throws std::runtime_error  if parts are on disk only, and `outside` is kRefuse, or they exceed the limits,
 ///         or cannot be read.
 [[nodiscard]] MapView viewWholeMap(GuardedMap& map, const std::string& frame_id,
-                                   QueriesOutside outside,
-                                   const cuboid_mapping::SnapshotLimits& limits);
+                                   QueriesOutside outside, const SnapshotLimits& limits);
 
 /// The topics and services of octomap_server, under their names; see names.h.
 ///
@@ -70,7 +68,7 @@ class OctomapServerInterface {
   OctomapServerInterface& operator=(const OctomapServerInterface&) = delete;
 
   /// Notes a change; call it for every change of the R-tree.
-  void noteChanges(const cuboid_mapping::ChangeSet& changes);
+  void noteChanges(const ChangeSet& changes);
 
   /// Sets other parameters for the next publish(). Thread-safe.
   void setParameters(const OctomapServerParameters& parameters);
@@ -92,7 +90,7 @@ class OctomapServerInterface {
   template <typename MessageT>
   void advertise(const ros::NodeHandle& nh, const char* name, std::function<MessageT()> make);
   void advertiseTopics(const NodeParameters& parameters, const ros::NodeHandle& nh);
-  void advertiseServices(ros::NodeHandle nh, ros::NodeHandle private_nh);
+  void advertiseServices(const ros::NodeHandle& nh, const ros::NodeHandle& private_nh);
   void takePendingParameters();
   void setAllDue();
   [[nodiscard]] bool hasContent() const;
@@ -101,7 +99,7 @@ class OctomapServerInterface {
 
   /// Current map, for all messages until views_ is cleared.
   [[nodiscard]] const MapView& look(Speckles speckles);
-  [[nodiscard]] OctomapMessage makeOctomap(cuboid_mapping::OctreeKind kind);
+  [[nodiscard]] octomap_msgs::Octomap makeOctomap(OctreeKind kind);
   [[nodiscard]] visualization_msgs::MarkerArray makeMarkers(ShownCells cells);
   [[nodiscard]] sensor_msgs::PointCloud2 makeCenters();
   [[nodiscard]] nav_msgs::OccupancyGrid makeProjection();
@@ -109,7 +107,7 @@ class OctomapServerInterface {
   std::string frame_id_;
   bool is_latched_;
   ServiceLimits limits_;
-  cuboid_mapping::SnapshotLimits octree_limits_;  ///< Limits of the services' octrees.
+  SnapshotLimits octree_limits_;  ///< Limits of the services' octrees.
   OctomapServerParameters parameters_;
   GuardedMap& map_;
   CallbackGuard& guard_;
@@ -120,9 +118,7 @@ class OctomapServerInterface {
   std::atomic<std::uint64_t> num_built_{0};
   std::mutex pending_mutex_;
   std::optional<OctomapServerParameters> pending_;  ///< Parameters for the next publish().
-  ros::ServiceServer binary_server_;
-  ros::ServiceServer full_server_;
-  ros::ServiceServer clear_server_;
+  std::vector<ros::ServiceServer> servers_;
   // Last members: their callbacks end before the others are destroyed.
   std::optional<GridPublisher> projection_publisher_;
   std::vector<Topic> topics_;

@@ -5,7 +5,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdlib>
 #include <stdexcept>
 #include <utility>
 #include <vector>
@@ -13,21 +12,12 @@
 namespace cuboid_mapping_ros {
 namespace {
 
-using cuboid_mapping::BrickMask;
-using cuboid_mapping::Cell;
-using cuboid_mapping::CellBox;
-using cuboid_mapping::ChangeSet;
-using cuboid_mapping::CuboidMap;
-using cuboid_mapping::Grid;
-using cuboid_mapping::kAllCells;
-using cuboid_mapping::VoxelBrick;
-
 /// Visits the least cells of the tiles below a box. @param margin  Cells around the box.
 template <typename VisitorT>
 void visitTiles(const CellBox& box, std::int32_t margin, VisitorT visit) {
-  const Cell first = cuboid_mapping::brickOf(box.min - Cell{margin, margin, 0});
-  for (std::int32_t y = first.y; y < box.max.y + margin; y += cuboid_mapping::kBrickEdge) {
-    for (std::int32_t x = first.x; x < box.max.x + margin; x += cuboid_mapping::kBrickEdge) {
+  const Cell first = brickOf(box.min - Cell{margin, margin, 0});
+  for (std::int32_t y = first.y; y < box.max.y + margin; y += kBrickEdge) {
+    for (std::int32_t x = first.x; x < box.max.x + margin; x += kBrickEdge) {
       visit(Cell{x, y, 0});
     }
   }
@@ -36,7 +26,7 @@ void visitTiles(const CellBox& box, std::int32_t margin, VisitorT visit) {
 /// Extent of the known cells of a tile.
 template <typename TileT>
 CellBox boundsOf(const Cell& tile, const TileT& values) {
-  constexpr std::int32_t kEdge = cuboid_mapping::kBrickEdge;
+  constexpr std::int32_t kEdge = kBrickEdge;
   CellBox bounds;
   for (std::int32_t i = 0; i < kEdge * kEdge; ++i) {
     if (values[static_cast<std::size_t>(i)] == kUnknownCell) continue;
@@ -72,11 +62,22 @@ std::int32_t toLayer(double z_cells) {
 
 }  // namespace
 
+void layOut(const CellBox& extent, double resolution_m, nav_msgs::OccupancyGrid& grid) {
+  grid.info.resolution = static_cast<float>(resolution_m);
+  grid.info.origin.orientation.w = 1.0;
+  if (extent.isEmpty()) return;
+  grid.info.width = static_cast<std::uint32_t>(extent.size().x);
+  grid.info.height = static_cast<std::uint32_t>(extent.size().y);
+  grid.info.origin.position.x = extent.min.x * resolution_m;
+  grid.info.origin.position.y = extent.min.y * resolution_m;
+  grid.data.assign(std::size_t{grid.info.width} * grid.info.height, kUnknownCell);
+}
+
 void ProjectedMap::noteChanges(const ChangeSet& changes) {
   if (changes.is_everything) release();
   if (is_everything_dirty_) return;
   // Voxels beside a change may have become speckles, or ceased to be.
-  for (const cuboid_mapping::ChangedBrick& changed : changes.bricks) {
+  for (const ChangedBrick& changed : changes.bricks) {
     if (!changed.has_new_cuboids) continue;
     visitTiles(brickBox(changed.brick), 1, [this](const Cell& tile) { dirty_.insert(tile); });
   }
@@ -173,21 +174,13 @@ nav_msgs::OccupancyGrid ProjectedMap::makeGrid(const std_msgs::Header& header, d
   nav_msgs::OccupancyGrid grid;
   grid.header = header;
   grid.info.map_load_time = header.stamp;
-  grid.info.resolution = static_cast<float>(resolution_m);
-  grid.info.origin.orientation.w = 1.0;
   const CellBox extent = findExtent(resolution_m, far);
-  if (extent.isEmpty()) return grid;
   if (isTooLarge(extent)) {
     throw std::length_error(
         "min_x_size and min_y_size alone make projected_map larger than projected_map_memory: "
         "lower them, or raise projected_map_memory");
   }
-  const Cell size = extent.size();
-  grid.info.width = static_cast<std::uint32_t>(size.x);
-  grid.info.height = static_cast<std::uint32_t>(size.y);
-  grid.info.origin.position.x = extent.min.x * resolution_m;
-  grid.info.origin.position.y = extent.min.y * resolution_m;
-  grid.data.assign(std::size_t{grid.info.width} * grid.info.height, kUnknownCell);
+  layOut(extent, resolution_m, grid);
   for (const auto& [tile, values] : tiles_) {
     for (std::int32_t i = 0; i < kTileEdge * kTileEdge; ++i) {
       const std::int8_t value = values[static_cast<std::size_t>(i)];

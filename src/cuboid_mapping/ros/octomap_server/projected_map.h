@@ -24,6 +24,9 @@ constexpr std::int8_t kFreeCell = 0;
 constexpr std::int8_t kOccupiedCell = 100;
 ///@}
 
+/// Sets place and size of a grid, and makes its cells unknown; empty for an empty extent.
+void layOut(const CellBox& extent, double resolution_m, nav_msgs::OccupancyGrid& grid);
+
 /// Part of the map that a grid leaves out.
 struct FarTiles {
   std::size_t count = 0;  ///< Tiles of 8 x 8 cells.
@@ -40,10 +43,10 @@ class ProjectedMap {
   explicit ProjectedMap(const OctomapServerParameters& parameters) : parameters_(parameters) {}
 
   /// Notes a change; call it for every change of the R-tree.
-  void noteChanges(const cuboid_mapping::ChangeSet& changes);
+  void noteChanges(const ChangeSet& changes);
 
   /// Reads the columns that have changed. @complexity O(voxels in them).
-  void update(const cuboid_mapping::CuboidMap& map);
+  void update(const CuboidMap& map);
 
   /// The grid, from the least to the greatest known cell, and at least min_x_size by
   /// min_y_size around the origin. Empty if nothing is known and no minimum size is set.
@@ -58,19 +61,19 @@ class ProjectedMap {
  private:
   static constexpr std::int32_t kTileEdge = 8;
   using Tile = std::array<std::int8_t, kTileEdge * kTileEdge>;
-  using Tiles = std::unordered_map<cuboid_mapping::Cell, Tile, cuboid_mapping::CellHash>;
+  using Tiles = std::unordered_map<Cell, Tile, CellHash>;
 
-  void updateTile(const cuboid_mapping::CuboidMap& map, const cuboid_mapping::Cell& tile);
+  void updateTile(const CuboidMap& map, const Cell& tile);
   /// Minimum size; empty if none is set.
-  [[nodiscard]] cuboid_mapping::CellBox leastExtent(double resolution_m) const;
-  [[nodiscard]] bool isTooLarge(const cuboid_mapping::CellBox& extent) const;
+  [[nodiscard]] CellBox leastExtent(double resolution_m) const;
+  [[nodiscard]] bool isTooLarge(const CellBox& extent) const;
   /// Extent of all tiles, or of those nearest to their median.
-  [[nodiscard]] cuboid_mapping::CellBox findExtent(double resolution_m, FarTiles& far) const;
+  [[nodiscard]] CellBox findExtent(double resolution_m, FarTiles& far) const;
 
   OctomapServerParameters parameters_;
   bool is_everything_dirty_ = true;
   /// Changed tiles; tiles and columns of bricks are named by their least cell, with z 0.
-  std::unordered_set<cuboid_mapping::Cell, cuboid_mapping::CellHash> dirty_;
+  std::unordered_set<Cell, CellHash> dirty_;
   Tiles tiles_;
 };
 

@@ -13,14 +13,6 @@
 namespace cuboid_mapping_ros {
 namespace {
 
-using cuboid_mapping::BrickMask;
-using cuboid_mapping::Cell;
-using cuboid_mapping::CellBox;
-using cuboid_mapping::CuboidMap;
-using cuboid_mapping::kBrickEdge;
-using cuboid_mapping::MetricBox;
-using cuboid_mapping::VoxelBrick;
-
 constexpr double kGridLogPeriod_s = 30.0;
 
 /// Voxels that the grid shows.
@@ -38,7 +30,7 @@ std::optional<CellBox> findBand(const CuboidMap& map, const RobotGridParameters&
       {robot_map + Eigen::Vector3d(0.0, 0.0, parameters.min_z_m),
        robot_map + Eigen::Vector3d(resolution_m, resolution_m, parameters.max_z_m)});
   if (!cell || !heights) return std::nullopt;
-  const Cell centre = cuboid_mapping::brickOf(*cell);
+  const Cell centre = brickOf(*cell);
   return CellBox{{centre.x - half, centre.y - half, heights->min.z},
                  {centre.x + half, centre.y + half, heights->max.z}};
 }
@@ -48,17 +40,9 @@ std::optional<CellBox> findBand(const CuboidMap& map, const RobotGridParameters&
 nav_msgs::OccupancyGrid makeRobotGrid(const CuboidMap& map, const RobotGridParameters& parameters,
                                       const Eigen::Vector3d& robot_map) {
   nav_msgs::OccupancyGrid grid;
-  grid.info.resolution = static_cast<float>(map.grid().resolution());
-  grid.info.origin.orientation.w = 1.0;
   const auto band = findBand(map, parameters, robot_map);
+  layOut(band.value_or(CellBox()), map.grid().resolution(), grid);
   if (!band) return grid;
-  const Cell size = band->size();
-  const Eigen::Vector3d corner_m = map.grid().toMetricBox(*band).min_m;
-  grid.info.origin.position.x = corner_m.x();
-  grid.info.origin.position.y = corner_m.y();
-  grid.info.width = static_cast<std::uint32_t>(size.x);
-  grid.info.height = static_cast<std::uint32_t>(size.y);
-  grid.data.assign(std::size_t{grid.info.width} * grid.info.height, kUnknownCell);
   map.voxels().forEachIn(*band, [&](const VoxelBrick& brick) {
     const BrickMask seen = BrickMask::ofBox(intersect(*band, brickBox(brick.brick)));
     (brick.voxels.known() & seen).forEach([&](int voxel) {

@@ -11,7 +11,6 @@
 
 #include <Eigen/Core>
 
-#include <cstdint>
 #include <optional>
 #include <string>
 
@@ -23,7 +22,7 @@ namespace cuboid_mapping_ros {
 /// The grid is a square along the axes of the map, at least `size` wide, and starts at a multiple of 8 voxels: it moves in
 /// steps, and the robot is at most 4 voxels from its centre. Empty if it would leave the map's range.
 /// @param robot_map  Origin of the robot's frame. @complexity O(bricks of the band).
-[[nodiscard]] nav_msgs::OccupancyGrid makeRobotGrid(const cuboid_mapping::CuboidMap& map,
+[[nodiscard]] nav_msgs::OccupancyGrid makeRobotGrid(const CuboidMap& map,
                                                     const RobotGridParameters& parameters,
                                                     const Eigen::Vector3d& robot_map);
 

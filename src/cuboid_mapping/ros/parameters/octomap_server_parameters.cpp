@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
+#include "cuboid_mapping/io/text.h"
 #include "cuboid_mapping/ros/parameters/parameter_table.h"
 
 #include <set>
@@ -86,24 +87,16 @@ std::vector<ParameterDeclaration> declareColors() {
 }  // namespace
 
 bool isOfOctomapServer(const std::string& key) {
-  static const std::set<std::string> kShared{"frame_id",
-                                             "resolution",
-                                             "sensor_model/hit",
-                                             "sensor_model/max",
-                                             "sensor_model/min",
-                                             "sensor_model/miss",
-                                             "latch",
-                                             "map_file",
-                                             "sensor_model/max_range",
-                                             "sensor_model/min_range"};
   static const std::set<std::string> kTheirs = [] {
-    std::set<std::string> keys;
+    std::vector<std::string> keys = wordsOf(
+        "frame_id resolution latch map_file sensor_model/hit sensor_model/miss sensor_model/min "
+        "sensor_model/max sensor_model/min_range sensor_model/max_range");
     for (const ParameterDeclaration& declaration : declareOctomapServer()) {
-      keys.insert(declaration.key);
+      keys.push_back(declaration.key);
     }
-    return keys;
+    return std::set<std::string>(keys.begin(), keys.end());
   }();
-  return kShared.count(key) > 0 || kTheirs.count(key) > 0 || key.rfind("pointcloud_", 0) == 0;
+  return kTheirs.count(key) > 0 || key.rfind("pointcloud_", 0) == 0;
 }
 
 const std::map<std::string, std::string>& octomapServerOnly() {

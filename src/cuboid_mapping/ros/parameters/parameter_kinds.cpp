@@ -18,6 +18,11 @@ std::string numberInWords(double min, double max, bool allows_minus_one) {
   return std::isfinite(min) ? start + " of at least " + formatNumber(min) : start;
 }
 
+template <typename T>
+auto getterOf(const Field<T>& field) {
+  return [field](P p) { return XmlRpcValue(field(p)); };
+}
+
 }  // namespace
 
 // XmlRpcValue in Noetic has no const conversions: values are copied.
@@ -43,9 +48,7 @@ ParameterKind number(const Field<double>& field, double min, double max,
 }
 
 ParameterKind integer(const Field<int>& field, int min, int max) {
-  ParameterKind kind{"a whole number from " + std::to_string(min) + " to " + std::to_string(max),
-                     field.isOfSource()};
-  kind.set = [=](P& p, XmlRpcValue value) -> std::string {
+  const auto set = [=](P& p, XmlRpcValue value) -> std::string {
     if (value.getType() != XmlRpcValue::TypeInt) {
       return "write it without quotes and without a decimal point";
     }
@@ -54,32 +57,28 @@ ParameterKind integer(const Field<int>& field, int min, int max) {
     field(p) = given;
     return {};
   };
-  kind.get = [field](P p) { return XmlRpcValue(field(p)); };
-  return kind;
+  return {"a whole number from " + std::to_string(min) + " to " + std::to_string(max),
+          field.isOfSource(), set, getterOf(field)};
 }
 
 ParameterKind boolean(const Field<bool>& field) {
-  ParameterKind kind{"true or false", field.isOfSource()};
-  kind.set = [field](P& p, XmlRpcValue value) -> std::string {
+  const auto set = [field](P& p, XmlRpcValue value) -> std::string {
     if (value.getType() != XmlRpcValue::TypeBoolean) return "write true or false, without quotes";
     field(p) = static_cast<bool&>(value);
     return {};
   };
-  kind.get = [field](P p) { return XmlRpcValue(field(p)); };
-  return kind;
+  return {"true or false", field.isOfSource(), set, getterOf(field)};
 }
 
 ParameterKind parsedText(const std::string& allowed, bool is_of_source,
                          const std::function<bool(P&, const std::string&)>& set,
                          const std::function<std::string(const P&)>& get) {
-  ParameterKind kind{allowed, is_of_source};
-  kind.set = [set](P& p, const XmlRpcValue& value) -> std::string {
+  const auto set_text = [set](P& p, const XmlRpcValue& value) -> std::string {
     const auto given = textOf(value);
     if (!given) return "write it in quotes";
     return set(p, *given) ? "" : "correct it";
   };
-  kind.get = [get](const P& p) { return XmlRpcValue(get(p)); };
-  return kind;
+  return {allowed, is_of_source, set_text, [get](const P& p) { return XmlRpcValue(get(p)); }};
 }
 
 ParameterKind text(const std::string& allowed, const Field<std::string>& field,

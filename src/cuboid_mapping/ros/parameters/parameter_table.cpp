@@ -8,16 +8,6 @@
 namespace cuboid_mapping_ros {
 namespace {
 
-using cuboid_mapping::BeamSampling;
-using cuboid_mapping::Environment;
-using cuboid_mapping::FusionKind;
-using cuboid_mapping::FusionTime;
-using cuboid_mapping::GrowthConfig;
-using cuboid_mapping::GrowthStarters;
-using cuboid_mapping::GrowthStep;
-using cuboid_mapping::MapConfig;
-using cuboid_mapping::RTreeConfig;
-using cuboid_mapping::SensorModelConfig;
 using P = NodeParameters;
 using S = SourceParameters;
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
@@ -107,7 +97,7 @@ ParameterKind growthSearchKind() {
       "paper, largest_gain, random, or the six directions in order as in \"+z -z +x +y -x -y\"",
       false,
       [](P& p, const std::string& text) {
-        const auto strategy = cuboid_mapping::parseSearchStrategy(text);
+        const auto strategy = parseSearchStrategy(text);
         if (strategy) p.map.growth.search = *strategy;
         return strategy.has_value();
       },

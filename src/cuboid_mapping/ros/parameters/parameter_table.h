@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#pragma once
-
 // Internal to parameters.h: the one table for reading, checking and documentation.
+#pragma once
 
 #include "cuboid_mapping/ros/parameters/parameter_kinds.h"
 #include "cuboid_mapping/ros/parameters/parameters.h"
 
 #include <map>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -20,23 +20,15 @@ struct ParameterDeclaration {
   std::string help;
 };
 
-/// Declarations of OctomapServerParameters, for parameterTable().
+/// Parts of parameterTable(). declareSources() has the first parameters of SourceParameters, and the list of sources.
+///@{
 [[nodiscard]] std::vector<ParameterDeclaration> declareOctomapServer();
-
-/// The first parameters of SourceParameters, and the list of sources, for parameterTable().
 [[nodiscard]] std::vector<ParameterDeclaration> declareSources();
-
-/// Declarations of SelfFilterParameters, for parameterTable().
 [[nodiscard]] std::vector<ParameterDeclaration> declareSelfFilter();
-
-/// Declarations of FleetParameters, for parameterTable().
 [[nodiscard]] std::vector<ParameterDeclaration> declareFleet();
-
-/// Declarations of WindowParameters, for parameterTable().
 [[nodiscard]] std::vector<ParameterDeclaration> declareWindow();
-
-/// Declarations of KeepParameters, for parameterTable().
 [[nodiscard]] std::vector<ParameterDeclaration> declareKeep();
+///@}
 
 /// Errors of the parameters keep_clouds/*: conflicts with other parameters.
 [[nodiscard]] std::vector<ParameterError> checkKeep(const NodeParameters& parameters);
@@ -63,5 +55,26 @@ struct ParameterDeclaration {
 /// The value of a parameter as YAML; text in quotes.
 [[nodiscard]] std::string formatValue(const ParameterDeclaration& declaration,
                                       const NodeParameters& parameters);
+
+/// Values that are no structs, by their keys with slashes.
+[[nodiscard]] std::map<std::string, XmlRpc::XmlRpcValue> leavesOf(const XmlRpc::XmlRpcValue& group);
+
+/// The value of a key in a group; each slash may be a part of a key or lead into a group.
+[[nodiscard]] std::optional<XmlRpc::XmlRpcValue> findValue(const XmlRpc::XmlRpcValue& group,
+                                                           const std::string& key);
+
+/// A value as YAML, shortened to one line.
+[[nodiscard]] std::string describe(XmlRpc::XmlRpcValue value);
+
+/// Text such as "is 3, but there is no such parameter: did you mean x?". @param no_such  Such as "there is no such".
+[[nodiscard]] std::string describeUnknown(const std::string& key, const XmlRpc::XmlRpcValue& value,
+                                          const std::string& no_such,
+                                          const std::vector<std::string>& known_keys);
+
+/// Reads all parameters, or those that a source may have, and checks them against each other.
+void readGroup(const XmlRpc::XmlRpcValue& group, bool is_source, LoadedParameters& loaded);
+
+/// Reads the list of sources. @pre All other parameters have been read.
+void readSources(LoadedParameters& loaded);
 
 }  // namespace cuboid_mapping_ros

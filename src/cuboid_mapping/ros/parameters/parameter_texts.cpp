@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "cuboid_mapping/ros/parameters/parameters.h"
 
-#include "cuboid_mapping/ros/parameters/parameter_reader.h"
+#include "cuboid_mapping/ros/parameters/parameter_table.h"
 
 #include <algorithm>
 #include <cmath>

@@ -2,19 +2,74 @@
 #include "cuboid_mapping/ros/parameters/parameters.h"
 
 #include "cuboid_mapping/ros/middleware/tf_lookup.h"
-#include "cuboid_mapping/ros/parameters/nearest_key.h"
-#include "cuboid_mapping/ros/parameters/parameter_reader.h"
+#include "cuboid_mapping/ros/parameters/parameter_table.h"
 #include "cuboid_mapping/ros/parameters/reconfigure.h"
 
+#include <boost/algorithm/string.hpp>
+
 #include <algorithm>
+#include <numeric>
 #include <set>
+#include <sstream>
 #include <utility>
 
 namespace cuboid_mapping_ros {
 namespace {
 
-using cuboid_mapping::ConfigError;
 using XmlRpc::XmlRpcValue;
+
+/// The text after the last slash.
+std::string lastPart(const std::string& key) { return key.substr(key.rfind('/') + 1); }
+
+/// Levenshtein distance: characters to insert, remove or replace.
+std::size_t editDistance(const std::string& a, const std::string& b) {
+  std::vector<std::size_t> row(b.size() + 1);
+  std::iota(row.begin(), row.end(), std::size_t{0});
+  for (std::size_t i = 0; i < a.size(); ++i) {
+    std::size_t diagonal = row[0];
+    row[0] = i + 1;
+    for (std::size_t j = 0; j < b.size(); ++j) {
+      const std::size_t replaced = diagonal + (a[i] == b[j] ? 0 : 1);
+      diagonal = row[j + 1];
+      row[j + 1] = std::min({replaced, row[j] + 1, diagonal + 1});
+    }
+  }
+  return row[b.size()];
+}
+
+/// The words of a key, in alphabetical order.
+std::vector<std::string> partsOf(const std::string& key) {
+  std::vector<std::string> words;
+  boost::split(words, key, boost::is_any_of("/_"));
+  std::sort(words.begin(), words.end());
+  return words;
+}
+
+/// Distance of two keys, as a whole or after the last slash. A key whose words are
+/// all in the other one is near: max_sensor_range is an old name of octomap_server's sensor_model/max_range.
+std::size_t distanceBetween(const std::string& key, const std::string& known) {
+  const auto words = partsOf(key);
+  const auto known_words = partsOf(known);
+  const bool is_part =
+      std::includes(known_words.begin(), known_words.end(), words.begin(), words.end());
+  return std::min({editDistance(key, known), editDistance(lastPart(key), lastPart(known)),
+                   is_part ? std::size_t{1} : key.size()});
+}
+
+/// The known key most similar to another one; nothing if none is similar.
+std::optional<std::string> findNearestKey(const std::string& key,
+                                          const std::vector<std::string>& known_keys) {
+  std::optional<std::string> nearest;
+  const std::size_t length = lastPart(key).size();
+  std::size_t limit = std::min(length, std::max<std::size_t>(2, length / 3) + 1);
+  for (const std::string& known : known_keys) {
+    const std::size_t distance = distanceBetween(key, known);
+    if (distance >= limit) continue;
+    nearest = known;
+    limit = distance;
+  }
+  return nearest;
+}
 
 void collectLeaves(const XmlRpcValue& value, const std::string& key,
                    std::map<std::string, XmlRpcValue>& leaves) {
@@ -144,38 +199,6 @@ void checkSets(LoadedParameters& loaded) {
   loaded.errors.insert(loaded.errors.end(), errors.begin(), errors.end());
 }
 
-}  // namespace
-
-std::map<std::string, XmlRpcValue> leavesOf(const XmlRpcValue& group) {
-  std::map<std::string, XmlRpcValue> leaves;
-  collectLeaves(group, "", leaves);
-  return leaves;
-}
-
-std::optional<XmlRpcValue> findValue(const XmlRpcValue& group, const std::string& key) {
-  if (group.getType() != XmlRpcValue::TypeStruct) return std::nullopt;
-  if (group.hasMember(key)) return group[key];
-  const std::size_t slash = key.find('/');
-  const std::string name = key.substr(0, slash);
-  if (slash == std::string::npos || !group.hasMember(name)) return std::nullopt;
-  return findValue(group[name], key.substr(slash + 1));
-}
-
-std::string describeUnknown(const std::string& key, const XmlRpcValue& value,
-                            const std::string& no_such,
-                            const std::vector<std::string>& known_keys) {
-  const auto nearest = findNearestKey(key, known_keys);
-  return "is " + describe(value) + ", but " + no_such + " parameter" +
-         (nearest ? ": did you mean " + *nearest + '?' : ".");
-}
-
-void readGroup(const XmlRpcValue& group, bool is_source, LoadedParameters& loaded) {
-  readValues(group, is_source, loaded);
-  checkSets(loaded);
-}
-
-namespace {
-
 /// Keys of this node, and groups of them.
 struct KnownKeys {
   std::vector<std::string> parameters;
@@ -241,6 +264,34 @@ void judgeUnknownKeys(const XmlRpcValue& group, LoadedParameters& loaded) {
 
 }  // namespace
 
+std::map<std::string, XmlRpcValue> leavesOf(const XmlRpcValue& group) {
+  std::map<std::string, XmlRpcValue> leaves;
+  collectLeaves(group, "", leaves);
+  return leaves;
+}
+
+std::optional<XmlRpcValue> findValue(const XmlRpcValue& group, const std::string& key) {
+  if (group.getType() != XmlRpcValue::TypeStruct) return std::nullopt;
+  if (group.hasMember(key)) return group[key];
+  const std::size_t slash = key.find('/');
+  const std::string name = key.substr(0, slash);
+  if (slash == std::string::npos || !group.hasMember(name)) return std::nullopt;
+  return findValue(group[name], key.substr(slash + 1));
+}
+
+std::string describeUnknown(const std::string& key, const XmlRpcValue& value,
+                            const std::string& no_such,
+                            const std::vector<std::string>& known_keys) {
+  const auto nearest = findNearestKey(key, known_keys);
+  return "is " + describe(value) + ", but " + no_such + " parameter" +
+         (nearest ? ": did you mean " + *nearest + '?' : ".");
+}
+
+void readGroup(const XmlRpcValue& group, bool is_source, LoadedParameters& loaded) {
+  readValues(group, is_source, loaded);
+  checkSets(loaded);
+}
+
 LoadedParameters readParameters(const XmlRpcValue& private_namespace) {
   LoadedParameters loaded;
   const auto type = private_namespace.getType();
@@ -263,6 +314,30 @@ LoadedParameters loadParameters(const ros::NodeHandle& private_handle) {
   XmlRpcValue value;
   private_handle.getParam(private_handle.getNamespace(), value);
   return readParameters(value);
+}
+
+std::size_t maxEntries(const ServiceLimits& limits, std::size_t entry_bytes) {
+  const std::size_t max_bytes = static_cast<std::size_t>(limits.max_answer_mb) * 1000000;
+  return std::min(static_cast<std::size_t>(limits.max_entries), max_bytes / entry_bytes);
+}
+
+std::string explain(BudgetEnd why, const ServiceLimits& limits) {
+  std::ostringstream text;
+  switch (why) {
+    case BudgetEnd::kNone: break;
+    case BudgetEnd::kTime:
+      text << "ended by its time, at most " << limits.max_time_s << " s (parameter query/max_time)";
+      break;
+    case BudgetEnd::kBricks:
+      text << "ended after " << limits.max_bricks << " bricks (parameter query/max_bricks)";
+      break;
+    case BudgetEnd::kEntries:
+      text << "ended by the size of the answer, at most " << limits.max_entries << " entries and "
+           << limits.max_answer_mb << " MB (parameters query/max_entries and query/max_answer)";
+      break;
+    case BudgetEnd::kStopped: text << "ended because the node stops"; break;
+  }
+  return text.str();
 }
 
 }  // namespace cuboid_mapping_ros

@@ -1,22 +1,153 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include "cuboid_mapping/geometry/grid.h"
+#include "cuboid_mapping/history/map_history.h"
 #include "cuboid_mapping/map/cuboid_map.h"
-#include "cuboid_mapping/ros/parameters/fleet_parameters.h"
-#include "cuboid_mapping/ros/parameters/keep_parameters.h"
-#include "cuboid_mapping/ros/parameters/robot_parts.h"
-#include "cuboid_mapping/ros/parameters/service_limits.h"
-#include "cuboid_mapping/ros/parameters/source_parameters.h"
-#include "cuboid_mapping/ros/parameters/window_parameters.h"
+#include "cuboid_mapping/occupancy/sensor_model.h"
+#include "cuboid_mapping/query/budget.h"
+#include "cuboid_mapping/ros/conversions/ground_filter.h"
+#include "cuboid_mapping/ros/conversions/no_return_points.h"
+#include "cuboid_mapping/ros/middleware/core_names.h"
+#include "cuboid_mapping/ros/middleware/names.h"
+#include "cuboid_mapping/window/map_window.h"
 
 #include <ros/node_handle.h>
 #include <xmlrpcpp/XmlRpcValue.h>
 
+#include <Eigen/Core>
+
 #include <array>
+#include <cstddef>
+#include <functional>
+#include <limits>
+#include <memory>
 #include <string>
 #include <vector>
 
 namespace cuboid_mapping_ros {
+
+/// Message type of a source.
+enum class SourceType : unsigned char {
+  kPointCloud,  ///< sensor_msgs/PointCloud2
+  kLaserScan,   ///< sensor_msgs/LaserScan
+  kDepthImage   ///< sensor_msgs/Image with its sensor_msgs/CameraInfo
+};
+
+/// Name of the parameter's value, such as "laser_scan".
+[[nodiscard]] const char* toString(SourceType type);
+
+/// Effect of a source's beams on the map.
+enum class SourceUse : unsigned char {
+  kBoth,  ///< They mark their end as occupied, and clear the space before it.
+  kMark,  ///< They only mark.
+  kClear  ///< They only clear: the end of a beam changes nothing.
+};
+
+/// Parameters that each source may set.
+struct SourceParameters {
+  std::string name;                 ///< Name in diagnostics and messages; empty: the topic.
+  std::string topic = kCloudTopic;  ///< Name before remapping, in the namespace of the node.
+  SourceType type = SourceType::kPointCloud;
+  std::string camera_info;  ///< Topic, for depth images; empty: beside that of the image.
+  SourceUse use = SourceUse::kBoth;
+  double max_rate_hz = 0.0;    ///< Messages beyond this rate are ignored; 0: no limit.
+  bool deskew = false;         ///< Each point has the pose of its own time; else that of the stamp.
+  double depth_unit_m = 1e-3;  ///< Unit of depth images of whole numbers.
+  std::string sensor_frame;    ///< Frame whose origin is the start of beams; "": the cloud's frame.
+  double forget_after_s = 0.0;  ///< See Forgetting; 0: never.
+  /// Probabilities of the source; the thresholds are those of the map.
+  SensorModelConfig sensor_model;
+  double max_range_m = std::numeric_limits<double>::infinity();  ///< Beams are cut there.
+  double end_margin_m = 0.0;                                     ///< See BeamRanges.
+  double min_range_m = 0.0;        ///< Nearer points are left out wholly; 0: none.
+  double no_return_range_m = 0.0;  ///< Beams without return free space up to it; 0: skipped.
+  NoReturnPoints no_return_points = NoReturnPoints::kRep117;  ///< Readings that count as no return.
+  NoReturnRanges no_return_ranges_m;                          ///< Ranges that stand for such beams.
+  /// Points outside are left out with their beams; in the map's frame, with filter_ground in the base's.
+  MetricBox crop = {Eigen::Vector3d::Constant(-1e9), Eigen::Vector3d::Constant(1e9)};
+  bool filter_ground = false;  ///< Whether points of the ground are no obstacles and free space.
+  GroundFilterConfig ground_filter;
+};
+
+/// The name of a source in diagnostics and messages.
+[[nodiscard]] inline const std::string& nameOf(const SourceParameters& source) {
+  return source.name.empty() ? source.topic : source.name;
+}
+
+/// A closed volume, in metres.
+struct Solid {
+  MetricBox bounds;  ///< Bounding box of the volume.
+  /// Whether a point lies in it. Thread-safe.
+  std::function<bool(const Eigen::Vector3d& point)> contains;
+};
+
+/// A part of the robot, which moves with a frame of tf.
+struct RobotPart {
+  std::string frame_id;
+  Solid padded;  ///< Points inside are points on the robot.
+  Solid exact;   ///< Space that only the robot can occupy.
+};
+using RobotParts = std::vector<RobotPart>;
+
+/// A part whose exact and padded volumes are one box.
+[[nodiscard]] inline RobotPart makeBoxPart(const std::string& frame_id, const MetricBox& box) {
+  const Solid solid{box, [](const Eigen::Vector3d& /*point*/) { return true; }};
+  return {frame_id, solid, solid};
+}
+
+/// Treatment of calls about parts of the map on disk, see MapWindow.
+enum class QueriesOutside : unsigned char {
+  kRefuse,  ///< The call is refused.
+  kLoad     ///< The parts are loaded first.
+};
+
+/// Limits of one service call.
+struct ServiceLimits {
+  double max_time_s = 5.0;  ///< Time from when it has the map.
+  /// Bricks of 8 x 8 x 8 voxels, cuboids and similar items that it reads.
+  int max_bricks = 20000000;
+  int max_entries = 1000000;  ///< Maximum number of entries of a request, and of its answer.
+  int max_answer_mb = 100;    ///< Maximum size of an answer, MB.
+  QueriesOutside outside = QueriesOutside::kRefuse;
+};
+
+/// Treatment of observations above the rate.
+enum class ObservationExcess : unsigned char {
+  kLater,  ///< They wait.
+  kThin    ///< Clouds are left out of the observations, and counted.
+};
+
+/// Parameters for maps of several robots.
+struct FleetParameters {
+  double observation_max_kb_s = 0.0;  ///< Rate limit for each subscriber; 0: none.
+  ObservationExcess observation_excess = ObservationExcess::kLater;
+  int observation_memory_mb = 0;    ///< For subscribers that missed observations; 0: none is kept.
+  std::vector<std::string> robots;  ///< Robots that observe the map; none: clouds make it.
+  double merge_delay_s = 3.0;       ///< Wait for observations before they go into the map.
+};
+
+/// Part of the map that stays in memory.
+struct WindowParameters {
+  std::string frame_id;  ///< Frame that the window moves with; empty: no window.
+  WindowConfig config;
+  std::string file;  ///< File of the store.
+
+  [[nodiscard]] bool isOn() const { return !frame_id.empty(); }
+  /// Whether there is a store.
+  [[nodiscard]] bool keeps() const { return isOn() && config.outside == OutsideWindow::kKeep; }
+};
+
+/// Limits of the clouds kept for corrections of poses.
+struct KeepParameters {
+  int memory_mb = 0;           ///< Limit of packed clouds, in MB; 0: no cloud is kept.
+  double max_age_s = 86400.0;  ///< Older clouds become a fixed part of the map.
+  std::string body_frame;      ///< Frame of the corrected poses; empty: the frame of the cloud.
+  double tolerance_m = 0.05;   ///< A path that moves nothing farther than this changes nothing.
+
+  [[nodiscard]] bool isOn() const { return memory_mb > 0; }
+  [[nodiscard]] HistoryLimits limits() const;
+};
 
 /// Parameters of octomap_server that concern its topics.
 struct OctomapServerParameters {
@@ -90,7 +221,7 @@ struct NodeParameters {
   double order_wait_s =
       0.2;  ///< Longest time that a cloud waits for earlier ones of other sources.
   /// Its sensor_model is that of `source`, see makeMapConfig().
-  cuboid_mapping::MapConfig map;
+  MapConfig map;
   ForgetClass forget_class = ForgetClass::kAll;
   ForgetTo forget_to = ForgetTo::kUnknown;
   MovingPoints moving_points = MovingPoints::kIgnore;
@@ -190,5 +321,19 @@ struct LoadedParameters {
 
 /// Text of config/default.yaml: every parameter with its default, help as comments.
 [[nodiscard]] std::string toYaml();
+
+/// Maximum number of entries of an answer. @param entry_bytes  Size of an entry, > 0.
+[[nodiscard]] std::size_t maxEntries(const ServiceLimits& limits, std::size_t entry_bytes);
+
+/// Text such as "ended after 5 s (parameter query/max_time)". @pre why is not kNone.
+[[nodiscard]] std::string explain(BudgetEnd why, const ServiceLimits& limits);
+
+/// Text such as "3 parts of the map, of 64 x 64 x 64 voxels", for pages.
+[[nodiscard]] std::string describePages(std::size_t num_pages);
+
+/// The window of the parameters, with its store opened or created; null without a window.
+/// @throws MapFileError  as openStoreOf(), and std::runtime_error for conflicting parameters.
+[[nodiscard]] std::unique_ptr<MapWindow> makeWindow(const NodeParameters& parameters,
+                                                    const CuboidMap& map);
 
 }  // namespace cuboid_mapping_ros

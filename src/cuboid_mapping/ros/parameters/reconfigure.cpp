@@ -1,13 +1,19 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "cuboid_mapping/ros/parameters/reconfigure.h"
 
-#include "cuboid_mapping/ros/parameters/parameter_reader.h"
+#include "cuboid_mapping/io/text.h"
+#include "cuboid_mapping/ros/middleware/callbacks.h"
+#include "cuboid_mapping/ros/middleware/names.h"
+#include "cuboid_mapping/ros/parameters/parameter_table.h"
 
 #include <dynamic_reconfigure/config_tools.h>
+#include <ros/console.h>
+#include <ros/master.h>
+#include <ros/this_node.h>
 
 #include <algorithm>
-#include <array>
 #include <utility>
+#include <vector>
 
 namespace cuboid_mapping_ros {
 namespace {
@@ -17,35 +23,17 @@ using dynamic_reconfigure::ConfigTools;
 using XmlRpc::XmlRpcValue;
 
 /// Groups of keys that can be changed; a group is a key, or all keys that begin with it and a slash.
-constexpr std::array<const char*, 25> kRuntimeGroups{"sensor_model",
-                                                     "publish_rate",
-                                                     "filter_ground",
-                                                     "ground_filter",
-                                                     "occupancy_min_z",
-                                                     "occupancy_max_z",
-                                                     "min_x_size",
-                                                     "min_y_size",
-                                                     "filter_speckles",
-                                                     "publish_free_space",
-                                                     "height_map",
-                                                     "color_factor",
-                                                     "color",
-                                                     "color_free",
-                                                     "compress_map",
-                                                     "incremental_2D_projection",
-                                                     "color_by",
-                                                     "color_period",
-                                                     "max_depth",
-                                                     "pointcloud_min_x",
-                                                     "pointcloud_min_y",
-                                                     "pointcloud_min_z",
-                                                     "pointcloud_max_x",
-                                                     "pointcloud_max_y",
-                                                     "pointcloud_max_z"};
+constexpr char kRuntimeGroups[] =
+    "sensor_model publish_rate filter_ground ground_filter occupancy_min_z occupancy_max_z "
+    "min_x_size min_y_size filter_speckles publish_free_space height_map color_factor color "
+    "color_free compress_map incremental_2D_projection color_by color_period max_depth "
+    "pointcloud_min_x pointcloud_min_y pointcloud_min_z pointcloud_max_x pointcloud_max_y "
+    "pointcloud_max_z";
 
 bool isRuntimeKey(const std::string& key) {
+  static const std::vector<std::string> kGroups = wordsOf(kRuntimeGroups);
   const std::string group = key.substr(0, key.find('/'));
-  return std::find(kRuntimeGroups.begin(), kRuntimeGroups.end(), group) != kRuntimeGroups.end();
+  return std::find(kGroups.begin(), kGroups.end(), group) != kGroups.end();
 }
 
 bool isDescribed(const std::string& key) {
@@ -73,18 +61,14 @@ const char* add(const std::string& name, XmlRpcValue value, Config& config) {
 /// Names of the choices for graphical clients: a Python dictionary, as generated from
 /// .cfg files. Empty for other kinds.
 std::string editMethodOf(const ParameterDeclaration& declaration) {
-  std::string names;
+  if (declaration.kind.choices.empty()) return {};
+  std::vector<std::string> choices;
   for (const std::string& name : declaration.kind.choices) {
-    names.append(names.empty() ? "{'name': '" : ", {'name': '")
-        .append(name)
-        .append("', 'type': 'str', 'value': '")
-        .append(name)
-        .append(
-            "', 'description': '', 'srcline': 0, 'srcfile': '', 'ctype': 'std::string', "
-            "'cconsttype': 'const char * const'}");
+    choices.push_back("{'name': '" + name + "', 'type': 'str', 'value': '" + name +
+                      "', 'description': '', 'srcline': 0, 'srcfile': '', 'ctype': 'std::string', "
+                      "'cconsttype': 'const char * const'}");
   }
-  if (names.empty()) return {};
-  return "{'enum': [" + names + "], 'enum_description': '" + declaration.key + "'}";
+  return "{'enum': [" + join(choices, ", ") + "], 'enum_description': '" + declaration.key + "'}";
 }
 
 void addTopGroup(Config& config) {
@@ -104,12 +88,10 @@ std::map<std::string, XmlRpcValue> valuesOf(const Config& request) {
 }
 
 const ParameterDeclaration* findDeclaration(const std::string& name) {
-  const auto& table = parameterTable();
-  const auto found =
-      std::find_if(table.begin(), table.end(), [&name](const ParameterDeclaration& declaration) {
-        return toReconfigureName(declaration.key) == name || declaration.key == name;
-      });
-  return found == table.end() ? nullptr : &*found;
+  for (const ParameterDeclaration& declaration : parameterTable()) {
+    if (declaration.key == name || toReconfigureName(declaration.key) == name) return &declaration;
+  }
+  return nullptr;
 }
 
 }  // namespace
@@ -186,6 +168,69 @@ LoadedParameters applyConfig(const NodeParameters& parameters, const Config& req
   readSources(loaded);
   if (!loaded.errors.empty()) loaded.parameters = parameters;
   return loaded;
+}
+
+ReconfigureServer::ReconfigureServer(const ros::NodeHandle& private_nh,
+                                     const NodeParameters& parameters,
+                                     std::function<void(const NodeParameters&)> apply)
+    : private_nh_(private_nh),
+      parameters_(parameters),
+      apply_(std::move(apply)),
+      master_thread_(guardOf(private_nh), "parameters for the master") {
+  using dynamic_reconfigure::ConfigDescription;
+  descriptions_ = private_nh_.advertise<ConfigDescription>(kParameterDescriptionsTopic, 1, true);
+  descriptions_.publish(describeConfig());
+  updates_ = private_nh_.advertise<dynamic_reconfigure::Config>(kParameterUpdatesTopic, 1, true);
+  updates_.publish(toConfig(parameters_));
+  server_ = offerService<dynamic_reconfigure::Reconfigure>(
+      private_nh_, kSetParametersService,
+      [this](const auto& request, auto& response) { onRequest(request, response); });
+  master_thread_.start();
+}
+
+ReconfigureServer::~ReconfigureServer() { master_thread_.stop(); }
+
+/// Sets the parameters in force on the parameter server, as dynamic_reconfigure::Server does.
+void ReconfigureServer::tellMaster() {
+  post(master_thread_.queue(), this, [values = runtimeValues(parameters_), nh = private_nh_] {
+    for (const auto& [key, value] : values) {
+      XmlRpc::XmlRpcValue request;
+      XmlRpc::XmlRpcValue response;
+      XmlRpc::XmlRpcValue payload;
+      request[0] = ros::this_node::getName();
+      request[1] = nh.resolveName(key);
+      request[2] = value;
+      // NodeHandle::setParam() would wait for a master.
+      if (!ros::master::execute("setParam", request, response, payload, false)) return;
+    }
+  });
+}
+
+void ReconfigureServer::onRequest(const dynamic_reconfigure::ReconfigureRequest& request,
+                                  dynamic_reconfigure::ReconfigureResponse& response) {
+  const LoadedParameters loaded = applyConfig(parameters_, request.config);
+  std::vector<std::string> refusals;
+  for (const ParameterError& error : loaded.errors) {
+    refusals.push_back(error.key + ' ' + error.message);
+    ROS_ERROR_STREAM_NAMED(
+        kNodeName, "set_parameters: " << refusals.back() << ". The whole request is refused");
+  }
+  const auto differences = toDifferenceLines(loaded.parameters, parameters_, "was");
+  if (loaded.errors.empty() && !differences.empty()) {
+    for (const std::string& line : differences) {
+      ROS_INFO_STREAM_NAMED(kNodeName, "set_parameters: " << line);
+    }
+    parameters_ = loaded.parameters;
+    apply_(parameters_);
+    tellMaster();
+    updates_.publish(toConfig(parameters_));
+  }
+  response.config = toConfig(parameters_);
+  if (!loaded.errors.empty()) {
+    // The message has no field for the reason, and clients ignore parameters that they do not know.
+    dynamic_reconfigure::ConfigTools::appendParameter(response.config, kRefusedName,
+                                                      join(refusals, "; "));
+  }
 }
 
 }  // namespace cuboid_mapping_ros

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "cuboid_mapping/ros/parameters/source_parameters.h"
+#include "cuboid_mapping/ros/parameters/parameters.h"
 
-#include "cuboid_mapping/ros/parameters/parameter_reader.h"
+#include "cuboid_mapping/ros/parameters/parameter_table.h"
 
 #include <ros/names.h>
 
@@ -83,12 +83,8 @@ void readSource(const XmlRpcValue& element, LoadedParameters& own) {
 }  // namespace
 
 const char* toString(SourceType type) {
-  switch (type) {
-    case SourceType::kPointCloud: return "point_cloud";
-    case SourceType::kLaserScan: return "laser_scan";
-    case SourceType::kDepthImage: break;
-  }
-  return "depth_image";
+  if (type == SourceType::kDepthImage) return "depth_image";
+  return type == SourceType::kLaserScan ? "laser_scan" : "point_cloud";
 }
 
 std::vector<ParameterDeclaration> declareSources() {

@@ -23,20 +23,12 @@ class LatchedTopic {
  public:
   using Callback = boost::function<void(const ros::SingleSubscriberPublisher&)>;
 
-  struct Options {
-    std::string name;
-    std::uint32_t queue_size = 1;
-    bool is_latched = true;
-  };
-
   /// @param on_connect, on_disconnect  Called from the queue of the node handle. on_disconnect may be empty.
-  LatchedTopic(ros::NodeHandle nh, const Options& options, const Callback& on_connect,
-               const Callback& on_disconnect = {}) {
-    if (options.is_latched) {
-      latch_ = nh.advertise<MessageT>(options.name, options.queue_size, /*latch=*/true);
-    }
-    publisher_ =
-        nh.advertise<MessageT>(options.name, options.queue_size, on_connect, on_disconnect);
+  /// @param is_latched  false: neither, and only `on_connect` counts.
+  LatchedTopic(ros::NodeHandle nh, const std::string& name, std::uint32_t queue_size,
+               bool is_latched, const Callback& on_connect, const Callback& on_disconnect = {}) {
+    if (is_latched) latch_ = nh.advertise<MessageT>(name, queue_size, /*latch=*/true);
+    publisher_ = nh.advertise<MessageT>(name, queue_size, on_connect, on_disconnect);
   }
 
   void publish(const MessageT& message) const { publisher_.publish(message); }

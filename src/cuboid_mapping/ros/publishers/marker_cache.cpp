@@ -4,7 +4,6 @@
 #include "cuboid_mapping/boxes/joined_cuboids.h"
 #include "cuboid_mapping/query/value_query.h"
 #include "cuboid_mapping/ros/conversions/points.h"
-#include "cuboid_mapping/ros/publishers/marker_colors.h"
 
 #include <algorithm>
 #include <cstddef>
@@ -14,15 +13,10 @@
 namespace cuboid_mapping_ros {
 namespace {
 
-using cuboid_mapping::Cell;
-using cuboid_mapping::CellBox;
-using cuboid_mapping::Cuboid;
-using cuboid_mapping::CuboidFilter;
-using cuboid_mapping::CuboidMap;
 using visualization_msgs::Marker;
 using visualization_msgs::MarkerArray;
 
-constexpr std::int32_t kEdge = cuboid_mapping::kBrickEdge;
+constexpr std::int32_t kEdge = kBrickEdge;
 
 Cell chunkOf(const Cell& cell) {
   constexpr std::int32_t kMask = ~(MarkerCache::kChunkEdge - 1);
@@ -76,17 +70,16 @@ MarkerStyle makeFreeStyle(const NodeParameters& parameters) {
   return style;
 }
 
-MarkerCache::MarkerCache(const cuboid_mapping::Grid& grid, const MarkerStyle& style)
-    : grid_(grid), style_(style) {}
+MarkerCache::MarkerCache(const Grid& grid, const MarkerStyle& style) : grid_(grid), style_(style) {}
 
-void MarkerCache::noteChanges(const cuboid_mapping::ChangeSet& changes) {
+void MarkerCache::noteChanges(const ChangeSet& changes) {
   if (is_everything_dirty_) return;
   if (changes.is_everything) {
     is_everything_dirty_ = true;
     dirty_.clear();
     return;
   }
-  for (const cuboid_mapping::ChangedBrick& changed : changes.bricks) {
+  for (const ChangedBrick& changed : changes.bricks) {
     if (changed.has_new_cuboids || showsProbability()) dirty_.insert(chunkOf(changed.brick));
   }
 }
@@ -173,11 +166,11 @@ void MarkerCache::readChunk(const CuboidMap& map, const Cell& chunk) {
   const CellBox box = chunkBox(chunk);
   std::vector<SizedCube> cubes;
   const auto add = [&](const Cuboid& cuboid) {
-    if (!box.contains(cuboid.box.min)) return cuboid_mapping::Visit::kContinue;
+    if (!box.contains(cuboid.box.min)) return Visit::kContinue;
     const double probability =
         showsProbability() ? meanProbability(map, cuboid.box).value_or(0.0) : 0.0;
     appendCubes(cuboid.box, static_cast<float>(probability), cubes);
-    return cuboid_mapping::Visit::kContinue;
+    return Visit::kContinue;
   };
   if (style_.are_joined) {
     for (const Cuboid& cuboid : joinCuboids(map, box, style_.filter)) add(cuboid);
@@ -195,8 +188,7 @@ void MarkerCache::markEverything(const CuboidMap& map) {
     anchor_map_ = anchor_map;
   }
   for (const auto& [chunk, sizes] : sizes_in_chunk_) dirty_.insert(chunk);
-  map.voxels().forEach(
-      [this](const cuboid_mapping::VoxelBrick& brick) { dirty_.insert(chunkOf(brick.brick)); });
+  map.voxels().forEach([this](const VoxelBrick& brick) { dirty_.insert(chunkOf(brick.brick)); });
 }
 
 void MarkerCache::replaceChunk(const Cell& chunk, std::vector<SizedCube> cubes, SizeSet& changed) {
@@ -235,20 +227,11 @@ void MarkerCache::replaceList(int size_id, const Cell& chunk, std::vector<Cube> 
 
 Marker MarkerCache::makeMarker(int size_id, const std_msgs::Header& header) const {
   const CubesByChunk& chunks = cubes_[static_cast<std::size_t>(size_id)];
-  Marker marker;
-  marker.header = header;
-  marker.ns = style_.marker_namespace;
-  marker.id = size_id;
-  marker.action = chunks.empty() ? Marker::DELETE : Marker::ADD;
-  marker.type = Marker::CUBE_LIST;
-  marker.pose.orientation.w = 1.0;
-  marker.pose.position = toPoint(anchor_map_);
-  // Otherwise rviz loses it in another fixed frame when tf has forgotten the stamp.
-  marker.frame_locked = static_cast<std::uint8_t>(true);
   const Cell size = toSize(size_id);
-  marker.scale.x = size.x * grid_.resolution();
-  marker.scale.y = size.y * grid_.resolution();
-  marker.scale.z = size.z * grid_.resolution();
+  const Eigen::Vector3d size_m = grid_.resolution() * Eigen::Vector3d(size.x, size.y, size.z);
+  Marker marker = makeCubeList(header, style_.marker_namespace, size_id, size_m);
+  marker.action = chunks.empty() ? Marker::DELETE : Marker::ADD;
+  marker.pose.position = toPoint(anchor_map_);
   marker.color = freeColor();
 
   std::size_t num_cubes = 0;

@@ -21,7 +21,7 @@ namespace cuboid_mapping_ros {
 
 /// Cuboids that become markers, and their appearance.
 struct MarkerStyle {
-  cuboid_mapping::CuboidFilter filter = cuboid_mapping::CuboidFilter::kOccupied;
+  CuboidFilter filter = CuboidFilter::kOccupied;
   std::string marker_namespace = "occupied";
   /// Colour of occupied cuboids; free ones all have freeColor().
   ColorBy color_by = ColorBy::kHeight;
@@ -54,11 +54,11 @@ class MarkerCache {
   static constexpr int kNumSizes = kNumLengths * kNumLengths * kNumLengths;
 
   /// @param grid  Grid of the map.
-  MarkerCache(const cuboid_mapping::Grid& grid, const MarkerStyle& style);
+  MarkerCache(const Grid& grid, const MarkerStyle& style);
 
   /// Notes the chunks to read again. @complexity O(bricks), log in the number of chunks; O(1)
   /// after release().
-  void noteChanges(const cuboid_mapping::ChangeSet& changes);
+  void noteChanges(const ChangeSet& changes);
 
   /// Sets other colours; takeDifference() then has the markers that they change.
   void setColors(ColorBy color_by, double color_period_m);
@@ -71,15 +71,14 @@ class MarkerCache {
   }
 
   /// Reads changed chunks. @complexity O(cuboids of these chunks).
-  void read(const cuboid_mapping::CuboidMap& map);
+  void read(const CuboidMap& map);
 
   /// Markers that read() has changed since the last call.
   /// @complexity O(cubes of these markers).
   [[nodiscard]] visualization_msgs::MarkerArray takeDifference(const std_msgs::Header& header);
 
   /// Calls read() and takeDifference().
-  visualization_msgs::MarkerArray update(const cuboid_mapping::CuboidMap& map,
-                                         const std_msgs::Header& header) {
+  visualization_msgs::MarkerArray update(const CuboidMap& map, const std_msgs::Header& header) {
     read(map);
     return takeDifference(header);
   }
@@ -94,7 +93,7 @@ class MarkerCache {
  private:
   /// A cube of a known size.
   struct Cube {
-    cuboid_mapping::Cell min;
+    Cell min;
     float probability;  ///< Mean of the cuboid's voxels; 0 if the colour does not show it.
   };
   struct SizedCube {
@@ -104,32 +103,28 @@ class MarkerCache {
   friend bool operator==(const Cube& a, const Cube& b) {
     return a.min == b.min && a.probability == b.probability;
   }
-  using CubesByChunk = std::map<cuboid_mapping::Cell, std::vector<Cube>>;
+  using CubesByChunk = std::map<Cell, std::vector<Cube>>;
   using SizeSet = std::bitset<kNumSizes>;
 
-  void appendCubes(const cuboid_mapping::CellBox& box, float probability,
-                   std::vector<SizedCube>& cubes) const;
+  void appendCubes(const CellBox& box, float probability, std::vector<SizedCube>& cubes) const;
   /// Whether the colour of a cuboid stands for its probability.
   [[nodiscard]] bool showsProbability() const {
-    return style_.color_by == ColorBy::kProbability &&
-           style_.filter == cuboid_mapping::CuboidFilter::kOccupied;
+    return style_.color_by == ColorBy::kProbability && style_.filter == CuboidFilter::kOccupied;
   }
-  void readChunk(const cuboid_mapping::CuboidMap& map, const cuboid_mapping::Cell& chunk);
+  void readChunk(const CuboidMap& map, const Cell& chunk);
   /// Marks all lists as changed for takeDifference().
   void markLists();
-  void markEverything(const cuboid_mapping::CuboidMap& map);
-  void replaceChunk(const cuboid_mapping::Cell& chunk, std::vector<SizedCube> cubes,
-                    SizeSet& changed);
-  void replaceList(int size_id, const cuboid_mapping::Cell& chunk, std::vector<Cube> cubes,
-                   SizeSet& changed);
+  void markEverything(const CuboidMap& map);
+  void replaceChunk(const Cell& chunk, std::vector<SizedCube> cubes, SizeSet& changed);
+  void replaceList(int size_id, const Cell& chunk, std::vector<Cube> cubes, SizeSet& changed);
   [[nodiscard]] visualization_msgs::Marker makeMarker(int size_id,
                                                       const std_msgs::Header& header) const;
 
-  cuboid_mapping::Grid grid_;
+  Grid grid_;
   MarkerStyle style_;
-  std::array<CubesByChunk, kNumSizes> cubes_;                        ///< By size; no list is empty.
-  std::map<cuboid_mapping::Cell, std::vector<int>> sizes_in_chunk_;  ///< Sorted.
-  std::set<cuboid_mapping::Cell> dirty_;                             ///< Least cells of chunks.
+  std::array<CubesByChunk, kNumSizes> cubes_;        ///< By size; no list is empty.
+  std::map<Cell, std::vector<int>> sizes_in_chunk_;  ///< Sorted.
+  std::set<Cell> dirty_;                             ///< Least cells of chunks.
   bool is_everything_dirty_ = true;
   Eigen::Vector3d anchor_map_ =
       Eigen::Vector3d::Zero();  ///< Origin of the markers' poses, see farAnchor().

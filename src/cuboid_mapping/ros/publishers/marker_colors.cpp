@@ -1,11 +1,21 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "cuboid_mapping/ros/publishers/marker_colors.h"
 
+#include "cuboid_mapping/ros/conversions/points.h"
+
 #include <algorithm>
 #include <cmath>
 
 namespace cuboid_mapping_ros {
 namespace {
+
+/// Share of a primary colour in a hue whose distance from it is `distance` sixths of the circle.
+double shareAt(double hue, double primary) {
+  const double distance = std::abs(hue - primary);
+  return std::clamp(2.0 - std::min(distance, 6.0 - distance), 0.0, 1.0);
+}
+
+}  // namespace
 
 std_msgs::ColorRGBA makeColor(double r, double g, double b, double a) {
   std_msgs::ColorRGBA color;
@@ -15,14 +25,6 @@ std_msgs::ColorRGBA makeColor(double r, double g, double b, double a) {
   color.a = static_cast<float>(a);
   return color;
 }
-
-/// Share of a primary colour in a hue whose distance from it is `distance` sixths of the circle.
-double shareAt(double hue, double primary) {
-  const double distance = std::abs(hue - primary);
-  return std::clamp(2.0 - std::min(distance, 6.0 - distance), 0.0, 1.0);
-}
-
-}  // namespace
 
 std_msgs::ColorRGBA toHueColor(double turns) {
   const double hue = 6.0 * (turns - std::floor(turns));
@@ -51,5 +53,20 @@ std_msgs::ColorRGBA toProbabilityColor(double probability) {
 }
 
 std_msgs::ColorRGBA freeColor() { return makeColor(0.2, 0.8, 0.3, 0.1); }
+
+visualization_msgs::Marker makeCubeList(const std_msgs::Header& header,
+                                        const std::string& name_space, int id,
+                                        const Eigen::Vector3d& size_m) {
+  visualization_msgs::Marker marker;
+  marker.header = header;
+  marker.ns = name_space;
+  marker.id = id;
+  marker.type = visualization_msgs::Marker::CUBE_LIST;
+  marker.pose.orientation.w = 1.0;
+  // Otherwise rviz loses it in another fixed frame when tf has forgotten the stamp.
+  marker.frame_locked = static_cast<std::uint8_t>(true);
+  marker.scale = toVector3(size_m);
+  return marker;
+}
 
 }  // namespace cuboid_mapping_ros

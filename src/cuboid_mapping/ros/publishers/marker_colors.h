@@ -2,8 +2,17 @@
 #pragma once
 
 #include <std_msgs/ColorRGBA.h>
+#include <std_msgs/Header.h>
+#include <visualization_msgs/Marker.h>
+
+#include <Eigen/Core>
+
+#include <string>
 
 namespace cuboid_mapping_ros {
+
+/// A colour of these shares, from 0 to 1.
+[[nodiscard]] std_msgs::ColorRGBA makeColor(double r, double g, double b, double a);
 
 /// Colour of a hue, in turns of the circle: red at 0, green at 1/3, blue at 2/3, and red again at
 /// 1; any finite number. Saturation, value and alpha are 1.
@@ -40,5 +49,10 @@ struct HeightSpan {
 
 /// The colour of all free cuboids: green, translucent.
 [[nodiscard]] std_msgs::ColorRGBA freeColor();
+
+/// A marker of cubes of one size, without cubes.
+[[nodiscard]] visualization_msgs::Marker makeCubeList(const std_msgs::Header& header,
+                                                      const std::string& name_space, int id,
+                                                      const Eigen::Vector3d& size_m);
 
 }  // namespace cuboid_mapping_ros

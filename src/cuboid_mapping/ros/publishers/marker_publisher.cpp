@@ -13,14 +13,14 @@ MarkerPublisher::MarkerPublisher(const ros::NodeHandle& nh, const MarkerTopic& t
       keyframe_period_(topic.keyframe_period_s),
       last_picture_(ros::WallTime::now()),
       topic_(
-          nh, {topic.name, kQueueSize, topic.is_latched},
+          nh, topic.name, kQueueSize, topic.is_latched,
           [this](const auto& listener) { onConnect(listener); },
           [this](const auto& /*listener*/) { onDisconnect(); }) {
   header_.frame_id = topic.frame_id;
 }
 
 void MarkerPublisher::readMap() {
-  map_.read([this](const cuboid_mapping::CuboidMap& map, const ros::Time& stamp) {
+  map_.read([this](const CuboidMap& map, const ros::Time& stamp) {
     header_.stamp = stamp;
     cache_.read(map);
   });

@@ -43,7 +43,7 @@ class MarkerPublisher {
   MarkerPublisher& operator=(const MarkerPublisher&) = delete;
 
   /// Notes a change; call it for every change of the R-tree, in parts, before publish().
-  void noteChanges(const cuboid_mapping::ChangeSet& changes) { cache_.noteChanges(changes); }
+  void noteChanges(const ChangeSet& changes) { cache_.noteChanges(changes); }
 
   /// Sets other colours for the next publish(). Thread-safe.
   void setColors(ColorBy color_by, double color_period_m);

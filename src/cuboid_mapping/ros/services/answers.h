@@ -30,35 +30,27 @@ namespace cuboid_mapping_ros {
 // cloud; during a long answer clouds may come in. They keep within the limits of the MapInFrame, and throw
 // a Refusal, or std::bad_alloc. Complexities are those of the functions of query/, for each entry.
 ///@{
-void answer(ServiceCall& call, const cuboid_mapping::QueryBox::Request& request,
-            cuboid_mapping::QueryBox::Response& response);
-void answer(ServiceCall& call, const cuboid_mapping::CheckBoxes::Request& request,
-            cuboid_mapping::CheckBoxes::Response& response);
-void answer(ServiceCall& call, const cuboid_mapping::CheckPath::Request& request,
-            cuboid_mapping::CheckPath::Response& response);
-void answer(ServiceCall& call, const cuboid_mapping::CheckPoses::Request& request,
-            cuboid_mapping::CheckPoses::Response& response);
-void answer(ServiceCall& call, const cuboid_mapping::CastRays::Request& request,
-            cuboid_mapping::CastRays::Response& response);
-void answer(ServiceCall& call, const cuboid_mapping::FindNearest::Request& request,
-            cuboid_mapping::FindNearest::Response& response);
-void answer(ServiceCall& call, const cuboid_mapping::FindNearestFree::Request& request,
-            cuboid_mapping::FindNearestFree::Response& response);
-void answer(ServiceCall& call, const cuboid_mapping::GetCuboids::Request& request,
-            cuboid_mapping::GetCuboids::Response& response);
-void answer(ServiceCall& call, const cuboid_mapping::GetFreeGraph::Request& request,
-            cuboid_mapping::GetFreeGraph::Response& response);
-void answer(ServiceCall& call, const cuboid_mapping::GetDistances::Request& request,
-            cuboid_mapping::GetDistances::Response& response);
-void answer(ServiceCall& call, const cuboid_mapping::GetFrontiers::Request& request,
-            cuboid_mapping::GetFrontiers::Response& response);
-void answer(ServiceCall& call, const cuboid_mapping::FindCorridor::Request& request,
-            cuboid_mapping::FindCorridor::Response& response);
-void answer(ServiceCall& call, const cuboid_mapping::GetLocks::Request& request,
-            cuboid_mapping::GetLocks::Response& response);
+void answer(ServiceCall& call, const QueryBox::Request& request, QueryBox::Response& response);
+void answer(ServiceCall& call, const CheckBoxes::Request& request, CheckBoxes::Response& response);
+void answer(ServiceCall& call, const CheckPath::Request& request, CheckPath::Response& response);
+void answer(ServiceCall& call, const CheckPoses::Request& request, CheckPoses::Response& response);
+void answer(ServiceCall& call, const CastRays::Request& request, CastRays::Response& response);
+void answer(ServiceCall& call, const FindNearest::Request& request,
+            FindNearest::Response& response);
+void answer(ServiceCall& call, const FindNearestFree::Request& request,
+            FindNearestFree::Response& response);
+void answer(ServiceCall& call, const GetCuboids::Request& request, GetCuboids::Response& response);
+void answer(ServiceCall& call, const GetFreeGraph::Request& request,
+            GetFreeGraph::Response& response);
+void answer(ServiceCall& call, const GetDistances::Request& request,
+            GetDistances::Response& response);
+void answer(ServiceCall& call, const GetFrontiers::Request& request,
+            GetFrontiers::Response& response);
+void answer(ServiceCall& call, const FindCorridor::Request& request,
+            FindCorridor::Response& response);
+void answer(ServiceCall& call, const GetLocks::Request& request, GetLocks::Response& response);
 /// If one of the boxes is refused, none is set. If memory runs out, the boxes set before stay.
-void answer(ServiceCall& call, const cuboid_mapping::SetBox::Request& request,
-            cuboid_mapping::SetBox::Response& response);
+void answer(ServiceCall& call, const SetBox::Request& request, SetBox::Response& response);
 ///@}
 
 /// Answer of ~undo_edit, see GuardedMap::undoEdit().
@@ -68,11 +60,11 @@ void answer(ServiceCall& call, const cuboid_mapping::SetBox::Request& request,
 constexpr double kMaxSetBricks = 2e6;
 
 template <typename ResponseT>
-void setInfo(const cuboid_mapping::AnswerInfo& info, ResponseT& response) {
+void setInfo(const AnswerInfo& info, ResponseT& response) {
   response.info = info;
 }
 /// Copies the status to the fields of ~query_box, which is older than AnswerInfo.
-void setInfo(const cuboid_mapping::AnswerInfo& info, cuboid_mapping::QueryBox::Response& response);
+void setInfo(const AnswerInfo& info, QueryBox::Response& response);
 
 /// Answers a service call: exceptions of answer() become refusals.
 template <typename ServiceT>
@@ -80,7 +72,7 @@ template <typename ServiceT>
                                                  const typename ServiceT::Request& request) {
   const auto refuse = [](const std::string& why) {
     typename ServiceT::Response response;
-    cuboid_mapping::AnswerInfo info;
+    AnswerInfo info;
     info.message = why;
     setInfo(info, response);
     return response;

@@ -14,23 +14,6 @@
 namespace cuboid_mapping_ros {
 namespace {
 
-using cuboid_mapping::AnswerInfo;
-using cuboid_mapping::Budget;
-using cuboid_mapping::Cell;
-using cuboid_mapping::CellBox;
-using cuboid_mapping::CheckBoxes;
-using cuboid_mapping::Cuboid;
-using cuboid_mapping::CuboidMap;
-using cuboid_mapping::CuboidSelection;
-using cuboid_mapping::GetCuboids;
-using cuboid_mapping::GetFreeGraph;
-using cuboid_mapping::Grid;
-using cuboid_mapping::MapCuboid;
-using cuboid_mapping::Occupancy;
-using cuboid_mapping::QueryBox;
-using cuboid_mapping::SelectedCuboids;
-using cuboid_mapping::UnknownPolicy;
-
 template <typename ConstantsT>
 constexpr bool hasClasses() {
   return ConstantsT::FREE == static_cast<int>(Occupancy::kFree) &&
@@ -45,16 +28,15 @@ constexpr std::size_t kPortalBytes = 56;
 
 /// Answer of ~check_boxes and ~query_box for a box.
 struct BoxContent {
-  cuboid_mapping::BoxQueryResult volumes;
+  BoxQueryResult volumes;
   float max_probability = std::numeric_limits<float>::quiet_NaN();
 };
 
 BoxContent lookInto(const CuboidMap& map, const CellBox& box, Budget& budget) {
   BoxContent content;
-  content.volumes = queryBox(map, box, cuboid_mapping::CuboidOutput::kNone,
-                             cuboid_mapping::CuboidFilter::kAll, budget);
+  content.volumes = queryBox(map, box, CuboidOutput::kNone, CuboidFilter::kAll, budget);
   if (const auto log_odds = maxLogOdds(map, box, budget)) {
-    content.max_probability = static_cast<float>(cuboid_mapping::toProbability(*log_odds));
+    content.max_probability = static_cast<float>(toProbability(*log_odds));
   }
   return content;
 }
@@ -113,7 +95,7 @@ void answer(ServiceCall& call, const QueryBox::Request& request, QueryBox::Respo
     throw Refusal("cuboids is " + std::to_string(request.cuboids) +
                   ": use one of the CUBOIDS_* values, 0 to 3");
   }
-  cuboid_mapping::Box asked;
+  Box asked;
   asked.min = request.min;
   asked.max = request.max;
   const CellBox box = call.box(asked, 0.0, {"box"});
@@ -132,7 +114,7 @@ void answer(ServiceCall& call, const QueryBox::Request& request, QueryBox::Respo
     }
     call.noteEnd(budget, "ask for a smaller box, or for fewer cuboids");
   });
-  const cuboid_mapping::Box used = boxMessage(call.map().grid(), box);
+  const Box used = boxMessage(call.map().grid(), box);
   response.min = used.min;
   response.max = used.max;
 }
@@ -169,9 +151,8 @@ void answer(ServiceCall& call, const GetCuboids::Request& request, GetCuboids::R
   selection.min_edge = static_cast<std::int32_t>(std::min(min_edge, 1.0 * Grid::kMaxCell));
   selection.is_clipped = request.clip != 0;
   selection.max_cuboids = toLimit(request.limit);
-  const CellBox region = request.everything != 0
-                             ? cuboid_mapping::kAllCells
-                             : call.box(request.region, request.inflation, {"region"});
+  const CellBox region =
+      request.everything != 0 ? kAllCells : call.box(request.region, request.inflation, {"region"});
   call.requireLoaded(region);
   call.read(kCuboidBytes, [&](const CuboidMap& map, Budget& budget) {
     const SelectedCuboids selected = request.joined != 0
@@ -185,7 +166,7 @@ void answer(ServiceCall& call, const GetFreeGraph::Request& request,
             GetFreeGraph::Response& response) {
   const CellBox region = call.box(request.region, 0.0, {"region"});
   const double inflation_m = ServiceCall::notNegative(request.inflation, "inflation");
-  cuboid_mapping::Cell passage;
+  Cell passage;
   if (request.size.x != 0.0 || request.size.y != 0.0 || request.size.z != 0.0) {
     const auto size = call.map().grid().toSizeInCells(call.size(request.size, inflation_m));
     if (!size) throw Refusal("size is larger than any map: give the robot's edges in metres");

@@ -12,15 +12,7 @@
 namespace cuboid_mapping_ros {
 namespace {
 
-using cuboid_mapping::Budget;
-using cuboid_mapping::CellBox;
-using cuboid_mapping::ChangeSet;
-using cuboid_mapping::CuboidMap;
-using cuboid_mapping::GetLocks;
-using cuboid_mapping::SensorModel;
-using cuboid_mapping::SetBox;
 using cuboid_mapping::toText;
-using cuboid_mapping::UniformBox;
 
 using SetRequest = SetBox::Request;
 
@@ -68,7 +60,7 @@ std::vector<CellBox> divide(const CellBox& box) {
       const double layers = std::max(1.0, std::floor(kBricksATurn * num_layers / numBricks(part)));
       for (CellBox piece = part; piece.min[axis] < part.max[axis];
            piece.min[axis] = piece.max[axis]) {
-        const double end = ((piece.min[axis] >> 3) + layers) * cuboid_mapping::kBrickEdge;
+        const double end = ((piece.min[axis] >> 3) + layers) * kBrickEdge;
         piece.max[axis] = static_cast<std::int32_t>(std::min(end, 1.0 * part.max[axis]));
         smaller.push_back(piece);
       }
@@ -90,7 +82,7 @@ void setBox(GuardedMap& map, const CellBox& box, const SetRequest& request, Budg
     request.lock != 0 ? content.lock(box) : content.unlock(box);
   };
   if (request.occupancy == SetRequest::KEEP) {
-    return map.edit([&](CuboidMap& content, const ros::Time& /*stamp*/) {
+    return map.edit([&](CuboidMap& content) {
       map.keepForUndo({});
       set_lock(content);
       return ChangeSet{content.revision(), false, {}};
@@ -103,7 +95,7 @@ void setBox(GuardedMap& map, const CellBox& box, const SetRequest& request, Budg
     if (!budget.lookNow()) return;
     map.editIn(
         part,
-        [&](CuboidMap& content, const ros::Time& /*stamp*/) {
+        [&](CuboidMap& content) {
           map.keepForUndo(part);
           if (!std::exchange(is_locked, true)) set_lock(content);
           return setPart(content, part, request);
@@ -134,7 +126,7 @@ void answer(ServiceCall& call, const SetBox::Request& request, SetBox::Response&
 }
 
 void answer(ServiceCall& call, const GetLocks::Request& /*request*/, GetLocks::Response& response) {
-  call.read(sizeof(cuboid_mapping::Box), [&](const CuboidMap& map, Budget& /*budget*/) {
+  call.read(sizeof(Box), [&](const CuboidMap& map, Budget& /*budget*/) {
     for (const CellBox& box : map.lockedBoxes()) {
       response.boxes.push_back(boxMessage(map.grid(), box));
     }

@@ -3,7 +3,7 @@
 
 #include "cuboid_mapping/ros/map/call_progress.h"
 #include "cuboid_mapping/ros/middleware/callback_guard.h"
-#include "cuboid_mapping/ros/middleware/function_callback.h"
+#include "cuboid_mapping/ros/middleware/callbacks.h"
 
 #include <actionlib/server/simple_action_server.h>
 #include <ros/node_handle.h>
@@ -53,11 +53,10 @@ class LongCall {
         queue_(queue),
         work_(std::move(work)),
         action_(std::in_place, nh, name, false),
-        server_(withQueue(nh, queue).template advertiseService<Request, Response>(
-            name, [this](Request& request, Response& response) {
-              work_(request, response, CallProgress());
-              return true;
-            })) {
+        server_(offerService<ServiceT>(withQueue(nh, queue), name,
+                                       [this](const Request& request, Response& response) {
+                                         work_(request, response, CallProgress());
+                                       })) {
     action_->registerPreemptCallback([this] { is_cancelled_ = true; });
     action_->registerGoalCallback([this] { post(queue_, this, [this] { answerGoal(); }); });
     action_->start();

@@ -12,17 +12,12 @@
 
 #include <exception>
 #include <stdexcept>
-#include <utility>
-#include <vector>
 
 namespace cuboid_mapping_ros {
 namespace {
 
-using cuboid_mapping::counted;
-using cuboid_mapping::MergeRule;
-
-std::pair<std::uint64_t, std::vector<cuboid_mapping::CellBox>> stateOf(const GuardedMap& map) {
-  return map.read([](const cuboid_mapping::CuboidMap& content, const ros::Time& /*stamp*/) {
+std::pair<std::uint64_t, std::vector<CellBox>> stateOf(const GuardedMap& map) {
+  return map.read([](const CuboidMap& content) {
     return std::pair(content.revision(), content.lockedBoxes());
   });
 }
@@ -51,12 +46,18 @@ MapFilesService::MapFilesService(const ros::NodeHandle& private_nh,
       is_autosave_own_(parameters.is_autosave_read),
       saved_(stateOf(map)),
       thread_(guard, "files") {
-  advertise(private_nh);
+  save_call_.emplace(private_nh, kSaveMapService, thread_.queue(),
+                     [this](const auto& request, auto& response, const CallProgress& progress) {
+                       onSave(request, response, progress);
+                     });
+  load_call_.emplace(private_nh, kLoadMapService, thread_.queue(),
+                     [this](const auto& request, auto& response, const CallProgress& progress) {
+                       onLoad(request, response, progress);
+                     });
   if (!autosave_file_.empty()) announceAutosave();
   if (!autosave_file_.empty() || parameters.window.keeps()) {
-    autosave_timer_ = withQueue(private_nh, thread_.queue())
-                          .createWallTimer(ros::WallDuration(parameters.autosave_period_s),
-                                           [this](const ros::WallTimerEvent&) { autosave(); });
+    autosave_timer_ = startTimer(withQueue(private_nh, thread_.queue()),
+                                 parameters.autosave_period_s, [this] { autosave(); });
   }
   thread_.start();
 }
@@ -66,17 +67,6 @@ MapFilesService::~MapFilesService() {
   load_call_.reset();
   thread_.stop();
   guard_.run("autosave at the end", [this] { autosave(); });
-}
-
-void MapFilesService::advertise(const ros::NodeHandle& nh) {
-  save_call_.emplace(nh, kSaveMapService, thread_.queue(),
-                     [this](const auto& request, auto& response, const CallProgress& progress) {
-                       onSave(request, response, progress);
-                     });
-  load_call_.emplace(nh, kLoadMapService, thread_.queue(),
-                     [this](const auto& request, auto& response, const CallProgress& progress) {
-                       onLoad(request, response, progress);
-                     });
 }
 
 void MapFilesService::onSave(const SaveMap::Request& request, SaveMap::Response& response,
@@ -163,7 +153,7 @@ void MapFilesService::chooseAutosaveFile() {
   if (is_autosave_own_) return;
   try {
     if (!hasMap(autosave_file_)) return;
-  } catch (const cuboid_mapping::MapFileError& error) {
+  } catch (const MapFileError& error) {
     ROS_WARN_STREAM_NAMED(kNodeName, error.what());
   }
   const std::string old = std::exchange(autosave_file_, nameBeside(autosave_file_));
@@ -177,11 +167,10 @@ void MapFilesService::chooseAutosaveFile() {
 void MapFilesService::announceAutosave() {
   chooseAutosaveFile();
   try {
-    if (!cuboid_mapping::formatOfName(autosave_file_)) {
-      throw std::runtime_error(autosave_file_ + " must end in one of " +
-                               cuboid_mapping::knownEndings());
+    if (!formatOfName(autosave_file_)) {
+      throw std::runtime_error(autosave_file_ + " must end in one of " + knownEndings());
     }
-    cuboid_mapping::checkReplaceable(followLinks(autosave_file_));
+    checkReplaceable(followLinks(autosave_file_));
   } catch (const std::exception& exception) {
     autosave_error_ = exception.what();
     ROS_ERROR_STREAM_NAMED(kNodeName,

@@ -41,10 +41,6 @@ class MapFilesService {
   [[nodiscard]] std::string autosaveError() const;
 
  private:
-  using SaveMap = cuboid_mapping::SaveMap;
-  using LoadMap = cuboid_mapping::LoadMap;
-
-  void advertise(const ros::NodeHandle& nh);
   void onSave(const SaveMap::Request& request, SaveMap::Response& response,
               const CallProgress& progress);
   void onLoad(const LoadMap::Request& request, LoadMap::Response& response,
@@ -61,18 +57,18 @@ class MapFilesService {
   GuardedMap& map_;
   CallbackGuard& guard_;
   std::string frame_id_;
-  cuboid_mapping::SnapshotLimits limits_;  ///< Limits of loaded files.
+  SnapshotLimits limits_;  ///< Limits of loaded files.
   std::string autosave_file_;
   int num_earlier_;               ///< Number of saves beside it.
   bool is_earlier_kept_ = false;  ///< The last save has failed, and its earlier save is kept.
   bool is_autosave_own_;          ///< This node has read or written it.
   /// Revision and locked boxes of the map in autosave_file, or of older ones.
-  std::pair<std::uint64_t, std::vector<cuboid_mapping::CellBox>> saved_;
+  std::pair<std::uint64_t, std::vector<CellBox>> saved_;
   mutable std::mutex error_mutex_;
   std::string autosave_error_;
   GuardedThread thread_;
-  std::optional<LongCall<SaveMap, cuboid_mapping::SaveMapAction>> save_call_;
-  std::optional<LongCall<LoadMap, cuboid_mapping::LoadMapAction>> load_call_;
+  std::optional<LongCall<SaveMap, SaveMapAction>> save_call_;
+  std::optional<LongCall<LoadMap, LoadMapAction>> load_call_;
   ros::WallTimer autosave_timer_;
 };
 

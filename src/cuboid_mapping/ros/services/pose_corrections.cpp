@@ -4,7 +4,7 @@
 #include "cuboid_mapping/history/kept_clouds.h"
 #include "cuboid_mapping/ros/conversions/pose_messages.h"
 #include "cuboid_mapping/ros/map/map_storage.h"
-#include "cuboid_mapping/ros/middleware/function_callback.h"
+#include "cuboid_mapping/ros/middleware/callbacks.h"
 #include "cuboid_mapping/ros/middleware/names.h"
 #include "cuboid_mapping/ros/middleware/tf_lookup.h"
 #include "cuboid_mapping/ros/services/service_call.h"
@@ -18,22 +18,18 @@
 
 namespace cuboid_mapping_ros {
 
-using cuboid_mapping::CorrectionRule;
-using cuboid_mapping::CorrectPoses;
-using cuboid_mapping::CuboidMap;
-using cuboid_mapping::MapCorrection;
-using cuboid_mapping::OutsidePoses;
-using cuboid_mapping::PoseTrack;
-
 std::unique_ptr<KeptHistory> makeHistory(const NodeParameters& parameters, GuardedMap& map) {
-  const auto config = map.read(
-      [](const CuboidMap& content, const ros::Time& /*stamp*/) { return content.config(); });
-  const auto look = [](const auto& /*map*/, const auto& /*stamp*/, const auto* /*window*/) {};
-  CuboidMap whole(config);
-  restoreSnapshot(takeWholeSnapshot(map, "", makeSnapshotLimits(parameters), look), whole);
-  auto history = std::make_unique<KeptHistory>(
-      config, config.resolution_m / cuboid_mapping::kKeptStepsPerVoxel, parameters.keep.limits());
-  history->restart(whole);
+  const MapConfig config = map.config();
+  auto history = std::make_unique<KeptHistory>(config, config.resolution_m / kKeptStepsPerVoxel,
+                                               parameters.keep.limits());
+  if (parameters.window.isOn()) {
+    CuboidMap whole(config);
+    restoreSnapshot(takeWholeSnapshot(map, "", makeSnapshotLimits(parameters)), whole);
+    history->restart(whole);
+  } else {
+    const auto restart = [&](const CuboidMap& content) { history->restart(content); };
+    map.read(restart);
+  }
   return history;
 }
 
@@ -49,10 +45,8 @@ PoseCorrections::PoseCorrections(const ros::NodeHandle& nh, const ros::NodeHandl
                 [this](const auto& request, auto& response, const CallProgress& progress) {
                   answer(request, response, progress);
                 });
-  subscriber_ =
-      withQueue(nh, thread_.queue())
-          .subscribe<nav_msgs::Path>(kCorrectedPathTopic, 1,
-                                     [this](const nav_msgs::PathConstPtr& path) { onPath(*path); });
+  subscriber_ = subscribeTo<nav_msgs::Path>(withQueue(nh, thread_.queue()), kCorrectedPathTopic, 1,
+                                            [this](const auto& path) { onPath(*path); });
   thread_.start();
 }
 
@@ -67,16 +61,12 @@ void PoseCorrections::answer(const CorrectPoses::Request& request, CorrectPoses:
   const CorrectionRule rule{
       request.outside_stays != 0 ? OutsidePoses::kStay : OutsidePoses::kFollow, request.tolerance,
       request.edits_move != 0};
-  const CorrectionAnswer answer = correct(request.path, rule, progress);
-  response.info = makeInfo(map_, frame_id_, answer.error);
-  response.clouds = static_cast<std::uint32_t>(answer.num_clouds);
-  response.outside = static_cast<std::uint32_t>(answer.num_outside);
-  response.max_shift = answer.max_shift_m;
-  response.seconds = answer.seconds;
+  correct(request.path, rule, progress, std::nullopt, response);
 }
 
 void PoseCorrections::onPath(const nav_msgs::Path& path) {
-  correct(path, {OutsidePoses::kFollow, tolerance_m_}, {}, tolerance_m_);
+  CorrectPoses::Response unused;
+  correct(path, {OutsidePoses::kFollow, tolerance_m_}, {}, tolerance_m_, unused);
 }
 
 PoseTrack PoseCorrections::readPath(const nav_msgs::Path& path) const {
@@ -90,38 +80,39 @@ PoseTrack PoseCorrections::readPath(const nav_msgs::Path& path) const {
   return PoseTrack(toStampedPoses(path));
 }
 
-CorrectionAnswer PoseCorrections::correct(const nav_msgs::Path& path, const CorrectionRule& rule,
-                                          const CallProgress& progress,
-                                          std::optional<double> ignored_shift_m) {
-  CorrectionAnswer answer;
+void PoseCorrections::correct(const nav_msgs::Path& path, const CorrectionRule& rule,
+                              const CallProgress& progress, std::optional<double> ignored_shift_m,
+                              CorrectPoses::Response& response) {
+  std::string error;
   const ros::WallTime begin = ros::WallTime::now();
   try {
     const PoseTrack poses = readPath(path);
-    if (ignored_shift_m && map_.history()->whole().findShift_m(
-                               poses, cuboid_mapping::kShiftDistance_m) <= *ignored_shift_m) {
-      return answer;
+    if (ignored_shift_m &&
+        map_.history()->whole().findShift_m(poses, kShiftDistance_m) <= *ignored_shift_m) {
+      return;
     }
-    correctMap(poses, rule, progress, answer);
+    correctMap(poses, rule, progress, response);
   } catch (const std::bad_alloc&) {
-    answer.error = "there is not enough memory for a second map";
+    error = "there is not enough memory for a second map";
   } catch (const std::exception& exception) {
-    answer.error = exception.what();
+    error = exception.what();
   }
-  answer.seconds = (ros::WallTime::now() - begin).toSec();
-  if (!answer.error.empty()) {
+  response.seconds = (ros::WallTime::now() - begin).toSec();
+  response.info = makeInfo(map_, frame_id_, error);
+  if (!error.empty()) {
     constexpr double kPeriod_s = 10.0;  // A topic may repeat its messages.
-    ROS_ERROR_STREAM_THROTTLE_NAMED(kPeriod_s, kNodeName, "poses not corrected: " << answer.error);
-    return answer;
+    ROS_ERROR_STREAM_THROTTLE_NAMED(kPeriod_s, kNodeName, "poses not corrected: " << error);
+    return;
   }
-  ROS_INFO_STREAM_NAMED(
-      kNodeName, "poses corrected: " << answer.num_clouds << " clouds moved by up to "
-                                     << answer.max_shift_m << " m, in " << answer.seconds << " s");
+  ROS_INFO_STREAM_NAMED(kNodeName, "poses corrected: " << response.clouds
+                                                       << " clouds moved by up to "
+                                                       << response.max_shift << " m, in "
+                                                       << response.seconds << " s");
   done_();
-  return answer;
 }
 
 void PoseCorrections::correctMap(const PoseTrack& poses, const CorrectionRule& rule,
-                                 const CallProgress& progress, CorrectionAnswer& answer) {
+                                 const CallProgress& progress, CorrectPoses::Response& response) {
   constexpr std::size_t kFew = 2;  // Clouds that keep others waiting for the map.
   const auto told = progress.stage("mapping clouds");
   const auto listener = [&](std::uint64_t done, std::uint64_t total) {
@@ -133,9 +124,9 @@ void PoseCorrections::correctMap(const PoseTrack& poses, const CorrectionRule& r
   while (history.catchUp(correction, listener) > kFew) {
   }
   map_.exchange(correction);
-  answer.num_clouds = correction.numClouds();
-  answer.num_outside = correction.numOutside();
-  answer.max_shift_m = correction.maxShift_m();
+  response.clouds = static_cast<std::uint32_t>(correction.numClouds());
+  response.outside = static_cast<std::uint32_t>(correction.numOutside());
+  response.max_shift = correction.maxShift_m();
 }
 
 }  // namespace cuboid_mapping_ros

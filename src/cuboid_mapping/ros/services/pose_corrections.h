@@ -13,7 +13,6 @@
 #include <ros/subscriber.h>
 
 #include <atomic>
-#include <cstddef>
 #include <functional>
 #include <memory>
 #include <optional>
@@ -24,15 +23,6 @@ namespace cuboid_mapping_ros {
 /// A history that starts from the current map, in memory and on disk. @throws As takeWholeSnapshot().
 [[nodiscard]] std::unique_ptr<KeptHistory> makeHistory(const NodeParameters& parameters,
                                                        GuardedMap& map);
-
-/// Result of a correction.
-struct CorrectionAnswer {
-  std::string error;  ///< Empty: the map is corrected. Else it is unchanged.
-  std::size_t num_clouds = 0;
-  std::size_t num_outside = 0;
-  double max_shift_m = 0.0;
-  double seconds = 0.0;
-};
 
 /// ~correct_poses, as service and action, and the topic corrected_path: the map is rebuilt with corrected poses, and exchanged.
 ///
@@ -50,17 +40,15 @@ class PoseCorrections {
   PoseCorrections& operator=(const PoseCorrections&) = delete;
 
  private:
-  void answer(const cuboid_mapping::CorrectPoses::Request& request,
-              cuboid_mapping::CorrectPoses::Response& response, const CallProgress& progress);
+  void answer(const CorrectPoses::Request& request, CorrectPoses::Response& response,
+              const CallProgress& progress);
   void onPath(const nav_msgs::Path& path);
   /// Checks a path, and corrects unless it moves no cloud by more than a distance. Throws nothing, but logs.
-  CorrectionAnswer correct(const nav_msgs::Path& path, const cuboid_mapping::CorrectionRule& rule,
-                           const CallProgress& progress,
-                           std::optional<double> ignored_shift_m = std::nullopt);
-  void correctMap(const cuboid_mapping::PoseTrack& poses,
-                  const cuboid_mapping::CorrectionRule& rule, const CallProgress& progress,
-                  CorrectionAnswer& answer);
-  [[nodiscard]] cuboid_mapping::PoseTrack readPath(const nav_msgs::Path& path) const;
+  void correct(const nav_msgs::Path& path, const CorrectionRule& rule, const CallProgress& progress,
+               std::optional<double> ignored_shift_m, CorrectPoses::Response& response);
+  void correctMap(const PoseTrack& poses, const CorrectionRule& rule, const CallProgress& progress,
+                  CorrectPoses::Response& response);
+  [[nodiscard]] PoseTrack readPath(const nav_msgs::Path& path) const;
 
   GuardedMap& map_;
   std::string frame_id_;
@@ -68,7 +56,7 @@ class PoseCorrections {
   std::function<void()> done_;
   std::atomic<bool> is_stopping_{false};
   GuardedThread thread_;
-  std::optional<LongCall<cuboid_mapping::CorrectPoses, cuboid_mapping::CorrectPosesAction>> call_;
+  std::optional<LongCall<CorrectPoses, CorrectPosesAction>> call_;
   ros::Subscriber subscriber_;
 };
 

@@ -4,8 +4,6 @@
 #include "cuboid_mapping/io/text.h"
 #include "cuboid_mapping/query/value_query.h"
 #include "cuboid_mapping/ros/middleware/tf_lookup.h"
-#include "cuboid_mapping/ros/parameters/service_limits.h"
-#include "cuboid_mapping/ros/parameters/window_parameters.h"
 
 #include <tf2_eigen/tf2_eigen.h>
 
@@ -17,15 +15,7 @@
 namespace cuboid_mapping_ros {
 namespace {
 
-using cuboid_mapping::AnswerInfo;
-using cuboid_mapping::Box;
-using cuboid_mapping::Budget;
-using cuboid_mapping::CellBox;
-using cuboid_mapping::CuboidFilter;
-using cuboid_mapping::CuboidMap;
-using cuboid_mapping::MetricBox;
 using cuboid_mapping::toText;
-using cuboid_mapping::UnknownPolicy;
 
 /// Wait for tf: requests have the stamp of now or of a sensor, which tf reaches some milliseconds later.
 constexpr std::chrono::milliseconds kTfPatience(200);
@@ -193,7 +183,7 @@ CellBox ServiceCall::requireCells(const MetricBox& box_map) {
   if (!box) {
     throw Refusal(describe(box_map) + " in frame '" + map_.frame_id +
                   "' reaches beyond the map: keep coordinates within " +
-                  toText(cuboid_mapping::Grid::kMaxCell * resolution()) + " m of the origin");
+                  toText(Grid::kMaxCell * resolution()) + " m of the origin");
   }
   requireLoaded(*box);
   return *box;
@@ -221,7 +211,7 @@ std::string loadPages(GuardedMap& map, const CellBox& box, const ServiceLimits& 
   }
   try {
     map.load(box);
-  } catch (const cuboid_mapping::MapFileError& error) {
+  } catch (const MapFileError& error) {
     return std::string("not loaded: ") + error.what();
   }
   return {};
@@ -254,13 +244,13 @@ CuboidFilter ServiceCall::classes(std::uint8_t classes) {
   }
 }
 
-cuboid_mapping::QueryLimits ServiceCall::limits(std::size_t entry_bytes, double max_time_s) const {
+QueryLimits ServiceCall::limits(std::size_t entry_bytes, double max_time_s) const {
   return {std::min(map_.limits.max_time_s, max_time_s),
           static_cast<std::uint64_t>(map_.limits.max_bricks), maxEntries(map_.limits, entry_bytes)};
 }
 
-cuboid_mapping::QueryLimits ServiceCall::editLimits() const {
-  cuboid_mapping::QueryLimits limits;
+QueryLimits ServiceCall::editLimits() const {
+  QueryLimits limits;
   limits.time_s = map_.limits.max_time_s;
   return limits;
 }
@@ -293,7 +283,7 @@ AnswerInfo makeInfo(const GuardedMap& map, const std::string& frame_id, const st
   return info;
 }
 
-Box boxMessage(const cuboid_mapping::Grid& grid, const CellBox& box) {
+Box boxMessage(const Grid& grid, const CellBox& box) {
   const MetricBox box_map = grid.toMetricBox(box);
   Box message;
   message.min = toPoint(box_map.min_m);
@@ -301,10 +291,9 @@ Box boxMessage(const cuboid_mapping::Grid& grid, const CellBox& box) {
   return message;
 }
 
-cuboid_mapping::MapCuboid cuboidMessage(const CuboidMap& map, const cuboid_mapping::Cuboid& cuboid,
-                                        Budget& budget) {
+MapCuboid cuboidMessage(const CuboidMap& map, const Cuboid& cuboid, Budget& budget) {
   const Box box = boxMessage(map.grid(), cuboid.box);
-  cuboid_mapping::MapCuboid message;
+  MapCuboid message;
   message.min = box.min;
   message.max = box.max;
   message.probability = static_cast<float>(meanProbability(map, cuboid.box, budget).value_or(0.0));
@@ -319,6 +308,30 @@ Eigen::Isometry3d toIsometry(geometry_msgs::Transform transform) {
   if (std::abs(turn.norm() - 1.0) < 0.01) turn.normalize();
   transform.rotation = tf2::toMsg(turn);
   return tf2::transformToEigen(transform);
+}
+
+Body readTurningBox(const ServiceCall& call, const geometry_msgs::Vector3& size,
+                    double inflation_m) {
+  BodyBox box;
+  box.size_m = ServiceCall::edges(size);
+  box.size_m.array() += 2.0 * ServiceCall::notNegative(inflation_m, "inflation");
+  Body body{{}, {box}};
+  const std::string fault = findFault(body, call.map().grid());
+  if (!fault.empty()) throw Refusal("size, as a body with one box: " + fault);
+  return body;
+}
+
+Eigen::Isometry3d readHeaded(const ServiceCall& call, const geometry_msgs::Point& point,
+                             const FieldName& field, double heading_rad) {
+  if (!std::isfinite(heading_rad)) {
+    throw Refusal("the heading of " + describe(field) +
+                  " is NaN or infinite: give an angle in radians");
+  }
+  geometry_msgs::Pose pose;
+  pose.position = point;
+  pose.orientation.z = std::sin(0.5 * heading_rad);
+  pose.orientation.w = std::cos(0.5 * heading_rad);
+  return call.pose(pose, field);
 }
 
 }  // namespace cuboid_mapping_ros

@@ -7,7 +7,7 @@
 #include "cuboid_mapping/query/path_query.h"
 #include "cuboid_mapping/query/pose_path.h"
 #include "cuboid_mapping/query/ray_query.h"
-#include "cuboid_mapping/ros/services/turning_box.h"
+#include "cuboid_mapping/ros/services/service_call.h"
 
 #include <tf2_eigen/tf2_eigen.h>
 
@@ -15,21 +15,6 @@
 
 namespace cuboid_mapping_ros {
 namespace {
-
-using cuboid_mapping::boxAround;
-using cuboid_mapping::Budget;
-using cuboid_mapping::CastRays;
-using cuboid_mapping::CellBox;
-using cuboid_mapping::Corridor;
-using cuboid_mapping::CorridorEnd;
-using cuboid_mapping::CorridorTask;
-using cuboid_mapping::CuboidMap;
-using cuboid_mapping::FindCorridor;
-using cuboid_mapping::Occupancy;
-using cuboid_mapping::PosePath;
-using cuboid_mapping::PosePathTask;
-using cuboid_mapping::RayEnd;
-using cuboid_mapping::UnknownPolicy;
 
 constexpr int toInt(CorridorEnd end) { return static_cast<int>(end); }
 static_assert(FindCorridor::Response::NOT_SEARCHED == toInt(CorridorEnd::kInvalid));
@@ -86,9 +71,9 @@ struct RayTask {
 };
 
 /// Casts the thick ray, and the line in its middle; nothing if the budget is spent. `point_map` is not set.
-std::optional<cuboid_mapping::RayQueryResult> cast(const CuboidMap& map, const Ray& ray,
-                                                   const RayTask& task, Budget& budget) {
-  cuboid_mapping::RayQueryResult result;
+std::optional<RayQueryResult> cast(const CuboidMap& map, const Ray& ray, const RayTask& task,
+                                   Budget& budget) {
+  RayQueryResult result;
   result.distance_m = task.max_range_m;
   if (task.thickness_m > 0.0) {
     const Path path{ray.origin_map, ray.at(task.max_range_m)};
@@ -148,7 +133,7 @@ Blocker findBlocker(const CuboidMap& map, const CorridorTask& task,
                     const Eigen::Vector3d& center_map) {
   const auto cells = map.grid().toCellBox(boxAround(center_map, task.size_m));
   if (!cells || (task.region && !task.region->contains(*cells))) return std::nullopt;
-  return cuboid_mapping::isAnyOccupied(map, *cells) ? Occupancy::kOccupied : Occupancy::kUnknown;
+  return isAnyOccupied(map, *cells) ? Occupancy::kOccupied : Occupancy::kUnknown;
 }
 
 Blocker findBlocker(const CuboidMap& map, const PosePathTask& task, const Eigen::Isometry3d& pose) {
