@@ -6,14 +6,18 @@ import time
 
 import rospy
 
-from cuboid_map import DamagedMessage, MapFollower
+try:
+    from cuboid_map import DamagedMessage, MapFollower
+except ImportError as error:
+    raise ImportError(f'the client needs the Python module cuboid_map ({error}): '
+                      'install pybind11-dev and python3-dev, and build cuboid_mapping again') from error
 from cuboid_mapping.msg import CuboidMapUpdate, FullCuboidMap
 from cuboid_mapping.srv import GetMap
 
 
 # Seconds to wait for a map that the node sends.
 _PATIENCE_S = 3.0
-# Maximum number of updates that wait for their map: those of some seconds.
+# Maximum number of updates that wait for their map: enough for some seconds.
 _MAX_EARLY_UPDATES = 100
 
 

@@ -92,7 +92,7 @@ class BuildScript(unittest.TestCase):
         end = self.build()
         self.assertEqual(end.returncode, 0, end.stderr)
         said, progress = end.stdout.splitlines()
-        self.assertIn('builds node, nodelet, client, programs and display (--all: ', said)
+        self.assertIn('builds node, nodelet, clients, programs and display (--all: ', said)
         self.assertTrue(progress.startswith('scripts/build: building all'), end.stdout)
         self.assertIn('100%', end.stdout)
         self.assertEqual(end.stderr, '')
