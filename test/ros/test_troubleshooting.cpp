@@ -65,6 +65,14 @@ TEST_F(TroubleshootingTest, NoCloudHasEverCome) {
       << diagnostics.status().message;
 }
 
+TEST_F(TroubleshootingTest, ATopicThatNobodyPublishes) {
+  const auto publisher = nh_.advertise<sensor_msgs::PointCloud2>("/far/points", 1);
+  DiagnosticsProbe diagnostics(kFarNode);
+  EXPECT_TRUE(waitFor([&] {
+    return diagnostics.status().message.find("/far/points") != std::string::npos;
+  })) << diagnostics.status().message;
+}
+
 TEST_F(TroubleshootingTest, ATopicOfAnotherType) {
   listenTo(kFarNode);
   DiagnosticsProbe diagnostics(kFarNode);

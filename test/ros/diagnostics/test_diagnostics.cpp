@@ -55,6 +55,8 @@ TEST(Diagnostics, WarnsWhileNoCloudHasCome) {
   EXPECT_EQ(summarize(report, {}).message.find("nobody publishes"), std::string::npos);
   report.num_publishers = 0;
   expectWarning(summarize(report, {}), {"no cloud on /points yet", "nobody publishes it"});
+  report.other_topics = "/front, /rear";
+  expectWarning(summarize(report, {}), {"nobody publishes it", "with this type: /front, /rear"});
   report.wrong_types = "/points is a scan";
   EXPECT_EQ(summarize(report, {}).level, ReportLevel::kError);
   EXPECT_EQ(summarize(report, {}).message, "no cloud yet: /points is a scan");
@@ -136,6 +138,20 @@ TEST(Diagnostics, ItIsAnErrorWhenNothingGetsIntoTheMap) {
   NodeReport stuck = makeReport(8, 5);
   stuck.starved_s = kMaxStarved_s + 0.1;
   EXPECT_EQ(summarize(stuck, makeReport(7, 5).statistics).level, ReportLevel::kError);
+}
+
+TEST(Diagnostics, AfterABagWhoseCloudsWereAllDroppedTheReasonStays) {
+  NodeReport report = makeReport(3, 0);
+  report.statistics.numDropped(DropReason::kNoTransform) = 3;
+  report.last_cloud = LastCloud{"lidar", 0.0, "frame 'world' does not exist", std::nullopt};
+  report.silence_s = kErrorSilence_s + 1.0;
+  report.num_publishers = 0;
+  for (const bool is_simulated_time : {false, true}) {
+    report.is_simulated_time = is_simulated_time;
+    expectWarning(summarize(report, report.statistics),
+                  {"no cloud has got into the map", "3 clouds dropped (no transform: 3)",
+                   "frame 'world' does not exist"});
+  }
 }
 
 TEST(Diagnostics, ASilentSensorBecomesAnErrorAndTheEndOfABagDoesNot) {

@@ -11,6 +11,8 @@
 #include <chrono>
 #include <iterator>
 #include <map>
+#include <optional>
+#include <set>
 
 namespace cuboid_mapping_ros {
 
@@ -37,6 +39,7 @@ std::size_t NodeSources::numPublishers() const {
 std::string NodeSources::findWrongTypes() {
   const std::vector<CloudLedger::Source> noted = ledger_.page().sources;
   std::optional<std::map<std::string, std::string>> types;
+  std::set<std::string> others;
   for (std::size_t i = 0; i < subscribers_.size(); ++i) {
     const SourceSubscriber& subscriber = *subscribers_[i];
     std::string wrong;
@@ -45,10 +48,13 @@ std::string NodeSources::findWrongTypes() {
       const auto published = types->find(subscriber.topic());
       if (published != types->end())
         wrong = describeWrongType(at(i).parameters, subscriber.topic(), published->second);
+      else
+        others.merge(findTopics(*types, datatypeOf(at(i).parameters.type, subscriber.topic())));
     }
     if (!wrong.empty() && wrong != wrong_types_[i]) ROS_ERROR_STREAM(wrong);
     wrong_types_[i] = wrong;
   }
+  other_topics_ = cuboid_mapping::join(others, ", ");
   std::vector<std::string> found;
   std::copy_if(wrong_types_.begin(), wrong_types_.end(), std::back_inserter(found),
                [](const std::string& text) { return !text.empty(); });

@@ -43,6 +43,8 @@ class NodeSources {
   /// Errors of topics that are published with another type than their source's, joined; see describeWrongType().
   /// Logs each new text. Asks the master, for sources that have received nothing and have no publisher.
   [[nodiscard]] std::string findWrongTypes();
+  /// Topics with messages for the sources that nobody publishes, as the last findWrongTypes() found them.
+  [[nodiscard]] const std::string& otherTopics() const { return other_topics_; }
 
   /// Adds a status for each source; none where there is no list.
   void addDiagnostics(diagnostic_updater::Updater& diagnostics);
@@ -56,6 +58,7 @@ class NodeSources {
   std::vector<SourceStatistics> reported_;
   std::vector<std::unique_ptr<SourceSubscriber>> subscribers_;
   std::vector<std::string> wrong_types_;  ///< Last error of each source.
+  std::string other_topics_;
   std::string topics_;
 };
 

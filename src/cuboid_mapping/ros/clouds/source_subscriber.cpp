@@ -11,6 +11,7 @@
 #include <array>
 #include <cmath>
 #include <utility>
+#include <vector>
 
 namespace cuboid_mapping_ros {
 namespace {
@@ -156,6 +157,18 @@ std::map<std::string, std::string> publishedTypes() {
   std::map<std::string, std::string> types;
   for (int i = 0; i < topics.size(); ++i) types[topics[i][0]] = std::string(topics[i][1]);
   return types;
+}
+
+std::set<std::string> findTopics(const std::map<std::string, std::string>& types,
+                                 const std::string& datatype) {
+  std::set<std::string> found;
+  for (const auto& [topic, type] : types) {
+    if (type == datatype) found.insert(topic);
+  }
+  std::vector<std::string> own;
+  ros::this_node::getAdvertisedTopics(own);
+  for (const std::string& topic : own) found.erase(topic);
+  return found;
 }
 
 }  // namespace cuboid_mapping_ros

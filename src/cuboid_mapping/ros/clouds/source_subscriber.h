@@ -12,6 +12,7 @@
 #include <functional>
 #include <map>
 #include <memory>
+#include <set>
 #include <string>
 #include <utility>
 #include <vector>
@@ -114,5 +115,9 @@ constexpr char kCompressed[] = "sensor_msgs/CompressedImage";
 ///
 /// Asks the master once, without waiting for it.
 [[nodiscard]] std::map<std::string, std::string> publishedTypes();
+
+/// Topics of a type, without those that this process publishes.
+[[nodiscard]] std::set<std::string> findTopics(const std::map<std::string, std::string>& types,
+                                               const std::string& datatype);
 
 }  // namespace cuboid_mapping_ros

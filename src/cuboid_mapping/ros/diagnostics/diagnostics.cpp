@@ -93,6 +93,11 @@ std::string describeMap(const NodeReport& report) {
 }
 
 ReportSummary summarizeSilence(const NodeReport& report) {
+  const bool is_map_empty = report.statistics.num_inserted == 0;
+  if (is_map_empty && report.statistics.numDropped() > 0) {
+    return {ReportLevel::kWarning,
+            "no cloud has got into the map, none comes any more: " + describeDrops(report, {})};
+  }
   const bool has_publisher = report.num_publishers > 0;
   if (!has_publisher && report.is_simulated_time) {
     const std::uint64_t num_dropped = report.statistics.numDropped();
@@ -193,10 +198,13 @@ ReportSummary summarize(const NodeReport& report, const NodeStatistics& last_rep
   if (now.num_received == 0) {
     if (!report.wrong_types.empty())
       return {ReportLevel::kError, "no cloud yet: " + report.wrong_types};
-    return {ReportLevel::kWarning,
-            "no cloud on " + report.cloud_topic + " yet" +
-                (report.num_publishers == 0 ? ", nobody publishes it" : "") +
-                ": check the topic name and its remapping, and that the sensor is running"};
+    return {
+        ReportLevel::kWarning,
+        "no cloud on " + report.cloud_topic + " yet" +
+            (report.num_publishers == 0 ? ", nobody publishes it" : "") +
+            ": check the topic name and its remapping, and that the sensor is running" +
+            (report.other_topics.empty() ? ""
+                                         : ". Published with this type: " + report.other_topics)};
   }
   if (now.numDropped() != last_report.numDropped()) {
     const bool is_wanted = countNew(report, last_report, DropReason::kPaused) > 0;
@@ -247,10 +255,9 @@ const char* toAdvice(DropReason reason) {
     case DropReason::kNoPointTimes:
       return "have the driver send the time of each point, or set deskew to false";
     case DropReason::kTooOldForTf:
-      return "check the clock of the sensor (its driver may stamp with the time since it was "
-             "switched on) and that "
-             "those of all machines agree; with recorded data set use_sim_time and play bags with "
-             "--clock";
+      return "check the sensor's clock (some drivers stamp with the time since power-on), and that "
+             "the clocks of all machines agree; with recorded data set use_sim_time and play bags "
+             "with --clock";
     case DropReason::kNoCameraInfo:
       return "check the publisher of camera_info, or name its topic in camera_info";
     case DropReason::kPaused: return "call ~pause with data: false to resume";

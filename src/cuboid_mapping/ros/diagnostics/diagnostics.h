@@ -83,6 +83,8 @@ struct NodeReport {
   std::string kept_error;                     ///< See KeptHistory::error().
   std::size_t num_publishers = 0;             ///< Publishers of the cloud topics.
   std::string wrong_types;  ///< See describeWrongType(); set only before the first message.
+  std::string
+      other_topics;  ///< See NodeSources::findOtherTopics(); set only before the first message.
   /// Clouds that went into the map after a later one of another source.
   std::uint64_t num_out_of_order = 0;
   std::string why_waiting;         ///< Reason why the oldest cloud waits for tf; empty: none waits.
@@ -123,7 +125,8 @@ struct ReportSummary {
 ///     error if none was inserted for kMaxStarved_s;
 ///   - clouds wait for tf, as at the last report, and none was inserted since: likewise;
 ///   - no cloud for kMaxSilence_s: warning, or error after kErrorSilence_s. With simulated time and no
-///     publisher any more, the recording has ended, and all is well;
+///     publisher any more, the recording has ended, and all is well. If all clouds were dropped, the
+///     message says why;
 ///   - stamps are ahead of the clock by more than kMaxAhead_s: warning;
 ///   - else: all is well.
 [[nodiscard]] ReportSummary summarize(const NodeReport& report, const NodeStatistics& last_report);

@@ -131,11 +131,11 @@ std::string adviseOnTree(const tf2::BufferCore& tf, const std::string& target,
     advice += ". '" + source_frame + "' is below '" + *root_of_source + "': set frame_id to " +
               *root_of_source;
   } else {
-    advice += ". Nobody publishes '" + source_frame + "'";
+    advice += ". Nobody publishes '" + source_frame + "': start its publisher";
   }
-  return advice + ", or give the transform that is missing: \"" + target_frame + ' ' +
+  return advice + ", or give the missing transform: \"" + target_frame + ' ' +
          root_of_source.value_or(source_frame) +
-         " x y z yaw pitch roll\" (--transform, transform:=)";
+         " x y z yaw pitch roll\" (roslaunch: transform:=, bag_to_map: --transform)";
 }
 
 }  // namespace cuboid_mapping_ros

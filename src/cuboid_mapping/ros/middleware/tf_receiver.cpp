@@ -31,11 +31,11 @@ TfReceiver::TfReceiver(ros::NodeHandle nh, tf2::BufferCore& buffer)
 void TfReceiver::take(const Event& event, bool is_static) {
   const ros::Time now = ros::Time::now();
   if (!is_static && hasBegunAnew(*event.getConstMessage())) {
-    ROS_WARN_NAMED(kNodeName, "all transforms are older than before: tf is forgotten");
+    ROS_WARN_NAMED(kNodeName, "all transforms are older than before: the tf buffer is cleared");
     buffer_.clear();
   }
   if (now.toSec() < latest_.toSec() - kMinJump_s) {
-    ROS_WARN_NAMED(kNodeName, "time has jumped back by %.1f s: tf is forgotten",
+    ROS_WARN_NAMED(kNodeName, "time has jumped back by %.1f s: the tf buffer is cleared",
                    latest_.toSec() - now.toSec());
     buffer_.clear();
     latest_ = now;

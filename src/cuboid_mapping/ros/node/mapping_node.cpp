@@ -177,10 +177,12 @@ CloudBuffer::Callbacks MappingNode::bufferCallbacks() {
   callbacks.drop = [this](std::size_t source, DropReason reason, const std::string& text) {
     ledger_.noteDropped(source, reason, text);
   };
-  callbacks.say_waiting = [names = sourcesOf(parameters_)](std::size_t source,
-                                                           const std::string& why) {
-    ROS_WARN_STREAM_NAMED(kNodeName,
-                          "clouds of " << nameOf(names.at(source)) << " wait for tf: " << why);
+  std::vector<std::string> names;
+  for (const SourceParameters& source : sourcesOf(parameters_)) {
+    names.push_back(source.name.empty() ? nh_.resolveName(source.topic) : source.name);
+  }
+  callbacks.say_waiting = [names](std::size_t source, const std::string& why) {
+    ROS_WARN_STREAM_NAMED(kNodeName, "clouds of " << names.at(source) << " wait for tf: " << why);
   };
   return callbacks;
 }

@@ -104,6 +104,8 @@ class MappingNode {
                                       const CallProgress& progress);
   void drop(std::size_t source, DropReason reason) noexcept;
   [[nodiscard]] LastCloud describeLastCloud(const CloudLedger::Page& page);
+  /// Logs once that nobody publishes clouds, after kMaxSilence_s.
+  void warnOfSilence(const NodeReport& report);
   void reportDiagnostics(diagnostic_updater::DiagnosticStatusWrapper& status);
 
   // Declared first, so that they outlive the objects with callbacks.
@@ -132,6 +134,7 @@ class MappingNode {
   NodeStatistics work_;  ///< Figures of points and times.
   GuardedMap map_;
   NodeStatistics reported_statistics_;  ///< Statistics of the last report.
+  bool has_warned_of_silence_ = false;
   std::uint64_t num_reported_failures_ = 0;
   std::uint64_t num_reported_window_failures_ = 0;
   std::atomic<bool> has_color_span_;      ///< True if color_period is 0.

@@ -1,7 +1,10 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // The report of a MappingNode in /diagnostics.
+#include "cuboid_mapping/ros/middleware/names.h"
 #include "cuboid_mapping/ros/middleware/tf_lookup.h"
 #include "cuboid_mapping/ros/node/mapping_node.h"
+
+#include <ros/console.h>
 
 #include <chrono>
 
@@ -17,6 +20,14 @@ LastCloud MappingNode::describeLastCloud(const CloudLedger::Page& page) {
   cloud.tf_error = search.why;
   cloud.tf_lead_s = search.lead_s;
   return cloud;
+}
+
+void MappingNode::warnOfSilence(const NodeReport& report) {
+  const bool has_no_cloud = report.statistics.num_received == 0 && report.num_publishers == 0 &&
+                            report.silence_s > kMaxSilence_s;
+  if (has_warned_of_silence_ || !has_no_cloud || !report.wrong_types.empty()) return;
+  has_warned_of_silence_ = true;
+  ROS_WARN_STREAM_NAMED(kNodeName, summarize(report, reported_statistics_).message);
 }
 
 void MappingNode::reportDiagnostics(diagnostic_updater::DiagnosticStatusWrapper& status) {
@@ -42,7 +53,10 @@ void MappingNode::reportDiagnostics(diagnostic_updater::DiagnosticStatusWrapper&
   report.is_simulated_time = ros::Time::isSimTime();
   report.is_paused = is_paused_;
   report.num_publishers = merger_ ? merger_->numPublishers() : sources_.numPublishers();
-  if (!merger_) report.wrong_types = sources_.findWrongTypes();
+  if (!merger_) {
+    report.wrong_types = sources_.findWrongTypes();
+    report.other_topics = sources_.otherTopics();
+  }
   report.silence_s = seconds_since(page.last_received);
   if (report.is_simulated_time && report.num_publishers > 0) {
     report.silence_s = ros::Time::now().toSec() - page.last_arrival.toSec();  // a bag may be paused
@@ -61,6 +75,7 @@ void MappingNode::reportDiagnostics(diagnostic_updater::DiagnosticStatusWrapper&
   report.num_new_failures = report.num_failures - num_reported_failures_;
   report.last_failure = guard_.lastFailure();
   num_reported_failures_ = report.num_failures;
+  warnOfSilence(report);
   fillStatus(report, reported_statistics_, status);
   reported_statistics_ = page.statistics;
 }

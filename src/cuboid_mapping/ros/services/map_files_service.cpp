@@ -11,6 +11,7 @@
 #include <ros/console.h>
 
 #include <exception>
+#include <filesystem>
 #include <stdexcept>
 
 namespace cuboid_mapping_ros {
@@ -24,7 +25,8 @@ std::pair<std::uint64_t, std::vector<CellBox>> stateOf(const GuardedMap& map) {
 
 void logAnswer(const char* action, const std::string& file, const StorageAnswer& answer) {
   if (answer.error.empty()) {
-    ROS_INFO_STREAM_NAMED(kNodeName, "map " << action << ' ' << file << ": "
+    const std::filesystem::path path = std::filesystem::absolute(file);
+    ROS_INFO_STREAM_NAMED(kNodeName, "map " << action << ' ' << path.string() << ": "
                                             << counted(answer.num_cuboids, "cuboid") << ", "
                                             << counted(answer.num_bytes, "byte"));
   } else {
