@@ -16,8 +16,7 @@ std::vector<ParameterDeclaration> declareGround() {
       {"base_frame_id", "", frame({&P::octomap_server, &O::base_frame_id}, false),
        "Frame of the robot with z = 0 on the ground. Only used with filter_ground."},
       {"filter_ground", "", boolean(&S::filter_ground),
-       "true: points on the ground clear the space in front of them and are not mapped as "
-       "obstacles."},
+       "true: points on the ground are no obstacles, but their beams clear space."},
       {"ground_filter/distance", "m",
        number({&S::ground_filter, &GroundFilterConfig::distance_m}, 0.001, 1.0),
        "Points closer to the ground plane than this belong to the ground."},
@@ -43,8 +42,8 @@ std::vector<ParameterDeclaration> declareProducts() {
       {"min_y_size", "m", number({&P::octomap_server, &O::min_y_size_m}, 0.0, 1e4),
        "Minimum extent of projected_map along y, centred on the origin."},
       {"projected_map_memory", "MB", integer({&P::octomap_server, &O::max_projection_mb}, 1, 1000),
-       "Largest projected_map, one byte per cell. A larger one leaves out the cells farthest from "
-       "the rest of the map, such as one stray return; the log says where they are."},
+       "Maximum size of projected_map, one byte per cell. A larger grid leaves out the cells "
+       "farthest from the rest, such as a stray return; the log says where they are."},
       {"filter_speckles", "", boolean({&P::octomap_server, &O::filter_speckles}),
        "true: occupied voxels without an occupied neighbour (of 26) are left out of "
        "octomap_server's markers, points and projected_map."},

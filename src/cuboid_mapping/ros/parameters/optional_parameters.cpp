@@ -90,25 +90,25 @@ ParameterKind boxesKind() {
 std::vector<ParameterDeclaration> declareWindow() {
   return {
       {"window/frame", "", frame({&P::window, &WindowParameters::frame_id}, true),
-       "Frame of the robot. The map around it stays in memory, by the stamps of the clouds. Empty: "
-       "the whole map stays."},
+       "Frame of the robot. Only the map around it stays in memory. Its position is taken at the "
+       "stamp of each cloud. Empty: the whole map stays."},
       {"window/size", "m",
        number({&P::window, &WindowParameters::config, &WindowConfig::size_m}, 0.1, 1e6),
        "Edge of the window, a cube along the axes of the map."},
       {"window/margin", "m",
        number({&P::window, &WindowParameters::config, &WindowConfig::margin_m}, 0.0, 1e6),
-       "The map in memory stays there up to this distance from the window."},
+       "A part of the map leaves memory only beyond this distance from the window."},
       {"window/outside", "",
        choice<OutsideWindow>({&P::window, &WindowParameters::config, &WindowConfig::outside},
                              {{"keep", OutsideWindow::kKeep},
                               {"forget", OutsideWindow::kForget},
                               {"refuse", OutsideWindow::kRefuse}}),
-       "The map outside the window. keep: it is in window/file, and comes back before a beam "
-       "reaches it. forget: it becomes unknown. refuse: it becomes unknown, and clouds change "
-       "nothing there."},
+       "What happens to the map outside the window. keep: it moves to window/file, and returns "
+       "before a beam reaches it. forget: it becomes unknown. refuse: it becomes unknown, and "
+       "clouds do not change it."},
       {"window/file", "", file({&P::window, &WindowParameters::file}),
-       "SQLite file of the map, with window/outside: keep. The node goes on with the map in it, or "
-       "makes the file. bag_to_map writes its output instead."},
+       "SQLite file of the map, with window/outside: keep. The node continues the map in this "
+       "file, or creates it. bag_to_map uses its output file instead."},
       {"window/queries", "",
        choice<QueriesOutside>(
            {&P::service_limits, &ServiceLimits::outside},
@@ -176,19 +176,19 @@ HistoryLimits KeepParameters::limits() const {
 std::vector<ParameterDeclaration> declareKeep() {
   return {
       {"keep_clouds/memory", "MB", integer({&P::keep, &KeepParameters::memory_mb}, 0, 1000000),
-       "Size of the clouds that are kept, packed to about 2 bytes a point, so that ~correct_poses "
-       "and corrected_path can make the map anew. Points are rounded to a sixteenth of a voxel. "
-       "Older clouds become a fixed part of the map. Needs memory for a second whole map, also "
-       "with a "
-       "window. 0: no cloud is kept."},
+       "Memory for kept clouds, from which ~correct_poses and corrected_path rebuild the map. A "
+       "point takes about 2 bytes, and is rounded to a sixteenth of a voxel. When the memory is "
+       "full, the oldest clouds become a fixed part of the map. A rebuild needs memory for a "
+       "second whole map, also with a window. 0: no cloud is kept."},
       {"keep_clouds/max_age", "s", number({&P::keep, &KeepParameters::max_age_s}, 0.1, 1e9),
-       "A cloud that is older than the newest one by more becomes a fixed part of the map."},
+       "Largest age of a kept cloud, relative to the newest one. Older clouds become a fixed part "
+       "of the map."},
       {"keep_clouds/body_frame", "", frame({&P::keep, &KeepParameters::body_frame}, true),
-       "Frame whose corrected poses come. Empty: the frame of each cloud."},
+       "Frame whose poses corrected_path and ~correct_poses give, such as base_link. Empty: the "
+       "frame of each cloud."},
       {"keep_clouds/tolerance", "m", number({&P::keep, &KeepParameters::tolerance_m}, 0.0, 1000.0),
-       "A message on corrected_path moves no cloud of which no point 10 m from the body moves by "
-       "more. "
-       "If there is no other cloud, the message is ignored."},
+       "A path on corrected_path moves a cloud only if a point 10 m from the body moves by more "
+       "than this. A path that moves no cloud is ignored."},
   };
 }
 
@@ -218,33 +218,32 @@ std::vector<ParameterDeclaration> declareFleet() {
   return {
       {"observation_rate", "kB/s",
        number({&P::fleet, &FleetParameters::observation_max_kb_s}, 0.0, 1e6),
-       "Maximum rate of observations to each listener, answers of ~get_observations included. 0: "
-       "no limit."},
+       "Maximum rate of observations to each listener. Answers of ~get_observations count. 0: no "
+       "limit."},
       {"observation_excess", "",
        choice<ObservationExcess>(
            {&P::fleet, &FleetParameters::observation_excess},
            {{"later", ObservationExcess::kLater}, {"thin", ObservationExcess::kThin}}),
-       "Observations above observation_rate. later: they wait, the last 50 of them; older ones can "
-       "be asked for with observation_memory. thin: drops the observation when the rate limit is "
-       "reached, and counts it."},
+       "What happens to observations above observation_rate. later: the last 50 of them wait; with "
+       "observation_memory, listeners can request older ones. thin: they are dropped and counted."},
       {"observation_memory", "MB",
        integer({&P::fleet, &FleetParameters::observation_memory_mb}, 0, 100000),
-       "Memory for sent observations, so that a node that merges maps can ask for lost ones. 0: "
-       "none is kept."},
+       "Memory for sent observations, so that merging nodes can request lost ones. 0: none is "
+       "kept."},
       {"merge/robots", "",
        parsedText("namespaces with spaces between them, or empty", false, setRobots, getRobots),
-       "Namespaces of robots, as in \"/robot1 /robot2\": the map is made of the observations of "
-       "their nodes, not of clouds. Empty: of clouds."},
+       "Namespaces of robots, as in \"/robot1 /robot2\". The node builds the map from the "
+       "observations of their nodes, instead of clouds. Empty: from clouds."},
       {"merge/delay", "s", number({&P::fleet, &FleetParameters::merge_delay_s}, 0.0, 3600.0),
-       "An observation waits this long for earlier ones of other robots. Observations that arrive "
-       "after that enter the map at once, and are counted."},
+       "Time that an observation waits for earlier ones of other robots. An earlier one that "
+       "arrives after that enters the map out of order, at once, and is counted."},
   };
 }
 
 std::vector<ParameterDeclaration> declareSelfFilter() {
   return {
       {"self_filter/boxes", "m", boxesKind(),
-       "Boxes on the robot, each fixed in a frame. Points in them neither mark nor clear."},
+       "Boxes on the robot, each fixed in a frame. Points in them are ignored."},
       {"self_filter/robot_description", "",
        text("a parameter, or empty", {&P::self_filter, &F::robot_description}),
        "Name of a parameter with a URDF, such as robot_description. Points in the collision shapes "
@@ -257,8 +256,8 @@ std::vector<ParameterDeclaration> declareSelfFilter() {
        text("names of links", {&P::self_filter, &F::ignored_links}),
        "Names of URDF links to ignore, separated by spaces, such as links without a transform."},
       {"self_filter/keep_free", "", boolean({&P::self_filter, &F::keep_free}),
-       "true: each cloud makes the voxels free whose centre lies in the robot, as a beam would. "
-       "The padding does not count here."},
+       "true: each cloud also frees the voxels whose centre lies in the robot, as a passing beam "
+       "does. Here the shapes have no padding."},
   };
 }
 

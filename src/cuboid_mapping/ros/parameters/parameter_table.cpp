@@ -31,9 +31,10 @@ std::vector<ParameterDeclaration> declareMap() {
 std::vector<ParameterDeclaration> declareForgetting() {
   return {
       {"forget_after", "s", number(&S::forget_after_s, 0.0, 1e6),
-       "Voxels that no cloud has observed for this long become unknown, by cloud stamps and per "
-       "block of 8 x 8 x 8 voxels; with several sources, once no source that saw them remembers "
-       "them. Locked boxes stay, and so do files and edits that no cloud has seen. 0: never."},
+       "Voxels that no cloud has observed for this long become unknown. Time is that of the "
+       "stamps, per block of 8 x 8 x 8 voxels. Each source can have its own time; a block stays "
+       "while one source remembers it. Locked boxes stay. Voxels from files and edits stay until a "
+       "cloud observes them. 0: never."},
       {"forget_class", "",
        choice<ForgetClass>(&P::forget_class, {{"all", ForgetClass::kAll},
                                               {"occupied", ForgetClass::kOccupied},
@@ -49,9 +50,9 @@ std::vector<ParameterDeclaration> declareForgetting() {
        choice<MovingPoints>(&P::moving_points, {{"ignore", MovingPoints::kIgnore},
                                                 {"publish", MovingPoints::kPublish},
                                                 {"leave_out", MovingPoints::kLeaveOut}}),
-       "Points of moving things, in places that earlier clouds have seen empty. ignore: the node "
-       "does not look for them. publish: it publishes them as moving_points. leave_out: it "
-       "publishes them, and they do not make voxels occupied."},
+       "Points of moving objects, which lie where earlier clouds have seen empty space. ignore: "
+       "the node does not look for them. publish: the node publishes them on moving_points. "
+       "leave_out: the node publishes them, and they do not make voxels occupied."},
   };
 }
 
@@ -61,15 +62,15 @@ std::vector<ParameterDeclaration> declareCuboids() {
        choice<FusionKind>({&P::map, &MapConfig::fusion}, {{"class", FusionKind::kClass},
                                                           {"growth", FusionKind::kGrowth},
                                                           {"none", FusionKind::kNone}}),
-       "How voxels become cuboids. class: large boxes of free or of occupied voxels, in blocks of "
-       "8 x 8 x 8. growth: the method of the paper, see growth/*. none: every voxel is a cuboid. "
-       "Every voxel keeps its own probability."},
+       "How voxels become cuboids. class: boxes of free or of occupied voxels, within blocks of 8 "
+       "x 8 x 8. growth: after the paper, see growth/*. none: every voxel is a cuboid. In all of "
+       "them every voxel keeps its own probability."},
       {"fuse", "",
        choice<FusionTime>({&P::map, &MapConfig::fuse}, {{"every_cloud", FusionTime::kEveryCloud},
                                                         {"when_read", FusionTime::kWhenRead}}),
-       "When changed blocks are divided into cuboids, with fusion: class. every_cloud: with each "
-       "cloud, by all threads. when_read: when a reader asks for their cuboids. The cuboids are "
-       "the same."},
+       "With fusion: class, when changed blocks are divided into cuboids. every_cloud: after each "
+       "cloud, by all threads. when_read: when a reader asks for their cuboids. Both give the same "
+       "cuboids."},
       {"rtree/max_branches", "",
        integer({&P::map, &MapConfig::rtree, &RTreeConfig::max_branches}, 2,
                RTreeConfig::kMaxBranchesLimit),
@@ -79,13 +80,11 @@ std::vector<ParameterDeclaration> declareCuboids() {
                RTreeConfig::kMaxBranchesLimit / 2),
        "Minimum number of branches of an R-tree node (d), at most half of rtree/max_branches."},
       {"threads", "", integer(&P::threads, 0, 256),
-       "Number of threads that process a cloud. They do not change the map. 0: one per core."},
+       "Number of threads that process a cloud. The map does not depend on it. 0: one per core."},
       {"num_worker_threads", "", integer(&P::num_worker_threads, 0, 256),
-       "Number of threads of a stand-alone node, which is its own nodelet manager. 0: one per "
-       "core. "
-       "Read by nodelet."},
+       "Number of callback threads of the stand-alone node; nodelet reads it. 0: one per core."},
       {"diagnostic_period", "s", number(&P::diagnostic_period_s, 0.0, 86400.0),
-       "Time between two diagnostics messages. Read by diagnostic_updater."},
+       "Time between two diagnostics messages; diagnostic_updater reads it."},
       {"ignore_unknown", "", boolean(&P::ignores_unknown),
        "true: parameters that do not exist are ignored with a warning, as octomap_server ignores "
        "them. false: the node does not start."},
@@ -133,8 +132,8 @@ std::vector<ParameterDeclaration> declareGrowth() {
        "Seed for these random cells, and for growth/search: random."},
       {"growth/settle_clouds", "clouds",
        integer({&P::map, &MapConfig::growth, &GrowthConfig::settle_clouds}, 0, 10000),
-       "A voxel that was split out of a cuboid can fuse again once it has kept its value for this "
-       "many clouds."},
+       "Number of clouds for which a voxel that was split out of a cuboid must keep its value "
+       "before it can fuse again."},
   };
 }
 
@@ -170,9 +169,9 @@ std::vector<ParameterDeclaration> declareSensorModel() {
       {"sensor_model/max_range", "m", number(&S::max_range_m, 0.01, kInfinity, kInfinity),
        "Longer beams are cut off at this range and clear the space up to it. -1: no limit."},
       {"sensor_model/end_margin", "m", number(&S::end_margin_m, 0.0, 1000.0),
-       "Over this distance before a return, a beam clears only unknown voxels, so that beams along "
-       "the ground or a wall do not clear voxels that others have hit. 0: it clears up to its end, "
-       "as in OctoMap."},
+       "Over this distance before its end, a beam makes only unknown voxels free. Beams along the "
+       "ground or a wall then do not clear voxels that others have hit. 0: a beam clears all "
+       "voxels up to its end, as in OctoMap."},
       {"sensor_model/min_range", "m", number(&S::min_range_m, 0.0, kInfinity, 0.0),
        "Points closer to the sensor than this are ignored. 0 or -1: no limit."},
       {"sensor_model/no_return_range", "m", number(&S::no_return_range_m, 0.0, 1000.0),
@@ -207,38 +206,38 @@ std::vector<ParameterDeclaration> declareCrop() {
 std::vector<ParameterDeclaration> declareTopics() {
   return {
       {"queue_size", "clouds", integer(&P::queue_size, 1, 1000),
-       "Maximum number of waiting clouds of a source when the node is too slow. The newest are "
-       "dropped when more wait and their number does not fall within a second."},
+       "Maximum number of waiting clouds of a source. New clouds are dropped when more have been "
+       "waiting for a second."},
       {"queue_memory", "MB", integer(&P::queue_memory_mb, 1, 65536),
-       "Memory for clouds that wait for their turn or for tf. When it is full, the newest cloud is "
-       "dropped; one cloud may always wait."},
+       "Memory for clouds that wait for their turn or for tf. When it is full, new clouds are "
+       "dropped. One cloud may always wait."},
       {"tf_wait", "s", number(&P::tf_wait_s, 0.01, 3600.0),
        "A cloud is dropped if its transforms do not arrive within this time."},
       {"publish_rate", "Hz", number(&P::publish_rate_hz, 0.01, 100.0),
        "Maximum rate of the map topics. They are published only after a change."},
       {"latch", "", boolean(&P::latch), "true: a new subscriber gets the current map at once."},
       {"keyframe_period", "s", number(&P::keyframe_period_s, 0.0, 86400.0),
-       "Time between two keyframes on topics of differences (occupied_cuboids, free_cuboids, the "
-       "grids with updates, cuboid_map) while they change; one more follows afterwards. Keyframes "
-       "help listeners that lost messages, and bags. 0: never."},
+       "Time between two keyframes on topics that carry changes: occupied_cuboids, free_cuboids, "
+       "cuboid_map, and the grids with updates. A keyframe has the whole content, for listeners "
+       "that lost messages and for bags. The last change is followed by one more. 0: never."},
       {"publish_values", "", boolean(&P::publish_values),
        "true: cuboid_map and cuboid_map_updates carry the log-odds of every voxel. false: only "
        "classes, which suffice for planners."},
       {"map_part_size", "MB", number(&P::map_part_size_mb, 0.001, 500.0),
-       "A map above this size is sent in several messages (cuboid_map, ~get_map). The size is "
-       "before compression, which leaves about a third."},
+       "A larger map is sent in several messages (cuboid_map, ~get_map). This is the size before "
+       "compression, which leaves about a third."},
       {"color_by", "",
        choice<ColorBy>(&P::color_by,
                        {{"height", ColorBy::kHeight}, {"probability", ColorBy::kProbability}}),
        "Meaning of the colour of occupied cuboids."},
       {"color_period", "m", number(&P::color_period_m, 0.0, kInfinity),
-       "Height over which the colours repeat, with color_by: height. 0: they run once, from blue "
-       "to red, over the heights of the map without the lowest and the highest 2 %."},
+       "With color_by: height, the height after which the colours repeat. 0: the colours run once, "
+       "from blue to red. The lowest and the highest 2 % of the map do not count."},
       {"markers/joined", "", boolean(&P::markers_are_joined),
        "true: occupied_cuboids and free_cuboids show cuboids joined across bricks, up to 64 voxels "
-       "long: walls as walls, not as tiles of 8 voxels. Reading the map for them takes about half "
-       "as long again (0.7 us per occupied cuboid in changed chunks of 64 voxels), and delays no "
-       "cloud but by that."},
+       "long: walls as walls, not as tiles of 8 voxels. Reading the map for them then takes about "
+       "1.5 times as long (0.7 us more per occupied cuboid in changed chunks of 64 voxels). Clouds "
+       "wait only during this reading."},
   };
 }
 
@@ -273,12 +272,13 @@ std::vector<ParameterDeclaration> declareQueries() {
   return {
       {"query/max_time", "s",
        number({&P::service_limits, &ServiceLimits::max_time_s}, 1e-3, 3600.0),
-       "Maximum time of one service call. Clouds and other calls come in between. The answer "
-       "leaves out the rest, and says so."},
+       "Maximum time of one service call. Clouds and other calls run in between. An answer that "
+       "was "
+       "cut short says so."},
       {"query/max_bricks", "",
        integer({&P::service_limits, &ServiceLimits::max_bricks}, 1000, 2000000000),
-       "Maximum number of blocks of 8 x 8 x 8 voxels and of cuboids that a call may visit. Those "
-       "that it keeps in memory count eight times: the default allows about 400 MB."},
+       "Maximum number of blocks of 8 x 8 x 8 voxels and of cuboids that a call may visit. Each "
+       "one that the call keeps in memory counts as eight: the default allows about 400 MB."},
       {"query/max_entries", "",
        integer({&P::service_limits, &ServiceLimits::max_entries}, 1, 100000000),
        "Maximum number of points, boxes, rays or paths in a request, and of cuboids in an answer."},
