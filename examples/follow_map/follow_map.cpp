@@ -20,7 +20,7 @@ int main(int argc, char** argv) {
   for (const Eigen::Vector3d& point : corridor.path_map) ROS_INFO_STREAM(point.transpose());
   const bool is_found = corridor.end == CorridorEnd::kFound;
   if (!is_found)
-    ROS_WARN_STREAM("no corridor from " << task.start_map.transpose() << " to "
-                                        << task.goal_map.transpose());
+    ROS_WARN_STREAM("no corridor in known free space from " << task.start_map.transpose() << " to "
+                                                            << task.goal_map.transpose());
   return is_found ? 0 : 2;
 }

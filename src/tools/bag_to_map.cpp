@@ -185,7 +185,7 @@ int run(int argc, char** argv) {
                                    "roscore. The result is the same as the node's, byte for byte.");
   bool frees_passed = false;
   line.addFlag("free-passed", frees_passed,
-               "at the end, free occupied voxels in places that were once seen empty");
+               "at the end, make occupied voxels free if they were seen empty at any time");
   if (const auto status = parseBagOptions(line, argc, argv, options)) return *status;
   return makeMap(options, frees_passed);
 }
