@@ -47,7 +47,7 @@ constexpr float kCoarserInMotion = 2.0F;
 
 constexpr std::array<const char*, 3> kSetNames{"Occupied", "Free", "Frontier"};
 
-/// The class of a set, or the frontier: index of what is told and asked of it.
+/// The class of a set, or the frontier, as an index of its properties.
 std::size_t kindOf(FaceSet set) {
   if (set == FaceSet::kOccupiedSlice) return 0;
   if (set == FaceSet::kFreeSlice) return 1;

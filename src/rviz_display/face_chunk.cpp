@@ -109,7 +109,7 @@ std::size_t FaceChunk::levelFor(const Ogre::Camera& camera, double distance_m) c
 }
 
 /// From front to back: a pixel that is hidden already costs no shader. Ogre itself sorts by depth only
-/// what is transparent.
+/// transparent faces.
 std::uint16_t FaceChunk::drawOrderFor(double distance_m) const {
   if (!style_->is_opaque) return OGRE_RENDERABLE_DEFAULT_PRIORITY;
   const double num_chunks = distance_m / (kEdge * resolution_m_);

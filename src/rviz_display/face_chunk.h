@@ -19,8 +19,8 @@ struct ChunkStyle {
   Ogre::MaterialPtr coarse_material;  ///< Of coarse faces.
   bool has_coarse = false;            ///< Whether they may be drawn.
   bool is_opaque = true;              ///< Near chunks are drawn first, and hide what lies behind.
-  bool has_two_sides = false;         ///< Faces are drawn that turn their back to the camera, too.
-  /// Coarse faces are drawn whose cells take so many pixels at most; 0: none are.
+  bool has_two_sides = false;         ///< Back faces are drawn, too.
+  /// Maximum size of a coarse cell on the screen, in pixels; 0: no coarse faces.
   float max_cell_pixels = 0.0F;
 };
 
@@ -45,7 +45,7 @@ class FaceChunk : public Ogre::MovableObject {
   /// Of cuboids, without the coarse ones.
   [[nodiscard]] std::size_t numFaces() const { return levels_[0].count(); }
   [[nodiscard]] std::size_t numCuboids() const { return num_cuboids_; }
-  /// Of the vertices on the card, with those of coarse faces.
+  /// Size of the vertices on the card, coarse faces included.
   [[nodiscard]] std::size_t numBytes() const { return num_vertices_ * sizeof(FaceVertex); }
 
   /// Chooses the faces for the place of the camera. Those of the cuboids are always picked.

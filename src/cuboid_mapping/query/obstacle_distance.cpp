@@ -9,7 +9,7 @@
 namespace cuboid_mapping {
 namespace {
 
-/// The voxels at most so many away from one, along each axis.
+/// The cube of voxels around one, up to a distance in voxels along each axis.
 CellBox cubeAround(const Cell& cell, double reach) {
   CellBox cube;
   for (int axis = 0; axis < 3; ++axis) {
@@ -33,7 +33,7 @@ std::optional<ObstacleDistance> findObstacleDistance(const CuboidMap& map,
   if (!voxel || !(bound_m > 0.0)) return std::nullopt;
   const Obstacles obstacles(map, policy, budget);
   const double farthest = std::min(std::floor(bound), 1.0 * Grid::kMaxCell);
-  // Beyond what is known only unknown voxels can be in the way.
+  // Outside the known space, only unknown voxels can be obstacles.
   const CellBox area =
       policy == UnknownPolicy::kStop ? kAllCells : map.bounds().value_or(CellBox());
   double nearest = std::numeric_limits<double>::infinity();
