@@ -51,7 +51,9 @@ void addCar(Solids& solids, Random& random) {
 
 /// Adds three crates, the third on the first.
 void addCrates(Solids& solids, Random& random) {
-  const Eigen::Vector3d corner(random.uniform(31.0, 32.0), random.uniform(-1.5, -0.5), 0.0);
+  // One after the other: the order in which arguments are evaluated differs between processors.
+  const double y = random.uniform(-1.5, -0.5);
+  const Eigen::Vector3d corner(random.uniform(31.0, 32.0), y, 0.0);
   const Eigen::Vector3d places[] = {{0.0, 0.0, 0.4}, {1.1, 0.3, 0.4}, {0.0, 0.0, 1.1}};
   const double half_sizes[] = {0.4, 0.4, 0.3};
   for (int i = 0; i < 3; ++i) {
