@@ -173,13 +173,13 @@ TEST_P(RealScans, AgreeInEveryVoxelAfterEveryTenthCloud) {
   }
 }
 
-INSTANTIATE_TEST_SUITE_P(Sets, RealScans,
-                         testing::Values(RealCase{"kitti_0005_city", 0.2, 20.0, 1},
-                                         // OctoMap takes minutes for all clouds, which are from one place.
-                                         RealCase{"muehlburger_tor_standing", 0.2, 20.0, 2},
-                                         RealCase{"sim_fr079", 0.1, 4.0, 1},
-                                         RealCase{"rgbd_7scenes", 0.05, 2.0, 1}),
-                         [](const auto& sets) { return std::string(sets.param.dataset); });
+INSTANTIATE_TEST_SUITE_P(
+    Sets, RealScans,
+    testing::Values(RealCase{"kitti_0005_city", 0.2, 20.0, 1},
+                    // OctoMap takes minutes for all clouds, which are from one place.
+                    RealCase{"muehlburger_tor_standing", 0.2, 20.0, 2},
+                    RealCase{"sim_fr079", 0.1, 4.0, 1}, RealCase{"rgbd_7scenes", 0.05, 2.0, 1}),
+    [](const auto& sets) { return std::string(sets.param.dataset); });
 
 }  // namespace
 }  // namespace cuboid_mapping
