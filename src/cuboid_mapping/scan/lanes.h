@@ -96,7 +96,7 @@ inline bool hasAny(const Lanes& flags) {
   const auto bits = reinterpret_cast<__m256i>(flags);
   return _mm256_testz_si256(bits, bits) == 0;
 }
-/// Bit `place` of each mask; no bit if it is 64 or greater.
+/// Bit `place` of each mask, below 2^32; no bit if it is 64 or greater.
 inline Masks bitAt(const Masks& place) {
   return reinterpret_cast<Masks>(
       _mm256_sllv_epi64(_mm256_set1_epi64x(1), reinterpret_cast<__m256i>(place)));
@@ -120,11 +120,12 @@ inline bool hasAny(const Lanes& flags) {
   const auto either = bits.low | bits.high;
   return (either[0] | either[1]) != 0;
 }
-/// As above: the processor takes the lowest byte of a place as a signed number of bits.
+/// As above. The processor looks at the lowest byte of a place only, so that greater ones become 64 first.
 inline Masks bitAt(const Masks& place) {
   const auto shift = [](const Masks::Half& places) {
+    const uint32x4_t least = vminq_u32(reinterpret_cast<uint32x4_t>(places), vdupq_n_u32(64));
     return reinterpret_cast<Masks::Half>(
-        vshlq_u64(vdupq_n_u64(1), reinterpret_cast<int64x2_t>(places)));
+        vshlq_u64(vdupq_n_u64(1), reinterpret_cast<int64x2_t>(least)));
   };
   return {shift(place.low), shift(place.high)};
 }
