@@ -78,9 +78,12 @@ class Peer {
 
  private:
   [[nodiscard]] std::size_t indexOf(const Cell& cell) const {
-    const Cell at = cell - region_.min;
-    const Cell size = region_.size();
-    return static_cast<std::size_t>((at.z * size.y + at.y) * size.x + at.x);
+    std::size_t index = 0;
+    for (const int axis : {2, 1, 0}) {
+      index = index * static_cast<std::size_t>(region_.size()[axis]) +
+              static_cast<std::size_t>(cell[axis] - region_.min[axis]);
+    }
+    return index;
   }
 
   CellBox region_;
@@ -135,8 +138,8 @@ void measure(const Options& options) {
                 here_ms, peer_ms);
   }
   const auto median = [&](const auto& value_of) {
-    std::vector<double> values;
-    for (const Times& cloud : times) values.push_back(value_of(cloud));
+    std::vector<double> values(times.size());
+    std::transform(times.begin(), times.end(), values.begin(), value_of);
     std::sort(values.begin(), values.end());
     return values.at(values.size() / 2);
   };
