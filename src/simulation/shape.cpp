@@ -53,7 +53,7 @@ struct RangeAlong {
   const Beam& beam;
 
   double operator()(const MetricBox& box) const { return computeRange(box, beam); }
-  double operator()(const TurnedBox& box) const {
+  double operator()(const RotatedBox& box) const {
     const Beam turned(computeTurned(beam.start - box.center_m, -box.yaw_rad),
                       computeTurned(beam.direction, -box.yaw_rad));
     return computeRange(MetricBox{-box.half_size_m, box.half_size_m}, turned);
@@ -68,7 +68,7 @@ struct DistanceTo {
     return computeDistanceToCentredBox<Eigen::Vector3d>(point - (box.min_m + box.max_m) / 2,
                                                         (box.max_m - box.min_m) / 2);
   }
-  double operator()(const TurnedBox& box) const {
+  double operator()(const RotatedBox& box) const {
     return computeDistanceToCentredBox<Eigen::Vector3d>(
         computeTurned(point - box.center_m, -box.yaw_rad), box.half_size_m);
   }
@@ -82,7 +82,7 @@ struct DistanceTo {
 
 struct Bounds {
   MetricBox operator()(const MetricBox& box) const { return box; }
-  MetricBox operator()(const TurnedBox& box) const {
+  MetricBox operator()(const RotatedBox& box) const {
     const double c = std::abs(std::cos(box.yaw_rad));
     const double s = std::abs(std::sin(box.yaw_rad));
     const Eigen::Vector3d half(c * box.half_size_m.x() + s * box.half_size_m.y(),
@@ -105,8 +105,8 @@ struct MovedBy {
   Shape operator()(const MetricBox& box) const {
     return MetricBox{box.min_m + offset_m, box.max_m + offset_m};
   }
-  Shape operator()(const TurnedBox& box) const {
-    return TurnedBox{box.center_m + offset_m, box.half_size_m, box.yaw_rad};
+  Shape operator()(const RotatedBox& box) const {
+    return RotatedBox{box.center_m + offset_m, box.half_size_m, box.yaw_rad};
   }
   Shape operator()(const Cylinder& cylinder) const {
     return Cylinder{cylinder.axis_m + offset_m.head<2>(), cylinder.radius_m,

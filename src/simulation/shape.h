@@ -22,7 +22,7 @@ struct Beam {
 };
 
 /// A box rotated about its vertical axis.
-struct TurnedBox {
+struct RotatedBox {
   Eigen::Vector3d center_m = Eigen::Vector3d::Zero();
   Eigen::Vector3d half_size_m = Eigen::Vector3d::Zero();
   double yaw_rad = 0.0;
@@ -37,7 +37,7 @@ struct Cylinder {
 };
 
 /// Closed volume of a simulated world, map frame.
-using Shape = std::variant<MetricBox, TurnedBox, Cylinder>;
+using Shape = std::variant<MetricBox, RotatedBox, Cylinder>;
 
 /// The distance along the beam at which it first meets the shape.
 ///

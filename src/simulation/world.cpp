@@ -63,7 +63,7 @@ Solid makeDoor(double opening) {
   const Eigen::Vector3d hinge(site::kHingeX_m, site::kHingeY_m, 0.0);
   const Eigen::Vector3d from_hinge(half_size.x() * std::cos(yaw), half_size.x() * std::sin(yaw),
                                    half_size.z());
-  return {SolidKind::kDoor, TurnedBox{kSiteOrigin_m + hinge + from_hinge, half_size, yaw}};
+  return {SolidKind::kDoor, RotatedBox{kSiteOrigin_m + hinge + from_hinge, half_size, yaw}};
 }
 
 Solid makeWalker(const Eigen::Vector2d& position_m) {

@@ -36,7 +36,7 @@ void addTree(Solids& solids, const Eigen::Vector2d& place_m) {
   solids.push_back({SolidKind::kTree, Cylinder{place_m, 0.8, 3.4, 4.4}});
 }
 
-void addTurnedBox(Solids& solids, SolidKind kind, const TurnedBox& box) {
+void addTurnedBox(Solids& solids, SolidKind kind, const RotatedBox& box) {
   solids.push_back({kind, box});
 }
 

@@ -15,7 +15,7 @@ using Eigen::Vector3d;
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
 const MetricBox kBox{{1, -1, -1}, {2, 1, 1}};
-const TurnedBox kDiamond{{3, 0, 0}, {1, 1, 1}, M_PI / 4};
+const RotatedBox kDiamond{{3, 0, 0}, {1, 1, 1}, M_PI / 4};
 const Cylinder kCylinder{{4, 0}, 1, 0, 2};
 
 double rangeTo(const Shape& shape, const Vector3d& start, const Vector3d& direction) {
@@ -45,13 +45,13 @@ TEST(TurnedBoxRange, isDistanceToTheTurnedFace) {
   EXPECT_NEAR(rangeTo(kDiamond, {0, 1, 0}, {1, 0, 0}), 4 - std::sqrt(2), 1e-12);
   EXPECT_NEAR(rangeTo(kDiamond, {3, 0, 7}, {0, 0, -1}), 6.0, 1e-12);
   // A quarter turn swaps length and width.
-  const TurnedBox long_box{{0, 5, 0}, {2, 0.5, 1}, M_PI / 2};
+  const RotatedBox long_box{{0, 5, 0}, {2, 0.5, 1}, M_PI / 2};
   EXPECT_NEAR(rangeTo(long_box, {0, 0, 0}, {0, 1, 0}), 3.0, 1e-12);
   EXPECT_NEAR(rangeTo(long_box, {-4, 5, 0}, {1, 0, 0}), 3.5, 1e-12);
 }
 
 TEST(TurnedBoxRange, turnsAnticlockwise) {
-  const TurnedBox pointer{{0, 0, 0}, {4, 0.1, 1}, M_PI / 6};
+  const RotatedBox pointer{{0, 0, 0}, {4, 0.1, 1}, M_PI / 6};
   EXPECT_NEAR(rangeTo(pointer, {std::sqrt(3), 1, 5}, {0, 0, -1}), 4.0, 1e-12);
   EXPECT_EQ(rangeTo(pointer, {std::sqrt(3), -1, 5}, {0, 0, -1}), kInfinity);
 }
@@ -124,7 +124,7 @@ Shape makeRandomShape(test::Random& random) {
   const Vector3d half(random.real(0.1, 2), random.real(0.1, 2), random.real(0.1, 2));
   switch (random.integer(0, 2)) {
     case 0: return MetricBox{center - half, center + half};
-    case 1: return TurnedBox{center, half, random.real(-4, 4)};
+    case 1: return RotatedBox{center, half, random.real(-4, 4)};
     default:
       return Cylinder{center.head<2>(), half.x(), center.z() - half.z(), center.z() + half.z()};
   }

@@ -121,7 +121,7 @@ TEST(Door, staysOpenOrClosed) {
 TEST(Door, isHalfWayOpenInBetween) {
   const World world(1);
   const Solid door = findSolid(world.computeSolids(3.75), SolidKind::kDoor);
-  EXPECT_NEAR(std::get<TurnedBox>(door.shape).yaw_rad, -M_PI / 4, 1e-9);
+  EXPECT_NEAR(std::get<RotatedBox>(door.shape).yaw_rad, -M_PI / 4, 1e-9);
 }
 
 TEST(Door, meetsNoFurniture) {
@@ -129,7 +129,7 @@ TEST(Door, meetsNoFurniture) {
     const World world(seed);
     for (double time = 2.5; time < 18.0; time += 0.1) {
       const auto door =
-          std::get<TurnedBox>(findSolid(world.computeSolids(time), SolidKind::kDoor).shape);
+          std::get<RotatedBox>(findSolid(world.computeSolids(time), SolidKind::kDoor).shape);
       for (const double along : {-0.5, -0.25, 0.0, 0.25, 0.5}) {
         const Vector3d middle =
             door.center_m + along * Vector3d(std::cos(door.yaw_rad), std::sin(door.yaw_rad), 0.0);
