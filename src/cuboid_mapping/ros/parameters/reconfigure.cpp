@@ -63,10 +63,14 @@ const char* add(const std::string& name, XmlRpcValue value, Config& config) {
 std::string editMethodOf(const ParameterDeclaration& declaration) {
   if (declaration.kind.choices.empty()) return {};
   std::vector<std::string> choices;
+  choices.reserve(declaration.kind.choices.size());
   for (const std::string& name : declaration.kind.choices) {
-    choices.push_back("{'name': '" + name + "', 'type': 'str', 'value': '" + name +
-                      "', 'description': '', 'srcline': 0, 'srcfile': '', 'ctype': 'std::string', "
-                      "'cconsttype': 'const char * const'}");
+    std::string choice = "{'name': '";
+    choice.append(name).append("', 'type': 'str', 'value': '").append(name);
+    choice +=
+        "', 'description': '', 'srcline': 0, 'srcfile': '', 'ctype': 'std::string', "
+        "'cconsttype': 'const char * const'}";
+    choices.push_back(choice);
   }
   return "{'enum': [" + join(choices, ", ") + "], 'enum_description': '" + declaration.key + "'}";
 }
