@@ -139,10 +139,12 @@ ScanUpdater::ScanUpdater(const Grid& grid, const BeamRanges& ranges, int threads
 }
 
 void ScanUpdater::markBeam(const Ray& ray, bool is_hit, BeamMarks& marks) const {
-  RayBatch one(ray);
-  if (isShort(ray) || !hasLanes() || markSlabs(one, base_, marks) == 0) {
-    (void)walkRay(ray, BrickCursor(ray, base_, marks));
+  bool is_marked = false;
+  if (hasLanes() && !isShort(ray)) {
+    RayBatch one(ray);
+    is_marked = markSlabs(one, base_, marks) != 0;
   }
+  if (!is_marked) (void)walkRay(ray, BrickCursor(ray, base_, marks));
   const Cell local_end = ray.end - base_;
   const int voxel = voxelIndex(local_end);
   BrickMarks& last_marks = marks.findOrAdd(toBrickKey(local_end));
