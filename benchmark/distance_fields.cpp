@@ -5,13 +5,14 @@
 #include "cuboid_mapping/map/cuboid_map.h"
 #include "cuboid_mapping/query/distance_field.h"
 #include "cuboid_mapping/scan/scan_update.h"
+#include "timing.h"
 
 #include <dynamicEDT3D/dynamicEDT3D.h>
 
 #include <algorithm>
 #include <cstdio>
-#include <ctime>
 #include <string>
+#include <utility>
 #include <vector>
 
 namespace cuboid_mapping::bench {
@@ -31,13 +32,6 @@ struct Times {
   double peer_ms;
   std::size_t num_changes;  ///< Voxels that are obstacles now, or no longer.
 };
-
-template <typename WorkT>
-double timeOf(const WorkT& work) {
-  const std::clock_t begin = std::clock();
-  work();
-  return 1e3 * static_cast<double>(std::clock() - begin) / CLOCKS_PER_SEC;
-}
 
 /// dynamicEDT3D of a region.
 class Peer {
@@ -131,22 +125,21 @@ void measure(const Options& options) {
     const ChangeSet changes = map.apply(updater.compute(
         makeScan(item.T_map_sensor, item.T_map_sensor.translation(), item.points_sensor)));
     const std::vector<Cell> changed = peer.findChanges(map, changes);
-    const double here_ms = timeOf([&] { field.update(map, changes); });
-    const double peer_ms = timeOf([&] { peer.update(changed); });
+    const double here_ms = 1e3 * timeOf([&] { field.update(map, changes); }).cpu_s;
+    const double peer_ms = 1e3 * timeOf([&] { peer.update(changed); }).cpu_s;
     times.push_back({here_ms, peer_ms, changed.size()});
     std::printf("cloud %zu: %zu changes, %.2f ms, dynamicEDT3D %.2f ms\n", i, changed.size(),
                 here_ms, peer_ms);
   }
-  const auto median = [&](const auto& value_of) {
+  const auto median_of = [&](const auto& value_of) {
     std::vector<double> values(times.size());
     std::transform(times.begin(), times.end(), values.begin(), value_of);
-    std::sort(values.begin(), values.end());
-    return values.at(values.size() / 2);
+    return median(std::move(values));
   };
   std::printf("\nmedians: %.2f ms, dynamicEDT3D %.2f ms, ratio of a cloud %.2f\n",
-              median([](const Times& cloud) { return cloud.here_ms; }),
-              median([](const Times& cloud) { return cloud.peer_ms; }),
-              median([](const Times& cloud) { return cloud.peer_ms / cloud.here_ms; }));
+              median_of([](const Times& cloud) { return cloud.here_ms; }),
+              median_of([](const Times& cloud) { return cloud.peer_ms; }),
+              median_of([](const Times& cloud) { return cloud.peer_ms / cloud.here_ms; }));
   compare(field, peer);
 }
 
