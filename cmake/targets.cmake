@@ -7,7 +7,7 @@ function(cuboid_mapping_configure target)
   target_compile_options(${target} PRIVATE -Wall -Wextra -Wpedantic -Wshadow -ffp-contract=off)
   # Sources of a target share no name of an unnamed namespace.
   if(CUBOID_MAPPING_UNITY)
-    set_target_properties(${target} PROPERTIES UNITY_BUILD ON UNITY_BUILD_BATCH_SIZE 8)
+    set_target_properties(${target} PROPERTIES UNITY_BUILD ON UNITY_BUILD_BATCH_SIZE ${CUBOID_MAPPING_UNITY})
     # Said of types in unnamed namespaces of every source that is not the unit itself.
     target_compile_options(${target} PRIVATE $<$<CXX_COMPILER_ID:GNU>:-Wno-subobject-linkage>)
   endif()

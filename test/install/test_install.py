@@ -16,6 +16,8 @@ import unittest
 CMAKE, *FOLDERS = sys.argv[1:6]
 SOURCE, BUILD, DEVEL, PREFIX = map(pathlib.Path, FOLDERS)
 PACKAGE = 'cuboid_mapping'
+# Without optimization, and a library in one unit.
+QUICKLY = '-DCMAKE_CXX_FLAGS_RELEASE=-O0', '-DCUBOID_MAPPING_UNITY=100'
 
 
 def run(*command, **options):
@@ -120,7 +122,7 @@ class InstallSpaceTest(unittest.TestCase):
                   for name in ('PCL', 'octomap', 'PNG', 'Boost', 'nodelet', 'yaml-cpp')]
         build, space = self.root / 'services', self.root / 'services_space'
         output = run(CMAKE, '-S', SOURCE, '-B', build, '-DCUBOID_MAPPING_NODE=OFF', '-DBUILD_SHARED_LIBS=OFF',
-                     '-DCUBOID_MAPPING_PYTHON=OFF', '-DCMAKE_CXX_FLAGS_RELEASE=-O0', f'-DCMAKE_INSTALL_PREFIX={space}',
+                     '-DCUBOID_MAPPING_PYTHON=OFF', *QUICKLY, f'-DCMAKE_INSTALL_PREFIX={space}',
                      f'-DPYTHON_EXECUTABLE={sys.executable}', *absent)
         self.assertIn('cuboid_mapping: libraries core no_return io client', output)
         run(CMAKE, '--build', build, '--', f'-j{os.cpu_count()}')

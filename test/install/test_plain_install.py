@@ -16,6 +16,8 @@ CMAKE, SOURCE = sys.argv[1], pathlib.Path(sys.argv[2])
 # Environment without a sourced workspace.
 ENVIRONMENT = {name: value for name, value in os.environ.items()
                if not name.startswith('ROS') and name not in ('CMAKE_PREFIX_PATH', 'LD_LIBRARY_PATH', 'PYTHONPATH')}
+# Without optimization, and a library in one unit.
+QUICKLY = '-DCMAKE_CXX_FLAGS_RELEASE=-O0', '-DCUBOID_MAPPING_UNITY=100'
 
 
 def run(*command):
@@ -30,9 +32,9 @@ class PlainInstallTest(unittest.TestCase):
         cls.root = pathlib.Path(tempfile.mkdtemp(prefix='cuboid_test_'))
         cls.addClassCleanup(shutil.rmtree, cls.root)
         cls.prefix = cls.root / 'prefix'
-        # Without optimization and without parts that compile slowly, to save time.
+        # Without parts that compile slowly, to save time.
         cls.succeed(CMAKE, '-S', SOURCE, '-B', cls.root / 'build', '-DCUBOID_MAPPING_ROS=OFF', '-DCUBOID_MAPPING_PYTHON=OFF',
-                    '-DCMAKE_CXX_FLAGS_RELEASE=-O0', f'-DCMAKE_INSTALL_PREFIX={cls.prefix}',
+                    *QUICKLY, f'-DCMAKE_INSTALL_PREFIX={cls.prefix}',
                     *[f'-DCMAKE_DISABLE_FIND_PACKAGE_{name}=ON' for name in ('Boost', 'PCL', 'catkin', 'fcl')])
         cls.succeed(CMAKE, '--build', cls.root / 'build', '--', f'-j{os.cpu_count()}')
         cls.succeed(CMAKE, '--install', cls.root / 'build')

@@ -37,7 +37,7 @@ void check(const StampedPose& pose) {
   if (!is_rotation) refuse(pose, "has no rotation: its quaternion must have the length 1");
 }
 
-bool isBefore(const StampedPose& a, const StampedPose& b) { return a.stamp_ns < b.stamp_ns; }
+bool isEarlier(const StampedPose& a, const StampedPose& b) { return a.stamp_ns < b.stamp_ns; }
 
 }  // namespace
 
@@ -48,7 +48,7 @@ PoseTrack::PoseTrack(std::vector<StampedPose> poses) : poses_(std::move(poses)) 
     pose.T_map_body.linear() =
         Eigen::Quaterniond(pose.T_map_body.linear()).normalized().toRotationMatrix();
   }
-  std::stable_sort(poses_.begin(), poses_.end(), isBefore);
+  std::stable_sort(poses_.begin(), poses_.end(), isEarlier);
   const auto twin = std::adjacent_find(
       poses_.begin(), poses_.end(),
       [](const StampedPose& a, const StampedPose& b) { return a.stamp_ns == b.stamp_ns; });
@@ -61,7 +61,7 @@ Eigen::Isometry3d PoseTrack::at(std::int64_t stamp_ns) const {
 
 Eigen::Isometry3d PoseTrack::interpolate(std::int64_t stamp_ns) const {
   const auto after =
-      std::upper_bound(poses_.begin(), poses_.end(), StampedPose{stamp_ns, {}}, isBefore);
+      std::upper_bound(poses_.begin(), poses_.end(), StampedPose{stamp_ns, {}}, isEarlier);
   if (after == poses_.begin()) return poses_.front().T_map_body;
   const StampedPose& first = *std::prev(after);
   if (after == poses_.end() || first.stamp_ns == stamp_ns) return first.T_map_body;

@@ -61,7 +61,7 @@ CellBox coverMoved(const CellBox& box, const Eigen::Isometry3d& T_target_map) {
 }
 
 /// Voxels that a moved brick may touch.
-CellBox boxAround(const Cell& brick, const Eigen::Isometry3d& T_target_map) {
+CellBox coverMovedBrick(const Cell& brick, const Eigen::Isometry3d& T_target_map) {
   const Eigen::AlignedBox3d around = moved(brickBox(brick), T_target_map);
   if (around.min().minCoeff() < kAllCells.min.x + 1.0 ||
       around.max().maxCoeff() > kAllCells.max.x - 1.0) {
@@ -74,7 +74,7 @@ CellBox boxAround(const Cell& brick, const Eigen::Isometry3d& T_target_map) {
 std::vector<VoxelBrick> findTargets(const MapSnapshot& map, const Eigen::Isometry3d& T_target_map) {
   std::vector<VoxelBrick> targets;
   for (const VoxelBrick& brick : map.bricks) {
-    forEachBrick(boxAround(brick.brick, T_target_map), [&](const Cell& target) {
+    forEachBrick(coverMovedBrick(brick.brick, T_target_map), [&](const Cell& target) {
       targets.push_back({target, {}});
     });
   }

@@ -73,7 +73,7 @@ void findLeast(const PartT& part, std::int32_t bound, const RowOfT& row_of, std:
 }
 
 template <typename PartT>
-void unite(PartT& part, const PartT& other) {
+void extend(PartT& part, const PartT& other) {
   part = part.isEmpty() ? other
                         : PartT{std::min(part.begin, other.begin), std::max(part.end, other.end)};
 }
@@ -191,7 +191,7 @@ void DistanceField::computeLayers() {
       if (changed.isEmpty()) continue;
       const std::int32_t end = std::min(y + bound_ + 1, region_.max.y);
       for (std::int32_t to = std::max(y - bound_, region_.min.y); to < end; ++to) {
-        unite(*parts.row(to, z), changed);
+        extend(*parts.row(to, z), changed);
       }
     }
   }
@@ -217,7 +217,7 @@ void DistanceField::computeSquares() {
       const Part changed = *layer_changes_.row(y, z);
       if (changed.isEmpty()) continue;
       for (std::int32_t to = std::max(z - bound_, region_.min.z); to < end; ++to) {
-        unite(*parts.row(y, to), changed);
+        extend(*parts.row(y, to), changed);
       }
     }
   }
