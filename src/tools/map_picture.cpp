@@ -26,9 +26,6 @@ namespace {
 
 using Rgb = std::array<std::uint8_t, 3>;
 
-constexpr Rgb kUnknownColor{255, 255, 255};
-constexpr Rgb kFreeColor{225, 228, 225};
-
 std::optional<CellBox> findExtent(const CuboidMap& map, CuboidFilter filter) {
   std::optional<CellBox> extent;
   visitAll(map, filter, [&extent](const Cuboid& cuboid) {

@@ -5,8 +5,8 @@
 
 namespace cuboid_mapping {
 
-/// Draws a legend of colours by height, and a scale, into the lower left corner of a picture. Pictures of
-/// less than 240 x 180 pixels stay as they are.
+/// Draws a legend into the lower left corner of a picture: colours by height, free and unknown space where they are drawn,
+/// and a scale. Pictures of less than 240 x 180 pixels stay as they are.
 /// @param ortho_height_m  Height of the picture in metres; 0: perspective, without a scale.
 void drawLegend(Picture& picture, const PictureStyle& style, double ortho_height_m);
 

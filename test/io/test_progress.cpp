@@ -5,6 +5,7 @@
 #include "cuboid_mapping/map/map_edit.h"
 #include "map_comparison.h"
 #include "map_picture.h"
+#include "picture_legend.h"
 #include "support/snapshots.h"
 #include "tools/run_program.h"
 
@@ -92,6 +93,40 @@ TEST(MapPicture, showsWallsThatAreThinnerThanAPixel) {
   for (std::size_t i = 0; i < picture.rgb.size(); i += 3) num_wall += picture.rgb[i] < 128 ? 1 : 0;
   EXPECT_GE(num_wall, 94U) << "of 95 pixels of one row";
   EXPECT_LE(num_wall, 192U);
+}
+
+/// A picture of one colour with a pixel of another one in its upper right corner, and with its legend.
+Picture makeWithLegend(const std::array<std::uint8_t, 3>& corner, HeightRange heights) {
+  Picture picture{240, 180, std::vector<std::uint8_t>(std::size_t{3} * 240 * 180, 100)};
+  std::copy(corner.begin(), corner.end(), &picture.rgb[std::size_t{3} * 239]);
+  PictureStyle style;
+  style.heights = heights;
+  drawLegend(picture, style, 0.0);
+  return picture;
+}
+
+std::size_t countPixels(const Picture& picture, const std::array<std::uint8_t, 3>& color) {
+  std::size_t num_pixels = 0;
+  for (std::size_t i = 0; i < picture.rgb.size(); i += 3) {
+    num_pixels += std::equal(color.begin(), color.end(), &picture.rgb[i]) ? 1 : 0;
+  }
+  return num_pixels;
+}
+
+TEST(MapPicture, namesFreeAndUnknownSpaceInItsLegendWhereTheyAreDrawn) {
+  EXPECT_EQ(countPixels(makeWithLegend({1, 2, 3}, {}), kFreeColor), 0U);
+  EXPECT_GT(countPixels(makeWithLegend(kFreeColor, {}), kFreeColor), 50U);
+  constexpr std::array<std::uint8_t, 3> kInk{20, 20, 20};
+  EXPECT_GT(countPixels(makeWithLegend(kUnknownColor, {}), kInk),
+            countPixels(makeWithLegend({1, 2, 3}, {}), kInk) + 100);
+}
+
+TEST(MapPicture, hasNoLabelTwiceInItsLegend) {
+  constexpr std::array<std::uint8_t, 3> kInk{20, 20, 20};
+  const auto count_ink = [&](double max_m) {
+    return countPixels(makeWithLegend({1, 2, 3}, {0.11, max_m}), kInk);
+  };
+  EXPECT_GT(count_ink(0.17), 2 * count_ink(0.111)) << "three labels and one";
 }
 
 TEST(Progress, isToldWhileAFileIsWrittenWhichStaysAsItWasWhenGivenUp) {
