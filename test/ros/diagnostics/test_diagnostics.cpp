@@ -103,6 +103,29 @@ TEST(Diagnostics, AClockThatIsAheadIsNamed) {
   EXPECT_TRUE(isOk(summarize(report, report.statistics)));
 }
 
+TEST(Diagnostics, ASimulatedClockThatStandsIsNamed) {
+  NodeReport report = makeReport(5, 5);
+  report.is_simulated_time = true;
+  report.last_cloud = LastCloud{"lidar", -1.6e9, "", std::nullopt};
+  expectWarning(summarize(report, report.statistics),
+                {"51 years ahead of /clock", "--clock", "rosparam delete /use_sim_time"});
+}
+
+TEST(Diagnostics, OldStampsAreToldInWords) {
+  NodeReport report = makeReport(5, 5);
+  report.last_cloud = LastCloud{"lidar", 59.0, "", std::nullopt};
+  EXPECT_EQ(summarize(report, report.statistics).message, "0 cuboids from 5 clouds");
+  report.last_cloud->age_s = 1.3e8;
+  const ReportSummary summary = summarize(report, report.statistics);
+  EXPECT_TRUE(isOk(summary));
+  expectWords(summary, {"from 5 clouds", "the clouds are 4 years old", "use_sim_time", "--clock"});
+  diagnostic_updater::DiagnosticStatusWrapper status;
+  fillStatus(report, report.statistics, status);
+  for (const auto& entry : status.values) {
+    EXPECT_EQ(entry.value.find("130000000"), std::string::npos) << entry.key;
+  }
+}
+
 TEST(Diagnostics, AMissingTransformIsNamedWithFramesAgeAndReason) {
   NodeReport report = makeReport(8, 5);
   report.frame_id = "map";
@@ -121,7 +144,8 @@ TEST(Diagnostics, AgesAreInUnitsThatPeopleUse) {
                                     {3000.0, "50 min"},
                                     {7200.0, "2 h"},
                                     {86400.0, "24 h"},
-                                    {172800.0, "2 days"}}) {
+                                    {172800.0, "2 days"},
+                                    {86400.0 * 731, "2 years"}}) {
     report.last_cloud = LastCloud{"lidar", age_s, "frame 'odom' does not exist", std::nullopt};
     expectWords(summarize(report, makeReport(6, 5).statistics), {std::string(" ") + text});
   }

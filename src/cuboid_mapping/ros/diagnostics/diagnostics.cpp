@@ -32,8 +32,13 @@ std::string describeClock(const NodeReport& report) {
   if (!report.last_cloud) return {};
   const double age_s = report.last_cloud->age_s;
   if (age_s < -kMaxAhead_s) {
-    return "the stamps of the clouds are " + describeAge(age_s) +
-           " ahead of this machine's clock: synchronize the clocks (chrony, ntp)";
+    const std::string lead = "the stamps of the clouds are " + describeAge(age_s) + " ahead of ";
+    if (report.is_simulated_time) {
+      return lead +
+             "/clock: play bags with --clock; for live sensors, `rosparam delete "
+             "/use_sim_time` and start the node again";
+    }
+    return lead + "this machine's clock: synchronize the clocks (chrony, ntp)";
   }
   constexpr double kOld_s = 60.0;
   if (age_s > kOld_s) {
@@ -226,14 +231,14 @@ ReportSummary summarize(const NodeReport& report, const NodeStatistics& last_rep
   }
   if (report.silence_s > kMaxSilence_s) return summarizeSilence(report);
   if (report.last_cloud && report.last_cloud->age_s < -kMaxAhead_s) {
-    return {ReportLevel::kWarning, describeMap(report) + "; " + describeClock(report)};
+    return {ReportLevel::kWarning, withClock(describeMap(report), report)};
   }
-  return {ReportLevel::kOk, describeMap(report)};
+  return {ReportLevel::kOk, withClock(describeMap(report), report)};
 }
 
 std::string describeAge(double age_s) {
-  constexpr std::array<std::pair<double, const char*>, 3> kUnits{
-      {{86400.0, " days"}, {3600.0, " h"}, {60.0, " min"}}};
+  constexpr std::array<std::pair<double, const char*>, 4> kUnits{
+      {{365.25 * 86400.0, " years"}, {86400.0, " days"}, {3600.0, " h"}, {60.0, " min"}}};
   const double size_s = std::abs(age_s);
   for (const auto& [unit_s, name] : kUnits) {
     if (size_s >= 2.0 * unit_s) return std::to_string(std::llround(size_s / unit_s)) + name;
@@ -300,7 +305,12 @@ void fillStatus(const NodeReport& report, const NodeStatistics& last_report,
   status.add("points too far", statistics.num_too_far);
   if (report.last_cloud) {
     status.add("frames", describeFrames(report));
-    status.addf("cloud age when received [s]", "%.3f", report.last_cloud->age_s);
+    const std::string fault = describeClock(report);
+    if (fault.empty()) {
+      status.addf("cloud age when received [s]", "%.3f", report.last_cloud->age_s);
+    } else {
+      status.add("cloud age when received", fault);
+    }
   }
   for (const SourceRate& rate : report.rates) {
     status.addf(rate.name.empty() ? "cloud rate [Hz]" : "cloud rate of " + rate.name + " [Hz]",

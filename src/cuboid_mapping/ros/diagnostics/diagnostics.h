@@ -128,10 +128,10 @@ struct ReportSummary {
 ///     publisher any more, the recording has ended, and all is well. If all clouds were dropped, the
 ///     message says why;
 ///   - stamps are ahead of the clock by more than kMaxAhead_s: warning;
-///   - else: all is well.
+///   - else: all is well, with a hint if the stamps are old, as of a bag without simulated time.
 [[nodiscard]] ReportSummary summarize(const NodeReport& report, const NodeStatistics& last_report);
 
-/// A readable duration with either sign: "0.32 s", "50 min", "3 h", "5 days".
+/// A readable duration with either sign: "0.32 s", "50 min", "3 h", "5 days", "9 years".
 [[nodiscard]] std::string describeAge(double age_s);
 
 /// Advice for dropped clouds, as a clause that follows "dropped: ".
