@@ -1,6 +1,7 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: BSD-3-Clause
 """Launch files that set /use_sim_time reset it when they end."""
+import os
 import pathlib
 import signal
 import subprocess
@@ -28,6 +29,11 @@ class SimTimeTest(unittest.TestCase):
             launch.send_signal(signal.SIGINT)
             launch.wait()
         self.assertFalse(rospy.has_param('/use_sim_time'))
+
+    def test_help_needs_no_master(self):
+        nobody = {**os.environ, 'ROS_MASTER_URI': 'http://localhost:1'}
+        answer = subprocess.run([sys.executable, PROGRAM, '--help'], env=nobody, timeout=20, check=True, stdout=subprocess.PIPE)
+        self.assertIn(b'/use_sim_time', answer.stdout)
 
     def test_it_ends_whenever_it_is_stopped(self):
         for delay_s in (0.0, 0.001, 0.002, 0.005, 0.01):  # rospy is still starting.
