@@ -1,10 +1,28 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Follows the map of the node and asks for a corridor, without a service call.
+#include <cuboid_mapping/query/box_query.h>
 #include <cuboid_mapping/query/corridor_query.h>
+#include <cuboid_mapping/query/path_query.h>
 #include <cuboid_mapping/ros/cuboid_map_client.h>
 #include <ros/ros.h>
 
+#include <string>
+
 using namespace cuboid_mapping;
+
+namespace {
+
+/// Reason why there is no corridor.
+std::string explain(const CuboidMap& map, const CorridorTask& task, CorridorEnd end) {
+  if (end == CorridorEnd::kNoWay) return "known free space does not connect start and goal";
+  const bool is_start = end == CorridorEnd::kStartBlocked;
+  const auto place =
+      queryBox(map, boxAround(is_start ? task.start_map : task.goal_map, task.size_m));
+  if (!place) return "start, goal and size must be finite, and the size above 0";
+  return std::string(is_start ? "start" : "goal") + " is " + toString(place->occupancy());
+}
+
+}  // namespace
 
 int main(int argc, char** argv) {
   ros::init(argc, argv, "follow_map");
@@ -15,12 +33,13 @@ int main(int argc, char** argv) {
   task.start_map = {0.5, 0.5, 0.5};
   task.goal_map = {3.5, 0.5, 0.5};
   task.size_m = {0.5, 0.5, 0.5};
-  const Corridor corridor =
-      client.read([&](const CuboidMap& map) { return findCorridor(map, task); });
-  for (const Eigen::Vector3d& point : corridor.path_map) ROS_INFO_STREAM(point.transpose());
-  const bool is_found = corridor.end == CorridorEnd::kFound;
-  if (!is_found)
-    ROS_WARN_STREAM("no corridor in known free space from " << task.start_map.transpose() << " to "
-                                                            << task.goal_map.transpose());
-  return is_found ? 0 : 2;
+  return client.read([&](const CuboidMap& map) {
+    const Corridor corridor = findCorridor(map, task);
+    for (const Eigen::Vector3d& point : corridor.path_map) ROS_INFO_STREAM(point.transpose());
+    if (corridor.end == CorridorEnd::kFound) return 0;
+    ROS_WARN_STREAM("no corridor from " << task.start_map.transpose() << " to "
+                                        << task.goal_map.transpose() << ": "
+                                        << explain(map, task, corridor.end));
+    return 2;
+  });
 }

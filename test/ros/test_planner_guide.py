@@ -66,10 +66,10 @@ class PlannerGuideTest(unittest.TestCase):
         self.fetch()
         self.paste()
 
-    def run_program(self, *command, **options):
+    def run_program(self, *command, status=0, **options):
         done = subprocess.run(command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, universal_newlines=True,
                               timeout=60, **options)
-        self.assertEqual(done.returncode, 0, done.stdout)
+        self.assertEqual(done.returncode, status, done.stdout)
         return done.stdout
 
     def follow(self):
@@ -79,12 +79,22 @@ class PlannerGuideTest(unittest.TestCase):
             said = self.run_program(*command)
             self.assertRegex(said, r'0\.5 +0\.5 +0\.5')
             self.assertRegex(said, r'3\.5 +0\.5 +0\.5')
+        self.explain_what_is_in_the_way()
         (program,) = re.findall(r'^```python ros\n(.*?)^```', (ROOT / 'doc/python.md').read_text(),
                                 re.MULTILINE | re.DOTALL)
         said = self.run_program(sys.executable, '-c', program)
         # The number of cuboids is the map's. The callback's thread may print between the words of a line.
         self.assertRegex(said, r'(?<!\d)40(?!\d)')
         self.assertIn('occupied_volume=array([0.1])', said)
+
+    def explain_what_is_in_the_way(self):
+        """The example in C++ says why there is no corridor."""
+        for occupancy, place in ((2, 'occupied'), (0, 'unknown')):
+            box = '{min: {x: 3.4, y: 0.4, z: 0.4}, max: {x: 3.6, y: 0.6, z: 0.6}}'
+            self.run_program('rosservice', 'call', '/cuboid_mapping/set_box', f'{{boxes: [{box}], occupancy: {occupancy}}}')
+            said = self.run_program('rosrun', 'cuboid_mapping', 'test_follow_map', status=2)
+            self.assertIn(f'goal is {place}', said)
+            self.run_program('rosservice', 'call', '/cuboid_mapping/undo_edit')
 
     def watch(self):
         """The node of the tutorial reports the map that it finds. Its box holds no part of the wall."""
