@@ -115,6 +115,19 @@ class BuildScript(unittest.TestCase):
         self.assertIn('CATKIN_ENABLE_TESTING:UNINITIALIZED=ON', cache.read_text())
         self.assertNotIn('WERROR', cache.read_text())
 
+    def test_the_library_is_not_compiled_beside_a_build(self):
+        self.make_project('true')
+        with (self.root / 'CMakeLists.txt').open('a') as project:
+            project.write('set(PYTHON_EXECUTABLE /usr/bin/python3 CACHE FILEPATH "")\n'
+                          'add_custom_target(map_render)\nadd_custom_target(simulated_map)\n')
+        library = self.root / 'build/library'
+        self.assertEqual(self.build('--library').returncode, 0)
+        self.assertTrue(library.is_dir())
+        shutil.rmtree(library)
+        self.assertEqual(self.build().returncode, 0)
+        self.assertEqual(self.build('--library').returncode, 0)
+        self.assertFalse(library.exists())
+
     def test_shows_errors_in_full(self):
         self.make_project('sh -c "echo line 7: no such name >&2; exit 1"')
         end = self.build()
