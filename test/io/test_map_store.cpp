@@ -74,6 +74,28 @@ TEST(MapStore, leavesNothingBesideItsFile) {
   EXPECT_EQ(folder.list(), std::vector<std::string>{"map.sqlite"});
 }
 
+TEST(MapStore, isNotThereWhenItsFirstWriteIsGivenUp) {
+  const TemporaryFolder folder;
+  Random random(819);
+  std::filesystem::create_symlink(folder / "target.sqlite", folder / "link.sqlite");
+  const auto give_up = [](std::uint64_t, std::uint64_t) { throw std::runtime_error("given up"); };
+  for (const std::string name : {"map.sqlite", "link.sqlite"}) {
+    EXPECT_THROW(writeStore(folder / name, test::randomSnapshot(random), give_up),
+                 std::runtime_error);
+    EXPECT_EQ(folder.list(), std::vector<std::string>{"link.sqlite"}) << name;
+  }
+}
+
+TEST(MapStore, saysThatItsFirstSaveDidNotEnd) {
+  const TemporaryFolder folder;
+  (void)MapStore(folder / "tables.sqlite", StoreAccess::kWrite);
+  runSql(folder / "empty.sqlite", "CREATE TABLE a (b); DROP TABLE a");
+  for (const std::string name : {"tables.sqlite", "empty.sqlite"}) {
+    expectError(MapFileDefect::kTruncated, folder / name, "its first save did not end",
+                [&] { MapStore(folder / name, StoreAccess::kRead); });
+  }
+}
+
 TEST(MapStore, writesAndRemovesSinglePages) {
   const TemporaryFolder folder;
   Random random(813);

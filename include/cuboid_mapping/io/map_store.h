@@ -107,7 +107,7 @@ class MapStore {
 [[nodiscard]] MapSnapshot readStore(const MapStore& store, const SnapshotLimits& limits = {},
                                     const CellBox& part = kAllCells);
 
-/// Replaces the content of a store, which may be new, by a map, in one transaction.
+/// Replaces the content of a store by a map, in one transaction. A store that it creates is removed after an error.
 void writeStore(const std::string& file, const MapSnapshot& snapshot,
                 const ProgressListener& listener = {});
 

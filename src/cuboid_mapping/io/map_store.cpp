@@ -8,9 +8,11 @@
 
 #include <algorithm>
 #include <cmath>
+#include <filesystem>
 #include <fstream>
 #include <sstream>
 #include <string_view>
+#include <system_error>
 
 namespace cuboid_mapping {
 namespace {
@@ -58,6 +60,11 @@ std::vector<VoxelBrick> bricksIn(const std::vector<VoxelBrick>& bricks, const Ce
   return {first, last};
 }
 
+[[noreturn]] void refuseEmpty(const std::string& file) {
+  throw MapFileError(MapFileDefect::kTruncated,
+                     file + " is a store without a map: its first save did not end. Save it again");
+}
+
 }  // namespace
 
 bool isSqliteFile(const std::string& file) {
@@ -77,6 +84,8 @@ MapStore::MapStore(const std::string& file, StoreAccess access) : file_(file) {
                         database_->readNumber("PRAGMA application_id") == 0;
   if (is_empty && is_writer) {
     createTables();
+  } else if (is_empty) {
+    refuseEmpty(file);
   } else if (database_->readNumber("PRAGMA application_id") != kApplicationId) {
     throw MapFileError(MapFileDefect::kForeign,
                        file + " is not a store of a map: it is an SQLite file of another program");
@@ -92,9 +101,7 @@ MapStore::MapStore(const std::string& file, StoreAccess access) : file_(file) {
     database_->run("PRAGMA journal_mode = WAL; PRAGMA synchronous = FULL; BEGIN EXCLUSIVE; COMMIT");
   }
   readHead();
-  if (!head_ && !is_writer) {
-    throw MapFileError(MapFileDefect::kTruncated, file + " is a store without a map");
-  }
+  if (!head_ && !is_writer) refuseEmpty(file);
 }
 
 MapStore::~MapStore() = default;
@@ -291,13 +298,20 @@ MapSnapshot readStore(const MapStore& store, const SnapshotLimits& limits, const
 
 void writeStore(const std::string& file, const MapSnapshot& snapshot,
                 const ProgressListener& listener) {
-  MapStore store(file, StoreAccess::kWrite);
+  const bool is_new = !std::filesystem::exists(file);
   const std::vector<Cell> pages = pagesOf(snapshot.bricks);
   std::uint64_t num_done = 0;
-  store.replaceAll(snapshot, pages, [&](const Cell& page) {
-    if (listener) listener(++num_done, pages.size());
-    return bricksIn(snapshot.bricks, page);
-  });
+  try {
+    MapStore(file, StoreAccess::kWrite).replaceAll(snapshot, pages, [&](const Cell& page) {
+      if (listener) listener(++num_done, pages.size());
+      return bricksIn(snapshot.bricks, page);
+    });
+  } catch (...) {
+    std::error_code ignored;
+    // The file may be the target of a symbolic link, which stays.
+    if (is_new) std::filesystem::remove(std::filesystem::canonical(file, ignored), ignored);
+    throw;
+  }
 }
 
 }  // namespace cuboid_mapping
