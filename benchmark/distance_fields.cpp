@@ -145,10 +145,9 @@ void measure(const Options& options) {
 
 int run(int argc, char** argv) {
   Options options;
-  CommandLine line(
-      "distance_fields",
-      "Measures how fast distances to obstacles follow the clouds of real scans, in a "
-      "region of 20 x 20 x 3 m: this map's, and dynamicEDT3D's with the same changes.");
+  CommandLine line("distance_fields",
+                   "Measures the time to update distances to obstacles after each cloud, in a "
+                   "region of 20 x 20 x 3 m, here and in dynamicEDT3D with the same changes.");
   line.addArgument("dataset", options.dataset, "folder of scans, or .graph file");
   line.addNumber("resolution", options.resolution_m, "edge of a voxel [m]", {0.001, 100.0});
   line.addNumber("bound", options.bound_m, "largest distance [m]", {0.001, 100.0});

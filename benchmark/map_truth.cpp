@@ -298,21 +298,19 @@ int run(int argc, char** argv) {
   TruthOptions options;
   CommandLine line(
       "map_truth",
-      "Precision and recall of the occupied voxels of a simulated drive, against the surfaces of "
-      "the world,\n"
-      "or of a data set against the octree that it was made from.\n"
-      "precision to a voxel: share of occupied voxels that touch a right one; recall: share of "
-      "hit voxels\nwith something in them that the map has as occupied; free space: share of "
-      "observed voxels\nwith nothing in them that the map has as free.");
-  line.addText("dataset", options.dataset, "a folder of scans in place of the simulated drive");
+      "Precision and recall of occupied voxels: of a simulated drive against its surfaces, or of a "
+      "data set\nagainst the octree from which it was made.\nPrecision to a voxel: share of "
+      "occupied voxels beside a right one. Recall: share of hit voxels with\nan object in them "
+      "that are occupied. Free space: share of observed empty voxels that are free.");
+  line.addText("dataset", options.dataset, "a folder of scans instead of the simulated drive");
   line.addText("truth", options.truth,
-               "the .bt that the data set was made from; sets the resolution");
+               "the .bt file from which the data set was made; sets the resolution");
   line.addNumber("seed", options.seed, "seed of the simulated world", {0, 1e9});
   line.addNumber("rings", options.rings, "number of rings of the lidar", {1, 1024});
-  line.addNumber("clouds", options.clouds, "of one lap", {1, 10000});
+  line.addNumber("clouds", options.clouds, "number of clouds of a lap", {1, 10000});
   line.addNumber("resolution", options.resolution_m, "edge of a voxel [m]", {0.01, 1.0});
   line.addNumber("noise", options.noise_m, "standard deviation of ranges [m]", {0.0, 1.0});
-  line.addList("margins", options.margins_m, "of each rule [m]", {0.01, 100.0});
+  line.addList("margins", options.margins_m, "margins of each rule [m]", {0.01, 100.0});
   if (const auto status = line.parse(argc, argv)) return *status;
   if (options.dataset.empty() != options.truth.empty()) {
     throw std::runtime_error("--dataset and --truth go together");

@@ -270,7 +270,7 @@ int run(int argc, char** argv) {
   line.addArgument("dataset", options.dataset, "folder of scans, or .graph file");
   line.addNumber("resolution", options.resolution_m, "edge of a voxel [m]", {0.001, 100.0});
   line.addNumber("plans", options.num_plans, "plans to make", {1, 1e6});
-  line.addNumber("time", options.time_s, "of each plan at most [s]", {0.001, 1e6});
+  line.addNumber("time", options.time_s, "largest time of a plan [s]", {0.001, 1e6});
   line.addNumber("seed", options.seed, "seed of places and planners");
   if (const auto status = line.parse(argc, argv)) return *status;
   measure(options);

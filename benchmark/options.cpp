@@ -38,7 +38,7 @@ void addMapOptions(CommandLine& line, Options& options, RawOptions& raw) {
       "fusion", raw.fusion, "how voxels become cuboids",
       {toString(FusionKind::kClass), toString(FusionKind::kGrowth), toString(FusionKind::kNone)});
   line.addText("environment", raw.environment,
-               "environment of the map; OctoMap has no static one, so the maps differ then",
+               "environment of the map; static maps differ from OctoMap, which has no such option",
                {toString(Environment::kDynamic), toString(Environment::kStatic)});
   line.addNumber("branching", map.rtree.max_branches, "M of the R-tree",
                  {2, RTreeConfig::kMaxBranchesLimit});
@@ -57,21 +57,21 @@ void addRunOptions(CommandLine& line, Options& options, RawOptions& raw) {
                  "number of threads for cuboid_mapping and OpenVDB", {1, 256});
   line.addFlag("fuse-every-cloud", options.engine.fuses_every_cloud,
                "bring all cuboids into the R-tree after every cloud");
-  line.addNumber("laps", options.laps,
-                 "insert all clouds this many times, each time in another place, to see how cost "
-                 "grows with the map",
-                 {1, 1000});
+  line.addNumber(
+      "laps", options.laps,
+      "insert all clouds this often, each time at another place: shows how cost grows with the map",
+      {1, 1000});
   line.addNumber(
       "repeat", options.repeat,
-      "number of runs, every second with the maps in reverse order; the medians are reported",
+      "number of runs, every second one with the maps in reverse order; medians are reported",
       {1, 1000});
-  line.addNumber("query-time", options.query_time_s,
-                 "queries of a kind are repeated for this CPU time at least [s]", {0.001, 60.0});
+  line.addNumber("query-time", options.query_time_s, "least CPU time for each kind of query [s]",
+                 {0.001, 60.0});
   Choices choices{"all", "none"};
   for (const Peer& peer : allPeers()) choices.push_back(peer.name);
   line.addList("peers", raw.peers,
-               "maps to compare with; without it, octomap and, if built with it, openvdb; all: all "
-               "that this program was built with, which are " +
+               "maps to compare with; default: octomap, and openvdb if built with it; all: every "
+               "map of this build: " +
                    namesOfBuilt(),
                choices);
   line.addText("json", options.json_file, "write all figures to this file");

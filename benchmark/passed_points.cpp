@@ -209,10 +209,10 @@ class Evaluation {
 int run(int argc, char** argv) {
   PassedOptions options;
   CommandLine line("passed_points",
-                   "Measures how well moving points are told from standing ones: SA, DA and AA of "
-                   "KTH's DynamicMap benchmark.");
+                   "Measures how well moving points are separated from standing ones: SA, DA and "
+                   "AA of KTH's DynamicMap benchmark.");
   line.addText("dataset", options.dataset,
-               "a folder with pcd/*.pcd and gt_cloud.pcd, in place of the simulated drive");
+               "a folder with pcd/*.pcd and gt_cloud.pcd, instead of the simulated drive");
   line.addNumber("seed", options.seed, "seed of the simulated world", {0, 1e9});
   line.addNumber("rings", options.rings, "number of rings of the lidar", {1, 1024});
   line.addNumber("clouds", options.clouds, "number of clouds of the drive, 0.4 s apart",

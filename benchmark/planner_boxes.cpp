@@ -111,7 +111,7 @@ int run(int argc, char** argv) {
   CommandLine line("planner_boxes",
                    "Counts and times joined cuboids of maps, and covers by few boxes.");
   line.addArgument("maps", options.maps, "maps: .cuboids, .sqlite, .ot or .bt");
-  line.addNumber("repetitions", options.repetitions, "number of runs; the least time counts",
+  line.addNumber("repetitions", options.repetitions, "number of runs; the shortest time counts",
                  {1, 1000});
   line.addList("boxes", options.boxes, "numbers of boxes of the covers", {1, 1e6});
   line.addNumber("search", options.search_s,

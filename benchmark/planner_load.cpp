@@ -171,7 +171,7 @@ int run(int argc, char** argv) {
                    "from real scans.");
   line.addArgument("dataset", options.dataset, "folder of scans, or .graph file");
   line.addNumber("resolution", options.resolution_m, "edge of a voxel [m]", {0.001, 100.0});
-  line.addNumber("rate", options.rate_hz, "of the clouds [Hz]", {0.01, 1000.0});
+  line.addNumber("rate", options.rate_hz, "rate of the clouds [Hz]", {0.01, 1000.0});
   if (const auto status = line.parse(argc, argv)) return *status;
   const std::vector<Scan> scans = readDataset(options);
   measureLatency(options, scans);

@@ -220,9 +220,10 @@ int run(int argc, char** argv) {
   Options options;
   bool is_alone = false;
   CommandLine line("window_drive",
-                   "Drives a window through a map for many laps, and compares with a map without.");
+                   "Drives a window through a map for many laps, and compares the result with a "
+                   "map without a window.");
   line.addTexts("dataset", options.datasets,
-                "data sets of scans, one behind the other; without, the simulated building");
+                "data sets of scans, driven in this order; default: the simulated building");
   line.addText("store", options.store, "file of the store; it is replaced");
   line.addNumber("resolution", options.resolution_m, "edge of a voxel in metres", {1e-3, 1e2});
   line.addNumber("max-range", options.max_range_m, "longer beams are cut off here, in metres",
@@ -235,7 +236,7 @@ int run(int argc, char** argv) {
                  "width of the margin around the window in metres", {0.0, 1e6});
   line.addNumber(
       "budget", options.budget,
-      "pages that may be read and written, as a multiple of the pages that the drive needs",
+      "largest number of pages read and written, as a multiple of the pages that the drive needs",
       {0.0, 1e3});
   line.addFlag("alone", is_alone,
                "drive without the other map, to measure the memory of the process");

@@ -3,8 +3,8 @@
 
 usage: scans_to_picture.py [FOLDER [PICTURE.png]]
 
-FOLDER has poses.txt, a line `index tx ty tz qx qy qz qw` for each scan (map <- sensor), and
-scans/NNNN.pcd. Without one, a sensor is simulated that drives through two rooms.
+FOLDER has scans/NNNN.pcd, and poses.txt with a line `index tx ty tz qx qy qz qw` for each scan (map <- sensor).
+Without FOLDER, a sensor is simulated in two rooms.
 Needs numpy and cuboid_map.
 """
 # %% Imports
@@ -17,6 +17,8 @@ import zlib
 import cuboid_map
 import numpy as np
 
+if '--help' in sys.argv:
+    sys.exit(print(__doc__))
 folder = pathlib.Path(sys.argv[1]) if len(sys.argv) > 1 else pathlib.Path(tempfile.mkdtemp())
 picture = pathlib.Path(sys.argv[2]) if len(sys.argv) > 2 else folder / 'map.png'
 

@@ -4,10 +4,9 @@
 
 usage: scripts/lint_batches.py          needs a configured build/ (scripts/build)
 
-clang-tidy looks at every header of a unit, again for each unit: that is nearly all of its time. Here
-the sources of a folder are included by one file, so that it sees their headers once. Names in
-unnamed namespaces that two of them share are told apart by macros. A source that does not compile
-in company is checked alone.
+clang-tidy spends nearly all its time on the headers of each unit. Here one file includes the sources of a folder, so that
+clang-tidy reads their headers once. Macros rename names that two sources have in unnamed namespaces. A source that
+does not compile together with the others is checked alone.
 """
 import collections
 import concurrent.futures
@@ -186,4 +185,6 @@ def main():
 
 
 if __name__ == '__main__':
+    if sys.argv[1:]:
+        sys.exit(print(__doc__))
     sys.exit(main())

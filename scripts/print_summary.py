@@ -118,9 +118,9 @@ def print_summary(watcher):
 
 def main():
     parser = argparse.ArgumentParser(description=__doc__.split('\n', 1)[0])
-    parser.add_argument('--seconds', type=float, default=60.0, help='how long to wait')
+    parser.add_argument('--seconds', type=float, default=60.0, help='time to wait, in seconds')
     parser.add_argument('--until-end-of-bag', action='store_true',
-                        help='wait until no more clouds come, instead')
+                        help='wait until no more clouds come')
     arguments = parser.parse_args()
     if not wait_for_master():
         return 1

@@ -203,9 +203,12 @@ json measure(const Options& options) {
 
 int run(int argc, char** argv) {
   Options options;
-  CommandLine line("ablations", "Times parts of the map alone, and OctoMap with parts of it.");
+  CommandLine line(
+      "ablations",
+      "Measures the time of parts of the map, and of OctoMap with some of these parts.");
   declareMeasurement(line, options);
-  line.addNumber("runs", options.runs, "of each insertion; medians are shown", {1, 100});
+  line.addNumber("runs", options.runs, "repetitions of each insertion; medians are shown",
+                 {1, 100});
   if (const auto status = line.parse(argc, argv)) return *status;
   writeOrPrint(options.out, [&options] { return measure(options).dump(1) + '\n'; });
   return 0;

@@ -265,13 +265,13 @@ json measure(const Options& options) {
 int run(int argc, char** argv) {
   Options options;
   CommandLine line("corridors",
-                   "Compares ways between random places: through this map's corridors, through the "
-                   "leaves of OctoMap, and the shortest one from voxel to voxel.");
+                   "Compares paths between random places: corridors of this map, OctoMap's leaves, "
+                   "and the shortest path from voxel to voxel.");
   declareMeasurement(line, options);
-  line.addNumber("pairs", options.pairs, "of a start and a goal", {1, 1e6});
+  line.addNumber("pairs", options.pairs, "number of pairs of start and goal", {1, 1e6});
   line.addNumber("change", options.change_m,
-                 "edge of the box that gets in the way before all plan again [m]", {0.001, 1000.0});
-  line.addNumber("seed", options.seed, "of the random places");
+                 "edge of a box placed in the way before planning again [m]", {0.001, 1000.0});
+  line.addNumber("seed", options.seed, "seed of the random places");
   if (const auto status = line.parse(argc, argv)) return *status;
   writeOrPrint(options.out, [&options] { return measure(options).dump(1) + '\n'; });
   return 0;

@@ -66,23 +66,21 @@ std::optional<int> parseOptions(int argc, char** argv, EvaluationOptions& option
                    "Repeats the evaluation of the paper, and compares with OctoMap.");
   line.addArgument("datasets", options.datasets,
                    "folders with poses.txt and scans/NNNN.pcd, or .graph files of OctoMap");
-  line.addText(
-      "out", options.folder,
-      "folder for figures and plots; runs that it already holds are used and not repeated");
+  line.addText("out", options.folder,
+               "folder for figures and plots; existing runs in it are used again");
   line.addList("resolutions", options.resolutions_m, "edges of a voxel [m]", {0.001, 1000.0});
   line.addList("branching", options.branchings, "M of the R-tree",
                {2, RTreeConfig::kMaxBranchesLimit});
   line.addNumber("reference", options.reference_m,
                  "resolution at which strategies and rotations are compared [m]", {0.001, 1000.0});
   std::string runs = "all";
-  line.addText(
-      "runs", runs,
-      "speed: OctoMap, growth and, at the reference, the paper to the letter, which "
-      "repeats the runs behind ratios of speed; letter: OctoMap and the paper to the "
-      "letter, with each M at each resolution, and at the reference with each density of T",
-      {"all", "speed", "letter"});
+  line.addText("runs", runs,
+               "speed: only the runs for ratios of speed (OctoMap, growth and, at the reference, "
+               "the paper to the letter); letter: OctoMap and the paper to the letter, with each M "
+               "at each resolution, and each density of T at the reference",
+               {"all", "speed", "letter"});
   line.addList("samples", options.samples_per_m,
-               "with --runs letter: cells of T drawn along the beams [1/m]", {0.0, 1000.0});
+               "with --runs letter: random cells of T along the beams [1/m]", {0.0, 1000.0});
   line.addNumber("drives", options.num_drives, "simulated drives with moving objects", {1, 1000});
   line.addNumber("clouds", options.max_clouds, "only the first N clouds", {1});
   const auto status = line.parse(argc, argv);

@@ -157,12 +157,13 @@ json measure(const Options& options) {
 int run(int argc, char** argv) {
   Options options;
   CommandLine line("cuboid_indexes",
-                   "Asks the R-tree, a hash of bricks and a list of the same cuboids the same "
-                   "queries; fails when their answers differ.");
+                   "Sends the same queries to the R-tree, a hash of bricks and a list of the same "
+                   "cuboids. Fails if answers differ.");
   declareMeasurement(line, options);
-  line.addNumber("runs", options.runs, "of each kind of queries; medians are shown", {1, 100});
-  line.addNumber("query-time", options.query_time_s,
-                 "queries of a kind are repeated for this CPU time at least [s]", {0.001, 60.0});
+  line.addNumber("runs", options.runs, "repetitions of each kind of query; medians are shown",
+                 {1, 100});
+  line.addNumber("query-time", options.query_time_s, "least CPU time for each kind of query [s]",
+                 {0.001, 60.0});
   if (const auto status = line.parse(argc, argv)) return *status;
   writeOrPrint(options.out, [&options] { return measure(options).dump(1) + '\n'; });
   return 0;

@@ -1,13 +1,15 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: BSD-3-Clause
-"""Explores a building: drives to one frontier after the other, until none is left that the robot can get to.
+"""Explores a building: drives from frontier to frontier, until the robot can reach no more of them.
 
-Asks the mapping node for frontiers, and for corridors to them; unknown space is an obstacle. Publishes the ways as
-nav_msgs/Path on `path`, for whatever drives the robot along them. Parameters, lengths in metres:
+Asks the mapping node for frontiers, and for corridors to them; unknown space is an obstacle. Publishes each path as
+nav_msgs/Path on `path`, for the robot's controller. Parameters, lengths in metres:
 ~size    [x, y, z]: the robot's box
-~height  of its centre in the map: the robot stays on one floor
-~region  [min x, min y, max x, max y]: what it explores, and does not leave
+~height  height of its centre in the map: the robot stays on one floor
+~region  [min x, min y, max x, max y]: the area to explore; the robot stays inside
+~server  name of the mapping node (default cuboid_mapping)
 """
+import argparse
 import math
 
 import rospy
@@ -17,14 +19,14 @@ from cuboid_mapping.srv import CheckBoxes, CheckPath, FindCorridor, FindNearestF
 from geometry_msgs.msg import Point, Vector3
 from nav_msgs.msg import Path
 
-TILE = 3.0           # A frontier can go all through a building: each tile of this edge has its own [m].
+TILE = 3.0           # Edge of a tile [m]. Frontiers are searched tile by tile, because one may run through the whole building.
 MIN_VOXELS = 10      # Smaller frontiers are not worth a visit.
-MAX_DISTANCE = 2.0   # From a frontier to the place from which the robot looks at it [m].
-VIEW_RANGE = 2.0     # How far the robot is expected to see from there [m].
-STEP = 0.4           # Between places to look from [m].
-ARRIVED = 0.1        # Distance to the goal at which the robot is there [m].
+MAX_DISTANCE = 2.0   # Distance from a frontier to the place to look from [m].
+VIEW_RANGE = 2.0     # Expected range of view from there [m].
+STEP = 0.4           # Distance between places to look from [m].
+ARRIVED = 0.1        # Distance to the goal that counts as arrived [m].
 LOOK_TIME = 0.5      # Time for clouds from a new place [s].
-PATIENCE = 40.0      # The robot waits this long for a way to open, such as a door [s].
+PATIENCE = 40.0      # Time to wait for a way to open, such as a door [s].
 
 
 class Explorer:
@@ -44,7 +46,7 @@ class Explorer:
         self.stands = [Point(x, y, self.height) for x in centers(min_x, max_x, self.size.x)
                        for y in centers(min_y, max_y, self.size.y)]
         self.visited = []  # Places.
-        self.length = 0.0  # Of all ways.
+        self.length = 0.0  # Length of all paths [m].
 
     @staticmethod
     def service(name, kind):
@@ -60,7 +62,7 @@ class Explorer:
         return ask
 
     def explore(self):
-        # The robot stands there, although its sensor may not see so far down.
+        # The robot's own box is free, although its sensor may not see all of it.
         self.set_box(boxes=[self.body(self.locate())], occupancy=SetBoxRequest.FREE)
         begin = last_way = rospy.Time.now()
         while not rospy.is_shutdown():
@@ -93,22 +95,22 @@ class Explorer:
                           Point(min(low.x + (x + 1) * TILE, high.x), min(low.y + (y + 1) * TILE, high.y), high.z))
 
     def find_places(self):
-        """(place, unknown volume in view) of each frontier; those that a visit did not open are left out."""
+        """(place, unknown volume in view) of each frontier, except near visited places."""
         blocked = self.check_boxes(boxes=[self.body(stand) for stand in self.stands]).blocked
         stands = [stand for stand, is_blocked in zip(self.stands, blocked) if not is_blocked]
         places = []
         for tile in self.tiles() if stands else ():
             answer = self.get_frontiers(region=tile, min_voxels=MIN_VOXELS, size=self.size, max_distance=MAX_DISTANCE,
                                         view_range=VIEW_RANGE)
-            # The place of the answer may be above the floor: the robot goes next to it.
+            # The answer's place may be above the floor: take the nearest stand.
             places += [(min(stands, key=lambda stand: distance(stand, place)), volume)
                        for place, volume in zip(answer.place, answer.unknown_volume) if volume > 0.0]
         return [(place, volume) for place, volume in places
                 if all(distance(place, old) > self.size.x for old in self.visited)]
 
     def find_ways(self, places):
-        """(unknown volume in view for each metre of the way, corridor) of each place with a way to it."""
-        # An obstacle may have come near: the way begins at the nearest place that is free.
+        """(unknown volume in view per metre of path, corridor) of each reachable place."""
+        # An obstacle may have come near: start at the nearest free place.
         start = self.nearest_free(points=[self.locate()], size=self.size, max_distance=self.size.x).place[0]
         start.z = self.height
         corridors = [(volume, self.find_corridor(start=start, goal=place, size=self.size, use_region=True, region=self.region))
@@ -116,7 +118,7 @@ class Explorer:
         return [(volume / (1.0 + corridor.length), corridor) for volume, corridor in corridors if corridor.path.poses]
 
     def drive(self, corridor):
-        """Returns when the robot has looked around at the end of the corridor, or the way is no longer free."""
+        """Waits until the robot has arrived and looked around; returns early if the path becomes blocked."""
         waypoints = [pose.pose.position for pose in corridor.path.poses]
         self.paths.publish(corridor.path)
         while distance(self.locate(), waypoints[-1]) > ARRIVED:
@@ -138,15 +140,16 @@ class Explorer:
 
 
 def centers(low, high, size):
-    """Centres of robots that stand inside an interval, STEP apart."""
+    """Centres of robots inside an interval, STEP apart."""
     return [low + size / 2 + i * STEP for i in range(1 + int((high - low - size) / STEP))]
 
 
 def distance(a, b):
-    """On the floor."""
+    """Distance on the floor."""
     return math.hypot(a.x - b.x, a.y - b.y)
 
 
 if __name__ == '__main__':
+    argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter).parse_args(rospy.myargv()[1:])
     rospy.init_node('explore')
     Explorer().explore()

@@ -99,17 +99,16 @@ std::optional<int> parseBagOptions(cuboid_mapping::CommandLine& line, int argc, 
   line.addText("tf", options.tf,
                "topic of the transforms, such as /robot1/tf, which goes with /robot1/tf_static");
   line.addTexts("transform", options.transforms,
-                "a static transform that the bags do not have: \"parent child x y z yaw pitch "
+                "a static transform missing from the bags: \"parent child x y z yaw pitch "
                 "roll\", metres and radians");
   line.addText(
       "poses", options.poses,
       "corrected poses, used instead of tf: a file with lines \"stamp x y z qx qy "
       "qz qw\", or a topic of the bags with a nav_msgs/Path, Odometry or PoseStamped. Clouds "
       "outside their time are left out");
-  line.addText(
-      "poses-of", options.poses_of,
-      "frame whose poses --poses gives, such as base_link; without it, that of the clouds, "
-      "or the child frame of an Odometry");
+  line.addText("poses-of", options.poses_of,
+               "frame of these poses, such as base_link; default: the frame of the clouds, "
+               "or the child frame of an Odometry");
   line.addText("params", options.parameter_file,
                "YAML file with parameters of the node, such as config/default.yaml");
   line.addTexts(

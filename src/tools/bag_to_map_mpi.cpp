@@ -299,12 +299,11 @@ Options readOptions(const MpiRanks& ranks, int argc, char** argv) {
   cuboid_mapping::CommandLine line(
       kProgram,
       "bag_to_map on several processes and machines: mpirun -n N bag_to_map_mpi INPUT... -o FILE.\n"
-      "The file is the same, byte for byte, whatever N.");
-  line.addNumber(
-      "checkpoint", options.checkpoint_period_s,
-      "seconds after which the state of all ranks is written beside the output, so that the "
-      "same command goes on from there; 0: never",
-      {0.0, 1e6});
+      "Every N gives the same file, byte for byte.");
+  line.addNumber("checkpoint", options.checkpoint_period_s,
+                 "seconds between saves of the state of all ranks beside the output, from which "
+                 "the same command resumes; 0: never",
+                 {0.0, 1e6});
   try {
     if (const auto status = parseBagOptions(line, argc, argv, options.bags))
       throw EndOfAll{*status, ""};

@@ -146,8 +146,10 @@ void CommandLine::addNumber(const std::string& name, T& value, const std::string
   const auto take = [=, &value](const std::string& text) {
     value = toNumber<T>(name, text, range);
   };
+  const auto number = static_cast<double>(value);
+  const bool is_default = number >= range.min && number <= range.max;  // Else the option is off.
   add(name, po::value<std::string>()->notifier(take)->value_name("number"),
-      explain(help, describe(range), toText(static_cast<double>(value))));
+      explain(help, describe(range), is_default ? toText(number) : ""));
 }
 
 template void CommandLine::addNumber(const std::string&, int&, const std::string&, Range);

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// An example of a planner, made from installed parts of the package: follows the map of the mapping node, and
-// keeps a corridor from the robot to the goal that was clicked in rviz. It searches the corridor again
-// whenever the map has changed.
+// Example planner that uses only installed parts of the package: follows the map of the mapping node, and searches a corridor
+// from the robot to the goal clicked in rviz again after each change of the map.
 #include "cuboid_mapping/query/corridor_query.h"
 #include "cuboid_mapping/query/fit_query.h"
 #include "cuboid_mapping/ros/cuboid_map_client.h"
@@ -14,6 +13,7 @@
 #include <visualization_msgs/MarkerArray.h>
 
 #include <atomic>
+#include <iostream>
 #include <optional>
 #include <string>
 
@@ -31,6 +31,17 @@ using cuboid_mapping::QueryLimits;
 using cuboid_mapping::UnknownPolicy;
 using visualization_msgs::Marker;
 using visualization_msgs::MarkerArray;
+
+constexpr const char* kUsage =
+    "Usage: example_planner [_PARAMETER:=VALUE]...\n\n"
+    "Keeps a corridor from the robot to the goal clicked in rviz while the map changes; see "
+    "planner.launch.\n\n"
+    "  _size_x, _size_y, _size_z   edges of the robot's box in metres (default 0.5)\n"
+    "  _height                     height of its centre in the map in metres (default 0.6)\n"
+    "  _time_limit                 time limit of a search in seconds (default 0.5)\n"
+    "  _unknown_passes             true: unknown space is free (default false)\n"
+    "  _robot_frame                frame of the robot (default base_link)\n"
+    "  _server                     name of the mapping node (default cuboid_mapping)\n";
 
 /// Meaning of each end of a search, with advice.
 const char* explain(CorridorEnd end) {
@@ -111,7 +122,7 @@ class ExamplePlanner {
     const auto T_map_robot = lookup(robot_frame_);
     const auto T_map_goal = lookup(clicked_goal_->header.frame_id);
     if (!T_map_robot || !T_map_goal) {
-      is_map_new_ = true;  // again at the next turn of the timer
+      is_map_new_ = true;  // Tries again with the next event of the timer.
       return;
     }
     Eigen::Vector3d goal;
@@ -236,6 +247,10 @@ class ExamplePlanner {
 
 int main(int argc, char** argv) {
   ros::init(argc, argv, "example_planner");
+  if (argc > 1) {
+    std::cout << kUsage;
+    return argv[1] == std::string("--help") ? 0 : 1;
+  }
   const ExamplePlanner planner;
   ros::spin();
   return 0;

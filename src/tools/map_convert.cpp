@@ -155,7 +155,7 @@ int run(int argc, char** argv) {
   Options options;
   CommandLine line("map_convert",
                    "Converts a map, or a part of it; the extension of the output selects the "
-                   "format. A store (.sqlite) becomes another one page by page.");
+                   "format. A store (.sqlite) is copied to another one page by page.");
   line.addArgument("input", options.input,
                    "map: .cuboids, .sqlite, .ot or .bt; a cloud of points, .pcd; or, with ROS, a "
                    "rosbag of cuboid_map and cuboid_map_updates");
@@ -169,18 +169,17 @@ int run(int argc, char** argv) {
                  "lowest probability, for maps from OctoMap", {0.001, 0.499});
   line.addNumber("sensor_model/max", options.model.alpha_max,
                  "highest probability, for maps from OctoMap", {0.501, 0.999});
-  line.addPoint("min", options.min_m, "only space above these x, y and z, in metres");
-  line.addPoint("max", options.max_m, "only space below these x, y and z, in metres");
+  line.addPoint("min", options.min_m, "least x, y and z of the part, in metres");
+  line.addPoint("max", options.max_m, "greatest x, y and z of the part, in metres");
   line.addFlag("joined", options.boxes.are_joined,
                ".csv: cuboids joined across bricks, walls as walls");
   line.addNumber("boxes", options.boxes.max_boxes,
                  "maximum number of boxes, which cover all occupied space and add little volume; "
-                 "without it scenes have all joined cuboids",
+                 "without it, all joined cuboids",
                  {1, 1e6});
-  line.addTexts(
-      "keep-free", options.boxes.keep_free,
-      "with --boxes: space that no box may touch, such as the robot, as 'x y z x y z', the "
-      "least and the greatest in metres");
+  line.addTexts("keep-free", options.boxes.keep_free,
+                "with --boxes: a box that must stay free, such as the robot: 'min_x min_y min_z "
+                "max_x max_y max_z', in metres");
 #ifdef CUBOID_MAPPING_READS_BAGS
   addBagOptions(line, options.recorded);
 #endif

@@ -79,13 +79,12 @@ int run(int argc, char** argv) {
                    "all\nclouds together: doc/fleet.md.");
   line.addArgument(
       "first", options.first,
-      "map: .cuboids, .sqlite, .ot or .bt; frame and sensor model of the result are its own");
+      "map: .cuboids, .sqlite, .ot or .bt; gives the result its frame and sensor model");
   line.addArgument("second", options.second, "map: .cuboids, .sqlite, .ot or .bt");
   line.addText("output,o", options.output, "map to write: " + knownEndings());
-  line.addText(
-      "rule", options.rule,
-      "log-odds of voxels that both know: their sum, the second map's, or the greater ones",
-      {"sum", "later", "occupied"});
+  line.addText("rule", options.rule,
+               "log-odds of voxels known to both: their sum, the second map's, or the greater ones",
+               {"sum", "later", "occupied"});
   line.addPoint(
       "turn", options.turn_deg,
       "rotation of the second map in the frame of the first: about x, then y, then z, in degrees");

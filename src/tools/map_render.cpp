@@ -127,13 +127,12 @@ int run(int argc, char** argv) {
   Options options;
   CommandLine line(
       "map_render",
-      "Draws a map as PNG or PPM, without a display: from straight above, or from a point.\n"
-      "Occupied voxels are coloured by height, or as asked for; light grey is free, white is "
-      "unknown.");
+      "Draws a map as PNG or PPM, without a screen: from straight above, or from a point.\nColours "
+      "of occupied voxels: --color-by. Free space is light grey, unknown space is white.");
   line.addArgument("map", options.map, "map: .cuboids, .sqlite, .ot or .bt");
   line.addArgument("picture", options.picture, "picture to write: .png or .ppm");
   line.addPoint("eye", options.eye, "position of the camera, in metres");
-  line.addPoint("look-at", options.target, "where to look, in metres");
+  line.addPoint("look-at", options.target, "point in the middle of the picture, in metres");
   line.addNumber("angle", options.angle_deg, "height of the view in degrees, with --eye", {1, 170});
   line.addNumber("range", options.range_m, "largest distance from the camera in metres, with --eye",
                  {0.01, 1e5});
@@ -141,9 +140,8 @@ int run(int argc, char** argv) {
   line.addNumber("max-z", options.max_z_m,
                  "leave out everything above this height in metres, such as a ceiling");
   line.addText("color-by", options.colors, "meaning of the colours", kColorNames);
-  line.addFlag(
-      "joined", options.are_joined,
-      "colour by cuboids that are joined across bricks, with --color-by size or probability");
+  line.addFlag("joined", options.are_joined,
+               "colour cuboids joined across bricks, with --color-by size or probability");
   line.addNumber("width", options.size.width, "width of the picture in pixels", {1, 16384});
   line.addNumber("height", options.size.height, "height of the picture in pixels", {1, 16384});
   if (const auto status = line.parse(argc, argv)) return *status;

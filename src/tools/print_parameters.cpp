@@ -14,8 +14,8 @@ int run(int argc, char** argv) {
   bool is_yaml = false;
   cuboid_mapping::CommandLine line(
       "print_parameters", "Prints the parameters of cuboid_mapping with their defaults and help.");
-  line.addFlag("markdown", is_markdown, "a table for each group, as in doc/parameters.md");
-  line.addFlag("yaml", is_yaml, "a file for rosparam, as config/default.yaml");
+  line.addFlag("markdown", is_markdown, "print a table for each group, as in doc/parameters.md");
+  line.addFlag("yaml", is_yaml, "print a file for rosparam, such as config/default.yaml");
   if (const auto status = line.parse(argc, argv)) return *status;
   if (is_markdown == is_yaml) throw std::runtime_error("give either --markdown or --yaml");
   std::cout << (is_markdown ? toMarkdownTable() : toYaml());

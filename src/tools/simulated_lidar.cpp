@@ -114,7 +114,7 @@ int runBag(int argc, char** argv) {
   line.addNumber("head-start", config.head_start_m,
                  "distance that the robot has driven at the start, in metres");
   line.addFlag("all-sensors", has_all_sensors,
-               "with a second lidar, a planar laser at twice the rate, and a depth camera at three "
+               "add a second lidar, a planar laser at twice the rate, and a depth camera at three "
                "times the rate");
   if (const auto status = line.parse(argc, argv)) return *status;
   if (file.empty()) throw std::runtime_error(argv[1] + std::string(" requires --bag"));

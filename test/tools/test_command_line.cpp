@@ -17,6 +17,7 @@ struct Program {
   std::size_t count = std::numeric_limits<std::size_t>::max();
   double rate_hz = 10.0;
   std::vector<double> eye;
+  unsigned num_boxes = 0;
   std::vector<int> branchings{2, 4};
   std::string fusion = "brick";
   std::vector<std::string> settings;
@@ -33,6 +34,7 @@ struct Program {
     line.addNumber("width", width, "in pixels", {1, 100});
     line.addNumber("count", count, "of clouds", {1});
     line.addNumber("rate", rate_hz, "in Hz");
+    line.addNumber("boxes", num_boxes, "none by default", {1, 5});
     line.addPoint("eye", eye, "where to look from");
     line.addList("branching", branchings, "of the tree", Range{2, 64});
     line.addText("fusion", fusion, "the strategy", {"brick", "class"});
@@ -118,9 +120,10 @@ TEST(CommandLine, explainsOptionsWithRangesAndDefaults) {
       << program.out;
   for (const char* line :
        {"  others                more maps", "  -h [ --help ]",
-        "in pixels (from 1 to 100; default 7)", "of clouds (at least 1)", "in Hz (default 10)",
-        "  --eye x y z", "(from 2 to 64; default 2,4)",
-        "the strategy (brick, class; default brick)", "  -o [ --output ] text"}) {
+        "in pixels (from 1 to 100; default 7)", "none by default (from 1 to 5)",
+        "of clouds (at least 1)", "in Hz (default 10)", "  --eye x y z",
+        "(from 2 to 64; default 2,4)", "the strategy (brick, class; default brick)",
+        "  -o [ --output ] text"}) {
     EXPECT_NE(program.out.find(line), std::string::npos) << line << '\n' << program.out;
   }
   EXPECT_EQ(program.parse({"--version"}), std::optional<int>(0)) << "without its arguments";
