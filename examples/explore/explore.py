@@ -150,6 +150,7 @@ def distance(a, b):
 
 
 if __name__ == '__main__':
-    argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter).parse_args(rospy.myargv()[1:])
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.parse_args(rospy.myargv()[1:])
     rospy.init_node('explore')
     Explorer().explore()

@@ -60,6 +60,14 @@ class InstallSpaceTest(unittest.TestCase):
                 self.assertNotIn(str(DEVEL), needed)
         self.assertIn('Usage', run(programs / 'map_convert', '--help', env=self.environment))
 
+    def test_programs_answer_help_without_a_master(self):
+        environment = {**self.environment, 'ROS_MASTER_URI': 'http://localhost:1'}
+        for path in (self.space / 'lib' / PACKAGE).iterdir():
+            is_script = path.read_bytes()[:2] == b'#!' and path.name != 'check_arguments'  # roslaunch calls that one.
+            if is_script or path.name in ('cuboid_mapping_node', 'example_planner', 'simulated_lidar'):
+                with self.subTest(path.name):
+                    self.assertRegex(run('timeout', '20', path, '--help', env=environment), '(?i)usage: ')
+
     def test_every_file_is_there_that_is_read_at_run_time(self):
         for folder in ('launch', 'config', 'rviz', 'msg', 'srv'):
             for path in (SOURCE / folder).iterdir():
