@@ -1,9 +1,12 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: BSD-3-Clause
 """Figures quoted by README and doc/evaluation.md are in generated tables, and these come from the kept runs."""
+import contextlib
+import io
 import json
 import pathlib
 import re
+import runpy
 import subprocess
 import sys
 import tempfile
@@ -182,6 +185,16 @@ class ScalingTest(unittest.TestCase):
         self.assertEqual(exponent([(1, 5), (2, 10)]), '1.00')
         self.assertEqual(exponent([(1, 1), (2, 4), (4, 8)]), '1.50 ± 0.29')
         self.assertEqual(exponent([(1, 1), (2, float('nan')), (4, 8)]), '-')
+
+
+class MissingDataTest(unittest.TestCase):
+
+    def test_a_data_set_that_is_missing_fails_its_runs(self):
+        sys.path.insert(0, str(ROOT / 'scripts'))
+        from benchmark_runs import Run
+        run_all = runpy.run_path(str(ROOT / 'scripts/benchmark'))['run_all']
+        with tempfile.TemporaryDirectory() as folder, contextlib.redirect_stdout(io.StringIO()):
+            self.assertEqual(run_all([Run('missing', 0.1), Run('missing', 0.2)], pathlib.Path(folder), pathlib.Path(folder)), 2)
 
 
 class NodesTest(unittest.TestCase):
