@@ -88,8 +88,8 @@ class EvaluationTest(unittest.TestCase):
         text = (ROOT / 'doc/evaluation.md').read_text()
         self.text = ' '.join(re.sub(r'<!-- benchmark:begin.*?<!-- benchmark:end -->', '', text, flags=re.DOTALL).split())
         self.readme = (ROOT / 'README.md').read_text()
-        heads = read_block('readings', 'evaluation')[0][1:]
-        self.readings = {row[0]: dict(zip(heads, map(number, row[1:]))) for row in read_block('readings', 'evaluation')[1:]}
+        heads = read_block('readings', 'tables/evaluation')[0][1:]
+        self.readings = {row[0]: dict(zip(heads, map(number, row[1:]))) for row in read_block('readings', 'tables/evaluation')[1:]}
 
     def test_the_range_of_cells_in_readme_is_that_of_all_sets_and_resolutions(self):
         shares = [number(cell) for row in read_block('resolutions', 'evaluation') if row[1] == 'class'
