@@ -4,6 +4,7 @@
 #include "cuboid_mapping/map/cuboid_map.h"
 #include "cuboid_mapping/query/unknown_policy.h"
 
+#include <algorithm>
 #include <cstdint>
 #include <optional>
 #include <vector>
@@ -53,14 +54,19 @@ class DistanceField {
   [[nodiscard]] std::size_t numBytes() const;
 
  private:
-  /// Values of a box, row by row along x.
+  /// Values of a box, row by row along x. A row has some places beyond the box if that has fewer.
   template <typename T>
   struct Rows {
     CellBox box;
+    std::int32_t width;
     std::vector<T> values;
 
-    explicit Rows(const CellBox& of, T value)
-        : box(of), values(static_cast<std::size_t>(of.numVoxels()), value) {}
+    Rows(const CellBox& of, T value, std::int32_t min_width = 1)
+        : box(of),
+          width(std::max(of.size().x, min_width)),
+          values(static_cast<std::size_t>(width) * static_cast<std::size_t>(of.size().y) *
+                     static_cast<std::size_t>(of.size().z),
+                 value) {}
     [[nodiscard]] T* row(std::int32_t y, std::int32_t z) { return &values[indexOf(y, z)]; }
     [[nodiscard]] const T* row(std::int32_t y, std::int32_t z) const {
       return &values[indexOf(y, z)];
@@ -72,7 +78,7 @@ class DistanceField {
       const Cell size = box.size();
       return (static_cast<std::size_t>(z - box.min.z) * static_cast<std::size_t>(size.y) +
               static_cast<std::size_t>(y - box.min.y)) *
-             static_cast<std::size_t>(size.x);
+             static_cast<std::size_t>(width);
     }
   };
 

@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstring>
 #include <limits>
 #include <set>
 #include <stdexcept>
@@ -46,29 +47,52 @@ CellBox checkedSurroundings(const CellBox& region, double bound) {
 
 std::int16_t squareOf(std::int32_t offset) { return static_cast<std::int16_t>(offset * offset); }
 
-/// Squares of what rows hold. The values are offsets, or squares, which are at most kFar.
+/// Places of a row that are worked on at once: they fill a register.
+constexpr std::int32_t kLanes = 8;
+using Lanes = std::int16_t __attribute__((vector_size(2 * kLanes)));
+
+/// Squares of what rows hold from a place on: offsets, or squares, which are at most kFar.
 ///@{
-std::int16_t leastSquare(std::int8_t a, std::int8_t b) {
-  return std::min(squareOf(a), squareOf(b));
+Lanes squaresAt(const std::int8_t* offsets) {
+  std::int8_t __attribute__((vector_size(kLanes))) lanes;
+  std::memcpy(&lanes, offsets, sizeof(lanes));
+  const Lanes wide = __builtin_convertvector(lanes, Lanes);
+  return wide * wide;
 }
-std::int16_t leastSquare(std::int16_t a, std::int16_t b) { return std::min(a, b); }
+Lanes squaresAt(const std::int16_t* squares) {
+  Lanes lanes;
+  std::memcpy(&lanes, squares, sizeof(lanes));
+  return lanes;
+}
 ///@}
 
-/// Least of the rows around one and of the squares of their distances from it, in a part of it.
+Lanes lesser(const Lanes& a, const Lanes& b) { return a < b ? a : b; }
+
+bool isAnyGreater(const Lanes& lanes, std::int16_t limit) {
+  std::uint64_t bits[2];
+  const Lanes are_greater = lanes > limit;
+  std::memcpy(bits, &are_greater, sizeof(bits));
+  return (bits[0] | bits[1]) != 0;
+}
+
+/// Least of the rows around one and of the squares of their distances from it, in a part of it and up to kLanes - 1
+/// places around.
 /// @param row_of  (int distance): the row so far before or behind. The sums fit: a distance is at most 127.
+/// @param width  Of a row, at least kLanes.
 template <typename PartT, typename RowOfT>
-void findLeast(const PartT& part, std::int32_t bound, const RowOfT& row_of, std::int16_t* least) {
-  for (std::int32_t distance = 0; distance <= bound; ++distance) {
-    const auto* before = row_of(-distance);
-    const auto* behind = row_of(distance);
-    const std::int16_t added = squareOf(distance);
-    std::int16_t greatest = 0;
-    for (std::int32_t i = part.begin; i < part.end; ++i) {
-      const auto sum = static_cast<std::int16_t>(leastSquare(before[i], behind[i]) + added);
-      least[i] = distance == 0 ? sum : std::min(least[i], sum);
-      greatest = std::max(greatest, least[i]);
+void findLeast(const PartT& part, std::int32_t width, std::int32_t bound, const RowOfT& row_of,
+               std::int16_t* least) {
+  for (std::int32_t begin = part.begin; begin < part.end; begin += kLanes) {
+    const std::int32_t at = std::min(begin, width - kLanes);
+    Lanes lanes = squaresAt(row_of(0) + at);
+    // Those farther away add more.
+    for (std::int32_t distance = 1; distance <= bound && isAnyGreater(lanes, squareOf(distance));
+         ++distance) {
+      const Lanes rows =
+          lesser(squaresAt(row_of(-distance) + at), squaresAt(row_of(distance) + at));
+      lanes = lesser(lanes, rows + squareOf(distance));
     }
-    if (greatest <= squareOf(distance + 1)) return;  // Those farther away add more.
+    std::memcpy(least + at, &lanes, sizeof(lanes));
   }
 }
 
@@ -91,21 +115,23 @@ PartT store(T* row, const std::vector<T>& values, PartT part) {
   return part;
 }
 
-/// Offsets of the places of a row to the nearest obstacle. @param obstacles  Where they are, ascending.
-/// @param first  The first place.
-void findOffsets(const std::vector<std::int32_t>& obstacles, std::int32_t first, std::int32_t bound,
+/// Offsets of the places of a row to the nearest obstacle. @param obstacles  Where they are from the first place on,
+/// ascending.
+void findOffsets(const std::vector<std::int32_t>& obstacles, std::int32_t bound,
                  std::vector<std::int8_t>& offsets) {
   std::fill(offsets.begin(), offsets.end(), kNoOffset);
-  if (obstacles.empty()) return;
-  std::size_t nearest = 0;
-  for (std::size_t i = 0; i < offsets.size(); ++i) {
-    const std::int32_t at = first + static_cast<std::int32_t>(i);
-    while (nearest + 1 < obstacles.size() &&
-           std::abs(obstacles[nearest + 1] - at) < std::abs(obstacles[nearest] - at)) {
-      ++nearest;
+  const auto size = static_cast<std::int32_t>(offsets.size());
+  std::int32_t begin = 0;
+  for (std::size_t i = 0; i < obstacles.size(); ++i) {
+    const std::int32_t at = obstacles[i];
+    // The next one is nearer from the middle on.
+    const std::int32_t middle =
+        i + 1 < obstacles.size() ? ((at + obstacles[i + 1]) >> 1) + 1 : size;
+    const std::int32_t end = std::min({middle, at + bound + 1, size});
+    for (std::int32_t place = std::max(begin, at - bound); place < end; ++place) {
+      offsets[static_cast<std::size_t>(place)] = static_cast<std::int8_t>(at - place);
     }
-    const std::int32_t offset = obstacles[nearest] - at;
-    if (std::abs(offset) <= bound) offsets[i] = static_cast<std::int8_t>(offset);
+    begin = std::max(begin, middle);
   }
 }
 
@@ -122,11 +148,11 @@ DistanceField::DistanceField(const CuboidMap& map, const CellBox& region, double
       policy_(policy),
       offsets_({{region.min.x, around_.min.y, around_.min.z},
                 {region.max.x, around_.max.y, around_.max.z}},
-               kNoOffset),
+               kNoOffset, kLanes),
       layers_({{region.min.x, region.min.y, around_.min.z},
                {region.max.x, region.max.y, around_.max.z}},
-              kFar),
-      squares_(region, kFar),
+              kFar, kLanes),
+      squares_(region, kFar, kLanes),
       row_changes_(edgeOf(offsets_.box), {}),
       layer_changes_(edgeOf(layers_.box), {}) {
   ChangeSet everything;
@@ -172,11 +198,11 @@ void DistanceField::computeRows(const Obstacles& obstacles, std::int32_t brick_y
       for (std::size_t i = 0; i < masks.size(); ++i) {
         std::uint64_t left = masks[i][z & (kBrickEdge - 1)] >> (8 * (y & (kBrickEdge - 1))) & 0xFF;
         for (; left != 0; left &= left - 1) {
-          found.push_back(first_x + static_cast<std::int32_t>(kBrickEdge * i) +
+          found.push_back(first_x - region_.min.x + static_cast<std::int32_t>(kBrickEdge * i) +
                           __builtin_ctzll(left));
         }
       }
-      findOffsets(found, region_.min.x, bound_, offsets);
+      findOffsets(found, bound_, offsets);
       *row_changes_.row(y, z) = store(offsets_.row(y, z), offsets, Part{0, region_.size().x});
     }
   }
@@ -195,14 +221,14 @@ void DistanceField::computeLayers() {
       }
     }
   }
-  std::vector<std::int16_t> squares(static_cast<std::size_t>(region_.size().x));
+  std::vector<std::int16_t> squares(static_cast<std::size_t>(layers_.width));
   for (std::int32_t z = around_.min.z; z < around_.max.z; ++z) {
     for (std::int32_t y = region_.min.y; y < region_.max.y; ++y) {
       const Part part = *parts.row(y, z);
       *layer_changes_.row(y, z) = {};
       if (part.isEmpty()) continue;
       const auto row_of = [&](std::int32_t distance) { return offsets_.row(y + distance, z); };
-      findLeast(part, bound_, row_of, squares.data());
+      findLeast(part, layers_.width, bound_, row_of, squares.data());
       *layer_changes_.row(y, z) = store(layers_.row(y, z), squares, part);
     }
   }
@@ -221,12 +247,13 @@ void DistanceField::computeSquares() {
       }
     }
   }
-  for (std::int32_t z = region_.min.z; z < region_.max.z; ++z) {
-    for (std::int32_t y = region_.min.y; y < region_.max.y; ++y) {
+  // The rows of one y together fit into the cache.
+  for (std::int32_t y = region_.min.y; y < region_.max.y; ++y) {
+    for (std::int32_t z = region_.min.z; z < region_.max.z; ++z) {
       const Part part = *parts.row(y, z);
       if (part.isEmpty()) continue;
       const auto row_of = [&](std::int32_t distance) { return layers_.row(y, z + distance); };
-      findLeast(part, bound_, row_of, squares_.row(y, z));
+      findLeast(part, layers_.width, bound_, row_of, squares_.row(y, z));
     }
   }
 }
