@@ -1,5 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // The running node: clouds go in, markers come out.
+#include "cuboid_mapping/GetCuboids.h"
+#include "cuboid_mapping/SetBox.h"
 #include "cuboid_mapping/map/cuboid_map.h"
 #include "cuboid_mapping/scan/scan_update.h"
 #include "ros/marker_picture.h"
@@ -23,7 +25,9 @@ namespace cuboid_mapping_ros::test {
 namespace {
 
 using cuboid_mapping::CuboidMap;
+using cuboid_mapping::GetCuboids;
 using cuboid_mapping::MapConfig;
+using cuboid_mapping::SetBox;
 using visualization_msgs::MarkerArray;
 
 /// A viewer of a topic of markers.
@@ -235,6 +239,37 @@ TEST_F(NodeMarkersTest, ResetTakesThemAllAway) {
   EXPECT_GT(occupied.picture().numDeletes(), 0U);
 
   EXPECT_EQ(RemoteViewer("/occupied_cuboids", 1).nextPicture(), "");
+}
+
+// This node has markers/joined.
+TEST(NodeWithJoinedMarkers, AWallThroughSeveralBricksIsOneBox) {
+  const std::string node = "/with_sensor_frame";
+  ASSERT_TRUE(ros::service::waitForService(node + "/set_box", ros::Duration(kDeadline_s)));
+  Viewer occupied(node + "/occupied_cuboids");
+  SetBox wall;
+  wall.request.boxes.resize(1);
+  wall.request.boxes[0].min = toPoint({20.5, 0.0, 0.0});
+  wall.request.boxes[0].max = toPoint({24.5, 0.1, 1.6});
+  wall.request.occupancy = SetBox::Request::OCCUPIED;
+  ASSERT_TRUE(callService(node + "/set_box", wall));
+  ASSERT_TRUE(wall.response.info.success) << wall.response.info.message;
+  EXPECT_TRUE(waitFor([&] { return occupied.picture().cubes().size() == 1; }));
+  const std::array<long, 6> one_cube{22'500'000, 50'000, 800'000, 4'000'000, 100'000, 1'600'000};
+  EXPECT_EQ(occupied.picture().cubes().at(0).geometry_um, one_cube);
+
+  GetCuboids cuboids;
+  cuboids.request.everything = true;
+  cuboids.request.classes = GetCuboids::Request::OCCUPIED;
+  cuboids.request.joined = true;
+  ASSERT_TRUE(callService(node + "/get_cuboids", cuboids));
+  ASSERT_EQ(cuboids.response.cuboids.size(), 1U);
+  EXPECT_NEAR(cuboids.response.cuboids[0].min.x, 20.5, 1e-9);
+  EXPECT_NEAR(cuboids.response.cuboids[0].max.x, 24.5, 1e-9);
+  EXPECT_NEAR(cuboids.response.cuboids[0].max.z, 1.6, 1e-9);
+
+  wall.request.occupancy = SetBox::Request::UNKNOWN;
+  ASSERT_TRUE(callService(node + "/set_box", wall));
+  EXPECT_TRUE(occupied.waitForCubes({}));
 }
 
 }  // namespace
