@@ -53,6 +53,7 @@ cuboid_mapping_add_part(core
   cuboid_mapping/query/pose_query.cpp
   cuboid_mapping/query/pose_search.cpp
   cuboid_mapping/query/ray_query.cpp
+  cuboid_mapping/query/sphere_query.cpp
   cuboid_mapping/query/value_query.cpp
   cuboid_mapping/rtree/block_pool.cpp
   cuboid_mapping/rtree/inner_tree.cpp

@@ -57,28 +57,11 @@ template <typename ShapeT>
 const Cell* BodyProbe::findMet(const ShapeT& shape) {
   if (region_ && !region_->contains(shape.bounds())) return keep(shape.bounds().min);
   if constexpr (std::is_same_v<ShapeT, Ball>) {
-    if (NearObstacles::isSmall(shape)) return near_.findMet(shape);
+    return near_.findMet(shape);
+  } else {
+    const auto met = findMetByBrick(shape, cache_);
+    return met ? keep(*met) : nullptr;
   }
-  return findMetByBrick(shape);
-}
-
-template <typename ShapeT>
-const Cell* BodyProbe::findMetByBrick(const ShapeT& shape) {
-  const CellBox bounds = shape.bounds();
-  const Cell first = brickOf(bounds.min);
-  const Cell& end = bounds.max;
-  Cell brick;
-  for (brick.z = first.z; brick.z < end.z; brick.z += kBrickEdge) {
-    for (brick.y = first.y; brick.y < end.y; brick.y += kBrickEdge) {
-      for (brick.x = first.x; brick.x < end.x; brick.x += kBrickEdge) {
-        const BrickObstacles* obstacles = cache_.find(brick);
-        if (cache_.budget().isSpent()) return nullptr;
-        if (obstacles == nullptr || !shape.meets(Cube::of(brick, kBrickEdge))) continue;
-        if (const auto met = findMetInBrick(shape, *obstacles)) return keep(*met);
-      }
-    }
-  }
-  return nullptr;
 }
 
 template <typename GrowthT>

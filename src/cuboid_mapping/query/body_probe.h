@@ -49,8 +49,6 @@ class BodyProbe {
   std::optional<PoseContact> find(const Eigen::Isometry3d& T_map_body, const GrowthT& growth);
   template <typename ShapeT>
   const Cell* findMet(const ShapeT& shape);
-  template <typename ShapeT>
-  const Cell* findMetByBrick(const ShapeT& shape);
   const Cell* keep(const Cell& met) { return &(met_ = met); }
 
   const Body& body_;

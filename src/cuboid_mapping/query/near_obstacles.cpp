@@ -5,6 +5,17 @@
 
 namespace cuboid_mapping {
 
+/// Whether the voxel at the centre of a ball is an obstacle: a ball inside of obstacles needs no more.
+bool NearObstacles::isMetAtCenter(const Ball& ball) {
+  const Cell center = ball.centerCell();
+  const BrickObstacles* obstacles = cache_.find(brickOf(center));
+  if (obstacles == nullptr || cache_.budget().isSpent()) return false;
+  if (!obstacles->voxels.test(voxelIndex(center)) || !ball.meets(Cube::of(center, 1.0))) {
+    return false;
+  }
+  return keep(center) != nullptr;
+}
+
 /// Looks at the bricks around a ball.
 void NearObstacles::moveTo(const Ball& ball) {
   const CellBox bounds = ball.bounds();
@@ -13,12 +24,15 @@ void NearObstacles::moveTo(const Ball& ball) {
   corner_ = toVector(first);
   middle_ = half_ = 0.5F * toVector(end - first).cast<float>();
   near_.clear();
+  cache_.trim();
+  free_radius_ = 0.0F;
   forEachBrick({first, end}, [&](const Cell& brick) {
     const BrickObstacles* found = cache_.find(brick);
     if (found == nullptr || cache_.budget().isSpent()) return;
     const CellBox& box = found->box;
     const Eigen::Vector3f half = 0.5F * toVector(box.size()).cast<float>();
-    near_.push_back({toVector(box.min - first).cast<float>() + half, half, *found});
+    const Eigen::Vector3f center = toVector(box.min - first).cast<float>() + half;
+    near_.push_back({center, half, cache_.numberOf(found)});
   });
 }
 
@@ -30,10 +44,7 @@ bool NearObstacles::findMetIn(const BrickObstacles& obstacles, const Ball& ball)
   }
   const bool is_met =
       obstacles.voxels.test(voxelIndex(nearest)) && ball.meets(Cube::of(nearest, 1.0));
-  const std::optional<Cell> met = is_met ? nearest : findMetInBrick(ball, obstacles);
-  has_met_ = met.has_value();
-  if (met) met_ = *met;
-  return has_met_;
+  return keep(is_met ? nearest : findMetInBrick(ball, obstacles)) != nullptr;
 }
 
 }  // namespace cuboid_mapping

@@ -4,6 +4,8 @@
 #include "cuboid_mapping/query/body_shapes.h"
 #include "cuboid_mapping/query/obstacle_cache.h"
 
+#include <algorithm>
+#include <cmath>
 #include <cstdint>
 #include <optional>
 #include <vector>
@@ -31,31 +33,57 @@ template <typename ShapeT>
   return std::nullopt;
 }
 
+/// An obstacle that a shape meets, brick by brick; nothing, too, if the budget of the cache is spent.
+template <typename ShapeT>
+[[nodiscard]] std::optional<Cell> findMetByBrick(const ShapeT& shape, ObstacleCache& cache) {
+  const CellBox bounds = shape.bounds();
+  const Cell first = brickOf(bounds.min);
+  const Cell& end = bounds.max;
+  Cell brick;
+  for (brick.z = first.z; brick.z < end.z; brick.z += kBrickEdge) {
+    for (brick.y = first.y; brick.y < end.y; brick.y += kBrickEdge) {
+      for (brick.x = first.x; brick.x < end.x; brick.x += kBrickEdge) {
+        cache.trim();
+        const BrickObstacles* obstacles = cache.find(brick);
+        if (cache.budget().isSpent()) return std::nullopt;
+        if (obstacles == nullptr || !shape.meets(Cube::of(brick, kBrickEdge))) continue;
+        if (const auto met = findMetInBrick(shape, *obstacles)) return met;
+      }
+    }
+  }
+  return std::nullopt;
+}
+
 /// The bricks with obstacles around a ball, kept for the balls after it: those of an arm lie close together, and meet
 /// few of these bricks.
 class NearObstacles {
  public:
   /// @param cache  Must outlive this object.
-  explicit NearObstacles(ObstacleCache& cache) : cache_(cache) {}
+  explicit NearObstacles(ObstacleCache& cache) : cache_(cache) { near_.reserve(64); }
 
-  /// Whether the bricks around a ball are few enough to keep.
-  [[nodiscard]] static bool isSmall(const Ball& ball) { return ball.radius() <= kMaxRadius; }
-  /// An obstacle that a ball meets, valid until the next call; null: none, or the budget is spent. @pre isSmall(ball).
+  /// An obstacle that a ball meets, valid until the next call; null: none, or the budget is spent.
   [[nodiscard]] const Cell* findMet(const Ball& ball) {
     if (has_met_ && ball.meets(Cube::of(met_, 1.0))) return &met_;
     has_met_ = false;
+    if (ball.radius() > kMaxRadius) return keep(findMetByBrick(ball, cache_));
     const float reach = static_cast<float>(ball.radius()) + kRounding;
-    Eigen::Vector3f center = placeOf(ball);
-    if (((center - middle_).cwiseAbs() - half_).maxCoeff() > -reach) {
+    Eigen::Array3f center = placeOf(ball);
+    if (isInFree(center, reach)) return nullptr;
+    if (roomAround(center) < reach) {
+      if (isMetAtCenter(ball)) return &met_;
       moveTo(ball);
       center = placeOf(ball);
     }
     if (cache_.budget().isSpent()) return nullptr;
+    const float square = reach * reach;
+    float least = roomAround(center) * roomAround(center);
     for (const Near& near : near_) {
-      const Eigen::Array3f away = (center - near.center).cwiseAbs() - near.half;
-      if (away.max(0.0F).square().sum() >= reach * reach) continue;
-      if (findMetIn(near.obstacles, ball)) return &met_;
+      const float apart = ((center - near.center).abs() - near.half).max(0.0F).square().sum();
+      least = std::min(least, std::max(apart, square));
+      if (apart < square && findMetIn(cache_[near.obstacles], ball)) return &met_;
     }
+    free_center_ = center;
+    free_radius_ = std::sqrt(least) - 2.0F * kRounding;
     return nullptr;
   }
 
@@ -67,25 +95,41 @@ class NearObstacles {
   /// A brick with obstacles, and the box around them in voxels from the corner of the window: single precision decides
   /// which bricks a ball is far from.
   struct Near {
-    Eigen::Vector3f center;
-    Eigen::Vector3f half;
-    BrickObstacles obstacles;
+    Eigen::Array3f center;
+    Eigen::Array3f half;
+    std::uint32_t obstacles;  ///< Number of them.
   };
 
+  bool isMetAtCenter(const Ball& ball);
   void moveTo(const Ball& ball);
   /// The centre of a ball from the corner of the window.
-  [[nodiscard]] Eigen::Vector3f placeOf(const Ball& ball) const {
+  [[nodiscard]] Eigen::Array3f placeOf(const Ball& ball) const {
     return (ball.center() - corner_).cast<float>();
   }
+  /// Whether a ball lies in the one that is known to be free.
+  [[nodiscard]] bool isInFree(const Eigen::Array3f& center, float reach) const {
+    const float room = free_radius_ - reach;
+    return room > 0.0F && (center - free_center_).square().sum() < room * room;
+  }
+  /// Distance to the faces of the window; negative outside.
+  [[nodiscard]] float roomAround(const Eigen::Array3f& center) const {
+    return (half_ - (center - middle_).abs()).minCoeff();
+  }
   bool findMetIn(const BrickObstacles& obstacles, const Ball& ball);
+  const Cell* keep(const std::optional<Cell>& met) {
+    has_met_ = met.has_value();
+    return has_met_ ? &(met_ = *met) : nullptr;
+  }
 
   ObstacleCache& cache_;
-  Eigen::Vector3d corner_ = Eigen::Vector3d::Zero();         ///< Of the window: whole bricks.
-  Eigen::Vector3f middle_ = Eigen::Vector3f::Zero();         ///< Of the window, from its corner.
-  Eigen::Vector3f half_ = Eigen::Vector3f::Constant(-1.0F);  ///< Half the edges of the window.
+  Eigen::Vector3d corner_ = Eigen::Vector3d::Zero();       ///< Of the window: whole bricks.
+  Eigen::Array3f middle_ = Eigen::Array3f::Zero();         ///< Of the window, from its corner.
+  Eigen::Array3f half_ = Eigen::Array3f::Constant(-1.0F);  ///< Half the edges of the window.
   std::vector<Near> near_;
   Cell met_;  ///< The obstacle that the last ball met: the next one often meets it, too.
   bool has_met_ = false;
+  Eigen::Array3f free_center_ = Eigen::Array3f::Zero();  ///< Of a ball without an obstacle.
+  float free_radius_ = 0.0F;
 };
 
 }  // namespace cuboid_mapping

@@ -7,10 +7,6 @@ namespace cuboid_mapping {
 
 void ObstacleCache::look(const Cell& brick, Slot& slot) {
   if (!budget().spend()) return;
-  if (found_.size() == kMaxFound) {
-    slots_.fill(Slot());
-    found_.clear();
-  }
   const BrickMask voxels = obstacles_.inBrick(brick);
   slot = {brick, kNothing};
   if (voxels.isEmpty()) return;

@@ -26,6 +26,13 @@ class ObstacleCache {
 
   [[nodiscard]] Budget& budget() const { return obstacles_.budget(); }
 
+  /// Forgets all bricks when they are many. Their numbers end with this.
+  void trim() {
+    if (found_.size() < kMaxFound) return;
+    slots_.fill(Slot());
+    found_.clear();
+  }
+
   /// The obstacles of a brick; null: none. Valid until the next call; arbitrary if the budget is spent.
   [[nodiscard]] const BrickObstacles* find(const Cell& brick) {
     Slot& slot = slots_[static_cast<std::size_t>((brick.x >> 3 & 7) | (brick.y >> 3 & 7) << 3 |
@@ -33,6 +40,16 @@ class ObstacleCache {
     if (slot.brick != brick) look(brick, slot);
     return slot.number == kNothing ? nullptr : &found_[slot.number];
   }
+
+  /// Number of obstacles that find() has just found, and the obstacles with a number.
+  ///@{
+  [[nodiscard]] std::uint32_t numberOf(const BrickObstacles* found) const {
+    return static_cast<std::uint32_t>(found - found_.data());
+  }
+  [[nodiscard]] const BrickObstacles& operator[](std::uint32_t number) const {
+    return found_[number];
+  }
+  ///@}
 
  private:
   static constexpr std::size_t kNumSlots = 256;

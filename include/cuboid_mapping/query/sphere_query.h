@@ -1,0 +1,54 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include "cuboid_mapping/map/cuboid_map.h"
+#include "cuboid_mapping/query/budget.h"
+#include "cuboid_mapping/query/unknown_policy.h"
+#include "cuboid_mapping/query/way_answer.h"
+
+#include <cstdint>
+#include <memory>
+#include <vector>
+
+namespace cuboid_mapping {
+
+/// A ball in a map, such as a part of an arm.
+struct Sphere {
+  Eigen::Vector3d center_map = Eigen::Vector3d::Zero();  ///< Metres.
+  double radius_m = 0.0;                                 ///< > 0.
+};
+
+/// Whether balls meet an obstacle: one batch after the other, such as an arm at the states of a plan.
+///
+/// Exact against the voxels, as checkPoses(). Keeps obstacles that it has looked at, at most 130 kB, until the map's
+/// revision changes; a map that is assigned needs a new checker. Not thread-safe: each thread needs its own.
+class SphereChecker {
+ public:
+  /// @param map, budget  Must outlive this object. The budget counts bricks that are looked at.
+  SphereChecker(const CuboidMap& map, UnknownPolicy policy, Budget& budget = Budget::unlimited());
+  SphereChecker(SphereChecker&& other) noexcept;
+  SphereChecker& operator=(SphereChecker&& other) noexcept;
+  ~SphereChecker();
+
+  /// Answers for each of some balls. Those that touch the ones before them are faster.
+  ///
+  /// Cases:
+  ///   - a number that is not finite, a radius below Body::kMinSize or above Body::kMaxReach voxels, a ball that
+  ///     reaches out of the grid's range: kInvalid;
+  ///   - the budget is spent: kBudgetSpent for this ball and those after it.
+  ///
+  /// @complexity O(bricks that a ball overlaps, and voxels in the way near it), until the first contact; for each
+  /// ball.
+  [[nodiscard]] std::vector<WayAnswer> check(const std::vector<Sphere>& spheres);
+
+ private:
+  struct Kept;
+
+  const CuboidMap* map_;
+  UnknownPolicy policy_;
+  Budget* budget_;
+  std::uint64_t revision_;
+  std::unique_ptr<Kept> kept_;  ///< Obstacles of this revision.
+};
+
+}  // namespace cuboid_mapping
