@@ -4,6 +4,7 @@
 #include "cuboid_mapping/interop/ompl.h"
 #include "cuboid_mapping/query/fit_query.h"
 #include "mapped_scans.h"
+#include "timing.h"
 
 #include <fcl/geometry/octree/octree.h>
 #include <fcl/narrowphase/collision.h>
@@ -18,6 +19,7 @@
 #include <ctime>
 #include <functional>
 #include <memory>
+#include <numeric>
 #include <random>
 #include <string>
 #include <utility>
@@ -34,6 +36,7 @@ struct Options {
   double resolution_m = 0.05;
   int num_plans = 50;
   double time_s = 5.0;
+  double range_m = 0.0;  ///< Longest motion; 0: OMPL chooses it.
   unsigned int seed = 1;
 };
 
@@ -133,7 +136,7 @@ class RecordedMotions : public ob::MotionValidator {
 
 /// Plans of all tasks.
 struct Plans {
-  double passed_s = 0.0;
+  std::vector<double> times_s;  ///< One for each task.
   double length_m = 0.0;
   int num_solved = 0;
   int num_that_touch = 0;  ///< Paths.
@@ -154,12 +157,14 @@ std::shared_ptr<ob::RealVectorStateSpace> makeSpace(const CuboidMap& map) {
 /// Plans one task. @param prepare  (og::SimpleSetup&): sets the validity of states, and of motions.
 /// @param is_over  Ends it, as the time does.
 template <typename PrepareT>
-void plan(const Scene& scene, const Task& task, const PrepareT& prepare,
+void plan(const Scene& scene, const Task& task, const PrepareT& prepare, double range_m,
           const ob::PlannerTerminationCondition& is_over, Plans& plans) {
   const auto space = makeSpace(scene.map);
   og::SimpleSetup setup(space);
   prepare(setup);
-  setup.setPlanner(std::make_shared<og::RRTConnect>(setup.getSpaceInformation()));
+  const auto planner = std::make_shared<og::RRTConnect>(setup.getSpaceInformation());
+  planner->setRange(range_m);
+  setup.setPlanner(planner);
   ob::ScopedState<> from(space);
   ob::ScopedState<> to(space);
   for (unsigned int axis = 0; axis < 3; ++axis) {
@@ -170,7 +175,7 @@ void plan(const Scene& scene, const Task& task, const PrepareT& prepare,
   setup.setup();
   const std::clock_t begin = std::clock();
   const bool is_solved = setup.solve(is_over) == ob::PlannerStatus::EXACT_SOLUTION;
-  plans.passed_s += static_cast<double>(std::clock() - begin) / CLOCKS_PER_SEC;
+  plans.times_s.push_back(static_cast<double>(std::clock() - begin) / CLOCKS_PER_SEC);
   if (!is_solved) return;
   ++plans.num_solved;
   plans.length_m += setup.getSolutionPath().length();
@@ -204,7 +209,7 @@ void planTwice(const Scene& scene, const Task& task, const Options& options, uns
   for (Plans* plans : {&validity.plans, &validity.replayed}) {
     ompl::RNG::setSeed(seed);
     answers.is_replay = plans == &validity.replayed;
-    plan(scene, task, prepare,
+    plan(scene, task, prepare, options.range_m,
          ob::plannerOrTerminationCondition(
              ob::timedPlannerTerminationCondition(options.time_s),
              ob::PlannerTerminationCondition([&] { return answers.isOver(); })),
@@ -239,6 +244,11 @@ std::vector<Validity> makeValidities(const Scene& scene, double resolution_m) {
           makeOctreeValidity("fcl::OcTree: 10 states a voxel", octree, resolution_m / 10.0)};
 }
 
+double mean(const std::vector<double>& values) {
+  return std::accumulate(values.begin(), values.end(), 0.0) /
+         std::max<double>(1.0, static_cast<double>(values.size()));
+}
+
 void measure(const Options& options) {
   ompl::msg::setLogLevel(ompl::msg::LOG_NONE);  // It does not like that seeds are set anew.
   const Scene scene = makeScene(options);
@@ -249,16 +259,24 @@ void measure(const Options& options) {
     for (Validity& validity : validities) planTwice(scene, task, options, seed, validity);
   }
   std::printf(
-      "%s at %.2f m, robot 0.6 x 0.6 x 0.3 m, unknown space passes, RRT-Connect, %.1f s at most\n\n"
-      "| validity | plans a CPU second | the same answers at no cost | solved | mean length [m] | "
-      "that touch an obstacle |\n"
-      "|---|---|---|---|---|---|\n",
-      options.dataset.c_str(), options.resolution_m, options.time_s);
-  const auto num_tasks = static_cast<double>(scene.tasks.size());
+      "%s at %.2f m, robot 0.6 x 0.6 x 0.3 m, unknown space passes, RRT-Connect, range %.1f m, "
+      "%.1f s "
+      "at most; CPU times, the same answers at no cost in brackets\n\n"
+      "| validity | median plan [ms] | times ours, median of the plans | mean [ms] | solved | "
+      "mean length [m] | that touch an obstacle |\n"
+      "|---|---|---|---|---|---|---|\n",
+      options.dataset.c_str(), options.resolution_m, options.range_m, options.time_s);
+  const std::vector<double>& ours_s = validities[0].plans.times_s;
   for (const auto& [name, make_motions, plans, replayed] : validities) {
-    std::printf("| %s | %.2f | %.2f | %d of %zu | %.1f | %d |\n", name, num_tasks / plans.passed_s,
-                num_tasks / replayed.passed_s, plans.num_solved, scene.tasks.size(),
-                plans.length_m / std::max(1, plans.num_solved), plans.num_that_touch);
+    std::vector<double> ratios;
+    for (std::size_t i = 0; i < ours_s.size(); ++i) {
+      ratios.push_back(plans.times_s[i] / std::max(1e-6, ours_s[i]));
+    }
+    std::printf("| %s | %.2f (%.2f) | %.1f | %.1f (%.1f) | %d of %zu | %.1f | %d |\n", name,
+                1e3 * median(plans.times_s), 1e3 * median(replayed.times_s), median(ratios),
+                1e3 * mean(plans.times_s), 1e3 * mean(replayed.times_s), plans.num_solved,
+                scene.tasks.size(), plans.length_m / std::max(1, plans.num_solved),
+                plans.num_that_touch);
   }
 }
 
@@ -271,6 +289,7 @@ int run(int argc, char** argv) {
   line.addNumber("resolution", options.resolution_m, "edge of a voxel [m]", {0.001, 100.0});
   line.addNumber("plans", options.num_plans, "plans to make", {1, 1e6});
   line.addNumber("time", options.time_s, "largest time of a plan [s]", {0.001, 1e6});
+  line.addNumber("range", options.range_m, "longest motion [m]; 0: OMPL chooses it", {0.0, 1e6});
   line.addNumber("seed", options.seed, "seed of places and planners");
   if (const auto status = line.parse(argc, argv)) return *status;
   measure(options);
