@@ -19,9 +19,9 @@ struct CoverTask {
 /// Outcome of coverOccupied() and findFreeBoxes().
 enum class BoxesEnd : unsigned char {
   kInvalid,  ///< max_boxes is 0, or the region is empty.
-  kFound,    ///< There is an answer.
-  /// max_boxes are not enough: CoverTask::keep_free lies between the voxels, or they are so far apart that a
-  /// box around them has more than 2^22 bricks.
+  kFound,    ///< The search has an answer.
+  /// coverOccupied() needs more than max_boxes: CoverTask::keep_free lies between the voxels, or a box around
+  /// them has more than 2^22 bricks.
   kTooFewBoxes,
   kBudgetSpent,  ///< The budget was spent before there was an answer.
 };
@@ -29,7 +29,7 @@ enum class BoxesEnd : unsigned char {
 /// Answer of coverOccupied().
 struct BoxCover {
   BoxesEnd end = BoxesEnd::kInvalid;  ///< Outcome of the search.
-  /// Boxes, largest first; they may overlap. With kTooFewBoxes: more than max_boxes, the fewest that were
+  /// Boxes, largest first; they may overlap. With kTooFewBoxes: more than max_boxes, as few as the search has
   /// found. With kInvalid and kBudgetSpent: none.
   std::vector<CellBox> boxes;
   double occupied_volume_m3 = 0.0;  ///< Volume of the occupied voxels in the boxes.
@@ -37,18 +37,18 @@ struct BoxCover {
   double left_out_volume_m3 = 0.0;  ///< Volume of occupied voxels of the region inside keep_free.
 };
 
-/// Covers the occupied voxels of a region by a few boxes that add little volume, for planners that take
-/// boxes only.
+/// Covers the occupied voxels of a region by a few boxes that add little volume, for planners that take boxes
+/// only.
 ///
-/// The search unites the two joined cuboids that add the least volume, again and again; then it splits single
-/// boxes and unites others in exchange while this lessens the added volume. The least possible volume is not
-/// guaranteed: the problem is NP-hard. Deterministic.
+/// The search repeatedly unites the two boxes that add the least volume, starting with the joined cuboids.
+/// Then, for at most 1000 boxes, it splits one box and unites two others, as long as this lessens the added
+/// volume. The volume need not be the least possible: that problem is NP-hard. Deterministic.
 ///
 /// Cases:
 ///   - nothing is occupied: kFound without boxes;
-///   - as many boxes as joined cuboids: these, nothing is added.
+///   - max_boxes suffice for the joined cuboids: these, without added volume.
 ///
-/// @param budget  Limits the bricks to look at and, as entries, the boxes.
+/// @param budget  Entries are boxes.
 /// @complexity About O(n log n) box unions for n joined cuboids, each O(bricks of the union).
 [[nodiscard]] BoxCover coverOccupied(const CuboidMap& map, const CoverTask& task,
                                      Budget& budget = Budget::unlimited());

@@ -18,22 +18,23 @@ struct FreeBoxesTask {
 /// Answer of findFreeBoxes().
 struct FreeBoxes {
   BoxesEnd end = BoxesEnd::kInvalid;  ///< Outcome of the search.
-  std::vector<CellBox> boxes;         ///< Boxes of kFound in the order of discovery.
-  double covered_volume_m3 = 0.0;     ///< Volume of the boxes, each voxel counted once.
-  double missing_volume_m3 = 0.0;     ///< Volume of the free voxels of the region in no box.
+  std::vector<CellBox> boxes;      ///< Boxes of kFound, in the order in which the search took them.
+  double covered_volume_m3 = 0.0;  ///< Volume of the boxes, each voxel counted once.
+  double missing_volume_m3 = 0.0;  ///< Volume of the free voxels of the region in no box.
 };
 
 /// A few boxes of free voxels that hold much of the free space of a region.
 ///
-/// The largest joined cuboids grow until each of their faces meets a voxel that is not free, or belongs to
-/// another box where they may not overlap; the box that gains the most is taken, again and again. Boxes that
-/// may overlap gain at least 63 % of the best choice among the grown boxes. Deterministic.
+/// The largest joined cuboids grow until each face meets a voxel that is not free, or, without may_overlap,
+/// that belongs to another box. The search repeatedly takes the box that adds the most volume. With may_overlap
+/// this is at least 63 % of the volume of the best choice among the grown boxes (G. Nemhauser, L. Wolsey, M.
+/// Fisher, 1978). Deterministic.
 ///
 /// Cases:
 ///   - nothing is free: kFound without boxes;
-/// fewer boxes hold all free voxels: these.
+///   - fewer boxes hold all free voxels: these.
 ///
-/// @param budget  Limits the bricks to look at and, as entries, the boxes.
+/// @param budget  Entries are boxes.
 /// @complexity O((1000 + n) g) for n boxes and g bricks on the faces of a growing box.
 [[nodiscard]] FreeBoxes findFreeBoxes(const CuboidMap& map, const FreeBoxesTask& task,
                                       Budget& budget = Budget::unlimited());

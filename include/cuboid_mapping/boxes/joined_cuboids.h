@@ -8,18 +8,16 @@
 
 namespace cuboid_mapping {
 
-/// The cuboids of a region, joined across bricks: two of one class that share a whole face become one,
-/// until no two do. Walls come as walls, not as tiles of eight voxels.
+/// The cuboids of a region, joined across bricks: two of one class that share a whole face become one, first
+/// along x, then y, then z, until no two do. A wall becomes one cuboid, not tiles of eight voxels.
 ///
-/// They are disjoint and cover exactly the voxels of their class in the region. They and their order
-/// depend on the classes of these voxels alone: not on the order of clouds, nor on the fusion of the map.
-///
-/// They are joined along x first, then y, then z.
+/// Joined cuboids are disjoint and cover exactly the voxels of their class in the region. They and their order
+/// depend on the classes of these voxels alone, not on the order of clouds or the fusion of the map.
 ///
 /// Cases:
 ///   - an empty region, or nothing known in it: none;
 ///   - kAllCells: the whole map;
-///   - the budget is spent: the cuboids of bricks that were not looked at are missing.
+///   - the budget is spent: cuboids are missing.
 ///
 /// @param classes  Classes to join, each by itself.
 /// @complexity O(bricks of the region, or all known bricks if these are fewer; and cuboids), about

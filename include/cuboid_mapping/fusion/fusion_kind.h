@@ -10,11 +10,10 @@ namespace cuboid_mapping {
 enum class FusionKind : unsigned char {
   kClass,   ///< Large boxes of one class in bricks of 8 x 8 x 8 voxels.
   kGrowth,  ///< The paper's fusion, see GrowthConfig.
-  kNone,    ///< Every voxel stays a cuboid: the baseline.
+  kNone,    ///< Every voxel is a cuboid: the baseline.
 };
 
-/// Time at which FusionKind::kClass divides a brick whose classes have changed. The cuboids do not depend
-/// on it.
+/// Time at which FusionKind::kClass divides a brick whose classes have changed. The cuboids are the same.
 enum class FusionTime : unsigned char {
   kEveryCloud,  ///< With each change, by all threads (the paper).
   kWhenRead,    ///< At the first read of its cuboids: for programs that read at the end.

@@ -27,15 +27,15 @@ using SearchDirections = std::array<SearchDirection, 6>;
 enum class GrowthStep : unsigned char {
   kCell,      ///< Grows by one voxel.
   kOwnWidth,  ///< Grows by the cell's width along the direction: it doubles.
-  /// Grows by the width of the neighbour at the least corner of the face, so that fused cuboids can absorb
-  /// each other. Not in the paper.
+  /// Grows by the width of the neighbor at the least corner of the face, so that fused cuboids can absorb each
+  /// other. Not in the paper.
   kNeighbour,
 };
 
 /// Name of a step: "cell", "own_width" or "neighbour".
 [[nodiscard]] const char* toString(GrowthStep step);
 
-/// Order in which a cell tries the search directions.
+/// Order in which a cell tries the search directions (paper, Figure 5; other orders are its future work).
 struct SearchStrategy {
   /// The rule that gives the order.
   enum class Order : unsigned char {

@@ -24,7 +24,7 @@ namespace cuboid_mapping {
   return {brick.x + (voxel & 7), brick.y + (voxel >> 3 & 7), brick.z + (voxel >> 6)};
 }
 
-/// Whether a box that is not empty lies in one brick.
+/// Whether a box lies in one brick. @pre It is not empty.
 [[nodiscard]] constexpr bool isInOneBrick(const CellBox& box) {
   return brickOf(box.min) == brickOf(box.max - Cell{1, 1, 1});
 }
@@ -38,7 +38,8 @@ namespace cuboid_mapping {
   return count;
 }
 
-/// Whether holds(brick) is true for a brick that shares a cell with the box; stops at the first.
+/// Whether holds(brick) is true for a brick that shares a cell with the box; stops at the first. Bricks are
+/// tried in the order of their least cells. @complexity O(numBricks(box)).
 template <typename PredicateT>
 [[nodiscard]] bool anyBrick(const CellBox& box, PredicateT holds) {
   if (box.isEmpty()) return false;
@@ -53,7 +54,7 @@ template <typename PredicateT>
   return false;
 }
 
-/// Calls visit(brick) for each brick that shares a cell with the box.
+/// Calls visit(brick) for each brick that shares a cell with the box, in the order of anyBrick().
 template <typename VisitorT>
 void forEachBrick(const CellBox& box, VisitorT visit) {
   (void)anyBrick(box, [&](const Cell& brick) {
@@ -75,8 +76,8 @@ void sortBricks(std::vector<ItemT>& items) {
             [](const ItemT& a, const ItemT& b) { return isBeforeOnMortonCurve(a.brick, b.brick); });
 }
 
-/// A group is an aligned cube of 4 x 4 x 4 bricks, named by its least cell: its edge in voxels, and
-/// the number of its bricks.
+/// Edge of a group in voxels, and its number of bricks. A group is an aligned cube of 4 x 4 x 4 bricks, named
+/// by its least cell.
 ///@{
 constexpr std::int32_t kGroupEdge = 4 * kBrickEdge;
 constexpr std::size_t kGroupBricks = 64;

@@ -9,8 +9,8 @@
 
 namespace cuboid_mapping {
 
-/// A brick is an aligned cube of 8 x 8 x 8 voxels, named by its least cell: its edge in voxels, and
-/// their number.
+/// Edge of a brick in voxels, and its number of voxels. A brick is an aligned cube of voxels, named by its
+/// least cell.
 ///@{
 constexpr std::int32_t kBrickEdge = 8;
 constexpr int kBrickVoxels = kBrickEdge * kBrickEdge * kBrickEdge;

@@ -9,7 +9,7 @@ namespace cuboid_mapping {
 
 /// Integer name of a voxel: floor(coordinate / resolution) on each axis.
 struct Cell {
-  /// Along an axis, the voxel reaches from the coordinate times the resolution to one resolution more.
+  /// The voxel reaches from coordinate * resolution (included) to (coordinate + 1) * resolution (excluded).
   ///@{
   std::int32_t x = 0;
   std::int32_t y = 0;
@@ -61,7 +61,8 @@ constexpr Cell operator+(const Cell& a, const Cell& b) { return {a.x + b.x, a.y 
 constexpr Cell operator-(const Cell& a, const Cell& b) { return {a.x - b.x, a.y - b.y, a.z - b.z}; }
 ///@}
 
-/// Hash of 32 well mixed bits, also for cells on a lattice.
+/// Hash for std::unordered_map, whose sizes libstdc++ chooses prime. Its low bits depend little on z: a table
+/// of 2^n slots needs the high bits.
 struct CellHash {
   /// The hash: below 2^32, and the same on all machines.
   [[nodiscard]] constexpr std::size_t operator()(const Cell& cell) const {

@@ -80,7 +80,7 @@ constexpr bool operator!=(const CellBox& a, const CellBox& b) { return !(a == b)
 /// Up to six disjoint boxes, as `subtract` returns them.
 class BoxPieces {
  public:
-  /// @pre size() < 6.
+  /// Appends a box. @pre size() < 6.
   void add(const CellBox& box) {
     assert(size_ < static_cast<int>(boxes_.size()));
     boxes_[static_cast<std::size_t>(size_++)] = box;

@@ -61,7 +61,7 @@ class Grid {
   /// when an edge is not > 0, not finite, or beyond the grid's range. Tolerance as in toCellBox.
   [[nodiscard]] std::optional<Cell> toSizeInCells(const Eigen::Vector3d& size_m) const;
 
-  /// A point in units of voxels: the cell is its floor.
+  /// A point in units of voxels; its floor is the cell. Not checked for the range.
   [[nodiscard]] Eigen::Vector3d toCellUnits(const Eigen::Vector3d& point_map) const {
     return point_map * inverse_resolution_;
   }
@@ -71,10 +71,10 @@ class Grid {
     return point_cells * resolution_m_;
   }
 
-  /// The faces of a cell box in metres.
+  /// The faces of a cell box in metres, map frame.
   [[nodiscard]] MetricBox toMetricBox(const CellBox& box) const;
 
-  /// The centre of a cell box in metres.
+  /// The centre of a cell box in metres, map frame.
   [[nodiscard]] Eigen::Vector3d centerOf(const CellBox& box) const;
 
  private:

@@ -20,8 +20,8 @@ class SqliteDatabase;
 /// Steps per voxel to which programs round the points of kept clouds; a point then takes less than 2 bytes.
 constexpr double kKeptStepsPerVoxel = 16.0;
 
-/// Rounds all positions of a scan, but its origin, to multiples of a step, so that packScans() loses nothing. Positions
-/// that are not finite, or more than 2^30 steps away, are left out. @param step_m  > 0.
+/// Rounds all positions of a scan except its origin to multiples of a step, so that packScans() loses nothing.
+/// Removes positions that are not finite, or more than 2^30 steps away. @param step_m  > 0.
 void roundScan(Scan& scan, double step_m);
 
 /// Takes a scan from the frame of a body to the map, as makeScan() does.
@@ -34,8 +34,9 @@ void roundScan(Scan& scan, double step_m);
 [[nodiscard]] std::vector<Scan> unpackScans(std::string_view bytes, double step_m);
 ///@}
 
-/// Scans of clouds, in the frame of the body that carried the sensor, in an SQLite table by number. The table is a
-/// temporary file of SQLite, which spills to the disk when its cache is full, and is removed with this object.
+/// Scans of clouds, in the frame of the body that carried the sensor, in an SQLite table by number. The table
+/// is a temporary file of SQLite, which spills to the disk when its cache is full, and is removed with this
+/// object.
 ///
 /// Functions throw MapFileError, for example if the disk is full. Not thread-safe.
 class KeptClouds {

@@ -15,7 +15,7 @@
 
 namespace cuboid_mapping {
 
-/// Rules by which the clouds of a sensor enter a map.
+/// Settings with which the clouds of a sensor enter a map.
 struct ObservationConfig {
   SensorModelConfig sensor_model;  ///< Hit and miss of the sensor, thresholds of the map.
   BeamRanges ranges;               ///< Ranges of the beams.
@@ -29,18 +29,18 @@ struct KeptCloud {
   std::int64_t stamp_ns = 0;  ///< Stamp since 1970.
   /// Current pose of the body in the map.
   Eigen::Isometry3d T_map_body = Eigen::Isometry3d::Identity();
-  /// Scans in the frame of the body, with anchors of 0 and rounded, see roundScan(). A sweep measured on the move has
-  /// one scan for each slice, relative to the body at the stamp.
+  /// Scans in the frame of the body, with anchors of 0 and rounded, see roundScan(). A sweep measured on the
+  /// move has one scan for each slice, relative to the body at the stamp.
   std::vector<Scan> scans_body;
 };
 
-/// Limits of a MapHistory.
+/// Limits of a MapHistory. Beyond them, clouds become fixed.
 struct HistoryLimits {
   std::uint64_t max_bytes = std::uint64_t{1} << 30;  ///< Limit of the packed clouds.
-  double max_age_s = 1e9;  ///< Clouds older than the newest by more than this become fixed.
+  double max_age_s = 1e9;  ///< Maximum age of a cloud, by the stamp of the newest one.
 };
 
-/// Amount that a MapHistory keeps.
+/// Amounts in a MapHistory.
 struct HistoryFigures {
   std::size_t num_clouds = 0;    ///< Kept clouds.
   std::uint64_t num_bytes = 0;   ///< Size of the packed clouds.
@@ -51,7 +51,7 @@ struct HistoryFigures {
 /// Rule for clouds before the first and after the last new pose.
 enum class OutsidePoses : unsigned char {
   kFollow,  ///< They move as the body at the first or the last pose does.
-  kStay     ///< They stay where they are.
+  kStay     ///< They keep their poses.
 };
 
 /// Distance from the body at which motions are compared with the tolerance.
@@ -62,8 +62,8 @@ struct CorrectionRule {
   OutsidePoses outside = OutsidePoses::kFollow;  ///< Rule for clouds outside the new poses.
   /// A cloud keeps its pose if the new one moves no point at kShiftDistance_m from the body by more: >= 0.
   double tolerance_m = 0.0;
-  /// Edits and their locks move as the body did at the last cloud before them, or else at the first kept cloud:
-  /// by as many whole voxels as the center of the edit moves, without a turn. If false, they stay.
+  /// Edits and their locks move with the body at the last cloud before them, or else at the first kept cloud:
+  /// by the shift of the center of the edit in whole voxels, without a turn. If false, they stay.
   bool edits_move = false;
 };
 
@@ -95,11 +95,11 @@ class MapCorrection {
 /// The clouds and edits of a map in their order, from which the map can be made again with corrected poses: the
 /// initial map, packed scans of the clouds, and results of the edits.
 ///
-/// A corrected map equals, voxel by voxel, the map that the same clouds with the new poses, and the same edits, make
-/// from scratch in the order of arrival. Clouds are rounded before they enter the first map (roundScan()), so that
-/// it equals a map rebuilt from them with equal poses.
+/// A corrected map equals, voxel by voxel, the map that the same clouds with the new poses, and the same edits,
+/// make from scratch in the order of arrival. Clouds are rounded (roundScan()) before they enter the first map,
+/// so that it equals a map rebuilt from the kept clouds with the same poses.
 ///
-/// Beyond the limits, the oldest cloud becomes fixed: it goes into the initial map, and no correction moves it any
+/// Beyond the limits, the oldest cloud becomes fixed: it enters the initial map, and no correction moves it any
 /// more. This takes the time of one more cloud, and the memory of a second map.
 ///
 /// Edits and locks stay where they are in the map, or move along: see CorrectionRule.
@@ -122,43 +122,49 @@ class MapHistory {
   /// Adds a cloud that is in the map. Older clouds may become fixed.
   void add(const KeptCloud& cloud, const ObservationConfig& config);
 
-  /// Adds an edit: the current content of the map inside a box, and its locks. @param box  Empty: the locks alone.
+  /// Adds an edit: the current content of the map inside a box, and its locks. @param box  Empty: the locks
+  /// alone.
   /// @param whole  Box of the whole edit if this is a part of it, so that all parts move as one; else empty.
   void addEdit(const CellBox& box, const CuboidMap& map, const CellBox& whole = {});
 
   /// Number of clouds and edits added so far, in all.
   [[nodiscard]] std::uint64_t numAdded() const;
 
-  /// Drops edits that were undone: the map is as it was before them. Does nothing if there were others, or clouds, or a
-  /// restart(), or while a MapCorrection lives. @param num_before  numAdded() before them. @param count  Edits, and edits that undid them.
+  /// Drops edits that were undone, after which the map is as before them. Does nothing if other edits, clouds
+  /// or a restart() came in between, or while a MapCorrection lives.
+  /// @param num_before  numAdded() before them. @param count  Number of edits, and of edits that undid them.
   void dropEdits(std::uint64_t num_before, std::uint64_t count);
 
   /// Current amounts.
   [[nodiscard]] HistoryFigures figures() const;
 
-  /// Largest motion of a point at this distance from the body, over the clouds within the new poses; 0 without any.
+  /// Largest motion of a point at this distance from the body, over the clouds within the new poses; 0 without
+  /// any.
   [[nodiscard]] double findShift_m(const PoseTrack& poses, double distance_m) const;
 
-  /// Begins a correction, which catchUp() fills. @param current  Null, or the map made from the clouds and edits so far;
-  /// nothing changes the map or the history during the call. If few clouds move, bricks that none of them touches, with
-  /// old or new pose, are taken over from it: the result is the same. Not with FusionKind::kGrowth.
+  /// Begins a correction, which catchUp() fills.
+  /// @param current  Null, or the map made from the clouds and edits so far; nothing changes it or the history
+  ///                 during the call. If few clouds and no edits move, bricks that no moved cloud touches, with
+  ///                 old or new pose, are copied from it: the result is the same. Ignored with
+  ///                 FusionKind::kGrowth.
   /// @throws std::invalid_argument  when no cloud is kept, or none lies within the new poses.
   [[nodiscard]] MapCorrection begin(const PoseTrack& poses, const CorrectionRule& rule = {},
                                     const CuboidMap* current = nullptr);
 
-  /// Rebuilds the map with other poses of the body, on the config's threads: begin() and catchUp(). Clouds and edits may
-  /// be added meanwhile, but with `current` only after begin() has returned.
+  /// Rebuilds the map with other poses of the body, on the config's threads: begin() and catchUp(). Clouds and
+  /// edits may be added meanwhile, but with `current` only after begin() has returned.
   /// @param listener  Reports clouds and edits; its exceptions are passed on. @throws As begin().
   [[nodiscard]] MapCorrection correct(const PoseTrack& poses, const CorrectionRule& rule = {},
                                       const ProgressListener& listener = {},
                                       const CuboidMap* current = nullptr);
 
-  /// Puts observations added since then into a corrected map, so that finish() has less to do.
-  /// @throws std::runtime_error  after a restart(), and as correct(). @return Clouds and edits that it has put in.
+  /// Puts clouds and edits added since the last call into a corrected map, so that finish() has less to do.
+  /// @throws std::runtime_error  after a restart(), and as correct(). @return Number of clouds and edits put
+  ///         in.
   std::size_t catchUp(MapCorrection& correction, const ProgressListener& listener = {});
 
-  /// As catchUp(); then the clouds have the new poses. Nothing may be added between this call and the caller's
-  /// exchange of the maps.
+  /// As catchUp(); then gives the kept clouds their new poses. Nothing may be added between this call and the
+  /// caller's exchange of the maps.
   void finish(MapCorrection& correction);
 
  private:

@@ -27,8 +27,8 @@ enum class SceneFormat : unsigned char {
 
 /// Boxes in a frame.
 struct BoxScene {
-  std::string frame_id =
-      "map";  ///< Frame of the boxes; the formats name a link, a model or the scene after it.
+  /// Frame of the boxes; the formats name a link, a model or the scene after it.
+  std::string frame_id = "map";
   std::vector<MetricBox> boxes;  ///< Boxes, finite.
 };
 

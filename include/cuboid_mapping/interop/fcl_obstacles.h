@@ -17,7 +17,8 @@ namespace cuboid_mapping {
 /// the map may change afterwards. Metres, map frame. Not thread-safe, as the tree is not.
 class FclObstacles {
  public:
-  /// @param region  Cuboids that share a voxel with it are taken, whole. @complexity O(k log k).
+  /// @param region  Takes all cuboids that share a voxel with it, unclipped. @complexity O(k log k) for k
+  ///                cuboids.
   FclObstacles(const CuboidMap& map, const CellBox& region);
 
   /// The tree, for fcl's collide() and distance() with a callback.

@@ -14,11 +14,10 @@ namespace cuboid_mapping {
 
 /// Inserts a scan as octomap_server does.
 ///
-/// Without a max range: octomap::OcTree::insertPointCloud, not discretized, not lazy. With one:
-/// the same update sets, plus the voxel where a beam is cut as a miss, which octomap_server's
-/// insertScan has and insertPointCloud leaves out.
+/// Without a max range: octomap::OcTree::insertPointCloud, not discretized, not lazy. With one, it also updates
+/// the voxel where a beam is cut as a miss, as octomap_server's insertScan does.
 ///
-/// @pre scan.anchor_map is zero and scan.no_returns is empty: OctoMap has neither.
+/// @pre scan.anchor_map is zero, and the scan has points only: OctoMap has nothing else.
 /// @param max_range_m  Infinity for no limit.
 void insertIntoOctomap(const Scan& scan, double max_range_m, octomap::OcTree& tree);
 

@@ -20,7 +20,8 @@ struct OmplRobot {
   Eigen::Vector3d size_m = Eigen::Vector3d::Zero();  ///< Edges, > 0.
   UnknownPolicy policy = UnknownPolicy::kStop;       ///< Meaning of unknown space.
 
-  /// Centre of the robot. @param state  State of a three-dimensional ompl::base::RealVectorStateSpace: x, y, z, metres.
+  /// Centre of the robot. @param state  State of a three-dimensional ompl::base::RealVectorStateSpace: x, y, z,
+  /// metres.
   [[nodiscard]] static Eigen::Vector3d centerOf(const ompl::base::State* state) {
     return Eigen::Map<const Eigen::Vector3d>(
         state->as<ompl::base::RealVectorStateSpace::StateType>()->values);
@@ -47,8 +48,8 @@ class OmplStateValidity : public ompl::base::StateValidityChecker {
   OmplRobot robot_;
 };
 
-/// Checks straight motions of a robot by its swept box: exact, without a step size that could miss something. Ignores
-/// the bounds of the space.
+/// Checks straight motions of a robot by its swept box: exact, without a step size that could miss obstacles.
+/// Ignores the bounds of the space.
 class OmplMotionValidity : public ompl::base::MotionValidator {
  public:
   /// @param space  As for OmplStateValidity.
@@ -58,7 +59,7 @@ class OmplMotionValidity : public ompl::base::MotionValidator {
   /// Whether the robot can move from one state to the other.
   [[nodiscard]] bool checkMotion(const ompl::base::State* from,
                                  const ompl::base::State* to) const override {
-    // Most motions of a planner are blocked: single places show this sooner than the sweep.
+    // Most motions of a planner are blocked: checks of single places find this faster than the sweep.
     const Eigen::Vector3d start = OmplRobot::centerOf(from);
     const Eigen::Vector3d motion = OmplRobot::centerOf(to) - start;
     for (const double part : {1.0, 0.5}) {
@@ -66,8 +67,8 @@ class OmplMotionValidity : public ompl::base::MotionValidator {
     }
     return count(isPathFree(robot_.map, {start, start + motion}, robot_.size_m, robot_.policy));
   }
-  /// As above. @param last_valid  Unless null, gets the last place before the obstacle of a blocked motion, and its
-  /// fraction of the motion, 0 to 1.
+  /// As above. @param last_valid  Unless null, gets the last place before the obstacle of a blocked motion, and
+  /// its fraction of the motion, 0 to 1.
   [[nodiscard]] bool checkMotion(const ompl::base::State* from, const ompl::base::State* to,
                                  std::pair<ompl::base::State*, double>& last_valid) const override {
     const PathQueryResult swept = sweep(from, to);

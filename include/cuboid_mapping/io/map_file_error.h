@@ -13,10 +13,10 @@ namespace cuboid_mapping {
 enum class MapFileDefect : unsigned char {
   kInaccessible,  ///< Missing, not readable, not writable, a folder, or a full disk.
   kForeign,       ///< The file has another format.
-  kNewerVersion,  ///< A version of this format that is not known here.
+  kNewerVersion,  ///< The file has a later version of the format.
   kTruncated,     ///< The file ends too early.
   kCorrupted,     ///< A checksum or a value is wrong, or something follows the end.
-  kTooBig,        ///< More than memory could sensibly hold, or than a format can hold.
+  kTooBig,        ///< The map exceeds the limits of the caller, or of a format.
 };
 
 /// Thrown by all functions that read and write maps; what() has the defect and the cure.
@@ -33,7 +33,8 @@ class MapFileError : public std::runtime_error {
   MapFileDefect defect_;
 };
 
-/// Checks a snapshot that was read. @throws MapFileError (kTooBig or kCorrupted) when findFault() finds something.
+/// Checks a snapshot that was read. @throws MapFileError (kTooBig or kCorrupted) when findFault() finds
+/// something.
 void throwIfFaulty(const MapSnapshot& snapshot, const SnapshotLimits& limits);
 
 /// The bricks of boxes that were read from a file.

@@ -17,12 +17,12 @@ namespace cuboid_mapping {
 /// Formats of maps.
 enum class MapFormat : unsigned char {
   kNative,         ///< .cuboids: voxels and locks.
-  kStore,          ///< .sqlite: everything, page by page; see map_store.h.
+  kStore,          ///< .sqlite: voxels and progress, page by page; see map_store.h.
   kOctomapFull,    ///< .ot: voxels with log-odds.
   kOctomapBinary,  ///< .bt: voxels with classes.
-  kPcd,            ///< .pcd: centres of occupied voxels, intensity: probability. Only written.
-  kPly,            ///< .ply: the same. Only written.
-  kCsv             ///< .csv: a line for each cuboid. Only written.
+  kPcd,  ///< .pcd: centres of occupied voxels, with probability as intensity. Only written.
+  kPly,  ///< .ply: the same as .pcd. Only written.
+  kCsv   ///< .csv: a line for each cuboid. Only written.
 };
 
 /// Name of a format: "native", "OctoMap .ot" ...
@@ -41,15 +41,15 @@ struct MapFile {
   std::size_t num_bytes = 0;              ///< Size of the file.
 };
 
-/// Reads a map. The first bytes tell its format, not its name.
+/// Reads a map. The first bytes decide the format, not the name.
 ///
 /// @param model  Sensor model for OctoMap files, which have none.
 /// @throws MapFileError whose text begins with the name of the file. See the readers of the formats.
 [[nodiscard]] MapFile readMapFile(const std::string& file, const SensorModelConfig& model = {},
                                   const SnapshotLimits& limits = {});
 
-/// Replaces a file by a map, in the format of the file's extension; see replaceFile(). An existing store stays the
-/// same file, and gets the map in one transaction.
+/// Replaces a file by a map, as a whole or not at all, in the format of the file's extension. An existing store
+/// stays the same file, and gets the map in one transaction.
 /// @param listener  Reports bricks, or pages of a store; nothing for .ot and .bt.
 /// @return Bytes of the file.
 /// @throws MapFileError whose text begins with the name of the file: kForeign for an unknown
@@ -57,13 +57,14 @@ struct MapFile {
 std::size_t writeMapFile(const std::string& file, const MapSnapshot& snapshot,
                          const ProgressListener& listener = {});
 
-/// A map from a file of any known format, with the resolution, the sensor model and the environment of the file.
+/// A map from a file of any known format, with the resolution, the sensor model and the environment of the
+/// file.
 /// @throws MapFileError as readMapFile().
 [[nodiscard]] CuboidMap loadMap(const std::string& file);
 
-/// Replaces everything in a map by a file. The map keeps its sensor model and environment.
-/// @throws MapFileError as readMapFile(); kForeign for a file of another resolution: it is not rescaled. The map is then
-///         as it was.
+/// Replaces everything in a map by a file, also its locks. The map keeps its sensor model and environment.
+/// @throws MapFileError as readMapFile(); kForeign for a file of another resolution: it is not rescaled. The
+///         map is then as it was.
 ChangeSet loadMap(const std::string& file, CuboidMap& map);
 
 /// Replaces a file by a map, as writeMapFile(). @param frame_id  Frame of the map. @return Bytes of the file.

@@ -24,7 +24,7 @@ constexpr int kStoreVersion = 1;
 /// Purpose of opening a store.
 enum class StoreAccess : unsigned char {
   kRead,  ///< The file must be a store with a head. It stays as it is.
-  kWrite  ///< A file that is missing or empty becomes a store.
+  kWrite  ///< A missing or empty file becomes a store.
 };
 
 /// Whether a file begins as an SQLite database does; false when it cannot be read.
@@ -38,9 +38,11 @@ enum class StoreAccess : unsigned char {
 /// process dies.
 ///
 /// All functions throw MapFileError, whose text begins with the name of the file and says what to do:
-/// kForeign for a file that is no store, kNewerVersion, kCorrupted for a page whose checksum or place is
-/// wrong, kInaccessible for a file that another process has open, that cannot be written, a full disk
-/// and the like. The store is then as before. Not thread-safe.
+///   - kForeign: the file is no store; kNewerVersion;
+///   - kTruncated: StoreAccess::kRead, and the store has no map yet;
+///   - kCorrupted: the checksum or the place of a page is wrong;
+///   - kInaccessible: another process has the file open, it cannot be read or written, or the disk is full.
+/// The store is then as before. Locks of a map are not stored. Not thread-safe.
 class MapStore {
  public:
   /// The bricks of a page, along the Morton curve; empty for a page without bricks.
@@ -59,7 +61,7 @@ class MapStore {
   /// store.
   [[nodiscard]] const std::optional<MapSnapshot>& head() const { return head_; }
 
-  /// Sets the head, and ignores its bricks. Pages stay as they are.
+  /// Sets the head; ignores its bricks and locks. Pages stay as they are.
   void setHead(const MapSnapshot& head);
 
   /// All pages that have a known voxel, in no particular order. @complexity O(pages).
@@ -78,7 +80,7 @@ class MapStore {
   void replaceAll(const MapSnapshot& head, const std::vector<Cell>& pages,
                   const BricksOfPage& bricks_of);
 
-  /// Copies the store to another file, whole or not at all.
+  /// Copies the store to another file, which is replaced as a whole or not at all.
   void copyTo(const std::string& file) const;
 
  private:
@@ -94,7 +96,7 @@ class MapStore {
   std::optional<MapSnapshot> head_;
 };
 
-/// Opens a store for writing a map. A new store gets the map's head, an older one its sensor model.
+/// Opens a store for writing a map, and sets its head: an existing store gets a new sensor model and progress.
 /// @throws MapFileError  as MapStore, and kForeign for a store of another resolution, environment or frame.
 [[nodiscard]] std::unique_ptr<MapStore> openStoreOf(const MapSnapshot& head,
                                                     const std::string& file);

@@ -19,12 +19,12 @@ enum class OctreeKind : unsigned char {
 /// Whether bytes begin as an OctoMap file.
 [[nodiscard]] bool isOctomapFile(std::string_view bytes);
 
-/// A snapshot as the bytes of an OctoMap file: what octomap::OcTree::write (kFull) or writeBinary
-/// (kBinary) writes for these voxels. Sensor model and frame have no place in it.
+/// A snapshot as the bytes of an OctoMap file: those of octomap::OcTree::write (kFull) or writeBinary (kBinary)
+/// for these voxels. The file has no sensor model and no frame.
 /// @throws MapFileError (kTooBig) for voxels beyond +-32768, which an octree cannot hold.
 [[nodiscard]] std::string toOctomapFile(const MapSnapshot& snapshot, OctreeKind kind);
 
-/// Reads either format: trees of type OcTree, OcTreeStamped and ColorOcTree. Colours are left out.
+/// Reads either format: trees of type OcTree, OcTreeStamped and ColorOcTree, without stamps and colours.
 ///
 /// Cases:
 ///   - .ot: log-odds are taken as they are;

@@ -33,11 +33,11 @@ class ScanDataset {
 /// Cases:
 ///   - a folder: `poses.txt` with a line `index tx ty tz qx qy qz qw` per scan (map <- sensor; lines
 ///     beginning with # are comments), and `scans/NNNN.pcd`, the index in four digits;
-///   - a folder with `pcd/*.pcd` and no `poses.txt`, as KTH's DynamicMap benchmark has them: clouds in the map's
-///     frame, in the order of their names, whose VIEWPOINT is T_map_sensor;
-///   - a folder with .bin files of float32 x y z intensity, also in velodyne/, velodyne_points/data/ or scans/, and
-///     `poses.txt` with a line for each: a 3 x 4 matrix row by row, as KITTI has it (with the `Tr:` of calib.txt, if there
-///     is one), or as above;
+///   - a folder with `pcd/*.pcd` and no `poses.txt`, as KTH's DynamicMap benchmark has them: clouds in the
+///     map's frame, in the order of their names, whose VIEWPOINT is T_map_sensor;
+///   - a folder with .bin files of float32 x y z intensity, or with them in velodyne/, velodyne_points/data/ or
+///     scans/, and `poses.txt` with a line for each file: a 3 x 4 matrix row by row, as in KITTI, or a line as
+///     above. A `Tr:` in calib.txt takes points to the camera, whose poses KITTI gives;
 ///   - a file that ends in `.graph`: an octomap::ScanGraph.
 ///
 /// x, y and z of a .pcd file are float or double.

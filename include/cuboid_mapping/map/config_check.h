@@ -25,8 +25,7 @@ struct ConfigError {
 [[nodiscard]] std::vector<ConfigError> checkConfig(const MapperConfig& config);
 ///@}
 
-/// Throws if there are errors.
-/// @throws std::invalid_argument  if there are errors; the text lists all.
+/// Does nothing without errors. @throws std::invalid_argument  with all errors in its text.
 void throwIfAny(const std::vector<ConfigError>& errors);
 
 /// The configuration itself, if it has no errors. @throws std::invalid_argument as above.

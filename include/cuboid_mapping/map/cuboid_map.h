@@ -58,12 +58,11 @@ class LockedBoxes;
 /// The map: the exact log-odds of all known voxels, and disjoint cuboids of one class in an R-tree
 /// (paper, Section IV). Every change of a map goes through this class.
 ///
-/// Voxels, cuboids and the R-tree are always current; cuboids are read through cuboid_search.h. With
-/// FusionKind::kClass and kNone the cuboids are a function of the classes of the voxels alone, and the
-/// leaf nodes of the R-tree are the bricks.
+/// Readers see current voxels and cuboids; cuboid_search.h reads the cuboids. With FusionKind::kClass and kNone
+/// the cuboids are a function of the classes of the voxels alone, and the leaf nodes of the R-tree are the
+/// bricks.
 ///
-/// A change that throws std::bad_alloc has not been made: voxels, cuboids, locks and revision are as
-/// they were.
+/// A change that throws std::bad_alloc has not been made: voxels, cuboids, locks and revision are as before.
 ///
 /// Const functions may run side by side; a change needs exclusive access.
 class CuboidMap {
@@ -79,8 +78,8 @@ class CuboidMap {
 
   /// Updates the observed voxels (paper, Section IV-A).
   /// @param update  A brick that comes twice counts as one with the voxels of both.
-  /// @complexity O(b v + r log n) for b touched bricks of v different log-odds, and r of them that are new or
-  /// have other classes.
+  /// @complexity O(b v + r log n) for b touched bricks of v different log-odds, r of which are new or have
+  /// other classes; with locks or bricks out of order, O(b log b) more. FusionKind::kGrowth also grows cells.
   ChangeSet apply(const ScanUpdate& update) { return apply(update, sensor_model_); }
   /// As above, with the hit and miss of another sensor.
   /// @pre Thresholds and environment of `model` are those of sensorModel().
@@ -89,27 +88,26 @@ class CuboidMap {
   /// The two halves of apply(), so that other threads can read as long as possible.
   /// @pre Nothing changes the map between them.
   ///@{
-  /// Computes the new voxels, most of the time of apply(). Changes nothing: const
-  /// functions may run beside it. @throws std::bad_alloc
+  /// Computes the new voxels, which is most of the work. Changes nothing: const functions may run beside it.
+  /// @throws std::bad_alloc
   [[nodiscard]] VoxelStore::PendingChange prepare(const ScanUpdate& update,
                                                   const SensorModel& model) const;
-  /// @param update  The update given to prepare().
+  /// Makes the change. @param update  The update given to prepare(). @throws std::bad_alloc
   ChangeSet commit(const ScanUpdate& update, VoxelStore::PendingChange& change);
   ///@}
 
-  /// Replaces everything inside a box by voxels, exactly. For edits, loading, and copies
-  /// that follow another map. Locked voxels are replaced, too.
+  /// Replaces everything inside a box by voxels, exactly: for edits, loading, and copies of another map. Locked
+  /// voxels are replaced, too.
   ///
   /// Cases:
-  ///   - no voxels: the box becomes unknown; an empty box: nothing happens;
-  ///   - the voxels are there already: no change, the revision stays.
+  ///   - no bricks: the box becomes unknown;
+  ///   - an empty box, or the voxels are there already: no change, the revision stays.
   ///
-  /// Each once, with any finite log-odds. Voxels outside the box are
-  ///                ignored.
-  /// @complexity O(bricks that the box shares a cell with, or all known bricks if these are fewer;
-  /// and `bricks`).
+  /// @param bricks  Any finite log-odds. If a brick comes twice, the later one counts. Voxels outside the box
+  ///                are ignored.
+  /// @complexity As VoxelStore::prepareReplace(), and O(log n) for each brick that changes.
   ChangeSet replace(const CellBox& box, const std::vector<VoxelBrick>& bricks);
-  /// As above. @param boxes  Disjoint, inside the box.
+  /// As above. @param boxes  Where two overlap, the later one counts. Voxels outside the box are ignored.
   /// @throws std::invalid_argument  Log-odds are not finite; the map is as it was.
   ChangeSet replace(const CellBox& box, const std::vector<UniformBox>& boxes);
 
@@ -117,9 +115,10 @@ class CuboidMap {
   /// in use. Locks stay. @pre The configs are equal. @complexity O(1).
   ChangeSet exchange(CuboidMap& other);
 
-  /// Keeps clouds from changing the voxels of a box, known or not; replace() and clear() still do.
+  /// Keeps clouds from changing the voxels of a box, known or not. replace() and exchange() still change them.
+  /// @complexity O((k + 1) log n) for n locked boxes, k of which share a voxel with this one.
   void lock(const CellBox& box);
-  /// Undoes lock() for the voxels of a box, whatever boxes they were locked with.
+  /// Undoes lock() for the voxels of a box, whichever boxes they were locked with. @complexity As lock().
   void unlock(const CellBox& box);
   /// Locks the voxels of these boxes, and no others.
   void setLocked(const std::vector<CellBox>& boxes);
@@ -128,10 +127,10 @@ class CuboidMap {
   /// The locked voxels as disjoint boxes, by their least cells. @complexity O(n log n) for n boxes.
   [[nodiscard]] std::vector<CellBox> lockedBoxes() const;
 
-  /// Sets the sensor model for later clouds. Log-odds stay as they are, also beyond new
-  /// clamping thresholds, until a cloud touches them. With FusionKind::kGrowth, voxels that are no
-  /// longer stable become single cells. @throws std::invalid_argument as the constructor; the map is
-  /// then as it was.
+  /// Sets the sensor model for later clouds. Log-odds stay as they are, also beyond new clamping thresholds,
+  /// until a cloud updates them. With FusionKind::kGrowth, voxels that are no longer stable become single
+  /// cells, in O(n).
+  /// @throws std::invalid_argument  as the constructor; nothing has changed then.
   ChangeSet setSensorModel(const SensorModelConfig& sensor_model);
 
   /// Forgets everything, locks too. @throws std::bad_alloc  Nothing has changed then.
@@ -143,7 +142,7 @@ class CuboidMap {
   [[nodiscard]] const Grid& grid() const { return grid_; }
   /// Sensor model of the next cloud.
   [[nodiscard]] const SensorModel& sensorModel() const { return sensor_model_; }
-  /// Revision, which rises with every change of a voxel's value.
+  /// Revision. Rises with each call that changes a voxel, and with exchange() and clear().
   [[nodiscard]] std::uint64_t revision() const { return revision_; }
   /// The known voxels, always current.
   [[nodiscard]] const VoxelStore& voxels() const { return voxels_; }
@@ -152,7 +151,7 @@ class CuboidMap {
   /// Box around all known voxels (MBR of the R-tree's root); nothing when none is known.
   /// @complexity O(M).
   [[nodiscard]] std::optional<CellBox> bounds() const;
-  /// Bytes held from the allocator.
+  /// Bytes of voxels and cuboids held from the allocator, without locks. @complexity O(bricks).
   [[nodiscard]] std::size_t numBytes() const;
 
  private:

@@ -13,7 +13,7 @@
 namespace cuboid_mapping {
 
 /// Visits the cuboids that share a cell with the window, in no particular order.
-/// @complexity O(log n + k) for k cuboids of the leaf nodes in the window.
+/// @complexity O(log n + k) for k cuboids of the leaf nodes in the window; more if MBRs of nodes overlap.
 void visitBox(const CuboidMap& map, const CellBox& window, CuboidFilter filter,
               FunctionRef<Visit(const Cuboid&)> visit);
 
@@ -21,12 +21,12 @@ void visitBox(const CuboidMap& map, const CellBox& window, CuboidFilter filter,
 /// @complexity O(n); for kOccupied O(leaf nodes with an occupied cuboid).
 void visitAll(const CuboidMap& map, CuboidFilter filter, FunctionRef<Visit(const Cuboid&)> visit);
 
-/// Visits the cuboids by their distance from a point, nearest first.
+/// Visits the cuboids by their distance from a point, nearest first (G. Hjaltason, H. Samet, 1999).
 ///
 /// @param point  In units of cells.
 /// @param max_distance  Cuboids farther away are left out, in units of cells.
 /// @param visit  Gets the distance in cells, too; it is 0 inside.
-/// @complexity O((k + log n) log n) for k visited cuboids.
+/// @complexity O((k + log n) log n) for k cuboids of the visited leaf nodes.
 void visitNearest(const CuboidMap& map, const Eigen::Vector3d& point, double max_distance,
                   CuboidFilter filter, FunctionRef<Visit(const Cuboid&, double)> visit);
 

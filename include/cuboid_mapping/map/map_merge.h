@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Moves finished maps to another frame, and merges them. The result is not the map that one mapper with all
-// clouds would have made, because log-odds are clamped cloud by cloud; observations (doc/fleet.md) give that one.
+// clouds would have made, because log-odds are clamped cloud by cloud; observations (doc/fleet.md) give that
+// one.
 #pragma once
 
 #include "cuboid_mapping/map/map_snapshot.h"
@@ -13,34 +14,35 @@
 
 namespace cuboid_mapping {
 
-/// Accuracy of a map's move to another frame.
+/// Accuracy of moveMap().
 struct MapMotion {
-  bool is_exact = true;  ///< Each voxel has gone to a voxel of its own.
+  bool is_exact = true;  ///< Each voxel has become one voxel.
   double max_offset_m =
-      0.0;  ///< Greatest distance of a voxel's centre from that of the voxel whose log-odds it has.
+      0.0;  ///< Greatest distance between a new voxel's centre and that of its source, moved.
   double mean_offset_m = 0.0;  ///< Mean of these distances.
 };
 
-/// Takes a map to another frame.
+/// Moves a map to another frame.
 ///
 /// Cases:
 ///   - turns by multiples of 90 degrees about the axes (within 1e-9) with shifts by whole voxels (within 1e-6
 ///     voxels): exact, the same voxels at other places;
-///   - else it is resampled: a voxel gets the log-odds of the voxel that its centre comes from, and stays unknown where
-///     that one is. Walls one voxel thick stay closed: no way through them by faces. Poles one voxel thick may get gaps.
+///   - else it is resampled: a voxel takes the state of the voxel in which its centre lay before. A wall one
+///     voxel thick stays closed: no path through it crosses faces only. A pole one voxel thick may get gaps.
 /// All voxels that share space with a moved locked box are locked.
-/// @param T_target_map  Metres. @param map  Its bricks and locks are replaced, addCuboids() is undone; the rest stays, the name
-///                      of the frame too.
+/// @param T_target_map  Metres.
+/// @param map  Gets new bricks and locks, and loses those of addCuboids(). All else stays, also the name of the
+///             frame.
 /// @param threads  The result does not depend on it. @param listener  Reports parts of the map.
-/// @throws std::invalid_argument  The transform is not finite, or no rotation; or the map would reach beyond kAllCells.
-///         Exceptions of the listener are passed on. The map has not changed then.
+/// @throws std::invalid_argument  The transform is not finite, or no rotation; or the map would reach beyond
+///         kAllCells. Exceptions of the listener are passed on. The map has not changed then.
 /// @complexity O(n).
 MapMotion moveMap(const Eigen::Isometry3d& T_target_map, MapSnapshot& map, int threads = 1,
                   const ProgressListener& listener = {});
 
 /// Rule for the log-odds of a voxel that both maps know.
 enum class MergeRule : unsigned char {
-  kSum,      ///< The sum of log-odds, as if the two had seen it independently of each other.
+  kSum,      ///< The sum of log-odds, as if both maps had observed it independently.
   kLater,    ///< The log-odds of the second map.
   kOccupied  ///< The greater log-odds: occupied if either says so.
 };
@@ -58,9 +60,9 @@ struct MapOverlap {
   double only_in_second = 0.0;  ///< Voxels known to the second map only.
 };
 
-/// Merges a second map into a first one. A voxel known to one map keeps its log-odds; all log-odds are clamped to the
-/// thresholds of the first map, whose sensor model, environment and frame the result has. A voxel is locked if either
-/// map has locked it.
+/// Merges a second map into a first one. A voxel known to one map keeps its log-odds; all log-odds are clamped
+/// to the thresholds of the first map, whose sensor model, environment and frame the result has. A voxel is
+/// locked if either map has locked it.
 /// @throws std::invalid_argument  The resolutions differ. @pre findFault() finds none in either.
 /// @complexity O(n).
 MapOverlap mergeMaps(const MapSnapshot& second, MergeRule rule, MapSnapshot& first);

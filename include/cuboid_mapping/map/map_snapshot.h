@@ -26,12 +26,12 @@ struct MapSnapshot {
   std::vector<Cuboid> cuboids = {};
 };
 
-/// Limits of a snapshot from outside, so that a damaged file does not take all memory.
+/// Limits for reading a snapshot, so that a damaged file does not take all memory.
 struct SnapshotLimits {
   std::size_t max_bricks = std::size_t{1} << 24;     ///< Bricks of 8 x 8 x 8 voxels.
   std::uint64_t max_bytes = std::uint64_t{1} << 30;  ///< Limit of a file, both packed and unpacked.
 
-  /// Limits with which reading takes at most about this much memory. The default limits: 4 GB.
+  /// Limits with which reading takes about this much memory at most. The default limits are those of 4 GB.
   [[nodiscard]] static SnapshotLimits ofMemory(std::uint64_t bytes) {
     return {static_cast<std::size_t>(bytes / 256), bytes / 4};
   }
@@ -40,17 +40,19 @@ struct SnapshotLimits {
 /// All voxels of a map, and its locks. @complexity O(n).
 [[nodiscard]] MapSnapshot takeSnapshot(const CuboidMap& map, const std::string& frame_id);
 
-/// Adds the cuboids of a map whose fusion is not kClass to its snapshot, for a .csv: they cannot be computed from
-/// voxels. @complexity O(n).
+/// Adds the cuboids of a map whose fusion is not kClass to its snapshot, for a .csv: they cannot be computed
+/// from voxels. @complexity O(n).
 void addCuboids(const CuboidMap& map, MapSnapshot& snapshot);
 
-/// Replaces everything in a map, also its locks, by a snapshot, exactly. The revision rises. When it
-/// throws, for want of memory, the map is as before. FusionKind::kGrowth fuses the voxels anew.
-/// @pre findFault() finds none. @throws std::invalid_argument  The resolutions differ. @complexity O(n).
+/// Replaces everything in a map, also its locks, by a snapshot, exactly. The revision rises.
+/// FusionKind::kGrowth fuses the voxels anew. @pre findFault() finds none.
+/// @throws std::invalid_argument  The resolutions differ. @throws std::bad_alloc  In both cases the map is as
+///         before.
+/// @complexity O(n log n).
 ChangeSet restoreSnapshot(const MapSnapshot& snapshot, CuboidMap& map);
 
-/// Defect of a brick; empty if there is none. A brick must lie in kAllCells, at multiples of kBrickEdge, and its
-/// log-odds must be finite.
+/// Defect of a brick; empty if there is none. A brick must lie in kAllCells, at multiples of kBrickEdge, and
+/// its log-odds must be finite.
 [[nodiscard]] std::string findFault(const VoxelBrick& brick);
 
 /// Defect of a snapshot.
@@ -63,8 +65,8 @@ struct SnapshotFault {
 ///
 /// Defects are: errors that checkConfig() finds in resolution, sensor model and environment; more
 /// bricks than the limit; a brick that comes twice or not in order, without a known voxel, outside
-/// kAllCells, or with a log-odds that is NaN or infinite; a locked box that is empty, outside kAllCells, or shares a cell
-/// with another one. @complexity O(n log n).
+/// kAllCells, or with a log-odds that is NaN or infinite; a locked box that is empty, outside kAllCells, or
+/// shares a cell with another one. @complexity O(n log n).
 [[nodiscard]] std::optional<SnapshotFault> findFault(const MapSnapshot& snapshot,
                                                      const SnapshotLimits& limits = {});
 

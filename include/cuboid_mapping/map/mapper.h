@@ -20,8 +20,8 @@ struct MapperConfig {
 
 /// Builds a map from scans: the entry to the library.
 ///
-/// With map.threads > 1, a scan is put into the map beside the ray walk of the next one; the map does
-/// not depend on it. Not thread-safe: all calls belong to one thread.
+/// With map.threads > 1, a scan enters the map during the ray walk of the next one; the result is the same. Not
+/// thread-safe: all calls belong to one thread.
 class Mapper {
  public:
   /// @throws std::invalid_argument  with everything that checkConfig() finds.
@@ -32,11 +32,11 @@ class Mapper {
   ~Mapper();
 
   /// Takes one scan: every voxel that its beams pass or end in is observed once, see ScanUpdate.
-  /// @throws std::bad_alloc  for this scan, or for the one before, which was still put into the map.
+  /// @throws std::bad_alloc  for this scan, or for the one before, which was still entering the map.
   void integrate(const Scan& scan);
 
-  /// The two halves of integrate(): walk() in one place, apply() of its result here or in another Mapper
-  /// of the same configuration. See io/scan_update_codec.h.
+  /// The two halves of integrate(): walk() here, and apply() of its result here or in another Mapper of the
+  /// same configuration. See io/scan_update_codec.h.
   ///@{
   /// The voxels that a scan observes; the map stays as it is. @return Valid until the next scan.
   [[nodiscard]] const ScanUpdate& walk(const Scan& scan);
@@ -44,15 +44,15 @@ class Mapper {
   void apply(ScanUpdate update);
   ///@}
 
-  /// The map with all scans, for queries (query/), edits and files (io/). From then on integrate() returns
-  /// when its scan is in the map: keep the reference, and read it between two calls.
+  /// The map with all scans, for queries (query/), edits and files (io/). After the first call, integrate()
+  /// returns when its scan is in the map: keep the reference, and read the map between two calls.
   ///@{
   [[nodiscard]] CuboidMap& map();
   [[nodiscard]] const CuboidMap& map() const;
   ///@}
 
-  /// Waits until the last scan is in the map. The next one may be put in beside its caller, as before.
-  /// @return The map, to be read until the next call only. @throws std::bad_alloc  as integrate().
+  /// Waits until the last scan is in the map. Unlike map(), it leaves integrate() free to return before its
+  /// scan is in the map. @return The map, valid until the next call. @throws std::bad_alloc  as integrate().
   const CuboidMap& settle();
 
   /// Counts of the last scan: used points, and points that could not be used.

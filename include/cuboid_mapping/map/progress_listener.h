@@ -6,10 +6,10 @@
 
 namespace cuboid_mapping {
 
-/// Reports the progress of long work: `done` of `total` steps, from 0 to all of them, total > 0.
+/// Receives the progress of long work: `done` of `total` steps, from 0 to total > 0.
 ///
-/// Several threads may call it, one at a time. An exception that it throws ends the work and reaches
-/// the caller of the work. An empty one is never called.
+/// Several threads may call it, one at a time. An exception that it throws ends the work, and reaches the
+/// caller of the work. An empty listener is never called.
 using ProgressListener = std::function<void(std::uint64_t done, std::uint64_t total)>;
 
 }  // namespace cuboid_mapping

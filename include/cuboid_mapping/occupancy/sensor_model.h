@@ -15,7 +15,8 @@ enum class Occupancy : unsigned char { kUnknown, kFree, kOccupied };
 /// Name of a class: "unknown", "free" or "occupied".
 [[nodiscard]] const char* toString(Occupancy occupancy);
 
-/// Class of a voxel. Log-odds >= 0 are occupied, as in octomap::AbstractOccupancyOcTree::isNodeOccupied.
+/// Class of a known voxel: occupied if its log-odds are >= 0, else free, as in
+/// octomap::AbstractOccupancyOcTree::isNodeOccupied.
 [[nodiscard]] constexpr Occupancy classify(float log_odds) {
   return log_odds >= 0.0F ? Occupancy::kOccupied : Occupancy::kFree;
 }
@@ -29,8 +30,8 @@ constexpr double kMostOccupied = 0.9995;
 
 /// Parameters of the inverse sensor model (paper, Section V), as probabilities.
 struct SensorModelConfig {
-  double hit = 0.7;         ///< P_occ, of a voxel in which a beam ends: 0.50001 to 0.9995.
-  double miss = 0.4;        ///< P_free, of a voxel that a beam passes: 0.0005 to 0.49999.
+  double hit = 0.7;         ///< P_occ: a beam ends in the voxel. 0.50001 to 0.9995.
+  double miss = 0.4;        ///< P_free: a beam passes the voxel. 0.0005 to 0.49999.
   double alpha_min = 0.12;  ///< Lower clamping threshold: 0.0005 to 0.49999.
   double alpha_max = 0.97;  ///< Upper clamping threshold: 0.50001 to 0.9995.
 };

@@ -32,12 +32,13 @@ struct BoxQueryResult {
 /// Volumes by class, and cuboids of a box in metres, map frame. For probabilities see value_query.h.
 ///
 /// Cases:
-///   - every voxel that the box overlaps counts as a whole: the answer is on the safe side, and the
-///     volumes add up to that of `BoxQueryResult::box`;
+///   - every voxel that the box overlaps counts as a whole: the answer is conservative, and the volumes add up
+///     to that of `BoxQueryResult::box`;
 ///   - space outside the map is unknown;
 ///   - inverted, flat (max <= min), NaN, or out of the grid's range: nothing;
-///   - the budget is spent: voxels that were not looked at count as unknown, and cuboids are missing.
+///   - the budget is spent: all voxels count as unknown, or cuboids are missing.
 ///
+/// @param budget  Entries are cuboids.
 /// @complexity O(bricks of the box, or all known bricks if these are fewer); with cuboids as
 /// visitBox(), too.
 [[nodiscard]] std::optional<BoxQueryResult> queryBox(const CuboidMap& map, const MetricBox& box_map,
@@ -45,23 +46,23 @@ struct BoxQueryResult {
                                                      CuboidFilter filter = CuboidFilter::kAll,
                                                      Budget& budget = Budget::unlimited());
 
-/// As above for a box of voxels. @pre it is not empty.
-/// @param filter  Of the cuboids returned; the volumes always count all.
+/// As above for a box of voxels; an empty one has no volume.
+/// @param filter  Selects the returned cuboids; the volumes count all voxels.
 [[nodiscard]] BoxQueryResult queryBox(const CuboidMap& map, const CellBox& box,
                                       CuboidOutput output = CuboidOutput::kNone,
                                       CuboidFilter filter = CuboidFilter::kAll,
                                       Budget& budget = Budget::unlimited());
 
-/// Whether nothing is in a box in metres, map frame: every voxel that it overlaps is free, or unknown
-/// where the policy passes that. Stops at the first that is not.
+/// Whether a box in metres, map frame, has no obstacle: every voxel that it overlaps is free, or unknown if the
+/// policy is kPass. Stops at the first obstacle.
 ///
-/// Also false without an answer: queryBox() refuses the box, or the budget is spent.
+/// Also false if there is no answer: queryBox() refuses the box, or the budget is spent.
 /// @complexity O(bricks of the box).
 [[nodiscard]] bool isFree(const CuboidMap& map, const MetricBox& box_map, UnknownPolicy policy,
                           Budget& budget = Budget::unlimited());
 
 /// Whether any voxel of the box is occupied; stops at the first.
-/// @complexity O(bricks of the box) for up to 64 bricks, else as visitBox() for occupied cuboids.
+/// @complexity O(bricks of the box) for up to 64 * 512 voxels, else as visitBox() for occupied cuboids.
 [[nodiscard]] bool isAnyOccupied(const CuboidMap& map, const CellBox& box);
 
 }  // namespace cuboid_mapping

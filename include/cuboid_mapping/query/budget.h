@@ -9,11 +9,11 @@
 
 namespace cuboid_mapping {
 
-/// How much a query may do; by default as much as it takes.
+/// Limits of a query; none by default.
 struct QueryLimits {
-  double time_s = std::numeric_limits<double>::infinity();  ///< Counts from the construction on.
-  /// Bricks of 8 x 8 x 8 voxels, cuboids, and the like, that are looked at; what is kept for the
-  /// search counts several times, so that this bounds memory, too.
+  double time_s = std::numeric_limits<double>::infinity();  ///< From the budget's construction on.
+  /// Bricks of 8 x 8 x 8 voxels, cuboids and similar items that the query reads. Items that a search keeps
+  /// count several times, so that this limits memory, too.
   std::uint64_t max_bricks = std::numeric_limits<std::uint64_t>::max();
   std::uint64_t max_entries = std::numeric_limits<std::uint64_t>::max();  ///< Limit of the answer.
 };
@@ -27,19 +27,19 @@ enum class BudgetEnd : unsigned char {
   kStopped   ///< MapTurns::is_stopped.
 };
 
-/// How others get their turn at a map that a long query reads.
+/// Turns that a long query gives others at the map that it reads.
 struct MapTurns {
-  /// Gives the map away and takes it back, perhaps changed.
+  /// Releases the map and takes it back, perhaps changed.
   std::function<void()> yield;
   double period_s = std::numeric_limits<double>::infinity();  ///< Time between two calls.
   const std::atomic<bool>* is_stopped = nullptr;              ///< true ends the query.
 };
 
-/// Remaining limits of a query. Every query takes one, and ends soon after it is spent;
-/// each query documents its answer in that case. A spent budget stays spent.
+/// Remaining limits of a query. Every query takes a budget, and ends soon after it is spent; each query
+/// documents its answer in that case. A spent budget stays spent.
 ///
-/// It costs a query a subtraction a brick; the clock is read once in some hundred bricks. One budget
-/// may serve several queries, one after the other. Not thread-safe.
+/// It costs a subtraction for each brick; the clock is read once in 256 bricks. One budget may serve several
+/// queries, one after the other. Not thread-safe.
 class Budget {
  public:
   /// Without a limit: never spent.
@@ -47,10 +47,10 @@ class Budget {
   /// Its time begins now. @pre turns.yield is set if turns.period_s is finite.
   explicit Budget(const QueryLimits& limits, MapTurns turns = {});
 
-  /// One without a limit, for each thread its own.
+  /// A budget without a limit; each thread has its own.
   [[nodiscard]] static Budget& unlimited();
 
-  /// Takes bricks off. @return false: the budget is spent, the query has to end.
+  /// Deducts bricks. @return false: the budget is spent, and the query has to end.
   [[nodiscard]] bool spend(std::uint64_t bricks = 1) {
     if (bricks < until_look_) {
       until_look_ -= bricks;
@@ -59,8 +59,8 @@ class Budget {
     return look(bricks);
   }
 
-  /// As spend(), for places where a query holds no reference into the map: now and then others get
-  /// their turn here, and the map may be another one afterwards.
+  /// As spend(), for places where a query holds no reference into the map: others may get their turn, and the
+  /// map may have changed afterwards.
   [[nodiscard]] bool spendAndYield(std::uint64_t bricks = 1) {
     if (bricks < until_look_ && !is_yield_due_) {
       until_look_ -= bricks;
@@ -69,8 +69,8 @@ class Budget {
     return look(bricks) && yieldIfDue();
   }
 
-  /// Takes entries of the answer off, all or none. @return false: fewer are left, and the
-  /// budget is spent; spend() goes on, for the work on the entries that there are.
+  /// Deducts entries of the answer, all or none. @return false: fewer are left, and the budget is spent.
+  /// spend() then still succeeds, so that the query can finish the entries that it has.
   [[nodiscard]] bool addEntries(std::uint64_t entries = 1) {
     if (entries > entries_left_) end(BudgetEnd::kEntries);
     if (isSpent()) return false;
@@ -78,16 +78,16 @@ class Budget {
     return true;
   }
 
-  /// Looks at the clock now; for loops whose steps are long. Others get their turn as in
-  /// spendAndYield(). @return false: spent.
+  /// Reads the clock now, for loops with long steps. Others get their turn as in spendAndYield().
+  /// @return false: the budget is spent.
   [[nodiscard]] bool lookNow() { return look(0) && yieldIfDue(); }
 
-  /// Ends it before its limits are reached; one without a limit goes on.
+  /// Ends the budget before its limits are reached; does nothing to one without limits.
   void end(BudgetEnd why);
 
-  /// Whether a limit was met, or end() has ended it. Does not look at the clock.
+  /// Whether a limit was reached, or end() was called. Does not read the clock.
   [[nodiscard]] bool isSpent() const { return end_ != BudgetEnd::kNone; }
-  /// The limit that ended it; kNone while it is not spent.
+  /// The reached limit; kNone while the budget is not spent.
   [[nodiscard]] BudgetEnd whyEnded() const { return end_; }
 
  private:

@@ -13,25 +13,26 @@ namespace cuboid_mapping {
 
 class Obstacles;
 
-/// Distances of the voxels of a region to the nearest obstacle, exact, up to a bound; from centre to centre, as
-/// those of dynamicEDT3D. Obstacles outside the region count, too.
+/// Exact distances of the voxels of a region to the nearest obstacle, up to a bound, from centre to centre as
+/// in dynamicEDT3D. Obstacles outside the region count, too. One pass along each axis (T. Saito, J. Toriwaki,
+/// 1994).
 ///
-/// About five bytes a voxel of the region and of its surroundings up to the bound. Const functions may run side
-/// by side; a change needs exclusive access.
+/// Takes 5 bytes a voxel of the region, and 1 to 3 a voxel of its surroundings along y and z up to the bound.
+/// Const functions may run side by side; a change needs exclusive access.
 class DistanceField {
  public:
   static constexpr double kMaxVoxels = 1e9;   ///< Limit of the region and its surroundings.
   static constexpr double kMaxBound = 127.0;  ///< Limit of the bound in voxels.
 
   /// @param region  Not empty; with its surroundings up to the bound at most kMaxVoxels.
-  /// @param bound_m  > 0, at most kMaxBound voxels: farther obstacles are not seen.
+  /// @param bound_m  > 0, at most kMaxBound voxels: farther obstacles are ignored.
   /// @param policy  kStop: unknown voxels are obstacles, too.
   /// @throws std::invalid_argument  with the value to change.
   DistanceField(const CuboidMap& map, const CellBox& region, double bound_m,
                 UnknownPolicy policy = UnknownPolicy::kPass);
 
-  /// Follows a change of the map; each has to be followed. @complexity O(voxels that have a changed obstacle
-  /// within the bound in y and z).
+  /// Follows a change of the map; no change may be missed. @complexity O(r + b v) for r rows of the region and
+  /// its surroundings, a bound of b voxels, and v voxels with a changed obstacle within the bound in y and z.
   void update(const CuboidMap& map, const ChangeSet& changes);
 
   /// The region.
@@ -41,8 +42,8 @@ class DistanceField {
   /// infinity where none is within the bound. Nothing outside the region, and for NaN. @complexity O(1).
   [[nodiscard]] std::optional<double> distanceAt(const Eigen::Vector3d& point_map) const;
 
-  /// The obstacle nearest to a voxel: itself if it is one; of several one of them. Nothing where none is within
-  /// the bound, and outside the region. @complexity O(voxels of the bound).
+  /// The obstacle nearest to a voxel, which may be the voxel itself; any one of several. Nothing if none is
+  /// within the bound, and outside the region. @complexity O(b) for a bound of b voxels.
   [[nodiscard]] std::optional<Cell> findNearest(const Cell& cell) const;
 
   /// Unit vector from the nearest obstacle to the voxel that holds a point, along which the distance grows the
@@ -99,12 +100,13 @@ class DistanceField {
   std::int32_t bound_;  ///< Voxels, rounded down.
   std::int16_t max_square_;
   UnknownPolicy policy_;
-  Rows<std::int8_t> offsets_;  ///< Along x to the nearest obstacle of the row; of all rows around.
+  Rows<std::int8_t>
+      offsets_;  ///< Offset along x to the nearest obstacle in the row, of all rows around.
   Rows<std::int16_t>
-      layers_;  ///< Squared distance to the nearest obstacle of the layer; of all layers around.
+      layers_;  ///< Squared distance to the nearest obstacle in the layer, of all layers around.
   Rows<std::int16_t> squares_;  ///< Squared distance to the nearest obstacle.
-  Rows<Part> row_changes_;      ///< Of each row of offsets_: the part with the last change.
-  Rows<Part> layer_changes_;    ///< The same of layers_.
+  Rows<Part> row_changes_;      ///< Last changed part of each row of offsets_.
+  Rows<Part> layer_changes_;    ///< Last changed part of each row of layers_.
 };
 
 }  // namespace cuboid_mapping

@@ -9,11 +9,11 @@
 
 namespace cuboid_mapping {
 
-/// The point nearest to another one at which a box fits between the obstacles, with its centre
-/// there and its faces parallel to the axes of the map.
+/// The point nearest to a given one at which a box fits between the obstacles: its centre, with the faces
+/// parallel to the axes of the map.
 ///
-/// Exact, not only for places on the grid: the box fits where it overlaps no voxel in the way by
-/// more than 1e-6 voxels.
+/// Exact, also between places on the grid: the box fits where it overlaps no obstacle voxel by more than 1e-6
+/// voxels.
 ///
 /// Cases:
 ///   - it fits at the point itself: that point;
@@ -21,7 +21,8 @@ namespace cuboid_mapping {
 ///     > 0, max_distance_m < 0, or places beyond the grid's range: nothing;
 ///   - the budget is spent: nothing.
 ///
-/// @complexity O(bricks within the distance of the answer), a few microseconds each.
+/// @complexity O(bricks within the distance of the answer, or within max_distance_m if there is none), a few
+/// microseconds each.
 [[nodiscard]] std::optional<Eigen::Vector3d> findNearestFit(
     const CuboidMap& map, const Eigen::Vector3d& point_map, const Eigen::Vector3d& size_m,
     UnknownPolicy policy, double max_distance_m, Budget& budget = Budget::unlimited());

@@ -20,11 +20,11 @@ struct FrontierTask {
       Eigen::Vector3d::Constant(0.5);  ///< Robot: a box that does not turn, > 0.
   double max_distance_m = 2.0;  ///< Maximum distance of a place to stand from its frontier, >= 0.
   double view_range_m =
-      2.0;  ///< How far is seen from there: 0 (not computed) to kMaxViewRange voxels.
+      2.0;  ///< Range of view from there: 0 (not computed) to kMaxViewRange voxels.
 };
 
-/// Free voxels at the border of unknown space, a cluster in which each shares a face, an edge or a corner
-/// with another one.
+/// A cluster of free voxels beside unknown ones, in which each shares a face, an edge or a corner with another
+/// one.
 struct Frontier {
   std::vector<Cell> voxels;  ///< In the order of cells: by z, then y, then x.
   /// Centre of the voxel that is nearest to the mean of all, metres.
@@ -32,23 +32,23 @@ struct Frontier {
   /// The place nearest to the centre at which the robot meets neither an obstacle nor unknown space, as
   /// findNearestFit() finds it; nothing when there is none within max_distance_m.
   std::optional<Eigen::Vector3d> place_map;
-  /// Volume of the unknown voxels whose centres can be seen from the place: within the range, and no occupied voxel
-  /// on the straight line. 0 without a place.
+  /// Volume of the unknown voxels visible from the place: their centres lie within the range, with no occupied
+  /// voxel on the straight line. 0 without a place.
   double unknown_volume_m3 = 0.0;
 };
 
 /// Answer of findFrontiers().
 struct Frontiers {
-  bool is_valid = false;            ///< Else the task has a number outside its range.
+  bool is_valid = false;            ///< Else the region is empty, or a number is outside its range.
   std::vector<Frontier> frontiers;  ///< The largest first.
-  bool is_truncated =
-      false;  ///< The budget is spent: the last ones lack places and views, or all are missing.
+  /// The budget is spent: the last ones are missing or lack places and views, or all are missing.
+  bool is_truncated = false;
 };
 
 /// Frontiers: the free voxels that share a face with an unknown one, in clusters, each with a
 /// place to stand and the view from there (B. Yamauchi, 1997).
 ///
-/// @param budget  Bricks that are looked at; entries are frontiers.
+/// @param budget  Entries are frontiers.
 /// @complexity O(bricks of the region, or all known bricks if these are fewer; frontier voxels); for each
 /// frontier a findNearestFit(), and a ray to each unknown voxel in the range.
 [[nodiscard]] Frontiers findFrontiers(const CuboidMap& map, const FrontierTask& task = {},

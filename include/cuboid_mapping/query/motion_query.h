@@ -20,11 +20,12 @@ struct MotionQueryResult {
       0.0;  ///< Length of the path of the body's origin; 0 for kInvalid and kBudgetSpent.
   std::optional<MotionContact> contact;  ///< The contact of kBlocked.
 
-  /// Whether the whole motion was looked at, and meets nothing.
+  /// Whether the whole motion was checked, and meets nothing.
   [[nodiscard]] bool isFree() const { return answer == WayAnswer::kFree; }
 };
 
-/// By which the faces of a body are moved outwards in checkMotion() before a motion is refused, in voxels.
+/// Tolerance of checkMotion(), in voxels: it moves the faces of a body outwards by at most this before it
+/// refuses a motion.
 constexpr double kMotionTolerance = 1.0 / 32.0;
 
 /// Reason why checkMotion() cannot answer, and the cure; empty if it can.
@@ -34,10 +35,11 @@ constexpr double kMotionTolerance = 1.0 / 32.0;
 
 /// Moves a body from pose to pose, and finds the first obstacle that it meets.
 ///
-/// Between two poses its origin moves straight, and it turns about one axis at an even rate, the shortest way: about z
-/// when both poses are upright. Conservative: kFree is exact, as in checkPoses(), for every point of the
-/// motion. Where the body turns, or moves neither along nor across its edges, gaps that are less than 0.1 voxels wider
-/// than the body may be refused. One pose, and motions of boxes along their own edges, are exact.
+/// Between two poses the origin of the body moves straight, and the body turns the shortest way about one axis
+/// at an even rate: about z if both poses are upright. kFree is exact, as in checkPoses(), for every point of
+/// the motion. kBlocked is conservative: where the body turns, or moves neither along nor across its edges, it
+/// may refuse gaps less than 0.1 voxels wider than the body. One pose, and motions of boxes along their own
+/// edges, are exact.
 ///
 /// Cases:
 ///   - one pose: the body stands there, as segment 0 of no length;
@@ -45,8 +47,9 @@ constexpr double kMotionTolerance = 1.0 / 32.0;
 ///   - the budget is spent: kBudgetSpent.
 ///
 /// @param T_map_body  The poses.
-/// @param budget  Bricks and poses that are looked up.
-/// @complexity A pose as in checkPoses() for each 8 voxels that a point of the body moves, and near obstacles up to 255.
+/// @param budget  Counts bricks and poses.
+/// @complexity One pose of checkPoses() for each 8 voxels that a point of the body moves; near obstacles up to
+/// 255.
 [[nodiscard]] MotionQueryResult checkMotion(const CuboidMap& map, const Body& body,
                                             const std::vector<Eigen::Isometry3d>& T_map_body,
                                             UnknownPolicy policy,

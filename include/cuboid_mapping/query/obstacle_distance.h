@@ -10,7 +10,7 @@
 
 namespace cuboid_mapping {
 
-/// How far a voxel is from the nearest obstacle.
+/// Distance of a voxel to the nearest obstacle.
 struct ObstacleDistance {
   /// Metres from centre to centre, 0 in an obstacle; infinity where none is within the bound.
   double distance_m = std::numeric_limits<double>::infinity();
@@ -18,13 +18,13 @@ struct ObstacleDistance {
   Eigen::Vector3d gradient_map = Eigen::Vector3d::Zero();
 };
 
-/// Distance of the voxel that holds a point to the nearest obstacle. For all voxels of a region, use a DistanceField.
+/// Distance of the voxel that holds a point to the nearest obstacle. For all voxels of a region, use a
+/// DistanceField.
 ///
-/// Nothing for a point that is not finite or out of the grid's range, a bound that is not > 0, and when the budget is
-/// spent.
-///
-/// @param bound_m  Farther obstacles are not seen.
-/// @complexity O(bricks within the distance of the answer, and voxels in the way there).
+/// @param bound_m  Farther obstacles are ignored.
+/// @return  Nothing for a point that is not finite or out of the grid's range, a bound that is not > 0, and
+///          when the budget is spent.
+/// @complexity O(bricks and obstacle voxels within twice the distance of the answer, or within the bound).
 [[nodiscard]] std::optional<ObstacleDistance> findObstacleDistance(
     const CuboidMap& map, const Eigen::Vector3d& point_map, double bound_m, UnknownPolicy policy,
     Budget& budget = Budget::unlimited());

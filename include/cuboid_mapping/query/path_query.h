@@ -15,18 +15,18 @@ namespace cuboid_mapping {
 /// First obstacle that a box meets while it moves along a path.
 struct PathContact {
   std::size_t segment = 0;    ///< Number of the waypoint that the segment starts from.
-  double distance_m = 0.0;    ///< Along the path up to there: so much of it is free.
+  double distance_m = 0.0;    ///< Length of the free part of the path.
   Eigen::Vector3d point_map;  ///< Centre of the box there.
-  Cell voxel;                 ///< One that the box meets there.
+  Cell voxel;                 ///< A voxel that the box meets there.
 };
 
-/// Answer of checkPath.
+/// Answer of checkPath().
 struct PathQueryResult {
-  WayAnswer answer = WayAnswer::kInvalid;  ///< Whether the way is free.
+  WayAnswer answer = WayAnswer::kInvalid;  ///< Whether the whole path is free.
   double length_m = 0.0;  ///< Length of the whole path; 0 for kInvalid and kBudgetSpent.
   std::optional<PathContact> contact;  ///< The contact of kBlocked.
 
-  /// Whether the whole path was looked at, and nothing is in the way.
+  /// Whether the whole path was checked, and nothing is in the way.
   [[nodiscard]] bool isFree() const { return answer == WayAnswer::kFree; }
 };
 
@@ -50,7 +50,7 @@ struct PathQueryResult {
                                         const Eigen::Vector3d& size_m, UnknownPolicy policy,
                                         Budget& budget = Budget::unlimited());
 
-/// Whether checkPath() answers kFree: sooner where it does not, as any contact will do.
+/// Whether checkPath() answers kFree. Faster for blocked paths: ends at any contact, not the first one.
 [[nodiscard]] bool isPathFree(const CuboidMap& map,
                               const std::vector<Eigen::Vector3d>& waypoints_map,
                               const Eigen::Vector3d& size_m, UnknownPolicy policy,

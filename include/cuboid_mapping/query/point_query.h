@@ -13,15 +13,15 @@ namespace cuboid_mapping {
 ///   - unknown space, outside the map, out of the grid's range, NaN: nothing;
 ///   - on a face between two voxels: the one with the greater coordinates, as boxes are half-open.
 ///
-/// @complexity As visitBox() for one voxel. octomap::OcTreeBaseImpl::search.
+/// @complexity As visitBox() for one voxel. Corresponds to octomap::OcTreeBaseImpl::search.
 [[nodiscard]] std::optional<Cuboid> findCuboid(const CuboidMap& map,
                                                const Eigen::Vector3d& point_map);
 
 /// The cuboid that holds a voxel; nothing when it is unknown.
 [[nodiscard]] std::optional<Cuboid> findCuboid(const CuboidMap& map, const Cell& cell);
 
-/// Class of the voxel that holds a point; cases as findCuboid, where nothing is unknown.
-/// @complexity O(1).
+/// Class of the voxel that holds a point; kUnknown where findCuboid() gives nothing.
+/// @complexity O(1) on average.
 [[nodiscard]] Occupancy classifyPoint(const CuboidMap& map, const Eigen::Vector3d& point_map);
 
 }  // namespace cuboid_mapping

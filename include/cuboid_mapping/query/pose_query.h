@@ -29,25 +29,25 @@ struct BodyBox {
 
 /// The shape of a robot that turns, or of its load, in a frame of its own.
 struct Body {
-  /// How far a body may reach from its origin, in voxels.
+  /// Maximum reach of a body from its origin, in voxels.
   static constexpr double kMaxReach = 4096.0;
   /// Smallest radius and edge, in voxels.
   static constexpr double kMinSize = 1e-3;
 
-  std::vector<BodySphere> spheres;  ///< Parts number 0, 1 and so on.
+  std::vector<BodySphere> spheres;  ///< Parts 0, 1 and so on.
   std::vector<BodyBox> boxes;       ///< The parts after them.
 };
 
-/// How far a body reaches from its origin, metres.
+/// Greatest distance of a point of a body from its origin, metres.
 [[nodiscard]] double reachOf(const Body& body);
 
-/// Why checkPoses() cannot answer for a body, and what to change; empty when it can.
+/// Reason why checkPoses() cannot answer for a body, and the cure; empty if it can.
 [[nodiscard]] std::string findFault(const Body& body, const Grid& grid);
 
 /// Contact of a body with the map.
 struct PoseContact {
-  std::size_t part = 0;  ///< Number of the sphere, or of spheres and the box.
-  Cell voxel;            ///< One that the part meets.
+  std::size_t part = 0;  ///< Number of the sphere, or number of spheres plus that of the box.
+  Cell voxel;            ///< A voxel that the part meets.
 };
 
 /// Answer of checkPoses() for one pose.
@@ -55,25 +55,26 @@ struct PoseQueryResult {
   WayAnswer answer = WayAnswer::kInvalid;  ///< Whether the body fits there.
   std::optional<PoseContact> contact;      ///< The contact of kBlocked.
 
-  /// Whether the whole body was looked at, and meets nothing.
+  /// Whether the whole body was checked, and meets nothing.
   [[nodiscard]] bool isFree() const { return answer == WayAnswer::kFree; }
 };
 
 /// Whether a body meets an obstacle, for each of many poses.
 ///
-/// Exact against the voxels, for every turn: a part meets a voxel when both overlap by more than 1e-6 voxels, as in
-/// Grid::toCellBox; faces that touch do not count. Boxes are compared by separating axes (S. Gottschalk et al.,
+/// Exact in voxels, for every orientation: a part meets a voxel if both overlap by more than 1e-6 voxels, as in
+/// Grid::toCellBox; touching faces do not count. Boxes are compared by separating axes (S. Gottschalk et al.,
 /// "OBBTree", 1996), spheres by the distance to the voxel.
 ///
 /// Cases:
-///   - a pose that is not finite, that is no rotation (to 1e-6), or with which the body reaches out of the
-///     grid's range; a body with a fault: kInvalid;
+///   - a pose that is not finite, is no rotation (to 1e-6), or takes the body out of the grid's range:
+///     kInvalid;
+///   - a body with a fault, see findFault(): kInvalid for all poses;
 ///   - the budget is spent: kBudgetSpent for this pose and those after it.
 ///
-/// @param T_map_body  The poses. Those that lie together are faster.
-/// @param budget  Bricks that are looked at.
-/// @complexity O(bricks that the body overlaps, and voxels in the way near it), until the first contact; for each
-/// pose.
+/// @param T_map_body  The poses. Poses close to the one before are faster.
+/// @param budget  Counts bricks.
+/// @complexity O(bricks that the body overlaps, and obstacle voxels near it) for each pose, until the first
+/// contact.
 [[nodiscard]] std::vector<PoseQueryResult> checkPoses(
     const CuboidMap& map, const Body& body, const std::vector<Eigen::Isometry3d>& T_map_body,
     UnknownPolicy policy, Budget& budget = Budget::unlimited());

@@ -10,19 +10,19 @@
 
 namespace cuboid_mapping {
 
-/// How a ray ended.
+/// End of a ray.
 enum class RayEnd : unsigned char {
   kOccupied,  ///< The ray ends in an occupied cuboid.
-  kUnknown,   ///< At the border of unknown space (UnknownPolicy::kStop).
-  kMaxRange,  ///< Nothing in the way.
+  kUnknown,   ///< The ray ends at the border of unknown space (UnknownPolicy::kStop).
+  kMaxRange,  ///< Nothing is in the way.
 };
 
-/// Answer of castRay.
+/// Answer of castRay().
 struct RayQueryResult {
-  RayEnd end = RayEnd::kMaxRange;  ///< How the ray ended.
+  RayEnd end = RayEnd::kMaxRange;  ///< End of the ray.
   double distance_m = 0.0;         ///< Distance from the origin to `point_map`.
   Eigen::Vector3d point_map;       ///< End of the ray, metres.
-  double unknown_length_m = 0.0;   ///< Length of unknown space that was passed.
+  double unknown_length_m = 0.0;   ///< Length of the ray in unknown space.
   /// Distance to the first unknown space on the ray, the end of a kUnknown ray included.
   std::optional<double> first_unknown_m;
   std::optional<Cell> voxel;  ///< The occupied voxel that was hit; findCuboid() has its cuboid.
@@ -34,14 +34,15 @@ struct RayQueryResult {
 ///   - origin in an occupied cuboid: kOccupied at distance 0;
 ///   - origin in unknown space, outside the map included: kUnknown at 0, or passed, by policy;
 ///   - the ray leaves the map: the outside is unknown;
-///   - it only touches an edge or a corner of a cuboid (less than 1e-9 voxels): not hit;
+///   - it has less than 1e-9 voxels of its length in a voxel, as at an edge or a corner: not hit;
 ///   - direction zero, or an argument not finite, or max_range_m <= 0: nothing;
 ///   - the budget is spent: nothing.
 ///
 /// @param direction  Need not be normalized.
 /// @param max_range_m  Length of the ray.
-/// @complexity O(known voxels and unknown bricks passed). octomap::OccupancyOcTreeBase::castRay,
-/// which answers with the centre of the voxel, where this answers with the point on the face.
+/// @complexity O(bricks passed, and voxels of those that are neither unknown nor all free). J. Amanatides, A.
+/// Woo, 1987. Unlike octomap::OccupancyOcTreeBase::castRay, it gives the point on the face of the voxel, not
+/// its centre.
 [[nodiscard]] std::optional<RayQueryResult> castRay(const CuboidMap& map,
                                                     const Eigen::Vector3d& origin_map,
                                                     const Eigen::Vector3d& direction,
@@ -60,9 +61,9 @@ struct RayHit {
   ///@}
 };
 
-/// The hit of castRay() with UnknownPolicy::kPass, faster, ignoring unknown space.
-/// @return kInvalid for arguments that castRay() does not take.
-/// @complexity O(bricks passed, and voxels of those with an occupied one).
+/// The hit of castRay() with UnknownPolicy::kPass. Faster, as it does not measure unknown space.
+/// @return kInvalid for arguments that castRay() refuses; kBudgetSpent without a hit when the budget is spent.
+/// @complexity O(bricks passed, and voxels of bricks with an occupied one).
 [[nodiscard]] RayHit findFirstHit(const CuboidMap& map, const Eigen::Vector3d& origin_map,
                                   const Eigen::Vector3d& direction, double max_range_m,
                                   Budget& budget = Budget::unlimited());

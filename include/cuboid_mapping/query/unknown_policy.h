@@ -3,9 +3,9 @@
 
 namespace cuboid_mapping {
 
-/// How a query treats unknown space.
+/// Treatment of unknown space by a query.
 enum class UnknownPolicy : unsigned char {
-  kPass,  ///< As free: octomap's castRay with ignoreUnknownCells.
+  kPass,  ///< Free, as with ignoreUnknownCells of octomap's castRay.
   kStop,  ///< An obstacle.
 };
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Log-odds of voxels: what a cuboid says of its own is its class only.
+// Log-odds of voxels: a cuboid itself has a class only.
 #pragma once
 
 #include "cuboid_mapping/map/cuboid_map.h"
@@ -9,8 +9,8 @@
 
 namespace cuboid_mapping {
 
-/// Calls visit(float log_odds, int num_voxels) for the known voxels of a box: for each brick, each
-/// log-odds that occurs in the box, and how often. None when the budget does not suffice.
+/// Calls visit(float log_odds, int num_voxels) for the known voxels of a box: for each log-odds in each brick,
+/// the number of its voxels in the box. Does nothing if the budget does not suffice.
 /// @complexity O(bricks of the box, or all known bricks if these are fewer).
 template <typename VisitorT>
 void visitValues(const CuboidMap& map, const CellBox& box, VisitorT visit,

@@ -3,12 +3,12 @@
 
 namespace cuboid_mapping {
 
-/// Whether a way is free. Of these, only kFree means that nothing is in it.
+/// Whether a way is free. Only kFree means that nothing is in it.
 enum class WayAnswer : unsigned char {
   kFree,        ///< Nothing is in the way.
-  kBlocked,     ///< Something is.
-  kInvalid,     ///< The question has no answer, see there.
-  kBudgetSpent  ///< There was not enough time to find out.
+  kBlocked,     ///< An obstacle is in the way.
+  kInvalid,     ///< The request is invalid, see the query.
+  kBudgetSpent  ///< The budget was spent before there was an answer.
 };
 
 }  // namespace cuboid_mapping

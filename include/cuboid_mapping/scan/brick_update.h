@@ -18,8 +18,8 @@ constexpr std::int32_t kMaxBeamVoxels = 65535;
 struct BeamRanges {
   /// Maximum range, at which longer beams are cut: > 0; infinity for no limit.
   double max_range_m = std::numeric_limits<double>::infinity();
-  /// The last stretch before a return, in which a beam frees unknown voxels only, >= 0. With 0, the default,
-  /// a beam misses all voxels before its end, as in OctoMap.
+  /// Length before a return in which a beam frees unknown voxels only, >= 0. With 0, a beam misses all voxels
+  /// before its end, as in OctoMap.
   double end_margin_m = 0.0;
 };
 
@@ -27,11 +27,12 @@ struct BeamRanges {
 struct BrickUpdate {
   Cell brick;        ///< Least cell of the brick.
   BrickMask hits;    ///< Voxels in which a beam ends.
-  BrickMask misses;  ///< Voxels that a beam passes; those that are hits, too, count as hits.
-  /// Place along the Morton curve; >> 6 names a group of 4 x 4 x 4 bricks.
+  BrickMask misses;  ///< Voxels that a beam passes. A voxel that is also a hit counts as a hit.
+  /// Place along the Morton curve from a cell below the sensor, the same for all bricks of an update; >> 6
+  /// names a group of 4 x 4 x 4 bricks.
   std::uint64_t morton = 0;
   /// Voxels that beams pass in their end margin only, see BeamRanges: misses if they are unknown, else nothing.
-  /// Voxels that are hits or misses, too, count as those.
+  /// A voxel that is also a hit or a miss counts as that.
   BrickMask grazes{};
 };
 
@@ -48,21 +49,23 @@ struct BrickUpdate {
 /// in the origin's voxel           | none                                      | that voxel
 /// beyond max range                | up to the voxel where it is cut, included | none
 /// as a no-return                  | up to its end, or the cut, included       | none
+/// as an open end, within max range| up to the end point's voxel, excluded     | none
 /// outside the grid, or not finite | none                                      | none; is counted
 /// beyond kMaxBeamVoxels, not cut  | none                                      | none; is counted
 /// (no beam) at a free point       | its voxel, within kMaxBeamVoxels          | none
 ///
-/// With an end margin, the misses of a beam with a hit stop that far before its end, in the voxel there, included;
-/// the voxels from there on are grazes.
+/// With an end margin, a beam to a hit or an open end misses the voxels up to that far before its end,
+/// included, and grazes the rest.
 ///
-/// A voxel that is both is a hit. As octomap_server's insertScan; octomap::OccupancyOcTreeBase::
-/// computeUpdate differs in one point: it leaves out the voxel where a beam is cut.
+/// A voxel that is hit and missed is a hit. The rules are those of octomap_server's insertScan.
+/// octomap::OccupancyOcTreeBase::computeUpdate differs in one point: it leaves out the voxel where a beam is
+/// cut.
 struct ScanUpdate {
   std::vector<BrickUpdate> bricks;   ///< One for each touched brick, in Morton order.
   std::vector<Cell> samples;         ///< Cells drawn along the beams, see BeamSampling.
-  std::size_t num_points = 0;        ///< Points and no-returns that took part.
-  std::size_t num_out_of_range = 0;  ///< Left out: not finite, or outside the grid.
-  std::size_t num_too_far = 0;       ///< Left out: more than kMaxBeamVoxels away.
+  std::size_t num_points = 0;        ///< Beams that took part: points, no-returns, open ends.
+  std::size_t num_out_of_range = 0;  ///< Beams left out: an end is not finite, or outside the grid.
+  std::size_t num_too_far = 0;       ///< Beams left out: longer than kMaxBeamVoxels.
 };
 
 }  // namespace cuboid_mapping

@@ -17,7 +17,7 @@ enum class BeamLayout : unsigned char {
   kPinholeBody        ///< An image: x forward, y left, z up.
 };
 
-/// Directions of the beams of an organized cloud that were not reflected.
+/// Directions of the beams without return of an organized cloud.
 struct NoReturnBeams {
   /// One beam.
   struct Beam {

@@ -18,13 +18,14 @@ struct Scan {
   Eigen::Vector3d anchor_map = Eigen::Vector3d::Zero();
   Eigen::Vector3f origin = Eigen::Vector3f::Zero();  ///< Start of all beams.
   std::vector<Eigen::Vector3f> points;               ///< End points of beams that were reflected.
-  /// End points of beams that were not reflected, as far as they are known to be free: every voxel
-  /// up to and including that of the end point is a miss.
+  /// End points of the known free part of beams without return: every voxel up to and including that of the end
+  /// point is a miss.
   std::vector<Eigen::Vector3f> no_returns;
-  /// End points of beams reflected by something that is no obstacle, such as the ground: every voxel before that of the
-  /// end point is a miss, and the last voxel is not observed.
+  /// End points of beams that something other than an obstacle reflects, such as the ground: every voxel before
+  /// that of the end point is a miss, and the last voxel is not observed.
   std::vector<Eigen::Vector3f> open_ends;
-  /// Points that are known to be free without a beam, such as points inside the robot: the voxel of each is a miss.
+  /// Points that are known to be free without a beam, such as points inside the robot: the voxel of each is a
+  /// miss. Points more than kMaxBeamVoxels from the origin are ignored.
   std::vector<Eigen::Vector3f> free_points;
 };
 

@@ -12,7 +12,7 @@ namespace cuboid_mapping {
 /// Limits of the points that take part.
 struct ScanLimits {
   double min_range_m = 0.0;  ///< Nearer points are left out.
-  /// Points outside are left out; its faces are inside. Default: no limit.
+  /// Crop box, faces included: points outside are left out. Default: no limit.
   MetricBox crop_map = {Eigen::Vector3d::Constant(-std::numeric_limits<double>::infinity()),
                         Eigen::Vector3d::Constant(std::numeric_limits<double>::infinity())};
 };
@@ -26,10 +26,11 @@ struct FilterCounts {
   std::size_t num_outside_crop = 0;  ///< Points with a NaN coordinate count here.
 };
 
-/// Leaves out whole beams, as octomap_server does: neither a hit, nor misses on the way to it.
+/// Removes points outside the limits with their beams, as octomap_server does: neither a hit, nor misses on the
+/// way.
 ///
-/// The order of the remaining points is kept. All no-returns stay: they are ends of free space, not
-/// measured points, which could belong to the robot or the ceiling.
+/// The remaining points keep their order. No-returns, open ends and free points all stay: no-returns are ends
+/// of free space, not measured points, which could belong to the robot or the ceiling. @complexity O(points).
 FilterCounts filterScan(Scan& scan, const ScanLimits& limits);
 
 }  // namespace cuboid_mapping

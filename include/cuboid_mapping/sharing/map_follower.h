@@ -9,15 +9,15 @@
 
 namespace cuboid_mapping {
 
-/// Content of a map that is sent: classes alone, or log-odds. With classes, voxels have the log-odds of the clamping
-/// thresholds of a default sensor model.
+/// Content of the voxels in a message: classes alone, or log-odds. With classes, voxels get the log-odds of the
+/// clamping thresholds of a default sensor model.
 enum class MapDetail : unsigned char { kClasses, kValues };
 
 /// A whole map, for other processes; msg/FullCuboidMap.msg documents each field.
 struct MapImage {
   std::uint64_t instance = 0;              ///< Names the server; changes when it is restarted.
   std::uint64_t revision = 0;              ///< Revision of the map.
-  double resolution_m = 0.0;               ///< Content of the voxels.
+  double resolution_m = 0.0;               ///< Edge of a voxel.
   MapDetail detail = MapDetail::kClasses;  ///< Content of its voxels.
   std::vector<VoxelBrick> bricks;          ///< All bricks with a known voxel.
 };
@@ -25,20 +25,20 @@ struct MapImage {
 /// Changes of a map; msg/CuboidMapUpdate.msg documents each field.
 struct MapDelta {
   std::uint64_t instance = 0;  ///< As in MapImage.
-  std::uint64_t base = 0;      ///< Revision that the changes are counted from.
+  std::uint64_t base = 0;      ///< Revision of the map before the changes.
   std::uint64_t revision = 0;  ///< Revision of the map after the changes.
   bool is_everything = false;  ///< The whole map was replaced; there are no bricks then.
   double resolution_m = 0.0;   ///< Edge of a voxel.
   MapDetail detail = MapDetail::kClasses;  ///< Content of the voxels.
   std::vector<VoxelBrick>
-      bricks;  ///< Changed bricks as they are now; without known voxels: unknown.
+      bricks;  ///< New content of the changed bricks; a brick without known voxels became unknown.
 };
 
 /// All bricks of a map, along the Morton curve. @complexity O(n).
 [[nodiscard]] MapImage makeImage(const CuboidMap& map, std::uint64_t instance, MapDetail detail);
 
 /// Current content of the bricks of a change set; with kClasses only of bricks with new cuboids.
-/// @param base  Revision that the changes are counted from.
+/// @param base  Revision of the map before the changes. @return Without bricks if everything has changed.
 /// @complexity O(b) for b bricks.
 [[nodiscard]] MapDelta makeDelta(const CuboidMap& map, const ChangeSet& changes,
                                  std::uint64_t instance, std::uint64_t base, MapDetail detail);
@@ -51,17 +51,15 @@ enum class FollowResult : unsigned char {
   kDamaged,  ///< Invalid bricks or another resolution: nothing was done.
 };
 
-/// A copy of a map, made from an image and updated by deltas, which may come in any order, twice, or
-/// never. Every voxel has the class that it has in the map, and its log-odds if these are sent;
-/// else those of the clamping thresholds. Cuboids are those of FusionKind::kClass.
-/// Not thread-safe.
+/// A copy of a map, made from an image and updated by deltas, which may come in any order, twice, or never.
+/// Every voxel has the class that it has in the map, and its log-odds, see MapDetail. The cuboids are those of
+/// FusionKind::kClass. Not thread-safe.
 class MapFollower {
  public:
-  /// Takes an image. An older image of the same instance is ignored.
-  /// @return false for invalid bricks, or a resolution that no map can have; the copy
-  ///         is then as it was.
+  /// Takes an image; ignores one that is older than the copy, of the same instance.
+  /// @return false for invalid bricks, or a resolution that no map can have; the copy is then as before.
   [[nodiscard]] bool take(const MapImage& image);
-  /// Takes changes. @return kApplied, or why the copy is as it was.
+  /// Takes changes. @return kApplied; else the reason why the copy is as before. @complexity O(bricks log n).
   [[nodiscard]] FollowResult take(const MapDelta& delta);
 
   /// The copy; nothing before the first image. Its revision is its own: see revision().

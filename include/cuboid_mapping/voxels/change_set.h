@@ -23,7 +23,7 @@ struct ChangeSet {
   bool is_everything = false;        ///< The whole map was replaced; `bricks` does not count then.
   std::vector<ChangedBrick> bricks;  ///< Some may come twice.
 
-  /// Adds a change that was made after this one. Where memory fails, everything counts as changed.
+  /// Adds a later change. If memory fails, everything counts as changed.
   void append(const ChangeSet& later) noexcept {
     revision = later.revision;
     is_everything = is_everything || later.is_everything;

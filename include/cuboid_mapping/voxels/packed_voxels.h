@@ -23,16 +23,16 @@ using VoxelValues = std::array<float, kBrickVoxels>;
 
 /// The voxels of one brick with their exact log-odds.
 ///
-/// One block of memory holds the mask of the known voxels, the mask of the occupied ones, and the
-/// log-odds that occur, each once: first those of free voxels, then those of occupied ones. A voxel's
-/// log-odds is a number in this list, bit by bit in as many masks (bit planes) as the longer of the two
-/// lists needs. A mask that follows from the rest is left out, and so is in all masks the word of a
-/// slice without a known voxel. So a brick of one log-odds takes 8 bytes, and others 0.6 to 6 bits a
-/// voxel.
+/// One block of memory holds the mask of the known voxels, the mask of the occupied ones, and each log-odds
+/// that occurs once: first those of free voxels, then those of occupied ones. Each voxel has the number of its
+/// log-odds in the list of its class; each bit of these numbers is a mask, too (a bit plane). Masks that follow
+/// from the rest are left out, and so are the words of slices without a known voxel. The block has 8 bytes for
+/// each slice and mask, and 4 for each log-odds: 4 bytes for a brick of known voxels with one log-odds, 72 with
+/// one log-odds of each class.
 ///
-/// An observation works on whole masks: all voxels of one log-odds go to their next one at once. That
-/// costs the number of different log-odds, not of voxels, and there is no unpacked form. Nothing is
-/// rounded. Const functions may run side by side.
+/// An observation works on whole masks: all voxels of one log-odds go to their next one at once. The cost
+/// depends on the number of different log-odds, not of voxels. Nothing is rounded. Const functions may run side
+/// by side.
 class PackedVoxels {
  public:
   /// A brick without a known voxel.
@@ -103,7 +103,7 @@ class PackedVoxels {
   /// Observes each of some voxels once; an unknown one starts from 0. A voxel of both sets is
   /// a hit.
   /// @param after  Gets the new voxels; untouched when nothing changes. May be the object itself.
-  /// @complexity O(different log-odds in the brick).
+  /// @complexity O(v log v + m v) operations on masks for v different log-odds in the brick, m of which change.
   VoxelChange observe(const BrickMask& hits, const BrickMask& misses, const SensorModel& model,
                       PackedVoxels& after) const;
 
@@ -111,11 +111,10 @@ class PackedVoxels {
   /// @param after  As in observe(). @return The differences.
   VoxelChange replace(const BrickMask& part, const PackedVoxels& other, PackedVoxels& after) const;
 
-  /// Asks the processor to fetch the first masks. Inline: gcc drops calls of functions that do nothing
-  /// else.
+  /// Prefetches the first masks. Inline: gcc drops calls of functions that do nothing else.
   [[gnu::always_inline]] void prefetch() const { __builtin_prefetch(block_.get()); }
 
-  /// Bytes of the block.
+  /// Bytes of the block, without the object.
   [[nodiscard]] std::size_t numBytes() const { return numBytes(shape_); }
 
   /// Whether the same voxels are known, with the same log-odds.

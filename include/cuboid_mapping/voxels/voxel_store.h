@@ -22,9 +22,8 @@ struct Brick;
 template <typename ItemT>
 class BrickTable;
 
-/// All known voxels with their exact log-odds, by brick, and with each brick the cuboids that it is
-/// divided into. A brick without a known voxel leaves no trace. Const functions may run side by side;
-/// a change needs exclusive access.
+/// All known voxels with their exact log-odds, by brick, and the cuboids of each brick. A brick without a known
+/// voxel is not stored. Const functions may run side by side; a change needs exclusive access.
 class VoxelStore {
  public:
   /// A store without voxels.
@@ -36,8 +35,9 @@ class VoxelStore {
   ///@}
   ~VoxelStore();
 
-  /// The voxels of a brick, without or with its name; null when none is known. Valid until the
-  /// brick changes. @complexity O(1).
+  /// The voxels of a brick, without or with its least cell; null when none is known. Valid until the brick
+  /// changes.
+  /// @complexity O(1) on average.
   ///@{
   [[nodiscard]] const PackedVoxels* find(const Cell& brick) const {
     const VoxelBrick* found = findBrick(brick);
@@ -46,7 +46,7 @@ class VoxelStore {
   [[nodiscard]] const VoxelBrick* findBrick(const Cell& brick) const;
   ///@}
 
-  /// Class of a voxel. @complexity O(1).
+  /// Class of a voxel. @complexity O(1) on average.
   [[nodiscard]] Occupancy at(const Cell& cell) const {
     const PackedVoxels* voxels = find(brickOf(cell));
     return voxels == nullptr ? Occupancy::kUnknown : voxels->at(voxelIndex(cell));
@@ -68,7 +68,7 @@ class VoxelStore {
   /// @complexity O(bricks of the box, or all known bricks if these are fewer).
   void forEachIn(const CellBox& box, FunctionRef<void(const VoxelBrick&)> visit) const;
 
-  /// Maximum number of bricks that forEachIn() looks at.
+  /// Maximum number of bricks that forEachIn() visits: the cost of the call for a Budget. 0 for an empty box.
   [[nodiscard]] std::uint64_t countLooks(const CellBox& box) const;
 
   /// Number of bricks with a known voxel.
@@ -78,7 +78,7 @@ class VoxelStore {
   [[nodiscard]] double numFreeVoxels() const { return num_free_; }
   [[nodiscard]] double numOccupiedVoxels() const { return num_occupied_; }
   ///@}
-  /// Bytes held from the allocator, with the cuboids.
+  /// Bytes held from the allocator, with the cuboids. @complexity O(n) for n bricks.
   [[nodiscard]] std::size_t numBytes() const;
   /// The bricks by number, with their cuboids.
   [[nodiscard]] const BrickTable<Brick>& bricks() const { return *bricks_; }
@@ -113,21 +113,21 @@ class VoxelStore {
     bool divides = false;
   };
 
-  /// Computes the result of observing voxels, see PackedVoxels::observe(). Changes nothing: const
-  /// functions may run beside it. @throws std::bad_alloc
+  /// Computes the result of observing voxels, see PackedVoxels::observe(). Changes nothing: const functions may
+  /// run beside it. @param update  Each brick once. @throws std::bad_alloc
   [[nodiscard]] PendingChange prepare(const std::vector<BrickUpdate>& update,
                                       const SensorModel& model, const Work& work) const;
   /// Computes the result of replacing everything inside a box.
-  /// @param bricks  New content of the box; the later of two equal bricks counts. Voxels outside the
+  /// @param bricks  New content of the box. If a brick comes twice, the later one counts. Voxels outside the
   ///                box are ignored. @throws std::bad_alloc
-  /// @complexity O(bricks that the box shares a cell with, or all known bricks if these are fewer,
-  /// and `bricks`).
+  /// @complexity O(m + n log n) for m bricks of the box, or all known bricks if these are fewer, and n old and
+  /// new bricks in it.
   [[nodiscard]] PendingChange prepareReplace(const CellBox& box,
                                              const std::vector<VoxelBrick>& bricks,
                                              const Work& work) const;
   /// Reserves memory for a change. @throws std::bad_alloc  Nothing has changed then.
   void reserve(const PendingChange& change);
-  /// Makes a change. @pre It was computed for this store as it is, and reserve() was called.
+  /// Makes a change. @pre It was computed for the current content of this store, and reserve() was called.
   /// @param follow  Called for each brick that changes, after it; must not throw.
   void commit(PendingChange& change, FunctionRef<void(const PendingBrick&)> follow) noexcept;
 

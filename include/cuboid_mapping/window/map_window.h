@@ -20,7 +20,7 @@ namespace cuboid_mapping {
 
 /// State of the map outside a window.
 enum class OutsideWindow : unsigned char {
-  kKeep,    ///< It goes to a store on disk, and comes back before it changes.
+  kKeep,    ///< It is stored on disk, and loaded before it changes.
   kForget,  ///< It becomes unknown.
   kRefuse   ///< It becomes unknown, and observations outside are refused.
 };
@@ -35,7 +35,7 @@ struct WindowConfig {
   OutsideWindow outside = OutsideWindow::kKeep;  ///< State of the map outside.
 };
 
-/// The cells around the middle of a window that stay in memory: the window and its margin.
+/// Cells whose pages stay in memory: the window around a point, and its margin. @param center_map  Metres.
 [[nodiscard]] CellBox cellsKeptAround(const Eigen::Vector3d& center_map, const WindowConfig& config,
                                       const Grid& grid);
 
@@ -46,15 +46,14 @@ struct WindowFigures {
   std::uint64_t num_loads = 0;       ///< Pages that were loaded from the store.
   std::uint64_t num_writes = 0;      ///< Pages that were written to the store.
   std::uint64_t num_forgotten = 0;   ///< Pages that became unknown.
-  std::uint64_t num_refused =
-      0;  ///< Bricks of observations that were refused because they lie outside.
+  std::uint64_t num_refused = 0;     ///< Observed bricks refused because they lie outside.
   std::uint64_t num_unreadable = 0;  ///< Observed bricks refused because their page cannot be read.
   std::uint64_t num_failures = 0;    ///< Failed calls of the store.
   std::string last_failure;          ///< Reason and cure of the last failure; empty without one.
 };
 
-/// Keeps the pages (map_store.h) of a map in memory that share a voxel with the window, a box around a
-/// place, or that the last clouds have touched. It evicts the others.
+/// Keeps those pages (page.h) of a map in memory that share a voxel with the window, a box around a point, or
+/// that the last clouds have touched. Evicts the others.
 ///
 /// With OutsideWindow::kKeep the map in memory and the store are one map, equal voxel by voxel to a
 /// map without a window. The caller loads the pages that a change touches before it makes the change:
@@ -69,16 +68,16 @@ struct WindowFigures {
 ///
 /// Nobody else may change the map between these calls; readers may look at it.
 ///
-/// When a page cannot be written, it stays in memory and is tried again: nothing is lost, and memory
-/// grows meanwhile. When one cannot be read, the store keeps it, and no observation is taken there.
+/// A page that cannot be written stays in memory, and is written again later: nothing is lost, and memory grows
+/// meanwhile. A page that cannot be read stays in the store, and takes no observations.
 ///
-/// Locks of the map stay when pages leave. A page with a locked voxel is not forgotten.
+/// Locks of the map stay when pages are evicted. A page with a locked voxel does not become unknown.
 ///
 /// Const functions may run side by side, as those of the map; all others need exclusive access to both.
 class MapWindow {
  public:
-  /// @param store  A store with a head for OutsideWindow::kKeep; else null. @param map  Wholly in memory; all of
-  ///               it counts as changed. All calls need the same map.
+  /// @param store  A store with a head for OutsideWindow::kKeep; else null. @param map  Wholly in memory; all
+  ///               of it counts as changed. All calls need the same map.
   /// @throws std::invalid_argument  for a bad size or margin, or a missing or needless store.
   MapWindow(const WindowConfig& config, std::unique_ptr<MapStore> store, const CuboidMap& map);
 
@@ -86,12 +85,12 @@ class MapWindow {
   /// counted in the figures.
   /// @param center_map  Middle of the window. @param changes  Gets the loaded pages.
   /// @return The update to apply: `update`, or its admitted part, valid until the next step.
-  /// @complexity O(bricks of the update) besides the loaded pages.
+  /// @complexity O(bricks of the update); O(pages in the store) when the window moves to other pages.
   [[nodiscard]] const ScanUpdate& admit(const ScanUpdate& update, const Eigen::Vector3d& center_map,
                                         CuboidMap& map, ChangeSet& changes);
 
-  /// Ends a step: notes the applied changes, prefetches pages of the window, and evicts others. Failures of the store
-  /// are counted in the figures.
+  /// Ends a step: notes the applied changes, prefetches pages of the window, and evicts others. Failures of the
+  /// store are counted in the figures.
   ///
   /// Every kStepsAWrite-th step evicts pages to the store: at most kPagesAStep, or as many as were loaded since
   /// the last eviction, so that the time of a step does not grow with the window.
@@ -115,7 +114,7 @@ class MapWindow {
   /// in memory, or new.
   void note(const ChangeSet& changes);
 
-  /// Notes that the whole map was replaced, and replaces the store. Fails as save().
+  /// Notes that the whole map was replaced, and replaces the store. Errors are counted in the figures.
   void noteReplaced(const CuboidMap& map);
 
   /// Writes all changes to the store, if there is one.
@@ -130,10 +129,11 @@ class MapWindow {
 
   /// Pages in the store alone, in no particular order.
   [[nodiscard]] std::vector<Cell> storedPages() const { return {stored_.begin(), stored_.end()}; }
-  /// Adds the stored bricks of a page to a snapshot. @throws MapFileError  as readStore().
+  /// Appends the stored bricks of a page to a snapshot. Threads may call it side by side.
+  /// @throws MapFileError  as readStore().
   void addStored(const Cell& page, const SnapshotLimits& limits, MapSnapshot& snapshot) const;
 
-  /// Writes the sensor model of the map to the store. Fails as save().
+  /// Writes the sensor model of the map to the store. Errors are counted in the figures.
   void saveHead(const CuboidMap& map);
 
   /// See WindowFigures.
@@ -143,14 +143,14 @@ class MapWindow {
   /// Configuration of the constructor.
   [[nodiscard]] const WindowConfig& config() const { return config_; }
 
-  /// Maximum number of pages that a step evicts or prefetches.
+  /// Number of pages that a step evicts or prefetches; evictions keep up with loaded pages, see settle().
   static constexpr std::size_t kPagesAStep = 16;
-  /// Steps between two evictions: fewer transactions, which wait for the disk.
+  /// Steps from one eviction to the store to the next: fewer transactions, which wait for the disk.
   static constexpr std::uint64_t kStepsAWrite = 8;
-  /// Steps for which a touched page outside stays, so that pages within reach are not evicted and loaded
-  /// each time.
+  /// Steps for which a touched page outside the window stays, so that pages within reach of the sensor are not
+  /// evicted and loaded again and again.
   static constexpr std::uint64_t kIdleSteps = 10;
-  /// Idle steps of a window: with kRefuse, pages leave at once.
+  /// Idle steps of a window: with kRefuse, pages are evicted at once.
   [[nodiscard]] static constexpr std::uint64_t idleSteps(const WindowConfig& config) {
     return config.outside == OutsideWindow::kRefuse ? 0 : kIdleSteps;
   }
@@ -167,7 +167,8 @@ class MapWindow {
   [[nodiscard]] PageSet bringBack(const std::vector<Cell>& touched, CuboidMap& map,
                                   ChangeSet& changes);
   void bringAhead(CuboidMap& map, ChangeSet& changes);
-  /// Calls `visit(page)` for the pages in the store alone that share a cell with a box. @complexity As countNotLoaded().
+  /// Calls `visit(page)` for the pages in the store alone that share a cell with a box. @complexity As
+  /// countNotLoaded().
   template <typename VisitT>
   void forEachStored(const CellBox& box, const VisitT& visit) const;
   void loadPage(const Cell& page, CuboidMap& map, ChangeSet& changes);
