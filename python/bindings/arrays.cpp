@@ -82,7 +82,7 @@ std::vector<CellBox> toCellBoxes(const Grid& grid, const Doubles& array, const c
 }
 
 Eigen::Isometry3d toPose(const Doubles& array, const char* name) {
-  constexpr double kTolerance = 1e-3;  // Of matrices that were float32.
+  constexpr double kTolerance = 1e-3;  // For matrices that were float32.
   if (array.ndim() != 2 || array.shape(0) != 4 || array.shape(1) != 4) {
     throw Error(std::string(name) + " must have the shape (4, 4); it has " + shapeOf(array));
   }

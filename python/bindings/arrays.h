@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Between numpy arrays and the types of the library. All functions need the GIL.
+// Conversions between numpy arrays and the types of the library. All functions need the GIL.
 #pragma once
 
 #include "cuboid_mapping/geometry/grid.h"
@@ -21,14 +21,14 @@ namespace cuboid_map_python {
 
 namespace py = pybind11;
 
-/// Anything that numpy makes doubles or floats of, without a hole in memory.
+/// Contiguous arrays of doubles or floats, or values that numpy converts to these.
 using Doubles = py::array_t<double, py::array::c_style | py::array::forcecast>;
 using Floats = py::array_t<float, py::array::c_style | py::array::forcecast>;
 
-/// What the functions below throw: Python's ValueError. They name the argument, and what it must be.
+/// Exception of the functions below, Python's ValueError. Its text names the argument, and the requirement.
 using Error = std::invalid_argument;
 
-/// @param name  Of the argument. @throws Error unless the array is (n, 3), or empty.
+/// @param name  Name of the argument. @throws Error  unless the array is (n, 3), or empty.
 [[nodiscard]] std::vector<Eigen::Vector3d> toPoints(const Doubles& array, const char* name);
 [[nodiscard]] std::vector<Eigen::Vector3f> toPoints(const Floats& array, const char* name);
 
@@ -39,12 +39,12 @@ using Error = std::invalid_argument;
 /// @throws Error unless max > min, and all is finite and in the range of the grid.
 [[nodiscard]] cuboid_mapping::CellBox toCellBox(const cuboid_mapping::Grid& grid,
                                                 const Doubles& array, const char* name);
-/// The same of (n, 6); an error names the row.
+/// As above, for an array (n, 6); an error names the row.
 [[nodiscard]] std::vector<cuboid_mapping::CellBox> toCellBoxes(const cuboid_mapping::Grid& grid,
                                                                const Doubles& array,
                                                                const char* name);
 
-/// A 4 x 4 matrix that turns and moves. @throws Error for any other.
+/// A 4 x 4 matrix of a rotation and a translation. @throws Error  for any other matrix.
 [[nodiscard]] Eigen::Isometry3d toPose(const Doubles& array, const char* name);
 
 /// "free", "occupied", "unknown", or the numbers of Occupancy.

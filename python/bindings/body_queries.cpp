@@ -30,7 +30,8 @@ std::vector<Eigen::Isometry3d> toPoses(const Doubles& array, const char* name) {
   return poses;
 }
 
-/// @param spheres  (k, 4): centre and radius. @param sizes  (m, 3), of boxes at `box_poses`, by default in the middle.
+/// @param spheres  (k, 4): centre and radius. @param sizes  (m, 3), of boxes at `box_poses`, by default in the
+///                 middle.
 Body toBody(const Doubles& spheres, const Doubles& sizes, const py::object& box_poses) {
   require(spheres.size() == 0 || (spheres.ndim() == 2 && spheres.shape(1) == 4),
           "spheres must have the shape (k, 4): centre and radius");
@@ -45,7 +46,7 @@ Body toBody(const Doubles& spheres, const Doubles& sizes, const py::object& box_
   const auto poses = toPoses(box_poses.cast<Doubles>(), "box_poses");
   require(poses.size() == body.boxes.size(),
           "there are " + std::to_string(poses.size()) + " box_poses and " +
-              std::to_string(body.boxes.size()) + " boxes: as many are needed, or None");
+              std::to_string(body.boxes.size()) + " boxes: give one pose for each box, or None");
   for (std::size_t i = 0; i < poses.size(); ++i) body.boxes[i].T_body_box = poses[i];
   return body;
 }
@@ -137,14 +138,14 @@ void bindPosePath(MapClass& map) {
       "start"_a, "goal"_a, "spheres"_a = Doubles(py::array::ShapeContainer{0, 4}),
       "boxes"_a = Doubles(py::array::ShapeContainer{0, 3}), "box_poses"_a = py::none(),
       "unknown"_a = "obstacle", "climb"_a = false, "time_limit"_a = kInfinity,
-      "region"_a = py::none(), R"(A way for a body that moves in any direction, and turns about z.
+      "region"_a = py::none(),
+      R"(Finds a way for a body that moves in any direction, and turns about z.
 
 start, goal: (4, 4): upright poses of the body. spheres, boxes, box_poses: as for check_poses().
 unknown: 'obstacle' or 'free'. climb: whether it may move along z.
-time_limit: of the search, seconds. region: (6,), metres, which the body may not leave; None: the
-  map and some room around it.
-Returns results.PosePath: between its poses the body moves as in check_motion(), which finds it free. Searched
-on voxel centres and 16 headings: passages less than a voxel wider than the body may be missed.)");
+time_limit: seconds. region: (6,), metres: the body may not leave it; None: the map and some room around it.
+Returns results.PosePath, whose motions check_motion() finds free. The search uses voxel centres and 16 headings: it may
+miss passages less than a voxel wider than the body.)");
 }
 
 }  // namespace
@@ -154,21 +155,21 @@ void bindBodyQueries(MapClass& map) {
       "check_poses", checkBody, "poses"_a, "spheres"_a = Doubles(py::array::ShapeContainer{0, 4}),
       "boxes"_a = Doubles(py::array::ShapeContainer{0, 3}), "box_poses"_a = py::none(),
       "unknown"_a = "obstacle",
-      R"(Whether a body of spheres and boxes, which may turn in any way, meets an obstacle. Exact.
+      R"(Checks whether a body of spheres and boxes, turned in any way, meets an obstacle. Exact.
 
-poses: (n, 4, 4): of the body.
+poses: (n, 4, 4): poses of the body.
 spheres: (k, 4), metres: centre, in the frame of the body, and radius.
 boxes: (m, 3), metres: edges. box_poses: (m, 4, 4), in the frame of the body; None: all in its middle.
 unknown: 'obstacle' or 'free'.
-Returns results.Poses: arrays with an element for each pose. O(bricks that the body overlaps) a pose.)");
+Returns results.Poses: arrays with an element for each pose. O(bricks that the body overlaps) for each pose.)");
   map.def("check_motion", checkBodyMotion, "poses"_a,
           "spheres"_a = Doubles(py::array::ShapeContainer{0, 4}),
           "boxes"_a = Doubles(py::array::ShapeContainer{0, 3}), "box_poses"_a = py::none(),
           "unknown"_a = "obstacle",
-          R"(Where a body that moves from pose to pose first meets an obstacle.
+          R"(Finds the first obstacle that a body meets on its way from pose to pose.
 
-Between two poses it moves straight, and turns at an even rate, the shortest way. A free motion is free; one that
-leaves less than 0.1 voxels of room may count as blocked.
+Between two poses the body moves straight, and turns the shortest way at an even rate. `free` is exact; a free motion with
+less than 0.1 voxels of room may count as blocked.
 poses: (n, 4, 4), n > 0. spheres, boxes, box_poses, unknown: as for check_poses().
 Returns results.Motion. O(length), more near obstacles.)");
   bindPosePath(map);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// cuboid_map.Map: boxes to a budget, frontiers, and distances.
+// cuboid_map.Map: covers and free boxes, frontiers, and distances.
 #include "arrays.h"
 #include "cuboid_mapping/boxes/box_cover.h"
 #include "cuboid_mapping/boxes/free_boxes.h"
@@ -129,36 +129,35 @@ py::object distances(MapAccess& access, const Doubles& array, double bound_m,
 void bindBoxQueries(MapClass& map) {
   map.def("cover_occupied", cover, "max_boxes"_a, "region"_a = py::none(),
           "keep_free"_a = py::none(),
-          R"(At most so many boxes that cover all that is occupied and add little volume.
+          R"(Covers all occupied voxels by at most max_boxes boxes that add little volume.
 
 max_boxes: > 0. region: (6,), metres; None: the whole map.
-keep_free: (k, 6), metres: no box touches a voxel that one of these overlaps, such as the robot.
-Returns results.BoxCover, the largest box first; boxes may overlap. The least volume is not guaranteed.
-Raises ValueError where more boxes are needed: keep_free lies between the voxels, or these are very far apart.)");
+keep_free: (k, 6), metres, such as the robot: no box of the answer shares a voxel with one of these.
+Returns results.BoxCover, the largest box first; boxes may overlap. The added volume need not be the least possible.
+Raises ValueError if more boxes are needed: keep_free lies between the voxels, or these are very far apart.)");
   map.def("free_boxes", findFree, "max_boxes"_a, "region"_a = py::none(), "overlap"_a = false,
-          R"(At most so many free boxes that hold much of the free space.
+          R"(Finds at most max_boxes free boxes that hold much of the free space.
 
 max_boxes: > 0. region: (6,), metres; None: the whole map.
 overlap: whether a voxel may lie in two boxes.
-Returns results.FreeBoxes. The most volume is not guaranteed.)");
-  map.def(
-      "find_frontiers", frontiers, "size"_a, "region"_a = py::none(), "min_voxels"_a = 1,
-      "max_distance"_a = 2.0, "view_range"_a = 2.0,
-      R"(Where a robot learns more: free voxels beside unknown ones, in clusters, the largest first.
+Returns results.FreeBoxes. Their volume need not be the greatest possible.)");
+  map.def("find_frontiers", frontiers, "size"_a, "region"_a = py::none(), "min_voxels"_a = 1,
+          "max_distance"_a = 2.0, "view_range"_a = 2.0,
+          R"(Finds frontiers: clusters of free voxels beside unknown ones, the largest first.
 
-size: (3,), metres: the robot, a box that does not turn. region: (6,), metres; None: the whole map.
+size: (3,), metres: edges of the robot, a box that does not turn. region: (6,), metres; None: the whole map.
 min_voxels: smaller clusters are left out.
-max_distance: of a place to stand from its frontier, metres.
-view_range: how far is seen from there, metres; 0: what is seen is not computed.
+max_distance: maximum distance of a place to stand from its frontier, metres.
+view_range: range of view from there, metres, at most 500 voxels; 0: views are not computed.
 Returns results.Frontiers. O(frontier voxels), and a ray to each unknown voxel in the range of each place.)");
   map.def(
       "distances", distances, "points"_a, "bound"_a, "unknown"_a = "free",
-      R"(How far it is from points to the nearest obstacle, exact, from voxel centre to voxel centre.
+      R"(Distances from points to the nearest obstacle: exact, from voxel centre to voxel centre.
 
-points: (n, 3), metres. bound: metres, at most 127 voxels: farther obstacles are not seen.
+points: (n, 3), metres. bound: metres, at most 127 voxels; farther obstacles are ignored.
 unknown: 'obstacle' or 'free'.
-Returns results.Distances. O(voxels of the box around all points and the bound): ask for points that lie
-together in one call.)");
+Returns results.Distances. O(voxels of the box around all points and the bound): put points that lie together into one
+call.)");
 }
 
 }  // namespace cuboid_map_python

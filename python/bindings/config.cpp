@@ -23,7 +23,7 @@ using cuboid_mapping::GrowthStarters;
 using cuboid_mapping::GrowthStep;
 using cuboid_mapping::MapperConfig;
 
-/// Takes keyword arguments one after the other, and notes what is wrong with them.
+/// Reads keyword arguments one after the other, and collects errors.
 class ConfigReader {
  public:
   explicit ConfigReader(const py::dict& arguments) : arguments_(arguments) {}
@@ -32,7 +32,7 @@ class ConfigReader {
     const auto value = take(key);
     if (!value) return;
     const double given = py::isinstance<py::bool_>(value) ? NAN : PyFloat_AsDouble(value.ptr());
-    PyErr_Clear();  // Of what is no number.
+    PyErr_Clear();  // The error for a value that is no number.
     if (std::isnan(given)) return refuse(key, value, "a number");
     field = given;
   }
@@ -44,7 +44,7 @@ class ConfigReader {
     const long given = is_integer ? PyLong_AsLong(py::int_(value).ptr()) : 0;
     const bool is_good =
         is_integer && PyErr_Occurred() == nullptr && given == static_cast<int>(given);
-    PyErr_Clear();  // Of a number that is no long.
+    PyErr_Clear();  // The error for a number that is no long.
     if (!is_good) return refuse(key, value, "a whole number of at most 32 bits");
     field = static_cast<int>(given);
   }
@@ -78,7 +78,7 @@ class ConfigReader {
 
   void note(const std::string& error) { errors_ += "\n  " + error; }
 
-  /// @throws std::invalid_argument  when something is wrong, in the configuration or before it.
+  /// @throws std::invalid_argument  with all errors, in the arguments and in the configuration.
   void finish(const MapperConfig& config) {
     for (const cuboid_mapping::ConfigError& error : checkConfig(config)) {
       note(keyOf(error.field) + ' ' + error.message);
@@ -172,17 +172,17 @@ const char* const kConfigHelp = R"(
 Keyword arguments, with their defaults:
   resolution=0.05: edge of a voxel in metres, 0.001 to 100.
   max_range=inf: longer beams are cut there and free the space up to it, in metres.
-  end_margin=0: so many metres before its end a beam frees unknown voxels only; 0 is as OctoMap.
-  hit=0.7, miss=0.4: probability that a voxel is occupied in which a beam ends, or which it passes.
+  end_margin=0: length in metres before its end in which a beam frees unknown voxels only; OctoMap has 0.
+  hit=0.7, miss=0.4: probability that a voxel is occupied if a beam ends in it, or passes it.
   alpha_min=0.12, alpha_max=0.97: clamping thresholds of the probability of a voxel.
   environment='dynamic': every observation counts; 'static': voxels at a threshold stay as they are.
-  fusion='class': large boxes of one class in bricks of 8 x 8 x 8 voxels; 'growth': that of the
-    paper; 'none': every voxel is a cuboid.
+  fusion='class': large boxes of one class in bricks of 8 x 8 x 8 voxels; 'growth': the fusion of
+    the paper; 'none': every voxel is a cuboid.
   fuse='every_cloud': changed bricks are divided with each scan; 'when_read': when their cuboids are read.
   threads=1: for one scan; 0: one for each core. The map does not depend on it.
   max_branches=32, min_branches=12: order of the R-tree.
   growth_step='cell', growth_search='paper', growth_starters='sampled', growth_samples=0.1,
-  growth_seed=1, growth_settle_clouds=10: of fusion='growth'; see doc/parameters.md.
+  growth_seed=1, growth_settle_clouds=10: for fusion='growth'; see doc/parameters.md.
 )";
 
 }  // namespace cuboid_map_python

@@ -7,13 +7,13 @@
 
 namespace cuboid_map_python {
 
-/// The configuration that keyword arguments make of another one; needs the GIL.
-/// @throws std::invalid_argument  With a line for each that is not known, of a wrong type or out of
+/// A configuration changed by keyword arguments; needs the GIL.
+/// @throws std::invalid_argument  with a line for each argument that is unknown, of a wrong type or out of
 ///         range.
 [[nodiscard]] cuboid_mapping::MapperConfig parseConfig(const pybind11::dict& arguments,
                                                        const cuboid_mapping::MapperConfig& base);
 
-/// What the keyword arguments are, for docstrings.
+/// Description of the keyword arguments, for docstrings.
 extern const char* const kConfigHelp;
 
 }  // namespace cuboid_map_python

@@ -26,7 +26,7 @@ T field(const py::object& message, const char* name) {
   return message.attr(name).cast<T>();
 }
 
-/// Of a message CuboidBricks.
+/// The content of a message CuboidBricks.
 PackedBricks toPacked(const py::object& message) {
   PackedBricks packed;
   packed.num_bricks = field<std::uint32_t>(message, "num_bricks");
@@ -56,14 +56,14 @@ MapImage join(MapImage image, const std::vector<PackedBricks>& parts) {
 
 class FollowerAccess : public MapAccess {
  public:
-  /// @param parts  With the content of the image.
+  /// @param parts  The bricks of the image.
   void take(const MapImage& head, const std::vector<PackedBricks>& parts) {
     MapFollower fresh;
     {
       const py::gil_scoped_release release;
       if (!fresh.take(join(head, parts))) throw DamagedMessage(kDamagedMap);
     }
-    // Readers wait for the exchange alone; the old map goes when they are served.
+    // Readers wait for the exchange only; the old map is freed after it.
     change([&] {
       const bool is_older = follower_.map() != nullptr && head.instance == follower_.instance() &&
                             head.revision < follower_.revision();
@@ -149,39 +149,38 @@ void bindFollower(py::module& module, const MapClass& /*map*/) {
   py::register_exception<DamagedMessage>(module, "DamagedMessage", PyExc_ValueError);
   py::class_<FollowerAccess, MapAccess> follower(
       module, "MapFollower",
-      R"(A copy of the map of a node, kept up with its messages.
+      R"(A copy of a node's map, updated by the node's messages.
 
-Knows no ROS: a message is any object with the fields that the message has. Every voxel has the class
-that it has in the map, and its log-odds where these travel (~publish_values, or GetMap with_values);
-else those of the clamping thresholds. Questions before the first map raise RuntimeError.)");
+Needs no ROS: a message is any object with the fields of the ROS message. Every voxel has the class that it has in the
+node's map, and its log-odds if the messages carry them (~publish_values, or GetMap with_values); else those of the
+clamping thresholds. Queries before the first map raise RuntimeError.)");
   follower.def(py::init<>());
   follower.def("take_map", takeMap, "message"_a,
                R"(Takes the message of a whole map, unless it is older than the copy.
 
-message: FullCuboidMap, or a list of all its parts where it has several. Raises DamagedMessage, a ValueError; the copy is then as it was.)");
+message: FullCuboidMap, or a list of all its parts. Raises DamagedMessage, a ValueError; the copy is then as before.)");
   follower.def("take_update", takeUpdate, "message"_a, R"(Takes the message of an update.
 
 message: CuboidMapUpdate. It may come twice, late, or not at all.
-Returns False when a whole map is needed: there is none yet, it was replaced, updates were lost, or
-this one is damaged.)");
+Returns False if take_map() is needed: there is no map yet, it was replaced, updates were lost, or this one is damaged.)");
   follower.def_property_readonly(
       "has_map",
       [](FollowerAccess& access) {
         return access.ask([](const MapFollower& f) { return f.map() != nullptr; });
       },
-      "Whether a map has come.");
+      "Whether the first map has come.");
   follower.def_property_readonly(
       "revision",
       [](FollowerAccess& access) {
         return access.ask([](const MapFollower& f) { return f.revision(); });
       },
-      "Of the map that the copy equals; 0 before the first.");
+      "Revision of the node's map that the copy equals; 0 before the first map.");
   follower.def_property_readonly(
       "instance",
       [](FollowerAccess& access) {
         return access.ask([](const MapFollower& f) { return f.instance(); });
       },
-      "Number of the server that the map is of; 0 before the first.");
+      "Number of the server's run; changes when it is restarted. 0 before the first map.");
 }
 
 }  // namespace cuboid_map_python

@@ -14,8 +14,8 @@ namespace cuboid_map_python {
 
 namespace py = pybind11;
 
-/// A map that Python holds. Readers run side by side, changes alone, all of them without the GIL:
-/// the lock is waited for and held without it, so that neither can wait for the other.
+/// A map that Python holds. Readers run side by side, changes alone. All wait for the lock, and hold it,
+/// without the GIL, so that GIL and lock cannot wait for each other.
 class MapAccess {
  public:
   MapAccess() = default;
@@ -43,7 +43,7 @@ class MapAccess {
     return read([](const cuboid_mapping::CuboidMap& map) { return map.grid(); });
   }
 
-  std::string frame_id;  ///< Of the map; guarded by the GIL.
+  std::string frame_id;  ///< Frame of the map; guarded by the GIL.
 
  protected:
   /// @param work  Changes the map.
@@ -56,9 +56,9 @@ class MapAccess {
 
   /// Whether map() may be read; guarded by the lock.
   [[nodiscard]] virtual bool isSettled() const { return true; }
-  /// Makes it so; nobody else has the lock.
+  /// Makes map() readable. @pre Nobody else has the lock.
   virtual void settle() {}
-  /// @throws std::runtime_error when there is none yet.
+  /// The map. @throws std::runtime_error  if there is none yet.
   [[nodiscard]] virtual const cuboid_mapping::CuboidMap& map() const = 0;
 
  private:
@@ -67,13 +67,13 @@ class MapAccess {
 
 using MapClass = py::class_<MapAccess>;
 
-/// Declares cuboid_map.Map, with all that does not change a map.
+/// Declares cuboid_map.Map, with all functions that do not change a map.
 MapClass bindMap(py::module& module);
-/// Adds the questions of planners to it.
+/// Adds the queries for planners.
 void bindPlannerQueries(MapClass& map);
-/// Adds the questions about bodies that turn.
+/// Adds the queries for bodies that turn.
 void bindBodyQueries(MapClass& map);
-/// Adds boxes to a budget, frontiers, and distances.
+/// Adds covers and free boxes, frontiers, and distances.
 void bindBoxQueries(MapClass& map);
 /// Declares cuboid_map.Mapper.
 void bindMapper(py::module& module, const MapClass& map);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// cuboid_map.Map: what a map is, what is at points and in boxes, and files.
+// cuboid_map.Map: properties of a map, points and boxes, and files.
 #include "arrays.h"
 #include "cuboid_mapping/boxes/joined_cuboids.h"
 #include "cuboid_mapping/io/map_files.h"
@@ -102,7 +102,7 @@ py::object findCuboids(MapAccess& access, const py::object& box, const std::stri
 py::array_t<std::uint8_t> makeDense(MapAccess& access, const Doubles& array) {
   const CellBox box = toCellBox(access.grid(), array, "box");
   if (box.numVoxels() > kMaxDenseVoxels) {
-    throw Error("box has " + std::to_string(box.numVoxels()) + " voxels: at most " +
+    throw Error("box has " + std::to_string(box.numVoxels()) + " voxels, but at most " +
                 std::to_string(kMaxDenseVoxels) + " go into one array");
   }
   const Cell size = box.size();
@@ -142,17 +142,17 @@ void bindPoints(MapClass& map) {
 
 points: (n, 3), metres, map frame.
 Returns (n,) uint8 of Occupancy; UNKNOWN outside the map, too. A point on a face between two voxels
-belongs to the one with the greater coordinates. O(1) a point.)");
+belongs to the one with the greater coordinates. O(1) for each point.)");
   map.def("log_odds", findLogOdds, "points"_a,
-          R"(Log-odds of being occupied of the voxel that holds each point; >= 0 is occupied.
+          R"(Log-odds of the voxel that holds each point; >= 0 is occupied.
 
 points: (n, 3), metres, map frame.
-Returns (n,) float32, NaN where the voxel is unknown. A map that follows another one without values
-(publish_values) has those of the clamping thresholds. O(1) a point.)");
+Returns (n,) float32; NaN for unknown voxels. A MapFollower whose messages carry no values (publish_values) has those of
+the clamping thresholds. O(1) for each point.)");
 }
 
 void bindBoxes(MapClass& map) {
-  map.def("query_boxes", queryBoxes, "boxes"_a, R"(What is in boxes.
+  map.def("query_boxes", queryBoxes, "boxes"_a, R"(Class and volumes of boxes.
 
 boxes: (n, 6), metres, map frame: min x, y, z, max x, y, z. Every voxel that a box overlaps counts as
   a whole.
@@ -162,11 +162,11 @@ O(bricks of 8 x 8 x 8 voxels in the box).)");
   map.def("cuboids", findCuboids, "box"_a = py::none(), "classes"_a = "all", "clip"_a = false,
           "joined"_a = false, R"(The cuboids of the map: disjoint boxes of voxels of one class.
 
-box: (6,), metres, map frame: only those that share a voxel with it. None: all.
+box: (6,), metres, map frame: only cuboids that share a voxel with it. None: all.
 classes: 'all', 'free' or 'occupied'.
 clip: cut them at the faces of the box.
-joined: join them across bricks, as walls and not as tiles of eight voxels; always cut at the faces of the
-  box, and the same for every order of scans.
+joined: join them across bricks: a wall is one cuboid, not tiles of eight voxels. Joined cuboids are always cut at the faces
+  of the box, and do not depend on the order of scans.
 Returns results.Cuboids, in no particular order. O(log n + k) for k cuboids.)");
   map.def("dense", makeDense, "box"_a, R"(The classes of all voxels in a box as an array.
 
@@ -178,13 +178,12 @@ Raises ValueError for a box that query_boxes() refuses, or of more than 4e9 voxe
 }  // namespace
 
 MapClass bindMap(py::module& module) {
-  MapClass map(module, "Map", R"(A 3D occupancy map: what can be asked of it.
+  MapClass map(module, "Map", R"(The queries of a 3D occupancy map; Mapper and MapFollower are maps.
 
-Points and boxes are in metres, in the frame of the map. Not made by itself: see Mapper and
-MapFollower.
+Points and boxes are in metres, in the frame of the map.
 
-Threads: all functions can be called from any thread, and release the GIL while they work. Questions
-run side by side; changes wait for them, and they for changes.)");
+Threads: any thread may call all functions, which release the GIL while they work. Queries run side by side; changes wait
+for queries, and queries for changes.)");
   map.def_property_readonly(
       "resolution", [](MapAccess& access) { return access.grid().resolution(); },
       "Edge of a voxel in metres.");
@@ -202,14 +201,14 @@ run side by side; changes wait for them, and they for changes.)");
       "Memory of the map.");
   map.def_readwrite(
       "frame_id", &MapAccess::frame_id,
-      "Name of the frame of the map, kept in .cuboids files; '' where it is not known.");
+      "Name of the frame of the map, kept in .cuboids and .sqlite files; '' if it is not known.");
   bindPoints(map);
   bindBoxes(map);
-  map.def("save", save, "file"_a, R"(Replaces a file by the map; the ending chooses the format.
+  map.def("save", save, "file"_a, R"(Replaces a file by the map; its extension chooses the format.
 
 file: .cuboids and .sqlite (everything), .ot and .bt (OctoMap), .pcd, .ply, .csv.
-Returns the bytes of the file. Raises MapFileError (what is wrong with the disk, or more than the
-format can hold), ValueError for another ending. The map can be changed while the file is written.)");
+Returns the size of the file in bytes. Raises MapFileError for a failure of the disk, or a map that the format cannot
+hold; ValueError for another extension. The map can be changed while the file is written.)");
   return map;
 }
 

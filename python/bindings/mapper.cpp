@@ -21,7 +21,7 @@ constexpr double kMaxSetVoxels = 1e9;
 struct GivenScan {
   Eigen::Isometry3d T_map_sensor = Eigen::Isometry3d::Identity();
   Eigen::Vector3d origin_map = Eigen::Vector3d::Zero();
-  /// The points are relative to it: zero, or near where the beams start, if that is far from the origin.
+  /// Origin of the points: zero, or near the start of the beams if that is far from the origin.
   Eigen::Vector3d anchor_sensor = Eigen::Vector3d::Zero();
   std::vector<Eigen::Vector3f> points_anchor;
   std::vector<Eigen::Vector3f> no_returns_anchor;
@@ -31,7 +31,7 @@ class MapperAccess : public MapAccess {
  public:
   explicit MapperAccess(const MapperConfig& config) : mapper_(config), map_(mapper_.settle()) {}
 
-  /// What became of the points of a scan.
+  /// Counts of the points of a scan.
   struct Counts {
     std::size_t num_taken;
     std::size_t num_out_of_range;
@@ -48,7 +48,7 @@ class MapperAccess : public MapAccess {
     });
   }
 
-  /// That of the grid, which nothing changes.
+  /// Resolution of the grid; constant.
   [[nodiscard]] double resolution_m() const { return map_.grid().resolution(); }
 
   template <typename WorkT>
@@ -69,7 +69,7 @@ class MapperAccess : public MapAccess {
 
  private:
   Mapper mapper_;
-  const CuboidMap& map_;  ///< That of the mapper.
+  const CuboidMap& map_;  ///< Map of the mapper.
   bool is_settled_ = true;
 };
 
@@ -86,10 +86,11 @@ std::vector<Eigen::Vector3f> toAnchor(const py::object& array, const char* name,
   for (std::size_t i = 0; i < points.size(); ++i) {
     const Eigen::Vector3d point = points[i] - anchor;
     if (point.allFinite() && point.cwiseAbs().maxCoeff() > max_range_m) {
-      throw Error(std::string(name) + "[" + std::to_string(i) + "] is more than " +
-                  std::to_string(static_cast<long long>(max_range_m)) +
-                  " m from where the beams start, and would be rounded there by a tenth of a voxel "
-                  "or more: give pose, or origin, or leave it out");
+      throw Error(
+          std::string(name) + "[" + std::to_string(i) + "] is more than " +
+          std::to_string(static_cast<long long>(max_range_m)) +
+          " m from the start of the beams, where float32 rounds it by a tenth of a voxel or "
+          "more: give pose or origin, or leave the point out");
     }
     points_anchor.emplace_back(point.cast<float>());
   }
@@ -157,14 +158,14 @@ void setBoxes(MapperAccess& access, const Doubles& array, const py::object& valu
 }  // namespace
 
 void bindMapper(py::module& module, const MapClass& /*map*/) {
-  static const std::string kHelp = std::string(R"(A map that is made of scans.
+  static const std::string kHelp = std::string(R"(A map that is made from scans.
 )") + kConfigHelp + R"(
 Raises ValueError with a line for each argument that is wrong.)";
   static const std::string kLoadHelp = std::string(R"(A mapper with the map of a file.
 
 file: .cuboids, .sqlite, .ot or .bt; its first bytes tell which.
-Further arguments are those of Mapper, but for resolution. The sensor model and the environment of a
-.cuboids file count where none are given; OctoMap's files have none.
+Further arguments are those of Mapper, except resolution. Sensor model and environment are those of the file unless given;
+OctoMap's files have none.
 Raises MapFileError when the file cannot be read, ValueError for wrong arguments.)");
   py::class_<MapperAccess, MapAccess> mapper(module, "Mapper", kHelp.c_str());
   mapper.def(py::init([](const py::kwargs& arguments) {
@@ -175,17 +176,16 @@ Raises MapFileError when the file cannot be read, ValueError for wrong arguments
              "no_returns"_a = py::none(),
              R"(Takes one scan: every voxel that its beams pass or end in is observed once.
 
-points: (n, 3), metres, in the frame of the sensor; best as float32 without a gap in memory. float64 is as exact
-  far from the origin as near it, where pose or origin say where the beams start. Points that are not finite are left
-  out, and counted.
+points: (n, 3), metres, in the frame of the sensor; contiguous float32 arrays are fastest. float64 stays exact far from the
+  origin if pose or origin gives the start of the beams. Points that are not finite are left out, and counted.
 pose: (4, 4): takes points from the sensor's frame to the map's. None: they are in the map's frame.
-origin: (3,), metres, map frame: where the beams start. None: the translation of the pose.
-no_returns: (m, 3), as points: ends of beams that met nothing and are known to be free up to there.
-Returns results.IntegratedScan. Raises ValueError for a wrong shape, a pose that is none, and for float64 points too
-far from where the beams start to be exact.
-With threads > 1, the scan is put into the map beside what comes next; questions wait for it.)");
+origin: (3,), metres, map frame: start of the beams. None: the translation of the pose.
+no_returns: (m, 3), as points: ends of the known free part of beams without return.
+Returns results.IntegratedScan. Raises ValueError for a wrong shape, a pose that is no rotation and translation, and
+float64 points too far from the start of the beams to be exact.
+With threads > 1, the scan enters the map while the caller goes on; queries wait for it.)");
   mapper.def("set_boxes", setBoxes, "boxes"_a, "occupancy"_a,
-             R"(Puts one class in the place of everything in boxes.
+             R"(Makes all voxels of boxes free, occupied or unknown.
 
 boxes: (n, 6), metres, map frame; every voxel that a box overlaps.
 occupancy: 'free', 'occupied' (at the clamping thresholds) or 'unknown', or an Occupancy.)");

@@ -50,16 +50,16 @@ PYBIND11_MODULE(_core, module) {
   bindBoxQueries(map);
   bindMapper(module, map);
   bindFollower(module, map);
-  module.def("convert", convert, "source"_a, "target"_a,
-             R"(Writes the map of a file in another format; the ending of the target chooses it.
+  module.def(
+      "convert", convert, "source"_a, "target"_a,
+      R"(Writes the map of a file in another format, which the extension of the target chooses.
 
 source: .cuboids, .sqlite, .ot or .bt. target: these, .pcd, .ply or .csv.
-Returns the bytes of the target. Raises MapFileError, or ValueError for another ending.)");
+Returns the size of the target in bytes. Raises MapFileError, or ValueError for another extension.)");
   module.def("find_no_return_beams", findNoReturnBeams, "cloud"_a,
-             R"(Directions of the beams of an organized cloud that met nothing.
+             R"(Estimates the directions of the beams without return of an organized cloud.
 
-cloud: (rows, columns, 3), metres, sensor frame; not finite or (0, 0, 0) where nothing came back.
-Returns (n, 3) float32 unit vectors, estimated from the beams that did come back; none where these lie
-neither as those of a lidar that turns about z, nor as those of a camera. Times a range that is known
-to be free they are `no_returns` for Mapper.integrate().)");
+cloud: (rows, columns, 3), metres, sensor frame; not finite or (0, 0, 0): no return.
+Returns (n, 3) float32 unit vectors, estimated from the beams with a return; none if these fit neither a lidar that turns
+about z nor a camera. Multiplied by a range that is known to be free, they are `no_returns` for Mapper.integrate().)");
 }

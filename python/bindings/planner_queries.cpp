@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// cuboid_map.Map: what planners ask.
+// cuboid_map.Map: queries for planners.
 #include "arrays.h"
 #include "cuboid_mapping/query/corridor_query.h"
 #include "cuboid_mapping/query/fit_query.h"
@@ -24,7 +24,7 @@ void put(std::vector<double>& rows, std::size_t row, const Eigen::Vector3d& poin
   std::copy(point.data(), point.data() + 3, &rows[3 * row]);
 }
 
-/// Of a robot.
+/// The edges of a robot.
 Eigen::Vector3d toSize(const Doubles& array) {
   Eigen::Vector3d size = toVector(array, "size");
   require(size.allFinite() && size.minCoeff() > 0.0, "size must be three edges > 0, in metres");
@@ -32,7 +32,7 @@ Eigen::Vector3d toSize(const Doubles& array) {
 }
 
 std::uint8_t toNumber(RayEnd end) {
-  // As the service cast_rays has them.
+  // The numbers of the service cast_rays.
   return end == RayEnd::kUnknown ? 0 : (end == RayEnd::kMaxRange ? 1 : 2);
 }
 
@@ -46,7 +46,8 @@ py::object castRays(MapAccess& access, const Doubles& origin_array, const Double
                     : toPoints(origin_array, "origins");
   require(origins.size() == directions.size(),
           "there are " + std::to_string(origins.size()) + " origins and " +
-              std::to_string(directions.size()) + " directions: as many are needed, or one origin");
+              std::to_string(directions.size()) +
+              " directions: give one origin for each direction, or one for all");
   std::vector<std::uint8_t> end(origins.size());
   std::vector<double> distance(origins.size());
   std::vector<double> points;
@@ -70,7 +71,7 @@ py::object castRays(MapAccess& access, const Doubles& origin_array, const Double
                     toArray(std::move(unknown_length)));
 }
 
-/// Paths of as many waypoints each, (m, n, 3).
+/// Paths of n waypoints each, from an array (m, n, 3).
 std::vector<std::vector<Eigen::Vector3d>> toPaths(const Doubles& array) {
   require(array.ndim() == 3 && array.shape(2) == 3 && array.shape(1) > 0,
           "paths must have the shape (m, n, 3), with n > 0; it has " +
@@ -198,47 +199,46 @@ void bindCorridor(MapClass& map) {
       },
       "start"_a, "goal"_a, "size"_a, "unknown"_a = "obstacle", "time_limit"_a = kInfinity,
       "region"_a = py::none(),
-      R"(Overlapping boxes without obstacles from a start to a goal, and a path in them.
+      R"(Finds a corridor of overlapping boxes without obstacles from a start to a goal, and a path in it.
 
-start, goal: (3,), metres: the centre of the robot.
-size: (3,), metres: the robot, a box that does not turn; it is rounded up to voxels.
+start, goal: (3,), metres: centre of the robot.
+size: (3,), metres: edges of the robot, a box that does not turn; rounded up to voxels.
 unknown: 'obstacle' or 'free'.
-time_limit: of the search, seconds. region: (6,), metres, which the robot may not leave; None: the
-  map and some room around it.
-Returns results.Corridor. A corridor is found if and only if the robot can get from voxel to voxel; it
-need not be the shortest. O(bricks that the search reaches).)");
+time_limit: seconds. region: (6,), metres: the robot may not leave it; None: the map and some room around it.
+Returns results.Corridor. A corridor is found if and only if the robot can go from voxel to voxel; it need not be the
+shortest. O(bricks that the search reaches).)");
 }
 
 }  // namespace
 
 void bindPlannerQueries(MapClass& map) {
   map.def("cast_rays", castRays, "origins"_a, "directions"_a, "max_range"_a,
-          "unknown"_a = "obstacle", R"(Casts rays until something is in the way.
+          "unknown"_a = "obstacle", R"(Casts rays up to the first obstacle.
 
-origins: (n, 3), metres, or (3,) for all of them. directions: (n, 3), of any length but zero.
-max_range: of all rays, metres.
-unknown: 'obstacle': a ray ends where unknown space begins; 'free': it goes on.
+origins: (n, 3), metres, or (3,) for all rays. directions: (n, 3), of any length but zero.
+max_range: length of all rays, metres.
+unknown: 'obstacle': rays end at unknown space; 'free': they pass it.
 Returns results.Rays: arrays with an element for each ray. O(voxels passed).)");
   map.def("check_paths", checkPaths, "paths"_a, "size"_a, "unknown"_a = "obstacle",
-          R"(Where a box that moves along straight segments first meets an obstacle. Exact.
+          R"(Finds the first obstacle that a box meets along straight segments. Exact.
 
 paths: (m, n, 3), metres: m paths of n waypoints for the centre of the box; for one path [waypoints].
 size: (3,), metres: edges of the box, which does not turn.
 unknown: 'obstacle' or 'free'.
 Returns results.Paths: arrays with an element for each path. O(bricks swept).)");
   map.def("nearest", findNearestCuboids, "points"_a, "k"_a = 1, "classes"_a = "occupied",
-          "max_distance"_a = kInfinity, R"(The k nearest cuboids of each point, nearest first.
+          "max_distance"_a = kInfinity, R"(Finds the k cuboids nearest to each point, nearest first.
 
 points: (n, 3), metres. classes: 'all', 'free' or 'occupied'. max_distance: metres.
-Returns results.Nearest: arrays (n, k, ...); where there are fewer than k the distance is inf, and the
-rest NaN. O((k + log n) log n) a point.)");
+Returns results.Nearest: arrays (n, k, ...); missing cuboids have distance inf, and NaN. O((k + log n) log n) for each
+point.)");
   map.def("nearest_free", findNearestFree, "points"_a, "size"_a, "max_distance"_a,
           "unknown"_a = "obstacle",
-          R"(The place nearest to each point at which a box meets no obstacle.
+          R"(Finds the place nearest to each point at which a box meets no obstacle.
 
 points: (n, 3), metres. size: (3,), metres: edges of the box, which does not turn.
-max_distance: of a place from its point, metres. unknown: 'obstacle' or 'free'.
-Returns (n, 3), metres: centres of the box; NaN where there is none.
+max_distance: maximum distance of a place from its point, metres. unknown: 'obstacle' or 'free'.
+Returns (n, 3), metres: centres of the box; NaN without a place.
 O(bricks within the distance of the answer).)");
   bindCorridor(map);
 }

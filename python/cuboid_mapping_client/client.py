@@ -22,7 +22,7 @@ _MAX_EARLY_UPDATES = 100
 
 
 def fetch_parts(get_map, first):
-    """All parts of a map of one revision, in order. first: part 0. Raises rospy.ServiceException."""
+    """Returns all parts of a map of one revision, in order. first: part 0. Raises rospy.ServiceException."""
     parts = [first]
     while len(parts) < first.num_parts:
         answer = get_map(with_values=first.bricks.has_values, part=len(parts), revision=first.revision)
@@ -33,11 +33,11 @@ def fetch_parts(get_map, first):
 
 
 class CuboidMapClient:
-    """Follows cuboid_map and cuboid_map_updates into a map of its own. Thread-safe.
+    """Keeps a copy of a node's map by its topics cuboid_map and cuboid_map_updates. Thread-safe.
 
-    server: name of the node, for ~get_map, which is asked when updates were lost. In the namespace of
-        this node unless it begins with a slash.
-    on_change: called with this client after each change of the map, one call after the other.
+    server: name of the node, in the namespace of this node unless it begins with a slash. Its service ~get_map is
+        called when updates were lost.
+    on_change: called with this client after each change of the map, one call at a time.
 
     Follows until close(), or to the end of a `with` block.
     """
@@ -61,7 +61,7 @@ class CuboidMapClient:
     def close(self):
         """Stops following; the map stays as it is, and on_change is not called any more.
 
-        Not to be called with the lock.
+        Do not call it while you hold `lock`.
         """
         for subscriber in self._subscribers:
             subscriber.unregister()
@@ -75,10 +75,10 @@ class CuboidMapClient:
         self.close()
 
     def wait_for_map(self, timeout=None):
-        """Blocks until the first map has come; logs why if that takes some seconds.
+        """Blocks until the first map has come; logs the reason if that takes some seconds.
 
         timeout: seconds; None: no limit.
-        Returns whether it has come: not after the timeout, nor when this node is shut down.
+        Returns False after the timeout, or when this node is shut down.
         """
         begin = told = time.monotonic()
         while not rospy.is_shutdown():
@@ -97,27 +97,28 @@ class CuboidMapClient:
     def map(self):
         """The map, a cuboid_map.MapFollower with all queries: cuboids(), cast_rays() ...
 
-        Asked before the first map, it raises RuntimeError: see wait_for_map().
+        Queries before the first map raise RuntimeError: see wait_for_map().
         """
         return self._map
 
     @property
     def lock(self):
-        """Keeps the map unchanged while it is held: `with client.lock:` for questions about one revision."""
+        """Keeps the map unchanged while it is held: `with client.lock:` for several queries of one revision."""
         return self._lock
 
     @property
     def has_map(self):
+        """Whether the first map has come."""
         return self._map.has_map
 
     @property
     def revision(self):
-        """Revision of the server's map that this one equals; 0 before the first."""
+        """Revision of the server's map that the copy equals; 0 before the first map."""
         return self._map.revision
 
     @property
     def frame_id(self):
-        """Frame of the map; '' before the first."""
+        """Frame of the map; '' before the first map."""
         return self._map.frame_id
 
     def _say_what_is_missing(self):
@@ -179,8 +180,8 @@ class CuboidMapClient:
                 self._early_updates.append(message)
 
     def _is_map_on_its_way(self, message):
-        """Whether the node sends its map anyway, as to each new connection, also after a restart: a request
-        would fetch it twice."""
+        """Whether the node will send its map without a request, as to each new connection, also after a restart: a
+        request would fetch it twice."""
         if message.instance == self._map.instance:
             return False
         now = time.monotonic()

@@ -6,8 +6,8 @@
     mapper.classify([(1, 0, 0.5)])              # array([Occupancy.FREE])
     mapper.cuboids(classes='occupied').boxes    # (n, 6), metres
 
-`Mapper` is made of scans, `MapFollower` follows the map of another process; both are a `Map`, which
-has all that can be asked. All lengths are in metres.
+`Mapper` makes a map from scans, `MapFollower` follows the map of another process; both are a `Map`, which has the
+queries. All lengths are in metres.
 """
 from cuboid_map._core import (
     DamagedMessage, Map, MapFileError, MapFollower, Mapper, convert, find_no_return_beams)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-# Types of what is written in C++; help(cuboid_map.Mapper) has the documentation.
+# Types of the classes and functions written in C++; help(cuboid_map.Mapper) has the documentation.
 import typing
 
 import numpy as np
@@ -8,7 +8,7 @@ from cuboid_map.results import (
     BoxCover, Boxes, Corridor, Cuboids, Distances, FreeBoxes, Frontiers, IntegratedScan, Motion, Nearest, Occupancy, Paths,
     PosePath, Poses, Rays)
 
-# Whatever numpy.asarray() takes.
+# Any argument of numpy.asarray().
 ArrayLike = typing.Union[np.ndarray, typing.Sequence[typing.Any]]
 
 class MapFileError(OSError): ...

@@ -31,14 +31,14 @@ class CorridorEnd(enum.IntEnum):
 
 class IntegratedScan(typing.NamedTuple):
     """Counts of the points of a scan, no-returns included."""
-    num_points: int        # Points that took part.
+    num_points: int        # Beams that took part.
     num_out_of_range: int  # Points left out: not finite, or outside the grid.
     num_too_far: int       # Points left out: more than 65,535 voxels away.
 
 
 class Boxes(typing.NamedTuple):
     """Content of n boxes; volumes in cubic metres, of all voxels that a box overlaps."""
-    occupancy: np.ndarray        # (n,) uint8, Occupancy: occupied if any voxel is; else unknown if any is; else free.
+    occupancy: np.ndarray        # (n,) uint8, Occupancy: OCCUPIED if any voxel is; else UNKNOWN if any is; else FREE.
     free_volume: np.ndarray      # (n,) float64
     occupied_volume: np.ndarray  # (n,) float64
     unknown_volume: np.ndarray   # (n,) float64, space outside the map included.
@@ -78,22 +78,22 @@ class Poses(typing.NamedTuple):
 
 
 class Motion(typing.NamedTuple):
-    """How far a body gets from pose to pose; lengths in metres."""
-    free: bool          # To the end.
-    free_length: float  # Path of the body's origin up to where the body first meets an obstacle.
-    length: float       # Of the whole path.
-    segment: int        # Number of the pose from which it meets one; -1: none.
-    pose: np.ndarray    # (4, 4) float64: of the body there; the last one of a free motion.
+    """Free length of the motion of a body from pose to pose; lengths in metres."""
+    free: bool          # The whole motion is free.
+    free_length: float  # Length of the path of the body's origin up to the first obstacle.
+    length: float       # Length of the whole path.
+    segment: int        # Index of the last pose before the obstacle; -1: none.
+    pose: np.ndarray    # (4, 4) float64: pose of the body at the obstacle, or the last pose of a free motion.
     part: int           # The part that meets the obstacle: spheres first, then boxes; -1: none.
-    point: np.ndarray   # (3,) float64, metres: centre of a voxel that it meets; NaN: none.
+    point: np.ndarray   # (3,) float64, metres: centre of a voxel that this part meets; NaN: none.
 
 
 class PosePath(typing.NamedTuple):
     """A way for a body that turns; without poses unless `end` is FOUND."""
     end: CorridorEnd
     poses: np.ndarray  # (n, 4, 4) float64: from start to goal.
-    length: float      # Path of the body's origin, metres.
-    num_poses: int     # Poses at which the search has looked at the map.
+    length: float      # Length of the path of the body's origin, metres.
+    num_poses: int     # Number of poses at which the search has checked the map.
 
 
 class Nearest(typing.NamedTuple):
