@@ -187,7 +187,7 @@ void BagClouds::readPoses(const BagTopics& topics, const BagOptions& options, bo
   if (has_frame) {
     throw std::runtime_error("the poses of " + options.poses + " are in the frame '" + frame_id +
                              "', but frame_id is '" + parameters_.frame_id +
-                             "': set frame_id to the former, or leave it out");
+                             "': set frame_id to the frame of the poses, or leave it out");
   }
   say({"maps in '" + frame_id + "', the frame of the poses"});
   parameters_.frame_id = frame_id;

@@ -104,7 +104,7 @@ void putAll(BagClouds& clouds, BagMap& map) {
   }
 }
 
-/// Warns of a map without obstacles, which is seldom wanted.
+/// Warns if nothing in the map is occupied.
 void warnIfNothingIsOccupied(const cuboid_mapping::MapSnapshot& snapshot,
                              const NodeStatistics& statistics) {
   const bool has_occupied =
@@ -131,7 +131,7 @@ std::string makeFile(BagClouds& clouds, const std::string& output, bool frees_pa
   cuboid_mapping::writeMapFile(output, snapshot);
   std::string content = describeContent(snapshot, format);
   if (frees_passed) {
-    content += ", " + counted(num_freed, "occupied voxel") + " of what has passed freed";
+    content += ", " + counted(num_freed, "occupied voxel") + " of passed objects freed";
   }
   return content;
 }

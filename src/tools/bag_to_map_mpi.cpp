@@ -249,9 +249,9 @@ Figures gatherFigures(const MpiRanks& ranks, const BrickOwner& owner, Clock::tim
 void printFigures(const Figures& figures, double time_s, double kb_a_cloud) {
   const CpuTimes& cpu = figures.cpu;
   std::cout << std::setprecision(2) << "sent " << kb_a_cloud
-            << " kB a cloud; waited for each other and sent for "
-            << 100.0 * figures.exchange_s / figures.rounds_s << " % of the time, and took "
-            << figures.peak_mb << " MB, at most; the one with most has " << 100.0 * figures.part
+            << " kB a cloud; a rank waited and sent for up to "
+            << 100.0 * figures.exchange_s / figures.rounds_s << " % of the time, took up to "
+            << figures.peak_mb << " MB, and has up to " << 100.0 * figures.part
             << " % of the map; writing took " << time_s - figures.rounds_s
             << " s\nCPU time of all ranks: "
             << figures.cpu_s - cpu.pack_s - cpu.exchange_s - cpu.apply_s

@@ -182,10 +182,10 @@ std::vector<std::string> makeNotes(const BagTopics& topics, const NodeParameters
     if (!parameters.source.sensor_frame.empty() || !(is_in_map || isWorldFrame(topic.frame_id)))
       continue;
     notes.push_back("warning: " + name + " is in the frame '" + topic.frame_id +
-                    "', in which nothing moves. If somebody has recorded a map, leave it out; if a "
-                    "sensor's clouds have been transformed, set sensor_frame: beams start at the "
-                    "origin of '" +
-                    topic.frame_id + "' otherwise");
+                    "', in which nothing moves. If it is a recorded map, leave it out; if it has "
+                    "transformed clouds of a sensor, set sensor_frame: otherwise beams start at "
+                    "the origin of '" +
+                    topic.frame_id + "'");
   }
   for (const auto& [name, topic] : topics.all()) {
     if (std::find(names.begin(), names.end(), name) != names.end()) continue;

@@ -118,8 +118,8 @@ void BrickOwner::applyAll(std::vector<PartReader>& from) {
       try {
         applyNext(from[rank]);
       } catch (const std::runtime_error& error) {
-        throw std::runtime_error("what rank " + std::to_string(rank) +
-                                 " has sent is damaged: " + error.what());
+        throw std::runtime_error("the message of rank " + std::to_string(rank) +
+                                 " is damaged: " + error.what());
       }
     }
   }

@@ -114,7 +114,7 @@ TEST_F(NodeMovingPointsTest, AreFreedAfterTheDriveWhereThePlaceWasSeenEmptyLater
     const std::string map = mapOfBag(bag, {"--free-passed", "--set", moving_points});
     EXPECT_EQ(classOf(map, kInBox), Occupancy::kFree);
     EXPECT_EQ(classOf(map, kInWall), Occupancy::kOccupied);
-    EXPECT_NE(output_.find("36 occupied voxels of what has passed freed"), std::string::npos)
+    EXPECT_NE(output_.find("36 occupied voxels of passed objects freed"), std::string::npos)
         << output_;
   }
 }

@@ -10,7 +10,9 @@ CellBox toCellBox(const CuboidMap& map, const MetricBox& box_map) {
   const auto box = map.grid().toCellBox(box_map);
   if (!box) {
     throw std::invalid_argument(
-        "the box has no volume, has a number that is not finite, or reaches beyond the grid");
+        "the box is flat, not finite, or reaches beyond the grid: give finite corners in metres, "
+        "with "
+        "max greater than min on every axis");
   }
   return *box;
 }

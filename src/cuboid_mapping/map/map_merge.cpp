@@ -260,7 +260,7 @@ MapOverlap mergeMaps(const MapSnapshot& second, MergeRule rule, MapSnapshot& fir
   if (std::abs(first.resolution_m - second.resolution_m) > 1e-9 * first.resolution_m) {
     std::ostringstream text;
     text << "the maps have different resolutions, " << first.resolution_m << " and "
-         << second.resolution_m << " m: they cannot be merged";
+         << second.resolution_m << " m: make both with one resolution";
     throw std::invalid_argument(text.str());
   }
   const SensorModel model(first.sensor_model, first.environment);

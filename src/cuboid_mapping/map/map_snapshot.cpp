@@ -65,7 +65,8 @@ void addCuboids(const CuboidMap& map, MapSnapshot& snapshot) {
 
 ChangeSet restoreSnapshot(const MapSnapshot& snapshot, CuboidMap& map) {
   if (snapshot.resolution_m != map.config().resolution_m) {
-    throw std::invalid_argument("the snapshot and the map have different resolutions");
+    throw std::invalid_argument(
+        "the snapshot has another resolution than the map: make the map with that of the snapshot");
   }
   CuboidMap restored(map.config());
   restored.replace(kAllCells, snapshot.bricks);

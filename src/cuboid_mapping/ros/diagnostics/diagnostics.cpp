@@ -100,8 +100,8 @@ std::string describeMap(const NodeReport& report) {
 ReportSummary summarizeSilence(const NodeReport& report) {
   const bool is_map_empty = report.statistics.num_inserted == 0;
   if (is_map_empty && report.statistics.numDropped() > 0) {
-    return {ReportLevel::kWarning,
-            "no cloud has got into the map, none comes any more: " + describeDrops(report, {})};
+    return {ReportLevel::kWarning, "no cloud has got into the map, and none arrives any more: " +
+                                       describeDrops(report, {})};
   }
   const bool has_publisher = report.num_publishers > 0;
   if (!has_publisher && report.is_simulated_time) {

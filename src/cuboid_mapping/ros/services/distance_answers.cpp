@@ -25,8 +25,8 @@ FrontierTask readTask(ServiceCall& call, const GetFrontiers::Request& request) {
   task.view_range_m = ServiceCall::notNegative(request.view_range, "view_range");
   const double max_view_m = FrontierTask::kMaxViewRange * call.resolution();
   if (task.view_range_m > max_view_m) {
-    throw Refusal("view_range is " + std::to_string(task.view_range_m) + " m: at most " +
-                  std::to_string(max_view_m) + " m (500 voxels) can be looked through");
+    throw Refusal("view_range is " + std::to_string(task.view_range_m) + " m: use at most " +
+                  std::to_string(max_view_m) + " m (500 voxels)");
   }
   if (request.everything == 0) task.region = call.box(request.region, 0.0, {"region"});
   call.requireLoaded(task.region);
@@ -64,7 +64,7 @@ void answer(ServiceCall& call, const GetFrontiers::Request& request,
   call.read(kFrontierBytes, [&](const CuboidMap& map, Budget& budget) {
     const auto found = findFrontiers(map, task, budget);
     if (!found.is_valid) {
-      throw Refusal("size or max_distance is larger than any map: give the robot's in metres");
+      throw Refusal("size or max_distance is larger than any map: give both in metres");
     }
     for (const Frontier& frontier : found.frontiers) {
       response.center.push_back(toPoint(frontier.center_map));

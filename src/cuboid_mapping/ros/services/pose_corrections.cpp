@@ -105,7 +105,7 @@ void PoseCorrections::correct(const nav_msgs::Path& path, const CorrectionRule& 
     return;
   }
   ROS_INFO_STREAM_NAMED(kNodeName, "poses corrected: " << response.clouds
-                                                       << " clouds moved by up to "
+                                                       << " kept clouds, greatest shift "
                                                        << response.max_shift << " m, in "
                                                        << response.seconds << " s");
   done_();
