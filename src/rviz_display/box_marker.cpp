@@ -79,7 +79,7 @@ void BoxMarker::insertBox() {
   InteractiveMarkerControl control;
   control.name = kBoxName;
   control.interaction_mode = InteractiveMarkerControl::MOVE_PLANE;
-  control.orientation = towards(2);  // In a horizontal plane.
+  control.orientation = towards(2);  // Moves in a horizontal plane.
   control.always_visible = 1;
   control.markers.push_back(cube);
   marker.controls.push_back(control);
@@ -134,7 +134,7 @@ void BoxMarker::moveSide(int side, const Feedback& feedback) {
   } else {
     max_[axis] = std::max(to, min_[axis] + kLeastEdge_m);
   }
-  insertBox();  // Its size is another one.
+  insertBox();  // The size has changed.
   placeSides();
   server_.applyChanges();
 }

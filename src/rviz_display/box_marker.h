@@ -12,11 +12,11 @@
 
 namespace cuboid_mapping_rviz {
 
-/// The same place in a message.
+/// Converts a point to a message.
 [[nodiscard]] geometry_msgs::Point toPoint(const Ogre::Vector3& vector);
 
-/// A box of which the user moves the sides, by interactive markers: an arrow at each side, and the box itself, which is
-/// moved as a whole. Its markers are on the topic kTopic + "/update".
+/// A box that the user moves by interactive markers: an arrow moves each side, and the box itself moves as a
+/// whole. Its markers are on the topic kTopic + "/update".
 ///
 /// Thread rule: that of rviz, all calls and callbacks in its main thread.
 class BoxMarker {
@@ -26,7 +26,7 @@ class BoxMarker {
 
   BoxMarker() : server_(kTopic) {}
 
-  /// Shows the box. @param frame_id  In which it lies, and stays.
+  /// Shows the box. @param frame_id  Frame of its place, in which it stays.
   void show(const std::string& frame_id);
   void hide();
 

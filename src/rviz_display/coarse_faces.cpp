@@ -58,7 +58,7 @@ void CoarseCells::add(const Cell& brick, const BrickMask& voxels) {
   }
 }
 
-/// Of the 2 x 2 x 2 cells from a least one.
+/// Mean top of the 2 x 2 x 2 cells from a least cell on.
 std::uint8_t CoarseCells::meanTop(int x, int y, int z) const {
   int sum = 0;
   int columns = 0;
@@ -83,7 +83,7 @@ void CoarseCells::coarsen() {
       rows[at(y)] = everySecondBit(row | row >> 1);
       for (std::uint32_t left = rows[at(y)]; left != 0; left &= left - 1) {
         const int x = __builtin_ctz(left);
-        top(x, y, z) = meanTop(2 * x, 2 * y, 2 * z);  // What it reads is not overwritten yet.
+        top(x, y, z) = meanTop(2 * x, 2 * y, 2 * z);  // Reads cells that are not overwritten yet.
       }
     }
     cells_[at(z)] = rows;

@@ -10,20 +10,20 @@
 
 namespace cuboid_mapping_rviz {
 
-/// Cells of 2, 4 or 8 voxels an edge, of a chunk. A cell is in the set if any of its voxels is.
+/// Cells of a chunk with edges of 2, 4 or 8 voxels. A cell is in the set if any of its voxels is.
 class CoarseCells {
  public:
   /// Adds the voxels of a brick that are drawn, as cells with an edge of 2 voxels.
-  /// @param brick  From the chunk. @pre Not yet made coarser.
+  /// @param brick  Least cell, relative to the chunk. @pre coarsen() was not called yet.
   void add(const cuboid_mapping::Cell& brick, const cuboid_mapping::BrickMask& voxels);
 
   /// Makes cells of twice the edge.
   void coarsen();
 
-  /// Appends the sides of cells that are not covered by other cells of the chunk; sides in one plane that
-  /// touch are joined to rectangles. Those between chunks are always there, because another chunk may be
-  /// drawn with other cells. The probability of a vertex is 0; its size says by how many eighths of a voxel it lies
-  /// above the voxels: only upper sides do.
+  /// Appends the sides of cells that no other cell of the chunk covers; touching sides in one plane are joined
+  /// to rectangles. Sides between chunks are always appended, because another chunk may be drawn with other
+  /// cells. The probability of a vertex is 0. Its size is its height above the voxels in eighths of a voxel,
+  /// for upper sides; else 0.
   FaceMesh::Part appendFaces(std::vector<FaceVertex>& vertices);
 
  private:
@@ -41,19 +41,19 @@ class CoarseCells {
     return tops_[at((z * kSize + y) * kSize + x)];
   }
   [[nodiscard]] std::uint8_t meanTop(int x, int y, int z) const;
-  /// The sides that are seen in a plane: rows along one axis, bits along another.
+  /// The visible sides in a plane: rows along one axis, bits along another.
   [[nodiscard]] Rows exposed(int side, int plane) const;
   void appendPlane(int side, int plane, std::vector<FaceVertex>& vertices) const;
   void appendRectangle(int side, const cuboid_mapping::CellBox& cells,
                        std::vector<FaceVertex>& vertices) const;
   static std::size_t at(int index) { return static_cast<std::size_t>(index); }
 
-  int edge_ = 2;                     ///< Of a cell, in voxels.
-  int size_ = kSize;                 ///< Cells along an axis.
-  std::array<Rows, kSize> cells_{};  ///< By z.
+  int edge_ = 2;                     ///< Edge of a cell, in voxels.
+  int size_ = kSize;                 ///< Number of cells along an axis.
+  std::array<Rows, kSize> cells_{};  ///< Cells by z.
   std::array<Rows, kSize>
       columns_{};  ///< The same cells by x, then by z; bit y. Made by appendFaces().
-  /// By z, y, x: mean height of the uppermost voxels above the floor of a cell, in eighths of a voxel.
+  /// Mean height of the uppermost voxels above the floor of a cell, in eighths of a voxel; by z, y, x.
   std::array<std::uint8_t, std::size_t{kSize} * kSize * kSize> tops_{};
 };
 

@@ -30,18 +30,18 @@ using rviz::FloatProperty;
 using rviz::StatusProperty;
 using rviz::StringProperty;
 
-/// For new faces, of each frame at least.
+/// Minimum time for new faces in each frame.
 constexpr double kBudget_s = 0.02;
-/// This many times what the frame takes besides, waiting included: a large map is not drawn a hundred times before it
-/// is complete.
+/// Time for new faces relative to the rest of a frame, waiting included: a large map is not drawn a hundred
+/// times before it is complete.
 constexpr double kBudgetOfFrame = 2.0;
-/// At most: rviz goes on answering.
+/// Maximum time for new faces in each frame, so that rviz stays responsive.
 constexpr double kMaxBudget_s = 0.25;
 constexpr std::chrono::milliseconds kReportPeriod{500};
 
-/// A view that has not moved for so long is at rest.
+/// Time without motion after which a view is at rest.
 constexpr std::chrono::milliseconds kRest{300};
-/// A view at rest whose frames take longer is drawn with coarser cells while it moves.
+/// If frames of a view at rest take longer, it is drawn with coarser cells while it moves.
 constexpr float kSlowFrame_s = 0.05F;
 constexpr float kCoarserInMotion = 2.0F;
 
@@ -74,27 +74,27 @@ CuboidMapDisplay::~CuboidMapDisplay() { disconnect(); }
 // NOLINTBEGIN(cppcoreguidelines-owning-memory): rviz deletes properties with their display
 void CuboidMapDisplay::addSourceProperties() {
   namespace_property_ = new StringProperty(
-      "Topic namespace", "", "Where the node publishes cuboid_map and cuboid_map_updates.", this,
+      "Topic namespace", "", "Namespace of the topics cuboid_map and cuboid_map_updates.", this,
       SLOT(connectAnew()));
   server_property_ = new StringProperty(
       "Server", "cuboid_mapping",
-      "Name of the node, for its service get_map, where its messages do not say it.", this,
+      "Name of the node with the service get_map, if its messages do not name it.", this,
       SLOT(connectAnew()));
-  file_property_ =
-      new StringProperty("Map file", "", "Show this file (.cuboids, .bt, .ot) in place of a topic.",
-                         this, SLOT(connectAnew()));
+  file_property_ = new StringProperty(
+      "Map file", "", "Show this file (.cuboids, .sqlite, .ot, .bt) instead of a topic.", this,
+      SLOT(connectAnew()));
 }
 
 void CuboidMapDisplay::addShownProperties() {
   const std::array<const char*, 3> help{"Occupied cuboids.", "Free cuboids.",
-                                        "Where free cuboids touch unknown space."};
+                                        "Faces of free cuboids beside unknown space."};
   const std::array<QColor, 3> colors{QColor(77, 140, 230), QColor(120, 200, 120),
                                      QColor(240, 170, 40)};
   const std::array<float, 3> alphas{1.0F, 0.15F, 0.4F};
   for (std::size_t i = 0; i < set_properties_.size(); ++i) {
     SetProperties& set = set_properties_[i];
     set.shown = new BoolProperty(kSetNames[i], i == 0, help[i], this, SLOT(updateShown()), this);
-    set.color = new ColorProperty("Color", colors[i], "With the colors by class.", set.shown,
+    set.color = new ColorProperty("Color", colors[i], "Used if Color by is Class.", set.shown,
                                   SLOT(updateStyles()), this);
     set.alpha = new FloatProperty("Alpha", alphas[i], "0: invisible, 1: opaque.", set.shown,
                                   SLOT(updateStyles()), this);
@@ -104,59 +104,60 @@ void CuboidMapDisplay::addShownProperties() {
 }
 
 void CuboidMapDisplay::addColorProperties() {
-  mode_property_ =
-      new rviz::EnumProperty("Color by", "Height", "What colors mean.", this, SLOT(updateStyles()));
+  mode_property_ = new rviz::EnumProperty("Color by", "Height", "Meaning of the colors.", this,
+                                          SLOT(updateStyles()));
   mode_property_->addOption("Height", static_cast<int>(ColorMode::kHeight));
   mode_property_->addOption("Probability", static_cast<int>(ColorMode::kProbability));
   mode_property_->addOption("Cuboid size", static_cast<int>(ColorMode::kSize));
   mode_property_->addOption("Class", static_cast<int>(ColorMode::kFlat));
   auto_heights_property_ = new BoolProperty(
       "Fit to heights", true,
-      "The colors run over the heights of the map, but for the lowest and highest 2 %.",
+      "Fit the colors to the heights of the map without the lowest and the highest 2 %.",
       mode_property_, SLOT(updateStyles()), this);
   min_color_property_ =
-      new FloatProperty("Lowest", 0.0F, "Height of the first color, in m, when not fitted.",
+      new FloatProperty("Lowest", 0.0F, "Height of the first color, in m, without Fit to heights.",
                         mode_property_, SLOT(updateStyles()), this);
   max_color_property_ =
-      new FloatProperty("Highest", 3.0F, "Height of the last color, in m, when not fitted.",
+      new FloatProperty("Highest", 3.0F, "Height of the last color, in m, without Fit to heights.",
                         mode_property_, SLOT(updateStyles()), this);
   edges_property_ =
       new BoolProperty("Edges", true, "Draw the edges of cuboids.", this, SLOT(updateStyles()));
   joined_property_ = new BoolProperty(
       "Joined", false,
-      "Join cuboids across bricks: walls as walls, not as tiles of 8 voxels. They end after 64 "
+      "Join cuboids across bricks of 8 x 8 x 8 voxels. Joined cuboids end at multiples of 64 "
       "voxels.",
       this, SLOT(updateShown()));
-  detail_property_ =
-      new FloatProperty("Finest detail", 4.0F,
-                        "In pixels: far away, cells of 2, 4 or 8 voxels are drawn in place of "
-                        "cuboids, as long as they are no larger than this; twice as large while "
-                        "the view moves, where frames take more than 50 ms; 0: always cuboids. "
-                        "Only with colors by height or class.",
-                        this);
+  detail_property_ = new FloatProperty(
+      "Finest detail", 4.0F,
+      "Far away, cells of 2, 4 or 8 voxels replace cuboids, if they are no larger "
+      "than this, in pixels. While the view moves, and frames take more than "
+      "50 ms, they may be twice as large. 0: always cuboids. Needs Color by Height "
+      "or Class.",
+      this);
   detail_property_->setMin(0.0F);
 }
 
 void CuboidMapDisplay::addClipProperties() {
   heights_property_ = new BoolProperty("Height range", false, "Show only a range of heights.", this,
                                        SLOT(updateStyles()));
-  min_height_property_ = new FloatProperty("Min", 0.0F, "In the map frame, in m.",
+  min_height_property_ = new FloatProperty("Min", 0.0F, "Lowest height in the map frame, in m.",
                                            heights_property_, SLOT(updateStyles()), this);
-  max_height_property_ = new FloatProperty("Max", 2.0F, "In the map frame, in m.",
+  max_height_property_ = new FloatProperty("Max", 2.0F, "Greatest height in the map frame, in m.",
                                            heights_property_, SLOT(updateStyles()), this);
   box_property_ = new BoolProperty("Clip box", false, "Show only the part of the map in a box.",
                                    this, SLOT(updateStyles()));
   box_min_property_ =
-      new rviz::VectorProperty("Min", Ogre::Vector3(-5.0F), "In the map frame, in m.",
+      new rviz::VectorProperty("Min", Ogre::Vector3(-5.0F), "Least corner in the map frame, in m.",
                                box_property_, SLOT(updateStyles()), this);
-  box_max_property_ =
-      new rviz::VectorProperty("Max", Ogre::Vector3(5.0F), "In the map frame, in m.", box_property_,
-                               SLOT(updateStyles()), this);
+  box_max_property_ = new rviz::VectorProperty("Max", Ogre::Vector3(5.0F),
+                                               "Greatest corner in the map frame, in m.",
+                                               box_property_, SLOT(updateStyles()), this);
   slice_property_ =
       new BoolProperty("Slice", false, "Show the cross sections of cuboids at one height.", this,
                        SLOT(updateShown()), this);
-  slice_height_property_ = new FloatProperty("Height", 1.0F, "In the map frame, in m.",
-                                             slice_property_, SLOT(updateShown()), this);
+  slice_height_property_ =
+      new FloatProperty("Height", 1.0F, "Height of the slice in the map frame, in m.",
+                        slice_property_, SLOT(updateShown()), this);
   below_property_ = new BoolProperty("Show below", false, "Also show the map below the slice.",
                                      slice_property_, SLOT(updateShown()), this);
   recent_property_ =
@@ -201,7 +202,7 @@ void CuboidMapDisplay::connectAnew() {
     } else {
       source_ = std::make_unique<FileMap>(file);
     }
-  } catch (const std::exception& exception) {  // No name that ROS could resolve.
+  } catch (const std::exception& exception) {  // The name is invalid in ROS.
     setStatusStd(StatusProperty::Error, "Map", exception.what());
     return;
   }
@@ -243,7 +244,7 @@ void CuboidMapDisplay::update(float wall_dt, float /*ros_dt*/) {
   const bool is_changed = scene_->update(std::chrono::duration<double>(
       std::clamp(kBudgetOfFrame * others_s, kBudget_s, kMaxBudget_s)));
   work_s_ = std::chrono::duration<double>(Clock::now() - start).count();
-  if (recent_property_->getFloat() > 0.0F) updateStyles();  // Time goes on.
+  if (recent_property_->getFloat() > 0.0F) updateStyles();  // Their oldest_s depends on the time.
   const bool has_new_layer = is_placed && updateLayers();
   if (is_changed || has_new_layer) context_->queueRender();
   if (Clock::now() - last_report_ < kReportPeriod) return;
@@ -284,7 +285,7 @@ bool CuboidMapDisplay::placeInFixedFrame() {
 void CuboidMapDisplay::fitColorsToHeights() {
   if (!has_new_heights_ || !auto_heights_property_->getBool()) return;
   has_new_heights_ = false;
-  // Not into the properties: rviz would take it for a change of its configuration.
+  // The properties stay: rviz would count a change of them as a change of its configuration.
   source_->read([&](const cuboid_mapping::CuboidMap& map) { heights_ = findHeightRange(map); });
   updateStyles();
 }
@@ -334,7 +335,7 @@ FaceStyle CuboidMapDisplay::styleOf(FaceSet set) const {
       is_fitted ? static_cast<float>(heights_.max_m) : max_color_property_->getFloat();
   if (recent_property_->getFloat() > 0.0F) style.oldest_s = now_s() - recent_property_->getFloat();
   clip(style);
-  if (isSlice(set)) {  // At its own height, whatever heights are shown below.
+  if (isSlice(set)) {  // A slice has its own height; the height range does not clip it.
     style.slice_m = slice_height_property_->getFloat();
     style.min_clip.z = FaceStyle().min_clip.z;
     style.max_clip.z = FaceStyle().max_clip.z;

@@ -28,8 +28,8 @@ class VectorProperty;
 
 namespace cuboid_mapping_rviz {
 
-/// rviz's display of a map: it follows the topics of a node with the rules of CuboidMapClient, or
-/// reads a file, keeps the map, and draws the exposed faces of its cuboids.
+/// rviz's display of a map: follows the topics of a node as CuboidMapClient does, or reads a file, and draws
+/// the exposed faces of its cuboids.
 class CuboidMapDisplay : public rviz::Display {
   Q_OBJECT
  public:
@@ -38,10 +38,10 @@ class CuboidMapDisplay : public rviz::Display {
 
   void update(float wall_dt, float ros_dt) override;
   void reset() override;
-  /// rviz's "Add, by topic". @param topic  A cuboid_map, in the namespace that is followed.
+  /// Called by rviz for "Add, by topic". @param topic  A topic cuboid_map; the display follows its namespace.
   void setTopic(const QString& topic, const QString& datatype) override;
 
-  /// What is drawn; nothing while the display is off.
+  /// The drawn scene; null while the display is off.
   [[nodiscard]] const FaceScene* scene() const { return scene_.get(); }
 
  protected:
@@ -69,10 +69,10 @@ class CuboidMapDisplay : public rviz::Display {
   void disconnect();
   void takeChanges();
   [[nodiscard]] float now_s() const;
-  /// While the view moves, a slow renderer gets coarser cells. @param frame_s  Time of the last frame.
+  /// Chooses coarser cells while the view moves, if rendering is slow. @param frame_s  Time of the last frame.
   void chooseDetail(float frame_s);
   [[nodiscard]] bool placeInFixedFrame();
-  /// @return Whether something else is drawn.
+  /// @return Whether the drawing has changed.
   bool updateLayers();
   void fitColorsToHeights();
   [[nodiscard]] const SetProperties& propertiesOf(FaceSet set) const;
@@ -83,14 +83,14 @@ class CuboidMapDisplay : public rviz::Display {
   void reportFaces();
 
   std::unique_ptr<MapSource> source_;
-  std::unique_ptr<FaceScene> scene_;               ///< Goes before the source.
-  std::vector<std::unique_ptr<MapLayer>> layers_;  ///< They are cleared before the source goes.
+  std::unique_ptr<FaceScene> scene_;               ///< Destroyed before the source.
+  std::vector<std::unique_ptr<MapLayer>> layers_;  ///< Cleared before the source is destroyed.
   bool has_map_ = false;
   const Clock::time_point start_ = Clock::now();
   Clock::time_point last_report_;
-  cuboid_mapping::HeightRange heights_;  ///< Of the map, for its colors.
+  cuboid_mapping::HeightRange heights_;  ///< Heights of the map, for its colors.
   bool has_new_heights_ = false;
-  double work_s_ = 0.0;  ///< Of the last update of the scene.
+  double work_s_ = 0.0;  ///< Time of the last update of the scene.
   Ogre::Matrix4 view_ = Ogre::Matrix4::ZERO;
   Clock::time_point last_motion_;
   bool is_slow_at_rest_ = false;
@@ -98,7 +98,8 @@ class CuboidMapDisplay : public rviz::Display {
   rviz::StringProperty* namespace_property_ = nullptr;
   rviz::StringProperty* server_property_ = nullptr;
   rviz::StringProperty* file_property_ = nullptr;
-  std::array<SetProperties, 3> set_properties_;  ///< By FaceSet; slices have those of their class.
+  std::array<SetProperties, 3>
+      set_properties_;  ///< By FaceSet; slices use the properties of their class.
   rviz::EnumProperty* mode_property_ = nullptr;
   rviz::BoolProperty* auto_heights_property_ = nullptr;
   rviz::FloatProperty* min_color_property_ = nullptr;

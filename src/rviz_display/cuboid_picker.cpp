@@ -21,7 +21,7 @@ using namespace cuboid_mapping;
 
 /// A cuboid that was picked.
 struct CuboidPicker::Picture {
-  std::uint64_t voxel;  ///< The first one that was picked.
+  std::uint64_t voxel;  ///< The first picked voxel.
   Cuboid cuboid;
   double probability;
   double resolution_m;
@@ -42,7 +42,7 @@ CuboidPicker::CuboidPicker(rviz::DisplayContext* context, const MapSource& sourc
   addTrackedObject(&faces);
 }
 
-/// @param voxel  As the shader numbers it, from 1; what was there may have changed since.
+/// @param voxel  Number from the shader, counted from 1; the map may have changed since.
 std::optional<CuboidPicker::Picture> CuboidPicker::find(std::uint64_t voxel) const {
   if (voxel == 0 || voxel > kChunkEdge * kChunkEdge * kChunkEdge) return std::nullopt;
   const auto number = static_cast<std::int32_t>(voxel - 1);
@@ -100,8 +100,8 @@ void CuboidPicker::createProperties(const rviz::Picked& picked, rviz::Property* 
     add(new rviz::VectorProperty("Max", box.getMaximum(),
                                  "Greatest corner in the map frame, in m."));
     add(new rviz::FloatProperty("Probability", static_cast<float>(picture.probability),
-                                "Mean probability of its voxels to be occupied."));
-    add(new rviz::FloatProperty("Volume", box.volume(), "In cubic metres."));
+                                "Mean probability of its voxels of being occupied."));
+    add(new rviz::FloatProperty("Volume", box.volume(), "Volume in cubic metres."));
     group->expand();
   }
 }

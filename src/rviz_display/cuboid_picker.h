@@ -11,14 +11,15 @@
 
 namespace cuboid_mapping_rviz {
 
-/// Tells rviz which cuboid of a chunk was picked: a second pass draws the number of the voxel.
+/// Finds the picked cuboids of a chunk for rviz: a second rendering pass draws the number of each voxel as a
+/// colour.
 class CuboidPicker : public rviz::SelectionHandler {
  public:
-  /// @param node  In the map frame. It, the source and the chunk must outlive this object.
+  /// @param node  Node in the map frame. It, the source and the chunk must outlive this object.
   CuboidPicker(rviz::DisplayContext* context, const MapSource& source, const Ogre::SceneNode& node,
                const cuboid_mapping::Cell& chunk, FaceChunk& faces);
 
-  /// Whether joined cuboids of the chunk are picked, as they are drawn then.
+  /// Sets whether joined cuboids of the chunk are picked, as they are drawn.
   void setJoined(bool are_joined) { are_joined_ = are_joined; }
 
   bool needsAdditionalRenderPass(std::uint32_t pass) override { return pass == 1; }

@@ -12,7 +12,7 @@ namespace {
 
 using namespace cuboid_mapping;
 
-/// Colours from red to blue.
+/// Colours of distances, from red to blue.
 using Palette = std::array<FlatImage::Pixel, 256>;
 
 Palette makePalette() {
@@ -73,7 +73,7 @@ std::vector<FlatImage::Pixel> color(const CuboidMap& map, const DistanceField& f
 
 std::vector<FlatImage::Pixel> DistanceColors::update(CuboidMap map, const CellBox& layer,
                                                      double bound_m) {
-  std::optional<Kept> last = std::exchange(kept_, std::nullopt);  // Gone if something is thrown.
+  std::optional<Kept> last = std::exchange(kept_, std::nullopt);  // Dropped after an exception.
   if (last && last->field.region() == layer && last->bound_m == bound_m &&
       last->map.grid().resolution() == map.grid().resolution()) {
     last->field.update(map, findChanges(last->map, map));
@@ -90,10 +90,10 @@ std::vector<FlatImage::Pixel> DistanceColors::update(CuboidMap map, const CellBo
 // NOLINTBEGIN(cppcoreguidelines-owning-memory): rviz deletes properties with their display
 DistanceLayer::DistanceLayer(rviz::Display& display)
     : MapLayer(display, "Distances",
-               "Show the distance to the nearest occupied voxel in one layer of voxels: red 0, "
-               "blue the max distance and more; in 512 x 512 voxels where the view looks."),
-      height_property_(
-          new rviz::FloatProperty("Height", 0.5F, "In the map frame, in m.", shownProperty())),
+               "Show the distance to the nearest occupied voxel in one layer of voxels, from red "
+               "(0) to blue (Max distance and more): 512 x 512 voxels around the viewed place."),
+      height_property_(new rviz::FloatProperty(
+          "Height", 0.5F, "Height of the layer in the map frame, in m.", shownProperty())),
       bound_property_(new rviz::FloatProperty(
           "Max distance", 2.0F, "Distance of the last color, in m; at most 127 voxels.",
           shownProperty())) {
@@ -132,7 +132,7 @@ QString DistanceLayer::draw(Ogre::SceneNode& node, const std::vector<FlatImage::
                             const Place& place) {
   if (pixels.empty()) {
     hide();
-    return "nothing is known at this height where the view looks";
+    return "nothing is known at this height around the viewed place";
   }
   const Cell size = place.layer.size();
   if (image_ == nullptr) image_ = std::make_unique<FlatImage>(node);

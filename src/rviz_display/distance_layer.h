@@ -16,10 +16,11 @@ class FloatProperty;
 
 namespace cuboid_mapping_rviz {
 
-/// Colours of the distances of the voxels of a layer to the nearest occupied one, as DistanceField has them: from red
-/// (0) over green to blue (the bound, and farther); unknown voxels are transparent.
+/// Colours of a layer of voxels by DistanceField, their distance to the nearest occupied voxel: from red (0)
+/// over green to blue (the bound, and farther); unknown voxels are transparent.
 ///
-/// The distances of the last layer are kept: where the next one is the same, they follow the bricks that have changed.
+/// Keeps the distances of the last layer. If the next layer is the same, it updates them in changed bricks
+/// only.
 class DistanceColors {
  public:
   /// @param layer  Not empty, one voxel high. @return Its voxels, row by row along x.
@@ -29,7 +30,7 @@ class DistanceColors {
                                                      double bound_m);
 
  private:
-  /// Of the last call.
+  /// Data of the last call.
   struct Kept {
     cuboid_mapping::CuboidMap map;
     cuboid_mapping::DistanceField field;
@@ -58,7 +59,8 @@ class DistanceLayer : public MapLayer {
   rviz::FloatProperty* height_property_;
   rviz::FloatProperty* bound_property_;
   std::unique_ptr<FlatImage> image_;
-  std::shared_ptr<DistanceColors> colors_ = std::make_shared<DistanceColors>();  ///< Of the jobs.
+  std::shared_ptr<DistanceColors> colors_ =
+      std::make_shared<DistanceColors>();  ///< Shared with the jobs.
 };
 
 }  // namespace cuboid_mapping_rviz

@@ -46,7 +46,8 @@ std::optional<Ogre::Vector3> findOnPlane(rviz::ViewportMouseEvent& event, Ogre::
   return is_hit ? std::make_optional(point) : std::nullopt;
 }
 
-/// With a button or the wheel: the view replaces the status line, which has the last answer, by its help.
+/// Whether an event moves the view, by a button or the wheel: the view then replaces the status line by its
+/// help.
 bool movesView(rviz::ViewportMouseEvent& event) {
   const bool is_hovering = event.type == QEvent::MouseMove && event.buttons_down == Qt::NoButton;
   return !is_hovering && !event.left() && !event.leftUp();
@@ -70,7 +71,7 @@ EditTool::EditTool() {
   server_property_ = new rviz::StringProperty("Server", names::kNodeName, "Name of the node.",
                                               getPropertyContainer());
   action_property_ =
-      new rviz::EnumProperty("Action", "Free", "What becomes of the box.", getPropertyContainer());
+      new rviz::EnumProperty("Action", "Free", "Change of the box.", getPropertyContainer());
   action_property_->addOption("Free", static_cast<int>(Action::kFree));
   action_property_->addOption("Occupied", static_cast<int>(Action::kOccupied));
   action_property_->addOption("Unknown", static_cast<int>(Action::kUnknown));
@@ -151,7 +152,7 @@ int EditTool::processKeyEvent(QKeyEvent* event, rviz::RenderPanel* /*panel*/) {
   return 0;
 }
 
-/// What is seen there, or the ground.
+/// The visible point under the mouse, or a point of the ground.
 std::optional<Ogre::Vector3> EditTool::findPoint(rviz::ViewportMouseEvent& event) const {
   Ogre::Vector3 point;
   if (context_->getSelectionManager()->get3DPoint(event.viewport, event.x, event.y, point)) {
@@ -168,7 +169,7 @@ void EditTool::drag(rviz::ViewportMouseEvent& event) {
   }
   Ogre::Vector3 across = event.viewport->getCamera()->getDerivedDirection();
   across.z = 0.0F;
-  if (across.normalise() == 0.0F) return;  // Seen from above.
+  if (across.normalise() == 0.0F) return;  // The view is from above.
   if (const auto point = findOnPlane(event, Ogre::Plane(across, drag_->to))) {
     height_property_->setFloat(
         std::max(kLeastHeight_m, point->z - drag_->from.z - bottom_property_->getFloat()));

@@ -25,8 +25,9 @@ class StringProperty;
 
 namespace cuboid_mapping_rviz {
 
-/// rviz's tool "Edit Box": the left button drags the ground plan of a box over the map, and ~set_box is called when it is
-/// released; the key u calls ~undo_edit. Locked boxes are shown while the tool is active. Other buttons move the view.
+/// rviz's tool "Edit Box": the left button drags the ground plan of a box over the map; its release calls
+/// ~set_box. The key u calls ~undo_edit. Locked boxes are shown while the tool is active. Other buttons move
+/// the view.
 class EditTool : public rviz::Tool {
   Q_OBJECT
  public:
@@ -48,13 +49,13 @@ class EditTool : public rviz::Tool {
 
   [[nodiscard]] std::optional<Ogre::Vector3> findPoint(rviz::ViewportMouseEvent& event) const;
   void drag(rviz::ViewportMouseEvent& event);
-  /// Of a drag, with the height of the property.
+  /// The box of a drag, with the height of the property.
   [[nodiscard]] cuboid_mapping::Box box() const;
   void showDrag();
   void placeLocks();
   void setBox();
   void undo();
-  /// Calls a service of the server. @param work  Gets its name, returns what people read.
+  /// Calls a service of the server. @param work  Gets its name, returns the text for the status line.
   void start(const char* service, const std::function<std::string(const std::string&)>& work);
 
   rviz::StringProperty* server_property_;

@@ -18,7 +18,7 @@ namespace cuboid_mapping_rviz {
 namespace {
 
 constexpr auto kEdge = static_cast<float>(kChunkEdge);
-/// Of the draw order: all that is not a chunk of opaque faces is drawn later.
+/// Last place in the draw order of chunks of opaque faces; everything else is drawn later.
 constexpr double kLastOpaque = OGRE_RENDERABLE_DEFAULT_PRIORITY - 1;
 
 void declareVertex(Ogre::VertexDeclaration& declaration) {
@@ -108,8 +108,8 @@ std::size_t FaceChunk::levelFor(const Ogre::Camera& camera, double distance_m) c
   return level;
 }
 
-/// From front to back: a pixel that is hidden already costs no shader. Ogre itself sorts by depth only
-/// transparent faces.
+/// Draws from front to back: hidden pixels then need no shader. Ogre itself sorts only transparent faces by
+/// depth.
 std::uint16_t FaceChunk::drawOrderFor(double distance_m) const {
   if (!style_->is_opaque) return OGRE_RENDERABLE_DEFAULT_PRIORITY;
   const double num_chunks = distance_m / (kEdge * resolution_m_);
@@ -141,7 +141,7 @@ void FaceChunk::choose(const FaceMesh::Part& part, const Sides& sides) {
   }
 }
 
-/// Makes the last run longer, unless there is a gap.
+/// Extends the last run, or adds one after a gap.
 void FaceChunk::addRun(std::size_t begin, std::size_t end) {
   constexpr std::size_t kIndicesOfFace = 6;
   const std::size_t first = kIndicesOfFace * begin;
@@ -158,7 +158,7 @@ void FaceChunk::addRun(std::size_t begin, std::size_t end) {
 }
 
 void FaceChunk::_notifyCurrentCamera(Ogre::Camera* camera) {
-  // To the nearest point of the faces.
+  // Distance to the nearest point of the faces.
   const double distance_m = node_->_getWorldAABB().distance(camera->getDerivedPosition());
   choose(levels_[levelFor(*camera, distance_m)], sidesFor(*camera));
   draw_order_ = drawOrderFor(distance_m);

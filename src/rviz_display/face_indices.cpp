@@ -9,7 +9,7 @@
 namespace cuboid_mapping_rviz {
 namespace {
 
-/// What 16 bits can number.
+/// Maximum number of faces whose vertices 16 bits can number.
 constexpr std::size_t kMostOf16Bits = 65536 / 4;
 
 template <typename IndexT>

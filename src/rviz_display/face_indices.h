@@ -7,14 +7,14 @@
 
 namespace cuboid_mapping_rviz {
 
-/// Two triangles for each four vertices: the same for all chunks, which share it.
+/// Index buffer with two triangles for each four vertices, shared by all chunks.
 class FaceIndices {
  public:
-  /// A buffer for so many faces, or more. Others, that were given before, stay valid.
+  /// A buffer for at least this many faces. Buffers of earlier calls stay valid.
   const Ogre::HardwareIndexBufferSharedPtr& forFaces(std::size_t num_faces);
 
  private:
-  Ogre::HardwareIndexBufferSharedPtr short_;  ///< Of 16 bits, for most.
+  Ogre::HardwareIndexBufferSharedPtr short_;  ///< Indices of 16 bits, for most chunks.
   Ogre::HardwareIndexBufferSharedPtr long_;
 };
 

@@ -16,7 +16,7 @@
 namespace cuboid_mapping_rviz {
 namespace {
 
-// GLSL 1.20: what rviz can count on where Mesa draws.
+// GLSL 1.20: rviz can rely on this version with Mesa.
 constexpr const char* kVertexShader = R"(#version 120
 uniform mat4 worldviewproj_matrix;
 uniform mat4 worldview_matrix;
@@ -58,7 +58,7 @@ void main() {
 }
 )";
 
-/// Ahead of all fragment shaders: what of a face is shown.
+/// Common start of all fragment shaders: decides whether a fragment is shown.
 constexpr const char* kClip = R"(
 uniform vec4 chunk;  // least corner in the map frame, resolution
 uniform vec3 min_clip;
@@ -74,12 +74,14 @@ varying vec4 figures;
 varying float hue;
 
 void clip() {
-  vec3 p = chunk.xyz + chunk.w * (place + 0.001 * inward);  // A face in the plane of a cut goes with its cuboid.
+  // A face in the plane of a cut is cut like its cuboid.
+  vec3 p = chunk.xyz + chunk.w * (place + 0.001 * inward);
   if (any(lessThan(p, min_clip)) || any(greaterThan(p, max_clip)) || changed < oldest) discard;
 }
 )";
 
-/// With the macros MODE, and maybe EDGES, CLIPPED and CAPPED: the fewer of them, the faster in software.
+/// Fragment shader with the macros MODE, and optionally EDGES, CLIPPED and CAPPED: fewer macros are faster in
+/// software.
 constexpr const char* kColors = R"(
 uniform vec4 color;
 
@@ -167,7 +169,7 @@ void setAuto(const Ogre::GpuProgramParametersSharedPtr& parameters, const char* 
   parameters->setNamedAutoConstant(name, type, extra);
 }
 
-/// @param macros  Of the source, "#define" lines.
+/// @param macros  "#define" lines before the source.
 void setFragmentShader(Ogre::Pass& pass, const std::string& name, const std::string& source,
                        const std::string& macros = "") {
   using Parameters = Ogre::GpuProgramParameters;
@@ -206,12 +208,12 @@ bool isClipped(const FaceStyle& style) {
   return isCut(style) || style.oldest_s != FaceStyle().oldest_s;
 }
 
-/// Whether the inside of cuboids is drawn where a cut opens them.
+/// Whether the inside of cuboids is drawn at cuts.
 bool isCapped(const FaceStyle& style) {
   return isCut(style) && !style.slice_m && !isTransparent(style);
 }
 
-/// A shader for each combination of what is asked for; compiled when it is first needed.
+/// Chooses the shader for a style; compiles it when it is first needed.
 void setColorShader(Ogre::Pass& pass, const FaceStyle& style) {
   const std::string mode = std::to_string(static_cast<int>(style.mode));
   std::string name = "colors" + mode;
@@ -233,7 +235,7 @@ void setVertexParameters(Ogre::Pass& pass, const FaceStyle& style) {
   const float range_m = std::max(style.max_color_m - style.min_color_m, 1e-6F);
   const std::array<float, 4> scale{style.min_color_m, 1.0F / range_m, 0.0F, 0.0F};
   parameters->setNamedConstant("color_scale", scale.data(), 1, 2);
-  // The size of a coarse face says by how many eighths of a voxel it is too high.
+  // The size of a vertex of a coarse face is its height above the voxels, in eighths of a voxel.
   parameters->setNamedConstant("sinking", style.is_coarse ? 255.0F / 8.0F : 0.0F);
 }
 

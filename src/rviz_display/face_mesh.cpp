@@ -18,7 +18,7 @@ namespace {
 
 using namespace cuboid_mapping;
 
-/// The voxels that hide a side which they cover.
+/// The voxels that hide the sides that they cover.
 BrickMask hidingVoxels(const PackedVoxels& voxels, FaceSet set) {
   switch (set) {
     case FaceSet::kOccupied: return voxels.occupied();
@@ -39,7 +39,7 @@ CellBox layerAt(const CellBox& box, int side) {
 /// The smallest box around voxels of a brick. @pre There are some.
 CellBox boxAround(const Cell& brick, const BrickMask& voxels) {
   CellBox box{{0, 0, kBrickEdge}, {0, 0, 0}};
-  std::uint64_t columns = 0;  // That have a voxel in any slice.
+  std::uint64_t columns = 0;  // Columns with a voxel in any slice.
   for (std::int32_t z = 0; z < kBrickEdge; ++z) {
     if (voxels[z] == 0) continue;
     columns |= voxels[z];
@@ -70,7 +70,7 @@ CellBox boundsOf(const std::vector<FaceVertex>& vertices) {
 }
 
 /// The corners of a side, counter-clockwise as seen from outside; bit i: upper end of axis i.
-/// A cross section has those of its lower side, in the order of the upper one.
+/// A cross section has the corners of the lower side, in the order of the upper side.
 constexpr std::array<std::array<int, 4>, 7> kCorners{{{0, 4, 6, 2},
                                                       {1, 3, 7, 5},
                                                       {0, 1, 5, 4},
@@ -79,10 +79,10 @@ constexpr std::array<std::array<int, 4>, 7> kCorners{{{0, 4, 6, 2},
                                                       {4, 5, 7, 6},
                                                       {0, 1, 3, 2}}};
 
-/// Sets whose hiding voxels are the voxels that they show.
+/// Whether a set has coarse faces: its hiding voxels are the shown voxels.
 bool hasCoarseFaces(FaceSet set) { return set == FaceSet::kOccupied || set == FaceSet::kFree; }
 
-/// The class of whose cuboids a set shows faces.
+/// The class of the cuboids in a set.
 Occupancy classOf(FaceSet set) {
   const bool is_occupied = set == FaceSet::kOccupied || set == FaceSet::kOccupiedSlice;
   return is_occupied ? Occupancy::kOccupied : Occupancy::kFree;
@@ -146,7 +146,7 @@ class FaceMaker {
     sortBySide();
     if (hasCoarseFaces(set_)) addCoarseFaces();
     mesh_.bounds = boundsOf(mesh_.vertices);
-    if (isSlice(set_)) ++mesh_.bounds.max.z;  // Cross sections are shown somewhere in their layer.
+    if (isSlice(set_)) ++mesh_.bounds.max.z;  // A cross section is drawn anywhere in its layer.
     return std::move(mesh_);
   }
 
@@ -154,7 +154,7 @@ class FaceMaker {
   void sortBySide() {
     std::size_t num_vertices = 0;
     for (const std::vector<FaceVertex>& faces : faces_) num_vertices += faces.size();
-    mesh_.vertices.reserve(num_vertices + num_vertices / 2);  // With coarse faces.
+    mesh_.vertices.reserve(num_vertices + num_vertices / 2);  // Includes coarse faces.
     FaceMesh::Part& cuboids = mesh_.levels[0];
     for (std::size_t i = 0; i < kSideOrder.size(); ++i) {
       const std::vector<FaceVertex>& faces = faces_[static_cast<std::size_t>(kSideOrder[i])];
@@ -170,11 +170,12 @@ class FaceMaker {
     std::uint8_t size;
   };
 
-  /// @param seen_part  (int side): the part of the box whose side is not hidden. @param look_of  (): its Look.
+  /// @param seen_part  (int side): the part of the box whose side is visible. @param look_of  (): Look of the
+  ///                   box.
   template <typename SeenPartT, typename LookOfT>
   void addCuboid(const SeenPartT& seen_part, const LookOfT& look_of) {
     ++mesh_.num_cuboids;
-    std::optional<Look> look;  // Wanted of those only that are seen.
+    std::optional<Look> look;  // Computed for visible boxes only.
     for (int side = 0; side < 6; ++side) {
       const std::optional<CellBox> seen = seen_part(side);
       if (!seen) continue;
@@ -192,7 +193,7 @@ class FaceMaker {
     addFace(section, kSliceSide, look_of());
   }
 
-  /// The part of a box whose side is not hidden, as a box: that far the side is drawn.
+  /// Box around the part of a box whose side is visible: that part of the side is drawn.
   [[nodiscard]] std::optional<CellBox> seenPart(const Cell& brick, const CellBox& box, int side) {
     const CellBox layer = layerAt(box, side);
     const Cell other = brickOf(layer.min);
@@ -206,7 +207,7 @@ class FaceMaker {
     return part;
   }
 
-  /// The same of a box that may lie in several bricks.
+  /// As above, for a box that may lie in several bricks.
   [[nodiscard]] std::optional<CellBox> seenPartOfJoined(const CellBox& box, int side) const {
     const CellBox layer = layerAt(box, side);
     std::optional<CellBox> seen;
@@ -226,7 +227,7 @@ class FaceMaker {
     return seen;
   }
 
-  /// Of the current brick, or of the one beside it.
+  /// Hiding voxels of the current brick, or of the one beside it.
   [[nodiscard]] const BrickMask& hidingVoxelsAt(const Cell& current, const Cell& brick, int side) {
     if (brick == current) return hiding_;
     std::optional<BrickMask>& hiding = hiding_beside_[static_cast<std::size_t>(side)];
@@ -238,7 +239,7 @@ class FaceMaker {
   }
 
   void addCoarseFaces() {
-    constexpr std::size_t kFewFaces = 16;  // Not worth it.
+    constexpr std::size_t kFewFaces = 16;  // So few faces need no coarse level.
     if (mesh_.numFaces() < kFewFaces) return;
     for (std::size_t level = 1; level < kNumDetailLevels; ++level) {
       if (level > 1) coarse_cells_.coarsen();
@@ -267,7 +268,7 @@ class FaceMaker {
   static Look makeLook(double probability, const CellBox& cuboid) {
     const Cell edges = cuboid.size();
     const double size = (edges.x + edges.y + edges.z) / (3.0 * kBrickEdge);
-    return {toByte(probability), toByte(std::min(1.0, size))};  // Joined ones may be larger.
+    return {toByte(probability), toByte(std::min(1.0, size))};  // Joined cuboids may be larger.
   }
   static Look lookOf(const PackedVoxels& voxels, const CellBox& cuboid) {
     return makeLook(meanProbability(voxels, cuboid), cuboid);
@@ -286,12 +287,12 @@ class FaceMaker {
   const Cell chunk_;
   const FaceSet set_;
   const std::int32_t slice_layer_;
-  BrickMask hiding_;                                       ///< Of the current brick.
-  std::array<std::optional<BrickMask>, 6> hiding_beside_;  ///< Of the bricks beside it, by side.
+  BrickMask hiding_;                                       ///< Hiding voxels of the current brick.
+  std::array<std::optional<BrickMask>, 6> hiding_beside_;  ///< Those of its neighbours, by side.
   float changed_s_ = 0.0F;
   std::vector<Cuboid> cuboids_;
   CoarseCells coarse_cells_;
-  std::array<std::vector<FaceVertex>, kSideOrder.size()> faces_;  ///< Of cuboids, by side.
+  std::array<std::vector<FaceVertex>, kSideOrder.size()> faces_;  ///< Faces of cuboids, by side.
   FaceMesh mesh_;
 };
 

@@ -10,10 +10,10 @@
 
 namespace cuboid_mapping_rviz {
 
-/// What faces are drawn of.
+/// Sets of faces that are drawn.
 enum class FaceSet : unsigned char {
-  kOccupied,       ///< Sides of occupied cuboids that are not covered by occupied voxels.
-  kFree,           ///< Sides of free cuboids that are not covered by free voxels.
+  kOccupied,       ///< Sides of occupied cuboids that occupied voxels do not cover.
+  kFree,           ///< Sides of free cuboids that free voxels do not cover.
   kFrontier,       ///< Sides of free cuboids that touch an unknown voxel.
   kOccupiedSlice,  ///< Cross sections of occupied cuboids at one height.
   kFreeSlice,      ///< Cross sections of free cuboids at one height.
@@ -23,25 +23,25 @@ constexpr std::array<FaceSet, 5> kFaceSets{FaceSet::kOccupied, FaceSet::kFree, F
 
 [[nodiscard]] constexpr bool isSlice(FaceSet set) { return set >= FaceSet::kOccupiedSlice; }
 
-/// As a side of a FaceVertex: a cross section, which the shader puts at the height of the slice.
+/// Side of a FaceVertex for a cross section, which the shader draws at the height of the slice.
 constexpr std::int16_t kSliceSide = 6;
 
-/// The order in which the faces of a chunk lie by their sides: from above, those that face the camera are mostly next to
-/// each other.
+/// Order of the faces of a chunk by their sides: in views from above, faces towards the camera are mostly next
+/// to each other.
 constexpr std::array<int, 7> kSideOrder{4, 0, 2, 5, 1, 3, kSliceSide};
 
-/// Of bricks that have not changed since the whole map came.
+/// Time of change of bricks that have not changed since the whole map came.
 constexpr float kNever_s = -1e30F;
 
-/// A corner of a face, as the graphics card gets it.
+/// A corner of a face, in the format of the graphics card.
 struct FaceVertex {
-  std::array<std::int16_t, 3> cell;  ///< In cells from the chunk.
+  std::array<std::int16_t, 3> cell;  ///< Place in cells, relative to the chunk.
   std::int16_t code;  ///< 4 * side + corner; side: 2 * axis + (1 for the upper one), or kSliceSide.
   std::uint8_t probability;  ///< Mean of the cuboid's voxels, times 255.
-  /// Edges of the cuboid, summed: 3 to 24, times 255 / 24. Of a coarse face: see CoarseCells.
+  /// Sum of the edges of the cuboid, 3 to 24, times 255 / 24; for coarse faces see CoarseCells.
   std::uint8_t size;
   std::array<std::uint8_t, 2> padding;
-  float changed_s;  ///< When the brick has changed last, in the display's time; kNever_s.
+  float changed_s;  ///< Last change of the brick, in the display's time, or kNever_s.
 };
 static_assert(sizeof(FaceVertex) == 16);
 
@@ -53,7 +53,8 @@ constexpr std::int32_t kChunkEdge = 64;
   return {cell.x & ~(kChunkEdge - 1), cell.y & ~(kChunkEdge - 1), cell.z & ~(kChunkEdge - 1)};
 }
 
-/// Level 0 are the cuboids; level n are cells of 2^n voxels an edge, for the distance.
+/// Number of levels of detail. Level 0 has the cuboids; level n has cells with edges of 2^n voxels, for distant
+/// chunks.
 constexpr std::size_t kNumDetailLevels = 4;
 
 /// The faces of one chunk: four vertices each.
@@ -61,7 +62,7 @@ struct FaceMesh {
   /// Some of the faces.
   struct Part {
     std::size_t first = 0;
-    /// Where those of each side in kSideOrder end, counted from the first.
+    /// End of the faces of each side in kSideOrder, counted from the first face.
     std::array<std::size_t, kSideOrder.size()> ends{};
     bool is_coarse = false;
 
@@ -69,23 +70,25 @@ struct FaceMesh {
   };
 
   std::vector<FaceVertex> vertices;
-  /// The faces of each level; a level that would save too little has those of the finer one.
+  /// The faces of each level; a level that would save too little repeats the finer one.
   std::array<Part, kNumDetailLevels> levels;
-  std::size_t num_cuboids = 0;     ///< Of the class, hidden ones too.
-  cuboid_mapping::CellBox bounds;  ///< Of the faces of all levels, in cells from the chunk.
+  std::size_t num_cuboids = 0;  ///< Number of cuboids of the class, with hidden ones.
+  cuboid_mapping::CellBox
+      bounds;  ///< Bounds of the faces of all levels, in cells relative to the chunk.
 
-  /// Of the cuboids.
+  /// Number of faces of cuboids.
   [[nodiscard]] std::size_t numFaces() const { return levels[0].count(); }
 };
 
-/// Appends a side of a box. @param box  In cells from the chunk. @param vertex  All but cell and code.
+/// Appends a side of a box. @param box  In cells, relative to the chunk. @param vertex  All members except cell
+/// and code.
 void appendFace(const cuboid_mapping::CellBox& box, int side, FaceVertex vertex,
                 std::vector<FaceVertex>& vertices);
 
-/// When a brick has changed last.
+/// Time of the last change of a brick.
 using ChangeTimeOf = std::function<float(const cuboid_mapping::Cell& brick)>;
 
-/// Which faces are asked for.
+/// Request of makeFaces().
 struct WantedFaces {
   cuboid_mapping::Cell chunk;
   FaceSet set = FaceSet::kOccupied;
@@ -94,9 +97,9 @@ struct WantedFaces {
   bool are_joined = false;
 };
 
-/// The exposed faces of a chunk: of each side the smallest rectangle around what is not covered, if anything. Of a
-/// slice: the cross sections of all cuboids in a layer of voxels. The frontier and slices have no coarse faces. The faces of a joined cuboid
-/// have the time of its latest change. @complexity O(cuboids of the chunk).
+/// The exposed faces of a chunk: for each side of a cuboid the smallest rectangle around its uncovered part.
+/// For a slice: the cross sections of all cuboids in a layer of voxels. The frontier and slices have no coarse
+/// faces. The faces of a joined cuboid have the time of its latest change. @complexity O(cuboids of the chunk).
 [[nodiscard]] FaceMesh makeFaces(const cuboid_mapping::CuboidMap& map, const WantedFaces& wanted,
                                  const ChangeTimeOf& changed_s);
 

@@ -37,7 +37,7 @@ void FaceScene::setSliceLayer(std::int32_t layer) {
   for (const FaceSet set : {FaceSet::kOccupiedSlice, FaceSet::kFreeSlice}) enqueueAll(set);
 }
 
-/// Also those that are shown, so that those go whose bricks are gone.
+/// Enqueues all chunks, also shown ones, so that chunks without bricks are removed.
 void FaceScene::enqueueAll(FaceSet set) {
   Layer& all = layer(set);
   if (!all.is_shown) return;
@@ -64,7 +64,7 @@ void FaceScene::noteChanges(const ChangeSet& changes, float now_s) {
     changed_s_[brick] = now_s;
     for (Layer& layer : layers_) {
       layer.enqueue(chunkOf(brick));
-      for (int axis = 0; axis < 3; ++axis) {  // Neighbours show other faces towards it.
+      for (int axis = 0; axis < 3; ++axis) {  // Faces of neighbours towards the chunk may change.
         for (const std::int32_t step : {-kBrickEdge, kBrickEdge}) {
           Cell neighbour = brick;
           neighbour[axis] += step;
@@ -83,7 +83,7 @@ void FaceScene::setStyle(FaceSet set, const FaceStyle& style) {
   shown.coarse_material.setStyle(coarse_style);
   shown.style.is_opaque = !isTransparent(style);
   shown.style.has_two_sides = hasTwoSides(style);
-  // Coarse faces know no cuboid and no time.
+  // Coarse faces have no cuboid and no time of change.
   shown.style.has_coarse = (style.mode == ColorMode::kHeight || style.mode == ColorMode::kFlat) &&
                            style.oldest_s == FaceStyle().oldest_s;
 }
@@ -104,7 +104,7 @@ bool FaceScene::update(std::chrono::duration<double> budget) {
   return true;
 }
 
-/// Some chunks: a few for each thread, some milliseconds of work.
+/// Makes some chunks: a few for each thread, some milliseconds of work.
 void FaceScene::makeNext(const CuboidMap& map, FaceSet set) {
   constexpr std::size_t kChunksOfThread = 4;
   Layer& shown = layer(set);

@@ -15,7 +15,7 @@
 
 namespace cuboid_mapping_rviz {
 
-/// The picture of a map: chunks of faces, made anew where the map has changed.
+/// The picture of a map: chunks of faces, which are rebuilt when the map changes.
 ///
 /// Thread rule: that of rviz, all calls in its main thread.
 class FaceScene {
@@ -24,46 +24,46 @@ class FaceScene {
     std::size_t cuboids = 0;
     std::size_t faces = 0;
     std::size_t chunks = 0;
-    std::size_t bytes = 0;  ///< On the graphics card.
+    std::size_t bytes = 0;  ///< Memory on the graphics card.
   };
 
-  /// @param node  In the map frame. It and the source must outlive this object.
+  /// @param node  Node in the map frame. It and the source must outlive this object.
   FaceScene(rviz::DisplayContext* context, Ogre::SceneNode& node, const MapSource& source)
       : context_(context), node_(node), source_(source) {}
 
-  /// What is not shown takes no memory, and is made when it is shown again.
+  /// Shows or hides a set. Hidden sets take no memory, and are rebuilt when they are shown again.
   void setShown(FaceSet set, bool is_shown);
   [[nodiscard]] bool isShown(FaceSet set) const { return layer(set).is_shown; }
-  /// Of the voxels that slices cut, in cells. What was made of another one goes bit by bit.
+  /// Sets the layer of voxels of slices, in cells. Chunks of another layer are replaced one by one.
   void setSliceLayer(std::int32_t layer);
-  /// Whether cuboids are joined across bricks, chunk by chunk. All is made anew.
+  /// Sets whether cuboids are joined across the bricks of a chunk; a change rebuilds all chunks.
   void setJoined(bool are_joined);
-  /// Changes no vertex.
+  /// Sets the style of a set; vertices stay as they are.
   void setStyle(FaceSet set, const FaceStyle& style);
-  /// Coarse faces are drawn whose cells take so many pixels at most, where the style allows it; 0: none are.
+  /// Draws coarse faces whose cells take at most this many pixels, if the style allows it; 0: none.
   void setMaxCellPixels(float max_cell_pixels);
 
-  /// @param now_s  In the display's time, for FaceStyle::oldest_s. A map that is new as a whole has not changed.
+  /// Notes changes of the map. @param now_s  Time of the display, for FaceStyle::oldest_s. A whole new map
+  /// counts as unchanged.
   void noteChanges(const cuboid_mapping::ChangeSet& changes, float now_s);
-  /// Brings the picture up to date, for about so long at most.
-  /// @return Whether something was made.
+  /// Updates the picture, for about this time at most. @return Whether it has changed.
   bool update(std::chrono::duration<double> budget);
 
   [[nodiscard]] Counts counts(FaceSet set) const;
-  /// Chunks that wait for update().
+  /// Number of chunks that wait for update().
   [[nodiscard]] std::size_t numWaiting() const;
-  /// Sent to the graphics card so far.
+  /// Number of bytes sent to the graphics card so far.
   [[nodiscard]] std::uint64_t numUploadedBytes() const { return num_uploaded_bytes_; }
 
  private:
   struct Chunk {
     std::unique_ptr<FaceChunk> faces;
-    std::unique_ptr<CuboidPicker> picker;  ///< Goes first.
+    std::unique_ptr<CuboidPicker> picker;  ///< Destroyed first.
   };
   template <typename ValueT>
   using ByCell = std::unordered_map<cuboid_mapping::Cell, ValueT, cuboid_mapping::CellHash>;
 
-  /// What is shown of one set.
+  /// The picture of one set.
   struct Layer {
     bool is_shown = false;
     FaceMaterial material;
@@ -95,7 +95,7 @@ class FaceScene {
   std::int32_t slice_layer_ = 0;
   bool are_joined_ = false;
   std::uint64_t num_uploaded_bytes_ = 0;
-  ByCell<float> changed_s_;  ///< By brick, since the whole map came.
+  ByCell<float> changed_s_;  ///< Time of change by brick, since the whole map came.
 };
 
 }  // namespace cuboid_mapping_rviz

@@ -25,7 +25,7 @@ FlatImage::FlatImage(Ogre::SceneNode& parent)
   pass->setLightingEnabled(false);
   pass->setSceneBlending(Ogre::SBT_TRANSPARENT_ALPHA);
   pass->setDepthWriteEnabled(false);
-  pass->setDepthBias(1.0F, 1.0F);  // Before faces of cuboids in the same plane.
+  pass->setDepthBias(1.0F, 1.0F);  // In front of faces of cuboids in the same plane.
   pass->setCullingMode(Ogre::CULL_NONE);
   pass->createTextureUnitState()->setTextureFiltering(Ogre::TFO_NONE);
   node_.attachObject(&plane_);
@@ -44,7 +44,7 @@ void FlatImage::show(const std::vector<Pixel>& pixels, std::size_t width,
   auto& textures = Ogre::TextureManager::getSingleton();
   if (texture_) textures.remove(texture_->getName(), kImageGroup);
   const std::size_t height = pixels.size() / width;
-  std::vector<Pixel> copy = pixels;  // Ogre wants to be able to write.
+  std::vector<Pixel> copy = pixels;  // Ogre takes only pointers to writable memory.
   Ogre::DataStreamPtr stream(
       OGRE_NEW Ogre::MemoryDataStream(copy.data(), sizeof(Pixel) * copy.size()));
   texture_ = textures.loadRawData(

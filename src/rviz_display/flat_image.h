@@ -12,7 +12,7 @@
 
 namespace cuboid_mapping_rviz {
 
-/// A picture that lies flat in a scene, seen from both sides; its pixels are not blurred. Thread rule: that of rviz.
+/// A horizontal picture in a scene, visible from both sides, with sharp pixels. Thread rule: that of rviz.
 class FlatImage {
  public:
   using Pixel = std::array<std::uint8_t, 4>;  ///< Red, green, blue, alpha.

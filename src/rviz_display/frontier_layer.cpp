@@ -17,9 +17,9 @@ namespace {
 using namespace cuboid_mapping;
 using rviz::PointCloud;
 
-/// Limit of the computation.
+/// Time limit of the computation.
 constexpr double kMaxTime_s = 2.0;
-/// Edges of the boxes that stand for voxels, in voxels: there are gaps to see through.
+/// Edges of the boxes that stand for voxels, in voxels: gaps between them let one see through.
 constexpr double kShownEdge = 0.5;
 
 Ogre::Vector3 toOgre(const Eigen::Vector3d& vector) {
@@ -27,7 +27,7 @@ Ogre::Vector3 toOgre(const Eigen::Vector3d& vector) {
           static_cast<float>(vector.z())};
 }
 
-/// Depends on the place: it stays when other frontiers come and go.
+/// Colour by place: it stays when other frontiers appear and vanish.
 Ogre::ColourValue colorOf(const Frontier& frontier) {
   const double turns = frontier.center_map.dot(Eigen::Vector3d(0.11, 0.23, 0.37));
   Ogre::ColourValue color;
@@ -50,7 +50,7 @@ FrontierPicture findAndDraw(const CuboidMap& map, const FrontierTask& task,
   turns.is_stopped = &is_stopped;
   Budget budget(limits, turns);
   const Frontiers found = findFrontiers(map, task, budget);
-  if (!found.is_valid) throw std::invalid_argument("Robot: give edges of more than 0 m");
+  if (!found.is_valid) throw std::invalid_argument("Robot: all edges must be greater than 0 m");
   FrontierPicture picture =
       drawFrontiers(map.grid(), found.frontiers, map.grid().toMetricBox(task.region).min_m);
   picture.is_complete = !found.is_truncated;
@@ -96,10 +96,11 @@ void ScenePoints::show(FrontierPicture::Points points, const Ogre::Vector3& corn
 
 // NOLINTBEGIN(cppcoreguidelines-owning-memory): rviz deletes properties with their display
 FrontierLayer::FrontierLayer(rviz::Display& display)
-    : MapLayer(display, "Frontier clusters",
-               "Show free voxels beside unknown ones in clusters, each with a sphere at the place "
-               "nearest to its middle, up to 2 m away, where the robot fits; in 512 x 512 voxels "
-               "where the view looks."),
+    : MapLayer(
+          display, "Frontier clusters",
+          "Show clusters of free voxels beside unknown ones, each with a sphere at the place "
+          "nearest to its middle where the robot fits, up to 2 m away: 512 x 512 voxels around "
+          "the viewed place."),
       robot_property_(new rviz::VectorProperty("Robot", Ogre::Vector3(0.5F),
                                                "Edges of the robot, in m.", shownProperty())),
       least_property_(new rviz::IntProperty("Least voxels", 20, "Smaller clusters are left out.",

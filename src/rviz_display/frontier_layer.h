@@ -16,13 +16,13 @@ class VectorProperty;
 
 namespace cuboid_mapping_rviz {
 
-/// Points of the scene, from a corner near them.
+/// Points of the scene, relative to a corner near them.
 struct FrontierPicture {
   using Points = std::vector<rviz::PointCloud::Point>;
 
-  Ogre::Vector3 corner = Ogre::Vector3::ZERO;  ///< In the map frame.
-  Points voxels;                               ///< Centres, each cluster in a colour of its own.
-  Points places;                               ///< Where the robot fits, in that colour.
+  Ogre::Vector3 corner = Ogre::Vector3::ZERO;  ///< Corner in the map frame.
+  Points voxels;  ///< Centres of voxels; each cluster has its own colour.
+  Points places;  ///< Places where the robot fits, in the colour of their cluster.
   std::size_t num_clusters = 0;
   bool is_complete = true;
 };
@@ -41,7 +41,7 @@ class ScenePoints {
   ScenePoints(const ScenePoints&) = delete;
   ScenePoints& operator=(const ScenePoints&) = delete;
 
-  /// Shows these points, and no others. @param corner  Their origin, in the frame of the parent.
+  /// Replaces the points. @param corner  Their origin, in the frame of the parent.
   void show(FrontierPicture::Points points, const Ogre::Vector3& corner, float size_m);
 
  private:
@@ -49,7 +49,7 @@ class ScenePoints {
   rviz::PointCloud cloud_;
 };
 
-/// The clusters of findFrontiers(), voxel by voxel, and spheres where a robot could stand to look.
+/// The voxels of the clusters of findFrontiers(), and spheres at the places where a robot could stand.
 class FrontierLayer : public MapLayer {
  public:
   explicit FrontierLayer(rviz::Display& display);

@@ -26,7 +26,7 @@ bool LockWatch::update(const std::string& server) {
     Locks locks;
     try {
       locks = caller_.take();
-    } catch (const std::exception&) {  // There is no such node, or it is an older one.
+    } catch (const std::exception&) {  // No node offers the service.
     }
     is_changed =
         locks.boxes != locks_.boxes || locks.info.header.frame_id != locks_.info.header.frame_id;

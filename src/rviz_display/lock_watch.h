@@ -12,18 +12,19 @@
 
 namespace cuboid_mapping_rviz {
 
-/// The locked boxes of a node, asked for every 2 s. Thread rule: that of rviz.
+/// The locked boxes of a node, requested every 2 s. Thread rule: that of rviz.
 class LockWatch {
  public:
-  /// Takes an answer, and asks again in time. To be called often. @param server  Name of the node.
-  /// @return Whether the boxes have changed; there are none while nobody answers.
+  /// Takes an answer, and requests the next one when it is due. To be called often. @param server  Name of the
+  /// node.
+  /// @return Whether the boxes have changed. Without an answer there are none.
   bool update(const std::string& server);
-  /// The next update() asks.
+  /// Makes the next update() request the boxes.
   void askSoon() { last_asked_ = {}; }
 
   /// Boxes, and their frame.
   [[nodiscard]] const cuboid_mapping::GetLocks::Response& locks() const { return locks_; }
-  /// The first ones, line by line; empty when there are none.
+  /// The first boxes, a line each; empty without boxes.
   [[nodiscard]] QString text() const;
 
  private:

@@ -114,7 +114,7 @@ void MapLayer::draw(Ogre::SceneNode& node) {
 
 void MapLayer::stop() {
   is_stopped_ = true;
-  draw_ = {};  // Waits.
+  draw_ = {};  // Waits for the thread.
   is_stopped_ = false;
 }
 

@@ -24,25 +24,26 @@ struct ViewRay {
   Eigen::Vector3d direction_map;
 };
 
-/// The ray through the middle of a picture. @param node  In the map frame.
+/// The ray through the middle of the view. @param node  Node in the map frame.
 [[nodiscard]] ViewRay findViewRay(const Ogre::Camera& camera, const Ogre::SceneNode& node);
 
-/// The layer of voxels that a horizontal plane cuts; between two layers the lower one, at its upper side.
+/// The layer of voxels that a horizontal plane cuts; on the border of two layers, the lower one.
 [[nodiscard]] std::int32_t layerAt(const cuboid_mapping::Grid& grid, double height_m);
 
-/// Edge of the part of the map that layers are computed of, in voxels.
+/// Edge of the part of the map for which layers are computed, in voxels.
 constexpr std::int32_t kViewedEdge = 512;
 
-/// The known part of a map, at all heights, in kViewedEdge x kViewedEdge voxels around the place where a view looks at
-/// a horizontal plane, or around the eye where it does not; it moves in steps of 64 voxels. Empty when nothing is
-/// known there.
+/// The known part of a map, at all heights, in kViewedEdge x kViewedEdge voxels around the point where the ray
+/// meets a horizontal plane, or around the eye if it does not; it moves in steps of 64 voxels. Empty if nothing
+/// is known there.
 [[nodiscard]] cuboid_mapping::CellBox findViewedPart(const cuboid_mapping::CuboidMap& map,
                                                      const ViewRay& ray, double height_m);
 
-/// What a display draws besides the map, computed of the part that the view looks at.
+/// An additional picture of a display, computed from the viewed part of the map.
 ///
-/// The work is done in a thread of its own on a copy of the part: neither rviz nor updates of the map wait for it. It
-/// is done when the map, the view or a property has changed, twice a second at most, and it rests as long as it worked.
+/// A thread of its own computes it from a copy of the part: neither rviz nor updates of the map wait for it. It
+/// runs when the map, the view or a property has changed, at most twice a second, and then pauses for as long
+/// as it has worked.
 /// Thread rule: that of rviz.
 class MapLayer {
  public:
@@ -55,28 +56,28 @@ class MapLayer {
   void noteChanges(const cuboid_mapping::ChangeSet& changes) {
     is_due_ |= changes.is_everything || !changes.bricks.empty();
   }
-  /// To be called in each frame, once there is a map. @param source, node  They must outlive the picture, see clear().
-  /// @param node  In the map frame.
-  /// @return Whether something else is drawn.
+  /// To be called in each frame once there is a map. @param source, node  Must outlive the picture, see
+  /// clear(). The node is in the map frame. @return Whether the drawing has changed.
   bool update(const MapSource& source, Ogre::SceneNode& node, const ViewRay& ray);
-  /// Draws nothing, and ends the work; waits for it.
+  /// Removes the picture, and waits for the end of the work.
   void clear();
 
  protected:
-  /// Draws what was computed, in rviz's thread. @return A line for the status.
+  /// Draws a computed picture, in rviz's thread. @return A line for the status.
   using Draw = std::function<QString(Ogre::SceneNode& node)>;
   struct Job {
-    cuboid_mapping::CellBox part;  ///< Of the map, to be copied; empty: nothing is drawn.
-    std::vector<double> settings;  ///< Other ones, or another part, have to be computed anew.
-    /// Computes, in another thread; ends early when it is_stopped.
+    cuboid_mapping::CellBox part;  ///< Part of the map to be copied; empty: nothing is drawn.
+    std::vector<double>
+        settings;  ///< Settings whose change, like that of the part, needs a new picture.
+    /// Computes the picture, in another thread; ends early if is_stopped.
     std::function<Draw(cuboid_mapping::CuboidMap part, const std::atomic<bool>& is_stopped)>
         compute;
   };
 
   [[nodiscard]] rviz::BoolProperty* shownProperty() const { return shown_property_; }
-  /// What should be drawn now.
+  /// The job for the current map, view and properties.
   [[nodiscard]] virtual Job makeJob(const cuboid_mapping::CuboidMap& map, const ViewRay& ray) = 0;
-  /// Draws nothing.
+  /// Removes the picture.
   virtual void hide() = 0;
 
  private:
@@ -91,11 +92,11 @@ class MapLayer {
   rviz::BoolProperty* shown_property_;
   bool is_due_ = true;
   bool is_clear_ = true;
-  Job job_;  ///< The last one.
+  Job job_;  ///< The last job.
   Clock::time_point start_;
   Clock::time_point next_start_;
   std::atomic<bool> is_stopped_{false};
-  std::future<Draw> draw_;  ///< Last: waits for its thread when it goes.
+  std::future<Draw> draw_;  ///< Last member: its destructor waits for the thread.
 };
 
 }  // namespace cuboid_mapping_rviz

@@ -58,7 +58,7 @@ QString paint(const QString& text, const char* color) {
 
 }  // namespace
 
-/// What becomes of the box.
+/// An edit of the box.
 struct MapPanel::BoxEdit {
   std::uint8_t occupancy;
   bool is_locked;
@@ -78,11 +78,13 @@ MapPanel::MapPanel(QWidget* parent) : rviz::Panel(parent) {
   figures_->setObjectName("figures");
   file_ = new QLineEdit("map.cuboids");
   file_->setObjectName("file");
-  file_->setToolTip("On the machine of the server; a relative path is in the folder where it runs");
+  file_->setToolTip(
+      "File on the machine of the node; relative paths are relative to its working folder");
   connect(file_, SIGNAL(textChanged(QString)), this, SIGNAL(configChanged()));
   box_shown_ = new QCheckBox("Box");
   box_shown_->setObjectName("box");
-  box_shown_->setToolTip("Shows a box in the scene; pull at its sides, or move it (tool Interact)");
+  box_shown_->setToolTip(
+      "Shows a box in the scene; drag its sides, or the box itself (tool Interact)");
   connect(box_shown_, SIGNAL(toggled(bool)), this, SLOT(showBox(bool)));
   locks_ = new QLabel;
   locks_->setObjectName("locks");
@@ -131,7 +133,7 @@ QWidget* MapPanel::makeRow(std::initializer_list<QWidget*> widgets) {
 // NOLINTEND(cppcoreguidelines-owning-memory)
 
 void MapPanel::onInitialize() {
-  nh_.setCallbackQueue(vis_manager_->getUpdateQueue());  // This thread.
+  nh_.setCallbackQueue(vis_manager_->getUpdateQueue());  // Callbacks run in this thread.
   diagnostics_ = nh_.subscribe("/diagnostics", 10, &MapPanel::takeDiagnostics, this);
 }
 
@@ -258,7 +260,7 @@ void MapPanel::showBox(bool is_shown) {
   box_->show(vis_manager_->getFixedFrame().toStdString());
 }
 
-/// Adds rviz's display of interactive markers, if there is none of the box yet.
+/// Adds rviz's display of interactive markers for the box, unless there is one.
 void MapPanel::showMarkers() {
   const QString topic = QString(BoxMarker::kTopic) + "/update";
   rviz::DisplayGroup* displays = vis_manager_->getRootDisplayGroup();

@@ -25,10 +25,9 @@ class QWidget;
 
 namespace cuboid_mapping_rviz {
 
-/// rviz's panel "Cuboid mapping": what a node says of itself in /diagnostics, and its services as buttons.
+/// rviz's panel "Cuboid mapping": the state of a node from /diagnostics, and its services as buttons.
 ///
-/// Services are called as ServiceCaller does, one at a time.
-/// Objects have names, by which tests find them.
+/// Services are called by a ServiceCaller, one at a time. Widgets have names for tests.
 class MapPanel : public rviz::Panel {
   Q_OBJECT
  public:
@@ -51,7 +50,7 @@ class MapPanel : public rviz::Panel {
 
  private:
   using Clock = std::chrono::steady_clock;
-  /// Calls a service by its name. Returns what the server has answered, for people.
+  /// Calls a service by its name. Returns the text of the answer.
   using Call = std::function<std::string(const std::string& name)>;
   struct BoxEdit;
 
@@ -75,9 +74,9 @@ class MapPanel : public rviz::Panel {
   QLabel* answer_label_ = nullptr;
   QWidget* buttons_ = nullptr;
 
-  bool is_paused_ = false;  ///< As the server said last.
+  bool is_paused_ = false;  ///< Last state from the server.
   Clock::time_point last_heard_;
-  QString what_;  ///< Is being called.
+  QString what_;  ///< Name of the running call.
   ServiceCaller<std::string> caller_;
   LockWatch lock_watch_;
   std::unique_ptr<BoxMarker> box_;

@@ -13,20 +13,20 @@
 
 namespace cuboid_mapping_rviz {
 
-/// What a display shows: the map of a node, which is followed, or of a file.
+/// The map of a display: followed from a node, or read from a file.
 class MapSource {
  public:
   virtual ~MapSource() = default;
 
-  /// What has changed since the last call. Does not block.
+  /// Changes since the last call. Does not block.
   [[nodiscard]] virtual std::vector<cuboid_mapping::ChangeSet> takeChanges() = 0;
-  /// Reads the map, which does not change meanwhile; an empty one before there is one.
+  /// Reads the map, which does not change meanwhile; an empty map until there is one.
   virtual void read(const std::function<void(const cuboid_mapping::CuboidMap&)>& work) const = 0;
   /// Frame of the map; empty when it is not known.
   [[nodiscard]] virtual std::string frameId() const = 0;
   /// Stamp of the last cloud in the map; zero when it has none.
   [[nodiscard]] virtual ros::Time stamp() const { return {}; }
-  /// What is wrong, or what is waited for; empty when there is a map.
+  /// Reason why there is no map; empty if there is one.
   [[nodiscard]] virtual std::string fault() const = 0;
 };
 
@@ -46,10 +46,10 @@ class FollowedMap : public MapSource {
   std::string topic_;
   std::mutex mutex_;
   std::vector<cuboid_mapping::ChangeSet> changes_;
-  cuboid_mapping_ros::CuboidMapClient client_;  ///< Last: it calls back.
+  cuboid_mapping_ros::CuboidMapClient client_;  ///< Last member: its callback uses the others.
 };
 
-/// Reads a file of any known format, beside the calling thread.
+/// Reads a file of any readable format, in a thread of its own.
 class FileMap : public MapSource {
  public:
   explicit FileMap(const std::string& file);

@@ -13,7 +13,7 @@
 
 namespace cuboid_mapping_rviz {
 
-/// Calls a service. @throw std::runtime_error when nobody answers.
+/// Calls a service. @throws std::runtime_error  without an answer.
 template <typename ServiceT>
 typename ServiceT::Response call(const std::string& name, typename ServiceT::Request request) {
   typename ServiceT::Response response;
@@ -24,7 +24,7 @@ typename ServiceT::Response call(const std::string& name, typename ServiceT::Req
   return response;
 }
 
-/// As above, of a service whose answer has an AnswerInfo. @throw std::runtime_error  also for a refusal.
+/// As above, for a service whose answer has an AnswerInfo. @throws std::runtime_error  also for a refusal.
 template <typename ServiceT>
 typename ServiceT::Response callAnswered(const std::string& name,
                                          const typename ServiceT::Request& request) {
@@ -33,7 +33,8 @@ typename ServiceT::Response callAnswered(const std::string& name,
   return response;
 }
 
-/// Calls services in threads of their own, one at a time. rviz never waits, and may be closed meanwhile.
+/// Calls services in threads of their own, one at a time. rviz does not wait for them, and may be closed
+/// meanwhile.
 template <typename AnswerT>
 class ServiceCaller {
  public:
@@ -43,14 +44,14 @@ class ServiceCaller {
   void start(std::function<AnswerT()> work) {
     if (isBusy()) return;
     std::packaged_task<AnswerT()> task(std::move(work));
-    answer_ = task.get_future();  // Does not wait for its thread when it goes.
+    answer_ = task.get_future();  // Its destructor does not wait for the thread.
     std::thread(std::move(task)).detach();
   }
   /// Whether take() has an answer.
   [[nodiscard]] bool isDone() const {
     return isBusy() && answer_.wait_for(std::chrono::seconds(0)) == std::future_status::ready;
   }
-  /// The answer, once. @pre isDone(). @throw What the work has thrown.
+  /// The answer, once. @pre isDone(). Throws the exception of the work.
   AnswerT take() { return answer_.get(); }
 
  private:

@@ -29,7 +29,7 @@ class WireBoxes {
   WireBoxes(const WireBoxes&) = delete;
   WireBoxes& operator=(const WireBoxes&) = delete;
 
-  /// Shows these boxes, and no others. @param boxes  In the frame of node().
+  /// Replaces the boxes. @param boxes  In the frame of node().
   void show(const std::vector<cuboid_mapping::Box>& boxes);
   [[nodiscard]] Ogre::SceneNode& node() { return node_; }
 
